@@ -24,9 +24,10 @@ Result<void> check_finite(const char* message, const char* field, double value, 
 }
 
 Result<void> check_size(const char* message, const Intrinsics& camera) {
-  const std::string rule = "images have 1 to " + std::to_string(kMostImageSide) + " pixels a side";
-  if (camera.width == 0 || camera.width > kMostImageSide) return wrong(message, "width", camera.width, rule);
-  if (camera.height == 0 || camera.height > kMostImageSide)
+  const std::string rule = "images have 1 to " + std::to_string(kMaxRequestedImageSide) + " pixels a side";
+  if (camera.width == 0 || camera.width > kMaxRequestedImageSide)
+    return wrong(message, "width", camera.width, rule);
+  if (camera.height == 0 || camera.height > kMaxRequestedImageSide)
     return wrong(message, "height", camera.height, rule);
   return {};
 }
@@ -81,9 +82,9 @@ Result<void> check(const ImageRequest& request, const DecodeLimits& limits) {
   constexpr const char* kName = "ImageRequest";
   if (request.epoch == 0) return Error{"ImageRequest.epoch is 0; an epoch is a random number that is not 0"};
   if (request.id == 0) return Error{"ImageRequest.id is 0; choose another number"};
-  if (request.place >= kMostImageRequests)
+  if (request.place >= kMaxImageRequests)
     return wrong(kName, "place", request.place,
-                 "there are places 0 to " + std::to_string(kMostImageRequests - 1));
+                 "there are places 0 to " + std::to_string(kMaxImageRequests - 1));
   if (auto good = check_text("ImageRequest.node", request.node, limits.max_name_bytes); !good) return good;
   if (request.when == ImageWhen::never) return {};
   if (auto good = check_poses("ImageRequest.parent_from_camera", {&request.parent_from_camera, 1},
@@ -122,9 +123,9 @@ Result<void> check(const ImageFrame& frame, const DecodeLimits& limits) {
     return good;
   if (auto good = check_size(kName, frame.intrinsics); !good) return good;
   if (auto good = check_projection(kName, frame.intrinsics, double{limits.max_abs_value}); !good) return good;
-  if (frame.pixel_bytes > kMostPixelBytes)
+  if (frame.pixel_bytes > kMaxPixelBytes)
     return Error{"ImageFrame.pixel_bytes is " + std::to_string(frame.pixel_bytes) + "; at most " +
-                 std::to_string(kMostPixelBytes) + " are allowed"};
+                 std::to_string(kMaxPixelBytes) + " are allowed"};
   for (size_t i = 0; i < frame.planes.size(); ++i)
     if (auto good = check_plane(frame, i); !good) return good;
   return {};

@@ -49,7 +49,7 @@ enum class ImageWhen : uint8_t {
 struct ImageRequest {
   uint64_t epoch = 0;  // of the requesting stream
   uint64_t id = 0;     // chosen by the sender, not 0, unique per request
-  uint32_t place = 0;  // below kMostImageRequests
+  uint32_t place = 0;  // below kMaxImageRequests
   // Node that carries the camera, resolved like posed nodes; empty: the stream's frame.
   std::string node;
   Affine3x4 parent_from_camera;  // parent: that node, or the stream's frame (as in stream_from_body)
@@ -107,9 +107,9 @@ struct ImageRefused {
   bool operator==(const ImageRefused&) const = default;
 };
 
-constexpr uint32_t kMostImageSide = 8192;      // pixels
-constexpr uint32_t kMostImageRequests = 4096;  // per stream
+constexpr uint32_t kMaxRequestedImageSide = 8192;  // pixels
+constexpr uint32_t kMaxImageRequests = 4096;       // per stream
 // Limit of one image: with its header it fits the largest message.
-constexpr uint64_t kMostPixelBytes = (uint64_t{256} << 20) - 4096;
+constexpr uint64_t kMaxPixelBytes = (uint64_t{256} << 20) - 4096;
 
 }  // namespace fire3dv::wire

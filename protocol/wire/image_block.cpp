@@ -10,7 +10,7 @@ static_assert(std::endian::native == std::endian::little, "blocks are little-end
 
 void write_image_block_head(std::span<std::byte> block, uint64_t request, std::span<const std::byte> head) {
   const size_t end = pixels_at(head.size());
-  FIRE3DV_ASSERT(head.size() <= kMostImageHeadBytes && block.size() >= end);
+  FIRE3DV_ASSERT(head.size() <= kMaxImageHeadBytes && block.size() >= end);
   const auto head_bytes = static_cast<uint32_t>(head.size());
   std::memset(block.data(), 0, end);
   std::memcpy(block.data(), &request, sizeof request);
@@ -36,7 +36,7 @@ Result<ImageBlock> read_image_block(std::span<const std::byte> block) {
   uint32_t head_bytes = 0;
   std::memcpy(&result.request, header, sizeof result.request);
   std::memcpy(&head_bytes, header + 8, sizeof head_bytes);
-  if (head_bytes > kMostImageHeadBytes || pixels_at(head_bytes) > block.size())
+  if (head_bytes > kMaxImageHeadBytes || pixels_at(head_bytes) > block.size())
     return Error{"an image's head has " + std::to_string(head_bytes) + " bytes, which do not lie in its " +
                  std::to_string(block.size())};
   result.head = block.subspan(kImageBlockHeaderBytes, head_bytes);

@@ -16,14 +16,14 @@ namespace fire3dv::wire {
 
 constexpr size_t kImageBlockHeaderBytes = 16;
 // Upper bound of a header: 9 planes and the other fields.
-constexpr size_t kMostImageHeadBytes = 1024;
+constexpr size_t kMaxImageHeadBytes = 1024;
 
 constexpr size_t pixels_at(size_t head_bytes) {
   return (kImageBlockHeaderBytes + head_bytes + 63) / 64 * 64;
 }
 // Sufficient for any header.
-constexpr size_t most_block_bytes(size_t pixel_bytes) {
-  return pixels_at(kMostImageHeadBytes) + pixel_bytes;
+constexpr size_t max_block_bytes(size_t pixel_bytes) {
+  return pixels_at(kMaxImageHeadBytes) + pixel_bytes;
 }
 
 // Writes everything except the pixels; `block` has at least pixels_at(head.size()) bytes.

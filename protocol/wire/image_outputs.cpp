@@ -18,7 +18,7 @@ constexpr ImageOutputs outputs_with_ids() {
     if (info.needs_ids) outputs.add(info.output);
   return outputs;
 }
-static_assert(!ImageOutputs(kAllImageOutputs & ~outputs_with_ids().bits()).any_surface_plane());
+static_assert(!ImageOutputs(kAllImageOutputs & ~outputs_with_ids().bits()).has_id_planes());
 
 std::string known_names() {
   std::string names;

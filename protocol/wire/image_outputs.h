@@ -115,9 +115,9 @@ class ImageOutputs {
 
   constexpr bool has_boxes() const { return (bits_ & (kBoxes2d | kBoxes3d)) != 0; }
   // True for planes other than kColorSrgb8.
-  constexpr bool any_plane() const { return (bits_ & (kAllPlanes & ~uint32_t{kColorSrgb8})) != 0; }
+  constexpr bool has_planes() const { return (bits_ & (kAllPlanes & ~uint32_t{kColorSrgb8})) != 0; }
   // True if a plane depends on ids and depths.
-  constexpr bool any_surface_plane() const {
+  constexpr bool has_id_planes() const {
     return (bits_ & (kAllPlanes & ~uint32_t{kColorSrgb8 | kColorLinearF16})) != 0;
   }
   constexpr bool shaded() const { return (bits_ & (kColorSrgb8 | kColorLinearF16)) != 0; }

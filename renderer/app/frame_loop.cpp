@@ -63,7 +63,7 @@ bool stop_was_requested() {
 FrameLoop::FrameLoop(const FrameLoopContext& context)
     : device_(context.device),
       poses_(context.poses),
-      intake_(context.receiver),
+      receiver_(context.receiver),
       scene_(context.scene),
       animations_(context.animations),
       camera_(context.camera),
@@ -82,7 +82,8 @@ FrameLoop::FrameLoop(const FrameLoopContext& context)
       started_(Clock::now()),
       last_image_(started_),
       progress_("images:") {
-  scene_.charge_edit_time([this](state::StreamId stream, int64_t ns) { intake_.add_edit_time(stream, ns); });
+  scene_.charge_edit_time(
+      [this](state::StreamId stream, int64_t ns) { receiver_.add_edit_time(stream, ns); });
   frames_.time(gpu::Timed::passes);  // for statistics, metrics and panels
   frame_extent_ = {options_.width, options_.height};
   if (window_) taken_.add(wire::kColorSrgb8);
@@ -104,7 +105,7 @@ Result<void> FrameLoop::run() {
     if (!is_held) has_undrawn_frame_ = poll_streams();
     log_notes();
 
-    if (metrics_) metrics_->tell(intake_, image_service_.open_requests(), poses_, scene_.faults());
+    if (metrics_) metrics_->tell(receiver_, image_service_.open_requests(), poses_, scene_.faults());
 
     // User input.
     if (window_) steer();
@@ -125,7 +126,7 @@ Result<void> FrameLoop::run() {
     }
     if ((awaits_stream_ && !window_) || (options_.lockstep && !has_undrawn_frame_)) {
       if (Result<void> delivered = deliver(); !delivered) return delivered;
-      intake_.wait(std::chrono::milliseconds(1));
+      receiver_.wait(std::chrono::milliseconds(1));
       continue;
     }
     if (window_ && !window_->acquire()) {
@@ -160,11 +161,11 @@ void FrameLoop::log_notes() {
       if (window_) facts_.note(note);
     }
   };
-  say(intake_.take_notes());
-  say(scene_.take_notes());
-  if (recording_) say(recording_->take_notes());
-  if (window_) say(window_->take_notes());
-  if (next_) say(next_->take_notes());
+  say(receiver_.take_log_messages());
+  say(scene_.take_log_messages());
+  if (recording_) say(recording_->take_log_messages());
+  if (window_) say(window_->take_log_messages());
+  if (next_) say(next_->take_log_messages());
 }
 
 // Acknowledgement in on-request mode: a frame counts as displayed when its requested images are rendered. In
@@ -176,15 +177,15 @@ Result<void> FrameLoop::finish_served(const ImageService::Drawn& served) {
   if (!served.any && image_service_.in_flight())
     (void)image_service_.wait_for(image_service_.submitted(), options_.peer_limits.slices.image_ns);
   if (Result<void> delivered = deliver(); !delivered) return delivered;
-  if (!served.any && !is_news) intake_.wait(std::chrono::milliseconds(1));
+  if (!served.any && !is_news) receiver_.wait(std::chrono::milliseconds(1));
   return {};
 }
 
 bool FrameLoop::poll_streams() {
-  const bool came = intake_.poll();
+  const bool came = receiver_.poll();
   const uint64_t replaced = scene_.replaced();
   const bool released = scene_.follow();
-  if (scene_.replaced() != replaced) intake_.notify_bindings();
+  if (scene_.replaced() != replaced) receiver_.notify_bindings();
   return came || released;
 }
 
@@ -192,9 +193,9 @@ bool FrameLoop::done() {
   if (stop_requested || (window_ && window_->should_close())) return true;
   if (options_.frames && images_ >= options_.frames) return true;
   if (next_ && next_->is_ready()) return goes_on_ = true;
-  if (!options_.exit_when_done || intake_.active_streams() != 0) return false;
+  if (!options_.exit_when_done || receiver_.active_streams() != 0) return false;
   // A recording may contain later streams, or none.
-  return timeline_ ? timeline_->timeline().at_end && !has_undrawn_frame_ : intake_.had_streams();
+  return timeline_ ? timeline_->timeline().at_end && !has_undrawn_frame_ : receiver_.had_streams();
 }
 
 Result<void> FrameLoop::await_stream() {
@@ -207,7 +208,7 @@ Result<void> FrameLoop::await_stream() {
   const std::chrono::duration<double> limit = options_.stream_timeout;
   if (limit.count() == 0 || Clock::now() - started_ < limit) return {};
   std::string uris;
-  for (const StreamReceiver::LinkReport& link : intake_.links())
+  for (const StreamReceiver::LinkReport& link : receiver_.links())
     uris += (uris.empty() ? "" : ", ") + link.uri;
   std::ostringstream seconds;
   seconds << limit.count();
@@ -216,8 +217,8 @@ Result<void> FrameLoop::await_stream() {
 }
 
 void FrameLoop::steer() {
-  window_->steer(facts_.begin_assembly(scene_.scene(), scene_.replaced(), intake_, poses_, renderer_, device_,
-                                       camera_.node(), window_->records_video()),
+  window_->steer(facts_.begin_assembly(scene_.scene(), scene_.replaced(), receiver_, poses_, renderer_,
+                                       device_, camera_.node(), window_->records_video()),
                  timeline_);
   if (const std::optional<std::filesystem::path> file = window_->take_opened(); file && next_)
     next_->open(*file);
@@ -243,14 +244,15 @@ Result<void> FrameLoop::draw() {
       camera_.view(poses_, static_cast<float>(extent.width) / static_cast<float>(extent.height));
   const std::vector<state::FrameTag> shown = poses_.shown();
 
-  renderer_.record(*prepared, recorder, frames_.belt(), poses_, view, &history_);
+  renderer_.record(*prepared, recorder, frames_.staging(), poses_, view, &history_);
   if (taken_.has(wire::kColorSrgb8))
     renderer_.draw_stale_overlay(recorder, stale_condition(poses_.streams(), options_.play.mark_held));
   if (wants_pixels() && !awaits_stream_)
     captures_.record(recorder, renderer_, options_.outputs, scene_.scene(), poses_,
                      {images_, view.camera, shown});
   if (window_) {
-    if (Result<void> drawn = window_->record(recorder, frames_.belt(), {images_, view.camera, shown}); !drawn)
+    if (Result<void> drawn = window_->record(recorder, frames_.staging(), {images_, view.camera, shown});
+        !drawn)
       return drawn;
   }
   const uint64_t done_at = window_ ? frames_.submit(window_->waits(), window_->signals()) : frames_.submit();
@@ -276,7 +278,7 @@ void FrameLoop::note_cost(const std::vector<state::FrameTag>& shown, Clock::time
     if (age_ms >= 0 && (!cost.pose_age_ms || age_ms < *cost.pose_age_ms)) cost.pose_age_ms = age_ms;
   }
   if (!awaits_stream_) stats_.add(cost);
-  if (metrics_) metrics_->drawn(shown, intake_, cost);
+  if (metrics_) metrics_->drawn(shown, receiver_, cost);
   if (window_) facts_.drawn(cost);
 }
 
@@ -288,7 +290,7 @@ Result<void> FrameLoop::deliver() {
   if (window_) window_->deliver();
   while (!unacknowledged_.empty() && image_service_.is_done(unacknowledged_.front().drawn)) {
     if (!first_finished_) first_finished_ = Clock::now();
-    intake_.acknowledge(unacknowledged_.front().shown);
+    receiver_.acknowledge(unacknowledged_.front().shown);
     unacknowledged_.erase(unacknowledged_.begin());
   }
   for (gpu::FrameTimes& times : frames_.take_finished()) {

@@ -65,7 +65,7 @@ class FrameLoop {
     image_service_.spread_over(further, settings);
     std::vector<const gpu::Device*> devices;
     for (const auto& each : further.all()) devices.push_back(&each->device());
-    scene_.draw_on_too(std::move(devices));
+    scene_.set_secondary_devices(std::move(devices));
   }
   // Ends run() when the next scene is loaded.
   void go_on_with(DocumentLoader* next) { next_ = next; }
@@ -89,7 +89,7 @@ class FrameLoop {
 
   gpu::Device& device_;
   state::PoseState& poses_;
-  StreamReceiver& intake_;
+  StreamReceiver& receiver_;
   LiveScene& scene_;
   state::AnimationPlayer* animations_;
   AnimationClock animation_clock_;

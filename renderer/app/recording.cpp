@@ -49,7 +49,7 @@ void Recording::take(size_t listener, const transport::LinkEvent& event) {
   if (event.kind == Kind::disconnected) log_.end_peer(peer, at_ns);
 }
 
-std::vector<std::string> Recording::take_notes() {
+std::vector<std::string> Recording::take_log_messages() {
   if (!log_.has_trouble() || is_failure_reported_) return std::exchange(notes_, {});
   const record::LogLosses losses = log_.losses();
   if (losses.failure && !std::exchange(is_failure_reported_, true))

@@ -23,7 +23,7 @@ class Recording {
   // Records an event of the listener with this index. Never blocks.
   void take(size_t listener, const transport::LinkEvent& event);
   // Messages to the user since the last call.
-  std::vector<std::string> take_notes();
+  std::vector<std::string> take_log_messages();
   // Writes the queue. Returns a summary sentence.
   std::string finish();
 

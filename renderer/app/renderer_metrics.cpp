@@ -50,7 +50,7 @@ Result<std::unique_ptr<RendererMetrics>> RendererMetrics::open(const std::string
   return self;
 }
 
-void RendererMetrics::drawn(const std::vector<state::FrameTag>& shown, const StreamReceiver& intake,
+void RendererMetrics::drawn(const std::vector<state::FrameTag>& shown, const StreamReceiver& receiver,
                             const FrameCost& cost) {
   const int64_t now_ns = monotonic_ns();
   if (gathered_.images > 0) gathered_.interval.add(cost.frame_ms * 1e-3);
@@ -61,7 +61,7 @@ void RendererMetrics::drawn(const std::vector<state::FrameTag>& shown, const Str
     if (std::exchange(drawn.sequence, tag.sequence) == tag.sequence) continue;  // frame already counted
     drawn.epoch = tag.epoch;
     ++drawn.frames;
-    const std::optional<int64_t> published_ns = intake.published_ns(tag.epoch, tag.publish_time_ns);
+    const std::optional<int64_t> published_ns = receiver.published_ns(tag.epoch, tag.publish_time_ns);
     drawn.has_publish_time = published_ns.has_value();
     if (!published_ns) continue;
     drawn.published_ns = *published_ns;
@@ -79,21 +79,21 @@ void RendererMetrics::add(const gpu::FrameTimes& times) {
   }
 }
 
-void RendererMetrics::tell(const StreamReceiver& intake, size_t open_image_requests,
+void RendererMetrics::tell(const StreamReceiver& receiver, size_t open_image_requests,
                            const state::PoseState& poses, const state::EditFaults& faults) {
   const int64_t now_ns = monotonic_ns();
   if (now_ns < next_ns_) return;
   next_ns_ = now_ns + kPublishEveryNs;
   gathered_.taken_ns = now_ns;
-  gathered_.links = intake.links();
-  gathered_.refusals = intake.refusals();
+  gathered_.links = receiver.links();
+  gathered_.refusals = receiver.refusals();
   gathered_.edit_faults = faults;
   gathered_.image_requests = open_image_requests;
-  gathered_.image_requests_refused = intake.refused_image_requests();
-  gathered_.peers = peer_uses(intake);
+  gathered_.image_requests_refused = receiver.refused_image_requests();
+  gathered_.peers = peer_uses(receiver);
   gathered_.streams.clear();
   std::map<uint64_t, Drawn> still_there;  // drops the counts of ended streams
-  for (StreamReceiver::Report& report : intake.report()) {
+  for (StreamReceiver::Report& report : receiver.report()) {
     const state::Stream& stream = poses.streams()[report.id];
     StreamNumbers numbers;
     numbers.drawn = still_there[stream.epoch] = drawn_of_epoch_[stream.epoch];
@@ -121,9 +121,9 @@ void RendererMetrics::tell(const StreamReceiver& intake, size_t open_image_reque
   published_.swap(numbers);
 }
 
-std::vector<metrics::PeerUse> RendererMetrics::peer_uses(const StreamReceiver& intake) const {
+std::vector<metrics::PeerUse> RendererMetrics::peer_uses(const StreamReceiver& receiver) const {
   std::map<const PeerBudget*, state::StreamId> streams;
-  for (const StreamReceiver::Report& report : intake.report()) streams[report.budget.get()] = report.id;
+  for (const StreamReceiver::Report& report : receiver.report()) streams[report.budget.get()] = report.id;
   std::vector<metrics::PeerUse> uses;
   for (BudgetPool::Report& report : budgets_->report()) {
     const auto stream = streams.find(report.peer);

@@ -25,10 +25,11 @@ class RendererMetrics {
 
   // --- frame loop thread ---
   // Counts a submitted image that displays these frames.
-  void drawn(const std::vector<state::FrameTag>& shown, const StreamReceiver& intake, const FrameCost& cost);
+  void drawn(const std::vector<state::FrameTag>& shown, const StreamReceiver& receiver,
+             const FrameCost& cost);
   void add(const gpu::FrameTimes& times);
   // Call once per image: publishes a snapshot if the interval has elapsed.
-  void tell(const StreamReceiver& intake, size_t open_image_requests, const state::PoseState& poses,
+  void tell(const StreamReceiver& receiver, size_t open_image_requests, const state::PoseState& poses,
             const state::EditFaults& faults);
 
  private:
@@ -73,7 +74,7 @@ class RendererMetrics {
   static void write_streams(metrics::Exposition& page, const Numbers& numbers, int64_t now_ns);
   static void write_edits(metrics::Exposition& page, const Numbers& numbers);
 
-  std::vector<metrics::PeerUse> peer_uses(const StreamReceiver& intake) const;
+  std::vector<metrics::PeerUse> peer_uses(const StreamReceiver& receiver) const;
 
   std::shared_ptr<const BudgetPool> budgets_;
   // Used on the frame loop thread only.

@@ -38,7 +38,7 @@ int list_devices(const gpu::Instance& instance) {
 // Opens all listeners. insist: any failure is an error; otherwise failed listeners are reported, and the
 // scene is shown without them.
 Result<void> open_listeners(const Options& options, bool insist, const std::shared_ptr<BudgetPool>& budgets,
-                            StreamReceiver& intake, DocumentLoader& notes) {
+                            StreamReceiver& receiver, DocumentLoader& notes) {
   for (const std::string& uri : options.listen) {
     transport::ListenerOptions listener_options;
     const bool wants_all = options.lockstep || !options.recording.record.empty();
@@ -55,7 +55,7 @@ Result<void> open_listeners(const Options& options, bool insist, const std::shar
     }
     if (!listener) return listener.error();
     say("listening on " + (*listener)->uri());
-    intake.add(std::move(*listener));
+    receiver.add(std::move(*listener));
   }
   return {};
 }
@@ -192,9 +192,9 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
       stage, options, &Options::animate, [&](const Options& o) { return open_animations(o, *scene); });
   if (!animations) return animations.error();
   state::PoseState poses(*scene);
-  StreamReceiver intake(poses, options.lockstep, options.play, stage.budgets);
-  ImageRequestQueue requests(intake, image_abilities(*stage.renderer));
-  intake.set_image_handler(&requests);
+  StreamReceiver receiver(poses, options.lockstep, options.play, stage.budgets);
+  ImageRequestQueue requests(receiver, image_abilities(*stage.renderer));
+  receiver.set_image_handler(&requests);
   DocumentLoader next(show, stage.places, [&](const scene::Scene& other) {
     Result<void> can = can_show(stage.device, other);
     for (const std::unique_ptr<SecondaryDevice>& each : stage.further.all()) {
@@ -203,19 +203,20 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
     return can;
   });
   if (!why_again.empty()) next.note(why_again);
-  if (Result<void> listening = open_listeners(options, stage.first, stage.budgets, intake, next); !listening)
+  if (Result<void> listening = open_listeners(options, stage.first, stage.budgets, receiver, next);
+      !listening)
     return listening.error();
   Result<std::unique_ptr<Recording>> recording = open_recording(options, show.scene_path());
   if (!recording) return recording.error();
   if (*recording) {
-    intake.watch(
+    receiver.watch(
         [&](size_t listener, const transport::LinkEvent& event) { (*recording)->take(listener, event); });
   }
   std::unique_ptr<replay::ReplayLink> replayed = show.take_replay();
   replay::ReplayLink* const timeline = replayed.get();
   if (timeline) {
     say("replaying " + timeline->uri());
-    intake.add(std::move(replayed));
+    receiver.add(std::move(replayed));
   }
   if (stage.first) {  // one instance counts over all scenes
     Result<std::unique_ptr<RendererMetrics>> metrics = open_metrics(options, stage.budgets);
@@ -244,13 +245,13 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   stage.further.forget_scene();
   stage.note_start("scene on the device");
   LiveScene live(**loaded, poses, renderer, *camera,
-                 {options.assets, passes::levels_for(options.levels_of_detail), renderer.most_textures()});
-  if (*animations) live.keep_playing((*animations)->player, (*animations)->chosen);
+                 {options.assets, passes::levels_for(options.levels_of_detail), renderer.max_textures()});
+  if (*animations) live.set_animations((*animations)->player, (*animations)->chosen);
   load.begin_caching();
   std::unique_ptr<WindowView> view;
   if (window) {
     Result<std::unique_ptr<WindowView>> made =
-        WindowView::create({stage.device, stage.renderer, poses, intake, requests, live, *camera,
+        WindowView::create({stage.device, stage.renderer, poses, receiver, requests, live, *camera,
                             stage.windows, stage.viewer, options, stage.first});
     if (!made) return made.error();
     view = std::move(*made);
@@ -258,7 +259,7 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   FrameLoop loop({.device = stage.device,
                   .renderer = renderer,
                   .poses = poses,
-                  .receiver = intake,
+                  .receiver = receiver,
                   .requests = requests,
                   .scene = live,
                   .animations = *animations ? &*(*animations)->player : nullptr,
@@ -294,7 +295,7 @@ int run(const Options& options) {
   if (!windows->empty()) instance_options.window_extensions = windows->front().window->instance_extensions();
   // Opens the scene before all slow steps.
   const CacheLocations places =
-      cache_places(options.cache, [](const char* name) { return std::getenv(name); });
+      find_cache_locations(options.cache, [](const char* name) { return std::getenv(name); });
   std::unique_ptr<ViewerDocument> show;
   if (!options.list_devices) {
     Result<std::unique_ptr<ViewerDocument>> opened = ViewerDocument::open(options, places);
@@ -324,7 +325,7 @@ int run(const Options& options) {
     if (pipelines.note()) say(*pipelines.note());
     gui::Viewer viewer;
     viewer.draw = draw_settings(options, std::move(*environment));
-    viewer.draw.kept_environments = environment_store(places.environments);
+    viewer.draw.cached_environments = environment_store(places.environments);
     std::optional<passes::SceneRenderer> renderer(std::in_place, device, viewer.draw);
     Result<SecondaryDevices> further = SecondaryDevices::open(
         **instance, devices->further, options.async_compute, places, viewer.draw, *renderer);

@@ -86,9 +86,9 @@ Result<void> can_show(const gpu::Device& device, const scene::Scene& scene) {
 
 Result<void> make_room(gpu::Device& device, passes::DrawSettings settings, const scene::Scene& scene,
                        std::optional<passes::SceneRenderer>& renderer) {
-  if (scene.textures.size() <= settings.most_textures) return {};
+  if (scene.textures.size() <= settings.max_textures) return {};
   if (Result<void> can = can_show(device, scene); !can) return can;
-  settings.most_textures = static_cast<uint32_t>(scene.textures.size());
+  settings.max_textures = static_cast<uint32_t>(scene.textures.size());
   renderer.reset();
   renderer.emplace(device, settings);
   return {};

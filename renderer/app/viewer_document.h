@@ -59,7 +59,7 @@ class DocumentLoader {
   bool is_ready();  // otherwise reports why it never will be
   void note(std::string text) { notes_.push_back(std::move(text)); }
   std::unique_ptr<ViewerDocument> take() { return std::move(next_); }
-  std::vector<std::string> take_notes() { return std::exchange(notes_, {}); }
+  std::vector<std::string> take_log_messages() { return std::exchange(notes_, {}); }
 
  private:
   const ViewerDocument& now_;

@@ -16,8 +16,8 @@ void CaptureQueue::record(gpu::Recorder& recorder, passes::SceneRenderer& render
                           const state::PoseState& poses, Provenance provenance) {
   Capture capture{outputs, {}, {}, std::move(provenance)};
   gpu::ReadbackRing<Capture>::Planes planes;
-  if (wire::with_sources(outputs).any_plane()) {
-    capture.places = renderer.plane_places();
+  if (wire::with_sources(outputs).has_planes()) {
+    capture.places = renderer.plane_ranges();
     planes = {&renderer.planes(), passes::bytes_of(capture.places)};
   }
   if (outputs.has_boxes()) capture.boxes = passes::boxes_of_instances(scene, poses);
@@ -51,7 +51,7 @@ sinks::FrameImage CaptureQueue::convert(Capture&& capture, VkExtent2D extent,
   const size_t color_bytes =
       outputs.has(wire::kColorSrgb8) ? size_t{4} * extent.width * extent.height : size_t{0};
   image.rgba8.assign(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(color_bytes));
-  for (const passes::PlanePlace& place : capture.places) {
+  for (const passes::PlaneRange& place : capture.places) {
     const std::span<const uint8_t> plane = bytes.subspan(color_bytes + place.offset_bytes, place.size_bytes);
     if (outputs.has(place.output))
       image.planes.push_back({place.output, std::vector<uint8_t>(plane.begin(), plane.end())});

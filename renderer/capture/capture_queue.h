@@ -43,7 +43,7 @@ class CaptureQueue {
  private:
   struct Capture {
     wire::ImageOutputs outputs;
-    std::vector<passes::PlanePlace> places;
+    std::vector<passes::PlaneRange> places;
     std::vector<wire::BoxRecord3d> boxes;  // of all instances, if boxes are requested
     Provenance provenance;
   };

@@ -59,7 +59,7 @@ Recorder& FrameRing::begin() {
   device_.wait(slot.done_at);
   read_times(slot);
   device_.collect();
-  slot.belt.reset();
+  slot.staging.reset();
 
   FIRE3DV_VK(vkResetCommandPool(device_.handle(), slot.pool.get(), 0));
   if (slot.async_pool) FIRE3DV_VK(vkResetCommandPool(device_.handle(), slot.async_pool.get(), 0));

@@ -42,7 +42,7 @@ class FrameRing {
   // Waits for the slot's earlier frame, frees retired objects and begins recording. This wait is the
   // renderer's back-pressure.
   Recorder& begin();
-  StagingRing& belt() { return slots_[slot_].belt; }
+  StagingRing& staging() { return slots_[slot_].staging; }
   // Ends recording and submits. Returns the frame's timeline value.
   uint64_t submit(std::span<const SemaphoreSignal> waits = {}, std::span<const SemaphoreSignal> signals = {});
 
@@ -52,11 +52,11 @@ class FrameRing {
 
  private:
   struct Slot {
-    explicit Slot(Device& device) : belt(device) {}
+    explicit Slot(Device& device) : staging(device) {}
     CommandPool pool, async_pool;
     ForkedCommands commands;  // only the first one without an async compute queue
     QueryPool queries;
-    StagingRing belt;
+    StagingRing staging;
     std::optional<Recorder> recorder;
     uint64_t done_at = 0;  // timeline value
     uint64_t frame_index = 0;

@@ -30,13 +30,13 @@ GuiPass::GuiPass(gpu::Device& device) : device_(device) {
   sampler_ = gpu::Sampler(device, sampler);
 }
 
-void GuiPass::upload_fonts(gpu::Recorder& recorder, gpu::StagingRing& belt, const ImFontAtlas& fonts) {
+void GuiPass::upload_fonts(gpu::Recorder& recorder, gpu::StagingRing& staging, const ImFontAtlas& fonts) {
   const VkExtent2D extent{static_cast<uint32_t>(fonts.TexWidth), static_cast<uint32_t>(fonts.TexHeight)};
   FIRE3DV_ASSERT(fonts.TexPixelsAlpha8);
   fonts_ = gpu::create_image(
       device_, {VK_FORMAT_R8_UNORM, extent, VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT});
   const gpu::StagingRing::Piece piece =
-      belt.write(std::span<const uint8_t>(fonts.TexPixelsAlpha8, size_t{extent.width} * extent.height));
+      staging.write(std::span<const uint8_t>(fonts.TexPixelsAlpha8, size_t{extent.width} * extent.height));
   recorder.pass("gui", {Use(fonts_, access::transfer_write, true)}, [&](VkCommandBuffer commands) {
     VkBufferImageCopy copy{};
     copy.bufferOffset = piece.offset;
@@ -66,10 +66,10 @@ void GuiPass::bind(const gpu::Image& image) {
   vkUpdateDescriptorSets(device_.handle(), 2, writes, 0, nullptr);
 }
 
-void GuiPass::record(gpu::Recorder& recorder, gpu::StagingRing& belt, gpu::Image& image,
+void GuiPass::record(gpu::Recorder& recorder, gpu::StagingRing& staging, gpu::Image& image,
                      const ImDrawData& draw_data, const ImFontAtlas& fonts, uint64_t fonts_number) {
   const bool new_fonts = fonts_number_ != fonts_number;
-  if (new_fonts) upload_fonts(recorder, belt, fonts);
+  if (new_fonts) upload_fonts(recorder, staging, fonts);
   fonts_number_ = fonts_number;
   tiles_.build(draw_data, {image.extent.width, image.extent.height});
   if (tiles_.tiles().empty()) return;
@@ -78,9 +78,9 @@ void GuiPass::record(gpu::Recorder& recorder, gpu::StagingRing& belt, gpu::Image
   const uint32_t in_row = std::min(tile_count, FIRE3DV_GUI_TILES_IN_ROW);
 
   const gpu_types::GuiPush push{
-      belt.write(std::span<const gpu_types::GuiPrimitive>(tiles_.primitives())).address,
-      belt.write(std::span<const gpu_types::GuiTile>(tiles_.tiles())).address,
-      belt.write(std::span<const uint32_t>(tiles_.entries())).address,
+      staging.write(std::span<const gpu_types::GuiPrimitive>(tiles_.primitives())).address,
+      staging.write(std::span<const gpu_types::GuiTile>(tiles_.tiles())).address,
+      staging.write(std::span<const uint32_t>(tiles_.entries())).address,
       tile_count,
       image.extent.width,
       image.extent.height};

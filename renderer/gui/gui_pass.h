@@ -21,11 +21,11 @@ class GuiPass {
 
   // fonts_number: a new number uploads the fonts. The image is rgba8 with sRGB-encoded colours, and may
   // differ between calls.
-  void record(gpu::Recorder& recorder, gpu::StagingRing& belt, gpu::Image& image, const ImDrawData& draw_data,
-              const ImFontAtlas& fonts, uint64_t fonts_number);
+  void record(gpu::Recorder& recorder, gpu::StagingRing& staging, gpu::Image& image,
+              const ImDrawData& draw_data, const ImFontAtlas& fonts, uint64_t fonts_number);
 
  private:
-  void upload_fonts(gpu::Recorder& recorder, gpu::StagingRing& belt, const ImFontAtlas& fonts);
+  void upload_fonts(gpu::Recorder& recorder, gpu::StagingRing& staging, const ImFontAtlas& fonts);
   void bind(const gpu::Image& image);
 
   gpu::Device& device_;

@@ -60,7 +60,7 @@ std::optional<int> request_status(std::string_view request) {
   size_t end = request.find("\r\n\r\n");
   end = std::min(end, request.find("\n\n"));
   if (end == std::string_view::npos) {
-    if (request.size() >= kMostRequestBytes) return 431;
+    if (request.size() >= kMaxRequestBytes) return 431;
     return {};
   }
   std::string_view line = request.substr(0, request.find('\n'));

@@ -12,7 +12,7 @@
 
 namespace fire3dv::metrics {
 
-constexpr size_t kMostRequestBytes = 8 << 10;
+constexpr size_t kMaxRequestBytes = 8 << 10;
 
 // Returns the response status of a request, or nullopt while the request is incomplete.
 std::optional<int> request_status(std::string_view request);

@@ -42,8 +42,8 @@ void OfflineLoop::advance(uint64_t frame) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
     parts_.scene.follow();
   }
-  for (const std::string& note : parts_.streams.take_notes()) app::say(note);
-  for (const std::string& note : parts_.scene.take_notes()) app::say(note);
+  for (const std::string& note : parts_.streams.take_log_messages()) app::say(note);
+  for (const std::string& note : parts_.scene.take_log_messages()) app::say(note);
   if (parts_.animations)
     parts_.poses.set_rest(
         (*parts_.animations)->at(static_cast<double>(parts_.poses.sim_time_ns().value_or(line_ns)) * 1e-9));
@@ -56,7 +56,7 @@ Result<void> OfflineLoop::draw(uint64_t frame) {
   gpu::Recorder& recorder = frames_.begin();
   const passes::View view =
       parts_.camera.view(parts_.poses, static_cast<float>(extent.width) / static_cast<float>(extent.height));
-  parts_.renderer.record(*prepared, recorder, frames_.belt(), parts_.poses, view);
+  parts_.renderer.record(*prepared, recorder, frames_.staging(), parts_.poses, view);
   captures_.record(recorder, parts_.renderer.image(), {frame, view.camera, parts_.poses.shown()});
   captures_.submitted(frames_.submit());
   ++images_;

@@ -27,7 +27,7 @@ class RecordedStreams {
   void advance(int64_t line_ns);
 
   // Returns and clears the messages for the user.
-  std::vector<std::string> take_notes() { return std::exchange(notes_, {}); }
+  std::vector<std::string> take_log_messages() { return std::exchange(notes_, {}); }
   uint64_t left_out() const;
 
  private:

@@ -157,7 +157,8 @@ class Render {
   explicit Render(const RenderOptions& options)
       : options_(options),
         drawing_(options.drawing),
-        places_(app::cache_places(drawing_.cache, [](const char* name) { return std::getenv(name); })) {}
+        places_(
+            app::find_cache_locations(drawing_.cache, [](const char* name) { return std::getenv(name); })) {}
 
   Result<bool> run();  // false: stopped by the user
   bool validation_was_silent() const { return !instance_ || instance_->validation_messages() == 0; }
@@ -233,7 +234,7 @@ Result<bool> Render::draw(const scene::LoadedScene& loaded, const Timeline& time
   app::PipelineCacheFile pipelines(**device, places_.pipelines);
   if (pipelines.note()) say(*pipelines.note());
   passes::DrawSettings settings = app::draw_settings(drawing_, std::move(*environment));
-  settings.kept_environments = app::environment_store(places_.environments);
+  settings.cached_environments = app::environment_store(places_.environments);
   std::optional<passes::SceneRenderer> renderer(std::in_place, **device, settings);
   if (auto enough = app::make_room(**device, settings, loaded.scene, renderer); !enough)
     return enough.error();
@@ -248,8 +249,8 @@ Result<bool> Render::draw(const scene::LoadedScene& loaded, const Timeline& time
   state::PoseState poses(loaded.scene);
   app::LiveScene live(
       loaded, poses, *renderer, *camera,
-      {drawing_.assets, passes::levels_for(drawing_.levels_of_detail), renderer->most_textures()});
-  if (*animations) live.keep_playing((*animations)->player, (*animations)->chosen);
+      {drawing_.assets, passes::levels_for(drawing_.levels_of_detail), renderer->max_textures()});
+  if (*animations) live.set_animations((*animations)->player, (*animations)->chosen);
   auto streams = RecordedStreams::open([&] { return open_recording(options_); }, timeline, poses);
   if (!streams) return streams.error();
 

@@ -9,7 +9,7 @@ FramePlan plan_frame(const FrameFacts& facts, const ImageOutputs& outputs, const
   const bool can_compute =
       facts.raster_path == RasterPath::visibility && (!facts.has_forward_only || facts.can_write_samples);
   FramePlan plan;
-  plan.surface_planes = outputs.any_surface_plane();
+  plan.surface_planes = outputs.has_id_planes();
   plan.inspection = inspection.any();
   plan.shading = outputs.shaded() && !replaces_shading(inspection.debug_view);
   plan.compute_shading = plan.shading && can_compute;

@@ -22,8 +22,8 @@ Result<PreparedFrame> SceneRenderer::prepare(const FrameRequest& request, Shorta
     reason = Shortage::unsupported_outputs;
     return can.error();
   }
-  if (request.scene == SceneUpdate::update && outputs_) outputs_->places_are_new();
-  if (request.outputs.has(wire::kMotion) && !outputs_->can_keep_places(*gpu_scene_)) {
+  if (request.scene == SceneUpdate::update && outputs_) outputs_->invalidate_snapshot();
+  if (request.outputs.has(wire::kMotion) && !outputs_->has_room_for_snapshot(*gpu_scene_)) {
     reason = Shortage::motion_snapshots;
     return Error{
         "the device keeps where everything was for images of other frames that want motion, and has no "
@@ -121,7 +121,7 @@ Result<void> SceneRenderer::can_take(const ImageOutputs& outputs, uint32_t views
           "several cameras at once need the visibility path, a scene without blended surfaces, lines and "
           "points, and no linear colours: take one after the other"};
   }
-  if (!outputs.any_plane()) return {};
+  if (!outputs.has_planes()) return {};
   if (path_ != RasterPath::visibility) {
     return Error{settings_.raster == RasterPath::forward
                      ? "outputs beside color come from the visibility buffer: leave --raster forward out"

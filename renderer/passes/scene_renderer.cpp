@@ -50,7 +50,7 @@ SceneRenderer::SceneRenderer(gpu::Device& device, const DrawSettings& settings)
       uses_studio_(!settings.environment),
       path_(choose_path(device, settings.raster)),
       samples_(choose_samples(device, path_, settings.samples)),
-      scene_set_layout_(gpu::BindlessTextures::create_layout(device, settings.most_textures)),
+      scene_set_layout_(gpu::BindlessTextures::create_layout(device, settings.max_textures)),
       layout_(gpu::create_pipeline_layout(device, std::array{scene_set_layout_.get()})),
       edit_uploader_(device),
       transforms_(device, layout_.get()),
@@ -72,7 +72,7 @@ SceneRenderer::SceneRenderer(gpu::Device& device, const DrawSettings& settings)
       post_(device, samples_),
       stale_overlay_(device),
       environment_(device, settings.environment ? *settings.environment : scene::studio_environment(),
-                   settings.kept_environments.get()) {
+                   settings.cached_environments.get()) {
   settings_.environment.reset();  // the GPU copy is complete
 }
 
@@ -96,7 +96,7 @@ bool SceneRenderer::needs_new_renderer(const DrawSettings& settings) const {
                                      : !uses_studio_;
   return path != path_ || other_shadows || other_environment ||
          choose_samples(device_, path, settings.samples) != samples_ ||
-         settings.anisotropy != settings_.anisotropy || settings.most_textures > settings_.most_textures;
+         settings.anisotropy != settings_.anisotropy || settings.max_textures > settings_.max_textures;
 }
 
 void SceneRenderer::set_scene(const scene::Scene& scene, const scene::Derived& derived) {

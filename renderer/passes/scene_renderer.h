@@ -10,8 +10,8 @@
 #include "renderer/passes/environment/environment.h"
 #include "renderer/passes/forward/forward_pass.h"
 #include "renderer/passes/frame_plan.h"
-#include "renderer/passes/outputs/plane_layout.h"
 #include "renderer/passes/outputs/outputs_pass.h"
+#include "renderer/passes/outputs/plane_layout.h"
 #include "renderer/passes/post/post_pass.h"
 #include "renderer/passes/post/stale_overlay_pass.h"
 #include "renderer/passes/resources/deform_pass.h"
@@ -38,12 +38,12 @@ struct DrawSettings {
   uint32_t samples = 4;
   ShadowSettings shadows;
   std::shared_ptr<const scene::EnvironmentImage> environment;  // null: the studio environment
-  std::shared_ptr<EnvironmentStore> kept_environments;         // cache; null: maps are prepared at each start
+  std::shared_ptr<EnvironmentStore> cached_environments;       // cache; null: maps are prepared at each start
   float environment_intensity = 1;
   float environment_rotation_rad = 0;  // about +Y, counter-clockwise seen from above
   Background background;
   PostSettings post;
-  uint32_t most_textures = 1 << 16;  // texture capacity of a scene; larger values slow down every start
+  uint32_t max_textures = 1 << 16;  // texture capacity of a scene; larger values slow down every start
 };
 
 // Image that a caller wants to record.
@@ -81,7 +81,7 @@ class SceneRenderer {
  public:
   SceneRenderer(gpu::Device& device, const DrawSettings& settings);
 
-  // The scene must respect most_textures and outlive its use here. Repeated calls are allowed: the old
+  // The scene must respect max_textures and outlive its use here. Repeated calls are allowed: the old
   // scene's resources retire. Throws VulkanFailure when memory is short; the earlier scene then stays in use.
   void set_scene(const scene::Scene& scene) {
     set_scene(scene, scene::derive(scene, levels_for(settings_.levels_of_detail)));
@@ -125,7 +125,7 @@ class SceneRenderer {
     return targets_->views > 1 ? targets_->display : PostPass::result(*targets_, settings_.post);
   }
   gpu::Buffer& planes() { return outputs_->planes(); }
-  const std::vector<PlanePlace>& plane_places() const { return outputs_->places(); }
+  const std::vector<PlaneRange>& plane_ranges() const { return outputs_->places(); }
   VkExtent2D extent() const { return targets_ ? targets_->extent : VkExtent2D{}; }  // 0: nothing is prepared
   uint32_t views() const { return targets_ ? targets_->views : 1; }
   const GpuScene& gpu_scene() const { return *gpu_scene_; }
@@ -139,7 +139,7 @@ class SceneRenderer {
   // For the current scene; see ShadowPass.
   uint32_t lights_without_shadow() const { return shadows_.lights_without_shadow(); }
   gpu::Device& device() const { return device_; }
-  uint32_t most_textures() const { return settings_.most_textures; }
+  uint32_t max_textures() const { return settings_.max_textures; }
   bool traces() const { return shadows_.traces(); }
   RasterPath raster_path() const { return path_; }
   PostSettings& post_settings() { return settings_.post; }

@@ -46,13 +46,13 @@ Intrinsics intrinsics_of(const scene::Camera& camera, glm::uvec2 image_px) {
 }
 
 Result<void> check(const Intrinsics& intrinsics) {
-  constexpr float kMost = 1e6f;  // focal lengths and principal point, in pixels
+  constexpr float kMax = 1e6f;  // focal lengths and principal point, in pixels
   for (const float focal_px : {intrinsics.fx_px, intrinsics.fy_px}) {
-    if (!(focal_px >= 1e-3f && focal_px <= kMost))
+    if (!(focal_px >= 1e-3f && focal_px <= kMax))
       return Error{"the camera's fx and fy must be numbers of pixels from 0.001 to 1000000"};
   }
   for (const float place_px : {intrinsics.cx_px, intrinsics.cy_px}) {
-    if (!(std::abs(place_px) <= kMost))
+    if (!(std::abs(place_px) <= kMax))
       return Error{"the camera's cx and cy must be numbers of pixels between -1000000 and 1000000"};
   }
   if (!(intrinsics.near_m > 0 && std::isfinite(intrinsics.near_m)))

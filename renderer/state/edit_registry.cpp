@@ -578,7 +578,7 @@ void EditRegistry::replace_vertices(const scene::Scene& scene, uint32_t node, St
   vertex_budgets_[entry.edit.node][{stream.age, node}] = stream.budget;
   vertex_uses_of_node_[node].push_back({entry.edit.node, stream.age});
   result.vertices = entry.vertices;
-  if (scene.nodes[node].own_vertices) {
+  if (scene.nodes[node].has_instance_vertices) {
     finish(stream, entry);
   } else if (built_vertex_nodes_.contains(entry.edit.node)) {
     const auto reason = vertex_refusals_.find(entry.edit.node);

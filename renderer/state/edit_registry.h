@@ -91,7 +91,7 @@ class EditRegistry {
   bool empty() const { return streams_.empty(); }
   const EditFaults& faults() const { return faults_; }
   // Log messages since the last call.
-  std::vector<std::string> take_notes() { return std::exchange(log_messages_, {}); }
+  std::vector<std::string> take_log_messages() { return std::exchange(log_messages_, {}); }
 
  private:
   using Key = std::pair<std::string, wire::Property>;

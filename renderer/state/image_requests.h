@@ -22,7 +22,7 @@ namespace fire3dv::state {
 struct ImageAbilities {
   uint32_t outputs = wire::kColorSrgb8;
   bool lenses = false;
-  uint64_t max_pixel_bytes = wire::kMostPixelBytes;  // of one image
+  uint64_t max_pixel_bytes = wire::kMaxPixelBytes;  // of one image
   uint64_t max_open_bytes = uint64_t{1} << 30;  // limit of one requester's open requests if it has no budget
 };
 

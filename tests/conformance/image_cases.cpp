@@ -97,7 +97,7 @@ std::vector<Case> refused_image_cases() {
   };
   add_request("epoch_zero", "epoch", [](ImageRequest& r) { r.epoch = 0; });
   add_request("id_zero", "id", [](ImageRequest& r) { r.id = 0; });
-  add_request("place_beyond", "place", [](ImageRequest& r) { r.place = kMostImageRequests; });
+  add_request("place_beyond", "place", [](ImageRequest& r) { r.place = kMaxImageRequests; });
   add_request("node_newline", "node", [](ImageRequest& r) { r.node = "a\nb"; });
   add_request("pose_nan", "parent_from_camera", [](ImageRequest& r) { r.parent_from_camera.m[5] = NAN; });
   add_request("width_zero", "width", [](ImageRequest& r) { r.intrinsics.width = 0; });
@@ -142,7 +142,7 @@ std::vector<Case> refused_image_cases() {
   add_frame("epoch_zero", "epoch", [](ImageFrame& f) { f.epoch = 0; });
   add_frame("pose_nan", "world_from_camera", [](ImageFrame& f) { f.world_from_camera.m[0] = NAN; });
   add_frame("fx_zero", "fx", [](ImageFrame& f) { f.intrinsics.fx = 0; });
-  add_frame("pixels_huge", "pixel_bytes", [](ImageFrame& f) { f.pixel_bytes = kMostPixelBytes + 1; });
+  add_frame("pixels_huge", "pixel_bytes", [](ImageFrame& f) { f.pixel_bytes = kMaxPixelBytes + 1; });
   add_frame("output_twice", "planes[1].output", [](ImageFrame& f) { f.planes[1] = f.planes[0]; });
   add_frame("format_of_other_output", "planes[1].format",
             [](ImageFrame& f) { f.planes[1].format = ImageFormat::r32u; });

@@ -24,7 +24,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   using namespace fire3dv;
   const std::string_view request(reinterpret_cast<const char*>(data), size);
   const std::optional<int> judged = metrics::request_status(request);
-  FIRE3DV_ASSERT(judged || size < metrics::kMostRequestBytes);
+  FIRE3DV_ASSERT(judged || size < metrics::kMaxRequestBytes);
   if (!judged) return 0;
   FIRE3DV_ASSERT(*judged == 200 || (*judged >= 400 && *judged <= 505));
   // Only GET /metrics returns the page.

@@ -51,13 +51,13 @@ class Session {
         lockstep_(choices_.one_in(4)),
         poses_(base_scene().scene),
         scene_(poses_),
-        intake_(poses_, lockstep_, play(), budgets_),
-        requests_(intake_, abilities()) {
+        receiver_(poses_, lockstep_, play(), budgets_),
+        requests_(receiver_, abilities()) {
     auto link = std::make_unique<SessionLink>(!choices_.one_in(8));
     link_ = link.get();
-    intake_.add(std::move(link));
-    intake_.set_clock([this] { return now_ns_; });
-    intake_.set_image_handler(&requests_);
+    receiver_.add(std::move(link));
+    receiver_.set_clock([this] { return now_ns_; });
+    receiver_.set_image_handler(&requests_);
   }
 
   void run() {
@@ -174,15 +174,15 @@ class Session {
   // One iteration of the frame loop.
   void turn(bool finish = false) {
     now_ns_ += choices_.one_of<int64_t>({0, 1'000, 1'000'000, 1'000'000, 100'000'000, 6'000'000'000});
-    intake_.poll();
+    receiver_.poll();
     const bool replaced = scene_.follow(finish || choices_.one_in(2));
-    if (replaced || choices_.one_in(4)) intake_.notify_bindings();
+    if (replaced || choices_.one_in(4)) receiver_.notify_bindings();
     for (const state::ImageDemand& demand : requests_.demands(now_ns_)) {
       for (const state::ImageRequestRegistry::Due& due : requests_.due(demand.requester, now_ns_)) draw(due);
     }
-    if (choices_.one_in(2)) intake_.acknowledge(poses_.shown());
-    (void)intake_.take_notes();
-    (void)intake_.report();
+    if (choices_.one_in(2)) receiver_.acknowledge(poses_.shown());
+    (void)receiver_.take_log_messages();
+    (void)receiver_.report();
     check_scene();
     check_bindings();
     check_rights();
@@ -218,7 +218,7 @@ class Session {
         FIRE3DV_ASSERT(poses_.age_of_driver(node).has_value());
       }
     }
-    FIRE3DV_ASSERT(active == intake_.active_streams());
+    FIRE3DV_ASSERT(active == receiver_.active_streams());
   }
 
   // True if the stream has not been described again, possibly by another connection. Known only while it
@@ -267,7 +267,7 @@ class Session {
 
   // Each request of an accepted stream is answered or open.
   void check_requests() const {
-    if (lockstep_ || intake_.deferred_messages() != 0) return;
+    if (lockstep_ || receiver_.deferred_messages() != 0) return;
     std::set<uint64_t> settled;
     for (const auto& [requester, id] : requests_.open()) settled.insert(id);
     for (const auto& [peer, id] : link_->refused()) settled.insert(id);
@@ -282,7 +282,7 @@ class Session {
   }
 
   bool is_over() const {
-    return link_->idle() && intake_.deferred_messages() == 0 && intake_.active_streams() == 0 &&
+    return link_->idle() && receiver_.deferred_messages() == 0 && receiver_.active_streams() == 0 &&
            scene_.is_settled();
   }
 
@@ -299,7 +299,7 @@ class Session {
   const std::shared_ptr<BudgetPool> budgets_ = BudgetPool::create(small_limits());
   state::PoseState poses_;
   SessionScene scene_;
-  app::StreamReceiver intake_;
+  app::StreamReceiver receiver_;
   app::ImageRequestQueue requests_;
   SessionLink* link_ = nullptr;
   std::array<SessionPeer, kPeers> peers_;

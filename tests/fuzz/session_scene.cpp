@@ -66,7 +66,7 @@ bool SessionScene::follow(bool finish_build) {
   bool shown = false;
   for (const state::EditRegistry::Finished& edit : registry_.take_finished())
     shown |= poses_.finish_edit(edit.stream, edit.epoch, edit.version);
-  (void)registry_.take_notes();
+  (void)registry_.take_log_messages();
   return shown;
 }
 

@@ -169,7 +169,7 @@ TEST_F(Async, NothingIsLeftBehind) {
       bench.renderer().set_scene(scene);
       bench.set_size({kExtent.width + i, kExtent.height});
       const state::PoseState poses(scene);
-      bench.renderer().record(bench.prepare(), bench.frames().begin(), bench.frames().belt(), poses, view);
+      bench.renderer().record(bench.prepare(), bench.frames().begin(), bench.frames().staging(), poses, view);
       bench.frames().submit();
     }
   }

@@ -207,7 +207,7 @@ TEST_F(Deform, AnAnimatedFigureMovesInsideItsBounds) {
 
 // All meshes are opaque: rays need triangles only for meshes with per-instance vertices.
 TEST_F(Deform, WhatMayChangeCastsItsShadowAmongWhatCannot) {
-  const auto scene_with = [](bool box, bool own_vertices) {
+  const auto scene_with = [](bool box, bool has_instance_vertices) {
     SceneBuilder builder;
     const uint32_t material = builder.material(matte(glm::vec3(0.6f)));
     builder.mesh_node("ground", builder.quad(material, 4), glm::mat4(1));
@@ -216,7 +216,7 @@ TEST_F(Deform, WhatMayChangeCastsItsShadowAmongWhatCannot) {
     builder.light_node(sun({1, 1, 1}, 3), shining_towards({0.2f, -1, 0.1f}));
     builder.camera_node("camera", {0, 5, 4}, {0, 0.3f, 0});
     scene::Scene scene = builder.build();
-    scene.nodes[node].own_vertices = own_vertices;
+    scene.nodes[node].has_instance_vertices = has_instance_vertices;
     return scene;
   };
   for (const Way& way : kConfigurations) {

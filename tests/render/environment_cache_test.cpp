@@ -55,7 +55,7 @@ TEST_F(CachedEnvironment, CachedMapsGiveTheSameBytes) {
     settings.post.tone_map = passes::ToneMap::none;
     settings.post.fxaa = false;
     settings.background.show_environment = true;
-    if (kept) settings.kept_environments = shelf;
+    if (kept) settings.cached_environments = shelf;
     return RenderBench(scene, {96, 64}, settings).draw_at_rest();
   };
   const sinks::FrameImage prepared = draw(1, false);

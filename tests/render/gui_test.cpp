@@ -40,8 +40,9 @@ class Screen {
       return {};
     }
     gpu::Recorder& recorder = frames_.begin();
-    renderer_.record(*prepared, recorder, frames_.belt(), poses_, first_camera_view(scene_, poses_, extent_));
-    if (panels) pass_.record(recorder, frames_.belt(), renderer_.image(), *panels, *fonts, fonts_number);
+    renderer_.record(*prepared, recorder, frames_.staging(), poses_,
+                     first_camera_view(scene_, poses_, extent_));
+    if (panels) pass_.record(recorder, frames_.staging(), renderer_.image(), *panels, *fonts, fonts_number);
     readback_.record(recorder, renderer_.image(), 0);
     readback_.submitted(frames_.submit());
     sinks::FrameImage image;

@@ -98,7 +98,7 @@ class Identity : public ValidationIsSilent {
 
   static std::vector<sinks::FrameImage> play_over(const std::string& listen_uri, const Tamper& tamper = {}) {
     state::PoseState poses(scene());
-    app::StreamReceiver intake(poses, true);
+    app::StreamReceiver receiver(poses, true);
     transport::ListenerOptions options;
     options.delivery = transport::Delivery::all;
     auto listener = transport::open_listener(listen_uri, options);
@@ -107,7 +107,7 @@ class Identity : public ValidationIsSilent {
       return {};
     }
     const std::string uri = (*listener)->uri();
-    intake.add(std::move(*listener));
+    receiver.add(std::move(*listener));
 
     fire3dv_stream* stream = fire3dv_open(uri.c_str(), nullptr);
     if (!stream) {
@@ -123,7 +123,7 @@ class Identity : public ValidationIsSilent {
     description.node_names = name_pointers.data();
     description.node_count = kBodies;
     EXPECT_EQ(fire3dv_describe(stream, &description), FIRE3DV_OK) << fire3dv_last_error();
-    wait_for_welcome(stream, intake);
+    wait_for_welcome(stream, receiver);
 
     RenderBench bench(scene(), kExtent);
     std::vector<sinks::FrameImage> images;
@@ -132,10 +132,10 @@ class Identity : public ValidationIsSilent {
       if (tamper) tamper(frame, stream_from_body);
       EXPECT_EQ(fire3dv_publish(stream, frame * 1000000, stream_from_body[0].m.data(), kBodies, 0),
                 FIRE3DV_OK);
-      if (!shown_before_hang_limit(intake)) break;
+      if (!shown_before_hang_limit(receiver)) break;
       images.push_back(bench.draw(poses, first_camera_view(scene(), poses, kExtent)));
       EXPECT_EQ(images.back().shown.at(0).sequence, frame + 1);
-      intake.acknowledge(images.back().shown);
+      receiver.acknowledge(images.back().shown);
       EXPECT_EQ(fire3dv_wait_ack(stream, frame + 1, 60000), FIRE3DV_OK) << fire3dv_last_error();
     }
     fire3dv_close(&stream);
@@ -143,23 +143,23 @@ class Identity : public ValidationIsSilent {
   }
 
   // UDP sends no poses before the end of the handshake, and a lost frame would not be acknowledged.
-  static void wait_for_welcome(fire3dv_stream* stream, app::StreamReceiver& intake) {
+  static void wait_for_welcome(fire3dv_stream* stream, app::StreamReceiver& receiver) {
     fire3dv_status status{};
     status.struct_size = sizeof status;
     status.welcome = -1;
     for (int i = 0; i < 60000 && status.welcome < 0; ++i) {
-      intake.poll();
-      intake.wait(std::chrono::milliseconds(1));
+      receiver.poll();
+      receiver.wait(std::chrono::milliseconds(1));
       fire3dv_poll(stream, &status);
     }
     EXPECT_EQ(status.welcome, 0) << status.welcome_message;
     EXPECT_EQ(status.unmatched_names, 0u) << status.welcome_message;
   }
 
-  static bool shown_before_hang_limit(app::StreamReceiver& intake) {
+  static bool shown_before_hang_limit(app::StreamReceiver& receiver) {
     for (int i = 0; i < 60000; ++i) {
-      if (intake.poll()) return true;
-      intake.wait(std::chrono::milliseconds(1));
+      if (receiver.poll()) return true;
+      receiver.wait(std::chrono::milliseconds(1));
     }
     ADD_FAILURE() << "a published frame did not arrive";
     return false;

@@ -82,7 +82,7 @@ class Inspected {
   void begin(const Inspection& inspection) {
     const passes::PreparedFrame prepared = bench_.prepare({.inspection = inspection});
     gpu::Recorder& recorder = bench_.frames().begin();
-    renderer().record(prepared, recorder, bench_.frames().belt(), poses_, view());
+    renderer().record(prepared, recorder, bench_.frames().staging(), poses_, view());
     belt_.record(recorder, renderer().image(), 0);
     const uint64_t done_at = bench_.frames().submit();
     belt_.submitted(done_at);

@@ -260,7 +260,7 @@ TEST_F(LiveScenesOnce, NothingIsLeftBehind) {
   }
   EXPECT_EQ(settled(), before);
   EXPECT_EQ(show.live().faults().refused, 3u);
-  EXPECT_GT(show.live().take_notes().size(), 0u);
+  EXPECT_GT(show.live().take_log_messages().size(), 0u);
 }
 
 // Images of the scene before are shared, not uploaded again; changed pixels are other ones.
@@ -309,7 +309,7 @@ TEST_F(LiveScenesOnce, WithoutMemoryNodesAreRefusedAndTheImageStays) {
   show.live().follow();
   EXPECT_EQ(show.live().replaced(), scenes);
   EXPECT_EQ(show.live().faults().refused, 1u);
-  const std::vector<std::string> notes = show.live().take_notes();
+  const std::vector<std::string> notes = show.live().take_log_messages();
   ASSERT_EQ(notes.size(), 1u);
   EXPECT_NE(notes[0].find("\"sail\""), std::string::npos);
   EXPECT_NE(notes[0].find("memory"), std::string::npos);

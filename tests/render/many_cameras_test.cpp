@@ -126,13 +126,13 @@ TEST_F(MoreCameras, OneFrameHasImagesOfSeveralSizes) {
   passes::SceneRenderer& renderer = bench.renderer();
   gpu::ReadbackRing<int> readback(device());
   gpu::Recorder& recorder = bench.frames().begin();
-  gpu::StagingRing& belt = bench.frames().belt();
-  renderer.record(bench.prepare({.outputs = labels}), recorder, belt, poses, views[1]);
-  readback.record(recorder, nullptr, kExtent, {&renderer.planes(), passes::bytes_of(renderer.plane_places())},
+  gpu::StagingRing& staging = bench.frames().staging();
+  renderer.record(bench.prepare({.outputs = labels}), recorder, staging, poses, views[1]);
+  readback.record(recorder, nullptr, kExtent, {&renderer.planes(), passes::bytes_of(renderer.plane_ranges())},
                   0);
   const std::vector<passes::View> two{views[2], views[4]};
   const passes::PreparedFrame prepared = bench.prepare({.views = 2, .scene = passes::SceneUpdate::reuse});
-  renderer.record(prepared, recorder, belt, poses, two);
+  renderer.record(prepared, recorder, staging, poses, two);
   readback.record(recorder, renderer.image(), 1);
   readback.submitted(bench.frames().submit());
   std::vector<std::vector<uint8_t>> taken(2);

@@ -165,7 +165,7 @@ TEST_F(Settings, WhatNeedsAnotherRendererIsSaid) {
   EXPECT_TRUE(needs([](passes::DrawSettings& s) { s.shadows.method = passes::ShadowMethod::map; }));
   EXPECT_TRUE(needs([](passes::DrawSettings& s) { s.shadows.hybrid = false; }));
   EXPECT_FALSE(needs([](passes::DrawSettings& s) { s.shadows.method = passes::ShadowMethod::off; }));
-  EXPECT_TRUE(needs([](passes::DrawSettings& s) { s.most_textures *= 2; }));
+  EXPECT_TRUE(needs([](passes::DrawSettings& s) { s.max_textures *= 2; }));
   EXPECT_TRUE(needs([](passes::DrawSettings& s) {
     s.environment = std::make_shared<scene::EnvironmentImage>(scene::studio_environment());
   }));

@@ -73,7 +73,7 @@ int open(const char* uri, const fire3dv_options* given, fire3dv_stream** result)
     link_options.tls.ca_file = path_of(options->tls_ca_file);
     link_options.tls.certificate_file = path_of(options->tls_certificate_file);
     link_options.tls.key_file = path_of(options->tls_key_file);
-    if (options->scene_budget_bytes > wire::EditStore::kMostBudgetBytes)
+    if (options->scene_budget_bytes > wire::EditStore::kMaxBudgetBytes)
       return fail(FIRE3DV_ERROR_ARGUMENT, "options.scene_budget_bytes is " +
                                               std::to_string(options->scene_budget_bytes) +
                                               "; at most 256 MiB are allowed");

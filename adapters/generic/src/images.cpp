@@ -14,10 +14,10 @@ namespace {
 constexpr uint64_t key_of(uint32_t place) {
   return uint64_t{1} << 63 | place;
 }
-constexpr size_t kMaxRefusals = wire::kMostImageRequests;
+constexpr size_t kMaxRefusals = wire::kMaxImageRequests;
 constexpr uint32_t kMaxBoxes = 4096;  // per image, for the size of reserved slots
 constexpr size_t kFewHeld = 16;
-constexpr uint32_t kMaxReadAtOnce = wire::kMostImageRequests;
+constexpr uint32_t kMaxReadAtOnce = wire::kMaxImageRequests;
 constexpr size_t kMaxArrivedBytes = size_t{1} << 30;  // limit of images that the caller has not taken
 
 bool switches_document(wire::ImageWhen when) {
@@ -31,18 +31,18 @@ Result<void> Images::send(transport::PublisherLink& link, const wire::ImageReque
 }
 
 Result<uint64_t> Images::request(transport::PublisherLink& link, wire::ImageRequest request) {
-  if (open_.size() == wire::kMostImageRequests)
+  if (open_.size() == wire::kMaxImageRequests)
     return Error{"the limit of open image requests is reached (" + std::to_string(open_.size()) +
                  "); cancel some, or wait for them"};
   const uint64_t pixel_bytes =
       wire::pixel_bytes_of(request.intrinsics.width, request.intrinsics.height, request.outputs, kMaxBoxes);
-  if (pixel_bytes > wire::kMostPixelBytes)
+  if (pixel_bytes > wire::kMaxPixelBytes)
     return Error{"an image of " + std::to_string(request.intrinsics.width) + " x " +
                  std::to_string(request.intrinsics.height) + " with these outputs has " +
-                 std::to_string(pixel_bytes) + " bytes; at most " + std::to_string(wire::kMostPixelBytes) +
+                 std::to_string(pixel_bytes) + " bytes; at most " + std::to_string(wire::kMaxPixelBytes) +
                  " come back: request a smaller one, or fewer outputs"};
-  const size_t block_bytes = wire::most_block_bytes(pixel_bytes);
-  const size_t longest = std::max(block_bytes, most_block_bytes());
+  const size_t block_bytes = wire::max_block_bytes(pixel_bytes);
+  const size_t longest = std::max(block_bytes, max_block_bytes());
   if (auto room = link.make_room_for_images(longest, requests_to_make_room_for()); !room) return room.error();
 
   request.id = last_id_ + 1;
@@ -72,7 +72,7 @@ void Images::forget_let_go() {
   std::erase_if(borrowed_, [](const auto& memory) { return memory.expired(); });
 }
 
-size_t Images::most_block_bytes() {
+size_t Images::max_block_bytes() {
   if (!max_block_bytes_) {
     max_block_bytes_ = 0;
     for (const auto& [id, open] : open_) max_block_bytes_ = std::max(*max_block_bytes_, open.block_bytes);
@@ -170,7 +170,7 @@ void Images::arrived(const wire::ImageFrame& frame, std::span<const std::byte> p
 void Images::bound_arrived() {
   size_t bytes = 0;
   for (const Arrived& image : arrived_) bytes += image.pixels.size();
-  while (arrived_.size() > 1 && (bytes > kMaxArrivedBytes || arrived_.size() > wire::kMostImageRequests)) {
+  while (arrived_.size() > 1 && (bytes > kMaxArrivedBytes || arrived_.size() > wire::kMaxImageRequests)) {
     const Arrived& oldest = arrived_.front();
     bytes -= oldest.pixels.size();
     if (!open_.contains(oldest.frame.request))

@@ -63,7 +63,7 @@ class Images {
   uint64_t last_id_ = 0;
   std::optional<size_t> max_block_bytes_ = 0;  // maximum over open_; empty: recompute
   size_t requests_to_make_room_for();
-  size_t most_block_bytes();
+  size_t max_block_bytes();
   void bound_arrived();
   void forget_let_go();
 

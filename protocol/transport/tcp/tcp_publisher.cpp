@@ -82,7 +82,7 @@ class TcpPublisher final : public NetworkPublisher {
   SharedBytes description_;  // null: none yet
   bool wants_images_ = false;
   std::atomic<size_t> max_received_bytes_{kMaxReplyBytes};  // limit of an incomplete message
-  ImageQueue<std::vector<std::byte>> images_{kMaxUnreadImageBytes, wire::kMostImageRequests};
+  ImageQueue<std::vector<std::byte>> images_{kMaxUnreadImageBytes, wire::kMaxImageRequests};
 };
 
 // --- the simulator's thread

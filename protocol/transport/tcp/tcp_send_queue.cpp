@@ -14,7 +14,7 @@ constexpr size_t kMaxReplies = 4096;
 }  // namespace
 
 SendQueue::SendQueue(std::shared_ptr<PeerBudget> budget)
-    : budget_(std::move(budget)), images_(SIZE_MAX, wire::kMostImageRequests) {}
+    : budget_(std::move(budget)), images_(SIZE_MAX, wire::kMaxImageRequests) {}
 
 // Drops the image of the request, or the oldest one. Its memory is freed without the lock.
 bool SendQueue::drop_image(std::optional<uint64_t> request) {

@@ -19,7 +19,7 @@ std::vector<std::pair<uint64_t, uint64_t>> keys_of(const std::vector<state::Requ
 
 }  // namespace
 
-std::optional<scene::LightType> kind_of_light(const scene::Scene& scene, const scene::NodeEdits& edits,
+std::optional<scene::LightType> light_type(const scene::Scene& scene, const scene::NodeEdits& edits,
                                            uint32_t node) {
   if (const auto edit = edits.find(node); edit != edits.end() && edit->second.light)
     return edit->second.light->type;
@@ -36,8 +36,8 @@ LiveScene::LiveScene(const scene::LoadedScene& base, state::PoseState& poses, pa
   poses.load_assets_asynchronously();
 }
 
-void LiveScene::keep_playing(std::optional<state::AnimationPlayer>& player,
-                             std::vector<uint32_t> animations) {
+void LiveScene::set_animations(std::optional<state::AnimationPlayer>& player,
+                               std::vector<uint32_t> animations) {
   player_ = &player;
   animations_ = std::move(animations);
 }
@@ -48,7 +48,7 @@ void LiveScene::set_user_edits(const UserEdits& edits) {
   user_changed_ = true;
 }
 
-void LiveScene::renderer_is_new() {
+void LiveScene::on_renderer_replaced() {
   renderer_.set_edits(edits_);
   renderer_.set_scene(scene(), shown().derived);
 }
@@ -150,7 +150,7 @@ std::optional<scene::NodeEdit> LiveScene::combined_edit(const scene::NodeEdits& 
   const auto light = user_.lights.find(node);
   // The user's light is void if a stream removed the light or changed its type.
   const bool has_light =
-      light != user_.lights.end() && kind_of_light(scene(), of_streams, node) == light->second.type;
+      light != user_.lights.end() && light_type(scene(), of_streams, node) == light->second.type;
   const bool is_withdrawn = withdrawn_.contains(node), is_hidden = user_.hidden.contains(node);
   if (known == of_streams.end() && !is_withdrawn && !is_hidden && !has_light) return std::nullopt;
   scene::NodeEdit edit;
@@ -324,8 +324,8 @@ void LiveScene::refuse_new(SceneBuild::Built&& built, const std::string& reason)
   registry_.set_built_vertex_nodes(built.vertex_nodes, std::move(vertex_refusals));
 }
 
-std::vector<std::string> LiveScene::take_notes() {
-  std::vector<std::string> messages = registry_.take_notes();
+std::vector<std::string> LiveScene::take_log_messages() {
+  std::vector<std::string> messages = registry_.take_log_messages();
   const uint32_t without = renderer_.lights_without_shadow();
   if (std::exchange(reported_without_shadow_, without) != without && without > 0)
     messages.push_back("warning: " + std::to_string(without) +

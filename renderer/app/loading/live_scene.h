@@ -33,7 +33,7 @@ struct UserEdits {
 };
 
 // Type of a node's light by these edits, else by the file; nullopt: it has none.
-std::optional<scene::LightType> kind_of_light(const scene::Scene& scene, const scene::NodeEdits& edits,
+std::optional<scene::LightType> light_type(const scene::Scene& scene, const scene::NodeEdits& edits,
                                            uint32_t node);
 
 class LiveScene {
@@ -43,11 +43,11 @@ class LiveScene {
             CameraRig& camera, AssetSettings assets);
 
   // Animations of the file, whose player is replaced with the scene. Borrowed.
-  void keep_playing(std::optional<state::AnimationPlayer>& player, std::vector<uint32_t> animations);
+  void set_animations(std::optional<state::AnimationPlayer>& player, std::vector<uint32_t> animations);
 
   // Called before the old scene is destroyed, so that observers can map node indices.
   using Replaced = std::function<void(const scene::Scene& before, const scene::Scene& after)>;
-  void tell_replaced(Replaced replaced) { on_replaced_ = std::move(replaced); }
+  void on_scene_replaced(Replaced replaced) { on_replaced_ = std::move(replaced); }
   // Called with the time that the edits of a stream took in follow().
   using EditTime = std::function<void(state::StreamId stream, int64_t ns)>;
   void charge_edit_time(EditTime edit_time) { edit_time_ = std::move(edit_time); }
@@ -55,7 +55,7 @@ class LiveScene {
   void set_user_edits(const UserEdits& edits);
 
   // Must be called when another renderer has been created at the address of the borrowed one.
-  void renderer_is_new();
+  void on_renderer_replaced();
 
   // Applies the edits since the last call; called between two frames. Returns true if a pose frame that
   // waited for its edits is shown now.
@@ -71,9 +71,11 @@ class LiveScene {
   uint64_t builds_begun() const { return builds_begun_; }
   uint64_t request_lists_made() const { return request_lists_made_; }
   // Log messages since the last call.
-  std::vector<std::string> take_notes();
+  std::vector<std::string> take_log_messages();
   // Secondary devices that draw this scene. Nodes that exceed the memory of one of them are refused.
-  void draw_on_too(std::vector<const gpu::Device*> devices) { secondary_devices_ = std::move(devices); }
+  void set_secondary_devices(std::vector<const gpu::Device*> devices) {
+    secondary_devices_ = std::move(devices);
+  }
 
  private:
   // Contents of a merged scene beyond the file.

@@ -280,8 +280,8 @@ Result<void> SceneBuild::add(const state::RequestedNode& node, uint32_t parent, 
     }
     if (merge.added_bytes + asset->size.host_bytes > kMaxAddedBytes)
       return Error{"all assets together take more than " + std::to_string(kMaxAddedBytes >> 20) + " MiB"};
-    if (scene.textures.size() + asset->loaded.scene.textures.size() > settings_.most_textures)
-      return Error{"the scene would have more than " + std::to_string(settings_.most_textures) + " textures"};
+    if (scene.textures.size() + asset->loaded.scene.textures.size() > settings_.max_textures)
+      return Error{"the scene would have more than " + std::to_string(settings_.max_textures) + " textures"};
   }
   const uint64_t path_bytes =
       path.size() + (asset ? asset->size.path_bytes + asset->size.nodes * (path.size() + 1) : 0);
@@ -344,7 +344,7 @@ void SceneBuild::give_own_vertices(const Request& request, Merge& merge, Built& 
     }
     vertex_charges_[key] = std::move(*charge);
     corners += more;
-    scene.nodes[node].own_vertices = true;
+    scene.nodes[node].has_instance_vertices = true;
   }
 }
 

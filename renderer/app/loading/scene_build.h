@@ -28,7 +28,7 @@ namespace fire3dv::app {
 struct AssetSettings {
   std::filesystem::path folder = {};  // root of the assets that streams may name; empty: no files are read
   scene::Levels levels = scene::Levels::automatic_levels;
-  uint32_t most_textures = UINT32_MAX;  // limit of the whole scene
+  uint32_t max_textures = UINT32_MAX;  // limit of the whole scene
   // Replaced by tests. Null: assets are loaded, and time is the monotonic clock.
   std::function<Result<scene::Scene>(const state::RequestedNode&, const scene::LoadLimits&)> load = {};
   std::function<int64_t()> now_ns = {};

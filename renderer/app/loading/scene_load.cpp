@@ -69,9 +69,9 @@ Result<scene::LoadedScene> SceneLoad::load_gltf_file() {
   };
   try {
     std::optional<scene::LoadedScene> cached = cache_.find(gltf_, limits.max_file_bytes);
-    for (std::string& said : cache_.take_notes()) notes_.push_back(std::move(said));
+    for (std::string& said : cache_.take_log_messages()) notes_.push_back(std::move(said));
     // A run with --lod off may have written the cache entry without levels of detail.
-    is_cached_ = cached && (cached->derived.has_levels || !scene::gets_levels(cached->scene, levels_));
+    is_cached_ = cached && (cached->derived.has_levels || !scene::needs_levels(cached->scene, levels_));
     if (is_cached_) return std::move(*cached);
     Result<scene::Scene> scene = scene::load_gltf(gltf_, limits, progress, &sources_, cache_.known());
     if (!scene) return scene.error();

@@ -19,8 +19,8 @@ std::optional<std::filesystem::path> user_folder(const std::function<const char*
 
 }  // namespace
 
-CacheLocations cache_places(std::string_view wanted,
-                            const std::function<const char*(const char*)>& environment) {
+CacheLocations find_cache_locations(std::string_view wanted,
+                                    const std::function<const char*(const char*)>& environment) {
   CacheLocations places;
   if (wanted == "off") return places;
   const bool named = wanted != "auto" && wanted != "beside";

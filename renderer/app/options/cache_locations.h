@@ -19,7 +19,7 @@ struct CacheLocations {
 // Resolves the value of --cache. "auto": the XDG cache folder, if the environment defines one; "beside":
 // scenes next to their files; "off": no cache; otherwise a folder. environment: same interface as
 // std::getenv.
-CacheLocations cache_places(std::string_view wanted,
-                            const std::function<const char*(const char*)>& environment);
+CacheLocations find_cache_locations(std::string_view wanted,
+                                    const std::function<const char*(const char*)>& environment);
 
 }  // namespace fire3dv::app

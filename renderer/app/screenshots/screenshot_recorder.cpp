@@ -184,7 +184,7 @@ void ScreenshotRecorder::finish() {
   writing_.clear();
 }
 
-std::vector<std::string> ScreenshotRecorder::take_notes() {
+std::vector<std::string> ScreenshotRecorder::take_log_messages() {
   std::erase_if(writing_, [&](std::future<std::string>& writing) {
     if (writing.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return false;
     note(writing.get());

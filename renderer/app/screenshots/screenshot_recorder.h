@@ -25,7 +25,7 @@ class ScreenshotRecorder {
       : folder_(std::move(folder)), captures_(device) {}
   ~ScreenshotRecorder();  // deletes incomplete files unless finish() was called
 
-  void take_screenshot() { screenshot_wanted_ = true; }
+  void request_screenshot() { screenshot_wanted_ = true; }
   void toggle_video();
   bool records_video() const { return video_ != nullptr; }
 
@@ -37,7 +37,7 @@ class ScreenshotRecorder {
   void finish();   // call after the last deliver(): waits until all files are complete
 
   // Messages to the user since the last call.
-  std::vector<std::string> take_notes();
+  std::vector<std::string> take_log_messages();
 
  private:
   using Clock = std::chrono::steady_clock;

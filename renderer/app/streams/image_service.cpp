@@ -24,7 +24,7 @@ uint64_t pixels_of(const passes::Intrinsics& drawn) {
 std::optional<CameraRefused> check_pinhole_size(const wire::ImageRequest& request,
                                                 const RequestCamera& camera) {
   if (camera.lens.model == passes::LensModel::none) return {};
-  const uint32_t outputs = passes::behind_lens(wire::ImageOutputs(request.outputs)).bits();
+  const uint32_t outputs = passes::pinhole_outputs(wire::ImageOutputs(request.outputs)).bits();
   const glm::uvec2 size = camera.pinhole.image_px;
   const uint64_t bytes = wire::pixel_bytes_of(size.x, size.y, outputs, 0);
   if (bytes <= kMaxBytesBehindLens) return {};

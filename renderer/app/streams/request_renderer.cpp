@@ -29,13 +29,13 @@ uint64_t read_back_bytes(const wire::ImageRequest& request, uint32_t views) {
   const passes::ImageOutputs outputs = drawn_outputs(request);
   const uint32_t width = request.intrinsics.width, height = request.intrinsics.height * views;
   return (outputs.has(wire::kColorSrgb8) ? uint64_t{4} * width * height : 0) +
-         passes::bytes_of(passes::place_planes(outputs, width, height));
+         passes::bytes_of(passes::lay_out_planes(outputs, width, height));
 }
 
 // Outputs that the renderer draws for the request, before lens distortion.
 passes::ImageOutputs outputs_behind(const RequestRenderer::WorkItem& work) {
   const passes::ImageOutputs outputs = drawn_outputs(work.due.request);
-  return has_lens(work.camera) ? passes::behind_lens(outputs) : outputs;
+  return has_lens(work.camera) ? passes::pinhole_outputs(outputs) : outputs;
 }
 
 // Runs an allocation; returns false if the device is out of memory. Rethrows other errors.
@@ -83,7 +83,7 @@ bool RequestRenderer::draw(gpu::FrameRing& frames, const Moment& moment, uint64_
     const std::optional<passes::PreparedFrame> prepared = prepare(batch);
     if (!prepared) continue;
     if (!recorder) recorder = &frames.begin();
-    record(*prepared, *recorder, frames.belt(), batch, moment);
+    record(*prepared, *recorder, frames.staging(), batch, moment);
     scene_update_ = passes::SceneUpdate::reuse;
     bytes += read_back_bytes(batch[0].due.request, static_cast<uint32_t>(batch.size()));
     const glm::uvec2 size = batch[0].camera.pinhole.image_px;
@@ -159,7 +159,8 @@ std::optional<passes::PreparedFrame> RequestRenderer::prepare(std::span<const Wo
 }
 
 void RequestRenderer::record(const passes::PreparedFrame& prepared, gpu::Recorder& recorder,
-                             gpu::StagingRing& belt, std::span<const WorkItem> batch, const Moment& moment) {
+                             gpu::StagingRing& staging, std::span<const WorkItem> batch,
+                             const Moment& moment) {
   const wire::ImageRequest& first = batch[0].due.request;
   const passes::ImageOutputs outputs = drawn_outputs(first);
   Tag tag;
@@ -184,7 +185,7 @@ void RequestRenderer::record(const passes::PreparedFrame& prepared, gpu::Recorde
     tag.images.push_back({due.requester, due.request.outputs, std::move(frame)});
   }
   std::vector<passes::CameraHistory> histories = take_histories(batch);
-  renderer_.record(prepared, recorder, belt, moment.poses, views, histories);
+  renderer_.record(prepared, recorder, staging, moment.poses, views, histories);
   store_histories(batch, std::move(histories));
 
   tag.taken.width = first.intrinsics.width;
@@ -193,7 +194,7 @@ void RequestRenderer::record(const passes::PreparedFrame& prepared, gpu::Recorde
   tag.taken.color_srgb8 = outputs.has(wire::kColorSrgb8);
   if (wants_boxes(first)) tag.taken.boxes = moment.boxes;
   if (has_lens(batch[0].camera)) {
-    read_back_through_lens(recorder, belt, batch[0].camera, outputs, std::move(tag));
+    read_back_through_lens(recorder, staging, batch[0].camera, outputs, std::move(tag));
   } else {
     read_back(recorder, outputs, std::move(tag));
   }
@@ -201,24 +202,24 @@ void RequestRenderer::record(const passes::PreparedFrame& prepared, gpu::Recorde
 
 void RequestRenderer::read_back(gpu::Recorder& recorder, const passes::ImageOutputs& outputs, Tag&& tag) {
   gpu::ReadbackRing<Tag>::Planes planes;
-  if (outputs.any_plane()) {
-    tag.taken.places = renderer_.plane_places();
+  if (outputs.has_planes()) {
+    tag.taken.places = renderer_.plane_ranges();
     planes = {&renderer_.planes(), passes::bytes_of(tag.taken.places)};
   }
   gpu::Image* const image = outputs.has(wire::kColorSrgb8) ? &renderer_.image() : nullptr;
   readback_.record(recorder, image, renderer_.image().extent, planes, std::move(tag));
 }
 
-void RequestRenderer::read_back_through_lens(gpu::Recorder& recorder, gpu::StagingRing& belt,
+void RequestRenderer::read_back_through_lens(gpu::Recorder& recorder, gpu::StagingRing& staging,
                                              const RequestCamera& camera, const passes::ImageOutputs& outputs,
                                              Tag&& tag) {
   passes::LensPass::Source source{camera.pinhole, nullptr, nullptr, {}};
   if (outputs.has(wire::kColorSrgb8)) source.color = &renderer_.image();
-  if (outputs.any_plane()) {
+  if (outputs.has_planes()) {
     source.planes = &renderer_.planes();
-    source.places = renderer_.plane_places();
+    source.places = renderer_.plane_ranges();
   }
-  lens_.record(recorder, belt, source, {camera.intrinsics, camera.lens, outputs});
+  lens_.record(recorder, staging, source, {camera.intrinsics, camera.lens, outputs});
   tag.taken.places = lens_.places();
   readback_.record(recorder, nullptr, extent_of(camera.intrinsics.image_px),
                    {&lens_.result(), lens_.result_bytes()}, std::move(tag));

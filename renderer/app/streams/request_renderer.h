@@ -94,10 +94,10 @@ class RequestRenderer {
   size_t batch_size(std::span<const WorkItem> rest, uint64_t max_bytes) const;
   std::optional<passes::PreparedFrame> prepare(std::span<const WorkItem> batch);
   void refuse(std::span<const WorkItem> batch, wire::ImageRefusal reason, const std::string& why);
-  void record(const passes::PreparedFrame& prepared, gpu::Recorder& recorder, gpu::StagingRing& belt,
+  void record(const passes::PreparedFrame& prepared, gpu::Recorder& recorder, gpu::StagingRing& staging,
               std::span<const WorkItem> batch, const Moment& moment);
   void read_back(gpu::Recorder& recorder, const passes::ImageOutputs& outputs, Tag&& tag);
-  void read_back_through_lens(gpu::Recorder& recorder, gpu::StagingRing& belt, const RequestCamera& camera,
+  void read_back_through_lens(gpu::Recorder& recorder, gpu::StagingRing& staging, const RequestCamera& camera,
                               const passes::ImageOutputs& outputs, Tag&& tag);
   std::vector<passes::CameraHistory> take_histories(std::span<const WorkItem> batch);
   void store_histories(std::span<const WorkItem> batch, std::vector<passes::CameraHistory>&& histories);

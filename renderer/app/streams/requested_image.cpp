@@ -16,7 +16,7 @@ RequestedImage::RequestedImage(const ReadbackViews& readback, uint32_t view, wir
     add(wire::kColorSrgb8, width, height, bytes.subspan(view * color_bytes, color_bytes));
   const std::span<const uint8_t> planes = bytes.subspan(readback.views * color_bytes);
   std::span<const uint8_t> instances;
-  for (const passes::PlanePlace& place : readback.places) {
+  for (const passes::PlaneRange& place : readback.places) {
     const size_t size = wire::info_of(place.output).element_bytes * pixels;
     const std::span<const uint8_t> plane = planes.subspan(place.offset_bytes + view * size, size);
     if (place.output == wire::kInstanceU32) instances = plane;

@@ -19,7 +19,7 @@ namespace fire3dv::app {
 struct ReadbackViews {
   uint32_t width = 0, height = 0, views = 1;
   bool color_srgb8 = false;
-  std::vector<passes::PlanePlace> places;
+  std::vector<passes::PlaneRange> places;
   std::shared_ptr<const std::vector<wire::BoxRecord3d>> boxes;  // of all instances; null if not requested
 };
 

@@ -81,7 +81,7 @@ void SecondaryDevice::begin_drawing(const LiveScene& live, const passes::DrawSet
 // A scene that does not fit refuses the current image requests; the next requests retry.
 Result<void> SecondaryDevice::show(const LiveScene& live, passes::DrawSettings settings) {
   // Keeps a larger texture limit.
-  settings.most_textures = std::max(settings.most_textures, renderer_->most_textures());
+  settings.max_textures = std::max(settings.max_textures, renderer_->max_textures());
   const bool other_renderer = renderer_->needs_new_renderer(settings);
   if (shown_scene_ == live.replaced() && !other_renderer) {
     renderer_->apply(settings);

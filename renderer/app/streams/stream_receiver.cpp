@@ -287,7 +287,7 @@ std::optional<int64_t> StreamReceiver::published_ns(uint64_t epoch, uint64_t pub
   return {};
 }
 
-std::vector<std::string> StreamReceiver::take_notes() {
+std::vector<std::string> StreamReceiver::take_log_messages() {
   return std::exchange(log_messages_, {});
 }
 

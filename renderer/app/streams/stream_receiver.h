@@ -75,7 +75,7 @@ class StreamReceiver final : public ImageReplies {
   void notify_bindings();
 
   // Log messages since the last call: connections, ends and refusals, with reasons.
-  std::vector<std::string> take_notes();
+  std::vector<std::string> take_log_messages();
   // Number of deferred messages of all peers.
   size_t deferred_messages() const;
   size_t active_streams() const { return stream_of_peer_.size(); }

@@ -24,7 +24,7 @@ Result<void> CameraWindow::draw(passes::SceneRenderer& renderer, const state::Po
   if (!prepared) return prepared.error();
   gpu::Recorder& recorder = frames_.begin();
   const float aspect = static_cast<float>(extent.width) / static_cast<float>(extent.height);
-  renderer.record(*prepared, recorder, frames_.belt(), poses, camera_.view(poses, aspect));
+  renderer.record(*prepared, recorder, frames_.staging(), poses, camera_.view(poses, aspect));
   renderer.draw_stale_overlay(recorder, stale_condition(poses.streams(), mark_held));
   window_.record(recorder, renderer.image());
   renderer.submitted(frames_.submit(window_.waits(), window_.signals()));

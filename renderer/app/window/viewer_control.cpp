@@ -80,7 +80,7 @@ void transfer_by_path(gui::Viewer& viewer, const scene::Scene& before, const sce
   std::map<uint32_t, scene::Light> lights;
   for (auto& [node, light] : viewer.lights) {
     const uint32_t now = moved(node);
-    if (now != scene::kNone && kind_of_light(before, {}, node) == kind_of_light(after, {}, now))
+    if (now != scene::kNone && light_type(before, {}, node) == light_type(after, {}, now))
       lights.emplace(now, std::move(light));
   }
   viewer.lights = std::move(lights);

@@ -92,7 +92,7 @@ double ViewerFacts::rate_of(uint64_t epoch, uint64_t sequence) {
   return rate.hz;
 }
 
-gui::StreamFact ViewerFacts::stream_fact(const StreamReceiver::Report& report, const StreamReceiver& intake,
+gui::StreamFact ViewerFacts::stream_fact(const StreamReceiver::Report& report, const StreamReceiver& receiver,
                                          const state::PoseState& poses) {
   const state::Stream& stream = poses.streams()[report.id];
   gui::StreamFact fact;
@@ -104,7 +104,7 @@ gui::StreamFact ViewerFacts::stream_fact(const StreamReceiver::Report& report, c
   fact.interpolated = stream.interpolated;
   fact.delay_ns = poses.delay_ns(report.id);
   fact.rate_hz = rate_of(stream.epoch, stream.header.sequence);
-  if (const auto published_ns = intake.published_ns(stream.epoch, stream.header.publish_time_ns);
+  if (const auto published_ns = receiver.published_ns(stream.epoch, stream.header.publish_time_ns);
       published_ns && stream.header.sequence != 0)
     fact.age_ms = static_cast<double>(monotonic_ns() - *published_ns) * 1e-6;
   fact.sequence = stream.header.sequence;
@@ -126,7 +126,7 @@ gui::StreamFact ViewerFacts::stream_fact(const StreamReceiver::Report& report, c
 }
 
 const gui::Facts& ViewerFacts::begin_assembly(const scene::Scene& scene, uint64_t scene_number,
-                                              const StreamReceiver& intake, const state::PoseState& poses,
+                                              const StreamReceiver& receiver, const state::PoseState& poses,
                                               const passes::SceneRenderer& renderer,
                                               const gpu::Device& device, uint32_t camera_node,
                                               bool recording_video) {
@@ -150,13 +150,13 @@ const gui::Facts& ViewerFacts::begin_assembly(const scene::Scene& scene, uint64_
 
   facts_.streams.clear();
   std::map<uint64_t, Rate> still_there;
-  for (const StreamReceiver::Report& report : intake.report()) {
-    facts_.streams.push_back(stream_fact(report, intake, poses));
+  for (const StreamReceiver::Report& report : receiver.report()) {
+    facts_.streams.push_back(stream_fact(report, receiver, poses));
     still_there[facts_.streams.back().epoch] = rates_[facts_.streams.back().epoch];
   }
   rates_ = std::move(still_there);
   facts_.links.clear();
-  for (const StreamReceiver::LinkReport& link : intake.links()) {
+  for (const StreamReceiver::LinkReport& link : receiver.links()) {
     facts_.links.push_back({link.uri, link.stats.peers, link.stats.bytes_received, link.stats.poses_dropped,
                             link.stats.frames_dropped, link.stats.rejected});
   }

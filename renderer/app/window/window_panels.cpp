@@ -111,8 +111,8 @@ ViewerInput::Owners WindowPanels::take(sinks::Window& window, const sinks::Windo
   return {!gui_.wants_mouse(), !gui_.wants_keyboard()};
 }
 
-void WindowPanels::record(gpu::Recorder& recorder, gpu::StagingRing& belt, gpu::Image& image) {
-  if (laid_out_) pass_.record(recorder, belt, image, *laid_out_, gui_.fonts(), gui_.fonts_number());
+void WindowPanels::record(gpu::Recorder& recorder, gpu::StagingRing& staging, gpu::Image& image) {
+  if (laid_out_) pass_.record(recorder, staging, image, *laid_out_, gui_.fonts(), gui_.fonts_number());
 }
 
 }  // namespace fire3dv::app

@@ -26,9 +26,9 @@ class WindowPanels {
                            float seconds, const gui::Facts& facts, const gui::Shown& shown,
                            gui::Viewer& viewer);
   // Draws the last layout onto the image.
-  void record(gpu::Recorder& recorder, gpu::StagingRing& belt, gpu::Image& image);
+  void record(gpu::Recorder& recorder, gpu::StagingRing& staging, gpu::Image& image);
 
-  std::vector<std::string> take_notes() { return std::exchange(notes_, {}); }
+  std::vector<std::string> take_log_messages() { return std::exchange(notes_, {}); }
 
  private:
   std::vector<std::string> notes_;

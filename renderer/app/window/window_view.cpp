@@ -40,7 +40,7 @@ WindowView::WindowView(const Borrowed& borrowed)
   if (borrowed.options.panels && borrowed.options.right_camera.empty())
     panels_.emplace(borrowed.device, borrowed.viewer, borrowed.insist);
   measure();
-  borrowed_.scene.tell_replaced([this](const scene::Scene& before, const scene::Scene& after) {
+  borrowed_.scene.on_scene_replaced([this](const scene::Scene& before, const scene::Scene& after) {
     transfer_by_path(borrowed_.viewer, before, after);
     borrowed_.scene.set_user_edits(edits_of(borrowed_.viewer));
     if (right_camera_) right_camera_->set_scene(after);
@@ -81,14 +81,14 @@ void WindowView::apply_requests() {
     view = passes::DebugView::none;
   }
   for (const auto& [epoch, playout] : borrowed_.viewer.streams)
-    borrowed_.intake.play(epoch, playout.interpolate, playout.delay_ns);
+    borrowed_.receiver.play(epoch, playout.interpolate, playout.delay_ns);
 }
 
 // Settings that need another renderer wait for the GPU: the user requested them, and a lost frame does not
 // matter.
 void WindowView::apply_draw_settings() {
   passes::DrawSettings& requested = borrowed_.viewer.draw;
-  requested.most_textures = renderer().most_textures();
+  requested.max_textures = renderer().max_textures();
   if (renderer().needs_new_renderer(requested)) {
     if (borrowed_.options.outputs != passes::ImageOutputs() || borrowed_.requests.count() != 0) {
       notes_.push_back(
@@ -98,7 +98,7 @@ void WindowView::apply_draw_settings() {
     }
     borrowed_.device.wait(borrowed_.device.last_submitted());
     borrowed_.renderer.emplace(borrowed_.device, requested);
-    borrowed_.scene.renderer_is_new();
+    borrowed_.scene.on_renderer_replaced();
     borrowed_.requests.set_abilities(image_abilities(renderer()));
   }
   renderer().apply(requested);
@@ -129,18 +129,18 @@ void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::Tim
                image_px, seconds);
 
   gui::Commands& commands = viewer.commands;
-  if (std::exchange(commands.screenshot, false)) captures_.take_screenshot();
+  if (std::exchange(commands.screenshot, false)) captures_.request_screenshot();
   if (std::exchange(commands.toggle_video, false)) captures_.toggle_video();
   if (std::exchange(commands.close, false)) closing_ = true;
   if (!input.dropped.empty()) commands.open = input.dropped.front();
   if (commands.open) opened_ = std::exchange(commands.open, std::nullopt);
 }
 
-Result<void> WindowView::record(gpu::Recorder& recorder, gpu::StagingRing& belt,
+Result<void> WindowView::record(gpu::Recorder& recorder, gpu::StagingRing& staging,
                                 ScreenshotRecorder::Tag shown) {
   passes::SceneRenderer& renderer = *borrowed_.renderer;
   captures_.record(recorder, renderer.image(), std::move(shown));
-  if (panels_) panels_->record(recorder, belt, renderer.image());
+  if (panels_) panels_->record(recorder, staging, renderer.image());
   first().record(recorder, renderer.image(), 0, columns());
   if (!right_camera_) return {};
   const Result<passes::PreparedFrame> prepared = renderer.prepare(
@@ -151,7 +151,7 @@ Result<void> WindowView::record(gpu::Recorder& recorder, gpu::StagingRing& belt,
   if (!prepared) return prepared.error();
   const float aspect = static_cast<float>(image_extent_.width) / static_cast<float>(image_extent_.height);
   const passes::View view = right_camera_->view(borrowed_.poses, aspect);
-  renderer.record(*prepared, recorder, belt, borrowed_.poses, view);
+  renderer.record(*prepared, recorder, staging, borrowed_.poses, view);
   renderer.draw_stale_overlay(recorder,
                               stale_condition(borrowed_.poses.streams(), borrowed_.options.play.mark_held));
   first().record(recorder, renderer.image(), 1, columns());
@@ -185,10 +185,10 @@ void WindowView::deliver() {
   }
 }
 
-std::vector<std::string> WindowView::take_notes() {
+std::vector<std::string> WindowView::take_log_messages() {
   std::vector<std::string> notes = std::exchange(notes_, {});
-  std::ranges::move(captures_.take_notes(), std::back_inserter(notes));
-  if (panels_) std::ranges::move(panels_->take_notes(), std::back_inserter(notes));
+  std::ranges::move(captures_.take_log_messages(), std::back_inserter(notes));
+  if (panels_) std::ranges::move(panels_->take_log_messages(), std::back_inserter(notes));
   for (const OpenWindow& open : borrowed_.windows) {
     if (std::optional<std::string> note = open.window->take_note()) notes.push_back(std::move(*note));
   }

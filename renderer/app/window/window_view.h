@@ -38,7 +38,7 @@ class WindowView {
     gpu::Device& device;
     std::optional<passes::SceneRenderer>& renderer;  // never empty
     state::PoseState& poses;
-    StreamReceiver& intake;
+    StreamReceiver& receiver;
     ImageRequestQueue& requests;
     LiveScene& scene;
     CameraRig& camera;
@@ -57,7 +57,7 @@ class WindowView {
   bool should_close() const { return closing_ || first().should_close(); }
   std::optional<std::filesystem::path> take_opened() { return std::exchange(opened_, std::nullopt); }
   // Messages to the user since the last call.
-  std::vector<std::string> take_notes();
+  std::vector<std::string> take_log_messages();
 
   bool records_video() const { return captures_.records_video(); }
 
@@ -68,7 +68,7 @@ class WindowView {
   // Inspection settings of the window's next image.
   passes::Inspection take_inspection();
   // Call after the image's passes: records the copy to the display and the remaining content of the window.
-  Result<void> record(gpu::Recorder& recorder, gpu::StagingRing& belt, ScreenshotRecorder::Tag shown);
+  Result<void> record(gpu::Recorder& recorder, gpu::StagingRing& staging, ScreenshotRecorder::Tag shown);
   std::array<gpu::SemaphoreSignal, 1> waits() const { return first().waits(); }
   std::array<gpu::SemaphoreSignal, 1> signals() const { return first().signals(); }
   void present(uint64_t timeline_value);

@@ -44,7 +44,7 @@ DebugViews::DebugViews(gpu::Device& device, VkPipelineLayout layout, const Image
 }
 
 // Rasters the scene again and counts triangles at the pixels' centres, hidden ones included.
-void DebugViews::count(gpu::Recorder& recorder, gpu::StagingRing& belt, const InspectedView& seen,
+void DebugViews::count(gpu::Recorder& recorder, gpu::StagingRing& staging, const InspectedView& seen,
                        const Drawn& drawn) {
   if (!counting_) counting_.emplace(device_, layout_, RasterKind::camera_counts);
   const VkDeviceSize bytes = VkDeviceSize{8} * seen.extent.width * seen.extent.height;
@@ -57,12 +57,12 @@ void DebugViews::count(gpu::Recorder& recorder, gpu::StagingRing& belt, const In
   job.scene = &seen.gpu_scene;
   job.target = &counts_;
   job.target_bytes = bytes;
-  job.views = belt.write(std::span<const gpu_types::RasterView>(&view, 1)).address;
+  job.views = staging.write(std::span<const gpu_types::RasterView>(&view, 1)).address;
   job.globals = seen.globals;
   job.extent = seen.extent;
   job.cull = drawn.cull == Cull::off ? Cull::off : Cull::view;
   job.levels_of_detail = drawn.levels_of_detail;
-  counting_->begin(belt, job);
+  counting_->begin(staging, job);
   ClusterRaster* const set = &*counting_;
   const ClusterRaster::Clear clear_of = ClusterRaster::clear_of({&set, 1});
   recorder.pass("clear", clear_of.uses, clear_of.commands);
@@ -83,12 +83,12 @@ void DebugViews::find_range(gpu::Recorder& recorder, const InspectedView& seen, 
   });
 }
 
-void DebugViews::show(gpu::Recorder& recorder, gpu::StagingRing& belt, const InspectedView& seen,
+void DebugViews::show(gpu::Recorder& recorder, gpu::StagingRing& staging, const InspectedView& seen,
                       DebugView view, const Drawn& drawn, gpu::Image& image) {
   if (!view_)
     view_ = gpu::create_compute_pipeline(device_, overlay_.layout(),
                                          samples_ == 4 ? "debug_view_4.comp" : "debug_view_1.comp");
-  if (view == DebugView::overdraw) count(recorder, belt, seen, drawn);
+  if (view == DebugView::overdraw) count(recorder, staging, seen, drawn);
   gpu_types::DebugViewPush push{};
   push.globals = seen.globals;
   push.visibility = seen.visibility.address;

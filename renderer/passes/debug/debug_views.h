@@ -21,14 +21,15 @@ class DebugViews {
     bool levels_of_detail = false;
   };
   // Replaces the whole image. Call it before the coverage merge.
-  void show(gpu::Recorder& recorder, gpu::StagingRing& belt, const InspectedView& seen, DebugView view,
+  void show(gpu::Recorder& recorder, gpu::StagingRing& staging, const InspectedView& seen, DebugView view,
             const Drawn& drawn, gpu::Image& image);
   // Marks unresolved pixels on an image shaded with shadow maps and rays. listed: the image has a ray list.
   void mark_unresolved(gpu::Recorder& recorder, const InspectedView& seen, ShadowPass& shadows, bool listed,
                        gpu::Image& image);
 
  private:
-  void count(gpu::Recorder& recorder, gpu::StagingRing& belt, const InspectedView& seen, const Drawn& drawn);
+  void count(gpu::Recorder& recorder, gpu::StagingRing& staging, const InspectedView& seen,
+             const Drawn& drawn);
   void find_range(gpu::Recorder& recorder, const InspectedView& seen, const gpu::Pipeline& pipeline,
                   gpu_types::DebugViewPush push, gpu::Image& image);
 

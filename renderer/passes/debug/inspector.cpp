@@ -35,14 +35,14 @@ DebugViews& Inspector::debug_views() {
   return *debug_views_;
 }
 
-void Inspector::outline(gpu::Recorder& recorder, gpu::StagingRing& belt, const InspectedView& seen,
+void Inspector::outline(gpu::Recorder& recorder, gpu::StagingRing& staging, const InspectedView& seen,
                         uint32_t selected, gpu::Image& image) {
   if (!outline_)
     outline_ = gpu::create_compute_pipeline(device_, overlay_.layout(),
                                             samples_ == 4 ? "outline_4.comp" : "outline_1.comp");
   const std::vector<uint32_t> bits = bits_of_all_below(seen.scene, selected);
   const gpu_types::OutlinePush push{seen.globals, seen.visibility.address,
-                                    belt.write(std::span<const uint32_t>(bits)).address};
+                                    staging.write(std::span<const uint32_t>(bits)).address};
   std::vector<Use> uses{Use(seen.visibility, access::compute_read), Use(image, access::compute_write)};
   seen.gpu_scene.add_reads(uses, access::compute_read);
   recorder.pass("outline", uses, [&](VkCommandBuffer commands) {

@@ -21,8 +21,8 @@ class Inspector {
   PickPass* picks() { return pick_.get(); }
   DebugViews& debug_views();
   // Outlines a node and its descendants on the finished image.
-  void outline(gpu::Recorder& recorder, gpu::StagingRing& belt, const InspectedView& seen, uint32_t selected,
-               gpu::Image& image);
+  void outline(gpu::Recorder& recorder, gpu::StagingRing& staging, const InspectedView& seen,
+               uint32_t selected, gpu::Image& image);
 
  private:
   gpu::Device& device_;

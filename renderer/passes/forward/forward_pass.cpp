@@ -122,7 +122,7 @@ const gpu::Pipeline& ForwardPass::pipeline(const DrawBin& bin, Stage stage) {
   return known;
 }
 
-void ForwardPass::upload_commands(gpu::Recorder& recorder, gpu::StagingRing& belt, const GpuScene& scene) {
+void ForwardPass::upload_commands(gpu::Recorder& recorder, gpu::StagingRing& staging, const GpuScene& scene) {
   if (commands_revision_ == scene.draw_list_revision) return;
   std::vector<VkDrawIndexedIndirectCommand> commands;
   for (uint32_t i = 0; i < scene.draw_list.draws.size(); ++i) {
@@ -130,7 +130,8 @@ void ForwardPass::upload_commands(gpu::Recorder& recorder, gpu::StagingRing& bel
   }
   const VkDeviceSize bytes = commands.size() * sizeof(commands[0]);
   commands_ = gpu::create_buffer(device_, bytes, VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT, gpu::Memory::device);
-  const gpu::StagingRing::Piece piece = belt.write(std::span<const VkDrawIndexedIndirectCommand>(commands));
+  const gpu::StagingRing::Piece piece =
+      staging.write(std::span<const VkDrawIndexedIndirectCommand>(commands));
   recorder.pass("draw commands", {Use(commands_, access::transfer_write)},
                 [&](VkCommandBuffer commands_buffer) {
                   const VkBufferCopy copy{piece.offset, 0, bytes};
@@ -139,14 +140,15 @@ void ForwardPass::upload_commands(gpu::Recorder& recorder, gpu::StagingRing& bel
   commands_revision_ = scene.draw_list_revision;
 }
 
-std::vector<ForwardPass::BinCommands> ForwardPass::bin_commands(gpu::StagingRing& belt,
+std::vector<ForwardPass::BinCommands> ForwardPass::bin_commands(gpu::StagingRing& staging,
                                                                 const Frame& frame) const {
   std::vector<BinCommands> of_bins;
   for (const DrawBin& bin : frame.scene.draw_list.bins) {
     if (bin.blended()) {
       const auto sorted =
           sorted_blend_commands(frame.scene, frame.source, frame.poses, bin, frame.view.eye_world);
-      const gpu::StagingRing::Piece piece = belt.write(std::span<const VkDrawIndexedIndirectCommand>(sorted));
+      const gpu::StagingRing::Piece piece =
+          staging.write(std::span<const VkDrawIndexedIndirectCommand>(sorted));
       of_bins.push_back({piece.buffer, piece.offset});
     } else {
       of_bins.push_back({commands_.get(), bin.first_draw * sizeof(VkDrawIndexedIndirectCommand)});
@@ -187,10 +189,10 @@ void ForwardPass::begin(VkCommandBuffer commands, const Frame& frame, Stage stag
   vkCmdBindIndexBuffer(commands, frame.scene.indices.get(), 0, VK_INDEX_TYPE_UINT32);
 }
 
-void ForwardPass::record(gpu::Recorder& recorder, gpu::StagingRing& belt, const Frame& frame) {
+void ForwardPass::record(gpu::Recorder& recorder, gpu::StagingRing& staging, const Frame& frame) {
   GpuScene& scene = frame.scene;
-  upload_commands(recorder, belt, scene);
-  const std::vector<BinCommands> of_bins = bin_commands(belt, frame);
+  upload_commands(recorder, staging, scene);
+  const std::vector<BinCommands> of_bins = bin_commands(staging, frame);
   std::vector<Use> depth_uses{Use(commands_, kIndirectRead), Use(scene.indices, kIndexRead),
                               Use(scene.draws, access::draw_read),
                               Use(frame.targets.depth, access::depth_target, true)};

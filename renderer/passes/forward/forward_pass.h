@@ -35,7 +35,7 @@ class ForwardPass {
                                           // image, whose colour is already in the target
     VkRect2D area;                        // scissor in the image
   };
-  void record(gpu::Recorder& recorder, gpu::StagingRing& belt, const Frame& frame);
+  void record(gpu::Recorder& recorder, gpu::StagingRing& staging, const Frame& frame);
   void invalidate() { commands_revision_ = UINT64_MAX; }
 
  private:
@@ -45,13 +45,13 @@ class ForwardPass {
   };
   enum class Stage : uint8_t { depth, color };
   const gpu::Pipeline& pipeline(const DrawBin& bin, Stage stage);
-  std::vector<BinCommands> bin_commands(gpu::StagingRing& belt, const Frame& frame) const;
+  std::vector<BinCommands> bin_commands(gpu::StagingRing& staging, const Frame& frame) const;
   void begin(VkCommandBuffer commands, const Frame& frame, Stage stage) const;
   void draw_bins(VkCommandBuffer commands, const Frame& frame, Stage stage, bool blended,
                  const std::vector<BinCommands>& bin_commands);
   void draw_bin(VkCommandBuffer commands, const DrawBin& bin, const BinCommands& bin_commands) const;
   void draw_visible_depth(VkCommandBuffer commands, const Frame& frame);
-  void upload_commands(gpu::Recorder& recorder, gpu::StagingRing& belt, const GpuScene& scene);
+  void upload_commands(gpu::Recorder& recorder, gpu::StagingRing& staging, const GpuScene& scene);
 
   gpu::Device& device_;
   VkPipelineLayout layout_;

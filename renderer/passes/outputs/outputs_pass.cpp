@@ -36,7 +36,7 @@ OutputsPass::OutputsPass(gpu::Device& device, VkPipelineLayout layout, uint32_t 
           device, layout, samples == 4 ? "outputs_4.comp" : "outputs_1.comp", gpu::Compile::on_first_use)),
       samples_(samples) {}
 
-bool OutputsPass::can_keep_places(const GpuScene& scene) const {
+bool OutputsPass::has_room_for_snapshot(const GpuScene& scene) const {
   if (current_snapshot_) return true;
   const auto referenced = static_cast<size_t>(std::count_if(
       snapshots_.begin(), snapshots_.end(), [](const auto& snapshot) { return snapshot.use_count() > 1; }));
@@ -59,25 +59,25 @@ void OutputsPass::begin(const ImageOutputs& outputs, const GpuScene& scene, VkEx
                         uint32_t views) {
   extent_ = extent;
   if (outputs.has(wire::kMotion) && !current_snapshot_) (void)free_snapshot(snapshot_bytes(scene));
-  places_ = place_planes(outputs, extent.width, extent.height * views);
+  places_ = lay_out_planes(outputs, extent.width, extent.height * views);
   const VkDeviceSize bytes = bytes_of(places_);
   if (bytes == 0 || (planes_ && planes_.size_bytes >= bytes)) return;
   planes_ = gpu::create_buffer(device_, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
 }
 
 VkDeviceAddress OutputsPass::address_of(ImageOutput output) const {
-  for (const PlanePlace& place : places_) {
+  for (const PlaneRange& place : places_) {
     if (place.output == output) return planes_.address + place.offset_bytes;
   }
   return 0;
 }
 
-void OutputsPass::upload_labels(gpu::Recorder& recorder, gpu::StagingRing& belt, const Source& source) {
+void OutputsPass::upload_labels(gpu::Recorder& recorder, gpu::StagingRing& staging, const Source& source) {
   const std::vector<gpu_types::PartLabels> labels = label_parts(source.scene, source.gpu_scene);
   const VkDeviceSize bytes = labels.size() * sizeof(gpu_types::PartLabels);
   labels_ = gpu::create_buffer(device_, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
   if (bytes == 0) return;
-  const gpu::StagingRing::Piece piece = belt.write(std::span<const gpu_types::PartLabels>(labels));
+  const gpu::StagingRing::Piece piece = staging.write(std::span<const gpu_types::PartLabels>(labels));
   recorder.pass("labels", {Use(labels_, access::transfer_write)}, [&](VkCommandBuffer commands) {
     const VkBufferCopy copy{piece.offset, 0, bytes};
     vkCmdCopyBuffer(commands, piece.buffer, labels_.get(), 1, &copy);
@@ -106,9 +106,9 @@ gpu_types::OutputsWanted OutputsPass::make_parameters(const Source& source, uint
   return parameters;
 }
 
-void OutputsPass::record(gpu::Recorder& recorder, gpu::StagingRing& belt, const Source& source,
+void OutputsPass::record(gpu::Recorder& recorder, gpu::StagingRing& staging, const Source& source,
                          std::span<CameraHistory> histories) {
-  if (!labels_) upload_labels(recorder, belt, source);
+  if (!labels_) upload_labels(recorder, staging, source);
   std::vector<Use> uses{Use(source.visibility, access::compute_read), Use(labels_, access::compute_read),
                         Use(planes_, access::compute_write)};
   source.gpu_scene.add_reads(uses, access::compute_read);
@@ -121,7 +121,7 @@ void OutputsPass::record(gpu::Recorder& recorder, gpu::StagingRing& belt, const 
     if (last && !listed) uses.emplace_back(*last->world_from_node, access::compute_read);
     const gpu_types::OutputsWanted parameters = make_parameters(source, view, last);
     pushes.push_back({source.globals[view], source.visibility.address + view * view_bytes,
-                      belt.write(std::span<const gpu_types::OutputsWanted>(&parameters, 1)).address});
+                      staging.write(std::span<const gpu_types::OutputsWanted>(&parameters, 1)).address});
   }
   recorder.pass("outputs", uses, [&](VkCommandBuffer commands) {
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_.get());

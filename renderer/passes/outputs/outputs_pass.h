@@ -29,9 +29,9 @@ class OutputsPass {
   void set_scene() { ++scenes_, labels_ = {}; }  // a new scene is drawn from now on
 
   // Reports that nodes have moved since the last record().
-  void places_are_new() { current_snapshot_.reset(); }
+  void invalidate_snapshot() { current_snapshot_.reset(); }
   // False when histories reference so many snapshots that the memory limit leaves no room for another.
-  bool can_keep_places(const GpuScene& scene) const;
+  bool has_room_for_snapshot(const GpuScene& scene) const;
 
   // Allocates the planes and the motion snapshot. Call it before any pass that writes them; repeated calls
   // are allowed. Planes of several views are stacked vertically.
@@ -46,15 +46,15 @@ class OutputsPass {
     std::span<const VkDeviceAddress> globals;  // per view
   };
   // histories: one per view, or empty without motion; updated to these images.
-  void record(gpu::Recorder& recorder, gpu::StagingRing& belt, const Source& source,
+  void record(gpu::Recorder& recorder, gpu::StagingRing& staging, const Source& source,
               std::span<CameraHistory> histories);
 
   gpu::Buffer& planes() { return planes_; }
-  const std::vector<PlanePlace>& places() const { return places_; }
+  const std::vector<PlaneRange>& places() const { return places_; }
   VkDeviceAddress address_of(ImageOutput output) const;  // 0: not requested
 
  private:
-  void upload_labels(gpu::Recorder& recorder, gpu::StagingRing& belt, const Source& source);
+  void upload_labels(gpu::Recorder& recorder, gpu::StagingRing& staging, const Source& source);
   gpu_types::OutputsWanted make_parameters(const Source& source, uint32_t view,
                                            const CameraHistory* last) const;
   void update_histories(gpu::Recorder& recorder, const Source& source, std::span<CameraHistory> histories);
@@ -67,7 +67,7 @@ class OutputsPass {
   gpu::Buffer labels_;                                   // PartLabels[part]
   std::vector<std::shared_ptr<gpu::Buffer>> snapshots_;  // snapshots referenced by histories, or free
   std::shared_ptr<gpu::Buffer> current_snapshot_;        // of this frame; null: no snapshot yet
-  std::vector<PlanePlace> places_;
+  std::vector<PlaneRange> places_;
   VkExtent2D extent_{};  // of a view
   uint32_t samples_;
   uint64_t scenes_ = 0;

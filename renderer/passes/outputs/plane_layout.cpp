@@ -4,8 +4,8 @@ namespace fire3dv::passes {
 
 constexpr uint64_t kPlaneAlignment = 64;
 
-std::vector<PlanePlace> place_planes(const ImageOutputs& outputs, uint32_t width, uint32_t height) {
-  std::vector<PlanePlace> places;
+std::vector<PlaneRange> lay_out_planes(const ImageOutputs& outputs, uint32_t width, uint32_t height) {
+  std::vector<PlaneRange> places;
   uint64_t offset = 0;
   for (const wire::ImageOutputInfo& info : wire::kImageOutputTable) {
     if (!outputs.has(info.output) || info.output == wire::kColorSrgb8 || info.is_boxes) continue;
@@ -16,7 +16,7 @@ std::vector<PlanePlace> place_planes(const ImageOutputs& outputs, uint32_t width
   return places;
 }
 
-uint64_t bytes_of(std::span<const PlanePlace> places) {
+uint64_t bytes_of(std::span<const PlaneRange> places) {
   return places.empty() ? 0 : places.back().offset_bytes + places.back().size_bytes;
 }
 

@@ -18,13 +18,13 @@ using wire::ImageOutput;
 using wire::ImageOutputs;
 using wire::with_sources;
 
-struct PlanePlace {
+struct PlaneRange {
   ImageOutput output;
   uint64_t offset_bytes;
   uint64_t size_bytes;
 };
 // Colours for displays are an image and boxes are made on the CPU: both have no plane.
-std::vector<PlanePlace> place_planes(const ImageOutputs& outputs, uint32_t width, uint32_t height);
-uint64_t bytes_of(std::span<const PlanePlace> places);
+std::vector<PlaneRange> lay_out_planes(const ImageOutputs& outputs, uint32_t width, uint32_t height);
+uint64_t bytes_of(std::span<const PlaneRange> places);
 
 }  // namespace fire3dv::passes

@@ -7,8 +7,8 @@ using gpu::Use;
 namespace access = gpu::access;
 
 // Address of a plane, or 0.
-VkDeviceAddress address_of(VkDeviceAddress first, std::span<const PlanePlace> places, ImageOutput output) {
-  for (const PlanePlace& place : places) {
+VkDeviceAddress address_of(VkDeviceAddress first, std::span<const PlaneRange> places, ImageOutput output) {
+  for (const PlaneRange& place : places) {
     if (place.output == output) return first + place.offset_bytes;
   }
   return 0;
@@ -21,7 +21,7 @@ void grow(gpu::Device& device, gpu::Buffer& buffer, VkDeviceSize bytes) {
 
 }  // namespace
 
-ImageOutputs behind_lens(ImageOutputs outputs) {
+ImageOutputs pinhole_outputs(ImageOutputs outputs) {
   outputs = with_sources(outputs);
   // Depth is interpolated within one instance.
   if (outputs.has(wire::kDepthF32)) outputs.add(wire::kInstanceU32);
@@ -88,20 +88,21 @@ gpu_types::LensWanted LensPass::describe(const Source& source, const Wanted& wan
 
 void LensPass::make_room(const Intrinsics& pinhole, const Wanted& wanted) {
   const glm::uvec2 size = wanted.camera.image_px, behind = pinhole.image_px;
-  places_ = place_planes(with_sources(wanted.outputs), size.x, size.y);
+  places_ = lay_out_planes(with_sources(wanted.outputs), size.x, size.y);
   result_bytes_ =
       (wanted.outputs.has(wire::kColorSrgb8) ? uint64_t{4} * size.x * size.y : 0) + bytes_of(places_);
   grow(device_, result_, result_bytes_);
   if (wanted.outputs.has(wire::kColorSrgb8)) grow(device_, color_, VkDeviceSize{4} * behind.x * behind.y);
 }
 
-void LensPass::record(gpu::Recorder& recorder, gpu::StagingRing& belt, const Source& source,
+void LensPass::record(gpu::Recorder& recorder, gpu::StagingRing& staging, const Source& source,
                       const Wanted& wanted) {
   const glm::uvec2 size = wanted.camera.image_px;
   make_room(source.pinhole, wanted);
   if (source.color) copy_color(recorder, *source.color);
   const gpu_types::LensWanted described = describe(source, wanted);
-  const gpu_types::LensPush push{belt.write(std::span<const gpu_types::LensWanted>(&described, 1)).address};
+  const gpu_types::LensPush push{
+      staging.write(std::span<const gpu_types::LensWanted>(&described, 1)).address};
   std::vector<Use> uses{Use(result_, access::compute_write)};
   if (source.color) uses.emplace_back(color_, access::compute_read);
   if (source.planes) uses.emplace_back(*source.planes, access::compute_read);

@@ -13,18 +13,18 @@
 namespace fire3dv::passes {
 
 // Outputs of the pinhole image that the pass needs.
-ImageOutputs behind_lens(ImageOutputs outputs);
+ImageOutputs pinhole_outputs(ImageOutputs outputs);
 
 class LensPass {
  public:
   explicit LensPass(gpu::Device& device);
 
-  // The pinhole image, with behind_lens() of the requested outputs.
+  // The pinhole image, with pinhole_outputs() of the requested outputs.
   struct Source {
     const Intrinsics& pinhole;
     gpu::Image* color;    // null: not requested
     gpu::Buffer* planes;  // null: not requested
-    std::span<const PlanePlace> places;
+    std::span<const PlaneRange> places;
   };
   struct Wanted {
     const Intrinsics& camera;
@@ -33,11 +33,12 @@ class LensPass {
   };
   // Allocates the memory that a following record() of these needs.
   void make_room(const Intrinsics& pinhole, const Wanted& wanted);
-  // Writes result(): colours, 4 bytes a pixel, if requested, then the planes in the layout of place_planes().
-  void record(gpu::Recorder& recorder, gpu::StagingRing& belt, const Source& source, const Wanted& wanted);
+  // Writes result(): colours, 4 bytes a pixel, if requested, then the planes in the layout of
+  // lay_out_planes().
+  void record(gpu::Recorder& recorder, gpu::StagingRing& staging, const Source& source, const Wanted& wanted);
   gpu::Buffer& result() { return result_; }
   uint64_t result_bytes() const { return result_bytes_; }
-  const std::vector<PlanePlace>& places() const { return places_; }
+  const std::vector<PlaneRange>& places() const { return places_; }
 
  private:
   void copy_color(gpu::Recorder& recorder, gpu::Image& color);
@@ -48,7 +49,7 @@ class LensPass {
   gpu::Pipeline pipeline_;
   gpu::Buffer color_, result_;
   uint64_t result_bytes_ = 0;
-  std::vector<PlanePlace> places_;
+  std::vector<PlaneRange> places_;
 };
 
 }  // namespace fire3dv::passes

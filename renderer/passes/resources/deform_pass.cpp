@@ -23,13 +23,13 @@ DeformPass::DeformPass(gpu::Device& device, VkPipelineLayout layout)
       bounds_(
           gpu::create_compute_pipeline(device, layout, "deform_bounds.comp", gpu::Compile::on_first_use)) {}
 
-void DeformPass::upload_weights(gpu::Recorder& recorder, gpu::StagingRing& belt, DeformedShapes& shapes,
+void DeformPass::upload_weights(gpu::Recorder& recorder, gpu::StagingRing& staging, DeformedShapes& shapes,
                                 const state::PoseState& poses) {
   if (weights_revision_ == poses.drive_revision()) return;
   weights_revision_ = poses.drive_revision();
   const std::vector<float>& weights = poses.morph_weights();
   if (weights.empty()) return;
-  const gpu::StagingRing::Piece piece = belt.write(std::span<const float>(weights));
+  const gpu::StagingRing::Piece piece = staging.write(std::span<const float>(weights));
   recorder.pass("morph weights", {Use(shapes.weights, access::transfer_write)},
                 [&](VkCommandBuffer commands) {
                   const VkBufferCopy copy{piece.offset, 0, weights.size() * sizeof(float)};
@@ -37,12 +37,12 @@ void DeformPass::upload_weights(gpu::Recorder& recorder, gpu::StagingRing& belt,
                 });
 }
 
-void DeformPass::record(gpu::Recorder& recorder, gpu::StagingRing& belt, GpuScene& scene,
+void DeformPass::record(gpu::Recorder& recorder, gpu::StagingRing& staging, GpuScene& scene,
                         const state::PoseState& poses) {
   DeformedShapes& shapes = scene.deformed;
   if (shapes.record_count == 0 || poses_revision_ == poses.revision()) return;
   poses_revision_ = poses.revision();
-  upload_weights(recorder, belt, shapes, poses);
+  upload_weights(recorder, staging, shapes, poses);
 
   gpu_types::DeformPush push{};
   push.records = shapes.records.address;

@@ -14,7 +14,7 @@ class DeformPass {
   DeformPass(gpu::Device& device, VkPipelineLayout layout);
 
   // Call it after the transforms pass.
-  void record(gpu::Recorder& recorder, gpu::StagingRing& belt, GpuScene& scene,
+  void record(gpu::Recorder& recorder, gpu::StagingRing& staging, GpuScene& scene,
               const state::PoseState& poses);
   // Updates the bottom-level structures. Call it before the top-level build, where rays are traced.
   void record_levels(gpu::Recorder& recorder, GpuScene& scene);
@@ -27,7 +27,7 @@ class DeformPass {
   void invalidate_vertices() { levels_outdated_ = true; }
 
  private:
-  void upload_weights(gpu::Recorder& recorder, gpu::StagingRing& belt, DeformedShapes& shapes,
+  void upload_weights(gpu::Recorder& recorder, gpu::StagingRing& staging, DeformedShapes& shapes,
                       const state::PoseState& poses);
 
   VkPipelineLayout layout_;

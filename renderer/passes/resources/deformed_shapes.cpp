@@ -120,7 +120,7 @@ DeformedShapes::DeformedShapes(gpu::Device& device, gpu::LoaderCommands& loader,
   Tables tables(scene, geometry);
   for (const scene::DeformedNode& shape : nodes) {
     const scene::Node& node = scene.nodes[shape.node];
-    if (node.own_vertices) continue;  // written when the edit replaces them
+    if (node.has_instance_vertices) continue;  // written when the edit replaces them
     const scene::Mesh& mesh = scene.meshes[node.mesh];
     for (uint32_t i = 0; i < mesh.primitive_count; ++i) {
       tables.add(node, shape.node, mesh.first_primitive + i, shape.first_primitive + i);

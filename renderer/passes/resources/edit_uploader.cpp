@@ -50,7 +50,7 @@ void write_vertices(Patches& patches, const GpuScene& gpu_scene, const InstanceV
 
 }  // namespace
 
-bool EditUploader::upload(gpu::Recorder& recorder, gpu::StagingRing& belt, GpuScene& gpu_scene,
+bool EditUploader::upload(gpu::Recorder& recorder, gpu::StagingRing& staging, GpuScene& gpu_scene,
                           const scene::Scene& scene, const scene::SceneEdits& edits, ShadowPass& shadows) {
   if (revisions_ == edits.revisions()) return false;
   Change change{gpu_scene, scene, edits, {}};
@@ -58,15 +58,15 @@ bool EditUploader::upload(gpu::Recorder& recorder, gpu::StagingRing& belt, GpuSc
   if (materials) {
     // Recorded first: nodes with colour edits copy these materials.
     upload_materials(change);
-    std::exchange(change.patches, {}).record(recorder, belt);
+    std::exchange(change.patches, {}).record(recorder, staging);
   }
   if (revisions_.visible != edits.revisions().visible) upload_visibility(change, shadows);
   if (materials || revisions_.base_color != edits.revisions().base_color) upload_colors(change, materials);
   if (revisions_.light != edits.revisions().light) upload_lights(change, shadows);
   if (revisions_.vertices != edits.revisions().vertices) upload_vertices(change);
   revisions_ = edits.revisions();
-  change.patches.record(recorder, belt);
-  if (change.draws) gpu_scene.collect_draws(recorder, belt, scene);
+  change.patches.record(recorder, staging);
+  if (change.draws) gpu_scene.collect_draws(recorder, staging, scene);
   return change.vertices;
 }
 

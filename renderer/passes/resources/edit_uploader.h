@@ -16,8 +16,8 @@ class EditUploader {
   explicit EditUploader(gpu::Device& device) : device_(device) {}
 
   // Call it before all other work of the frame. Returns true when vertices were written.
-  bool upload(gpu::Recorder& recorder, gpu::StagingRing& belt, GpuScene& gpu_scene, const scene::Scene& scene,
-              const scene::SceneEdits& edits, ShadowPass& shadows);
+  bool upload(gpu::Recorder& recorder, gpu::StagingRing& staging, GpuScene& gpu_scene,
+              const scene::Scene& scene, const scene::SceneEdits& edits, ShadowPass& shadows);
   // Resets the state for a new scene, to which all edits are new.
   void reset() {
     revisions_ = {};

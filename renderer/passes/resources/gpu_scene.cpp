@@ -138,7 +138,7 @@ std::vector<InstanceVertices> find_instance_vertices(const scene::Scene& scene,
   std::vector<InstanceVertices> found;
   for (const scene::DeformedNode& shape : nodes) {
     const scene::Node& node = scene.nodes[shape.node];
-    if (!node.own_vertices) continue;
+    if (!node.has_instance_vertices) continue;
     InstanceVertices& own = found.emplace_back();
     own.node = shape.node;
     own.first_vertex = geometry.primitives[shape.first_primitive].first_vertex;  // the copies are contiguous
@@ -170,21 +170,21 @@ gpu_types::PrimitiveRecord primitive_record(const scene::Scene& scene, const sce
           geometry.first_ray_box};
 }
 
-void GpuScene::update_winding(gpu::Recorder& recorder, gpu::StagingRing& belt, const scene::Scene& scene,
+void GpuScene::update_winding(gpu::Recorder& recorder, gpu::StagingRing& staging, const scene::Scene& scene,
                               const state::PoseState& poses) {
   if (winding_revision == poses.revision()) return;
   winding_revision = poses.revision();
   std::vector<bool> now = find_mirrored(scene, poses);
   if (now == mirrored) return;
   mirrored = std::move(now);
-  collect_draws(recorder, belt, scene);
+  collect_draws(recorder, staging, scene);
 }
 
-void GpuScene::collect_draws(gpu::Recorder& recorder, gpu::StagingRing& belt, const scene::Scene& scene) {
+void GpuScene::collect_draws(gpu::Recorder& recorder, gpu::StagingRing& staging, const scene::Scene& scene) {
   draw_list = DrawList::collect(scene, mirrored, hidden);
   ++draw_list_revision;
   const std::vector<gpu_types::DrawRecord> records = draw_records(scene, *this);
-  const gpu::StagingRing::Piece piece = belt.write(std::span<const gpu_types::DrawRecord>(records));
+  const gpu::StagingRing::Piece piece = staging.write(std::span<const gpu_types::DrawRecord>(records));
   recorder.pass("draws", {gpu::Use(draws, gpu::access::transfer_write)}, [&](VkCommandBuffer commands) {
     const VkBufferCopy copy{piece.offset, 0, records.size() * sizeof(records[0])};
     if (copy.size) vkCmdCopyBuffer(commands, piece.buffer, draws.get(), 1, &copy);

@@ -44,10 +44,10 @@ struct GpuScene {
            const SceneUses& uses, const GpuScene* before = nullptr);
 
   // Sorts the draws again when poses or bindings have changed the winding of a node.
-  void update_winding(gpu::Recorder& recorder, gpu::StagingRing& belt, const scene::Scene& scene,
+  void update_winding(gpu::Recorder& recorder, gpu::StagingRing& staging, const scene::Scene& scene,
                       const state::PoseState& poses);
   // Collects the current draws: visible nodes with their current primitives.
-  void collect_draws(gpu::Recorder& recorder, gpu::StagingRing& belt, const scene::Scene& scene);
+  void collect_draws(gpu::Recorder& recorder, gpu::StagingRing& staging, const scene::Scene& scene);
 
   // Adds the scene buffers that this frame may have written to a pass's reads.
   void add_reads(std::vector<gpu::Use>& uses, const gpu::Access& access);

@@ -35,7 +35,7 @@ void TransformsPass::invalidate() {
   streams_.clear();
 }
 
-void TransformsPass::upload_drives(gpu::Recorder& recorder, gpu::StagingRing& belt,
+void TransformsPass::upload_drives(gpu::Recorder& recorder, gpu::StagingRing& staging,
                                    const state::PoseState& poses) {
   if (uploaded_drives_ == poses.drive_revision()) return;
   std::vector<gpu_types::NodeSource> sources;
@@ -47,7 +47,7 @@ void TransformsPass::upload_drives(gpu::Recorder& recorder, gpu::StagingRing& be
   if (!sources_ || sources_.size_bytes < bytes) {
     sources_ = gpu::create_buffer(device_, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
   }
-  const gpu::StagingRing::Piece piece = belt.write(std::span<const gpu_types::NodeSource>(sources));
+  const gpu::StagingRing::Piece piece = staging.write(std::span<const gpu_types::NodeSource>(sources));
   recorder.pass("drives", {Use(sources_, access::transfer_write)}, [&](VkCommandBuffer commands) {
     const VkBufferCopy copy{piece.offset, 0, bytes};
     if (bytes) vkCmdCopyBuffer(commands, piece.buffer, sources_.get(), 1, &copy);
@@ -55,7 +55,7 @@ void TransformsPass::upload_drives(gpu::Recorder& recorder, gpu::StagingRing& be
   uploaded_drives_ = poses.drive_revision();
 }
 
-void TransformsPass::upload_poses(gpu::Recorder& recorder, gpu::StagingRing& belt,
+void TransformsPass::upload_poses(gpu::Recorder& recorder, gpu::StagingRing& staging,
                                   const state::PoseState& poses) {
   const std::vector<state::Stream>& streams = poses.streams();
   streams_.resize(streams.size());
@@ -75,7 +75,7 @@ void TransformsPass::upload_poses(gpu::Recorder& recorder, gpu::StagingRing& bel
       uploaded.poses =
           gpu::create_buffer(device_, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
     }
-    const gpu::StagingRing::Piece piece = belt.write(std::span<const wire::Affine3x4>(stream.poses));
+    const gpu::StagingRing::Piece piece = staging.write(std::span<const wire::Affine3x4>(stream.poses));
     copies.push_back({piece.buffer, uploaded.poses.get(), {piece.offset, 0, bytes}});
     uses.emplace_back(uploaded.poses, access::transfer_write);
     uploaded.epoch = stream.epoch;
@@ -90,10 +90,10 @@ void TransformsPass::upload_poses(gpu::Recorder& recorder, gpu::StagingRing& bel
                 });
 }
 
-void TransformsPass::record(gpu::Recorder& recorder, gpu::StagingRing& belt, GpuScene& scene,
+void TransformsPass::record(gpu::Recorder& recorder, gpu::StagingRing& staging, GpuScene& scene,
                             const state::PoseState& poses) {
-  upload_drives(recorder, belt, poses);
-  upload_poses(recorder, belt, poses);
+  upload_drives(recorder, staging, poses);
+  upload_poses(recorder, staging, poses);
   if (scene.node_count == 0) return;
 
   std::vector<gpu_types::StreamSource> stream_sources;
@@ -107,7 +107,7 @@ void TransformsPass::record(gpu::Recorder& recorder, gpu::StagingRing& belt, Gpu
 
   gpu_types::TransformsPush push{};
   push.sources = sources_.address;
-  push.streams = belt.write(std::span<const gpu_types::StreamSource>(stream_sources)).address;
+  push.streams = staging.write(std::span<const gpu_types::StreamSource>(stream_sources)).address;
   push.world_from_node = scene.world_from_node.address;
   push.instance_of_node = scene.instance_of_node.address;
   push.instances = scene.instances.address;

@@ -15,7 +15,7 @@ class TransformsPass {
  public:
   TransformsPass(gpu::Device& device, VkPipelineLayout layout);
 
-  void record(gpu::Recorder& recorder, gpu::StagingRing& belt, GpuScene& scene,
+  void record(gpu::Recorder& recorder, gpu::StagingRing& staging, GpuScene& scene,
               const state::PoseState& poses);
   // Resets the state for a new scene; all data is uploaded again.
   void invalidate();
@@ -25,8 +25,8 @@ class TransformsPass {
     gpu::Buffer poses;
     uint64_t epoch = 0, revision = UINT64_MAX;
   };
-  void upload_drives(gpu::Recorder& recorder, gpu::StagingRing& belt, const state::PoseState& poses);
-  void upload_poses(gpu::Recorder& recorder, gpu::StagingRing& belt, const state::PoseState& poses);
+  void upload_drives(gpu::Recorder& recorder, gpu::StagingRing& staging, const state::PoseState& poses);
+  void upload_poses(gpu::Recorder& recorder, gpu::StagingRing& staging, const state::PoseState& poses);
 
   gpu::Device& device_;
   VkPipelineLayout layout_;

@@ -203,7 +203,7 @@ void ShadowPass::set_scene(const scene::Scene& scene, const GpuScene& gpu_scene)
   }
 }
 
-void ShadowPass::upload_changes(gpu::Recorder& recorder, gpu::StagingRing& belt) {
+void ShadowPass::upload_changes(gpu::Recorder& recorder, gpu::StagingRing& staging) {
   if (!state_.lights_changed && !state_.planar_casters_changed) return;
   // The last choice before the frame wins.
   Patches patches;
@@ -214,7 +214,7 @@ void ShadowPass::upload_changes(gpu::Recorder& recorder, gpu::StagingRing& belt)
   if (std::exchange(state_.planar_casters_changed, false))
     patches.write(state_.planar_casters, 0,
                   std::span<const gpu_types::PlanarCasterRecord>(state_.planar_caster_records));
-  patches.record(recorder, belt);
+  patches.record(recorder, staging);
 }
 
 void ShadowPass::set_targets(Targets& targets) {
@@ -262,7 +262,7 @@ uint32_t ShadowPass::shader_mode(bool masked) const {
   }
 }
 
-ClusterRaster* ShadowPass::prepare_maps(gpu::StagingRing& belt, GpuScene& scene, VkDeviceAddress globals,
+ClusterRaster* ShadowPass::prepare_maps(gpu::StagingRing& staging, GpuScene& scene, VkDeviceAddress globals,
                                         Cull cull, bool levels_of_detail) {
   if (state_.view_count == 0) return nullptr;
   ClusterRaster::Job job;
@@ -277,11 +277,11 @@ ClusterRaster* ShadowPass::prepare_maps(gpu::StagingRing& belt, GpuScene& scene,
     job.extent = {std::max(job.extent.width, view.size), std::max(job.extent.height, view.size)};
   job.cull = cull;
   job.levels_of_detail = levels_of_detail;
-  map_raster_->begin(belt, job);
+  map_raster_->begin(staging, job);
   return &*map_raster_;
 }
 
-void ShadowPass::fit_map_views(gpu::Recorder& recorder, gpu::StagingRing& belt, GpuScene& scene,
+void ShadowPass::fit_map_views(gpu::Recorder& recorder, gpu::StagingRing& staging, GpuScene& scene,
                                std::span<const VkDeviceAddress> globals, bool levels_of_detail,
                                ClusterRaster::Clear clear) {
   std::vector<Use> uses = std::move(clear.uses);
@@ -291,7 +291,7 @@ void ShadowPass::fit_map_views(gpu::Recorder& recorder, gpu::StagingRing& belt, 
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, light_views_.get());
     gpu_types::LightViewsPush push{};
     push.globals = globals[0];
-    push.cameras = belt.write(globals).address;
+    push.cameras = staging.write(globals).address;
     push.wanted = state_.view_requests.address;
     push.views = state_.views.address;
     push.planar_casters = state_.planar_casters.address;

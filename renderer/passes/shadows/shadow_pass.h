@@ -37,7 +37,7 @@ class ShadowPass {
   // Selects planar casters among visible nodes.
   void choose_planar_casters(const scene::Scene& scene, const GpuScene& gpu_scene);
   // Uploads the choices of these calls for this frame, if any.
-  void upload_changes(gpu::Recorder& recorder, gpu::StagingRing& belt);
+  void upload_changes(gpu::Recorder& recorder, gpu::StagingRing& staging);
   // Targets are borrowed until the next call.
   void set_targets(Targets& targets);
   void reset_targets() { targets_ = nullptr; }
@@ -49,11 +49,11 @@ class ShadowPass {
   // Call it before this frame's maps are described.
   void begin_maps() { state_.maps.begin(map_bytes()); }
   // Prepares the shadow maps, which are drawn together with the camera's view. Null without lights.
-  ClusterRaster* prepare_maps(gpu::StagingRing& belt, GpuScene& scene, VkDeviceAddress globals, Cull cull,
+  ClusterRaster* prepare_maps(gpu::StagingRing& staging, GpuScene& scene, VkDeviceAddress globals, Cull cull,
                               bool levels_of_detail);
   // Computes the maps' views and per-part shadow data. clear: clear that overlaps with this small dispatch.
   // globals: of each camera.
-  void fit_map_views(gpu::Recorder& recorder, gpu::StagingRing& belt, GpuScene& scene,
+  void fit_map_views(gpu::Recorder& recorder, gpu::StagingRing& staging, GpuScene& scene,
                      std::span<const VkDeviceAddress> globals, bool levels_of_detail,
                      ClusterRaster::Clear clear);
   // Visibility buffer of one view.

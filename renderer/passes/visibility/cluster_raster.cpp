@@ -204,7 +204,7 @@ void ClusterRaster::allocate(const Job& job) {
   }
 }
 
-void ClusterRaster::begin(gpu::StagingRing& belt, const Job& job) {
+void ClusterRaster::begin(gpu::StagingRing& staging, const Job& job) {
   job_ = job;
   round_count_ = culls_occluded(job) ? 2 : 1;
   read_counts();
@@ -236,7 +236,7 @@ void ClusterRaster::begin(gpu::StagingRing& belt, const Job& job) {
     set.round = round_count_ == 1 ? FIRE3DV_ROUND_ONLY
                 : round == 0      ? FIRE3DV_ROUND_EARLY
                                   : FIRE3DV_ROUND_LATE;
-    round_sets_[round] = belt.write(std::span<const gpu_types::RasterSet>(&set, 1)).address;
+    round_sets_[round] = staging.write(std::span<const gpu_types::RasterSet>(&set, 1)).address;
   }
 }
 

@@ -68,7 +68,7 @@ class ClusterRaster {
   // Sizes the lists for the job.
   void allocate(const Job& job);
   // Calls allocate and uploads the stages' common parameters.
-  void begin(gpu::StagingRing& belt, const Job& job);
+  void begin(gpu::StagingRing& staging, const Job& job);
 
   // Cluster counts of the first view in a finished frame.
   struct Drawn {

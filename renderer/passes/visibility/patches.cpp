@@ -17,9 +17,9 @@ void Patches::reserve(gpu::Device& device, gpu::Buffer& buffer, VkDeviceSize use
   buffer = std::move(larger);  // the old buffer outlives the frame being recorded
 }
 
-void Patches::record(gpu::Recorder& recorder, gpu::StagingRing& belt) {
+void Patches::record(gpu::Recorder& recorder, gpu::StagingRing& staging) {
   if (empty()) return;
-  const gpu::StagingRing::Piece piece = belt.write(std::span<const std::byte>(bytes_));
+  const gpu::StagingRing::Piece piece = staging.write(std::span<const std::byte>(bytes_));
   recorder.pass("edits", {}, [&](VkCommandBuffer commands) {
     wait_for(commands, kAll, kTransfer);
     for (const Copy& move : moves_) vkCmdCopyBuffer(commands, move.from, move.to, 1, &move.region);

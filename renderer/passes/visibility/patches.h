@@ -33,7 +33,7 @@ class Patches {
   void reserve(gpu::Device& device, gpu::Buffer& buffer, VkDeviceSize used_bytes, VkDeviceSize bytes);
 
   bool empty() const { return uploads_.empty() && moves_.empty(); }
-  void record(gpu::Recorder& recorder, gpu::StagingRing& belt);
+  void record(gpu::Recorder& recorder, gpu::StagingRing& staging);
 
  private:
   struct Copy {

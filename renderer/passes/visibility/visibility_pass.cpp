@@ -107,8 +107,9 @@ void VisibilityPass::allocate(GpuScene& scene, Cull cull, bool levels_of_detail)
   raster_.allocate(job_of(scene, cull, levels_of_detail));
 }
 
-ClusterRaster& VisibilityPass::prepare(gpu::StagingRing& belt, GpuScene& scene, std::span<const View> views,
-                                       VkDeviceAddress globals, Cull cull, bool levels_of_detail) {
+ClusterRaster& VisibilityPass::prepare(gpu::StagingRing& staging, GpuScene& scene,
+                                       std::span<const View> views, VkDeviceAddress globals, Cull cull,
+                                       bool levels_of_detail) {
   std::vector<gpu_types::RasterView> rasters;
   rasters.reserve(views.size());
   const VkExtent2D tiles = tiles_of(extent_);
@@ -119,9 +120,9 @@ ClusterRaster& VisibilityPass::prepare(gpu::StagingRing& belt, GpuScene& scene, 
     rasters.back().first_tile = static_cast<uint32_t>(rasters.size() - 1) * tiles.width * tiles.height;
   }
   ClusterRaster::Job job = job_of(scene, cull, levels_of_detail);
-  job.views = belt.write(std::span<const gpu_types::RasterView>(rasters)).address;
+  job.views = staging.write(std::span<const gpu_types::RasterView>(rasters)).address;
   job.globals = globals;
-  raster_.begin(belt, job);
+  raster_.begin(staging, job);
   return raster_;
 }
 

@@ -42,7 +42,7 @@ class VisibilityPass {
   // Call it before the parameters of this frame's drawing are described.
   void begin() { targets_->visibility.begin(targets_->visibility.buffer.size_bytes); }
   // Prepares the cameras' part of ClusterRaster::record, with the targets' number of views.
-  ClusterRaster& prepare(gpu::StagingRing& belt, GpuScene& scene, std::span<const View> views,
+  ClusterRaster& prepare(gpu::StagingRing& staging, GpuScene& scene, std::span<const View> views,
                          VkDeviceAddress globals, Cull cull, bool levels_of_detail);
   // Coverage merge: neighbouring triangles of a pixel become one shading sample. Runs only where it pays,
   // before all users of the ids. traced: rays may start from merged surfaces.

@@ -34,7 +34,7 @@ class SceneCache {
   // Digest of the last asset passed to find(), if it was readable.
   const StampedDigest* known() const { return known_ ? &*known_ : nullptr; }
 
-  std::vector<std::string> take_notes() { return std::move(notes_); }
+  std::vector<std::string> take_log_messages() { return std::move(notes_); }
 
  private:
   std::filesystem::path place_of(const std::filesystem::path& asset, const Digest& own) const;

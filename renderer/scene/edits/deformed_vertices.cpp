@@ -29,7 +29,8 @@ void copy_primitive(ClusteredGeometry& geometry, uint32_t index) {
 }  // namespace
 
 bool is_deformed(const Node& node) {
-  return node.mesh != kNone && (node.skin != kNone || node.morph_weight_count > 0 || node.own_vertices);
+  return node.mesh != kNone &&
+         (node.skin != kNone || node.morph_weight_count > 0 || node.has_instance_vertices);
 }
 
 bool is_mirrored_by_joints(const Scene& scene, const Node& node) {

@@ -4,7 +4,7 @@
 
 namespace fire3dv::scene {
 
-bool gets_levels(const Scene& scene, Levels levels) {
+bool needs_levels(const Scene& scene, Levels levels) {
   if (levels != Levels::automatic_levels) return levels == Levels::all;
   constexpr uint64_t kFewestDrawn = 20'000'000, kMaxInFile = 1'000'000;
   const auto triangles_of = [&](const Mesh& mesh) {
@@ -23,7 +23,7 @@ bool gets_levels(const Scene& scene, Levels levels) {
 }
 
 Derived derive(const Scene& scene, Levels levels, const LoadProgress& progress) {
-  const bool with_levels = gets_levels(scene, levels);
+  const bool with_levels = needs_levels(scene, levels);
   Derived derived;
   derived.clusters = cut_clusters(scene, [&](size_t done) {
     if (progress) progress("clusters", done, scene.primitives.size());

@@ -22,7 +22,7 @@ enum class Levels : uint8_t {
   automatic_levels,  // at least 20 M rendered triangles from at most 1 M in the file
   all,
 };
-bool gets_levels(const Scene& scene, Levels levels);
+bool needs_levels(const Scene& scene, Levels levels);
 
 // Runs on all cores; deterministic.
 Derived derive(const Scene& scene, Levels levels = Levels::automatic_levels,

@@ -101,7 +101,7 @@ bool primitive_is_right(const Scene& scene, const Primitive& p) {
 
 bool is_valid_node(const Scene& scene, uint32_t index) {
   const Node& node = scene.nodes[index];
-  if (node.own_vertices) return false;  // set at run time only, never in a cache entry
+  if (node.has_instance_vertices) return false;  // set at run time only, never in a cache entry
   if (!(node.parent == kNone || node.parent < index) || !none_or_below(node.mesh, scene.meshes.size()) ||
       !none_or_below(node.camera, scene.cameras.size()) || !none_or_below(node.light, scene.lights.size()) ||
       !none_or_below(node.skin, scene.skins.size()) ||

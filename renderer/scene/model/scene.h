@@ -31,11 +31,11 @@ struct Node {
   uint32_t mesh = kNone;
   uint32_t camera = kNone;
   uint32_t light = kNone;
-  uint32_t skin = kNone;            // only with a mesh, and only a skin with joints
-  uint32_t first_morph_weight = 0;  // into Scene::morph_weights
-  uint32_t morph_weight_count = 0;  // the mesh's morph_target_count
-  uint32_t semantic = 0;            // semantic class for labels; 0: none
-  bool own_vertices = false;        // vertices are replaced at run time, see scene_edits.h
+  uint32_t skin = kNone;               // only with a mesh, and only a skin with joints
+  uint32_t first_morph_weight = 0;     // into Scene::morph_weights
+  uint32_t morph_weight_count = 0;     // the mesh's morph_target_count
+  uint32_t semantic = 0;               // semantic class for labels; 0: none
+  bool has_instance_vertices = false;  // vertices are replaced at run time, see scene_edits.h
 };
 
 // Unpacked vertex attributes, for loaders and generators. The loader generates missing normals, and missing

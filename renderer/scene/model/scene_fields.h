@@ -43,7 +43,7 @@ template <typename Visit>
 void visit_members(Node& n, Visit&& visit) {
   visit(n.name, n.path, n.parent, n.parent_from_node, n.world_from_node, n.translation, n.rotation, n.scale,
         n.given_by_matrix, n.mesh, n.camera, n.light, n.skin, n.first_morph_weight, n.morph_weight_count,
-        n.semantic, n.own_vertices);
+        n.semantic, n.has_instance_vertices);
 }
 
 template <typename Visit>

@@ -184,7 +184,7 @@ class RasterVariants : public ValidationIsSilent {
   std::unique_ptr<RenderBench> bench_;
   gpu_types::Globals globals_{};
   gpu_types::RasterView view_{};
-  ShaderPipelines pipelines_{settings_.most_textures};
+  ShaderPipelines pipelines_{settings_.max_textures};
 };
 
 TEST_F(RasterVariants, OfAnImageDrawTheSameToTheBit) {

@@ -149,7 +149,7 @@ class Tiles : public ValidationIsSilent {
   passes::DrawSettings settings_ = plain_settings(1);
   scene::Scene scene_;
   std::unique_ptr<RenderBench> bench_;
-  ShaderPipelines pipelines_{settings_.most_textures};
+  ShaderPipelines pipelines_{settings_.max_textures};
 };
 
 // Tens of overlapping triangles, so that most are hidden somewhere.

@@ -76,7 +76,7 @@ passes::PreparedFrame RenderBench::prepare(passes::FrameRequest request) {
 void RenderBench::record_and_submit(const state::PoseState& poses, const passes::View& view) {
   const passes::PreparedFrame prepared = prepare();
   gpu::Recorder& recorder = frames_.begin();
-  renderer_.record(prepared, recorder, frames_.belt(), poses, view);
+  renderer_.record(prepared, recorder, frames_.staging(), poses, view);
   renderer_.draw_stale_overlay(recorder, condition_);
   readback_.record(recorder, renderer_.image(), 0);
   readback_.submitted(frames_.submit());
@@ -114,11 +114,11 @@ Taken RenderBench::take(const state::PoseState& poses, std::span<const passes::V
   const passes::PreparedFrame prepared =
       prepare({.views = static_cast<uint32_t>(views.size()), .outputs = outputs});
   gpu::Recorder& recorder = frames_.begin();
-  renderer_.record(prepared, recorder, frames_.belt(), poses, views, histories);
+  renderer_.record(prepared, recorder, frames_.staging(), poses, views, histories);
   Taken taken;
   gpu::ReadbackRing<int>::Planes planes;
-  if (outputs.any_plane()) {
-    taken.places = renderer_.plane_places();
+  if (outputs.has_planes()) {
+    taken.places = renderer_.plane_ranges();
     planes = {&renderer_.planes(), passes::bytes_of(taken.places)};
   }
   readback_.record(recorder, outputs.has(wire::kColorSrgb8) ? &renderer_.image() : nullptr,

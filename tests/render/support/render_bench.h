@@ -24,13 +24,13 @@ std::unique_ptr<gpu::Device> open_device(gpu::AsyncCompute async_compute);
 // An image with its output planes.
 struct Taken {
   sinks::FrameImage image;  // colours, if requested
-  std::vector<passes::PlanePlace> places;
+  std::vector<passes::PlaneRange> places;
   std::vector<uint8_t> planes;
 
   // T: type of the plane's pixels: float, uint32_t, or a vector.
   template <typename T>
   std::vector<T> plane(wire::ImageOutput wanted) const {
-    for (const passes::PlanePlace& place : places) {
+    for (const passes::PlaneRange& place : places) {
       if (place.output != wanted) continue;
       std::vector<T> pixels(place.size_bytes / sizeof(T));
       std::memcpy(pixels.data(), planes.data() + place.offset_bytes, place.size_bytes);

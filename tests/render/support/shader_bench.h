@@ -32,8 +32,8 @@ inline gpu::Buffer written_by_shaders(VkDeviceSize bytes) {
 // Compute pipelines by shader name, with the pipeline layout of the passes.
 class ShaderPipelines {
  public:
-  explicit ShaderPipelines(uint32_t most_textures)
-      : set_layout_(gpu::BindlessTextures::create_layout(device(), most_textures)),
+  explicit ShaderPipelines(uint32_t max_textures)
+      : set_layout_(gpu::BindlessTextures::create_layout(device(), max_textures)),
         layout_(gpu::create_pipeline_layout(device(), std::array{set_layout_.get()})) {}
 
   VkPipelineLayout layout() const { return layout_.get(); }

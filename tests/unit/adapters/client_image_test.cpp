@@ -354,12 +354,12 @@ TEST_P(ClientImage, NonsenseFromARendererIsDropped) {
 
 TEST_P(ClientImage, ManyRequestsAreOpenAtOnceAndOneMoreIsRefused) {
   std::vector<uint64_t> ids;
-  for (uint32_t i = 0; i < wire::kMostImageRequests; ++i) ids.push_back(send_request(small()));
+  for (uint32_t i = 0; i < wire::kMaxImageRequests; ++i) ids.push_back(send_request(small()));
   fire3dv_image_request request = small();
   uint64_t id = 0;
   EXPECT_EQ(fire3dv_request_image(stream_.get(), &request, &id), FIRE3DV_ERROR_SYSTEM);
   EXPECT_NE(std::string(fire3dv_last_error()).find("4096"), std::string::npos) << fire3dv_last_error();
-  ASSERT_TRUE(drawer_->poll_until([&] { return drawer_->requests.size() == wire::kMostImageRequests; }));
+  ASSERT_TRUE(drawer_->poll_until([&] { return drawer_->requests.size() == wire::kMaxImageRequests; }));
   for (const auto& [place, one] : drawer_->requests) EXPECT_TRUE(drawer_->answer(one, 1, 1)) << place;
   for (const uint64_t open : ids) ASSERT_NE(wait(open), nullptr);
 }

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 using Place = scene::SceneCacheSettings::Place;
 
 CacheLocations places(std::string_view wanted, const std::map<std::string, const char*>& environment) {
-  return cache_places(wanted, [&](const char* name) {
+  return find_cache_locations(wanted, [&](const char* name) {
     const auto found = environment.find(name);
     return found == environment.end() ? nullptr : found->second;
   });

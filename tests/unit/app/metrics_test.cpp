@@ -116,7 +116,7 @@ TEST(Http, JudgesRequests) {
   EXPECT_EQ(request_status(std::string_view("\0\0\0", 3)), 400) << "no need to wait for the end of that";
   EXPECT_EQ(request_status("GET /metrics HTTP/1.0\r\nHost:"), std::nullopt) << "there is more to come";
   EXPECT_EQ(request_status(""), std::nullopt);
-  EXPECT_EQ(request_status(std::string(kMostRequestBytes, 'a')), 431);
+  EXPECT_EQ(request_status(std::string(kMaxRequestBytes, 'a')), 431);
 }
 
 struct Server : testing::Test {

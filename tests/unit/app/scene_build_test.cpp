@@ -130,14 +130,14 @@ TEST_F(SceneBuildTest, LimitsAndVertices) {
   wire::NodeAdded what;
   what.asset_glb = textured.glb();
   AssetSettings settings;
-  settings.most_textures = 0;
+  settings.max_textures = 0;
   EXPECT_NE(refusal_of(settings, wanted("n", what)).find("textures"), std::string::npos);
 
   SceneBuild build(base_, {});
   const std::string name = base_.scene.nodes[0].name;
   SceneBuild::Built built = finished(build, {{}, {{name}, {"nobody"}}});
   ASSERT_NE(built.scene, nullptr);
-  EXPECT_TRUE(built.scene->scene.nodes[0].own_vertices);
+  EXPECT_TRUE(built.scene->scene.nodes[0].has_instance_vertices);
   built = finished(build, {});
   EXPECT_EQ(built.scene, nullptr) << "the file's own";
 }
@@ -351,10 +351,10 @@ TEST_F(SceneBuildBudget, ReplacedVerticesTakeDeviceMemory) {
   const std::string name = base_.scene.nodes[0].name;
   SceneBuild build(base_, {});
   SceneBuild::Built built = finished(build, {{}, {{name, poor}}});
-  EXPECT_FALSE(built.scene->scene.nodes[0].own_vertices);
+  EXPECT_FALSE(built.scene->scene.nodes[0].has_instance_vertices);
   EXPECT_NE(built.vertex_refusals[name].find("gpu-bytes"), std::string::npos);
   built = finished(build, {{}, {{name, rich}}});
-  EXPECT_TRUE(built.scene->scene.nodes[0].own_vertices);
+  EXPECT_TRUE(built.scene->scene.nodes[0].has_instance_vertices);
   EXPECT_GT(rich->used(Resource::gpu_bytes), 0u);
   built = finished(build, {});
   EXPECT_EQ(rich->used(Resource::gpu_bytes), 0u);

@@ -196,7 +196,7 @@ TEST_F(StreamReceiverTest, ImagesGoBackToWhoAskedForThem) {
   ASSERT_EQ(refused.size(), 1u);
   EXPECT_EQ(refused[0].request, 5u);
   EXPECT_EQ(refused[0].message, "no such node");
-  const std::vector<std::string> log = receiver_.take_notes();
+  const std::vector<std::string> log = receiver_.take_log_messages();
   ASSERT_FALSE(log.empty());
   EXPECT_EQ(log.back(), "stream \"adapter\" asks for an image: no such node");
 }
@@ -569,7 +569,7 @@ TEST_F(StreamReceiverTest, BadConnectionsDoNotHideWhatOthersSay) {
     link_->deliver(81, LinkEvent::Kind::control, description(epoch));
   link_->deliver(82, LinkEvent::Kind::control, description(2000, "honest"));
   receiver_.poll();
-  const std::vector<std::string> log = receiver_.take_notes();
+  const std::vector<std::string> log = receiver_.take_log_messages();
   // Each bad peer is logged once, the one that describes itself anew ten times a second.
   EXPECT_EQ(count_of(log, "dropped a message from test://listener peer "), 80u);
   EXPECT_EQ(count_of(log, "stream \"adapter\""), 10u);
@@ -660,13 +660,14 @@ TEST_F(StreamReceiverTest, WhatCannotBeReadIsAnsweredAndCounted) {
   EXPECT_EQ(receiver_.rejected_messages(), 1u);
   ASSERT_EQ(answers<wire::Welcome>(1).size(), 1u);
   EXPECT_EQ(answers<wire::Welcome>(1)[0].status, wire::WelcomeStatus::bad_description);
-  const std::vector<std::string> log = receiver_.take_notes();
+  const std::vector<std::string> log = receiver_.take_log_messages();
   ASSERT_EQ(log.size(), 1u);
   EXPECT_EQ(log[0], "dropped a message from test://listener peer 1: " + answers<wire::Welcome>(1)[0].message);
   EXPECT_NE(log[0].find("not FIRE-3DV traffic"), std::string::npos) << log[0];
   link_->deliver(1, LinkEvent::Kind::control, wire::Bytes(100, std::byte{0x5a}));
   receiver_.poll();
-  EXPECT_TRUE(receiver_.take_notes().empty()) << "a peer's first invalid message is logged, not the others";
+  EXPECT_TRUE(receiver_.take_log_messages().empty())
+      << "a peer's first invalid message is logged, not the others";
 }
 
 TEST_F(StreamReceiverTest, UnreadableMessagesOfOnePollGetOneAnswer) {
@@ -703,7 +704,7 @@ TEST_F(StreamReceiverTest, LogMessagesAreBounded) {
   for (uint64_t epoch = 1; epoch <= 1000; ++epoch)
     link_->deliver(1, LinkEvent::Kind::control, description(epoch));
   receiver_.poll();
-  const std::vector<std::string> log = receiver_.take_notes();
+  const std::vector<std::string> log = receiver_.take_log_messages();
   ASSERT_EQ(log.size(), 10u) << "per second; each description would add two";
   EXPECT_EQ(log[0], "stream \"adapter\" with 1 nodes accepted");
   EXPECT_EQ(log[1], "stream \"adapter\" ended: it began anew");
@@ -712,7 +713,7 @@ TEST_F(StreamReceiverTest, LogMessagesAreBounded) {
   now_ns_ += kSecondNs;
   link_->deliver(1, LinkEvent::Kind::control, description(1001));
   receiver_.poll();
-  const std::vector<std::string> later = receiver_.take_notes();
+  const std::vector<std::string> later = receiver_.take_log_messages();
   ASSERT_EQ(later.size(), 3u);
   EXPECT_EQ(later[0], "and 1989 more such events") << "1000 accepted and 999 ended, of which 10 were logged";
   EXPECT_EQ(later[2], "stream \"adapter\" with 1 nodes accepted");

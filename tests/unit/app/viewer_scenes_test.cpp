@@ -108,10 +108,10 @@ TEST(Viewers, AFileThatCannotBeShownIsSaidAndNotReady) {
   });
   const auto ready_in_the_end = [&] {
     next.open(file);
-    EXPECT_EQ(next.take_notes().size(), 1u);
+    EXPECT_EQ(next.take_log_messages().size(), 1u);
     for (int i = 0; i < 10'000; ++i) {
       if (next.is_ready()) return true;
-      const std::vector<std::string> notes = next.take_notes();
+      const std::vector<std::string> notes = next.take_log_messages();
       if (!notes.empty()) {
         EXPECT_EQ(notes, std::vector<std::string>{"the device takes no more"});
         return false;

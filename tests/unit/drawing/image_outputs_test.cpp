@@ -179,13 +179,13 @@ TEST(ImageOutputs, AreNamedOnceEach) {
 TEST(ImageOutputs, SayWhatTheyNeed) {
   using wire::ImageOutputs;
   EXPECT_TRUE(ImageOutputs(wire::kColorSrgb8).shaded());
-  EXPECT_FALSE(ImageOutputs(wire::kColorSrgb8).any_plane());
+  EXPECT_FALSE(ImageOutputs(wire::kColorSrgb8).has_planes());
   EXPECT_TRUE(ImageOutputs(wire::kColorLinearF16).shaded());
-  EXPECT_TRUE(ImageOutputs(wire::kColorLinearF16).any_plane());
-  EXPECT_FALSE(ImageOutputs(wire::kColorLinearF16).any_surface_plane());
+  EXPECT_TRUE(ImageOutputs(wire::kColorLinearF16).has_planes());
+  EXPECT_FALSE(ImageOutputs(wire::kColorLinearF16).has_id_planes());
   for (const wire::ImageOutput output :
        {wire::kDepthF32, wire::kInstanceU32, wire::kSemanticU32, wire::kNormal, wire::kMotion}) {
-    EXPECT_TRUE(ImageOutputs(output).any_plane() && ImageOutputs(output).any_surface_plane());
+    EXPECT_TRUE(ImageOutputs(output).has_planes() && ImageOutputs(output).has_id_planes());
     EXPECT_FALSE(ImageOutputs(output).shaded() || ImageOutputs(output).has_boxes());
   }
   EXPECT_EQ(ImageOutputs::all_planes().bits(), 127u);
@@ -193,18 +193,18 @@ TEST(ImageOutputs, SayWhatTheyNeed) {
 
 TEST(ImageOutputs, PlanesLieOneBehindTheOther) {
   wire::ImageOutputs outputs;
-  EXPECT_EQ(passes::bytes_of(passes::place_planes(outputs, 100, 100)), 0u);
+  EXPECT_EQ(passes::bytes_of(passes::lay_out_planes(outputs, 100, 100)), 0u);
   outputs = wire::ImageOutputs::all_planes();
   uint64_t end = 0;
-  for (const passes::PlanePlace& place : passes::place_planes(outputs, 7, 5)) {
+  for (const passes::PlaneRange& place : passes::lay_out_planes(outputs, 7, 5)) {
     EXPECT_GE(place.offset_bytes, end);
     EXPECT_EQ(place.offset_bytes % 64, 0u);
     EXPECT_EQ(place.size_bytes, 35u * wire::info_of(place.output).element_bytes);
     end = place.offset_bytes + place.size_bytes;
   }
-  EXPECT_EQ(passes::bytes_of(passes::place_planes(outputs, 7, 5)), end);
+  EXPECT_EQ(passes::bytes_of(passes::lay_out_planes(outputs, 7, 5)), end);
   EXPECT_EQ(end, 320u + 192 + 192 + 192 + 320 + 280) << "the last plane ends without padding";
-  const auto large = passes::place_planes(outputs, 1u << 16, 1u << 16);
+  const auto large = passes::lay_out_planes(outputs, 1u << 16, 1u << 16);
   EXPECT_GT(passes::bytes_of(large), uint64_t{1} << 36) << "bytes are counted with 64 bits";
 }
 

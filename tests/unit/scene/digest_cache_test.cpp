@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr uint64_t kMost = 1 << 20;
+constexpr uint64_t kMax = 1 << 20;
 
 class DigestCacheTest : public ::testing::Test {
  protected:
@@ -48,7 +48,7 @@ class DigestCacheTest : public ::testing::Test {
   // reveals its use.
   void store_settled() {
     DigestCache cache(cache_, asset_);
-    true_ = cache.of(asset_, kMost)->digest;
+    true_ = cache.of(asset_, kMax)->digest;
     cache.store();
     std::string text = body();
     const size_t digest = text.find(hex(true_)), taken = text.rfind(' ', digest - 2) + 1;
@@ -61,7 +61,7 @@ class DigestCacheTest : public ::testing::Test {
   }
 
   Digest found() const {
-    const auto held = DigestCache(cache_, asset_).of(asset_, kMost);
+    const auto held = DigestCache(cache_, asset_).of(asset_, kMax);
     EXPECT_TRUE(held.ok());
     return held ? held->digest : Digest{};
   }
@@ -85,7 +85,7 @@ TEST_F(DigestCacheTest, CachedDigestsAreNotReadAgain) {
 
 TEST_F(DigestCacheTest, FreshFilesAreReadAgain) {
   DigestCache cache(cache_, asset_);
-  const Digest before = cache.of(asset_, kMost)->digest;
+  const Digest before = cache.of(asset_, kMax)->digest;
   cache.store();
   ASSERT_FALSE(record().empty());
   write("what it h0lds");
@@ -101,7 +101,7 @@ TEST_F(DigestCacheTest, ChangedFilesAreReadAgain) {
   EXPECT_NE(found(), other_);
   EXPECT_NE(found(), true_);
   fs::remove(asset_);
-  EXPECT_FALSE(DigestCache(cache_, asset_).of(asset_, kMost).ok());
+  EXPECT_FALSE(DigestCache(cache_, asset_).of(asset_, kMax).ok());
 }
 
 TEST_F(DigestCacheTest, FilesAboveTheLimitAreRefused) {
@@ -157,7 +157,7 @@ TEST_F(DigestCacheTest, NoTimeIsTooFarAway) {
 
 TEST_F(DigestCacheTest, WithoutAFolderNothingIsCached) {
   DigestCache cache;
-  EXPECT_TRUE(cache.of(asset_, kMost).ok());
+  EXPECT_TRUE(cache.of(asset_, kMax).ok());
   cache.store();
   EXPECT_TRUE(fs::is_empty(cache_));
 }

@@ -146,7 +146,7 @@ TEST_F(EditRegistryTest, TheOlderStreamKeepsANodeAndGivesItBack) {
   EXPECT_EQ(registry_.faults().conflicting, 2u);
   resolved();
   EXPECT_EQ(registry_.faults().conflicting, 2u) << "each is counted once";
-  EXPECT_EQ(registry_.take_notes().size(), 1u) << "and told once";
+  EXPECT_EQ(registry_.take_log_messages().size(), 1u) << "and told once";
   poses_.remove_stream(older);
   EXPECT_TRUE(resolved().is_hidden(kBall));
   EXPECT_TRUE(edits_.nodes().at(kBall).base_color.has_value());
@@ -176,7 +176,7 @@ TEST_F(EditRegistryTest, AYoungerStreamHidesNothingThatAnOlderOneHasBelow) {
   EXPECT_EQ(registry_.faults().conflicting, 2u);
   edit(younger, "table", wire::Property::camera, wire::Camera{});
   EXPECT_NE(resolved().camera_at(kTable), nullptr) << "takes nothing away";
-  const std::vector<std::string> notes = registry_.take_notes();
+  const std::vector<std::string> notes = registry_.take_log_messages();
   ASSERT_EQ(notes.size(), 1u);
   EXPECT_NE(notes[0].find("table"), std::string::npos) << notes[0];
 
@@ -288,7 +288,7 @@ TEST_F(EditRegistryTest, WhatHasNoNodeIsCountedAndDoesNoHarm) {
   hide(id, "ball");
   EXPECT_TRUE(resolved().is_hidden(kBall));
   EXPECT_EQ(registry_.faults().unmatched, 1u);
-  const std::vector<std::string> notes = registry_.take_notes();
+  const std::vector<std::string> notes = registry_.take_log_messages();
   ASSERT_EQ(notes.size(), 1u);
   EXPECT_NE(notes[0].find("nobody"), std::string::npos);
 }
@@ -305,7 +305,7 @@ scene::Scene with_triangle(bool own) {
   primitive.index_count = primitive.vertex_count = 3;
   scene.primitives.push_back(primitive);
   scene.meshes[0].primitive_count = 1;
-  scene.nodes[kBall].own_vertices = own;
+  scene.nodes[kBall].has_instance_vertices = own;
   return scene;
 }
 
@@ -371,7 +371,7 @@ TEST_F(EditRegistryTest, WantedNodesAreThoseThatWereNotRefusedOrReplaced) {
   EXPECT_EQ(registry_.faults().refused, 1u);
   EXPECT_EQ(registry_.take_finished().size(), 2u);
   EXPECT_EQ(registry_.requested_nodes().size(), 2u);
-  EXPECT_NE(registry_.take_notes().at(0).find("dish"), std::string::npos);
+  EXPECT_NE(registry_.take_log_messages().at(0).find("dish"), std::string::npos);
 
   edit(younger, "fork", wire::Property::node, wire::NodeRemoved{});  // before it was there
   registry_.apply(poses_.take_scene_changes());
@@ -420,7 +420,7 @@ TEST_F(EditRegistryTest, LightsOfAPeerAreLimited) {
   EXPECT_EQ(lights, 3u);
   EXPECT_EQ(shadows, 2u);
   EXPECT_EQ(registry_.faults().refused, 1u);
-  EXPECT_EQ(registry_.take_notes().size(), 2u) << "one for the light, one for the shadow";
+  EXPECT_EQ(registry_.take_log_messages().size(), 2u) << "one for the light, one for the shadow";
   (void)resolved();
   EXPECT_EQ(registry_.faults().refused, 1u) << "counted once";
   EXPECT_EQ(budget->used(Resource::lights), 2u);

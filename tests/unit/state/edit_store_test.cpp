@@ -84,7 +84,7 @@ TEST(EditStore, WhatNoReaderWouldTakeIsRefusedByName) {
 }
 
 TEST(EditStore, AKeyTooManyIsRefused) {
-  EditStore store(EditStore::kMostBudgetBytes);
+  EditStore store(EditStore::kMaxBudgetBytes);
   for (size_t i = 0; i < EditStore::kMaxKeys; ++i) ASSERT_TRUE(set(store, visible(std::to_string(i), false)));
   EXPECT_FALSE(set(store, visible("one more", false)).ok());
   EXPECT_TRUE(set(store, visible("7", true)).ok());

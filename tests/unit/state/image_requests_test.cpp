@@ -148,13 +148,13 @@ TEST_F(ImageBookTest, WhatIsNotMadeIsRefusedWithAReason) {
   r.intrinsics.lens.model = static_cast<wire::LensModel>(3);
   expect_refused(r, wire::ImageRefusal::not_supported, "lens 3");
   r = request(1, wire::ImageWhen::once);
-  r.intrinsics.width = r.intrinsics.height = wire::kMostImageSide;
+  r.intrinsics.width = r.intrinsics.height = wire::kMaxRequestedImageSide;
   expect_refused(r, wire::ImageRefusal::too_large, "8192 x 8192");
   EXPECT_EQ(requests_.count(), 0u);
   EXPECT_EQ(requests_.refused(), 4u);
   requests_ = ImageRequestRegistry({.outputs = wire::kBoxes2d});
   r.outputs = wire::kBoxes2d;  // boxes are computed from labels of the same size
-  r.intrinsics.width = r.intrinsics.height = wire::kMostImageSide;
+  r.intrinsics.width = r.intrinsics.height = wire::kMaxRequestedImageSide;
   expect_refused(r, wire::ImageRefusal::too_large, "8192 x 8192");
 }
 
@@ -171,7 +171,7 @@ TEST_F(ImageBookTest, AnIdIsUsedOnce) {
   ASSERT_FALSE(requests_.add(1, request(1, wire::ImageWhen::every_nth)));
   EXPECT_FALSE(requests_.add(1, request(1, wire::ImageWhen::every_nth))) << "a link may say it twice";
   wire::ImageRequest other = request(1, wire::ImageWhen::every_nth);
-  other.intrinsics.width = wire::kMostImageSide;
+  other.intrinsics.width = wire::kMaxRequestedImageSide;
   const auto refused = requests_.add(1, other);
   ASSERT_TRUE(refused);
   EXPECT_EQ(refused->answer.reason, wire::ImageRefusal::bad_request);

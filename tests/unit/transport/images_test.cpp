@@ -27,7 +27,7 @@ class Images : public ::testing::TestWithParam<std::string> {
     ASSERT_TRUE(publisher_->set_description(bytes_of("description")).ok());
   }
   void make_room(size_t requests) {
-    const auto room = publisher_->make_room_for_images(wire::most_block_bytes(kPixelBytes), requests);
+    const auto room = publisher_->make_room_for_images(wire::max_block_bytes(kPixelBytes), requests);
     ASSERT_TRUE(room.ok()) << room.error().message;
     ASSERT_TRUE(publish_until_seen(*publisher_, *listener_, "pose"));  // in the segment with the image slots
   }
@@ -268,7 +268,7 @@ TEST(ShmImages, WhatADeadRendererWasWritingIsFreed) {
 // The renderer changes the length of the head after the publisher's check (TOCTOU).
 TEST(ImageBlock, IsConsistentWhileAnotherThreadChangesIt) {
   constexpr size_t kTurns = 200'000;
-  std::vector<std::byte> block(wire::most_block_bytes(4096));
+  std::vector<std::byte> block(wire::max_block_bytes(4096));
   const std::string head(100, 'h');
   wire::write_image_block_head(block, 7, bytes_of(head));
   std::atomic<bool> is_over{false};
@@ -282,7 +282,7 @@ TEST(ImageBlock, IsConsistentWhileAnotherThreadChangesIt) {
     const auto got = wire::read_image_block(block);
     (got.ok() ? read : refused) += 1;
     if (!got) continue;
-    ASSERT_LE(got->head.size(), wire::kMostImageHeadBytes);
+    ASSERT_LE(got->head.size(), wire::kMaxImageHeadBytes);
     ASSERT_EQ(static_cast<size_t>(got->pixels.data() - block.data()), wire::pixels_at(got->head.size()));
     ASSERT_EQ(got->pixels.data() + got->pixels.size(), block.data() + block.size());
   }

@@ -19,7 +19,7 @@ sinks::FrameImage AssetDrawer::draw(const scene::Scene& scene, const passes::Vie
   const Result<passes::PreparedFrame> prepared = renderer_.prepare({.extent = extent_});
   if (!prepared) throw std::runtime_error(prepared.error().message);
   gpu::Recorder& recorder = frames_.begin();
-  renderer_.record(*prepared, recorder, frames_.belt(), poses, view);
+  renderer_.record(*prepared, recorder, frames_.staging(), poses, view);
   readback_.record(recorder, renderer_.image(), 0);
   readback_.submitted(frames_.submit());
   sinks::FrameImage image;

@@ -46,9 +46,9 @@ Result<std::vector<fs::path>> find_assets(const fs::path& folder) {
 
 Result<scene::Scene> load(const fs::path& file, const passes::DrawSettings& settings) {
   Result<scene::Scene> scene = scene::load_gltf(file);
-  if (scene && scene->textures.size() > settings.most_textures) {
+  if (scene && scene->textures.size() > settings.max_textures) {
     return Error{file.string() + " has " + std::to_string(scene->textures.size()) +
-                 " textures, and room is made for " + std::to_string(settings.most_textures) +
+                 " textures, and room is made for " + std::to_string(settings.max_textures) +
                  ": split the file"};
   }
   return scene;

@@ -52,9 +52,9 @@ struct Bench {
         {.extent = extent, .views = static_cast<uint32_t>(views.size()), .outputs = outputs});
     if (!prepared) return prepared.error();
     gpu::Recorder& recorder = frames.begin();
-    renderer.record(*prepared, recorder, frames.belt(), poses, views);
+    renderer.record(*prepared, recorder, frames.staging(), poses, views);
     gpu::ReadbackRing<int>::Planes planes;
-    if (outputs.any_plane()) planes = {&renderer.planes(), passes::bytes_of(renderer.plane_places())};
+    if (outputs.has_planes()) planes = {&renderer.planes(), passes::bytes_of(renderer.plane_ranges())};
     readback.record(recorder, outputs.has(wire::kColorSrgb8) ? &renderer.image() : nullptr,
                     renderer.image().extent, planes, 0);
     readback.submitted(frames.submit());
@@ -109,7 +109,7 @@ Result<void> measure(Bench& bench, const CamerasOptions& options, uint32_t camer
 Result<void> measure_all(const CamerasOptions& options) {
   Result<wire::ImageOutputs> outputs = wire::parse_image_outputs(options.outputs);
   if (!outputs) return Error{"--outputs: " + outputs.error().message};
-  if (!outputs->has(wire::kColorSrgb8) && !outputs->any_plane())
+  if (!outputs->has(wire::kColorSrgb8) && !outputs->has_planes())
     return Error{"--outputs: name color or a plane"};
   Result<scene::Scene> scene = scene::load_gltf(options.scene);
   if (!scene) return scene.error();

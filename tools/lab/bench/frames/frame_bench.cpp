@@ -48,7 +48,7 @@ FrameBench::FrameBench(gpu::Device& device, const scene::Scene& scene, VkExtent2
       extent_(extent),
       view_(first_camera_view(scene, extent)),
       poses_(scene),
-      intake_(poses_, false),
+      receiver_(poses_, false),
       frames_(device),
       readback_(device) {}
 
@@ -61,7 +61,7 @@ Result<std::unique_ptr<FrameBench>> FrameBench::open(gpu::Device& device, const 
   const std::string uri = "shm://fire3dv-bench-" + std::to_string(::getpid());
   Result<std::unique_ptr<transport::ListenerLink>> listener = transport::open_listener(uri);
   if (!listener) return listener.error();
-  bench->intake_.add(std::move(*listener));
+  bench->receiver_.add(std::move(*listener));
   Result<std::unique_ptr<PoseFeed>> feed = PoseFeed::open(uri, std::move(bodies), std::move(pose_at));
   if (!feed) return feed.error();
   bench->feed_ = std::move(*feed);
@@ -86,13 +86,13 @@ Result<double> FrameBench::take_new_poses() {
   const int64_t asked_ns = monotonic_ns();
   while (true) {
     const int64_t begin_ns = monotonic_ns();
-    intake_.poll();
+    receiver_.poll();
     const double took_ms = ms_since(begin_ns);
     const std::vector<state::FrameTag> shown = poses_.shown();
     if (!shown.empty() && shown[0].sequence == wanted) return took_ms;
     if (begin_ns - asked_ns > kPatienceNs) {
       std::string notes;
-      for (const std::string& note : intake_.take_notes()) notes += "; " + note;
+      for (const std::string& note : receiver_.take_log_messages()) notes += "; " + note;
       return Error{"no poses came over shared memory in " + std::to_string(kPatienceNs / 1'000'000'000) +
                    " s" + notes + "; is /dev/shm full?"};
     }
@@ -103,7 +103,7 @@ Result<double> FrameBench::take_new_poses() {
 Result<uint64_t> FrameBench::submit_frame(gpu::Recorder& recorder, bool read_back) {
   const Result<passes::PreparedFrame> prepared = renderer_->prepare({.extent = extent_});
   if (!prepared) return prepared.error();
-  renderer_->record(*prepared, recorder, frames_.belt(), poses_, view_);
+  renderer_->record(*prepared, recorder, frames_.staging(), poses_, view_);
   if (panels_) draw_panels(recorder);
   if (read_back) readback_.record(recorder, renderer_->image(), 0);
   const uint64_t done_at = frames_.submit();
@@ -131,7 +131,7 @@ const ImDrawData& FrameBench::lay_out_panels(uint64_t image) {
 
 void FrameBench::draw_panels(gpu::Recorder& recorder) {
   const ImDrawData& laid_out = lay_out_panels(kImagesBefore + drawn_);
-  panels_->pass.record(recorder, frames_.belt(), renderer_->image(), laid_out, panels_->gui.fonts(),
+  panels_->pass.record(recorder, frames_.staging(), renderer_->image(), laid_out, panels_->gui.fonts(),
                        panels_->gui.fonts_number());
 }
 

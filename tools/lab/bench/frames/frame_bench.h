@@ -10,9 +10,9 @@
 
 #include "renderer/app/streams/stream_receiver.h"
 #include "renderer/gpu/device/device.h"
+#include "renderer/gpu/readback_ring.h"
 #include "renderer/gui/gui.h"
 #include "renderer/gui/gui_pass.h"
-#include "renderer/gpu/readback_ring.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/sinks/frame.h"
 #include "tools/lab/bench/bench_device.h"
@@ -76,7 +76,7 @@ class FrameBench {
   const VkExtent2D extent_;
   passes::View view_;
   state::PoseState poses_;
-  app::StreamReceiver intake_;
+  app::StreamReceiver receiver_;
   std::unique_ptr<PoseFeed> feed_;
   gpu::FrameRing frames_;
   std::optional<passes::SceneRenderer> renderer_;

@@ -68,7 +68,7 @@ Result<void> measure_images(const ImageOptions& options) {
                  open->device->report().name +
                  " takes: split the file, or choose another device with --device"};
   }
-  settings.most_textures = std::max(settings.most_textures, static_cast<uint32_t>(textures));
+  settings.max_textures = std::max(settings.max_textures, static_cast<uint32_t>(textures));
   std::vector<std::string> names;
   for (const uint32_t node : nodes) names.push_back(scene->nodes[node].name);
   {

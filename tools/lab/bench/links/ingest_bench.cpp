@@ -50,7 +50,7 @@ void poll_streams(Board& board, const std::string& uri, size_t count, double sec
   state::PoseState poses(scene);
   app::PlayOptions play;
   play.mode = app::PlayOptions::Mode::latest;
-  app::StreamReceiver intake(poses, false, play);
+  app::StreamReceiver receiver(poses, false, play);
   auto link = transport::open_listener(uri);
   if (!link) {
     std::fprintf(stderr, "fire3dv-bench: %s\n", link.error().message.c_str());
@@ -58,9 +58,9 @@ void poll_streams(Board& board, const std::string& uri, size_t count, double sec
     return;
   }
   std::snprintf(board.address, sizeof board.address, "%s", (*link)->uri().c_str());
-  intake.add(std::move(*link));
+  receiver.add(std::move(*link));
   board.ready = true;
-  while (!intake.poll()) intake.wait(std::chrono::milliseconds(1));
+  while (!receiver.poll()) receiver.wait(std::chrono::milliseconds(1));
   board.counting = true;
 
   const int64_t begin_ns = monotonic_ns();
@@ -68,8 +68,8 @@ void poll_streams(Board& board, const std::string& uri, size_t count, double sec
   const double cpu_before = cpu_seconds();
   uint64_t frames = 0, last = newest_sequence(poses);
   while (monotonic_ns() < until_ns) {
-    intake.wait(std::chrono::milliseconds(1));
-    if (!intake.poll()) continue;
+    receiver.wait(std::chrono::milliseconds(1));
+    if (!receiver.poll()) continue;
     const uint64_t sequence = newest_sequence(poses);
     frames += sequence != last;
     last = sequence;
@@ -122,7 +122,7 @@ bool measure(const char* name, const std::string& uri, size_t count, const Inges
 int ingest_bench(const IngestOptions& options) {
   const std::string shm = "shm://bench-ingest-" + std::to_string(::getpid());
   std::printf(
-      "A simulator publishes as fast as it can; the renderer's intake runs with its link's threads on one "
+      "A simulator publishes as fast as it can; the renderer's receiver runs with its link's threads on one "
       "core, "
       "the simulator on another. Frames that were overtaken before they were read do not count. %.1f s a "
       "row.\n\n"
