@@ -119,8 +119,8 @@ TEST_F(UdpKey, WhatIsReplayedIsDropped) {
 // answer.
 TEST_F(UdpKey, ASendersOwnDatagramsAreForgeriesToIt) {
   Listener listener(kAnyPort, secured.keyed_listener('1'));
+  std::vector<std::byte> ping;  // outlives the relay, whose thread writes it
   auto relay = relay_to(listener);
-  std::vector<std::byte> ping;
   relay->set_filter([&](bool to_target, std::span<std::byte> datagram) {
     if (!is_sealed(datagram) || datagram.size() != 1 + udp::kRecordOverheadBytes) return true;
     if (to_target) ping.assign(datagram.begin(), datagram.end());
