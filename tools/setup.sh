@@ -22,9 +22,8 @@ packages=(
   libgtest-dev vulkan-validationlayers vulkan-tools xvfb xauth xdotool strace python3
   iproute2 openssl  # network namespaces, two hosts on one machine, and their certificate
   python3-numpy python3-pip python3-setuptools python3-wheel  # Python package: arrays, installation with pip
-  # video of the demo
   go-md2man  # manual pages
-  ffmpeg
+  ffmpeg     # video of the demo
 )
 # Optional, installed where the distribution has them. MuJoCo: examples/two_simulators, adapters/mujoco and
 # fire3dv-convert's MJCF reader, which are skipped without it. EGL and OpenGL: comparison with MuJoCo's own renderer.
