@@ -1,6 +1,7 @@
 #include "renderer/sinks/window.h"
 
 #include <algorithm>
+#include <cstdlib>
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
@@ -35,6 +36,11 @@ Result<std::unique_ptr<Window>> Window::open(const std::string& title, VkExtent2
   const auto no_window = [] {
     return Error{"cannot open a window: " + glfw_error() + "; without a display, use --headless --out DIR"};
   };
+#ifdef GLFW_PLATFORM  // since GLFW 3.4
+  // Without these variables libwayland cannot connect, and prints a line of its own.
+  const bool can_have_wayland = std::getenv("WAYLAND_DISPLAY") || std::getenv("XDG_RUNTIME_DIR");
+  glfwInitHint(GLFW_PLATFORM, can_have_wayland ? GLFW_ANY_PLATFORM : GLFW_PLATFORM_X11);
+#endif
   if (!glfwInit()) return no_window();
   ++windows_open;
   std::unique_ptr<Window> window(new Window);

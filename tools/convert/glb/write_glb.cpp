@@ -18,6 +18,12 @@
 namespace fire3dv::convert {
 namespace {
 
+// tinygltf 2.9 and newer write a node's light from this member and drop the extension without it.
+template <typename Node>
+void set_light(int light, Node& node) {
+  if constexpr (requires { node.light; }) node.light = light;
+}
+
 static_assert(std::endian::native == std::endian::little, "glTF's buffers are little-endian");
 
 constexpr size_t kMaxBytes = size_t{3} << 30;  // limit below the 32-bit size field of GLB
@@ -272,6 +278,7 @@ class Writer {
         tinygltf::Value::Object members;
         members["light"] = tinygltf::Value(static_cast<int>(*source.light));
         node.extensions["KHR_lights_punctual"] = tinygltf::Value(std::move(members));
+        set_light(static_cast<int>(*source.light), node);
       }
       const auto index = static_cast<int>(out_.nodes.size());
       out_.nodes[source.parent ? *source.parent + 1 : 0].children.push_back(index);

@@ -134,7 +134,11 @@ TEST(UdpSealed, OneVersionAndOneSuiteAlone) {
   EXPECT_EQ(hello[kVersionAt], std::byte{0xfe});
   EXPECT_EQ(hello[kVersionAt + 1], std::byte{0xfd});
   const size_t at = suites_at(hello);
-  EXPECT_EQ(hello[at + 1], std::byte{4}) << "one suite, and the sign of RFC 5746";
+  // RFC 5746: a second suite that is a sign, or, since OpenSSL 3.4, an empty extension (0xff01).
+  constexpr std::array kRenegotiation{std::byte{0xff}, std::byte{0x01}, std::byte{0}, std::byte{1},
+                                      std::byte{0}};
+  const bool has_extension = !std::ranges::search(hello, kRenegotiation).empty();
+  EXPECT_EQ(hello[at + 1], std::byte{has_extension ? uint8_t{2} : uint8_t{4}}) << "one suite";
   EXPECT_TRUE(std::equal(kOurs.begin(), kOurs.end(), hello.begin() + static_cast<std::ptrdiff_t>(at + 2)));
 
   Door door(100);
@@ -286,9 +290,16 @@ TEST(UdpSealed, RandomRecordsDoNotBreakASession) {
   EXPECT_EQ(pair.open(pair.seal(1)), Dtls::Opened::plaintext);
 }
 
-// As a publisher sends poses.
+// As a publisher sends poses. OpenSSL 3.5 allocates memory for each record, 3.0 does not: only what sealing
+// itself takes is allowed.
 TEST(UdpSealed, PublishingTakesNoMemory) {
-  Pair pair;
+  Pair pair, sealing;
+  std::vector<std::byte> record(udp::kDatagramBytes);
+  const auto seal = [&] { EXPECT_GT(sealing.from->seal(record, udp::kRecordHeaderBytes, 1000), 0u); };
+  for (int i = 0; i < 10; ++i) seal();
+  const uint64_t before_sealing = fire3dv::test::allocations_of_this_thread();
+  for (int i = 0; i < 1000; ++i) seal();
+  const uint64_t of_sealing = fire3dv::test::allocations_of_this_thread() - before_sealing;
   const auto sockets = [] {
     std::array<int, 2> ends{};
     EXPECT_EQ(::socketpair(AF_UNIX, SOCK_DGRAM | SOCK_NONBLOCK, 0, ends.data()), 0);
@@ -310,7 +321,7 @@ TEST(UdpSealed, PublishingTakesNoMemory) {
   const uint64_t before = fire3dv::test::allocations_of_this_thread();
   ASSERT_GT(before, 0u) << "the counter counts nothing";
   for (int i = 0; i < 1000; ++i) publish();
-  EXPECT_EQ(fire3dv::test::allocations_of_this_thread() - before, 0u);
+  EXPECT_EQ(fire3dv::test::allocations_of_this_thread() - before, 5 * of_sealing);
 }
 
 }  // namespace
