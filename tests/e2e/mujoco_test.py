@@ -70,7 +70,7 @@ def drawn(test):
     """The README's commands draw an image of each frame; a scene of geoms looks like one of bodies."""
     pictures = []
     render, simulate = readme("Run a model")[-2:]
-    write, show = readme("Tell geoms apart")
+    write, show = readme("One node per geom")
     check(render[0] == show[0] == "fire3dv" and simulate[0] == write[0] == "fire3dv-mujoco", "the README has changed")
     program = simulator(test, CRANE, "--scene", test.path("crane.glb"))
     program.expect_exit(0)

@@ -152,7 +152,7 @@ def names(test, transport):
     renderer.wait_err('stream "second".*another stream drives "red"')
     check(status["conflicting"] == 1 and status["contested"] == 0, f"the second adapter hears: {status}")
     status = first.wait_status("the first to hear who asks for its node", lambda s: s["contested"] == 1)
-    check(status["conflicting"] == 0 and "another asks for red" in status["message"], f"the first hears: {status}")
+    check(status["conflicting"] == 0 and "another stream requests red" in status["message"], f"the first hears: {status}")
     third = test.publisher(uris[-1], name="third", nodes=["red"]) if transport != "shm" else None
     if third:
         third.wait_welcome()
