@@ -119,7 +119,9 @@ Result<Options> read_options(const std::vector<std::string>& arguments,
                              const std::function<const char*(const char*)>& environment,
                              const LaunchBlock& launch) {
   Options options;
-  for (const auto& [words, value] : launch) {
+  for (const auto& entry : launch) {
+    const auto& words = entry.first;  // clang 14 captures no structured bindings
+    const auto& value = entry.second;
     const auto option = std::find_if(known_options().begin(), known_options().end(),
                                      [&](const Known& known) { return words == known.words; });
     const std::string where = "the launch file's fire3dv: " + words;

@@ -22,7 +22,8 @@ namespace {
 
 // Copies bytes that another process may write concurrently: each byte is read once.
 void copy_once(std::byte* to, const std::byte* shared, size_t bytes) {
-  for (size_t i = 0; i < bytes; ++i) to[i] = __atomic_load_n(shared + i, __ATOMIC_RELAXED);
+  const auto* from = reinterpret_cast<const unsigned char*>(shared);  // clang's builtin takes integers only
+  for (size_t i = 0; i < bytes; ++i) to[i] = std::byte{__atomic_load_n(from + i, __ATOMIC_RELAXED)};
 }
 
 }  // namespace

@@ -28,8 +28,8 @@ struct AdfAppearance {
 
 class AdfVisuals {
  public:
-  AdfVisuals(Model& model, AdfReport& report, size_t most_triangles)
-      : model_(model), report_(report), files_(model), store_(model, most_triangles) {}
+  AdfVisuals(Model& model, size_t most_triangles)
+      : model_(model), files_(model), store_(model, most_triangles) {}
 
   AdfAppearance appearance_of(const AdfValue& block, const std::string& name, const AdfSearchPaths& places);
   void allow_images_below(const std::filesystem::path& folder) { files_.allow_images_below(folder); }
@@ -45,7 +45,6 @@ class AdfVisuals {
   size_t plain_material();
 
   Model& model_;
-  AdfReport& report_;
   MeshFiles files_;
   MeshStore store_;
   std::map<std::string, std::optional<size_t>> meshes_;  // mesh files, keyed by everything that affects their

@@ -18,7 +18,7 @@ class AdfReader {
   AdfReader(const ReadOptions& options, Model& model)
       : model_(model),
         report_(model),
-        visuals_(model, report_, options.most_triangles),
+        visuals_(model, options.most_triangles),
         objects_(report_),
         reading_{report_, visuals_, objects_, options.name_space},
         options_(options) {}
