@@ -94,7 +94,9 @@ bool ImageScheduler::may_begin(const Entry& entry, const ImageDemand& demand, in
   const double turn_ns =
       std::min(estimate_ns(account, demand.cost),
                std::max(static_cast<double>(slice_ns_), estimate_ns(account, demand.largest)));
-  for (const auto& [other_requester, other] : accounts_) {
+  for (const auto& requester_account : accounts_) {
+    const RequesterId other_requester = requester_account.first;  // clang 14 captures no structured bindings
+    const auto& other = requester_account.second;
     if (other_requester == requester || !is_active(other, now_ns)) continue;
     const double tolerated = tolerated_ns(other, now_ns);
     if (turn_ns <= tolerated) continue;
