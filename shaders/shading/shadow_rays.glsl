@@ -1,5 +1,5 @@
 // Hard shadows by ray query. Opaque surfaces block a ray, masked ones block it where their alpha test passes,
-// blended ones cast no shadow. With FIRE3DV_RAY_BOXES some meshes are traced as boxes, see ray_boxes.glsl.
+// blended ones cast no shadow. With FIRE3DV_RAY_BOXES some meshes are traced as boxes, see ray_aabbs.glsl.
 #ifndef FIRE3DV_SHADOW_RAYS_GLSL
 #define FIRE3DV_SHADOW_RAYS_GLSL
 #extension GL_EXT_ray_query : require

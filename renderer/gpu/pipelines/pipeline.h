@@ -19,7 +19,7 @@ ShaderModule create_shader_module(Device& device, std::string_view name);
 // True where the device is a CPU and shaders with CPU variants use them; see shaders/common/lanes.glsl.
 bool uses_cpu_variants(const Device& device);
 
-// Schedule of pipeline creation (see pipeline_making.h).
+// Schedule of pipeline creation (see pipeline_builder.h).
 // immediately: in order of request. next: before the queued pipelines; for slow pipelines that are certainly
 // needed. on_first_use: on first use; for pipelines that few scenes need.
 enum class Compile { immediately, next, on_first_use };
