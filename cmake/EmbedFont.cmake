@@ -1,6 +1,6 @@
 # Generator of the embedded font: cmake -DOUTPUT=file.cpp -DFILE=font.ttf -P EmbedFont.cmake
 #
-# The output defines the function of renderer/gui/font_bytes.h.
+# The output defines the function of renderer/gui/widgets.h.
 file(READ ${FILE} hex HEX)
 string(LENGTH "${hex}" digits)
 math(EXPR bytes "${digits} / 2")
@@ -10,7 +10,7 @@ string(APPEND hex "${zeros}")
 # 32-bit words compile in a quarter of the time that bytes need. Little-endian, like all supported machines.
 string(REGEX REPLACE "(..)(..)(..)(..)" "0x\\4\\3\\2\\1," words "${hex}")
 file(WRITE ${OUTPUT} "// Generated from a font by the build.
-#include \"renderer/gui/font_bytes.h\"
+#include \"renderer/gui/widgets.h\"
 
 #include <bit>
 #include <cstdint>

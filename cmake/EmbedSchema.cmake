@@ -1,10 +1,10 @@
 # Generator of an embedded schema: cmake -DOUTPUT=file.cpp -DFILE=schema.bfbs -DFUNCTION=name -P EmbedSchema.cmake
 #
-# The output defines FUNCTION of protocol/record/schema_bytes.h.
+# The output defines FUNCTION of protocol/record/channels.h.
 file(READ ${FILE} hex HEX)
 string(REGEX REPLACE "(..)" "0x\\1," bytes "${hex}")
 file(WRITE ${OUTPUT} "// Generated from the schema by the build.
-#include \"protocol/record/schema_bytes.h\"
+#include \"protocol/record/channels.h\"
 
 namespace fire3dv::record {
 

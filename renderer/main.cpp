@@ -4,9 +4,8 @@
 
 #include "renderer/app/frame_loop.h"
 #include "renderer/app/options/options.h"
-#include "renderer/app/run.h"
-#include "renderer/offline/join.h"
-#include "renderer/offline/render.h"
+#include "renderer/app/start.h"
+#include "renderer/offline/commands.h"
 
 namespace {
 

@@ -1,8 +1,10 @@
-// Plugin options: stream URIs, rates, node names and keys. Sources in order of precedence: AMBF's command
-// line (--fire3dv-key-file F or --fire3dv-key-file=F; AMBF ignores unknown options), the environment
-// (FIRE3DV_AMBF_KEY_FILE), the launch file (`fire3dv: {key file: F}`).
+// Plugin options (stream URIs, rates, node names, keys), and AMBF's command line and launch file. Sources of
+// options in order of precedence: AMBF's command line (--fire3dv-key-file F or --fire3dv-key-file=F; AMBF
+// ignores unknown options), the environment (FIRE3DV_AMBF_KEY_FILE), the launch file
+// (`fire3dv: {key file: F}`).
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <string>
@@ -32,5 +34,21 @@ using LaunchBlock = std::map<std::string, std::string>;
 Result<Options> read_options(const std::vector<std::string>& arguments,
                              const std::function<const char*(const char*)>& environment,
                              const LaunchBlock& launch);
+
+// AMBF's command line and launch file, as far as the plugin needs them. AMBF creates no cameras without a
+// window, so the plugin reads their definitions from the same files. AMBF has read all of them before it
+// loads the plugin.
+struct Launch {
+  std::filesystem::path file;
+  std::filesystem::path world;                // empty: the launch file has none
+  std::vector<std::filesystem::path> models;  // loaded models, in AMBF's order
+  std::string name_space;                     // --ns: prefix of all names
+  LaunchBlock options;                        // block `fire3dv`
+  std::string options_fault;                  // error message: the block is unreadable; the other files were
+                                              // not read
+};
+
+// arguments: AMBF's argv, program name included. ambf_root: folder of the default launch file.
+Result<Launch> read_launch(const std::vector<std::string>& arguments, const std::filesystem::path& ambf_root);
 
 }  // namespace fire3dv::ambf

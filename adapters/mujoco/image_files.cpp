@@ -5,9 +5,9 @@
 #include <cstring>
 #include <utility>
 
-#include "protocol/base/file_io.h"
+#include "protocol/base/files.h"
 #include "protocol/wire/image_outputs.h"
-#include "renderer/sinks/text.h"
+#include "renderer/sinks/output_text.h"
 
 namespace fire3dv::mujoco {
 namespace {

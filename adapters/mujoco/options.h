@@ -1,15 +1,24 @@
-// Command line of fire3dv-mujoco.
+// Command line of fire3dv-mujoco, with the names of image outputs and cameras.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "adapters/mujoco/publisher.h"
 #include "adapters/mujoco/simulation.h"
+#include "protocol/base/error.h"
 
 namespace fire3dv::mujoco {
+
+// Parses "color,depth" to FIRE3DV_IMAGE_* bits. The error lists valid names.
+Result<uint32_t> image_outputs(std::string_view text);
+
+// Parses "CAMERA" or "CAMERA:320x240". Camera names may contain colons.
+Result<ImageSpec> image_spec(const std::string& text);
 
 struct Options {
   std::string model, scene, keyframe;

@@ -7,20 +7,67 @@
 // model's file, or scene_of() of the model in memory.
 #pragma once
 
-#include <fire3dv/client.hpp>
-
 #include <mujoco/mujoco.h>
 
+#include <array>
 #include <atomic>
+#include <fire3dv/client.hpp>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
-#include "adapters/mujoco/geom_appearance.h"
-#include "adapters/mujoco/moved_nodes.h"
 #include "adapters/mujoco/timing.h"
 #include "protocol/base/error.h"
+#include "tools/convert/mjcf/mjcf_nodes.h"
 
 namespace fire3dv::mujoco {
+
+struct GeomEdit {
+  size_t geom = 0;                           // index into MjcfNames::geoms
+  std::optional<bool> visible;               // empty: unchanged
+  std::optional<std::array<float, 4>> rgba;  // linear RGBA; empty: unchanged
+};
+
+// Change detection for geom appearance: colour, opacity and visible groups. MuJoCo does not signal changes,
+// so each call compares. Changes become scene edits by geom name; scenes without geom nodes stay unchanged.
+class GeomAppearance {
+ public:
+  // The scene must have been exported from the model in its current state.
+  explicit GeomAppearance(const mjModel& model);
+
+  // Returns changes since the last call. Without changes it allocates nothing.
+  const std::vector<GeomEdit>& changes(const mjModel& model);
+
+ private:
+  struct Appearance {
+    std::array<float, 4> rgba{};  // as displayed (sRGB)
+    bool is_shown = false;
+    bool is_in_scene = false;
+  };
+  std::vector<Appearance> appearances_;
+  std::vector<GeomEdit> changes_;
+};
+
+// Nodes that MuJoCo moves, with their poses from mjData: bodies, cameras, lights and segments of spatial
+// tendons. Names match the scene that is converted from the model (tools/convert/mjcf/mjcf_nodes.h).
+class StreamedNodes {
+ public:
+  StreamedNodes(const mjModel& model, const convert::MjcfNames& names);
+
+  const std::vector<std::string>& names() const { return names_; }
+
+  // Writes stream_from_node of all names(): 12 floats each, row-major, MuJoCo's world frame, Z up, metres.
+  // mjData is used as it is: after mj_step it has the poses of the step's start. Allocates nothing after the
+  // first call.
+  void write(const mjModel& model, const mjData& data, std::vector<float>& poses);
+
+ private:
+  std::vector<std::string> names_;
+  std::vector<int> lights_, tendons_;
+  std::vector<convert::TendonPiece> pieces_;
+  std::vector<convert::TendonFrame> frames_;
+};
 
 struct PublishOptions {
   std::vector<std::string> uris;

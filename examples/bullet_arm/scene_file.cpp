@@ -4,9 +4,7 @@
 #include <cmath>
 
 #include "examples/bullet_arm/arm.h"
-#include "examples/bullet_arm/arm_plan.h"
-#include "examples/common/frames.h"
-#include "examples/common/object_parts.h"
+#include "examples/common/mesh.h"
 #include "examples/common/scene_builder.h"
 
 namespace bullet_arm {

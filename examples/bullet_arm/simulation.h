@@ -1,5 +1,5 @@
-// Bullet simulation of arm, objects and world. Equal seed and rate give bit-identical poses in every run of
-// one build. One thread.
+// Bullet simulation of arm, objects and world, and the layout of the objects. Equal seed and rate give
+// bit-identical poses in every run of one build. One thread.
 #pragma once
 
 #include <cstdint>
@@ -7,9 +7,24 @@
 #include <string>
 #include <vector>
 
-#include "examples/bullet_arm/layout.h"
+#include "examples/common/object.h"
 
 namespace bullet_arm {
+
+// Objects around the arm: names, shapes, materials and initial poses. The stream frame is Bullet's world: Z
+// up, metres, arm base at the origin, cameras at -Y.
+
+using examples::Object, examples::Shape, examples::Size;
+
+// Positions shared by motion script and layout. Angles are azimuths about Z.
+constexpr float kHeldBoxAzimuth_rad = -2.88f;
+constexpr float kHeldBoxRadius_m = 0.62f;
+constexpr float kHeldBoxHalf_m = 0.03f;
+constexpr float kPlinthHeight_m = 0.06f;
+constexpr float kDominoRadius_m = 0.86f;
+constexpr float kFirstDominoAzimuth_rad = -2.75f;
+
+std::vector<Object> make_layout(uint64_t seed);
 
 class Simulation {
  public:

@@ -1,7 +1,9 @@
-// Triangle meshes of smooth, bevelled shapes for the scene files; bevels catch highlights. Body frames: Z up,
-// metres. Texture coordinates are in metres too, so that a material has one scale everywhere.
+// Triangle meshes of smooth, bevelled shapes for the scene files, and coordinate frames. Bevels catch
+// highlights. Body frames: Z up, metres. Texture coordinates are in metres too, so that a material has one
+// scale everywhere.
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <string>
@@ -66,5 +68,23 @@ Mesh backdrop_mesh(float radius, float height, float bend);
 Mesh moved(Mesh mesh, Vec3 by);
 Mesh z_to_x(Mesh mesh);  // rotates the Z axis to X
 Mesh z_to_y(Mesh mesh);
+
+// Coordinate frames of the examples. The stream frame is the simulator's: Z up. The renderer's world and the
+// node meshes follow glTF: Y up. A node's pose is world_from_stream * stream_from_body * body_from_node. Both
+// constants are rotations by 90 degrees without rounding, so that stream poses and rest poses agree bit by
+// bit. 3x4, row-major.
+constexpr std::array<double, 12> kWorldFromStream = {1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0};
+constexpr std::array<float, 12> kBodyFromNode = {1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0};
+
+// Z up to Y up; serves as world_from_stream and node_from_body.
+inline Vec3 y_up(Vec3 a) {
+  return {a.x, a.z, -a.y};
+}
+
+inline Mesh y_up(Mesh mesh) {
+  for (Vertex& v : mesh.vertices)
+    v.position = y_up(v.position), v.normal = y_up(v.normal), v.tangent = y_up(v.tangent);
+  return mesh;
+}
 
 }  // namespace examples

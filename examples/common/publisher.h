@@ -1,12 +1,14 @@
-// Publisher that sends the same frames to several streams. One thread.
+// Publisher that sends the same frames to several streams, with its command-line options and status line. One
+// thread.
 #pragma once
-
-#include <fire3dv/client.hpp>
 
 #include <CLI/App.hpp>
 #include <CLI/Validators.hpp>
 #include <atomic>
+#include <chrono>
 #include <cstdint>
+#include <cstdio>
+#include <fire3dv/client.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -55,6 +57,29 @@ class Publisher {
   };
   std::vector<Target> targets_;
   uint64_t sequence_ = 0;  // starts at 1 in the description's epoch, as in the library
+};
+
+// Status line of a simulator, printed once a second.
+
+using Clock = std::chrono::steady_clock;
+
+class Report {
+ public:
+  void add_step(Clock::duration time) { step_us_.push_back(microseconds(time)); }
+  void add_publish(Clock::duration time) { publish_us_.push_back(microseconds(time)); }
+  bool due() const { return Clock::now() - since_ >= std::chrono::seconds(1); }
+  // Prints the statistics since the last call and resets them.
+  void print(double sim_time_s, const std::vector<Publisher::Link>& links);
+
+ private:
+  static double microseconds(Clock::duration time) {
+    return std::chrono::duration<double, std::micro>(time).count();
+  }
+
+  Clock::time_point since_ = Clock::now();
+  std::vector<double> step_us_;
+  std::vector<double> publish_us_;
+  std::vector<std::string> printed_messages_;  // last welcome message per link, so that each is printed once
 };
 
 }  // namespace examples

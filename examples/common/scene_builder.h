@@ -1,5 +1,5 @@
-// Scene file builder: shared materials, bodies in rest poses, lights and cameras. Positions are in the
-// simulator's frame: Z up, metres.
+// Scene file builder: shared materials, visual meshes of objects, bodies in rest poses, lights and cameras.
+// Positions are in the simulator's frame: Z up, metres.
 #pragma once
 
 #include <map>
@@ -13,6 +13,10 @@
 #include "examples/common/object.h"
 
 namespace examples {
+
+// Visual meshes of an object with material names, in the object's frame.
+
+std::vector<Part> object_parts(const Object& object);
 
 constexpr GltfMatrix kGltfIdentity{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
 

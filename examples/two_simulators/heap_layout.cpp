@@ -2,7 +2,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "examples/common/random.h"
+#include "examples/common/object.h"
 #include "examples/two_simulators/heap.h"
 
 namespace two_simulators {

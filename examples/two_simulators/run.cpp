@@ -9,7 +9,6 @@
 #include <thread>
 
 #include "examples/common/publisher.h"
-#include "examples/common/report.h"
 
 namespace two_simulators {
 

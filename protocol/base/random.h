@@ -1,16 +1,18 @@
-// Random numbers from the kernel, for ids that attackers must not guess.
+// Randomness that peers cannot predict: random ids, and hashes of names under a random key.
 #pragma once
 
 #include <sys/random.h>
 
 #include <cerrno>
+#include <cstddef>
 #include <cstdint>
+#include <string_view>
 
 #include "protocol/base/error.h"
 
 namespace fire3dv {
 
-// Never 0, which means "none".
+// Random number from the kernel, for ids that attackers must not guess. Never 0, which means "none".
 inline uint64_t random_id() {
   uint64_t id = 0;
   while (id == 0) {
@@ -20,5 +22,16 @@ inline uint64_t random_id() {
   }
   return id;
 }
+
+// Keyed SipHash for names from untrusted peers, with a random key per process. Peers cannot choose colliding
+// names. Values differ between runs and must not be stored or sent. Thread-safe.
+uint64_t keyed_hash(std::string_view bytes);
+
+// Hash functor for unordered containers with string keys. Together with std::equal_to<> it allows lookups by
+// std::string_view.
+struct KeyedHash {
+  using is_transparent = void;
+  size_t operator()(std::string_view bytes) const { return static_cast<size_t>(keyed_hash(bytes)); }
+};
 
 }  // namespace fire3dv

@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "protocol/record/channels.h"
 #include "protocol/record/mcap/reader.h"
-#include "protocol/record/stream_names.h"
 #include "protocol/wire/decode.h"
 
 namespace fire3dv::record {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "protocol/record/schema_bytes.h"
+#include "protocol/record/channels.h"
 
 namespace fire3dv::record {
 namespace {

@@ -14,10 +14,10 @@
 #include <vector>
 
 #include "protocol/base/error.h"
+#include "protocol/record/channels.h"
 #include "protocol/record/foxglove.h"
 #include "protocol/record/frame_counter.h"
 #include "protocol/record/mcap/writer.h"
-#include "protocol/record/stream_names.h"
 #include "protocol/wire/decode.h"
 
 namespace fire3dv::record {

@@ -1,7 +1,7 @@
-// Assembly of pose frames from their parts (SPEC.md, section 4). Several frames may be open at once, since
-// datagrams of consecutive frames arrive interleaved. A frame is whole when every node has a pose under one
-// header; it never mixes two simulation steps. Memory is allocated and charged for received poses, not for
-// the claimed node count. Not thread-safe.
+// Assembly of pose frames from their parts (SPEC.md, section 4), and the charge for their memory. Several
+// frames may be open at once, since datagrams of consecutive frames arrive interleaved. A frame is whole when
+// every node has a pose under one header; it never mixes two simulation steps. Memory is allocated and
+// charged for received poses, not for the claimed node count. Not thread-safe.
 #pragma once
 
 #include <array>
@@ -12,10 +12,42 @@
 #include <vector>
 
 #include "protocol/base/open_frames.h"
-#include "protocol/stream/pose_memory.h"
+#include "protocol/base/peer_budget.h"
+#include "protocol/wire/affine.h"
 #include "protocol/wire/messages.h"
 
 namespace fire3dv::stream {
+
+// Budget charge for pose vectors of one peer. The charge lasts as long as this object, which is a member next
+// to the vectors.
+class PoseMemory {
+ public:
+  PoseMemory() = default;
+  explicit PoseMemory(std::shared_ptr<PeerBudget> budget) {
+    charge_ = std::move(*BudgetCharge::take(std::move(budget), Resource::pose_bytes, 0));
+  }
+
+  // Charges memory before its allocation. Returns false if it exceeds the budget.
+  bool take(size_t pose_count) { return charge_.resize(charge_.amount() + bytes(pose_count)).ok(); }
+  void give_back(size_t pose_count) { (void)charge_.resize(charge_.amount() - bytes(pose_count)); }
+
+  // Reserves capacity for `count` poses; the contents are lost. Returns false, with the vector unchanged, if
+  // it exceeds the budget.
+  bool reserve(std::vector<wire::Affine3x4>& poses, size_t count) {
+    if (poses.capacity() >= count) return true;
+    if (!take(count - poses.capacity())) return false;
+    poses.clear();
+    poses.reserve(count);
+    return true;
+  }
+
+  size_t amount() const { return charge_.amount(); }
+
+ private:
+  static size_t bytes(size_t pose_count) { return pose_count * sizeof(wire::Affine3x4); }
+
+  BudgetCharge charge_;
+};
 
 // Maximum number of simultaneously open frames of one stream.
 inline constexpr size_t kMaxOpenFrames = 4;

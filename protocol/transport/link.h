@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <iterator>
 #include <memory>
 #include <optional>
 #include <span>
@@ -37,7 +38,13 @@ enum class Cause : uint8_t {
   system,           // operating system error
 };
 constexpr size_t kCauseCount = 12;
-const char* cause_name(Cause cause);
+inline const char* cause_name(Cause cause) {
+  constexpr const char* kNames[] = {"malformed", "version",         "oversize", "full",
+                                    "silent",    "unknown_session", "replayed", "bad_key",
+                                    "unread",    "no_memory",       "lapped",   "system"};
+  static_assert(std::size(kNames) == kCauseCount);
+  return kNames[static_cast<size_t>(cause)];
+}
 
 // Shared ownership: tens of megabytes are neither copied nor freed while a lock is held.
 using SharedBytes = std::shared_ptr<const wire::Bytes>;
@@ -96,9 +103,11 @@ class PublisherLink {
   // Reuses the vector's memory.
   virtual bool poll(std::vector<std::byte>& message) = 0;
 
-  // Reserves memory for image blocks (wire/image_block.h) of this size: one per request in flight and one per
+  // Reserves memory for image blocks (wire::ImageBlock) of this size: one per request in flight and one per
   // request held by the caller. The error contains the reason and the remedy.
-  virtual Result<void> make_room_for_images(size_t block_bytes, size_t requests);
+  virtual Result<void> make_room_for_images(size_t /*block_bytes*/, size_t /*requests*/) {
+    return Error{"images do not come back over this link; use shm:// or tcp://"};
+  }
   // Receives the next image or nothing; per request only the newest. Never blocks. The block stays unchanged
   // as long as `memory` is held, on any thread, even after the link is destroyed.
   struct Image {

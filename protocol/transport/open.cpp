@@ -2,8 +2,8 @@
 
 #include <exception>
 
+#include "protocol/transport/core/address.h"
 #include "protocol/transport/core/link_factories.h"
-#include "protocol/transport/core/uri.h"
 
 namespace fire3dv::transport {
 namespace {

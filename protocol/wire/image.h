@@ -1,13 +1,16 @@
-// Messages of rendered images on request. SPEC section 13 is normative.
+// Messages of rendered images on request, and the memory layout of an image. SPEC section 13 is normative.
 // Camera frame: -Z forward, +Y up, +X right, as in glTF. Pixels: as in OpenCV, the centre of the upper left
 // pixel is (0, 0), x to the right, y down. Metres, radians, nanoseconds.
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "protocol/base/error.h"
 #include "protocol/wire/affine.h"
 #include "protocol/wire/image_outputs.h"
 
@@ -72,8 +75,8 @@ struct ImagePlane {
   bool operator==(const ImagePlane&) const = default;
 };
 
-// Renderer to adapter: header of an image. The pixels follow it (image_block.h), because a header must be
-// copied for validation and pixels need not be.
+// Renderer to adapter: header of an image. The pixels follow it (ImageBlock), because a header must be copied
+// for validation and pixels need not be.
 struct ImageFrame {
   uint64_t request = 0;   // id
   uint64_t number = 0;    // ordinal of the image in this request, from 1; gaps are lost images
@@ -111,5 +114,34 @@ constexpr uint32_t kMaxRequestedImageSide = 8192;  // pixels
 constexpr uint32_t kMaxImageRequests = 4096;       // per stream
 // Limit of one image: with its header it fits the largest message.
 constexpr uint64_t kMaxPixelBytes = (uint64_t{256} << 20) - 4096;
+
+// Memory layout of an image, in network messages and in shared memory: request, header (an encoded
+// ImageFrame), pixels. The header can be read without a copy of the pixels.
+//
+//   0  u64  request     links queue the newest image of each
+//   8  u32  head bytes  12  u32  0
+//  16  head | zeros up to a multiple of 64 | pixels
+constexpr size_t kImageBlockHeaderBytes = 16;
+// Upper bound of a header: 9 planes and the other fields.
+constexpr size_t kMaxImageHeadBytes = 1024;
+
+constexpr size_t pixels_at(size_t head_bytes) {
+  return (kImageBlockHeaderBytes + head_bytes + 63) / 64 * 64;
+}
+// Sufficient for any header.
+constexpr size_t max_block_bytes(size_t pixel_bytes) {
+  return pixels_at(kMaxImageHeadBytes) + pixel_bytes;
+}
+
+// Writes everything except the pixels; `block` has at least pixels_at(head.size()) bytes.
+void write_image_block_head(std::span<std::byte> block, uint64_t request, std::span<const std::byte> head);
+
+struct ImageBlock {
+  uint64_t request = 0;
+  std::span<const std::byte> head, pixels;
+};
+// Views of `block`, consistent and inside `block` even while another process writes to it. The caller must
+// decode the header from a private copy and validate it against the number of pixel bytes.
+Result<ImageBlock> read_image_block(std::span<const std::byte> block);
 
 }  // namespace fire3dv::wire

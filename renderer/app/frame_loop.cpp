@@ -7,10 +7,10 @@
 #include <thread>
 #include <utility>
 
-#include "protocol/base/file_io.h"
+#include "protocol/base/files.h"
 #include "protocol/base/text.h"
-#include "renderer/app/screenshots/stale_overlay.h"
-#include "renderer/capture/instances.h"
+#include "renderer/app/options/stream_options.h"
+#include "renderer/capture/capture.h"
 
 namespace fire3dv::app {
 namespace {

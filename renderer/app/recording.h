@@ -1,5 +1,4 @@
-// Recorder of the renderer's links, on its own thread. Disk problems never block the renderer: the first loss
-// is reported once, the total at the end.
+// Recordings in the renderer: recorder of its links, and the scene attached to a recording.
 #pragma once
 
 #include <cstdint>
@@ -9,11 +8,14 @@
 #include <vector>
 
 #include "protocol/record/log_thread.h"
+#include "protocol/record/mcap/reader.h"
 #include "protocol/transport/link.h"
-#include "renderer/app/options/recording_options.h"
+#include "renderer/app/options/stream_options.h"
 
 namespace fire3dv::app {
 
+// Recorder of the renderer's links, on its own thread. Disk problems never block the renderer: the first loss
+// is reported once, the total at the end.
 class Recording {
  public:
   // Creates the file. scene: the displayed scene, attached if the options request it.
@@ -34,6 +36,26 @@ class Recording {
   std::vector<std::string> notes_;
   bool is_failure_reported_ = false, is_loss_reported_ = false, is_unrecorded_reported_ = false;
   record::LogThread log_;
+};
+
+// Scene attached to a recording, extracted to a temporary file for loaders, caches and converters.
+class RecordedScene {
+ public:
+  // Extracts the first attached .glb file to a private temporary folder, which is removed with this object.
+  // Fails if there is none or it is damaged.
+  static Result<std::unique_ptr<RecordedScene>> extract(record::Reader& reader);
+  ~RecordedScene();
+  RecordedScene(const RecordedScene&) = delete;
+  RecordedScene& operator=(const RecordedScene&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+  const std::string& name() const { return name_; }  // name of the attachment; for messages
+
+ private:
+  RecordedScene() = default;
+
+  std::filesystem::path folder_, path_;
+  std::string name_;
 };
 
 }  // namespace fire3dv::app

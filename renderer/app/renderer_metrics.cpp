@@ -3,8 +3,7 @@
 #include <utility>
 
 #include "protocol/base/clock.h"
-#include "renderer/app/version.h"
-#include "renderer/metrics/process_use.h"
+#include "renderer/metrics/metric_families.h"
 
 namespace fire3dv::app {
 namespace {
@@ -142,7 +141,7 @@ void RendererMetrics::write_page(metrics::Exposition& page) const {
     numbers = published_;
   }
   page.family("fire3dv_build_info", "gauge", "The program's version.");
-  page.sample({{"version", kVersion}}, uint64_t{1});
+  page.sample({{"version", FIRE3DV_VERSION}}, uint64_t{1});
   metrics::write_process_use(page);
   if (!numbers) return;  // no image yet
   const int64_t now_ns = monotonic_ns();

@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "renderer/app/frame_stats.h"
+#include "renderer/app/run_reports.h"
 #include "renderer/app/streams/stream_receiver.h"
 #include "renderer/metrics/http_server.h"
-#include "renderer/metrics/peer_use.h"
+#include "renderer/metrics/metric_families.h"
 #include "renderer/state/edit_registry.h"
 
 namespace fire3dv::app {

@@ -1,4 +1,4 @@
-#include "renderer/app/run.h"
+#include "renderer/app/start.h"
 
 #include <chrono>
 #include <csignal>
@@ -8,11 +8,9 @@
 
 #include "protocol/transport/open.h"
 #include "renderer/app/frame_loop.h"
-#include "renderer/app/loading/device_caches.h"
-#include "renderer/app/options/cache_locations.h"
+#include "renderer/app/loading/disk_caches.h"
 #include "renderer/app/recording.h"
 #include "renderer/app/renderer_metrics.h"
-#include "renderer/app/start.h"
 #include "renderer/app/streams/image_service.h"
 #include "renderer/app/streams/secondary_devices.h"
 #include "renderer/app/viewer_document.h"
@@ -20,7 +18,7 @@
 #include "renderer/app/window/window_view.h"
 #include "renderer/gpu/device/device.h"
 #include "renderer/sinks/file_sink.h"
-#include "renderer/sinks/null_sink.h"
+#include "renderer/sinks/frame.h"
 
 namespace fire3dv::app {
 namespace {

@@ -4,7 +4,7 @@
 #include <cstdio>
 
 #include "protocol/base/text.h"
-#include "renderer/scene/textures/radiance_file.h"
+#include "renderer/scene/textures/environment.h"
 
 namespace fire3dv::app {
 

@@ -1,4 +1,5 @@
-// Start-up steps shared by live and offline runs: device, environment, animations, and their messages.
+// Start-up: steps shared by live and offline runs (device, environment, animations, and their messages), and
+// the main function of live runs.
 #pragma once
 
 #include <filesystem>
@@ -52,5 +53,9 @@ struct Playing {
 
 // Nothing without the option.
 Result<std::optional<Playing>> open_animations(const Options& options, const scene::Scene& scene);
+
+// Main function of the renderer after option parsing (run.cpp). Returns the exit code: 0, or 1 after a
+// printed error.
+int run(const Options& options);
 
 }  // namespace fire3dv::app

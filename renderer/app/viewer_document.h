@@ -11,10 +11,10 @@
 #include <vector>
 
 #include "protocol/replay/replay_link.h"
-#include "renderer/app/loading/recorded_scene.h"
+#include "renderer/app/loading/disk_caches.h"
 #include "renderer/app/loading/scene_load.h"
-#include "renderer/app/options/cache_locations.h"
 #include "renderer/app/options/options.h"
+#include "renderer/app/recording.h"
 
 namespace fire3dv::app {
 

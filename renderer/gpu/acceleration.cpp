@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "renderer/gpu/pipelines/pipeline.h"
-#include "renderer/gpu/prefault.h"
+#include "renderer/gpu/resources.h"
 
 namespace fire3dv::gpu {
 namespace {
@@ -42,8 +42,39 @@ bool is_of_boxes(const std::vector<TriangleGeometry>& mesh) {
   return std::any_of(mesh.begin(), mesh.end(), [](const TriangleGeometry& g) { return g.boxes != 0; });
 }
 
-}  // namespace
+VkAccelerationStructureGeometryKHR instance_geometry(VkDeviceAddress instances) {
+  VkAccelerationStructureGeometryKHR geometry{VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR};
+  geometry.geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR;
+  geometry.geometry.instances = {VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR};
+  geometry.geometry.instances.data.deviceAddress = instances;
+  return geometry;
+}
 
+VkAccelerationStructureBuildGeometryInfoKHR top_level_info(const VkAccelerationStructureGeometryKHR& geometry,
+                                                           Rays rays) {
+  VkAccelerationStructureBuildGeometryInfoKHR info{
+      VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR};
+  info.type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR;
+  info.flags = rays == Rays::few ? VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_KHR
+                                 : VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR;
+  info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR;
+  info.geometryCount = 1;
+  info.pGeometries = &geometry;
+  return info;
+}
+
+constexpr VkDeviceSize kStructureAlignment = 256;  // Vulkan's alignment of a structure's offset in its
+                                                   // storage
+constexpr VkBuildAccelerationStructureFlagsKHR kDeformedFlags =
+    VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR |
+    VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
+
+bool has_triangles(const std::vector<TriangleGeometry>& mesh) {
+  return std::any_of(mesh.begin(), mesh.end(),
+                     [](const TriangleGeometry& g) { return g.triangle_count > 0; });
+}
+
+}  // namespace
 bool traces_to_boxes(const Device& device) {
   return device.ray_query() && uses_cpu_variants(device);
 }
@@ -189,31 +220,6 @@ void MeshBuilds::compact(BlasBuildReport& report) {
   loader_.finish();
 }
 
-namespace {
-
-VkAccelerationStructureGeometryKHR instance_geometry(VkDeviceAddress instances) {
-  VkAccelerationStructureGeometryKHR geometry{VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR};
-  geometry.geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR;
-  geometry.geometry.instances = {VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR};
-  geometry.geometry.instances.data.deviceAddress = instances;
-  return geometry;
-}
-
-VkAccelerationStructureBuildGeometryInfoKHR top_level_info(const VkAccelerationStructureGeometryKHR& geometry,
-                                                           Rays rays) {
-  VkAccelerationStructureBuildGeometryInfoKHR info{
-      VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR};
-  info.type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR;
-  info.flags = rays == Rays::few ? VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_KHR
-                                 : VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR;
-  info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR;
-  info.geometryCount = 1;
-  info.pGeometries = &geometry;
-  return info;
-}
-
-}  // namespace
-
 TopLevel::TopLevel(Device& device, uint32_t max_instances, Rays rays) : device_(&device), rays_(rays) {
   const VkAccelerationStructureGeometryKHR geometry = instance_geometry(0);
   const VkAccelerationStructureBuildGeometryInfoKHR info = top_level_info(geometry, rays);
@@ -237,6 +243,64 @@ void TopLevel::record_build(VkCommandBuffer commands, VkDeviceAddress instances,
   const VkAccelerationStructureBuildRangeInfoKHR range{count, 0, 0, 0};
   const VkAccelerationStructureBuildRangeInfoKHR* ranges = &range;
   device_->functions().cmd_build_acceleration_structures(commands, 1, &info, &ranges);
+}
+
+DeformedLevels::DeformedLevels(Device& device, const std::vector<std::vector<TriangleGeometry>>& meshes)
+    : device_(&device), addresses_(meshes.size(), 0) {
+  const VkDeviceSize alignment = scratch_alignment(device);
+  std::vector<size_t> mesh_of_build;
+  std::vector<VkDeviceSize> offsets, scratch_offsets;
+  VkDeviceSize storage_size = 0, scratch_size = 0;
+  for (size_t m = 0; m < meshes.size(); ++m) {
+    if (!has_triangles(meshes[m])) continue;
+    builds_.push_back(describe_mesh(device, meshes[m], kDeformedFlags));
+    const VkAccelerationStructureBuildSizesInfoKHR& sizes = builds_.back().sizes;
+    mesh_of_build.push_back(m);
+    offsets.push_back(storage_size);
+    scratch_offsets.push_back(scratch_size);
+    storage_size += align_up(sizes.accelerationStructureSize, kStructureAlignment);
+    scratch_size += align_up(std::max(sizes.buildScratchSize, sizes.updateScratchSize), alignment);
+  }
+  if (builds_.empty()) return;
+  storage_ = create_buffer(device, storage_size, VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR,
+                           Memory::device);
+  scratch_ =
+      create_buffer(device, scratch_size + alignment, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, Memory::device);
+  for (size_t b = 0; b < builds_.size(); ++b) {
+    VkAccelerationStructureCreateInfoKHR info{VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR};
+    info.buffer = storage_.get();
+    info.offset = offsets[b];
+    info.size = builds_[b].sizes.accelerationStructureSize;
+    info.type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR;
+    VkAccelerationStructureKHR handle = VK_NULL_HANDLE;
+    FIRE3DV_VK(device.functions().create_acceleration_structure(device.handle(), &info, nullptr, &handle));
+    handles_.emplace_back(device, handle);
+    VkAccelerationStructureDeviceAddressInfoKHR address{
+        VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DEVICE_ADDRESS_INFO_KHR};
+    address.accelerationStructure = handle;
+    addresses_[mesh_of_build[b]] =
+        device.functions().get_acceleration_structure_address(device.handle(), &address);
+    MeshBuild& build = builds_[b];
+    build.info.pGeometries = build.geometries.data();  // the vector of builds has moved them
+    build.info.dstAccelerationStructure = handle;
+    build.info.scratchData.deviceAddress = align_up(scratch_.address, alignment) + scratch_offsets[b];
+  }
+}
+
+void DeformedLevels::record(VkCommandBuffer commands) {
+  std::vector<VkAccelerationStructureBuildGeometryInfoKHR> infos;
+  std::vector<const VkAccelerationStructureBuildRangeInfoKHR*> ranges;
+  for (const MeshBuild& build : builds_) {
+    infos.push_back(build.info);
+    if (built_) {
+      infos.back().mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
+      infos.back().srcAccelerationStructure = build.info.dstAccelerationStructure;
+    }
+    ranges.push_back(build.ranges.data());
+  }
+  device_->functions().cmd_build_acceleration_structures(commands, static_cast<uint32_t>(infos.size()),
+                                                         infos.data(), ranges.data());
+  built_ = true;
 }
 
 }  // namespace fire3dv::gpu

@@ -1,8 +1,40 @@
 #include "renderer/gpu/frame_ring.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace fire3dv::gpu {
+namespace {
+
+constexpr VkDeviceSize kAlignment = 256;  // maximum alignment of all uses in shaders and copies
+constexpr VkDeviceSize kFirstChunk = 256 << 10;
+
+constexpr VkPipelineStageFlags2 kAll = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
+                                kTransfer = VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT;
+
+}  // namespace
+
+StagingRing::Piece StagingRing::allocate(VkDeviceSize size_bytes) {
+  const VkDeviceSize size = (size_bytes + kAlignment - 1) / kAlignment * kAlignment;
+  if (chunks_.empty() || used_ + size > chunks_.back().size_bytes) {
+    const VkDeviceSize chunk =
+        std::max({kFirstChunk, size, chunks_.empty() ? 0 : chunks_.back().size_bytes * 2});
+    chunks_.push_back(create_buffer(device_, chunk,
+                                    VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT,
+                                    Memory::upload));
+    used_ = 0;
+  }
+  const Buffer& chunk = chunks_.back();
+  const Piece piece{chunk.mapped + used_, chunk.get(), used_, chunk.address + used_};
+  used_ += size;
+  return piece;
+}
+
+void StagingRing::reset() {
+  if (chunks_.size() > 1) chunks_.erase(chunks_.begin(), chunks_.end() - 1);  // keep the largest
+  used_ = 0;
+}
+
 namespace {
 
 CommandPool create_pool(Device& device, uint32_t queue_family) {
@@ -124,6 +156,29 @@ void FrameRing::read_times(Slot& slot) {
   untaken_.push_back(std::move(times));
   constexpr size_t kMaxUntakenFrames = 1024;
   if (untaken_.size() > kMaxUntakenFrames) untaken_.erase(untaken_.begin());
+}
+
+void Patches::reserve(Device& device, Buffer& buffer, VkDeviceSize used_bytes, VkDeviceSize bytes) {
+  if (buffer.size_bytes >= bytes) return;
+  Buffer larger =
+      create_buffer(device, bytes + bytes / 2, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, Memory::device);
+  if (used_bytes) moves_.push_back({buffer.get(), larger.get(), {0, 0, used_bytes}});
+  buffer = std::move(larger);  // the old buffer outlives the frame being recorded
+}
+
+void Patches::record(Recorder& recorder, StagingRing& staging) {
+  if (empty()) return;
+  const StagingRing::Piece piece = staging.write(std::span<const std::byte>(bytes_));
+  recorder.pass("edits", {}, [&](VkCommandBuffer commands) {
+    wait_for(commands, kAll, kTransfer);
+    for (const Copy& move : moves_) vkCmdCopyBuffer(commands, move.from, move.to, 1, &move.region);
+    if (!moves_.empty()) wait_for(commands, kTransfer, kTransfer);
+    for (Copy copy : uploads_) {
+      if (!copy.from) copy.region.srcOffset += piece.offset;
+      vkCmdCopyBuffer(commands, copy.from ? copy.from : piece.buffer, copy.to, 1, &copy.region);
+    }
+    wait_for(commands, kTransfer, kAll);
+  });
 }
 
 }  // namespace fire3dv::gpu

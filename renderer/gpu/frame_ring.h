@@ -1,19 +1,49 @@
-// Ring of frames in flight: command buffers, upload staging ring and timestamp queries of each frame. A slot
-// is reused when the GPU has finished its frame.
+// Frames in flight and the data that the CPU uploads for them: a ring of command buffers, staging memory and
+// timestamp queries, and partial updates of buffers between frames.
 #pragma once
 
-#include <array>
-#include <memory>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
 #include <optional>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "renderer/gpu/device/device.h"
 #include "renderer/gpu/recorder.h"
-#include "renderer/gpu/staging_ring.h"
+#include "renderer/gpu/resources.h"
 
 namespace fire3dv::gpu {
+
+// Staging ring for data that the CPU writes for one frame. Allocation is a pointer bump; the memory is reused
+// with the frame's slot. It is write-combined: write it once, in order, and never read it.
+class StagingRing {
+ public:
+  explicit StagingRing(Device& device) : device_(device) {}
+
+  struct Piece {
+    std::byte* mapped = nullptr;
+    VkBuffer buffer = VK_NULL_HANDLE;
+    VkDeviceSize offset = 0;
+    VkDeviceAddress address = 0;
+  };
+  Piece allocate(VkDeviceSize size_bytes);
+
+  template <typename T>
+  Piece write(std::span<const T> values) {
+    const Piece piece = allocate(values.size_bytes());
+    if (!values.empty()) std::memcpy(piece.mapped, values.data(), values.size_bytes());
+    return piece;
+  }
+
+  void reset();  // requires that the GPU has finished the frame
+
+ private:
+  Device& device_;
+  std::vector<Buffer> chunks_;  // normally one; a frame that needs more adds chunks, and reset() keeps the
+                                // largest
+  VkDeviceSize used_ = 0;       // of the last chunk
+};
 
 constexpr uint32_t kFramesInFlight = 2;
 constexpr uint32_t kMaxTimestamps = 128;
@@ -32,6 +62,8 @@ struct FrameTimes {
   double total_ms = 0;           // main queue: begin of the first pass to end of the last one
 };
 
+// Command buffers, staging ring and timestamp queries of each frame in flight. A slot is reused when the GPU
+// has finished its frame.
 class FrameRing {
  public:
   explicit FrameRing(Device& device);
@@ -70,6 +102,42 @@ class FrameRing {
   uint64_t next_frame_ = 0, frame_index_ = 0;
   Timed timed_ = Timed::frame;
   std::vector<FrameTimes> untaken_;
+};
+
+// Partial buffer updates between frames. Passes do not declare these rarely written buffers, so frames with
+// patches have one full barrier.
+class Patches {
+ public:
+  template <typename T>
+  void write(const Buffer& to, VkDeviceSize offset, std::span<const T> values) {
+    if (values.empty()) return;
+    const size_t at = bytes_.size();
+    bytes_.resize(at + values.size_bytes());
+    std::memcpy(bytes_.data() + at, values.data(), values.size_bytes());
+    uploads_.push_back({VK_NULL_HANDLE, to.get(), {at, offset, values.size_bytes()}});
+  }
+  template <typename T>
+  void write(const Buffer& to, VkDeviceSize offset, const T& value) {
+    write(to, offset, std::span<const T>(&value, 1));
+  }
+  // Copies within one buffer. Source ranges must not overlap other patches.
+  void copy(const Buffer& buffer, VkDeviceSize from, VkDeviceSize to, VkDeviceSize bytes) {
+    uploads_.push_back({buffer.get(), buffer.get(), {from, to, bytes}});
+  }
+  // Grows the buffer to at least this size; its first used_bytes are preserved.
+  void reserve(Device& device, Buffer& buffer, VkDeviceSize used_bytes, VkDeviceSize bytes);
+
+  bool empty() const { return uploads_.empty() && moves_.empty(); }
+  void record(Recorder& recorder, StagingRing& staging);
+
+ private:
+  struct Copy {
+    VkBuffer from;  // null: source is bytes_
+    VkBuffer to;
+    VkBufferCopy region;
+  };
+  std::vector<std::byte> bytes_;
+  std::vector<Copy> uploads_, moves_;
 };
 
 }  // namespace fire3dv::gpu

@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "renderer/gpu/forked_submit.h"
+#include "renderer/gpu/device/queues.h"
 #include "renderer/gpu/resources.h"
 
 namespace fire3dv::gpu {

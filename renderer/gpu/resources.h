@@ -4,6 +4,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
+#include <thread>
+#include <vector>
 
 #include "renderer/gpu/device/vk.h"
 #include "renderer/gpu/handle.h"
@@ -85,5 +88,12 @@ struct ImageInfo {
 Image create_image(Device& device, const ImageInfo& info);
 // View of one level as an array of its layers, in the format of shader writes.
 ImageView create_level_view(Device& device, const Image& image, uint32_t level);
+
+// Pre-faults memory that a software device is about to write: a background thread populates the pages of each
+// piece in order. Other threads may write them meanwhile, and their content stays. Reason: an operating
+// system needs about as long for a first-touch page fault as such a device for the write itself. The thread
+// ends early on a stop request, as its destructor sends one; the memory must outlive it. Without system
+// support or a free thread the call has no effect.
+std::jthread prefault(std::vector<std::span<std::byte>> pieces);
 
 }  // namespace fire3dv::gpu

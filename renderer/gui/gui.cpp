@@ -12,7 +12,7 @@
 #include <utility>
 #include <variant>
 
-#include "renderer/gui/imgui_keys.h"
+#include "renderer/gui/input.h"
 #include "renderer/gui/panels.h"
 
 namespace fire3dv::gui {
@@ -73,7 +73,7 @@ Gui::Gui(const Layout& layout, Clipboard clipboard)
   ImGui::SetCurrentContext(panels_->context);
   ImGuiIO& io = ImGui::GetIO();
   io.IniFilename = io.LogFilename = nullptr;  // settings are persisted by layout_file.h
-  // Draw lists may exceed 16-bit vertex indices: gui_tiles.h supports vertex offsets.
+  // Draw lists may exceed 16-bit vertex indices: GuiTiles supports vertex offsets.
   io.BackendFlags |= ImGuiBackendFlags_HasMouseCursors | ImGuiBackendFlags_RendererHasVtxOffset;
   set_up_keys(io);
   io.ClipboardUserData = this;

@@ -1,4 +1,4 @@
-// Panels over the image. They read facts, scene and poses, and write the user's requests (viewer.h).
+// Panels over the image. They read facts, scene and poses, and write the user's requests (panel_data.h).
 // Independent of window and GPU: the output is a draw list for gui_pass.h.
 #pragma once
 
@@ -7,12 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "protocol/replay/timeline.h"
-#include "renderer/gui/facts.h"
+#include "protocol/replay/replay_clock.h"
 #include "renderer/gui/input.h"
 #include "renderer/gui/layout_file.h"
-#include "renderer/gui/viewer.h"
-#include "renderer/scene/edits/scene_edits.h"
+#include "renderer/gui/panel_data.h"
+#include "renderer/scene/model/scene_edits.h"
 #include "renderer/state/pose_state.h"
 
 struct ImDrawData;

@@ -1,4 +1,5 @@
-// Keyboard and mouse events for panels. Plain structs, filled by the window's owner or by a test.
+// Keyboard and mouse events for panels, and their key input into Dear ImGui. Plain structs, filled by the
+// window's owner or by a test.
 #pragma once
 
 #include <cstdint>
@@ -6,6 +7,8 @@
 #include <string>
 #include <variant>
 #include <vector>
+
+struct ImGuiIO;
 
 namespace fire3dv::gui {
 
@@ -69,5 +72,12 @@ struct Input {
 
 // Requested mouse cursor.
 enum class Cursor : uint8_t { arrow, text, resize_horizontal, resize_vertical, hand };
+
+// Key input of Dear ImGui for the installed version: key events since 1.89, key arrays before.
+// Call set_up_keys() once after the context is created. Disables ImGui's event trickling: the caller spreads
+// events over frames.
+void set_up_keys(ImGuiIO& io);
+void set_key(ImGuiIO& io, Key key, bool down);
+void set_modifiers(ImGuiIO& io, bool ctrl, bool shift, bool alt);
 
 }  // namespace fire3dv::gui

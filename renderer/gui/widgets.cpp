@@ -8,13 +8,91 @@
 #include <cstdio>
 
 namespace fire3dv::gui {
+
 namespace {
 
+constexpr float kTextPt = 13;
 constexpr float kLabelShare = 0.4f;
 
 ImVec4 floats(ImU32 color) {
   return ImGui::ColorConvertU32ToFloat4(color);
 }
+
+}  // namespace
+
+void apply_theme(float scale) {
+  ImGuiStyle style;
+  style.WindowPadding = {10, 8};
+  style.FramePadding = {6, 3};
+  style.ItemSpacing = {6, 4};
+  style.ItemInnerSpacing = {5, 4};
+  style.CellPadding = {4, 2};
+  style.IndentSpacing = 12;
+  style.ScrollbarSize = 10;
+  style.GrabMinSize = 8;
+  style.WindowRounding = 0;
+  style.ChildRounding = style.FrameRounding = style.PopupRounding = style.GrabRounding = 3;
+  style.ScrollbarRounding = 5;
+  style.WindowBorderSize = 0;
+  style.ChildBorderSize = 0;
+  style.PopupBorderSize = 1;
+  style.FrameBorderSize = 0;
+  style.ScaleAllSizes(scale);
+  style.WindowMinSize = {1, 1};  // columns may be arbitrarily narrow
+  style.DisabledAlpha = 0.4f;
+
+  ImVec4* const colors = style.Colors;
+  for (int i = 0; i < ImGuiCol_COUNT; ++i) colors[i] = floats(theme::kWell);
+  colors[ImGuiCol_Text] = floats(theme::kText);
+  colors[ImGuiCol_TextDisabled] = floats(theme::kDim);
+  colors[ImGuiCol_WindowBg] = floats(theme::kPanel);
+  colors[ImGuiCol_ChildBg] = floats(theme::kPanel);
+  colors[ImGuiCol_PopupBg] = floats(theme::kPanel);
+  colors[ImGuiCol_Border] = floats(theme::rgb(0x3a414a));
+  colors[ImGuiCol_BorderShadow] = {0, 0, 0, 0};
+  colors[ImGuiCol_FrameBgHovered] = colors[ImGuiCol_FrameBgActive] = floats(theme::kWellHovered);
+  colors[ImGuiCol_ScrollbarBg] = {0, 0, 0, 0};
+  colors[ImGuiCol_ScrollbarGrab] = floats(theme::rgb(0x333942));
+  colors[ImGuiCol_ScrollbarGrabHovered] = colors[ImGuiCol_ScrollbarGrabActive] = floats(theme::rgb(0x454d58));
+  colors[ImGuiCol_CheckMark] = colors[ImGuiCol_SliderGrab] = floats(theme::kAccent);
+  colors[ImGuiCol_SliderGrabActive] = floats(theme::rgb(0x7cc0ee));
+  colors[ImGuiCol_Button] = floats(theme::rgb(0x2a2f37));
+  colors[ImGuiCol_ButtonHovered] = floats(theme::rgb(0x39414c));
+  colors[ImGuiCol_ButtonActive] = floats(theme::kAccentDark);
+  colors[ImGuiCol_Header] = floats(theme::kAccentDark);
+  colors[ImGuiCol_HeaderHovered] = floats(theme::kWellHovered);
+  colors[ImGuiCol_HeaderActive] = floats(theme::kAccentDark);
+  colors[ImGuiCol_Separator] = floats(theme::kLine);
+  colors[ImGuiCol_PlotLines] = floats(theme::kAccent);
+  colors[ImGuiCol_TextSelectedBg] = floats(theme::kAccentDark);
+  colors[ImGuiCol_NavHighlight] = {0, 0, 0, 0};
+  ImGui::GetStyle() = style;
+}
+
+void make_fonts(ImFontAtlas& fonts, float scale) {
+  static constexpr ImWchar kRanges[] = {0x0020, 0x024f,                  // Latin
+                                        0x0370, 0x03ff, 0x0400, 0x045f,  // Greek, Cyrillic
+                                        0x2010, 0x2026,                  // dashes, quotes, dots
+                                        0x2190, 0x2193, 0x2248, 0x2265,  // arrows; almost equal, <=, >=
+                                        0x25a0, 0x25cf,                  // shapes: play, stop, visible
+                                        0xfffd, 0xfffd, 0};
+  fonts.Clear();
+  fonts.Flags |= ImFontAtlasFlags_NoMouseCursors;
+  ImFontConfig config;
+  config.FontDataOwnedByAtlas = false;
+  config.OversampleH = 2;
+  config.OversampleV = 1;
+  config.PixelSnapH = true;
+  const auto bytes = font_bytes();
+  // ImGui's parameter is not const, but data that it does not own is not modified.
+  fonts.AddFontFromMemoryTTF(const_cast<std::byte*>(bytes.data()), static_cast<int>(bytes.size()),
+                             std::round(kTextPt * scale), &config, kRanges);
+  unsigned char* pixels = nullptr;
+  int width = 0, height = 0;
+  fonts.GetTexDataAsAlpha8(&pixels, &width, &height);
+}
+
+namespace {
 
 float encoded(float linear) {
   return linear <= 0.0031308f ? 12.92f * linear : 1.055f * std::pow(linear, 1 / 2.4f) - 0.055f;

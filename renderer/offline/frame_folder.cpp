@@ -11,8 +11,8 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
-#include "protocol/base/file_io.h"
-#include "renderer/sinks/frame_line.h"
+#include "protocol/base/files.h"
+#include "renderer/sinks/output_text.h"
 #include "renderer/sinks/png.h"
 
 namespace fire3dv::offline {

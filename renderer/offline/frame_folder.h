@@ -2,7 +2,7 @@
 //
 //   DIR/manifest.json      settings, frame range and machine (manifest.h)
 //   DIR/frame_000000.png   and so on, each complete or absent
-//   DIR/frames.jsonl       one line per frame: file, camera, pose frames (frame_line.h)
+//   DIR/frames.jsonl       one line per frame: file, camera, pose frames (output_text.h)
 //
 // A frame counts as done if its file is complete and listed. Lines are written in frame order.
 #pragma once

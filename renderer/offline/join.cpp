@@ -1,4 +1,4 @@
-#include "renderer/offline/join.h"
+#include "renderer/offline/commands.h"
 
 #include <algorithm>
 #include <map>
@@ -6,7 +6,7 @@
 
 #include "protocol/wire/check.h"
 #include "renderer/app/frame_loop.h"
-#include "renderer/app/progress.h"
+#include "renderer/app/run_reports.h"
 #include "renderer/app/start.h"
 #include "renderer/offline/frame_folder.h"
 #include "renderer/sinks/video/video_sink.h"

@@ -7,10 +7,10 @@
 #include <system_error>
 
 #include "protocol/base/digest.h"
-#include "protocol/base/file_io.h"
+#include "protocol/base/files.h"
 #include "protocol/wire/check.h"
-#include "renderer/app/options/image_size.h"
-#include "renderer/sinks/text.h"
+#include "renderer/app/options/option_values.h"
+#include "renderer/sinks/output_text.h"
 
 namespace fire3dv::offline {
 namespace {

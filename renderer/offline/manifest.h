@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "protocol/base/error.h"
-#include "renderer/offline/frame_times.h"
+#include "renderer/offline/timeline.h"
 
 namespace fire3dv::offline {
 

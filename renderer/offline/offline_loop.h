@@ -1,22 +1,54 @@
-// Offline render loop: renders the frames of a recording at full speed. Frames in flight keep the device
-// busy; the sink encodes finished images on its own threads.
+// Scene and render loop of an offline run: renders the frames of a recording at full speed. Frames in flight
+// keep the device busy; the sink encodes finished images on its own threads.
 #pragma once
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
+#include <string>
 
+#include "protocol/base/error.h"
+#include "protocol/record/playback.h"
 #include "renderer/app/loading/live_scene.h"
+#include "renderer/app/loading/scene_load.h"
+#include "renderer/app/options/options.h"
+#include "renderer/app/recording.h"
 #include "renderer/app/window/camera_rig.h"
-#include "renderer/capture/capture_queue.h"
+#include "renderer/capture/capture.h"
 #include "renderer/gpu/frame_ring.h"
-#include "renderer/offline/frame_times.h"
 #include "renderer/offline/recorded_streams.h"
+#include "renderer/offline/timeline.h"
 #include "renderer/passes/scene_renderer.h"
+#include "renderer/scene/cache/scene_cache.h"
 #include "renderer/sinks/frame.h"
 #include "renderer/state/animation.h"
 
 namespace fire3dv::offline {
+
+// Scene of an offline run: the file named by the user, else the scene stored in the recording. No text of the
+// recording is used as a path.
+class RecordingScene {
+ public:
+  // Starts loading. If there is no scene, the error suggests one.
+  static Result<std::unique_ptr<RecordingScene>> open(const app::Options& options,
+                                                      const scene::SceneCacheSettings& cache,
+                                                      record::Playback& playback,
+                                                      std::function<bool()> should_stop);
+
+  const std::string& title() const { return title_; }  // for messages
+  app::SceneLoad& load() { return *load_; }
+
+ private:
+  RecordingScene() = default;
+
+  std::string title_;
+  std::unique_ptr<app::RecordedScene> recorded_;  // set if the recording stores the scene
+  std::optional<app::SceneLoad> load_;
+};
+
+// Digest of the scene's content: equal scenes have equal digests.
+std::string content_of(const scene::Scene& scene);
 
 class OfflineLoop {
  public:

@@ -1,4 +1,4 @@
-#include "renderer/offline/render.h"
+#include "renderer/offline/commands.h"
 
 #include <cmath>
 #include <csignal>
@@ -9,15 +9,11 @@
 #include "protocol/base/digest.h"
 #include "protocol/wire/check.h"
 #include "renderer/app/frame_loop.h"
-#include "renderer/app/loading/device_caches.h"
-#include "renderer/app/options/cache_locations.h"
-#include "renderer/app/progress.h"
+#include "renderer/app/loading/disk_caches.h"
+#include "renderer/app/run_reports.h"
 #include "renderer/app/start.h"
-#include "renderer/app/version.h"
 #include "renderer/offline/frame_folder.h"
-#include "renderer/offline/join.h"
 #include "renderer/offline/offline_loop.h"
-#include "renderer/offline/recording_scene.h"
 #include "renderer/offline/timeline.h"
 #include "renderer/sinks/video/video_sink.h"
 
@@ -80,7 +76,7 @@ Result<Manifest> describe_frames(const RenderOptions& options, const Timeline& t
   const auto recording = digest_of(options.recording);
   if (!recording) return recording.error();
   Manifest manifest;
-  manifest.settings = {{"program", std::string("fire3dv ") + app::kVersion},
+  manifest.settings = {{"program", std::string("fire3dv ") + FIRE3DV_VERSION},
                        {"recording", *recording},
                        {"scene", content_of(scene)},
                        {"clock", timeline.guide()},

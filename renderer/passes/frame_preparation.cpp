@@ -1,4 +1,4 @@
-// Preparation of frames by SceneRenderer: availability of outputs, targets and memory.
+// Preparation of frames by SceneRenderer: availability of outputs and inspection, targets and memory.
 #include <algorithm>
 #include <string>
 #include <utility>
@@ -133,6 +133,37 @@ Result<void> SceneRenderer::can_take(const ImageOutputs& outputs, uint32_t views
     return Error{"linear colours of several samples need what " + device_.report().name +
                  " lacks (shaderStorageImageMultisample): take one sample with --samples 1"};
   return {};
+}
+
+Result<void> SceneRenderer::can_inspect() const {
+  if (path_ == RasterPath::visibility) return {};
+  return Error{"picking, outlines and debug views come from the visibility buffer" +
+               (settings_.raster == RasterPath::forward
+                    ? std::string(": leave --raster forward out")
+                    : ", for which " + device_.report().name +
+                          " lacks 64-bit atomics: choose another device with --device")};
+}
+
+Result<void> SceneRenderer::can_show(DebugView view) const {
+  if (view == DebugView::none) return {};
+  if (Result<void> can = can_inspect(); !can) return can;
+  if (view == DebugView::unresolved_shadows && !shadow_technique_.hybrid) {
+    return Error{
+        std::string("the debug view shadow-doubt shows pixels that shadow maps leave to rays, but the "
+                    "shadow technique is ") +
+        describe(shadow_technique_) + ": take both, as --shadows ray does without --shadow-rays all"};
+  }
+  return {};
+}
+
+Inspection SceneRenderer::available(Inspection inspection, const ImageOutputs& outputs) const {
+  if (targets_->views > 1 || !outputs.has(wire::kColorSrgb8) || !can_inspect()) return {};
+  const bool loses_light = replaces_shading(inspection.debug_view) && outputs.has(wire::kColorLinearF16);
+  if (loses_light || !can_show(inspection.debug_view)) inspection.debug_view = DebugView::none;
+  const VkExtent2D extent = targets_->extent;
+  if (inspection.pick && (inspection.pick->x >= extent.width || inspection.pick->y >= extent.height))
+    inspection.pick.reset();
+  return inspection;
 }
 
 }  // namespace fire3dv::passes

@@ -4,8 +4,8 @@
 #include <array>
 #include <utility>
 
-#include "renderer/passes/forward/forward_bounds.h"
-#include "renderer/passes/resources/material_records.h"
+#include "renderer/passes/forward/forward_pass.h"
+#include "renderer/passes/resources/scene_materials.h"
 #include "renderer/passes/resources/scene_parts.h"
 #include "shaders/shared/types.h"
 
@@ -254,6 +254,20 @@ void SceneRenderer::write_planes(const Frame& frame, std::span<CameraHistory> hi
                    {*scene_, *gpu_scene_, visibility_->buffer(), frame.views, frame.globals}, histories);
 }
 
+void SceneRenderer::draw_debug_view(const Frame& frame) {
+  const Inspection& inspection = frame.request.inspection;
+  if (!inspector_)
+    inspector_ = std::make_unique<Inspector>(device_, layout_.get(), scene_set_layout_.get(),
+                                             samples_ == VK_SAMPLE_COUNT_4_BIT ? 4 : 1);
+  inspector_->draw_on(*targets_, image());
+  const InspectedView view{*scene_,        *gpu_scene_,      targets_->visibility.buffer,
+                           frame.views[0], frame.globals[0], targets_->extent};
+  if (inspection.pick) inspector_->pick(frame.recorder, view, *inspection.pick);
+  if (!replaces_shading(inspection.debug_view)) return;
+  inspector_->debug_views().show(frame.recorder, frame.staging, view, inspection.debug_view,
+                                 {settings_.cull, frame.plan.camera_levels_of_detail}, image());
+}
+
 void SceneRenderer::merge_coverage(const Frame& frame) {
   visibility_->merge_coverage(frame.recorder, *gpu_scene_, frame.globals, frame.plan.shadow_mask);
 }
@@ -309,6 +323,17 @@ void SceneRenderer::post_process(const Frame& frame) {
   post_.record(frame.recorder, *targets_, post, linear, is_partial ? frame.hdr_area : frame.whole_area());
 }
 
+void SceneRenderer::draw_overlays(const Frame& frame) {
+  const Inspection& inspection = frame.request.inspection;
+  const InspectedView view{*scene_,        *gpu_scene_,      targets_->visibility.buffer,
+                           frame.views[0], frame.globals[0], targets_->extent};
+  if (inspection.debug_view == DebugView::unresolved_shadows)
+    inspector_->debug_views().mark_unresolved(frame.recorder, view, shadows_, frame.plan.shadow_mask,
+                                              image());
+  if (inspection.selected != scene::kNone)
+    inspector_->outline(frame.recorder, frame.staging, view, inspection.selected, image());
+}
+
 uint32_t SceneRenderer::shadow_mode(bool masked) const {
   return shadows_on_ ? shadows_.shader_mode(masked) : FIRE3DV_SHADOWS_OFF;
 }
@@ -361,6 +386,14 @@ VkDeviceAddress SceneRenderer::upload_globals(const Frame& frame, const View& vi
   globals.width = targets_->extent.width;
   globals.height = targets_->extent.height;
   return frame.staging.write(std::span<const gpu_types::Globals>(&globals, 1)).address;
+}
+
+void SceneRenderer::submitted(uint64_t timeline_value) {
+  if (inspector_ && inspector_->picks()) inspector_->picks()->submitted(timeline_value);
+}
+
+std::vector<Picked> SceneRenderer::take_picked() {
+  return inspector_ && inspector_->picks() ? inspector_->picks()->take_picked() : std::vector<Picked>();
 }
 
 }  // namespace fire3dv::passes

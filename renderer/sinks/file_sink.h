@@ -1,7 +1,7 @@
-// PNG and .npy file sink with its own writer thread:
+// PNG and .npy file sink with its own writer thread, and the .npy writer:
 //
 //   DIR/frame_000000.png, DIR/frame_000001.png ...   or DIR/CAMERA/frame_... with folder_per_camera
-//   DIR/frames.jsonl   one line per frame in write order: files, camera, pose frames (frame_line.h)
+//   DIR/frames.jsonl   one line per frame in write order: files, camera, pose frames (output_text.h)
 //
 // Epochs in frames.jsonl are hexadecimal strings, since JSON readers lose digits of 64-bit numbers. Files of
 // an earlier run are replaced by name, others stay; frames.jsonl lists this run only.
@@ -20,7 +20,10 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <vector>
 
+#include "protocol/base/error.h"
+#include "protocol/base/files.h"
 #include "renderer/sinks/frame.h"
 
 namespace fire3dv::sinks {
@@ -66,5 +69,13 @@ class FileSink final : public FrameSink {
   bool error_reported_ = false;
   std::thread worker_;
 };
+
+// Encodes an image plane in NumPy's .npy format (version 1.0): an array of shape (height, width), or (height,
+// width, channels) for several channels.
+std::vector<uint8_t> encode_npy(const FramePlane& plane, uint32_t width, uint32_t height);
+
+// Writes the file atomically. The error names the path.
+Result<void> write_npy(const std::filesystem::path& path, const FramePlane& plane, uint32_t width,
+                       uint32_t height, base::Durability durability = base::Durability::contents_and_name);
 
 }  // namespace fire3dv::sinks

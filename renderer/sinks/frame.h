@@ -49,4 +49,18 @@ inline bool is_consistent(const FrameImage& image) {
   return image.rgba8.size() == size_t{4} * image.width * image.height || (image.rgba8.empty() && has_others);
 }
 
+// Sink that drops all frames. For benchmarks, and for runs that only show a window.
+class NullSink final : public FrameSink {
+ public:
+  Result<void> consume(FrameImage&&) override {
+    ++frames_consumed_;
+    return {};
+  }
+  Result<void> finish() override { return {}; }
+  uint64_t frames_consumed() const { return frames_consumed_; }
+
+ private:
+  uint64_t frames_consumed_ = 0;
+};
+
 }  // namespace fire3dv::sinks

@@ -21,8 +21,8 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/base/atomic_file.h"
 #include "protocol/base/error.h"
+#include "protocol/base/files.h"
 #include "renderer/sinks/frame.h"
 
 namespace fire3dv::sinks {

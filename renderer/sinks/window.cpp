@@ -6,7 +6,7 @@
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 
-#include "renderer/sinks/window_keys.h"
+#include "renderer/sinks/window_input.h"
 
 namespace fire3dv::sinks {
 namespace {

@@ -1,4 +1,5 @@
-// Input events of a window in the order of their occurrence. Plain data, independent of GLFW and of a window.
+// Input events of a window in the order of their occurrence, and the key map from GLFW. Plain data,
+// independent of a window.
 #pragma once
 
 #include <cstdint>
@@ -81,5 +82,8 @@ struct WindowInput {
   std::vector<std::filesystem::path> dropped;  // dropped files
   float scale = 1;                             // content scale: 1 on a standard-density display
 };
+
+// Key of a GLFW key number.
+Key key_of(int glfw_key);
 
 }  // namespace fire3dv::sinks

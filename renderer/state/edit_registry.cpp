@@ -5,8 +5,8 @@
 #include <optional>
 #include <span>
 
-#include "renderer/scene/edits/replaced_vertices.h"
 #include "renderer/scene/files.h"
+#include "renderer/scene/model/scene_edits.h"
 
 namespace fire3dv::state {
 namespace {

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "protocol/wire/scene_edit.h"
-#include "renderer/scene/edits/scene_edits.h"
+#include "renderer/scene/model/scene_edits.h"
 #include "renderer/state/pose_state.h"
 
 namespace fire3dv::state {

@@ -14,12 +14,10 @@
 
 #include "protocol/base/peer_budget.h"
 #include "protocol/stream/frame_assembler.h"
-#include "protocol/stream/pose_memory.h"
 #include "protocol/wire/messages.h"
-#include "renderer/state/frame_queue.h"
-#include "renderer/state/liveness.h"
-#include "renderer/state/playout/playout.h"
+#include "renderer/state/playout.h"
 #include "renderer/state/stream_edits.h"
+#include "renderer/state/stream_timing.h"
 
 namespace fire3dv::state {
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "protocol/base/keyed_hash.h"
+#include "protocol/base/random.h"
 #include "renderer/scene/model/math.h"
 
 namespace fire3dv::state {

@@ -17,8 +17,7 @@
 #include "protocol/wire/messages.h"
 #include "renderer/scene/model/scene.h"
 #include "renderer/state/animation.h"
-#include "renderer/state/bindings.h"
-#include "renderer/state/index_set.h"
+#include "renderer/state/node_index.h"
 
 namespace fire3dv::state {
 

@@ -1,4 +1,4 @@
-// Decoding of packed vertex attributes; renderer/scene/model/packed_vertices.cpp packs them.
+// Decoding of packed vertex attributes; renderer/scene/model/vertices.cpp packs them.
 #ifndef FIRE3DV_VERTICES_GLSL
 #define FIRE3DV_VERTICES_GLSL
 #include "common/buffers.glsl"

@@ -18,7 +18,7 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) writeonly buffer Pa
 
 #define kInfinity uintBitsToFloat(0x7f800000u)
 
-// Same formulas as in renderer/passes/post/lens.cpp, which names their sources. Radial term without p1 and p2:
+// Same formulas as in renderer/passes/post/lens_pass.cpp, which names their sources. Radial term without p1 and p2:
 // distorted radius and its derivative.
 vec2 radial(LensWanted w, float r) {
   const vec4 k = w.coefficients;

@@ -1,4 +1,4 @@
-// Surface of a pixel for output planes and picking, as plane_layout.h defines it: the surface at the pixel's
+// Surface of a pixel for output planes and picking, as outputs_pass.h defines it: the surface at the pixel's
 // centre. With four samples, no sample lies there. The primitive instance with most samples wins. Ties select
 // the nearest one with a triangle over the centre, then the background, then the first sample.
 #ifndef FIRE3DV_SHOWN_SURFACE_GLSL

@@ -1,4 +1,4 @@
-// Per-cluster LOD selection for a view; see renderer/scene/clusters/cluster_levels.h.
+// Per-cluster LOD selection for a view; see renderer/scene/clusters/clusters.h.
 // tests/unit/geometry/cluster_levels_test.cpp has the same rule in C++.
 #ifndef FIRE3DV_LEVEL_CHOICE_GLSL
 #define FIRE3DV_LEVEL_CHOICE_GLSL

@@ -3,7 +3,7 @@
 #include <string_view>
 
 #include "protocol/base/error.h"
-#include "renderer/metrics/http_connection.h"
+#include "renderer/metrics/http_server.h"
 #include "tests/fuzz/target.h"
 
 namespace fire3dv::fuzz {

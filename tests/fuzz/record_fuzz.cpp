@@ -1,9 +1,8 @@
 // Fuzz target of recordings: an arbitrary file is read to its end, checked, played and recovered; the
 // recovered file is valid.
 #include "protocol/base/error.h"
+#include "protocol/record/damage.h"
 #include "protocol/record/playback.h"
-#include "protocol/record/recover.h"
-#include "protocol/record/verify.h"
 #include "tests/fuzz/target.h"
 #include "tests/unit/record/record_files.h"
 

@@ -9,7 +9,7 @@
 #include "protocol/transport/udp/dtls/udp_record.h"
 #include "protocol/transport/udp/multicast/udp_group.h"
 #include "protocol/transport/udp/udp_handshake.h"
-#include "protocol/transport/udp/udp_receive.h"
+#include "protocol/transport/udp/udp_poses.h"
 #include "protocol/transport/udp/udp_session.h"
 #include "tests/fuzz/target.h"
 

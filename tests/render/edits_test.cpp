@@ -2,7 +2,7 @@
 // every shadow technique. A withdrawn edit restores the image byte for byte, and no GPU objects leak.
 #include <gtest/gtest.h>
 
-#include "renderer/scene/edits/scene_edits.h"
+#include "renderer/scene/model/scene_edits.h"
 #include "tests/render/support/bent_bar.h"
 #include "tests/render/support/render_bench.h"
 #include "tests/support/image_compare.h"

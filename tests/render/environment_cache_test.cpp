@@ -4,7 +4,7 @@
 
 #include <map>
 
-#include "renderer/passes/environment/prepared_environment.h"
+#include "renderer/passes/environment/environment.h"
 #include "tests/render/support/render_bench.h"
 #include "tests/render/support/scene_builder.h"
 

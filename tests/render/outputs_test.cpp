@@ -7,7 +7,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/gtc/packing.hpp>
 
-#include "renderer/passes/visibility/boxes.h"
+#include "renderer/passes/outputs/planes_and_boxes.h"
 #include "tests/render/proofs/cast_rays.h"
 #include "tests/render/support/render_bench.h"
 #include "tests/render/support/scene_builder.h"
@@ -75,7 +75,7 @@ wire::ImageOutputs everything() {
   return outputs;
 }
 
-// Returns the expected content of a pixel (plane_layout.h); nothing near the edge of another face.
+// Returns the expected content of a pixel (outputs_pass.h); nothing near the edge of another face.
 std::optional<Hit> expected(const Eye& eye, const std::vector<Face>& faces, glm::dvec2 pixel,
                             uint32_t samples) {
   if (samples == 1) return eye.cast_surely(faces, pixel);

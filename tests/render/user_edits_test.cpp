@@ -2,7 +2,7 @@
 // way, and withdrawn changes restore the image byte for byte.
 #include <gtest/gtest.h>
 
-#include "renderer/scene/edits/scene_edits.h"
+#include "renderer/scene/model/scene_edits.h"
 #include "tests/render/support/render_bench.h"
 #include "tests/render/support/scene_builder.h"
 

@@ -5,10 +5,10 @@ find_package(PkgConfig REQUIRED)
 pkg_check_modules(assimp REQUIRED IMPORTED_TARGET assimp)
 
 fire3dv_library(fire3dv_mesh_files
-  SOURCES mesh/mesh_child.cpp mesh/mesh_files.cpp mesh/mesh_import.cpp mesh/surface_builder.cpp
-  LINK fire3dv_convert_model fire3dv_local_files PkgConfig::assimp)
+  SOURCES mesh/mesh_child.cpp mesh/mesh_files.cpp mesh/mesh_import.cpp
+  LINK fire3dv_convert_model fire3dv_description_files PkgConfig::assimp)
 
 find_package(yaml-cpp REQUIRED)
 fire3dv_library(fire3dv_adf
-  SOURCES adf/adf_fields.cpp adf/adf_model.cpp adf/adf_objects.cpp adf/adf_visual.cpp adf/adf_yaml.cpp adf/read_adf.cpp adf/adf_shapes.cpp
+  SOURCES adf/adf_yaml.cpp adf/read_adf.cpp adf/adf_objects.cpp adf/adf_visual.cpp
   LINK fire3dv_mesh_files $<IF:$<TARGET_EXISTS:yaml-cpp::yaml-cpp>,yaml-cpp::yaml-cpp,yaml-cpp>)

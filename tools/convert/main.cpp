@@ -12,7 +12,7 @@
 
 #include "protocol/base/command_line.h"
 #include "protocol/base/text.h"
-#include "renderer/scene/cache/conversion_record.h"
+#include "renderer/scene/cache/cache_files.h"
 #include "tools/convert/glb/output.h"
 #include "tools/convert/glb/write_glb.h"
 #include "tools/convert/readers.h"

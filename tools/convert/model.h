@@ -1,20 +1,50 @@
 // Intermediate model between description readers (readers.h) and the glTF writer (write_glb.h): nodes,
-// meshes, materials. Frames and units are the description's, usually Z up and metres. gltf_from_model rotates
-// the whole to glTF's frame (right-handed, Y up, metres). Plain data without internal synchronisation.
+// meshes, materials, source files. Frames and units are the description's, usually Z up and metres.
+// gltf_from_model rotates the whole to glTF's frame (right-handed, Y up, metres). Plain data without internal
+// synchronisation. Helpers of the readers for lights, names and colours are at the end.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
 #include <optional>
+#include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
-#include "tools/convert/sources.h"
+#include "renderer/scene/cache/cache_files.h"
 
 namespace fire3dv::convert {
+
+// Source files of a model with their time stamps. A stamp is taken before the file is read, so that a change
+// during the read is detected at the next start.
+class Sources {
+ public:
+  using Source = scene::ConversionRecord::Source;
+
+  // Adds a file before it is read or looked for, with its current stamp. The first stamp counts.
+  void add(const std::filesystem::path& file) {
+    if (known_.insert(file).second) all_.push_back({file, scene::stamp_of(file)});
+  }
+  // Adds a file that another process has stamped.
+  void add(const Source& seen) {
+    if (known_.insert(seen.file).second) all_.push_back(seen);
+  }
+
+  // In order of addition.
+  const std::vector<Source>& all() const { return all_; }
+  bool contains(const std::filesystem::path& file) const { return known_.contains(file); }
+
+ private:
+  std::vector<Source> all_;
+  std::set<std::filesystem::path> known_;
+};
 
 // Encoded image file: PNG or JPEG; the writer converts other formats to PNG.
 struct Image {
@@ -92,5 +122,31 @@ struct Model {
   // All files read or looked for. While they are unchanged, the model is, too.
   Sources sources;
 };
+
+// Rotation from -Z, the direction of glTF lights, to `direction`, which must not be 0.
+glm::dquat shining(const glm::dvec3& direction);
+
+// Adds a directional light to a model without lights, from above and from the side of a viewer at +X, -Y.
+// Without shadows, depth is hard to judge. A directional light suits every scene size.
+void add_light_if_none(Model& model);
+
+// Sanitises untrusted text for node names and messages: replaces invalid UTF-8, control characters and
+// bidirectional controls by '?'. Truncates at a character boundary.
+std::string sanitize_text(std::string_view text, size_t most_bytes = 1024);  // default: limit of stream names
+
+// Converts sRGB, as description files use it, to linear light.
+inline glm::vec3 linear_from_srgb(const glm::vec3& displayed) {
+  glm::vec3 linear;
+  for (int i = 0; i < 3; ++i) {
+    const float c = std::clamp(displayed[i], 0.0f, 1.0f);
+    linear[i] = c <= 0.04045f ? c / 12.92f : std::pow((c + 0.055f) / 1.055f, 2.4f);
+  }
+  return linear;
+}
+
+// a: opacity, unchanged.
+inline glm::vec4 linear_from_srgb(const glm::vec4& displayed) {
+  return {linear_from_srgb(glm::vec3(displayed)), std::clamp(displayed.a, 0.0f, 1.0f)};
+}
 
 }  // namespace fire3dv::convert

@@ -1,21 +1,246 @@
 // Inspection program: fire3dv-inspect URI... shows statistics of live streams, FILE.mcap those of recordings.
 // Over shared memory it reads in parallel with renderers; on other links it is the listener that simulators
 // connect to.
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <csignal>
+#include <cstdio>
+#include <ctime>
 #include <iostream>
+#include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
 #include <vector>
 
 #include "protocol/base/clock.h"
 #include "protocol/base/command_line.h"
+#include "protocol/base/error.h"
 #include "protocol/base/text.h"
+#include "protocol/record/channels.h"
+#include "protocol/record/damage.h"
+#include "protocol/record/frame_counter.h"
+#include "protocol/record/mcap/summary.h"
 #include "protocol/transport/open.h"
+#include "protocol/wire/check.h"
+#include "protocol/wire/decode.h"
 #include "tools/inspect/observer.h"
-#include "tools/inspect/recording.h"
 #include "tools/listener_options.h"
+
+namespace fire3dv::inspect {
+namespace {
+
+// Summary of a recording: streams, counts, times, rates, gaps and checksum validation.
+struct RecordingText {
+  std::string text, json;
+  bool sound = false;
+};
+
+using nlohmann::json;
+
+struct Topic {
+  uint64_t messages = 0, bytes = 0;
+  uint64_t first_ns = 0, last_ns = 0;
+  // Statistics of pose topics only.
+  record::FrameCounter tally;
+  uint64_t runs = 0, refused = 0;
+  uint64_t longest_gap_ns = 0;
+  uint64_t epoch = 0, frame_at_ns = 0;
+  int64_t first_sim_ns = 0, last_sim_ns = 0;
+
+  const record::FrameCounts& seen() const { return tally.counts(); }
+  double rate_hz() const {
+    const uint64_t frames = seen().frames;
+    const uint64_t count = frames != 0 ? frames : messages;
+    return count < 2 || last_ns <= first_ns
+               ? 0
+               : static_cast<double>(count - 1) * 1e9 / static_cast<double>(last_ns - first_ns);
+  }
+};
+
+// Properties of a stream from its newest description.
+struct StreamInfo {
+  uint32_t nodes = 0;
+  std::string scene_uri;
+};
+
+class Look {
+ public:
+  explicit Look(record::Reader& reader) : reader_(reader) {}
+
+  void take(const record::Message& message) {
+    Topic& topic = topics_[message.channel_id];
+    if (topic.messages++ == 0) topic.first_ns = message.log_time_ns;
+    topic.last_ns = message.log_time_ns;
+    topic.bytes += message.data.size();
+    const record::Channel& channel = reader_.index().channels.at(message.channel_id);
+    const auto role = channel.metadata.find(record::kRoleKey);
+    if (role == channel.metadata.end()) return;
+    const auto decoded = decoder_.decode(message.data);
+    if (!decoded) {
+      ++topic.refused;
+      return;
+    }
+    if (const auto* description = std::get_if<wire::StreamDescription>(&*decoded)) {
+      const auto stream = channel.metadata.find(record::kStreamKey);
+      infos_[stream == channel.metadata.end() ? "" : stream->second] = {
+          static_cast<uint32_t>(description->node_names.size()), description->scene_uri};
+    }
+    if (const auto* frame = std::get_if<wire::PoseFrameView>(&*decoded)) take_frame(topic, *frame, message);
+  }
+
+  std::string text(const record::Report& report) const;
+  json as_json(const record::Report& report) const;
+
+ private:
+  static void take_frame(Topic& topic, const wire::PoseFrameView& frame, const record::Message& message) {
+    if (frame.header.epoch != topic.epoch) {
+      topic.tally.begin();
+      ++topic.runs;
+      topic.epoch = frame.header.epoch;
+    }
+    if (!topic.tally.take(frame)) return;  // a further part of the frame, or a late frame
+    if (topic.seen().frames == 1) topic.first_sim_ns = frame.header.sim_time_ns;
+    if (topic.frame_at_ns != 0 && message.log_time_ns > topic.frame_at_ns)
+      topic.longest_gap_ns = std::max(topic.longest_gap_ns, message.log_time_ns - topic.frame_at_ns);
+    topic.frame_at_ns = message.log_time_ns;
+    topic.last_sim_ns = frame.header.sim_time_ns;
+  }
+  uint64_t start_ns() const {
+    uint64_t start = UINT64_MAX;
+    for (const auto& [id, topic] : topics_) start = std::min(start, topic.first_ns);
+    return topics_.empty() ? 0 : start;
+  }
+  uint64_t end_ns() const {
+    uint64_t end = 0;
+    for (const auto& [id, topic] : topics_) end = std::max(end, topic.last_ns);
+    return end;
+  }
+
+  record::Reader& reader_;
+  wire::Decoder decoder_;
+  std::map<uint16_t, Topic> topics_;
+  std::map<std::string, StreamInfo> infos_;
+};
+
+std::string date_of(uint64_t unix_ns) {
+  const auto seconds = static_cast<std::time_t>(unix_ns / 1'000'000'000);
+  std::tm parts{};
+  char text[64] = "an unknown time";
+  if (::gmtime_r(&seconds, &parts) != nullptr)
+    std::strftime(text, sizeof text, "%Y-%m-%d %H:%M:%S UTC", &parts);
+  return text;
+}
+
+std::string Look::text(const record::Report& report) const {
+  char line[512];
+  const double seconds = static_cast<double>(end_ns() - std::min(start_ns(), end_ns())) * 1e-9;
+  std::snprintf(line, sizeof line, "%s: %llu messages in %llu chunks, %.1f MB, %.3f s from %s\n",
+                wire::printable(reader_.name(), 256).c_str(),
+                static_cast<unsigned long long>(report.messages),
+                static_cast<unsigned long long>(report.chunks),
+                static_cast<double>(reader_.source().size()) / 1e6, seconds, date_of(start_ns()).c_str());
+  std::string text = line;
+  for (const auto& [id, topic] : topics_) {
+    const record::Channel& channel = reader_.index().channels.at(id);
+    std::snprintf(line, sizeof line, "  %s: %llu messages, %llu bytes, %.1f Hz",
+                  wire::printable(channel.topic, 128).c_str(),
+                  static_cast<unsigned long long>(topic.messages),
+                  static_cast<unsigned long long>(topic.bytes), topic.rate_hz());
+    text += line;
+    if (topic.seen().frames != 0) {
+      std::snprintf(
+          line, sizeof line,
+          ", %llu frames of %llu runs, %llu missing, longest gap %.1f ms, sim time %.3f s to %.3f s",
+          static_cast<unsigned long long>(topic.seen().frames), static_cast<unsigned long long>(topic.runs),
+          static_cast<unsigned long long>(topic.seen().missing),
+          static_cast<double>(topic.longest_gap_ns) * 1e-6, static_cast<double>(topic.first_sim_ns) * 1e-9,
+          static_cast<double>(topic.last_sim_ns) * 1e-9);
+      text += line;
+    }
+    if (topic.seen().parts != 0)
+      text += ", in " + std::to_string(topic.seen().parts) + " parts, " +
+              std::to_string(topic.tally.incomplete(true)) + " frames incomplete";
+    if (topic.seen().late != 0) text += ", " + std::to_string(topic.seen().late) + " messages late";
+    if (topic.refused != 0) text += ", " + std::to_string(topic.refused) + " not understood";
+    text += '\n';
+  }
+  for (const auto& [name, info] : infos_)
+    text += "  \"" + wire::printable(name) + "\": " + std::to_string(info.nodes) + " nodes, scene " +
+            (info.scene_uri.empty() ? "not named" : wire::printable(info.scene_uri, 256)) + '\n';
+  for (const record::AttachmentIndex& attachment : reader_.index().attachments)
+    text += "  attachment \"" + wire::printable(attachment.name) +
+            "\": " + std::to_string(attachment.data_bytes) + " bytes, " +
+            wire::printable(attachment.media_type) + '\n';
+  for (const std::string& problem : report.problems) text += "  problem: " + problem + '\n';
+  if (report.problem_count > report.problems.size())
+    text += "  and " + std::to_string(report.problem_count - report.problems.size()) + " problems more\n";
+  text += report.sound() ? (report.data_crc_given ? "all check sums are right\n"
+                                                  : "check sums are right, as far as the file has any\n")
+                         : std::to_string(report.damaged_chunks) +
+                               " chunks damaged; fire3dv-record recover saves the rest\n";
+  return text;
+}
+
+json Look::as_json(const record::Report& report) const {
+  json topics = json::array(), attachments = json::array(), streams = json::object();
+  for (const auto& [id, topic] : topics_)
+    topics.push_back({{"topic", wire::printable(reader_.index().channels.at(id).topic, 1024)},
+                      {"messages", topic.messages},
+                      {"bytes", topic.bytes},
+                      {"first_ns", topic.first_ns},
+                      {"last_ns", topic.last_ns},
+                      {"rate_hz", topic.rate_hz()},
+                      {"frames", topic.seen().frames},
+                      {"parts", topic.seen().parts},
+                      {"incomplete", topic.tally.incomplete(true)},
+                      {"late", topic.seen().late},
+                      {"runs", topic.runs},
+                      {"missing", topic.seen().missing},
+                      {"longest_gap_ns", topic.longest_gap_ns},
+                      {"first_sim_time_ns", topic.first_sim_ns},
+                      {"last_sim_time_ns", topic.last_sim_ns},
+                      {"not_understood", topic.refused}});
+  for (const auto& [name, info] : infos_)
+    streams[wire::printable(name, 1024)] = {{"nodes", info.nodes}, {"scene_uri", info.scene_uri}};
+  for (const record::AttachmentIndex& attachment : reader_.index().attachments)
+    attachments.push_back({{"name", wire::printable(attachment.name, 1024)},
+                           {"media_type", wire::printable(attachment.media_type, 1024)},
+                           {"bytes", attachment.data_bytes}});
+  json problems = json::array();
+  for (const std::string& problem : report.problems) problems.push_back(problem);
+  return {{"file", wire::printable(reader_.name(), 4096)},
+          {"file_bytes", reader_.source().size()},
+          {"sound", report.sound()},
+          {"check_sum_over_all", report.data_crc_given},
+          {"has_summary", reader_.index().has_summary},
+          {"messages", report.messages},
+          {"chunks", report.chunks},
+          {"damaged_chunks", report.damaged_chunks},
+          {"start_ns", start_ns()},
+          {"end_ns", end_ns()},
+          {"topics", topics},
+          {"streams", streams},
+          {"attachments", attachments},
+          {"problem_count", report.problem_count},
+          {"problems", problems}};
+}
+
+Result<RecordingText> inspect_recording(const std::string& path, const record::ReadLimits& limits) {
+  auto source = record::open_source(path);
+  if (!source) return source.error();
+  auto reader = record::Reader::open(std::move(*source), limits);
+  if (!reader) return reader.error();
+  Look look(*reader);
+  const auto report = record::verify(*reader, [&](const record::Message& message) { look.take(message); });
+  if (!report) return report.error();
+  return RecordingText{look.text(*report), look.as_json(*report).dump() + '\n', report->sound()};
+}
+
+}  // namespace
+}  // namespace fire3dv::inspect
 
 namespace {
 

@@ -1,11 +1,14 @@
 // Recorder program: fire3dv-record --from URI --out FILE.mcap records all frames of all streams. Over shared
 // memory it reads in parallel with renderers; on other links it is the listener that simulators connect to.
+// fire3dv-record recover CUT.mcap -o WHOLE.mcap copies what is intact of a damaged recording.
+
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <cmath>
 #include <csignal>
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -16,11 +19,121 @@
 #include "protocol/base/clock.h"
 #include "protocol/base/command_line.h"
 #include "protocol/base/text.h"
+#include "protocol/record/damage.h"
+#include "protocol/record/log_thread.h"
 #include "protocol/record/mcap/attachments.h"
+#include "protocol/transport/link.h"
 #include "protocol/transport/open.h"
+#include "protocol/wire/decode.h"
+#include "protocol/wire/encode.h"
 #include "tools/listener_options.h"
-#include "tools/record/recorder.h"
-#include "tools/record/recover_command.h"
+
+namespace fire3dv::record {
+namespace {
+
+using RecorderStatus = LogStatus;
+using transport::LinkEvent;
+
+// Receiver that hands messages to the recording thread. The thread decouples the link from the disk: a
+// shared-memory ring holds few frames, and a disk may stall for longer.
+class Recorder {
+ public:
+  explicit Recorder(StreamLog log) : log_(std::move(log)) {}
+
+  // Processes pending messages of the link. Never waits for the disk. answers: the publisher has no other
+  // peer.
+  void poll(transport::ListenerLink& link, uint32_t link_number, bool answers);
+  // Writes pending messages and finishes the file.
+  void finish() { log_.finish(); }
+  RecorderStatus status() const { return log_.status(); }
+
+ private:
+  void answer(transport::ListenerLink& link, transport::PeerId peer, std::span<const std::byte> message);
+
+  wire::Decoder decoder_;
+  LogThread log_;
+};
+
+void Recorder::poll(transport::ListenerLink& link, uint32_t link_number, bool answers) {
+  link.poll([&](const LinkEvent& event) {
+    const uint64_t peer = uint64_t{link_number} << 48 | event.peer;
+    const int64_t at_ns = event.received_ns != 0 ? event.received_ns : fire3dv::monotonic_ns();
+    switch (event.kind) {
+      case LinkEvent::Kind::note:
+        std::fprintf(stderr, "fire3dv-record: %s\n", std::string(event.text).c_str());
+        break;
+      case LinkEvent::Kind::disconnected:
+        log_.end_peer(peer, at_ns);
+        break;
+      case LinkEvent::Kind::pose:
+      case LinkEvent::Kind::control:
+        if (answers && event.kind == LinkEvent::Kind::control) answer(link, event.peer, event.message);
+        log_.take(peer, event.message, at_ns, event.kind == LinkEvent::Kind::pose);
+        break;
+      case LinkEvent::Kind::connected:
+        break;
+    }
+  });
+}
+
+// Answers a publisher that has no other peer, so that it knows its stream is recorded. No frame is
+// acknowledged, since none is shown.
+void Recorder::answer(transport::ListenerLink& link, transport::PeerId peer,
+                      std::span<const std::byte> message) {
+  const auto decoded = decoder_.decode(message);
+  if (!decoded) return;
+  if (const auto* description = std::get_if<wire::StreamDescription>(&*decoded)) {
+    wire::Welcome welcome;
+    welcome.renderer_name = "fire3dv-record";
+    welcome.epoch = description->epoch;
+    if (description->protocol_major != wire::kProtocolMajor)
+      welcome.status = wire::WelcomeStatus::version_mismatch;
+    else
+      link.accept(peer);
+    link.send(peer, wire::encode(welcome));
+  } else if (const auto* ping = std::get_if<wire::Ping>(&*decoded)) {
+    link.send(peer, wire::encode(wire::Pong{ping->id, ping->sender_time_ns,
+                                            static_cast<uint64_t>(fire3dv::monotonic_ns())}));
+  }
+}
+
+// Recovery command: copies all intact chunks and attachments of a damaged recording.
+struct RecoverOptions {
+  std::string from, to;
+  uint64_t memory_mb = 64;
+};
+
+int fail(const Error& error) {
+  std::fprintf(stderr, "fire3dv-record: %s\n", terminal_text(error.message).c_str());
+  return 1;
+}
+
+// Returns the exit code.
+int recover_file(const RecoverOptions& options) {
+  auto source = open_source(options.from);
+  if (!source) return fail(source.error());
+  auto reader = Reader::open(std::move(*source), {options.memory_mb << 20});
+  if (!reader) return fail(reader.error());
+  auto sink = create_atomic_sink(options.to);
+  if (!sink) return fail(sink.error());
+  const auto result = recover(*reader, std::move(*sink));
+  if (!result) return fail(result.error());
+  std::printf(
+      "%llu messages of %llu whole chunks and %llu attachments; %llu chunks and %llu attachments were "
+      "damaged\n",
+      static_cast<unsigned long long>(result->messages), static_cast<unsigned long long>(result->chunks),
+      static_cast<unsigned long long>(result->attachments),
+      static_cast<unsigned long long>(result->damaged_chunks),
+      static_cast<unsigned long long>(result->damaged_attachments));
+  if (const uint64_t loose = reader->index().loose_messages; loose != 0)
+    std::printf("%llu messages outside of chunks were skipped\n", static_cast<unsigned long long>(loose));
+  if (!result->first_damage.empty())
+    std::printf("first damage: %s\n", terminal_text(result->first_damage).c_str());
+  return 0;
+}
+
+}  // namespace
+}  // namespace fire3dv::record
 
 namespace {
 

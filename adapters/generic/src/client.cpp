@@ -8,8 +8,7 @@
 #include <cstring>
 #include <string>
 
-#include "last_error.h"
-#include "protocol/transport/core/uri.h"
+#include "protocol/transport/core/address.h"
 #include "protocol/transport/open.h"
 #include "protocol/wire/check.h"
 #include "stream.h"

@@ -9,7 +9,6 @@
 #include <memory>
 #include <string>
 
-#include "last_error.h"
 #include "protocol/wire/check.h"
 #include "stream.h"
 

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "protocol/wire/encode.h"
-#include "protocol/wire/image_block.h"
+#include "protocol/wire/image.h"
 
 namespace fire3dv::client {
 namespace {

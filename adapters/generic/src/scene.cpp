@@ -5,7 +5,6 @@
 #include <cstring>
 #include <string>
 
-#include "last_error.h"
 #include "protocol/wire/check.h"
 #include "stream.h"
 

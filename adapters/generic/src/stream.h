@@ -1,11 +1,16 @@
-// Publisher stream behind the C API: link, description, edits, image requests and replies. One thread at a
-// time; functions neither wait nor throw, except for lack of memory.
+// Publisher stream behind the C API: link, description, edits, image requests and replies, and the error of a
+// C call. One thread at a time; functions neither wait nor throw, except for lack of memory.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
+#include <exception>
 #include <memory>
+#include <new>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "fire3dv/client.h"
@@ -19,6 +24,35 @@
 #include "protocol/wire/messages.h"
 
 namespace fire3dv::client {
+
+// Per-thread error of a C call: a return code and a message for fire3dv_last_error. Setting it allocates
+// nothing.
+inline thread_local char last_error_text[1024] = "";
+
+// Stores the message, truncated to the thread's buffer, and returns the code.
+inline int fail(int code, std::string_view sentence) noexcept {
+  const size_t length = std::min(sentence.size(), sizeof last_error_text - 1);
+  std::memcpy(last_error_text, sentence.data(), length);
+  last_error_text[length] = '\0';
+  return code;
+}
+
+inline const char* last_error() noexcept {
+  return last_error_text;
+}
+
+// Runs the body of a C function and converts exceptions to codes, since none may reach C callers. Only
+// resource failures throw here.
+template <typename Body>
+int guarded(Body&& body) noexcept {
+  try {
+    return body();
+  } catch (const std::bad_alloc&) {
+    return fail(FIRE3DV_ERROR_SYSTEM, "out of memory");
+  } catch (const std::exception& thrown) {
+    return fail(FIRE3DV_ERROR_SYSTEM, thrown.what());
+  }
+}
 
 // Limits of messages that the library sends; readers refuse anything beyond them.
 wire::DecodeLimits outgoing_limits();

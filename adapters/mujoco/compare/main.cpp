@@ -1,16 +1,154 @@
 // Comparison of MuJoCo's own renderer with FIRE-3DV's images: fire3dv-mujoco-compare MODEL.xml --to URI.
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
 
-#include "adapters/mujoco/compare/agreement.h"
-#include "adapters/mujoco/compare/image_client.h"
-#include "adapters/mujoco/compare/mujoco_renderer.h"
-#include "adapters/mujoco/compare/options.h"
-#include "adapters/mujoco/compare/speed.h"
+#include "adapters/mujoco/compare/labels.h"
+#include "adapters/mujoco/compare/renderers.h"
+#include "adapters/mujoco/options.h"
+#include "protocol/base/command_line.h"
 #include "renderer/sinks/png.h"
 
 namespace fire3dv::mujoco {
 namespace {
+
+// Command line of fire3dv-mujoco-compare.
+struct CompareOptions {
+  std::string model, uri;
+  MujocoView view;
+  bool speed = false;
+  int frames = 8;                  // agreement: frames in total; speed: frames per block
+  int blocks = 7;                  // speed: blocks per renderer, interleaved
+  double every_s = 0.25;           // agreement: simulated seconds between frames
+  double timeout_s = 60;           // per image
+  std::filesystem::path pictures;  // agreement: folder for image pairs; empty: none
+};
+
+// Time of a step with colour, depth and labels in both renderers. Blocks alternate, so that other load on the
+// machine affects both.
+struct Speed {
+  double ours_ms = 0, theirs_ms = 0;  // median of a step with its images
+  double ratio = 0;                   // median over blocks of theirs / ours
+  double lowest = 0, highest = 0;     // range of these ratios
+};
+
+// Returns nothing when the program must exit with *exit_code: 0 after --help, 2 after a usage error. The text
+// has been printed.
+std::optional<CompareOptions> parse_compare_options(int argc, char** argv, int* exit_code) {
+  CompareOptions options;
+  std::string images = "free camera:640x480";
+  CLI::App app{"Compares images and step times of FIRE-3DV and MuJoCo's offscreen renderer.",
+               "fire3dv-mujoco-compare"};
+  app.formatter(std::make_shared<HelpFormatter>("MODEL.xml --to URI [OPTIONS]"));
+  app.set_help_flag("-h,--help", "print this help and exit");
+  app.footer(
+      "Exit status: 0 done, 1 error, 2 wrong usage, 77 no OpenGL without a display.\n"
+      "Details: man fire3dv-mujoco-compare.");
+  const auto add = [&](const char* name, auto& value, const char* type, const char* text, const char* group) {
+    return app.add_option(name, value, text)->type_name(type)->group(group)->capture_default_str();
+  };
+  constexpr const char *kImages = "Images", *kSpeed = "Speed";
+  app.add_option("model", options.model, "MJCF file")->required();
+  app.add_option("--to", options.uri, "URI of a fire3dv --headless --on-request")
+      ->type_name("URI")
+      ->required();
+  add("--timeout", options.timeout_s, "SECONDS", "limit of the wait for one image", "Options")
+      ->check(number_between(0.1, 86400));
+  add("--images", images, "CAMERA[:WxH]", "camera and image size", kImages);
+  add("--frames", options.frames, "N", "compared images; with --speed, images per round", kImages)
+      ->check(number_between(1, 1e6));
+  CLI::Option* const speed =
+      app.add_flag("--speed", options.speed, "time steps with images, alternately with MuJoCo")
+          ->group(kSpeed);
+  add("--every", options.every_s, "SECONDS", "simulated time between compared images", kImages)
+      ->excludes(speed)
+      ->check(check_number);
+  bool no_reflections = false;
+  app.add_flag("--no-reflections", no_reflections, "no reflections of MuJoCo's floors")->group(kImages);
+  app.add_option("--pictures", options.pictures, "folder for both images side by side")
+      ->excludes(speed)
+      ->type_name("DIR")
+      ->group(kImages);
+  add("--blocks", options.blocks, "N", "rounds", kSpeed)->needs(speed)->check(number_between(1, 1e6));
+  add("--samples", options.view.samples, "N", "MuJoCo's samples per pixel", kSpeed)
+      ->needs(speed)
+      ->check(number_between(0, 16));
+  add("--shadow-texels", options.view.shadow_texels, "N", "side of MuJoCo's shadow maps; 0: no shadows",
+      kSpeed)
+      ->needs(speed)
+      ->check(number_between(0, 16384));
+  try {
+    app.parse(argc, argv);
+    const Result<ImageSpec> spec = image_spec(images);
+    if (!spec) throw CLI::ValidationError("--images", spec.error().message);
+    options.view.camera = spec->camera;
+    options.view.width = spec->width;
+    options.view.height = spec->height;
+    options.view.reflections = !no_reflections;
+  } catch (const CLI::ParseError& error) {
+    *exit_code = app.exit(error, std::cout, std::cerr) == 0 ? 0 : 2;
+    return std::nullopt;
+  }
+  return options;
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// Returns the median time of `frames` calls of `frame`, in milliseconds. `frame` steps the simulation and
+// draws once.
+template <typename Frame>
+Result<double> block_ms(int frames, std::vector<double>& all, Frame&& frame) {
+  std::vector<double> times;
+  for (int i = 0; i < frames; ++i) {
+    const auto begin = std::chrono::steady_clock::now();
+    if (Result<void> done = frame(); !done) return done.error();
+    times.push_back(
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count());
+  }
+  all.insert(all.end(), times.begin(), times.end());
+  return median(times);
+}
+
+Result<Speed> measure_speed(Simulation& simulation, RequestedImages& ours, MujocoRenderer& theirs, int blocks,
+                            int frames) {
+  std::vector<double> our_times, their_times, ratios;
+  const auto our_frame = [&]() -> Result<void> {
+    if (Result<void> done = simulation.step(); !done) return done;
+    const Result<Image> image = ours.draw(simulation);
+    return image ? Result<void>{} : Result<void>(image.error());
+  };
+  const auto their_frame = [&]() -> Result<void> {
+    if (Result<void> done = simulation.step(); !done) return done;
+    if (Result<void> done = theirs.draw_color_and_depth(simulation.data()); !done) return done;
+    return theirs.draw_labels(simulation.data());
+  };
+  constexpr int kWarmUp = 3;  // frames for shader compilation and memory allocation
+  std::vector<double> unused;
+  if (auto warm = block_ms(kWarmUp, unused, our_frame); !warm) return warm.error();
+  if (auto warm = block_ms(kWarmUp, unused, their_frame); !warm) return warm.error();
+  for (int block = 0; block < blocks; ++block) {
+    const Result<double> mine = block_ms(frames, our_times, our_frame);
+    if (!mine) return mine.error();
+    const Result<double> other = block_ms(frames, their_times, their_frame);
+    if (!other) return other.error();
+    ratios.push_back(*other / *mine);
+  }
+  const auto [lowest, highest] = std::minmax_element(ratios.begin(), ratios.end());
+  return Speed{median(our_times), median(their_times), median(ratios), *lowest, *highest};
+}
 
 constexpr int kFailed = 1, kNoOpenGl = 77;  // exit status of skipped tests
 

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <memory>
 
-#include "protocol/record/mcap/crc32.h"
+#include "protocol/record/mcap/bytes.h"
 #include "protocol/record/mcap/file.h"
 #include "protocol/record/mcap/reader.h"
 #include "protocol/record/mcap/writer.h"

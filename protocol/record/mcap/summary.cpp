@@ -3,10 +3,8 @@
 #include <algorithm>
 #include <array>
 
-#include "protocol/record/mcap/chunk.h"
-#include "protocol/record/mcap/compress.h"
-#include "protocol/record/mcap/crc32.h"
-#include "protocol/record/mcap/record_iterator.h"
+#include "protocol/record/mcap/bytes.h"
+#include "protocol/record/mcap/reader.h"
 #include "protocol/wire/check.h"
 
 namespace fire3dv::record {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "protocol/record/mcap/crc32.h"
+#include "protocol/record/mcap/bytes.h"
 
 namespace fire3dv::record {
 namespace {

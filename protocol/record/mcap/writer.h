@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "protocol/base/error.h"
-#include "protocol/record/mcap/compress.h"
+#include "protocol/record/mcap/bytes.h"
 #include "protocol/record/mcap/file.h"
 #include "protocol/record/mcap/records.h"
 

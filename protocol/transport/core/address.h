@@ -1,20 +1,41 @@
-// Internet addresses: name lookup, listening sockets and loopback detection.
+// Addresses of links: their URIs, and the Internet addresses of their sockets with name lookup, listening
+// sockets and loopback detection.
 #pragma once
 
 #include <netinet/in.h>
 #include <sys/socket.h>
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "protocol/base/error.h"
 #include "protocol/base/unique_fd.h"
-#include "protocol/transport/core/uri.h"
 
 namespace fire3dv::transport {
+
+// Link URIs: shm://NAME, tcp://HOST:PORT, tls://HOST:PORT, udp://HOST:PORT (IPv6 hosts in brackets). udp://
+// accepts options: udp://HOST:PORT?mtu=8952&ttl=4&interface=eth0.
+struct Uri {
+  enum class Scheme { shm, tcp, tls, udp };
+  Scheme scheme = Scheme::shm;
+  std::string name;   // shm: 1 to 64 characters of [A-Za-z0-9_.-], not starting with a dot
+  std::string host;   // other schemes: as written, without brackets
+  uint16_t port = 0;  // other schemes: 0 lets a listener choose
+
+  // udp only; 0 or empty: not given.
+  uint16_t mtu = 0;       // maximum datagram size in bytes
+  uint8_t ttl = 0;        // multicast: time to live
+  std::string interface;  // multicast: interface name
+  bool operator==(const Uri&) const = default;
+};
+
+// The error names the URI, its fault and the valid forms.
+Result<Uri> parse_uri(std::string_view text);
 
 struct Address {
   sockaddr_storage storage{};

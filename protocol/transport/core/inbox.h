@@ -1,10 +1,13 @@
-// Message queue between a network listener's thread and the polling thread, with one entry per peer. With
+// Message queue between a network listener's thread and the polling thread, with one entry per peer, and the
+// limiter of its notes. With
 // Delivery::newest at most one whole pose of a peer is queued. Queued messages are charged to their peer's
 // budget, so that peers do not compete for memory.
 #pragma once
 
+#include <array>
 #include <condition_variable>
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
@@ -13,12 +16,44 @@
 #include <string>
 #include <vector>
 
+#include "protocol/base/clock.h"
 #include "protocol/base/peer_budget.h"
 #include "protocol/transport/core/link_counters.h"
-#include "protocol/transport/core/note_limiter.h"
 #include "protocol/transport/link.h"
 
 namespace fire3dv::transport {
+
+// Rate limiter of user notes about rejected peers. Passes 8 distinct notes per cause in 10 s and counts the
+// others for a summary. Bounded memory. Not thread-safe.
+class NoteLimiter {
+ public:
+  static constexpr size_t kMaxNotesPerWindow = 8;
+  static constexpr int64_t kWindowNs = 10 * kSecondNs;
+
+  // Returns true if the note is to be shown. `key` is its text without variable parts such as the remote
+  // address. A note repeated within the window is only counted.
+  bool allow(std::optional<Cause> cause, const std::string& key, int64_t now_ns);
+
+  // True if suppressed notes await a summary.
+  bool has_suppressed() const { return suppressed_ != 0; }
+  // Appends "and N more were refused (CAUSE) in the last 10 s" for each cause whose window has ended.
+  void take_summaries(int64_t now_ns, std::vector<std::string>& summaries);
+
+ private:
+  struct Seen {
+    std::string key;
+    int64_t at_ns;
+  };
+  struct Window {
+    int64_t begins_ns = 0;
+    size_t shown = 0;
+    uint64_t suppressed = 0;
+    uint64_t unreported = 0;  // suppressed in earlier windows
+    std::vector<Seen> seen;
+  };
+  std::array<Window, kCauseCount + 1> windows_;  // by cause; the last one is for notes without a cause
+  uint64_t suppressed_ = 0;                      // sum over all windows
+};
 
 class Inbox {
  public:

@@ -8,7 +8,6 @@
 
 #include "protocol/base/error.h"
 #include "protocol/transport/core/address.h"
-#include "protocol/transport/core/uri.h"
 #include "protocol/transport/link.h"
 #include "protocol/transport/open.h"
 

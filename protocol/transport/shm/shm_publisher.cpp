@@ -7,12 +7,11 @@
 #include "protocol/base/clock.h"
 #include "protocol/base/random.h"
 #include "protocol/transport/core/link_counters.h"
-#include "protocol/transport/shm/shm_images.h"
-#include "protocol/transport/shm/shm_reply.h"
+#include "protocol/transport/shm/shm_back_channel.h"
 #include "protocol/transport/shm/shm_ring.h"
 #include "protocol/transport/shm/shm_segment.h"
 #include "protocol/transport/shm/shm_states.h"
-#include "protocol/wire/image_block.h"
+#include "protocol/wire/image.h"
 
 namespace fire3dv::transport::shm {
 namespace {

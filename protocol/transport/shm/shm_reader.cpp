@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "protocol/wire/image_block.h"
+#include "protocol/wire/image.h"
 
 namespace fire3dv::transport::shm {
 

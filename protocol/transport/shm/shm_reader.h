@@ -7,8 +7,7 @@
 
 #include "protocol/transport/core/link_counters.h"
 #include "protocol/transport/link.h"
-#include "protocol/transport/shm/shm_images.h"
-#include "protocol/transport/shm/shm_reply.h"
+#include "protocol/transport/shm/shm_back_channel.h"
 #include "protocol/transport/shm/shm_ring.h"
 #include "protocol/transport/shm/shm_segment.h"
 #include "protocol/transport/shm/shm_states.h"

@@ -2,7 +2,7 @@
 
 #include "protocol/base/error.h"
 #include "protocol/transport/core/byte_order.h"
-#include "protocol/transport/shm/shm_copy.h"
+#include "protocol/transport/shm/shm_ring.h"
 
 // Access order as in shm_ring.cpp: `begun` is to a half's bytes what the sequence number is to a slot.
 

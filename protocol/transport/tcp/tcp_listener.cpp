@@ -7,9 +7,9 @@
 #include <unordered_map>
 
 #include "protocol/transport/core/address.h"
-#include "protocol/transport/core/network_listener.h"
+#include "protocol/transport/core/network_link.h"
 #include "protocol/transport/tcp/tcp_peer.h"  // defines the Asio configuration
-#include "protocol/wire/image_block.h"
+#include "protocol/wire/image.h"
 
 #include <asio/executor_work_guard.hpp>
 #include <asio/post.hpp>

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "protocol/transport/core/keyed_states.h"
-#include "protocol/transport/core/network_publisher.h"
+#include "protocol/transport/core/network_link.h"
 #include "protocol/transport/tcp/tcp_frame.h"
 #include "protocol/wire/encode.h"
 

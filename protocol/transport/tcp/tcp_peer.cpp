@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "protocol/base/clock.h"
-#include "protocol/transport/tcp/tcp_socket.h"
+#include "protocol/transport/tcp/tcp_connection.h"
 
 namespace fire3dv::transport::tcp {
 namespace {

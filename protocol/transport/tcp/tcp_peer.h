@@ -16,9 +16,9 @@
 
 #include "protocol/base/peer_budget.h"
 #include "protocol/transport/link.h"
+#include "protocol/transport/tcp/tcp_connection.h"
 #include "protocol/transport/tcp/tcp_frame.h"
 #include "protocol/transport/tcp/tcp_send_queue.h"
-#include "protocol/transport/tcp/tls_session.h"
 
 namespace fire3dv::transport::tcp {
 

@@ -5,14 +5,12 @@
 #include <cerrno>
 
 #include "protocol/base/clock.h"
-#include "protocol/transport/core/image_queue.h"
-#include "protocol/transport/core/network_publisher.h"
+#include "protocol/transport/core/network_link.h"
+#include "protocol/transport/tcp/tcp_connection.h"
 #include "protocol/transport/tcp/tcp_frame.h"
 #include "protocol/transport/tcp/tcp_outbox.h"
-#include "protocol/transport/tcp/tcp_socket.h"
-#include "protocol/transport/tcp/tls_session.h"
+#include "protocol/transport/tcp/tcp_send_queue.h"
 #include "protocol/wire/image.h"
-#include "protocol/wire/image_block.h"
 
 namespace fire3dv::transport::tcp {
 namespace {

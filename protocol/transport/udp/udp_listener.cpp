@@ -13,13 +13,12 @@
 #include "protocol/base/clock.h"
 #include "protocol/base/random.h"
 #include "protocol/transport/core/address.h"
-#include "protocol/transport/core/network_listener.h"
-#include "protocol/transport/udp/dtls/udp_acceptor.h"
+#include "protocol/transport/core/network_link.h"
 #include "protocol/transport/udp/multicast/udp_group_socket.h"
+#include "protocol/transport/udp/udp_control.h"
 #include "protocol/transport/udp/udp_handshake.h"
-#include "protocol/transport/udp/udp_receive.h"
+#include "protocol/transport/udp/udp_poses.h"
 #include "protocol/transport/udp/udp_session.h"
-#include "protocol/transport/udp/udp_states.h"
 
 namespace fire3dv::transport::udp {
 namespace {

@@ -10,12 +10,12 @@
 
 #include "protocol/base/clock.h"
 #include "protocol/base/random.h"
-#include "protocol/transport/core/network_publisher.h"
+#include "protocol/transport/core/network_link.h"
 #include "protocol/transport/udp/dtls/udp_dtls.h"
 #include "protocol/transport/udp/multicast/udp_group_socket.h"
+#include "protocol/transport/udp/udp_control.h"
 #include "protocol/transport/udp/udp_handshake.h"
-#include "protocol/transport/udp/udp_pose_sender.h"
-#include "protocol/transport/udp/udp_states.h"
+#include "protocol/transport/udp/udp_poses.h"
 
 namespace fire3dv::transport::udp {
 namespace {

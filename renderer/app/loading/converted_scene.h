@@ -22,7 +22,8 @@ bool is_description(const std::filesystem::path& file);
 
 class ConvertedScene {
  public:
-  // Converts the description, or opens a valid cache entry. should_stop: see run_converter.h.
+  // Converts the description, or opens a valid cache entry. should_stop: polled ten times a
+  // second; true ends the converter.
   static Result<ConvertedScene> open(const std::filesystem::path& description, const ConvertOptions& options,
                                      const scene::SceneCacheSettings& cache,
                                      const std::function<bool()>& should_stop);

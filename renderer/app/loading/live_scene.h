@@ -13,11 +13,11 @@
 #include <utility>
 #include <vector>
 
-#include "renderer/app/loading/replacement_shares.h"
+#include "renderer/app/loading/peer_charges.h"
 #include "renderer/app/loading/scene_build.h"
 #include "renderer/app/window/camera_rig.h"
 #include "renderer/passes/scene_renderer.h"
-#include "renderer/scene/edits/scene_edits.h"
+#include "renderer/scene/model/scene_edits.h"
 #include "renderer/state/animation.h"
 #include "renderer/state/edit_registry.h"
 

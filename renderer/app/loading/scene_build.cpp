@@ -7,14 +7,50 @@
 
 #include "protocol/base/clock.h"
 #include "renderer/passes/resources/gpu_bytes.h"
-#include "renderer/scene/edits/deformed_vertices.h"
-#include "renderer/scene/edits/merge_scenes.h"
-#include "renderer/scene/edits/replaced_vertices.h"
+#include "renderer/scene/clusters/clusters.h"
 #include "renderer/scene/model/bounds.h"
+#include "renderer/scene/model/loaded_scene.h"
 #include "renderer/scene/model/math.h"
-#include "renderer/state/bindings.h"
+#include "renderer/scene/model/scene_edits.h"
+#include "renderer/state/node_index.h"
 
 namespace fire3dv::app {
+
+uint32_t PendingNames::find_parent(const std::string& parent) {
+  ++lookups_;
+  const uint32_t node = base_.find(parent);
+  if (node != scene::kNone) return node;
+  const auto known = parents_.find(parent);
+  if (known == parents_.end()) return scene::kNone;
+  if (known->second.by_name != scene::kNone) return known->second.by_name;
+  return known->second.path_is_ambiguous ? scene::kNone : known->second.by_path;
+}
+
+bool PendingNames::is_taken(const std::string& name) const {
+  return base_.find(name) != scene::kNone || names_and_paths_.contains(name);
+}
+
+void PendingNames::add(const std::string* name, const std::string& path, uint32_t index,
+                       std::vector<size_t>& ready) {
+  const auto tell = [&](const std::string& text, bool is_name) {
+    if (text.empty()) return;
+    names_and_paths_.insert(text);
+    const auto parent = parents_.find(text);
+    if (parent == parents_.end()) return;
+    Parent& found = parent->second;
+    if (is_name) {
+      found.by_name = index;
+    } else {
+      found.path_is_ambiguous |= found.by_path != scene::kNone;
+      found.by_path = index;
+    }
+    ready.insert(ready.end(), found.waiting.begin(), found.waiting.end());
+    found.waiting.clear();
+  };
+  tell(path, false);
+  if (name) tell(*name, true);
+}
+
 namespace {
 
 constexpr uint64_t kMaxAddedBytes = uint64_t{4} << 30;  // in memory, of all assets together

@@ -6,7 +6,7 @@
 #include <new>
 #include <stdexcept>
 
-#include "renderer/app/progress.h"
+#include "renderer/app/run_reports.h"
 #include "renderer/scene/gltf/load_gltf.h"
 
 namespace fire3dv::app {

@@ -13,61 +13,14 @@
 
 #include "protocol/base/command_line.h"
 #include "renderer/app/animation_clock.h"
-#include "renderer/app/options/image_size.h"
-#include "renderer/app/version.h"
-#include "renderer/passes/resources/draw_names.h"
+#include "renderer/app/options/option_values.h"
+#include "renderer/passes/frame_plan.h"
 
 namespace fire3dv::app {
 namespace {
 
 constexpr int kUsageError = 2;
 constexpr uint64_t kMaxFrames = 1'000'000'000'000;
-
-// CLI11's own check accepts NaN and infinity.
-std::string positive_number(const std::string& text) {
-  float value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  const bool good =
-      error == std::errc() && end == text.data() + text.size() && std::isfinite(value) && value > 0;
-  return good ? "" : text + " is not a number above 0";
-}
-
-std::string number_from_zero(const std::string& text) {
-  return text == "0" ? "" : positive_number(text);
-}
-
-std::string finite_number(const std::string& text) {
-  float value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  const bool good = error == std::errc() && end == text.data() + text.size() && std::abs(value) <= 1e6f;
-  return good ? "" : text + " is not a number between -1000000 and 1000000";
-}
-
-std::string anisotropy_number(const std::string& text) {
-  float value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  const bool good =
-      error == std::errc() && end == text.data() + text.size() && value >= 1 && value <= 16;  // rejects NaN
-  return good ? "" : text + " is not a number from 1 to 16";
-}
-
-// Parses "environment" or an sRGB colour.
-bool parse_background(std::string_view text, passes::Background& background) {
-  if (text == "environment") {
-    background.show_environment = true;
-    return true;
-  }
-  if (text.starts_with('#')) text.remove_prefix(1);  // optional: shells treat # as a comment
-  uint32_t rgb = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), rgb, 16);
-  if (error != std::errc() || end != text.data() + text.size() || text.size() != 6) return false;
-  for (int c = 0; c < 3; ++c) {
-    const float encoded = static_cast<float>(rgb >> (16 - 8 * c) & 0xff) / 255;
-    background.color[c] =
-        encoded <= 0.04045f ? encoded / 12.92f : std::pow((encoded + 0.055f) / 1.055f, 2.4f);
-  }
-  return true;
-}
 
 passes::ToneMap tone_map_named(const std::string& name) {
   if (name == "reinhard") return passes::ToneMap::reinhard;
@@ -363,7 +316,7 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
   app.name("fire3dv");
   app.formatter(std::make_shared<HelpFormatter>("[SCENE] [OPTIONS]"));
   app.footer("Details: man fire3dv, or docs/man/fire3dv.1.md. Offline rendering: fire3dv render --help.");
-  app.set_version_flag("--version", kVersion, "print the version and exit");
+  app.set_version_flag("--version", FIRE3DV_VERSION, "print the version and exit");
   app.set_help_flag("-h,--help", "print this help and exit");
   Texts texts;
   Given given{};

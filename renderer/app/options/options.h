@@ -8,10 +8,9 @@
 #include <variant>
 #include <vector>
 
-#include "protocol/base/peer_limits.h"
+#include "protocol/base/peer_budget.h"
 #include "renderer/app/loading/converted_scene.h"
-#include "renderer/app/options/play_options.h"
-#include "renderer/app/options/recording_options.h"
+#include "renderer/app/options/stream_options.h"
 #include "renderer/passes/environment/environment.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/sinks/window.h"
@@ -48,7 +47,7 @@ struct Options {
   bool exit_when_done = false;                      // end when the last stream has ended
   std::filesystem::path assets;                     // root folder of assets added by streams; empty: none
   std::string animate;                              // an animation's name, its index, or "all"; empty: none
-  std::string cache = "auto";                       // auto, off, beside or a folder: see cache_locations.h
+  std::string cache = "auto";                       // auto, off, beside or a folder: see disk_caches.h
   std::filesystem::path out;                        // folder of images; empty = none
   passes::ImageOutputs outputs;                     // outputs of each image in `out`
   std::filesystem::path stats;                      // CSV of times per frame; empty = none

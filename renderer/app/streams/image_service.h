@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "renderer/app/loading/live_scene.h"
-#include "renderer/app/streams/image_request_queue.h"
+#include "renderer/app/streams/image_requests.h"
 #include "renderer/app/streams/request_renderer.h"
 #include "renderer/app/streams/secondary_devices.h"
 

@@ -11,7 +11,6 @@
 #include <utility>
 #include <vector>
 
-#include "renderer/app/streams/request_camera.h"
 #include "renderer/app/streams/requested_image.h"
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/gpu/readback_ring.h"

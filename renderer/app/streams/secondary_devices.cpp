@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "renderer/app/loading/device_caches.h"
+#include "renderer/app/loading/disk_caches.h"
 #include "renderer/app/start.h"
 
 namespace fire3dv::app {

@@ -11,8 +11,8 @@
 #include <thread>
 #include <vector>
 
+#include "renderer/app/loading/disk_caches.h"
 #include "renderer/app/loading/live_scene.h"
-#include "renderer/app/options/cache_locations.h"
 #include "renderer/app/streams/request_renderer.h"
 #include "renderer/gpu/device/device.h"
 

@@ -16,10 +16,10 @@
 
 #include "protocol/transport/link.h"
 #include "protocol/wire/decode.h"
-#include "renderer/app/options/play_options.h"
-#include "renderer/app/streams/image_routing.h"
-#include "renderer/state/playout/clock_offset.h"
+#include "renderer/app/options/stream_options.h"
+#include "renderer/app/streams/image_requests.h"
 #include "renderer/state/pose_state.h"
+#include "renderer/state/stream_timing.h"
 
 namespace fire3dv::app {
 
@@ -64,7 +64,7 @@ class StreamReceiver final : public ImageReplies {
   // Borrowed; null (default): image requests are refused.
   void set_image_handler(ImageRequestHandler* handler) { image_handler_ = handler; }
   uint64_t refused_image_requests() const { return refused_image_requests_; }
-  // ImageReplies (stream_images.cpp).
+  // ImageReplies (image_requests.cpp).
   std::optional<Shown> shown(state::RequesterId requester) const override;
   void refuse_image(state::RequesterId requester, const wire::ImageRefused& refused, bool is_logged) override;
   bool send_image(state::RequesterId requester, const wire::ImageFrame& frame,

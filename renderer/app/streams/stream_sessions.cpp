@@ -6,7 +6,6 @@
 
 #include "protocol/wire/encode.h"
 #include "renderer/app/streams/stream_receiver.h"
-#include "renderer/app/version.h"
 
 namespace fire3dv::app {
 namespace {
@@ -44,7 +43,7 @@ std::string name_of(const wire::StreamDescription& description) {
 }
 
 std::string renderer_name() {
-  return std::string("fire3dv ") + kVersion;
+  return "fire3dv " FIRE3DV_VERSION;
 }
 
 // Never empty: a publisher with an unknown boot id must not count as local.

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "renderer/passes/visibility/boxes.h"
+#include "renderer/passes/outputs/planes_and_boxes.h"
 #include "renderer/scene/model/bounds.h"
 
 namespace fire3dv::app {

@@ -6,8 +6,8 @@
 
 #include "protocol/base/error.h"
 #include "renderer/passes/view.h"
-#include "renderer/scene/edits/scene_edits.h"
 #include "renderer/scene/model/scene.h"
+#include "renderer/scene/model/scene_edits.h"
 #include "renderer/state/pose_state.h"
 
 namespace fire3dv::app {

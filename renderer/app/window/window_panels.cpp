@@ -1,11 +1,15 @@
 #include "renderer/app/window/window_panels.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <utility>
 
+#include "protocol/base/clock.h"
 #include "renderer/app/start.h"
+#include "renderer/metrics/metric_families.h"
 
 namespace fire3dv::app {
+
 namespace {
 
 gui::Key panel_key(sinks::Key key) {
@@ -113,6 +117,169 @@ ViewerInput::Owners WindowPanels::take(sinks::Window& window, const sinks::Windo
 
 void WindowPanels::record(gpu::Recorder& recorder, gpu::StagingRing& staging, gpu::Image& image) {
   if (laid_out_) pass_.record(recorder, staging, image, *laid_out_, gui_.fonts(), gui_.fonts_number());
+}
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr size_t kMaxLines = 2000;
+constexpr auto kMemoryInterval = std::chrono::milliseconds(500);  // interval of system calls and averages
+
+double seconds_between(Clock::time_point from, Clock::time_point to) {
+  return std::chrono::duration<double>(to - from).count();
+}
+
+const char* clock_words(state::ClockOffset::Source source) {
+  switch (source) {
+    case state::ClockOffset::Source::none:
+      return "not measured yet";
+    case state::ClockOffset::Source::one_way:
+      return "bounded by arrivals";
+    case state::ClockOffset::Source::round_trip:
+      return "measured by pings";
+    case state::ClockOffset::Source::same_clock:
+      return "the same as ours";
+  }
+  return "";
+}
+
+// Resources with more than 1 % of the peer's limit in use, or with refusals.
+std::vector<gui::UseFact> notable_uses(const PeerBudget* budget) {
+  std::vector<gui::UseFact> uses;
+  if (!budget) return uses;
+  for (const ResourceInfo& info : resource_table()) {
+    const gui::UseFact use{info.resource, budget->used(info.resource), budget->limit(info.resource),
+                           budget->refused(info.resource)};
+    if (use.used > use.limit / 100 || use.refused > 0) uses.push_back(use);
+  }
+  return uses;
+}
+
+}  // namespace
+
+void ViewerFacts::note(const std::string& sentence) {
+  // Drops half at once: removing single lines would move all others each time.
+  if (facts_.log.size() == kMaxLines)
+    facts_.log.erase(facts_.log.begin(), facts_.log.begin() + kMaxLines / 2);
+  facts_.log.push_back({seconds_between(begun_, Clock::now()), sentence});
+  ++facts_.log_lines;
+}
+
+void ViewerFacts::drawn(const FrameCost& cost) {
+  facts_.frame.images = cost.frame_index + 1;
+  facts_.frame.interval_ms = cost.frame_ms;
+  facts_.frame.cpu_ms = cost.cpu_ms;
+  facts_.frame.pose_age_ms = cost.pose_age_ms;
+}
+
+void ViewerFacts::add(const gpu::FrameTimes& times) {
+  facts_.frame.gpu_ms = times.total_ms;
+  facts_.frame.passes.clear();
+  for (const gpu::PassTime& pass : times.passes)
+    facts_.frame.passes.push_back({pass.name, pass.milliseconds, pass.async_compute});
+}
+
+// Iterates over the scene only if the draw list changed.
+void ViewerFacts::set_scene(const scene::Scene& scene, uint64_t scene_number,
+                            const passes::SceneRenderer& renderer) {
+  const passes::GpuScene& gpu_scene = renderer.gpu_scene();
+  const std::pair now(scene_number, gpu_scene.draw_list_revision);
+  if (counted_ == now) return;
+  counted_ = now;
+  facts_.frame.triangles = 0;
+  for (const passes::Draw& draw : gpu_scene.draw_list.draws) {
+    const scene::Primitive& primitive = scene.primitives[draw.primitive];
+    if (primitive.topology == scene::Topology::triangles) facts_.frame.triangles += primitive.index_count / 3;
+  }
+  facts_.frame.clusters = gpu_scene.lod0_cluster_instance_count;
+}
+
+double ViewerFacts::rate_of(uint64_t epoch, uint64_t sequence) {
+  Rate& rate = rates_[epoch];
+  const Clock::time_point now = Clock::now();
+  if (!rate.is_known) rate = {sequence, now, 0, true};
+  if (now - rate.since < kMemoryInterval) return rate.hz;
+  const uint64_t frames = sequence - std::min(sequence, rate.sequence);
+  rate = {sequence, now, static_cast<double>(frames) / seconds_between(rate.since, now), true};
+  return rate.hz;
+}
+
+gui::StreamFact ViewerFacts::stream_fact(const StreamReceiver::Report& report, const StreamReceiver& receiver,
+                                         const state::PoseState& poses) {
+  const state::Stream& stream = poses.streams()[report.id];
+  gui::StreamFact fact;
+  fact.epoch = stream.epoch;
+  fact.name = stream.name;
+  fact.listener = report.listener;
+  fact.clock = clock_words(report.clock);
+  fact.condition = stream.condition;
+  fact.interpolated = stream.interpolated;
+  fact.delay_ns = poses.delay_ns(report.id);
+  fact.rate_hz = rate_of(stream.epoch, stream.header.sequence);
+  if (const auto published_ns = receiver.published_ns(stream.epoch, stream.header.publish_time_ns);
+      published_ns && stream.header.sequence != 0)
+    fact.age_ms = static_cast<double>(monotonic_ns() - *published_ns) * 1e-6;
+  fact.sequence = stream.header.sequence;
+  fact.sim_time_ns = stream.header.sim_time_ns;
+  fact.poses = static_cast<uint32_t>(stream.scene_node_of_pose.size());
+  fact.unmatched = static_cast<uint32_t>(stream.unmatched_names.size());
+  fact.conflicting = static_cast<uint32_t>(stream.conflicting_names.size());
+  fact.shown = stream.frames_received;
+  fact.incomplete = stream.frames_incomplete;
+  fact.stale = stream.frames_stale;
+  fact.refused = stream.frames_refused;
+  fact.baseless = stream.frames_without_base;
+  fact.overtaken = stream.frames_superseded;
+  fact.edits = stream.edits_received;
+  fact.edits_refused = stream.edits_refused;
+  fact.uses = notable_uses(report.budget.get());
+  fact.gaps_ms = poses.gaps_ms(report.id);
+  return fact;
+}
+
+const gui::Facts& ViewerFacts::begin_assembly(const scene::Scene& scene, uint64_t scene_number,
+                                              const StreamReceiver& receiver, const state::PoseState& poses,
+                                              const passes::SceneRenderer& renderer,
+                                              const gpu::Device& device, uint32_t camera_node,
+                                              bool recording_video) {
+  gui::FrameFacts& frame = facts_.frame;
+  set_scene(scene, scene_number, renderer);
+  const bool compute = renderer.raster_path() == passes::RasterPath::visibility;
+  frame.extent_px = {renderer.extent().width, renderer.extent().height};
+  frame.clusters_drawn.reset();
+  if (compute) frame.clusters_drawn = renderer.clusters_drawn().clusters;
+  frame.late_clusters = renderer.clusters_drawn().late_clusters;
+  frame.shadow_rays = renderer.shadow_rays();
+  frame.device = device.report().name;
+  frame.raster = compute ? "from a visibility buffer" : "forward";
+  frame.shadows = passes::describe(renderer.shadow_technique());
+  frame.samples = static_cast<uint32_t>(renderer.samples());
+  if (const Clock::time_point now = Clock::now(); now - memory_read_at_ >= kMemoryInterval) {
+    memory_read_at_ = now;
+    frame.gpu_bytes = device.allocated_bytes();
+    frame.resident_bytes = metrics::resident_bytes();
+  }
+
+  facts_.streams.clear();
+  std::map<uint64_t, Rate> still_there;
+  for (const StreamReceiver::Report& report : receiver.report()) {
+    facts_.streams.push_back(stream_fact(report, receiver, poses));
+    still_there[facts_.streams.back().epoch] = rates_[facts_.streams.back().epoch];
+  }
+  rates_ = std::move(still_there);
+  facts_.links.clear();
+  for (const StreamReceiver::LinkReport& link : receiver.links()) {
+    facts_.links.push_back({link.uri, link.stats.peers, link.stats.bytes_received, link.stats.poses_dropped,
+                            link.stats.frames_dropped, link.stats.rejected});
+  }
+  if (std::exchange(cameras_of_, scene_number) != scene_number)
+    cameras_ = scene::camera_nodes(scene);  // visits every node
+  facts_.camera.reset();
+  const auto camera = std::find(cameras_.begin(), cameras_.end(), camera_node);
+  if (camera != cameras_.end()) facts_.camera = static_cast<size_t>(camera - cameras_.begin());
+  facts_.recording_video = recording_video;
+  return facts_;
 }
 
 }  // namespace fire3dv::app

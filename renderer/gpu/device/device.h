@@ -12,10 +12,8 @@
 
 #include "protocol/base/error.h"
 #include "renderer/gpu/device/device_choice.h"
-#include "renderer/gpu/device/instance.h"
-#include "renderer/gpu/device/queue_choice.h"
+#include "renderer/gpu/device/queues.h"
 #include "renderer/gpu/device/vk.h"
-#include "renderer/gpu/forked_submit.h"
 #include "renderer/gpu/handle.h"
 #include "renderer/gpu/pipelines/pipeline_builder.h"
 

@@ -7,7 +7,7 @@
 #include <set>
 
 #include "renderer/gpu/device/device_features.h"
-#include "renderer/gpu/device/queue_choice.h"
+#include "renderer/gpu/device/queues.h"
 
 namespace fire3dv::gpu {
 namespace {

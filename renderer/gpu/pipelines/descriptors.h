@@ -1,9 +1,12 @@
-// Descriptor sets of one pass, with few fixed bindings. The scene's bindless set is in bindless_textures.h.
+// Descriptor sets: those of one pass, with few fixed bindings, and the bindless set of a scene's textures.
 #pragma once
 
+#include <array>
 #include <span>
+#include <vector>
 
 #include "renderer/gpu/device/device.h"
+#include "shaders/shared/bindings.h"
 
 namespace fire3dv::gpu {
 
@@ -20,6 +23,38 @@ class DescriptorSet {
       : pool_(create_descriptor_pool(device, 1, sizes)), set_(allocate_set(device, pool_.get(), layout)) {}
 
   const VkDescriptorSet& get() const { return set_; }
+
+ private:
+  DescriptorPool pool_;
+  VkDescriptorSet set_ = VK_NULL_HANDLE;
+};
+
+struct SampledTexture {
+  VkImageView view = VK_NULL_HANDLE;
+  VkSampler sampler = VK_NULL_HANDLE;
+};
+
+using EnvironmentTextures =
+    std::array<SampledTexture, FIRE3DV_BINDING_TEXTURES - FIRE3DV_BINDING_ENVIRONMENT_BACKGROUND>;
+
+// Bindless descriptor set 0, shared by all passes. It holds the scene's textures, the environment images and,
+// with ray queries, the top-level acceleration structure.
+class BindlessTextures {
+ public:
+  BindlessTextures() = default;
+  // layout: from create_layout, with room for the textures. environment: bindings from
+  // FIRE3DV_BINDING_ENVIRONMENT_BACKGROUND on. top_level may be VK_NULL_HANDLE. The set does not own the
+  // objects that it points to.
+  BindlessTextures(Device& device, VkDescriptorSetLayout layout, std::span<const SampledTexture> textures,
+                   const EnvironmentTextures& environment, VkAccelerationStructureKHR top_level);
+
+  // Creates the set layout for pipeline layouts, before any scene is loaded. Keep capacity small: lavapipe
+  // clears 256 bytes for each descriptor of a layout.
+  static SetLayout create_layout(Device& device, uint32_t capacity);
+  // Largest capacity that the device supports.
+  static uint32_t most(const Device& device);
+
+  VkDescriptorSet set() const { return set_; }
 
  private:
   DescriptorPool pool_;

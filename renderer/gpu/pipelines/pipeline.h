@@ -1,12 +1,15 @@
-// Pipelines built from the embedded shaders. Shaders reach their data by device address from push constants;
-// descriptors serve textures, the acceleration structure and a frame's images.
+// Pipelines built from the embedded shaders: compute, graphics and ray tracing. Shaders reach their data by
+// device address from push constants; descriptors serve textures, the acceleration structure and a frame's
+// images.
 #pragma once
 
 #include <span>
 #include <string_view>
 #include <vector>
 
+#include "protocol/base/digest.h"
 #include "renderer/gpu/device/device.h"
+#include "renderer/gpu/resources.h"
 
 namespace fire3dv::gpu {
 
@@ -44,5 +47,29 @@ struct GraphicsPipelineInfo {
 };
 // Cull mode, front face, viewport and scissor are dynamic.
 Pipeline create_graphics_pipeline(Device& device, VkPipelineLayout layout, const GraphicsPipelineInfo& info);
+
+// Ray-tracing pipeline with its shader binding table: one ray-generation, one miss and one any-hit shader.
+// The any-hit shader serves triangles that are not opaque.
+class RayPipeline {
+ public:
+  RayPipeline() = default;
+  RayPipeline(Device& device, VkPipelineLayout layout, std::string_view raygen, std::string_view miss,
+              std::string_view any_hit);
+
+  // arguments: address of a VkTraceRaysIndirectCommandKHR. The caller binds descriptor sets and push
+  // constants.
+  void trace(VkCommandBuffer commands, VkDeviceAddress arguments) const;
+  VkPipeline get() const { return pipeline_.get(); }
+
+ private:
+  Device* device_ = nullptr;
+  Pipeline pipeline_;
+  Buffer table_;
+  VkStridedDeviceAddressRegionKHR raygen_{}, miss_{}, hit_{};
+};
+
+// Cache key for device-dependent artefacts: device and driver identity, and a digest of the shaders.
+// beginning: name prefix of the shaders to include; "" for all.
+Digest device_kind(const VkPhysicalDeviceProperties& device, std::string_view beginning);
 
 }  // namespace fire3dv::gpu

@@ -7,6 +7,7 @@
 #include <tuple>
 #include <vector>
 
+#include "renderer/gpu/device/vk.h"
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/gpu/pipelines/pipeline.h"
 #include "renderer/passes/environment/environment.h"
@@ -62,5 +63,11 @@ class ForwardPass {
   gpu::Buffer commands_;                     // VkDrawIndexedIndirectCommand[], one per draw of the list
   uint64_t commands_revision_ = UINT64_MAX;  // draw list revision of commands_
 };
+
+// Screen-space bounds of forward-only draws (blended surfaces, lines, points).
+// Empty where none is in view. The whole image for unknown bounds: deformed meshes, and boxes that cross the
+// eye plane.
+VkRect2D forward_bounds(const GpuScene& gpu_scene, const scene::Scene& scene, const state::PoseState& poses,
+                        const View& view, VkExtent2D extent);
 
 }  // namespace fire3dv::passes

@@ -1,4 +1,9 @@
-// Output planes derived from ids and depths; see plane_layout.h.
+// Output planes derived from ids and depths.
+//
+// With four samples, the primitive instance with most samples of a pixel wins. Ties select the nearest one
+// with a triangle over the centre, then the background, then the first sample. Depth is that at the centre,
+// or the mean over the instance's samples if none of its triangles covers the centre. Motion excludes mesh
+// deformation.
 #pragma once
 
 #include <memory>
@@ -6,7 +11,7 @@
 
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/gpu/pipelines/pipeline.h"
-#include "renderer/passes/outputs/plane_layout.h"
+#include "renderer/passes/outputs/planes_and_boxes.h"
 #include "renderer/passes/resources/gpu_scene.h"
 #include "renderer/passes/view.h"
 #include "shaders/shared/types.h"

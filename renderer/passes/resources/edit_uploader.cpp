@@ -4,9 +4,9 @@
 #include <cstddef>
 #include <utility>
 
-#include "renderer/passes/resources/material_records.h"
-#include "renderer/scene/edits/replaced_vertices.h"
-#include "renderer/scene/model/packed_vertices.h"
+#include "renderer/passes/resources/scene_materials.h"
+#include "renderer/scene/model/scene_edits.h"
+#include "renderer/scene/model/vertices.h"
 #include "shaders/shared/types.h"
 
 namespace fire3dv::passes {
@@ -25,7 +25,7 @@ const scene::Mesh* mesh_of(const scene::Scene& scene, uint32_t node) {
 }
 
 // Writes vertices in the order of the GPU's arrays.
-void write_vertices(Patches& patches, const GpuScene& gpu_scene, const InstanceVertices& own,
+void write_vertices(gpu::Patches& patches, const GpuScene& gpu_scene, const InstanceVertices& own,
                     const scene::Scene& scene, const scene::PosedVertices& posed) {
   std::vector<glm::vec3> positions;
   std::vector<scene::TangentFrame> frames;

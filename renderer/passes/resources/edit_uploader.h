@@ -4,10 +4,10 @@
 
 #include <map>
 
+#include "renderer/gpu/frame_ring.h"
 #include "renderer/passes/resources/gpu_scene.h"
 #include "renderer/passes/shadows/shadow_pass.h"
-#include "renderer/passes/visibility/patches.h"
-#include "renderer/scene/edits/scene_edits.h"
+#include "renderer/scene/model/scene_edits.h"
 
 namespace fire3dv::passes {
 
@@ -31,7 +31,7 @@ class EditUploader {
     GpuScene& gpu_scene;
     const scene::Scene& scene;
     const scene::SceneEdits& edits;
-    Patches patches;
+    gpu::Patches patches;
     bool draws = false;     // the draws or their primitives changed
     bool vertices = false;  // vertices were written
   };

@@ -4,7 +4,7 @@
 #include <set>
 #include <utility>
 
-#include "renderer/scene/edits/deformed_vertices.h"
+#include "renderer/scene/clusters/clusters.h"
 #include "shaders/shared/types.h"
 
 namespace fire3dv::passes {

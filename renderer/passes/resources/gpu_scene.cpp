@@ -5,11 +5,11 @@
 #include <optional>
 
 #include "protocol/base/parallel.h"
-#include "renderer/passes/resources/material_records.h"
-#include "renderer/passes/shadows/ray_geometry.h"
+#include "renderer/passes/resources/scene_materials.h"
+#include "renderer/passes/resources/scene_parts.h"
 #include "renderer/scene/clusters/clusters.h"
-#include "renderer/scene/edits/scene_edits.h"
 #include "renderer/scene/model/math.h"
+#include "renderer/scene/model/scene_edits.h"
 #include "shaders/shared/types.h"
 
 namespace fire3dv::passes {

@@ -7,14 +7,13 @@
 #include <vector>
 
 #include "renderer/gpu/acceleration.h"
-#include "renderer/gpu/bindless_textures.h"
+#include "renderer/gpu/frame_ring.h"
+#include "renderer/gpu/pipelines/descriptors.h"
 #include "renderer/gpu/resources.h"
-#include "renderer/gpu/staging_ring.h"
-#include "renderer/passes/resources/deformed_shapes.h"
+#include "renderer/passes/resources/pose_passes.h"
+#include "renderer/passes/resources/scene_materials.h"
 #include "renderer/passes/resources/scene_parts.h"
-#include "renderer/passes/resources/scene_textures.h"
-#include "renderer/passes/visibility/draw_list.h"
-#include "renderer/scene/edits/derived.h"
+#include "renderer/scene/model/loaded_scene.h"
 #include "renderer/scene/model/scene.h"
 #include "renderer/state/pose_state.h"
 

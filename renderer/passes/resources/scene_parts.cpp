@@ -1,9 +1,11 @@
 #include "renderer/passes/resources/scene_parts.h"
 
 #include <algorithm>
+#include <span>
+#include <tuple>
 
 #include "renderer/passes/resources/gpu_scene.h"
-#include "renderer/scene/model/packed_vertices.h"
+#include "renderer/scene/model/vertices.h"
 
 namespace fire3dv::passes {
 namespace {
@@ -34,7 +36,128 @@ uint32_t part_flags(const scene::Scene& scene, uint32_t primitive, const scene::
          (caster.shape == scene::CasterShape::planar ? FIRE3DV_PART_PLANAR : 0);
 }
 
+// An id has 25 bits for the cluster instance, see gpu_types::ClusterInstance.
+constexpr uint64_t kMaxClusterInstances = (uint64_t{1} << 25) - 1;
+
+void add_clusters(Parts& all, std::span<const scene::Cluster> clusters, uint32_t part, uint32_t first,
+                  uint32_t count) {
+  for (uint32_t c = first; c < first + count; ++c) {
+    const scene::Cluster& cluster = clusters[c];
+    all.clusters.push_back({part, c, all.parts[part].node, cluster.first_vertex, cluster.first_triangle,
+                            cluster.vertex_count | cluster.triangle_count << 16});
+  }
+}
+
+// Adds all coarser clusters or none: a partial LOD hierarchy would leave holes.
+void add_coarser_clusters(const GpuScene& gpu_scene, std::span<const scene::Cluster> clusters, Parts& all) {
+  uint64_t count = all.clusters.size();
+  for (const gpu_types::PartRecord& part : all.parts)
+    count += gpu_scene.geometry[part.primitive].level_cluster_count;
+  if (count > kMaxClusterInstances) return;
+  for (uint32_t part = 0; part < all.parts.size(); ++part) {
+    if ((all.parts[part].flags & FIRE3DV_PART_DEFORMED) != 0) continue;
+    const scene::ClusteredPrimitive& geometry = gpu_scene.geometry[all.parts[part].primitive];
+    add_clusters(all, clusters, part, geometry.first_level_cluster, geometry.level_cluster_count);
+  }
+}
+
+// first_primitive: first of the primitives that represent the mesh.
+std::vector<gpu::TriangleGeometry> shadow_geometry(const scene::Scene& scene, const GpuScene& gpu_scene,
+                                                   const scene::Mesh& mesh, uint32_t first_primitive) {
+  std::vector<gpu::TriangleGeometry> geometries;
+  for (uint32_t i = 0; i < mesh.primitive_count; ++i) {
+    const uint32_t p = mesh.first_primitive + i;
+    const scene::ClusteredPrimitive& primitive = gpu_scene.geometry[first_primitive + i];
+    const scene::AlphaMode alpha_mode =
+        scene::drawn_alpha_mode(scene.materials[scene.primitives[p].material]);
+    gpu::TriangleGeometry geometry;
+    geometry.positions = gpu_scene.positions.address + uint64_t{primitive.first_vertex} * sizeof(glm::vec3);
+    geometry.indices = gpu_scene.indices.address + uint64_t{primitive.first_index} * sizeof(uint32_t);
+    geometry.vertex_count = primitive.vertex_count;
+    // Blended and transmissive surfaces cast no shadow. An empty geometry preserves the indices of the
+    // others.
+    geometry.triangle_count = casts_shadow(scene, p) ? primitive.index_count / 3 : 0;
+    geometry.opaque = alpha_mode == scene::AlphaMode::opaque;
+    geometries.push_back(geometry);
+  }
+  return geometries;
+}
+
+// True if all shadow-casting primitives of a mesh are opaque and have boxes.
+bool has_boxes_for_all(const scene::Scene& scene, std::span<const scene::ClusteredPrimitive> geometry,
+                       const scene::Mesh& mesh) {
+  for (uint32_t p = mesh.first_primitive; p < mesh.first_primitive + mesh.primitive_count; ++p) {
+    if (!casts_shadow(scene, p) || geometry[p].index_count == 0) continue;
+    const scene::Material& material = scene.materials[scene.primitives[p].material];
+    if (scene::drawn_alpha_mode(material) != scene::AlphaMode::opaque || geometry[p].ray_box_count == 0)
+      return false;
+  }
+  return true;
+}
+
+// The same as boxes, where rays are traced to boxes. Deformed meshes keep their triangles.
+std::vector<gpu::TriangleGeometry> still_geometry(const scene::Scene& scene, const GpuScene& gpu_scene,
+                                                  const scene::Mesh& mesh) {
+  std::vector<gpu::TriangleGeometry> geometries =
+      shadow_geometry(scene, gpu_scene, mesh, mesh.first_primitive);
+  if (!gpu_scene.ray_boxes || !has_boxes_for_all(scene, gpu_scene.geometry, mesh)) return geometries;
+  for (size_t i = 0; i < geometries.size(); ++i) {
+    const scene::ClusteredPrimitive& primitive = gpu_scene.geometry[mesh.first_primitive + i];
+    geometries[i].boxes = gpu_scene.ray_boxes.address;
+    if (geometries[i].triangle_count == 0) continue;
+    geometries[i].boxes += uint64_t{primitive.first_ray_box} * gpu::kBoxStride;
+    geometries[i].box_count = primitive.ray_box_count;
+  }
+  return geometries;
+}
+
 }  // namespace
+
+DrawList DrawList::collect(const scene::Scene& scene, const std::vector<bool>& mirrored,
+                           const std::vector<bool>& hidden) {
+  struct Candidate {
+    Draw draw;
+    scene::Topology topology;
+    scene::AlphaMode alpha_mode;
+    bool double_sided, inside_out;
+    uint32_t material;
+    auto key() const {
+      return std::tuple(alpha_mode, topology, double_sided, inside_out, material, draw.primitive, draw.node);
+    }
+    bool same_bin(const DrawBin& bin) const {
+      return topology == bin.topology && alpha_mode == bin.alpha_mode && double_sided == bin.double_sided &&
+             inside_out == bin.mirrored;
+    }
+  };
+  std::vector<Candidate> candidates;
+  for (uint32_t n = 0; n < scene.nodes.size(); ++n) {
+    const scene::Node& node = scene.nodes[n];
+    if (node.mesh == scene::kNone || (!hidden.empty() && hidden[n])) continue;
+    const scene::Mesh& mesh = scene.meshes[node.mesh];
+    for (uint32_t p = mesh.first_primitive; p < mesh.first_primitive + mesh.primitive_count; ++p) {
+      const uint32_t material = scene.primitives[p].material;
+      candidates.push_back({{n, p},
+                            scene.primitives[p].topology,
+                            scene::drawn_alpha_mode(scene.materials[material]),
+                            scene.materials[material].double_sided,
+                            mirrored[n],
+                            material});
+    }
+  }
+  std::sort(candidates.begin(), candidates.end(),
+            [](const Candidate& a, const Candidate& b) { return a.key() < b.key(); });
+
+  DrawList list;
+  for (const Candidate& c : candidates) {
+    if (list.bins.empty() || !c.same_bin(list.bins.back())) {
+      list.bins.push_back({c.topology, c.alpha_mode, c.double_sided, c.inside_out,
+                           static_cast<uint32_t>(list.draws.size()), 0});
+    }
+    list.bins.back().draw_count++;
+    list.draws.push_back(c.draw);
+  }
+  return list;
+}
 
 bool casts_shadow(const scene::Scene& scene, uint32_t primitive) {
   return !is_on_top(scene, scene.primitives[primitive]);
@@ -87,35 +210,6 @@ uint32_t transform_index_of(const scene::Scene& scene, uint32_t node) {
          (scene::is_mirrored_by_joints(scene, scene.nodes[node]) ? 1 : 0);
 }
 
-namespace {
-
-// An id has 25 bits for the cluster instance, see gpu_types::ClusterInstance.
-constexpr uint64_t kMaxClusterInstances = (uint64_t{1} << 25) - 1;
-
-void add_clusters(Parts& all, std::span<const scene::Cluster> clusters, uint32_t part, uint32_t first,
-                  uint32_t count) {
-  for (uint32_t c = first; c < first + count; ++c) {
-    const scene::Cluster& cluster = clusters[c];
-    all.clusters.push_back({part, c, all.parts[part].node, cluster.first_vertex, cluster.first_triangle,
-                            cluster.vertex_count | cluster.triangle_count << 16});
-  }
-}
-
-// Adds all coarser clusters or none: a partial LOD hierarchy would leave holes.
-void add_coarser_clusters(const GpuScene& gpu_scene, std::span<const scene::Cluster> clusters, Parts& all) {
-  uint64_t count = all.clusters.size();
-  for (const gpu_types::PartRecord& part : all.parts)
-    count += gpu_scene.geometry[part.primitive].level_cluster_count;
-  if (count > kMaxClusterInstances) return;
-  for (uint32_t part = 0; part < all.parts.size(); ++part) {
-    if ((all.parts[part].flags & FIRE3DV_PART_DEFORMED) != 0) continue;
-    const scene::ClusteredPrimitive& geometry = gpu_scene.geometry[all.parts[part].primitive];
-    add_clusters(all, clusters, part, geometry.first_level_cluster, geometry.level_cluster_count);
-  }
-}
-
-}  // namespace
-
 Parts collect_parts(const scene::Scene& scene, const std::vector<scene::Caster>& casters,
                     std::span<const scene::Cluster> clusters, const GpuScene& gpu_scene) {
   Parts all;
@@ -148,6 +242,38 @@ Parts collect_parts(const scene::Scene& scene, const std::vector<scene::Caster>&
   std::stable_sort(all.planar.begin(), all.planar.end(),
                    [](const auto& a, const auto& b) { return a.radius_m > b.radius_m; });
   return all;
+}
+
+bool needs_indices(const scene::Scene& scene, const scene::ClusteredGeometry& clustered,
+                   const SceneUses& uses, bool traces_rays) {
+  if (uses.drawn_forward || any_forward_only(scene)) return true;
+  if (std::any_of(scene.nodes.begin(), scene.nodes.end(), scene::is_deformed)) return true;
+  if (!traces_rays) return false;
+  return !uses.rays_to_boxes || clustered.ray_boxes.empty() ||
+         !std::all_of(scene.meshes.begin(), scene.meshes.end(), [&](const scene::Mesh& mesh) {
+           return has_boxes_for_all(scene, clustered.primitives, mesh);
+         });
+}
+
+std::vector<std::vector<gpu::TriangleGeometry>> static_geometry(const scene::Scene& scene,
+                                                                const GpuScene& gpu_scene) {
+  std::vector<std::vector<gpu::TriangleGeometry>> meshes(scene.meshes.size());
+  for (const scene::Node& node : scene.nodes) {
+    if (node.mesh == scene::kNone || scene::is_deformed(node) || !meshes[node.mesh].empty()) continue;
+    const scene::Mesh& mesh = scene.meshes[node.mesh];
+    meshes[node.mesh] = still_geometry(scene, gpu_scene, mesh);
+  }
+  return meshes;
+}
+
+std::vector<std::vector<gpu::TriangleGeometry>> deformed_geometry(const scene::Scene& scene,
+                                                                  const GpuScene& gpu_scene) {
+  std::vector<std::vector<gpu::TriangleGeometry>> meshes;
+  for (const scene::DeformedNode& shape : gpu_scene.deformed.nodes) {
+    const scene::Mesh& mesh = scene.meshes[scene.nodes[shape.node].mesh];
+    meshes.push_back(shadow_geometry(scene, gpu_scene, mesh, shape.first_primitive));
+  }
+  return meshes;
 }
 
 }  // namespace fire3dv::passes

@@ -1,5 +1,5 @@
-// Primitive instances (a primitive at a node) and their clusters, in scene order. Ids and draws refer to
-// them.
+// Lists that the GPU scene is made of: sorted draws, primitive instances with their clusters, and the
+// geometry of acceleration structures.
 #pragma once
 
 #include <cstdint>
@@ -8,13 +8,48 @@
 #include <vector>
 
 #include "renderer/scene/clusters/clusters.h"
+#include "renderer/scene/model/loaded_scene.h"
 #include "renderer/scene/model/scene.h"
-#include "renderer/scene/model/shadow_caster.h"
 #include "shaders/shared/geometry_types.h"
+
+namespace fire3dv::gpu {
+struct TriangleGeometry;
+}
 
 namespace fire3dv::passes {
 
 struct GpuScene;
+struct SceneUses;
+
+struct Draw {
+  uint32_t node = 0;
+  uint32_t primitive = 0;
+};
+
+// Draws with equal pipeline state.
+struct DrawBin {
+  scene::Topology topology = scene::Topology::triangles;
+  scene::AlphaMode alpha_mode = scene::AlphaMode::opaque;
+  bool double_sided = false;
+  bool mirrored = false;  // negative determinant: flips the winding
+  uint32_t first_draw = 0;
+  uint32_t draw_count = 0;
+
+  bool blended() const { return alpha_mode == scene::AlphaMode::blend; }
+  // Forward-only: the compute rasteriser cannot draw it.
+  bool is_forward_only() const { return blended() || topology != scene::Topology::triangles; }
+};
+
+// Draws of a scene, sorted by pipeline state, material and primitive to minimise state changes. It has no
+// Vulkan dependency, so that tests need no GPU.
+struct DrawList {
+  std::vector<Draw> draws;
+  std::vector<DrawBin> bins;  // opaque, then mask, then blend; in each: triangles, lines, points
+
+  // mirrored: per node, true for a negative determinant. hidden: per node, or empty if none is hidden.
+  static DrawList collect(const scene::Scene& scene, const std::vector<bool>& mirrored,
+                          const std::vector<bool>& hidden = {});
+};
 
 // A planar primitive instance.
 struct PlanarCaster {
@@ -24,6 +59,8 @@ struct PlanarCaster {
   float radius_m;  // of its mesh, in the rest pose
 };
 
+// Primitive instances (a primitive at a node) and their clusters, in scene order. Ids and draws refer to
+// them.
 struct Parts {
   std::vector<gpu_types::PartRecord> parts;
   std::vector<gpu_types::ClusterInstance> clusters;
@@ -52,5 +89,18 @@ glm::vec4 sphere_around(const scene::Scene& scene, const scene::Mesh& mesh);
 // the scene's own. One is the identity; the other mirrors, for meshes that their joints mirror, to preserve
 // the winding.
 uint32_t transform_index_of(const scene::Scene& scene, uint32_t node);
+
+// Need for index buffers: false where all draws use clusters, no mesh is deformed and rays are traced to
+// boxes only.
+bool needs_indices(const scene::Scene& scene, const scene::ClusteredGeometry& clustered,
+                   const SceneUses& uses, bool traces_rays);
+
+// Geometry of the bottom-level acceleration structures, as triangles or boxes. Geometries of each mesh, from
+// its positions, indices and boxes; empty for a mesh that only deformed nodes use.
+std::vector<std::vector<gpu::TriangleGeometry>> static_geometry(const scene::Scene& scene,
+                                                                const GpuScene& gpu_scene);
+// Geometries of each deformed node.
+std::vector<std::vector<gpu::TriangleGeometry>> deformed_geometry(const scene::Scene& scene,
+                                                                  const GpuScene& gpu_scene);
 
 }  // namespace fire3dv::passes

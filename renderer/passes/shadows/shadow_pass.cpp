@@ -206,7 +206,7 @@ void ShadowPass::set_scene(const scene::Scene& scene, const GpuScene& gpu_scene)
 void ShadowPass::upload_changes(gpu::Recorder& recorder, gpu::StagingRing& staging) {
   if (!state_.lights_changed && !state_.planar_casters_changed) return;
   // The last choice before the frame wins.
-  Patches patches;
+  gpu::Patches patches;
   if (std::exchange(state_.lights_changed, false)) {
     patches.write(state_.light_shadows, 0, std::span<const gpu_types::LightShadow>(state_.plan.shadows));
     patches.write(state_.view_requests, 0, std::span<const gpu_types::LightViewRequest>(state_.plan.views));

@@ -6,12 +6,11 @@
 #include <span>
 #include <vector>
 
-#include "renderer/gpu/pipelines/ray_pipeline.h"
+#include "renderer/gpu/frame_ring.h"
+#include "renderer/gpu/pipelines/pipeline.h"
 #include "renderer/passes/resources/targets.h"
 #include "renderer/passes/shadows/shadow_plan.h"
-#include "renderer/passes/shadows/shadow_technique.h"
 #include "renderer/passes/visibility/cluster_raster.h"
-#include "renderer/passes/visibility/patches.h"
 
 namespace fire3dv::gpu_types {
 struct Globals;

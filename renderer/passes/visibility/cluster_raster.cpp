@@ -6,7 +6,6 @@
 #include <iterator>
 #include <string>
 
-#include "renderer/passes/resources/scene_variant.h"
 #include "shaders/shared/types.h"
 
 namespace fire3dv::passes {

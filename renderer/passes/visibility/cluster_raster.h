@@ -8,14 +8,18 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <functional>
 #include <span>
 #include <vector>
 
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/gpu/pipelines/pipeline.h"
+#include "renderer/passes/frame_plan.h"
 #include "renderer/passes/resources/gpu_scene.h"
-#include "renderer/passes/visibility/cluster_target.h"
+#include "renderer/passes/resources/targets.h"
+#include "shaders/shared/bindings.h"
+#include "shaders/shared/types.h"
 
 namespace fire3dv::passes {
 
@@ -30,14 +34,6 @@ enum class RasterKind : uint8_t {
 constexpr bool is_of_lights(RasterKind kind) {
   return kind == RasterKind::lights || kind == RasterKind::lights_center_only;
 }
-
-// Culling level. All levels yield the same image.
-enum class Cull : uint8_t {
-  off,
-  view,       // frustum, back-face and small-primitive culling
-  hidden,     // also occlusion culling
-  automatic,  // occlusion culling in large scenes while it pays
-};
 
 // Number of tiles of an image for large triangles.
 VkExtent2D tiles_of(VkExtent2D extent);
@@ -132,6 +128,22 @@ class ClusterRaster {
            clusters_not_occluded_ = 0;  // of the last frames with one round and with two
   uint64_t frame_ = 0;
   uint32_t huge_capacity_ = 1u << 16;
+};
+
+// Specialisation constants of a pipeline (shaders/common/scene_variant.glsl).
+
+struct ShaderVariant {
+  uint32_t shadows = FIRE3DV_SHADOWS_ANY;
+  bool textures = true, masks = true, second_uv = true;
+
+  std::array<uint32_t, FIRE3DV_VARIANT_COUNT> constants() const {
+    std::array<uint32_t, FIRE3DV_VARIANT_COUNT> values{};
+    values[FIRE3DV_VARIANT_SHADOWS] = shadows;
+    values[FIRE3DV_VARIANT_TEXTURES] = textures;
+    values[FIRE3DV_VARIANT_MASKS] = masks;
+    values[FIRE3DV_VARIANT_SECOND_UV] = second_uv;
+    return values;
+  }
 };
 
 }  // namespace fire3dv::passes

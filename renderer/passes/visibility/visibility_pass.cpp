@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <string>
 
-#include "renderer/passes/resources/scene_variant.h"
+#include "renderer/passes/visibility/cluster_raster.h"
 #include "shaders/shared/bindings.h"
 
 namespace fire3dv::passes {

@@ -1,5 +1,6 @@
 // Cache of loaded scenes with their derived data. The key is the digest of the asset file; an entry is valid
-// while all other source files are unchanged, too.
+// while all other source files are unchanged, too. Entries are binary files for this build on this machine.
+// Untrusted: reads validate everything and return either a valid scene or an error.
 #pragma once
 
 #include <filesystem>
@@ -8,10 +9,32 @@
 #include <vector>
 
 #include "protocol/base/error.h"
-#include "renderer/scene/cache/digest_cache.h"
-#include "renderer/scene/cache/scene_file.h"
+#include "renderer/scene/cache/cache_files.h"
+#include "renderer/scene/files.h"
+#include "renderer/scene/model/loaded_scene.h"
+#include "renderer/scene/model/scene.h"
 
 namespace fire3dv::scene {
+
+struct CachedScene {
+  LoadedScene loaded;
+  std::vector<SourceFile> sources;
+};
+
+// Format identifier at the start of each file; other builds have other identifiers.
+Digest scene_file_format_id();
+
+// Total bytes of all arrays, without names and other members.
+uint64_t array_bytes(const LoadedScene& loaded);
+
+// Writes atomically; concurrent writers of the same file are safe.
+Result<void> write_scene_file(const std::filesystem::path& path, const LoadedScene& loaded,
+                              const std::vector<SourceFile>& sources);
+
+// Errors describe the fault without the file's name. read_scene_sources() reads the list of source files
+// only.
+Result<std::vector<SourceFile>> read_scene_sources(const std::filesystem::path& path);
+Result<CachedScene> read_scene_file(const std::filesystem::path& path);
 
 struct SceneCacheSettings {
   enum class Place { nowhere, folder, beside_the_asset };

@@ -1,4 +1,4 @@
-#include "renderer/scene/clusters/cluster_groups.h"
+#include "renderer/scene/clusters/level_steps.h"
 
 #include <algorithm>
 #include <utility>

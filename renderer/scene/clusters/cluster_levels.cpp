@@ -1,4 +1,4 @@
-#include "renderer/scene/clusters/cluster_levels.h"
+#include "renderer/scene/clusters/clusters.h"
 
 #include <meshoptimizer.h>
 
@@ -6,11 +6,9 @@
 #include <cmath>
 
 #include "protocol/base/parallel.h"
-#include "renderer/scene/clusters/cluster_groups.h"
+#include "renderer/scene/clusters/level_steps.h"
 #include "renderer/scene/clusters/meshlets.h"
-#include "renderer/scene/clusters/simplify_patch.h"
-#include "renderer/scene/edits/deformed_vertices.h"
-#include "renderer/scene/model/packed_vertices.h"
+#include "renderer/scene/model/vertices.h"
 
 namespace fire3dv::scene {
 namespace {

@@ -1,6 +1,7 @@
 // Cluster geometry (meshlets) of the scene: up to 128 adjacent triangles with bounds, the unit of culling and
 // rasterisation. Vertices are reordered by cluster so that each cluster has one vertex range. Vertices that
-// clusters share are duplicated bit-exactly, so no cracks appear.
+// clusters share are duplicated bit-exactly, so no cracks appear. Also coarser levels of detail
+// (cluster_levels.cpp), and copies for deformed nodes.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +10,8 @@
 #include <span>
 #include <vector>
 
-#include "renderer/scene/model/ray_aabbs.h"
+#include "protocol/base/error.h"
+#include "renderer/scene/model/bounds.h"
 #include "renderer/scene/model/scene.h"
 
 namespace fire3dv::scene {
@@ -30,8 +32,8 @@ struct Cluster {
   uint32_t first_triangle = 0;  // into ClusteredGeometry::triangles
   uint32_t vertex_count = 0;
   uint32_t triangle_count = 0;
-  // LOD groups (cluster_levels.h): made_by created this cluster, merged_by replaces it by coarser clusters.
-  // made_by kNone: LOD 0; merged_by kNone: no coarser level.
+  // LOD groups (add_cluster_levels()): made_by created this cluster, merged_by replaces it by coarser
+  // clusters. made_by kNone: LOD 0; merged_by kNone: no coarser level.
   uint32_t made_by = kNone, merged_by = kNone;
 };
 
@@ -86,5 +88,46 @@ class ClusterIndices {
 
   std::vector<Run> runs_;
 };
+
+// Per-instance vertices of deformed nodes (skins, morph targets, replaced vertices). The copies follow the
+// scene's vertices; the deform pass rewrites them when a pose changes. Triangles are shared.
+//
+// True if a skin, morph targets or replaced vertices deform the node.
+bool is_deformed(const Node& node);
+
+// True if the joints of a skinned node invert the winding at rest. The node's own transform has no influence.
+bool is_mirrored_by_joints(const Scene& scene, const Node& node);
+
+// Upper bound on vertices of a mesh's copy, and of the copies of all deformed nodes.
+uint64_t corners_of_mesh(const Scene& scene, const Mesh& mesh);
+uint64_t deformed_corners(const Scene& scene);
+// About 5 GB of GPU memory if triangles share no vertices.
+constexpr uint64_t kMaxDeformedCorners = uint64_t{1} << 26;
+
+// Thousands of nodes may share a deformed mesh; fails above kMaxDeformedCorners.
+Result<void> check_deformed_copies(const Scene& scene);
+
+struct DeformedNode {
+  uint32_t node = 0;
+  uint32_t first_primitive = 0;  // first copied primitive in ClusteredGeometry::primitives
+};
+
+// Appends copies in node order.
+std::vector<DeformedNode> add_deformed_copies(const Scene& scene, ClusteredGeometry& geometry);
+
+// Cluster LOD hierarchy: groups of adjacent clusters are simplified to about half and cut into clusters again
+// (docs/design/levels-of-detail.md). Group borders are locked, and all levels reuse the file's vertices
+// bit-exactly. Error and sphere of a group enclose those of its sources. A cluster is drawn if the error of
+// made_by is below the limit and that of merged_by is not. This local test selects a watertight set without
+// seams (shaders/visibility/level_choice.glsl).
+//
+// Rays hit LOD 0 triangles, so shadow rays start off the surface by twice surface_error (the factor covers
+// sampling). Shadow maps of large scenes contain coarser triangles, dilated by the allowed error
+// (shaders/visibility/light_raster.glsl); shadow edges move by at most a quarter of a texel.
+//
+// Appends coarser clusters, their vertices, triangles and groups to the result of cut_clusters(). Covers
+// opaque and alpha-masked triangles of undeformed nodes. The result is independent of the number of threads.
+void add_cluster_levels(const Scene& scene, ClusteredGeometry& geometry,
+                        const std::function<void(size_t done, size_t total)>& progress = {});
 
 }  // namespace fire3dv::scene

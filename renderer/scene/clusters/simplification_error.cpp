@@ -1,12 +1,112 @@
-#include "renderer/scene/clusters/simplification_error.h"
-
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <span>
+#include <vector>
 
-#include "renderer/scene/model/triangle_grid.h"
+#include "renderer/scene/clusters/level_steps.h"
 
 namespace fire3dv::scene {
 namespace {
+
+// Uniform grid of triangles for nearest-point queries. Not thread-safe, since queries mark visited triangles.
+class TriangleGrid {
+ public:
+  TriangleGrid(std::span<const glm::vec3> positions, std::span<const uint32_t> indices);
+
+  float cell() const { return cell_; }
+
+  // Calls visitor(triangle) once per triangle whose cell is closer than enough(), in rings of cells from near
+  // to far. enough() is evaluated again for each ring.
+  template <typename Visitor, typename Enough>
+  void visit(const glm::vec3& point, const Visitor& visitor, const Enough& enough) {
+    ++visit_;
+    const glm::ivec3 center = cell_at(point);
+    // Distance to the border of the cell; points outside the grid are farther from all triangles.
+    const glm::vec3 inside = point - low_ - glm::vec3(center) * cell_;
+    const glm::vec3 to_border = glm::max(glm::min(inside, cell_ - inside), glm::vec3(0));
+    const float border = std::min(to_border.x, std::min(to_border.y, to_border.z));
+    for (int ring = 0; ring < kSide; ++ring) {
+      if (ring > 0 && border + static_cast<float>(ring - 1) * cell_ > enough()) return;
+      const glm::ivec3 low = glm::max(center - ring, glm::ivec3(0)),
+                       high = glm::min(center + ring, size_ - 1);
+      for (int z = low.z; z <= high.z; ++z) {
+        for (int y = low.y; y <= high.y; ++y) {
+          const bool face =
+              z == center.z - ring || z == center.z + ring || y == center.y - ring || y == center.y + ring;
+          for (int x = low.x; x <= high.x; ++x) {
+            if (face || x == center.x - ring || x == center.x + ring) visit_cell({x, y, z}, visitor);
+          }
+        }
+      }
+    }
+  }
+
+ private:
+  static constexpr int kSide = 24;  // maximum cells per side
+
+  glm::ivec3 cell_at(const glm::vec3& point) const {
+    return glm::clamp(glm::ivec3((point - low_) * inverse_cell_), glm::ivec3(0), size_ - 1);
+  }
+  size_t index(const glm::ivec3& cell) const {
+    return static_cast<size_t>((cell.z * size_.y + cell.y) * size_.x + cell.x);
+  }
+  template <typename Visitor>
+  void visit_cell(const glm::ivec3& cell, const Visitor& visitor) {
+    const size_t i = index(cell);
+    for (uint32_t t = first_[i]; t < first_[i + 1]; ++t) {
+      uint32_t& seen = seen_[triangles_[t]];
+      if (seen == visit_) continue;
+      seen = visit_;
+      visitor(triangles_[t]);
+    }
+  }
+
+  glm::vec3 low_{0};
+  float cell_ = 1, inverse_cell_ = 1;
+  glm::ivec3 size_{1};
+  std::vector<uint32_t> first_, triangles_, seen_;
+  uint32_t visit_ = 0;
+};
+
+TriangleGrid::TriangleGrid(std::span<const glm::vec3> positions, std::span<const uint32_t> indices) {
+  const size_t count = indices.size() / 3;
+  glm::vec3 low(INFINITY), high(-INFINITY);
+  for (uint32_t index : indices) {
+    low = glm::min(low, positions[index]);
+    high = glm::max(high, positions[index]);
+  }
+  if (count == 0) low = high = glm::vec3(0);
+  low_ = low;
+  // Cells per side: a surface of n triangles spans about sqrt(n / 2) of them.
+  const glm::vec3 extent = high - low;
+  const float longest = std::max(extent.x, std::max(extent.y, extent.z));
+  const float across = std::clamp(std::sqrt(0.5f * static_cast<float>(count)), 1.0f, kSide - 1.0f);
+  cell_ = longest > 0 ? longest / across : 1.0f;
+  inverse_cell_ = 1 / cell_;
+  if (!std::isfinite(inverse_cell_)) cell_ = inverse_cell_ = 1;
+  size_ = glm::clamp(glm::ivec3(extent * inverse_cell_) + 1, glm::ivec3(1), glm::ivec3(kSide));
+  first_.assign(index(size_ - 1) + 2, 0);
+  seen_.assign(count, 0);
+  auto each_cell = [&](size_t triangle, auto&& use) {
+    const glm::vec3 a = positions[indices[3 * triangle]], b = positions[indices[3 * triangle + 1]],
+                    c = positions[indices[3 * triangle + 2]];
+    const glm::ivec3 from = cell_at(glm::min(a, glm::min(b, c))), to = cell_at(glm::max(a, glm::max(b, c)));
+    for (int z = from.z; z <= to.z; ++z) {
+      for (int y = from.y; y <= to.y; ++y) {
+        for (int x = from.x; x <= to.x; ++x) use(index({x, y, z}));
+      }
+    }
+  };
+  for (size_t t = 0; t < count; ++t) each_cell(t, [&](size_t cell) { ++first_[cell + 1]; });
+  for (size_t cell = 0; cell + 1 < first_.size(); ++cell) first_[cell + 1] += first_[cell];
+  triangles_.resize(first_.back());
+  std::vector<uint32_t> next = first_;
+  for (size_t t = 0; t < count; ++t) {
+    each_cell(t, [&](size_t cell) { triangles_[next[cell]++] = static_cast<uint32_t>(t); });
+  }
+}
 
 constexpr float kSeen = 0.06f;
 // Normals and colours with a smaller difference are indistinguishable in an 8-bit image.

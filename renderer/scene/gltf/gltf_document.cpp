@@ -1,17 +1,188 @@
 #include "renderer/scene/gltf/gltf_document.h"
 
+#include <bit>
 #include <climits>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
 #include <nlohmann/json.hpp>
+#include <span>
+#include <string>
+#include <string_view>
 
-#include "renderer/scene/gltf/gltf_container.h"
+#include "protocol/base/error.h"
 #include "renderer/scene/gltf/gltf_parts.h"
-#include "renderer/scene/gltf/gltf_schema.h"
-#include "renderer/scene/gltf/meshes/gltf_meshopt.h"
 
 namespace fire3dv::scene {
 namespace {
 
+struct Container {
+  std::string_view json;
+  std::span<const std::byte> binary;  // BIN chunk of a GLB
+  bool has_binary = false;
+};
+
+static_assert(std::endian::native == std::endian::little, "glTF's numbers are read as they are in memory");
+
+constexpr uint32_t kMagic = 0x46546C67;      // "glTF"
+constexpr uint32_t kJsonChunk = 0x4E4F534A;  // "JSON"
+constexpr uint32_t kBinChunk = 0x004E4942;   // "BIN\0"
+constexpr size_t kHeaderBytes = 12, kChunkHeaderBytes = 8;
+
+uint32_t word_at(std::span<const std::byte> bytes, size_t offset) {
+  uint32_t word;
+  std::memcpy(&word, bytes.data() + offset, sizeof word);
+  return word;
+}
+
+std::string_view as_text(std::span<const std::byte> bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+// A GLB is detected by its magic, independent of the file name; other files are JSON.
+Result<Container> split_container(std::span<const std::byte> file) {
+  Container container;
+  if (file.size() < 4 || word_at(file, 0) != kMagic) {
+    container.json = as_text(file);
+    if (container.json.starts_with("\xEF\xBB\xBF")) container.json.remove_prefix(3);
+    return container;
+  }
+  if (file.size() < kHeaderBytes) return Error{"the GLB header is cut short"};
+  if (word_at(file, 4) != 2)
+    return Error{"GLB version " + std::to_string(word_at(file, 4)) + " is not supported: only 2 is"};
+  const size_t length = word_at(file, 8);
+  if (length > file.size() || length < kHeaderBytes) {
+    return Error{"the GLB header states " + std::to_string(length) + " bytes, but the file holds " +
+                 std::to_string(file.size())};
+  }
+  for (size_t offset = kHeaderBytes, chunk = 0; offset < length; ++chunk) {
+    const std::string name = "GLB chunk " + std::to_string(chunk);
+    if (length - offset < kChunkHeaderBytes) return Error{name + " is cut short"};
+    const size_t chunk_length = word_at(file, offset);
+    const uint32_t type = word_at(file, offset + 4);
+    offset += kChunkHeaderBytes;
+    if (chunk_length > length - offset) {
+      return Error{name + " states " + std::to_string(chunk_length) + " bytes, but only " +
+                   std::to_string(length - offset) + " follow"};
+    }
+    const auto data = file.subspan(offset, chunk_length);
+    offset += chunk_length;
+    if ((chunk == 0) != (type == kJsonChunk))
+      return Error{name + (chunk == 0 ? " is not the JSON" : " is a second JSON")};
+    if (type == kJsonChunk) container.json = as_text(data);
+    if (type == kBinChunk && !container.has_binary) {
+      container.binary = data;
+      container.has_binary = true;
+    }
+  }
+  if (container.json.empty()) return Error{"the GLB holds no JSON"};
+  return container;
+}
+
+// Upper bound on the number of JSON values, without parsing. Fails above max_depth, since JSON parsers and
+// printers recurse.
+Result<uint64_t> count_json_values(std::string_view json, uint32_t max_depth) {
+  uint32_t depth = 0;
+  uint64_t values = 1;
+  bool in_string = false;
+  for (size_t i = 0; i < json.size(); ++i) {
+    const char c = json[i];
+    if (in_string) {
+      if (c == '\\') ++i;
+      if (c == '"') in_string = false;
+    } else if (c == '"') {
+      in_string = true;
+    } else if (c == ',') {
+      ++values;
+    } else if (c == '{' || c == '[') {
+      ++values;
+      if (++depth > max_depth)
+        return Error{"the JSON is nested deeper than " + std::to_string(max_depth) + " levels"};
+    } else if ((c == '}' || c == ']') && depth > 0) {
+      --depth;
+    }
+  }
+  return values;
+}
+
 using nlohmann::json;
+
+const json& array_of(const json& object, const char* member) {
+  static const json kEmpty = json::array();
+  const auto found = object.find(member);
+  return found == object.end() ? kEmpty : *found;
+}
+
+Result<int> needed_index(const json& object, const char* member, const std::string& where) {
+  const auto found = object.find(member);
+  if (found == object.end() || !found->is_number()) return Error{where + ": " + member + " is missing"};
+  return found->get<int>();
+}
+
+Result<AnimationSource::Sampler> sampler_of(const json& source, const std::string& where) {
+  AnimationSource::Sampler sampler;
+  auto input = needed_index(source, "input", where);
+  if (!input) return input.error();
+  auto output = needed_index(source, "output", where);
+  if (!output) return output.error();
+  sampler.input = *input;
+  sampler.output = *output;
+  sampler.interpolation = source.value("interpolation", std::string("LINEAR"));
+  return sampler;
+}
+
+Result<AnimationSource::Channel> channel_of(const json& source, const std::string& where) {
+  AnimationSource::Channel channel;
+  auto sampler = needed_index(source, "sampler", where);
+  if (!sampler) return sampler.error();
+  channel.sampler = *sampler;
+  const auto target = source.find("target");
+  if (target == source.end() || !target->is_object()) return Error{where + ": target is missing"};
+  channel.node = target->value("node", -1);
+  channel.path = target->value("path", std::string());
+  if (channel.path.empty()) return Error{where + ".target: path is missing"};
+  return channel;
+}
+
+Result<AnimationSource> animation_of(const json& source, const std::string& where) {
+  AnimationSource animation;
+  animation.name = source.value("name", std::string());
+  const json& samplers = array_of(source, "samplers");
+  for (size_t i = 0; i < samplers.size(); ++i) {
+    auto sampler = sampler_of(samplers[i], where + "." + element("samplers", i));
+    if (!sampler) return sampler.error();
+    animation.samplers.push_back(std::move(*sampler));
+  }
+  const json& channels = array_of(source, "channels");
+  for (size_t i = 0; i < channels.size(); ++i) {
+    auto channel = channel_of(channels[i], where + "." + element("channels", i));
+    if (!channel) return channel.error();
+    animation.channels.push_back(std::move(*channel));
+  }
+  return animation;
+}
+
+// Moves skins and animations out of a document that passed check_and_reduce(). tinygltf refuses skins without
+// inverse bind matrices and channels without a node, both of which glTF allows.
+Result<void> take_motion(json& root, std::vector<SkinSource>& skins,
+                         std::vector<AnimationSource>& animations) {
+  for (const json& source : array_of(root, "skins")) {
+    SkinSource skin;
+    skin.name = source.value("name", std::string());
+    for (const json& joint : array_of(source, "joints")) skin.joints.push_back(joint.get<int>());
+    skin.inverse_bind_matrices = source.value("inverseBindMatrices", -1);
+    skins.push_back(std::move(skin));
+  }
+  const json& sources = array_of(root, "animations");
+  for (size_t i = 0; i < sources.size(); ++i) {
+    auto animation = animation_of(sources[i], element("animations", i));
+    if (!animation) return animation.error();
+    animations.push_back(std::move(*animation));
+  }
+  root.erase("skins");
+  root.erase("animations");
+  return {};
+}
 
 // Estimate for nlohmann::json: 16 bytes per value, plus a map node with its key for object members.
 constexpr uint64_t kBytesOfJsonValue = 128;

@@ -1,5 +1,5 @@
-// Parsed glTF file: tinygltf's model, and the bytes of buffers and images, which tinygltf never sees. Indices
-// in the model are not validated here.
+// Parsed glTF file: tinygltf's model, and the bytes of buffers and images, which tinygltf never sees. With
+// the steps before and after tinygltf (gltf_schema.cpp, gltf_meshopt.cpp).
 #pragma once
 
 #include <tiny_gltf.h>
@@ -8,17 +8,39 @@
 #include <cstddef>
 #include <filesystem>
 #include <limits>
+#include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "protocol/base/error.h"
-#include "renderer/scene/cache/file_stamp.h"
+#include "renderer/scene/cache/cache_files.h"
 #include "renderer/scene/files.h"
-#include "renderer/scene/gltf/gltf_motion.h"
 #include "renderer/scene/gltf/load_gltf.h"
 
 namespace fire3dv::scene {
+
+// Skins and animations of a glTF file, parsed directly from the JSON. Unchecked indices of the file; -1:
+// missing.
+struct SkinSource {
+  std::string name;
+  std::vector<int> joints;
+  int inverse_bind_matrices = -1;
+};
+
+struct AnimationSource {
+  struct Sampler {
+    int input = -1, output = -1;
+    std::string interpolation;
+  };
+  struct Channel {
+    int sampler = -1, node = -1;
+    std::string path;
+  };
+  std::string name;
+  std::vector<Sampler> samplers;
+  std::vector<Channel> channels;
+};
 
 struct ImageSource {
   std::string name;
@@ -67,5 +89,22 @@ inline Error out_of_range(const std::string& where, const char* array, int index
   return Error{where + " refers to " + array + "[" + std::to_string(index) + "], but there are " +
                std::to_string(size)};
 }
+
+// JSON schema check for glTF before tinygltf. tinygltf ignores members of a wrong type, truncates integers
+// and keeps unknown members. Here wrong types are errors that name the member, and unknown members are
+// removed.
+//
+// True for extensions that the loader implements.
+bool extension_supported(const std::string& name);
+
+// Validates and reduces the document in place. Warnings name removed parts.
+Result<void> check_and_reduce(nlohmann::json& document, std::vector<std::string>& warnings);
+
+// EXT_meshopt_compression: decodes each compressed buffer view into a new buffer and redirects the view to
+// it. Later stages see plain buffer views and never read fallback buffers. Requires the document's buffers.
+Result<void> decompress_buffer_views(nlohmann::json& root, const LoadLimits& limits, GltfDocument& document);
+
+// True if the buffer is a fallback of the extension; its bytes may be missing.
+bool is_meshopt_fallback(const nlohmann::json& buffer);
 
 }  // namespace fire3dv::scene

@@ -2,8 +2,6 @@
 
 #include <numbers>
 
-#include "renderer/scene/gltf/gltf_values.h"
-
 namespace fire3dv::scene {
 namespace {
 

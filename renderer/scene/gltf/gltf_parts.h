@@ -1,9 +1,15 @@
-// Loaders of the parts of a glTF document, in the order in which load_gltf() calls them. Each has a source
-// file of its name.
+// Loaders of the parts of a glTF document, in the order in which load_gltf() calls them, then those that they
+// call for skins and morph targets (meshes/gltf_deformation.cpp).
 #pragma once
 
+#include <tiny_gltf.h>
+
+#include <algorithm>
+#include <array>
 #include <cstdint>
+#include <cstdio>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "protocol/base/error.h"
@@ -35,5 +41,79 @@ Result<void> add_cameras(const GltfDocument& document, Scene& scene);
 // Requires nodes and morph weights. node_of_source: scene node of each file node, or kNone.
 Result<void> add_animations(const GltfDocument& document, const LoadLimits& limits,
                             std::span<const uint32_t> node_of_source, Scene& scene);
+
+// Skins: joints, inverse bind matrices and vertex influences. Accessors JOINTS_n and WEIGHTS_n of a
+// primitive; -1: none.
+struct InfluenceAccessors {
+  std::array<int, 2> joints{-1, -1}, weights{-1, -1};
+  auto operator<=>(const InfluenceAccessors&) const = default;
+};
+Result<InfluenceAccessors> influence_accessors(const tinygltf::Primitive& primitive, const std::string& where,
+                                               std::vector<std::string>& warnings);
+
+struct InfluenceRange {
+  uint32_t first = kNone, sets = 0, joint_limit = 0;
+};
+// source: accessor element of each vertex; empty: identity.
+Result<InfluenceRange> add_influences(const AccessorReader& reader, const InfluenceAccessors& accessors,
+                                      size_t count, std::span<const uint32_t> source,
+                                      const std::string& where, Scene& scene);
+
+// Also assigns skins to nodes. node_of_source: scene node of each file node, or kNone.
+Result<void> add_skins(const GltfDocument& document, const LoadLimits& limits,
+                       std::span<const uint32_t> node_of_source, Scene& scene);
+
+// Morph targets: vertex deltas and rest weights. Accessors of one target; -1: none.
+struct MorphAccessors {
+  int position = -1, normal = -1, tangent = -1;
+  auto operator<=>(const MorphAccessors&) const = default;
+};
+std::vector<MorphAccessors> morph_accessors(const tinygltf::Primitive& primitive, const std::string& where,
+                                            std::vector<std::string>& warnings);
+
+// Fails unless all primitives of the mesh have the same number of targets.
+Result<uint32_t> morph_target_count(const tinygltf::Mesh& mesh, const std::string& where);
+
+// Base vertices of a primitive, in the scene's layout.
+struct MorphBase {
+  size_t source_count = 0;           // elements per accessor
+  std::span<const uint32_t> source;  // accessor element of each vertex; empty: identity
+  std::span<const glm::vec3> positions;
+  std::span<const VertexAttributes> attributes;
+  // Triangles with generated flat normals; empty if the file has normals.
+  std::span<const uint32_t> flat;
+};
+struct MorphRange {
+  uint32_t first = kNone, count = 0;
+};
+Result<MorphRange> add_morphs(const AccessorReader& reader, std::span<const MorphAccessors> targets,
+                              const MorphBase& base, const std::string& where, Scene& scene);
+
+// Weights of the node, else of its mesh, else 0.
+Result<void> add_morph_weights(const GltfDocument& document, const tinygltf::Node& source,
+                               const std::string& where, Node& node, Scene& scene);
+
+// Typed access to tinygltf::Value members of extensions and extras.
+inline double number_or(const tinygltf::Value& object, const char* member, double otherwise) {
+  return object.Has(member) && object.Get(member).IsNumber() ? object.Get(member).GetNumberAsDouble()
+                                                             : otherwise;
+}
+
+inline int index_or(const tinygltf::Value& object, const char* member, int otherwise) {
+  return object.Has(member) ? object.Get(member).GetNumberAsInt() : otherwise;
+}
+
+// Clamps a factor to its range, with a warning.
+inline float in_range_or_warn(double number, double low, double high, const std::string& name,
+                              std::vector<std::string>& warnings) {
+  const double taken = std::clamp(number, low, high);
+  if (taken != number) {
+    char limit[32];
+    std::snprintf(limit, sizeof limit, "%g", taken);
+    warnings.push_back(name + (number < low ? " is less than " : " is more than ") + limit +
+                       ", which is taken in its place");
+  }
+  return to_float(taken);
+}
 
 }  // namespace fire3dv::scene

@@ -1,4 +1,4 @@
-#include "renderer/scene/gltf/gltf_schema.h"
+#include "renderer/scene/gltf/gltf_document.h"
 
 #include <algorithm>
 #include <array>

@@ -8,7 +8,7 @@
 #include <span>
 
 #include "protocol/base/error.h"
-#include "renderer/scene/cache/file_stamp.h"
+#include "renderer/scene/cache/cache_files.h"
 #include "renderer/scene/files.h"
 #include "renderer/scene/model/scene.h"
 

@@ -1,4 +1,4 @@
-#include "renderer/scene/model/check_scene.h"
+#include "renderer/scene/model/loaded_scene.h"
 
 #include <algorithm>
 #include <atomic>
@@ -8,7 +8,7 @@
 #include <span>
 
 #include "protocol/base/parallel.h"
-#include "renderer/scene/edits/deformed_vertices.h"
+#include "renderer/scene/clusters/clusters.h"
 
 namespace fire3dv::scene {
 namespace {

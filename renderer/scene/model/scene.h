@@ -6,16 +6,14 @@
 #include <cstdint>
 #include <filesystem>
 #include <glm/glm.hpp>
+#include <glm/gtc/matrix_transform.hpp>
 #include <glm/gtc/quaternion.hpp>
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "renderer/scene/model/pixels.h"
+#include "renderer/scene/model/appearance.h"
 
 namespace fire3dv::scene {
-
-constexpr uint32_t kNone = UINT32_MAX;  // invalid index
 
 struct Node {
   std::string name;         // as in the file; may be empty or ambiguous
@@ -39,7 +37,7 @@ struct Node {
 };
 
 // Unpacked vertex attributes, for loaders and generators. The loader generates missing normals, and missing
-// tangents for materials with a normal map. Scene stores them packed (packed_vertices.h).
+// tangents for materials with a normal map. Scene stores them packed (vertices.h).
 struct VertexAttributes {
   glm::vec4 tangent{1, 0, 0, 1};  // w: sign of the bitangent
   glm::vec4 color{1};             // linear, 0 to 1
@@ -48,7 +46,7 @@ struct VertexAttributes {
   glm::vec3 normal{0, 0, 1};
 };
 
-// Packed unit normal and the z component and sign of the tangent; see packed_vertices.h.
+// Packed unit normal and the z component and sign of the tangent; see vertices.h.
 struct TangentFrame {
   std::array<int16_t, 3> normal{0, 0, INT16_MAX};
   int16_t tangent_z = 1;
@@ -160,98 +158,6 @@ struct Animation {
   float duration_s = 0;  // from 0 to the last key
 };
 
-struct TextureRef {
-  uint32_t texture = kNone;
-  uint32_t uv_set = 0;  // 0 or 1
-  glm::vec2 uv_offset{0};
-  float uv_rotation_rad = 0;
-  glm::vec2 uv_scale{1};
-};
-
-enum class AlphaMode : uint8_t { opaque, mask, blend };
-
-// glTF 2.0 metallic-roughness material. Factors are linear.
-struct Material {
-  std::string name;
-  glm::vec4 base_color{1};
-  float metallic = 1;
-  float roughness = 1;
-  glm::vec3 emissive{0};  // times KHR_materials_emissive_strength
-  float normal_scale = 1;
-  float occlusion_strength = 1;
-  float alpha_cutoff = 0.5f;
-  AlphaMode alpha_mode = AlphaMode::opaque;
-  bool double_sided = false;
-  bool unlit = false;
-  TextureRef base_color_texture, metallic_roughness_texture, normal_texture, occlusion_texture,
-      emissive_texture;
-
-  float ior = 1.5f;    // KHR_materials_ior
-  float specular = 1;  // KHR_materials_specular
-  glm::vec3 specular_color{1};
-  float clearcoat = 0;  // KHR_materials_clearcoat
-  float clearcoat_roughness = 0;
-  float clearcoat_normal_scale = 1;
-  glm::vec3 sheen_color{0};  // KHR_materials_sheen
-  float sheen_roughness = 0;
-  float transmission = 0;                               // KHR_materials_transmission, as a thin wall
-  TextureRef specular_texture, specular_color_texture;  // A; RGB
-  TextureRef clearcoat_texture, clearcoat_roughness_texture, clearcoat_normal_texture;  // R; G; normal
-  TextureRef sheen_color_texture, sheen_roughness_texture;                              // RGB; A
-  TextureRef transmission_texture;                                                      // R
-};
-
-// Effective alpha mode: transmissive materials are blended.
-AlphaMode drawn_alpha_mode(const Material& material);
-
-enum class Wrap : uint8_t { repeat, mirrored_repeat, clamp_to_edge };
-struct Sampler {
-  Wrap wrap_u = Wrap::repeat, wrap_v = Wrap::repeat;
-  bool nearest_mag = false, nearest_min = false, nearest_mip = false, use_mips = true;
-  bool operator==(const Sampler&) const = default;
-};
-
-struct Image {
-  std::string name;
-  uint32_t width = 0, height = 0;
-  Pixels rgba8;  // rows from the top, 4 bytes a pixel
-};
-
-// One use of an image: an image used both as colour and as data has two textures.
-struct Texture {
-  uint32_t image = 0;
-  Sampler sampler;
-  bool srgb = false;
-};
-
-enum class LightType : uint8_t { directional, point, spot };
-// KHR_lights_punctual. The light shines along its node's -Z.
-struct Light {
-  std::string name;
-  LightType type = LightType::point;
-  glm::vec3 color{1};            // linear
-  float intensity = 1;           // candela (point, spot) or lux (directional)
-  float range_m = 0;             // 0 = infinite
-  float radius_m = 0;            // point, spot: radius of the emitting sphere; above 0: soft shadows
-  float angular_radius_rad = 0;  // directional: half the subtended angle
-  float inner_cone_rad = 0;
-  float outer_cone_rad = 0.7853981634f;
-  bool casts_shadow = true;
-  bool operator==(const Light&) const = default;
-};
-
-struct Camera {
-  std::string name;
-  bool orthographic = false;
-  float vertical_fov_rad = 0.8f;
-  float aspect = 0;  // 0 = aspect of the image
-  float near_m = 0.01f;
-  float far_m = 0;             // 0 = infinite
-  glm::vec2 half_extent_m{1};  // orthographic
-  float exposure = 0;          // factor on linear colour; 0 = from the settings
-  bool operator==(const Camera&) const = default;
-};
-
 struct Scene {
   std::filesystem::path source;
   std::vector<Node> nodes;
@@ -285,9 +191,19 @@ struct Scene {
 
 // Nodes with a camera, in node order. Camera names on the command line match node names first, then camera
 // names.
-std::vector<uint32_t> camera_nodes(const Scene& scene);
+inline std::vector<uint32_t> camera_nodes(const Scene& scene) {
+  std::vector<uint32_t> nodes;
+  for (uint32_t index = 0; index < scene.nodes.size(); ++index) {
+    if (scene.nodes[index].camera != kNone) nodes.push_back(index);
+  }
+  return nodes;
+}
 
 // Composes translation, rotation and scale.
-glm::mat4 parent_from_parts(const glm::vec3& translation, const glm::quat& rotation, const glm::vec3& scale);
+inline glm::mat4 parent_from_parts(const glm::vec3& translation, const glm::quat& rotation,
+                                   const glm::vec3& scale) {
+  const glm::mat4 turn(glm::mat4_cast(glm::normalize(glm::dquat(rotation))));
+  return glm::scale(glm::translate(glm::mat4(1), translation) * turn, scale);
+}
 
 }  // namespace fire3dv::scene

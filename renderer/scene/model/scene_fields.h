@@ -1,8 +1,8 @@
 // Member lists of Scene and Derived for generic copies and serialisation. A new member needs one line here
-// and a check in check_scene.cpp; older cache files are then refused automatically (scene_file.cpp).
+// and a check in check_scene.cpp; older cache files are then refused automatically (scene_cache.cpp).
 #pragma once
 
-#include "renderer/scene/edits/derived.h"
+#include "renderer/scene/model/loaded_scene.h"
 #include "renderer/scene/model/scene.h"
 
 namespace fire3dv::scene {

@@ -1,4 +1,4 @@
-#include "renderer/scene/model/shadow_caster.h"
+#include "renderer/scene/model/loaded_scene.h"
 
 #include <algorithm>
 #include <bit>

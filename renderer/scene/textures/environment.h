@@ -1,11 +1,18 @@
 // Environment map: incoming radiance by direction as an equirectangular image. The image centre is -Z (the
-// view direction of a camera at rest), +X is to its right, +Y is at the top.
+// view direction of a camera at rest), +X is to its right, +Y is at the top. A default image, and
+// the reader of Radiance HDR (.hdr) files.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <glm/glm.hpp>
+#include <span>
+#include <string>
 #include <vector>
+
+#include "protocol/base/error.h"
 
 namespace fire3dv::scene {
 
@@ -32,5 +39,13 @@ EnvironmentImage make_environment(uint32_t width, uint32_t height,
 // Default environment: a neutral studio with a bright ceiling, a darker floor and two soft panels. It gives
 // metals something to reflect and keeps shadows from black.
 EnvironmentImage studio_environment();
+
+constexpr uint32_t kMaxEnvironmentWidth = 8192, kMaxEnvironmentHeight = 4096;
+
+// Reads a Radiance HDR file.
+Result<EnvironmentImage> load_environment(const std::filesystem::path& path);
+
+// name: file name for errors.
+Result<EnvironmentImage> decode_radiance_file(std::span<const std::byte> bytes, const std::string& name);
 
 }  // namespace fire3dv::scene

@@ -7,8 +7,7 @@
 #include <cstdlib>
 #include <optional>
 
-#include "protocol/base/atomic_file.h"
-#include "protocol/base/file_io.h"
+#include "protocol/base/files.h"
 #include "renderer/sinks/video/libav.h"
 
 namespace fire3dv::sinks {

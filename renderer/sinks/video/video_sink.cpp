@@ -3,7 +3,7 @@
 #include <span>
 #include <string>
 
-#include "renderer/sinks/frame_line.h"
+#include "renderer/sinks/output_text.h"
 
 namespace fire3dv::sinks {
 namespace {

@@ -1,7 +1,7 @@
 // Video sink with its own encoder thread:
 //
 //   VIDEO         the video file
-//   VIDEO.jsonl   one line per frame: camera and pose frames (frame_line.h)
+//   VIDEO.jsonl   one line per frame: camera and pose frames (output_text.h)
 //
 // Both files appear at finish(). A crashed run leaves only files NAME.part-XXXXXX.
 #pragma once
@@ -13,7 +13,7 @@
 #include <optional>
 #include <thread>
 
-#include "protocol/base/atomic_file.h"
+#include "protocol/base/files.h"
 #include "renderer/sinks/frame.h"
 #include "renderer/sinks/video/video_file.h"
 

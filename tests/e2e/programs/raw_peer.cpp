@@ -11,7 +11,7 @@
 #include <cstdio>
 #include <utility>
 
-#include "protocol/transport/core/uri.h"
+#include "protocol/transport/core/address.h"
 
 namespace fire3dv::test {
 namespace {

@@ -11,7 +11,7 @@
 #include "protocol/base/clock.h"
 #include "protocol/base/random.h"
 #include "protocol/base/unique_fd.h"
-#include "protocol/transport/core/uri.h"
+#include "protocol/transport/core/address.h"
 #include "protocol/transport/udp/udp_handshake.h"
 #include "protocol/transport/udp/udp_session.h"
 #include "tests/e2e/programs/raw_peer.h"

@@ -1,4 +1,4 @@
-// UDP session of a peer that builds its bundles of scene edits itself (protocol/transport/udp/udp_states.h).
+// UDP session of a peer that builds its bundles of scene edits itself (protocol/transport/udp/udp_control.h).
 #pragma once
 
 #include <cstddef>

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "renderer/scene/edits/deformed_vertices.h"
+#include "renderer/scene/clusters/clusters.h"
 
 namespace fire3dv::test {
 namespace {

@@ -6,7 +6,7 @@
 
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "renderer/passes/visibility/cluster_target.h"
+#include "renderer/passes/resources/targets.h"
 #include "tests/render/support/proof_bench.h"
 #include "tests/support/image_compare.h"
 

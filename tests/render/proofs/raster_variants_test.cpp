@@ -7,7 +7,6 @@
 #include "renderer/passes/visibility/visibility_pass.h"
 #include "shaders/shared/types.h"
 #include "tests/render/support/proof_bench.h"
-#include "tests/render/support/shader_bench.h"
 
 namespace fire3dv::test {
 namespace {

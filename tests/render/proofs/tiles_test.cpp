@@ -9,7 +9,6 @@
 #include "renderer/gpu/device/loader_commands.h"
 #include "shaders/shared/types.h"
 #include "tests/render/support/proof_bench.h"
-#include "tests/render/support/shader_bench.h"
 
 namespace fire3dv::test {
 namespace {

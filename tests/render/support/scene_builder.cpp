@@ -5,7 +5,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "renderer/passes/view.h"
-#include "renderer/scene/model/packed_vertices.h"
+#include "renderer/scene/model/vertices.h"
 
 namespace fire3dv::test {
 

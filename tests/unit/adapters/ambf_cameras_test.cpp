@@ -1,9 +1,8 @@
 // Test of the AMBF camera file reader: poses, parents and lenses.
-#include "adapters/ambf/camera_file.h"
+#include "adapters/ambf/nodes.h"
 
 #include <gtest/gtest.h>
 
-#include "adapters/ambf/node_table.h"
 #include "tests/support/gltf_builder.h"
 
 namespace fire3dv::ambf {

@@ -4,8 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "adapters/ambf/launch.h"
-#include "adapters/ambf/rate_limit.h"
+#include "adapters/ambf/session.h"
 #include "tests/support/gltf_builder.h"
 
 namespace fire3dv::ambf {

@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "fire3dv/image.h"
-#include "protocol/wire/image_block.h"
+#include "protocol/wire/image.h"
 #include "tests/unit/adapters/client_fixture.h"
 
 namespace fire3dv::test {

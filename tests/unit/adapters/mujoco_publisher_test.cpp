@@ -9,9 +9,9 @@
 #include <optional>
 #include <span>
 
-#include "adapters/mujoco/image_names.h"
+#include "adapters/mujoco/options.h"
 #include "adapters/mujoco/timing.h"
-#include "protocol/wire/image_block.h"
+#include "protocol/wire/image.h"
 #include "tests/unit/adapters/client_fixture.h"
 #include "tests/unit/adapters/mujoco_models.h"
 

@@ -4,9 +4,8 @@
 #include <algorithm>
 #include <sstream>
 
-#include "tools/lab/bench/frames/frame_options.h"
+#include "tools/lab/bench/frames/frame_commands.h"
 #include "tools/lab/bench/report/report.h"
-#include "tools/lab/bench/report/svg.h"
 
 namespace fire3dv::bench {
 namespace {

@@ -7,8 +7,8 @@
 #include <cstring>
 
 #include "renderer/passes/view.h"
-#include "renderer/scene/model/packed_vertices.h"
-#include "renderer/scene/model/shadow_caster.h"
+#include "renderer/scene/model/loaded_scene.h"
+#include "renderer/scene/model/vertices.h"
 #include "tools/lab/bench/bench_scene.h"
 #include "tools/lab/bench/shapes.h"
 

@@ -1,6 +1,6 @@
 // Test of cache folders, and of cache entries for pipelines and environment maps: no invalid entry reaches
 // the driver.
-#include "renderer/app/options/cache_locations.h"
+#include "renderer/app/loading/disk_caches.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,6 @@
 #include <iterator>
 #include <map>
 
-#include "renderer/app/loading/device_caches.h"
 #include "tests/support/gltf_builder.h"
 
 namespace fire3dv::app {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "renderer/gui/gui_tiles.h"
+#include "renderer/gui/gui_pass.h"
 #include "renderer/gui/widgets.h"
 #include "tests/unit/app/gui_world.h"
 

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "renderer/metrics/http_server.h"
-#include "renderer/metrics/peer_use.h"
+#include "renderer/metrics/metric_families.h"
 #include "tests/unit/transport/raw_socket.h"
 
 namespace fire3dv::metrics {

@@ -4,9 +4,9 @@
 
 #include <cmath>
 
-#include "renderer/offline/frame_times.h"
 #include "renderer/offline/recorded_streams.h"
-#include "renderer/state/playout/interpolate.h"
+#include "renderer/offline/timeline.h"
+#include "renderer/state/playout.h"
 #include "tests/unit/record/record_files.h"
 
 namespace fire3dv::offline {

@@ -7,8 +7,8 @@
 #include <deque>
 
 #include "protocol/wire/encode.h"
-#include "renderer/app/screenshots/stale_overlay.h"
-#include "renderer/app/streams/image_request_queue.h"
+#include "renderer/app/options/stream_options.h"
+#include "renderer/app/streams/image_requests.h"
 
 namespace fire3dv::app {
 namespace {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <glm/gtc/constants.hpp>
 
-#include "tools/convert/mesh/colors.h"
+#include "tools/convert/model.h"
 #include "tools/convert/readers.h"
 
 namespace fire3dv::convert {

@@ -1,12 +1,12 @@
 // Test of conversion records: a cached conversion is valid while no source file and no result has changed.
-#include "renderer/scene/cache/conversion_record.h"
+#include "renderer/scene/cache/cache_files.h"
 
 #include <gtest/gtest.h>
 
 #include <functional>
 
 #include "tests/support/gltf_builder.h"
-#include "tools/convert/sources.h"
+#include "tools/convert/model.h"
 
 namespace fire3dv::scene {
 namespace {

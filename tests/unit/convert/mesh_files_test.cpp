@@ -8,7 +8,7 @@
 
 #include "tests/support/gltf_builder.h"
 #include "tests/unit/convert/mesh_file_bytes.h"
-#include "tools/convert/mesh/colors.h"
+#include "tools/convert/model.h"
 
 namespace fire3dv::convert {
 namespace {

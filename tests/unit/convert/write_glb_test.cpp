@@ -1,6 +1,6 @@
 // Test of the GLB writer: the loader reads the written model back, and the file is valid glTF.
+#include "renderer/scene/model/vertices.h"
 #include "tools/convert/glb/write_glb.h"
-#include "renderer/scene/model/packed_vertices.h"
 
 #include <gtest/gtest.h>
 
@@ -12,8 +12,7 @@
 
 #include "renderer/scene/gltf/load_gltf.h"
 #include "tests/support/gltf_builder.h"
-#include "tools/convert/glb/glb_images.h"
-#include "tools/convert/mesh/shapes.h"
+#include "tools/convert/mesh/surfaces.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -1,5 +1,5 @@
 // Test of draw sorting, without a GPU.
-#include "renderer/passes/visibility/draw_list.h"
+#include "renderer/passes/resources/scene_parts.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Model check of frames that fork to the async compute queue: enumerates every execution order of two queues,
 // so that no timing hides a missing wait.
-#include "renderer/gpu/forked_submit.h"
+#include "renderer/gpu/device/queues.h"
 
 #include <gtest/gtest.h>
 

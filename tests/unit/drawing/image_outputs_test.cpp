@@ -6,10 +6,10 @@
 #include <nlohmann/json.hpp>
 
 #include "protocol/wire/image_outputs.h"
-#include "renderer/passes/outputs/plane_layout.h"
+#include "renderer/passes/outputs/planes_and_boxes.h"
 #include "renderer/passes/view.h"
-#include "renderer/sinks/frame_line.h"
-#include "renderer/sinks/npy.h"
+#include "renderer/sinks/file_sink.h"
+#include "renderer/sinks/output_text.h"
 
 namespace fire3dv {
 namespace {

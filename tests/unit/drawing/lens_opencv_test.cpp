@@ -4,7 +4,7 @@
 //   cv::fisheye::projectPoints(points, pixels, zero, zero, K, coefficients);
 #include <gtest/gtest.h>
 
-#include "renderer/passes/post/lens.h"
+#include "renderer/passes/post/lens_pass.h"
 
 namespace fire3dv::passes::test {
 namespace {

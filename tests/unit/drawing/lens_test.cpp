@@ -1,6 +1,6 @@
 // Test of lens models: undistortion inverts distortion, and the pinhole image behind a lens contains all
 // visible points.
-#include "renderer/passes/post/lens.h"
+#include "renderer/passes/post/lens_pass.h"
 
 #include <gtest/gtest.h>
 

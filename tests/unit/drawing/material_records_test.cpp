@@ -1,6 +1,6 @@
 // Test of material records in GPU layout: core materials stay small, and extensions are at the offsets that
 // shaders read.
-#include "renderer/passes/resources/material_records.h"
+#include "renderer/passes/resources/scene_materials.h"
 
 #include <gtest/gtest.h>
 

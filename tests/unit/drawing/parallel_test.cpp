@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "protocol/base/digest.h"
-#include "renderer/scene/edits/derived.h"
+#include "renderer/scene/model/loaded_scene.h"
 #include "tests/unit/geometry/mesh_scenes.h"
 
 namespace fire3dv::scene {

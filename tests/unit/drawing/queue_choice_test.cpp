@@ -1,5 +1,5 @@
 // Test of queue selection, without a device.
-#include "renderer/gpu/device/queue_choice.h"
+#include "renderer/gpu/device/queues.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Test of cluster growth: clusters are full and compact, separate distant parts, and grow in linear time on
 // adversarial meshes.
-#include "renderer/scene/clusters/cluster_growth.h"
+#include "renderer/scene/clusters/meshlets.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Test of cluster levels of detail (LOD): each selection covers the surface once, without cracks, and within
 // its stated error of LOD 0.
-#include "renderer/scene/clusters/cluster_levels.h"
+#include "renderer/scene/clusters/clusters.h"
 
 #include <gtest/gtest.h>
 

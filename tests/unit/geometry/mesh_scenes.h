@@ -6,8 +6,8 @@
 #include <random>
 #include <vector>
 
-#include "renderer/scene/model/packed_vertices.h"
 #include "renderer/scene/model/scene.h"
+#include "renderer/scene/model/vertices.h"
 
 namespace fire3dv::test {
 

@@ -1,5 +1,5 @@
 // Test of mip level generation: sizes, means in linear light, and rounding.
-#include "renderer/scene/textures/mip_generator.h"
+#include "renderer/scene/textures/images.h"
 
 #include <gtest/gtest.h>
 

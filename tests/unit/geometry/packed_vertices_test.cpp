@@ -1,5 +1,5 @@
 // Test of packed vertices: precision of normals and tangents, and optional attribute arrays.
-#include "renderer/scene/model/packed_vertices.h"
+#include "renderer/scene/model/vertices.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Test of the Radiance HDR reader and of packed environment images: decoded values, and refusals of damaged
 // files.
-#include "renderer/scene/textures/radiance_file.h"
+#include "renderer/scene/textures/environment.h"
 
 #include <gtest/gtest.h>
 

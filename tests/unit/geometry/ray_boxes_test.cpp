@@ -1,7 +1,7 @@
 // Test of ray boxes: each LOD 0 triangle is in exactly one box, within its bounds. The order of the boxes
 // gives an efficient tree.
-#include "renderer/scene/model/packed_vertices.h"
-#include "renderer/scene/model/ray_aabbs.h"
+#include "renderer/scene/model/bounds.h"
+#include "renderer/scene/model/vertices.h"
 
 #include <gtest/gtest.h>
 
@@ -10,8 +10,8 @@
 #include <random>
 #include <span>
 
-#include "renderer/scene/clusters/cluster_levels.h"
-#include "renderer/scene/edits/merge_scenes.h"
+#include "renderer/scene/clusters/clusters.h"
+#include "renderer/scene/model/loaded_scene.h"
 #include "tests/unit/geometry/mesh_scenes.h"
 
 namespace fire3dv::test {

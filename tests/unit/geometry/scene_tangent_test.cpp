@@ -1,7 +1,6 @@
 // Test of tangent generation (MikkTSpace conventions): closed-form small meshes, and models with their own
 // tangents as the reference.
-#include "renderer/scene/model/packed_vertices.h"
-#include "renderer/scene/model/tangents.h"
+#include "renderer/scene/model/vertices.h"
 
 #include <gtest/gtest.h>
 
@@ -15,7 +14,6 @@
 #include <random>
 
 #include "renderer/scene/gltf/load_gltf.h"
-#include "renderer/scene/model/vertices.h"
 #include "tests/support/gltf_builder.h"
 
 namespace fire3dv::scene {

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "renderer/scene/model/packed_vertices.h"
+#include "renderer/scene/model/vertices.h"
 
 namespace fire3dv::test {
 

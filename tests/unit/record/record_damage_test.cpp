@@ -5,8 +5,7 @@
 #include <algorithm>
 #include <random>
 
-#include "protocol/record/recover.h"
-#include "protocol/record/verify.h"
+#include "protocol/record/damage.h"
 #include "tests/unit/record/record_files.h"
 
 namespace fire3dv::record_test {

@@ -3,10 +3,9 @@
 
 #include <algorithm>
 
-#include "protocol/record/mcap/crc32.h"
-#include "protocol/record/recover.h"
-#include "protocol/record/schema_bytes.h"
-#include "protocol/record/verify.h"
+#include "protocol/record/channels.h"
+#include "protocol/record/damage.h"
+#include "protocol/record/mcap/bytes.h"
 #include "tests/unit/record/record_files.h"
 
 namespace fire3dv::record_test {

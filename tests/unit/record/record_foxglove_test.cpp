@@ -5,9 +5,9 @@
 #include <map>
 
 #include "frame_transforms_generated.h"
+#include "protocol/record/channels.h"
 #include "protocol/record/foxglove.h"
 #include "protocol/record/frame_counter.h"
-#include "protocol/record/schema_bytes.h"
 #include "scene_update_generated.h"
 #include "tests/unit/record/record_files.h"
 

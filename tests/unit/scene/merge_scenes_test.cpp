@@ -2,11 +2,10 @@
 // order.
 #include <cmath>
 
-#include "renderer/scene/edits/merge_scenes.h"
+#include "renderer/scene/model/loaded_scene.h"
 
-#include "renderer/scene/edits/replaced_vertices.h"
-#include "renderer/scene/model/check_scene.h"
-#include "renderer/scene/model/packed_vertices.h"
+#include "renderer/scene/model/scene_edits.h"
+#include "renderer/scene/model/vertices.h"
 #include "tests/unit/scene/loaded_scene.h"
 
 namespace fire3dv::scene {

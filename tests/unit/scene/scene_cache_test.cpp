@@ -14,9 +14,8 @@
 #include <thread>
 
 #include "renderer/scene/cache/cache_files.h"
-#include "renderer/scene/cache/file_stamp.h"
 #include "renderer/scene/gltf/load_gltf.h"
-#include "renderer/scene/model/check_scene.h"
+#include "renderer/scene/model/loaded_scene.h"
 #include "renderer/scene/model/scene_fields.h"
 #include "tests/support/gltf_builder.h"
 #include "tests/unit/app/motion_file.h"

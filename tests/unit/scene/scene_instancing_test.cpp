@@ -4,7 +4,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "renderer/scene/gltf/load_gltf.h"
-#include "renderer/state/bindings.h"
+#include "renderer/state/node_index.h"
 #include "tests/support/gltf_builder.h"
 #include "tests/unit/scene/loaded_scene.h"
 

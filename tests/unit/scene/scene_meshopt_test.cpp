@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "renderer/scene/gltf/load_gltf.h"
-#include "renderer/scene/model/packed_vertices.h"
+#include "renderer/scene/model/vertices.h"
 #include "tests/support/gltf_builder.h"
 #include "tests/unit/scene/loaded_scene.h"
 

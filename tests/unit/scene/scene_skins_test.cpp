@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "renderer/scene/model/packed_vertices.h"
+#include "renderer/scene/model/vertices.h"
 #include "tests/unit/app/motion_file.h"
 
 namespace fire3dv::scene {

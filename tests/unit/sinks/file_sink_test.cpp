@@ -12,9 +12,9 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "protocol/base/file_io.h"
+#include "protocol/base/files.h"
 #include "renderer/sinks/file_sink.h"
-#include "renderer/sinks/null_sink.h"
+#include "renderer/sinks/frame.h"
 #include "renderer/sinks/png.h"
 
 namespace fire3dv::sinks {

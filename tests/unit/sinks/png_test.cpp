@@ -9,8 +9,8 @@
 #include <fstream>
 #include <random>
 
+#include "renderer/sinks/output_text.h"
 #include "renderer/sinks/png.h"
-#include "renderer/sinks/text.h"
 
 namespace fire3dv::sinks {
 namespace {

@@ -14,7 +14,7 @@
 #include <variant>
 #include <vector>
 
-#include "renderer/scene/edits/scene_edits.h"
+#include "renderer/scene/model/scene_edits.h"
 #include "renderer/state/edit_registry.h"
 #include "renderer/state/pose_state.h"
 

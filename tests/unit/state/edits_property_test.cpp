@@ -13,7 +13,7 @@
 #include "protocol/transport/udp/udp_datagram.h"
 #include "protocol/wire/decode.h"
 #include "renderer/state/pose_state.h"
-#include "tools/lab/impair/udp_relay.h"
+#include "tools/lab/impair/relay.h"
 
 namespace fire3dv {
 namespace {

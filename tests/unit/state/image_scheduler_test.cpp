@@ -3,7 +3,7 @@
 
 #include <map>
 
-#include "renderer/state/image_scheduler.h"
+#include "renderer/state/image_requests.h"
 
 namespace fire3dv::state {
 namespace {

@@ -6,10 +6,9 @@
 #include <numbers>
 #include <random>
 
-#include "renderer/state/playout/clock_offset.h"
-#include "renderer/state/playout/interpolate.h"
-#include "renderer/state/playout/playout.h"
+#include "renderer/state/playout.h"
 #include "renderer/state/pose_state.h"
+#include "renderer/state/stream_timing.h"
 
 namespace fire3dv::state {
 namespace {

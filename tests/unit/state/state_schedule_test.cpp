@@ -4,9 +4,8 @@
 #include <cmath>
 #include <random>
 
-#include "renderer/state/liveness.h"
-#include "renderer/state/playout/playout.h"
-#include "renderer/state/playout/playout_schedule.h"
+#include "renderer/state/playout.h"
+#include "renderer/state/stream_timing.h"
 
 namespace fire3dv::state {
 namespace {

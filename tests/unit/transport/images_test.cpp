@@ -9,8 +9,8 @@
 #include <random>
 #include <thread>
 
-#include "protocol/transport/core/image_queue.h"
-#include "protocol/wire/image_block.h"
+#include "protocol/transport/tcp/tcp_send_queue.h"
+#include "protocol/wire/image.h"
 #include "tests/unit/transport/link_fixture.h"
 
 namespace fire3dv::transport::test {

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "protocol/base/unique_fd.h"
-#include "protocol/transport/core/uri.h"
+#include "protocol/transport/core/address.h"
 
 namespace fire3dv::transport::test {
 

@@ -1,5 +1,5 @@
 // Exhaustive model of the broadcast ring in the C++20 memory model, with one writer that reads nothing and
-// readers that write nothing. It runs the real steps (shm_ring_steps.h). docs/design/ring-model.md explains
+// readers that write nothing. It runs the real steps (shm_ring.h). docs/design/ring-model.md explains
 // why the search is complete.
 #pragma once
 
@@ -8,7 +8,7 @@
 #include <map>
 #include <vector>
 
-#include "protocol/transport/shm/shm_ring_steps.h"
+#include "protocol/transport/shm/shm_ring.h"
 
 namespace fire3dv::transport::test {
 

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "protocol/transport/core/keyed_states.h"
-#include "protocol/transport/udp/udp_states.h"
+#include "protocol/transport/udp/udp_control.h"
 #include "tests/unit/transport/link_fixture.h"
 
 namespace fire3dv::transport::test {

@@ -2,8 +2,8 @@
 #include <condition_variable>
 #include <mutex>
 
+#include "protocol/transport/core/address.h"
 #include "protocol/transport/core/link_factories.h"
-#include "protocol/transport/core/uri.h"
 #include "tests/unit/transport/raw_socket.h"
 #include "tests/unit/transport/secure_fixture.h"
 

@@ -1,9 +1,8 @@
 // Test of link URIs: forms, options, and refusals.
-#include "protocol/transport/core/uri.h"
+#include "protocol/transport/core/address.h"
 
 #include <gtest/gtest.h>
 
-#include "protocol/transport/core/address.h"
 
 namespace fire3dv::transport {
 namespace {

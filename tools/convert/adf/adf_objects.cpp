@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "renderer/scene/files.h"
-#include "tools/convert/text.h"
+#include "tools/convert/model.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -1,8 +1,9 @@
-// Appearance of ADF bodies: mesh files and built-in shapes, with materials of the file or colours of the
-// body, by AMBF's precedence. Bodies of equal appearance share a mesh.
+// Appearance of ADF bodies: mesh files and AMBF's built-in shapes, with materials of the file or colours of
+// the body, by AMBF's precedence. Bodies of equal appearance share a mesh.
 #pragma once
 
 #include <filesystem>
+#include <glm/glm.hpp>
 #include <map>
 #include <optional>
 #include <string>
@@ -14,6 +15,15 @@
 #include "tools/convert/model.h"
 
 namespace fire3dv::convert {
+
+// Meshes of AMBF's built-in shapes, centred as in AMBF, along Z. Without material.
+
+Surface box_surface(const glm::dvec3& full_extents);
+Surface ellipsoid_surface(const glm::dvec3& semi_axes);
+// Closed at both ends; a top radius of 0 makes a cone.
+Surface cylinder_surface(double height, double bottom_radius, double top_radius);
+// Square of 100 x 100 at `offset` along the normal, which need not be normalised.
+Surface plane_surface(const glm::dvec3& normal, double offset);
 
 // Search folders for a block's mesh.
 struct AdfSearchPaths {

@@ -1,4 +1,4 @@
-#include "tools/convert/glb/glb_images.h"
+#include "tools/convert/glb/write_glb.h"
 
 #include <png.h>
 

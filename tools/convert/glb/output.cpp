@@ -8,7 +8,7 @@
 #include <cstring>
 #include <string>
 
-#include "protocol/base/atomic_file.h"
+#include "protocol/base/files.h"
 #include "renderer/scene/cache/cache_files.h"
 #include "renderer/scene/files.h"
 

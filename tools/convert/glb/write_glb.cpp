@@ -11,9 +11,8 @@
 #include <ostream>
 #include <streambuf>
 
-#include "tools/convert/glb/glb_images.h"
-#include "tools/convert/mesh/repair.h"
-#include "tools/convert/text.h"
+#include "tools/convert/mesh/surfaces.h"
+#include "tools/convert/model.h"
 
 namespace fire3dv::convert {
 namespace {

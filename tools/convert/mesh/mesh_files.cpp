@@ -6,9 +6,8 @@
 #include <utility>
 
 #include "renderer/scene/files.h"
-#include "tools/convert/mesh/colors.h"
-#include "tools/convert/mesh/mesh_child.h"
-#include "tools/convert/text.h"
+#include "tools/convert/mesh/mesh_import.h"
+#include "tools/convert/model.h"
 
 namespace fire3dv::convert {
 namespace {

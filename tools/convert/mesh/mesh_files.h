@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "protocol/base/error.h"
-#include "tools/convert/local_files.h"
+#include "tools/convert/description_files.h"
 #include "tools/convert/model.h"
 
 namespace fire3dv::convert {

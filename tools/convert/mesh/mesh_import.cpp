@@ -17,10 +17,9 @@
 #include <tuple>
 
 #include "renderer/scene/files.h"
-#include "tools/convert/local_files.h"
-#include "tools/convert/mesh/surface_builder.h"
-#include "tools/convert/sources.h"
-#include "tools/convert/text.h"
+#include "tools/convert/description_files.h"
+#include "tools/convert/mesh/mesh_store.h"
+#include "tools/convert/model.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tools/convert/glb/glb_images.h"
-#include "tools/convert/mesh/colors.h"
-#include "tools/convert/mesh/shapes.h"
-#include "tools/convert/mjcf/mjcf_names.h"
+#include "tools/convert/glb/write_glb.h"
+#include "tools/convert/mesh/surfaces.h"
+#include "tools/convert/mjcf/mjcf_nodes.h"
+#include "tools/convert/model.h"
 
 namespace fire3dv::convert {
 namespace {

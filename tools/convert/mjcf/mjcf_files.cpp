@@ -12,10 +12,7 @@
 #include <utility>
 
 #include "renderer/scene/files.h"
-#include "tools/convert/description_kind.h"
-#include "tools/convert/local_files.h"
-#include "tools/convert/mesh/obj_files.h"
-#include "tools/convert/mjcf/mjcf_counts.h"
+#include "tools/convert/description_files.h"
 #include "tools/convert/xml_error.h"
 
 namespace fire3dv::convert {

@@ -7,15 +7,13 @@
 #include <utility>
 
 #include "renderer/scene/files.h"
-#include "tools/convert/glb/lights.h"
-#include "tools/convert/mesh/colors.h"
 #include "tools/convert/mesh/mesh_store.h"
-#include "tools/convert/mesh/shapes.h"
+#include "tools/convert/mesh/surfaces.h"
 #include "tools/convert/mjcf/mjcf_appearance.h"
 #include "tools/convert/mjcf/mjcf_files.h"
 #include "tools/convert/mjcf/mjcf_load.h"
-#include "tools/convert/mjcf/mjcf_names.h"
-#include "tools/convert/mjcf/mjcf_tendons.h"
+#include "tools/convert/mjcf/mjcf_nodes.h"
+#include "tools/convert/model.h"
 #include "tools/convert/readers.h"
 
 namespace fire3dv::convert {

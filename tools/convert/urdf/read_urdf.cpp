@@ -15,12 +15,11 @@
 #include <vector>
 
 #include "renderer/scene/files.h"
-#include "tools/convert/description_kind.h"
-#include "tools/convert/local_files.h"
-#include "tools/convert/mesh/colors.h"
+#include "tools/convert/description_files.h"
 #include "tools/convert/mesh/mesh_files.h"
 #include "tools/convert/mesh/mesh_store.h"
-#include "tools/convert/mesh/shapes.h"
+#include "tools/convert/mesh/surfaces.h"
+#include "tools/convert/model.h"
 #include "tools/convert/readers.h"
 #include "tools/convert/urdf/urdf_files.h"
 #include "tools/convert/xml_error.h"

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "protocol/base/error.h"
-#include "tools/convert/local_files.h"
-#include "tools/convert/sources.h"
+#include "tools/convert/description_files.h"
+#include "tools/convert/model.h"
 
 namespace fire3dv::convert {
 

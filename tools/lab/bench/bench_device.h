@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "renderer/gpu/device/device.h"
-#include "tools/lab/bench/frames/frame_options.h"
+#include "tools/lab/bench/frames/frame_commands.h"
 
 namespace fire3dv::bench {
 

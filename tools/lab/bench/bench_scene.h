@@ -1,16 +1,17 @@
-// Procedural scenes for frame time benchmarks. Half of the bodies are bumpy spheres, half subdivided boxes,
-// on a jittered grid above a ground. Half of each kind have unique meshes; the others share eight. A
-// directional light and spot lights light them; the camera shows all bodies during their whole motion.
-// Metres, +Y up.
+// Procedural scenes for frame time benchmarks, and their cameras. Half of the bodies are bumpy spheres, half
+// subdivided boxes, on a jittered grid above a ground. Half of each kind have unique meshes; the others share
+// eight. A directional light and spot lights light them; the camera shows all bodies during their whole
+// motion. Metres, +Y up.
 #pragma once
 
 #include <cstdint>
+#include <glm/glm.hpp>
 #include <string>
 #include <vector>
 
 #include "protocol/wire/messages.h"
 #include "renderer/scene/model/scene.h"
-#include "tools/lab/bench/surfaces.h"
+#include "tools/lab/bench/shapes.h"
 
 namespace fire3dv::bench {
 
@@ -54,5 +55,14 @@ struct Reach {
   float radius_m = 0;
 };
 Reach reach_of(const Body& body);
+
+constexpr float kCameraFovRad = 0.785398163f;  // vertical
+
+// Returns world_from_camera along a fixed direction, at the smallest distance that shows all bodies during
+// their whole motion. It centres their bounds. extent_m: initial guess of the distance.
+glm::mat4 camera_pose(const std::vector<Body>& bodies, float extent_m, float image_aspect);
+
+// Cameras on a circle around any scene. aspect: width / height of the images.
+std::vector<glm::mat4> circle_of_cameras(const scene::Scene& scene, uint32_t count, float aspect);
 
 }  // namespace fire3dv::bench

@@ -2,7 +2,7 @@
 // numbers give equal contents.
 #pragma once
 
-#include "renderer/gui/facts.h"
+#include "renderer/gui/panel_data.h"
 
 namespace fire3dv::bench {
 

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "protocol/base/clock.h"
+#include "protocol/record/channels.h"
 #include "protocol/record/playback.h"
-#include "protocol/record/schema_bytes.h"
 #include "protocol/record/stream_log.h"
 #include "protocol/wire/encode.h"
 #include "tools/lab/bench/report/statistics.h"

@@ -1,13 +1,41 @@
-// Shapes of the benchmark scenes with any triangle count: a bumpy sphere and a box with subdivided faces.
-// Both are watertight and have texture coordinates and tangents.
+// Shapes and materials of the benchmark scenes. A bumpy sphere and a box with subdivided faces have any
+// triangle count; both are watertight and have texture coordinates and tangents.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
+#include <glm/glm.hpp>
 #include <span>
+#include <vector>
 
 #include "renderer/scene/model/scene.h"
 
 namespace fire3dv::bench {
+
+// Portable random numbers (SplitMix64): distributions of the standard library differ between implementations.
+// Each generated object has its own seed, so that the order of generation does not matter.
+class Random {
+ public:
+  explicit Random(uint64_t seed) : state_(seed) {}
+
+  uint64_t bits() {
+    uint64_t z = state_ += 0x9e3779b97f4a7c15u;
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+    return z ^ (z >> 31);
+  }
+  float uniform(float low, float high) {
+    return low + (high - low) * static_cast<float>(static_cast<double>(bits() >> 11) * 0x1p-53);
+  }
+  glm::vec3 direction() {
+    const float y = uniform(-1, 1), phi = uniform(0, 6.28318531f);
+    const float r = std::sqrt(std::max(0.0f, 1 - y * y));
+    return {r * std::cos(phi), y, r * std::sin(phi)};
+  }
+
+ private:
+  uint64_t state_;
+};
 
 enum class ShapeKind : uint8_t { bumpy_sphere, box };
 
@@ -38,5 +66,19 @@ struct ShapeArrays {
 };
 
 void make_shape(const Shape& shape, const ShapeArrays& to);
+
+// Procedural materials of the benchmark scenes: 32 colours over eight texture sets (base colour, normal,
+// metallic-roughness).
+
+constexpr uint32_t kMaterials = 32;  // without the ground's
+
+struct Surfaces {
+  std::vector<scene::Image> images;
+  std::vector<scene::Texture> textures;
+  std::vector<scene::Material> materials;  // [0] default, [1] ground, then bodies
+};
+
+// side: texture size in pixels; 0: no textures.
+Surfaces make_surfaces(uint32_t side);
 
 }  // namespace fire3dv::bench

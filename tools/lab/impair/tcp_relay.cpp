@@ -1,4 +1,4 @@
-#include "tools/lab/impair/tcp_relay.h"
+#include "tools/lab/impair/relay.h"
 
 #include <netinet/tcp.h>
 #include <poll.h>
@@ -10,7 +10,6 @@
 
 #include "protocol/base/clock.h"
 #include "tools/lab/impair/impairment.h"
-#include "tools/lab/impair/relay.h"
 
 namespace fire3dv::impair {
 

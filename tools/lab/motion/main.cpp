@@ -1,23 +1,119 @@
 // Motion smoothness program fire3dv-motion: `send` publishes the reference motion, `watch` listens like a
 // renderer and reports the displayed error, `score` evaluates a recorded run again.
+
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <csignal>
+#include <cstdint>
 #include <cstdio>
 #include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <thread>
-
-#include <unistd.h>
+#include <utility>
 
 #include "fire3dv/client.hpp"
 #include "protocol/base/clock.h"
 #include "protocol/base/command_line.h"
+#include "protocol/transport/link.h"
 #include "protocol/transport/open.h"
+#include "protocol/wire/decode.h"
+#include "renderer/scene/model/scene.h"
+#include "renderer/state/pose_state.h"
 #include "tools/lab/motion/score.h"
-#include "tools/lab/motion/watcher.h"
 #include "tools/lab/options.h"
 #include "tools/listener_options.h"
+
+namespace fire3dv::motion {
+namespace {
+
+// Listener that records arrival times of the reference motion's frames.
+class Watcher {
+ public:
+  // Allocates the whole recording immediately, so that later memory growth is not the recording's.
+  explicit Watcher(size_t most_frames);
+
+  // Processes pending messages and updates the stream's condition.
+  void poll(transport::ListenerLink& link, int64_t now_ns);
+
+  bool has_begun() const { return !recording_.empty(); }
+  const Recording& recording() const { return recording_; }
+  uint64_t frames_missing() const { return frames_missing_; }  // skipped sequences
+  // Transitions to late and lost, and the current condition.
+  uint64_t times_late() const { return times_late_; }
+  uint64_t times_lost() const { return times_lost_; }
+  state::Condition condition() const { return condition_; }
+
+ private:
+  void take(transport::PeerId peer, std::span<const std::byte> message, int64_t received_ns);
+  void note_condition();
+
+  size_t most_frames_;
+  scene::Scene scene_;
+  state::PoseState poses_{scene_};
+  state::StreamId stream_ = state::kNone;
+  transport::PeerId peer_ = 0;
+  uint64_t epoch_ = 0;
+  wire::Decoder decoder_;
+  Recording recording_;
+  uint64_t frames_missing_ = 0;
+  state::Condition condition_ = state::Condition::live;
+  uint64_t times_late_ = 0, times_lost_ = 0;
+};
+
+using transport::LinkEvent;
+
+Watcher::Watcher(size_t most_frames) : most_frames_(most_frames) {
+  recording_.assign(most_frames, {});  // touches the pages, so that they are resident
+  recording_.clear();
+}
+
+void Watcher::poll(transport::ListenerLink& link, int64_t now_ns) {
+  link.poll([&](const LinkEvent& event) {
+    if (event.kind == LinkEvent::Kind::note)
+      std::fprintf(stderr, "fire3dv-motion: %s\n", std::string(event.text).c_str());
+    if (event.kind == LinkEvent::Kind::pose || event.kind == LinkEvent::Kind::control)
+      take(event.peer, event.message, event.received_ns != 0 ? event.received_ns : now_ns);
+    if (stream_ != state::kNone && event.peer == peer_) link.accept(peer_);
+  });
+  if (stream_ == state::kNone) return;
+  (void)poses_.advance(now_ns);
+  note_condition();
+}
+
+void Watcher::note_condition() {
+  using state::Condition;
+  const Condition was = std::exchange(condition_, poses_.streams()[stream_].condition);
+  if (was == condition_) return;
+  std::fprintf(stderr, "fire3dv-motion: %s\n", state::condition_name(condition_));
+  times_lost_ += condition_ == Condition::lost;
+  times_late_ += was == Condition::live;
+}
+
+void Watcher::take(transport::PeerId peer, std::span<const std::byte> message, int64_t received_ns) {
+  const auto decoded = decoder_.decode(message);
+  if (!decoded) return;
+  if (const auto* description = std::get_if<wire::StreamDescription>(&*decoded)) {
+    if (stream_ != state::kNone && description->epoch != epoch_) return;  // only the first stream is watched
+    peer_ = peer;
+    if (stream_ != state::kNone) return;
+    stream_ = poses_.add_stream(*description);
+    epoch_ = description->epoch;
+    return;
+  }
+  if (stream_ == state::kNone || peer != peer_) return;
+  const auto* frame = std::get_if<wire::PoseFrameView>(&*decoded);
+  if (frame == nullptr || !poses_.push(stream_, *frame, received_ns, received_ns)) return;
+  const wire::PoseFrameHeader& whole = poses_.streams()[stream_].header;
+  if (!has_begun()) std::fprintf(stderr, "fire3dv-motion: frames come\n");
+  if (has_begun()) frames_missing_ += whole.sequence - recording_.back().sequence - 1;
+  if (recording_.size() < most_frames_)
+    recording_.push_back({whole.sequence, whole.sim_time_ns, whole.publish_time_ns, received_ns});
+}
+
+}  // namespace
+}  // namespace fire3dv::motion
 
 namespace {
 

@@ -4,9 +4,8 @@
 #include <cmath>
 #include <optional>
 
-#include "renderer/state/liveness.h"
-#include "renderer/state/playout/clock_offset.h"
-#include "renderer/state/playout/playout.h"
+#include "renderer/state/playout.h"
+#include "renderer/state/stream_timing.h"
 
 namespace fire3dv::motion {
 namespace {

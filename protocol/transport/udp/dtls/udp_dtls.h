@@ -14,7 +14,6 @@
 
 #include "protocol/base/error.h"
 #include "protocol/transport/core/secret.h"
-#include "protocol/transport/udp/dtls/udp_datagram_bio.h"
 #include "protocol/transport/udp/dtls/udp_record.h"
 #include "protocol/transport/udp/udp_datagram.h"
 

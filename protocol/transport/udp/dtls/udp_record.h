@@ -1,9 +1,12 @@
-// Classification of datagrams by their DTLS 1.2 record headers (RFC 6347), which are not encrypted.
+// Datagrams of DTLS 1.2: their classification, and the BIO through which OpenSSL reads and writes them.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
+
+struct bio_st;
 
 namespace fire3dv::transport::udp {
 
@@ -13,6 +16,7 @@ constexpr size_t kRecordOverheadBytes = kRecordHeaderBytes + 16;
 // OpenSSL's replay window: a record that is at least this far behind the newest is dropped as late.
 constexpr uint64_t kRecordWindow = 64;
 
+// Classification of a datagram by its record headers (RFC 6347), which are not encrypted.
 struct RecordDatagram {
   enum class Kind {
     none,          // not sent by any FIRE-3DV peer
@@ -31,5 +35,20 @@ struct RecordDatagram {
 
 // Alerts are `none`: plaintext alerts can be forged, and messages of our own replace sealed ones.
 RecordDatagram inspect_records(std::span<const std::byte> datagram);
+
+struct DatagramEnds {
+  // Datagram of the next read; later reads return "retry".
+  std::span<const std::byte> incoming;
+  // Destination of the next application data record, so that sealing does not allocate.
+  std::span<std::byte> sealed;
+  size_t sealed_bytes = 0;
+  // All other written datagrams except alerts, which both sides ignore.
+  std::vector<std::vector<std::byte>> outgoing;
+};
+
+// In-memory datagram BIO: each read consumes one datagram and each write produces one. BIO_s_mem does not
+// preserve datagram boundaries; BIO_s_dgram_mem does, but needs OpenSSL 3.2. Returns null if out of memory.
+// `ends` must outlive the BIO.
+bio_st* make_datagram_bio(DatagramEnds& ends);
 
 }  // namespace fire3dv::transport::udp

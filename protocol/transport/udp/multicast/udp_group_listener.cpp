@@ -4,10 +4,10 @@
 #include <list>
 
 #include "protocol/base/clock.h"
-#include "protocol/transport/core/network_listener.h"
+#include "protocol/transport/core/network_link.h"
 #include "protocol/transport/udp/multicast/udp_group.h"
 #include "protocol/transport/udp/multicast/udp_group_socket.h"
-#include "protocol/transport/udp/udp_receive.h"
+#include "protocol/transport/udp/udp_poses.h"
 #include "protocol/transport/udp/udp_session.h"
 
 namespace fire3dv::transport::udp {

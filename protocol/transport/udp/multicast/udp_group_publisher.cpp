@@ -5,10 +5,10 @@
 
 #include "protocol/base/clock.h"
 #include "protocol/base/random.h"
-#include "protocol/transport/core/network_publisher.h"
+#include "protocol/transport/core/network_link.h"
 #include "protocol/transport/udp/multicast/udp_group.h"
 #include "protocol/transport/udp/multicast/udp_group_socket.h"
-#include "protocol/transport/udp/udp_pose_sender.h"
+#include "protocol/transport/udp/udp_poses.h"
 
 namespace fire3dv::transport::udp {
 namespace {

@@ -6,7 +6,6 @@
 #include "protocol/base/error.h"
 #include "protocol/base/unique_fd.h"
 #include "protocol/transport/core/address.h"
-#include "protocol/transport/core/uri.h"
 
 namespace fire3dv::transport::udp {
 

@@ -8,10 +8,6 @@
 
 #include "protocol/base/parallel.h"
 #include "renderer/scene/gltf/meshes/gltf_accessors.h"
-#include "renderer/scene/gltf/meshes/gltf_morphs.h"
-#include "renderer/scene/gltf/meshes/gltf_skins.h"
-#include "renderer/scene/model/packed_vertices.h"
-#include "renderer/scene/model/tangents.h"
 #include "renderer/scene/model/vertices.h"
 
 namespace fire3dv::scene {

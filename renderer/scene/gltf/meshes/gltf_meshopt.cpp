@@ -1,4 +1,4 @@
-#include "renderer/scene/gltf/meshes/gltf_meshopt.h"
+#include "renderer/scene/gltf/gltf_document.h"
 
 #include <meshoptimizer.h>
 

@@ -12,7 +12,7 @@
 
 #include "protocol/base/clock.h"
 #include "tests/unit/transport/sealed_peers.h"
-#include "tools/lab/impair/udp_relay.h"
+#include "tools/lab/impair/relay.h"
 
 namespace fire3dv::transport::test {
 namespace {

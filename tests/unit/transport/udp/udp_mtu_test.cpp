@@ -4,7 +4,7 @@
 #include "protocol/transport/udp/udp_handshake.h"
 #include "tests/unit/transport/raw_socket.h"
 #include "tests/unit/transport/secure_fixture.h"
-#include "tools/lab/impair/udp_relay.h"
+#include "tools/lab/impair/relay.h"
 
 namespace fire3dv::transport::test {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "protocol/transport/udp/udp_control.h"
 #include "protocol/transport/udp/udp_handshake.h"
-#include "protocol/transport/udp/udp_receive.h"
+#include "protocol/transport/udp/udp_poses.h"
 #include "protocol/transport/udp/udp_session.h"
 
 namespace fire3dv::transport::udp {

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "protocol/base/clock.h"
-#include "protocol/transport/udp/dtls/udp_acceptor.h"
-#include "protocol/transport/udp/udp_pose_sender.h"
+#include "protocol/transport/udp/udp_handshake.h"
+#include "protocol/transport/udp/udp_poses.h"
 #include "tests/unit/allocation_count.h"
 #include "tests/unit/transport/sealed_peers.h"
 

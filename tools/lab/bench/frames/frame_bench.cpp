@@ -2,14 +2,152 @@
 
 #include <unistd.h>
 
+#include <fstream>
+#include <random>
+#include <string>
 #include <thread>
 #include <utility>
 
 #include "protocol/base/clock.h"
 #include "protocol/transport/open.h"
+#include "protocol/wire/encode.h"
 #include "tools/lab/bench/panel_facts.h"
 
 namespace fire3dv::bench {
+
+namespace {
+
+constexpr uint64_t kStop = UINT64_MAX;
+constexpr int64_t kStepNs = 1'000'000;
+
+}  // namespace
+
+Result<std::unique_ptr<PoseFeed>> PoseFeed::open(const std::string& uri, std::vector<std::string> names,
+                                                 PoseAt pose_at) {
+  Result<std::unique_ptr<transport::PublisherLink>> link = transport::open_publisher(uri);
+  if (!link) return link.error();
+  std::unique_ptr<PoseFeed> feed(new PoseFeed);
+  feed->link_ = std::move(*link);
+  feed->pose_at_ = std::move(pose_at);
+  std::random_device random;
+  feed->epoch_ = (uint64_t{random()} << 32 | random()) | 1;
+  feed->count_ = static_cast<uint32_t>(names.size());
+
+  wire::StreamDescription description;
+  description.adapter_name = "fire3dv-bench";
+  description.epoch = feed->epoch_;
+  description.node_names = std::move(names);
+  description.nominal_rate_hz = 1e9 / kStepNs;
+  // A common boot_id disables interpolation: the renderer shows frames on arrival.
+  std::ifstream("/proc/sys/kernel/random/boot_id") >> description.clock.boot_id;
+  if (Result<void> described = feed->link_->set_description(wire::encode(description)); !described)
+    return described.error();
+  feed->thread_ = std::thread([raw = feed.get()] { raw->work(); });
+  return feed;
+}
+
+PoseFeed::~PoseFeed() {
+  wanted_ = kStop;
+  wanted_.notify_one();
+  if (thread_.joinable()) thread_.join();
+}
+
+uint64_t PoseFeed::ask_for_next() {
+  const uint64_t sequence = ++wanted_;
+  wanted_.notify_one();
+  return sequence;
+}
+
+void PoseFeed::work() {
+  wire::PoseFrameEncoder encoder;
+  std::vector<wire::Affine3x4> poses;
+  for (uint64_t sequence = 1;; ++sequence) {
+    // The step is computed before the request, as by a simulator that is ahead.
+    pose_at_(sequence, poses);
+    uint64_t wanted = wanted_;
+    while (wanted < sequence) {
+      wanted_.wait(wanted);
+      wanted = wanted_;
+    }
+    if (wanted == kStop) return;
+    wire::PoseFrameView frame;
+    frame.header.epoch = epoch_;
+    frame.header.sequence = sequence;
+    frame.header.sim_time_ns = static_cast<int64_t>(sequence) * kStepNs;
+    frame.header.publish_time_ns = static_cast<uint64_t>(fire3dv::monotonic_ns());
+    frame.node_count = count_;
+    frame.poses = poses;
+    link_->publish(encoder.encode(frame));
+  }
+}
+
+namespace {
+
+struct PassStage {
+  std::string_view pass;
+  Stage stage;
+};
+
+// Shadow maps are culled and drawn in the same dispatches as the camera view, so with shadows on "cull" and
+// "raster" include them. The main pass is therefore measured with shadows off.
+constexpr PassStage kTable[] = {
+    {"drives", Stage::poses},      {"poses", Stage::poses},         {"transforms", Stage::poses},
+    {"draws", Stage::poses},       {"morph weights", Stage::poses}, {"deform", Stage::poses},
+    {"tlas", Stage::tlas},         {"deformed blas", Stage::tlas},  {"tlas wait", Stage::tlas_wait},
+    {"surfaces", Stage::shading},  {"cull", Stage::cull},           {"draw commands", Stage::cull},
+    {"clear", Stage::raster},      {"raster", Stage::raster},       {"expand", Stage::raster},
+    {"tiles", Stage::raster},      {"depth", Stage::raster},        {"farthest depth", Stage::cull},
+    {"late cull", Stage::cull},    {"late raster", Stage::raster},  {"late expand", Stage::raster},
+    {"late tiles", Stage::raster}, {"light views", Stage::shadow},  {"classify", Stage::shadow},
+    {"trace", Stage::shadow},      {"shade", Stage::shading},       {"shade again", Stage::shading},
+    {"forward", Stage::shading},   {"post", Stage::post},           {"fxaa", Stage::post},
+    {"gui", Stage::gui},           {"read-back", Stage::readback},  {"held mark", Stage::gui},
+    {"counts", Stage::post},  // readback of counters
+};
+
+}  // namespace
+
+const char* stage_name(Stage stage) {
+  constexpr const char* kNames[] = {"poses",  "TLAS",    "TLAS wait", "cull", "raster",
+                                    "shadow", "shading", "post",      "GUI",  "read-back"};
+  static_assert(std::size(kNames) == kStages);
+  return kNames[static_cast<size_t>(stage)];
+}
+
+std::optional<Stage> stage_of(std::string_view pass) {
+  for (const PassStage& row : kTable) {
+    if (row.pass == pass) return row.stage;
+  }
+  return std::nullopt;
+}
+
+double StageTimes::main_pass_ms() const {
+  double sum = 0;
+  for (const Stage stage : {Stage::cull, Stage::raster, Stage::shading})
+    sum += ms[static_cast<size_t>(stage)];
+  return sum;
+}
+
+Result<StageTimes> stage_times(const gpu::FrameTimes& times) {
+  StageTimes result;
+  result.frame_ms = result.between_ms = times.total_ms;
+  for (const gpu::PassTime& pass : times.passes) {
+    const std::optional<Stage> stage = stage_of(pass.name);
+    if (!stage) {
+      return Error{
+          std::string("the pass \"") + pass.name +
+          "\" belongs to no stage of the report; give it one in tools/lab/bench/frames/frame_bench.cpp"};
+    }
+    result.ms[static_cast<size_t>(*stage)] += pass.milliseconds;
+    if (pass.async_compute) {
+      result.aside_ms += pass.milliseconds;
+    } else {
+      result.between_ms -= pass.milliseconds;
+    }
+  }
+  return result;
+}
+
 namespace {
 
 using fire3dv::monotonic_ns;

@@ -1,25 +1,76 @@
-// Frame time measurement of one scene. Each frame receives new poses from a publisher thread over the wire to
-// the GPU.
+// Frame time measurement of one scene, by stage. Each frame receives new poses from a publisher thread over
+// the wire to the GPU.
 #pragma once
 
+#include <array>
+#include <atomic>
+#include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <thread>
 #include <vector>
 
+#include "protocol/base/error.h"
+#include "protocol/transport/link.h"
+#include "protocol/wire/messages.h"
 #include "renderer/app/streams/stream_receiver.h"
 #include "renderer/gpu/device/device.h"
+#include "renderer/gpu/frame_ring.h"
 #include "renderer/gpu/readback_ring.h"
 #include "renderer/gui/gui.h"
 #include "renderer/gui/gui_pass.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/sinks/frame.h"
 #include "tools/lab/bench/bench_device.h"
-#include "tools/lab/bench/frames/stages.h"
-#include "tools/lab/bench/links/pose_feed.h"
 
 namespace fire3dv::bench {
+
+// Publisher thread that sends poses of one step per request over shared memory.
+class PoseFeed {
+ public:
+  // pose_at: fills the poses of a step, one per name. Called on the feed's thread.
+  using PoseAt = std::function<void(uint64_t step, std::vector<wire::Affine3x4>& poses)>;
+  static Result<std::unique_ptr<PoseFeed>> open(const std::string& uri, std::vector<std::string> names,
+                                                PoseAt pose_at);
+  ~PoseFeed();
+  PoseFeed(const PoseFeed&) = delete;
+  PoseFeed& operator=(const PoseFeed&) = delete;
+
+  // Requests the next step without blocking. Returns its sequence, from 1.
+  uint64_t ask_for_next();
+
+ private:
+  PoseFeed() = default;
+  void work();
+
+  std::unique_ptr<transport::PublisherLink> link_;
+  PoseAt pose_at_;
+  uint64_t epoch_ = 0;
+  uint32_t count_ = 0;
+  std::atomic<uint64_t> wanted_ = 0;
+  std::thread thread_;  // last, since it uses all members above
+};
+
+// Stages of the report. tlas_wait: time that the graphics queue waits for the async compute queue.
+enum class Stage : uint8_t { poses, tlas, tlas_wait, cull, raster, shadow, shading, post, gui, readback };
+constexpr size_t kStages = 10;
+const char* stage_name(Stage stage);
+
+// Maps a render pass to its stage. An unknown pass is an error, so that no time is lost.
+std::optional<Stage> stage_of(std::string_view pass);
+
+struct StageTimes {
+  std::array<double, kStages> ms{};
+  double aside_ms = 0;          // stage time on the async compute queue, overlapped with other stages
+  double between_ms = 0;        // frame time on the graphics queue outside all passes: barriers
+  double frame_ms = 0;          // from the start of the first pass to the end of the last one
+  double main_pass_ms() const;  // cull, raster and shading
+};
+Result<StageTimes> stage_times(const gpu::FrameTimes& times);
 
 // Settings of a row of the report.
 struct Condition {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tools/lab/bench/frames/frame_bench.h"
@@ -52,5 +53,26 @@ std::string plot_of(const Report& report);  // SVG
 
 // Writes NAME.md, NAME.csv and NAME.svg to an existing folder.
 Result<void> write_report(const Report& report, const std::filesystem::path& folder, const std::string& name);
+
+struct Point {
+  double x = 0, y = 0;
+};
+
+// SVG writer of the report's plot. Coordinates are pixels, y down.
+class Svg {
+ public:
+  Svg(double width, double height);
+
+  void line(Point from, Point to, const std::string& colour, double width = 1);
+  void polyline(const std::vector<Point>& points, const std::string& colour, bool dashed);
+  void circle(Point center, double radius, const std::string& colour);
+  enum class Anchor { start, middle, end };
+  void text(Point at, const std::string& words, Anchor anchor = Anchor::start, double size = 13);
+
+  std::string finish() const { return body_ + "</svg>\n"; }
+
+ private:
+  std::string body_;
+};
 
 }  // namespace fire3dv::bench

@@ -1,0 +1,262 @@
+// Validation of scene edits and of image messages.
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+
+#include "protocol/wire/check.h"
+
+namespace fire3dv::wire {
+namespace {
+
+std::string text_of(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%g", value);
+  return text;
+}
+
+struct Range {
+  double low, high;
+  bool open = false;  // excludes the bounds
+};
+
+// NaN is outside every range.
+Result<void> check_range(const std::string& field, double value, Range range) {
+  const bool good =
+      range.open ? value > range.low && value < range.high : value >= range.low && value <= range.high;
+  if (good) return {};
+  return Error{"SceneEdit." + field + " is " + text_of(value) + "; it must lie " +
+               (range.open ? "between " : "in ") + text_of(range.low) + (range.open ? " and " : " to ") +
+               text_of(range.high)};
+}
+
+template <size_t count>
+Result<void> check_each(const char* field, const std::array<float, count>& values, Range range) {
+  for (size_t i = 0; i < count; ++i)
+    if (auto good = check_range(std::string(field) + "[" + std::to_string(i) + "]", values[i], range); !good)
+      return good;
+  return {};
+}
+
+Result<void> check_vectors(const char* field, const std::vector<std::array<float, 3>>& vectors, float limit) {
+  for (size_t i = 0; i < vectors.size(); ++i) {
+    const auto& v = vectors[i];
+    if (std::fabs(v[0]) <= limit && std::fabs(v[1]) <= limit && std::fabs(v[2]) <= limit) continue;
+    const Range range{-double{limit}, double{limit}};
+    for (size_t axis = 0; axis < 3; ++axis)
+      if (auto good =
+              check_range(std::string(field) + "[" + std::to_string(i) + "][" + std::to_string(axis) + "]",
+                          v[axis], range);
+          !good)
+        return good;
+  }
+  return {};
+}
+
+class CheckValue {
+ public:
+  explicit CheckValue(const DecodeLimits& limits) : limits_(limits), most_(double{limits.max_abs_value}) {}
+
+  Result<void> operator()(const Cleared&) const { return {}; }
+  Result<void> operator()(const Visible&) const { return {}; }
+  Result<void> operator()(const NodeRemoved&) const { return {}; }
+
+  Result<void> operator()(const BaseColor& value) const { return check_each("rgba", value.rgba, {0, 1}); }
+
+  Result<void> operator()(const Light& value) const {
+    if (value.kind > LightKind::spot)
+      return Error{"SceneEdit.kind is " + std::to_string(static_cast<int>(value.kind)) +
+                   "; lights are of kind 0 (directional), 1 (point) or 2 (spot)"};
+    if (auto good = check_each("color_rgb", value.color_rgb, {0, most_}); !good) return good;
+    if (auto good = check_range("intensity", value.intensity, {0, most_}); !good) return good;
+    if (auto good = check_range("range_m", value.range_m, {0, most_}); !good) return good;
+    // Pi / 2 rounded to float may be slightly larger.
+    constexpr double kQuarter = std::numbers::pi / 2 + 1e-6;
+    if (auto good = check_range("outer_cone_rad", value.outer_cone_rad, {0, kQuarter}); !good) return good;
+    if (auto good = check_range("inner_cone_rad", value.inner_cone_rad, {0, kQuarter}); !good) return good;
+    if (value.kind == LightKind::spot && !(value.inner_cone_rad < value.outer_cone_rad))
+      return Error{"SceneEdit.inner_cone_rad is " + text_of(value.inner_cone_rad) +
+                   "; of a spot light it must be less than outer_cone_rad (" + text_of(value.outer_cone_rad) +
+                   ")"};
+    return {};
+  }
+
+  Result<void> operator()(const Camera& value) const {
+    if (auto good = check_range("vertical_fov_rad", value.vertical_fov_rad, {0, std::numbers::pi, true});
+        !good)
+      return good;
+    if (auto good = check_range("near_m", value.near_m, {0, most_, true}); !good) return good;
+    if (auto good = check_range("far_m", value.far_m, {0, most_}); !good) return good;
+    if (value.far_m != 0 && !(value.far_m > value.near_m))
+      return Error{"SceneEdit.far_m is " + text_of(value.far_m) +
+                   "; it must be 0 (infinite) or more than near_m (" + text_of(value.near_m) + ")"};
+    return check_range("exposure", value.exposure, {0, most_});
+  }
+
+  Result<void> operator()(const NodeAdded& value) const {
+    if (auto good = check_text("SceneEdit.parent", value.parent, limits_.max_name_bytes); !good) return good;
+    if (auto good =
+            check_poses("SceneEdit.parent_from_node", {&value.parent_from_node, 1}, limits_.max_abs_value);
+        !good)
+      return good;
+    if (auto good = check_text("SceneEdit.asset_uri", value.asset_uri, limits_.max_text_bytes); !good)
+      return good;
+    if (!value.asset_uri.empty() && !value.asset_glb.empty())
+      return Error{"SceneEdit.asset_uri and SceneEdit.asset_glb are both given; name an asset or embed one"};
+    return {};
+  }
+
+  Result<void> operator()(const Vertices& value) const {
+    if (value.positions.empty()) return Error{"SceneEdit.positions is empty; clear the property instead"};
+    if (!value.normals.empty() && value.normals.size() != value.positions.size())
+      return Error{"SceneEdit.normals has " + std::to_string(value.normals.size()) + " vectors for " +
+                   std::to_string(value.positions.size()) + " positions; none or as many are allowed"};
+    if (auto good = check_vectors("positions", value.positions, limits_.max_abs_value); !good) return good;
+    return check_vectors("normals", value.normals, limits_.max_abs_value);
+  }
+
+ private:
+  const DecodeLimits& limits_;
+  double most_;
+};
+
+}  // namespace
+
+Result<void> check(const SceneEdit& edit, const DecodeLimits& limits) {
+  if (edit.epoch == 0) return Error{"SceneEdit.epoch is 0; an epoch is a random number that is not 0"};
+  if (edit.version == 0) return Error{"SceneEdit.version is 0; versions start at 1"};
+  if (edit.node.empty()) return Error{"SceneEdit.node is empty; a node is found by its name"};
+  if (auto good = check_text("SceneEdit.node", edit.node, limits.max_name_bytes); !good) return good;
+  if (!fits(edit.property, edit.value))
+    return Error{std::string("SceneEdit.value is not one that the property ") + property_name(edit.property) +
+                 " takes"};
+  return std::visit(CheckValue(limits), edit.value);
+}
+
+// --- image messages. Values that a later minor version may add (outputs, lenses, times) pass: the
+// renderer replies that it does not support them.
+
+namespace {
+
+Error wrong(const char* message, const char* field, double value, const std::string& rule) {
+  return Error{std::string(message) + "." + field + " is " + text_of(value) + "; " + rule};
+}
+
+Result<void> check_finite(const char* message, const char* field, double value, double most) {
+  if (std::fabs(value) <= most) return {};
+  return wrong(message, field, value, "finite numbers of magnitude up to " + text_of(most) + " are allowed");
+}
+
+Result<void> check_size(const char* message, const Intrinsics& camera) {
+  const std::string rule = "images have 1 to " + std::to_string(kMaxRequestedImageSide) + " pixels a side";
+  if (camera.width == 0 || camera.width > kMaxRequestedImageSide)
+    return wrong(message, "width", camera.width, rule);
+  if (camera.height == 0 || camera.height > kMaxRequestedImageSide)
+    return wrong(message, "height", camera.height, rule);
+  return {};
+}
+
+// NaN fails every comparison.
+Result<void> check_projection(const char* message, const Intrinsics& camera, double most) {
+  const std::string positive = "it must be above 0, and finite";
+  if (!(camera.fx > 0 && camera.fx <= most)) return wrong(message, "fx", camera.fx, positive);
+  if (!(camera.fy > 0 && camera.fy <= most)) return wrong(message, "fy", camera.fy, positive);
+  if (auto good = check_finite(message, "cx", camera.cx, most); !good) return good;
+  if (auto good = check_finite(message, "cy", camera.cy, most); !good) return good;
+  if (!(camera.near_m > 0 && camera.near_m <= most)) return wrong(message, "near_m", camera.near_m, positive);
+  if (!(camera.far_m == 0 || (camera.far_m > camera.near_m && camera.far_m <= most)))
+    return wrong(message, "far_m", camera.far_m, "it must be 0 (infinite) or more than near_m");
+  for (const float coefficient : camera.lens.coefficients)
+    if (auto good = check_finite(message, "lens_coefficients", coefficient, most); !good) return good;
+  return {};
+}
+
+Result<void> check_plane(const ImageFrame& frame, size_t index) {
+  const ImagePlane& plane = frame.planes[index];
+  const std::string field = "ImageFrame.planes[" + std::to_string(index) + "]";
+  if (plane.output_bit >= kImageOutputCount) return Error{field + ".output is of no known output"};
+  if (index > 0 && plane.output_bit <= frame.planes[index - 1].output_bit)
+    return Error{field + ".output is " + std::to_string(plane.output_bit) + " after " +
+                 std::to_string(frame.planes[index - 1].output_bit) + "; outputs must rise"};
+  const ImageOutputInfo& info = info_at(plane.output_bit);
+  if (plane.format != info.format)
+    return Error{field + ".format is " + std::to_string(static_cast<int>(plane.format)) + "; " +
+                 std::string(info.api_name) + " comes in another"};
+  const bool fits = info.is_boxes
+                        ? plane.height == 1
+                        : plane.width == frame.intrinsics.width && plane.height == frame.intrinsics.height;
+  if (!fits) return Error{field + " is not of the image's size"};
+  const uint64_t row_bytes = uint64_t{plane.width} * info.element_bytes;
+  if (plane.row_stride < row_bytes || plane.row_stride % 4 != 0 ||
+      plane.bytes != uint64_t{plane.row_stride} * plane.height)
+    return Error{field + " has " + std::to_string(plane.bytes) + " bytes in rows of " +
+                 std::to_string(plane.row_stride) + ", which is not " + std::to_string(plane.height) +
+                 " rows of at least " + std::to_string(row_bytes) + ", a multiple of 4"};
+  if (plane.offset % 64 != 0 || plane.offset > frame.pixel_bytes ||
+      plane.bytes > frame.pixel_bytes - plane.offset)
+    return Error{field + ".offset is " + std::to_string(plane.offset) + ", from where " +
+                 std::to_string(plane.bytes) + " bytes do not lie in the image's " +
+                 std::to_string(frame.pixel_bytes)};
+  return {};
+}
+
+}  // namespace
+
+Result<void> check(const ImageRequest& request, const DecodeLimits& limits) {
+  constexpr const char* kName = "ImageRequest";
+  if (request.epoch == 0) return Error{"ImageRequest.epoch is 0; an epoch is a random number that is not 0"};
+  if (request.id == 0) return Error{"ImageRequest.id is 0; choose another number"};
+  if (request.place >= kMaxImageRequests)
+    return wrong(kName, "place", request.place,
+                 "there are places 0 to " + std::to_string(kMaxImageRequests - 1));
+  if (auto good = check_text("ImageRequest.node", request.node, limits.max_name_bytes); !good) return good;
+  if (request.when == ImageWhen::never) return {};
+  if (auto good = check_poses("ImageRequest.parent_from_camera", {&request.parent_from_camera, 1},
+                              limits.max_abs_value);
+      !good)
+    return good;
+  const Intrinsics& camera = request.intrinsics;
+  if (auto good = check_size(kName, camera); !good) return good;
+  const bool is_own = camera.fx == 0 && camera.fy == 0;
+  if (is_own && request.node.empty())
+    return Error{
+        "ImageRequest.fx is 0, and ImageRequest.node names no camera whose projection could be taken"};
+  if (is_own && camera.lens != Lens{})
+    return Error{"ImageRequest.lens is given without fx and fy; a lens belongs to a camera's own numbers"};
+  if (!is_own)
+    if (auto good = check_projection(kName, camera, double{limits.max_abs_value}); !good) return good;
+  if (request.outputs == 0) return Error{"ImageRequest.outputs is empty; request at least one"};
+  if (request.when == ImageWhen::every_nth && request.every == 0)
+    return Error{"ImageRequest.every is 0; it must be 1 or more"};
+  constexpr double kMaxRateHz = 1e6;
+  if (request.when == ImageWhen::rate && !(request.rate_hz > 0 && request.rate_hz <= kMaxRateHz))
+    return wrong(kName, "rate_hz", request.rate_hz, "it must be above 0, and at most 1e+06");
+  if (request.when == ImageWhen::exactly && request.sequence == 0)
+    return Error{"ImageRequest.sequence is 0; sequences start at 1"};
+  return {};
+}
+
+Result<void> check(const ImageFrame& frame, const DecodeLimits& limits) {
+  constexpr const char* kName = "ImageFrame";
+  if (frame.epoch == 0) return Error{"ImageFrame.epoch is 0; an epoch is a random number that is not 0"};
+  if (frame.request == 0) return Error{"ImageFrame.request is 0; requests have numbers that are not 0"};
+  if (frame.number == 0) return Error{"ImageFrame.number is 0; images count from 1"};
+  if (auto good =
+          check_poses("ImageFrame.world_from_camera", {&frame.world_from_camera, 1}, limits.max_abs_value);
+      !good)
+    return good;
+  if (auto good = check_size(kName, frame.intrinsics); !good) return good;
+  if (auto good = check_projection(kName, frame.intrinsics, double{limits.max_abs_value}); !good) return good;
+  if (frame.pixel_bytes > kMaxPixelBytes)
+    return Error{"ImageFrame.pixel_bytes is " + std::to_string(frame.pixel_bytes) + "; at most " +
+                 std::to_string(kMaxPixelBytes) + " are allowed"};
+  for (size_t i = 0; i < frame.planes.size(); ++i)
+    if (auto good = check_plane(frame, i); !good) return good;
+  return {};
+}
+
+Result<void> check(const ImageRefused& refused, const DecodeLimits& limits) {
+  if (refused.request == 0) return Error{"ImageRefused.request is 0; requests have numbers that are not 0"};
+  return check_text("ImageRefused.message", refused.message, limits.max_text_bytes);
+}
+
+}  // namespace fire3dv::wire

@@ -1,0 +1,191 @@
+#include "protocol/wire/decode_tables.h"
+
+#include <cstring>
+
+#include "fire3dv_generated.h"
+#include "protocol/wire/check.h"
+
+namespace fire3dv::wire {
+namespace {
+
+std::string text_of(const flatbuffers::String* text) {
+  return text ? std::string(text->c_str(), text->size()) : std::string();
+}
+
+// Leaves the default if the struct is absent.
+template <typename Struct, typename Array>
+void read_struct(const Struct* from, Array& to) {
+  static_assert(sizeof(Struct) == sizeof(Array));
+  if (from) std::memcpy(&to, from, sizeof to);
+}
+
+std::vector<std::array<float, 3>> read_vectors(const flatbuffers::Vector<const fbs::Vector3*>* vectors) {
+  std::vector<std::array<float, 3>> result;
+  if (!vectors || vectors->size() == 0) return result;
+  result.resize(vectors->size());
+  std::memcpy(result.data(), vectors->Data(), result.size() * sizeof result[0]);
+  return result;
+}
+
+Light read_light(const fbs::EditLight& table) {
+  Light light;
+  light.kind = static_cast<LightKind>(table.kind());
+  read_struct(table.color_rgb(), light.color_rgb);
+  light.intensity = table.intensity();
+  light.range_m = table.range_m();
+  light.inner_cone_rad = table.inner_cone_rad();
+  light.outer_cone_rad = table.outer_cone_rad();
+  light.casts_shadow = table.casts_shadow();
+  return light;
+}
+
+NodeAdded read_node(const fbs::EditNodeAdded& table) {
+  NodeAdded node;
+  node.parent = text_of(table.parent());
+  read_struct(table.parent_from_node(), node.parent_from_node.m);
+  node.asset_uri = text_of(table.asset_uri());
+  if (const auto* glb = table.asset_glb()) {
+    const auto* begin = reinterpret_cast<const std::byte*>(glb->data());
+    node.asset_glb.assign(begin, begin + glb->size());
+  }
+  return node;
+}
+
+// Returns false for an unknown kind of a later version.
+bool read_value(const fbs::SceneEdit& table, EditValue& value) {
+  switch (table.value_type()) {
+    case fbs::EditValue::NONE:
+      return false;
+    case fbs::EditValue::EditCleared:
+      value = Cleared{};
+      return true;
+    case fbs::EditValue::EditVisible:
+      value = Visible{table.value_as_EditVisible()->visible()};
+      return true;
+    case fbs::EditValue::EditBaseColor: {
+      BaseColor color;
+      read_struct(table.value_as_EditBaseColor()->rgba(), color.rgba);
+      value = color;
+      return true;
+    }
+    case fbs::EditValue::EditLight:
+      value = read_light(*table.value_as_EditLight());
+      return true;
+    case fbs::EditValue::EditCamera: {
+      const fbs::EditCamera& camera = *table.value_as_EditCamera();
+      value = Camera{camera.vertical_fov_rad(), camera.near_m(), camera.far_m(), camera.exposure()};
+      return true;
+    }
+    case fbs::EditValue::EditNodeAdded:
+      value = read_node(*table.value_as_EditNodeAdded());
+      return true;
+    case fbs::EditValue::EditNodeRemoved:
+      value = NodeRemoved{};
+      return true;
+    case fbs::EditValue::EditVertices: {
+      const fbs::EditVertices& vertices = *table.value_as_EditVertices();
+      value = Vertices{read_vectors(vertices.positions()), read_vectors(vertices.normals())};
+      return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+Result<Message> read_scene_edit(const fbs::SceneEdit& table, const DecodeLimits& limits) {
+  const bool known = table.property() < kPropertyCount && table.value_type() <= fbs::EditValue::MAX;
+  if (!known) {
+    const UnknownEdit later{table.epoch(), table.version()};
+    if (later.epoch == 0) return Error{"SceneEdit.epoch is 0; an epoch is a random number that is not 0"};
+    if (later.version == 0) return Error{"SceneEdit.version is 0; versions start at 1"};
+    return Message(later);
+  }
+  if (!table.value()) return Error{"SceneEdit.value is missing; to take an edit back, clear it"};
+  SceneEdit edit;
+  edit.epoch = table.epoch();
+  edit.version = table.version();
+  edit.node = text_of(table.node());
+  edit.property = static_cast<Property>(table.property());
+  if (!read_value(table, edit.value))
+    return Error{"SceneEdit.value is missing; to take an edit back, clear it"};
+  if (auto good = check(edit, limits); !good) return good.error();
+  return Message(std::move(edit));
+}
+
+namespace {
+
+template <typename Table>
+Intrinsics read_intrinsics(const Table& table) {
+  Intrinsics result;
+  result.width = table.width();
+  result.height = table.height();
+  result.fx = table.fx();
+  result.fy = table.fy();
+  result.cx = table.cx();
+  result.cy = table.cy();
+  result.near_m = table.near_m();
+  result.far_m = table.far_m();
+  result.lens.model = static_cast<LensModel>(table.lens());
+  read_struct(table.lens_coefficients(), result.lens.coefficients);
+  return result;
+}
+
+}  // namespace
+
+Result<Message> read_image_request(const fbs::ImageRequest& table, const DecodeLimits& limits) {
+  ImageRequest request;
+  request.epoch = table.epoch();
+  request.id = table.id();
+  request.place = table.place();
+  request.node = text_of(table.node());
+  read_struct(table.parent_from_camera(), request.parent_from_camera.m);
+  request.intrinsics = read_intrinsics(table);
+  request.outputs = table.outputs();
+  request.when = static_cast<ImageWhen>(table.when());
+  request.every = table.every();
+  request.rate_hz = table.rate_hz();
+  request.sequence = table.sequence();
+  if (auto good = check(request, limits); !good) return good.error();
+  return Message(std::move(request));
+}
+
+Result<Message> read_image_frame(const fbs::ImageFrame& table, const DecodeLimits& limits) {
+  ImageFrame frame;
+  frame.request = table.request();
+  frame.number = table.number();
+  frame.epoch = table.epoch();
+  frame.sequence = table.sequence();
+  frame.sim_time_ns = table.sim_time_ns();
+  read_struct(table.world_from_camera(), frame.world_from_camera.m);
+  frame.intrinsics = read_intrinsics(table);
+  frame.pixel_bytes = table.pixel_bytes();
+  if (const auto* planes = table.planes()) {
+    // Skips outputs of later versions, which are unknown here.
+    for (flatbuffers::uoffset_t i = 0; i < planes->size(); ++i) {
+      // Copies the struct: the verifier does not check the alignment of a vector of structs.
+      fbs::ImagePlane plane;
+      std::memcpy(&plane, planes->Data() + i * sizeof plane, sizeof plane);
+      if (plane.output() >= kImageOutputCount) continue;
+      frame.planes.push_back({plane.output(), static_cast<ImageFormat>(plane.format()), plane.width(),
+                              plane.height(), plane.row_stride(), plane.offset(), plane.bytes()});
+      if (frame.planes.size() > kImageOutputCount) break;  // rejected by check(): a duplicate output
+    }
+  }
+  if (auto good = check(frame, limits); !good) return good.error();
+  return Message(std::move(frame));
+}
+
+Result<Message> read_image_refused(const fbs::ImageRefused& table, const DecodeLimits& limits) {
+  ImageRefused refused;
+  refused.epoch = table.epoch();
+  refused.request = table.request();
+  // Unknown reasons of later minor versions keep the default.
+  const uint8_t reason = table.reason();
+  if (reason >= 1 && reason <= kImageRefusalCount) refused.reason = static_cast<ImageRefusal>(reason);
+  refused.message = text_of(table.message());
+  if (auto good = check(refused, limits); !good) return good.error();
+  return Message(std::move(refused));
+}
+
+}  // namespace fire3dv::wire

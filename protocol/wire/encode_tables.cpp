@@ -1,0 +1,214 @@
+// Encoding of scene edits and of image messages. Tables are built field by field, as in encode.cpp, so that
+// the bytes do not depend on the flatc version.
+#include <cstring>
+#include <type_traits>
+
+#include "fire3dv_generated.h"
+#include "protocol/base/error.h"
+#include "protocol/wire/encode.h"
+
+namespace fire3dv::wire {
+namespace {
+
+using flatbuffers::FlatBufferBuilder;
+using flatbuffers::Offset;
+
+static_assert(sizeof(fbs::Vector3) == sizeof(std::array<float, 3>) &&
+              sizeof(fbs::Rgba) == sizeof(std::array<float, 4>));
+
+template <typename Struct, typename Array>
+Struct as_struct(const Array& array) {
+  static_assert(sizeof(Struct) == sizeof(Array));
+  Struct result;
+  std::memcpy(static_cast<void*>(&result), &array, sizeof result);
+  return result;
+}
+
+Bytes finish(FlatBufferBuilder& builder, fbs::Body type, Offset<void> body) {
+  fbs::MessageBuilder message(builder);
+  message.add_body(body);
+  message.add_body_type(type);
+  builder.Finish(message.Finish(), fbs::MessageIdentifier());
+  const auto* begin = reinterpret_cast<const std::byte*>(builder.GetBufferPointer());
+  return Bytes(begin, begin + builder.GetSize());
+}
+
+Offset<flatbuffers::Vector<const fbs::Vector3*>> add_vectors(
+    FlatBufferBuilder& builder, const std::vector<std::array<float, 3>>& vectors) {
+  return builder.CreateVectorOfStructs(reinterpret_cast<const fbs::Vector3*>(vectors.data()), vectors.size());
+}
+
+struct Value {
+  fbs::EditValue type;
+  Offset<void> table;
+};
+
+Value add(FlatBufferBuilder& builder, const Cleared&) {
+  return {fbs::EditValue::EditCleared, fbs::EditClearedBuilder(builder).Finish().Union()};
+}
+
+Value add(FlatBufferBuilder& builder, const Visible& value) {
+  fbs::EditVisibleBuilder table(builder);
+  table.add_visible(value.visible);
+  return {fbs::EditValue::EditVisible, table.Finish().Union()};
+}
+
+Value add(FlatBufferBuilder& builder, const BaseColor& value) {
+  const auto rgba = as_struct<fbs::Rgba>(value.rgba);
+  fbs::EditBaseColorBuilder table(builder);
+  table.add_rgba(&rgba);
+  return {fbs::EditValue::EditBaseColor, table.Finish().Union()};
+}
+
+Value add(FlatBufferBuilder& builder, const Light& value) {
+  const auto color = as_struct<fbs::Vector3>(value.color_rgb);
+  fbs::EditLightBuilder table(builder);
+  table.add_outer_cone_rad(value.outer_cone_rad);
+  table.add_inner_cone_rad(value.inner_cone_rad);
+  table.add_range_m(value.range_m);
+  table.add_intensity(value.intensity);
+  table.add_color_rgb(&color);
+  table.add_casts_shadow(value.casts_shadow);
+  table.add_kind(static_cast<uint8_t>(value.kind));
+  return {fbs::EditValue::EditLight, table.Finish().Union()};
+}
+
+Value add(FlatBufferBuilder& builder, const Camera& value) {
+  fbs::EditCameraBuilder table(builder);
+  table.add_exposure(value.exposure);
+  table.add_far_m(value.far_m);
+  table.add_near_m(value.near_m);
+  table.add_vertical_fov_rad(value.vertical_fov_rad);
+  return {fbs::EditValue::EditCamera, table.Finish().Union()};
+}
+
+Value add(FlatBufferBuilder& builder, const NodeAdded& value) {
+  const auto parent_from_node = as_struct<fbs::Affine3x4>(value.parent_from_node);
+  const auto glb =
+      builder.CreateVector(reinterpret_cast<const uint8_t*>(value.asset_glb.data()), value.asset_glb.size());
+  const auto uri = builder.CreateString(value.asset_uri);
+  const auto parent = builder.CreateString(value.parent);
+  fbs::EditNodeAddedBuilder table(builder);
+  table.add_asset_glb(glb);
+  table.add_asset_uri(uri);
+  table.add_parent_from_node(&parent_from_node);
+  table.add_parent(parent);
+  return {fbs::EditValue::EditNodeAdded, table.Finish().Union()};
+}
+
+Value add(FlatBufferBuilder& builder, const NodeRemoved&) {
+  return {fbs::EditValue::EditNodeRemoved, fbs::EditNodeRemovedBuilder(builder).Finish().Union()};
+}
+
+Value add(FlatBufferBuilder& builder, const Vertices& value) {
+  const auto normals = add_vectors(builder, value.normals);
+  const auto positions = add_vectors(builder, value.positions);
+  fbs::EditVerticesBuilder table(builder);
+  table.add_normals(normals);
+  table.add_positions(positions);
+  return {fbs::EditValue::EditVertices, table.Finish().Union()};
+}
+
+}  // namespace
+
+Bytes encode(const SceneEdit& edit) {
+  FlatBufferBuilder builder(512);
+  builder.ForceDefaults(true);
+  const Value value = std::visit([&](const auto& v) { return add(builder, v); }, edit.value);
+  const auto node = builder.CreateString(edit.node);
+  fbs::SceneEditBuilder table(builder);
+  table.add_value(value.table);
+  table.add_node(node);
+  table.add_value_type(value.type);
+  table.add_property(static_cast<uint8_t>(edit.property));
+  table.add_version(edit.version);
+  table.add_epoch(edit.epoch);
+  return finish(builder, fbs::Body::SceneEdit, table.Finish().Union());
+}
+
+void set_epoch(Bytes& scene_edit, uint64_t epoch) {
+  const fbs::SceneEdit* table = fbs::GetMessage(scene_edit.data())->body_as_SceneEdit();
+  FIRE3DV_ASSERT(table != nullptr);
+  const uint8_t* field =
+      reinterpret_cast<const flatbuffers::Table*>(table)->GetAddressOf(fbs::SceneEdit::VT_EPOCH);
+  FIRE3DV_ASSERT(field != nullptr);
+  std::memcpy(scene_edit.data() + (field - reinterpret_cast<const uint8_t*>(scene_edit.data())), &epoch,
+              sizeof epoch);
+}
+
+namespace {
+
+template <typename Builder>
+void add_intrinsics(Builder& table, const Intrinsics& camera, const fbs::Coefficients& coefficients) {
+  table.add_lens_coefficients(&coefficients);
+  table.add_far_m(camera.far_m);
+  table.add_near_m(camera.near_m);
+  table.add_cy(camera.cy);
+  table.add_cx(camera.cx);
+  table.add_fy(camera.fy);
+  table.add_fx(camera.fx);
+  table.add_height(camera.height);
+  table.add_width(camera.width);
+  table.add_lens(static_cast<uint8_t>(camera.lens.model));
+}
+
+}  // namespace
+
+Bytes encode(const ImageRequest& request) {
+  FlatBufferBuilder builder(512);
+  builder.ForceDefaults(true);
+  const auto node = builder.CreateString(request.node);
+  const auto parent_from_camera = as_struct<fbs::Affine3x4>(request.parent_from_camera);
+  const auto coefficients = as_struct<fbs::Coefficients>(request.intrinsics.lens.coefficients);
+  fbs::ImageRequestBuilder table(builder);
+  table.add_sequence(request.sequence);
+  table.add_rate_hz(request.rate_hz);
+  table.add_id(request.id);
+  table.add_epoch(request.epoch);
+  table.add_node(node);
+  table.add_parent_from_camera(&parent_from_camera);
+  table.add_place(request.place);
+  table.add_outputs(request.outputs);
+  table.add_every(request.every);
+  add_intrinsics(table, request.intrinsics, coefficients);
+  table.add_when(static_cast<uint8_t>(request.when));
+  return finish(builder, fbs::Body::ImageRequest, table.Finish().Union());
+}
+
+Bytes encode(const ImageFrame& frame) {
+  FlatBufferBuilder builder(1024);
+  builder.ForceDefaults(true);
+  std::vector<fbs::ImagePlane> planes;
+  planes.reserve(frame.planes.size());
+  for (const ImagePlane& plane : frame.planes)
+    planes.emplace_back(static_cast<uint8_t>(plane.output_bit), static_cast<uint8_t>(plane.format),
+                        plane.width, plane.height, plane.row_stride, plane.offset, plane.bytes);
+  const auto plane_list = builder.CreateVectorOfStructs(planes.data(), planes.size());
+  const auto world_from_camera = as_struct<fbs::Affine3x4>(frame.world_from_camera);
+  const auto coefficients = as_struct<fbs::Coefficients>(frame.intrinsics.lens.coefficients);
+  fbs::ImageFrameBuilder table(builder);
+  table.add_pixel_bytes(frame.pixel_bytes);
+  table.add_sim_time_ns(frame.sim_time_ns);
+  table.add_sequence(frame.sequence);
+  table.add_epoch(frame.epoch);
+  table.add_number(frame.number);
+  table.add_request(frame.request);
+  table.add_planes(plane_list);
+  table.add_world_from_camera(&world_from_camera);
+  add_intrinsics(table, frame.intrinsics, coefficients);
+  return finish(builder, fbs::Body::ImageFrame, table.Finish().Union());
+}
+
+Bytes encode(const ImageRefused& refused) {
+  FlatBufferBuilder builder(512);
+  builder.ForceDefaults(true);
+  const auto message = builder.CreateString(refused.message);
+  fbs::ImageRefusedBuilder table(builder);
+  table.add_request(refused.request);
+  table.add_epoch(refused.epoch);
+  table.add_message(message);
+  table.add_reason(static_cast<uint8_t>(refused.reason));
+  return finish(builder, fbs::Body::ImageRefused, table.Finish().Union());
+}
+
+}  // namespace fire3dv::wire

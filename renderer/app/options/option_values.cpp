@@ -1,0 +1,63 @@
+#include "renderer/app/options/option_values.h"
+
+#include <charconv>
+#include <cmath>
+
+#include "renderer/passes/environment/environment.h"
+
+namespace fire3dv::app {
+
+bool parse_image_size(const std::string& text, uint32_t& width, uint32_t& height) {
+  const char* end = text.data() + text.size();
+  const auto first = std::from_chars(text.data(), end, width);
+  if (first.ec != std::errc() || first.ptr == end || *first.ptr != 'x') return false;
+  const auto second = std::from_chars(first.ptr + 1, end, height);
+  return second.ec == std::errc() && second.ptr == end && width >= 1 && height >= 1 &&
+         width <= kMaxImageSide && height <= kMaxImageSide;
+}
+
+std::string positive_number(const std::string& text) {
+  float value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const bool good =
+      error == std::errc() && end == text.data() + text.size() && std::isfinite(value) && value > 0;
+  return good ? "" : text + " is not a number above 0";
+}
+
+std::string number_from_zero(const std::string& text) {
+  return text == "0" ? "" : positive_number(text);
+}
+
+std::string finite_number(const std::string& text) {
+  float value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const bool good = error == std::errc() && end == text.data() + text.size() && std::abs(value) <= 1e6f;
+  return good ? "" : text + " is not a number between -1000000 and 1000000";
+}
+
+std::string anisotropy_number(const std::string& text) {
+  float value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const bool good =
+      error == std::errc() && end == text.data() + text.size() && value >= 1 && value <= 16;  // rejects NaN
+  return good ? "" : text + " is not a number from 1 to 16";
+}
+
+bool parse_background(std::string_view text, passes::Background& background) {
+  if (text == "environment") {
+    background.show_environment = true;
+    return true;
+  }
+  if (text.starts_with('#')) text.remove_prefix(1);  // optional: shells treat # as a comment
+  uint32_t rgb = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), rgb, 16);
+  if (error != std::errc() || end != text.data() + text.size() || text.size() != 6) return false;
+  for (int c = 0; c < 3; ++c) {
+    const float encoded = static_cast<float>(rgb >> (16 - 8 * c) & 0xff) / 255;
+    background.color[c] =
+        encoded <= 0.04045f ? encoded / 12.92f : std::pow((encoded + 0.055f) / 1.055f, 2.4f);
+  }
+  return true;
+}
+
+}  // namespace fire3dv::app

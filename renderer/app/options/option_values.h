@@ -1,0 +1,29 @@
+// Parsers of option values on command lines: image sizes, numbers and colours.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace fire3dv::passes {
+struct Background;
+}
+
+namespace fire3dv::app {
+
+constexpr uint32_t kMaxImageSide = 16384;  // pixels
+
+// text: WxH with sides of 1 to kMaxImageSide; returns false for anything else.
+bool parse_image_size(const std::string& text, uint32_t& width, uint32_t& height);
+
+// Checks of CLI11 options: return an error message, or an empty text. CLI11's own checks accept NaN and
+// infinity.
+std::string positive_number(const std::string& text);
+std::string number_from_zero(const std::string& text);
+std::string finite_number(const std::string& text);
+std::string anisotropy_number(const std::string& text);
+
+// Parses "environment" or an sRGB colour.
+bool parse_background(std::string_view text, passes::Background& background);
+
+}  // namespace fire3dv::app

@@ -1,0 +1,69 @@
+#include "renderer/app/options/stream_options.h"
+
+#include <CLI/CLI.hpp>
+
+#include "protocol/base/command_line.h"
+
+namespace fire3dv::app {
+namespace {
+
+constexpr double kMaxNumber = 1e6;  // eleven days of a recording, or the speed of it
+
+}  // namespace
+
+void add_recording_options(CLI::App& app, RecordingOptions& options) {
+  constexpr const char* kGroup = "Recordings";
+  const auto number = number_between(0, kMaxNumber);
+  app.add_option("--replay", options.replay, "replay a recording (.mcap); without a scene, the one inside")
+      ->type_name("FILE")
+      ->group(kGroup);
+  app.add_option("--stream", options.streams, "replay this stream only; repeatable")
+      ->allow_extra_args(false)
+      ->type_name("NAME")
+      ->group(kGroup);
+  app.add_option("--speed", options.speed, "factor on the recorded speed; 0: unpaced")
+      ->check(number)
+      ->type_name("X")
+      ->capture_default_str()
+      ->group(kGroup);
+  app.add_option("--start", options.start_s, "begin SECONDS into the recording")
+      ->check(number)
+      ->type_name("SECONDS")
+      ->group(kGroup);
+  app.add_option("--end", options.end_s, "end SECONDS into the recording; 0: at its end")
+      ->check(number)
+      ->type_name("SECONDS")
+      ->group(kGroup);
+  app.add_flag("--loop", options.loop, "replay again and again")->group(kGroup);
+  app.add_flag("--step", options.step, "draw each recorded frame exactly once, unpaced")->group(kGroup);
+  app.add_option("--record", options.record, "record the received streams (.mcap)")
+      ->type_name("FILE")
+      ->group(kGroup);
+  app.add_option("--record-sync", options.record_sync_s, "interval of disk flushes; 0: only at the end")
+      ->check(number)
+      ->type_name("SECONDS")
+      ->capture_default_str()
+      ->group(kGroup);
+  app.add_flag("--record-scene", options.attach_scene, "attach the scene to the recording (.glb)")
+      ->group(kGroup);
+  app.add_flag("--foxglove", options.foxglove, "add Foxglove's scene and transform messages")->group(kGroup);
+}
+
+std::optional<std::string> check_recording_options(const RecordingOptions& options) {
+  if (options.replay.empty()) {
+    const char* lonely = !options.streams.empty() ? "--stream"
+                         : options.speed != 1     ? "--speed"
+                         : options.start_s != 0   ? "--start"
+                         : options.end_s != 0     ? "--end"
+                         : options.loop           ? "--loop"
+                         : options.step           ? "--step"
+                                                  : nullptr;
+    if (lonely) return std::string(lonely) + " needs a recording: --replay FILE.mcap";
+  }
+  if (options.record.empty() && options.record_sync_s != 1) return "--record-sync needs a --record file";
+  if (options.record.empty() && (options.attach_scene || options.foxglove))
+    return std::string(options.attach_scene ? "--record-scene" : "--foxglove") + " needs a --record file";
+  return {};
+}
+
+}  // namespace fire3dv::app

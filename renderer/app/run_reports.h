@@ -1,0 +1,92 @@
+// Reports of a run: frame statistics, and the progress display of long jobs.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "protocol/base/error.h"
+#include "renderer/gpu/frame_ring.h"
+#include "renderer/state/pose_state.h"
+
+namespace fire3dv::app {
+
+struct FrameCost {
+  uint64_t frame_index = 0;
+  double frame_ms = 0;  // since the previous image
+  double cpu_ms = 0;    // recording and submission on this thread
+  std::optional<double>
+      pose_age_ms;  // submit time minus publish time of the newest displayed frame; same machine only
+};
+
+// Bounded history of times for the summary: a renderer may run for weeks.
+class RecentTimes {
+ public:
+  void push_back(double ms);
+  const std::vector<double>& values() const { return values_; }
+
+ private:
+  std::vector<double> values_;
+  size_t next_ = 0;
+};
+
+// Frame statistics: cost of each image and age of its pose, as CSV rows and a summary.
+class FrameStats {
+ public:
+  static Result<FrameStats> create(const std::filesystem::path& csv);  // empty: no file
+
+  // Notes the time from program start to a start-up milestone, for the summary, in this order.
+  void note_start(const std::string& what, double ms);
+  void add(const FrameCost& cost);
+  void add(const gpu::FrameTimes& times);
+  // Writes the last rows; returns an error if the file could not be written.
+  Result<void> finish();
+  std::string summary() const;
+
+ private:
+  struct CloseFile {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+  };
+  void write_row(const FrameCost& cost, const gpu::FrameTimes& times);
+
+  std::filesystem::path path_;
+  std::unique_ptr<std::FILE, CloseFile> file_;
+  bool header_written_ = false;
+  std::string start_;
+  std::map<uint64_t, FrameCost> waiting_;  // costs without GPU times yet
+  RecentTimes frame_ms_, cpu_ms_, gpu_ms_, pose_age_ms_;
+  std::map<std::string, RecentTimes> pass_ms_;
+  std::set<std::string> aside_;  // passes on the async compute queue
+};
+
+// Progress display of long jobs: one rewritten line on a terminal, an occasional line elsewhere. Short jobs
+// print nothing.
+class Progress {
+ public:
+  explicit Progress(std::string what);
+  ~Progress();
+  void update(uint64_t done, uint64_t total);  // total 0 = unknown
+  // Adds the remaining time, extrapolated from the rate since the first call.
+  void update_with_end(uint64_t done, uint64_t total);
+  // Job with several stages: shows a bar and a percentage of the stage.
+  void update(const char* stage, uint64_t done, uint64_t total);
+
+ private:
+  bool is_due();
+  void show(const std::string& text);
+
+  std::string what_;
+  bool terminal_;
+  bool line_open_ = false;
+  std::chrono::steady_clock::time_point begun_, last_;
+  std::optional<uint64_t> done_at_first_;
+};
+
+}  // namespace fire3dv::app

@@ -1,0 +1,93 @@
+// Image requests of streams: interfaces between the stream receiver, which routes messages, and the queue of
+// requests. Calls go one way each: the receiver hands requests to an ImageRequestHandler while it polls; the
+// handler replies over ImageReplies.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "protocol/base/peer_budget.h"
+#include "protocol/transport/link.h"
+#include "protocol/wire/image.h"
+#include "renderer/state/image_requests.h"
+
+namespace fire3dv::app {
+
+class ImageRequestHandler {
+ public:
+  virtual ~ImageRequestHandler() = default;
+  // A stream requests images of its current run, or cancels a request, over a link that carries images.
+  // budget: of its peer.
+  virtual void on_image_request(state::RequesterId requester, const wire::ImageRequest& request,
+                                const std::shared_ptr<PeerBudget>& budget) = 0;
+  // The run has ended: its requests are void.
+  virtual void on_requester_ended(state::RequesterId requester) = 0;
+};
+
+// All functions accept requesters that have ended.
+class ImageReplies {
+ public:
+  virtual ~ImageReplies() = default;
+  struct Shown {
+    state::ImageRequestRegistry::Shown frame;
+    wire::Affine3x4d world_from_stream;
+  };
+  virtual std::optional<Shown> shown(state::RequesterId requester) const = 0;  // nullopt: it has ended
+  // Sends a refusal. is_logged: also logs it.
+  virtual void refuse_image(state::RequesterId requester, const wire::ImageRefused& refused,
+                            bool is_logged) = 0;
+  // Returns false if the image is lost, since the peer is too slow or disconnected.
+  virtual bool send_image(state::RequesterId requester, const wire::ImageFrame& frame,
+                          const transport::ListenerLink::FillPixels& fill) = 0;
+  // Charges device time to the requester's peer.
+  virtual void add_render_time(state::RequesterId requester, int64_t ns) = 0;
+};
+
+// Queue of image requests of all streams: registers them, lists those that are due, and replies to their
+// streams. It has neither a device nor links. Single-threaded.
+class ImageRequestQueue final : public ImageRequestHandler {
+ public:
+  using Due = state::ImageRequestRegistry::Due;
+  // Borrows `replies`.
+  ImageRequestQueue(ImageReplies& replies, const state::ImageAbilities& abilities)
+      : replies_(replies), registry_(abilities) {}
+
+  // Another renderer with other abilities takes over. Precondition: no request is open.
+  void set_abilities(const state::ImageAbilities& abilities) {
+    registry_ = state::ImageRequestRegistry(abilities);
+  }
+
+  void on_image_request(state::RequesterId requester, const wire::ImageRequest& request,
+                        const std::shared_ptr<PeerBudget>& budget) override;
+  void on_requester_ended(state::RequesterId requester) override { registry_.remove_all(requester); }
+
+  // Streams with due images of the current frames. Refuses requests that can no longer be met.
+  std::vector<state::ImageDemand> demands(int64_t now_ns);
+  // Due images of one stream; they stay due until mark_rendered().
+  std::vector<Due> due(state::RequesterId requester, int64_t now_ns) const;
+  void mark_rendered(const Due& due) { registry_.mark_rendered(due); }
+  // Closes the request of this image.
+  void refuse(const Due& due, wire::ImageRefusal reason, const std::string& why);
+  // See ImageReplies.
+  bool send(state::RequesterId requester, const wire::ImageFrame& frame,
+            const transport::ListenerLink::FillPixels& fill) {
+    return replies_.send_image(requester, frame, fill);
+  }
+  void add_render_time(state::RequesterId requester, int64_t ns) { replies_.add_render_time(requester, ns); }
+  wire::Affine3x4d world_from_stream(state::RequesterId requester) const;
+
+  // Requester and id of each open request, sorted.
+  std::vector<std::pair<state::RequesterId, uint64_t>> open() const { return registry_.open(); }
+  size_t count() const { return registry_.count(); }
+
+ private:
+  ImageReplies& replies_;
+  state::ImageRequestRegistry registry_;
+};
+
+}  // namespace fire3dv::app

@@ -1,0 +1,139 @@
+// Data between panels and the frame loop: requests of the user, and numbers to display. Plain structs, main
+// thread only; independent of window and panels.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <glm/glm.hpp>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "protocol/base/peer_budget.h"
+#include "renderer/passes/debug/inspection.h"
+#include "renderer/passes/scene_renderer.h"
+#include "renderer/scene/model/scene.h"
+#include "renderer/state/stream_timing.h"
+
+namespace fire3dv::gui {
+
+// Playout of a stream, overriding the command line.
+struct StreamPlayout {
+  bool interpolate = false;
+  std::optional<int64_t> delay_ns;  // empty: adapts to the jitter
+  bool operator==(const StreamPlayout&) const = default;
+};
+
+// One-shot commands, cleared after execution.
+struct Commands {
+  bool frame_all = false, frame_selection = false;
+  std::optional<size_t> camera;  // index of the scene's camera
+  bool free_camera = false;      // switches to the free camera at the current pose
+  bool screenshot = false;
+  bool toggle_video = false;
+  bool close = false;
+  std::optional<std::filesystem::path> open;  // scene, description or recording to show next
+};
+
+// Requests of the user to the viewer, written by keys, mouse and panels, and executed by the frame loop.
+// Node and material numbers refer to the displayed scene. Another scene inherits the settings of nodes with
+// the same paths.
+struct Viewer {
+  uint32_t selected = scene::kNone;  // node
+  uint32_t followed = scene::kNone;  // node that the free camera follows
+  uint32_t isolated = scene::kNone;  // only this node and its descendants are drawn
+  std::set<uint32_t> hidden;         // including descendants
+  // Overrides of the file's and streams' values; erasing an entry restores them.
+  std::map<uint32_t, scene::Light> lights;  // by node
+  // By number: factors only; textures and alpha modes are unchanged.
+  std::map<uint32_t, scene::Material> materials;
+
+  passes::DrawSettings draw;  // requested settings; unsupported ones are reported and reset
+  passes::DebugView debug_view = passes::DebugView::none;
+  std::map<uint64_t, StreamPlayout> streams;  // by epoch
+  float camera_speed = 1;                     // factor on the speed derived from the scene's size
+
+  bool gui = true, help = false;
+  Commands commands;
+};
+
+// --- numbers to display, gathered once per frame ---
+
+struct PassFact {
+  std::string name;
+  double ms = 0;
+  bool aside = false;  // on the async compute queue
+};
+
+struct FrameFacts {
+  uint64_t images = 0;     // drawn so far; if unchanged, all values here are unchanged
+  double interval_ms = 0;  // since the previous image
+  double cpu_ms = 0;       // recording and submission
+  double gpu_ms = 0;       // newest finished frame
+  std::optional<double> pose_age_ms;
+  std::vector<PassFact> passes;  // of that frame, in execution order
+  glm::uvec2 extent_px{0};
+  // Counts of the displayed scene, with instancing.
+  uint64_t triangles = 0;
+  uint64_t clusters = 0;
+  std::optional<uint64_t> clusters_drawn;  // after culling; empty if the raster path does not count them
+  uint64_t late_clusters = 0;              // the part drawn by the second (disocclusion) pass
+  uint64_t shadow_rays = 0;
+  uint64_t gpu_bytes = 0;  // allocated by this program
+  uint64_t resident_bytes = 0;
+  std::string device, raster, shadows;  // display texts
+  uint32_t samples = 0;
+};
+
+// Use of one resource by a stream's peer.
+struct UseFact {
+  Resource resource{};
+  uint64_t used = 0, limit = 0, refused = 0;
+};
+
+struct StreamFact {
+  uint64_t epoch = 0;
+  std::string name, listener, clock;
+  state::Condition condition = state::Condition::live;
+  bool interpolated = false;
+  int64_t delay_ns = 0;          // playout delay, if interpolated
+  double rate_hz = 0;            // whole frames per second
+  std::optional<double> age_ms;  // age of the displayed frame since its publication
+  uint64_t sequence = 0;
+  int64_t sim_time_ns = 0;
+  uint32_t poses = 0, unmatched = 0, conflicting = 0;
+  uint64_t shown = 0;  // displayed frames
+  // Frames and messages that were not displayed, by cause.
+  uint64_t incomplete = 0, stale = 0, refused = 0, baseless = 0, overtaken = 0;
+  uint64_t edits = 0, edits_refused = 0;
+  std::vector<UseFact> uses;   // above 1 % of the limit, or with refusals
+  std::vector<float> gaps_ms;  // intervals between the newest frames, oldest first
+};
+
+struct LinkFact {
+  std::string uri;
+  uint32_t peers = 0;
+  uint64_t received_bytes = 0, poses_dropped = 0, frames_dropped = 0, rejected = 0;
+};
+
+struct LogLine {
+  double time_s = 0;  // since program start
+  std::string text;
+};
+
+struct Facts {
+  FrameFacts frame;
+  std::vector<StreamFact> streams;
+  std::vector<LinkFact> links;
+  std::vector<LogLine> log;      // newest lines, oldest first
+  uint64_t log_lines = 0;        // total; lines before `log` are dropped
+  std::optional<size_t> camera;  // index of the scene's camera; empty: free camera
+  bool recording_video = false;
+  // Reasons for features that this device or scene does not support; empty: supported.
+  std::string why_no_debug_views;
+};
+
+}  // namespace fire3dv::gui

@@ -1,0 +1,278 @@
+// Panels that change the appearance: lights, materials, and render (draw settings and debug views).
+
+#include <algorithm>
+#include <numbers>
+
+#include "renderer/gui/panels.h"
+
+namespace fire3dv::gui {
+
+// --- lights panel: live editing of lights ---
+
+namespace {
+
+constexpr float kHalfTurnRad = std::numbers::pi_v<float> / 2;
+
+// Returns true on a change.
+bool edit(Ui& ui, scene::Light& light) {
+  bool changed = ui.color("Colour", light.color);
+  if (light.type == scene::LightType::directional) {
+    changed |= ui.slider("Intensity", light.intensity, {0, 100, "%.2f lx", true});
+    float degrees = glm::degrees(light.angular_radius_rad);
+    if (ui.slider("Angular radius", degrees, {0, 5, "%.2f \u00b0"}, "More than 0 gives soft shadows")) {
+      light.angular_radius_rad = glm::radians(degrees);
+      changed = true;
+    }
+  } else {
+    changed |= ui.slider("Intensity", light.intensity, {0, 10'000, "%.1f cd", true});
+    changed |= ui.slider("Range", light.range_m, {0, 1'000, "%.2f m", true}, "0: without end");
+    changed |= ui.slider("Radius", light.radius_m, {0, 2, "%.3f m"}, "More than 0 gives soft shadows");
+  }
+  if (light.type == scene::LightType::spot) {
+    float inner = glm::degrees(light.inner_cone_rad), outer = glm::degrees(light.outer_cone_rad);
+    if (ui.slider("Inner cone", inner, {0, 89, "%.1f \u00b0"})) {
+      light.inner_cone_rad = glm::radians(inner);
+      light.outer_cone_rad =
+          glm::min(glm::max(light.outer_cone_rad, light.inner_cone_rad + glm::radians(0.5f)), kHalfTurnRad);
+      changed = true;
+    }
+    if (ui.slider("Outer cone", outer, {1, 90, "%.1f \u00b0"})) {
+      light.outer_cone_rad = glm::radians(outer);
+      light.inner_cone_rad =
+          glm::max(glm::min(light.inner_cone_rad, light.outer_cone_rad - glm::radians(0.5f)), 0.0f);
+      changed = true;
+    }
+  }
+  changed |= ui.check("Casts shadows", light.casts_shadow);
+  return changed;
+}
+
+const char* type_name(scene::LightType type) {
+  constexpr const char* kNames[] = {"sun", "point", "spot"};
+  return kNames[static_cast<size_t>(type)];
+}
+
+}  // namespace
+
+void LightsPanel::draw(const Context& context) {
+  Ui& ui = context.ui;
+  if (!ui.header("Lights", context.layout.is_open(Panel::lights))) return;
+  const std::vector<scene::PlacedLight> lights = scene::lights_of(context.shown.scene, context.shown.edits);
+  if (lights.empty()) {
+    ui.note("The scene has no lights: the environment lights it.");
+    return;
+  }
+  constexpr size_t kMaxRows = 64;  // row limit for scrolling
+  for (size_t i = 0; i < lights.size() && i < kMaxRows; ++i) {
+    const auto edited = context.viewer.lights.find(lights[i].node);
+    const bool is_of_this =
+        edited != context.viewer.lights.end() && edited->second.type == lights[i].light.type;
+    draw_light(context, lights[i].node, is_of_this ? edited->second : lights[i].light);
+  }
+  if (lights.size() > kMaxRows) ui.note("and " + grouped(lights.size() - kMaxRows) + " more");
+  if (ui.button("Reset all##lights", !context.viewer.lights.empty(),
+                "Restores all lights to files and streams"))
+    context.viewer.lights.clear();
+}
+
+void LightsPanel::draw_light(const Context& context, uint32_t node, const scene::Light& light) {
+  Ui& ui = context.ui;
+  Viewer& viewer = context.viewer;
+  ImGui::PushID(static_cast<int>(node));
+  const bool edited = viewer.lights.count(node) != 0;
+  const std::string text =
+      node_label(context.shown.scene, node) + "  " + type_name(light.type) + (edited ? "  *" : "");
+  if (ui.row(text.c_str(), open_ == node, edited ? theme::kAccent : theme::kText))
+    open_ = open_ == node ? scene::kNone : node;
+  if (open_ == node) {
+    scene::Light changed = light;
+    if (edit(ui, changed)) viewer.lights[node] = changed;
+    if (ui.button("Reset##light", viewer.lights.count(node) != 0, "Restores the file's or stream's values"))
+      viewer.lights.erase(node);
+    ui.same_line();
+    if (ui.button("Select##light", viewer.selected != node, "Its node in the scene")) viewer.selected = node;
+  }
+  ImGui::PopID();
+}
+
+// --- materials panel: live editing of material factors; textures and alpha modes are fixed by the file ---
+
+namespace {
+
+std::string label_of(const scene::Scene& scene, uint32_t material) {
+  const std::string& name = scene.materials[material].name;
+  if (!name.empty()) return name;
+  return material == 0 ? "(without material)" : "material " + std::to_string(material);
+}
+
+constexpr float kMaxEmission = 100;
+
+// Returns true on a change.
+bool edit(Ui& ui, scene::Material& m) {
+  bool changed = false;
+  glm::vec3 base(m.base_color);
+  if (ui.color("Base colour", base)) {
+    m.base_color = glm::vec4(base, m.base_color.a);
+    changed = true;
+  }
+  if (m.alpha_mode != scene::AlphaMode::opaque) changed |= ui.slider("Alpha", m.base_color.a, {0, 1});
+  if (m.alpha_mode == scene::AlphaMode::mask) changed |= ui.slider("Alpha cutoff", m.alpha_cutoff, {0, 1});
+  if (!m.unlit) {
+    changed |= ui.slider("Metallic", m.metallic, {0, 1});
+    changed |= ui.slider("Roughness", m.roughness, {0, 1});
+    if (m.normal_texture.texture != scene::kNone)
+      changed |= ui.slider("Normal scale", m.normal_scale, {0, 2});
+    // Emission is edited as colour and strength, whose product is the glTF factor.
+    float strength = std::max({m.emissive.r, m.emissive.g, m.emissive.b});
+    glm::vec3 tint = strength > 0 ? m.emissive / strength : glm::vec3(1);
+    bool emission = ui.color("Emission", tint);
+    if (emission && strength <= 0) strength = 1;
+    emission |= ui.slider("Strength", strength, {0, kMaxEmission, "%.2f", true}, "Of the emission");
+    if (emission) m.emissive = tint * strength;
+    changed |= emission;
+  }
+  return changed;
+}
+
+}  // namespace
+
+void MaterialsPanel::list(const Context& context) {
+  const scene::Scene& scene = context.shown.scene;
+  const uint32_t selected = context.viewer.selected;
+  const bool same = scene_ == &scene && scene_number_ == context.shown.scene_number &&
+                    listed_of_selection_ == of_selection_ && (!of_selection_ || listed_for_ == selected);
+  if (same) return;
+  scene_ = &scene;
+  scene_number_ = context.shown.scene_number;
+  listed_of_selection_ = of_selection_;
+  listed_for_ = selected;
+  std::vector<bool> used(scene.materials.size(), false);
+  std::vector<bool> below(scene.nodes.size(), !of_selection_);
+  for (uint32_t node = 0; node < scene.nodes.size(); ++node) {
+    const scene::Node& n = scene.nodes[node];
+    // Parents precede their children.
+    if (node == selected || (n.parent != scene::kNone && below[n.parent])) below[node] = true;
+    if (!below[node] || n.mesh == scene::kNone) continue;
+    const scene::Mesh& mesh = scene.meshes[n.mesh];
+    for (uint32_t p = mesh.first_primitive; p < mesh.first_primitive + mesh.primitive_count; ++p)
+      used[scene.primitives[p].material] = true;
+  }
+  listed_.clear();
+  for (uint32_t material = 0; material < used.size(); ++material) {
+    if (used[material]) listed_.push_back(material);
+  }
+}
+
+void MaterialsPanel::draw(const Context& context) {
+  Ui& ui = context.ui;
+  if (!ui.header("Materials", context.layout.is_open(Panel::materials))) return;
+  Viewer& viewer = context.viewer;
+  const scene::Scene& scene = context.shown.scene;
+  ui.check("Of the selection", of_selection_, "Lists those of the selected node and its descendants");
+  list(context);
+  if (listed_.empty()) {
+    ui.note("No surface has any.");
+    return;
+  }
+  if (std::find(listed_.begin(), listed_.end(), chosen_) == listed_.end()) chosen_ = listed_.front();
+
+  constexpr size_t kMaxRows = 6;
+  const float row_height = ImGui::GetTextLineHeightWithSpacing();
+  ImGui::BeginChild("materials", {0, row_height * static_cast<float>(std::min(listed_.size(), kMaxRows))});
+  ImGuiListClipper clipper;
+  clipper.Begin(static_cast<int>(listed_.size()), row_height);
+  while (clipper.Step()) {
+    for (int i = clipper.DisplayStart; i < clipper.DisplayEnd; ++i) {
+      const uint32_t material = listed_[static_cast<size_t>(i)];
+      ImGui::PushID(static_cast<int>(material));
+      const bool edited = viewer.materials.count(material) != 0;
+      const std::string text = label_of(scene, material) + (edited ? "  *" : "");
+      if (ui.row(text.c_str(), material == chosen_, edited ? theme::kAccent : theme::kText))
+        chosen_ = material;
+      ImGui::PopID();
+    }
+  }
+  ImGui::EndChild();
+
+  const auto edited = viewer.materials.find(chosen_);
+  scene::Material material = edited != viewer.materials.end() ? edited->second : scene.materials[chosen_];
+  ImGui::PushID(static_cast<int>(chosen_));
+  if (edit(ui, material)) viewer.materials[chosen_] = material;
+  if (ui.button("Reset##material", viewer.materials.count(chosen_) != 0, "Restores the file's values"))
+    viewer.materials.erase(chosen_);
+  ui.same_line();
+  if (ui.button("Reset all##materials", !viewer.materials.empty(), "Restores all materials to the file"))
+    viewer.materials.clear();
+  ImGui::PopID();
+}
+
+// --- render panel: draw settings and debug views ---
+
+namespace {
+
+using namespace passes;
+
+// Combo box of an enumeration with values 0, 1, 2, ... in the order of the names.
+template <typename Value, size_t count>
+void choose(Ui& ui, const char* label, Value& value, const char* const (&names)[count],
+            const char* hint = nullptr) {
+  size_t chosen = static_cast<size_t>(value);
+  if (ui.choice(label, chosen, names, hint)) value = static_cast<Value>(chosen);
+}
+
+void choose_samples(Ui& ui, uint32_t& samples) {
+  constexpr const char* kNames[] = {"1", "4"};
+  size_t chosen = samples > 1 ? 1 : 0;
+  if (ui.choice("Samples", chosen, kNames, "Of each pixel")) samples = chosen == 0 ? 1 : 4;
+}
+
+void choose_shadows(Ui& ui, ShadowSettings& shadows) {
+  constexpr const char* kMethods[] = {"automatic", "rays", "maps alone", "off"};
+  choose(ui, "Shadows", shadows.method, kMethods);
+  if (shadows.method == ShadowMethod::map || shadows.method == ShadowMethod::off) return;
+  bool everywhere = !shadows.hybrid;
+  if (ui.check("Rays everywhere", everywhere, "Off: only for pixels that shadow maps leave uncertain"))
+    shadows.hybrid = !everywhere;
+}
+
+}  // namespace
+
+void draw_render_panel(const Context& context) {
+  Ui& ui = context.ui;
+  if (!ui.header("Render", context.layout.is_open(Panel::render))) return;
+  Viewer& viewer = context.viewer;
+  DrawSettings& draw = viewer.draw;
+  if (ui.button("Screenshot", true, "A PNG file of the image, without panels  (P)"))
+    viewer.commands.screenshot = true;
+  ui.same_line();
+  const bool recording = context.facts.recording_video;
+  if (ui.button(recording ? "Stop video##video" : "Video##video", true, "Of all images from now on  (V)",
+                recording))
+    viewer.commands.toggle_video = true;
+
+  constexpr const char* kViews[] = {"light",    "normals",  "depth",       "nodes",
+                                    "clusters", "overdraw", "shadow doubt"};
+  choose(ui, "Shows", viewer.debug_view, kViews, "Debug view instead of light");
+  if (!context.facts.why_no_debug_views.empty()) ui.note(context.facts.why_no_debug_views);
+  ui.slider("Exposure", draw.post.exposure, {1.0f / 64, 64, "%.2f x", true});
+  constexpr const char* kToneMaps[] = {"Reinhard", "ACES", "neutral", "none"};
+  choose(ui, "Tone mapping", draw.post.tone_map, kToneMaps);
+  ui.check("FXAA", draw.post.fxaa, "Smooths edges of the finished image");
+  constexpr const char* kPaths[] = {"automatic", "forward", "visibility"};
+  choose(ui, "Raster path", draw.raster, kPaths);
+  choose_samples(ui, draw.samples);
+  choose_shadows(ui, draw.shadows);
+  constexpr const char* kCulls[] = {"off", "out of view", "hidden, too", "automatic"};
+  choose(ui, "Culling", draw.cull, kCulls, "Skips invisible clusters; the image stays the same");
+  constexpr const char* kLevels[] = {"off", "camera", "everywhere", "automatic"};
+  choose(ui, "Level of detail", draw.levels_of_detail, kLevels,
+         "Coarser triangles where the difference is less than a pixel");
+  ui.slider("Environment", draw.environment_intensity, {0, 8, "%.2f x"}, "Factor on its light");
+  float degrees = glm::degrees(draw.environment_rotation_rad);
+  if (ui.slider("  turned", degrees, {-180, 180, "%.0f \u00b0"}))
+    draw.environment_rotation_rad = glm::radians(degrees);
+  ui.check("  seen", draw.background.show_environment, "Behind the scene, instead of a colour");
+  if (!draw.background.show_environment) ui.color("Background", draw.background.color);
+}
+
+}  // namespace fire3dv::gui

@@ -1,0 +1,36 @@
+#include "tools/convert/readers.h"
+#include "renderer/scene/files.h"
+#include "tools/convert/description_files.h"
+#include "tools/convert/model.h"
+
+namespace fire3dv::convert {
+
+namespace {
+
+Result<Model> read_kind(DescriptionKind kind, const std::filesystem::path& file, const ReadOptions& options) {
+  switch (kind) {
+    case DescriptionKind::adf:
+      return read_adf(file, options);
+    case DescriptionKind::urdf:
+      return read_urdf(file, options);
+    case DescriptionKind::mjcf:
+      break;
+  }
+  return read_mjcf(file, options);
+}
+
+}  // namespace
+
+Result<Model> read_description(const std::filesystem::path& file, const ReadOptions& options) {
+  const Result<std::string> text = read_text(file);
+  if (!text) return text.error();
+  const Result<DescriptionKind> kind = kind_of(file, *text);
+  if (!kind) return kind.error();
+  if (*kind != DescriptionKind::adf && (!options.launch_indices.empty() || options.launch_all))
+    return Error{quote(file.string()) + " is no AMBF launch file: remove --models and --all"};
+  Result<Model> model = read_kind(*kind, file, options);
+  if (model) add_light_if_none(*model);
+  return model;
+}
+
+}  // namespace fire3dv::convert
