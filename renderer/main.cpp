@@ -16,7 +16,7 @@ int run_with(const std::variant<Options, int>& options, int (*run)(const Options
   try {
     return run(std::get<Options>(options));
   } catch (const std::exception& failure) {  // Vulkan errors and out of memory: not recoverable
-    std::fprintf(stderr, "fire3dv: %s\n", failure.what());
+    std::fprintf(stderr, "fire3dv: error: %s\n", failure.what());
     return 1;
   }
 }

@@ -10,7 +10,7 @@ namespace fire3dv::ambf {
 
 // Replaces control characters, since messages quote names from files.
 inline void log_line(const std::string& sentence) {
-  std::fprintf(stderr, "fire3dv: %s\n", wire::printable(sentence, 1000).c_str());
+  std::fprintf(stderr, "fire3dv: warning: %s\n", wire::printable(sentence, 1000).c_str());
 }
 
 }  // namespace fire3dv::ambf

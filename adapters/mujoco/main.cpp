@@ -18,6 +18,7 @@
 #include "adapters/mujoco/image_files.h"
 #include "adapters/mujoco/options.h"
 #include "adapters/mujoco/timing.h"
+#include "protocol/base/log.h"
 #include "tools/convert/glb/output.h"
 
 namespace fire3dv::mujoco {
@@ -28,7 +29,7 @@ namespace {
 void log_line(std::string text) {
   for (char& c : text)
     if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
-  std::fprintf(stderr, "fire3dv-mujoco: %s\n", text.c_str());
+  std::fprintf(stderr, "fire3dv-mujoco: %s\n", fire3dv::with_level(text).c_str());
 }
 
 std::atomic<bool> stop{false};
@@ -212,7 +213,7 @@ class Runner {
     } else if (*line == "quit") {
       stop = true;
     } else if (!line->empty()) {
-      log_line("\"" + *line + "\" is not one of pause, go, step, reset, quit");
+      log_line("warning: \"" + *line + "\" is not one of pause, go, step, reset, quit");
     }
     return {};
   }
@@ -272,11 +273,11 @@ int main(int argc, char** argv) {
   try {
     const fire3dv::Result<void> done = run(*options);
     if (done) return 0;
-    log_line(done.error().message);
+    log_line(fire3dv::error_line(done.error().message));
   } catch (const std::bad_alloc&) {
-    log_line("the model does not fit into memory");
+    log_line("error: the model does not fit into memory");
   } catch (const std::exception& fault) {  // thrown by a library
-    log_line(fault.what());
+    log_line(fire3dv::error_line(fault.what()));
   }
   return 1;
 }

@@ -7,8 +7,8 @@
 #include <memory>
 
 #include "protocol/base/command_line.h"
+#include "protocol/base/text.h"
 #include "protocol/wire/image_outputs.h"
-#include "renderer/scene/files.h"
 
 namespace fire3dv::mujoco {
 

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <utility>
 
-#include "renderer/scene/files.h"
+#include "protocol/base/text.h"
 #include "tools/convert/mjcf/mjcf_files.h"
 
 namespace fire3dv::mujoco {

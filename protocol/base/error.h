@@ -54,10 +54,10 @@ class [[nodiscard]] Result<void> {
 }  // namespace fire3dv
 
 // Aborts on a programming error, also in release builds: continuing could render or send wrong data.
-#define FIRE3DV_ASSERT(condition)                                                                     \
-  do {                                                                                                \
-    if (!(condition)) {                                                                               \
-      std::fprintf(stderr, "fire3dv: internal error at %s:%d: %s\n", __FILE__, __LINE__, #condition); \
-      std::abort();                                                                                   \
-    }                                                                                                 \
+#define FIRE3DV_ASSERT(condition)                                                                            \
+  do {                                                                                                       \
+    if (!(condition)) {                                                                                      \
+      std::fprintf(stderr, "fire3dv: error: internal error at %s:%d: %s\n", __FILE__, __LINE__, #condition); \
+      std::abort();                                                                                          \
+    }                                                                                                        \
   } while (false)

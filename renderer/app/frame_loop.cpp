@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "protocol/base/files.h"
+#include "protocol/base/log.h"
 #include "protocol/base/text.h"
 #include "renderer/app/options/stream_options.h"
 #include "renderer/capture/capture.h"
@@ -89,11 +90,11 @@ FrameLoop::FrameLoop(const FrameLoopContext& context)
   if (window_) taken_.add(wire::kColorSrgb8);
   if (window_) frame_extent_ = window_->image_extent();
   const bool compute = renderer_.raster_path() == passes::RasterPath::visibility;
-  std::fprintf(stderr, "fire3dv: drawn %s, %u samples a pixel, shadows by %s\n",
+  std::fprintf(stderr, "fire3dv: info: drawn %s, %u samples a pixel, shadows by %s\n",
                compute ? "from a visibility buffer" : "forward", static_cast<uint32_t>(renderer_.samples()),
                passes::describe(renderer_.shadow_technique()));
   if (renderer_.traces()) {
-    std::fprintf(stderr, "fire3dv: acceleration structures are built %s\n",
+    std::fprintf(stderr, "fire3dv: info: acceleration structures are built %s\n",
                  gpu::describe(device_.queues().async));
   }
 }
@@ -157,7 +158,7 @@ Result<void> FrameLoop::run() {
 void FrameLoop::log_notes() {
   const auto say = [this](const std::vector<std::string>& notes) {
     for (const std::string& note : notes) {
-      std::fprintf(stderr, "fire3dv: %s\n", terminal_text(note).c_str());
+      print_log_line("fire3dv", note);
       if (window_) facts_.note(note);
     }
   };

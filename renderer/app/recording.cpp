@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "protocol/base/clock.h"
+#include "protocol/base/log.h"
 #include "protocol/record/mcap/attachments.h"
 #include "protocol/wire/check.h"
 
@@ -60,12 +61,13 @@ std::vector<std::string> Recording::take_log_messages() {
   if (!log_.has_trouble() || is_failure_reported_) return std::exchange(notes_, {});
   const record::LogLosses losses = log_.losses();
   if (losses.failure && !std::exchange(is_failure_reported_, true))
-    notes_.push_back("recording ended: " + *losses.failure);
+    notes_.push_back(error_line("recording ended: " + *losses.failure));
   if (losses.unrecorded_streams != 0 && !std::exchange(is_unrecorded_reported_, true))
-    notes_.push_back("a stream is not recorded in " + path_ +
-                     ": too many are live, or were in this file; record with fire3dv-record --split-s");
+    notes_.push_back(
+        warning("a stream is not recorded in " + path_ +
+                ": too many are live, or were in this file; record with fire3dv-record --split-s"));
   if (!losses.failure && losses.unwritten != 0 && !std::exchange(is_loss_reported_, true))
-    notes_.push_back("the disk is too slow for " + path_ + ": messages are dropped");
+    notes_.push_back(warning("the disk is too slow for " + path_ + ": messages are dropped"));
   return std::exchange(notes_, {});
 }
 

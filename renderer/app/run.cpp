@@ -1,3 +1,4 @@
+#include "protocol/base/log.h"
 #include "renderer/app/start.h"
 
 #include <chrono>
@@ -126,7 +127,7 @@ template <typename Value, typename Make>
 Result<Value> make_or_default(const Stage& stage, Options& options, std::string Options::*name, Make&& make) {
   Result<Value> made = make(options);
   if (made || stage.first) return made;
-  say(made.error().message);
+  say(warning(made.error().message));
   (options.*name).clear();
   return make(options);
 }
@@ -320,7 +321,7 @@ int run(const Options& options) {
     if (!devices) return fail(devices.error());
     gpu::Device& device = *devices->first;
     PipelineCacheFile pipelines(device, places.pipelines);
-    if (pipelines.note()) say(*pipelines.note());
+    if (pipelines.note()) say(warning(*pipelines.note()));
     gui::Viewer viewer;
     viewer.draw = draw_settings(options, std::move(*environment));
     viewer.draw.cached_environments = environment_store(places.environments);
@@ -350,7 +351,7 @@ int run(const Options& options) {
         show = std::move(before);
         if (Result<void> again = show->restart_epoch(); !again) note += ", but " + again.error().message;
       } else {
-        if (!why_again.empty()) say(why_again);
+        if (!why_again.empty()) say(error_line(why_again));
         exit_code = fail(next.error());
         show.reset();
       }

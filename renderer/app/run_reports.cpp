@@ -14,12 +14,13 @@ namespace {
 // CSV columns: passes in frame order; 0 if a pass did not run. "tlas wait": time that the graphics queue
 // waited for acceleration structures of the async compute queue.
 constexpr const char* kColumns[] = {
-    "drives",      "poses",       "transforms",  "draws",      "deform",   "deformed blas", "tlas",
-    "light views", "clear",       "cull",        "raster",     "expand",   "tiles",         "farthest depth",
-    "late cull",   "late raster", "late expand", "late tiles", "surfaces", "classify",      "shade",
-    "tlas wait",   "trace",       "shade again", "depth",      "forward",  "post",          "fxaa",
-    "labels",      "outputs",     "keep poses",  "debug view", "pick",     "outline",       "held mark",
-    "gui",         "lens colors", "lens",        "read-back",  "window"};
+    "pose sources",   "poses",         "transforms", "draws",       "deform",        "deformed blas",
+    "tlas",           "light views",   "clear",      "cull",        "raster",        "expand",
+    "tiles",          "depth pyramid", "late cull",  "late raster", "late expand",   "late tiles",
+    "coverage merge", "classify",      "shade",      "tlas wait",   "trace",         "shade again",
+    "depth",          "forward",       "post",       "fxaa",        "labels",        "outputs",
+    "keep poses",     "debug view",    "pick",       "outline",     "stale overlay", "gui",
+    "lens colors",    "lens",          "read-back",  "window"};
 
 double at_fraction(std::vector<double> values, double fraction) {
   if (values.empty()) return 0;
@@ -89,7 +90,7 @@ void FrameStats::write_row(const FrameCost& cost, const gpu::FrameTimes& times) 
   if (!header_written_) {
     std::fprintf(file_.get(), "frame,frame_ms,cpu_ms,pose_age_ms,gpu_ms");
     for (const char* column : kColumns) std::fprintf(file_.get(), ",%s_ms", column);
-    std::fprintf(file_.get(), ",side_queue_ms\n");
+    std::fprintf(file_.get(), ",async_queue_ms\n");
     header_written_ = true;
   }
   std::fprintf(file_.get(), "%llu,%.4f,%.4f,", static_cast<unsigned long long>(cost.frame_index),
@@ -192,7 +193,7 @@ bool Progress::is_due() {
 }
 
 void Progress::show(const std::string& text) {
-  std::fprintf(stderr, "%sfire3dv: %s %s%s", terminal_ ? "\r" : "", what_.c_str(), text.c_str(),
+  std::fprintf(stderr, "%sfire3dv: info: %s %s%s", terminal_ ? "\r" : "", what_.c_str(), text.c_str(),
                terminal_ ? "\033[K" : "\n");
   line_open_ = terminal_;
 }

@@ -3,23 +3,24 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "protocol/base/log.h"
 #include "protocol/base/text.h"
 #include "renderer/scene/textures/environment.h"
 
 namespace fire3dv::app {
 
 void say(const std::string& text) {
-  std::fprintf(stderr, "fire3dv: %s\n", terminal_text(text).c_str());
+  print_log_line("fire3dv", text);
 }
 
 int fail(const Error& error) {
-  say(error.message);
+  say(error_line(error.message));
   return 1;
 }
 
 void log_cache_error(const Error& error) {
-  say("cache: " + error.message +
-      "; the next start will be as slow as this one (--cache names another folder)");
+  say(warning("cache: " + error.message +
+              "; the next start will be as slow as this one (--cache names another folder)"));
 }
 
 Result<std::unique_ptr<gpu::Device>> open_device(gpu::Instance& instance, const Options& options,
@@ -28,7 +29,7 @@ Result<std::unique_ptr<gpu::Device>> open_device(gpu::Instance& instance, const 
   Result<gpu::DeviceChoice> choice =
       gpu::choose_device(reports, options.device, gpu::graphics_vendors_present());
   if (!choice) return choice.error();
-  for (const std::string& note : choice->notes) say("device: " + note);
+  for (const std::string& note : choice->notes) say(warning("device: " + note));
   say("device " + gpu::describe(reports[choice->index]));
   if (report) *report = reports[choice->index];
   return gpu::Device::create(instance, choice->index, !options.headless, options.async_compute);
@@ -47,7 +48,7 @@ Result<OpenDevices> open_devices(gpu::Instance& instance, const Options& options
       gpu::choose_devices(reports, options.devices, gpu::graphics_vendors_present());
   if (!choices) return choices.error();
   for (const gpu::DeviceChoice& choice : *choices) {
-    for (const std::string& note : choice.notes) say("device: " + note);
+    for (const std::string& note : choice.notes) say(warning("device: " + note));
     say("device " + gpu::describe(reports[choice.index]));
     if (reports[choice.index].name != reports[choices->front().index].name)
       say("device: images by " + reports[choice.index].name + " and " + reports[choices->front().index].name +
@@ -64,9 +65,9 @@ Result<OpenDevices> open_devices(gpu::Instance& instance, const Options& options
 void describe(const std::filesystem::path& path, const scene::Scene& scene) {
   constexpr size_t kWarningsShown = 20;
   for (size_t i = 0; i < std::min(scene.warnings.size(), kWarningsShown); ++i)
-    say("warning: " + scene.warnings[i]);
+    say(warning(scene.warnings[i]));
   if (scene.warnings.size() > kWarningsShown) {
-    say("warning: and " + std::to_string(scene.warnings.size() - kWarningsShown) + " more");
+    say(warning("and " + std::to_string(scene.warnings.size() - kWarningsShown) + " more"));
   }
   size_t triangles = 0;
   for (const scene::Primitive& primitive : scene.primitives) triangles += primitive.index_count / 3;

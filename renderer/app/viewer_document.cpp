@@ -1,5 +1,6 @@
 #include "renderer/app/viewer_document.h"
 
+#include "protocol/base/log.h"
 #include "renderer/app/frame_loop.h"
 #include "renderer/app/start.h"
 
@@ -74,15 +75,16 @@ Options with_file(const Options& options, const std::filesystem::path& file) {
 void DocumentLoader::open(const std::filesystem::path& file) {
   const Options& now = now_.options();
   if (!now.out.empty() || !now.stats.empty() || !now.recording.record.empty() || now.lockstep)
-    return notes_.push_back("--out, --stats, --record, --lockstep and --step allow one scene only: " +
-                            file.string() + " needs a fire3dv of its own");
+    return notes_.push_back(
+        error_line("--out, --stats, --record, --lockstep and --step allow one scene only: open " +
+                   file.string() + " in another fire3dv"));
   Options options = with_file(now, file);
   Result<std::unique_ptr<ViewerDocument>> opened = ViewerDocument::open(options, places_);
   if (!opened && is_recording(file)) {  // no attached scene: the recording may belong to the displayed scene
     options.scene = now.scene;
     if (!now.scene.empty()) opened = ViewerDocument::open(options, places_);
   }
-  if (!opened) return notes_.push_back(opened.error().message);
+  if (!opened) return notes_.push_back(error_line(opened.error().message));
   next_ = std::move(*opened);
   notes_.push_back("loading " + file.string());
 }
@@ -92,7 +94,7 @@ bool DocumentLoader::is_ready() {
   const Result<const scene::LoadedScene*> loaded = next_->load().wait();
   const Result<void> can = loaded ? can_show_((*loaded)->scene) : Result<void>(loaded.error());
   if (can) return true;
-  notes_.push_back(can.error().message);
+  notes_.push_back(error_line(can.error().message));
   next_.reset();
   return false;
 }

@@ -19,7 +19,7 @@ constexpr int kUsageError = 2;
 constexpr uint32_t kMaxShards = 100'000;
 
 int usage_error(const char* command, const std::string& text) {
-  std::cerr << "fire3dv " << command << ": " << text << " (see fire3dv " << command << " --help)\n";
+  std::cerr << "fire3dv " << command << ": error: " << text << " (see fire3dv " << command << " --help)\n";
   return kUsageError;
 }
 

@@ -1,3 +1,4 @@
+#include "protocol/base/log.h"
 #include "renderer/offline/commands.h"
 
 #include <cmath>
@@ -228,7 +229,7 @@ Result<bool> Render::draw(const scene::LoadedScene& loaded, const Timeline& time
   auto device = app::open_device(*instance_, drawing_, &report);
   if (!device) return device.error();
   app::PipelineCacheFile pipelines(**device, places_.pipelines);
-  if (pipelines.note()) say(*pipelines.note());
+  if (pipelines.note()) say(warning(*pipelines.note()));
   passes::DrawSettings settings = app::draw_settings(drawing_, std::move(*environment));
   settings.cached_environments = app::environment_store(places_.environments);
   std::optional<passes::SceneRenderer> renderer(std::in_place, **device, settings);

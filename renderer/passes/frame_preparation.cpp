@@ -149,7 +149,7 @@ Result<void> SceneRenderer::can_show(DebugView view) const {
   if (Result<void> can = can_inspect(); !can) return can;
   if (view == DebugView::unresolved_shadows && !shadow_technique_.hybrid) {
     return Error{
-        std::string("the debug view shadow-doubt shows pixels that shadow maps leave to rays, but the "
+        std::string("the debug view unresolved-shadows shows pixels that shadow maps leave to rays, but the "
                     "shadow technique is ") +
         describe(shadow_technique_) + ": take both, as --shadows ray does without --shadow-rays all"};
   }

@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 
+#include "protocol/base/log.h"
 #include "renderer/scene/files.h"
 #include "renderer/scene/model/scene_edits.h"
 
@@ -295,9 +296,9 @@ void EditRegistry::refuse(StreamEntry& stream, EditInForce& entry, const std::st
   ++faults_.refused;
   requests_changed(stream.age);
   if (++stream.refusals_reported <= kMaxReported)
-    log_messages_.push_back(
+    log_messages_.push_back(warning(
         "the node " + quote(entry.edit.node) + " of stream \"" + stream.name + "\" is not added: " + reason +
-        (stream.refusals_reported == kMaxReported ? "; further refusals are not logged" : ""));
+        (stream.refusals_reported == kMaxReported ? "; further refusals are not logged" : "")));
   finish(stream, entry);
 }
 
@@ -522,8 +523,8 @@ bool EditRegistry::charge_light(const scene::Scene& scene, uint32_t node, Stream
       if (shadow) {
         entry.shadow_light = std::move(*shadow);
       } else if (!std::exchange(stream.reported_shadows, true)) {
-        log_messages_.push_back(name + " of stream \"" + stream.name +
-                                "\" casts no shadow: " + shadow.error().message);
+        log_messages_.push_back(
+            warning(name + " of stream \"" + stream.name + "\" casts no shadow: " + shadow.error().message));
       }
     }
   }
@@ -599,7 +600,7 @@ void EditRegistry::fault(StreamEntry& stream, EditInForce& entry, uint64_t EditF
       stream.reported_causes.end())
     return;
   stream.reported_causes.push_back(cause);
-  log_messages_.push_back("an edit of stream \"" + stream.name + "\" is without effect: " + reason);
+  log_messages_.push_back(warning("an edit of stream \"" + stream.name + "\" is without effect: " + reason));
 }
 
 }  // namespace fire3dv::state

@@ -48,7 +48,7 @@ def by_images(test):
     rows = []
     for arguments in (["--animate", "slide"], ["--animate"]):
         renderer = test.renderer("--frames", "32", *arguments, scene=scene)
-        renderer.wait_err(r"^fire3dv: playing animation \"slide\", of 1$")
+        renderer.wait_err(r"^fire3dv: info: playing animation \"slide\", of 1$")
         renderer.expect_exit(0)
         pictures = [renderer.picture(frame) for frame in renderer.frames()]
         check(len(pictures) == 32, f"{len(pictures)} images")

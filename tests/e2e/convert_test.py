@@ -51,7 +51,7 @@ def convert(test, *arguments, code=0):
     done = subprocess.run([test.programs_at["convert"], *arguments], capture_output=True, text=True, timeout=600)
     check(done.returncode == code, f"{arguments} ended with {done.returncode}, not {code}:\n{done.stderr}")
     for line in done.stderr.splitlines():
-        check(line.startswith("fire3dv-convert: "), f"{arguments} says {line!r}")
+        check(re.match("fire3dv-convert: (info|warning|error): ", line), f"{arguments} says {line!r}")
     return done
 
 
@@ -223,7 +223,7 @@ def refused(test):
     arm = write(test, "arm.urdf", ARM.format(0, ""))
     check("which is not beside fire3dv" in failing(copy, arm), "no converter")
     for body, said in (("kill -SEGV $$", "crashed (Segmentation fault)"),
-                       ("echo 'fire3dv-convert: a sentence' >&2; exit 1", "fire3dv: a sentence"),
+                       ("echo 'fire3dv-convert: a sentence' >&2; exit 1", "fire3dv: error: a sentence"),
                        ("exit 3", "failed without a reason"),
                        ("yes 'fire3dv-convert: warning: x' | head -100000 >&2; printf junk", "the conversion of " + arm)):
         write(test, "alone/fire3dv-convert", "#!/bin/sh\n" + body + "\n")

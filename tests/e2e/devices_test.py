@@ -27,10 +27,10 @@ def chosen(*arguments):
     def run(test):
         renderer = test.renderer("--frames", "1", *arguments)
         renderer.expect_exit(0)
-        line = renderer.wait_err(r"^fire3dv: device 0: llvmpipe .*\(software, .*\); " + WITHIN + "; lacks: .+")
+        line = renderer.wait_err(r"^fire3dv: info: device 0: llvmpipe .*\(software, .*\); " + WITHIN + "; lacks: .+")
         check("async compute queue" in line.group(0), f"it does not say what is lacking: {line.group(0)}")
-        renderer.wait_err(r"^fire3dv: device: llvmpipe .* is a software device: it draws on the CPU$")
-        renderer.wait_err(r"^fire3dv: drawn from a visibility buffer, \d+ samples a pixel, shadows by shadow maps and ray query$")
+        renderer.wait_err(r"^fire3dv: warning: device: llvmpipe .* is a software device: it draws on the CPU$")
+        renderer.wait_err(r"^fire3dv: info: drawn from a visibility buffer, \d+ samples a pixel, shadows by shadow maps and ray query$")
         check(len(renderer.frames()) == 1, "no image")
     return run
 
@@ -61,13 +61,13 @@ def queues(test):
         stats = test.path(f"{wish}.csv")
         renderer = test.renderer("--frames", "3", "--async-compute", wish, "--stats", stats, scene=scene)
         renderer.expect_exit(0)
-        renderer.wait_err(rf"^fire3dv: acceleration structures are built {said}$")
+        renderer.wait_err(rf"^fire3dv: info: acceleration structures are built {said}$")
         pictures.append([renderer.picture(frame).rows for frame in renderer.frames()])
         with open(stats, encoding="utf-8") as file:
             for row in csv.DictReader(file):
                 check(float(row["tlas_ms"]) > 0, f"{wish}: nothing was built: {row}")
-                check((float(row["side_queue_ms"]) > 0) == (wish == "on"), f"{wish}: {row}")
-                check(float(row["side_queue_ms"]) <= float(row["gpu_ms"]), f"{wish}: outside the image's span: {row}")
+                check((float(row["async_queue_ms"]) > 0) == (wish == "on"), f"{wish}: {row}")
+                check(float(row["async_queue_ms"]) <= float(row["gpu_ms"]), f"{wish}: outside the image's span: {row}")
     check(len(pictures[0]) == 3 and pictures[0] == pictures[1] == pictures[2], "images differ")
     untraced = test.renderer("--frames", "1", "--async-compute", "on", "--shadows", "map", scene=scene)
     untraced.expect_exit(0)

@@ -116,7 +116,7 @@ def views(test):
     for arguments, code, says in ((["--view", "sideways"], 2, "--view: .*sideways"),
                                   (["--view", "depth", "--outputs", "depth"], 2, "--view .*needs color"),
                                   (["--view", "depth", "--raster", "forward"], 1, "--view: .*leave --raster forward out"),
-                                  (["--view", "shadow-doubt", "--shadows", "map"], 1, "--view: .*shadow technique is shadow maps")):
+                                  (["--view", "unresolved-shadows", "--shadows", "map"], 1, "--view: .*shadow technique is shadow maps")):
         renderer = test.renderer("--frames", "1", *arguments)
         renderer.expect_exit(code)
         check(renderer.find_err(says), renderer.stderr_text())

@@ -11,6 +11,7 @@
 #include <new>
 
 #include "protocol/base/command_line.h"
+#include "protocol/base/log.h"
 #include "protocol/base/text.h"
 #include "renderer/scene/cache/cache_files.h"
 #include "tools/convert/glb/output.h"
@@ -38,8 +39,8 @@ std::string printable(std::string text) {
   return fire3dv::printable_text(text, SIZE_MAX);
 }
 
-void say(std::string text) {
-  std::fprintf(stderr, "fire3dv-convert: %s\n", printable(std::move(text)).c_str());
+void say(const std::string& text) {
+  std::fprintf(stderr, "fire3dv-convert: %s\n", printable(fire3dv::with_level(text)).c_str());
 }
 
 int64_t now_ns() {
@@ -110,7 +111,7 @@ int run(const Options& options) {
   self.stamp = scene::stamp_of(self.file);
   Result<Model> model = read_description(options.file, options.read);
   if (!model) {
-    say(model.error().message);
+    say(fire3dv::error_line(model.error().message));
     return kFailed;
   }
   if (options.list) print_list(*model);
@@ -118,12 +119,12 @@ int run(const Options& options) {
   if (!options.out.empty()) {
     const Result<std::vector<std::byte>> glb = write_glb(*model, &model->warnings);
     if (!glb) {
-      say(options.file + ": " + glb.error().message);
+      say(fire3dv::error_line(options.file + ": " + glb.error().message));
       return kFailed;
     }
     bytes = glb->size();
     if (Result<void> done = write_outputs(options, standard_output, *model, *glb, self, begun_ns); !done) {
-      say(done.error().message);
+      say(fire3dv::error_line(done.error().message));
       return kFailed;
     }
   }
@@ -168,11 +169,11 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
-    std::cerr << "fire3dv-convert: " << error.what() << " (see fire3dv-convert --help)\n";
+    std::cerr << "fire3dv-convert: error: " << error.what() << " (see fire3dv-convert --help)\n";
     return kUsageError;
   }
   const auto usage_error = [](const char* text) {
-    std::cerr << "fire3dv-convert: " << text << " (see fire3dv-convert --help)\n";
+    std::cerr << "fire3dv-convert: error: " << text << " (see fire3dv-convert --help)\n";
     return kUsageError;
   };
   if (options.out.empty() && !options.list) return usage_error("name the file to write: -o OUT.glb");
@@ -184,9 +185,9 @@ int main(int argc, char** argv) {
   try {
     return run(options);
   } catch (const std::bad_alloc&) {
-    say(options.file + ": it does not fit into memory");
+    say(fire3dv::error_line(options.file + ": it does not fit into memory"));
   } catch (const std::exception& fault) {  // thrown by a library
-    say(options.file + ": it cannot be converted: " + fault.what());
+    say(fire3dv::error_line(options.file + ": it cannot be converted: " + fault.what()));
   }
   return kFailed;
 }

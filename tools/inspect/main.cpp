@@ -252,7 +252,7 @@ int inspect_recordings(const std::vector<std::string>& files, bool as_json, uint
   for (const std::string& file : files) {
     const auto recording = fire3dv::inspect::inspect_recording(file, {memory_mb << 20});
     if (!recording) {
-      std::cerr << "fire3dv-inspect: " << fire3dv::terminal_text(recording.error().message) << '\n';
+      std::cerr << "fire3dv-inspect: error: " << fire3dv::terminal_text(recording.error().message) << '\n';
       result = 1;
       continue;
     }
@@ -311,7 +311,7 @@ int main(int argc, char** argv) {
   for (const std::string& uri : uris) {
     auto link = transport::open_listener(uri, options);
     if (!link) {
-      std::cerr << "fire3dv-inspect: " << link.error().message << '\n';
+      std::cerr << "fire3dv-inspect: error: " << link.error().message << '\n';
       return 1;
     }
     looks.push_back({std::move(*link), {}});

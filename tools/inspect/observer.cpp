@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "protocol/base/clock.h"
+#include "protocol/base/log.h"
 #include "protocol/wire/check.h"
 
 namespace fire3dv::inspect {
@@ -42,8 +43,7 @@ uint64_t StreamSeen::age_us(double quantile) const {
 
 void Observer::poll(transport::ListenerLink& link) {
   link.poll([&](const LinkEvent& event) {
-    if (event.kind == LinkEvent::Kind::note)
-      std::fprintf(stderr, "fire3dv-inspect: %s\n", std::string(event.text).c_str());
+    if (event.kind == LinkEvent::Kind::note) print_log_line("fire3dv-inspect", event.text);
     if (event.kind == LinkEvent::Kind::disconnected)
       if (const auto stream = streams_.find(event.peer); stream != streams_.end())
         stream->second.ended = true;

@@ -18,6 +18,7 @@
 
 #include "protocol/base/clock.h"
 #include "protocol/base/command_line.h"
+#include "protocol/base/log.h"
 #include "protocol/base/text.h"
 #include "protocol/record/damage.h"
 #include "protocol/record/log_thread.h"
@@ -60,7 +61,7 @@ void Recorder::poll(transport::ListenerLink& link, uint32_t link_number, bool an
     const int64_t at_ns = event.received_ns != 0 ? event.received_ns : fire3dv::monotonic_ns();
     switch (event.kind) {
       case LinkEvent::Kind::note:
-        std::fprintf(stderr, "fire3dv-record: %s\n", std::string(event.text).c_str());
+        fire3dv::print_log_line("fire3dv-record", event.text);
         break;
       case LinkEvent::Kind::disconnected:
         log_.end_peer(peer, at_ns);
@@ -104,7 +105,7 @@ struct RecoverOptions {
 };
 
 int fail(const Error& error) {
-  std::fprintf(stderr, "fire3dv-record: %s\n", terminal_text(error.message).c_str());
+  print_log_line("fire3dv-record", error_line(error.message));
   return 1;
 }
 
@@ -155,7 +156,7 @@ struct Options {
 };
 
 int fail(const std::string& message) {
-  std::fprintf(stderr, "fire3dv-record: %s\n", fire3dv::terminal_text(message).c_str());
+  fire3dv::print_log_line("fire3dv-record", fire3dv::error_line(message));
   return 1;
 }
 
@@ -201,12 +202,13 @@ void print_progress(const record::RecorderStatus& status, const char* end) {
     missing += stream.missing;
     live += stream.live;
   }
-  std::fprintf(stderr,
-               "fire3dv-record: %zu streams (%llu live), %llu frames, %llu missing, %.1f MB in %u files%s",
-               status.streams.size() + static_cast<size_t>(status.reclaimed_streams),
-               static_cast<unsigned long long>(live), static_cast<unsigned long long>(frames),
-               static_cast<unsigned long long>(missing), static_cast<double>(status.file_bytes) / 1e6,
-               status.files, end);
+  std::fprintf(
+      stderr,
+      "fire3dv-record: info: %zu streams (%llu live), %llu frames, %llu missing, %.1f MB in %u files%s",
+      status.streams.size() + static_cast<size_t>(status.reclaimed_streams),
+      static_cast<unsigned long long>(live), static_cast<unsigned long long>(frames),
+      static_cast<unsigned long long>(missing), static_cast<double>(status.file_bytes) / 1e6, status.files,
+      end);
   std::fflush(stderr);
 }
 
@@ -279,7 +281,7 @@ int record_streams(const Options& options) {
     if (!models) return fail(models.error().message);
     log.models = std::move(*models);
     for (const std::string& text : left_out)
-      std::fprintf(stderr, "fire3dv-record: %s\n", fire3dv::terminal_text(text).c_str());
+      fire3dv::print_log_line("fire3dv-record", fire3dv::warning(text));
   }
   // The first file is created now, so that a bad name is reported before data is lost.
   auto first = record::create_sink(splits ? numbered(options.out, 0) : options.out);
@@ -295,8 +297,7 @@ int record_streams(const Options& options) {
         return record::attach_files(options.attach, writer, now_ns);
       },
       log));
-  for (const auto& link : links)
-    std::fprintf(stderr, "fire3dv-record: listening on %s\n", link->uri().c_str());
+  for (const auto& link : links) fire3dv::print_log_line("fire3dv-record", "listening on " + link->uri());
 
   const auto share =
       std::chrono::nanoseconds(std::chrono::milliseconds(20)) / static_cast<int64_t>(links.size());

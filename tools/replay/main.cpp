@@ -17,6 +17,7 @@
 
 #include "protocol/base/clock.h"
 #include "protocol/base/command_line.h"
+#include "protocol/base/log.h"
 #include "protocol/base/text.h"
 #include "protocol/record/playback.h"
 #include "protocol/replay/replay_clock.h"
@@ -43,7 +44,7 @@ struct Options {
 };
 
 int fail(const std::string& message) {
-  std::fprintf(stderr, "fire3dv-replay: %s\n", fire3dv::terminal_text(message).c_str());
+  fire3dv::print_log_line("fire3dv-replay", fire3dv::error_line(message));
   return 1;
 }
 
@@ -160,7 +161,7 @@ Result<bool> Replay::run_once(bool again) {
     if (step == record::Playback::Step::end) break;
     if (step == record::Playback::Step::damaged) {
       if (damaged_++ == 0)
-        std::fprintf(stderr, "fire3dv-replay: %s\n", fire3dv::terminal_text(playback_.problem()).c_str());
+        print_log_line("fire3dv-replay", warning(playback_.problem()));
       continue;
     }
     if (played.log_time_ns > end_ns) break;
@@ -222,7 +223,7 @@ int replay_file(const Options& options) {
   auto playback = record::Playback::open(std::move(*source), {options.memory_mb << 20});
   if (!playback) return fail(playback.error().message);
   if (!playback->reader().index().damage.empty())
-    std::fprintf(stderr, "fire3dv-replay: %s: %s\n", wire::printable(options.file, 4096).c_str(),
+    std::fprintf(stderr, "fire3dv-replay: info: %s: %s\n", wire::printable(options.file, 4096).c_str(),
                  playback->reader().index().damage.c_str());
   Replay replay(std::move(*playback), options);
   if (auto good = replay.open_links(); !good) return fail(good.error().message);

@@ -46,7 +46,8 @@ constexpr std::chrono::minutes kLongest{15};
 constexpr int kPollMs = 100;
 constexpr size_t kMaxLineBytes = 4096, kMaxWarnings = 1000;
 constexpr const char* kStopped = "it was interrupted";
-constexpr std::string_view kName = "fire3dv-convert: ", kWarning = "warning: ";
+constexpr std::string_view kName = "fire3dv-convert: ", kWarning = "warning: ", kError = "error: ",
+                           kInfo = "info: ";
 
 class Descriptor {
  public:
@@ -79,6 +80,8 @@ class Said {
   void end_line() {
     std::string_view text = line_;
     if (text.starts_with(kName)) text.remove_prefix(kName.size());
+    for (const std::string_view level : {kError, kInfo})
+      if (text.starts_with(level)) text.remove_prefix(level.size());
     if (text.starts_with(kWarning)) {
       text.remove_prefix(kWarning.size());
       if (warnings_.size() < kMaxWarnings) warnings_.emplace_back(text);

@@ -5,6 +5,7 @@
 #include <system_error>
 #include <utility>
 
+#include "protocol/base/log.h"
 #include "renderer/app/start.h"
 #include "renderer/gpu/pipelines/pipeline.h"
 #include "renderer/scene/cache/cache_files.h"
@@ -151,7 +152,7 @@ std::optional<std::vector<std::byte>> EnvironmentCache::find(const Digest& kind,
   std::error_code error;
   if (!std::filesystem::exists(path, error)) return std::nullopt;
   Result<std::vector<std::byte>> maps = read_cache_file(path, kEnvironmentFiles, kind);
-  if (!maps) say(maps.error().message);
+  if (!maps) say(warning(maps.error().message));
   if (!maps || maps->size() != bytes) return std::nullopt;
   scene::touch(path);
   return std::move(*maps);

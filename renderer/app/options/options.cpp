@@ -295,6 +295,9 @@ void add_diagnostics_options(CLI::App& app, Options& options, Texts& texts) {
       ->group(kGroup);
   app.add_option("--stats", options.stats, "CSV file of times per image")->type_name("FILE")->group(kGroup);
   app.add_option("--view", texts.debug_view, "debug view instead of light (see docs/views.md)")
+      ->transform([](const std::string& name) {  // its name in an earlier version
+        return name == "shadow-doubt" ? std::string("unresolved-shadows") : name;
+      })
       ->check(one_of(passes::kDebugViewNames))
       ->type_name("NAME")
       ->capture_default_str()
@@ -334,11 +337,11 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
   } catch (const CLI::ParseError& error) {
     const bool asked_for = error.get_exit_code() == 0;  // --help, --version
     if (asked_for) return app.exit(error);
-    std::cerr << "fire3dv: " << error.what() << " (see fire3dv --help)\n";
+    std::cerr << "fire3dv: error: " << error.what() << " (see fire3dv --help)\n";
     return kUsageError;
   }
   auto usage_error = [](const std::string& text) {
-    std::cerr << "fire3dv: " << text << " (see fire3dv --help)\n";
+    std::cerr << "fire3dv: error: " << text << " (see fire3dv --help)\n";
     return kUsageError;
   };
   if (!parse_image_size(texts.size, options.width, options.height)) {

@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "protocol/base/log.h"
 #include "protocol/wire/check.h"
 #include "protocol/wire/encode.h"
 #include "renderer/app/streams/stream_receiver.h"
@@ -95,8 +96,8 @@ void StreamReceiver::refuse_image(state::RequesterId requester, const wire::Imag
   const auto* entry = find_requester(requester);
   if (!entry) return;
   if (is_logged)
-    log("stream \"" + entry->second.name +
-        "\" asks for an image: " + wire::printable(refused.message, kMaxReplyBytes));
+    log(warning("image request of stream \"" + entry->second.name +
+                "\" refused: " + wire::printable(refused.message, kMaxReplyBytes)));
   send_refusal(entry->first, refused);
 }
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "protocol/base/clock.h"
+#include "protocol/base/log.h"
 #include "protocol/wire/encode.h"
 
 namespace fire3dv::app {
@@ -116,8 +117,9 @@ void StreamReceiver::report_conditions() {
   for (auto& [peer, stream] : stream_of_peer_) {
     const bool is_lost = poses_.streams()[stream.id].condition == state::Condition::lost;
     if (std::exchange(stream.reported_lost, is_lost) == is_lost) continue;
-    log("stream \"" + stream.name +
-        (is_lost ? "\" stalled: no pose frames; showing the last one" : "\" sends frames again"));
+    const std::string name = "stream \"" + stream.name + "\"";
+    log(is_lost ? warning(name + " stalled: no pose frames; showing the last one")
+                : name + " sends frames again");
   }
 }
 
@@ -229,8 +231,8 @@ void StreamReceiver::reply(Peer peer, const wire::Bytes& message) {
 void StreamReceiver::reject(Peer peer, Refusal refusal, const std::string& reason) {
   ++refusals_[static_cast<size_t>(refusal)];
   if (peers_[peer].rejected++ == 0) {
-    log("dropped a message from " + listeners_[peer.first]->uri() + " peer " + std::to_string(peer.second) +
-        ": " + reason);
+    log(warning("dropped a message from " + listeners_[peer.first]->uri() + " peer " +
+                std::to_string(peer.second) + ": " + reason));
   }
 }
 

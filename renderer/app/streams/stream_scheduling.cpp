@@ -2,6 +2,7 @@
 // are deferred to later polls, in order.
 #include <algorithm>
 
+#include "protocol/base/log.h"
 #include "renderer/app/streams/stream_receiver.h"
 
 namespace fire3dv::app {
@@ -22,7 +23,7 @@ size_t StreamReceiver::DeferredMessage::bytes() const {
 bool StreamReceiver::receive(Peer peer, const transport::LinkEvent& event) {
   if (event.kind == Kind::note) {
     handled_peer_.reset();
-    log(std::string(event.text));
+    log(warning(event.text));
     return false;
   }
   PeerState& state = peers_[peer];
@@ -145,8 +146,8 @@ void StreamReceiver::store(Peer peer, PeerState& state, const transport::LinkEve
   if (!fits && is_message && !lockstep_) {
     const uint32_t bit = 1u << static_cast<uint32_t>(Resource::received_bytes);
     if ((std::exchange(state.reported_refusals, state.reported_refusals | bit) & bit) == 0)
-      log("messages of " + listeners_[peer.first]->uri() + " peer " + std::to_string(peer.second) +
-          " are dropped: " + fits.error().message);
+      log(warning("messages of " + listeners_[peer.first]->uri() + " peer " + std::to_string(peer.second) +
+                  " are dropped: " + fits.error().message));
     return;
   }
   if (event.kind == Kind::pose && !lockstep_) {

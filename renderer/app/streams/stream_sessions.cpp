@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <fstream>
 
+#include "protocol/base/log.h"
 #include "protocol/wire/encode.h"
 #include "renderer/app/streams/stream_receiver.h"
 
@@ -124,7 +125,7 @@ void StreamReceiver::accept_stream(Peer peer, const wire::StreamDescription& des
       bytes ? BudgetCharge::take(budget, Resource::names, description.node_names.size())
             : Result<BudgetCharge>(bytes.error());
   if (!names) {
-    log("stream \"" + name + "\" was refused: " + names.error().message);
+    log(warning("stream \"" + name + "\" was refused: " + names.error().message));
     return refuse_description(peer, description.epoch, wire::WelcomeStatus::bad_description,
                               names.error().message);
   }
@@ -228,7 +229,7 @@ void StreamReceiver::report_refusals() {
     const uint32_t bit = 1u << static_cast<uint32_t>(refusal.resource);
     if ((std::exchange(reported, reported | bit) & bit) != 0) continue;
     handled_peer_ = stream->first;
-    log("stream \"" + stream->second.name + "\" is refused a part of what it sends: " + refusal.message);
+    log(warning("stream \"" + stream->second.name + "\" is over a limit: " + refusal.message));
   }
   handled_peer_.reset();
 }
@@ -343,8 +344,9 @@ void StreamReceiver::resolve_conflicts() {
       state.refused_epoch = conflict.epoch;
       state.refused_ns = now_ns_;
       handled_peer_ = peer;
-      log("stream \"" + older->second.name + "\": another connection (" + listeners_[peer.first]->uri() +
-          " peer " + std::to_string(peer.second) + ") that publishes the same run was refused");
+      log(warning("stream \"" + older->second.name + "\": another connection (" +
+                  listeners_[peer.first]->uri() + " peer " + std::to_string(peer.second) +
+                  ") that publishes the same run was refused"));
     } else {
       suspend_stream(conflict.older, "it came back over another connection", false);
     }

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "protocol/base/clock.h"
+#include "protocol/base/log.h"
 #include "renderer/app/start.h"
 #include "renderer/metrics/metric_families.h"
 
@@ -48,7 +49,7 @@ gui::Layout load(const std::optional<std::filesystem::path>& file, std::vector<s
   if (!file) return {};
   Result<gui::Layout> layout = gui::load_layout(*file);
   if (layout) return *layout;
-  notes.push_back(layout.error().message);
+  notes.push_back(warning(layout.error().message));
   return {};
 }
 
@@ -104,7 +105,8 @@ WindowPanels::WindowPanels(gpu::Device& device, gui::Viewer& viewer, bool first)
 
 WindowPanels::~WindowPanels() {
   if (!file_ || gui_.layout() == saved_) return;
-  if (Result<void> saved = gui::save_layout(*file_, gui_.layout()); !saved) say(saved.error().message);
+  if (Result<void> saved = gui::save_layout(*file_, gui_.layout()); !saved)
+    say(warning(saved.error().message));
 }
 
 ViewerInput::Owners WindowPanels::take(sinks::Window& window, const sinks::WindowInput& input,

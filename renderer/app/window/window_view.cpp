@@ -4,6 +4,7 @@
 #include <iterator>
 #include <utility>
 
+#include "protocol/base/log.h"
 #include "renderer/app/options/stream_options.h"
 #include "renderer/app/streams/image_service.h"
 #include "renderer/app/window/viewer_control.h"
@@ -104,7 +105,7 @@ void WindowView::apply_requests() {
   apply_draw_settings();
   passes::DebugView& view = borrowed_.viewer.debug_view;
   if (Result<void> can = renderer().can_show(view); !can) {
-    notes_.push_back(can.error().message);
+    notes_.push_back(error_line(can.error().message));
     view = passes::DebugView::none;
   }
   for (const auto& [epoch, playout] : borrowed_.viewer.streams)
@@ -119,7 +120,8 @@ void WindowView::apply_draw_settings() {
   if (renderer().needs_new_renderer(requested)) {
     if (borrowed_.options.outputs != passes::ImageOutputs() || borrowed_.requests.count() != 0) {
       notes_.push_back(
-          "samples, raster path and shadows stay while --outputs or a simulator wants images of one kind");
+          "warning: samples, raster path and shadows stay while --outputs or a simulator wants images of one "
+          "kind");
       requested = drawn_;
       return;
     }
@@ -147,7 +149,7 @@ void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::Tim
   CameraMoves moves = input_.take(input, owners, viewer);
   if (moves.click_px) {
     const auto width = static_cast<float>(image_extent_.width);
-    if (Result<void> can = renderer().can_inspect(); !can) notes_.push_back(can.error().message);
+    if (Result<void> can = renderer().can_inspect(); !can) notes_.push_back(error_line(can.error().message));
     const bool on_right = right_camera_ && moves.click_px->x >= width;
     if (on_right) moves.click_px->x -= width;
     (on_right ? clicked_right_px_ : clicked_px_) = moves.click_px;

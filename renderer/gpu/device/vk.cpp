@@ -150,7 +150,7 @@ VkBool32 Instance::on_message(VkDebugUtilsMessageSeverityFlagBitsEXT, VkDebugUti
     if (id == exception.message_id) return VK_FALSE;
   }
   static_cast<Instance*>(user)->validation_messages_++;
-  std::fprintf(stderr, "fire3dv: Vulkan validation: %s\n", data->pMessage);
+  std::fprintf(stderr, "fire3dv: error: Vulkan validation: %s\n", data->pMessage);
   return VK_FALSE;
 }
 

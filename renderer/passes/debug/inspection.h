@@ -30,7 +30,7 @@ inline bool replaces_shading(DebugView view) {
 
 // User-facing names, in the order of the values.
 inline const std::vector<std::string> kDebugViewNames{"none",     "normals",  "depth",       "instances",
-                                                      "clusters", "overdraw", "shadow-doubt"};
+                                                      "clusters", "overdraw", "unresolved-shadows"};
 // name: one of those; any other string selects the first.
 inline DebugView debug_view_named(const std::string& name) {
   for (size_t i = 0; i < kDebugViewNames.size(); ++i) {

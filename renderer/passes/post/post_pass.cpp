@@ -142,7 +142,7 @@ void StaleOverlayPass::record(gpu::Recorder& recorder, Targets& targets, gpu::Im
   const gpu_types::StaleOverlayPush push{
       image.extent.width, image.extent.height,
       condition == state::Condition::late ? FIRE3DV_STALE_LATE : FIRE3DV_STALE_LOST};
-  recorder.pass("held mark", {gpu::Use(image, gpu::access::compute_write)}, [&](VkCommandBuffer commands) {
+  recorder.pass("stale overlay", {gpu::Use(image, gpu::access::compute_write)}, [&](VkCommandBuffer commands) {
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_.get());
     vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, layout_.get(), 0, 1,
                             &targets.stale_overlay_set.get(), 0, nullptr);

@@ -158,7 +158,7 @@ void TransformsPass::upload_drives(gpu::Recorder& recorder, gpu::StagingRing& st
     sources_ = gpu::create_buffer(device_, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
   }
   const gpu::StagingRing::Piece piece = staging.write(std::span<const gpu_types::NodeSource>(sources));
-  recorder.pass("drives", {Use(sources_, access::transfer_write)}, [&](VkCommandBuffer commands) {
+  recorder.pass("pose sources", {Use(sources_, access::transfer_write)}, [&](VkCommandBuffer commands) {
     const VkBufferCopy copy{piece.offset, 0, bytes};
     if (bytes) vkCmdCopyBuffer(commands, piece.buffer, sources_.get(), 1, &copy);
   });

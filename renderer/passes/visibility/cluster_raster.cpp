@@ -17,7 +17,7 @@ namespace access = gpu::access;
 constexpr uint32_t kPreparedCapacity = 1u << 18;
 constexpr uint32_t kTileCapacity = 1u << 20;
 constexpr uint32_t kTileSide = 1u << FIRE3DV_TILE_SHIFT;
-// Cluster counts above which narrow groups are faster (measured on an H200): they fill the device, and hardly
+// Cluster counts above which groups of 32 threads are faster (measured on an H200): they fill the device, and hardly
 // any triangle exceeds a few pixels.
 constexpr uint32_t kManyInMaps = 1u << 14, kManyInImages = 1u << 17;
 constexpr uint32_t kHugeAtFirst = 1u << 22;  // 32 MiB, for very large scenes only
@@ -405,7 +405,7 @@ void ClusterRaster::record(gpu::Recorder& recorder, std::span<ClusterRaster* con
                [](const ClusterRaster* set) { return set->round_count_ == 2; });
   if (!late.empty()) {
     stage(
-        recorder, "farthest depth", late,
+        recorder, "depth pyramid", late,
         [](ClusterRaster& set, std::vector<Use>& uses) {
           uses.emplace_back(set.job_.target->buffer, access::compute_read);
           uses.emplace_back(set.hiz_, access::compute_write);

@@ -133,7 +133,7 @@ void VisibilityPass::merge_coverage(gpu::Recorder& recorder, GpuScene& scene,
   if (!merge_coverage_ || static_cast<double>(scene.lod0_triangle_count) < least * pixels) return;
   std::vector<Use> uses{Use(targets_->visibility.buffer, access::compute_write)};
   scene.add_reads(uses, access::compute_read);
-  recorder.pass("surfaces", uses, [&](VkCommandBuffer commands) {
+  recorder.pass("coverage merge", uses, [&](VkCommandBuffer commands) {
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, merge_coverage_.get());
     const VkDescriptorSet set = scene.textures.set();
     vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, layout_, 0, 1, &set, 0, nullptr);

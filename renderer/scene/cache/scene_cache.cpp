@@ -316,7 +316,7 @@ std::optional<LoadedScene> SceneCache::find(const std::filesystem::path& asset, 
   std::error_code error;
   if (!std::filesystem::exists(path, error)) return std::nullopt;
   const auto unusable = [&](const std::string& why) {
-    notes_.push_back("cache: " + quote(path.string()) + " is rebuilt: " + why);
+    notes_.push_back("warning: cache: " + quote(path.string()) + " is rebuilt: " + why);
     return std::nullopt;
   };
   const auto sources = read_scene_sources(path);

@@ -4,6 +4,7 @@ publisher, the neighbouring stream was drawn throughout, rejections were counted
 descriptors are back at their level.
 """
 import random
+import re
 import resource
 import select
 import socket
@@ -79,7 +80,7 @@ class Victim:
         wait_until("descriptors to be given back", lambda: self.page().get("process_open_fds") <
                    self.before.get("process_open_fds") + 100)
         check(len(self.renderer.err) < 100, f"{len(self.renderer.err)} lines on stderr:\n{self.renderer.stderr_text()}")
-        check(all(line.startswith("fire3dv: ") and line.isprintable() for line in self.renderer.err),
+        check(all(re.match("fire3dv: (info|warning|error): ", line) and line.isprintable() for line in self.renderer.err),
               self.renderer.stderr_text())
 
     def end(self):

@@ -7,7 +7,7 @@ import socket
 import struct
 import subprocess
 
-from harness import HANG_S, INFO_LINES, main, vulkan_environment
+from harness import HANG_S, main, vulkan_environment
 from image_reader import check
 
 
@@ -24,10 +24,9 @@ def expect_failure(test, code, words, *arguments, env=None, listing=False):
     what = f"fire3dv {' '.join(arguments)}"
     check(result.returncode == code, f"{what}: exit code {result.returncode}, not {code}:\n{result.stderr}")
     lines = result.stderr.splitlines()
-    check(all(line.startswith("fire3dv: ") or listing and line.startswith("  ") for line in lines),
-          f"{what}: not all lines are fire3dv's:\n{result.stderr}")
-    faults = [line for line in lines
-              if line.startswith("fire3dv: ") and not any(re.fullmatch("fire3dv: " + p, line) for p in INFO_LINES)]
+    check(all(re.match("fire3dv( [a-z]+)?: (info|warning|error): ", line) or listing and line.startswith("  ")
+              for line in lines), f"{what}: not all lines are log lines of fire3dv:\n{result.stderr}")
+    faults = [line for line in lines if re.match("fire3dv( [a-z]+)?: error: ", line)]
     check(len(faults) == 1, f"{what}: {len(faults)} lines of fault, not 1:\n{result.stderr}")
     text = faults[0] + "".join(line for line in lines if line.startswith("  "))
     missing = [word for word in words if word not in text]

@@ -21,11 +21,6 @@ from image_reader import SIZE, Failure, check, read_png, write_scene
 HANG_S = 240
 TRANSPORTS = ("shm", "tcp", "udp")
 
-# Lines on stderr that fire3dv may write in every run.
-INFO_LINES = (r"device: .*", r"device \d+: .*", r"listening on \S+",
-              r".*: \d+ nodes, \d+ triangles, \d+ lights, \d+ cameras, \d+ textures", r"\d+x, shadows by .*",
-              r"acceleration structures are built .*")
-
 
 def wait_until(what, predicate, hang_s=HANG_S):
     """Polls until predicate() is true and returns its value."""
@@ -134,7 +129,7 @@ class Renderer(Program):
     def uris(self, count=1):
         """Returns the bound addresses in the order of --listen."""
         def look():
-            found = [m.group(1) for m in (re.match(r"fire3dv: listening on (\S+)$", line) for line in list(self.err)) if m]
+            found = [m.group(1) for m in (re.match(r"fire3dv: info: listening on (\S+)$", line) for line in list(self.err)) if m]
             check(len(found) >= count or self.alive(), f"{self.name} ended early:\n{self.stderr_text()}")
             return found if len(found) >= count else None
         return wait_until(lambda: f"{self.name} to listen; it said:\n{self.stderr_text()}", look)

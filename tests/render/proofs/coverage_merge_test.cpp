@@ -28,7 +28,7 @@ class MergedSurfaces : public ValidationIsSilent {
     Drawn result{bench.draw_at_rest()};
     for (const gpu::FrameTimes& times : bench.frames().take_finished()) {
       for (const gpu::PassTime& pass : times.passes)
-        result.merged |= std::string_view(pass.name) == "surfaces";
+        result.merged |= std::string_view(pass.name) == "coverage merge";
     }
     return result;
   }

@@ -198,7 +198,7 @@ TEST_F(StreamReceiverTest, ImagesGoBackToWhoAskedForThem) {
   EXPECT_EQ(refused[0].message, "no such node");
   const std::vector<std::string> log = receiver_.take_log_messages();
   ASSERT_FALSE(log.empty());
-  EXPECT_EQ(log.back(), "stream \"adapter\" asks for an image: no such node");
+  EXPECT_EQ(log.back(), "warning: image request of stream \"adapter\" refused: no such node");
 }
 
 TEST_F(StreamReceiverTest, ImagesThatCannotBeHadAreRefusedWithAReason) {
@@ -571,7 +571,7 @@ TEST_F(StreamReceiverTest, BadConnectionsDoNotHideWhatOthersSay) {
   receiver_.poll();
   const std::vector<std::string> log = receiver_.take_log_messages();
   // Each bad peer is logged once, the one that describes itself anew ten times a second.
-  EXPECT_EQ(count_of(log, "dropped a message from test://listener peer "), 80u);
+  EXPECT_EQ(count_of(log, "warning: dropped a message from test://listener peer "), 80u);
   EXPECT_EQ(count_of(log, "stream \"adapter\""), 10u);
   EXPECT_EQ(count_of(log, "stream \"honest\" with 1 nodes accepted; another stream drives \"arm\""), 1u);
   EXPECT_EQ(log.size(), 91u);
@@ -662,7 +662,7 @@ TEST_F(StreamReceiverTest, WhatCannotBeReadIsAnsweredAndCounted) {
   EXPECT_EQ(answers<wire::Welcome>(1)[0].status, wire::WelcomeStatus::bad_description);
   const std::vector<std::string> log = receiver_.take_log_messages();
   ASSERT_EQ(log.size(), 1u);
-  EXPECT_EQ(log[0], "dropped a message from test://listener peer 1: " + answers<wire::Welcome>(1)[0].message);
+  EXPECT_EQ(log[0], "warning: dropped a message from test://listener peer 1: " + answers<wire::Welcome>(1)[0].message);
   EXPECT_NE(log[0].find("not FIRE-3DV traffic"), std::string::npos) << log[0];
   link_->deliver(1, LinkEvent::Kind::control, wire::Bytes(100, std::byte{0x5a}));
   receiver_.poll();
