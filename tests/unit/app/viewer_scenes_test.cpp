@@ -113,7 +113,7 @@ TEST(Viewers, AFileThatCannotBeShownIsSaidAndNotReady) {
       if (next.is_ready()) return true;
       const std::vector<std::string> notes = next.take_log_messages();
       if (!notes.empty()) {
-        EXPECT_EQ(notes, std::vector<std::string>{"the device takes no more"});
+        EXPECT_EQ(notes, std::vector<std::string>{"error: the device takes no more"});
         return false;
       }
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
