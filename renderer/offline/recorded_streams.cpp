@@ -205,7 +205,7 @@ std::optional<StreamCursor::Moment> StreamCursor::at(int64_t line_ns) {
 
 Result<RecordedStreams> RecordedStreams::open(const Open& open_recording, const Timeline& timeline,
                                               state::PoseState& poses) {
-  RecordedStreams streams(timeline, poses);
+  RecordedStreams streams(poses);
   for (size_t i = 0; i < timeline.streams().size(); ++i) {
     auto playback = open_recording();
     if (!playback) return playback.error();

@@ -129,7 +129,7 @@ class RecordedStreams {
   uint64_t left_out() const;
 
  private:
-  RecordedStreams(const Timeline& timeline, state::PoseState& poses) : timeline_(timeline), poses_(poses) {}
+  explicit RecordedStreams(state::PoseState& poses) : poses_(poses) {}
   struct Stream {
     StreamCursor cursor;
     std::optional<state::StreamId> id;
@@ -138,7 +138,6 @@ class RecordedStreams {
   void apply(Stream& stream, const StreamCursor::Effect& effect);
   void begin(Stream& stream, const wire::StreamDescription& description);
 
-  const Timeline& timeline_;
   state::PoseState& poses_;
   std::vector<Stream> streams_;
   wire::Decoder decoder_;
