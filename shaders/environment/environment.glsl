@@ -38,11 +38,19 @@ vec3 background_radiance(GlobalsRef globals, vec3 direction) {
   return globals.value.environment_intensity * textureLod(environment_background, uv, globals.value.background_lod).rgb;
 }
 
-// Split-sum albedo of one bounce in a uniform environment: factors of f0 and of f90.
-vec2 split_albedo(float n_dot_v, float roughness) { return textureLod(environment_albedo, vec2(n_dot_v, roughness), 0).rg; }
+// Coordinates of the lookup table, whose outermost texels are at 0 and 1.
+vec2 albedo_texel(float cosine, float roughness) {
+  const float side = FIRE3DV_ENVIRONMENT_ALBEDO_SIDE;
+  return vec2(cosine, roughness) * ((side - 1) / side) + 0.5 / side;
+}
 
-// Multiple-scattering compensation: energy of all bounces over that of one (Turquin 2019).
-vec3 bounce_gain(vec3 f0, vec2 split) { return 1 + f0 * (1 / (split.x + split.y) - 1); }
+vec2 split_albedo(float cosine, float roughness) {
+  return textureLod(environment_albedo, albedo_texel(cosine, roughness), 0).rg;
+}
+
+float sheen_albedo_of(float cosine, float roughness) {
+  return textureLod(environment_albedo, albedo_texel(cosine, roughness), 0).b;
+}
 
 // Mixes the reflectances of a dielectric and of a metal, whose f90 is 1.
 Lobe make_lobe(vec3 normal, vec3 to_eye, float roughness, vec3 f0, float f90, vec3 metal_f0, float metallic) {
@@ -52,38 +60,49 @@ Lobe make_lobe(vec3 normal, vec3 to_eye, float roughness, vec3 f0, float f90, ve
   lobe.alpha = max(lobe.roughness * lobe.roughness, LEAST_ALPHA);
   lobe.n_dot_v = clamp(dot(normal, to_eye), 1e-4, 1);
   const vec2 split = split_albedo(lobe.n_dot_v, lobe.roughness);
-  const vec3 gain = bounce_gain(f0, split), metal_gain = bounce_gain(metal_f0, split);
-  lobe.f0 = mix(f0 * gain, metal_f0 * metal_gain, metallic);
-  lobe.f90 = mix(f90 * gain, metal_gain, metallic);
+  const float mean = mean_loss(lobe.roughness);
+  lobe.loss = max(1 - split.x - split.y, 0);
+  lobe.per_mean_loss = 1 / (PI * mean);
+  lobe.f0 = mix(f0, metal_f0, metallic);
+  lobe.f90 = vec3(mix(f90, 1, metallic));
   lobe.albedo = lobe.f0 * split.x + lobe.f90 * split.y;
+  lobe.multiple = lobe.loss * mix(multiple_scattering(f0, vec3(f90), mean), multiple_scattering(metal_f0, vec3(1), mean), metallic);
   return lobe;
 }
 
-// Directional albedo of an achromatic dielectric: the light that does not enter its surface.
-float dielectric_albedo(Lobe lobe, float f0, float f90) {
+// The interface above a diffuse layer: the share of light that enters it weighs the layer.
+void make_body(inout Surface surface, float f0, float f90) {
+  const Lobe lobe = surface.base;
   const vec2 split = split_albedo(lobe.n_dot_v, lobe.roughness);
-  return (f0 * split.x + f90 * split.y) * bounce_gain(vec3(f0), split).x;
+  const float mean = mean_loss(lobe.roughness), mean_y = mean_grazing_albedo(lobe.roughness);
+  surface.body_f0 = f0;
+  surface.body_f90 = f90;
+  surface.body_multiple = multiple_scattering(vec3(f0), vec3(f90), mean).r;
+  surface.body_albedo = f0 * split.x + f90 * split.y + surface.body_multiple * lobe.loss;
+  const float mean_albedo = f0 * (1 - mean - mean_y) + f90 * mean_y + surface.body_multiple * mean;
+  surface.per_mean_entering = 1 / (PI * max(1 - mean_albedo, 1e-3));
+  surface.diffuse *= 1 - surface.body_albedo;
 }
 
-float sheen_albedo_of(float n_dot_v, float roughness) {
-  return textureLod(environment_albedo, vec2(n_dot_v, roughness), 0).b;
-}
+// Directional albedo of the clearcoat, weighted.
+float coat_albedo(Surface s) { return s.coat * (s.coat_lobe.albedo.r + s.coat_lobe.multiple.r); }
 
-vec3 reflect_environment_lobe(GlobalsRef globals, Lobe lobe, vec3 to_eye) {
-  return lobe.albedo * reflected_radiance(globals, reflect(-to_eye, lobe.normal), lobe.roughness);
+// scattered: radiance of a white diffuse surface at the same point.
+vec3 reflect_environment_lobe(GlobalsRef globals, Lobe lobe, vec3 to_eye, vec3 scattered) {
+  return lobe.albedo * reflected_radiance(globals, reflect(-to_eye, lobe.normal), lobe.roughness) + lobe.multiple * scattered;
 }
 
 vec3 reflect_environment(GlobalsRef globals, Surface s, float occlusion) {
   const vec3 scattered = scattered_radiance(globals, s.base.normal);
-  vec3 result = reflect_environment_lobe(globals, s.base, s.to_eye) + (1 - s.body_albedo) * s.diffuse * scattered;
+  vec3 result = reflect_environment_lobe(globals, s.base, s.to_eye, scattered) + s.diffuse * scattered;
   if (largest(s.sheen_color) > 0) {
     // The sheen lobe spans a hemisphere, so the diffuse lookup serves it, too.
     result *= 1 - largest(s.sheen_color) * s.sheen_albedo;
     result += s.sheen_color * s.sheen_albedo * scattered;
   }
   if (s.coat > 0) {
-    result *= 1 - s.coat * s.coat_lobe.albedo.r;
-    result += s.coat * reflect_environment_lobe(globals, s.coat_lobe, s.to_eye);
+    result *= 1 - coat_albedo(s);
+    result += s.coat * reflect_environment_lobe(globals, s.coat_lobe, s.to_eye, scattered);
   }
   return result * occlusion;
 }

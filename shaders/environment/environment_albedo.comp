@@ -48,7 +48,8 @@ float sheen_albedo(float n_dot_v, float alpha) {
 void main() {
   const ivec3 texel = ivec3(gl_GlobalInvocationID);
   if (texel.x >= push.size || texel.y >= push.size) return;
-  const vec2 at = (vec2(texel.xy) + 0.5) / push.size;
+  // The outermost texels are at 0 and 1 (albedo_texel() in environment.glsl).
+  const vec2 at = max(vec2(texel.xy) / (push.size - 1), vec2(1e-3, 0));
   const float alpha = at.y * at.y;
   imageStore(level_out, texel,
              vec4(specular_albedo(at.x, max(alpha, LEAST_ALPHA)), min(sheen_albedo(at.x, max(alpha, LEAST_SHEEN_ALPHA)), 1), 1));

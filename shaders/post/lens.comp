@@ -3,6 +3,7 @@
 // the image of a plane.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "common/halves.glsl"
 #include "common/buffers.glsl"
 #include "common/tone_map.glsl"
 
@@ -132,7 +133,7 @@ void main() {
       sum += a.share[i] * vec4(unpackHalf2x16(halves.x), unpackHalf2x16(halves.y));
     }
     if (!shown) sum = vec4(0, 0, 0, 1);
-    PairOut(w.linear_out).at[index] = uvec2(packHalf2x16(sum.xy), packHalf2x16(sum.zw));
+    PairOut(w.linear_out).at[index] = pack_halves(sum.xyz, sum.w);
   }
   if (w.depth_out != 0ul) FloatOut(w.depth_out).at[index] = shown ? depth_at(w, a) : kInfinity;
   if (w.instance_out != 0ul) WordRef(w.instance_out).at[index] = shown ? UintRef(w.instance_in).at[a.nearest] : 0;

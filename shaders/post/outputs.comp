@@ -2,6 +2,7 @@
 // FIRE3DV_SAMPLES 1 or 4.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "common/halves.glsl"
 #include "shading/shown_surface.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -63,7 +64,7 @@ void main() {
   }
   if (wanted.normal != 0ul) {
     const vec3 normal = shown.id != 0 ? normal_of(globals, shown) : vec3(0);
-    HalfsOut(wanted.normal).at[index] = uvec2(packHalf2x16(normal.xy), packHalf2x16(vec2(normal.z, 0)));
+    HalfsOut(wanted.normal).at[index] = pack_halves(normal.xyz, 0);
   }
   if (wanted.motion != 0ul) Vec2Out(wanted.motion).at[index] = motion_of(globals, wanted, shown);
 }

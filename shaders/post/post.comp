@@ -4,6 +4,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/buffers.glsl"
+#include "common/halves.glsl"
 #include "common/tone_map.glsl"
 #include "shared/bindings.h"
 
@@ -29,5 +30,5 @@ void main() {
   vec3 light = vec3(0);
   for (int i = 0; i < push.samples; ++i) light += texelFetch(hdr, pixel, i).rgb;
   light = min(light / push.samples, vec3(kLargestHalf));
-  HalfsOut(push.linear).at[pixel.y * push.end_x + pixel.x] = uvec2(packHalf2x16(light.rg), packHalf2x16(vec2(light.b, 1)));
+  HalfsOut(push.linear).at[pixel.y * push.end_x + pixel.x] = pack_halves(light, 1);
 }

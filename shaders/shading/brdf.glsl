@@ -1,6 +1,8 @@
 // BRDF of glTF 2.0 (appendix B) with KHR_materials_ior, specular, clearcoat, sheen and thin-walled
-// transmission. Microfacets: GGX (Walter et al. 2007), height-correlated Smith shadowing (Heitz 2014),
-// Schlick's Fresnel term (1994). Sheen: Charlie (Estevez and Kulla 2017).
+// transmission. Reciprocal and energy-conserving; lamps and environment share its albedos: docs/design/materials.md.
+// Microfacets: GGX (Walter et al. 2007), height-correlated Smith shadowing (Heitz 2014), Schlick's Fresnel term
+// (1994). Multiple scattering: Kulla and Conty (2017). Diffuse layer: Kelemen and Szirmay-Kalos (2001). Sheen:
+// Charlie (Estevez and Kulla 2017).
 #ifndef FIRE3DV_BRDF_GLSL
 #define FIRE3DV_BRDF_GLSL
 
@@ -8,28 +10,56 @@ const float PI = 3.14159265358979;
 const float LEAST_ALPHA = 1e-3;        // smaller lobes exceed 32-bit float precision
 const float LEAST_SHEEN_ALPHA = 5e-3;
 
-// A microfacet lobe with its response to a uniform environment.
+// A microfacet lobe. A ray that leaves the facets after one bounce belongs to the specular lobe, all others to a
+// diffuse lobe for multiple scattering.
 struct Lobe {
   vec3 normal;
   float roughness;  // perceptual
   float alpha;
   float n_dot_v;
-  vec3 f0, f90;     // reflectance at normal incidence and at grazing angles, with multiple bounces
-  vec3 albedo;      // directional albedo: reflected share of a uniform environment
+  vec3 f0, f90;     // reflectance of a facet at normal incidence and at grazing angles
+  vec3 albedo;      // directional albedo of one bounce, towards the eye
+  vec3 multiple;    // directional albedo of all further bounces, towards the eye
+  float loss;       // share of white facets' light that the first bounce misses, towards the eye
+  float per_mean_loss;  // 1 / (PI * mean loss)
 };
 
 struct Surface {
   vec3 to_eye;       // unit
-  vec3 diffuse;      // diffuse albedo below the specular interface; 0 for metals
+  vec3 diffuse;      // directional albedo of the diffuse layer below the specular interface; 0 for metals
+  float per_mean_entering;  // 1 / (PI * mean share of light that enters the interface)
   vec3 transmitted;  // colour of thin-walled transmission
-  float body_f0, body_f90, body_albedo;  // specular reflectance of the interface above the diffuse layer
+  float body_f0, body_f90, body_multiple, body_albedo;  // the interface above the diffuse layer, achromatic
   Lobe base;
   vec3 sheen_color;  // 0: none
+  float sheen_roughness;
   float sheen_alpha;
   float sheen_albedo;
   float coat;        // clearcoat weight; 0: none
   Lobe coat_lobe;
 };
+
+// Directional albedos by cosine and roughness, from the lookup table of environment_albedo.comp. split_albedo:
+// factors of f0 and of f90 for one bounce.
+vec2 split_albedo(float cosine, float roughness);
+float sheen_albedo_of(float cosine, float roughness);
+
+// Cosine-weighted means over the hemisphere of the table's values: polynomials fitted to quadrature in double
+// precision. Largest errors: 1e-4, 8e-4, 4e-3.
+float mean_loss(float r) {
+  return max(1.26920e-5 + r * (-2.04499e-3 + r * (1.234158e-2 + r * (0.2732153 + r * (3.1026264 + r * (-4.4009070 + r * 1.6057129))))), 1e-3);
+}
+float mean_grazing_albedo(float r) {
+  return 0.04686613 + r * (0.04323477 + r * (-0.42197604 + r * (0.56085293 - r * 0.22655198)));
+}
+float mean_sheen_albedo(float r) { return 0.01177421 + r * (0.03917436 + r * (0.6509368 - r * 0.4015922)); }
+
+// Colour of light after all bounces but the first, relative to white facets. Mean Fresnel term of Schlick's:
+// f0 + (f90 - f0) / 21.
+vec3 multiple_scattering(vec3 f0, vec3 f90, float loss) {
+  const vec3 mean = f0 + (f90 - f0) / 21;
+  return mean * mean * (1 - loss) / (1 - mean * loss);
+}
 
 float distribution_ggx(float n_dot_h, float alpha) {
   const float a2 = alpha * alpha;
@@ -77,34 +107,75 @@ float microfacets(Lobe lobe, vec3 half_vector, float n_dot_l, float sine) {
   return distribution_ggx(n_dot_h, widened) * visibility_smith(lobe.n_dot_v, n_dot_l, lobe.alpha);
 }
 
+// Share of light that passes a layer above a surface, by the layer's weight and its albedo towards the eye and
+// the light. The minimum suits specular lobes: reciprocal, and never too bright. The product suits diffuse lobes:
+// it is exact for them.
+struct LayerPass {
+  float specular, diffuse;
+};
+// covariance: of the layer's albedo and the share of light that the diffuse lobe takes, over that share's mean.
+LayerPass passes_layer(float weight, float albedo_eye, float albedo_light, float mean_albedo, float covariance) {
+  const float eye = 1 - weight * albedo_eye, light = 1 - weight * albedo_light;
+  return LayerPass(min(eye, light), eye * light / (1 - weight * (mean_albedo - covariance)));
+}
+
+// Cosine-weighted standard deviation of the table's grazing part over the hemisphere; fitted, largest error 5e-3.
+float albedo_deviation(float r) { return 0.1145 / (1 + 15 * r * r * sqrt(r)); }
+
 // Reflected radiance times the cosine, per unit of irradiance perpendicular to the light's direction. sine:
 // of half the angle that the light subtends.
 vec3 reflect_light(Surface s, vec3 to_light, float sine) {
   const float n_dot_l = dot(s.base.normal, to_light);
   const vec3 h = normalize(to_light + s.to_eye);
   const float grazing = schlick_weight(dot(s.to_eye, h));
-  vec3 result = vec3(0);
+  const bool has_sheen = largest(s.sheen_color) > 0;
+  vec3 specular = vec3(0), diffuse = vec3(0), sheen = vec3(0);
+  const float cosine = abs(n_dot_l);
   if (n_dot_l > 0) {
-    const float entering = 1 - mix(s.body_f0, s.body_f90, grazing);
-    result = n_dot_l * (mix(s.base.f0, s.base.f90, grazing) * microfacets(s.base, h, n_dot_l, sine) + entering / PI * s.diffuse);
-    if (largest(s.sheen_color) > 0) {
+    const vec2 split = split_albedo(cosine, s.base.roughness);
+    const float loss = max(1 - split.x - split.y, 0);
+    const float entering = 1 - (s.body_f0 * split.x + s.body_f90 * split.y + s.body_multiple * loss);
+    specular = mix(s.base.f0, s.base.f90, grazing) * microfacets(s.base, h, n_dot_l, sine);
+    diffuse = loss * s.base.per_mean_loss * s.base.multiple + entering * s.per_mean_entering * s.diffuse;
+    if (has_sheen) {
       const float n_dot_h = clamp(dot(s.base.normal, h), 0, 1);
-      result *= 1 - largest(s.sheen_color) * s.sheen_albedo;
-      result += n_dot_l * distribution_charlie(n_dot_h, s.sheen_alpha) *
-                visibility_sheen(s.base.n_dot_v, n_dot_l, s.sheen_alpha) * s.sheen_color;
+      sheen = distribution_charlie(n_dot_h, s.sheen_alpha) * visibility_sheen(s.base.n_dot_v, n_dot_l, s.sheen_alpha) *
+              s.sheen_color;
     }
   } else if (largest(s.transmitted) > 0 && n_dot_l < 0) {
     // Transmission through a thin wall without refraction: the light is mirrored to this side.
     const vec3 through = normalize(to_light - 2 * n_dot_l * s.base.normal + s.to_eye);
     const float entering = 1 - mix(s.body_f0, s.body_f90, schlick_weight(dot(s.to_eye, through)));
-    result = -n_dot_l * entering * microfacets(s.base, through, -n_dot_l, sine) * s.transmitted;
+    const vec2 split = split_albedo(cosine, s.base.roughness);
+    specular = entering * microfacets(s.base, through, cosine, sine) * s.transmitted;
+    diffuse = (1 - s.body_multiple) * s.base.loss * max(1 - split.x - split.y, 0) * s.base.per_mean_loss * s.transmitted;
   }
+  if (has_sheen) {
+    const LayerPass below = passes_layer(largest(s.sheen_color), s.sheen_albedo, sheen_albedo_of(cosine, s.sheen_roughness),
+                                         mean_sheen_albedo(s.sheen_roughness), 0);
+    specular *= below.specular;
+    diffuse *= below.diffuse;
+  }
+  vec3 result = cosine * (specular + diffuse + sheen);
   if (s.coat > 0) {
-    result *= 1 - s.coat * s.coat_lobe.albedo.r;
     const float coat_n_dot_l = dot(s.coat_lobe.normal, to_light);
+    const vec2 split = split_albedo(abs(coat_n_dot_l), s.coat_lobe.roughness);
+    const float loss = max(1 - split.x - split.y, 0);
+    const vec3 f0 = s.coat_lobe.f0, f90 = s.coat_lobe.f90;
+    const float most = mean_loss(s.coat_lobe.roughness);
+    const float again = multiple_scattering(f0, f90, most).r;
+    const float mean_y = mean_grazing_albedo(s.coat_lobe.roughness);
+    const float mean_albedo = f0.r * (1 - most - mean_y) + f90.r * mean_y + again * most;
+    // Both albedos grow towards grazing angles.
+    const float covariance = (f90.r - f0.r) * albedo_deviation(s.coat_lobe.roughness) * (s.body_f90 - s.body_f0) *
+                             albedo_deviation(s.base.roughness) * PI * s.per_mean_entering;
+    const LayerPass below = passes_layer(s.coat, s.coat_lobe.albedo.r + s.coat_lobe.multiple.r,
+                                         f0.r * split.x + f90.r * split.y + again * loss, mean_albedo, covariance);
+    result = cosine * (below.specular * (specular + sheen) + below.diffuse * diffuse);
     if (coat_n_dot_l > 0) {
-      result += coat_n_dot_l * s.coat * microfacets(s.coat_lobe, h, coat_n_dot_l, sine) *
-                mix(s.coat_lobe.f0, s.coat_lobe.f90, grazing);
+      result += coat_n_dot_l * s.coat *
+                (microfacets(s.coat_lobe, h, coat_n_dot_l, sine) * mix(f0, f90, grazing) +
+                 loss * s.coat_lobe.per_mean_loss * s.coat_lobe.multiple);
     }
   }
   return result;

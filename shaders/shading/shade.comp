@@ -5,6 +5,7 @@
 // deferred re-shade after the rays.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "common/halves.glsl"
 #include "shading/pixel_surfaces.glsl"
 #include "common/visible_triangle.glsl"
 #include "shading/shading.glsl"
@@ -117,7 +118,7 @@ void main() {
     id = pixel_ids(globals, push.visibility, index);
     const vec3 color = color_of(globals, id, pixel, 1);
 #ifdef FIRE3DV_UNRESOLVED
-    imageStore(hdr, ivec2(pixel), vec4(color, 1));
+    imageStore(hdr, ivec2(pixel), vec4(round_to_halves(color), 1));
 #else
     imageStore(display, ivec2(pixel.x, pixel.y + push.first_row), vec4(encode_srgb(display_linear(color, push.exposure, push.tone_map)), 1));
 #endif
@@ -158,7 +159,7 @@ void main() {
 #endif
 #ifdef FIRE3DV_UNRESOLVED
     for (int s = 0; s < FIRE3DV_SAMPLES; ++s) {
-      if ((surface.samples & (1u << s)) != 0) imageStore(hdr, ivec2(pixel), s, vec4(color, 1));
+      if ((surface.samples & (1u << s)) != 0) imageStore(hdr, ivec2(pixel), s, vec4(round_to_halves(color), 1));
     }
 #else
     shares[place] = display_linear(color, push.exposure, push.tone_map) * bitCount(surface.samples);

@@ -3,6 +3,7 @@
 // Variants: as in shading/shade.comp, but FIRE3DV_TEST_MAPS also performs the deferred re-shade of listed pixels.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "common/halves.glsl"
 #include "visibility/interleaved_groups.glsl"
 #include "common/pixel_ids.glsl"
 #include "common/visible_triangle.glsl"
@@ -169,10 +170,10 @@ void put(uvec2 pixel, vec3 color, uint samples) {
   if (is_left(pixel)) {
 #if FIRE3DV_SAMPLES == 4
     for (int s = 0; s < FIRE3DV_SAMPLES; ++s) {
-      if ((samples & (1u << s)) != 0) imageStore(hdr, ivec2(pixel), s, vec4(color, 1));
+      if ((samples & (1u << s)) != 0) imageStore(hdr, ivec2(pixel), s, vec4(round_to_halves(color), 1));
     }
 #else
-    imageStore(hdr, ivec2(pixel), vec4(color, 1));
+    imageStore(hdr, ivec2(pixel), vec4(round_to_halves(color), 1));
 #endif
     return;
   }

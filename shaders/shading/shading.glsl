@@ -48,6 +48,7 @@ void add_extensions(MaterialExtensionRecord extension, uint flags, float metalli
     const float roughness =
         clamp(extension.sheen_roughness * sample_or(extension.sheen_roughness_texture, uv, dx, dy, vec4(1)).a, 0, 1);
     surface.sheen_color = extension.sheen_color * sample_or(extension.sheen_color_texture, uv, dx, dy, vec4(1)).rgb;
+    surface.sheen_roughness = roughness;
     surface.sheen_alpha = max(roughness * roughness, LEAST_SHEEN_ALPHA);
     surface.sheen_albedo = sheen_albedo_of(surface.base.n_dot_v, roughness);
   }
@@ -82,9 +83,7 @@ Surface make_surface(GlobalsRef globals, MaterialRecord material, vec4 base_colo
   surface.base = make_lobe(mapped_normal(material.normal_texture, material.normal_scale, point), surface.to_eye,
                            material.roughness * metallic_roughness.g, dielectric_f0, dielectric_f90, base_color.rgb,
                            metallic);
-  surface.body_f0 = largest(dielectric_f0);
-  surface.body_f90 = dielectric_f90;
-  surface.body_albedo = dielectric_albedo(surface.base, surface.body_f0, dielectric_f90);
+  make_body(surface, largest(dielectric_f0), dielectric_f90);
   surface.sheen_color = vec3(0);
   surface.coat = 0;
   if (extended) add_extensions(extension, material.flags, metallic, base_color.rgb, point, surface);
@@ -123,7 +122,7 @@ vec4 shade(GlobalsRef globals, MaterialRecord material, vec4 base_color, Surface
   const Surface surface = make_surface(globals, material, base_color, point);
   const float occlusion_sample = sample_or(material.occlusion_texture, uv, dx, dy, vec4(1)).r;
   const float occlusion = 1 + material.occlusion_strength * (occlusion_sample - 1);
-  const float under_coat = surface.coat > 0 ? 1 - surface.coat * surface.coat_lobe.albedo.r : 1;
+  const float under_coat = surface.coat > 0 ? 1 - coat_albedo(surface) : 1;
   vec3 radiance = under_coat * material.emissive * sample_or(material.emissive_texture, uv, dx, dy, vec4(1)).rgb;
   radiance += reflect_environment(globals, surface, occlusion);
 

@@ -149,7 +149,7 @@ constexpr MapFormat kHalves{VK_FORMAT_R16G16B16A16_SFLOAT, VK_FORMAT_R16G16B16A1
 constexpr MapFormat kSpecular = kPackedRadiance, kIrradiance = kPackedRadiance, kAlbedo = kHalves;
 constexpr uint32_t kMinFace = 64, kMaxFace = 512;  // texels along a face of the sharpest reflection
 constexpr uint32_t kRoughestFace = 8, kSmallestFace = 4, kIrradianceFace = 16;
-constexpr uint32_t kAlbedoSide = 64, kAlbedoSamples = 256;
+constexpr uint32_t kAlbedoSide = FIRE3DV_ENVIRONMENT_ALBEDO_SIDE, kAlbedoSamples = 256;
 
 constexpr gpu::Access kShading{
     VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT | VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
