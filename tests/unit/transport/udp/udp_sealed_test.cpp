@@ -137,7 +137,8 @@ TEST(UdpSealed, OneVersionAndOneSuiteAlone) {
   // RFC 5746: a second suite that is a sign, or, since OpenSSL 3.4, an empty extension (0xff01).
   constexpr std::array kRenegotiation{std::byte{0xff}, std::byte{0x01}, std::byte{0}, std::byte{1},
                                       std::byte{0}};
-  const bool has_extension = !std::ranges::search(hello, kRenegotiation).empty();
+  const bool has_extension =
+      std::search(hello.begin(), hello.end(), kRenegotiation.begin(), kRenegotiation.end()) != hello.end();
   EXPECT_EQ(hello[at + 1], std::byte{has_extension ? uint8_t{2} : uint8_t{4}}) << "one suite";
   EXPECT_TRUE(std::equal(kOurs.begin(), kOurs.end(), hello.begin() + static_cast<std::ptrdiff_t>(at + 2)));
 
