@@ -463,7 +463,7 @@ void UdpListener::take_outgoing() {
   }
   for (auto& [id, message] : outgoing) {
     const auto found = std::find_if(peers_.begin(), peers_.end(),
-                                    [id = id](const auto& entry) { return entry.second.id == id; });
+                                    [wanted = id](const auto& entry) { return entry.second.id == wanted; });
     if (found == peers_.end()) continue;
     touched_.push_back(found->first);
     if (!found->second.session.sender().push(std::move(message), kMaxPeerControlBytes)) {
