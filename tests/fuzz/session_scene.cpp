@@ -131,10 +131,12 @@ void SessionScene::note_hiding(const std::vector<state::SceneChanges>& changes) 
   }
 }
 
+// Nodes may share a path; an edit stays with the node that had the path when it was bound.
 std::optional<uint64_t> SessionScene::oldest_hider(uint32_t node) const {
   for (const auto& [age, keys] : hiding_)
     for (const auto& [key, hides] : keys)
-      if (hides && poses_.names().find(key.first) == node) return age;
+      if (hides && (poses_.names().find(key.first) == node || scene().nodes[node].path == key.first))
+        return age;
   return std::nullopt;
 }
 
