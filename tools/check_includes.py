@@ -17,8 +17,8 @@ ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 
 # Names by header. A name of several headers needs one of them.
 HEADERS = {
-    "algorithm": """adjacent_find all_of any_of binary_search clamp copy_backward copy_if copy_n count_if equal_range fill fill_n find_end
-        find_first_of find_if find_if_not for_each for_each_n generate generate_n includes inplace_merge is_heap is_partitioned is_permutation
+    "algorithm": """adjacent_find all_of any_of binary_search clamp copy_backward copy_if copy_n count count_if equal_range fill fill_n find_end
+        find find_first_of find_if find_if_not for_each for_each_n generate generate_n includes inplace_merge is_heap is_partitioned is_permutation
         is_sorted is_sorted_until lexicographical_compare lower_bound make_heap max_element merge min_element minmax minmax_element
         mismatch move_backward next_permutation none_of nth_element partial_sort partition partition_copy partition_point pop_heap
         prev_permutation push_heap remove_copy remove_copy_if remove_if replace replace_copy replace_if reverse reverse_copy rotate rotate_copy sample

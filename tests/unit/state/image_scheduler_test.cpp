@@ -1,6 +1,7 @@
 // Test of fair scheduling of requested images, on a simulated device and clock.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 
 #include "renderer/state/image_requests.h"
