@@ -70,17 +70,12 @@ Lobe make_lobe(vec3 normal, vec3 to_eye, float roughness, vec3 f0, float f90, ve
   return lobe;
 }
 
-// The interface above a diffuse layer: the share of light that enters it weighs the layer.
-void make_body(inout Surface surface, float f0, float f90) {
+// The interface above the diffuse layer: the share of light that enters it weighs the layer.
+void add_body(inout Surface surface, float f0, float f90) {
   const Lobe lobe = surface.base;
-  const vec2 split = split_albedo(lobe.n_dot_v, lobe.roughness);
-  const float mean = mean_loss(lobe.roughness), mean_y = mean_grazing_albedo(lobe.roughness);
-  surface.body_f0 = f0;
-  surface.body_f90 = f90;
-  surface.body_multiple = multiple_scattering(vec3(f0), vec3(f90), mean).r;
-  surface.body_albedo = f0 * split.x + f90 * split.y + surface.body_multiple * lobe.loss;
-  const float mean_albedo = f0 * (1 - mean - mean_y) + f90 * mean_y + surface.body_multiple * mean;
-  surface.per_mean_entering = 1 / (PI * max(1 - mean_albedo, 1e-3));
+  surface.body = make_interface(f0, f90, lobe.roughness);
+  surface.body_albedo = interface_albedo(surface.body, split_albedo(lobe.n_dot_v, lobe.roughness));
+  surface.per_mean_entering = 1 / (PI * max(1 - surface.body.mean_albedo, 1e-3));
   surface.diffuse *= 1 - surface.body_albedo;
 }
 

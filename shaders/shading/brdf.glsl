@@ -24,18 +24,27 @@ struct Lobe {
   float per_mean_loss;  // 1 / (PI * mean loss)
 };
 
+// A smooth or rough boundary of a dielectric, achromatic: what it does not reflect enters the layer below.
+struct Interface {
+  float f0, f90;      // reflectance of a facet
+  float multiple;     // colour of light after all bounces but the first
+  float mean_albedo;  // over the hemisphere, weighted by the cosine
+};
+
 struct Surface {
   vec3 to_eye;       // unit
   vec3 diffuse;      // directional albedo of the diffuse layer below the specular interface; 0 for metals
   float per_mean_entering;  // 1 / (PI * mean share of light that enters the interface)
   vec3 transmitted;  // colour of thin-walled transmission
-  float body_f0, body_f90, body_multiple, body_albedo;  // the interface above the diffuse layer, achromatic
+  Interface body;    // above the diffuse layer
+  float body_albedo;
   Lobe base;
   vec3 sheen_color;  // 0: none
   float sheen_roughness;
   float sheen_alpha;
   float sheen_albedo;
   float coat;        // clearcoat weight; 0: none
+  Interface coat_interface;
   Lobe coat_lobe;
 };
 
@@ -59,6 +68,21 @@ float mean_sheen_albedo(float r) { return 0.01177421 + r * (0.03917436 + r * (0.
 vec3 multiple_scattering(vec3 f0, vec3 f90, float loss) {
   const vec3 mean = f0 + (f90 - f0) / 21;
   return mean * mean * (1 - loss) / (1 - mean * loss);
+}
+
+Interface make_interface(float f0, float f90, float roughness) {
+  const float mean = mean_loss(roughness), mean_y = mean_grazing_albedo(roughness);
+  Interface result;
+  result.f0 = f0;
+  result.f90 = f90;
+  result.multiple = multiple_scattering(vec3(f0), vec3(f90), mean).r;
+  result.mean_albedo = f0 * (1 - mean - mean_y) + f90 * mean_y + result.multiple * mean;
+  return result;
+}
+
+// split: of the table, for the direction and the roughness.
+float interface_albedo(Interface of, vec2 split) {
+  return of.f0 * split.x + of.f90 * split.y + of.multiple * max(1 - split.x - split.y, 0);
 }
 
 float distribution_ggx(float n_dot_h, float alpha) {
@@ -134,7 +158,7 @@ vec3 reflect_light(Surface s, vec3 to_light, float sine) {
   if (n_dot_l > 0) {
     const vec2 split = split_albedo(cosine, s.base.roughness);
     const float loss = max(1 - split.x - split.y, 0);
-    const float entering = 1 - (s.body_f0 * split.x + s.body_f90 * split.y + s.body_multiple * loss);
+    const float entering = 1 - interface_albedo(s.body, split);
     specular = mix(s.base.f0, s.base.f90, grazing) * microfacets(s.base, h, n_dot_l, sine);
     diffuse = loss * s.base.per_mean_loss * s.base.multiple + entering * s.per_mean_entering * s.diffuse;
     if (has_sheen) {
@@ -145,10 +169,10 @@ vec3 reflect_light(Surface s, vec3 to_light, float sine) {
   } else if (largest(s.transmitted) > 0 && n_dot_l < 0) {
     // Transmission through a thin wall without refraction: the light is mirrored to this side.
     const vec3 through = normalize(to_light - 2 * n_dot_l * s.base.normal + s.to_eye);
-    const float entering = 1 - mix(s.body_f0, s.body_f90, schlick_weight(dot(s.to_eye, through)));
+    const float entering = 1 - mix(s.body.f0, s.body.f90, schlick_weight(dot(s.to_eye, through)));
     const vec2 split = split_albedo(cosine, s.base.roughness);
     specular = entering * microfacets(s.base, through, cosine, sine) * s.transmitted;
-    diffuse = (1 - s.body_multiple) * s.base.loss * max(1 - split.x - split.y, 0) * s.base.per_mean_loss * s.transmitted;
+    diffuse = (1 - s.body.multiple) * s.base.loss * max(1 - split.x - split.y, 0) * s.base.per_mean_loss * s.transmitted;
   }
   if (has_sheen) {
     const LayerPass below = passes_layer(largest(s.sheen_color), s.sheen_albedo, sheen_albedo_of(cosine, s.sheen_roughness),
@@ -160,22 +184,17 @@ vec3 reflect_light(Surface s, vec3 to_light, float sine) {
   if (s.coat > 0) {
     const float coat_n_dot_l = dot(s.coat_lobe.normal, to_light);
     const vec2 split = split_albedo(abs(coat_n_dot_l), s.coat_lobe.roughness);
-    const float loss = max(1 - split.x - split.y, 0);
-    const vec3 f0 = s.coat_lobe.f0, f90 = s.coat_lobe.f90;
-    const float most = mean_loss(s.coat_lobe.roughness);
-    const float again = multiple_scattering(f0, f90, most).r;
-    const float mean_y = mean_grazing_albedo(s.coat_lobe.roughness);
-    const float mean_albedo = f0.r * (1 - most - mean_y) + f90.r * mean_y + again * most;
+    const Interface coat = s.coat_interface;
     // Both albedos grow towards grazing angles.
-    const float covariance = (f90.r - f0.r) * albedo_deviation(s.coat_lobe.roughness) * (s.body_f90 - s.body_f0) *
+    const float covariance = (coat.f90 - coat.f0) * albedo_deviation(s.coat_lobe.roughness) * (s.body.f90 - s.body.f0) *
                              albedo_deviation(s.base.roughness) * PI * s.per_mean_entering;
     const LayerPass below = passes_layer(s.coat, s.coat_lobe.albedo.r + s.coat_lobe.multiple.r,
-                                         f0.r * split.x + f90.r * split.y + again * loss, mean_albedo, covariance);
+                                         interface_albedo(coat, split), coat.mean_albedo, covariance);
     result = cosine * (below.specular * (specular + sheen) + below.diffuse * diffuse);
     if (coat_n_dot_l > 0) {
       result += coat_n_dot_l * s.coat *
-                (microfacets(s.coat_lobe, h, coat_n_dot_l, sine) * mix(f0, f90, grazing) +
-                 loss * s.coat_lobe.per_mean_loss * s.coat_lobe.multiple);
+                (microfacets(s.coat_lobe, h, coat_n_dot_l, sine) * mix(coat.f0, coat.f90, grazing) +
+                 max(1 - split.x - split.y, 0) * s.coat_lobe.per_mean_loss * s.coat_lobe.multiple);
     }
   }
   return result;

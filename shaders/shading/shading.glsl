@@ -58,6 +58,7 @@ void add_extensions(MaterialExtensionRecord extension, uint flags, float metalli
         extension.clearcoat_roughness * sample_or(extension.clearcoat_roughness_texture, uv, dx, dy, vec4(1)).g;
     const vec3 normal = mapped_normal(extension.clearcoat_normal_texture, extension.clearcoat_normal_scale, point);
     surface.coat_lobe = make_lobe(normal, surface.to_eye, roughness, vec3(0.04), 1, vec3(1), 0);
+    surface.coat_interface = make_interface(0.04, 1, surface.coat_lobe.roughness);
   }
 }
 
@@ -83,7 +84,7 @@ Surface make_surface(GlobalsRef globals, MaterialRecord material, vec4 base_colo
   surface.base = make_lobe(mapped_normal(material.normal_texture, material.normal_scale, point), surface.to_eye,
                            material.roughness * metallic_roughness.g, dielectric_f0, dielectric_f90, base_color.rgb,
                            metallic);
-  make_body(surface, largest(dielectric_f0), dielectric_f90);
+  add_body(surface, largest(dielectric_f0), dielectric_f90);
   surface.sheen_color = vec3(0);
   surface.coat = 0;
   if (extended) add_extensions(extension, material.flags, metallic, base_color.rgb, point, surface);
