@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <glm/gtc/packing.hpp>
 
 #include "tests/render/support/render_bench.h"
 #include "tests/render/support/scene_builder.h"
@@ -154,6 +155,32 @@ TEST_F(Analytic, ShadowsScaleWithTheScene) {
       different += std::abs(images[i].rgba8[byte] - images[1].rgba8[byte]) > 8;
     }
     EXPECT_LT(different, images[1].rgba8.size() / 500);
+  }
+}
+
+// An unlit surface shows its colour. Linear images have the nearest half float.
+TEST_F(Analytic, LinearImagesAreRoundedToTheNearestHalf) {
+  constexpr float kStep = 1.0f / 4096;  // between halves from 0.25 to 0.5
+  const glm::vec3 color(1366.75f * kStep, 1366.25f * kStep, 1366.5f * kStep);  // the last is a tie: to even
+  const glm::vec3 nearest(1367 * kStep, 1366 * kStep, 1366 * kStep);
+  scene::Material material = matte(color);
+  material.unlit = true;
+  SceneBuilder builder;
+  builder.mesh_node("wall", builder.quad(builder.material(material), 10), glm::mat4(1));
+  builder.camera_node("camera", {0, 5, 0}, {0, 0, 0}, 0.2f);
+  const scene::Scene scene = builder.build();
+  const state::PoseState poses(scene);
+  for (const uint32_t samples : {1u, 4u}) {
+    passes::DrawSettings settings = no_ambient();
+    settings.samples = samples;
+    RenderBench bench(scene, {8, 8}, settings);
+    passes::ImageOutputs outputs;
+    outputs.add(wire::kColorLinearF16);
+    const Taken taken = bench.take(poses, first_camera_view(scene, poses, {8, 8}), outputs);
+    for (const uint64_t texel : taken.plane<uint64_t>(wire::kColorLinearF16)) {
+      const glm::vec3 seen(glm::unpackHalf4x16(texel));
+      EXPECT_EQ(seen, nearest) << samples << " samples: " << seen.x << " " << seen.y << " " << seen.z;
+    }
   }
 }
 
