@@ -61,8 +61,11 @@ bool SessionScene::follow(bool finish_build) {
   resolve(wanted);
   const std::vector<std::string> vertex_nodes(registry_.vertex_nodes().begin(),
                                               registry_.vertex_nodes().end());
-  if (build_.idle() && (keys_of(wanted) != nodes_ || vertex_nodes != vertex_nodes_))
+  const bool is_new = keys_of(wanted) != nodes_ || vertex_nodes != vertex_nodes_;
+  if (build_.idle() && is_new)
     begin_build(std::move(wanted), vertex_nodes);
+  else if (build_.idle())
+    build_.retain_only(wanted);  // as LiveScene does
   bool shown = false;
   for (const state::EditRegistry::Finished& edit : registry_.take_finished())
     shown |= poses_.finish_edit(edit.stream, edit.epoch, edit.version);

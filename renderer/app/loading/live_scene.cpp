@@ -201,7 +201,11 @@ void LiveScene::begin_build_if_changed() {
     contents.vertex_nodes.push_back(name);
     request.vertex_nodes.push_back({name, std::move(budget)});
   }
-  if (contents == contents_ || contents == failed_contents_) return;
+  if (contents == contents_ || contents == failed_contents_) {
+    // A stream may have left whose assets waited for a further turn: no build comes that would release them.
+    build_.retain_only(requested_);
+    return;
+  }
   // A load turn is at least as long as the pause after a replacement, so that many assets do not cause as
   // many replacements.
   request.turn_ns = std::max(request.turn_ns, replacement_ns_);

@@ -118,7 +118,7 @@ class SceneBuild {
   void begin(Request request);  // when idle
   // Returns a finished build once; nullopt: none. Never waits.
   std::optional<Built> take();
-  // When idle: releases all charges except those of these nodes, which are in the displayed scene.
+  // When idle: releases all assets and charges except those of these nodes.
   void retain_only(std::span<const state::RequestedNode> nodes);
 
  private:
