@@ -4,7 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <glm/gtc/matrix_transform.hpp>
+#include <thread>
 
 #include "renderer/scene/model/bounds.h"
 #include "tests/render/support/render_bench.h"
@@ -318,6 +320,37 @@ TEST_F(LiveScenesOnce, WithoutMemoryNodesAreRefusedAndTheImageStays) {
   show.wait_for_scene();
   EXPECT_NE(show.draw().rgba8, before.rgba8);
   EXPECT_EQ(show.live().faults().refused, 1u);
+}
+
+// Each node's parent is in the asset of the other stream, so the node whose asset is loaded first waits for the
+// next turn. When both streams have left, that asset is released although no scene is built any more.
+TEST_F(LiveScenesOnce, AnAssetThatWaitsForAnotherTurnEndsWithItsStream) {
+  ViewerDocument show(kConfigurations[1]);
+  const std::shared_ptr<BudgetPool> pool = BudgetPool::create();
+  const auto add_stream = [&](uint64_t epoch, const std::string& node, const std::string& parent) {
+    wire::StreamDescription description;
+    description.epoch = epoch;
+    const state::StreamId stream = show.poses().add_stream(description, pool->add_peer(node));
+    wire::NodeAdded added = sail_at(glm::mat4(1));
+    added.parent = parent;
+    show.poses().apply(stream, {epoch, 1, node, wire::Property::node, std::move(added)});
+    return stream;
+  };
+  const state::StreamId left = add_stream(1, "left", "right/triangle"),
+                        right = add_stream(2, "right", "left/triangle");
+  show.live().follow();
+  ASSERT_EQ(show.live().builds_begun(), 1u);
+  while (pool->used(Resource::asset_bytes) == 0) std::this_thread::yield();
+  show.poses().remove_stream(left);
+  show.poses().remove_stream(right);
+  // The outcome is the same however long the build takes: no second one begins, and nothing stays charged.
+  const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  while (pool->used(Resource::asset_bytes) > 0) {
+    ASSERT_LT(std::chrono::steady_clock::now(), give_up) << pool->used(Resource::asset_bytes) << " bytes";
+    show.live().follow();
+  }
+  EXPECT_EQ(show.live().builds_begun(), 1u);
+  EXPECT_EQ(show.live().replaced(), 0u);
 }
 
 // Hiding and showing one of many added nodes builds no scene and does not rebuild the list of added nodes.
