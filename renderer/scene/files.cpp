@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <optional>
 #include <system_error>
 #include <utility>
@@ -63,12 +64,24 @@ Result<FileBytes> base64_decoded(std::string_view text) {
   return bytes;
 }
 
+FileBytes copied(std::string_view text) {
+  FileBytes bytes;
+  bytes.size = text.size();
+  bytes.data = std::make_unique_for_overwrite<std::byte[]>(bytes.size);
+  std::memcpy(bytes.data.get(), text.data(), text.size());
+  return bytes;
+}
+
+// RFC 2397: base64 or percent-encoded bytes.
 Result<FileBytes> data_uri_decoded(std::string_view uri) {
   const size_t comma = uri.find(',');
   if (comma == std::string_view::npos) return Error{"the data: URI has no comma"};
-  if (!uri.substr(0, comma).ends_with(";base64"))
-    return Error{"the data: URI is not base64: only base64 is supported"};
-  return base64_decoded(uri.substr(comma + 1));
+  const std::string_view data = uri.substr(comma + 1);
+  const bool is_base64 = uri.substr(0, comma).ends_with(";base64");
+  if (is_base64 && data.find('%') == std::string_view::npos) return base64_decoded(data);
+  const std::optional<std::string> decoded = percent_decoded(data);
+  if (!decoded) return Error{"the data: URI has a broken percent escape"};
+  return is_base64 ? base64_decoded(*decoded) : copied(*decoded);
 }
 
 bool has_scheme(std::string_view uri) {
@@ -118,9 +131,8 @@ Result<std::filesystem::path> AssetFolder::resolve(std::string_view uri) const {
 Result<FileBytes> AssetFolder::read(std::string_view uri, uint64_t max_bytes) const {
   if (uri.starts_with("data:")) return data_uri_decoded(uri);
   auto path = resolve(uri);
-  if (!path) return path.error();
-  auto bytes = read_file(*path, max_bytes);
-  if (bytes && log_) log_->push_back({std::string(uri), digest_of(bytes->view())});
+  Result<FileBytes> bytes = path ? read_file(*path, max_bytes) : Result<FileBytes>(path.error());
+  if (log_) log_->push_back({std::string(uri), bytes ? digest_of(bytes->view()) : Digest{}});
   return bytes;
 }
 

@@ -17,15 +17,15 @@
 
 namespace fire3dv::scene {
 
-// A file that an asset consists of, as it was when it was read.
+// A file that an asset names, as it was when it was read.
 struct SourceFile {
   std::string uri;  // as in the asset; empty: the asset file itself
-  Digest digest{};
+  Digest digest{};  // zeros: it could not be read
 };
 
 class AssetFolder {
  public:
-  // log: receives the files that are read; may be null.
+  // log: receives the files that read() was called for; may be null.
   explicit AssetFolder(const std::filesystem::path& asset, std::vector<SourceFile>* log = nullptr);
 
   // Folder of an asset without files: only data: URIs are followed.

@@ -3,6 +3,7 @@ if(TARGET fire3dv_scene)
   fire3dv_test(scene_load_test SOURCES scene/scene_load_test.cpp scene/scene_material_test.cpp scene/scene_material_extensions_test.cpp
                geometry/scene_geometry_test.cpp
                LINK fire3dv_scene fire3dv_test_support LABELS unit)
+  fire3dv_test(scene_images_test SOURCES scene/scene_images_test.cpp LINK fire3dv_scene fire3dv_test_support LABELS unit)
   fire3dv_test(mip_levels_test SOURCES geometry/mip_levels_test.cpp LINK fire3dv_scene LABELS unit)
   fire3dv_test(scene_instancing_test SOURCES scene/scene_instancing_test.cpp
                LINK fire3dv_scene fire3dv_state fire3dv_test_support LABELS unit)

@@ -278,15 +278,16 @@ namespace {
 using Place = SceneCacheSettings::Place;
 constexpr std::string_view kEnding = ".scene", kEndingBeside = ".fire3dv-cache";
 
-// True if all files but the asset's own are unchanged.
+// True if all files but the asset's own are unchanged. Those that could not be read have the digest 0.
 bool others_are_the_same(const std::filesystem::path& asset, const std::vector<SourceFile>& sources,
                          uint64_t max_file_bytes, DigestCache& known) {
   const AssetFolder folder(asset);
   for (size_t i = 1; i < sources.size(); ++i) {
-    const auto path = folder.resolve(sources[i].uri);
-    if (!path) return false;
-    const auto held = known.of(*path, max_file_bytes);
-    if (!held || held->digest != sources[i].digest) return false;
+    Digest digest{};
+    if (const auto path = folder.resolve(sources[i].uri)) {
+      if (const auto held = known.of(*path, max_file_bytes)) digest = held->digest;
+    }
+    if (digest != sources[i].digest) return false;
   }
   return true;
 }

@@ -233,21 +233,21 @@ Result<void> take_buffers(const json& root, const Container& container, const Lo
   return {};
 }
 
-Result<void> take_images(json& root, GltfDocument& document) {
+void take_images(json& root, GltfDocument& document) {
   const auto images = root.find("images");
-  if (images == root.end()) return {};
+  if (images == root.end()) return;
   for (size_t i = 0; i < images->size(); ++i) {
     json& image = (*images)[i];
     ImageSource source;
     source.name = image.value("name", std::string());
     source.buffer_view = image.value("bufferView", -1);
     if (image.contains("uri")) source.uri = std::move(image["uri"].get_ref<std::string&>());
-    if (source.uri.empty() == (source.buffer_view < 0)) {
-      return Error{element("images", i) + ": it needs either a uri or a bufferView"};
+    if (!source.uri.empty() && source.buffer_view >= 0) {
+      document.warnings.push_back(element("images", i) +
+                                  " has both a uri and a bufferView; the bufferView is read");
     }
     document.images.push_back(std::move(source));
   }
-  return {};
 }
 
 // tinygltf must not access files; these callbacks refuse all requests.
@@ -309,7 +309,7 @@ Result<GltfDocument> document_of(FileBytes file, AssetFolder folder, const LoadL
   if (auto done = check_and_reduce(*root, document.warnings); !done) return done.error();
   if (auto done = take_buffers(*root, *container, limits, document); !done) return done.error();
   if (auto done = decompress_buffer_views(*root, limits, document); !done) return done.error();
-  if (auto done = take_images(*root, document); !done) return done.error();
+  take_images(*root, document);
   if (auto done = take_motion(*root, document.skins, document.animations); !done) return done.error();
   if (auto room = reserve_model(*root, limits); !room) return room.error();
   root->erase("buffers");

@@ -44,8 +44,8 @@ struct AnimationSource {
 
 struct ImageSource {
   std::string name;
-  std::string uri;  // empty: the image is in a buffer view
-  int buffer_view = -1;
+  std::string uri;
+  int buffer_view = -1;  // precedes the uri; -1: none
 };
 
 struct GltfDocument {

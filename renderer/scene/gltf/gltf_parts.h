@@ -26,6 +26,11 @@ Result<void> check_references(const GltfDocument& document);
 // Texture::image indexes; unused images are not decoded.
 Result<std::vector<uint32_t>> add_materials(const GltfDocument& document, Scene& scene);
 
+// Requires materials and textures. Decodes the used images of the file; one that cannot be read becomes a
+// placeholder, with a warning.
+Result<void> add_images(const GltfDocument& document, std::span<const uint32_t> used,
+                        const LoadLimits& limits, const LoadProgress& progress, Scene& scene);
+
 // Requires the scene's materials.
 Result<void> add_meshes(const GltfDocument& document, const LoadLimits& limits, const LoadProgress& progress,
                         Scene& scene);

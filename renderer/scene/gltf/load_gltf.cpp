@@ -7,7 +7,6 @@
 #include "renderer/scene/gltf/gltf_document.h"
 #include "renderer/scene/gltf/gltf_parts.h"
 #include "renderer/scene/model/bounds.h"
-#include "renderer/scene/textures/images.h"
 
 namespace fire3dv::scene {
 namespace {
@@ -86,31 +85,6 @@ Result<void> check_references(const GltfDocument& document) {
 
 namespace {
 
-Result<std::vector<Image>> load_images(GltfDocument& document, const std::vector<uint32_t>& used,
-                                       const LoadLimits& limits, const LoadProgress& progress) {
-  std::vector<FileBytes> files;
-  std::vector<EncodedImage> encoded;
-  for (const uint32_t index : used) {
-    const ImageSource& source = document.images[index];
-    EncodedImage image{source.name, element("images", index), {}};
-    if (!source.uri.empty()) {
-      auto file = document.folder.read(source.uri, limits.max_file_bytes);
-      if (!file) return Error{image.where + ": " + file.error().message};
-      files.push_back(std::move(*file));
-      image.bytes = files.back().view();
-    } else {
-      auto bytes = buffer_view_bytes(document, source.buffer_view, image.where);
-      if (!bytes) return bytes.error();
-      image.bytes = *bytes;
-    }
-    encoded.push_back(std::move(image));
-  }
-  return decode_images(encoded, {limits.max_image_pixels, limits.reserve, limits.stop_requested},
-                       [&](size_t done) {
-                         if (progress) progress("images", done, encoded.size());
-                       });
-}
-
 Result<Scene> load(Result<GltfDocument> document, const std::filesystem::path& source,
                    const LoadLimits& limits, const LoadProgress& progress) {
   if (!document) return document.error();
@@ -127,9 +101,7 @@ Result<Scene> load(Result<GltfDocument> document, const std::filesystem::path& s
   if (auto done = add_skins(*document, limits, *node_of_source, scene); !done) return done.error();
   if (auto done = add_animations(*document, limits, *node_of_source, scene); !done) return done.error();
   if (auto done = check_deformed_copies(scene); !done) return done.error();
-  auto images = load_images(*document, *used_images, limits, progress);
-  if (!images) return images.error();
-  scene.images = std::move(*images);
+  if (auto done = add_images(*document, *used_images, limits, progress, scene); !done) return done.error();
   bound_deformed_primitives(scene);
   find_world_bounds(scene);
   return scene;

@@ -1,22 +1,11 @@
 #include "renderer/scene/textures/images.h"
 
-#include <algorithm>
-#include <array>
-#include <climits>
-#include <cmath>
-#include <cstring>
-#include <memory>
 #include <new>
 #include <optional>
+#include <utility>
 
 #include "protocol/base/parallel.h"
-
-#define STB_IMAGE_IMPLEMENTATION
-#define STB_IMAGE_STATIC
-#define STBI_NO_STDIO
-#define STBI_ONLY_PNG
-#define STBI_ONLY_JPEG
-#include <stb/stb_image.h>
+#include "renderer/scene/textures/image_codecs.h"
 
 namespace fire3dv::scene {
 namespace {
@@ -24,32 +13,23 @@ namespace {
 // Limit per file, 8 GiB decoded: small images may share bytes and compress well.
 constexpr uint64_t kMaxPixelsInAll = uint64_t{1} << 31;
 
-// Reads the image header only.
-Result<uint64_t> count_pixels(const EncodedImage& encoded, uint64_t max_pixels) {
-  if (encoded.bytes.size() > INT_MAX) return Error{encoded.where + " is larger than 2 GiB"};
-  int width = 0, height = 0, channels = 0;
-  if (!stbi_info_from_memory(reinterpret_cast<const stbi_uc*>(encoded.bytes.data()),
-                             static_cast<int>(encoded.bytes.size()), &width, &height, &channels) ||
-      width <= 0 || height <= 0) {
-    return Error{encoded.where + " is neither a PNG nor a JPEG that can be read"};
-  }
-  const uint64_t pixels = static_cast<uint64_t>(width) * static_cast<uint64_t>(height);
-  if (pixels > max_pixels) {
-    return Error{encoded.where + " is " + std::to_string(width) + " x " + std::to_string(height) +
-                 " pixels large; at most " + std::to_string(max_pixels) + " pixels are read"};
-  }
-  return pixels;
+Result<ImageHeader> readable_header(const EncodedImage& encoded, uint64_t max_pixels) {
+  if (!encoded.read_error.empty()) return Error{encoded.read_error};
+  Result<ImageHeader> header = read_image_header(encoded.bytes);
+  if (!header || header->pixels() <= max_pixels) return header;
+  return Error{"it is " + std::to_string(header->width) + " x " + std::to_string(header->height) +
+               " pixels large; at most " + std::to_string(max_pixels) + " pixels are read"};
 }
 
-Result<void> check_sizes(std::span<const EncodedImage> encoded, const ImageLimits& limits) {
+Result<void> check_sizes(std::span<const EncodedImage> encoded, std::span<const Result<ImageHeader>> headers,
+                         const ImageLimits& limits) {
   uint64_t pixels_in_all = 0;
-  for (const EncodedImage& image : encoded) {
-    const Result<uint64_t> pixels = count_pixels(image, limits.max_pixels);
-    if (!pixels) return pixels.error();
-    pixels_in_all += *pixels;
+  for (size_t i = 0; i < headers.size(); ++i) {
+    if (!headers[i]) continue;
+    pixels_in_all += headers[i]->pixels();
     if (pixels_in_all > kMaxPixelsInAll) {
-      return Error{image.where + ": the file's images have more than " + std::to_string(kMaxPixelsInAll) +
-                   " pixels in all; make them smaller or split the file"};
+      return Error{encoded[i].where + ": the file's images have more than " +
+                   std::to_string(kMaxPixelsInAll) + " pixels in all; make them smaller or split the file"};
     }
   }
   if (!limits.reserve || pixels_in_all == 0) return {};
@@ -58,183 +38,81 @@ Result<void> check_sizes(std::span<const EncodedImage> encoded, const ImageLimit
   return {};
 }
 
-Result<Image> decode(const EncodedImage& encoded) {
-  const auto* data = reinterpret_cast<const stbi_uc*>(encoded.bytes.data());
-  const int size = static_cast<int>(encoded.bytes.size());
-  int width = 0, height = 0, channels = 0;
-  const std::unique_ptr<stbi_uc, void (*)(void*)> rgba(
-      stbi_load_from_memory(data, size, &width, &height, &channels, STBI_rgb_alpha), stbi_image_free);
-  if (!rgba) return Error{encoded.where + " cannot be decoded: " + stbi_failure_reason()};
+struct Outcome {
+  std::optional<Image> image;
+  std::string fault;        // of the image: it becomes a placeholder
+  std::string fatal_error;  // of the load
+};
+
+Outcome decode(const EncodedImage& encoded, const Result<ImageHeader>& header, const ImageLimits& limits) {
+  Outcome outcome;
+  if (limits.stop_requested && limits.stop_requested()) {
+    outcome.fatal_error = encoded.where + " is not decoded: the load was stopped";
+    return outcome;
+  }
+  if (!header) {
+    outcome.fault = header.error().message;
+    return outcome;
+  }
+  try {
+    Result<Image> image = decode_image(*header, encoded.bytes);
+    if (image) {
+      outcome.image = std::move(*image);
+      outcome.image->name = encoded.name;
+    } else {
+      outcome.fault = image.error().message;
+    }
+  } catch (const std::bad_alloc&) {
+    outcome.fatal_error = encoded.where + " does not fit into memory";
+  }
+  return outcome;
+}
+
+std::string placeholder_warning(const EncodedImage& encoded, const std::string& fault) {
+  std::string warning = encoded.where + ": " + fault;
+  if (encoded.is_color) warning += "; a magenta checker is shown instead";
+  if (encoded.is_data) warning += encoded.is_color ? ", and other uses are left out" : "; it is left out";
+  return warning;
+}
+
+}  // namespace
+
+Image placeholder_image(const std::string& name) {
+  constexpr uint32_t kSide = 64, kSquare = 8;
   Image image;
-  image.name = encoded.name;
-  image.width = static_cast<uint32_t>(width);
-  image.height = static_cast<uint32_t>(height);
-  image.rgba8.edit().assign(rgba.get(), rgba.get() + static_cast<size_t>(image.width) * image.height * 4);
+  image.name = name;
+  image.width = image.height = kSide;
+  std::vector<uint8_t>& rgba8 = image.rgba8.edit();
+  rgba8.reserve(size_t{4} * kSide * kSide);
+  for (uint32_t y = 0; y < kSide; ++y) {
+    for (uint32_t x = 0; x < kSide; ++x) {
+      const uint8_t magenta = (x / kSquare + y / kSquare) % 2 == 0 ? 255 : 0;
+      rgba8.insert(rgba8.end(), {magenta, 0, magenta, 255});
+    }
+  }
   return image;
 }
 
-Result<Image> decode_or_out_of_memory(const EncodedImage& encoded, const ImageLimits& limits) {
-  if (limits.stop_requested && limits.stop_requested())
-    return Error{encoded.where + " is not decoded: the load was stopped"};
-  try {
-    return decode(encoded);
-  } catch (const std::bad_alloc&) {
-    return Error{encoded.where + " does not fit into memory"};
-  }
-}
-
-}  // namespace
-
-Result<std::vector<Image>> decode_images(std::span<const EncodedImage> encoded, const ImageLimits& limits,
-                                         const std::function<void(size_t done)>& progress) {
-  if (Result<void> sizes = check_sizes(encoded, limits); !sizes) return sizes.error();
-  std::vector<std::optional<Result<Image>>> results(encoded.size());
+Result<DecodedImages> decode_images(std::span<const EncodedImage> encoded, const ImageLimits& limits,
+                                    const std::function<void(size_t done)>& progress) {
+  std::vector<Result<ImageHeader>> headers;
+  for (const EncodedImage& image : encoded) headers.push_back(readable_header(image, limits.max_pixels));
+  if (Result<void> sizes = check_sizes(encoded, headers, limits); !sizes) return sizes.error();
+  std::vector<Outcome> outcomes(encoded.size());
   parallel_for(
-      encoded.size(), [&](size_t i) { results[i].emplace(decode_or_out_of_memory(encoded[i], limits)); },
-      progress);
+      encoded.size(), [&](size_t i) { outcomes[i] = decode(encoded[i], headers[i], limits); }, progress);
   if (progress && !encoded.empty()) progress(encoded.size());
 
-  std::vector<Image> images;
-  images.reserve(encoded.size());
-  for (auto& result : results) {
-    if (!result->ok()) return result->error();
-    images.push_back(std::move(**result));
+  DecodedImages decoded;
+  for (size_t i = 0; i < outcomes.size(); ++i) {
+    Outcome& outcome = outcomes[i];
+    if (!outcome.fatal_error.empty()) return Error{outcome.fatal_error};
+    decoded.is_placeholder.push_back(!outcome.image.has_value());
+    decoded.images.push_back(outcome.image ? std::move(*outcome.image)
+                                           : placeholder_image(encoded[i].name));
+    if (!outcome.image) decoded.warnings.push_back(placeholder_warning(encoded[i], outcome.fault));
   }
-  return images;
-}
-
-namespace {
-
-constexpr uint32_t kLinearSteps = 65535;
-
-// 16-bit linear light, so that the darkest sRGB codes are 20 steps apart.
-struct SrgbTables {
-  std::array<uint16_t, 256> linear{};
-  std::array<uint8_t, kLinearSteps + 1> encoded{};
-
-  SrgbTables() {
-    for (size_t c = 0; c < linear.size(); ++c) linear[c] = steps_of(static_cast<double>(c));
-    uint32_t next = 0;
-    for (uint32_t c = 0; c < 256; ++c) {
-      const uint32_t end = c == 255 ? kLinearSteps + 1 : steps_of(c + 0.5);
-      for (; next < end; ++next) encoded[next] = static_cast<uint8_t>(c);
-    }
-  }
-  static uint16_t steps_of(double code) {
-    const double s = code / 255;
-    const double light = s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
-    return static_cast<uint16_t>(std::lround(light * kLinearSteps));
-  }
-};
-
-const SrgbTables& srgb_tables() {
-  static const SrgbTables tables;
-  return tables;
-}
-
-// Box filter taps of one target texel along a side of `size` texels.
-struct Taps {
-  uint32_t first, count;
-  std::array<uint32_t, 3> weight;  // sum: `size` if it is odd, else 2
-};
-
-Taps taps_at(uint32_t size, uint32_t x) {
-  const uint32_t half = size / 2;
-  if (size == 1) return {0, 1, {2, 0, 0}};
-  if (size % 2 == 0) return {2 * x, 2, {1, 1, 0}};
-  return {2 * x, 3, {half - x, half, x + 1}};
-}
-
-struct Level {
-  std::span<const uint8_t> rgba8;
-  uint32_t width, height;
-};
-
-uint32_t pixel_at(const uint8_t* texels, size_t i) {
-  uint32_t pixel = 0;
-  std::memcpy(&pixel, texels + 4 * i, sizeof(pixel));
-  return pixel;
-}
-
-// SIMD within a register: two bytes at a time, each in 16 bits.
-uint32_t mean_of(uint32_t a, uint32_t b, uint32_t c, uint32_t d) {
-  constexpr uint32_t kBytes = 0x00ff00ff, kRound = 0x00020002;
-  const uint32_t low = (a & kBytes) + (b & kBytes) + (c & kBytes) + (d & kBytes) + kRound;
-  const uint32_t high =
-      (a >> 8 & kBytes) + (b >> 8 & kBytes) + (c >> 8 & kBytes) + (d >> 8 & kBytes) + kRound;
-  return (low >> 2 & kBytes) | (high >> 2 & kBytes) << 8;
-}
-
-// Fast path: both sides are even.
-void halve_even_row(const Level& from, bool srgb, uint32_t y, uint8_t* to) {
-  const uint8_t* const upper = from.rgba8.data() + size_t{8} * y * from.width;
-  const uint8_t* const lower = upper + size_t{4} * from.width;
-  const SrgbTables& tables = srgb_tables();
-  for (uint32_t x = 0; x < from.width / 2; ++x, to += 4) {
-    const uint32_t mean = mean_of(pixel_at(upper, 2 * x), pixel_at(upper, 2 * x + 1), pixel_at(lower, 2 * x),
-                                  pixel_at(lower, 2 * x + 1));
-    std::memcpy(to, &mean, sizeof(mean));
-    if (!srgb) continue;
-    const uint8_t *const a = upper + size_t{8} * x, *const b = lower + size_t{8} * x;
-    for (int c = 0; c < 3; ++c) {
-      const uint32_t sum =
-          tables.linear[a[c]] + tables.linear[a[c + 4]] + tables.linear[b[c]] + tables.linear[b[c + 4]];
-      to[c] = tables.encoded[(sum + 2) / 4];
-    }
-  }
-}
-
-void halve_row(const Level& from, bool srgb, uint32_t y, uint8_t* to) {
-  const SrgbTables& tables = srgb_tables();
-  const Taps rows = taps_at(from.height, y);
-  for (uint32_t x = 0; x < std::max(from.width / 2, 1u); ++x) {
-    const Taps columns = taps_at(from.width, x);
-    for (uint32_t c = 0; c < 4; ++c) {
-      const bool linear = !srgb || c == 3;
-      uint64_t sum = 0, weights = 0;
-      for (uint32_t j = 0; j < rows.count; ++j) {
-        for (uint32_t i = 0; i < columns.count; ++i) {
-          const uint64_t weight = uint64_t{rows.weight[j]} * columns.weight[i];
-          const uint8_t value = from.rgba8[4 * (size_t{rows.first + j} * from.width + columns.first + i) + c];
-          sum += weight * (linear ? value : tables.linear[value]);
-          weights += weight;
-        }
-      }
-      const auto mean = static_cast<uint32_t>((sum + weights / 2) / weights);
-      *to++ = linear ? static_cast<uint8_t>(mean) : tables.encoded[mean];
-    }
-  }
-}
-
-std::vector<uint8_t> halved(const Level& from, bool srgb) {
-  const uint32_t width = std::max(from.width / 2, 1u), height = std::max(from.height / 2, 1u);
-  std::vector<uint8_t> smaller(size_t{4} * width * height);
-  const bool even = from.width % 2 == 0 && from.height % 2 == 0;
-  const uint32_t rows_a_turn = std::max((1u << 16) / width, 1u);
-  parallel_for((height + rows_a_turn - 1) / rows_a_turn, [&](size_t turn) {
-    const auto first = static_cast<uint32_t>(turn) * rows_a_turn;
-    for (uint32_t y = first; y < std::min(height, first + rows_a_turn); ++y) {
-      uint8_t* const row = smaller.data() + size_t{4} * y * width;
-      if (even) {
-        halve_even_row(from, srgb, y, row);
-      } else {
-        halve_row(from, srgb, y, row);
-      }
-    }
-  });
-  return smaller;
-}
-
-}  // namespace
-
-std::vector<std::vector<uint8_t>> generate_mip_levels(const Image& image, bool srgb) {
-  std::vector<std::vector<uint8_t>> levels;
-  Level level{image.rgba8, image.width, image.height};
-  while (level.width > 1 || level.height > 1) {
-    levels.push_back(halved(level, srgb));
-    level = {levels.back(), std::max(level.width / 2, 1u), std::max(level.height / 2, 1u)};
-  }
-  return levels;
+  return decoded;
 }
 
 }  // namespace fire3dv::scene

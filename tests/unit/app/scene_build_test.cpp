@@ -71,16 +71,25 @@ TEST_F(SceneBuildTest, FilesComeFromTheNamedFolderAlone) {
   EXPECT_NE(refusal_of({}, from_uri("n", "inside.glb")).find("--assets"), std::string::npos);
 }
 
-TEST_F(SceneBuildTest, AnEmbeddedAssetNamesNoFiles) {
+TEST_F(SceneBuildTest, AnEmbeddedAssetReadsNoFiles) {
   wire::NodeAdded what;
   what.asset_glb = test::triangle_file().glb();
   EXPECT_EQ(refusal_of({}, wanted("n", what)), "");
   test::GltfBuilder other = test::triangle_file();
-  other.root["images"] = nlohmann::json::array({{{"uri", "../secret.png"}}});
+  outside_.write("folder/secret.png", test::png(3, 3, 0xffffffff));
+  other.root["images"] = nlohmann::json::array({{{"uri", "secret.png"}}});
   other.root["textures"] = nlohmann::json::array({{{"source", 0}}});
   other.root["materials"] =
       nlohmann::json::array({{{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}}});
   other.root["meshes"][0]["primitives"][0]["material"] = 0;
+  what.asset_glb = other.glb();
+  SceneBuild build(base_, {folder_});
+  const SceneBuild::Built built = finished(build, {{wanted("n", what)}, {}});
+  ASSERT_TRUE(built.scene);
+  ASSERT_FALSE(built.scene->scene.images.empty());
+  EXPECT_EQ(built.scene->scene.images.back().width, 64u) << "a placeholder";
+
+  other.root["buffers"] = nlohmann::json::array({{{"byteLength", 1}, {"uri", "inside.glb"}}});
   what.asset_glb = other.glb();
   EXPECT_NE(refusal_of({folder_}, wanted("n", what)).find("embedded"), std::string::npos);
   what.asset_glb.resize(20);

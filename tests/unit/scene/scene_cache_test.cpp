@@ -195,6 +195,32 @@ TEST(SceneCache, AChangedFileIsLoadedAgain) {
   EXPECT_FALSE(find(settings, asset)) << "the asset's own file has changed";
 }
 
+TEST(SceneCache, AMissingImageThatAppearsIsLoaded) {
+  const ScratchFolder folder;
+  test::GltfBuilder b = rich_file();
+  b.root["images"][0] = {{"uri", "colour.png"}};
+  const fs::path asset = folder.write("rich.glb", b.glb());
+  const SceneCacheSettings settings = in_folder(folder.path() / "cache");
+  const Loaded loaded = load(asset);
+  ASSERT_EQ(loaded.sources.size(), 2u);
+  EXPECT_EQ(loaded.sources[1].uri, "colour.png");
+  EXPECT_EQ(loaded.sources[1].digest, Digest{});
+  ASSERT_TRUE(SceneCache(settings).store(asset, loaded.scene, loaded.sources).ok());
+  const auto cached = find(settings, asset);
+  ASSERT_TRUE(cached) << "the image is still missing";
+  EXPECT_EQ(cached->scene.images[0].width, 64u);
+  ASSERT_FALSE(cached->scene.warnings.empty());
+  EXPECT_NE(cached->scene.warnings[0].find("No such file"), std::string::npos);
+
+  folder.write("colour.png", test::png(4, 4, 0xff00ff00));
+  EXPECT_FALSE(find(settings, asset));
+  const Loaded whole = load(asset);
+  ASSERT_TRUE(SceneCache(settings).store(asset, whole.scene, whole.sources).ok());
+  EXPECT_EQ(find(settings, asset)->scene.images[0].width, 4u);
+  fs::remove(folder.path() / "colour.png");
+  EXPECT_FALSE(find(settings, asset)) << "it is gone";
+}
+
 TEST(SceneCache, BesideTheAssetOnlyOnRequest) {
   const ScratchFolder folder;
   const fs::path asset = folder.write("rich.glb", rich_file().glb());

@@ -38,7 +38,7 @@ inline constexpr const char* kAttributes =
 inline constexpr const char* kValues = "colours are brought into their range, directions and signs put right";
 inline constexpr const char* kMatrix = "a node with a matrix as well as parts is placed by the matrix";
 
-inline constexpr std::array<Deviation, 71> kLoadedThoughFaulty{{
+inline constexpr std::array<Deviation, 72> kLoadedThoughFaulty{{
     {"gltf-asset-generator/Animation_Skin/Animation_Skin_06.gltf", kSkins},
     {"gltf-validator-corpus/base/data/skin/no_common_root.gltf", kSkins},
     {"gltf-validator-corpus/base/data/skin/skeleton_invalid.gltf", kSkins},
@@ -62,6 +62,7 @@ inline constexpr std::array<Deviation, 71> kLoadedThoughFaulty{{
     {"gltf-validator-corpus/base/data/buffer/zero_bytelength.gltf", kUnread},
     {"gltf-validator-corpus/base/data/buffer_view/invalid_stride_wrong_target.gltf", kUnread},
     {"gltf-validator-corpus/base/data/image/buffer_view_bytestride.gltf", kUnread},
+    {"gltf-validator-corpus/base/data/image/empty_object.gltf", kUnread},
     {"gltf-validator-corpus/base/data/accessor_data/out_of_range_elements_float.gltf", kBounds},
     {"gltf-validator-corpus/base/data/accessor_data/out_of_range_elements_sint8.gltf", kBounds},
     {"gltf-validator-corpus/base/data/accessor_data/out_of_range_elements_uint32.gltf", kBounds},

@@ -1,0 +1,71 @@
+#include "renderer/scene/textures/image_codecs.h"
+
+#include <climits>
+#include <cstring>
+#include <memory>
+#include <new>
+#include <string>
+#include <string_view>
+
+#define STB_IMAGE_IMPLEMENTATION
+#define STB_IMAGE_STATIC
+#define STBI_NO_STDIO
+#define STBI_ONLY_PNG
+#define STBI_ONLY_JPEG
+#include <stb/stb_image.h>
+
+namespace fire3dv::scene {
+namespace {
+
+bool begins_with(std::span<const std::byte> bytes, std::string_view signature) {
+  return bytes.size() >= signature.size() &&
+         std::memcmp(bytes.data(), signature.data(), signature.size()) == 0;
+}
+
+const stbi_uc* data_of(std::span<const std::byte> bytes) {
+  return reinterpret_cast<const stbi_uc*>(bytes.data());
+}
+
+Result<ImageHeader> png_or_jpeg_header(std::span<const std::byte> bytes) {
+  int width = 0, height = 0, channels = 0;
+  if (!stbi_info_from_memory(data_of(bytes), static_cast<int>(bytes.size()), &width, &height, &channels) ||
+      width <= 0 || height <= 0) {
+    return Error{std::string("its header cannot be read: ") + stbi_failure_reason()};
+  }
+  return ImageHeader{ImageFormat::png_or_jpeg, static_cast<uint32_t>(width), static_cast<uint32_t>(height)};
+}
+
+Result<Image> decode_png_or_jpeg(const ImageHeader& header, std::span<const std::byte> bytes) {
+  int width = 0, height = 0, channels = 0;
+  const std::unique_ptr<stbi_uc, void (*)(void*)> rgba(
+      stbi_load_from_memory(data_of(bytes), static_cast<int>(bytes.size()), &width, &height, &channels,
+                            STBI_rgb_alpha),
+      stbi_image_free);
+  if (!rgba) {
+    const std::string_view reason = stbi_failure_reason();
+    if (reason == "outofmem") throw std::bad_alloc();
+    return Error{"it cannot be decoded: " + std::string(reason)};
+  }
+  if (static_cast<uint32_t>(width) != header.width || static_cast<uint32_t>(height) != header.height)
+    return Error{"its size differs from its header"};
+  Image image;
+  image.width = header.width;
+  image.height = header.height;
+  image.rgba8.edit().assign(rgba.get(), rgba.get() + 4 * header.pixels());
+  return image;
+}
+
+}  // namespace
+
+Result<ImageHeader> read_image_header(std::span<const std::byte> bytes) {
+  if (bytes.size() > INT_MAX) return Error{"it is larger than 2 GiB"};
+  if (begins_with(bytes, "\x89PNG\r\n\x1a\n") || begins_with(bytes, "\xff\xd8\xff"))
+    return png_or_jpeg_header(bytes);
+  return Error{"it is neither a PNG nor a JPEG"};
+}
+
+Result<Image> decode_image(const ImageHeader& header, std::span<const std::byte> bytes) {
+  return decode_png_or_jpeg(header, bytes);
+}
+
+}  // namespace fire3dv::scene
