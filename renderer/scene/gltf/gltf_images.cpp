@@ -55,6 +55,15 @@ void leave_out_data(const std::vector<bool>& is_placeholder, Scene& scene) {
 
 }  // namespace
 
+int image_of(const tinygltf::Texture& texture) {
+  for (const char* name : kImageExtensions) {
+    const auto extension = texture.extensions.find(name);
+    if (extension == texture.extensions.end()) continue;
+    if (const int image = index_or(extension->second, "source", -1); image >= 0) return image;
+  }
+  return texture.source;
+}
+
 Result<void> add_images(const GltfDocument& document, std::span<const uint32_t> used,
                         const LoadLimits& limits, const LoadProgress& progress, Scene& scene) {
   std::vector<FileBytes> files;

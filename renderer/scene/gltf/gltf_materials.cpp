@@ -127,16 +127,16 @@ Result<uint32_t> Textures::add(const tinygltf::Texture& source, bool srgb, const
     if (!sampler) return sampler.error();
     texture.sampler = *sampler;
   }
-  if (source.source < 0) {
+  const int image = image_of(source);
+  if (image < 0) {
     scene_.warnings.push_back(where + " has no image in a supported format and is left out");
     return kNone;
   }
-  if (!in_range(source.source, document_.images.size())) {
-    return out_of_range(where, "images", source.source, document_.images.size());
+  if (!in_range(image, document_.images.size())) {
+    return out_of_range(where, "images", image, document_.images.size());
   }
-  const auto [slot, added] =
-      slot_of_image_.try_emplace(source.source, static_cast<uint32_t>(used_images_.size()));
-  if (added) used_images_.push_back(static_cast<uint32_t>(source.source));
+  const auto [slot, added] = slot_of_image_.try_emplace(image, static_cast<uint32_t>(used_images_.size()));
+  if (added) used_images_.push_back(static_cast<uint32_t>(image));
   texture.image = slot->second;
   scene_.textures.push_back(texture);
   return static_cast<uint32_t>(scene_.textures.size() - 1);

@@ -26,6 +26,13 @@ Result<void> check_references(const GltfDocument& document);
 // Texture::image indexes; unused images are not decoded.
 Result<std::vector<uint32_t>> add_materials(const GltfDocument& document, Scene& scene);
 
+// Extensions of textures that name an image in another format, the preferred one first.
+inline constexpr std::array<const char*, 1> kImageExtensions{"EXT_texture_webp"};
+
+// Image of a texture, -1: none. An extension's image precedes the texture's own, which is the fallback for readers
+// without the extension.
+int image_of(const tinygltf::Texture& texture);
+
 // Requires materials and textures. Decodes the used images of the file; one that cannot be read becomes a
 // placeholder, with a warning.
 Result<void> add_images(const GltfDocument& document, std::span<const uint32_t> used,

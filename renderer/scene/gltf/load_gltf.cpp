@@ -43,6 +43,10 @@ void check_data(const GltfDocument& document, References& references) {
   }
   for (size_t i = 0; i < model.textures.size(); ++i) {
     references.check(model.textures[i].source, document.images.size(), element("textures", i), "images");
+    for (const auto& [name, extension] : model.textures[i].extensions) {
+      references.check(index_or(extension, "source", -1), document.images.size(),
+                       element("textures", i) + ".extensions." + name, "images");
+    }
     references.check(model.textures[i].sampler, model.samplers.size(), element("textures", i), "samplers");
   }
 }

@@ -6,6 +6,7 @@
 #include <new>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #define STB_IMAGE_IMPLEMENTATION
 #define STB_IMAGE_STATIC
@@ -13,6 +14,7 @@
 #define STBI_ONLY_PNG
 #define STBI_ONLY_JPEG
 #include <stb/stb_image.h>
+#include <webp/decode.h>
 
 namespace fire3dv::scene {
 namespace {
@@ -55,17 +57,60 @@ Result<Image> decode_png_or_jpeg(const ImageHeader& header, std::span<const std:
   return image;
 }
 
+bool is_webp(std::span<const std::byte> bytes) {
+  return bytes.size() >= 12 && begins_with(bytes, "RIFF") && begins_with(bytes.subspan(8), "WEBP");
+}
+
+Result<ImageHeader> webp_header(std::span<const std::byte> bytes) {
+  WebPBitstreamFeatures features{};
+  if (WebPGetFeatures(reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size(), &features) !=
+          VP8_STATUS_OK ||
+      features.width <= 0 || features.height <= 0)
+    return Error{"its WebP header cannot be read"};
+  if (features.has_animation != 0) return Error{"it is an animation; save one image of it"};
+  return ImageHeader{ImageFormat::webp, static_cast<uint32_t>(features.width),
+                     static_cast<uint32_t>(features.height)};
+}
+
+Result<Image> decode_webp(const ImageHeader& header, std::span<const std::byte> bytes) {
+  Image image;
+  image.width = header.width;
+  image.height = header.height;
+  std::vector<uint8_t>& rgba8 = image.rgba8.edit();
+  rgba8.resize(4 * header.pixels());
+  WebPDecoderConfig config;
+  if (WebPInitDecoderConfig(&config) == 0) return Error{"libwebp has another version than at the build"};
+  config.output.colorspace = MODE_RGBA;
+  config.output.is_external_memory = 1;
+  config.output.u.RGBA = {rgba8.data(), static_cast<int>(4 * header.width), rgba8.size()};
+  const VP8StatusCode status =
+      WebPDecode(reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size(), &config);
+  if (status == VP8_STATUS_OUT_OF_MEMORY) throw std::bad_alloc();
+  if (status != VP8_STATUS_OK) {
+    return Error{status == VP8_STATUS_NOT_ENOUGH_DATA ? "the WebP is cut short"
+                                                      : "the WebP cannot be decoded: it is damaged"};
+  }
+  return image;
+}
+
 }  // namespace
 
 Result<ImageHeader> read_image_header(std::span<const std::byte> bytes) {
   if (bytes.size() > INT_MAX) return Error{"it is larger than 2 GiB"};
   if (begins_with(bytes, "\x89PNG\r\n\x1a\n") || begins_with(bytes, "\xff\xd8\xff"))
     return png_or_jpeg_header(bytes);
-  return Error{"it is neither a PNG nor a JPEG"};
+  if (is_webp(bytes)) return webp_header(bytes);
+  return Error{"it is neither PNG nor JPEG nor WebP"};
 }
 
 Result<Image> decode_image(const ImageHeader& header, std::span<const std::byte> bytes) {
-  return decode_png_or_jpeg(header, bytes);
+  switch (header.format) {
+    case ImageFormat::png_or_jpeg:
+      return decode_png_or_jpeg(header, bytes);
+    case ImageFormat::webp:
+      return decode_webp(header, bytes);
+  }
+  return Error{"its format is unknown"};
 }
 
 }  // namespace fire3dv::scene

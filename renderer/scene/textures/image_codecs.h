@@ -1,4 +1,4 @@
-// Decoders of image files in memory to 8-bit RGBA: PNG and JPEG (stb_image). Errors are sentences about
+// Decoders of image files in memory to 8-bit RGBA: PNG and JPEG (stb_image), WebP (libwebp). Errors are sentences about
 // "it", the image, without its name. std::bad_alloc means exhausted memory.
 #pragma once
 
@@ -11,7 +11,7 @@
 
 namespace fire3dv::scene {
 
-enum class ImageFormat { png_or_jpeg };
+enum class ImageFormat { png_or_jpeg, webp };
 
 struct ImageHeader {
   ImageFormat format = ImageFormat::png_or_jpeg;

@@ -34,7 +34,7 @@ class SceneFiles : public testing::Test {
     const std::string warning = image && image->warnings.size() == 1 ? image->warnings[0] : "";
     EXPECT_TRUE(warning.starts_with("images[0]")) << uri << ": " << warning;
     if (scene) {
-      EXPECT_NE(warning.find("neither a PNG nor a JPEG"), std::string::npos) << uri << ": " << warning;
+      EXPECT_NE(warning.find("neither PNG nor JPEG nor WebP"), std::string::npos) << uri << ": " << warning;
       return "loaded";
     }
     const std::string fault = scene.error().message;

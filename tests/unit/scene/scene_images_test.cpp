@@ -73,12 +73,12 @@ TEST(SceneImages, EachFaultIsAPlaceholderAndAWarningWithTheReason) {
       {"network address", [](auto& b) { b.root["images"][0] = {{"uri", "http://localhost/a.png"}}; },
        "images[0] \"http://localhost/a.png\": the URI \"http://localhost/a.png\" has a scheme: only data: and "
        "relative paths are read"},
-      {"neither PNG nor JPEG",
+      {"another format",
        [](auto& b) {
          b.root["images"][0]["uri"] = "data:,GIF89a";
          b.root["images"][0].erase("bufferView");
        },
-       "images[0] \"bark\": it is neither a PNG nor a JPEG"},
+       "images[0] \"bark\": it is neither PNG nor JPEG nor WebP"},
       {"no bytes at all",
        [](auto& b) {
          b.root["images"][0] = {{"name", "bark"}};
