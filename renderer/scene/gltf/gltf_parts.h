@@ -27,10 +27,10 @@ Result<void> check_references(const GltfDocument& document);
 Result<std::vector<uint32_t>> add_materials(const GltfDocument& document, Scene& scene);
 
 // Extensions of textures that name an image in another format, the preferred one first.
-inline constexpr std::array<const char*, 1> kImageExtensions{"EXT_texture_webp"};
+inline constexpr std::array<const char*, 2> kImageExtensions{"KHR_texture_basisu", "EXT_texture_webp"};
 
-// Image of a texture, -1: none. An extension's image precedes the texture's own, which is the fallback for readers
-// without the extension.
+// Image of a texture, -1: none. An extension's image precedes the texture's own, which is the fallback for
+// readers without the extension.
 int image_of(const tinygltf::Texture& texture);
 
 // Requires materials and textures. Decodes the used images of the file; one that cannot be read becomes a

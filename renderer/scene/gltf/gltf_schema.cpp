@@ -334,12 +334,12 @@ Result<void> check_index_accessors(const json& document) {
 }  // namespace
 
 bool extension_supported(const std::string& name) {
-  static constexpr std::array<std::string_view, 13> supported{
+  static constexpr std::array<std::string_view, 14> supported{
       "KHR_lights_punctual",   "KHR_materials_unlit",        "KHR_materials_emissive_strength",
       "KHR_materials_ior",     "KHR_materials_specular",     "KHR_materials_clearcoat",
       "KHR_materials_sheen",   "KHR_materials_transmission", "KHR_texture_transform",
       "KHR_mesh_quantization", "EXT_mesh_gpu_instancing",    "EXT_meshopt_compression",
-      "EXT_texture_webp"};
+      "EXT_texture_webp",      "KHR_texture_basisu"};
   return std::find(supported.begin(), supported.end(), name) != supported.end();
 }
 

@@ -6,7 +6,11 @@
 #include <new>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
+
+#include "renderer/scene/textures/ktx2/decode_ktx2.h"
+#include "renderer/scene/textures/ktx2/ktx2_file.h"
 
 #define STB_IMAGE_IMPLEMENTATION
 #define STB_IMAGE_STATIC
@@ -34,7 +38,8 @@ Result<ImageHeader> png_or_jpeg_header(std::span<const std::byte> bytes) {
       width <= 0 || height <= 0) {
     return Error{std::string("its header cannot be read: ") + stbi_failure_reason()};
   }
-  return ImageHeader{ImageFormat::png_or_jpeg, static_cast<uint32_t>(width), static_cast<uint32_t>(height)};
+  return ImageHeader{
+      ImageFormat::png_or_jpeg, static_cast<uint32_t>(width), static_cast<uint32_t>(height), {}, {}};
 }
 
 Result<Image> decode_png_or_jpeg(const ImageHeader& header, std::span<const std::byte> bytes) {
@@ -68,8 +73,11 @@ Result<ImageHeader> webp_header(std::span<const std::byte> bytes) {
       features.width <= 0 || features.height <= 0)
     return Error{"its WebP header cannot be read"};
   if (features.has_animation != 0) return Error{"it is an animation; save one image of it"};
-  return ImageHeader{ImageFormat::webp, static_cast<uint32_t>(features.width),
-                     static_cast<uint32_t>(features.height)};
+  return ImageHeader{ImageFormat::webp,
+                     static_cast<uint32_t>(features.width),
+                     static_cast<uint32_t>(features.height),
+                     {},
+                     {}};
 }
 
 Result<Image> decode_webp(const ImageHeader& header, std::span<const std::byte> bytes) {
@@ -93,6 +101,31 @@ Result<Image> decode_webp(const ImageHeader& header, std::span<const std::byte> 
   return image;
 }
 
+Result<ImageHeader> ktx2_header(std::span<const std::byte> bytes) {
+  const Result<ktx2::Ktx2File> file = ktx2::read_ktx2(bytes);
+  if (!file) return file.error();
+  ImageHeader header{ImageFormat::ktx2, file->width, file->height, file->is_srgb, {}};
+  if (file->is_mirrored_x || file->is_mirrored_y)
+    header.notes.emplace_back(
+        "its KTXorientation is not \"rd\", which glTF requires; it is mirrored to that");
+  if (file->is_premultiplied)
+    header.notes.emplace_back(
+        "its colours are multiplied by alpha, which glTF does not allow; they are kept");
+  return header;
+}
+
+Result<Image> decode_ktx2_image(std::span<const std::byte> bytes) {
+  const Result<ktx2::Ktx2File> file = ktx2::read_ktx2(bytes);
+  if (!file) return file.error();
+  Result<std::vector<uint8_t>> rgba8 = ktx2::decode_ktx2(*file);
+  if (!rgba8) return rgba8.error();
+  Image image;
+  image.width = file->width;
+  image.height = file->height;
+  image.rgba8 = std::move(*rgba8);
+  return image;
+}
+
 }  // namespace
 
 Result<ImageHeader> read_image_header(std::span<const std::byte> bytes) {
@@ -100,7 +133,8 @@ Result<ImageHeader> read_image_header(std::span<const std::byte> bytes) {
   if (begins_with(bytes, "\x89PNG\r\n\x1a\n") || begins_with(bytes, "\xff\xd8\xff"))
     return png_or_jpeg_header(bytes);
   if (is_webp(bytes)) return webp_header(bytes);
-  return Error{"it is neither PNG nor JPEG nor WebP"};
+  if (ktx2::is_ktx2(bytes)) return ktx2_header(bytes);
+  return Error{"it is none of PNG, JPEG, WebP and KTX 2.0"};
 }
 
 Result<Image> decode_image(const ImageHeader& header, std::span<const std::byte> bytes) {
@@ -109,6 +143,8 @@ Result<Image> decode_image(const ImageHeader& header, std::span<const std::byte>
       return decode_png_or_jpeg(header, bytes);
     case ImageFormat::webp:
       return decode_webp(header, bytes);
+    case ImageFormat::ktx2:
+      return decode_ktx2_image(bytes);
   }
   return Error{"its format is unknown"};
 }

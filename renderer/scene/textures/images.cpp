@@ -75,6 +75,19 @@ std::string placeholder_warning(const EncodedImage& encoded, const std::string& 
   return warning;
 }
 
+// Colour and data textures differ in how their values are read; the use decides.
+void add_warnings(const EncodedImage& encoded, const ImageHeader& header,
+                  std::vector<std::string>& warnings) {
+  for (const std::string& note : header.notes) warnings.push_back(encoded.where + ": " + note);
+  if (!header.is_srgb) return;
+  if (*header.is_srgb && encoded.is_data)
+    warnings.push_back(encoded.where + ": its transfer function is sRGB, but a material uses it as data");
+  if (!*header.is_srgb && encoded.is_color) {
+    warnings.push_back(encoded.where +
+                       ": its transfer function is linear, but a material uses it as sRGB colours");
+  }
+}
+
 }  // namespace
 
 Image placeholder_image(const std::string& name) {
@@ -108,9 +121,13 @@ Result<DecodedImages> decode_images(std::span<const EncodedImage> encoded, const
     Outcome& outcome = outcomes[i];
     if (!outcome.fatal_error.empty()) return Error{outcome.fatal_error};
     decoded.is_placeholder.push_back(!outcome.image.has_value());
-    decoded.images.push_back(outcome.image ? std::move(*outcome.image)
-                                           : placeholder_image(encoded[i].name));
-    if (!outcome.image) decoded.warnings.push_back(placeholder_warning(encoded[i], outcome.fault));
+    if (outcome.image) {
+      decoded.images.push_back(std::move(*outcome.image));
+      add_warnings(encoded[i], *headers[i], decoded.warnings);
+    } else {
+      decoded.images.push_back(placeholder_image(encoded[i].name));
+      decoded.warnings.push_back(placeholder_warning(encoded[i], outcome.fault));
+    }
   }
   return decoded;
 }

@@ -17,7 +17,7 @@ struct EncodedImage {
   std::string name;   // name of the decoded image
   std::string where;  // for messages, for example "images[2]"
   std::span<const std::byte> bytes;
-  std::string read_error;  // not empty: why there are no bytes
+  std::string read_error;                  // not empty: why there are no bytes
   bool is_color = false, is_data = false;  // its uses by textures, as in Texture::srgb
 };
 
@@ -29,15 +29,15 @@ struct ImageLimits {
 };
 
 struct DecodedImages {
-  std::vector<Image> images;       // one per encoded image
+  std::vector<Image> images;         // one per encoded image
   std::vector<bool> is_placeholder;  // one per encoded image
   std::vector<std::string> warnings;
 };
 
 // Decodes on all cores; `progress` runs on the calling thread. The format is recognised by the first bytes.
-// An image that cannot be read, is broken or has too many pixels becomes a placeholder, with a warning. Errors
-// are limits on all images together, a refused reservation, exhausted memory and a stopped load; header sizes
-// are checked before any image is decoded.
+// An image that cannot be read, is broken or has too many pixels becomes a placeholder, with a warning.
+// Errors are limits on all images together, a refused reservation, exhausted memory and a stopped load;
+// header sizes are checked before any image is decoded.
 Result<DecodedImages> decode_images(std::span<const EncodedImage> encoded, const ImageLimits& limits,
                                     const std::function<void(size_t done)>& progress);
 

@@ -177,7 +177,7 @@ const std::set<std::string>& supported() {
       "KHR_materials_ior",     "KHR_materials_specular",     "KHR_materials_clearcoat",
       "KHR_materials_sheen",   "KHR_materials_transmission", "KHR_texture_transform",
       "KHR_mesh_quantization", "EXT_mesh_gpu_instancing",    "EXT_meshopt_compression",
-      "EXT_texture_webp"};
+      "EXT_texture_webp",      "KHR_texture_basisu"};
   return names;
 }
 

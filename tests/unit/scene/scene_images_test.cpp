@@ -1,5 +1,5 @@
-// Test of texture images that are missing, broken or too large: a placeholder and a warning, while limits of the
-// whole load refuse it.
+// Test of texture images that are missing, broken or too large: a placeholder and a warning, while limits of
+// the whole load refuse it.
 #include <gtest/gtest.h>
 
 #include <cstddef>
@@ -29,7 +29,8 @@ GltfBuilder textured_file() {
 }
 
 // Expects that the image becomes a placeholder with this one warning.
-void expect_placeholder(const GltfBuilder& builder, const std::string& warning, const LoadLimits& limits = {}) {
+void expect_placeholder(const GltfBuilder& builder, const std::string& warning,
+                        const LoadLimits& limits = {}) {
   const test::ScratchFolder folder;
   const auto scene = load_gltf(folder.write("scene.glb", builder.glb()), limits);
   ASSERT_TRUE(scene.ok()) << scene.error().message;
@@ -66,19 +67,29 @@ TEST(SceneImages, EachFaultIsAPlaceholderAndAWarningWithTheReason) {
     std::string warning;
   };
   const std::vector<Fault> faults{
-      {"missing file", [](auto& b) { b.root["images"][0] = {{"uri", "wood.png"}}; },
+      {"missing file",
+       [](auto& b) {
+         b.root["images"][0] = {{"uri", "wood.png"}};
+       },
        "images[0] \"wood.png\": cannot open \"wood.png\": No such file or directory"},
-      {"path outside of the folder", [](auto& b) { b.root["images"][0] = {{"uri", "../wood.png"}}; },
+      {"path outside of the folder",
+       [](auto& b) {
+         b.root["images"][0] = {{"uri", "../wood.png"}};
+       },
        "images[0] \"../wood.png\": the URI \"../wood.png\" leaves the asset's folder"},
-      {"network address", [](auto& b) { b.root["images"][0] = {{"uri", "http://localhost/a.png"}}; },
-       "images[0] \"http://localhost/a.png\": the URI \"http://localhost/a.png\" has a scheme: only data: and "
+      {"network address",
+       [](auto& b) {
+         b.root["images"][0] = {{"uri", "http://localhost/a.png"}};
+       },
+       "images[0] \"http://localhost/a.png\": the URI \"http://localhost/a.png\" has a scheme: only data: "
+       "and "
        "relative paths are read"},
       {"another format",
        [](auto& b) {
          b.root["images"][0]["uri"] = "data:,GIF89a";
          b.root["images"][0].erase("bufferView");
        },
-       "images[0] \"bark\": it is neither PNG nor JPEG nor WebP"},
+       "images[0] \"bark\": it is none of PNG, JPEG, WebP and KTX 2.0"},
       {"no bytes at all",
        [](auto& b) {
          b.root["images"][0] = {{"name", "bark"}};
@@ -110,8 +121,8 @@ TEST(SceneImages, DamagedFilesArePlaceholders) {
   std::vector<std::byte> huge_header = test::png(1, 1, 0);
   huge_header[16] = huge_header[20] = std::byte{0};
   huge_header[17] = huge_header[21] = std::byte{1};
-  for (const auto& [image, reason] :
-       {std::pair(cut_short, "it cannot be decoded: "), std::pair(huge_header, "its header cannot be read: ")}) {
+  for (const auto& [image, reason] : {std::pair(cut_short, "it cannot be decoded: "),
+                                      std::pair(huge_header, "its header cannot be read: ")}) {
     GltfBuilder builder = test::triangle_file();
     builder.add_textured_material(image);
     const Scene scene = loaded(builder);
@@ -126,9 +137,9 @@ TEST(SceneImages, TooManyPixelsOfOneImage) {
   builder.add_textured_material(test::png(8, 8, 0));
   LoadLimits limits;
   limits.max_image_pixels = 63;
-  expect_placeholder(builder, std::string("images[0]: it is 8 x 8 pixels large; at most 63 pixels are read") +
-                                  kChecker,
-                     limits);
+  expect_placeholder(
+      builder, std::string("images[0]: it is 8 x 8 pixels large; at most 63 pixels are read") + kChecker,
+      limits);
   limits.max_image_pixels = 64;
   const auto scene = load_glb(builder.glb(), "scene", limits);
   ASSERT_TRUE(scene.ok());
@@ -136,8 +147,8 @@ TEST(SceneImages, TooManyPixelsOfOneImage) {
   EXPECT_TRUE(scene->warnings.empty());
 }
 
-// A checker of magenta as normal map or as roughness looks like another material; without the texture the factors
-// remain.
+// A checker of magenta as normal map or as roughness looks like another material; without the texture the
+// factors remain.
 TEST(SceneImages, PlaceholdersOfDataAreLeftOut) {
   GltfBuilder builder = textured_file();
   builder.root["images"][0] = {{"uri", "wood.png"}};
@@ -195,7 +206,9 @@ TEST(SceneImages, LimitsOfTheLoadStillRefuseIt) {
   builder.add_textured_material({});
   builder.root["images"][1] = {{"uri", "wood.png"}};
   LoadLimits limits;
-  limits.reserve = [](uint64_t bytes) { return bytes == 16 ? Result<void>(Error{"no room"}) : Result<void>(); };
+  limits.reserve = [](uint64_t bytes) {
+    return bytes == 16 ? Result<void>(Error{"no room"}) : Result<void>();
+  };
   const auto refused = load_glb(builder.glb(), "scene", limits);
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.error().message, "scene: the images have 4 pixels: no room");

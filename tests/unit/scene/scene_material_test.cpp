@@ -87,7 +87,7 @@ TEST(SceneMaterials, TextureTransform) {
 
 TEST(SceneMaterials, ATextureWithoutAReadableImageIsLeftOutWithAWarning) {
   GltfBuilder builder;
-  builder.root["textures"] = {{{"extensions", {{"KHR_texture_basisu", {{"source", 0}}}}}}};
+  builder.root["textures"] = {{{"extensions", {{"MSFT_texture_dds", {{"source", 0}}}}}}};
   builder.root["materials"] = {{{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}}};
   const Scene scene = loaded(builder);
   EXPECT_EQ(scene.materials[1].base_color_texture.texture, kNone);
