@@ -16,6 +16,8 @@ if(TARGET fire3dv_scene)
                LINK fire3dv_scene fire3dv_state fire3dv_test_support LABELS unit)
   fire3dv_test(scene_meshopt_test SOURCES scene/scene_meshopt_test.cpp
                LINK fire3dv_scene fire3dv_test_support LABELS unit)
+  fire3dv_test(scene_draco_test SOURCES scene/scene_draco_test.cpp
+               LINK fire3dv_scene fire3dv_test_support LABELS unit)
   fire3dv_test(scene_refuse_test SOURCES scene/scene_refuse_test.cpp scene/scene_files_test.cpp
                LINK fire3dv_scene fire3dv_test_support LABELS unit)
   fire3dv_test(scene_tangent_test SOURCES geometry/scene_tangent_test.cpp LINK fire3dv_scene fire3dv_test_support LABELS unit)

@@ -309,6 +309,7 @@ Result<GltfDocument> document_of(FileBytes file, AssetFolder folder, const LoadL
   if (auto done = check_and_reduce(*root, document.warnings); !done) return done.error();
   if (auto done = take_buffers(*root, *container, limits, document); !done) return done.error();
   if (auto done = decompress_buffer_views(*root, limits, document); !done) return done.error();
+  if (auto done = decompress_draco_primitives(*root, limits, document); !done) return done.error();
   take_images(*root, document);
   if (auto done = take_motion(*root, document.skins, document.animations); !done) return done.error();
   if (auto room = reserve_model(*root, limits); !room) return room.error();

@@ -300,6 +300,12 @@ Result<void> check_extensions(const json& document, std::vector<std::string>& wa
   return {};
 }
 
+// Such a primitive refers to other accessors before tinygltf sees it.
+bool is_draco_compressed(const json& primitive) {
+  const auto extensions = primitive.find("extensions");
+  return extensions != primitive.end() && extensions->contains("KHR_draco_mesh_compression");
+}
+
 // tinygltf follows these indices itself, without a usable error message.
 Result<void> check_index_accessors(const json& document) {
   static const json kNone = json::array();
@@ -312,7 +318,7 @@ Result<void> check_index_accessors(const json& document) {
     if (!meshes[m].contains("primitives")) continue;
     const json& primitives = meshes[m]["primitives"];
     for (size_t p = 0; p < primitives.size(); ++p) {
-      if (!primitives[p].contains("indices")) continue;
+      if (!primitives[p].contains("indices") || is_draco_compressed(primitives[p])) continue;
       const std::string where =
           "meshes[" + std::to_string(m) + "].primitives[" + std::to_string(p) + "].indices";
       const json& index = primitives[p]["indices"];
@@ -334,12 +340,12 @@ Result<void> check_index_accessors(const json& document) {
 }  // namespace
 
 bool extension_supported(const std::string& name) {
-  static constexpr std::array<std::string_view, 14> supported{
+  static constexpr std::array<std::string_view, 15> supported{
       "KHR_lights_punctual",   "KHR_materials_unlit",        "KHR_materials_emissive_strength",
       "KHR_materials_ior",     "KHR_materials_specular",     "KHR_materials_clearcoat",
       "KHR_materials_sheen",   "KHR_materials_transmission", "KHR_texture_transform",
       "KHR_mesh_quantization", "EXT_mesh_gpu_instancing",    "EXT_meshopt_compression",
-      "EXT_texture_webp",      "KHR_texture_basisu"};
+      "EXT_texture_webp",      "KHR_texture_basisu",         "KHR_draco_mesh_compression"};
   return std::find(supported.begin(), supported.end(), name) != supported.end();
 }
 

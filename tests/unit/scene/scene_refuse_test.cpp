@@ -266,8 +266,8 @@ const std::vector<Fault>& faults() {
       // The file.
       {"version 1", [](auto& b) { b.root["asset"]["version"] = "1.0"; }, "only glTF 2.0"},
       {"no asset", [](auto& b) { b.root.erase("asset"); }, "asset is missing"},
-      {"required extension", [](auto& b) { b.root["extensionsRequired"] = {"KHR_draco_mesh_compression"}; },
-       "KHR_draco_mesh_compression"},
+      {"required extension", [](auto& b) { b.root["extensionsRequired"] = {"KHR_gaussian_splatting"}; },
+       "KHR_gaussian_splatting"},
       {"nodes that are no array",
        [](auto& b) {
          b.root["nodes"] = {{"0", json::object()}};
