@@ -100,8 +100,9 @@ bool extension_supported(const std::string& name);
 // Validates and reduces the document in place. Warnings name removed parts.
 Result<void> check_and_reduce(nlohmann::json& document, std::vector<std::string>& warnings);
 
-// EXT_meshopt_compression: decodes each compressed buffer view into a new buffer and redirects the view to
-// it. Later stages see plain buffer views and never read fallback buffers. Requires the document's buffers.
+// KHR_meshopt_compression, EXT_meshopt_compression: decodes each compressed buffer view into a new buffer and
+// redirects the view to it. Later stages see plain buffer views and never read fallback buffers. Requires the
+// document's buffers.
 Result<void> decompress_buffer_views(nlohmann::json& root, const LoadLimits& limits, GltfDocument& document);
 
 // KHR_draco_mesh_compression: decodes compressed primitives and redirects them to new accessors of the decoded

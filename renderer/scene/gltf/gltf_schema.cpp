@@ -237,7 +237,7 @@ Result<void> reduce(json& object, const std::string& where) {
     }
     json& value = *member;
     // "mode" is a number in primitives, and a string in compressed buffer views.
-    const bool mode_of_view = member.key() == "mode" && where.ends_with(".EXT_meshopt_compression");
+    const bool mode_of_view = member.key() == "mode" && where.ends_with("_meshopt_compression");
     const unsigned shape = mode_of_view ? kText : known->second;
     if (!fits(value, shape, largest_size))
       return Error{where + ": " + member.key() + " is not of the type that glTF requires"};
@@ -340,12 +340,13 @@ Result<void> check_index_accessors(const json& document) {
 }  // namespace
 
 bool extension_supported(const std::string& name) {
-  static constexpr std::array<std::string_view, 15> supported{
+  static constexpr std::array<std::string_view, 16> supported{
       "KHR_lights_punctual",   "KHR_materials_unlit",        "KHR_materials_emissive_strength",
       "KHR_materials_ior",     "KHR_materials_specular",     "KHR_materials_clearcoat",
       "KHR_materials_sheen",   "KHR_materials_transmission", "KHR_texture_transform",
       "KHR_mesh_quantization", "EXT_mesh_gpu_instancing",    "EXT_meshopt_compression",
-      "EXT_texture_webp",      "KHR_texture_basisu",         "KHR_draco_mesh_compression"};
+      "EXT_texture_webp",      "KHR_texture_basisu",         "KHR_draco_mesh_compression",
+      "KHR_meshopt_compression"};
   return std::find(supported.begin(), supported.end(), name) != supported.end();
 }
 

@@ -2,19 +2,25 @@
 
 #include <meshoptimizer.h>
 
+#include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 #include <string_view>
+
+#include "renderer/scene/gltf/meshes/meshopt_vertices.h"
 
 namespace fire3dv::scene {
 namespace {
 
 using nlohmann::json;
 
-constexpr const char* kExtension = "EXT_meshopt_compression";
-// Upper bound of the compression ratio; views that share bytes could otherwise claim any amount of memory.
-constexpr uint64_t kMaxDecodedPerByte = 128;
+// The first is the successor of the second. Both have the same members.
+constexpr std::array<const char*, 2> kExtensions{"KHR_meshopt_compression", "EXT_meshopt_compression"};
+// Upper bound of the compression ratio, reached by equal elements of four bytes. Views that share bytes could
+// otherwise claim any amount of memory.
+constexpr uint64_t kMaxDecodedPerByte = 1024;
 
-enum class Filter { none, octahedral, quaternion, exponential };
+enum class Filter { none, octahedral, quaternion, exponential, color };
 
 struct CompressedView {
   std::span<const std::byte> bytes;
@@ -31,7 +37,25 @@ const json* extension_of(const json& object, const char* name) {
   return extension == extensions->end() ? nullptr : &*extension;
 }
 
-Result<Filter> filter_of(const std::string& name, size_t stride, const std::string& where) {
+struct Compression {
+  const char* name = nullptr;  // of the extension
+  const json* members = nullptr;
+};
+
+// Null members: the object is not compressed.
+Result<Compression> compression_of(const json& object, const std::string& where) {
+  Compression found;
+  for (const char* name : kExtensions) {
+    const json* members = extension_of(object, name);
+    if (members == nullptr) continue;
+    if (found.members != nullptr)
+      return Error{where + " has both " + found.name + " and " + name + ": only one of them may be there"};
+    found = {name, members};
+  }
+  return found;
+}
+
+Result<Filter> filter_of(const std::string& name, size_t stride, bool has_color, const std::string& where) {
   Filter filter = Filter::none;
   bool fits = true;
   if (name == "OCTAHEDRAL") {
@@ -42,6 +66,9 @@ Result<Filter> filter_of(const std::string& name, size_t stride, const std::stri
     fits = stride == 8;
   } else if (name == "EXPONENTIAL") {
     filter = Filter::exponential;  // attribute strides are multiples of 4 already
+  } else if (name == "COLOR" && has_color) {
+    filter = Filter::color;
+    fits = stride == 4 || stride == 8;
   } else if (name != "NONE") {
     return Error{where + " has the unknown filter " + quote(name)};
   }
@@ -68,8 +95,9 @@ Result<void> check_shape(const CompressedView& view, const std::string& where) {
   return {};
 }
 
-Result<CompressedView> compressed_view(const json& parent, const json& extension,
+Result<CompressedView> compressed_view(const json& parent, const Compression& compression,
                                        const GltfDocument& document, const std::string& where) {
+  const json& extension = *compression.members;
   for (const char* member : {"buffer", "byteLength", "byteStride", "count", "mode"}) {
     if (!extension.contains(member)) return Error{where + ": " + member + " is missing"};
   }
@@ -89,7 +117,8 @@ Result<CompressedView> compressed_view(const json& parent, const json& extension
   view.stride = extension["byteStride"].get<size_t>();
   view.mode = extension["mode"].get<std::string>();
   if (view.count == 0) return Error{where + " has a count of 0"};
-  auto filter = filter_of(extension.value("filter", std::string("NONE")), view.stride, where);
+  auto filter = filter_of(extension.value("filter", std::string("NONE")), view.stride,
+                          compression.name == kExtensions[0], where);
   if (!filter) return filter.error();
   view.filter = *filter;
   if (auto ok = check_shape(view, where); !ok) return ok.error();
@@ -112,7 +141,9 @@ Result<FileBytes> decoded(const CompressedView& view, const std::string& where) 
   const auto* from = reinterpret_cast<const unsigned char*>(view.bytes.data());
   void* to = result.data.get();
   int fault = 0;
-  if (view.mode == "ATTRIBUTES") {
+  if (view.mode == "ATTRIBUTES" && is_vertex_stream_v1(view.bytes)) {
+    fault = decode_vertices_v1(result.data.get(), view.count, view.stride, view.bytes) ? 0 : 1;
+  } else if (view.mode == "ATTRIBUTES") {
     fault = meshopt_decodeVertexBuffer(to, view.count, view.stride, from, view.bytes.size());
   } else if (view.mode == "TRIANGLES") {
     fault = meshopt_decodeIndexBuffer(to, view.count, view.stride, from, view.bytes.size());
@@ -123,14 +154,17 @@ Result<FileBytes> decoded(const CompressedView& view, const std::string& where) 
   if (view.filter == Filter::octahedral) meshopt_decodeFilterOct(to, view.count, view.stride);
   if (view.filter == Filter::quaternion) meshopt_decodeFilterQuat(to, view.count, view.stride);
   if (view.filter == Filter::exponential) meshopt_decodeFilterExp(to, view.count, view.stride);
+  if (view.filter == Filter::color) decode_color_filter(result.data.get(), view.count, view.stride / 4);
   return result;
 }
 
 }  // namespace
 
 bool is_meshopt_fallback(const json& buffer) {
-  const json* extension = extension_of(buffer, kExtension);
-  return extension != nullptr && extension->value("fallback", false);
+  return std::any_of(kExtensions.begin(), kExtensions.end(), [&](const char* name) {
+    const json* extension = extension_of(buffer, name);
+    return extension != nullptr && extension->value("fallback", false);
+  });
 }
 
 Result<void> decompress_buffer_views(json& root, const LoadLimits& limits, GltfDocument& document) {
@@ -141,10 +175,11 @@ Result<void> decompress_buffer_views(json& root, const LoadLimits& limits, GltfD
   room = std::min(room, limits.max_file_bytes);
   for (size_t i = 0; i < views->size(); ++i) {
     json& parent = (*views)[i];
-    const json* extension = extension_of(parent, kExtension);
-    if (extension == nullptr) continue;
-    const std::string where = element("bufferViews", i) + ".extensions." + kExtension;
-    auto view = compressed_view(parent, *extension, document, where);
+    auto compression = compression_of(parent, element("bufferViews", i));
+    if (!compression) return compression.error();
+    if (compression->members == nullptr) continue;
+    const std::string where = element("bufferViews", i) + ".extensions." + compression->name;
+    auto view = compressed_view(parent, *compression, document, where);
     if (!view) return view.error();
     if (view->decoded_bytes() > room) {
       return Error{where + ": the file's compressed bytes cannot hold so much as " +
