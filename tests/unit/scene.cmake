@@ -18,6 +18,8 @@ if(TARGET fire3dv_scene)
                LINK fire3dv_scene fire3dv_test_support LABELS unit)
   fire3dv_test(scene_draco_test SOURCES scene/scene_draco_test.cpp
                LINK fire3dv_scene fire3dv_test_support LABELS unit)
+  fire3dv_test(scene_extensions_test SOURCES scene/scene_extensions_test.cpp
+               LINK fire3dv_scene fire3dv_test_support LABELS unit)
   fire3dv_test(scene_refuse_test SOURCES scene/scene_refuse_test.cpp scene/scene_files_test.cpp
                LINK fire3dv_scene fire3dv_test_support LABELS unit)
   fire3dv_test(scene_tangent_test SOURCES geometry/scene_tangent_test.cpp LINK fire3dv_scene fire3dv_test_support LABELS unit)

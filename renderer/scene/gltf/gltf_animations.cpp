@@ -65,6 +65,7 @@ class AnimationLoader {
       scene_.warnings.push_back(where + " " + why + " and is left out");
       return Result<void>();
     };
+    if (source.path == "pointer") return {};  // KHR_animation_pointer, reported once for the file
     if (source.node < 0) return left_out("moves no node");
     if (!in_range(source.node, node_of_source_.size()))
       return out_of_range(where, "nodes", source.node, node_of_source_.size());

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <limits>
 #include <map>
 #include <string>
@@ -340,6 +341,23 @@ Result<Material> material_of(const tinygltf::Material& source, const std::string
 
 }  // namespace
 
+namespace {
+
+// Extensions that the materials use and that are not drawn exactly: one warning for the file.
+void report_approximations(Scene& scene) {
+  const auto is_rough_glass = [](const Material& material) {
+    return drawn_alpha_mode(material) == AlphaMode::blend && material.transmission > 0 &&
+           material.roughness > 0;
+  };
+  if (std::any_of(scene.materials.begin(), scene.materials.end(), is_rough_glass)) {
+    scene.warnings.push_back(
+        "extensions that are approximated: \"KHR_materials_transmission\" (what lies behind rough surfaces is "
+        "not blurred)");
+  }
+}
+
+}  // namespace
+
 Result<std::vector<uint32_t>> add_materials(const GltfDocument& document, Scene& scene) {
   scene.materials.emplace_back().name = "default";
   Textures textures(document, scene);
@@ -349,6 +367,7 @@ Result<std::vector<uint32_t>> add_materials(const GltfDocument& document, Scene&
     if (!material) return material.error();
     scene.materials.push_back(std::move(*material));
   }
+  report_approximations(scene);
   return textures.take_used_images();
 }
 

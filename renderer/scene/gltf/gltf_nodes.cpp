@@ -294,7 +294,17 @@ uint32_t semantic_of(const tinygltf::Node& source, uint32_t inherited, const std
   return inherited;
 }
 
-Result<Node> node_of(const tinygltf::Node& source, uint32_t parent, const std::string& where, Scene& scene) {
+// KHR_node_visibility, of the node alone.
+bool is_visible(const tinygltf::Node& source) {
+  const auto extension = source.extensions.find("KHR_node_visibility");
+  if (extension == source.extensions.end() || !extension->second.Has("visible")) return true;
+  const tinygltf::Value& visible = extension->second.Get("visible");
+  return !visible.IsBool() || visible.Get<bool>();
+}
+
+// hidden: by itself or by an ancestor. The node keeps its place, name and camera.
+Result<Node> node_of(const tinygltf::Node& source, uint32_t parent, bool hidden, const std::string& where,
+                     Scene& scene) {
   Node node;
   node.name = source.name;
   node.parent = parent;
@@ -312,9 +322,9 @@ Result<Node> node_of(const tinygltf::Node& source, uint32_t parent, const std::s
   if (!light) return light.error();
   node.semantic =
       semantic_of(source, parent == kNone ? 0 : scene.nodes[parent].semantic, where, scene.warnings);
-  node.mesh = *mesh;
+  node.mesh = hidden ? kNone : *mesh;
   node.camera = *camera;
-  node.light = *light;
+  node.light = hidden ? kNone : *light;
   return node;
 }
 
@@ -350,9 +360,10 @@ Result<std::vector<uint32_t>> add_nodes(const GltfDocument& document, const Load
 
   struct Pending {
     uint32_t source, parent;
+    bool hidden;
   };
   std::vector<Pending> pending;
-  for (auto root = roots->rbegin(); root != roots->rend(); ++root) pending.push_back({*root, kNone});
+  for (auto root = roots->rbegin(); root != roots->rend(); ++root) pending.push_back({*root, kNone, false});
   Instancing instancing(document, limits);
   std::vector<uint32_t> node_of_source(nodes.size(), kNone);
   uint64_t path_bytes = 0;
@@ -360,7 +371,8 @@ Result<std::vector<uint32_t>> add_nodes(const GltfDocument& document, const Load
     const Pending next = pending.back();
     pending.pop_back();
     const std::string where = element("nodes", next.source);
-    auto node = node_of(nodes[next.source], next.parent, where, scene);
+    const bool hidden = next.hidden || !is_visible(nodes[next.source]);
+    auto node = node_of(nodes[next.source], next.parent, hidden, where, scene);
     if (!node) return node.error();
     path_bytes += node->path.size();
     if (path_bytes > limits.max_path_bytes)
@@ -378,7 +390,7 @@ Result<std::vector<uint32_t>> add_nodes(const GltfDocument& document, const Load
     if (*instances) add_instances(**instances, index, scene);
     const auto& children = nodes[next.source].children;
     for (auto child = children.rbegin(); child != children.rend(); ++child) {
-      pending.push_back({static_cast<uint32_t>(*child), index});
+      pending.push_back({static_cast<uint32_t>(*child), index, hidden});
     }
   }
   return node_of_source;

@@ -8,6 +8,7 @@
 #include <unordered_map>
 
 #include "renderer/scene/files.h"
+#include "renderer/scene/gltf/gltf_extensions.h"
 
 namespace fire3dv::scene {
 namespace {
@@ -94,6 +95,7 @@ const std::unordered_map<std::string_view, unsigned>& shapes() {
       {"color", kNumbers},
       {"offset", kNumbers},
       {"doubleSided", kBoolean},
+      {"visible", kBoolean},
       {"normalized", kBoolean},
       {"type", kText},
       {"alphaMode", kText},
@@ -280,26 +282,6 @@ Result<void> check_version(const json& document) {
   return {};
 }
 
-Result<void> check_extensions(const json& document, std::vector<std::string>& warnings) {
-  std::vector<std::string> required;
-  for (const char* member : {"extensionsRequired", "extensionsUsed"}) {
-    const auto list = document.find(member);
-    if (list == document.end()) continue;
-    if (!list->is_array()) return Error{std::string(member) + " is not an array"};
-    for (const json& name : *list) {
-      if (!name.is_string()) return Error{std::string(member) + " holds something that is not a string"};
-      if (extension_supported(name)) continue;
-      if (member == std::string_view("extensionsRequired")) {
-        return Error{"the file requires the extension " + quote(name.get<std::string>()) +
-                     ", which is not supported: export it without"};
-      }
-      warnings.push_back("the extension " + quote(name.get<std::string>()) +
-                         " is not supported and left out");
-    }
-  }
-  return {};
-}
-
 // Such a primitive refers to other accessors before tinygltf sees it.
 bool is_draco_compressed(const json& primitive) {
   const auto extensions = primitive.find("extensions");
@@ -340,13 +322,13 @@ Result<void> check_index_accessors(const json& document) {
 }  // namespace
 
 bool extension_supported(const std::string& name) {
-  static constexpr std::array<std::string_view, 16> supported{
+  static constexpr std::array<std::string_view, 17> supported{
       "KHR_lights_punctual",   "KHR_materials_unlit",        "KHR_materials_emissive_strength",
       "KHR_materials_ior",     "KHR_materials_specular",     "KHR_materials_clearcoat",
       "KHR_materials_sheen",   "KHR_materials_transmission", "KHR_texture_transform",
       "KHR_mesh_quantization", "EXT_mesh_gpu_instancing",    "EXT_meshopt_compression",
       "EXT_texture_webp",      "KHR_texture_basisu",         "KHR_draco_mesh_compression",
-      "KHR_meshopt_compression"};
+      "KHR_meshopt_compression", "KHR_node_visibility"};
   return std::find(supported.begin(), supported.end(), name) != supported.end();
 }
 

@@ -198,7 +198,11 @@ Result<void> add_skins(const GltfDocument& document, const LoadLimits& limits,
     Node& node = scene.nodes[node_of_source[i]];
     const auto skin = static_cast<uint32_t>(sources[i].skin);
     const uint32_t joint_count = scene.skins[skin].joint_count;
-    if (node.mesh == kNone) {
+    const bool is_hidden = node.mesh == kNone && sources[i].mesh >= 0 &&
+                           !sources[i].extensions.contains("EXT_mesh_gpu_instancing");
+    if (is_hidden) {  // by KHR_node_visibility
+      continue;
+    } else if (node.mesh == kNone) {
       scene.warnings.push_back(where + " has a skin, but no mesh");
     } else if (limit_of_mesh[node.mesh] == 0) {
       scene.warnings.push_back(where + " has a skin, but its mesh has no JOINTS_0: it is not deformed");
