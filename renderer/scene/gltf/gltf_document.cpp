@@ -162,6 +162,31 @@ Result<AnimationSource> animation_of(const json& source, const std::string& wher
   return animation;
 }
 
+// Index accessors without a buffer view, which tinygltf refuses: their indices are 0, or sparse.
+struct IndexAccessor {
+  size_t mesh = 0, primitive = 0;
+  int accessor = -1;
+};
+
+std::vector<IndexAccessor> take_zero_indices(json& root) {
+  std::vector<IndexAccessor> taken;
+  json& meshes = root["meshes"];
+  const json& accessors = array_of(root, "accessors");
+  for (size_t m = 0; m < meshes.size(); ++m) {
+    if (!meshes[m].contains("primitives")) continue;
+    json& primitives = meshes[m]["primitives"];
+    for (size_t p = 0; p < primitives.size(); ++p) {
+      const auto indices = primitives[p].find("indices");
+      if (indices == primitives[p].end()) continue;
+      if (accessors[indices->get<size_t>()].contains("bufferView")) continue;
+      taken.push_back({m, p, indices->get<int>()});
+      primitives[p].erase(indices);
+    }
+  }
+  if (meshes.empty()) root.erase("meshes");
+  return taken;
+}
+
 // Moves skins and animations out of a document that passed check_and_reduce(). tinygltf refuses skins without
 // inverse bind matrices and channels without a node, both of which glTF allows.
 Result<void> take_motion(json& root, std::vector<SkinSource>& skins,
@@ -315,7 +340,10 @@ Result<GltfDocument> document_of(FileBytes file, AssetFolder folder, const LoadL
   if (auto room = reserve_model(*root, limits); !room) return room.error();
   root->erase("buffers");
   root->erase("images");
+  const std::vector<IndexAccessor> zero_indices = take_zero_indices(*root);
   if (auto done = parse_model(root->dump(), document.model); !done) return done.error();
+  for (const IndexAccessor& taken : zero_indices)
+    document.model.meshes[taken.mesh].primitives[taken.primitive].indices = taken.accessor;
   document.owned.push_back(std::move(file));
   if (auto done = check_references(document); !done) return done.error();
   return document;

@@ -351,8 +351,8 @@ void report_approximations(Scene& scene) {
   };
   if (std::any_of(scene.materials.begin(), scene.materials.end(), is_rough_glass)) {
     scene.warnings.push_back(
-        "extensions that are approximated: \"KHR_materials_transmission\" (what lies behind rough surfaces is "
-        "not blurred)");
+        "extensions that are approximated: \"KHR_materials_transmission\" (what lies behind rough surfaces "
+        "is not blurred)");
   }
 }
 

@@ -310,10 +310,6 @@ Result<void> check_index_accessors(const json& document) {
         return Error{where + " refers to accessors[" + std::to_string(accessor) + "], but there are " +
                      std::to_string(accessors.size())};
       }
-      if (!accessors[accessor].contains("bufferView")) {
-        return Error{where + " refers to accessors[" + std::to_string(accessor) +
-                     "], which has no bufferView"};
-      }
     }
   }
   return {};

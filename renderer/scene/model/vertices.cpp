@@ -29,13 +29,47 @@ void copy_vertices(Vertices& vertices, std::span<const uint32_t> copied) {
   }
 }
 
+namespace {
+
+bool has_direction(const glm::vec3& vector) {
+  constexpr float kShortest = 1e-12f;  // smaller squares lose their direction when normalised
+  const float square = glm::dot(vector, vector);
+  return square > kShortest && std::isfinite(square);
+}
+
+}  // namespace
+
+size_t repair_normals(Vertices& vertices, std::span<const uint32_t> triangles) {
+  const auto& attributes = vertices.attributes;
+  if (std::all_of(attributes.begin(), attributes.end(),
+                  [](const VertexAttributes& vertex) { return has_direction(vertex.normal); })) {
+    return 0;
+  }
+  std::vector<glm::dvec3> sums(attributes.size(), glm::dvec3(0));
+  std::vector<bool> has_triangle(attributes.size(), false);
+  for (size_t i = 0; i + 2 < triangles.size(); i += 3) {
+    const auto corner = [&](size_t k) { return glm::dvec3(vertices.positions[triangles[i + k]]); };
+    const glm::dvec3 cross = glm::cross(corner(1) - corner(0), corner(2) - corner(0));  // weighted by area
+    for (size_t k = 0; k < 3; ++k) {
+      sums[triangles[i + k]] += cross;
+      has_triangle[triangles[i + k]] = true;
+    }
+  }
+  size_t repaired = 0;
+  for (size_t v = 0; v < attributes.size(); ++v) {
+    glm::vec3& normal = vertices.attributes[v].normal;
+    if (has_direction(normal)) continue;
+    const double length = glm::length(sums[v]);
+    normal = length > 0 && std::isfinite(length) ? glm::vec3(sums[v] / length) : VertexAttributes().normal;
+    repaired += has_triangle[v];
+  }
+  return repaired;
+}
+
 void sanitize_attributes(Vertices& vertices) {
-  constexpr float kShortest = 1e-12f;  // squared length; smaller vectors lose their direction when normalised
   for (VertexAttributes& vertex : vertices.attributes) {
-    if (!(glm::dot(vertex.normal, vertex.normal) > kShortest)) vertex.normal = VertexAttributes().normal;
     const glm::vec3 tangent(vertex.tangent);
-    const glm::vec3 direction =
-        glm::dot(tangent, tangent) > kShortest ? tangent : glm::vec3(VertexAttributes().tangent);
+    const glm::vec3 direction = has_direction(tangent) ? tangent : glm::vec3(VertexAttributes().tangent);
     vertex.tangent = glm::vec4(direction, vertex.tangent.w < 0 ? -1.0f : 1.0f);
     vertex.color = glm::clamp(vertex.color, 0.0f, 1.0f);
   }

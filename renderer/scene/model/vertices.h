@@ -14,15 +14,21 @@ struct Vertices {
   std::vector<glm::vec3> positions;
   std::vector<VertexAttributes> attributes;
   std::vector<uint32_t> source;  // accessor element of each vertex; empty: identity
+  size_t repaired_normals = 0;   // see repair_normals()
+  bool has_bad_tangents = false;  // not finite in the file; replaced
 };
 
 // Replaces the vertices: v becomes a copy of vertex copied[v]. All duplication uses this function, so that
 // other vertex data can follow `source`.
 void copy_vertices(Vertices& vertices, std::span<const uint32_t> copied);
 
-// Repairs invalid attributes: clamps colours to 0..1, replaces zero normals and tangents, and sets bitangent
-// signs to 1 or -1.
+// Repairs invalid attributes: clamps colours to 0..1, replaces tangents that are zero or not finite, and sets
+// bitangent signs to 1 or -1.
 void sanitize_attributes(Vertices& vertices);
+
+// Recomputes normals that are zero or not finite from the triangles around their vertices. Returns the number
+// of such vertices with triangles; the others get the default normal.
+size_t repair_normals(Vertices& vertices, std::span<const uint32_t> triangles);
 
 // Keeps glTF's winding; degenerate triangles of a strip are dropped.
 std::vector<uint32_t> triangles_of_strip(std::span<const uint32_t> strip);

@@ -1,7 +1,9 @@
 // Test of glTF geometry loading: accessor formats, topologies, and generated attributes.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <limits>
 
 #include "renderer/scene/gltf/load_gltf.h"
 #include "tests/support/gltf_builder.h"
@@ -125,6 +127,79 @@ TEST(SceneGeometry, WithoutPositionsNothingIsDrawnAndThatIsSaid) {
   EXPECT_TRUE(scene.primitives.empty());
   ASSERT_EQ(scene.warnings.size(), 1u);
   EXPECT_EQ(scene.warnings[0], "meshes[0].primitives[0] has no POSITION and is not drawn");
+}
+
+// A ridge of two triangles; their areas are equal.
+TEST(SceneGeometry, NormalsWithoutDirectionAreComputed) {
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+  GltfBuilder builder;
+  const size_t positions = builder.add_positions({0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, -1, 9, 9, 9});
+  const size_t normals = builder.add_positions({0, 0, 0, kNan, 0, 1, 0, 2, 0, 0, INFINITY, 0, 0, 0, 0});
+  const size_t indices = builder.add_indices({0, 1, 2, 0, 1, 3});
+  const json attributes{{"POSITION", positions}, {"NORMAL", normals}};
+  builder.add_mesh({{"attributes", attributes}, {"indices", indices}});
+  builder.root["meshes"][0]["primitives"].push_back({{"attributes", attributes},
+                                                     {"indices", builder.add_indices({0, 1, 2})}});
+  const Scene scene = loaded(builder);
+  ASSERT_EQ(scene.warnings.size(), 1u);
+  EXPECT_EQ(scene.warnings[0],
+            "meshes[0] has 5 normals that are zero or not finite; they are computed from its triangles");
+  const std::vector<VertexAttributes> attributes_of_vertices = test::attributes_of(scene);
+  ASSERT_EQ(attributes_of_vertices.size(), 10u);  // both primitives have normals of their own triangles
+  const glm::vec3 ridge = glm::normalize(glm::vec3(0, 1, 1)), z(0, 0, 1), y(0, 1, 0);
+  const std::array<glm::vec3, 10> expected{ridge, ridge, y, y, z, z, z, y, z, z};
+  for (size_t v = 0; v < 10; ++v)
+    EXPECT_NEAR(glm::distance(attributes_of_vertices[v].normal, expected[v]), 0, 1e-4f) << v;
+}
+
+TEST(SceneGeometry, TangentsThatAreNotFinite) {
+  GltfBuilder builder;
+  const size_t positions = builder.add_positions({0, 0, 0, 1, 0, 0, 0, 1, 0});
+  const size_t normals = builder.add_positions({0, 0, 1, 0, 0, 1, 0, 0, 1});
+  const size_t tangents =
+      builder.add_data<float>({NAN, 0, 0, 1, 0, 1, 0, -1, 0, 1, 0, NAN}, "VEC4", test::kFloat, 4);
+  builder.add_mesh({{"attributes", {{"POSITION", positions}, {"NORMAL", normals}, {"TANGENT", tangents}}}});
+  const Scene scene = loaded(builder);
+  ASSERT_EQ(scene.warnings.size(), 1u);
+  EXPECT_TRUE(scene.warnings[0].starts_with("meshes[0] has tangents that are not finite"));
+  EXPECT_EQ(tangent_of(scene, 0), glm::vec4(1, 0, 0, 1));
+  EXPECT_EQ(tangent_of(scene, 1), glm::vec4(0, 1, 0, -1));
+  EXPECT_EQ(tangent_of(scene, 2), glm::vec4(0, 1, 0, 1));
+}
+
+TEST(SceneGeometry, AccessorsWithoutBufferViewAreZeroOrSparse) {
+  GltfBuilder builder;
+  json& accessors = builder.root["accessors"];
+  // Positions: zeros but for two; normals: zeros; indices: zeros but for two of each triangle.
+  const auto sparse = [&](size_t count, const char* type, test::ComponentType component, size_t of_indices,
+                          size_t of_values, size_t replaced) {
+    accessors.push_back({{"componentType", component},
+                         {"type", type},
+                         {"count", count},
+                         {"sparse",
+                          {{"count", replaced},
+                           {"indices", {{"bufferView", of_indices}, {"componentType", 5121}}},
+                           {"values", {{"bufferView", of_values}}}}}});
+    return accessors.size() - 1;
+  };
+  const auto view = [&](const auto& values) { return builder.add_view(std::as_bytes(std::span(values))); };
+  const std::vector<uint8_t> at{1, 2};
+  const std::vector<float> values{1, 0, 0, 0, 1, 0};
+  const std::vector<uint16_t> corners{1, 2};
+  const size_t at_view = view(at);
+  const size_t positions = sparse(3, "VEC3", test::kFloat, at_view, view(values), 2);
+  const size_t indices = sparse(6, "SCALAR", test::kUnsignedShort, at_view, view(corners), 2);
+  accessors.push_back({{"componentType", test::kFloat}, {"type", "VEC3"}, {"count", 3}});
+  builder.add_mesh(
+      {{"attributes", {{"POSITION", positions}, {"NORMAL", accessors.size() - 1}}}, {"indices", indices}});
+  const Scene scene = loaded(builder);
+  EXPECT_EQ(scene.indices, (std::vector<uint32_t>{0, 1, 2, 0, 0, 0}));
+  ASSERT_EQ(scene.positions.size(), 3u);
+  EXPECT_EQ(scene.positions[1], glm::vec3(1, 0, 0));
+  EXPECT_EQ(scene.positions[2], glm::vec3(0, 1, 0));
+  ASSERT_EQ(scene.warnings.size(), 1u);
+  EXPECT_TRUE(scene.warnings[0].starts_with("meshes[0] has 3 normals that are zero"));
+  EXPECT_EQ(normal_of(scene.frames[2]), glm::vec3(0, 0, 1));
 }
 
 TEST(SceneGeometry, ValuesThatShadingCouldNotUse) {

@@ -234,7 +234,8 @@ Result<void> AccessorReader::for_each_sparse(const tinygltf::Accessor& accessor,
 }
 
 Result<void> AccessorReader::read_floats(int accessor, const std::string& where, float* first,
-                                         size_t stride_floats, int components, int min_components) const {
+                                         size_t stride_floats, int components, int min_components,
+                                         bool* is_finite) const {
   const tinygltf::Accessor& source = document_.model.accessors[static_cast<size_t>(accessor)];
   const std::string name = where + ": " + element("accessors", static_cast<size_t>(accessor));
   auto from = elements(source, name);
@@ -260,7 +261,11 @@ Result<void> AccessorReader::read_floats(int accessor, const std::string& where,
     });
   });
   if (!sparse) return sparse.error();
-  if (!finite) return Error{name + " holds a value that is not a finite number"};
+  if (is_finite != nullptr) {
+    *is_finite = finite;
+  } else if (!finite) {
+    return Error{name + " holds a value that is not a finite number"};
+  }
   return {};
 }
 

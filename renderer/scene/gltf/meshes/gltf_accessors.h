@@ -25,9 +25,9 @@ class AccessorReader {
 
   // Reads count() elements as floats, with integer conversion as the accessor defines. Element i is written
   // to first + i * stride_floats. An accessor with at least min_components leaves missing components
-  // unchanged. Non-finite values are errors.
+  // unchanged. Non-finite values are errors, or reported in is_finite if it is not null.
   Result<void> read_floats(int accessor, const std::string& where, float* first, size_t stride_floats,
-                           int components, int min_components) const;
+                           int components, int min_components, bool* is_finite = nullptr) const;
 
   // Reads count() unsigned integers below `limit`.
   Result<void> read_indices(int accessor, const std::string& where, uint32_t* first, uint32_t limit) const;

@@ -70,6 +70,7 @@ class MeshLoader {
       auto done = add_primitive(source.primitives[i], where + "." + element("primitives", i));
       if (!done) return done;
     }
+    report_repairs(where);
     mesh.primitive_count = static_cast<uint32_t>(scene_.primitives.size()) - mesh.first_primitive;
     scene_.meshes.push_back(std::move(mesh));
     return {};
@@ -96,6 +97,19 @@ class MeshLoader {
   }
 
  private:
+  // One warning a mesh for its vertices that were repaired.
+  void report_repairs(const std::string& where) {
+    if (repaired_normals_ > 0) {
+      scene_.warnings.push_back(where + " has " + std::to_string(repaired_normals_) +
+                                " normals that are zero or not finite; they are computed from its triangles");
+    }
+    if (has_bad_tangents_)
+      scene_.warnings.push_back(where + " has tangents that are not finite; its normal map is wrong there: "
+                                        "export it without tangents");
+    repaired_normals_ = 0;
+    has_bad_tangents_ = false;
+  }
+
   struct Made {
     std::vector<uint32_t> indices;
     Vertices vertices;
@@ -135,7 +149,13 @@ class MeshLoader {
     if (recipe.flat() || recipe.tangent_uv_set != kMissing) {
       if (auto room = reserve_vertices(indices.size(), where); !room) return room.error();
     }
-    if (recipe.flat()) make_flat(*vertices, indices);
+    if (recipe.flat()) {
+      make_flat(*vertices, indices);
+    } else {
+      std::span<const uint32_t> triangles;
+      if (recipe.topology() == Topology::triangles) triangles = indices;
+      vertices->repaired_normals = repair_normals(*vertices, triangles);
+    }
     if (recipe.tangent_uv_set != kMissing) {
       generate_tangents(*vertices, indices, static_cast<uint32_t>(recipe.tangent_uv_set));
     }
@@ -313,7 +333,10 @@ class MeshLoader {
       scene_.positions.insert(scene_.positions.end(), vertices->positions.begin(), vertices->positions.end());
     }
     append_attributes(scene_, vertices->attributes);
-    if (recipe.vertices_stand_alone()) vertices_.emplace(key, range);
+    repaired_normals_ += vertices->repaired_normals;
+    has_bad_tangents_ |= vertices->has_bad_tangents;
+    // Repaired normals belong to these triangles.
+    if (recipe.vertices_stand_alone() && vertices->repaired_normals == 0) vertices_.emplace(key, range);
     return range;
   }
 
@@ -353,9 +376,15 @@ class MeshLoader {
         return Error{name + " has " + std::to_string(*own_count) + " elements, but POSITION has " +
                      std::to_string(count)};
       }
+      // Normals and tangents can be replaced.
+      const bool is_replaceable =
+          attribute.accessor == recipe.normal || attribute.accessor == recipe.tangent;
+      bool is_finite = true;
       done = reader_.read_floats(attribute.accessor, name, attribute.first, kAttributeFloats,
-                                 attribute.components, attribute.min_components);
+                                 attribute.components, attribute.min_components,
+                                 is_replaceable ? &is_finite : nullptr);
       if (!done) return done.error();
+      if (!is_finite && attribute.accessor == recipe.tangent) vertices.has_bad_tangents = true;
     }
     sanitize_attributes(vertices);
     return vertices;
@@ -390,6 +419,8 @@ class MeshLoader {
   AccessorReader reader_;
   const tinygltf::Model& model_;
   Scene& scene_;
+  size_t repaired_normals_ = 0;  // in the current mesh
+  bool has_bad_tangents_ = false;
   std::map<Recipe, Primitive> geometry_;
   std::map<Recipe, VertexRange> vertices_;
   std::map<Recipe, std::optional<Made>> ahead_;
