@@ -161,6 +161,27 @@ TEST_F(Urdf, MissingFilesAreNamedAndTheirLinksStay) {
       model.sources.contains(std::filesystem::canonical(folder_.path()) / "arm_description/urdf/gone.stl"));
 }
 
+TEST_F(Urdf, NothingToDrawIsSaidWithItsReason) {
+  const auto last_warning = [&](const std::string& inside) {
+    const Model model = read(inside);
+    EXPECT_TRUE(model.meshes.empty());
+    return model.warnings.empty() ? "" : model.warnings.back();
+  };
+  const std::string collision = "<collision><geometry><box size=\"1 1 1\"/></geometry></collision>";
+  EXPECT_NE(last_warning(link("a")).find("nothing to draw: no link has a <visual>; "), std::string::npos);
+  EXPECT_NE(last_warning(link("a", collision)).find("no link has a <visual>, only <collision>"),
+            std::string::npos);
+  const std::string gone = visual("<mesh filename=\"package://gone/a.stl\"/>");
+  EXPECT_NE(last_warning(link("a", gone)).find("its only mesh is missing (see above); name the folder"),
+            std::string::npos);
+  EXPECT_NE(last_warning(link("a", gone + gone)).find("all 2 meshes are missing"), std::string::npos);
+  write("arm_description/urdf/bad.obj", "nothing");
+  EXPECT_NE(last_warning(link("a", gone + visual("<mesh filename=\"bad.obj\"/>")))
+                .find("none of its 2 visuals can be read"),
+            std::string::npos);
+  EXPECT_TRUE(read(link("a", visual("<sphere radius=\"1\"/>"))).warnings.empty());
+}
+
 TEST_F(Urdf, TexturesAreRead) {
   std::filesystem::create_directories(folder_.path() / "arm_description/urdf");
   folder_.write("arm_description/urdf/skin.png", test::png(2, 2, 0x00ff00ff));

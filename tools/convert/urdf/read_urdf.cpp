@@ -30,7 +30,7 @@ namespace {
 namespace fs = std::filesystem;
 constexpr size_t kMaxLinks = 20'000;
 
-// ScreenshotRecorder urdfdom's messages. Its output handler is per process, hence the mutex.
+// Captures urdfdom's messages. Its output handler is per process, hence the mutex.
 std::mutex handler_mutex;
 class Messages : public console_bridge::OutputHandler {
  public:
@@ -130,9 +130,27 @@ class Reader {
       if (!seen.contains(link.get()))
         warn("link \"" + name + "\" hangs on no joint that leads to " + quote(robot.getRoot()->name));
     }
+    warn_if_nothing_is_drawn(robot);
   }
 
  private:
+  void warn_if_nothing_is_drawn(const urdf::ModelInterface& robot) {
+    if (!model_.meshes.empty()) return;
+    size_t collisions = 0;
+    for (const auto& [name, link] : robot.links_) collisions += link->collision_array.size();
+    if (visuals_ == 0) {
+      warn("nothing to draw: no link has a <visual>" +
+           (collisions > 0 ? ", only <collision>, which is not drawn: copy the shapes to <visual>"
+                           : std::string("; was the file made for kinematics only?")));
+    } else if (missing_meshes_ == visuals_) {
+      warn("nothing to draw: " +
+           (visuals_ == 1 ? "its only mesh is" : "all " + std::to_string(visuals_) + " meshes are") +
+           " missing (see above); name the folder that holds the packages with --package-path");
+    } else {
+      warn("nothing to draw: none of its " + std::to_string(visuals_) + " visuals can be read (see above)");
+    }
+  }
+
   void warn(const std::string& text) { model_.warnings.push_back(file_.string() + ": " + text); }
 
   void add_link(const urdf::Link& link, std::optional<size_t> parent) {
@@ -163,6 +181,7 @@ class Reader {
     mesh.name = link.name;
     for (const urdf::VisualSharedPtr& visual : link.visual_array) {
       if (!visual || !visual->geometry) continue;
+      ++visuals_;
       if (!meshes_.take_shape(mesh)) {
         if (!std::exchange(said_full_, true))
           warn("link " + quote(link.name) + " and those after it lack visuals: " + meshes_.why_full());
@@ -198,6 +217,7 @@ class Reader {
                 std::optional<size_t> own, Mesh& mesh) {
     const std::string where = "link \"" + link.name + "\": ";
     const Result<fs::path> path = files_.resolve(shape.filename, model_.sources);
+    if (!path || !regular_file(*path)) ++missing_meshes_;
     if (!path) return warn(where + path.error().message);
     mesh_files_.allow_images_below(files_.image_folders());
     const Result<std::vector<Surface>> surfaces = mesh_files_.surfaces(*path);
@@ -272,6 +292,7 @@ class Reader {
   std::map<std::tuple<std::string, std::string, float, float, float, float>, size_t> materials_;
   std::map<fs::path, size_t> images_;
   std::optional<size_t> plain_;
+  size_t visuals_ = 0, missing_meshes_ = 0;
   bool said_full_ = false;
 };
 
