@@ -13,6 +13,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstdint>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <functional>
@@ -254,6 +255,10 @@ bool is_by(const fs::path& converter, const scene::ConversionRecord& record) {
 // Nothing if caching is off or impossible.
 std::optional<CachePaths> cache_paths(const fs::path& description, std::vector<std::string> words,
                                       const scene::SceneCacheSettings& cache) {
+  for (const char* variable : {"ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH"}) {  // they decide about URDF's packages
+    const char* value = std::getenv(variable);
+    if (value && *value) words.push_back(std::string(variable) + "=" + value);
+  }
   std::string stem;
   if (cache.place == Place::beside_the_asset) {
     stem = description.string() + ".fire3dv-cache" + (words.empty() ? "" : "." + key_of(words));

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <numbers>
 
 #include "tests/support/gltf_builder.h"
@@ -159,6 +160,72 @@ TEST_F(Urdf, MissingFilesAreNamedAndTheirLinksStay) {
   EXPECT_NE(model.warnings[2].find("https://example.org"), std::string::npos) << model.warnings[2];
   EXPECT_TRUE(
       model.sources.contains(std::filesystem::canonical(folder_.path()) / "arm_description/urdf/gone.stl"));
+}
+
+constexpr const char* kManifest = "<package><!-- <name>no</name> -->\n<name> %s </name></package>";
+std::string manifest(const std::string& name) {
+  std::string text = kManifest;
+  return text.replace(text.find("%s"), 2, name);
+}
+
+TEST_F(Urdf, PackagesAreFoundByTheirManifestsAndByRosVariables) {
+  write("arm_description/package.xml", manifest("real_arm"));  // the folder's name differs
+  write("arm_description/meshes/t.obj", kTetrahedron);
+  write("gripper-master/package.xml", manifest("gripper"));  // beside the URDF's package
+  write("gripper-master/t.obj", kTetrahedron);
+  write("ws/src/repository/hand_files/package.xml", manifest("hand"));  // below a named folder
+  write("ws/src/repository/hand_files/t.obj", kTetrahedron);
+  write("ros/nested/foot/t.obj", kTetrahedron);
+  write("ros/nested/foot/package.xml", manifest("foot"));
+  write("ros/ignored/head/package.xml", manifest("head"));
+  write("ros/ignored/head/t.obj", kTetrahedron);
+  write("ros/ignored/COLCON_IGNORE", "");
+  write("prefix/share/eye/t.obj", kTetrahedron);
+  std::filesystem::create_directory_symlink(folder_.path() / "ws", folder_.path() / "ws/src/cycle");
+  ReadOptions options;
+  options.package_folders = {folder_.path() / "ws"};
+  const auto reads = [&](const std::string& uri) {
+    return read(link("a", visual("<mesh filename=\"" + uri + "\"/>")), options).warnings.empty();
+  };
+  EXPECT_TRUE(reads("package://real_arm/meshes/t.obj"));
+  EXPECT_TRUE(reads("model://real_arm/meshes/t.obj"));
+  EXPECT_TRUE(reads("$(find real_arm)/meshes/t.obj"));
+  EXPECT_TRUE(reads("file://$(find real_arm)/meshes/t.obj"));
+  EXPECT_TRUE(reads("package://arm_description/meshes/t.obj"));
+  EXPECT_TRUE(reads("package://gripper/t.obj"));
+  EXPECT_TRUE(reads("package://hand/t.obj"));
+  EXPECT_TRUE(reads("..\\meshes\\t.obj"));
+  EXPECT_TRUE(reads("../mesh%65s/t.obj"));
+  EXPECT_FALSE(reads("package://foot/t.obj"));
+  EXPECT_FALSE(reads("package://eye/t.obj"));
+  EXPECT_FALSE(reads("package://../t.obj"));
+  EXPECT_FALSE(reads("$(find real_arm)"));
+  setenv("ROS_PACKAGE_PATH", ("relative:" + (folder_.path() / "ros").string()).c_str(), 1);
+  setenv("AMENT_PREFIX_PATH", ("/nowhere:" + (folder_.path() / "prefix").string()).c_str(), 1);
+  EXPECT_TRUE(reads("package://foot/t.obj"));
+  EXPECT_TRUE(reads("package://eye/t.obj"));
+  EXPECT_FALSE(reads("package://head/t.obj"));
+  unsetenv("ROS_PACKAGE_PATH");
+  unsetenv("AMENT_PREFIX_PATH");
+}
+
+TEST_F(Urdf, FilesOfUnknownPackagesAreGuessedByTheEndOfTheirPathAndThatIsSaid) {
+  write("arm_description/meshes/t.obj", kTetrahedron);
+  const auto first_warning = [&](const std::string& uri) {
+    const Model model = read(link("a", visual("<mesh filename=\"" + uri + "\"/>") +
+                                           visual("<mesh filename=\"" + uri + "\"/>")));
+    EXPECT_EQ(model.meshes.size(), 1u) << uri;
+    EXPECT_EQ(model.warnings.size(), 1u) << uri;
+    return model.warnings.empty() ? "" : model.warnings[0];
+  };
+  const std::string package = first_warning("package://lost/meshes/t.obj");
+  EXPECT_NE(package.find("\"lost\" is not found: name the folder"), std::string::npos) << package;
+  EXPECT_NE(package.find("arm_description/meshes/t.obj\" is used for"), std::string::npos) << package;
+  const std::string absolute = first_warning("file:///home/somebody/ws/lost/meshes/t.obj");
+  EXPECT_NE(absolute.find("with the same end, is used instead"), std::string::npos) << absolute;
+  // A name alone is no evidence, and a path may not leave the folders.
+  for (const char* uri : {"file:///home/t.obj", "package://lost/../arm_description/meshes/t.obj"})
+    EXPECT_TRUE(read(link("a", visual("<mesh filename=\"" + std::string(uri) + "\"/>"))).meshes.empty()) << uri;
 }
 
 TEST_F(Urdf, NothingToDrawIsSaidWithItsReason) {

@@ -153,6 +153,12 @@ class Reader {
 
   void warn(const std::string& text) { model_.warnings.push_back(file_.string() + ": " + text); }
 
+  Result<fs::path> resolve(const std::string& uri) {
+    Result<fs::path> path = files_.resolve(uri, model_.sources);
+    for (const std::string& note : files_.take_notes()) warn(note);
+    return path;
+  }
+
   void add_link(const urdf::Link& link, std::optional<size_t> parent) {
     const urdf::Joint* joint = link.parent_joint.get();
     Node node;
@@ -216,7 +222,7 @@ class Reader {
   void add_mesh(const urdf::Mesh& shape, const urdf::Link& link, const glm::dmat4& place,
                 std::optional<size_t> own, Mesh& mesh) {
     const std::string where = "link \"" + link.name + "\": ";
-    const Result<fs::path> path = files_.resolve(shape.filename, model_.sources);
+    const Result<fs::path> path = resolve(shape.filename);
     if (!path || !regular_file(*path)) ++missing_meshes_;
     if (!path) return warn(where + path.error().message);
     mesh_files_.allow_images_below(files_.image_folders());
@@ -256,7 +262,7 @@ class Reader {
       warn(where + why);
       return std::nullopt;
     };
-    const Result<fs::path> path = files_.resolve(uri, model_.sources);
+    const Result<fs::path> path = resolve(uri);
     if (!path) return left_out(path.error().message);
     const Result<fs::path> file = regular_file(*path);
     if (!file) return left_out(file.error().message);
