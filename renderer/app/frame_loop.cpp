@@ -10,6 +10,7 @@
 #include "protocol/base/files.h"
 #include "protocol/base/log.h"
 #include "protocol/base/text.h"
+#include "renderer/app/default_look.h"
 #include "renderer/app/options/stream_options.h"
 #include "renderer/capture/capture.h"
 
@@ -43,7 +44,7 @@ passes::DrawSettings draw_settings(const Options& options,
   settings.levels_of_detail = options.levels_of_detail;
   settings.anisotropy = options.anisotropy;
   settings.shadows = options.shadows;
-  settings.post.exposure = options.exposure;
+  settings.post.exposure = options.exposure.value_or(1);  // set_exposure() replaces it
   settings.post.tone_map = options.tone_map;
   settings.post.fxaa = options.fxaa;
   return settings;
@@ -244,6 +245,7 @@ Result<void> FrameLoop::draw() {
   const passes::View view =
       camera_.view(poses_, static_cast<float>(extent.width) / static_cast<float>(extent.height));
   const std::vector<state::FrameTag> shown = poses_.shown();
+  warn_of_empty_image(view, shown);
 
   renderer_.record(*prepared, recorder, frames_.staging(), poses_, view, &history_);
   if (taken_.has(wire::kColorSrgb8))
@@ -264,6 +266,15 @@ Result<void> FrameLoop::draw() {
   note_cost(shown, begun);
   ++(awaits_stream_ ? uncounted_images_ : images_);
   return window_ ? window_->draw_others() : Result<void>();
+}
+
+// Once, for the first image; with adapters, for the first image of one of their frames.
+void FrameLoop::warn_of_empty_image(const passes::View& view, const std::vector<state::FrameTag>& shown) {
+  const bool awaits_frames = !receiver_.links().empty() && shown.empty();
+  if (awaits_stream_ || awaits_frames || std::exchange(checked_visibility_, true)) return;
+  if (const std::optional<std::string> reason =
+          reason_for_empty_image(scene_.scene(), &scene_.edits(), poses_, view, frame_extent_.height))
+    print_log_line("fire3dv", warning("nothing is visible: " + *reason));
 }
 
 void FrameLoop::note_cost(const std::vector<state::FrameTag>& shown, Clock::time_point begun) {

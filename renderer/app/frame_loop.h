@@ -83,6 +83,7 @@ class FrameLoop {
   Result<void> finish_served(const ImageService::Drawn& served);
   Result<void> deliver();  // passes finished images to the sink
   Result<void> list_instances();
+  void warn_of_empty_image(const passes::View& view, const std::vector<state::FrameTag>& shown);
   void note_cost(const std::vector<state::FrameTag>& shown, std::chrono::steady_clock::time_point begun);
   bool wants_pixels() const { return !options_.out.empty(); }
 
@@ -114,9 +115,10 @@ class FrameLoop {
   std::optional<uint64_t> instances_listed_;  // LiveScene::replaced() of the listed scene
   uint64_t images_ = 0;                       // drawn images
   uint64_t uncounted_images_ = 0;             // images drawn in a window before the first pose frame
-  bool awaits_stream_ = false;                // --wait-for-stream: no pose frame yet
-  bool has_undrawn_frame_ = false;            // lockstep: the current pose frame has no image yet
-  bool has_due_images_ = false;               // requested images of the current frames are due
+  bool checked_visibility_ = false;
+  bool awaits_stream_ = false;      // --wait-for-stream: no pose frame yet
+  bool has_undrawn_frame_ = false;  // lockstep: the current pose frame has no image yet
+  bool has_due_images_ = false;     // requested images of the current frames are due
   struct Unacknowledged {
     ImageService::Mark drawn;
     std::vector<state::FrameTag> shown;

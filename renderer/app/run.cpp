@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "protocol/transport/open.h"
+#include "renderer/app/default_look.h"
 #include "renderer/app/frame_loop.h"
 #include "renderer/app/loading/disk_caches.h"
 #include "renderer/app/recording.h"
@@ -182,14 +183,18 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   const scene::Scene* const scene = &(*loaded)->scene;
   describe(show.scene_path(), *scene);
 
-  Result<CameraRig> camera =
-      make_or_default<CameraRig>(stage, options, &Options::camera,
-                                 [&](const Options& o) { return CameraRig::create(*scene, o.camera); });
-  if (!camera) return camera.error();
   using Animations = std::optional<Playing>;
   Result<Animations> animations = make_or_default<Animations>(
       stage, options, &Options::animate, [&](const Options& o) { return open_animations(o, *scene); });
   if (!animations) return animations.error();
+  const std::vector<uint32_t> playing = *animations ? (*animations)->chosen : std::vector<uint32_t>();
+  Result<CameraRig> camera =
+      make_or_default<CameraRig>(stage, options, &Options::camera, [&](const Options& o) {
+        return CameraRig::create(*scene, camera_start(o, *scene, o.camera, playing));
+      });
+  if (!camera) return camera.error();
+  if (const std::string line = set_exposure(options, *scene, stage.viewer.draw); !line.empty())
+    say("info: " + line);
   state::PoseState poses(*scene);
   StreamReceiver receiver(poses, options.lockstep, options.play, stage.budgets);
   ImageRequestQueue requests(receiver, image_abilities(*stage.renderer));
@@ -241,6 +246,7 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   if (window && window->framebuffer_extent().width != 0) extent = window->framebuffer_extent();
   if (Result<void> placed = upload_scene(stage, **loaded, extent); !placed) return placed.error();
   passes::SceneRenderer& renderer = *stage.renderer;
+  renderer.apply(stage.viewer.draw);
   stage.further.forget_scene();
   stage.note_start("scene on the device");
   LiveScene live(**loaded, poses, renderer, *camera,
@@ -251,7 +257,7 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   if (window) {
     Result<std::unique_ptr<WindowView>> made =
         WindowView::create({stage.device, stage.renderer, poses, receiver, requests, live, *camera,
-                            stage.windows, stage.viewer, options, stage.first});
+                            stage.windows, stage.viewer, options, playing, stage.first});
     if (!made) return made.error();
     view = std::move(*made);
   }

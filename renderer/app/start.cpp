@@ -71,8 +71,11 @@ void describe(const std::filesystem::path& path, const scene::Scene& scene) {
   }
   size_t triangles = 0;
   for (const scene::Primitive& primitive : scene.primitives) triangles += primitive.index_count / 3;
-  say(path.string() + ": " + std::to_string(scene.nodes.size()) + " nodes, " + std::to_string(triangles) +
-      " triangles, " + std::to_string(scene.lights.size()) + " lights, " +
+  const bool has_key_light = !scene.lights.empty() && scene.lights.front().is_default;
+  const size_t lights = scene.lights.size() - (has_key_light ? 1 : 0);
+  say(path.string() + ": " + std::to_string(scene.nodes.size() - (has_key_light ? 1 : 0)) + " nodes, " +
+      std::to_string(triangles) + " triangles, " + std::to_string(lights) +
+      (has_key_light ? " lights (a key light is added), " : " lights, ") +
       std::to_string(scene.cameras.size()) + " cameras, " + std::to_string(scene.textures.size()) +
       " textures");
 }

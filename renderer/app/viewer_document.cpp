@@ -1,6 +1,7 @@
 #include "renderer/app/viewer_document.h"
 
 #include "protocol/base/log.h"
+#include "renderer/app/default_look.h"
 #include "renderer/app/frame_loop.h"
 #include "renderer/app/start.h"
 
@@ -44,7 +45,7 @@ Result<std::unique_ptr<ViewerDocument>> ViewerDocument::open(const Options& opti
     say("scene \"" + show->recorded_scene_->name() + "\" of " + options.recording.replay);
   }
   show->load_.emplace(show->scene_path_, options.convert, places.scenes,
-                      passes::levels_for(options.levels_of_detail),
+                      passes::levels_for(options.levels_of_detail), wants_key_light(options),
                       [raw = show.get()] { return raw->abandoned_ || stop_was_requested(); });
   return show;
 }

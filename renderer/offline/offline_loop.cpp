@@ -7,6 +7,7 @@
 #include "protocol/base/digest.h"
 #include "protocol/record/mcap/attachments.h"
 #include "protocol/wire/check.h"
+#include "renderer/app/default_look.h"
 #include "renderer/app/run_reports.h"
 #include "renderer/app/start.h"
 #include "renderer/passes/scene_renderer.h"
@@ -57,7 +58,7 @@ Result<std::unique_ptr<RecordingScene>> RecordingScene::open(const app::Options&
     scene->title_ = scene->recorded_->name() + " in " + file;
   }
   scene->load_.emplace(path, options.convert, cache, passes::levels_for(options.levels_of_detail),
-                       std::move(should_stop));
+                       app::wants_key_light(options), std::move(should_stop));
   return scene;
 }
 

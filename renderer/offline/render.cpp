@@ -9,6 +9,7 @@
 
 #include "protocol/base/digest.h"
 #include "protocol/wire/check.h"
+#include "renderer/app/default_look.h"
 #include "renderer/app/frame_loop.h"
 #include "renderer/app/loading/disk_caches.h"
 #include "renderer/app/run_reports.h"
@@ -231,6 +232,8 @@ Result<bool> Render::draw(const scene::LoadedScene& loaded, const Timeline& time
   app::PipelineCacheFile pipelines(**device, places_.pipelines);
   if (pipelines.note()) say(warning(*pipelines.note()));
   passes::DrawSettings settings = app::draw_settings(drawing_, std::move(*environment));
+  if (const std::string line = app::set_exposure(drawing_, loaded.scene, settings); !line.empty())
+    say("info: " + line);
   settings.cached_environments = app::environment_store(places_.environments);
   std::optional<passes::SceneRenderer> renderer(std::in_place, **device, settings);
   if (auto enough = app::make_room(**device, settings, loaded.scene, renderer); !enough)
@@ -239,10 +242,12 @@ Result<bool> Render::draw(const scene::LoadedScene& loaded, const Timeline& time
   if (auto prepared = renderer->prepare({.extent = {drawing_.width, drawing_.height}}); !prepared)
     return prepared.error();
 
-  auto camera = app::CameraRig::create(loaded.scene, drawing_.camera);
-  if (!camera) return camera.error();
   auto animations = app::open_animations(drawing_, loaded.scene);
   if (!animations) return animations.error();
+  auto camera = app::CameraRig::create(
+      loaded.scene, app::camera_start(drawing_, loaded.scene, drawing_.camera,
+                                      *animations ? (*animations)->chosen : std::vector<uint32_t>()));
+  if (!camera) return camera.error();
   state::PoseState poses(loaded.scene);
   app::LiveScene live(
       loaded, poses, *renderer, *camera,

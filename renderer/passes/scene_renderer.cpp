@@ -372,6 +372,12 @@ VkDeviceAddress SceneRenderer::upload_globals(const Frame& frame, const View& vi
   globals.light_count = scene.light_count;
   environment_.describe(globals, settings_.environment_intensity, settings_.environment_rotation_rad);
   globals.background = settings_.background.color;
+  globals.background_zenith = settings_.background.zenith.value_or(settings_.background.color);
+  if (view.ground && !view.orthographic) {
+    globals.ground_height_m = view.ground->height_m;
+    globals.ground_radius_m = view.ground->radius_m;
+    globals.ground_center = view.ground->center_world;
+  }
   globals.background_lod = settings_.background.show_environment
                                ? environment_.background_level(view, targets_->extent.height)
                                : -1;

@@ -2,12 +2,20 @@
 #pragma once
 
 #include <glm/glm.hpp>
+#include <optional>
 #include <string>
 
 #include "protocol/base/error.h"
 #include "renderer/scene/model/scene.h"
 
 namespace fire3dv::passes {
+
+// Shadow catcher of a view: a horizontal disc below the scene that shows shadows on the background.
+struct Ground {
+  float height_m = 0;         // world y
+  float radius_m = 0;         // shadows fade out towards it
+  glm::vec2 center_world{0};  // x and z
+};
 
 struct View {
   std::string camera;  // name, for the image's tag
@@ -21,6 +29,7 @@ struct View {
   // Direction of a pixel's ray: x * ndc.x + y * ndc.y + origin, not normalised. It excludes the eye position,
   // so precision does not depend on the distance from the world's origin.
   glm::vec3 world_from_ndc_x{0}, world_from_ndc_y{0}, world_from_ndc_origin{0, 0, -1};
+  std::optional<Ground> ground;  // perspective views only; nullopt: none
 };
 
 // Circle around the visible part of the near plane. Geometry between it and the eye is clipped.

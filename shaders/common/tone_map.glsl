@@ -38,7 +38,6 @@ vec3 encode_srgb(vec3 linear) {
   return mix(high, low, lessThanEqual(linear, vec3(0.0031308)));
 }
 
-
 // Display-linear colour after exposure and tone mapping, 0 to 1.
 vec3 display_linear(vec3 color, float exposure, uint tone_map) {
   color = clamp(color * exposure, vec3(0), vec3(65504));
@@ -48,6 +47,11 @@ vec3 display_linear(vec3 color, float exposure, uint tone_map) {
     case FIRE3DV_TONE_MAP_NEUTRAL: return tone_map_neutral(color);
   }
   return min(color, vec3(1));
+}
+
+// Display-referred colours (unlit materials, plain backgrounds) are shown as they are.
+vec3 display_linear(vec3 color, bool is_display_referred, float exposure, uint tone_map) {
+  return is_display_referred ? clamp(color, vec3(0), vec3(1)) : display_linear(color, exposure, tone_map);
 }
 
 #endif

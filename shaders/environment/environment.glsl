@@ -31,9 +31,14 @@ vec3 scattered_radiance(GlobalsRef globals, vec3 normal) {
          textureLod(environment_irradiance, environment_from_world(globals, normal), 0).rgb;
 }
 
-// Background radiance of pixels without geometry.
+// Background radiance of pixels without geometry. Colours instead of the environment are display-referred.
+bool is_background_display_referred(GlobalsRef globals) { return globals.value.background_lod < 0; }
+
 vec3 background_radiance(GlobalsRef globals, vec3 direction) {
-  if (globals.value.background_lod < 0) return globals.value.background;
+  if (is_background_display_referred(globals)) {
+    const float up = direction.y / max(length(direction), 1e-20);
+    return mix(globals.value.background, globals.value.background_zenith, smoothstep(-0.55, 0.45, up));
+  }
   const vec2 uv = equirectangular_uv(normalize(environment_from_world(globals, direction)));
   return globals.value.environment_intensity * textureLod(environment_background, uv, globals.value.background_lod).rgb;
 }

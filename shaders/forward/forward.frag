@@ -102,7 +102,10 @@ void main() {
   vec3 behind;
   out_color = shade(globals, material, base_color, point, behind);
   out_behind = vec4(behind, 1 - out_color.a);
+  if (is_display_referred) out_color.a = 0;
 #else
   out_color = shade(globals, material, base_color, point);
+  // The target's alpha is the share of scene-referred light. Blending without a second source needs the alpha.
+  if (is_display_referred && (material.flags & FIRE3DV_MATERIAL_BLEND) == 0) out_color.a = 0;
 #endif
 }

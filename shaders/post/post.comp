@@ -24,7 +24,11 @@ void main() {
   const ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) + ivec2(push.first_x, push.first_y);
   if (pixel.x >= push.end_x || pixel.y >= push.end_y) return;
   vec3 sum = vec3(0);
-  for (int i = 0; i < push.samples; ++i) sum += display_linear(texelFetch(hdr, pixel, i).rgb, push.exposure, push.tone_map);
+  // The alpha is the share of scene-referred light; the rest is display-referred.
+  for (int i = 0; i < push.samples; ++i) {
+    const vec4 color = texelFetch(hdr, pixel, i);
+    sum += mix(clamp(color.rgb, vec3(0), vec3(1)), display_linear(color.rgb, push.exposure, push.tone_map), clamp(color.a, 0, 1));
+  }
   imageStore(result, pixel, vec4(encode_srgb(sum / push.samples), 1));
   if (push.linear == 0ul) return;
   vec3 light = vec3(0);

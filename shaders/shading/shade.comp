@@ -12,6 +12,7 @@
 #include "shading/shadow_maps.glsl"
 #include "shading/shadow_ray.glsl"
 #include "shading/shadow_mask.glsl"
+#include "shading/ground.glsl"
 #ifdef FIRE3DV_TEST_MAPS
 #include "shading/ray_list.glsl"
 #include "shading/shadow_test.glsl"
@@ -80,8 +81,10 @@ vec3 shaded(GlobalsRef globals, uint id, vec2 place) {
 // Sampled at the pixel's centre for any free samples, as in the raster pipeline.
 vec3 background_of(GlobalsRef globals, uvec2 pixel) {
   const vec2 ndc = (vec2(pixel) + 0.5) / vec2(globals.value.width, globals.value.height) * 2 - 1;
-  return background_radiance(globals, globals.value.world_from_ndc_x * ndc.x + globals.value.world_from_ndc_y * ndc.y +
-                                          globals.value.world_from_ndc_origin);
+  const vec3 direction = globals.value.world_from_ndc_x * ndc.x + globals.value.world_from_ndc_y * ndc.y +
+                         globals.value.world_from_ndc_origin;
+  is_display_referred = is_background_display_referred(globals);
+  return background_radiance(globals, direction) * ground_factor(globals, direction);
 }
 
 vec3 color_of(GlobalsRef globals, uint id, uvec2 pixel, uint samples) {
@@ -118,9 +121,9 @@ void main() {
     id = pixel_ids(globals, push.visibility, index);
     const vec3 color = color_of(globals, id, pixel, 1);
 #ifdef FIRE3DV_UNRESOLVED
-    imageStore(hdr, ivec2(pixel), vec4(round_to_halves(color), 1));
+    imageStore(hdr, ivec2(pixel), vec4(round_to_halves(color), is_display_referred ? 0 : 1));
 #else
-    imageStore(display, ivec2(pixel.x, pixel.y + push.first_row), vec4(encode_srgb(display_linear(color, push.exposure, push.tone_map)), 1));
+    imageStore(display, ivec2(pixel.x, pixel.y + push.first_row), vec4(encode_srgb(display_linear(color, is_display_referred, push.exposure, push.tone_map)), 1));
 #endif
   }
 #ifdef FIRE3DV_TEST_MAPS
@@ -159,10 +162,10 @@ void main() {
 #endif
 #ifdef FIRE3DV_UNRESOLVED
     for (int s = 0; s < FIRE3DV_SAMPLES; ++s) {
-      if ((surface.samples & (1u << s)) != 0) imageStore(hdr, ivec2(pixel), s, vec4(round_to_halves(color), 1));
+      if ((surface.samples & (1u << s)) != 0) imageStore(hdr, ivec2(pixel), s, vec4(round_to_halves(color), is_display_referred ? 0 : 1));
     }
 #else
-    shares[place] = display_linear(color, push.exposure, push.tone_map) * bitCount(surface.samples);
+    shares[place] = display_linear(color, is_display_referred, push.exposure, push.tone_map) * bitCount(surface.samples);
 #endif
   }
 #if defined(FIRE3DV_TEST_MAPS) || !defined(FIRE3DV_UNRESOLVED)

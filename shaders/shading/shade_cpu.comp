@@ -11,6 +11,7 @@
 #include "shading/shadow_maps.glsl"
 #include "shading/shadow_ray.glsl"
 #include "shading/shadow_mask.glsl"
+#include "shading/ground.glsl"
 #ifdef FIRE3DV_TEST_MAPS
 #include "shading/ray_list.glsl"
 #include "shading/shadow_test.glsl"
@@ -134,8 +135,10 @@ vec3 shaded(uint id, vec2 place, const bool together) {
 
 vec3 background_of(uvec2 pixel) {
   const vec2 ndc = (vec2(pixel) + 0.5) / vec2(globals.value.width, globals.value.height) * 2 - 1;
-  return background_radiance(globals, globals.value.world_from_ndc_x * ndc.x + globals.value.world_from_ndc_y * ndc.y +
-                                          globals.value.world_from_ndc_origin);
+  const vec3 direction = globals.value.world_from_ndc_x * ndc.x + globals.value.world_from_ndc_y * ndc.y +
+                         globals.value.world_from_ndc_origin;
+  is_display_referred = is_background_display_referred(globals);
+  return background_radiance(globals, direction) * ground_factor(globals, direction);
 }
 
 // A group shades 8 x 8 pixels, or 64 listed ones, in blocks of 2 x 4 pixels per vector. Fewer of these blocks
@@ -170,15 +173,15 @@ void put(uvec2 pixel, vec3 color, uint samples) {
   if (is_left(pixel)) {
 #if FIRE3DV_SAMPLES == 4
     for (int s = 0; s < FIRE3DV_SAMPLES; ++s) {
-      if ((samples & (1u << s)) != 0) imageStore(hdr, ivec2(pixel), s, vec4(round_to_halves(color), 1));
+      if ((samples & (1u << s)) != 0) imageStore(hdr, ivec2(pixel), s, vec4(round_to_halves(color), is_display_referred ? 0 : 1));
     }
 #else
-    imageStore(hdr, ivec2(pixel), vec4(round_to_halves(color), 1));
+    imageStore(hdr, ivec2(pixel), vec4(round_to_halves(color), is_display_referred ? 0 : 1));
 #endif
     return;
   }
 #endif
-  sum += display_linear(color, push.exposure, push.tone_map) * bitCount(samples);
+  sum += display_linear(color, is_display_referred, push.exposure, push.tone_map) * bitCount(samples);
 }
 
 #ifdef FIRE3DV_TEST_MAPS

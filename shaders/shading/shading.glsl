@@ -109,6 +109,8 @@ void hold_lights(GlobalsRef globals) {
 }
 #endif
 
+bool is_display_referred;  // of the last call of shade(): the colour is shown as it is
+
 // Linear HDR colour, premultiplied, and alpha. behind: transmittance of the background, per channel.
 vec4 shade(GlobalsRef globals, MaterialRecord material, vec4 base_color, SurfacePoint point, out vec3 behind) {
   const float kLargestHalf = 65504;  // largest finite half float of the target; larger values become
@@ -117,7 +119,8 @@ vec4 shade(GlobalsRef globals, MaterialRecord material, vec4 base_color, Surface
   if ((material.flags & FIRE3DV_MATERIAL_BLEND) != 0) alpha = clamp(base_color.a, 0, 1);
   if ((material.flags & FIRE3DV_MATERIAL_MASK) != 0) alpha = base_color.a >= material.alpha_cutoff ? 1 : 0;
   behind = vec3(1 - alpha);
-  if ((material.flags & FIRE3DV_MATERIAL_UNLIT) != 0) return vec4(min(base_color.rgb, vec3(kLargestHalf)) * alpha, alpha);
+  is_display_referred = (material.flags & FIRE3DV_MATERIAL_UNLIT) != 0;
+  if (is_display_referred) return vec4(min(base_color.rgb, vec3(kLargestHalf)) * alpha, alpha);
 
   const vec4 uv = point.uv, dx = point.uv_dx, dy = point.uv_dy;
   const Surface surface = make_surface(globals, material, base_color, point);

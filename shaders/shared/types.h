@@ -50,7 +50,8 @@ struct Globals {
   uint light_count;
   float environment_intensity;  // factor on the environment's radiance
   vec2 environment_turn;        // cosine and sine of its rotation about +Y
-  vec3 background;              // linear colour without a visible environment
+  vec3 background;              // linear colour without a visible environment, towards the ground
+  vec3 background_zenith;       // the same, overhead
   float background_lod;   // LOD of the environment image with texels of one pixel; < 0: background colour
   vec3 world_from_ndc_x;  // ray direction of a pixel: x * ndc.x + y * ndc.y + origin
   vec3 world_from_ndc_y;
@@ -66,6 +67,9 @@ struct Globals {
   uint part_count;
   uint primitive_count;
   uint ray_box_count;
+  float ground_height_m;  // world y of the shadow catcher
+  float ground_radius_m;  // 0: none
+  vec2 ground_center;     // world x and z
 };
 
 #ifdef __cplusplus

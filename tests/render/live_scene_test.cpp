@@ -80,7 +80,7 @@ class ViewerDocument {
       : base_(whole(harbour({}))),
         bench_(base_.scene, kExtent, settings_of(way)),
         poses_(base_.scene),
-        camera_(*app::CameraRig::create(base_.scene, "")),
+        camera_(*app::CameraRig::create(base_.scene)),
         live_(base_, poses_, bench_.renderer(), camera_, {}) {}
 
   void join(std::vector<std::string> names) {
@@ -322,8 +322,8 @@ TEST_F(LiveScenesOnce, WithoutMemoryNodesAreRefusedAndTheImageStays) {
   EXPECT_EQ(show.live().faults().refused, 1u);
 }
 
-// Each node's parent is in the asset of the other stream, so the node whose asset is loaded first waits for the
-// next turn. When both streams have left, that asset is released although no scene is built any more.
+// Each node's parent is in the asset of the other stream, so the node whose asset is loaded first waits for
+// the next turn. When both streams have left, that asset is released although no scene is built any more.
 TEST_F(LiveScenesOnce, AnAssetThatWaitsForAnotherTurnEndsWithItsStream) {
   ViewerDocument show(kConfigurations[1]);
   const std::shared_ptr<BudgetPool> pool = BudgetPool::create();

@@ -8,6 +8,7 @@
 
 #include "renderer/app/run_reports.h"
 #include "renderer/scene/gltf/load_gltf.h"
+#include "renderer/scene/model/key_light.h"
 
 namespace fire3dv::app {
 
@@ -32,7 +33,8 @@ std::string loaded_from(std::string message, const std::filesystem::path& made,
 }  // namespace
 
 SceneLoad::SceneLoad(const std::filesystem::path& path, const ConvertOptions& convert,
-                     scene::SceneCacheSettings cache, scene::Levels levels, std::function<bool()> should_stop)
+                     scene::SceneCacheSettings cache, scene::Levels levels, bool has_key_light,
+                     std::function<bool()> should_stop)
     : path_(path),
       convert_(convert),
       should_stop_(std::move(should_stop)),
@@ -40,6 +42,7 @@ SceneLoad::SceneLoad(const std::filesystem::path& path, const ConvertOptions& co
       cache_settings_(std::move(cache)),
       cache_(cache_settings_),
       levels_(levels),
+      has_key_light_(has_key_light),
       thread_([this] {
         Result<scene::LoadedScene> loaded = load();
         const std::lock_guard lock(mutex_);
@@ -72,9 +75,14 @@ Result<scene::LoadedScene> SceneLoad::load_gltf_file() {
     for (std::string& said : cache_.take_log_messages()) notes_.push_back(std::move(said));
     // A run with --lod off may have written the cache entry without levels of detail.
     is_cached_ = cached && (cached->derived.has_levels || !scene::needs_levels(cached->scene, levels_));
-    if (is_cached_) return std::move(*cached);
+    if (is_cached_) {  // written by a run with or without a key light
+      if (!has_key_light_) scene::remove_key_light(cached->scene);
+      if (has_key_light_) scene::add_key_light(cached->scene);
+      return std::move(*cached);
+    }
     Result<scene::Scene> scene = scene::load_gltf(gltf_, limits, progress, &sources_, cache_.known());
     if (!scene) return scene.error();
+    if (has_key_light_) scene::add_key_light(*scene);
     scene::Derived derived = scene::derive(*scene, levels_, progress);
     return scene::LoadedScene{std::move(*scene), std::move(derived)};
   } catch (const std::bad_alloc&) {

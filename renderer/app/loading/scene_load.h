@@ -19,9 +19,10 @@ namespace fire3dv::app {
 
 class SceneLoad {
  public:
-  // Starts loading. should_stop: cancels; called on the loading thread.
+  // Starts loading. has_key_light: a scene without lights gets one (see key_light.h). should_stop: cancels;
+  // called on the loading thread.
   SceneLoad(const std::filesystem::path& path, const ConvertOptions& convert, scene::SceneCacheSettings cache,
-            scene::Levels levels, std::function<bool()> should_stop = {});
+            scene::Levels levels, bool has_key_light, std::function<bool()> should_stop = {});
 
   // True if loading has failed already: the caller need not start other work.
   bool has_failed() const;
@@ -49,6 +50,7 @@ class SceneLoad {
   scene::SceneCacheSettings cache_settings_;
   scene::SceneCache cache_;
   scene::Levels levels_;
+  const bool has_key_light_;
   std::vector<scene::SourceFile> sources_;
   std::vector<std::string> notes_;
   bool is_cached_ = false, has_stored_ = false;

@@ -48,6 +48,11 @@ bool parse_background(std::string_view text, passes::Background& background) {
     background.show_environment = true;
     return true;
   }
+  if (text == "gradient") {
+    background = passes::Background::gradient();
+    return true;
+  }
+  background.zenith.reset();
   if (text.starts_with('#')) text.remove_prefix(1);  // optional: shells treat # as a comment
   uint32_t rgb = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), rgb, 16);

@@ -68,7 +68,8 @@ struct Texts {
   std::string stream_timeout, outputs, async_compute = "auto", background;
   std::string raster = "auto", cull = "on", levels_of_detail = "auto";
   std::string shadows = "auto", shadow_rays = "hybrid";
-  std::string tone_map = "reinhard", fxaa = "on", debug_view = "none";
+  std::string exposure = "auto", ground = "auto", key_light = "auto", tone_map = "neutral", fxaa = "on",
+              debug_view = "none";
   double delay_ms = 0;
 };
 
@@ -159,9 +160,11 @@ void add_image_options(CLI::App& app, Options& options, Texts& texts, Given& giv
       ->type_name("WxH")
       ->capture_default_str()
       ->group(kGroup);
-  given.camera = app.add_option("--camera", options.camera, "camera by node or camera name")
-                     ->type_name("NAME")
+  given.camera = app.add_option("--camera", options.camera, "camera by node or camera name, or auto")
+                     ->type_name("NAME|auto")
                      ->group(kGroup);
+  app.add_flag("--frame-all", options.frame_all, "move the camera so that it shows the whole scene")
+      ->group(kGroup);
   app.add_option("--frames", options.frames, "exit after N images")
       ->check(CLI::Range(uint64_t{0}, kMaxFrames).description(""))  // a minus sign would wrap around
       ->type_name("N")
@@ -213,15 +216,23 @@ void add_drawing_options(CLI::App& app, Options& options, Texts& texts) {
       ->type_name("X")
       ->capture_default_str()
       ->group(kGroup);
-  app.add_option("--background", texts.background, "environment, or a colour such as 20a0ff")
+  app.add_option("--background", texts.background, "gradient, environment, or a colour such as 20a0ff")
       ->type_name("COLOR")
       ->group(kGroup);
-  app.add_option("--exposure", options.exposure, "factor on all light")
-      ->check(positive_number)
-      ->type_name("X")
+  app.add_option("--ground", texts.ground, "shadows below the scene, or at a height")
+      ->type_name("auto|off|Y")
       ->capture_default_str()
       ->group(kGroup);
-  app.add_option("--tone-map", texts.tone_map, "reinhard, aces, neutral or none")
+  app.add_option("--key-light", texts.key_light, "light of scenes without lights")
+      ->check(one_of({"auto", "on", "off"}))
+      ->type_name("auto|on|off")
+      ->capture_default_str()
+      ->group(kGroup);
+  app.add_option("--exposure", texts.exposure, "factor on all light, or auto")
+      ->type_name("X|auto")
+      ->capture_default_str()
+      ->group(kGroup);
+  app.add_option("--tone-map", texts.tone_map, "neutral, aces, reinhard or none")
       ->check(one_of({"reinhard", "aces", "neutral", "none"}))
       ->type_name("NAME")
       ->capture_default_str()
@@ -350,7 +361,7 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
   }
   if (!texts.background.empty() && !parse_background(texts.background, options.background)) {
     return usage_error("--background " + texts.background +
-                       ": must be environment or a colour such as 20a0ff");
+                       ": must be gradient, environment or a colour such as 20a0ff");
   }
   if (given.animate->count() > 0 &&
       options.scene.empty()) {  // "--animate SCENE": the scene is no animation's name
@@ -429,6 +440,20 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
   options.shadows = passes::shadows_named(texts.shadows);
   options.shadows.hybrid = texts.shadow_rays == "hybrid";
   options.tone_map = tone_map_named(texts.tone_map);
+  if (texts.exposure != "auto") {
+    if (const std::string wrong = positive_number(texts.exposure); !wrong.empty())
+      return usage_error("--exposure: " + wrong + ", or auto");
+    options.exposure = std::stof(texts.exposure);
+  }
+  if (texts.ground == "off") options.ground = GroundMode::off;
+  if (texts.ground != "auto" && texts.ground != "off") {
+    if (const std::string wrong = finite_number(texts.ground); !wrong.empty())
+      return usage_error("--ground: " + wrong + ", auto or off");
+    options.ground = GroundMode::height;
+    options.ground_height_m = std::stof(texts.ground);
+  }
+  if (texts.key_light == "on") options.key_light = KeyLight::on;
+  if (texts.key_light == "off") options.key_light = KeyLight::off;
   options.fxaa = texts.fxaa == "on";
   options.debug_view = passes::debug_view_named(texts.debug_view);
   const bool shows_light = options.debug_view == passes::DebugView::none;

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -16,6 +17,11 @@
 #include "renderer/sinks/window.h"
 
 namespace fire3dv::app {
+
+// Shadow catcher below the scene. automatic: at its lowest point, with the gradient as background.
+enum class GroundMode : uint8_t { automatic, off, height };
+// Key light of scenes that bring no light. automatic: without --environment.
+enum class KeyLight : uint8_t { automatic, on, off };
 
 struct Options {
   std::chrono::steady_clock::time_point begun = std::chrono::steady_clock::now();
@@ -40,8 +46,9 @@ struct Options {
   std::vector<std::string> window_cameras;
   std::string right_camera;                 // second view in the first window; empty: none
   std::filesystem::path screenshots = ".";  // folder of screenshots and videos
-  std::string camera;            // node or camera name; empty: the scene's first, or one that frames it
-  uint64_t frames = 0;           // 0 = unlimited
+  std::string camera;      // node or camera name, or "auto"; empty: the scene's first, or one that frames it
+  bool frame_all = false;  // moves the camera so that it shows the whole scene
+  uint64_t frames = 0;     // 0 = unlimited
   bool wait_for_stream = false;  // write and count images from the first whole pose frame on
   std::chrono::duration<double> stream_timeout{0};  // 0 = none
   bool exit_when_done = false;                      // end when the last stream has ended
@@ -62,7 +69,10 @@ struct Options {
   std::filesystem::path environment;  // Radiance HDR image; empty: studio environment
   float environment_rotation_deg = 0;
   float environment_intensity = 1;
-  passes::Background background;
+  passes::Background background = passes::Background::gradient();
+  GroundMode ground = GroundMode::automatic;
+  float ground_height_m = 0;  // GroundMode::height: world y
+  KeyLight key_light = KeyLight::automatic;
 
   uint32_t samples = 4;
   passes::RasterPath raster = passes::RasterPath::automatic;
@@ -70,8 +80,8 @@ struct Options {
   passes::LevelsOfDetail levels_of_detail = passes::LevelsOfDetail::automatic;
   float anisotropy = 1;
   passes::ShadowSettings shadows;
-  float exposure = 1;
-  passes::ToneMap tone_map = passes::ToneMap::reinhard;
+  std::optional<float> exposure;  // nullopt: estimated from the scene
+  passes::ToneMap tone_map = passes::ToneMap::neutral;
   bool fxaa = true;
   passes::DebugView debug_view = passes::DebugView::none;  // displayed instead of lighting
 };

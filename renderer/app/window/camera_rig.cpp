@@ -6,6 +6,7 @@
 
 #include "renderer/passes/outputs/planes_and_boxes.h"
 #include "renderer/scene/model/bounds.h"
+#include "renderer/state/animation.h"
 
 namespace fire3dv::app {
 namespace {
@@ -30,29 +31,37 @@ scene::Box visible_bounds(const scene::Scene& scene, const state::PoseState& pos
 
 }  // namespace
 
-Result<CameraRig> CameraRig::create(const scene::Scene& scene, const std::string& name) {
+Result<CameraRig> CameraRig::create(const scene::Scene& scene, const CameraStart& start) {
   CameraRig rig(scene);
   rig.free_camera_.name = "free";
+  rig.animations_ = start.animations;
+  rig.ground_ = start.ground;
   const std::vector<uint32_t> nodes = scene::camera_nodes(scene);
-  if (name.empty()) {
-    if (!nodes.empty()) rig.node_ = nodes.front();
-    return rig;
-  }
-  auto find = [&](auto&& has_name) {
+  const auto find = [&](auto&& has_name) {
     const auto node = std::find_if(nodes.begin(), nodes.end(), has_name);
     return node == nodes.end() ? scene::kNone : *node;
   };
-  rig.node_ = find([&](uint32_t n) { return scene.nodes[n].name == name; });
-  if (rig.node_ == scene::kNone) {
-    rig.node_ = find([&](uint32_t n) { return scene.cameras[scene.nodes[n].camera].name == name; });
+  if (start.name.empty()) {
+    if (!nodes.empty()) rig.node_ = nodes.front();
+  } else {
+    rig.node_ = find([&](uint32_t n) { return scene.nodes[n].name == start.name; });
+    if (rig.node_ == scene::kNone)
+      rig.node_ = find([&](uint32_t n) { return scene.cameras[scene.nodes[n].camera].name == start.name; });
+    if (rig.node_ == scene::kNone && start.name != "auto") {
+      std::string known;
+      for (uint32_t n : nodes) known += (known.empty() ? "" : ", ") + scene.nodes[n].name;
+      return Error{"--camera " + start.name + ": " + scene.source.string() +
+                   (known.empty() ? " has no cameras; use --camera auto or leave it out"
+                                  : " has no such camera; it has: " + known + "; or use --camera auto")};
+    }
   }
-  if (rig.node_ != scene::kNone) return rig;
-
-  std::string known;
-  for (uint32_t n : nodes) known += (known.empty() ? "" : ", ") + scene.nodes[n].name;
-  return Error{
-      "--camera " + name + ": " + scene.source.string() +
-      (known.empty() ? " has no cameras; leave --camera out" : " has no such camera; it has: " + known)};
+  if (start.frame_all && rig.node_ != scene::kNone) {
+    rig.free_camera_ = rig.scene_camera();
+    rig.free_camera_.orthographic = false;
+    rig.framing_orientation_ = scene.nodes[rig.node_].world_from_node;
+    rig.node_ = scene::kNone;
+  }
+  return rig;
 }
 
 // Nodes of the file keep their indices in all versions of the scene.
@@ -73,18 +82,46 @@ passes::View CameraRig::view(const state::PoseState& poses, float image_aspect) 
   if (node_ != scene::kNone) {
     passes::View view = passes::make_view(scene_camera(), poses.world_from_node(node_), image_aspect);
     if (!scene_->nodes[node_].name.empty()) view.camera = scene_->nodes[node_].name;
+    view.ground = ground_;
     return view;
   }
-  if (framed_) {
-    world_from_free_ =
-        passes::framing_camera_pose(free_camera_, image_aspect, scene_->bounds_min, scene_->bounds_max);
-    focus_distance_m_ =
-        glm::length(glm::vec3(world_from_free_[3]) - 0.5f * (scene_->bounds_min + scene_->bounds_max));
-    framed_ = false;
-  }
+  if (framed_) frame_scene(image_aspect);
   scene::Camera camera = free_camera_;
   camera.near_m = std::min(0.01f, 0.01f * std::max(focus_distance_m_, 1e-3f));
-  return passes::make_view(camera, world_from_free_, image_aspect);
+  passes::View view = passes::make_view(camera, world_from_free_, image_aspect);
+  view.ground = ground_;
+  return view;
+}
+
+// Bounds at rest and at several times of the animations, so that a moving figure stays in the image.
+void CameraRig::frame_scene(float image_aspect) const {
+  std::vector<glm::vec3> points = passes::framing_points(*scene_, state::rest_pose(*scene_).world_from_node);
+  if (!animations_.empty()) {
+    float duration_s = 0;
+    for (const uint32_t animation : animations_)
+      duration_s = std::max(duration_s, scene_->animations[animation].duration_s);
+    state::AnimationPlayer player(*scene_, animations_);
+    points.clear();
+    constexpr int kSamples = 24;
+    for (int i = 0; i < kSamples; ++i) {
+      const std::vector<glm::vec3> moved = passes::framing_points(
+          *scene_, player.at(static_cast<double>(duration_s) * i / kSamples).world_from_node);
+      points.insert(points.end(), moved.begin(), moved.end());
+    }
+  }
+  if (points.empty()) points.insert(points.end(), {scene_->bounds_min, scene_->bounds_max});
+  glm::vec3 low = points.front(), high = low;
+  for (const glm::vec3& point : points) {
+    low = glm::min(low, point);
+    high = glm::max(high, point);
+  }
+  scene::Camera camera = free_camera_;
+  camera.near_m = std::max(1e-3f * glm::length(high - low), 1e-6f);
+  world_from_free_ = passes::fit_into_view(camera, image_aspect, framing_orientation_, points);
+  const glm::vec3 eye(world_from_free_[3]);
+  focus_distance_m_ = std::max(glm::dot(0.5f * (low + high) - eye, -glm::vec3(world_from_free_[2])),
+                               1e-3f * scene_radius_m());
+  framed_ = false;
 }
 
 void CameraRig::let_go(const state::PoseState& poses) {
@@ -155,9 +192,8 @@ void CameraRig::select(size_t scene_camera) {
 
 void CameraRig::frame_all(float image_aspect) {
   node_ = scene::kNone;
-  framed_ = true;
-  const state::PoseState at_rest(*scene_);
-  (void)view(at_rest, image_aspect);
+  framing_orientation_ = passes::default_orientation();
+  frame_scene(image_aspect);
 }
 
 void CameraRig::frame_node(const state::PoseState& poses, uint32_t node, float image_aspect) {

@@ -1,10 +1,12 @@
 // Camera of a view: a camera of the scene, which a stream may drive, or a free camera controlled by the user.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "protocol/base/error.h"
+#include "renderer/passes/framing.h"
 #include "renderer/passes/view.h"
 #include "renderer/scene/model/scene.h"
 #include "renderer/scene/model/scene_edits.h"
@@ -12,11 +14,19 @@
 
 namespace fire3dv::app {
 
+// How a view begins.
+struct CameraStart {
+  std::string name;  // of a node or camera; "auto": a free camera that frames the scene; empty: the scene's
+                     // first camera, or auto
+  bool frame_all = false;  // keeps direction and lens of the named camera, but shows the whole scene
+  std::vector<uint32_t> animations;      // framed over their whole time
+  std::optional<passes::Ground> ground;  // of all views
+};
+
 class CameraRig {
  public:
-  // name: value of --camera; empty selects the scene's first camera, or a free one that frames the scene. The
-  // error lists the available cameras.
-  static Result<CameraRig> create(const scene::Scene& scene, const std::string& name);
+  // The error lists the available cameras.
+  static Result<CameraRig> create(const scene::Scene& scene, const CameraStart& start = {});
 
   // Edits of the scene's cameras; must outlive this object.
   void set_edits(const scene::SceneEdits& edits) { edits_ = &edits; }
@@ -49,12 +59,16 @@ class CameraRig {
  private:
   explicit CameraRig(const scene::Scene& scene) : scene_(&scene) {}
   glm::vec3 focus() const;
+  void frame_scene(float image_aspect) const;
   const scene::Camera& scene_camera() const;  // of node_
 
   const scene::Scene* scene_;
   const scene::SceneEdits* edits_ = nullptr;
   uint32_t node_ = scene::kNone;  // kNone: free
   scene::Camera free_camera_;
+  glm::mat4 framing_orientation_ = passes::default_orientation();
+  std::vector<uint32_t> animations_;
+  std::optional<passes::Ground> ground_;
   mutable bool framed_ = true;  // free camera not framed yet for the image's aspect ratio
   mutable glm::mat4 world_from_free_{1};
   mutable float focus_distance_m_ = 1;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "protocol/base/log.h"
+#include "renderer/app/default_look.h"
 #include "renderer/app/options/stream_options.h"
 #include "renderer/app/streams/image_service.h"
 #include "renderer/app/window/viewer_control.h"
@@ -42,8 +43,10 @@ Result<std::unique_ptr<WindowView>> WindowView::create(const Borrowed& borrowed)
   std::unique_ptr<WindowView> view(new WindowView(borrowed));
   const scene::Scene& scene = borrowed.scene.scene();
   const auto make_camera = [&](const std::string& name) {
-    Result<CameraRig> camera = CameraRig::create(scene, name);
-    if (!camera && !borrowed.insist) camera = CameraRig::create(scene, "");
+    Result<CameraRig> camera =
+        CameraRig::create(scene, camera_start(borrowed.options, scene, name, borrowed.animations));
+    if (!camera && !borrowed.insist)
+      camera = CameraRig::create(scene, camera_start(borrowed.options, scene, "", borrowed.animations));
     if (camera) camera->set_edits(borrowed.scene.edits());
     return camera;
   };

@@ -70,6 +70,7 @@ class WindowView {
     Windows& windows;
     gui::Viewer& viewer;
     const Options& options;
+    std::vector<uint32_t> animations;  // those that play
     bool insist = true;  // an unknown camera of the options is an error; otherwise another camera is used
   };
   // Fails for an unknown camera.

@@ -251,7 +251,7 @@ void draw_render_panel(const Context& context) {
     viewer.commands.toggle_video = true;
 
   constexpr const char* kViews[] = {"light",    "normals",  "depth",       "nodes",
-                                    "clusters", "overdraw", "shadow doubt"};
+                                    "clusters", "overdraw", "unresolved shadows"};
   choose(ui, "Shows", viewer.debug_view, kViews, "Debug view instead of light");
   if (!context.facts.why_no_debug_views.empty()) ui.note(context.facts.why_no_debug_views);
   ui.slider("Exposure", draw.post.exposure, {1.0f / 64, 64, "%.2f x", true});
@@ -272,7 +272,9 @@ void draw_render_panel(const Context& context) {
   if (ui.slider("  turned", degrees, {-180, 180, "%.0f \u00b0"}))
     draw.environment_rotation_rad = glm::radians(degrees);
   ui.check("  seen", draw.background.show_environment, "Behind the scene, instead of a colour");
-  if (!draw.background.show_environment) ui.color("Background", draw.background.color);
+  if (draw.background.show_environment) return;
+  ui.color("Background", draw.background.color);
+  if (draw.background.zenith) ui.color("  overhead", *draw.background.zenith);
 }
 
 }  // namespace fire3dv::gui

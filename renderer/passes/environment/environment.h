@@ -34,10 +34,14 @@ class EnvironmentStore {
 Digest environment_kind(const VkPhysicalDeviceProperties& device, const scene::EnvironmentImage& image,
                         std::span<const uint32_t> recipe);
 
-// Background of pixels without geometry.
+// Background of pixels without geometry. Colours are linear and shown as they are: without exposure and tone
+// mapping.
 struct Background {
-  bool show_environment = false;
-  glm::vec3 color{0.16f, 0.18f, 0.21f};  // linear; used without the environment image
+  bool show_environment = false;         // the environment image instead of the colours
+  glm::vec3 color{0.16f, 0.18f, 0.21f};  // towards the ground and the horizon
+  std::optional<glm::vec3> zenith;       // overhead; nullopt: the same colour
+
+  static Background gradient();  // the default of the programs
 };
 
 class Environment {

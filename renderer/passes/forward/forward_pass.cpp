@@ -197,7 +197,8 @@ void ForwardPass::begin(VkCommandBuffer commands, const Frame& frame, Stage stag
   color.loadOp = frame.visibility ? VK_ATTACHMENT_LOAD_OP_LOAD : VK_ATTACHMENT_LOAD_OP_CLEAR;
   color.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
   const glm::vec3& background = frame.background.color;
-  color.clearValue.color = {{background.r, background.g, background.b, 1}};
+  // Alpha 0: the colour is display-referred.
+  color.clearValue.color = {{background.r, background.g, background.b, 0}};
   VkRenderingAttachmentInfo depth{VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO};
   depth.imageView = targets.depth.view.get();
   depth.imageLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL;
@@ -249,7 +250,9 @@ void ForwardPass::record(gpu::Recorder& recorder, gpu::StagingRing& staging, con
     begin(commands, frame, Stage::color);
     draw_bins(commands, frame, Stage::color, false, of_bins);
     // Behind solid surfaces and before the blended draws.
-    if (frame.background.show_environment && !frame.visibility) draw_fullscreen(commands, background_);
+    const bool is_plain =
+        !frame.background.show_environment && !frame.background.zenith && !frame.view.ground;
+    if (!is_plain && !frame.visibility) draw_fullscreen(commands, background_);
     draw_bins(commands, frame, Stage::color, true, of_bins);
     vkCmdEndRendering(commands);
   });

@@ -129,6 +129,7 @@ struct Light {
   float inner_cone_rad = 0;
   float outer_cone_rad = 0.7853981634f;
   bool casts_shadow = true;
+  bool is_default = false;  // see key_light.h
   bool operator==(const Light&) const = default;
 };
 

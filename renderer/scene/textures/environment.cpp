@@ -16,13 +16,41 @@ namespace {
 constexpr int kExponentBias = 15, kMantissaBits = 9, kMaxExponent = 31;
 constexpr float kPi = 3.14159265358979f;
 
+// Radiances of the studio.
+constexpr float kStudioFloor = 0.22f, kStudioWall = 0.15f, kStudioCeiling = 0.30f;
+constexpr float kStudioKey = 2.2f, kStudioFill = 0.7f, kStudioRim = 2.6f;
+
+// Rectangle at unit distance, perpendicular to its direction.
+struct Panel {
+  glm::vec3 to_panel;                   // unit
+  float half_width, half_height, edge;  // at unit distance; edge: width of the soft border
+  float radiance;
+};
+
+float radiance_of_panel(const Panel& panel, const glm::vec3& direction) {
+  const float facing = glm::dot(direction, panel.to_panel);
+  if (facing <= 1e-3f) return 0;
+  const glm::vec3 right = glm::normalize(glm::cross(glm::vec3(0, 1, 0), panel.to_panel));
+  const glm::vec3 up = glm::cross(panel.to_panel, right);
+  const auto inside = [&](const glm::vec3& axis, float half) {
+    return 1 - glm::smoothstep(half - panel.edge, half + panel.edge,
+                               std::abs(glm::dot(direction, axis)) / facing);
+  };
+  return panel.radiance * inside(right, panel.half_width) * inside(up, panel.half_height);
+}
+
 glm::vec3 studio_radiance(const glm::vec3& direction) {
-  const float up = glm::smoothstep(-0.15f, 0.15f, direction.y);
-  const float panels =
-      glm::smoothstep(0.80f, 0.95f, glm::dot(direction, glm::normalize(glm::vec3(0.5f, 0.6f, 0.6f)))) +
-      glm::smoothstep(0.85f, 0.97f, glm::dot(direction, glm::normalize(glm::vec3(-0.8f, 0.4f, -0.1f))));
-  constexpr glm::vec3 kFloor(0.105f, 0.1015f, 0.098f), kCeiling(0.385f, 0.392f, 0.4025f);
-  return glm::mix(kFloor, kCeiling, up) + panels * 0.525f;
+  static const Panel kPanels[] = {
+      {glm::normalize(glm::vec3(-0.30f, 0.80f, 0.52f)), 0.38f, 0.28f, 0.03f, kStudioKey},
+      {glm::normalize(glm::vec3(0.90f, 0.25f, 0.45f)), 0.30f, 0.60f, 0.10f, kStudioFill},
+      {glm::normalize(glm::vec3(-0.75f, 0.30f, -0.65f)), 0.10f, 0.55f, 0.03f, kStudioRim},
+      {glm::normalize(glm::vec3(0.70f, 0.35f, -0.75f)), 0.10f, 0.45f, 0.03f, kStudioRim},
+  };
+  float radiance = direction.y > 0
+                       ? glm::mix(kStudioWall, kStudioCeiling, glm::smoothstep(0.0f, 0.9f, direction.y))
+                       : glm::mix(kStudioFloor, kStudioWall, glm::smoothstep(-0.5f, -0.02f, direction.y));
+  for (const Panel& panel : kPanels) radiance += radiance_of_panel(panel, direction);
+  return glm::vec3(radiance);
 }
 
 }  // namespace
@@ -71,6 +99,21 @@ EnvironmentImage make_environment(uint32_t width, uint32_t height,
 
 EnvironmentImage studio_environment() {
   return make_environment(512, 256, studio_radiance);
+}
+
+float mean_radiance(const EnvironmentImage& image) {
+  double sum = 0, weights = 0;
+  for (uint32_t y = 0; y < image.height; ++y) {
+    // Solid angle of a texel, up to a factor.
+    const double weight = std::sin((y + 0.5) / image.height * static_cast<double>(kPi));
+    double row = 0;
+    for (uint32_t x = 0; x < image.width; ++x)
+      row += glm::dot(unpack_rgb9e5(image.rgb9e5[size_t{y} * image.width + x]),
+                      glm::vec3(0.2126f, 0.7152f, 0.0722f));
+    sum += weight * row;
+    weights += weight * image.width;
+  }
+  return weights > 0 ? static_cast<float>(sum / weights) * image.scale : 0;
 }
 
 namespace {

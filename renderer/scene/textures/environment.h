@@ -36,9 +36,13 @@ glm::vec3 environment_direction(float u, float v);
 EnvironmentImage make_environment(uint32_t width, uint32_t height,
                                   const std::function<glm::vec3(const glm::vec3& direction)>& radiance);
 
-// Default environment: a neutral studio with a bright ceiling, a darker floor and two soft panels. It gives
-// metals something to reflect and keeps shadows from black.
+// Default environment: a neutral studio with dim walls, a key panel above, a large fill panel and two narrow
+// rim panels. Metals, glass and plastics have bright edges and dark walls to reflect.
 EnvironmentImage studio_environment();
+constexpr float kStudioMeanRadiance = 0.391f;
+
+// Mean radiance over all directions, as luminance (Rec. 709).
+float mean_radiance(const EnvironmentImage& image);
 
 constexpr uint32_t kMaxEnvironmentWidth = 8192, kMaxEnvironmentHeight = 4096;
 

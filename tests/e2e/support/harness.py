@@ -118,7 +118,7 @@ class Renderer(Program):
         test.counter += 1
         self.folder = os.path.join(test.folder, f"images{test.counter}")
         self._frames, self._log_at = [], 0
-        command = [test.programs_at["fire3dv"], scene or test.scene, "--validation", "--tone-map", "none",
+        command = [test.programs_at["fire3dv"], scene or test.scene, "--validation", "--tone-map", "none", "--ground", "off",
                    "--size", f"{size[0]}x{size[1]}", "--out", self.folder]
         command += ["--headless"] if headless else ["--gui", "off"]
         command += [] if "--cache" in arguments else ["--cache", "off"]  # tests leave no cache entries behind
@@ -270,7 +270,7 @@ class Test:
 
     def viewer(self, scene, *arguments, size=SIZE, env=None):
         """fire3dv in a window, with a user's options: without the image options of a test."""
-        command = [self.programs_at["fire3dv"], scene, "--validation", "--tone-map", "none", "--cache", "off",
+        command = [self.programs_at["fire3dv"], scene, "--validation", "--tone-map", "none", "--ground", "off", "--cache", "off",
                    "--size", f"{size[0]}x{size[1]}", *arguments]
         return Program(self, "fire3dv in a window", command, env or vulkan_environment())
 

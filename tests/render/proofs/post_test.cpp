@@ -19,11 +19,11 @@ float encode(float linear) {
 glm::ivec3 shown(glm::vec3 light, passes::ToneMap tone_map) {
   SceneBuilder builder;
   scene::Material material = matte({0, 0, 0});
-  material.unlit = true;
-  material.base_color = glm::vec4(light, 1);
+  material.emissive = light;
   builder.mesh_node("wall", builder.quad(builder.material(material), 10), glm::mat4(1));
   builder.camera_node("camera", {0, 5, 0}, {0, 0, 0});
   passes::DrawSettings settings;
+  settings.environment_intensity = 0;
   settings.post.tone_map = tone_map;
   const scene::Scene scene = builder.build();
   RenderBench bench(scene, {8, 8}, settings);

@@ -28,7 +28,7 @@ class Cameras : public ::testing::Test {
  protected:
   scene::Scene scene_ = boxes_at({{-3, 1, 0}, {2, -1, 1}});
   state::PoseState poses_{scene_};
-  CameraRig rig_ = *CameraRig::create(scene_, "");
+  CameraRig rig_ = *CameraRig::create(scene_);
 
   void expect_at(const glm::vec3& world, const glm::vec2& ndc) {
     const glm::vec2 seen = ndc_of(rig_.view(poses_, kAspect), world);
@@ -147,7 +147,7 @@ TEST_F(Cameras, FlyingFollowsTheScenesSizeAndTheUsersSpeed) {
   const auto flown = [&](float speed) {
     gui::Viewer viewer;
     viewer.camera_speed = speed;
-    CameraRig rig = *CameraRig::create(scene_, "");
+    CameraRig rig = *CameraRig::create(scene_);
     CameraMoves moves;
     moves.fly = {0, 0, -1};
     const glm::vec3 before = rig.view(poses_, kAspect).eye_world;

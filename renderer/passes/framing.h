@@ -1,0 +1,29 @@
+// Camera placement that fits a set of points into the image.
+#pragma once
+
+#include <glm/glm.hpp>
+#include <span>
+#include <vector>
+
+#include "renderer/scene/model/scene.h"
+
+namespace fire3dv::passes {
+
+// Share of the image's width or height that stays free on each side.
+constexpr float kFramingMargin = 0.05f;
+
+// World-space points that enclose all mesh instances at these node transforms: vertices (every n-th one of
+// more than 200,000), or box corners of deformed and small primitives; the box around everything if there are
+// more than 100,000 primitives. Infinite and NaN points are left out.
+std::vector<glm::vec3> framing_points(const scene::Scene& scene, std::span<const glm::mat4> world_from_node);
+
+// world_from_camera of a perspective camera with this orientation (its scale and position do not count), as
+// near as possible with all points inside the image minus the margins. Its distance is at least camera.near_m
+// from each point. Returns the orientation at the origin if there are no points.
+glm::mat4 fit_into_view(const scene::Camera& camera, float image_aspect, const glm::mat4& orientation,
+                        std::span<const glm::vec3> points);
+
+// Orientation of the default view: from the right, in front and above, looking at the origin.
+glm::mat4 default_orientation();
+
+}  // namespace fire3dv::passes

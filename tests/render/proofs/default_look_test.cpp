@@ -1,0 +1,129 @@
+// Render test of the default look: display-referred colours, the gradient, and the shadow catcher.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/render/support/proof_bench.h"
+
+namespace fire3dv::test {
+namespace {
+
+class DefaultLook : public ValidationIsSilent {};
+
+constexpr VkExtent2D kExtent{96, 72};
+
+float decode(int code) {
+  const float s = static_cast<float>(code) / 255;
+  return s <= 0.04045f ? s / 12.92f : std::pow((s + 0.055f) / 1.055f, 2.4f);
+}
+int encode(float linear) {
+  const float s = linear <= 0.0031308f ? 12.92f * linear : 1.055f * std::pow(linear, 1 / 2.4f) - 0.055f;
+  return static_cast<int>(std::lround(255 * s));
+}
+
+// An unlit wall; with_glass: beside a blended box, so that the image is drawn with forward-only draws.
+scene::Scene unlit_wall(bool with_glass) {
+  SceneBuilder builder;
+  scene::Material orange = matte({1, decode(127), 0});
+  orange.unlit = true;
+  builder.mesh_node("wall", builder.quad(builder.material(orange), 2), glm::mat4(1));
+  if (with_glass) {
+    scene::Material glass = matte({0.2f, 0.4f, 0.9f});
+    glass.alpha_mode = scene::AlphaMode::blend;
+    glass.base_color.a = 0.5f;
+    builder.mesh_node("glass", builder.box(builder.material(glass), {0.4f, 0.1f, 0.4f}), at({1.2f, 0.5f, 1}));
+  }
+  builder.camera_node("camera", {0, 6, 0}, {0, 0, 0});
+  return builder.build();
+}
+
+// Unlit materials and plain backgrounds have the file's and the option's colours, whatever exposure and tone
+// mapping are, on all raster paths.
+TEST_F(DefaultLook, UnlitAndBackgroundColoursAreExact) {
+  for (const bool with_glass : {false, true}) {
+    const scene::Scene scene = unlit_wall(with_glass);
+    for (const passes::RasterPath path : {passes::RasterPath::visibility, passes::RasterPath::forward}) {
+      for (const passes::ToneMap tone_map : {passes::ToneMap::neutral, passes::ToneMap::aces}) {
+        passes::DrawSettings settings;
+        settings.raster = path;
+        settings.post = {2.5f, tone_map, false};
+        settings.background.color = {decode(32), decode(160), decode(255)};
+        RenderBench bench(scene, kExtent, settings);
+        const sinks::FrameImage image = bench.draw_at_rest();
+        const std::string where = std::string(with_glass ? "glass " : "") + std::to_string(int(path)) + " " +
+                                  std::to_string(int(tone_map));
+        EXPECT_EQ(pixel(image, 36, 30), glm::ivec3(255, 127, 0)) << where;
+        EXPECT_EQ(pixel(image, 1, 1), glm::ivec3(32, 160, 255)) << where;
+      }
+    }
+  }
+}
+
+TEST_F(DefaultLook, TheGradientFollowsTheElevation) {
+  const scene::Scene scene = SceneBuilder().build();
+  for (const passes::RasterPath path : {passes::RasterPath::visibility, passes::RasterPath::forward}) {
+    passes::DrawSettings settings;
+    settings.raster = path;
+    settings.background = passes::Background::gradient();
+    ProofBench bench(kExtent, settings);
+    bench.show(scene);
+    const glm::vec3 low = settings.background.color, high = *settings.background.zenith;
+    EXPECT_EQ(pixel(bench.draw({0, 0, 0}, {0, -1, 0.001f}), 48, 36),
+              glm::ivec3(encode(low.r), encode(low.g), encode(low.b)));
+    EXPECT_EQ(pixel(bench.draw({0, 0, 0}, {0, 1, 0.001f}), 48, 36),
+              glm::ivec3(encode(high.r), encode(high.g), encode(high.b)));
+    const sinks::FrameImage level = bench.draw({0, 0, 0}, {0, 0, -1});
+    // The horizon: smoothstep(-0.55, 0.45, 0) = 0.55^2 (3 - 2 * 0.55).
+    const float t = 0.55f * 0.55f * (3 - 1.1f);
+    EXPECT_NEAR(pixel(level, 48, 36).g, encode(low.g + t * (high.g - low.g)), 1);
+    EXPECT_LT(pixel(level, 48, 4).g, pixel(level, 48, 68).g);
+  }
+}
+
+// A box hovers above the plane; the sun shines straight down, so that its shadow is the box's outline.
+TEST_F(DefaultLook, TheGroundShowsShadowsOnTheBackground) {
+  SceneBuilder builder;
+  builder.mesh_node("box", builder.box(builder.material(matte({0.5f, 0.5f, 0.5f})), {0.5f, 0.1f, 0.5f}),
+                    at({0, 1, 0}));
+  constexpr float kLux = 3;
+  builder.light_node(sun({1, 1, 1}, kLux), shining_towards({0, -1, 0}));
+  const scene::Scene scene = builder.build();
+  const state::PoseState poses(scene);
+  scene::Camera lens;
+  const auto view_from = [&](const glm::vec3& eye, const glm::vec3& target) {
+    return passes::make_view(lens, passes::look_at_pose(eye, target), 96.0f / 72);
+  };
+  for (const passes::RasterPath path : {passes::RasterPath::visibility, passes::RasterPath::forward}) {
+    passes::DrawSettings settings;
+    settings.raster = path;
+    settings.post.fxaa = false;
+    settings.background.color = glm::vec3(0.5f);
+    settings.shadows = {path == passes::RasterPath::forward ? passes::ShadowMethod::map
+                                                            : passes::ShadowMethod::automatic};
+    // A uniform sky of radiance 1 gives the plane pi lux.
+    settings.environment = std::make_shared<const scene::EnvironmentImage>(
+        scene::make_environment(64, 32, [](const glm::vec3&) { return glm::vec3(1); }));
+    RenderBench bench(scene, kExtent, settings);
+    passes::View view = view_from({0, 0.6f, 4}, {0, 0, 0});
+    const sinks::FrameImage without = bench.draw(poses, view);
+    view.ground = passes::Ground{0, 20, {0, 0}};
+    const Taken with = bench.take(
+        poses, view, passes::ImageOutputs(wire::kColorSrgb8 | wire::kDepthF32 | wire::kInstanceU32));
+    EXPECT_EQ(pixel(without, 48, 36), glm::ivec3(encode(0.5f)));
+    const float pi = 3.14159265f;
+    EXPECT_NEAR(pixel(with.image, 48, 36).g, encode(0.5f * pi / (pi + kLux)), 2)
+        << "the middle of the shadow";
+    EXPECT_EQ(pixel(with.image, 5, 50), pixel(without, 5, 50)) << "outside of the shadow";
+    EXPECT_EQ(pixel(with.image, 48, 2), pixel(without, 48, 2)) << "above the horizon";
+    const std::vector<uint32_t> instances = with.plane<uint32_t>(wire::kInstanceU32);
+    EXPECT_EQ(instances[36 * 96 + 48], 0u) << "the ground is background";
+    EXPECT_TRUE(std::isinf(with.plane<float>(wire::kDepthF32)[36 * 96 + 48]));
+    passes::View below = view_from({0, -0.6f, 4}, {0, 0.2f, 0});
+    const sinks::FrameImage from_below = bench.draw(poses, below);
+    below.ground = passes::Ground{0, 20, {0, 0}};
+    EXPECT_EQ(bench.draw(poses, below).rgba8, from_below.rgba8) << "seen from below";
+  }
+}
+
+}  // namespace
+}  // namespace fire3dv::test

@@ -1,0 +1,147 @@
+// Test of the default look's choices: key light, exposure estimate, ground, camera start, empty images.
+#include "renderer/app/default_look.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "renderer/scene/model/bounds.h"
+#include "renderer/scene/model/exposure_estimate.h"
+#include "renderer/scene/model/key_light.h"
+#include "renderer/scene/model/loaded_scene.h"
+#include "renderer/scene/textures/environment.h"
+#include "tests/render/support/scene_builder.h"
+
+namespace fire3dv::test {
+namespace {
+
+constexpr float kPi = std::numbers::pi_v<float>;
+
+scene::Scene built(SceneBuilder builder) {
+  scene::Scene scene = builder.build();
+  scene::find_world_bounds(scene);
+  return scene;
+}
+
+SceneBuilder box_builder(const scene::Material& material = matte({0.5f, 0.5f, 0.5f})) {
+  SceneBuilder builder;
+  builder.mesh_node("box", builder.box(builder.material(material), {1, 2, 1}), at({0, 3, 0}));
+  return builder;
+}
+
+TEST(KeyLight, IsAddedOnlyToScenesWithoutLightsAndTakenAway) {
+  scene::Scene scene = built(box_builder());
+  const size_t nodes = scene.nodes.size();
+  scene::add_key_light(scene);
+  ASSERT_EQ(scene.lights.size(), 1u);
+  EXPECT_EQ(scene.nodes.back().name, "key light");
+  EXPECT_LT(-scene.nodes.back().world_from_node[2].y, -0.7f) << "it shines downwards, along -Z of its node";
+  EXPECT_TRUE(scene::check_scene(scene).ok());
+  scene::add_key_light(scene);
+  EXPECT_EQ(scene.lights.size(), 1u);
+  scene::remove_key_light(scene);
+  EXPECT_TRUE(scene.lights.empty());
+  EXPECT_EQ(scene.nodes.size(), nodes);
+
+  SceneBuilder lit = box_builder();
+  lit.light_node(sun({1, 1, 1}, 2), shining_towards({0, -1, 0}));
+  scene::Scene own = lit.build();
+  scene::add_key_light(own);
+  scene::remove_key_light(own);
+  EXPECT_EQ(own.lights.size(), 1u) << "the file's own light stays";
+}
+
+TEST(ExposureEstimate, UsualScenesStayAndExtremeOnesAreScaled) {
+  EXPECT_EQ(scene::estimate_exposure(built(box_builder()), 0.3f).exposure, 1);
+  SceneBuilder daylight = box_builder();
+  daylight.light_node(sun({1, 1, 1}, 100'000), shining_towards({0, -1, 0}));
+  const scene::ExposureEstimate day = scene::estimate_exposure(built(daylight), 0);
+  EXPECT_FLOAT_EQ(day.illuminance_lux, 100'000);
+  EXPECT_NEAR(day.exposure * 0.5f * 100'000 / kPi, 0.4f, 1e-3f) << "a grey surface becomes a middle grey";
+
+  SceneBuilder lamp = box_builder();
+  scene::Light bulb;
+  bulb.intensity = 1e6f;
+  lamp.light_node(bulb, at({0, 13, 0}));
+  EXPECT_NEAR(scene::estimate_exposure(built(lamp), 0).illuminance_lux, 1e4f, 1);
+
+  scene::Material glowing = matte({0, 0, 0});
+  glowing.emissive = glm::vec3(50);
+  EXPECT_NEAR(scene::estimate_exposure(built(box_builder(glowing)), 0.3f).exposure, 0.4f / 50.15f, 1e-4f);
+  EXPECT_GT(scene::estimate_exposure(built(box_builder()), 0.01f).exposure, 10);
+  EXPECT_EQ(scene::estimate_exposure(built(box_builder()), 0).exposure, 1) << "no light at all";
+  EXPECT_EQ(scene::estimate_exposure(scene::Scene(), 0).exposure, 1);
+}
+
+TEST(Environment, MeanRadiance) {
+  const auto constant = scene::make_environment(64, 32, [](const glm::vec3&) { return glm::vec3(0.5f); });
+  EXPECT_NEAR(scene::mean_radiance(constant), 0.5f, 1e-3f);
+  // The upper hemisphere is half of the sphere, although not half of the weighted rows' texels near the
+  // poles.
+  const auto sky = scene::make_environment(64, 32, [](const glm::vec3& d) { return glm::vec3(d.y > 0); });
+  EXPECT_NEAR(scene::mean_radiance(sky), 0.5f, 1e-3f);
+  EXPECT_NEAR(scene::mean_radiance(scene::studio_environment()), scene::kStudioMeanRadiance, 0.002f);
+}
+
+TEST(DefaultLook, GroundLiesBelowTheSceneWithTheGradientOnly) {
+  const scene::Scene scene = built(box_builder());
+  app::Options options;
+  app::CameraStart start = app::camera_start(options, scene, "", {});
+  ASSERT_TRUE(start.ground);
+  EXPECT_NEAR(start.ground->height_m, 1, 1e-4f);
+  options.background.zenith.reset();
+  EXPECT_FALSE(app::camera_start(options, scene, "", {}).ground) << "a plain colour stays plain";
+  options.ground = app::GroundMode::height;
+  options.ground_height_m = -2;
+  EXPECT_EQ(app::camera_start(options, scene, "", {}).ground->height_m, -2);
+  options = {};
+  options.ground = app::GroundMode::off;
+  EXPECT_FALSE(app::camera_start(options, scene, "", {}).ground);
+  EXPECT_FALSE(app::camera_start({}, scene::Scene(), "", {}).ground) << "a scene without extent";
+}
+
+TEST(DefaultLook, ReasonsForAnEmptyImage) {
+  SceneBuilder builder = box_builder();
+  builder.camera_node("away", {0, 3, 10}, {0, 3, 20});
+  builder.camera_node("aside", {0, 3, 10}, {10, 3, 4});
+  builder.camera_node("far", {0, 3, 1e5f}, {0, 3, 0});
+  builder.camera_node("good", {0, 3, 10}, {0, 3, 0});
+  const scene::Scene scene = built(builder);
+  const state::PoseState poses(scene);
+  const auto reason = [&](const std::string& camera) {
+    const app::CameraRig rig = *app::CameraRig::create(scene, {camera, false, {}, {}});
+    return app::reason_for_empty_image(scene, nullptr, poses, rig.view(poses, 1.5f), 480).value_or("");
+  };
+  EXPECT_NE(reason("away").find("behind camera \"away\""), std::string::npos) << reason("away");
+  EXPECT_NE(reason("aside").find("outside of the view of camera \"aside\""), std::string::npos);
+  EXPECT_NE(reason("far").find("smaller than a pixel"), std::string::npos) << reason("far");
+  EXPECT_EQ(reason("good"), "");
+  EXPECT_EQ(reason("auto"), "");
+  const scene::Scene nothing = built(SceneBuilder());
+  const state::PoseState none(nothing);
+  EXPECT_EQ(app::reason_for_empty_image(nothing, nullptr, none, passes::View(), 480),
+            "the scene has no meshes");
+}
+
+TEST(DefaultLook, CamerasByNameAutoAndFramed) {
+  SceneBuilder builder = box_builder();
+  builder.camera_node("near", {0, 3, 3}, {0, 3, 0});
+  const scene::Scene scene = built(builder);
+  const state::PoseState poses(scene);
+  const auto view = [&](const std::string& name, bool frame_all) {
+    return app::CameraRig::create(scene, {name, frame_all, {}, {}})->view(poses, 1);
+  };
+  EXPECT_EQ(view("", false).eye_world, glm::vec3(0, 3, 3));
+  EXPECT_EQ(view("near", false).eye_world, glm::vec3(0, 3, 3));
+  EXPECT_GT(view("auto", false).eye_world.x, 1);
+  const passes::View framed = view("near", true);
+  EXPECT_NEAR(framed.look_world.z, -1, 1e-5f) << "the direction stays";
+  EXPECT_GT(framed.eye_world.z, 3) << "and the whole box is in view";
+  const Result<app::CameraRig> unknown = app::CameraRig::create(scene, {"nobody", false, {}, {}});
+  ASSERT_FALSE(unknown.ok());
+  EXPECT_NE(unknown.error().message.find("it has: near; or use --camera auto"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace fire3dv::test

@@ -1,0 +1,110 @@
+// Test of camera placement: all points are inside the margins, and no nearer camera shows them.
+#include "renderer/passes/framing.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "renderer/passes/view.h"
+
+namespace fire3dv::test {
+namespace {
+
+struct Extent {
+  glm::dvec2 low{1e9}, high{-1e9};
+  double nearest_m = 1e9;
+};
+
+Extent extent_of(const scene::Camera& camera, float aspect, const glm::mat4& pose,
+                 const std::vector<glm::vec3>& points) {
+  Extent extent;
+  const double focal = 1 / std::tan(0.5 * camera.vertical_fov_rad);
+  for (const glm::vec3& point : points) {
+    const glm::dvec3 p =
+        glm::transpose(glm::dmat3(pose)) * (glm::dvec3(point) - glm::dvec3(glm::vec3(pose[3])));
+    EXPECT_LT(p.z, 0);
+    extent.nearest_m = std::min(extent.nearest_m, -p.z);
+    const glm::dvec2 ndc(focal / aspect * p.x / -p.z, focal * p.y / -p.z);
+    extent.low = glm::min(extent.low, ndc);
+    extent.high = glm::max(extent.high, ndc);
+  }
+  return extent;
+}
+
+TEST(Framing, PointsTouchTheMarginsOnOppositeSides) {
+  constexpr double kEdge = 1 - 2 * static_cast<double>(passes::kFramingMargin);
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> unit(-1, 1);
+  for (int i = 0; i < 500; ++i) {
+    const glm::vec3 center =
+        (i % 3 == 0 ? 1000.0f : 1.0f) * glm::vec3(unit(random), unit(random), unit(random));
+    const glm::vec3 size(0.1f + std::abs(unit(random)), 0.1f + std::abs(unit(random)),
+                         std::abs(unit(random)));
+    std::vector<glm::vec3> points(1 + static_cast<size_t>(i) % 40);
+    for (glm::vec3& point : points)
+      point = center + size * glm::vec3(unit(random), unit(random), unit(random));
+    const glm::vec3 direction = glm::normalize(glm::vec3(unit(random), 0.5f * unit(random), 1.1f));
+    scene::Camera camera;
+    camera.vertical_fov_rad = 0.3f + std::abs(unit(random));
+    const float aspect = 0.4f + 2 * std::abs(unit(random));
+    const glm::mat4 pose =
+        passes::fit_into_view(camera, aspect, passes::look_at_pose(direction, glm::vec3(0)), points);
+    const Extent extent = extent_of(camera, aspect, pose, points);
+    const double rounding = i % 3 == 0 ? 1e-2 : 1e-4;
+    for (int axis = 0; axis < 2; ++axis) {
+      EXPECT_LE(extent.high[axis], kEdge + rounding) << i;
+      EXPECT_GE(extent.low[axis], -kEdge - rounding) << i;
+    }
+    if (extent.nearest_m < 1.1 * static_cast<double>(camera.near_m)) continue;  // the near plane decides
+    const bool touches_x = extent.high.x > kEdge - rounding && extent.low.x < -kEdge + rounding;
+    const bool touches_y = extent.high.y > kEdge - rounding && extent.low.y < -kEdge + rounding;
+    EXPECT_TRUE(touches_x || touches_y)
+        << i << ": " << extent.low.x << " " << extent.high.x << " " << extent.low.y << " " << extent.high.y;
+  }
+}
+
+TEST(Framing, WithoutPointsTheCameraStaysAtTheOrigin) {
+  const glm::mat4 pose = passes::fit_into_view(scene::Camera(), 1, passes::default_orientation(), {});
+  EXPECT_EQ(glm::vec3(pose[3]), glm::vec3(0));
+}
+
+TEST(Framing, ScaleAndPositionOfTheOrientationDoNotCount) {
+  const std::vector<glm::vec3> points{{-1, 0, 0}, {1, 0.5f, 0}, {0, 0, 1}};
+  glm::mat4 scaled = passes::default_orientation() * 3.0f;
+  scaled[3] = glm::vec4(5, 6, 7, 1);
+  const glm::mat4 a = passes::fit_into_view(scene::Camera(), 1.5f, passes::default_orientation(), points);
+  const glm::mat4 b = passes::fit_into_view(scene::Camera(), 1.5f, scaled, points);
+  for (int column = 0; column < 4; ++column) EXPECT_LT(glm::length(a[column] - b[column]), 1e-5f);
+}
+
+// A triangle mesh on a moved node, a skinned mesh with one joint, and one with a NaN.
+TEST(Framing, PointsOfAScene) {
+  scene::Scene scene;
+  scene.positions = {{0, 0, 0}, {2, 0, 0}, {0, 3, 0}, {1, 1, 1}, {std::nanf(""), 0, 0}};
+  scene.primitives.resize(1);
+  scene.primitives[0].vertex_count = 5;
+  scene.primitives[0].bounds_max = {2, 3, 1};
+  scene.meshes.resize(1);
+  scene.meshes[0].primitive_count = 1;
+  scene.nodes.resize(2);
+  scene.nodes[1].mesh = 0;
+  const std::vector<glm::mat4> world{glm::mat4(1), glm::translate(glm::mat4(1), {10, 0, 0})};
+  std::vector<glm::vec3> points = passes::framing_points(scene, world);
+  ASSERT_EQ(points.size(), 4u);
+  EXPECT_EQ(points[2], glm::vec3(10, 3, 0));
+
+  scene.joints.push_back({0, glm::translate(glm::mat4(1), {0, 0, -5})});
+  scene.skins.resize(1);
+  scene.skins[0].joint_count = 1;
+  scene.joint_bounds.push_back({0, {0, 0, 0}, {2, 3, 1}});
+  scene.primitives[0].joint_bounds_count = 1;
+  scene.nodes[1].skin = 0;
+  points = passes::framing_points(scene, world);
+  ASSERT_EQ(points.size(), 8u);
+  EXPECT_EQ(points.back(), glm::vec3(2, 3, -4)) << "the joint's node and bind matrix, not the mesh's node";
+}
+
+}  // namespace
+}  // namespace fire3dv::test
