@@ -62,6 +62,7 @@ Options with_file(const Options& options, const std::filesystem::path& file) {
   other.recording = {};
   other.convert = {};
   other.convert.package_folders = options.convert.package_folders;
+  other.convert.xacro_arguments = options.convert.xacro_arguments;
   other.exit_when_done = false;
   if (is_recording(file)) {
     other.recording.replay = file.string();

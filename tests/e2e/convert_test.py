@@ -206,7 +206,9 @@ def refused(test):
 
     fire3dv = test.programs_at["fire3dv"]
     check("line 2: " in failing(fire3dv, write(test, "bad.urdf", '<robot name="r">\n<link></robot>')), "a line is named")
-    check("xacro" in failing(fire3dv, write(test, "robot.xacro", '<robot><xacro:macro name="m"/></robot>')), "xacro is named")
+    robot = write(test, "robot.xacro", '<robot name="$(arg a)">\n<xacro:m/></robot>')
+    check("line 2, <xacro:m>: " in failing(fire3dv, robot, "--xacro-arg", "a=b"), "a line of xacro is named")
+    check("--xacro-arg a=VALUE" in failing(fire3dv, robot), "a missing argument is named")
     check("gone.xml" in failing(fire3dv, test.path("gone.xml")), "a missing file is named")
     check("needs a scene that is a description" in failing(fire3dv, test.scene, "--models", "0", code=2), "no description")
     check("must be numbers" in failing(fire3dv, os.path.join(TREE, "tests/assets/adf/launch.yaml"), "--models", "x"), "-l")

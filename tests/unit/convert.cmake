@@ -7,5 +7,7 @@ if(TARGET fire3dv_convert_glb)
   fire3dv_test(description_kind_test SOURCES convert/description_kind_test.cpp
                LINK fire3dv_description_files fire3dv_test_support LABELS unit)
   fire3dv_test(read_urdf_test SOURCES convert/read_urdf_test.cpp LINK fire3dv_urdf fire3dv_test_support LABELS unit)
+  fire3dv_test(xacro_test SOURCES convert/xacro_expression_test.cpp convert/xacro_test.cpp
+               LINK fire3dv_urdf fire3dv_test_support LABELS unit)
   fire3dv_test(read_mjcf_test SOURCES convert/read_mjcf_test.cpp convert/read_mjcf_counts_test.cpp LINK fire3dv_mjcf fire3dv_test_support LABELS unit)
 endif()

@@ -126,26 +126,6 @@ bool has_key(std::string_view text, std::string_view key) {
   return false;
 }
 
-// Comments and CDATA sections may mention xacro.
-bool has_xacro_element(std::string_view text) {
-  for (size_t at = text.find('<'); at != std::string_view::npos; at = text.find('<', at)) {
-    const std::string_view rest = text.substr(at);
-    if (rest.starts_with("<xacro:")) return true;
-    at = rest.starts_with("<!--")        ? end_of(text, at + 4, "-->")
-         : rest.starts_with("<![CDATA[") ? end_of(text, at, "]]>")
-                                         : at + 1;
-  }
-  return false;
-}
-
-// ur5.urdf.xacro -> ur5.expanded.urdf: never the name of the file itself, which `>` would empty first.
-std::string expanded_name(const std::filesystem::path& file) {
-  std::filesystem::path name = file.filename();
-  for (const char* extension : {".xacro", ".urdf", ".xml"})
-    if (name.extension() == extension) name.replace_extension();
-  return name.string() + ".expanded.urdf";
-}
-
 }  // namespace
 
 Result<std::string> read_text(const std::filesystem::path& file) {
@@ -219,13 +199,7 @@ Result<DescriptionKind> kind_of(const std::filesystem::path& file, std::string_v
   const Result<std::string> root = xml_root(text);
   if (!root) return Error{name + ": " + root.error().message};
   if (*root == "mujoco" || *root == "mujocoinclude") return DescriptionKind::mjcf;
-  if (*root == "robot") {
-    if (has_xacro_element(text)) {
-      return Error{name + " is a xacro file; expand it first: xacro " + file.filename().string() + " > " +
-                   expanded_name(file)};
-    }
-    return DescriptionKind::urdf;
-  }
+  if (*root == "robot") return DescriptionKind::urdf;
   if (*root == "sdf") return Error{name + " is SDF, which is not read: export it as URDF, or as glTF"};
   if (!root->empty()) {
     return Error{name + " is XML of the kind " + quote(*root) +

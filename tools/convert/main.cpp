@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <ctime>
 #include <iostream>
+#include <map>
 #include <new>
 
 #include "protocol/base/command_line.h"
@@ -25,8 +26,8 @@ namespace fs = std::filesystem;
 constexpr int kFailed = 1, kUsageError = 2;
 
 struct Options {
-  std::string file, out, sources, launch;
-  std::vector<std::string> package_folders;
+  std::string file, out, sources, launch, expanded;
+  std::vector<std::string> package_folders, xacro_arguments;
   bool list = false;
   ReadOptions read;
 };
@@ -62,6 +63,30 @@ bool parse_indices(std::string_view text, std::vector<size_t>& indices) {
     text.remove_prefix(1);
   }
   return false;
+}
+
+// Parses NAME=VALUE, and NAME:=VALUE as the program xacro takes it.
+bool parse_arguments(const std::vector<std::string>& texts, std::map<std::string, std::string>& arguments) {
+  for (const std::string& text : texts) {
+    const size_t equals = text.find('=');
+    const size_t end =
+        equals != std::string::npos && equals > 0 && text[equals - 1] == ':' ? equals - 1 : equals;
+    if (equals == std::string::npos || end == 0) return false;
+    arguments[text.substr(0, end)] = text.substr(equals + 1);
+  }
+  return true;
+}
+
+int write_expanded(const Options& options) {
+  std::vector<std::string> warnings;
+  const Result<std::string> text = read_urdf_text(options.file, options.read, warnings);
+  for (const std::string& warning : warnings) say("warning: " + warning);
+  const Result<void> done = !text ? Result<void>(text.error())
+                            : options.expanded == "-"
+                                ? write_descriptor(STDOUT_FILENO, std::as_bytes(std::span(*text)))
+                                : write_output(options.expanded, std::as_bytes(std::span(*text)));
+  if (!done) say(fire3dv::error_line(done.error().message));
+  return done ? 0 : kFailed;
 }
 
 size_t triangles_of(const Mesh& mesh) {
@@ -105,6 +130,10 @@ int run(const Options& options) {
   const int standard_output = fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, 3);
   if (options.out == "-") dup2(STDERR_FILENO, STDOUT_FILENO);
 
+  if (!options.expanded.empty()) {
+    const int status = write_expanded(options);
+    if (status != 0 || (options.out.empty() && !options.list)) return status;
+  }
   const int64_t begun_ns = now_ns();
   std::error_code error;
   Sources::Source self{fs::read_symlink("/proc/self/exe", error), {}};
@@ -161,6 +190,13 @@ int main(int argc, char** argv) {
   app.add_option("--package-path", options.package_folders, "folder of package:// and MJCF files; repeatable")
       ->type_name("DIR")
       ->allow_extra_args(false);
+  app.add_option("--xacro-arg", options.xacro_arguments, "xacro: value of an argument; repeatable")
+      ->type_name("NAME=VALUE")
+      ->allow_extra_args(false);
+  app.add_option("--xacro", options.read.xacro_program, "xacro: program that expands the file")
+      ->type_name("PROGRAM");
+  app.add_option("--expanded", options.expanded, "xacro: write the expanded URDF; -: standard output")
+      ->type_name("OUT.urdf");
   app.add_flag("--geoms", options.read.geoms_apart, "MJCF: one node for each geom");
   app.add_flag("--list", options.list, "print the names of the nodes");
   app.add_option("--sources", options.sources, "write the list of source files and their times")
@@ -176,11 +212,14 @@ int main(int argc, char** argv) {
     std::cerr << "fire3dv-convert: error: " << text << " (see fire3dv-convert --help)\n";
     return kUsageError;
   };
-  if (options.out.empty() && !options.list) return usage_error("name the file to write: -o OUT.glb");
+  if (options.out.empty() && !options.list && options.expanded.empty())
+    return usage_error("name the file to write: -o OUT.glb");
   if (!options.sources.empty() && (options.out.empty() || options.out == "-"))
     return usage_error("--sources needs a file to be written: -o OUT.glb");
   if (launch->count() > 0 && !parse_indices(options.launch, options.read.launch_indices))
     return usage_error("-l: must be numbers with commas between them, such as 0,1");
+  if (!parse_arguments(options.xacro_arguments, options.read.xacro_arguments))
+    return usage_error("--xacro-arg: must be NAME=VALUE");
   options.read.package_folders.assign(options.package_folders.begin(), options.package_folders.end());
   try {
     return run(options);

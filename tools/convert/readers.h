@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,9 @@ struct ReadOptions {
   // Folders for package:// URIs of URDF: they contain packages or are packages. MJCF files may lie
   // below them, too.
   std::vector<std::filesystem::path> package_folders;
+  // Values of xacro:arg by name, also for $(env) and $(optenv).
+  std::map<std::string, std::string> xacro_arguments;
+  std::string xacro_program;  // expands xacro instead of the built-in expander; empty: none runs
   // Limits over all meshes and over all ADF files. What exceeds them is skipped with a warning.
   size_t most_triangles = 20'000'000;
   uint64_t most_adf_bytes = uint64_t{64} << 20;
@@ -43,7 +47,11 @@ struct ReadOptions {
 // Children: a rotated child node holds the glTF camera or light: NAME#view (stereo: also NAME#left and
 // NAME#right), NAME#light. The cameras are named NAME, NAME#left and NAME#right.
 Result<Model> read_adf(const std::filesystem::path& file, const ReadOptions& options);
+// Reads URDF, and xacro, which it expands first.
 Result<Model> read_urdf(const std::filesystem::path& file, const ReadOptions& options);
+// Returns the text of a URDF, expanded if it is xacro. warnings receives those of the expansion.
+Result<std::string> read_urdf_text(const std::filesystem::path& file, const ReadOptions& options,
+                                   std::vector<std::string>& warnings);
 // Reads MJCF through libmujoco's compiled model. Fails with a message in builds without libmujoco.
 Result<Model> read_mjcf(const std::filesystem::path& file, const ReadOptions& options);
 

@@ -231,6 +231,7 @@ std::vector<std::string> arguments_of(const ConvertOptions& options) {
   if (!options.name_space.empty()) words.push_back("--ns=" + options.name_space);
   for (const fs::path& folder : options.package_folders)
     words.insert(words.end(), {"--package-path", fs::absolute(folder).string()});
+  for (const std::string& argument : options.xacro_arguments) words.push_back("--xacro-arg=" + argument);
   return words;
 }
 

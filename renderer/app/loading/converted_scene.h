@@ -15,6 +15,7 @@ struct ConvertOptions {
   std::string models;      // AMBF's -l, or "all"; empty: AMBF's default
   std::string name_space;  // AMBF's --ns
   std::vector<std::filesystem::path> package_folders;
+  std::vector<std::string> xacro_arguments;  // NAME=VALUE
 };
 
 // By file extension: .yaml, .yml, .urdf, .xml or .xacro.

@@ -75,8 +75,8 @@ struct Texts {
 
 // Options whose presence matters beside their value.
 struct Given {
-  const CLI::Option *models, *name_space, *package_path, *delay, *camera, *windows, *screenshots, *outputs,
-      *animate, *wait_for_stream;
+  const CLI::Option *models, *name_space, *package_path, *xacro_argument, *delay, *camera, *windows,
+      *screenshots, *outputs, *animate, *wait_for_stream;
 };
 
 void add_input_options(CLI::App& app, Options& options, Given& given) {
@@ -94,6 +94,11 @@ void add_input_options(CLI::App& app, Options& options, Given& given) {
                            ->check(CLI::ExistingDirectory.description(""))
                            ->type_name("DIR")
                            ->group(kGroup);
+  given.xacro_argument = app.add_option("--xacro-arg", options.convert.xacro_arguments,
+                                        "xacro: value of an argument; repeatable")
+                             ->allow_extra_args(false)
+                             ->type_name("NAME=VALUE")
+                             ->group(kGroup);
   app.add_option("--assets", options.assets, "folder of glTF files that streams may add by name")
       ->check(CLI::ExistingDirectory.description(""))
       ->type_name("DIR")
@@ -385,7 +390,8 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
     if (Result<void> set = set_limit(text, options.peer_limits); !set)
       return usage_error("--peer-limit: " + set.error().message);
   }
-  for (const CLI::Option* option : {given.models, given.name_space, given.package_path}) {
+  for (const CLI::Option* option :
+       {given.models, given.name_space, given.package_path, given.xacro_argument}) {
     if (option->count() > 0 && !is_description(options.scene))
       return usage_error(option->get_name() + " needs a scene that is a description: .yaml, .urdf or .xml");
   }

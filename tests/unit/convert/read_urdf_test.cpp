@@ -212,8 +212,8 @@ TEST_F(Urdf, PackagesAreFoundByTheirManifestsAndByRosVariables) {
 TEST_F(Urdf, FilesOfUnknownPackagesAreGuessedByTheEndOfTheirPathAndThatIsSaid) {
   write("arm_description/meshes/t.obj", kTetrahedron);
   const auto first_warning = [&](const std::string& uri) {
-    const Model model = read(link("a", visual("<mesh filename=\"" + uri + "\"/>") +
-                                           visual("<mesh filename=\"" + uri + "\"/>")));
+    const Model model = read(
+        link("a", visual("<mesh filename=\"" + uri + "\"/>") + visual("<mesh filename=\"" + uri + "\"/>")));
     EXPECT_EQ(model.meshes.size(), 1u) << uri;
     EXPECT_EQ(model.warnings.size(), 1u) << uri;
     return model.warnings.empty() ? "" : model.warnings[0];
@@ -225,7 +225,8 @@ TEST_F(Urdf, FilesOfUnknownPackagesAreGuessedByTheEndOfTheirPathAndThatIsSaid) {
   EXPECT_NE(absolute.find("with the same end, is used instead"), std::string::npos) << absolute;
   // A name alone is no evidence, and a path may not leave the folders.
   for (const char* uri : {"file:///home/t.obj", "package://lost/../arm_description/meshes/t.obj"})
-    EXPECT_TRUE(read(link("a", visual("<mesh filename=\"" + std::string(uri) + "\"/>"))).meshes.empty()) << uri;
+    EXPECT_TRUE(read(link("a", visual("<mesh filename=\"" + std::string(uri) + "\"/>"))).meshes.empty())
+        << uri;
 }
 
 TEST_F(Urdf, NothingToDrawIsSaidWithItsReason) {

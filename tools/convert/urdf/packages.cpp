@@ -15,8 +15,8 @@ namespace {
 
 namespace fs = std::filesystem;
 constexpr int kMaxDepth = 5;
-constexpr size_t kMaxFolders = 20'000;          // visited by all searches together
-constexpr size_t kMaxRecordedFolders = 2'000;   // as sources, whose change starts a new conversion
+constexpr size_t kMaxFolders = 20'000;         // visited by all searches together
+constexpr size_t kMaxRecordedFolders = 2'000;  // as sources, whose change starts a new conversion
 constexpr uint64_t kMaxManifestBytes = 1 << 20;
 
 bool is_folder(const fs::path& path) {

@@ -22,6 +22,8 @@
 #include "tools/convert/model.h"
 #include "tools/convert/readers.h"
 #include "tools/convert/urdf/urdf_files.h"
+#include "tools/convert/xacro/xacro.h"
+#include "tools/convert/xacro/xacro_program.h"
 #include "tools/convert/xml_error.h"
 
 namespace fire3dv::convert {
@@ -108,9 +110,9 @@ Result<urdf::ModelInterfaceSharedPtr> parse(const fs::path& file, const std::str
 
 class Reader {
  public:
-  Reader(const fs::path& file, const ReadOptions& options, Model& model)
+  Reader(const fs::path& file, const ReadOptions& options, UrdfFiles& files, Model& model)
       : file_(file),
-        files_(file, options.package_folders, model.sources),
+        files_(files),
         mesh_files_(model),
         meshes_(model, options.most_triangles),
         model_(model) {}
@@ -290,7 +292,7 @@ class Reader {
   }
 
   const fs::path file_;
-  UrdfFiles files_;
+  UrdfFiles& files_;
   MeshFiles mesh_files_;
   MeshStore meshes_;
   Model& model_;
@@ -310,17 +312,46 @@ void take_apart(urdf::ModelInterface& robot) {
   }
 }
 
+// Returns the text, expanded if it is xacro.
+Result<std::string> expanded_text(const fs::path& file, const ReadOptions& options, UrdfFiles& files,
+                                  Sources& sources, std::vector<std::string>& warnings) {
+  Result<std::string> text = read_text(file);
+  if (!text) return text;
+  if (!has_xacro_element(*text) && file.extension() != ".xacro") return text;
+  if (options.xacro_program.empty()) {
+    Result<ExpandedXacro> expanded = expand_xacro(file, *text, options.xacro_arguments, files, sources);
+    if (!expanded) return expanded.error();
+    for (const std::string& warning : expanded->warnings) warnings.push_back(file.string() + ": " + warning);
+    text = std::move(expanded->text);
+  } else {
+    text = run_xacro_program(options.xacro_program, file, options.xacro_arguments);
+    if (!text) return text;
+  }
+  // The guard of the XML readers holds for the result, too.
+  if (const Result<std::string> root = xml_root(*text); !root)
+    return Error{quote(file.string()) + ", expanded, " + root.error().message};
+  return text;
+}
+
 }  // namespace
+
+Result<std::string> read_urdf_text(const std::filesystem::path& file, const ReadOptions& options,
+                                   std::vector<std::string>& warnings) {
+  Sources sources;
+  UrdfFiles files(file, options.package_folders, sources);
+  return expanded_text(file, options, files, sources, warnings);
+}
 
 Result<Model> read_urdf(const std::filesystem::path& file, const ReadOptions& options) {
   Model model;
   model.sources.add(file);
-  const Result<std::string> text = read_text(file);
+  UrdfFiles files(file, options.package_folders, model.sources);
+  const Result<std::string> text = expanded_text(file, options, files, model.sources, model.warnings);
   if (!text) return text.error();
   Result<urdf::ModelInterfaceSharedPtr> robot = parse(file, *text);
   if (!robot) return robot.error();
   model.name = (*robot)->getName().empty() ? file.stem().string() : (*robot)->getName();
-  Reader(file, options, model).read(**robot);
+  Reader(file, options, files, model).read(**robot);
   take_apart(**robot);
   return model;
 }

@@ -125,8 +125,8 @@ Result<fs::path> UrdfFiles::find_in_package(const std::string& package_name, con
   const fs::path end(rest);
   const fs::path found = find_by_end(end, static_cast<size_t>(std::distance(end.begin(), end.end())));
   if (found.empty()) return folder.error();
-  note(package_name, folder.error().message + "; " + quote(found.string()) +
-                         " is used for " + uri + " instead, and so are such files for its others");
+  note(package_name, folder.error().message + "; " + quote(found.string()) + " is used for " + uri +
+                         " instead, and so are such files for its others");
   return found;
 }
 
