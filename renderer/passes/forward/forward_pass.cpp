@@ -252,7 +252,11 @@ void ForwardPass::record(gpu::Recorder& recorder, gpu::StagingRing& staging, con
     // Behind solid surfaces and before the blended draws.
     const bool is_plain =
         !frame.background.show_environment && !frame.background.zenith && !frame.view.ground;
-    if (!is_plain && !frame.visibility) draw_fullscreen(commands, background_);
+    if (!is_plain && !frame.visibility) {
+      const gpu_types::ForwardPush push{frame.globals};  // no draw before may have set it
+      vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
+      draw_fullscreen(commands, background_);
+    }
     draw_bins(commands, frame, Stage::color, true, of_bins);
     vkCmdEndRendering(commands);
   });
