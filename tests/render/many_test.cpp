@@ -87,6 +87,7 @@ TEST_F(Many, TenThousandMovingNodes) {
   constexpr VkExtent2D kExtent{kSide * 2, kSide * 2};
   passes::DrawSettings settings;
   settings.post.fxaa = false;  // FXAA would soften a checkerboard of 2 x 2 pixel tiles
+  settings.background.color = glm::vec3(0);
   RenderBench bench(scene, kExtent, settings);
   const sinks::FrameImage image = bench.draw(state, first_camera_view(scene, state, kExtent));
   uint32_t right = 0;
@@ -94,7 +95,7 @@ TEST_F(Many, TenThousandMovingNodes) {
     const bool visible = (i % kSide + i / kSide) % 2 == 0;
     // The centre of a tile of 2 x 2 pixels is the corner of four pixels; each of them is in the tile.
     const int seen = pixel(image, (i % kSide) * 2, (i / kSide) * 2).r;
-    right += visible == (seen > 170);
+    right += visible == (seen > 200);  // most of the pixel's samples show a tile
   }
   EXPECT_EQ(right, kSide * kSide);
 }
