@@ -3,14 +3,14 @@ if(TARGET fire3dv_scene)
   fire3dv_test(scene_load_test SOURCES scene/scene_load_test.cpp scene/scene_material_test.cpp scene/scene_material_extensions_test.cpp
                geometry/scene_geometry_test.cpp
                LINK fire3dv_scene fire3dv_test_support LABELS unit)
-  fire3dv_test(scene_images_test SOURCES scene/scene_images_test.cpp LINK fire3dv_scene fire3dv_test_support LABELS unit)
+  fire3dv_test(scene_images_test SOURCES textures/scene_images_test.cpp LINK fire3dv_scene fire3dv_test_support LABELS unit)
   find_package(PkgConfig REQUIRED)
   pkg_check_modules(webp_to_write REQUIRED IMPORTED_TARGET libwebp)
   pkg_check_modules(zstd_to_write REQUIRED IMPORTED_TARGET libzstd)
-  fire3dv_test(scene_ktx2_test SOURCES scene/scene_ktx2_test.cpp scene/basis_lz_test.cpp
-               scene/basis_lz_huffman_test.cpp scene/uastc_test.cpp
+  fire3dv_test(scene_ktx2_test SOURCES textures/scene_ktx2_test.cpp textures/basis_lz_test.cpp
+               textures/basis_lz_huffman_test.cpp textures/uastc_test.cpp
                LINK fire3dv_scene fire3dv_test_support PkgConfig::zstd_to_write LABELS unit)
-  fire3dv_test(scene_webp_test SOURCES scene/scene_webp_test.cpp LINK fire3dv_scene fire3dv_test_support PkgConfig::webp_to_write LABELS unit)
+  fire3dv_test(scene_webp_test SOURCES textures/scene_webp_test.cpp LINK fire3dv_scene fire3dv_test_support PkgConfig::webp_to_write LABELS unit)
   fire3dv_test(mip_levels_test SOURCES geometry/mip_levels_test.cpp LINK fire3dv_scene LABELS unit)
   fire3dv_test(scene_instancing_test SOURCES scene/scene_instancing_test.cpp
                LINK fire3dv_scene fire3dv_state fire3dv_test_support LABELS unit)

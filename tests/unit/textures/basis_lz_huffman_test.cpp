@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "renderer/scene/textures/ktx2/huffman.h"
-#include "tests/unit/scene/ktx2_builder.h"
+#include "tests/unit/textures/ktx2_builder.h"
 
 namespace fire3dv::scene::ktx2 {
 namespace {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "tests/support/gltf_builder.h"
-#include "tests/unit/scene/ktx2_builder.h"
+#include "tests/unit/textures/ktx2_builder.h"
 #include "tests/unit/scene/loaded_scene.h"
 
 namespace fire3dv::scene {

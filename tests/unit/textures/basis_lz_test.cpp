@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "renderer/scene/files.h"
-#include "tests/unit/scene/ktx2_builder.h"
-#include "tests/unit/scene/ktx2_reference_files.h"
+#include "tests/unit/textures/ktx2_builder.h"
+#include "tests/unit/textures/ktx2_reference_files.h"
 
 namespace fire3dv::scene::ktx2 {
 namespace {

@@ -12,7 +12,7 @@
 
 #include "renderer/scene/textures/ktx2/uastc.h"
 #include "renderer/scene/textures/ktx2/uastc_partitions.h"
-#include "tests/unit/scene/ktx2_builder.h"
+#include "tests/unit/textures/ktx2_builder.h"
 
 namespace fire3dv::scene::ktx2 {
 namespace {
