@@ -208,7 +208,7 @@ void add_window_options(CLI::App& app, Options& options, Texts& texts, Given& gi
 void add_drawing_options(CLI::App& app, Options& options, Texts& texts) {
   constexpr const char* kGroup = "Drawing";
   app.add_option("--environment", options.environment,
-                 "environment map, equirectangular .hdr (default: studio)")
+                 "environment map, equirectangular .hdr or .exr (default: studio)")
       ->type_name("FILE")
       ->group(kGroup);
   app.add_option("--environment-rotation", options.environment_rotation_deg, "degrees, counter-clockwise")

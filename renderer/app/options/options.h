@@ -66,7 +66,7 @@ struct Options {
   bool list_devices = false;
   bool validation = false;
 
-  std::filesystem::path environment;  // Radiance HDR image; empty: studio environment
+  std::filesystem::path environment;  // Radiance HDR or OpenEXR image; empty: studio environment
   float environment_rotation_deg = 0;
   float environment_intensity = 1;
   passes::Background background = passes::Background::gradient();

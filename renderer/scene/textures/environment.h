@@ -1,6 +1,6 @@
 // Environment map: incoming radiance by direction as an equirectangular image. The image centre is -Z (the
 // view direction of a camera at rest), +X is to its right, +Y is at the top. A default image, and
-// the reader of Radiance HDR (.hdr) files.
+// the readers of Radiance HDR (.hdr) and OpenEXR (.exr) files.
 #pragma once
 
 #include <cstddef>
@@ -46,10 +46,21 @@ float mean_radiance(const EnvironmentImage& image);
 
 constexpr uint32_t kMaxEnvironmentWidth = 8192, kMaxEnvironmentHeight = 4096;
 
-// Reads a Radiance HDR file.
+// Reads a Radiance HDR or an OpenEXR file; its first bytes tell which.
 Result<EnvironmentImage> load_environment(const std::filesystem::path& path);
+
+// True if the bytes begin as such a file.
+bool is_radiance_file(std::span<const std::byte> bytes);
+bool is_openexr_file(std::span<const std::byte> bytes);
 
 // name: file name for errors.
 Result<EnvironmentImage> decode_radiance_file(std::span<const std::byte> bytes, const std::string& name);
+// Channels R, G and B, of a layer if there are no others, or Y alone. The image is the display window; where
+// the data window leaves it open, it is black.
+Result<EnvironmentImage> decode_openexr_file(std::span<const std::byte> bytes, const std::string& name);
+
+// Scale of an image whose values are below `bound`, for values above the packed format (the sun).
+float environment_scale(float bound);
+Result<void> check_environment_size(uint64_t width, uint64_t height, const std::string& name);
 
 }  // namespace fire3dv::scene

@@ -122,7 +122,7 @@ def environments(test):
 
     refused(["no_such.hdr", "No such file"], test.path("no_such.hdr"))
     refused([os.path.basename(test.folder)], test.folder)
-    refused([os.path.basename(test.scene), "not a Radiance image", ".hdr"], test.scene)
+    refused([os.path.basename(test.scene), "neither a Radiance nor an OpenEXR image", ".exr"], test.scene)
     cut = test.path("cut.hdr")
     with open(cut, "wb") as file:
         file.write(b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 2\n" + bytes([1, 2, 3, 128] * 3))

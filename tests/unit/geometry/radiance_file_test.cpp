@@ -133,6 +133,11 @@ TEST(RadianceFile, FilesThatAreNotThereAreNamed) {
   EXPECT_NE(missing.error().message.find("none.hdr"), std::string::npos);
   EXPECT_FALSE(load_environment(folder.path()).ok());  // a folder
   EXPECT_TRUE(load_environment(folder.write("one.hdr", sized(1, 1) + bytes({1, 2, 3, 128}))).ok());
+  const Result<EnvironmentImage> neither = load_environment(folder.write("one.png", test::png(1, 1, 0)));
+  ASSERT_FALSE(neither.ok());
+  EXPECT_NE(neither.error().message.find("one.png is neither a Radiance nor an OpenEXR image"),
+            std::string::npos)
+      << neither.error().message;
 }
 
 TEST(EnvironmentImage, PackingRoundsToNineBitsAndCleansNumbers) {
