@@ -106,8 +106,8 @@ Result<void> check_and_reduce(nlohmann::json& document, std::vector<std::string>
 Result<void> decompress_buffer_views(nlohmann::json& root, const LoadLimits& limits, GltfDocument& document);
 
 // KHR_draco_mesh_compression: decodes compressed primitives and redirects them to new accessors of the
-// decoded arrays. A primitive that cannot be decoded keeps its uncompressed accessors, with a warning; without
-// such it is an error. Later stages see plain primitives. Requires the document's buffers.
+// decoded arrays. A primitive that cannot be decoded keeps its uncompressed accessors, with a warning;
+// without such it is an error. Later stages see plain primitives. Requires the document's buffers.
 Result<void> decompress_draco_primitives(nlohmann::json& root, const LoadLimits& limits,
                                          GltfDocument& document);
 

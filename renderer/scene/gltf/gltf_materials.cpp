@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <limits>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -171,6 +172,7 @@ Result<TextureRef> Textures::refer(int texture, int uv_set, const tinygltf::Exte
   return ref;
 }
 
+constexpr const char* kSpecularGlossiness = "KHR_materials_pbrSpecularGlossiness";
 constexpr double kNoUpperLimit = std::numeric_limits<float>::max();
 
 // Reader of one material extension object. It stores the first error, so that callers need no checks in
@@ -188,16 +190,19 @@ class Layer {
   Result<void> result() const { return fault_.message.empty() ? Result<void>() : Result<void>(fault_); }
 
   void factor(const char* member, float& value, double low = 0, double high = 1) {
+    if (object_->Has(member) && !object_->Get(member).IsNumber())
+      return fail(Error{name(member) + " is not a number"});
     if (object_->Has(member))
       value = in_range_or_warn(number_or(*object_, member, value), low, high, name(member), warnings_);
   }
 
-  void color(const char* member, glm::vec3& value, double high) {
+  template <int kChannels>
+  void color(const char* member, glm::vec<kChannels, float>& value, double high) {
     if (!object_->Has(member)) return;
     const tinygltf::Value& numbers = object_->Get(member);
-    if (!numbers.IsArray() || numbers.ArrayLen() != 3)
-      return fail(Error{name(member) + " does not hold three numbers"});
-    for (int i = 0; i < 3; ++i)
+    if (!numbers.IsArray() || numbers.ArrayLen() != kChannels)
+      return fail(Error{name(member) + " does not hold " + (kChannels == 3 ? "three" : "four") + " numbers"});
+    for (int i = 0; i < kChannels; ++i)
       value[i] = in_range_or_warn(numbers.Get(i).GetNumberAsDouble(), 0, high, name(member), warnings_);
   }
 
@@ -315,6 +320,22 @@ Result<Material> plain_material(const tinygltf::Material& source, const std::str
   return material;
 }
 
+// Returns nullopt if the material has no such extension.
+Result<std::optional<SpecularGlossinessMaterial>> specular_glossiness_of(
+    const tinygltf::Material& source, const std::string& where, Textures& textures,
+    std::vector<std::string>& warnings) {
+  Layer layer(source, kSpecularGlossiness, where, textures, warnings);
+  if (!layer.there()) return std::optional<SpecularGlossinessMaterial>();
+  SpecularGlossinessMaterial found;
+  layer.color("diffuseFactor", found.factors.diffuse, 1);
+  layer.color("specularFactor", found.factors.specular, 1);
+  layer.factor("glossinessFactor", found.factors.glossiness);
+  layer.texture("diffuseTexture", true, found.diffuse);
+  layer.texture("specularGlossinessTexture", true, found.specular_glossiness);
+  if (auto done = layer.result(); !done) return done.error();
+  return std::optional(found);
+}
+
 Result<Material> material_of(const tinygltf::Material& source, const std::string& where, Textures& textures,
                              std::vector<std::string>& warnings) {
   auto material = plain_material(source, where, warnings);
@@ -326,7 +347,10 @@ Result<Material> material_of(const tinygltf::Material& source, const std::string
     to = *ref;
     return {};
   };
-  const auto& pbr = source.pbrMetallicRoughness;
+  auto pbr = source.pbrMetallicRoughness;
+  // They are its fallback.
+  if (source.extensions.contains(kSpecularGlossiness))
+    pbr.baseColorTexture.index = pbr.metallicRoughnessTexture.index = -1;
   auto done = take(material->base_color_texture, pbr.baseColorTexture, true, "baseColorTexture");
   if (done)
     done = take(material->metallic_roughness_texture, pbr.metallicRoughnessTexture, false,
@@ -344,31 +368,42 @@ Result<Material> material_of(const tinygltf::Material& source, const std::string
 namespace {
 
 // Extensions that the materials use and that are not drawn exactly: one warning for the file.
-void report_approximations(Scene& scene) {
+void report_approximations(const MaterialSources& sources, Scene& scene) {
   const auto is_rough_glass = [](const Material& material) {
-    return drawn_alpha_mode(material) == AlphaMode::blend && material.transmission > 0 &&
-           material.roughness > 0;
+    return material.transmission > 0 && !material.unlit && material.roughness > 0;
   };
-  if (std::any_of(scene.materials.begin(), scene.materials.end(), is_rough_glass)) {
-    scene.warnings.push_back(
-        "extensions that are approximated: \"KHR_materials_transmission\" (what lies behind rough surfaces "
-        "is not blurred)");
-  }
+  std::string list;
+  const auto add = [&](const std::string& extension, const char* how) {
+    list += (list.empty() ? " " : ", ") + quote(extension) + " (" + how + ")";
+  };
+  if (std::any_of(scene.materials.begin(), scene.materials.end(), is_rough_glass))
+    add("KHR_materials_transmission", "what lies behind rough surfaces is not blurred");
+  if (!sources.specular_glossiness.empty()) add(kSpecularGlossiness, "converted to metallic-roughness");
+  if (!list.empty()) scene.warnings.push_back("extensions that are approximated:" + list);
 }
 
 }  // namespace
 
-Result<std::vector<uint32_t>> add_materials(const GltfDocument& document, Scene& scene) {
+Result<MaterialSources> add_materials(const GltfDocument& document, Scene& scene) {
   scene.materials.emplace_back().name = "default";
+  MaterialSources sources;
   Textures textures(document, scene);
   for (size_t i = 0; i < document.model.materials.size(); ++i) {
-    auto material =
-        material_of(document.model.materials[i], element("materials", i), textures, scene.warnings);
+    const tinygltf::Material& source = document.model.materials[i];
+    const std::string where = element("materials", i);
+    auto material = material_of(source, where, textures, scene.warnings);
     if (!material) return material.error();
+    auto specular_glossiness = specular_glossiness_of(source, where, textures, scene.warnings);
+    if (!specular_glossiness) return specular_glossiness.error();
+    if (*specular_glossiness) {
+      (*specular_glossiness)->material = static_cast<uint32_t>(scene.materials.size());
+      sources.specular_glossiness.push_back(**specular_glossiness);
+    }
     scene.materials.push_back(std::move(*material));
   }
-  report_approximations(scene);
-  return textures.take_used_images();
+  sources.used_images = textures.take_used_images();
+  report_approximations(sources, scene);
+  return sources;
 }
 
 }  // namespace fire3dv::scene

@@ -15,6 +15,7 @@
 #include "protocol/base/error.h"
 #include "renderer/scene/gltf/gltf_document.h"
 #include "renderer/scene/gltf/meshes/gltf_accessors.h"
+#include "renderer/scene/gltf/specular_glossiness.h"
 #include "renderer/scene/model/scene.h"
 
 namespace fire3dv::scene {
@@ -22,9 +23,14 @@ namespace fire3dv::scene {
 // Validates all indices of the file, including those of unused objects.
 Result<void> check_references(const GltfDocument& document);
 
-// Appends materials (after glTF's default material) and textures. Returns the used images of the file, which
-// Texture::image indexes; unused images are not decoded.
-Result<std::vector<uint32_t>> add_materials(const GltfDocument& document, Scene& scene);
+// used_images: images of the file, which Texture::image indexes; unused images are not decoded.
+struct MaterialSources {
+  std::vector<uint32_t> used_images;
+  std::vector<SpecularGlossinessMaterial> specular_glossiness;  // to be converted when images are decoded
+};
+
+// Appends materials (after glTF's default material) and textures.
+Result<MaterialSources> add_materials(const GltfDocument& document, Scene& scene);
 
 // Extensions of textures that name an image in another format, the preferred one first.
 inline constexpr std::array<const char*, 2> kImageExtensions{"KHR_texture_basisu", "EXT_texture_webp"};

@@ -63,7 +63,11 @@ const std::unordered_map<std::string_view, unsigned>& shapes() {
       {"range", kNumber},
       {"emissiveStrength", kNumber},
       {"ior", kNumber},
-      {"specularFactor", kNumber},
+      {"specularFactor", kNumber | kNumbers},  // a colour in specular-glossiness
+      {"diffuseFactor", kNumbers},
+      {"glossinessFactor", kNumber},
+      {"diffuseTexture", kObject},
+      {"specularGlossinessTexture", kObject},
       {"specularColorFactor", kNumbers},
       {"clearcoatFactor", kNumber},
       {"clearcoatRoughnessFactor", kNumber},
@@ -318,13 +322,13 @@ Result<void> check_index_accessors(const json& document) {
 }  // namespace
 
 bool extension_supported(const std::string& name) {
-  static constexpr std::array<std::string_view, 17> supported{
-      "KHR_lights_punctual",   "KHR_materials_unlit",        "KHR_materials_emissive_strength",
-      "KHR_materials_ior",     "KHR_materials_specular",     "KHR_materials_clearcoat",
-      "KHR_materials_sheen",   "KHR_materials_transmission", "KHR_texture_transform",
-      "KHR_mesh_quantization", "EXT_mesh_gpu_instancing",    "EXT_meshopt_compression",
-      "EXT_texture_webp",      "KHR_texture_basisu",         "KHR_draco_mesh_compression",
-      "KHR_meshopt_compression", "KHR_node_visibility"};
+  static constexpr std::array<std::string_view, 18> supported{
+      "KHR_lights_punctual",     "KHR_materials_unlit",        "KHR_materials_emissive_strength",
+      "KHR_materials_ior",       "KHR_materials_specular",     "KHR_materials_clearcoat",
+      "KHR_materials_sheen",     "KHR_materials_transmission", "KHR_texture_transform",
+      "KHR_mesh_quantization",   "EXT_mesh_gpu_instancing",    "EXT_meshopt_compression",
+      "EXT_texture_webp",        "KHR_texture_basisu",         "KHR_draco_mesh_compression",
+      "KHR_meshopt_compression", "KHR_node_visibility",        "KHR_materials_pbrSpecularGlossiness"};
   return std::find(supported.begin(), supported.end(), name) != supported.end();
 }
 

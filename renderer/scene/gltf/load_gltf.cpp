@@ -95,8 +95,8 @@ Result<Scene> load(Result<GltfDocument> document, const std::filesystem::path& s
   Scene scene;
   scene.source = source;
   scene.warnings = std::move(document->warnings);
-  auto used_images = add_materials(*document, scene);
-  if (!used_images) return used_images.error();
+  auto materials = add_materials(*document, scene);
+  if (!materials) return materials.error();
   if (auto done = add_meshes(*document, limits, progress, scene); !done) return done.error();
   if (auto done = add_lights(*document, scene); !done) return done.error();
   if (auto done = add_cameras(*document, scene); !done) return done.error();
@@ -105,7 +105,10 @@ Result<Scene> load(Result<GltfDocument> document, const std::filesystem::path& s
   if (auto done = add_skins(*document, limits, *node_of_source, scene); !done) return done.error();
   if (auto done = add_animations(*document, limits, *node_of_source, scene); !done) return done.error();
   if (auto done = check_deformed_copies(scene); !done) return done.error();
-  if (auto done = add_images(*document, *used_images, limits, progress, scene); !done) return done.error();
+  if (auto done = add_images(*document, materials->used_images, limits, progress, scene); !done)
+    return done.error();
+  if (auto done = convert_specular_glossiness(materials->specular_glossiness, limits, scene); !done)
+    return done.error();
   bound_deformed_primitives(scene);
   find_world_bounds(scene);
   return scene;

@@ -173,12 +173,22 @@ fs::path assets() {
 }
 
 const std::set<std::string>& supported() {
-  static const std::set<std::string> names{
-      "KHR_lights_punctual",   "KHR_materials_unlit",        "KHR_materials_emissive_strength",
-      "KHR_materials_ior",     "KHR_materials_specular",     "KHR_materials_clearcoat",
-      "KHR_materials_sheen",   "KHR_materials_transmission", "KHR_texture_transform",
-      "KHR_mesh_quantization", "EXT_mesh_gpu_instancing",    "EXT_meshopt_compression",
-      "EXT_texture_webp",      "KHR_texture_basisu",         "KHR_node_visibility"};
+  static const std::set<std::string> names{"KHR_lights_punctual",
+                                           "KHR_materials_unlit",
+                                           "KHR_materials_emissive_strength",
+                                           "KHR_materials_ior",
+                                           "KHR_materials_specular",
+                                           "KHR_materials_clearcoat",
+                                           "KHR_materials_sheen",
+                                           "KHR_materials_transmission",
+                                           "KHR_texture_transform",
+                                           "KHR_mesh_quantization",
+                                           "EXT_mesh_gpu_instancing",
+                                           "EXT_meshopt_compression",
+                                           "EXT_texture_webp",
+                                           "KHR_texture_basisu",
+                                           "KHR_node_visibility",
+                                           "KHR_materials_pbrSpecularGlossiness"};
   return names;
 }
 

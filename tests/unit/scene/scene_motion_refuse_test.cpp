@@ -167,7 +167,7 @@ const std::vector<Fault>& left_out() {
   static const std::vector<Fault> list{
       {"channel without a node", [](auto& b) { channel(b)["target"].erase("node"); },
        "channels[0] moves no node"},
-      {"unknown path", [](auto& b) { channel(b)["target"]["path"] = "pointer"; }, "has a path other than"},
+      {"unknown path", [](auto& b) { channel(b)["target"]["path"] = "shear"; }, "has a path other than"},
       {"weights of a node without targets",
        [](auto& b) { b.root["animations"][0]["channels"][2]["target"]["node"] = 1; },
        "which has no morph targets"},
