@@ -9,10 +9,9 @@
 #include <tuple>
 #include <utility>
 
+#include "adapters/mujoco/compiled/compiled_scene.h"
 #include "protocol/base/error.h"
 #include "tools/convert/glb/write_glb.h"
-#include "tools/convert/mjcf/mjcf_load.h"
-#include "tools/convert/mjcf/mjcf_nodes.h"
 #include "tools/convert/model.h"
 
 namespace fire3dv::mujoco {
@@ -20,7 +19,7 @@ namespace fire3dv::mujoco {
 namespace {
 
 std::array<float, 4> color_of(const mjModel& m, size_t geom) {
-  return convert::mjcf_color(m, m.geom_matid[geom], m.geom_rgba + 4 * geom);
+  return convert::compiled_color(m, m.geom_matid[geom], m.geom_rgba + 4 * geom);
 }
 
 bool is_shown(const mjModel& m, size_t geom, const std::array<float, 4>& rgba) {
@@ -112,7 +111,8 @@ void StreamedNodes::write(const mjModel& m, const mjData& d, std::vector<float>&
                glm::mat3_cast(convert::shining(vec3(d.light_xdir + 3 * light))));
   }
   for (const int tendon : tendons_) {
-    convert::tendon_frames(m, d, tendon, pieces_, frames_);
+    convert::tendon_pieces(m, d, tendon, pieces_);
+    convert::tendon_frames(pieces_, convert::most_tendon_points(m, tendon), frames_);
     for (const convert::TendonFrame& frame : frames_) {
       pose = put(pose, frame.place,
                  glm::dmat3(frame.scale.x * frame.turn[0], frame.scale.y * frame.turn[1],
@@ -154,7 +154,7 @@ Publisher::Publisher(const mjModel& m, convert::MjcfNames names, double rate_hz)
       geoms_(m.ngeom) {}
 
 Result<Publisher> Publisher::open(const mjModel& model, const PublishOptions& options) {
-  Publisher publisher(model, convert::MjcfNames(model), options.rate_hz);
+  Publisher publisher(model, convert::names_of(model), options.rate_hz);
   Description description;
   description.node_names = publisher.nodes_.names();
   description.world_from_stream = kWorldFromStream;

@@ -19,7 +19,7 @@
 
 #include "adapters/mujoco/timing.h"
 #include "protocol/base/error.h"
-#include "tools/convert/mjcf/mjcf_nodes.h"
+#include "adapters/mujoco/compiled/compiled_scene.h"
 
 namespace fire3dv::mujoco {
 
@@ -50,7 +50,7 @@ class GeomAppearance {
 };
 
 // Nodes that MuJoCo moves, with their poses from mjData: bodies, cameras, lights and segments of spatial
-// tendons. Names match the scene that is converted from the model (tools/convert/mjcf/mjcf_nodes.h).
+// tendons. Names match the scene that is converted from the model (compiled/compiled_scene.h).
 class StreamedNodes {
  public:
   StreamedNodes(const mjModel& model, const convert::MjcfNames& names);

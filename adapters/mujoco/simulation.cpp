@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "protocol/base/text.h"
-#include "tools/convert/mjcf/mjcf_files.h"
+#include "adapters/mujoco/compiled/model_files.h"
 
 namespace fire3dv::mujoco {
 namespace {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "protocol/base/error.h"
-#include "tools/convert/mjcf/mjcf_load.h"
+#include "adapters/mujoco/compiled/load.h"
 
 namespace fire3dv::mujoco {
 

@@ -20,7 +20,7 @@ std::vector<uint32_t> endless_planes(const mjModel& model) {
 }
 
 InstanceLabels::InstanceLabels(const mjModel& model, const scene::Scene& scene) {
-  const convert::MjcfNames names(model);
+  const convert::MjcfNames names = convert::names_of(model);
   std::unordered_map<std::string, uint32_t> by_name;
   for (size_t i = 0; i < names.geoms.size(); ++i)
     by_name[names.geoms[i]] = label_of(mjOBJ_GEOM, static_cast<int>(i));

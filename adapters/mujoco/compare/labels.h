@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "renderer/scene/model/scene.h"
-#include "tools/convert/mjcf/mjcf_nodes.h"
+#include "adapters/mujoco/compiled/compiled_scene.h"
 
 namespace fire3dv::mujoco {
 

@@ -13,7 +13,7 @@
 #include "adapters/mujoco/publisher.h"
 #include "adapters/mujoco/simulation.h"
 #include "protocol/base/error.h"
-#include "tools/convert/mjcf/mjcf_load.h"
+#include "adapters/mujoco/compiled/load.h"
 
 namespace fire3dv::mujoco {
 

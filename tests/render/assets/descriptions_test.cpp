@@ -47,7 +47,6 @@ TEST_F(Descriptions, UrdfLooksAsItsGolden) {
   EXPECT_TRUE(matches_golden(drawn(model), "description_urdf", Tolerance::colour()));
 }
 
-#ifdef FIRE3DV_HAS_MUJOCO
 TEST_F(Descriptions, MjcfLooksAsItsGolden) {
   EXPECT_TRUE(matches_golden(drawn(read("arm.xml")), "description_mjcf", Tolerance::colour()));
 }
@@ -57,7 +56,6 @@ TEST_F(Descriptions, MjcfIsSeenByTheCamerasOfItsBodies) {
   model.nodes.front().camera.reset();  // the free camera
   EXPECT_TRUE(matches_golden(drawn(model), "description_mjcf_wrist", Tolerance::colour()));
 }
-#endif
 
 }  // namespace
 }  // namespace fire3dv::test

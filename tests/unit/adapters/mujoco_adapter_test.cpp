@@ -61,13 +61,13 @@ TEST(MujocoAdapter, PosesAreThoseOfMjData) {
       EXPECT_LE(apart(found->second, meant), 1e-7 * farthest) << file << " " << name;
     }
     for (int camera = 0; camera < m.ncam; ++camera) {
-      const auto found = poses.find(convert::MjcfNames(m).cameras[static_cast<size_t>(camera)]);
+      const auto found = poses.find(convert::names_of(m).cameras[static_cast<size_t>(camera)]);
       ASSERT_NE(found, poses.end());
       EXPECT_LE(apart(found->second, matrix_of(d.cam_xpos + 3 * camera, d.cam_xmat + 9 * camera)), 1e-6)
           << file;
     }
     for (int light = 0; light < m.nlight; ++light) {
-      const auto found = poses.find(convert::MjcfNames(m).lights[static_cast<size_t>(light)]);
+      const auto found = poses.find(convert::names_of(m).lights[static_cast<size_t>(light)]);
       ASSERT_NE(found, poses.end());
       for (int i = 0; i < 3; ++i) {
         EXPECT_NEAR(-found->second[2][i], d.light_xdir[3 * light + i], 1e-6) << file;
@@ -148,7 +148,7 @@ TEST(MujocoAdapter, GeomsApartAreWhereMjDataHasThem) {
   const auto rest = at_rest(*model);
   const mjModel& m = simulation.model();
   const mjData& d = simulation.data();
-  const convert::MjcfNames names(m);
+  const convert::MjcfNames names = convert::names_of(m);
   EXPECT_EQ(names.geoms[2], "drum geom") << "a body has that name";
   int shown = 0;
   for (int geom = 0; geom < m.ngeom; ++geom) {

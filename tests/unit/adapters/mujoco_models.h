@@ -12,7 +12,7 @@
 
 #include "adapters/mujoco/publisher.h"
 #include "adapters/mujoco/simulation.h"
-#include "tools/convert/mjcf/mjcf_load.h"
+#include "adapters/mujoco/compiled/load.h"
 
 namespace fire3dv::mujoco {
 
@@ -38,7 +38,7 @@ inline glm::dmat4 matrix_of(const float* rows) {
 }
 
 inline std::map<std::string, glm::dmat4> poses_of(const Simulation& simulation) {
-  StreamedNodes nodes(simulation.model(), convert::MjcfNames(simulation.model()));
+  StreamedNodes nodes(simulation.model(), convert::names_of(simulation.model()));
   std::vector<float> poses;
   nodes.write(simulation.model(), simulation.data(), poses);
   std::map<std::string, glm::dmat4> by_name;

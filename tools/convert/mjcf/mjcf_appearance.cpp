@@ -3,43 +3,24 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tools/convert/glb/write_glb.h"
 #include "tools/convert/mesh/surfaces.h"
-#include "tools/convert/mjcf/mjcf_nodes.h"
-#include "tools/convert/model.h"
 
 namespace fire3dv::convert {
 namespace {
 
-constexpr double kInfinitePlaneExtents =
-    // Half side of an infinite plane, in scene extents.
-    10;
-
-Surface mesh_shape(const mjModel& m, int mesh) {
-  Surface surface;
-  const int first = m.mesh_vertadr[mesh], count = m.mesh_vertnum[mesh];
-  for (int v = first; v < first + count; ++v) {
-    surface.positions.emplace_back(m.mesh_vert[3 * v], m.mesh_vert[3 * v + 1], m.mesh_vert[3 * v + 2]);
-    surface.normals.emplace_back(m.mesh_normal[3 * v], m.mesh_normal[3 * v + 1], m.mesh_normal[3 * v + 2]);
-  }
-  if (const int uv = m.mesh_texcoordadr[mesh]; uv >= 0) {
-    for (int v = uv; v < uv + count; ++v)
-      surface.uvs.emplace_back(m.mesh_texcoord[2 * v], m.mesh_texcoord[2 * v + 1]);
-  }
-  const int* corner = m.mesh_face + 3 * m.mesh_faceadr[mesh];
-  surface.indices.assign(corner, corner + 3 * m.mesh_facenum[mesh]);
-  return surface;
-}
+constexpr int kShownGroups = 3;
+constexpr double kInfinitePlaneExtents = 10;  // half side of an infinite plane, in scene extents
 
 // Height field surface with side walls down to its base.
-Surface height_field(const mjModel& m, int field) {
-  const mjtNum* size = m.hfield_size + 4 * field;
-  const int rows = m.hfield_nrow[field], columns = m.hfield_ncol[field];
-  const float* heights = m.hfield_data + m.hfield_adr[field];
+Surface height_field(const MjcfHeightField& field) {
+  const int rows = static_cast<int>(field.rows), columns = static_cast<int>(field.columns);
   Surface surface;
+  if (rows < 2 || columns < 2) return surface;
   const auto place = [&](int row, int column) {
-    return glm::dvec3(size[0] * (2.0 * column / (columns - 1) - 1), size[1] * (2.0 * row / (rows - 1) - 1),
-                      size[2] * static_cast<double>(heights[row * columns + column]));
+    const auto index = static_cast<size_t>(row) * field.columns + static_cast<size_t>(column);
+    return glm::dvec3(field.half.x * (2.0 * column / (columns - 1) - 1),
+                      field.half.y * (2.0 * row / (rows - 1) - 1),
+                      field.height * static_cast<double>(field.data[index]));
   };
   for (int row = 0; row < rows; ++row) {
     for (int column = 0; column < columns; ++column) {
@@ -72,7 +53,7 @@ Surface height_field(const mjModel& m, int field) {
     const glm::vec3 outwards = glm::normalize(glm::dvec3(way.y, -way.x, 0));
     const auto first = static_cast<uint32_t>(surface.positions.size());
     for (const glm::dvec3& corner : {from, to})
-      for (const double z : {-size[3], corner.z})
+      for (const double z : {-field.base, corner.z})
         surface.positions.push_back(glm::dvec3(corner.x, corner.y, z));
     surface.normals.resize(surface.positions.size(), outwards);
     surface.uvs.resize(surface.positions.size(), glm::vec2(0));
@@ -81,101 +62,126 @@ Surface height_field(const mjModel& m, int field) {
   return surface;
 }
 
-}  // namespace
-
-bool MjcfAppearance::is_shown(int geom) const {
-  return is_shown_group(m_.geom_group[geom]) && rgba(geom)[3] > 0;
-}
-
-std::array<float, 4> MjcfAppearance::rgba(int geom) const {
-  return mjcf_color(m_, m_.geom_matid[geom], m_.geom_rgba + 4 * geom);
-}
-
-// Returns texture repetitions on a plane: relative to its size, or per unit of length.
-glm::dvec2 MjcfAppearance::plane_repeats(int geom, const glm::dvec2& half) const {
-  const int material = m_.geom_matid[geom];
-  if (material < 0) return glm::dvec2(1);
-  const glm::dvec2 repeats(m_.mat_texrepeat[2 * material], m_.mat_texrepeat[2 * material + 1]);
-  return m_.mat_texuniform[material] ? repeats * half : repeats;
-}
-
-Surface MjcfAppearance::shape(int geom) const {
-  const mjtNum* size = m_.geom_size + 3 * geom;
-  switch (m_.geom_type[geom]) {
-    case mjGEOM_PLANE: {
-      const double endless = std::max(m_.stat.extent, 0.1) * kInfinitePlaneExtents;
-      const glm::dvec2 half(size[0] > 0 ? size[0] : endless, size[1] > 0 ? size[1] : endless);
-      return rectangle(half.x, half.y, plane_repeats(geom, half));
-    }
-    case mjGEOM_HFIELD:
-      return height_field(m_, m_.geom_dataid[geom]);
-    case mjGEOM_SPHERE:
-      return ellipsoid(glm::dvec3(size[0]));
-    case mjGEOM_CAPSULE:
-      return capsule(size[0], size[1]);
-    case mjGEOM_ELLIPSOID:
-      return ellipsoid({size[0], size[1], size[2]});
-    case mjGEOM_CYLINDER:
-      return cylinder(size[0], size[1]);
-    case mjGEOM_BOX:
-      return box({size[0], size[1], size[2]});
-    case mjGEOM_MESH:
-      return m_.geom_dataid[geom] >= 0 ? mesh_shape(m_, m_.geom_dataid[geom]) : Surface();
+Surface primitive(const MjcfGeom& geom) {
+  const glm::dvec3& size = geom.size;
+  switch (geom.shape) {
+    case MjcfShape::sphere:
+      return ellipsoid(glm::dvec3(size.x));
+    case MjcfShape::capsule:
+      return capsule(size.x, size.y);
+    case MjcfShape::ellipsoid:
+      return ellipsoid(size);
+    case MjcfShape::cylinder:
+      return cylinder(size.x, size.y);
+    case MjcfShape::box:
+      return box(size);
     default:
       return {};
   }
 }
 
-size_t MjcfAppearance::tendon_material(int tendon) {
-  const int index = m_.tendon_matid[tendon];
-  return material_of(index, mjcf_color(m_, index, m_.tendon_rgba + 4 * tendon));
+}  // namespace
+
+bool is_shown_group(int group) {
+  return group < kShownGroups;
 }
 
-size_t MjcfAppearance::material_of(int index, const std::array<float, 4>& color) {
-  const auto [known, is_new] = materials_.try_emplace({index, color}, model_.materials.size());
+const std::array<float, 4>& mjcf_color(const std::array<float, 4>& own, const std::array<float, 4>* material) {
+  constexpr std::array<float, 4> kDefault{0.5f, 0.5f, 0.5f, 1};
+  return material && own == kDefault ? *material : own;
+}
+
+bool is_scene_light(const MjcfLight& light) {
+  return light.is_active && glm::length(light.direction) > 0 &&
+         std::max({light.diffuse.r, light.diffuse.g, light.diffuse.b}) > 0;
+}
+
+const std::array<float, 4>& MjcfAppearance::color(const std::array<float, 4>& own,
+                                                  std::optional<size_t> material) const {
+  return mjcf_color(own, material ? &scene_.materials[*material].rgba : nullptr);
+}
+
+bool MjcfAppearance::is_shown(const MjcfGeom& geom) const {
+  return is_shown_group(geom.group) && color(geom.rgba, geom.material)[3] > 0;
+}
+
+bool MjcfAppearance::has_flat_texture(const MjcfGeom& geom) const {
+  if (!geom.material) return false;
+  const std::optional<size_t> texture = scene_.materials[*geom.material].texture;
+  return texture && scene_.textures[*texture].image;
+}
+
+// Returns texture repetitions over a geom: relative to its size, or per unit of length.
+glm::dvec2 MjcfAppearance::repeats(const MjcfGeom& geom, const glm::dvec2& half) const {
+  if (!geom.material) return glm::dvec2(1);
+  const MjcfMaterial& material = scene_.materials[*geom.material];
+  return material.texture_is_uniform ? material.texture_repeats * half : material.texture_repeats;
+}
+
+Surface MjcfAppearance::surface(const MjcfGeom& geom) const {
+  if (geom.shape == MjcfShape::plane) {
+    const double endless = std::max(scene_.extent, 0.1) * kInfinitePlaneExtents;
+    const glm::dvec2 half(geom.size.x > 0 ? geom.size.x : endless, geom.size.y > 0 ? geom.size.y : endless);
+    return rectangle(half.x, half.y, repeats(geom, half));
+  }
+  if (geom.shape == MjcfShape::height_field) {
+    const auto& field = geom.data ? scene_.height_fields[*geom.data] : nullptr;
+    return field ? height_field(*field) : Surface();
+  }
+  Surface surface;
+  if (geom.shape == MjcfShape::mesh) {
+    const auto& mesh = geom.data ? scene_.meshes[*geom.data] : nullptr;
+    if (mesh) surface = *mesh;
+    if (!surface.uvs.empty() && geom.material) {
+      const glm::vec2 scale(scene_.materials[*geom.material].texture_repeats);
+      for (glm::vec2& uv : surface.uvs) uv *= scale;
+    }
+  } else {
+    surface = primitive(geom);
+  }
+  return surface;
+}
+
+size_t MjcfAppearance::material(std::optional<size_t> index, const std::array<float, 4>& rgba) {
+  const auto [known, is_new] = materials_.try_emplace({index, rgba}, model_.materials.size());
   if (!is_new) return known->second;
   Material made;
-  const glm::vec4 display(color[0], color[1], color[2], color[3]);
+  const glm::vec4 display(rgba[0], rgba[1], rgba[2], rgba[3]);
   made.base_color = linear_from_srgb(display);
   made.blended = display.a < 1;
-  float shininess = 0.5f, specular = 0.5f;  // MuJoCo's values without a material
-  if (index >= 0) {
-    made.name = m_.names + m_.name_matadr[index];
-    made.base_color_image = image(index);
-    made.emission = linear_from_srgb(glm::vec3(display) * m_.mat_emission[index]);
-    made.metallic = std::clamp(m_.mat_reflectance[index], 0.0f, 1.0f);
-    shininess = m_.mat_shininess[index];
-    specular = m_.mat_specular[index];
+  MjcfMaterial from;  // MuJoCo's values without a material
+  if (index) {
+    from = scene_.materials[*index];
+    made.name = from.name;
+    if (from.texture) {
+      const MjcfTexture& texture = scene_.textures[*from.texture];
+      made.base_color_image = image(*from.texture);
+      if (texture.is_cube) made.base_color *= glm::vec4(texture.mean_color, 1);
+      made.blended = made.blended || (texture.has_opacity && made.base_color_image);
+    }
+    if (from.normal_texture) made.normal_image = image(*from.normal_texture);
+    made.emission = linear_from_srgb(glm::vec3(display) * from.emission);
   }
+  made.metallic = std::clamp(from.metallic.value_or(from.reflectance), 0.0f, 1.0f);
   // Roughness with equal lobe width; weakly specular materials get a higher one.
-  const float exponent = std::clamp(shininess, 0.0f, 1.0f) * 128;
+  const float exponent = std::clamp(from.shininess, 0.0f, 1.0f) * 128;
   const float lobe = std::pow(2 / (exponent + 2), 0.25f);
-  made.roughness = glm::mix(1.0f, lobe, std::clamp(2 * specular, 0.0f, 1.0f));
+  const float roughness = glm::mix(1.0f, lobe, std::clamp(2 * from.specular, 0.0f, 1.0f));
+  made.roughness = std::clamp(from.roughness.value_or(roughness), 0.0f, 1.0f);
   model_.materials.push_back(std::move(made));
   return known->second;
 }
 
-std::optional<size_t> MjcfAppearance::image(int material_index) {
-  const int texture = m_.mat_texid[material_index];
-  if (texture < 0) return std::nullopt;
+std::optional<size_t> MjcfAppearance::image(size_t texture) {
   const auto [known, is_new] = images_.try_emplace(texture, std::nullopt);
   if (!is_new) return known->second;
-  const std::string name = m_.names + m_.name_texadr[texture];
-  if (m_.tex_type[texture] != mjTEXTURE_2D) {
-    model_.warnings.push_back("texture \"" + name +
-                              "\" is a cube, which glTF has not: its materials show their colour alone");
-    return std::nullopt;
-  }
-  const auto width = static_cast<uint32_t>(m_.tex_width[texture]),
-             height = static_cast<uint32_t>(m_.tex_height[texture]);
-  const uint8_t* pixels = m_.tex_rgb + m_.tex_adr[texture];
-  Result<std::vector<std::byte>> png = png_of({pixels, size_t{3} * width * height}, width, height, 3);
-  if (!png) {
-    model_.warnings.push_back("texture \"" + name + "\": " + png.error().message);
-    return std::nullopt;
-  }
+  const MjcfTexture& from = scene_.textures[texture];
+  if (from.is_cube)
+    model_.warnings.push_back("texture \"" + from.name +
+                              "\" is a cube, which glTF has not: its materials show its mean colour");
+  if (!from.image) return std::nullopt;
   known->second = model_.images.size();
-  model_.images.push_back({name, std::move(*png)});
+  model_.images.push_back(*from.image);
   return known->second;
 }
 

@@ -1,40 +1,43 @@
-// Appearance of geoms in a compiled MuJoCo model: meshes, and metallic-roughness materials that approximate
-// MuJoCo's specular shading.
+// Appearance of an MJCF model's geoms: surfaces, and metallic-roughness materials that approximate MuJoCo's specular
+// shading.
 #pragma once
 
-#include <mujoco/mujoco.h>
-
 #include <array>
+#include <cstddef>
 #include <map>
 #include <optional>
+#include <utility>
+#include <vector>
 
+#include "tools/convert/mjcf/mjcf_scene.h"
 #include "tools/convert/model.h"
 
 namespace fire3dv::convert {
 
 class MjcfAppearance {
  public:
-  MjcfAppearance(const mjModel& m, Model& model) : m_(m), model_(model) {}
+  MjcfAppearance(const MjcfScene& scene, Model& model) : scene_(scene), model_(model) {}
 
-  // Shows groups 0 to 2, as MuJoCo's viewer does at start. By convention, collision geoms are in groups 3 and
-  // higher.
-  bool is_shown(int geom) const;
+  // Neither in a hidden group nor transparent.
+  bool is_shown(const MjcfGeom& geom) const;
   // In the geom's frame.
-  Surface shape(int geom) const;
-  size_t material(int geom) { return material_of(m_.geom_matid[geom], rgba(geom)); }
-  size_t tendon_material(int tendon);
-  // Displayed colour (sRGB).
-  std::array<float, 4> rgba(int geom) const;
+  Surface surface(const MjcfGeom& geom) const;
+  size_t material(const MjcfGeom& geom) { return material(geom.material, color(geom.rgba, geom.material)); }
+  size_t material(const MjcfTendon& tendon) {
+    return material(tendon.material, color(tendon.rgba, tendon.material));
+  }
 
  private:
-  size_t material_of(int index, const std::array<float, 4>& color);
-  std::optional<size_t> image(int material_index);
-  glm::dvec2 plane_repeats(int geom, const glm::dvec2& half) const;
+  const std::array<float, 4>& color(const std::array<float, 4>& own, std::optional<size_t> material) const;
+  size_t material(std::optional<size_t> index, const std::array<float, 4>& rgba);
+  std::optional<size_t> image(size_t texture);
+  glm::dvec2 repeats(const MjcfGeom& geom, const glm::dvec2& half) const;
+  bool has_flat_texture(const MjcfGeom& geom) const;
 
-  const mjModel& m_;
+  const MjcfScene& scene_;
   Model& model_;
-  std::map<std::pair<int, std::array<float, 4>>, size_t> materials_;
-  std::map<int, std::optional<size_t>> images_;
+  std::map<std::pair<std::optional<size_t>, std::array<float, 4>>, size_t> materials_;
+  std::map<size_t, std::optional<size_t>> images_;
 };
 
 }  // namespace fire3dv::convert

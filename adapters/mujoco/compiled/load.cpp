@@ -1,4 +1,4 @@
-#include "tools/convert/mjcf/mjcf_load.h"
+#include "adapters/mujoco/compiled/load.h"
 
 #include <csetjmp>
 #include <cstdio>

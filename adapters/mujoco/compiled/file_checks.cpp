@@ -1,4 +1,4 @@
-#include "tools/convert/mjcf/mjcf_files.h"
+#include "adapters/mujoco/compiled/model_files.h"
 
 #include <algorithm>
 #include <array>

@@ -19,7 +19,7 @@ namespace fire3dv::convert {
 Result<Sources> mjcf_files(const std::filesystem::path& model,
                            const std::vector<std::filesystem::path>& folders = {});
 
-// Validation of contents, in mjcf_checks.cpp. libmujoco multiplies counts in 32 bits and uses mesh faces
+// Validation of contents, in file_checks.cpp. libmujoco multiplies counts in 32 bits and uses mesh faces
 // before it checks them; inputs that would make it access memory out of bounds are refused. Errors are
 // sentence ends about the file.
 

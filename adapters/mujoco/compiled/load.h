@@ -1,5 +1,4 @@
-// MJCF through libmujoco: compilation, forward kinematics without process termination on faults, and
-// conversion of a compiled model.
+// MJCF through libmujoco: compilation and forward kinematics without process termination on faults.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -10,8 +9,6 @@
 #include <vector>
 
 #include "protocol/base/error.h"
-#include "tools/convert/model.h"
-#include "tools/convert/readers.h"
 
 namespace fire3dv::convert {
 
@@ -31,14 +28,10 @@ Result<void> call_mujoco(Call&& call, std::vector<std::string>* warnings = nullp
                      warnings);
 }
 
-// The caller has validated the files with mjcf_files.h.
+// The caller has validated the files with model_files.h.
 Result<MjcfModel> compile_mjcf(const std::filesystem::path& file, std::vector<std::string>* warnings);
 
 // Poses the model in its first keyframe, if any, and computes everything that is drawn.
 Result<MjcfData> pose_mjcf(const mjModel& model, std::vector<std::string>* warnings);
-
-// Adds bodies, cameras, lights and tendons, named as in MjcfNames, in the pose of `posed`. Their poses must
-// have been computed (pose_mjcf, mj_forward or more).
-void add_mjcf(const mjModel& compiled, const mjData& posed, const ReadOptions& options, Model& model);
 
 }  // namespace fire3dv::convert

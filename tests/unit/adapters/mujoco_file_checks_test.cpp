@@ -3,15 +3,14 @@
 
 #include <bit>
 
+#include "tests/unit/adapters/compiled_mjcf.h"
 #include "tests/unit/convert/mesh_file_bytes.h"
-#include "tests/unit/convert/mjcf_fixture.h"
 
-#ifdef FIRE3DV_HAS_MUJOCO
 namespace fire3dv::convert {
 namespace {
 
 // libmujoco would read beyond the end of the mesh.
-TEST_F(Mjcf, MeshesHaveAllThatTheirFacesName) {
+TEST_F(CompiledMjcf, MeshesHaveAllThatTheirFacesName) {
   constexpr const char* kModel = "<mujoco><asset><mesh name='m' file='m.obj'/></asset><worldbody/></mujoco>";
   const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n", sides = "f 1 3 2\nf 1 2 4\nf 1 4 3\n";
   const auto fault = [&](const std::string& last, const std::string& first = "") {
@@ -48,7 +47,7 @@ TEST_F(Mjcf, MeshesHaveAllThatTheirFacesName) {
 
 // Without faces libmujoco builds a convex hull of the vertices, and assumes that all attributes have their
 // count.
-TEST_F(Mjcf, MeshesWithoutFacesHaveEnoughVerticesForAHull) {
+TEST_F(CompiledMjcf, MeshesWithoutFacesHaveEnoughVerticesForAHull) {
   const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
   const auto fault = [&](const std::string& text) {
     folder_.write("m.obj", std::string_view(text));
@@ -64,7 +63,7 @@ TEST_F(Mjcf, MeshesWithoutFacesHaveEnoughVerticesForAHull) {
 }
 
 // libmujoco multiplies the counts in 32 bits, and accesses memory by the product.
-TEST_F(Mjcf, CountsMatchTheContents) {
+TEST_F(CompiledMjcf, CountsMatchTheContents) {
   const auto bytes = [](std::initializer_list<uint32_t> words) {
     std::string text;
     for (const uint32_t word : words) text += test::raw(word);
@@ -156,4 +155,3 @@ TEST_F(Mjcf, CountsMatchTheContents) {
 
 }  // namespace
 }  // namespace fire3dv::convert
-#endif
