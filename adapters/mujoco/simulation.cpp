@@ -39,7 +39,10 @@ Result<Simulation> Simulation::load(const std::filesystem::path& file, const std
   if (const auto files = convert::mjcf_files(file, folders); !files) return files.error();
   std::vector<std::string> warnings;
   Result<convert::MjcfModel> model = convert::compile_mjcf(file, &warnings);
-  if (!model) return model.error();
+  if (!model)
+    return Error{model.error().message + " (MuJoCo " + mj_versionString() +
+                 ", which this program is linked with; a model for a newer version cannot be stepped, but fire3dv "
+                 "can show it)"};
   const Result<int> start = keyframe_of(**model, keyframe);
   if (!start) return start.error();
   Result<convert::MjcfData> data = convert::pose_mjcf(**model, &warnings);

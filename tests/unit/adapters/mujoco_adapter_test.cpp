@@ -212,6 +212,21 @@ TEST(Simulation, WhatMuJoCoWarnsOfLaterIsItsOwnersAgain) {
   mju_user_warning = nullptr;
 }
 
+// The linked MuJoCo may be older than the model, which then is shown but not stepped.
+TEST(Simulation, AModelThatMuJoCoRefusesNamesTheLinkedVersion) {
+  test::ScratchFolder folder;
+  const auto file = folder.write(
+      "new.xml", std::string_view("<mujoco><worldbody><element_of_the_future/><geom size='1'/></worldbody></mujoco>"));
+  const Result<Simulation> simulation = Simulation::load(file, "", Drive::hold);
+  ASSERT_FALSE(simulation.ok());
+  const std::string& message = simulation.error().message;
+  EXPECT_NE(message.find(std::string("MuJoCo ") + mj_versionString()), std::string::npos) << message;
+  EXPECT_NE(message.find("fire3dv can show it"), std::string::npos) << message;
+  const Result<convert::Model> shown = convert::read_mjcf(file, {});
+  ASSERT_TRUE(shown.ok());
+  EXPECT_EQ(shown->meshes.size(), 1u);
+}
+
 TEST(Simulation, WhatMuJoCoGivesUpOnEndsNothingElse) {
   const test::ScratchFolder folder;
   std::string bodies;  // falling bodies, whose contacts exceed the arena memory
