@@ -16,4 +16,13 @@ if(FIRE3DV_PYTHON AND NOT FIRE3DV_SANITIZE)
     $<TARGET_FILE:stream_dump> ${PROJECT_SOURCE_DIR}/tests/conformance/data)
   python_module_case(installed ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python_install_test.py
     ${PROJECT_SOURCE_DIR} $<TARGET_FILE:fire3dv_client> ${PROJECT_VERSION})
+  if(TARGET fire3dv)
+    function(python_renderer_case name script)  # ... programs and cases
+      python_module_case(${name} ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/${script} ${ARGN})
+      set_property(TEST python_module_${name} APPEND PROPERTY ENVIRONMENT
+        "VK_DRIVER_FILES=${FIRE3DV_TEST_VULKAN_DRIVER}" "VK_ICD_FILENAMES=${FIRE3DV_TEST_VULKAN_DRIVER}")
+      set_tests_properties(python_module_${name} PROPERTIES LABELS e2e TIMEOUT 900)
+    endfunction()
+    python_renderer_case(renderer python_renderer_test.py $<TARGET_FILE:fire3dv>)
+  endif()
 endif()

@@ -18,8 +18,9 @@ renderer is not an error. Where the library is looked for stands in README.md, F
 environment first.
 """
 from .errors import (ArgumentError, BudgetError, Error, ErrorCode, LibraryNotFound, OperatingSystemError,
-                     RefusedError, StateError, Timeout)
+                     RefusedError, RendererError, RendererNotFound, StateError, Timeout)
 from .images import OUTPUTS, Image, ImageRequest
+from .renderer import Renderer, find_program
 from .status import LightKind, Property, Status, Welcome
 from .stream import FRAME_DISCONTINUITY, Stream, version
 
@@ -29,7 +30,8 @@ ERROR_ARGUMENT, ERROR_STATE, ERROR_SYSTEM, ERROR_TIMEOUT, ERROR_BUDGET, ERROR_RE
 
 __all__ = [
     "ArgumentError", "BudgetError", "Error", "ErrorCode", "LibraryNotFound", "OperatingSystemError",
-    "RefusedError", "StateError", "Timeout", "OUTPUTS", "Image", "ImageRequest",
+    "RefusedError", "RendererError", "RendererNotFound", "StateError", "Timeout", "OUTPUTS", "Image", "ImageRequest",
+    "Renderer", "find_program",
     "LightKind", "Property", "Status", "Welcome", "FRAME_DISCONTINUITY", "Stream", "version",
     "VISIBLE", "BASE_COLOR", "LIGHT", "CAMERA", "NODE", "VERTICES", "DIRECTIONAL", "POINT", "SPOT",
     "ERROR_ARGUMENT", "ERROR_STATE", "ERROR_SYSTEM", "ERROR_TIMEOUT", "ERROR_BUDGET",

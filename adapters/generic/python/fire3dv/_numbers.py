@@ -28,6 +28,14 @@ def real(value: Any, name: str) -> float:
         raise _refuse(f"{name} is {value!r}; a number is needed") from None
 
 
+def seconds(value: Any, name: str) -> float:
+    """Checks a duration; infinity is one."""
+    number = real(value, name)
+    if not number >= 0:
+        raise _refuse(f"{name} is {number:g}; 0 or more is needed")
+    return number
+
+
 def _flatten(numbers: Any, into: List[float]) -> None:
     for entry in numbers:
         if hasattr(entry, "__iter__") and not isinstance(entry, (str, bytes)):

@@ -54,6 +54,14 @@ class LibraryNotFound(Error):
     """The C library was not found, or is incompatible with this package."""
 
 
+class RendererError(Error):
+    """The renderer process could not be started, or ended early; the text quotes its last lines."""
+
+
+class RendererNotFound(RendererError):
+    """The program fire3dv was not found; the text has the searched places."""
+
+
 _OF_CODE: Dict[int, Type[Error]] = {
     ErrorCode.ARGUMENT: ArgumentError, ErrorCode.STATE: StateError, ErrorCode.SYSTEM: OperatingSystemError,
     ErrorCode.BUDGET: BudgetError, ErrorCode.REFUSED: RefusedError,

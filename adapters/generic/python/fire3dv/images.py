@@ -2,17 +2,20 @@
 from __future__ import annotations
 
 import ctypes
+import math
+import time
 from ctypes import POINTER, byref, c_float, c_uint32, c_uint64
-from typing import TYPE_CHECKING, Any, Dict, Iterable, Iterator, List, Optional, Sequence, Tuple
+from typing import TYPE_CHECKING, Any, Callable, Dict, Iterable, Iterator, List, Optional, Sequence, Tuple
 
 from . import _library as c
 from ._library import check, encoded, library
-from ._numbers import Numbers, real, whole
+from ._numbers import Numbers, real, seconds, whole
 from .errors import ArgumentError, ErrorCode, StateError, Timeout
 
 if TYPE_CHECKING:
     import numpy as np
 
+    from .renderer import Renderer
     from .stream import Array, Stream
 
 #: Outputs by name: NumPy type of an element, elements per pixel.
@@ -33,6 +36,7 @@ _BITS = {name: 1 << bit for bit, name in enumerate(OUTPUTS)}
 _NAMES = {bit: name for name, bit in _BITS.items()}
 _WHEN = {"once": 1, "every_nth": 2, "rate": 3, "exactly": 4}
 _LENSES = {"none": 0, "plumb_bob": 1, "fisheye": 2}
+_SLICE_S = 0.2
 
 
 class _Handle:
@@ -153,6 +157,7 @@ class ImageRequests:
     """Image functions of a Stream."""
 
     handle: Any
+    renderer: Optional[Renderer] = None  #: set by Renderer.stream
 
     def request_image(self, width: int, height: int, *, node: Optional[str] = None,
                       parent_from_camera: Optional[Array] = None, fx: float = 0.0, fy: Optional[float] = None,
@@ -195,10 +200,26 @@ class ImageRequests:
     def wait_image(self, timeout_s: float = 10.0, request: Optional[ImageRequest] = None) -> Image:
         """Waits for the next image of `request`, or of any request. Raises Timeout, or RefusedError."""
         pointer = POINTER(c.Image)()
-        check(library().fire3dv_wait_image(self.handle, request.id if request else 0,
-                                           whole(int(1000 * real(timeout_s, "timeout_s")), c_uint32, "timeout_ms"),
-                                           byref(pointer)))
+        number = request.id if request else 0
+        self._wait(seconds(timeout_s, "timeout_s"),
+                   lambda wait_ms: library().fire3dv_wait_image(self.handle, number, wait_ms, byref(pointer)))
         return Image(_Handle(pointer))
+
+    def _wait(self, timeout_s: float, call: Callable[[int], int]) -> None:
+        """Calls call(milliseconds) until it returns no timeout, or timeout_s is over. Raises the exception of its code.
+
+        In slices, so that Ctrl-C and the end of a Renderer interrupt the wait.
+        """
+        end = time.monotonic() + timeout_s
+        while True:
+            left_s = max(0.0, end - time.monotonic())
+            code = call(math.ceil(1000 * min(left_s, _SLICE_S)))
+            if code != ErrorCode.TIMEOUT:
+                return check(code)
+            if self.renderer is not None and timeout_s > 0:
+                self.renderer.check()
+            if left_s <= _SLICE_S:
+                return check(code)
 
     def images(self, timeout_s: float = 10.0) -> Iterator[Image]:
         """Yields images of all requests in order of arrival, until none arrives for timeout_s."""

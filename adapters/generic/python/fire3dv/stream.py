@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Iterable, Optional, Sequence, Union
 from . import _library as c
 from ._library import check, encoded, library
 from ._numbers import Numbers, real, whole
-from .errors import ArgumentError, ErrorCode, StateError, error_of
+from .errors import ArgumentError, ErrorCode, StateError, Timeout, error_of
 from .images import ImageRequests
 from .status import LightKind, Property, Status
 
@@ -146,11 +146,12 @@ class Stream(ImageRequests):
 
     def wait_ack(self, sequence: int, timeout_ms: int) -> bool:
         """Lockstep: waits until a renderer has shown this frame. Returns False on timeout."""
-        code = library().fire3dv_wait_ack(self.handle, whole(sequence, c_uint64, "sequence"),
-                                          whole(timeout_ms, c_uint32, "timeout_ms"))
-        if code == ErrorCode.TIMEOUT:
+        number = whole(sequence, c_uint64, "sequence")
+        try:
+            self._wait(whole(timeout_ms, c_uint32, "timeout_ms") / 1000,
+                       lambda wait_ms: library().fire3dv_wait_ack(self.handle, number, wait_ms))
+        except Timeout:
             return False
-        check(code)
         return True
 
     # Scene edits are keyed state: the newest value of each node and property is valid. A frame is shown with all edits
