@@ -32,9 +32,12 @@ for taken_as_it_lies in (base, read_only, base.reshape(2, 12), base.reshape(24),
 
 wide = np.zeros((2, 4, 4), np.float32)
 wide[:, :3] = base
+square = np.tile(np.eye(4, dtype=np.float32), (2, 1, 1))
+square[:, :3] = base
 arrays = [base, read_only, base.astype(np.float64), base.astype(np.int16), base.astype(">f4"), np.asfortranarray(base),
           wide[:, :3], np.repeat(base, 2, axis=0)[::2], base.tolist(), list(base), base.ravel(), memoryview(base),
-          memoryview(np.asfortranarray(base))]
+          memoryview(np.asfortranarray(base)), square, square.tolist(), list(square), memoryview(square), square.astype(int),
+          np.asfortranarray(square)]
 lines = StreamLines(sys.argv[1], "tcp://127.0.0.1:0")
 with fire3dv.Stream(lines.uri, "arrays") as stream:
     stream.describe(["a", "b"])
@@ -50,7 +53,15 @@ with fire3dv.Stream(lines.uri, "arrays") as stream:
         sequence = stream.publish_some(9, indices, base[:1])
         assert lines.frame(epoch, sequence)["poses"][-1] == base[0].ravel().tolist()
 
-    refused(lambda: stream.publish(0, np.zeros((3, 4, 4), np.float32)), "(3, 4, 4)")  # 48 numbers, as for four poses
+    refused(lambda: stream.publish(0, np.zeros((3, 4, 4), np.float32)), "[0]: the last row of the 4x4 matrix is [0.0, 0.0")
+    refused(lambda: stream.publish(0, square.transpose(0, 2, 1)), "is the matrix transposed?")
+    refused(lambda: stream.publish(0, square.transpose(0, 2, 1).tolist()), "is the matrix transposed?")
+    refused(lambda: stream.publish(0, square[:1]), "stream_from_body has 1 poses; describe() named 2 nodes")
+    refused(lambda: stream.publish(0, np.zeros((4, 6, 2), np.float32)), "(4, 6, 2)")  # 48 numbers, as for four poses
+    for scaled, text in ((2 * np.eye(4), "[0]: the last row"), (2 * np.eye(3, 4), "parent_from_camera scales axis X by 2"),
+                         (np.eye(3, 4) * [1, 0, 1, 1], "scales axis Y by 0"), (base, "parent_from_camera has 2 poses"),
+                         (np.full((3, 4), np.nan), "parent_from_camera[0] row 0 column 0 is NaN")):
+        refused(lambda: stream.request_image(8, 8, fx=8, parent_from_camera=scaled), text)
     refused(lambda: stream.publish(0, np.zeros((2, 4, 3), np.float32)), "(2, 4, 3)")
     refused(lambda: stream.publish(0, np.zeros(23, np.float32)), "23 numbers")
     refused(lambda: stream.publish(0, np.zeros((2, 3, 4), np.complex64)), "complex64")

@@ -168,7 +168,7 @@ REFUSED = {
     "pose_frame_first_node_wraps": "the library cuts frames by itself",
     "pose_frame_huge": (framed(changed(pose(0), 5, 1.1e12), pose(0)), "[0] row 1 column 1"),
     "pose_frame_infinite": (framed(changed(pose(0), 5, -INF), pose(0)), "[0] row 1 column 1 is -infinity"),
-    "pose_frame_more_poses_than_nodes": (framed(pose(0), pose(1), pose(2)), "pose_count is 3"),
+    "pose_frame_more_poses_than_nodes": (framed(pose(0), pose(1), pose(2)), "stream_from_body has 3 poses"),
     "pose_frame_nan": (framed(pose(0), changed(pose(0), 5, NAN)), "[1] row 1 column 1 is NaN"),
     "pose_frame_partial": "no table of a later version comes from a client",
     "pose_frame_partial_count": (lambda stream: stream.publish_some(0, [1], [pose(0)] * 2), "1 node_indices"),

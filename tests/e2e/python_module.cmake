@@ -12,6 +12,7 @@ if(FIRE3DV_PYTHON AND NOT FIRE3DV_SANITIZE)
     python_module_case(${scheme} ${FIRE3DV_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python_module_test.py $<TARGET_FILE:stream_dump> ${scheme})
   endforeach()
   python_module_case(arrays ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python_arrays_test.py $<TARGET_FILE:stream_dump>)
+  python_module_case(poses ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python_poses_test.py)
   python_module_case(conformance ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python_conformance_test.py
     $<TARGET_FILE:stream_dump> ${PROJECT_SOURCE_DIR}/tests/conformance/data)
   python_module_case(installed ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python_install_test.py

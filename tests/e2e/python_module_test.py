@@ -32,7 +32,7 @@ listen = f"shm://test-python-{os.getpid()}" if sys.argv[2] == "shm" else "tcp://
 dump = subprocess.Popen([sys.argv[1], listen, str(HANG_LIMIT_S)], stdout=subprocess.PIPE, text=True)
 uri = dump.stdout.readline().strip()
 with fire3dv.Stream(uri, adapter_name="python", scene_budget_bytes=200_000) as stream:
-    expect_error(fire3dv.ERROR_STATE, "fire3dv_describe", lambda: stream.publish(0, [pose(0)]))
+    expect_error(fire3dv.ERROR_STATE, "call describe()", lambda: stream.publish(0, [pose(0)]))
     stream.describe(["a", "b"], world_from_stream=[1, 0, 0, 5, 0, 1, 0, 6, 0, 0, 1, 7], nominal_rate_hz=100)
     while not stream.poll().renderers:  # the frames below need a receiver
         pass
@@ -48,7 +48,7 @@ with fire3dv.Stream(uri, adapter_name="python", scene_budget_bytes=200_000) as s
     expect_error(fire3dv.ERROR_ARGUMENT, "NUL", lambda: stream.remove_node("a\0b"))
     expect_error(fire3dv.ERROR_BUDGET, "budget is 200000", lambda: stream.add_node("big", asset_glb=bytes(300_000)))
     expect_error(fire3dv.ERROR_ARGUMENT, "11 numbers", lambda: stream.publish(0, [pose(0), pose(0)[1:]][1:]))
-    expect_error(fire3dv.ERROR_ARGUMENT, "pose_count is 1", lambda: stream.publish(0, [pose(0)]))
+    expect_error(fire3dv.ERROR_ARGUMENT, "stream_from_body has 1 poses; describe() named 2", lambda: stream.publish(0, [pose(0)]))
     stream.publish(1000, array.array("f", pose(1) + pose(2)))
     stream.publish_some(2000, [0, 1], [pose(3), pose(4)])
     stream.publish_some(3000, [1], [pose(5)])

@@ -20,6 +20,7 @@ environment first.
 from .errors import (ArgumentError, BudgetError, Error, ErrorCode, LibraryNotFound, OperatingSystemError,
                      RefusedError, RendererError, RendererNotFound, StateError, Timeout)
 from .images import OUTPUTS, Image, ImageRequest
+from .poses import look_at, pose
 from .renderer import Renderer, find_program
 from .status import LightKind, Property, Status, Welcome
 from .stream import FRAME_DISCONTINUITY, Stream, version
@@ -31,7 +32,7 @@ ERROR_ARGUMENT, ERROR_STATE, ERROR_SYSTEM, ERROR_TIMEOUT, ERROR_BUDGET, ERROR_RE
 __all__ = [
     "ArgumentError", "BudgetError", "Error", "ErrorCode", "LibraryNotFound", "OperatingSystemError",
     "RefusedError", "RendererError", "RendererNotFound", "StateError", "Timeout", "OUTPUTS", "Image", "ImageRequest",
-    "Renderer", "find_program",
+    "Renderer", "find_program", "look_at", "pose",
     "LightKind", "Property", "Status", "Welcome", "FRAME_DISCONTINUITY", "Stream", "version",
     "VISIBLE", "BASE_COLOR", "LIGHT", "CAMERA", "NODE", "VERTICES", "DIRECTIONAL", "POINT", "SPOT",
     "ERROR_ARGUMENT", "ERROR_STATE", "ERROR_SYSTEM", "ERROR_TIMEOUT", "ERROR_BUDGET",

@@ -2,6 +2,7 @@
 fire3dv/scene.h and fire3dv/image.h, field by field."""
 import ctypes
 import os
+import re
 import threading
 from ctypes import (POINTER, Structure, c_char, c_char_p, c_double, c_float, c_int, c_int32, c_int64, c_size_t,
                     c_uint32, c_uint64, c_void_p)
@@ -141,7 +142,18 @@ def library() -> ctypes.CDLL:
 def check(code: int) -> None:
     """Raises the exception for an error code of the library."""
     if code != 0:
-        raise error_of(code, library().fire3dv_last_error().decode("utf-8", "replace"))
+        raise error_of(code, in_python_names(library().fire3dv_last_error().decode("utf-8", "replace")))
+
+
+_WHEN = re.compile(r"\bFIRE3DV_IMAGE_(ONCE|EVERY_NTH|RATE|EXACTLY)\b")
+_FUNCTION = re.compile(r"\bfire3dv_([a-z_]+)\b")
+_MESSAGE = re.compile(r"\b(StreamDescription|PoseFrame|SceneEdit|ImageRequest)\.(?=[a-z])")
+
+
+def in_python_names(sentence: str) -> str:
+    """Replaces names of C in an error message by those of this package."""
+    sentence = _WHEN.sub(lambda match: f"when=\"{match.group(1).lower()}\"", sentence)
+    return _MESSAGE.sub("", _FUNCTION.sub(r"\1()", sentence))
 
 
 def encoded(text: Optional[str], name: str) -> Optional[bytes]:

@@ -1,5 +1,6 @@
 """Conversion of arguments to contiguous arrays of one type. NumPy is optional; contiguous NumPy arrays are not copied."""
 import ctypes
+import math
 import sys
 from typing import Any, List, Optional, Tuple
 
@@ -51,7 +52,12 @@ class Numbers:
 
     def __init__(self, numbers: Any, row: Tuple[int, ...], name: str, kind: Any = ctypes.c_float,
                  dtype: str = "float32") -> None:
-        """row: shape of one row, such as (3, 4); flat rows of equal length are accepted, too."""
+        """row: shape of one row, such as (3, 4); flat rows of equal length are accepted, too.
+
+        For poses, (3, 4), matrices of the shape (4, 4) whose last row is 0 0 0 1 are accepted and copied.
+        """
+        if row == (3, 4):
+            numbers = _upper_rows(numbers, name)
         per_row = 1
         for extent in row:
             per_row *= extent
@@ -105,9 +111,62 @@ class Numbers:
         return count
 
 
+def _shape_of(numbers: Any) -> Tuple[int, ...]:
+    """Shape of an array, or of the first elements of nested sequences."""
+    shape = getattr(numbers, "shape", None)
+    if isinstance(shape, tuple):
+        return shape
+    if not isinstance(numbers, (list, tuple)):
+        return ()
+    return (len(numbers), *(_shape_of(numbers[0]) if numbers else ()))
+
+
+def _upper_rows(numbers: Any, name: str) -> Any:
+    """Drops the last rows of (4, 4) and (n, 4, 4) matrices, which must be 0 0 0 1. Returns other shapes unchanged."""
+    shape = _shape_of(numbers)
+    if len(shape) not in (2, 3) or shape[-2:] != (4, 4) or 0 in shape:
+        return numbers
+    numpy = sys.modules.get("numpy")
+    if numpy is not None and hasattr(numbers, "__array__"):
+        matrices = numpy.asarray(numbers).reshape(-1, 4, 4)
+        if matrices.dtype.kind in "fui":
+            for index in numpy.flatnonzero((matrices[:, 3] != (0, 0, 0, 1)).any(axis=1))[:1]:
+                _refuse_last_row(matrices[index, 3].tolist(), index, name)
+        return matrices[:, :3]
+    nested = numbers.tolist() if isinstance(numbers, memoryview) else numbers
+    upper = []
+    for index, matrix in enumerate([nested] if len(shape) == 2 else nested):
+        rows = [list(row) for row in matrix]
+        if len(rows) != 4 or rows[3] != [0, 0, 0, 1]:
+            _refuse_last_row(rows[3] if len(rows) > 3 else "missing", index, name)
+        upper.append(rows[:3])
+    return upper
+
+
+def _refuse_last_row(row: Any, index: int, name: str) -> None:
+    raise _refuse(f"{name}[{index}]: the last row of the 4x4 matrix is {row}; [0, 0, 0, 1] is needed: "
+                  "is the matrix transposed?")
+
+
+def rigid(numbers: Any, name: str) -> "Numbers":
+    """One pose, (3, 4), (4, 4) or 12 numbers, without scale. None: no rows."""
+    pose = Numbers(numbers if numbers is not None else [], (3, 4), name)
+    if pose.rows > 1:
+        raise _refuse(f"{name} has {pose.rows} poses; one is needed: 12 numbers, (3, 4) or (4, 4)")
+    if pose.rows == 1:
+        m = (ctypes.c_float * 12).from_address(pose.address or 0)
+        for column in range(3):
+            length = math.sqrt(sum(m[4 * r + column] ** 2 for r in range(3)))
+            if abs(length - 1) > 0.01:  # NaN is refused by the library
+                raise _refuse(f"{name} scales axis {'XYZ'[column]} by {length:.4g}; a camera has a rotation and a position "
+                              "only")
+    return pose
+
+
 def _check_shape(shape: Tuple[int, ...], row: Tuple[int, ...], per_row: int, name: str) -> None:
     """Rejects wrong shapes of a matching size: three 4x4 matrices are not four 3x4 matrices."""
     if len(shape) <= 1 or shape[-len(row):] == row or shape[-1] == per_row:
         return
     wanted = ", ".join(str(extent) for extent in row)
-    raise _refuse(f"{name} has the shape {tuple(shape)}; (n, {wanted}) or (n, {per_row}) is needed")
+    square = ", (n, 4, 4)" if row == (3, 4) else ""
+    raise _refuse(f"{name} has the shape {tuple(shape)}; (n, {wanted}){square} or (n, {per_row}) is needed")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Callable, Dict, Iterable, Iterator, List,
 
 from . import _library as c
 from ._library import check, encoded, library
-from ._numbers import Numbers, real, seconds, whole
+from ._numbers import real, rigid, seconds, whole
 from .errors import ArgumentError, ErrorCode, StateError, Timeout
 
 if TYPE_CHECKING:
@@ -167,16 +167,15 @@ class ImageRequests:
                       rate_hz: float = 0.0, sequence: int = 0) -> ImageRequest:
         """Requests images of a camera. Does not block.
 
-        node: parent of the camera; None: the stream's frame. parent_from_camera: (3, 4), camera pose, metres.
+        node: parent of the camera; None: the stream's frame. parent_from_camera: (3, 4) or (4, 4), rotation and position
+        in metres; the camera looks along -Z, +Y is up: fire3dv.look_at. None: the identity.
         fx, fy, cx, cy: pixels; (0, 0) is the centre of the top left pixel. fx 0: projection of the node's camera.
         Defaults: fy = fx, and cx, cy at the image centre. near_m 0: 0.01; far_m 0: infinite.
         lens: "none", "plumb_bob" (k1 k2 p1 p2 k3) or "fisheye" (k1 k2 k3 k4). outputs: names of OUTPUTS.
         when: "once", "every_nth" (shown frame), "rate" (rate_hz per second) or "exactly" (the frame `sequence`).
         sequence: first frame that may be shown; 0: the newest published one.
         """
-        pose = Numbers(parent_from_camera if parent_from_camera is not None else [], (3, 4), "parent_from_camera")
-        if pose.rows > 1:
-            raise ArgumentError(ErrorCode.ARGUMENT, "parent_from_camera must hold 12 numbers")
+        pose = rigid(parent_from_camera, "parent_from_camera")
         if isinstance(outputs, str):
             raise ArgumentError(ErrorCode.ARGUMENT, "outputs is one str; a list of names is needed")
         bits = 0

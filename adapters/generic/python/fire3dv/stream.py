@@ -2,8 +2,9 @@
 from __future__ import annotations
 
 import ctypes
+import warnings
 from ctypes import byref, c_char_p, c_double, c_float, c_int64, c_uint32, c_uint64, c_void_p
-from typing import TYPE_CHECKING, Any, Iterable, Optional, Sequence, Union
+from typing import TYPE_CHECKING, Any, Iterable, List, Optional, Sequence, Union
 
 from . import _library as c
 from ._library import check, encoded, library
@@ -19,6 +20,12 @@ else:
     Array = Any
 
 FRAME_DISCONTINUITY = 1  #: flag: bodies or time jumped; renderers do not interpolate into this frame
+
+
+def _listed(names: Sequence[str]) -> str:
+    """At most 8 quoted names."""
+    shown = ", ".join(repr(name) for name in names[:8])
+    return shown + (f" and {len(names) - 8} more" if len(names) > 8 else "")
 
 
 def version() -> str:
@@ -44,6 +51,8 @@ class Stream(ImageRequests):
         """
         self._stream = c_void_p(None)
         self._sequence = 0
+        self._node_names: Optional[List[str]] = None
+        self._first_poses = False
         options = c.Options(ctypes.sizeof(c.Options), encoded(adapter_name, "adapter_name"),
                             encoded(key_file, "key_file"), encoded(tls_ca_file, "tls_ca_file"),
                             encoded(tls_certificate_file, "tls_certificate_file"),
@@ -89,7 +98,7 @@ class Stream(ImageRequests):
                  scene_uri: Optional[str] = None) -> None:
         """Sets the nodes of the stream: pose i moves the scene node of name i. May be called again.
 
-        world_from_stream: (3, 4) float64, from the stream's frame to the renderer's world (glTF's: Y up, metres).
+        world_from_stream: (3, 4) or (4, 4) float64, from the stream's frame to the renderer's world (glTF's: Y up, metres).
         body_from_node: (3, 4) float32 for all nodes, or (n, 3, 4). Both are the identity where left out.
         nominal_rate_hz: frames per second of simulated time, 0: unknown. scene_uri: informative, for users and recordings.
         """
@@ -107,30 +116,58 @@ class Stream(ImageRequests):
             offsets.rows, real(nominal_rate_hz, "nominal_rate_hz"), encoded(scene_uri, "scene_uri"))
         check(library().fire3dv_describe(self.handle, byref(description)))
         self._sequence = 0
+        self._node_names = [name.decode() for name in names if name is not None]
+        self._first_poses = True
 
     def publish(self, sim_time_ns: int, stream_from_body: Array, flags: int = 0) -> int:
         """Publishes one whole frame and returns its sequence. Does not block.
 
-        stream_from_body: (n, 3, 4) or (n, 12) float32, one pose per described node: transforms body coordinates to stream
-        coordinates, row-major, metres unless world_from_stream scales. Contiguous float32 arrays are passed to the
-        library without a copy. flags: FRAME_DISCONTINUITY or 0.
+        stream_from_body: (n, 3, 4), (n, 4, 4) or (n, 12), one pose per described node: transforms body coordinates to
+        stream coordinates, row-major, metres unless world_from_stream scales; fire3dv.pose makes them. Contiguous float32
+        arrays, but for (n, 4, 4), are passed to the library without a copy. flags: FRAME_DISCONTINUITY or 0.
         """
         poses = Numbers(stream_from_body, (3, 4), "stream_from_body")
+        names = self._described()
+        if poses.rows != len(names):
+            raise ArgumentError(ErrorCode.ARGUMENT, f"stream_from_body has {poses.rows} poses; describe() named {len(names)} "
+                                "nodes")
+        self._check_first_poses(poses, names)
         check(library().fire3dv_publish(self.handle, whole(sim_time_ns, c_int64, "sim_time_ns"), poses.address,
                                         poses.rows, whole(flags, c_uint32, "flags")))
         self._sequence += 1
         return self._sequence
 
+    def _described(self) -> List[str]:
+        self.handle  # raises if the stream is closed
+        if self._node_names is None:
+            raise StateError(ErrorCode.STATE, "the stream has no nodes yet: call describe() before publish()")
+        return self._node_names
+
+    def _check_first_poses(self, poses: Numbers, names: List[str]) -> None:
+        """Warns of poses that shrink a node to a point, in the first frame only: arrays that were never filled."""
+        if not self._first_poses or not poses.address:
+            return
+        self._first_poses = False
+        memory = memoryview((c_float * (12 * poses.rows)).from_address(poses.address)).cast("B")
+        zero = bytes(48)
+        nothing = [name for i, name in enumerate(names) if memory[48 * i:48 * i + 48] == zero]
+        if nothing:
+            warnings.warn(f"all numbers of the pose are 0 for {_listed(nothing)}: such a node is a point, and invisible",
+                          stacklevel=3)
+
     def publish_some(self, sim_time_ns: int, node_indices: Array, stream_from_body: Array, flags: int = 0) -> int:
         """Publishes a frame with the poses of the moved nodes only, and returns its sequence.
 
-        node_indices: (k,) uint32, increasing; stream_from_body: (k, 3, 4) float32. The other nodes keep their poses. The
+        node_indices: (k,) uint32, increasing; stream_from_body: (k, 3, 4), as in publish. The other nodes keep their poses. The
         first such frame after describe() must contain all nodes.
         """
         poses = Numbers(stream_from_body, (3, 4), "stream_from_body")
+        names = self._described()
         indices = Numbers(node_indices, (1,), "node_indices", c_uint32, "uint32")
         if indices.rows != poses.rows:
             raise ArgumentError(ErrorCode.ARGUMENT, f"{indices.rows} node_indices for {poses.rows} poses")
+        if poses.rows == len(names):
+            self._check_first_poses(poses, names)
         check(library().fire3dv_publish_some(self.handle, whole(sim_time_ns, c_int64, "sim_time_ns"), indices.address,
                                              poses.address, poses.rows, whole(flags, c_uint32, "flags")))
         self._sequence += 1
@@ -198,7 +235,7 @@ class Stream(ImageRequests):
                  asset_uri: Optional[str] = None, asset_glb: Optional[bytes] = None) -> None:
         """Adds a node to the scene.
 
-        parent: None for the scene's root. parent_from_node: (3, 4) float32, rest pose. asset_uri: a glTF file below the
+        parent: None for the scene's root. parent_from_node: (3, 4) or (4, 4), rest pose, metres. asset_uri: a glTF file below the
         renderer's asset folder. asset_glb: contents of a .glb file. Without either the node is empty.
         """
         matrix = Numbers(parent_from_node if parent_from_node is not None else [], (3, 4), "parent_from_node")
