@@ -5,7 +5,7 @@ find_package(PkgConfig REQUIRED)
 pkg_check_modules(assimp REQUIRED IMPORTED_TARGET assimp)
 
 fire3dv_library(fire3dv_mesh_files
-  SOURCES mesh/mesh_child.cpp mesh/mesh_files.cpp mesh/mesh_import.cpp
+  SOURCES mesh/mesh_child.cpp mesh/mesh_files.cpp mesh/mesh_import.cpp mesh/ply.cpp
   LINK fire3dv_convert_model fire3dv_description_files PkgConfig::assimp)
 
 find_package(yaml-cpp REQUIRED)

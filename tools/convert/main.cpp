@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 constexpr int kFailed = 1, kUsageError = 2;
 
 struct Options {
-  std::string file, out, sources, launch, expanded;
+  std::string file, out, sources, launch, expanded, dae_up;
   std::vector<std::string> package_folders, xacro_arguments;
   bool list = false;
   ReadOptions read;
@@ -190,6 +190,9 @@ int main(int argc, char** argv) {
   app.add_option("--package-path", options.package_folders, "folder of package:// and MJCF files; repeatable")
       ->type_name("DIR")
       ->allow_extra_args(false);
+  app.add_option("--dae-up", options.dae_up, "URDF: up_axis of DAE meshes; auto: ignored, as by RViz")
+      ->type_name("auto|apply|ignore")
+      ->check(CLI::IsMember({"auto", "apply", "ignore"}).description(""));
   app.add_option("--xacro-arg", options.xacro_arguments, "xacro: value of an argument; repeatable")
       ->type_name("NAME=VALUE")
       ->allow_extra_args(false);
@@ -220,6 +223,7 @@ int main(int argc, char** argv) {
     return usage_error("-l: must be numbers with commas between them, such as 0,1");
   if (!parse_arguments(options.xacro_arguments, options.read.xacro_arguments))
     return usage_error("--xacro-arg: must be NAME=VALUE");
+  options.read.dae_up = options.dae_up == "apply";
   options.read.package_folders.assign(options.package_folders.begin(), options.package_folders.end());
   try {
     return run(options);

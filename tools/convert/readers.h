@@ -28,6 +28,7 @@ struct ReadOptions {
   // Values of xacro:arg by name, also for $(env) and $(optenv).
   std::map<std::string, std::string> xacro_arguments;
   std::string xacro_program;  // expands xacro instead of the built-in expander; empty: none runs
+  bool dae_up = false;  // URDF: rotate DAE meshes by their up_axis
   // Limits over all meshes and over all ADF files. What exceeds them is skipped with a warning.
   size_t most_triangles = 20'000'000;
   uint64_t most_adf_bytes = uint64_t{64} << 20;

@@ -1,6 +1,7 @@
 // Small mesh files for tests, each of a few triangles.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <string>
@@ -81,6 +82,21 @@ inline const std::string kDae = R"(<?xml version="1.0" encoding="utf-8"?>
 <scene><instance_visual_scene url="#s"/></scene></COLLADA>
 )";
 
+inline const std::string kPly = R"(ply
+format ascii 1.0
+element vertex 3
+property float x
+property float y
+property float z
+element face 1
+property list uchar int vertex_indices
+end_header
+0 0 0
+1 0 0
+0 2 0
+3 0 1 2
+)";
+
 template <typename T>
 std::string raw(T value) {
   std::string bytes(sizeof value, '\0');
@@ -93,6 +109,34 @@ inline std::string binary_stl() {
   file += raw<uint32_t>(1);
   for (const float f : {0.f, 0.f, 0.f, 0.f, 0.f, 5.f, 1.f, 0.f, 5.f, 0.f, 1.f, 5.f}) file += raw(f);
   return file + raw<uint16_t>(0);
+}
+
+// One triangle (0 0 0, 1 0 0, 0 2 0) below a node moved by Z 3; its material has linear factors and `image`,
+// embedded. Laid out by hand after the specification of glTF 2.0.
+inline std::string glb(const std::string& image, const std::string& alpha_mode) {
+  std::string data;
+  for (const float f : {0.f, 0.f, 0.f, 1.f, 0.f, 0.f, 0.f, 2.f, 0.f}) data += raw(f);  // positions
+  for (const float f : {0.f, 0.f, 1.f, 0.f, 0.f, 0.25f}) data += raw(f);               // texture coordinates
+  for (const uint16_t i : {0, 1, 2, 0}) data += raw(i);  // the last one is padding
+  const size_t image_size = image.size();
+  data += image;
+  data.resize((data.size() + 3) / 4 * 4);
+  std::string json =
+      R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0,"translation":[0,0,3]}],)"
+      R"("meshes":[{"primitives":[{"attributes":{"POSITION":0,"TEXCOORD_0":1},"indices":2,"material":0}]}],)"
+      R"("materials":[{"name":"paint","alphaMode":")" +
+      alpha_mode +
+      R"(","pbrMetallicRoughness":{"baseColorFactor":[0.25,1,0,0.5],"metallicFactor":0.75,"roughnessFactor":0.125,)"
+      R"("baseColorTexture":{"index":0}}}],"textures":[{"source":0}],"images":[{"bufferView":3,"mimeType":"image/png"}],)"
+      R"("accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,2,0]},)"
+      R"({"bufferView":1,"componentType":5126,"count":3,"type":"VEC2"},{"bufferView":2,"componentType":5123,"count":3,"type":"SCALAR"}],)"
+      R"("bufferViews":[{"buffer":0,"byteLength":36},{"buffer":0,"byteOffset":36,"byteLength":24},)"
+      R"({"buffer":0,"byteOffset":60,"byteLength":6},{"buffer":0,"byteOffset":68,"byteLength":)" +
+      std::to_string(image_size) + "}],\"buffers\":[{\"byteLength\":" + std::to_string(data.size()) + "}]}";
+  json.resize((json.size() + 3) / 4 * 4, ' ');
+  const std::string body = raw(static_cast<uint32_t>(json.size())) + "JSON" + json +
+                           raw(static_cast<uint32_t>(data.size())) + std::string("BIN\0", 4) + data;
+  return "glTF" + raw<uint32_t>(2) + raw(static_cast<uint32_t>(body.size() + 12)) + body;
 }
 
 // One triangle with one material, Z up.

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <glm/gtc/epsilon.hpp>
 
 #include "tests/support/gltf_builder.h"
@@ -136,6 +137,123 @@ TEST(MeshFiles, AxesAreTheFilesOwnAndUnitsAreMetres) {
   for (const glm::vec3& at : max.surfaces->front().positions) EXPECT_NEAR(at.y, 0, 1e-6);
 }
 
+TEST(MeshFiles, GltfHasItsMaterialAndEmbeddedImage) {
+  const test::ScratchFolder folder;
+  const Loaded loaded = load(folder.write("a.glb", test::glb("an image's bytes", "BLEND")));
+  ASSERT_TRUE(loaded.surfaces) << loaded.surfaces.error().message;
+  EXPECT_TRUE(loaded.model.warnings.empty()) << loaded.model.warnings[0];
+  ASSERT_EQ(loaded.surfaces->size(), 1u);
+  const Surface& surface = loaded.surfaces->front();
+  ASSERT_EQ(surface.positions.size(), 3u);
+  EXPECT_EQ(surface.positions[surface.indices[1]], glm::vec3(1, 0, 3)) << "the axes are the file's";
+  EXPECT_EQ(surface.positions[surface.indices[2]], glm::vec3(0, 2, 3));
+  EXPECT_EQ(surface.uvs.at(surface.indices[2]), glm::vec2(0, 0.25f));
+  const Material& m = loaded.model.materials[surface.material];
+  EXPECT_EQ(m.name, "paint");
+  EXPECT_NEAR(m.base_color.r, 0.25f, 1e-5f);
+  EXPECT_NEAR(m.base_color.g, 1, 1e-5f);
+  EXPECT_EQ(m.base_color.a, 0.5f);
+  EXPECT_TRUE(m.blended);
+  EXPECT_FLOAT_EQ(m.metallic, 0.75f);
+  EXPECT_FLOAT_EQ(m.roughness, 0.125f);
+  ASSERT_TRUE(m.base_color_image);
+  EXPECT_EQ(loaded.model.images[*m.base_color_image].bytes.size(), 16u);
+  const Loaded opaque = load(folder.write("b.glb", test::glb("an image's bytes", "OPAQUE")));
+  ASSERT_TRUE(opaque.surfaces);
+  EXPECT_EQ(opaque.model.materials[opaque.surfaces->front().material].base_color.a, 1);
+}
+
+TEST(MeshFiles, PlyIsRead) {
+  const test::ScratchFolder folder;
+  const Loaded loaded = load(folder.write("a.ply", test::kPly));
+  ASSERT_TRUE(loaded.surfaces) << loaded.surfaces.error().message;
+  EXPECT_EQ(triangles(*loaded.surfaces), 1u);
+  EXPECT_EQ(face_normal(loaded.surfaces->front()), glm::vec3(0, 0, 1));
+  // A quad in both binary forms, with normals, a comment and elements that are not drawn.
+  for (const bool big : {false, true}) {
+    const auto number = [&](auto value) {
+      std::string bytes = test::raw(value);
+      if (big) std::reverse(bytes.begin(), bytes.end());
+      return bytes;
+    };
+    std::string file =
+        std::string("ply\nformat binary_") + (big ? "big" : "little") +
+        "_endian 1.0\ncomment x\nelement vertex 4\nproperty float x\nproperty double y\n"
+        "property float z\nproperty float nx\nproperty float ny\nproperty float nz\n"
+        "element edge 1\nproperty short a\nelement face 1\nproperty list uchar uint vertex_index\n"
+        "property uchar red\nend_header\n";
+    for (const glm::vec2 p : {glm::vec2(0, 0), {1, 0}, {1, 2}, {0, 2}})
+      file += number(p.x) + number(double{p.y}) + number(5.0f) + number(0.0f) + number(0.0f) + number(2.0f);
+    file += number(int16_t{-3}) + number(uint8_t{4});
+    for (const uint32_t i : {0, 1, 2, 3}) file += number(i);
+    const Loaded quad = load(folder.write("quad.ply", file + number(uint8_t{7})));
+    ASSERT_TRUE(quad.surfaces) << quad.surfaces.error().message;
+    EXPECT_EQ(triangles(*quad.surfaces), 2u);
+    EXPECT_EQ(quad.surfaces->front().positions[2], glm::vec3(1, 2, 5));
+    EXPECT_EQ(quad.surfaces->front().normals[0], glm::vec3(0, 0, 1));
+    EXPECT_FALSE(load(folder.write("cut.ply", file)).surfaces) << "the last byte is missing";
+  }
+}
+
+TEST(MeshFiles, MaterialsThatStandForNoneAreKnown) {
+  const test::ScratchFolder folder;
+  const auto is_default = [&](const std::filesystem::path& file) {
+    Model model;
+    MeshFiles files(model);
+    const auto surfaces = files.surfaces(file);
+    EXPECT_TRUE(surfaces.ok()) << file;
+    return surfaces && files.is_default(surfaces->front().material);
+  };
+  EXPECT_TRUE(is_default(folder.write("a.obj", test::kObj))) << "its material file is missing";
+  EXPECT_TRUE(is_default(folder.write("a.stl", test::binary_stl())));
+  EXPECT_TRUE(is_default(folder.write("a.ply", test::kPly)));
+  EXPECT_FALSE(is_default(folder.write("a.dae", test::kDae)));
+  EXPECT_FALSE(is_default(folder.write("a.glb", test::glb("x", "OPAQUE"))));
+  folder.write("some colours.mtl", test::kMtl);
+  EXPECT_FALSE(is_default(folder.write("b.obj", test::kObj)));
+}
+
+TEST(MeshFiles, DaeAxesAreAppliedOnRequest) {
+  const test::ScratchFolder folder;
+  std::string y_up = test::kDae;
+  y_up.replace(y_up.find("Z_UP"), 4, "Y_UP");
+  const auto highest = [&](const std::string& text, bool apply) {
+    Model model;
+    MeshFiles files(model);
+    if (apply) files.apply_dae_up();
+    const auto surfaces = files.surfaces(folder.write("a.dae", text));
+    glm::vec3 most(-1e9f);
+    if (surfaces)
+      for (const glm::vec3& p : surfaces->front().positions) most = glm::max(most, p);
+    return most;
+  };
+  const auto near = [](const glm::vec3& a, const glm::vec3& b) {
+    return glm::all(glm::epsilonEqual(a, b, 1e-5f));
+  };
+  // The file's triangle reaches to (0, 3, 2) metres.
+  EXPECT_TRUE(near(highest(test::kDae, false), {0, 3, 2}));
+  EXPECT_TRUE(near(highest(test::kDae, true), {0, 3, 2}));
+  EXPECT_TRUE(near(highest(y_up, false), {0, 3, 2}));
+  EXPECT_TRUE(near(highest(y_up, true), {0, 0, 3})) << "y becomes z, and z becomes -y";
+}
+
+TEST(MeshFiles, DaeMaterialsAreNeverInvisible) {
+  const test::ScratchFolder folder;
+  const auto opacity = [&](const std::string& transparency) {
+    std::string text = test::kDae;
+    const std::string lambert = "</lambert>";
+    text.insert(text.find(lambert), transparency);
+    const Loaded loaded = load(folder.write("a.dae", text));
+    return loaded.surfaces ? loaded.model.materials[loaded.surfaces->front().material].base_color.a : -1;
+  };
+  const std::string black = "<transparent opaque=\"A_ONE\"><color>0 0 0 1</color></transparent>";
+  EXPECT_EQ(opacity(black + "<transparency><float>0</float></transparency>"), 1);
+  EXPECT_EQ(opacity(black + "<transparency><float>1</float></transparency>"), 1);
+  EXPECT_FLOAT_EQ(opacity(black + "<transparency><float>0.5</float></transparency>"), 0.5f);
+  EXPECT_EQ(opacity("<transparency><float>0</float></transparency>"), 1);
+  EXPECT_EQ(opacity("<transparency><float>1</float></transparency>"), 1);
+}
+
 TEST(MeshFiles, ImagesStayInTheirFolders) {
   const test::ScratchFolder folder;
   namespace fs = std::filesystem;
@@ -184,7 +302,7 @@ TEST(MeshFiles, RefusalsNameTheFile) {
   says(refusal("/dev/zero"), "no file on a disk");
   ASSERT_EQ(mkfifo((folder.path() / "pipe.obj").c_str(), 0600), 0);
   says(refusal(folder.path() / "pipe.obj"), "not a regular file");
-  says(refusal(folder.write("a.fbx", "anything")), ".obj, .stl, .3ds and .dae");
+  says(refusal(folder.write("a.fbx", "anything")), ".obj, .stl, .ply, .3ds, .dae, .glb and .gltf");
   says(refusal(folder.write("lines.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nl 1 2 3\n")), "no triangle");
   refusal(folder.write("empty.stl", ""));
   says(refusal(folder.write("far.obj", "v 0 0 0\nv 1e39 0 0\nv 0 1 0\nf 1 2 3\n")), "");
@@ -204,8 +322,9 @@ TEST(MeshFiles, DamagedFilesHarmNobody) {
   const test::ScratchFolder folder;
   folder.write("some colours.mtl", test::kMtl);
   const std::pair<const char*, std::string> seeds[] = {
-      {"a.obj", test::kObj}, {"a.stl", test::kAsciiStl},  {"b.stl", test::binary_stl()},
-      {"a.dae", test::kDae}, {"a.3ds", test::three_ds()}, {"c.stl", std::string(80, '\xff')}};
+      {"a.obj", test::kObj}, {"a.stl", test::kAsciiStl},         {"b.stl", test::binary_stl()},
+      {"a.dae", test::kDae}, {"a.3ds", test::three_ds()},        {"c.stl", std::string(80, '\xff')},
+      {"a.ply", test::kPly}, {"a.glb", test::glb("x", "OPAQUE")}};
   uint32_t random = 1;
   const auto next = [&] { return (random = random * 1664525 + 1013904223) >> 8; };
   size_t refused = 0, read = 0;

@@ -142,6 +142,23 @@ TEST_F(Urdf, MeshesComeFromPackagesFromBesideTheFileAndFromFileUris) {
   EXPECT_EQ(model.meshes.size(), 3u) << "one for each file";
 }
 
+// The rule of RViz.
+TEST_F(Urdf, MaterialsOfMeshFilesWinOverThoseOfLinks) {
+  write("arm_description/urdf/with.obj", "mtllib a.mtl\nusemtl red\n" + std::string(kTetrahedron));
+  write("arm_description/urdf/without.obj", kTetrahedron);
+  write("arm_description/urdf/a.mtl", "newmtl red\nKd 1 0 0\n");
+  const std::string blue = "<material name=\"blue\"><color rgba=\"0 0 1 1\"/></material>";
+  const Model model =
+      read(link("a", visual("<mesh filename=\"with.obj\"/>", blue)) +
+           link("b", visual("<mesh filename=\"without.obj\"/>", blue)) + joint("fixed", "a", "b"));
+  ASSERT_EQ(model.meshes.size(), 2u);
+  const auto color = [&](const char* name) {
+    return model.materials[model.meshes[*node(model, name).mesh].surfaces[0].material].base_color;
+  };
+  EXPECT_EQ(color("a"), glm::vec4(1, 0, 0, 1));
+  EXPECT_EQ(color("b"), glm::vec4(0, 0, 1, 1));
+}
+
 TEST_F(Urdf, MissingFilesAreNamedAndTheirLinksStay) {
   const Model model =
       read(link("base", visual("<box size=\"1 1 1\"/>") + visual("<mesh filename=\"gone.stl\"/>")) +

@@ -131,6 +131,8 @@ std::vector<std::byte> encode(const Result<ImportedMesh>& result) {
       out.put(m.emission);
       out.put(m.opacity);
       out.put(m.roughness);
+      out.put(m.metallic);
+      out.put<uint8_t>(m.is_default);
       out.put_string(m.diffuse_image);
       out.put_string(m.normal_image);
     }
@@ -141,6 +143,11 @@ std::vector<std::byte> encode(const Result<ImportedMesh>& result) {
       out.put_array(surface.uvs);
       out.put_array(surface.indices);
       out.put(surface.material);
+    }
+    out.put(result->images.size());
+    for (const EmbeddedImage& image : result->images) {
+      out.put_string(image.name);
+      out.put_array(image.bytes);
     }
     out.put(result->besides.all().size());
     for (const Sources::Source& source : result->besides.all()) {
@@ -162,10 +169,13 @@ bool decode(ByteReader in, std::string& refusal, ImportedMesh& mesh) {
     if (!in.get(count)) return false;
     for (size_t i = 0; i < count; ++i) {
       ImportedMaterial m;
+      uint8_t is_default = 0;
       if (!in.get_string(m.name) || !in.get(m.diffuse) || !in.get(m.emission) || !in.get(m.opacity) ||
-          !in.get(m.roughness) || !in.get_string(m.diffuse_image) || !in.get_string(m.normal_image)) {
+          !in.get(m.roughness) || !in.get(m.metallic) || !in.get(is_default) ||
+          !in.get_string(m.diffuse_image) || !in.get_string(m.normal_image)) {
         return false;
       }
+      m.is_default = is_default != 0;
       mesh.materials.push_back(std::move(m));
     }
     if (!in.get(count)) return false;
@@ -176,6 +186,12 @@ bool decode(ByteReader in, std::string& refusal, ImportedMesh& mesh) {
         return false;
       }
       mesh.surfaces.push_back(std::move(s));
+    }
+    if (!in.get(count)) return false;
+    for (size_t i = 0; i < count; ++i) {
+      EmbeddedImage image;
+      if (!in.get_string(image.name) || !in.get_array(image.bytes)) return false;
+      mesh.images.push_back(std::move(image));
     }
     if (!in.get(count)) return false;
     for (size_t i = 0; i < count; ++i) {
@@ -229,9 +245,9 @@ bool write_at_start(int fd, std::span<const std::byte> bytes) {
   return true;
 }
 
-std::vector<std::byte> answer_to(const std::string& file) {
+std::vector<std::byte> answer_to(const std::string& file, DaeUp dae_up) {
   try {
-    return encode(import_mesh(file));
+    return encode(import_mesh(file, dae_up));
   } catch (const std::bad_alloc&) {
     return encode(Error{"it takes more memory than the limit of mesh files"});
   } catch (const std::exception&) {
@@ -254,9 +270,10 @@ std::vector<std::byte> answer_to(const std::string& file) {
   size_t size = 0;
   while (receive_all(requests, &size, sizeof size)) {
     std::string file(size, '\0');
-    if (!receive_all(requests, file.data(), size)) break;
+    DaeUp dae_up = DaeUp::ignore;
+    if (!receive_all(requests, file.data(), size) || !receive_all(requests, &dae_up, sizeof dae_up)) break;
     limit_next_cpu_seconds();
-    const std::vector<std::byte> bytes = answer_to(file);
+    const std::vector<std::byte> bytes = answer_to(file, dae_up);
     size = ftruncate(answer, 0) == 0 && write_at_start(answer, bytes) ? bytes.size() : 0;
     if (!send_all(requests, &size, sizeof size)) break;
   }
@@ -313,11 +330,11 @@ int MeshImportProcess::end() {
   return ended < 0 ? 0 : status;  // the status is lost where the program ignores SIGCHLD
 }
 
-size_t MeshImportProcess::ask(const std::filesystem::path& file) {
+size_t MeshImportProcess::ask(const std::filesystem::path& file, DaeUp dae_up) {
   const std::string& path = file.native();
   size_t size = path.size();
   if (!send_all(requests_, &size, sizeof size) || !send_all(requests_, path.data(), path.size()) ||
-      !receive_all(requests_, &size, sizeof size)) {
+      !send_all(requests_, &dae_up, sizeof dae_up) || !receive_all(requests_, &size, sizeof size)) {
     return 0;
   }
   // The reported size is untrusted; it must match the bytes written.
@@ -325,10 +342,10 @@ size_t MeshImportProcess::ask(const std::filesystem::path& file) {
   return written > 0 && static_cast<size_t>(written) == size ? size : 0;
 }
 
-Result<ImportedMesh> MeshImportProcess::import(const std::filesystem::path& file) {
+Result<ImportedMesh> MeshImportProcess::import(const std::filesystem::path& file, DaeUp dae_up) {
   const std::string name = quote(file.string());
   if (!start()) return Error{"cannot read " + name + ": no process could be started for it"};
-  const std::vector<std::byte> answer = read_from_start(answer_, ask(file));
+  const std::vector<std::byte> answer = read_from_start(answer_, ask(file, dae_up));
   std::string refusal;
   ImportedMesh mesh;
   if (decode(ByteReader(answer), refusal, mesh)) {

@@ -1,8 +1,11 @@
 #include "tools/convert/mesh/mesh_files.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <optional>
+#include <set>
+#include <system_error>
 #include <utility>
 
 #include "renderer/scene/files.h"
@@ -45,21 +48,45 @@ void apply_scale(Surface& surface, const glm::dvec3& scale) {
 struct MeshFiles::State {
   explicit State(Model& to) : model(to) {}
 
-  std::optional<size_t> image(const std::filesystem::path& mesh_file, const std::string& name);
-  size_t material(const std::filesystem::path& mesh_file, const ImportedMaterial& from);
+  std::optional<size_t> image(const std::filesystem::path& mesh_file, const std::string& name,
+                              ImportedMesh& mesh);
+  std::optional<size_t> embedded_image(const std::filesystem::path& mesh_file, const std::string& name,
+                                       ImportedMesh& mesh);
+  size_t material(const std::filesystem::path& mesh_file, const ImportedMaterial& from, ImportedMesh& mesh);
   Result<std::vector<Surface>> read(const std::filesystem::path& resolved,
                                     const std::filesystem::path& shown);
 
   Model& model;
   MeshImportProcess child;
   AllowedFolders allowed;
+  DaeUp dae_up = DaeUp::ignore;
+  std::set<size_t> defaults;  // materials that stand for none
   // Surfaces read, or the error.
   std::map<std::filesystem::path, Result<std::vector<Surface>>> surfaces;
   std::map<std::filesystem::path, size_t> images;
 };
 
-std::optional<size_t> MeshFiles::State::image(const std::filesystem::path& mesh_file,
-                                              const std::string& name) {
+// name: *N
+std::optional<size_t> MeshFiles::State::embedded_image(const std::filesystem::path& mesh_file,
+                                                       const std::string& name, ImportedMesh& mesh) {
+  size_t index = 0;
+  const auto [end, error] = std::from_chars(name.data() + 1, name.data() + name.size(), index);
+  if (error != std::errc() || end != name.data() + name.size() || index >= mesh.images.size() ||
+      mesh.images[index].bytes.empty()) {
+    model.warnings.push_back(quote(mesh_file.string()) + ": an embedded image is left out: it is missing");
+    return std::nullopt;
+  }
+  const std::filesystem::path place = mesh_file / name;  // key of the image, no path
+  if (const auto known = images.find(place); known != images.end()) return known->second;
+  EmbeddedImage& image = mesh.images[index];
+  model.images.push_back(
+      {image.name.empty() ? mesh_file.filename().string() + name : image.name, image.bytes});
+  return images[place] = model.images.size() - 1;
+}
+
+std::optional<size_t> MeshFiles::State::image(const std::filesystem::path& mesh_file, const std::string& name,
+                                              ImportedMesh& mesh) {
+  if (name.starts_with('*')) return embedded_image(mesh_file, name, mesh);
   const std::string where = quote(mesh_file.string()) + ": image " + quote(name);
   AllowedFolders may_be_read = allowed;
   may_be_read.add(mesh_file.parent_path());
@@ -89,22 +116,25 @@ std::optional<size_t> MeshFiles::State::image(const std::filesystem::path& mesh_
   return std::nullopt;
 }
 
-size_t MeshFiles::State::material(const std::filesystem::path& mesh_file, const ImportedMaterial& from) {
+size_t MeshFiles::State::material(const std::filesystem::path& mesh_file, const ImportedMaterial& from,
+                                  ImportedMesh& mesh) {
   Material to;
   to.name = from.name;
   to.base_color = glm::vec4(linear_from_srgb(from.diffuse), from.opacity);
   to.emission = linear_from_srgb(from.emission);
   to.roughness = from.roughness;
+  to.metallic = from.metallic;
   to.blended = from.opacity < 1;
-  if (!from.diffuse_image.empty()) to.base_color_image = image(mesh_file, from.diffuse_image);
-  if (!from.normal_image.empty()) to.normal_image = image(mesh_file, from.normal_image);
+  if (!from.diffuse_image.empty()) to.base_color_image = image(mesh_file, from.diffuse_image, mesh);
+  if (!from.normal_image.empty()) to.normal_image = image(mesh_file, from.normal_image, mesh);
+  if (from.is_default) defaults.insert(model.materials.size());
   model.materials.push_back(std::move(to));
   return model.materials.size() - 1;
 }
 
 Result<std::vector<Surface>> MeshFiles::State::read(const std::filesystem::path& resolved,
                                                     const std::filesystem::path& shown) {
-  Result<ImportedMesh> mesh = child.import(resolved);
+  Result<ImportedMesh> mesh = child.import(resolved, dae_up);
   if (!mesh) return mesh.error();
   const std::vector<Sources::Source>& besides = mesh->besides.all();
   for (const Sources::Source& source : besides) model.sources.add(source);
@@ -119,7 +149,7 @@ Result<std::vector<Surface>> MeshFiles::State::read(const std::filesystem::path&
   std::map<size_t, size_t> materials;  // file material to model material, for visible surfaces
   for (Surface& surface : mesh->surfaces) {
     const auto [known, is_new] = materials.try_emplace(surface.material, 0);
-    if (is_new) known->second = material(shown, mesh->materials[surface.material]);
+    if (is_new) known->second = material(shown, mesh->materials[surface.material], *mesh);
     surface.material = known->second;
   }
   return std::move(mesh->surfaces);
@@ -134,6 +164,14 @@ void MeshFiles::allow_images_below(const std::filesystem::path& folder) {
 
 void MeshFiles::allow_images_below(const AllowedFolders& folders) {
   state_->allowed.add(folders);
+}
+
+void MeshFiles::apply_dae_up() {
+  state_->dae_up = DaeUp::apply;
+}
+
+bool MeshFiles::is_default(size_t material) const {
+  return state_->defaults.contains(material);
 }
 
 Result<std::vector<Surface>> MeshFiles::surfaces(const std::filesystem::path& file, const glm::dvec3& scale) {

@@ -1,7 +1,8 @@
-// Mesh file loader for descriptions: OBJ with MTL, STL, 3DS and DAE. Vertices stay in the file's frame
-// without axis conversion. Each file is read once.
+// Mesh file loader for descriptions: OBJ with MTL, STL, PLY, 3DS, DAE and glTF. Vertices stay in the file's
+// frame without axis conversion. Each file is read once.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -21,6 +22,11 @@ class MeshFiles {
   // Images may lie next to the mesh file or below its folder, and below these folders.
   void allow_images_below(const std::filesystem::path& folder);
   void allow_images_below(const AllowedFolders& folders);
+
+  // Rotates DAE files by their up_axis. Without it the axes are the file's.
+  void apply_dae_up();
+  // True for a material of the model that stands for none in a mesh file.
+  bool is_default(size_t material) const;
 
   // Returns all surfaces of the file: triangulated, without lines and points, with node transforms applied
   // and positions scaled. material indexes model.materials. Missing images cause warnings. The error names

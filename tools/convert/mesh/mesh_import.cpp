@@ -1,9 +1,11 @@
 #include "tools/convert/mesh/mesh_import.h"
 
+#include <assimp/GltfMaterial.h>
 #include <assimp/config.h>
 #include <assimp/material.h>
 #include <assimp/mesh.h>
 #include <assimp/scene.h>
+#include <assimp/texture.h>
 #include <algorithm>
 #include <assimp/IOStream.hpp>
 #include <assimp/IOSystem.hpp>
@@ -12,13 +14,17 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <iterator>
 #include <map>
 #include <optional>
+#include <string_view>
 #include <tuple>
+#include <utility>
 
 #include "renderer/scene/files.h"
 #include "tools/convert/description_files.h"
 #include "tools/convert/mesh/mesh_store.h"
+#include "tools/convert/mesh/ply.h"
 #include "tools/convert/model.h"
 
 namespace fire3dv::convert {
@@ -140,17 +146,51 @@ float roughness_of(const aiMaterial& from, const std::string& extension) {
   return std::sqrt(2 / (std::max(shininess, 0.0f) + 2));
 }
 
-ImportedMaterial material_of(const aiMaterial& from, const std::string& extension) {
+// Inverse of linear_from_srgb: glTF's factors are linear.
+glm::vec3 srgb_from_linear(const glm::vec3& linear) {
+  glm::vec3 displayed;
+  for (int i = 0; i < 3; ++i) {
+    const float c = std::clamp(linear[i], 0.0f, 1.0f);
+    displayed[i] = c <= 0.0031308f ? c * 12.92f : 1.055f * std::pow(c, 1 / 2.4f) - 0.055f;
+  }
+  return displayed;
+}
+
+ImportedMaterial gltf_material_of(const aiMaterial& from, ImportedMaterial to) {
+  aiColor4D base(1, 1, 1, 1);
+  from.Get(AI_MATKEY_BASE_COLOR, base);
+  to.diffuse = srgb_from_linear({or_zero(base.r), or_zero(base.g), or_zero(base.b)});
+  aiString mode;
+  const bool is_opaque =
+      from.Get(AI_MATKEY_GLTF_ALPHAMODE, mode) != AI_SUCCESS || std::string_view(mode.C_Str()) != "BLEND";
+  to.opacity = is_opaque ? 1 : std::clamp(or_zero(base.a), 0.0f, 1.0f);
+  to.emission = srgb_from_linear(color(from, AI_MATKEY_COLOR_EMISSIVE).value_or(glm::vec3(0)));
+  from.Get(AI_MATKEY_ROUGHNESS_FACTOR, to.roughness);
+  from.Get(AI_MATKEY_METALLIC_FACTOR, to.metallic);
+  to.roughness = std::clamp(or_zero(to.roughness), 0.0f, 1.0f);
+  to.metallic = std::clamp(or_zero(to.metallic), 0.0f, 1.0f);
+  to.diffuse_image = image_name(from, aiTextureType_BASE_COLOR);
+  // Without its map, a metal would be a mirror.
+  if (!image_name(from, aiTextureType_METALNESS).empty()) to.metallic = 0;
+  to.normal_image = image_name(from, aiTextureType_NORMALS);
+  return to;
+}
+
+ImportedMaterial material_of(const aiMaterial& from, const std::string& extension, bool has_materials) {
   ImportedMaterial to;
   if (aiString name; from.Get(AI_MATKEY_NAME, name) == AI_SUCCESS) to.name = sanitize_text(name.C_Str(), 200);
-  const bool none_in_file = to.name == AI_DEFAULT_MATERIAL_NAME || extension == ".stl";
+  to.is_default = to.name == AI_DEFAULT_MATERIAL_NAME || !has_materials;
   // Grey of AMBF's library for files without material; assimp's default differs.
   to.diffuse =
-      none_in_file ? glm::vec3(0.7f) : color(from, AI_MATKEY_COLOR_DIFFUSE).value_or(glm::vec3(0.8f));
-  if (none_in_file) return to;
+      to.is_default ? glm::vec3(0.7f) : color(from, AI_MATKEY_COLOR_DIFFUSE).value_or(glm::vec3(0.8f));
+  if (to.is_default) return to;
+  if (extension == ".glb" || extension == ".gltf") return gltf_material_of(from, std::move(to));
   to.emission = color(from, AI_MATKEY_COLOR_EMISSIVE).value_or(glm::vec3(0));
   if (float opacity; from.Get(AI_MATKEY_OPACITY, opacity) == AI_SUCCESS)
     to.opacity = std::clamp(or_zero(opacity), 0.0f, 1.0f);
+  // Exporters disagree whether a <transparency> of 0 or 1 is opaque, and nobody draws an invisible mesh.
+  constexpr float kInvisible = 0.01f;
+  if (extension == ".dae" && to.opacity < kInvisible) to.opacity = 1;
   to.roughness = roughness_of(from, extension);
   to.diffuse_image = image_name(from, aiTextureType_DIFFUSE);
   to.normal_image = image_name(from, aiTextureType_NORMALS);
@@ -248,28 +288,58 @@ class SceneReader {
   std::map<std::tuple<size_t, bool, bool>, SurfaceBuilder> builders_;  // by material and vertex attributes
 };
 
+// Copies embedded images; those of other formats than files have a height.
+Result<void> add_images(const aiScene& scene, ImportedMesh& to) {
+  for (unsigned i = 0; i < scene.mNumTextures; ++i) {
+    const aiTexture* texture = scene.mTextures[i];
+    EmbeddedImage image;
+    if (texture && texture->mHeight == 0 && texture->pcData) {
+      if (texture->mWidth > kMaxBytes) return Error{"an embedded image is too large"};
+      const auto* bytes = reinterpret_cast<const std::byte*>(texture->pcData);
+      image.name = sanitize_text(texture->mFilename.C_Str(), 200);
+      image.bytes.assign(bytes, bytes + texture->mWidth);
+    }
+    to.images.push_back(std::move(image));
+  }
+  return {};
+}
+
 }  // namespace
 
 bool is_mesh_file_name(const std::filesystem::path& file) {
   const std::string extension = extension_of(file);
-  return extension == ".obj" || extension == ".stl" || extension == ".3ds" || extension == ".dae";
+  constexpr std::string_view kExtensions[] = {".obj", ".stl", ".ply", ".3ds", ".dae", ".glb", ".gltf"};
+  return std::find(std::begin(kExtensions), std::end(kExtensions), extension) != std::end(kExtensions);
 }
 
-Result<ImportedMesh> import_mesh(const std::filesystem::path& file) {
-  if (!is_mesh_file_name(file)) return Error{"its name ends in none of .obj, .stl, .3ds and .dae"};
+Result<ImportedMesh> import_mesh(const std::filesystem::path& file, DaeUp dae_up) {
+  if (!is_mesh_file_name(file))
+    return Error{"its name ends in none of .obj, .stl, .ply, .3ds, .dae, .glb and .gltf"};
   const std::string extension = extension_of(file);
+  if (extension == ".ply") {
+    const Result<FileBytes> bytes = read_file(file, kMaxBytes);
+    if (!bytes) return bytes.error();
+    return import_ply({reinterpret_cast<const char*>(bytes->data.get()), bytes->size});
+  }
   ImportedMesh mesh;
   Assimp::Importer importer;
   importer.SetIOHandler(new ImportFiles(file, mesh.besides));  // owned by the importer
-  // Files of robots and simulators use their own axes, whatever up axis they declare.
-  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
+  const bool turns_up = dae_up == DaeUp::apply && extension == ".dae";
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, !turns_up);
   const aiScene* scene = importer.ReadFile(file.string(), 0);
   if (!scene || !scene->mRootNode) return Error{one_line(importer.GetErrorString())};
+  // An OBJ file without its material file has materials by name only.
+  const std::vector<Sources::Source>& besides = mesh.besides.all();
+  const bool has_materials =
+      extension == ".obj" ? std::any_of(besides.begin(), besides.end(),
+                                        [](const Sources::Source& source) { return source.stamp.exists; })
+                          : extension != ".stl";
   for (unsigned i = 0; i < scene->mNumMaterials; ++i)
-    mesh.materials.push_back(material_of(*scene->mMaterials[i], extension));
+    mesh.materials.push_back(material_of(*scene->mMaterials[i], extension, has_materials));
+  if (Result<void> embedded = add_images(*scene, mesh); !embedded) return embedded.error();
 
-  // assimp rotates 3DS files to Y up; this reverts it.
-  const glm::dmat4 upright = extension == ".3ds"
+  // assimp rotates 3DS files, and DAE files by their up_axis, to Y up; this makes it Z up.
+  const glm::dmat4 upright = extension == ".3ds" || turns_up
                                  ? glm::dmat4({1, 0, 0, 0}, {0, 0, 1, 0}, {0, -1, 0, 0}, {0, 0, 0, 1})
                                  : glm::dmat4(1);
   // Normals of STL files are those of the triangles and often wrong, so they are recomputed.
@@ -286,7 +356,8 @@ Result<void> check_imported(const ImportedMesh& mesh) {
     return true;
   };
   for (const ImportedMaterial& m : mesh.materials) {
-    if (!finite(m.diffuse) || !finite(m.emission) || !std::isfinite(m.opacity) || !std::isfinite(m.roughness))
+    if (!finite(m.diffuse) || !finite(m.emission) || !std::isfinite(m.opacity) ||
+        !std::isfinite(m.roughness) || !std::isfinite(m.metallic))
       return Error{"a number of a material is not finite"};
   }
   for (const Surface& s : mesh.surfaces) {

@@ -4,6 +4,8 @@
 
 #include <sys/types.h>
 
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <glm/glm.hpp>
 #include <string>
@@ -19,21 +21,33 @@ struct ImportedMaterial {
   std::string name;
   glm::vec3 diffuse{1}, emission{0};
   float opacity = 1;
-  float roughness = 0.5f;
-  std::string diffuse_image, normal_image;  // empty: none
+  float roughness = 0.5f, metallic = 0;
+  bool is_default = false;                  // the file defines no material for its surfaces
+  std::string diffuse_image, normal_image;  // empty: none; *N: embedded image N
 };
+
+// Encoded image file inside the mesh file (GLB).
+struct EmbeddedImage {
+  std::string name;
+  std::vector<std::byte> bytes;
+};
+
+// up_axis of a DAE file.
+enum class DaeUp : uint8_t { ignore, apply };
 
 struct ImportedMesh {
   std::vector<ImportedMaterial> materials;
   std::vector<Surface> surfaces;  // material: index into materials
-  Sources besides;                // further files that were read or requested
+  std::vector<EmbeddedImage> images;
+  Sources besides;  // further files that were read or requested
 };
 
-// Accepts obj, stl, 3ds and dae by file name. The list is short to keep the attack surface small.
+// Accepts obj, stl, ply, 3ds, dae, glb and gltf by file name. The list is short to keep the attack surface
+// small.
 bool is_mesh_file_name(const std::filesystem::path& file);
 
-// file: regular file. Files that it references (.mtl) must lie below its folder.
-Result<ImportedMesh> import_mesh(const std::filesystem::path& file);
+// file: regular file. Files that it references (.mtl, .bin) must lie below its folder.
+Result<ImportedMesh> import_mesh(const std::filesystem::path& file, DaeUp dae_up = DaeUp::ignore);
 
 // Checks that all indices are in bounds and all numbers finite.
 Result<void> check_imported(const ImportedMesh& mesh);
@@ -48,12 +62,12 @@ class MeshImportProcess {
   MeshImportProcess(const MeshImportProcess&) = delete;
   MeshImportProcess& operator=(const MeshImportProcess&) = delete;
 
-  Result<ImportedMesh> import(const std::filesystem::path& file);
+  Result<ImportedMesh> import(const std::filesystem::path& file, DaeUp dae_up = DaeUp::ignore);
 
  private:
   bool start();
   // Returns the size of the answer; 0 without one.
-  size_t ask(const std::filesystem::path& file);
+  size_t ask(const std::filesystem::path& file, DaeUp dae_up);
   // Returns the waitpid status; 0 where it is lost.
   int end();
 

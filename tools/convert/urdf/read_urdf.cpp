@@ -115,7 +115,9 @@ class Reader {
         files_(files),
         mesh_files_(model),
         meshes_(model, options.most_triangles),
-        model_(model) {}
+        model_(model) {
+    if (options.dae_up) mesh_files_.apply_dae_up();
+  }
 
   void read(const urdf::ModelInterface& robot) {
     std::vector<std::pair<const urdf::Link*, std::optional<size_t>>> links{
@@ -235,10 +237,11 @@ class Reader {
     glm::dmat4 scaled = place;
     for (int axis = 0; axis < 3; ++axis) scaled[axis] *= scale[axis];
     for (const Surface& surface : *surfaces)
-      add_surface(mesh, surface, scaled, own ? *own : surface.material);
+      add_surface(mesh, surface, scaled,
+                  own && mesh_files_.is_default(surface.material) ? *own : surface.material);
   }
 
-  // Returns the URDF's material, if any. It replaces all materials of a mesh file, as in RViz.
+  // Returns the URDF's material, if any. It applies to meshes without materials, as in RViz.
   std::optional<size_t> material_of(const urdf::Visual& visual) {
     if (!visual.material) return std::nullopt;
     const urdf::Color& color = visual.material->color;
