@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "tools/convert/xacro/document.h"
-#include "tools/convert/xacro/value.h"
+#include "tools/convert/xacro/expression/value.h"
 
 namespace fire3dv::convert::xacro {
 

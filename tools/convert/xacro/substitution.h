@@ -13,7 +13,7 @@
 
 #include "tools/convert/model.h"
 #include "tools/convert/urdf/urdf_files.h"
-#include "tools/convert/xacro/expression.h"
+#include "tools/convert/xacro/expression/expression.h"
 #include "tools/convert/xacro/scope.h"
 
 namespace fire3dv::convert::xacro {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/convert/xacro/value.h"
+#include "tools/convert/xacro/expression/value.h"
 
 namespace fire3dv::convert::xacro {
 

@@ -1,4 +1,4 @@
-#include "tools/convert/xacro/methods.h"
+#include "tools/convert/xacro/expression/methods.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -7,8 +7,8 @@
 #include <string_view>
 #include <utility>
 
-#include "tools/convert/xacro/expression.h"
-#include "tools/convert/xacro/functions.h"
+#include "tools/convert/xacro/expression/expression.h"
+#include "tools/convert/xacro/expression/functions.h"
 
 namespace fire3dv::convert::xacro {
 namespace {

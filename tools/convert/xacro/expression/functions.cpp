@@ -1,4 +1,4 @@
-#include "tools/convert/xacro/functions.h"
+#include "tools/convert/xacro/expression/functions.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,8 +8,8 @@
 #include <set>
 #include <utility>
 
-#include "tools/convert/xacro/math_functions.h"
-#include "tools/convert/xacro/methods.h"
+#include "tools/convert/xacro/expression/math_functions.h"
+#include "tools/convert/xacro/expression/methods.h"
 
 namespace fire3dv::convert::xacro {
 namespace {

@@ -1,10 +1,10 @@
-#include "tools/convert/xacro/expression_lexer.h"
+#include "tools/convert/xacro/expression/expression_lexer.h"
 
 #include <cstdint>
 #include <utility>
 
 #include "tools/convert/xacro/budget.h"
-#include "tools/convert/xacro/expression.h"
+#include "tools/convert/xacro/expression/expression.h"
 
 namespace fire3dv::convert::xacro {
 namespace {

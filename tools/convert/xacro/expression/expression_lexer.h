@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "tools/convert/xacro/value.h"
+#include "tools/convert/xacro/expression/value.h"
 
 namespace fire3dv::convert::xacro {
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "tools/convert/xacro/budget.h"
-#include "tools/convert/xacro/value.h"
+#include "tools/convert/xacro/expression/value.h"
 
 namespace fire3dv::convert::xacro {
 

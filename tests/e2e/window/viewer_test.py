@@ -15,7 +15,7 @@ from harness import HANG_S, Program, check_tags, main, wait_until
 from image_reader import check, read_png, write_scene
 from screen import SIZE, all_squares, on_a_screen
 
-TOUR = os.path.join(os.path.dirname(__file__), "..", "..", "docs", "tour.md")
+TOUR = os.path.join(os.path.dirname(__file__), "..", "..", "..", "docs", "tour.md")
 
 # Rest positions of the squares in pixels of a window of SIZE.
 AT = {"red": (292, 30), "green": (292, 70), "blue": (292, 110)}

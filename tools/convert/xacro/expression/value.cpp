@@ -1,4 +1,4 @@
-#include "tools/convert/xacro/value.h"
+#include "tools/convert/xacro/expression/value.h"
 
 #include <algorithm>
 #include <charconv>

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "tools/convert/xacro/expression.h"
+#include "tools/convert/xacro/expression/expression.h"
 
 namespace fire3dv::convert::xacro {
 

@@ -1,4 +1,4 @@
-#include "tools/convert/xacro/math_functions.h"
+#include "tools/convert/xacro/expression/math_functions.h"
 
 #include <algorithm>
 #include <cmath>

@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <utility>
 
-#include "tools/convert/xacro/expression.h"
-#include "tools/convert/xacro/expression_lexer.h"
+#include "tools/convert/xacro/expression/expression.h"
+#include "tools/convert/xacro/expression/expression_lexer.h"
 
 namespace fire3dv::convert::xacro {
 namespace {

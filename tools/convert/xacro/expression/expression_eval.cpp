@@ -4,8 +4,8 @@
 #include <cstdio>
 #include <limits>
 
-#include "tools/convert/xacro/expression.h"
-#include "tools/convert/xacro/functions.h"
+#include "tools/convert/xacro/expression/expression.h"
+#include "tools/convert/xacro/expression/functions.h"
 
 namespace fire3dv::convert::xacro {
 namespace {
