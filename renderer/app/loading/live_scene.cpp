@@ -238,10 +238,21 @@ void LiveScene::record_causes(const SceneBuild::Built& built) {
   }
 }
 
+void LiveScene::report_asset_warnings(const std::vector<std::string>& warnings) {
+  constexpr uint32_t kMaxReported = 20;  // streams may add assets without end
+  for (const std::string& warning : warnings) {
+    if (reported_asset_warnings_ >= kMaxReported) return;
+    const bool is_last = ++reported_asset_warnings_ == kMaxReported;
+    log_messages_.push_back("warning: " + warning +
+                            (is_last ? "; further warnings of added assets are not logged" : ""));
+  }
+}
+
 bool LiveScene::show_built() {
   std::optional<SceneBuild::Built> built = build_.take();
   if (!built) return false;
   record_causes(*built);
+  report_asset_warnings(built->asset_warnings);
   for (const SceneBuild::Refused& refused : built->refused)
     registry_.refuse_node(refused.node, refused.reason);
   for (const state::RequestedNode& node : built->waiting) pending_.insert(node.budget);
@@ -330,6 +341,7 @@ void LiveScene::refuse_new(SceneBuild::Built&& built, const std::string& reason)
 
 std::vector<std::string> LiveScene::take_log_messages() {
   std::vector<std::string> messages = registry_.take_log_messages();
+  for (std::string& message : std::exchange(log_messages_, {})) messages.push_back(std::move(message));
   const uint32_t without = renderer_.lights_without_shadow();
   if (std::exchange(reported_without_shadow_, without) != without && without > 0)
     messages.push_back("warning: " + std::to_string(without) +

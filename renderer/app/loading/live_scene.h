@@ -99,6 +99,7 @@ class LiveScene {
   void find_vertex_changes();
   void begin_build_if_changed();
   void record_causes(const SceneBuild::Built& built);
+  void report_asset_warnings(const std::vector<std::string>& warnings);
   void charge_replacement(int64_t shown_ns);
 
   const scene::LoadedScene& base_;
@@ -130,6 +131,8 @@ class LiveScene {
   EditTime edit_time_;
   std::vector<const gpu::Device*> secondary_devices_;
   uint32_t reported_without_shadow_ = 0;
+  uint32_t reported_asset_warnings_ = 0;
+  std::vector<std::string> log_messages_;
   SceneBuild build_;
 };
 

@@ -65,6 +65,20 @@ std::string asset_key(const state::RequestedNode& node) {
   return "edit " + std::to_string(node.age) + " " + std::to_string(node.version);
 }
 
+std::string asset_name(const state::RequestedNode& node) {
+  const std::string& uri = node.added->asset_uri;
+  return uri.empty() ? std::string("the embedded asset") : "the asset " + quote(uri);
+}
+
+void add_warnings(const state::RequestedNode& node, const std::vector<std::string>& from,
+                  std::vector<std::string>& to) {
+  constexpr size_t kMaxWarnings = 20;  // a file may have any number
+  for (const std::string& warning : from) {
+    if (to.size() < kMaxWarnings)
+      to.push_back("node " + quote(node.name) + ": " + asset_name(node) + ": " + warning);
+  }
+}
+
 }  // namespace
 
 // State of one build.
@@ -190,6 +204,7 @@ void SceneBuild::load_assets(const Request& request, const std::stop_token& stop
     auto asset = load(node, stop, *charge);
     merge.missing.erase(key);
     if (asset) {
+      add_warnings(node, (*asset)->loaded.scene.warnings, built.asset_warnings);
       assets_[key] = *asset;
       uses_[{key, peer}] = std::move(*charge);
     } else {
@@ -222,8 +237,8 @@ Result<std::shared_ptr<const SceneBuild::Asset>> SceneBuild::load(const state::R
 Result<scene::Scene> SceneBuild::load_scene(const state::RequestedNode& node,
                                             const scene::LoadLimits& limits) const {
   const std::string& uri = node.added->asset_uri;
-  if (uri.empty()) return scene::load_glb(node.added->asset_glb, "the embedded asset", limits);
-  const std::string name = "the asset " + quote(uri);
+  const std::string name = asset_name(node);
+  if (uri.empty()) return scene::load_glb(node.added->asset_glb, name, limits);
   if (settings_.folder.empty())
     return Error{name + " is a file, and no folder was named for such (--assets DIR)"};
   // URIs are relative to the folder, as in a file there.

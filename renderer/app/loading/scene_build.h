@@ -105,6 +105,7 @@ class SceneBuild {
     std::vector<Refused> refused;
     std::vector<std::string> vertex_nodes;               // as requested
     std::map<std::string, std::string> vertex_refusals;  // reasons of nodes that share the file's vertices
+    std::vector<std::string> asset_warnings;             // of the loads, with the names of the assets
     bool assets_wait = false;  // some nodes are left out until their assets are loaded
     std::string fault;         // not empty: no scene could be made of `added`
     int64_t merge_ns = 0;      // time that the merge took, without loads

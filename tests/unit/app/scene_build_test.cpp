@@ -88,6 +88,10 @@ TEST_F(SceneBuildTest, AnEmbeddedAssetReadsNoFiles) {
   ASSERT_TRUE(built.scene);
   ASSERT_FALSE(built.scene->scene.images.empty());
   EXPECT_EQ(built.scene->scene.images.back().width, 64u) << "a placeholder";
+  ASSERT_EQ(built.asset_warnings.size(), 1u);
+  EXPECT_TRUE(
+      built.asset_warnings[0].starts_with("node \"n\": the embedded asset: images[0] \"secret.png\": "))
+      << built.asset_warnings[0];
 
   other.root["buffers"] = nlohmann::json::array({{{"byteLength", 1}, {"uri", "inside.glb"}}});
   what.asset_glb = other.glb();
