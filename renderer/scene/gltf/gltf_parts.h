@@ -44,7 +44,16 @@ int image_of(const tinygltf::Texture& texture);
 Result<void> add_images(const GltfDocument& document, std::span<const uint32_t> used,
                         const LoadLimits& limits, const LoadProgress& progress, Scene& scene);
 
-// Requires the scene's materials.
+// KHR_materials_variants: names of the file.
+Result<void> add_variants(const GltfDocument& document, Scene& scene);
+
+// Scene materials of a primitive: the default one, then that of each variant. Empty: it has no variants.
+// Requires add_variants() and a valid material of the primitive.
+Result<std::vector<uint32_t>> variant_materials_of(const GltfDocument& document,
+                                                   const tinygltf::Primitive& primitive,
+                                                   const std::string& where, const Scene& scene);
+
+// Requires the scene's materials and variants.
 Result<void> add_meshes(const GltfDocument& document, const LoadLimits& limits, const LoadProgress& progress,
                         Scene& scene);
 

@@ -120,6 +120,8 @@ const std::unordered_map<std::string_view, unsigned>& shapes() {
       {"orthographic", kObject},
       {"spot", kObject},
       {"primitives", kObjects},
+      {"mappings", kObjects},
+      {"variants", kObjects | kIndices},  // names of the file, numbers in a mapping
       {"lights", kObjects},
       {"attributes", kIndexMap},
       {"filter", kText},
@@ -187,6 +189,18 @@ bool fits(json& value, unsigned shape, double largest_size = kLargestSize) {
 
 Result<void> reduce(json& object, const std::string& where);
 
+// Names of material variants. tinygltf drops empty objects of an extension, which would renumber the others.
+Result<void> reduce_variants(json& variants, const std::string& where) {
+  for (size_t i = 0; i < variants.size(); ++i) {
+    json& variant = variants[i];
+    if (!variant.is_object()) continue;  // a number in a mapping
+    if (!variant.contains("name") || !variant["name"].is_string())
+      return Error{where + ".variants[" + std::to_string(i) + "]: name is missing"};
+    variant = json{{"name", variant["name"]}};
+  }
+  return {};
+}
+
 Result<void> reduce_extensions(json& extensions, const std::string& where) {
   for (auto member = extensions.begin(); member != extensions.end();) {
     if (!extension_supported(member.key()) || !member->is_object()) {
@@ -247,7 +261,9 @@ Result<void> reduce(json& object, const std::string& where) {
     const unsigned shape = mode_of_view ? kText : known->second;
     if (!fits(value, shape, largest_size))
       return Error{where + ": " + member.key() + " is not of the type that glTF requires"};
-    if (known->second == kExtensions) {
+    if (member.key() == "variants") {
+      if (auto done = reduce_variants(value, where); !done) return done;
+    } else if (known->second == kExtensions) {
       if (auto done = reduce_extensions(value, where + ".extensions"); !done) return done;
     } else if (known->second == kObjects) {
       for (size_t i = 0; i < value.size(); ++i) {
@@ -322,13 +338,14 @@ Result<void> check_index_accessors(const json& document) {
 }  // namespace
 
 bool extension_supported(const std::string& name) {
-  static constexpr std::array<std::string_view, 18> supported{
+  static constexpr std::array<std::string_view, 19> supported{
       "KHR_lights_punctual",     "KHR_materials_unlit",        "KHR_materials_emissive_strength",
       "KHR_materials_ior",       "KHR_materials_specular",     "KHR_materials_clearcoat",
       "KHR_materials_sheen",     "KHR_materials_transmission", "KHR_texture_transform",
       "KHR_mesh_quantization",   "EXT_mesh_gpu_instancing",    "EXT_meshopt_compression",
       "EXT_texture_webp",        "KHR_texture_basisu",         "KHR_draco_mesh_compression",
-      "KHR_meshopt_compression", "KHR_node_visibility",        "KHR_materials_pbrSpecularGlossiness"};
+      "KHR_meshopt_compression", "KHR_node_visibility",        "KHR_materials_pbrSpecularGlossiness",
+      "KHR_materials_variants"};
   return std::find(supported.begin(), supported.end(), name) != supported.end();
 }
 

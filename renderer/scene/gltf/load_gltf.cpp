@@ -97,6 +97,7 @@ Result<Scene> load(Result<GltfDocument> document, const std::filesystem::path& s
   scene.warnings = std::move(document->warnings);
   auto materials = add_materials(*document, scene);
   if (!materials) return materials.error();
+  if (auto done = add_variants(*document, scene); !done) return done.error();
   if (auto done = add_meshes(*document, limits, progress, scene); !done) return done.error();
   if (auto done = add_lights(*document, scene); !done) return done.error();
   if (auto done = add_cameras(*document, scene); !done) return done.error();

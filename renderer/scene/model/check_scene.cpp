@@ -89,6 +89,14 @@ bool sources_are_right(const Scene& scene, const Primitive& p) {
                     p.file_vertex_count));
 }
 
+bool variants_are_right(const Scene& scene, const Primitive& p) {
+  if (p.first_variant_material == kNone) return true;
+  const size_t count = scene.variants.size() + 1;
+  return in_range(p.first_variant_material, count, scene.variant_materials.size()) &&
+         all_below(std::span(scene.variant_materials).subspan(p.first_variant_material, count),
+                   static_cast<uint32_t>(scene.materials.size()));
+}
+
 bool primitive_is_right(const Scene& scene, const Primitive& p) {
   if (p.topology > Topology::points) return false;
   const uint32_t corners = p.topology == Topology::triangles ? 3 : p.topology == Topology::lines ? 2 : 1;
@@ -96,7 +104,7 @@ bool primitive_is_right(const Scene& scene, const Primitive& p) {
          in_range(p.first_vertex, p.vertex_count, scene.positions.size()) &&
          p.material < scene.materials.size() && is_finite(p.bounds_min) && is_finite(p.bounds_max) &&
          all_below(std::span(scene.indices).subspan(p.first_index, p.index_count), p.vertex_count) &&
-         sources_are_right(scene, p) && deformation_is_right(scene, p);
+         sources_are_right(scene, p) && variants_are_right(scene, p) && deformation_is_right(scene, p);
 }
 
 bool is_valid_node(const Scene& scene, uint32_t index) {

@@ -129,6 +129,7 @@ void add_geometry(Scene& to, const Scene& from) {
     p.first_index += size_of(to.indices);
     p.first_vertex += size_of(to.positions);
     p.material += size_of(to.materials);
+    p.first_variant_material = kNone;  // a scene has one list of variants; the asset's material stays
     move(p.first_influence, size_of(to.influences));
     p.first_joint_bounds += size_of(to.joint_bounds);
     move(p.first_morph_delta, size_of(to.morph_deltas));

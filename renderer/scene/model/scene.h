@@ -114,6 +114,9 @@ struct Primitive {
   // of vertex v. kNone: vertices are as in the file.
   uint32_t first_vertex_source = kNone;
   uint32_t file_vertex_count = 0;  // valid with first_vertex_source
+  // Into Scene::variant_materials: the file's default material, then that of each variant. kNone: it has no
+  // variants.
+  uint32_t first_variant_material = kNone;
 };
 
 struct Mesh {
@@ -181,6 +184,8 @@ struct Scene {
   std::vector<float> key_times_s;
   std::vector<float> key_values;
   std::vector<Material> materials;  // [0] is glTF's default material
+  std::vector<std::string> variants;  // names of material variants; see variants.h
+  std::vector<uint32_t> variant_materials;
   std::vector<Texture> textures;
   std::vector<Image> images;
   std::vector<Light> lights;

@@ -17,6 +17,7 @@ void visit_arrays(Scene& scene, Visit&& visit) {
   visit(scene.extras);
   visit(scene.indices);
   visit(scene.vertex_sources);
+  visit(scene.variant_materials);
   visit(scene.influences);
   visit(scene.morph_deltas);
   visit(scene.joint_bounds);
@@ -51,7 +52,7 @@ void visit_members(Primitive& p, Visit&& visit) {
   visit(p.topology, p.lit, p.first_index, p.index_count, p.first_vertex, p.vertex_count, p.material,
         p.bounds_min, p.bounds_max, p.first_influence, p.influence_sets, p.joint_limit, p.first_joint_bounds,
         p.joint_bounds_count, p.first_morph_delta, p.morph_target_count, p.first_vertex_source,
-        p.file_vertex_count);
+        p.file_vertex_count, p.first_variant_material);
 }
 
 template <typename Visit>
@@ -123,8 +124,8 @@ void visit_members(Caster& c, Visit&& visit) {
 
 template <typename Visit>
 void visit_members(Scene& s, Visit&& visit) {
-  visit(s.nodes, s.meshes, s.primitives, s.skins, s.animations, s.channels, s.materials, s.textures, s.images,
-        s.lights, s.cameras, s.bounds_min, s.bounds_max, s.warnings);
+  visit(s.nodes, s.meshes, s.primitives, s.skins, s.animations, s.channels, s.materials, s.variants,
+        s.textures, s.images, s.lights, s.cameras, s.bounds_min, s.bounds_max, s.warnings);
 }
 
 template <typename Visit>

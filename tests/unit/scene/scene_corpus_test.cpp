@@ -188,7 +188,8 @@ const std::set<std::string>& supported() {
                                            "EXT_texture_webp",
                                            "KHR_texture_basisu",
                                            "KHR_node_visibility",
-                                           "KHR_materials_pbrSpecularGlossiness"};
+                                           "KHR_materials_pbrSpecularGlossiness",
+                                           "KHR_materials_variants"};
   return names;
 }
 

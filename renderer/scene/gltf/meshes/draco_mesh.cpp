@@ -168,10 +168,10 @@ Result<void> DracoMesh::copy_attribute(uint32_t unique_id, int component_type, i
     return Error{"attribute " + std::to_string(unique_id) + " of the Draco stream is cut short"};
   for (draco::PointIndex point(0); point < mesh_->num_points(); ++point, to += packed) {
     // Streams with damaged connectivity leave points without a value.
-    if (!attribute->is_mapping_identity() && point >= attribute->indices_map_size())
+    if (!attribute->is_mapping_identity() && point.value() >= attribute->indices_map_size())
       return Error{"attribute " + std::to_string(unique_id) + " of the Draco stream lacks vertices"};
     const draco::AttributeValueIndex value = attribute->mapped_index(point);
-    if (value >= attribute->size())
+    if (value.value() >= attribute->size())
       return Error{"attribute " + std::to_string(unique_id) + " of the Draco stream lacks vertices"};
     if (is_same) {
       std::memcpy(to, attribute->GetAddress(value), packed);

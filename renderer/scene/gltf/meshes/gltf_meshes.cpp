@@ -56,7 +56,7 @@ const char* element_of(Topology topology) {
 class MeshLoader {
  public:
   MeshLoader(const GltfDocument& document, const LoadLimits& limits, Scene& scene)
-      : reader_(document, limits), model_(document.model), scene_(scene) {}
+      : document_(document), reader_(document, limits), model_(document.model), scene_(scene) {}
 
   Result<void> add_mesh(const tinygltf::Mesh& source, const std::string& where) {
     Mesh mesh;
@@ -84,6 +84,7 @@ class MeshLoader {
     for (const tinygltf::Mesh& mesh : meshes) {
       for (const tinygltf::Primitive& source : mesh.primitives) {
         if (!is_plain(source)) continue;
+        if (source.extensions.contains("KHR_materials_variants")) continue;  // read once, by add_primitive()
         const Recipe recipe = recipe_of(source, scene_.materials[static_cast<size_t>(source.material + 1)]);
         const auto count = reader_.count(recipe.position, "");
         if (recipe.tangent_uv_set == kMissing || !count || geometry_.contains(recipe)) continue;
@@ -170,7 +171,9 @@ class MeshLoader {
       return out_of_range(where, "materials", source.material, model_.materials.size());
     }
     const auto material = static_cast<uint32_t>(source.material + 1);  // 0 is glTF's default material
-    Recipe recipe = recipe_of(source, scene_.materials[material]);
+    auto of_variants = variant_materials_of(document_, source, where, scene_);
+    if (!of_variants) return of_variants.error();
+    Recipe recipe = recipe_of(source, scene_.materials[material_for_tangents(material, *of_variants)]);
     auto influences = influence_accessors(source, where, scene_.warnings);
     if (!influences) return influences.error();
     recipe.influences = *influences;
@@ -192,8 +195,25 @@ class MeshLoader {
     }
     Primitive primitive = known->second;
     primitive.material = material;
+    if (!of_variants->empty()) {
+      primitive.first_variant_material = static_cast<uint32_t>(scene_.variant_materials.size());
+      scene_.variant_materials.insert(scene_.variant_materials.end(), of_variants->begin(),
+                                      of_variants->end());
+    }
     scene_.primitives.push_back(primitive);
     return {};
+  }
+
+  static bool has_normal_map(const Material& material) {
+    return material.normal_texture.texture != kNone || material.clearcoat_normal_texture.texture != kNone;
+  }
+
+  // All variants share the vertices: if one of them has a normal map, there are tangents.
+  uint32_t material_for_tangents(uint32_t material, std::span<const uint32_t> of_variants) const {
+    if (has_normal_map(scene_.materials[material])) return material;
+    const auto found = std::find_if(of_variants.begin(), of_variants.end(),
+                                    [&](uint32_t other) { return has_normal_map(scene_.materials[other]); });
+    return found == of_variants.end() ? material : *found;
   }
 
   static Recipe recipe_of(const tinygltf::Primitive& source, const Material& material) {
@@ -416,6 +436,7 @@ class MeshLoader {
     primitive.bounds_max = high;
   }
 
+  const GltfDocument& document_;
   AccessorReader reader_;
   const tinygltf::Model& model_;
   Scene& scene_;

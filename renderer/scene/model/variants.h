@@ -1,0 +1,24 @@
+// Material variants of a scene (KHR_materials_variants): named choices of the materials of its primitives.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "protocol/base/error.h"
+#include "renderer/scene/model/loaded_scene.h"
+
+namespace fire3dv::scene {
+
+// The first variant of this name, or an error that lists the names.
+Result<uint32_t> find_variant(const Scene& scene, std::string_view name);
+
+// Names in quotes, in the file's order, separated by commas.
+std::string variant_names(const Scene& scene);
+
+// Sets the materials of the primitives. kNone: the file's default materials. Classifies the shadow casters
+// again if a material changes.
+void select_variant(LoadedScene& loaded, uint32_t variant);
+
+}  // namespace fire3dv::scene
