@@ -45,7 +45,8 @@ Result<std::unique_ptr<ViewerDocument>> ViewerDocument::open(const Options& opti
     say("scene \"" + show->recorded_scene_->name() + "\" of " + options.recording.replay);
   }
   show->load_.emplace(show->scene_path_, options.convert, places.scenes,
-                      passes::levels_for(options.levels_of_detail), wants_key_light(options),
+                      passes::levels_for(options.levels_of_detail),
+                      {wants_key_light(options), options.variant},
                       [raw = show.get()] { return raw->abandoned_ || stop_was_requested(); });
   return show;
 }
@@ -64,6 +65,7 @@ Options with_file(const Options& options, const std::filesystem::path& file) {
   other.convert.package_folders = options.convert.package_folders;
   other.convert.xacro_arguments = options.convert.xacro_arguments;
   other.exit_when_done = false;
+  other.variant.clear();  // names are the file's own
   if (is_recording(file)) {
     other.recording.replay = file.string();
     other.recording.loop = options.recording.loop;

@@ -9,6 +9,7 @@
 #include "renderer/app/run_reports.h"
 #include "renderer/scene/gltf/load_gltf.h"
 #include "renderer/scene/model/key_light.h"
+#include "renderer/scene/model/variants.h"
 
 namespace fire3dv::app {
 
@@ -33,7 +34,7 @@ std::string loaded_from(std::string message, const std::filesystem::path& made,
 }  // namespace
 
 SceneLoad::SceneLoad(const std::filesystem::path& path, const ConvertOptions& convert,
-                     scene::SceneCacheSettings cache, scene::Levels levels, bool has_key_light,
+                     scene::SceneCacheSettings cache, scene::Levels levels, LoadedLook look,
                      std::function<bool()> should_stop)
     : path_(path),
       convert_(convert),
@@ -42,7 +43,7 @@ SceneLoad::SceneLoad(const std::filesystem::path& path, const ConvertOptions& co
       cache_settings_(std::move(cache)),
       cache_(cache_settings_),
       levels_(levels),
-      has_key_light_(has_key_light),
+      look_(std::move(look)),
       thread_([this] {
         Result<scene::LoadedScene> loaded = load();
         const std::lock_guard lock(mutex_);
@@ -65,6 +66,22 @@ Result<scene::LoadedScene> SceneLoad::load() {
 }
 
 Result<scene::LoadedScene> SceneLoad::load_gltf_file() {
+  Result<scene::LoadedScene> loaded = read_or_find();
+  if (!loaded) return loaded;
+  uint32_t variant = scene::kNone;
+  if (!look_.variant.empty()) {
+    Result<uint32_t> found = scene::find_variant(loaded->scene, look_.variant);
+    if (!found) return Error{gltf_.string() + ": " + found.error().message};
+    variant = *found;
+  } else if (!loaded->scene.variants.empty()) {
+    notes_.push_back("material variants: " + scene::variant_names(loaded->scene));
+  }
+  // An entry of the cache has the variant of the run that wrote it.
+  scene::select_variant(*loaded, variant);
+  return loaded;
+}
+
+Result<scene::LoadedScene> SceneLoad::read_or_find() {
   const scene::LoadLimits limits;
   const scene::LoadProgress progress = [this](const char* stage, size_t done, size_t total) {
     if (should_stop_ && should_stop_()) throw std::runtime_error("it was interrupted");
@@ -76,13 +93,13 @@ Result<scene::LoadedScene> SceneLoad::load_gltf_file() {
     // A run with --lod off may have written the cache entry without levels of detail.
     is_cached_ = cached && (cached->derived.has_levels || !scene::needs_levels(cached->scene, levels_));
     if (is_cached_) {  // written by a run with or without a key light
-      if (!has_key_light_) scene::remove_key_light(cached->scene);
-      if (has_key_light_) scene::add_key_light(cached->scene);
+      if (!look_.has_key_light) scene::remove_key_light(cached->scene);
+      if (look_.has_key_light) scene::add_key_light(cached->scene);
       return std::move(*cached);
     }
     Result<scene::Scene> scene = scene::load_gltf(gltf_, limits, progress, &sources_, cache_.known());
     if (!scene) return scene.error();
-    if (has_key_light_) scene::add_key_light(*scene);
+    if (look_.has_key_light) scene::add_key_light(*scene);
     scene::Derived derived = scene::derive(*scene, levels_, progress);
     return scene::LoadedScene{std::move(*scene), std::move(derived)};
   } catch (const std::bad_alloc&) {

@@ -17,12 +17,17 @@
 
 namespace fire3dv::app {
 
+// Choices that the loaded scene contains.
+struct LoadedLook {
+  bool has_key_light = false;  // of a scene without lights, see key_light.h
+  std::string variant = {};    // name of the scene's material variant; empty: the file's default materials
+};
+
 class SceneLoad {
  public:
-  // Starts loading. has_key_light: a scene without lights gets one (see key_light.h). should_stop: cancels;
-  // called on the loading thread.
+  // Starts loading. should_stop: cancels; called on the loading thread.
   SceneLoad(const std::filesystem::path& path, const ConvertOptions& convert, scene::SceneCacheSettings cache,
-            scene::Levels levels, bool has_key_light, std::function<bool()> should_stop = {});
+            scene::Levels levels, LoadedLook look, std::function<bool()> should_stop = {});
 
   // True if loading has failed already: the caller need not start other work.
   bool has_failed() const;
@@ -41,6 +46,7 @@ class SceneLoad {
  private:
   Result<scene::LoadedScene> load();
   Result<scene::LoadedScene> load_gltf_file();
+  Result<scene::LoadedScene> read_or_find();
   void note(const char* stage, size_t done, size_t total);
 
   const std::filesystem::path path_;
@@ -50,7 +56,7 @@ class SceneLoad {
   scene::SceneCacheSettings cache_settings_;
   scene::SceneCache cache_;
   scene::Levels levels_;
-  const bool has_key_light_;
+  const LoadedLook look_;
   std::vector<scene::SourceFile> sources_;
   std::vector<std::string> notes_;
   bool is_cached_ = false, has_stored_ = false;

@@ -108,6 +108,9 @@ void add_input_options(CLI::App& app, Options& options, Given& given) {
           ->expected(0, 1)
           ->type_name("[NAME|INDEX|all]")
           ->group(kGroup);
+  app.add_option("--variant", options.variant, "material variant of the scene (default: none)")
+      ->type_name("NAME")
+      ->group(kGroup);
 }
 
 void add_stream_options(CLI::App& app, Options& options, Texts& texts, Given& given) {
