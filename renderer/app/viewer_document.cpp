@@ -46,7 +46,7 @@ Result<std::unique_ptr<ViewerDocument>> ViewerDocument::open(const Options& opti
   }
   show->load_.emplace(show->scene_path_, options.convert, places.scenes,
                       passes::levels_for(options.levels_of_detail),
-                      {wants_key_light(options), options.variant},
+                      LoadedLook{wants_key_light(options), options.variant},
                       [raw = show.get()] { return raw->abandoned_ || stop_was_requested(); });
   return show;
 }

@@ -58,7 +58,8 @@ Result<std::unique_ptr<RecordingScene>> RecordingScene::open(const app::Options&
     scene->title_ = scene->recorded_->name() + " in " + file;
   }
   scene->load_.emplace(path, options.convert, cache, passes::levels_for(options.levels_of_detail),
-                       {app::wants_key_light(options), options.variant}, std::move(should_stop));
+                       app::LoadedLook{app::wants_key_light(options), options.variant},
+                       std::move(should_stop));
   return scene;
 }
 
