@@ -335,11 +335,11 @@ def refusals(test, link):
     uri = test.fresh_uri(link)
     renderer = renderer_of(test, uri, "--on-request", "--metrics", "127.0.0.1:0", "--peer-limit", "requests=3")
     with open_stream(uri) as stream:
+        stream.add_node("flat node", parent_from_node=[0] * 12)
         stream.publish(1000, barcode.poses_of(1))
         expect_refused(lambda: stream.request_image(8, 8, node="nobody").wait(HANG_S), '"nobody"')
         expect_refused(lambda: stream.request_image(8, 8, node="bar 1").wait(HANG_S), "no perspective camera")
-        flat = [0] * 12
-        expect_refused(lambda: stream.request_image(8, 8, fx=8, parent_from_camera=flat).wait(HANG_S), "flat")
+        expect_refused(lambda: stream.request_image(8, 8, fx=8, node="flat node").wait(HANG_S), "flat")
         # Other requests are unaffected.
         with stream.request_image(*barcode.SIZE, node=barcode.CAMERA).wait(HANG_S) as image:
             check_image(image, 1, 1)

@@ -3,7 +3,7 @@ include(${PROJECT_SOURCE_DIR}/cmake/PythonWithNumpy.cmake)
 if(TARGET fire3dv AND TARGET bullet_arm AND NOT FIRE3DV_SANITIZE)  # Python cannot load a client with a sanitizer
   foreach(case dataset stereo_endoscope)
     add_test(NAME python_example_${case}
-      COMMAND ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python_examples_test.py $<TARGET_FILE:fire3dv>
+      COMMAND ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python/python_examples_test.py $<TARGET_FILE:fire3dv>
               $<TARGET_FILE:bullet_arm> ${case})
     set_tests_properties(python_example_${case} PROPERTIES LABELS e2e TIMEOUT 900
       ENVIRONMENT "VK_DRIVER_FILES=${FIRE3DV_TEST_VULKAN_DRIVER};VK_ICD_FILENAMES=${FIRE3DV_TEST_VULKAN_DRIVER};PYTHONDONTWRITEBYTECODE=1;PYTHONPATH=${PROJECT_SOURCE_DIR}/adapters/generic/python;FIRE3DV_CLIENT_LIBRARY=$<TARGET_FILE:fire3dv_client>")

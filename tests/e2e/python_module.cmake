@@ -9,21 +9,22 @@ if(FIRE3DV_PYTHON AND NOT FIRE3DV_SANITIZE)
       ENVIRONMENT "PYTHONPATH=${PROJECT_SOURCE_DIR}/adapters/generic/python;PYTHONDONTWRITEBYTECODE=1;FIRE3DV_CLIENT_LIBRARY=$<TARGET_FILE:fire3dv_client>")
   endfunction()
   foreach(scheme shm tcp)  # with and without NumPy
-    python_module_case(${scheme} ${FIRE3DV_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python_module_test.py $<TARGET_FILE:stream_dump> ${scheme})
+    python_module_case(${scheme} ${FIRE3DV_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python/python_module_test.py $<TARGET_FILE:stream_dump> ${scheme})
   endforeach()
-  python_module_case(arrays ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python_arrays_test.py $<TARGET_FILE:stream_dump>)
-  python_module_case(poses ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python_poses_test.py)
-  python_module_case(conformance ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python_conformance_test.py
+  python_module_case(arrays ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python/python_arrays_test.py $<TARGET_FILE:stream_dump>)
+  python_module_case(poses ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python/python_poses_test.py)
+  python_module_case(conformance ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python/python_conformance_test.py
     $<TARGET_FILE:stream_dump> ${PROJECT_SOURCE_DIR}/tests/conformance/data)
-  python_module_case(installed ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python_install_test.py
+  python_module_case(installed ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python/python_install_test.py
     ${PROJECT_SOURCE_DIR} $<TARGET_FILE:fire3dv_client> ${PROJECT_VERSION})
   if(TARGET fire3dv)
     function(python_renderer_case name script)  # ... programs and cases
-      python_module_case(${name} ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/${script} ${ARGN})
+      python_module_case(${name} ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python/${script} ${ARGN})
       set_property(TEST python_module_${name} APPEND PROPERTY ENVIRONMENT
         "VK_DRIVER_FILES=${FIRE3DV_TEST_VULKAN_DRIVER}" "VK_ICD_FILENAMES=${FIRE3DV_TEST_VULKAN_DRIVER}")
       set_tests_properties(python_module_${name} PROPERTIES LABELS e2e TIMEOUT 900)
     endfunction()
     python_renderer_case(renderer python_renderer_test.py $<TARGET_FILE:fire3dv>)
+    python_renderer_case(images python_images_test.py $<TARGET_FILE:fire3dv>)
   endif()
 endif()

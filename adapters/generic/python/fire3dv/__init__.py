@@ -9,7 +9,10 @@
 
     camera = stream.request_image(640, 480, node="wrist_camera", when="every_nth")
     [image] = stream.step(sim_time_ns, poses, [camera])     # publishes, and waits for the image of that frame
-    image["color_srgb8"]                                    # (480, 640, 4) uint8
+    image.color                                             # (480, 640, 4) uint8
+
+    with fire3dv.Renderer("scene.glb") as renderer, renderer.stream() as stream:    # starts the renderer, too
+        ...
 
 A layer of ctypes over the C library, whose headers fire3dv/client.h, scene.h and image.h say what each call means:
 units, frames, threads, waiting. Contiguous float32 (a NumPy array, an array.array("f")) goes into the library without
@@ -18,8 +21,9 @@ renderer is not an error. Where the library is looked for stands in README.md, F
 environment first.
 """
 from .errors import (ArgumentError, BudgetError, Error, ErrorCode, LibraryNotFound, OperatingSystemError,
-                     RefusedError, RendererError, RendererNotFound, StateError, Timeout)
-from .images import OUTPUTS, Image, ImageRequest
+                     RefusedError, RendererError, RendererNotFound, SceneWarning, StateError, Timeout)
+from .image import ALIASES, OUTPUTS, Image
+from .images import ImageRequest
 from .poses import look_at, pose
 from .renderer import Renderer, find_program
 from .status import LightKind, Property, Status, Welcome
@@ -31,7 +35,8 @@ ERROR_ARGUMENT, ERROR_STATE, ERROR_SYSTEM, ERROR_TIMEOUT, ERROR_BUDGET, ERROR_RE
 
 __all__ = [
     "ArgumentError", "BudgetError", "Error", "ErrorCode", "LibraryNotFound", "OperatingSystemError",
-    "RefusedError", "RendererError", "RendererNotFound", "StateError", "Timeout", "OUTPUTS", "Image", "ImageRequest",
+    "RefusedError", "RendererError", "RendererNotFound", "SceneWarning", "StateError",
+    "Timeout", "ALIASES", "OUTPUTS", "Image", "ImageRequest",
     "Renderer", "find_program", "look_at", "pose",
     "LightKind", "Property", "Status", "Welcome", "FRAME_DISCONTINUITY", "Stream", "version",
     "VISIBLE", "BASE_COLOR", "LIGHT", "CAMERA", "NODE", "VERTICES", "DIRECTIONAL", "POINT", "SPOT",

@@ -158,8 +158,8 @@ def rigid(numbers: Any, name: str) -> "Numbers":
         for column in range(3):
             length = math.sqrt(sum(m[4 * r + column] ** 2 for r in range(3)))
             if abs(length - 1) > 0.01:  # NaN is refused by the library
-                raise _refuse(f"{name} scales axis {'XYZ'[column]} by {length:.4g}; a camera has a rotation and a position "
-                              "only")
+                raise _refuse(f"{name} scales axis {'XYZ'[column]} by {length:.4g}; a camera has only a rotation "
+                              "and a position")
     return pose
 
 

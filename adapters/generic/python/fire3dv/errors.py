@@ -1,4 +1,7 @@
 """Exceptions of the package. Each text is one sentence; errors of the C library keep its text."""
+import os
+import sys
+import warnings
 from enum import IntEnum
 from typing import Dict, Type
 
@@ -62,6 +65,19 @@ class RendererNotFound(RendererError):
     """The program fire3dv was not found; the text has the searched places."""
 
 
+class SceneWarning(UserWarning):
+    """A stream does not do what its program probably means: names without a node, poses that were never filled."""
+
+
+def warn(text: str) -> None:
+    """Warns, at the line of the program that called this package."""
+    frame, level = sys._getframe(1), 2
+    while frame is not None and os.path.dirname(frame.f_code.co_filename) == _PACKAGE:
+        frame, level = frame.f_back, level + 1  # type: ignore[assignment]
+    warnings.warn(text, SceneWarning, stacklevel=level)
+
+
+_PACKAGE = os.path.dirname(__file__)
 _OF_CODE: Dict[int, Type[Error]] = {
     ErrorCode.ARGUMENT: ArgumentError, ErrorCode.STATE: StateError, ErrorCode.SYSTEM: OperatingSystemError,
     ErrorCode.BUDGET: BudgetError, ErrorCode.REFUSED: RefusedError,

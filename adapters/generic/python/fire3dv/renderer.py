@@ -14,6 +14,7 @@ from typing import Any, List, Mapping, Optional, Sequence, Tuple, Union
 from ._library import library
 from ._numbers import real, whole
 from ._process import GuardedProcess
+from ._scene_names import SceneNames
 from .errors import ArgumentError, Error, ErrorCode, LibraryNotFound, RendererError, RendererNotFound
 from .stream import Stream
 
@@ -104,6 +105,7 @@ class Renderer:
             self._process = GuardedProcess(command, environment, log)
         except OSError as fault:
             raise RendererError(ErrorCode.SYSTEM, f"{self.program} cannot be started: {fault}") from None
+        self.scene_names = SceneNames(self.scene, self.program, [os.fspath(argument) for argument in arguments])
         self._stop = weakref.finalize(self, self._process.stop)
         self._streams: "weakref.WeakSet[Stream]" = weakref.WeakSet()
         try:

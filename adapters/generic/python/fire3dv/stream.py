@@ -2,14 +2,14 @@
 from __future__ import annotations
 
 import ctypes
-import warnings
+import time
 from ctypes import byref, c_char_p, c_double, c_float, c_int64, c_uint32, c_uint64, c_void_p
-from typing import TYPE_CHECKING, Any, Iterable, List, Optional, Sequence, Union
+from typing import TYPE_CHECKING, Any, Iterable, List, Optional, Sequence, Set, Union
 
 from . import _library as c
 from ._library import check, encoded, library
 from ._numbers import Numbers, real, whole
-from .errors import ArgumentError, ErrorCode, StateError, Timeout, error_of
+from .errors import ArgumentError, ErrorCode, StateError, Timeout, error_of, warn
 from .images import ImageRequests
 from .status import LightKind, Property, Status
 
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 else:
     Array = Any
 
+_ANSWER_INTERVAL_S = 0.1
+_MESSAGE_BYTES = 500  # a longer welcome_message may be truncated
 FRAME_DISCONTINUITY = 1  #: flag: bodies or time jumped; renderers do not interpolate into this frame
 
 
@@ -53,6 +55,10 @@ class Stream(ImageRequests):
         self._sequence = 0
         self._node_names: Optional[List[str]] = None
         self._first_poses = False
+        self._answered = True  # nothing to wait for before describe()
+        self._asked_at_s = 0.0
+        self._added: Set[str] = set()  # by add_node: in the scene with a frame, after the first answer
+        self._uri = uri
         options = c.Options(ctypes.sizeof(c.Options), encoded(adapter_name, "adapter_name"),
                             encoded(key_file, "key_file"), encoded(tls_ca_file, "tls_ca_file"),
                             encoded(tls_certificate_file, "tls_certificate_file"),
@@ -65,6 +71,13 @@ class Stream(ImageRequests):
     def close(self) -> None:
         """Ends the stream: renderers reset its nodes and edits. May be called repeatedly."""
         if self._stream:
+            try:
+                self._look_for_answer(0)
+            finally:  # also where warnings are errors
+                self._end()
+
+    def _end(self) -> None:
+        if self._stream:
             library().fire3dv_close(byref(self._stream))
 
     def __enter__(self) -> Stream:
@@ -75,7 +88,13 @@ class Stream(ImageRequests):
 
     def __del__(self) -> None:
         if getattr(self, "_stream", None):
-            self.close()
+            self._end()
+
+    def __repr__(self) -> str:
+        if not self._stream:
+            return f"<fire3dv.Stream to {self._uri}, closed>"
+        nodes = "not described" if self._node_names is None else f"{len(self._node_names)} nodes"
+        return f"<fire3dv.Stream to {self._uri}, {nodes}, frame {self._sequence}>"
 
     @property
     def handle(self) -> c_void_p:
@@ -98,7 +117,8 @@ class Stream(ImageRequests):
                  scene_uri: Optional[str] = None) -> None:
         """Sets the nodes of the stream: pose i moves the scene node of name i. May be called again.
 
-        world_from_stream: (3, 4) or (4, 4) float64, from the stream's frame to the renderer's world (glTF's: Y up, metres).
+        world_from_stream: (3, 4) or (4, 4) float64, from the stream's frame to the renderer's world (glTF's: Y up,
+        metres).
         body_from_node: (3, 4) float32 for all nodes, or (n, 3, 4). Both are the identity where left out.
         nominal_rate_hz: frames per second of simulated time, 0: unknown. scene_uri: informative, for users and recordings.
         """
@@ -118,23 +138,25 @@ class Stream(ImageRequests):
         self._sequence = 0
         self._node_names = [name.decode() for name in names if name is not None]
         self._first_poses = True
+        self._answered = False
 
     def publish(self, sim_time_ns: int, stream_from_body: Array, flags: int = 0) -> int:
         """Publishes one whole frame and returns its sequence. Does not block.
 
         stream_from_body: (n, 3, 4), (n, 4, 4) or (n, 12), one pose per described node: transforms body coordinates to
-        stream coordinates, row-major, metres unless world_from_stream scales; fire3dv.pose makes them. Contiguous float32
-        arrays, but for (n, 4, 4), are passed to the library without a copy. flags: FRAME_DISCONTINUITY or 0.
+        stream coordinates, row-major, metres unless world_from_stream scales; fire3dv.pose makes them. Contiguous
+        float32 arrays, but for (n, 4, 4), are passed to the library without a copy. flags: FRAME_DISCONTINUITY or 0.
         """
         poses = Numbers(stream_from_body, (3, 4), "stream_from_body")
         names = self._described()
         if poses.rows != len(names):
-            raise ArgumentError(ErrorCode.ARGUMENT, f"stream_from_body has {poses.rows} poses; describe() named {len(names)} "
-                                "nodes")
+            raise ArgumentError(ErrorCode.ARGUMENT, f"stream_from_body has {poses.rows} poses; describe() named "
+                                f"{len(names)} nodes")
         self._check_first_poses(poses, names)
         check(library().fire3dv_publish(self.handle, whole(sim_time_ns, c_int64, "sim_time_ns"), poses.address,
                                         poses.rows, whole(flags, c_uint32, "flags")))
         self._sequence += 1
+        self._look_for_answer(_ANSWER_INTERVAL_S)
         return self._sequence
 
     def _described(self) -> List[str]:
@@ -152,14 +174,13 @@ class Stream(ImageRequests):
         zero = bytes(48)
         nothing = [name for i, name in enumerate(names) if memory[48 * i:48 * i + 48] == zero]
         if nothing:
-            warnings.warn(f"all numbers of the pose are 0 for {_listed(nothing)}: such a node is a point, and invisible",
-                          stacklevel=3)
+            warn(f"all numbers of the pose are 0 for {_listed(nothing)}: such a node is a point, and invisible")
 
     def publish_some(self, sim_time_ns: int, node_indices: Array, stream_from_body: Array, flags: int = 0) -> int:
         """Publishes a frame with the poses of the moved nodes only, and returns its sequence.
 
-        node_indices: (k,) uint32, increasing; stream_from_body: (k, 3, 4), as in publish. The other nodes keep their poses. The
-        first such frame after describe() must contain all nodes.
+        node_indices: (k,) uint32, increasing; stream_from_body: (k, 3, 4), as in publish. The other nodes keep their
+        poses. The first such frame after describe() must contain all nodes.
         """
         poses = Numbers(stream_from_body, (3, 4), "stream_from_body")
         names = self._described()
@@ -171,15 +192,45 @@ class Stream(ImageRequests):
         check(library().fire3dv_publish_some(self.handle, whole(sim_time_ns, c_int64, "sim_time_ns"), indices.address,
                                              poses.address, poses.rows, whole(flags, c_uint32, "flags")))
         self._sequence += 1
+        self._look_for_answer(_ANSWER_INTERVAL_S)
         return self._sequence
 
     def poll(self) -> Status:
         """Processes replies of renderers and returns their status. Does not block. Call it regularly."""
         raw = c.RawStatus(ctypes.sizeof(c.RawStatus))
         check(library().fire3dv_poll(self.handle, byref(raw)))
+        self._report_answer(raw)
         return Status(raw.renderers, raw.epoch, raw.sequence, raw.acked_sequence, raw.frames_published,
                       raw.frames_dropped, raw.welcome, raw.unmatched_names,
                       raw.welcome_message.decode("utf-8", "replace"), raw.conflicting_names, raw.contested_names)
+
+    def _look_for_answer(self, interval_s: float) -> None:
+        """Warns once for each describe() if the renderer's answer names faults, also where poll() is never called."""
+        now_s = time.monotonic()
+        if self._answered or now_s - self._asked_at_s < interval_s:
+            return
+        self._asked_at_s = now_s
+        raw = c.RawStatus(ctypes.sizeof(c.RawStatus))
+        if library().fire3dv_poll(self.handle, byref(raw)) == 0:
+            self._report_answer(raw)
+
+    def _report_answer(self, raw: c.RawStatus) -> None:
+        if self._answered or raw.welcome < 0:
+            return
+        self._answered = True
+        message = raw.welcome_message.decode("utf-8", "replace")
+        described = self._node_names or []
+        dots = " ..." if len(raw.welcome_message) >= _MESSAGE_BYTES else ""
+        absent = "the scene has no node, or several, for"
+        for count, start, fault in ((raw.unmatched_names, "no scene node is called ", absent),
+                                    (raw.conflicting_names, "another stream drives ", "another stream drives")):
+            names = message.partition(start)[2].partition("; another stream drives ")[0].split(", ")
+            others = [name for name in names if name not in self._added]
+            count -= len(names) - len(others)
+            if count > 0 and others:
+                warn(f"{fault} {count} of the {len(described)} nodes of describe(): {', '.join(others)}{dots}")
+        if raw.welcome > 0:
+            warn(f"the renderer does not accept this stream: {message}")
 
     def wait_ack(self, sequence: int, timeout_ms: int) -> bool:
         """Lockstep: waits until a renderer has shown this frame. Returns False on timeout."""
@@ -189,6 +240,7 @@ class Stream(ImageRequests):
                        lambda wait_ms: library().fire3dv_wait_ack(self.handle, number, wait_ms))
         except Timeout:
             return False
+        self._look_for_answer(0)
         return True
 
     # Scene edits are keyed state: the newest value of each node and property is valid. A frame is shown with all edits
@@ -235,8 +287,8 @@ class Stream(ImageRequests):
                  asset_uri: Optional[str] = None, asset_glb: Optional[bytes] = None) -> None:
         """Adds a node to the scene.
 
-        parent: None for the scene's root. parent_from_node: (3, 4) or (4, 4), rest pose, metres. asset_uri: a glTF file below the
-        renderer's asset folder. asset_glb: contents of a .glb file. Without either the node is empty.
+        parent: None for the scene's root. parent_from_node: (3, 4) or (4, 4), rest pose, metres. asset_uri: a glTF file
+        below the renderer's asset folder. asset_glb: contents of a .glb file. Without either the node is empty.
         """
         matrix = Numbers(parent_from_node if parent_from_node is not None else [], (3, 4), "parent_from_node")
         if matrix.rows > 1:
@@ -250,6 +302,7 @@ class Stream(ImageRequests):
                        encoded(asset_uri, "asset_uri"),
                        ctypes.cast(c_char_p(glb), c_void_p) if glb else None, len(glb))
         check(library().fire3dv_add_node(self.handle, encoded(node, "node"), byref(added)))
+        self._added.add(node)
 
     def remove_node(self, node: str) -> None:
         """Removes the node, added or from the file, and its descendants."""

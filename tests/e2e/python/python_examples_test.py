@@ -13,7 +13,7 @@ import numpy
 from harness import HANG_S, Program, main, vulkan_environment
 from image_reader import check, read_png
 
-EXAMPLES = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../examples"))
+EXAMPLES = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../../examples"))
 
 
 def readme(example):

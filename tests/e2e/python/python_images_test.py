@@ -1,0 +1,185 @@
+"""End-to-end test of fire3dv.Image: planes by attribute, names of instances, files, and warnings about node names.
+
+python_images_test.py FIRE3DV [CASE...]
+"""
+import json
+import os
+import struct
+import subprocess
+import time
+import warnings
+import zlib
+
+import numpy
+
+import fire3dv
+from fire3dv._files import png
+from fire3dv._scene_names import SceneNames
+from greedy_scene import Binary, write_glb
+from harness import HANG_S, main, vulkan_environment
+from image_reader import SIZE, check, read_png
+
+CAMERA = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 50]  # with fx 50 a unit of the scene is a pixel
+ALL = ("color", "linear", "depth", "instance", "semantic", "normal", "motion", "boxes2d", "boxes3d")
+
+
+def raised(kind, text, call):
+    try:
+        call()
+    except kind as error:
+        check(text in str(error), f"{text!r} is not in: {error}")
+        return
+    raise AssertionError(f"no {kind.__name__} was raised, expected: {text}")
+
+
+def renderer_of(test, scene, *arguments):
+    os.environ.update(vulkan_environment())
+    return fire3dv.Renderer(scene, program=test.programs_at["fire3dv"], start_timeout_s=HANG_S,
+                            arguments=["--validation", "--cache", "off", "--tone-map", "none", *arguments])
+
+
+def planes(test):
+    with renderer_of(test, test.scene) as renderer, renderer.stream("planes") as stream:
+        check("not described" in repr(stream), repr(stream))
+        stream.describe(["red"])
+        stream.publish(1_500_000_000, [fire3dv.pose((-20, 0, 0))])
+        with stream.request_image(*SIZE, parent_from_camera=CAMERA, fx=50, outputs=ALL) as request:
+            image = request.wait(HANG_S)
+            check("ImageRequest 1 of <fire3dv.Stream to shm://" in repr(request), repr(request))
+        with image:
+            check(f"{SIZE[0]}x{SIZE[1]} of color_srgb8" in repr(image) and "frame 1 at 1.5 s>" in repr(image), repr(image))
+            for name in ALL:
+                full = fire3dv.ALIASES.get(name, name)
+                same = image[name], image[full], getattr(image, name)
+                check(len({(a.ctypes.data, a.shape, a.dtype) for a in same}) == 1, f"{name} is another array by another name")
+                check(name in image and full in image and full in image.outputs, name)
+            names = image.names()
+            check(sorted(names.values()) == ["blue", "green", "red"], f"{names}")
+            [red] = [number for number, name in names.items() if name == "red"]
+            y, x = numpy.nonzero(image.instance == red)
+            check(abs(x.mean() + 0.5 - SIZE[0] / 2 + 20) < 1 and abs(y.mean() + 0.5 - SIZE[1] / 2 + 30) < 1, "red is elsewhere")
+            check((numpy.median(image.color[y, x], axis=0) == (255, 0, 0, 255)).all(), "red is of another colour")
+            check(numpy.abs(image.depth[y, x] - 50).max() < 1e-3, "red is at another depth")
+            check(image.names(test.scene) == names, "the file gives other names")
+
+            files = {"png": test.path("image.PNG"), "depth": test.path("depth.npy"), "boxes": test.path("boxes.npy")}
+            image.save(files["png"])
+            image.save(files["depth"], "depth")
+            image.save(files["boxes"], output="boxes2d")
+            picture = read_png(files["png"])
+            check(b"".join(picture.rows) == image.color[..., :3].tobytes(), "the PNG has other pixels")
+            check(picture.text == {"Epoch": f"{image.epoch:016x}", "Sequence": "1", "SimTimeNs": "1500000000"}, picture.text)
+            check((numpy.load(files["depth"]) == image.depth).all(), "depth.npy has other numbers")
+            check((numpy.load(files["boxes"]) == image.boxes2d).all(), "boxes.npy has other boxes")
+            with open(files["png"], "rb") as file:
+                check(file.read() == image._repr_png_(), "Jupyter shows another image")
+            raised(fire3dv.ArgumentError, "holds color; write depth to a .npy", lambda: image.save("x.png", "depth"))
+            raised(fire3dv.ArgumentError, "name one of them as output", lambda: image.save("x.npy"))
+            raised(fire3dv.ArgumentError, "neither with .png nor with .npy", lambda: image.save("x.jpg"))
+            raised(KeyError, "semantic exist); request_image", lambda: image["deep"])
+        raised(fire3dv.StateError, "closed", lambda: image.depth)
+        check(image._repr_png_() is None and "closed>" in repr(image), repr(image))
+        image.release()  # the older name
+
+        with stream.request_image(8, 8, fx=50, outputs=["depth"]).wait(HANG_S) as image:
+            raised(AttributeError, "the image has no color_srgb8; request_image(outputs=...) asked for: depth_f32",
+                   lambda: image.color)
+            check(not hasattr(image, "instance") and image._repr_png_() is None, "there is more than depth")
+            raised(fire3dv.StateError, "add \"instance\"", image.names)
+            image.save(test.path("only.npy"))
+            check((numpy.load(test.path("only.npy")) == image.depth).all(), "only.npy has other numbers")
+        # Without a Renderer, the file must be named.
+        other = fire3dv.Image(image_handle(stream))
+        raised(fire3dv.StateError, "names(scene=\"FILE\")", other.names)
+        raised(FileNotFoundError, "none.glb", lambda: other.names(test.path("none.glb")))
+
+
+def image_handle(stream):
+    return stream.request_image(8, 8, fx=50, outputs=["instance"]).wait(HANG_S)._handle
+
+
+def pixels(test):
+    """PNG files of random pixels and of the smallest sizes."""
+    source = numpy.random.default_rng(1)
+    for width, height in ((1, 1), (1, 7), (7, 1), (33, 20)):
+        color = source.integers(0, 256, (height, width, 4), numpy.uint8)
+        path = test.path("random.png")
+        with open(path, "wb") as file:
+            file.write(png(color[::-1], {"Key": "value"}))
+        check(b"".join(read_png(path).rows) == color[::-1, :, :3].tobytes(), f"{width}x{height}: other pixels")
+    check(zlib.crc32(b"IEND") == struct.unpack(">I", png(color, {})[-4:])[0], "the end is damaged")
+
+
+def names(test):
+    """Instance ids and names against the list that the renderer writes: order of the file, roots, instances, other scenes."""
+    binary = Binary()
+    mesh = {"primitives": [{**binary.quad(0.4), "material": 0}]}
+    places = binary.accessor(struct.pack("<6f", -3, 2, 0, -1, 2, 0), 5126, 2, "VEC3")
+    nodes = [{"name": "leaf", "mesh": 0, "translation": [3, 0, 0]}, {"name": "hidden", "mesh": 0},
+             {"name": "second", "children": [4, 0]}, {"name": "grid", "mesh": 0, "extensions": {
+                 "EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": places}}}},
+             {"mesh": 0, "translation": [0, -2, 0]}, {"name": "first", "mesh": 0, "children": [3]}]
+    glb = test.path("names.glb")
+    write_glb(glb, binary.document(
+        scenes=[{"nodes": [1]}, {"nodes": [5, 2, 0]}], nodes=nodes, meshes=[mesh], materials=[{}],
+        extensionsUsed=["EXT_mesh_gpu_instancing"]) | {"scene": 1}, binary.bytes)
+    check(SceneNames(glb).names() == ["first", "grid", "grid", "grid", "second", "", "leaf"], f"{SceneNames(glb).names()}")
+    arm = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../assets/robots/arm_description/urdf/arm.urdf")
+    for scene, view in ((glb, [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 8]), (arm, fire3dv.look_at((2, 1.5, 2), (0, 0.3, 0)))):
+        with renderer_of(test, scene) as renderer, renderer.stream() as stream:
+            stream.describe([])
+            stream.publish(0, [])
+            with stream.request_image(96, 96, fx=80, parent_from_camera=view, outputs=["instance", "boxes2d"]).wait(HANG_S) as image:
+                shown = image.names()
+                check(set(shown) == set(image.boxes2d["instance"].tolist()), f"{shown}")
+        folder = test.path("listed")
+        subprocess.run([test.programs_at["fire3dv"], scene, "--cache", "off", "--headless", "--size", "16x16", "--frames", "1",
+                        "--outputs", "instance", "--out", folder], check=True, stderr=subprocess.DEVNULL)
+        with open(os.path.join(folder, "instances.jsonl"), encoding="utf-8") as file:
+            listed = {entry["instance"]: entry["name"] for entry in map(json.loads, file)}
+        if scene == glb:  # the renderer's instances have no names of their own
+            check(shown == {1: "first", 3: "grid", 4: "grid", 6: "", 7: "leaf"}, f"{shown}")
+            check(listed == {**shown, 3: "", 4: ""}, f"{listed}")
+        else:
+            check(len(shown) >= 2 and shown.items() <= listed.items(), f"{shown} are not of {listed}")
+    for text, fault in ((b"glTF\2", "is no glTF file"), (b"[]", "its JSON is no object"),
+                        (b'{"nodes":[{"children":[0]}],"scenes":[{"nodes":[3]}]}', "is no valid glTF file")):
+        with open(test.path("bad.gltf"), "wb") as file:
+            file.write(text)
+        raised(fire3dv.ArgumentError, fault, SceneNames(test.path("bad.gltf")).names)
+
+
+def warned(test):
+    """A wrong name is reported once for each describe(), with the name, at the line of the program."""
+    with renderer_of(test, test.scene) as renderer, renderer.stream() as stream:
+        for action in ("poll", "publish", "image", "close"):
+            with warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("always")
+                stream.add_node("mine")
+                stream.describe(["red", "rot", "mine", "grün"])
+                poses = [fire3dv.pose()] * 4
+                sequence = stream.publish(0, poses)
+                if action == "image":
+                    stream.request_image(8, 8, fx=50, sequence=sequence).wait(HANG_S).close()
+                end = time.monotonic() + HANG_S
+                while not caught and action != "close" and time.monotonic() < end:
+                    stream.poll() if action == "poll" else stream.publish(0, poses)
+                if action == "close":
+                    time.sleep(1)  # the answer must be there; a busy machine only makes this case weaker
+                    stream.close()
+                for _ in range(3 if stream.is_open else 0):
+                    stream.poll()
+            texts = [str(w.message) for w in caught]
+            check(texts == ["the scene has no node, or several, for 2 of the 4 nodes of describe(): rot, grün"]
+                  or action == "close" and not texts, f"{action}: {texts}")
+            check(all(w.filename == __file__ and w.category is fire3dv.SceneWarning for w in caught), f"{caught}")
+    with renderer_of(test, test.scene) as renderer, warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with renderer.stream() as stream:  # no warning where all is right
+            stream.describe(["red", "blue"])
+            stream.publish(0, [fire3dv.pose()] * 2)
+            stream.request_image(8, 8, fx=50, sequence=1).wait(HANG_S).close()
+
+
+if __name__ == "__main__":
+    main({"planes": planes, "pixels": pixels, "names": names, "warned": warned}, ["fire3dv"])
