@@ -26,5 +26,8 @@ if(FIRE3DV_PYTHON AND NOT FIRE3DV_SANITIZE)
     endfunction()
     python_renderer_case(renderer python_renderer_test.py $<TARGET_FILE:fire3dv>)
     python_renderer_case(images python_images_test.py $<TARGET_FILE:fire3dv>)
+    if(TARGET fire3dv-mujoco)  # the converter reads MJCF
+      python_renderer_case(mujoco python_mujoco_test.py $<TARGET_FILE:fire3dv>)
+    endif()
   endif()
 endif()
