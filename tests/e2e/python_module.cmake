@@ -15,8 +15,13 @@ if(FIRE3DV_PYTHON AND NOT FIRE3DV_SANITIZE)
   python_module_case(poses ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python/python_poses_test.py)
   python_module_case(conformance ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python/python_conformance_test.py
     $<TARGET_FILE:stream_dump> ${PROJECT_SOURCE_DIR}/tests/conformance/data)
+  set(python_renderer)
+  if(TARGET fire3dv)
+    set(python_renderer $<TARGET_FILE:fire3dv>)
+  endif()
   python_module_case(installed ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python/python_install_test.py
-    ${PROJECT_SOURCE_DIR} $<TARGET_FILE:fire3dv_client> ${PROJECT_VERSION})
+    ${PROJECT_SOURCE_DIR} $<TARGET_FILE:fire3dv_client> ${PROJECT_VERSION} ${python_renderer})
+  set_tests_properties(python_module_installed PROPERTIES TIMEOUT 900)
   if(TARGET fire3dv)
     function(python_renderer_case name script)  # ... programs and cases
       python_module_case(${name} ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python/${script} ${ARGN})

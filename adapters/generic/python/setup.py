@@ -1,10 +1,14 @@
-"""Build step that copies the client library of this source tree into the package.
+"""Build step that copies the client library, the renderer and the converter of this source tree into the package.
 
-FIRE3DV_CLIENT_LIBRARY in the environment names another one; empty, it leaves the library out.
+FIRE3DV_CLIENT_LIBRARY in the environment names another library, FIRE3DV another renderer; empty, they leave it out. All
+intermediate files are in a temporary folder: the source tree stays clean.
 """
+import atexit
 import os
 import runpy
 import shutil
+import sys
+import tempfile
 
 from setuptools import Distribution, setup
 from setuptools.command.build_py import build_py
@@ -12,6 +16,7 @@ from setuptools.command.build_py import build_py
 HERE = os.path.dirname(os.path.abspath(__file__))
 PACKAGE = os.path.join(HERE, "fire3dv")
 PLACES = runpy.run_path(os.path.join(PACKAGE, "_places.py"))
+CONVERTER = "fire3dv-convert"  # the renderer looks for it in its own folder
 
 
 def library():
@@ -21,16 +26,40 @@ def library():
     return next(iter(PLACES["in_build_trees"](PACKAGE)), None)
 
 
-class WithLibrary(build_py):
+def programs():
+    """Renderer and converter, of the build that the library is from."""
+    named = os.environ.get("FIRE3DV")
+    if named is not None:
+        renderer = named
+    else:
+        renderer = os.path.join(os.path.dirname(library()), os.pardir, "bin", "fire3dv") if library() else ""
+    found = [renderer, os.path.join(os.path.dirname(renderer), CONVERTER)] if renderer else []
+    return [program for program in found if os.access(program, os.X_OK)]
+
+
+class WithPrograms(build_py):
     def run(self):
         super().run()
+        package = os.path.join(self.build_lib, "fire3dv")
         if library():
-            shutil.copyfile(library(), os.path.join(self.build_lib, "fire3dv", PLACES["FILE_NAME"]))
+            shutil.copyfile(library(), os.path.join(package, PLACES["FILE_NAME"]))
+        for program in programs():
+            os.makedirs(os.path.join(package, "bin"), exist_ok=True)
+            shutil.copy(program, os.path.join(package, "bin", os.path.basename(program)))
 
 
 class OfOnePlatform(Distribution):
     def has_ext_modules(self):
-        return library() is not None
+        return bool(library() or programs())
 
 
-setup(cmdclass={"build_py": WithLibrary}, distclass=OfOnePlatform)
+def in_temporary_folder():
+    """Options of setuptools' commands, which write into the source tree otherwise."""
+    if "develop" in sys.argv:  # links to the source tree
+        return {}
+    folder = tempfile.mkdtemp(prefix="fire3dv-build-")
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return {"build": {"build_base": folder}, "egg_info": {"egg_base": folder}}
+
+
+setup(cmdclass={"build_py": WithPrograms}, distclass=OfOnePlatform, options=in_temporary_folder())

@@ -164,6 +164,7 @@ def warned(test):
                 end = time.monotonic() + HANG_S
                 while not caught and action != "close" and time.monotonic() < end:
                     stream.poll() if action == "poll" else stream.publish(0, poses)
+                check(caught or action == "close", f"{action}: no warning came")
                 if action == "close":
                     time.sleep(1)  # the answer must be there; a busy machine only makes this case weaker
                     stream.close()

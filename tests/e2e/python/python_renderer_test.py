@@ -15,7 +15,7 @@ import numpy
 import fire3dv
 import fire3dv._process
 from harness import HANG_S, main, vulkan_environment, wait_until
-from image_reader import SIZE, check
+from image_reader import SIZE, check, read_png, write_scene
 
 CAMERA = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 50]  # with fx 50 a unit of the scene is a pixel
 LISTENING = "echo 'fire3dv: info: listening on shm://script'; "
@@ -84,6 +84,23 @@ def draws(test):
     check(not lives(first.pid) and not third.is_open and "closed>" in repr(first), repr(first))
     raised(fire3dv.RendererError, "is closed", wait_for_it)
     first.close()  # may be called again
+
+
+def readme(test):
+    """The first example of the package's README, with a scene of ours."""
+    os.environ.update(vulkan_environment())
+    os.environ["FIRE3DV"] = test.programs_at["fire3dv"]
+    path = os.path.join(os.path.dirname(os.path.dirname(fire3dv.__file__)), "README.md")
+    with open(path, encoding="utf-8") as file:
+        example = file.read().split("```python\n")[1].split("```")[0]
+    check("Renderer(" in example and len(example.splitlines()) <= 15, example)
+    write_scene(test.path("scene.glb"), squares={"arm": ((1, 0, 0), 0)})
+    done = subprocess.run([sys.executable, "-W", "error", "-c", example], cwd=test.folder, capture_output=True, text=True,
+                          check=False)
+    check(done.returncode == 0, done.stderr)
+    check(done.stdout.endswith("{1: 'arm'}\n"), done.stdout)
+    picture = read_png(test.path("arm.png"))
+    check((picture.width, picture.height) == (640, 480) and picture.text["Sequence"] == "10", f"{picture.text}")
 
 
 def faults(test):
@@ -194,4 +211,4 @@ def parent_ends(test):
 
 
 if __name__ == "__main__":
-    main({"draws": draws, "faults": faults, "programs": programs, "ends": ends, "parent_ends": parent_ends}, ["fire3dv"])
+    main({"draws": draws, "readme": readme, "faults": faults, "programs": programs, "ends": ends, "parent_ends": parent_ends}, ["fire3dv"])
