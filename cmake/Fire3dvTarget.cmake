@@ -76,6 +76,7 @@ function(fire3dv_program name)
   add_executable(${name} ${arg_SOURCES})
   target_link_libraries(${name} PRIVATE fire3dv_flags ${arg_LINK})
   if(NOT arg_PRECOMPILED)
+    target_link_libraries(${name} PRIVATE fire3dv_build_info)  # for --version; not in tests
     set(arg_PRECOMPILED fire3dv_program_headers)
   endif()
   fire3dv_reuse_precompiled(${name} ${arg_PRECOMPILED})

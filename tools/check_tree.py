@@ -33,7 +33,7 @@ ALLOWED = {
     # The model's scene and images: to be reduced to the converter.
     "adapters/mujoco": WIRE + " adapters/generic renderer/scene renderer/sinks tools/convert",
     "examples": "adapters/generic",
-    "examples/common": "examples adapters/generic protocol/base/glb.h",
+    "examples/common": "examples adapters/generic protocol/base/glb.h protocol/base/command_line.h",
     "shaders": "",
     "renderer/scene": WIRE,
     "renderer/gpu": BASE + " shaders",

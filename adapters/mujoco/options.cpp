@@ -66,7 +66,7 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
   app.footer(
       "Standard input: pause, go, step, reset, quit. Exit status: 0 done, 1 error, 2 wrong usage.\n"
       "Details: man fire3dv-mujoco.");
-  app.set_help_flag("-h,--help", "print this help and exit");
+  set_program_flags(app);
   app.add_option("model", options.model, "MJCF file")->required();
   app.add_option("--to", options.publish.uris, "shm://NAME, or tcp, tls, udp://HOST:PORT; repeatable")
       ->type_name("URI")

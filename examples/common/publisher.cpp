@@ -7,36 +7,13 @@
 #include <memory>
 #include <utility>
 
+#include "protocol/base/command_line.h"
+
 namespace examples {
 
-namespace {
-
-class HelpFormatter : public CLI::Formatter {
- public:
-  explicit HelpFormatter(std::string usage) : usage_(std::move(usage)) {}
-
-  std::string make_option(const CLI::Option* option, bool /*is_positional*/) const override {
-    constexpr size_t kColumn = 30;
-    const std::string name = option->get_lnames().front();
-    std::string left = (name == "help" ? "  -h, --" : "  --") + name;
-    if (option->get_items_expected_max() > 0) left += " " + option->get_type_name();
-    left += left.size() < kColumn ? std::string(kColumn - left.size(), ' ') : "  ";
-    const std::string& initial = option->get_default_str();
-    return left + option->get_description() + (initial.empty() ? "" : " (default: " + initial + ")") + "\n";
-  }
-  std::string make_usage(const CLI::App* app, std::string /*name*/) const override {
-    return "Usage: " + app->get_name() + " " + usage_ + "\n\n";
-  }
-
- private:
-  std::string usage_;
-};
-
-}  // namespace
-
 void set_help(CLI::App& app, const std::string& usage) {
-  app.formatter(std::make_shared<HelpFormatter>(usage));
-  app.set_help_flag("-h,--help", "print this help and exit");
+  app.formatter(std::make_shared<fire3dv::HelpFormatter>(usage));
+  fire3dv::set_program_flags(app);
 }
 
 CLI::Option* add_link_options(CLI::App& app, LinkOptions& options) {

@@ -21,7 +21,8 @@ struct LinkOptions {
   double ack_timeout_s = 60;  // lockstep timeout
 };
 
-// Sets the format of --help: one line per option, in groups, at most 100 columns. usage: the arguments.
+// Sets the format of --help (one line per option, in groups, at most 100 columns) and --version. usage: the
+// arguments.
 void set_help(CLI::App& app, const std::string& usage);
 
 // A range that --help does not print.

@@ -1,14 +1,19 @@
-// Conventions of all command lines: help with one line for each option, in groups, at most 100 columns; and
-// checks of numbers that CLI11's own range lets pass (NaN, infinity).
+// Conventions of all command lines: help with one line for each option, in groups, at most 100 columns;
+// --version; suggestions for unknown options; and checks of numbers that CLI11's own range lets pass (NaN,
+// infinity).
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <charconv>
+#include <cstddef>
 #include <functional>
 #include <memory>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "protocol/base/build_info.h"
 
 namespace fire3dv {
 
@@ -42,6 +47,66 @@ class HelpFormatter : public CLI::Formatter {
 
   std::string usage_;
 };
+
+// Number of insertions, deletions, replacements and swaps of neighbours that turn one word into the other.
+inline size_t edit_distance(const std::string& from, const std::string& to) {
+  std::vector<size_t> before, last, row(to.size() + 1);
+  for (size_t j = 0; j < row.size(); ++j) row[j] = j;
+  for (size_t i = 1; i <= from.size(); ++i) {
+    before = std::exchange(last, row);
+    row[0] = i;
+    for (size_t j = 1; j <= to.size(); ++j) {
+      row[j] = std::min({last[j] + 1, row[j - 1] + 1, last[j - 1] + (from[i - 1] != to[j - 1])});
+      if (i > 1 && j > 1 && from[i - 1] == to[j - 2] && from[i - 2] == to[j - 1])
+        row[j] = std::min(row[j], before[j - 2] + 1);
+    }
+  }
+  return row.back();
+}
+
+// The long option that a mistyped name without dashes stands for; empty: none is close.
+inline std::string closest_option(const CLI::App& app, const std::string& name) {
+  std::string closest;
+  size_t least = std::max<size_t>(1, name.size() / 3) + 1;
+  const auto look = [&](const CLI::App& commands) {
+    for (const CLI::Option* option : commands.get_options()) {
+      for (const std::string& known : option->get_lnames()) {
+        const bool is_start = name.size() >= 3 && known.starts_with(name);
+        const size_t distance = is_start ? 1 : edit_distance(name, known);
+        if (distance < least) closest = known;
+        least = std::min(least, distance);
+      }
+    }
+  };
+  look(app);
+  for (const CLI::App* command : app.get_subcommands()) look(*command);
+  return closest;
+}
+
+// Text of a usage error. Names all unknown long options, each with the closest known one.
+inline std::string usage_text(const CLI::App& app, const CLI::Error& error) {
+  std::string text;
+  for (const std::string& word : app.remaining(true)) {
+    if (!word.starts_with("--") || word.size() == 2) continue;
+    const std::string name = word.substr(2, word.find('=') - 2);
+    const std::string closest = closest_option(app, name);
+    text += (text.empty() ? "unknown option --" : "; unknown option --") + name;
+    if (!closest.empty()) text += ", did you mean --" + closest + "?";
+  }
+  return text.empty() ? error.what() : text;
+}
+
+// Sets --help, --version and the text of usage errors of a program, not of its subcommands. Call it when the
+// program's name is set.
+inline void set_program_flags(CLI::App& app) {
+  app.set_help_flag("-h,--help", "print this help and exit");
+  const std::string version = app.get_name() + " " + kVersion + " (commit " + kCommit + ")\n" + kFeatures;
+  app.set_version_flag("--version", version, "print version, commit and features, and exit");
+  app.failure_message([](const CLI::App* failed, const CLI::Error& error) {
+    const std::string name = failed->get_name();
+    return name + ": error: " + usage_text(*failed, error) + " (see " + name + " --help)\n";
+  });
+}
 
 // One of these words. `type_name` of the option lists them.
 inline CLI::Validator one_of(std::vector<std::string> words) {

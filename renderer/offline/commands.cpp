@@ -151,7 +151,7 @@ std::variant<RenderOptions, int> parse_render_options(int argc, char** argv) {
   app.name("fire3dv render");
   app.formatter(std::make_shared<HelpFormatter>("FILE.mcap [SCENE] --out VIDEO|DIR [OPTIONS]"));
   app.footer("Options of images, drawing and devices are those of fire3dv. Details: man fire3dv-render.");
-  app.set_help_flag("-h,--help", "print this help and exit");
+  set_program_flags(app);
   std::string fps = "30", shard;
   app.add_option("--out", options.out, "video (.mp4, .mkv, .webm), or folder of PNG files")
       ->type_name("VIDEO|DIR");
@@ -174,7 +174,7 @@ std::variant<RenderOptions, int> parse_render_options(int argc, char** argv) {
     app.parse(reversed);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
-    return usage_error("render", error.what());
+    return usage_error("render", usage_text(app, error));
   }
   const auto refuse = [](const std::string& text) { return usage_error("render", text); };
   if (words.rest.empty() || words.rest[0].starts_with('-'))
@@ -218,7 +218,9 @@ std::variant<JoinOptions, int> parse_join_options(int argc, char** argv) {
   JoinOptions options;
   CLI::App app{
       "Puts the frames of fire3dv render --shard together, after a check that each is there exactly once."};
-  app.name("fire3dv join DIR... --out VIDEO|DIR");
+  app.name("fire3dv join");
+  app.formatter(std::make_shared<HelpFormatter>("DIR... --out VIDEO|DIR [OPTIONS]"));
+  set_program_flags(app);
   app.add_option("folders", options.folders, "what the shards wrote, in any order")->required();
   app.add_option("--out", options.out, "a video (.mp4, .mkv, .webm), or a folder for all frames");
   add_video_options(app, options.video);
@@ -226,7 +228,7 @@ std::variant<JoinOptions, int> parse_join_options(int argc, char** argv) {
     app.parse(argc - 1, argv + 1);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
-    return usage_error("join", error.what());
+    return usage_error("join", usage_text(app, error));
   }
   if (const auto wrong = check_out(options.out, options.video)) return usage_error("join", *wrong);
   return options;

@@ -1,4 +1,6 @@
-"""Help of every installed program against its conventions: one line an option, 100 columns, no option without a word about it."""
+"""Command lines of every installed program: help with one line an option and 100 columns, --version, and suggestions
+for unknown options.
+"""
 import re
 import subprocess
 import sys
@@ -23,5 +25,27 @@ def check(command):
     print(f"{name}: {options} options")
 
 
+def check_version(program):
+    result = subprocess.run([program, "--version"], capture_output=True, text=True, timeout=60)
+    name = program.rsplit("/", 1)[-1]
+    assert result.returncode == 0 and result.stderr == "", f"{name} --version: {result}"
+    assert re.fullmatch(rf"{name} \d+\.\d+\.\d+ \(commit \S+\)\n\S.*\n", result.stdout), result.stdout
+
+
+def check_suggestion(program):
+    """An option with two letters swapped is unknown, and the option is suggested. Exit status 2, whatever else is missing."""
+    name = program.rsplit("/", 1)[-1]
+    result = subprocess.run([program, "--hlep"], capture_output=True, text=True, timeout=60)
+    assert result.returncode == 2 and result.stdout == "", f"{name} --hlep: {result}"
+    assert "unknown option --hlep, did you mean --help?" in result.stderr, result.stderr
+    assert result.stderr.startswith(f"{name}: error: ") and result.stderr.count("\n") == 1, result.stderr
+    result = subprocess.run([program, "--quite-another-option"], capture_output=True, text=True, timeout=60)
+    assert result.returncode == 2 and "unknown option --quite-another-option" in result.stderr, result.stderr
+    assert "did you mean" not in result.stderr, result.stderr
+
+
 for program in sys.argv[1:]:
     check(program.split(":"))
+    if ":" not in program:
+        check_version(program)
+        check_suggestion(program)

@@ -178,7 +178,7 @@ int main(int argc, char** argv) {
   CLI::App app{"Converts an AMBF, URDF or MJCF description to a binary glTF scene.", "fire3dv-convert"};
   app.formatter(std::make_shared<fire3dv::HelpFormatter>("FILE --out OUT.glb [OPTIONS]"));
   app.footer("Exit status: 0 written, 1 failed, 2 wrong usage. Details: man fire3dv-convert.");
-  app.set_help_flag("-h,--help", "print this help and exit");
+  fire3dv::set_program_flags(app);
   Options options;
   app.add_option("file", options.file, "description; its kind follows from its contents")->required();
   app.add_option("--out,-o", options.out, "file to write; -: standard output")->type_name("OUT.glb");
@@ -208,7 +208,7 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
-    std::cerr << "fire3dv-convert: error: " << error.what() << " (see fire3dv-convert --help)\n";
+    std::cerr << "fire3dv-convert: error: " << fire3dv::usage_text(app, error) << " (see fire3dv-convert --help)\n";
     return kUsageError;
   }
   const auto usage_error = [](const char* text) {

@@ -269,7 +269,7 @@ int main(int argc, char** argv) {
   CLI::App app{"Prints streams of links or recordings: rates, losses and ages of frames.", "fire3dv-inspect"};
   app.formatter(std::make_shared<HelpFormatter>("URI|FILE.mcap... [OPTIONS]"));
   app.footer("Details: man fire3dv-inspect.");
-  app.set_help_flag("-h,--help", "print this help and exit");
+  set_program_flags(app);
   std::vector<std::string> uris;
   transport::ListenerOptions options;
   options.delivery = transport::Delivery::all;

@@ -332,7 +332,7 @@ int main(int argc, char** argv) {
   CLI::App app{"Records the streams that are published at a URI into an MCAP file.", "fire3dv-record"};
   app.formatter(std::make_shared<HelpFormatter>("--from URI... --out FILE.mcap [OPTIONS]"));
   app.footer("Rescue a damaged recording: fire3dv-record recover --help. Details: man fire3dv-record.");
-  app.set_help_flag("-h,--help", "print this help and exit");
+  set_program_flags(app);
   Options options;
   add_options(app, options);
   options.listener.delivery = transport::Delivery::all;

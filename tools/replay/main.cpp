@@ -238,7 +238,7 @@ int main(int argc, char** argv) {
   CLI::App app{"Publishes the streams of a recording with their recorded timing.", "fire3dv-replay"};
   app.formatter(std::make_shared<HelpFormatter>("FILE.mcap --to URI [OPTIONS]"));
   app.footer("Details: man fire3dv-replay.");
-  app.set_help_flag("-h,--help", "print this help and exit");
+  set_program_flags(app);
   Options options;
   app.add_option("file", options.file, "recording (.mcap)")->required();
   app.add_option("--to", options.to, "shm://NAME, or tcp, tls, udp://HOST:PORT; once, or once a stream")

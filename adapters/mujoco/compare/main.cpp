@@ -49,7 +49,7 @@ std::optional<CompareOptions> parse_compare_options(int argc, char** argv, int* 
   CLI::App app{"Compares images and step times of FIRE-3DV and MuJoCo's offscreen renderer.",
                "fire3dv-mujoco-compare"};
   app.formatter(std::make_shared<HelpFormatter>("MODEL.xml --to URI [OPTIONS]"));
-  app.set_help_flag("-h,--help", "print this help and exit");
+  set_program_flags(app);
   app.footer(
       "Exit status: 0 done, 1 error, 2 wrong usage, 77 no OpenGL without a display.\n"
       "Details: man fire3dv-mujoco-compare.");

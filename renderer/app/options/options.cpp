@@ -338,8 +338,7 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
   app.name("fire3dv");
   app.formatter(std::make_shared<HelpFormatter>("[SCENE] [OPTIONS]"));
   app.footer("Details: man fire3dv, or docs/man/fire3dv.1.md. Offline rendering: fire3dv render --help.");
-  app.set_version_flag("--version", FIRE3DV_VERSION, "print the version and exit");
-  app.set_help_flag("-h,--help", "print this help and exit");
+  set_program_flags(app);
   Texts texts;
   Given given{};
   add_input_options(app, options, given);
@@ -356,7 +355,7 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
   } catch (const CLI::ParseError& error) {
     const bool asked_for = error.get_exit_code() == 0;  // --help, --version
     if (asked_for) return app.exit(error);
-    std::cerr << "fire3dv: error: " << error.what() << " (see fire3dv --help)\n";
+    std::cerr << "fire3dv: error: " << usage_text(app, error) << " (see fire3dv --help)\n";
     return kUsageError;
   }
   auto usage_error = [](const std::string& text) {

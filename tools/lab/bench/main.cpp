@@ -86,6 +86,7 @@ int run(int argc, char** argv) {
   CLI::App app{"Measures rendering, transports and recordings of FIRE-3DV on this machine."};
   app.name("fire3dv-bench");
   fire3dv::lab::set_help(app, "COMMAND [OPTIONS]");
+  fire3dv::set_program_flags(app);
   app.footer("Options of a command: fire3dv-bench COMMAND --help. Details: man fire3dv-bench.");
   app.require_subcommand(0, 1);
   app.set_help_all_flag("--help-all", "print the options of all commands");
@@ -148,7 +149,7 @@ int run(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help
-    return usage_error(error.what());
+    return usage_error(fire3dv::usage_text(app, error));
   }
   if (app.get_subcommands().empty()) return usage_error("name a command: " + commands_of(app));
   if (*transport) return fire3dv::bench::publish_bench(rounds);

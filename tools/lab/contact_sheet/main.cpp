@@ -274,6 +274,7 @@ int main(int argc, char** argv) {
   CLI::App app{"Draws every glTF file of a folder and its subfolders on pages of thumbnails.",
                "fire3dv-contact-sheet"};
   fire3dv::lab::set_help(app, "FOLDER [OPTIONS]");
+  fire3dv::set_program_flags(app);
   app.footer("Details: man fire3dv-contact-sheet.");
   Options options;
   app.add_option("folder", options.folder, "folder of .gltf and .glb files")->required();

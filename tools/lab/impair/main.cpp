@@ -84,6 +84,7 @@ int main(int argc, char** argv) {
   CLI::App app{"Relays datagrams or streams and emulates a bad network, in both directions alike.",
                "fire3dv-impair"};
   lab::set_help(app, "FROM TO [OPTIONS]");
+  set_program_flags(app);
   app.footer("SIGUSR1 takes the link down, SIGUSR2 up again. Details: man fire3dv-impair.");
   std::string from, to;
   impair::Impairment impairment;

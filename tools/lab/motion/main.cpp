@@ -289,6 +289,7 @@ int main(int argc, char** argv) try {
   CLI::App app{"Measures the motion error that a network causes, with the newest frame and interpolated.",
                "fire3dv-motion"};
   lab::set_help(app, "COMMAND [OPTIONS]");
+  set_program_flags(app);
   app.footer("Options of a command: fire3dv-motion COMMAND --help. Details: man fire3dv-motion.");
   app.require_subcommand(1);
   const auto add_command = [&](const char* name, const char* text, const char* usage) {
