@@ -18,6 +18,8 @@
 #include "protocol/base/clock.h"
 #include "protocol/base/command_line.h"
 #include "protocol/base/error.h"
+#include "protocol/base/log.h"
+#include "protocol/base/plural.h"
 #include "protocol/base/text.h"
 #include "protocol/record/channels.h"
 #include "protocol/record/damage.h"
@@ -35,7 +37,7 @@ namespace {
 // Summary of a recording: streams, counts, times, rates, gaps and checksum validation.
 struct RecordingText {
   std::string text, json;
-  bool sound = false;
+  bool good = false;  // undamaged, and with frames
 };
 
 using nlohmann::json;
@@ -93,6 +95,11 @@ class Look {
 
   std::string text(const record::Report& report) const;
   json as_json(const record::Report& report) const;
+  uint64_t frames() const {
+    uint64_t frames = 0;
+    for (const auto& [id, topic] : topics_) frames += topic.seen().frames;
+    return frames;
+  }
 
  private:
   static void take_frame(Topic& topic, const wire::PoseFrameView& frame, const record::Message& message) {
@@ -137,50 +144,52 @@ std::string date_of(uint64_t unix_ns) {
 std::string Look::text(const record::Report& report) const {
   char line[512];
   const double seconds = static_cast<double>(end_ns() - std::min(start_ns(), end_ns())) * 1e-9;
-  std::snprintf(line, sizeof line, "%s: %llu messages in %llu chunks, %.1f MB, %.3f s from %s\n",
-                wire::printable(reader_.name(), 256).c_str(),
-                static_cast<unsigned long long>(report.messages),
-                static_cast<unsigned long long>(report.chunks),
-                static_cast<double>(reader_.source().size()) / 1e6, seconds, date_of(start_ns()).c_str());
+  std::snprintf(line, sizeof line, "%s: %s in %s, %.1f MB", wire::printable(reader_.name(), 256).c_str(),
+                counted(report.messages, "message").c_str(), counted(report.chunks, "chunk").c_str(),
+                static_cast<double>(reader_.source().size()) / 1e6);
   std::string text = line;
+  std::snprintf(line, sizeof line, ", %.3f s from %s", seconds, date_of(start_ns()).c_str());
+  if (!topics_.empty()) text += line;  // without messages the times are unknown
+  text += '\n';
   for (const auto& [id, topic] : topics_) {
     const record::Channel& channel = reader_.index().channels.at(id);
-    std::snprintf(line, sizeof line, "  %s: %llu messages, %llu bytes, %.1f Hz",
-                  wire::printable(channel.topic, 128).c_str(),
-                  static_cast<unsigned long long>(topic.messages),
-                  static_cast<unsigned long long>(topic.bytes), topic.rate_hz());
+    std::snprintf(line, sizeof line, "  %s: %s, %s, %.1f Hz", wire::printable(channel.topic, 128).c_str(),
+                  counted(topic.messages, "message").c_str(), counted(topic.bytes, "byte").c_str(),
+                  topic.rate_hz());
     text += line;
     if (topic.seen().frames != 0) {
       std::snprintf(
           line, sizeof line,
-          ", %llu frames of %llu runs, %llu missing, longest gap %.1f ms, sim time %.3f s to %.3f s",
-          static_cast<unsigned long long>(topic.seen().frames), static_cast<unsigned long long>(topic.runs),
+          ", %s of %s, %llu missing, longest gap %.1f ms, sim time %.3f s to %.3f s",
+          counted(topic.seen().frames, "frame").c_str(), counted(topic.runs, "run").c_str(),
           static_cast<unsigned long long>(topic.seen().missing),
           static_cast<double>(topic.longest_gap_ns) * 1e-6, static_cast<double>(topic.first_sim_ns) * 1e-9,
           static_cast<double>(topic.last_sim_ns) * 1e-9);
       text += line;
     }
     if (topic.seen().parts != 0)
-      text += ", in " + std::to_string(topic.seen().parts) + " parts, " +
-              std::to_string(topic.tally.incomplete(true)) + " frames incomplete";
-    if (topic.seen().late != 0) text += ", " + std::to_string(topic.seen().late) + " messages late";
+      text += ", in " + counted(topic.seen().parts, "part") + ", " +
+              counted(topic.tally.incomplete(true), "frame") + " incomplete";
+    if (topic.seen().late != 0) text += ", " + counted(topic.seen().late, "message") + " late";
     if (topic.refused != 0) text += ", " + std::to_string(topic.refused) + " not understood";
     text += '\n';
   }
   for (const auto& [name, info] : infos_)
-    text += "  \"" + wire::printable(name) + "\": " + std::to_string(info.nodes) + " nodes, scene " +
+    text += "  \"" + wire::printable(name) + "\": " + counted(info.nodes, "node") + ", scene " +
             (info.scene_uri.empty() ? "not named" : wire::printable(info.scene_uri, 256)) + '\n';
   for (const record::AttachmentIndex& attachment : reader_.index().attachments)
     text += "  attachment \"" + wire::printable(attachment.name) +
-            "\": " + std::to_string(attachment.data_bytes) + " bytes, " +
+            "\": " + counted(attachment.data_bytes, "byte") + ", " +
             wire::printable(attachment.media_type) + '\n';
   for (const std::string& problem : report.problems) text += "  problem: " + problem + '\n';
   if (report.problem_count > report.problems.size())
-    text += "  and " + std::to_string(report.problem_count - report.problems.size()) + " problems more\n";
-  text += report.sound() ? (report.data_crc_given ? "all check sums are right\n"
-                                                  : "check sums are right, as far as the file has any\n")
-                         : std::to_string(report.damaged_chunks) +
-                               " chunks damaged; fire3dv-record recover saves the rest\n";
+    text += "  and " + counted(report.problem_count - report.problems.size(), "more problem") + '\n';
+  const bool has_frames = frames() != 0;
+  if (!has_frames) text += "no frames: nothing to replay\n";
+  if (!report.sound())
+    text += counted(report.damaged_chunks, "chunk") + " damaged; fire3dv-record recover saves the rest\n";
+  else if (has_frames)
+    text += report.data_crc_given ? "all checksums are right\n" : "all checksums in the file are right\n";
   return text;
 }
 
@@ -217,6 +226,7 @@ json Look::as_json(const record::Report& report) const {
           {"check_sum_over_all", report.data_crc_given},
           {"has_summary", reader_.index().has_summary},
           {"messages", report.messages},
+          {"frames", frames()},
           {"chunks", report.chunks},
           {"damaged_chunks", report.damaged_chunks},
           {"start_ns", start_ns()},
@@ -236,7 +246,8 @@ Result<RecordingText> inspect_recording(const std::string& path, const record::R
   Look look(*reader);
   const auto report = record::verify(*reader, [&](const record::Message& message) { look.take(message); });
   if (!report) return report.error();
-  return RecordingText{look.text(*report), look.as_json(*report).dump() + '\n', report->sound()};
+  return RecordingText{look.text(*report), look.as_json(*report).dump() + '\n',
+                       report->sound() && look.frames() != 0};
 }
 
 }  // namespace
@@ -246,7 +257,7 @@ namespace {
 
 volatile std::sig_atomic_t stop_requested = 0;
 
-// Returns 1 when a recording is unreadable or damaged; its readable part is still reported.
+// Returns 1 when a recording is unreadable, damaged or without frames; its readable part is still reported.
 int inspect_recordings(const std::vector<std::string>& files, bool as_json, uint64_t memory_mb) {
   int result = 0;
   for (const std::string& file : files) {
@@ -257,7 +268,7 @@ int inspect_recordings(const std::vector<std::string>& files, bool as_json, uint
       continue;
     }
     std::cout << (as_json ? recording->json : fire3dv::terminal_text(recording->text));
-    if (!recording->sound) result = 1;
+    if (!recording->good) result = 1;
   }
   return result;
 }
@@ -325,7 +336,17 @@ int main(int argc, char** argv) {
       look.observer.poll(*look.link);
     }
   }
-  for (const Look& look : looks)
+  int result = 0;
+  for (const Look& look : looks) {
     std::cout << (as_json ? look.observer.json(*look.link) : look.observer.text(*look.link));
-  return 0;
+    if (!look.observer.streams().empty()) continue;
+    std::cout.flush();
+    char limit[32];
+    std::snprintf(limit, sizeof limit, "%g s", seconds);
+    print_log_line("fire3dv-inspect",
+                   error_line("nothing was published at " + look.link->uri() + " within " + limit +
+                              "; start a publisher there, check the name, or listen longer with --seconds"));
+    result = 1;
+  }
+  return result;
 }

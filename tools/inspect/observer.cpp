@@ -8,6 +8,7 @@
 
 #include "protocol/base/clock.h"
 #include "protocol/base/log.h"
+#include "protocol/base/plural.h"
 #include "protocol/wire/check.h"
 
 namespace fire3dv::inspect {
@@ -126,25 +127,25 @@ std::string Observer::text(const transport::ListenerLink& link) const {
   std::string text;
   char line[256];
   for (const auto& [peer, stream] : streams_) {
-    std::snprintf(line, sizeof line, "\"%s\"%s: %u nodes, %.1f Hz, %llu frames, %llu missing, %llu bytes",
-                  wire::printable(stream.name, 64).c_str(), stream.ended ? " (ended)" : "", stream.nodes,
-                  stream.rate_hz(), static_cast<unsigned long long>(stream.frames),
-                  static_cast<unsigned long long>(stream.missing),
-                  static_cast<unsigned long long>(stream.bytes));
+    std::snprintf(line, sizeof line, "\"%s\"%s: %s, %.1f Hz, %s, %llu missing, %s",
+                  wire::printable(stream.name, 64).c_str(), stream.ended ? " (ended)" : "",
+                  counted(stream.nodes, "node").c_str(), stream.rate_hz(),
+                  counted(stream.frames, "frame").c_str(), static_cast<unsigned long long>(stream.missing),
+                  counted(stream.bytes, "byte").c_str());
     text += line;
-    if (stream.edits > 0) text += ", " + std::to_string(stream.edits) + " scene edits";
+    if (stream.edits > 0) text += ", " + counted(stream.edits, "scene edit");
     if (stream.nominal_rate_hz > 0) {
       std::snprintf(line, sizeof line, "; nominal %.1f Hz", stream.nominal_rate_hz);
       text += line;
     }
     text += '\n' + age_text(stream);
   }
-  if (streams_.empty()) text += "no stream has described itself\n";
+  if (streams_.empty()) text += "no streams\n";
   const LinkStats stats = link.stats();
   std::snprintf(
-      line, sizeof line, "%s: %u peers, %llu messages, %llu poses overtaken, %llu messages not understood",
-      link.uri().c_str(), stats.peers, static_cast<unsigned long long>(stats.messages_received),
-      static_cast<unsigned long long>(stats.poses_dropped), static_cast<unsigned long long>(refused_));
+      line, sizeof line, "%s: %s, %s, %s overtaken, %s not understood", link.uri().c_str(),
+      counted(stats.peers, "peer").c_str(), counted(stats.messages_received, "message").c_str(),
+      counted(stats.poses_dropped, "pose").c_str(), counted(refused_, "message").c_str());
   text += line;
   for (size_t i = 0; i < transport::kCauseCount; ++i)
     if (stats.rejected_by_cause[i] != 0)

@@ -19,6 +19,7 @@
 #include "protocol/base/clock.h"
 #include "protocol/base/command_line.h"
 #include "protocol/base/log.h"
+#include "protocol/base/plural.h"
 #include "protocol/base/text.h"
 #include "protocol/record/damage.h"
 #include "protocol/record/log_thread.h"
@@ -119,15 +120,13 @@ int recover_file(const RecoverOptions& options) {
   if (!sink) return fail(sink.error());
   const auto result = recover(*reader, std::move(*sink));
   if (!result) return fail(result.error());
-  std::printf(
-      "%llu messages of %llu whole chunks and %llu attachments; %llu chunks and %llu attachments were "
-      "damaged\n",
-      static_cast<unsigned long long>(result->messages), static_cast<unsigned long long>(result->chunks),
-      static_cast<unsigned long long>(result->attachments),
-      static_cast<unsigned long long>(result->damaged_chunks),
-      static_cast<unsigned long long>(result->damaged_attachments));
+  std::printf("recovered %s of %s and %s; damaged: %s and %s\n",
+              counted(result->messages, "message").c_str(), counted(result->chunks, "complete chunk").c_str(),
+              counted(result->attachments, "attachment").c_str(),
+              counted(result->damaged_chunks, "chunk").c_str(),
+              counted(result->damaged_attachments, "attachment").c_str());
   if (const uint64_t loose = reader->index().loose_messages; loose != 0)
-    std::printf("%llu messages outside of chunks were skipped\n", static_cast<unsigned long long>(loose));
+    std::printf("skipped %s outside of chunks\n", counted(loose, "message").c_str());
   if (!result->first_damage.empty())
     std::printf("first damage: %s\n", terminal_text(result->first_damage).c_str());
   return 0;
@@ -202,52 +201,46 @@ void print_progress(const record::RecorderStatus& status, const char* end) {
     missing += stream.missing;
     live += stream.live;
   }
-  std::fprintf(
-      stderr,
-      "fire3dv-record: info: %zu streams (%llu live), %llu frames, %llu missing, %.1f MB in %u files%s",
-      status.streams.size() + static_cast<size_t>(status.reclaimed_streams),
-      static_cast<unsigned long long>(live), static_cast<unsigned long long>(frames),
-      static_cast<unsigned long long>(missing), static_cast<double>(status.file_bytes) / 1e6, status.files,
-      end);
+  std::fprintf(stderr, "fire3dv-record: info: %s (%llu live), %s, %llu missing, %.1f MB in %s%s",
+               counted(status.streams.size() + status.reclaimed_streams, "stream").c_str(),
+               static_cast<unsigned long long>(live), counted(frames, "frame").c_str(),
+               static_cast<unsigned long long>(missing), static_cast<double>(status.file_bytes) / 1e6,
+               counted(status.files, "file").c_str(), end);
   std::fflush(stderr);
 }
 
 void print_result(const record::RecorderStatus& status) {
   for (const record::StreamSeen& stream : status.streams)
     std::printf(
-        "\"%s\": %u nodes, %llu frames, %llu parts, %llu missing, %llu incomplete, %llu late, %llu edits, "
-        "%llu bytes\n",
-        stream.name.c_str(), stream.nodes, static_cast<unsigned long long>(stream.frames),
-        static_cast<unsigned long long>(stream.parts), static_cast<unsigned long long>(stream.missing),
+        "\"%s\": %s, %s, %s, %llu missing, %llu incomplete, %llu late, %s, %s\n", stream.name.c_str(),
+        counted(stream.nodes, "node").c_str(), counted(stream.frames, "frame").c_str(),
+        counted(stream.parts, "part").c_str(), static_cast<unsigned long long>(stream.missing),
         static_cast<unsigned long long>(stream.incomplete), static_cast<unsigned long long>(stream.late),
-        static_cast<unsigned long long>(stream.edits), static_cast<unsigned long long>(stream.bytes));
-  std::printf(
-      "%.1f MB in %u files; %llu messages not understood, %llu came faster than they could be written\n",
-      static_cast<double>(status.file_bytes) / 1e6, status.files,
-      static_cast<unsigned long long>(status.refused), static_cast<unsigned long long>(status.unwritten));
+        counted(stream.edits, "edit").c_str(), counted(stream.bytes, "byte").c_str());
+  std::printf("%.1f MB in %s; %s not understood, %llu missing\n",
+              static_cast<double>(status.file_bytes) / 1e6, counted(status.files, "file").c_str(),
+              counted(status.refused, "message").c_str(), static_cast<unsigned long long>(status.unwritten));
   if (status.reclaimed_streams != 0)
-    std::printf("%llu more streams, which ended before %zu others came, with %llu frames\n",
-                static_cast<unsigned long long>(status.reclaimed_streams), status.streams.size(),
-                static_cast<unsigned long long>(status.reclaimed_frames));
+    std::printf("%s ended earlier, with %s\n", counted(status.reclaimed_streams, "more stream").c_str(),
+                counted(status.reclaimed_frames, "frame").c_str());
   if (status.dropped_edits != 0)
-    std::printf("%llu edits are not repeated where players may begin: together they are too long for that\n",
-                static_cast<unsigned long long>(status.dropped_edits));
+    std::printf("%s missing from snapshots, for lack of memory: a replay with --start lacks them\n",
+                counted(status.dropped_edits, "edit").c_str());
 }
 
 std::string unrecorded_text(uint64_t streams) {
-  return std::to_string(streams) +
-         " streams are not recorded: too many are live, or were in this file; record fewer of them, or begin "
-         "new "
-         "files with --split-s";
+  return counted(streams, "stream") +
+         " not recorded: too many are live, or were in this file; record fewer of them, or begin new files "
+         "with --split-s";
 }
 
 // Returns the exit code: 0 if all received messages are in the files.
 int report_losses(const record::RecorderStatus& status) {
   if (status.failure)
-    return fail(*status.failure + " (" + std::to_string(status.unwritten) + " messages are missing)");
+    return fail(*status.failure + " (missing: " + counted(status.unwritten, "message") + ")");
   if (status.unwritten != 0)
-    return fail(std::to_string(status.unwritten) +
-                " messages are missing: they came faster than the disk takes them; record to a faster disk");
+    return fail(counted(status.unwritten, "message") +
+                " missing: the disk is too slow for these streams; record to a faster disk");
   return status.unrecorded_streams != 0 ? fail(unrecorded_text(status.unrecorded_streams)) : 0;
 }
 

@@ -190,12 +190,34 @@ def full_disk(test):
     check(os.path.getsize(path) <= limit, "it grew all the same")
     kept = McapFile(path, whole=False)
     check(kept.chunks and check_frames(kept, 10**6), "nothing is left")
-    counts = re.search(r'"arm": \d+ nodes, (\d+) frames,.* (\d+) edits', "\n".join(child.out))
+    counts = re.search(r'"arm": \d+ nodes, (\d+) frames?,.* (\d+) edits?', "\n".join(child.out))
     edits = sum(body_of(m)[0] == 8 for _, m in kept.of("control"))
     check(counts and [int(n) for n in counts.groups()] == [len(kept.of("poses")), edits],
           f"the file has {len(kept.of('poses'))} frames and {edits} edits, and it reports {child.out}")
     run(test, "record", "recover", path, "-o", test.path("kept.mcap"))
     McapFile(test.path("kept.mcap"))
+
+
+def disk_without_room(test):
+    """A disk with room for less than a chunk: no frame is in the file, none is reported, and inspect says so."""
+    path = test.path("tiny.mcap")
+    uri = test.fresh_uri("shm")
+    source(test, uri, 10**6, 500, waits=False)
+    child = Program(test, "recorder", ["prlimit", "--fsize=40000", test.programs_at["record"], "--from", uri, "--out", path,
+                                       "--compression", "none"])
+    child.expect_exit(1)
+    check(child.find_err(r"^fire3dv-record: error: .*tiny\.mcap cannot be written: File too large"), child.stderr_text())
+    check(any('"arm": 20 nodes, 0 frames' in line for line in child.out), f"it reports {child.out}")
+    said = run(test, "inspect", path, code=1)
+    check("no frames" in said and "1970" not in said and "checksums are right" not in said, said)
+    as_json = json.loads(run(test, "inspect", "--json", path, code=1))
+    check(as_json["frames"] == 0 and as_json["sound"], f"inspect says {as_json}")
+
+
+def nothing_published(test):
+    """A URI without a publisher is an error after the time limit."""
+    said = run(test, "inspect", test.fresh_uri("shm"), "--seconds", "0.3", code=1)
+    check("no streams" in said and "nothing was published at shm://" in test.said and "0.3 s" in test.said, said + test.said)
 
 
 def splits(test):
@@ -246,5 +268,6 @@ def usage(test):
 if __name__ == "__main__":
     signal.signal(signal.SIGXFSZ, signal.SIG_DFL)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    main({f.__name__: f for f in (usage, round_trip_shm, round_trip_tcp, steps_and_parts, step_ends, streams_in_order, killed, full_disk, splits)},
+    main({f.__name__: f for f in (usage, round_trip_shm, round_trip_tcp, steps_and_parts, step_ends, streams_in_order, killed, full_disk,
+                                 disk_without_room, nothing_published, splits)},
          ("record", "replay", "inspect", "source"))
