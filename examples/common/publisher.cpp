@@ -150,7 +150,12 @@ void Report::print(double sim_time_s, const std::vector<Publisher::Link>& links)
                  static_cast<unsigned long long>(status.frames_dropped), status.unmatched_names);
     if (status.welcome_message[0] != '\0' && printed_messages_[i] != status.welcome_message) {
       printed_messages_[i] = status.welcome_message;
-      std::fprintf(stderr, "  %s: the renderer says: %s\n", links[i].uri.c_str(), status.welcome_message);
+      // Without a renderer the message is the link's own, such as its verdict on a certificate.
+      const std::string message = status.welcome_message, prefix = links[i].uri + ": ";
+      const bool has_uri = message.starts_with(prefix);
+      std::fprintf(stderr, "  %s%s%s\n", prefix.c_str(),
+                   status.renderers != 0 ? "the renderer says: " : "not connected: ",
+                   message.c_str() + (has_uri ? prefix.size() : 0));
     }
   }
   since_ = now;

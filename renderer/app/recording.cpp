@@ -12,18 +12,20 @@
 
 #include "protocol/base/clock.h"
 #include "protocol/base/log.h"
+#include "protocol/base/plural.h"
 #include "protocol/record/mcap/attachments.h"
 #include "protocol/wire/check.h"
 
 namespace fire3dv::app {
 
 Result<std::unique_ptr<Recording>> Recording::open(const RecordingOptions& options,
-                                                   const std::filesystem::path& scene) {
-  std::vector<std::string> attached;
-  if (options.attach_scene) attached.push_back(scene.string());
-  if (options.attach_scene && record::media_type_of(scene.string()) != record::kGlbType)
-    return Error{"--record-scene: " + wire::printable(scene.string(), 4096) +
-                 " is no .glb file, which is one file with all that belongs to it; record without it"};
+                                                   const record::AttachedFile& scene) {
+  std::vector<record::AttachedFile> attached;
+  if (options.attach_scene) attached.push_back(scene);
+  if (options.attach_scene && record::media_type_of(scene.name) != record::kGlbType)
+    return Error{"--record-scene: " + wire::printable(scene.name, 4096) +
+                 " refers to further files; only a .glb file or a robot description can be attached: convert "
+                 "it to .glb, or leave --record-scene out"};
   record::LogOptions log;
   log.foxglove = options.foxglove;
   log.flush_ns = static_cast<uint64_t>(options.record_sync_s * 1e9);
@@ -78,14 +80,19 @@ std::string Recording::finish() {
   for (const record::StreamSeen& stream : status.streams) frames += stream.frames;
   char size[32];
   std::snprintf(size, sizeof size, "%.1f MB", static_cast<double>(status.file_bytes) / 1e6);
-  std::string text = std::to_string(frames) + " frames of " +
-                     std::to_string(status.streams.size() + status.reclaimed_streams) +
-                     " streams recorded in " + path_ + ", " + size;
-  if (status.unwritten != 0) text += "; " + std::to_string(status.unwritten) + " messages left out";
+  std::string text = counted(frames, "frame") + " of " +
+                     counted(status.streams.size() + status.reclaimed_streams, "stream") + " recorded in " +
+                     path_ + ", " + size;
+  if (status.unwritten != 0) text += "; " + counted(status.unwritten, "message") + " missing";
   if (status.unrecorded_streams != 0)
-    text += "; " + std::to_string(status.unrecorded_streams) + " streams not recorded";
-  if (status.failure && !is_failure_reported_) text += "; " + *status.failure;
+    text += "; " + counted(status.unrecorded_streams, "stream") + " not recorded";
   return text;
+}
+
+std::optional<Error> Recording::failure() const {
+  const record::LogLosses losses = log_.losses();
+  if (!losses.failure) return {};
+  return Error{"the recording is incomplete: " + *losses.failure};
 }
 
 Result<std::unique_ptr<RecordedScene>> RecordedScene::extract(record::Reader& reader) {
@@ -114,6 +121,14 @@ Result<std::unique_ptr<RecordedScene>> RecordedScene::extract(record::Reader& re
   if (!good) return good.error();
   if (!out) return Error{scene->path_.string() + " cannot be written; is the disk full?"};
   return scene;
+}
+
+Error RecordedScene::with_name(Error error, const std::string& recording) const {
+  const std::string from = path_.string(), to = name_ + " in " + wire::printable(recording, 4096);
+  for (size_t at = error.message.find(from); at != std::string::npos;
+       at = error.message.find(from, at + to.size()))
+    error.message.replace(at, from.size(), to);
+  return error;
 }
 
 RecordedScene::~RecordedScene() {

@@ -4,10 +4,12 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "protocol/record/log_thread.h"
+#include "protocol/record/mcap/attachments.h"
 #include "protocol/record/mcap/reader.h"
 #include "protocol/transport/link.h"
 #include "renderer/app/options/stream_options.h"
@@ -18,16 +20,19 @@ namespace fire3dv::app {
 // is reported once, the total at the end.
 class Recording {
  public:
-  // Creates the file. scene: the displayed scene, attached if the options request it.
+  // Creates the file. scene: the displayed scene, attached if the options request it. It must be a .glb file
+  // by its name, and readable for the lifetime of the recording.
   static Result<std::unique_ptr<Recording>> open(const RecordingOptions& options,
-                                                 const std::filesystem::path& scene);
+                                                 const record::AttachedFile& scene);
 
   // Records an event of the listener with this index. Never blocks.
   void take(size_t listener, const transport::LinkEvent& event);
   // Messages to the user since the last call.
   std::vector<std::string> take_log_messages();
-  // Writes the queue. Returns a summary sentence.
+  // Writes the queue. Returns a summary sentence with the counts of the file.
   std::string finish();
+  // Write failure that ended the recording, if any. Call after finish().
+  std::optional<Error> failure() const;
 
  private:
   Recording(std::string path, record::StreamLog log) : path_(std::move(path)), log_(std::move(log)) {}
@@ -50,6 +55,8 @@ class RecordedScene {
 
   const std::filesystem::path& path() const { return path_; }
   const std::string& name() const { return name_; }  // name of the attachment; for messages
+  // The error with "NAME in RECORDING" in place of the temporary path.
+  Error with_name(Error error, const std::string& recording) const;
 
  private:
   RecordedScene() = default;

@@ -7,6 +7,8 @@
 #include <cstdlib>
 #include <optional>
 
+#include "protocol/base/files.h"
+#include "protocol/base/plural.h"
 #include "protocol/transport/open.h"
 #include "renderer/app/default_look.h"
 #include "renderer/app/frame_loop.h"
@@ -19,6 +21,7 @@
 #include "renderer/app/window/viewer_control.h"
 #include "renderer/app/window/window_view.h"
 #include "renderer/gpu/device/device.h"
+#include "renderer/scene/gltf/foreign_file.h"
 #include "renderer/sinks/file_sink.h"
 #include "renderer/sinks/frame.h"
 
@@ -61,10 +64,9 @@ Result<void> open_listeners(const Options& options, bool insist, const std::shar
 }
 
 // Null without the option.
-Result<std::unique_ptr<Recording>> open_recording(const Options& options,
-                                                  const std::filesystem::path& scene) {
+Result<std::unique_ptr<Recording>> open_recording(const Options& options, const ViewerDocument& show) {
   if (options.recording.record.empty()) return std::unique_ptr<Recording>();
-  return Recording::open(options.recording, scene);
+  return Recording::open(options.recording, show.scene_attachment());
 }
 
 // Null without the option.
@@ -77,13 +79,31 @@ Result<std::unique_ptr<RendererMetrics>> open_metrics(const Options& options,
   return opened;
 }
 
-Result<std::unique_ptr<sinks::FrameSink>> open_sink(const Options& options) {
-  if (options.out.empty()) return std::unique_ptr<sinks::FrameSink>(std::make_unique<sinks::NullSink>());
+// Null without the option.
+Result<std::unique_ptr<sinks::FileSink>> open_image_folder(const Options& options) {
+  if (options.out.empty()) return std::unique_ptr<sinks::FileSink>();
   sinks::FileSinkOptions file_options;
   file_options.folder = options.out;
-  Result<std::unique_ptr<sinks::FileSink>> sink = sinks::FileSink::open(file_options);
-  if (!sink) return sink.error();
-  return std::unique_ptr<sinks::FrameSink>(std::move(*sink));
+  return sinks::FileSink::open(file_options);
+}
+
+// Number of drawn images; with --out, of those that are complete in the folder.
+std::string count_images(uint64_t drawn, const Options& options, sinks::FileSink* folder) {
+  if (!folder) return counted(drawn, "image");
+  (void)folder->finish().ok();  // for the count; the loop returns the error
+  const uint64_t written = folder->frames_written();
+  return counted(written, "image") + " in " + options.out.string() +
+         (written < drawn ? "; " + std::to_string(drawn - written) + " of " + counted(drawn, "image") + " missing"
+                          : "");
+}
+
+// A cheap check, so that a wrong file name is reported rather than a missing display.
+Result<void> check_scene_file(const Options& options) {
+  if (options.scene.empty() || options.list_devices) return {};
+  if (!is_description(options.scene)) return scene::check_is_gltf(options.scene);
+  if (Result<OpenFile> file = OpenFile::open(options.scene, UINT64_MAX); !file)
+    return Error{options.scene.string() + ": " + file.error().message};
+  return {};
 }
 
 Result<Windows> open_windows(const Options& options) {
@@ -114,6 +134,7 @@ struct Stage {
   const std::shared_ptr<BudgetPool> budgets;  // of all adapters
   std::unique_ptr<RendererMetrics> metrics;   // null: no metrics
   bool first = true;                          // no scene has been shown yet
+  int exit_code = 0;                          // 1 after an error that did not end the run
 
   void note_start(const char* what) const {
     if (!first) return;
@@ -181,7 +202,7 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   stage.note_start(load.is_cached() ? "scene from the cache" : "scene");
   for (const std::string& note : load.notes()) say(note);
   const scene::Scene* const scene = &(*loaded)->scene;
-  describe(show.scene_path(), *scene);
+  describe(show.title(), *scene);
 
   using Animations = std::optional<Playing>;
   Result<Animations> animations = make_or_default<Animations>(
@@ -210,7 +231,7 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   if (Result<void> listening = open_listeners(options, stage.first, stage.budgets, receiver, next);
       !listening)
     return listening.error();
-  Result<std::unique_ptr<Recording>> recording = open_recording(options, show.scene_path());
+  Result<std::unique_ptr<Recording>> recording = open_recording(options, show);
   if (!recording) return recording.error();
   if (*recording) {
     receiver.watch(
@@ -227,8 +248,9 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
     if (!metrics) return metrics.error();
     stage.metrics = std::move(*metrics);
   }
-  Result<std::unique_ptr<sinks::FrameSink>> sink = open_sink(options);
-  if (!sink) return sink.error();
+  Result<std::unique_ptr<sinks::FileSink>> image_folder = open_image_folder(options);
+  if (!image_folder) return image_folder.error();
+  sinks::NullSink no_files;
 
   // Detaches the windows from the device on every exit path.
   struct Detach {
@@ -269,7 +291,7 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
                   .scene = live,
                   .animations = *animations ? &*(*animations)->player : nullptr,
                   .camera = *camera,
-                  .sink = **sink,
+                  .sink = *image_folder ? static_cast<sinks::FrameSink&>(**image_folder) : no_files,
                   .window = view.get(),
                   .stats = stage.stats,
                   .options = options});
@@ -280,10 +302,12 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   loop.spread_images_over(stage.further, stage.viewer.draw);
   before.reset();
   Result<void> finished = loop.run();
-  if (*recording) say((*recording)->finish());
+  if (*recording) {
+    say((*recording)->finish());
+    if (const std::optional<Error> fault = (*recording)->failure()) stage.exit_code = fail(*fault);
+  }
   if (const std::optional<Error> fault = load.finish_caching()) log_cache_error(*fault);
-  say(std::to_string(loop.images()) + " images" + (options.out.empty() ? "" : " in " + options.out.string()) +
-      "\n" + stage.stats.summary());
+  say(count_images(loop.images(), options, image_folder->get()) + "\n" + stage.stats.summary());
   if (!finished) return finished.error();
   return loop.switches_document() ? next.take() : nullptr;
 }
@@ -292,6 +316,7 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
 
 int run(const Options& options) {
   std::signal(SIGXFSZ, SIG_IGN);  // a file size limit then fails the write like a full disk
+  if (Result<void> good = check_scene_file(options); !good) return fail(good.error());
   // The window determines the required Vulkan extensions.
   Result<Windows> windows = open_windows(options);
   if (!windows) return fail(windows.error());
@@ -308,7 +333,7 @@ int run(const Options& options) {
     show = std::move(*opened);
   }
   Result<std::unique_ptr<gpu::Instance>> instance = gpu::Instance::create(instance_options);
-  if (show && show->load().has_failed()) return fail(show->load().wait().error());
+  if (show && show->load().has_failed()) return fail(show->with_scene_name(show->load().wait().error()));
   if (!instance) return fail(instance.error());
   if (options.list_devices) return list_devices(**instance);
 
@@ -323,7 +348,7 @@ int run(const Options& options) {
 
     // The scene loads while the device opens and pipelines compile.
     Result<OpenDevices> devices = open_devices(**instance, options);
-    if (show->load().has_failed()) return fail(show->load().wait().error());
+    if (show->load().has_failed()) return fail(show->with_scene_name(show->load().wait().error()));
     if (!devices) return fail(devices.error());
     gpu::Device& device = *devices->first;
     PipelineCacheFile pipelines(device, places.pipelines);
@@ -338,7 +363,8 @@ int run(const Options& options) {
     Stage stage{**instance, device,   renderer,
                 *stats,     places,   *windows,
                 viewer,     *further, BudgetPool::create(options.peer_limits),
-                nullptr,    true,     options.begun};
+                nullptr,    true,     0,
+                options.begun};
     stage.note_start("renderer");
     if (Result<void> can = renderer->can_take(passes::with_sources(options.outputs)); !can)
       return fail(Error{"--outputs: " + can.error().message});
@@ -358,16 +384,17 @@ int run(const Options& options) {
         if (Result<void> again = show->restart_epoch(); !again) note += ", but " + again.error().message;
       } else {
         if (!why_again.empty()) say(error_line(why_again));
-        exit_code = fail(next.error());
+        exit_code = fail(show->with_scene_name(next.error()));
         show.reset();
       }
       stage.first = false;
       forget_scene(viewer);
     }
+    if (stage.exit_code != 0) exit_code = stage.exit_code;
     if (Result<void> stored = pipelines.keep(); !stored) log_cache_error(stored.error());
   }
   if (const uint64_t messages = (*instance)->validation_messages()) {
-    exit_code = fail(Error{std::to_string(messages) + " validation messages"});
+    exit_code = fail(Error{counted(messages, "validation message")});
   }
   return exit_code;
 }

@@ -51,6 +51,22 @@ Result<std::unique_ptr<ViewerDocument>> ViewerDocument::open(const Options& opti
   return show;
 }
 
+record::AttachedFile ViewerDocument::scene_attachment() const {
+  std::filesystem::path name = scene_path_.filename();
+  if (recorded_scene_) name = std::filesystem::path(recorded_scene_->name()).filename();
+  if (recorded_scene_ || is_description(scene_path_)) name.replace_extension(".glb");
+  return {load_->gltf_file().string(), name.string()};
+}
+
+std::string ViewerDocument::title() const {
+  if (!recorded_scene_) return scene_path_.string();
+  return recorded_scene_->with_name(Error{scene_path_.string()}, options_.recording.replay).message;
+}
+
+Error ViewerDocument::with_scene_name(Error error) const {
+  return recorded_scene_ ? recorded_scene_->with_name(std::move(error), options_.recording.replay) : error;
+}
+
 Result<void> ViewerDocument::restart_epoch() {
   Result<std::unique_ptr<replay::ReplayLink>> replay = open_replay(options_);
   if (!replay) return replay.error();

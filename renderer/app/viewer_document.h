@@ -29,6 +29,11 @@ class ViewerDocument {
   const Options& options() const { return options_; }  // effective options of this document
   const std::filesystem::path& scene_path() const { return scene_path_; }
   SceneLoad& load() { return *load_; }
+  // After load().wait(): the scene as one glTF file, and its name in recordings.
+  record::AttachedFile scene_attachment() const;
+  std::string title() const;  // the user's file, for messages
+  // The error with the user's file in place of the temporary one.
+  Error with_scene_name(Error error) const;
   std::unique_ptr<replay::ReplayLink> take_replay() { return std::move(replay_); }  // null: none
   // Prepares another run: restarts the recording.
   Result<void> restart_epoch();

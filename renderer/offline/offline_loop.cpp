@@ -56,6 +56,7 @@ Result<std::unique_ptr<RecordingScene>> RecordingScene::open(const app::Options&
     scene->recorded_ = std::move(*recorded);
     path = scene->recorded_->path();
     scene->title_ = scene->recorded_->name() + " in " + file;
+    scene->recording_ = file;
   }
   scene->load_.emplace(path, options.convert, cache, passes::levels_for(options.levels_of_detail),
                        app::LoadedLook{app::wants_key_light(options), options.variant},

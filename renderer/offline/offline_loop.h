@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "protocol/base/error.h"
 #include "protocol/record/playback.h"
@@ -38,11 +39,15 @@ class RecordingScene {
 
   const std::string& title() const { return title_; }  // for messages
   app::SceneLoad& load() { return *load_; }
+  // The error with the title in place of the temporary file.
+  Error with_title(Error error) const {
+    return recorded_ ? recorded_->with_name(std::move(error), recording_) : error;
+  }
 
  private:
   RecordingScene() = default;
 
-  std::string title_;
+  std::string title_, recording_;
   std::unique_ptr<app::RecordedScene> recorded_;  // set if the recording stores the scene
   std::optional<app::SceneLoad> load_;
 };

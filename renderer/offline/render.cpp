@@ -1,4 +1,5 @@
 #include "protocol/base/log.h"
+#include "protocol/base/plural.h"
 #include "renderer/offline/commands.h"
 
 #include <cmath>
@@ -47,9 +48,9 @@ Result<Timeline> read_timeline(record::Playback& playback, const RenderOptions& 
   });
   if (!timeline) return timeline;
   if (timeline->damaged() != 0)
-    say("warning: " + std::to_string(timeline->damaged()) + " chunks are damaged and left out");
+    say("warning: " + counted(timeline->damaged(), "damaged chunk") + " left out");
   if (timeline->unusable() != 0)
-    say("warning: " + std::to_string(timeline->unusable()) + " messages are of no use and left out");
+    say("warning: " + counted(timeline->unusable(), "unusable message") + " left out");
   return timeline;
 }
 
@@ -183,13 +184,13 @@ Result<bool> Render::run() {
   const auto times = choose_times(*timeline, options_);
   if (!times) return times.error();
   auto loaded = load.wait();
-  if (!loaded) return loaded.error();
+  if (!loaded) return (*scene)->with_title(loaded.error());
   for (const std::string& note : load.notes()) say(note);
   app::describe((*scene)->title(), (*loaded)->scene);
   const auto manifest = describe_frames(options_, *timeline, *times, (*loaded)->scene);
   if (!manifest) return manifest.error();
   const Part part = manifest->part();
-  say(std::to_string(times->frames) + " frames, " + to_text(times->rate) + " a second of \"" +
+  say(counted(times->frames, "frame") + ", " + to_text(times->rate) + " a second of \"" +
       wire::printable(timeline->guide()) + "\"'s time, from " + seconds(times->first_ns) +
       (options_.shards > 1
            ? "; shard " + std::to_string(options_.shard) + " of " + std::to_string(options_.shards) +
@@ -202,7 +203,7 @@ Result<bool> Render::run() {
     auto drawn = draw(**loaded, *timeline, *manifest, *output);
     if (!drawn || !*drawn) {
       if (output->video) output->video->abandon();
-      return drawn;
+      return drawn ? drawn : (*scene)->with_title(drawn.error());
     }
     load.begin_caching();
     if (const auto fault = load.finish_caching()) app::log_cache_error(*fault);
@@ -277,7 +278,7 @@ Result<bool> Render::draw(const scene::LoadedScene& loaded, const Timeline& time
   if (*drawn || output.folder) {
     if (auto finished = output.sink().finish(); !finished) return finished.error();
   }
-  say(std::to_string(loop.images()) + " frames drawn for " + options_.out.string());
+  say(counted(loop.images(), "frame") + " drawn for " + options_.out.string());
   if (!*drawn)
     say(output.folder ? "stopped; the same command goes on from here"
                       : "stopped; nothing is left of the video (--resume keeps what is drawn)");

@@ -3,7 +3,7 @@ if(TARGET fire3dv AND TARGET fire3dv-convert)
   find_program(FIRE3DV_PYTHON python3)
   set(descriptions_cases command_line kept without_cache unkept refused)
   if(FIRE3DV_PYTHON AND NOT FIRE3DV_SANITIZE)  # Python cannot load a client with a sanitizer
-    list(APPEND descriptions_cases moved)
+    list(APPEND descriptions_cases moved recorded)
   endif()
   foreach(cases ${descriptions_cases})
     add_test(NAME convert_${cases}

@@ -15,6 +15,7 @@ import time
 
 from harness import Program, main, vulkan_environment
 from image_reader import check
+from mcap_file import McapFile
 
 TREE = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 ROBOTS = os.path.join(TREE, "tests", "assets", "robots")
@@ -83,7 +84,7 @@ def command_line(test):
     done = convert(test, arm, "-o", test.path("arm.glb"), "--sources", test.path("arm.sources"), "--list")
     check(done.stdout.split("\n")[:3] == ["base\t36 triangles", "  arm\t12 triangles", "    hand\t2208 triangles"], done.stdout)
     check("link \"hand\": " in done.stderr and "hand.obj" in done.stderr, done.stderr)
-    check(re.search(r"arm\.glb: 4 nodes, 2256 triangles, 0 cameras, 1 lights, \d+ bytes, 1 warnings\n$", done.stderr), done.stderr)
+    check(re.search(r"arm\.glb: 4 nodes, 2256 triangles, 0 cameras, 1 light, \d+ bytes, 1 warning\n$", done.stderr), done.stderr)
     check([node["name"] for node in document_of(test.path("arm.glb"))["nodes"]] == ["two links", "base", "arm", "hand", "light from above"],
           "nodes of the file")
     with open(test.path("arm.sources"), encoding="utf-8") as file:
@@ -194,6 +195,32 @@ def unkept(test):
                               "1", "--size", "64x64", "--cache", "off", "--out", test.path("closed")],
                              env=vulkan_environment(), capture_output=True, text=True, timeout=600)
         check(run.returncode == 0, f"{closed}: {run.stderr}")
+
+
+def recorded(test):
+    """--record-scene attaches the conversion of a description, with and without a cache, and the recording is replayed."""
+    import fire3dv
+    arm = write(test, "arm.urdf", ARM.format(0, ""))
+    convert(test, arm, "-o", test.path("arm.glb"))
+    pose = poses_of(test.path("arm.glb"))["arm"]
+    with open(test.path("arm.glb"), "rb") as file:
+        expected = file.read()
+    for number, cache in enumerate(("off", test.path("cache"))):
+        path, uri = test.path(f"run{number}.mcap"), test.fresh_uri("shm")
+        common = ["--headless", "--size", "64x36", "--cache", cache]
+        run = Program(test, "fire3dv", [test.programs_at["fire3dv"], arm, "--listen", uri, "--record", path, "--record-scene",
+                                        "--exit-when-done", *common], env=vulkan_environment())
+        with fire3dv.Stream(uri, adapter_name="joints") as stream:
+            stream.describe(["arm"], world_from_stream=Z_UP)
+            stream.publish(1000, [pose])
+            check(stream.wait_ack(1, 240_000), "the frame is shown")
+        run.expect_exit()
+        check(McapFile(path).attachments == [("arm.glb", "model/gltf-binary", expected)], "the attachment is another one")
+        again = Program(test, "fire3dv", [test.programs_at["fire3dv"], "--replay", path, *common, "--camera", "nope"],
+                        env=vulkan_environment())
+        check(again.wait() == 1, again.stderr_text())
+        check(again.find_err(f"error: --camera nope: arm.glb in {path} has no") and "fire3dv-scene-" not in again.stderr_text(),
+              again.stderr_text())
 
 
 def refused(test):
@@ -314,5 +341,5 @@ def moved_panda(test):
 
 
 if __name__ == "__main__":
-    main({"command_line": command_line, "kept": kept, "without_cache": without_cache, "unkept": unkept, "refused": refused,
-          "moved_urdf": moved_urdf, "moved_mjcf": moved_mjcf, "moved_panda": moved_panda}, ["fire3dv", "convert"])
+    main({"command_line": command_line, "kept": kept, "without_cache": without_cache, "unkept": unkept, "recorded": recorded,
+          "refused": refused, "moved_urdf": moved_urdf, "moved_mjcf": moved_mjcf, "moved_panda": moved_panda}, ["fire3dv", "convert"])

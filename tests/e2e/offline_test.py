@@ -270,6 +270,7 @@ def bad_input(test):
             ([file, test.scene, "--out", out, "--clock", "lathe"], 1, 'it has "arm", "crane"'),
             ([file, "--out", out], 1, "has no scene in it"),
             ([file, "/nowhere.glb", "--out", out], 1, "/nowhere.glb"),
+            ([recording(test, attach=True), "--out", out, "--camera", "nope"], 1, "--camera nope: asset.glb in "),
             ([empty, test.scene, "--out", out], 1, "is not an MCAP file"),
             ([test.path("none.mcap"), test.scene, "--out", out], 1, "cannot be opened"),
             ([file, test.scene, "--out", test.path("v.webm"), "--codec", "h264"], 1, "these are: av1"),

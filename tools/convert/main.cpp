@@ -13,6 +13,7 @@
 
 #include "protocol/base/command_line.h"
 #include "protocol/base/log.h"
+#include "protocol/base/plural.h"
 #include "protocol/base/text.h"
 #include "renderer/scene/cache/cache_files.h"
 #include "tools/convert/glb/output.h"
@@ -162,10 +163,11 @@ int run(const Options& options) {
     size_t triangles = 0;
     for (const Node& node : model->nodes)
       triangles += node.mesh ? triangles_of(model->meshes[*node.mesh]) : 0;
-    say((options.out == "-" ? "" : options.out + ": ") + std::to_string(model->nodes.size()) + " nodes, " +
-        std::to_string(triangles) + " triangles, " + std::to_string(model->cameras.size()) + " cameras, " +
-        std::to_string(model->lights.size()) + " lights, " + std::to_string(bytes) + " bytes, " +
-        std::to_string(model->warnings.size()) + " warnings");
+    using fire3dv::counted;
+    say((options.out == "-" ? "" : options.out + ": ") + counted(model->nodes.size(), "node") + ", " +
+        counted(triangles, "triangle") + ", " + counted(model->cameras.size(), "camera") + ", " +
+        counted(model->lights.size(), "light") + ", " + std::to_string(bytes) + " bytes, " +
+        counted(model->warnings.size(), "warning"));
   }
   return 0;
 }

@@ -270,7 +270,7 @@ int record_streams(const Options& options) {
   log.foxglove = options.foxglove;
   if (options.foxglove) {
     std::vector<std::string> left_out;
-    auto models = record::load_models(options.attach, left_out);
+    auto models = record::load_models(record::named_files(options.attach), left_out);
     if (!models) return fail(models.error().message);
     log.models = std::move(*models);
     for (const std::string& text : left_out)
@@ -287,7 +287,7 @@ int record_streams(const Options& options) {
       },
       // Attachments are read before the first frame arrives, and again for each further file.
       [&](record::Writer& writer, uint64_t now_ns) {
-        return record::attach_files(options.attach, writer, now_ns);
+        return record::attach_files(record::named_files(options.attach), writer, now_ns);
       },
       log));
   for (const auto& link : links) fire3dv::print_log_line("fire3dv-record", "listening on " + link->uri());

@@ -112,32 +112,39 @@ Result<void> Reader::read_attachment(
   return stated_crc == 0 || stated_crc == crc ? Result<void>() : Result<void>(damaged);
 }
 
-std::string media_type_of(const std::string& path) {
-  const std::string extension = std::filesystem::path(path).extension().string();
+std::vector<AttachedFile> named_files(const std::vector<std::string>& paths) {
+  std::vector<AttachedFile> files;
+  for (const std::string& path : paths)
+    files.push_back({path, std::filesystem::path(path).filename().string()});
+  return files;
+}
+
+std::string media_type_of(const std::string& name) {
+  const std::string extension = std::filesystem::path(name).extension().string();
   return extension == ".glb"    ? kGlbType
          : extension == ".gltf" ? "model/gltf+json"
                                 : "application/octet-stream";
 }
 
-Result<void> attach_files(const std::vector<std::string>& paths, Writer& writer, uint64_t log_time_ns) {
-  for (const std::string& path : paths) {
+Result<void> attach_files(const std::vector<AttachedFile>& files, Writer& writer, uint64_t log_time_ns) {
+  for (const auto& [path, name] : files) {
     auto source = open_source(path);
     if (!source) return source.error();
     AttachmentIndex about;
     about.log_time_ns = log_time_ns;
-    about.name = std::filesystem::path(path).filename().string();
-    about.media_type = media_type_of(path);
+    about.name = name;
+    about.media_type = media_type_of(name);
     if (auto good = writer.attach(about, **source); !good) return good;
   }
   return {};
 }
 
-Result<std::vector<FoxgloveModel>> load_models(const std::vector<std::string>& paths,
+Result<std::vector<FoxgloveModel>> load_models(const std::vector<AttachedFile>& files,
                                                std::vector<std::string>& left_out) {
   std::vector<FoxgloveModel> models;
   uint64_t bytes = 0;
-  for (const std::string& path : paths) {
-    if (media_type_of(path) != kGlbType) continue;
+  for (const auto& [path, name] : files) {
+    if (media_type_of(name) != kGlbType) continue;
     auto source = open_source(path);
     if (!source) return source.error();
     if ((*source)->size() > kMaxModelBytes - bytes) {
@@ -147,7 +154,7 @@ Result<std::vector<FoxgloveModel>> load_models(const std::vector<std::string>& p
       continue;
     }
     bytes += (*source)->size();
-    FoxgloveModel model{std::filesystem::path(path).filename().string(), kGlbType, Bytes((*source)->size())};
+    FoxgloveModel model{name, kGlbType, Bytes((*source)->size())};
     if (auto good = (*source)->read(0, model.data); !good) return good.error();
     models.push_back(std::move(model));
   }

@@ -152,9 +152,10 @@ void TlsSession::drain(std::vector<std::byte>& to) {
 // Prefers the result of the certificate verification, which is more specific than the resulting alert.
 bool TlsSession::fail() {
   const long verified = ::SSL_get_verify_result(ssl_);
-  problem_ = verified != X509_V_OK
-                 ? std::string("the certificate is not trusted: ") + ::X509_verify_cert_error_string(verified)
-                 : "TLS failed: " + last_reason();
+  problem_ = "TLS failed: " + last_reason();
+  if (verified != X509_V_OK)
+    problem_ = std::string("the peer's certificate is not trusted: ") +
+               ::X509_verify_cert_error_string(verified);
   ::ERR_clear_error();
   return false;
 }

@@ -57,8 +57,9 @@ Result<scene::LoadedScene> SceneLoad::load() {
   Result<ConvertedScene> converted = ConvertedScene::open(path_, convert_, cache_settings_, should_stop_);
   if (!converted) return converted.error();
   tell(converted->warnings(), notes_);
-  gltf_ = converted->file();
-  if (!converted->is_on_disk()) cache_ = scene::SceneCache({});
+  converted_.emplace(std::move(*converted));
+  gltf_ = converted_->file();
+  if (!converted_->is_on_disk()) cache_ = scene::SceneCache({});
   Result<scene::LoadedScene> loaded = load_gltf_file();
   if (!loaded) return Error{"the conversion of " + loaded_from(loaded.error().message, gltf_, path_)};
   loaded->scene.source = path_;

@@ -38,6 +38,9 @@ class SceneLoad {
   // After wait(): messages about cache and conversion, and whether the scene came from the cache.
   const std::vector<std::string>& notes() const { return notes_; }
   bool is_cached() const { return is_cached_; }
+  // After wait(): the glTF file that was loaded; of a description its conversion. Readable for the lifetime of
+  // this object.
+  const std::filesystem::path& gltf_file() const { return gltf_; }
   // After wait(): writes a new cache entry on a thread, once. finish_caching() waits for it and returns its
   // error.
   void begin_caching();
@@ -52,7 +55,8 @@ class SceneLoad {
   const std::filesystem::path path_;
   const ConvertOptions convert_;
   const std::function<bool()> should_stop_;
-  std::filesystem::path gltf_;  // path_, or the converted file
+  std::optional<ConvertedScene> converted_;  // of a description
+  std::filesystem::path gltf_;               // path_, or the converted file
   scene::SceneCacheSettings cache_settings_;
   scene::SceneCache cache_;
   scene::Levels levels_;

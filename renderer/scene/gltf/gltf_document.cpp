@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "protocol/base/error.h"
+#include "renderer/scene/gltf/foreign_file.h"
 #include "renderer/scene/gltf/gltf_parts.h"
 
 namespace fire3dv::scene {
@@ -357,6 +358,7 @@ Result<GltfDocument> open_gltf(const std::filesystem::path& path, const LoadLimi
   if (!file) return file.error();
   if (sources)
     sources->push_back({"", known && known->holds(path) ? known->digest : digest_of(file->view())});
+  if (const auto other = describe_foreign_file(file->view(), path)) return Error{*other};
   return document_of(std::move(*file), AssetFolder(path, sources), limits);
 }
 
@@ -365,6 +367,7 @@ Result<GltfDocument> read_glb(std::span<const std::byte> bytes, const LoadLimits
     return Error{"it holds " + std::to_string(bytes.size()) + " bytes; at most " +
                  std::to_string(limits.max_file_bytes) + " are read"};
   }
+  if (const auto other = describe_foreign_file(bytes, {})) return Error{*other};
   FileBytes file;
   file.size = bytes.size();
   file.data = std::make_unique_for_overwrite<std::byte[]>(file.size);

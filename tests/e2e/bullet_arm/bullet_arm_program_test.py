@@ -5,9 +5,14 @@ bullet_arm_program_test.py PROGRAM SCENE_TO_WRITE
 """
 import json
 import math
+import os
+import socket
+import ssl
 import struct
 import subprocess
 import sys
+import tempfile
+import threading
 
 program, scene_path = sys.argv[1:3]
 COMPONENTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
@@ -112,6 +117,35 @@ def check_scene():
     expect(any("normalTexture" in material for material in document["materials"]), "no normal map")
 
 
+def check_certificate_verdict():
+    """A certificate that bullet_arm does not trust is its own verdict, not a message of the renderer."""
+    with tempfile.TemporaryDirectory() as folder, socket.create_server(("127.0.0.1", 0)) as listener:
+        key, certificate = os.path.join(folder, "key.pem"), os.path.join(folder, "certificate.pem")
+        subprocess.run(["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes", "-keyout",
+                        key, "-out", certificate, "-days", "2", "-subj", "/CN=stranger", "-addext",
+                        "subjectAltName=IP:127.0.0.1"], check=True, capture_output=True)
+        context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+        context.load_cert_chain(certificate, key)
+
+        def serve():
+            try:
+                while True:
+                    connection, _ = listener.accept()
+                    try:
+                        context.wrap_socket(connection, server_side=True).close()
+                    except OSError:
+                        connection.close()
+            except OSError:
+                pass  # the listener is closed
+
+        threading.Thread(target=serve, daemon=True).start()
+        result = run("--to", f"tls://127.0.0.1:{listener.getsockname()[1]}", "--realtime", "--seconds", "3")
+        expect("not connected: the peer's certificate is not trusted" in result.stderr, f"no verdict: {result}")
+        expect("the renderer says" not in result.stderr, f"the verdict of the renderer: {result}")
+        listener.shutdown(socket.SHUT_RDWR)
+
+
 check_hashes()
 check_exit_codes()
 check_scene()
+check_certificate_verdict()

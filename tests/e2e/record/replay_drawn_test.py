@@ -71,7 +71,7 @@ def live_is_replay(test):
 
 
 def full_disk(test):
-    """A recording beyond the file size limit is reported once, and the renderer goes on."""
+    """A recording beyond the file size limit is reported, and the renderer goes on. Its counts are those of the file."""
     path = test.path("full.mcap")
     uri = test.fresh_uri("shm")
     publisher = test.publisher(uri)
@@ -86,11 +86,32 @@ def full_disk(test):
     later = publisher.do("publish 3")
     publisher.wait_status("later frames to be shown", lambda s: s["acked"] == later["sequence"])
     renderer.signal(signal.SIGTERM)
-    renderer.expect_exit(0)
+    renderer.expect_exit(1)
     said = [line for line in renderer.err if "recording ended" in line]
     check(len(said) == 1, f"it was said {len(said)} times")
-    check(renderer.find_err(r"frames of 1 streams recorded in .*; \d+ messages left out"), renderer.stderr_text())
-    check(McapFile(path, whole=False).of("poses"), "nothing is left")
+    counts = renderer.find_err(r"(\d+) frames? of 1 stream recorded in .*; \d+ messages missing")
+    check(counts, renderer.stderr_text())
+    kept = McapFile(path, whole=False).of("poses")
+    check(kept and int(counts.group(1)) == len(kept), f"the file has {len(kept)} frames: {counts.group(0)}")
+    check(renderer.find_err(r"error: the recording is incomplete: .*full\.mcap cannot be written: File too large"),
+          renderer.stderr_text())
+
+
+def full_image_folder(test):
+    """An image that cannot be written ends the run with an error, and the reported count is that of the list."""
+    folder = test.path("full")
+    renderer = Program(test, "fire3dv", [test.programs_at["fire3dv"], test.scene, "--headless", "--size", "32x18", "--cache",
+                                         "off", "--out", folder, "--outputs", "color,depth"],
+                       {**vulkan_environment(), "MESA_SHADER_CACHE_DISABLE": "true"})
+    log = os.path.join(folder, "frames.jsonl")
+    wait_until("an image", lambda: os.path.exists(log) and os.path.getsize(log) > 100)
+    resource.prlimit(renderer.process.pid, resource.RLIMIT_FSIZE, (os.path.getsize(log) + 5000,) * 2)
+    renderer.expect_exit(1)
+    check(renderer.find_err("error: cannot write .*full/frames.jsonl: File too large"), renderer.stderr_text())
+    with open(log, encoding="ascii") as file:
+        whole = sum(line.endswith("\n") for line in file)
+    counts = renderer.find_err(r"(\d+) images in .*full; \d+ of (\d+) images missing")
+    check(counts and int(counts.group(1)) == whole < int(counts.group(2)), f"{whole} are listed:\n{renderer.stderr_text()}")
 
 
 def usage(test):
@@ -117,4 +138,4 @@ def usage(test):
 
 
 if __name__ == "__main__":
-    main({f.__name__: f for f in (live_is_replay, full_disk, usage)}, ["fire3dv", "publisher"])
+    main({f.__name__: f for f in (live_is_replay, full_disk, full_image_folder, usage)}, ["fire3dv", "publisher"])
