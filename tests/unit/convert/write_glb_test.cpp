@@ -1,6 +1,6 @@
 // Test of the GLB writer: the loader reads the written model back, and the file is valid glTF.
-#include "renderer/scene/model/vertices.h"
 #include "tools/convert/glb/write_glb.h"
+#include "renderer/scene/model/vertices.h"
 
 #include <gtest/gtest.h>
 
@@ -218,6 +218,38 @@ TEST(WriteGlb, AnImageThatTheRendererCouldNotDecodeIsLeftOut) {
   const auto too_many = glb_image(sound, pixels_left);
   ASSERT_FALSE(too_many.ok());
   EXPECT_NE(too_many.error().message.find("too many pixels"), std::string::npos) << too_many.error().message;
+}
+
+TEST(WriteGlb, PngFilesAreCopiedAsTheyAreIfTheirPixelsAreComplete) {
+  std::vector<uint8_t> pixels(size_t{300} * 200 * 4);
+  uint32_t random = 1;
+  for (uint8_t& value : pixels) value = static_cast<uint8_t>((random = random * 1664525 + 1013904223) >> 24);
+  for (const uint32_t channels : {3u, 4u}) {
+    const auto png = png_of(std::span(pixels).first(size_t{300} * 200 * channels), 300, 200, channels);
+    ASSERT_TRUE(png.ok());
+    uint64_t pixels_left = kMaxPixelsInAll;
+    const Image image{"a.png", *png};
+    const auto copied = glb_image(image, pixels_left);
+    ASSERT_TRUE(copied.ok()) << copied.error().message;
+    EXPECT_EQ(copied->bytes.data(), image.bytes.data());
+    EXPECT_EQ(copied->mime_type, "image/png");
+    EXPECT_EQ(kMaxPixelsInAll - pixels_left, 300u * 200);
+    // One row more than there are pixels: the height is the second number of the header.
+    Image tall = image;
+    tall.bytes[23] = std::byte{201};
+    EXPECT_FALSE(glb_image(tall, pixels_left).ok());
+    // Damaged anywhere: what is accepted can be decoded.
+    for (size_t i = 0; i < 200; ++i) {
+      Image damaged = image;
+      damaged.bytes[8 + (i * 7919) % (damaged.bytes.size() - 8)] ^= std::byte{0x55};
+      Model model = model_of(triangle());
+      model.meshes[0].surfaces[0].uvs.assign(3, {0.5f, 0.5f});
+      model.images.push_back(damaged);
+      model.materials[0].base_color_image = 0;
+      std::vector<std::string> warnings;
+      EXPECT_EQ(loaded(model, &warnings).images.size() + warnings.size(), 1u) << i;
+    }
+  }
 }
 
 TEST(WriteGlb, WhatGltfForbidsIsRepairedAndSaid) {
