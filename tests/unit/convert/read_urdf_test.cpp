@@ -246,6 +246,24 @@ TEST_F(Urdf, FilesOfUnknownPackagesAreGuessedByTheEndOfTheirPathAndThatIsSaid) {
         << uri;
 }
 
+TEST_F(Urdf, ValuesThatOthersAcceptAreRepaired) {
+  write("arm_description/urdf/t.obj", kTetrahedron);
+  const std::string inertia = "<inertial><mass/><inertia ixx=\"?\"/></inertial>";
+  const auto model =
+      try_read("<robot>" + link("a", visual("<mesh filename=\"t.obj\" scale=\" 0.5 \"/>") + inertia) +
+               link("b") + link("c") + joint("prismatic", "a", "b", "<axis xyz=\"0 0 1\"/>") +
+               joint("revolute", "a", "c", "<limit lower=\"0.5\" upper=\"1\"/>") +
+               "<transmission><joint/></transmission></robot>");
+  ASSERT_TRUE(model.ok()) << model.error().message;
+  EXPECT_EQ(model->name, "arm");
+  EXPECT_EQ(bounds(model->meshes.at(0)), std::make_pair(glm::vec3(0, 0, 1), glm::vec3(0.5f, 0.5f, 1.5f)));
+  EXPECT_EQ(node(*model, "b").translation, glm::dvec3(0));
+  EXPECT_NEAR(glm::angle(node(*model, "c").rotation), 0.5, 1e-9);
+  ASSERT_EQ(model->warnings.size(), 2u);
+  EXPECT_NE(model->warnings[0].find("the robot has no name; it is called \"arm\""), std::string::npos);
+  EXPECT_NE(model->warnings[1].find("joint \"ab\" should have a <limit>"), std::string::npos);
+}
+
 TEST_F(Urdf, NothingToDrawIsSaidWithItsReason) {
   const auto last_warning = [&](const std::string& inside) {
     const Model model = read(inside);

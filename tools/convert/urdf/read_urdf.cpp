@@ -22,6 +22,7 @@
 #include "tools/convert/model.h"
 #include "tools/convert/readers.h"
 #include "tools/convert/urdf/urdf_files.h"
+#include "tools/convert/urdf/urdf_repair.h"
 #include "tools/convert/xacro/xacro.h"
 #include "tools/convert/xacro/xacro_program.h"
 #include "tools/convert/xml_error.h"
@@ -78,13 +79,20 @@ std::optional<std::string> link_of_a_loop(const tinyxml2::XMLElement& robot) {
   return std::nullopt;
 }
 
-Result<urdf::ModelInterfaceSharedPtr> parse(const fs::path& file, const std::string& text) {
+// warnings: receives what was repaired.
+Result<urdf::ModelInterfaceSharedPtr> parse(const fs::path& file, std::string text,
+                                            std::vector<std::string>& warnings) {
   const std::string name = quote(file.string());
   tinyxml2::XMLDocument document;  // locates syntax errors, which urdfdom does not
   if (document.Parse(text.c_str()) != tinyxml2::XML_SUCCESS) return Error{name + ", " + xml_error(document)};
-  if (const tinyxml2::XMLElement* robot_element = document.RootElement()) {
+  if (tinyxml2::XMLElement* robot_element = document.RootElement()) {
     if (const std::optional<std::string> link = link_of_a_loop(*robot_element))
       return Error{name + ": link " + quote(*link) + " hangs on itself by its joints, in a loop"};
+    for (const std::string& note : repair_urdf(*robot_element, file.stem().string()))
+      warnings.push_back(file.string() + ": " + note);
+    tinyxml2::XMLPrinter printer(nullptr, true);
+    document.Print(&printer);
+    text = printer.CStr();
   }
   size_t links = 0;
   for (size_t at = text.find("<link"); at != std::string::npos; at = text.find("<link", at + 5)) ++links;
@@ -351,7 +359,7 @@ Result<Model> read_urdf(const std::filesystem::path& file, const ReadOptions& op
   UrdfFiles files(file, options.package_folders, model.sources);
   const Result<std::string> text = expanded_text(file, options, files, model.sources, model.warnings);
   if (!text) return text.error();
-  Result<urdf::ModelInterfaceSharedPtr> robot = parse(file, *text);
+  Result<urdf::ModelInterfaceSharedPtr> robot = parse(file, *text, model.warnings);
   if (!robot) return robot.error();
   model.name = (*robot)->getName().empty() ? file.stem().string() : (*robot)->getName();
   Reader(file, options, files, model).read(**robot);
