@@ -77,6 +77,18 @@ TEST(MeshFiles, ObjHasItsMaterialsAndOnlyTriangles) {
   EXPECT_EQ(loaded.model.materials[glass.material].roughness, 1);  // no specular highlight
 }
 
+TEST(MeshFiles, AMapIsNotHiddenByABlackColour) {
+  const test::ScratchFolder folder;
+  folder.write("a.png", "an image's bytes");
+  folder.write("some colours.mtl", "newmtl red one\nKd 0 0 0\nmap_Kd a.png\nnewmtl glass\nKd 0 0 0\n");
+  const Loaded loaded = load(folder.write("a.obj", test::kObj));
+  ASSERT_TRUE(loaded.surfaces) << loaded.surfaces.error().message;
+  for (const Surface& surface : *loaded.surfaces) {
+    const Material& m = loaded.model.materials[surface.material];
+    EXPECT_EQ(glm::vec3(m.base_color), glm::vec3(m.base_color_image ? 1.0f : 0.0f)) << m.name;
+  }
+}
+
 TEST(MeshFiles, MissingMaterialsAreReported) {
   const test::ScratchFolder folder;
   const Loaded loaded = load(folder.write("a.obj", test::kObj));

@@ -193,6 +193,8 @@ ImportedMaterial material_of(const aiMaterial& from, const std::string& extensio
   if (extension == ".dae" && to.opacity < kInvisible) to.opacity = 1;
   to.roughness = roughness_of(from, extension);
   to.diffuse_image = image_name(from, aiTextureType_DIFFUSE);
+  // Exporters write a black colour beside a map that is meant to replace it, not to be multiplied with it.
+  if (!to.diffuse_image.empty() && to.diffuse == glm::vec3(0)) to.diffuse = glm::vec3(1);
   to.normal_image = image_name(from, aiTextureType_NORMALS);
   return to;
 }
