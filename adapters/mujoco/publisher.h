@@ -17,9 +17,9 @@
 #include <string>
 #include <vector>
 
+#include "adapters/mujoco/compiled/compiled_scene.h"
 #include "adapters/mujoco/timing.h"
 #include "protocol/base/error.h"
-#include "adapters/mujoco/compiled/compiled_scene.h"
 
 namespace fire3dv::mujoco {
 

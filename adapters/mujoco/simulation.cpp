@@ -6,8 +6,8 @@
 #include <numbers>
 #include <utility>
 
-#include "protocol/base/text.h"
 #include "adapters/mujoco/compiled/model_files.h"
+#include "protocol/base/text.h"
 
 namespace fire3dv::mujoco {
 namespace {
@@ -40,9 +40,10 @@ Result<Simulation> Simulation::load(const std::filesystem::path& file, const std
   std::vector<std::string> warnings;
   Result<convert::MjcfModel> model = convert::compile_mjcf(file, &warnings);
   if (!model)
-    return Error{model.error().message + " (MuJoCo " + mj_versionString() +
-                 ", which this program is linked with; a model for a newer version cannot be stepped, but fire3dv "
-                 "can show it)"};
+    return Error{
+        model.error().message + " (MuJoCo " + mj_versionString() +
+        ", which this program is linked with; a model for a newer version cannot be stepped, but fire3dv "
+        "can show it)"};
   const Result<int> start = keyframe_of(**model, keyframe);
   if (!start) return start.error();
   Result<convert::MjcfData> data = convert::pose_mjcf(**model, &warnings);

@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/base/error.h"
 #include "adapters/mujoco/compiled/load.h"
+#include "protocol/base/error.h"
 
 namespace fire3dv::mujoco {
 

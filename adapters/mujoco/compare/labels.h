@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "renderer/scene/model/scene.h"
 #include "adapters/mujoco/compiled/compiled_scene.h"
+#include "renderer/scene/model/scene.h"
 
 namespace fire3dv::mujoco {
 

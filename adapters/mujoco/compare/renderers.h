@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "adapters/mujoco/compare/labels.h"
+#include "adapters/mujoco/compiled/load.h"
 #include "adapters/mujoco/publisher.h"
 #include "adapters/mujoco/simulation.h"
 #include "protocol/base/error.h"
-#include "adapters/mujoco/compiled/load.h"
 
 namespace fire3dv::mujoco {
 

@@ -41,7 +41,8 @@ class CompiledReader {
     for (int i = 0; i < m_.nmat; ++i) add_material(i);
     for (int i = 0; i < m_.ngeom; ++i) add_geom(i);
     for (int i = 0; i < m_.ncam; ++i)
-      scene_.cameras.push_back({name(m_.name_camadr[i]), static_cast<size_t>(m_.cam_bodyid[i]),
+      scene_.cameras.push_back({name(m_.name_camadr[i]),
+                                static_cast<size_t>(m_.cam_bodyid[i]),
                                 {vec3(d_.cam_xpos + 3 * i), quat_of_matrix(d_.cam_xmat + 9 * i)},
                                 m_.cam_fovy[i]});
     for (int i = 0; i < m_.nlight; ++i) add_light(i);
@@ -63,7 +64,8 @@ class CompiledReader {
     const int first = m_.mesh_vertadr[mesh], count = m_.mesh_vertnum[mesh];
     for (int v = first; v < first + count; ++v) {
       surface->positions.emplace_back(m_.mesh_vert[3 * v], m_.mesh_vert[3 * v + 1], m_.mesh_vert[3 * v + 2]);
-      surface->normals.emplace_back(m_.mesh_normal[3 * v], m_.mesh_normal[3 * v + 1], m_.mesh_normal[3 * v + 2]);
+      surface->normals.emplace_back(m_.mesh_normal[3 * v], m_.mesh_normal[3 * v + 1],
+                                    m_.mesh_normal[3 * v + 2]);
     }
     if (const int uv = m_.mesh_texcoordadr[mesh]; uv >= 0) {
       for (int v = uv; v < uv + count; ++v)
@@ -101,7 +103,8 @@ class CompiledReader {
     } else if (count > 0) {
       glm::dvec3 sum(0);
       for (size_t i = 0; i < count; ++i)
-        sum += glm::dvec3(linear_from_srgb(glm::vec3(pixels[3 * i], pixels[3 * i + 1], pixels[3 * i + 2]) / 255.0f));
+        sum += glm::dvec3(
+            linear_from_srgb(glm::vec3(pixels[3 * i], pixels[3 * i + 1], pixels[3 * i + 2]) / 255.0f));
       texture.mean_color = glm::vec3(sum / static_cast<double>(count));
     }
     scene_.textures.push_back(std::move(texture));

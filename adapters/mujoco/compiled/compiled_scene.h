@@ -1,4 +1,5 @@
-// A compiled MuJoCo model as a scene of the converter: node names, visibility, tendon geometry, and all that is drawn.
+// A compiled MuJoCo model as a scene of the converter: node names, visibility, tendon geometry, and all that
+// is drawn.
 #pragma once
 
 #include <mujoco/mujoco.h>

@@ -216,7 +216,8 @@ TEST(Simulation, WhatMuJoCoWarnsOfLaterIsItsOwnersAgain) {
 TEST(Simulation, AModelThatMuJoCoRefusesNamesTheLinkedVersion) {
   test::ScratchFolder folder;
   const auto file = folder.write(
-      "new.xml", std::string_view("<mujoco><worldbody><element_of_the_future/><geom size='1'/></worldbody></mujoco>"));
+      "new.xml",
+      std::string_view("<mujoco><worldbody><element_of_the_future/><geom size='1'/></worldbody></mujoco>"));
   const Result<Simulation> simulation = Simulation::load(file, "", Drive::hold);
   ASSERT_FALSE(simulation.ok());
   const std::string& message = simulation.error().message;

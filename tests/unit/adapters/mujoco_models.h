@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
+#include "adapters/mujoco/compiled/load.h"
 #include "adapters/mujoco/publisher.h"
 #include "adapters/mujoco/simulation.h"
-#include "adapters/mujoco/compiled/load.h"
 
 namespace fire3dv::mujoco {
 

@@ -33,7 +33,8 @@ std::string reason(const Result<Parsed>& result) {
 
 TEST(MjcfMeshFormats, ObjFacesMayNameVerticesInAllWays) {
   const std::string corners = "v 0 0 0\nv +1 0 0 0.5 0.5 0.5\nv 0 1 0\r\nv 0 0 1e-50\n";
-  const Result<MeshData> mesh = parse_obj("# comment\nmtllib none.mtl\n" + corners + "f 1 2 3\n f\t-4 -3 -2 -1\nl 1 2\nf 1 2 5\nv 2 2 2\n");
+  const Result<MeshData> mesh = parse_obj("# comment\nmtllib none.mtl\n" + corners +
+                                          "f 1 2 3\n f\t-4 -3 -2 -1\nl 1 2\nf 1 2 5\nv 2 2 2\n");
   ASSERT_TRUE(mesh.ok()) << mesh.error().message;
   ASSERT_EQ(mesh->faces.size(), 4u);  // a triangle, a quad, and a face before its vertex
   EXPECT_EQ(mesh->faces[2], (MeshData::Triangle{0, 2, 3}));
@@ -43,7 +44,8 @@ TEST(MjcfMeshFormats, ObjFacesMayNameVerticesInAllWays) {
   ASSERT_TRUE(whole.ok()) << whole.error().message;
   EXPECT_EQ(whole->uvs[0], glm::vec2(0.25f, 0.25f)) << "from the upper edge";
   EXPECT_EQ(whole->normal_faces.size(), 1u);
-  EXPECT_TRUE(parse_obj(corners + "vt 0 0\nf 1/1 2/1 3/1\nf 1 2 3\n")->uv_faces.empty()) << "not for all corners";
+  EXPECT_TRUE(parse_obj(corners + "vt 0 0\nf 1/1 2/1 3/1\nf 1 2 3\n")->uv_faces.empty())
+      << "not for all corners";
   const struct {
     const char *line, *part;
   } faults[] = {{"f 1 2 6\n", "vertex 5 of 4"},
@@ -57,7 +59,8 @@ TEST(MjcfMeshFormats, ObjFacesMayNameVerticesInAllWays) {
                 {"v 1 2 nan\n", "malformed"},
                 {"v 1 2 2e30\n", "beyond 2^30"}};
   for (const auto& [line, part] : faults)
-    EXPECT_NE(reason(parse_obj(corners + line)).find(part), std::string::npos) << line << reason(parse_obj(corners + line));
+    EXPECT_NE(reason(parse_obj(corners + line)).find(part), std::string::npos)
+        << line << reason(parse_obj(corners + line));
 }
 
 TEST(MjcfMeshFormats, CountsMatchTheContents) {
@@ -84,14 +87,18 @@ TEST(MjcfMeshFormats, CountsMatchTheContents) {
   const std::string stl = test::binary_stl();
   EXPECT_EQ(parse_stl(stl)->vertices.size(), 3u);
   EXPECT_NE(reason(parse_stl(stl.substr(0, stl.size() - 1))).find(lies), std::string::npos);
-  EXPECT_NE(reason(parse_stl(stl.substr(0, 80) + words({0xffffffff}) + stl.substr(84))).find(lies), std::string::npos);
+  EXPECT_NE(reason(parse_stl(stl.substr(0, 80) + words({0xffffffff}) + stl.substr(84))).find(lies),
+            std::string::npos);
   EXPECT_NE(reason(parse_stl("short")).find(lies), std::string::npos);
   EXPECT_NE(reason(parse_stl(test::kAsciiStl)).find("is text"), std::string::npos);
 
-  EXPECT_NE(reason(parse_inline_mesh({"0 0 0 1 0 0 0 1 0", "", "", "0 1 3"})).find("vertex 3 of 3"), std::string::npos);
-  EXPECT_NE(reason(parse_inline_mesh({"0 0 0 1 0 0 0 1 0", "", "", "0 1 -1"})).find("vertex -1 of 3"), std::string::npos);
+  EXPECT_NE(reason(parse_inline_mesh({"0 0 0 1 0 0 0 1 0", "", "", "0 1 3"})).find("vertex 3 of 3"),
+            std::string::npos);
+  EXPECT_NE(reason(parse_inline_mesh({"0 0 0 1 0 0 0 1 0", "", "", "0 1 -1"})).find("vertex -1 of 3"),
+            std::string::npos);
   EXPECT_NE(reason(parse_inline_mesh({"0 0 0 1", "", "", ""})).find("no multiple of 3"), std::string::npos);
-  EXPECT_NE(reason(parse_inline_mesh({"0 0 x", "", "", ""})).find("something else than numbers"), std::string::npos);
+  EXPECT_NE(reason(parse_inline_mesh({"0 0 x", "", "", ""})).find("something else than numbers"),
+            std::string::npos);
 }
 
 TEST(MjcfHull, EnclosesAllPoints) {
@@ -112,7 +119,8 @@ TEST(MjcfHull, EnclosesAllPoints) {
   }
   EXPECT_GT(volume, 3.5);
   EXPECT_LT(volume, 4.18880);
-  EXPECT_NE(reason(convex_hull({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}})).find("in a plane"), std::string::npos);
+  EXPECT_NE(reason(convex_hull({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}})).find("in a plane"),
+            std::string::npos);
   EXPECT_NE(reason(convex_hull({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}})).find("fewer than 4"), std::string::npos);
   EXPECT_FALSE(convex_hull(std::vector<glm::vec3>(10, glm::vec3(1))).ok());
 }
@@ -143,9 +151,10 @@ TEST_F(Mjcf, TexturesAreFlippedDecodedAndBounded) {
   // Two pixels, red and blue, in MuJoCo's format.
   folder_.write("t.bin", std::string_view(words({2, 1}) + std::string("\xff\0\0\0\0\xff", 6)));
   const auto image = [&](const std::string& attributes) {
-    const Result<Model> model = try_read("<mujoco><asset><texture name='t' type='2d' " + attributes +
-                                         "/><material name='m' texture='t'/></asset><worldbody><geom type='box' size='1 1 1' "
-                                         "material='m'/></worldbody></mujoco>");
+    const Result<Model> model =
+        try_read("<mujoco><asset><texture name='t' type='2d' " + attributes +
+                 "/><material name='m' texture='t'/></asset><worldbody><geom type='box' size='1 1 1' "
+                 "material='m'/></worldbody></mujoco>");
     EXPECT_TRUE(model.ok());
     EXPECT_EQ(model->warnings.empty(), !model->images.empty()) << attributes;
     if (model->images.empty()) return std::string(model->warnings.empty() ? "" : model->warnings[0]);
@@ -155,20 +164,23 @@ TEST_F(Mjcf, TexturesAreFlippedDecodedAndBounded) {
   EXPECT_EQ(image("file='t.bin'"), std::string("\xff\0\0\0\0\xff", 6));
   EXPECT_EQ(image("file='t.bin' hflip='true'"), std::string("\0\0\xff\xff\0\0", 6));
   EXPECT_EQ(image("file='t.bin' vflip='true'"), std::string("\xff\0\0\0\0\xff", 6));
-  EXPECT_NE(image("builtin='flat' width='100000' height='100000'").find("width times height"), std::string::npos);
+  EXPECT_NE(image("builtin='flat' width='100000' height='100000'").find("width times height"),
+            std::string::npos);
   EXPECT_NE(image("builtin='flat' width='-1' height='1'").find("width times height"), std::string::npos);
   EXPECT_NE(image("file='gone.png'").find("does not exist"), std::string::npos);
   const std::vector<std::byte> png = test::png(2, 2, 0x00ff00ff);
   EXPECT_TRUE(decode_png(png).ok());
   EXPECT_FALSE(decode_png({png.data(), png.size() - 20}).ok());
-  const std::string head = "\x89PNG\r\n\x1a\n" + std::string("\0\0\0\x0dIHDR\0\0\x40\0\0\0\x40\0\x08\x02\0\0\0", 21);
+  const std::string head =
+      "\x89PNG\r\n\x1a\n" + std::string("\0\0\0\x0dIHDR\0\0\x40\0\0\0\x40\0\x08\x02\0\0\0", 21);
   EXPECT_FALSE(decode_png(std::as_bytes(std::span(head))).ok());
 }
 
 TEST_F(Mjcf, HeightFieldsAreBoundedAndChecked) {
   const auto fault = [&](const std::string& attributes) {
-    const Result<Model> model = try_read("<mujoco><asset><hfield name='h' " + attributes +
-                                         "/></asset><worldbody><geom type='hfield' hfield='h'/><geom size='1'/></worldbody></mujoco>");
+    const Result<Model> model = try_read(
+        "<mujoco><asset><hfield name='h' " + attributes +
+        "/></asset><worldbody><geom type='hfield' hfield='h'/><geom size='1'/></worldbody></mujoco>");
     EXPECT_TRUE(model.ok());
     return model->warnings.empty() ? std::string("none") : model->warnings[0];
   };
@@ -187,12 +199,16 @@ TEST_F(Mjcf, HeightFieldsAreBoundedAndChecked) {
 }
 
 TEST_F(Mjcf, NormalsAreSmoothAcrossFlatEdgesOnly) {
-  // A cube of twelve triangles with shared vertices: each side keeps its own normal unless the mesh is smooth.
-  const std::string cube = "vertex='0 0 0 1 0 0 1 1 0 0 1 0 0 0 1 1 0 1 1 1 1 0 1 1' face='0 2 1 0 3 2 4 5 6 4 6 7 0 1 5 0 5 4 1 2 6 1 6 5 "
-                           "2 3 7 2 7 6 3 0 4 3 4 7'";
+  // A cube of twelve triangles with shared vertices: each side keeps its own normal unless the mesh is
+  // smooth.
+  const std::string cube =
+      "vertex='0 0 0 1 0 0 1 1 0 0 1 0 0 0 1 1 0 1 1 1 1 0 1 1' face='0 2 1 0 3 2 4 5 6 4 6 7 0 1 5 0 5 4 1 "
+      "2 6 1 6 5 "
+      "2 3 7 2 7 6 3 0 4 3 4 7'";
   for (const bool smooth : {false, true}) {
-    const Result<Model> model = try_read("<mujoco><asset><mesh name='m' " + cube + (smooth ? " smoothnormal='true'" : "") +
-                                         "/></asset><worldbody><geom type='mesh' mesh='m'/></worldbody></mujoco>");
+    const Result<Model> model =
+        try_read("<mujoco><asset><mesh name='m' " + cube + (smooth ? " smoothnormal='true'" : "") +
+                 "/></asset><worldbody><geom type='mesh' mesh='m'/></worldbody></mujoco>");
     ASSERT_TRUE(model.ok());
     const Surface& surface = model->meshes[0].surfaces[0];
     const auto flat = std::count_if(surface.normals.begin(), surface.normals.end(), [](const glm::vec3& n) {

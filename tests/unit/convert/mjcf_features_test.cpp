@@ -1,5 +1,5 @@
-// Test of MJCF that MuJoCo 2 does not know: frames, replicas, attached models, texture layers and new attributes. Expected
-// poses are computed by hand.
+// Test of MJCF that MuJoCo 2 does not know: frames, replicas, attached models, texture layers and new
+// attributes. Expected poses are computed by hand.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,8 +21,8 @@ class MjcfFeatures : public Mjcf {
     Sources sources;
     warnings_.clear();
     Result<MjcfScene> read =
-        read_mjcf_scene(folder_.write("model.xml", std::string_view("<mujoco>" + text + "</mujoco>")), {}, sources,
-                        warnings_);
+        read_mjcf_scene(folder_.write("model.xml", std::string_view("<mujoco>" + text + "</mujoco>")), {},
+                        sources, warnings_);
     EXPECT_TRUE(read.ok()) << (read ? "" : read.error().message);
     return read ? std::move(*read) : MjcfScene();
   }
@@ -51,7 +51,8 @@ void expect_near(const glm::dvec3& a, const glm::dvec3& b) {
 }
 
 TEST_F(MjcfFeatures, FramesMoveAllThatIsInThem) {
-  const MjcfScene made = scene(R"(<default><default class="big"><geom size="3"/></default></default><worldbody>
+  const MjcfScene made =
+      scene(R"(<default><default class="big"><geom size="3"/></default></default><worldbody>
     <frame pos="1 0 0" euler="0 0 90"><geom name="g" size="1" pos="1 0 0"/>
       <frame pos="0 0 1" childclass="big"><body name="b" pos="2 0 0"><joint type="slide" axis="1 0 0"/><geom name="h"/>
         <frame euler="0 0 90"><joint name="j" axis="1 0 0" pos="1 0 0"/><camera name="c" pos="0 1 0"/></frame></body></frame>
@@ -60,8 +61,8 @@ TEST_F(MjcfFeatures, FramesMoveAllThatIsInThem) {
   EXPECT_TRUE(warnings_.empty());
   expect_near(geom(made, "g").pose.position, {1, 1, 0});
   EXPECT_EQ(geom(made, "h").size.x, 3);
-  // The slide moves the body by .5 along the world's Y. The hinge then turns it about its Y axis through its point (0 1 0),
-  // which leaves that point where it is.
+  // The slide moves the body by .5 along the world's Y. The hinge then turns it about its Y axis through its
+  // point (0 1 0), which leaves that point where it is.
   const MjcfPose& pose = body(made, "b").world_pose;
   expect_near(pose * glm::dvec3(0, 1, 0), {0, 2.5, 1});
   expect_near(pose.rotation * glm::dvec3(0, 1, 0), {-1, 0, 0});
@@ -109,9 +110,11 @@ TEST_F(MjcfFeatures, ModelsAreAttachedWithTheirOwnSettings) {
 }
 
 TEST_F(MjcfFeatures, TendonsAreCopiedWithTheirSites) {
-  folder_.write("child.xml", std::string_view(R"(<mujoco model="leg"><worldbody><body name="b"><site name="a"/>
+  folder_.write("child.xml",
+                std::string_view(R"(<mujoco model="leg"><worldbody><body name="b"><site name="a"/>
     <site name="c" pos="0 0 1"/></body></worldbody><tendon><spatial name="t"><site site="a"/><site site="c"/></spatial></tendon></mujoco>)"));
-  const MjcfScene made = scene(R"(<asset><model file="child.xml"/></asset><worldbody><site name="s" pos="9 0 0"/>
+  const MjcfScene made =
+      scene(R"(<asset><model file="child.xml"/></asset><worldbody><site name="s" pos="9 0 0"/>
       <replicate count="2" offset="1 0 0"><frame pos="0 1 0"><attach model="leg" body="b" prefix="p-"/></frame><site name="u"/></replicate></worldbody>
     <tendon><spatial name="x"><site site="s"/><site site="s"/></spatial><spatial name="y"><site site="u"/><site site="u"/></spatial>
       <spatial name="z"><site site="s"/><site site="none"/></spatial></tendon>)");
@@ -127,14 +130,16 @@ TEST_F(MjcfFeatures, TendonsAreCopiedWithTheirSites) {
 }
 
 TEST_F(MjcfFeatures, AModelThatAttachesItselfEnds) {
-  const MjcfScene made = scene(R"(<worldbody><body name="a"><geom size="1"/><attach body="a" prefix="p"/></body></worldbody>)");
+  const MjcfScene made =
+      scene(R"(<worldbody><body name="a"><geom size="1"/><attach body="a" prefix="p"/></body></worldbody>)");
   EXPECT_EQ(made.geoms.size(), 21u);
   EXPECT_NE(warnings_.back().find("nested more than 20 deep"), std::string::npos) << warnings_.back();
 }
 
 TEST_F(MjcfFeatures, MaterialLayersAndPhysicalAttributes) {
   folder_.write("t.png", test::png(2, 2, 0x00ff00ff));
-  const Result<Model> read = try_read(R"(<mujoco><asset><texture name="color" type="2d" file="t.png"/><texture name="bumps" type="2d" file="t.png"/>
+  const Result<Model> read = try_read(
+      R"(<mujoco><asset><texture name="color" type="2d" file="t.png"/><texture name="bumps" type="2d" file="t.png"/>
       <material name="m" metallic=".7" roughness=".2"><layer role="rgb" texture="color"/><layer role="normal" texture="bumps"/>
         <layer role="occlusion" texture="bumps"/></material></asset>
     <worldbody><geom type="box" size="1 1 1" material="m"/></worldbody></mujoco>)");
@@ -162,12 +167,14 @@ TEST_F(MjcfFeatures, CamerasWithIntrinsicsAndLightTypes) {
 }
 
 TEST_F(MjcfFeatures, ElementsOfTheSimulationAreIgnoredWithoutAWord) {
-  scene(R"(<option timestep=".01"/><size njmax="1"/><custom/><extension><plugin plugin="x"/></extension><worldbody><body name="b"><joint name="j"/>
+  scene(
+      R"(<option timestep=".01"/><size njmax="1"/><custom/><extension><plugin plugin="x"/></extension><worldbody><body name="b"><joint name="j"/>
       <geom name="g" size="1"/><site name="s"/><plugin plugin="y"/></body></worldbody>
     <contact><exclude body1="b" body2="world"/></contact><equality><joint joint1="j"/></equality><actuator><motor joint="j"/></actuator>
     <sensor><gyro site="s"/></sensor><tendon><fixed name="f"><joint joint="j" coef="1"/></fixed></tendon>)");
   EXPECT_TRUE(warnings_.empty()) << warnings_.front();
-  scene(R"(<something/><deformable><flex name="f"/></deformable><worldbody><geom type="sdf"/><composite type="cable"/><flexcomp name="c"/></worldbody>)");
+  scene(
+      R"(<something/><deformable><flex name="f"/></deformable><worldbody><geom type="sdf"/><composite type="cable"/><flexcomp name="c"/></worldbody>)");
   EXPECT_EQ(warnings_.size(), 5u);
 }
 
@@ -185,7 +192,8 @@ TEST_F(MjcfFeatures, PrimitivesEncloseTheBoundsOfAMesh) {
 }
 
 TEST_F(MjcfFeatures, KeyframesOfAnotherSizeAreReported) {
-  const MjcfScene made = scene(R"(<worldbody><body name="b"><joint type="slide"/><geom size="1"/></body></worldbody>
+  const MjcfScene made =
+      scene(R"(<worldbody><body name="b"><joint type="slide"/><geom size="1"/></body></worldbody>
     <keyframe><key name="home" qpos="1 2"/></keyframe>)");
   expect_near(body(made, "b").world_pose.position, {0, 0, 0});
   ASSERT_EQ(warnings_.size(), 1u);
@@ -197,9 +205,12 @@ TEST_F(MjcfFeatures, IncludesAreRelativeToTheModelOrTheIncludingFile) {
   folder_.write("parts/meshes/t.obj", std::string_view("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"));
   folder_.write("parts/arm.xml", std::string_view(R"(<mujocoinclude><asset><mesh file="meshes/t.obj"/></asset>
       <include file="more.xml"/></mujocoinclude>)"));
-  folder_.write("parts/more.xml", std::string_view(R"(<mujoco><worldbody><geom name="g" type="mesh" mesh="t"/></worldbody></mujoco>)"));
+  folder_.write(
+      "parts/more.xml",
+      std::string_view(R"(<mujoco><worldbody><geom name="g" type="mesh" mesh="t"/></worldbody></mujoco>)"));
   folder_.write("parts/geom.xml", std::string_view("<x><geom size='1'/></x>"));
-  const MjcfScene made = scene(R"(<include file="parts/arm.xml"/><worldbody><body name="a"><include file="parts/geom.xml"/></body>
+  const MjcfScene made = scene(
+      R"(<include file="parts/arm.xml"/><worldbody><body name="a"><include file="parts/geom.xml"/></body>
       <body name="b"><include file="parts/geom.xml"/></body></worldbody>)");
   EXPECT_TRUE(warnings_.empty()) << warnings_.front();
   EXPECT_EQ(made.geoms.size(), 3u) << "a file may be included twice";

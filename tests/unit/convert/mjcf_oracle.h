@@ -51,8 +51,7 @@ class MjcfOracle {
   }
   void near(const std::string& what, const glm::dvec3& a, const glm::dvec3& b, double tolerance = 1e-6) {
     const double size = std::max({1.0, glm::length(b), compiled_.extent});
-    if (!(glm::distance(a, b) <= tolerance * size))
-      differ(what + ": " + text(a) + " instead of " + text(b));
+    if (!(glm::distance(a, b) <= tolerance * size)) differ(what + ": " + text(a) + " instead of " + text(b));
   }
   void near(const std::string& what, const MjcfPose& a, const MjcfPose& b) {
     near(what + " position", a.position, b.position);
@@ -78,12 +77,14 @@ class MjcfOracle {
     const MjcfGeom &a = read_.geoms[i], &b = compiled_.geoms[i];
     const std::string what = "geom " + std::to_string(i) + " " + b.name;
     same(what + " name", a.name, b.name);
-    if (a.body != b.body || a.shape != b.shape || a.group != b.group) differ(what + " has another body, shape or group");
+    if (a.body != b.body || a.shape != b.shape || a.group != b.group)
+      differ(what + " has another body, shape or group");
     for (size_t k = 0; k < 4; ++k)
       near(what + " rgba", static_cast<double>(a.rgba[k]), static_cast<double>(b.rgba[k]));
     same(what + " material", a.material ? read_.materials[*a.material].name : "",
          b.material ? compiled_.materials[*b.material].name : "");
-    if (a.material && b.material) compare_material(read_.materials[*a.material], compiled_.materials[*b.material]);
+    if (a.material && b.material)
+      compare_material(read_.materials[*a.material], compiled_.materials[*b.material]);
     if (a.body != b.body || a.shape != b.shape) return;
     const MjcfPose world_a = read_.bodies[a.body].world_pose * a.pose,
                    world_b = compiled_.bodies[b.body].world_pose * b.pose;
@@ -96,7 +97,7 @@ class MjcfOracle {
       compare_fields(what, a, b);
       return;
     }
-    const int sizes = a.shape == MjcfShape::sphere                                       ? 1
+    const int sizes = a.shape == MjcfShape::sphere                                      ? 1
                       : a.shape == MjcfShape::capsule || a.shape == MjcfShape::cylinder ? 2
                                                                                         : 3;
     for (int k = 0; k < sizes; ++k) near(what + " size", a.size[k], b.size[k]);
@@ -104,7 +105,8 @@ class MjcfOracle {
     if (a.shape == MjcfShape::sphere) return;
     // Axes of symmetric shapes may point either way.
     for (int k = a.shape == MjcfShape::capsule || a.shape == MjcfShape::cylinder ? 2 : 0; k < 3; ++k) {
-      const glm::dvec3 axis_a = glm::mat3_cast(world_a.rotation)[k], axis_b = glm::mat3_cast(world_b.rotation)[k];
+      const glm::dvec3 axis_a = glm::mat3_cast(world_a.rotation)[k],
+                       axis_b = glm::mat3_cast(world_b.rotation)[k];
       near(what + " axis " + std::to_string(k), axis_a * (glm::dot(axis_a, axis_b) < 0 ? -1.0 : 1.0), axis_b);
     }
   }

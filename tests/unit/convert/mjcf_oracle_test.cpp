@@ -1,5 +1,6 @@
-// Test of the MJCF reader against libmujoco: world poses, sizes, colours and drawn vertices are those of the compiled
-// model at rest. Models are written by the test; public robots are compared where shared/assets is present.
+// Test of the MJCF reader against libmujoco: world poses, sizes, colours and drawn vertices are those of the
+// compiled model at rest. Models are written by the test; public robots are compared where shared/assets is
+// present.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -50,9 +51,11 @@ TEST_F(MjcfOracleTest, Orientations) {
   </worldbody>)";
   compare_text("degrees", bodies);
   for (const char* sequence : {"zyx", "XYZ", "xZy"})
-    compare_text(std::string("sequence_") + sequence, "<compiler eulerseq='" + std::string(sequence) + "'/>" + bodies);
-  compare_text("radians", "<compiler angle='radian'/><worldbody><body euler='.1 .2 .3'><joint ref='.3' axis='1 2 3'/>"
-                          "<geom size='1'/></body></worldbody><keyframe><key qpos='1.1'/></keyframe>");
+    compare_text(std::string("sequence_") + sequence,
+                 "<compiler eulerseq='" + std::string(sequence) + "'/>" + bodies);
+  compare_text("radians",
+               "<compiler angle='radian'/><worldbody><body euler='.1 .2 .3'><joint ref='.3' axis='1 2 3'/>"
+               "<geom size='1'/></body></worldbody><keyframe><key qpos='1.1'/></keyframe>");
 }
 
 TEST_F(MjcfOracleTest, JointsInTheFirstKeyframe) {
@@ -67,7 +70,8 @@ TEST_F(MjcfOracleTest, JointsInTheFirstKeyframe) {
 }
 
 TEST_F(MjcfOracleTest, DefaultClasses) {
-  compare_text("classes", R"(<default><geom type="capsule" size=".1 .3" rgba="1 0 0 1" group="1"/><joint axis="1 0 0"/>
+  compare_text("classes",
+               R"(<default><geom type="capsule" size=".1 .3" rgba="1 0 0 1" group="1"/><joint axis="1 0 0"/>
       <default class="wide"><geom size=".2"/><default class="box"><geom type="box" size=".4 .5 .6" euler="0 0 45"/></default></default>
       <default class="eye"><camera fovy="30" pos="1 2 3"/><light dir="1 1 -1" diffuse=".1 .2 .3" directional="true"/></default></default>
     <worldbody><body childclass="wide"><joint/><geom/><geom class="box"/><geom class="main"/><geom size=".7"/>
@@ -77,7 +81,8 @@ TEST_F(MjcfOracleTest, DefaultClasses) {
 }
 
 TEST_F(MjcfOracleTest, CamerasAndLightsThatTrack) {
-  compare_text("tracking", R"(<worldbody><light name="sun" directional="true" dir="0 1 -1" mode="targetbody" target="b"/>
+  compare_text("tracking",
+               R"(<worldbody><light name="sun" directional="true" dir="0 1 -1" mode="targetbody" target="b"/>
     <camera name="at_b" pos="5 5 5" mode="targetbody" target="b"/><camera name="at_mass" pos="5 -5 5" mode="targetbodycom" target="a"/>
     <body name="a" pos="0 0 1"><freejoint/><geom type="box" size=".3 .1 .1" mass="2"/>
       <camera name="track" pos="1 0 0" euler="20 30 0" mode="track"/><camera name="com" pos="1 0 1" mode="trackcom"/>
@@ -88,14 +93,16 @@ TEST_F(MjcfOracleTest, CamerasAndLightsThatTrack) {
 }
 
 TEST_F(MjcfOracleTest, MeshesAndTheirPrimitives) {
-  folder_.write("wedge.obj", std::string_view("v 0 0 0\nv 2 0 0\nv 0 1 0\nv 0 0 .5\nv 2 0 .5\nv 0 1 .5\n"
-                                              "f 1 3 2\nf 4 5 6\nf 1 2 5\nf 1 5 4\nf 2 3 6\nf 2 6 5\nf 3 1 4\nf 3 4 6\n"));
+  folder_.write("wedge.obj",
+                std::string_view("v 0 0 0\nv 2 0 0\nv 0 1 0\nv 0 0 .5\nv 2 0 .5\nv 0 1 .5\n"
+                                 "f 1 3 2\nf 4 5 6\nf 1 2 5\nf 1 5 4\nf 2 3 6\nf 2 6 5\nf 3 1 4\nf 3 4 6\n"));
   std::string msh;
   for (const uint32_t count : {4u, 0u, 0u, 4u}) msh += test::raw(count);
   for (const float f : {0.f, 0.f, 0.f, 1.f, 0.f, 0.f, 0.f, 2.f, 0.f, 0.f, 0.f, 3.f}) msh += test::raw(f);
   for (const uint32_t i : {0u, 2u, 1u, 0u, 1u, 3u, 0u, 3u, 2u, 1u, 2u, 3u}) msh += test::raw(i);
   folder_.write("t.msh", std::string_view(msh));
-  const std::string model = R"(<asset><mesh file="wedge.obj"/><mesh name="scaled" file="wedge.obj" scale="2 .5 -1"/>
+  const std::string model =
+      R"(<asset><mesh file="wedge.obj"/><mesh name="scaled" file="wedge.obj" scale="2 .5 -1"/>
       <mesh name="moved" file="wedge.obj" refpos="1 2 3" refquat="1 1 0 0"/><mesh file="t.msh"/>
       <mesh name="own" vertex="0 0 0 1 0 0 0 1 0 0 0 1" face="0 2 1 0 1 3 0 3 2 1 2 3"/>
       <mesh name="hull" vertex="-1 -1 -1  1 -1 -1  1 1 -1  -1 1 -1  -1 -1 1  1 -1 1  1 1 1  -1 1 1  0 0 0"/></asset>
@@ -114,7 +121,9 @@ TEST_F(MjcfOracleTest, HeightFieldsMaterialsAndTextures) {
   std::string field = test::raw<uint32_t>(2) + test::raw<uint32_t>(3);
   for (const float f : {1.f, 2.f, 3.f, 4.f, 5.f, 7.f}) field += test::raw(f);
   folder_.write("f.bin", std::string_view(field));
-  compare_text("fields", R"(<statistic extent="4" center="1 1 1"/><asset><hfield name="f" file="f.bin" size="1 2 .5 .1"/><hfield name="flat" nrow="3" ncol="4" size="1 1 1 1"/>
+  compare_text(
+      "fields",
+      R"(<statistic extent="4" center="1 1 1"/><asset><hfield name="f" file="f.bin" size="1 2 .5 .1"/><hfield name="flat" nrow="3" ncol="4" size="1 1 1 1"/>
       <texture name="t" type="2d" file="map.png"/><texture name="c" builtin="checker" rgb1="1 0 0" rgb2="0 0 1" width="8" height="8"/>
       <texture name="g" type="2d" builtin="gradient" width="8" height="8" mark="cross"/>
       <material name="m" texture="t" texrepeat="3 2" texuniform="true" emission=".3" specular=".2" shininess=".9" reflectance=".4"/>
@@ -140,9 +149,13 @@ TEST_F(MjcfOracleTest, Tendons) {
 }
 
 TEST_F(MjcfOracleTest, CompilerSettings) {
-  compare_text("discarded", R"(<compiler discardvisual="true"/><asset><material name="m" rgba="1 0 0 1"/></asset><worldbody>
+  compare_text(
+      "discarded",
+      R"(<compiler discardvisual="true"/><asset><material name="m" rgba="1 0 0 1"/></asset><worldbody>
     <geom size="1" material="m"/><geom size="2" contype="0" conaffinity="0"/></worldbody>)");
-  compare_text("mass", R"(<compiler inertiafromgeom="true" inertiagrouprange="1 2"/><worldbody><body name="a" pos="0 0 1"><freejoint/>
+  compare_text(
+      "mass",
+      R"(<compiler inertiafromgeom="true" inertiagrouprange="1 2"/><worldbody><body name="a" pos="0 0 1"><freejoint/>
       <inertial pos="1 1 1" mass="5" diaginertia="1 1 1"/><geom size=".2" pos="1 0 0" group="1"/><geom size=".4" pos="0 2 0"/>
       <camera mode="trackcom" pos="1 2 3"/></body></worldbody><keyframe><key qpos="1 2 3 1 1 0 0"/></keyframe>)");
 }
@@ -150,7 +163,8 @@ TEST_F(MjcfOracleTest, CompilerSettings) {
 TEST_F(MjcfOracleTest, PublicRobots) {
   const char* const variable = std::getenv("FIRE3DV_ASSETS");
   const fs::path assets = variable ? variable : fs::path(FIRE3DV_SOURCE_DIR) / ".." / "shared" / "assets";
-  for (const char* model : {"franka_emika_panda/scene.xml", "franka_emika_panda/hand.xml", "robotiq_2f85/2f85.xml"}) {
+  for (const char* model :
+       {"franka_emika_panda/scene.xml", "franka_emika_panda/hand.xml", "robotiq_2f85/2f85.xml"}) {
     const fs::path file = assets / "robots" / model;
     if (fs::exists(file)) compare(file, model);
   }

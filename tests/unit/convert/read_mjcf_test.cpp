@@ -178,12 +178,15 @@ TEST_F(Mjcf, FilesOutsideTheModelsFolderNeedAnOption) {
   const fs::path model = folder_.path() / "model", ours = folder_.path() / "ours";
   fs::create_directories(model / "assets");
   fs::create_directories(ours);
-  folder_.write("ours/t.obj", std::string_view("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"));
+  folder_.write("ours/t.obj",
+                std::string_view("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"));
   folder_.write("ours/skin.png", test::png(2, 2, 0x00ff00ff));
-  folder_.write("ours/parts.xml", std::string_view("<mujoco><worldbody><body name='inside'/></worldbody></mujoco>"));
+  folder_.write("ours/parts.xml",
+                std::string_view("<mujoco><worldbody><body name='inside'/></worldbody></mujoco>"));
   fs::create_symlink(ours, model / "link");
   fs::create_symlink(ours / "t.obj", model / "link.obj");
-  folder_.write("model/sub.xml", std::string_view("<mujoco><asset><mesh name='m' file='../ours/t.obj'/></asset></mujoco>"));
+  folder_.write("model/sub.xml",
+                std::string_view("<mujoco><asset><mesh name='m' file='../ours/t.obj'/></asset></mujoco>"));
   const std::string shown = "<worldbody><geom type='mesh' mesh='m'/></worldbody>";
   const auto mesh = [&](const std::string& file) {
     return "<asset><mesh name='m' file='" + file + "'/></asset>" + shown;
@@ -210,7 +213,8 @@ TEST_F(Mjcf, FilesOutsideTheModelsFolderNeedAnOption) {
        "<geom type='hfield' hfield='h'/></worldbody>",
        "ours/skin.png"},
       {"<include file='sub.xml'/>" + shown, "ours/t.obj"},
-      {"<asset><model name='a' file='../ours/parts.xml'/></asset><worldbody><attach model='a' prefix='x'/></worldbody>",
+      {"<asset><model name='a' file='../ours/parts.xml'/></asset><worldbody><attach model='a' "
+       "prefix='x'/></worldbody>",
        "ours/parts.xml"},
   };
   ReadOptions named;
@@ -218,10 +222,11 @@ TEST_F(Mjcf, FilesOutsideTheModelsFolderNeedAnOption) {
   for (const auto& [text, name] : cases) {
     const fs::path file = folder_.write("model/model.xml", std::string_view("<mujoco>" + text + "</mujoco>"));
     const Model read = checked(read_mjcf(file, {}));
-    const bool is_reported = std::any_of(read.warnings.begin(), read.warnings.end(), [&, &part = name](const std::string& w) {
-      return w.find(part + "\" lies outside the model's folder") != std::string::npos &&
-             w.find("--package-path") != std::string::npos;
-    });
+    const bool is_reported =
+        std::any_of(read.warnings.begin(), read.warnings.end(), [&, &part = name](const std::string& w) {
+          return w.find(part + "\" lies outside the model's folder") != std::string::npos &&
+                 w.find("--package-path") != std::string::npos;
+        });
     EXPECT_TRUE(is_reported) << text;
     EXPECT_TRUE(read.images.empty()) << text;
     for (const std::string& warning : checked(read_mjcf(file, named)).warnings)
@@ -232,12 +237,14 @@ TEST_F(Mjcf, FilesOutsideTheModelsFolderNeedAnOption) {
     const fs::path file = folder_.write("model/model.xml", std::string_view(text));
     const Result<Model> read = read_mjcf(file, {});
     ASSERT_FALSE(read.ok()) << include;
-    EXPECT_NE(read.error().message.find("lies outside the model's folder"), std::string::npos) << read.error().message;
+    EXPECT_NE(read.error().message.find("lies outside the model's folder"), std::string::npos)
+        << read.error().message;
     EXPECT_TRUE(read_mjcf(file, named).ok());
   }
   // Symlink trees of package managers: the resolved folder of the model counts in addition to the link's.
   folder_.write("model/t.obj", std::string_view("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"));
-  const fs::path below = folder_.write("model/model.xml", std::string_view("<mujoco>" + mesh("t.obj") + "</mujoco>"));
+  const fs::path below =
+      folder_.write("model/model.xml", std::string_view("<mujoco>" + mesh("t.obj") + "</mujoco>"));
   fs::create_directories(folder_.path() / "tree");
   fs::create_symlink(below, folder_.path() / "tree/model.xml");
   fs::create_symlink(model / "t.obj", folder_.path() / "tree/t.obj");

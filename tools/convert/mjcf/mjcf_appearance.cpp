@@ -86,7 +86,8 @@ bool is_shown_group(int group) {
   return group < kShownGroups;
 }
 
-const std::array<float, 4>& mjcf_color(const std::array<float, 4>& own, const std::array<float, 4>* material) {
+const std::array<float, 4>& mjcf_color(const std::array<float, 4>& own,
+                                       const std::array<float, 4>* material) {
   constexpr std::array<float, 4> kDefault{0.5f, 0.5f, 0.5f, 1};
   return material && own == kDefault ? *material : own;
 }

@@ -1,5 +1,5 @@
-// Appearance of an MJCF model's geoms: surfaces, and metallic-roughness materials that approximate MuJoCo's specular
-// shading.
+// Appearance of an MJCF model's geoms: surfaces, and metallic-roughness materials that approximate MuJoCo's
+// specular shading.
 #pragma once
 
 #include <array>

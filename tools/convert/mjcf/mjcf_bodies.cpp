@@ -67,9 +67,8 @@ Result<void> MjcfBodyReader::read(MjcfSource& source) {
     if (section.kind == "worldbody")
       if (Result<void> done = read_children(section, scope); !done)
         return Error{quote(source.file().string()) + ": " + done.error().message};
-  std::stable_sort(tree_.geoms.begin(), tree_.geoms.end(), [](const MjcfTreeGeom& a, const MjcfTreeGeom& b) {
-    return a.geom.body < b.geom.body;
-  });
+  std::stable_sort(tree_.geoms.begin(), tree_.geoms.end(),
+                   [](const MjcfTreeGeom& a, const MjcfTreeGeom& b) { return a.geom.body < b.geom.body; });
   const auto by_body = [](auto& objects, std::vector<MjcfTracked>& tracking) {
     std::vector<size_t> order(objects.size());
     for (size_t i = 0; i < order.size(); ++i) order[i] = i;
@@ -122,7 +121,8 @@ Result<void> MjcfBodyReader::read_child(const MjcfElement& element, const Scope&
   else if (kind == "light")
     read_light(element, scope);
   else if (kind == "composite" || kind == "flexcomp")
-    scope.source->messages().warn(element.where() + " is not shown: bodies that MuJoCo generates are not supported");
+    scope.source->messages().warn(element.where() +
+                                  " is not shown: bodies that MuJoCo generates are not supported");
   else if (kind != "plugin")
     scope.source->messages().warn(element.where() + ": the element is unknown and ignored");
   return {};
@@ -146,8 +146,8 @@ Result<void> MjcfBodyReader::read_body(const MjcfElement& element, const Scope& 
 
 Result<void> MjcfBodyReader::read_frame(const MjcfElement& element, const Scope& scope) {
   Scope inner = scope;
-  inner.frame = scope.frame * pose_of(scope.source->attributes(element, scope.class_index),
-                                      scope.source->compiler());
+  inner.frame =
+      scope.frame * pose_of(scope.source->attributes(element, scope.class_index), scope.source->compiler());
   inner.class_index = scope.source->class_of(element, scope.class_index, "childclass");
   return read_children(element, inner);
 }

@@ -1,5 +1,5 @@
-// Reader of the body tree: bodies, joints, geoms, sites, cameras and lights, with frames, replicas and attached models in
-// place.
+// Reader of the body tree: bodies, joints, geoms, sites, cameras and lights, with frames, replicas and
+// attached models in place.
 #pragma once
 
 #include <cstddef>

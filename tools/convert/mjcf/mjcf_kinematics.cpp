@@ -62,8 +62,8 @@ MjcfCoordinates default_coordinates(const MjcfTree& tree) {
     for (const MjcfJoint& joint : body.joints) {
       const MjcfPose& pose = body.pose;
       if (joint.type == MjcfJoint::Type::free)
-        for (const double v : {pose.position.x, pose.position.y, pose.position.z, pose.rotation.w, pose.rotation.x,
-                               pose.rotation.y, pose.rotation.z})
+        for (const double v : {pose.position.x, pose.position.y, pose.position.z, pose.rotation.w,
+                               pose.rotation.x, pose.rotation.y, pose.rotation.z})
           made.values.push_back(v);
       else if (joint.type == MjcfJoint::Type::ball)
         made.values.insert(made.values.end(), {1, 0, 0, 0});

@@ -1,5 +1,5 @@
-// Forward kinematics of an MJCF tree, and what depends on the default pose: centres of mass, extent, cameras and lights
-// that track bodies.
+// Forward kinematics of an MJCF tree, and what depends on the default pose: centres of mass, extent, cameras
+// and lights that track bodies.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -14,9 +14,9 @@ namespace fire3dv::convert {
 MjcfCoordinates default_coordinates(const MjcfTree& tree);
 
 struct MjcfPosedBodies {
-  std::vector<MjcfPose> bodies;                 // in the world
-  std::vector<glm::dvec3> masses;               // centre of mass of each body
-  std::vector<glm::dvec3> subtree_masses;       // and of it with all its descendants
+  std::vector<MjcfPose> bodies;                  // in the world
+  std::vector<glm::dvec3> masses;                // centre of mass of each body
+  std::vector<glm::dvec3> subtree_masses;        // and of it with all its descendants
   std::vector<std::vector<glm::dvec3>> anchors;  // of each body's joints
 };
 
@@ -30,7 +30,8 @@ struct MjcfExtent {
 };
 MjcfExtent extent_of(const MjcfTree& tree, const MjcfPosedBodies& posed);
 
-// Fills bodies, cameras and lights of the scene. `rest`: the default pose, which tracking cameras keep their offset of.
+// Fills bodies, cameras and lights of the scene. `rest`: the default pose, which tracking cameras keep their
+// offset of.
 void pose_scene(const MjcfTree& tree, const MjcfPosedBodies& rest, const MjcfPosedBodies& posed,
                 MjcfScene& scene);
 

@@ -1,4 +1,5 @@
-// Unique node names of an MJCF model, common to the scene converter and to publishers, so that every name binds.
+// Unique node names of an MJCF model, common to the scene converter and to publishers, so that every name
+// binds.
 #pragma once
 
 #include <cstddef>
@@ -22,8 +23,8 @@ struct MjcfNames {
   explicit MjcfNames(const MjcfOwnNames& own);
   explicit MjcfNames(const MjcfScene& scene);
 
-  std::vector<std::string> bodies;   // "body_3" for an unnamed body
-  std::string free_camera;           // initial view of MuJoCo's viewer
+  std::vector<std::string> bodies;  // "body_3" for an unnamed body
+  std::string free_camera;          // initial view of MuJoCo's viewer
   std::vector<std::string> cameras;
   std::vector<std::string> lights;
   // By tendon: straight segments of its path, "NAME#0", and balls at their ends, "NAME#end 0", for the

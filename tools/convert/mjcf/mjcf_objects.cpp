@@ -14,10 +14,14 @@ constexpr double kPi = std::numbers::pi;
 constexpr double kMinLength = 1e-14;
 
 std::optional<MjcfShape> shape_of(const std::string& type) {
-  static const std::pair<const char*, MjcfShape> kShapes[] = {
-      {"plane", MjcfShape::plane},       {"hfield", MjcfShape::height_field}, {"sphere", MjcfShape::sphere},
-      {"capsule", MjcfShape::capsule},   {"ellipsoid", MjcfShape::ellipsoid}, {"cylinder", MjcfShape::cylinder},
-      {"box", MjcfShape::box},           {"mesh", MjcfShape::mesh}};
+  static const std::pair<const char*, MjcfShape> kShapes[] = {{"plane", MjcfShape::plane},
+                                                              {"hfield", MjcfShape::height_field},
+                                                              {"sphere", MjcfShape::sphere},
+                                                              {"capsule", MjcfShape::capsule},
+                                                              {"ellipsoid", MjcfShape::ellipsoid},
+                                                              {"cylinder", MjcfShape::cylinder},
+                                                              {"box", MjcfShape::box},
+                                                              {"mesh", MjcfShape::mesh}};
   for (const auto& [name, shape] : kShapes)
     if (type == name) return shape;
   return std::nullopt;
@@ -197,7 +201,8 @@ void MjcfBodyReader::read_geom(const MjcfElement& element, const Scope& scope) {
   MjcfSource& source = *scope.source;
   const MjcfAttributes from = source.attributes(element, source.class_of(element, scope.class_index));
   const MjcfCompiler& compiler = source.compiler();
-  if (compiler.discards_visual && from.integer("contype", 1) == 0 && from.integer("conaffinity", 1) == 0) return;
+  if (compiler.discards_visual && from.integer("contype", 1) == 0 && from.integer("conaffinity", 1) == 0)
+    return;
   MjcfTreeGeom made;
   MjcfGeom& geom = made.geom;
   const std::string type = from.text("type");
@@ -224,8 +229,7 @@ void MjcfBodyReader::read_geom(const MjcfElement& element, const Scope& scope) {
     geom.data = source.height_field(from.text("hfield"), element, assets_);
     if (!geom.data) return;
     const MjcfHeightField& field = *assets_.height_fields[*geom.data];
-    made.bound_radius =
-        glm::length(glm::dvec3(field.half, std::max(field.height, field.base)));
+    made.bound_radius = glm::length(glm::dvec3(field.half, std::max(field.height, field.base)));
   }
   for (int i = 0; i < sizes_needed(geom.shape); ++i) {
     if (geom.size[i] > 0) continue;
@@ -248,8 +252,9 @@ void MjcfBodyReader::read_site(const MjcfElement& element, const Scope& scope) {
   MjcfSource& source = *scope.source;
   const MjcfAttributes from = source.attributes(element, source.class_of(element, scope.class_index));
   glm::dvec3 size(0);
-  const MjcfPose pose = scope.frame * shape_pose(from, source.compiler(),
-                                                 shape_of(from.text("type")).value_or(MjcfShape::sphere), size);
+  const MjcfPose pose =
+      scope.frame *
+      shape_pose(from, source.compiler(), shape_of(from.text("type")).value_or(MjcfShape::sphere), size);
   if (const std::string name = scope.name(from.name()); !name.empty())
     tree_.site_index.emplace(name, tree_.sites.size());
   tree_.sites.push_back({scope.body, pose});
@@ -261,8 +266,8 @@ void MjcfBodyReader::read_camera(const MjcfElement& element, const Scope& scope)
   MjcfCamera camera;
   camera.name = scope.name(from.name());
   camera.body = scope.body;
-  camera.world_pose = scope.frame * MjcfPose{from.vec3("pos").value_or(glm::dvec3(0)),
-                                             from.rotation(source.compiler())};
+  camera.world_pose =
+      scope.frame * MjcfPose{from.vec3("pos").value_or(glm::dvec3(0)), from.rotation(source.compiler())};
   camera.vertical_fov_deg = field_of_view(from);
   tree_.cameras.push_back(std::move(camera));
   tree_.camera_tracking.push_back(tracking_of(from, scope.name(from.text("target"))));
@@ -276,9 +281,8 @@ void MjcfBodyReader::read_light(const MjcfElement& element, const Scope& scope) 
   light.body = scope.body;
   light.position = scope.frame * from.vec3("pos").value_or(glm::dvec3(0));
   const glm::dvec3 direction = from.vec3("dir").value_or(glm::dvec3(0, 0, -1));
-  light.direction = glm::length(direction) > kMinLength
-                        ? scope.frame.rotation * glm::normalize(direction)
-                        : glm::dvec3(0);
+  light.direction =
+      glm::length(direction) > kMinLength ? scope.frame.rotation * glm::normalize(direction) : glm::dvec3(0);
   light.diffuse = from.vec3("diffuse").value_or(glm::dvec3(0.7));
   light.is_active = from.flag("active", true);
   light.cutoff_deg = from.number("cutoff", 45);

@@ -10,8 +10,8 @@
 
 namespace fire3dv::convert {
 
-// Poses the model in its first keyframe, if any. folders: folders that the model may read besides its own. What is not
-// supported becomes a warning.
+// Poses the model in its first keyframe, if any. folders: folders that the model may read besides its own.
+// What is not supported becomes a warning.
 Result<MjcfScene> read_mjcf_scene(const std::filesystem::path& file,
                                   const std::vector<std::filesystem::path>& folders, Sources& sources,
                                   std::vector<std::string>& warnings);

@@ -1,5 +1,5 @@
-// Posed MJCF model as plain data: what is drawn, in MuJoCo's order and frames (Z up, metres). Made by the MJCF reader,
-// or from a compiled model by a publisher; add_mjcf makes nodes, meshes and materials of it.
+// Posed MJCF model as plain data: what is drawn, in MuJoCo's order and frames (Z up, metres). Made by the
+// MJCF reader, or from a compiled model by a publisher; add_mjcf makes nodes, meshes and materials of it.
 #pragma once
 
 #include <array>
@@ -31,8 +31,8 @@ enum class MjcfShape { plane, height_field, sphere, capsule, ellipsoid, cylinder
 struct MjcfTexture {
   std::string name;
   bool is_cube = false;
-  std::optional<Image> image;     // of 2D textures
-  glm::vec3 mean_color{1};        // linear; of cube textures
+  std::optional<Image> image;  // of 2D textures
+  glm::vec3 mean_color{1};     // linear; of cube textures
   bool has_opacity = false;
 };
 
@@ -122,8 +122,8 @@ struct MjcfScene {
 // Groups 0 to 2, as in MuJoCo's viewer at start. By convention, collision geoms are in groups 3 and higher.
 bool is_shown_group(int group);
 
-// MuJoCo's precedence for geoms and tendons, in displayed (sRGB) colours: their own colour counts where it differs from
-// the default.
+// MuJoCo's precedence for geoms and tendons, in displayed (sRGB) colours: their own colour counts where it
+// differs from the default.
 const std::array<float, 4>& mjcf_color(const std::array<float, 4>& own, const std::array<float, 4>* material);
 
 // Excludes lights that are off, black or without direction.

@@ -45,8 +45,9 @@ Result<std::unique_ptr<MjcfSource>> MjcfSource::open(const fs::path& file, MjcfF
 Result<void> MjcfSource::read_compiler(const MjcfElement& section) {
   const MjcfAttributes from = attributes(section, MjcfDefaults::kMain);
   if (from.text("coordinate") == "global")
-    return Error{section.where() + ": coordinate=\"global\" is not supported, nor by MuJoCo since 2.3.4: load and "
-                                   "save the model with MuJoCo 2.3.3"};
+    return Error{section.where() +
+                 ": coordinate=\"global\" is not supported, nor by MuJoCo since 2.3.4: load and "
+                 "save the model with MuJoCo 2.3.3"};
   if (const std::string* angle = from.find("angle")) compiler_.degrees = *angle != "radian";
   if (const std::string* sequence = from.find("eulerseq")) {
     const bool is_valid = sequence->size() == 3 && sequence->find_first_not_of("xyzXYZ") == std::string::npos;
@@ -164,7 +165,8 @@ std::optional<size_t> MjcfSource::height_field(const std::string& name, const Mj
   return asset.index;
 }
 
-std::optional<size_t> MjcfSource::texture(const std::string& name, const MjcfElement& user, MjcfScene& scene) {
+std::optional<size_t> MjcfSource::texture(const std::string& name, const MjcfElement& user,
+                                          MjcfScene& scene) {
   const auto known = textures_.find(name);
   if (known == textures_.end()) {
     messages_.warn(user.where() + ": there is no texture " + quote(name));

@@ -1,5 +1,5 @@
-// One MJCF model file with its includes: settings, default classes and assets. A model has further sources for the
-// models that it attaches.
+// One MJCF model file with its includes: settings, default classes and assets. A model has further sources
+// for the models that it attaches.
 #pragma once
 
 #include <filesystem>
@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "tools/convert/mjcf/assets/mjcf_mesh.h"
+#include "tools/convert/mjcf/mjcf_scene.h"
 #include "tools/convert/mjcf/xml/mjcf_attributes.h"
 #include "tools/convert/mjcf/xml/mjcf_element.h"
 #include "tools/convert/mjcf/xml/mjcf_files.h"
-#include "tools/convert/mjcf/mjcf_scene.h"
 
 namespace fire3dv::convert {
 

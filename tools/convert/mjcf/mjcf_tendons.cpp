@@ -52,7 +52,8 @@ class TendonReader {
 
   static size_t count_points(const MjcfElement& element) {
     size_t points = 0;
-    for (const MjcfElement& part : element.children) points += part.kind == "site" ? 1 : part.kind == "geom" ? 2 : 0;
+    for (const MjcfElement& part : element.children)
+      points += part.kind == "site" ? 1 : part.kind == "geom" ? 2 : 0;
     return points < 2 ? 0 : points;
   }
 
@@ -97,7 +98,8 @@ class TendonReader {
     tendon.pieces.push_back({contact->second, to, width});
   }
 
-  std::optional<std::pair<glm::dvec3, glm::dvec3>> contact_with(const MjcfElement& around, const glm::dvec3& from,
+  std::optional<std::pair<glm::dvec3, glm::dvec3>> contact_with(const MjcfElement& around,
+                                                                const glm::dvec3& from,
                                                                 const glm::dvec3& to) const {
     const auto found = tree_.geom_index.find(name_in_copy(around.text("geom")));
     if (found == tree_.geom_index.end()) {
@@ -111,8 +113,8 @@ class TendonReader {
     }
     std::optional<glm::dvec3> side;
     if (const std::string name = around.text("sidesite"); !name.empty()) side = site(around, name);
-    return wrap_tendon(from, to, posed_.bodies[geom.body] * geom.pose, geom.size.x, geom.shape == MjcfShape::sphere,
-                       side);
+    return wrap_tendon(from, to, posed_.bodies[geom.body] * geom.pose, geom.size.x,
+                       geom.shape == MjcfShape::sphere, side);
   }
 
   const MjcfCopy& copy_;
@@ -151,7 +153,8 @@ void add_tendons(const MjcfTree& tree, const MjcfPosedBodies& posed, MjcfScene& 
   if (tree.copies.empty()) return;
   MjcfSource& model = *tree.copies.front().source;
   for (const MjcfElement* tendon : tendons_of(model))
-    if (!copied.contains(tendon)) model.messages().warn(tendon->where() + " is left out: a site of it does not exist");
+    if (!copied.contains(tendon))
+      model.messages().warn(tendon->where() + " is left out: a site of it does not exist");
 }
 
 }  // namespace fire3dv::convert

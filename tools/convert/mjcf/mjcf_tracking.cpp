@@ -16,17 +16,20 @@ std::optional<size_t> target_of(const MjcfTree& tree, const MjcfTracked& tracked
 // Point that a camera or light turns to.
 std::optional<glm::dvec3> target_point(const MjcfTree& tree, const MjcfTracked& tracked,
                                        const MjcfPosedBodies& posed) {
-  if (tracked.mode != MjcfTracking::target_body && tracked.mode != MjcfTracking::target_mass) return std::nullopt;
+  if (tracked.mode != MjcfTracking::target_body && tracked.mode != MjcfTracking::target_mass)
+    return std::nullopt;
   const std::optional<size_t> body = target_of(tree, tracked);
   if (!body) return std::nullopt;
-  return tracked.mode == MjcfTracking::target_body ? posed.bodies[*body].position : posed.subtree_masses[*body];
+  return tracked.mode == MjcfTracking::target_body ? posed.bodies[*body].position
+                                                   : posed.subtree_masses[*body];
 }
 
 // Position that keeps its offset in the default pose from the body or its subtree's mass.
 std::optional<glm::dvec3> tracked_position(MjcfTracking mode, size_t body, const glm::dvec3& at_rest,
                                            const MjcfPosedBodies& rest, const MjcfPosedBodies& posed) {
   if (mode == MjcfTracking::track) return at_rest + posed.bodies[body].position - rest.bodies[body].position;
-  if (mode == MjcfTracking::track_mass) return at_rest + posed.subtree_masses[body] - rest.subtree_masses[body];
+  if (mode == MjcfTracking::track_mass)
+    return at_rest + posed.subtree_masses[body] - rest.subtree_masses[body];
   return std::nullopt;
 }
 
@@ -55,8 +58,7 @@ void pose_scene(const MjcfTree& tree, const MjcfPosedBodies& rest, const MjcfPos
     if (const auto place = tracked_position(tracked.mode, camera.body, at_rest.position, rest, posed))
       camera.world_pose = {*place, at_rest.rotation};
     if (const auto point = target_point(tree, tracked, posed))
-      camera.world_pose.rotation =
-          looking_at(camera.world_pose.position, *point, camera.world_pose.rotation);
+      camera.world_pose.rotation = looking_at(camera.world_pose.position, *point, camera.world_pose.rotation);
     scene.cameras.push_back(std::move(camera));
   }
   for (size_t i = 0; i < tree.lights.size(); ++i) {

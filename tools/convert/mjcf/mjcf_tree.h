@@ -1,4 +1,5 @@
-// Kinematic tree of an MJCF model before it is posed: bodies with joints, and objects in the frames of their bodies.
+// Kinematic tree of an MJCF model before it is posed: bodies with joints, and objects in the frames of their
+// bodies.
 #pragma once
 
 #include <cstddef>
@@ -47,7 +48,7 @@ struct MjcfTreeBody {
 
 struct MjcfTreeGeom {
   MjcfGeom geom;
-  double bound_radius = 0;  // bounding sphere; 0: plane
+  double bound_radius = 0;     // bounding sphere; 0: plane
   glm::dvec3 bound_centre{0};  // in the body
 };
 

@@ -1,4 +1,5 @@
-// Reader for MJCF: the file's own elements are compiled and posed here, so that every version of MJCF can be shown.
+// Reader for MJCF: the file's own elements are compiled and posed here, so that every version of MJCF can be
+// shown.
 #include <algorithm>
 #include <memory>
 #include <optional>
@@ -18,9 +19,10 @@ namespace fire3dv::convert {
 namespace {
 
 void report_unknown_sections(const MjcfSource& source) {
-  static constexpr std::string_view kKnown[] = {
-      "compiler", "option", "size",     "visual",   "statistic", "default", "extension", "custom", "asset",
-      "contact",  "tendon", "equality", "actuator", "sensor",    "keyframe", "worldbody", "deformable"};
+  static constexpr std::string_view kKnown[] = {"compiler",  "option",    "size",     "visual", "statistic",
+                                                "default",   "extension", "custom",   "asset",  "contact",
+                                                "tendon",    "equality",  "actuator", "sensor", "keyframe",
+                                                "worldbody", "deformable"};
   for (const MjcfElement& section : source.root().children) {
     if (std::find(std::begin(kKnown), std::end(kKnown), section.kind) == std::end(kKnown))
       source.messages().warn(section.where() + ": the section is unknown and ignored");

@@ -1,5 +1,6 @@
-// Geometry of spatial tendons as in MuJoCo's viewer: straight segments with balls at their ends. Points appear and
-// disappear with the pose, but nodes cannot: the node count is the maximum, and unused nodes have scale 0. Metres.
+// Geometry of spatial tendons as in MuJoCo's viewer: straight segments with balls at their ends. Points
+// appear and disappear with the pose, but nodes cannot: the node count is the maximum, and unused nodes have
+// scale 0. Metres.
 #pragma once
 
 #include <cstddef>
@@ -18,8 +19,9 @@ struct TendonFrame {
 };
 TendonFrame piece_frame(const TendonPiece& piece);
 
-// Computes the frames of all nodes of a tendon: most_points - 1 segments, then one end per point. Allocates nothing once
-// `frames` has capacity.
-void tendon_frames(const std::vector<TendonPiece>& pieces, size_t most_points, std::vector<TendonFrame>& frames);
+// Computes the frames of all nodes of a tendon: most_points - 1 segments, then one end per point. Allocates
+// nothing once `frames` has capacity.
+void tendon_frames(const std::vector<TendonPiece>& pieces, size_t most_points,
+                   std::vector<TendonFrame>& frames);
 
 }  // namespace fire3dv::convert

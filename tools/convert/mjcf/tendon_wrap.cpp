@@ -20,7 +20,8 @@ glm::dvec2 rotated(const glm::dvec2& v, double cosine, double sine) {
 bool segments_cross(const glm::dvec2& a, const glm::dvec2& b, const glm::dvec2& c, const glm::dvec2& d) {
   const double determinant = cross(b - a, d - c);
   if (std::abs(determinant) < kMin) return false;
-  const double along_first = cross(c - a, d - c) / determinant, along_second = cross(c - a, b - a) / determinant;
+  const double along_first = cross(c - a, d - c) / determinant,
+               along_second = cross(c - a, b - a) / determinant;
   return along_first >= 0 && along_first <= 1 && along_second >= 0 && along_second <= 1;
 }
 
@@ -59,7 +60,8 @@ std::optional<Contact> wrap_outside(const glm::dvec2& from, const glm::dvec2& to
       score = glm::length(sum) > kMin ? glm::dot(glm::normalize(sum), *side) : side->x;
     }
     if (segments_cross(from, made.first, to, made.last)) score = -10000;
-    const double angle = std::acos(std::clamp(glm::dot(made.first, made.last) / (radius * radius), -1.0, 1.0));
+    const double angle =
+        std::acos(std::clamp(glm::dot(made.first, made.last) / (radius * radius), -1.0, 1.0));
     const bool is_long = turn * cross(made.first, made.last) < 0;
     made.arc = radius * (is_long ? 2 * std::numbers::pi - angle : angle);
     if (best && score <= best_score) {
@@ -89,7 +91,9 @@ std::optional<Contact> wrap_inside(const glm::dvec2& from, const glm::dvec2& to,
   if (cosine < -1 + kMin) return std::nullopt;
   if (cosine > 1 - kMin) return Contact{halfway, halfway};
   const double angle = std::acos(cosine);
-  const auto excess = [&](double z) { return std::asin(a * z) + std::asin(b * z) - 2 * std::asin(z) + angle; };
+  const auto excess = [&](double z) {
+    return std::asin(a * z) + std::asin(b * z) - 2 * std::asin(z) + angle;
+  };
   double low = 0, high = 1 - 1e-7;
   if (excess(high) > 0) return Contact{halfway, halfway};
   for (int i = 0; i < 100; ++i) {
@@ -106,7 +110,8 @@ std::optional<Contact> wrap_inside(const glm::dvec2& from, const glm::dvec2& to,
 }  // namespace
 
 std::optional<std::pair<glm::dvec3, glm::dvec3>> wrap_tendon(const glm::dvec3& from, const glm::dvec3& to,
-                                                             const MjcfPose& pose, double radius, bool is_sphere,
+                                                             const MjcfPose& pose, double radius,
+                                                             bool is_sphere,
                                                              const std::optional<glm::dvec3>& side) {
   const glm::dquat to_local = glm::conjugate(pose.rotation);
   const auto local = [&](const glm::dvec3& point) { return to_local * (point - pose.position); };
@@ -126,7 +131,9 @@ std::optional<std::pair<glm::dvec3, glm::dvec3>> wrap_tendon(const glm::dvec3& f
     }
     y = glm::normalize(glm::cross(glm::normalize(normal), x));
   }
-  const auto flat = [&](const glm::dvec3& point) { return glm::dvec2(glm::dot(point, x), glm::dot(point, y)); };
+  const auto flat = [&](const glm::dvec3& point) {
+    return glm::dvec2(glm::dot(point, x), glm::dot(point, y));
+  };
   std::optional<Contact> contact;
   if (side && glm::length(local(*side)) < radius) {
     contact = wrap_inside(flat(first), flat(last), radius);

@@ -9,11 +9,13 @@
 
 namespace fire3dv::convert {
 
-// Points where the path between two points touches the surface and leaves it, in the frame of the points. Empty: the
-// straight line is not deflected. pose: of the centre; a cylinder is along its Z axis. side: the path passes on the side
-// of this point; a point within the radius makes the path touch the inside of the surface.
+// Points where the path between two points touches the surface and leaves it, in the frame of the points.
+// Empty: the straight line is not deflected. pose: of the centre; a cylinder is along its Z axis. side: the
+// path passes on the side of this point; a point within the radius makes the path touch the inside of the
+// surface.
 std::optional<std::pair<glm::dvec3, glm::dvec3>> wrap_tendon(const glm::dvec3& from, const glm::dvec3& to,
-                                                             const MjcfPose& pose, double radius, bool is_sphere,
+                                                             const MjcfPose& pose, double radius,
+                                                             bool is_sphere,
                                                              const std::optional<glm::dvec3>& side);
 
 }  // namespace fire3dv::convert

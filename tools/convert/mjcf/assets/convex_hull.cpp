@@ -30,16 +30,19 @@ class Hull {
   }
 
   bool start() {
-    const std::array<size_t, 2> line{farthest([&](const glm::dvec3& p) { return -p.x; }),
-                                     farthest([&](const glm::dvec3& p) { return glm::distance(p, points_[0]); })};
+    const std::array<size_t, 2> line{
+        farthest([&](const glm::dvec3& p) { return -p.x; }),
+        farthest([&](const glm::dvec3& p) { return glm::distance(p, points_[0]); })};
     const size_t a = line[1];
     const size_t b = farthest([&](const glm::dvec3& p) { return glm::distance(p, points_[a]); });
     const glm::dvec3 along = points_[b] - points_[a];
     if (glm::length(along) <= tolerance_) return false;
-    const size_t c = farthest([&](const glm::dvec3& p) { return glm::length(glm::cross(along, p - points_[a])); });
+    const size_t c =
+        farthest([&](const glm::dvec3& p) { return glm::length(glm::cross(along, p - points_[a])); });
     const glm::dvec3 normal = glm::cross(along, points_[c] - points_[a]);
     if (glm::length(normal) <= tolerance_ * glm::length(along)) return false;
-    const size_t d = farthest([&](const glm::dvec3& p) { return std::abs(glm::dot(normal, p - points_[a])); });
+    const size_t d =
+        farthest([&](const glm::dvec3& p) { return std::abs(glm::dot(normal, p - points_[a])); });
     if (std::abs(glm::dot(normal, points_[d] - points_[a])) <= tolerance_ * glm::length(normal)) return false;
     inside_ = 0.25 * (points_[a] + points_[b] + points_[c] + points_[d]);
     for (const std::array<size_t, 3> corners : {std::array{a, b, c}, {a, b, d}, {a, c, d}, {b, c, d}})

@@ -15,7 +15,8 @@ constexpr size_t kMaxNumbers = 60'000'000;
 constexpr float kMaxCoordinate = 1 << 30;
 
 Error has_wrong_size(const char* format) {
-  return Error{std::string("the ") + format + " file has counts that differ from its contents; export it again"};
+  return Error{std::string("the ") + format +
+               " file has counts that differ from its contents; export it again"};
 }
 
 template <typename T>
@@ -108,7 +109,8 @@ Result<MeshData> parse_msh(std::string_view bytes) {
   for (size_t i = 0; i < 4; ++i) counts[i] = value_at<uint32_t>(bytes, 4 * i);
   const auto [vertices, normals, uvs, faces] = counts;
   // The sum cannot overflow, since counts have 32 bits.
-  if (bytes.size() != kHeader + 12 * vertices + 12 * normals + 8 * uvs + 12 * faces) return has_wrong_size("MSH");
+  if (bytes.size() != kHeader + 12 * vertices + 12 * normals + 8 * uvs + 12 * faces)
+    return has_wrong_size("MSH");
   if ((normals != 0 && normals != vertices) || (uvs != 0 && uvs != vertices))
     return Error{"the MSH file has normals or texture coordinates for some vertices only; export it again"};
   MeshData mesh;
@@ -145,8 +147,8 @@ Result<MeshData> parse_inline_mesh(const InlineMesh& text) {
   mesh.faces.resize(corners.size() / 3);
   for (size_t i = 0; i < corners.size(); ++i) {
     if (!(corners[i] >= 0 && corners[i] < static_cast<double>(mesh.vertices.size())))
-      return Error{"a face names vertex " + std::to_string(static_cast<int64_t>(std::round(corners[i]))) + " of " +
-                   std::to_string(mesh.vertices.size()) + ", counted from 0"};
+      return Error{"a face names vertex " + std::to_string(static_cast<int64_t>(std::round(corners[i]))) +
+                   " of " + std::to_string(mesh.vertices.size()) + ", counted from 0"};
     mesh.faces[i / 3][i % 3] = static_cast<uint32_t>(corners[i]);
   }
   if (mesh.normals.size() == mesh.vertices.size()) mesh.normal_faces = mesh.faces;

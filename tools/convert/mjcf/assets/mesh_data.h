@@ -1,5 +1,5 @@
-// Triangles of a mesh file or of inline data, before MuJoCo's transformations, and their parsers. All indices are in
-// bounds and all vertices finite. Errors are sentence ends about the mesh.
+// Triangles of a mesh file or of inline data, before MuJoCo's transformations, and their parsers. All indices
+// are in bounds and all vertices finite. Errors are sentence ends about the mesh.
 #pragma once
 
 #include <array>
@@ -16,10 +16,10 @@ namespace fire3dv::convert {
 struct MeshData {
   using Triangle = std::array<uint32_t, 3>;
   std::vector<glm::vec3> vertices, normals;
-  std::vector<glm::vec2> uvs;           // v grows downwards in the image
-  std::vector<Triangle> faces;          // empty: points, whose convex hull is the mesh
-  std::vector<Triangle> normal_faces;   // into normals; empty, or one per face
-  std::vector<Triangle> uv_faces;       // into uvs; empty, or one per face
+  std::vector<glm::vec2> uvs;          // v grows downwards in the image
+  std::vector<Triangle> faces;         // empty: points, whose convex hull is the mesh
+  std::vector<Triangle> normal_faces;  // into normals; empty, or one per face
+  std::vector<Triangle> uv_faces;      // into uvs; empty, or one per face
 };
 
 // Binary STL. Equal vertices are shared.

@@ -9,8 +9,8 @@
 
 namespace fire3dv::convert {
 
-// How MuJoCo computes volumes: signed, as a shell, or (legacy) with pyramids to the centre of the faces that all count
-// as positive, which suits meshes that are not closed.
+// How MuJoCo computes volumes: signed, as a shell, or (legacy) with pyramids to the centre of the faces that
+// all count as positive, which suits meshes that are not closed.
 enum class MeshVolume { legacy, exact, shell };
 
 // Fills volume, inertia frame and bounds.

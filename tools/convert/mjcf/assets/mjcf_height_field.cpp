@@ -55,8 +55,7 @@ Result<void> read_inline(const MjcfAttributes& from, MjcfHeightField& field) {
   const std::string* const text = from.find("elevation");
   if (!text) return {};  // flat; a simulation fills it
   const std::vector<double> values = mjcf_numbers(*text, field.data.size() + 1);
-  if (values.size() != field.data.size())
-    return Error{"elevation does not have nrow times ncol numbers"};
+  if (values.size() != field.data.size()) return Error{"elevation does not have nrow times ncol numbers"};
   for (size_t row = 0; row < field.rows; ++row)
     for (size_t column = 0; column < field.columns; ++column)
       field.data[(field.rows - 1 - row) * field.columns + column] =

@@ -47,7 +47,8 @@ Result<MeshData> read_data(MjcfSource& source, const MjcfElement& element) {
     if (own.vertices.empty()) return Error{"it has neither a file nor vertices"};
     return parse_inline_mesh(own);
   }
-  const Result<fs::path> file = source.files().find(name, source.folders(element, source.compiler().mesh_folder));
+  const Result<fs::path> file =
+      source.files().find(name, source.folders(element, source.compiler().mesh_folder));
   if (!file) return file.error();
   const Result<FileBytes> bytes = source.files().read(*file);
   if (!bytes) return bytes.error();
@@ -64,7 +65,8 @@ void transform(const MjcfAttributes& from, const glm::dvec3& scale, MeshData& da
   const glm::dquat rotation = glm::length(q) > 1e-14
                                   ? glm::conjugate(glm::normalize(glm::dquat(q.x, q.y, q.z, q.w)))
                                   : glm::dquat(1, 0, 0, 0);
-  for (const glm::vec3& vertex : data.vertices) vertices.push_back(scale * (rotation * (glm::dvec3(vertex) - origin)));
+  for (const glm::vec3& vertex : data.vertices)
+    vertices.push_back(scale * (rotation * (glm::dvec3(vertex) - origin)));
   for (glm::vec3& normal : data.normals) normal = glm::vec3((rotation * glm::dvec3(normal)) / scale);
   if (scale.x * scale.y * scale.z < 0)
     for (std::vector<MeshData::Triangle>* faces : {&data.faces, &data.normal_faces, &data.uv_faces})
@@ -129,7 +131,8 @@ Result<std::shared_ptr<const MjcfMesh>> read_mjcf_mesh(MjcfSource& source, const
     if (!hull) return hull.error();
     data->faces = std::move(*hull);
     data->normal_faces.clear();
-    data->uv_faces = data->uvs.size() == data->vertices.size() ? data->faces : std::vector<MeshData::Triangle>();
+    data->uv_faces =
+        data->uvs.size() == data->vertices.size() ? data->faces : std::vector<MeshData::Triangle>();
   }
   std::vector<glm::dvec3> vertices;
   vertices.reserve(data->vertices.size());
@@ -139,7 +142,8 @@ Result<std::shared_ptr<const MjcfMesh>> read_mjcf_mesh(MjcfSource& source, const
       if (!(std::abs(vertex[i]) <= 1e30)) return Error{"its scale is too large for its vertices"};
   auto mesh = std::make_shared<MjcfMesh>();
   add_mesh_inertia(vertices, data->faces, volume_kind(from), *mesh);
-  mesh->surface = std::make_shared<const Surface>(surface_of(*data, vertices, from.flag("smoothnormal", false)));
+  mesh->surface =
+      std::make_shared<const Surface>(surface_of(*data, vertices, from.flag("smoothnormal", false)));
   return std::shared_ptr<const MjcfMesh>(std::move(mesh));
 }
 

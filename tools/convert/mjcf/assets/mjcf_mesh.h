@@ -1,4 +1,5 @@
-// Mesh assets of MJCF: triangles in the frame of their geoms, and the inertia frame that MuJoCo fits primitives to.
+// Mesh assets of MJCF: triangles in the frame of their geoms, and the inertia frame that MuJoCo fits
+// primitives to.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -17,12 +18,13 @@ struct MjcfMesh {
   std::shared_ptr<const Surface> surface;
   // Frame of the principal axes of inertia, at the centre of mass; the largest moment is about its X axis.
   MjcfPose inertia_pose;
-  glm::dvec3 inertia_half{0};          // half extents of the box with equal inertia
-  glm::dvec3 low{0}, high{0};          // bounds in the inertia frame
+  glm::dvec3 inertia_half{0};           // half extents of the box with equal inertia
+  glm::dvec3 low{0}, high{0};           // bounds in the inertia frame
   double volume = 0, bound_radius = 0;  // radius: of a sphere at the centre of mass
 };
 
-// Reads the mesh of an asset element from its file or its own attributes. The error is a sentence end about the asset.
+// Reads the mesh of an asset element from its file or its own attributes. The error is a sentence end about
+// the asset.
 Result<std::shared_ptr<const MjcfMesh>> read_mjcf_mesh(MjcfSource& source, const MjcfMeshAsset& asset);
 
 // Size of a primitive that replaces a mesh, and its centre in the inertia frame.

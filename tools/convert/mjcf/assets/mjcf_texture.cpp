@@ -17,7 +17,8 @@ namespace fs = std::filesystem;
 
 constexpr uint64_t kMaxPatternPixels = uint64_t{1} << 26;
 
-std::optional<PngPixels> raw_pixels(std::span<const std::byte> bytes) {  // MuJoCo's format: width, height, RGB
+std::optional<PngPixels> raw_pixels(
+    std::span<const std::byte> bytes) {  // MuJoCo's format: width, height, RGB
   uint32_t size[2];
   if (bytes.size() < sizeof size) return std::nullopt;
   std::memcpy(size, bytes.data(), sizeof size);
@@ -37,7 +38,8 @@ void flip(PngPixels& image, bool horizontally, bool vertically) {
   };
   for (size_t row = 0; row < height; ++row)
     for (size_t column = 0; column < width; ++column) {
-      if (horizontally && column < width / 2) swap_pixels(row * width + column, row * width + width - 1 - column);
+      if (horizontally && column < width / 2)
+        swap_pixels(row * width + column, row * width + width - 1 - column);
     }
   for (size_t row = 0; vertically && row < height / 2; ++row)
     for (size_t column = 0; column < width; ++column)
@@ -152,9 +154,11 @@ class TextureReader {
 
   static glm::dvec3 mean_of(const PngPixels& pixels) {  // linear
     std::array<float, 256> linear;
-    for (size_t i = 0; i < linear.size(); ++i) linear[i] = linear_from_srgb(glm::vec3(static_cast<float>(i) / 255)).r;
+    for (size_t i = 0; i < linear.size(); ++i)
+      linear[i] = linear_from_srgb(glm::vec3(static_cast<float>(i) / 255)).r;
     glm::dvec3 sum(0);
-    for (size_t i = 0; i < pixels.rgb.size(); ++i) sum[static_cast<int>(i % 3)] += static_cast<double>(linear[pixels.rgb[i]]);
+    for (size_t i = 0; i < pixels.rgb.size(); ++i)
+      sum[static_cast<int>(i % 3)] += static_cast<double>(linear[pixels.rgb[i]]);
     return sum / std::max(1.0, static_cast<double>(pixels.rgb.size() / 3));
   }
 

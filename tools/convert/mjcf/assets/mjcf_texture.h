@@ -2,8 +2,8 @@
 #pragma once
 
 #include "protocol/base/error.h"
-#include "tools/convert/mjcf/xml/mjcf_element.h"
 #include "tools/convert/mjcf/mjcf_scene.h"
+#include "tools/convert/mjcf/xml/mjcf_element.h"
 
 namespace fire3dv::convert {
 

@@ -85,7 +85,8 @@ Result<PngPixels> decode_png(std::span<const std::byte> bytes) {
     }
   }
   png_destroy_read_struct(&decoder.png, &decoder.info, nullptr);
-  if (is_large) return Error{"the PNG file has more than " + std::to_string(kMaxPixels) + " pixels; make it smaller"};
+  if (is_large)
+    return Error{"the PNG file has more than " + std::to_string(kMaxPixels) + " pixels; make it smaller"};
   if (!is_read) return Error{"the PNG file cannot be decoded"};
   return pixels;
 }

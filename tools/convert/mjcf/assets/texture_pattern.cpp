@@ -38,7 +38,8 @@ std::vector<uint8_t> draw_pattern(const TexturePattern& pattern) {
       if (pattern.kind == "checker") {
         set(row, column, (row < height / 2) == (column < width / 2) ? first : second);
       } else if (pattern.kind == "gradient") {
-        const double x = 2.0 * column / std::max(1.0, width - 1.0) - 1, y = 1 - 2.0 * row / std::max(1.0, height - 1.0);
+        const double x = 2.0 * column / std::max(1.0, width - 1.0) - 1,
+                     y = 1 - 2.0 * row / std::max(1.0, height - 1.0);
         set(row, column, pixel_of(blend(pattern.second, pattern.first, 2 * std::hypot(x, y) - 1)));
       } else if (pattern.kind == "flat") {
         set(row, column, first);
@@ -68,7 +69,8 @@ std::vector<uint8_t> draw_pattern(const TexturePattern& pattern) {
 
 glm::vec3 mean_of_cube(const TexturePattern& pattern) {
   const glm::dvec3 first(linear_from_srgb(glm::vec3(pattern.first))),
-      second(linear_from_srgb(glm::vec3(pattern.second))), mark(linear_from_srgb(glm::vec3(pattern.mark_color)));
+      second(linear_from_srgb(glm::vec3(pattern.second))),
+      mark(linear_from_srgb(glm::vec3(pattern.mark_color)));
   // The lower side of a flat cube has the second colour; the other patterns have as much of both.
   glm::dvec3 mean = 0.5 * (first + second);
   if (pattern.kind == "flat") mean = (5.0 * first + second) / 6.0;

@@ -9,9 +9,9 @@
 namespace fire3dv::convert {
 
 struct TexturePattern {
-  std::string kind, mark;           // as in MJCF
+  std::string kind, mark;                             // as in MJCF
   glm::dvec3 first{0.8}, second{0.5}, mark_color{0};  // displayed (sRGB)
-  double random = 0.01;             // share of marked pixels
+  double random = 0.01;                               // share of marked pixels
   uint32_t width = 0, height = 0;
 };
 

@@ -107,7 +107,8 @@ std::vector<const MjcfElement*> MjcfDefaults::chain(size_t index, std::string_vi
   std::vector<const MjcfElement*> found;
   for (;; index = classes_[index].parent) {
     const auto& elements = classes_[index].elements;
-    if (const auto element = elements.find(kind); element != elements.end()) found.push_back(&element->second);
+    if (const auto element = elements.find(kind); element != elements.end())
+      found.push_back(&element->second);
     if (index == classes_[index].parent) return found;
   }
 }

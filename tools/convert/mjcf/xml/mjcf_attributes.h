@@ -48,7 +48,7 @@ class MjcfDefaults {
 
  private:
   struct Class {
-    size_t parent = 0;  // own index: none
+    size_t parent = 0;                                         // own index: none
     std::map<std::string, MjcfElement, std::less<>> elements;  // by kind
   };
   void read_class(const MjcfElement& section, size_t index, MjcfMessages& messages);
@@ -57,7 +57,8 @@ class MjcfDefaults {
   std::map<std::string, size_t, std::less<>> by_name_{{"main", kMain}};
 };
 
-// View of an element and its defaults; both must outlive it. Malformed values are reported and then count as absent.
+// View of an element and its defaults; both must outlive it. Malformed values are reported and then count as
+// absent.
 class MjcfAttributes {
  public:
   MjcfAttributes(const MjcfElement& element, const MjcfDefaults& defaults, size_t class_index,
@@ -86,7 +87,8 @@ class MjcfAttributes {
   void warn(const std::string& message) const { messages_.warn(element_.where() + ": " + message); }
 
  private:
-  std::optional<std::vector<double>> parse(std::string_view name, const std::string& text, size_t count) const;
+  std::optional<std::vector<double>> parse(std::string_view name, const std::string& text,
+                                           size_t count) const;
   std::optional<glm::dquat> alternative(const MjcfElement& from, const MjcfCompiler& compiler) const;
 
   const MjcfElement& element_;

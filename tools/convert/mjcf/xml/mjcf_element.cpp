@@ -22,7 +22,8 @@ class Loader {
  public:
   Loader(const fs::path& model, MjcfFiles& files) : folder_(model.parent_path()), files_(files) {}
 
-  // Appends the root's children to `to`, whose own tag and attributes come from the root if it is the model's.
+  // Appends the root's children to `to`, whose own tag and attributes come from the root if it is the
+  // model's.
   Result<void> load(const fs::path& file, MjcfElement& to, bool is_model, int depth) {
     std::error_code error;
     const fs::path canonical = fs::weakly_canonical(file, error);

@@ -62,8 +62,9 @@ Result<fs::path> MjcfFiles::find(std::string name, const std::vector<fs::path>& 
     else if (allowed_.hold(*resolved))
       return candidate;
     else
-      refused = Error{quote(tidy_path(candidate).string()) +
-                      " lies outside the model's folder: copy it there, or name its folder with --package-path"};
+      refused =
+          Error{quote(tidy_path(candidate).string()) +
+                " lies outside the model's folder: copy it there, or name its folder with --package-path"};
   }
   if (refused) return *refused;
   return Error{quote(tidy_path(candidates.empty() ? fs::path(name) : candidates.front()).string()) +

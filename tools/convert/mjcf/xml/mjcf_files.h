@@ -1,5 +1,5 @@
-// File access of the MJCF reader: names are resolved as in MuJoCo, and only regular files below the model's folder and
-// the folders that the user named are opened.
+// File access of the MJCF reader: names are resolved as in MuJoCo, and only regular files below the model's
+// folder and the folders that the user named are opened.
 #pragma once
 
 #include <cstdint>
@@ -14,8 +14,8 @@
 
 namespace fire3dv::convert {
 
-// Warnings of one conversion. Messages beyond the limit are counted instead of stored, so that a file cannot fill the
-// memory with them.
+// Warnings of one conversion. Messages beyond the limit are counted instead of stored, so that a file cannot
+// fill the memory with them.
 class MjcfMessages {
  public:
   explicit MjcfMessages(std::vector<std::string>& warnings) : warnings_(warnings) {}
@@ -37,8 +37,8 @@ class MjcfFiles {
   MjcfFiles(const std::filesystem::path& model, const std::vector<std::filesystem::path>& folders,
             Sources& sources);
 
-  // Returns the first existing regular file: an absolute name itself, otherwise the name below each folder. Backslashes
-  // separate folders. The error names the file and says why it is refused.
+  // Returns the first existing regular file: an absolute name itself, otherwise the name below each folder.
+  // Backslashes separate folders. The error names the file and says why it is refused.
   Result<std::filesystem::path> find(std::string name, const std::vector<std::filesystem::path>& folders);
 
   // Reads a file that find() returned, of at most 256 MiB.
