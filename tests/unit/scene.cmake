@@ -14,7 +14,7 @@ if(TARGET fire3dv_scene)
   fire3dv_test(mip_levels_test SOURCES geometry/mip_levels_test.cpp LINK fire3dv_scene LABELS unit)
   fire3dv_test(scene_instancing_test SOURCES scene/scene_instancing_test.cpp
                LINK fire3dv_scene fire3dv_state fire3dv_test_support LABELS unit)
-  fire3dv_test(scene_meshopt_test SOURCES scene/scene_meshopt_test.cpp scene/meshopt_vertices_test.cpp
+  fire3dv_test(scene_meshopt_test SOURCES scene/scene_meshopt_test.cpp geometry/meshopt_vertices_test.cpp
                LINK fire3dv_scene fire3dv_test_support LABELS unit)
   fire3dv_test(scene_draco_test SOURCES scene/scene_draco_test.cpp
                LINK fire3dv_scene fire3dv_test_support LABELS unit)
