@@ -187,6 +187,9 @@ Result<bool> Render::run() {
   if (!loaded) return (*scene)->with_title(loaded.error());
   for (const std::string& note : load.notes()) say(note);
   app::describe((*scene)->title(), (*loaded)->scene);
+  // Checked before the output is made, so that a mistyped name leaves nothing.
+  if (auto camera = app::CameraRig::create((*loaded)->scene, drawing_.camera); !camera)
+    return (*scene)->with_title(camera.error());
   const auto manifest = describe_frames(options_, *timeline, *times, (*loaded)->scene);
   if (!manifest) return manifest.error();
   const Part part = manifest->part();
