@@ -488,6 +488,7 @@ void EditRegistry::apply_to_node(const scene::Scene& scene, uint32_t node, Strea
       return;
     }
     result.base_color = glm::vec4(color->rgba[0], color->rgba[1], color->rgba[2], color->rgba[3]);
+    if (color->rgba[3] < 1) report_opaque(scene, node, stream, entry.edit.node);
   } else if (const auto* light = std::get_if<wire::Light>(&value)) {
     scene::Light requested = to_scene_light(*light, scene, node);
     if (charge_light(scene, node, stream, entry, requested)) result.light = requested;
@@ -498,6 +499,23 @@ void EditRegistry::apply_to_node(const scene::Scene& scene, uint32_t node, Strea
   } else if (entry.vertices) {
     replace_vertices(scene, node, stream, entry, result);
   }
+}
+
+// Alpha has no effect on opaque materials. Logged once for each node, for the first nodes of a stream.
+void EditRegistry::report_opaque(const scene::Scene& scene, uint32_t node, StreamEntry& stream,
+                                 const std::string& name) {
+  constexpr size_t kMaxReportedNodes = 16;
+  if (stream.reported_opaque.size() == kMaxReportedNodes || stream.reported_opaque.contains(name)) return;
+  const scene::Mesh& mesh = scene.meshes[scene.nodes[node].mesh];
+  const auto primitives = std::span(scene.primitives).subspan(mesh.first_primitive, mesh.primitive_count);
+  const bool is_opaque = std::ranges::all_of(primitives, [&](const scene::Primitive& primitive) {
+    return scene::drawn_alpha_mode(scene.materials[primitive.material]) == scene::AlphaMode::opaque;
+  });
+  if (primitives.empty() || !is_opaque) return;
+  stream.reported_opaque.insert(name);
+  log_messages_.push_back(warning("the node " + quote(name) + " of stream \"" + stream.name +
+                                  "\" stays opaque: the alpha mode of its material is OPAQUE; export the "
+                                  "material with alpha mode BLEND, or hide the node"));
 }
 
 // Charges a light to the budget. A light over the limit is refused; one over the limit of shadows loses its

@@ -121,6 +121,7 @@ class EditRegistry {
     std::vector<uint64_t EditFaults::*> reported_causes;
     uint32_t refusals_reported = 0;
     bool reported_shadows = false;  // lights without a shadow
+    std::set<std::string> reported_opaque;  // nodes whose alpha has no effect
   };
   // Edits of one node, the oldest stream's first, and the suspended streams that reserve it.
   struct Editors {
@@ -163,6 +164,7 @@ class EditRegistry {
                         scene::NodeEdit& result);
   bool charge_light(const scene::Scene& scene, uint32_t node, StreamEntry& stream, EditInForce& entry,
                     scene::Light& light);
+  void report_opaque(const scene::Scene& scene, uint32_t node, StreamEntry& stream, const std::string& name);
   void fault(StreamEntry& stream, EditInForce& entry, uint64_t EditFaults::*cause, const std::string& reason);
   void apply_to_node(const scene::Scene& scene, uint32_t node, StreamEntry& stream, EditInForce& entry,
                      scene::NodeEdit& result);

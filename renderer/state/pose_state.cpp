@@ -167,6 +167,38 @@ glm::mat4 PoseState::world_from_node(uint32_t node) const {
                    glm::dmat4(scene::to_mat4(drive.body_from_node)));
 }
 
+namespace {
+
+// Lengths of the axes of a transform.
+glm::dvec3 scale_of(const glm::mat4& transform) {
+  const glm::dmat4 m(transform);
+  return {glm::length(glm::dvec3(m[0])), glm::length(glm::dvec3(m[1])), glm::length(glm::dvec3(m[2]))};
+}
+
+bool is_same_scale(const glm::dvec3& a, const glm::dvec3& b) {
+  constexpr double kTolerance = 0.01;
+  return glm::all(glm::lessThanEqual(glm::abs(a - b), kTolerance * glm::max(glm::abs(a), glm::abs(b))));
+}
+
+}  // namespace
+
+IndexSet PoseState::names_without_scale(StreamId id) const {
+  const Stream& stream = streams_[id];
+  IndexSet names(stream.scene_node_of_pose.size());
+  const std::vector<NodeDrive>& drives = node_drives();
+  for (uint32_t pose = 0; pose < stream.scene_node_of_pose.size() && pose < stream.poses.size(); ++pose) {
+    const uint32_t node = stream.scene_node_of_pose[pose];
+    if (node == kNone || drives[node].stream != id) continue;
+    const glm::dvec3 at_rest = scale_of(bindings_.scene().nodes[node].world_from_node);
+    if (is_same_scale(at_rest, glm::dvec3(1)) ||
+        !is_same_scale(scale_of(scene::to_mat4(stream.poses[pose])), glm::dvec3(1)) ||
+        is_same_scale(scale_of(world_from_node(node)), at_rest))
+      continue;
+    names.insert(pose);
+  }
+  return names;
+}
+
 std::vector<FrameTag> PoseState::shown() const {
   std::vector<FrameTag> tags;
   for (const Stream& stream : streams_) {

@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "protocol/base/log.h"
+#include "protocol/base/plural.h"
 #include "protocol/wire/encode.h"
 #include "renderer/app/streams/stream_receiver.h"
 
@@ -154,7 +155,7 @@ void StreamReceiver::accept_stream(Peer peer, const wire::StreamDescription& des
 
   const state::Stream& bound = poses_.streams()[id];
   std::string accepted =
-      "stream \"" + name + "\" with " + std::to_string(description.node_names.size()) + " nodes accepted";
+      "stream \"" + name + "\" with " + counted(description.node_names.size(), "node") + " accepted";
   if (!bound.unmatched_names.empty())
     accepted += "; no scene node is called " + list_names(poses_, id, bound.unmatched_names);
   if (!bound.conflicting_names.empty())
@@ -205,9 +206,10 @@ void StreamReceiver::report_bindings(bool scene_is_new) {
     if (rebound) {
       log("stream \"" + stream.name + "\"" +
           (scene_is_new ? " drives " +
-                              std::to_string(bound.scene_node_of_pose.size() - bound.unmatched_names.size() -
-                                             bound.conflicting_names.size()) +
-                              " nodes of the scene as it is now"
+                              counted(bound.scene_node_of_pose.size() - bound.unmatched_names.size() -
+                                          bound.conflicting_names.size(),
+                                      "node") +
+                              " of the new scene"
                         : " now drives nodes that another stream has given back"));
       welcome(peer, stream);
     }
@@ -216,6 +218,23 @@ void StreamReceiver::report_bindings(bool scene_is_new) {
                   bound.contested_names.empty()
                       ? "no other stream asks for its nodes any more"
                       : "another stream asks for nodes that this one drives and keeps");
+  }
+  handled_peer_.reset();
+}
+
+// Once for each description, with its first shown frame.
+void StreamReceiver::report_scales() {
+  for (auto& [peer, stream] : stream_of_peer_) {
+    if (poses_.streams()[stream.id].header.sequence == 0 || std::exchange(stream.checked_scales, true))
+      continue;
+    const state::IndexSet names = poses_.names_without_scale(stream.id);
+    if (names.empty()) continue;
+    const std::string text = "moves " + counted(names.size(), "node") +
+                             " without the scale of the scene file: " + list_names(poses_, stream.id, names) +
+                             "; multiply the scale into the poses, or apply it to the mesh";
+    handled_peer_ = peer;
+    log(warning("stream \"" + stream.name + "\" " + text));
+    send_status(peer, stream, "this stream " + text);
   }
   handled_peer_.reset();
 }

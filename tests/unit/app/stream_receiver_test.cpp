@@ -562,6 +562,53 @@ TEST_F(StreamReceiverTest, ADescriptionBeyondTheBudgetIsRefused) {
   EXPECT_EQ(answers<wire::Welcome>(1).back().status, wire::WelcomeStatus::accepted);
 }
 
+TEST_F(StreamReceiverTest, ReportsNodesThatLoseTheirScaleOnce) {
+  scene_.nodes[0].world_from_node = scene_.nodes[0].parent_from_node =
+      glm::mat4(glm::mat3(0.01f));  // a mesh in centimetres
+  link_->deliver(1, LinkEvent::Kind::control, description(42));
+  receiver_.poll();
+  EXPECT_EQ(count_of(receiver_.take_log_messages(), "without the scale"), 0u) << "before a frame";
+  for (uint64_t sequence = 1; sequence <= 3; ++sequence) {
+    link_->deliver(1, LinkEvent::Kind::pose, frame(42, sequence));
+    receiver_.poll();
+  }
+  const std::vector<std::string> log = receiver_.take_log_messages();
+  EXPECT_EQ(count_of(log, "warning: stream \"adapter\" moves 1 node without the scale of the scene file: "
+                          "\"arm\"; multiply the scale into the poses"),
+            1u);
+  EXPECT_EQ(count_of(log, "without the scale"), 1u);
+  const auto statuses = answers<wire::Status>(1);
+  ASSERT_EQ(statuses.size(), 1u);
+  EXPECT_NE(statuses[0].message.find("without the scale of the scene file: \"arm\""), std::string::npos);
+}
+
+TEST_F(StreamReceiverTest, PosesWithTheScaleOfTheSceneAreNotReported) {
+  scene_.nodes[0].world_from_node = scene_.nodes[0].parent_from_node = glm::mat4(glm::mat3(0.01f));
+  wire::Affine3x4 scaled;
+  scaled.m = {0, -0.01f, 0, 5, 0.01f, 0, 0, 0, 0, 0, 0.01f, 0};
+  wire::PoseFrameView view;
+  view.header.epoch = 42;
+  view.header.sequence = 1;
+  view.node_count = 1;
+  view.poses = {&scaled, 1};
+  // The scale in body_from_node counts as well.
+  wire::StreamDescription offset;
+  offset.epoch = 43;
+  offset.adapter_name = "offset";
+  offset.node_names = {"arm"};
+  wire::Affine3x4 shrink;
+  shrink.m = {0.01f, 0, 0, 0, 0, 0.01f, 0, 0, 0, 0, 0.01f, 0};
+  offset.body_from_node = {shrink};
+  link_->deliver(1, LinkEvent::Kind::control, description(42));
+  link_->deliver(1, LinkEvent::Kind::pose, wire::encode(view));
+  receiver_.poll();
+  link_->deliver(1, LinkEvent::Kind::control, wire::encode(offset));
+  link_->deliver(1, LinkEvent::Kind::pose, frame(43, 1));
+  receiver_.poll();
+  EXPECT_EQ(driver(), 43u);
+  EXPECT_EQ(count_of(receiver_.take_log_messages(), "without the scale"), 0u);
+}
+
 TEST_F(StreamReceiverTest, BadConnectionsDoNotHideWhatOthersSay) {
   for (PeerId peer = 1; peer <= 80; ++peer)
     link_->deliver(peer, LinkEvent::Kind::control, wire::Bytes(100, std::byte{0x5a}));
@@ -573,7 +620,7 @@ TEST_F(StreamReceiverTest, BadConnectionsDoNotHideWhatOthersSay) {
   // Each bad peer is logged once, the one that describes itself anew ten times a second.
   EXPECT_EQ(count_of(log, "warning: dropped a message from test://listener peer "), 80u);
   EXPECT_EQ(count_of(log, "stream \"adapter\""), 10u);
-  EXPECT_EQ(count_of(log, "stream \"honest\" with 1 nodes accepted; another stream drives \"arm\""), 1u);
+  EXPECT_EQ(count_of(log, "stream \"honest\" with 1 node accepted; another stream drives \"arm\""), 1u);
   EXPECT_EQ(log.size(), 91u);
 }
 
@@ -706,9 +753,9 @@ TEST_F(StreamReceiverTest, LogMessagesAreBounded) {
   receiver_.poll();
   const std::vector<std::string> log = receiver_.take_log_messages();
   ASSERT_EQ(log.size(), 10u) << "per second; each description would add two";
-  EXPECT_EQ(log[0], "stream \"adapter\" with 1 nodes accepted");
+  EXPECT_EQ(log[0], "stream \"adapter\" with 1 node accepted");
   EXPECT_EQ(log[1], "stream \"adapter\" ended: it began anew");
-  EXPECT_EQ(log[2], "stream \"adapter\" with 1 nodes accepted");
+  EXPECT_EQ(log[2], "stream \"adapter\" with 1 node accepted");
   EXPECT_EQ(receiver_.active_streams(), 1u);
   now_ns_ += kSecondNs;
   link_->deliver(1, LinkEvent::Kind::control, description(1001));
@@ -716,7 +763,7 @@ TEST_F(StreamReceiverTest, LogMessagesAreBounded) {
   const std::vector<std::string> later = receiver_.take_log_messages();
   ASSERT_EQ(later.size(), 3u);
   EXPECT_EQ(later[0], "and 1989 more such events") << "1000 accepted and 999 ended, of which 10 were logged";
-  EXPECT_EQ(later[2], "stream \"adapter\" with 1 nodes accepted");
+  EXPECT_EQ(later[2], "stream \"adapter\" with 1 node accepted");
 }
 
 // Another boot id means another machine: its frames are shown with a delay, and pings measure its clock.

@@ -56,6 +56,40 @@ class EditRegistryTest : public testing::Test {
   uint64_t version_ = 0;
 };
 
+TEST(EditRegistry, ReportsAlphaOfOpaqueMaterialsOnceForEachNode) {
+  scene::Scene scene = room();
+  scene.nodes[kCup].mesh = 1;
+  scene.meshes.emplace_back();
+  for (uint32_t mesh = 0; mesh < 2; ++mesh) {
+    scene.meshes[mesh].first_primitive = mesh;
+    scene.meshes[mesh].primitive_count = 1;
+    scene.primitives.emplace_back().material = mesh;
+    scene.materials.emplace_back();
+  }
+  scene.materials[1].alpha_mode = scene::AlphaMode::blend;
+  PoseState poses(scene);
+  EditRegistry registry;
+  wire::StreamDescription description;
+  description.epoch = 1;
+  description.adapter_name = "painter";
+  description.node_names = {"nothing"};
+  const StreamId id = poses.add_stream(description);
+  uint64_t version = 0;
+  const auto paint = [&](const char* node, float alpha) {
+    poses.apply(id, {1, ++version, node, wire::Property::base_color, wire::BaseColor{{1, 0, 0, alpha}}});
+    registry.apply(poses.take_scene_changes());
+    (void)registry.resolve(scene, poses);
+    return registry.take_log_messages();
+  };
+  EXPECT_TRUE(paint("ball", 1).empty());
+  EXPECT_TRUE(paint("cup", 0.3f).empty()) << "its material blends";
+  const std::vector<std::string> log = paint("ball", 0.3f);
+  ASSERT_EQ(log.size(), 1u);
+  EXPECT_TRUE(log[0].starts_with("warning: the node \"ball\" of stream \"painter\" stays opaque")) << log[0];
+  EXPECT_NE(log[0].find("OPAQUE"), std::string::npos) << log[0];
+  EXPECT_TRUE(paint("ball", 0.2f).empty()) << "once";
+}
+
 TEST_F(EditRegistryTest, WhatIsBelowAHiddenNodeIsHiddenUntilItIsShownAgain) {
   const StreamId id = stream(1);
   hide(id, "table");
