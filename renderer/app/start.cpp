@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "protocol/base/log.h"
+#include "protocol/base/plural.h"
 #include "protocol/base/text.h"
 #include "renderer/scene/textures/environment.h"
 
@@ -72,12 +73,11 @@ void describe(const std::filesystem::path& path, const scene::Scene& scene) {
   size_t triangles = 0;
   for (const scene::Primitive& primitive : scene.primitives) triangles += primitive.index_count / 3;
   const bool has_key_light = !scene.lights.empty() && scene.lights.front().is_default;
-  const size_t lights = scene.lights.size() - (has_key_light ? 1 : 0);
-  say(path.string() + ": " + std::to_string(scene.nodes.size() - (has_key_light ? 1 : 0)) + " nodes, " +
-      std::to_string(triangles) + " triangles, " + std::to_string(lights) +
-      (has_key_light ? " lights (a key light is added), " : " lights, ") +
-      std::to_string(scene.cameras.size()) + " cameras, " + std::to_string(scene.textures.size()) +
-      " textures");
+  const size_t added = has_key_light ? 1 : 0;
+  say(path.string() + ": " + counted(scene.nodes.size() - added, "node") + ", " +
+      counted(triangles, "triangle") + ", " + counted(scene.lights.size() - added, "light") +
+      (has_key_light ? " (a key light is added), " : ", ") + counted(scene.cameras.size(), "camera") + ", " +
+      counted(scene.textures.size(), "texture"));
 }
 
 Result<void> can_show(const gpu::Device& device, const scene::Scene& scene) {

@@ -69,7 +69,7 @@ def key_light_and_ground(test):
                    for a, b in zip(lit.rows, plain.rows) for x in range(SIZE[0]))
     check(150 < shadowed < 6000, f"{shadowed} pixels in the shadow")
     own, said = draw(test, write_cube(test, "lamp.gltf", lights=[{"type": "directional", "intensity": 2}]))
-    check("1 lights," in said and "key light" not in said, said)
+    check("1 light," in said and "key light" not in said, said)
     # A cache written with a key light serves runs without one, and the other way round.
     cache = test.path("cache")
     for arguments, wanted in (((), lit), (("--key-light", "off"), dark), ((), lit)):

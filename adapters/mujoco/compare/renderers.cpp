@@ -96,7 +96,7 @@ Result<MujocoRenderer> MujocoRenderer::open(const mjModel& model, const MujocoVi
   made.open_ = true;
   if (made.context_.currentBuffer != mjFB_OFFSCREEN) return Error{"MuJoCo made no offscreen framebuffer"};
   if (made.context_.offSamples != view.samples)
-    return Error{"MuJoCo gave " + std::to_string(made.context_.offSamples) + " samples a pixel, not " +
+    return Error{"MuJoCo gave " + std::to_string(made.context_.offSamples) + " samples per pixel, not " +
                  std::to_string(view.samples)};
   if (fixed >= 0) {
     made.camera_.type = mjCAMERA_FIXED;

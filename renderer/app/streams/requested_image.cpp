@@ -1,5 +1,6 @@
 #include "renderer/app/streams/requested_image.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -110,6 +111,14 @@ std::optional<glm::mat4> rigid(const glm::mat4& pose) {
   return result;
 }
 
+// Reason why a name finds no node.
+std::string unknown_node(const scene::Scene& scene, const std::string& name) {
+  const auto count = std::ranges::count(scene.nodes, name, &scene::Node::name);
+  if (count > 1)
+    return std::to_string(count) + " scene nodes are called \"" + name + "\"; name the path of one of them";
+  return "no scene node is called \"" + name + "\"; check the name, or give the camera's pose in the stream";
+}
+
 }  // namespace
 
 wire::Affine3x4 affine_of(const glm::mat4& matrix) {
@@ -132,9 +141,7 @@ std::variant<RequestCamera, CameraRefused> resolve_camera(const wire::ImageReque
   } else {
     const uint32_t node = poses.names().find(request.node);
     if (node == scene::kNone)
-      return CameraRefused{Reason::unknown_camera,
-                           "no node of the scene, or several, are called \"" + request.node +
-                               "\"; name one, or give the camera's pose in the stream"};
+      return CameraRefused{Reason::unknown_camera, unknown_node(live.scene(), request.node)};
     world_from_parent = poses.world_from_node(node);
     const scene::Scene& scene = live.scene();
     own = live.edits().camera_at(node);
