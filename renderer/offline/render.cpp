@@ -188,7 +188,7 @@ Result<bool> Render::run() {
   for (const std::string& note : load.notes()) say(note);
   app::describe((*scene)->title(), (*loaded)->scene);
   // Checked before the output is made, so that a mistyped name leaves nothing.
-  if (auto camera = app::CameraRig::create((*loaded)->scene, drawing_.camera); !camera)
+  if (auto camera = app::CameraRig::create((*loaded)->scene, {drawing_.camera, false, {}, {}}); !camera)
     return (*scene)->with_title(camera.error());
   const auto manifest = describe_frames(options_, *timeline, *times, (*loaded)->scene);
   if (!manifest) return manifest.error();
