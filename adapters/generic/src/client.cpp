@@ -40,16 +40,8 @@ int fail_null_stream() {
   return fail(FIRE3DV_ERROR_ARGUMENT, "stream is NULL");
 }
 
-// True if rotation and scale are all 0, as in memory that was never filled: the node would vanish.
-bool is_collapsed(const wire::Affine3x4& pose) {
-  const auto& m = pose.m;
-  return m[0] == 0 && m[1] == 0 && m[2] == 0 && m[4] == 0 && m[5] == 0 && m[6] == 0 && m[8] == 0 &&
-         m[9] == 0 && m[10] == 0;
-}
-
-// Checks flags and pose values of a whole or partial frame. node_indices: of a partial frame, else empty.
-int check_frame(const fire3dv_stream& stream, uint32_t flags, std::span<const uint32_t> node_indices,
-                std::span<const wire::Affine3x4> poses) {
+// Checks flags and pose values of a whole or partial frame.
+int check_frame(uint32_t flags, std::span<const wire::Affine3x4> poses) {
   if ((flags & ~kKnownFlags) != 0) {
     return fail(FIRE3DV_ERROR_ARGUMENT,
                 "flags is " + std::to_string(flags) + "; only FIRE3DV_FRAME_* bits may be set");
@@ -57,14 +49,6 @@ int check_frame(const fire3dv_stream& stream, uint32_t flags, std::span<const ui
   const auto good =
       wire::check_poses("stream_from_body", poses, fire3dv::client::outgoing_limits().max_abs_value);
   if (!good) return fail(FIRE3DV_ERROR_ARGUMENT, good.error().message);
-  for (size_t i = 0; i < poses.size(); ++i) {
-    if (!is_collapsed(poses[i])) continue;
-    const std::string& name = stream.node_names[node_indices.empty() ? i : node_indices[i]];
-    return fail(FIRE3DV_ERROR_ARGUMENT,
-                "stream_from_body[" + std::to_string(i) + "] of node " + fire3dv::quote(name) +
-                    " is singular: rotation and scale are all 0; fill in the pose, or hide the node with "
-                    "fire3dv_set_visible");
-  }
   return FIRE3DV_OK;
 }
 
@@ -137,7 +121,7 @@ int publish(fire3dv_stream* stream, int64_t sim_time_ns, const float* stream_fro
   }
   if (!stream_from_body && pose_count > 0) return fail(FIRE3DV_ERROR_ARGUMENT, "stream_from_body is NULL");
   const std::span poses(reinterpret_cast<const wire::Affine3x4*>(stream_from_body), pose_count);
-  if (const int refused = check_frame(*stream, flags, {}, poses); refused != FIRE3DV_OK) return refused;
+  if (const int refused = check_frame(flags, poses); refused != FIRE3DV_OK) return refused;
   stream->publish(sim_time_ns, flags, poses);
   return FIRE3DV_OK;
 }
@@ -166,9 +150,7 @@ int publish_some(fire3dv_stream* stream, int64_t sim_time_ns, const uint32_t* no
     return fail(FIRE3DV_ERROR_STATE,
                 "the first frame of a description that fire3dv_publish_some publishes must name all nodes");
   const std::span poses(reinterpret_cast<const wire::Affine3x4*>(stream_from_body), pose_count);
-  if (const int refused = check_frame(*stream, flags, {node_indices, pose_count}, poses);
-      refused != FIRE3DV_OK)
-    return refused;
+  if (const int refused = check_frame(flags, poses); refused != FIRE3DV_OK) return refused;
   stream->publish_some(sim_time_ns, flags, {node_indices, pose_count}, poses);
   return FIRE3DV_OK;
 }

@@ -54,7 +54,6 @@ fire3dv::Result<void> fire3dv_stream::describe(wire::StreamDescription descripti
   if (!taken.ok()) return taken;
   epoch = description.epoch;
   node_count = static_cast<uint32_t>(description.node_names.size());
-  node_names = std::move(description.node_names);
   max_pose_message_bytes = link->max_pose_message_bytes();
   poses_per_part = wire::poses_per_part(max_pose_message_bytes);
   sequence = 0;

@@ -82,7 +82,6 @@ struct fire3dv_stream {
 
   fire3dv::wire::PoseFrameEncoder encoder;
   uint32_t node_count = 0;
-  std::vector<std::string> node_names;  // of the description; for messages
   uint32_t poses_per_part = 0;
   size_t max_pose_message_bytes = 0;
   uint64_t epoch = 0;  // 0: not described yet

@@ -77,7 +77,7 @@ TEST(AdfRefuse, OddValuesAreNamedWithTheirLineAndTheRestIsShown) {
   expect_said("bodies: b\nb: {}\nghost objects: [g]\ng: {}\n", "\"bodies\" is no list");
   expect_said("bodies: [b]\nb: {}\nb: {}\n", "model.yaml:3: \"b\" is defined twice; the first one applies");
   expect_said("bodies: [b]\nb: {mesh: /dev/zero}\n", "no file on a disk");
-  expect_said("bodies: [b]\nb: {mesh: /etc/passwd}\n", ".obj, .stl, .3ds and .dae");
+  expect_said("bodies: [b]\nb: {mesh: /etc/passwd}\n", ".obj, .stl, .ply, .3ds, .dae, .glb and .gltf");
   expect_said("bodies: [b]\nb: {}\ncameras: [c]\nc: {look at: {x: 0, y: 0, z: 1}}\n",
               "its direction is undefined");
   expect_said("bodies: [b]\nb: {}\ncameras: [c]\nc: {clipping plane: {near: 0, far: -1}}\n",

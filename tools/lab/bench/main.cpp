@@ -20,7 +20,7 @@ using fire3dv::lab::in_range;
 constexpr int kUsageError = 2;
 
 int usage_error(const std::string& text) {
-  std::cerr << "fire3dv-bench: " << text << " (see fire3dv-bench --help-all)\n";
+  std::cerr << "fire3dv-bench: error: " << text << " (see fire3dv-bench --help-all)\n";
   return kUsageError;
 }
 

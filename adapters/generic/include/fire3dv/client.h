@@ -100,8 +100,7 @@ FIRE3DV_API fire3dv_stream *fire3dv_open(const char *uri, const fire3dv_options 
 FIRE3DV_API int fire3dv_describe(fire3dv_stream *stream, const fire3dv_description *description);
 
 /* Publishes one whole frame of pose_count matrices; pose_count must equal the description's node_count. Refuses NaN,
- * infinity, magnitudes above 1e12, and poses whose rotation and scale are all 0 with FIRE3DV_ERROR_ARGUMENT. flags:
- * FIRE3DV_FRAME_* bits.
+ * infinity and magnitudes above 1e12 with FIRE3DV_ERROR_ARGUMENT. flags: FIRE3DV_FRAME_* bits.
  *
  * A pose replaces the node's whole transform, including its scale: a node that the scene file scales (a mesh in
  * millimetres with scale 0.001) needs that scale in its poses, in body_from_node, or applied to its mesh. Renderers
