@@ -9,8 +9,7 @@
 namespace fire3dv::scene {
 namespace {
 
-constexpr float kUsualMin = 0.03f, kUsualMax = 2.0f;  // radiance that the tone mapping shows well
-constexpr float kTarget = 0.4f;
+constexpr float kUsualMin = 0.08f, kUsualMax = 1.2f;  // radiance that the tone mapping shows well
 constexpr float kMaxExposure = 1e4f, kMinExposure = 1e-6f;
 constexpr float kSurfaceAlbedo = 0.5f;
 
@@ -81,8 +80,9 @@ ExposureEstimate estimate_exposure(const Scene& scene, float environment_radianc
   estimate.radiance =
       kSurfaceAlbedo * (estimate.illuminance_lux / kPi + environment_radiance) + mean_emitted_radiance(scene);
   if (!std::isfinite(estimate.radiance) || estimate.radiance <= 0) return estimate;
-  if (estimate.radiance > kUsualMax || estimate.radiance < kUsualMin)
-    estimate.exposure = std::clamp(kTarget / estimate.radiance, kMinExposure, kMaxExposure);
+  const float usual = std::clamp(estimate.radiance, kUsualMin, kUsualMax);
+  if (usual != estimate.radiance)
+    estimate.exposure = std::clamp(usual / estimate.radiance, kMinExposure, kMaxExposure);
   return estimate;
 }
 
