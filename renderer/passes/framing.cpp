@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "renderer/passes/view.h"
 #include "renderer/scene/model/bounds.h"
@@ -46,9 +47,34 @@ void add_joint_corners(const scene::Scene& scene, uint32_t skinned_node,
   }
 }
 
+// Floors: flat, level, and several times as wide as everything else together. A camera that shows all of a
+// floor shows nothing of what stands on it.
+std::vector<bool> find_floors(const scene::Scene& scene, std::span<const glm::mat4> world_from_node) {
+  constexpr float kFlat = 0.02f, kWide = 3;
+  std::vector<bool> is_floor(scene.nodes.size(), false);
+  std::vector<std::pair<uint32_t, float>> flat;  // nodes and their widths
+  scene::Box others;
+  for (uint32_t n = 0; n < scene.nodes.size(); ++n) {
+    if (scene.nodes[n].mesh == scene::kNone) continue;
+    const scene::Box box = scene::bounds_in_world(scene, n, world_from_node);
+    if (box.empty() || !is_finite(box.low) || !is_finite(box.high)) continue;
+    const glm::vec3 size = box.high - box.low;
+    const float width = std::max(size.x, size.z);
+    if (size.y <= kFlat * width)
+      flat.emplace_back(n, width);
+    else
+      others.add(box);
+  }
+  if (others.empty()) return is_floor;
+  const glm::vec3 size = others.high - others.low;
+  for (const auto& [node, width] : flat) is_floor[node] = width > kWide * std::max({size.x, size.y, size.z});
+  return is_floor;
+}
+
 }  // namespace
 
 std::vector<glm::vec3> framing_points(const scene::Scene& scene, std::span<const glm::mat4> world_from_node) {
+  const std::vector<bool> is_floor = find_floors(scene, world_from_node);
   size_t primitives = 0;
   for (const scene::Node& node : scene.nodes) {
     if (node.mesh != scene::kNone) primitives += scene.meshes[node.mesh].primitive_count;
@@ -67,7 +93,7 @@ std::vector<glm::vec3> framing_points(const scene::Scene& scene, std::span<const
   scene::Box all;
   for (uint32_t n = 0; n < scene.nodes.size(); ++n) {
     const scene::Node& node = scene.nodes[n];
-    if (node.mesh == scene::kNone) continue;
+    if (node.mesh == scene::kNone || is_floor[n]) continue;
     if (primitives > kMaxPrimitives) {
       const scene::Box box = scene::bounds_in_world(scene, n, world_from_node);
       if (!box.empty() && is_finite(box.low) && is_finite(box.high)) all.add(box);

@@ -14,7 +14,8 @@ constexpr float kFramingMargin = 0.05f;
 
 // World-space points that enclose all mesh instances at these node transforms: vertices (every n-th one of
 // more than 200,000), or box corners of deformed and small primitives; the box around everything if there are
-// more than 100,000 primitives. Infinite and NaN points are left out.
+// more than 100,000 primitives. Floors much wider than all
+// other meshes, and infinite and NaN points, are left out.
 std::vector<glm::vec3> framing_points(const scene::Scene& scene, std::span<const glm::mat4> world_from_node);
 
 // world_from_camera of a perspective camera with this orientation (its scale and position do not count), as

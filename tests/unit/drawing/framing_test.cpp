@@ -106,5 +106,29 @@ TEST(Framing, PointsOfAScene) {
   EXPECT_EQ(points.back(), glm::vec3(2, 3, -4)) << "the joint's node and bind matrix, not the mesh's node";
 }
 
+// A floor 40 m wide below a box of 1 m is left out; one of 2 m belongs to the scene, as a floor alone does.
+TEST(Framing, WideFloorsDoNotCount) {
+  scene::Scene scene;
+  scene.primitives.resize(2);
+  scene.primitives[0].bounds_min = glm::vec3(-0.5f);
+  scene.primitives[0].bounds_max = glm::vec3(0.5f);
+  scene.primitives[1].bounds_min = {-1, 0, -1};
+  scene.primitives[1].bounds_max = {1, 0, 1};
+  scene.meshes.resize(2);
+  scene.meshes[0] = {"box", 0, 1, 0};
+  scene.meshes[1] = {"floor", 1, 1, 0};
+  scene.nodes.resize(2);
+  scene.nodes[0].mesh = 0;
+  scene.nodes[1].mesh = 1;
+  const auto points = [&](float floor_scale) {
+    return passes::framing_points(
+        scene, std::vector<glm::mat4>{glm::mat4(1), glm::scale(glm::mat4(1), glm::vec3(floor_scale))});
+  };
+  EXPECT_EQ(points(20).size(), 8u);
+  EXPECT_EQ(points(1).size(), 16u);
+  scene.nodes[0].mesh = scene::kNone;
+  EXPECT_EQ(points(20).size(), 8u);
+}
+
 }  // namespace
 }  // namespace fire3dv::test
