@@ -5,6 +5,7 @@
 #include <new>
 #include <string>
 
+#include "protocol/base/parallel.h"
 #include "renderer/scene/files.h"
 
 namespace fire3dv::scene {
@@ -99,15 +100,17 @@ EnvironmentImage studio_environment() {
 }
 
 float mean_radiance(const EnvironmentImage& image) {
+  std::vector<double> rows(image.height);
+  parallel_for(image.height, [&](size_t y) {
+    for (uint32_t x = 0; x < image.width; ++x)
+      rows[y] +=
+          glm::dot(unpack_rgb9e5(image.rgb9e5[y * image.width + x]), glm::vec3(0.2126f, 0.7152f, 0.0722f));
+  });
   double sum = 0, weights = 0;
   for (uint32_t y = 0; y < image.height; ++y) {
     // Solid angle of a texel, up to a factor.
     const double weight = std::sin((y + 0.5) / image.height * static_cast<double>(kPi));
-    double row = 0;
-    for (uint32_t x = 0; x < image.width; ++x)
-      row += glm::dot(unpack_rgb9e5(image.rgb9e5[size_t{y} * image.width + x]),
-                      glm::vec3(0.2126f, 0.7152f, 0.0722f));
-    sum += weight * row;
+    sum += weight * rows[y];
     weights += weight * image.width;
   }
   return weights > 0 ? static_cast<float>(sum / weights) * image.scale : 0;

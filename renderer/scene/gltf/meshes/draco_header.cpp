@@ -128,9 +128,9 @@ Result<DracoHeader> read_draco_header(std::span<const std::byte> stream) {
     header.max_points = number(0x202);
     header.points_are_exact = true;
   } else {
-    reader.byte();                        // traversal
-    if (version < 0x202) number(0x200);   // new vertices
-    number(0x200);                        // vertices, at most three per face
+    reader.byte();                       // traversal
+    if (version < 0x202) number(0x200);  // new vertices
+    number(0x200);                       // vertices, at most three per face
     header.faces = number(0x200);
     header.max_points = 3 * header.faces;
     header.seam_attributes = reader.byte();

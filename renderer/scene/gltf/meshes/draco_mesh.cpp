@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "protocol/base/text.h"
+#include "renderer/scene/gltf/meshes/gltf_accessors.h"
 
 namespace fire3dv::scene {
 namespace {
@@ -94,19 +95,6 @@ bool convert_to(int component_type, const draco::PointAttribute& attribute, drac
   }
 }
 
-size_t bytes_of_component(int component_type) {
-  switch (component_type) {
-    case TINYGLTF_COMPONENT_TYPE_BYTE:
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
-      return 1;
-    case TINYGLTF_COMPONENT_TYPE_SHORT:
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
-      return 2;
-    default:
-      return 4;
-  }
-}
-
 }  // namespace
 
 DracoMesh::DracoMesh(std::unique_ptr<draco::Mesh> mesh) : mesh_(std::move(mesh)) {}
@@ -153,14 +141,13 @@ void DracoMesh::copy_indices(uint32_t* to) const {
 Result<void> DracoMesh::copy_attribute(uint32_t unique_id, int component_type, int components,
                                        std::byte* to) const {
   const draco::PointAttribute* attribute = mesh_->GetAttributeByUniqueId(unique_id);
-  if (attribute == nullptr)
-    return Error{"the Draco stream has no attribute " + std::to_string(unique_id)};
+  if (attribute == nullptr) return Error{"the Draco stream has no attribute " + std::to_string(unique_id)};
   if (attribute->num_components() != components) {
     return Error{"attribute " + std::to_string(unique_id) + " of the Draco stream has " +
                  std::to_string(int{attribute->num_components()}) +
                  " components, but the accessor's type has " + std::to_string(components)};
   }
-  const size_t packed = bytes_of_component(component_type) * static_cast<size_t>(components);
+  const size_t packed = component_bytes(component_type) * static_cast<size_t>(components);
   const bool is_same = component_type_of(attribute->data_type()) == component_type;
   const auto stride = static_cast<size_t>(attribute->byte_stride());
   const size_t held = attribute->buffer() == nullptr ? 0 : attribute->buffer()->data_size();

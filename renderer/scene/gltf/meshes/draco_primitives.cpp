@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "renderer/scene/gltf/gltf_document.h"
+#include "renderer/scene/gltf/meshes/gltf_accessors.h"
 
 namespace fire3dv::scene {
 namespace {
@@ -25,22 +26,6 @@ int components_of(const std::string& type) {
   static const std::map<std::string, int> kComponents{{"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}};
   const auto found = kComponents.find(type);
   return found == kComponents.end() ? 0 : found->second;
-}
-
-size_t bytes_of(int component_type) {
-  switch (component_type) {
-    case TINYGLTF_COMPONENT_TYPE_BYTE:
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
-      return 1;
-    case TINYGLTF_COMPONENT_TYPE_SHORT:
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
-      return 2;
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
-    case TINYGLTF_COMPONENT_TYPE_FLOAT:
-      return 4;
-    default:
-      return 0;
-  }
 }
 
 Result<const json*> accessor_of(const json& root, const json& index, const std::string& where) {
@@ -61,7 +46,7 @@ Result<uint64_t> count_of(const json& root, const json& index, const LoadLimits&
 }
 
 Result<DracoAttribute> attribute_of(const json& root, const json& primitive, const std::string& name,
-                               const json& id) {
+                                    const json& id) {
   const auto index = primitive["attributes"].find(name);
   if (index == primitive["attributes"].end())
     return Error{"attributes." + name + " is not an attribute of the primitive"};
@@ -70,7 +55,8 @@ Result<DracoAttribute> attribute_of(const json& root, const json& primitive, con
   DracoAttribute attribute{name, id.get<uint32_t>(), index->get<size_t>()};
   attribute.component_type = (*accessor)->value("componentType", 0);
   attribute.components = components_of((*accessor)->value("type", std::string()));
-  attribute.packed_bytes = bytes_of(attribute.component_type) * static_cast<size_t>(attribute.components);
+  attribute.packed_bytes =
+      component_bytes(attribute.component_type) * static_cast<size_t>(attribute.components);
   if (attribute.packed_bytes == 0)
     return Error{"attributes." + name + ": " + element("accessors", attribute.accessor) +
                  " has a type or componentType that attributes do not have"};

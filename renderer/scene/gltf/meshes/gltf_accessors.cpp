@@ -7,9 +7,7 @@
 #include <type_traits>
 
 namespace fire3dv::scene {
-namespace {
 
-// Returns 0 for unknown component types.
 size_t component_bytes(int component_type) {
   switch (component_type) {
     case TINYGLTF_COMPONENT_TYPE_BYTE:
@@ -25,6 +23,8 @@ size_t component_bytes(int component_type) {
       return 0;
   }
 }
+
+namespace {
 
 // MAT4 is the only matrix type in use (skins); its columns have no padding.
 int component_count(int type) {

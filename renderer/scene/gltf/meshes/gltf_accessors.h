@@ -2,6 +2,7 @@
 // view before the first read.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -10,6 +11,9 @@
 #include "renderer/scene/gltf/gltf_document.h"
 
 namespace fire3dv::scene {
+
+// Bytes of a glTF component type; 0 if it is unknown.
+size_t component_bytes(int component_type);
 
 class AccessorReader {
  public:
