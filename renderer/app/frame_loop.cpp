@@ -9,6 +9,7 @@
 
 #include "protocol/base/files.h"
 #include "protocol/base/log.h"
+#include "protocol/base/plural.h"
 #include "protocol/base/text.h"
 #include "renderer/app/default_look.h"
 #include "renderer/app/options/stream_options.h"
@@ -28,6 +29,15 @@ double milliseconds(Clock::duration duration) {
 double milliseconds_since(Clock::time_point begin) {
   return milliseconds(Clock::now() - begin);
 }
+
+// Waits for messages: short while poses change, so that playout buffers are on time.
+constexpr auto kBusyWait = std::chrono::milliseconds(1);
+constexpr auto kIdleWait = std::chrono::milliseconds(50);
+constexpr auto kBusyTime = std::chrono::seconds(1);  // since the last change
+// Images after a change: motion vectors and two-pass culling refer to the previous image.
+constexpr int kImagesOfChange = 3;
+// A wait for streams is reported after this time.
+constexpr auto kReportedWait = std::chrono::seconds(3);
 
 }  // namespace
 
@@ -91,8 +101,9 @@ FrameLoop::FrameLoop(const FrameLoopContext& context)
   if (window_) taken_.add(wire::kColorSrgb8);
   if (window_) frame_extent_ = window_->image_extent();
   const bool compute = renderer_.raster_path() == passes::RasterPath::visibility;
-  std::fprintf(stderr, "fire3dv: info: drawn %s, %u samples a pixel, shadows by %s\n",
-               compute ? "from a visibility buffer" : "forward", static_cast<uint32_t>(renderer_.samples()),
+  std::fprintf(stderr, "fire3dv: info: drawn %s, %s per pixel, shadows: %s\n",
+               compute ? "from a visibility buffer" : "forward",
+               counted(static_cast<uint32_t>(renderer_.samples()), "sample").c_str(),
                passes::describe(renderer_.shadow_technique()));
   if (renderer_.traces()) {
     std::fprintf(stderr, "fire3dv: info: acceleration structures are built %s\n",
@@ -128,7 +139,16 @@ Result<void> FrameLoop::run() {
     }
     if ((awaits_stream_ && !window_) || (options_.lockstep && !has_undrawn_frame_)) {
       if (Result<void> delivered = deliver(); !delivered) return delivered;
-      receiver_.wait(std::chrono::milliseconds(1));
+      wait_for_messages();
+      continue;
+    }
+    if (!has_changed()) {
+      if (served.any)
+        changed_ = Clock::now();
+      else if (image_service_.in_flight())
+        (void)image_service_.wait_for(image_service_.submitted(), options_.peer_limits.slices.image_ns);
+      if (Result<void> delivered = deliver(); !delivered) return delivered;
+      if (!served.any && !served.has_more) wait_for_messages();
       continue;
     }
     if (window_ && !window_->acquire()) {
@@ -154,6 +174,56 @@ Result<void> FrameLoop::run() {
   if (Result<void> finished = sink_.finish(); !finished) return finished;
   if (first_finished_) stats_.note_start("first image", milliseconds(*first_finished_ - options_.begun));
   return stats_.finish();
+}
+
+// False if another image would equal the last one and nobody receives it: no window, file or statistics.
+bool FrameLoop::has_changed() {
+  const bool is_delivered = window_ || wants_pixels() || options_.frames != 0 || !options_.stats.empty();
+  if (is_delivered || animations_ || timeline_ || options_.lockstep) return true;
+  const std::array<uint64_t, 2> revisions = {poses_.revision(), scene_.updates()};
+  if (revisions != drawn_revisions_) {
+    drawn_revisions_ = revisions;
+    images_of_change_ = kImagesOfChange;
+    changed_ = Clock::now();
+  }
+  if (images_of_change_ == 0) return false;
+  --images_of_change_;
+  return true;
+}
+
+void FrameLoop::wait_for_messages() {
+  report_wait();
+  const bool is_live = options_.lockstep || awaits_stream_ || Clock::now() - changed_ < kBusyTime;
+  const bool is_busy =
+      !unacknowledged_.empty() || image_service_.in_flight() || (receiver_.active_streams() != 0 && is_live);
+  receiver_.wait(is_busy ? kBusyWait : kIdleWait);
+}
+
+// Names what --lockstep, --exit-when-done and --frames wait for, once for each kind of wait.
+void FrameLoop::report_wait() {
+  const bool waits = options_.lockstep || options_.exit_when_done || options_.frames != 0;
+  if (receiver_.active_streams() != 0 || !waits || timeline_) {
+    streamless_since_.reset();
+    return;
+  }
+  if (!streamless_since_) streamless_since_ = Clock::now();
+  bool& reported = receiver_.had_streams() ? reported_ended_ : reported_absent_;
+  if (reported || Clock::now() - *streamless_since_ < kReportedWait) return;
+  reported = true;
+  std::string uris;
+  for (const StreamReceiver::LinkReport& link : receiver_.links())
+    uris += (uris.empty() ? "" : ", ") + link.uri;
+  std::string text = receiver_.had_streams() ? "all streams have ended; waiting for another one at "
+                                             : "waiting for a stream at ";
+  text += uris;
+  if (options_.frames != 0)
+    text += ": " + std::to_string(options_.frames - images_) + " of " + counted(options_.frames, "image") +
+            " to draw";
+  if (options_.lockstep) text += "; --lockstep draws one image for each pose frame";
+  if (options_.exit_when_done && !receiver_.had_streams())
+    text += "; --exit-when-done exits after the first stream that starts from now on";
+  if (!options_.exit_when_done) text += "; add --exit-when-done to exit when the last stream ends";
+  print_log_line("fire3dv", text);
 }
 
 void FrameLoop::log_notes() {

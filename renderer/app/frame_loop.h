@@ -1,7 +1,9 @@
 // Frame loop of the renderer: polls streams and input, renders, and delivers images.
 #pragma once
 
+#include <array>
 #include <chrono>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -85,6 +87,9 @@ class FrameLoop {
   Result<void> list_instances();
   void warn_of_empty_image(const passes::View& view, const std::vector<state::FrameTag>& shown);
   void note_cost(const std::vector<state::FrameTag>& shown, std::chrono::steady_clock::time_point begun);
+  bool has_changed();  // false: the next image need not be drawn
+  void wait_for_messages();
+  void report_wait();
   bool wants_pixels() const { return !options_.out.empty(); }
 
   gpu::Device& device_;
@@ -128,6 +133,13 @@ class FrameLoop {
   std::optional<std::chrono::steady_clock::time_point> first_finished_;
   std::chrono::steady_clock::time_point last_image_;
   Progress progress_;
+  // Idle runs without a window (has_changed()).
+  std::optional<std::array<uint64_t, 2>> drawn_revisions_;  // of poses and scene edits
+  int images_of_change_ = 0;                                // images to draw until the next change
+  std::chrono::steady_clock::time_point changed_ = started_;
+  // Reported waits for streams.
+  std::optional<std::chrono::steady_clock::time_point> streamless_since_;
+  bool reported_absent_ = false, reported_ended_ = false;
 };
 
 }  // namespace fire3dv::app

@@ -30,7 +30,7 @@ def chosen(*arguments):
         line = renderer.wait_err(r"^fire3dv: info: device 0: llvmpipe .*\(software, .*\); " + WITHIN + "; lacks: .+")
         check("async compute queue" in line.group(0), f"it does not say what is lacking: {line.group(0)}")
         renderer.wait_err(r"^fire3dv: warning: device: llvmpipe .* is a software device: it draws on the CPU$")
-        renderer.wait_err(r"^fire3dv: info: drawn from a visibility buffer, \d+ samples a pixel, shadows by shadow maps and ray query$")
+        renderer.wait_err(r"^fire3dv: info: drawn from a visibility buffer, \d+ samples per pixel, shadows: shadow maps and ray query$")
         check(len(renderer.frames()) == 1, "no image")
     return run
 

@@ -61,6 +61,7 @@ bool LiveScene::follow() {
   const bool rebound = bindings_seen_ != poses_.binding_revision();
   if (!built && !user_changed_ && changes.empty() && !can_build() && (registry_.empty() || !rebound))
     return false;
+  ++updates_;
   bindings_seen_ = poses_.binding_revision();
   // The cost of a replaced scene or of new drivers is not charged to streams.
   if (built || rebound) (void)registry_.resolve(scene(), poses_, false);

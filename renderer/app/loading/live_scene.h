@@ -68,6 +68,7 @@ class LiveScene {
   const scene::SceneEdits& edits() const { return edits_; }
   const state::EditFaults& faults() const { return registry_.faults(); }
   uint64_t replaced() const { return replaced_; }  // number of replacements of the scene
+  uint64_t updates() const { return updates_; }    // rises whenever follow() may have changed the scene
   uint64_t builds_begun() const { return builds_begun_; }
   uint64_t request_lists_made() const { return request_lists_made_; }
   // Log messages since the last call.
@@ -114,7 +115,7 @@ class LiveScene {
   UserEdits user_;
   bool user_changed_ = false;
   Replaced on_replaced_;
-  uint64_t bindings_seen_ = 0, replaced_ = 0, builds_begun_ = 0, request_lists_made_ = 0;
+  uint64_t bindings_seen_ = 0, replaced_ = 0, updates_ = 0, builds_begun_ = 0, request_lists_made_ = 0;
   std::vector<state::RequestedNode> requested_;  // as of requested_revision_
   NodeKeys requested_keys_;
   uint64_t requested_revision_ = 0;

@@ -422,6 +422,11 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
   if (options.on_request && options.frames != 0)
     return usage_error(
         "--frames counts images that are drawn unasked, and --on-request draws none: leave one out");
+  const bool has_purpose = receives || !options.out.empty() || options.frames != 0 || !options.stats.empty() ||
+                           !options.metrics.empty() || options.list_devices;
+  if (options.headless && needs_scene && !has_purpose)
+    return usage_error("--headless without --out, --listen, --replay or --frames draws images for nobody: add "
+                       "--out DIR to write them, or --listen URI to draw for simulators");
   options.panels = texts.gui == "on";
   if (const auto wrong = take_window_options(texts.stereo, texts.present, options))
     return usage_error(*wrong);

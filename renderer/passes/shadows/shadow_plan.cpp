@@ -108,7 +108,7 @@ const char* describe(const ShadowTechnique& technique) {
   switch (technique.method) {
     case ShadowMethod::off:
     case ShadowMethod::automatic:
-      return "nothing";
+      return "off";
     case ShadowMethod::map:
       return "shadow maps";
     case ShadowMethod::ray:

@@ -72,6 +72,8 @@ def usage(test):
             (["--exit-when-done", "--listen"], [scene, "--exit-when-done"]),
             (["--frames", "--on-request"], [scene, "--headless", "--listen", "shm://none", "--on-request", "--frames", "3"]),
             (["second.glb"], [scene, "second.glb"]),
+            (["--headless", "--out DIR", "--listen URI"], [scene, "--headless"]),
+            (["unknown option --lisen", "did you mean --listen?"], [scene, "--headless", "--lisen", "shm://none"]),
             (["--camera"], [scene, "--camera"])):
         expect_failure(test, 2, words, *arguments)
     for asked in ("--help", "--version"):
@@ -108,21 +110,21 @@ def scenes(test):
             ("not JSON", file_of("not_json.gltf", b"{\"asset\": ")),
             ("JSON but no glTF", file_of("list.gltf", b"[1, 2, 3]")),
             ("unknown kind", file_of("scene.obj", b"v 0 0 0\n")),
+            ("USD", file_of("scene.usda", b"#usda 1.0\n")),
             ("missing buffer", file_of("far.gltf", b'{"asset":{"version":"2.0"},"buffers":[{"byteLength":9,"uri":"gone.bin"}],'
                                        b'"nodes":[{}],"scenes":[{"nodes":[0]}],"scene":0}')),
-            ("USD", file_of("scene.usda", b"#usda 1.0\n")),
             ("outside path", file_of("out.gltf", b'{"asset":{"version":"2.0"},"buffers":[{"byteLength":9,"uri":"../../etc/passwd"}],'
                                      b'"nodes":[{}],"scenes":[{"nodes":[0]}],"scene":0}'))):
         expect_failure(test, 1, [os.path.basename(path)], path, *headless(test))
     expect_failure(test, 1, ["no_such_scene.glb", "No such file"], test.path("no_such_scene.glb"), *headless(test))
-
-
     expect_failure(test, 1, ["scene.obj", "Wavefront OBJ", "glTF"], test.path("scene.obj"), *headless(test))
     # The file is reported even where no window can be opened.
     env = {name: value for name, value in vulkan_environment().items()
            if name not in ("DISPLAY", "WAYLAND_DISPLAY", "XDG_RUNTIME_DIR")}
     expect_failure(test, 1, ["no_such_scene.glb", "No such file"], test.path("no_such_scene.glb"), env=env)
     expect_failure(test, 1, ["gone.urdf", "No such file"], test.path("gone.urdf"), env=env)
+
+
 def environments(test):
     def refused(words, path):
         expect_failure(test, 1, ["--environment", *words], test.scene, "--environment", path, *headless(test))

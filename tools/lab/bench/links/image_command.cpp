@@ -88,7 +88,7 @@ Result<void> measure_images(const ImageOptions& options) {
     const Summary summary = summarise(*times);
     const passes::SceneRenderer& renderer = (*bench)->renderer();
     std::printf(
-        "| FIRE-3DV | %s | %s, %u samples, shadows by %s, FXAA %s | %ux%u | %zu | %.2f | %.2f | %.2f | %.1f "
+        "| FIRE-3DV | %s | %s, %u samples, shadows: %s, FXAA %s | %ux%u | %zu | %.2f | %.2f | %.2f | %.1f "
         "| %.2f |\n",
         options.scene.stem().c_str(),
         renderer.raster_path() == passes::RasterPath::visibility ? "visibility" : "forward",

@@ -216,10 +216,10 @@ std::string about(const Report& report) {
   unique.back() = '.';
   return "- Command: `" + report.command + "`\n- Commit: " + report.commit + "; date: " + report.date +
          "\n- Device: " + report.device + "; driver: " + report.driver + "\n- " +
-         text_of("%ux%u, %u samples a pixel, %u lights with shadows, textures of %u pixels a side, FXAA %s\n",
+         text_of("%ux%u, %u samples per pixel, %u lights with shadows, textures of %u pixels a side, FXAA %s\n",
                  report.width, report.height, report.samples, report.lights, report.texture_side,
                  report.fxaa ? "on" : "off") +
-         "- Drawn " + report.raster + "; shadows by " + report.shadows + "\n" +
+         "- Drawn " + report.raster + "; shadows: " + report.shadows + "\n" +
          text_of(
              "- Each row: %u frames after at least %u for warm-up, and between them as many that are timed "
              "stage by "
