@@ -179,7 +179,7 @@ class Expander {
   }
 
   void expand_condition(const Element& from, Element& to, Scope& scope) {
-    const std::string& condition = required(from, "value");
+    const std::string condition = required(from, "value");
     const bool value = Substitution::boolean(substitution_.evaluate_text(condition, scope), condition);
     if (value != (from.name == "xacro:if")) return;
     Element content;
@@ -347,7 +347,7 @@ class Expander {
   }
 
   void insert_block(const Element& from, Element& to, Scope& scope) {
-    const std::string& name = required(from, "name");
+    const std::string name = required(from, "name");
     const Block* block = scope.block("**" + name);
     if (!block) block = scope.block("*" + name);
     if (!block) throw Failure("there is no block " + quote(name));

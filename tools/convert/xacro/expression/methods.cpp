@@ -53,7 +53,7 @@ Value split(const std::string& text, const std::vector<Value>& arguments, Budget
     }
     return make_sequence(std::move(parts), false, budget);
   }
-  const std::string& separator = text_at(arguments, 0, "split");
+  const std::string separator = text_at(arguments, 0, "split");
   if (separator.empty()) throw Failure("split() by an empty text");
   size_t at = 0;
   for (size_t end = text.find(separator); end != std::string::npos && parts.size() < most;
@@ -110,7 +110,7 @@ Value text_method(const std::string& text, const std::string& name, const std::v
     return at == std::string::npos ? int64_t{-1} : static_cast<int64_t>(at);
   }
   if (name == "count") {
-    const std::string& part = text_at(arguments, 0, name);
+    const std::string part = text_at(arguments, 0, name);
     if (part.empty()) return static_cast<int64_t>(text.size() + 1);
     int64_t count = 0;
     for (size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + part.size()))
@@ -122,7 +122,7 @@ Value text_method(const std::string& text, const std::string& name, const std::v
   if (!parts) throw Failure("join() needs a list");
   result.clear();
   for (size_t i = 0; i < parts->items.size(); ++i) {
-    const std::string& part = text_at(parts->items, i, name);
+    const std::string part = text_at(parts->items, i, name);
     budget.bytes(part.size() + text.size());
     result += (i > 0 ? text : "") + part;
   }
@@ -189,7 +189,7 @@ Value call_method(const Value& object, const std::string& name, const std::vecto
 }
 
 Value tokenized(const std::vector<Value>& arguments, Budget& budget) {
-  const std::string& text = text_at(arguments, 0, "tokenize");
+  const std::string text = text_at(arguments, 0, "tokenize");
   const std::string separators = arguments.size() > 1 ? text_at(arguments, 1, "tokenize") : ",; ";
   const bool skip_empty = arguments.size() < 3 || is_true(arguments[2]);
   budget.bytes(text.size() * sizeof(Value));
