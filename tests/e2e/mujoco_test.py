@@ -3,13 +3,12 @@
 import json
 import math
 import os
-import re
-import shlex
 import signal
 import struct
 
 from harness import Program, main, shown, vulkan_environment, wait_until
 from image_reader import check, read_png
+from readme_commands import commands_of
 
 ROOT = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
 CRANE = os.path.join(ROOT, "tests", "assets", "robots", "crane.xml")
@@ -18,10 +17,8 @@ PROGRAMS = ["fire3dv", "fire3dv-mujoco", "stream_dump"]
 
 def readme(section):
     """Returns the command lines of a section of the README, without their folder."""
-    with open(os.path.join(ROOT, "adapters", "mujoco", "README.md"), encoding="utf-8") as file:
-        text = file.read().split(f"\n## {section}\n", 1)[1].split("\n## ", 1)[0]
-    found = [shlex.split(line) for block in re.findall(r"```sh\n(.*?)```", text, re.S) for line in block.splitlines()]
-    check(found and all(line[0].startswith("build/release/bin/") for line in found), f"{section} has no commands")
+    found = commands_of(os.path.join(ROOT, "adapters", "mujoco", "README.md"), section)
+    check(all(line[0].startswith("build/release/bin/") for line in found), f"{section} runs other programs")
     return [[os.path.basename(line[0]), *line[1:]] for line in found]
 
 

@@ -7,11 +7,11 @@ test, until the test ends the renderers.
 import json
 import os
 import re
-import shlex
 import sys
 
 from harness import Program, main, shown, vulkan_environment
 from image_reader import check
+from readme_commands import commands_of
 
 README = os.path.join(os.path.dirname(__file__), "..", "..", "..", "examples", "two_simulators", "README.md")
 BULLET, MUJOCO = "two_simulators_bullet", "two_simulators_mujoco"
@@ -20,11 +20,8 @@ PROGRAMS = ["fire3dv", "fire3dv-inspect", "two_simulators_scene", BULLET, MUJOCO
 
 def commands(section):
     """Returns the command lines of a section of the README, without their folder."""
-    with open(README, encoding="utf-8") as file:
-        text = file.read().split(f"\n## {section}\n", 1)[1].split("\n## ", 1)[0]
-    lines = [line for block in re.findall(r"```sh\n(.*?)```", text, re.S) for line in block.splitlines()]
-    found = [shlex.split(line) for line in lines]
-    check(found and all(line[0].startswith("build/release/bin/") for line in found), f"{section} has no commands")
+    found = commands_of(README, section)
+    check(all(line[0].startswith("build/release/bin/") for line in found), f"{section} runs other programs")
     return [[os.path.basename(line[0]), *line[1:]] for line in found]
 
 
