@@ -102,6 +102,10 @@ class CheckValue {
       return good;
     if (!value.asset_uri.empty() && !value.asset_glb.empty())
       return Error{"SceneEdit.asset_uri and SceneEdit.asset_glb are both given; name an asset or embed one"};
+    if (auto good = check_text("SceneEdit.variant", value.variant, limits_.max_name_bytes); !good)
+      return good;
+    if (!value.variant.empty() && value.asset_uri.empty() && value.asset_glb.empty())
+      return Error{"SceneEdit.variant is given without an asset; variants are those of an asset"};
     return {};
   }
 

@@ -48,6 +48,7 @@ NodeAdded read_node(const fbs::EditNodeAdded& table) {
     const auto* begin = reinterpret_cast<const std::byte*>(glb->data());
     node.asset_glb.assign(begin, begin + glb->size());
   }
+  node.variant = text_of(table.variant());
   return node;
 }
 

@@ -84,11 +84,14 @@ Value add(FlatBufferBuilder& builder, const Camera& value) {
 
 Value add(FlatBufferBuilder& builder, const NodeAdded& value) {
   const auto parent_from_node = as_struct<fbs::Affine3x4>(value.parent_from_node);
+  // Left out when empty: such a message is that of version 1.1, byte for byte.
+  const auto variant = value.variant.empty() ? 0 : builder.CreateString(value.variant);
   const auto glb =
       builder.CreateVector(reinterpret_cast<const uint8_t*>(value.asset_glb.data()), value.asset_glb.size());
   const auto uri = builder.CreateString(value.asset_uri);
   const auto parent = builder.CreateString(value.parent);
   fbs::EditNodeAddedBuilder table(builder);
+  if (!value.variant.empty()) table.add_variant(variant);
   table.add_asset_glb(glb);
   table.add_asset_uri(uri);
   table.add_parent_from_node(&parent_from_node);

@@ -74,6 +74,7 @@ struct NodeAdded {
   // Path relative to the user's asset folder; never fetched from elsewhere.
   std::string asset_uri;
   std::vector<std::byte> asset_glb;  // contents of a .glb file
+  std::string variant = {};          // name of the asset's material variant; empty: its default materials
   bool operator==(const NodeAdded&) const = default;
 };
 

@@ -45,6 +45,9 @@ std::vector<Case> edit_cases() {
   add("scene_edit-node_added_empty", encode(edit(Property::node, node)));
   node.asset_uri = "parts/K\u00f6rper.glb";
   add("scene_edit-node_added_by_uri", encode(edit(Property::node, node)));
+  node.variant = "midnight blue";
+  add("scene_edit-node_added_variant", encode(edit(Property::node, node)));
+  node.variant.clear();
   node.asset_uri.clear();
   node.asset_glb = {std::byte{'g'}, std::byte{'l'}, std::byte{'T'}, std::byte{'F'}, std::byte{2}};
   add("scene_edit-node_added_embedded", encode(edit(Property::node, node)));
@@ -127,6 +130,9 @@ std::vector<Case> refused_edit_cases() {
   node.asset_uri = "a.glb";
   node.asset_glb = {std::byte{1}};
   add("asset_twice", edit(Property::node, node), "asset_uri");
+  node = added();
+  node.variant = "red";
+  add("variant_without_asset", edit(Property::node, node), "variant");
   add("vertices_none", edit(Property::vertices, Vertices{}), "positions");
   add("vertices_nan", edit(Property::vertices, Vertices{{{0, 0, 0}, {0, NAN, 0}}, {}}), "positions[1][1]");
   add("normals_count", edit(Property::vertices, Vertices{{{0, 0, 0}}, {{0, 0, 1}, {0, 0, 1}}}), "normals");

@@ -38,11 +38,8 @@ Json json_of(const wire::Camera& v) {
 Json json_of(const wire::NodeAdded& v) {
   Json glb = Json::array();
   for (const std::byte byte : v.asset_glb) glb.push_back(static_cast<uint8_t>(byte));
-  return {{"type", "NodeAdded"},
-          {"parent", v.parent},
-          {"parent_from_node", v.parent_from_node.m},
-          {"asset_uri", v.asset_uri},
-          {"asset_glb", glb}};
+  return {{"type", "NodeAdded"},      {"parent", v.parent}, {"parent_from_node", v.parent_from_node.m},
+          {"asset_uri", v.asset_uri}, {"asset_glb", glb},   {"variant", v.variant}};
 }
 Json json_of(const wire::NodeRemoved&) {
   return {{"type", "NodeRemoved"}};
@@ -83,6 +80,7 @@ wire::EditValue value_from_json(const Json& json) {
     json.at("parent_from_node").get_to(v.parent_from_node.m);
     json.at("asset_uri").get_to(v.asset_uri);
     for (const Json& byte : json.at("asset_glb")) v.asset_glb.push_back(std::byte{byte.get<uint8_t>()});
+    json.at("variant").get_to(v.variant);
     return v;
   }
   if (type == "NodeRemoved") return wire::NodeRemoved{};

@@ -70,8 +70,13 @@ int set_camera(fire3dv_stream* stream, const char* node, const fire3dv_camera* c
 }
 
 int add_node(fire3dv_stream* stream, const char* node, const fire3dv_node* added) {
+  // Programs built before `variant` was appended pass the size without it.
+  constexpr size_t kSizeWithoutVariant = offsetof(fire3dv_node, variant);
+  const bool has_variant = added && added->struct_size != kSizeWithoutVariant;
   if (const char* problem =
-          struct_error(added, "added is NULL", "node.struct_size is not sizeof(fire3dv_node); set it"))
+          has_variant || !added
+              ? struct_error(added, "added is NULL", "node.struct_size is not sizeof(fire3dv_node); set it")
+              : nullptr)
     return fail(FIRE3DV_ERROR_ARGUMENT, problem);
   if ((added->asset_glb == nullptr) != (added->asset_glb_bytes == 0))
     return fail(FIRE3DV_ERROR_ARGUMENT, "asset_glb and asset_glb_bytes must be given together");
@@ -82,6 +87,7 @@ int add_node(fire3dv_stream* stream, const char* node, const fire3dv_node* added
   wire::NodeAdded value;
   value.parent = text_of(added->parent, limits.max_name_bytes);
   value.asset_uri = text_of(added->asset_uri, limits.max_text_bytes);
+  if (has_variant) value.variant = text_of(added->variant, limits.max_name_bytes);
   if (added->parent_from_node)
     std::memcpy(value.parent_from_node.m.data(), added->parent_from_node, sizeof value.parent_from_node.m);
   const auto* glb = static_cast<const std::byte*>(added->asset_glb);

@@ -12,6 +12,7 @@
 #include "renderer/scene/model/loaded_scene.h"
 #include "renderer/scene/model/math.h"
 #include "renderer/scene/model/scene_edits.h"
+#include "renderer/scene/model/variants.h"
 #include "renderer/state/node_index.h"
 
 namespace fire3dv::app {
@@ -61,7 +62,8 @@ bool has_asset(const state::RequestedNode& node) {
 }
 
 std::string asset_key(const state::RequestedNode& node) {
-  if (!node.added->asset_uri.empty()) return "uri " + node.added->asset_uri;
+  if (!node.added->asset_uri.empty())  // a name has no line break
+    return "uri " + node.added->asset_uri + "\n" + node.added->variant;
   return "edit " + std::to_string(node.age) + " " + std::to_string(node.version);
 }
 
@@ -226,8 +228,15 @@ Result<std::shared_ptr<const SceneBuild::Asset>> SceneBuild::load(const state::R
   Result<scene::Scene> scene = settings_.load ? settings_.load(node, limits) : load_scene(node, limits);
   if (!scene) return scene.error();
   if (stop.stop_requested()) return Error{"the load was stopped"};
+  std::optional<uint32_t> variant;
+  if (!node.added->variant.empty()) {
+    const Result<uint32_t> found = scene::find_variant(*scene, node.added->variant);
+    if (!found) return Error{asset_name(node) + ": " + found.error().message};
+    variant = *found;
+  }
   scene::Derived derived = scene::derive(*scene, settings_.levels);
   auto asset = std::make_shared<Asset>(Asset{{std::move(*scene), std::move(derived)}, {}});
+  if (variant) scene::select_variant(asset->loaded, *variant);
   asset->size = measure(asset->loaded);
   // Replaces the loader's reservation by the size of the asset.
   if (Result<void> charged = charge.resize(asset->size.host_bytes); !charged) return charged.error();

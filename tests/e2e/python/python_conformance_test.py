@@ -86,7 +86,7 @@ def say_edit(stream, lines, name, meant):
         stream.set_camera(node, **{key: value[key] for key in value if key != "type"})
     elif kind == "NodeAdded":
         stream.add_node(node, value["parent"], np.array(value["parent_from_node"]), value["asset_uri"] or None,
-                        bytes(value["asset_glb"]) or None)
+                        bytes(value["asset_glb"]) or None, value["variant"] or None)
     elif kind == "NodeRemoved":
         stream.remove_node(node)
     else:

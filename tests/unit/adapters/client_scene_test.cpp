@@ -2,6 +2,7 @@
 // refused with a message.
 #include "fire3dv/scene.h"
 
+#include <cstddef>
 #include <map>
 
 #include "fire3dv/client.hpp"
@@ -73,14 +74,17 @@ TEST_P(ClientScene, CarriesEachKindOfEdit) {
   added.parent = "base";
   added.parent_from_node = parent_from_node;
   added.asset_uri = "part.glb";
+  added.variant = "night";
   stream.add_node("n", added);
+  added.struct_size = offsetof(fire3dv_node, variant);  // of programs built before `variant` was appended
+  EXPECT_EQ(fire3dv_add_node(stream.get(), "older", &added), FIRE3DV_OK);
   stream.remove_node("gone");
   stream.set_vertices("n", {{1, 2, 3}, {4, 5, 6}}, {{0, 0, 1}, {0, 1, 0}});
   stream.clear("other", FIRE3DV_PROPERTY_LIGHT);
   ASSERT_TRUE(repeat_until([&] {
     stream.publish(0ns, std::vector<Pose>(2));
     renderer.poll();
-    return renderer.scene_version == 9 && renderer.edits.size() == 9;
+    return renderer.scene_version == 10 && renderer.edits.size() == 10;
   }));
   using P = wire::Property;
   EXPECT_EQ(renderer.at("early", P::visible), wire::EditValue(wire::Visible{false}));
@@ -90,7 +94,9 @@ TEST_P(ClientScene, CarriesEachKindOfEdit) {
             wire::EditValue(wire::Light{wire::LightKind::directional, {1, 0, 0}, 3, 0, 0, 0, true}));
   EXPECT_EQ(renderer.at("n", P::camera), wire::EditValue(wire::Camera{1, 0.5f, 50, 2}));
   EXPECT_EQ(renderer.at("n", P::node),
-            wire::EditValue(wire::NodeAdded{"base", {{1, 0, 0, 5, 0, 1, 0, 6, 0, 0, 1, 7}}, "part.glb", {}}));
+            wire::EditValue(
+                wire::NodeAdded{"base", {{1, 0, 0, 5, 0, 1, 0, 6, 0, 0, 1, 7}}, "part.glb", {}, "night"}));
+  EXPECT_EQ(std::get<wire::NodeAdded>(renderer.at("older", P::node)).variant, "");
   EXPECT_EQ(renderer.at("gone", P::node), wire::EditValue(wire::NodeRemoved{}));
   EXPECT_EQ(renderer.at("n", P::vertices),
             wire::EditValue(wire::Vertices{{{1, 2, 3}, {4, 5, 6}}, {{0, 0, 1}, {0, 1, 0}}}));
@@ -101,7 +107,7 @@ TEST_P(ClientScene, CarriesEachKindOfEdit) {
   ASSERT_TRUE(repeat_until([&] {
     stream.publish(0ns, std::vector<Pose>(1));
     renderer.poll();
-    return renderer.epoch == stream.poll().epoch && renderer.edits.size() == 9;
+    return renderer.epoch == stream.poll().epoch && renderer.edits.size() == 10;
   }));
 }
 

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
+
 #include "tests/support/gltf_builder.h"
 #include "tests/unit/scene/loaded_scene.h"
 
@@ -98,6 +100,46 @@ TEST_F(SceneBuildTest, AnEmbeddedAssetReadsNoFiles) {
   EXPECT_NE(refusal_of({folder_}, wanted("n", what)).find("embedded"), std::string::npos);
   what.asset_glb.resize(20);
   EXPECT_NE(refusal_of({folder_}, wanted("n", what)), "");
+}
+
+TEST_F(SceneBuildTest, EachNodeHasItsOwnVariantOfAnAsset) {
+  test::GltfBuilder car = test::triangle_file();
+  car.root["materials"] = {{{"name", "grey"}}, {{"name", "red"}}};
+  car.root["extensionsUsed"] = {"KHR_materials_variants"};
+  car.root["extensions"]["KHR_materials_variants"]["variants"] = {{{"name", "festive"}}};
+  nlohmann::json& primitive = car.root["meshes"][0]["primitives"][0];
+  primitive["material"] = 0;
+  primitive["extensions"]["KHR_materials_variants"]["mappings"] = {{{"material", 1}, {"variants", {0}}}};
+  outside_.write("assets/car.glb", car.glb());
+  const auto in_variant = [&](const std::string& node, const std::string& variant, bool is_embedded) {
+    wire::NodeAdded what;
+    if (is_embedded)
+      what.asset_glb = car.glb();
+    else
+      what.asset_uri = "car.glb";
+    what.variant = variant;
+    return wanted(node, what);
+  };
+  SceneBuild build(base_, {folder_});
+  const SceneBuild::Built built =
+      finished(build, {{in_variant("plain", "", false), in_variant("festive", "festive", false),
+                        in_variant("embedded", "festive", true), in_variant("unknown", "gloomy", false)},
+                       {}});
+  ASSERT_TRUE(built.scene);
+  const scene::Scene& scene = built.scene->scene;
+  std::map<std::string, std::string> material_of;
+  for (size_t i = 0; i < built.added.size(); ++i) {
+    const auto below = std::find_if(scene.nodes.begin(), scene.nodes.end(),
+                                    [&](const scene::Node& node) { return node.parent == built.roots[i]; });
+    ASSERT_NE(below, scene.nodes.end());
+    const scene::Mesh& mesh = scene.meshes[below->mesh];
+    material_of[built.added[i].name] = scene.materials[scene.primitives[mesh.first_primitive].material].name;
+  }
+  EXPECT_EQ(material_of,
+            (std::map<std::string, std::string>{{"plain", "grey"}, {"festive", "red"}, {"embedded", "red"}}));
+  ASSERT_EQ(built.refused.size(), 1u);
+  EXPECT_EQ(built.refused[0].reason,
+            "the asset \"car.glb\": there is no material variant \"gloomy\"; choose one of \"festive\"");
 }
 
 TEST_F(SceneBuildTest, ParentsMayBeAddedTooInAnyOrder) {

@@ -61,6 +61,7 @@ typedef struct fire3dv_node {
   const char *asset_uri;         /* glTF file below the renderer's asset folder; or NULL */
   const void *asset_glb;         /* contents of a .glb file; or NULL. Not both; with neither the node is empty */
   size_t asset_glb_bytes;
+  const char *variant; /* material variant of the asset (KHR_materials_variants); NULL = its default materials */
 } fire3dv_node;
 
 typedef struct fire3dv_vertices {

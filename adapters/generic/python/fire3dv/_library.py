@@ -44,7 +44,8 @@ class Camera(Structure):
 
 class Node(Structure):
     _fields_ = [("struct_size", c_size_t), ("parent", c_char_p), ("parent_from_node", c_void_p),
-                ("asset_uri", c_char_p), ("asset_glb", c_void_p), ("asset_glb_bytes", c_size_t)]
+                ("asset_uri", c_char_p), ("asset_glb", c_void_p), ("asset_glb_bytes", c_size_t),
+                ("variant", c_char_p)]
 
 
 class Vertices(Structure):

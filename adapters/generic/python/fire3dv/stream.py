@@ -284,11 +284,13 @@ class Stream(ImageRequests):
         check(library().fire3dv_set_camera(self.handle, encoded(node, "node"), byref(camera)))
 
     def add_node(self, node: str, parent: Optional[str] = None, parent_from_node: Optional[Array] = None,
-                 asset_uri: Optional[str] = None, asset_glb: Optional[bytes] = None) -> None:
+                 asset_uri: Optional[str] = None, asset_glb: Optional[bytes] = None,
+                 variant: Optional[str] = None) -> None:
         """Adds a node to the scene.
 
         parent: None for the scene's root. parent_from_node: (3, 4) or (4, 4), rest pose, metres. asset_uri: a glTF file
         below the renderer's asset folder. asset_glb: contents of a .glb file. Without either the node is empty.
+        variant: a material variant of the asset (KHR_materials_variants); None: its default materials.
         """
         matrix = Numbers(parent_from_node if parent_from_node is not None else [], (3, 4), "parent_from_node")
         if matrix.rows > 1:
@@ -300,7 +302,8 @@ class Stream(ImageRequests):
                                 "needed") from None
         added = c.Node(ctypes.sizeof(c.Node), encoded(parent, "parent"), matrix.address,
                        encoded(asset_uri, "asset_uri"),
-                       ctypes.cast(c_char_p(glb), c_void_p) if glb else None, len(glb))
+                       ctypes.cast(c_char_p(glb), c_void_p) if glb else None, len(glb),
+                       encoded(variant, "variant"))
         check(library().fire3dv_add_node(self.handle, encoded(node, "node"), byref(added)))
         self._added.add(node)
 
