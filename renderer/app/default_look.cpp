@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "renderer/passes/facing.h"
 #include "renderer/scene/model/bounds.h"
 #include "renderer/scene/model/exposure_estimate.h"
 
@@ -96,6 +97,11 @@ std::optional<std::string> reason_for_empty_image(const scene::Scene& scene, con
   const std::string camera = view.camera.empty() ? "the camera" : "camera \"" + view.camera + "\"";
   const Extent extent = extent_of(points, view);
   if (extent.in_front == 0) return "everything is behind " + camera + "; --camera auto shows the whole scene";
+  const glm::vec4 eye_world =
+      view.orthographic ? glm::vec4(-view.look_world, 0) : glm::vec4(view.eye_world, 1);
+  if (passes::front_facing_share(scene, edits, world_from_node, eye_world) == 0)
+    return "only backs of single-sided triangles are towards " + camera +
+           "; look from the other side (--camera auto), or make the material double-sided";
   if (extent.in_front < points.size()) return std::nullopt;  // partly behind: the extent is unknown
   if (extent.low.x > 1 || extent.low.y > 1 || extent.high.x < -1 || extent.high.y < -1)
     return "everything is outside of the view of " + camera + "; --camera auto shows the whole scene";

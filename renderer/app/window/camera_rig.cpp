@@ -4,6 +4,7 @@
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
 
+#include "renderer/passes/facing.h"
 #include "renderer/passes/outputs/planes_and_boxes.h"
 #include "renderer/scene/model/bounds.h"
 #include "renderer/state/animation.h"
@@ -95,7 +96,8 @@ passes::View CameraRig::view(const state::PoseState& poses, float image_aspect) 
 
 // Bounds at rest and at several times of the animations, so that a moving figure stays in the image.
 void CameraRig::frame_scene(float image_aspect) const {
-  std::vector<glm::vec3> points = passes::framing_points(*scene_, state::rest_pose(*scene_).world_from_node);
+  const std::vector<glm::mat4> world_from_node = state::rest_pose(*scene_).world_from_node;
+  std::vector<glm::vec3> points = passes::framing_points(*scene_, world_from_node);
   if (!animations_.empty()) {
     float duration_s = 0;
     for (const uint32_t animation : animations_)
@@ -117,7 +119,10 @@ void CameraRig::frame_scene(float image_aspect) const {
   }
   scene::Camera camera = free_camera_;
   camera.near_m = std::max(1e-3f * glm::length(high - low), 1e-6f);
-  world_from_free_ = passes::fit_into_view(camera, image_aspect, framing_orientation_, points);
+  const glm::mat4 orientation = framing_orientation_ == passes::default_orientation()
+                                    ? passes::default_orientation(*scene_, world_from_node)
+                                    : framing_orientation_;
+  world_from_free_ = passes::fit_into_view(camera, image_aspect, orientation, points);
   const glm::vec3 eye(world_from_free_[3]);
   focus_distance_m_ = std::max(glm::dot(0.5f * (low + high) - eye, -glm::vec3(world_from_free_[2])),
                                1e-3f * scene_radius_m());

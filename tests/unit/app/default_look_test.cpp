@@ -107,6 +107,7 @@ TEST(DefaultLook, ReasonsForAnEmptyImage) {
   builder.camera_node("aside", {0, 3, 10}, {10, 3, 4});
   builder.camera_node("far", {0, 3, 1e5f}, {0, 3, 0});
   builder.camera_node("good", {0, 3, 10}, {0, 3, 0});
+  builder.camera_node("inside", {0, 3, 0}, {1, 3, 0});
   const scene::Scene scene = built(builder);
   const state::PoseState poses(scene);
   const auto reason = [&](const std::string& camera) {
@@ -116,6 +117,8 @@ TEST(DefaultLook, ReasonsForAnEmptyImage) {
   EXPECT_NE(reason("away").find("behind camera \"away\""), std::string::npos) << reason("away");
   EXPECT_NE(reason("aside").find("outside of the view of camera \"aside\""), std::string::npos);
   EXPECT_NE(reason("far").find("smaller than a pixel"), std::string::npos) << reason("far");
+  EXPECT_NE(reason("inside").find("only backs of single-sided triangles"), std::string::npos)
+      << reason("inside");
   EXPECT_EQ(reason("good"), "");
   EXPECT_EQ(reason("auto"), "");
   const scene::Scene nothing = built(SceneBuilder());

@@ -1,5 +1,6 @@
 // Test of camera placement: all points are inside the margins, and no nearer camera shows them.
 #include "renderer/passes/framing.h"
+#include "renderer/passes/facing.h"
 
 #include <gtest/gtest.h>
 
@@ -104,6 +105,42 @@ TEST(Framing, PointsOfAScene) {
   points = passes::framing_points(scene, world);
   ASSERT_EQ(points.size(), 8u);
   EXPECT_EQ(points.back(), glm::vec3(2, 3, -4)) << "the joint's node and bind matrix, not the mesh's node";
+}
+
+// A triangle in the plane z = 0 whose front is towards +z, at several transforms of its node.
+TEST(Facing, TheDefaultViewIsFromTheFront) {
+  scene::Scene scene;
+  scene.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  scene.indices = {0, 1, 2};
+  scene.materials.resize(1);
+  scene.primitives.resize(1);
+  scene.primitives[0].index_count = 3;
+  scene.primitives[0].vertex_count = 3;
+  scene.meshes.resize(1);
+  scene.meshes[0].primitive_count = 1;
+  scene.nodes.resize(1);
+  scene.nodes[0].mesh = 0;
+  const auto view_of = [&](const glm::mat4& world_from_node) {
+    const std::vector<glm::mat4> world{world_from_node};
+    const glm::vec3 to_eye(passes::default_orientation(scene, world)[2]);
+    EXPECT_EQ(passes::front_facing_share(scene, nullptr, world, glm::vec4(to_eye, 0)), 1);
+    return to_eye;
+  };
+  const glm::vec3 usual(passes::default_orientation()[2]);
+  const auto turned = [](float degrees, const glm::vec3& axis) {
+    return glm::rotate(glm::mat4(1), glm::radians(degrees), axis);
+  };
+  EXPECT_EQ(view_of(glm::mat4(1)), usual);
+  EXPECT_LT(glm::length(view_of(turned(180, {0, 1, 0})) - glm::vec3(-usual.x, usual.y, -usual.z)), 1e-6f);
+  EXPECT_LT(view_of(glm::scale(glm::mat4(1), glm::vec3(1, 1, -1))).z, -0.1f) << "its front is mirrored, too";
+  EXPECT_LT(view_of(turned(90, {1, 0, 0})).y, -0.1f) << "a ceiling is seen from below";
+
+  const std::vector<glm::mat4> away{turned(180, {0, 1, 0})};
+  EXPECT_EQ(passes::front_facing_share(scene, nullptr, away, {0, 0, 5, 1}), 0);
+  EXPECT_EQ(passes::front_facing_share(scene, nullptr, away, {0, 0, -5, 1}), 1);
+  scene.materials[0].double_sided = true;
+  EXPECT_EQ(passes::front_facing_share(scene, nullptr, away, {0, 0, 5, 1}), 1);
+  EXPECT_EQ(glm::vec3(passes::default_orientation(scene, away)[2]), usual);
 }
 
 // A floor 40 m wide below a box of 1 m is left out; one of 2 m belongs to the scene, as a floor alone does.
