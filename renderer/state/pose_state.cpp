@@ -199,6 +199,20 @@ IndexSet PoseState::names_without_scale(StreamId id) const {
   return names;
 }
 
+IndexSet PoseState::names_with_empty_pose(StreamId id) const {
+  const Stream& stream = streams_[id];
+  IndexSet names(stream.scene_node_of_pose.size());
+  const std::vector<NodeDrive>& drives = node_drives();
+  for (uint32_t pose = 0; pose < stream.scene_node_of_pose.size() && pose < stream.poses.size(); ++pose) {
+    const uint32_t node = stream.scene_node_of_pose[pose];
+    const auto& m = stream.poses[pose].m;
+    if (node != kNone && drives[node].stream == id &&
+        std::all_of(m.begin(), m.end(), [](float value) { return value == 0; }))
+      names.insert(pose);
+  }
+  return names;
+}
+
 std::vector<FrameTag> PoseState::shown() const {
   std::vector<FrameTag> tags;
   for (const Stream& stream : streams_) {

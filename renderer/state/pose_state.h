@@ -93,9 +93,13 @@ class PoseState {
   std::vector<std::string> names_at(StreamId id, const IndexSet& indices, size_t max_bytes) const {
     return bindings_.names_at(id, indices, max_bytes);
   }
-  // Names of the stream whose shown pose is rigid although the scene scales their node at rest: a pose replaces
-  // the whole transform, so that the node has another size than in the file. For a stream with a shown frame.
+  // Names of the stream whose shown pose is rigid although the scene scales their node at rest: a pose
+  // replaces the whole transform, so that the node has another size than in the file. For a stream with a
+  // shown frame.
   IndexSet names_without_scale(StreamId id) const;
+  // Names whose shown pose is twelve zeros, as in memory that has not been written: their nodes are
+  // invisible.
+  IndexSet names_with_empty_pose(StreamId id) const;
   // Number of names looked up, bound or moved to another stream so far.
   uint64_t name_lookups() const { return bindings_.name_lookups(); }
 

@@ -70,7 +70,7 @@ bool StreamReceiver::poll() {
   changed |= poses_.advance(now_ns_);
   report_refusals();
   report_bindings(false);
-  report_scales();
+  report_poses();
   send_clock_pings(now_ns_);
   report_conditions();
   return changed;

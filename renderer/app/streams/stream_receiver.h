@@ -166,7 +166,7 @@ class StreamReceiver final : public ImageReplies {
     uint64_t acked_sequence = 0;
     uint64_t reported_conflicting = 0, reported_unmatched = 0;  // revisions of the last Welcome
     uint64_t reported_contested = 0;                            // revision of the last Status
-    bool checked_scales = false;  // of its first frame, see report_scales()
+    bool checked_poses = false;  // of its first frame, see report_poses()
     RateLimit reports;
     bool interpolated = false;
     std::optional<int64_t> delay_ns;  // fixed delay, if any
@@ -212,7 +212,7 @@ class StreamReceiver final : public ImageReplies {
   void begin_stream(Peer peer, const wire::StreamDescription& description);
   uint64_t claim_slot_of_suspended(Peer peer, const wire::StreamDescription& description);
   void pass_nodes_to_successor(SuspendedStream& suspended);
-  void report_scales();
+  void report_poses();
   void report_refusals();
   void welcome(Peer peer, PeerStream& stream);
   void report_bindings(bool scene_is_new);

@@ -223,18 +223,23 @@ void StreamReceiver::report_bindings(bool scene_is_new) {
 }
 
 // Once for each description, with its first shown frame.
-void StreamReceiver::report_scales() {
+void StreamReceiver::report_poses() {
   for (auto& [peer, stream] : stream_of_peer_) {
-    if (poses_.streams()[stream.id].header.sequence == 0 || std::exchange(stream.checked_scales, true))
+    if (poses_.streams()[stream.id].header.sequence == 0 || std::exchange(stream.checked_poses, true))
       continue;
-    const state::IndexSet names = poses_.names_without_scale(stream.id);
-    if (names.empty()) continue;
-    const std::string text = "moves " + counted(names.size(), "node") +
-                             " without the scale of the scene file: " + list_names(poses_, stream.id, names) +
-                             "; multiply the scale into the poses, or apply it to the mesh";
     handled_peer_ = peer;
-    log(warning("stream \"" + stream.name + "\" " + text));
-    send_status(peer, stream, "this stream " + text);
+    const auto report = [&, to = peer](const std::string& text) {
+      log(warning("stream \"" + stream.name + "\" " + text));
+      send_status(to, stream, "this stream " + text);
+    };
+    if (const state::IndexSet names = poses_.names_without_scale(stream.id); !names.empty())
+      report("moves " + counted(names.size(), "node") +
+             " without the scale of the scene file: " + list_names(poses_, stream.id, names) +
+             "; multiply the scale into the poses, or apply it to the mesh");
+    if (const state::IndexSet names = poses_.names_with_empty_pose(stream.id); !names.empty())
+      report("has poses of zeros only for " + counted(names.size(), "node") + ": " +
+             list_names(poses_, stream.id, names) +
+             "; they are invisible (a pose that rotates nothing has ones on its diagonal)");
   }
   handled_peer_.reset();
 }

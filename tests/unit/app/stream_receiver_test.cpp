@@ -573,13 +573,32 @@ TEST_F(StreamReceiverTest, ReportsNodesThatLoseTheirScaleOnce) {
     receiver_.poll();
   }
   const std::vector<std::string> log = receiver_.take_log_messages();
-  EXPECT_EQ(count_of(log, "warning: stream \"adapter\" moves 1 node without the scale of the scene file: "
-                          "\"arm\"; multiply the scale into the poses"),
+  EXPECT_EQ(count_of(log,
+                     "warning: stream \"adapter\" moves 1 node without the scale of the scene file: "
+                     "\"arm\"; multiply the scale into the poses"),
             1u);
   EXPECT_EQ(count_of(log, "without the scale"), 1u);
   const auto statuses = answers<wire::Status>(1);
   ASSERT_EQ(statuses.size(), 1u);
   EXPECT_NE(statuses[0].message.find("without the scale of the scene file: \"arm\""), std::string::npos);
+}
+
+TEST_F(StreamReceiverTest, ReportsPosesOfZerosOnce) {
+  const wire::Affine3x4 zeros{{}};
+  wire::PoseFrameView view;
+  view.header.epoch = 42;
+  view.node_count = 1;
+  view.poses = {&zeros, 1};
+  link_->deliver(1, LinkEvent::Kind::control, description(42));
+  for (view.header.sequence = 1; view.header.sequence <= 3; ++view.header.sequence) {
+    link_->deliver(1, LinkEvent::Kind::pose, wire::encode(view));
+    receiver_.poll();
+  }
+  const std::vector<std::string> log = receiver_.take_log_messages();
+  EXPECT_EQ(count_of(log, "warning: stream \"adapter\" has poses of zeros only for 1 node: \"arm\""), 1u);
+  const auto statuses = answers<wire::Status>(1);
+  ASSERT_EQ(statuses.size(), 1u);
+  EXPECT_NE(statuses[0].message.find("ones on its diagonal"), std::string::npos);
 }
 
 TEST_F(StreamReceiverTest, PosesWithTheScaleOfTheSceneAreNotReported) {
@@ -709,7 +728,8 @@ TEST_F(StreamReceiverTest, WhatCannotBeReadIsAnsweredAndCounted) {
   EXPECT_EQ(answers<wire::Welcome>(1)[0].status, wire::WelcomeStatus::bad_description);
   const std::vector<std::string> log = receiver_.take_log_messages();
   ASSERT_EQ(log.size(), 1u);
-  EXPECT_EQ(log[0], "warning: dropped a message from test://listener peer 1: " + answers<wire::Welcome>(1)[0].message);
+  EXPECT_EQ(log[0], "warning: dropped a message from test://listener peer 1: " +
+                        answers<wire::Welcome>(1)[0].message);
   EXPECT_NE(log[0].find("not FIRE-3DV traffic"), std::string::npos) << log[0];
   link_->deliver(1, LinkEvent::Kind::control, wire::Bytes(100, std::byte{0x5a}));
   receiver_.poll();
