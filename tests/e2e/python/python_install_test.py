@@ -70,6 +70,17 @@ with tempfile.TemporaryDirectory() as folder:
     found = python("-c", FIND, PYTHONPATH=target, PATH="/nowhere")
     assert found.stdout.strip() == "not found" or os.path.dirname(found.stdout) == os.path.dirname(sys.executable), found
 
+    # The dynamic linker finds the library: the renderer is looked for where that is, not relative to the current folder.
+    here, decoy = os.path.join(folder, "a", "b"), os.path.join(folder, "a", "bin", "fire3dv")
+    for directory in (here, os.path.dirname(decoy)):
+        os.makedirs(directory)
+    with open(decoy, "w", encoding="utf-8") as script:
+        script.write("#!/bin/sh\n")
+    os.chmod(decoy, 0o755)
+    found = python("-c", f"import os; os.chdir({here!r})\n{FIND}", PYTHONPATH=source, LD_LIBRARY_PATH=os.path.dirname(library))
+    assert found.returncode == 0 and found.stdout.strip() != decoy, (found.stdout, found.stderr)
+    assert not renderer or os.path.samefile(found.stdout.strip(), renderer[0]), (found.stdout, found.stderr)
+
     for place, text in (("/nowhere/lib.so", "correct FIRE3DV_CLIENT_LIBRARY"), ("libc.so.6", "has no fire3dv_version")):
         wrong = python("-c", "import fire3dv\ntry: fire3dv.version()\nexcept fire3dv.LibraryNotFound as e: print(e)",
                        PYTHONPATH=target, FIRE3DV_CLIENT_LIBRARY=place)

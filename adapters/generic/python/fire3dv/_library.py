@@ -140,6 +140,20 @@ def library() -> ctypes.CDLL:
     return _loaded
 
 
+class _Symbol(Structure):  # Dl_info of dlfcn.h
+    _fields_ = [("file", c_char_p), ("base", c_void_p), ("name", c_char_p), ("address", c_void_p)]
+
+
+def library_file() -> str:
+    """Returns the path that the dynamic linker has loaded the library from, also where it was named without a folder."""
+    dladdr = ctypes.CDLL(None).dladdr
+    dladdr.restype, dladdr.argtypes = c_int, [c_void_p, POINTER(_Symbol)]
+    symbol = _Symbol()
+    if not dladdr(ctypes.cast(library().fire3dv_version, c_void_p), ctypes.byref(symbol)) or not symbol.file:
+        raise LibraryNotFound(ErrorCode.SYSTEM, "the file of the FIRE-3DV client library is unknown (dladdr failed)")
+    return os.path.realpath(os.fsdecode(symbol.file))
+
+
 def check(code: int) -> None:
     """Raises the exception for an error code of the library."""
     if code != 0:

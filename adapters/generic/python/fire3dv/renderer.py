@@ -11,7 +11,7 @@ import time
 import weakref
 from typing import Any, List, Mapping, Optional, Sequence, Tuple, Union
 
-from ._library import library
+from ._library import library_file
 from ._numbers import real, whole
 from ._process import GuardedProcess
 from ._scene_names import SceneNames
@@ -41,7 +41,7 @@ def find_program(program: Optional[Path] = None) -> str:
     package = os.path.dirname(os.path.abspath(__file__))
     folders = [os.path.join(package, "bin")]
     try:
-        beside = os.path.dirname(os.path.realpath(library()._name))
+        beside = os.path.dirname(library_file())
         folders += [os.path.join(beside, *up, "bin") for up in ((os.pardir,), (os.pardir, os.pardir))]
     except LibraryNotFound:
         pass
