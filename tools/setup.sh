@@ -25,6 +25,7 @@ packages=(
   python3-numpy python3-pip python3-setuptools python3-venv python3-wheel  # Python package: arrays, installation with pip
   go-md2man  # manual pages
   ffmpeg     # video of the demo
+  file       # packages: CPack finds programs with it
 )
 # Optional, installed where the distribution has them. MuJoCo: examples/two_simulators, adapters/mujoco and
 # fire3dv-convert's MJCF reader, which are skipped without it. EGL and OpenGL: comparison with MuJoCo's own renderer.

@@ -1,6 +1,7 @@
 """Build step that copies the client library, the renderer and the converter of this source tree into the package.
 
-FIRE3DV_CLIENT_LIBRARY in the environment names another library, FIRE3DV another renderer; empty, they leave it out. All
+FIRE3DV_CLIENT_LIBRARY in the environment names another library, FIRE3DV another renderer; empty, they leave it out.
+FIRE3DV_WHEEL_PLATFORM is the platform tag of a wheel; without it, the tag is that of this machine's own programs. All
 intermediate files are in a temporary folder: the source tree stays clean.
 """
 import atexit
@@ -12,6 +13,11 @@ import tempfile
 
 from setuptools import Distribution, setup
 from setuptools.command.build_py import build_py
+
+try:
+    from setuptools.command.bdist_wheel import bdist_wheel
+except ImportError:  # before setuptools 70
+    from wheel.bdist_wheel import bdist_wheel
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 PACKAGE = os.path.join(HERE, "fire3dv")
@@ -53,6 +59,13 @@ class OfOnePlatform(Distribution):
         return bool(library() or programs())
 
 
+class OfEveryPython(bdist_wheel):
+    def get_tag(self):
+        """ctypes loads the library: the wheel is of one platform and of every Python 3."""
+        platform = super().get_tag()[2]
+        return "py3", "none", os.environ.get("FIRE3DV_WHEEL_PLATFORM") or platform
+
+
 def in_temporary_folder():
     """Options of setuptools' commands, which write into the source tree otherwise."""
     if "develop" in sys.argv:  # links to the source tree
@@ -62,4 +75,4 @@ def in_temporary_folder():
     return {"build": {"build_base": folder}, "egg_info": {"egg_base": folder}}
 
 
-setup(cmdclass={"build_py": WithPrograms}, distclass=OfOnePlatform, options=in_temporary_folder())
+setup(cmdclass={"build_py": WithPrograms, "bdist_wheel": OfEveryPython}, distclass=OfOnePlatform, options=in_temporary_folder())

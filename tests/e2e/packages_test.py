@@ -1,0 +1,207 @@
+"""Packages test: tools/package.sh packs this build; the packages are unpacked into a folder, and used there. Files, control
+fields, search paths, renderer, client library (pkg-config, CMake, shared and static), Python package, wheel, completions.
+
+packages_test.py SOURCE BUILD VERSION MULTIARCH [mujoco]
+"""
+import glob
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import zipfile
+
+source, build, version, multiarch, *optional = sys.argv[1:]
+PROGRAMS = {"fire3dv": ["fire3dv", "fire3dv-convert", "fire3dv-inspect", "fire3dv-record", "fire3dv-replay"],
+            "fire3dv-examples": ["bullet_arm"], **({"fire3dv-mujoco": ["fire3dv-mujoco"]} if "mujoco" in optional else {})}
+LIB = f"usr/lib/{multiarch}"
+FILES = {  # beside programs, their manual pages and completions, copyright and changelog
+    "fire3dv": ["usr/share/man/man1/fire3dv-render.1.gz", "usr/share/doc/fire3dv/changelog.gz", "usr/share/doc/fire3dv/NOTICE",
+                "usr/share/doc/fire3dv/README.md",
+                *[f"usr/share/doc/fire3dv/{name}.md" for name in ("SPEC", "SPEC-transport", "SPEC-record")]],
+    "fire3dv-examples": [],
+    "fire3dv-mujoco": [],
+    "libfire3dv-client0": [f"{LIB}/libfire3dv-client.so.0", f"{LIB}/libfire3dv-client.so.{version}"],
+    "libfire3dv-client-dev": [
+        f"{LIB}/libfire3dv-client.so", f"{LIB}/libfire3dv-client.a", f"{LIB}/pkgconfig/fire3dv-client.pc",
+        *[f"{LIB}/cmake/fire3dv/fire3dv-{name}.cmake" for name in ("config", "config-version", "targets", "targets-release")],
+        *[f"usr/include/fire3dv/{name}" for name in ("client.h", "client.hpp", "image.h", "scene.h")]],
+    "python3-fire3dv": [f"usr/lib/python3/dist-packages/fire3dv-{version}.dist-info/METADATA",
+                        "usr/share/doc/python3-fire3dv/README.md", "usr/lib/python3/dist-packages/fire3dv/py.typed",
+                        *["usr/lib/python3/dist-packages/fire3dv/" + os.path.basename(path) for path in
+                          glob.glob(os.path.join(source, "adapters/generic/python/fire3dv/*.py"))]],
+}
+DEPENDS = {"fire3dv": ["libvulkan1", "libc6"], "fire3dv-examples": ["libfire3dv-client0", "libbullet"],
+           "fire3dv-mujoco": ["libfire3dv-client0", "libmujoco"], "libfire3dv-client0": ["libssl3", "libsodium23"],
+           "libfire3dv-client-dev": ["libfire3dv-client0"], "python3-fire3dv": ["libfire3dv-client0", "python3-numpy"]}
+CONTROL = {"libfire3dv-client0": {"triggers", "shlibs"}, "python3-fire3dv": {"postinst", "prerm"}}
+
+
+def run(*command, cwd=None, **environment):
+    done = subprocess.run(command, text=True, capture_output=True, check=False, cwd=cwd, env={**CLEAN, **environment})
+    assert done.returncode == 0, f"{' '.join(command)} ended with {done.returncode}:\n{done.stdout}{done.stderr}"
+    return done.stdout
+
+
+CLEAN = {name: value for name, value in os.environ.items()
+         if name not in ("PYTHONPATH", "LD_LIBRARY_PATH", "FIRE3DV", "FIRE3DV_CLIENT_LIBRARY")}
+
+
+def check_package(package, name):
+    """Files and control fields of one package."""
+    found = {line.split(maxsplit=5)[5].split(" -> ")[0][2:] for line in run("dpkg-deb", "-c", package).splitlines()
+             if not line.startswith("d")}
+    expected = {*FILES[name], f"usr/share/doc/{name}/copyright", f"usr/share/doc/{name}/changelog.Debian.gz"}
+    for program in PROGRAMS.get(name, []):
+        expected |= {f"usr/bin/{program}", f"usr/share/man/man1/{program}.1.gz",
+                     f"usr/share/bash-completion/completions/{program}", f"usr/share/zsh/vendor-completions/_{program}",
+                     f"usr/share/fish/vendor_completions.d/{program}.fish"}
+    assert found == expected, f"{name}: missing {sorted(expected - found)}, unexpected {sorted(found - expected)}"
+    fields = dict(re.findall(r"^([\w-]+): (.*)$", run("dpkg-deb", "-f", package), re.MULTILINE))
+    assert re.fullmatch(re.escape(version) + r"-1\+[a-z0-9.]+", fields["Version"]), fields["Version"]
+    for dependency in DEPENDS[name]:
+        assert dependency in fields.get("Depends", ""), f"{name} does not depend on {dependency}: {fields.get('Depends')}"
+    assert name == "fire3dv-mujoco" or "mujoco" not in fields["Depends"], fields["Depends"]
+    if name == "fire3dv":
+        for driver in ("mesa-vulkan-drivers | vulkan-icd", "libavcodec"):
+            assert driver in fields["Recommends"], fields["Recommends"]
+    scripts = set(run("dpkg-deb", "--ctrl-tarfile", package) and os.listdir(control_of(package)))
+    assert CONTROL.get(name, set()) <= scripts, f"{name}: control files {sorted(scripts)}"
+
+
+def control_of(package):
+    folder = package + ".control"
+    run("dpkg-deb", "-e", package, folder)
+    return folder
+
+
+def elf_files(folder):
+    for path in glob.glob(os.path.join(folder, "**"), recursive=True):
+        if os.path.isfile(path) and not os.path.islink(path) and open(path, "rb").read(4) == b"\x7fELF":
+            yield path
+
+
+def check_binaries(root):
+    """No search path, no symbols for debuggers, no path of the build."""
+    files = list(elf_files(root))
+    assert len(files) == sum(map(len, PROGRAMS.values())) + 1, files
+    for path in files:
+        text = run("readelf", "-dSW", path)
+        assert "RUNPATH" not in text and "RPATH" not in text, f"{path} has a library search path"
+        assert ".symtab" not in text and ".debug_info" not in text, f"{path} is not stripped"
+    for path in glob.glob(os.path.join(root, "**"), recursive=True):
+        if os.path.isfile(path):
+            content = open(path, "rb").read()
+            for folder in (source, build):
+                assert f"{folder}/".encode() not in content, f"{path} holds the path {folder}"
+
+
+def check_renderer(root, work):
+    programs, libraries = os.path.join(root, "usr/bin"), {"LD_LIBRARY_PATH": os.path.join(root, LIB)}
+    for program in sum(PROGRAMS.values(), []):
+        assert f"{program} {version} " in run(os.path.join(programs, program), "--version", **libraries)
+    run(os.path.join(programs, "bullet_arm"), "--write-scene", "arm.glb", cwd=work, **libraries)
+    run(os.path.join(programs, "fire3dv"), "arm.glb", "--headless", "--size", "64x36", "--camera", "camera_front",
+        "--frames", "1", "--cache", "off", "--out", "images", cwd=work)
+    with open(os.path.join(work, "images/frame_000000.png"), "rb") as image:
+        assert image.read(8) == b"\x89PNG\r\n\x1a\n"
+    robot = os.path.join(source, "tests/assets/robots/arm_description/urdf/arm.urdf")
+    run(os.path.join(programs, "fire3dv-convert"), robot, "--out", "robot.glb", cwd=work)
+    assert open(os.path.join(work, "robot.glb"), "rb").read(4) == b"glTF"
+
+
+def check_client(root, work):
+    """examples/client_c by pkg-config, with the shared and the static library, and by CMake."""
+    example, out, shared = os.path.join(source, "examples/client_c"), os.path.join(work, "client"), os.path.join(root, LIB)
+    environment = {"PKG_CONFIG_PATH": os.path.join(shared, "pkgconfig")}
+    flags = run("pkg-config", "--cflags", "--libs", "fire3dv-client", **environment).split()
+    run("cc", os.path.join(example, "main.c"), "-o", out, *flags, "-lm")
+    published = run(out, f"shm://packages-{os.getpid()}", "5", LD_LIBRARY_PATH=shared)
+    assert published == "client_c: 5 frames published\n", published
+    private = run("pkg-config", "--static", "--cflags", "--libs", "fire3dv-client", **environment).split()
+    run("cc", os.path.join(example, "main.c"), "-o", out, *["-l:libfire3dv-client.a" if flag == "-lfire3dv-client" else flag
+                                                         for flag in private])
+    assert run(out, f"shm://packages-{os.getpid()}", "5") == published
+    assert "libfire3dv" not in run("readelf", "-d", out), "the static library is not in the program"
+
+    project = os.path.join(work, "project")
+    os.makedirs(project)
+    with open(os.path.join(project, "CMakeLists.txt"), "w", encoding="utf-8") as file:
+        file.write(f"cmake_minimum_required(VERSION 3.23)\nproject(user LANGUAGES C)\nfind_package(fire3dv {version} REQUIRED)\n"
+                   + "".join(f"add_executable({name} {example}/main.c)\ntarget_link_libraries({name} fire3dv::{name} m)\n"
+                             for name in ("client", "client_static")))
+    run("cmake", "-S", project, "-B", project + "/build", f"-DCMAKE_PREFIX_PATH={root}/usr")
+    run("cmake", "--build", project + "/build")
+    for name in ("client", "client_static"):
+        assert run(f"{project}/build/{name}", f"shm://packages-{os.getpid()}", "5") == published
+
+
+USE = """
+import importlib.metadata, sys, fire3dv
+stream = fire3dv.Stream("udp://127.0.0.1:9"); stream.describe(["a"]); stream.publish(0, fire3dv.pose((0, 0, 0), quaternion=(0, 0, 0, 1)))
+loaded = {line.split()[-1] for line in open("/proc/self/maps") if "libfire3dv-client" in line}
+print(fire3dv.version(), importlib.metadata.version("fire3dv"), *loaded, fire3dv.__file__)
+if sys.argv[1:]:
+    with fire3dv.Renderer(sys.argv[1]) as renderer, renderer.stream() as stream:
+        view = fire3dv.look_at(eye=(2, 1, 2), target=(0, 0.5, 0))
+        stream.describe(["a"])
+        request = stream.request_image(32, 24, fx=30, parent_from_camera=view)
+        stream.publish(0, fire3dv.pose((0, 0, 0), quaternion=(0, 0, 0, 1)))
+        image = request.wait()
+        print(renderer.program, image.color.shape, image.color[..., :3].std() > 1)
+"""
+
+
+def check_python(root, work, wheel):
+    """Python package of the system with the packaged renderer, and the wheel, which needs nothing else."""
+    modules, library = os.path.join(root, "usr/lib/python3/dist-packages"), os.path.join(root, LIB, f"libfire3dv-client.so.{version}")
+    said = run(sys.executable, "-W", "ignore", "-c", USE, "arm.glb", cwd=work, PYTHONPATH=modules, PYTHONDONTWRITEBYTECODE="1",
+               LD_LIBRARY_PATH=os.path.dirname(library))
+    assert said.split() == [version, version, library, f"{modules}/fire3dv/__init__.py", f"{root}/usr/bin/fire3dv",
+                            "(24,", "32,", "4)", "True"], said
+
+    tag = re.fullmatch(rf"fire3dv-{re.escape(version)}-py3-none-manylinux_2_(\d+)_\w+\.whl", os.path.basename(wheel))
+    assert tag, f"the wheel is called {wheel}"
+    folder = os.path.join(work, "wheel")
+    zipfile.ZipFile(wheel).extractall(folder)
+    inside = os.path.join(folder, "fire3dv/libfire3dv-client.so.0")
+    text = run("readelf", "-dVW", inside)
+    needed = set(re.findall(r"\(NEEDED\).*\[(.*)\]", text))
+    assert all(name.startswith(("libc.so.", "libm.so.", "ld-linux")) for name in needed), needed
+    assert max(map(int, re.findall(r"Name: GLIBC_2\.(\d+)", text))) <= int(tag.group(1)), "the wheel's tag promises too much"
+    said = run(sys.executable, "-c", USE, cwd=work, PYTHONPATH=folder)
+    assert said.split() == [version, version, inside, f"{folder}/fire3dv/__init__.py"], said
+    [licence] = glob.glob(os.path.join(folder, "*.dist-info", "**", "LICENSE"), recursive=True)
+    for part in ("OpenSSL", "libsodium", "Apache License"):
+        assert part in open(licence, encoding="utf-8").read(), f"{part} is not in the wheel's LICENSE"
+
+
+def check_completions(root):
+    def complete(program, *words):
+        file = os.path.join(root, "usr/share/bash-completion/completions", program)
+        return run("bash", "-c", 'compopt() { :; }; . "$1"; shift; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); '
+                   f'_{program.replace("-", "_")}; printf "%s\\n" "${{COMPREPLY[@]}}"', "bash", file, program, *words).split()
+    assert complete("fire3dv", "scene.glb", "--head") == ["--headless"]
+    assert complete("fire3dv", "--fxaa", "") == ["on", "off"]
+    assert complete("fire3dv", "--raster", "f") == ["forward"]
+    assert complete("fire3dv", "--listen", "t") == ["tcp://", "tls://"]
+    assert "render" in complete("fire3dv", "rend")
+    assert complete("fire3dv", "render", "run.mcap", "--cod") == ["--codec"]
+    assert complete("fire3dv-record", "--compression", "z") == ["zstd"]
+
+
+with tempfile.TemporaryDirectory() as temporary:
+    output, tree = os.path.join(temporary, "packages"), os.path.join(temporary, "root")
+    run(os.path.join(source, "tools/package.sh"), "--build", build, "--compression", "gzip", output)
+    packages = {os.path.basename(path).split("_")[0]: path for path in glob.glob(output + "/*.deb")}
+    names = set(DEPENDS) - (set() if "mujoco" in optional else {"fire3dv-mujoco"})
+    assert set(packages) == names, f"packages: {sorted(packages)}, expected {sorted(names)}"
+    for each, package_file in packages.items():
+        check_package(package_file, each)
+        run("dpkg", "-x", package_file, tree)
+    check_binaries(tree)
+    check_renderer(tree, temporary)
+    check_client(tree, temporary)
+    check_python(tree, temporary, *glob.glob(output + "/*.whl"))
+    check_completions(tree)
+print("packages: passed")

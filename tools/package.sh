@@ -1,0 +1,54 @@
+#!/usr/bin/env bash
+# Builds the Debian packages and the Python wheel (docs/install.md).
+#
+#   tools/package.sh [OUTPUT_DIR]            builds the preset release if needed; OUTPUT_DIR: build/packages
+#   tools/package.sh --build DIR OUTPUT_DIR  packs this finished build, builds nothing
+#   tools/package.sh --compression NAME ...  of the Debian packages: xz (default), gzip
+#
+# The Debian packages are for the distribution that they are built on. FIRE3DV_PACKAGE_MAINTAINER="NAME <E-MAIL>" in the
+# environment names who distributes them.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+build= output= compression=xz
+while [ $# -gt 0 ]; do
+  case "$1" in
+    --build) build=${2:?--build needs a folder}; shift ;;
+    --compression) compression=${2:?--compression needs a name}; shift ;;
+    -h | --help) sed -n '2,9s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
+    -*) echo "package.sh: unknown option $1 (see --help)" >&2; exit 2 ;;
+    *) output=$1 ;;
+  esac
+  shift
+done
+output=${output:-build/packages}
+die() { printf 'package.sh: %s\n' "$*" >&2; exit 1; }
+for tool in cpack dpkg-deb dpkg-shlibdeps file go-md2man python3; do
+  command -v "$tool" >/dev/null || die "$tool is missing: run tools/setup.sh"
+done
+
+if [ -z "$build" ]; then
+  build=build/release
+  cmake --preset release ${FIRE3DV_PACKAGE_MAINTAINER:+"-DFIRE3DV_PACKAGE_MAINTAINER=$FIRE3DV_PACKAGE_MAINTAINER"}
+  targets=(fire3dv fire3dv-convert fire3dv-inspect fire3dv-record fire3dv-replay fire3dv_client fire3dv_client_inside
+           fire3dv_manual_pages)
+  for optional in bullet_arm fire3dv-mujoco; do
+    cmake --build "$build" --target help | grep -q "\b$optional\b" && targets+=("$optional")
+  done
+  cmake --build "$build" --target "${targets[@]}"
+fi
+[ -e "$build/CPackConfig.cmake" ] || die "$build is not configured for packages: they need Debian or Ubuntu and the renderer"
+
+mkdir -p "$output"
+output=$(realpath "$output")
+staging=$(mktemp -d)
+trap 'rm -rf "$staging"' EXIT
+cpack --config "$build/CPackConfig.cmake" -G DEB -B "$staging" -D CPACK_DEBIAN_COMPRESSION_TYPE="$compression" >"$staging/log.txt" 2>&1 ||
+  { cat "$staging/log.txt" >&2; die "cpack failed"; }
+# The system's own Python has the modules that setup.sh installs; the first one on the PATH need not.
+/usr/bin/python3 tools/wheel.py "$build" "$staging"
+if command -v lintian >/dev/null; then
+  lintian --allow-root --fail-on error "$staging"/*.deb || die "lintian reports errors"
+fi
+mv "$staging"/*.deb "$staging"/*.whl "$output"/
+ls -l "$output"
