@@ -40,20 +40,22 @@ def compiler(build):
         return re.search(r"^CMAKE_CXX_COMPILER:\w+=(.+)$", cache.read(), re.MULTILINE).group(1)
 
 
-def static_library(gxx, name):
-    path = run(gxx, f"-print-file-name={name}").strip()
-    if not os.path.isabs(path):
-        sys.exit(f"wheel.py: {name} is missing: run tools/setup.sh (libssl-dev, libsodium-dev)")
-    return path
+def static_libraries(gxx):
+    """Files of OpenSSL, libsodium, and the libraries that the distribution's OpenSSL needs (zlib and Zstandard, or none)."""
+    flags = run("pkg-config", "--static", "--libs-only-l", "libssl", "libcrypto", "libsodium").split()
+    for name in (flag[2:] for flag in flags if flag not in ("-ldl", "-lpthread", "-lm")):
+        path = run(gxx, f"-print-file-name=lib{name}.a").strip()
+        if not os.path.isabs(path):
+            sys.exit(f"wheel.py: lib{name}.a is missing: run tools/setup.sh")
+        yield path
 
 
 def link_library(build, path):
     gxx = compiler(build)
     inner = [in_build(build, f"libfire3dv_{name}.a") for name in ("transport", "wire", "base")]
-    system = [static_library(gxx, f"lib{name}.a") for name in ("ssl", "crypto", "sodium")]
     run(gxx, "-shared", "-o", path, f"-Wl,-soname,{LIBRARY}",
         f"-Wl,--version-script={os.path.join(ROOT, 'adapters', 'generic', 'src', 'exports.map')}",
-        "-Wl,--whole-archive", in_build(build, "libfire3dv_client_inside.a"), "-Wl,--no-whole-archive", *inner, *system,
+        "-Wl,--whole-archive", in_build(build, "libfire3dv_client_inside.a"), "-Wl,--no-whole-archive", *inner, *static_libraries(gxx),
         "-static-libstdc++", "-static-libgcc", "-Wl,--gc-sections,--no-undefined,-z,relro,-z,now,-s")
 
 
