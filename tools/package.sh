@@ -32,8 +32,9 @@ if [ -z "$build" ]; then
   cmake --preset release ${FIRE3DV_PACKAGE_MAINTAINER:+"-DFIRE3DV_PACKAGE_MAINTAINER=$FIRE3DV_PACKAGE_MAINTAINER"}
   targets=(fire3dv fire3dv-convert fire3dv-inspect fire3dv-record fire3dv-replay fire3dv_client fire3dv_client_inside
            fire3dv_manual_pages)
+  known=$(cmake --build "$build" --target help)
   for optional in bullet_arm fire3dv-mujoco; do
-    cmake --build "$build" --target help | grep -q "\b$optional\b" && targets+=("$optional")
+    ! grep -q "^$optional:" <<<"$known" || targets+=("$optional")
   done
   cmake --build "$build" --target "${targets[@]}"
 fi

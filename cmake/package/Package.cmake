@@ -16,9 +16,20 @@ if(EXISTS /etc/os-release)
   string(REGEX REPLACE "^(.*;)?ID=\"?([a-z]+).*" "\\2" distribution_id "${release}")
   string(REPLACE "debian" "deb" distribution "${distribution_id}${distribution_version}")
 endif()
-set(package_version ${PROJECT_VERSION}-1+${distribution})
-execute_process(COMMAND git log -1 --format=%cd --date=rfc WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}
-                OUTPUT_VARIABLE package_date OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
+# Before a release, the commit's time is a part, too: apt installs a newer build over an older one. 0.1.0~git... < 0.1.0.
+set(snapshot)
+if(EXISTS ${PROJECT_SOURCE_DIR}/.git)
+  foreach(variable_and_arguments "release_tag;tag;--points-at;HEAD;--list;v${PROJECT_VERSION}"
+          "snapshot;log;-1;--format=~git%cd;--date=format-local:%Y%m%d.%H%M" "package_date;log;-1;--format=%cd;--date=rfc")
+    list(POP_FRONT variable_and_arguments variable)
+    execute_process(COMMAND ${CMAKE_COMMAND} -E env TZ=UTC git ${variable_and_arguments} WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}
+                    OUTPUT_VARIABLE ${variable} OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
+  endforeach()
+  if(release_tag)
+    set(snapshot)
+  endif()
+endif()
+set(package_version ${PROJECT_VERSION}${snapshot}-1+${distribution})
 if(NOT package_date)
   string(TIMESTAMP package_date "%a, %d %b %Y %H:%M:%S +0000" UTC)
 endif()
@@ -93,6 +104,8 @@ fire3dv_package_programs(fire3dv fire3dv fire3dv-convert fire3dv-inspect fire3dv
 install(FILES CHANGELOG.md DESTINATION share/doc/fire3dv RENAME changelog COMPONENT package_fire3dv EXCLUDE_FROM_ALL)
 install(FILES NOTICE README.md protocol/SPEC.md protocol/SPEC-transport.md protocol/SPEC-record.md
         DESTINATION share/doc/fire3dv COMPONENT package_fire3dv EXCLUDE_FROM_ALL)
+file(GLOB pages CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/docs/*.md)  # manual pages and README.md refer to them
+install(FILES ${pages} DESTINATION share/doc/fire3dv/docs COMPONENT package_fire3dv EXCLUDE_FROM_ALL)
 
 set(own_library "libfire3dv-client${PROJECT_VERSION_MAJOR}")
 if(TARGET bullet_arm)
@@ -111,7 +124,7 @@ endif()
 
 # Client library.
 file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/package/shlibs @ONLY NEWLINE_STYLE UNIX
-     CONTENT "libfire3dv-client @PROJECT_VERSION_MAJOR@ @own_library@ (>= @PROJECT_VERSION@)\n")
+     CONTENT "libfire3dv-client @PROJECT_VERSION_MAJOR@ @own_library@ (>= @PROJECT_VERSION@~)\n")
 fire3dv_package(${own_library} SECTION libs CONTROL_EXTRA ${package_dir}/triggers ${PROJECT_BINARY_DIR}/package/shlibs
   DESCRIPTION "client library of the renderer FIRE-3DV
 Publishes the poses of a simulation, and edits of its scene, to FIRE-3DV
@@ -129,6 +142,8 @@ install(TARGETS fire3dv_client EXPORT fire3dv_package LIBRARY DESTINATION ${libd
 install(DIRECTORY adapters/generic/include/fire3dv DESTINATION include COMPONENT ${dev} EXCLUDE_FROM_ALL)
 install(EXPORT fire3dv_package NAMESPACE fire3dv:: FILE fire3dv-targets.cmake DESTINATION ${libdir}/cmake/fire3dv
         COMPONENT ${dev} EXCLUDE_FROM_ALL)
+install(DIRECTORY examples/client_c examples/client_cpp DESTINATION share/doc/libfire3dv-client-dev/examples COMPONENT ${dev}
+        EXCLUDE_FROM_ALL)
 include(CMakePackageConfigHelpers)
 configure_package_config_file(adapters/generic/cmake/fire3dv-config.cmake.in ${PROJECT_BINARY_DIR}/package/fire3dv-config.cmake
   INSTALL_DESTINATION ${libdir}/cmake/fire3dv)
@@ -152,7 +167,7 @@ endforeach()
 file(GENERATE OUTPUT ${CPACK_FIRE3DV_STATIC_LIBRARY} CONTENT "${script}save\nend\n")
 
 # Python package: modules alone, the library is that of the package above.
-fire3dv_package(python3-fire3dv SECTION python ARCHITECTURE all DEPENDS "python3:any (>= 3.9), python3-numpy, ${own_library} (>= ${PROJECT_VERSION})"
+fire3dv_package(python3-fire3dv SECTION python ARCHITECTURE all DEPENDS "python3:any (>= 3.9), python3-numpy, ${own_library} (= ${package_version})"
   RECOMMENDS fire3dv CONTROL_EXTRA ${package_dir}/python/postinst ${package_dir}/python/prerm
   DESCRIPTION "Python package of the renderer FIRE-3DV
 Publishes the poses of a simulation, and edits of its scene, to FIRE-3DV

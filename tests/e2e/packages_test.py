@@ -18,6 +18,7 @@ LIB = f"usr/lib/{multiarch}"
 FILES = {  # beside programs, their manual pages and completions, copyright and changelog
     "fire3dv": ["usr/share/man/man1/fire3dv-render.1.gz", "usr/share/doc/fire3dv/changelog.gz", "usr/share/doc/fire3dv/NOTICE",
                 "usr/share/doc/fire3dv/README.md",
+                *["usr/share/doc/fire3dv/docs/" + os.path.basename(path) for path in glob.glob(source + "/docs/*.md")],
                 *[f"usr/share/doc/fire3dv/{name}.md" for name in ("SPEC", "SPEC-transport", "SPEC-record")]],
     "fire3dv-examples": [],
     "fire3dv-mujoco": [],
@@ -25,6 +26,8 @@ FILES = {  # beside programs, their manual pages and completions, copyright and 
     "libfire3dv-client-dev": [
         f"{LIB}/libfire3dv-client.so", f"{LIB}/libfire3dv-client.a", f"{LIB}/pkgconfig/fire3dv-client.pc",
         *[f"{LIB}/cmake/fire3dv/fire3dv-{name}.cmake" for name in ("config", "config-version", "targets", "targets-release")],
+        *["usr/share/doc/libfire3dv-client-dev/" + os.path.relpath(path, source) for path in
+          glob.glob(source + "/examples/client_c*/*")],
         *[f"usr/include/fire3dv/{name}" for name in ("client.h", "client.hpp", "image.h", "scene.h")]],
     "python3-fire3dv": [f"usr/lib/python3/dist-packages/fire3dv-{version}.dist-info/METADATA",
                         "usr/share/doc/python3-fire3dv/README.md", "usr/lib/python3/dist-packages/fire3dv/py.typed",
@@ -58,7 +61,7 @@ def check_package(package, name):
                      f"usr/share/fish/vendor_completions.d/{program}.fish"}
     assert found == expected, f"{name}: missing {sorted(expected - found)}, unexpected {sorted(found - expected)}"
     fields = dict(re.findall(r"^([\w-]+): (.*)$", run("dpkg-deb", "-f", package), re.MULTILINE))
-    assert re.fullmatch(re.escape(version) + r"-1\+[a-z0-9.]+", fields["Version"]), fields["Version"]
+    assert re.fullmatch(re.escape(version) + r"(~git\d{8}\.\d{4})?-1\+[a-z0-9.]+", fields["Version"]), fields["Version"]
     for dependency in DEPENDS[name]:
         assert dependency in fields.get("Depends", ""), f"{name} does not depend on {dependency}: {fields.get('Depends')}"
     assert name == "fire3dv-mujoco" or "mujoco" not in fields["Depends"], fields["Depends"]
@@ -111,8 +114,9 @@ def check_renderer(root, work):
 
 
 def check_client(root, work):
-    """examples/client_c by pkg-config, with the shared and the static library, and by CMake."""
-    example, out, shared = os.path.join(source, "examples/client_c"), os.path.join(work, "client"), os.path.join(root, LIB)
+    """The packaged example client_c by pkg-config, with the shared and the static library, and by CMake."""
+    example, out = os.path.join(root, "usr/share/doc/libfire3dv-client-dev/examples/client_c"), os.path.join(work, "client")
+    shared = os.path.join(root, LIB)
     environment = {"PKG_CONFIG_PATH": os.path.join(shared, "pkgconfig")}
     flags = run("pkg-config", "--cflags", "--libs", "fire3dv-client", **environment).split()
     run("cc", os.path.join(example, "main.c"), "-o", out, *flags, "-lm")
