@@ -1,0 +1,290 @@
+#include "robot_file.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "protocol/base/files.h"
+#include "protocol/wire/check.h"
+#include "robot_json.h"
+
+namespace fire3dv::client {
+namespace {
+
+constexpr uint64_t kMaxJsonBytes = uint64_t{64} << 20;
+constexpr size_t kMaxNodes = 1'000'000, kMaxBodies = 100'000;
+constexpr int kVersion = 1;
+
+// --- nodes of the scene
+
+class Nodes {
+ public:
+  explicit Nodes(const Json& document) {
+    const Json* const nodes = member(document, "nodes");
+    if (!nodes || !nodes->is_array()) throw Fault("it has no nodes");
+    if (nodes->size() > kMaxNodes) throw Fault("it has more than " + std::to_string(kMaxNodes) + " nodes");
+    nodes_ = nodes;
+    parents_.resize(nodes->size());
+    for (size_t i = 0; i < nodes->size(); ++i) {
+      const Json& node = (*nodes)[i];
+      if (const Json* name = member(node, "name"); name && name->is_string())
+        by_name_.emplace(name->get_ref<const std::string&>(), i);
+      find_robot(node, i);
+      const Json* const children = member(node, "children");
+      if (!children || !children->is_array()) continue;
+      for (const Json& child : *children)
+        if (child.is_number_unsigned() && child.get<uint64_t>() < parents_.size())
+          parents_[child.get<uint64_t>()] = i;
+    }
+    if (!robot_)
+      throw Fault(
+          "it holds no joints: convert the robot's URDF, MJCF or AMBF file by this version of "
+          "fire3dv-convert");
+  }
+
+  const Json& robot() const { return *robot_; }
+
+  // Global transform of the robot's node, whose frame is the model's.
+  Transform world_from_model() const {
+    Transform world_from;
+    size_t steps = 0;
+    for (std::optional<size_t> at = robot_node_; at; at = parents_[*at]) {
+      if (++steps > parents_.size()) throw Fault("its nodes are children of themselves");
+      world_from = local(*at) * world_from;
+    }
+    return world_from;
+  }
+
+  // Empty: no such node.
+  std::optional<Vector> scale_of(const std::string& name) const {
+    const auto found = by_name_.find(name);
+    if (found == by_name_.end()) return std::nullopt;
+    const Json& node = (*nodes_)[found->second];
+    const std::string place = "node " + in_quotes(name);
+    if (const auto matrix = numbers_of<16>(node, "matrix", place)) {
+      const auto& m = *matrix;  // column-major
+      return Vector{std::hypot(m[0], m[1], m[2]), std::hypot(m[4], m[5], m[6]),
+                    std::hypot(m[8], m[9], m[10])};
+    }
+    return numbers_of<3>(node, "scale", place).value_or(Vector{1, 1, 1});
+  }
+
+ private:
+  void find_robot(const Json& node, size_t index) {
+    const Json* const extras = member(node, "extras");
+    const Json* const own = extras ? member(*extras, "fire3dv") : nullptr;
+    const Json* const robot = own ? member(*own, "robot") : nullptr;
+    if (!robot) return;
+    if (robot_) throw Fault("it holds the joints of several robots: keep one robot in a file");
+    robot_ = robot;
+    robot_node_ = index;
+  }
+
+  Transform local(size_t index) const {
+    const Json& node = (*nodes_)[index];
+    const std::string place = "node " + std::to_string(index);
+    if (const auto matrix = numbers_of<16>(node, "matrix", place)) {
+      Transform t;
+      for (size_t row = 0; row < 3; ++row)
+        for (size_t column = 0; column < 4; ++column) t.m[row * 4 + column] = (*matrix)[column * 4 + row];
+      return t;
+    }
+    Transform t = rigid_of(node, place);
+    const Vector scale = numbers_of<3>(node, "scale", place).value_or(Vector{1, 1, 1});
+    for (size_t row = 0; row < 3; ++row)
+      for (size_t column = 0; column < 3; ++column) t.m[row * 4 + column] *= scale[column];
+    return t;
+  }
+
+  const Json* nodes_ = nullptr;
+  const Json* robot_ = nullptr;
+  size_t robot_node_ = 0;
+  std::vector<std::optional<size_t>> parents_;
+  std::map<std::string, size_t> by_name_;
+};
+
+// --- bodies and joints
+
+const Json& list_of(const Json& robot, const char* name) {
+  const Json* const list = member(robot, name);
+  const std::string place = std::string("robot.") + name;
+  if (!list || !list->is_array()) throw Fault(place + " is no list");
+  if (list->size() > kMaxBodies)
+    throw Fault(place + " has more than " + std::to_string(kMaxBodies) + " entries");
+  return *list;
+}
+
+std::vector<RobotBody> read_bodies(const Json& robot, const Nodes& nodes,
+                                   std::map<std::string, size_t>& index_of) {
+  const Json& list = list_of(robot, "bodies");
+  std::vector<RobotBody> bodies;
+  for (size_t i = 0; i < list.size(); ++i) {
+    const std::string place = "robot.bodies[" + std::to_string(i) + "]";
+    RobotBody body;
+    body.node = text_of(list[i], "node", place);
+    if (member(list[i], "parent")) {
+      const std::string& parent = text_of(list[i], "parent", place);
+      const auto known = index_of.find(parent);
+      if (known == index_of.end())
+        throw Fault(place + ".parent is " + in_quotes(parent) + ", which is no body before it");
+      body.parent = known->second;
+    }
+    if (!index_of.emplace(body.node, i).second) throw Fault("there are two bodies " + in_quotes(body.node));
+    body.parent_from_body = rigid_of(list[i], place);
+    body.scale = nodes.scale_of(body.node);
+    bodies.push_back(std::move(body));
+  }
+  return bodies;
+}
+
+int32_t type_of(const std::string& name, const std::string& place) {
+  static constexpr std::pair<const char*, int32_t> kTypes[] = {
+      {"fixed", FIRE3DV_JOINT_FIXED},         {"revolute", FIRE3DV_JOINT_REVOLUTE},
+      {"prismatic", FIRE3DV_JOINT_PRISMATIC}, {"planar", FIRE3DV_JOINT_PLANAR},
+      {"ball", FIRE3DV_JOINT_BALL},           {"floating", FIRE3DV_JOINT_FLOATING}};
+  for (const auto& [known, type] : kTypes)
+    if (name == known) return type;
+  throw Fault(place + ".type is " + in_quotes(name) + ", which this version does not know");
+}
+
+bool is_scalar(const RobotJoint& joint) {
+  return joint.type == FIRE3DV_JOINT_REVOLUTE || joint.type == FIRE3DV_JOINT_PRISMATIC;
+}
+
+std::vector<double> initial_of(const Json& from, const RobotJoint& joint, const std::string& place) {
+  const size_t count = position_count_of(joint.type);
+  std::vector<double> initial(count, 0);
+  if (is_scalar(joint)) initial[0] = joint.reference;
+  if (count >= 4) initial.back() = 1;  // quaternion x y z w
+  const Json* const given = member(from, "initial");
+  if (!given) return initial;
+  if (!given->is_array() || given->size() != count)
+    throw Fault(place + ".initial is no list of " + std::to_string(count) + " numbers");
+  for (size_t i = 0; i < count; ++i) initial[i] = number_of((*given)[i], place + ".initial");
+  return initial;
+}
+
+RobotJoint read_joint(const Json& from, const std::map<std::string, size_t>& bodies,
+                      const std::string& place) {
+  RobotJoint joint;
+  joint.name = text_of(from, "name", place);
+  joint.type = type_of(text_of(from, "type", place), place);
+  const std::string& node = text_of(from, "node", place);
+  const auto body = bodies.find(node);
+  if (body == bodies.end()) throw Fault(place + ".node is " + in_quotes(node) + ", which is no body");
+  joint.body = body->second;
+  joint.axis = numbers_of<3>(from, "axis", place).value_or(joint.axis);
+  const double size = length(joint.axis);
+  if (!(size > 1e-9)) throw Fault(place + ".axis has no length");
+  for (double& number : joint.axis) number /= size;
+  joint.anchor = numbers_of<3>(from, "anchor", place).value_or(joint.anchor);
+  joint.reference = number_of(from, "reference", 0, place);
+  if (const auto limits = numbers_of<2>(from, "limits", place); limits && is_scalar(joint)) {
+    if (!((*limits)[0] <= (*limits)[1])) throw Fault(place + ".limits are not in order");
+    joint.has_limits = true;
+    joint.lower = (*limits)[0];
+    joint.upper = (*limits)[1];
+  }
+  joint.initial = initial_of(from, joint, place);
+  return joint;
+}
+
+std::vector<RobotJoint> read_joints(const Json& robot, const std::map<std::string, size_t>& bodies,
+                                    bool follows_mimic) {
+  const Json& list = list_of(robot, "joints");
+  std::vector<RobotJoint> joints;
+  std::map<std::string, size_t> index_of;
+  const auto place_of = [](size_t i) { return "robot.joints[" + std::to_string(i) + "]"; };
+  for (size_t i = 0; i < list.size(); ++i) {
+    joints.push_back(read_joint(list[i], bodies, place_of(i)));
+    if (!index_of.emplace(joints[i].name, i).second)
+      throw Fault("there are two joints " + in_quotes(joints[i].name));
+  }
+  for (size_t i = 0; follows_mimic && i < list.size(); ++i) {
+    const Json* const mimic = member(list[i], "mimic");
+    if (!mimic) continue;
+    const std::string place = place_of(i) + ".mimic";
+    const auto leader = index_of.find(text_of(*mimic, "joint", place));
+    if (leader == index_of.end() || !is_scalar(joints[leader->second]) || !is_scalar(joints[i]))
+      throw Fault(place + ": only revolute and prismatic joints follow each other");
+    joints[i].leader = leader->second;
+    joints[i].multiplier = number_of(*mimic, "multiplier", 1, place);
+    joints[i].offset = number_of(*mimic, "offset", 0, place);
+  }
+  return joints;
+}
+
+Result<Robot> read_json(std::span<const std::byte> text, bool follows_mimic) {
+  try {
+    if (text.size() > kMaxJsonBytes) throw Fault("its JSON is larger than 64 MiB");
+    const Json document = parse_json(text, "nodes");
+    const Nodes nodes(document);
+    const Json& robot = nodes.robot();
+    const Json* const version = member(robot, "version");
+    if (!version || !version->is_number_integer() || version->get<int64_t>() != kVersion)
+      throw Fault("robot.version is not " + std::to_string(kVersion) +
+                  ": use programs and library of one version");
+    std::map<std::string, size_t> index_of;
+    std::vector<RobotBody> bodies = read_bodies(robot, nodes, index_of);
+    return Robot::make(std::move(bodies), read_joints(robot, index_of, follows_mimic),
+                       nodes.world_from_model());
+  } catch (const Fault& fault) {
+    return Error{fault.what()};
+  }
+}
+
+// --- container
+
+struct Extent {
+  uint64_t offset = 0, bytes = 0;
+};
+
+constexpr size_t kHeaderBytes = 20;  // of the file and of its first chunk
+
+// Extent of the JSON, by the first bytes of a file.
+Result<Extent> json_extent(std::span<const std::byte> head, uint64_t file_bytes) {
+  if (head.size() < 4 || std::memcmp(head.data(), "glTF", 4) != 0) return Extent{0, file_bytes};
+  std::array<uint32_t, 5> words{};
+  if (head.size() < kHeaderBytes) return Error{"it ends within its header"};
+  std::memcpy(words.data(), head.data(), kHeaderBytes);
+  if (words[1] != 2) return Error{"it is glTF " + std::to_string(words[1]) + "; version 2 is needed"};
+  if (words[4] != 0x4E4F534A) return Error{"its first chunk is no JSON"};
+  if (words[3] > file_bytes - kHeaderBytes) return Error{"its JSON is truncated"};
+  return Extent{kHeaderBytes, words[3]};
+}
+
+}  // namespace
+
+Result<Robot> read_robot(std::span<const std::byte> glb_or_json, bool follows_mimic) {
+  const Result<Extent> extent =
+      json_extent(glb_or_json.first(std::min(glb_or_json.size(), kHeaderBytes)), glb_or_json.size());
+  if (!extent) return extent.error();
+  return read_json(glb_or_json.subspan(extent->offset, extent->bytes), follows_mimic);
+}
+
+Result<Robot> read_robot_file(const std::filesystem::path& file, bool follows_mimic) {
+  const Result<OpenFile> opened = OpenFile::open(file, UINT64_MAX);
+  if (!opened) return opened.error();
+  const auto fault = [&](const std::string& what) {
+    return Error{"\"" + wire::printable(file.string(), 1024) + "\": " + what};
+  };
+  std::array<std::byte, kHeaderBytes> head{};
+  const std::span<std::byte> begin(head.data(), std::min<uint64_t>(opened->size(), kHeaderBytes));
+  if (!opened->read(0, begin)) return fault("it cannot be read");
+  const Result<Extent> extent = json_extent(begin, opened->size());
+  if (!extent) return fault(extent.error().message);
+  if (extent->bytes > kMaxJsonBytes) return fault("its JSON is larger than 64 MiB");
+  std::vector<std::byte> json(extent->bytes);
+  if (!opened->read(extent->offset, json)) return fault("it cannot be read");
+  Result<Robot> robot = read_json(json, follows_mimic);
+  if (!robot) return fault(robot.error().message);
+  return robot;
+}
+
+}  // namespace fire3dv::client
