@@ -29,7 +29,8 @@ packages=(
 )
 # Optional, installed where the distribution has them. MuJoCo: examples/two_simulators, adapters/mujoco and
 # fire3dv-convert's MJCF reader, which are skipped without it. EGL and OpenGL: comparison with MuJoCo's own renderer.
-optional_packages=(libmujoco-dev libegl-dev libopengl-dev)
+# KDL: oracle of a test.
+optional_packages=(libmujoco-dev libegl-dev libopengl-dev liborocos-kdl-dev)
 mesa_packages=(mesa-vulkan-drivers)
 
 say() { printf 'setup: %s\n' "$*"; }

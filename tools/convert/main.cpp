@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <charconv>
 #include <cstdio>
 #include <ctime>
@@ -16,6 +17,7 @@
 #include "protocol/base/plural.h"
 #include "protocol/base/text.h"
 #include "renderer/scene/cache/cache_files.h"
+#include "tools/convert/glb/glb_joints.h"
 #include "tools/convert/glb/output.h"
 #include "tools/convert/glb/write_glb.h"
 #include "tools/convert/readers.h"
@@ -29,7 +31,7 @@ constexpr int kFailed = 1, kUsageError = 2;
 struct Options {
   std::string file, out, sources, launch, expanded, dae_up;
   std::vector<std::string> package_folders, xacro_arguments;
-  bool list = false;
+  bool list = false, joints = false;
   ReadOptions read;
 };
 
@@ -109,6 +111,21 @@ void print_list(const Model& model) {
   }
 }
 
+void print_joints(const Model& model) {
+  std::vector<std::string> names;
+  for (const Node& node : model.nodes) names.push_back(node.name);
+  for (const std::string& line : joint_lines(model.kinematics, names)) {
+    // Tabs separate the columns; no column holds one.
+    std::string text;
+    for (size_t begin = 0; begin <= line.size();) {
+      const size_t end = std::min(line.find('\t', begin), line.size());
+      text += (begin ? "\t" : "") + printable(line.substr(begin, end - begin));
+      begin = end + 1;
+    }
+    std::printf("%s\n", text.c_str());
+  }
+}
+
 Result<void> write_outputs(const Options& options, int standard_output, const Model& model,
                            const std::vector<std::byte>& glb, const Sources::Source& self, int64_t begun_ns) {
   if (options.out == "-") {
@@ -133,7 +150,7 @@ int run(const Options& options) {
 
   if (!options.expanded.empty()) {
     const int status = write_expanded(options);
-    if (status != 0 || (options.out.empty() && !options.list)) return status;
+    if (status != 0 || (options.out.empty() && !options.list && !options.joints)) return status;
   }
   const int64_t begun_ns = now_ns();
   std::error_code error;
@@ -145,6 +162,7 @@ int run(const Options& options) {
     return kFailed;
   }
   if (options.list) print_list(*model);
+  if (options.joints) print_joints(*model);
   size_t bytes = 0;
   if (!options.out.empty()) {
     const Result<std::vector<std::byte>> glb = write_glb(*model, &model->warnings);
@@ -204,6 +222,7 @@ int main(int argc, char** argv) {
       ->type_name("OUT.urdf");
   app.add_flag("--geoms", options.read.geoms_apart, "MJCF: one node for each geom");
   app.add_flag("--list", options.list, "print the names of the nodes");
+  app.add_flag("--joints", options.joints, "print the joints: name, type, node, limits");
   app.add_option("--sources", options.sources, "write the list of source files and their times")
       ->type_name("FILE");
   try {
@@ -217,7 +236,7 @@ int main(int argc, char** argv) {
     std::cerr << "fire3dv-convert: error: " << text << " (see fire3dv-convert --help)\n";
     return kUsageError;
   };
-  if (options.out.empty() && !options.list && options.expanded.empty())
+  if (options.out.empty() && !options.list && !options.joints && options.expanded.empty())
     return usage_error("name the file to write: -o OUT.glb");
   if (!options.sources.empty() && (options.out.empty() || options.out == "-"))
     return usage_error("--sources needs a file to be written: -o OUT.glb");

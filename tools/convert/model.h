@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "renderer/scene/cache/cache_files.h"
+#include "tools/convert/joints.h"
 
 namespace fire3dv::convert {
 
@@ -117,6 +118,7 @@ struct Model {
   std::vector<Image> images;
   std::vector<Camera> cameras;
   std::vector<Light> lights;
+  Kinematics kinematics;
   // Problems that cost a part of the scene: one message each, with file and field.
   std::vector<std::string> warnings;
   // All files read or looked for. While they are unchanged, the model is, too.

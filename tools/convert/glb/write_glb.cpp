@@ -11,6 +11,7 @@
 #include <ostream>
 #include <streambuf>
 
+#include "tools/convert/glb/glb_joints.h"
 #include "tools/convert/mesh/surfaces.h"
 #include "tools/convert/model.h"
 
@@ -263,6 +264,7 @@ class Writer {
     tinygltf::Node root;
     root.name = root_name();
     set_rotation(model_.gltf_from_model, root);
+    add_joints(root);
     out_.nodes.push_back(std::move(root));
     for (const Node& source : model_.nodes) {
       tinygltf::Node node;
@@ -286,6 +288,14 @@ class Writer {
     out_.scenes.emplace_back();
     out_.scenes[0].nodes = {0};
     out_.defaultScene = 0;
+  }
+
+  void add_joints(tinygltf::Node& root) {
+    std::vector<std::string> names, problems;
+    if (model_.kinematics.has_joints())
+      for (const Node& node : model_.nodes) names.push_back(fit_name(node.name));
+    if (auto extras = joint_extras(model_.kinematics, names, problems)) root.extras = std::move(*extras);
+    for (const std::string& problem : problems) warn(problem);
   }
 
   static void set_rotation(const glm::dquat& rotation, tinygltf::Node& node) {

@@ -34,6 +34,8 @@ class SceneBuilder {
       while (geom < scene_.geoms.size() && scene_.geoms[geom].body == body) ++geom;
       add_body(body, first, geom);
     }
+    model_.kinematics = scene_.kinematics;
+    for (Body& body : model_.kinematics.bodies) body.node += first_body_;
     for (size_t camera = 0; camera < scene_.cameras.size(); ++camera) add_camera(camera);
     for (size_t light = 0; light < scene_.lights.size(); ++light) add_light(light);
     if (options_.geoms_apart)

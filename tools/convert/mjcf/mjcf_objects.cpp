@@ -98,6 +98,18 @@ int sizes_needed(MjcfShape shape) {
   }
 }
 
+// Limits of a slide or hinge. Without limited="true" or "false", a range is a limit where autolimits holds.
+std::optional<glm::dvec2> joint_range(const MjcfAttributes& from, MjcfJoint::Type type,
+                                      const MjcfCompiler& compiler) {
+  if (type != MjcfJoint::Type::slide && type != MjcfJoint::Type::hinge) return std::nullopt;
+  const std::string limited = from.text("limited");
+  const bool is_limited = limited == "true" || (limited != "false" && compiler.limits_automatically);
+  const std::optional<glm::dvec2> range = is_limited ? from.vec2("range") : std::nullopt;
+  if (!range || !(range->x < range->y)) return std::nullopt;
+  if (type == MjcfJoint::Type::slide) return range;
+  return glm::dvec2(compiler.radians(range->x), compiler.radians(range->y));
+}
+
 MjcfTracked tracking_of(const MjcfAttributes& from, const std::string& scoped_target) {
   MjcfTracked tracked;
   const std::string mode = from.text("mode");
@@ -153,6 +165,7 @@ void MjcfBodyReader::read_joint(const MjcfElement& element, const Scope& scope) 
   MjcfJoint joint;
   if (element.kind == "freejoint") {
     joint.type = MjcfJoint::Type::free;
+    joint.name = scope.name(element.text("name"));
   } else {
     const MjcfCompiler& compiler = scope.source->compiler();
     const MjcfAttributes from =
@@ -167,7 +180,9 @@ void MjcfBodyReader::read_joint(const MjcfElement& element, const Scope& scope) 
     joint.position = scope.frame * from.vec3("pos").value_or(glm::dvec3(0));
     const glm::dvec3 axis = from.vec3("axis").value_or(glm::dvec3(0, 0, 1));
     if (glm::length(axis) > kMinLength) joint.axis = scope.frame.rotation * glm::normalize(axis);
+    joint.name = scope.name(from.name());
     joint.reference = from.number("ref", 0);
+    joint.range = joint_range(from, joint.type, compiler);
     if (joint.type == MjcfJoint::Type::hinge) joint.reference = compiler.radians(joint.reference);
   }
   if (joint.type == MjcfJoint::Type::free) joint.position = glm::dvec3(0);

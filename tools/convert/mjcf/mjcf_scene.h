@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/convert/joints.h"
 #include "tools/convert/model.h"
 #include "tools/convert/readers.h"
 
@@ -111,6 +112,7 @@ struct MjcfScene {
   std::vector<MjcfTexture> textures;
   std::vector<std::shared_ptr<const Surface>> meshes;  // in the frame of their geoms; null: left out
   std::vector<std::shared_ptr<const MjcfHeightField>> height_fields;
+  Kinematics kinematics;  // Body::node: index into bodies; the world is no body of it
 
   glm::dvec3 centre{0};  // of the model in its default pose
   double extent = 1;

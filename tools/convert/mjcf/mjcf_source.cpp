@@ -63,6 +63,7 @@ Result<void> MjcfSource::read_compiler(const MjcfElement& section) {
   compiler_.strips_paths = from.flag("strippath", compiler_.strips_paths);
   compiler_.fits_bounds = from.flag("fitaabb", compiler_.fits_bounds);
   compiler_.discards_visual = from.flag("discardvisual", compiler_.discards_visual);
+  compiler_.limits_automatically = from.flag("autolimits", compiler_.limits_automatically);
   const std::string inertia = from.text("inertiafromgeom");
   if (!inertia.empty())
     compiler_.inertia_from_geom = inertia == "true"    ? MjcfCompiler::InertiaFromGeom::yes

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "renderer/scene/files.h"
+#include "tools/convert/mjcf/joints/mjcf_joints.h"
 #include "tools/convert/mjcf/mjcf_bodies.h"
 #include "tools/convert/mjcf/mjcf_kinematics.h"
 #include "tools/convert/mjcf/mjcf_reader.h"
@@ -128,6 +129,7 @@ Result<MjcfScene> read_mjcf_scene(const std::filesystem::path& file,
   read_visual(**source, scene);
   pose_scene(tree, rest, posed, scene);
   add_tendons(tree, posed, scene);
+  scene.kinematics = mjcf_kinematics(tree, coordinates);
   return scene;
 }
 

@@ -22,6 +22,7 @@
 #include "tools/convert/model.h"
 #include "tools/convert/readers.h"
 #include "tools/convert/urdf/urdf_files.h"
+#include "tools/convert/urdf/urdf_joints.h"
 #include "tools/convert/urdf/urdf_repair.h"
 #include "tools/convert/xacro/xacro.h"
 #include "tools/convert/xacro/xacro_program.h"
@@ -79,9 +80,10 @@ std::optional<std::string> link_of_a_loop(const tinyxml2::XMLElement& robot) {
   return std::nullopt;
 }
 
-// warnings: receives what was repaired.
+// warnings: receives what was repaired. joint_names: receives the order of the file, which urdfdom loses.
 Result<urdf::ModelInterfaceSharedPtr> parse(const fs::path& file, std::string text,
-                                            std::vector<std::string>& warnings) {
+                                            std::vector<std::string>& warnings,
+                                            std::vector<std::string>& joint_names) {
   const std::string name = quote(file.string());
   tinyxml2::XMLDocument document;  // locates syntax errors, which urdfdom does not
   if (document.Parse(text.c_str()) != tinyxml2::XML_SUCCESS) return Error{name + ", " + xml_error(document)};
@@ -90,6 +92,9 @@ Result<urdf::ModelInterfaceSharedPtr> parse(const fs::path& file, std::string te
       return Error{name + ": link " + quote(*link) + " hangs on itself by its joints, in a loop"};
     for (const std::string& note : repair_urdf(*robot_element, file.stem().string()))
       warnings.push_back(file.string() + ": " + note);
+    for (const tinyxml2::XMLElement* joint = robot_element->FirstChildElement("joint"); joint;
+         joint = joint->NextSiblingElement("joint"))
+      if (const char* joint_name = joint->Attribute("name")) joint_names.emplace_back(joint_name);
     tinyxml2::XMLPrinter printer(nullptr, true);
     document.Print(&printer);
     text = printer.CStr();
@@ -127,7 +132,8 @@ class Reader {
     if (options.dae_up) mesh_files_.apply_dae_up();
   }
 
-  void read(const urdf::ModelInterface& robot) {
+  void read(const urdf::ModelInterface& robot, const std::vector<std::string>& joint_names) {
+    std::map<std::string, size_t> node_of_link;
     std::vector<std::pair<const urdf::Link*, std::optional<size_t>>> links{
         {robot.getRoot().get(), std::nullopt}};
     std::set<const urdf::Link*> seen;
@@ -136,12 +142,16 @@ class Reader {
       if (!seen.insert(link).second) continue;
       const size_t index = model_.nodes.size();
       add_link(*link, parent);
+      node_of_link.emplace(link->name, index);
       for (const urdf::LinkSharedPtr& child : link->child_links) links.emplace_back(child.get(), index);
     }
     for (const auto& [name, link] : robot.links_) {
       if (!seen.contains(link.get()))
         warn("link \"" + name + "\" hangs on no joint that leads to " + quote(robot.getRoot()->name));
     }
+    std::vector<std::string> warnings;
+    add_urdf_joints(robot, joint_names, node_of_link, model_, warnings);
+    for (const std::string& warning : warnings) warn(warning);
     warn_if_nothing_is_drawn(robot);
   }
 
@@ -186,9 +196,8 @@ class Reader {
     node.translation = vec3(origin.position);
     node.rotation = quat(origin.rotation);
     const glm::dvec3 axis = vec3(joint.axis);
-    const bool limited = joint.limits && joint.limits->lower <= joint.limits->upper;
-    if (!limited || !(glm::length(axis) > 0)) return;
-    const double at = std::clamp(0.0, joint.limits->lower, joint.limits->upper);
+    if (!(glm::length(axis) > 0)) return;
+    const double at = urdf_rest_position(joint);
     if (joint.type == urdf::Joint::REVOLUTE) node.rotation *= glm::angleAxis(at, glm::normalize(axis));
     if (joint.type == urdf::Joint::PRISMATIC)
       node.translation += quat(origin.rotation) * (glm::normalize(axis) * at);
@@ -359,10 +368,11 @@ Result<Model> read_urdf(const std::filesystem::path& file, const ReadOptions& op
   UrdfFiles files(file, options.package_folders, model.sources);
   const Result<std::string> text = expanded_text(file, options, files, model.sources, model.warnings);
   if (!text) return text.error();
-  Result<urdf::ModelInterfaceSharedPtr> robot = parse(file, *text, model.warnings);
+  std::vector<std::string> joint_names;
+  Result<urdf::ModelInterfaceSharedPtr> robot = parse(file, *text, model.warnings, joint_names);
   if (!robot) return robot.error();
   model.name = (*robot)->getName().empty() ? file.stem().string() : (*robot)->getName();
-  Reader(file, options, files, model).read(**robot);
+  Reader(file, options, files, model).read(**robot, joint_names);
   take_apart(**robot);
   return model;
 }

@@ -26,6 +26,7 @@ struct MjcfCompiler {
   bool strips_paths = false;
   bool fits_bounds = false;  // fitaabb: primitives enclose the mesh's bounds instead of matching its inertia
   bool discards_visual = false;
+  bool limits_automatically = true;  // autolimits: a joint with a range is limited
   InertiaFromGeom inertia_from_geom = InertiaFromGeom::unless_given;
   int first_inertia_group = 0, last_inertia_group = 5;
 

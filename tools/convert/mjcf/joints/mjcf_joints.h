@@ -1,0 +1,14 @@
+// Joints and linear joint couplings of an MJCF model as the kinematic tree of a scene.
+#pragma once
+
+#include "tools/convert/joints.h"
+#include "tools/convert/mjcf/mjcf_tree.h"
+
+namespace fire3dv::convert {
+
+// Joints have MuJoCo's order; one without a name is "joint_N", N its index. coordinates: of the pose in the
+// scene. Body::node: index into the tree's bodies; the world is left out. Warns of couplings that are not
+// linear.
+Kinematics mjcf_kinematics(const MjcfTree& tree, const MjcfCoordinates& coordinates);
+
+}  // namespace fire3dv::convert
