@@ -14,8 +14,11 @@
     with fire3dv.Renderer("scene.glb") as renderer, renderer.stream() as stream:    # starts the renderer, too
         ...
 
-A layer of ctypes over the C library, whose headers fire3dv/client.h, scene.h and image.h say what each call means:
-units, frames, threads, waiting. Contiguous float32 (a NumPy array, an array.array("f")) goes into the library without
+    with fire3dv.Robot("arm.urdf").publish("shm://demo") as robot:      # poses from joint positions
+        robot.set(shoulder=0.3, elbow=-1.2)
+
+A layer of ctypes over the C library, whose headers fire3dv/client.h, scene.h, image.h and joints.h say what each call
+means: units, frames, threads, waiting. Contiguous float32 (a NumPy array, an array.array("f")) goes into the library without
 a copy; other arrays and nested sequences are converted. Everything that can fail raises fire3dv.Error; a missing
 renderer is not an error. Where the library is looked for stands in README.md, FIRE3DV_CLIENT_LIBRARY in the
 environment first.
@@ -26,6 +29,7 @@ from .image import ALIASES, OUTPUTS, Image
 from .images import ImageRequest
 from .poses import look_at, pose
 from .renderer import Renderer, find_program
+from .robot import Joint, JointType, Robot, RobotPublisher
 from .status import LightKind, Property, Status, Welcome
 from .stream import FRAME_DISCONTINUITY, Stream, version
 
@@ -37,7 +41,7 @@ __all__ = [
     "ArgumentError", "BudgetError", "Error", "ErrorCode", "LibraryNotFound", "OperatingSystemError",
     "RefusedError", "RendererError", "RendererNotFound", "SceneWarning", "StateError",
     "Timeout", "ALIASES", "OUTPUTS", "Image", "ImageRequest",
-    "Renderer", "find_program", "look_at", "pose",
+    "Renderer", "find_program", "look_at", "pose", "Joint", "JointType", "Robot", "RobotPublisher",
     "LightKind", "Property", "Status", "Welcome", "FRAME_DISCONTINUITY", "Stream", "version",
     "VISIBLE", "BASE_COLOR", "LIGHT", "CAMERA", "NODE", "VERTICES", "DIRECTIONAL", "POINT", "SPOT",
     "ERROR_ARGUMENT", "ERROR_STATE", "ERROR_SYSTEM", "ERROR_TIMEOUT", "ERROR_BUDGET",

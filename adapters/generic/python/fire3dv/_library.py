@@ -1,5 +1,5 @@
 """C library: found, loaded and declared on first use. Structures are those of fire3dv/client.h,
-fire3dv/scene.h and fire3dv/image.h, field by field."""
+fire3dv/scene.h, fire3dv/image.h and fire3dv/joints.h, field by field."""
 import ctypes
 import os
 import re
@@ -73,6 +73,13 @@ class Image(Structure):
                 ("plane_count", c_size_t), ("planes", POINTER(ImagePlane))]
 
 
+class Joint(Structure):
+    _fields_ = [("struct_size", c_size_t), ("name", c_char_p), ("node", c_char_p), ("type", c_int32),
+                ("followed_joint", c_int32), ("multiplier", c_double), ("offset", c_double),
+                ("position_index", c_size_t), ("position_count", c_size_t), ("axis", c_double * 3),
+                ("anchor", c_double * 3), ("has_limits", c_int32), ("lower", c_double), ("upper", c_double)]
+
+
 _SIGNATURES: Dict[str, Tuple[Any, List[Any]]] = {
     "fire3dv_version": (c_char_p, []),
     "fire3dv_last_error": (c_char_p, []),
@@ -95,6 +102,19 @@ _SIGNATURES: Dict[str, Tuple[Any, List[Any]]] = {
     "fire3dv_cancel_image": (c_int, [c_void_p, c_uint64]),
     "fire3dv_wait_image": (c_int, [c_void_p, c_uint64, c_uint32, POINTER(POINTER(Image))]),
     "fire3dv_release_image": (None, [POINTER(POINTER(Image))]),
+    "fire3dv_open_robot": (c_void_p, [c_char_p, c_uint32]),
+    "fire3dv_read_robot": (c_void_p, [c_char_p, c_size_t, c_uint32]),
+    "fire3dv_close_robot": (None, [POINTER(c_void_p)]),
+    "fire3dv_joint_count": (c_size_t, [c_void_p]),
+    "fire3dv_position_count": (c_size_t, [c_void_p]),
+    "fire3dv_get_joint": (c_int, [c_void_p, c_size_t, POINTER(Joint)]),
+    "fire3dv_set_positions": (c_int, [c_void_p, c_void_p, c_size_t, c_uint32]),
+    "fire3dv_set_joint": (c_int, [c_void_p, c_size_t, c_void_p, c_size_t, c_uint32]),
+    "fire3dv_get_positions": (c_int, [c_void_p, c_void_p, c_size_t]),
+    "fire3dv_set_base": (c_int, [c_void_p, c_void_p]),
+    "fire3dv_get_robot_description": (c_int, [c_void_p, POINTER(Description)]),
+    "fire3dv_get_poses": (c_int, [c_void_p, c_void_p, c_size_t]),
+    "fire3dv_get_node_pose": (c_int, [c_void_p, c_char_p, c_void_p]),
 }
 
 _lock = threading.Lock()

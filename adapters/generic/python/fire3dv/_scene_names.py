@@ -9,7 +9,8 @@ from .errors import ArgumentError, ErrorCode, RendererNotFound
 
 _GLTF = (".glb", ".gltf")
 # Options of fire3dv(1) that select the contents of a description file, as options of fire3dv-convert(1).
-_CONVERTER_OPTIONS = {"--models": "-l", "--ns": "--ns", "--package-path": "--package-path"}
+_CONVERTER_OPTIONS = {"--models": "-l", "--ns": "--ns", "--package-path": "--package-path",
+                      "--xacro-arg": "--xacro-arg"}
 
 
 def _document(data: bytes, scene: str) -> Dict[str, Any]:
@@ -64,12 +65,19 @@ def _is_below(node: int, roots: "set[int]", parents: Dict[int, int]) -> bool:
     return False
 
 
-def _converted(scene: str, program: str, arguments: Sequence[str]) -> bytes:
+def is_gltf(scene: str) -> bool:
+    """Whether the renderer reads the file itself."""
+    return scene.lower().endswith(_GLTF)
+
+
+def converted(scene: str, program: str, arguments: Sequence[str], purpose: str) -> bytes:
+    """Returns the .glb of a description file. program: the renderer, whose converter is beside it. arguments: of
+    fire3dv(1). purpose: for messages."""
     converter = os.path.join(os.path.dirname(program), "fire3dv-convert")
     if not os.access(converter, os.X_OK):
-        raise RendererNotFound(ErrorCode.SYSTEM, f"names of {scene} need {converter}, which is not there: convert "
+        raise RendererNotFound(ErrorCode.SYSTEM, f"{purpose} of {scene} need {converter}, which is not there: convert "
                                "the scene to .glb by fire3dv-convert, and use that")
-    command = [converter, scene, "-o", "-"]
+    command = [converter, os.path.join(os.curdir, scene) if scene.startswith("-") else scene, "-o", "-"]
     words = [part for word in arguments for part in (word.split("=", 1) if word.startswith("--") else [word])]
     for option, value in zip(words, words[1:]):
         if option in _CONVERTER_OPTIONS:
@@ -90,14 +98,14 @@ class SceneNames:
     def names(self) -> List[str]:
         """Returns the name of instance id i at i - 1; "" for a nameless node."""
         if self._names is None:
-            if self._scene.lower().endswith(_GLTF):
+            if is_gltf(self._scene):
                 with open(self._scene, "rb") as file:
                     data = file.read()
             else:
                 if self._program is None:
                     from .renderer import find_program
                     self._program = find_program()
-                data = _converted(self._scene, self._program, self._arguments)
+                data = converted(self._scene, self._program, self._arguments, "names")
             try:
                 self._names = _names(_document(data, self._scene))
             except (AttributeError, IndexError, KeyError, StopIteration, TypeError) as fault:
