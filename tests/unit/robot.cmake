@@ -4,13 +4,18 @@ fire3dv_test(robot_test SOURCES robot/robot_test.cpp robot/robot_file_test.cpp L
 if(TARGET fire3dv_descriptions)
   fire3dv_test(robot_joints_test SOURCES robot/robot_joints_test.cpp
                LINK fire3dv::client fire3dv_descriptions fire3dv_test_support LABELS unit cpu)
-  # Oracles: MuJoCo and KDL, where they are installed.
+  # Oracles: MuJoCo and KDL, where they are installed, and Bullet.
   if(TARGET fire3dv_mujoco_compiled)
     fire3dv_test(robot_mujoco_test SOURCES robot/robot_mujoco_test.cpp
                  LINK fire3dv::client fire3dv_mujoco_compiled fire3dv_descriptions fire3dv_test_support LABELS unit)
     target_compile_definitions(robot_mujoco_test PRIVATE FIRE3DV_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
   endif()
   find_package(PkgConfig REQUIRED)
+  if(TARGET fire3dv_adf)
+    pkg_check_modules(bullet_oracle REQUIRED IMPORTED_TARGET bullet)
+    fire3dv_test(robot_adf_test SOURCES robot/robot_adf_test.cpp
+                 LINK fire3dv::client fire3dv_descriptions fire3dv_test_support PkgConfig::bullet_oracle LABELS unit cpu)
+  endif()
   pkg_check_modules(urdfdom REQUIRED IMPORTED_TARGET urdfdom)
   pkg_check_modules(kdl QUIET IMPORTED_TARGET orocos-kdl)
   if(TARGET PkgConfig::kdl)

@@ -10,5 +10,5 @@ fire3dv_library(fire3dv_mesh_files
 
 find_package(yaml-cpp REQUIRED)
 fire3dv_library(fire3dv_adf
-  SOURCES adf/adf_yaml.cpp adf/read_adf.cpp adf/adf_objects.cpp adf/adf_visual.cpp
+  SOURCES adf/adf_joints.cpp adf/adf_yaml.cpp adf/read_adf.cpp adf/adf_objects.cpp adf/adf_visual.cpp
   LINK fire3dv_mesh_files $<IF:$<TARGET_EXISTS:yaml-cpp::yaml-cpp>,yaml-cpp::yaml-cpp,yaml-cpp>)

@@ -202,6 +202,19 @@ void AdfObjects::write(Model& model) {
     for (std::optional<size_t> at = i; at && !nodes_[*at]; at = parents_[*at]) above.push_back(*at);
     for (; !above.empty(); above.pop_back()) write_node(model, above.back());
   }
+  write_joints(model);
+}
+
+void AdfObjects::write_joints(Model& model) {
+  if (joints_.empty()) return;
+  std::vector<AdfJointBody> bodies;
+  for (size_t i = 0; i < objects_.size(); ++i) {
+    const AdfObject& object = objects_[i];
+    if (object.kind != AdfObject::Kind::body) continue;
+    bodies.push_back({object.id, names_[i], object.file, nodes_[i].value(), object.scale, object.translation,
+                      glm::normalize(object.rotation)});
+  }
+  model.kinematics = adf_kinematics(joints_, bodies, report_);
 }
 
 void AdfObjects::write_node(Model& model, size_t object) {

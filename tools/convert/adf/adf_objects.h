@@ -8,8 +8,10 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "tools/convert/adf/adf_joints.h"
 #include "tools/convert/adf/adf_yaml.h"
 #include "tools/convert/model.h"
 
@@ -21,6 +23,9 @@ struct AdfObject {
   std::string identifier;  // namespace and block id
   std::string parent;      // as the block names it; empty: none
   std::string place;       // file and line, for warnings
+  std::string id;          // of the block
+  size_t file = 0;         // number of its model file
+  double scale = 1;        // of a body; pivots of joints are multiplied with it
   glm::dvec3 translation{0};
   glm::dquat rotation{1, 0, 0, 0};
   std::optional<size_t> mesh;
@@ -38,8 +43,9 @@ class AdfObjects {
 
   // Returns false when the object limit is reached.
   bool add(AdfObject object);
+  void add(AdfJoint joint) { joints_.push_back(std::move(joint)); }
   bool empty() const { return objects_.empty(); }
-  // Writes nodes, cameras and lights to the model, parents before their children.
+  // Writes nodes, cameras, lights and joints to the model, parents before their children.
   void write(Model& model);
 
  private:
@@ -50,9 +56,11 @@ class AdfObjects {
   glm::dmat4 world_from(size_t object) const;
   glm::dvec3 center(const Model& model) const;
   void write_node(Model& model, size_t object);
+  void write_joints(Model& model);
 
   AdfReport& report_;
   std::vector<AdfObject> objects_;
+  std::vector<AdfJoint> joints_;
   std::vector<std::string> names_;
   std::vector<std::optional<size_t>> parents_;
   std::vector<std::optional<size_t>> nodes_;

@@ -25,6 +25,7 @@ struct AdfReading {
   AdfVisuals& visuals;
   AdfObjects& objects;
   std::string name_prefix;  // AMBF's --ns
+  size_t files = 0;         // model files read so far
 };
 
 using Kind = AdfObject::Kind;
@@ -55,6 +56,8 @@ AdfObject object_of(Kind kind, const AdfFile& file, const AdfFile::Block& block,
   object.kind = kind;
   object.identifier = identifier_of(file, block, reading);
   object.place = block.value.place();
+  object.id = block.id;
+  object.file = reading.files;
   if (kind != Kind::body && kind != Kind::soft_body) object.parent = block.value["parent"].text();
   file.note_unknown_fields(block.value);
   return object;
@@ -69,6 +72,7 @@ bool read_bodies(const AdfFile& file, const char* list, Kind kind, AdfReading& r
     object.rotation = rotation_of(location["orientation"]);
     const AdfAppearance appearance = reading.visuals.appearance_of(block.value, block.id, places);
     object.mesh = appearance.mesh;
+    object.scale = block.value["scale"].number(1);
     object.dropped_by_ambf = appearance.mesh_is_missing;
     if (!reading.objects.add(std::move(object))) return false;
   }
@@ -131,6 +135,12 @@ bool read_lights(const AdfFile& file, AdfReading& reading) {
   return true;
 }
 
+void read_joints(const AdfFile& file, AdfReading& reading) {
+  for (const AdfFile::Block& block : file.blocks("joints"))
+    if (std::optional<AdfJoint> joint = read_adf_joint(block, reading.files))
+      reading.objects.add(std::move(*joint));
+}
+
 void warn_about_ignored_fields(const AdfFile& file, std::initializer_list<const char*> lists) {
   for (const char* list : lists) {
     const AdfValue value = file[list];
@@ -144,6 +154,8 @@ bool read_adf_model(const AdfFile& file, AdfReading& reading) {
   file.note_unknown_fields();
   reading.visuals.allow_images_below(file.folder());
   warn_about_ignored_fields(file, {"vehicles", "volumes"});
+  ++reading.files;
+  read_joints(file, reading);
   return read_bodies(file, "bodies", Kind::body, reading) &&
          read_bodies(file, "soft bodies", Kind::soft_body, reading) &&
          read_bodies(file, "ghost objects", Kind::ghost, reading) && read_cameras(file, reading) &&
