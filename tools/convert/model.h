@@ -65,6 +65,14 @@ struct Material {
   bool blended = false;                    // any opacity below 1
 };
 
+// Joints that move a vertex, as indices into the skin of its node, and their weights, whose sum is 1. Unused
+// places have the weight 0.
+struct Influences {
+  std::array<uint16_t, 8> joints{};
+  std::array<float, 8> weights{};
+  bool operator==(const Influences&) const = default;
+};
+
 // Triangles of one material, counter-clockwise seen from outside, in the node's frame.
 struct Surface {
   std::vector<glm::vec3> positions;
@@ -72,6 +80,7 @@ struct Surface {
   std::vector<glm::vec2> uvs;      // empty, or one per position; v grows downwards in the image, as in glTF
   std::vector<uint32_t> indices;   // three per triangle
   size_t material = 0;             // index into Model::materials
+  std::vector<Influences> influences;  // empty, or one per position of a mesh with a skin
   bool operator==(const Surface&) const = default;
 };
 
@@ -107,6 +116,16 @@ struct Node {
   glm::dquat rotation{1, 0, 0, 0};
   glm::dvec3 scale{1};
   std::optional<size_t> mesh, camera, light;
+  std::optional<size_t> skin;  // of the mesh, which then ignores the pose of the node
+};
+
+struct Skin {
+  struct Joint {
+    size_t node = 0;          // index into Model::nodes
+    glm::dmat4 from_mesh{1};  // inverse of the node's pose in the frame of the mesh in the bind pose
+  };
+  std::string name;
+  std::vector<Joint> joints;
 };
 
 struct Model {
@@ -119,6 +138,7 @@ struct Model {
   std::vector<Camera> cameras;
   std::vector<Light> lights;
   Kinematics kinematics;
+  std::vector<Skin> skins;
   // Problems that cost a part of the scene: one message each, with file and field.
   std::vector<std::string> warnings;
   // All files read or looked for. While they are unchanged, the model is, too.

@@ -3,6 +3,7 @@
 #include <tiny_gltf.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -69,6 +70,7 @@ class Writer {
     add_meshes();
     for (const Camera& camera : model_.cameras) add_camera(camera);
     for (const Light& light : model_.lights) add_light(light);
+    for (const Skin& skin : model_.skins) add_skin(skin);
     add_nodes();
     if (out_.buffers[0].data.size() > kMaxBytes) {
       return Error{"the scene holds " + std::to_string(out_.buffers[0].data.size() >> 20) +
@@ -168,9 +170,29 @@ class Writer {
       primitive.attributes["TEXCOORD_0"] = add_accessor(surface.uvs, TINYGLTF_COMPONENT_TYPE_FLOAT,
                                                         TINYGLTF_TYPE_VEC2, TINYGLTF_TARGET_ARRAY_BUFFER);
     }
+    if (!surface.influences.empty()) add_influences(surface.influences, primitive);
     primitive.indices = add_indices(surface.indices, surface.positions.size());
     primitive.material = material(surface.material);
     mesh.primitives.push_back(std::move(primitive));
+  }
+
+  void add_influences(const std::vector<Influences>& influences, tinygltf::Primitive& primitive) {
+    const bool has_second = std::any_of(influences.begin(), influences.end(), [](const Influences& each) {
+      return std::any_of(each.weights.begin() + 4, each.weights.end(), [](float w) { return w != 0; });
+    });
+    for (size_t set = 0; set < (has_second ? 2 : 1); ++set) {
+      std::vector<std::array<uint16_t, 4>> joints;
+      std::vector<std::array<float, 4>> weights;
+      for (const Influences& each : influences) {
+        std::copy_n(each.joints.begin() + static_cast<ptrdiff_t>(4 * set), 4, joints.emplace_back().begin());
+        std::copy_n(each.weights.begin() + static_cast<ptrdiff_t>(4 * set), 4,
+                    weights.emplace_back().begin());
+      }
+      primitive.attributes["JOINTS_" + std::to_string(set)] = add_accessor(
+          joints, TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT, TINYGLTF_TYPE_VEC4, TINYGLTF_TARGET_ARRAY_BUFFER);
+      primitive.attributes["WEIGHTS_" + std::to_string(set)] = add_accessor(
+          weights, TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_VEC4, TINYGLTF_TARGET_ARRAY_BUFFER);
+    }
   }
 
   int material(size_t index) {
@@ -252,6 +274,18 @@ class Writer {
     out_.lights.push_back(std::move(light));
   }
 
+  void add_skin(const Skin& source) {
+    tinygltf::Skin skin;
+    skin.name = fit_name(source.name);
+    std::vector<glm::mat4> matrices;
+    for (const Skin::Joint& joint : source.joints) {
+      skin.joints.push_back(static_cast<int>(joint.node) + 1);  // after the root node
+      matrices.emplace_back(joint.from_mesh);
+    }
+    skin.inverseBindMatrices = add_accessor(matrices, TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_MAT4, 0);
+    out_.skins.push_back(std::move(skin));
+  }
+
   // The root node's name must differ from all others, since streams look nodes up by name.
   std::string root_name() const {
     std::string name = fit_name(model_.name);
@@ -274,6 +308,7 @@ class Writer {
       set_rotation(source.rotation, node);
       if (source.scale != glm::dvec3(1)) node.scale = {source.scale.x, source.scale.y, source.scale.z};
       if (source.mesh) node.mesh = mesh_of_[*source.mesh];
+      if (source.skin && node.mesh >= 0) node.skin = static_cast<int>(*source.skin);
       if (source.camera) node.camera = static_cast<int>(*source.camera);
       if (source.light) {
         tinygltf::Value::Object members;
@@ -324,11 +359,14 @@ Result<std::vector<std::byte>> write_glb(const Model& model, std::vector<std::st
     FIRE3DV_ASSERT((!node.parent || *node.parent < i) && (!node.mesh || *node.mesh < model.meshes.size()));
     FIRE3DV_ASSERT((!node.camera || *node.camera < model.cameras.size()) &&
                    (!node.light || *node.light < model.lights.size()));
+    FIRE3DV_ASSERT(!node.skin || *node.skin < model.skins.size());
     const double sum = glm::dot(node.translation, node.translation) + glm::dot(node.scale, node.scale) +
                        glm::dot(node.rotation, node.rotation);
     if (!std::isfinite(sum))
       return Error{"the pose of \"" + fit_name(node.name) + "\" is not made of finite numbers"};
   }
+  for (const Skin& skin : model.skins)
+    for (const Skin::Joint& joint : skin.joints) FIRE3DV_ASSERT(joint.node < model.nodes.size());
   return Writer(model, warnings).write();
 }
 

@@ -59,6 +59,7 @@ std::optional<size_t> MeshStore::add(Mesh mesh) {
     surface.normals.shrink_to_fit();
     surface.uvs.shrink_to_fit();
     surface.indices.shrink_to_fit();
+    surface.influences.shrink_to_fit();
   }
   by_hash_.emplace(hash, model_.meshes.size());
   model_.meshes.push_back(std::move(mesh));

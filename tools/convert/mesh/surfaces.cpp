@@ -272,6 +272,7 @@ std::string repair(Surface& surface) {
   if (surface.uvs.size() != surface.positions.size()) surface.uvs.clear();
   if (const size_t mended = mend_normals(surface))
     say(std::to_string(mended) + " normals without a direction are made from triangles");
+  if (surface.influences.size() != surface.positions.size()) surface.influences.clear();
   for (glm::vec2& uv : surface.uvs)
     if (!std::isfinite(uv.x) || !std::isfinite(uv.y)) uv = glm::vec2(0);
   return said;

@@ -41,6 +41,7 @@ class SceneBuilder {
     if (options_.geoms_apart)
       for (size_t i = 0; i < scene_.geoms.size(); ++i) add_geom(i);
     for (size_t tendon = 0; tendon < scene_.tendons.size(); ++tendon) add_tendon(tendon);
+    for (size_t skin = 0; skin < scene_.skins.size(); ++skin) add_skin(skin);
     if (model_.meshes.empty()) model_.warnings.push_back("no geoms of the groups 0 to 2: nothing is visible");
   }
 
@@ -180,6 +181,27 @@ class SceneBuilder {
       node.mesh = is_piece ? piece_mesh : end_mesh;
       model_.nodes.push_back(std::move(node));
     }
+  }
+
+  void add_skin(size_t index) {
+    const MjcfSkin& from = scene_.skins[index];
+    if (!appearance_.is_shown(from)) return;
+    Mesh mesh;
+    mesh.name = names_.skins[index];
+    if (!has_room(mesh)) return;
+    mesh.surfaces.push_back(from.surface);
+    mesh.surfaces[0].material = appearance_.material(from);
+    Skin skin;
+    skin.name = mesh.name;
+    for (const MjcfSkin::Bone& bone : from.bones)
+      skin.joints.push_back(
+          {first_body_ + bone.body, glm::inverse(matrix_of(bone.bind.position, bone.bind.rotation))});
+    Node node;
+    node.name = mesh.name;
+    node.mesh = meshes_.add(std::move(mesh));
+    node.skin = model_.skins.size();
+    model_.skins.push_back(std::move(skin));
+    model_.nodes.push_back(std::move(node));
   }
 
   std::optional<size_t> add_mesh(const std::string& name, const Surface& surface, size_t material) {

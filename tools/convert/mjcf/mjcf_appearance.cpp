@@ -106,6 +106,10 @@ bool MjcfAppearance::is_shown(const MjcfGeom& geom) const {
   return is_shown_group(geom.group) && color(geom.rgba, geom.material)[3] > 0;
 }
 
+bool MjcfAppearance::is_shown(const MjcfSkin& skin) const {
+  return is_shown_group(skin.group) && color(skin.rgba, skin.material)[3] > 0;
+}
+
 bool MjcfAppearance::has_flat_texture(const MjcfGeom& geom) const {
   if (!geom.material) return false;
   const std::optional<size_t> texture = scene_.materials[*geom.material].texture;

@@ -20,12 +20,14 @@ class MjcfAppearance {
 
   // Neither in a hidden group nor transparent.
   bool is_shown(const MjcfGeom& geom) const;
+  bool is_shown(const MjcfSkin& skin) const;
   // In the geom's frame.
   Surface surface(const MjcfGeom& geom) const;
   size_t material(const MjcfGeom& geom) { return material(geom.material, color(geom.rgba, geom.material)); }
   size_t material(const MjcfTendon& tendon) {
     return material(tendon.material, color(tendon.rgba, tendon.material));
   }
+  size_t material(const MjcfSkin& skin) { return material(skin.material, color(skin.rgba, skin.material)); }
 
  private:
   const std::array<float, 4>& color(const std::array<float, 4>& own, std::optional<size_t> material) const;

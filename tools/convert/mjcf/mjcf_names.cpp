@@ -37,6 +37,7 @@ MjcfOwnNames names_in(const MjcfScene& scene) {
   for (const MjcfLight& light : scene.lights) own.lights.push_back(light.name);
   for (const MjcfGeom& geom : scene.geoms) own.geoms.push_back(geom.name);
   for (const MjcfTendon& tendon : scene.tendons) own.tendons.emplace_back(tendon.name, tendon.most_points);
+  for (const MjcfSkin& skin : scene.skins) own.skins.push_back(skin.name);
   return own;
 }
 
@@ -64,6 +65,8 @@ MjcfNames::MjcfNames(const MjcfOwnNames& own)
       tendon_ends[i].push_back(names.free(tendon + "#end " + std::to_string(end), "tendon"));
   }
   for (size_t i = 0; i < own.geoms.size(); ++i) geoms.push_back(names.free(own.geoms[i], "geom", i));
+  // Last, so that skins, which no stream moves, do not change names that publishers know.
+  for (size_t i = 0; i < own.skins.size(); ++i) skins.push_back(names.free(own.skins[i], "skin", i));
 }
 
 }  // namespace fire3dv::convert

@@ -13,7 +13,7 @@ namespace fire3dv::convert {
 
 // Names as in the model, by index; unnamed objects have an empty one.
 struct MjcfOwnNames {
-  std::vector<std::string> bodies, cameras, lights, geoms;
+  std::vector<std::string> bodies, cameras, lights, geoms, skins;
   std::vector<std::pair<std::string, size_t>> tendons;  // with their maximum number of points
 };
 
@@ -30,6 +30,7 @@ struct MjcfNames {
   // By tendon: straight segments of its path, "NAME#0", and balls at their ends, "NAME#end 0", for the
   // maximum number of points. Empty for tendons that are not drawn.
   std::vector<std::vector<std::string>> tendon_pieces, tendon_ends;
+  std::vector<std::string> skins;
   std::vector<std::string> geoms;  // nodes exist only with ReadOptions::geoms_apart
 };
 

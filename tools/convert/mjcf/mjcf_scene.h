@@ -102,12 +102,27 @@ struct MjcfTendon {
   std::optional<size_t> material;
 };
 
+// Mesh that follows bodies. vertices, normals: in the bind pose.
+struct MjcfSkin {
+  struct Bone {
+    size_t body = 0;
+    MjcfPose bind;  // of the body in the frame of the vertices
+  };
+  std::string name;
+  int group = 0;
+  std::array<float, 4> rgba{0.5f, 0.5f, 0.5f, 1};
+  std::optional<size_t> material;
+  Surface surface;  // influences: of the bones
+  std::vector<Bone> bones;
+};
+
 struct MjcfScene {
   std::vector<MjcfBody> bodies;  // the world first
   std::vector<MjcfGeom> geoms;   // by body
   std::vector<MjcfCamera> cameras;
   std::vector<MjcfLight> lights;
   std::vector<MjcfTendon> tendons;
+  std::vector<MjcfSkin> skins;
   std::vector<MjcfMaterial> materials;
   std::vector<MjcfTexture> textures;
   std::vector<std::shared_ptr<const Surface>> meshes;  // in the frame of their geoms; null: left out
@@ -131,7 +146,7 @@ const std::array<float, 4>& mjcf_color(const std::array<float, 4>& own, const st
 // Excludes lights that are off, black or without direction.
 bool is_scene_light(const MjcfLight& light);
 
-// Adds nodes for bodies, cameras, lights and tendons, named as in MjcfNames.
+// Adds nodes for bodies, cameras, lights, tendons and skins, named as in MjcfNames.
 void add_mjcf(const MjcfScene& scene, const ReadOptions& options, Model& model);
 
 }  // namespace fire3dv::convert

@@ -104,9 +104,7 @@ void MjcfSource::read_assets(const MjcfElement& section) {
         unnamed_models_.push_back(&child);
       else
         models_.emplace(name, &child);
-    } else if (child.kind == "skin") {
-      messages_.warn(child.where() + " is not shown: skins are not supported");
-    } else {
+    } else if (child.kind != "skin") {  // read with the bodies that it follows
       messages_.warn(child.where() + ": the asset is unknown and ignored");
     }
   }

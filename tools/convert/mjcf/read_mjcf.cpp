@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "renderer/scene/files.h"
+#include "tools/convert/mjcf/deformable/mjcf_skins.h"
 #include "tools/convert/mjcf/joints/mjcf_joints.h"
 #include "tools/convert/mjcf/mjcf_bodies.h"
 #include "tools/convert/mjcf/mjcf_kinematics.h"
@@ -29,7 +30,8 @@ void report_unknown_sections(const MjcfSource& source) {
       source.messages().warn(section.where() + ": the section is unknown and ignored");
     if (section.kind != "deformable") continue;
     for (const MjcfElement& child : section.children)
-      source.messages().warn(child.where() + " is not shown: deformable objects are not supported");
+      if (child.kind != "skin")
+        source.messages().warn(child.where() + " is not shown: deformable objects are not supported");
   }
 }
 
@@ -130,6 +132,7 @@ Result<MjcfScene> read_mjcf_scene(const std::filesystem::path& file,
   pose_scene(tree, rest, posed, scene);
   add_tendons(tree, posed, scene);
   scene.kinematics = mjcf_kinematics(tree, coordinates);
+  add_skins(tree, posed, scene);
   return scene;
 }
 

@@ -9,6 +9,7 @@
 
 #include "renderer/scene/files.h"
 #include "tools/convert/mesh/mesh_store.h"
+#include "tools/convert/mjcf/assets/builtin_mesh.h"
 #include "tools/convert/mjcf/assets/convex_hull.h"
 #include "tools/convert/mjcf/assets/mesh_data.h"
 #include "tools/convert/mjcf/assets/mesh_inertia.h"
@@ -36,8 +37,13 @@ Result<MeshData> parse_file(const MjcfElement& element, const std::string& name,
 }
 
 Result<MeshData> read_data(MjcfSource& source, const MjcfElement& element) {
-  if (const std::string builtin = element.text("builtin"); !builtin.empty() && builtin != "none")
-    return Error{"the builtin shape " + quote(builtin) + " is not supported"};
+  if (const std::string builtin = element.text("builtin"); !builtin.empty() && builtin != "none") {
+    const std::string parameters = element.text("params");
+    constexpr size_t kMaxParameters = 16;
+    if (!is_mjcf_numbers(parameters, kMaxParameters))
+      return Error{"params holds something else than numbers"};
+    return builtin_mesh(builtin, mjcf_numbers(parameters, kMaxParameters));
+  }
   const InlineMesh own{element.find("vertex") ? *element.find("vertex") : std::string_view(),
                        element.find("normal") ? *element.find("normal") : std::string_view(),
                        element.find("texcoord") ? *element.find("texcoord") : std::string_view(),
