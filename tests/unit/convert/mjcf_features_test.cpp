@@ -174,7 +174,7 @@ TEST_F(MjcfFeatures, ElementsOfTheSimulationAreIgnoredWithoutAWord) {
     <sensor><gyro site="s"/></sensor><tendon><fixed name="f"><joint joint="j" coef="1"/></fixed></tendon>)");
   EXPECT_TRUE(warnings_.empty()) << warnings_.front();
   scene(
-      R"(<something/><deformable><flex name="f"/></deformable><worldbody><geom type="sdf"/><composite type="cable"/><flexcomp name="c"/></worldbody>)");
+      R"(<something/><deformable><flex name="f"/></deformable><worldbody><geom type="sdf"/><composite type="cable"/><flexcomp name="c" type="gmsh"/></worldbody>)");
   EXPECT_EQ(warnings_.size(), 5u);
 }
 

@@ -83,6 +83,7 @@ struct MjcfTree {
   std::vector<MjcfLight> lights;  // position, direction: in the body
   std::vector<MjcfTracked> light_tracking;
   std::vector<MjcfSite> sites;
+  std::vector<MjcfSkin> flexes;  // in the frames of their bodies' parents
   size_t coordinates = 0;
   std::vector<MjcfCopy> copies;  // at most 10,000; the model itself is the first
   // Indices by name; the first object of a name counts.

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "renderer/scene/files.h"
+#include "tools/convert/mjcf/deformable/mjcf_flexes.h"
 #include "tools/convert/mjcf/deformable/mjcf_skins.h"
 #include "tools/convert/mjcf/joints/mjcf_joints.h"
 #include "tools/convert/mjcf/mjcf_bodies.h"
@@ -30,8 +31,8 @@ void report_unknown_sections(const MjcfSource& source) {
       source.messages().warn(section.where() + ": the section is unknown and ignored");
     if (section.kind != "deformable") continue;
     for (const MjcfElement& child : section.children)
-      if (child.kind != "skin")
-        source.messages().warn(child.where() + " is not shown: deformable objects are not supported");
+      if (child.kind != "skin" && child.kind != "flex")
+        source.messages().warn(child.where() + ": the element is unknown and ignored");
   }
 }
 
@@ -133,6 +134,7 @@ Result<MjcfScene> read_mjcf_scene(const std::filesystem::path& file,
   add_tendons(tree, posed, scene);
   scene.kinematics = mjcf_kinematics(tree, coordinates);
   add_skins(tree, posed, scene);
+  add_flexes(tree, posed, scene);
   return scene;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <map>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -124,6 +125,24 @@ MeshVolume volume_kind(const MjcfAttributes& from) {
 }
 
 }  // namespace
+
+Result<MeshData> read_mjcf_mesh_data(MjcfSource& source, const MjcfElement& element) {
+  Result<MeshData> data = read_data(source, element);
+  if (!data) return data.error();
+  std::map<std::tuple<float, float, float>, uint32_t> known;
+  std::vector<uint32_t> shared;
+  std::vector<glm::vec3> vertices;
+  for (const glm::vec3& v : data->vertices) {
+    const auto next = static_cast<uint32_t>(vertices.size());
+    const auto [place, is_new] = known.try_emplace({v.x, v.y, v.z}, next);
+    if (is_new) vertices.push_back(v);
+    shared.push_back(place->second);
+  }
+  data->vertices = std::move(vertices);
+  for (MeshData::Triangle& face : data->faces)
+    for (uint32_t& corner : face) corner = shared[corner];
+  return data;
+}
 
 Result<std::shared_ptr<const MjcfMesh>> read_mjcf_mesh(MjcfSource& source, const MjcfMeshAsset& asset) {
   const MjcfElement& element = *asset.element;

@@ -6,7 +6,9 @@
 #include <memory>
 
 #include "protocol/base/error.h"
+#include "tools/convert/mjcf/assets/mesh_data.h"
 #include "tools/convert/mjcf/mjcf_scene.h"
+#include "tools/convert/mjcf/xml/mjcf_element.h"
 #include "tools/convert/model.h"
 
 namespace fire3dv::convert {
@@ -22,6 +24,10 @@ struct MjcfMesh {
   glm::dvec3 low{0}, high{0};           // bounds in the inertia frame
   double volume = 0, bound_radius = 0;  // radius: of a sphere at the centre of mass
 };
+
+// Reads the triangles of an element's file or attributes, as they are there, with equal vertices shared. The
+// error is a sentence end about the element.
+Result<MeshData> read_mjcf_mesh_data(MjcfSource& source, const MjcfElement& element);
 
 // Reads the mesh of an asset element from its file or its own attributes. The error is a sentence end about
 // the asset.
