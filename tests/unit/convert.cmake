@@ -7,6 +7,8 @@ if(TARGET fire3dv_convert_glb)
   fire3dv_test(description_kind_test SOURCES convert/description_kind_test.cpp
                LINK fire3dv_description_files fire3dv_test_support LABELS unit)
   fire3dv_test(read_urdf_test SOURCES convert/read_urdf_test.cpp LINK fire3dv_urdf fire3dv_test_support LABELS unit)
+  fire3dv_test(mesh_scene_test SOURCES convert/mesh_scene_test.cpp convert/three_mf_test.cpp
+               LINK fire3dv_descriptions fire3dv_test_support LABELS unit)
   fire3dv_test(xacro_test SOURCES convert/xacro_expression_test.cpp convert/xacro_test.cpp
                LINK fire3dv_urdf fire3dv_test_support LABELS unit)
   fire3dv_test(read_mjcf_test SOURCES convert/read_mjcf_test.cpp convert/mjcf_features_test.cpp convert/mjcf_assets_test.cpp

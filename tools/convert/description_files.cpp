@@ -1,10 +1,13 @@
 #include "tools/convert/description_files.h"
 
 #include <algorithm>
+#include <optional>
 #include <regex>
+#include <span>
 #include <system_error>
 
 #include "renderer/scene/files.h"
+#include "renderer/scene/gltf/foreign_file.h"
 
 namespace fire3dv::convert {
 
@@ -194,8 +197,12 @@ Result<std::string> xml_root(std::string_view text) {
 Result<DescriptionKind> kind_of(const std::filesystem::path& file, std::string_view text) {
   const std::string name = quote(file.string());
   if (text.starts_with("glTF")) return Error{name + " is glTF already: give it to fire3dv as it is"};
-  if (text.find('\0') != std::string_view::npos)
-    return Error{name + " is no text: a description is YAML or XML"};
+  const auto bytes = std::as_bytes(std::span(text));
+  const std::optional<scene::FileFormat> other = scene::foreign_format(bytes, file);
+  if (text.find('\0') != std::string_view::npos) {
+    return Error{other && !other->name.empty() ? name + " is " + other->name + ": " + other->remedy
+                                               : name + " is no text: a description is YAML or XML"};
+  }
   const Result<std::string> root = xml_root(text);
   if (!root) return Error{name + ": " + root.error().message};
   if (*root == "mujoco" || *root == "mujocoinclude") return DescriptionKind::mjcf;
@@ -208,6 +215,7 @@ Result<DescriptionKind> kind_of(const std::filesystem::path& file, std::string_v
   for (const std::string_view key : {"multibody configs", "world config", "bodies", "lights", "cameras",
                                      "environment", "soft bodies", "ghost objects", "joints", "volumes"})
     if (has_key(text, key)) return DescriptionKind::adf;
+  if (other && !other->name.empty()) return Error{name + " is " + other->name + ": " + other->remedy};
   return Error{name +
                " is no supported description file: an AMBF file (YAML with bodies, multibody configs, or "
                "a world's lights and cameras), URDF or MJCF"};

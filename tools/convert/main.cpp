@@ -29,7 +29,7 @@ namespace fs = std::filesystem;
 constexpr int kFailed = 1, kUsageError = 2;
 
 struct Options {
-  std::string file, out, sources, launch, expanded, dae_up;
+  std::string file, out, sources, launch, expanded, dae_up, up, unit;
   std::vector<std::string> package_folders, xacro_arguments;
   bool list = false, joints = false;
   ReadOptions read;
@@ -195,12 +195,13 @@ int run(const Options& options) {
 
 int main(int argc, char** argv) {
   using namespace fire3dv::convert;
-  CLI::App app{"Converts an AMBF, URDF or MJCF description to a binary glTF scene.", "fire3dv-convert"};
+  CLI::App app{"Converts AMBF, URDF, MJCF, OBJ, STL, PLY, DAE and 3MF files to a binary glTF scene.",
+               "fire3dv-convert"};
   app.formatter(std::make_shared<fire3dv::HelpFormatter>("FILE --out OUT.glb [OPTIONS]"));
   app.footer("Exit status: 0 written, 1 failed, 2 wrong usage. Details: man fire3dv-convert.");
   fire3dv::set_program_flags(app);
   Options options;
-  app.add_option("file", options.file, "description; its kind follows from its contents")->required();
+  app.add_option("file", options.file, "description, by its contents, or mesh file, by its name")->required();
   app.add_option("--out,-o", options.out, "file to write; -: standard output")->type_name("OUT.glb");
   CLI::Option* launch =
       app.add_option("--models,-l", options.launch, "AMBF: models of the launch file, by index")
@@ -210,6 +211,12 @@ int main(int argc, char** argv) {
   app.add_option("--package-path", options.package_folders, "folder of package:// and MJCF files; repeatable")
       ->type_name("DIR")
       ->allow_extra_args(false);
+  app.add_option("--up", options.up, "OBJ, STL, PLY: up axis of the file (default: y for OBJ, else z)")
+      ->type_name("y|z")
+      ->check(CLI::IsMember({"y", "z"}).description(""));
+  app.add_option("--unit", options.unit, "OBJ, STL, PLY: unit of the file (default: m)")
+      ->type_name("m|cm|mm|in")
+      ->check(CLI::IsMember({"m", "cm", "mm", "in"}).description(""));
   app.add_option("--dae-up", options.dae_up, "URDF: up_axis of DAE meshes; auto: ignored, as by RViz")
       ->type_name("auto|apply|ignore")
       ->check(CLI::IsMember({"auto", "apply", "ignore"}).description(""));
@@ -244,6 +251,12 @@ int main(int argc, char** argv) {
     return usage_error("-l: must be numbers with commas between them, such as 0,1");
   if (!parse_arguments(options.xacro_arguments, options.read.xacro_arguments))
     return usage_error("--xacro-arg: must be NAME=VALUE");
+  if (!options.up.empty()) options.read.mesh_up = options.up == "y" ? MeshUp::y : MeshUp::z;
+  if (!options.unit.empty())
+    options.read.mesh_unit_m = options.unit == "m"    ? 1
+                               : options.unit == "cm" ? 0.01
+                               : options.unit == "mm" ? 0.001
+                                                      : 0.0254;
   options.read.dae_up = options.dae_up == "apply";
   options.read.package_folders.assign(options.package_folders.begin(), options.package_folders.end());
   try {

@@ -61,6 +61,9 @@ struct Material {
   glm::vec3 emission{0};                   // linear
   std::optional<size_t> base_color_image;  // index into Model::images; multiplied with base_color
   std::optional<size_t> normal_image;      // tangent space, +Y up
+  std::optional<size_t> emission_image;    // multiplied with emission
+  // G: roughness, B: metalness, as in glTF; multiplied with both.
+  std::optional<size_t> metallic_roughness_image;
   bool double_sided = true;                // meshes of descriptions are often not closed
   bool blended = false;                    // any opacity below 1
 };
@@ -78,6 +81,7 @@ struct Surface {
   std::vector<glm::vec3> positions;
   std::vector<glm::vec3> normals;  // empty, or one unit vector per position
   std::vector<glm::vec2> uvs;      // empty, or one per position; v grows downwards in the image, as in glTF
+  std::vector<glm::vec4> colors;   // empty, or one per position: linear RGB and opacity, from 0 to 1
   std::vector<uint32_t> indices;   // three per triangle
   size_t material = 0;             // index into Model::materials
   std::vector<Influences> influences;  // empty, or one per position of a mesh with a skin

@@ -1,11 +1,16 @@
 #include "tools/convert/readers.h"
 #include "renderer/scene/files.h"
 #include "tools/convert/description_files.h"
+#include "tools/convert/mesh/mesh_scene.h"
 #include "tools/convert/model.h"
 
 namespace fire3dv::convert {
 
 namespace {
+
+Error not_a_launch_file(const std::filesystem::path& file) {
+  return Error{quote(file.string()) + " is no AMBF launch file: remove --models and --all"};
+}
 
 Result<Model> read_kind(DescriptionKind kind, const std::filesystem::path& file, const ReadOptions& options) {
   switch (kind) {
@@ -22,12 +27,18 @@ Result<Model> read_kind(DescriptionKind kind, const std::filesystem::path& file,
 }  // namespace
 
 Result<Model> read_description(const std::filesystem::path& file, const ReadOptions& options) {
+  if (is_mesh_scene_name(file)) {
+    if (!options.launch_indices.empty() || options.launch_all) return not_a_launch_file(file);
+    return read_mesh_scene(file, options);
+  }
+  if (options.mesh_up || options.mesh_unit_m)
+    return Error{quote(file.string()) + " is no mesh file (OBJ, STL, PLY): remove --up and --unit"};
   const Result<std::string> text = read_text(file);
   if (!text) return text.error();
   const Result<DescriptionKind> kind = kind_of(file, *text);
   if (!kind) return kind.error();
   if (*kind != DescriptionKind::adf && (!options.launch_indices.empty() || options.launch_all))
-    return Error{quote(file.string()) + " is no AMBF launch file: remove --models and --all"};
+    return not_a_launch_file(file);
   Result<Model> model = read_kind(*kind, file, options);
   if (model) add_light_if_none(*model);
   return model;

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,8 @@
 #include "tools/convert/model.h"
 
 namespace fire3dv::convert {
+
+enum class MeshUp : uint8_t { y, z };
 
 struct ReadOptions {
   // AMBF's -l: indices into a launch file's multibody configs, in this order. Empty: AMBF's default.
@@ -35,6 +38,9 @@ struct ReadOptions {
   // MJCF: one node per geom below its body, so that geoms can be hidden, coloured and labelled individually.
   // Without it each body has one mesh, which draws faster.
   bool geoms_apart = false;
+  // OBJ, STL and PLY as scenes. Empty: +Y up for OBJ, +Z up for others; metres.
+  std::optional<MeshUp> mesh_up;
+  std::optional<double> mesh_unit_m;
 };
 
 // Reads an AMBF launch, world or model file (ADF).
@@ -56,7 +62,8 @@ Result<std::string> read_urdf_text(const std::filesystem::path& file, const Read
 // Reads MJCF through libmujoco's compiled model. Fails with a message in builds without libmujoco.
 Result<Model> read_mjcf(const std::filesystem::path& file, const ReadOptions& options);
 
-// Detects the format from the contents, not from the name. Adds a light to a description without any.
+// Detects the format from the contents; mesh files from the name, too. Adds a light to a description without
+// any.
 Result<Model> read_description(const std::filesystem::path& file, const ReadOptions& options);
 
 }  // namespace fire3dv::convert

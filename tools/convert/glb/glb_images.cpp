@@ -161,6 +161,46 @@ Result<std::vector<std::byte>> png_of(std::span<const uint8_t> pixels, uint32_t 
   return bytes;
 }
 
+Result<std::vector<std::byte>> metallic_roughness_png(std::span<const std::byte> roughness,
+                                                      std::span<const std::byte> metallic) {
+  struct Grey {
+    std::unique_ptr<stbi_uc, decltype(&stbi_image_free)> pixels{nullptr, &stbi_image_free};
+    size_t width = 1, height = 1;
+  } images[2];
+  for (size_t i = 0; i < 2; ++i) {
+    const std::span<const std::byte> bytes = i == 0 ? roughness : metallic;
+    if (bytes.empty()) continue;
+    if (bytes.size() > INT_MAX) return Error{"one is larger than 2 GiB"};
+    const auto* data = reinterpret_cast<const stbi_uc*>(bytes.data());
+    int width = 0, height = 0, channels = 0;
+    if (!stbi_info_from_memory(data, static_cast<int>(bytes.size()), &width, &height, &channels) ||
+        width <= 0 || height <= 0)
+      return Error{"one is no image of a kind that can be decoded"};
+    if (static_cast<uint64_t>(width) * static_cast<uint64_t>(height) > kMaxPixels / 4)
+      return Error{"one has too many pixels; make it smaller"};
+    images[i].pixels.reset(
+        stbi_load_from_memory(data, static_cast<int>(bytes.size()), &width, &height, &channels, 1));
+    if (!images[i].pixels) return Error{std::string("one cannot be decoded: ") + stbi_failure_reason()};
+    images[i].width = static_cast<size_t>(width);
+    images[i].height = static_cast<size_t>(height);
+  }
+  const size_t width = std::max(images[0].width, images[1].width);
+  const size_t height = std::max(images[0].height, images[1].height);
+  if (width * height > kMaxPixels / 4) return Error{"together they have too many pixels; make them smaller"};
+  std::vector<uint8_t> packed(width * height * 3, 255);
+  for (size_t y = 0; y < height; ++y) {
+    for (size_t x = 0; x < width; ++x) {
+      for (size_t i = 0; i < 2; ++i) {
+        const Grey& from = images[i];
+        if (!from.pixels) continue;
+        const size_t at = y * from.height / height * from.width + x * from.width / width;
+        packed[(y * width + x) * 3 + 1 + i] = from.pixels.get()[at];
+      }
+    }
+  }
+  return png_of(packed, static_cast<uint32_t>(width), static_cast<uint32_t>(height), 3);
+}
+
 Result<GlbImage> glb_image(const Image& image, uint64_t& pixels_left) {
   const std::span<const std::byte> bytes = image.bytes;
   if (bytes.size() > INT_MAX) return Error{"it is larger than 2 GiB"};

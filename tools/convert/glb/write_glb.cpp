@@ -128,6 +128,22 @@ class Writer {
     return index;
   }
 
+  // 16 bits: 8 bits of linear light are too few in the dark.
+  int add_colors(const std::vector<glm::vec4>& colors) {
+    std::vector<glm::u16vec4> steps;
+    steps.reserve(colors.size());
+    for (const glm::vec4& color : colors) {
+      // min and max also replace what is no number.
+      const glm::vec4 sound(std::min(1.0f, std::max(0.0f, color.r)), std::min(1.0f, std::max(0.0f, color.g)),
+                            std::min(1.0f, std::max(0.0f, color.b)), std::min(1.0f, std::max(0.0f, color.a)));
+      steps.emplace_back(sound * 65535.0f + 0.5f);
+    }
+    const int index = add_accessor(steps, TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT, TINYGLTF_TYPE_VEC4,
+                                   TINYGLTF_TARGET_ARRAY_BUFFER);
+    out_.accessors.back().normalized = true;
+    return index;
+  }
+
   int add_indices(const std::vector<uint32_t>& indices, size_t vertices) {
     // 65535 is the primitive restart index.
     if (vertices < 0xffff) {
@@ -171,6 +187,7 @@ class Writer {
                                                         TINYGLTF_TYPE_VEC2, TINYGLTF_TARGET_ARRAY_BUFFER);
     }
     if (!surface.influences.empty()) add_influences(surface.influences, primitive);
+    if (!surface.colors.empty()) primitive.attributes["COLOR_0"] = add_colors(surface.colors);
     primitive.indices = add_indices(surface.indices, surface.positions.size());
     primitive.material = material(surface.material);
     mesh.primitives.push_back(std::move(primitive));
@@ -209,6 +226,9 @@ class Writer {
     if (source.base_color_image)
       made.pbrMetallicRoughness.baseColorTexture.index = texture(*source.base_color_image);
     if (source.normal_image) made.normalTexture.index = texture(*source.normal_image);
+    if (source.emission_image) made.emissiveTexture.index = texture(*source.emission_image);
+    if (source.metallic_roughness_image)
+      made.pbrMetallicRoughness.metallicRoughnessTexture.index = texture(*source.metallic_roughness_image);
     const glm::vec3 emission = glm::max(source.emission, 0.0f);
     const float strength = std::max({emission.r, emission.g, emission.b, 1.0f});
     made.emissiveFactor = list(emission / strength);

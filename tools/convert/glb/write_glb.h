@@ -29,6 +29,11 @@ constexpr uint64_t kMaxPixelsInAll = uint64_t{1} << 31;  // limit per file, as i
 // pixels_left. The error has the reason without the image's name.
 Result<GlbImage> glb_image(const Image& image, uint64_t& pixels_left);
 
+// Packs two grey images as glTF does: G roughness, B metalness. An empty one stands for white. The size is
+// that of the larger image. The error has the reason without a name.
+Result<std::vector<std::byte>> metallic_roughness_png(std::span<const std::byte> roughness,
+                                                      std::span<const std::byte> metallic);
+
 // Encodes 8 bits per channel, rows from the top, 3 or 4 channels. Equal pixels give equal bytes.
 Result<std::vector<std::byte>> png_of(std::span<const uint8_t> pixels, uint32_t width, uint32_t height,
                                       uint32_t channels);

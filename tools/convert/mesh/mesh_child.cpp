@@ -135,12 +135,15 @@ std::vector<std::byte> encode(const Result<ImportedMesh>& result) {
       out.put<uint8_t>(m.is_default);
       out.put_string(m.diffuse_image);
       out.put_string(m.normal_image);
+      for (const std::string* name : {&m.emission_image, &m.roughness_image, &m.metallic_image})
+        out.put_string(*name);
     }
     out.put(result->surfaces.size());
     for (const Surface& surface : result->surfaces) {
       out.put_array(surface.positions);
       out.put_array(surface.normals);
       out.put_array(surface.uvs);
+      out.put_array(surface.colors);
       out.put_array(surface.indices);
       out.put(surface.material);
     }
@@ -156,6 +159,15 @@ std::vector<std::byte> encode(const Result<ImportedMesh>& result) {
       for (const uint64_t value : {source.stamp.size, source.stamp.inode}) out.put(value);
       for (const int64_t value : {source.stamp.modified_ns, source.stamp.changed_ns}) out.put(value);
     }
+    out.put(result->nodes.size());
+    for (const ImportedNode& node : result->nodes) {
+      out.put_string(node.name);
+      out.put(node.parent);
+      out.put(node.file_from_node);
+    }
+    out.put_array(result->surface_nodes);
+    out.put(result->losses.size());
+    for (const std::string& loss : result->losses) out.put_string(loss);
   }
   out.put(kComplete);
   return out.take();
@@ -172,7 +184,9 @@ bool decode(ByteReader in, std::string& refusal, ImportedMesh& mesh) {
       uint8_t is_default = 0;
       if (!in.get_string(m.name) || !in.get(m.diffuse) || !in.get(m.emission) || !in.get(m.opacity) ||
           !in.get(m.roughness) || !in.get(m.metallic) || !in.get(is_default) ||
-          !in.get_string(m.diffuse_image) || !in.get_string(m.normal_image)) {
+          !in.get_string(m.diffuse_image) || !in.get_string(m.normal_image) ||
+          !in.get_string(m.emission_image) || !in.get_string(m.roughness_image) ||
+          !in.get_string(m.metallic_image)) {
         return false;
       }
       m.is_default = is_default != 0;
@@ -182,7 +196,7 @@ bool decode(ByteReader in, std::string& refusal, ImportedMesh& mesh) {
     for (size_t i = 0; i < count; ++i) {
       Surface s;
       if (!in.get_array(s.positions) || !in.get_array(s.normals) || !in.get_array(s.uvs) ||
-          !in.get_array(s.indices) || !in.get(s.material)) {
+          !in.get_array(s.colors) || !in.get_array(s.indices) || !in.get(s.material)) {
         return false;
       }
       mesh.surfaces.push_back(std::move(s));
@@ -204,6 +218,18 @@ bool decode(ByteReader in, std::string& refusal, ImportedMesh& mesh) {
       }
       stamp.exists = exists != 0;
       mesh.besides.add({path, stamp});
+    }
+    if (!in.get(count)) return false;
+    for (size_t i = 0; i < count; ++i) {
+      ImportedNode node;
+      if (!in.get_string(node.name) || !in.get(node.parent) || !in.get(node.file_from_node)) return false;
+      mesh.nodes.push_back(std::move(node));
+    }
+    if (!in.get_array(mesh.surface_nodes) || !in.get(count)) return false;
+    for (size_t i = 0; i < count; ++i) {
+      std::string loss;
+      if (!in.get_string(loss)) return false;
+      mesh.losses.push_back(std::move(loss));
     }
   }
   uint32_t last = 0;
@@ -245,9 +271,9 @@ bool write_at_start(int fd, std::span<const std::byte> bytes) {
   return true;
 }
 
-std::vector<std::byte> answer_to(const std::string& file, DaeUp dae_up) {
+std::vector<std::byte> answer_to(const std::string& file, ImportRequest request) {
   try {
-    return encode(import_mesh(file, dae_up));
+    return encode(import_mesh(file, request));
   } catch (const std::bad_alloc&) {
     return encode(Error{"it takes more memory than the limit of mesh files"});
   } catch (const std::exception&) {
@@ -270,10 +296,10 @@ std::vector<std::byte> answer_to(const std::string& file, DaeUp dae_up) {
   size_t size = 0;
   while (receive_all(requests, &size, sizeof size)) {
     std::string file(size, '\0');
-    DaeUp dae_up = DaeUp::ignore;
-    if (!receive_all(requests, file.data(), size) || !receive_all(requests, &dae_up, sizeof dae_up)) break;
+    ImportRequest request;
+    if (!receive_all(requests, file.data(), size) || !receive_all(requests, &request, sizeof request)) break;
     limit_next_cpu_seconds();
-    const std::vector<std::byte> bytes = answer_to(file, dae_up);
+    const std::vector<std::byte> bytes = answer_to(file, request);
     size = ftruncate(answer, 0) == 0 && write_at_start(answer, bytes) ? bytes.size() : 0;
     if (!send_all(requests, &size, sizeof size)) break;
   }
@@ -330,11 +356,11 @@ int MeshImportProcess::end() {
   return ended < 0 ? 0 : status;  // the status is lost where the program ignores SIGCHLD
 }
 
-size_t MeshImportProcess::ask(const std::filesystem::path& file, DaeUp dae_up) {
+size_t MeshImportProcess::ask(const std::filesystem::path& file, ImportRequest request) {
   const std::string& path = file.native();
   size_t size = path.size();
   if (!send_all(requests_, &size, sizeof size) || !send_all(requests_, path.data(), path.size()) ||
-      !send_all(requests_, &dae_up, sizeof dae_up) || !receive_all(requests_, &size, sizeof size)) {
+      !send_all(requests_, &request, sizeof request) || !receive_all(requests_, &size, sizeof size)) {
     return 0;
   }
   // The reported size is untrusted; it must match the bytes written.
@@ -342,10 +368,10 @@ size_t MeshImportProcess::ask(const std::filesystem::path& file, DaeUp dae_up) {
   return written > 0 && static_cast<size_t>(written) == size ? size : 0;
 }
 
-Result<ImportedMesh> MeshImportProcess::import(const std::filesystem::path& file, DaeUp dae_up) {
+Result<ImportedMesh> MeshImportProcess::import(const std::filesystem::path& file, ImportRequest request) {
   const std::string name = quote(file.string());
   if (!start()) return Error{"cannot read " + name + ": no process could be started for it"};
-  const std::vector<std::byte> answer = read_from_start(answer_, ask(file, dae_up));
+  const std::vector<std::byte> answer = read_from_start(answer_, ask(file, request));
   std::string refusal;
   ImportedMesh mesh;
   if (decode(ByteReader(answer), refusal, mesh)) {

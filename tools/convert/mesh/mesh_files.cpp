@@ -5,11 +5,12 @@
 #include <cmath>
 #include <optional>
 #include <set>
+#include <span>
 #include <system_error>
 #include <utility>
 
 #include "renderer/scene/files.h"
-#include "tools/convert/mesh/mesh_import.h"
+#include "tools/convert/glb/write_glb.h"
 #include "tools/convert/model.h"
 
 namespace fire3dv::convert {
@@ -52,7 +53,11 @@ struct MeshFiles::State {
                               ImportedMesh& mesh);
   std::optional<size_t> embedded_image(const std::filesystem::path& mesh_file, const std::string& name,
                                        ImportedMesh& mesh);
+  void add_surface_images(const std::filesystem::path& mesh_file, const ImportedMaterial& from,
+                          ImportedMesh& mesh, Material& to);
   size_t material(const std::filesystem::path& mesh_file, const ImportedMaterial& from, ImportedMesh& mesh);
+  Result<ImportedMesh> import(const std::filesystem::path& resolved, const std::filesystem::path& shown,
+                              ImportRequest request);
   Result<std::vector<Surface>> read(const std::filesystem::path& resolved,
                                     const std::filesystem::path& shown);
 
@@ -64,6 +69,8 @@ struct MeshFiles::State {
   // Surfaces read, or the error.
   std::map<std::filesystem::path, Result<std::vector<Surface>>> surfaces;
   std::map<std::filesystem::path, size_t> images;
+  // Images packed of a roughness and a metalness image.
+  std::map<std::pair<std::optional<size_t>, std::optional<size_t>>, std::optional<size_t>> metallic_roughness;
 };
 
 // name: *N
@@ -116,6 +123,40 @@ std::optional<size_t> MeshFiles::State::image(const std::filesystem::path& mesh_
   return std::nullopt;
 }
 
+// Emission, roughness and metalness. MTL has a grey image for each of the last two, glTF one image for both.
+void MeshFiles::State::add_surface_images(const std::filesystem::path& mesh_file,
+                                          const ImportedMaterial& from, ImportedMesh& mesh, Material& to) {
+  const auto find = [&](const std::string& name) {
+    return name.empty() ? std::nullopt : image(mesh_file, name, mesh);
+  };
+  to.emission_image = find(from.emission_image);
+  // Exporters write black, or 0, beside a map that is meant to replace it.
+  if (to.emission_image && to.emission == glm::vec3(0)) to.emission = glm::vec3(1);
+  const std::optional<size_t> roughness = find(from.roughness_image), metallic = find(from.metallic_image);
+  if (!roughness && !metallic) return;
+  const std::pair<std::optional<size_t>, std::optional<size_t>> both(roughness, metallic);
+  const auto known = metallic_roughness.find(both);
+  if (known != metallic_roughness.end()) {
+    to.metallic_roughness_image = known->second;
+  } else if (roughness == metallic) {
+    to.metallic_roughness_image = roughness;  // packed as in glTF
+  } else {
+    const auto bytes = [&](const std::optional<size_t>& index) {
+      return index ? std::span<const std::byte>(model.images[*index].bytes) : std::span<const std::byte>();
+    };
+    Result<std::vector<std::byte>> packed = metallic_roughness_png(bytes(roughness), bytes(metallic));
+    if (packed) {
+      model.images.push_back({from.name + " (roughness, metalness)", std::move(*packed)});
+      to.metallic_roughness_image = model.images.size() - 1;
+    } else {
+      model.warnings.push_back(quote(mesh_file.string()) + ": roughness and metalness images of " +
+                               quote(from.name) + " are left out: " + packed.error().message);
+    }
+  }
+  metallic_roughness[both] = to.metallic_roughness_image;
+  if (metallic && to.metallic_roughness_image && to.metallic == 0) to.metallic = 1;
+}
+
 size_t MeshFiles::State::material(const std::filesystem::path& mesh_file, const ImportedMaterial& from,
                                   ImportedMesh& mesh) {
   Material to;
@@ -127,6 +168,7 @@ size_t MeshFiles::State::material(const std::filesystem::path& mesh_file, const 
   to.blended = from.opacity < 1;
   if (!from.diffuse_image.empty()) to.base_color_image = image(mesh_file, from.diffuse_image, mesh);
   if (!from.normal_image.empty()) to.normal_image = image(mesh_file, from.normal_image, mesh);
+  add_surface_images(mesh_file, from, mesh, to);
   if (from.is_default) defaults.insert(model.materials.size());
   model.materials.push_back(std::move(to));
   return model.materials.size() - 1;
@@ -134,8 +176,16 @@ size_t MeshFiles::State::material(const std::filesystem::path& mesh_file, const 
 
 Result<std::vector<Surface>> MeshFiles::State::read(const std::filesystem::path& resolved,
                                                     const std::filesystem::path& shown) {
-  Result<ImportedMesh> mesh = child.import(resolved, dae_up);
+  Result<ImportedMesh> mesh = import(resolved, shown, {.dae_up = dae_up});
   if (!mesh) return mesh.error();
+  return std::move(mesh->surfaces);
+}
+
+// The surfaces of the result name materials of the model.
+Result<ImportedMesh> MeshFiles::State::import(const std::filesystem::path& resolved,
+                                              const std::filesystem::path& shown, ImportRequest request) {
+  Result<ImportedMesh> mesh = child.import(resolved, request);
+  if (!mesh) return mesh;
   const std::vector<Sources::Source>& besides = mesh->besides.all();
   for (const Sources::Source& source : besides) model.sources.add(source);
   // The first entry is the name in the file; importers then try other names.
@@ -146,13 +196,23 @@ Result<std::vector<Surface>> MeshFiles::State::read(const std::filesystem::path&
                              " has no materials: " + quote(besides.front().file.filename().string()) +
                              ", which it names, is not next to it");
   }
-  std::map<size_t, size_t> materials;  // file material to model material, for visible surfaces
+  // File material, and whether vertices have colours, to model material, for visible surfaces.
+  std::map<std::pair<size_t, bool>, size_t> materials;
   for (Surface& surface : mesh->surfaces) {
-    const auto [known, is_new] = materials.try_emplace(surface.material, 0);
-    if (is_new) known->second = material(shown, mesh->materials[surface.material], *mesh);
+    ImportedMaterial& of_file = mesh->materials[surface.material];
+    const bool has_colors = !surface.colors.empty();
+    const auto [known, is_new] = materials.try_emplace({surface.material, has_colors}, 0);
+    if (is_new) {
+      known->second = material(shown, of_file, *mesh);
+      // glTF multiplies both.
+      if (has_colors && of_file.is_default) model.materials.back().base_color = glm::vec4(1);
+    }
     surface.material = known->second;
+    const bool is_clear = std::any_of(surface.colors.begin(), surface.colors.end(),
+                                      [](const glm::vec4& color) { return color.a < 1; });
+    if (is_clear) model.materials[surface.material].blended = true;
   }
-  return std::move(mesh->surfaces);
+  return mesh;
 }
 
 MeshFiles::MeshFiles(Model& model) : state_(std::make_unique<State>(model)) {}
@@ -172,6 +232,13 @@ void MeshFiles::apply_dae_up() {
 
 bool MeshFiles::is_default(size_t material) const {
   return state_->defaults.contains(material);
+}
+
+Result<ImportedMesh> MeshFiles::scene(const std::filesystem::path& file) {
+  state_->model.sources.add(file);
+  const Result<std::filesystem::path> resolved = regular_file(file);
+  if (!resolved) return resolved.error();
+  return state_->import(*resolved, file, {.dae_up = DaeUp::apply, .nodes = Nodes::keep});
 }
 
 Result<std::vector<Surface>> MeshFiles::surfaces(const std::filesystem::path& file, const glm::dvec3& scale) {

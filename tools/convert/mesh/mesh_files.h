@@ -9,6 +9,7 @@
 
 #include "protocol/base/error.h"
 #include "tools/convert/description_files.h"
+#include "tools/convert/mesh/mesh_import.h"
 #include "tools/convert/model.h"
 
 namespace fire3dv::convert {
@@ -33,6 +34,10 @@ class MeshFiles {
   // the file and the reason.
   Result<std::vector<Surface>> surfaces(const std::filesystem::path& file,
                                         const glm::dvec3& scale = glm::dvec3(1));
+
+  // Returns the file as a scene: nodes, and surfaces with vertex colours in the frames of their nodes. DAE
+  // files are Z up and in metres. Materials as above.
+  Result<ImportedMesh> scene(const std::filesystem::path& file);
 
  private:
   struct State;

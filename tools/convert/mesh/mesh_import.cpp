@@ -18,13 +18,14 @@
 #include <map>
 #include <optional>
 #include <string_view>
-#include <tuple>
 #include <utility>
 
 #include "renderer/scene/files.h"
 #include "tools/convert/description_files.h"
 #include "tools/convert/mesh/mesh_store.h"
+#include "tools/convert/mesh/node_frames.h"
 #include "tools/convert/mesh/ply.h"
+#include "tools/convert/mesh/three_mf.h"
 #include "tools/convert/model.h"
 
 namespace fire3dv::convert {
@@ -176,6 +177,20 @@ ImportedMaterial gltf_material_of(const aiMaterial& from, ImportedMaterial to) {
   return to;
 }
 
+// Physical properties of MTL files: Pr, Pm, map_Pr, map_Pm, map_Ke.
+void add_pbr(const aiMaterial& from, ImportedMaterial& to) {
+  to.emission_image = image_name(from, aiTextureType_EMISSIVE);
+  to.roughness_image = image_name(from, aiTextureType_DIFFUSE_ROUGHNESS);
+  to.metallic_image = image_name(from, aiTextureType_METALNESS);
+  float roughness = 0, metallic = 0;
+  const bool has_roughness = from.Get(AI_MATKEY_ROUGHNESS_FACTOR, roughness) == AI_SUCCESS;
+  const bool has_metallic = from.Get(AI_MATKEY_METALLIC_FACTOR, metallic) == AI_SUCCESS;
+  if (has_roughness) to.roughness = std::clamp(or_zero(roughness), 0.0f, 1.0f);
+  if (has_metallic) to.metallic = std::clamp(or_zero(metallic), 0.0f, 1.0f);
+  // Exporters write 0, or nothing, beside a map.
+  if (!to.roughness_image.empty() && (!has_roughness || to.roughness == 0)) to.roughness = 1;
+}
+
 ImportedMaterial material_of(const aiMaterial& from, const std::string& extension, bool has_materials) {
   ImportedMaterial to;
   if (aiString name; from.Get(AI_MATKEY_NAME, name) == AI_SUCCESS) to.name = sanitize_text(name.C_Str(), 200);
@@ -192,6 +207,7 @@ ImportedMaterial material_of(const aiMaterial& from, const std::string& extensio
   constexpr float kInvisible = 0.01f;
   if (extension == ".dae" && to.opacity < kInvisible) to.opacity = 1;
   to.roughness = roughness_of(from, extension);
+  add_pbr(from, to);
   to.diffuse_image = image_name(from, aiTextureType_DIFFUSE);
   // Exporters write a black colour beside a map that is meant to replace it, not to be multiplied with it.
   if (!to.diffuse_image.empty() && to.diffuse == glm::vec3(0)) to.diffuse = glm::vec3(1);
@@ -212,41 +228,66 @@ bool is_sound(const aiMesh& mesh) {
 
 class SceneReader {
  public:
-  SceneReader(const aiScene& scene, bool file_normals, ImportedMesh& to)
-      : scene_(scene), file_normals_(file_normals), to_(to) {}
+  SceneReader(const aiScene& scene, bool file_normals, Nodes nodes, ImportedMesh& to)
+      : scene_(scene), file_normals_(file_normals), keeps_nodes_(nodes == Nodes::keep), to_(to) {}
 
   Result<void> read(const glm::dmat4& file_from_root) {
     // Iterative, since the nesting depth of nodes is untrusted.
-    std::vector<std::pair<const aiNode*, glm::dmat4>> left{{scene_.mRootNode, file_from_root}};
+    struct Left {
+      const aiNode* node;
+      glm::dmat4 file_from_parent;
+      int64_t parent;  // index into to_.nodes
+    };
+    std::vector<Left> left{{scene_.mRootNode, file_from_root, -1}};
     size_t nodes = 0;
     while (!left.empty()) {
-      const auto [node, file_from_parent] = left.back();
+      const auto [node, file_from_parent, parent] = left.back();
       left.pop_back();
       if (++nodes > kMaxNodes) return Error{"it has more than " + std::to_string(kMaxNodes) + " nodes"};
       const glm::dmat4 file_from_node = file_from_parent * matrix_of(node->mTransformation);
+      if (keeps_nodes_)
+        to_.nodes.push_back({sanitize_text(node->mName.C_Str()), parent, rigid_part(file_from_node)});
       for (unsigned i = 0; i < node->mNumMeshes; ++i) {
         if (node->mMeshes[i] >= scene_.mNumMeshes) return Error{"a node shows a mesh that it does not have"};
-        Result<void> added = add(*scene_.mMeshes[node->mMeshes[i]], file_from_node);
+        Result<void> added = add(*scene_.mMeshes[node->mMeshes[i]], surface_from_mesh(file_from_node));
         if (!added) return added;
       }
-      for (unsigned i = node->mNumChildren; i-- > 0;) left.emplace_back(node->mChildren[i], file_from_node);
+      const int64_t self = keeps_nodes_ ? static_cast<int64_t>(to_.nodes.size()) - 1 : -1;
+      for (unsigned i = node->mNumChildren; i-- > 0;)
+        left.push_back({node->mChildren[i], file_from_node, self});
     }
     for (auto& [key, builder] : builders_) {
       Surface surface = builder.take();
-      surface.material = std::get<0>(key);
-      if (!surface.indices.empty()) to_.surfaces.push_back(std::move(surface));
+      surface.material = key.material;
+      if (surface.indices.empty()) continue;
+      to_.surfaces.push_back(std::move(surface));
+      if (keeps_nodes_) to_.surface_nodes.push_back(key.node);
     }
     return {};
   }
 
  private:
+  // Surfaces are apart by these.
+  struct Key {
+    size_t node = 0, material = 0;
+    bool normals = false, uvs = false, colors = false;
+    auto operator<=>(const Key&) const = default;
+  };
+
+  // Of the vertices of the current node.
+  glm::dmat4 surface_from_mesh(const glm::dmat4& file_from_node) const {
+    if (!keeps_nodes_) return file_from_node;
+    return without_rounding(glm::inverse(to_.nodes.back().file_from_node) * file_from_node);
+  }
+
   Result<void> add(const aiMesh& mesh, const glm::dmat4& file_from_mesh) {
     if (!is_sound(mesh)) return Error{"a face names a vertex that it does not have"};
     if (mesh.mMaterialIndex >= to_.materials.size()) return Error{"a face names a material that it has not"};
     const bool normals = file_normals_ && mesh.mNormals;
     const bool uvs = mesh.mTextureCoords[0] != nullptr;
-    SurfaceBuilder& builder =
-        builders_.try_emplace({mesh.mMaterialIndex, normals, uvs}, normals, uvs).first->second;
+    const bool colors = keeps_nodes_ && mesh.mColors[0];
+    const Key key{keeps_nodes_ ? to_.nodes.size() - 1 : 0, mesh.mMaterialIndex, normals, uvs, colors};
+    SurfaceBuilder& builder = builders_.try_emplace(key, normals, uvs, colors).first->second;
     const glm::dmat3 linear(file_from_mesh);
     const bool mirrored = glm::determinant(linear) < 0;
     // Cofactor matrix: equals the inverse transpose up to a factor, and exists for flattened nodes, too.
@@ -262,6 +303,11 @@ class SceneReader {
       }
       // glTF's v starts at the top edge of the image.
       if (uvs) c.uv = {or_zero(mesh.mTextureCoords[0][v].x), or_zero(1 - mesh.mTextureCoords[0][v].y)};
+      if (colors) {
+        const aiColor4D& color = mesh.mColors[0][v];
+        c.color = linear_from_srgb(
+            glm::vec4(or_zero(color.r), or_zero(color.g), or_zero(color.b), or_zero(color.a)));
+      }
       return c;
     };
     for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
@@ -284,10 +330,10 @@ class SceneReader {
   }
 
   const aiScene& scene_;
-  const bool file_normals_;
+  const bool file_normals_, keeps_nodes_;
   ImportedMesh& to_;
   uint64_t triangles_ = 0;
-  std::map<std::tuple<size_t, bool, bool>, SurfaceBuilder> builders_;  // by material and vertex attributes
+  std::map<Key, SurfaceBuilder> builders_;
 };
 
 // Copies embedded images; those of other formats than files have a height.
@@ -314,19 +360,22 @@ bool is_mesh_file_name(const std::filesystem::path& file) {
   return std::find(std::begin(kExtensions), std::end(kExtensions), extension) != std::end(kExtensions);
 }
 
-Result<ImportedMesh> import_mesh(const std::filesystem::path& file, DaeUp dae_up) {
+Result<ImportedMesh> import_mesh(const std::filesystem::path& file, ImportRequest request) {
+  if (request.nodes == Nodes::keep && extension_of(file) == ".3mf") return import_3mf(file);
   if (!is_mesh_file_name(file))
     return Error{"its name ends in none of .obj, .stl, .ply, .3ds, .dae, .glb and .gltf"};
   const std::string extension = extension_of(file);
   if (extension == ".ply") {
     const Result<FileBytes> bytes = read_file(file, kMaxBytes);
     if (!bytes) return bytes.error();
-    return import_ply({reinterpret_cast<const char*>(bytes->data.get()), bytes->size});
+    return import_ply({reinterpret_cast<const char*>(bytes->data.get()), bytes->size}, request.nodes);
   }
   ImportedMesh mesh;
   Assimp::Importer importer;
   importer.SetIOHandler(new ImportFiles(file, mesh.besides));  // owned by the importer
-  const bool turns_up = dae_up == DaeUp::apply && extension == ".dae";
+  const bool keeps_nodes = request.nodes == Nodes::keep;
+  const bool turns_up = request.dae_up == DaeUp::apply && extension == ".dae";
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_USE_COLLADA_NAMES, keeps_nodes);
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, !turns_up);
   const aiScene* scene = importer.ReadFile(file.string(), 0);
   if (!scene || !scene->mRootNode) return Error{one_line(importer.GetErrorString())};
@@ -345,9 +394,12 @@ Result<ImportedMesh> import_mesh(const std::filesystem::path& file, DaeUp dae_up
                                  ? glm::dmat4({1, 0, 0, 0}, {0, 0, 1, 0}, {0, -1, 0, 0}, {0, 0, 0, 1})
                                  : glm::dmat4(1);
   // Normals of STL files are those of the triangles and often wrong, so they are recomputed.
-  Result<void> read = SceneReader(*scene, extension != ".stl", mesh).read(upright);
+  Result<void> read = SceneReader(*scene, extension != ".stl", request.nodes, mesh).read(upright);
   if (!read) return read.error();
   if (mesh.surfaces.empty()) return Error{"there is no triangle in it"};
+  if (scene->HasLights()) mesh.losses.emplace_back("its lights");
+  if (scene->HasCameras()) mesh.losses.emplace_back("its cameras");
+  if (scene->HasAnimations()) mesh.losses.emplace_back("its animations");
   return mesh;
 }
 
@@ -367,12 +419,24 @@ Result<void> check_imported(const ImportedMesh& mesh) {
     const bool fits = s.material < mesh.materials.size() && s.indices.size() % 3 == 0 &&
                       (s.normals.empty() || s.normals.size() == count) &&
                       (s.uvs.empty() || s.uvs.size() == count) &&
+                      (s.colors.empty() || s.colors.size() == count) &&
                       std::all_of(s.indices.begin(), s.indices.end(), [&](uint32_t i) { return i < count; });
     if (!fits || !std::all_of(s.positions.begin(), s.positions.end(), finite) ||
         !std::all_of(s.normals.begin(), s.normals.end(), finite) ||
-        !std::all_of(s.uvs.begin(), s.uvs.end(), finite)) {
+        !std::all_of(s.uvs.begin(), s.uvs.end(), finite) ||
+        !std::all_of(s.colors.begin(), s.colors.end(), finite)) {
       return Error{"its surfaces are not whole"};
     }
+  }
+  if (!mesh.nodes.empty() && mesh.surface_nodes.size() != mesh.surfaces.size())
+    return Error{"its surfaces have no nodes"};
+  for (const size_t node : mesh.surface_nodes)
+    if (node >= mesh.nodes.size()) return Error{"a surface has no node"};
+  for (size_t i = 0; i < mesh.nodes.size(); ++i) {
+    const ImportedNode& node = mesh.nodes[i];
+    bool sound = node.parent >= -1 && node.parent < static_cast<int64_t>(i);
+    for (int c = 0; c < 4; ++c) sound = sound && finite(node.file_from_node[c]);
+    if (!sound) return Error{"the pose of the node " + quote(node.name) + " is not made of finite numbers"};
   }
   return {};
 }

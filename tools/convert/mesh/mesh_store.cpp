@@ -58,6 +58,7 @@ std::optional<size_t> MeshStore::add(Mesh mesh) {
     surface.positions.shrink_to_fit();
     surface.normals.shrink_to_fit();
     surface.uvs.shrink_to_fit();
+    surface.colors.shrink_to_fit();
     surface.indices.shrink_to_fit();
     surface.influences.shrink_to_fit();
   }
@@ -78,8 +79,8 @@ uint64_t mixed(uint64_t hash, float value) {
 
 uint64_t hash_of(const SurfaceBuilder::Corner& c) {
   uint64_t hash = 0;
-  for (const float f :
-       {c.position.x, c.position.y, c.position.z, c.normal.x, c.normal.y, c.normal.z, c.uv.x, c.uv.y}) {
+  for (const float f : {c.position.x, c.position.y, c.position.z, c.normal.x, c.normal.y, c.normal.z, c.uv.x,
+                        c.uv.y, c.color.r, c.color.g, c.color.b, c.color.a}) {
     hash = mixed(hash, f);
     hash ^= hash >> 29;
   }
@@ -119,11 +120,12 @@ uint32_t SurfaceBuilder::vertex(const Corner& corner) {
       surface_.positions.push_back(corner.position);
       if (normals_) surface_.normals.push_back(corner.normal);
       if (uvs_) surface_.uvs.push_back(corner.uv);
+      if (colors_) surface_.colors.push_back(corner.color);
       return (table_[place] = static_cast<uint32_t>(surface_.positions.size())) - 1;
     }
     const uint32_t v = known - 1;
     if (surface_.positions[v] == corner.position && (!normals_ || surface_.normals[v] == corner.normal) &&
-        (!uvs_ || surface_.uvs[v] == corner.uv)) {
+        (!uvs_ || surface_.uvs[v] == corner.uv) && (!colors_ || surface_.colors[v] == corner.color)) {
       return v;
     }
   }
@@ -134,7 +136,7 @@ void SurfaceBuilder::grow() {
   const size_t mask = table_.size() - 1;
   for (uint32_t v = 0; v < surface_.positions.size(); ++v) {
     const Corner corner{surface_.positions[v], normals_ ? surface_.normals[v] : glm::vec3(0),
-                        uvs_ ? surface_.uvs[v] : glm::vec2(0)};
+                        uvs_ ? surface_.uvs[v] : glm::vec2(0), colors_ ? surface_.colors[v] : glm::vec4(1)};
     size_t place = hash_of(corner) & mask;
     while (table_[place] != 0) place = (place + 1) & mask;
     table_[place] = v + 1;

@@ -42,9 +42,11 @@ class SurfaceBuilder {
   struct Corner {
     glm::vec3 position{0}, normal{0};
     glm::vec2 uv{0};
+    glm::vec4 color{1};  // as in Surface
   };
 
-  SurfaceBuilder(bool normals, bool uvs) : normals_(normals), uvs_(uvs) {}
+  SurfaceBuilder(bool normals, bool uvs, bool colors = false)
+      : normals_(normals), uvs_(uvs), colors_(colors) {}
 
   // Normals may have any length; the triangle's normal replaces zero or non-finite ones. Returns false,
   // without changes, for a non-finite position.
@@ -55,7 +57,7 @@ class SurfaceBuilder {
   uint32_t vertex(const Corner& corner);
   void grow();
 
-  bool normals_, uvs_;
+  bool normals_, uvs_, colors_;
   Surface surface_;
   std::vector<uint32_t> table_;  // open addressing hash table: vertex + 1, 0 = free; power-of-two size
 };

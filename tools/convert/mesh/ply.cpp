@@ -1,10 +1,12 @@
 #include "tools/convert/mesh/ply.h"
 
+#include <algorithm>
 #include <bit>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <iterator>
 #include <optional>
 #include <string>
 #include <utility>
@@ -100,6 +102,8 @@ class Numbers {
 
 class Reader {
  public:
+  explicit Reader(Nodes nodes) : keeps_nodes_(nodes == Nodes::keep) {}
+
   Result<ImportedMesh> read(std::string_view bytes) {
     if (Result<void> header = read_header(bytes); !header) return header.error();
     Numbers numbers(bytes, format_);
@@ -131,6 +135,10 @@ class Reader {
       const std::string_view word = next_word(line);
       if (line_count == 0 && word != "ply") break;
       if (word == "end_header") return {};
+      if (word == "comment" && keeps_nodes_ && next_word(line) == "TextureFile") {
+        image_ = std::string(line.substr(std::min(line.find_first_not_of(' '), line.size())));
+        while (image_.ends_with('\r') || image_.ends_with(' ')) image_.pop_back();
+      }
       if (word == "format") {
         const std::string_view name = next_word(line);
         format_ = name == "ascii"                  ? Format::ascii
@@ -186,8 +194,24 @@ class Reader {
         (is_u ? corner.uv.x : corner.uv.y) = std::isfinite(value) ? (is_u ? value : 1 - value) : 0;
         has_uvs_ = true;
       }
+      if (keeps_nodes_) read_color(property, value, corner.color);
     }
     corners_.push_back(corner);
+  }
+
+  // red, green, blue and alpha, also with the prefix diffuse_; integers end at their largest value.
+  void read_color(const Property& property, float value, glm::vec4& color) {
+    std::string_view name = property.name;
+    if (name.starts_with("diffuse_")) name.remove_prefix(8);
+    constexpr std::string_view kNames[] = {"red", "green", "blue", "alpha"};
+    const auto* known = std::find(std::begin(kNames), std::end(kNames), name);
+    if (known == std::end(kNames)) return;
+    const Type& type = property.type;
+    const double most = type.is_float ? 1 : std::exp2(8.0 * static_cast<double>(type.size)) - 1;
+    const auto channel = static_cast<int>(known - std::begin(kNames));
+    color[channel] = std::isfinite(value) ? std::clamp(static_cast<float>(value / most), 0.0f, 1.0f) : 0;
+    if (channel < 3) has_colors_ = true;
+    if (channel == 3 && color[channel] > 0) has_opacity_ = true;
   }
 
   void read_other(const ElementList& element, Numbers& numbers) {
@@ -202,7 +226,7 @@ class Reader {
   }
 
   Result<ImportedMesh> mesh() const {
-    SurfaceBuilder builder(has_normals_, has_uvs_);
+    SurfaceBuilder builder(has_normals_, has_uvs_, has_colors_);
     for (size_t i = 0; i + 2 < triangles_.size(); i += 3) {
       const SurfaceBuilder::Corner* corners[3];
       for (size_t k = 0; k < 3; ++k) {
@@ -211,7 +235,7 @@ class Reader {
           return Error{"a face names a vertex that it does not have"};
         corners[k] = &corners_[static_cast<size_t>(index)];
       }
-      if (!builder.add(*corners[0], *corners[1], *corners[2]))
+      if (!builder.add(coloured(*corners[0]), coloured(*corners[1]), coloured(*corners[2])))
         return Error{"a vertex is not finite, or too far away for a number of 32 bits"};
     }
     ImportedMesh mesh;
@@ -219,21 +243,38 @@ class Reader {
     mesh.materials[0].diffuse = glm::vec3(0.7f);
     mesh.materials[0].is_default = true;
     mesh.surfaces.push_back(builder.take());
-    if (mesh.surfaces[0].indices.empty()) return Error{"there is no triangle in it"};
+    if (mesh.surfaces[0].indices.empty())
+      return Error{std::string("there is no triangle in it") +
+                   (corners_.empty() ? "" : ": point clouds are not drawn; make a mesh, as with MeshLab")};
+    if (keeps_nodes_) {
+      mesh.nodes.emplace_back();
+      mesh.surface_nodes.push_back(0);
+    }
+    if (!image_.empty()) mesh.materials[0].diffuse_image = image_;
+    if (!image_.empty()) mesh.materials[0].diffuse = glm::vec3(1);
     return mesh;
+  }
+
+  // Scanners write an opacity of 0 everywhere: it means nothing.
+  SurfaceBuilder::Corner coloured(SurfaceBuilder::Corner corner) const {
+    if (has_colors_) corner.color = linear_from_srgb(corner.color);
+    if (!has_opacity_ || !has_colors_) corner.color.a = 1;
+    return corner;
   }
 
   Format format_ = Format::ascii;
   std::vector<ElementList> elements_;
   std::vector<SurfaceBuilder::Corner> corners_;
   std::vector<double> triangles_;  // vertex numbers, unchecked
-  bool has_normals_ = false, has_uvs_ = false;
+  bool has_normals_ = false, has_uvs_ = false, has_colors_ = false, has_opacity_ = false;
+  const bool keeps_nodes_;
+  std::string image_;  // name in the header, as MeshLab writes it
 };
 
 }  // namespace
 
-Result<ImportedMesh> import_ply(std::string_view bytes) {
-  return Reader().read(bytes);
+Result<ImportedMesh> import_ply(std::string_view bytes, Nodes nodes) {
+  return Reader(nodes).read(bytes);
 }
 
 }  // namespace fire3dv::convert

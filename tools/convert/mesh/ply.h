@@ -10,6 +10,6 @@
 namespace fire3dv::convert {
 
 // bytes: contents of the file. The result has one default material.
-Result<ImportedMesh> import_ply(std::string_view bytes);
+Result<ImportedMesh> import_ply(std::string_view bytes, Nodes nodes = Nodes::merge);
 
 }  // namespace fire3dv::convert

@@ -158,7 +158,7 @@ void add_surface(Mesh& mesh, const Surface& surface, const glm::dmat4& mesh_from
   Surface* to = nullptr;
   for (Surface& other : mesh.surfaces) {
     if (other.material == material && other.normals.empty() == surface.normals.empty() &&
-        other.uvs.empty() == surface.uvs.empty())
+        other.uvs.empty() == surface.uvs.empty() && other.colors.empty() == surface.colors.empty())
       to = &other;
   }
   if (!to) {
@@ -175,6 +175,7 @@ void add_surface(Mesh& mesh, const Surface& surface, const glm::dmat4& mesh_from
   for (const glm::vec3& normal : surface.normals)
     to->normals.push_back(glm::normalize(for_normals * glm::dvec3(normal)));
   to->uvs.insert(to->uvs.end(), surface.uvs.begin(), surface.uvs.end());
+  to->colors.insert(to->colors.end(), surface.colors.begin(), surface.colors.end());
   for (size_t i = 0; i + 3 <= surface.indices.size(); i += 3) {
     const uint32_t a = surface.indices[i], b = surface.indices[i + 1], c = surface.indices[i + 2];
     to->indices.insert(to->indices.end(),
@@ -270,6 +271,7 @@ std::string repair(Surface& surface) {
   move_lost_vertices(surface);
   if (surface.normals.size() != surface.positions.size()) surface.normals.clear();
   if (surface.uvs.size() != surface.positions.size()) surface.uvs.clear();
+  if (surface.colors.size() != surface.positions.size()) surface.colors.clear();
   if (const size_t mended = mend_normals(surface))
     say(std::to_string(mended) + " normals without a direction are made from triangles");
   if (surface.influences.size() != surface.positions.size()) surface.influences.clear();
