@@ -12,6 +12,7 @@
 #include <utility>
 #include <variant>
 
+#include "renderer/gui/docks.h"
 #include "renderer/gui/input.h"
 #include "renderer/gui/panels.h"
 
@@ -21,7 +22,7 @@ namespace {
 constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize |
                                     ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoCollapse |
                                     ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoBringToFrontOnFocus;
-constexpr float kLeastTreePt = 140, kEdgePt = 6;
+constexpr float kLeastTreePt = 140;
 
 Cursor cursor_of(ImGuiMouseCursor cursor) {
   switch (cursor) {
@@ -49,7 +50,8 @@ struct Gui::Panels {
   Cursor cursor = Cursor::arrow;
   bool wants_mouse = false, wants_keyboard = false;
   Rect image_rect;
-  float left_rest_px = 0;  // height of the left column without the tree
+  float left_rest_px = 0;    // height of the left column without the tree
+  float bottom_rest_px = 0;  // height of the bottom row without the lines of the log; 0: unknown
 
   FramePanel frame;
   StreamsPanel streams;
@@ -62,8 +64,9 @@ struct Gui::Panels {
   ~Panels() { ImGui::DestroyContext(context); }
   void take_events(ImGuiIO& io);
   void lay_out(const Context& context);
-  float bottom(const Context& context, float left, float right, float height);
-  void edges(const Context& context, float left, float right, float bottom);
+  static bool begin_dock(const char* name, const DockAreas::Area& area, int flags);
+  float bottom_px(const Context& context) const;
+  void splitters(const Context& context, const DockAreas& areas);
 };
 
 Gui::Gui(const Layout& layout, Clipboard clipboard)
@@ -163,14 +166,8 @@ const ImDrawData& Gui::frame(const Input& input, const Facts& facts, const Shown
 
 void Gui::Panels::lay_out(const Context& c) {
   const ImVec2 display = ImGui::GetIO().DisplaySize;
-  // In a small window the image keeps a third. ImGui would replace a size of 0 by its own choice.
-  const float third = std::max(std::floor(display.x / 3), 1.0f);
-  const float left = std::min(ui.points(c.layout.left_pt), third);
-  const float right = std::min(ui.points(c.layout.right_pt), third);
-
-  ImGui::SetNextWindowPos({0, 0});
-  ImGui::SetNextWindowSize({left, display.y});
-  if (ImGui::Begin("left", nullptr, kFixed)) {
+  const DockAreas areas = dock_areas({display.x, display.y}, ui.scale, c.layout, bottom_px(c));
+  if (begin_dock("left", areas.left, kFixed)) {
     const float top = ImGui::GetCursorPosY();
     const float room = ImGui::GetContentRegionAvail().y - left_rest_px;
     const float tree_height = std::max(std::floor(room), ui.points(kLeastTreePt));
@@ -179,78 +176,86 @@ void Gui::Panels::lay_out(const Context& c) {
     cameras.draw(c);
     const bool tree_is_open = c.layout.is_open(Panel::tree);
     if (tree_is_open) left_rest_px = ImGui::GetCursorPosY() - top - tree_height;
+    ImGui::End();
   }
-  ImGui::End();
-
-  ImGui::SetNextWindowPos({display.x - right, 0});
-  ImGui::SetNextWindowSize({right, display.y});
-  if (ImGui::Begin("right", nullptr, kFixed)) {
+  if (begin_dock("right", areas.right, kFixed)) {
     frame.draw(c);
     streams.draw(c);
     draw_render_panel(c);
     lights.draw(c);
     materials.draw(c);
+    ImGui::End();
   }
-  ImGui::End();
-
-  const float low = bottom(c, left, display.x - right, display.y);
-  edges(c, left, display.x - right, low);
-  image_rect = {{left, 0}, {display.x - right, low}};
-}
-
-// Returns the upper edge of the panel.
-float Gui::Panels::bottom(const Context& c, float left, float right, float height) {
-  const ImGuiStyle& style = ImGui::GetStyle();
-  const float header = ImGui::GetTextLineHeight() + ui.points(9) + 2 * style.ItemSpacing.y;
-  float wanted = 2 * style.WindowPadding.y + header;
-  if (c.layout.is_open(Panel::log)) wanted += ui.points(c.layout.log_pt);
-  if (c.shown.timeline) {
-    wanted += header;
-    if (c.layout.is_open(Panel::timeline)) wanted += 2 * ImGui::GetFrameHeightWithSpacing();
-  }
-  wanted = std::min(std::round(wanted), std::max(std::floor(height / 2), 1.0f));
-  ImGui::SetNextWindowPos({left, height - wanted});
-  ImGui::SetNextWindowSize({std::max(right - left, 1.0f), wanted});
-  if (ImGui::Begin("bottom", nullptr, kFixed | ImGuiWindowFlags_NoScrollbar)) {
+  if (begin_dock("bottom", areas.bottom, kFixed)) {
+    const float top = ImGui::GetCursorPosY();
     draw_timeline_panel(c);
     log.draw(c);
+    bottom_rest_px = ImGui::GetCursorPosY() - top - log.lines_px() + 2 * ImGui::GetStyle().WindowPadding.y;
+    ImGui::End();
   }
-  ImGui::End();
-  return height - wanted;
+  splitters(c, areas);
+  image_rect = areas.image;
 }
 
-void Gui::Panels::edges(const Context& c, float left, float right, float bottom_y) {
-  const ImVec2 display = ImGui::GetIO().DisplaySize;
-  const float thick = ui.points(kEdgePt), half = std::floor(thick / 2);
-  // Drawn in front of the columns: these have NoBringToFrontOnFocus, which ImGui puts behind all other
-  // windows.
-  constexpr ImGuiWindowFlags kEdge = (kFixed & ~ImGuiWindowFlags_NoBringToFrontOnFocus) |
-                                     ImGuiWindowFlags_NoBackground | ImGuiWindowFlags_NoScrollbar |
-                                     ImGuiWindowFlags_NoFocusOnAppearing;
-  const auto edge = [&](const char* name, bool upright, const Rect& rect) {
+// A folded dock has no window. The caller ends the window if this returns true.
+bool Gui::Panels::begin_dock(const char* name, const DockAreas::Area& area, int flags) {
+  const glm::vec2 size = area.panels.high - area.panels.low;
+  if (size.x < 1 || size.y < 1) return false;  // ImGui would replace a size of 0 by its own choice
+  ImGui::SetNextWindowPos({area.panels.low.x, area.panels.low.y});
+  ImGui::SetNextWindowSize({size.x, size.y});
+  ImGui::Begin(name, nullptr, flags);
+  return true;
+}
+
+// Height that the bottom row needs: of the last frame, except the log, which the user sizes.
+float Gui::Panels::bottom_px(const Context& c) const {
+  const float header = ImGui::GetTextLineHeight() + ui.points(9) + 2 * ImGui::GetStyle().ItemSpacing.y;
+  const float first_guess = 2 * ImGui::GetStyle().WindowPadding.y + header;
+  const float rest = bottom_rest_px > 0 ? bottom_rest_px : first_guess;
+  return rest + (c.layout.is_open(Panel::log) ? ui.points(c.layout.log_pt) : 0);
+}
+
+void Gui::Panels::splitters(const Context& c, const DockAreas& areas) {
+  constexpr ImGuiWindowFlags kFlags = kFixed | ImGuiWindowFlags_NoScrollbar |
+                                      ImGuiWindowFlags_NoScrollWithMouse |
+                                      ImGuiWindowFlags_NoFocusOnAppearing;
+  const auto use = [&](Dock dock, const Ui::Splitter& splitter, const Rect& rect) {
+    const glm::vec2 size = rect.high - rect.low;
+    if (size.x < 1 || size.y < 1) return 0.0f;
     ImGui::SetNextWindowPos({rect.low.x, rect.low.y});
-    ImGui::SetNextWindowSize(
-        {std::max(rect.high.x - rect.low.x, 1.0f), std::max(rect.high.y - rect.low.y, 1.0f)});
+    ImGui::SetNextWindowSize({size.x, size.y});
     ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {0, 0});
-    float moved = 0;
-    if (ImGui::Begin(name, nullptr, kEdge)) {
+    Ui::SplitterUse used;
+    if (ImGui::Begin(splitter.name, nullptr, kFlags)) {
       ui.enter("Window");
-      moved = ui.edge(name, upright, rect);
+      used = ui.splitter(splitter, rect, c.layout.is_folded(dock));
     }
     ImGui::End();
     ImGui::PopStyleVar();
-    return moved / ui.scale;
+    if (used.toggled) c.layout.is_folded(dock) = !c.layout.is_folded(dock);
+    return used.moved_px / ui.scale;
   };
+  // In a small window docks are smaller than their setting: a drag starts from what is seen.
   Layout& l = c.layout;
-  const float of_left = edge("edge of the left column", true, {{left - half, 0}, {left + half, display.y}});
-  l.left_pt = std::clamp(l.left_pt + of_left, kLeastColumnPt, kMaxColumnPt);
-  const float of_right =
-      edge("edge of the right column", true, {{right - half, 0}, {right + half, display.y}});
-  l.right_pt = std::clamp(l.right_pt - of_right, kLeastColumnPt, kMaxColumnPt);
-  if (!l.is_open(Panel::log)) return;
+  const auto points_of = [&](float low_px, float high_px) { return (high_px - low_px) / ui.scale; };
+  const float of_left = use(
+      Dock::left, {"edge of the left column", "Fold the left column", "Unfold the left column", ImGuiDir_Left},
+      areas.left.splitter);
+  if (of_left != 0)
+    l.left_pt = std::clamp(points_of(0, areas.image.low.x) + of_left, kLeastColumnPt, kMaxColumnPt);
+  const float of_right = use(Dock::right,
+                             {"edge of the right column", "Fold the right column",
+                              "Unfold the right column", ImGuiDir_Right},
+                             areas.right.splitter);
+  if (of_right != 0) {
+    l.right_pt = std::clamp(points_of(areas.image.high.x, ImGui::GetIO().DisplaySize.x) - of_right,
+                            kLeastColumnPt, kMaxColumnPt);
+  }
   const float of_log =
-      edge("edge of the log", false, {{left + half, bottom_y - half}, {right - half, bottom_y + half}});
-  l.log_pt = std::clamp(l.log_pt - of_log, kLeastLogPt, kMaxLogPt);
+      use(Dock::bottom, {"edge of the log", "Fold the log", "Unfold the log", ImGuiDir_Down},
+          areas.bottom.splitter);
+  if (of_log != 0 && l.is_open(Panel::log))
+    l.log_pt = std::clamp(std::min(l.log_pt, log.lines_px() / ui.scale) - of_log, kLeastLogPt, kMaxLogPt);
 }
 
 bool Gui::wants_mouse() const {

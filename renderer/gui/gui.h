@@ -1,4 +1,4 @@
-// Panels over the image. They read facts, scene and poses, and write the user's requests (panel_data.h).
+// Panels beside the image. They read facts, scene and poses, and write the user's requests (panel_data.h).
 // Independent of window and GPU: the output is a draw list for gui_pass.h.
 #pragma once
 
@@ -62,7 +62,9 @@ class Gui {
   bool wants_mouse() const;
   bool wants_keyboard() const;
   Cursor cursor() const;
-  Rect image_rect() const;  // part of the image not covered by panels
+  // Part of the window that no panel covers, in whole pixels: the image belongs there. Empty in a window of a
+  // few pixels. Help, popups and tooltips may lie over it.
+  Rect image_rect() const;
 
   const Layout& layout() const { return layout_; }
   const ImFontAtlas& fonts() const;

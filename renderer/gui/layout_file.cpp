@@ -24,6 +24,8 @@ constexpr Number kNumbers[] = {
     {"camera-speed", &Layout::camera_speed, 0.01f, 100},
 };
 
+constexpr const char* kDockNames[kDocks] = {"left-dock", "right-dock", "bottom-dock"};
+
 std::string_view trimmed(std::string_view text) {
   constexpr std::string_view kBlank = " \t\r";
   const size_t first = text.find_first_not_of(kBlank);
@@ -48,6 +50,12 @@ bool set(Layout& layout, std::string_view name, std::string_view value) {
     layout.open[i] = value == "open";
     return true;
   }
+  for (size_t i = 0; i < kDocks; ++i) {
+    if (name != kDockNames[i]) continue;
+    if (value != "open" && value != "folded") return false;
+    layout.folded[i] = value == "folded";
+    return true;
+  }
   return false;
 }
 
@@ -69,6 +77,8 @@ std::string layout_text(const Layout& layout) {
   for (size_t i = 0; i < kPanels; ++i) {
     text += std::string(panel_name(static_cast<Panel>(i))) + (layout.open[i] ? " = open\n" : " = closed\n");
   }
+  for (size_t i = 0; i < kDocks; ++i)
+    text += std::string(kDockNames[i]) + (layout.folded[i] ? " = folded\n" : " = open\n");
   return text;
 }
 

@@ -124,8 +124,10 @@ void draw_render_panel(const Context& context);
 class LogPanel {
  public:
   void draw(const Context& context);
+  float lines_px() const { return lines_px_; }  // height of the lines in the last frame; 0: closed
 
  private:
+  float lines_px_ = 0;
   uint64_t seen_ = 0, cleared_ = 0;  // values of Facts::log_lines
 };
 

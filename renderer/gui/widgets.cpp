@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
+#include <utility>
 
 namespace fire3dv::gui {
 
@@ -108,6 +109,23 @@ bool invisible_button(const char* name, float width, float height) {
 
 }  // namespace
 
+std::string elided(const std::string& text, float width_px) {
+  if (text.empty() || ImGui::CalcTextSize(text.c_str()).x <= width_px) return text;
+  constexpr const char* kEllipsis = "\u2026";
+  const auto starts_character = [&](size_t at) {
+    return at == text.size() || (static_cast<unsigned char>(text[at]) & 0xc0) != 0x80;
+  };
+  const float room = width_px - ImGui::CalcTextSize(kEllipsis).x;
+  size_t fits = 0, fits_not = text.size();
+  while (fits + 1 < fits_not) {
+    const size_t middle = (fits + fits_not) / 2;
+    const bool fit = ImGui::CalcTextSize(text.data(), text.data() + middle).x <= room;
+    (fit ? fits : fits_not) = middle;
+  }
+  while (fits > 0 && !starts_character(fits)) --fits;
+  return text.substr(0, fits) + kEllipsis;
+}
+
 std::string one_line(std::string_view text) {
   std::string line(text);
   for (char& c : line) {
@@ -120,6 +138,7 @@ void Ui::begin_frame(float display_scale) {
   scale = display_scale;
   controls.clear();
   panel_ = "";
+  wants_same_line_ = false;
 }
 
 void Ui::note_control(Control::Kind kind, const char* name, bool enabled) {
@@ -132,7 +151,7 @@ void Ui::hint(const char* text) {
   if (!text || !ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled)) return;
   if (ImGui::GetIO().MouseDown[0]) return;
   ImGui::BeginTooltip();
-  ImGui::PushTextWrapPos(points(280));
+  ImGui::PushTextWrapPos(std::min(points(280), ImGui::GetIO().DisplaySize.x * 0.8f));
   ImGui::TextUnformatted(text);
   ImGui::PopTextWrapPos();
   ImGui::EndTooltip();
@@ -168,12 +187,26 @@ bool Ui::header(const char* title, bool& open) {
   return open;
 }
 
-float Ui::begin_row(const char* label) {
+void Ui::flow(float width_px) {
+  if (!std::exchange(wants_same_line_, false)) return;
+  const float right = ImGui::GetWindowPos().x + ImGui::GetWindowContentRegionMax().x;
+  if (ImGui::GetItemRectMax().x + points(4) + width_px <= right) ImGui::SameLine(0, points(4));
+}
+
+void Ui::dim_label(const char* text, float width_px) {
+  const std::string shown = elided(text, width_px);
+  ImGui::PushStyleColor(ImGuiCol_Text, theme::kDim);
+  ImGui::TextUnformatted(shown.c_str());
+  ImGui::PopStyleColor();
+  if (shown != text) hint(text);
+}
+
+float Ui::begin_row(const char* text) {
   const float width = ImGui::GetContentRegionAvail().x, left = ImGui::GetCursorPosX();
   ImGui::AlignTextToFramePadding();
-  ImGui::TextColored(floats(theme::kDim), "%s", label);
-  const float used = ImGui::GetItemRectSize().x + points(6);
-  const float label_width = std::max(std::round(width * kLabelShare), std::min(used, width * 0.7f));
+  const float used = ImGui::CalcTextSize(text).x + points(6);
+  const float label_width = std::max(std::round(width * kLabelShare), std::round(std::min(used, width * 0.7f)));
+  dim_label(text, label_width - points(6));
   ImGui::SameLine(left + label_width);
   ImGui::SetNextItemWidth(width - label_width);
   return width - label_width;
@@ -188,11 +221,12 @@ void Ui::value(const char* label, const char* format, ...) {
   value(label, theme::kText, text);
 }
 
-void Ui::value(const char* label, ImU32 color, const std::string& text) {
+void Ui::value(const char* name, ImU32 color, const std::string& text) {
   const float width = ImGui::GetContentRegionAvail().x, left = ImGui::GetCursorPosX();
-  ImGui::TextColored(floats(theme::kDim), "%s", label);
-  const float used = ImGui::GetItemRectSize().x + points(6);
-  ImGui::SameLine(left + std::max(std::round(width * kLabelShare), used));
+  const float used = ImGui::CalcTextSize(name).x + points(6);
+  const float label_width = std::max(std::round(width * kLabelShare), std::round(std::min(used, width * 0.6f)));
+  dim_label(name, label_width - points(6));
+  ImGui::SameLine(left + label_width);
   ImGui::PushTextWrapPos(left + width);
   ImGui::TextColored(floats(color), "%s", text.c_str());
   ImGui::PopTextWrapPos();
@@ -205,6 +239,7 @@ void Ui::note(const std::string& text) {
 }
 
 bool Ui::button(const char* label, bool enabled, const char* hint_text, bool pressed) {
+  flow(ImGui::CalcTextSize(label, nullptr, true).x + 2 * ImGui::GetStyle().FramePadding.x);
   ImGui::BeginDisabled(!enabled);
   if (pressed) ImGui::PushStyleColor(ImGuiCol_Button, theme::kAccentDark);
   const bool clicked = ImGui::Button(label);
@@ -240,12 +275,14 @@ bool Ui::slider(const char* label, float& value, const Range& range, const char*
 bool Ui::choice(const char* label, size_t& chosen, std::span<const char* const> names,
                 const char* hint_text) {
   ImGui::PushID(label);
-  begin_row(label);
+  const float room =
+      begin_row(label) - ImGui::GetFrameHeight() - 2 * ImGui::GetStyle().FramePadding.x;
   bool changed = false;
-  const bool open = ImGui::BeginCombo("##", names[std::min(chosen, names.size() - 1)]);
+  const std::string now = names[std::min(chosen, names.size() - 1)], shown = elided(now, room);
+  const bool open = ImGui::BeginCombo("##", shown.c_str());
   // Registers the closed combo box, before its popup adds other items.
   note_control(Control::Kind::choice, label);
-  if (!open) hint(hint_text);
+  if (!open) hint(shown == now ? hint_text : now.c_str());
   if (open) {
     for (size_t i = 0; i < names.size(); ++i) {
       const bool clicked = ImGui::Selectable(names[i], i == chosen);
@@ -290,7 +327,8 @@ bool Ui::color(const char* label, glm::vec3& linear, const char* hint_text) {
 bool Ui::text(const char* name, const char* hint_text, std::string& value) {
   ImGui::SetNextItemWidth(-FLT_MIN);
   ImGui::PushID(name);
-  const bool changed = ImGui::InputTextWithHint("##", hint_text, &value);
+  const float room = ImGui::GetContentRegionAvail().x - 2 * ImGui::GetStyle().FramePadding.x;
+  const bool changed = ImGui::InputTextWithHint("##", elided(hint_text, room).c_str(), &value);
   note_control(Control::Kind::text, name);
   ImGui::PopID();
   return changed;
@@ -306,8 +344,10 @@ bool Ui::row(const char* text, bool chosen, ImU32 text_color, float width) {
   // Drawn as text instead of the item's label: ImGui hides label text from ## on, and names come from files.
   const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
   const ImVec4 clip{low.x, low.y, width > 0 ? at.x + width : high.x, high.y};
-  ImGui::GetWindowDrawList()->AddText(ImGui::GetFont(), ImGui::GetFontSize(), at, text_color,
-                                      one_line(text).c_str(), nullptr, 0, &clip);
+  const std::string whole = one_line(text), shown = elided(whole, clip.z - at.x);
+  ImGui::GetWindowDrawList()->AddText(ImGui::GetFont(), ImGui::GetFontSize(), at, text_color, shown.c_str(),
+                                      nullptr, 0, &clip);
+  if (shown != whole) hint(whole.c_str());
   return clicked;
 }
 
@@ -337,6 +377,51 @@ float Ui::edge(const char* name, bool upright, const Rect& rect) {
   }
   if (!active) return 0;
   return upright ? ImGui::GetIO().MouseDelta.x : ImGui::GetIO().MouseDelta.y;
+}
+
+bool Ui::handle(const Splitter& at_edge, const Rect& rect, bool folded) {
+  const char* const name = folded ? at_edge.unfold : at_edge.fold;
+  ImGui::SetCursorScreenPos({rect.low.x, rect.low.y});
+  const bool clicked = invisible_button(name, rect.high.x - rect.low.x, rect.high.y - rect.low.y);
+  note_control(Control::Kind::button, name);
+  const bool hovered = ImGui::IsItemHovered();
+  ImDrawList* const list = ImGui::GetWindowDrawList();
+  const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
+  list->AddRectFilled(low, high, hovered ? theme::kWellHovered : theme::kWell);
+  const ImVec2 at{(low.x + high.x) / 2, (low.y + high.y) / 2};
+  const float arm = points(3.5f), half = points(2);
+  const ImU32 color = hovered ? theme::kAccent : theme::kDim;
+  // The arrow points to where the splitter will be.
+  const float way = folded ? -1.0f : 1.0f;
+  if (at_edge.arrow == ImGuiDir_Down) {
+    list->AddTriangleFilled({at.x - arm, at.y - way * half}, {at.x + arm, at.y - way * half},
+                            {at.x, at.y + way * half}, color);
+  } else {
+    const float side = at_edge.arrow == ImGuiDir_Left ? -way : way;
+    list->AddTriangleFilled({at.x - side * half, at.y - arm}, {at.x - side * half, at.y + arm},
+                            {at.x + side * half, at.y}, color);
+  }
+  if (hovered) ImGui::SetMouseCursor(ImGuiMouseCursor_Hand);
+  hint(name);
+  return clicked;
+}
+
+Ui::SplitterUse Ui::splitter(const Splitter& at_edge, const Rect& rect, bool folded) {
+  if (folded) return {0, handle(at_edge, rect, true)};
+  const bool upright = at_edge.arrow != ImGuiDir_Down;
+  const int along = upright ? 1 : 0;
+  const float length = rect.high[along] - rect.low[along];
+  const float grip = std::min(points(44), std::floor(length / 2));
+  Rect first = rect, middle = rect, last = rect;
+  first.high[along] = middle.low[along] = rect.low[along] + std::floor((length - grip) / 2);
+  middle.high[along] = last.low[along] = middle.low[along] + grip;
+  SplitterUse use;
+  use.moved_px = edge(at_edge.name, upright, first);
+  use.toggled = handle(at_edge, middle, false);
+  ImGui::PushID("last");
+  use.moved_px += edge(at_edge.name, upright, last);
+  ImGui::PopID();
+  return use;
 }
 
 void Ui::bar(float share, ImU32 color) {
@@ -386,7 +471,8 @@ void Ui::plot(std::span<const Curve> curves, float height_pt, float least_top, c
   }
   char label[48];
   std::snprintf(label, sizeof label, "%g %s", static_cast<double>(top), unit);
-  list->AddText({at.x + points(4), at.y + points(1)}, theme::kFaint, label);
+  list->AddText({at.x + points(4), at.y + points(1)}, theme::kFaint,
+                elided(label, size.x - points(8)).c_str());
 }
 
 }  // namespace fire3dv::gui

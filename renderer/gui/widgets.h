@@ -38,6 +38,8 @@ void apply_theme(float scale);
 // Builds the font atlas: Latin, Greek, Cyrillic, and the symbols that panels use.
 void make_fonts(ImFontAtlas& fonts, float scale);
 
+// Shortens a text of one line to this width in pixels, with an ellipsis at its end.
+std::string elided(const std::string& text, float width_px);
 // Replaces line breaks by spaces: rows have the height of one line.
 std::string one_line(std::string_view text);
 
@@ -61,7 +63,9 @@ class Ui {
   void note(const std::string& text);  // dimmed text over the full width
 
   bool button(const char* label, bool enabled = true, const char* hint = nullptr, bool pressed = false);
-  void same_line() { ImGui::SameLine(0, points(4)); }
+  // Puts the next button, or what flow() announces, on the same line if it fits there.
+  void same_line() { wants_same_line_ = true; }
+  void flow(float width_px);
   // Widgets with a label on the left; return true if the user changed the value.
   bool check(const char* label, bool& value, const char* hint = nullptr);
   struct Range {
@@ -78,8 +82,17 @@ class Ui {
   bool row(const char* text, bool chosen, ImU32 text_color = theme::kText, float width = 0);
   // Small icon button at the end of a row.
   bool sign(const char* name, const char* glyph, ImU32 color, float width);
-  // Draggable splitter; returns its movement in pixels.
-  float edge(const char* name, bool upright, const Rect& rect);
+  // Draggable splitter with a handle that folds its dock. A folded one is a handle only. arrow: points away
+  // from the image, where the dock folds to.
+  struct Splitter {
+    const char *name, *fold, *unfold;
+    ImGuiDir arrow;
+  };
+  struct SplitterUse {
+    float moved_px = 0;
+    bool toggled = false;
+  };
+  SplitterUse splitter(const Splitter& at_edge, const Rect& rect, bool folded);
 
   // Filled curves with a common scale from 0. The first is drawn at the bottom.
   struct Curve {
@@ -95,6 +108,11 @@ class Ui {
 
  private:
   float begin_row(const char* label);
+  // Dimmed label, elided to this width.
+  void dim_label(const char* text, float width_px);
+  float edge(const char* name, bool upright, const Rect& rect);  // returns its movement in pixels
+  bool handle(const Splitter& at_edge, const Rect& rect, bool folded);
+  bool wants_same_line_ = false;
   const char* panel_ = "";
 };
 

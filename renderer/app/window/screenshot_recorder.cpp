@@ -120,7 +120,7 @@ uint64_t ScreenshotRecorder::video_frames_due(VkExtent2D extent) {
     video_begun_ = Clock::now();
   }
   if (extent.width != video_extent_.width || extent.height != video_extent_.height) {
-    note("the video ends: the window has another size");
+    note("the video ends: the image has another size");
     video_ending_ = true;
     return 0;
   }

@@ -55,11 +55,11 @@ gui::Layout load(const std::optional<std::filesystem::path>& file, std::vector<s
 
 }  // namespace
 
-gui::Input panel_input(const sinks::WindowInput& input, glm::uvec2 image_px, float seconds,
+gui::Input panel_input(const sinks::WindowInput& input, glm::uvec2 window_px, float seconds,
                        sinks::Modifiers& held) {
   using Kind = sinks::InputEvent::Kind;
   gui::Input panel;
-  panel.display_px = glm::vec2(image_px);
+  panel.display_px = glm::vec2(window_px);
   panel.scale = input.scale;
   panel.delta_s = seconds;
   for (const sinks::InputEvent& event : input.events) {
@@ -99,7 +99,8 @@ WindowPanels::WindowPanels(gpu::Device& device, gui::Viewer& viewer, bool first)
     : file_(layout_path()),
       saved_(load(file_, notes_)),
       gui_(saved_, {sinks::Window::clipboard, sinks::Window::set_clipboard}),
-      pass_(device) {
+      pass_(device),
+      device_(device) {
   if (first) viewer.camera_speed = saved_.camera_speed;
 }
 
@@ -110,15 +111,50 @@ WindowPanels::~WindowPanels() {
 }
 
 ViewerInput::Owners WindowPanels::take(sinks::Window& window, const sinks::WindowInput& input,
-                                       glm::uvec2 image_px, float seconds, const gui::Facts& facts,
+                                       glm::uvec2 window_px, float seconds, const gui::Facts& facts,
                                        const gui::Shown& shown, gui::Viewer& viewer) {
-  laid_out_ = &gui_.frame(panel_input(input, image_px, seconds, held_), facts, shown, viewer);
+  laid_out_ = &gui_.frame(panel_input(input, window_px, seconds, held_), facts, shown, viewer);
   window.set_cursor(static_cast<sinks::Window::Cursor>(gui_.cursor()));
   return {!gui_.wants_mouse(), !gui_.wants_keyboard()};
 }
 
-void WindowPanels::record(gpu::Recorder& recorder, gpu::StagingRing& staging, gpu::Image& image) {
-  if (laid_out_) pass_.record(recorder, staging, image, *laid_out_, gui_.fonts(), gui_.fonts_number());
+gpu::Image& WindowPanels::record(gpu::Recorder& recorder, gpu::StagingRing& staging, gpu::Image& image,
+                                 glm::uvec2 at, VkExtent2D window) {
+  if (!laid_out_) return image;
+  const bool fills = image.extent.width == window.width && image.extent.height == window.height;
+  gpu::Image& content = fills ? image : canvas_;
+  if (!fills) copy_to_canvas(recorder, image, at, window);
+  pass_.record(recorder, staging, content, *laid_out_, gui_.fonts(), gui_.fonts_number());
+  return content;
+}
+
+void WindowPanels::copy_to_canvas(gpu::Recorder& recorder, gpu::Image& image, glm::uvec2 at,
+                                  VkExtent2D window) {
+  if (!canvas_ || canvas_.extent.width != window.width || canvas_.extent.height != window.height) {
+    canvas_ = gpu::create_image(device_, {VK_FORMAT_R8G8B8A8_UNORM, window,
+                                          VK_IMAGE_USAGE_STORAGE_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT |
+                                              VK_IMAGE_USAGE_TRANSFER_SRC_BIT});
+  }
+  const VkExtent2D part{std::min(image.extent.width, window.width - std::min(at.x, window.width)),
+                        std::min(image.extent.height, window.height - std::min(at.y, window.height))};
+  // Panels cover the rest, except while a video keeps the size of the image.
+  recorder.pass("window", {gpu::Use(canvas_, gpu::access::transfer_write, true)},
+                [&](VkCommandBuffer commands) {
+                  constexpr VkClearColorValue kBlack{{0, 0, 0, 1}};
+                  constexpr VkImageSubresourceRange kAll{VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1};
+                  vkCmdClearColorImage(commands, canvas_.get(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, &kBlack,
+                                       1, &kAll);
+                });
+  recorder.pass("window",
+                {gpu::Use(image, gpu::access::transfer_read), gpu::Use(canvas_, gpu::access::transfer_write)},
+                [&](VkCommandBuffer commands) {
+                  VkImageCopy copy{};
+                  copy.srcSubresource = copy.dstSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
+                  copy.dstOffset = {static_cast<int32_t>(at.x), static_cast<int32_t>(at.y), 0};
+                  copy.extent = {part.width, part.height, 1};
+                  vkCmdCopyImage(commands, image.get(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, canvas_.get(),
+                                 VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &copy);
+                });
 }
 
 namespace {

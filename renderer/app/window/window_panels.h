@@ -30,26 +30,34 @@ class WindowPanels {
   WindowPanels& operator=(const WindowPanels&) = delete;
 
   // Routes input and lays out the panels. Input that the panels use does not move the view.
-  ViewerInput::Owners take(sinks::Window& window, const sinks::WindowInput& input, glm::uvec2 image_px,
+  ViewerInput::Owners take(sinks::Window& window, const sinks::WindowInput& input, glm::uvec2 window_px,
                            float seconds, const gui::Facts& facts, const gui::Shown& shown,
                            gui::Viewer& viewer);
-  // Draws the last layout onto the image.
-  void record(gpu::Recorder& recorder, gpu::StagingRing& staging, gpu::Image& image);
+  // Part of the window that the last layout left to the image.
+  gui::Rect image_rect() const { return gui_.image_rect(); }
+  // Draws the last layout and returns the content of the window: onto the image if it fills the window, else
+  // onto a canvas of the window's size with the image at `at`.
+  gpu::Image& record(gpu::Recorder& recorder, gpu::StagingRing& staging, gpu::Image& image, glm::uvec2 at,
+                     VkExtent2D window);
 
   std::vector<std::string> take_log_messages() { return std::exchange(notes_, {}); }
 
  private:
+  void copy_to_canvas(gpu::Recorder& recorder, gpu::Image& image, glm::uvec2 at, VkExtent2D window);
+
   std::vector<std::string> notes_;
   std::optional<std::filesystem::path> file_;
   gui::Layout saved_;
   gui::Gui gui_;
   gui::GuiPass pass_;
+  gpu::Device& device_;
+  gpu::Image canvas_;  // of the window's size; created when needed
   sinks::Modifiers held_;
   const ImDrawData* laid_out_ = nullptr;
 };
 
 // Converts window input to panel input. held: modifier keys of the last event, valid until the next one.
-gui::Input panel_input(const sinks::WindowInput& input, glm::uvec2 image_px, float seconds,
+gui::Input panel_input(const sinks::WindowInput& input, glm::uvec2 window_px, float seconds,
                        sinks::Modifiers& held);
 
 // Collector of the data that the window's panels display, once per image.

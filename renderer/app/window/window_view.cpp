@@ -83,10 +83,28 @@ WindowView::WindowView(const Borrowed& borrowed)
 void WindowView::measure() {
   VkExtent2D extent = first().framebuffer_extent();
   if (extent.width == 0 || extent.height == 0) {
-    if (image_extent_.width != 0) return;
+    if (window_extent_.width != 0) return;
     extent = {borrowed_.options.width, borrowed_.options.height};
   }
-  image_extent_ = {std::max(extent.width / columns(), 1u), extent.height};
+  window_extent_ = {std::max(extent.width / columns(), 1u), extent.height};
+  if (!panels_ || image_extent_.width == 0) image_extent_ = window_extent_;
+}
+
+// The image fills the rectangle that panels leave. With --out it keeps the size of the window, below the
+// panels. A video keeps its size, so that panels may be moved meanwhile; only a smaller window ends it.
+void WindowView::place_image() {
+  const glm::uvec2 window(window_extent_.width, window_extent_.height);
+  const glm::uvec2 now(image_extent_.width, image_extent_.height);
+  const bool fits = glm::all(glm::lessThanEqual(image_at_px_ + now, window));
+  if (captures_.records_video() && fits) return;
+  glm::uvec2 low(0), high(window);
+  if (panels_ && borrowed_.options.out.empty()) {
+    const gui::Rect rect = panels_->image_rect();
+    low = glm::min(glm::uvec2(glm::max(rect.low, glm::vec2(0))), window - 1u);
+    high = glm::clamp(glm::uvec2(glm::max(rect.high, glm::vec2(0))), low + 1u, window);
+  }
+  image_at_px_ = low;
+  image_extent_ = {high.x - low.x, high.y - low.y};
 }
 
 void WindowView::steer(const gui::Facts& facts, replay::TimelineControl* timeline) {
@@ -141,16 +159,19 @@ void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::Tim
   measure();
   gui::Viewer& viewer = borrowed_.viewer;
   const sinks::WindowInput input = first().take_input();
-  const glm::uvec2 image_px(image_extent_.width, image_extent_.height);
   ViewerInput::Owners owners;
   if (panels_) {
     const LiveScene& scene = borrowed_.scene;
     owners =
-        panels_->take(first(), input, image_px, seconds, facts,
+        panels_->take(first(), input, {window_extent_.width, window_extent_.height}, seconds, facts,
                       {scene.scene(), borrowed_.poses, &scene.edits(), scene.replaced(), timeline}, viewer);
+    place_image();
   }
+  const glm::uvec2 image_px(image_extent_.width, image_extent_.height);
   CameraMoves moves = input_.take(input, owners, viewer);
+  moves.cursor_px -= glm::vec2(image_at_px_);
   if (moves.click_px) {
+    *moves.click_px -= glm::vec2(image_at_px_);
     const auto width = static_cast<float>(image_extent_.width);
     if (Result<void> can = renderer().can_inspect(); !can) notes_.push_back(error_line(can.error().message));
     const bool on_right = right_camera_ && moves.click_px->x >= width;
@@ -172,8 +193,10 @@ Result<void> WindowView::record(gpu::Recorder& recorder, gpu::StagingRing& stagi
                                 ScreenshotRecorder::Tag shown) {
   passes::SceneRenderer& renderer = *borrowed_.renderer;
   captures_.record(recorder, renderer.image(), std::move(shown));
-  if (panels_) panels_->record(recorder, staging, renderer.image());
-  first().record(recorder, renderer.image(), 0, columns());
+  gpu::Image& content = panels_ ? panels_->record(recorder, staging, renderer.image(), image_at_px_,
+                                                  window_extent_)
+                                : renderer.image();
+  first().record(recorder, content, 0, columns());
   if (!right_camera_) return {};
   const Result<passes::PreparedFrame> prepared = renderer.prepare(
       {.extent = image_extent_,

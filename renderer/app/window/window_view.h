@@ -87,7 +87,8 @@ class WindowView {
 
   bool records_video() const { return captures_.records_video(); }
 
-  VkExtent2D image_extent() const { return image_extent_; }  // of each image in the first window
+  // Of each image in the first window: the rectangle that its panels leave.
+  VkExtent2D image_extent() const { return image_extent_; }
   bool acquire() { return first().acquire(); }               // false: the window cannot be shown now
   static void wait_events(double timeout_s) { sinks::Window::wait_events(timeout_s); }
 
@@ -108,6 +109,7 @@ class WindowView {
   uint32_t columns() const { return right_camera_ ? 2 : 1; }
   void steer_first(float seconds, const gui::Facts& facts, replay::TimelineControl* timeline);
   void measure();
+  void place_image();
   void apply_requests();
   void apply_draw_settings();
   passes::SceneRenderer& renderer() { return *borrowed_.renderer; }
@@ -118,7 +120,9 @@ class WindowView {
   std::vector<std::unique_ptr<CameraWindow>> others_;
   ScreenshotRecorder captures_;
   std::optional<WindowPanels> panels_;
+  VkExtent2D window_extent_{};  // of each column
   VkExtent2D image_extent_{};
+  glm::uvec2 image_at_px_{0};  // upper left corner of the image in the window
   std::optional<glm::vec2> clicked_px_, clicked_right_px_;
   passes::DrawSettings drawn_;  // last valid settings
   bool closing_ = false;

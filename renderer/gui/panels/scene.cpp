@@ -1,6 +1,7 @@
 // Panels of the scene's nodes: scene tree (search, selection and visibility), selected node, cameras.
 
 #include <algorithm>
+#include <cmath>
 #include <glm/gtc/quaternion.hpp>
 
 #include "renderer/gui/panels.h"
@@ -111,8 +112,10 @@ void TreePanel::draw_row(const Context& context, const Row& row) {
   ++rows_drawn_;
   ImGui::PushID(static_cast<int>(node));
   const float sign_width = ui.points(18), left = ImGui::GetCursorPosX();
-  const float indent = ui.points(12) * static_cast<float>(std::min(row.depth, 24u));
   const float width = ImGui::GetContentRegionAvail().x;
+  // Names of deep nodes keep half of a narrow column.
+  const float indent = std::floor(
+      std::min(ui.points(12) * static_cast<float>(std::min(row.depth, 24u)), width * 0.4f));
   ImGui::SetCursorPosX(left + indent);
   if (search_.empty() && has_children(node)) {
     if (ui.sign(open_[node] ? "Close" : "Open", open_[node] ? "\u25be" : "\u25b8", theme::kDim,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <cstdio>
 
 #include "renderer/gui/panels.h"
@@ -151,7 +152,9 @@ void FramePanel::draw_passes(const Context& context) {
     if (ms < 5e-4f) continue;  // omits negligible passes
     ui.bar(ms / most, theme::rgb(0x24303b));
     const bool is_plotted = plotted_ == name;
-    const bool clicked = ui.row(name.c_str(), is_plotted, is_plotted ? theme::kText : theme::kDim);
+    const float room = ImGui::GetContentRegionAvail().x - number_width - ui.points(4);
+    const bool clicked = ui.row(name.c_str(), is_plotted, is_plotted ? theme::kText : theme::kDim,
+                                std::max(room, ui.points(20)));
     ImGui::SameLine(ImGui::GetWindowContentRegionMax().x - number_width);
     ImGui::Text("%6.3f", static_cast<double>(ms));
     if (clicked) plotted_ = is_plotted ? std::string() : name;
@@ -163,6 +166,7 @@ void FramePanel::draw_passes(const Context& context) {
 void LogPanel::draw(const Context& context) {
   Ui& ui = context.ui;
   const Facts& facts = context.facts;
+  lines_px_ = 0;
   if (!ui.header("Log", context.layout.is_open(Panel::log))) return;
   // facts.log holds only the newest of all lines.
   const uint64_t first = facts.log_lines - facts.log.size();
@@ -170,6 +174,7 @@ void LogPanel::draw(const Context& context) {
   const size_t count = facts.log.size() - std::min(from, facts.log.size());
   const float buttons = ImGui::CalcTextSize("CopyClear").x + ui.points(4 + 4 * 6);
   const ImVec2 back = ImGui::GetCursorPos();
+  constexpr float kLeastLinesPt = 40;  // below, the bottom row scrolls
   ImGui::SetCursorPos(
       {ImGui::GetWindowContentRegionMax().x - buttons, back.y - ImGui::GetTextLineHeight() - ui.points(10)});
   ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, {ui.points(6), ui.points(1)});
@@ -183,7 +188,8 @@ void LogPanel::draw(const Context& context) {
   ImGui::PopStyleVar();
   ImGui::SetCursorPos(back);
 
-  ImGui::BeginChild("lines", {0, 0});
+  lines_px_ = std::max(std::floor(ImGui::GetContentRegionAvail().y), ui.points(kLeastLinesPt));
+  ImGui::BeginChild("lines", {0, lines_px_});
   const bool follows = ImGui::GetScrollY() >= ImGui::GetScrollMaxY() - 1;
   ImGuiListClipper clipper;
   clipper.Begin(static_cast<int>(count), ImGui::GetTextLineHeightWithSpacing());
@@ -197,7 +203,10 @@ void LogPanel::draw(const Context& context) {
       ImGui::TextUnformatted(time);
       ImGui::PopStyleColor();
       ImGui::SameLine(0, ui.points(8));
-      ImGui::TextUnformatted(one_line(line.text).c_str());
+      const std::string whole = one_line(line.text);
+      const std::string shown = elided(whole, ImGui::GetContentRegionAvail().x);
+      ImGui::TextUnformatted(shown.c_str());
+      if (shown != whole) ui.hint(whole.c_str());
     }
   }
   if (follows && seen_ != facts.log_lines) ImGui::SetScrollHereY(1);
@@ -213,7 +222,7 @@ struct Line {
   const char* keys;  // null: heading
   const char* does;
 };
-constexpr Line kLines[] = {
+constexpr Line kCameraLines[] = {
     {nullptr, "Camera"},
     {"left drag", "orbit"},
     {"right or Shift drag", "pan"},
@@ -223,6 +232,8 @@ constexpr Line kLines[] = {
     {"1 - 9, 0", "cameras of the scene, the free one"},
     {"Home", "all of the scene"},
     {"F", "all of the selection"},
+};
+constexpr Line kOtherLines[] = {
     {nullptr, "Scene"},
     {"click", "select a body"},
     {"H", "hide it, or show it again"},
@@ -237,31 +248,57 @@ constexpr Line kLines[] = {
     {"V", "video on and off"},
 };
 
+void draw_lines(Ui& ui, std::span<const Line> lines, float left_px, float width_px) {
+  for (const Line& line : lines) {
+    if (!line.keys) {
+      ImGui::Dummy({0, ui.points(2)});
+      ImGui::SetCursorPosX(left_px);
+      ImGui::TextColored(ImGui::ColorConvertU32ToFloat4(theme::kAccent), "%s", line.does);
+      continue;
+    }
+    ImGui::SetCursorPosX(left_px);
+    ImGui::TextUnformatted(line.keys);
+    ImGui::SameLine(left_px + ui.points(130));
+    ImGui::PushTextWrapPos(left_px + width_px);
+    ImGui::TextColored(ImGui::ColorConvertU32ToFloat4(theme::kDim), "%s", line.does);
+    ImGui::PopTextWrapPos();
+  }
+}
+
 }  // namespace
 
+// One column if the window is high enough for it, else two. It scrolls if even these do not fit.
 void draw_help(const Context& context) {
   if (!context.viewer.help) return;
   Ui& ui = context.ui;
   const ImVec2 display = ImGui::GetIO().DisplaySize;
-  ImGui::SetNextWindowPos({display.x / 2, display.y / 2}, ImGuiCond_Always, {0.5f, 0.5f});
-  ImGui::SetNextWindowSize({ui.points(340), 0});
-  constexpr ImGuiWindowFlags kFlags = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
-                                      ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_AlwaysAutoResize;
-  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {ui.points(18), ui.points(14)});
+  const float padding = ui.points(14), margin = ui.points(8);
+  const float row = ImGui::GetTextLineHeightWithSpacing();
+  const auto rows = static_cast<float>(std::size(kCameraLines) + std::size(kOtherLines) + 3);
+  const float column = ui.points(270), gap = ui.points(16);
+  const float most_x = std::max(display.x - 2 * margin, 1.0f), most_y = std::max(display.y - 2 * margin, 1.0f);
+  const bool is_high = rows * row + 2 * padding + ui.points(40) <= most_y;
+  const bool is_split = !is_high && 2 * column + gap + 2 * padding <= most_x;
+  const float wanted = (is_split ? 2 * column + gap : column) + 2 * padding;
+  ImGui::SetNextWindowPos({std::round(display.x / 2), std::round(display.y / 2)}, ImGuiCond_Always, {0.5f, 0.5f});
+  const float width = std::min(wanted, most_x);
+  ImGui::SetNextWindowSizeConstraints({width, 1}, {width, most_y});
+  constexpr ImGuiWindowFlags kFlags = (ImGuiWindowFlags_NoDecoration & ~ImGuiWindowFlags_NoScrollbar) |
+                                      ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
+                                      ImGuiWindowFlags_AlwaysAutoResize;
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {padding, padding});
   ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, ui.points(6));
   ImGui::PushStyleVar(ImGuiStyleVar_WindowBorderSize, 1);
   if (ImGui::Begin("help", nullptr, kFlags)) {
     ui.enter("Help");
-    for (const Line& line : kLines) {
-      if (!line.keys) {
-        ImGui::Dummy({0, ui.points(2)});
-        ImGui::TextColored(ImGui::ColorConvertU32ToFloat4(theme::kAccent), "%s", line.does);
-        continue;
-      }
-      ImGui::TextUnformatted(line.keys);
-      ImGui::SameLine(ui.points(140));
-      ImGui::TextDisabled("%s", line.does);
-    }
+    const ImVec2 top = ImGui::GetCursorPos();
+    const float room = ImGui::GetContentRegionAvail().x;
+    const float each = is_split ? (room - gap) / 2 : room;
+    draw_lines(ui, kCameraLines, top.x, each);
+    const float low = ImGui::GetCursorPosY();
+    if (is_split) ImGui::SetCursorPosY(top.y);
+    draw_lines(ui, kOtherLines, is_split ? top.x + each + gap : top.x, each);
+    ImGui::SetCursorPosY(std::max(low, ImGui::GetCursorPosY()));
     ImGui::Dummy({0, ui.points(4)});
     if (ui.button("Close##help")) context.viewer.help = false;
   }

@@ -49,7 +49,9 @@ void StreamsPanel::draw(const Context& context) {
     ui.value(link.peers == 1 ? "1 peer" : (std::to_string(link.peers) + " peers").c_str(), theme::kDim,
              link.uri + "  " + bytes_text(link.received_bytes));
     if (link.poses_dropped + link.frames_dropped + link.rejected > 0) {
-      ui.value("  dropped", theme::kWarning,
+      // Newer poses overtake older ones whenever a simulator is faster than the display: no reason to worry.
+      const bool is_lossy = link.frames_dropped + link.rejected > 0;
+      ui.value("  dropped", is_lossy ? theme::kWarning : theme::kDim,
                grouped(link.poses_dropped) + " overtaken, " + grouped(link.frames_dropped) + " incomplete, " +
                    grouped(link.rejected) + " refused");
     }
@@ -64,10 +66,15 @@ void StreamsPanel::draw_stream(const Context& context, const StreamFact& stream)
   ImGui::GetWindowDrawList()->AddCircleFilled({at.x + radius, at.y + ImGui::GetTextLineHeight() / 2}, radius,
                                               color_of(stream.condition));
   ImGui::SetCursorPosX(ImGui::GetCursorPosX() + 2 * radius + ui.points(5));
-  ImGui::TextUnformatted(one_line(stream.name).c_str());
+  const char* const condition = state::condition_name(stream.condition);
+  const float room = ImGui::GetContentRegionAvail().x - ImGui::CalcTextSize(condition).x -
+                     ImGui::GetStyle().ItemSpacing.x;
+  const std::string name = one_line(stream.name), shown_name = elided(name, room);
+  ImGui::TextUnformatted(shown_name.c_str());
+  if (shown_name != name) ui.hint(name.c_str());
   ImGui::SameLine();
   ImGui::PushStyleColor(ImGuiCol_Text, color_of(stream.condition));
-  ImGui::TextUnformatted(state::condition_name(stream.condition));
+  ImGui::TextUnformatted(condition);
   ImGui::PopStyleColor();
 
   ui.value("Rate", "%.1f frames/s", stream.rate_hz);
@@ -179,7 +186,9 @@ void draw_timeline_panel(const Context& context) {
   if (ui.button("Loop", true, "From the beginning again at the end", now.looping))
     timeline->set_looping(!now.looping);
   ui.same_line();
-  ImGui::SetNextItemWidth(ui.points(130));
+  const float speed_width = std::min(ui.points(130), ImGui::GetContentRegionAvail().x);
+  ui.flow(speed_width);
+  ImGui::SetNextItemWidth(speed_width);
   size_t speed = nearest_speed(now.speed);
   ImGui::PushID("speed");
   const bool open = ImGui::BeginCombo("##", kSpeedNames[speed]);
@@ -198,14 +207,17 @@ void draw_timeline_panel(const Context& context) {
       static_cast<double>(std::clamp(now.position_ns, now.start_ns, std::max(now.start_ns, now.end_ns)) -
                           now.start_ns) *
       1e-9;
-  ImGui::AlignTextToFramePadding();
   std::string text = clock_text(at_s) + " / " + clock_text(length_s);
   if (now.sim_time_ns) {
     char sim[48];
     std::snprintf(sim, sizeof sim, "   sim time %.3f s", static_cast<double>(*now.sim_time_ns) * 1e-9);
     text += sim;
   }
+  ui.flow(ImGui::CalcTextSize(text.c_str()).x);
+  ImGui::AlignTextToFramePadding();
+  ImGui::PushTextWrapPos(0);
   ImGui::TextUnformatted(text.c_str());
+  ImGui::PopTextWrapPos();
 
   ImGui::SetNextItemWidth(-FLT_MIN);
   const double least = 0;

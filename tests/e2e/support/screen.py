@@ -14,13 +14,13 @@ SIZE = (320, 180)
 
 
 class Screen:
-    """Xvfb on the first free display number."""
+    """Xvfb on the first free display number. dpi: of a desktop's settings; 192 makes a content scale of 2."""
 
-    def __init__(self, test):
+    def __init__(self, test, size=SCREEN, dpi=96):
         read, write = os.pipe()
         os.set_inheritable(write, True)
         self.log = open(test.path("xvfb.log"), "wb")
-        self.server = subprocess.Popen(["Xvfb", "-displayfd", str(write), "-screen", "0", f"{SCREEN[0]}x{SCREEN[1]}x24",
+        self.server = subprocess.Popen(["Xvfb", "-displayfd", str(write), "-screen", "0", f"{size[0]}x{size[1]}x24",
                                         "-nolisten", "tcp", "-noreset"], pass_fds=[write], stderr=self.log)
         os.close(write)
         with os.fdopen(read) as pipe:
@@ -30,6 +30,7 @@ class Screen:
         self.env = {**vulkan_environment(), "DISPLAY": self.display, "XDG_CONFIG_HOME": test.path("config")}
         self.env.pop("WAYLAND_DISPLAY", None)
         self.x11 = X11(self.display)
+        self.x11.set_dpi(dpi)
 
     def end(self):
         if self.server.poll() is None:  # libX11 ends a process whose server is gone
@@ -79,9 +80,9 @@ def keep(width, height, data, seen=[]):
             file.write(b"P6 %d %d 255\n" % (width, height) + data)
 
 
-def on_a_screen(body):
+def on_a_screen(body, **options):
     def run(test):
-        screen = Screen(test)
+        screen = Screen(test, **options)
         try:
             body(test, screen)
             for program in test.programs:  # before the server ends: a lost display is an error

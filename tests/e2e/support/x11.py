@@ -69,6 +69,12 @@ class X11:
         self.x.XChangeProperty(self.display, ULong(window), kind, kind, 32, REPLACE, state, 2)
         self.x.XFlush(self.display)
 
+    def set_dpi(self, dpi):
+        """Sets the resource that toolkits derive their scale from, as a desktop does."""
+        name, string, text = (ULong(self.atom("RESOURCE_MANAGER")), ULong(self.atom("STRING")), f"Xft.dpi:\t{dpi}\n".encode())
+        self.x.XChangeProperty(self.display, self.root, name, string, 8, REPLACE, text, len(text))
+        self.x.XFlush(self.display)
+
     def drop(self, window, path, hang_s):
         """Drags a file onto the window and drops it there (XDND 5)."""
         source = self.x.XCreateSimpleWindow(self.display, self.root, 0, 0, 1, 1, 0, ULong(0), ULong(0))
