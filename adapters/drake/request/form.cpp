@@ -1,7 +1,5 @@
 #include "adapters/drake/request/form.h"
 
-#include <openssl/evp.h>
-
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -10,6 +8,7 @@
 #include <vector>
 
 #include "adapters/drake/http/multipart.h"
+#include "adapters/drake/request/sha256.h"
 #include "protocol/base/digest.h"
 #include "protocol/base/text.h"
 
@@ -74,13 +73,6 @@ class Fields {
   Error fault_;
 };
 
-std::string sha256_of(std::string_view bytes) {
-  std::array<uint8_t, EVP_MAX_MD_SIZE> digest{};
-  unsigned size = 0;
-  if (EVP_Digest(bytes.data(), bytes.size(), digest.data(), &size, EVP_sha256(), nullptr) != 1) return {};
-  return hex(std::span(digest).first(size));
-}
-
 ImageType read_type(Fields& fields) {
   const std::string_view name = fields.text("image_type");
   if (name == "depth") return ImageType::depth;
@@ -125,7 +117,7 @@ Result<RenderRequest> read_form(std::string_view body, std::string_view content_
   request.scene = fields.text("scene");
   const std::string_view digest = fields.text("scene_sha256");
   if (!fields.fault().message.empty()) return fields.fault();
-  if (digest != sha256_of(request.scene))
+  if (digest != hex(sha256_of(request.scene)))
     return Error{"\"scene_sha256\" is not the SHA-256 of the scene: the file was damaged on its way"};
   return request;
 }

@@ -43,12 +43,12 @@ class GltfScene {
  private:
   Result<void> read_transforms();
   Result<void> read_labels();
-  Result<void> detach_uris();
+  Result<void> read_uris(const std::vector<std::string_view>& data_uris);
   Result<void> find_camera();
   void simplify_materials(ImageType type);
 
   nlohmann::json document_;  // without transforms, names, cameras and URIs
-  std::vector<std::string> uris_;
+  std::vector<std::string> uris_;  // of buffers, then of images, in order
   Digest content_{};
   uint64_t bytes_ = 0;
   std::vector<glm::dmat4> parent_from_node_;

@@ -184,6 +184,33 @@ TEST(DrakeScene, RefusesBrokenScenes) {
   EXPECT_NE(deep.error().message.find("nests deeper"), std::string::npos);
 }
 
+// Data URIs are found without a JSON parser; the result is that of one.
+TEST(DrakeScene, FindsDataUrisAsAParserDoes) {
+  const std::string data = "data:application/octet-stream;base64,AAAA";
+  const std::string text = scene_at(1, 4);
+  const auto glb_of = [](const std::string& from) {
+    auto scene = GltfScene::read(from, ImageType::color);
+    if (!scene) return "error: " + scene.error().message;
+    const std::vector<std::byte> glb = scene->take_glb();
+    return std::string(reinterpret_cast<const char*>(glb.data()) + 20, glb.size() - 20);
+  };
+  const auto with = [&](const std::string& from, const std::string& to) {
+    std::string changed = text;
+    return changed.replace(changed.find(from), from.size(), to);
+  };
+  EXPECT_NE(glb_of(text).find("\"uri\":\"" + data + "\""), std::string::npos);
+  // An escaped solidus, and an escaped quotation mark before a text that looks like the begin of a URI.
+  EXPECT_EQ(glb_of(with(data, "data:application\\/octet-stream;base64,AAAA")), glb_of(text));
+  EXPECT_EQ(glb_of(with("\"generator\":\"VTK\"", R"("generator":"\\\"data:x")")), glb_of(text));
+  EXPECT_EQ(glb_of(with("\"generator\":\"VTK\"", "\"generator\":\"data:x\",\"data:\":\"data:y\"")), glb_of(text));
+  // Strings that look like the parser's own placeholders, and JSON that is not valid with the URI in place.
+  for (const char* uri : {"@0", "@1", "@", "@-1", "@0x", "@99999999999999999999"})
+    EXPECT_NE(glb_of(with(data, uri)).find("names a file"), std::string::npos) << uri;
+  EXPECT_NE(glb_of(with("\"VTK\"", "\"VTK\"data:x\"")).find("not glTF in JSON"), std::string::npos);
+  EXPECT_NE(glb_of(with("AAAA\"", "AAAA")).find("not glTF in JSON"), std::string::npos);
+  EXPECT_NE(glb_of(with("AAAA", "\xff")).find("octet-stream"), std::string::npos);
+}
+
 template <typename Value>
 Value value_at(const std::string& file, size_t offset) {
   Value value;
