@@ -213,7 +213,8 @@ class AttachmentData final : public Source {
 
 class Recovery {
  public:
-  Recovery(Reader& reader, Writer writer) : reader_(reader), writer_(std::move(writer)) {}
+  Recovery(Reader& reader, Writer writer, const std::function<void(size_t, size_t)>& on_chunk)
+      : reader_(reader), writer_(std::move(writer)), on_chunk_(on_chunk) {}
   Result<Recovered> run();
 
  private:
@@ -227,6 +228,7 @@ class Recovery {
 
   Reader& reader_;
   Writer writer_;
+  const std::function<void(size_t chunk, size_t chunks)>& on_chunk_;
   Recovered result_;
   std::map<uint16_t, uint16_t> channels_, schemas_;  // old id to new id
 };
@@ -277,6 +279,7 @@ Result<void> Recovery::copy_messages() {
     if (chunk != reader_.chunk()) {
       if (auto good = writer_.end_chunk(); !good) return good;
       chunk = reader_.chunk();
+      if (on_chunk_) on_chunk_(*chunk, reader_.index().chunks.size());
       ++result_.chunks;
     }
     const auto channel = channel_of(message.channel_id);
@@ -321,10 +324,11 @@ Result<void> Recovery::copy_metadata() {
 
 }  // namespace
 
-Result<Recovered> recover(Reader& reader, std::unique_ptr<Sink> sink, const WriterOptions& options) {
+Result<Recovered> recover(Reader& reader, std::unique_ptr<Sink> sink, const WriterOptions& options,
+                          const std::function<void(size_t chunk, size_t chunks)>& on_chunk) {
   auto writer = Writer::open(std::move(sink), options);
   if (!writer) return writer.error();
-  return Recovery(reader, std::move(*writer)).run();
+  return Recovery(reader, std::move(*writer), on_chunk).run();
 }
 
 }  // namespace fire3dv::record

@@ -93,7 +93,7 @@ FrameLoop::FrameLoop(const FrameLoopContext& context)
       awaits_stream_(options_.wait_for_stream),
       started_(Clock::now()),
       last_image_(started_),
-      progress_("images:") {
+      progress_("fire3dv", "images:") {
   scene_.charge_edit_time(
       [this](state::StreamId stream, int64_t ns) { receiver_.add_edit_time(stream, ns); });
   frames_.time(gpu::Timed::passes);  // for statistics, metrics and panels

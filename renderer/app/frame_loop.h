@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "protocol/base/progress.h"
 #include "protocol/replay/replay_clock.h"
 #include "renderer/app/animation_clock.h"
 #include "renderer/app/loading/live_scene.h"

@@ -1,4 +1,4 @@
-// Reports of a run: frame statistics, and the progress display of long jobs.
+// Reports of a run: frame statistics.
 #pragma once
 
 #include <chrono>
@@ -64,29 +64,6 @@ class FrameStats {
   RecentTimes frame_ms_, cpu_ms_, gpu_ms_, pose_age_ms_;
   std::map<std::string, RecentTimes> pass_ms_;
   std::set<std::string> aside_;  // passes on the async compute queue
-};
-
-// Progress display of long jobs: one rewritten line on a terminal, an occasional line elsewhere. Short jobs
-// print nothing.
-class Progress {
- public:
-  explicit Progress(std::string what);
-  ~Progress();
-  void update(uint64_t done, uint64_t total);  // total 0 = unknown
-  // Adds the remaining time, extrapolated from the rate since the first call.
-  void update_with_end(uint64_t done, uint64_t total);
-  // Job with several stages: shows a bar and a percentage of the stage.
-  void update(const char* stage, uint64_t done, uint64_t total);
-
- private:
-  bool is_due();
-  void show(const std::string& text);
-
-  std::string what_;
-  bool terminal_;
-  bool line_open_ = false;
-  std::chrono::steady_clock::time_point begun_, last_;
-  std::optional<uint64_t> done_at_first_;
 };
 
 }  // namespace fire3dv::app

@@ -4,9 +4,9 @@
 #include <map>
 #include <system_error>
 
+#include "protocol/base/progress.h"
 #include "protocol/wire/check.h"
 #include "renderer/app/frame_loop.h"
-#include "renderer/app/run_reports.h"
 #include "renderer/app/start.h"
 #include "renderer/offline/frame_folder.h"
 #include "renderer/sinks/video/video_sink.h"
@@ -116,7 +116,7 @@ Result<bool> encode(const Whole& whole, const std::filesystem::path& out, const 
   settings.fps_denominator = whole.manifest.times.rate.denominator;
   auto sink = sinks::VideoSink::open(settings);
   if (!sink) return sink.error();
-  app::Progress progress("encoding:");
+  Progress progress("fire3dv", "encoding:");
   for (const auto& [frame, found] : whole.frames) {
     if (app::stop_was_requested()) {
       (*sink)->abandon();

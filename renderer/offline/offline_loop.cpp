@@ -5,10 +5,10 @@
 #include <thread>
 
 #include "protocol/base/digest.h"
+#include "protocol/base/progress.h"
 #include "protocol/record/mcap/attachments.h"
 #include "protocol/wire/check.h"
 #include "renderer/app/default_look.h"
-#include "renderer/app/run_reports.h"
 #include "renderer/app/start.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/scene/cache/member_bytes.h"
@@ -90,7 +90,7 @@ OfflineLoop::OfflineLoop(const Parts& parts, const FrameTimes& times)
 
 Result<bool> OfflineLoop::run(const Part& part, const std::function<bool(uint64_t frame)>& is_wanted,
                               const std::function<bool()>& should_stop) {
-  app::Progress progress("frames:");
+  Progress progress("fire3dv", "frames:");
   const uint64_t end = part.first + part.frames;
   uint64_t frame = part.first;
   for (; frame < end && !should_stop(); ++frame) {

@@ -1,5 +1,6 @@
 #include "protocol/base/log.h"
 #include "protocol/base/plural.h"
+#include "protocol/base/progress.h"
 #include "renderer/offline/commands.h"
 
 #include <cmath>
@@ -13,7 +14,6 @@
 #include "renderer/app/default_look.h"
 #include "renderer/app/frame_loop.h"
 #include "renderer/app/loading/disk_caches.h"
-#include "renderer/app/run_reports.h"
 #include "renderer/app/start.h"
 #include "renderer/offline/frame_folder.h"
 #include "renderer/offline/offline_loop.h"
@@ -41,7 +41,7 @@ Result<record::Playback> open_recording(const RenderOptions& options) {
 Result<Timeline> read_timeline(record::Playback& playback, const RenderOptions& options) {
   const std::string& damage = playback.reader().index().damage;
   if (!damage.empty()) say("warning: " + damage + "; what is whole is rendered");
-  app::Progress progress("reading " + wire::printable(options.recording) + ":");
+  Progress progress("fire3dv", "reading " + wire::printable(options.recording) + ":");
   auto timeline = Timeline::read(playback, options.clock, [&](uint64_t done, uint64_t total) {
     progress.update("", done, total);
     return !app::stop_was_requested();

@@ -20,6 +20,7 @@
 #include "protocol/base/error.h"
 #include "protocol/base/log.h"
 #include "protocol/base/plural.h"
+#include "protocol/base/progress.h"
 #include "protocol/base/text.h"
 #include "protocol/record/channels.h"
 #include "protocol/record/damage.h"
@@ -159,8 +160,7 @@ std::string Look::text(const record::Report& report) const {
     text += line;
     if (topic.seen().frames != 0) {
       std::snprintf(
-          line, sizeof line,
-          ", %s of %s, %llu missing, longest gap %.1f ms, sim time %.3f s to %.3f s",
+          line, sizeof line, ", %s of %s, %llu missing, longest gap %.1f ms, sim time %.3f s to %.3f s",
           counted(topic.seen().frames, "frame").c_str(), counted(topic.runs, "run").c_str(),
           static_cast<unsigned long long>(topic.seen().missing),
           static_cast<double>(topic.longest_gap_ns) * 1e-6, static_cast<double>(topic.first_sim_ns) * 1e-9,
@@ -179,8 +179,8 @@ std::string Look::text(const record::Report& report) const {
             (info.scene_uri.empty() ? "not named" : wire::printable(info.scene_uri, 256)) + '\n';
   for (const record::AttachmentIndex& attachment : reader_.index().attachments)
     text += "  attachment \"" + wire::printable(attachment.name) +
-            "\": " + counted(attachment.data_bytes, "byte") + ", " +
-            wire::printable(attachment.media_type) + '\n';
+            "\": " + counted(attachment.data_bytes, "byte") + ", " + wire::printable(attachment.media_type) +
+            '\n';
   for (const std::string& problem : report.problems) text += "  problem: " + problem + '\n';
   if (report.problem_count > report.problems.size())
     text += "  and " + counted(report.problem_count - report.problems.size(), "more problem") + '\n';
@@ -244,7 +244,11 @@ Result<RecordingText> inspect_recording(const std::string& path, const record::R
   auto reader = record::Reader::open(std::move(*source), limits);
   if (!reader) return reader.error();
   Look look(*reader);
-  const auto report = record::verify(*reader, [&](const record::Message& message) { look.take(message); });
+  Progress progress("fire3dv-inspect", wire::printable(reader->name(), 256) + ":");
+  const auto report = record::verify(*reader, [&](const record::Message& message) {
+    look.take(message);
+    progress.update("checking", reader->chunk(), reader->index().chunks.size());
+  });
   if (!report) return report.error();
   return RecordingText{look.text(*report), look.as_json(*report).dump() + '\n',
                        report->sound() && look.frames() != 0};

@@ -20,6 +20,7 @@
 #include "protocol/base/command_line.h"
 #include "protocol/base/log.h"
 #include "protocol/base/plural.h"
+#include "protocol/base/progress.h"
 #include "protocol/base/text.h"
 #include "protocol/record/damage.h"
 #include "protocol/record/log_thread.h"
@@ -118,10 +119,12 @@ int recover_file(const RecoverOptions& options) {
   if (!reader) return fail(reader.error());
   auto sink = create_atomic_sink(options.to);
   if (!sink) return fail(sink.error());
-  const auto result = recover(*reader, std::move(*sink));
+  Progress progress("fire3dv-record", "recovering:");
+  const auto result = recover(*reader, std::move(*sink), {},
+                              [&](size_t chunk, size_t chunks) { progress.update("chunks", chunk, chunks); });
   if (!result) return fail(result.error());
-  std::printf("recovered %s of %s and %s; damaged: %s and %s\n",
-              counted(result->messages, "message").c_str(), counted(result->chunks, "complete chunk").c_str(),
+  std::printf("recovered %s of %s and %s; damaged: %s and %s\n", counted(result->messages, "message").c_str(),
+              counted(result->chunks, "complete chunk").c_str(),
               counted(result->attachments, "attachment").c_str(),
               counted(result->damaged_chunks, "chunk").c_str(),
               counted(result->damaged_attachments, "attachment").c_str());
@@ -211,12 +214,12 @@ void print_progress(const record::RecorderStatus& status, const char* end) {
 
 void print_result(const record::RecorderStatus& status) {
   for (const record::StreamSeen& stream : status.streams)
-    std::printf(
-        "\"%s\": %s, %s, %s, %llu missing, %llu incomplete, %llu late, %s, %s\n", stream.name.c_str(),
-        counted(stream.nodes, "node").c_str(), counted(stream.frames, "frame").c_str(),
-        counted(stream.parts, "part").c_str(), static_cast<unsigned long long>(stream.missing),
-        static_cast<unsigned long long>(stream.incomplete), static_cast<unsigned long long>(stream.late),
-        counted(stream.edits, "edit").c_str(), counted(stream.bytes, "byte").c_str());
+    std::printf("\"%s\": %s, %s, %s, %llu missing, %llu incomplete, %llu late, %s, %s\n", stream.name.c_str(),
+                counted(stream.nodes, "node").c_str(), counted(stream.frames, "frame").c_str(),
+                counted(stream.parts, "part").c_str(), static_cast<unsigned long long>(stream.missing),
+                static_cast<unsigned long long>(stream.incomplete),
+                static_cast<unsigned long long>(stream.late), counted(stream.edits, "edit").c_str(),
+                counted(stream.bytes, "byte").c_str());
   std::printf("%.1f MB in %s; %s not understood, %llu missing\n",
               static_cast<double>(status.file_bytes) / 1e6, counted(status.files, "file").c_str(),
               counted(status.refused, "message").c_str(), static_cast<unsigned long long>(status.unwritten));

@@ -6,7 +6,7 @@
 #include <new>
 #include <stdexcept>
 
-#include "renderer/app/run_reports.h"
+#include "protocol/base/progress.h"
 #include "renderer/scene/gltf/load_gltf.h"
 #include "renderer/scene/model/key_light.h"
 #include "renderer/scene/model/variants.h"
@@ -128,7 +128,7 @@ bool SceneLoad::is_done() const {
 }
 
 Result<const scene::LoadedScene*> SceneLoad::wait(const std::function<void()>& meanwhile) {
-  Progress progress("loading " + path_.filename().string() + ":");
+  Progress progress("fire3dv", "loading " + path_.filename().string() + ":");
   std::unique_lock lock(mutex_);
   while (!changed_.wait_for(lock, std::chrono::milliseconds(100), [this] { return result_.has_value(); })) {
     progress.update(stage_, done_, total_);
