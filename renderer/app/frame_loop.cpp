@@ -36,6 +36,9 @@ constexpr auto kIdleWait = std::chrono::milliseconds(50);
 constexpr auto kBusyTime = std::chrono::seconds(1);  // since the last change
 // Images after a change: motion vectors and two-pass culling refer to the previous image.
 constexpr int kImagesOfChange = 3;
+// A window is drawn for this long after a change: tooltips appear late.
+constexpr auto kLingerTime = std::chrono::milliseconds(700);
+constexpr auto kWindowWait = std::chrono::milliseconds(15);  // between looks at the input of an idle window
 // A wait for streams is reported after this time.
 constexpr auto kReportedWait = std::chrono::seconds(3);
 
@@ -121,7 +124,8 @@ Result<void> FrameLoop::run() {
     if (metrics_) metrics_->tell(receiver_, image_service_.open_requests(), poses_, scene_.faults());
 
     // User input.
-    if (window_) steer();
+    const bool is_window_due = window_ && has_changed();
+    if (is_window_due) steer();
 
     // Image requests of simulators.
     const ImageService::Drawn served = image_service_.draw_due(frames_);
@@ -142,7 +146,7 @@ Result<void> FrameLoop::run() {
       wait_for_messages();
       continue;
     }
-    if (!has_changed()) {
+    if (window_ ? !is_window_due : !has_changed()) {
       if (served.any)
         changed_ = Clock::now();
       else if (image_service_.in_flight())
@@ -176,17 +180,21 @@ Result<void> FrameLoop::run() {
   return stats_.finish();
 }
 
-// False if another image would equal the last one and nobody receives it: no window, file or statistics.
+// False if another image would equal the last one and nobody receives it: no file or statistics.
 bool FrameLoop::has_changed() {
-  const bool is_delivered = window_ || wants_pixels() || options_.frames != 0 || !options_.stats.empty();
+  const bool is_delivered = wants_pixels() || options_.frames != 0 || !options_.stats.empty();
   if (is_delivered || animations_ || timeline_ || options_.lockstep) return true;
-  const std::array<uint64_t, 2> revisions = {poses_.revision(), scene_.updates()};
-  if (revisions != drawn_revisions_) {
+  uint64_t conditions = 0;  // of all streams: the overlay of stale streams and the panels show them
+  for (const state::Stream& stream : poses_.streams())
+    conditions = 31 * conditions + 2 * static_cast<uint64_t>(stream.condition) + (stream.active ? 1 : 0);
+  const std::array<uint64_t, 3> revisions = {poses_.revision(), scene_.updates(), conditions};
+  const bool is_active = window_ && (window_->take_activity() || std::exchange(has_noted_, false));
+  if (revisions != drawn_revisions_ || is_active) {
     drawn_revisions_ = revisions;
     images_of_change_ = kImagesOfChange;
     changed_ = Clock::now();
   }
-  if (images_of_change_ == 0) return false;
+  if (images_of_change_ == 0) return window_ && Clock::now() - changed_ < kLingerTime;
   --images_of_change_;
   return true;
 }
@@ -196,7 +204,7 @@ void FrameLoop::wait_for_messages() {
   const bool is_live = options_.lockstep || awaits_stream_ || Clock::now() - changed_ < kBusyTime;
   const bool is_busy =
       !unacknowledged_.empty() || image_service_.in_flight() || (receiver_.active_streams() != 0 && is_live);
-  receiver_.wait(is_busy ? kBusyWait : kIdleWait);
+  receiver_.wait(is_busy ? kBusyWait : window_ ? kWindowWait : kIdleWait);
 }
 
 // Names what --lockstep, --exit-when-done and --frames wait for, once for each kind of wait.
@@ -231,6 +239,7 @@ void FrameLoop::log_notes() {
     for (const std::string& note : notes) {
       print_log_line("fire3dv", note);
       if (window_) facts_.note(note);
+      has_noted_ = true;
     }
   };
   say(receiver_.take_log_messages());

@@ -135,7 +135,8 @@ class FrameLoop {
   std::chrono::steady_clock::time_point last_image_;
   Progress progress_;
   // Idle runs without a window (has_changed()).
-  std::optional<std::array<uint64_t, 2>> drawn_revisions_;  // of poses and scene edits
+  std::optional<std::array<uint64_t, 3>> drawn_revisions_;  // of poses, scene edits and conditions
+  bool has_noted_ = false;                                  // a log line since the last image of a window
   int images_of_change_ = 0;                                // images to draw until the next change
   std::chrono::steady_clock::time_point changed_ = started_;
   // Reported waits for streams.

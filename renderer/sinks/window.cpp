@@ -76,8 +76,11 @@ Result<std::unique_ptr<Window>> Window::open(const std::string& title, VkExtent2
   });
   glfwSetDropCallback(glfw, [](GLFWwindow* w, int count, const char** paths) {
     self(w)->input_.dropped.assign(paths, paths + count);
+    self(w)->is_active_ = true;
   });
-  glfwSetFramebufferSizeCallback(glfw, [](GLFWwindow* w, int, int) { self(w)->stale_ = true; });
+  glfwSetFramebufferSizeCallback(
+      glfw, [](GLFWwindow* w, int, int) { self(w)->stale_ = self(w)->is_active_ = true; });
+  glfwSetWindowRefreshCallback(glfw, [](GLFWwindow* w) { self(w)->is_active_ = true; });
   return window;
 }
 
@@ -171,6 +174,10 @@ float Window::scale() const {
 
 // Cursor positions are in screen coordinates, which differ from pixels on some displays.
 void Window::add_event(InputEvent event) {
+  is_active_ = true;
+  const bool is_press = event.kind == InputEvent::Kind::button || event.kind == InputEvent::Kind::key;
+  if (is_press && !event.repeated) held_ = std::max(held_ + (event.down ? 1 : -1), 0);
+  if (event.kind == InputEvent::Kind::focus && !event.down) held_ = 0;  // releases go elsewhere
   int width = 0, height = 0;
   glfwGetWindowSize(window_, &width, &height);
   const VkExtent2D extent = framebuffer_extent();

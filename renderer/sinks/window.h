@@ -45,6 +45,9 @@ class Window {
   VkExtent2D framebuffer_extent() const;
   float scale() const;  // content scale of panels and text: 1 on a standard-density display
   WindowInput take_input();
+  // True if there was input since the last call, the window's size or contents changed, or a key or button is
+  // held down. Independent of take_input().
+  bool take_activity() { return std::exchange(is_active_, false) || held_ > 0; }
   void set_title(const std::string& title);
   enum class Cursor : uint8_t { arrow, text, resize_x, resize_y, hand };
   void set_cursor(Cursor cursor);
@@ -91,6 +94,8 @@ class Window {
   uint32_t surfaces_lost_ = 0;  // consecutive
   std::optional<std::string> note_;
   WindowInput input_;
+  bool is_active_ = true;
+  int held_ = 0;  // keys and buttons
   std::array<GLFWcursor*, 5> cursors_{};
   Cursor cursor_ = Cursor::arrow;
   double cursor_x_ = 0, cursor_y_ = 0;  // of the last event, in screen coordinates

@@ -6,6 +6,7 @@ import time
 
 from harness import Program, check, main, vulkan_environment, wait_until
 from prometheus import scrape, url_of
+from screen import on_a_screen
 
 IDLE_S = 6
 # Measured: 0.7 % of a core on a busy machine. The kernel counts CPU time in steps of 10 ms, hence the larger limit.
@@ -72,6 +73,27 @@ def draws_changes_only(test):
     renderer.expect_exit()
 
 
+def window_draws_changes_only(test, screen):
+    viewer = test.viewer(test.scene, "--metrics", "127.0.0.1:0", "--no-validation", env=screen.env)
+    url = url_of(viewer)
+    window = screen.window(viewer)
+    drawn = settled(url)
+    check(drawn > 0, "nothing was drawn")
+    used = cpu_s(viewer)
+    time.sleep(IDLE_S)
+    used = cpu_s(viewer) - used
+    print(f"idle window: {100 * used / IDLE_S:.2f} % of a core")
+    check(used < MAX_IDLE_CORES * IDLE_S, f"{used} s of CPU time in {IDLE_S} s")
+    check(images_of(url) == drawn, "it drew an unchanged scene")
+    before = screen.picture(window).rows
+    screen.xdotool("mousemove", "--window", window, 150, 90, "mousedown", 1, "mousemove", "--window", window, 200, 90,
+                   "mouseup", 1)
+    wait_until("the turned scene", lambda: screen.picture(window).rows != before)
+    check(settled(url) > drawn, "nothing was drawn for the mouse")
+    viewer.signal(signal.SIGTERM)
+    viewer.expect_exit()
+
+
 def names_what_it_waits_for(test):
     uri = test.fresh_uri("shm")
     renderer = headless(test, "--listen", uri, "--lockstep", "--frames", "5")
@@ -97,4 +119,5 @@ def names_what_it_waits_for(test):
 
 
 if __name__ == "__main__":
-    main({f.__name__: f for f in (draws_changes_only, names_what_it_waits_for)}, ["fire3dv", "publisher"])
+    main({"draws_changes_only": draws_changes_only, "window_draws_changes_only": on_a_screen(window_draws_changes_only),
+          "names_what_it_waits_for": names_what_it_waits_for}, ["fire3dv", "publisher"])

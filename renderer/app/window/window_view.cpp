@@ -110,7 +110,10 @@ void WindowView::place_image() {
 void WindowView::steer(const gui::Facts& facts, replay::TimelineControl* timeline) {
   sinks::Window::poll_events();
   const auto now = std::chrono::steady_clock::now();
-  const float seconds = std::chrono::duration<float>(now - std::exchange(steered_, now)).count();
+  // The time without input does not move cameras.
+  constexpr float kMostSeconds = 0.25f;
+  const float seconds =
+      std::min(std::chrono::duration<float>(now - std::exchange(steered_, now)).count(), kMostSeconds);
   steer_first(seconds, facts, timeline);
   std::erase_if(others_, [&](const std::unique_ptr<CameraWindow>& other) {
     if (other->steer(borrowed_.viewer, borrowed_.poses, seconds)) return false;
@@ -119,6 +122,13 @@ void WindowView::steer(const gui::Facts& facts, replay::TimelineControl* timelin
     return true;
   });
   apply_requests();
+}
+
+bool WindowView::take_activity() {
+  sinks::Window::poll_events();
+  bool is_active = std::exchange(has_picked_, false) || captures_.records_video();
+  for (const OpenWindow& open : borrowed_.windows) is_active |= open.window->take_activity();
+  return is_active;
 }
 
 void WindowView::apply_requests() {
@@ -193,9 +203,9 @@ Result<void> WindowView::record(gpu::Recorder& recorder, gpu::StagingRing& stagi
                                 ScreenshotRecorder::Tag shown) {
   passes::SceneRenderer& renderer = *borrowed_.renderer;
   captures_.record(recorder, renderer.image(), std::move(shown));
-  gpu::Image& content = panels_ ? panels_->record(recorder, staging, renderer.image(), image_at_px_,
-                                                  window_extent_)
-                                : renderer.image();
+  gpu::Image& content =
+      panels_ ? panels_->record(recorder, staging, renderer.image(), image_at_px_, window_extent_)
+              : renderer.image();
   first().record(recorder, content, 0, columns());
   if (!right_camera_) return {};
   const Result<passes::PreparedFrame> prepared = renderer.prepare(
@@ -236,7 +246,9 @@ void WindowView::deliver() {
   captures_.deliver();
   for (const passes::Picked& picked : renderer().take_picked()) {
     // Ignores picks in an earlier scene.
-    if (picked.tag == borrowed_.scene.replaced()) borrowed_.viewer.selected = picked.node;
+    if (picked.tag != borrowed_.scene.replaced()) continue;
+    borrowed_.viewer.selected = picked.node;
+    has_picked_ = true;
   }
 }
 

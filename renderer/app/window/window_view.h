@@ -80,6 +80,9 @@ class WindowView {
 
   // Applies user input to cameras and scene. facts: for panels. timeline: null without replay.
   void steer(const gui::Facts& facts, replay::TimelineControl* timeline);
+  // Takes the events of all windows. True if there is news for the user: input since the last call, a picked
+  // node, or a video that is recorded.
+  bool take_activity();
   bool should_close() const { return closing_ || first().should_close(); }
   std::optional<std::filesystem::path> take_opened() { return std::exchange(opened_, std::nullopt); }
   // Messages to the user since the last call.
@@ -89,7 +92,7 @@ class WindowView {
 
   // Of each image in the first window: the rectangle that its panels leave.
   VkExtent2D image_extent() const { return image_extent_; }
-  bool acquire() { return first().acquire(); }               // false: the window cannot be shown now
+  bool acquire() { return first().acquire(); }  // false: the window cannot be shown now
   static void wait_events(double timeout_s) { sinks::Window::wait_events(timeout_s); }
 
   // Inspection settings of the window's next image.
@@ -129,6 +132,7 @@ class WindowView {
   std::vector<std::string> notes_;
   std::optional<std::filesystem::path> opened_;
   std::chrono::steady_clock::time_point steered_ = std::chrono::steady_clock::now();
+  bool has_picked_ = false;  // since the last take_activity()
 };
 
 }  // namespace fire3dv::app
