@@ -1,6 +1,8 @@
 # Robots by joint positions: the client's forward kinematics, and the joints that the converter writes.
 fire3dv_test(robot_test SOURCES robot/robot_test.cpp robot/robot_file_test.cpp LINK fire3dv::client
              LABELS unit cpu)
+fire3dv_test(robot_hpp_test SOURCES robot/robot_hpp_test.cpp
+             LINK fire3dv::client fire3dv_wire fire3dv_transport LABELS unit cpu)
 if(TARGET fire3dv_descriptions)
   fire3dv_test(robot_joints_test SOURCES robot/robot_joints_test.cpp
                LINK fire3dv::client fire3dv_descriptions fire3dv_test_support LABELS unit cpu)

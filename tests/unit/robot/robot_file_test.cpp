@@ -2,12 +2,15 @@
 #include <gtest/gtest.h>
 
 #include <unistd.h>
+#include <cmath>
 #include <cstring>
 
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <random>
 #include <string>
+#include <vector>
 
 #include "tests/unit/robot/robot_handle.h"
 
@@ -101,6 +104,31 @@ TEST(RobotFile, DeepAndManyValuesAreRefused) {
   for (int i = 0; i < 8'000'001; ++i) many += "0,";
   EXPECT_EQ(refusal(many + "0]"), "its JSON has more than 8000000 values");
   EXPECT_EQ(refusal(std::string((size_t{64} << 20) + 1, ' ')), "its JSON is larger than 64 MiB");
+}
+
+TEST(RobotFile, DamagedFilesAreReadOrRefused) {
+  // Numbers, signs and brackets of the valid file are replaced at random; what is still read has finite
+  // poses.
+  const std::string good = valid().dump();
+  const std::string letters = "0123456789-+eE.,:[]{}\"abjknul\\ ";
+  std::mt19937 random(1);
+  size_t read = 0;
+  for (int run = 0; run < 5'000; ++run) {
+    std::string damaged = good;
+    for (int i = 0; i < 1 + run % 4; ++i)
+      damaged[random() % damaged.size()] = letters[random() % letters.size()];
+    fire3dv_robot* robot = fire3dv_read_robot(damaged.data(), damaged.size(), run % 2 ? FIRE3DV_ROBOT_NO_MIMIC : 0);
+    if (!robot) continue;
+    ++read;
+    fire3dv_description description{};
+    description.struct_size = sizeof description;
+    EXPECT_EQ(fire3dv_get_robot_description(robot, &description), FIRE3DV_OK);
+    std::vector<float> poses(12 * description.node_count);
+    EXPECT_EQ(fire3dv_get_poses(robot, poses.data(), description.node_count), FIRE3DV_OK);
+    for (const float number : poses) EXPECT_TRUE(std::isfinite(number)) << damaged;
+    fire3dv_close_robot(&robot);
+  }
+  EXPECT_GT(read, 200u);
 }
 
 TEST(RobotFile, ALongChainOfBodiesIsNoRecursion) {
