@@ -114,15 +114,15 @@ def picture(test):
     os.environ.update(vulkan_environment())
     path, program = write(test), test.programs_at["fire3dv"]
     with fire3dv.Renderer(path, program=program, start_timeout_s=HANG_S,
-                          arguments=["--validation", "--cache", "off"]) as renderer, renderer.stream() as stream:
+                          arguments=["--validation", "--cache", "off"]) as renderer:
         robot = fire3dv.Robot(path, program=program)
         # In the stream's frame, as the poses: Z up.
         above = fire3dv.look_at((0, 0, 6), (0, 0, 0), up=(0, 1, 0))
-        with robot.publish(stream) as r:
+        with robot.publish(renderer) as r:
             def seen(**joints):
                 """Middle of the forearm's pixels."""
                 sequence = r.set(**joints)
-                with stream.request_image(96, 96, fx=96, parent_from_camera=above, outputs=["instance"],
+                with r.stream.request_image(96, 96, fx=96, parent_from_camera=above, outputs=["instance"],
                                           sequence=sequence).wait(HANG_S) as image:
                     number = {name: number for number, name in image.names().items()}["fore"]
                     y, x = np.nonzero(image.instance == number)
@@ -133,6 +133,11 @@ def picture(test):
                 expected = 47.5 + 96 * at[0] / 5.9, 47.5 - 96 * at[1] / 5.9
                 found = seen(shoulder=shoulder, elbow=elbow)
                 check(np.abs(np.subtract(found, expected)).max() < 2, f"forearm at {found} instead of {expected}")
+        check(not r.stream.is_open, "the stream is open after its with statement")
+        with renderer.stream() as stream:
+            with robot.publish(stream) as r:
+                r.set([0, 0], sim_time_ns=7)
+            check(stream.is_open, "the caller's stream was closed")
 
 
 if __name__ == "__main__":

@@ -21,7 +21,7 @@ from .stream import FRAME_DISCONTINUITY, Stream
 if TYPE_CHECKING:
     import numpy as np
 
-    from .renderer import Path
+    from .renderer import Path, Renderer
     from .stream import Array
 
 _NO_MIMIC = 1  # FIRE3DV_ROBOT_NO_MIMIC
@@ -196,9 +196,12 @@ class Robot:
         """Describes the robot's nodes to a stream, whose frames are then poses()."""
         stream.describe(self.node_names, self._world_from_stream, self._body_from_node, nominal_rate_hz)
 
-    def publish(self, to: Union[str, Stream], adapter_name: Optional[str] = None, *,
+    def publish(self, to: Union[str, Stream, Renderer], adapter_name: Optional[str] = None, *,
                 nominal_rate_hz: float = 0.0) -> RobotPublisher:
-        """Publishes the robot to a URI, such as "shm://demo", or over an open stream. Use it in a with statement."""
+        """Publishes the robot to a URI, such as "shm://demo", to a Renderer, or over an open stream.
+
+        Use it in a with statement.
+        """
         return RobotPublisher(self, to, adapter_name, nominal_rate_hz)
 
     def __repr__(self) -> str:
@@ -208,11 +211,14 @@ class Robot:
 class RobotPublisher:
     """Publishes a robot. close(), or the end of a with statement, closes the stream that publish() has opened."""
 
-    def __init__(self, robot: Robot, to: Union[str, Stream], adapter_name: Optional[str],
+    def __init__(self, robot: Robot, to: Union[str, Stream, Renderer], adapter_name: Optional[str],
                  nominal_rate_hz: float) -> None:
         self.robot = robot
         self._owns_stream = not isinstance(to, Stream)
-        self.stream = Stream(to, adapter_name) if not isinstance(to, Stream) else to
+        if isinstance(to, Stream):
+            self.stream = to
+        else:
+            self.stream = Stream(to, adapter_name) if isinstance(to, str) else to.stream(adapter_name)
         self._start_ns: Optional[int] = None
         self._last_ns: Optional[int] = None
         try:
