@@ -142,6 +142,22 @@ TEST_F(RobotJoints, OfMjcfWithAnchorsReferencesAndCouplings) {
   EXPECT_NEAR(initial[7], kPi / 6, 1e-15);
 }
 
+TEST_F(RobotJoints, OfReplicasAndAttachedModelsAreCoupledWithinTheirCopy) {
+  folder_.write("gripper.xml", std::string_view(R"(<mujoco model="gripper"><worldbody><body name="grip">
+      <joint name="left" type="slide"/><joint name="right" type="slide"/><geom size=".1"/></body></worldbody>
+    <equality><joint joint1="right" joint2="left" polycoef="0 -1"/></equality></mujoco>)"));
+  const Model model = mjcf(R"(<asset><model name="gripper" file="gripper.xml"/></asset>
+    <worldbody><replicate count="2" offset="0 1 0" sep="-"><body name="arm"><joint name="j"/><geom size=".1"/>
+        <body name="hand"><joint name="k"/><geom size=".1"/></body></body></replicate>
+      <attach model="gripper" prefix="g_"/></worldbody>
+    <equality><joint joint1="k" joint2="j"/><joint joint1="k" active="false" joint2="g_left"/></equality>)");
+  const RobotHandle robot(glb(model));
+  ASSERT_EQ(robot.joint_names(), (std::vector<std::string>{"j-0", "k-0", "j-1", "k-1", "g_left", "g_right"}));
+  const int32_t followed[] = {-1, 0, -1, 2, -1, 4};
+  for (size_t i = 0; i < 6; ++i) EXPECT_EQ(robot.joint(i).followed_joint, followed[i]) << i;
+  EXPECT_EQ(robot.joint(5).multiplier, -1);
+}
+
 TEST_F(RobotJoints, AreListed) {
   const Model model = mjcf(kMjcf);
   std::vector<std::string> names;
