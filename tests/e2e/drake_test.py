@@ -153,7 +153,7 @@ def parallel(test):
     server = Server(test)
     camera = Camera(width=32, height=24, focal=20.9)
     slow = socket.create_connection(("127.0.0.1", server.port))
-    slow.sendall(b"POST /render HTTP/1.1\r\nHost: x\r\nContent-Length: 1000\r\nContent-Type: multipart/form-data; boundary=b\r\n\r\n--b")
+    slow.sendall(header(1000) + b"--")
 
     def ask(i):
         if i % 3 == 2:

@@ -24,7 +24,8 @@ std::vector<Input> seeds() {
   const std::string form =
       "--b\r\nContent-Disposition: form-data; name=\"width\"\r\n\r\n640\r\n--b \r\nX: y\r\n"
       "content-disposition: form-data; filename=\"a\\\"b\"; name=scene\r\n\r\n{}\r\n--b\r\n\r\n\r\n--b--\r\n";
-  for (const std::string_view text : {std::string_view(form), kScene}) inputs.emplace_back(text.begin(), text.end());
+  for (const std::string_view text : {std::string_view(form), kScene})
+    inputs.emplace_back(text.begin(), text.end());
   return inputs;
 }
 

@@ -127,8 +127,8 @@ Result<std::vector<FormPart>> parse_multipart(std::string_view body, std::string
     if (!body.substr(at).starts_with("\r\n"))
       return Error{part_name + ": a line break must follow the boundary"};
     // An empty header block is a single line break, which this line break already is half of.
-    const size_t headers_end = body.substr(0, std::min(body.size(), at + limits.max_header_bytes))
-                                   .find("\r\n\r\n", at);
+    const size_t headers_end =
+        body.substr(0, std::min(body.size(), at + limits.max_header_bytes)).find("\r\n\r\n", at);
     if (headers_end == std::string_view::npos)
       return Error{part_name + " is cut short, or its headers exceed " +
                    std::to_string(limits.max_header_bytes) + " bytes"};

@@ -14,8 +14,8 @@
 namespace fire3dv::drake {
 
 struct HttpLimits {
-  uint64_t max_body_bytes = uint64_t{256} << 20;    // of one request
-  uint64_t max_total_bytes = uint64_t{1} << 30;     // of all bodies that are received or wait for an answer
+  uint64_t max_body_bytes = uint64_t{256} << 20;  // of one request
+  uint64_t max_total_bytes = uint64_t{1} << 30;   // of all bodies that are received or wait for an answer
   size_t max_connections = 64;
   std::chrono::seconds header_timeout{20};  // also of a connection without a request
   std::chrono::seconds body_timeout{60};

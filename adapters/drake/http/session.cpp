@@ -1,9 +1,7 @@
 #include "adapters/drake/http/session.h"
 
 #include <algorithm>
-#include <array>
 #include <boost/asio/post.hpp>
-#include <boost/beast/core/bind_handler.hpp>
 #include <string_view>
 #include <utility>
 
@@ -86,9 +84,8 @@ void Session::read_header() {
   parser_->header_limit(kMaxHeaderBytes);
   parser_->body_limit(sessions_.limits.max_body_bytes);
   limit_time(sessions_.limits.header_timeout);
-  http::async_read_header(socket_, buffer_, *parser_, [self = shared_from_this()](ErrorCode error, size_t) {
-    self->on_header(error);
-  });
+  http::async_read_header(socket_, buffer_, *parser_,
+                          [self = shared_from_this()](ErrorCode error, size_t) { self->on_header(error); });
 }
 
 void Session::on_header(ErrorCode error) {
@@ -109,8 +106,7 @@ std::optional<HttpAnswer> Session::answer_to_header() const {
   if (!is_form(view_of(header[http::field::content_type])))
     return http_error(415, "the Content-Type must be multipart/form-data");
   const auto length = parser_->content_length();
-  if (!length || parser_->chunked())
-    return http_error(411, "the request must have a Content-Length");
+  if (!length || parser_->chunked()) return http_error(411, "the request must have a Content-Length");
   if (*length > sessions_.limits.max_total_bytes - sessions_.body_bytes)
     return http_error(503, "too many requests are being received; ask again later");
   return std::nullopt;
@@ -120,9 +116,8 @@ void Session::read_body() {
   charged_bytes_ = *parser_->content_length();
   sessions_.body_bytes += charged_bytes_;
   limit_time(sessions_.limits.body_timeout);
-  http::async_read(socket_, buffer_, *parser_, [self = shared_from_this()](ErrorCode error, size_t) {
-    self->on_body(error);
-  });
+  http::async_read(socket_, buffer_, *parser_,
+                   [self = shared_from_this()](ErrorCode error, size_t) { self->on_body(error); });
 }
 
 void Session::on_body(ErrorCode error) {
@@ -152,8 +147,8 @@ void Session::on_read_error(ErrorCode error) {
                                      " MiB; raise it with --max-request"),
                  false);
   if (error == http::error::header_limit)
-    return write(http_error(431, "the request's header exceeds " + std::to_string(kMaxHeaderBytes) + " bytes"),
-                 false);
+    return write(
+        http_error(431, "the request's header exceeds " + std::to_string(kMaxHeaderBytes) + " bytes"), false);
   const bool is_syntax_error = error.category() == http::make_error_code(http::error::bad_method).category();
   if (!is_syntax_error || error == http::error::end_of_stream || error == http::error::partial_message)
     return;  // the connection ended

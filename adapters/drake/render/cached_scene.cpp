@@ -65,8 +65,8 @@ void CachedScene::set_transforms(const GltfScene& gltf) {
   std::vector<glm::dmat4> world_from_node(nodes.size());
   for (size_t n = 0; n < nodes.size(); ++n) {
     const uint32_t source = scene_->source_of_node[n];
-    const glm::dmat4 local = source == scene::kNone ? glm::dmat4(nodes[n].parent_from_node)
-                                                    : gltf.parent_from_node()[source];
+    const glm::dmat4 local =
+        source == scene::kNone ? glm::dmat4(nodes[n].parent_from_node) : gltf.parent_from_node()[source];
     world_from_node[n] = nodes[n].parent == scene::kNone ? local : world_from_node[nodes[n].parent] * local;
     rest_.parent_from_node[n] = glm::mat4(local);
     rest_.world_from_node[n] = glm::mat4(world_from_node[n]);

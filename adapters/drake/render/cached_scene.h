@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "adapters/drake/request/gltf_scene.h"
-#include "renderer/app/options/options.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/scene/model/loaded_scene.h"
 #include "renderer/state/animation.h"
@@ -17,7 +16,8 @@ namespace fire3dv::drake {
 
 struct LoadedDrakeScene {
   scene::LoadedScene loaded;
-  std::vector<uint32_t> source_of_node;  // glTF node of each scene node; kNone: it has no transform of its own
+  // glTF node of each scene node; kNone: it has no transform of its own in the request.
+  std::vector<uint32_t> source_of_node;
   std::vector<uint32_t> label_source_of_node;  // glTF node whose label it has; kNone: none
 };
 

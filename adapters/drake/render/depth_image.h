@@ -8,7 +8,7 @@
 namespace fire3dv::drake {
 
 enum class DepthFormat : uint8_t {
-  float32_m,     // metres; too near: 0, too far: infinity
+  float32_m,  // metres; too near: 0, too far: infinity
   uint16_mm,  // millimetres; too near: 0, too far: 65535
 };
 

@@ -49,9 +49,12 @@ std::vector<Value> values_of(const sinks::FrameImage& image) {
 
 wire::ImageOutputs outputs_of(ImageType type) {
   switch (type) {
-    case ImageType::depth: return wire::ImageOutputs(wire::kDepthF32);
-    case ImageType::label: return wire::ImageOutputs(wire::kInstanceU32);
-    case ImageType::color: break;
+    case ImageType::depth:
+      return wire::ImageOutputs(wire::kDepthF32);
+    case ImageType::label:
+      return wire::ImageOutputs(wire::kInstanceU32);
+    case ImageType::color:
+      break;
   }
   return wire::ImageOutputs(wire::kColorSrgb8);
 }
@@ -161,8 +164,8 @@ void ImageRenderer::make_room_for(uint64_t bytes) {
 Result<sinks::FrameImage> ImageRenderer::draw(CachedScene& scene, const passes::View& view,
                                               const RenderRequest& request, wire::ImageOutputs outputs) {
   passes::SceneRenderer& renderer = scene.renderer();
-  const Result<passes::PreparedFrame> prepared = renderer.prepare(
-      {.extent = {request.width, request.height}, .outputs = wire::with_sources(outputs)});
+  const Result<passes::PreparedFrame> prepared =
+      renderer.prepare({.extent = {request.width, request.height}, .outputs = wire::with_sources(outputs)});
   if (!prepared) return prepared.error();
   gpu::Recorder& recorder = frames_.begin();
   renderer.record(*prepared, recorder, frames_.staging(), scene.poses(), view);

@@ -22,9 +22,9 @@ namespace fire3dv::drake {
 
 struct RenderSettings {
   DepthFormat depth_format = DepthFormat::float32_m;
-  uint32_t max_scenes = 6;                          // in the cache
-  uint64_t max_cached_bytes = uint64_t{1} << 30;    // of the cached scenes' files
-  uint64_t max_scene_bytes = uint64_t{4} << 30;     // of one scene when it is loaded
+  uint32_t max_scenes = 6;                        // in the cache
+  uint64_t max_cached_bytes = uint64_t{1} << 30;  // of the cached scenes' files
+  uint64_t max_scene_bytes = uint64_t{4} << 30;   // of one scene when it is loaded
 };
 
 struct RenderedImage {

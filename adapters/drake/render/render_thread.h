@@ -1,7 +1,6 @@
 // Queue of render requests and the thread that owns the device. Requests are answered in order of arrival.
 #pragma once
 
-#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <deque>

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <cmath>
 #include <span>
 #include <vector>
 
@@ -18,8 +17,8 @@ namespace {
 constexpr double kMaxNumber = 1e9;  // of any field; far beyond every camera
 
 constexpr std::array<std::string_view, 16> kFields{
-    "scene",    "scene_sha256", "image_type", "width", "height",   "near",     "far",       "focal_x",
-    "focal_y",  "fov_x",        "fov_y",      "center_x", "center_y", "min_depth", "max_depth", "submit"};
+    "scene",   "scene_sha256", "image_type", "width",    "height",   "near",      "far",       "focal_x",
+    "focal_y", "fov_x",        "fov_y",      "center_x", "center_y", "min_depth", "max_depth", "submit"};
 
 // The fields of a form. The first fault is kept; later reads return 0.
 class Fields {
@@ -112,7 +111,8 @@ Result<RenderRequest> read_form(std::string_view body, std::string_view content_
   if (request.type == ImageType::depth) {
     request.min_depth_m = fields.positive_number("min_depth");
     request.max_depth_m = fields.positive_number("max_depth");
-    fields.require(request.min_depth_m < request.max_depth_m, "\"min_depth\" must be less than \"max_depth\"");
+    fields.require(request.min_depth_m < request.max_depth_m,
+                   "\"min_depth\" must be less than \"max_depth\"");
   }
   request.scene = fields.text("scene");
   const std::string_view digest = fields.text("scene_sha256");

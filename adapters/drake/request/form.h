@@ -13,8 +13,8 @@ enum class ImageType : uint8_t { color, depth, label };
 
 struct RenderRequest {
   ImageType type = ImageType::color;
-  uint32_t width = 0, height = 0;    // pixels
-  double near_m = 0, far_m = 0;      // clipping planes
+  uint32_t width = 0, height = 0;  // pixels
+  double near_m = 0, far_m = 0;    // clipping planes
   double focal_x_px = 0, focal_y_px = 0;
   double center_x_px = 0, center_y_px = 0;  // from the image's upper left corner
   double min_depth_m = 0, max_depth_m = 0;  // range of the depth sensor; depth only

@@ -59,7 +59,8 @@ ShortText shorten(std::string_view text) {
 }
 
 // The data: URI that a string of the short text stands for; nullopt: it is another URI.
-std::optional<std::string_view> data_uri_of(std::string_view uri, const std::vector<std::string_view>& data_uris) {
+std::optional<std::string_view> data_uri_of(std::string_view uri,
+                                            const std::vector<std::string_view>& data_uris) {
   if (uri.starts_with("data:")) return uri;
   size_t index = 0;
   const char* const end = uri.data() + uri.size();

@@ -47,7 +47,7 @@ class GltfScene {
   Result<void> find_camera();
   void simplify_materials(ImageType type);
 
-  nlohmann::json document_;  // without transforms, names, cameras and URIs
+  nlohmann::json document_;        // without transforms, names, cameras and URIs
   std::vector<std::string> uris_;  // of buffers, then of images, in order
   Digest content_{};
   uint64_t bytes_ = 0;

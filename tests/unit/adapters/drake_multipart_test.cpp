@@ -18,9 +18,10 @@ std::string fault_of(const std::string& body, const std::string& type = kType) {
 }
 
 TEST(Multipart, ReadsPartsAsCurlWritesThem) {
-  const std::string body = field("width", "640") + field("empty", "") +
-                           "--XyZ\r\nContent-Disposition: form-data; name=\"scene\"; filename=\"../../1.gltf\"\r\n"
-                           "Content-Type: model/gltf+json\r\n\r\n{\r\n--XyW\r\n}\r\n--XyZ--\r\n";
+  const std::string body =
+      field("width", "640") + field("empty", "") +
+      "--XyZ\r\nContent-Disposition: form-data; name=\"scene\"; filename=\"../../1.gltf\"\r\n"
+      "Content-Type: model/gltf+json\r\n\r\n{\r\n--XyW\r\n}\r\n--XyZ--\r\n";
   const auto parts = parse_multipart(body, kType);
   ASSERT_TRUE(parts) << parts.error().message;
   ASSERT_EQ(parts->size(), 3u);
@@ -37,7 +38,8 @@ TEST(Multipart, ReadsPartsAsCurlWritesThem) {
 TEST(Multipart, AcceptsWhatTheStandardAllows) {
   // Quoted boundary with a space, other case, a preamble, spaces behind the boundary, an epilogue.
   const auto parts = parse_multipart(
-      "preamble\r\n--a b\t \r\ncontent-disposition:form-data;NAME=plain ; filename*=utf-8''x\r\nX: y\r\n\r\n1\r\n"
+      "preamble\r\n--a b\t \r\ncontent-disposition:form-data;NAME=plain ; filename*=utf-8''x\r\n"
+      "X: y\r\n\r\n1\r\n"
       "--a b\r\nContent-Disposition: form-data; name=\"a\\\"b\"\r\n\r\n2\r\n--a b--epilogue",
       "Multipart/Form-Data; charset=utf-8; Boundary=\"a b\"");
   ASSERT_TRUE(parts) << parts.error().message;
@@ -54,7 +56,8 @@ TEST(Multipart, RefusesAnotherType) {
   const std::string body = field("a", "1") + "--XyZ--\r\n";
   EXPECT_NE(fault_of(body, "").find("must be multipart/form-data"), std::string::npos);
   EXPECT_NE(fault_of(body, "text/plain; boundary=XyZ").find("must be"), std::string::npos);
-  for (const char* type : {"multipart/form-data", "multipart/form-data; boundary=", "multipart/form-data; xboundary=XyZ"})
+  for (const char* type :
+       {"multipart/form-data", "multipart/form-data; boundary=", "multipart/form-data; xboundary=XyZ"})
     EXPECT_NE(fault_of(body, type).find("names no boundary"), std::string::npos) << type;
   EXPECT_NE(fault_of(body, "multipart/form-data; boundary=" + std::string(71, 'x')).find("boundary"),
             std::string::npos);
@@ -82,8 +85,10 @@ TEST(Multipart, NamesTheFaultOfAPart) {
   const auto part = [](const std::string& headers) { return "--XyZ\r\n" + headers + "\r\n\r\n1\r\n--XyZ--"; };
   EXPECT_NE(fault_of(part("Content-Disposition form-data")).find("without a colon"), std::string::npos);
   EXPECT_NE(fault_of(part("Content-Type: text/plain")).find("no Content-Disposition"), std::string::npos);
-  EXPECT_NE(fault_of(part("Content-Disposition: attachment; name=a")).find("must be form-data"), std::string::npos);
-  EXPECT_NE(fault_of(part("Content-Disposition: form-data; name=\"\"")).find("with a name"), std::string::npos);
+  EXPECT_NE(fault_of(part("Content-Disposition: attachment; name=a")).find("must be form-data"),
+            std::string::npos);
+  EXPECT_NE(fault_of(part("Content-Disposition: form-data; name=\"\"")).find("with a name"),
+            std::string::npos);
   EXPECT_NE(fault_of("--XyZ\r\n\r\n\r\n--XyZ--").find("no Content-Disposition"), std::string::npos);
   EXPECT_NE(fault_of("--XyZjunk\r\n\r\n--XyZ--").find("a line break must follow"), std::string::npos);
 }

@@ -18,10 +18,21 @@ constexpr const char* kType = "multipart/form-data; boundary=b";
 
 // Fields of a depth request; the digest is that of sha256sum for the scene "{}".
 std::map<std::string, std::string> depth_fields() {
-  return {{"center_x", "320.000000"}, {"center_y", "240.500000"}, {"far", "10.000000"},  {"focal_x", "579.411255"},
-          {"focal_y", "579.411255"},  {"fov_x", "1.0"},           {"fov_y", "0.785398"}, {"height", "480"},
-          {"image_type", "depth"},    {"max_depth", "5.0"},       {"min_depth", "0.1"},  {"near", "0.010000"},
-          {"scene", "{}"},            {"submit", "Render"},       {"width", "640"},
+  return {{"center_x", "320.000000"},
+          {"center_y", "240.500000"},
+          {"far", "10.000000"},
+          {"focal_x", "579.411255"},
+          {"focal_y", "579.411255"},
+          {"fov_x", "1.0"},
+          {"fov_y", "0.785398"},
+          {"height", "480"},
+          {"image_type", "depth"},
+          {"max_depth", "5.0"},
+          {"min_depth", "0.1"},
+          {"near", "0.010000"},
+          {"scene", "{}"},
+          {"submit", "Render"},
+          {"width", "640"},
           {"scene_sha256", "44136fa355b3678a1146ad16f7e8649e94fb4fc21fe77e8310c060f61caaff8a"}};
 }
 
@@ -89,8 +100,8 @@ TEST(DrakeForm, RefusesWhatIsNotARequest) {
     ASSERT_FALSE(request) << name;
     EXPECT_NE(request.error().message.find("lacks the field \"" + name + "\""), std::string::npos);
   }
-  const std::string twice = body_of({{"width", "1"}}).substr(0, body_of({{"width", "1"}}).size() - 7) +
-                            body_of(depth_fields());
+  const std::string twice =
+      body_of({{"width", "1"}}).substr(0, body_of({{"width", "1"}}).size() - 7) + body_of(depth_fields());
   const auto request = read_form(twice, kType);
   ASSERT_FALSE(request);
   EXPECT_NE(request.error().message.find("\"width\" twice"), std::string::npos);
@@ -98,15 +109,17 @@ TEST(DrakeForm, RefusesWhatIsNotARequest) {
 
 // A box with a camera as VTK writes them; `box` and `camera` are translations along x.
 std::string scene_at(double box, double camera, const std::string& color = "[0.2, 0.4, 0, 1]") {
-  const auto moved = [](double x) {
-    return "[1,0,0,0, 0,1,0,0, 0,0,1,0, " + std::to_string(x) + ",2,3,1]";
-  };
+  const auto moved = [](double x) { return "[1,0,0,0, 0,1,0,0, 0,0,1,0, " + std::to_string(x) + ",2,3,1]"; };
   return R"({"asset":{"generator":"VTK","version":"2.0"},"scene":0,"scenes":[{"nodes":[2]}],"nodes":[
-    {"matrix":)" + moved(box) + R"(,"mesh":0,"name":"mesh0"},
-    {"camera":0,"matrix":)" + moved(camera) + R"(,"name":"Camera Node"},
+    {"matrix":)" +
+         moved(box) + R"(,"mesh":0,"name":"mesh0"},
+    {"camera":0,"matrix":)" +
+         moved(camera) + R"(,"name":"Camera Node"},
     {"children":[0,1],"name":"Renderer Node"}],
-    "cameras":[{"type":"perspective","perspective":{"yfov":)" + std::to_string(1 + camera * 0.01) + R"(,"znear":0.1}}],
-    "materials":[{"pbrMetallicRoughness":{"baseColorFactor":)" + color + R"(}}],
+    "cameras":[{"type":"perspective","perspective":{"yfov":)" +
+         std::to_string(1 + camera * 0.01) + R"(,"znear":0.1}}],
+    "materials":[{"pbrMetallicRoughness":{"baseColorFactor":)" +
+         color + R"(}}],
     "meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0}]}],
     "buffers":[{"byteLength":3,"uri":"data:application/octet-stream;base64,AAAA"}]})";
 }
@@ -167,8 +180,9 @@ std::string scene_fault(std::string text, const std::string& from, const std::st
 TEST(DrakeScene, RefusesBrokenScenes) {
   const std::string text = scene_at(1, 4);
   for (const char* uri : {"file:///etc/passwd", "box.bin", "../box.bin", "http://example.com/box.bin"})
-    EXPECT_NE(scene_fault(text, "data:application/octet-stream;base64,AAAA", uri).find("buffers[0] names a file"),
-              std::string::npos);
+    EXPECT_NE(
+        scene_fault(text, "data:application/octet-stream;base64,AAAA", uri).find("buffers[0] names a file"),
+        std::string::npos);
   EXPECT_NE(scene_fault(text, "\"camera\":0,", "").find("0 nodes with a camera"), std::string::npos);
   EXPECT_NE(scene_fault(text, "[0,1]", "[0,9]").find("nodes[2].children"), std::string::npos);
   EXPECT_NE(scene_fault(text, "[0,1]", "[0,\"1\"]").find("nodes[2].children"), std::string::npos);
@@ -202,7 +216,7 @@ TEST(DrakeScene, FindsDataUrisAsAParserDoes) {
   // An escaped solidus, and an escaped quotation mark before a text that looks like the begin of a URI.
   EXPECT_EQ(glb_of(with(data, "data:application\\/octet-stream;base64,AAAA")), glb_of(text));
   EXPECT_EQ(glb_of(with("\"generator\":\"VTK\"", R"("generator":"\\\"data:x")")), glb_of(text));
-  EXPECT_EQ(glb_of(with("\"generator\":\"VTK\"", "\"generator\":\"data:x\",\"data:\":\"data:y\"")), glb_of(text));
+  EXPECT_EQ(glb_of(with("\"generator\":\"VTK\"", R"("generator":"data:x","data:":"data:y")")), glb_of(text));
   // Strings that look like the parser's own placeholders, and JSON that is not valid with the URI in place.
   for (const char* uri : {"@0", "@1", "@", "@-1", "@0x", "@99999999999999999999"})
     EXPECT_NE(glb_of(with(data, uri)).find("names a file"), std::string::npos) << uri;

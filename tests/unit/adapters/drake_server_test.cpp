@@ -110,7 +110,8 @@ TEST(DrakeServer, AnswersFromOtherThreads) {
   for (int c = 0; c < 8; ++c) {
     clients.emplace_back([&, c] {
       for (int i = 0; i < 20; ++i) {
-        const std::string text = "request " + std::to_string(c) + "," + std::to_string(i) + std::string(20'000, '.');
+        const std::string text =
+            "request " + std::to_string(c) + "," + std::to_string(i) + std::string(20'000, '.');
         right += body_of(server.exchange(request(text))) == "REQUEST " + text.substr(8);
       }
     });
