@@ -65,7 +65,7 @@ struct Texts {
   std::vector<std::string> peer_limits;
   std::string play = "auto", mark_stale = "auto";
   std::string size = "1280x720", stereo, gui = "on", present = "vsync";
-  std::string stream_timeout, outputs, async_compute = "auto", background;
+  std::string drake, stream_timeout, outputs, async_compute = "auto", background;
   std::string raster = "auto", cull = "on", levels_of_detail = "auto";
   std::string shadows = "auto", shadow_rays = "hybrid";
   std::string exposure = "auto", ground = "auto", key_light = "auto", tone_map = "neutral", fxaa = "on",
@@ -118,6 +118,9 @@ void add_stream_options(CLI::App& app, Options& options, Texts& texts, Given& gi
   app.add_option("--listen", options.listen, "shm://NAME, or tcp, tls, udp://HOST:PORT; repeatable")
       ->allow_extra_args(false)
       ->type_name("URI")
+      ->group(kGroup);
+  app.add_option("--drake", texts.drake, "serve Drake's render client instead (man fire3dv-drake)")
+      ->type_name("HOST:PORT")
       ->group(kGroup);
   app.add_flag("--insecure", options.insecure, "allow unprotected links beyond loopback")->group(kGroup);
   app.add_option("--key-file", options.key_file, "udp: pre-shared key, 64 hexadecimal digits")
@@ -362,6 +365,7 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
     std::cerr << "fire3dv: error: " << text << " (see fire3dv --help)\n";
     return kUsageError;
   };
+  if (!texts.drake.empty()) return usage_error("--drake is an option of fire3dv alone");
   if (!parse_image_size(texts.size, options.width, options.height)) {
     return usage_error("--size " + texts.size + ": must be WxH with sides of 1 to " +
                        std::to_string(kMaxImageSide) + ", such as 1280x720");
