@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Builds the Debian packages and the Python wheel (docs/install.md).
 #
-#   tools/package.sh [OUTPUT_DIR]            builds the preset release if needed; OUTPUT_DIR: build/packages
+#   tools/package.sh [OUTPUT_DIR]            builds the preset release if needed; OUTPUT_DIR: build/packages, where
+#                                          older packages are replaced
 #   tools/package.sh --build DIR OUTPUT_DIR  packs this finished build, builds nothing
 #   tools/package.sh --compression NAME ...  of the Debian packages: xz (default), gzip
 #
@@ -15,7 +16,7 @@ while [ $# -gt 0 ]; do
   case "$1" in
     --build) build=${2:?--build needs a folder}; shift ;;
     --compression) compression=${2:?--compression needs a name}; shift ;;
-    -h | --help) sed -n '2,9s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
+    -h | --help) sed -n '2,10s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
     -*) echo "package.sh: unknown option $1 (see --help)" >&2; exit 2 ;;
     *) output=$1 ;;
   esac
@@ -51,5 +52,12 @@ cpack --config "$build/CPackConfig.cmake" -G DEB -B "$staging" -D CPACK_DEBIAN_C
 if command -v lintian >/dev/null; then
   lintian --allow-root --fail-on error "$staging"/*.deb || die "lintian reports errors"
 fi
+for package in "$staging"/*.deb "$staging"/*.whl; do  # apt install OUTPUT_DIR/*.deb takes one version of each
+  name=$(basename "$package")
+  case "$name" in
+    *.deb) rm -f "$output/${name%%_*}"_*.deb ;;
+    *.whl) rm -f "$output/${name%%-*}"-*.whl ;;
+  esac
+done
 mv "$staging"/*.deb "$staging"/*.whl "$output"/
 ls -l "$output"
