@@ -92,7 +92,7 @@ foreach(library libavcodec libavformat libavutil libswscale)
   string(APPEND recommended ", ${library}${major}")
 endforeach()
 fire3dv_package(fire3dv SECTION graphics RECOMMENDS "${recommended}"
-  SUGGESTS "fire3dv-examples, fire3dv-mujoco, python3-fire3dv"
+  SUGGESTS "fire3dv-drake, fire3dv-examples, fire3dv-mujoco, python3-fire3dv"
   DESCRIPTION "networked Vulkan renderer for simulators
 A simulator publishes poses from its own process; FIRE-3DV draws them in
 another one, on the same machine or over a network. The simulator never
@@ -120,6 +120,13 @@ if(TARGET fire3dv-mujoco)
     DESCRIPTION "MuJoCo simulations for the renderer FIRE-3DV
 Steps a MuJoCo model and publishes its poses to FIRE-3DV renderers.")
   fire3dv_package_programs(fire3dv-mujoco fire3dv-mujoco)
+endif()
+if(TARGET fire3dv-drake)
+  fire3dv_package(fire3dv-drake SECTION science RECOMMENDS "${recommended}, fire3dv"
+    DESCRIPTION "Drake render server of the renderer FIRE-3DV
+Serves Drake's glTF render client over HTTP: camera images of a Drake
+simulation, drawn by FIRE-3DV.")
+  fire3dv_package_programs(fire3dv-drake fire3dv-drake)
 endif()
 
 # Client library.

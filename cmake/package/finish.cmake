@@ -27,7 +27,8 @@ endif()
 run(strip --strip-debug --remove-section=.comment --enable-deterministic-archives ${dev_folder}/libfire3dv-client.a)
 
 # Completions from the help of these very programs.
-foreach(folder ${stage}/package_fire3dv ${stage}/package_fire3dv-examples ${stage}/package_fire3dv-mujoco)
+file(GLOB folders ${stage}/package_fire3dv ${stage}/package_fire3dv-*)
+foreach(folder ${folders})
   file(GLOB programs ${folder}/usr/bin/*)
   list(TRANSFORM programs REPLACE "/fire3dv$" "/fire3dv:render:join")
   if(programs)

@@ -2,9 +2,15 @@
 find_program(FIRE3DV_DPKG_SHLIBDEPS dpkg-shlibdeps)
 find_program(FIRE3DV_FILE file)
 if(FIRE3DV_DPKG_SHLIBDEPS AND FIRE3DV_FILE AND FIRE3DV_MD2MAN AND TARGET fire3dv AND TARGET bullet_arm AND NOT FIRE3DV_SANITIZE)
+  set(packaged_adapters)
+  foreach(adapter mujoco drake)
+    if(TARGET fire3dv-${adapter})
+      list(APPEND packaged_adapters ${adapter})
+    endif()
+  endforeach()
   add_test(NAME packages
     COMMAND ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/packages_test.py ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR}
-            ${PROJECT_VERSION} ${CMAKE_LIBRARY_ARCHITECTURE} $<IF:$<TARGET_EXISTS:fire3dv-mujoco>,mujoco,>)
+            ${PROJECT_VERSION} ${CMAKE_LIBRARY_ARCHITECTURE} ${packaged_adapters})
   set_tests_properties(packages PROPERTIES LABELS e2e TIMEOUT 600
     ENVIRONMENT "VK_DRIVER_FILES=${FIRE3DV_TEST_VULKAN_DRIVER};VK_ICD_FILENAMES=${FIRE3DV_TEST_VULKAN_DRIVER}")
 else()

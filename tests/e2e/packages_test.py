@@ -1,7 +1,7 @@
 """Packages test: tools/package.sh packs this build; the packages are unpacked into a folder, and used there. Files, control
 fields, search paths, renderer, client library (pkg-config, CMake, shared and static), Python package, wheel, completions.
 
-packages_test.py SOURCE BUILD VERSION MULTIARCH [mujoco]
+packages_test.py SOURCE BUILD VERSION MULTIARCH [mujoco] [drake]
 """
 import glob
 import os
@@ -13,7 +13,7 @@ import zipfile
 
 source, build, version, multiarch, *optional = sys.argv[1:]
 PROGRAMS = {"fire3dv": ["fire3dv", "fire3dv-convert", "fire3dv-inspect", "fire3dv-record", "fire3dv-replay"],
-            "fire3dv-examples": ["bullet_arm"], **({"fire3dv-mujoco": ["fire3dv-mujoco"]} if "mujoco" in optional else {})}
+            "fire3dv-examples": ["bullet_arm"], **{f"fire3dv-{name}": [f"fire3dv-{name}"] for name in optional}}
 LIB = f"usr/lib/{multiarch}"
 FILES = {  # beside programs, their manual pages and completions, copyright and changelog
     "fire3dv": ["usr/share/man/man1/fire3dv-render.1.gz", "usr/share/doc/fire3dv/changelog.gz", "usr/share/doc/fire3dv/NOTICE",
@@ -22,20 +22,21 @@ FILES = {  # beside programs, their manual pages and completions, copyright and 
                 *[f"usr/share/doc/fire3dv/{name}.md" for name in ("SPEC", "SPEC-transport", "SPEC-record")]],
     "fire3dv-examples": [],
     "fire3dv-mujoco": [],
+    "fire3dv-drake": [],
     "libfire3dv-client0": [f"{LIB}/libfire3dv-client.so.0", f"{LIB}/libfire3dv-client.so.{version}"],
     "libfire3dv-client-dev": [
         f"{LIB}/libfire3dv-client.so", f"{LIB}/libfire3dv-client.a", f"{LIB}/pkgconfig/fire3dv-client.pc",
         *[f"{LIB}/cmake/fire3dv/fire3dv-{name}.cmake" for name in ("config", "config-version", "targets", "targets-release")],
         *["usr/share/doc/libfire3dv-client-dev/" + os.path.relpath(path, source) for path in
           glob.glob(source + "/examples/client_c*/*")],
-        *[f"usr/include/fire3dv/{name}" for name in ("client.h", "client.hpp", "image.h", "scene.h")]],
+        *["usr/include/fire3dv/" + os.path.basename(path) for path in glob.glob(source + "/adapters/generic/include/fire3dv/*")]],
     "python3-fire3dv": [f"usr/lib/python3/dist-packages/fire3dv-{version}.dist-info/METADATA",
                         "usr/share/doc/python3-fire3dv/README.md", "usr/lib/python3/dist-packages/fire3dv/py.typed",
                         *["usr/lib/python3/dist-packages/fire3dv/" + os.path.basename(path) for path in
                           glob.glob(os.path.join(source, "adapters/generic/python/fire3dv/*.py"))]],
 }
 DEPENDS = {"fire3dv": ["libvulkan1", "libc6"], "fire3dv-examples": ["libfire3dv-client0", "libbullet"],
-           "fire3dv-mujoco": ["libfire3dv-client0", "libmujoco"], "libfire3dv-client0": ["libssl3", "libsodium23"],
+           "fire3dv-drake": ["libvulkan1"], "fire3dv-mujoco": ["libfire3dv-client0", "libmujoco"], "libfire3dv-client0": ["libssl3", "libsodium23"],
            "libfire3dv-client-dev": ["libfire3dv-client0"], "python3-fire3dv": ["libfire3dv-client0", "python3-numpy"]}
 CONTROL = {"libfire3dv-client0": {"triggers", "shlibs"}, "python3-fire3dv": {"postinst", "prerm"}}
 
@@ -198,7 +199,7 @@ with tempfile.TemporaryDirectory() as temporary:
     output, tree = os.path.join(temporary, "packages"), os.path.join(temporary, "root")
     run(os.path.join(source, "tools/package.sh"), "--build", build, "--compression", "gzip", output)
     packages = {os.path.basename(path).split("_")[0]: path for path in glob.glob(output + "/*.deb")}
-    names = set(DEPENDS) - (set() if "mujoco" in optional else {"fire3dv-mujoco"})
+    names = {*PROGRAMS, "libfire3dv-client0", "libfire3dv-client-dev", "python3-fire3dv"}
     assert set(packages) == names, f"packages: {sorted(packages)}, expected {sorted(names)}"
     for each, package_file in packages.items():
         check_package(package_file, each)
