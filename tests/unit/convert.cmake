@@ -12,6 +12,7 @@ if(TARGET fire3dv_convert_glb)
   fire3dv_test(xacro_test SOURCES convert/xacro_expression_test.cpp convert/xacro_test.cpp
                LINK fire3dv_urdf fire3dv_test_support LABELS unit)
   fire3dv_test(read_mjcf_test SOURCES convert/read_mjcf_test.cpp convert/mjcf_features_test.cpp convert/mjcf_assets_test.cpp
-                       convert/mjcf_builtin_mesh_test.cpp convert/mjcf_flex_test.cpp convert/mjcf_skins_test.cpp
+                       convert/mjcf_builtin_mesh_test.cpp convert/mjcf_composite_test.cpp convert/mjcf_flex_test.cpp
+                       convert/mjcf_skins_test.cpp
                LINK fire3dv_mjcf fire3dv_test_support LABELS unit)
 endif()

@@ -6,7 +6,9 @@ fire3dv_library(fire3dv_mjcf
   SOURCES mjcf/assets/builtin_mesh.cpp mjcf/assets/convex_hull.cpp mjcf/assets/mesh_data.cpp mjcf/assets/mesh_inertia.cpp mjcf/assets/mesh_normals.cpp
           mjcf/assets/mjcf_height_field.cpp mjcf/assets/mjcf_mesh.cpp mjcf/assets/mjcf_texture.cpp
           mjcf/assets/obj_format.cpp mjcf/assets/png_pixels.cpp mjcf/assets/texture_pattern.cpp
-          mjcf/joints/mjcf_joints.cpp mjcf/deformable/flex_shape.cpp mjcf/deformable/mjcf_flexcomp.cpp mjcf/deformable/mjcf_flexes.cpp
+          mjcf/joints/mjcf_joints.cpp mjcf/deformable/composite.cpp mjcf/deformable/composite_bodies.cpp mjcf/deformable/composite_cable.cpp
+          mjcf/deformable/composite_parts.cpp mjcf/deformable/flex_shape.cpp mjcf/deformable/mjcf_composite.cpp
+          mjcf/deformable/mjcf_flexcomp.cpp mjcf/deformable/mjcf_flexes.cpp
           mjcf/deformable/mjcf_skins.cpp mjcf/deformable/skin_data.cpp
           mjcf/mjcf_bodies.cpp mjcf/mjcf_kinematics.cpp mjcf/mjcf_objects.cpp mjcf/mjcf_source.cpp mjcf/mjcf_tendons.cpp
           mjcf/mjcf_tracking.cpp mjcf/read_mjcf.cpp mjcf/tendon_wrap.cpp

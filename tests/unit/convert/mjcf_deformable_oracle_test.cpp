@@ -1,5 +1,5 @@
-// Test of MJCF skins against libmujoco: the skinned vertices of the written model are those that libmujoco
-// draws in the first keyframe.
+// Test of MJCF skins and composites against libmujoco: the skinned vertices of the written model are those
+// that libmujoco draws in the first keyframe; bodies and geoms of composites are those that it generates.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -7,9 +7,12 @@
 #include <string_view>
 #include <vector>
 
+#include "adapters/mujoco/compiled/compiled_scene.h"
 #include "adapters/mujoco/compiled/load.h"
 #include "tests/support/gltf_builder.h"
+#include "tests/unit/convert/mjcf_oracle.h"
 #include "tools/convert/mesh/surfaces.h"
+#include "tools/convert/mjcf/mjcf_reader.h"
 #include "tools/convert/readers.h"
 
 namespace fire3dv::convert {
@@ -74,6 +77,21 @@ class MjcfDeformableOracle : public testing::Test {
           << i << ": " << theirs[i].x << " " << theirs[i].y << " " << theirs[i].z;
   }
 
+  // Bodies and geoms of a composite, and its skin. Tendons between its bodies are not drawn.
+  void compare_composite(const std::string& text, size_t expected_vertices = 0) {
+    compare(text, expected_vertices);
+    const auto file = folder_.path() / "model.xml";
+    const Result<MjcfModel> compiled = compile_mjcf(file, nullptr);
+    const Result<MjcfData> posed = pose_mjcf(**compiled, nullptr);
+    Sources sources;
+    std::vector<std::string> warnings;
+    const Result<MjcfScene> read = read_mjcf_scene(file, {}, sources, warnings);
+    ASSERT_TRUE(read.ok()) << read.error().message;
+    EXPECT_GT(read->bodies.size(), 4u);
+    for (const std::string& difference : MjcfOracle(*read, compiled_scene(**compiled, **posed)).differences())
+      if (!difference.starts_with("tendons")) ADD_FAILURE() << difference;
+  }
+
   test::ScratchFolder folder_;
 };
 
@@ -98,6 +116,50 @@ TEST_F(MjcfDeformableOracle, InflatedSkinsWithOneBoneForEachVertex) {
       <bone body="b" bindpos=".1 0 .5" bindquat="1 .2 .3 0" vertid="2 3" vertweight=".5 2"/></skin></asset>)") +
           kBodies,
       4);
+}
+
+TEST_F(MjcfDeformableOracle, Particles) {
+  compare_composite(
+      R"(<worldbody><body name="p" pos="0 0 1" euler="0 0 30"><geom size=".01"/><composite type="particle" count="2 3 2" spacing=".2"
+      offset=".1 .2 .3"><geom size=".05" rgba="1 0 0 1"/></composite></body></worldbody>
+    <keyframe><key qpos="0 .1 .2 0 0 0 0 0 0 .3 0 0  0 0 0 0 0 0 0 0 0 0 0 0  0 0 0 0 0 0 0 0 0 0 0 .5"/></keyframe>)");
+}
+
+TEST_F(MjcfDeformableOracle, GridsWithASkin) {
+  compare_composite(
+      R"(<worldbody><body name="p" pos="0 0 1"><geom size=".01"/><composite prefix="C" type="grid" count="4 3 1" spacing=".2" offset="0 0 .5">
+      <skin inflate=".02" texcoord="true" rgba="0 1 0 1"/><pin coord="0 0"/><pin coord="3 0"/><geom size=".05"/></composite></body></worldbody>
+    <keyframe><key qpos=".1 .1 .1 0 0 0 0 0 0 0 0 .3 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 -.1"/></keyframe>)",
+      24);
+  compare_composite(
+      R"(<worldbody><body name="p"><composite type="grid" count="5 1 1" spacing=".2"><geom size=".05" group="1"/></composite></body></worldbody>)");
+}
+
+TEST_F(MjcfDeformableOracle, RopesAndLoops) {
+  for (const char* type : {"rope", "loop"})
+    for (const char* body : {"B0", "B3", "B6"})
+      compare_composite("<worldbody><body name='" + std::string(body) +
+                        "' pos='1 0 1'><freejoint/><composite type='" + type +
+                        "' count='7 1 1' spacing='.2'><joint kind='main' damping='1'/><joint kind='stretch'/>"
+                        "<geom type='capsule' size='.03 .06'/></composite></body></worldbody>");
+}
+
+TEST_F(MjcfDeformableOracle, ClothWithAndWithoutASkin) {
+  const std::string start =
+                        "<worldbody><body name='XB2_1' pos='1 0 1' euler='20 0 0'><freejoint/><composite "
+                        "prefix='X' type='cloth' "
+                        "count='5 4 1' spacing='.2'>",
+                    end = "</composite></body></worldbody>";
+  compare_composite(start + "<geom type='capsule' size='.03 .06'/>" + end);
+  compare_composite(start + "<skin inflate='.01'/><geom type='ellipsoid' size='.03 .06 .02'/>" + end, 40);
+}
+
+TEST_F(MjcfDeformableOracle, Shells) {
+  for (const char* type : {"box", "cylinder", "ellipsoid"})
+    for (const char* geom : {"sphere", "capsule"})
+      compare_composite("<worldbody><body name='p' pos='1 0 1'><freejoint/><composite type='" +
+                        std::string(type) + "' count='4 3 5' spacing='.2'><geom type='" + geom +
+                        "' size='.03 .06'/></composite></body></worldbody>");
 }
 
 }  // namespace

@@ -191,6 +191,17 @@ TEST_F(MjcfFeatures, PrimitivesEncloseTheBoundsOfAMesh) {
   EXPECT_NEAR(geom(made, "s").size.x, 4, 1e-9);
 }
 
+TEST_F(MjcfFeatures, SignedDistanceFieldsAreTheirMeshes) {
+  const MjcfScene made = scene(
+      "<asset><mesh name='m' builtin='cone' params='4 0'/><mesh name='p'><plugin "
+      "instance='torus'/></mesh></asset>"
+      "<worldbody><geom name='a' type='sdf' mesh='m'/><geom name='b' type='sdf' mesh='p'/></worldbody>");
+  ASSERT_EQ(made.geoms.size(), 1u);
+  EXPECT_EQ(geom(made, "a").shape, MjcfShape::mesh);
+  ASSERT_EQ(warnings_.size(), 1u);
+  EXPECT_NE(warnings_[0].find("computed by a plugin"), std::string::npos) << warnings_[0];
+}
+
 TEST_F(MjcfFeatures, KeyframesOfAnotherSizeAreReported) {
   const MjcfScene made =
       scene(R"(<worldbody><body name="b"><joint type="slide"/><geom size="1"/></body></worldbody>

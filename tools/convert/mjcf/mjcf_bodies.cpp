@@ -108,6 +108,7 @@ Result<void> MjcfBodyReader::read_child(const MjcfElement& element, const Scope&
   if (kind == "frame") return read_frame(element, scope);
   if (kind == "replicate") return read_replicate(element, scope);
   if (kind == "attach") return read_attach(element, scope);
+  if (kind == "composite") return read_composite(element, scope);
   if (kind == "flexcomp") return read_flexcomp(element, scope);
   if (kind == "geom")
     read_geom(element, scope);
@@ -121,9 +122,6 @@ Result<void> MjcfBodyReader::read_child(const MjcfElement& element, const Scope&
     read_camera(element, scope);
   else if (kind == "light")
     read_light(element, scope);
-  else if (kind == "composite")
-    scope.source->messages().warn(element.where() +
-                                  " is not shown: bodies that MuJoCo generates are not supported");
   else if (kind != "plugin")
     scope.source->messages().warn(element.where() + ": the element is unknown and ignored");
   return {};

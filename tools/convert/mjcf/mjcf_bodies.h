@@ -45,6 +45,7 @@ class MjcfBodyReader {
   Result<void> read_flexcomp(const MjcfElement& element, const Scope& scope);
   Result<size_t> add_flex_body(const std::string& name, const glm::dvec3& position,
                                const std::vector<glm::dvec3>& axes, double mass, const Scope& scope);
+  Result<void> read_composite(const MjcfElement& element, const Scope& scope);
   void read_inertial(const MjcfElement& element, const Scope& scope);
   void read_joint(const MjcfElement& element, const Scope& scope);
   void read_geom(const MjcfElement& element, const Scope& scope);

@@ -14,14 +14,10 @@ constexpr double kPi = std::numbers::pi;
 constexpr double kMinLength = 1e-14;
 
 std::optional<MjcfShape> shape_of(const std::string& type) {
-  static const std::pair<const char*, MjcfShape> kShapes[] = {{"plane", MjcfShape::plane},
-                                                              {"hfield", MjcfShape::height_field},
-                                                              {"sphere", MjcfShape::sphere},
-                                                              {"capsule", MjcfShape::capsule},
-                                                              {"ellipsoid", MjcfShape::ellipsoid},
-                                                              {"cylinder", MjcfShape::cylinder},
-                                                              {"box", MjcfShape::box},
-                                                              {"mesh", MjcfShape::mesh}};
+  static const std::pair<const char*, MjcfShape> kShapes[] = {
+      {"plane", MjcfShape::plane},     {"hfield", MjcfShape::height_field}, {"sphere", MjcfShape::sphere},
+      {"capsule", MjcfShape::capsule}, {"ellipsoid", MjcfShape::ellipsoid}, {"cylinder", MjcfShape::cylinder},
+      {"box", MjcfShape::box},         {"mesh", MjcfShape::mesh},           {"sdf", MjcfShape::mesh}};
   for (const auto& [name, shape] : kShapes)
     if (type == name) return shape;
   return std::nullopt;
@@ -223,8 +219,7 @@ void MjcfBodyReader::read_geom(const MjcfElement& element, const Scope& scope) {
   const std::string type = from.text("type");
   const std::optional<MjcfShape> shape = type.empty() ? MjcfShape::sphere : shape_of(type);
   if (!shape) {
-    from.warn(type == "sdf" ? "is left out: shapes of signed distance fields are not supported"
-                            : "is left out: type=" + quote(type) + " is unknown");
+    from.warn("is left out: type=" + quote(type) + " is unknown");
     return;
   }
   geom.name = scope.name(from.name());

@@ -59,6 +59,12 @@ struct MjcfSite {
   MjcfPose pose;  // in the body
 };
 
+// Skin that belongs to generated bodies; vertices in the frame of their parent.
+struct MjcfTreeSkin {
+  MjcfSkin skin;
+  double inflation = 0;
+};
+
 // Modes of cameras and lights that follow a body with their position, or turn to another.
 enum class MjcfTracking { fixed, track, track_mass, target_body, target_mass };
 
@@ -83,7 +89,7 @@ struct MjcfTree {
   std::vector<MjcfLight> lights;  // position, direction: in the body
   std::vector<MjcfTracked> light_tracking;
   std::vector<MjcfSite> sites;
-  std::vector<MjcfSkin> flexes;  // in the frames of their bodies' parents
+  std::vector<MjcfTreeSkin> skins;  // of flexcomps and composites
   size_t coordinates = 0;
   std::vector<MjcfCopy> copies;  // at most 10,000; the model itself is the first
   // Indices by name; the first object of a name counts.

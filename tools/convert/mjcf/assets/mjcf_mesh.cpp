@@ -51,6 +51,10 @@ Result<MeshData> read_data(MjcfSource& source, const MjcfElement& element) {
                        element.find("face") ? *element.find("face") : std::string_view()};
   const std::string name = source.file_name(element.text("file"));
   if (name.empty()) {
+    const auto& children = element.children;
+    if (own.vertices.empty() && std::any_of(children.begin(), children.end(),
+                                            [](const MjcfElement& each) { return each.kind == "plugin"; }))
+      return Error{"its shape is computed by a plugin, which is not supported; save the mesh as a file"};
     if (own.vertices.empty()) return Error{"it has neither a file nor vertices"};
     return parse_inline_mesh(own);
   }

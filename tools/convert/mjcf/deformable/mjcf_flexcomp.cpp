@@ -299,7 +299,7 @@ Result<void> MjcfBodyReader::read_flexcomp(const MjcfElement& element, const Sco
   const bool is_flat = from.flag("flatskin", false) || type == "box" || type == "cylinder" ||
                        (type == "grid" && dimension == 3);
   set_flex_surface(shape, influences, from.number("radius", 0.005), is_flat, skin);
-  tree_.flexes.push_back(std::move(skin));
+  tree_.skins.push_back({std::move(skin), 0});
   return {};
 }
 

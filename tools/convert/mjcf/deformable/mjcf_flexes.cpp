@@ -150,9 +150,9 @@ void set_flex_surface(const FlexShape& shape, const std::vector<Influences>& inf
 }
 
 void add_flexes(const MjcfTree& tree, const MjcfPosedBodies& posed, MjcfScene& scene) {
-  for (MjcfSkin skin : tree.flexes) {
-    if (is_rigid(skin)) bind_to_pose(posed, 0, skin);
-    scene.skins.push_back(std::move(skin));
+  for (const MjcfTreeSkin& made : tree.skins) {
+    scene.skins.push_back(made.skin);
+    if (is_rigid(made.skin)) bind_to_pose(posed, made.inflation, scene.skins.back());
   }
   std::set<std::pair<const MjcfElement*, std::string>> known;
   for (size_t i = 0; i < tree.copies.size(); ++i) {

@@ -9,7 +9,7 @@
 
 namespace fire3dv::convert {
 
-// Adds the flexes of the tree, and those of flex elements of the model and of its copies, to the scene as
+// Adds the skins of the tree, and those of flex elements of the model and of its copies, to the scene as
 // skins. A flex that cannot be read is a warning.
 void add_flexes(const MjcfTree& tree, const MjcfPosedBodies& posed, MjcfScene& scene);
 
