@@ -1,6 +1,6 @@
 # Conversion of robot description files.
 if(TARGET fire3dv_convert_glb)
-  fire3dv_test(write_glb_test SOURCES convert/write_glb_test.cpp
+  fire3dv_test(write_glb_test SOURCES convert/jpeg_check_test.cpp convert/write_glb_test.cpp
                LINK fire3dv_convert_glb fire3dv_scene fire3dv_test_support LABELS unit)
   fire3dv_test(conversion_record_test SOURCES convert/conversion_record_test.cpp
                LINK fire3dv_scene fire3dv_test_support LABELS unit)

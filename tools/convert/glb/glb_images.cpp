@@ -16,6 +16,8 @@
 #define STBI_NO_LINEAR
 #include <stb/stb_image.h>
 
+#include "tools/convert/glb/jpeg_check.h"
+
 namespace fire3dv::convert {
 namespace {
 
@@ -222,6 +224,10 @@ Result<GlbImage> glb_image(const Image& image, uint64_t& pixels_left) {
   if (png && PngCheck::is_sound(bytes).value_or(false)) {
     pixels_left -= pixels;
     return GlbImage{"image/png", {}, bytes};
+  }
+  if (jpeg && is_sound_jpeg(bytes)) {
+    pixels_left -= pixels;
+    return GlbImage{"image/jpeg", {}, bytes};
   }
   // Decodes other images that are copied unchanged, too, with the renderer's decoder: an image that fails
   // there would fail the whole scene.
