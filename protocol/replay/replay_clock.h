@@ -58,6 +58,7 @@ struct TimelineState {
   double speed = 1;
   bool playing = false, looping = false;
   bool at_end = false;            // stopped until seek() or play()
+  bool can_be_unpaced = true;     // set_speed(0) has an effect
   uint64_t frames = 0;            // played frames of all streams
   uint64_t damaged_chunks = 0;    // skipped
   uint64_t refused_messages = 0;  // invalid, or dropped for lack of memory
@@ -82,6 +83,8 @@ class TimelineControl {
   virtual Result<void> seek_sim_time(int64_t sim_time_ns) = 0;
   // Pauses and plays one frame.
   virtual void step() = 0;
+  // Pauses and shows the frame before the shown one. No effect at the first frame.
+  virtual void step_back() = 0;
   // Sets a factor of the recorded speed; 0: unpaced. NaN and negative values count as 1.
   virtual void set_speed(double speed) = 0;
   virtual void set_looping(bool looping) = 0;

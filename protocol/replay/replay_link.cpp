@@ -142,8 +142,13 @@ void ReplayLink::play_pending() {
   player.set_publish_time(static_cast<uint64_t>(
       clock_.unpaced() || each_frame_ || step_ ? monotonic_ns() : clock_.due_ns(played.log_time_ns)));
   const uint64_t before = player.counts().frames;
+  const std::optional<uint64_t> assembled = player.assembled_sequence();
   (void)player.play(played);  // cannot fail: the queue is unbounded
-  if (player.counts().frames != before) newest_ = played.stream;
+  const std::optional<uint64_t> now_assembled = player.assembled_sequence();
+  if (now_assembled && now_assembled != assembled) assembled_ns_ = played.log_time_ns;
+  if (player.counts().frames == before) return;
+  newest_ = played.stream;
+  shown_ns_ = played.log_time_ns;
 }
 
 bool ReplayLink::all_have_frames() const {
@@ -164,6 +169,7 @@ void ReplayLink::begin_seek(uint64_t log_time_ns, uint64_t look_back_ns) {
   pending_.reset();
   delayed_goodbyes_.clear();
   at_end_ = false;
+  assembled_ns_ = 0;
   from_ns == first_ns ? playback_.rewind() : playback_.seek(from_ns);
   for (const auto& player : players_)
     if (player) player->begin_assembly();
@@ -194,6 +200,7 @@ bool ReplayLink::continue_seek(TimeSlice& turn) {
     players_[i]->set_publish_time(static_cast<uint64_t>(now_ns));
     if (players_[i]->publish_assembled()) newest_ = i;
   }
+  shown_ns_ = assembled_ns_;
   frames_at_round_ = frames() - 1;  // at least one frame to show
   showing_.reset();
   return true;
@@ -235,6 +242,16 @@ void ReplayLink::pause() {
 void ReplayLink::step() {
   pause();
   step_ = !at_end_;
+}
+
+void ReplayLink::step_back() {
+  pause();
+  step_ = false;
+  const uint64_t shown_ns = shown_ns_;
+  if (shown_ns <= start_ns_) return;
+  seek(shown_ns - 1);
+  if (shown_ns_ == 0) seek(shown_ns);  // it was the first frame
+  if (shown_ns_ != 0) clock_.set_position(std::max(shown_ns_, start_ns_), monotonic_ns());
 }
 
 void ReplayLink::set_speed(double speed) {

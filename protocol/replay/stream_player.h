@@ -43,6 +43,9 @@ class StreamPlayer {
   // Returns false if no whole frame is available.
   bool publish_assembled();
   bool has_assembled() const { return gathered_.has_value(); }
+  std::optional<uint64_t> assembled_sequence() const {
+    return gathered_ ? std::optional(gathered_->sequence) : std::nullopt;
+  }
   // True between the description and the end of the stream.
   bool is_live() const { return epoch_ != 0 && !ended_; }
   // Simulated time of the newest published frame.

@@ -103,6 +103,7 @@ FrameLoop::FrameLoop(const FrameLoopContext& context)
   frame_extent_ = {options_.width, options_.height};
   if (window_) taken_.add(wire::kColorSrgb8);
   if (window_) frame_extent_ = window_->image_extent();
+  if (window_ && animations_) animation_timeline_.emplace(animations_->duration_s());
   const bool compute = renderer_.raster_path() == passes::RasterPath::visibility;
   std::fprintf(stderr, "fire3dv: info: drawn %s, %s per pixel, shadows: %s\n",
                compute ? "from a visibility buffer" : "forward",
@@ -298,16 +299,22 @@ Result<void> FrameLoop::await_stream() {
 }
 
 void FrameLoop::steer() {
+  // Animations follow the simulated time of a stream, so a replay's timeline drives them, too.
+  replay::TimelineControl* timeline = timeline_;
+  if (!timeline && animation_timeline_ && !poses_.sim_time_ns()) timeline = &*animation_timeline_;
   window_->steer(facts_.begin_assembly(scene_.scene(), scene_.replaced(), receiver_, poses_, renderer_,
                                        device_, camera_.node(), window_->records_video()),
-                 timeline_);
+                 timeline);
   if (const std::optional<std::filesystem::path> file = window_->take_opened(); file && next_)
     next_->open(*file);
 }
 
 void FrameLoop::animate() {
-  const double now_s =
-      window_ ? milliseconds_since(started_) * 1e-3 : static_cast<double>(images_) / kHeadlessImagesPerSecond;
+  if (animation_timeline_) {
+    poses_.set_rest(animations_->at(animation_timeline_->at(poses_.sim_time_ns())));
+    return;
+  }
+  const double now_s = static_cast<double>(images_) / kHeadlessImagesPerSecond;
   poses_.set_rest(animations_->at(animation_clock_.at(poses_.sim_time_ns(), now_s)));
 }
 

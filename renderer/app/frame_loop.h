@@ -10,6 +10,7 @@
 #include "protocol/base/progress.h"
 #include "protocol/replay/replay_clock.h"
 #include "renderer/app/animation_clock.h"
+#include "renderer/app/animation_timeline.h"
 #include "renderer/app/loading/live_scene.h"
 #include "renderer/app/options/options.h"
 #include "renderer/app/recording.h"
@@ -98,7 +99,8 @@ class FrameLoop {
   StreamReceiver& receiver_;
   LiveScene& scene_;
   state::AnimationPlayer* animations_;
-  AnimationClock animation_clock_;
+  AnimationClock animation_clock_;                       // without a window
+  std::optional<AnimationTimeline> animation_timeline_;  // in a window with animations
   CameraRig& camera_;
   sinks::FrameSink& sink_;
   WindowView* window_;

@@ -25,7 +25,7 @@ struct Shown {
   const state::PoseState& poses;
   const scene::SceneEdits* edits = nullptr;     // null: none
   uint64_t scene_number = 0;                    // unique per scene
-  replay::TimelineControl* timeline = nullptr;  // null: no replay
+  replay::TimelineControl* timeline = nullptr;  // null: neither a replay nor animations
 };
 
 // Rectangle in image pixels.

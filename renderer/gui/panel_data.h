@@ -34,6 +34,10 @@ struct Commands {
   bool free_camera = false;      // switches to the free camera at the current pose
   bool screenshot = false;
   bool toggle_video = false;
+  // Of the timeline of a replay or of animations, if there is one.
+  bool toggle_playback = false;
+  int step_frames = 0;  // forwards (> 0) or backwards
+  double skip_s = 0;    // forwards or backwards
   bool close = false;
   std::optional<std::filesystem::path> open;  // scene, description or recording to show next
 };

@@ -51,6 +51,10 @@ Key key_of(int glfw_key) {
     case GLFW_KEY_EQUAL:
     case GLFW_KEY_KP_ADD:
       return Key::equal;
+    case GLFW_KEY_COMMA:
+      return Key::comma;
+    case GLFW_KEY_PERIOD:
+      return Key::period;
     case GLFW_KEY_LEFT_SHIFT:
       return Key::left_shift;
     case GLFW_KEY_RIGHT_SHIFT:

@@ -36,6 +36,8 @@ enum class Key : uint8_t {
   end,
   minus,
   equal,
+  comma,
+  period,
   left_shift,
   right_shift,
   left_control,

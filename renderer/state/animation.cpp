@@ -185,6 +185,12 @@ AnimationPlayer::AnimationPlayer(const scene::Scene& scene, const std::vector<ui
   }
 }
 
+double AnimationPlayer::duration_s() const {
+  float longest = 0;
+  for (const Playing& playing : playing_) longest = std::max(longest, playing.duration_s);
+  return static_cast<double>(longest);
+}
+
 const RestPose& AnimationPlayer::at(double time_s) {
   for (const Playing& playing : playing_) apply(playing, time_s);
   for (const Parts& parts : parts_) {

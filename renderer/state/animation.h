@@ -38,6 +38,7 @@ class AnimationPlayer {
  public:
   AnimationPlayer(const scene::Scene& scene, const std::vector<uint32_t>& animations);
 
+  double duration_s() const;  // of the longest one
   // The result is a pure function of the time. It is valid until the next call.
   const RestPose& at(double time_s);
 

@@ -2,9 +2,7 @@
 """End-to-end test of --animate: time advances per image without a stream, follows simulated time with one, and never goes
 back.
 """
-import json
-import struct
-
+from glb_edit import add_slide
 from harness import main, shown
 from image_reader import check, expect_square, place_of
 
@@ -19,28 +17,7 @@ def place_at(time_s):
 
 def sliding_scene(test):
     """Writes the tests' scene with an animation "slide" of the red and the blue square."""
-    with open(test.scene, "rb") as file:
-        data = file.read()
-    length, = struct.unpack_from("<I", data, 12)
-    document, binary = json.loads(data[20:20 + length]), data[28 + length:]
-    for values, kind in (((0, DURATION_S), "SCALAR"), ((FIRST_PLACE, 0, 0, LAST_PLACE, 0, 0), "VEC3")):
-        document["bufferViews"].append({"buffer": 0, "byteOffset": len(binary), "byteLength": 4 * len(values)})
-        document["accessors"].append({"bufferView": len(document["bufferViews"]) - 1, "componentType": 5126, "count": 2,
-                                      "type": kind})
-        binary += struct.pack(f"<{len(values)}f", *values)
-    names = [node["name"] for node in document["nodes"]]
-    output = len(document["accessors"]) - 1
-    document["animations"] = [{"name": "slide", "samplers": [{"input": output - 1, "output": output}],
-                               "channels": [{"sampler": 0, "target": {"node": names.index(name), "path": "translation"}}
-                                            for name in ("red", "blue")]}]
-    document["buffers"] = [{"byteLength": len(binary)}]
-    text = json.dumps(document).encode()
-    text += b" " * (-len(text) % 4)
-    path = test.path("sliding.glb")
-    with open(path, "wb") as file:
-        file.write(struct.pack("<4sII", b"glTF", 2, 28 + len(text) + len(binary)))
-        file.write(struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(binary), b"BIN\0") + binary)
-    return path
+    return add_slide(test.scene, test.path("sliding.glb"), FIRST_PLACE, LAST_PLACE, DURATION_S)
 
 
 def by_images(test):

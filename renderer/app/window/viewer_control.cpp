@@ -29,6 +29,11 @@ void hide(gui::Viewer& viewer, bool all_shown) {
   }
 }
 
+// Keys that act again while they are held.
+bool moves_timeline(Key key) {
+  return key == Key::left || key == Key::right || key == Key::comma || key == Key::period;
+}
+
 void toggle(uint32_t& node, uint32_t selected) {
   node = node == selected ? scene::kNone : selected;
 }
@@ -69,7 +74,7 @@ CameraMoves ViewerInput::take(const sinks::WindowInput& input, const Owners& own
           held_.erase(event.key);
         } else if (owners.view_has_keyboard) {
           if (!event.modifiers.control && !event.modifiers.alt) held_.insert(event.key);
-          if (!event.repeated) press(event, viewer);
+          if (!event.repeated || moves_timeline(event.key)) press(event, viewer);
         }
         break;
       case InputEvent::Kind::focus:
@@ -113,6 +118,12 @@ void ViewerInput::press(const InputEvent& event, gui::Viewer& viewer) {
   if (key == sinks::letter('t')) toggle(viewer.followed, viewer.selected);
   if (key == sinks::letter('p')) viewer.commands.screenshot = true;
   if (key == sinks::letter('v')) viewer.commands.toggle_video = true;
+  constexpr double kSkipS = 1, kLongSkipS = 10;
+  if (key == Key::space) viewer.commands.toggle_playback = true;
+  if (key == Key::left) viewer.commands.skip_s -= shift ? kLongSkipS : kSkipS;
+  if (key == Key::right) viewer.commands.skip_s += shift ? kLongSkipS : kSkipS;
+  if (key == Key::comma) --viewer.commands.step_frames;
+  if (key == Key::period) ++viewer.commands.step_frames;
   if (key == Key::equal) change_speed(viewer, 1);
   if (key == Key::minus) change_speed(viewer, -1);
   if (key == Key::f1) viewer.help = !viewer.help;
@@ -263,6 +274,22 @@ void move_camera(CameraRig& camera, const CameraMoves& moves, gui::Viewer& viewe
     const float step_s = std::clamp(seconds, 0.0f, kLongestStep_s);
     camera.fly(poses, moves.fly, kRadiiPerSecond * camera.scene_radius_m() * viewer.camera_speed * step_s);
   }
+}
+
+void control_timeline(gui::Commands& commands, replay::TimelineControl* timeline) {
+  const bool toggles = std::exchange(commands.toggle_playback, false);
+  const int frames = std::exchange(commands.step_frames, 0);
+  const double skip_s = std::exchange(commands.skip_s, 0);
+  if (!timeline) return;
+  const replay::TimelineState now = timeline->timeline();
+  if (toggles) now.playing && !now.at_end ? timeline->pause() : timeline->play();
+  constexpr int kMaxSteps = 30;  // a slow image does not make many of them
+  for (int i = 0; i < std::min(frames, kMaxSteps); ++i) timeline->step();
+  for (int i = 0; i < std::min(-frames, kMaxSteps); ++i) timeline->step_back();
+  if (skip_s == 0) return;
+  const double end = static_cast<double>(std::max(now.end_ns, now.start_ns) - now.start_ns);
+  const double at = static_cast<double>(std::max(now.position_ns, now.start_ns) - now.start_ns) + skip_s * 1e9;
+  timeline->seek(now.start_ns + static_cast<uint64_t>(std::clamp(at, 0.0, end)));
 }
 
 void move_cameras(CameraRig& left, CameraRig* right, CameraMoves moves, gui::Viewer& viewer,

@@ -6,6 +6,7 @@
 #include <optional>
 #include <set>
 
+#include "protocol/replay/replay_clock.h"
 #include "renderer/app/loading/live_scene.h"
 #include "renderer/app/window/camera_rig.h"
 #include "renderer/gui/panel_data.h"
@@ -62,6 +63,9 @@ passes::Inspection inspection_of(const gui::Viewer& viewer, std::optional<glm::v
 // Moves the camera and executes camera commands. seconds: since the last call.
 void move_camera(CameraRig& camera, const CameraMoves& moves, gui::Viewer& viewer,
                  const state::PoseState& poses, glm::uvec2 image_px, float seconds);
+
+// Executes the commands for the timeline. timeline: null if there is none.
+void control_timeline(gui::Commands& commands, replay::TimelineControl* timeline);
 
 // Two images of this size side by side: moves the camera under the cursor; both follow the followed node.
 // right: null for a single image.

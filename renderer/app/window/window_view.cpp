@@ -192,6 +192,7 @@ void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::Tim
                image_px, seconds);
 
   gui::Commands& commands = viewer.commands;
+  control_timeline(commands, timeline);
   if (std::exchange(commands.screenshot, false)) captures_.request_screenshot();
   if (std::exchange(commands.toggle_video, false)) captures_.toggle_video();
   if (std::exchange(commands.close, false)) closing_ = true;

@@ -233,6 +233,12 @@ constexpr Line kCameraLines[] = {
     {"Home", "all of the scene"},
     {"F", "all of the selection"},
 };
+constexpr Line kTimelineLines[] = {
+    {nullptr, "Timeline"},
+    {"Space", "pause, play"},
+    {", .", "one frame back, forwards"},
+    {"Left Right", "1 s back, forwards; Shift: 10 s"},
+};
 constexpr Line kOtherLines[] = {
     {nullptr, "Scene"},
     {"click", "select a body"},
@@ -274,7 +280,7 @@ void draw_help(const Context& context) {
   const ImVec2 display = ImGui::GetIO().DisplaySize;
   const float padding = ui.points(14), margin = ui.points(8);
   const float row = ImGui::GetTextLineHeightWithSpacing();
-  const auto rows = static_cast<float>(std::size(kCameraLines) + std::size(kOtherLines) + 3);
+  const auto rows = static_cast<float>(std::size(kCameraLines) + std::size(kTimelineLines) + std::size(kOtherLines) + 4);
   const float column = ui.points(270), gap = ui.points(16);
   const float most_x = std::max(display.x - 2 * margin, 1.0f), most_y = std::max(display.y - 2 * margin, 1.0f);
   const bool is_high = rows * row + 2 * padding + ui.points(40) <= most_y;
@@ -295,6 +301,7 @@ void draw_help(const Context& context) {
     const float room = ImGui::GetContentRegionAvail().x;
     const float each = is_split ? (room - gap) / 2 : room;
     draw_lines(ui, kCameraLines, top.x, each);
+    draw_lines(ui, kTimelineLines, top.x, each);
     const float low = ImGui::GetCursorPosY();
     if (is_split) ImGui::SetCursorPosY(top.y);
     draw_lines(ui, kOtherLines, is_split ? top.x + each + gap : top.x, each);

@@ -171,7 +171,7 @@ void draw_timeline_panel(const Context& context) {
   Ui& ui = context.ui;
   if (!ui.header("Timeline", context.layout.is_open(Panel::timeline))) return;
   const replay::TimelineState now = timeline->timeline();
-  if (ui.button(now.playing && !now.at_end ? "Pause##play" : "Play##play")) {
+  if (ui.button(now.playing && !now.at_end ? "Pause##play" : "Play##play", true, "Space")) {
     if (now.playing && !now.at_end) {
       timeline->pause();
     } else {
@@ -179,7 +179,9 @@ void draw_timeline_panel(const Context& context) {
     }
   }
   ui.same_line();
-  if (ui.button("Step", true, "Pauses, and plays one frame")) timeline->step();
+  if (ui.button("Back", true, "Pauses, and shows the frame before  (,)")) timeline->step_back();
+  ui.same_line();
+  if (ui.button("Step", true, "Pauses, and plays one frame  (.)")) timeline->step();
   ui.same_line();
   if (ui.button("To start")) timeline->seek(now.start_ns);
   ui.same_line();
@@ -195,6 +197,7 @@ void draw_timeline_panel(const Context& context) {
   ui.note_control(Control::Kind::choice, "Speed");
   if (open) {
     for (size_t i = 0; i < std::size(kSpeeds); ++i) {
+      if (kSpeeds[i] == 0 && !now.can_be_unpaced) continue;
       if (ImGui::Selectable(kSpeedNames[i], i == speed) && i != speed) timeline->set_speed(kSpeeds[i]);
       ui.note_control(Control::Kind::row, (std::string("Speed/") + kSpeedNames[i]).c_str());
     }

@@ -29,6 +29,7 @@ class FakeTimeline : public replay::TimelineControl {
   void seek(uint64_t log_time_ns) override { note("seek " + std::to_string(log_time_ns)); }
   Result<void> seek_sim_time(int64_t) override { return {}; }
   void step() override { note("step"); }
+  void step_back() override { note("step back"); }
   void set_speed(double speed) override { note("speed " + std::to_string(speed)); }
   void set_looping(bool looping) override { note(looping ? "loop" : "no loop"); }
 

@@ -305,6 +305,60 @@ TEST_F(Inputs, KeysHideIsolateFollowAndShowAgain) {
   EXPECT_EQ(viewer_.isolated, scene::kNone);
 }
 
+// Records the calls of keys.
+struct RecordedTimeline : replay::TimelineControl {
+  replay::TimelineState state{.start_ns = 1'000'000'000, .end_ns = 6'000'000'000, .position_ns = 2'500'000'000, .playing = true};
+  std::vector<std::string> calls;
+  replay::TimelineState timeline() const override { return state; }
+  void play() override { calls.push_back("play"); }
+  void pause() override { calls.push_back("pause"); }
+  void seek(uint64_t ns) override { calls.push_back("seek " + std::to_string(ns / 1'000'000)); }
+  Result<void> seek_sim_time(int64_t) override { return {}; }
+  void step() override { calls.push_back("step"); }
+  void step_back() override { calls.push_back("back"); }
+  void set_speed(double) override {}
+  void set_looping(bool) override {}
+};
+
+TEST_F(Inputs, KeysDriveTheTimeline) {
+  RecordedTimeline timeline;
+  const auto calls_of = [&](Key k, bool shift = false) {
+    modifiers_.shift = shift;
+    type(k);
+    take();
+    timeline.calls.clear();
+    control_timeline(viewer_.commands, &timeline);
+    return timeline.calls;
+  };
+  using Calls = std::vector<std::string>;
+  EXPECT_EQ(calls_of(Key::space), Calls{"pause"});
+  timeline.state.playing = false;
+  EXPECT_EQ(calls_of(Key::space), Calls{"play"});
+  EXPECT_EQ(calls_of(Key::period), Calls{"step"});
+  EXPECT_EQ(calls_of(Key::comma), Calls{"back"});
+  EXPECT_EQ(calls_of(Key::right), Calls{"seek 3500"});
+  EXPECT_EQ(calls_of(Key::left), Calls{"seek 1500"});
+  EXPECT_EQ(calls_of(Key::left, true), Calls{"seek 1000"});  // not before its start
+  EXPECT_EQ(calls_of(Key::right, true), Calls{"seek 6000"});
+  control_timeline(viewer_.commands, &timeline);
+  EXPECT_EQ(timeline.calls.size(), 1u) << "a command is executed once";
+  // Held keys repeat, except the toggle.
+  modifiers_.shift = false;
+  for (const Key k : {Key::right, Key::space}) add({.kind = Kind::key, .key = k, .down = true, .repeated = true});
+  take();
+  control_timeline(viewer_.commands, &timeline);
+  EXPECT_EQ(timeline.calls.back(), "seek 3500");
+  // Text fields keep their keys; without a timeline nothing happens, also later.
+  for (const Key k : {Key::space, Key::left, Key::comma}) type(k);
+  take({true, false});
+  EXPECT_FALSE(viewer_.commands.toggle_playback);
+  EXPECT_EQ(viewer_.commands.step_frames, 0);
+  type(Key::space);
+  take();
+  control_timeline(viewer_.commands, nullptr);
+  EXPECT_FALSE(viewer_.commands.toggle_playback);
+}
+
 // Also between events: panels read the modifiers in every frame.
 TEST_F(Inputs, AModifierThatIsHeldIsSoInEveryFrame) {
   sinks::Modifiers held;

@@ -193,6 +193,31 @@ TEST(ReplayLink, StepsPlayOneFrameEach) {
   EXPECT_EQ(link->timeline().start_ns, at_ms(0));
 }
 
+TEST(ReplayLink, StepsBackShowTheFrameBefore) {
+  ReplayOptions options;
+  options.speed = 1e-6;  // effectively paused
+  const auto link = open(forty_frames(), options);
+  link->seek(at_ms(10));
+  EXPECT_EQ(sequences(poll(*link)), std::vector<uint64_t>{10});
+  for (const uint64_t before : {9u, 8u, 7u}) {
+    link->step_back();
+    EXPECT_EQ(sequences(poll(*link)), std::vector<uint64_t>{before});
+    EXPECT_EQ(link->timeline().position_ns, at_ms(before));
+    EXPECT_FALSE(link->timeline().playing);
+  }
+  link->step();
+  EXPECT_EQ(sequences(poll(*link)), std::vector<uint64_t>{8});
+  link->seek(at_ms(1000));  // between frames: back to the one before the shown one, which is the last
+  poll(*link);
+  link->step_back();
+  EXPECT_EQ(sequences(poll(*link)), std::vector<uint64_t>{39});
+  for (int i = 0; i < 45; ++i) link->step_back();
+  const std::vector<uint64_t> shown = sequences(poll(*link));
+  EXPECT_EQ(shown.empty() ? 0 : shown.back(), 1u) << "the first frame stays";
+  link->step();
+  EXPECT_EQ(sequences(poll(*link)), std::vector<uint64_t>{2});
+}
+
 TEST(ReplayLink, SpeedAndPauseMoveThePosition) {
   ReplayOptions options;
   options.speed = 0;
