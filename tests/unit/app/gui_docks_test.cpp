@@ -86,8 +86,8 @@ TEST(GuiDocks, SplittersMoveTheUncoveredRectangle) {
   EXPECT_FLOAT_EQ(world.gui.image_rect().low.x, before.low.x + 31);
   world.drag("edge of the right column", {-20, 0});
   EXPECT_FLOAT_EQ(world.gui.image_rect().high.x, before.high.x - 20);
-  world.drag("edge of the log", {0, -25});
-  EXPECT_FLOAT_EQ(world.gui.image_rect().high.y, before.high.y - 25);
+  world.drag("edge of the log", {0, -20});
+  EXPECT_FLOAT_EQ(world.gui.image_rect().high.y, before.high.y - 20);
   EXPECT_FLOAT_EQ(world.gui.image_rect().low.y, 0);
 }
 
