@@ -22,6 +22,7 @@
 #include "renderer/app/window/window_view.h"
 #include "renderer/gpu/device/device.h"
 #include "renderer/scene/gltf/foreign_file.h"
+#include "renderer/scene/model/variants.h"
 #include "renderer/sinks/file_sink.h"
 #include "renderer/sinks/frame.h"
 
@@ -274,6 +275,10 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   LiveScene live(**loaded, poses, renderer, *camera,
                  {options.assets, passes::levels_for(options.levels_of_detail), renderer.max_textures()});
   if (*animations) live.set_animations((*animations)->player, (*animations)->chosen);
+  if (!options.variant.empty()) {
+    if (Result<uint32_t> variant = scene::find_variant((*loaded)->scene, options.variant); variant)
+      live.set_loaded_variant(*variant);
+  }
   load.begin_caching();
   std::unique_ptr<WindowView> view;
   if (window) {

@@ -26,6 +26,7 @@ struct Shown {
   const scene::SceneEdits* edits = nullptr;     // null: none
   uint64_t scene_number = 0;                    // unique per scene
   replay::TimelineControl* timeline = nullptr;  // null: neither a replay nor animations
+  uint32_t variant = scene::kNone;              // material variant; kNone: the file's default materials
 };
 
 // Rectangle in image pixels.

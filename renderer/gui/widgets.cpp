@@ -285,7 +285,9 @@ bool Ui::choice(const char* label, size_t& chosen, std::span<const char* const> 
   if (!open) hint(shown == now ? hint_text : now.c_str());
   if (open) {
     for (size_t i = 0; i < names.size(); ++i) {
+      ImGui::PushID(static_cast<int>(i));  // names of a file may be equal
       const bool clicked = ImGui::Selectable(names[i], i == chosen);
+      ImGui::PopID();
       note_control(Control::Kind::row, (std::string(label) + "/" + names[i]).c_str());
       if (!clicked) continue;
       changed = i != chosen;

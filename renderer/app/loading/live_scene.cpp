@@ -3,9 +3,13 @@
 #include <algorithm>
 #include <iterator>
 #include <map>
+#include <memory>
+#include <new>
+#include <utility>
 
 #include "protocol/base/clock.h"
 #include "renderer/passes/resources/gpu_bytes.h"
+#include "renderer/scene/model/variants.h"
 
 namespace fire3dv::app {
 namespace {
@@ -56,15 +60,17 @@ void LiveScene::on_renderer_replaced() {
 bool LiveScene::follow() {
   const int64_t begin_ns = monotonic_ns();
   const bool built = !build_.idle() && show_built();
+  const bool varied = show_variant();
   std::vector<state::SceneChanges> changes = poses_.take_scene_changes();
   // The driver of a node may own it, so that its edits win.
   const bool rebound = bindings_seen_ != poses_.binding_revision();
-  if (!built && !user_changed_ && changes.empty() && !can_build() && (registry_.empty() || !rebound))
+  if (!built && !varied && !user_changed_ && changes.empty() && !can_build() &&
+      (registry_.empty() || !rebound))
     return false;
   ++updates_;
   bindings_seen_ = poses_.binding_revision();
   // The cost of a replaced scene or of new drivers is not charged to streams.
-  if (built || rebound) (void)registry_.resolve(scene(), poses_, false);
+  if (built || varied || rebound) (void)registry_.resolve(scene(), poses_, false);
   if (built) charge_replacement(monotonic_ns() - begin_ns);
   apply_edits(std::move(changes));
   pending_.merge(registry_.take_changed_budgets());
@@ -285,22 +291,70 @@ bool LiveScene::show_built() {
   root_of_added_ = std::move(roots);
   // The old scene outlives its users in this function; its GPU copy retires with the frames in flight.
   const std::unique_ptr<const scene::LoadedScene> before = std::exchange(merged_, std::move(built->scene));
-  if (on_replaced_) on_replaced_(before ? before->scene : base_.scene, scene());
+  notify_replaced(before ? before->scene : base().scene);
+  added_ = std::move(built->added);
+  return true;
+}
+
+void LiveScene::notify_replaced(const scene::Scene& before) {
+  if (on_replaced_) on_replaced_(before, scene());
   poses_.set_scene(scene());
   camera_.set_scene(scene());
   if (player_) player_->emplace(scene(), animations_);
   ++replaced_;
-  added_ = std::move(built->added);
+}
+
+// Copies the scene: a build thread and the cache may still read the loaded one.
+bool LiveScene::show_variant() {
+  if (requested_variant_ == variant_ || !build_.idle()) return false;
+  const uint32_t variant = requested_variant_;
+  const auto with_variant = [&](const scene::LoadedScene& loaded) {
+    auto copy = std::make_unique<scene::LoadedScene>(loaded);
+    scene::select_variant(*copy, variant);
+    return copy;
+  };
+  std::unique_ptr<const scene::LoadedScene> next_base, next_merged;
+  Result<void> placed;
+  if (variant != scene::kNone && variant >= base_.scene.variants.size()) {
+    placed = Error{"the scene has no such variant"};
+  } else {
+    try {
+      next_base = with_variant(base());
+      if (merged_) next_merged = with_variant(*merged_);
+      placed = check_memory(next_merged ? *next_merged : *next_base);
+    } catch (const std::bad_alloc&) {
+      placed = Error{"the scene with it does not fit into memory"};
+    }
+  }
+  if (placed) placed = upload(next_merged ? *next_merged : *next_base);
+  if (!placed) {
+    requested_variant_ = variant_;
+    log_messages_.push_back("warning: the material variant is not shown: " + placed.error().message);
+    return false;
+  }
+  // The old scenes outlive their users in this function.
+  const std::unique_ptr<const scene::LoadedScene> old_merged = std::exchange(merged_, std::move(next_merged));
+  const scene::LoadedScene& before = old_merged ? *old_merged : base();
+  const std::unique_ptr<const scene::LoadedScene> old_base =
+      std::exchange(variant_base_, std::move(next_base));
+  build_.set_base(*variant_base_);
+  variant_ = variant;
+  notify_replaced(before.scene);
+  user_changed_ = true;  // all edits are applied to the new scene
   return true;
 }
 
 // After an error the previous scene stays.
 Result<void> LiveScene::upload_scene(const SceneBuild::Built& built) {
   if (!built.scene && !merged_) return {};
-  const scene::LoadedScene& next = built.scene ? *built.scene : base_;
+  const scene::LoadedScene& next = built.scene ? *built.scene : base();
   if (built.scene) {
     if (Result<void> fits = check_memory(next); !fits) return fits;
   }
+  return upload(next);
+}
+
+Result<void> LiveScene::upload(const scene::LoadedScene& next) {
   try {
     renderer_.set_scene(next.scene, next.derived);
     return {};

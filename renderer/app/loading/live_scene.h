@@ -54,6 +54,12 @@ class LiveScene {
   // In effect after the next follow().
   void set_user_edits(const UserEdits& edits);
 
+  // Material variant of the file; kNone: its default materials. The base scene has the first one.
+  void set_loaded_variant(uint32_t variant) { variant_ = requested_variant_ = variant; }
+  // In effect after a follow() without a build in progress: the scene is replaced by one with the same nodes.
+  void request_variant(uint32_t variant) { requested_variant_ = variant; }
+  uint32_t variant() const { return variant_; }
+
   // Must be called when another renderer has been created at the address of the borrowed one.
   void on_renderer_replaced();
 
@@ -86,7 +92,12 @@ class LiveScene {
     std::vector<std::string> vertex_nodes;
     bool operator==(const Contents&) const = default;
   };
-  const scene::LoadedScene& shown() const { return merged_ ? *merged_ : base_; }
+  // The file's scene, with another variant if one was requested.
+  const scene::LoadedScene& base() const { return variant_base_ ? *variant_base_ : base_; }
+  const scene::LoadedScene& shown() const { return merged_ ? *merged_ : base(); }
+  bool show_variant();
+  Result<void> upload(const scene::LoadedScene& next);
+  void notify_replaced(const scene::Scene& before);
   bool show_built();
   Result<void> upload_scene(const SceneBuild::Built& built);
   Result<void> check_memory(const scene::LoadedScene& next) const;
@@ -104,6 +115,8 @@ class LiveScene {
   void charge_replacement(int64_t shown_ns);
 
   const scene::LoadedScene& base_;
+  std::unique_ptr<const scene::LoadedScene> variant_base_;  // null: the loaded variant
+  uint32_t variant_ = scene::kNone, requested_variant_ = scene::kNone;
   std::unique_ptr<const scene::LoadedScene> merged_;  // null: the base scene is shown
   state::PoseState& poses_;
   passes::SceneRenderer& renderer_;

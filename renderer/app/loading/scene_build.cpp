@@ -96,10 +96,16 @@ struct SceneBuild::Merge {
 };
 
 SceneBuild::SceneBuild(const scene::LoadedScene& base, AssetSettings settings)
-    : base_(base), settings_([&] {
+    : base_(&base), settings_([&] {
         if (!settings.now_ns) settings.now_ns = monotonic_ns;
         return std::move(settings);
       }()) {}
+
+void SceneBuild::set_base(const scene::LoadedScene& base) {
+  base_ = &base;
+  base_names_.reset();  // they refer to the scene
+  base_path_bytes_ = 0;
+}
 
 void SceneBuild::begin(Request request) {
   finished_ = false;
@@ -150,8 +156,8 @@ SceneBuild::Built SceneBuild::build(Request request, const std::stop_token& stop
   for (const VertexNode& node : request.vertex_nodes) built.vertex_nodes.push_back(node.name);
   retain_only(request.nodes);
   if (!base_names_) {
-    base_names_.emplace(base_.scene);
-    for (const scene::Node& node : base_.scene.nodes) base_path_bytes_ += node.path.size();
+    base_names_.emplace(base_->scene);
+    for (const scene::Node& node : base_->scene.nodes) base_path_bytes_ += node.path.size();
   }
   if (request.nodes.empty() && request.vertex_nodes.empty()) {
     vertex_charges_.clear();
@@ -161,7 +167,7 @@ SceneBuild::Built SceneBuild::build(Request request, const std::stop_token& stop
   load_assets(request, stop, merge, built);
   if (stop.stop_requested()) return built;
   const int64_t begun = settings_.now_ns();
-  merge.to = std::make_unique<scene::LoadedScene>(base_);
+  merge.to = std::make_unique<scene::LoadedScene>(*base_);
   merge.path_bytes = base_path_bytes_;
   merge_nodes(request, merge, built);
   give_own_vertices(request, merge, built);
@@ -381,7 +387,7 @@ Result<void> SceneBuild::add(const state::RequestedNode& node, uint32_t parent, 
 void SceneBuild::give_own_vertices(const Request& request, Merge& merge, Built& built) {
   if (request.vertex_nodes.empty()) return vertex_charges_.clear();
   scene::Scene& scene = merge.to->scene;
-  const state::NodeNames names(scene, static_cast<uint32_t>(base_.scene.nodes.size()));
+  const state::NodeNames names(scene, static_cast<uint32_t>(base_->scene.nodes.size()));
   std::map<UseKey, BudgetCharge> before = std::exchange(vertex_charges_, {});
   uint64_t corners = scene::deformed_corners(scene);
   for (const VertexNode& vertex_node : request.vertex_nodes) {

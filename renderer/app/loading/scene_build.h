@@ -116,6 +116,8 @@ class SceneBuild {
   SceneBuild(const scene::LoadedScene& base, AssetSettings settings);
 
   bool idle() const { return !thread_.joinable(); }
+  // When idle: another base with the same nodes, which outlives this.
+  void set_base(const scene::LoadedScene& base);
   void begin(Request request);  // when idle
   // Returns a finished build once; nullopt: none. Never waits.
   std::optional<Built> take();
@@ -140,7 +142,7 @@ class SceneBuild {
   Result<void> add(const state::RequestedNode& node, uint32_t parent, Merge& merge);
   void give_own_vertices(const Request& request, Merge& merge, Built& built);
 
-  const scene::LoadedScene& base_;
+  const scene::LoadedScene* base_;
   const AssetSettings settings_;
   // Owned by the thread while it runs.
   std::optional<state::NodeNames> base_names_;

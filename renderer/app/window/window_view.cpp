@@ -172,9 +172,10 @@ void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::Tim
   ViewerInput::Owners owners;
   if (panels_) {
     const LiveScene& scene = borrowed_.scene;
-    owners =
-        panels_->take(first(), input, {window_extent_.width, window_extent_.height}, seconds, facts,
-                      {scene.scene(), borrowed_.poses, &scene.edits(), scene.replaced(), timeline}, viewer);
+    owners = panels_->take(
+        first(), input, {window_extent_.width, window_extent_.height}, seconds, facts,
+        {scene.scene(), borrowed_.poses, &scene.edits(), scene.replaced(), timeline, scene.variant()},
+        viewer);
     place_image();
   }
   const glm::uvec2 image_px(image_extent_.width, image_extent_.height);
@@ -196,6 +197,7 @@ void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::Tim
   if (std::exchange(commands.screenshot, false)) captures_.request_screenshot();
   if (std::exchange(commands.toggle_video, false)) captures_.toggle_video();
   if (std::exchange(commands.close, false)) closing_ = true;
+  if (commands.variant) borrowed_.scene.request_variant(*std::exchange(commands.variant, std::nullopt));
   if (!input.dropped.empty()) commands.open = input.dropped.front();
   if (commands.open) opened_ = std::exchange(commands.open, std::nullopt);
 }

@@ -134,6 +134,16 @@ bool edit(Ui& ui, scene::Material& m) {
   return changed;
 }
 
+// Only of files with KHR_materials_variants.
+void choose_variant(Ui& ui, const scene::Scene& scene, uint32_t now, std::optional<uint32_t>& request) {
+  if (scene.variants.empty()) return;
+  std::vector<const char*> names{"default"};
+  for (const std::string& name : scene.variants) names.push_back(name.c_str());
+  size_t chosen = now < scene.variants.size() ? now + 1 : 0;
+  if (ui.choice("Variant", chosen, names, "Materials of the whole file"))
+    request = chosen == 0 ? scene::kNone : static_cast<uint32_t>(chosen - 1);
+}
+
 }  // namespace
 
 void MaterialsPanel::list(const Context& context) {
@@ -168,6 +178,7 @@ void MaterialsPanel::draw(const Context& context) {
   if (!ui.header("Materials", context.layout.is_open(Panel::materials))) return;
   Viewer& viewer = context.viewer;
   const scene::Scene& scene = context.shown.scene;
+  choose_variant(ui, scene, context.shown.variant, viewer.commands.variant);
   ui.check("Of the selection", of_selection_, "Lists those of the selected node and its descendants");
   list(context);
   if (listed_.empty()) {
@@ -250,8 +261,8 @@ void draw_render_panel(const Context& context) {
                 recording))
     viewer.commands.toggle_video = true;
 
-  constexpr const char* kViews[] = {"light",    "normals",  "depth",       "nodes",
-                                    "clusters", "overdraw", "unresolved shadows"};
+  constexpr const char* kViews[] = {"light",    "normals",           "depth", "nodes", "clusters",
+                                    "overdraw", "unresolved shadows"};
   choose(ui, "Shows", viewer.debug_view, kViews, "Debug view instead of light");
   if (!context.facts.why_no_debug_views.empty()) ui.note(context.facts.why_no_debug_views);
   ui.slider("Exposure", draw.post.exposure, {1.0f / 64, 64, "%.2f x", true});

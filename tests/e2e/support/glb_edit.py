@@ -34,3 +34,17 @@ def add_slide(source, path, first_place, last_place, duration_s, names=("red", "
                                                 for name in names]}]
         return binary
     return edit_glb(source, path, change)
+
+
+def add_variants(source, path, variants):
+    """Adds KHR_materials_variants. variants: by name, the name of the material that red has in it."""
+    def change(document, binary):
+        materials = [material["name"] for material in document["materials"]]
+        red = next(mesh for mesh in document["meshes"] if mesh["name"] == "red")["primitives"][0]
+        red["extensions"] = {"KHR_materials_variants": {"mappings": [
+            {"material": materials.index(material), "variants": [i]} for i, material in enumerate(variants.values())]}}
+        document["extensions"] = {**document.get("extensions", {}),
+                                  "KHR_materials_variants": {"variants": [{"name": name} for name in variants]}}
+        document["extensionsUsed"].append("KHR_materials_variants")
+        return binary
+    return edit_glb(source, path, change)

@@ -1,10 +1,13 @@
 #!/usr/bin/env python3
-"""End-to-end test of the timeline keys of a window with real X input: Space, Left, Right, comma and period drive
-animations and replays.
+"""End-to-end test of the timeline keys and of the variants of a window, with real X input: Space, Left, Right, comma and
+period drive animations and replays; the choice of a material variant is shown.
 """
-from glb_edit import add_slide
+import os
+import time
+
+from glb_edit import add_slide, add_variants
 from harness import main, wait_until
-from image_reader import check, place_of
+from image_reader import SQUARES, check, place_of
 from screen import SIZE, all_squares, on_a_screen
 
 FIRST_PLACE, LAST_PLACE, DURATION_S = -120.0, 120.0, 8.0
@@ -89,7 +92,56 @@ def replays(test, screen):
     renderer.expect_exit(0)
 
 
-CASES = {f.__name__: on_a_screen(f) for f in (animations, replays)}
+# Positions of the controls in a window of this size, with only the materials panel open.
+PANELS_SIZE = (640, 400)
+COMBO, FIRST_ROW_Y, ROW_PX, COLUMN_X = (590, 168), 191, 17.5, 460
+
+
+def variants(test, screen):
+    """Choosing a variant in the panel shows its materials. The stream goes on: its body stays where it was put."""
+    scene = add_variants(test.scene, test.path("variants.glb"), {"like green": "green", "like blue": "blue"})
+    arrangement = test.path("config/fire3dv/window.conf")
+    os.makedirs(os.path.dirname(arrangement))
+    with open(arrangement, "w", encoding="ascii") as file:
+        for panel in ("scene", "node", "cameras", "frame", "streams", "lights", "render", "log"):
+            file.write(f"{panel} = closed\n")
+        file.write("materials = open\nleft-dock = folded\n")
+    uri = test.fresh_uri("shm")
+    renderer = test.viewer(scene, "--listen", uri, "--variant", "like blue", env=screen.env, size=PANELS_SIZE)
+    window = screen.window(renderer)
+    publisher = test.publisher(uri)
+
+    def columns_of(colour):
+        """Columns of the image with this colour: at rest all bodies are outside of it."""
+        row = screen.picture(window).rows[58]  # of red's body
+        wanted = SQUARES[colour][0]
+        return [x for x in range(20, 440) if all(row[3 * x + i] > 200 if wanted[i] else row[3 * x + i] < 60 for i in range(3))]
+    wait_until("an image", lambda: screen.picture(window).pixel(200, 200) != (0, 0, 0))
+    publisher.do("publish 20")
+    place = wait_until("a blue body", lambda: columns_of("blue"))
+
+    def choose(row, colour):
+        def column():
+            return screen.picture(window).columns(COLUMN_X, PANELS_SIZE[0] - COLUMN_X).rows
+        screen.xdotool("mousemove", "--window", window, *COMBO)
+        time.sleep(0.5)
+        closed = column()
+        screen.xdotool("click", 1)
+        wait_until("a list of variants", lambda: column() != closed)
+        screen.xdotool("mousemove", "--window", window, COMBO[0], int(FIRST_ROW_Y + ROW_PX * row), "click", 1)
+        wait_until(f"{colour} where the stream put it", lambda: columns_of(colour) == place)
+    choose(1, "green")
+    choose(2, "blue")
+    choose(0, "red")
+    publisher.do("publish 4")
+    wait_until("a new frame of the stream", lambda: (lambda now: now and now[0] > place[0] + 20)(columns_of("red")))
+    check(not renderer.find_err("error:|stream .*(lost|ended)"), renderer.stderr_text())
+    screen.x11.close(int(window))
+    renderer.expect_exit(0)
+    publisher.quit()
+
+
+CASES = {f.__name__: on_a_screen(f) for f in (animations, replays, variants)}
 
 if __name__ == "__main__":
     main(CASES, ["fire3dv", "publisher"])

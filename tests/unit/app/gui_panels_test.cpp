@@ -50,7 +50,8 @@ std::string settings_of(const GuiWorld& world) {
   }
   const gui::Commands& c = v.commands;
   text += numbers({double(c.frame_all), double(c.frame_selection), c.camera ? double(*c.camera) : -1,
-                   double(c.free_camera), double(c.screenshot), double(c.toggle_video), double(c.close)});
+                   c.variant ? double(*c.variant) : -1, double(c.free_camera), double(c.screenshot),
+                   double(c.toggle_video), double(c.close)});
   for (const std::string& call : world.timeline.calls) text += call + " ";
   return text + world.clipboard + layout_text(world.gui.layout());
 }
@@ -261,9 +262,8 @@ class GuiPanels : public ::testing::Test {
       EXPECT_TRUE(control.enabled) << control.panel << "/" << control.name << " cannot be used here";
       EXPECT_EQ(drive(control), "") << control.panel << "/" << control.name << " changes nothing";
       ++count;
-      const bool moved_others =
-          control.kind == Kind::header || control.kind == Kind::edge || control.name.starts_with("Fold ") ||
-          changes_panel_only(control);
+      const bool moved_others = control.kind == Kind::header || control.kind == Kind::edge ||
+                                control.name.starts_with("Fold ") || changes_panel_only(control);
       if (moved_others) {
         renew(light, material);
       } else {

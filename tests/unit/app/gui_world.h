@@ -67,7 +67,9 @@ inline scene::Scene gui_scene() {
   builder.light_node(bulb, at({-1, 2, 0}));
   builder.camera_node("front", {0, 1, 4}, {0, 0.5f, 0});
   builder.camera_node("above", {0, 5, 0.1f}, {0, 0, 0});
-  return builder.build();
+  scene::Scene scene = builder.build();
+  scene.variants = {"rusty", "painted"};
+  return scene;
 }
 
 struct GuiWorld {
