@@ -1,5 +1,5 @@
-// Timeline of the scene's animations in a window: plays, pauses, seeks and steps their common time. Main thread
-// only.
+// Timeline of the scene's animations in a window: plays, pauses, seeks and steps their common time. Main
+// thread only.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,8 @@ namespace fire3dv::app {
 
 class AnimationTimeline final : public replay::TimelineControl {
  public:
-  // duration_s: of the longest animation; shorter ones repeat within it. now_ns: a monotonic clock, for tests.
+  // duration_s: of the longest animation; shorter ones repeat within it. now_ns: a monotonic clock, for
+  // tests.
   explicit AnimationTimeline(double duration_s, std::function<int64_t()> now_ns = {});
 
   // Time of the animations. A stream's simulated time replaces the timeline's while there is one; afterwards

@@ -238,22 +238,22 @@ void Gui::Panels::splitters(const Context& c, const DockAreas& areas) {
   // In a small window docks are smaller than their setting: a drag starts from what is seen.
   Layout& l = c.layout;
   const auto points_of = [&](float low_px, float high_px) { return (high_px - low_px) / ui.scale; };
-  const float of_left = use(
-      Dock::left, {"edge of the left column", "Fold the left column", "Unfold the left column", ImGuiDir_Left},
-      areas.left.splitter);
+  const float of_left =
+      use(Dock::left,
+          {"edge of the left column", "Fold the left column", "Unfold the left column", ImGuiDir_Left},
+          areas.left.splitter);
   if (of_left != 0)
     l.left_pt = std::clamp(points_of(0, areas.image.low.x) + of_left, kLeastColumnPt, kMaxColumnPt);
-  const float of_right = use(Dock::right,
-                             {"edge of the right column", "Fold the right column",
-                              "Unfold the right column", ImGuiDir_Right},
-                             areas.right.splitter);
+  const float of_right =
+      use(Dock::right,
+          {"edge of the right column", "Fold the right column", "Unfold the right column", ImGuiDir_Right},
+          areas.right.splitter);
   if (of_right != 0) {
     l.right_pt = std::clamp(points_of(areas.image.high.x, ImGui::GetIO().DisplaySize.x) - of_right,
                             kLeastColumnPt, kMaxColumnPt);
   }
-  const float of_log =
-      use(Dock::bottom, {"edge of the log", "Fold the log", "Unfold the log", ImGuiDir_Down},
-          areas.bottom.splitter);
+  const float of_log = use(Dock::bottom, {"edge of the log", "Fold the log", "Unfold the log", ImGuiDir_Down},
+                           areas.bottom.splitter);
   if (of_log != 0 && l.is_open(Panel::log))
     l.log_pt = std::clamp(std::min(l.log_pt, log.lines_px() / ui.scale) - of_log, kLeastLogPt, kMaxLogPt);
 }

@@ -12,88 +12,7 @@ namespace fire3dv::gui {
 
 namespace {
 
-constexpr float kTextPt = 13;
 constexpr float kLabelShare = 0.4f;
-
-ImVec4 floats(ImU32 color) {
-  return ImGui::ColorConvertU32ToFloat4(color);
-}
-
-}  // namespace
-
-void apply_theme(float scale) {
-  ImGuiStyle style;
-  style.WindowPadding = {10, 8};
-  style.FramePadding = {6, 3};
-  style.ItemSpacing = {6, 4};
-  style.ItemInnerSpacing = {5, 4};
-  style.CellPadding = {4, 2};
-  style.IndentSpacing = 12;
-  style.ScrollbarSize = 10;
-  style.GrabMinSize = 8;
-  style.WindowRounding = 0;
-  style.ChildRounding = style.FrameRounding = style.PopupRounding = style.GrabRounding = 3;
-  style.ScrollbarRounding = 5;
-  style.WindowBorderSize = 0;
-  style.ChildBorderSize = 0;
-  style.PopupBorderSize = 1;
-  style.FrameBorderSize = 0;
-  style.ScaleAllSizes(scale);
-  style.WindowMinSize = {1, 1};  // columns may be arbitrarily narrow
-  style.DisabledAlpha = 0.4f;
-
-  ImVec4* const colors = style.Colors;
-  for (int i = 0; i < ImGuiCol_COUNT; ++i) colors[i] = floats(theme::kWell);
-  colors[ImGuiCol_Text] = floats(theme::kText);
-  colors[ImGuiCol_TextDisabled] = floats(theme::kDim);
-  colors[ImGuiCol_WindowBg] = floats(theme::kPanel);
-  colors[ImGuiCol_ChildBg] = floats(theme::kPanel);
-  colors[ImGuiCol_PopupBg] = floats(theme::kPanel);
-  colors[ImGuiCol_Border] = floats(theme::rgb(0x3a414a));
-  colors[ImGuiCol_BorderShadow] = {0, 0, 0, 0};
-  colors[ImGuiCol_FrameBgHovered] = colors[ImGuiCol_FrameBgActive] = floats(theme::kWellHovered);
-  colors[ImGuiCol_ScrollbarBg] = {0, 0, 0, 0};
-  colors[ImGuiCol_ScrollbarGrab] = floats(theme::rgb(0x333942));
-  colors[ImGuiCol_ScrollbarGrabHovered] = colors[ImGuiCol_ScrollbarGrabActive] = floats(theme::rgb(0x454d58));
-  colors[ImGuiCol_CheckMark] = colors[ImGuiCol_SliderGrab] = floats(theme::kAccent);
-  colors[ImGuiCol_SliderGrabActive] = floats(theme::rgb(0x7cc0ee));
-  colors[ImGuiCol_Button] = floats(theme::rgb(0x2a2f37));
-  colors[ImGuiCol_ButtonHovered] = floats(theme::rgb(0x39414c));
-  colors[ImGuiCol_ButtonActive] = floats(theme::kAccentDark);
-  colors[ImGuiCol_Header] = floats(theme::kAccentDark);
-  colors[ImGuiCol_HeaderHovered] = floats(theme::kWellHovered);
-  colors[ImGuiCol_HeaderActive] = floats(theme::kAccentDark);
-  colors[ImGuiCol_Separator] = floats(theme::kLine);
-  colors[ImGuiCol_PlotLines] = floats(theme::kAccent);
-  colors[ImGuiCol_TextSelectedBg] = floats(theme::kAccentDark);
-  colors[ImGuiCol_NavHighlight] = {0, 0, 0, 0};
-  ImGui::GetStyle() = style;
-}
-
-void make_fonts(ImFontAtlas& fonts, float scale) {
-  static constexpr ImWchar kRanges[] = {0x0020, 0x024f,                  // Latin
-                                        0x0370, 0x03ff, 0x0400, 0x045f,  // Greek, Cyrillic
-                                        0x2010, 0x2026,                  // dashes, quotes, dots
-                                        0x2190, 0x2193, 0x2248, 0x2265,  // arrows; almost equal, <=, >=
-                                        0x25a0, 0x25cf,                  // shapes: play, stop, visible
-                                        0xfffd, 0xfffd, 0};
-  fonts.Clear();
-  fonts.Flags |= ImFontAtlasFlags_NoMouseCursors;
-  ImFontConfig config;
-  config.FontDataOwnedByAtlas = false;
-  config.OversampleH = 2;
-  config.OversampleV = 1;
-  config.PixelSnapH = true;
-  const auto bytes = font_bytes();
-  // ImGui's parameter is not const, but data that it does not own is not modified.
-  fonts.AddFontFromMemoryTTF(const_cast<std::byte*>(bytes.data()), static_cast<int>(bytes.size()),
-                             std::round(kTextPt * scale), &config, kRanges);
-  unsigned char* pixels = nullptr;
-  int width = 0, height = 0;
-  fonts.GetTexDataAsAlpha8(&pixels, &width, &height);
-}
-
-namespace {
 
 float encoded(float linear) {
   return linear <= 0.0031308f ? 12.92f * linear : 1.055f * std::pow(linear, 1 / 2.4f) - 0.055f;
@@ -102,12 +21,11 @@ float decoded(float srgb) {
   return srgb <= 0.04045f ? srgb / 12.92f : std::pow((srgb + 0.055f) / 1.055f, 2.4f);
 }
 
-// ImGui rejects buttons without an area, and windows may be as small as a pixel.
+}  // namespace
+
 bool invisible_button(const char* name, float width, float height) {
   return ImGui::InvisibleButton(name, {std::max(width, 1.0f), std::max(height, 1.0f)});
 }
-
-}  // namespace
 
 std::string elided(const std::string& text, float width_px) {
   if (text.empty() || ImGui::CalcTextSize(text.c_str()).x <= width_px) return text;
@@ -205,7 +123,8 @@ float Ui::begin_row(const char* text) {
   const float width = ImGui::GetContentRegionAvail().x, left = ImGui::GetCursorPosX();
   ImGui::AlignTextToFramePadding();
   const float used = ImGui::CalcTextSize(text).x + points(6);
-  const float label_width = std::max(std::round(width * kLabelShare), std::round(std::min(used, width * 0.7f)));
+  const float label_width =
+      std::max(std::round(width * kLabelShare), std::round(std::min(used, width * 0.7f)));
   dim_label(text, label_width - points(6));
   ImGui::SameLine(left + label_width);
   ImGui::SetNextItemWidth(width - label_width);
@@ -224,17 +143,18 @@ void Ui::value(const char* label, const char* format, ...) {
 void Ui::value(const char* name, ImU32 color, const std::string& text) {
   const float width = ImGui::GetContentRegionAvail().x, left = ImGui::GetCursorPosX();
   const float used = ImGui::CalcTextSize(name).x + points(6);
-  const float label_width = std::max(std::round(width * kLabelShare), std::round(std::min(used, width * 0.6f)));
+  const float label_width =
+      std::max(std::round(width * kLabelShare), std::round(std::min(used, width * 0.6f)));
   dim_label(name, label_width - points(6));
   ImGui::SameLine(left + label_width);
   ImGui::PushTextWrapPos(left + width);
-  ImGui::TextColored(floats(color), "%s", text.c_str());
+  ImGui::TextColored(theme::floats(color), "%s", text.c_str());
   ImGui::PopTextWrapPos();
 }
 
 void Ui::note(const std::string& text) {
   ImGui::PushTextWrapPos(0);
-  ImGui::TextColored(floats(theme::kDim), "%s", text.c_str());
+  ImGui::TextColored(theme::floats(theme::kDim), "%s", text.c_str());
   ImGui::PopTextWrapPos();
 }
 
@@ -275,8 +195,7 @@ bool Ui::slider(const char* label, float& value, const Range& range, const char*
 bool Ui::choice(const char* label, size_t& chosen, std::span<const char* const> names,
                 const char* hint_text) {
   ImGui::PushID(label);
-  const float room =
-      begin_row(label) - ImGui::GetFrameHeight() - 2 * ImGui::GetStyle().FramePadding.x;
+  const float room = begin_row(label) - ImGui::GetFrameHeight() - 2 * ImGui::GetStyle().FramePadding.x;
   bool changed = false;
   const std::string now = names[std::min(chosen, names.size() - 1)], shown = elided(now, room);
   const bool open = ImGui::BeginCombo("##", shown.c_str());
@@ -365,65 +284,6 @@ bool Ui::sign(const char* name, const char* glyph, ImU32 color, float width) {
   hint(name);
   ImGui::PopID();
   return clicked;
-}
-
-float Ui::edge(const char* name, bool upright, const Rect& rect) {
-  ImGui::SetCursorScreenPos({rect.low.x, rect.low.y});
-  invisible_button(name, rect.high.x - rect.low.x, rect.high.y - rect.low.y);
-  note_control(Control::Kind::edge, name);
-  const bool active = ImGui::IsItemActive();
-  if (active || ImGui::IsItemHovered()) {
-    ImGui::SetMouseCursor(upright ? ImGuiMouseCursor_ResizeEW : ImGuiMouseCursor_ResizeNS);
-    ImGui::GetWindowDrawList()->AddRectFilled(ImGui::GetItemRectMin(), ImGui::GetItemRectMax(),
-                                              active ? theme::kAccent : theme::kAccentDark);
-  }
-  if (!active) return 0;
-  return upright ? ImGui::GetIO().MouseDelta.x : ImGui::GetIO().MouseDelta.y;
-}
-
-bool Ui::handle(const Splitter& at_edge, const Rect& rect, bool folded) {
-  const char* const name = folded ? at_edge.unfold : at_edge.fold;
-  ImGui::SetCursorScreenPos({rect.low.x, rect.low.y});
-  const bool clicked = invisible_button(name, rect.high.x - rect.low.x, rect.high.y - rect.low.y);
-  note_control(Control::Kind::button, name);
-  const bool hovered = ImGui::IsItemHovered();
-  ImDrawList* const list = ImGui::GetWindowDrawList();
-  const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
-  list->AddRectFilled(low, high, hovered ? theme::kWellHovered : theme::kWell);
-  const ImVec2 at{(low.x + high.x) / 2, (low.y + high.y) / 2};
-  const float arm = points(3.5f), half = points(2);
-  const ImU32 color = hovered ? theme::kAccent : theme::kDim;
-  // The arrow points to where the splitter will be.
-  const float way = folded ? -1.0f : 1.0f;
-  if (at_edge.arrow == ImGuiDir_Down) {
-    list->AddTriangleFilled({at.x - arm, at.y - way * half}, {at.x + arm, at.y - way * half},
-                            {at.x, at.y + way * half}, color);
-  } else {
-    const float side = at_edge.arrow == ImGuiDir_Left ? -way : way;
-    list->AddTriangleFilled({at.x - side * half, at.y - arm}, {at.x - side * half, at.y + arm},
-                            {at.x + side * half, at.y}, color);
-  }
-  if (hovered) ImGui::SetMouseCursor(ImGuiMouseCursor_Hand);
-  hint(name);
-  return clicked;
-}
-
-Ui::SplitterUse Ui::splitter(const Splitter& at_edge, const Rect& rect, bool folded) {
-  if (folded) return {0, handle(at_edge, rect, true)};
-  const bool upright = at_edge.arrow != ImGuiDir_Down;
-  const int along = upright ? 1 : 0;
-  const float length = rect.high[along] - rect.low[along];
-  const float grip = std::min(points(44), std::floor(length / 2));
-  Rect first = rect, middle = rect, last = rect;
-  first.high[along] = middle.low[along] = rect.low[along] + std::floor((length - grip) / 2);
-  middle.high[along] = last.low[along] = middle.low[along] + grip;
-  SplitterUse use;
-  use.moved_px = edge(at_edge.name, upright, first);
-  use.toggled = handle(at_edge, middle, false);
-  ImGui::PushID("last");
-  use.moved_px += edge(at_edge.name, upright, last);
-  ImGui::PopID();
-  return use;
 }
 
 void Ui::bar(float share, ImU32 color) {

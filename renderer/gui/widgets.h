@@ -31,6 +31,9 @@ constexpr ImU32 kPanel = rgb(0x17191d), kWell = rgb(0x22262c), kWellHovered = rg
 // Status colours, next to a word of the same meaning.
 constexpr ImU32 kGood = rgb(0x6cc070), kWarning = rgb(0xe6b450), kBad = rgb(0xe0645c),
                 kSecond = rgb(0xb48ce0);
+inline ImVec4 floats(ImU32 color) {
+  return ImGui::ColorConvertU32ToFloat4(color);
+}
 }  // namespace theme
 
 // Applies the theme to the current context at this display scale.
@@ -38,6 +41,8 @@ void apply_theme(float scale);
 // Builds the font atlas: Latin, Greek, Cyrillic, and the symbols that panels use.
 void make_fonts(ImFontAtlas& fonts, float scale);
 
+// ImGui rejects buttons without an area, and windows may be as small as a pixel.
+bool invisible_button(const char* name, float width_px, float height_px);
 // Shortens a text of one line to this width in pixels, with an ellipsis at its end.
 std::string elided(const std::string& text, float width_px);
 // Replaces line breaks by spaces: rows have the height of one line.

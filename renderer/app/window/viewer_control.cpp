@@ -288,7 +288,8 @@ void control_timeline(gui::Commands& commands, replay::TimelineControl* timeline
   for (int i = 0; i < std::min(-frames, kMaxSteps); ++i) timeline->step_back();
   if (skip_s == 0) return;
   const double end = static_cast<double>(std::max(now.end_ns, now.start_ns) - now.start_ns);
-  const double at = static_cast<double>(std::max(now.position_ns, now.start_ns) - now.start_ns) + skip_s * 1e9;
+  const double at =
+      static_cast<double>(std::max(now.position_ns, now.start_ns) - now.start_ns) + skip_s * 1e9;
   timeline->seek(now.start_ns + static_cast<uint64_t>(std::clamp(at, 0.0, end)));
 }
 

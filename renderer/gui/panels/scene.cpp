@@ -114,8 +114,8 @@ void TreePanel::draw_row(const Context& context, const Row& row) {
   const float sign_width = ui.points(18), left = ImGui::GetCursorPosX();
   const float width = ImGui::GetContentRegionAvail().x;
   // Names of deep nodes keep half of a narrow column.
-  const float indent = std::floor(
-      std::min(ui.points(12) * static_cast<float>(std::min(row.depth, 24u)), width * 0.4f));
+  const float indent =
+      std::floor(std::min(ui.points(12) * static_cast<float>(std::min(row.depth, 24u)), width * 0.4f));
   ImGui::SetCursorPosX(left + indent);
   if (search_.empty() && has_children(node)) {
     if (ui.sign(open_[node] ? "Close" : "Open", open_[node] ? "\u25be" : "\u25b8", theme::kDim,

@@ -1,4 +1,4 @@
-// Panels of the program's state: frame times, log and help; and the texts of numbers in all panels.
+// Panels of the program's state: frame times and log; and the texts of numbers in all panels.
 
 #include <algorithm>
 #include <cctype>
@@ -112,7 +112,7 @@ void FramePanel::draw(const Context& context) {
   if (!ui.header("Frame", context.layout.is_open(Panel::frame))) return;
   const FrameFacts& frame = context.facts.frame;
   const float interval_ms = interval_ms_.median();
-  ui.value("Images", "%.1f /s   %.2f ms", interval_ms > 0 ? 1e3 / static_cast<double>(interval_ms) : 0.0,
+  ui.value("Images", "%.1f /s   %.1f ms", interval_ms > 0 ? 1e3 / static_cast<double>(interval_ms) : 0.0,
            static_cast<double>(interval_ms));
   ui.value("CPU", theme::kAccent, milliseconds(cpu_ms_.median()));
   ui.value("GPU", theme::kSecond, milliseconds(gpu_ms_.median()));
@@ -212,105 +212,6 @@ void LogPanel::draw(const Context& context) {
   if (follows && seen_ != facts.log_lines) ImGui::SetScrollHereY(1);
   seen_ = facts.log_lines;
   ImGui::EndChild();
-}
-
-// --- help overlay: keys and mouse ---
-
-namespace {
-
-struct Line {
-  const char* keys;  // null: heading
-  const char* does;
-};
-constexpr Line kCameraLines[] = {
-    {nullptr, "Camera"},
-    {"left drag", "orbit"},
-    {"right or Shift drag", "pan"},
-    {"wheel", "zoom to the cursor"},
-    {"W A S D  Q E", "fly"},
-    {"Ctrl wheel", "faster, slower"},
-    {"1 - 9, 0", "cameras of the scene, the free one"},
-    {"Home", "all of the scene"},
-    {"F", "all of the selection"},
-};
-constexpr Line kTimelineLines[] = {
-    {nullptr, "Timeline"},
-    {"Space", "pause, play"},
-    {", .", "one frame back, forwards"},
-    {"Left Right", "1 s back, forwards; Shift: 10 s"},
-};
-constexpr Line kOtherLines[] = {
-    {nullptr, "Scene"},
-    {"click", "select a body"},
-    {"H", "hide it, or show it again"},
-    {"Shift H", "show everything"},
-    {"I", "isolate it"},
-    {"T", "the camera follows it"},
-    {"Esc", "select nothing; then close"},
-    {nullptr, "Window"},
-    {"F1", "this help"},
-    {"Tab", "panels on and off"},
-    {"P", "screenshot"},
-    {"V", "video on and off"},
-};
-
-void draw_lines(Ui& ui, std::span<const Line> lines, float left_px, float width_px) {
-  for (const Line& line : lines) {
-    if (!line.keys) {
-      ImGui::Dummy({0, ui.points(2)});
-      ImGui::SetCursorPosX(left_px);
-      ImGui::TextColored(ImGui::ColorConvertU32ToFloat4(theme::kAccent), "%s", line.does);
-      continue;
-    }
-    ImGui::SetCursorPosX(left_px);
-    ImGui::TextUnformatted(line.keys);
-    ImGui::SameLine(left_px + ui.points(130));
-    ImGui::PushTextWrapPos(left_px + width_px);
-    ImGui::TextColored(ImGui::ColorConvertU32ToFloat4(theme::kDim), "%s", line.does);
-    ImGui::PopTextWrapPos();
-  }
-}
-
-}  // namespace
-
-// One column if the window is high enough for it, else two. It scrolls if even these do not fit.
-void draw_help(const Context& context) {
-  if (!context.viewer.help) return;
-  Ui& ui = context.ui;
-  const ImVec2 display = ImGui::GetIO().DisplaySize;
-  const float padding = ui.points(14), margin = ui.points(8);
-  const float row = ImGui::GetTextLineHeightWithSpacing();
-  const auto rows = static_cast<float>(std::size(kCameraLines) + std::size(kTimelineLines) + std::size(kOtherLines) + 4);
-  const float column = ui.points(270), gap = ui.points(16);
-  const float most_x = std::max(display.x - 2 * margin, 1.0f), most_y = std::max(display.y - 2 * margin, 1.0f);
-  const bool is_high = rows * row + 2 * padding + ui.points(40) <= most_y;
-  const bool is_split = !is_high && 2 * column + gap + 2 * padding <= most_x;
-  const float wanted = (is_split ? 2 * column + gap : column) + 2 * padding;
-  ImGui::SetNextWindowPos({std::round(display.x / 2), std::round(display.y / 2)}, ImGuiCond_Always, {0.5f, 0.5f});
-  const float width = std::min(wanted, most_x);
-  ImGui::SetNextWindowSizeConstraints({width, 1}, {width, most_y});
-  constexpr ImGuiWindowFlags kFlags = (ImGuiWindowFlags_NoDecoration & ~ImGuiWindowFlags_NoScrollbar) |
-                                      ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
-                                      ImGuiWindowFlags_AlwaysAutoResize;
-  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {padding, padding});
-  ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, ui.points(6));
-  ImGui::PushStyleVar(ImGuiStyleVar_WindowBorderSize, 1);
-  if (ImGui::Begin("help", nullptr, kFlags)) {
-    ui.enter("Help");
-    const ImVec2 top = ImGui::GetCursorPos();
-    const float room = ImGui::GetContentRegionAvail().x;
-    const float each = is_split ? (room - gap) / 2 : room;
-    draw_lines(ui, kCameraLines, top.x, each);
-    draw_lines(ui, kTimelineLines, top.x, each);
-    const float low = ImGui::GetCursorPosY();
-    if (is_split) ImGui::SetCursorPosY(top.y);
-    draw_lines(ui, kOtherLines, is_split ? top.x + each + gap : top.x, each);
-    ImGui::SetCursorPosY(std::max(low, ImGui::GetCursorPosY()));
-    ImGui::Dummy({0, ui.points(4)});
-    if (ui.button("Close##help")) context.viewer.help = false;
-  }
-  ImGui::End();
-  ImGui::PopStyleVar(3);
 }
 
 }  // namespace fire3dv::gui

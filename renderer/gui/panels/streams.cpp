@@ -67,8 +67,8 @@ void StreamsPanel::draw_stream(const Context& context, const StreamFact& stream)
                                               color_of(stream.condition));
   ImGui::SetCursorPosX(ImGui::GetCursorPosX() + 2 * radius + ui.points(5));
   const char* const condition = state::condition_name(stream.condition);
-  const float room = ImGui::GetContentRegionAvail().x - ImGui::CalcTextSize(condition).x -
-                     ImGui::GetStyle().ItemSpacing.x;
+  const float room =
+      ImGui::GetContentRegionAvail().x - ImGui::CalcTextSize(condition).x - ImGui::GetStyle().ItemSpacing.x;
   const std::string name = one_line(stream.name), shown_name = elided(name, room);
   ImGui::TextUnformatted(shown_name.c_str());
   if (shown_name != name) ui.hint(name.c_str());

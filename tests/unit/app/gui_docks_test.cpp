@@ -34,9 +34,10 @@ TEST(GuiDocks, TileTheWindow) {
     for (int folded = 0; folded < 8; ++folded) {
       gui::Layout layout;
       for (size_t dock = 0; dock < gui::kDocks; ++dock) layout.folded[dock] = (folded >> dock & 1) != 0;
-      for (const glm::vec2 size : {glm::vec2(1, 1), glm::vec2(2, 1), glm::vec2(9, 7), glm::vec2(64, 33), glm::vec2(640, 400)}) {
+      for (const glm::vec2 size :
+           {glm::vec2(1, 1), glm::vec2(2, 1), glm::vec2(9, 7), glm::vec2(64, 33), glm::vec2(640, 400)}) {
         const gui::DockAreas areas = gui::dock_areas(size, scale, layout, 150.25f * scale);
-        for (float y = 0.5f; y < size.y; y += size.y > 40 ? 7 : 1) {
+        for (float y = 0.5f; y<size.y; y += size.y> 40 ? 7 : 1) {
           for (float x = 0.5f; x < size.x; ++x)
             ASSERT_EQ(covers(areas, {x, y}), 1) << x << ", " << y << " of " << size.x << " x " << size.y;
         }
@@ -65,7 +66,9 @@ struct DockWorld : GuiWorld {
     frame({gui::MouseButton{gui::Button::left, false}});
     settle();
   }
-  static glm::vec2 center(const gui::Control& control) { return (control.rect.low + control.rect.high) * 0.5f; }
+  static glm::vec2 center(const gui::Control& control) {
+    return (control.rect.low + control.rect.high) * 0.5f;
+  }
   void drag(const std::string& name, glm::vec2 by) {
     const glm::vec2 from = center(find(name, Kind::edge));
     press(from);
@@ -154,7 +157,8 @@ TEST(GuiDocks, SmallWindowsAndLargeScalesCutNoText) {
     glm::vec2 size_px;
     float scale;
   };
-  for (const Case& each : {Case{{640, 400}, 1}, Case{{1280, 720}, 2}, Case{{1280, 720}, 1}, Case{{1000, 500}, 1.25f}}) {
+  for (const Case& each :
+       {Case{{640, 400}, 1}, Case{{1280, 720}, 2}, Case{{1280, 720}, 1}, Case{{1000, 500}, 1.25f}}) {
     SCOPED_TRACE(std::to_string(each.size_px.x) + " at scale " + std::to_string(each.scale));
     DockWorld world;
     world.display_px = {1600, 3000};
@@ -165,7 +169,8 @@ TEST(GuiDocks, SmallWindowsAndLargeScalesCutNoText) {
     }
     world.scene.nodes[1].name = "a_name_of_a_link_that_is_longer_than_any_column_of_a_small_window_is_wide";
     world.facts.streams[0].name = world.scene.nodes[1].name;
-    world.facts.log.push_back({12.5, "warning: " + world.scene.nodes[1].name + ": " + world.scene.nodes[1].name});
+    world.facts.log.push_back(
+        {12.5, "warning: " + world.scene.nodes[1].name + ": " + world.scene.nodes[1].name});
     world.facts.log_lines = world.facts.log.size();
     world.viewer.selected = 1;
     world.display_px = each.size_px;

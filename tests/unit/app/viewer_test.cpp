@@ -307,7 +307,8 @@ TEST_F(Inputs, KeysHideIsolateFollowAndShowAgain) {
 
 // Records the calls of keys.
 struct RecordedTimeline : replay::TimelineControl {
-  replay::TimelineState state{.start_ns = 1'000'000'000, .end_ns = 6'000'000'000, .position_ns = 2'500'000'000, .playing = true};
+  replay::TimelineState state{
+      .start_ns = 1'000'000'000, .end_ns = 6'000'000'000, .position_ns = 2'500'000'000, .playing = true};
   std::vector<std::string> calls;
   replay::TimelineState timeline() const override { return state; }
   void play() override { calls.push_back("play"); }
@@ -344,7 +345,8 @@ TEST_F(Inputs, KeysDriveTheTimeline) {
   EXPECT_EQ(timeline.calls.size(), 1u) << "a command is executed once";
   // Held keys repeat, except the toggle.
   modifiers_.shift = false;
-  for (const Key k : {Key::right, Key::space}) add({.kind = Kind::key, .key = k, .down = true, .repeated = true});
+  for (const Key k : {Key::right, Key::space})
+    add({.kind = Kind::key, .key = k, .down = true, .repeated = true});
   take();
   control_timeline(viewer_.commands, &timeline);
   EXPECT_EQ(timeline.calls.back(), "seek 3500");

@@ -1,0 +1,87 @@
+// Theme and fonts of the panels.
+
+#include <cmath>
+
+#include "renderer/gui/widgets.h"
+
+namespace fire3dv::gui {
+namespace {
+
+constexpr float kTextPt = 13;
+
+}  // namespace
+
+void apply_theme(float scale) {
+  ImGuiStyle style;
+  style.WindowPadding = {10, 8};
+  style.FramePadding = {6, 3};
+  style.ItemSpacing = {6, 4};
+  style.ItemInnerSpacing = {5, 4};
+  style.CellPadding = {4, 2};
+  style.IndentSpacing = 12;
+  style.ScrollbarSize = 10;
+  style.GrabMinSize = 8;
+  style.WindowRounding = 0;
+  style.ChildRounding = style.FrameRounding = style.PopupRounding = style.GrabRounding = 3;
+  style.ScrollbarRounding = 5;
+  style.WindowBorderSize = 0;
+  style.ChildBorderSize = 0;
+  style.PopupBorderSize = 1;
+  style.FrameBorderSize = 0;
+  style.ScaleAllSizes(scale);
+  style.WindowMinSize = {1, 1};  // columns may be arbitrarily narrow
+  style.DisabledAlpha = 0.4f;
+
+  ImVec4* const colors = style.Colors;
+  for (int i = 0; i < ImGuiCol_COUNT; ++i) colors[i] = theme::floats(theme::kWell);
+  colors[ImGuiCol_Text] = theme::floats(theme::kText);
+  colors[ImGuiCol_TextDisabled] = theme::floats(theme::kDim);
+  colors[ImGuiCol_WindowBg] = theme::floats(theme::kPanel);
+  colors[ImGuiCol_ChildBg] = theme::floats(theme::kPanel);
+  colors[ImGuiCol_PopupBg] = theme::floats(theme::kPanel);
+  colors[ImGuiCol_Border] = theme::floats(theme::rgb(0x3a414a));
+  colors[ImGuiCol_BorderShadow] = {0, 0, 0, 0};
+  colors[ImGuiCol_FrameBgHovered] = colors[ImGuiCol_FrameBgActive] = theme::floats(theme::kWellHovered);
+  colors[ImGuiCol_ScrollbarBg] = {0, 0, 0, 0};
+  colors[ImGuiCol_ScrollbarGrab] = theme::floats(theme::rgb(0x333942));
+  colors[ImGuiCol_ScrollbarGrabHovered] = colors[ImGuiCol_ScrollbarGrabActive] =
+      theme::floats(theme::rgb(0x454d58));
+  colors[ImGuiCol_CheckMark] = colors[ImGuiCol_SliderGrab] = theme::floats(theme::kAccent);
+  colors[ImGuiCol_SliderGrabActive] = theme::floats(theme::rgb(0x7cc0ee));
+  colors[ImGuiCol_Button] = theme::floats(theme::rgb(0x2a2f37));
+  colors[ImGuiCol_ButtonHovered] = theme::floats(theme::rgb(0x39414c));
+  colors[ImGuiCol_ButtonActive] = theme::floats(theme::kAccentDark);
+  colors[ImGuiCol_Header] = theme::floats(theme::kAccentDark);
+  colors[ImGuiCol_HeaderHovered] = theme::floats(theme::kWellHovered);
+  colors[ImGuiCol_HeaderActive] = theme::floats(theme::kAccentDark);
+  colors[ImGuiCol_Separator] = theme::floats(theme::kLine);
+  colors[ImGuiCol_PlotLines] = theme::floats(theme::kAccent);
+  colors[ImGuiCol_TextSelectedBg] = theme::floats(theme::kAccentDark);
+  colors[ImGuiCol_NavHighlight] = {0, 0, 0, 0};
+  ImGui::GetStyle() = style;
+}
+
+void make_fonts(ImFontAtlas& fonts, float scale) {
+  static constexpr ImWchar kRanges[] = {0x0020, 0x024f,                  // Latin
+                                        0x0370, 0x03ff, 0x0400, 0x045f,  // Greek, Cyrillic
+                                        0x2010, 0x2026,                  // dashes, quotes, dots
+                                        0x2190, 0x2193, 0x2248, 0x2265,  // arrows; almost equal, <=, >=
+                                        0x25a0, 0x25cf,                  // shapes: play, stop, visible
+                                        0xfffd, 0xfffd, 0};
+  fonts.Clear();
+  fonts.Flags |= ImFontAtlasFlags_NoMouseCursors;
+  ImFontConfig config;
+  config.FontDataOwnedByAtlas = false;
+  config.OversampleH = 2;
+  config.OversampleV = 1;
+  config.PixelSnapH = true;
+  const auto bytes = font_bytes();
+  // ImGui's parameter is not const, but data that it does not own is not modified.
+  fonts.AddFontFromMemoryTTF(const_cast<std::byte*>(bytes.data()), static_cast<int>(bytes.size()),
+                             std::round(kTextPt * scale), &config, kRanges);
+  unsigned char* pixels = nullptr;
+  int width = 0, height = 0;
+  fonts.GetTexDataAsAlpha8(&pixels, &width, &height);
+}
+
+}  // namespace fire3dv::gui
