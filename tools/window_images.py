@@ -1,0 +1,90 @@
+#!/usr/bin/env python3
+"""Makes the images of docs/ that show the window, the debug views and two simulators: tools/window_images.py BIN FOLDER
+
+BIN is the folder of the built programs. Needs Xvfb, xdotool and ffmpeg, as the tests of the window do.
+"""
+import os
+import shutil
+import subprocess
+import sys
+import time
+
+sys.path.insert(0, os.path.join(os.path.dirname(__file__), "..", "tests", "e2e", "support"))
+from harness import Program, Test, wait_until  # noqa: E402
+from screen import Screen  # noqa: E402
+
+VIEWS = ("normals", "depth", "instances", "clusters", "overdraw", "unresolved-shadows")
+
+
+def write_png(picture, path):
+    """With a palette of 256 colours, which keeps the files small."""
+    subprocess.run(["ffmpeg", "-y", "-v", "error", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{picture.width}x{picture.height}",
+                    "-i", "-", "-filter_complex", "split[a][b];[a]palettegen=reserve_transparent=0[p];[b][p]paletteuse=dither=none",
+                    "-frames:v", "1", "-compression_level", "9", path],
+                   input=b"".join(picture.rows), check=True)
+
+
+def window(programs, folder, name, size, dpi, link):
+    """A screenshot of the window while bullet_arm moves the scene. link: where to click for a selected link."""
+    test = Test({})
+    screen = Screen(test, size=size, dpi=dpi)
+    try:
+        arm, uri = test.path("arm.glb"), test.fresh_uri("shm")
+        subprocess.run([f"{programs}/bullet_arm", "--write-scene", arm], check=True, stdout=subprocess.DEVNULL)
+        viewer = Program(test, "fire3dv", [f"{programs}/fire3dv", arm, "--listen", uri, "--size", f"{size[0]}x{size[1]}",
+                                          "--shadows", "map"], env=screen.env)
+        shown = screen.window(viewer)
+        Program(test, "bullet_arm", [f"{programs}/bullet_arm", "--to", uri])
+        viewer.wait_err("accepted")
+        time.sleep(8)  # the arm has begun to work
+        screen.xdotool("mousemove", "--window", shown, *link, "click", 1)
+        screen.xdotool("mousemove", "--window", shown, int(size[0] * 0.4), 2)
+        time.sleep(6)
+        wait_until("a screenshot", lambda: write_png(screen.picture(shown), os.path.join(folder, name)) is None)
+    finally:
+        test.end()
+        screen.end()
+
+
+def two_simulators(programs, folder):
+    """The scene of examples/two_simulators after both have moved it for a while."""
+    test = Test({})
+    try:
+        scene, uris = test.path("two.glb"), [test.fresh_uri("shm"), test.fresh_uri("shm")]
+        subprocess.run([f"{programs}/two_simulators_scene", scene], check=True, stdout=subprocess.DEVNULL)
+        for uri, engine in zip(uris, ("bullet", "mujoco")):
+            Program(test, engine, [f"{programs}/two_simulators_{engine}", "--to", uri])
+        subprocess.run([f"{programs}/fire3dv", scene, "--listen", uris[0], "--listen", uris[1], "--headless", "--wait-for-stream", "60",
+                        "--frames", "12", "--size", "720x405", "--out", test.path("two"), "--cache", "off"], check=True,
+                       stderr=subprocess.DEVNULL)
+        shutil.copy(test.path("two/frame_000011.png"), os.path.join(folder, "two_simulators.png"))
+    finally:
+        test.end()
+
+
+def views(programs, folder):
+    test = Test({})
+    try:
+        arm = test.path("arm.glb")
+        subprocess.run([f"{programs}/bullet_arm", "--write-scene", arm], check=True, stdout=subprocess.DEVNULL)
+        inputs = []
+        for view in VIEWS:
+            subprocess.run([f"{programs}/fire3dv", arm, "--headless", "--frames", "2", "--size", "960x540", "--camera", "camera_front",
+                            "--view", view, "--out", test.path(view), "--cache", "off"], check=True, stderr=subprocess.DEVNULL)
+            inputs += ["-i", os.path.join(test.path(view), "frame_000001.png")]
+        small = "".join(f"[{i}]scale=480:270:flags=area[v{i}];" for i in range(len(VIEWS)))
+        stack = "".join(f"[v{i}]" for i in range(len(VIEWS)))
+        subprocess.run(["ffmpeg", "-y", "-v", "error", *inputs, "-filter_complex",
+                        f"{small}{stack}xstack=inputs=6:layout=0_0|w0_0|w0+w0_0|0_h0|w0_h0|w0+w0_h0[o]", "-map", "[o]", "-pix_fmt",
+                        "rgb24", "-compression_level", "9", "-pred", "mixed", os.path.join(folder, "views.png")], check=True)
+    finally:
+        test.end()
+
+
+if __name__ == "__main__":
+    BIN, FOLDER = os.path.abspath(sys.argv[1]), sys.argv[2]
+    views(BIN, FOLDER)
+    two_simulators(BIN, FOLDER)
+    window(BIN, FOLDER, "window.png", (1280, 720), 96, (612, 256))
+    window(BIN, FOLDER, "window_640x400.png", (640, 400), 96, (320, 118))
+    window(BIN, FOLDER, "window_scale_2.png", (1280, 720), 192, (640, 208))
