@@ -95,7 +95,8 @@ Gui::~Gui() = default;
 
 // Spreads events over frames, since ImGui sees only the state per frame. A press and its release, or a press
 // and a later move, need separate frames. A press also waits for the frame after the move to its position:
-// ImGui 1.90 ignores it on rows that were not hovered in the previous frame.
+// ImGui 1.90 ignores it on rows that were not hovered in the previous frame. A release waits likewise: it
+// would end a drag before the last move.
 void Gui::Panels::take_events(ImGuiIO& io) {
   bool mouse_moved = false, button_changed = false;
   std::array<bool, static_cast<size_t>(Key::count)> key_changed{};
@@ -107,7 +108,7 @@ void Gui::Panels::take_events(ImGuiIO& io) {
       mouse_moved |= to.x != io.MousePos.x || to.y != io.MousePos.y;
       io.MousePos = to;
     } else if (const auto* button = std::get_if<MouseButton>(&event)) {
-      if (button_changed || (mouse_moved && button->down)) return;
+      if (button_changed || mouse_moved) return;
       io.MouseDown[static_cast<size_t>(button->button)] = button->down;
       button_changed = true;
     } else if (const auto* wheel = std::get_if<MouseWheel>(&event)) {

@@ -94,6 +94,19 @@ TEST(GuiDocks, SplittersMoveTheUncoveredRectangle) {
   EXPECT_FLOAT_EQ(world.gui.image_rect().low.y, 0);
 }
 
+// A slow image takes all events of a drag at once.
+TEST(GuiDocks, ADragBetweenTwoFramesIsNotLost) {
+  DockWorld world;
+  const float before = world.gui.image_rect().low.x;
+  const glm::vec2 from = DockWorld::center(world.find("edge of the left column", Kind::edge));
+  world.frame({gui::MouseMoved{from}, gui::MouseButton{gui::Button::left, true},
+               gui::MouseMoved{from + glm::vec2(12, 0)}, gui::MouseMoved{from + glm::vec2(31, 0)},
+               gui::MouseButton{gui::Button::left, false}, gui::MouseLeft{}});
+  world.settle();
+  world.settle();
+  EXPECT_FLOAT_EQ(world.gui.image_rect().low.x, before + 31);
+}
+
 TEST(GuiDocks, HandlesFoldAndUnfold) {
   DockWorld world;
   const gui::Rect before = world.gui.image_rect();
