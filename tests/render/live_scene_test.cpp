@@ -40,11 +40,14 @@ passes::DrawSettings settings_of(const Way& way) {
 }
 
 // sail: transform of a triangle with the default material, if present. block: transform of the block's
-// vertices.
-scene::Scene harbour(const std::optional<glm::mat4>& sail, const glm::mat4& block = glm::mat4(1)) {
+// vertices. is_red: the block has the material that it has in the variant "red".
+scene::Scene harbour(const std::optional<glm::mat4>& sail, const glm::mat4& block = glm::mat4(1),
+                     bool is_red = false) {
   SceneBuilder builder;
   builder.mesh_node("ground", builder.quad(builder.material(matte({0.7f, 0.7f, 0.7f})), 20), glm::mat4(1));
-  const uint32_t box = builder.box(builder.material(matte({0.3f, 0.5f, 0.8f})), {0.4f, 0.3f, 0.4f});
+  const uint32_t blue = builder.material(matte({0.3f, 0.5f, 0.8f}));
+  const uint32_t red = builder.material(matte({0.8f, 0.1f, 0.1f}));
+  const uint32_t box = builder.box(is_red ? red : blue, {0.4f, 0.3f, 0.4f});
   builder.mesh_node("block", box, at({-1, 0.3f, 0}));
   builder.mesh_node("pier", builder.box(builder.material(matte({0.6f, 0.4f, 0.3f})), {0.3f, 0.2f, 0.6f}),
                     at({1, 0.2f, -0.5f}));
@@ -53,6 +56,9 @@ scene::Scene harbour(const std::optional<glm::mat4>& sail, const glm::mat4& bloc
   builder.camera_node("camera", {0.5f, 1.8f, 4}, {0, 0.5f, 0});
   scene::Scene scene = builder.build();
   scene::Primitive& moved = scene.primitives[scene.meshes[box].first_primitive];
+  scene.variants = {"red"};
+  scene.variant_materials = {blue, red};
+  moved.first_variant_material = 0;
   scene::Box around;
   for (uint32_t v = moved.first_vertex; v < moved.first_vertex + moved.vertex_count; ++v) {
     scene.positions[v] = glm::vec3(block * glm::vec4(scene.positions[v], 1));
@@ -203,6 +209,35 @@ TEST_P(LiveScenes, ANodeComesIsMovedAndGoes) {
   EXPECT_TRUE(matches_image(show.draw(), before, file("gone"), Tolerance::exact()));
   EXPECT_EQ(show.live().faults().refused, 0u);
   EXPECT_EQ(show.live().faults().unmatched, 0u);
+}
+
+TEST_P(LiveScenes, AVariantIsShownWithAddedNodesAndWithout) {
+  ViewerDocument show(GetParam());
+  const sinks::FrameImage before = show.draw();
+  const glm::mat4 place = at({0.3f, 0.1f, 0.8f});
+  show.join({"sail"});
+  show.edit("sail", wire::Property::node, sail_at(glm::mat4(1)));
+  show.publish(place, 1);
+  show.live().request_variant(0);  // once no build is running
+  show.wait_for_scene();
+  while (show.live().variant() != 0 || !show.live().settled() || show.live().scene().nodes.size() < 6) {
+    show.live().follow();
+    (void)show.draw();
+  }
+  EXPECT_TRUE(matches_image(show.draw(), made_so(harbour(place, glm::mat4(1), true)), file("red_with_sail"),
+                            Tolerance::colour()));
+  show.leave();
+  show.live().follow();
+  show.wait_for_scene();
+  EXPECT_TRUE(
+      matches_image(show.draw(), made_so(harbour({}, glm::mat4(1), true)), file("red"), Tolerance::colour()));
+  show.live().request_variant(7);  // none: a message, and the variant stays
+  show.live().follow();
+  EXPECT_EQ(show.live().variant(), 0u);
+  EXPECT_EQ(show.live().take_log_messages().size(), 1u);
+  show.live().request_variant(scene::kNone);
+  show.live().follow();
+  EXPECT_TRUE(matches_image(show.draw(), before, file("blue_again"), Tolerance::exact()));
 }
 
 TEST_P(LiveScenes, VerticesAreReplacedMovedAgainAndGivenBack) {
