@@ -388,7 +388,8 @@ void NodeBindings::restore_drivers(const std::vector<uint32_t>& drivers,
   }
 }
 
-void NodeBindings::set_scene(const scene::Scene& scene) {
+void NodeBindings::set_scene(const scene::Scene& scene, std::optional<uint32_t> file_nodes) {
+  file_nodes_ = file_nodes.value_or(file_nodes_);
   const scene::Scene& before = *scene_;
   node_names_ = NodeNames(scene, file_nodes_);
   new_node_of_old_.assign(before.nodes.size(), kNone);

@@ -87,7 +87,7 @@ class NodeBindings {
   std::vector<EndedEdits> take_ended_edits() { return std::exchange(ended_edits_, {}); }
 
   // Replaces the scene. Streams keep their nodes (same index and path, else the first node of the path).
-  void set_scene(const scene::Scene& scene);
+  void set_scene(const scene::Scene& scene, std::optional<uint32_t> file_nodes = std::nullopt);
   const scene::Scene& scene() const { return *scene_; }
   const NodeNames& node_names() const { return node_names_; }
   // Incremented by set_scene(). new_node_of_old() maps nodes of the previous scene to the current one; kNone:
@@ -166,7 +166,7 @@ class NodeBindings {
   void drives_changed();
 
   const scene::Scene* scene_;
-  const uint32_t file_nodes_;  // leading nodes that all scenes share
+  uint32_t file_nodes_;  // leading nodes, of the file
   BoundNamesOf bound_names_;
   NodeNames node_names_;
   uint64_t scene_revision_ = 0;

@@ -10,9 +10,9 @@ PoseState::PoseState(const scene::Scene& scene)
     : bindings_(scene, [this](StreamId id) -> BoundNames& { return streams_[id]; }),
       rest_(rest_pose(scene)) {}
 
-void PoseState::set_scene(const scene::Scene& scene) {
+void PoseState::set_scene(const scene::Scene& scene, std::optional<uint32_t> file_nodes) {
   rest_ = rest_pose(scene);
-  bindings_.set_scene(scene);
+  bindings_.set_scene(scene, file_nodes);
 }
 
 void PoseState::set_rest(const RestPose& rest) {

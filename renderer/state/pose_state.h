@@ -71,7 +71,8 @@ class PoseState {
   // Replaces the scene, usually by the file's scene with more nodes appended. Streams keep their frames and
   // their nodes (same index and path, else the first node of the path). The old scene must be alive during
   // the call.
-  void set_scene(const scene::Scene& scene);
+  // file_nodes: new number of the file's own nodes, when another version of the file is shown.
+  void set_scene(const scene::Scene& scene, std::optional<uint32_t> file_nodes = std::nullopt);
 
   // Adds a stream and binds its names: by unique exact node name first, then by path. A node that another
   // active stream drives stays with that stream; the name is reported as conflicting.

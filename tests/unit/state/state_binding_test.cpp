@@ -303,6 +303,32 @@ TEST(PoseBinding, AnAddedNodeTakesNoNameAndNoNodeAway) {
   EXPECT_EQ(names(state, id, &Stream::unmatched_names), (Names{"tip", "tool"}));
 }
 
+TEST(PoseBinding, StreamsFindTheirNodesInAnotherVersionOfTheFile) {
+  const scene::Scene before = make_scene({{"arm", scene::kNone}, {"hand", 0}, {"old", scene::kNone}});
+  // Other order, another parent of the hand, and a node that was missing.
+  const scene::Scene after = make_scene(
+      {{"lamp", scene::kNone}, {"arm", scene::kNone}, {"wrist", 1}, {"hand", 2}, {"late", scene::kNone}});
+  PoseState state(before);
+  const StreamId id = state.add_stream(stream_of({"arm", "hand", "old", "late"}, 1));
+  EXPECT_EQ(names(state, id, &Stream::unmatched_names), Names{"late"});
+  state.set_scene(after, 5);
+  EXPECT_EQ(state.streams()[id].scene_node_of_pose, (std::vector<uint32_t>{1, 3, kNone, 4}));
+  EXPECT_EQ(names(state, id, &Stream::unmatched_names), Names{"old"});
+  // All nodes are the file's now: an added node takes no name away.
+  const scene::Scene added = make_scene({{"lamp", scene::kNone},
+                                         {"arm", scene::kNone},
+                                         {"wrist", 1},
+                                         {"hand", 2},
+                                         {"late", scene::kNone},
+                                         {"late", 1}});
+  state.set_scene(added);
+  const StreamId next = state.add_stream(stream_of({"late"}, 2));
+  EXPECT_EQ(names(state, next, &Stream::conflicting_names), Names{"late"})
+      << "the file's, which the first has";
+  state.set_scene(before, 3);
+  EXPECT_EQ(state.streams()[id].scene_node_of_pose, (std::vector<uint32_t>{0, 1, 2, kNone}));
+}
+
 TEST(PoseBinding, AChangedSceneCostsItsChangesWhateverIsUnmatched) {
   const scene::Scene file = make_scene({{"arm", scene::kNone}});
   const scene::Scene tool = make_scene({{"arm", scene::kNone}, {"tool 7", 0}});
