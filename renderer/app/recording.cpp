@@ -24,7 +24,8 @@ Result<std::unique_ptr<Recording>> Recording::open(const RecordingOptions& optio
   if (options.attach_scene) attached.push_back(scene);
   if (options.attach_scene && record::media_type_of(scene.name) != record::kGlbType)
     return Error{"--record-scene: " + wire::printable(scene.name, 4096) +
-                 " refers to further files; only a .glb file or a robot description can be attached: convert "
+                 " refers to further files; only a .glb file, a robot description or a mesh file can be "
+                 "attached: convert "
                  "it to .glb, or leave --record-scene out"};
   record::LogOptions log;
   log.foxglove = options.foxglove;

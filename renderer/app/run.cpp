@@ -101,7 +101,7 @@ std::string count_images(uint64_t drawn, const Options& options, sinks::FileSink
 // A cheap check, so that a wrong file name is reported rather than a missing display.
 Result<void> check_scene_file(const Options& options) {
   if (options.scene.empty() || options.list_devices) return {};
-  if (!is_description(options.scene)) return scene::check_is_gltf(options.scene);
+  if (!needs_conversion(options.scene)) return scene::check_is_gltf(options.scene);
   if (Result<OpenFile> file = OpenFile::open(options.scene, UINT64_MAX); !file)
     return Error{options.scene.string() + ": " + file.error().message};
   return {};

@@ -54,7 +54,7 @@ Result<std::unique_ptr<ViewerDocument>> ViewerDocument::open(const Options& opti
 record::AttachedFile ViewerDocument::scene_attachment() const {
   std::filesystem::path name = scene_path_.filename();
   if (recorded_scene_) name = std::filesystem::path(recorded_scene_->name()).filename();
-  if (recorded_scene_ || is_description(scene_path_)) name.replace_extension(".glb");
+  if (recorded_scene_ || needs_conversion(scene_path_)) name.replace_extension(".glb");
   return {load_->gltf_file().string(), name.string()};
 }
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""End-to-end test of robot description files: the command line of fire3dv-convert, description files as scenes of fire3dv
+"""End-to-end test of robot description and mesh files: the command line of fire3dv-convert, such files as scenes of fire3dv
 with cached conversion, streams that move links, and refusals.
 
 convert_test.py FIRE3DV FIRE3DV_CONVERT [CASE...]
@@ -12,6 +12,7 @@ import shutil
 import struct
 import subprocess
 import time
+import zipfile
 
 from harness import Program, main, vulkan_environment
 from image_reader import check
@@ -264,6 +265,55 @@ def refused(test):
     check(run.wait() == 1 and "it was interrupted" in run.stderr_text(), f"a stop ends a conversion:\n{run.stderr_text()}")
 
 
+def meshes(test):
+    """Mesh files as scenes: each shows an orange cube, and the converter's file gives the same image."""
+    faces = ((0, 2, 3), (0, 3, 1), (4, 5, 7), (4, 7, 6), (0, 1, 5), (0, 5, 4), (2, 6, 7), (2, 7, 3), (0, 4, 6), (0, 6, 2),
+             (1, 3, 7), (1, 7, 5))
+    corners = [(i & 1, i >> 1 & 1, i >> 2 & 1) for i in range(8)]
+    write(test, "cube.mtl", "newmtl orange\nKd 1 0.5 0\n")
+    write(test, "cube.obj", "mtllib cube.mtl\n" + "".join("v %d %d %d\n" % corner for corner in corners) + "usemtl orange\n" +
+          "".join("f %d %d %d\n" % tuple(i + 1 for i in face) for face in faces))
+    write(test, "cube.ply", "ply\nformat ascii 1.0\nelement vertex 8\nproperty float x\nproperty float y\nproperty float z\n"
+          "property uchar red\nproperty uchar green\nproperty uchar blue\nelement face 12\n"
+          "property list uchar int vertex_indices\nend_header\n" + "".join("%d %d %d 255 128 0\n" % corner for corner in corners) +
+          "".join("3 %d %d %d\n" % face for face in faces))
+    with open(test.path("cube.stl"), "wb") as file:
+        file.write(b" " * 80 + struct.pack("<I", len(faces)))
+        for face in faces:
+            file.write(struct.pack("<12fH", 0, 0, 0, *corners[face[0]], *corners[face[1]], *corners[face[2]], 0x8000 | 31 << 10 | 16 << 5))
+    model = ('<model unit="meter"><resources><basematerials id="5"><base name="orange" displaycolor="#FF8000"/></basematerials>'
+             '<object id="1" pid="5" pindex="0"><mesh><vertices>' + "".join('<vertex x="%d" y="%d" z="%d"/>' % corner for corner in corners) +
+             "</vertices><triangles>" + "".join('<triangle v1="%d" v2="%d" v3="%d"/>' % face for face in faces) +
+             '</triangles></mesh></object></resources><build><item objectid="1"/></build></model>')
+    with zipfile.ZipFile(test.path("cube.3mf"), "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("3D/3dmodel.model", model)
+    for name in ("cube.obj", "cube.ply", "cube.stl", "cube.3mf"):
+        rows, said = draw(test, test.path(name))
+        check(any(f"{name}: " in line and ", 12 triangles, " in line for line in said), said)
+        at = 3 * (SIZE[0] // 2)
+        red, green, blue = rows[SIZE[1] // 2][at:at + 3]
+        check(red > 1.2 * green and green > 1.2 * blue, f"{name}: {red} {green} {blue}")
+        convert(test, test.path(name), "-o", test.path("cube.glb"))
+        check(draw(test, test.path("cube.glb"))[0] == rows, f"{name}: the same picture as of its conversion")
+    convert(test, test.path("cube.stl"), "--unit", "in", "--up", "y", "-o", test.path("inches.glb"))
+    accessors = document_of(test.path("inches.glb"))["accessors"]
+    check(any([round(x, 6) for x in accessor.get("max", [])] == [0.0254] * 3 for accessor in accessors), accessors)
+    renderer = test.renderer("--frames", "1", "--unit", "mm", "--up", "y", scene=test.path("cube.stl"), size=SIZE)
+    renderer.expect_exit(0)
+    png = test.path("image.stl")
+    with open(png, "wb") as file:
+        file.write(b"\x89PNG\r\n")
+    for code, said, arguments in ((2, "needs a scene that is a mesh file", [test.scene, "--unit", "mm"]),
+                                  (2, "--unit", [test.path("cube.stl"), "--unit", "yard"]),
+                                  (1, "remove --up and --unit", [test.path("cube.3mf"), "--unit", "mm"]),
+                                  (1, "is a PNG image", [png]),
+                                  (1, "an FBX scene", [write(test, "a.fbx", "; FBX 7.3.0")]),
+                                  (1, "a folder; name a scene in it", [test.folder])):
+        run = Program(test, "fire3dv", [test.programs_at["fire3dv"], *arguments, "--headless", "--frames", "1", "--cache", "off"],
+                      env=vulkan_environment())
+        check(run.wait() == code and said in run.stderr_text(), f"{arguments}: {said}:\n{run.stderr_text()}")
+
+
 def matrix_of(node):
     x, y, z, w = node.get("rotation", [0, 0, 0, 1])
     t = node.get("translation", [0, 0, 0])
@@ -342,4 +392,4 @@ def moved_panda(test):
 
 if __name__ == "__main__":
     main({"command_line": command_line, "kept": kept, "without_cache": without_cache, "unkept": unkept, "recorded": recorded,
-          "refused": refused, "moved_urdf": moved_urdf, "moved_mjcf": moved_mjcf, "moved_panda": moved_panda}, ["fire3dv", "convert"])
+          "refused": refused, "meshes": meshes, "moved_urdf": moved_urdf, "moved_mjcf": moved_mjcf, "moved_panda": moved_panda}, ["fire3dv", "convert"])

@@ -4,6 +4,7 @@
 #include <poll.h>
 #include <spawn.h>
 #include <sys/mman.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -17,8 +18,10 @@
 #include <cstring>
 #include <filesystem>
 #include <functional>
+#include <iterator>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -27,6 +30,7 @@
 #include "protocol/base/error.h"
 #include "renderer/scene/cache/cache_files.h"
 #include "renderer/scene/files.h"
+#include "renderer/scene/gltf/foreign_file.h"
 
 extern char** environ;
 
@@ -44,6 +48,7 @@ struct ConverterRun {
 };
 
 constexpr std::chrono::minutes kLongest{15};
+constexpr rlim_t kMaxMemoryBytes = rlim_t{16} << 30, kMaxOutputBytes = rlim_t{4} << 30;
 constexpr int kPollMs = 100;
 constexpr size_t kMaxLineBytes = 4096, kMaxWarnings = 1000;
 constexpr const char* kStopped = "it was interrupted";
@@ -99,6 +104,24 @@ class Said {
   std::vector<std::string> warnings_;
 };
 
+void lower_limit(pid_t child, __rlimit_resource resource, rlim_t most) {
+  rlimit limit{};
+  if (::prlimit(child, resource, nullptr, &limit) != 0) return;
+  limit.rlim_max = std::min(limit.rlim_max, most);
+  limit.rlim_cur = std::min(limit.rlim_cur, limit.rlim_max);
+  ::prlimit(child, resource, &limit, nullptr);
+}
+
+// A short file may ask for any amount of memory and output. Processes of the converter inherit the limits.
+void limit_resources(pid_t child) {
+  lower_limit(child, RLIMIT_CORE, 0);
+  lower_limit(child, RLIMIT_FSIZE, kMaxOutputBytes);
+#if !defined(__SANITIZE_ADDRESS__) && \
+    !defined(__SANITIZE_THREAD__)  // they reserve terabytes of address space
+  lower_limit(child, RLIMIT_AS, kMaxMemoryBytes);
+#endif
+}
+
 // Starts the process. Neither descriptor may be a standard one.
 Result<pid_t> start(const std::string& program, const std::vector<std::string>& arguments,
                     int standard_output, int standard_error) {
@@ -124,6 +147,7 @@ Result<pid_t> start(const std::string& program, const std::vector<std::string>& 
   posix_spawn_file_actions_destroy(&files);
   posix_spawnattr_destroy(&attributes);
   if (fault != 0) return Error{"cannot start " + program + ": " + std::strerror(fault)};
+  limit_resources(pid);
   return pid;
 }
 
@@ -171,7 +195,7 @@ Result<std::string> converter_file() {
   if (error) return Error{"cannot find fire3dv-convert: the path of fire3dv itself is unknown"};
   const std::filesystem::path beside = own.parent_path() / "fire3dv-convert";
   if (::access(beside.c_str(), X_OK) != 0) {
-    return Error{"descriptions are converted by fire3dv-convert, which is not beside fire3dv: " +
+    return Error{"this file is converted by fire3dv-convert, which is not beside fire3dv: " +
                  beside.string() + " (" + std::strerror(errno) + "); install it there"};
   }
   return beside.string();
@@ -232,6 +256,8 @@ std::vector<std::string> arguments_of(const ConvertOptions& options) {
   for (const fs::path& folder : options.package_folders)
     words.insert(words.end(), {"--package-path", fs::absolute(folder).string()});
   for (const std::string& argument : options.xacro_arguments) words.push_back("--xacro-arg=" + argument);
+  if (!options.up.empty()) words.push_back("--up=" + options.up);
+  if (!options.unit.empty()) words.push_back("--unit=" + options.unit);
   return words;
 }
 
@@ -278,11 +304,14 @@ std::optional<CachePaths> cache_paths(const fs::path& description, std::vector<s
 
 }  // namespace
 
-bool is_description(const fs::path& file) {
+bool needs_conversion(const fs::path& file) {
+  constexpr std::string_view kEndings[] = {".yaml", ".yml", ".urdf", ".xml", ".xacro", ".mjcf",
+                                           ".obj",  ".stl", ".ply",  ".dae", ".3mf"};
   std::string ending = file.extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return ending == ".yaml" || ending == ".yml" || ending == ".urdf" || ending == ".xml" || ending == ".xacro";
+  return std::find(std::begin(kEndings), std::end(kEndings), ending) != std::end(kEndings) &&
+         !scene::is_binary_gltf(file);
 }
 
 Result<ConvertedScene> ConvertedScene::open(const fs::path& description, const ConvertOptions& options,

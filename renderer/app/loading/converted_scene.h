@@ -1,4 +1,6 @@
-// Conversion of robot and scene description files (AMBF, URDF, MJCF) to glTF, with a cache of the results.
+// Conversion of robot and scene description files (AMBF, URDF, MJCF) and mesh files (OBJ, STL, PLY, DAE, 3MF)
+// to glTF, with a cache of the results. fire3dv-convert beside this program reads them, with limits on its
+// time, memory and output.
 #pragma once
 
 #include <filesystem>
@@ -16,10 +18,13 @@ struct ConvertOptions {
   std::string name_space;  // AMBF's --ns
   std::vector<std::filesystem::path> package_folders;
   std::vector<std::string> xacro_arguments;  // NAME=VALUE
+  std::string up, unit;                      // of mesh files: as of fire3dv-convert; empty: its defaults
 };
 
-// By file extension: .yaml, .yml, .urdf, .xml or .xacro.
-bool is_description(const std::filesystem::path& file);
+// True for files that are converted, by their extension: descriptions (.yaml, .yml, .urdf, .xml, .xacro,
+// .mjcf) and mesh files (.obj, .stl, .ply, .dae, .3mf). A binary glTF file needs no conversion, whatever its
+// name is.
+bool needs_conversion(const std::filesystem::path& file);
 
 class ConvertedScene {
  public:

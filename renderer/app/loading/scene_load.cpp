@@ -52,7 +52,7 @@ SceneLoad::SceneLoad(const std::filesystem::path& path, const ConvertOptions& co
       }) {}
 
 Result<scene::LoadedScene> SceneLoad::load() {
-  if (!is_description(path_)) return load_gltf_file();
+  if (!needs_conversion(path_)) return load_gltf_file();
   note("converting", 0, 0);
   Result<ConvertedScene> converted = ConvertedScene::open(path_, convert_, cache_settings_, should_stop_);
   if (!converted) return converted.error();

@@ -75,13 +75,13 @@ struct Texts {
 
 // Options whose presence matters beside their value.
 struct Given {
-  const CLI::Option *models, *name_space, *package_path, *xacro_argument, *delay, *camera, *windows,
-      *screenshots, *outputs, *animate, *wait_for_stream;
+  const CLI::Option *models, *name_space, *package_path, *xacro_argument, *up, *unit, *delay, *camera,
+      *windows, *screenshots, *outputs, *animate, *wait_for_stream;
 };
 
 void add_input_options(CLI::App& app, Options& options, Given& given) {
   constexpr const char* kGroup = "Input";
-  app.add_option("scene", options.scene, "glTF scene (.glb, .gltf), or AMBF (.yaml), URDF or MJCF (.xml)");
+  app.add_option("scene", options.scene, "scene: glTF, URDF, xacro, MJCF, AMBF, OBJ, STL, PLY, DAE or 3MF");
   given.models = app.add_option("--models", options.convert.models, "AMBF: models of the launch file")
                      ->type_name("0,1,...|all")
                      ->group(kGroup);
@@ -99,6 +99,14 @@ void add_input_options(CLI::App& app, Options& options, Given& given) {
                              ->allow_extra_args(false)
                              ->type_name("NAME=VALUE")
                              ->group(kGroup);
+  given.up = app.add_option("--up", options.convert.up, "OBJ, STL, PLY: up axis (default: y for OBJ, else z)")
+                 ->check(one_of({"y", "z"}))
+                 ->type_name("y|z")
+                 ->group(kGroup);
+  given.unit = app.add_option("--unit", options.convert.unit, "OBJ, STL, PLY: unit (default: m)")
+                   ->check(one_of({"m", "cm", "mm", "in"}))
+                   ->type_name("m|cm|mm|in")
+                   ->group(kGroup);
   app.add_option("--assets", options.assets, "folder of glTF files that streams may add by name")
       ->check(CLI::ExistingDirectory.description(""))
       ->type_name("DIR")
@@ -398,8 +406,12 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
   }
   for (const CLI::Option* option :
        {given.models, given.name_space, given.package_path, given.xacro_argument}) {
-    if (option->count() > 0 && !is_description(options.scene))
+    if (option->count() > 0 && !needs_conversion(options.scene))
       return usage_error(option->get_name() + " needs a scene that is a description: .yaml, .urdf or .xml");
+  }
+  for (const CLI::Option* option : {given.up, given.unit}) {
+    if (option->count() > 0 && !needs_conversion(options.scene))
+      return usage_error(option->get_name() + " needs a scene that is a mesh file: .obj, .stl or .ply");
   }
   if (given.outputs->count() > 0) {
     if (options.out.empty()) return usage_error("--outputs needs a folder for them: --out DIR");

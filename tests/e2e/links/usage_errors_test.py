@@ -109,7 +109,8 @@ def scenes(test):
             ("lying length", file_of("lying.glb", bytes(lying))),
             ("not JSON", file_of("not_json.gltf", b"{\"asset\": ")),
             ("JSON but no glTF", file_of("list.gltf", b"[1, 2, 3]")),
-            ("unknown kind", file_of("scene.obj", b"v 0 0 0\n")),
+            ("unknown kind", file_of("scene.step", b"ISO-10303-21;\n")),
+            ("mesh without triangles", file_of("scene.obj", b"v 0 0 0\n")),
             ("USD", file_of("scene.usda", b"#usda 1.0\n")),
             ("missing buffer", file_of("far.gltf", b'{"asset":{"version":"2.0"},"buffers":[{"byteLength":9,"uri":"gone.bin"}],'
                                        b'"nodes":[{}],"scenes":[{"nodes":[0]}],"scene":0}')),
@@ -117,7 +118,7 @@ def scenes(test):
                                      b'"nodes":[{}],"scenes":[{"nodes":[0]}],"scene":0}'))):
         expect_failure(test, 1, [os.path.basename(path)], path, *headless(test))
     expect_failure(test, 1, ["no_such_scene.glb", "No such file"], test.path("no_such_scene.glb"), *headless(test))
-    expect_failure(test, 1, ["scene.obj", "Wavefront OBJ", "glTF"], test.path("scene.obj"), *headless(test))
+    expect_failure(test, 1, ["scene.step", "a STEP model", "glTF"], test.path("scene.step"), *headless(test))
     # The file is reported even where no window can be opened.
     env = {name: value for name, value in vulkan_environment().items()
            if name not in ("DISPLAY", "WAYLAND_DISPLAY", "XDG_RUNTIME_DIR")}
