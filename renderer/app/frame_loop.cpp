@@ -248,6 +248,7 @@ void FrameLoop::log_notes() {
   if (recording_) say(recording_->take_log_messages());
   if (window_) say(window_->take_log_messages());
   if (next_) say(next_->take_log_messages());
+  if (reload_) say(reload_->take_log_messages());
 }
 
 // Acknowledgement in on-request mode: a frame counts as displayed when its requested images are rendered. In
@@ -266,6 +267,7 @@ Result<void> FrameLoop::finish_served(const ImageService::Drawn& served) {
 bool FrameLoop::poll_streams() {
   const bool came = receiver_.poll();
   const uint64_t replaced = scene_.replaced();
+  if (reload_) reload_->poll(scene_);
   const bool released = scene_.follow();
   if (scene_.replaced() != replaced) receiver_.notify_bindings();
   return came || released;

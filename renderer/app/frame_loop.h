@@ -12,6 +12,7 @@
 #include "renderer/app/animation_clock.h"
 #include "renderer/app/animation_timeline.h"
 #include "renderer/app/loading/live_scene.h"
+#include "renderer/app/loading/scene_reload.h"
 #include "renderer/app/options/options.h"
 #include "renderer/app/recording.h"
 #include "renderer/app/renderer_metrics.h"
@@ -72,6 +73,8 @@ class FrameLoop {
   }
   // Ends run() when the next scene is loaded.
   void go_on_with(DocumentLoader* next) { next_ = next; }
+  // Borrowed; null: the scene stays when its file changes. Call before run().
+  void reload_with(SceneReload* reload) { reload_ = reload; }
   Result<void> run();
   bool switches_document() const { return goes_on_; }  // true if run() ended for the next scene
   uint64_t images() const { return images_; }
@@ -109,6 +112,7 @@ class FrameLoop {
   replay::TimelineControl* timeline_ = nullptr;
   Recording* recording_ = nullptr;
   DocumentLoader* next_ = nullptr;
+  SceneReload* reload_ = nullptr;
   bool goes_on_ = false;
   ViewerFacts facts_;  // for panels, if there is a window
   const Options& options_;

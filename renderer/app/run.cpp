@@ -13,6 +13,7 @@
 #include "renderer/app/default_look.h"
 #include "renderer/app/frame_loop.h"
 #include "renderer/app/loading/disk_caches.h"
+#include "renderer/app/loading/scene_reload.h"
 #include "renderer/app/recording.h"
 #include "renderer/app/renderer_metrics.h"
 #include "renderer/app/streams/image_service.h"
@@ -185,6 +186,15 @@ Result<void> upload_scene(const Stage& stage, const scene::LoadedScene& loaded, 
   return placed;
 }
 
+// Animations that play after a reload. The file may have lost them.
+std::vector<uint32_t> animations_again(const Options& options, const scene::Scene& scene) {
+  if (options.animate.empty()) return {};
+  Result<std::vector<uint32_t>> chosen = state::choose_animations(scene, options.animate);
+  if (chosen) return std::move(*chosen);
+  say(warning(chosen.error().message));
+  return {};
+}
+
 // Runs the frame loop until it ends. Returns the next scene that the user opened, or null. before: the
 // previous scene, which is shown again after an error.
 Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
@@ -221,13 +231,14 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   StreamReceiver receiver(poses, options.lockstep, options.play, stage.budgets);
   ImageRequestQueue requests(receiver, image_abilities(*stage.renderer));
   receiver.set_image_handler(&requests);
-  DocumentLoader next(show, stage.places, [&](const scene::Scene& other) {
+  const auto can_show_everywhere = [&stage](const scene::Scene& other) {
     Result<void> can = can_show(stage.device, other);
     for (const std::unique_ptr<SecondaryDevice>& each : stage.further.all()) {
       if (can) can = can_show(each->device(), other);
     }
     return can;
-  });
+  };
+  DocumentLoader next(show, stage.places, can_show_everywhere);
   if (!why_again.empty()) next.note(why_again);
   if (Result<void> listening = open_listeners(options, stage.first, stage.budgets, receiver, next);
       !listening)
@@ -272,6 +283,19 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   renderer.apply(stage.viewer.draw);
   stage.further.forget_scene();
   stage.note_start("scene on the device");
+  std::optional<SceneReload> reload;
+  if (options.watch && show.has_own_file()) {
+    SceneReload::Hooks hooks;
+    hooks.load = [&show](std::function<bool()> stop) { return show.load_again(std::move(stop)); };
+    hooks.keep = [&](std::unique_ptr<SceneLoad> shown) {
+      if (const auto next_version = shown->wait(); next_version)
+        camera->set_ground(camera_start(options, (*next_version)->scene, {}, {}).ground);
+      show.keep(std::move(shown));
+    };
+    hooks.can_show = can_show_everywhere;
+    hooks.animations = [&options](const scene::Scene& other) { return animations_again(options, other); };
+    reload.emplace(load, std::move(hooks));
+  }
   LiveScene live(**loaded, poses, renderer, *camera,
                  {options.assets, passes::levels_for(options.levels_of_detail), renderer.max_textures()});
   if (*animations) live.set_animations((*animations)->player, (*animations)->chosen);
@@ -304,6 +328,7 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   loop.follow(timeline);
   loop.record_with(recording->get());
   loop.go_on_with(&next);
+  loop.reload_with(reload ? &*reload : nullptr);
   loop.spread_images_over(stage.further, stage.viewer.draw);
   before.reset();
   Result<void> finished = loop.run();

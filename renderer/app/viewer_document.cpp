@@ -31,7 +31,7 @@ Result<std::unique_ptr<replay::ReplayLink>> open_replay(const Options& options) 
 
 Result<std::unique_ptr<ViewerDocument>> ViewerDocument::open(const Options& options,
                                                              const CacheLocations& places) {
-  std::unique_ptr<ViewerDocument> show(new ViewerDocument(options));
+  std::unique_ptr<ViewerDocument> show(new ViewerDocument(options, places.scenes));
   Result<std::unique_ptr<replay::ReplayLink>> replay = open_replay(options);
   if (!replay) return replay.error();
   show->replay_ = std::move(*replay);
@@ -49,6 +49,13 @@ Result<std::unique_ptr<ViewerDocument>> ViewerDocument::open(const Options& opti
                       LoadedLook{wants_key_light(options), options.variant},
                       [raw = show.get()] { return raw->abandoned_ || stop_was_requested(); });
   return show;
+}
+
+std::unique_ptr<SceneLoad> ViewerDocument::load_again(std::function<bool()> should_stop) {
+  return std::make_unique<SceneLoad>(
+      scene_path_, options_.convert, cache_, passes::levels_for(options_.levels_of_detail),
+      LoadedLook{wants_key_light(options_), options_.variant},
+      [this, stop = std::move(should_stop)] { return abandoned_ || stop_was_requested() || stop(); });
 }
 
 record::AttachedFile ViewerDocument::scene_attachment() const {

@@ -28,7 +28,14 @@ class ViewerDocument {
 
   const Options& options() const { return options_; }  // effective options of this document
   const std::filesystem::path& scene_path() const { return scene_path_; }
-  SceneLoad& load() { return *load_; }
+  // The newest load that keep() took, else the first one.
+  SceneLoad& load() { return reloaded_ ? *reloaded_ : *load_; }
+  // Loads the scene's file again. This object outlives the result. should_stop: cancels, in addition.
+  std::unique_ptr<SceneLoad> load_again(std::function<bool()> should_stop);
+  // Keeps a load whose scene is displayed now, and destroys the one before, but not the first.
+  void keep(std::unique_ptr<SceneLoad> reloaded) { reloaded_ = std::move(reloaded); }
+  // False for a scene of a recording, whose file is temporary.
+  bool has_own_file() const { return !recorded_scene_; }
   // After load().wait(): the scene as one glTF file, and its name in recordings.
   record::AttachedFile scene_attachment() const;
   std::string title() const;  // the user's file, for messages
@@ -41,14 +48,17 @@ class ViewerDocument {
   void abandon() { abandoned_ = true; }
 
  private:
-  explicit ViewerDocument(const Options& options) : options_(options) {}
+  ViewerDocument(const Options& options, scene::SceneCacheSettings cache)
+      : options_(options), cache_(std::move(cache)) {}
 
   const Options options_;
+  const scene::SceneCacheSettings cache_;
   std::filesystem::path scene_path_;
   std::unique_ptr<replay::ReplayLink> replay_;
   std::unique_ptr<RecordedScene> recorded_scene_;
   std::atomic<bool> abandoned_ = false;
-  std::optional<SceneLoad> load_;  // last: its thread uses the above
+  std::optional<SceneLoad> load_;  // last, with the next: their threads use the above
+  std::unique_ptr<SceneLoad> reloaded_;
 };
 
 // Loader of the next document.

@@ -279,6 +279,13 @@ bool is_by(const fs::path& converter, const scene::ConversionRecord& record) {
   return !record.sources.empty() && record.sources.front().file == fs::canonical(converter, error) && !error;
 }
 
+// Without the converter itself.
+std::vector<fs::path> sources_of(const scene::ConversionRecord& record) {
+  std::vector<fs::path> files;
+  for (size_t i = 1; i < record.sources.size(); ++i) files.push_back(record.sources[i].file);
+  return files;
+}
+
 // Nothing if caching is off or impossible.
 std::optional<CachePaths> cache_paths(const fs::path& description, std::vector<std::string> words,
                                       const scene::SceneCacheSettings& cache) {
@@ -329,6 +336,7 @@ Result<ConvertedScene> ConvertedScene::open(const fs::path& description, const C
     converted.file_ = paths->scene;
     Result<scene::ConversionRecord> record = scene::read_conversion_record(paths->record);
     if (record && is_by(*converter, *record) && scene::holds(*record, paths->scene)) {
+      converted.sources_ = sources_of(*record);
       converted.warnings_ = std::move(record->warnings);
       converted.is_cached_ = true;
       return converted;
@@ -351,6 +359,8 @@ Result<ConvertedScene> ConvertedScene::open(const fs::path& description, const C
     return converted;
   }
   converted.warnings_ = std::move(*done);
+  if (const Result<scene::ConversionRecord> record = scene::read_conversion_record(paths->record); record)
+    converted.sources_ = sources_of(*record);
   if (cache.place == Place::folder) {
     scene::remove_oldest(cache.folder, kScene, cache.most_bytes);
     scene::remove_oldest(cache.folder, kRecord, kMaxRecordBytes);
@@ -373,6 +383,7 @@ Result<void> ConvertedScene::convert_into_memory(std::vector<std::string> words,
 ConvertedScene::ConvertedScene(ConvertedScene&& other) noexcept
     : file_(std::move(other.file_)),
       warnings_(std::move(other.warnings_)),
+      sources_(std::move(other.sources_)),
       is_cached_(other.is_cached_),
       memory_(std::exchange(other.memory_, -1)) {}
 

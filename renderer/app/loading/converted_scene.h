@@ -40,6 +40,8 @@ class ConvertedScene {
   // The binary glTF file, readable for the lifetime of this object.
   const std::filesystem::path& file() const { return file_; }
   const std::vector<std::string>& warnings() const { return warnings_; }
+  // The files that it was made of, or that are missing; known with a cache only.
+  const std::vector<std::filesystem::path>& sources() const { return sources_; }
   bool is_cached() const { return is_cached_; }
   bool is_on_disk() const { return memory_ < 0; }
 
@@ -50,6 +52,7 @@ class ConvertedScene {
 
   std::filesystem::path file_;
   std::vector<std::string> warnings_;
+  std::vector<std::filesystem::path> sources_;
   bool is_cached_ = false;
   int memory_ = -1;  // without a cache: memory file descriptor of the converted scene
 };

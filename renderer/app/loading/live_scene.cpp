@@ -34,7 +34,7 @@ std::optional<scene::LightType> light_type(const scene::Scene& scene, const scen
 
 LiveScene::LiveScene(const scene::LoadedScene& base, state::PoseState& poses, passes::SceneRenderer& renderer,
                      CameraRig& camera, AssetSettings assets)
-    : base_(base), poses_(poses), renderer_(renderer), camera_(camera), build_(base, std::move(assets)) {
+    : base_(&base), poses_(poses), renderer_(renderer), camera_(camera), build_(base, std::move(assets)) {
   renderer.set_edits(edits_);
   camera.set_edits(edits_);
   poses.load_assets_asynchronously();
@@ -268,7 +268,7 @@ bool LiveScene::show_built() {
     registry_.set_built_vertex_nodes(contents_.vertex_nodes, std::move(built->vertex_refusals));
     return true;
   }
-  const Result<void> placed = built->fault.empty() ? upload_scene(*built) : Error{built->fault};
+  const Result<void> placed = built->fault.empty() ? upload_built(*built) : Error{built->fault};
   if (!placed) {
     refuse_new(std::move(*built), placed.error().message);
     return true;
@@ -315,7 +315,7 @@ bool LiveScene::show_variant() {
   };
   std::unique_ptr<const scene::LoadedScene> next_base, next_merged;
   Result<void> placed;
-  if (variant != scene::kNone && variant >= base_.scene.variants.size()) {
+  if (variant != scene::kNone && variant >= base_->scene.variants.size()) {
     placed = Error{"the scene has no such variant"};
   } else {
     try {
@@ -326,7 +326,7 @@ bool LiveScene::show_variant() {
       placed = Error{"the scene with it does not fit into memory"};
     }
   }
-  if (placed) placed = upload(next_merged ? *next_merged : *next_base);
+  if (placed) placed = upload_scene(next_merged ? *next_merged : *next_base);
   if (!placed) {
     requested_variant_ = variant_;
     log_messages_.push_back("warning: the material variant is not shown: " + placed.error().message);
@@ -344,17 +344,57 @@ bool LiveScene::show_variant() {
   return true;
 }
 
-// After an error the previous scene stays.
-Result<void> LiveScene::upload_scene(const SceneBuild::Built& built) {
-  if (!built.scene && !merged_) return {};
-  const scene::LoadedScene& next = built.scene ? *built.scene : base();
-  if (built.scene) {
-    if (Result<void> fits = check_memory(next); !fits) return fits;
-  }
-  return upload(next);
+Result<void> LiveScene::replace_base(const scene::LoadedScene& next, std::vector<uint32_t> animations) {
+  FIRE3DV_ASSERT(can_replace_base());
+  if (next.scene.textures.size() > renderer_.max_textures())
+    return Error{"it has more textures than this run has room for: start fire3dv again"};
+  if (Result<void> fits = check_memory(next); !fits) return fits;
+  if (Result<void> uploaded = upload_scene(next); !uploaded) return uploaded;
+  // The old scenes outlive their users in this function.
+  const std::unique_ptr<const scene::LoadedScene> merged = std::exchange(merged_, nullptr);
+  const scene::LoadedScene& before_base = base();
+  const std::unique_ptr<const scene::LoadedScene> variant_base = std::exchange(variant_base_, nullptr);
+  const scene::Scene& before = merged ? merged->scene : before_base.scene;
+  const auto in_next = [&](uint32_t variant) {  // by name
+    const std::vector<std::string>& names = before_base.scene.variants;
+    const auto found = variant < names.size() ? std::ranges::find(next.scene.variants, names[variant])
+                                              : next.scene.variants.end();
+    return found == next.scene.variants.end() ? scene::kNone
+                                              : static_cast<uint32_t>(found - next.scene.variants.begin());
+  };
+  requested_variant_ = in_next(requested_variant_);
+  variant_ = loaded_variant_ = in_next(loaded_variant_);
+  base_ = &next;
+  build_.set_base(next);
+  for (const state::RequestedNode& node : added_) pending_.insert(node.budget);
+  added_.clear();
+  contents_ = {};
+  failed_contents_.reset();
+  withdrawn_.clear();
+  root_of_added_.clear();
+  registry_.set_built_vertex_nodes({}, {});
+  animations_ = std::move(animations);
+  if (on_replaced_) on_replaced_(before, scene());
+  poses_.set_scene(scene(), static_cast<uint32_t>(scene().nodes.size()));
+  camera_.set_scene(scene());
+  if (player_) player_->emplace(scene(), animations_);
+  ++replaced_;
+  ++updates_;
+  (void)registry_.resolve(scene(), poses_, false);
+  user_changed_ = true;
+  resolve();
+  return {};
 }
 
-Result<void> LiveScene::upload(const scene::LoadedScene& next) {
+// After an error the previous scene stays.
+Result<void> LiveScene::upload_built(const SceneBuild::Built& built) {
+  if (!built.scene && !merged_) return {};
+  if (!built.scene) return upload_scene(base());
+  if (Result<void> fits = check_memory(*built.scene); !fits) return fits;
+  return upload_scene(*built.scene);
+}
+
+Result<void> LiveScene::upload_scene(const scene::LoadedScene& next) {
   try {
     renderer_.set_scene(next.scene, next.derived);
     return {};

@@ -55,10 +55,17 @@ class LiveScene {
   void set_user_edits(const UserEdits& edits);
 
   // Material variant of the file; kNone: its default materials. The base scene has the first one.
-  void set_loaded_variant(uint32_t variant) { variant_ = requested_variant_ = variant; }
+  void set_loaded_variant(uint32_t variant) { loaded_variant_ = variant_ = requested_variant_ = variant; }
   // In effect after a follow() without a build in progress: the scene is replaced by one with the same nodes.
   void request_variant(uint32_t variant) { requested_variant_ = variant; }
   uint32_t variant() const { return variant_; }
+  // True if replace_base() may be called now: no build is running.
+  bool can_replace_base() const { return build_.idle(); }
+  // Shows another version of the file. Streams keep their nodes by path, else by name; nodes that they add
+  // come back with the next build. animations: those of the next version that play. Call between two frames,
+  // before follow(); both versions must be alive, and the next one as long as this. After an error the
+  // displayed scene stays.
+  Result<void> replace_base(const scene::LoadedScene& next, std::vector<uint32_t> animations);
 
   // Must be called when another renderer has been created at the address of the borrowed one.
   void on_renderer_replaced();
@@ -93,13 +100,13 @@ class LiveScene {
     bool operator==(const Contents&) const = default;
   };
   // The file's scene, with another variant if one was requested.
-  const scene::LoadedScene& base() const { return variant_base_ ? *variant_base_ : base_; }
+  const scene::LoadedScene& base() const { return variant_base_ ? *variant_base_ : *base_; }
   const scene::LoadedScene& shown() const { return merged_ ? *merged_ : base(); }
   bool show_variant();
-  Result<void> upload(const scene::LoadedScene& next);
   void notify_replaced(const scene::Scene& before);
   bool show_built();
-  Result<void> upload_scene(const SceneBuild::Built& built);
+  Result<void> upload_built(const SceneBuild::Built& built);
+  Result<void> upload_scene(const scene::LoadedScene& next);
   Result<void> check_memory(const scene::LoadedScene& next) const;
   void refuse_new(SceneBuild::Built&& built, const std::string& reason);
   void apply_edits(std::vector<state::SceneChanges> changes);
@@ -114,9 +121,9 @@ class LiveScene {
   void report_asset_warnings(const std::vector<std::string>& warnings);
   void charge_replacement(int64_t shown_ns);
 
-  const scene::LoadedScene& base_;
+  const scene::LoadedScene* base_;
   std::unique_ptr<const scene::LoadedScene> variant_base_;  // null: the loaded variant
-  uint32_t variant_ = scene::kNone, requested_variant_ = scene::kNone;
+  uint32_t loaded_variant_ = scene::kNone, variant_ = scene::kNone, requested_variant_ = scene::kNone;
   std::unique_ptr<const scene::LoadedScene> merged_;  // null: the base scene is shown
   state::PoseState& poses_;
   passes::SceneRenderer& renderer_;

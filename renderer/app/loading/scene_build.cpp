@@ -102,6 +102,7 @@ SceneBuild::SceneBuild(const scene::LoadedScene& base, AssetSettings settings)
       }()) {}
 
 void SceneBuild::set_base(const scene::LoadedScene& base) {
+  FIRE3DV_ASSERT(idle());
   base_ = &base;
   base_names_.reset();  // they refer to the scene
   base_path_bytes_ = 0;

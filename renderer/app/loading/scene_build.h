@@ -112,8 +112,11 @@ class SceneBuild {
     uint64_t parent_lookups = 0;
   };
 
-  // base: outlives this.
+  // base: outlives this, or its use here ends with set_base().
   SceneBuild(const scene::LoadedScene& base, AssetSettings settings);
+
+  // When idle: builds on another scene of the file from now on.
+  void set_base(const scene::LoadedScene& base);
 
   bool idle() const { return !thread_.joinable(); }
   // When idle: another base with the same nodes, which outlives this.

@@ -37,6 +37,7 @@ SceneLoad::SceneLoad(const std::filesystem::path& path, const ConvertOptions& co
                      scene::SceneCacheSettings cache, scene::Levels levels, LoadedLook look,
                      std::function<bool()> should_stop)
     : path_(path),
+      stamp_(scene::stamp_of(path)),
       convert_(convert),
       should_stop_(std::move(should_stop)),
       gltf_(path),
@@ -93,6 +94,7 @@ Result<scene::LoadedScene> SceneLoad::read_or_find() {
     for (std::string& said : cache_.take_log_messages()) notes_.push_back(std::move(said));
     // A run with --lod off may have written the cache entry without levels of detail.
     is_cached_ = cached && (cached->derived.has_levels || !scene::needs_levels(cached->scene, levels_));
+    if (is_cached_) sources_ = cache_.sources();
     if (is_cached_) {  // written by a run with or without a key light
       if (!look_.has_key_light) scene::remove_key_light(cached->scene);
       if (look_.has_key_light) scene::add_key_light(cached->scene);
@@ -108,6 +110,24 @@ Result<scene::LoadedScene> SceneLoad::read_or_find() {
   } catch (const std::exception& fault) {
     return Error{path_.string() + ": it cannot be loaded: " + fault.what()};
   }
+}
+
+std::vector<WatchedFile> SceneLoad::watched_files() const {
+  constexpr size_t kMaxWatched = 1000;  // they are looked at twice a second
+  std::vector<WatchedFile> files{{path_, stamp_}};
+  const auto add = [&files](const std::filesystem::path& file) {
+    if (files.size() < kMaxWatched) files.push_back({file, scene::stamp_of(file)});
+  };
+  if (converted_) {
+    for (const std::filesystem::path& file : converted_->sources()) add(file);
+  } else {
+    const scene::AssetFolder folder(path_);
+    for (const scene::SourceFile& source : sources_) {
+      if (source.uri.empty()) continue;
+      if (const Result<std::filesystem::path> file = folder.resolve(source.uri); file) add(*file);
+    }
+  }
+  return files;
 }
 
 void SceneLoad::note(const char* stage, size_t done, size_t total) {

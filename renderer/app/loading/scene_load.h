@@ -13,6 +13,7 @@
 
 #include "protocol/base/error.h"
 #include "renderer/app/loading/converted_scene.h"
+#include "renderer/app/loading/file_watch.h"
 #include "renderer/scene/cache/scene_cache.h"
 
 namespace fire3dv::app {
@@ -29,6 +30,10 @@ class SceneLoad {
   SceneLoad(const std::filesystem::path& path, const ConvertOptions& convert, scene::SceneCacheSettings cache,
             scene::Levels levels, LoadedLook look, std::function<bool()> should_stop = {});
 
+  const std::filesystem::path& path() const { return path_; }
+  // After wait(): the file and the files that it names, with stamps; the file's own is from before it was
+  // read. Of a description or mesh file without a cache: only the file itself.
+  std::vector<WatchedFile> watched_files() const;
   // True if loading has failed already: the caller need not start other work.
   bool has_failed() const;
   bool is_done() const;  // wait() would not block
@@ -53,6 +58,7 @@ class SceneLoad {
   void note(const char* stage, size_t done, size_t total);
 
   const std::filesystem::path path_;
+  const scene::FileStamp stamp_;  // from before loading
   const ConvertOptions convert_;
   const std::function<bool()> should_stop_;
   std::optional<ConvertedScene> converted_;  // of a description

@@ -63,7 +63,7 @@ std::string names_text(std::string label, const std::vector<std::string>& names)
 // Values that parse_options() converts after the whole command line is known.
 struct Texts {
   std::vector<std::string> peer_limits;
-  std::string play = "auto", mark_stale = "auto";
+  std::string play = "auto", mark_stale = "auto", watch = "auto";
   std::string size = "1280x720", stereo, gui = "on", present = "vsync";
   std::string drake, stream_timeout, outputs, async_compute = "auto", background;
   std::string raster = "auto", cull = "on", levels_of_detail = "auto";
@@ -79,7 +79,7 @@ struct Given {
       *windows, *screenshots, *outputs, *animate, *wait_for_stream;
 };
 
-void add_input_options(CLI::App& app, Options& options, Given& given) {
+void add_input_options(CLI::App& app, Options& options, Texts& texts, Given& given) {
   constexpr const char* kGroup = "Input";
   app.add_option("scene", options.scene, "scene: glTF, URDF, xacro, MJCF, AMBF, OBJ, STL, PLY, DAE or 3MF");
   given.models = app.add_option("--models", options.convert.models, "AMBF: models of the launch file")
@@ -116,6 +116,11 @@ void add_input_options(CLI::App& app, Options& options, Given& given) {
           ->expected(0, 1)
           ->type_name("[NAME|INDEX|all]")
           ->group(kGroup);
+  app.add_option("--watch", texts.watch, "reload the scene when its file changes")
+      ->check(one_of({"auto", "on", "off"}))
+      ->type_name("auto|on|off")
+      ->capture_default_str()
+      ->group(kGroup);
   app.add_option("--variant", options.variant, "material variant of the scene (default: none)")
       ->type_name("NAME")
       ->group(kGroup);
@@ -352,7 +357,7 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
   set_program_flags(app);
   Texts texts;
   Given given{};
-  add_input_options(app, options, given);
+  add_input_options(app, options, texts, given);
   add_stream_options(app, options, texts, given);
   add_recording_options(app, options.recording);
   add_image_options(app, options, texts, given);
@@ -421,6 +426,10 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
   }
   if (options.cache.empty()) return usage_error("--cache: name a folder, or auto, beside or off");
   if (options.recording.step) options.lockstep = true;
+  // Files and recordings of a run show one scene.
+  const bool writes_files =
+      !options.out.empty() || !options.stats.empty() || !options.recording.record.empty();
+  options.watch = texts.watch == "on" || (texts.watch == "auto" && !writes_files && !options.lockstep);
   const bool receives = !options.listen.empty() || replays;
   if (options.lockstep && !receives) return usage_error("--lockstep needs a --listen URI or a --replay file");
   if (options.exit_when_done && !receives)

@@ -55,6 +55,7 @@ struct Options {
   std::filesystem::path assets;                     // root folder of assets added by streams; empty: none
   std::string animate;                              // an animation's name, its index, or "all"; empty: none
   std::string variant;                              // material variant of the scene; empty: default materials
+  bool watch = true;                                // reload the scene when its file changes
   std::string cache = "auto";                       // auto, off, beside or a folder: see disk_caches.h
   std::filesystem::path out;                        // folder of images; empty = none
   passes::ImageOutputs outputs;                     // outputs of each image in `out`

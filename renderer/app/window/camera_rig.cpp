@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
+#include <utility>
 
 #include "renderer/passes/facing.h"
 #include "renderer/passes/outputs/planes_and_boxes.h"
@@ -67,11 +68,19 @@ Result<CameraRig> CameraRig::create(const scene::Scene& scene, const CameraStart
 
 // Nodes of the file keep their indices in all versions of the scene.
 void CameraRig::set_scene(const scene::Scene& scene) {
-  scene_ = &scene;
-  if (node_ == scene::kNone || (node_ < scene.nodes.size() && scene.nodes[node_].camera != scene::kNone))
-    return;
+  const scene::Scene& before = *std::exchange(scene_, &scene);
+  std::erase_if(animations_, [&](uint32_t animation) { return animation >= scene.animations.size(); });
+  const auto is_same = [&](uint32_t node, uint32_t node_before) {
+    return node < scene.nodes.size() && scene.nodes[node].path == before.nodes[node_before].path;
+  };
+  if (followed_ != scene::kNone && !is_same(followed_, followed_)) followed_ = scene::kNone;
+  if (node_ == scene::kNone) return;
   const std::vector<uint32_t> nodes = scene::camera_nodes(scene);
-  node_ = nodes.empty() ? scene::kNone : nodes.front();
+  // Several nodes may have the path.
+  if (std::find(nodes.begin(), nodes.end(), node_) != nodes.end() && is_same(node_, node_)) return;
+  const auto same =
+      std::find_if(nodes.begin(), nodes.end(), [&](uint32_t node) { return is_same(node, node_); });
+  node_ = same != nodes.end() ? *same : nodes.empty() ? scene::kNone : nodes.front();
 }
 
 const scene::Camera& CameraRig::scene_camera() const {

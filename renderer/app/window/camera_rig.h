@@ -31,8 +31,11 @@ class CameraRig {
   // Edits of the scene's cameras; must outlive this object.
   void set_edits(const scene::SceneEdits& edits) { edits_ = &edits; }
 
-  // Switches to another scene; keeps the view if its camera still exists.
+  // Switches to another scene while the previous one is alive; keeps the view if its camera still exists, by
+  // path.
   void set_scene(const scene::Scene& scene);
+
+  void set_ground(const std::optional<passes::Ground>& ground) { ground_ = ground; }
 
   passes::View view(const state::PoseState& poses, float image_aspect) const;
 

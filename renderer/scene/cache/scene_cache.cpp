@@ -332,6 +332,7 @@ std::optional<LoadedScene> SceneCache::find(const std::filesystem::path& asset, 
   touch(path);
   digests_.store();
   cached->loaded.scene.source = asset;
+  sources_ = std::move(cached->sources);
   return std::move(cached->loaded);
 }
 

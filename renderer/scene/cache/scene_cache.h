@@ -54,6 +54,8 @@ class SceneCache {
   Result<void> store(const std::filesystem::path& asset, const LoadedScene& loaded,
                      const std::vector<SourceFile>& sources);
 
+  // Source files of the last scene that find() returned.
+  const std::vector<SourceFile>& sources() const { return sources_; }
   // Digest of the last asset passed to find(), if it was readable.
   const StampedDigest* known() const { return known_ ? &*known_ : nullptr; }
 
@@ -66,6 +68,7 @@ class SceneCache {
   std::vector<std::string> notes_;
   DigestCache digests_;  // of the last asset and its files
   std::optional<StampedDigest> known_;
+  std::vector<SourceFile> sources_;
 };
 
 }  // namespace fire3dv::scene
