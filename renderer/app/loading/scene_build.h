@@ -119,8 +119,6 @@ class SceneBuild {
   void set_base(const scene::LoadedScene& base);
 
   bool idle() const { return !thread_.joinable(); }
-  // When idle: another base with the same nodes, which outlives this.
-  void set_base(const scene::LoadedScene& base);
   void begin(Request request);  // when idle
   // Returns a finished build once; nullopt: none. Never waits.
   std::optional<Built> take();
