@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <thread>
 #include <utility>
 
 #include "protocol/base/clock.h"
@@ -77,9 +78,9 @@ bool StreamReceiver::poll() {
 }
 
 void StreamReceiver::wait(std::chrono::nanoseconds timeout) {
-  if (listeners_.empty() ||
-      std::any_of(peers_.begin(), peers_.end(), [this](const auto& entry) { return is_ready(entry.second); }))
+  if (std::any_of(peers_.begin(), peers_.end(), [this](const auto& entry) { return is_ready(entry.second); }))
     return;
+  if (listeners_.empty()) return std::this_thread::sleep_for(timeout);
   // Several listeners take turns with a share of the timeout.
   for (const auto& listener : listeners_) listener->wait(timeout / static_cast<int64_t>(listeners_.size()));
 }
