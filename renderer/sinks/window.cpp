@@ -80,6 +80,7 @@ Result<std::unique_ptr<Window>> Window::open(const std::string& title, VkExtent2
   });
   glfwSetFramebufferSizeCallback(
       glfw, [](GLFWwindow* w, int, int) { self(w)->stale_ = self(w)->is_active_ = true; });
+  glfwSetWindowCloseCallback(glfw, [](GLFWwindow* w) { self(w)->is_active_ = true; });
   glfwSetWindowRefreshCallback(glfw, [](GLFWwindow* w) { self(w)->is_active_ = true; });
   return window;
 }

@@ -45,8 +45,8 @@ class Window {
   VkExtent2D framebuffer_extent() const;
   float scale() const;  // content scale of panels and text: 1 on a standard-density display
   WindowInput take_input();
-  // True if there was input since the last call, the window's size or contents changed, or a key or button is
-  // held down. Independent of take_input().
+  // True if there was input since the last call, the window's size or contents changed, it is to be closed,
+  // or a key or button is held down. Independent of take_input().
   bool take_activity() { return std::exchange(is_active_, false) || held_ > 0; }
   void set_title(const std::string& title);
   enum class Cursor : uint8_t { arrow, text, resize_x, resize_y, hand };

@@ -74,7 +74,7 @@ def draws_changes_only(test):
 
 
 def window_draws_changes_only(test, screen):
-    viewer = test.viewer(test.scene, "--metrics", "127.0.0.1:0", "--no-validation", env=screen.env)
+    viewer = test.viewer(test.scene, "--gui", "off", "--metrics", "127.0.0.1:0", "--no-validation", env=screen.env)
     url = url_of(viewer)
     window = screen.window(viewer)
     drawn = settled(url)
@@ -86,7 +86,7 @@ def window_draws_changes_only(test, screen):
     check(used < MAX_IDLE_CORES * IDLE_S, f"{used} s of CPU time in {IDLE_S} s")
     check(images_of(url) == drawn, "it drew an unchanged scene")
     before = screen.picture(window).rows
-    screen.xdotool("mousemove", "--window", window, 150, 90, "mousedown", 1, "mousemove", "--window", window, 200, 90,
+    screen.xdotool("mousemove", "--window", window, 60, 40, "mousedown", 1, "mousemove", "--window", window, 90, 45,
                    "mouseup", 1)
     wait_until("the turned scene", lambda: screen.picture(window).rows != before)
     check(settled(url) > drawn, "nothing was drawn for the mouse")

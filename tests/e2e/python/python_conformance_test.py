@@ -177,6 +177,7 @@ REFUSED = {
     "pose_frame_partial_twice": (some(1, 1), "node_indices[1]"),
     "pose_frame_sequence_zero": NO_CLIENT_SAYS_IT,
     "pose_frame_too_many_nodes": "takes more names than a test should hold",
+    "scene_edit_variant_without_asset": (lambda s: s.add_node("a", variant="red"), "variant"),
     "scene_edit_asset_twice": (lambda s: s.add_node("a", asset_uri="a.glb", asset_glb=b"\1"), "asset_uri"),
     "scene_edit_camera_exposure_negative": (seen(exposure=-1), "exposure"),
     "scene_edit_camera_far_before_near": (seen(far_m=0.1), "far_m"),
