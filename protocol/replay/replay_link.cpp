@@ -213,6 +213,7 @@ void ReplayLink::seek(uint64_t log_time_ns) {
     player->end();
     player->jump(true);
   }
+  newest_.reset();  // nothing is shown before the first frame
   show_state_at(std::clamp(log_time_ns, start_ns_, end_ns_));
 }
 

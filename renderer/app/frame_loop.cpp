@@ -30,6 +30,11 @@ double milliseconds_since(Clock::time_point begin) {
   return milliseconds(Clock::now() - begin);
 }
 
+bool stands(const replay::TimelineControl& timeline) {
+  const replay::TimelineState now = timeline.timeline();
+  return !now.playing || now.at_end;
+}
+
 // Waits for messages: short while poses change, so that playout buffers are on time.
 constexpr auto kBusyWait = std::chrono::milliseconds(1);
 constexpr auto kIdleWait = std::chrono::milliseconds(50);
@@ -118,6 +123,7 @@ FrameLoop::FrameLoop(const FrameLoopContext& context)
 Result<void> FrameLoop::run() {
   while (!done()) {
     // Messages of adapters.
+    if (timeline_) receiver_.expect_frames(!stands(*timeline_));
     const bool is_held = options_.lockstep && (has_undrawn_frame_ || has_due_images_);
     if (!is_held) has_undrawn_frame_ = poll_streams();
     log_notes();
@@ -184,7 +190,9 @@ Result<void> FrameLoop::run() {
 // False if another image would equal the last one and nobody receives it: no file or statistics.
 bool FrameLoop::has_changed() {
   const bool is_delivered = wants_pixels() || options_.frames != 0 || !options_.stats.empty();
-  if (is_delivered || animations_ || timeline_ || options_.lockstep) return true;
+  const bool plays = (timeline_ && !stands(*timeline_)) ||
+                     (animations_ && !(animation_timeline_ && stands(*animation_timeline_)));
+  if (is_delivered || plays || options_.lockstep || (timeline_ && !window_)) return true;
   uint64_t conditions = 0;  // of all streams: the overlay of stale streams and the panels show them
   for (const state::Stream& stream : poses_.streams())
     conditions = 31 * conditions + 2 * static_cast<uint64_t>(stream.condition) + (stream.active ? 1 : 0);

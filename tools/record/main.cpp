@@ -132,6 +132,7 @@ int recover_file(const RecoverOptions& options) {
     std::printf("skipped %s outside of chunks\n", counted(loose, "message").c_str());
   if (!result->first_damage.empty())
     std::printf("first damage: %s\n", terminal_text(result->first_damage).c_str());
+  if (result->messages == 0 && result->attachments == 0) return fail(Error{"nothing could be saved"});
   return 0;
 }
 

@@ -137,15 +137,20 @@ void fire3dv_stream::on(const wire::Welcome& answer) {
 void fire3dv_stream::on(const wire::Status& status) {
   if (status.epoch != epoch) return;
   contested_names = static_cast<uint32_t>(status.contested_names.size());
+  // Advice concerns the poses of this description; a later status does not take it back.
+  if (status.message.starts_with("this stream "))
+    advice = wire::printable(status.message, sizeof(fire3dv_status::welcome_message) / 2);
   status_message.clear();
   append_names(status_message, "this stream drives, and another stream requests", status.contested_names);
   status_message = wire::printable(status_message, sizeof(fire3dv_status::welcome_message) - 1);
 }
 
 std::string fire3dv_stream::status_text() const {
-  if (status_message.empty()) return welcome_message;
-  return wire::printable(welcome_message + "; " + status_message,
-                         sizeof(fire3dv_status::welcome_message) - 1);
+  std::string text = welcome_message;
+  for (const std::string& more : {status_message, advice}) {
+    if (!more.empty()) text += "; " + more;
+  }
+  return wire::printable(text, sizeof(fire3dv_status::welcome_message) - 1);
 }
 
 void fire3dv_stream::on(const wire::Ack& ack) {

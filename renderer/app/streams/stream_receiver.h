@@ -7,6 +7,7 @@
 #include <chrono>
 #include <deque>
 #include <functional>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -80,6 +81,11 @@ class StreamReceiver final : public ImageReplies {
   size_t deferred_messages() const;
   size_t active_streams() const { return stream_of_peer_.size(); }
   bool had_streams() const { return had_streams_; }
+  // False while a replay stands: then streams without frames are not reported.
+  void expect_frames(bool expected) {
+    if (expected && !expects_frames_) expects_since_ns_ = now_ns_;
+    expects_frames_ = expected;
+  }
   uint64_t rejected_messages() const;
 
   // State for metrics and panels.
@@ -166,7 +172,7 @@ class StreamReceiver final : public ImageReplies {
     uint64_t acked_sequence = 0;
     uint64_t reported_conflicting = 0, reported_unmatched = 0;  // revisions of the last Welcome
     uint64_t reported_contested = 0;                            // revision of the last Status
-    bool checked_poses = false;  // of its first frame, see report_poses()
+    bool checked_poses = false;                                 // of its first frame, see report_poses()
     RateLimit reports;
     bool interpolated = false;
     std::optional<int64_t> delay_ns;  // fixed delay, if any
@@ -250,6 +256,8 @@ class StreamReceiver final : public ImageReplies {
   RateLimit total_log_limit_;
   uint32_t suppressed_logs_ = 0;
   bool had_streams_ = false;
+  bool expects_frames_ = true;
+  int64_t expects_since_ns_ = std::numeric_limits<int64_t>::min() / 2;
   std::array<uint64_t, kRefusalCount> refusals_{};
   ImageRequestHandler* image_handler_ = nullptr;
   uint64_t refused_image_requests_ = 0;

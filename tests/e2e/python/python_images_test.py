@@ -174,6 +174,18 @@ def warned(test):
             check(texts == ["the scene has no node, or several, for 2 of the 4 nodes of describe(): rot, grün"]
                   or action == "close" and not texts, f"{action}: {texts}")
             check(all(w.filename == __file__ and w.category is fire3dv.SceneWarning for w in caught), f"{caught}")
+    with renderer_of(test, test.scene) as renderer, warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        with renderer.stream() as stream:
+            stream.describe(["red"])
+            stream.publish(0, [numpy.zeros((3, 4))])
+            caught.clear()  # that of the library itself
+            stream.request_image(8, 8, fx=50, sequence=1).wait(HANG_S).close()
+            end = time.monotonic() + HANG_S
+            while not caught and time.monotonic() < end:
+                stream.poll()
+        check(len(caught) == 1 and "the renderer says: this stream has poses of zeros only for 1 node" in str(caught[0].message),
+              f"{[str(w.message) for w in caught]}")
     with renderer_of(test, test.scene) as renderer, warnings.catch_warnings():
         warnings.simplefilter("error")
         with renderer.stream() as stream:  # no warning where all is right

@@ -278,6 +278,13 @@ TEST_P(ClientOver, HoldsAWholeConversation) {
     return poll(stream.get()).contested_names == 0;
   }));
   EXPECT_STREQ(poll(stream.get()).welcome_message, status.welcome_message);
+  renderer.send(wire::Status{description.epoch, {}, "this stream moves 1 node without its scale"});
+  const std::string advised =
+      std::string(status.welcome_message) + "; this stream moves 1 node without its scale";
+  EXPECT_TRUE(repeat_until([&] {
+    publish_and_poll();
+    return poll(stream.get()).welcome_message == advised;
+  }));
 
   // An acknowledgement of a frame that was never published is ignored.
   const uint64_t shown = renderer.sequence;

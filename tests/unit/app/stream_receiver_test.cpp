@@ -583,6 +583,23 @@ TEST_F(StreamReceiverTest, ReportsNodesThatLoseTheirScaleOnce) {
   EXPECT_NE(statuses[0].message.find("without the scale of the scene file: \"arm\""), std::string::npos);
 }
 
+TEST_F(StreamReceiverTest, ReportsStalledStreamsUnlessAReplayStands) {
+  const auto stalled = [&] {
+    receiver_.poll();
+    return count_of(receiver_.take_log_messages(), "stalled");
+  };
+  link_->deliver(1, LinkEvent::Kind::control, description(42));
+  link_->deliver(1, LinkEvent::Kind::pose, frame(42, 1));
+  EXPECT_EQ(stalled(), 0u);
+  receiver_.expect_frames(false);
+  now_ns_ += 60'000'000'000;
+  EXPECT_EQ(stalled(), 0u) << "paused";
+  receiver_.expect_frames(true);
+  EXPECT_EQ(stalled(), 0u) << "the first frame needs a moment";
+  now_ns_ += 2'000'000'000;
+  EXPECT_EQ(stalled(), 1u);
+}
+
 TEST_F(StreamReceiverTest, ReportsPosesOfZerosOnce) {
   const wire::Affine3x4 zeros{{}};
   wire::PoseFrameView view;

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 else:
     Array = Any
 
+_ADVICE_S = 10.0  # after describe(): the renderer comments on the first frame that it shows
 _ANSWER_INTERVAL_S = 0.1
 _MESSAGE_BYTES = 500  # a longer welcome_message may be truncated
 FRAME_DISCONTINUITY = 1  #: flag: bodies or time jumped; renderers do not interpolate into this frame
@@ -56,6 +57,8 @@ class Stream(ImageRequests):
         self._node_names: Optional[List[str]] = None
         self._first_poses = False
         self._answered = True  # nothing to wait for before describe()
+        self._advised = True
+        self._described_at_s = 0.0
         self._asked_at_s = 0.0
         self._added: Set[str] = set()  # by add_node: in the scene with a frame, after the first answer
         self._uri = uri
@@ -138,7 +141,8 @@ class Stream(ImageRequests):
         self._sequence = 0
         self._node_names = [name.decode() for name in names if name is not None]
         self._first_poses = True
-        self._answered = False
+        self._answered = self._advised = False
+        self._described_at_s = time.monotonic()
 
     def publish(self, sim_time_ns: int, stream_from_body: Array, flags: int = 0) -> int:
         """Publishes one whole frame and returns its sequence. Does not block.
@@ -207,7 +211,8 @@ class Stream(ImageRequests):
     def _look_for_answer(self, interval_s: float) -> None:
         """Warns once for each describe() if the renderer's answer names faults, also where poll() is never called."""
         now_s = time.monotonic()
-        if self._answered or now_s - self._asked_at_s < interval_s:
+        is_done = self._answered and (self._advised or now_s - self._described_at_s > _ADVICE_S)
+        if is_done or now_s - self._asked_at_s < interval_s:
             return
         self._asked_at_s = now_s
         raw = c.RawStatus(ctypes.sizeof(c.RawStatus))
@@ -215,10 +220,16 @@ class Stream(ImageRequests):
             self._report_answer(raw)
 
     def _report_answer(self, raw: c.RawStatus) -> None:
-        if self._answered or raw.welcome < 0:
+        if raw.welcome < 0 or (self._answered and self._advised):
+            return
+        message = raw.welcome_message.decode("utf-8", "replace")
+        advice = [part for part in message.split("; ") if part.startswith(("this stream moves ", "this stream has "))]
+        if advice and not self._advised:
+            self._advised = True
+            warn("the renderer says: " + message[message.index(advice[0]):])
+        if self._answered:
             return
         self._answered = True
-        message = raw.welcome_message.decode("utf-8", "replace")
         described = self._node_names or []
         dots = " ..." if len(raw.welcome_message) >= _MESSAGE_BYTES else ""
         absent = "the scene has no node, or several, for"
