@@ -143,7 +143,8 @@ class Runner {
     if (!sent) return sent.error();
     // With one renderer, its images acknowledge the frame already.
     if (options_.lockstep && (requests_.empty() || options_.publish.uris.size() > 1)) {
-      if (Result<void> shown = publisher_.wait_shown(options_.ack_timeout_s, stop); !shown) return shown;
+      if (Result<void> shown = publisher_.wait_shown(options_.ack_timeout_s, stop, log_line); !shown)
+        return shown;
     }
     if (Result<void> done = store_images(); !done) return done;
     return poll_renderers();

@@ -210,9 +210,12 @@ Result<void> Publisher::send_appearance(const mjModel& model) {
   return {};
 }
 
-Result<void> Publisher::wait_shown(double timeout_s, const std::atomic<bool>& stop) {
+Result<void> Publisher::wait_shown(double timeout_s, const std::atomic<bool>& stop,
+                                   const std::function<void(const std::string& sentence)>& say) {
+  constexpr std::chrono::seconds kToldWait{3};
   if (sequence_ == 0) return {};
-  const auto deadline = Clock::now() + std::chrono::duration<double>(timeout_s);
+  const auto begun = Clock::now();
+  const auto deadline = begun + std::chrono::duration<double>(timeout_s);
   for (Target& target : targets_) {
     bool shown = false;
     while (!shown && !stop) {
@@ -221,6 +224,10 @@ Result<void> Publisher::wait_shown(double timeout_s, const std::atomic<bool>& st
                                                                                     // is checked
       });
       if (!waited) return waited;
+      if (!shown && !target.has_told_wait && Clock::now() - begun >= kToldWait) {
+        target.has_told_wait = true;
+        say("waiting for a renderer at " + target.uri + " to show frame " + std::to_string(sequence_));
+      }
       if (!shown && Clock::now() >= deadline)
         return Error{"no renderer on " + target.uri + " has shown frame " + std::to_string(sequence_) +
                      " in time: start one that listens there, or wait longer"};

@@ -12,6 +12,7 @@
 #include <array>
 #include <atomic>
 #include <fire3dv/client.hpp>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -98,8 +99,9 @@ class Publisher {
   void jump() { clock_.restart(); }
 
   // Lockstep: waits until every stream's last frame was shown. Returns early, without an error, once stop is
-  // set.
-  Result<void> wait_shown(double timeout_s, const std::atomic<bool>& stop);
+  // set. say: receives a sentence about a wait of more than three seconds, once for each stream.
+  Result<void> wait_shown(double timeout_s, const std::atomic<bool>& stop,
+                          const std::function<void(const std::string& sentence)>& say);
 
   // Requests an image of each frame published from now on, from the renderer of the first URI. Returns the
   // request id for the two functions below. Does not block.
@@ -124,6 +126,7 @@ class Publisher {
   struct Target {
     std::string uri;
     Stream stream;
+    bool has_told_wait = false;
   };
   Publisher(const mjModel& model, convert::MjcfNames names, double rate_hz);
   Result<void> send_appearance(const mjModel& model);

@@ -87,11 +87,18 @@ std::optional<std::string> Publisher::publish(int64_t sim_time_ns, const std::ve
 }
 
 std::optional<std::string> Publisher::wait_shown(double timeout_s, const std::atomic<bool>& stop) {
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(timeout_s);
+  constexpr std::chrono::seconds kToldWait{3};
+  const auto begun = std::chrono::steady_clock::now();
+  const auto deadline = begun + std::chrono::duration<double>(timeout_s);
   for (Target& target : targets_) {
     try {
       while (!stop &&
              !target.stream.wait_ack(sequence_, milliseconds(100))) {  // short, so that Ctrl-C is handled
+        if (!target.has_told_wait && std::chrono::steady_clock::now() - begun >= kToldWait) {
+          target.has_told_wait = true;
+          std::fprintf(stderr, "waiting for a renderer at %s to show frame %llu\n", target.uri.c_str(),
+                       static_cast<unsigned long long>(sequence_));
+        }
         if (std::chrono::steady_clock::now() < deadline) continue;
         return "no renderer on " + target.uri + " has shown frame " + std::to_string(sequence_) +
                " in time: start one that listens there, or give a longer --ack-timeout";

@@ -42,7 +42,8 @@ class Publisher {
   std::optional<std::string> describe(const fire3dv::Description& description);
   std::optional<std::string> publish(int64_t sim_time_ns, const std::vector<float>& poses,
                                      bool discontinuity);
-  // Waits until every stream's last frame was shown. Returns early, without an error, once stop is set.
+  // Waits until every stream's last frame was shown. Returns early, without an error, once stop is set. A
+  // wait of more than three seconds is logged, once for each stream.
   std::optional<std::string> wait_shown(double timeout_s, const std::atomic<bool>& stop);
 
   struct Link {
@@ -55,6 +56,7 @@ class Publisher {
   struct Target {
     std::string uri;
     fire3dv::Stream stream;
+    bool has_told_wait = false;
   };
   std::vector<Target> targets_;
   uint64_t sequence_ = 0;  // starts at 1 in the description's epoch, as in the library

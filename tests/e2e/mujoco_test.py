@@ -197,6 +197,11 @@ def refused(test):
         program = simulator(test, *arguments)
         program.expect_exit(code)
         check(text in program.stderr_text() and len(program.err) <= 3, f"{arguments}: {program.stderr_text()}")
+    uri = test.fresh_uri("shm")
+    waits = simulator(test, CRANE, "--to", uri, "--lockstep", "--ack-timeout", "5")
+    waits.wait_err(f"waiting for a renderer at {uri} to show frame 1$")
+    waits.expect_exit(1)
+    check(sum("waiting" in line for line in waits.err) == 1, waits.stderr_text())
 
 
 main({"commands": commands, "drawn": drawn, "images": images, "refused": refused}, PROGRAMS)
