@@ -1,6 +1,7 @@
 # Debian packages and the wheel of this build, unpacked and used.
 find_program(FIRE3DV_DPKG_SHLIBDEPS dpkg-shlibdeps)
 find_program(FIRE3DV_FILE file)
+find_program(FIRE3DV_MD2MAN go-md2man)  # docs/ is configured later
 if(FIRE3DV_DPKG_SHLIBDEPS AND FIRE3DV_FILE AND FIRE3DV_MD2MAN AND TARGET fire3dv AND TARGET bullet_arm AND NOT FIRE3DV_SANITIZE)
   set(packaged_adapters)
   foreach(adapter mujoco drake)
