@@ -6,8 +6,7 @@
 #include <memory>
 
 #include "protocol/base/command_line.h"
-#include "renderer/app/options/option_values.h"
-#include "renderer/passes/frame_plan.h"
+#include "renderer/app/options/drawing_options.h"
 
 namespace fire3dv::drake {
 namespace {
@@ -16,7 +15,8 @@ constexpr int kUsageError = 2;
 
 // Values that parse_options() converts after the whole command line is known.
 struct Texts {
-  std::string depth = "32f", background, exposure = "auto", shadows = "auto", key_light = "auto";
+  std::string depth = "32f";
+  app::DrawingTexts drawing;
   uint64_t request_mib = 0, scene_mib = 0;
   uint32_t timeout_s = 0;
 };
@@ -52,41 +52,6 @@ void add_server_options(CLI::App& app, Options& options, Texts& texts) {
       ->group(kGroup);
 }
 
-void add_drawing_options(CLI::App& app, app::Options& drawing, Texts& texts) {
-  constexpr const char* kGroup = "Drawing";
-  app.add_option("--depth", texts.depth, "depths as float metres, or as 16-bit millimetres")
-      ->check(one_of({"32f", "16u"}))
-      ->type_name("32f|16u")
-      ->capture_default_str()
-      ->group(kGroup);
-  app.add_option("--environment", drawing.environment,
-                 "environment map, equirectangular .hdr or .exr (default: studio)")
-      ->type_name("FILE")
-      ->group(kGroup);
-  app.add_option("--background", texts.background, "gradient, environment, or a colour such as 20a0ff")
-      ->type_name("COLOR")
-      ->group(kGroup);
-  app.add_option("--key-light", texts.key_light, "directional light beside the environment")
-      ->check(one_of({"auto", "on", "off"}))
-      ->type_name("auto|on|off")
-      ->capture_default_str()
-      ->group(kGroup);
-  app.add_option("--exposure", texts.exposure, "factor on all light, or auto")
-      ->type_name("X|auto")
-      ->capture_default_str()
-      ->group(kGroup);
-  app.add_option("--shadows", texts.shadows, "shadow technique")
-      ->check(one_of(passes::kShadowNames))
-      ->type_name("NAME")
-      ->capture_default_str()
-      ->group(kGroup);
-  app.add_option("--samples", drawing.samples, "samples per pixel of colours at most, 1 to 64")
-      ->check(CLI::Range(1, 64).description(""))
-      ->type_name("N")
-      ->capture_default_str()
-      ->group(kGroup);
-}
-
 void add_device_options(CLI::App& app, app::Options& drawing) {
   constexpr const char* kGroup = "Device";
   app.add_option("--device", drawing.device, "Vulkan device")->type_name("INDEX|NAME")->group(kGroup);
@@ -101,18 +66,9 @@ void add_device_options(CLI::App& app, app::Options& drawing) {
 
 // Returns an error message for invalid values.
 std::string convert(const Texts& texts, Options& options) {
-  app::Options& drawing = options.drawing;
-  if (!texts.background.empty() && !app::parse_background(texts.background, drawing.background))
-    return "--background " + texts.background + ": must be gradient, environment or a colour such as 20a0ff";
-  if (texts.exposure != "auto") {
-    if (const std::string wrong = app::positive_number(texts.exposure); !wrong.empty())
-      return "--exposure: " + wrong;
-    drawing.exposure = std::stof(texts.exposure);
-  }
-  drawing.shadows = passes::shadows_named(texts.shadows);
-  if (texts.key_light == "on") drawing.key_light = app::KeyLight::on;
-  if (texts.key_light == "off") drawing.key_light = app::KeyLight::off;
-  drawing.headless = true;
+  if (std::string wrong = app::take_drawing_texts(texts.drawing, options.drawing); !wrong.empty())
+    return wrong;
+  options.drawing.headless = true;
   options.render.depth_format = texts.depth == "16u" ? DepthFormat::uint16_mm : DepthFormat::float32_m;
   options.render.max_scene_bytes = texts.scene_mib << 20;
   options.http.max_body_bytes = texts.request_mib << 20;
@@ -140,7 +96,12 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   app.footer("Details: man fire3dv-drake, or docs/man/fire3dv-drake.1.md.");
   set_program_flags(app);
   add_server_options(app, options, texts);
-  add_drawing_options(app, options.drawing, texts);
+  app.add_option("--depth", texts.depth, "depths as float metres, or as 16-bit millimetres")
+      ->check(one_of({"32f", "16u"}))
+      ->type_name("32f|16u")
+      ->capture_default_str()
+      ->group(app::kDrawingGroup);
+  app::add_drawing_options(app, options.drawing, texts.drawing);
   add_device_options(app, options.drawing);
   const auto usage_error = [](const std::string& text) {
     std::cerr << "fire3dv-drake: error: " << text << " (see fire3dv-drake --help)\n";

@@ -65,4 +65,10 @@ bool parse_background(std::string_view text, passes::Background& background) {
   return true;
 }
 
+std::string names_text(std::string label, const std::vector<std::string>& names) {
+  for (size_t i = 0; i < names.size(); ++i)
+    label += (i == 0 ? "" : i + 1 == names.size() ? " or " : ", ") + std::string(names[i]);
+  return label;
+}
+
 }  // namespace fire3dv::app

@@ -1,9 +1,10 @@
-// Parsers of option values on command lines: image sizes, numbers and colours.
+// Parsers of option values on command lines: image sizes, numbers and colours; texts of their help.
 #pragma once
 
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace fire3dv::passes {
 struct Background;
@@ -22,6 +23,9 @@ std::string positive_number(const std::string& text);
 std::string number_from_zero(const std::string& text);
 std::string finite_number(const std::string& text);
 std::string anisotropy_number(const std::string& text);
+
+// "label a, b or c"
+std::string names_text(std::string label, const std::vector<std::string>& names);
 
 // Parses "environment" or an sRGB colour.
 bool parse_background(std::string_view text, passes::Background& background);

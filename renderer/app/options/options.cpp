@@ -13,6 +13,7 @@
 
 #include "protocol/base/command_line.h"
 #include "renderer/app/animation_clock.h"
+#include "renderer/app/options/drawing_options.h"
 #include "renderer/app/options/option_values.h"
 #include "renderer/passes/frame_plan.h"
 
@@ -21,13 +22,6 @@ namespace {
 
 constexpr int kUsageError = 2;
 constexpr uint64_t kMaxFrames = 1'000'000'000'000;
-
-passes::ToneMap tone_map_named(const std::string& name) {
-  if (name == "reinhard") return passes::ToneMap::reinhard;
-  if (name == "aces") return passes::ToneMap::aces;
-  if (name == "neutral") return passes::ToneMap::neutral;
-  return passes::ToneMap::none;
-}
 
 gpu::AsyncCompute async_compute_named(const std::string& name) {
   if (name == "on") return gpu::AsyncCompute::on;
@@ -53,23 +47,15 @@ std::optional<std::string> take_window_options(const std::string& stereo, const 
   return std::nullopt;
 }
 
-// "label a, b or c"
-std::string names_text(std::string label, const std::vector<std::string>& names) {
-  for (size_t i = 0; i < names.size(); ++i)
-    label += (i == 0 ? "" : i + 1 == names.size() ? " or " : ", ") + std::string(names[i]);
-  return label;
-}
-
 // Values that parse_options() converts after the whole command line is known.
 struct Texts {
   std::vector<std::string> peer_limits;
   std::string play = "auto", mark_stale = "auto", watch = "auto";
   std::string size = "1280x720", stereo, gui = "on", present = "vsync";
-  std::string drake, stream_timeout, outputs, async_compute = "auto", background;
+  std::string drake, stream_timeout, outputs, async_compute = "auto";
   std::string raster = "auto", cull = "on", levels_of_detail = "auto";
-  std::string shadows = "auto", shadow_rays = "hybrid";
-  std::string exposure = "auto", ground = "auto", key_light = "auto", tone_map = "neutral", fxaa = "on",
-              debug_view = "none";
+  std::string ground = "auto", debug_view = "none";
+  DrawingTexts drawing;
   double delay_ms = 0;
 };
 
@@ -224,70 +210,6 @@ void add_window_options(CLI::App& app, Options& options, Texts& texts, Given& gi
                           ->group(kGroup);
 }
 
-void add_drawing_options(CLI::App& app, Options& options, Texts& texts) {
-  constexpr const char* kGroup = "Drawing";
-  app.add_option("--environment", options.environment,
-                 "environment map, equirectangular .hdr or .exr (default: studio)")
-      ->type_name("FILE")
-      ->group(kGroup);
-  app.add_option("--environment-rotation", options.environment_rotation_deg, "degrees, counter-clockwise")
-      ->check(finite_number)
-      ->type_name("DEG")
-      ->capture_default_str()
-      ->group(kGroup);
-  app.add_option("--environment-intensity", options.environment_intensity, "factor on its light")
-      ->check(number_from_zero)
-      ->type_name("X")
-      ->capture_default_str()
-      ->group(kGroup);
-  app.add_option("--background", texts.background, "gradient, environment, or a colour such as 20a0ff")
-      ->type_name("COLOR")
-      ->group(kGroup);
-  app.add_option("--ground", texts.ground, "shadows below the scene, or at a height")
-      ->type_name("auto|off|Y")
-      ->capture_default_str()
-      ->group(kGroup);
-  app.add_option("--key-light", texts.key_light, "light of scenes without lights")
-      ->check(one_of({"auto", "on", "off"}))
-      ->type_name("auto|on|off")
-      ->capture_default_str()
-      ->group(kGroup);
-  app.add_option("--exposure", texts.exposure, "factor on all light, or auto")
-      ->type_name("X|auto")
-      ->capture_default_str()
-      ->group(kGroup);
-  app.add_option("--tone-map", texts.tone_map, "neutral, aces, reinhard or none")
-      ->check(one_of({"reinhard", "aces", "neutral", "none"}))
-      ->type_name("NAME")
-      ->capture_default_str()
-      ->group(kGroup);
-  app.add_option("--shadows", texts.shadows, names_text("by ", passes::kShadowNames))
-      ->check(one_of(passes::kShadowNames))
-      ->type_name("NAME")
-      ->capture_default_str()
-      ->group(kGroup);
-  app.add_option("--shadow-rays", texts.shadow_rays, "rays for uncertain pixels, or for all lit ones")
-      ->check(one_of({"hybrid", "all"}))
-      ->type_name("hybrid|all")
-      ->capture_default_str()
-      ->group(kGroup);
-  app.add_option("--samples", options.samples, "samples per pixel at most, 1 to 64")
-      ->check(CLI::Range(1, 64).description(""))
-      ->type_name("N")
-      ->capture_default_str()
-      ->group(kGroup);
-  app.add_option("--fxaa", texts.fxaa, "post-process antialiasing")
-      ->check(one_of({"on", "off"}))
-      ->type_name("on|off")
-      ->capture_default_str()
-      ->group(kGroup);
-  app.add_option("--anisotropy", options.anisotropy, "anisotropic texture filtering, 1 to 16")
-      ->check(anisotropy_number)
-      ->type_name("N")
-      ->capture_default_str()
-      ->group(kGroup);
-}
-
 void add_performance_options(CLI::App& app, Options& options, Texts& texts) {
   constexpr const char* kGroup = "Performance";
   const CLI::Option* const device =
@@ -362,7 +284,11 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
   add_recording_options(app, options.recording);
   add_image_options(app, options, texts, given);
   add_window_options(app, options, texts, given);
-  add_drawing_options(app, options, texts);
+  add_drawing_options(app, options, texts.drawing);
+  app.add_option("--ground", texts.ground, "shadows below the scene, or at a height")
+      ->type_name("auto|off|Y")
+      ->capture_default_str()
+      ->group(kDrawingGroup);
   add_performance_options(app, options, texts);
   add_diagnostics_options(app, options, texts);
 
@@ -383,10 +309,8 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
     return usage_error("--size " + texts.size + ": must be WxH with sides of 1 to " +
                        std::to_string(kMaxImageSide) + ", such as 1280x720");
   }
-  if (!texts.background.empty() && !parse_background(texts.background, options.background)) {
-    return usage_error("--background " + texts.background +
-                       ": must be gradient, environment or a colour such as 20a0ff");
-  }
+  if (const std::string wrong = take_drawing_texts(texts.drawing, options); !wrong.empty())
+    return usage_error(wrong);
   if (given.animate->count() > 0 &&
       options.scene.empty()) {  // "--animate SCENE": the scene is no animation's name
     options.scene = std::exchange(options.animate, "all");
@@ -447,11 +371,12 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
   if (options.on_request && options.frames != 0)
     return usage_error(
         "--frames counts images that are drawn unasked, and --on-request draws none: leave one out");
-  const bool has_purpose = receives || !options.out.empty() || options.frames != 0 || !options.stats.empty() ||
-                           !options.metrics.empty() || options.list_devices;
+  const bool has_purpose = receives || !options.out.empty() || options.frames != 0 ||
+                           !options.stats.empty() || !options.metrics.empty() || options.list_devices;
   if (options.headless && needs_scene && !has_purpose)
-    return usage_error("--headless without --out, --listen, --replay or --frames draws images for nobody: add "
-                       "--out DIR to write them, or --listen URI to draw for simulators");
+    return usage_error(
+        "--headless without --out, --listen, --replay or --frames draws images for nobody: add "
+        "--out DIR to write them, or --listen URI to draw for simulators");
   options.panels = texts.gui == "on";
   if (const auto wrong = take_window_options(texts.stereo, texts.present, options))
     return usage_error(*wrong);
@@ -475,14 +400,6 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
   if (options.lockstep && texts.play == "interpolate")
     return usage_error("--play interpolate and --lockstep (or --step) exclude each other");
   options.async_compute = async_compute_named(texts.async_compute);
-  options.shadows = passes::shadows_named(texts.shadows);
-  options.shadows.hybrid = texts.shadow_rays == "hybrid";
-  options.tone_map = tone_map_named(texts.tone_map);
-  if (texts.exposure != "auto") {
-    if (const std::string wrong = positive_number(texts.exposure); !wrong.empty())
-      return usage_error("--exposure: " + wrong + ", or auto");
-    options.exposure = std::stof(texts.exposure);
-  }
   if (texts.ground == "off") options.ground = GroundMode::off;
   if (texts.ground != "auto" && texts.ground != "off") {
     if (const std::string wrong = finite_number(texts.ground); !wrong.empty())
@@ -490,9 +407,6 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
     options.ground = GroundMode::height;
     options.ground_height_m = std::stof(texts.ground);
   }
-  if (texts.key_light == "on") options.key_light = KeyLight::on;
-  if (texts.key_light == "off") options.key_light = KeyLight::off;
-  options.fxaa = texts.fxaa == "on";
   options.debug_view = passes::debug_view_named(texts.debug_view);
   const bool shows_light = options.debug_view == passes::DebugView::none;
   if (!shows_light && (!options.outputs.has(wire::kColorSrgb8) || options.outputs.has(wire::kColorLinearF16)))
