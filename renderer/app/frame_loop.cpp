@@ -190,9 +190,10 @@ Result<void> FrameLoop::run() {
 // False if another image would equal the last one and nobody receives it: no file or statistics.
 bool FrameLoop::has_changed() {
   const bool is_delivered = wants_pixels() || options_.frames != 0 || !options_.stats.empty();
-  const bool plays = (timeline_ && !stands(*timeline_)) ||
-                     (animations_ && !(animation_timeline_ && stands(*animation_timeline_)));
-  if (is_delivered || plays || options_.lockstep || (timeline_ && !window_)) return true;
+  // Without a window nothing resumes a replay or an animation that stands.
+  const bool replays = timeline_ && !(window_ && stands(*timeline_));
+  const bool animates = animations_ && !(animation_timeline_ && stands(*animation_timeline_));
+  if (is_delivered || replays || animates || options_.lockstep) return true;
   uint64_t conditions = 0;  // of all streams: the overlay of stale streams and the panels show them
   for (const state::Stream& stream : poses_.streams())
     conditions = 31 * conditions + 2 * static_cast<uint64_t>(stream.condition) + (stream.active ? 1 : 0);

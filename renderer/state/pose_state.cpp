@@ -182,35 +182,31 @@ bool is_same_scale(const glm::dvec3& a, const glm::dvec3& b) {
 
 }  // namespace
 
-IndexSet PoseState::names_without_scale(StreamId id) const {
+template <typename Test>
+IndexSet PoseState::driven_names(StreamId id, Test&& test) const {
   const Stream& stream = streams_[id];
   IndexSet names(stream.scene_node_of_pose.size());
   const std::vector<NodeDrive>& drives = node_drives();
   for (uint32_t pose = 0; pose < stream.scene_node_of_pose.size() && pose < stream.poses.size(); ++pose) {
     const uint32_t node = stream.scene_node_of_pose[pose];
-    if (node == kNone || drives[node].stream != id) continue;
-    const glm::dvec3 at_rest = scale_of(bindings_.scene().nodes[node].world_from_node);
-    if (is_same_scale(at_rest, glm::dvec3(1)) ||
-        !is_same_scale(scale_of(scene::to_mat4(stream.poses[pose])), glm::dvec3(1)) ||
-        is_same_scale(scale_of(world_from_node(node)), at_rest))
-      continue;
-    names.insert(pose);
+    if (node != kNone && drives[node].stream == id && test(node, stream.poses[pose])) names.insert(pose);
   }
   return names;
 }
 
+IndexSet PoseState::names_without_scale(StreamId id) const {
+  return driven_names(id, [this](uint32_t node, const wire::Affine3x4& pose) {
+    const glm::dvec3 at_rest = scale_of(bindings_.scene().nodes[node].world_from_node);
+    return !is_same_scale(at_rest, glm::dvec3(1)) &&
+           is_same_scale(scale_of(scene::to_mat4(pose)), glm::dvec3(1)) &&
+           !is_same_scale(scale_of(world_from_node(node)), at_rest);
+  });
+}
+
 IndexSet PoseState::names_with_empty_pose(StreamId id) const {
-  const Stream& stream = streams_[id];
-  IndexSet names(stream.scene_node_of_pose.size());
-  const std::vector<NodeDrive>& drives = node_drives();
-  for (uint32_t pose = 0; pose < stream.scene_node_of_pose.size() && pose < stream.poses.size(); ++pose) {
-    const uint32_t node = stream.scene_node_of_pose[pose];
-    const auto& m = stream.poses[pose].m;
-    if (node != kNone && drives[node].stream == id &&
-        std::all_of(m.begin(), m.end(), [](float value) { return value == 0; }))
-      names.insert(pose);
-  }
-  return names;
+  return driven_names(id, [](uint32_t, const wire::Affine3x4& pose) {
+    return std::all_of(pose.m.begin(), pose.m.end(), [](float value) { return value == 0; });
+  });
 }
 
 std::vector<FrameTag> PoseState::shown() const {

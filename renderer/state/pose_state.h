@@ -175,6 +175,10 @@ class PoseState {
   std::optional<int64_t> sim_time_ns() const;
 
  private:
+  // Names that drive a node and pass test(node, shown pose).
+  template <typename Test>
+  IndexSet driven_names(StreamId id, Test&& test) const;
+
   bool is_active(StreamId id) const { return id < streams_.size() && streams_[id].active; }
   template <typename Action>
   bool update(StreamId id, Action&& action);

@@ -228,9 +228,10 @@ void StreamReceiver::report_poses() {
     if (poses_.streams()[stream.id].header.sequence == 0 || std::exchange(stream.checked_poses, true))
       continue;
     handled_peer_ = peer;
-    const auto report = [&, to = peer](const std::string& text) {
+    std::string advice;  // one message: a status replaces the last one
+    const auto report = [&](const std::string& text) {
       log(warning("stream \"" + stream.name + "\" " + text));
-      send_status(to, stream, "this stream " + text);
+      advice += (advice.empty() ? "this stream " : "; it ") + text;
     };
     if (const state::IndexSet names = poses_.names_without_scale(stream.id); !names.empty())
       report("moves " + counted(names.size(), "node") +
@@ -240,6 +241,7 @@ void StreamReceiver::report_poses() {
       report("has poses of zeros only for " + counted(names.size(), "node") + ": " +
              list_names(poses_, stream.id, names) +
              "; they are invisible (a pose that rotates nothing has ones on its diagonal)");
+    if (!advice.empty()) send_status(peer, stream, advice);
   }
   handled_peer_.reset();
 }
