@@ -43,18 +43,23 @@ def settled(url):
     return last[0]
 
 
+def expect_idle(program, url, drawn):
+    """The program draws nothing, and uses hardly any CPU time."""
+    used = cpu_s(program)
+    time.sleep(IDLE_S)
+    used = cpu_s(program) - used
+    print(f"{program.name}: {100 * used / IDLE_S:.2f} % of a core")
+    check(used < MAX_IDLE_CORES * IDLE_S, f"{used} s of CPU time in {IDLE_S} s")
+    check(images_of(url) == drawn, "it drew an unchanged scene")
+
+
 def draws_changes_only(test):
     uri = test.fresh_uri("shm")
     renderer = headless(test, "--listen", uri, "--metrics", "127.0.0.1:0", "--no-validation")
     url = url_of(renderer)
     wait_until("the first image", lambda: images_of(url) > 0)
     drawn = settled(url)
-    used = cpu_s(renderer)
-    time.sleep(IDLE_S)
-    used = cpu_s(renderer) - used
-    print(f"idle: {100 * used / IDLE_S:.2f} % of a core")
-    check(used < MAX_IDLE_CORES * IDLE_S, f"{used} s of CPU time in {IDLE_S} s")
-    check(images_of(url) == drawn, "it drew an unchanged scene")
+    expect_idle(renderer, url, drawn)
 
     publisher = test.publisher(uri)
     publisher.wait_welcome()
@@ -79,12 +84,7 @@ def window_draws_changes_only(test, screen):
     window = screen.window(viewer)
     wait_until("the first image", lambda: images_of(url) > 0)
     drawn = settled(url)
-    used = cpu_s(viewer)
-    time.sleep(IDLE_S)
-    used = cpu_s(viewer) - used
-    print(f"idle window: {100 * used / IDLE_S:.2f} % of a core")
-    check(used < MAX_IDLE_CORES * IDLE_S, f"{used} s of CPU time in {IDLE_S} s")
-    check(images_of(url) == drawn, "it drew an unchanged scene")
+    expect_idle(viewer, url, drawn)
     before = screen.picture(window).rows
     screen.xdotool("mousemove", "--window", window, 60, 40, "mousedown", 1, "mousemove", "--window", window, 90, 45,
                    "mouseup", 1)

@@ -15,15 +15,6 @@ namespace {
 
 class MjcfComposite : public Mjcf {
  protected:
-  MjcfScene scene(const std::string& text) {
-    Sources sources;
-    warnings_.clear();
-    Result<MjcfScene> read =
-        read_mjcf_scene(folder_.write("model.xml", std::string_view("<mujoco>" + text + "</mujoco>")), {},
-                        sources, warnings_);
-    EXPECT_TRUE(read.ok()) << (read ? "" : read.error().message);
-    return read ? std::move(*read) : MjcfScene();
-  }
   MjcfScene cable(const std::string& attributes, const std::string& inside, const std::string& after = "") {
     return scene("<worldbody><body name='p' pos='0 0 1'><composite type='cable' " + attributes + ">" +
                  inside + "</composite></body></worldbody>" + after);
@@ -31,7 +22,6 @@ class MjcfComposite : public Mjcf {
   static void expect_near(const glm::dvec3& a, const glm::dvec3& b) {
     EXPECT_LT(glm::distance(a, b), 1e-9) << a.x << " " << a.y << " " << a.z;
   }
-  std::vector<std::string> warnings_;
 };
 
 TEST_F(MjcfComposite, CablesFollowTheirCurve) {

@@ -15,19 +15,7 @@
 namespace fire3dv::convert {
 namespace {
 
-class MjcfFeatures : public Mjcf {
- protected:
-  MjcfScene scene(const std::string& text) {
-    Sources sources;
-    warnings_.clear();
-    Result<MjcfScene> read =
-        read_mjcf_scene(folder_.write("model.xml", std::string_view("<mujoco>" + text + "</mujoco>")), {},
-                        sources, warnings_);
-    EXPECT_TRUE(read.ok()) << (read ? "" : read.error().message);
-    return read ? std::move(*read) : MjcfScene();
-  }
-  std::vector<std::string> warnings_;
-};
+class MjcfFeatures : public Mjcf {};
 
 const MjcfBody& body(const MjcfScene& scene, std::string_view name) {
   const auto found = std::find_if(scene.bodies.begin(), scene.bodies.end(),
