@@ -207,7 +207,7 @@ std::optional<FileFormat> foreign_format(std::span<const std::byte> bytes,
                                          const std::filesystem::path& file) {
   std::string_view head(reinterpret_cast<const char*>(bytes.data()), std::min(bytes.size(), kHead));
   if (head.starts_with("glTF")) return std::nullopt;
-  if (head.empty()) return FileFormat{"an empty file", kNameScene};
+  if (head.empty()) return FileFormat{"an empty file", "write it again, or name another one"};
   const bool is_compressed = head.starts_with("\x28\xB5\x2F\xFD") || head.starts_with("\x1F\x8B");
   if (is_compressed && lower_extension(file) == ".blend") return format_by_extension(file);
   for (const Signature& each : kSignatures)

@@ -378,7 +378,8 @@ Result<ImportedMesh> import_mesh(const std::filesystem::path& file, ImportReques
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_USE_COLLADA_NAMES, keeps_nodes);
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, !turns_up);
   const aiScene* scene = importer.ReadFile(file.string(), 0);
-  if (!scene || !scene->mRootNode) return Error{one_line(importer.GetErrorString())};
+  if (!scene || !scene->mRootNode)
+    return Error{"it is damaged, or not what its name says (" + one_line(importer.GetErrorString()) + ")"};
   // An OBJ file without its material file has materials by name only.
   const std::vector<Sources::Source>& besides = mesh.besides.all();
   const bool has_materials =
