@@ -131,8 +131,8 @@ Result<void> FrameLoop::run() {
     if (metrics_) metrics_->tell(receiver_, image_service_.open_requests(), poses_, scene_.faults());
 
     // User input.
-    const bool is_window_due = window_ && has_changed();
-    if (is_window_due) steer();
+    const bool is_due = has_changed();
+    if (window_ && is_due) steer();
 
     // Image requests of simulators.
     const ImageService::Drawn served = image_service_.draw_due(frames_);
@@ -153,7 +153,7 @@ Result<void> FrameLoop::run() {
       wait_for_messages();
       continue;
     }
-    if (window_ ? !is_window_due : !has_changed()) {
+    if (!is_due) {
       if (served.any)
         changed_ = Clock::now();
       else if (image_service_.in_flight())
@@ -203,8 +203,9 @@ bool FrameLoop::has_changed() {
     drawn_revisions_ = revisions;
     images_of_change_ = kImagesOfChange;
     changed_ = Clock::now();
+    lingers_until_ = changed_ + kLingerTime;
   }
-  if (images_of_change_ == 0) return window_ && Clock::now() - changed_ < kLingerTime;
+  if (images_of_change_ == 0) return window_ && Clock::now() < lingers_until_;
   --images_of_change_;
   return true;
 }

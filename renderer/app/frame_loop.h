@@ -92,7 +92,7 @@ class FrameLoop {
   Result<void> list_instances();
   void warn_of_empty_image(const passes::View& view, const std::vector<state::FrameTag>& shown);
   void note_cost(const std::vector<state::FrameTag>& shown, std::chrono::steady_clock::time_point begun);
-  bool has_changed();  // false: the next image need not be drawn
+  bool has_changed();  // false: the next image need not be drawn; call once a turn
   void wait_for_messages();
   void report_wait();
   bool wants_pixels() const { return !options_.out.empty(); }
@@ -140,11 +140,12 @@ class FrameLoop {
   std::optional<std::chrono::steady_clock::time_point> first_finished_;
   std::chrono::steady_clock::time_point last_image_;
   Progress progress_;
-  // Idle runs without a window (has_changed()).
-  std::optional<std::array<uint64_t, 3>> drawn_revisions_;  // of poses, scene edits and conditions
-  bool has_noted_ = false;                                  // a log line since the last image of a window
-  int images_of_change_ = 0;                                // images to draw until the next change
-  std::chrono::steady_clock::time_point changed_ = started_;
+  // Idle runs (has_changed()).
+  std::optional<std::array<uint64_t, 3>> drawn_revisions_;    // of poses, scene edits and conditions
+  bool has_noted_ = false;                                    // a log line since the last image of a window
+  int images_of_change_ = 0;                                  // images to draw until the next change
+  std::chrono::steady_clock::time_point changed_ = started_;  // or an image was requested
+  std::chrono::steady_clock::time_point lingers_until_ = started_;  // a window is drawn until then
   // Reported waits for streams.
   std::optional<std::chrono::steady_clock::time_point> streamless_since_;
   bool reported_absent_ = false, reported_ended_ = false;
