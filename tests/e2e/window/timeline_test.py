@@ -18,14 +18,18 @@ def place(screen, window, name="red"):
     return screen.picture(window).place_of_square(name)
 
 
+REST_S = 1.0  # longer than a frame takes on a busy machine
+
+
 def rests(screen, window):
-    """Returns the place of red once it no longer moves."""
-    last = [None, None, None]
+    """Returns the place of red once it has not moved for REST_S."""
+    last = [place(screen, window), time.monotonic()]
 
     def same():
-        last.pop(0)
-        last.append(place(screen, window))
-        return last[0] is not None and last[0] == last[1] == last[2]
+        at = place(screen, window)
+        if at != last[0]:
+            last[:] = [at, time.monotonic()]
+        return time.monotonic() - last[1] > REST_S
     wait_until("red at rest", same)
     return last[0]
 
