@@ -93,7 +93,9 @@ Result<Image> decode_webp(const ImageHeader& header, std::span<const std::byte> 
   config.output.u.RGBA = {rgba8.data(), static_cast<int>(4 * header.width), rgba8.size()};
   const VP8StatusCode status =
       WebPDecode(reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size(), &config);
-  if (status == VP8_STATUS_OUT_OF_MEMORY) throw std::bad_alloc();
+  // libwebp 1.5 also reports this for damaged files.
+  if (status == VP8_STATUS_OUT_OF_MEMORY)
+    return Error{"the WebP cannot be decoded: it is damaged, or memory is short"};
   if (status != VP8_STATUS_OK) {
     return Error{status == VP8_STATUS_NOT_ENOUGH_DATA ? "the WebP is cut short"
                                                       : "the WebP cannot be decoded: it is damaged"};
