@@ -1,7 +1,7 @@
 // Image-based lighting: lookups into the environment maps that environment_*.comp prefilters.
 #ifndef FIRE3DV_ENVIRONMENT_GLSL
 #define FIRE3DV_ENVIRONMENT_GLSL
-#include "shading/brdf.glsl"
+#include "material/brdf.glsl"
 #include "common/buffers.glsl"
 #include "common/directions.glsl"
 #include "shared/bindings.h"

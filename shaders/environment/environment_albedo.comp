@@ -4,7 +4,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "environment/environment_pass.glsl"
-#include "shading/brdf.glsl"
+#include "material/brdf.glsl"
 
 vec2 specular_albedo(float n_dot_v, float alpha) {
   const vec3 to_eye = vec3(sqrt(1 - n_dot_v * n_dot_v), 0, n_dot_v);
