@@ -38,7 +38,8 @@ FramePlan plan_frame(const FrameFacts& facts, const ImageOutputs& outputs, const
   FramePlan plan;
   plan.surface_planes = outputs.has_id_planes();
   plan.inspection = inspection.any();
-  plan.shading = outputs.shaded() && !replaces_shading(inspection.debug_view);
+  plan.path_resolve = facts.is_path_traced && outputs.shaded();
+  plan.shading = outputs.shaded() && !facts.is_path_traced && !replaces_shading(inspection.debug_view);
   plan.compute_shading = plan.shading && can_compute;
 
   plan.shadows = plan.shading && facts.shadows_on;

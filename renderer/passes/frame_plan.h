@@ -55,6 +55,7 @@ struct FrameFacts {
   bool has_forward_only = false;  // shown blended surfaces, lines or points
   bool shadows_on = true;
   ShadowTechnique shadow_technique;
+  bool is_path_traced = false;  // colours come from the path tracer
   bool has_lights = false;
   bool needs_shadow_maps = false;  // the technique, for this scene
 };
@@ -76,6 +77,7 @@ struct FramePlan {
   bool hdr_samples = false;      // compute shading writes the HDR target, which the tone-map pass resolves
   bool forward = false;          // the whole scene, or forward-only draws over compute shading
   bool tone_map = false;         // compute shading without HDR samples has tone-mapped its pixels itself
+  bool path_resolve = false;     // colours from path-traced sums, instead of shading
   bool fxaa_only = false;        // FXAA on the pixels that compute shading has tone-mapped
   // Other outputs.
   bool surface_planes = false;

@@ -107,12 +107,14 @@ FrameFacts SceneRenderer::facts() const {
   facts.has_forward_only = gpu_scene_->has_forward_only;
   facts.shadows_on = shadows_on_;
   facts.shadow_technique = shadow_technique_;
+  facts.is_path_traced = path_tracer_ != nullptr;
   facts.has_lights = shadows_.has_lights();
   facts.needs_shadow_maps = shadows_.needs_maps();
   return facts;
 }
 
 Result<void> SceneRenderer::can_take(const ImageOutputs& outputs, uint32_t views) const {
+  if (views > 1 && path_tracer_) return Error{"paths are traced for one camera at a time"};
   if (views > 1) {
     // Edits may show hidden nodes in the recorded frame.
     const bool alone = path_ != RasterPath::visibility || may_have_forward_only_;
@@ -129,7 +131,7 @@ Result<void> SceneRenderer::can_take(const ImageOutputs& outputs, uint32_t views
                            device_.report().name +
                            " lacks 64-bit atomics: choose another device with --device"};
   }
-  if (outputs.has(wire::kColorLinearF16) && !visibility_->can_write_samples())
+  if (outputs.has(wire::kColorLinearF16) && !path_tracer_ && !visibility_->can_write_samples())
     return Error{"linear colours of several samples need what " + device_.report().name +
                  " lacks (shaderStorageImageMultisample): take one sample with --samples 1"};
   return {};

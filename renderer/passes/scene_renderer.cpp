@@ -56,7 +56,9 @@ SceneRenderer::SceneRenderer(gpu::Device& device, const DrawSettings& settings)
       transforms_(device, layout_.get()),
       deform_(device, layout_.get()),
       forward_(device, layout_.get(), samples_),
-      shadow_technique_(choose_shadow_technique(device, settings.shadows, path_ == RasterPath::visibility)),
+      shadow_technique_(
+          settings.path ? ShadowTechnique()  // paths trace shadows themselves
+                        : choose_shadow_technique(device, settings.shadows, path_ == RasterPath::visibility)),
       // The forward path takes ray origins from a visibility buffer, where its fragment shader cannot trace
       // rays.
       visibility_(path_ == RasterPath::visibility || shadow_technique_.back_end == RayBackEnd::pipeline
@@ -73,6 +75,12 @@ SceneRenderer::SceneRenderer(gpu::Device& device, const DrawSettings& settings)
       stale_overlay_(device),
       environment_(device, settings.environment ? *settings.environment : scene::studio_environment(),
                    settings.cached_environments.get()) {
+  if (settings.path) {
+    settings_.post.fxaa = false;
+    path_tracer_ = std::make_unique<PathPass>(
+        device, layout_.get(), *settings.path,
+        settings.environment ? *settings.environment : scene::studio_environment());
+  }
   settings_.environment.reset();  // the GPU copy is complete
 }
 
@@ -84,12 +92,13 @@ void SceneRenderer::apply(const DrawSettings& settings) {
   settings_.background = settings.background;
   shadows_on_ = settings.shadows.method != ShadowMethod::off;
   settings_.post = settings.post;
+  if (path_tracer_) settings_.post.fxaa = false;
 }
 
 bool SceneRenderer::needs_new_renderer(const DrawSettings& settings) const {
   const RasterPath path = choose_path(device_, settings.raster);
   const bool compute = path == RasterPath::visibility;
-  const bool other_shadows = settings.shadows.method != ShadowMethod::off &&
+  const bool other_shadows = !path_tracer_ && settings.shadows.method != ShadowMethod::off &&
                              choose_shadow_technique(device_, settings.shadows, compute) != shadow_technique_;
   const bool other_environment = settings.environment
                                      ? uses_studio_ || environment_source_.lock() != settings.environment
@@ -107,8 +116,10 @@ void SceneRenderer::set_scene(const scene::Scene& scene, const scene::Derived& d
   }
   SceneUses uses;
   uses.anisotropy = settings_.anisotropy;
-  uses.rays = expected_rays(scene);
-  uses.rays_to_boxes = gpu::traces_to_boxes(device_) && shadow_technique_.back_end != RayBackEnd::pipeline;
+  uses.rays = path_tracer_ ? gpu::Rays::many : expected_rays(scene);
+  uses.path_traced = path_tracer_ != nullptr;
+  uses.rays_to_boxes =
+      !path_tracer_ && gpu::traces_to_boxes(device_) && shadow_technique_.back_end != RayBackEnd::pipeline;
   uses.drawn_forward = path_ != RasterPath::visibility;
   auto gpu_scene = std::make_unique<GpuScene>(device_, scene, derived, scene_set_layout_.get(),
                                               environment_.textures(), uses, gpu_scene_.get());
@@ -134,7 +145,7 @@ gpu::Rays SceneRenderer::expected_rays(const scene::Scene& scene) const {
 
 // Starts compilation of the shading pipelines that record() will probably use, during the scene upload.
 void SceneRenderer::expect_shading(const scene::Scene& scene) {
-  if (path_ != RasterPath::visibility) return;
+  if (path_ != RasterPath::visibility || path_tracer_) return;
   VisibilityPass::Shading shading;
   shading.core_materials = !any_extended(scene.materials);
   shading.textures = any_textured(scene.materials);
@@ -179,6 +190,8 @@ void SceneRenderer::record(const PreparedFrame& prepared, gpu::Recorder& recorde
   if (plan.shadow_mask || plan.compute_shading) shade(frame);
   // The whole scene, or blended surfaces, lines and points.
   if (plan.forward) draw_forward(frame);
+  // Colours of the path tracer.
+  if (plan.path_resolve) post_process(frame);
   // Tone mapping, resolve and FXAA.
   if (plan.tone_map || plan.fxaa_only) post_process(frame);
   // Unresolved pixels and outline, on the finished image.
@@ -199,17 +212,32 @@ void SceneRenderer::update_scene(gpu::Recorder& recorder, gpu::StagingRing& stag
 
 void SceneRenderer::build_acceleration_structures(gpu::Recorder& recorder) {
   if (std::exchange(has_acceleration_structures_, true)) return;  // by an earlier image of the frame
-  recorder.async_compute("tlas wait", [&] {
-    GpuScene& scene = *gpu_scene_;
-    deform_.record_levels(recorder, scene);
-    recorder.pass(
-        "tlas",
-        {Use(scene.instances, access::build_input), Use(scene.top_level.storage(), access::build_write),
-         Use(scene.top_level.scratch(), access::build_write)},
-        [&](VkCommandBuffer commands) {
-          scene.top_level.record_build(commands, scene.instances.address, scene.instance_count);
-        });
-  });
+  recorder.async_compute("tlas wait", [&] { record_acceleration_structures(recorder); });
+}
+
+void SceneRenderer::record_acceleration_structures(gpu::Recorder& recorder) {
+  GpuScene& scene = *gpu_scene_;
+  deform_.record_levels(recorder, scene);
+  recorder.pass(
+      "tlas",
+      {Use(scene.instances, access::build_input), Use(scene.top_level.storage(), access::build_write),
+       Use(scene.top_level.scratch(), access::build_write)},
+      [&](VkCommandBuffer commands) {
+        scene.top_level.record_build(commands, scene.instances.address, scene.instance_count);
+      });
+}
+
+bool SceneRenderer::trace_paths(const PreparedFrame& prepared, const state::PoseState& poses,
+                                const View& view, const PathPass::Hooks& hooks) {
+  FIRE3DV_ASSERT(path_tracer_ && prepared.number_ == prepared_ && targets_ && targets_->views == 1);
+  gpu::FrameRing& ring = path_tracer_->submissions();
+  gpu::Recorder& recorder = ring.begin();
+  update_scene(recorder, ring.staging(), poses);
+  shadows_.upload_changes(recorder, ring.staging());
+  record_acceleration_structures(recorder);
+  path_tracer_->begin(recorder, make_globals(view, false), view);
+  (void)ring.submit();
+  return path_tracer_->trace(*gpu_scene_, hooks);
 }
 
 void SceneRenderer::begin_targets(Frame& frame) {
@@ -319,6 +347,10 @@ void SceneRenderer::post_process(const Frame& frame) {
   PostPass::Linear linear;
   if (frame.request.outputs.has(wire::kColorLinearF16))
     linear = {&outputs_->planes(), outputs_->address_of(wire::kColorLinearF16)};
+  if (plan.path_resolve) {
+    path_tracer_->resolve(frame.recorder, *targets_, post, linear);
+    return;
+  }
   const bool is_partial = plan.compute_shading && visibility_->tone_maps_other_pixels(*gpu_scene_);
   post_.record(frame.recorder, *targets_, post, linear, is_partial ? frame.hdr_area : frame.whole_area());
 }
@@ -338,7 +370,7 @@ uint32_t SceneRenderer::shadow_mode(bool masked) const {
   return shadows_on_ ? shadows_.shader_mode(masked) : FIRE3DV_SHADOWS_OFF;
 }
 
-VkDeviceAddress SceneRenderer::upload_globals(const Frame& frame, const View& view) const {
+gpu_types::Globals SceneRenderer::make_globals(const View& view, bool shadow_mask) const {
   const GpuScene& scene = *gpu_scene_;
   gpu_types::Globals globals{};
   globals.world_from_node = scene.world_from_node.address;
@@ -387,10 +419,15 @@ VkDeviceAddress SceneRenderer::upload_globals(const Frame& frame, const View& vi
   globals.half_pixel_depth = half_pixel_depth(view, targets_->extent.height);
   globals.part_count = scene.part_count;
   shadows_.write_globals(globals);
-  globals.shadows = shadow_mode(frame.plan.shadow_mask);
+  globals.shadows = shadow_mode(shadow_mask);
   globals.visibility_generation = targets_->visibility.generation();
   globals.width = targets_->extent.width;
   globals.height = targets_->extent.height;
+  return globals;
+}
+
+VkDeviceAddress SceneRenderer::upload_globals(const Frame& frame, const View& view) const {
+  const gpu_types::Globals globals = make_globals(view, frame.plan.shadow_mask);
   return frame.staging.write(std::span<const gpu_types::Globals>(&globals, 1)).address;
 }
 

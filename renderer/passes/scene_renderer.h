@@ -12,6 +12,7 @@
 #include "renderer/passes/frame_plan.h"
 #include "renderer/passes/outputs/outputs_pass.h"
 #include "renderer/passes/outputs/planes_and_boxes.h"
+#include "renderer/passes/path/path_pass.h"
 #include "renderer/passes/post/post_pass.h"
 #include "renderer/passes/resources/edit_uploader.h"
 #include "renderer/passes/resources/gpu_scene.h"
@@ -41,7 +42,8 @@ struct DrawSettings {
   float environment_rotation_rad = 0;  // about +Y, counter-clockwise seen from above
   Background background;
   PostSettings post;
-  uint32_t max_textures = 1 << 16;  // texture capacity of a scene; larger values slow down every start
+  std::optional<PathSettings> path;  // colours by path tracing; the device must support it. nullopt: raster
+  uint32_t max_textures = 1 << 16;   // texture capacity of a scene; larger values slow down every start
 };
 
 // Image that a caller wants to record.
@@ -109,6 +111,14 @@ class SceneRenderer {
               const state::PoseState& poses, const View& view, CameraHistory* history = nullptr) {
     record(frame, recorder, staging, poses, std::span(&view, 1), std::span(history, history ? 1 : 0));
   }
+  // Traces the paths of an image, in submissions of its own. With DrawSettings::path, record() of the same
+  // frame and view follows and resolves them. Returns false if should_stop ended it; then nothing may be
+  // recorded.
+  bool trace_paths(const PreparedFrame& frame, const state::PoseState& poses, const View& view,
+                   const PathPass::Hooks& hooks = {});
+  bool traces_paths() const { return path_tracer_ != nullptr; }
+  RayBackEnd path_back_end() const { return path_tracer_ ? path_tracer_->back_end() : RayBackEnd::none; }
+
   // Reports the submission of the last recorded frame; its picks arrive after that timeline value.
   void submitted(uint64_t timeline_value);
   // Returns new picking results; see Inspection::pick.
@@ -180,6 +190,7 @@ class SceneRenderer {
   // Passes, in frame order.
   void update_scene(gpu::Recorder& recorder, gpu::StagingRing& staging, const state::PoseState& poses);
   void build_acceleration_structures(gpu::Recorder& recorder);
+  void record_acceleration_structures(gpu::Recorder& recorder);
   void begin_targets(Frame& frame);
   void rasterise(const Frame& frame);
   void write_planes(const Frame& frame, std::span<CameraHistory> histories);
@@ -191,6 +202,7 @@ class SceneRenderer {
   void draw_overlays(const Frame& frame);
 
   uint32_t shadow_mode(bool masked) const;  // FIRE3DV_SHADOWS_*
+  gpu_types::Globals make_globals(const View& view, bool shadow_mask) const;
   VkDeviceAddress upload_globals(const Frame& frame, const View& view) const;
   void expect_shading(const scene::Scene& scene);
   gpu::Rays expected_rays(const scene::Scene& scene) const;
@@ -216,8 +228,9 @@ class SceneRenderer {
   ShadowPass shadows_;
   PostPass post_;
   StaleOverlayPass stale_overlay_;
-  std::unique_ptr<Inspector> inspector_;  // created on first use
-  Environment environment_;               // last: its wait for the GPU overlaps with pipeline compilation
+  std::unique_ptr<PathPass> path_tracer_;  // null: raster
+  std::unique_ptr<Inspector> inspector_;   // created on first use
+  Environment environment_;                // last: its wait for the GPU overlaps with pipeline compilation
   const scene::Scene* scene_ = nullptr;
   bool may_have_forward_only_ = false;  // has forward-only draws, hidden or not
   const scene::SceneEdits* edits_ = nullptr;

@@ -1,9 +1,14 @@
 // Shadow catcher: a horizontal plane below the scene that darkens the background where lights are blocked. It is
 // no geometry: outputs of numbers, rays and reflections ignore it. Shadows come from the shadow maps, so that
-// techniques without maps leave it unshadowed.
+// techniques without maps leave it unshadowed. With FIRE3DV_PATH_TRACED the including shader traces them.
 #ifndef FIRE3DV_GROUND_GLSL
 #define FIRE3DV_GROUND_GLSL
 #include "environment/environment.glsl"
+#include "shading/lights.glsl"
+
+#ifdef FIRE3DV_PATH_TRACED
+float ground_visibility(GlobalsRef globals, uint light_index, LightSample light, vec3 position_world);
+#else
 #include "shading/shadow_maps.glsl"
 
 // Mean of five filtered lookups, since texels of a map are larger than pixels near the camera.
@@ -20,6 +25,7 @@ float ground_visibility(GlobalsRef globals, uint light_index, LightSample light,
   }
   return sum / 5;
 }
+#endif
 
 // Factor on the background's radiance: irradiance of the plane with shadows over that without.
 float ground_factor(GlobalsRef globals, vec3 direction) {

@@ -1,12 +1,11 @@
-// Alpha test of a shadow ray's candidate hit.
+// Alpha of a ray's candidate hit, and the alpha test of shadow rays.
 #ifndef FIRE3DV_MASKED_HIT_GLSL
 #define FIRE3DV_MASKED_HIT_GLSL
 #include "common/textures.glsl"
 #include "common/vertices.glsl"
 
-bool masked_hit_is_solid(GlobalsRef globals, uint node, uint geometry, uint triangle, vec2 barycentrics) {
-  const uint primitive_index = UintRef(globals.value.first_primitive_of_node).at[node] + geometry;
-  const PrimitiveRecord primitive = PrimitiveRef(globals.value.primitives).at[primitive_index];
+float alpha_of_hit(GlobalsRef globals, PrimitiveRecord primitive, MaterialRecord material, uint triangle,
+                   vec2 barycentrics) {
   const uint first = primitive.first_index + 3 * triangle;
   UintRef indices = UintRef(globals.value.indices);
   const vec3 weight = vec3(1 - barycentrics.x - barycentrics.y, barycentrics);
@@ -18,9 +17,14 @@ bool masked_hit_is_solid(GlobalsRef globals, uint node, uint geometry, uint tria
     uv += weight[corner] * vec4(UvRef(globals.value.uvs).at[vertex], uv1_of(extras, vertex));
     alpha += weight[corner] * color_of(extras, vertex).a;
   }
+  return alpha * material.base_color.a * sample_level0_or(material.base_color_texture, uv, vec4(1)).a;
+}
+
+bool masked_hit_is_solid(GlobalsRef globals, uint node, uint geometry, uint triangle, vec2 barycentrics) {
+  const uint primitive_index = UintRef(globals.value.first_primitive_of_node).at[node] + geometry;
+  const PrimitiveRecord primitive = PrimitiveRef(globals.value.primitives).at[primitive_index];
   const MaterialRecord material = MaterialRef(globals.value.materials).at[primitive.material];
-  alpha *= material.base_color.a * sample_level0_or(material.base_color_texture, uv, vec4(1)).a;
-  return alpha >= material.alpha_cutoff;
+  return alpha_of_hit(globals, primitive, material, triangle, barycentrics) >= material.alpha_cutoff;
 }
 
 #endif

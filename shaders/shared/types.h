@@ -9,6 +9,7 @@
 #include "light_types.h"
 #include "material_types.h"
 #include "output_types.h"
+#include "path_types.h"
 #include "pose_types.h"
 #include "raster_types.h"
 

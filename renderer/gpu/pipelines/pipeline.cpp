@@ -186,28 +186,37 @@ Pipeline create_graphics_pipeline(Device& device, VkPipelineLayout layout,
 }
 
 RayPipeline::RayPipeline(Device& device, VkPipelineLayout layout, std::string_view raygen,
-                         std::string_view miss, std::string_view any_hit)
+                         std::string_view miss, std::string_view any_hit, std::string_view closest_hit,
+                         std::span<const uint32_t> constants)
     : device_(&device) {
-  const std::array modules{create_shader_module(device, raygen), create_shader_module(device, miss),
-                           create_shader_module(device, any_hit)};
-  constexpr VkShaderStageFlagBits kStages[] = {VK_SHADER_STAGE_RAYGEN_BIT_KHR, VK_SHADER_STAGE_MISS_BIT_KHR,
-                                               VK_SHADER_STAGE_ANY_HIT_BIT_KHR};
-  std::array<VkPipelineShaderStageCreateInfo, 3> stages{};
+  constexpr uint32_t kWord = sizeof(uint32_t);
+  std::vector<VkSpecializationMapEntry> entries;
+  for (uint32_t id = 0; id < constants.size(); ++id) entries.push_back({id, id * kWord, kWord});
+  const VkSpecializationInfo specialization{static_cast<uint32_t>(entries.size()), entries.data(),
+                                            constants.size() * kWord, constants.data()};
+  std::vector<ShaderModule> modules;
+  std::vector<VkPipelineShaderStageCreateInfo> stages;
+  const auto add = [&](VkShaderStageFlagBits stage, std::string_view shader) {
+    modules.push_back(create_shader_module(device, shader));
+    stages.push_back(stage_info(stage, modules.back().get()));
+    stages.back().pSpecializationInfo = &specialization;
+    return static_cast<uint32_t>(stages.size() - 1);
+  };
   std::array<VkRayTracingShaderGroupCreateInfoKHR, 3> groups{};
-  for (uint32_t i = 0; i < 3; ++i) {
-    stages[i] = {VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO};
-    stages[i].stage = kStages[i];
-    stages[i].module = modules[i].get();
-    stages[i].pName = "main";
-    groups[i] = {VK_STRUCTURE_TYPE_RAY_TRACING_SHADER_GROUP_CREATE_INFO_KHR};
-    groups[i].type = i == 2 ? VK_RAY_TRACING_SHADER_GROUP_TYPE_TRIANGLES_HIT_GROUP_KHR
-                            : VK_RAY_TRACING_SHADER_GROUP_TYPE_GENERAL_KHR;
-    groups[i].generalShader = i == 2 ? VK_SHADER_UNUSED_KHR : i;
-    groups[i].anyHitShader = i == 2 ? i : VK_SHADER_UNUSED_KHR;
-    groups[i].closestHitShader = groups[i].intersectionShader = VK_SHADER_UNUSED_KHR;
+  for (VkRayTracingShaderGroupCreateInfoKHR& group : groups) {
+    group = {VK_STRUCTURE_TYPE_RAY_TRACING_SHADER_GROUP_CREATE_INFO_KHR};
+    group.type = VK_RAY_TRACING_SHADER_GROUP_TYPE_GENERAL_KHR;
+    group.generalShader = group.anyHitShader = VK_SHADER_UNUSED_KHR;
+    group.closestHitShader = group.intersectionShader = VK_SHADER_UNUSED_KHR;
   }
+  groups[0].generalShader = add(VK_SHADER_STAGE_RAYGEN_BIT_KHR, raygen);
+  groups[1].generalShader = add(VK_SHADER_STAGE_MISS_BIT_KHR, miss);
+  groups[2].type = VK_RAY_TRACING_SHADER_GROUP_TYPE_TRIANGLES_HIT_GROUP_KHR;
+  groups[2].anyHitShader = add(VK_SHADER_STAGE_ANY_HIT_BIT_KHR, any_hit);
+  if (!closest_hit.empty())
+    groups[2].closestHitShader = add(VK_SHADER_STAGE_CLOSEST_HIT_BIT_KHR, closest_hit);
   VkRayTracingPipelineCreateInfoKHR info{VK_STRUCTURE_TYPE_RAY_TRACING_PIPELINE_CREATE_INFO_KHR};
-  info.stageCount = stages.size();
+  info.stageCount = static_cast<uint32_t>(stages.size());
   info.pStages = stages.data();
   info.groupCount = groups.size();
   info.pGroups = groups.data();

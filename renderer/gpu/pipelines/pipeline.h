@@ -48,18 +48,20 @@ struct GraphicsPipelineInfo {
 // Cull mode, front face, viewport and scissor are dynamic.
 Pipeline create_graphics_pipeline(Device& device, VkPipelineLayout layout, const GraphicsPipelineInfo& info);
 
-// Ray-tracing pipeline with its shader binding table: one ray-generation, one miss and one any-hit shader.
-// The any-hit shader serves triangles that are not opaque.
+// Ray-tracing pipeline with its shader binding table: one ray-generation, one miss and one any-hit shader,
+// and a closest-hit shader where rays need one. The any-hit shader serves triangles that are not opaque.
 class RayPipeline {
  public:
   RayPipeline() = default;
   RayPipeline(Device& device, VkPipelineLayout layout, std::string_view raygen, std::string_view miss,
-              std::string_view any_hit);
+              std::string_view any_hit, std::string_view closest_hit = {},
+              std::span<const uint32_t> constants = {});
 
   // arguments: address of a VkTraceRaysIndirectCommandKHR. The caller binds descriptor sets and push
   // constants.
   void trace(VkCommandBuffer commands, VkDeviceAddress arguments) const;
   VkPipeline get() const { return pipeline_.get(); }
+  explicit operator bool() const { return static_cast<bool>(pipeline_); }
 
  private:
   Device* device_ = nullptr;

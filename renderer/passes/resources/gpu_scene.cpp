@@ -218,6 +218,7 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
                    const SceneUses& uses, const GpuScene* before)
     : mirrored(mirrored_at_rest(scene)), draw_list(DrawList::collect(scene, mirrored)) {
   gpu::LoaderCommands loader(device);
+  is_path_traced = uses.path_traced;
   node_count = static_cast<uint32_t>(scene.nodes.size());
 
   scene::ClusteredGeometry with_copies;

@@ -32,6 +32,7 @@ struct SceneUses {
   float anisotropy = 1;  // maximum anisotropy of smooth samplers, in texels; 1: none
   gpu::Rays rays = gpu::Rays::many;
   bool rays_to_boxes = false;  // gpu::traces_to_boxes(), and no ray-tracing pipeline
+  bool path_traced = false;    // rays meet blended and transmissive surfaces, too
   bool drawn_forward = true;   // whole scene on the forward path, not only its forward-only draws
 };
 
@@ -70,6 +71,7 @@ struct GpuScene {
   bool has_extensions = false;  // materials with glTF extensions
   bool has_textures = false;    // materials with textures
   bool has_second_uv = false;   // a texture uses the second set
+  bool is_path_traced = false;  // as in SceneUses
 
   // Vertices in cluster order. tangents and extras are null where no vertex has any or can get any.
   gpu::Buffer positions, frames, tangents, uvs, extras;

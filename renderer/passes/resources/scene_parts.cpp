@@ -61,22 +61,29 @@ void add_coarser_clusters(const GpuScene& gpu_scene, std::span<const scene::Clus
   }
 }
 
+// Triangles that rays meet: for shadow rays those of shadow casters, for paths all.
+bool meets_rays(const scene::Scene& scene, const GpuScene& gpu_scene, uint32_t primitive) {
+  if (!gpu_scene.is_path_traced) return casts_shadow(scene, primitive);
+  return scene.primitives[primitive].topology == scene::Topology::triangles;
+}
+
 // first_primitive: first of the primitives that represent the mesh.
-std::vector<gpu::TriangleGeometry> shadow_geometry(const scene::Scene& scene, const GpuScene& gpu_scene,
-                                                   const scene::Mesh& mesh, uint32_t first_primitive) {
+std::vector<gpu::TriangleGeometry> ray_geometry(const scene::Scene& scene, const GpuScene& gpu_scene,
+                                                const scene::Mesh& mesh, uint32_t first_primitive) {
   std::vector<gpu::TriangleGeometry> geometries;
   for (uint32_t i = 0; i < mesh.primitive_count; ++i) {
     const uint32_t p = mesh.first_primitive + i;
     const scene::ClusteredPrimitive& primitive = gpu_scene.geometry[first_primitive + i];
+    const scene::Material& material = scene.materials[scene.primitives[p].material];
+    // Paths pass a transmissive surface by its BRDF, not by its alpha.
     const scene::AlphaMode alpha_mode =
-        scene::drawn_alpha_mode(scene.materials[scene.primitives[p].material]);
+        gpu_scene.is_path_traced ? material.alpha_mode : scene::drawn_alpha_mode(material);
     gpu::TriangleGeometry geometry;
     geometry.positions = gpu_scene.positions.address + uint64_t{primitive.first_vertex} * sizeof(glm::vec3);
     geometry.indices = gpu_scene.indices.address + uint64_t{primitive.first_index} * sizeof(uint32_t);
     geometry.vertex_count = primitive.vertex_count;
-    // Blended and transmissive surfaces cast no shadow. An empty geometry preserves the indices of the
-    // others.
-    geometry.triangle_count = casts_shadow(scene, p) ? primitive.index_count / 3 : 0;
+    // An empty geometry preserves the indices of the others.
+    geometry.triangle_count = meets_rays(scene, gpu_scene, p) ? primitive.index_count / 3 : 0;
     geometry.opaque = alpha_mode == scene::AlphaMode::opaque;
     geometries.push_back(geometry);
   }
@@ -98,8 +105,7 @@ bool has_boxes_for_all(const scene::Scene& scene, std::span<const scene::Cluster
 // The same as boxes, where rays are traced to boxes. Deformed meshes keep their triangles.
 std::vector<gpu::TriangleGeometry> still_geometry(const scene::Scene& scene, const GpuScene& gpu_scene,
                                                   const scene::Mesh& mesh) {
-  std::vector<gpu::TriangleGeometry> geometries =
-      shadow_geometry(scene, gpu_scene, mesh, mesh.first_primitive);
+  std::vector<gpu::TriangleGeometry> geometries = ray_geometry(scene, gpu_scene, mesh, mesh.first_primitive);
   if (!gpu_scene.ray_boxes || !has_boxes_for_all(scene, gpu_scene.geometry, mesh)) return geometries;
   for (size_t i = 0; i < geometries.size(); ++i) {
     const scene::ClusteredPrimitive& primitive = gpu_scene.geometry[mesh.first_primitive + i];
@@ -271,7 +277,7 @@ std::vector<std::vector<gpu::TriangleGeometry>> deformed_geometry(const scene::S
   std::vector<std::vector<gpu::TriangleGeometry>> meshes;
   for (const scene::DeformedNode& shape : gpu_scene.deformed.nodes) {
     const scene::Mesh& mesh = scene.meshes[scene.nodes[shape.node].mesh];
-    meshes.push_back(shadow_geometry(scene, gpu_scene, mesh, shape.first_primitive));
+    meshes.push_back(ray_geometry(scene, gpu_scene, mesh, shape.first_primitive));
   }
   return meshes;
 }

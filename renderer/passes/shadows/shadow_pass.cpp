@@ -85,6 +85,10 @@ void ShadowPass::make_classify() {
 ShadowLimits ShadowPass::shadow_limits() const {
   constexpr uint64_t kListShare = 8, kMaskShare = 4;
   ShadowLimits limits;
+  if (technique_.method == ShadowMethod::off) {  // no maps and no mask
+    limits.max_texels = UINT64_MAX;
+    return limits;
+  }
   const uint64_t memory = device_.memory_bytes();
   // Each view has a cluster list; see ClusterRaster.
   limits.max_views =

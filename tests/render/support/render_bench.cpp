@@ -75,6 +75,7 @@ passes::PreparedFrame RenderBench::prepare(passes::FrameRequest request) {
 
 void RenderBench::record_and_submit(const state::PoseState& poses, const passes::View& view) {
   const passes::PreparedFrame prepared = prepare();
+  if (renderer_.traces_paths()) renderer_.trace_paths(prepared, poses, view);
   gpu::Recorder& recorder = frames_.begin();
   renderer_.record(prepared, recorder, frames_.staging(), poses, view);
   renderer_.draw_stale_overlay(recorder, condition_);
@@ -113,6 +114,7 @@ Taken RenderBench::take(const state::PoseState& poses, std::span<const passes::V
                         const passes::ImageOutputs& outputs, std::span<passes::CameraHistory> histories) {
   const passes::PreparedFrame prepared =
       prepare({.views = static_cast<uint32_t>(views.size()), .outputs = outputs});
+  if (renderer_.traces_paths()) renderer_.trace_paths(prepared, poses, views[0]);
   gpu::Recorder& recorder = frames_.begin();
   renderer_.record(prepared, recorder, frames_.staging(), poses, views, histories);
   Taken taken;

@@ -90,6 +90,19 @@ TEST(FramePlan, ADebugViewReplacesShadingButNotPlanes) {
   EXPECT_TRUE(plan.shading && plan.shadow_mask) << "it marks pixels of the shaded image";
 }
 
+TEST(FramePlan, PathTracedColoursAreResolvedInsteadOfShaded) {
+  FrameFacts facts = lit_scene();
+  facts.is_path_traced = true;
+  ImageOutputs outputs;
+  outputs.add(wire::kDepthF32);
+  const FramePlan plan = plan_frame(facts, outputs, {});
+  EXPECT_TRUE(plan.path_resolve && plan.visibility_buffer && plan.surface_planes);
+  EXPECT_FALSE(plan.shading || plan.compute_shading || plan.shadows || plan.acceleration_structures);
+  EXPECT_FALSE(plan.hdr_samples || plan.forward || plan.tone_map || plan.fxaa_only);
+  EXPECT_FALSE(plan_frame(facts, only(wire::kDepthF32), {}).path_resolve);
+  EXPECT_FALSE(plan_frame(lit_scene(), outputs, {}).path_resolve);
+}
+
 TEST(FramePlan, SeveralViewsEndWithComputeShading) {
   const FramePlan plan = plan_frame(lit_scene(), {}, {}, 3);
   EXPECT_TRUE(plan.visibility_buffer && plan.compute_shading);

@@ -122,6 +122,17 @@ TEST_F(ShaderLayout, TheFirstAndLastMembersAndAllThatFollowAGapLieAlike) {
   EXPECT_SAME_OFFSET(EnvironmentPush, lod);
   EXPECT_SAME_OFFSET(ForwardPush, globals);
   EXPECT_SAME_OFFSET(PostPush, tone_map);
+  EXPECT_SAME_OFFSET(EnvironmentCell, density);
+  EXPECT_SAME_OFFSET(PathState, direction_world);
+  EXPECT_SAME_OFFSET(PathState, throughput);
+  EXPECT_SAME_OFFSET(PathState, radiance);
+  EXPECT_SAME_OFFSET(PathSum, radiance_samples);
+  EXPECT_SAME_OFFSET(PathSum, display);
+  EXPECT_SAME_OFFSET(PathParameters, origin_x);
+  EXPECT_SAME_OFFSET(PathParameters, look_world);
+  EXPECT_SAME_OFFSET(PathParameters, seed);
+  EXPECT_SAME_OFFSET(PathPush, segments);
+  EXPECT_SAME_OFFSET(PathResolvePush, tone_map);
   EXPECT_SAME_OFFSET(PickedSurface, node);
   EXPECT_SAME_OFFSET(PickPush, y);
   EXPECT_SAME_OFFSET(DepthRange, farthest);

@@ -1,0 +1,256 @@
+#include "renderer/passes/path/path_pass.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstring>
+
+#include "protocol/base/plural.h"
+#include "renderer/passes/path/environment_cells.h"
+
+namespace fire3dv::passes {
+namespace {
+
+using gpu::Use;
+namespace access = gpu::access;
+using Clock = std::chrono::steady_clock;
+
+// Paths of one dispatch. A CPU also traces one ray of each path at a time: its loops end after 65535
+// iterations (shaders/common/lanes.glsl).
+constexpr uint32_t kBandPixels = 1 << 17, kBandPixelsOnCpu = 1 << 12;
+// Durations of a submission that change the number of samples in the next one.
+constexpr auto kShort = std::chrono::milliseconds(8), kLong = std::chrono::milliseconds(40);
+constexpr uint32_t kMaxSamplesPerSubmission = 64;
+constexpr VkDeviceSize kCommandsOffset = 192, kGlobalsOffset = 256;
+static_assert(sizeof(gpu_types::PathParameters) <= kCommandsOffset &&
+              kCommandsOffset + 2 * sizeof(VkTraceRaysIndirectCommandKHR) <= kGlobalsOffset);
+
+// Distance of the far plane; 0: infinite.
+float far_distance(const View& view) {
+  const glm::dvec4 z = glm::transpose(glm::dmat4(view.clip_from_world))[2];
+  const double at_eye = glm::dot(z, glm::dvec4(view.eye_world, 1));
+  const double change = glm::dot(glm::dvec3(z), glm::dvec3(view.look_world));
+  return change < 0 ? static_cast<float>(-at_eye / change) : 0;
+}
+
+void set_origins(const View& view, gpu_types::PathParameters& parameters) {
+  if (!view.orthographic) return;
+  const glm::dmat4 world_from_clip = glm::inverse(glm::dmat4(view.clip_from_world));
+  const auto at = [&](double x, double y) { return glm::dvec3(world_from_clip * glm::dvec4(x, y, 1, 1)); };
+  parameters.origin_x = glm::vec3(0.5 * (at(1, 0) - at(-1, 0)));
+  parameters.origin_y = glm::vec3(0.5 * (at(0, 1) - at(0, -1)));
+}
+
+RayBackEnd choose_back_end(const gpu::Device& device, RayBackEnd preferred) {
+  const bool pipeline =
+      device.report().ray_tracing_pipeline && (preferred == RayBackEnd::pipeline || !device.ray_query());
+  return pipeline ? RayBackEnd::pipeline : RayBackEnd::query;
+}
+
+gpu::Buffer create_storage(gpu::Device& device, VkDeviceSize bytes) {
+  return gpu::create_buffer(device, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
+}
+
+}  // namespace
+
+std::vector<std::string> path_tracing_limits(const scene::Scene& scene) {
+  const auto thin =
+      std::count_if(scene.primitives.begin(), scene.primitives.end(),
+                    [](const auto& primitive) { return primitive.topology != scene::Topology::triangles; });
+  const auto transmissive = std::count_if(
+      scene.materials.begin(), scene.materials.end(),
+      [](const scene::Material& material) { return material.transmission > 0 && !material.unlit; });
+  std::vector<std::string> limits;
+  if (thin > 0)
+    limits.push_back("paths: " + counted(static_cast<uint64_t>(thin), "primitive") +
+                     " of lines or points left out; the raster draws them");
+  if (transmissive > 0)
+    limits.push_back("paths: " + counted(static_cast<uint64_t>(transmissive), "transmissive material") +
+                     " let the light of lamps pass by chance only: smooth ones need many --spp");
+  return limits;
+}
+
+Result<void> can_trace_paths(const gpu::Device& device) {
+  if (device.traces_rays()) return {};
+  return Error{"path tracing needs ray queries or a ray-tracing pipeline, and " + device.report().name +
+               " has neither: choose another device with --device"};
+}
+
+const char* describe_path_back_end(RayBackEnd back_end) {
+  return back_end == RayBackEnd::pipeline ? "by a ray-tracing pipeline" : "by ray query";
+}
+
+PathPass::PathPass(gpu::Device& device, VkPipelineLayout layout, const PathSettings& settings,
+                   const scene::EnvironmentImage& environment)
+    : device_(device),
+      layout_(layout),
+      settings_(settings),
+      back_end_(choose_back_end(device, settings.back_end)),
+      submissions_(device) {
+  const VkDescriptorSetLayoutBinding binding{FIRE3DV_BINDING_FILTER_OUT, VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, 1,
+                                             VK_SHADER_STAGE_COMPUTE_BIT, nullptr};
+  resolve_set_layout_ = gpu::create_set_layout(device, {&binding, 1});
+  resolve_layout_ = gpu::create_pipeline_layout(device, std::array{resolve_set_layout_.get()});
+  resolve_ = gpu::create_compute_pipeline(device, resolve_layout_.get(), "path_resolve.comp");
+  const EnvironmentCells cells = make_environment_cells(environment);
+  cells_size_ = cells.size;
+  if (!cells.cells.empty()) {
+    gpu::LoaderCommands loader(device);
+    const std::span<const gpu_types::EnvironmentCell> values(cells.cells);
+    cells_ = gpu::create_buffer(device, values.size_bytes(), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
+                                gpu::filled_memory(device));
+    loader.upload(cells_, values);
+    loader.finish();
+  }
+  constants_ = gpu::create_buffer(device, kGlobalsOffset + sizeof(gpu_types::Globals),
+                                  VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT,
+                                  gpu::Memory::device);
+}
+
+void PathPass::begin(gpu::Recorder& recorder, const gpu_types::Globals& globals, const View& view) {
+  const bool cpu = device_.report().type == gpu::DeviceType::software;
+  pixel_count_ = globals.width * globals.height;
+  band_pixels_ = settings_.pixels_per_dispatch ? settings_.pixels_per_dispatch
+                 : cpu                         ? kBandPixelsOnCpu
+                                               : kBandPixels;
+  band_pixels_ = std::min(band_pixels_, pixel_count_);
+  const uint32_t all_segments = settings_.bounces + 2;
+  segments_ = settings_.segments_per_dispatch ? settings_.segments_per_dispatch : cpu ? 1 : all_segments;
+  const VkDeviceSize sum_bytes = VkDeviceSize{pixel_count_} * sizeof(gpu_types::PathSum);
+  const VkDeviceSize state_bytes = VkDeviceSize{band_pixels_} * sizeof(gpu_types::PathState);
+  if (sums_.size_bytes < sum_bytes) sums_ = create_storage(device_, sum_bytes);
+  if (states_.size_bytes < state_bytes) states_ = create_storage(device_, state_bytes);
+
+  gpu_types::PathParameters parameters{};
+  parameters.sums = sums_.address;
+  parameters.states = states_.address;
+  if (cells_ && globals.environment_intensity > 0) parameters.cells = cells_.address;
+  parameters.cells_x = cells_size_.x;
+  parameters.cells_y = cells_size_.y;
+  set_origins(view, parameters);
+  parameters.look_world = view.look_world;
+  parameters.near_m = view.near_m;
+  parameters.far_m = far_distance(view);
+  parameters.bounces = settings_.bounces;
+  parameters.seed = settings_.seed;
+  const uint32_t last_band = (pixel_count_ - 1) % band_pixels_ + 1;
+  const VkTraceRaysIndirectCommandKHR bands[] = {{band_pixels_, 1, 1}, {last_band, 1, 1}};
+  recorder.pass("path begin", {Use(constants_, access::transfer_write), Use(sums_, access::transfer_write)},
+                [&](VkCommandBuffer commands) {
+                  vkCmdUpdateBuffer(commands, constants_.get(), 0, sizeof(parameters), &parameters);
+                  vkCmdUpdateBuffer(commands, constants_.get(), kCommandsOffset, sizeof(bands), bands);
+                  vkCmdUpdateBuffer(commands, constants_.get(), kGlobalsOffset, sizeof(globals), &globals);
+                  vkCmdFillBuffer(commands, sums_.get(), 0, sum_bytes, 0);
+                });
+}
+
+void PathPass::use_pipeline(const GpuScene& scene) {
+  const Variant wanted{scene.has_extensions, scene.has_textures, scene.has_second_uv};
+  if ((pipeline_ || ray_pipeline_) && wanted == variant_) return;
+  variant_ = wanted;
+  const std::array<uint32_t, FIRE3DV_VARIANT_COUNT> constants{
+      FIRE3DV_SHADOWS_ANY, wanted.textures ? 1u : 0u, scene.has_masked ? 1u : 0u, wanted.second_uv ? 1u : 0u};
+  const std::string name = wanted.extensions ? "path" : "path_core";
+  if (back_end_ == RayBackEnd::query) {
+    pipeline_ = gpu::create_compute_pipeline(device_, layout_, name + ".comp", gpu::Compile::next, constants);
+  } else {
+    ray_pipeline_ = gpu::RayPipeline(device_, layout_, name + ".rgen", "path.rmiss", "path.rahit",
+                                     "path.rchit", constants);
+  }
+}
+
+void PathPass::record_sample(gpu::Recorder& recorder, GpuScene& scene, gpu_types::PathPush push) {
+  const bool query = back_end_ == RayBackEnd::query;
+  const gpu::Access write = query ? access::compute_write : access::ray_write;
+  gpu::Access read = query ? access::compute_read : access::ray_read;
+  std::vector<Use> uses{Use(sums_, write), Use(states_, write),
+                        Use(scene.top_level.storage(), query ? access::compute_trace : access::ray_trace)};
+  scene.add_reads(uses, read);
+  read.stages |= access::indirect_read.stages;  // the trace commands
+  read.access |= access::indirect_read.access;
+  uses.emplace_back(constants_, read);
+  const uint32_t all_segments = settings_.bounces + 2;
+  for (uint32_t segment = 0; segment < all_segments; segment += segments_) {
+    push.begins = segment == 0 ? 1 : 0;
+    push.segments = std::min(segments_, all_segments - segment);
+    recorder.pass("paths", uses, [&](VkCommandBuffer commands) {
+      const VkPipelineBindPoint point =
+          query ? VK_PIPELINE_BIND_POINT_COMPUTE : VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR;
+      vkCmdBindPipeline(commands, point, query ? pipeline_.get() : ray_pipeline_.get());
+      const VkDescriptorSet set = scene.textures.set();
+      vkCmdBindDescriptorSets(commands, point, layout_, 0, 1, &set, 0, nullptr);
+      vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
+      if (query) {
+        vkCmdDispatch(commands, (push.pixel_count + 63) / 64, 1, 1);
+      } else {
+        const VkDeviceSize band =
+            push.pixel_count == band_pixels_ ? 0 : sizeof(VkTraceRaysIndirectCommandKHR);
+        ray_pipeline_.trace(commands, constants_.address + kCommandsOffset + band);
+      }
+    });
+  }
+}
+
+bool PathPass::trace(GpuScene& scene, const Hooks& hooks) {
+  use_pipeline(scene);
+  const uint64_t bands = (pixel_count_ + band_pixels_ - 1) / band_pixels_;
+  const uint64_t total = bands * settings_.samples_per_pixel;
+  uint32_t per_submission = 1;
+  for (uint64_t done = 0; done < total;) {
+    if (hooks.should_stop && hooks.should_stop()) return false;
+    const Clock::time_point begun = Clock::now();
+    gpu::Recorder& recorder = submissions_.begin();  // waits for the last submission but one
+    const uint64_t end = std::min<uint64_t>(total, done + per_submission);
+    for (; done < end; ++done) {
+      const auto first = static_cast<uint32_t>(done / settings_.samples_per_pixel * band_pixels_);
+      gpu_types::PathPush push{};
+      push.globals = constants_.address + kGlobalsOffset;
+      push.parameters = constants_.address;
+      push.first_pixel = first;
+      push.pixel_count = std::min(band_pixels_, pixel_count_ - first);
+      push.sample_index = static_cast<uint32_t>(done % settings_.samples_per_pixel);
+      record_sample(recorder, scene, push);
+    }
+    (void)submissions_.submit();
+    (void)submissions_.take_finished();  // GPU times are not used
+    const Clock::duration taken = Clock::now() - begun;
+    if (taken < kShort) per_submission = std::min(2 * per_submission, kMaxSamplesPerSubmission);
+    if (taken > kLong) per_submission = std::max(per_submission / 2, 1u);
+    if (hooks.progress) hooks.progress(done, total);
+  }
+  return true;
+}
+
+void PathPass::resolve(gpu::Recorder& recorder, Targets& targets, const PostSettings& post,
+                       const PostPass::Linear& linear) {
+  if (targets.path_set.get() == VK_NULL_HANDLE) {
+    const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, 1};
+    targets.path_set = gpu::DescriptorSet(device_, resolve_set_layout_.get(), {&size, 1});
+    const VkDescriptorImageInfo info{VK_NULL_HANDLE, targets.display.view.get(), VK_IMAGE_LAYOUT_GENERAL};
+    VkWriteDescriptorSet write{VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET};
+    write.dstSet = targets.path_set.get();
+    write.dstBinding = FIRE3DV_BINDING_FILTER_OUT;
+    write.descriptorCount = 1;
+    write.descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_IMAGE;
+    write.pImageInfo = &info;
+    vkUpdateDescriptorSets(device_.handle(), 1, &write, 0, nullptr);
+  }
+  const gpu_types::PathResolvePush push{sums_.address,
+                                        linear.address,
+                                        targets.extent.width,
+                                        targets.extent.height,
+                                        settings_.samples_per_pixel,
+                                        post.exposure,
+                                        tone_map_number(post.tone_map)};
+  std::vector<Use> uses{Use(sums_, access::compute_read), Use(targets.display, access::compute_write, true)};
+  if (linear.buffer) uses.emplace_back(*linear.buffer, access::compute_write);
+  recorder.pass("path resolve", uses, [&](VkCommandBuffer commands) {
+    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, resolve_.get());
+    vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, resolve_layout_.get(), 0, 1,
+                            &targets.path_set.get(), 0, nullptr);
+    vkCmdPushConstants(commands, resolve_layout_.get(), VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
+    vkCmdDispatch(commands, (targets.extent.width + 7) / 8, (targets.extent.height + 7) / 8, 1);
+  });
+}
+
+}  // namespace fire3dv::passes

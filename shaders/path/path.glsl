@@ -1,0 +1,223 @@
+// Unidirectional path tracing with next event estimation (Kajiya 1986). Lamps are sampled directly; the environment
+// is sampled by image and by BRDF, weighted by the balance heuristic (Veach and Guibas 1995). The including shader
+// traces the rays: closest_hit() and is_blocked().
+#ifndef FIRE3DV_PATH_GLSL
+#define FIRE3DV_PATH_GLSL
+#define FIRE3DV_PATH_TRACED
+#include "path/environment_sampling.glsl"
+#include "path/hit.glsl"
+#include "material/brdf_sampling.glsl"
+#include "shading/ground.glsl"
+#include "material/material_surface.glsl"
+#include "shading/shadow_ray.glsl"
+
+layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer PathParametersRef { PathParameters value; };
+layout(buffer_reference, scalar, buffer_reference_align = 16) buffer PathStateRef { PathState at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 16) buffer PathSumRef { PathSum at[]; };
+
+Hit closest_hit(GlobalsRef globals, vec3 origin, float near_m, vec3 direction, float far_m, bool is_camera_ray, uvec4 random);
+bool is_blocked(GlobalsRef globals, vec3 origin, vec3 direction, float distance_m, uvec4 random);
+
+const float kFar = 1e30;
+// Random numbers of a path vertex.
+const uint kDimensions = 64;
+const uint kOfRay = 0, kOfDirection = 1, kOfEnvironment = 2, kOfSurvival = 3, kOfEnvironmentRay = 4, kOfLamp = 8,
+           kOfLampRay = kOfLamp + FIRE3DV_PATH_LAMPS, kOfGround = 32, kOfPixel = 40;
+const uint kCertainVertices = 4;  // before Russian roulette
+
+uvec4 path_counter;  // pixel, sample, first dimension of the vertex, seed
+
+uvec4 random_words(uint dimension) { return pcg4d(path_counter + uvec4(0, 0, dimension, 0)); }
+
+// Direction to a point of the lamp, which subtends half of the angle arcsin(light.sine). The lamp's radiance is
+// uniform over the cone, so that its irradiance does not depend on its size. Returns the factor on it.
+float sample_lamp(inout LightSample light, vec2 u) {
+  if (light.sine <= 0) return 1;
+  const float least_cosine = sqrt(max(1 - light.sine * light.sine, 0));
+  const float cosine = mix(1, least_cosine, u.x), sine = sqrt(max(1 - cosine * cosine, 0)), angle = 2 * PI * u.y;
+  light.to_light = normalize(frame_around(light.to_light) * vec3(sine * cos(angle), sine * sin(angle), cosine));
+  return 2 / (1 + least_cosine);
+}
+
+float ground_visibility(GlobalsRef globals, uint light_index, LightSample light, vec3 position_world) {
+  if (LightShadowRef(globals.value.light_shadows).at[light_index].rays == 0) return 1;
+  const uvec4 random = random_words(kOfGround + light_index * kDimensions);
+  sample_lamp(light, unit_numbers(random).xy);
+  const vec3 origin = offset_from_surface(position_world, vec3(0, 1, 0), globals.value.eye_world, 0, 0);
+  return is_blocked(globals, origin, light.to_light, light.distance_m, random) ? 0 : 1;
+}
+
+// Ends the path and adds it to the pixel's sums, so that samples are summed in their order.
+void end_path(inout PathState path, inout PathSum sum, bool is_display_referred) {
+  path.vertex = FIRE3DV_NO_INDEX;
+  if (is_display_referred) {
+    sum.display += path.radiance;
+    return;
+  }
+  sum.radiance += path.radiance;
+  sum.radiance_samples += 1;
+}
+
+void begin_path(GlobalsRef globals, PathParameters parameters, uint pixel, out PathState path) {
+  const vec2 place = vec2(pixel % globals.value.width, pixel / globals.value.width) + unit_numbers(random_words(kOfPixel)).xy;
+  const vec2 ndc = place / vec2(globals.value.width, globals.value.height) * 2 - 1;
+  path.origin_world = globals.value.eye_world + parameters.origin_x * ndc.x + parameters.origin_y * ndc.y;
+  path.direction_world = normalize(globals.value.world_from_ndc_x * ndc.x + globals.value.world_from_ndc_y * ndc.y +
+                                   globals.value.world_from_ndc_origin);
+  path.pdf = 0;
+  path.vertex = 0;
+  path.throughput = vec3(1);
+  path.is_camera_ray = 1;
+  path.radiance = vec3(0);
+  path.padding = 0;
+}
+
+void leave_scene(GlobalsRef globals, PathParameters parameters, inout PathState path, inout PathSum sum) {
+  const vec3 direction = path.direction_world;
+  if (path.is_camera_ray != 0) {
+    path.radiance = background_radiance(globals, direction) * ground_factor(globals, direction);
+    end_path(path, sum, is_background_display_referred(globals));
+    return;
+  }
+  const float by_light = environment_pdf(globals, parameters, direction);
+  if (globals.value.environment_intensity > 0)
+    path.radiance += path.throughput * environment_radiance(globals, direction) * (path.pdf / (path.pdf + by_light));
+  end_path(path, sum, false);
+}
+
+// Direct light, and the next direction. False: the path ends.
+bool scatter(GlobalsRef globals, PathParameters parameters, Surface surface, PathVertex vertex, inout PathState path) {
+  const LobeShares shares = lobe_shares(surface);
+  const uint lamps = min(globals.value.light_count, FIRE3DV_PATH_LAMPS);
+  bool goes_on = false;
+  vec3 next_direction = vec3(0), next_throughput = vec3(0);
+  float next_pdf = 0;
+  // One loop, so that the BRDF occurs once in the code: lamps, the environment, the next direction.
+  for (uint i = 0; i < lamps + 2; ++i) {
+    vec3 direction, incoming = vec3(0);
+    float distance_m = kFar, light_pdf = 0;
+    bool casts_shadow = true;
+    uvec4 ray_random = uvec4(0);
+    if (i < lamps) {
+      const uvec4 words = random_words(kOfLamp + i);
+      const vec4 u = unit_numbers(words);
+      // One lamp of each stratum of the list.
+      const uint lamp = globals.value.light_count == lamps
+                            ? i
+                            : min(uint((i + u.z) / lamps * globals.value.light_count), globals.value.light_count - 1);
+      LightSample light = sample_light(globals, lamp, vertex.point.position_world);
+      incoming = light.irradiance * (float(globals.value.light_count) / lamps) * sample_lamp(light, u.xy);
+      direction = light.to_light;
+      distance_m = light.distance_m;
+      casts_shadow = LightShadowRef(globals.value.light_shadows).at[lamp].rays != 0;
+      ray_random = random_words(kOfLampRay + i);
+    } else if (i == lamps) {
+      if (parameters.cells == 0ul) continue;
+      direction = sample_environment(globals, parameters, random_words(kOfEnvironment));
+      light_pdf = environment_pdf(globals, parameters, direction);
+      if (!(light_pdf > 0)) continue;
+      incoming = environment_radiance(globals, direction) / light_pdf;
+      ray_random = random_words(kOfEnvironmentRay);
+    } else {
+      const vec4 u = unit_numbers(random_words(kOfDirection));
+      direction = sample_direction(surface, shares, u.x, u.yz);
+    }
+    const vec3 reflected = reflect_light(surface, direction, 0);
+    if (!(largest(reflected) > 0)) continue;
+    const float brdf_pdf = i < lamps ? 0 : pdf_of(surface, shares, direction);
+    if (i == lamps + 1) {
+      goes_on = brdf_pdf > 0;
+      next_direction = direction;
+      next_throughput = path.throughput * reflected / brdf_pdf;
+      next_pdf = brdf_pdf;
+      continue;
+    }
+    if (i == lamps) incoming *= light_pdf / (light_pdf + brdf_pdf);
+    const vec3 contribution = path.throughput * reflected * incoming;
+    if (!(largest(contribution) > 0)) continue;
+    const vec3 plane = vertex.point.plane_normal_world;
+    const vec3 side = dot(plane, direction) < 0 ? -plane : plane;
+    const vec3 origin = offset_from_surface(vertex.point.position_world, side, vertex.point.position_world, 0, vertex.rounding_m);
+    if (casts_shadow && is_blocked(globals, origin, direction, distance_m, ray_random)) continue;
+    path.radiance += contribution;
+  }
+  if (!goes_on) return false;
+  const vec3 plane = vertex.point.plane_normal_world;
+  const vec3 side = dot(plane, next_direction) < 0 ? -plane : plane;
+  path.origin_world = offset_from_surface(vertex.point.position_world, side, vertex.point.position_world, 0, vertex.rounding_m);
+  path.direction_world = next_direction;
+  path.throughput = next_throughput;
+  path.pdf = next_pdf;
+  return true;
+}
+
+// Russian roulette: a path of little throughput ends with the complement of its chance to survive, by which the
+// others are divided.
+bool survives(inout PathState path) {
+  if (path.vertex < kCertainVertices) return true;
+  const float chance = clamp(largest(path.throughput), 0.05, 1);
+  if (unit_numbers(random_words(kOfSurvival)).x >= chance) return false;
+  path.throughput /= chance;
+  return true;
+}
+
+// One ray, and the surface that it hits.
+void advance_path(GlobalsRef globals, PathParameters parameters, inout PathState path, inout PathSum sum) {
+  const bool is_camera_ray = path.is_camera_ray != 0;
+  const float along = is_camera_ray ? max(dot(path.direction_world, parameters.look_world), 1e-6) : 1;
+  const float near_m = is_camera_ray ? parameters.near_m / along : 0;
+  const float far_m = is_camera_ray && parameters.far_m > 0 ? parameters.far_m / along : kFar;
+  const Hit hit = closest_hit(globals, path.origin_world, near_m, path.direction_world, far_m, is_camera_ray, random_words(kOfRay));
+  if (!hit.found) {
+    leave_scene(globals, parameters, path, sum);
+    return;
+  }
+
+  const PrimitiveRecord primitive = primitive_of_hit(globals, hit.node, hit.geometry);
+  const MaterialRecord material = MaterialRef(globals.value.materials).at[primitive.material];
+  const PathVertex vertex = path_vertex(globals, hit, primitive, material, path.direction_world);
+  const vec4 base_color = surface_base_color(material, vertex.point);
+  if ((material.flags & FIRE3DV_MATERIAL_UNLIT) != 0) {
+    path.radiance += path.throughput * base_color.rgb;
+    end_path(path, sum, is_camera_ray);
+    return;
+  }
+  const Surface surface = make_surface(globals, material, base_color, vertex.point, -path.direction_world);
+  const bool emits = !vertex.is_back || (material.flags & FIRE3DV_MATERIAL_DOUBLE_SIDED) != 0;
+  if (emits && largest(material.emissive) > 0) {
+    const float under_coat = surface.coat > 0 ? 1 - coat_albedo(surface) : 1;
+    path.radiance += path.throughput * under_coat * material.emissive *
+                     sample_or(material.emissive_texture, vertex.point.uv, vec4(0), vec4(0), vec4(1)).rgb;
+  }
+  const bool goes_on = path.vertex <= parameters.bounces && scatter(globals, parameters, surface, vertex, path) && survives(path);
+  if (!goes_on) {
+    end_path(path, sum, false);
+    return;
+  }
+  path.is_camera_ray = 0;
+  ++path.vertex;
+}
+
+void trace_pixel(PathPush push, uint place) {
+  GlobalsRef globals = GlobalsRef(push.globals);
+  const PathParameters parameters = PathParametersRef(push.parameters).value;
+  const uint pixel = push.first_pixel + place;
+  path_counter = uvec4(pixel, push.sample_index, 0, parameters.seed);
+  PathState path;
+  if (push.begins != 0) {
+    begin_path(globals, parameters, pixel, path);
+  } else {
+    path = PathStateRef(parameters.states).at[place];
+    if (path.vertex == FIRE3DV_NO_INDEX) return;
+  }
+  PathSum sum = PathSumRef(parameters.sums).at[pixel];
+  for (uint i = 0; i < push.segments; ++i) {
+    if (path.vertex == FIRE3DV_NO_INDEX) break;
+    path_counter.z = path.vertex * kDimensions;
+    advance_path(globals, parameters, path, sum);
+  }
+  PathStateRef(parameters.states).at[place] = path;
+  if (path.vertex == FIRE3DV_NO_INDEX) PathSumRef(parameters.sums).at[pixel] = sum;
+}
+
+#endif
