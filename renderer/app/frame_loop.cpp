@@ -62,6 +62,7 @@ passes::DrawSettings draw_settings(const Options& options,
   settings.levels_of_detail = options.levels_of_detail;
   settings.anisotropy = options.anisotropy;
   settings.shadows = options.shadows;
+  settings.path = options.path;
   settings.post.exposure = options.exposure.value_or(1);  // set_exposure() replaces it
   settings.post.tone_map = options.tone_map;
   settings.post.fxaa = options.fxaa;
@@ -110,11 +111,18 @@ FrameLoop::FrameLoop(const FrameLoopContext& context)
   if (window_) frame_extent_ = window_->image_extent();
   if (window_ && animations_) animation_timeline_.emplace(animations_->duration_s());
   const bool compute = renderer_.raster_path() == passes::RasterPath::visibility;
-  std::fprintf(stderr, "fire3dv: info: drawn %s, %s per pixel, shadows: %s\n",
-               compute ? "from a visibility buffer" : "forward",
-               counted(static_cast<uint32_t>(renderer_.samples()), "sample").c_str(),
-               passes::describe(renderer_.shadow_technique()));
-  if (renderer_.traces()) {
+  if (options_.path) {
+    std::fprintf(stderr, "fire3dv: info: path-traced %s, %s per pixel, %s, seed %u\n",
+                 passes::describe_path_back_end(renderer_.path_back_end()),
+                 counted(options_.path->samples_per_pixel, "sample").c_str(),
+                 counted(options_.path->bounces, "bounce").c_str(), options_.path->seed);
+  } else {
+    std::fprintf(stderr, "fire3dv: info: drawn %s, %s per pixel, shadows: %s\n",
+                 compute ? "from a visibility buffer" : "forward",
+                 counted(static_cast<uint32_t>(renderer_.samples()), "sample").c_str(),
+                 passes::describe(renderer_.shadow_technique()));
+  }
+  if (renderer_.traces() && !options_.path) {
     std::fprintf(stderr, "fire3dv: info: acceleration structures are built %s\n",
                  gpu::describe(device_.queues().async));
   }
@@ -338,10 +346,11 @@ Result<void> FrameLoop::draw() {
       window_ ? window_->take_inspection() : passes::Inspection{options_.debug_view, scene::kNone, {}};
   Result<passes::PreparedFrame> prepared = renderer_.prepare(request);
   if (!prepared) return prepared.error();
-  gpu::Recorder& recorder = frames_.begin();
-  const Clock::time_point begun = Clock::now();
   const passes::View view =
       camera_.view(poses_, static_cast<float>(extent.width) / static_cast<float>(extent.height));
+  if (renderer_.traces_paths() && taken_.shaded() && !trace_paths(*prepared, view)) return {};
+  gpu::Recorder& recorder = frames_.begin();
+  const Clock::time_point begun = Clock::now();
   const std::vector<state::FrameTag> shown = poses_.shown();
   warn_of_empty_image(view, shown);
 
@@ -350,7 +359,7 @@ Result<void> FrameLoop::draw() {
     renderer_.draw_stale_overlay(recorder, stale_condition(poses_.streams(), options_.play.mark_held));
   if (wants_pixels() && !awaits_stream_)
     captures_.record(recorder, renderer_, options_.outputs, scene_.scene(), poses_,
-                     {images_, view.camera, shown});
+                     {images_, view.camera, shown, capture::path_provenance(options_.path)});
   if (window_) {
     if (Result<void> drawn = window_->record(recorder, frames_.staging(), {images_, view.camera, shown});
         !drawn)
@@ -364,6 +373,16 @@ Result<void> FrameLoop::draw() {
   note_cost(shown, begun);
   ++(awaits_stream_ ? uncounted_images_ : images_);
   return window_ ? window_->draw_others() : Result<void>();
+}
+
+// False: a signal has stopped it.
+bool FrameLoop::trace_paths(const passes::PreparedFrame& prepared, const passes::View& view) {
+  Progress progress("fire3dv", "samples per pixel:");
+  const uint64_t samples = options_.path->samples_per_pixel;
+  return renderer_.trace_paths(
+      prepared, poses_, view,
+      {[&](uint64_t done, uint64_t total) { progress.update_with_end(done * samples / total, samples); },
+       stop_was_requested});
 }
 
 // Once, for the first image; with adapters, for the first image of one of their frames.

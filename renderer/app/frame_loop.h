@@ -87,6 +87,7 @@ class FrameLoop {
   void steer();         // applies user input
   void animate();
   Result<void> draw();
+  bool trace_paths(const passes::PreparedFrame& prepared, const passes::View& view);
   Result<void> finish_served(const ImageService::Drawn& served);
   Result<void> deliver();  // passes finished images to the sink
   Result<void> list_instances();

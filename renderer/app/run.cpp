@@ -214,6 +214,9 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   for (const std::string& note : load.notes()) say(note);
   const scene::Scene* const scene = &(*loaded)->scene;
   describe(show.title(), *scene);
+  if (options.path) {
+    for (const std::string& limit : passes::path_tracing_limits(*scene)) say(warning(limit));
+  }
 
   using Animations = std::optional<Playing>;
   Result<Animations> animations = make_or_default<Animations>(
@@ -381,6 +384,10 @@ int run(const Options& options) {
     if (show->load().has_failed()) return fail(show->with_scene_name(show->load().wait().error()));
     if (!devices) return fail(devices.error());
     gpu::Device& device = *devices->first;
+    if (options.path) {
+      if (Result<void> can = passes::can_trace_paths(device); !can)
+        return fail(Error{"--render path: " + can.error().message});
+    }
     PipelineCacheFile pipelines(device, places.pipelines);
     if (pipelines.note()) say(warning(*pipelines.note()));
     gui::Viewer viewer;

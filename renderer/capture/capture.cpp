@@ -31,6 +31,11 @@ std::string list_instances(const scene::Scene& scene) {
   return text;
 }
 
+std::optional<sinks::PathTraced> path_provenance(const std::optional<passes::PathSettings>& settings) {
+  if (!settings) return std::nullopt;
+  return sinks::PathTraced{settings->samples_per_pixel, settings->bounces, settings->seed};
+}
+
 void CaptureQueue::record(gpu::Recorder& recorder, gpu::Image& color, Provenance provenance) {
   readback_.record(recorder, color, {{}, {}, {}, std::move(provenance)});
 }
@@ -71,6 +76,7 @@ sinks::FrameImage CaptureQueue::convert(Capture&& capture, VkExtent2D extent,
   image.frame_index = capture.provenance.frame_index;
   image.camera = std::move(capture.provenance.camera);
   image.shown = std::move(capture.provenance.shown);
+  image.path_traced = capture.provenance.path_traced;
   const wire::ImageOutputs outputs = capture.outputs;
   const size_t color_bytes =
       outputs.has(wire::kColorSrgb8) ? size_t{4} * extent.width * extent.height : size_t{0};

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -33,7 +34,11 @@ struct Provenance {
   uint64_t frame_index = 0;  // of this run of the renderer, from 0
   std::string camera;
   std::vector<state::FrameTag> shown;  // displayed pose frames
+  std::optional<sinks::PathTraced> path_traced = std::nullopt;
 };
+
+// Settings of path-traced images, for Provenance.
+std::optional<sinks::PathTraced> path_provenance(const std::optional<passes::PathSettings>& settings);
 
 // Asynchronous read-back of rendered images and planes, each with its provenance. Finished captures arrive
 // frames later, in order and without a stall.

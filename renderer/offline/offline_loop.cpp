@@ -96,7 +96,9 @@ Result<bool> OfflineLoop::run(const Part& part, const std::function<bool(uint64_
   for (; frame < end && !should_stop(); ++frame) {
     if (!is_wanted(frame)) continue;
     advance(frame);
-    if (auto drawn = draw(frame); !drawn) return drawn.error();
+    const auto drawn = draw(frame, should_stop);
+    if (!drawn) return drawn.error();
+    if (!*drawn) break;
     if (auto delivered = deliver(); !delivered) return delivered.error();
     progress.update_with_end(frame + 1 - part.first, part.frames);
   }
@@ -121,18 +123,21 @@ void OfflineLoop::advance(uint64_t frame) {
         (*parts_.animations)->at(static_cast<double>(parts_.poses.sim_time_ns().value_or(line_ns)) * 1e-9));
 }
 
-Result<void> OfflineLoop::draw(uint64_t frame) {
+Result<bool> OfflineLoop::draw(uint64_t frame, const std::function<bool()>& should_stop) {
   const VkExtent2D extent = parts_.renderer.extent();
   const Result<passes::PreparedFrame> prepared = parts_.renderer.prepare({.extent = extent});
   if (!prepared) return prepared.error();
-  gpu::Recorder& recorder = frames_.begin();
   const passes::View view =
       parts_.camera.view(parts_.poses, static_cast<float>(extent.width) / static_cast<float>(extent.height));
+  if (parts_.path && !parts_.renderer.trace_paths(*prepared, parts_.poses, view, {{}, should_stop}))
+    return false;
+  gpu::Recorder& recorder = frames_.begin();
   parts_.renderer.record(*prepared, recorder, frames_.staging(), parts_.poses, view);
-  captures_.record(recorder, parts_.renderer.image(), {frame, view.camera, parts_.poses.shown()});
+  captures_.record(recorder, parts_.renderer.image(),
+                   {frame, view.camera, parts_.poses.shown(), capture::path_provenance(parts_.path)});
   captures_.submitted(frames_.submit());
   ++images_;
-  return {};
+  return true;
 }
 
 Result<void> OfflineLoop::deliver() {

@@ -67,6 +67,7 @@ class OfflineLoop {
     std::optional<state::AnimationPlayer>* animations;
     app::CameraRig& camera;
     sinks::FrameSink& sink;
+    std::optional<passes::PathSettings> path;  // of the renderer
   };
   OfflineLoop(const Parts& parts, const FrameTimes& times);
 
@@ -77,7 +78,8 @@ class OfflineLoop {
 
  private:
   void advance(uint64_t frame);
-  Result<void> draw(uint64_t frame);
+  // Returns false if should_stop ended it.
+  Result<bool> draw(uint64_t frame, const std::function<bool()>& should_stop);
   Result<void> deliver();
 
   Parts parts_;

@@ -233,6 +233,11 @@ Result<bool> Render::draw(const scene::LoadedScene& loaded, const Timeline& time
   gpu::DeviceReport report;
   auto device = app::open_device(*instance_, drawing_, &report);
   if (!device) return device.error();
+  if (drawing_.path) {
+    if (auto can = passes::can_trace_paths(**device); !can)
+      return Error{"--render path: " + can.error().message};
+    for (const std::string& limit : passes::path_tracing_limits(loaded.scene)) say(warning(limit));
+  }
   app::PipelineCacheFile pipelines(**device, places_.pipelines);
   if (pipelines.note()) say(warning(*pipelines.note()));
   passes::DrawSettings settings = app::draw_settings(drawing_, std::move(*environment));
@@ -269,7 +274,7 @@ Result<bool> Render::draw(const scene::LoadedScene& loaded, const Timeline& time
     if (auto begun = output.folder->begin(machine); !begun) return begun.error();
   }
   OfflineLoop loop({**device, *renderer, poses, *streams, live,
-                    *animations ? &(*animations)->player : nullptr, *camera, output.sink()},
+                    *animations ? &(*animations)->player : nullptr, *camera, output.sink(), drawing_.path},
                    manifest.times);
   const auto is_wanted = [&](uint64_t frame) { return !output.folder || !output.folder->has(frame); };
   auto drawn = loop.run(part, is_wanted, app::stop_was_requested);

@@ -19,6 +19,12 @@ struct FramePlane {
   std::vector<uint8_t> bytes;
 };
 
+// Settings of a path-traced image.
+struct PathTraced {
+  uint32_t samples_per_pixel = 0, bounces = 0, seed = 0;
+  bool operator==(const PathTraced&) const = default;
+};
+
 struct FrameImage {
   uint32_t width = 0, height = 0;
   // sRGB-encoded, top row first, width * height * 4 bytes; empty if only planes were requested.
@@ -28,7 +34,8 @@ struct FrameImage {
   std::optional<std::vector<wire::BoxRecord3d>> boxes3d;
   uint64_t frame_index = 0;  // of this run of the renderer, from 0
   std::string camera;
-  std::vector<state::FrameTag> shown;  // empty: the scene is at rest
+  std::vector<state::FrameTag> shown;     // empty: the scene is at rest
+  std::optional<PathTraced> path_traced;  // nullopt: raster
 };
 
 class FrameSink {

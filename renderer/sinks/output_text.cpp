@@ -134,6 +134,11 @@ std::string frame_line(const FrameFiles& files, const FrameImage& image) {
   if (image.boxes3d)
     line +=
         ",\"boxes3d\":" + list(*image.boxes3d, [](const wire::BoxRecord3d& box) { return box_entry(box); });
+  if (image.path_traced)
+    line += ",\"renderer\":\"path\",\"samples_per_pixel\":" +
+            std::to_string(image.path_traced->samples_per_pixel) +
+            ",\"bounces\":" + std::to_string(image.path_traced->bounces) +
+            ",\"seed\":" + std::to_string(image.path_traced->seed);
   return line + ",\"streams\":" + list(image.shown, stream_entry) + "}\n";
 }
 

@@ -290,6 +290,12 @@ TextChunks text_of(const FrameImage& image) {
   text.emplace_back("Software", "FIRE-3DV " FIRE3DV_VERSION);
   if (!image.camera.empty()) text.emplace_back("Camera", image.camera);
   text.emplace_back("Frame", std::to_string(image.frame_index));
+  if (image.path_traced) {
+    text.emplace_back("Renderer", "path");
+    text.emplace_back("SamplesPerPixel", std::to_string(image.path_traced->samples_per_pixel));
+    text.emplace_back("Bounces", std::to_string(image.path_traced->bounces));
+    text.emplace_back("Seed", std::to_string(image.path_traced->seed));
+  }
   text.emplace_back("Streams", std::to_string(image.shown.size()));
   for (size_t i = 0; i < image.shown.size(); ++i) {
     const state::FrameTag& tag = image.shown[i];
@@ -310,6 +316,13 @@ void apply_text(const TextChunks& text, FrameImage& image) {
     if (keyword == "Camera") image.camera = value;
     if (keyword == "Frame") read_number(value, image.frame_index);
     if (keyword == "Streams") read_number(value, stream_count);
+    if (keyword == "Renderer" && value == "path") image.path_traced.emplace();
+  }
+  for (const auto& [keyword, value] : text) {
+    if (!image.path_traced) break;
+    if (keyword == "SamplesPerPixel") read_number(value, image.path_traced->samples_per_pixel);
+    if (keyword == "Bounces") read_number(value, image.path_traced->bounces);
+    if (keyword == "Seed") read_number(value, image.path_traced->seed);
   }
   // The count is untrusted: a file cannot show more streams than it has chunks.
   image.shown.assign(stream_count <= text.size() ? stream_count : 0, {});

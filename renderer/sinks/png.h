@@ -3,6 +3,7 @@
 //   Software     "FIRE-3DV 0.1.0"
 //   Camera       camera name; absent if the image has none
 //   Frame        index of the image in its run of the renderer, from 0
+//   Renderer     "path" for path-traced images, with SamplesPerPixel, Bounces and Seed; absent for raster
 //   Streams      number of streams in the image; 0 = the scene at rest
 //   Stream       adapter name
 //   Epoch        16 hexadecimal digits: the run of the stream

@@ -109,6 +109,19 @@ def a_cold_start_changes_nothing(test):
             check(pixels_of(out, line) == pixels_of(folder, wanted), f"frame {wanted['frame']} drawn alone is another picture")
 
 
+def paths_are_traced(test):
+    """A path-traced frame depends on its own moment alone, and its file names the settings."""
+    path = ("--fps", FPS, "--render", "path", "--spp", 1, "--bounces", 1, "--seed", 3)
+    row, alone = test.path("row"), test.path("alone")
+    render(test, recording(test), row, *path, "--start", 20 / FPS, "--end", 21 / FPS)
+    render(test, recording(test), alone, *path, "--start", 21 / FPS, "--end", 21 / FPS)
+    lines, (line,) = lines_of(os.path.join(row, "frames.jsonl")), lines_of(os.path.join(alone, "frames.jsonl"))
+    check(len(lines) == 2 and line["streams"] == lines[1]["streams"], f"{lines}, {line}")
+    check((line["renderer"], line["samples_per_pixel"], line["bounces"], line["seed"]) == ("path", 1, 1, 3), line)
+    check(pixels_of(alone, line) == pixels_of(row, lines[1]), "a frame drawn alone is another picture")
+    check(pixels_of(row, lines[0]) != pixels_of(row, lines[1]), "nothing moves")
+
+
 def shards_are_the_whole(test):
     folder = whole_run(test)
     parts = [test.path(f"part{i}") for i in (1, 2, 3)]
@@ -315,5 +328,5 @@ if __name__ == "__main__":
     # One folder for all comparisons with the reference run, which is drawn once.
     main({"same_bytes": all_of(frames_are_right, a_cold_start_changes_nothing, shards_are_the_whole, a_killed_run_is_gone_on_with,
                                the_scene_may_travel),
-          "live": live_is_replayed_is_offline, "bad_input": bad_input},
+          "paths": paths_are_traced, "live": live_is_replayed_is_offline, "bad_input": bad_input},
          ("fire3dv", "record", "replay", "publisher", "make"))

@@ -15,6 +15,7 @@
 #include "renderer/app/animation_clock.h"
 #include "renderer/app/options/drawing_options.h"
 #include "renderer/app/options/option_values.h"
+#include "renderer/app/options/path_options.h"
 #include "renderer/passes/frame_plan.h"
 
 namespace fire3dv::app {
@@ -56,6 +57,7 @@ struct Texts {
   std::string raster = "auto", cull = "on", levels_of_detail = "auto";
   std::string ground = "auto", debug_view = "none";
   DrawingTexts drawing;
+  PathTexts path;
   double delay_ms = 0;
 };
 
@@ -285,6 +287,7 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
   add_image_options(app, options, texts, given);
   add_window_options(app, options, texts, given);
   add_drawing_options(app, options, texts.drawing);
+  add_path_options(app, texts.path);
   app.add_option("--ground", texts.ground, "shadows below the scene, or at a height")
       ->type_name("auto|off|Y")
       ->capture_default_str()
@@ -414,6 +417,7 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
         "--view shows something else than light: --outputs needs color and not linear beside it");
   if (!shows_light && options.on_request)
     return usage_error("--view is for images that are drawn unasked, and --on-request draws none");
+  if (const auto wrong = take_path_options(texts.path, !needs_scene, options)) return usage_error(*wrong);
   return options;
 }
 

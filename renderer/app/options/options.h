@@ -82,7 +82,8 @@ struct Options {
   passes::LevelsOfDetail levels_of_detail = passes::LevelsOfDetail::automatic;
   float anisotropy = 1;
   passes::ShadowSettings shadows;
-  std::optional<float> exposure;  // nullopt: estimated from the scene
+  std::optional<passes::PathSettings> path;  // nullopt: raster
+  std::optional<float> exposure;             // nullopt: estimated from the scene
   passes::ToneMap tone_map = passes::ToneMap::neutral;
   bool fxaa = true;
   passes::DebugView debug_view = passes::DebugView::none;  // displayed instead of lighting

@@ -136,6 +136,22 @@ TEST(Png, ASceneAtRestSaysSo) {
   EXPECT_TRUE(file->image.shown.empty());
 }
 
+TEST(Png, APathTracedImageNamesItsSettings) {
+  FrameImage image = gradient(4, 4, 255);
+  image.path_traced = PathTraced{256, 8, 4294967295u};
+  const auto file = decode_png(*encode_png(image));
+  ASSERT_TRUE(file.ok()) << file.error().message;
+  EXPECT_EQ(file->image.path_traced, image.path_traced);
+  EXPECT_EQ(text_at(*file, "Renderer"), "path");
+  EXPECT_EQ(text_at(*file, "SamplesPerPixel"), "256");
+  EXPECT_EQ(text_at(*file, "Bounces"), "8");
+  EXPECT_EQ(text_at(*file, "Seed"), "4294967295");
+  const auto raster = decode_png(*encode_png(gradient(4, 4, 255)));
+  ASSERT_TRUE(raster.ok());
+  EXPECT_FALSE(raster->image.path_traced);
+  EXPECT_EQ(text_at(*raster, "Renderer"), "(absent)");
+}
+
 TEST(Png, NamesFromOutsideAreMadeFit) {
   FrameImage image = gradient(4, 4, 255);
   image.camera = "K\xc3\xa4mera \xe2\x82\xac";  // valid UTF-8 stays
