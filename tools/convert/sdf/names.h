@@ -1,0 +1,89 @@
+// Node names of SDF scenes, common to the converter and to publishers of Gazebo's poses, so that every name
+// binds.
+//
+// A node is named by its entity's scoped name: the names of the models around it, of its link and its own,
+// joined by '/', without the world. "robot/arm/wrist/visual" is a visual of link "wrist" in model "arm", which
+// is nested in model "robot". '~' and '/' in the name of an entity are escaped as ~0 and ~1, as in SPEC.md's
+// paths.
+#pragma once
+
+#include <set>
+#include <string>
+#include <string_view>
+
+#include "protocol/base/text.h"
+
+namespace fire3dv::convert {
+
+// Order in which the entities of a scene take their names: all models, then all links, and so on; entities of
+// one kind in the order of the file, parents before children.
+enum class SdfEntity { model, link, visual, light, sensor };
+
+inline const char* name_of(SdfEntity kind) {
+  switch (kind) {
+    case SdfEntity::model:
+      return "model";
+    case SdfEntity::link:
+      return "link";
+    case SdfEntity::visual:
+      return "visual";
+    case SdfEntity::light:
+      return "light";
+    case SdfEntity::sensor:
+      break;
+  }
+  return "sensor";
+}
+
+// Name of an entity as a part of a scoped name. Control characters and invalid UTF-8 become '?'.
+inline std::string escaped_sdf_name(std::string_view name) {
+  std::string part;
+  for (const char c : printable_text(name, std::string::npos)) {
+    if (c == '~' || c == '/') {
+      part += c == '~' ? "~0" : "~1";
+    } else {
+      part += c;
+    }
+  }
+  return part;
+}
+
+// parent: scoped name; empty for entities of the world. An entity without a name has that of its kind.
+inline std::string scoped_sdf_name(std::string_view parent, std::string_view name, SdfEntity kind) {
+  const std::string part = escaped_sdf_name(name.empty() ? name_of(kind) : name);
+  return parent.empty() ? part : std::string(parent) + "/" + part;
+}
+
+// Node of the glTF camera or light, which looks along -Z, below the node of its sensor or light: NAME#view,
+// NAME#light. Its name is not in the stream: it moves with its parent.
+inline std::string sdf_view_name(const std::string& node) {
+  return node + "#view";
+}
+inline std::string sdf_light_name(const std::string& node) {
+  return node + "#light";
+}
+
+// Unique names of the nodes of one scene. SDF wants siblings to have different names, Gazebo only those of one
+// kind.
+class SdfNames {
+ public:
+  // Returns the scoped name, or, if another entity has it, the first free one of "NAME light", "NAME light 2",
+  // and so on, of at most 1024 bytes, the limit of a name in a stream.
+  std::string take(const std::string& scoped_name, SdfEntity kind) {
+    constexpr size_t kMaxBytes = 1024;
+    std::string name = printable_text(scoped_name, kMaxBytes);
+    for (unsigned i = 1; !taken_.insert(name).second; ++i) {
+      const std::string suffix = std::string(" ") + name_of(kind) + (i > 1 ? " " + std::to_string(i) : "");
+      name = printable_text(scoped_name, kMaxBytes - suffix.size()) + suffix;
+    }
+    return name;
+  }
+
+  // Frees the name of an entity that was removed.
+  void release(const std::string& name) { taken_.erase(name); }
+
+ private:
+  std::set<std::string> taken_;
+};
+
+}  // namespace fire3dv::convert
