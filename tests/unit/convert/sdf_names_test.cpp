@@ -38,6 +38,14 @@ TEST(SdfNames, AreUnique) {
   EXPECT_EQ(names.take("a/lamp", SdfEntity::link), "a/lamp");
 }
 
+TEST(SdfNames, AreFoundInATimeThatGrowsWithTheirCount) {
+  SdfNames names;
+  std::string last;
+  for (int i = 0; i < 200'000; ++i)
+    last = names.take("a", SdfEntity::link);  // hours, if each began at the first
+  EXPECT_EQ(last, "a link 199999");
+}
+
 TEST(SdfNames, FitIntoAStream) {
   SdfNames names;
   const std::string longest(3000, 'x');

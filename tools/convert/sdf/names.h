@@ -2,14 +2,16 @@
 // binds.
 //
 // A node is named by its entity's scoped name: the names of the models around it, of its link and its own,
-// joined by '/', without the world. "robot/arm/wrist/visual" is a visual of link "wrist" in model "arm", which
-// is nested in model "robot". '~' and '/' in the name of an entity are escaped as ~0 and ~1, as in SPEC.md's
-// paths.
+// joined by '/', without the world. "robot/arm/wrist/visual" is a visual of link "wrist" in model "arm",
+// which is nested in model "robot". '~' and '/' in the name of an entity are escaped as ~0 and ~1, as in
+// SPEC.md's paths.
 #pragma once
 
+#include <map>
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "protocol/base/text.h"
 
@@ -63,27 +65,36 @@ inline std::string sdf_light_name(const std::string& node) {
   return node + "#light";
 }
 
-// Unique names of the nodes of one scene. SDF wants siblings to have different names, Gazebo only those of one
-// kind.
+// Unique names of the nodes of one scene. SDF wants siblings to have different names, Gazebo only those of
+// one kind.
 class SdfNames {
  public:
-  // Returns the scoped name, or, if another entity has it, the first free one of "NAME light", "NAME light 2",
-  // and so on, of at most 1024 bytes, the limit of a name in a stream.
+  // Returns the scoped name, or, if another entity has it, the first free one of "NAME light", "NAME light
+  // 2", and so on, of at most 1024 bytes, the limit of a name in a stream.
   std::string take(const std::string& scoped_name, SdfEntity kind) {
     constexpr size_t kMaxBytes = 1024;
     std::string name = printable_text(scoped_name, kMaxBytes);
-    for (unsigned i = 1; !taken_.insert(name).second; ++i) {
-      const std::string suffix = std::string(" ") + name_of(kind) + (i > 1 ? " " + std::to_string(i) : "");
+    if (taken_.insert(name).second) return name;
+    // Files may have any number of equal names: the search goes on where the last one ended.
+    unsigned& next = next_suffix_[{name, kind}];
+    while (true) {
+      const std::string suffix =
+          std::string(" ") + name_of(kind) + (next > 0 ? " " + std::to_string(next + 1) : "");
       name = printable_text(scoped_name, kMaxBytes - suffix.size()) + suffix;
+      ++next;
+      if (taken_.insert(name).second) return name;
     }
-    return name;
   }
 
   // Frees the name of an entity that was removed.
-  void release(const std::string& name) { taken_.erase(name); }
+  void release(const std::string& name) {
+    taken_.erase(name);
+    next_suffix_.clear();
+  }
 
  private:
   std::set<std::string> taken_;
+  std::map<std::pair<std::string, SdfEntity>, unsigned> next_suffix_;  // by name without suffix
 };
 
 }  // namespace fire3dv::convert
