@@ -32,6 +32,8 @@ ALLOWED = {
     "adapters/ambf": WIRE + " adapters/generic",
     # The model's scene and images: to be reduced to the converter.
     "adapters/mujoco": WIRE + " adapters/generic renderer/scene renderer/sinks tools/convert",
+    # The world's scene as glTF.
+    "adapters/gazebo": WIRE + " adapters/generic renderer/scene tools/convert",
     # A program that renders by itself, as renderer/offline does.
     "adapters/drake": WIRE + " protocol/transport renderer/scene renderer/gpu renderer/state renderer/passes renderer/sinks "
                              "renderer/capture renderer/app",

@@ -29,8 +29,10 @@ packages=(
 )
 # Optional, installed where the distribution has them. MuJoCo: examples/two_simulators, adapters/mujoco and
 # fire3dv-convert's MJCF reader, which are skipped without it. EGL and OpenGL: comparison with MuJoCo's own renderer.
-# KDL: oracle of a test.
-optional_packages=(libmujoco-dev libegl-dev libopengl-dev liborocos-kdl-dev)
+# KDL: oracle of a test. ZeroMQ and protobuf: adapters/gazebo; ignition-transport (Debian 12 alone): the other side of
+# its tests.
+optional_packages=(libmujoco-dev libegl-dev libopengl-dev liborocos-kdl-dev
+                   libzmq3-dev libprotobuf-dev protobuf-compiler libignition-transport-dev libignition-msgs-dev)
 mesa_packages=(mesa-vulkan-drivers)
 
 say() { printf 'setup: %s\n' "$*"; }

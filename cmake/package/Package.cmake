@@ -92,7 +92,7 @@ foreach(library libavcodec libavformat libavutil libswscale)
   string(APPEND recommended ", ${library}${major}")
 endforeach()
 fire3dv_package(fire3dv SECTION graphics RECOMMENDS "${recommended}"
-  SUGGESTS "fire3dv-drake, fire3dv-examples, fire3dv-mujoco, python3-fire3dv"
+  SUGGESTS "fire3dv-drake, fire3dv-examples, fire3dv-gazebo, fire3dv-mujoco, python3-fire3dv"
   DESCRIPTION "networked Vulkan renderer for simulators
 A simulator publishes poses from its own process; FIRE-3DV draws them in
 another one, on the same machine or over a network. The simulator never
@@ -127,6 +127,13 @@ if(TARGET fire3dv-drake)
 Serves Drake's glTF render client over HTTP: camera images of a Drake
 simulation, drawn by FIRE-3DV.")
   fire3dv_package_programs(fire3dv-drake fire3dv-drake)
+endif()
+if(TARGET fire3dv-gazebo)
+  fire3dv_package(fire3dv-gazebo SECTION science DEPENDS "${own_library} (= ${package_version})" RECOMMENDS fire3dv
+    DESCRIPTION "Gazebo worlds for the renderer FIRE-3DV
+Follows a running Gazebo world, from Fortress to Jetty, and publishes its
+scene and poses to FIRE-3DV renderers.")
+  fire3dv_package_programs(fire3dv-gazebo fire3dv-gazebo)
 endif()
 
 # Client library.

@@ -1,0 +1,56 @@
+// Images of the world's cameras, published on the topics of their sensors as Gazebo would: rendered by the
+// renderer of the first stream, at each sensor's rate of simulated time, while somebody subscribes.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <fire3dv/client.hpp>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "adapters/gazebo/stream/publisher.h"
+#include "adapters/gazebo/wire/node.h"
+#include "adapters/gazebo/world/entities.h"
+
+namespace fire3dv::gazebo {
+
+struct CameraChoice {
+  bool all = false;
+  std::vector<std::string> names;  // node names, or names of sensors
+  bool any() const { return all || !names.empty(); }
+};
+
+// One image as a message of Gazebo: tight rows of RGB.
+std::vector<std::byte> image_message(const fire3dv_image& image, const std::string& frame_id);
+std::vector<std::byte> camera_info_message(const fire3dv_image& image, const std::string& frame_id);
+
+class Cameras {
+ public:
+  explicit Cameras(CameraChoice choice) : choice_(std::move(choice)) {}
+
+  // Chooses the cameras of a changed scene. type: a message type of the world, whose prefix is used.
+  void update(const std::vector<TopLevel>& items, const std::string& world, const std::string& type);
+  // A new epoch ends all requests.
+  void restart();
+  // Requests images of the frame that was just published, where one is due. Returns warnings.
+  std::vector<std::string> request(Node& node, Publisher& publisher, int64_t sim_time_ns);
+  // Publishes images that have arrived.
+  std::vector<std::string> deliver(Node& node, Publisher& publisher);
+
+ private:
+  struct Camera {
+    std::string topic, info_topic, frame_id;
+    fire3dv_image_request request{};
+    int64_t period_ns = 0;
+    int64_t due_ns = INT64_MIN, last_ns = INT64_MIN;
+    uint64_t pending = 0;     // request without an image; 0: none
+    bool is_refused = false;  // until the scene changes
+  };
+  CameraChoice choice_;
+  std::map<std::string, Camera> cameras_;  // by node name
+  std::string prefix_;
+  std::vector<std::string> warnings_;
+};
+
+}  // namespace fire3dv::gazebo
