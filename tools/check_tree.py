@@ -34,6 +34,7 @@ ALLOWED = {
     "adapters/mujoco": WIRE + " adapters/generic renderer/scene renderer/sinks tools/convert",
     # The world's scene as glTF.
     "adapters/gazebo": WIRE + " adapters/generic renderer/scene tools/convert",
+    "adapters/ros2": WIRE + " adapters/generic",
     # A program that renders by itself, as renderer/offline does.
     "adapters/drake": WIRE + " protocol/transport renderer/scene renderer/gpu renderer/state renderer/passes renderer/sinks "
                              "renderer/capture renderer/app",
