@@ -1,5 +1,18 @@
 # ROS 2 adapter.
 if(TARGET fire3dv_ros2_dds)
-  fire3dv_test(ros2_names_test SOURCES adapters/ros2_names_test.cpp adapters/ros2_domain_test.cpp
+  fire3dv_test(ros2_names_test SOURCES adapters/ros2/names_test.cpp adapters/ros2/domain_test.cpp
                LINK fire3dv_ros2_dds LABELS unit)
+endif()
+if(TARGET fire3dv_ros2_tf)
+  fire3dv_test(ros2_tf_test SOURCES adapters/ros2/tf_test.cpp LINK fire3dv_ros2_tf LABELS unit)
+  # Oracle: tf2 of ROS 1, where it is installed.
+  find_package(PkgConfig REQUIRED)
+  pkg_check_modules(tf2_oracle QUIET IMPORTED_TARGET tf2)
+  if(TARGET PkgConfig::tf2_oracle)
+    add_library(fire3dv_tf2_oracle STATIC adapters/ros2/tf2_oracle.cpp)
+    target_link_libraries(fire3dv_tf2_oracle PRIVATE fire3dv_flags PkgConfig::tf2_oracle)
+    set_target_properties(fire3dv_tf2_oracle PROPERTIES CXX_STANDARD 17)
+    fire3dv_test(ros2_tf_oracle_test SOURCES adapters/ros2/tf_oracle_test.cpp
+                 LINK fire3dv_ros2_tf fire3dv_tf2_oracle LABELS unit)
+  endif()
 endif()

@@ -24,8 +24,8 @@ class Names {
   const std::string& ns() const { return ns_; }      // "/" or "/a/b"
   const std::string& node() const { return node_; }  // "fire3dv_ros2"
 
-  // Adds a rule of --remap: "from:=to", "__ns:=/a", "__node:=name", "NODE:from:=to". Rules for another node are
-  // ignored.
+  // Adds a rule of --remap: "from:=to", "__ns:=/a", "__node:=name", "NODE:from:=to". Rules for another node
+  // are ignored.
   Result<void> remap(std::string_view rule);
 
   // Absolute name of a topic after expansion and the first rule that matches. `name` is valid.

@@ -61,8 +61,8 @@ using GetEnv = std::function<const char*(const char*)>;
 // CYCLONEDDS_URI. `domain_id` replaces ROS_DOMAIN_ID. Errors name the variable and its valid values.
 Result<DomainSettings> domain_settings(const GetEnv& get_env, std::optional<uint32_t> domain_id = {});
 
-// Configuration of Cyclone DDS for these settings, as XML: discovery that meets both DDS libraries of ROS 2 in
-// all their settings where one can, large messages and fragments, and a large receive buffer.
+// Configuration of Cyclone DDS for these settings, as XML: discovery that meets both DDS libraries of ROS 2
+// in all their settings where one can, large messages and fragments, and a large receive buffer.
 std::string cyclonedds_configuration(const DomainSettings& settings);
 
 // For messages: "domain 0, range subnet, interfaces eth0 10.0.0.2, lo 127.0.0.1".

@@ -49,8 +49,8 @@ UniqueQos create_qos(const Quality& quality, const MessageType& type) {
 }
 
 template <typename Create>
-Result<Entity> create_endpoint(const Participant& participant, const std::string& name, const MessageType& type,
-                               const char* kind, Create&& create) {
+Result<Entity> create_endpoint(const Participant& participant, const std::string& name,
+                               const MessageType& type, const char* kind, Create&& create) {
   const std::string topic_name = dds_topic_name(name);
   const Entity topic(
       dds_create_topic(participant.get(), type.descriptor, topic_name.c_str(), nullptr, nullptr));

@@ -1,5 +1,5 @@
-// Typed readers and writers of ROS 2 topics: DDS names, quality of service and type hashes as ROS 2's own nodes
-// use them.
+// Typed readers and writers of ROS 2 topics: DDS names, quality of service and type hashes as ROS 2's own
+// nodes use them.
 #pragma once
 
 #include <dds/dds.h>
@@ -53,8 +53,8 @@ const MessageType& message_type<CompressedImageMessage>();
 template <>
 const MessageType& message_type<CameraInfoMessage>();
 
-// Quality of service of a topic's ends. Readers are no more demanding than the usual writers, writers meet reliable
-// and best-effort readers.
+// Quality of service of a topic's ends. Readers are no more demanding than the usual writers, writers meet
+// reliable and best-effort readers.
 enum class Profile {
   tf,                 // reliable, volatile, 100
   tf_static,          // reliable, transient local; reader 1000, writer 1: always write the whole set
@@ -68,8 +68,8 @@ enum class Profile {
 UniqueQos reader_qos(Profile profile, const MessageType& type);
 UniqueQos writer_qos(Profile profile, const MessageType& type);
 
-// Topic, and reader or writer, of an absolute ROS name ("/tf"). Errors name the topic. The reader or writer holds
-// its topic.
+// Topic, and reader or writer, of an absolute ROS name ("/tf"). Errors name the topic. The reader or writer
+// holds its topic.
 Result<Entity> create_reader(const Participant& participant, const std::string& name, const MessageType& type,
                              const dds_qos_t* qos);
 Result<Entity> create_writer(const Participant& participant, const std::string& name, const MessageType& type,
@@ -87,8 +87,8 @@ class Reader {
 
   dds_entity_t get() const { return entity_.get(); }
 
-  // Calls take(message, info) for each sample that has arrived, in order, at most kBatch times. Returns the number
-  // of samples, also of those without data. The message is borrowed for the call.
+  // Calls take(message, info) for each sample that has arrived, in order, at most kBatch times. Returns the
+  // number of samples, also of those without data. The message is borrowed for the call.
   template <typename Take>
   size_t take(Take&& take) {
     std::array<void*, kBatch> samples{};
@@ -121,7 +121,8 @@ class Writer {
 
   dds_entity_t get() const { return entity_.get(); }
 
-  // Copies the message. May wait up to 100 ms (DDS's max_blocking_time) for a reliable reader that falls behind.
+  // Copies the message. May wait up to 100 ms (DDS's max_blocking_time) for a reliable reader that falls
+  // behind.
   Result<void> write(const Message& message) {
     const dds_return_t code = dds_write(entity_.get(), &message);
     if (code < 0) return Error{dds_text(code)};
