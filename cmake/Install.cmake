@@ -5,7 +5,7 @@
 # final path: CMake would pad a path for later replacement with colons, whose empty elements mean the current directory.
 # Libraries outside the system folders keep their link-time path.
 option(FIRE3DV_INSTALL_LAB "Install the programs that measure the project itself" OFF)
-set(installed_programs fire3dv fire3dv-convert fire3dv-drake fire3dv-gazebo fire3dv-inspect fire3dv-mujoco fire3dv-record fire3dv-replay bullet_arm)
+set(installed_programs fire3dv fire3dv-convert fire3dv-drake fire3dv-gazebo fire3dv-inspect fire3dv-mujoco fire3dv-record fire3dv-replay fire3dv-ros2 bullet_arm)
 set(lab_programs fire3dv-bench fire3dv-contact-sheet fire3dv-impair fire3dv-motion fire3dv-mujoco-compare)
 foreach(program ${installed_programs} ${lab_programs})
   if(TARGET ${program})

@@ -43,7 +43,7 @@ run_tests() { # family, regular expression; 0 = passed, 2 = does not build
   mapfile -t targets < <(tools/test_times.py --targets-matching "$2" "$build")
   [[ $1 != e2e* ]] || targets+=(fire3dv bullet_arm e2e_publisher e2e_rude_client e2e_attacker fire3dv-impair fire3dv-motion)
   [[ $1 != *"two simulators" ]] || targets+=(fire3dv-inspect two_simulators_scene two_simulators_bullet two_simulators_mujoco)
-  [[ $1 != *packages ]] || targets+=(fire3dv-convert fire3dv-inspect fire3dv-record fire3dv-replay fire3dv-drake fire3dv-gazebo fire3dv-mujoco fire3dv_client_inside fire3dv_manual_pages)
+  [[ $1 != *packages ]] || targets+=(fire3dv-convert fire3dv-inspect fire3dv-record fire3dv-replay fire3dv-drake fire3dv-gazebo fire3dv-mujoco fire3dv-ros2 fire3dv_client_inside fire3dv_manual_pages)
   [ ${#targets[@]} -eq 0 ] || cmake --build "$build" --target "${targets[@]}" >"$build.log" 2>&1 || return 2
   ctest --test-dir "$build" -R "$2" --no-tests=error >"$build.log" 2>&1
 }

@@ -34,7 +34,7 @@ if [ -z "$build" ]; then
   targets=(fire3dv fire3dv-convert fire3dv-inspect fire3dv-record fire3dv-replay fire3dv_client fire3dv_client_inside
            fire3dv_manual_pages)
   known=$(cmake --build "$build" --target help)
-  for optional in bullet_arm fire3dv-drake fire3dv-gazebo fire3dv-mujoco; do
+  for optional in bullet_arm fire3dv-drake fire3dv-gazebo fire3dv-mujoco fire3dv-ros2; do
     ! grep -q "^$optional:" <<<"$known" || targets+=("$optional")
   done
   cmake --build "$build" --target "${targets[@]}"

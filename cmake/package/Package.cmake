@@ -92,7 +92,7 @@ foreach(library libavcodec libavformat libavutil libswscale)
   string(APPEND recommended ", ${library}${major}")
 endforeach()
 fire3dv_package(fire3dv SECTION graphics RECOMMENDS "${recommended}"
-  SUGGESTS "fire3dv-drake, fire3dv-examples, fire3dv-gazebo, fire3dv-mujoco, python3-fire3dv"
+  SUGGESTS "fire3dv-drake, fire3dv-examples, fire3dv-gazebo, fire3dv-mujoco, fire3dv-ros2, python3-fire3dv"
   DESCRIPTION "networked Vulkan renderer for simulators
 A simulator publishes poses from its own process; FIRE-3DV draws them in
 another one, on the same machine or over a network. The simulator never
@@ -134,6 +134,13 @@ if(TARGET fire3dv-gazebo)
 Follows a running Gazebo world, from Fortress to Jetty, and publishes its
 scene and poses to FIRE-3DV renderers.")
   fire3dv_package_programs(fire3dv-gazebo fire3dv-gazebo)
+endif()
+if(TARGET fire3dv-ros2)
+  fire3dv_package(fire3dv-ros2 SECTION science DEPENDS "${own_library} (= ${package_version})" RECOMMENDS fire3dv
+    DESCRIPTION "ROS 2 adapter of the renderer FIRE-3DV
+Publishes the transforms and the robot description of a ROS 2 system to
+FIRE-3DV renderers. It needs no ROS installation.")
+  fire3dv_package_programs(fire3dv-ros2 fire3dv-ros2)
 endif()
 
 # Client library.

@@ -4,7 +4,7 @@ find_program(FIRE3DV_FILE file)
 find_program(FIRE3DV_MD2MAN go-md2man)  # docs/ is configured later
 if(FIRE3DV_DPKG_SHLIBDEPS AND FIRE3DV_FILE AND FIRE3DV_MD2MAN AND TARGET fire3dv AND TARGET bullet_arm AND NOT FIRE3DV_SANITIZE)
   set(packaged_adapters)
-  foreach(adapter mujoco drake gazebo)
+  foreach(adapter mujoco drake gazebo ros2)
     if(TARGET fire3dv-${adapter})
       list(APPEND packaged_adapters ${adapter})
     endif()

@@ -1,7 +1,7 @@
 """Packages test: tools/package.sh packs this build; the packages are unpacked into a folder, and used there. Files, control
 fields, search paths, renderer, client library (pkg-config, CMake, shared and static), Python package, wheel, completions.
 
-packages_test.py SOURCE BUILD VERSION MULTIARCH [mujoco] [drake] [gazebo]
+packages_test.py SOURCE BUILD VERSION MULTIARCH [mujoco] [drake] [ros2] [gazebo]
 """
 import glob
 import os
@@ -24,6 +24,7 @@ FILES = {  # beside programs, their manual pages and completions, copyright and 
     "fire3dv-mujoco": [],
     "fire3dv-drake": [],
     "fire3dv-gazebo": [],
+    "fire3dv-ros2": [],
     "libfire3dv-client0": [f"{LIB}/libfire3dv-client.so.0", f"{LIB}/libfire3dv-client.so.{version}"],
     "libfire3dv-client-dev": [
         f"{LIB}/libfire3dv-client.so", f"{LIB}/libfire3dv-client.a", f"{LIB}/pkgconfig/fire3dv-client.pc",
@@ -38,7 +39,8 @@ FILES = {  # beside programs, their manual pages and completions, copyright and 
 }
 DEPENDS = {"fire3dv": ["libvulkan1", "libc6"], "fire3dv-examples": ["libfire3dv-client0", "libbullet"],
            "fire3dv-drake": ["libvulkan1"], "fire3dv-gazebo": ["libfire3dv-client0", "libzmq5", "libprotobuf-lite"],
-           "fire3dv-mujoco": ["libfire3dv-client0", "libmujoco"], "libfire3dv-client0": ["libssl3", "libsodium23"],
+           "fire3dv-mujoco": ["libfire3dv-client0", "libmujoco"], "fire3dv-ros2": ["libfire3dv-client0", "libddsc0"],
+           "libfire3dv-client0": ["libssl3", "libsodium23"],
            "libfire3dv-client-dev": ["libfire3dv-client0"], "python3-fire3dv": ["libfire3dv-client0", "python3-numpy"]}
 CONTROL = {"libfire3dv-client0": {"triggers", "shlibs"}, "python3-fire3dv": {"postinst", "prerm"}}
 

@@ -111,11 +111,13 @@ Result<DomainSettings> domain_settings(const GetEnv& get_env, std::optional<uint
 }
 
 // "auto" indices and the peer localhost find participants that use no multicast; multicast stays on for those
-// that announce themselves nowhere else. Naming two interfaces would turn multicast off.
+// that announce themselves nowhere else. Naming two interfaces would turn multicast off. A short interval of
+// announcements finds those that start later and announce themselves by multicast where there is none.
 std::string cyclonedds_configuration(const DomainSettings& settings) {
   std::string general = "<MaxMessageSize>65500B</MaxMessageSize><FragmentSize>64000B</FragmentSize>";
   std::string discovery = "<ParticipantIndex>auto</ParticipantIndex>"
-                          "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>";
+                          "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
+                          "<SPDPInterval>2s</SPDPInterval>";
   std::string peers = "<Peer Address=\"localhost\"/>";
   for (const std::string& peer : settings.static_peers) peers += "<Peer Address=\"" + xml_text(peer) + "\"/>";
   switch (settings.range) {

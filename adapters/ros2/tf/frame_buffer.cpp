@@ -133,7 +133,7 @@ Insertion FrameBuffer::insert_moving(Frame& frame, FrameSample&& sample, SourceI
     }
     const bool goes_back = sample.stamp_ns < newest - kJumpBackNs ||
                            (sample.stamp_ns < kBeginningNs && newest >= kBeginningNs);
-    if (goes_back && !other_is_alive) frame.has_gone_back = true;
+    if (goes_back && !other_is_alive) frame.has_gone_back = has_gone_back_ = true;
     if (source == frame.source) frame.arrival_ns = arrival_ns;
     if (sample.stamp_ns < newest - kCacheNs) return Insertion::too_old;
     const auto place =
@@ -164,13 +164,15 @@ void FrameBuffer::prune(Frame& frame) const {
     samples.pop_front();
 }
 
-bool FrameBuffer::has_jumped_back(int64_t now_ns) const {
+bool FrameBuffer::has_jumped_back(int64_t now_ns) {
+  if (!has_gone_back_) return false;
   size_t alive = 0, back = 0;
   for (const Frame& frame : frames_) {
     if (!frame.is_stamped()) continue;
     if (frame.has_gone_back) ++back;
     if (frame.has_gone_back || now_ns - frame.arrival_ns < kSilenceNs) ++alive;
   }
+  has_gone_back_ = back > 0;
   return back > 0 && 2 * back >= alive;
 }
 

@@ -87,7 +87,7 @@ class FrameBuffer {
 
   // True when at least half of the frames that have moved within the last second have gone back in time: a
   // recording that loops, or a simulator that was reset.
-  bool has_jumped_back(int64_t now_ns) const;
+  bool has_jumped_back(int64_t now_ns);
   // Forgets the transforms of moving frames. Static ones stay, as in tf2.
   void clear_moving();
   // Forgets all transforms of one publisher.
@@ -116,6 +116,7 @@ class FrameBuffer {
   std::unordered_map<std::string, FrameId, Hash, std::equal_to<>> ids_;
   std::vector<FrameConflict> conflicts_;
   uint64_t structure_version_ = 0, static_version_ = 0;
+  bool has_gone_back_ = false;  // some frame may have
   int64_t oldest_ns_ = INT64_MIN;
 };
 

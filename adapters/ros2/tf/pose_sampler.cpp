@@ -16,7 +16,7 @@ constexpr size_t kMaxReported = 4096;
 
 }  // namespace
 
-void PoseSampler::set_links(std::vector<std::string> links) {
+void PoseSampler::set_links(std::optional<std::vector<std::string>> links) {
   links_ = std::move(links);
   planned_version_.reset();
   next_plan_ns_ = 0;

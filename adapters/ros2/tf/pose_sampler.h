@@ -39,8 +39,8 @@ class PoseSampler {
  public:
   explicit PoseSampler(PoseSamplerOptions options) : options_(std::move(options)) {}
 
-  // Names of the robot's links: only they are nodes. Without a call all frames are.
-  void set_links(std::vector<std::string> links);
+  // Names of the robot's links: only they are nodes. Without them all frames are.
+  void set_links(std::optional<std::vector<std::string>> links);
   // Time moved back: the next frame begins a new description and is a discontinuity.
   void restart();
 

@@ -274,7 +274,7 @@ TEST(Ros2Poses, FixedFrameAndPrefix) {
   EXPECT_FLOAT_EQ(world.x("base"), 1);
   EXPECT_FLOAT_EQ(world.x("flag"), -97);
   // Links only.
-  world.sampler.set_links({"base", "missing"});
+  world.sampler.set_links(std::vector<std::string>{"base", "missing"});
   world.after(1);
   ASSERT_TRUE(world.after(3000));
   EXPECT_EQ(world.sampler.node_names(), std::vector<std::string>{"base"});

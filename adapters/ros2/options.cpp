@@ -1,0 +1,136 @@
+#include "adapters/ros2/options.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <iostream>
+#include <memory>
+#include <string_view>
+
+#include "protocol/base/command_line.h"
+#include "protocol/base/text.h"
+
+namespace fire3dv::ros2 {
+namespace {
+
+constexpr int kUsageError = 2;
+
+// Words of --ros-args up to "--": remapping rules. Parameters have no meaning here.
+Result<void> take_ros_arguments(std::vector<std::string>& words, std::vector<std::string>& rules) {
+  std::vector<std::string> others;
+  for (size_t i = 0; i < words.size(); ++i) {
+    if (words[i] != "--ros-args") {
+      others.push_back(words[i]);
+      continue;
+    }
+    for (++i; i < words.size() && words[i] != "--"; ++i) {
+      const std::string& word = words[i];
+      const bool is_rule = word == "-r" || word == "--remap";
+      if (!is_rule && word != "-p" && word != "--param" && word != "--log-level" && word != "--params-file")
+        return Error{"--ros-args: " + quote(word) + " is not supported; -r FROM:=TO is"};
+      if (++i == words.size()) return Error{"--ros-args: " + word + " needs a value"};
+      if (is_rule) rules.push_back(words[i]);
+    }
+  }
+  words = std::move(others);
+  return {};
+}
+
+void add_input_options(CLI::App& app, Options& options, std::string& ns, bool& no_description,
+                       bool& is_parsed_before) {
+  app.add_option("--domain", options.domain_id, "DDS domain, 0 to 232 (default: ROS_DOMAIN_ID, or 0)")
+      ->check(CLI::Range(0, 232).description(""))
+      ->type_name("N")
+      ->group("ROS 2");
+  app.add_option("--namespace", ns, "namespace of relative topics, as __ns:=NAME")
+      ->type_name("NAME")
+      ->group("ROS 2");
+  app.add_flag("--ros-args", is_parsed_before, "remapping until --: -r FROM:=TO, -r __ns:=NAME")
+      ->group("ROS 2");
+  app.add_option("--fixed-frame", options.frames.fixed_frame,
+                 "frame that stands still (default: map, odom, world or the root)")
+      ->type_name("FRAME")
+      ->group("Frames");
+  app.add_option("--frame-prefix", options.frames.frame_prefix,
+                 "prefix of the robot's frames, such as robot1/")
+      ->type_name("TEXT")
+      ->group("Frames");
+  app.add_option("--write-scene", options.scene_file,
+                 "write the robot to this file instead of sending it to the renderer")
+      ->type_name("OUT.glb")
+      ->group("Robot");
+  app.add_option("--package-path", options.package_folders, "folder of packages of meshes; repeatable")
+      ->type_name("DIR")
+      ->allow_extra_args(false)
+      ->check(CLI::ExistingDirectory.description(""))
+      ->group("Robot");
+  app.add_flag("--no-description", no_description, "send the poses of all frames, and no robot")
+      ->group("Robot");
+}
+
+void add_security_options(CLI::App& app, Security& security) {
+  const auto add_file = [&](const char* name, std::string& file, const char* help) {
+    app.add_option(name, file, help)->type_name("FILE")->group("Security");
+  };
+  add_file("--key-file", security.key_file, "udp: pre-shared key, 64 hexadecimal digits");
+  add_file("--tls-ca", security.tls_ca_file, "tls: trusted certificates (PEM)");
+  add_file("--tls-cert", security.tls_certificate_file, "tls: client certificate (PEM)");
+  add_file("--tls-key", security.tls_key_file, "tls: private key of that certificate (PEM)");
+}
+
+// Rules of --ros-args come after --namespace, and their order counts.
+Result<Names> make_names(const std::string& ns, const std::vector<std::string>& rules) {
+  Result<Names> names = Names::create(ns, "");
+  if (!names) return names;
+  for (const std::string& rule : rules)
+    if (Result<void> added = names->remap(rule); !added) return added.error();
+  return names;
+}
+
+}  // namespace
+
+std::variant<Options, int> parse_options(int argc, char** argv) {
+  Options options;
+  std::string ns;
+  bool no_description = false;
+  CLI::App app{"Publishes the transforms and the robot of a ROS 2 system to FIRE-3DV renderers.",
+               "fire3dv-ros2"};
+  app.formatter(std::make_shared<HelpFormatter>("--to URI [OPTIONS] [--ros-args -r FROM:=TO ...]"));
+  app.footer(
+      "Two commands show a robot:\n"
+      "  fire3dv-ros2 --to shm://robot --write-scene robot.glb\n"
+      "  fire3dv robot.glb --listen shm://robot\n"
+      "Details: man fire3dv-ros2, or docs/man/fire3dv-ros2.1.md.");
+  set_program_flags(app);
+  app.add_option("--to", options.uris, "shm://NAME, or tcp, tls, udp://HOST:PORT; repeatable")
+      ->type_name("URI")
+      ->required()
+      ->allow_extra_args(false);
+  bool ros_arguments = false;  // for the help; take_ros_arguments() reads them
+  add_input_options(app, options, ns, no_description, ros_arguments);
+  add_security_options(app, options.security);
+  const auto usage_error = [](const std::string& text) {
+    std::cerr << "fire3dv-ros2: error: " << terminal_text(text) << " (see fire3dv-ros2 --help)\n";
+    return kUsageError;
+  };
+  std::vector<std::string> words(argv + 1, argv + argc), rules;
+  if (Result<void> taken = take_ros_arguments(words, rules); !taken)
+    return usage_error(taken.error().message);
+  try {
+    std::reverse(words.begin(), words.end());
+    app.parse(std::move(words));
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);
+    return usage_error(usage_text(app, error));
+  }
+  Result<Names> names = make_names(ns, rules);
+  if (!names) return usage_error(names.error().message);
+  options.names = std::move(*names);
+  options.reads_description = !no_description;
+  if (no_description && !options.scene_file.empty())
+    return usage_error("--write-scene needs the robot description: leave --no-description out");
+  if (options.frames.fixed_frame.starts_with('/')) options.frames.fixed_frame.erase(0, 1);
+  if (options.frames.frame_prefix.starts_with('/')) options.frames.frame_prefix.erase(0, 1);
+  return options;
+}
+
+}  // namespace fire3dv::ros2

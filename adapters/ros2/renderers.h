@@ -1,0 +1,56 @@
+// Streams to renderers: descriptions, pose frames, and the robot as an added node where the scene lacks its
+// links.
+#pragma once
+
+#include <fire3dv/client.hpp>
+
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "protocol/base/error.h"
+
+namespace fire3dv::ros2 {
+
+class Renderers {
+ public:
+  static Result<Renderers> open(const std::vector<std::string>& uris, const Security& security);
+
+  // offsets: body_from_node, none or one per name.
+  Result<void> describe(const std::vector<std::string>& names, const std::vector<Pose>& offsets);
+  Result<void> publish(int64_t time_ns, const std::vector<Pose>& poses, bool is_discontinuity);
+
+  // The robot: renderers whose scene has less than half of the described names get it as a node. It stays
+  // until another one comes.
+  void set_robot(std::vector<uint8_t> glb);
+
+  // Processes messages of the renderers and reports news by `log`. Call it ten times a second.
+  Result<void> poll(const std::function<void(const std::string&)>& log);
+
+  bool is_described() const { return is_described_; }
+  void log_result(const std::function<void(const std::string&)>& log) const;
+
+ private:
+  struct Target {
+    std::string uri;
+    Stream stream;
+    bool has_robot = false;  // added to it
+    uint32_t renderers = 0;
+    uint64_t frames_published = 0;
+    std::string message, reported;  // of the renderer: newest, last reported
+    std::chrono::steady_clock::time_point message_since;
+  };
+  Result<void> add_robot(Target& target);
+
+  std::vector<Target> targets_;
+  std::vector<uint8_t> robot_;
+  std::vector<Pose> last_poses_;
+  int64_t last_time_ns_ = 0;
+  size_t name_count_ = 0;
+  bool is_described_ = false;
+};
+
+}  // namespace fire3dv::ros2

@@ -1,0 +1,488 @@
+"""ROS 2 adapter against publishers on Cyclone DDS and Fast DDS: frames, robots, times, hostile messages, load.
+
+All programs run in a network namespace with nothing but a loopback interface, so that tests do not see each other.
+"""
+import json
+import math
+import os
+import signal
+import sys
+import time
+
+from harness import HANG_S, Program, main, wait_until
+from hosts import SKIPPED, Host, why_not
+from image_reader import check
+from stream_lines import StreamLines
+
+SECOND = 1_000_000_000
+URDF = """<robot name="arm">
+  <link name="base"><visual><geometry><box size="1 1 0.1"/></geometry></visual></link>
+  <link name="upper"><visual><geometry><box size="0.1 0.1 1"/></geometry></visual></link>
+  <link name="tool"/>
+  <link name="finger"/>
+  <joint name="shoulder" type="continuous"><parent link="base"/><child link="upper"/>
+    <origin xyz="0 0 0.5"/><axis xyz="0 0 1"/></joint>
+  <joint name="flange" type="fixed"><parent link="upper"/><child link="tool"/><origin xyz="1 0 0"/></joint>
+  <joint name="grip" type="prismatic"><parent link="tool"/><child link="finger"/><axis xyz="1 0 0"/>
+    <limit lower="0" upper="1" effort="1" velocity="1"/><mimic joint="shoulder" multiplier="0.5" offset="0.25"/></joint>
+</robot>
+"""
+
+
+class Side(Program):
+    """One process with publishers, driven by lines (programs/ros2/commands.h)."""
+
+    def __init__(self, ros, name="publisher", opens=("tf", "tf_static"), wait=True):
+        super().__init__(ros.test, name, [ros.test.programs_at["publisher"]], ros.env, ros.host)
+        self.answers, self.ros = 0, ros
+        self.answer()  # "ready"
+        for words in opens:
+            self.do("open " + words)
+        if wait:
+            self.wait_readers(*opens)
+
+    def wait_readers(self, *opens):
+        """Waits until both sides have found each other: what moves is not repeated for late readers."""
+        for words in opens:
+            kind, topic = (words.split() + ["/" + words])[:2]
+            wait_until(f"a reader of {kind}", lambda k=kind: self.do(f"readers {k}") != "ok 0")
+            self.ros.current.wait_err(rf"{topic} is published by .*process {self.process.pid} ")
+
+    def do(self, *lines):
+        """Returns the last answer."""
+        self.process.stdin.write("\n".join(lines) + "\n")
+        self.process.stdin.flush()
+        answer = self.answer(len(lines))
+        check(answer.startswith("ok"), f"{self.name}: {lines[-1]!r} gave {answer!r}")
+        return answer
+
+    def answer(self, lines=1):
+        self.answers += lines
+        wait_until(f"{self.name} to answer", lambda: len(self.out) >= self.answers or not self.alive())
+        check(len(self.out) >= self.answers, f"{self.name} ended:\n{self.stderr_text()}")
+        return self.out[self.answers - 1]
+
+    def send(self, kind, *transforms):
+        """Publishes one message of transforms: (parent, child, seconds, x, y, z, qx, qy, qz, qw), from x on optional."""
+        self.do(*(f"transform {parent} {child} {round(seconds * SECOND)} {' '.join(map(str, numbers))}"
+                  for parent, child, seconds, *numbers in transforms), "send " + kind)
+
+
+class Ros:
+    """A ROS 2 system of its own: network namespace, domain, stream."""
+
+    count = 0
+
+    def __init__(self, test):
+        Ros.count += 1
+        self.test, self.host = test, Host(test, "ros")
+        self.env = {key: value for key, value in os.environ.items() if not key.startswith(("ROS_", "CYCLONEDDS_"))}
+        # Fast DDS has shared memory of one name for each domain, which network namespaces do not separate.
+        self.env["ROS_DOMAIN_ID"] = str(1 + (os.getpid() * 16 + Ros.count) % 230)
+        self.uri = test.fresh_uri("shm")
+        self.lines = StreamLines(test.programs_at["stream_dump"], self.uri)
+
+    def adapter(self, *arguments, env=None):
+        self.current = Program(self.test, "fire3dv-ros2",
+                               [self.test.programs_at["fire3dv-ros2"], "--to", self.uri, *arguments],
+                               {**self.env, **(env or {})}, self.host)
+        return self.current
+
+    def side(self, *arguments, **options):
+        return Side(self, *arguments, **options)
+
+    def named_frames(self):
+        """Returns [(flags, time_ns, {name: pose}), ...] of all frames so far."""
+        names, frames = {}, []
+        for message in list(self.lines.messages):
+            if message["type"] == "StreamDescription":
+                names[message["epoch"]] = message["node_names"]
+            elif message["type"] == "PoseFrame":
+                frames.append((message["flags"], message["sim_time_ns"],
+                               dict(zip(names[message["epoch"]], message["poses"]))))
+        return frames
+
+    def descriptions(self):
+        return [m["node_names"] for m in list(self.lines.messages) if m["type"] == "StreamDescription"]
+
+    def wait_frame(self, what, wanted):
+        return wait_until(lambda: f"{what}; last: {self.named_frames()[-1:]}; described: {self.descriptions()}",
+                          lambda: next((f for f in self.named_frames() if wanted(f)), None))
+
+
+def end(adapter):
+    adapter.signal(signal.SIGTERM)
+    adapter.expect_exit(0)
+
+
+def at(pose, x=None, y=None, z=None):
+    return all(want is None or math.isclose(pose[i], want, abs_tol=1e-5) for i, want in ((3, x), (7, y), (11, z)))
+
+
+# --- frames --------------------------------------------------------------------------------------------------------------
+
+def frames_late_adapter(test):
+    """The adapter starts last: static transforms of two broadcasters reach it, moving ones follow."""
+    ros = Ros(test)
+    first, second = ros.side("first", wait=False), ros.side("second", opens=["tf_static"], wait=False)
+    first.send("tf_static", ("map", "odom", 0, 1, 0, 0))
+    second.send("tf_static", ("base", "laser", 0, 0, 0, 0.5))
+    adapter = ros.adapter("--no-description")
+    first.wait_readers("tf")
+    half = math.sqrt(0.5)
+    for i in range(5):
+        first.send("tf", ("odom", "base", 10 + i, 2 + i, 0, 0, 0, 0, half, half))
+        time.sleep(0.1)
+    frame = ros.wait_frame("the newest poses", lambda f: f[1] == 14 * SECOND and "laser" in f[2])
+    check(at(frame[2]["laser"], 7, 0, 0.5) and abs(frame[2]["laser"][4] - 1) < 1e-6, str(frame))
+    check(set(frame[2]) == {"odom", "base", "laser"}, str(frame))
+    end(adapter)
+
+
+def frames_late_publisher(test):
+    """The publisher starts last, is killed and starts again; the adapter says what is missing."""
+    ros = Ros(test)
+    adapter = ros.adapter("--no-description")
+    adapter.wait_err(r"no transform was received for 3 s in domain \d+.*no other participant.*rmw_zenoh is not DDS")
+    side = ros.side()
+    side.send("tf_static", ("map", "flag", 0, 3))
+    side.send("tf", ("map", "base", 5, 1))
+    ros.wait_frame("the first run", lambda f: f[1] == 5 * SECOND and at(f[2]["base"], 1) and at(f[2]["flag"], 3))
+    side.kill()
+    again = ros.side("again")
+    again.send("tf", ("map", "base", 6, 2))
+    ros.wait_frame("the second run", lambda f: f[1] == 6 * SECOND and at(f[2]["base"], 2) and at(f[2]["flag"], 3))
+    check(not adapter.find_err("two publishers"), adapter.stderr_text())
+    adapter.kill()  # restart of the adapter
+    ros.lines.end()
+    ros.lines = StreamLines(test.programs_at["stream_dump"], ros.uri)
+    adapter = ros.adapter("--no-description")
+    again.send("tf_static", ("map", "flag", 0, 4))
+    again.wait_readers("tf")
+    wait_until("the adapter to receive", lambda: again.send("tf", ("map", "base", 7, 3)) or ros.named_frames())
+    ros.wait_frame("the third run", lambda f: at(f[2].get("flag", [0] * 12), 4) and at(f[2].get("base", [0] * 12), 3))
+    end(adapter)
+
+
+def frames_grow(test):
+    """A set of frames that grows makes few descriptions; unconnected frames and their publisher are named."""
+    ros = Ros(test)
+    adapter = ros.adapter("--no-description")
+    side = ros.side()
+    for i in range(20):
+        side.send("tf", *[("map", f"f{k}", 1 + i / 100, k) for k in range(i + 1)])
+        time.sleep(0.01)
+    ros.wait_frame("all frames", lambda f: len(f[2]) == 20)
+    check(len(ros.descriptions()) <= 4, f"{len(ros.descriptions())} descriptions")
+    side.send("tf", ("island", "boat", 2, 0))
+    adapter.wait_err(r'frame "boat" of .*publisher.* has no path to the fixed frame "map": nobody publishes a parent of "island"')
+    side.send("tf", ("map", "island", 2, 100))
+    ros.wait_frame("the island", lambda f: at(f[2].get("boat", [0] * 12), 100))
+    end(adapter)
+
+
+def frames_names(test):
+    """Fixed frame, prefix, namespace and remapping."""
+    ros = Ros(test)
+    adapter = ros.adapter("--no-description", "--fixed-frame", "odom", "--frame-prefix", "r1/", "--ros-args", "-r", "__ns:=/fleet",
+                          "-r", "/tf:=tf", "-p", "use_sim_time:=true")
+    side = ros.side(opens=["tf /fleet/tf", "tf_static"])
+    side.send("tf_static", ("map", "odom", 0, 50))
+    side.send("tf", ("odom", "r1/base", 1, 1), ("odom", "r2/base", 1, 2), ("map", "r1/post", 1, 7))
+    frame = ros.wait_frame("frames of r1", lambda f: len(f[2]) == 2)
+    check(at(frame[2]["base"], 1) and at(frame[2]["post"], -43), str(frame))
+    end(adapter)
+    for wrong in (["--ros-args", "-r", "a"], ["--ros-args", "-r", "a b:=c"], ["--domain", "233"], ["--namespace", "a//b"],
+                  ["--ros-args", "--nonsense"], ["--ros-args", "-r"]):
+        ros.adapter(*wrong).expect_exit(2)
+    for variable in ("ROS_DOMAIN_ID", "ROS_LOCALHOST_ONLY", "ROS_AUTOMATIC_DISCOVERY_RANGE"):
+        wrong = ros.adapter(env={variable: "nonsense"})
+        wrong.expect_exit(1)
+        check(wrong.find_err(f"error: {variable}=.nonsense"), wrong.stderr_text())
+
+
+# --- robots --------------------------------------------------------------------------------------------------------------
+
+def write(test, name, text):
+    path = test.path(name)
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(text)
+    return path
+
+
+def read_node_names(path):
+    with open(path, "rb") as file:
+        data = file.read()
+    length = int.from_bytes(data[12:16], "little")
+    return [node.get("name") for node in json.loads(data[20:20 + length])["nodes"]]
+
+
+def robot_joints(test):
+    """Joint states without /tf: forward kinematics with mimic; then /tf takes over."""
+    ros = Ros(test)
+    scene = test.path("robot.glb")
+    side = ros.side(opens=["robot_description", "joint_states", "tf", "tf_static"], wait=False)
+    side.do("text " + write(test, "arm.urdf", URDF))
+    adapter = ros.adapter("--write-scene", scene)
+    adapter.wait_err(r"wrote \S*robot.glb; to draw it: fire3dv \S*robot.glb --listen shm://")
+    check({"base", "upper", "tool", "finger"} <= set(read_node_names(scene)), str(read_node_names(scene)))
+    side.wait_readers("joint_states", "tf")
+    stamp = 100
+
+    def move():
+        nonlocal stamp
+        stamp += 1
+        side.do(f"joints {stamp * SECOND} shoulder {math.pi / 2} nonsense 3 tool nan")
+        time.sleep(0.05)
+        return adapter.find_err("computed from joint states") and any(len(f[2]) == 4 for f in ros.named_frames())
+    wait_until("poses from joints", move)
+    frame = ros.wait_frame("the four links", lambda f: len(f[2]) == 4)
+    reach = math.pi / 4 + 0.25
+    check(at(frame[2]["base"], 0, 0, 0) and at(frame[2]["upper"], 0, 0, 0.5) and at(frame[2]["tool"], 0, 1, 0.5) and
+          at(frame[2]["finger"], 0, 1 + reach, 0.5), str(frame))
+    # Odometry places the robot.
+    side.send("tf_static", ("odom", "base", 0, 10))
+    wait_until("the odometry", lambda: move() and at(ros.named_frames()[-1][2].get("tool", [0] * 12), 10, 1, 0.5))
+    # A robot_state_publisher comes.
+    for i in range(3):
+        side.send("tf", ("base", "upper", 300 + i, 0, 0, 7), ("upper", "tool", 300 + i, 2), ("tool", "finger", 300 + i, 3))
+        time.sleep(0.2)
+    adapter.wait_err("joint states are not used")
+
+    def publish():
+        nonlocal stamp
+        stamp += 1
+        side.send("tf", ("base", "upper", 300 + stamp, 0, 0, 7), ("upper", "tool", 300 + stamp, 2), ("tool", "finger", 300 + stamp, 3))
+        time.sleep(0.05)
+        return at(ros.named_frames()[-1][2].get("finger", [0] * 12), 15, 0, 7)
+    wait_until("poses from /tf", publish)
+    check(not adapter.find_err("two publishers"), adapter.stderr_text())
+    end(adapter)
+
+
+def robot_links(test):
+    """Only links are nodes; another description replaces the first; one that cannot be read is said."""
+    ros = Ros(test)
+    scene = test.path("robot.glb")
+    adapter = ros.adapter("--write-scene", scene)
+    side = ros.side(opens=["robot_description", "tf", "tf_static"])
+    side.do("text " + write(test, "arm.urdf", URDF))
+    adapter.wait_err("the robot has 4 links")
+    side.send("tf", ("map", "base", 1, 1), ("base", "camera_optical_frame", 1, 1), ("base", "upper", 1, 0, 0, 2))
+    frame = ros.wait_frame("two links", lambda f: len(f[2]) == 2)
+    check(set(frame[2]) == {"base", "upper"} and at(frame[2]["upper"], 1, 0, 2), str(frame))
+    for name, text in (("empty.urdf", ""), ("broken.urdf", "<robot name='x'><link name='a'>"), ("binary.urdf", "\x01\x02"),
+                       ("missing.urdf", "<robot name='m'><link name='base'><visual><geometry><mesh filename='package://no/x.stl'/>"
+                        "</geometry></visual></link></robot>")):
+        side.do("text " + write(test, name, text))
+        time.sleep(0.3)
+    adapter.wait_err("error: .*(/robot_description|not)")
+    adapter.wait_err('warning: /robot_description: link "base": the package "no" is not found')
+    adapter.wait_err("the robot has no joints")
+    check(adapter.alive(), adapter.stderr_text())
+    end(adapter)
+    check(not [name for name in os.listdir(os.environ.get("XDG_RUNTIME_DIR") or os.environ.get("TMPDIR") or "/tmp")
+               if name.startswith("fire3dv-ros2-")], "a folder of a conversion was left behind")
+
+
+# --- times ---------------------------------------------------------------------------------------------------------------
+
+def times_common(test):
+    """A frame that is stamped ahead: all poses of a frame are of one time; a silent one is held."""
+    ros = Ros(test)
+    adapter = ros.adapter("--no-description")
+    side = ros.side()
+    for i in range(30):
+        side.send("tf", ("map", "odom", 11 + i / 10, 100 + i), ("odom", "base", 10 + i / 10, i / 10))
+        time.sleep(0.02)
+    ros.wait_frame("the end", lambda f: f[1] == 12.9 * SECOND)
+    for _, time_ns, poses in ros.named_frames():
+        seconds = time_ns / SECOND
+        if seconds < 11.05:
+            continue
+        odom = 100 + (seconds - 11) * 10
+        check(at(poses["odom"], odom) and at(poses["base"], odom + seconds - 10), f"{seconds} {poses}")
+    time.sleep(1.1)
+    side.send("tf", ("map", "odom", 20, 500))
+    ros.wait_frame("the other frame alone", lambda f: f[1] == 20 * SECOND and at(f[2]["base"], 502.9))
+    adapter.wait_err("no transform for 3 s: the last poses stay")
+    end(adapter)
+
+
+def times_back(test):
+    """A recording that loops, and /clock that goes back: a new description, a discontinuity."""
+    ros = Ros(test)
+    adapter = ros.adapter("--no-description")
+    side = ros.side(opens=["tf", "tf_static", "clock"])
+    side.send("tf_static", ("base", "laser", 0, 1))
+    for i in range(40):
+        side.send("tf", ("map", "base", 100 + i / 20, i))
+        time.sleep(0.01)
+    ros.wait_frame("the first round", lambda f: f[1] >= 101 * SECOND)
+    for i in range(40):
+        side.send("tf", ("map", "base", 50 + i / 20, 1000 + i))
+        time.sleep(0.01)
+    adapter.wait_err("went back in time: poses begin anew")
+    frame = ros.wait_frame("the second round", lambda f: f[1] <= 52 * SECOND)
+    check(frame[0] == 1 and frame[2]["base"][3] >= 1000 and at(frame[2]["laser"], frame[2]["base"][3] + 1), str(frame))
+    side.do(f"clock {60 * SECOND}")
+    side.send("tf", ("map", "base", 60, 1))
+    ros.wait_frame("time 60", lambda f: f[1] == 60 * SECOND)
+    time.sleep(1.1)
+    side.do(f"clock {1 * SECOND}")
+    adapter.wait_err("/clock went back in time")
+    side.send("tf", ("map", "base", 1, 5))
+    frame = ros.wait_frame("time 1", lambda f: f[1] == 1 * SECOND)
+    check(frame[0] == 1 and at(frame[2]["base"], 5) and at(frame[2]["laser"], 6), str(frame))
+    end(adapter)
+
+
+def times_two_publishers(test):
+    """Two publishers of one frame, and of /clock, are named."""
+    ros = Ros(test)
+    adapter = ros.adapter("--no-description")
+    opens = ["tf", "clock"]
+    first, second = ros.side("first", opens=opens), ros.side("second", opens=opens)
+
+    def both():
+        both.t += 0.1
+        for side, x in ((first, 0), (second, 5)):
+            side.send("tf", ("map", "base", both.t + x / 100, x))
+            side.do(f"clock {round((both.t + 1000 * x) * SECOND)}")
+        time.sleep(0.01)
+        return adapter.find_err('frame "base" has two publishers, .*, and .*|frame "base" has two publishers') and \
+            adapter.find_err("/clock has two publishers")
+    both.t = 10
+    wait_until("both warnings", both)
+    check(not adapter.find_err("went back"), adapter.stderr_text())
+    end(adapter)
+
+
+# --- hostile messages ------------------------------------------------------------------------------------------------------
+
+def memory_mib(program):
+    with open(f"/proc/{program.process.pid}/status", encoding="ascii") as file:
+        return next(int(line.split()[1]) for line in file if line.startswith("VmRSS")) / 1024
+
+
+def hostile_values(test):
+    """Bad numbers, names, loops and stamps are refused by name; the good frame goes on."""
+    ros = Ros(test)
+    adapter = ros.adapter("--no-description")
+    side = ros.side(opens=["tf", "tf_static", "clock", "joint_states", "robot_description"])
+    bad = [("map", "nan_rotation", 1, 0, 0, 0, "nan", 0, 0, 1), ("map", "inf", 1, "inf"), ("map", "long_rotation", 1, 0, 0, 0, 0, 0, 0, 2),
+           ("map", "zero_rotation", 1, 0, 0, 0, 0, 0, 0, 0), ("self", "self", 1, 0), ('""', "orphan", 1, 0), ("map", '""', 1, 0),
+           ("map", "huge", 1, 1e300), ("map", "@10000000", 1, 0), ("@10000000", "child_of_long", 1, 0),
+           ("b", "a", 1, 0), ("a", "b", 1, 0), ("b", "below_loop", 1, 0), ("map", "unstamped", 0, 9),
+           ("map", "past", -2147483648, 1), ("map", "future", 2147483647, 1)]
+    for transform in bad:
+        side.send("tf", transform)
+        side.send("tf_static", transform)
+    side.do("clock -5")
+    side.do("joints 0 a nan")
+    side.do("send tf")  # empty
+    for i in range(40):
+        side.send("tf", ("map", "good", 10 + i / 20, i))
+        time.sleep(0.02)
+    ros.wait_frame("the good frame", lambda f: at(f[2].get("good", [0] * 12), 39))
+    for pattern in ('frame "nan_rotation" from .* is refused: a number is NaN', "refused: its quaternion has not length 1",
+                    'frame "b?a?" .*loop of parents|loop of parents'):
+        adapter.wait_err(pattern)
+    names = ros.descriptions()[-1]
+    check(not {"nan_rotation", "inf", "self", "a", "b", "below_loop", "orphan", "huge"} & set(names), str(names))
+    check(max(map(len, names)) < 256 and len(adapter.err) < 60, f"{len(adapter.err)} lines")
+    end(adapter)
+
+
+def hostile_sizes(test):
+    """10 MB strings again and again: memory stays bounded, nothing is left open."""
+    ros = Ros(test)
+    adapter = ros.adapter("--no-description")
+    side = ros.side()
+    for i in range(3):
+        side.send("tf", ("map", "@10000000", 1 + i, 0))
+    side.send("tf", ("map", "good", 1, 1))
+    ros.wait_frame("the good frame", lambda f: "good" in f[2])
+    before, files = memory_mib(adapter), len(os.listdir(f"/proc/{adapter.process.pid}/fd"))
+    for i in range(30):
+        side.send("tf", ("map", "@10000000", 10 + i, 0))
+        side.send("tf", ("map", "good", 10 + i, i))
+    ros.wait_frame("the end", lambda f: at(f[2]["good"], 29))
+    after = memory_mib(adapter)
+    check(after < before + 150, f"memory grew from {before:.0f} to {after:.0f} MiB")
+    check(len(os.listdir(f"/proc/{adapter.process.pid}/fd")) <= files + 2, "descriptors leak")
+    end(adapter)
+
+
+def hostile_types(test):
+    """Another type under a known name is said."""
+    ros = Ros(test)
+    adapter = ros.adapter("--no-description")
+    side = ros.side(opens=[], wait=False)
+    side.do("open_wrong /tf")
+    adapter.wait_err(r"/tf has the type std_msgs/msg/String at .*, not tf2_msgs/msg/TFMessage: nothing is received from there")
+    good = ros.side("good")
+    good.send("tf", ("map", "base", 1, 1))
+    ros.wait_frame("the good frame", lambda f: "base" in f[2])
+    end(adapter)
+
+
+# --- many frames -----------------------------------------------------------------------------------------------------------
+
+def large_chain(test):
+    """2,000 frames, each the parent of the next."""
+    ros = Ros(test)
+    adapter = ros.adapter("--no-description")
+    side = ros.side()
+
+    def publish():
+        publish.t += 1
+        side.do(f"chain 2000 {publish.t * SECOND} 0.5", "send tf")
+        time.sleep(0.05)
+        return any(len(f[2]) == 2000 for f in ros.named_frames()[-1:])
+    publish.t = 1
+    wait_until("2,000 frames", publish)
+    check(at(ros.named_frames()[-1][2]["f2000"], 1000), "the end of the chain")
+    end(adapter)
+
+
+def cpu_seconds(program):
+    with open(f"/proc/{program.process.pid}/stat", encoding="ascii") as file:
+        fields = file.read().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def large_rate(test):
+    """500 frames a thousand times a second, in one message or in ten. Prints a table; the counts are checked."""
+    print("| frames | messages a round | rounds sent | frames published | one core |")
+    print("|---|---|---|---|---|")
+    for per_message in (500, 50):
+        ros = Ros(test)
+        adapter = ros.adapter("--no-description")
+        side = ros.side()
+        wait_until("the first frames", lambda s=side, r=ros: s.do("load 500 100 0.5 500") and r.named_frames())
+        time.sleep(0.5)
+        used, begun, seen = cpu_seconds(adapter), time.monotonic(), len(ros.named_frames())
+        side.do("load 500 1000 5 " + str(per_message))
+        wall = time.monotonic() - begun
+        last = (1 + 5) * SECOND
+        ros.wait_frame("the last round", lambda f, t=last: f[1] == t)
+        used = cpu_seconds(adapter) - used
+        for _, time_ns, poses in ros.named_frames()[seen:]:
+            check(len({round(p[7]) for p in poses.values()}) == 1, f"the frame of {time_ns} ns mixes rounds")
+        end(adapter)
+        published = int(adapter.find_err(r": (\d+) frames published").group(1))
+        print(f"| 500 | {500 // per_message} | 5000 in {wall:.1f} s | {published} | {100 * used / wall:.0f} % |", flush=True)
+        ros.lines.end()
+
+
+CASES = {case.__name__: case for case in (
+    frames_late_adapter, frames_late_publisher, frames_grow, frames_names, robot_joints, robot_links, times_common, times_back,
+    times_two_publishers, hostile_values, hostile_sizes, hostile_types, large_chain, large_rate)}
+
+if __name__ == "__main__":
+    reason = why_not()
+    if reason:
+        print(f"skipped: {reason}")
+        sys.exit(SKIPPED)
+    main(CASES, ["fire3dv-ros2", "stream_dump", "publisher"])
