@@ -104,7 +104,7 @@ Result<void> Bridge::use_robot(ConvertedRobot&& robot) {
     log_line("the robot has no joints: the poses of all frames are sent");
   }
   if (options_.scene_file.empty()) {
-    renderers_.set_robot(std::move(robot.glb));
+    if (Result<void> sent = renderers_.set_robot(std::move(robot.glb)); !sent) return sent;
   } else {
     if (Result<void> written = write_whole_file(options_.scene_file, robot.glb); !written) return written;
     log_line("wrote " + options_.scene_file + "; to draw it: fire3dv " + options_.scene_file + " --listen " +

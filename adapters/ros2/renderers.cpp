@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "protocol/base/log.h"
+#include "adapters/ros2/robot/node_paths.h"
 #include "protocol/base/plural.h"
 
 namespace fire3dv::ros2 {
@@ -11,7 +11,9 @@ namespace {
 
 constexpr char kRobotNode[] = "robot_description";
 constexpr size_t kSceneBudgetBytes = size_t{256} << 20;
-constexpr std::chrono::seconds kSettled{1};  // a message that a later one replaces at once is not reported
+// A message that a later one replaces is not reported: the nodes of an added robot are missing until it is
+// loaded.
+constexpr std::chrono::seconds kSettled{1}, kLoaded{5};
 
 // ROS is Z up, the renderer's world Y up.
 const std::vector<double> kWorldFromStream = {1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0};
@@ -39,21 +41,29 @@ Result<Renderers> Renderers::open(const std::vector<std::string>& uris, const Se
   return renderers;
 }
 
-Result<void> Renderers::describe(const std::vector<std::string>& names, const std::vector<Pose>& offsets) {
-  Description description;
-  description.node_names = names;
-  description.body_from_node = offsets;
-  description.world_from_stream = kWorldFromStream;
-  for (Target& target : targets_) {
-    const Result<void> described = call_client("cannot describe the frames to", target.uri,
-                                               [&] { target.stream.describe(description); });
-    if (!described) return described;
-    target.message.clear();
-  }
-  name_count_ = names.size();
+Result<void> Renderers::describe(std::vector<std::string> names, std::vector<Pose> offsets) {
+  names_ = std::move(names);
+  offsets_ = std::move(offsets);
   last_poses_.clear();
   is_described_ = true;
+  for (Target& target : targets_)
+    if (Result<void> described = describe(target); !described) return described;
   return {};
+}
+
+// Nodes of an added asset have paths only.
+Result<void> Renderers::describe(Target& target) {
+  Description description;
+  description.node_names = names_;
+  description.body_from_node = offsets_;
+  description.world_from_stream = kWorldFromStream;
+  if (target.has_robot)
+    for (std::string& name : description.node_names)
+      if (const auto path = robot_paths_.find(name); path != robot_paths_.end())
+        name = kRobotNode + ("/" + path->second);
+  target.message.clear();
+  return call_client("cannot describe the frames to", target.uri,
+                     [&] { target.stream.describe(description); });
 }
 
 Result<void> Renderers::publish(int64_t time_ns, const std::vector<Pose>& poses, bool is_discontinuity) {
@@ -70,22 +80,35 @@ Result<void> Renderers::publish(int64_t time_ns, const std::vector<Pose>& poses,
   return {};
 }
 
-void Renderers::set_robot(std::vector<uint8_t> glb) {
+Result<void> Renderers::set_robot(std::vector<uint8_t> glb) {
   robot_ = std::move(glb);
+  robot_paths_ = node_paths(robot_);
   for (Target& target : targets_)
-    if (std::exchange(target.has_robot, false)) {
-      const Result<void> added = add_robot(target);
-      if (!added) target.message = warning(added.error().message);
-    }
+    if (target.has_robot)
+      if (Result<void> added = add_robot(target); !added) return added;
+  return {};
 }
 
+// The light that the converter gives a robot is not for a scene with lights of its own.
 Result<void> Renderers::add_robot(Target& target) {
-  target.has_robot = true;  // a robot beyond the budget is not tried again
-  return call_client("cannot send the robot to", target.uri, [&] {
+  target.has_robot = true;
+  const Result<void> added = call_client("cannot send the robot to", target.uri, [&] {
     fire3dv_node node{};
     node.asset_glb = robot_.data();
     node.asset_glb_bytes = robot_.size();
     target.stream.add_node(kRobotNode, node);
+    if (const auto light = robot_paths_.find("light from above"); light != robot_paths_.end())
+      target.stream.remove_node(kRobotNode + ("/" + light->second));
+  });
+  if (!added || !is_described_) return added;
+  if (Result<void> described = describe(target); !described) return described;
+  return repeat_frame(target);
+}
+
+Result<void> Renderers::repeat_frame(Target& target) {
+  if (last_poses_.empty()) return {};
+  return call_client("cannot publish to", target.uri, [&] {
+    target.stream.publish(std::chrono::nanoseconds(last_time_ns_), last_poses_);
   });
 }
 
@@ -96,28 +119,23 @@ Result<void> Renderers::poll(const std::function<void(const std::string&)>& log)
     const Result<void> polled =
         call_client("cannot poll", target.uri, [&] { status = target.stream.poll(); });
     if (!polled) return polled;
-    bool needs_frame = status.renderers > target.renderers;
+    // Frames that stand still are not sent again and again; a renderer that comes later needs one.
+    if (status.renderers > target.renderers)
+      if (Result<void> sent = repeat_frame(target); !sent) return sent;
     target.renderers = status.renderers;
     if (!robot_.empty() && !target.has_robot && status.welcome == 0 &&
-        2 * size_t{status.unmatched_names} > name_count_) {
-      if (Result<void> added = add_robot(target); !added) log(warning(added.error().message));
-      else log("the robot was sent to " + target.uri + ", whose scene does not have it");
-      needs_frame = true;
+        2 * size_t{status.unmatched_names} > names_.size()) {
+      if (Result<void> added = add_robot(target); !added) return added;
+      log("the robot was sent to " + target.uri + ", whose scene does not have it");
+      continue;
     }
     if (target.message != status.welcome_message) {
       target.message = status.welcome_message;
       target.message_since = now;
     } else if (!target.message.empty() && target.message != target.reported &&
-               now - target.message_since >= kSettled) {
+               now - target.message_since >= (target.has_robot ? kLoaded : kSettled)) {
       target.reported = target.message;
       log(target.uri + ": " + target.message);
-    }
-    // Frames that stand still are not sent again and again; a renderer that comes later needs one.
-    if (needs_frame && !last_poses_.empty()) {
-      const Result<void> sent = call_client("cannot publish to", target.uri, [&] {
-        target.stream.publish(std::chrono::nanoseconds(last_time_ns_), last_poses_);
-      });
-      if (!sent) return sent;
     }
   }
   return {};

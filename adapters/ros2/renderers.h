@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "protocol/base/error.h"
@@ -20,12 +21,12 @@ class Renderers {
   static Result<Renderers> open(const std::vector<std::string>& uris, const Security& security);
 
   // offsets: body_from_node, none or one per name.
-  Result<void> describe(const std::vector<std::string>& names, const std::vector<Pose>& offsets);
+  Result<void> describe(std::vector<std::string> names, std::vector<Pose> offsets);
   Result<void> publish(int64_t time_ns, const std::vector<Pose>& poses, bool is_discontinuity);
 
   // The robot: renderers whose scene has less than half of the described names get it as a node. It stays
   // until another one comes.
-  void set_robot(std::vector<uint8_t> glb);
+  Result<void> set_robot(std::vector<uint8_t> glb);
 
   // Processes messages of the renderers and reports news by `log`. Call it ten times a second.
   Result<void> poll(const std::function<void(const std::string&)>& log);
@@ -44,12 +45,15 @@ class Renderers {
     std::chrono::steady_clock::time_point message_since;
   };
   Result<void> add_robot(Target& target);
+  Result<void> describe(Target& target);
+  Result<void> repeat_frame(Target& target);
 
   std::vector<Target> targets_;
   std::vector<uint8_t> robot_;
-  std::vector<Pose> last_poses_;
+  std::unordered_map<std::string, std::string> robot_paths_;  // nodes of the added robot, by name
+  std::vector<std::string> names_;
+  std::vector<Pose> offsets_, last_poses_;
   int64_t last_time_ns_ = 0;
-  size_t name_count_ = 0;
   bool is_described_ = false;
 };
 

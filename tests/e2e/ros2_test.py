@@ -73,14 +73,15 @@ class Ros:
 
     count = 0
 
-    def __init__(self, test):
+    def __init__(self, test, dumps=True):
+        """dumps: print the stream's messages; otherwise a renderer listens."""
         Ros.count += 1
         self.test, self.host = test, Host(test, "ros")
         self.env = {key: value for key, value in os.environ.items() if not key.startswith(("ROS_", "CYCLONEDDS_"))}
         # Fast DDS has shared memory of one name for each domain, which network namespaces do not separate.
         self.env["ROS_DOMAIN_ID"] = str(1 + (os.getpid() * 16 + Ros.count) % 230)
         self.uri = test.fresh_uri("shm")
-        self.lines = StreamLines(test.programs_at["stream_dump"], self.uri)
+        self.lines = StreamLines(test.programs_at["stream_dump"], self.uri) if dumps else None
 
     def adapter(self, *arguments, env=None):
         self.current = Program(self.test, "fire3dv-ros2",
@@ -199,6 +200,24 @@ def frames_names(test):
         wrong = ros.adapter(env={variable: "nonsense"})
         wrong.expect_exit(1)
         check(wrong.find_err(f"error: {variable}=.nonsense"), wrong.stderr_text())
+
+
+def frames_ranges(test):
+    """Discovery ranges of ROS 2 meet a publisher with its library's defaults; OFF meets nobody."""
+    for env in ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}, {"ROS_LOCALHOST_ONLY": "1"}, {"ROS_STATIC_PEERS": "127.0.0.1;;"},
+                {"CYCLONEDDS_URI": "<CycloneDDS><Domain><Tracing><Verbosity>none</Verbosity></Tracing></Domain></CycloneDDS>"}):
+        ros = Ros(test)
+        adapter = ros.adapter("--no-description", env=env)
+        side = ros.side()
+        side.send("tf", ("map", "base", 1, 1))
+        ros.wait_frame(f"a frame with {env}", lambda f: at(f[2]["base"], 1))
+        end(adapter)
+    ros = Ros(test)
+    side = ros.side(wait=False)
+    adapter = ros.adapter(env={"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF"})
+    adapter.wait_err(r"range off \(ROS_AUTOMATIC_DISCOVERY_RANGE=OFF\).*no other participant was discovered")
+    check(side.do("readers tf") == "ok 0", "a reader was found")
+    end(adapter)
 
 
 # --- robots --------------------------------------------------------------------------------------------------------------
@@ -477,7 +496,7 @@ def large_rate(test):
 
 
 CASES = {case.__name__: case for case in (
-    frames_late_adapter, frames_late_publisher, frames_grow, frames_names, robot_joints, robot_links, times_common, times_back,
+    frames_late_adapter, frames_late_publisher, frames_grow, frames_names, frames_ranges, robot_joints, robot_links, times_common, times_back,
     times_two_publishers, hostile_values, hostile_sizes, hostile_types, large_chain, large_rate)}
 
 if __name__ == "__main__":
