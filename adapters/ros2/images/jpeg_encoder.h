@@ -1,0 +1,31 @@
+// JPEG encoder of colour planes, by libjpeg-turbo: baseline, 4:2:0.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "protocol/base/error.h"
+
+namespace fire3dv::ros2 {
+
+// Keeps its buffers between images. One thread at a time.
+class JpegEncoder {
+ public:
+  JpegEncoder();
+  ~JpegEncoder();
+  JpegEncoder(JpegEncoder&&) noexcept;
+  JpegEncoder& operator=(JpegEncoder&&) noexcept;
+
+  // rgbx: 4 bytes a pixel, rows of row_stride bytes; the fourth byte is ignored. quality: 1 to 100. The bytes
+  // are valid until the next call.
+  Result<std::span<const uint8_t>> encode(const void* rgbx, uint32_t width, uint32_t height,
+                                          size_t row_stride, uint32_t quality);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace fire3dv::ros2
