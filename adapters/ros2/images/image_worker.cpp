@@ -1,0 +1,57 @@
+#include "adapters/ros2/images/image_worker.h"
+
+#include <utility>
+
+namespace fire3dv::ros2 {
+
+ImageWorker::ImageWorker(Publish publish, std::function<void()> on_idle)
+    : publish_(std::move(publish)), on_idle_(std::move(on_idle)), thread_([this] { run(); }) {}
+
+ImageWorker::~ImageWorker() {
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = true;
+  }
+  wake_.notify_one();
+  thread_.join();
+}
+
+void ImageWorker::submit(Image image) {
+  FIRE3DV_ASSERT(image && !busy_);
+  busy_ = true;
+  {
+    const std::lock_guard lock(mutex_);
+    image_ = std::move(image);
+  }
+  wake_.notify_one();
+}
+
+std::string ImageWorker::take_failure() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(failure_, {});
+}
+
+void ImageWorker::run() {
+  while (true) {
+    Image image;
+    {
+      std::unique_lock lock(mutex_);
+      wake_.wait(lock, [this] { return stop_ || image_; });
+      if (stop_) return;
+      image = std::move(image_);
+    }
+    const Result<void> done = publish_(*image);
+    image.reset();  // before the next one is taken: the slot is free again
+    if (done) {
+      ++published_;
+    } else {
+      ++failed_;
+      const std::lock_guard lock(mutex_);
+      failure_ = done.error().message;
+    }
+    busy_ = false;
+    on_idle_();
+  }
+}
+
+}  // namespace fire3dv::ros2
