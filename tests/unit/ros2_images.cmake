@@ -7,4 +7,7 @@ if(TARGET fire3dv_ros2_images)
     LINK fire3dv_ros2_cameras PkgConfig::urdfdom_headers LABELS unit)
   fire3dv_test(ros2_camera_topics_test SOURCES ros2_images/camera_topics_test.cpp
                LINK fire3dv_ros2_images LABELS unit)
+  fire3dv_test(ros2_camera_options_test
+    SOURCES ros2_images/camera_mount_test.cpp ros2_images/camera_options_test.cpp
+    LINK fire3dv_ros2_images LABELS unit)
 endif()

@@ -23,10 +23,10 @@ constexpr std::chrono::seconds kPatience{5};             // for a frame that tf 
 }  // namespace
 
 struct CameraImages::Camera {
-  Camera(const CameraSpec& camera, CameraTopics opened, const std::function<void()>& wake)
+  Camera(const CameraSpec& camera, CameraTopics opened)
       : spec(camera),
         topics(std::move(opened)),
-        worker([this](const fire3dv_image& image) { return topics.publish(image); }, wake) {}
+        worker([this](const fire3dv_image& image) { return topics.publish(image); }) {}
 
   CameraSpec spec;
   CameraTopics topics;
@@ -40,22 +40,17 @@ struct CameraImages::Camera {
   std::string problem;  // last reported
 };
 
-CameraImages::CameraImages(const Participant& participant, Names names, OpticalFrames frames, Log log,
-                           std::function<void()> wake)
-    : participant_(participant),
-      names_(std::move(names)),
-      frames_(std::move(frames)),
-      log_(std::move(log)),
-      wake_(std::move(wake)) {}
+CameraImages::CameraImages(const Participant& participant, Names names, OpticalFrames frames, Log log)
+    : participant_(participant), names_(std::move(names)), frames_(std::move(frames)), log_(std::move(log)) {}
 
 CameraImages::~CameraImages() = default;
 
 Result<std::unique_ptr<CameraImages>> CameraImages::open(const Participant& participant, const Names& names,
-                                                         Log log, std::function<void()> wake) {
+                                                         Log log) {
   Result<OpticalFrames> frames = OpticalFrames::open(participant, names);
   if (!frames) return frames.error();
   return std::unique_ptr<CameraImages>(
-      new CameraImages(participant, names, std::move(*frames), std::move(log), std::move(wake)));
+      new CameraImages(participant, names, std::move(*frames), std::move(log)));
 }
 
 bool CameraImages::has(const std::string& name) const {
@@ -77,7 +72,7 @@ Result<void> CameraImages::add(const CameraSpec& camera) {
   }
   Result<CameraTopics> topics = CameraTopics::open(participant_, names_, camera);
   if (!topics) return topics.error();
-  cameras_.push_back(std::make_unique<Camera>(camera, std::move(*topics), wake_));
+  cameras_.push_back(std::make_unique<Camera>(camera, std::move(*topics)));
   specs_.push_back(camera);
   next_check_ = {};
   return frames_.publish(specs_);
@@ -145,7 +140,20 @@ void CameraImages::update_request(Camera& camera, fire3dv_stream* stream, const 
     fire3dv_cancel_image(stream, camera.request);
     camera.request = 0;
   }
+  // A robot that comes later brings the node itself.
+  if (mount && !mount->node_may_be_missing && !camera.added_node.empty())
+    fire3dv_clear(stream, std::exchange(camera.added_node, {}).c_str(), FIRE3DV_PROPERTY_NODE);
   if (camera.request == 0 && mount && now >= camera.retry_at) request(camera, stream, *mount, outputs);
+}
+
+// A frame that poses move and the scene lacks (a .glb without the robot's camera link) becomes an empty node,
+// once.
+bool CameraImages::add_node(Camera& camera, fire3dv_stream* stream) {
+  if (camera.added_node == camera.mount.node) return false;
+  camera.added_node = camera.mount.node;
+  fire3dv_node empty{};
+  empty.struct_size = sizeof empty;
+  return fire3dv_add_node(stream, camera.mount.node.c_str(), &empty) == FIRE3DV_OK;
 }
 
 void CameraImages::take_image(Camera& camera, fire3dv_stream* stream, Clock::time_point now) {
@@ -155,15 +163,8 @@ void CameraImages::take_image(Camera& camera, fire3dv_stream* stream, Clock::tim
   if (code == FIRE3DV_ERROR_TIMEOUT) return;
   if (code != FIRE3DV_OK) {
     camera.request = 0;
-    // A frame that poses move and the scene lacks (a .glb without the robot's camera link) becomes an empty
-    // node.
     const std::string problem = fire3dv_last_error();
-    if (!camera.mount.node.empty() && camera.added_node != camera.mount.node) {
-      camera.added_node = camera.mount.node;
-      fire3dv_node empty{};
-      empty.struct_size = sizeof empty;
-      if (fire3dv_add_node(stream, camera.mount.node.c_str(), &empty) == FIRE3DV_OK) return;
-    }
+    if (camera.mount.node_may_be_missing && add_node(camera, stream)) return;
     report(camera, problem);
     camera.retry_at = now + kRetryInterval;
     return;

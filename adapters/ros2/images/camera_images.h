@@ -11,20 +11,12 @@
 #include <vector>
 
 #include "adapters/ros2/dds/names.h"
-#include "adapters/ros2/images/camera_model.h"
+#include "adapters/ros2/images/camera_mount.h"
 #include "adapters/ros2/images/camera_topics.h"
 #include "adapters/ros2/images/optical_frames.h"
 #include "protocol/base/error.h"
 
 namespace fire3dv::ros2 {
-
-// Where the renderer finds a tf frame: fixed to a node of the scene.
-struct CameraMount {
-  std::string node;  // empty: the frame of the stream itself
-  Matrix34 node_from_frame{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
-
-  bool operator==(const CameraMount&) const = default;
-};
 
 class CameraImages {
  public:
@@ -34,9 +26,8 @@ class CameraImages {
   // Receives sentences; warnings begin with "warning: ".
   using Log = std::function<void(const std::string& sentence)>;
 
-  // wake: called on another thread when poll() can take the next image.
   static Result<std::unique_ptr<CameraImages>> open(const Participant& participant, const Names& names,
-                                                    Log log, std::function<void()> wake);
+                                                    Log log);
   ~CameraImages();
   CameraImages(const CameraImages&) = delete;
   CameraImages& operator=(const CameraImages&) = delete;
@@ -58,11 +49,11 @@ class CameraImages {
 
  private:
   struct Camera;
-  CameraImages(const Participant& participant, Names names, OpticalFrames frames, Log log,
-               std::function<void()> wake);
+  CameraImages(const Participant& participant, Names names, OpticalFrames frames, Log log);
   void update_request(Camera& camera, fire3dv_stream* stream, const FindMount& find_mount,
                       Clock::time_point now);
   void request(Camera& camera, fire3dv_stream* stream, const CameraMount& mount, uint32_t outputs);
+  bool add_node(Camera& camera, fire3dv_stream* stream);
   void take_image(Camera& camera, fire3dv_stream* stream, Clock::time_point now);
   void report(Camera& camera, const std::string& problem);
 
@@ -70,7 +61,6 @@ class CameraImages {
   Names names_;
   OpticalFrames frames_;
   Log log_;
-  std::function<void()> wake_;
   std::vector<std::unique_ptr<Camera>> cameras_;
   std::vector<CameraSpec> specs_;  // of cameras_
   Clock::time_point next_check_{};

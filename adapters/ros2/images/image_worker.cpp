@@ -4,8 +4,7 @@
 
 namespace fire3dv::ros2 {
 
-ImageWorker::ImageWorker(Publish publish, std::function<void()> on_idle)
-    : publish_(std::move(publish)), on_idle_(std::move(on_idle)), thread_([this] { run(); }) {}
+ImageWorker::ImageWorker(Publish publish) : publish_(std::move(publish)), thread_([this] { run(); }) {}
 
 ImageWorker::~ImageWorker() {
   {
@@ -50,7 +49,6 @@ void ImageWorker::run() {
       failure_ = done.error().message;
     }
     busy_ = false;
-    on_idle_();
   }
 }
 

@@ -20,9 +20,8 @@ class ImageWorker {
  public:
   using Publish = std::function<Result<void>(const fire3dv_image&)>;
 
-  // publish: called on the thread. on_idle: called there after each image; it must not block.
-  ImageWorker(Publish publish, std::function<void()> on_idle);
-  ~ImageWorker();  // waits for the image at hand
+  explicit ImageWorker(Publish publish);  // called on the thread
+  ~ImageWorker();                         // waits for the image at hand
   ImageWorker(const ImageWorker&) = delete;
   ImageWorker& operator=(const ImageWorker&) = delete;
 
@@ -39,7 +38,6 @@ class ImageWorker {
   void run();
 
   Publish publish_;
-  std::function<void()> on_idle_;
   std::mutex mutex_;
   std::condition_variable wake_;
   Image image_;

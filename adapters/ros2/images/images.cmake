@@ -6,6 +6,8 @@ fire3dv_library(fire3dv_ros2_cameras
   SOURCES images/camera_model.cpp images/camera_spec.cpp images/image_bytes.cpp images/jpeg_encoder.cpp
           images/sensor_tags.cpp
   LINK fire3dv_ros2_dds fire3dv::client JPEG::JPEG PkgConfig::tinyxml2)
+find_package(CLI11 REQUIRED)
 fire3dv_library(fire3dv_ros2_images
-  SOURCES images/camera_images.cpp images/camera_topics.cpp images/image_worker.cpp images/optical_frames.cpp
-  LINK fire3dv_ros2_cameras)
+  SOURCES images/camera_images.cpp images/camera_mount.cpp images/camera_options.cpp images/camera_topics.cpp
+          images/image_output.cpp images/image_worker.cpp images/optical_frames.cpp
+  LINK fire3dv_build_info fire3dv_ros2_cameras fire3dv_ros2_tf CLI11::CLI11)

@@ -1,13 +1,18 @@
 #include "adapters/ros2/images/optical_frames.h"
 
+#include <utility>
+
 #include "adapters/ros2/images/camera_model.h"
 #include "adapters/ros2/images/messages.h"
 
 namespace fire3dv::ros2 {
 
 Result<OpticalFrames> OpticalFrames::open(const Participant& participant, const Names& names) {
-  Result<Writer<TfMessage>> writer =
-      Writer<TfMessage>::open(participant, names.resolve("/tf_static"), Profile::tf_static);
+  const MessageType& type = message_type<TfMessage>();
+  const UniqueQos qos = writer_qos(Profile::tf_static, type);
+  // Frames that this program reads again would be nodes of its own stream.
+  dds_qset_ignorelocal(qos.get(), DDS_IGNORELOCAL_PARTICIPANT);
+  Result<Entity> writer = create_writer(participant, names.resolve("/tf_static"), type, qos.get());
   if (!writer) return writer.error();
   return OpticalFrames(std::move(*writer));
 }
@@ -26,7 +31,9 @@ Result<void> OpticalFrames::publish(const std::vector<CameraSpec>& cameras) {
   TfMessage message{};
   message.transforms._maximum = message.transforms._length = static_cast<uint32_t>(transforms.size());
   message.transforms._buffer = transforms.data();
-  return writer_.write(message);
+  const dds_return_t code = dds_write(writer_.get(), &message);
+  if (code < 0) return Error{"/tf_static cannot be written (" + dds_text(code) + ")"};
+  return {};
 }
 
 }  // namespace fire3dv::ros2

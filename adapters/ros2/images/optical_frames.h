@@ -1,6 +1,7 @@
 // Optical frames of the cameras on /tf_static.
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "adapters/ros2/dds/names.h"
@@ -19,9 +20,9 @@ class OpticalFrames {
   Result<void> publish(const std::vector<CameraSpec>& cameras);
 
  private:
-  explicit OpticalFrames(Writer<TfMessage> writer) : writer_(std::move(writer)) {}
+  explicit OpticalFrames(Entity writer) : writer_(std::move(writer)) {}
 
-  Writer<TfMessage> writer_;
+  Entity writer_;
 };
 
 }  // namespace fire3dv::ros2
