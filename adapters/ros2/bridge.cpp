@@ -55,9 +55,11 @@ Result<std::unique_ptr<Bridge>> Bridge::open(Options options, DomainSettings set
   if (!readers) return readers.error();
   Entity waitset(dds_create_waitset((*participant)->get()));
   if (!waitset) return Error{"no waitset (" + dds_text(waitset.get()) + ")"};
-  return std::unique_ptr<Bridge>(new Bridge(std::move(options), std::move(*participant),
+  std::unique_ptr<Bridge> bridge(new Bridge(std::move(options), std::move(*participant),
                                             std::move(*discovery), std::move(*readers), std::move(waitset),
                                             std::move(*renderers)));
+  if (Result<void> opened = bridge->open_images(); !opened) return opened.error();
+  return bridge;
 }
 
 Bridge::Bridge(Options options, std::unique_ptr<Participant> participant, Discovery discovery,
@@ -86,17 +88,19 @@ Result<void> Bridge::run(const std::atomic<bool>& stop) {
   next_report_ns_ = begun_ns_ + kSecond;
   log_line(domain_text(participant_->settings()));
   while (!stop) {
-    dds_waitset_wait(waitset_.get(), nullptr, 0, DDS_MSECS(10));
+    dds_waitset_wait(waitset_.get(), nullptr, 0, DDS_MSECS(wait_time().count()));
     now_ns_ = monotonic_ns();
     take_messages();
     if (Result<void> done = poll_conversion(); !done) return done;
     if (Result<void> done = publish(); !done) return done;
+    poll_images();
     if (now_ns_ >= next_look_ns_) {
       next_look_ns_ = now_ns_ + 100 * kMs;
       if (Result<void> done = look_around(); !done) return done;
     }
   }
   renderers_.log_result(log_line);
+  if (images_) images_->log_counts();
   return {};
 }
 

@@ -12,6 +12,7 @@
 #include "adapters/ros2/dds/discovery.h"
 #include "adapters/ros2/dds/participant.h"
 #include "adapters/ros2/dds/topics.h"
+#include "adapters/ros2/images/image_output.h"
 #include "adapters/ros2/limited_log.h"
 #include "adapters/ros2/options.h"
 #include "adapters/ros2/renderers.h"
@@ -68,6 +69,9 @@ class Bridge {
   Result<void> poll_conversion();
   Result<void> use_robot(ConvertedRobot&& robot);
   Result<void> publish();
+  Result<void> open_images();
+  void poll_images();
+  std::chrono::milliseconds wait_time() const;
   std::vector<Pose> offsets(const std::vector<std::string>& names) const;
   Result<void> look_around();  // ten times a second
   void report_publishers();
@@ -96,6 +100,8 @@ class Bridge {
   uint64_t seen_structure_ = 0;
   int64_t structure_since_ns_ = 0;
   bool has_told_silence_ = false, has_told_fixed_frame_ = false;
+
+  std::unique_ptr<ImageOutput> images_;  // null: no cameras
 
   std::string description_;  // last text
   std::optional<Conversion> conversion_;

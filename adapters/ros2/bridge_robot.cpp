@@ -69,6 +69,7 @@ void Bridge::take_description(const char* text) {
     log_.warn("robot descriptions", topic + " is longer than 64 MiB and not read");
     return;
   }
+  if (images_) images_->set_description(description_);
   Result<Conversion> started = Conversion::start(description_, options_.package_folders, topic);
   if (started) conversion_ = std::move(*started);
   else log_line(error_line(started.error().message));

@@ -107,6 +107,8 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
       ->allow_extra_args(false);
   bool ros_arguments = false;  // for the help; take_ros_arguments() reads them
   add_input_options(app, options, ns, no_description, ros_arguments);
+  CameraArguments cameras;
+  add_camera_options(app, cameras);
   add_security_options(app, options.security);
   const auto usage_error = [](const std::string& text) {
     std::cerr << "fire3dv-ros2: error: " << terminal_text(text) << " (see fire3dv-ros2 --help)\n";
@@ -125,6 +127,11 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   Result<Names> names = make_names(ns, rules);
   if (!names) return usage_error(names.error().message);
   options.names = std::move(*names);
+  Result<ImageOptions> images = image_options(cameras);
+  if (!images) return usage_error(images.error().message);
+  options.images = std::move(*images);
+  if (no_description && options.images.needs_description())
+    return usage_error("--sensor and --sensors need the robot description: leave --no-description out");
   options.reads_description = !no_description;
   if (no_description && !options.scene_file.empty())
     return usage_error("--write-scene needs the robot description: leave --no-description out");

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "adapters/ros2/dds/names.h"
+#include "adapters/ros2/images/camera_options.h"
 #include "adapters/ros2/tf/pose_sampler.h"
 
 namespace fire3dv::ros2 {
@@ -21,6 +22,7 @@ struct Options {
   std::vector<std::string> package_folders;
   bool reads_description = true;
   PoseSamplerOptions frames;
+  ImageOptions images;
   std::optional<uint32_t> domain_id;
   Names names;
 };

@@ -52,15 +52,18 @@ Result<void> Renderers::describe(std::vector<std::string> names, std::vector<Pos
 }
 
 // Nodes of an added asset have paths only.
+std::string Renderers::name_in_scene(const Target& target, const std::string& node) const {
+  const auto path = robot_paths_.find(node);
+  if (!target.has_robot || path == robot_paths_.end()) return node;
+  return kRobotNode + ("/" + path->second);
+}
+
 Result<void> Renderers::describe(Target& target) {
   Description description;
   description.node_names = names_;
   description.body_from_node = offsets_;
   description.world_from_stream = kWorldFromStream;
-  if (target.has_robot)
-    for (std::string& name : description.node_names)
-      if (const auto path = robot_paths_.find(name); path != robot_paths_.end())
-        name = kRobotNode + ("/" + path->second);
+  for (std::string& name : description.node_names) name = name_in_scene(target, name);
   target.message.clear();
   return call_client("cannot describe the frames to", target.uri,
                      [&] { target.stream.describe(description); });

@@ -32,6 +32,10 @@ class Renderers {
   Result<void> poll(const std::function<void(const std::string&)>& log);
 
   bool is_described() const { return is_described_; }
+  // Stream of the first URI, whose renderer draws the images.
+  fire3dv_stream* first_stream() const { return targets_.front().stream.get(); }
+  // Name or path by which that renderer finds a described node.
+  std::string first_name_of(const std::string& node) const { return name_in_scene(targets_.front(), node); }
   void log_result(const std::function<void(const std::string&)>& log) const;
 
  private:
@@ -44,6 +48,7 @@ class Renderers {
     std::string message, reported;  // of the renderer: newest, last reported
     std::chrono::steady_clock::time_point message_since;
   };
+  std::string name_in_scene(const Target& target, const std::string& node) const;
   Result<void> add_robot(Target& target);
   Result<void> describe(Target& target);
   Result<void> repeat_frame(Target& target);

@@ -163,7 +163,8 @@ void CameraImages::take_image(Camera& camera, fire3dv_stream* stream, Clock::tim
   if (code == FIRE3DV_ERROR_TIMEOUT) return;
   if (code != FIRE3DV_OK) {
     camera.request = 0;
-    const std::string problem = fire3dv_last_error();
+    std::string problem = fire3dv_last_error();
+    if (problem.starts_with("request ")) problem.erase(0, problem.find(": ") + 2);  // its number changes
     if (camera.mount.node_may_be_missing && add_node(camera, stream)) return;
     report(camera, problem);
     camera.retry_at = now + kRetryInterval;

@@ -44,7 +44,7 @@ std::optional<CameraMount> find_camera_mount(const FrameBuffer& buffer, const St
                                  ? current.name.substr(streamed.frame_prefix.size())
                                  : std::string();
     if (!node.empty() && streamed.has_node(node)) {
-      mount.node = node;
+      mount.node = streamed.name_of(node);
       mount.node_may_be_missing = streamed.nodes_are_all_frames;
       if (const Pose* const offset = streamed.offset_of(node)) {
         const auto node_from_body = inverse_of(*offset);

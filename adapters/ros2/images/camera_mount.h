@@ -1,5 +1,4 @@
-// Where the renderer finds a tf frame that carries a camera: fixed to a node of the scene, or to the stream's
-// frame.
+// Mount of a camera: the scene node, or the frame of the stream, to which its tf frame is fixed.
 #pragma once
 
 #include <fire3dv/client.hpp>
@@ -26,6 +25,7 @@ struct StreamedFrames {
   std::string frame_prefix;                                       // frame = prefix + node
   std::function<bool(const std::string& node)> has_node;          // poses move it
   std::function<const Pose*(const std::string& node)> offset_of;  // body_from_node; nullptr: identity
+  std::function<std::string(const std::string& node)> name_of;    // by which the renderer finds it
   bool nodes_are_all_frames = false;                              // no robot says which nodes the scene has
 };
 

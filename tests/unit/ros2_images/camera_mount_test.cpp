@@ -29,6 +29,7 @@ class CameraMountTest : public testing::Test {
       const auto& offset = nodes_.at(node);
       return offset ? &*offset : nullptr;
     };
+    streamed.name_of = [](const std::string& node) { return "robot/" + node; };
     return find_camera_mount(buffer_, streamed, frame);
   }
 
@@ -50,7 +51,7 @@ TEST_F(CameraMountTest, ClimbsStaticTransformsToANode) {
   add("bracket", "optical", {{2, 0, 0}, {0, 0, 0, 1}}, true);
   const auto mount = find("optical");
   ASSERT_TRUE(mount);
-  EXPECT_EQ(mount->node, "arm");
+  EXPECT_EQ(mount->node, "robot/arm");
   expect_near(mount->node_from_frame, {0, -1, 0, 0, 1, 0, 0, 2, 0, 0, 1, 1});
   EXPECT_EQ(find("arm")->node_from_frame, CameraMount{}.node_from_frame);
 }
@@ -70,7 +71,7 @@ TEST_F(CameraMountTest, PrefixesAreStrippedAndForeignFramesAreNoNodes) {
   add("map", "robot1/arm", {}, false);
   add("map", "robot2/arm", {}, false);
   add("map", "arm", {}, false);
-  EXPECT_EQ(find("robot1/arm")->node, "arm");
+  EXPECT_EQ(find("robot1/arm")->node, "robot/arm");
   EXPECT_FALSE(find("robot2/arm"));
   EXPECT_FALSE(find("arm"));
 }
