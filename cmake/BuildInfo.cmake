@@ -9,7 +9,7 @@ if(EXISTS ${PROJECT_SOURCE_DIR}/.git)  # not that of an outer repository
   endif()
 endif()
 set(fire3dv_features "${CMAKE_BUILD_TYPE}")
-foreach(feature fire3dv:renderer fire3dv_adf:AMBF fire3dv_urdf:URDF fire3dv-mujoco:MJCF fire3dv-drake:Drake fire3dv-ros2:ROS\ 2 fire3dv-gazebo:Gazebo bullet_arm:examples)
+foreach(feature fire3dv:renderer fire3dv_adf:AMBF fire3dv_urdf:URDF fire3dv_sdf_reader:SDF fire3dv-mujoco:MJCF fire3dv-drake:Drake fire3dv-ros2:ROS\ 2 fire3dv-gazebo:Gazebo bullet_arm:examples)
   string(REPLACE ":" ";" parts ${feature})
   list(GET parts 0 target)
   list(GET parts 1 text)

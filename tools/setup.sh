@@ -30,10 +30,10 @@ packages=(
 )
 # Optional, installed where the distribution has them. MuJoCo: examples/two_simulators, adapters/mujoco and
 # fire3dv-convert's MJCF reader, which are skipped without it. EGL and OpenGL: comparison with MuJoCo's own renderer.
-# KDL: oracle of a test. ZeroMQ and protobuf: adapters/gazebo; ignition-transport (Debian 12 alone): the other side of
+# KDL: oracle of a test. libsdformat (Debian 12, not 13): fire3dv-convert's SDF reader. ZeroMQ and protobuf: adapters/gazebo; ignition-transport (Debian 12 alone): the other side of
 # its tests. Cyclone DDS: adapters/ros2, and its tests: Fast DDS as the other DDS library of ROS 2 (Debian 12), tf2 of
 # ROS 1 as oracle.
-optional_packages=(libmujoco-dev libegl-dev libopengl-dev liborocos-kdl-dev
+optional_packages=(libmujoco-dev libegl-dev libopengl-dev liborocos-kdl-dev libsdformat-dev
   libzmq3-dev libprotobuf-dev protobuf-compiler libignition-transport-dev libignition-msgs-dev
   cyclonedds-dev cyclonedds-tools libfastrtps-dev libtf2-dev)
 mesa_packages=(mesa-vulkan-drivers)
@@ -53,7 +53,7 @@ Install by hand, then run again with FIRE3DV_SKIP_SETUP=1:
     OpenSSL 3, libsodium, zstd, lz4,
     CLI11 2, assimp 5.2, yaml-cpp 0.7, urdfdom 3 or 4, console_bridge 1, TinyXML-2 9, libjpeg-turbo 2,
     FFmpeg 5.1 (libavformat, libavcodec, libavutil, libswscale; with x264, x265, SVT-AV1)
-  - optional: go-md2man for the manual pages; Eclipse Cyclone DDS 0.10 with idlc for ROS 2
+  - optional: go-md2man for the manual pages; Eclipse Cyclone DDS 0.10 with idlc for ROS 2; libsdformat 12 for SDF files
   - for the example and the tests: Bullet 3, GoogleTest, Vulkan validation layers, Xvfb, xdotool, strace, Python 3 with NumPy, pip, setuptools and venv, iproute2, openssl, ffmpeg; for the comparison with MuJoCo's renderer: EGL and libOpenGL
   - without a GPU: Mesa's lavapipe 24.1 or newer (ray queries)
 TEXT

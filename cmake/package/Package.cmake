@@ -99,7 +99,7 @@ another one, on the same machine or over a network. The simulator never
 waits, and every image says which simulation step it shows.
 
 This package contains the renderer, and programs that inspect, record and
-replay streams and convert URDF, MJCF and AMBF files to glTF.")
+replay streams and convert URDF, SDF, MJCF and AMBF files to glTF.")
 fire3dv_package_programs(fire3dv fire3dv fire3dv-convert fire3dv-inspect fire3dv-record fire3dv-replay fire3dv-render)
 install(FILES CHANGELOG.md DESTINATION share/doc/fire3dv RENAME changelog COMPONENT package_fire3dv EXCLUDE_FROM_ALL)
 install(FILES NOTICE README.md protocol/SPEC.md protocol/SPEC-transport.md protocol/SPEC-record.md

@@ -207,10 +207,10 @@ Result<DescriptionKind> kind_of(const std::filesystem::path& file, std::string_v
   if (!root) return Error{name + ": " + root.error().message};
   if (*root == "mujoco" || *root == "mujocoinclude") return DescriptionKind::mjcf;
   if (*root == "robot") return DescriptionKind::urdf;
-  if (*root == "sdf") return Error{name + " is SDF, which is not read: export it as URDF, or as glTF"};
+  if (*root == "sdf") return DescriptionKind::sdf;
   if (!root->empty()) {
     return Error{name + " is XML of the kind " + quote(*root) +
-                 ": <robot> (URDF) and <mujoco> (MJCF) are read"};
+                 ": <robot> (URDF), <mujoco> (MJCF) and <sdf> (SDF) are read"};
   }
   for (const std::string_view key : {"multibody configs", "world config", "bodies", "lights", "cameras",
                                      "environment", "soft bodies", "ghost objects", "joints", "volumes"})
@@ -218,7 +218,7 @@ Result<DescriptionKind> kind_of(const std::filesystem::path& file, std::string_v
   if (other && !other->name.empty()) return Error{name + " is " + other->name + ": " + other->remedy};
   return Error{name +
                " is no supported description file: an AMBF file (YAML with bodies, multibody configs, or "
-               "a world's lights and cameras), URDF or MJCF"};
+               "a world's lights and cameras), URDF, MJCF or SDF"};
 }
 
 }  // namespace fire3dv::convert

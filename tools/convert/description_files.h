@@ -35,12 +35,12 @@ class AllowedFolders {
   std::vector<std::filesystem::path> folders_;  // resolved paths
 };
 
-enum class DescriptionKind { adf, urdf, mjcf };
+enum class DescriptionKind { adf, urdf, mjcf, sdf };
 
 // Reads a description file of at most 64 MiB.
 Result<std::string> read_text(const std::filesystem::path& file);
 
-// The error names the file and, where known, its real format (xacro, SDF, glTF).
+// The error names the file and, where known, its real format (xacro, glTF).
 Result<DescriptionKind> kind_of(const std::filesystem::path& file, std::string_view text);
 
 // Returns the name of the root element. Refuses more than 100 nested elements, entity definitions and

@@ -1,4 +1,4 @@
-// Converter program: fire3dv-convert FILE -o OUT.glb converts robot and scene descriptions (AMBF, URDF, MJCF)
+// Converter program: fire3dv-convert FILE -o OUT.glb converts robot and scene descriptions (AMBF, URDF, MJCF, SDF)
 // to one binary glTF file.
 #include <fcntl.h>
 #include <unistd.h>
@@ -195,7 +195,7 @@ int run(const Options& options) {
 
 int main(int argc, char** argv) {
   using namespace fire3dv::convert;
-  CLI::App app{"Converts AMBF, URDF, MJCF, OBJ, STL, PLY, DAE and 3MF files to a binary glTF scene.",
+  CLI::App app{"Converts AMBF, URDF, MJCF, SDF, OBJ, STL, PLY, DAE and 3MF files to a binary glTF scene.",
                "fire3dv-convert"};
   app.formatter(std::make_shared<fire3dv::HelpFormatter>("FILE --out OUT.glb [OPTIONS]"));
   app.footer("Exit status: 0 written, 1 failed, 2 wrong usage. Details: man fire3dv-convert.");
@@ -208,7 +208,7 @@ int main(int argc, char** argv) {
           ->type_name("0,1,...");
   app.add_flag("--all", options.read.launch_all, "AMBF: all models of the launch file")->excludes(launch);
   app.add_option("--ns", options.read.name_space, "AMBF: namespace of the names")->type_name("NAME");
-  app.add_option("--package-path", options.package_folders, "folder of package:// and MJCF files; repeatable")
+  app.add_option("--package-path", options.package_folders, "folder of package://, model:// and MJCF files; repeatable")
       ->type_name("DIR")
       ->allow_extra_args(false);
   app.add_option("--up", options.up, "OBJ, STL, PLY: up axis of the file (default: y for OBJ, else z)")
@@ -217,7 +217,7 @@ int main(int argc, char** argv) {
   app.add_option("--unit", options.unit, "OBJ, STL, PLY: unit of the file (default: m)")
       ->type_name("m|cm|mm|in")
       ->check(CLI::IsMember({"m", "cm", "mm", "in"}).description(""));
-  app.add_option("--dae-up", options.dae_up, "URDF: up_axis of DAE meshes; auto: ignored, as by RViz")
+  app.add_option("--dae-up", options.dae_up, "URDF, SDF: up_axis of DAE meshes; auto: ignored, as by RViz")
       ->type_name("auto|apply|ignore")
       ->check(CLI::IsMember({"auto", "apply", "ignore"}).description(""));
   app.add_option("--xacro-arg", options.xacro_arguments, "xacro: value of an argument; repeatable")

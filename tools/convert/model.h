@@ -64,8 +64,10 @@ struct Material {
   std::optional<size_t> emission_image;    // multiplied with emission
   // G: roughness, B: metalness, as in glTF; multiplied with both.
   std::optional<size_t> metallic_roughness_image;
-  bool double_sided = true;                // meshes of descriptions are often not closed
-  bool blended = false;                    // any opacity below 1
+  std::optional<size_t> occlusion_image;  // R: share of ambient light
+  std::optional<float> alpha_cutoff;      // opacities below are invisible, others opaque; replaces blended
+  bool double_sided = true;               // meshes of descriptions are often not closed
+  bool blended = false;                   // any opacity below 1
 };
 
 // Joints that move a vertex, as indices into the skin of its node, and their weights, whose sum is 1. Unused

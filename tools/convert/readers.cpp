@@ -1,4 +1,8 @@
 #include "tools/convert/readers.h"
+
+#include <filesystem>
+#include <system_error>
+
 #include "renderer/scene/files.h"
 #include "tools/convert/description_files.h"
 #include "tools/convert/mesh/mesh_scene.h"
@@ -18,6 +22,8 @@ Result<Model> read_kind(DescriptionKind kind, const std::filesystem::path& file,
       return read_adf(file, options);
     case DescriptionKind::urdf:
       return read_urdf(file, options);
+    case DescriptionKind::sdf:
+      return read_sdf(file, options);
     case DescriptionKind::mjcf:
       break;
   }
@@ -33,6 +39,13 @@ Result<Model> read_description(const std::filesystem::path& file, const ReadOpti
   }
   if (options.mesh_up || options.mesh_unit_m)
     return Error{quote(file.string()) + " is no mesh file (OBJ, STL, PLY): remove --up and --unit"};
+  std::error_code error;
+  if (std::filesystem::is_directory(file, error)) {  // a model of Gazebo
+    if (!options.launch_indices.empty() || options.launch_all) return not_a_launch_file(file);
+    Result<Model> model = read_sdf(file, options);
+    if (model) add_light_if_none(*model);
+    return model;
+  }
   const Result<std::string> text = read_text(file);
   if (!text) return text.error();
   const Result<DescriptionKind> kind = kind_of(file, *text);

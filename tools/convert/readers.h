@@ -2,8 +2,8 @@
 // name file, line where known, and remedy.
 //
 // File access: meshes may lie anywhere. Images must lie below the folder of their mesh, of the description
-// (for URDF also of its packages), or a folder that the user named. All files of MJCF must lie below its
-// folder or a named one. Only regular files are opened.
+// (for URDF also of its packages, for SDF of its models and search paths), or a folder that the user named.
+// All files of MJCF must lie below its folder or a named one. Only regular files are opened.
 #pragma once
 
 #include <cstdint>
@@ -25,13 +25,13 @@ struct ReadOptions {
   std::vector<size_t> launch_indices;
   bool launch_all = false;
   std::string name_space;  // AMBF's --ns
-  // Folders for package:// URIs of URDF: they contain packages or are packages. MJCF files may lie
-  // below them, too.
+  // Folders for package:// URIs of URDF and model:// URIs of SDF: they contain packages or models, or are
+  // some. MJCF files may lie below them, too.
   std::vector<std::filesystem::path> package_folders;
   // Values of xacro:arg by name, also for $(env) and $(optenv).
   std::map<std::string, std::string> xacro_arguments;
   std::string xacro_program;  // expands xacro instead of the built-in expander; empty: none runs
-  bool dae_up = false;  // URDF: rotate DAE meshes by their up_axis
+  bool dae_up = false;        // URDF, SDF: rotate DAE meshes by their up_axis
   // Limits over all meshes and over all ADF files. What exceeds them is skipped with a warning.
   size_t most_triangles = 20'000'000;
   uint64_t most_adf_bytes = uint64_t{64} << 20;
@@ -61,6 +61,11 @@ Result<std::string> read_urdf_text(const std::filesystem::path& file, const Read
                                    std::vector<std::string>& warnings);
 // Reads MJCF through libmujoco's compiled model. Fails with a message in builds without libmujoco.
 Result<Model> read_mjcf(const std::filesystem::path& file, const ReadOptions& options);
+
+// Reads an SDF file, or a model folder with a model.config, through libsdformat. Node names: sdf/names.h. Not
+// thread-safe: it uses the process's console and settings of libsdformat. Fails with a message in builds
+// without libsdformat.
+Result<Model> read_sdf(const std::filesystem::path& file, const ReadOptions& options);
 
 // Detects the format from the contents; mesh files from the name, too. Adds a light to a description without
 // any.

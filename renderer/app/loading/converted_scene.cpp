@@ -289,7 +289,10 @@ std::vector<fs::path> sources_of(const scene::ConversionRecord& record) {
 // Nothing if caching is off or impossible.
 std::optional<CachePaths> cache_paths(const fs::path& description, std::vector<std::string> words,
                                       const scene::SceneCacheSettings& cache) {
-  for (const char* variable : {"ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH"}) {  // they decide about URDF's packages
+  // They decide about URDF's packages and SDF's models.
+  for (const char* variable :
+       {"ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "SDF_PATH",
+        "GAZEBO_MODEL_PATH", "GAZEBO_RESOURCE_PATH", "GZ_FUEL_CACHE_PATH", "IGN_FUEL_CACHE_PATH"}) {
     const char* value = std::getenv(variable);
     if (value && *value) words.push_back(std::string(variable) + "=" + value);
   }
@@ -312,8 +315,10 @@ std::optional<CachePaths> cache_paths(const fs::path& description, std::vector<s
 }  // namespace
 
 bool needs_conversion(const fs::path& file) {
-  constexpr std::string_view kEndings[] = {".yaml", ".yml", ".urdf", ".xml", ".xacro", ".mjcf",
-                                           ".obj",  ".stl", ".ply",  ".dae", ".3mf"};
+  constexpr std::string_view kEndings[] = {".yaml", ".yml", ".urdf", ".xml", ".xacro", ".mjcf", ".sdf",
+                                           ".world", ".obj", ".stl", ".ply", ".dae", ".3mf"};
+  std::error_code error;
+  if (fs::is_directory(file, error)) return fs::exists(file / "model.config", error);
   std::string ending = file.extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });

@@ -1,4 +1,4 @@
-// Conversion of robot and scene description files (AMBF, URDF, MJCF) and mesh files (OBJ, STL, PLY, DAE, 3MF)
+// Conversion of robot and scene description files (AMBF, URDF, MJCF, SDF) and mesh files (OBJ, STL, PLY, DAE, 3MF)
 // to glTF, with a cache of the results. fire3dv-convert beside this program reads them, with limits on its
 // time, memory and output.
 #pragma once
@@ -22,8 +22,8 @@ struct ConvertOptions {
 };
 
 // True for files that are converted, by their extension: descriptions (.yaml, .yml, .urdf, .xml, .xacro,
-// .mjcf) and mesh files (.obj, .stl, .ply, .dae, .3mf). A binary glTF file needs no conversion, whatever its
-// name is.
+// .mjcf, .sdf, .world) and mesh files (.obj, .stl, .ply, .dae, .3mf), and for model folders of Gazebo, with a
+// model.config. A binary glTF file needs no conversion, whatever its name is.
 bool needs_conversion(const std::filesystem::path& file);
 
 class ConvertedScene {

@@ -69,7 +69,7 @@ struct Given {
 
 void add_input_options(CLI::App& app, Options& options, Texts& texts, Given& given) {
   constexpr const char* kGroup = "Input";
-  app.add_option("scene", options.scene, "scene: glTF, URDF, xacro, MJCF, AMBF, OBJ, STL, PLY, DAE or 3MF");
+  app.add_option("scene", options.scene, "scene: glTF, URDF, xacro, SDF, MJCF, AMBF, OBJ, STL, PLY, DAE or 3MF");
   given.models = app.add_option("--models", options.convert.models, "AMBF: models of the launch file")
                      ->type_name("0,1,...|all")
                      ->group(kGroup);
@@ -77,7 +77,7 @@ void add_input_options(CLI::App& app, Options& options, Texts& texts, Given& giv
                          ->type_name("NAME")
                          ->group(kGroup);
   given.package_path = app.add_option("--package-path", options.convert.package_folders,
-                                      "folder of package:// and MJCF files; repeatable")
+                                      "folder of package://, model:// and MJCF files; repeatable")
                            ->allow_extra_args(false)
                            ->check(CLI::ExistingDirectory.description(""))
                            ->type_name("DIR")

@@ -21,7 +21,8 @@ constexpr const char* kExportFromBlender = "export it from Blender: File > Expor
 constexpr const char* kMesh = "mesh it in a CAD program such as FreeCAD, and export glTF, OBJ or STL";
 constexpr const char* kConvert = "convert it first: fire3dv-convert FILE -o scene.glb";
 constexpr const char* kByName =
-    "fire3dv-convert converts AMBF, URDF and MJCF descriptions, recognised by .yaml, .urdf, .xml or .xacro";
+    "fire3dv-convert converts AMBF, URDF, MJCF and SDF descriptions, recognised by .yaml, .urdf, .xml, .xacro "
+    "or .sdf";
 constexpr const char* kUnpack = "unpack it first";
 constexpr const char* kNameScene = "name a scene in glTF (.glb or .gltf)";
 constexpr const char* kPoints = "point clouds are not drawn: make a mesh of it, for example with MeshLab";
@@ -158,7 +159,7 @@ FileFormat xml_format(std::string_view head) {
   if (has("<COLLADA")) return {"a COLLADA scene", "give it the ending .dae, so that it is converted"};
   if (has("<robot")) return {"a URDF description", kConvert};
   if (has("<mujoco")) return {"an MJCF description", kConvert};
-  if (has("<sdf")) return {"an SDF description", "convert it to URDF or MJCF first"};
+  if (has("<sdf")) return {"an SDF description", kConvert};
   if (has("<X3D")) return {"an X3D scene", kExport};
   if (has("<svg")) return {"an SVG image", kNameScene};
   if (has("<html") || has("<HTML") || has("<!doctype html") || has("<!DOCTYPE html"))
@@ -181,7 +182,7 @@ bool is_text(std::string_view head) {
 
 // Scene in a folder that the user named, for the remedy.
 std::string example_in(const std::filesystem::path& folder) {
-  constexpr std::string_view kScenes[] = {".glb", ".gltf", ".urdf", ".xacro", ".obj",
+  constexpr std::string_view kScenes[] = {".glb", ".gltf", ".urdf", ".xacro", ".sdf", ".world", ".obj",
                                           ".dae", ".stl",  ".ply",  ".3mf"};
   constexpr int kMaxEntries = 1000;
   std::error_code error;

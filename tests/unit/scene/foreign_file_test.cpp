@@ -36,7 +36,7 @@ TEST(ForeignFile, IsNamedWithItsRemedy) {
            {"a.glb", "PK\x03\x04" + std::string(26, '\0') + "3D/3dmodel.model", "3MF", ".3mf"},
            {"a.glb", std::string("RIFF\0\0\0\0WEBPVP8 ", 16), "WebP image", "name a scene"},
            {"a.glb", "<!DOCTYPE html>\n<html>", "web page", "raw"},
-           {"a.glb", "<?xml version=\"1.0\"?>\n<sdf version=\"1.7\">", "SDF", "URDF or MJCF"},
+           {"a.glb", "<?xml version=\"1.0\"?>\n<sdf version=\"1.7\">", "SDF", "fire3dv-convert FILE"},
            {"a.mtl", "newmtl red\n", "materials of an OBJ", ".obj"},
            {"a.glb", "hello\n", "a text file", "as glTF"},
            {"scene.usda", "#usda 1.0\n(\n)\n", "USD", "as glTF"},

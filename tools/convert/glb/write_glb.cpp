@@ -229,6 +229,7 @@ class Writer {
     if (source.emission_image) made.emissiveTexture.index = texture(*source.emission_image);
     if (source.metallic_roughness_image)
       made.pbrMetallicRoughness.metallicRoughnessTexture.index = texture(*source.metallic_roughness_image);
+    if (source.occlusion_image) made.occlusionTexture.index = texture(*source.occlusion_image);
     const glm::vec3 emission = glm::max(source.emission, 0.0f);
     const float strength = std::max({emission.r, emission.g, emission.b, 1.0f});
     made.emissiveFactor = list(emission / strength);
@@ -239,7 +240,8 @@ class Writer {
       use_extension("KHR_materials_emissive_strength");
     }
     made.doubleSided = source.double_sided;
-    made.alphaMode = source.blended ? "BLEND" : "OPAQUE";
+    made.alphaMode = source.alpha_cutoff ? "MASK" : source.blended ? "BLEND" : "OPAQUE";
+    if (source.alpha_cutoff) made.alphaCutoff = std::clamp(*source.alpha_cutoff, 0.0f, 1.0f);
     out_.materials[static_cast<size_t>(place->second)] = std::move(made);
     return place->second;
   }

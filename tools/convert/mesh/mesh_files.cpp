@@ -11,6 +11,7 @@
 
 #include "renderer/scene/files.h"
 #include "tools/convert/glb/write_glb.h"
+#include "tools/convert/mesh/surfaces.h"
 #include "tools/convert/model.h"
 
 namespace fire3dv::convert {
@@ -18,12 +19,13 @@ namespace {
 
 constexpr uint64_t kMaxImageBytes = uint64_t{1} << 28;
 
-// Candidates for an image name: the name as it is, and its last component next to the mesh. Many files
-// contain paths of the machine that wrote them.
+// Candidates for an image name: the name as it is, and its last component next to the mesh or where Gazebo's
+// models have it. Many files contain paths of the machine that wrote them.
 std::vector<std::filesystem::path> places_of(const std::filesystem::path& folder, std::string name) {
   std::replace(name.begin(), name.end(), '\\', '/');
   const std::filesystem::path path(name);
-  return {folder / path, folder / path.filename()};
+  return {folder / path, folder / path.filename(),
+          folder.parent_path() / "materials/textures" / path.filename()};
 }
 
 glm::vec3 scaled_normal(const glm::vec3& normal, const glm::dvec3& scale) {
@@ -68,6 +70,7 @@ struct MeshFiles::State {
   std::set<size_t> defaults;  // materials that stand for none
   // Surfaces read, or the error.
   std::map<std::filesystem::path, Result<std::vector<Surface>>> surfaces;
+  std::map<std::filesystem::path, Result<ImportedMesh>> nodes;  // with their nodes
   std::map<std::filesystem::path, size_t> images;
   // Images packed of a roughness and a metalness image.
   std::map<std::pair<std::optional<size_t>, std::optional<size_t>>, std::optional<size_t>> metallic_roughness;
@@ -261,6 +264,36 @@ Result<std::vector<Surface>> MeshFiles::surfaces(const std::filesystem::path& fi
     }
   }
   return copy;
+}
+
+Result<std::vector<Surface>> MeshFiles::surfaces_of_node(const std::filesystem::path& file,
+                                                         const std::string& name) {
+  state_->model.sources.add(file);
+  const Result<std::filesystem::path> resolved = regular_file(file);
+  if (!resolved) return resolved.error();
+  auto known = state_->nodes.find(*resolved);
+  if (known == state_->nodes.end()) {
+    const ImportRequest request{.dae_up = state_->dae_up, .nodes = Nodes::keep};
+    known = state_->nodes.emplace(*resolved, state_->import(*resolved, file, request)).first;
+  }
+  if (!known->second) return known->second.error();
+  const ImportedMesh& mesh = *known->second;
+  std::vector<Surface> found;
+  std::set<std::string> names;
+  for (size_t i = 0; i < mesh.surfaces.size(); ++i) {
+    const ImportedNode& node = mesh.nodes[mesh.surface_nodes[i]];
+    names.insert(node.name);
+    if (node.name != name) continue;
+    Mesh in_file;
+    add_surface(in_file, mesh.surfaces[i], node.file_from_node, mesh.surfaces[i].material);
+    found.push_back(std::move(in_file.surfaces.front()));
+  }
+  if (!found.empty()) return found;
+  std::string all;
+  constexpr size_t kMaxBytes = 300;
+  for (const std::string& each : names)
+    if (all.size() < kMaxBytes) all += (all.empty() ? "" : ", ") + quote(each);
+  return Error{quote(file.string()) + " has no node " + quote(name) + " with a mesh, only " + all};
 }
 
 }  // namespace fire3dv::convert

@@ -35,6 +35,10 @@ class MeshFiles {
   Result<std::vector<Surface>> surfaces(const std::filesystem::path& file,
                                         const glm::dvec3& scale = glm::dvec3(1));
 
+  // Returns the surfaces of the nodes of that name, as surfaces() does. The error names the nodes that there
+  // are.
+  Result<std::vector<Surface>> surfaces_of_node(const std::filesystem::path& file, const std::string& name);
+
   // Returns the file as a scene: nodes, and surfaces with vertex colours in the frames of their nodes. DAE
   // files are Z up and in metres. Materials as above.
   Result<ImportedMesh> scene(const std::filesystem::path& file);

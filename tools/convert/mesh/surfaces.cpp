@@ -124,6 +124,15 @@ Surface cylinder(double radius, double half_length) {
   return std::move(rings.surface);
 }
 
+Surface cone(double radius, double half_length) {
+  Rings rings;
+  rings.add(radius, radius, -half_length, 2 * half_length, radius, 1);
+  rings.add(0, 0, half_length, 2 * half_length, radius, 0);
+  rings.join_last_two();
+  add_disc(rings.surface, radius, -half_length, false);
+  return std::move(rings.surface);
+}
+
 Surface capsule(double radius, double half_length) {
   Rings rings;
   const double whole = 2 * (half_length + radius);

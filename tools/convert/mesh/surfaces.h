@@ -12,6 +12,7 @@ namespace fire3dv::convert {
 Surface box(const glm::dvec3& half_extents);
 Surface ellipsoid(const glm::dvec3& radii);
 Surface cylinder(double radius, double half_length);                            // along Z
+Surface cone(double radius, double half_length);                                // along Z, tip up
 Surface capsule(double radius, double half_length);                             // along Z; half length
                                                                                 // without caps
 Surface rectangle(double half_x, double half_y, const glm::dvec2& uv_repeats);  // in XY, facing +Z

@@ -59,7 +59,7 @@ def _close(handle: int) -> None:
 
 
 class Robot:
-    """Kinematics of a robot, from a URDF, xacro, MJCF or AMBF file, or from the .glb that fire3dv-convert makes of it.
+    """Kinematics of a robot, from a URDF, xacro, SDF, MJCF or AMBF file, or from a .glb of fire3dv-convert.
 
         robot = fire3dv.Robot("arm.urdf")
         robot.set(shoulder=0.3, elbow=-1.2)

@@ -44,7 +44,7 @@ class Nodes {
     }
     if (!robot_)
       throw Fault(
-          "it holds no joints: convert the robot's URDF, MJCF or AMBF file by this version of "
+          "it holds no joints: convert the robot's URDF, SDF, MJCF or AMBF file by this version of "
           "fire3dv-convert");
   }
 
