@@ -103,6 +103,8 @@ std::string count_images(uint64_t drawn, const Options& options, sinks::FileSink
 Result<void> check_scene_file(const Options& options) {
   if (options.scene.empty() || options.list_devices) return {};
   if (!needs_conversion(options.scene)) return scene::check_is_gltf(options.scene);
+  std::error_code error;
+  if (std::filesystem::is_directory(options.scene, error)) return {};  // a model folder of Gazebo
   if (Result<OpenFile> file = OpenFile::open(options.scene, UINT64_MAX); !file)
     return Error{options.scene.string() + ": " + file.error().message};
   return {};

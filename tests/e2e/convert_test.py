@@ -363,6 +363,29 @@ def move(test, at_rest, posed, links):
     check(parts[0] < 0.002 and parts[1] > 0.01, f"moved and at rest: {parts}")
 
 
+def sdf(test):
+    """A world of Gazebo with an included model, its model folder, and a stream under Gazebo's names."""
+    box = ('<model name="crate"><link name="l"><pose>{} 0 0.5 0 0 0</pose><visual name="v"><geometry><box><size>1 1 1</size></box>'
+           "</geometry><material><diffuse>1 0.1 0.1 1</diffuse></material></visual></link></model>")
+    world = ('<sdf version="1.9"><world name="w"><gui><camera name="c"><pose>-8 0 1 0 0 0</pose></camera></gui>'
+             '<include><uri>model://crate</uri><pose>0 {} 0 0 0 0</pose></include></world></sdf>')
+    os.makedirs(test.path("models/crate"))
+    write(test, "models/crate/model.config", '<model><name>crate</name><sdf version="1.9">model.sdf</sdf></model>')
+    crate = write(test, "models/crate/model.sdf", f'<sdf version="1.9">{box.format(0)}</sdf>')
+    if "SDF" not in convert(test, "--version").stdout:
+        check("it was built without libsdformat 12" in convert(test, crate, "--list", code=1).stderr, "the reason")
+        return
+    folder = os.path.join(test.path("models"), "crate")
+    check("crate/l/v\t12 triangles" in convert(test, folder, "--list").stdout, "a model folder")
+    check(draw(test, folder)[0] == draw(test, crate)[0], "the same picture of the folder and of its file")
+    missing = convert(test, write(test, "gone.sdf", world.format(0).replace("crate", "gone")), "--list").stderr
+    check("gone.sdf, line 1: <include> is left out: \"model://gone\" is not found in " in missing, missing)
+    paths = ["--package-path", test.path("models")]
+    at_rest, _ = draw(test, write(test, "rest.world", world.format(0)), *paths)
+    moved, _ = draw(test, write(test, "moved.world", world.format(2)), *paths)
+    check(at_rest != moved, "an included model is moved")
+
+
 def moved_urdf(test):
     move(test, write(test, "rest.urdf", ARM.format(0, "")), write(test, "posed.urdf", ARM.format(1.2, "")), ["arm"])
 
@@ -392,4 +415,4 @@ def moved_panda(test):
 
 if __name__ == "__main__":
     main({"command_line": command_line, "kept": kept, "without_cache": without_cache, "unkept": unkept, "recorded": recorded,
-          "refused": refused, "meshes": meshes, "moved_urdf": moved_urdf, "moved_mjcf": moved_mjcf, "moved_panda": moved_panda}, ["fire3dv", "convert"])
+          "refused": refused, "meshes": meshes, "sdf": sdf, "moved_urdf": moved_urdf, "moved_mjcf": moved_mjcf, "moved_panda": moved_panda}, ["fire3dv", "convert"])
