@@ -208,6 +208,8 @@ Result<DescriptionKind> kind_of(const std::filesystem::path& file, std::string_v
   if (*root == "mujoco" || *root == "mujocoinclude") return DescriptionKind::mjcf;
   if (*root == "robot") return DescriptionKind::urdf;
   if (*root == "sdf") return DescriptionKind::sdf;
+  if (*root == "gazebo")
+    return Error{name + " is SDF of before version 1.3, which is not read: convert it with Gazebo Classic"};
   if (!root->empty()) {
     return Error{name + " is XML of the kind " + quote(*root) +
                  ": <robot> (URDF), <mujoco> (MJCF) and <sdf> (SDF) are read"};

@@ -164,6 +164,7 @@ std::vector<std::byte> encode(const Result<ImportedMesh>& result) {
       out.put_string(node.name);
       out.put(node.parent);
       out.put(node.file_from_node);
+      out.put_string(node.mesh_name);
     }
     out.put_array(result->surface_nodes);
     out.put(result->losses.size());
@@ -222,7 +223,9 @@ bool decode(ByteReader in, std::string& refusal, ImportedMesh& mesh) {
     if (!in.get(count)) return false;
     for (size_t i = 0; i < count; ++i) {
       ImportedNode node;
-      if (!in.get_string(node.name) || !in.get(node.parent) || !in.get(node.file_from_node)) return false;
+      if (!in.get_string(node.name) || !in.get(node.parent) || !in.get(node.file_from_node) ||
+          !in.get_string(node.mesh_name))
+        return false;
       mesh.nodes.push_back(std::move(node));
     }
     if (!in.get_array(mesh.surface_nodes) || !in.get(count)) return false;

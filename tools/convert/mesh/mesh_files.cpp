@@ -280,15 +280,17 @@ Result<std::vector<Surface>> MeshFiles::surfaces_of_node(const std::filesystem::
   const ImportedMesh& mesh = *known->second;
   std::vector<Surface> found;
   std::set<std::string> names;
-  for (size_t i = 0; i < mesh.surfaces.size(); ++i) {
-    const ImportedNode& node = mesh.nodes[mesh.surface_nodes[i]];
-    names.insert(node.name);
-    if (node.name != name) continue;
-    Mesh in_file;
-    add_surface(in_file, mesh.surfaces[i], node.file_from_node, mesh.surfaces[i].material);
-    found.push_back(std::move(in_file.surfaces.front()));
+  for (const auto own_name : {&ImportedNode::name, &ImportedNode::mesh_name}) {
+    for (size_t i = 0; i < mesh.surfaces.size(); ++i) {
+      const ImportedNode& node = mesh.nodes[mesh.surface_nodes[i]];
+      if (!(node.*own_name).empty() && !(node.*own_name).starts_with('$')) names.insert(node.*own_name);
+      if (node.*own_name != name) continue;
+      Mesh in_file;
+      add_surface(in_file, mesh.surfaces[i], node.file_from_node, mesh.surfaces[i].material);
+      found.push_back(std::move(in_file.surfaces.front()));
+    }
+    if (!found.empty()) return found;
   }
-  if (!found.empty()) return found;
   std::string all;
   constexpr size_t kMaxBytes = 300;
   for (const std::string& each : names)

@@ -249,6 +249,8 @@ class SceneReader {
         to_.nodes.push_back({sanitize_text(node->mName.C_Str()), parent, rigid_part(file_from_node)});
       for (unsigned i = 0; i < node->mNumMeshes; ++i) {
         if (node->mMeshes[i] >= scene_.mNumMeshes) return Error{"a node shows a mesh that it does not have"};
+        if (keeps_nodes_ && i == 0)
+          to_.nodes.back().mesh_name = sanitize_text(scene_.mMeshes[node->mMeshes[i]]->mName.C_Str());
         Result<void> added = add(*scene_.mMeshes[node->mMeshes[i]], surface_from_mesh(file_from_node));
         if (!added) return added;
       }

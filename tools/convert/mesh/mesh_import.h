@@ -38,6 +38,7 @@ struct ImportedNode {
   std::string name;
   int64_t parent = -1;  // precedes its children; -1: none
   glm::dmat4 file_from_node{1.0};
+  std::string mesh_name;  // of its first mesh, such as the name of a DAE's geometry
 };
 
 // up_axis of a DAE file.

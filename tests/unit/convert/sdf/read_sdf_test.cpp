@@ -95,6 +95,38 @@ TEST_F(Sdf, MeshesAreScaledAndPickedByNode) {
       << warnings(model);
 }
 
+TEST_F(Sdf, SubmeshesOfDaeAreNodesOrGeometries) {
+  std::string geometries, nodes;
+  for (const std::string name : {"left", "right"}) {
+    const std::string id = "g-" + name, x = name == "left" ? "0" : "5";
+    geometries += "<geometry id='" + id + "' name='" + name + "'><mesh><source id='" + id +
+                  "-p'><float_array id='" + id + "-a' count='9'>" + x + " 0 0 " + x + " 1 0 " + x +
+                  " 0 1</float_array><technique_common><accessor source='#" + id +
+                  "-a' count='3' stride='3'><param name='X' type='float'/><param name='Y' type='float'/>"
+                  "<param name='Z' type='float'/></accessor></technique_common></source><vertices id='" +
+                  id + "-v'><input semantic='POSITION' source='#" + id +
+                  "-p'/></vertices><triangles count='1'><input semantic='VERTEX' source='#" + id +
+                  "-v' offset='0'/><p>0 1 2</p></triangles></mesh></geometry>";
+    nodes += "<node" + std::string(name == "left" ? " id='n' name='first'" : "") +
+             "><instance_geometry url='#" + id + "'/></node>";
+  }
+  write("pair.dae",
+        "<?xml version='1.0'?><COLLADA xmlns='http://www.collada.org/2005/11/COLLADASchema' version='1.4.1'>"
+        "<asset><up_axis>Y_UP</up_axis></asset><library_geometries>" +
+            geometries + "</library_geometries><library_visual_scenes><visual_scene id='s'>" + nodes +
+            "</visual_scene></library_visual_scenes><scene><instance_visual_scene "
+            "url='#s'/></scene></COLLADA>");
+  const auto x_of = [&](const std::string& name) {
+    const Model model =
+        read(shape("<mesh><uri>pair.dae</uri><submesh><name>" + name + "</name></submesh></mesh>"));
+    EXPECT_EQ(warnings(model), "");
+    return bounds(surface(model, "m/l/v")).first.x;
+  };
+  EXPECT_EQ(x_of("first"), 0);
+  EXPECT_EQ(x_of("left"), 0);
+  EXPECT_EQ(x_of("right"), 5);
+}
+
 TEST_F(Sdf, ColoursAreLinearAndMultipliedWithTransparency) {
   const Model model = read(shape(kBox,
                                  "<transparency>0.5</transparency><material><diffuse>0.5 0.25 1 0.5</diffuse>"
