@@ -48,9 +48,10 @@ ALLOWED = {
     "renderer/sinks": WIRE + " renderer/gpu renderer/state",
     "renderer/capture": WIRE + " renderer/gpu renderer/scene renderer/state renderer/passes renderer/sinks",
     "renderer/metrics": WIRE + " protocol/transport",
+    "renderer/serve": WIRE + " protocol/transport",
     "renderer/gui": BASE + " protocol/replay shaders renderer/gpu renderer/scene renderer/state renderer/passes",
     "renderer/app": "protocol shaders renderer/scene renderer/gpu renderer/state renderer/passes renderer/sinks renderer/capture "
-                    "renderer/metrics renderer/gui",
+                    "renderer/metrics renderer/serve renderer/gui",
     "renderer/offline": WIRE + " protocol/record renderer/scene renderer/gpu renderer/state renderer/passes renderer/sinks "
                                "renderer/capture renderer/app",
     "tools/convert": BASE + " renderer/scene",

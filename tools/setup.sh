@@ -13,7 +13,7 @@ packages=(
   # libraries; CONTRIBUTING.md lists their uses
   libvulkan-dev libglm-dev libtinygltf-dev libflatbuffers-dev libasio-dev libboost-dev libpng-dev libglfw3-dev
   libssl-dev libsodium-dev libcli11-dev libstb-dev nlohmann-json3-dev libmeshoptimizer-dev libzstd-dev liblz4-dev
-  libwebp-dev libdraco-dev libopenexr-dev
+  libwebp-dev libjpeg-dev libdraco-dev libopenexr-dev
   libassimp-dev libyaml-cpp-dev liburdfdom-dev libconsole-bridge-dev libtinyxml2-dev
   libavformat-dev libavcodec-dev libavutil-dev libswscale-dev
   libjpeg-dev                     # compressed images of adapters/ros2
@@ -49,7 +49,7 @@ Install by hand, then run again with FIRE3DV_SKIP_SETUP=1:
   - glslangValidator, spirv-val, flatc with the FlatBuffers headers of the same version (2.0 or newer)
   - Vulkan loader and headers 1.3, Vulkan Memory Allocator 3 (header vk_mem_alloc.h), GLM 0.9.9, GLFW 3.3,
     Dear ImGui 1.86 to 1.90 (with a pkg-config file), the font DejaVu Sans
-  - tinygltf 2.7 or newer, stb_image, libwebp 1.2, OpenEXR 3.1, nlohmann-json, meshoptimizer 0.18, Draco 1.5, libpng, standalone Asio 1.22, Boost.Interprocess and Boost.Beast 1.74 (headers),
+  - tinygltf 2.7 or newer, stb_image, libwebp 1.2, libjpeg-turbo 2.1, OpenEXR 3.1, nlohmann-json, meshoptimizer 0.18, Draco 1.5, libpng, standalone Asio 1.22, Boost.Interprocess and Boost.Beast 1.74 (headers),
     OpenSSL 3, libsodium, zstd, lz4,
     CLI11 2, assimp 5.2, yaml-cpp 0.7, urdfdom 3 or 4, console_bridge 1, TinyXML-2 9, libjpeg-turbo 2,
     FFmpeg 5.1 (libavformat, libavcodec, libavutil, libswscale; with x264, x265, SVT-AV1)

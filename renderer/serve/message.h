@@ -1,0 +1,70 @@
+// Messages between the page of the live view and this process, over its WebSocket: JSON text from the page,
+// and images in binary messages to it. docs/design/live-view.md lists them.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "protocol/base/error.h"
+
+namespace fire3dv::serve {
+
+constexpr size_t kMaxMessageBytes = 4096;      // of a page's message
+constexpr uint32_t kMaxViewSide = 4096;        // pixels
+
+// A message of a page. Fields that its kind does not name have no meaning.
+struct ClientMessage {
+  enum class Kind : uint8_t {
+    hello,     // token
+    size,      // width, height of the canvas
+    shown,     // number: an image is on the display
+    orbit,     // x: yaw, y: pitch, radians
+    pan,       // x: right, y: up, fractions of the focus distance
+    zoom,      // z: factor on the focus distance; x, y: fixed point in NDC
+    fly,       // x: right, y: up, z: back, in radii of the scene
+    frame,     // node, or the whole scene
+    camera,    // index of the scene's camera; none: a free camera at its pose
+    pick,      // x, y: pixel as a fraction of the image
+    hide,      // node, on
+    isolate,   // node, or none
+    show_all,
+    play,      // on
+    step,      // on: forwards
+    seek,      // x: fraction of the recording
+  };
+  Kind kind = Kind::hello;
+  std::string token;
+  uint32_t width = 0, height = 0;
+  uint32_t number = 0;
+  std::optional<uint32_t> node, index;
+  uint64_t scene = 0;  // number of the scene that `node` belongs to
+  double x = 0, y = 0, z = 0;
+  bool on = false;
+};
+
+// Kinds that change what all viewers see.
+bool needs_control(ClientMessage::Kind kind);
+
+// Parses a message; all numbers are finite and within the limits of their kind. The error names the field.
+Result<ClientMessage> parse_message(std::string_view text);
+
+enum class Codec : uint8_t { jpeg = 1 };
+
+// Header of a binary message, before the encoded image.
+struct ImageHeader {
+  uint32_t number = 0;  // of the viewer's images, from 1
+  uint16_t width = 0, height = 0;
+  Codec codec = Codec::jpeg;
+  bool is_refined = false;  // full size and quality: no better image of this moment follows
+  int64_t sim_time_ns = 0;
+};
+constexpr size_t kImageHeaderBytes = 24;
+// Little-endian: u32 number, u16 width, u16 height, u8 codec, u8 is_refined, u16 0, u32 0, i64 sim_time_ns.
+void append_header(const ImageHeader& header, std::vector<uint8_t>& message);
+
+}  // namespace fire3dv::serve

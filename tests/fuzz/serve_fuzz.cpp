@@ -1,0 +1,47 @@
+// Fuzz target of the live view's messages: what is accepted is within the limits of its kind.
+#include <cmath>
+#include <string_view>
+
+#include "protocol/base/error.h"
+#include "renderer/serve/message.h"
+#include "tests/fuzz/target.h"
+
+namespace fire3dv::fuzz {
+
+std::vector<Input> seeds() {
+  std::vector<Input> inputs;
+  for (const std::string_view text :
+       {R"({"type":"hello","token":"0123456789abcdef0123456789abcdef"})",
+        R"({"type":"size","width":1280,"height":720})", R"({"type":"shown","image":1})",
+        R"({"type":"orbit","yaw":0.1,"pitch":-0.1})", R"({"type":"pan","right":0.1,"up":-0.1})",
+        R"({"type":"zoom","factor":0.9,"x":0.1,"y":-0.1})", R"({"type":"fly","right":0,"up":0,"back":-1})",
+        R"({"type":"frame","node":3,"scene":1})", R"({"type":"camera","index":2})",
+        R"({"type":"pick","x":0.5,"y":0.5})", R"({"type":"hide","node":1,"scene":1,"hidden":true})",
+        R"({"type":"isolate"})", R"({"type":"show_all"})", R"({"type":"play","playing":true})",
+        R"({"type":"step","forwards":false})", R"({"type":"seek","fraction":0.5})"})
+    inputs.emplace_back(text.begin(), text.end());
+  return inputs;
+}
+
+}  // namespace fire3dv::fuzz
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  using namespace fire3dv;
+  using Kind = serve::ClientMessage::Kind;
+  const std::string_view text(reinterpret_cast<const char*>(data), size);
+  const Result<serve::ClientMessage> message = serve::parse_message(text);
+  if (!message) {
+    FIRE3DV_ASSERT(!message.error().message.empty());
+    return 0;
+  }
+  FIRE3DV_ASSERT(size <= serve::kMaxMessageBytes);
+  FIRE3DV_ASSERT(std::isfinite(message->x) && std::isfinite(message->y) && std::isfinite(message->z));
+  const Kind kind = message->kind;
+  if (kind == Kind::size)
+    FIRE3DV_ASSERT(message->width > 0 && message->width <= serve::kMaxViewSide && message->height > 0 &&
+                   message->height <= serve::kMaxViewSide);
+  if (kind == Kind::zoom) FIRE3DV_ASSERT(message->z > 0 && std::abs(message->x) <= 1);
+  if (kind == Kind::pick || kind == Kind::seek) FIRE3DV_ASSERT(message->x >= 0 && message->x <= 1);
+  if (kind == Kind::hide) FIRE3DV_ASSERT(message->node.has_value());
+  return 0;
+}

@@ -1,0 +1,118 @@
+// Messages of the live view's page, headers of its images, and JPEG files.
+#include "renderer/serve/message.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#define STB_IMAGE_IMPLEMENTATION
+#define STBI_ONLY_JPEG
+#define STB_IMAGE_STATIC
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wunused-function"
+#pragma GCC diagnostic ignored "-Wsign-compare"
+#include <stb/stb_image.h>
+#pragma GCC diagnostic pop
+
+#include "renderer/serve/jpeg.h"
+
+namespace fire3dv::serve {
+namespace {
+
+using Kind = ClientMessage::Kind;
+
+TEST(ClientMessage, EachKindIsRead) {
+  const auto read = [](const char* text) {
+    const Result<ClientMessage> message = parse_message(text);
+    EXPECT_TRUE(message.ok()) << text;
+    return message.ok() ? *message : ClientMessage();
+  };
+  EXPECT_EQ(read(R"({"type":"hello","token":"abc"})").token, "abc");
+  const ClientMessage size = read(R"({"type":"size","width":640,"height":4096})");
+  EXPECT_EQ(size.kind, Kind::size);
+  EXPECT_EQ(size.width, 640u);
+  EXPECT_EQ(size.height, 4096u);
+  EXPECT_EQ(read(R"({"type":"shown","image":7})").number, 7u);
+  const ClientMessage orbit = read(R"({"type":"orbit","yaw":-0.5,"pitch":1})");
+  EXPECT_EQ(orbit.x, -0.5);
+  EXPECT_EQ(orbit.y, 1);
+  EXPECT_EQ(read(R"({"type":"zoom","factor":2,"x":0,"y":-1})").z, 2);
+  const ClientMessage frame = read(R"({"type":"frame","node":3,"scene":9})");
+  EXPECT_EQ(frame.node, 3u);
+  EXPECT_EQ(frame.scene, 9u);
+  EXPECT_FALSE(read(R"({"type":"frame","node":null})").node);
+  EXPECT_EQ(read(R"({"type":"camera","index":1})").index, 1u);
+  EXPECT_FALSE(read(R"({"type":"camera"})").index);
+  EXPECT_TRUE(read(R"({"type":"hide","node":0,"scene":0,"hidden":true})").on);
+  EXPECT_EQ(read(R"({"type":"seek","fraction":0.25})").x, 0.25);
+  for (const char* text : {R"({"type":"pan","right":1,"up":2})", R"({"type":"fly","right":1,"up":2,"back":3})",
+                           R"({"type":"pick","x":0,"y":1})", R"({"type":"isolate"})", R"({"type":"show_all"})",
+                           R"({"type":"play","playing":false})", R"({"type":"step","forwards":true})"})
+    read(text);
+}
+
+TEST(ClientMessage, BadOnesAreRefused) {
+  for (const std::string& text :
+       {std::string(), std::string("{"), std::string("[]"), std::string("{}"), std::string(R"({"type":1})"),
+        std::string(R"({"type":"reboot"})"), std::string(R"({"type":"size","width":0,"height":1})"),
+        std::string(R"({"type":"size","width":5000,"height":1})"),
+        std::string(R"({"type":"size","width":1.5,"height":1})"),
+        std::string(R"({"type":"size","width":-1,"height":1})"),
+        std::string(R"({"type":"orbit","yaw":1e999,"pitch":0})"),
+        std::string(R"({"type":"orbit","yaw":"1","pitch":0})"),
+        std::string(R"({"type":"zoom","factor":0,"x":0,"y":0})"),
+        std::string(R"({"type":"zoom","factor":1,"x":2,"y":0})"), std::string(R"({"type":"frame","node":3})"),
+        std::string(R"({"type":"frame","node":4294967295,"scene":0})"),
+        std::string(R"({"type":"hide","scene":0,"hidden":true})"),
+        std::string(R"({"type":"play","playing":1})"), std::string(R"({"type":"shown","image":0})"),
+        R"({"type":"hello","token":")" + std::string(200, 'a') + "\"}", std::string(3000, '['),
+        R"({"type":"show_all","x":")" + std::string(kMaxMessageBytes, 'a') + "\"}"})
+    EXPECT_FALSE(parse_message(text).ok()) << text.substr(0, 80);
+  EXPECT_NE(parse_message(R"({"type":"orbit","yaw":1})").error().message.find("\"pitch\""), std::string::npos);
+}
+
+TEST(ClientMessage, SharedStateNeedsControl) {
+  for (const Kind kind : {Kind::hide, Kind::isolate, Kind::show_all, Kind::play, Kind::step, Kind::seek})
+    EXPECT_TRUE(needs_control(kind));
+  for (const Kind kind : {Kind::hello, Kind::size, Kind::shown, Kind::orbit, Kind::pan, Kind::zoom, Kind::fly,
+                          Kind::frame, Kind::camera, Kind::pick})
+    EXPECT_FALSE(needs_control(kind));
+}
+
+TEST(ImageHeader, IsLittleEndian) {
+  std::vector<uint8_t> message;
+  append_header({0x01020304, 0x0506, 0x0708, Codec::jpeg, true, 0x1112131415161718}, message);
+  const std::vector<uint8_t> expected = {4, 3, 2, 1, 6, 5, 8, 7,    1,    1,    0,    0,
+                                         0, 0, 0, 0, 0x18, 0x17, 0x16, 0x15, 0x14, 0x13, 0x12, 0x11};
+  EXPECT_EQ(message, expected);
+  EXPECT_EQ(message.size(), kImageHeaderBytes);
+}
+
+// Oracle: the decoder of stb_image.
+TEST(Jpeg, DecodesToTheImage) {
+  constexpr uint32_t kWidth = 37, kHeight = 19;
+  std::vector<uint8_t> rgba;
+  for (uint32_t y = 0; y < kHeight; ++y)
+    for (uint32_t x = 0; x < kWidth; ++x)
+      rgba.insert(rgba.end(), {static_cast<uint8_t>(6 * x), static_cast<uint8_t>(12 * y),
+                               static_cast<uint8_t>(255 - 6 * x), static_cast<uint8_t>(x * y)});
+  std::vector<uint8_t> file = {1, 2, 3};
+  ASSERT_TRUE(append_jpeg(rgba, kWidth, kHeight, 95, file));
+  int width = 0, height = 0, channels = 0;
+  stbi_uc* const pixels = stbi_load_from_memory(file.data() + 3, static_cast<int>(file.size()) - 3, &width,
+                                                &height, &channels, 3);
+  ASSERT_NE(pixels, nullptr);
+  ASSERT_EQ(width, static_cast<int>(kWidth));
+  ASSERT_EQ(height, static_cast<int>(kHeight));
+  for (size_t i = 0; i < size_t{kWidth} * kHeight; ++i)
+    for (size_t c = 0; c < 3; ++c) EXPECT_NEAR(pixels[3 * i + c], rgba[4 * i + c], 8) << i;
+  stbi_image_free(pixels);
+  std::vector<uint8_t> coarse;
+  ASSERT_TRUE(append_jpeg(rgba, kWidth, kHeight, 30, coarse));
+  EXPECT_LT(coarse.size(), file.size());
+}
+
+}  // namespace
+}  // namespace fire3dv::serve
