@@ -2,7 +2,8 @@
 # Installs the packages that FIRE-3DV needs for build, run time and tests. Needs root or sudo and asks nothing. Changes
 # nothing (not even the package index) when all packages are installed.
 #
-#   tools/setup.sh            installs everything
+#   tools/setup.sh            installs what the build and most tests need
+#   tools/setup.sh --peers    installs also the programs and libraries that tests talk to; tools/test.sh does this
 #   tools/setup.sh --check    lists missing packages; exit code 1 if there are any
 set -euo pipefail
 
@@ -30,13 +31,25 @@ packages=(
 )
 # Optional, installed where the distribution has them. MuJoCo: examples/two_simulators, adapters/mujoco and
 # fire3dv-convert's MJCF reader, which are skipped without it. EGL and OpenGL: comparison with MuJoCo's own renderer.
-# KDL: oracle of a test. libsdformat (Debian 12, not 13): fire3dv-convert's SDF reader. ZeroMQ and protobuf: adapters/gazebo; ignition-transport (Debian 12 alone): the other side of
-# its tests. Cyclone DDS: adapters/ros2, and its tests: Fast DDS as the other DDS library of ROS 2 (Debian 12), tf2 of
-# ROS 1 as oracle.
+# KDL: oracle of a test. libsdformat (Debian 12, not 13): fire3dv-convert's SDF reader. ZeroMQ and protobuf:
+# adapters/gazebo. Cyclone DDS: adapters/ros2.
 optional_packages=(libmujoco-dev libegl-dev libopengl-dev liborocos-kdl-dev libsdformat-dev
-  libzmq3-dev libprotobuf-dev protobuf-compiler libignition-transport-dev libignition-msgs-dev
-  cyclonedds-dev cyclonedds-tools libfastrtps-dev libtf2-dev)
+  libzmq3-dev libprotobuf-dev protobuf-compiler cyclonedds-dev cyclonedds-tools)
+# With --peers: programs and libraries of others that tests talk to, where the distribution has them. ignition-transport
+# for adapters/gazebo; Fast DDS, ROS 2's other DDS library, and tf2 of ROS 1 as oracle for adapters/ros2; Chromium for the
+# live view's page.
+peer_packages=(libignition-transport-dev libignition-msgs-dev libfastrtps-dev libtf2-dev chromium)
 mesa_packages=(mesa-vulkan-drivers)
+
+check=0
+for argument in "$@"; do
+  case "$argument" in
+    --peers) optional_packages+=("${peer_packages[@]}") ;;
+    --check) check=1 ;;
+    -h | --help) sed -n '2,7s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
+    *) printf 'setup: unknown option %s (there are --peers and --check)\n' "$argument" >&2; exit 2 ;;
+  esac
+done
 
 say() { printf 'setup: %s\n' "$*"; }
 die() { printf 'setup: %s\n' "$*" >&2; exit 1; }
@@ -91,7 +104,7 @@ mesa_is_new_enough || mesa_missing=1
 
 if [ ${#missing[@]} -eq 0 ] && [ $mesa_missing -eq 0 ]; then say "everything is installed"; exit 0; fi
 [ $mesa_missing -eq 1 ] && mesa_text=" ${mesa_packages[*]}(>=24.1)" || mesa_text=
-[ "${1:-}" = --check ] && { say "missing: ${missing[*]}$mesa_text"; exit 1; }
+[ $check = 1 ] && { say "missing: ${missing[*]}$mesa_text"; exit 1; }
 
 as_root=()
 if [ "$(id -u)" -ne 0 ]; then

@@ -26,7 +26,7 @@ jobs=$(nproc)
 
 say "set-up"
 start=$(now)
-tools/setup.sh
+tools/setup.sh --peers
 setup_seconds=$(seconds_since "$start")
 
 say "prerequisites of the tests"

@@ -141,6 +141,7 @@ Result<void> FrameLoop::run() {
     // User input.
     const bool is_due = has_changed();
     if (window_ && is_due) steer();
+    if (live_view_) live_view_->poll(timeline_);
 
     // Image requests of simulators.
     const ImageService::Drawn served = image_service_.draw_due(frames_);
@@ -223,7 +224,9 @@ void FrameLoop::wait_for_messages() {
   const bool is_live = options_.lockstep || awaits_stream_ || Clock::now() - changed_ < kBusyTime;
   const bool is_busy =
       !unacknowledged_.empty() || image_service_.in_flight() || (receiver_.active_streams() != 0 && is_live);
-  receiver_.wait(is_busy ? kBusyWait : window_ ? kWindowWait : kIdleWait);
+  const bool has_viewers = live_view_ && live_view_->has_viewers();
+  const bool is_viewed = has_viewers && live_view_->is_busy();
+  receiver_.wait(is_busy || is_viewed ? kBusyWait : window_ || has_viewers ? kWindowWait : kIdleWait);
 }
 
 // Names what --lockstep, --exit-when-done and --frames wait for, once for each kind of wait.

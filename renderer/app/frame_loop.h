@@ -11,6 +11,7 @@
 #include "protocol/replay/replay_clock.h"
 #include "renderer/app/animation_clock.h"
 #include "renderer/app/animation_timeline.h"
+#include "renderer/app/live/live_view.h"
 #include "renderer/app/loading/live_scene.h"
 #include "renderer/app/loading/scene_reload.h"
 #include "renderer/app/options/options.h"
@@ -64,6 +65,8 @@ class FrameLoop {
   // Borrowed; null: no replay or recording. Call before run().
   void follow(replay::TimelineControl* timeline) { timeline_ = timeline; }
   void record_with(Recording* recording) { recording_ = recording; }
+  // Borrowed; null: no viewers in browsers. Call before run().
+  void show_in_browsers(LiveView* live_view) { live_view_ = live_view; }
   // Borrowed secondary devices that also render image requests, with the current settings. Call before run().
   void spread_images_over(SecondaryDevices& further, const passes::DrawSettings& settings) {
     image_service_.spread_over(further, settings);
@@ -112,6 +115,7 @@ class FrameLoop {
   RendererMetrics* metrics_ = nullptr;
   replay::TimelineControl* timeline_ = nullptr;
   Recording* recording_ = nullptr;
+  LiveView* live_view_ = nullptr;
   DocumentLoader* next_ = nullptr;
   SceneReload* reload_ = nullptr;
   bool goes_on_ = false;

@@ -12,6 +12,7 @@
 #include "protocol/transport/open.h"
 #include "renderer/app/default_look.h"
 #include "renderer/app/frame_loop.h"
+#include "renderer/app/live/live_view.h"
 #include "renderer/app/loading/disk_caches.h"
 #include "renderer/app/loading/scene_reload.h"
 #include "renderer/app/recording.h"
@@ -24,6 +25,7 @@
 #include "renderer/gpu/device/device.h"
 #include "renderer/scene/gltf/foreign_file.h"
 #include "renderer/scene/model/variants.h"
+#include "renderer/serve/server.h"
 #include "renderer/sinks/file_sink.h"
 #include "renderer/sinks/frame.h"
 
@@ -81,6 +83,22 @@ Result<std::unique_ptr<RendererMetrics>> open_metrics(const Options& options,
   return opened;
 }
 
+// Null without the option. The links are secrets: they are printed once, for the user.
+Result<std::unique_ptr<serve::Server>> open_live_view(const Options& options) {
+  if (options.serve.empty()) return std::unique_ptr<serve::Server>();
+  serve::ServerOptions server_options;
+  server_options.at = options.serve;
+  server_options.insecure = options.insecure;
+  server_options.tls = {options.tls_certificate, options.tls_key, options.tls_client_ca};
+  server_options.token_file = options.serve_tokens;
+  Result<std::unique_ptr<serve::Server>> opened = serve::Server::open(server_options);
+  if (!opened) return opened;
+  say("live view at " + (*opened)->address() + "; whoever has a link has its rights:");
+  std::fprintf(stderr, "  control  %s\n  view     %s\n", (*opened)->link(serve::Access::control).c_str(),
+               (*opened)->link(serve::Access::view).c_str());
+  return opened;
+}
+
 // Null without the option.
 Result<std::unique_ptr<sinks::FileSink>> open_image_folder(const Options& options) {
   if (options.out.empty()) return std::unique_ptr<sinks::FileSink>();
@@ -95,8 +113,9 @@ std::string count_images(uint64_t drawn, const Options& options, sinks::FileSink
   (void)folder->finish().ok();  // for the count; the loop returns the error
   const uint64_t written = folder->frames_written();
   return counted(written, "image") + " in " + options.out.string() +
-         (written < drawn ? "; " + std::to_string(drawn - written) + " of " + counted(drawn, "image") + " missing"
-                          : "");
+         (written < drawn
+              ? "; " + std::to_string(drawn - written) + " of " + counted(drawn, "image") + " missing"
+              : "");
 }
 
 // A cheap check, so that a wrong file name is reported rather than a missing display.
@@ -137,6 +156,7 @@ struct Stage {
   SecondaryDevices& further;
   const std::shared_ptr<BudgetPool> budgets;  // of all adapters
   std::unique_ptr<RendererMetrics> metrics;   // null: no metrics
+  std::unique_ptr<serve::Server> server;      // null: no live view
   bool first = true;                          // no scene has been shown yet
   int exit_code = 0;                          // 1 after an error that did not end the run
 
@@ -234,7 +254,8 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
     say("info: " + line);
   state::PoseState poses(*scene);
   StreamReceiver receiver(poses, options.lockstep, options.play, stage.budgets);
-  ImageRequestQueue requests(receiver, image_abilities(*stage.renderer));
+  ViewerReplies replies(receiver);
+  ImageRequestQueue requests(replies, image_abilities(*stage.renderer));
   receiver.set_image_handler(&requests);
   const auto can_show_everywhere = [&stage](const scene::Scene& other) {
     Result<void> can = can_show(stage.device, other);
@@ -264,6 +285,9 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
     Result<std::unique_ptr<RendererMetrics>> metrics = open_metrics(options, stage.budgets);
     if (!metrics) return metrics.error();
     stage.metrics = std::move(*metrics);
+    Result<std::unique_ptr<serve::Server>> server = open_live_view(options);
+    if (!server) return server.error();
+    stage.server = std::move(*server);
   }
   Result<std::unique_ptr<sinks::FileSink>> image_folder = open_image_folder(options);
   if (!image_folder) return image_folder.error();
@@ -329,6 +353,12 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
                   .window = view.get(),
                   .stats = stage.stats,
                   .options = options});
+  std::optional<LiveView> live_view;
+  if (stage.server)
+    live_view.emplace(LiveView::Borrowed{*stage.server, replies, receiver, poses, requests, live,
+                                         stage.viewer, window != nullptr},
+                      *camera, std::filesystem::path(show.title()).filename().string());
+  loop.show_in_browsers(live_view ? &*live_view : nullptr);
   loop.report_to(stage.metrics.get());
   loop.follow(timeline);
   loop.record_with(recording->get());
@@ -399,11 +429,11 @@ int run(const Options& options) {
     Result<SecondaryDevices> further = SecondaryDevices::open(
         **instance, devices->further, options.async_compute, places, viewer.draw, *renderer);
     if (!further) return fail(further.error());
-    Stage stage{**instance, device,   renderer,
-                *stats,     places,   *windows,
-                viewer,     *further, BudgetPool::create(options.peer_limits),
-                nullptr,    true,     0,
-                options.begun};
+    Stage stage{**instance, device,       renderer,
+                *stats,     places,       *windows,
+                viewer,     *further,     BudgetPool::create(options.peer_limits),
+                nullptr,    nullptr,      true,
+                0,          options.begun};
     stage.note_start("renderer");
     if (Result<void> can = renderer->can_take(passes::with_sources(options.outputs)); !can)
       return fail(Error{"--outputs: " + can.error().message});

@@ -136,6 +136,7 @@ std::optional<std::string> check_drawing(const app::Options& drawing) {
            "each "
            "with --shard";
   if (!drawing.metrics.empty()) return none("--metrics");
+  if (!drawing.serve.empty()) return none("--serve");
   if (drawing.exit_when_done) return none("--exit-when-done");
   if (drawing.frames != 0) return "--frames: choose a part with --start and --end";
   if (!drawing.stats.empty()) return none("--stats");

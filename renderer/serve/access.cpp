@@ -30,16 +30,14 @@ std::string random_token() {
 }
 
 bool is_token(std::string_view text) {
-  return text.size() == kTokenDigits && std::ranges::all_of(text, [](char c) {
-           return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f');
-         });
+  return text.size() == kTokenDigits &&
+         std::ranges::all_of(text, [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
 }
 
 bool is_equal_in_constant_time(std::string_view a, std::string_view b) {
   if (a.size() != b.size()) return false;
   volatile unsigned char difference = 0;
-  for (size_t i = 0; i < a.size(); ++i)
-    difference = static_cast<unsigned char>(difference | (a[i] ^ b[i]));
+  for (size_t i = 0; i < a.size(); ++i) difference = static_cast<unsigned char>(difference | (a[i] ^ b[i]));
   return difference == 0;
 }
 
@@ -69,7 +67,8 @@ std::optional<std::string> host_name(std::string_view header) {
 
 bool is_ip_address(const std::string& name) {
   unsigned char address[16];
-  return ::inet_pton(AF_INET, name.c_str(), address) == 1 || ::inet_pton(AF_INET6, name.c_str(), address) == 1;
+  return ::inet_pton(AF_INET, name.c_str(), address) == 1 ||
+         ::inet_pton(AF_INET6, name.c_str(), address) == 1;
 }
 
 }  // namespace
@@ -103,7 +102,8 @@ Result<Tokens> read_or_create_tokens(const std::filesystem::path& file) {
   Tokens tokens{std::string(text.substr(0, line)), std::string(text.substr(line + 1))};
   tokens.view.pop_back();
   if (!is_token(tokens.control) || !is_token(tokens.view) || tokens.control == tokens.view)
-    return failed("must have two different lines of 32 hexadecimal digits; remove it, and a new one is created");
+    return failed(
+        "must have two different lines of 32 hexadecimal digits; remove it, and a new one is created");
   return tokens;
 }
 

@@ -24,8 +24,8 @@ Result<Tokens> read_or_create_tokens(const std::filesystem::path& file);
 // Rights that the token gives, compared in constant time.
 Access access_of(const Tokens& tokens, std::string_view token);
 
-// Host header that no DNS rebinding can produce: an IP address, localhost, or `own_host` as the user wrote it.
-// With TLS the browser has checked the name against the certificate, so any name is accepted.
+// Host header that no DNS rebinding can produce: an IP address, localhost, or `own_host` as the user wrote
+// it. With TLS the browser has checked the name against the certificate, so any name is accepted.
 bool is_host_allowed(std::string_view host_header, std::string_view own_host, bool tls);
 // True if the page that opens a WebSocket was loaded from this server.
 bool is_origin_allowed(std::string_view origin, std::string_view host_header, bool tls);

@@ -16,10 +16,11 @@ constexpr uint32_t kMaxHeaderBytes = 16 << 10;
 constexpr size_t kMaxBufferBytes = 64 << 10;
 constexpr int kMaxRequests = 64;  // of one connection
 
-// Scripts, styles and connections of this server only; nothing inline. Only ?embed=1 allows other local pages,
-// such as a notebook's, to show the page in a frame.
+// Scripts, styles and connections of this server only; nothing inline. Only ?embed=1 allows other local
+// pages, such as a notebook's, to show the page in a frame.
 constexpr std::string_view kPolicy =
-    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; connect-src 'self'; "
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; connect-src "
+    "'self'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors ";
 constexpr std::string_view kLocalPages =
     "'self' http://localhost:* http://127.0.0.1:* https://localhost:* https://127.0.0.1:*";
@@ -90,7 +91,8 @@ void Connection::read() {
 
 void Connection::on_request(ErrorCode error) {
   if (!error) return answer(parser_->get());
-  if (error == http::error::header_limit) return write(431, "text/plain", "the header is too long\n", nullptr);
+  if (error == http::error::header_limit)
+    return write(431, "text/plain", "the header is too long\n", nullptr);
   if (error == http::error::body_limit) return write(413, "text/plain", "requests have no body\n", nullptr);
   const bool is_syntax_error = error.category() == http::make_error_code(http::error::bad_method).category();
   if (is_syntax_error && error != http::error::end_of_stream && error != http::error::partial_message)
@@ -99,8 +101,8 @@ void Connection::on_request(ErrorCode error) {
 
 void Connection::answer(const Request& request) {
   if (!is_host_allowed(view_of(request[http::field::host]), hub_.own_host, hub_.tls))
-    return write(421, "text/plain", "the Host header must be an IP address, localhost or the host of --serve\n",
-                 &request);
+    return write(421, "text/plain",
+                 "the Host header must be an IP address, localhost or the host of --serve\n", &request);
   const std::string_view target = view_of(request.target());
   const std::string_view path = target.substr(0, target.find('?'));
   if (request.method() != http::verb::get)
@@ -117,14 +119,16 @@ void Connection::answer(const Request& request) {
 void Connection::upgrade(const Request& request) {
   if (!boost::beast::websocket::is_upgrade(request))
     return write(426, "text/plain", "this is a WebSocket\n", &request);
-  if (!is_origin_allowed(view_of(request[http::field::origin]), view_of(request[http::field::host]), hub_.tls))
+  if (!is_origin_allowed(view_of(request[http::field::origin]), view_of(request[http::field::host]),
+                         hub_.tls))
     return write(403, "text/plain", "another web site may not connect\n", &request);
   timer_.cancel();
   const auto socket = std::make_shared<ViewerSocket>(std::move(stream_), hub_);
   socket->start(request);
 }
 
-void Connection::write(unsigned status, std::string_view type, std::string_view body, const Request* request) {
+void Connection::write(unsigned status, std::string_view type, std::string_view body,
+                       const Request* request) {
   response_.emplace(static_cast<http::status>(status), 11);
   response_->set(http::field::content_type, boost::beast::string_view(type.data(), type.size()));
   const bool is_embed = request && is_embedded(view_of(request->target()));

@@ -1,5 +1,5 @@
-// HTTP connection of the live view: serves the files of the page, and turns into a viewer's WebSocket when the
-// page asks for it. Lives on the server's thread.
+// HTTP connection of the live view: serves the files of the page, and turns into a viewer's WebSocket when
+// the page asks for it. Lives on the server's thread.
 #pragma once
 
 #include <boost/asio/steady_timer.hpp>

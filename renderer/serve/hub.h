@@ -24,7 +24,7 @@ struct Hub {
   bool tls = false;
 
   // Owned by the server's thread.
-  std::map<uint64_t, std::weak_ptr<Connection>> connections;  // without viewers; by age, oldest first
+  std::map<uint64_t, std::weak_ptr<Connection>> connections;          // without viewers; by age, oldest first
   std::unordered_map<ViewerId, std::weak_ptr<ViewerSocket>> sockets;  // with and without a token yet
   uint64_t next_connection = 1;
   ViewerId next_viewer = 1;

@@ -14,28 +14,28 @@
 
 namespace fire3dv::serve {
 
-constexpr size_t kMaxMessageBytes = 4096;      // of a page's message
-constexpr uint32_t kMaxViewSide = 4096;        // pixels
+constexpr size_t kMaxMessageBytes = 4096;  // of a page's message
+constexpr uint32_t kMaxViewSide = 4096;    // pixels
 
 // A message of a page. Fields that its kind does not name have no meaning.
 struct ClientMessage {
   enum class Kind : uint8_t {
-    hello,     // token
-    size,      // width, height of the canvas
-    shown,     // number: an image is on the display
-    orbit,     // x: yaw, y: pitch, radians
-    pan,       // x: right, y: up, fractions of the focus distance
-    zoom,      // z: factor on the focus distance; x, y: fixed point in NDC
-    fly,       // x: right, y: up, z: back, in radii of the scene
-    frame,     // node, or the whole scene
-    camera,    // index of the scene's camera; none: a free camera at its pose
-    pick,      // x, y: pixel as a fraction of the image
-    hide,      // node, on
-    isolate,   // node, or none
+    hello,    // token
+    size,     // width, height of the canvas
+    shown,    // number: an image is on the display
+    orbit,    // x: yaw, y: pitch, radians
+    pan,      // x: right, y: up, fractions of the focus distance
+    zoom,     // z: factor on the focus distance; x, y: fixed point in NDC
+    fly,      // x: right, y: up, z: back, in radii of the scene
+    frame,    // node, or the whole scene
+    camera,   // index of the scene's camera; none: a free camera at its pose
+    pick,     // x, y: pixel as a fraction of the image
+    hide,     // node, on
+    isolate,  // node, or none
     show_all,
-    play,      // on
-    step,      // on: forwards
-    seek,      // x: fraction of the recording
+    play,  // on
+    step,  // on: forwards
+    seek,  // x: fraction of the recording
   };
   Kind kind = Kind::hello;
   std::string token;

@@ -36,10 +36,10 @@ Result<transport::Uri> parse_address(const ServerOptions& options) {
   while (!lookup.done()) ::poll(nullptr, 0, 1);
   for (const transport::Address& address : lookup.addresses()) {
     if (!address.is_loopback())
-      return Error{"--serve " + options.at +
-                   ": images and links would cross the network unprotected; add --tls-cert and --tls-key, use " +
-                   (address.family() == AF_INET6 ? "[::1]" : "127.0.0.1") +
-                   ", or --insecure if that is wanted"};
+      return Error{
+          "--serve " + options.at +
+          ": images and links would cross the network unprotected; add --tls-cert and --tls-key, use " +
+          (address.family() == AF_INET6 ? "[::1]" : "127.0.0.1") + ", or --insecure if that is wanted"};
   }
   return uri;
 }
@@ -48,7 +48,7 @@ Result<transport::Uri> parse_address(const ServerOptions& options) {
 
 struct Server::State {
   std::string address;
-  Hub hub;                  // outlives io, whose handlers own the connections
+  Hub hub;  // outlives io, whose handlers own the connections
   asio::io_context io{1};
   std::optional<asio::ssl::context> tls;
   tcp::acceptor acceptor{io};

@@ -30,8 +30,8 @@ struct ServerLimits {
 };
 
 struct ServerOptions {
-  std::string at;         // HOST:PORT, port 0 for any free port
-  bool insecure = false;  // allows addresses other than loopback without TLS
+  std::string at;                     // HOST:PORT, port 0 for any free port
+  bool insecure = false;              // allows addresses other than loopback without TLS
   transport::TlsListenerOptions tls;  // HTTPS if it names a certificate
   std::filesystem::path token_file;   // empty: tokens of this run only
   ServerLimits limits;
@@ -60,7 +60,8 @@ class Server {
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
 
-  // Address of the page with a token in its fragment, which browsers do not send. A secret: for the user only.
+  // Address of the page with a token in its fragment, which browsers do not send. A secret: for the user
+  // only.
   std::string link(Access access) const;
   std::string address() const;  // "http://HOST:PORT"
 

@@ -1,4 +1,5 @@
-// Byte stream of a connection, with or without TLS, as one type: the HTTP and WebSocket code is compiled once.
+// Byte stream of a connection, with or without TLS, as one type: the HTTP and WebSocket code is compiled
+// once.
 #pragma once
 
 #include <boost/asio/ip/tcp.hpp>

@@ -77,7 +77,8 @@ bool ViewerSocket::take(std::string_view text) {
     close(websocket::close_code::policy_error, "hello comes once");
     return false;
   }
-  if (needs_control(message->kind) && access_ != Access::control) return true;  // the page offers none of these
+  if (needs_control(message->kind) && access_ != Access::control)
+    return true;  // the page offers none of these
   if (hub_.push(number_, std::move(*message))) return true;
   wait_for_frame_loop();
   return false;

@@ -1,5 +1,5 @@
-// WebSocket of one viewer: checks its token, passes its messages to the hub within limits, and sends texts and
-// images. Lives on the server's thread.
+// WebSocket of one viewer: checks its token, passes its messages to the hub within limits, and sends texts
+// and images. Lives on the server's thread.
 #pragma once
 
 #include <boost/asio/steady_timer.hpp>

@@ -297,7 +297,7 @@ bool LiveScene::show_built() {
 }
 
 void LiveScene::notify_replaced(const scene::Scene& before) {
-  if (on_replaced_) on_replaced_(before, scene());
+  for (const Replaced& replaced : on_replaced_) replaced(before, scene());
   poses_.set_scene(scene());
   camera_.set_scene(scene());
   if (player_) player_->emplace(scene(), animations_);
@@ -374,7 +374,7 @@ Result<void> LiveScene::replace_base(const scene::LoadedScene& next, std::vector
   root_of_added_.clear();
   registry_.set_built_vertex_nodes({}, {});
   animations_ = std::move(animations);
-  if (on_replaced_) on_replaced_(before, scene());
+  for (const Replaced& replaced : on_replaced_) replaced(before, scene());
   poses_.set_scene(scene(), static_cast<uint32_t>(scene().nodes.size()));
   camera_.set_scene(scene());
   if (player_) player_->emplace(scene(), animations_);

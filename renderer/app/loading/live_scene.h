@@ -45,9 +45,10 @@ class LiveScene {
   // Animations of the file, whose player is replaced with the scene. Borrowed.
   void set_animations(std::optional<state::AnimationPlayer>& player, std::vector<uint32_t> animations);
 
-  // Called before the old scene is destroyed, so that observers can map node indices.
+  // Called before the old scene is destroyed, so that observers can map node indices. Several observers are
+  // called in the order in which they were added.
   using Replaced = std::function<void(const scene::Scene& before, const scene::Scene& after)>;
-  void on_scene_replaced(Replaced replaced) { on_replaced_ = std::move(replaced); }
+  void on_scene_replaced(Replaced replaced) { on_replaced_.push_back(std::move(replaced)); }
   // Called with the time that the edits of a stream took in follow().
   using EditTime = std::function<void(state::StreamId stream, int64_t ns)>;
   void charge_edit_time(EditTime edit_time) { edit_time_ = std::move(edit_time); }
@@ -134,7 +135,7 @@ class LiveScene {
   scene::SceneEdits edits_;
   UserEdits user_;
   bool user_changed_ = false;
-  Replaced on_replaced_;
+  std::vector<Replaced> on_replaced_;
   uint64_t bindings_seen_ = 0, replaced_ = 0, updates_ = 0, builds_begun_ = 0, request_lists_made_ = 0;
   std::vector<state::RequestedNode> requested_;  // as of requested_revision_
   NodeKeys requested_keys_;

@@ -136,6 +136,12 @@ void add_stream_options(CLI::App& app, Options& options, Texts& texts, Given& gi
   app.add_option("--tls-client-ca", options.tls_client_ca, "tls: require client certificates of this CA")
       ->type_name("FILE")
       ->group(kGroup);
+  app.add_option("--serve", options.serve, "live view in browsers (see docs/browser.md)")
+      ->type_name("HOST:PORT")
+      ->group(kGroup);
+  app.add_option("--serve-tokens", options.serve_tokens, "file that keeps the links of --serve valid")
+      ->type_name("FILE")
+      ->group(kGroup);
   app.add_option("--peer-limit", texts.peer_limits, "NAME=VALUE, limit of one peer (see SPEC 14); repeatable")
       ->allow_extra_args(false)
       ->type_name("LIMIT")
@@ -375,11 +381,14 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
     return usage_error(
         "--frames counts images that are drawn unasked, and --on-request draws none: leave one out");
   const bool has_purpose = receives || !options.out.empty() || options.frames != 0 ||
-                           !options.stats.empty() || !options.metrics.empty() || options.list_devices;
+                           !options.stats.empty() || !options.metrics.empty() || !options.serve.empty() ||
+                           options.list_devices;
   if (options.headless && needs_scene && !has_purpose)
     return usage_error(
-        "--headless without --out, --listen, --replay or --frames draws images for nobody: add "
+        "--headless without --out, --listen, --replay, --serve or --frames draws images for nobody: add "
         "--out DIR to write them, or --listen URI to draw for simulators");
+  if (!options.serve_tokens.empty() && options.serve.empty())
+    return usage_error("--serve-tokens is for the links of --serve HOST:PORT");
   options.panels = texts.gui == "on";
   if (const auto wrong = take_window_options(texts.stereo, texts.present, options))
     return usage_error(*wrong);

@@ -32,6 +32,8 @@ struct Options {
   std::string key_file;                                 // udp: the pre-shared key
   std::string tls_certificate, tls_key, tls_client_ca;  // tls: PEM files
   std::string metrics;                                  // HOST:PORT; empty: no metrics
+  std::string serve;                                    // HOST:PORT of the live view; empty: none
+  std::filesystem::path serve_tokens;                   // file of its tokens; empty: new ones in each run
   PeerLimits peer_limits;                               // of each connected adapter
   PlayOptions play;
   RecordingOptions recording;

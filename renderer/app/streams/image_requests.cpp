@@ -46,6 +46,11 @@ wire::Affine3x4d ImageRequestQueue::world_from_stream(state::RequesterId request
   return shown ? shown->world_from_stream : wire::Affine3x4d{};
 }
 
+ImageReplies::Appearance ImageRequestQueue::appearance(state::RequesterId requester) const {
+  const std::optional<ImageReplies::Shown> shown = replies_.shown(requester);
+  return shown ? shown->appearance : ImageReplies::Appearance{};
+}
+
 // --- routing of image requests and replies in the stream receiver ---
 
 namespace {

@@ -14,6 +14,7 @@
 #include "protocol/base/peer_budget.h"
 #include "protocol/transport/link.h"
 #include "protocol/wire/image.h"
+#include "renderer/passes/view.h"
 #include "renderer/state/image_requests.h"
 
 namespace fire3dv::app {
@@ -33,9 +34,15 @@ class ImageRequestHandler {
 class ImageReplies {
  public:
   virtual ~ImageReplies() = default;
+  // Appearance that no request names: that of the renderer's own images, for viewers of the live view.
+  struct Appearance {
+    std::optional<passes::Ground> ground;
+    float exposure = 0;  // of the camera; 0: as in the settings
+  };
   struct Shown {
     state::ImageRequestRegistry::Shown frame;
     wire::Affine3x4d world_from_stream;
+    Appearance appearance = {};
   };
   virtual std::optional<Shown> shown(state::RequesterId requester) const = 0;  // nullopt: it has ended
   // Sends a refusal. is_logged: also logs it.
@@ -80,6 +87,7 @@ class ImageRequestQueue final : public ImageRequestHandler {
   }
   void add_render_time(state::RequesterId requester, int64_t ns) { replies_.add_render_time(requester, ns); }
   wire::Affine3x4d world_from_stream(state::RequesterId requester) const;
+  ImageReplies::Appearance appearance(state::RequesterId requester) const;
 
   // Requester and id of each open request, sorted.
   std::vector<std::pair<state::RequesterId, uint64_t>> open() const { return registry_.open(); }

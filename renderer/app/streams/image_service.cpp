@@ -163,7 +163,11 @@ std::vector<RequestRenderer::WorkItem> ImageService::resolve(
     if (const auto* refused = std::get_if<CameraRefused>(&camera)) {
       requests_.refuse(one, refused->reason, refused->why);
     } else {
-      work.push_back({std::move(one), std::get<RequestCamera>(camera)});
+      auto& possible = std::get<RequestCamera>(camera);
+      const ImageReplies::Appearance appearance = requests_.appearance(one.requester);
+      possible.ground = appearance.ground;
+      if (possible.exposure == 0) possible.exposure = appearance.exposure;
+      work.push_back({std::move(one), possible});
     }
   }
   return work;

@@ -172,6 +172,7 @@ void RequestRenderer::record(const passes::PreparedFrame& prepared, gpu::Recorde
         views.emplace_back(passes::make_view(work.camera.pinhole, work.camera.world_from_camera));
     view.camera = due.request.node;
     view.exposure = work.camera.exposure;
+    view.ground = work.camera.ground;
     wire::ImageFrame frame;
     frame.request = due.request.id;
     frame.number = due.number;

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <variant>
@@ -63,6 +64,7 @@ struct RequestCamera {
   passes::Intrinsics pinhole;  // rendered projection: the same, or the pinhole image before lens distortion
   glm::mat4 world_from_camera{1};  // rigid transform
   float exposure = 0;              // 0: from the draw settings
+  std::optional<passes::Ground> ground;
 };
 
 struct CameraRefused {

@@ -89,18 +89,19 @@ const scene::Camera& CameraRig::scene_camera() const {
 }
 
 passes::View CameraRig::view(const state::PoseState& poses, float image_aspect) const {
-  if (node_ != scene::kNone) {
-    passes::View view = passes::make_view(scene_camera(), poses.world_from_node(node_), image_aspect);
-    if (!scene_->nodes[node_].name.empty()) view.camera = scene_->nodes[node_].name;
-    view.ground = ground_;
-    return view;
-  }
+  const Placed now = placed(poses, image_aspect);
+  passes::View view = passes::make_view(now.camera, now.world_from_camera, image_aspect);
+  if (node_ != scene::kNone && !scene_->nodes[node_].name.empty()) view.camera = scene_->nodes[node_].name;
+  view.ground = ground_;
+  return view;
+}
+
+CameraRig::Placed CameraRig::placed(const state::PoseState& poses, float image_aspect) const {
+  if (node_ != scene::kNone) return {scene_camera(), poses.world_from_node(node_)};
   if (framed_) frame_scene(image_aspect);
   scene::Camera camera = free_camera_;
   camera.near_m = std::min(0.01f, 0.01f * std::max(focus_distance_m_, 1e-3f));
-  passes::View view = passes::make_view(camera, world_from_free_, image_aspect);
-  view.ground = ground_;
-  return view;
+  return {camera, world_from_free_};
 }
 
 // Bounds at rest and at several times of the animations, so that a moving figure stays in the image.

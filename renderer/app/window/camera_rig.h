@@ -38,6 +38,13 @@ class CameraRig {
   void set_ground(const std::optional<passes::Ground>& ground) { ground_ = ground; }
 
   passes::View view(const state::PoseState& poses, float image_aspect) const;
+  // The camera of view(), and its pose.
+  struct Placed {
+    scene::Camera camera;
+    glm::mat4 world_from_camera;
+  };
+  Placed placed(const state::PoseState& poses, float image_aspect) const;
+  const std::optional<passes::Ground>& ground() const { return ground_; }
 
   // Free camera controls of the window. The first one switches from the scene's camera to a free camera at
   // its pose.

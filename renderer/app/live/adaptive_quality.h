@@ -1,0 +1,49 @@
+// Image size and quality of one viewer of the live view, adapted to the time that its images take.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+
+namespace fire3dv::app {
+
+// Steps from the best to the smallest images. Slow images go one step down at once; several fast ones in a
+// row go one step up, and after each relapse more of them are needed.
+class AdaptiveQuality {
+ public:
+  struct Step {
+    float scale;  // of the canvas' sides
+    int quality;  // of JPEG
+  };
+  static constexpr std::array<Step, 6> kSteps{
+      {{1, 85}, {1, 65}, {0.75f, 65}, {0.5f, 65}, {0.5f, 40}, {0.25f, 40}}};
+  // An image of full size and quality, for a view that stands.
+  static constexpr Step kRefined{1, 92};
+  static constexpr double kSlow_s = 0.15, kFast_s = 0.07;
+
+  const Step& step() const { return kSteps[step_]; }
+  // An image with step() was requested, and displayed this much later.
+  void on_shown(double seconds) {
+    if (seconds > kSlow_s) {
+      if (step_ + 1 < kSteps.size()) ++step_;
+      needed_ = std::min(2 * needed_, kMaxNeeded);
+      fast_ = 0;
+    } else if (seconds < kFast_s && ++fast_ >= needed_) {
+      if (step_ > 0) --step_;
+      fast_ = 0;
+    }
+  }
+  // The renderer has no memory for images of this size.
+  void on_refused() {
+    while (step_ + 1 < kSteps.size() && kSteps[step_ + 1].scale == kSteps[step_].scale) ++step_;
+    if (step_ + 1 < kSteps.size()) ++step_;
+    fast_ = 0;
+  }
+
+ private:
+  static constexpr int kMinNeeded = 5, kMaxNeeded = 80;
+  size_t step_ = 0;
+  int fast_ = 0, needed_ = kMinNeeded;
+};
+
+}  // namespace fire3dv::app

@@ -1,0 +1,36 @@
+// Messages to viewers of the live view, as JSON text. Names from files and peers become valid UTF-8.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "protocol/replay/replay_clock.h"
+#include "renderer/gui/panel_data.h"
+#include "renderer/scene/model/scene.h"
+#include "renderer/state/pose_state.h"
+
+namespace fire3dv::app {
+
+constexpr size_t kMaxListedNodes = 20'000;
+
+// "welcome": the first message. can_control: by the viewer's token.
+std::string welcome_message(const std::string& title, bool can_control);
+// "scene": names and parents of the first kMaxListedNodes nodes, and the cameras.
+std::string scene_message(const scene::Scene& scene, uint64_t scene_number);
+// "camera": index of the viewer's camera among those of "scene", by its node; kNone: a free camera.
+std::string camera_message(const scene::Scene& scene, uint32_t node);
+// "visibility": hidden and isolated nodes.
+std::string visibility_message(const gui::Viewer& viewer, uint64_t scene_number);
+// "status": streams, with rates since the last call, and the timeline. frames: whole frames by epoch at the
+// last call; updated.
+std::string status_message(const state::PoseState& poses, double seconds,
+                           std::map<uint64_t, uint64_t>& frames, const replay::TimelineControl* timeline);
+// "picked": a node, its pose and the stream that drives it; nullopt: the background.
+std::string picked_message(const scene::Scene& scene, const state::PoseState& poses,
+                           std::optional<uint32_t> node, uint64_t scene_number);
+// "notice": one line for the user.
+std::string notice_message(const std::string& text);
+
+}  // namespace fire3dv::app

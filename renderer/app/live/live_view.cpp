@@ -1,0 +1,338 @@
+#include "renderer/app/live/live_view.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+#include "protocol/base/random.h"
+#include "renderer/app/live/live_messages.h"
+#include "renderer/app/streams/requested_image.h"
+#include "renderer/app/window/viewer_control.h"
+#include "renderer/passes/view.h"
+
+namespace fire3dv::app {
+namespace {
+
+using Kind = serve::ClientMessage::Kind;
+
+constexpr uint64_t kEpoch = 1, kSequence = 1;  // viewers have no stream of frames
+constexpr uint32_t kImagePlace = 0, kPickPlace = 1;
+// Larger canvases get smaller images, which the browser scales.
+constexpr double kMaxImagePixels = 4'194'304;
+constexpr uint32_t kMinImageSide = 16;
+constexpr auto kRefineAfter = std::chrono::milliseconds(200);
+constexpr auto kBusyTime = std::chrono::seconds(1);
+constexpr auto kReportPeriod = std::chrono::milliseconds(500);
+
+// JavaScript's numbers are exact up to 2^53.
+uint64_t random_scene_number() {
+  return random_id() >> 11;
+}
+
+float aspect_of(uint32_t width, uint32_t height) {
+  return static_cast<float>(width) / static_cast<float>(height);
+}
+
+glm::uvec2 image_size(uint32_t width, uint32_t height, float scale) {
+  const double pixels = static_cast<double>(width) * height;
+  const double factor = std::min(static_cast<double>(scale), std::sqrt(kMaxImagePixels / pixels));
+  const auto side = [&](uint32_t full) {
+    const auto scaled = static_cast<uint32_t>(std::lround(full * factor));
+    return std::max(scaled, std::min(full, kMinImageSide));
+  };
+  return {side(width), side(height)};
+}
+
+wire::ImageRequest make_request(uint64_t id, uint32_t place, const CameraRig::Placed& placed,
+                                const passes::Intrinsics& intrinsics) {
+  wire::ImageRequest request;
+  request.epoch = kEpoch;
+  request.id = id;
+  request.place = place;
+  request.parent_from_camera = affine_of(placed.world_from_camera);
+  request.intrinsics = {intrinsics.image_px.x, intrinsics.image_px.y, intrinsics.fx_px,
+                        intrinsics.fy_px,      intrinsics.cx_px,      intrinsics.cy_px,
+                        intrinsics.near_m,     intrinsics.far_m,      {}};
+  return request;
+}
+
+}  // namespace
+
+LiveView::LiveView(const Borrowed& borrowed, const CameraRig& camera, std::string title)
+    : borrowed_(borrowed), start_(camera), title_(std::move(title)), scene_number_(random_scene_number()) {
+  start_.set_edits(borrowed_.scene.edits());
+  borrowed_.replies.set_viewers(this);
+  borrowed_.scene.on_scene_replaced(
+      [this](const scene::Scene& before, const scene::Scene& after) { on_scene_replaced(before, after); });
+  borrowed_.server.report_viewers_again();
+}
+
+LiveView::~LiveView() {
+  borrowed_.replies.set_viewers(nullptr);
+}
+
+void LiveView::on_scene_replaced(const scene::Scene& before, const scene::Scene& after) {
+  if (!borrowed_.has_window) {
+    transfer_by_path(borrowed_.viewer, before, after);
+    borrowed_.scene.set_user_edits(edits_of(borrowed_.viewer));
+  }
+  start_.set_scene(after);
+  for (auto& [number, viewer] : viewers_) {
+    viewer.camera.set_scene(after);
+    viewer.camera_node.reset();
+  }
+  scene_number_ = random_scene_number();
+  scene_text_.clear();
+  visibility_text_.clear();
+}
+
+LiveView::Viewer* LiveView::find(state::RequesterId requester) {
+  const auto known = viewers_.find(requester - kFirstViewer);
+  return known == viewers_.end() ? nullptr : &known->second;
+}
+
+void LiveView::send_to_all(const std::string& text) {
+  for (const auto& [number, viewer] : viewers_) borrowed_.server.send(number, text);
+}
+
+void LiveView::join(serve::ViewerId number, serve::Access access) {
+  viewers_.insert_or_assign(number, Viewer{access, start_});
+  borrowed_.server.send(number, welcome_message(title_, access == serve::Access::control));
+  if (!scene_text_.empty()) borrowed_.server.send(number, scene_text_);
+  if (!visibility_text_.empty()) borrowed_.server.send(number, visibility_text_);
+  reported_ = {};
+}
+
+void LiveView::poll(replay::TimelineControl* timeline) {
+  const Clock::time_point now = Clock::now();
+  for (serve::Event& event : borrowed_.server.take_events()) {
+    switch (event.kind) {
+      case serve::Event::Kind::joined:
+        join(event.viewer, event.access);
+        break;
+      case serve::Event::Kind::left:
+        viewers_.erase(event.viewer);
+        borrowed_.requests.on_requester_ended(kFirstViewer + event.viewer);
+        break;
+      case serve::Event::Kind::message:
+        if (const auto known = viewers_.find(event.viewer); known != viewers_.end())
+          apply(event.viewer, known->second, event.message, timeline);
+        break;
+    }
+  }
+  if (viewers_.empty()) return;
+  if (scene_text_.empty()) {
+    scene_text_ = scene_message(borrowed_.scene.scene(), scene_number_);
+    send_to_all(scene_text_);
+  }
+  if (std::string text = visibility_message(borrowed_.viewer, scene_number_); text != visibility_text_) {
+    visibility_text_ = std::move(text);
+    send_to_all(visibility_text_);
+  }
+  for (auto& [number, viewer] : viewers_) {
+    if (const uint32_t node = viewer.camera.node(); viewer.camera_node != node) {
+      viewer.camera_node = node;
+      borrowed_.server.send(number, camera_message(borrowed_.scene.scene(), node));
+    }
+    request_image(number, viewer, now);
+  }
+  if (now - reported_ >= kReportPeriod) report(now, timeline);
+}
+
+void LiveView::report(Clock::time_point now, replay::TimelineControl* timeline) {
+  const double seconds =
+      reported_ == Clock::time_point() ? 0 : std::chrono::duration<double>(now - reported_).count();
+  send_to_all(status_message(borrowed_.poses, seconds, frames_of_stream_, timeline));
+  reported_ = now;
+}
+
+bool LiveView::is_busy() const {
+  const Clock::time_point now = Clock::now();
+  return std::ranges::any_of(viewers_, [&](const auto& entry) {
+    const Viewer& viewer = entry.second;
+    return viewer.flight || viewer.pick || now - viewer.changed < kBusyTime;
+  });
+}
+
+void LiveView::apply(serve::ViewerId number, Viewer& viewer, const serve::ClientMessage& message,
+                     replay::TimelineControl* timeline) {
+  const state::PoseState& poses = borrowed_.poses;
+  const auto x = static_cast<float>(message.x), y = static_cast<float>(message.y),
+             z = static_cast<float>(message.z);
+  const Clock::time_point now = Clock::now();
+  if (message.kind == Kind::shown) {
+    if (!viewer.flight || viewer.flight->number != message.number) return;
+    if (!viewer.flight->is_refined)
+      viewer.quality.on_shown(std::chrono::duration<double>(now - viewer.flight->begun).count());
+    viewer.flight.reset();
+    return;
+  }
+  viewer.changed = now;
+  const bool is_other_scene = message.node && message.scene != scene_number_;
+  if (is_other_scene || (message.node && *message.node >= borrowed_.scene.scene().nodes.size())) return;
+  if (serve::needs_control(message.kind)) return apply_shared(message, timeline);
+  if (message.kind == Kind::size) {
+    viewer.width = message.width;
+    viewer.height = message.height;
+  }
+  if (viewer.width == 0) return;  // the canvas comes first
+  const float aspect = aspect_of(viewer.width, viewer.height);
+  if (message.kind == Kind::pick) return request_pick(number, viewer, message.x, message.y);
+  viewer.has_moved = true;
+  switch (message.kind) {
+    case Kind::orbit:
+      return viewer.camera.orbit(poses, x, y);
+    case Kind::pan:
+      return viewer.camera.pan(poses, x, y);
+    case Kind::zoom:
+      return viewer.camera.zoom(poses, z, {x, y}, aspect);
+    case Kind::fly:
+      return viewer.camera.fly(poses, {x, y, z}, viewer.camera.scene_radius_m());
+    case Kind::frame:
+      return message.node ? viewer.camera.frame_node(poses, *message.node, aspect)
+                          : viewer.camera.frame_all(aspect);
+    case Kind::camera:
+      return message.index ? viewer.camera.select(*message.index) : viewer.camera.let_go(poses);
+    default:
+      return;
+  }
+}
+
+void LiveView::apply_shared(const serve::ClientMessage& message, replay::TimelineControl* timeline) {
+  gui::Viewer& viewer = borrowed_.viewer;
+  switch (message.kind) {
+    case Kind::hide:
+      if (message.on)
+        viewer.hidden.insert(*message.node);
+      else
+        viewer.hidden.erase(*message.node);
+      break;
+    case Kind::isolate:
+      viewer.isolated = message.node.value_or(scene::kNone);
+      break;
+    case Kind::show_all:
+      viewer.hidden.clear();
+      viewer.isolated = scene::kNone;
+      break;
+    case Kind::play:
+      if (timeline) message.on ? timeline->play() : timeline->pause();
+      return;
+    case Kind::step:
+      if (timeline) message.on ? timeline->step() : timeline->step_back();
+      return;
+    case Kind::seek:
+      if (timeline) {
+        const replay::TimelineState now = timeline->timeline();
+        const double length = static_cast<double>(std::max(now.end_ns, now.start_ns) - now.start_ns);
+        timeline->seek(now.start_ns + static_cast<uint64_t>(length * message.x));
+      }
+      return;
+    default:
+      return;
+  }
+  borrowed_.scene.set_user_edits(edits_of(viewer));
+}
+
+// Images of requests are perspective ones: an orthographic camera becomes a free camera at its pose.
+CameraRig::Placed LiveView::place(Viewer& viewer) const {
+  const float aspect = aspect_of(viewer.width, viewer.height);
+  CameraRig::Placed placed = viewer.camera.placed(borrowed_.poses, aspect);
+  if (!placed.camera.orthographic) return placed;
+  viewer.camera.let_go(borrowed_.poses);
+  return viewer.camera.placed(borrowed_.poses, aspect);
+}
+
+// Requests an image if the viewer has none in flight, and there is something new; or a refined one, if the
+// view stands.
+void LiveView::request_image(serve::ViewerId number, Viewer& viewer, Clock::time_point now) {
+  if (viewer.flight || viewer.width == 0) return;
+  const std::array<uint64_t, 2> revisions = {borrowed_.poses.revision(), borrowed_.scene.updates()};
+  const bool is_new = viewer.has_moved || viewer.drawn != revisions;
+  if (is_new) viewer.changed = now;
+  const bool refines = !is_new && !viewer.is_refined && now - viewer.changed >= kRefineAfter;
+  if (!is_new && !refines) return;
+  const AdaptiveQuality::Step step = refines ? AdaptiveQuality::kRefined : viewer.quality.step();
+  const glm::uvec2 size = image_size(viewer.width, viewer.height, step.scale);
+  const CameraRig::Placed placed = place(viewer);
+  const uint64_t id = ++viewer.last_request;
+  viewer.appearance = {viewer.camera.ground(), placed.camera.exposure};
+  viewer.flight = Flight{id, now, step, refines, 0};
+  viewer.drawn = revisions;
+  viewer.has_moved = false;
+  viewer.is_refined = refines;
+  const wire::ImageRequest request =
+      make_request(id, kImagePlace, placed, passes::intrinsics_of(placed.camera, size));
+  borrowed_.requests.on_image_request(kFirstViewer + number, request, nullptr);
+}
+
+// One pixel of the view: an image whose centre is displaced.
+void LiveView::request_pick(serve::ViewerId number, Viewer& viewer, double x, double y) {
+  const CameraRig::Placed placed = place(viewer);
+  passes::Intrinsics intrinsics = passes::intrinsics_of(placed.camera, {viewer.width, viewer.height});
+  const auto pixel = [](double fraction, uint32_t side) {
+    return static_cast<float>(std::min(std::floor(fraction * side), side - 1.0));
+  };
+  intrinsics.cx_px -= pixel(x, viewer.width);
+  intrinsics.cy_px -= pixel(y, viewer.height);
+  intrinsics.image_px = {1, 1};
+  viewer.pick = ++viewer.last_request;
+  wire::ImageRequest request = make_request(*viewer.pick, kPickPlace, placed, intrinsics);
+  request.outputs = wire::kInstanceU32;
+  borrowed_.requests.on_image_request(kFirstViewer + number, request, nullptr);
+}
+
+void LiveView::send_picked(serve::ViewerId number, uint32_t instance) {
+  const std::optional<uint32_t> node = instance == 0 ? std::nullopt : std::optional(instance - 1);
+  borrowed_.server.send(number,
+                        picked_message(borrowed_.scene.scene(), borrowed_.poses, node, scene_number_));
+}
+
+std::optional<ImageReplies::Shown> LiveView::shown(state::RequesterId requester) const {
+  const auto known = viewers_.find(requester - kFirstViewer);
+  if (known == viewers_.end()) return {};
+  return Shown{{kEpoch, kSequence, borrowed_.poses.sim_time_ns().value_or(0)}, {}, known->second.appearance};
+}
+
+// The viewer tries again when something changes, with smaller images.
+void LiveView::refuse_image(state::RequesterId requester, const wire::ImageRefused& refused, bool) {
+  Viewer* const viewer = find(requester);
+  if (!viewer) return;
+  if (viewer->pick == refused.request) viewer->pick.reset();
+  if (viewer->flight && viewer->flight->request == refused.request) {
+    viewer->flight.reset();
+    viewer->quality.on_refused();
+  }
+  borrowed_.server.send(requester - kFirstViewer, notice_message("no image: " + refused.message));
+}
+
+bool LiveView::send_image(state::RequesterId requester, const wire::ImageFrame& frame,
+                          const transport::ListenerLink::FillPixels& fill) {
+  Viewer* const viewer = find(requester);
+  if (!viewer) return false;
+  const bool is_pick = viewer->pick == frame.request;
+  if (!is_pick && (!viewer->flight || viewer->flight->request != frame.request)) return false;
+  std::vector<uint8_t> pixels(frame.pixel_bytes);
+  fill(std::as_writable_bytes(std::span(pixels)));
+  if (is_pick) {
+    viewer->pick.reset();
+    uint32_t instance = 0;
+    if (pixels.size() >= sizeof instance) std::memcpy(&instance, pixels.data(), sizeof instance);
+    send_picked(requester - kFirstViewer, instance);
+    return true;
+  }
+  pixels.resize(size_t{4} * frame.intrinsics.width * frame.intrinsics.height);
+  viewer->flight->number = ++viewer->images;
+  serve::Image image;
+  image.header.number = viewer->images;
+  image.header.width = static_cast<uint16_t>(frame.intrinsics.width);
+  image.header.height = static_cast<uint16_t>(frame.intrinsics.height);
+  image.header.is_refined = viewer->flight->is_refined;
+  image.header.sim_time_ns = frame.sim_time_ns;
+  image.quality = viewer->flight->step.quality;
+  image.rgba8 = std::move(pixels);
+  borrowed_.server.send_image(requester - kFirstViewer, std::move(image));
+  return true;
+}
+
+}  // namespace fire3dv::app

@@ -1,0 +1,107 @@
+// Live view in browsers (--serve), on the frame loop's side: a camera for each viewer, and its images by the
+// path of image requests. A viewer has one image in flight, so a slow one gets fewer images and nobody waits
+// for it.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "protocol/replay/replay_clock.h"
+#include "renderer/app/live/adaptive_quality.h"
+#include "renderer/app/live/viewer_replies.h"
+#include "renderer/app/loading/live_scene.h"
+#include "renderer/app/streams/stream_receiver.h"
+#include "renderer/app/window/camera_rig.h"
+#include "renderer/gui/panel_data.h"
+#include "renderer/serve/server.h"
+#include "renderer/state/pose_state.h"
+
+namespace fire3dv::app {
+
+class LiveView final : public ImageReplies {
+ public:
+  struct Borrowed {
+    serve::Server& server;
+    ViewerReplies& replies;
+    const StreamReceiver& receiver;
+    const state::PoseState& poses;
+    ImageRequestQueue& requests;
+    LiveScene& scene;
+    gui::Viewer& viewer;      // hidden and isolated nodes, which the window and all viewers share
+    bool has_window = false;  // a window keeps `viewer` up to date when the scene is replaced
+  };
+  // camera: where new viewers begin. title: of the page.
+  LiveView(const Borrowed& borrowed, const CameraRig& camera, std::string title);
+  ~LiveView() override;
+  LiveView(const LiveView&) = delete;
+  LiveView& operator=(const LiveView&) = delete;
+
+  // Applies messages of viewers, and requests the images that are due. Call once a turn of the frame loop.
+  // timeline: null without a replay.
+  void poll(replay::TimelineControl* timeline);
+  // True while a viewer waits for an image or has just moved: turns must be frequent.
+  bool is_busy() const;
+  bool has_viewers() const { return !viewers_.empty(); }
+
+  // ImageReplies of viewers.
+  std::optional<Shown> shown(state::RequesterId requester) const override;
+  void refuse_image(state::RequesterId requester, const wire::ImageRefused& refused, bool is_logged) override;
+  bool send_image(state::RequesterId requester, const wire::ImageFrame& frame,
+                  const transport::ListenerLink::FillPixels& fill) override;
+  void add_render_time(state::RequesterId, int64_t) override {}
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  struct Flight {
+    uint64_t request = 0;
+    Clock::time_point begun;
+    AdaptiveQuality::Step step{};
+    bool is_refined = false;
+    uint32_t number = 0;  // 0: not rendered yet
+  };
+  struct Viewer {
+    serve::Access access{};
+    CameraRig camera;
+    uint32_t width = 0, height = 0;  // of the canvas; 0: unknown
+    ImageReplies::Appearance appearance = {};
+    AdaptiveQuality quality = {};
+    std::optional<Flight> flight = {};
+    std::optional<std::array<uint64_t, 2>> drawn = {};  // revisions of the last requested image
+    bool has_moved = true;                              // the camera or the canvas, since then
+    bool is_refined = false;                            // the last requested image
+    std::optional<uint32_t> camera_node = {};           // as reported to the page
+    std::optional<uint64_t> pick = {};                  // request
+    uint64_t last_request = 0;
+    uint32_t images = 0;             // sent
+    Clock::time_point changed = {};  // last message or requested image of a change
+  };
+
+  void apply(serve::ViewerId number, Viewer& viewer, const serve::ClientMessage& message,
+             replay::TimelineControl* timeline);
+  void apply_shared(const serve::ClientMessage& message, replay::TimelineControl* timeline);
+  void join(serve::ViewerId number, serve::Access access);
+  CameraRig::Placed place(Viewer& viewer) const;
+  void request_image(serve::ViewerId number, Viewer& viewer, Clock::time_point now);
+  void request_pick(serve::ViewerId number, Viewer& viewer, double x, double y);
+  void send_picked(serve::ViewerId number, uint32_t instance);
+  void on_scene_replaced(const scene::Scene& before, const scene::Scene& after);
+  void send_to_all(const std::string& text);
+  void report(Clock::time_point now, replay::TimelineControl* timeline);
+  Viewer* find(state::RequesterId requester);
+
+  const Borrowed borrowed_;
+  CameraRig start_;
+  const std::string title_;
+  std::map<serve::ViewerId, Viewer> viewers_;
+  uint64_t scene_number_ = 0;    // of the node numbers in messages
+  std::string scene_text_;       // empty: to be written
+  std::string visibility_text_;  // as sent last
+  Clock::time_point reported_{};
+  std::map<uint64_t, uint64_t> frames_of_stream_;  // by epoch, at reported_
+};
+
+}  // namespace fire3dv::app

@@ -1,0 +1,57 @@
+// WebSocket to the renderer, which connects again when it is lost. The token stays in the URL's fragment.
+const HEADER_BYTES = 24;
+const WRONG_TOKEN = 4401;
+
+export class Connection {
+  // handlers: open(), message(object), image({number, width, height, refined, simTimeS, bytes}), lost(text, final)
+  constructor(handlers) {
+    this.handlers = handlers;
+    this.attempts = 0;
+    this.connect();
+  }
+
+  connect() {
+    const scheme = location.protocol === "https:" ? "wss:" : "ws:";
+    this.socket = new WebSocket(`${scheme}//${location.host}/socket`);
+    this.socket.binaryType = "arraybuffer";
+    this.socket.onopen = () => this.send({type: "hello", token: location.hash.slice(1)});
+    this.socket.onmessage = (event) => this.receive(event.data);
+    this.socket.onclose = (event) => this.close(event);
+  }
+
+  receive(data) {
+    if (typeof data === "string") {
+      const message = JSON.parse(data);
+      if (message.type === "welcome") {
+        this.attempts = 0;
+        this.handlers.open();
+      }
+      this.handlers.message(message);
+      return;
+    }
+    const view = new DataView(data);
+    this.handlers.image({
+      number: view.getUint32(0, true),
+      width: view.getUint16(4, true),
+      height: view.getUint16(6, true),
+      refined: view.getUint8(9) === 1,
+      simTimeS: Number(view.getBigInt64(16, true)) * 1e-9,
+      bytes: new Uint8Array(data, HEADER_BYTES),
+    });
+  }
+
+  close(event) {
+    if (event.code === WRONG_TOKEN) {
+      this.handlers.lost("This link is not valid. Use the link that fire3dv printed when it started.", true);
+      return;
+    }
+    const reason = event.reason ? ` (${event.reason})` : "";
+    this.handlers.lost(`Not connected${reason}. Trying again…`, false);
+    const waitMs = Math.min(5000, 300 * 2 ** this.attempts++);
+    setTimeout(() => this.connect(), waitMs);
+  }
+
+  send(message) {
+    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
+  }
+}

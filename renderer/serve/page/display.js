@@ -1,0 +1,59 @@
+// Canvas with the newest image. Each image is acknowledged when it is drawn, so that the next one may come.
+const MAX_SIDE = 4096;
+
+export class Display {
+  constructor(canvas, connection) {
+    this.canvas = canvas;
+    this.context = canvas.getContext("2d", {alpha: false});
+    this.send = (message) => connection().send(message);
+    this.images = this.bytes = 0;
+    this.size = [0, 0];
+    this.last = null;
+    new ResizeObserver(() => this.measure()).observe(canvas);
+  }
+
+  // The canvas has the pixels of the display.
+  measure() {
+    const ratio = window.devicePixelRatio || 1;
+    const side = (css) => Math.min(MAX_SIDE, Math.max(1, Math.round(css * ratio)));
+    const size = [side(this.canvas.clientWidth), side(this.canvas.clientHeight)];
+    if (size[0] === this.size[0] && size[1] === this.size[1]) return;
+    this.size = size;
+    this.report();
+  }
+
+  report() {
+    if (this.size[0] > 0) this.send({type: "size", width: this.size[0], height: this.size[1]});
+  }
+
+  async show(image) {
+    let bitmap = null;
+    try {
+      bitmap = await createImageBitmap(new Blob([image.bytes], {type: "image/jpeg"}), {colorSpaceConversion: "none"});
+    } catch {
+      // A damaged image is acknowledged as well: otherwise no other one comes.
+    }
+    if (bitmap) {
+      // Resizing clears a canvas, so it waits for the first image of the new size.
+      if (this.canvas.width !== this.size[0] || this.canvas.height !== this.size[1]) [this.canvas.width, this.canvas.height] = this.size;
+      this.context.imageSmoothingQuality = "high";
+      this.context.drawImage(bitmap, 0, 0, this.canvas.width, this.canvas.height);
+      bitmap.close();
+    }
+    this.images += 1;
+    this.bytes += image.bytes.length;
+    this.last = {number: image.number, width: image.width, height: image.height, refined: image.refined, simTimeS: image.simTimeS};
+    this.canvas.dataset.image = JSON.stringify(this.last);
+    this.send({type: "shown", image: image.number});
+  }
+
+  save(name) {
+    this.canvas.toBlob((blob) => {
+      const link = document.createElement("a");
+      link.href = URL.createObjectURL(blob);
+      link.download = `${name}.png`;
+      link.click();
+      setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+    }, "image/png");
+  }
+}

@@ -1,0 +1,140 @@
+// Live view of a FIRE-3DV renderer: joins connection, display, input and panel.
+import {Connection} from "./connection.js";
+import {Display} from "./display.js";
+import {Input} from "./input.js";
+import {Nodes} from "./nodes.js";
+import {Statistics, Timeline, drawStreams} from "./status.js";
+
+const at = (id) => document.getElementById(id);
+const query = new URLSearchParams(location.search);
+document.body.classList.toggle("embed", query.get("embed") === "1");
+
+let mayControl = false, camera = "", scene = 0, selected = null, framesPicked = false, noticeTimer = 0;
+const send = (message) => connection.send(message);
+const control = (message) => { if (mayControl) send(message); };
+
+const display = new Display(at("canvas"), () => connection);
+const nodes = new Nodes({tree: at("tree"), search: at("search"), omitted: at("omitted")}, {
+  select: (node) => select(node, nodes.names[node]),
+  hide: (node, hidden) => control({type: "hide", node, scene, hidden}),
+});
+const timeline = new Timeline(control);
+new Statistics(at("statistics"), display);
+
+function notice(text) {
+  at("notice").textContent = text;
+  at("notice").hidden = false;
+  clearTimeout(noticeTimer);
+  noticeTimer = setTimeout(() => { at("notice").hidden = true; }, 6000);
+}
+
+function select(node, name, details) {
+  selected = node;
+  at("selection").hidden = node === null;
+  at("picked-name").textContent = name ?? "";
+  at("picked-path").textContent = details?.path ?? "";
+  at("picked-position").textContent = details ? `${details.position_m.map((value) => value.toFixed(3)).join(", ")} m` : "click it in the image";
+  at("picked-stream").textContent = details?.stream ?? (details ? "none" : "");
+  nodes.select(node);
+  drawVisibility();
+}
+
+function drawVisibility() {
+  at("hide").textContent = nodes.isHidden(selected) ? "Show" : "Hide";
+  at("isolate").textContent = nodes.isolated !== null && nodes.isolated === selected ? "Show others" : "Isolate";
+  at("show-all").hidden = nodes.hidden.size === 0 && nodes.isolated === null;
+}
+
+const frame = () => send(selected === null ? {type: "frame"} : {type: "frame", node: selected, scene});
+const hide = () => { if (selected !== null) control({type: "hide", node: selected, scene, hidden: !nodes.isHidden(selected)}); };
+const isolate = () => { if (selected !== null) control(nodes.isolated === selected ? {type: "isolate"} : {type: "isolate", node: selected, scene}); };
+const screenshot = () => display.save(`${at("title").textContent || "fire3dv"} ${display.last?.number ?? ""}`.trim());
+const togglePanel = () => document.body.classList.toggle("no-panel");
+
+function useCamera(index) {
+  if (index !== null && index >= at("cameras").options.length - 1) return;
+  send(index === null ? {type: "camera"} : {type: "camera", index});
+}
+
+const messages = {
+  welcome(message) {
+    mayControl = message.control;
+    document.body.classList.toggle("may-control", mayControl);
+    document.title = `${message.title} · FIRE-3DV`;
+    at("title").textContent = message.title;
+    at("rights").textContent = mayControl ? "" : "view only";
+    display.report();
+  },
+  scene(message) {
+    scene = message.scene;
+    select(null);
+    nodes.setScene(message);
+    const options = [new Option("Free camera", ""), ...message.cameras.map((name, index) => new Option(name, String(index)))];
+    at("cameras").replaceChildren(...options);
+    at("cameras").value = camera;
+  },
+  camera(message) {
+    camera = message.index === null ? "" : String(message.index);
+    at("cameras").value = camera;
+  },
+  visibility(message) {
+    nodes.setVisibility(message);
+    drawVisibility();
+  },
+  status(message) {
+    drawStreams(at("streams"), message.streams);
+    timeline.draw(message.timeline, mayControl);
+  },
+  picked(message) {
+    if (message.scene !== scene) return;
+    select(message.node, message.name, message.node === null ? undefined : message);
+    if (framesPicked) frame();
+    framesPicked = false;
+  },
+  notice: (message) => notice(message.text),
+};
+
+const connection = new Connection({
+  open() { at("badge").hidden = true; },
+  message: (message) => messages[message.type]?.(message),
+  image: (image) => display.show(image),
+  lost(text) {
+    at("badge").textContent = text;
+    at("badge").hidden = false;
+  },
+});
+
+const keys = {
+  f: frame, h: hide, i: isolate, p: screenshot, n: togglePanel,
+  "shift+h": () => control({type: "show_all"}),
+  home: () => send({type: "frame"}),
+  0: () => useCamera(null),
+  escape: () => select(null),
+  "/": () => at("search").focus(),
+  " ": () => { if (timeline.shown) timeline.toggle(); },
+  ",": () => { if (timeline.shown) timeline.step(false); },
+  ".": () => { if (timeline.shown) timeline.step(true); },
+};
+
+new Input(at("canvas"), {
+  send,
+  pick(x, y, frames) {
+    framesPicked = frames;
+    send({type: "pick", x, y});
+  },
+  key(event) {
+    if (event.target.matches("button") && (event.key === " " || event.key === "Enter")) return;
+    const key = (event.shiftKey && event.key.length === 1 && event.key !== "/" ? "shift+" : "") + event.key.toLowerCase();
+    if (key >= "1" && key <= "9" && key.length === 1) useCamera(Number(key) - 1);
+    else if (keys[key]) keys[key]();
+    else return;
+    event.preventDefault();
+  },
+});
+
+at("search").addEventListener("keydown", (event) => { if (event.key === "Escape") { at("search").value = ""; nodes.draw(); at("canvas").focus(); } });
+at("cameras").onchange = () => { useCamera(at("cameras").value === "" ? null : Number(at("cameras").value)); at("canvas").focus(); };
+for (const [id, action] of [["frame-all", () => send({type: "frame"})], ["screenshot", screenshot], ["toggle-panel", togglePanel], ["frame-node", frame],
+                            ["hide", hide], ["isolate", isolate], ["show-all", () => control({type: "show_all"})], ["deselect", () => select(null)]])
+  at(id).onclick = action;
+if (matchMedia("(max-width: 700px)").matches) document.body.classList.add("no-panel");

@@ -1,0 +1,67 @@
+// Streams, the timeline of a replay, and the statistics of this viewer.
+const PLAY = "M4 2.5 13 8l-9 5.5z";
+const PAUSE = "M4 3h3v10H4zM9 3h3v10H9z";
+
+const seconds = (value) => `${Math.floor(value / 60)}:${(value % 60).toFixed(1).padStart(4, "0")}`;
+
+function element(tag, className, text) {
+  const made = document.createElement(tag);
+  made.className = className;
+  made.textContent = text;
+  return made;
+}
+
+export function drawStreams(parent, streams) {
+  parent.replaceChildren(...streams.map((stream) => {
+    const row = element("div", "stream", "");
+    row.append(element("span", `dot ${stream.condition}`, ""), element("span", "name", stream.name),
+               element("span", "number", `${stream.rate_hz.toFixed(1)} Hz`));
+    const unmatched = stream.unmatched > 0 ? `, ${stream.unmatched} without a node` : "";
+    row.append(element("span", "facts dim", `${stream.condition}, ${stream.frames} frames, ${stream.nodes} poses${unmatched}, t = ${stream.sim_time_s.toFixed(2)} s`));
+    return row;
+  }));
+}
+
+export class Timeline {
+  // send(message)
+  constructor(send) {
+    this.bar = document.getElementById("timeline");
+    this.seek = document.getElementById("seek");
+    this.position = document.getElementById("position");
+    this.icon = document.getElementById("play-icon");
+    this.send = send;
+    this.playing = false;
+    document.getElementById("play").onclick = () => this.toggle();
+    document.getElementById("step").onclick = () => this.step(true);
+    document.getElementById("step-back").onclick = () => this.step(false);
+    this.seek.addEventListener("input", () => this.send({type: "seek", fraction: Number(this.seek.value)}));
+  }
+
+  get shown() { return !this.bar.hidden; }
+  toggle() { this.send({type: "play", playing: !this.playing}); }
+  step(forwards) { this.send({type: "step", forwards}); }
+
+  draw(timeline, mayControl) {
+    this.bar.hidden = !timeline;
+    if (!timeline) return;
+    this.playing = timeline.playing;
+    this.icon.setAttribute("d", timeline.playing ? PAUSE : PLAY);
+    for (const control of this.bar.querySelectorAll("button, input")) control.disabled = !mayControl;
+    if (!this.seek.matches(":active")) this.seek.value = timeline.duration_s > 0 ? timeline.position_s / timeline.duration_s : 0;
+    this.position.textContent = `${seconds(timeline.position_s)} / ${seconds(timeline.duration_s)}`;
+  }
+}
+
+// Images and bytes a second of the display.
+export class Statistics {
+  constructor(parent, display) {
+    let images = 0, bytes = 0, before = performance.now();
+    setInterval(() => {
+      const now = performance.now(), span = (now - before) / 1000;
+      const rate = (display.images - images) / span, volume = (display.bytes - bytes) / span / 1024;
+      [images, bytes, before] = [display.images, display.bytes, now];
+      const size = display.last ? `${display.last.width} × ${display.last.height}` : "no image";
+      parent.textContent = `${size}, ${rate.toFixed(0)} images/s, ${volume.toFixed(0)} KiB/s`;
+    }, 1000);
+  }
+}

@@ -1,0 +1,287 @@
+#!/usr/bin/env python3
+"""End-to-end test of --serve: the page in headless Chromium shows what the renderer draws, follows input, and keeps others out."""
+import base64
+import math
+import os
+import subprocess
+
+from chromium import Chromium, WebSocketClient
+from harness import Program, main, vulkan_environment
+from image_reader import check, read_png
+
+WIDTH, HEIGHT = 240, 136
+LEAST_PSNR_DB = 35
+
+PIXELS = """(() => {
+  const canvas = document.getElementById("canvas");
+  const data = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
+  let text = "";
+  for (let i = 0; i < data.length; i += 4) text += String.fromCharCode(data[i], data[i + 1], data[i + 2]);
+  return [canvas.width, canvas.height, btoa(text)];
+})()"""
+
+
+class Session:
+    """A renderer with a live view of the robot arm, and a browser."""
+
+    def __init__(self, test, *arguments, at="127.0.0.1:0", browser=()):
+        self.test = test
+        self.scene = test.path("arm.glb")
+        if not os.path.exists(self.scene):
+            subprocess.run([test.programs_at["bullet_arm"], "--write-scene", self.scene], check=True, stdout=subprocess.DEVNULL)
+        self.renderer = None
+        self.start(at, *arguments)
+        self.browser = Chromium(test.folder, *browser)
+
+    def start(self, at, *arguments):
+        self.renderer = Program(self.test, "fire3dv", [
+            self.test.programs_at["fire3dv"], self.scene, "--headless", "--serve", at, "--size", "32x32", "--shadows", "map",
+            "--validation", "--cache", "off", *arguments], vulkan_environment())
+        self.control = self.renderer.wait_err(r"^  control  (https?://\S+/#[0-9a-f]{32})$").group(1)
+        self.view = self.renderer.wait_err(r"^  view     (https?://\S+/#[0-9a-f]{32})$").group(1)
+        self.host = self.control.split("/")[2]
+
+    def page(self, link=None, embed=True, size=(WIDTH, HEIGHT), **options):
+        page = self.browser.page()
+        page.size(*size, **options)
+        link = link or self.control
+        page.open(link.replace("/#", "/?embed=1#") if embed else link)
+        return page
+
+    def end(self):
+        self.browser.end()
+
+
+def image_after(page, number):
+    """Waits until an image of full quality, later than this one, is on the canvas; returns its number."""
+    image = "JSON.parse(document.getElementById('canvas').dataset.image ?? '{}')"
+    return page.wait(f"a refined image after {number}", f"(() => {{ const i = {image}; return i.refined && i.number > {number} && i.number; }})()")
+
+
+def canvas(page):
+    width, height, text = page.evaluate(PIXELS)
+    return width, height, base64.b64decode(text)
+
+
+def psnr_db(a, b):
+    check(len(a) == len(b), f"{len(a)} and {len(b)} bytes")
+    error = sum((x - y) ** 2 for x, y in zip(a, b)) / len(a)
+    return 99 if error == 0 else 10 * math.log10(255 ** 2 / error)
+
+
+def image(test):
+    """The canvas shows the image that the renderer writes to a file."""
+    session = Session(test)
+    try:
+        page = session.page()
+        image_after(page, 0)
+        width, height, shown = canvas(page)
+        check((width, height) == (WIDTH, HEIGHT), f"the canvas has {width} x {height} pixels")
+        folder = test.path("png")
+        subprocess.run([test.programs_at["fire3dv"], session.scene, "--headless", "--frames", "1", "--size", f"{WIDTH}x{HEIGHT}", "--shadows", "map",
+                        "--out", folder, "--cache", "off"], check=True, env=vulkan_environment(), stderr=subprocess.DEVNULL)
+        written = b"".join(bytes(row) for row in read_png(os.path.join(folder, "frame_000000.png")).rows)
+        got = psnr_db(shown, written)
+        check(got > LEAST_PSNR_DB, f"the PSNR of the canvas and the file is {got:.1f} dB")
+        check(len(set(written)) > 50, "the image is empty")
+        check(not page.errors, f"errors of the page: {page.errors}")
+    finally:
+        session.end()
+
+
+def cameras(test):
+    """Each viewer has a camera of its own, which mouse, wheel, keys and fingers move."""
+    session = Session(test)
+    try:
+        first, second = session.page(), session.page(session.view)
+        at_first, at_second = image_after(first, 0), image_after(second, 0)
+        before, before_second = canvas(first)[2], canvas(second)[2]
+        check(psnr_db(before, before_second) > LEAST_PSNR_DB, "two new viewers see different images")
+        first.call("Page.bringToFront")  # a page in the background gets no frames
+        moves = (("a drag", lambda: first.drag((120, 90), (180, 100))),
+                 ("the wheel", lambda: first.mouse("mouseWheel", 100, 100, deltaX=0, deltaY=-300)),
+                 ("a drag with the right button", lambda: first.drag((120, 90), (150, 90), button="right")),
+                 ("a key", lambda: first.key("ArrowLeft")))
+        for what, move in moves:
+            move()
+            at_first = image_after(first, at_first)
+            after = canvas(first)[2]
+            check(psnr_db(before, after) < LEAST_PSNR_DB, f"{what} does not move the camera")
+            before = after
+        first.size(WIDTH, HEIGHT, touch=True)
+        first.touch("touchStart", (100, 100), (140, 100))
+        for i in range(1, 5):
+            first.touch("touchMove", (100 - 8 * i, 100), (140 + 8 * i, 100))
+        first.touch("touchEnd")
+        at_first = image_after(first, at_first)
+        check(psnr_db(before, canvas(first)[2]) < LEAST_PSNR_DB, "a pinch does not zoom")
+        check(psnr_db(canvas(second)[2], before_second) == 99, "another viewer's camera has moved")
+        image = "JSON.parse(document.getElementById('canvas').dataset.image).number"
+        check(second.evaluate(image) == at_second, "a viewer whose view stands gets images")
+        first.key("Home")
+        image_after(first, at_first)
+    finally:
+        session.end()
+
+
+def nodes(test):
+    """The node list: search, picking in the image, hiding for all viewers, and only with the control link."""
+    session = Session(test)
+    try:
+        page = session.page(embed=False, size=(640, 300))
+        at = image_after(page, 0)
+        check(page.evaluate("document.querySelectorAll('#tree .label').length") > 0, "no nodes are listed")
+        page.evaluate("document.getElementById('search').value = 'LINK'; document.getElementById('search').dispatchEvent(new Event('input'))")
+        found = page.evaluate("[...document.querySelectorAll('#tree .label')].map((label) => label.textContent)")
+        check(found and all("link" in name.lower() for name in found), f"the search for LINK found {found}")
+        page.evaluate("document.getElementById('search').value = ''; document.getElementById('search').dispatchEvent(new Event('input'))")
+        page.click(170, 170)
+        name = page.wait("the picked node", "document.getElementById('selection').hidden ? '' : document.getElementById('picked-name').textContent")
+        before = canvas(page)[2]
+        page.wait("its position", "document.getElementById('picked-position').textContent.endsWith(' m')")
+        page.key("h")
+        page.wait("it to be hidden", "document.querySelector('.node.selected.gone') !== null")
+        at = image_after(page, at)
+        check(psnr_db(before, canvas(page)[2]) < 60, f"hiding {name} changes nothing")
+        viewer = session.page(session.view, embed=False, size=(640, 300))
+        image_after(viewer, 0)
+        check(viewer.wait("the rights", "document.getElementById('rights').textContent") == "view only", "the rights of the view link")
+        check(viewer.wait("the hidden node", "document.querySelector('.node.gone') !== null || 'closed'"), "visibility is shared")
+        viewer.key("H", modifiers=8)  # show all: without the right, nothing happens
+        page.key("H", modifiers=8)
+        image_after(page, at)
+        check(psnr_db(before, canvas(page)[2]) > LEAST_PSNR_DB, "show all does not bring it back")
+        check(not page.errors and not viewer.errors, f"errors of the page: {page.errors} {viewer.errors}")
+    finally:
+        session.end()
+
+
+def access(test):
+    """Wrong tokens, hosts and origins are refused; the log has no token but in the two links."""
+    session = Session(test)
+    try:
+        page = session.page(session.control[:-4] + "0000" if not session.control.endswith("0000") else session.control[:-4] + "1111")
+        page.wait("the refusal", "document.getElementById('badge').textContent.includes('not valid')")
+        check(page.evaluate("document.getElementById('canvas').dataset.image === undefined"), "an image without a token")
+        host, port = session.host.split(":")
+        origin = f"http://{session.host}"
+        for what, status, options in (("another origin", 403, {"origin": "http://evil.example"}), ("no origin", 403, {}),
+                                      ("another host", 421, {"origin": "http://evil.example", "host_header": "evil.example"})):
+            client = WebSocketClient(host, int(port), "/socket", **options)
+            check(client.status == status, f"{what}: {client.status}")
+            client.close()
+        client = WebSocketClient(host, int(port), "/socket", origin=origin)
+        check(client.status == 101, f"the server's own origin: {client.status}")
+        client.send('{"type":"hello","token":"' + "0" * 32 + '"}')
+        check(client.close_code() == 4401, "the code of a wrong token")
+        for token in (session.control.split("#")[1], session.view.split("#")[1]):
+            check(session.renderer.stderr_text().count(token) == 1, "a token is in the log again")
+        refused = subprocess.run([test.programs_at["fire3dv"], session.scene, "--headless", "--serve", "0.0.0.0:0"], capture_output=True, text=True,
+                                 env=vulkan_environment())
+        check(refused.returncode == 1 and "--insecure" in refused.stderr and "--tls-cert" in refused.stderr, refused.stderr)
+    finally:
+        session.end()
+
+
+def restart(test):
+    """A killed renderer comes back under the same links, and the page connects by itself."""
+    tokens = test.path("tokens")
+    port = test.fresh_uri("tcp").rsplit(":", 1)[1]
+    session = Session(test, "--serve-tokens", tokens, at=f"127.0.0.1:{port}")
+    try:
+        page, link = session.page(), session.control
+        image_after(page, 0)
+        session.renderer.kill()
+        page.wait("the loss", "!document.getElementById('badge').hidden")
+        page.evaluate("delete document.getElementById('canvas').dataset.image")
+        session.start(f"127.0.0.1:{port}", "--serve-tokens", tokens)
+        check(session.control == link, "the links have changed")
+        image_after(page, 0)
+        check(page.evaluate("document.getElementById('badge').hidden"), "the page still says that it is not connected")
+        session.renderer.signal(15)
+        session.renderer.expect_exit(0)
+    finally:
+        session.end()
+
+
+def stream(test):
+    """A stream moves the image, and the page has its name and rate."""
+    uri = test.fresh_uri("shm")
+    session = Session(test, "--listen", uri)
+    try:
+        page = session.page(embed=False, size=(640, 300))
+        number = image_after(page, 0)
+        before = canvas(page)[2]
+        arm = Program(test, "bullet_arm", [test.programs_at["bullet_arm"], "--to", uri])
+        page.wait("the stream", "document.querySelector('#streams .name') !== null")
+        image = "JSON.parse(document.getElementById('canvas').dataset.image)"
+        page.wait("images of it", f"{image}.number > {number} + 3 && {image}.simTimeS > 0.5")
+        check(psnr_db(before, canvas(page)[2]) < 45, "the image does not move")
+        page.wait("its rate", "parseFloat(document.querySelector('#streams .number').textContent) > 0")
+        arm.kill()
+    finally:
+        session.end()
+
+
+def replay(test):
+    """A replay is paused, stepped and moved by the control link only."""
+    uri, recording = test.fresh_uri("shm"), test.path("run.mcap")
+    session = Session(test, "--listen", uri, "--record", recording)
+    try:
+        page = session.page(embed=False, size=(640, 300))
+        arm = Program(test, "bullet_arm", [test.programs_at["bullet_arm"], "--to", uri])
+        page.wait("frames", "parseInt((document.querySelector('#streams .facts')?.textContent ?? '').split(', ')[1]) > 30")
+        arm.kill()
+        session.renderer.signal(15)
+        session.renderer.expect_exit(0)
+        session.start("127.0.0.1:0", "--replay", recording, "--loop")
+        page, viewer = session.page(embed=False, size=(640, 300)), session.page(session.view, embed=False, size=(640, 300))
+        for each in (page, viewer):
+            each.wait("the timeline", "!document.getElementById('timeline').hidden")
+        check(viewer.evaluate("document.getElementById('play').disabled"), "a viewer without control may pause")
+        playing = "document.getElementById('play-icon').getAttribute('d').startsWith('M4 3h3')"
+        seek = "document.getElementById('seek').value"
+        page.call("Page.bringToFront")
+        page.wait("it to play", playing)
+        page.evaluate("document.getElementById('play').click()")
+        page.wait("the pause", f"!({playing})")
+
+        def time_at(fraction, after):
+            """Seeks; the number of the image of that moment, and its simulated time."""
+            page.evaluate(f"(() => {{ const seek = document.getElementById('seek'); seek.value = {fraction}; seek.dispatchEvent(new Event('input')); }})()")
+            number = image_after(page, after)
+            return number, page.evaluate(time)
+        time = "JSON.parse(document.getElementById('canvas').dataset.image).simTimeS"
+        number, middle = time_at(0.6, image_after(page, 0))
+        viewer.wait("the position of the other viewer", f"Math.abs({seek} - 0.6) < 0.1")
+        number, first = time_at(0, number)
+        check(first < middle, f"the start shows {first} s, the middle {middle} s")
+        for _ in range(3):
+            page.evaluate("document.getElementById('step').click()")
+        page.wait("the next frames", f"{time} > {first}")
+        check(page.evaluate(time) < middle, "steps go too far")
+        page.evaluate("document.getElementById('play').click()")
+        page.wait("it to play again", playing)
+    finally:
+        session.end()
+
+
+def tls(test):
+    """With a certificate the page and its WebSocket use TLS."""
+    certificate, key = test.path("certificate.pem"), test.path("key.pem")
+    subprocess.run(["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes", "-days", "2", "-subj", "/CN=localhost",
+                    "-keyout", key, "-out", certificate], check=True, stderr=subprocess.DEVNULL)
+    session = Session(test, "--tls-cert", certificate, "--tls-key", key, browser=("--ignore-certificate-errors",))
+    try:
+        check(session.control.startswith("https://127.0.0.1:"), session.control)
+        page = session.page()
+        image_after(page, 0)
+        check(len(set(canvas(page)[2])) > 50, "the image is empty")
+        check(not page.errors, f"errors of the page: {page.errors}")
+    finally:
+        session.end()
+
+
+if __name__ == "__main__":
+    main({"image": image, "cameras": cameras, "nodes": nodes, "access": access, "restart": restart, "stream": stream,
+          "replay": replay, "tls": tls}, ["fire3dv", "bullet_arm"])

@@ -1,0 +1,11 @@
+# The page of the live view in headless Chromium, an optional package.
+find_program(FIRE3DV_CHROMIUM NAMES chromium chromium-browser)
+if(TARGET fire3dv AND TARGET bullet_arm AND NOT FIRE3DV_SANITIZE)
+  if(FIRE3DV_CHROMIUM)
+    foreach(case image cameras nodes access restart stream replay tls)
+      fire3dv_e2e_test(browser_${case} SCRIPT browser_test.py PROGRAMS fire3dv bullet_arm CASES ${case})
+    endforeach()
+  else()
+    message(STATUS "Chromium is not installed: the tests of the live view's page are left out")
+  endif()
+endif()
