@@ -27,6 +27,7 @@ from .errors import (ArgumentError, BudgetError, Error, ErrorCode, LibraryNotFou
                      RefusedError, RendererError, RendererNotFound, SceneWarning, StateError, Timeout)
 from .image import ALIASES, OUTPUTS, Image
 from .images import ImageRequest
+from .live_view import LiveView, show
 from .poses import look_at, pose
 from .renderer import Renderer, find_program
 from .robot import Joint, JointType, Robot, RobotPublisher
@@ -41,7 +42,7 @@ __all__ = [
     "ArgumentError", "BudgetError", "Error", "ErrorCode", "LibraryNotFound", "OperatingSystemError",
     "RefusedError", "RendererError", "RendererNotFound", "SceneWarning", "StateError",
     "Timeout", "ALIASES", "OUTPUTS", "Image", "ImageRequest",
-    "Renderer", "find_program", "look_at", "pose", "Joint", "JointType", "Robot", "RobotPublisher",
+    "LiveView", "show", "Renderer", "find_program", "look_at", "pose", "Joint", "JointType", "Robot", "RobotPublisher",
     "LightKind", "Property", "Status", "Welcome", "FRAME_DISCONTINUITY", "Stream", "version",
     "VISIBLE", "BASE_COLOR", "LIGHT", "CAMERA", "NODE", "VERTICES", "DIRECTIONAL", "POINT", "SPOT",
     "ERROR_ARGUMENT", "ERROR_STATE", "ERROR_SYSTEM", "ERROR_TIMEOUT", "ERROR_BUDGET",

@@ -1,0 +1,39 @@
+"""Live view of a renderer (fire3dv --serve) inside a notebook."""
+import html
+import re
+from dataclasses import dataclass
+from urllib.parse import urlsplit
+
+from .errors import ArgumentError, ErrorCode
+
+
+@dataclass(frozen=True)
+class LiveView:
+    """A frame with the page of a live view. Notebooks show it as the value of a cell."""
+
+    address: str = ""  #: of the page, without the token
+    token: str = ""
+    height: int = 480
+
+    def __repr__(self) -> str:  # without the token: texts of objects end up in logs
+        return f"LiveView({self.address!r}, height={self.height})"
+
+    def _repr_html_(self) -> str:
+        source = html.escape(f"{self.address}?embed=1#{self.token}")
+        return (f'<iframe src="{source}" width="100%" height="{self.height}" style="border: 0" '
+                'referrerpolicy="no-referrer"></iframe>')
+
+
+def show(link: str, height: int = 480) -> LiveView:
+    """Shows a live view in a notebook. link: one of those that `fire3dv --serve` printed.
+
+    The notebook must be open in a browser that reaches the link's address, and come from localhost itself. A saved
+    notebook contains the link: use the view link, and clear the output before handing the notebook on.
+    """
+    parts = urlsplit(link)
+    if parts.scheme not in ("http", "https") or not parts.hostname or not re.fullmatch("[0-9a-f]{32}", parts.fragment):
+        raise ArgumentError(ErrorCode.ARGUMENT, "show() needs a link that fire3dv --serve printed, such as "
+                            "http://127.0.0.1:8080/# with 32 digits")
+    if not isinstance(height, int) or not 1 <= height <= 10000:
+        raise ArgumentError(ErrorCode.ARGUMENT, f"height is {height!r}; it must be from 1 to 10000 pixels")
+    return LiveView(f"{parts.scheme}://{parts.netloc}/", parts.fragment, height)

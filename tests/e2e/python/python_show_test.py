@@ -1,0 +1,42 @@
+"""Test of fire3dv.show: the frame of a live view in a notebook, and what is not a link."""
+from html.parser import HTMLParser
+
+import fire3dv
+
+TOKEN = "0123456789abcdef" * 2
+
+
+class Frames(HTMLParser):
+    def __init__(self, text):
+        super().__init__()
+        self.found = []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        self.found.append((tag, dict(attrs)))
+
+
+for address in ("http://127.0.0.1:8080/", "https://[::1]:9/", "http://localhost:80/"):
+    view = fire3dv.show(address + "#" + TOKEN, height=300)
+    [(tag, attributes)] = Frames(view._repr_html_()).found
+    assert tag == "iframe" and attributes["src"] == f"{address}?embed=1#{TOKEN}" and attributes["height"] == "300", attributes
+    assert TOKEN not in repr(view) and TOKEN not in str(view), view
+
+for link in ("", "127.0.0.1:8080", f"ftp://host/#{TOKEN}", "http://127.0.0.1:8080/", f"http:///#{TOKEN}",
+             f"http://host/#{TOKEN}0", "javascript:alert(1)#" + TOKEN):
+    try:
+        fire3dv.show(link)
+    except fire3dv.ArgumentError as error:
+        assert "--serve" in str(error), error
+    else:
+        raise AssertionError(f"show({link!r}) raised nothing")
+for height in (0, 1.5, "300"):
+    try:
+        fire3dv.show("http://127.0.0.1:1/#" + TOKEN, height)
+    except fire3dv.ArgumentError:
+        continue
+    raise AssertionError(f"a height of {height!r} raised nothing")
+# A host that would end the attribute stays inside it.
+[(tag, attributes)] = Frames(fire3dv.show(f'http://a"onload="x/#{TOKEN}')._repr_html_()).found
+assert set(attributes) == {"src", "width", "height", "style", "referrerpolicy"}, attributes
+print("passed")
