@@ -17,7 +17,6 @@ packages=(
   libwebp-dev libjpeg-dev libdraco-dev libopenexr-dev
   libassimp-dev libyaml-cpp-dev liburdfdom-dev libconsole-bridge-dev libtinyxml2-dev
   libavformat-dev libavcodec-dev libavutil-dev libswscale-dev
-  libjpeg-dev                     # compressed images of adapters/ros2
   libimgui-dev fonts-dejavu-core  # panels and their font
   # example simulator
   libbullet-dev
@@ -64,7 +63,7 @@ Install by hand, then run again with FIRE3DV_SKIP_SETUP=1:
     Dear ImGui 1.86 to 1.90 (with a pkg-config file), the font DejaVu Sans
   - tinygltf 2.7 or newer, stb_image, libwebp 1.2, libjpeg-turbo 2.1, OpenEXR 3.1, nlohmann-json, meshoptimizer 0.18, Draco 1.5, libpng, standalone Asio 1.22, Boost.Interprocess and Boost.Beast 1.74 (headers),
     OpenSSL 3, libsodium, zstd, lz4,
-    CLI11 2, assimp 5.2, yaml-cpp 0.7, urdfdom 3 or 4, console_bridge 1, TinyXML-2 9, libjpeg-turbo 2,
+    CLI11 2, assimp 5.2, yaml-cpp 0.7, urdfdom 3 or 4, console_bridge 1, TinyXML-2 9,
     FFmpeg 5.1 (libavformat, libavcodec, libavutil, libswscale; with x264, x265, SVT-AV1)
   - optional: go-md2man for the manual pages; Eclipse Cyclone DDS 0.10 with idlc for ROS 2; libsdformat 12 for SDF files
   - for the example and the tests: Bullet 3, GoogleTest, Vulkan validation layers, Xvfb, xdotool, strace, Python 3 with NumPy, pip, setuptools and venv, iproute2, openssl, ffmpeg; for the comparison with MuJoCo's renderer: EGL and libOpenGL

@@ -37,17 +37,66 @@ Result<void> check_each(const char* field, const std::array<float, count>& value
   return {};
 }
 
-Result<void> check_vectors(const char* field, const std::vector<std::array<float, 3>>& vectors, float limit) {
+template <size_t count>
+Result<void> check_vectors(const char* field, const std::vector<std::array<float, count>>& vectors,
+                           float limit, float low) {
   for (size_t i = 0; i < vectors.size(); ++i) {
     const auto& v = vectors[i];
-    if (std::fabs(v[0]) <= limit && std::fabs(v[1]) <= limit && std::fabs(v[2]) <= limit) continue;
-    const Range range{-double{limit}, double{limit}};
-    for (size_t axis = 0; axis < 3; ++axis)
+    bool is_good = true;
+    for (size_t axis = 0; axis < count; ++axis) is_good &= v[axis] >= low && v[axis] <= limit;
+    if (is_good) continue;
+    const Range range{double{low}, double{limit}};
+    for (size_t axis = 0; axis < count; ++axis)
       if (auto good =
               check_range(std::string(field) + "[" + std::to_string(i) + "][" + std::to_string(axis) + "]",
                           v[axis], range);
           !good)
         return good;
+  }
+  return {};
+}
+
+template <size_t count>
+Result<void> check_vectors(const char* field, const std::vector<std::array<float, count>>& vectors,
+                           float limit) {
+  return check_vectors(field, vectors, limit, -limit);
+}
+
+std::string count_text(size_t count, const char* singular) {
+  return std::to_string(count) + " " + singular + (count == 1 ? "" : "s");
+}
+
+// Arrays beside the positions have one element for all, or one per position.
+Result<void> check_count(const char* field, size_t count, size_t positions, bool may_be_empty) {
+  if (count == 1 || count == positions || (count == 0 && may_be_empty)) return {};
+  return Error{std::string("SceneEdit.") + field + " has " + count_text(count, "element") + " for " +
+               count_text(positions, "position") + "; " + (may_be_empty ? "none, " : "") +
+               "one for all, or one per position are allowed"};
+}
+
+Result<void> check_positions(const Marker& marker) {
+  const size_t count = marker.positions.size();
+  const std::string begin =
+      std::string("SceneEdit.positions of ") + marker_kind_name(marker.kind) + " has ";
+  const bool is_pairs = marker.kind == MarkerKind::lines || marker.kind == MarkerKind::arrows;
+  if (is_pairs && count % 2 != 0)
+    return Error{begin + count_text(count, "element") + "; they are pairs of begin and end"};
+  if (marker.kind == MarkerKind::line_strip && count == 1)
+    return Error{begin + "1 element; a line needs two or more"};
+  if (marker.kind == MarkerKind::triangles && count % 3 != 0)
+    return Error{begin + count_text(count, "element") + "; they are triples of corners"};
+  return {};
+}
+
+Result<void> check_rotations(const std::vector<std::array<float, 4>>& rotations) {
+  constexpr float kLargest = 1e6f;  // its square is finite
+  if (auto good = check_vectors("rotations", rotations, kLargest); !good) return good;
+  for (size_t i = 0; i < rotations.size(); ++i) {
+    const auto& q = rotations[i];
+    constexpr float kLeastSquare = 1e-12f;
+    if (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] >= kLeastSquare) continue;
+    return Error{"SceneEdit.rotations[" + std::to_string(i) +
+                 "] has length 0; the quaternion of no rotation is 0 0 0 1"};
   }
   return {};
 }
@@ -118,6 +167,34 @@ class CheckValue {
     return check_vectors("normals", value.normals, limits_.max_abs_value);
   }
 
+  // Of a kind of a later version: only what holds for all kinds.
+  Result<void> operator()(const Marker& value) const {
+    const bool is_known = static_cast<size_t>(value.kind) < kMarkerKindCount;
+    if (value.width_unit > MarkerUnit::lengths)
+      return Error{"SceneEdit.width_unit is " + std::to_string(static_cast<int>(value.width_unit)) +
+                   "; widths are in 0 (pixels) or 1 (lengths of the marker's frame)"};
+    if (auto good = check_range("width", value.width, {0, most_}); !good) return good;
+    if (auto good = check_text("SceneEdit.parent", value.parent, limits_.max_name_bytes); !good) return good;
+    if (auto good =
+            check_poses("SceneEdit.parent_from_marker", {&value.parent_from_marker, 1}, limits_.max_abs_value);
+        !good)
+      return good;
+    if (auto good = check_vectors("positions", value.positions, limits_.max_abs_value); !good) return good;
+    if (auto good = check_rotations(value.rotations); !good) return good;
+    if (auto good = check_vectors("sizes", value.sizes, limits_.max_abs_value, 0.0f); !good) return good;
+    if (!is_known) return {};
+    if (auto good = check_positions(value); !good) return good;
+    const size_t count = value.positions.size();
+    if (auto good = check_count("colors", value.colors.size(), count, true); !good) return good;
+    if (!has_sizes(value.kind)) {
+      if (value.rotations.empty() && value.sizes.empty()) return {};
+      return Error{std::string("SceneEdit.") + (value.rotations.empty() ? "sizes" : "rotations") +
+                   " is given; " + marker_kind_name(value.kind) + " have neither rotations nor sizes"};
+    }
+    if (auto good = check_count("rotations", value.rotations.size(), count, true); !good) return good;
+    return check_count("sizes", value.sizes.size(), count, false);
+  }
+
  private:
   const DecodeLimits& limits_;
   double most_;
@@ -128,7 +205,9 @@ class CheckValue {
 Result<void> check(const SceneEdit& edit, const DecodeLimits& limits) {
   if (edit.epoch == 0) return Error{"SceneEdit.epoch is 0; an epoch is a random number that is not 0"};
   if (edit.version == 0) return Error{"SceneEdit.version is 0; versions start at 1"};
-  if (edit.node.empty()) return Error{"SceneEdit.node is empty; a node is found by its name"};
+  if (edit.node.empty())
+    return Error{edit.property == Property::marker ? "SceneEdit.node is empty; it is the marker's name"
+                                                   : "SceneEdit.node is empty; a node is found by its name"};
   if (auto good = check_text("SceneEdit.node", edit.node, limits.max_name_bytes); !good) return good;
   if (!fits(edit.property, edit.value))
     return Error{std::string("SceneEdit.value is not one that the property ") + property_name(edit.property) +

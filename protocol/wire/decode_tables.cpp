@@ -1,6 +1,7 @@
 #include "protocol/wire/decode_tables.h"
 
 #include <cstring>
+#include <type_traits>
 
 #include "fire3dv_generated.h"
 #include "protocol/wire/check.h"
@@ -19,12 +20,18 @@ void read_struct(const Struct* from, Array& to) {
   if (from) std::memcpy(&to, from, sizeof to);
 }
 
-std::vector<std::array<float, 3>> read_vectors(const flatbuffers::Vector<const fbs::Vector3*>* vectors) {
-  std::vector<std::array<float, 3>> result;
+template <typename Element, typename Vector>
+std::vector<Element> read_elements(const Vector* vectors) {
+  static_assert(sizeof(std::remove_pointer_t<typename Vector::value_type>) == sizeof(Element));
+  std::vector<Element> result;
   if (!vectors || vectors->size() == 0) return result;
   result.resize(vectors->size());
   std::memcpy(result.data(), vectors->Data(), result.size() * sizeof result[0]);
   return result;
+}
+
+std::vector<std::array<float, 3>> read_vectors(const flatbuffers::Vector<const fbs::Vector3*>* vectors) {
+  return read_elements<std::array<float, 3>>(vectors);
 }
 
 Light read_light(const fbs::EditLight& table) {
@@ -50,6 +57,23 @@ NodeAdded read_node(const fbs::EditNodeAdded& table) {
   }
   node.variant = text_of(table.variant());
   return node;
+}
+
+Marker read_marker(const fbs::EditMarker& table) {
+  Marker marker;
+  marker.kind = static_cast<MarkerKind>(table.kind());
+  marker.width_unit = static_cast<MarkerUnit>(table.width_unit());
+  marker.flags = table.flags();
+  marker.width = table.width();
+  marker.lifetime_ns = table.lifetime_ns();
+  marker.sim_time_ns = table.sim_time_ns();
+  marker.parent = text_of(table.parent());
+  read_struct(table.parent_from_marker(), marker.parent_from_marker.m);
+  marker.positions = read_vectors(table.positions());
+  marker.rotations = read_elements<std::array<float, 4>>(table.rotations());
+  marker.sizes = read_vectors(table.sizes());
+  marker.colors = read_elements<uint32_t>(table.colors());
+  return marker;
 }
 
 // Returns false for an unknown kind of a later version.
@@ -88,6 +112,9 @@ bool read_value(const fbs::SceneEdit& table, EditValue& value) {
       value = Vertices{read_vectors(vertices.positions()), read_vectors(vertices.normals())};
       return true;
     }
+    case fbs::EditValue::EditMarker:
+      value = read_marker(*table.value_as_EditMarker());
+      return true;
   }
   return false;
 }

@@ -112,10 +112,45 @@ Value add(FlatBufferBuilder& builder, const Vertices& value) {
   return {fbs::EditValue::EditVertices, table.Finish().Union()};
 }
 
+Value add(FlatBufferBuilder& builder, const Marker& value) {
+  static_assert(sizeof(fbs::Quaternion) == sizeof value.rotations[0]);
+  const auto parent_from_marker = as_struct<fbs::Affine3x4>(value.parent_from_marker);
+  const auto colors = builder.CreateVector(value.colors);
+  const auto sizes = add_vectors(builder, value.sizes);
+  const auto rotations = builder.CreateVectorOfStructs(
+      reinterpret_cast<const fbs::Quaternion*>(value.rotations.data()), value.rotations.size());
+  const auto positions = add_vectors(builder, value.positions);
+  const auto parent = builder.CreateString(value.parent);
+  fbs::EditMarkerBuilder table(builder);
+  table.add_sim_time_ns(value.sim_time_ns);
+  table.add_lifetime_ns(value.lifetime_ns);
+  table.add_colors(colors);
+  table.add_sizes(sizes);
+  table.add_rotations(rotations);
+  table.add_positions(positions);
+  table.add_parent_from_marker(&parent_from_marker);
+  table.add_parent(parent);
+  table.add_width(value.width);
+  table.add_flags(value.flags);
+  table.add_width_unit(static_cast<uint8_t>(value.width_unit));
+  table.add_kind(static_cast<uint8_t>(value.kind));
+  return {fbs::EditValue::EditMarker, table.Finish().Union()};
+}
+
+// Size of the first allocation: a builder doubles its buffer, and copies it, whenever it is full.
+size_t initial_bytes(const EditValue& value) {
+  constexpr size_t kTables = 512;
+  const auto* marker = std::get_if<Marker>(&value);
+  if (!marker) return kTables;
+  return kTables + marker->positions.size() * sizeof marker->positions[0] +
+         marker->rotations.size() * sizeof marker->rotations[0] +
+         marker->sizes.size() * sizeof marker->sizes[0] + marker->colors.size() * sizeof marker->colors[0];
+}
+
 }  // namespace
 
 Bytes encode(const SceneEdit& edit) {
-  FlatBufferBuilder builder(512);
+  FlatBufferBuilder builder(initial_bytes(edit.value));
   builder.ForceDefaults(true);
   const Value value = std::visit([&](const auto& v) { return add(builder, v); }, edit.value);
   const auto node = builder.CreateString(edit.node);

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "protocol/wire/affine.h"
+#include "protocol/wire/marker.h"
 
 namespace fire3dv::wire {
 
@@ -23,10 +24,12 @@ enum class Property : uint8_t {
   camera = 3,
   node = 4,  // existence of the node
   vertices = 5,
+  marker = 6,  // the key has the marker's name in place of a node's
 };
-constexpr size_t kPropertyCount = 6;
+constexpr size_t kPropertyCount = 7;
 inline const char* property_name(Property property) {
-  constexpr const char* kNames[] = {"visible", "base_color", "light", "camera", "node", "vertices"};
+  constexpr const char* kNames[] = {"visible", "base_color", "light",   "camera",
+                                    "node",    "vertices",   "marker"};
   static_assert(std::size(kNames) == kPropertyCount);
   return kNames[static_cast<size_t>(property)];
 }
@@ -96,14 +99,15 @@ struct Cleared {
   bool operator==(const Cleared&) const = default;
 };
 
-using EditValue = std::variant<Cleared, Visible, BaseColor, Light, Camera, NodeAdded, NodeRemoved, Vertices>;
+using EditValue =
+    std::variant<Cleared, Visible, BaseColor, Light, Camera, NodeAdded, NodeRemoved, Vertices, Marker>;
 
 struct SceneEdit {
   uint64_t epoch = 0;  // of the stream; set by the publisher's store
   // Rises by one with each edit of the stream, whatever its key; 0 = not published. Edits are sent in rising
   // order. Replaced edits are omitted, so that numbers may be missing.
   uint64_t version = 0;
-  std::string node;  // name or path, resolved like posed nodes
+  std::string node;  // name or path, resolved like posed nodes; of a marker: its own name
   Property property = Property::visible;
   EditValue value;  // Cleared, or a value of the property; `node` takes NodeAdded and NodeRemoved
   bool operator==(const SceneEdit&) const = default;
@@ -111,8 +115,9 @@ struct SceneEdit {
 
 // True if the value belongs to the property; Cleared belongs to every property.
 inline bool fits(Property property, const EditValue& value) {
-  constexpr Property kOf[] = {Property::visible, Property::visible, Property::base_color, Property::light,
-                              Property::camera,  Property::node,    Property::node,       Property::vertices};
+  constexpr Property kOf[] = {Property::visible, Property::visible, Property::base_color,
+                              Property::light,   Property::camera,  Property::node,
+                              Property::node,    Property::vertices, Property::marker};
   static_assert(std::size(kOf) == std::variant_size_v<EditValue>);
   return std::holds_alternative<Cleared>(value) || kOf[value.index()] == property;
 }

@@ -19,6 +19,11 @@ size_t value_bytes(const wire::SceneEdit& edit) {
     bytes += node->parent.size() + node->asset_uri.size() + node->asset_glb.size();
   if (const auto* vertices = std::get_if<wire::Vertices>(&edit.value))
     bytes += (vertices->positions.size() + vertices->normals.size()) * sizeof vertices->positions[0];
+  if (const auto* marker = std::get_if<wire::Marker>(&edit.value))
+    bytes += marker->parent.size() + marker->positions.size() * sizeof marker->positions[0] +
+             marker->rotations.size() * sizeof marker->rotations[0] +
+             marker->sizes.size() * sizeof marker->sizes[0] +
+             marker->colors.size() * sizeof marker->colors[0];
   return bytes;
 }
 

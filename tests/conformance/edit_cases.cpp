@@ -25,6 +25,35 @@ NodeAdded added() {
   return node;
 }
 
+Marker points_marker() {
+  Marker marker;
+  marker.width = 9;
+  marker.positions = {{0, 0, 0}, {1, -2.5f, 1e6f}, {0.5f, 0, 3}};
+  marker.colors = {0xff0000ff, 0xff00ff00, 0x80ff0000};  // red, green, half transparent blue
+  return marker;
+}
+
+Marker boxes_marker() {
+  Marker marker;
+  marker.kind = MarkerKind::boxes;
+  marker.width_unit = MarkerUnit::lengths;
+  marker.flags = kMarkerOverlaid;
+  marker.width = 0.5f;
+  marker.lifetime_ns = 250'000'000;
+  marker.sim_time_ns = -1'000'000'000;
+  marker.parent = "robot/tool";
+  marker.parent_from_marker.m[3] = 1.5f;
+  marker.positions = {{0, 0, 0}, {1, 2, 3}};
+  marker.rotations = {{0, 0, 0, 1}, {0, 0, 0.6f, 0.8f}};
+  marker.sizes = {{0.1f, 0.2f, 0.3f}};
+  marker.colors = {0xff4080c0};
+  return marker;
+}
+
+SceneEdit marker_edit(Marker marker) {
+  return {kEpoch, 9, "contacts/left foot", Property::marker, std::move(marker)};
+}
+
 PoseFrameView partial(std::span<const Affine3x4> poses, std::span<const uint32_t> indices) {
   return {{kEpoch, 2, 1000000, 2000000, 7, 0}, 100, 0, poses, indices};
 }
@@ -56,6 +85,16 @@ std::vector<Case> edit_cases() {
   add("scene_edit-vertices", encode(edit(Property::vertices, vertices)));
   vertices.normals = {{0, 0, 1}, {0, 1, 0}, {1, 0, 0}};
   add("scene_edit-vertices_with_normals", encode(edit(Property::vertices, vertices)));
+  add("scene_edit-marker_points", encode(marker_edit(points_marker())));
+  add("scene_edit-marker_boxes", encode(marker_edit(boxes_marker())));
+  Marker marker;
+  marker.kind = MarkerKind::arrows;
+  add("scene_edit-marker_without_elements", encode(marker_edit(marker)));
+  marker = points_marker();
+  marker.kind = static_cast<MarkerKind>(200);
+  add("scene_edit-marker_of_later_version", encode(marker_edit(marker)));
+  add("scene_edit-marker_cleared",
+      encode({kEpoch, 9, "contacts/left foot", Property::marker, Cleared{}}));
   const std::vector<Affine3x4> poses(2);
   const std::vector<uint32_t> indices{3, 99};
   add("pose_frame-partial", encode(partial(poses, indices)));
@@ -136,6 +175,46 @@ std::vector<Case> refused_edit_cases() {
   add("vertices_none", edit(Property::vertices, Vertices{}), "positions");
   add("vertices_nan", edit(Property::vertices, Vertices{{{0, 0, 0}, {0, NAN, 0}}, {}}), "positions[1][1]");
   add("normals_count", edit(Property::vertices, Vertices{{{0, 0, 0}}, {{0, 0, 1}, {0, 0, 1}}}), "normals");
+
+  const auto add_marker = [&](std::string name, std::string refused, Marker marker, auto change) {
+    change(marker);
+    add("marker_" + std::move(name), marker_edit(std::move(marker)), std::move(refused));
+  };
+  const Marker points = points_marker(), boxes = boxes_marker();
+  bad = marker_edit(points);
+  bad.node = "";
+  add("marker_name_empty", bad, "node");
+  add("marker_of_other_property", edit(Property::vertices, points), "value");
+  add_marker("unit", "width_unit", points, [](Marker& m) { m.width_unit = static_cast<MarkerUnit>(2); });
+  add_marker("width_nan", "width", points, [](Marker& m) { m.width = NAN; });
+  add_marker("width_negative", "width", points, [](Marker& m) { m.width = -1; });
+  add_marker("parent_newline", "parent", points, [](Marker& m) { m.parent = "a\nb"; });
+  add_marker("pose_infinite", "parent_from_marker", points,
+             [](Marker& m) { m.parent_from_marker.m[11] = INFINITY; });
+  add_marker("positions_nan", "positions[1][2]", points, [](Marker& m) { m.positions[1][2] = NAN; });
+  add_marker("positions_odd", "positions of lines", points, [](Marker& m) { m.kind = MarkerKind::lines; });
+  add_marker("positions_one", "positions of line_strip", points, [](Marker& m) {
+    m.kind = MarkerKind::line_strip;
+    m.positions.resize(1);
+  });
+  add_marker("positions_not_triples", "positions of triangles", points, [](Marker& m) {
+    m.kind = MarkerKind::triangles;
+    m.positions.resize(2);
+  });
+  add_marker("colors_count", "colors has 2", points, [](Marker& m) { m.colors.resize(2); });
+  add_marker("sizes_of_points", "sizes", points, [](Marker& m) { m.sizes.resize(3); });
+  add_marker("rotations_of_points", "rotations", points, [](Marker& m) { m.rotations = {{0, 0, 0, 1}}; });
+  add_marker("sizes_none", "sizes has 0", boxes, [](Marker& m) { m.sizes.clear(); });
+  add_marker("sizes_negative", "sizes[0][1]", boxes, [](Marker& m) { m.sizes[0][1] = -1; });
+  add_marker("sizes_nan", "sizes[0][2]", boxes, [](Marker& m) { m.sizes[0][2] = NAN; });
+  add_marker("rotations_count", "rotations has 3", boxes,
+             [](Marker& m) { m.rotations.resize(3, {0, 0, 0, 1}); });
+  add_marker("rotation_zero", "rotations[1]", boxes, [](Marker& m) { m.rotations[1] = {}; });
+  add_marker("rotation_nan", "rotations[0][3]", boxes, [](Marker& m) { m.rotations[0][3] = NAN; });
+  add_marker("later_kind_rotation_nan", "rotations[0][3]", boxes, [](Marker& m) {
+    m.kind = static_cast<MarkerKind>(200);
+    m.rotations[0][3] = NAN;
+  });
 
   const std::vector<Affine3x4> poses(2);
   const auto add_frame = [&](std::string name, const std::vector<uint32_t>& indices, std::string refused) {

@@ -47,6 +47,21 @@ Json json_of(const wire::NodeRemoved&) {
 Json json_of(const wire::Vertices& v) {
   return {{"type", "Vertices"}, {"positions", v.positions}, {"normals", v.normals}};
 }
+Json json_of(const wire::Marker& v) {
+  return {{"type", "Marker"},
+          {"kind", static_cast<uint8_t>(v.kind)},
+          {"width_unit", static_cast<uint8_t>(v.width_unit)},
+          {"flags", v.flags},
+          {"width", v.width},
+          {"lifetime_ns", v.lifetime_ns},
+          {"sim_time_ns", v.sim_time_ns},
+          {"parent", v.parent},
+          {"parent_from_marker", v.parent_from_marker.m},
+          {"positions", v.positions},
+          {"rotations", v.rotations},
+          {"sizes", v.sizes},
+          {"colors", v.colors}};
+}
 
 }  // namespace
 
@@ -84,6 +99,22 @@ wire::EditValue value_from_json(const Json& json) {
     return v;
   }
   if (type == "NodeRemoved") return wire::NodeRemoved{};
+  if (type == "Marker") {
+    wire::Marker v;
+    v.kind = static_cast<wire::MarkerKind>(json.at("kind").get<uint8_t>());
+    v.width_unit = static_cast<wire::MarkerUnit>(json.at("width_unit").get<uint8_t>());
+    json.at("flags").get_to(v.flags);
+    json.at("width").get_to(v.width);
+    json.at("lifetime_ns").get_to(v.lifetime_ns);
+    json.at("sim_time_ns").get_to(v.sim_time_ns);
+    json.at("parent").get_to(v.parent);
+    json.at("parent_from_marker").get_to(v.parent_from_marker.m);
+    json.at("positions").get_to(v.positions);
+    json.at("rotations").get_to(v.rotations);
+    json.at("sizes").get_to(v.sizes);
+    json.at("colors").get_to(v.colors);
+    return v;
+  }
   FIRE3DV_ASSERT(type == "Vertices");
   wire::Vertices v;
   json.at("positions").get_to(v.positions);

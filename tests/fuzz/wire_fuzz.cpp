@@ -69,6 +69,15 @@ std::vector<Input> seeds() {
   image.planes = {{0, wire::ImageFormat::rgba8, 64, 48, 256, 0, 12288},
                   {3, wire::ImageFormat::r32u, 64, 48, 256, 12288, 12288},
                   {7, wire::ImageFormat::box2d, 2, 1, 64, 24576, 64}};
+  wire::Marker points;
+  points.positions = {{0, 0, 0}, {1, 2, 3}};
+  points.colors = {0xff0000ff};
+  wire::Marker boxes = points;
+  boxes.kind = wire::MarkerKind::boxes;
+  boxes.parent = "base";
+  boxes.lifetime_ns = 1;
+  boxes.sizes = {{1, 2, 3}};
+  boxes.rotations = {{0, 0, 0, 1}, {0, 0.6f, 0, 0.8f}};
   using P = wire::Property;
   return {input_of(wire::encode(request)),
           input_of(wire::encode(image)),
@@ -83,6 +92,8 @@ std::vector<Input> seeds() {
           input_of(edit(P::node, wire::NodeRemoved{})),
           input_of(edit(P::vertices, wire::Vertices{{{0, 0, 0}, {1, 2, 3}}, {{0, 0, 1}, {0, 1, 0}}})),
           input_of(edit(P::light, wire::Cleared{})),
+          input_of(edit(P::marker, points)),
+          input_of(edit(P::marker, boxes)),
           input_of(wire::encode(welcome)),
           input_of(wire::encode(wire::Status{7, {"base", "link_1"}, "requested"})),
           input_of(wire::encode(frame)),

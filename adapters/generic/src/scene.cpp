@@ -4,43 +4,27 @@
 
 #include <cstring>
 #include <string>
+#include <utility>
 
 #include "protocol/wire/check.h"
+#include "scene_edits.h"
 #include "stream.h"
 
 using fire3dv::client::fail;
 using fire3dv::client::guarded;
+using fire3dv::client::struct_error;
+using fire3dv::client::text_of;
 namespace wire = fire3dv::wire;
 
 namespace {
 
-static_assert(FIRE3DV_PROPERTY_VERTICES + 1 == wire::kPropertyCount);
+static_assert(FIRE3DV_PROPERTY_MARKER + 1 == wire::kPropertyCount);
 static_assert(FIRE3DV_PROPERTY_NODE == static_cast<int>(wire::Property::node));
 static_assert(FIRE3DV_LIGHT_SPOT == static_cast<int>(wire::LightKind::spot));
 
-std::string text_of(const char* text, size_t max_bytes) {
-  // One byte above the limit suffices for the check to refuse the text.
-  return text ? std::string(text, strnlen(text, max_bytes + 1)) : std::string();
-}
-
 int set(fire3dv_stream* stream, const char* node, wire::Property property, wire::EditValue value) {
-  if (!stream) return fail(FIRE3DV_ERROR_ARGUMENT, "stream is NULL");
-  if (!node) return fail(FIRE3DV_ERROR_ARGUMENT, "node is NULL");
-  const wire::DecodeLimits limits = fire3dv::client::outgoing_limits();
-  wire::SceneEdit edit{1, 1, text_of(node, limits.max_name_bytes), property, std::move(value)};
-  if (auto good = wire::check(edit, limits); !good) return fail(FIRE3DV_ERROR_ARGUMENT, good.error().message);
-  auto prepared = stream->edits.prepare(std::move(edit));
-  if (!prepared) return fail(FIRE3DV_ERROR_BUDGET, prepared.error().message);
-  if (auto sent = stream->send_edit(std::move(*prepared)); !sent)
-    return fail(FIRE3DV_ERROR_SYSTEM, sent.error().message);
-  return FIRE3DV_OK;
-}
-
-// Returns null when `given` is readable, else the error message.
-template <typename Struct>
-const char* struct_error(const Struct* given, const char* null, const char* size) {
-  if (!given) return null;
-  return fire3dv::client::struct_is_known(given, given->struct_size, sizeof *given) ? nullptr : size;
+  if (!node) return fail(FIRE3DV_ERROR_ARGUMENT, stream ? "node is NULL" : "stream is NULL");
+  return fire3dv::client::set_edit(stream, node, property, std::move(value));
 }
 
 int set_light(fire3dv_stream* stream, const char* node, const fire3dv_light* light) {
@@ -116,6 +100,19 @@ int set_vertices(fire3dv_stream* stream, const char* node, const fire3dv_vertice
 }
 
 }  // namespace
+
+int fire3dv::client::set_edit(fire3dv_stream* stream, const char* name, wire::Property property,
+                              wire::EditValue value) {
+  if (!stream) return fail(FIRE3DV_ERROR_ARGUMENT, "stream is NULL");
+  const wire::DecodeLimits limits = outgoing_limits();
+  wire::SceneEdit edit{1, 1, text_of(name, limits.max_name_bytes), property, std::move(value)};
+  if (auto good = wire::check(edit, limits); !good) return fail(FIRE3DV_ERROR_ARGUMENT, good.error().message);
+  auto prepared = stream->edits.prepare(std::move(edit));
+  if (!prepared) return fail(FIRE3DV_ERROR_BUDGET, prepared.error().message);
+  if (auto sent = stream->send_edit(std::move(*prepared)); !sent)
+    return fail(FIRE3DV_ERROR_SYSTEM, sent.error().message);
+  return FIRE3DV_OK;
+}
 
 int fire3dv_set_visible(fire3dv_stream* stream, const char* node, int visible) {
   return guarded([&] { return set(stream, node, wire::Property::visible, wire::Visible{visible != 0}); });

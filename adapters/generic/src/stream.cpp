@@ -57,6 +57,7 @@ fire3dv::Result<void> fire3dv_stream::describe(wire::StreamDescription descripti
   max_pose_message_bytes = link->max_pose_message_bytes();
   poses_per_part = wire::poses_per_part(max_pose_message_bytes);
   sequence = 0;
+  last_sim_time_ns = 0;
   acked_sequence = 0;
   welcome = -1;
   unmatched_names = conflicting_names = contested_names = 0;
@@ -94,6 +95,7 @@ void fire3dv_stream::publish(int64_t sim_time_ns, uint32_t flags,
   wire::PoseFrameView frame;
   const uint64_t now_ns = fire3dv::client::monotonic_now_ns();
   frame.header = {epoch, ++sequence, sim_time_ns, now_ns, scene_version, flags};
+  last_sim_time_ns = sim_time_ns;
   if (has_cached_poses) {
     whole_at_ns = now_ns;
     if (stream_from_body.data() != cached_poses.data()) cache_poses(stream_from_body);
@@ -183,6 +185,7 @@ void fire3dv_stream::publish_some(int64_t sim_time_ns, uint32_t flags, std::span
 
   wire::PoseFrameView frame;
   frame.header = {epoch, ++sequence, sim_time_ns, now_ns, scene_version, flags};
+  last_sim_time_ns = sim_time_ns;
   frame.node_count = node_count;
   frame.node_indices = node_indices;
   frame.poses = stream_from_body;

@@ -87,6 +87,7 @@ struct fire3dv_stream {
   uint64_t epoch = 0;  // 0: not described yet
   uint64_t sequence = 0;
   uint64_t frames_published = 0;
+  int64_t last_sim_time_ns = 0;  // of the frame published last in this epoch
 
   fire3dv::wire::EditStore edits;
   uint64_t scene_version = 0;  // version of the newest edit handed to the link

@@ -39,6 +39,7 @@ NOT_SAID = {
     "pose_frame-part": "the library cuts frames by itself",
     "pose_frame-all_header_fields": "numbers of the header are the library's",
     "stream_description-later_minor": "the library says its own version",
+    "scene_edit-marker_of_later_version": "the library knows its own kinds",
     "stream_description-minor_1": "is one without an adapter's nodes, as stream_description-no_nodes",
 }
 OWN = {"epoch", "clock", "protocol_minor", "sequence", "publish_time_ns", "scene_version", "version"}  # set by the library
@@ -89,6 +90,17 @@ def say_edit(stream, lines, name, meant):
                         bytes(value["asset_glb"]) or None, value["variant"] or None)
     elif kind == "NodeRemoved":
         stream.remove_node(node)
+    elif kind == "Marker":
+        if value["lifetime_ns"]:  # counts from the frame published last
+            stream.describe([])
+            stream.publish(value["sim_time_ns"], [])
+        width = {("width_px", "width_m")[value["width_unit"]]: value["width"]}
+        stream.set_marker(node, value["kind"], np.array(value["positions"], np.float32).reshape(-1, 3),
+                          rotations=np.array(value["rotations"], np.float32).reshape(-1, 4),
+                          sizes=np.array(value["sizes"], np.float32).reshape(-1, 3),
+                          colors=np.array(value["colors"], "<u4").view(np.uint8).reshape(-1, 4),
+                          parent=value["parent"], parent_from_marker=np.array(value["parent_from_marker"]),
+                          lifetime_s=value["lifetime_ns"] / 1e9, overlaid=value["flags"] == 1, **width)
     else:
         assert kind == "Vertices", f"{name}: nothing here sets {kind}"
         normals = np.array(value["normals"]) if value["normals"] else None
@@ -133,6 +145,16 @@ def lit(**changes):
 def seen(**changes):
     values = {"vertical_fov_rad": 0.75, "near_m": 0.1, "far_m": 100}
     return lambda stream: stream.set_camera("eye", **{**values, **changes})
+
+
+POINTS = [[0, 0, 0], [1, -2.5, 1e6], [0.5, 0, 3]]
+
+
+def marked(kind="POINTS", **changes):
+    values = {"positions": POINTS, "colors": (1, 0, 0)}
+    if kind == "BOXES":
+        values.update(positions=POINTS[:2], sizes=[0.1, 0.2, 0.3], rotations=[[0, 0, 0, 1], [0, 0, 0.6, 0.8]])
+    return lambda stream: stream.set_marker("contacts/foot", fire3dv.MarkerKind[kind], **{**values, **changes})
 
 
 NO_CLIENT_SAYS_IT = "numbers of the header are the library's"
@@ -192,6 +214,27 @@ REFUSED = {
     "scene_edit_light_kind": (lit(kind=3), "kind"),
     "scene_edit_light_negative": (lit(intensity=-1), "intensity"),
     "scene_edit_light_wide": (lit(outer_cone_rad=2), "outer_cone_rad"),
+    "scene_edit_marker_colors_count": (marked(colors=[(1, 0, 0)] * 2), "colors has 2"),
+    "scene_edit_marker_later_kind_rotation_nan": "the library knows its own kinds",
+    "scene_edit_marker_name_empty": (lambda s: s.points("", POINTS), "node"),
+    "scene_edit_marker_of_other_property": "a call sets the value of its property",
+    "scene_edit_marker_parent_newline": (marked(parent="a\nb"), "parent"),
+    "scene_edit_marker_pose_infinite": (marked(parent_from_marker=changed(pose(0), 11, INF)), "parent_from_marker"),
+    "scene_edit_marker_positions_nan": (marked(positions=[[0, 0, 0], [0, 0, NAN]]), "positions[1][2]"),
+    "scene_edit_marker_positions_not_triples": (marked("TRIANGLES", positions=POINTS[:2]), "positions of triangles"),
+    "scene_edit_marker_positions_odd": (marked("LINES"), "positions of lines"),
+    "scene_edit_marker_positions_one": (marked("LINE_STRIP", positions=POINTS[:1]), "positions of line_strip"),
+    "scene_edit_marker_rotation_nan": (marked("BOXES", rotations=[0, 0, 0, NAN]), "rotations[0][3]"),
+    "scene_edit_marker_rotation_zero": (marked("BOXES", rotations=[[0, 0, 0, 1], [0] * 4]), "rotations[1]"),
+    "scene_edit_marker_rotations_count": (marked("BOXES", rotations=[[0, 0, 0, 1]] * 3), "rotations has 3"),
+    "scene_edit_marker_rotations_of_points": (marked(rotations=[0, 0, 0, 1]), "rotations"),
+    "scene_edit_marker_sizes_nan": (marked("BOXES", sizes=[1, 1, NAN]), "sizes[0][2]"),
+    "scene_edit_marker_sizes_negative": (marked("BOXES", sizes=[1, -1, 1]), "sizes[0][1]"),
+    "scene_edit_marker_sizes_none": (marked("BOXES", sizes=None), "sizes has 0"),
+    "scene_edit_marker_sizes_of_points": (marked(sizes=[1, 1, 1]), "sizes"),
+    "scene_edit_marker_unit": "the package names units by argument",
+    "scene_edit_marker_width_nan": (marked(width_px=NAN), "width"),
+    "scene_edit_marker_width_negative": (marked(width_m=-1), "width"),
     "scene_edit_node_control_character": (lambda s: s.remove_node("\x1b[2J"), "node"),
     "scene_edit_node_empty": (lambda s: s.remove_node(""), "node"),
     "scene_edit_node_too_long": (lambda s: s.remove_node("x" * 1025), "node"),

@@ -2,10 +2,13 @@
 // refused with a message.
 #include "fire3dv/scene.h"
 
+#include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <map>
 
 #include "fire3dv/client.hpp"
+#include "fire3dv/markers.h"
 #include "tests/unit/adapters/client_fixture.h"
 
 namespace fire3dv::test {
@@ -111,6 +114,61 @@ TEST_P(ClientScene, CarriesEachKindOfEdit) {
   }));
 }
 
+TEST_P(ClientScene, CarriesMarkers) {
+  SceneRenderer renderer(listener_uri(GetParam()));
+  Stream stream(renderer.link->uri());
+  stream.describe({"a"});
+  stream.publish(5s, std::vector<Pose>(1));
+  const float positions[] = {0, 0, 0, 1, 2, 3}, rotation[] = {0, 0, 1, 0}, size[] = {1, 2, 4};
+  const float parent_from_marker[] = {1, 0, 0, 5, 0, 1, 0, 6, 0, 0, 1, 7};
+  const uint8_t colors[] = {255, 128, 0, 64, 1, 2, 3, 4};
+  fire3dv_marker marker{};
+  marker.struct_size = sizeof marker;
+  marker.kind = FIRE3DV_MARKER_BOXES;
+  marker.width_unit = FIRE3DV_MARKER_LENGTHS;
+  marker.width = 0.5f;
+  marker.flags = FIRE3DV_MARKER_OVERLAID;
+  marker.lifetime_ns = 250;
+  marker.parent = "hand";
+  marker.parent_from_marker = parent_from_marker;
+  marker.positions = positions;
+  marker.position_count = 2;
+  marker.rotations = rotation;
+  marker.rotation_count = 1;
+  marker.sizes = size;
+  marker.size_count = 1;
+  marker.colors = colors;
+  marker.color_count = 2;
+  ASSERT_EQ(fire3dv_set_marker(stream.get(), "grasp/boxes", &marker), FIRE3DV_OK) << fire3dv_last_error();
+  fire3dv_marker nothing{};
+  nothing.struct_size = sizeof nothing;
+  ASSERT_EQ(fire3dv_set_marker(stream.get(), "empty", &nothing), FIRE3DV_OK) << fire3dv_last_error();
+  ASSERT_EQ(fire3dv_set_marker(stream.get(), "gone", &nothing), FIRE3DV_OK);
+  ASSERT_EQ(fire3dv_clear_marker(stream.get(), "gone"), FIRE3DV_OK) << fire3dv_last_error();
+  ASSERT_TRUE(repeat_until([&] {
+    stream.publish(6s, std::vector<Pose>(1));
+    renderer.poll();
+    return renderer.scene_version == 4 && renderer.edits.size() == 3;
+  }));
+  wire::Marker expected;
+  expected.kind = wire::MarkerKind::boxes;
+  expected.width_unit = wire::MarkerUnit::lengths;
+  expected.width = 0.5f;
+  expected.flags = wire::kMarkerOverlaid;
+  expected.lifetime_ns = 250;
+  expected.sim_time_ns = 5'000'000'000;
+  expected.parent = "hand";
+  expected.parent_from_marker = {{1, 0, 0, 5, 0, 1, 0, 6, 0, 0, 1, 7}};
+  expected.positions = {{0, 0, 0}, {1, 2, 3}};
+  expected.rotations = {{0, 0, 1, 0}};
+  expected.sizes = {{1, 2, 4}};
+  expected.colors = {0x400080ff, 0x04030201};
+  using P = wire::Property;
+  EXPECT_EQ(renderer.at("grasp/boxes", P::marker), wire::EditValue(expected));
+  EXPECT_TRUE(std::get<wire::Marker>(renderer.at("empty", P::marker)).positions.empty());
+  EXPECT_EQ(renderer.at("gone", P::marker), wire::EditValue(wire::Cleared{}));
+}
+
 TEST_P(ClientScene, APartialFrameMovesSomeNodes) {
   const std::string scheme = GetParam();
   SceneRenderer renderer(listener_uri(scheme));
@@ -161,7 +219,7 @@ TEST(ClientSceneErrors, WhatIsWrongIsNamed) {
   });
   expect_thrown(kArgument, "positions", [&] { stream.set_vertices("n", {}); });
   expect_thrown(kArgument, "normals", [&] { stream.set_vertices("n", {{0, 0, 0}}, {{0, 0, 1}, {0, 0, 1}}); });
-  expect_thrown(kArgument, "property", [&] { stream.clear("n", 6); });
+  expect_thrown(kArgument, "property", [&] { stream.clear("n", 7); });
   stream.set_vertices("n", std::vector<std::array<float, 3>>(5000));
   expect_thrown(FIRE3DV_ERROR_BUDGET, "budget is 100000",
                 [&] { stream.set_vertices("m", std::vector<std::array<float, 3>>(5000)); });
@@ -183,6 +241,43 @@ TEST(ClientSceneErrors, WhatIsWrongIsNamed) {
   EXPECT_EQ(fire3dv_set_light(stream.get(), "n", nullptr), kArgument);
   fire3dv_camera camera{};
   EXPECT_EQ(fire3dv_set_camera(stream.get(), "n", &camera), kArgument) << "struct_size is not set";
+}
+
+TEST(ClientSceneErrors, WhatIsWrongWithAMarkerIsNamed) {
+  Stream stream(unique_shm_uri(), "test", {}, 100'000);
+  const std::vector<float> positions(30'000);
+  const auto expect_refused = [&](int code, const std::string& text, auto change) {
+    fire3dv_marker marker{};
+    marker.struct_size = sizeof marker;
+    marker.positions = positions.data();
+    marker.position_count = 2;
+    change(marker);
+    EXPECT_EQ(fire3dv_set_marker(stream.get(), "m", &marker), code) << text;
+    EXPECT_NE(std::string(fire3dv_last_error()).find(text), std::string::npos) << fire3dv_last_error();
+  };
+  constexpr int kArgument = FIRE3DV_ERROR_ARGUMENT;
+  expect_refused(kArgument, "struct_size", [](fire3dv_marker& m) { m.struct_size = 8; });
+  expect_refused(kArgument, "marker.kind is 10", [](fire3dv_marker& m) { m.kind = 10; });
+  expect_refused(kArgument, "marker.kind is -1", [](fire3dv_marker& m) { m.kind = -1; });
+  expect_refused(kArgument, "marker.width_unit is 2", [](fire3dv_marker& m) { m.width_unit = 2; });
+  expect_refused(kArgument, "marker.flags is 2", [](fire3dv_marker& m) { m.flags = 2; });
+  expect_refused(kArgument, "width is nan", [](fire3dv_marker& m) { m.width = NAN; });
+  expect_refused(kArgument, "marker.colors and its count", [](fire3dv_marker& m) { m.color_count = 2; });
+  expect_refused(kArgument, "marker.positions and its count", [](fire3dv_marker& m) { m.position_count = 0; });
+  expect_refused(kArgument, "triples", [](fire3dv_marker& m) { m.kind = FIRE3DV_MARKER_TRIANGLES; });
+  expect_refused(FIRE3DV_ERROR_BUDGET, "no budget is above 256 MiB",
+                 [](fire3dv_marker& m) { m.position_count = SIZE_MAX / 2; });
+  expect_refused(FIRE3DV_ERROR_BUDGET, "budget is 100000",
+                 [](fire3dv_marker& m) { m.position_count = 10'000; });
+  fire3dv_marker marker{};
+  marker.struct_size = sizeof marker;
+  EXPECT_EQ(fire3dv_set_marker(stream.get(), "", &marker), kArgument);
+  EXPECT_NE(std::string(fire3dv_last_error()).find("marker's name"), std::string::npos) << fire3dv_last_error();
+  EXPECT_EQ(fire3dv_set_marker(stream.get(), nullptr, &marker), kArgument);
+  EXPECT_EQ(fire3dv_set_marker(stream.get(), "m", nullptr), kArgument);
+  EXPECT_EQ(fire3dv_set_marker(nullptr, "m", &marker), kArgument);
+  EXPECT_EQ(fire3dv_clear_marker(stream.get(), nullptr), kArgument);
+  EXPECT_EQ(fire3dv_clear_marker(nullptr, "m"), kArgument);
 }
 
 }  // namespace

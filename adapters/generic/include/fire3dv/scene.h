@@ -29,7 +29,8 @@ enum {
   FIRE3DV_PROPERTY_LIGHT = 2,
   FIRE3DV_PROPERTY_CAMERA = 3,
   FIRE3DV_PROPERTY_NODE = 4, /* existence of the node: added and removed nodes */
-  FIRE3DV_PROPERTY_VERTICES = 5
+  FIRE3DV_PROPERTY_VERTICES = 5,
+  FIRE3DV_PROPERTY_MARKER = 6 /* fire3dv/markers.h; the name is the marker's */
 };
 
 enum { FIRE3DV_LIGHT_DIRECTIONAL = 0, FIRE3DV_LIGHT_POINT = 1, FIRE3DV_LIGHT_SPOT = 2 };

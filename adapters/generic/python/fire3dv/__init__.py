@@ -17,7 +17,7 @@
     with fire3dv.Robot("arm.urdf").publish("shm://demo") as robot:      # poses from joint positions
         robot.set(shoulder=0.3, elbow=-1.2)
 
-A layer of ctypes over the C library, whose headers fire3dv/client.h, scene.h, image.h and joints.h say what each call
+A layer of ctypes over the C library, whose headers fire3dv/client.h, scene.h, markers.h, image.h and joints.h say what each call
 means: units, frames, threads, waiting. Contiguous float32 (a NumPy array, an array.array("f")) goes into the library without
 a copy; other arrays and nested sequences are converted. Everything that can fail raises fire3dv.Error; a missing
 renderer is not an error. Where the library is looked for stands in README.md, FIRE3DV_CLIENT_LIBRARY in the
@@ -31,10 +31,10 @@ from .live_view import LiveView, show
 from .poses import look_at, pose
 from .renderer import Renderer, find_program
 from .robot import Joint, JointType, Robot, RobotPublisher
-from .status import LightKind, Property, Status, Welcome
+from .status import LightKind, MarkerKind, Property, Status, Welcome
 from .stream import FRAME_DISCONTINUITY, Stream, version
 
-VISIBLE, BASE_COLOR, LIGHT, CAMERA, NODE, VERTICES = Property
+VISIBLE, BASE_COLOR, LIGHT, CAMERA, NODE, VERTICES, MARKER = Property
 DIRECTIONAL, POINT, SPOT = LightKind
 ERROR_ARGUMENT, ERROR_STATE, ERROR_SYSTEM, ERROR_TIMEOUT, ERROR_BUDGET, ERROR_REFUSED = ErrorCode
 
@@ -43,8 +43,8 @@ __all__ = [
     "RefusedError", "RendererError", "RendererNotFound", "SceneWarning", "StateError",
     "Timeout", "ALIASES", "OUTPUTS", "Image", "ImageRequest",
     "LiveView", "show", "Renderer", "find_program", "look_at", "pose", "Joint", "JointType", "Robot", "RobotPublisher",
-    "LightKind", "Property", "Status", "Welcome", "FRAME_DISCONTINUITY", "Stream", "version",
-    "VISIBLE", "BASE_COLOR", "LIGHT", "CAMERA", "NODE", "VERTICES", "DIRECTIONAL", "POINT", "SPOT",
+    "LightKind", "MarkerKind", "Property", "Status", "Welcome", "FRAME_DISCONTINUITY", "Stream", "version",
+    "VISIBLE", "BASE_COLOR", "LIGHT", "CAMERA", "NODE", "VERTICES", "MARKER", "DIRECTIONAL", "POINT", "SPOT",
     "ERROR_ARGUMENT", "ERROR_STATE", "ERROR_SYSTEM", "ERROR_TIMEOUT", "ERROR_BUDGET",
     "ERROR_REFUSED",
 ]

@@ -1,5 +1,5 @@
 """C library: found, loaded and declared on first use. Structures are those of fire3dv/client.h,
-fire3dv/scene.h, fire3dv/image.h and fire3dv/joints.h, field by field."""
+fire3dv/scene.h, fire3dv/markers.h, fire3dv/image.h and fire3dv/joints.h, field by field."""
 import ctypes
 import os
 import re
@@ -52,6 +52,14 @@ class Vertices(Structure):
     _fields_ = [("struct_size", c_size_t), ("positions", c_void_p), ("normals", c_void_p), ("vertex_count", c_size_t)]
 
 
+class Marker(Structure):
+    _fields_ = [("struct_size", c_size_t), ("kind", c_int32), ("width_unit", c_int32), ("width", c_float),
+                ("flags", c_uint32), ("lifetime_ns", c_uint64), ("parent", c_char_p), ("parent_from_marker", c_void_p),
+                ("positions", c_void_p), ("position_count", c_size_t), ("rotations", c_void_p),
+                ("rotation_count", c_size_t), ("sizes", c_void_p), ("size_count", c_size_t), ("colors", c_void_p),
+                ("color_count", c_size_t)]
+
+
 class ImageRequest(Structure):
     _fields_ = [("struct_size", c_size_t), ("node", c_char_p), ("parent_from_camera", c_void_p), ("width", c_uint32),
                 ("height", c_uint32), ("fx", c_float), ("fy", c_float), ("cx", c_float), ("cy", c_float),
@@ -98,6 +106,8 @@ _SIGNATURES: Dict[str, Tuple[Any, List[Any]]] = {
     "fire3dv_remove_node": (c_int, [c_void_p, c_char_p]),
     "fire3dv_set_vertices": (c_int, [c_void_p, c_char_p, POINTER(Vertices)]),
     "fire3dv_clear": (c_int, [c_void_p, c_char_p, c_int]),
+    "fire3dv_set_marker": (c_int, [c_void_p, c_char_p, POINTER(Marker)]),
+    "fire3dv_clear_marker": (c_int, [c_void_p, c_char_p]),
     "fire3dv_request_image": (c_int, [c_void_p, POINTER(ImageRequest), POINTER(c_uint64)]),
     "fire3dv_cancel_image": (c_int, [c_void_p, c_uint64]),
     "fire3dv_wait_image": (c_int, [c_void_p, c_uint64, c_uint32, POINTER(POINTER(Image))]),

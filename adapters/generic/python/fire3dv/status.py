@@ -21,6 +21,20 @@ class Property(IntEnum):
     CAMERA = 3
     NODE = 4  #: existence of the node: added and removed nodes
     VERTICES = 5
+    MARKER = 6  #: the name is the marker's; Stream.clear_marker
+
+
+class MarkerKind(IntEnum):
+    POINTS = 0
+    LINES = 1
+    LINE_STRIP = 2
+    ARROWS = 3
+    AXES = 4
+    BOXES = 5
+    SPHERES = 6
+    CYLINDERS = 7
+    CAPSULES = 8
+    TRIANGLES = 9
 
 
 class LightKind(IntEnum):

@@ -11,6 +11,7 @@ from ._library import check, encoded, library
 from ._numbers import Numbers, real, whole
 from .errors import ArgumentError, ErrorCode, StateError, Timeout, error_of, warn
 from .images import ImageRequests
+from .markers import Markers
 from .status import LightKind, Property, Status
 
 if TYPE_CHECKING:
@@ -36,7 +37,7 @@ def version() -> str:
     return library().fire3dv_version().decode()
 
 
-class Stream(ImageRequests):
+class Stream(ImageRequests, Markers):
     """Publisher of one URI. One thread at a time may use a stream; different streams are independent.
 
     close() or the end of a with statement ends the stream. A missing renderer is no error. Only wait_ack and functions

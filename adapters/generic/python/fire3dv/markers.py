@@ -1,0 +1,214 @@
+"""Marker functions of a Stream: geometry that is shown besides bodies."""
+from __future__ import annotations
+
+import ctypes
+import sys
+from ctypes import byref, c_int32, c_uint8, c_uint64
+from typing import TYPE_CHECKING, Any, List, Optional, Sequence, Tuple, Union
+
+from . import _library as c
+from ._library import check, encoded, library
+from ._numbers import Numbers, real, seconds
+from .errors import ArgumentError, ErrorCode
+from .status import MarkerKind
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+    Array = Union[npt.ArrayLike, Sequence[Any], memoryview]
+else:
+    Array = Any
+
+_OVERLAID = 1
+
+
+def _refuse(sentence: str) -> ArgumentError:
+    return ArgumentError(ErrorCode.ARGUMENT, sentence)
+
+
+class _Colors:
+    """r g b a of 8 bits each. `address` is valid for the lifetime of this object; None for no colours."""
+
+    def __init__(self, colors: Optional[Array], per_color: int = 1) -> None:
+        """per_color: positions that take one colour."""
+        numpy = sys.modules.get("numpy")
+        self.rows = 0
+        self.address: Optional[int] = None
+        if colors is None:
+            return
+        if numpy is not None and hasattr(colors, "__array__"):
+            self._memory = _rgba_array(numpy, numpy.asarray(colors), per_color)
+            self.rows = len(self._memory)
+            self.address = self._memory.ctypes.data if self.rows else None
+            return
+        quads = [quad for quad in _rgba_rows(colors) for _ in range(per_color)]
+        flat = [number for quad in quads for number in quad]
+        self._memory = (c_uint8 * len(flat))(*flat)
+        self.rows = len(quads)
+        self.address = ctypes.addressof(self._memory) if self.rows else None
+
+
+def _rgba_array(numpy: Any, given: Any, per_color: int) -> Any:
+    if given.ndim not in (1, 2) or given.shape[-1] not in (3, 4):
+        raise _refuse(f"colors has the shape {given.shape}; (3,), (4,), (n, 3) or (n, 4) is needed")
+    rows = given.reshape(-1, given.shape[-1])
+    if rows.dtype != numpy.uint8:
+        if rows.dtype.kind not in "fui":
+            raise _refuse(f"colors is an array of {rows.dtype}; numbers from 0 to 1, or uint8, are needed")
+        if rows.size and not (rows.min() >= 0 and rows.max() <= 1):
+            raise _refuse("colors must lie between 0 and 1; of an array of uint8, between 0 and 255")
+        rows = numpy.rint(rows * 255.0).astype(numpy.uint8)
+    if rows.shape[1] == 3:
+        rows = numpy.concatenate([rows, numpy.full((len(rows), 1), 255, numpy.uint8)], axis=1)
+    if per_color > 1 and len(rows) > 1:
+        rows = rows.repeat(per_color, axis=0)
+    return numpy.ascontiguousarray(rows)
+
+
+def _rgba_rows(colors: Any) -> List[Tuple[int, ...]]:
+    try:
+        given = list(colors)
+        nested = given if given and hasattr(given[0], "__iter__") else [given]
+        result = []
+        for color in nested:
+            numbers = [float(number) for number in color]
+            if len(numbers) not in (3, 4) or not all(0 <= number <= 1 for number in numbers):
+                raise _refuse(f"colors has {color!r}; 3 or 4 numbers from 0 to 1 are needed")
+            result.append(tuple(round(255 * number) for number in (numbers + [1.0])[:4]))
+        return result
+    except (TypeError, ValueError) as fault:
+        raise _refuse(f"colors must hold numbers: {fault}") from None
+
+
+def _width(pixels: Optional[float], lengths: Optional[float], default_px: float, name: str) -> Tuple[float, int]:
+    if pixels is not None and lengths is not None:
+        raise _refuse(f"{name}_px and {name}_m are both given; one of them is needed")
+    if lengths is not None:
+        return real(lengths, f"{name}_m"), 1
+    return real(default_px if pixels is None else pixels, f"{name}_px"), 0
+
+
+def _pairs(starts: Array, vectors: Array) -> Any:
+    """Tail and tip of each arrow, one after the other."""
+    numpy = sys.modules.get("numpy")
+    if numpy is not None and hasattr(starts, "__array__"):
+        tails = numpy.asarray(starts, dtype=numpy.float32).reshape(-1, 3)
+        along = numpy.asarray(vectors, dtype=numpy.float32).reshape(-1, 3)
+        if len(tails) != len(along):
+            raise _refuse(f"{len(along)} vectors for {len(tails)} starts")
+        pairs = numpy.empty((len(tails), 2, 3), numpy.float32)
+        pairs[:, 0] = tails
+        numpy.add(tails, along, out=pairs[:, 1])
+        return pairs
+    tail_rows, along_rows = Numbers(starts, (3,), "starts"), Numbers(vectors, (3,), "vectors")
+    if tail_rows.rows != along_rows.rows:
+        raise _refuse(f"{along_rows.rows} vectors for {tail_rows.rows} starts")
+    count = 3 * tail_rows.rows
+    if count == 0:
+        return []
+    tail = (ctypes.c_float * count).from_address(tail_rows.address or 0)
+    vector = (ctypes.c_float * count).from_address(along_rows.address or 0)
+    return [[tail[i:i + 3], [t + v for t, v in zip(tail[i:i + 3], vector[i:i + 3])]] for i in range(0, count, 3)]
+
+
+class Markers:
+    """Marker functions of a Stream. A marker is a scene edit whose key is its name, "namespace/name" by convention.
+
+    Common arguments:
+    colors: one for all or one per position (arrows: per arrow), sRGB with or without alpha: uint8 arrays, or numbers
+        from 0 to 1. None: white. parent: scene node, in whose frame the marker is; None: the stream's frame.
+    parent_from_marker: (3, 4) or (4, 4). lifetime_s: simulator time from the frame published last; 0: until it is
+        replaced or cleared. overlaid: not hidden by surfaces.
+    Contiguous float32 and (n, 4) uint8 arrays are passed to the library without a copy, except by arrows.
+    """
+
+    handle: Any
+
+    def set_marker(self, name: str, kind: Union[MarkerKind, int], positions: Array, *, rotations: Optional[Array] = None,
+                   sizes: Union[Array, float, None] = None, colors: Optional[Array] = None,
+                   width_px: Optional[float] = None, width_m: Optional[float] = None, parent: Optional[str] = None,
+                   parent_from_marker: Optional[Array] = None, lifetime_s: float = 0.0, overlaid: bool = False,
+                   _positions_per_color: int = 1) -> None:
+        """Sets or replaces a marker of any kind; the other functions call this one."""
+        places = Numbers(positions, (3,), "positions")
+        turns = Numbers(rotations if rotations is not None else [], (4,), "rotations")
+        if isinstance(sizes, (int, float)):
+            sizes = [sizes] * 3
+        extents = Numbers(sizes if sizes is not None else [], (3,), "sizes")
+        matrix = Numbers(parent_from_marker if parent_from_marker is not None else [], (3, 4), "parent_from_marker")
+        if matrix.rows > 1:
+            raise _refuse("parent_from_marker must hold 12 numbers")
+        rgba = _Colors(colors, _positions_per_color)
+        width, unit = _width(width_px, width_m, 1.0, "width")
+        lifetime_ns = seconds(lifetime_s, "lifetime_s") * 1e9
+        if lifetime_ns >= 2**63:
+            raise _refuse(f"lifetime_s is {lifetime_s}; at most 292 years are allowed, and 0 has no end")
+        marker = c.Marker(ctypes.sizeof(c.Marker), c_int32(kind), unit, width, _OVERLAID if overlaid else 0,
+                          c_uint64(round(lifetime_ns)), encoded(parent, "parent"), matrix.address, places.address,
+                          places.rows, turns.address, turns.rows, extents.address, extents.rows, rgba.address,
+                          rgba.rows)
+        check(library().fire3dv_set_marker(self.handle, encoded(name, "name"), byref(marker)))
+
+    def clear_marker(self, name: str) -> None:
+        """Removes the marker. A name without a marker is no error."""
+        check(library().fire3dv_clear_marker(self.handle, encoded(name, "name")))
+
+    def points(self, name: str, positions: Array, colors: Optional[Array] = None, size_px: Optional[float] = None,
+               size_m: Optional[float] = None, **common: Any) -> None:
+        """Round points. positions: (n, 3). size_px or size_m: diameter; 5 pixels where both are left out."""
+        width, unit = _width(size_px, size_m, 5.0, "size")
+        self.set_marker(name, MarkerKind.POINTS, positions, colors=colors, **_named(width, unit), **common)
+
+    def lines(self, name: str, positions: Array, colors: Optional[Array] = None, width_px: Optional[float] = None,
+              width_m: Optional[float] = None, **common: Any) -> None:
+        """Segments. positions: (2 n, 3) or (n, 2, 3). The width is 2 pixels where it is left out."""
+        width, unit = _width(width_px, width_m, 2.0, "width")
+        self.set_marker(name, MarkerKind.LINES, positions, colors=colors, **_named(width, unit), **common)
+
+    def line_strip(self, name: str, positions: Array, colors: Optional[Array] = None,
+                   width_px: Optional[float] = None, width_m: Optional[float] = None, **common: Any) -> None:
+        """A line through all positions, (n, 3). The width is 2 pixels where it is left out."""
+        width, unit = _width(width_px, width_m, 2.0, "width")
+        self.set_marker(name, MarkerKind.LINE_STRIP, positions, colors=colors, **_named(width, unit), **common)
+
+    def arrows(self, name: str, starts: Array, vectors: Array, colors: Optional[Array] = None,
+               width_px: Optional[float] = None, width_m: Optional[float] = None, **common: Any) -> None:
+        """Arrows from starts to starts + vectors, both (n, 3). The shaft's diameter is 4 pixels where it is left out."""
+        width, unit = _width(width_px, width_m, 4.0, "width")
+        self.set_marker(name, MarkerKind.ARROWS, _pairs(starts, vectors), colors=colors, **_named(width, unit),
+                        _positions_per_color=2, **common)
+
+    def axes(self, name: str, positions: Array, rotations: Optional[Array] = None, sizes: Union[Array, float] = 0.1,
+             width_px: Optional[float] = None, width_m: Optional[float] = None, **common: Any) -> None:
+        """Frames: x red, y green, z blue. rotations: (n, 4) x y z w. sizes: lengths of the axes."""
+        width, unit = _width(width_px, width_m, 3.0, "width")
+        self.set_marker(name, MarkerKind.AXES, positions, rotations=rotations, sizes=sizes, **_named(width, unit),
+                        **common)
+
+    def boxes(self, name: str, positions: Array, sizes: Union[Array, float] = 0.1, rotations: Optional[Array] = None,
+              colors: Optional[Array] = None, **common: Any) -> None:
+        """Boxes. positions: centres. sizes: full extents, one number, (3,) or (n, 3)."""
+        self.set_marker(name, MarkerKind.BOXES, positions, rotations=rotations, sizes=sizes, colors=colors, **common)
+
+    def spheres(self, name: str, positions: Array, sizes: Union[Array, float] = 0.1,
+                rotations: Optional[Array] = None, colors: Optional[Array] = None, **common: Any) -> None:
+        """Spheres and ellipsoids. sizes: diameters, one number, (3,) or (n, 3)."""
+        self.set_marker(name, MarkerKind.SPHERES, positions, rotations=rotations, sizes=sizes, colors=colors, **common)
+
+    def cylinders(self, name: str, positions: Array, sizes: Array, rotations: Optional[Array] = None,
+                  colors: Optional[Array] = None, **common: Any) -> None:
+        """Cylinders along z. sizes: (3,) or (n, 3): diameters x and y, length."""
+        self.set_marker(name, MarkerKind.CYLINDERS, positions, rotations=rotations, sizes=sizes, colors=colors,
+                        **common)
+
+    def capsules(self, name: str, positions: Array, sizes: Array, rotations: Optional[Array] = None,
+                 colors: Optional[Array] = None, **common: Any) -> None:
+        """Capsules along z. sizes: (3,) or (n, 3): diameters x and y, length without the half spheres."""
+        self.set_marker(name, MarkerKind.CAPSULES, positions, rotations=rotations, sizes=sizes, colors=colors, **common)
+
+    def triangles(self, name: str, positions: Array, colors: Optional[Array] = None, **common: Any) -> None:
+        """Triangles, seen from both sides. positions: (3 n, 3) or (n, 3, 3)."""
+        self.set_marker(name, MarkerKind.TRIANGLES, positions, colors=colors, **common)
+
+
+def _named(width: float, unit: int) -> Any:
+    return {"width_m": width} if unit else {"width_px": width}
