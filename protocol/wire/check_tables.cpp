@@ -175,8 +175,8 @@ class CheckValue {
                    "; widths are in 0 (pixels) or 1 (lengths of the marker's frame)"};
     if (auto good = check_range("width", value.width, {0, most_}); !good) return good;
     if (auto good = check_text("SceneEdit.parent", value.parent, limits_.max_name_bytes); !good) return good;
-    if (auto good =
-            check_poses("SceneEdit.parent_from_marker", {&value.parent_from_marker, 1}, limits_.max_abs_value);
+    if (auto good = check_poses("SceneEdit.parent_from_marker", {&value.parent_from_marker, 1},
+                                limits_.max_abs_value);
         !good)
       return good;
     if (auto good = check_vectors("positions", value.positions, limits_.max_abs_value); !good) return good;

@@ -345,6 +345,8 @@ Result<void> FrameLoop::draw() {
   if (window_) frame_extent_ = window_->image_extent();
   const VkExtent2D extent = frame_extent_;
   passes::FrameRequest request{.extent = extent, .outputs = taken_};
+  scene_.show_markers();
+  request.markers = !options_.outputs.has_planes();  // the colours of a data set are those of its labels
   request.inspection =
       window_ ? window_->take_inspection() : passes::Inspection{options_.debug_view, scene::kNone, {}};
   Result<passes::PreparedFrame> prepared = renderer_.prepare(request);

@@ -327,6 +327,7 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   }
   LiveScene live(**loaded, poses, renderer, *camera,
                  {options.assets, passes::levels_for(options.levels_of_detail), renderer.max_textures()});
+  live.set_shows_markers(options.markers);
   if (*animations) live.set_animations((*animations)->player, (*animations)->chosen);
   if (!options.variant.empty()) {
     if (Result<uint32_t> variant = scene::find_variant((*loaded)->scene, options.variant); variant)

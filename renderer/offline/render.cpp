@@ -261,6 +261,7 @@ Result<bool> Render::draw(const scene::LoadedScene& loaded, const Timeline& time
   app::LiveScene live(
       loaded, poses, *renderer, *camera,
       {drawing_.assets, passes::levels_for(drawing_.levels_of_detail), renderer->max_textures()});
+  live.set_shows_markers(drawing_.markers);
   if (*animations) live.set_animations((*animations)->player, (*animations)->chosen);
   auto streams = RecordedStreams::open([&] { return open_recording(options_); }, timeline, poses);
   if (!streams) return streams.error();

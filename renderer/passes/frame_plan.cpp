@@ -33,8 +33,10 @@ FramePlan plan_frame(const FrameFacts& facts, const ImageOutputs& outputs, const
                      uint32_t views) {
   const ShadowTechnique& technique = facts.shadow_technique;
   // Forward draws continue the samples of compute shading.
+  const bool has_markers = facts.has_markers && views == 1;
+  const bool draws_samples = facts.has_forward_only || has_markers;
   const bool can_compute =
-      facts.raster_path == RasterPath::visibility && (!facts.has_forward_only || facts.can_write_samples);
+      facts.raster_path == RasterPath::visibility && (!draws_samples || facts.can_write_samples);
   FramePlan plan;
   plan.surface_planes = outputs.has_id_planes();
   plan.inspection = inspection.any();
@@ -57,9 +59,10 @@ FramePlan plan_frame(const FrameFacts& facts, const ImageOutputs& outputs, const
   plan.shadow_map_levels_of_detail =
       plan.camera_levels_of_detail && facts.levels_of_detail == LevelsOfDetail::everywhere;
 
-  plan.hdr_samples = plan.compute_shading && (facts.has_forward_only || outputs.has(wire::kColorLinearF16));
+  plan.hdr_samples = plan.compute_shading && (draws_samples || outputs.has(wire::kColorLinearF16));
   if (!plan.shading || views > 1) return plan;  // compute shading has completed images of several views
-  plan.forward = !plan.compute_shading || facts.has_forward_only;
+  plan.forward = !plan.compute_shading || draws_samples;
+  plan.markers = has_markers;
   plan.tone_map = !plan.compute_shading || plan.hdr_samples;
   plan.fxaa_only = !plan.tone_map;
   return plan;

@@ -53,6 +53,7 @@ struct FrameFacts {
   LevelsOfDetail levels_of_detail = LevelsOfDetail::automatic;
   bool scene_has_levels = false;
   bool has_forward_only = false;  // shown blended surfaces, lines or points
+  bool has_markers = false;       // shown markers of streams, in an image that has them
   bool shadows_on = true;
   ShadowTechnique shadow_technique;
   bool is_path_traced = false;  // colours come from the path tracer
@@ -76,6 +77,7 @@ struct FramePlan {
   bool compute_shading = false;  // from the visibility buffer
   bool hdr_samples = false;      // compute shading writes the HDR target, which the tone-map pass resolves
   bool forward = false;          // the whole scene, or forward-only draws over compute shading
+  bool markers = false;          // over all surfaces
   bool tone_map = false;         // compute shading without HDR samples has tone-mapped its pixels itself
   bool path_resolve = false;     // colours from path-traced sums, instead of shading
   bool fxaa_only = false;        // FXAA on the pixels that compute shading has tone-mapped

@@ -92,19 +92,24 @@ void SceneRenderer::drop_old_targets() {
 
 // Edits of this frame may still change the plan; record() then allocates the rest.
 void SceneRenderer::allocate(const FrameRequest& request) {
-  const FramePlan plan = plan_frame(facts(), request.outputs, request.inspection, request.views);
+  const FramePlan plan = plan_frame(facts(request), request.outputs, request.inspection, request.views);
   if (outputs_) outputs_->begin(request.outputs, *gpu_scene_, request.extent, request.views);
   if (plan.visibility_buffer)
     visibility_->allocate(*gpu_scene_, settings_.cull, plan.camera_levels_of_detail);
 }
 
-FrameFacts SceneRenderer::facts() const {
+bool SceneRenderer::shows_markers(const FrameRequest& request) const {
+  return request.markers && markers_ && !markers_->empty();
+}
+
+FrameFacts SceneRenderer::facts(const FrameRequest& request) const {
   FrameFacts facts;
   facts.raster_path = path_;
   facts.can_write_samples = visibility_ && visibility_->can_write_samples();
   facts.levels_of_detail = settings_.levels_of_detail;
   facts.scene_has_levels = gpu_scene_->cluster_instance_count > gpu_scene_->lod0_cluster_instance_count;
   facts.has_forward_only = gpu_scene_->has_forward_only;
+  facts.has_markers = shows_markers(request);
   facts.shadows_on = shadows_on_;
   facts.shadow_technique = shadow_technique_;
   facts.is_path_traced = path_tracer_ != nullptr;

@@ -36,6 +36,18 @@ bool any_soft(const std::vector<scene::PlacedLight>& lights) {
                      [](const scene::PlacedLight& placed) { return is_soft(placed.light); });
 }
 
+// An empty rectangle adds nothing.
+VkRect2D united(const VkRect2D& a, const VkRect2D& b) {
+  if (a.extent.width == 0) return b;
+  if (b.extent.width == 0) return a;
+  const auto right = [](const VkRect2D& r) { return r.offset.x + static_cast<int32_t>(r.extent.width); };
+  const auto bottom = [](const VkRect2D& r) { return r.offset.y + static_cast<int32_t>(r.extent.height); };
+  const VkOffset2D low{std::min(a.offset.x, b.offset.x), std::min(a.offset.y, b.offset.y)};
+  return {low,
+          {static_cast<uint32_t>(std::max(right(a), right(b)) - low.x),
+           static_cast<uint32_t>(std::max(bottom(a), bottom(b)) - low.y)}};
+}
+
 }  // namespace
 
 scene::Levels levels_for(LevelsOfDetail wanted) {
@@ -56,6 +68,7 @@ SceneRenderer::SceneRenderer(gpu::Device& device, const DrawSettings& settings)
       transforms_(device, layout_.get()),
       deform_(device, layout_.get()),
       forward_(device, layout_.get(), samples_),
+      marker_pass_(device, layout_.get(), samples_),
       shadow_technique_(
           settings.path ? ShadowTechnique()  // paths trace shadows themselves
                         : choose_shadow_technique(device, settings.shadows, path_ == RasterPath::visibility)),
@@ -167,9 +180,12 @@ void SceneRenderer::record(const PreparedFrame& prepared, gpu::Recorder& recorde
   const FrameRequest& request = prepared.request();
   FIRE3DV_ASSERT(prepared.number_ == prepared_ && targets_ && views.size() == targets_->views);
   // Edits, transforms and deformed vertices. Edits may show other draws and lights, so the plan comes later.
-  if (request.scene == SceneUpdate::update) update_scene(recorder, staging, poses);
-  const FramePlan plan = plan_frame(facts(), request.outputs, request.inspection, request.views);
+  const bool draws_samples = gpu_scene_->has_forward_only || shows_markers(request);
+  if (request.scene == SceneUpdate::update) update_scene(recorder, staging, poses, draws_samples);
+  const FramePlan plan = plan_frame(facts(request), request.outputs, request.inspection, request.views);
   Frame frame{request, plan, recorder, staging, poses, views, {}};
+  // Markers that are new since the last image.
+  if (plan.markers) marker_pass_.update(recorder, staging, *markers_);
   // Lights and planar casters that were set since the last image.
   shadows_.upload_changes(recorder, staging);
   // Ray lists, early, where their clear delays no other pass.
@@ -190,6 +206,8 @@ void SceneRenderer::record(const PreparedFrame& prepared, gpu::Recorder& recorde
   if (plan.shadow_mask || plan.compute_shading) shade(frame);
   // The whole scene, or blended surfaces, lines and points.
   if (plan.forward) draw_forward(frame);
+  // Points, lines and shapes that streams show besides bodies.
+  if (plan.markers) draw_markers(frame);
   // Colours of the path tracer.
   if (plan.path_resolve) post_process(frame);
   // Tone mapping, resolve and FXAA.
@@ -199,13 +217,13 @@ void SceneRenderer::record(const PreparedFrame& prepared, gpu::Recorder& recorde
 }
 
 void SceneRenderer::update_scene(gpu::Recorder& recorder, gpu::StagingRing& staging,
-                                 const state::PoseState& poses) {
+                                 const state::PoseState& poses, bool draws_forward) {
   has_acceleration_structures_ = false;
   if (edits_ && edit_uploader_.upload(recorder, staging, *gpu_scene_, *scene_, *edits_, shadows_))
     deform_.invalidate_vertices();
   transforms_.record(recorder, staging, *gpu_scene_, poses);
   // Only the raster pipeline sorts draws by winding; compute passes read it from the transforms pass.
-  if (path_ == RasterPath::forward || gpu_scene_->has_forward_only)
+  if (path_ == RasterPath::forward || draws_forward)
     gpu_scene_->update_winding(recorder, staging, *scene_, poses);
   deform_.record(recorder, staging, *gpu_scene_, poses);
 }
@@ -251,6 +269,9 @@ void SceneRenderer::begin_targets(Frame& frame) {
   frame.forward_area =
       is_bounded ? forward_bounds(*gpu_scene_, *scene_, frame.poses, frame.views[0], frame.request.extent)
                  : frame.whole_area();
+  if (is_bounded && plan.markers)
+    frame.forward_area = united(frame.forward_area,
+                                marker_pass_.bounds(*markers_, frame.views[0], frame.request.extent));
   // The linear plane needs the samples of all pixels.
   frame.hdr_area = frame.request.outputs.has(wire::kColorLinearF16) ? frame.whole_area() : frame.forward_area;
 }
@@ -364,6 +385,12 @@ void SceneRenderer::draw_overlays(const Frame& frame) {
                                               image());
   if (inspection.selected != scene::kNone)
     inspector_->outline(frame.recorder, frame.staging, view, inspection.selected, image());
+}
+
+void SceneRenderer::draw_markers(const Frame& frame) {
+  if (frame.forward_area.extent.width == 0) return;
+  marker_pass_.record(frame.recorder, *markers_,
+                      {*targets_, frame.views[0], frame.globals[0], frame.forward_area});
 }
 
 uint32_t SceneRenderer::shadow_mode(bool masked) const {

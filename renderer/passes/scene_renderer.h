@@ -4,12 +4,14 @@
 
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/passes/debug/inspector.h"
 #include "renderer/passes/environment/environment.h"
 #include "renderer/passes/forward/forward_pass.h"
 #include "renderer/passes/frame_plan.h"
+#include "renderer/passes/markers/marker_pass.h"
 #include "renderer/passes/outputs/outputs_pass.h"
 #include "renderer/passes/outputs/planes_and_boxes.h"
 #include "renderer/passes/path/path_pass.h"
@@ -55,6 +57,7 @@ struct FrameRequest {
   ImageOutputs outputs = {};
   Inspection inspection = {};  // for a single view with colours; unavailable parts are ignored
   SceneUpdate scene = SceneUpdate::update;
+  bool markers = false;  // shows those of set_markers(); images of several views have none
 };
 
 // Resource that prepare() could not provide.
@@ -89,6 +92,8 @@ class SceneRenderer {
   void set_scene(const scene::Scene& scene, const scene::Derived& derived);
   // Edits of the current scene, read in each frame. Call it once, before the first frame.
   void set_edits(const scene::SceneEdits& edits) { edits_ = &edits; }
+  // Markers of later images that request them. They are read by prepare() and record().
+  void set_markers(const std::vector<state::ShownMarker>& markers) { markers_ = &markers; }
   // Selects targets of the requested size and allocates most of the memory that record() needs: targets,
   // planes, motion snapshots, cluster lists. Targets of a few small sizes are cached. The error names what is
   // short; then no image can be recorded before another prepare(). Needs a scene.
@@ -139,6 +144,7 @@ class SceneRenderer {
   const GpuScene& gpu_scene() const { return *gpu_scene_; }
   VkSampleCountFlagBits samples() const { return samples_; }
   const ShadowTechnique& shadow_technique() const { return shadow_technique_; }
+  uint64_t uploaded_marker_bytes() const { return marker_pass_.uploaded_bytes(); }
   uint64_t shadow_rays() const { return shadows_.rays_traced(); }  // of a finished frame
   // Counts of a finished frame; zero on the forward path.
   ClusterRaster::Drawn clusters_drawn() const {
@@ -184,11 +190,13 @@ class SceneRenderer {
   Targets& find_or_create_targets(VkExtent2D extent, uint32_t views);
   void drop_old_targets();
   void allocate(const FrameRequest& request);
-  FrameFacts facts() const;
+  FrameFacts facts(const FrameRequest& request) const;
+  bool shows_markers(const FrameRequest& request) const;
   Inspection available(Inspection inspection, const ImageOutputs& outputs) const;
 
   // Passes, in frame order.
-  void update_scene(gpu::Recorder& recorder, gpu::StagingRing& staging, const state::PoseState& poses);
+  void update_scene(gpu::Recorder& recorder, gpu::StagingRing& staging, const state::PoseState& poses,
+                    bool draws_forward);
   void build_acceleration_structures(gpu::Recorder& recorder);
   void record_acceleration_structures(gpu::Recorder& recorder);
   void begin_targets(Frame& frame);
@@ -198,6 +206,7 @@ class SceneRenderer {
   void merge_coverage(const Frame& frame);
   void shade(const Frame& frame);
   void draw_forward(const Frame& frame);
+  void draw_markers(const Frame& frame);
   void post_process(const Frame& frame);
   void draw_overlays(const Frame& frame);
 
@@ -220,6 +229,7 @@ class SceneRenderer {
   TransformsPass transforms_;
   DeformPass deform_;
   ForwardPass forward_;
+  MarkerPass marker_pass_;
   ShadowTechnique shadow_technique_;
   bool shadows_on_ = true;
   bool has_acceleration_structures_ = false;  // those of the current frame are recorded
@@ -234,6 +244,7 @@ class SceneRenderer {
   const scene::Scene* scene_ = nullptr;
   bool may_have_forward_only_ = false;  // has forward-only draws, hidden or not
   const scene::SceneEdits* edits_ = nullptr;
+  const std::vector<state::ShownMarker>* markers_ = nullptr;
   std::unique_ptr<GpuScene> gpu_scene_;
   std::vector<std::unique_ptr<Targets>> target_cache_;  // by size, newest first
   Targets* targets_ = nullptr;                          // the first of them; null: nothing is prepared

@@ -133,6 +133,7 @@ void EditRegistry::count_hiding(const EditInForce& entry, int more) {
 }
 
 void EditRegistry::store(StreamEntry& stream, wire::SceneEdit&& edit, BudgetCharge charge) {
+  if (edit.property == wire::Property::marker) return;  // of no node; see MarkerRegistry
   const Key key(edit.node, edit.property);
   if (edit.property == wire::Property::node) requests_changed(stream.age);
   const auto known = stream.edits.find(key);

@@ -7,6 +7,7 @@
 #include "image_types.h"
 #include "inspect_types.h"
 #include "light_types.h"
+#include "marker_types.h"
 #include "material_types.h"
 #include "output_types.h"
 #include "path_types.h"
@@ -74,7 +75,8 @@ struct Globals {
 };
 
 #ifdef __cplusplus
-static_assert(sizeof(PostPush) <= 128 && sizeof(TransformsPush) <= 128 && sizeof(DeformPush) <= 128);
+static_assert(sizeof(PostPush) <= 128 && sizeof(TransformsPush) <= 128 && sizeof(DeformPush) <= 128 &&
+              sizeof(MarkerPush) <= 128);
 #endif
 
 FIRE3DV_SHARED_END

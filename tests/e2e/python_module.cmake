@@ -35,6 +35,7 @@ if(FIRE3DV_PYTHON AND NOT FIRE3DV_SANITIZE)
       python_renderer_case(robot python_robot_test.py $<TARGET_FILE:fire3dv> $<TARGET_FILE:stream_dump>)
     endif()
     python_renderer_case(images python_images_test.py $<TARGET_FILE:fire3dv>)
+    python_renderer_case(markers python_markers_test.py $<TARGET_FILE:fire3dv>)
     if(TARGET fire3dv-mujoco)  # the converter reads MJCF
       python_renderer_case(mujoco python_mujoco_test.py $<TARGET_FILE:fire3dv>)
     endif()

@@ -75,7 +75,9 @@ bool Observer::take(transport::PeerId peer, std::span<const std::byte> message, 
   }
   const auto found = streams_.find(peer);
   if (const auto* edit = std::get_if<wire::SceneEdit>(&*decoded)) {
-    if (found != streams_.end() && edit->epoch == found->second.epoch) ++found->second.edits;
+    if (found == streams_.end() || edit->epoch != found->second.epoch) return false;
+    ++found->second.edits;
+    if (edit->property == wire::Property::marker) ++found->second.marker_edits;
     return false;
   }
   const auto* frame = std::get_if<wire::PoseFrameView>(&*decoded);
@@ -134,6 +136,7 @@ std::string Observer::text(const transport::ListenerLink& link) const {
                   counted(stream.bytes, "byte").c_str());
     text += line;
     if (stream.edits > 0) text += ", " + counted(stream.edits, "scene edit");
+    if (stream.marker_edits > 0) text += " (" + std::to_string(stream.marker_edits) + " of markers)";
     if (stream.nominal_rate_hz > 0) {
       std::snprintf(line, sizeof line, "; nominal %.1f Hz", stream.nominal_rate_hz);
       text += line;
@@ -175,6 +178,7 @@ std::string Observer::json(const transport::ListenerLink& link) const {
                        {"bytes", stream.bytes},
                        {"missing", stream.missing},
                        {"edits", stream.edits},
+                       {"marker_edits", stream.marker_edits},
                        {"sequence", stream.sequence},
                        {"ages_known", stream.same_clock},
                        {"ages_below_power_of_two_us", ages}});

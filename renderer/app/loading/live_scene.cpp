@@ -62,11 +62,14 @@ bool LiveScene::follow() {
   const bool built = !build_.idle() && show_built();
   const bool varied = show_variant();
   std::vector<state::SceneChanges> changes = poses_.take_scene_changes();
+  const bool has_new_markers = markers_.take_from(changes);
   // The driver of a node may own it, so that its edits win.
   const bool rebound = bindings_seen_ != poses_.binding_revision();
   if (!built && !varied && !user_changed_ && changes.empty() && !can_build() &&
-      (registry_.empty() || !rebound))
+      (registry_.empty() || !rebound)) {
+    updates_ += has_new_markers ? 1 : 0;
     return false;
+  }
   ++updates_;
   bindings_seen_ = poses_.binding_revision();
   // The cost of a replaced scene or of new drivers is not charged to streams.
@@ -436,6 +439,7 @@ void LiveScene::refuse_new(SceneBuild::Built&& built, const std::string& reason)
 
 std::vector<std::string> LiveScene::take_log_messages() {
   std::vector<std::string> messages = registry_.take_log_messages();
+  for (std::string& message : markers_.take_log_messages()) messages.push_back(std::move(message));
   for (std::string& message : std::exchange(log_messages_, {})) messages.push_back(std::move(message));
   const uint32_t without = renderer_.lights_without_shadow();
   if (std::exchange(reported_without_shadow_, without) != without && without > 0)

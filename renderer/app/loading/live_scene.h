@@ -20,6 +20,7 @@
 #include "renderer/scene/model/scene_edits.h"
 #include "renderer/state/animation.h"
 #include "renderer/state/edit_registry.h"
+#include "renderer/state/marker_registry.h"
 
 namespace fire3dv::app {
 
@@ -80,6 +81,11 @@ class LiveScene {
   const scene::Scene& scene() const { return shown().scene; }
   const scene::LoadedScene& loaded() const { return shown(); }
   const scene::SceneEdits& edits() const { return edits_; }
+  // Makes the markers of streams, for the poses shown now, those of the renderer's next images.
+  void show_markers() {
+    if (shows_markers_) renderer_.set_markers(markers_.resolve(poses_, edits_, settled()));
+  }
+  void set_shows_markers(bool shows) { shows_markers_ = shows; }
   const state::EditFaults& faults() const { return registry_.faults(); }
   uint64_t replaced() const { return replaced_; }  // number of replacements of the scene
   uint64_t updates() const { return updates_; }    // rises whenever follow() may have changed the scene
@@ -132,6 +138,8 @@ class LiveScene {
   std::optional<state::AnimationPlayer>* player_ = nullptr;
   std::vector<uint32_t> animations_;
   state::EditRegistry registry_;
+  state::MarkerRegistry markers_;
+  bool shows_markers_ = true;
   scene::SceneEdits edits_;
   UserEdits user_;
   bool user_changed_ = false;

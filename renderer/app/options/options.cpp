@@ -51,7 +51,7 @@ std::optional<std::string> take_window_options(const std::string& stereo, const 
 // Values that parse_options() converts after the whole command line is known.
 struct Texts {
   std::vector<std::string> peer_limits;
-  std::string play = "auto", mark_stale = "auto", watch = "auto";
+  std::string play = "auto", mark_stale = "auto", watch = "auto", markers = "on";
   std::string size = "1280x720", stereo, gui = "on", present = "vsync";
   std::string drake, stream_timeout, outputs, async_compute = "auto";
   std::string raster = "auto", cull = "on", levels_of_detail = "auto";
@@ -157,6 +157,11 @@ void add_stream_options(CLI::App& app, Options& options, Texts& texts, Given& gi
   app.add_option("--mark-stale,--mark-held", texts.mark_stale, "mark images of stalled streams")
       ->check(one_of({"auto", "on", "off"}))
       ->type_name("auto|on|off")
+      ->capture_default_str()
+      ->group(kGroup);
+  app.add_option("--markers", texts.markers, "points, lines and shapes that streams show besides bodies")
+      ->check(one_of({"on", "off"}))
+      ->type_name("on|off")
       ->capture_default_str()
       ->group(kGroup);
   app.add_flag("--lockstep", options.lockstep, "draw and acknowledge every pose frame")->group(kGroup);
@@ -402,6 +407,7 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
   options.levels_of_detail = passes::levels_of_detail_named(texts.levels_of_detail);
   if (texts.play == "latest") options.play.mode = PlayOptions::Mode::latest;
   if (texts.play == "interpolate") options.play.mode = PlayOptions::Mode::interpolate;
+  options.markers = texts.markers == "on";
   if (texts.mark_stale == "on") options.play.mark_held = StaleOverlay::on;
   if (texts.mark_stale == "off") options.play.mark_held = StaleOverlay::off;
   if (given.delay->count() > 0) {

@@ -38,6 +38,7 @@ struct Options {
   PlayOptions play;
   RecordingOptions recording;
   bool lockstep = false;  // one image per pose frame, acknowledged
+  bool markers = true;    // of streams, in images of the window and of the program itself
 
   bool headless = false;
   bool on_request = false;  // renders image requests only

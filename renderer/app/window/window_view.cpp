@@ -27,7 +27,8 @@ Result<void> CameraWindow::draw(passes::SceneRenderer& renderer, const state::Po
   const VkExtent2D extent = window_.framebuffer_extent();
   const Result<passes::PreparedFrame> prepared = renderer.prepare(
       {.extent = extent,
-       .inspection = inspection_of(viewer, clicked_px_, {extent.width, extent.height}, scene_number)});
+       .inspection = inspection_of(viewer, clicked_px_, {extent.width, extent.height}, scene_number),
+       .markers = true});
   if (!prepared) return prepared.error();
   gpu::Recorder& recorder = frames_.begin();
   const float aspect = static_cast<float>(extent.width) / static_cast<float>(extent.height);
@@ -215,7 +216,8 @@ Result<void> WindowView::record(gpu::Recorder& recorder, gpu::StagingRing& stagi
       {.extent = image_extent_,
        .inspection = inspection_of(borrowed_.viewer, clicked_right_px_,
                                    {image_extent_.width, image_extent_.height}, borrowed_.scene.replaced()),
-       .scene = passes::SceneUpdate::reuse});
+       .scene = passes::SceneUpdate::reuse,
+       .markers = true});
   if (!prepared) return prepared.error();
   const float aspect = static_cast<float>(image_extent_.width) / static_cast<float>(image_extent_.height);
   const passes::View view = right_camera_->view(borrowed_.poses, aspect);

@@ -148,6 +148,7 @@ Pipeline create_graphics_pipeline(Device& device, VkPipelineLayout layout,
   attachment.blendEnable = wanted.blend;
   attachment.srcColorBlendFactor = attachment.srcAlphaBlendFactor = VK_BLEND_FACTOR_ONE;
   attachment.dstColorBlendFactor = attachment.dstAlphaBlendFactor = VK_BLEND_FACTOR_ONE_MINUS_SRC_ALPHA;
+  if (wanted.is_display_referred) attachment.srcAlphaBlendFactor = VK_BLEND_FACTOR_ZERO;
   if (wanted.dual_source) {
     attachment.dstColorBlendFactor = VK_BLEND_FACTOR_SRC1_COLOR;
     attachment.dstAlphaBlendFactor = VK_BLEND_FACTOR_SRC1_ALPHA;

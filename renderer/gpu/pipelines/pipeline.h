@@ -43,6 +43,8 @@ struct GraphicsPipelineInfo {
   VkCompareOp depth_compare = VK_COMPARE_OP_GREATER_OR_EQUAL;
   bool blend = false;        // premultiplied alpha over
   bool dual_source = false;  // blending: the shader's second colour scales the background
+  // Blending: the target's alpha, the share of scene-referred light, becomes less.
+  bool is_display_referred = false;
   bool alpha_to_coverage = false;
 };
 // Cull mode, front face, viewport and scissor are dynamic.

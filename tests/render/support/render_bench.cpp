@@ -74,7 +74,7 @@ passes::PreparedFrame RenderBench::prepare(passes::FrameRequest request) {
 }
 
 void RenderBench::record_and_submit(const state::PoseState& poses, const passes::View& view) {
-  const passes::PreparedFrame prepared = prepare();
+  const passes::PreparedFrame prepared = prepare({.markers = shows_markers_});
   if (renderer_.traces_paths()) renderer_.trace_paths(prepared, poses, view);
   gpu::Recorder& recorder = frames_.begin();
   renderer_.record(prepared, recorder, frames_.staging(), poses, view);

@@ -6,6 +6,8 @@
 
 #include <cstring>
 #include <memory>
+#include <span>
+#include <vector>
 
 #include "renderer/gpu/device/device.h"
 #include "renderer/gpu/frame_ring.h"
@@ -59,6 +61,11 @@ class RenderBench {
   std::vector<sinks::FrameImage> draw_on(state::PoseState& poses, const std::vector<state::RestPose>& moved);
   // Sets the stream condition that marks later images.
   void set_condition(state::Condition condition) { condition_ = condition; }
+  // Shows these markers in later images of draw(). Null: none are requested.
+  void set_markers(const std::vector<state::ShownMarker>* markers) {
+    shows_markers_ = markers != nullptr;
+    if (markers) renderer_.set_markers(*markers);
+  }
   // Sets the size of later images and allocates their targets.
   void set_size(VkExtent2D extent);
   // Prepares an image of this size; fails the test without memory.
@@ -75,6 +82,7 @@ class RenderBench {
   passes::SceneRenderer renderer_;
   gpu::ReadbackRing<int> readback_;
   VkExtent2D extent_{};
+  bool shows_markers_ = false;
   state::Condition condition_ = state::Condition::live;
 };
 

@@ -66,6 +66,7 @@ TEST_P(Inspect, CountsFramesGapsAndAges) {
   edit.epoch = 5;
   edit.version = 1;
   edit.node = "x";
+  edit.property = wire::Property::marker;
   edit.value = wire::Cleared{};
   const wire::Bytes edit_message = wire::encode(edit);
   publisher->send_control(edit_message);
@@ -77,6 +78,7 @@ TEST_P(Inspect, CountsFramesGapsAndAges) {
   EXPECT_EQ(json["streams"][0]["name"], "a simulator");
   EXPECT_EQ(json["streams"][0]["missing"], 3);
   EXPECT_EQ(json["streams"][0]["edits"], 1);
+  EXPECT_EQ(json["streams"][0]["marker_edits"], 1);
   EXPECT_EQ(json["not_understood"], 1);
   EXPECT_EQ(json["rejected"]["bad_key"], 0);
   uint64_t ages = 0;
@@ -84,6 +86,7 @@ TEST_P(Inspect, CountsFramesGapsAndAges) {
   EXPECT_EQ(ages, 5u) << "each frame has one age";
   const std::string text = observer.text(*listener.link);
   EXPECT_NE(text.find("\"a simulator\": 2 nodes"), std::string::npos);
+  EXPECT_NE(text.find("1 scene edit (1 of markers)"), std::string::npos) << text;
   EXPECT_NE(text.find("half below"), std::string::npos) << text;
   EXPECT_NE(text.find(" us        "), std::string::npos) << text;
   EXPECT_NE(text.find("########"), std::string::npos) << "the fullest bar is as long as any may be: " << text;

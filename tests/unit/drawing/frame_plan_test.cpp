@@ -54,6 +54,22 @@ TEST(FramePlan, ForwardOnlyDrawsContinueTheSamplesOfComputeShading) {
   EXPECT_FALSE(plan.compute_shading || plan.hdr_samples || plan.visibility_buffer || plan.shadow_mask);
 }
 
+TEST(FramePlan, MarkersAreDrawnOverTheSamplesOfComputeShading) {
+  FrameFacts facts = lit_scene();
+  EXPECT_FALSE(plan_frame(facts, {}, {}).markers);
+  facts.has_markers = true;
+  FramePlan plan = plan_frame(facts, {}, {});
+  EXPECT_TRUE(plan.compute_shading && plan.hdr_samples && plan.forward && plan.markers && plan.tone_map);
+  EXPECT_FALSE(plan_frame(facts, only(wire::kDepthF32), {}).markers);
+  plan = plan_frame(facts, {}, {}, 2);
+  EXPECT_FALSE(plan.markers || plan.hdr_samples) << "images of several views have none";
+  EXPECT_TRUE(plan.compute_shading);
+  facts.can_write_samples = false;
+  plan = plan_frame(facts, {}, {});
+  EXPECT_TRUE(plan.forward && plan.markers && plan.tone_map);
+  EXPECT_FALSE(plan.compute_shading);
+}
+
 TEST(FramePlan, TheForwardPathHasNoVisibilityBufferExceptForARayTracingPipeline) {
   FrameFacts facts = lit_scene();
   facts.raster_path = RasterPath::forward;

@@ -76,6 +76,10 @@ TEST_F(ShaderLayout, TheFirstAndLastMembersAndAllThatFollowAGapLieAlike) {
   EXPECT_SAME_OFFSET(AffineRows, row2);
   EXPECT_SAME_OFFSET(NodeSource, stream);
   EXPECT_SAME_OFFSET(NodeSource, pose_index);
+  EXPECT_SAME_OFFSET(MarkerPush, globals);
+  EXPECT_SAME_OFFSET(MarkerPush, world_from_marker);
+  EXPECT_SAME_OFFSET(MarkerPush, width);
+  EXPECT_SAME_OFFSET(MarkerPush, rings);
   EXPECT_SAME_OFFSET(StreamSource, poses);
   EXPECT_SAME_OFFSET(StreamSource, world_from_stream);
   EXPECT_SAME_OFFSET(TextureUse, uv_rows);

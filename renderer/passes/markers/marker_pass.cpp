@@ -1,0 +1,322 @@
+#include "renderer/passes/markers/marker_pass.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+#include "shaders/shared/types.h"
+
+namespace fire3dv::passes {
+namespace {
+
+using gpu::Use;
+using wire::Marker;
+using wire::MarkerKind;
+namespace access = gpu::access;
+
+static_assert(FIRE3DV_MARKER_TRIANGLES == static_cast<uint32_t>(MarkerKind::triangles));
+static_assert(FIRE3DV_MARKER_AXES == static_cast<uint32_t>(MarkerKind::axes));
+
+constexpr VkDeviceSize kAlignment = 16;
+constexpr VkDeviceSize kMinCapacity = VkDeviceSize{64} << 10;
+
+VkDeviceSize aligned(VkDeviceSize bytes) {
+  return (bytes + kAlignment - 1) / kAlignment * kAlignment;
+}
+
+template <typename Element>
+VkDeviceSize bytes_of(const std::vector<Element>& elements) {
+  return elements.size() * sizeof(Element);
+}
+
+glm::vec3 position_of(const Marker& marker, size_t index) {
+  return {marker.positions[index][0], marker.positions[index][1], marker.positions[index][2]};
+}
+
+scene::Box box_of(const Marker& marker) {
+  scene::Box box;
+  for (size_t i = 0; i < marker.positions.size(); ++i) box.add(position_of(marker, i));
+  float extent = 0;  // of the largest element, in any direction
+  for (const auto& size : marker.sizes)
+    extent = std::max(extent, std::hypot(size[0], size[1], size[2] + std::max(size[0], size[1])));
+  box.low -= extent;
+  box.high += extent;
+  return box;
+}
+
+// Levels of detail: round shapes in great numbers are small.
+struct Detail {
+  uint32_t segments, rings;
+};
+Detail detail_of(const Marker& marker) {
+  if (marker.positions.size() > 10'000) return {6, 4};
+  if (marker.positions.size() > 500) return {12, 6};
+  return {24, 12};
+}
+
+// Mean scale of a transform.
+float scale_of(const glm::mat4& transform) {
+  return std::cbrt(std::abs(glm::determinant(glm::mat3(transform))));
+}
+
+float world_width(const state::ShownMarker& shown) {
+  return shown.marker->width * scale_of(shown.world_from_marker);
+}
+
+// Vertices and instances of a draw.
+std::pair<uint32_t, uint32_t> counts_of(const Marker& marker) {
+  const auto count = static_cast<uint32_t>(marker.positions.size());
+  const auto [segments, rings] = detail_of(marker);
+  switch (marker.kind) {
+    case MarkerKind::points:
+      return {6 * count, 1};
+    case MarkerKind::lines:
+      return {3 * count, 1};
+    case MarkerKind::line_strip:
+      return {6 * (count - 1), 1};
+    case MarkerKind::arrows:
+      return {15 * segments, count / 2};
+    case MarkerKind::axes:
+      return {18 * count, 1};
+    case MarkerKind::boxes:
+      return {36, count};
+    case MarkerKind::spheres:
+      return {6 * segments * rings, count};
+    case MarkerKind::cylinders:
+      return {12 * segments, count};
+    case MarkerKind::capsules:
+      return {6 * segments * (rings + 1), count};
+    case MarkerKind::triangles:
+      return {count, 1};
+  }
+  return {0, 0};
+}
+
+bool is_closed(MarkerKind kind) {
+  return kind == MarkerKind::arrows || (kind >= MarkerKind::boxes && kind <= MarkerKind::capsules);
+}
+
+glm::vec4 row_of(const glm::mat4& matrix, int row) {
+  return {matrix[0][row], matrix[1][row], matrix[2][row], matrix[3][row]};
+}
+
+}  // namespace
+
+MarkerPass::Place MarkerPass::place_after(VkDeviceSize begin, const Marker& marker) {
+  Place place;
+  place.positions = aligned(begin);
+  place.rotations = aligned(place.positions + bytes_of(marker.positions));
+  place.sizes = aligned(place.rotations + bytes_of(marker.rotations));
+  place.colors = aligned(place.sizes + bytes_of(marker.sizes));
+  place.end = place.colors + bytes_of(marker.colors);
+  return place;
+}
+
+void MarkerPass::write(gpu::StagingRing& staging, const Marker& marker, const Place& place,
+                       std::vector<VkBufferCopy>& copies, std::vector<VkBuffer>& sources) {
+  const gpu::StagingRing::Piece piece = staging.allocate(place.end - place.positions);
+  const auto copy = [&](const auto& elements, VkDeviceSize offset) {
+    if (!elements.empty())
+      std::memcpy(piece.mapped + (offset - place.positions), elements.data(), bytes_of(elements));
+  };
+  copy(marker.positions, place.positions);
+  copy(marker.rotations, place.rotations);
+  copy(marker.sizes, place.sizes);
+  copy(marker.colors, place.colors);
+  copies.push_back({piece.offset, place.positions, place.end - place.positions});
+  sources.push_back(piece.buffer);
+  uploaded_bytes_ += place.end - place.positions;
+}
+
+void MarkerPass::update(gpu::Recorder& recorder, gpu::StagingRing& staging,
+                        std::span<const state::ShownMarker> markers) {
+  std::map<uint64_t, Place> kept;
+  std::vector<const state::ShownMarker*> added;
+  VkDeviceSize needed = 0, end = end_;
+  for (const state::ShownMarker& shown : markers) {
+    const auto known = places_.find(shown.id);
+    if (known == places_.end()) {
+      added.push_back(&shown);
+    } else {
+      kept.insert(*known);
+    }
+    needed = place_after(needed, *shown.marker).end;
+  }
+  for (const state::ShownMarker* shown : added) end = place_after(end, *shown->marker).end;
+  places_ = std::move(kept);
+  if (added.empty()) return;
+  if (end > capacity_) {
+    // Starts over with all markers. Half of the buffer stays free, so that this is seldom.
+    if (2 * needed > capacity_) {
+      capacity_ = std::max(kMinCapacity, 2 * needed);
+      elements_ =
+          gpu::create_buffer(device_, capacity_, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
+    }
+    places_.clear();
+    added.clear();
+    for (const state::ShownMarker& shown : markers) added.push_back(&shown);
+    end_ = 0;
+  }
+  std::vector<VkBufferCopy> copies;
+  std::vector<VkBuffer> sources;
+  for (const state::ShownMarker* shown : added) {
+    const Marker& marker = *shown->marker;
+    Place place = place_after(end_, marker);
+    end_ = place.end;
+    const bool has_colors = marker.kind != MarkerKind::axes;
+    place.is_opaque = !has_colors || std::all_of(marker.colors.begin(), marker.colors.end(),
+                                                 [](uint32_t color) { return color >> 24 == 0xff; });
+    place.box = box_of(marker);
+    write(staging, marker, place, copies, sources);
+    places_.insert_or_assign(shown->id, place);
+  }
+  recorder.pass("marker upload", {Use(elements_, access::transfer_write)}, [&](VkCommandBuffer commands) {
+    for (size_t i = 0; i < copies.size(); ++i)
+      vkCmdCopyBuffer(commands, sources[i], elements_.get(), 1, &copies[i]);
+  });
+}
+
+VkRect2D MarkerPass::bounds(std::span<const state::ShownMarker> markers, const View& view,
+                            VkExtent2D extent) const {
+  const VkRect2D whole{{0, 0}, extent};
+  const glm::vec2 size(extent.width, extent.height);
+  glm::vec2 low = size, high(0);
+  for (const state::ShownMarker& shown : markers) {
+    const auto place = places_.find(shown.id);
+    if (place == places_.end()) continue;
+    const Marker& marker = *shown.marker;
+    scene::Box box = place->second.box;
+    constexpr float kWidest = 2;  // heads of arrows are wider than their shafts
+    const bool is_in_pixels = marker.width_unit == wire::MarkerUnit::pixels;
+    if (!is_in_pixels) {
+      box.low -= kWidest * marker.width;
+      box.high += kWidest * marker.width;
+    }
+    const float margin = is_in_pixels ? kWidest * marker.width + 2 : 2;
+    const glm::mat4 clip_from_marker = view.clip_from_world * shown.world_from_marker;
+    for (int i = 0; i < 8; ++i) {
+      const glm::vec3 corner(i & 1 ? box.high.x : box.low.x, i & 2 ? box.high.y : box.low.y,
+                             i & 4 ? box.high.z : box.low.z);
+      const glm::vec4 clip = clip_from_marker * glm::vec4(corner, 1);
+      if (!(clip.w > 0) || !(clip.z <= clip.w)) return whole;
+      const glm::vec2 pixel = (glm::vec2(clip) / clip.w * 0.5f + 0.5f) * size;
+      if (!std::isfinite(pixel.x + pixel.y)) return whole;
+      low = glm::min(low, pixel - margin);
+      high = glm::max(high, pixel + margin);
+    }
+  }
+  low = glm::clamp(glm::floor(low), glm::vec2(0), size);
+  high = glm::clamp(glm::ceil(high), glm::vec2(0), size);
+  if (!(low.x < high.x && low.y < high.y)) return {{0, 0}, {0, 0}};
+  return {{static_cast<int32_t>(low.x), static_cast<int32_t>(low.y)},
+          {static_cast<uint32_t>(high.x - low.x), static_cast<uint32_t>(high.y - low.y)}};
+}
+
+const gpu::Pipeline& MarkerPass::pipeline(Layer layer, bool is_disc) {
+  gpu::Pipeline& known = pipelines_[2 * static_cast<size_t>(layer) + (is_disc ? 1 : 0)];
+  if (known) return known;
+  gpu::GraphicsPipelineInfo info;
+  info.vertex_shader = "marker.vert";
+  info.fragment_shader = !is_disc                            ? "marker.frag"
+                         : samples_ == VK_SAMPLE_COUNT_4_BIT ? "marker_disc_4.frag"
+                                                             : "marker_disc.frag";
+  info.samples = samples_;
+  info.color_format = VK_FORMAT_R16G16B16A16_SFLOAT;
+  info.blend = true;
+  info.is_display_referred = true;
+  info.depth_write = layer == Layer::opaque;
+  if (layer == Layer::overlaid) info.depth_compare = VK_COMPARE_OP_ALWAYS;
+  known = gpu::create_graphics_pipeline(device_, layout_, info);
+  return known;
+}
+
+void MarkerPass::record(gpu::Recorder& recorder, std::span<const state::ShownMarker> markers,
+                        const Frame& frame) {
+  std::vector<std::pair<const state::ShownMarker*, const Place*>> opaque, blended, overlaid;
+  for (const state::ShownMarker& shown : markers) {
+    const auto place = places_.find(shown.id);
+    if (place == places_.end()) continue;
+    auto& layer = (shown.marker->flags & wire::kMarkerOverlaid) != 0 ? overlaid
+                  : place->second.is_opaque                           ? opaque
+                                                                      : blended;
+    layer.emplace_back(&shown, &place->second);
+  }
+  // Back to front.
+  const auto distance = [&](const auto& entry) {
+    const scene::Box& box = entry.second->box;
+    const glm::vec4 center(0.5f * (box.low + box.high), 1);
+    const glm::vec3 offset = glm::vec3(entry.first->world_from_marker * center) - frame.view.eye_world;
+    return glm::dot(offset, offset);
+  };
+  const auto is_behind = [&](const auto& a, const auto& b) { return distance(a) > distance(b); };
+  std::stable_sort(blended.begin(), blended.end(), is_behind);
+  std::stable_sort(overlaid.begin(), overlaid.end(), is_behind);
+  const std::vector<Use> uses{Use(elements_, access::draw_read),
+                              Use(frame.targets.depth, access::depth_target),
+                              Use(frame.targets.hdr, access::color_target)};
+  recorder.pass("markers", uses, [&](VkCommandBuffer commands) {
+    VkRenderingAttachmentInfo color{VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO};
+    color.imageView = frame.targets.hdr.view.get();
+    color.imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL;
+    color.loadOp = VK_ATTACHMENT_LOAD_OP_LOAD;
+    color.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
+    VkRenderingAttachmentInfo depth{VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO};
+    depth.imageView = frame.targets.depth.view.get();
+    depth.imageLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL;
+    depth.loadOp = VK_ATTACHMENT_LOAD_OP_LOAD;
+    depth.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
+    VkRenderingInfo rendering{VK_STRUCTURE_TYPE_RENDERING_INFO};
+    rendering.renderArea = frame.area;
+    rendering.layerCount = 1;
+    rendering.colorAttachmentCount = 1;
+    rendering.pColorAttachments = &color;
+    rendering.pDepthAttachment = &depth;
+    vkCmdBeginRendering(commands, &rendering);
+    const VkExtent2D extent = frame.targets.extent;
+    const VkViewport viewport{
+        0, 0, static_cast<float>(extent.width), static_cast<float>(extent.height), 0, 1};
+    vkCmdSetViewport(commands, 0, 1, &viewport);
+    vkCmdSetScissor(commands, 0, 1, &rendering.renderArea);
+    for (const auto& [shown, place] : opaque) draw(commands, *shown, *place, Layer::opaque, frame);
+    for (const auto& [shown, place] : blended) draw(commands, *shown, *place, Layer::blended, frame);
+    for (const auto& [shown, place] : overlaid) draw(commands, *shown, *place, Layer::overlaid, frame);
+    vkCmdEndRendering(commands);
+  });
+}
+
+void MarkerPass::draw(VkCommandBuffer commands, const state::ShownMarker& shown, const Place& place,
+                      Layer layer, const Frame& frame) {
+  const Marker& marker = *shown.marker;
+  const glm::mat4& world_from_marker = shown.world_from_marker;
+  gpu_types::MarkerPush push{};
+  push.globals = frame.globals;
+  push.positions = elements_.address + place.positions;
+  if (!marker.rotations.empty()) push.rotations = elements_.address + place.rotations;
+  if (!marker.sizes.empty()) push.sizes = elements_.address + place.sizes;
+  if (!marker.colors.empty()) push.colors = elements_.address + place.colors;
+  push.world_from_marker = {row_of(world_from_marker, 0), row_of(world_from_marker, 1),
+                            row_of(world_from_marker, 2)};
+  const bool is_in_pixels = marker.width_unit == wire::MarkerUnit::pixels;
+  push.width = is_in_pixels ? marker.width : world_width(shown);
+  push.kind = static_cast<uint32_t>(marker.kind);
+  if (!is_in_pixels) push.flags |= FIRE3DV_MARKER_WIDTH_IN_LENGTHS;
+  if (marker.rotations.size() > 1) push.flags |= FIRE3DV_MARKER_ROTATION_EACH;
+  if (marker.sizes.size() > 1) push.flags |= FIRE3DV_MARKER_SIZE_EACH;
+  if (marker.colors.size() > 1) push.flags |= FIRE3DV_MARKER_COLOR_EACH;
+  const Detail detail = detail_of(marker);
+  push.segments = detail.segments;
+  push.rings = detail.rings;
+  // Arrows are built in the world, where nothing is mirrored.
+  const bool is_mirrored =
+      glm::determinant(glm::mat3(world_from_marker)) < 0 && marker.kind != MarkerKind::arrows;
+  const auto [vertices, instances] = counts_of(marker);
+  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS,
+                    pipeline(layer, marker.kind == MarkerKind::points).get());
+  vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
+  vkCmdSetCullMode(commands, is_closed(marker.kind) ? VK_CULL_MODE_BACK_BIT : VK_CULL_MODE_NONE);
+  vkCmdSetFrontFace(commands, is_mirrored ? VK_FRONT_FACE_CLOCKWISE : VK_FRONT_FACE_COUNTER_CLOCKWISE);
+  vkCmdDraw(commands, vertices, instances, 0, 0);
+}
+
+}  // namespace fire3dv::passes

@@ -1,0 +1,39 @@
+// Parameters of the marker pass. The kinds are those of the wire's MarkerKind.
+#ifndef FIRE3DV_SHARED_MARKER_TYPES_H
+#define FIRE3DV_SHARED_MARKER_TYPES_H
+#include "basics.h"
+
+FIRE3DV_SHARED_BEGIN
+
+#define FIRE3DV_MARKER_POINTS 0u
+#define FIRE3DV_MARKER_LINES 1u
+#define FIRE3DV_MARKER_LINE_STRIP 2u
+#define FIRE3DV_MARKER_ARROWS 3u
+#define FIRE3DV_MARKER_AXES 4u
+#define FIRE3DV_MARKER_BOXES 5u
+#define FIRE3DV_MARKER_SPHERES 6u
+#define FIRE3DV_MARKER_CYLINDERS 7u
+#define FIRE3DV_MARKER_CAPSULES 8u
+#define FIRE3DV_MARKER_TRIANGLES 9u
+
+#define FIRE3DV_MARKER_WIDTH_IN_LENGTHS 1u
+#define FIRE3DV_MARKER_ROTATION_EACH 2u  // one rotation per position; else one for all
+#define FIRE3DV_MARKER_SIZE_EACH 4u
+#define FIRE3DV_MARKER_COLOR_EACH 8u
+
+struct MarkerPush {
+  FIRE3DV_ADDRESS globals;
+  FIRE3DV_ADDRESS positions;  // vec3[], marker space
+  FIRE3DV_ADDRESS rotations;  // vec4[], quaternions; 0: none
+  FIRE3DV_ADDRESS sizes;      // vec3[]; 0: none
+  FIRE3DV_ADDRESS colors;     // uint[], sRGB and alpha; 0: white
+  AffineRows world_from_marker;
+  float width;  // pixels, or world lengths with FIRE3DV_MARKER_WIDTH_IN_LENGTHS
+  uint kind;
+  uint flags;
+  uint segments;  // of round shapes, around z
+  uint rings;     // of spheres and of both halves of capsules; even
+};
+
+FIRE3DV_SHARED_END
+#endif

@@ -1,0 +1,131 @@
+"""End-to-end test of markers: the example of docs/markers.md is shown, recorded and replayed, and requested images have
+none.
+
+python_markers_test.py FIRE3DV [CASE...]
+"""
+import os
+import subprocess
+import sys
+
+import numpy
+
+import fire3dv
+from harness import HANG_S, main, shown
+from image_reader import SIZE, check, write_scene
+from readme_commands import code_blocks
+
+ROOT = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../.."))
+CAMERA = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 50]  # of the test scene: a unit at z = 0 is a pixel
+MAGENTA = (255, 0, 255)
+
+
+def at(picture, x, y):
+    """Colour at a place of the scene's plane z = 0, which has its origin at the corner of four pixels."""
+    row, column = SIZE[1] // 2 - 1 - y, SIZE[0] // 2 + x
+    return tuple(picture.rows[row][3 * column:3 * column + 3])
+
+
+def raised(text, call):
+    try:
+        call()
+    except fire3dv.ArgumentError as error:
+        check(text in str(error), f"{text!r} is not in: {error}")
+        return
+    raise AssertionError(f"nothing was raised, expected: {text}")
+
+
+def shows(test):
+    """Shown in the program's own images, not in requested ones; recorded, counted and replayed."""
+    uri, path = test.fresh_uri("tcp"), test.path("markers.mcap")
+    renderer = test.renderer("--lockstep", "--exit-when-done", "--record", path, "--fxaa", "off", listen=[uri])
+    with fire3dv.Stream(renderer.uris()[0], adapter_name="arm") as stream:
+        stream.describe(["red"])
+        stream.points("a/point", [[-30.5, -20.5, 0]], colors=(1, 0, 1), size_px=9)
+        stream.boxes("a/box", [[0, 0, 0]], sizes=10, colors=(1, 1, 0), parent="red")
+
+        def publish(sim_time_ns, x):
+            sequence = stream.publish(sim_time_ns, [fire3dv.pose((x, 0, 0))])
+            check(stream.wait_ack(sequence, int(1000 * HANG_S)), f"frame {sequence} was not shown")
+            return renderer.wait_frame(f"frame {sequence}", lambda f: shown(f, "arm") and shown(f, "arm")["sequence"] == sequence)
+
+        first = renderer.picture(publish(0, 10))
+        check(at(first, -31, -21) == MAGENTA and at(first, -28, -21) == MAGENTA, f"no point: {at(first, -31, -21)}")
+        check(at(first, -37, -21) != MAGENTA, "the point is larger than 9 pixels")
+        yellow = at(first, 10, -2)
+        check(yellow[0] > 240 and yellow[1] > 240 and yellow[2] < 10, f"no box at its parent: {yellow}")
+        with stream.request_image(*SIZE, parent_from_camera=CAMERA, fx=50).wait(HANG_S) as image:
+            check(not (image.color[..., :3] == MAGENTA).all(axis=-1).any(), "a requested image has markers")
+        stream.clear_marker("a/point")
+        stream.lines("a/line", [[-40, 20.5, 0], [-20, 20.5, 0]], colors=(1, 0, 1), width_px=3, lifetime_s=1)
+        second = renderer.picture(publish(500_000_000, 20))
+        check(at(second, -31, -21) != MAGENTA, "a cleared marker is shown")
+        check(at(second, -30, 20) == MAGENTA, "no line")
+        check(at(second, 20, -2) == yellow and at(second, 10, -2) != yellow, "the box does not follow its parent")
+        third = renderer.picture(publish(1_500_000_000, 20))
+        check(at(third, -30, 20) != MAGENTA, "the line has outlived its lifetime")
+    renderer.expect_exit()
+    check(not [line for line in renderer.err if "warning" in line and "marker" in line], renderer.stderr_text())
+
+    again = test.renderer("--step", "--exit-when-done", "--fxaa", "off", "--replay", path)
+    again.expect_exit()
+    replayed = {shown(f, "arm")["sequence"]: again.picture(f).rows for f in again.frames() if shown(f, "arm")}
+    check([replayed[s] == p.rows for s, p in enumerate((first, second, third), 1)] == [True] * 3, "the replay differs")
+    hidden = test.renderer("--step", "--exit-when-done", "--fxaa", "off", "--markers", "off", "--replay", path)
+    hidden.expect_exit()
+    check(all(at(hidden.picture(f), -31, -21) != MAGENTA for f in hidden.frames()), "--markers off shows them")
+
+
+def example(test):
+    """The example of docs/markers.md."""
+    with open(os.path.join(ROOT, "docs/markers.md"), encoding="utf-8") as file:
+        snippet = code_blocks(file.read(), "python")[0]
+    uri = test.fresh_uri("shm")
+    check(snippet.count("shm://demo") == 1, snippet)
+    write_scene(test.path("foot.glb"), squares={"foot": ((1, 0, 0), 30)}, place=0)
+    renderer = test.renderer("--fxaa", "off", scene=test.path("foot.glb"), listen=[uri])
+    renderer.uris()
+    process = subprocess.Popen([sys.executable, "-W", "error", "-c", snippet.replace("shm://demo", uri)],
+                               stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    try:
+        frame = renderer.wait_frame("the example's frame", lambda f: shown(f, "walker"))
+        rows = b"".join(renderer.picture(frame).rows)
+        colours = {rows[i:i + 3] for i in range(0, len(rows), 3)}
+        check(len(colours) > 15, f"only {len(colours)} colours: the cloud, a few pixels here, is missing")
+        text, _ = process.communicate("\n", timeout=HANG_S)
+    finally:
+        process.kill()
+    check(process.returncode == 0, text)
+    check(not renderer.find_err("is not shown"), renderer.stderr_text())
+    renderer.stop()
+
+
+def arguments(test):
+    """Colours and arrays in their forms; errors that name the argument."""
+    with fire3dv.Stream(test.fresh_uri("shm")) as stream:
+        cloud = numpy.zeros((3, 3), numpy.float32)
+        stream.points("a", cloud, numpy.zeros((3, 4), numpy.uint8))
+        stream.points("a", cloud, numpy.zeros((3, 3)), size_m=0.1)
+        stream.points("a", [[0, 0, 0]], [(1, 0, 0)])
+        stream.points("a", cloud, (1, 0, 0, 0.5), parent="x", lifetime_s=0.5, overlaid=True)
+        stream.arrows("a", cloud, cloud + 1, colors=numpy.zeros((3, 3)))
+        stream.arrows("a", [[0, 0, 0]], [[0, 0, 1]], colors=[(0, 0, 1)])
+        stream.lines("a", numpy.zeros((4, 2, 3), numpy.float32), width_m=0.1)
+        stream.axes("a", cloud, sizes=numpy.ones((3, 3), numpy.float32))
+        stream.spheres("a", cloud, 0.5)
+        stream.cylinders("a", cloud, [1, 1, 2], rotations=[0, 0, 0, 1])
+        stream.capsules("a", cloud, [1, 1, 2])
+        stream.triangles("a", cloud, parent_from_marker=numpy.eye(4))
+        stream.clear_marker("a")
+        stream.clear_marker("never set")
+        raised("size_px and size_m", lambda: stream.points("a", cloud, size_px=1, size_m=1))
+        raised("colors has the shape (3, 2)", lambda: stream.points("a", cloud, numpy.zeros((3, 2))))
+        raised("between 0 and 1", lambda: stream.points("a", cloud, numpy.full((3, 3), 255.0)))
+        raised("3 or 4 numbers from 0 to 1", lambda: stream.points("a", cloud, (255, 0, 0)))
+        raised("2 vectors for 3 starts", lambda: stream.arrows("a", cloud, cloud[:2]))
+        raised("positions has the shape (3, 2)", lambda: stream.points("a", cloud[:, :2]))
+        raised("lifetime_s", lambda: stream.points("a", cloud, lifetime_s=-1))
+        raised("control character", lambda: stream.points("a\nb", cloud))
+
+
+if __name__ == "__main__":
+    main({"shows": shows, "example": example, "arguments": arguments}, ["fire3dv"])
