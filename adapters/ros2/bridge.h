@@ -75,6 +75,7 @@ class Bridge {
   std::vector<Pose> offsets(const std::vector<std::string>& names) const;
   Result<void> look_around();  // ten times a second
   void report_publishers();
+  void report_missing_links();
   void report_faults();  // once a second
   void report_conflicts();
   void report_silence();
@@ -99,7 +100,7 @@ class Bridge {
   size_t publishers_reported_ = 0;
   uint64_t seen_structure_ = 0;
   int64_t structure_since_ns_ = 0;
-  bool has_told_silence_ = false, has_told_fixed_frame_ = false;
+  bool has_told_silence_ = false, has_told_fixed_frame_ = false, has_told_links_ = false;
 
   std::unique_ptr<ImageOutput> images_;  // null: no cameras
 

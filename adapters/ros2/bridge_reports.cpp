@@ -2,6 +2,7 @@
 #include <utility>
 
 #include "adapters/ros2/bridge.h"
+#include "protocol/base/plural.h"
 #include "protocol/base/text.h"
 
 namespace fire3dv::ros2 {
@@ -40,6 +41,24 @@ void Bridge::report_publishers() {
     }
 }
 
+// Links without a transform stay at rest, as when robot_state_publisher is missing or the prefix is another
+// one.
+void Bridge::report_missing_links() {
+  if (!links_ || has_told_links_ || buffer_.frames().empty()) return;
+  size_t missing = 0;
+  std::string first;
+  for (const std::string& name : link_frames_) {
+    if (buffer_.find(name) != kNoFrame) continue;
+    if (missing++ == 0) first = name;
+  }
+  if (missing == 0) return;
+  has_told_links_ = true;
+  log_line(warning(std::to_string(missing) + " of " + counted(link_frames_.size(), "link") +
+                   " of the robot, such as " + quote(first) +
+                   ", have no transform and stay where they are: is robot_state_publisher running, and is "
+                   "--frame-prefix right?"));
+}
+
 void Bridge::report_faults() {
   for (const Watched& watched : watched_) {
     if (const std::string policy = new_incompatible_policy(watched.reader); !policy.empty())
@@ -51,6 +70,7 @@ void Bridge::report_faults() {
     structure_since_ns_ = now_ns_;
   }
   const bool patient = now_ns_ - structure_since_ns_ >= kPatienceNs;
+  if (patient) report_missing_links();
   const std::string& wanted = options_.frames.fixed_frame;
   if (patient && !wanted.empty() && !buffer_.frames().empty() && buffer_.find(wanted) == kNoFrame) {
     if (!std::exchange(has_told_fixed_frame_, true))

@@ -290,6 +290,7 @@ def robot_links(test):
     side.send("tf", ("map", "base", 1, 1), ("base", "camera_optical_frame", 1, 1), ("base", "upper", 1, 0, 0, 2))
     frame = ros.wait_frame("two links", lambda f: len(f[2]) == 2)
     check(set(frame[2]) == {"base", "upper"} and at(frame[2]["upper"], 1, 0, 2), str(frame))
+    adapter.wait_err('2 of 4 links of the robot, such as "tool", have no transform')
     for name, text in (("empty.urdf", ""), ("broken.urdf", "<robot name='x'><link name='a'>"), ("binary.urdf", "\x01\x02"),
                        ("missing.urdf", "<robot name='m'><link name='base'><visual><geometry><mesh filename='package://no/x.stl'/>"
                         "</geometry></visual></link></robot>")):
@@ -433,6 +434,35 @@ def hostile_sizes(test):
     end(adapter)
 
 
+def hostile_bytes(test):
+    """Damaged encodings of each message (Fast DDS only): nothing crashes, and good messages go on."""
+    ros = Ros(test)
+    adapter = ros.adapter("--write-scene", test.path("robot.glb"))
+    kinds = ["tf", "tf_static", "clock", "joint_states", "robot_description"]
+    side = ros.side(opens=kinds)
+    side.do("text " + write(test, "arm.urdf", URDF))
+    adapter.wait_err("the robot has 4 links")
+    side.send("tf", ("map", "base", 100, 1))
+    side.send("tf_static", ("base", "upper", 0, 1))
+    side.do(f"clock {100 * SECOND}")
+    side.do(f"joints {100 * SECOND} shoulder 1 grip 2")
+    for seed in range(20):
+        for kind in kinds[:4]:
+            if "unsupported" in side.do(f"damaged {kind} 100 {seed}"):
+                return end(adapter)
+        side.do(f"damaged robot_description 1 {seed}")
+
+    def good():
+        good.seconds += 1
+        side.send("tf", ("map", "base", good.seconds, 7))
+        time.sleep(0.05)
+        check(adapter.alive(), adapter.stderr_text())
+        return any(at(f[2].get("base", [0] * 12), 7) for f in ros.named_frames()[-3:])
+    good.seconds = 2_000_000_000
+    wait_until("a good frame", good)
+    end(adapter)
+
+
 def hostile_types(test):
     """Another type under a known name is said."""
     ros = Ros(test)
@@ -497,7 +527,7 @@ def large_rate(test):
 
 CASES = {case.__name__: case for case in (
     frames_late_adapter, frames_late_publisher, frames_grow, frames_names, frames_ranges, robot_joints, robot_links, times_common, times_back,
-    times_two_publishers, hostile_values, hostile_sizes, hostile_types, large_chain, large_rate)}
+    times_two_publishers, hostile_values, hostile_sizes, hostile_bytes, hostile_types, large_chain, large_rate)}
 
 if __name__ == "__main__":
     reason = why_not()

@@ -133,7 +133,10 @@ Insertion FrameBuffer::insert_moving(Frame& frame, FrameSample&& sample, SourceI
     }
     const bool goes_back = sample.stamp_ns < newest - kJumpBackNs ||
                            (sample.stamp_ns < kBeginningNs && newest >= kBeginningNs);
-    if (goes_back && !other_is_alive) frame.has_gone_back = has_gone_back_ = true;
+    if (goes_back && !other_is_alive) {
+      if (sample.stamp_ns >= frame.back_stamp_ns) frame.has_gone_back = has_gone_back_ = true;
+      frame.back_stamp_ns = sample.stamp_ns;
+    }
     if (source == frame.source) frame.arrival_ns = arrival_ns;
     if (sample.stamp_ns < newest - kCacheNs) return Insertion::too_old;
     const auto place =
@@ -150,6 +153,7 @@ Insertion FrameBuffer::insert_moving(Frame& frame, FrameSample&& sample, SourceI
   }
   frame.arrival_ns = arrival_ns;
   frame.has_gone_back = false;
+  frame.back_stamp_ns = INT64_MAX;
   samples.push_back(std::move(sample));
   prune(frame);
   return Insertion::accepted;
@@ -181,6 +185,7 @@ void FrameBuffer::clear_moving() {
     if (frame.is_static) continue;
     frame.samples.clear();
     frame.has_gone_back = false;
+    frame.back_stamp_ns = INT64_MAX;
     frame.source = frame.other_source = 0;
   }
   oldest_ns_ = INT64_MIN;

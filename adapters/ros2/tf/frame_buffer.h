@@ -33,7 +33,8 @@ struct FrameSample {
 struct Frame {
   std::string name;
   bool is_static = false;           // one value for all times
-  bool has_gone_back = false;       // refused a stamp that is more than a second older, and none newer since
+  bool has_gone_back = false;        // two samples in a row were more than a second older than the newest
+  int64_t back_stamp_ns = INT64_MAX;  // the first of them; INT64_MAX: none
   SourceId source = 0;              // publisher of the newest sample
   int64_t arrival_ns = 0;           // of the newest sample
   SourceId other_source = 0;        // another publisher of this frame, if there was one

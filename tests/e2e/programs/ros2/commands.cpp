@@ -89,6 +89,12 @@ class Interpreter {
       words >> stamp_ns;
       return said(writer_.send_clock(stamp_ns));
     }
+    if (command == "damaged") {
+      size_t count = 0;
+      unsigned seed = 0;
+      words >> a >> count >> seed;
+      return writer_.send_damaged(a, count, seed) ? "ok" : "ok unsupported";
+    }
     if (command == "joints") return joints(words);
     if (command == "chain") return chain(words);
     if (command == "load") {

@@ -12,6 +12,8 @@
 //   joints STAMP_NS [NAME POSITION ...]
 //   chain COUNT STAMP_NS STEP      transforms f0 -> f1 -> ... into the next message, STEP metres along x
 //   load COUNT RATE SECONDS PER_MESSAGE   publishes COUNT moving frames below "map" at this rate
+//   damaged KIND COUNT SEED        COUNT messages with bytes changed, cut off or lengthened; "ok unsupported"
+//                                  from Cyclone DDS, which sends none
 //   quit
 //
 // Each line is answered by one that begins with "ok" or "error".
@@ -42,6 +44,9 @@ class MessageWriter {
   virtual bool send_clock(int64_t stamp_ns) = 0;
   virtual bool send_joints(int64_t stamp_ns,
                            const std::vector<std::pair<std::string, double>>& positions) = 0;
+  virtual bool send_damaged(const std::string& /*kind*/, size_t /*count*/, unsigned /*seed*/) {
+    return false;
+  }
 };
 
 // Runs until "quit" or the end of the input. Returns the exit code.

@@ -15,6 +15,7 @@
 #include <cstring>
 #include <functional>
 #include <map>
+#include <random>
 
 #include "tests/e2e/programs/ros2/commands.h"
 
@@ -146,12 +147,36 @@ class FastDdsWriter : public MessageWriter {
                 }));
   }
 
+  // Starts from the last whole message of this kind.
+  bool send_damaged(const std::string& kind, size_t count, unsigned seed) override {
+    const Bytes whole = last_[kind];
+    std::mt19937 random(seed);
+    const auto below = [&](size_t limit) {
+      return std::uniform_int_distribution<size_t>(0, limit - 1)(random);
+    };
+    for (size_t i = 0; i < count; ++i) {
+      Bytes bytes = whole;
+      for (size_t changes = below(4); changes > 0; --changes) {
+        const size_t at = 4 + below(bytes.size() - 4);
+        bytes[at] = static_cast<char>(below(2) == 0 ? below(256) : 0xff);
+      }
+      if (below(3) == 0) bytes.resize(4 + below(bytes.size() - 3));
+      if (below(8) == 0) bytes.resize(bytes.size() + below(1000));
+      if (!writers_[kind]->write(&bytes)) return false;
+    }
+    return true;
+  }
+
  private:
-  bool send(const std::string& kind, Bytes bytes) { return writers_[kind]->write(&bytes); }
+  bool send(const std::string& kind, Bytes bytes) {
+    last_[kind] = bytes;
+    return writers_[kind]->write(&bytes);
+  }
 
   dds::DomainParticipant* participant_ = nullptr;
   dds::Publisher* publisher_ = nullptr;
   std::map<std::string, dds::DataWriter*> writers_;
+  std::map<std::string, Bytes> last_;
 };
 
 }  // namespace
