@@ -305,6 +305,28 @@ def robot_links(test):
                if name.startswith("fire3dv-ros2-")], "a folder of a conversion was left behind")
 
 
+def robot_meshes(test):
+    """Meshes of packages: by ROS's own variable, by --package-path, and a package that is missing."""
+    folder = test.path("ament/share/tri/meshes")
+    os.makedirs(folder)
+    with open(os.path.join(folder, "tri.stl"), "w", encoding="ascii") as file:
+        file.write("solid t\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid t\n")
+    with open(test.path("ament/share/tri/package.xml"), "w", encoding="ascii") as file:
+        file.write("<package><name>tri</name></package>\n")
+    urdf = write(test, "tri.urdf", URDF.replace('<link name="tool"/>', '<link name="tool"><visual><geometry><mesh '
+                                                'filename="package://tri/meshes/tri.stl"/></geometry></visual></link>'))
+    for number, (arguments, env, is_found) in enumerate((
+            ([], {"AMENT_PREFIX_PATH": test.path("ament")}, True), (["--package-path", test.path("ament/share")], {}, True), ([], {}, False))):
+        ros = Ros(test)
+        scene = test.path(f"robot{number}.glb")
+        adapter = ros.adapter("--write-scene", scene, *arguments, env=env)
+        side = ros.side(opens=["robot_description"])
+        side.do("text " + urdf)
+        adapter.wait_err("wrote ")
+        check(bool(adapter.find_err('the package "tri" is not found')) != is_found, adapter.stderr_text())
+        end(adapter)
+
+
 # --- times ---------------------------------------------------------------------------------------------------------------
 
 def times_common(test):
@@ -526,8 +548,8 @@ def large_rate(test):
 
 
 CASES = {case.__name__: case for case in (
-    frames_late_adapter, frames_late_publisher, frames_grow, frames_names, frames_ranges, robot_joints, robot_links, times_common, times_back,
-    times_two_publishers, hostile_values, hostile_sizes, hostile_bytes, hostile_types, large_chain, large_rate)}
+    frames_late_adapter, frames_late_publisher, frames_grow, frames_names, frames_ranges, robot_joints, robot_links, robot_meshes,
+    times_common, times_back, times_two_publishers, hostile_values, hostile_sizes, hostile_bytes, hostile_types, large_chain, large_rate)}
 
 if __name__ == "__main__":
     reason = why_not()
