@@ -93,14 +93,17 @@ class System:
         if scene is None:
             scene = test.path("barcode.glb")
             barcode.write_scene(scene)
-        self.renderer = Program(test, "fire3dv", [
+        self.test, self.command = test, [
             test.programs_at["fire3dv"], scene, "--validation", "--headless", "--tone-map", "none", "--cache", "off",
-            "--ground", "off", "--background", "000000", "--size", "64x48", "--on-request", "--listen", self.uri, "--listen", self.witness_uri, *arguments],
-            vulkan_environment())
-        self.renderer.wait_err("listening on")
+            "--ground", "off", "--background", "000000", "--size", "64x48", "--on-request", "--listen", self.uri, "--listen", self.witness_uri, *arguments]
+        self.start_renderer()
         self.bridge = Program(test, "fire3dv-ros2", [test.programs_at["fire3dv-ros2"], "--to", self.uri, *options],
                               ros_environment())
         self.peer = Program(test, "publisher", [test.programs_at["peer"], "publish"], ros_environment())
+
+    def start_renderer(self):
+        self.renderer = Program(self.test, "fire3dv", self.command, vulkan_environment())
+        self.renderer.wait_err("listening on")
 
     def say(self, *lines):
         check(self.peer.alive(), f"the publisher ended:\n{self.peer.stderr_text()}")
@@ -266,7 +269,7 @@ def demand(test):
 
 
 def stopped(test):
-    """A reader that stops holds neither other readers nor the poses up; dead renderers do not matter."""
+    """A reader that stops holds neither other readers nor the poses up. A killed renderer's successor goes on."""
     system = System(test, "--no-description", "--camera", CAMERA)
     halted = Reader(test, readers(test)[-1], "/cam/front/image_raw", "image", "reliable").wait_matched()
     color = Reader(test, "cyclone", "/cam/front/image_raw", "image", "reliable").wait_matched()
@@ -280,6 +283,19 @@ def stopped(test):
         check_color(message)
     halted.signal(signal.SIGCONT)
     halted.wait_stamp(last)
+    system.renderer.kill()
+    system.start_renderer()
+    had = len(color.messages())
+
+    def goes_on():
+        nonlocal number
+        number += 1
+        system.show(number)
+        time.sleep(0.02)
+        return len(color.messages()) > had
+    wait_until("images of the second renderer", goes_on)
+    for message in color.wait_stamp(system.show(number + 1)):
+        check_color(message)
     system.end()
 
 
