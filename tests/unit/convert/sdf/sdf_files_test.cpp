@@ -169,8 +169,11 @@ TEST_F(Sdf, ErrorsNameFileAndRemedy) {
 
 // Messages of libsdformat name the file and the line, although it reads a copy.
 TEST_F(Sdf, MessagesOfTheLibraryAreWarnings) {
-  const Model model = read(model_of("m", link("l") + "\n\n<bogus/>\n"));
-  EXPECT_TRUE(warns(model, "<bogus> in <model> is unknown and ignored")) << warnings(model);
+  const Model model = read(shape("<box/>") + "\n" + model_of("n", link("l") + "<bogus/>"));
+  EXPECT_EQ(warnings(model).find((folder_.path() / "world.sdf").string() +
+                                 ", line 9: <bogus> in <model> is unknown and ignored"),
+            0u)
+      << warnings(model);
   EXPECT_EQ(warnings(model).find("/proc/self"), std::string::npos) << warnings(model);
   const std::string error = error_of(
       world("\n" + model_of("n", link("l") + "<joint name='j' type='fixed'><parent>l</parent></joint>")));

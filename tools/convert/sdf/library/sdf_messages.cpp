@@ -115,21 +115,21 @@ void SdfMessages::add(std::string message) {
 }
 
 std::vector<std::string> SdfMessages::take() {
-  // "Warning [parser.cc:12] TEXT", "Error Code 19: [/sdf/...:FILE:L12]: Msg: TEXT"
+  // "Warning [parser.cc:12] TEXT", "Error Code 19: [/sdf/...:FILE:L12]: Msg: TEXT", "[/sdf/...:FILE:L12]:
+  // TEXT"
   static const std::regex prefix(R"(^(Warning|Error|Msg|Dbg) \[[^\]]*\] *)");
-  static const std::regex code(R"(^(Error|Warning)?:? *Error Code \d+:? *(\[([^\]]*)\]:?)? *Msg: *)");
-  static const std::regex place(R"(^(.*):L(\d+)$)");
+  static const std::regex located(
+      R"(^(?:(?:Error|Warning):? *)?(?:Error Code \d+:? *)?\[(?:.*:)?(/[^:]*):L(\d+)\]: *(?:Msg: *)?)");
+  static const std::regex code(R"(^(?:(?:Error|Warning):? *)?Error Code \d+:? *(?:Msg: *)?)");
   std::istringstream lines(without_colours(text_.str()));
   text_.str("");
   for (std::string line; std::getline(lines, line);) {
     line = std::regex_replace(line, prefix, "");
     std::smatch match;
-    if (std::regex_search(line, match, code)) {
-      std::string where = match[3].str();
-      const std::string rest = match.suffix().str();
-      if (std::smatch at; std::regex_match(where, at, place)) where = at[1].str() + ", line " + at[2].str();
-      line = where.empty() ? rest : where + ": " + rest;
-    }
+    if (std::regex_search(line, match, located))
+      line = match[1].str() + ", line " + match[2].str() + ": " + match.suffix().str();
+    else
+      line = std::regex_replace(line, code, "");
     add(std::move(line));
   }
   if (left_out_ > 0)
