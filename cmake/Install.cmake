@@ -6,7 +6,7 @@
 # Libraries outside the system folders keep their link-time path.
 option(FIRE3DV_INSTALL_LAB "Install the programs that measure the project itself" OFF)
 set(installed_programs fire3dv fire3dv-convert fire3dv-drake fire3dv-gazebo fire3dv-inspect fire3dv-mujoco fire3dv-record fire3dv-replay fire3dv-ros2 bullet_arm)
-set(lab_programs fire3dv-bench fire3dv-contact-sheet fire3dv-impair fire3dv-motion fire3dv-mujoco-compare)
+set(lab_programs fire3dv-bench fire3dv-contact-sheet fire3dv-impair fire3dv-motion fire3dv-mujoco-compare fire3dv-ros2-bench)
 foreach(program ${installed_programs} ${lab_programs})
   if(TARGET ${program})
     file(RELATIVE_PATH lib_from_bin /prefix/${CMAKE_INSTALL_BINDIR} /prefix/${CMAKE_INSTALL_LIBDIR})
