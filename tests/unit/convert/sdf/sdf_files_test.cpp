@@ -125,6 +125,21 @@ TEST_F(SdfIncludes, ThatMultiplyAreRefused) {
   EXPECT_TRUE(warns(model, "has, with what it includes, more than 200000 elements")) << warnings(model);
 }
 
+TEST_F(SdfIncludes, ThatCrashTheLibraryAreErrors) {
+  write("p.sdf", "<sdf version='1.9'><model name='p'>" + link("l") + "</model></sdf>");
+  const Model model = read(include("p.sdf", "<pose bogus='1'>0 0 0 0 0 0</pose>"));
+  EXPECT_TRUE(warns(model, "its <pose> has the unknown attribute \"bogus\"")) << warnings(model);
+  // libsdformat 12.3 dereferences a null pointer.
+  const auto crash = try_read(world(include("p.sdf", "<plugin name='a' filename='b' bogus='1'/>")));
+  EXPECT_TRUE(crash.ok() ||
+              crash.error().message.find("world.sdf\" cannot be read by libsdformat: it crashed (") !=
+                  std::string::npos)
+      << crash.error().message;
+  const auto old = try_read(world(include("p.sdf", "<pose frame=''>0 0 3 0 0 0</pose>"), "1.6"));
+  ASSERT_TRUE(old.ok()) << old.error().message;
+  expect_near(glm::dvec3(pose_of(*old, "p")[3]), {0, 0, 3});
+}
+
 TEST_F(SdfIncludes, OfBrokenFormAreLeftOut) {
   write("urdf.sdf", "<robot name='r'/>");
   const Model model =

@@ -31,13 +31,14 @@ class SdfJoints : public Sdf {
 };
 
 TEST_F(SdfJoints, HaveAxesAndAnchorsInTheFrameOfTheirChild) {
-  // The child is turned by 90 degrees about Z: X of the model is -Y of the child.
-  const Model model = read(
-      model_of("m", link("base", "<pose>0 0 1 0 0 0</pose>") +
-                        link("tip", "<pose>0 0 3 0 0 1.5707963267948966</pose>") +
-                        joint("hinge", "revolute", "base", "tip",
-                              "<pose>0 0 -0.5 0 0 0</pose><axis><xyz expressed_in='__model__'>2 0 0</xyz>"
-                              "<limit><lower>-1</lower><upper>2</upper></limit></axis>")));
+  // The child is turned by 90 degrees about Z: X of the model is -Y of the child. The joint is turned
+  // further.
+  const Model model = read(model_of(
+      "m",
+      link("base", "<pose>0 0 1 0 0 0</pose>") + link("tip", "<pose>0 0 3 0 0 1.5707963267948966</pose>") +
+          joint("hinge", "revolute", "base", "tip",
+                "<pose>0 0 -0.5 0 0 1.5707963267948966</pose><axis><xyz expressed_in='__model__'>2 0 0</xyz>"
+                "<limit><lower>-1</lower><upper>2</upper></limit></axis>")));
   EXPECT_EQ(warnings(model),
             std::string(folder_.path() / "world.sdf") + ": nothing to draw: no <visual> can be drawn\n");
   const Joint& hinge = joint_named(model, "hinge");

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <iterator>
 #include <optional>
 #include <system_error>
 #include <utility>
@@ -47,13 +48,22 @@ void collect(const tinyxml2::XMLElement& element, bool is_read,
     collect(*child, is_read, to);
 }
 
-// libsdformat dereferences the texts of these elements.
+// libsdformat dereferences the texts of these elements, and what it knows of their attributes.
 std::optional<std::string> why_invalid(const tinyxml2::XMLElement& include) {
   const tinyxml2::XMLElement* uri = include.FirstChildElement("uri");
   if (!uri || !uri->GetText()) return "it has no <uri>";
   for (const char* name : {"name", "static", "placement_frame"}) {
     const tinyxml2::XMLElement* child = include.FirstChildElement(name);
     if (child && !child->GetText()) return "its <" + std::string(name) + "> is empty";
+  }
+  constexpr std::string_view kOfPose[] = {"relative_to", "degrees", "rotation_format", "frame"};
+  for (const char* name : {"uri", "name", "static", "placement_frame", "pose"}) {
+    for (const tinyxml2::XMLElement* child = include.FirstChildElement(name); child;
+         child = child->NextSiblingElement(name))
+      for (const tinyxml2::XMLAttribute* each = child->FirstAttribute(); each; each = each->Next())
+        if (name != std::string_view("pose") ||
+            std::find(std::begin(kOfPose), std::end(kOfPose), each->Name()) == std::end(kOfPose))
+          return "its <" + std::string(name) + "> has the unknown attribute " + quote(each->Name());
   }
   return std::nullopt;
 }
