@@ -96,7 +96,7 @@ class Builder {
     std::vector<size_t> node_of;
     for (const Entity& entity : item.entities) {
       convert::Node node;
-      node.name = entity.name;
+      node.name = item.added_node.empty() ? entity.name : own_name(entity);
       if (entity.parent != kNoParent) node.parent = node_of[entity.parent];
       node.translation = entity.pose.translation;
       node.rotation = entity.pose.rotation;
@@ -108,8 +108,8 @@ class Builder {
         const std::optional<size_t> mesh = mesh_of(*entity.visual, entity.name);
         model_.nodes[self].mesh = mesh;
       }
-      if (entity.light) add_light(*entity.light, entity.name, self);
-      if (entity.sensor) add_camera(*entity.sensor, entity.name, self);
+      if (entity.light) add_light(*entity.light, model_.nodes[self].name, self);
+      if (entity.sensor) add_camera(*entity.sensor, model_.nodes[self].name, self);
     }
     FIRE3DV_ASSERT(model_.nodes.size() >= first + item.entities.size());
   }
@@ -123,8 +123,8 @@ class Builder {
   std::optional<Mesh> file_mesh(const pb::Visual& visual, const std::string& node);
   Result<std::vector<Surface>> file_surfaces(const pb::MeshGeom& from, const std::filesystem::path& file,
                                              const glm::dvec3& scale);
-  void add_light(const pb::Light& from, const std::string& name, size_t parent);
-  void add_camera(const pb::Sensor& from, const std::string& name, size_t parent);
+  void add_light(const pb::Light& from, std::string name, size_t parent);
+  void add_camera(const pb::Sensor& from, std::string name, size_t parent);
 
   convert::Model& model_;
   const Resources& resources_;
@@ -276,7 +276,7 @@ std::optional<size_t> Builder::mesh_of(const pb::Visual& visual, const std::stri
   return store_.add(std::move(*mesh));
 }
 
-void Builder::add_light(const pb::Light& from, const std::string& name, size_t parent) {
+void Builder::add_light(const pb::Light& from, std::string name, size_t parent) {
   enum { kPoint, kSpot, kDirectional };
   const float intensity = from.intensity();
   if (from.is_light_off() || !std::isfinite(intensity) || intensity <= 0) return;
@@ -321,7 +321,7 @@ void Builder::add_light(const pb::Light& from, const std::string& name, size_t p
   model_.nodes.push_back(std::move(node));
 }
 
-void Builder::add_camera(const pb::Sensor& from, const std::string& name, size_t parent) {
+void Builder::add_camera(const pb::Sensor& from, std::string name, size_t parent) {
   const pb::CameraSensor& sensor = from.camera();
   const double width = sensor.image_size().x(), height = sensor.image_size().y(),
                fov = sensor.horizontal_fov();

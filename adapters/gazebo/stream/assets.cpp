@@ -35,7 +35,7 @@ AssetQueue::~AssetQueue() {
 void AssetQueue::start() {
   if (running_.valid() || waiting_.empty()) return;
   running_ = std::async(std::launch::async, [this, items = std::move(waiting_.front())] {
-    return convert_items(items, resources_, items.front().added_node + " (root)", false);
+    return convert_items(items, resources_, kAssetRoot, false);
   });
   waiting_.pop_front();
 }

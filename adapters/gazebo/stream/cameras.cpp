@@ -8,6 +8,7 @@
 
 #include "adapters/gazebo/scene/scene_model.h"
 #include "gazebo.pb.h"
+#include "protocol/base/clock.h"
 #include "protocol/base/text.h"
 
 namespace fire3dv::gazebo {
@@ -103,7 +104,7 @@ void Cameras::update(const std::vector<TopLevel>& items, const std::string& worl
       if (wanted != choice_.names.end()) std::erase(missing, *wanted);
       if (!choice_.all && wanted == choice_.names.end()) continue;
       if (const auto before = cameras_.find(entity.name); before != cameras_.end()) {
-        before->second.is_refused = false;
+        before->second.node = entity.node;
         next.insert(cameras_.extract(before));
         continue;
       }
@@ -122,6 +123,7 @@ void Cameras::update(const std::vector<TopLevel>& items, const std::string& worl
       }
       camera.info_topic = camera.topic.substr(0, camera.topic.rfind('/')) + "/camera_info";
       camera.frame_id = entity.name;
+      camera.node = entity.node;
       fire3dv_image_request& request = camera.request;
       request.width = static_cast<uint32_t>(width);
       request.height = static_cast<uint32_t>(height);
@@ -153,29 +155,38 @@ void Cameras::restart() {
   for (auto& [name, camera] : cameras_) camera.pending = 0;
 }
 
+// The renderer may not have the camera's node yet: it is still loading the asset.
+void Cameras::refuse(const std::string& name, Camera& camera, const std::string& reason) {
+  constexpr unsigned kReported = 4, kLongestWait = 5;
+  camera.pending = 0;
+  camera.retry_ns = monotonic_ns() + (kSecondNs / 4 << std::min(camera.refusals, kLongestWait));
+  if (++camera.refusals == kReported)
+    warnings_.push_back("camera " + quote(name) + ": " + reason + "; asking again");
+}
+
 std::vector<std::string> Cameras::request(Node& node, Publisher& publisher, int64_t sim_time_ns) {
   for (auto& [name, camera] : cameras_) {
     if (!node.is_advertised(camera.topic)) {
       for (const auto& [topic, type] :
            {std::pair(camera.topic, "Image"), {camera.info_topic, "CameraInfo"}}) {
         const Result<void> advertised = node.advertise(topic, prefix_ + type);
-        if (!advertised && !camera.is_refused) warnings_.push_back(advertised.error().message);
-        camera.is_refused |= !advertised;
+        if (!advertised && !std::exchange(cannot_publish_, true))
+          warnings_.push_back(advertised.error().message);
       }
     }
-    if (camera.is_refused || camera.pending != 0) continue;
+    if (cannot_publish_ || camera.node.empty() || camera.pending != 0 || monotonic_ns() < camera.retry_ns)
+      continue;
     if (!node.has_subscribers(camera.topic) && !node.has_subscribers(camera.info_topic)) continue;
     if (sim_time_ns < camera.last_ns) camera.due_ns = INT64_MIN;  // a reset
     constexpr int64_t kSlack_ns = 1'000'000;                      // poses come at times of their own
     if (camera.due_ns != INT64_MIN && sim_time_ns < camera.due_ns - kSlack_ns) continue;
     if (sim_time_ns == camera.last_ns) continue;  // paused
-    camera.request.node = name.c_str();
+    camera.request.node = camera.node.c_str();
     camera.request.parent_from_camera = kSensorFromCamera;
     camera.request.when = FIRE3DV_IMAGE_ONCE;
     const Result<uint64_t> id = publisher.request_image(camera.request);
     if (!id) {
-      warnings_.push_back("camera " + quote(name) + ": " + id.error().message);
-      camera.is_refused = true;
+      refuse(name, camera, id.error().message);
       continue;
     }
     camera.pending = *id;
@@ -192,14 +203,18 @@ std::vector<std::string> Cameras::deliver(Node& node, Publisher& publisher) {
     if (camera.pending == 0) continue;
     const Result<Image> image = publisher.take_image(camera.pending);
     if (!image) {
-      camera.pending = 0;
-      camera.is_refused = true;
-      warnings_.push_back("camera " + quote(name) + ": " + image.error().message);
+      refuse(name, camera, image.error().message);
       continue;
     }
     if (!*image) continue;
     camera.pending = 0;
+    camera.refusals = 0;
     if ((*image)->sequence == 0) continue;  // shows no frame
+    // It may show a later frame than the requested one.
+    if ((*image)->sim_time_ns > camera.last_ns) {
+      camera.last_ns = (*image)->sim_time_ns;
+      camera.due_ns = camera.last_ns + camera.period_ns;
+    }
     node.publish(camera.topic, image_message(**image, camera.frame_id));
     node.publish(camera.info_topic, camera_info_message(**image, camera.frame_id));
   }

@@ -39,17 +39,22 @@ class Cameras {
   std::vector<std::string> deliver(Node& node, Publisher& publisher);
 
  private:
+  struct Camera;
+  void refuse(const std::string& name, Camera& camera, const std::string& reason);
+
   struct Camera {
-    std::string topic, info_topic, frame_id;
+    std::string topic, info_topic, frame_id, node;
     fire3dv_image_request request{};
     int64_t period_ns = 0;
     int64_t due_ns = INT64_MIN, last_ns = INT64_MIN;
-    uint64_t pending = 0;     // request without an image; 0: none
-    bool is_refused = false;  // until the scene changes
+    uint64_t pending = 0;   // request without an image; 0: none
+    unsigned refusals = 0;  // since the last image
+    int64_t retry_ns = 0;   // monotonic: no request before
   };
   CameraChoice choice_;
   std::map<std::string, Camera> cameras_;  // by node name
   std::string prefix_;
+  bool cannot_publish_ = false;
   std::vector<std::string> warnings_;
 };
 

@@ -92,13 +92,14 @@ Result<Image> Publisher::take_image(uint64_t id) {
   return image;
 }
 
-std::vector<std::string> Publisher::poll() {
+std::vector<std::string> Publisher::poll(bool expects_unknown_nodes) {
   std::vector<std::string> messages;
   for (Target& target : targets_) {
     const Result<void> polled = call_client("cannot poll", target.uri, [&] {
       const fire3dv_status status = target.stream.poll();
       if (status.welcome_message[0] == '\0' || target.message == status.welcome_message) return;
       target.message = status.welcome_message;
+      if (expects_unknown_nodes && status.welcome == 0 && status.unmatched_names > 0) return;
       messages.push_back(target.uri + ": " + target.message);
     });
     if (!polled && target.message != polled.error().message) {

@@ -36,8 +36,9 @@ class Publisher {
   // Returns the next image of the request, or null. The error is the renderer's refusal.
   Result<Image> take_image(uint64_t id);
 
-  // New messages of renderers, each once. Call it regularly.
-  std::vector<std::string> poll();
+  // New messages of renderers, each once. Call it regularly. expects_unknown_nodes: leaves out that nodes are
+  // not in the renderer's scene.
+  std::vector<std::string> poll(bool expects_unknown_nodes);
 
   struct Totals {
     std::string uri;

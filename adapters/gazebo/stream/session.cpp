@@ -65,7 +65,10 @@ Result<void> Session::run(const std::atomic<bool>& stop) {
       if (Result<void> done = publish(); !done) return done;
       report(cameras_.deliver(*node_, publisher_));
     }
-    for (const std::string& message : publisher_.poll()) log_(message);
+    // Descriptions precede the assets with their nodes.
+    const bool has_assets = std::any_of(world_.items().begin(), world_.items().end(),
+                                        [](const TopLevel& item) { return !item.added_node.empty(); });
+    for (const std::string& message : publisher_.poll(has_assets)) log_(message);
   }
   return {};
 }
@@ -172,7 +175,7 @@ Result<void> Session::first_scene() {
     entities += item.entities.size();
     lights += item.entities.front().light != nullptr;
     item.is_in_file = item.is_streamed = !options_.add_scene;
-    if (options_.add_scene) item.added_node = "world " + world_name_;
+    if (options_.add_scene) place_below(item, scene_node());
   }
   log_("scene: " + counted(world_.items().size() - lights, "model") + " and " + counted(lights, "light") +
        " with " + counted(entities, "node"));
@@ -189,7 +192,7 @@ Result<void> Session::first_scene() {
     }
   }
   if (options_.add_scene) assets_.push(world_.items());
-  needs_describe_ = true;
+  needs_describe_ = !options_.add_scene;  // else with the asset
   return {};
 }
 
@@ -203,19 +206,21 @@ Result<void> Session::apply(World::Changes changes) {
                                                            });
     if (!item.is_streamed) continue;  // still being converted
     needs_describe_ = true;
-    if (Result<void> done = is_alone ? publisher_.undo(item.added_node) : publisher_.remove_node(root); !done)
+    if (Result<void> done =
+            is_alone ? publisher_.undo(item.added_node) : publisher_.remove_node(item.entities.front().node);
+        !done)
       return done;
     log_("removed " + quote(root));
   }
   for (const size_t index : changes.restored) {
-    if (Result<void> done = publisher_.undo(world_.item(index).entities.front().name); !done) return done;
+    if (Result<void> done = publisher_.undo(world_.item(index).entities.front().node); !done) return done;
     log_("added again: " + quote(world_.item(index).entities.front().name));
     needs_describe_ = true;
   }
   for (const size_t index : changes.added) {
     TopLevel& item = world_.item(index);
-    item.added_node =
-        "added " + std::to_string(next_added_++) + ": " + printable_text(item.entities.front().name, 256);
+    place_below(item, "added " + std::to_string(next_added_++) + ": " +
+                          printable_text(item.entities.front().name, 256));
     assets_.push({item});
   }
   return {};
@@ -238,7 +243,7 @@ Result<void> Session::receive_assets() {
       log_("warning: " + name + " is not shown: " + done.error().message);
       continue;
     }
-    log_("added " + (shown.size() > 1 ? "the scene" : name));
+    log_("added " + (shown.front()->added_node == scene_node() ? "the scene" : name));
     for (TopLevel* item : shown) item->is_streamed = true;
     needs_describe_ = needs_frame_ = true;
   }
@@ -263,6 +268,7 @@ Result<void> Session::receive_messages() {
       auto [changes, is_whole] = world_.remove(ids);
       needs_scene_ |= !is_whole;
       done = apply(std::move(changes));
+      cameras_.update(world_.items(), world_name_, server_ ? server_->response_type : "");
       needs_frame_ = true;
     }
     if (!done) return done;

@@ -53,6 +53,7 @@ class Session {
   Result<void> describe();
   Result<void> publish();
   void report(const std::vector<std::string>& warnings);
+  std::string scene_node() const { return "world " + world_name_; }  // root of --add-scene
   std::string topic(const char* name) const { return "/world/" + world_name_ + "/" + name; }
 
   std::unique_ptr<Node> node_;

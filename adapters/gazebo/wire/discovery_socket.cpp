@@ -78,6 +78,17 @@ Result<std::string> resolve_host(const std::string& host) {
   return text_of(address.sin_addr);
 }
 
+std::string local_address_to(const std::string& remote) {
+  const Descriptor socket(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+  sockaddr_in to = address_of(remote, kMessagePort), from{};
+  socklen_t size = sizeof from;
+  // Connecting a UDP socket sends nothing.
+  if (socket.get() < 0 || ::connect(socket.get(), reinterpret_cast<const sockaddr*>(&to), sizeof to) != 0 ||
+      ::getsockname(socket.get(), reinterpret_cast<sockaddr*>(&from), &size) != 0)
+    return "";
+  return text_of(from.sin_addr);
+}
+
 Descriptor::~Descriptor() {
   if (fd_ >= 0) ::close(fd_);
 }

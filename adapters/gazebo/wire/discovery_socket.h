@@ -19,6 +19,9 @@ std::vector<std::string> interface_addresses();
 // IPv4 address of a host name or address. Waits for the resolver.
 Result<std::string> resolve_host(const std::string& host);
 
+// Address of this host from which packets go to an IPv4 address; empty: there is no route.
+std::string local_address_to(const std::string& remote);
+
 // Owner of a file descriptor.
 class Descriptor {
  public:

@@ -207,8 +207,21 @@ Result<void> Node::open_sockets() {
   }
   responses_ = std::make_unique<Socket>(ZMQ_ROUTER);
   responses_->set_text(ZMQ_ROUTING_ID, process_uuid_);
-  if (Result<std::string> bound = responses_->bind(host_ip_); !bound) return bound.error();
   return {};
+}
+
+Result<std::string> Node::response_endpoint(const std::string& service) {
+  constexpr size_t kScheme = 6;  // tcp://
+  std::string ip = options_.ip;
+  if (ip.empty()) ip = local_address_to(service.substr(kScheme, service.rfind(':') - kScheme));
+  if (ip.empty()) ip = host_ip_;
+  std::string& endpoint = response_endpoints_[ip];
+  if (endpoint.empty()) {
+    Result<std::string> bound = responses_->bind(ip);
+    if (!bound) return bound;
+    endpoint = std::move(*bound);
+  }
+  return endpoint;
 }
 
 void Node::send(DiscoverySocket& socket, DiscoveryMessage message) const {
@@ -335,10 +348,8 @@ std::optional<Message> Node::next_message() {
 }
 
 Result<uint64_t> Node::request(const Advertisement& service, std::span<const std::byte> data) {
-  char address[256] = "";
-  size_t size = sizeof address;
-  if (zmq_getsockopt(responses_->handle, ZMQ_LAST_ENDPOINT, address, &size) != 0)
-    return Error{std::string("cannot read the address of a socket: ") + zmq_strerror(zmq_errno())};
+  const Result<std::string> address = response_endpoint(service.address);
+  if (!address) return address.error();
   // A dealer queues the request until it is connected; the service's router sees the same parts as from a
   // router.
   auto socket = std::make_unique<Socket>(ZMQ_DEALER);
@@ -347,7 +358,7 @@ Result<uint64_t> Node::request(const Advertisement& service, std::span<const std
   const uint64_t id = ++last_request_;
   const std::string request_uuid = std::to_string(id);
   const std::string_view parts[] = {
-      service.topic, address,       process_uuid_,        node_uuid_,
+      service.topic, *address,      process_uuid_,        node_uuid_,
       request_uuid,  view_of(data), service.request_type, service.response_type};
   if (!socket->send(parts))
     return Error{"cannot send a request to " + quote(service.address) + ": " + zmq_strerror(zmq_errno())};

@@ -87,6 +87,8 @@ class Node {
   void receive_discovery(DiscoverySocket& socket);
   void send_heartbeats();
   void read_subscriptions();
+  // Endpoint of responses_ for a service at this endpoint.
+  Result<std::string> response_endpoint(const std::string& service);
 
   NodeOptions options_;
   std::vector<std::string> interfaces_;
@@ -94,11 +96,12 @@ class Node {
   Directory directory_;
   std::optional<DiscoverySocket> messages_, services_;
   std::unique_ptr<Socket> subscriber_, responses_, publisher_;
-  std::map<uint64_t, std::unique_ptr<Socket>> requests_;  // open requests; the oldest are given up
-  std::map<std::string, int> connections_;                // subscriptions by address
-  std::map<std::string, Advertisement> subscriptions_;    // by topic and process
-  std::map<std::string, Advertisement> published_;        // by name
-  std::set<std::string> subscribed_prefixes_;             // of published_
+  std::map<uint64_t, std::unique_ptr<Socket>> requests_;   // open requests; the oldest are given up
+  std::map<std::string, std::string> response_endpoints_;  // by address of this host
+  std::map<std::string, int> connections_;                 // subscriptions by address
+  std::map<std::string, Advertisement> subscriptions_;     // by topic and process
+  std::map<std::string, Advertisement> published_;         // by name
+  std::set<std::string> subscribed_prefixes_;              // of published_
   uint64_t last_request_ = 0;
   int64_t next_heartbeat_ns_ = 0;
 };

@@ -150,9 +150,25 @@ void name_entities(const std::vector<TopLevel*>& items, convert::SdfNames& names
     for (size_t i = 0; i < items.size(); ++i) {
       for (size_t k = 0; k < items[i]->entities.size(); ++k) {
         Entity& entity = items[i]->entities[k];
-        if (entity.kind == kind) entity.name = names.take(scoped[i][k], kind);
+        if (entity.kind == kind) entity.node = entity.name = names.take(scoped[i][k], kind);
       }
     }
+  }
+}
+
+std::string own_name(const Entity& entity) {
+  const size_t slash = entity.name.rfind('/');
+  return slash == std::string::npos ? entity.name : entity.name.substr(slash + 1);
+}
+
+void place_below(TopLevel& item, const std::string& added_node) {
+  constexpr size_t kMaxBytes = 1024;  // of a name in a stream
+  item.added_node = added_node;
+  const std::string root = convert::escaped_sdf_name(added_node) + "/" + kAssetRoot;
+  for (Entity& entity : item.entities) {
+    const std::string& parent = entity.parent == kNoParent ? root : item.entities[entity.parent].node;
+    entity.node = parent.empty() ? "" : parent + "/" + convert::escaped_sdf_name(own_name(entity));
+    if (entity.node.size() > kMaxBytes) entity.node.clear();
   }
 }
 

@@ -31,7 +31,8 @@ RigidPose operator*(const RigidPose& a, const RigidPose& b);
 struct Entity {
   uint32_t id = 0;
   convert::SdfEntity kind = convert::SdfEntity::model;
-  std::string name;           // of the node; unique
+  std::string name;  // scoped name; unique
+  std::string node;  // of the renderer's scene: the name, or a path below an added node; empty: too long
   size_t parent = kNoParent;  // index into the list; precedes its children
   RigidPose pose;             // in the parent
   bool is_posed = false;      // by a pose topic; else by the scene
@@ -59,6 +60,13 @@ std::vector<TopLevel> read_entities(const pb::Scene& scene, std::vector<std::str
 
 // Gives names to the entities of new models and lights, all models first, then all links, and so on.
 void name_entities(const std::vector<TopLevel*>& items, convert::SdfNames& names);
+
+// Root of the .glb file of an added asset.
+inline constexpr const char* kAssetRoot = "gazebo";
+// The last part of a scoped name, which names a node in an added asset.
+std::string own_name(const Entity& entity);
+// Makes the item a part of an asset below this node. Nodes of assets are found by their paths alone.
+void place_below(TopLevel& item, const std::string& added_node);
 
 bool is_camera(const pb::Sensor& sensor);
 

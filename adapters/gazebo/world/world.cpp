@@ -14,6 +14,7 @@ constexpr size_t kMaxUnknown = 10'000;
 constexpr size_t kMaxPoses = 1'000'000;  // of one message
 
 bool is_published(const Entity& entity) {
+  if (entity.node.empty()) return false;
   return entity.kind == convert::SdfEntity::model || entity.kind == convert::SdfEntity::link ||
          entity.kind == convert::SdfEntity::light;
 }
@@ -81,6 +82,7 @@ World::Changes World::update(const pb::Scene& scene) {
       Entity& entity = next[i].entities[k];
       const Entity& was = old.entities[k];
       entity.name = was.name;
+      entity.node = was.node;
       // Pose topics are newer than the answer to a request.
       if (before[i] && was.is_posed && was.id == entity.id) {
         entity.pose = was.pose;
@@ -186,7 +188,7 @@ std::vector<std::string> World::node_names() const {
   for (const TopLevel& item : items_) {
     if (!item.is_streamed) continue;
     for (const Entity& entity : item.entities)
-      if (is_published(entity)) names.push_back(entity.name);
+      if (is_published(entity)) names.push_back(entity.node);
   }
   return names;
 }

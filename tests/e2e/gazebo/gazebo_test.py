@@ -10,18 +10,20 @@ import re
 import signal
 import socket
 import struct
+import sys
 import time
 
 from harness import Program, main, vulkan_environment, wait_until
+from hosts import SKIPPED, Host, cable, why_not
 from image_reader import check
 
 PROGRAMS = ["fire3dv", "fire3dv-gazebo", "e2e_gazebo_peer", "stream_dump"]
 SECOND = 1_000_000_000
 
 
-def environment():
+def environment(host=None):
     env = {key: value for key, value in vulkan_environment().items() if not key.startswith(("GZ_", "IGN_"))}
-    return {**env, "GZ_IP": "127.0.0.1", "IGN_IP": "127.0.0.1"}
+    return env if host else {**env, "GZ_IP": "127.0.0.1", "IGN_IP": "127.0.0.1"}
 
 
 def partition(test):
@@ -29,9 +31,10 @@ def partition(test):
 
 
 class Peer(Program):
-    def __init__(self, test, prefix="gz", world="demo", of=None):
+    def __init__(self, test, prefix="gz", world="demo", of=None, host=None):
         super().__init__(test, f"gazebo_peer {world}",
-                         [test.programs_at["e2e_gazebo_peer"], prefix, world, of or partition(test)], env=environment())
+                         [test.programs_at["e2e_gazebo_peer"], prefix, world, of or partition(test)],
+                         env=environment(host), host=host)
         self.answers = 0
 
     def do(self, *lines):
@@ -42,16 +45,17 @@ class Peer(Program):
             wait_until(f"the peer to answer {line!r}", lambda: self.out.count("ok") >= self.answers)
 
 
-def adapter(test, *arguments, of=None):
+def adapter(test, *arguments, of=None, host=None):
     return Program(test, "fire3dv-gazebo",
-                   [test.programs_at["fire3dv-gazebo"], "--partition", of or partition(test), *arguments], env=environment())
+                   [test.programs_at["fire3dv-gazebo"], "--partition", of or partition(test), *arguments], env=environment(host),
+                   host=host)
 
 
 class Dump(Program):
     """Messages of a stream as stream_dump prints them."""
 
-    def __init__(self, test):
-        super().__init__(test, "stream_dump", [test.programs_at["stream_dump"], "tcp://127.0.0.1:0", "240"])
+    def __init__(self, test, host=None):
+        super().__init__(test, "stream_dump", [test.programs_at["stream_dump"], "tcp://127.0.0.1:0", "240"], host=host)
         self.uri = wait_until("stream_dump to listen", lambda: self.out and self.out[0])
 
     def messages(self):
@@ -122,9 +126,10 @@ def entities(test):
     """Models come and go while the world runs; a reset starts a new epoch; unknown ids are looked up."""
     peer, dump, program = world(test, "gz")
     peer.do("dynamic 5 0 10 2 0 0", "model ball 30 5 1")
-    dump.wait_place("ball/link", (5, 0, 0.5))
+    ball = "added 1: ball/gazebo/ball"
+    dump.wait_place(ball + "/link", (5, 0, 0.5))
     peer.do("dynamic 5 1 10 2 0 0 30 7 0 0")
-    dump.wait_place("ball", (7, 0, 0), 5 * SECOND + 1)
+    dump.wait_place(ball, (7, 0, 0), 5 * SECOND + 1)
     edits = [m for m in dump.messages() if m["type"] == "SceneEdit"]
     check(edits[0]["node"] == "added 1: ball" and bytes(edits[0]["value"]["asset_glb"])[:4] == b"glTF", "no asset is added")
     frame = dump.state()[1]
@@ -139,17 +144,18 @@ def entities(test):
     program.wait_err('added again: "box"')
     # Not announced: an unknown id in the poses is enough.
     peer.do("forget 50", "model cone 80 3 2", "dynamic 6 0 80 4 0 0")
-    dump.wait_place("cone", (3, 0, 0))
+    cone = "added 2: cone/gazebo/cone"
+    dump.wait_place(cone, (3, 0, 0))
     peer.do("dynamic 6 1 80 4 0 0")
-    dump.wait_place("cone", (4, 0, 0), 6 * SECOND + 1)
+    dump.wait_place(cone, (4, 0, 0), 6 * SECOND + 1)
     epoch = dump.state()[1]["epoch"]
     check(epoch != frame["epoch"], "another set of nodes has the same epoch")
     peer.do("dynamic 0 100 80 0 0 0")
     program.wait_err("simulated time went back")
-    frame = dump.wait_place("cone", (0, 0, 0), 100)
+    frame = dump.wait_place(cone, (0, 0, 0), 100)
     check(frame["epoch"] != epoch and frame["flags"] == 1, "a reset is no discontinuity of a new epoch")
     peer.do("dynamic 0 200 80 1 0 0")
-    check(dump.wait_place("cone", (1, 0, 0), 200)["flags"] == 0, "every frame after a reset is a discontinuity")
+    check(dump.wait_place(cone, (1, 0, 0), 200)["flags"] == 0, "every frame after a reset is a discontinuity")
 
 
 def restart(test):
@@ -221,6 +227,55 @@ def hostile(test):
     check(program.alive(), program.stderr_text())
 
 
+def hosts(test):
+    """A router that forwards no multicast lies between server and adapter, which has another interface, too."""
+    if why_not():
+        print(f"skipped: {why_not()}", flush=True)
+        sys.exit(SKIPPED)
+    near, router, far = (Host(test, name) for name in ("near", "router", "far"))
+    cable(near, router, "10.81.0")
+    cable(router, far, "10.82.0")
+    router.run("sysctl", "-qw", "net.ipv4.ip_forward=1")
+    near.run("ip", "route", "add", "default", "via", "10.81.0.2")
+    far.run("ip", "route", "add", "default", "via", "10.82.0.1")
+    near.run("ip", "address", "add", "10.80.0.1/24", "dev", "lo")
+    peer = Peer(test, host=far)
+    peer.do("model box 10 1 1")
+    dump = Dump(test, host=near)
+    alone = adapter(test, "--to", "tcp://127.0.0.1:9", host=near)
+    alone.wait_err("no Gazebo world in partition .*no process of Gazebo Transport was seen")
+    alone.kill()
+    program = adapter(test, "--to", dump.uri, "--peer", "10.82.0.2", host=near)
+    program.wait_err(r'world "demo" at tcp://10\.82\.0\.2')
+    dump.wait_place("box/link", (1, 0, 0.5))
+    peer.do("wait", "dynamic 1 0 10 2 0 0")
+    dump.wait_place("box", (2, 0, 0), SECOND)
+
+
+def added(test):
+    """A renderer with another scene draws the whole world, which comes over the stream."""
+    peer = Peer(test, "ignition")
+    peer.do("model box 10 0 1")
+    uri = test.fresh_uri("shm")
+    program = adapter(test, "--to", uri, "--add-scene", "--camera", "box/link/camera")
+    renderer = Program(test, "fire3dv", [test.programs_at["fire3dv"], test.scene, "--validation", "--headless", "--on-request",
+                                         "--cache", "off", "--ground", "off", "--listen", uri], env=environment())
+    program.wait_err("added the scene")
+    peer.do("wait", "images /box/image")
+    stamp = 0
+
+    def step():
+        nonlocal stamp
+        stamp += 50_000_000
+        peer.do(f"dynamic {stamp // SECOND} {stamp % SECOND} 10 0 0 0")
+        time.sleep(0.02)
+        return sum(1 for line in list(peer.out) if re.match(r"image 32x24 .* (1[5-9]|2\d)\d \d\d? \d\d?$", line)) >= 2
+    wait_until(lambda: f"red images; {peer.out[-3:]} {program.stderr_text()} renderer: {renderer.stderr_text()}", step)
+    for ended in (program, renderer):
+        ended.signal(signal.SIGTERM)
+        ended.expect_exit(0)
+
+
 def drawn(test):
     """Two commands: the world is drawn, a model that comes later is, too, and the camera's images go back."""
     peer = Peer(test)
@@ -252,15 +307,20 @@ def drawn(test):
         check(int(red) > 150 and int(green) < 100 and int(blue) < 100, f"the middle is {red} {green} {blue}, not the box")
     # A model that comes later brings a camera, which sees the model itself.
     check(not program.find_err("not in the scene|unmatched"), program.stderr_text())
-    before = len(images())
     peer.do("model wall 40 30 1")
     program.wait_err('added "wall"')
+    peer.do("delete 10")  # and with it the other camera
+    program.wait_err('removed "box"')
+    before = len(images())
     peer.do("images /wall/image")
 
     def step_both():
-        step()
-        return len(images()) >= before + 12
-    wait_until(lambda: f"images of two cameras; {program.stderr_text()}", step_both)
+        nonlocal stamp
+        stamp += 20_000_000
+        peer.do(f"dynamic {stamp // SECOND} {stamp % SECOND} 40 30 0 0")
+        time.sleep(0.01)
+        return len(images()) >= before + 5
+    wait_until(lambda: f"images of the added camera; {program.stderr_text()}", step_both)
     check(all(int(i[6]) > 150 and int(i[7]) < 100 for i in images()), f"not the boxes: {images()[-12:]}")
     for ended in (program, renderer):
         ended.signal(signal.SIGTERM)
@@ -268,7 +328,8 @@ def drawn(test):
 
 
 CASES = {"prefix_gz": prefix_gz, "prefix_ignition": prefix_ignition, "entities": entities, "restart": restart,
-         "choice": choice, "hostile": hostile, "drawn": drawn}
+         "choice": choice, "hostile": hostile, "hosts": hosts,
+         "added": added, "drawn": drawn}
 
 if __name__ == "__main__":
     main(CASES, PROGRAMS)

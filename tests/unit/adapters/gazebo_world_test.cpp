@@ -214,6 +214,28 @@ TEST(GazeboWorld, BringsNodesOfTheSceneFileBack) {
   EXPECT_EQ(world.items()[0].entities[0].name, "a model");
 }
 
+TEST(GazeboWorld, NamesNodesOfAddedAssetsByPath) {
+  pb::Scene scene;
+  pb::Model& robot = add_model(scene, "a/b", 10);
+  robot.add_model()->set_name("arm");
+  robot.mutable_model(0)->add_link()->set_name("wrist");
+  World world;
+  world.update(scene);
+  stream_all(world);
+  place_below(world.item(0), "added 1: a~1b");
+  // SPEC.md section 7: '~' and '/' in a name are escaped, also those of the escapes in the names themselves.
+  EXPECT_EQ(
+      world.node_names(),
+      (std::vector<std::string>{"added 1: a~01b/gazebo/a~01b", "added 1: a~01b/gazebo/a~01b/link",
+                                "added 1: a~01b/gazebo/a~01b/arm", "added 1: a~01b/gazebo/a~01b/arm/wrist"}));
+  // Paths that are too long for a stream are left out.
+  place_below(world.item(0), std::string(1003, 'x'));
+  EXPECT_EQ(world.node_names().size(), 3u);  // the wrist is
+  std::vector<float> poses;
+  world.write_poses(poses);
+  EXPECT_EQ(poses.size(), 36u);
+}
+
 TEST(GazeboWorld, RemovesPartsByAskingAgain) {
   pb::Scene scene;
   add_model(scene, "a", 10);
