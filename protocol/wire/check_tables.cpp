@@ -76,8 +76,7 @@ Result<void> check_count(const char* field, size_t count, size_t positions, bool
 
 Result<void> check_positions(const Marker& marker) {
   const size_t count = marker.positions.size();
-  const std::string begin =
-      std::string("SceneEdit.positions of ") + marker_kind_name(marker.kind) + " has ";
+  const std::string begin = std::string("SceneEdit.positions of ") + marker_kind_name(marker.kind) + " has ";
   const bool is_pairs = marker.kind == MarkerKind::lines || marker.kind == MarkerKind::arrows;
   if (is_pairs && count % 2 != 0)
     return Error{begin + count_text(count, "element") + "; they are pairs of begin and end"};

@@ -28,8 +28,7 @@ enum class Property : uint8_t {
 };
 constexpr size_t kPropertyCount = 7;
 inline const char* property_name(Property property) {
-  constexpr const char* kNames[] = {"visible", "base_color", "light",   "camera",
-                                    "node",    "vertices",   "marker"};
+  constexpr const char* kNames[] = {"visible", "base_color", "light", "camera", "node", "vertices", "marker"};
   static_assert(std::size(kNames) == kPropertyCount);
   return kNames[static_cast<size_t>(property)];
 }
@@ -115,8 +114,8 @@ struct SceneEdit {
 
 // True if the value belongs to the property; Cleared belongs to every property.
 inline bool fits(Property property, const EditValue& value) {
-  constexpr Property kOf[] = {Property::visible, Property::visible, Property::base_color,
-                              Property::light,   Property::camera,  Property::node,
+  constexpr Property kOf[] = {Property::visible, Property::visible,  Property::base_color,
+                              Property::light,   Property::camera,   Property::node,
                               Property::node,    Property::vertices, Property::marker};
   static_assert(std::size(kOf) == std::variant_size_v<EditValue>);
   return std::holds_alternative<Cleared>(value) || kOf[value.index()] == property;

@@ -126,8 +126,7 @@ void OfflineLoop::advance(uint64_t frame) {
 Result<bool> OfflineLoop::draw(uint64_t frame, const std::function<bool()>& should_stop) {
   const VkExtent2D extent = parts_.renderer.extent();
   parts_.scene.show_markers();
-  const Result<passes::PreparedFrame> prepared =
-      parts_.renderer.prepare({.extent = extent, .markers = true});
+  const Result<passes::PreparedFrame> prepared = parts_.renderer.prepare({.extent = extent, .markers = true});
   if (!prepared) return prepared.error();
   const passes::View view =
       parts_.camera.view(parts_.poses, static_cast<float>(extent.width) / static_cast<float>(extent.height));

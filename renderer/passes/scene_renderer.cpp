@@ -270,8 +270,8 @@ void SceneRenderer::begin_targets(Frame& frame) {
       is_bounded ? forward_bounds(*gpu_scene_, *scene_, frame.poses, frame.views[0], frame.request.extent)
                  : frame.whole_area();
   if (is_bounded && plan.markers)
-    frame.forward_area = united(frame.forward_area,
-                                marker_pass_.bounds(*markers_, frame.views[0], frame.request.extent));
+    frame.forward_area =
+        united(frame.forward_area, marker_pass_.bounds(*markers_, frame.views[0], frame.request.extent));
   // The linear plane needs the samples of all pixels.
   frame.hdr_area = frame.request.outputs.has(wire::kColorLinearF16) ? frame.whole_area() : frame.forward_area;
 }

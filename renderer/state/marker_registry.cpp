@@ -14,10 +14,10 @@ constexpr uint32_t kMaxReported = 8;  // per stream
 
 // The buffer of all markers has up to twice their size, so that a changed one seldom moves the others.
 uint64_t gpu_bytes(const wire::Marker& marker) {
-  const uint64_t bytes =
-      marker.positions.size() * sizeof marker.positions[0] +
-      marker.rotations.size() * sizeof marker.rotations[0] + marker.sizes.size() * sizeof marker.sizes[0] +
-      marker.colors.size() * sizeof marker.colors[0];
+  const uint64_t bytes = marker.positions.size() * sizeof marker.positions[0] +
+                         marker.rotations.size() * sizeof marker.rotations[0] +
+                         marker.sizes.size() * sizeof marker.sizes[0] +
+                         marker.colors.size() * sizeof marker.colors[0];
   return 2 * bytes;
 }
 

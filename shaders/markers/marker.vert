@@ -1,6 +1,5 @@
 // Vertices of markers, generated from one position, rotation, size and colour per element. Flat shapes (points,
-// lines, axes) are rectangles that face the viewer and take their vertices by index; solids take one instance
-// per element.
+// lines, axes) face the viewer and take their vertices by index; solids take one instance per element.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/buffers.glsl"
@@ -10,7 +9,7 @@ layout(push_constant, scalar) uniform Push { MarkerPush push; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Vec4Ref { vec4 at[]; };
 
 layout(location = 0) out vec4 out_color;  // linear, display-referred, straight alpha
-layout(location = 1) out vec2 out_disc;   // points: from -1 to 1 across the disc
+layout(location = 1) out vec2 out_disc;   // points: of length 1 at the edge of the disc
 
 const vec2 kCorners[6] = vec2[6](vec2(-1, -1), vec2(1, -1), vec2(1, 1), vec2(-1, -1), vec2(1, 1), vec2(-1, 1));
 
@@ -52,6 +51,9 @@ float width_px(GlobalsRef globals, float w) {
   if (!has(FIRE3DV_MARKER_WIDTH_IN_LENGTHS)) return push.width;
   return push.width * half_pixels_per_length(globals).y / w;
 }
+
+// A triangle around the disc: half the vertices of a square.
+const vec2 kAroundDisc[3] = vec2[3](vec2(-1.7320508, -1), vec2(1.7320508, -1), vec2(0, 2));
 
 void draw_point(GlobalsRef globals, uint index, vec2 corner) {
   vec4 clip = globals.value.clip_from_world * vec4(position_world(index), 1);
@@ -161,8 +163,8 @@ void main() {
   const vec2 corner = kCorners[vertex % 6];
   switch (push.kind) {
     case FIRE3DV_MARKER_POINTS:
-      draw_point(globals, element, corner);
-      out_color = color_of(element);
+      draw_point(globals, vertex / 3, kAroundDisc[vertex % 3]);
+      out_color = color_of(vertex / 3);
       break;
     case FIRE3DV_MARKER_LINES:
       draw_line(globals, position_world(2 * element), position_world(2 * element + 1), color_of(2 * element), color_of(2 * element + 1), corner, 0);

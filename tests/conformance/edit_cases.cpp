@@ -93,8 +93,7 @@ std::vector<Case> edit_cases() {
   marker = points_marker();
   marker.kind = static_cast<MarkerKind>(200);
   add("scene_edit-marker_of_later_version", encode(marker_edit(marker)));
-  add("scene_edit-marker_cleared",
-      encode({kEpoch, 9, "contacts/left foot", Property::marker, Cleared{}}));
+  add("scene_edit-marker_cleared", encode({kEpoch, 9, "contacts/left foot", Property::marker, Cleared{}}));
   const std::vector<Affine3x4> poses(2);
   const std::vector<uint32_t> indices{3, 99};
   add("pose_frame-partial", encode(partial(poses, indices)));
@@ -207,8 +206,9 @@ std::vector<Case> refused_edit_cases() {
   add_marker("sizes_none", "sizes has 0", boxes, [](Marker& m) { m.sizes.clear(); });
   add_marker("sizes_negative", "sizes[0][1]", boxes, [](Marker& m) { m.sizes[0][1] = -1; });
   add_marker("sizes_nan", "sizes[0][2]", boxes, [](Marker& m) { m.sizes[0][2] = NAN; });
-  add_marker("rotations_count", "rotations has 3", boxes,
-             [](Marker& m) { m.rotations.resize(3, {0, 0, 0, 1}); });
+  add_marker("rotations_count", "rotations has 3", boxes, [](Marker& m) {
+    m.rotations.resize(3, {0, 0, 0, 1});
+  });
   add_marker("rotation_zero", "rotations[1]", boxes, [](Marker& m) { m.rotations[1] = {}; });
   add_marker("rotation_nan", "rotations[0][3]", boxes, [](Marker& m) { m.rotations[0][3] = NAN; });
   add_marker("later_kind_rotation_nan", "rotations[0][3]", boxes, [](Marker& m) {

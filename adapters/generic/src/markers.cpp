@@ -28,8 +28,8 @@ int copy(const char* field, const void* from, size_t count, std::vector<Element>
   if ((from == nullptr) != (count == 0))
     return fail(FIRE3DV_ERROR_ARGUMENT, name + " and its count must be given together");
   if (count > wire::EditStore::kMaxBudgetBytes / sizeof(Element))
-    return fail(FIRE3DV_ERROR_BUDGET, name + " has " + std::to_string(count) +
-                                          " elements; no budget is above 256 MiB: send fewer");
+    return fail(FIRE3DV_ERROR_BUDGET,
+                name + " has " + std::to_string(count) + " elements; no budget is above 256 MiB: send fewer");
   to.resize(count);
   if (count != 0) std::memcpy(to.data(), from, count * sizeof(Element));
   return FIRE3DV_OK;
@@ -48,8 +48,8 @@ int set_marker(fire3dv_stream* stream, const char* name, const fire3dv_marker* m
     return fail(FIRE3DV_ERROR_ARGUMENT, "marker.width_unit is " + std::to_string(marker->width_unit) +
                                             "; use FIRE3DV_MARKER_PIXELS or FIRE3DV_MARKER_LENGTHS");
   if ((marker->flags & ~FIRE3DV_MARKER_OVERLAID) != 0)
-    return fail(FIRE3DV_ERROR_ARGUMENT, "marker.flags is " + std::to_string(marker->flags) +
-                                            "; use FIRE3DV_MARKER_OVERLAID or 0");
+    return fail(FIRE3DV_ERROR_ARGUMENT,
+                "marker.flags is " + std::to_string(marker->flags) + "; use FIRE3DV_MARKER_OVERLAID or 0");
   wire::Marker value;
   value.kind = static_cast<wire::MarkerKind>(marker->kind);
   value.width_unit = static_cast<wire::MarkerUnit>(marker->width_unit);
@@ -57,8 +57,7 @@ int set_marker(fire3dv_stream* stream, const char* name, const fire3dv_marker* m
   value.flags = marker->flags;
   value.lifetime_ns = marker->lifetime_ns;
   if (marker->lifetime_ns != 0) value.sim_time_ns = stream->last_sim_time_ns;
-  value.parent =
-      fire3dv::client::text_of(marker->parent, fire3dv::client::outgoing_limits().max_name_bytes);
+  value.parent = fire3dv::client::text_of(marker->parent, fire3dv::client::outgoing_limits().max_name_bytes);
   if (marker->parent_from_marker)
     std::memcpy(value.parent_from_marker.m.data(), marker->parent_from_marker,
                 sizeof value.parent_from_marker.m);

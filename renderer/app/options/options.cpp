@@ -159,7 +159,7 @@ void add_stream_options(CLI::App& app, Options& options, Texts& texts, Given& gi
       ->type_name("auto|on|off")
       ->capture_default_str()
       ->group(kGroup);
-  app.add_option("--markers", texts.markers, "points, lines and shapes that streams show besides bodies")
+  app.add_option("--markers", texts.markers, "show points, lines and shapes of streams")
       ->check(one_of({"on", "off"}))
       ->type_name("on|off")
       ->capture_default_str()

@@ -70,7 +70,7 @@ std::pair<uint32_t, uint32_t> counts_of(const Marker& marker) {
   const auto [segments, rings] = detail_of(marker);
   switch (marker.kind) {
     case MarkerKind::points:
-      return {6 * count, 1};
+      return {3 * count, 1};
     case MarkerKind::lines:
       return {3 * count, 1};
     case MarkerKind::line_strip:
@@ -238,8 +238,8 @@ void MarkerPass::record(gpu::Recorder& recorder, std::span<const state::ShownMar
     const auto place = places_.find(shown.id);
     if (place == places_.end()) continue;
     auto& layer = (shown.marker->flags & wire::kMarkerOverlaid) != 0 ? overlaid
-                  : place->second.is_opaque                           ? opaque
-                                                                      : blended;
+                  : place->second.is_opaque                          ? opaque
+                                                                     : blended;
     layer.emplace_back(&shown, &place->second);
   }
   // Back to front.
@@ -274,8 +274,8 @@ void MarkerPass::record(gpu::Recorder& recorder, std::span<const state::ShownMar
     rendering.pDepthAttachment = &depth;
     vkCmdBeginRendering(commands, &rendering);
     const VkExtent2D extent = frame.targets.extent;
-    const VkViewport viewport{
-        0, 0, static_cast<float>(extent.width), static_cast<float>(extent.height), 0, 1};
+    const VkViewport viewport{0, 0, static_cast<float>(extent.width), static_cast<float>(extent.height),
+                              0, 1};
     vkCmdSetViewport(commands, 0, 1, &viewport);
     vkCmdSetScissor(commands, 0, 1, &rendering.renderArea);
     for (const auto& [shown, place] : opaque) draw(commands, *shown, *place, Layer::opaque, frame);

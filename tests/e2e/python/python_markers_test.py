@@ -109,6 +109,8 @@ def arguments(test):
         stream.points("a", cloud, (1, 0, 0, 0.5), parent="x", lifetime_s=0.5, overlaid=True)
         stream.arrows("a", cloud, cloud + 1, colors=numpy.zeros((3, 3)))
         stream.arrows("a", [[0, 0, 0]], [[0, 0, 1]], colors=[(0, 0, 1)])
+        stream.arrows("a", cloud, cloud + 1, colors=(1, 0, 0))
+        stream.arrows("a", [[0, 0, 0]] * 2, [[0, 0, 1]] * 2, colors=[(0, 0, 1), (1, 0, 0)])
         stream.lines("a", numpy.zeros((4, 2, 3), numpy.float32), width_m=0.1)
         stream.axes("a", cloud, sizes=numpy.ones((3, 3), numpy.float32))
         stream.spheres("a", cloud, 0.5)

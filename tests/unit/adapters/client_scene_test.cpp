@@ -263,7 +263,8 @@ TEST(ClientSceneErrors, WhatIsWrongWithAMarkerIsNamed) {
   expect_refused(kArgument, "marker.flags is 2", [](fire3dv_marker& m) { m.flags = 2; });
   expect_refused(kArgument, "width is nan", [](fire3dv_marker& m) { m.width = NAN; });
   expect_refused(kArgument, "marker.colors and its count", [](fire3dv_marker& m) { m.color_count = 2; });
-  expect_refused(kArgument, "marker.positions and its count", [](fire3dv_marker& m) { m.position_count = 0; });
+  expect_refused(kArgument, "marker.positions and its count",
+                 [](fire3dv_marker& m) { m.position_count = 0; });
   expect_refused(kArgument, "triples", [](fire3dv_marker& m) { m.kind = FIRE3DV_MARKER_TRIANGLES; });
   expect_refused(FIRE3DV_ERROR_BUDGET, "no budget is above 256 MiB",
                  [](fire3dv_marker& m) { m.position_count = SIZE_MAX / 2; });
@@ -272,7 +273,8 @@ TEST(ClientSceneErrors, WhatIsWrongWithAMarkerIsNamed) {
   fire3dv_marker marker{};
   marker.struct_size = sizeof marker;
   EXPECT_EQ(fire3dv_set_marker(stream.get(), "", &marker), kArgument);
-  EXPECT_NE(std::string(fire3dv_last_error()).find("marker's name"), std::string::npos) << fire3dv_last_error();
+  EXPECT_NE(std::string(fire3dv_last_error()).find("marker's name"), std::string::npos)
+      << fire3dv_last_error();
   EXPECT_EQ(fire3dv_set_marker(stream.get(), nullptr, &marker), kArgument);
   EXPECT_EQ(fire3dv_set_marker(stream.get(), "m", nullptr), kArgument);
   EXPECT_EQ(fire3dv_set_marker(nullptr, "m", &marker), kArgument);

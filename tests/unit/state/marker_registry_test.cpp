@@ -143,8 +143,8 @@ TEST_F(MarkerRegistryTest, LivesForItsLifetimeOfSimulatorTime) {
   marker.lifetime_ns = 50;
   edit(id, "a", marker);
   EXPECT_TRUE(shown().empty()) << "no frame says what time it is";
-  for (const auto& [time_ns, is_shown] : std::map<int64_t, bool>{
-           {999, false}, {1000, true}, {1050, true}, {1051, false}, {INT64_MAX, false}}) {
+  for (const auto& [time_ns, is_shown] :
+       std::map<int64_t, bool>{{999, false}, {1000, true}, {1050, true}, {1051, false}, {INT64_MAX, false}}) {
     publish(id, time_ns);
     EXPECT_EQ(shown().size(), is_shown ? 1u : 0u) << time_ns;
   }

@@ -40,7 +40,9 @@ class _Colors:
             self.rows = len(self._memory)
             self.address = self._memory.ctypes.data if self.rows else None
             return
-        quads = [quad for quad in _rgba_rows(colors) for _ in range(per_color)]
+        quads = _rgba_rows(colors)
+        if len(quads) > 1:  # one is for all
+            quads = [quad for quad in quads for _ in range(per_color)]
         flat = [number for quad in quads for number in quad]
         self._memory = (c_uint8 * len(flat))(*flat)
         self.rows = len(quads)
