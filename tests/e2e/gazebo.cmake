@@ -13,7 +13,7 @@ if(TARGET fire3dv-gazebo)
     target_link_libraries(e2e_gazebo_peer PRIVATE ignition-transport11::core ignition-msgs8::core)
     set_target_properties(e2e_gazebo_peer PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
     if(TARGET fire3dv)
-      foreach(cases prefix entities restart choice hostile hosts added drawn)
+      foreach(cases prefix entities restart choice hostile hosts password added drawn)
         add_test(NAME gazebo_${cases} COMMAND python3 ${CMAKE_CURRENT_LIST_DIR}/gazebo/gazebo_test.py $<TARGET_FILE:fire3dv>
                  $<TARGET_FILE:fire3dv-gazebo> $<TARGET_FILE:e2e_gazebo_peer> $<TARGET_FILE:stream_dump> ${cases})
         set_tests_properties(gazebo_${cases} PROPERTIES LABELS e2e TIMEOUT 900 SKIP_RETURN_CODE 77

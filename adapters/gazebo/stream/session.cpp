@@ -58,6 +58,10 @@ Result<void> Session::run(const std::atomic<bool>& stop) {
       follow_topics();
       request_scene(now_ns);
     }
+    if (node_->was_refused() && !std::exchange(has_told_refused_, true))
+      log_(
+          "warning: the world refuses this connection, so it sends no poses: set GZ_TRANSPORT_USERNAME and "
+          "GZ_TRANSPORT_PASSWORD as there, or unset them if it has none");
     if (Result<void> done = receive_scene(); !done) return done;
     if (Result<void> done = receive_messages(); !done) return done;
     if (Result<void> done = receive_assets(); !done) return done;

@@ -205,6 +205,12 @@ Result<void> Node::open_sockets() {
     subscriber_->set_text(ZMQ_PLAIN_USERNAME, options_.username);
     subscriber_->set_text(ZMQ_PLAIN_PASSWORD, options_.password);
   }
+  // Handshakes that fail are not errors of a call.
+  const std::string events = "inproc://" + process_uuid_;
+  monitor_ = std::make_unique<Socket>(ZMQ_PAIR);
+  if (zmq_socket_monitor(subscriber_->handle, events.c_str(),
+                         ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL | ZMQ_EVENT_HANDSHAKE_FAILED_AUTH) == 0)
+    (void)zmq_connect(monitor_->handle, events.c_str());
   responses_ = std::make_unique<Socket>(ZMQ_ROUTER);
   responses_->set_text(ZMQ_ROUTING_ID, process_uuid_);
   return {};
@@ -300,6 +306,7 @@ std::vector<std::string> Node::wait(int timeout_ms) {
   receive_discovery(*messages_);
   receive_discovery(*services_);
   read_subscriptions();
+  while (monitor_->receive()) was_refused_ = true;
   return directory_.take_gone(monotonic_ns());
 }
 

@@ -66,6 +66,8 @@ class Node {
   void subscribe(const Advertisement& publisher);
   // Ends all subscriptions to this process.
   void unsubscribe(const std::string& process_uuid);
+  // True once a publisher has refused a connection: user name or password differ.
+  bool was_refused() const { return was_refused_; }
   // The oldest message that has arrived.
   std::optional<Message> next_message();
 
@@ -95,7 +97,8 @@ class Node {
   std::string host_ip_, process_uuid_, node_uuid_;
   Directory directory_;
   std::optional<DiscoverySocket> messages_, services_;
-  std::unique_ptr<Socket> subscriber_, responses_, publisher_;
+  std::unique_ptr<Socket> subscriber_, monitor_, responses_, publisher_;
+  bool was_refused_ = false;
   std::map<uint64_t, std::unique_ptr<Socket>> requests_;   // open requests; the oldest are given up
   std::map<std::string, std::string> response_endpoints_;  // by address of this host
   std::map<std::string, int> connections_;                 // subscriptions by address

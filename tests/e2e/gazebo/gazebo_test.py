@@ -31,10 +31,10 @@ def partition(test):
 
 
 class Peer(Program):
-    def __init__(self, test, prefix="gz", world="demo", of=None, host=None):
+    def __init__(self, test, prefix="gz", world="demo", of=None, host=None, more=None):
         super().__init__(test, f"gazebo_peer {world}",
                          [test.programs_at["e2e_gazebo_peer"], prefix, world, of or partition(test)],
-                         env=environment(host), host=host)
+                         env={**environment(host), **(more or {})}, host=host)
         self.answers = 0
 
     def do(self, *lines):
@@ -45,10 +45,10 @@ class Peer(Program):
             wait_until(f"the peer to answer {line!r}", lambda: self.out.count("ok") >= self.answers)
 
 
-def adapter(test, *arguments, of=None, host=None):
+def adapter(test, *arguments, of=None, host=None, more=None):
     return Program(test, "fire3dv-gazebo",
-                   [test.programs_at["fire3dv-gazebo"], "--partition", of or partition(test), *arguments], env=environment(host),
-                   host=host)
+                   [test.programs_at["fire3dv-gazebo"], "--partition", of or partition(test), *arguments],
+                   env={**environment(host), **(more or {})}, host=host)
 
 
 class Dump(Program):
@@ -252,6 +252,23 @@ def hosts(test):
     dump.wait_place("box", (2, 0, 0), SECOND)
 
 
+def password(test):
+    """A world with a password: poses come with the right one, and a wrong or missing one is said."""
+    secret = {"IGN_TRANSPORT_USERNAME": "u", "IGN_TRANSPORT_PASSWORD": "secret"}
+    peer = Peer(test, "ignition", more=secret)
+    peer.do("model box 10 1 1")
+    for more in ({}, {**secret, "IGN_TRANSPORT_PASSWORD": "guess"}):
+        refused = adapter(test, "--to", "tcp://127.0.0.1:9", more=more)
+        refused.wait_err("refuses this connection.*GZ_TRANSPORT_PASSWORD")
+        refused.kill()
+    dump = Dump(test)
+    program = adapter(test, "--to", dump.uri, more=secret)
+    dump.wait_place("box", (1, 0, 0))
+    peer.do("wait", "dynamic 1 0 10 2 0 0")
+    dump.wait_place("box", (2, 0, 0), SECOND)
+    check(not program.find_err("refuses"), program.stderr_text())
+
+
 def added(test):
     """A renderer with another scene draws the whole world, which comes over the stream."""
     peer = Peer(test, "ignition")
@@ -328,7 +345,7 @@ def drawn(test):
 
 
 CASES = {"prefix_gz": prefix_gz, "prefix_ignition": prefix_ignition, "entities": entities, "restart": restart,
-         "choice": choice, "hostile": hostile, "hosts": hosts,
+         "choice": choice, "hostile": hostile, "hosts": hosts, "password": password,
          "added": added, "drawn": drawn}
 
 if __name__ == "__main__":
