@@ -48,7 +48,7 @@ ALLOWED = {
     "renderer/sinks": WIRE + " renderer/gpu renderer/state",
     "renderer/capture": WIRE + " renderer/gpu renderer/scene renderer/state renderer/passes renderer/sinks",
     "renderer/metrics": WIRE + " protocol/transport",
-    "renderer/serve": WIRE + " protocol/transport",
+    "renderer/serve": WIRE + " protocol/transport renderer/sinks",
     "renderer/gui": BASE + " protocol/replay shaders renderer/gpu renderer/scene renderer/state renderer/passes",
     "renderer/app": "protocol shaders renderer/scene renderer/gpu renderer/state renderer/passes renderer/sinks renderer/capture "
                     "renderer/metrics renderer/serve renderer/gui",

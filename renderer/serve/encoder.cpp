@@ -30,25 +30,70 @@ void Encoder::add(ViewerId viewer, Image&& image) {
   changed_.notify_one();
 }
 
+void Encoder::forget(ViewerId viewer) {
+  {
+    const std::scoped_lock lock(mutex_);
+    std::erase_if(jobs_, [&](const Job& job) { return job.viewer == viewer; });
+    forgotten_.push_back(viewer);
+  }
+  changed_.notify_one();
+}
+
 void Encoder::run() {
   for (;;) {
     std::optional<Job> job;
+    std::vector<ViewerId> forgotten;
     {
       std::unique_lock lock(mutex_);
-      changed_.wait(lock, [&] { return is_ending_ || !jobs_.empty(); });
+      changed_.wait(lock, [&] { return is_ending_ || !jobs_.empty() || !forgotten_.empty(); });
       if (is_ending_) return;
-      job.emplace(std::move(jobs_.front()));
-      jobs_.pop_front();
+      forgotten.swap(forgotten_);
+      if (!jobs_.empty()) {
+        job.emplace(std::move(jobs_.front()));
+        jobs_.pop_front();
+      }
     }
+    for (const ViewerId viewer : forgotten) streams_.erase(viewer);
+    if (!job) continue;
     try {
-      std::vector<uint8_t> message;
-      append_header(job->image.header, message);
-      const ImageHeader& header = job->image.header;
-      if (append_jpeg(job->image.rgba8, header.width, header.height, job->image.quality, message))
-        take_(job->viewer, std::move(message));
+      encode(job->viewer, job->image);
     } catch (const std::bad_alloc&) {  // the image is lost; the viewer gets none until it connects again
     }
   }
+}
+
+void Encoder::encode(ViewerId viewer, const Image& image) {
+  ImageHeader header = image.header;
+  std::vector<uint8_t> bytes, message;
+  if (header.codec == Codec::h264 && !append_h264(viewer, image, bytes, header.is_key)) {
+    header.codec = Codec::jpeg;
+    header.is_key = false;
+    bytes.clear();
+  }
+  if (header.codec == Codec::jpeg &&
+      !append_jpeg(image.rgba8, header.width, header.height, image.quality, bytes))
+    return;
+  message.reserve(kImageHeaderBytes + bytes.size());
+  append_header(header, message);
+  message.insert(message.end(), bytes.begin(), bytes.end());
+  take_(viewer, std::move(message));
+}
+
+// A new encoder begins with a key frame; another size or quality needs one.
+bool Encoder::append_h264(ViewerId viewer, const Image& image, std::vector<uint8_t>& bytes, bool& is_key) {
+  const uint32_t width = image.header.width, height = image.header.height;
+  if (width % 2 != 0 || height % 2 != 0) return false;
+  const int crf = 20 + std::clamp((85 - image.quality) / 4, 0, 20);
+  std::unique_ptr<sinks::StreamEncoder>& stream = streams_[viewer];
+  const bool fits = stream && stream->width() == width && stream->height() == height && stream->crf() == crf;
+  if (!fits || image.needs_key) {
+    stream.reset();
+    stream = sinks::StreamEncoder::open(width, height, crf);
+  }
+  if (!stream) return false;
+  if (stream->append(image.rgba8, bytes, is_key)) return true;
+  stream.reset();
+  return false;
 }
 
 }  // namespace fire3dv::serve

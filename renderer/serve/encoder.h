@@ -4,11 +4,14 @@
 #include <condition_variable>
 #include <deque>
 #include <functional>
+#include <map>
+#include <memory>
 #include <mutex>
 #include <thread>
 #include <vector>
 
 #include "renderer/serve/server.h"
+#include "renderer/sinks/video/stream_encoder.h"
 
 namespace fire3dv::serve {
 
@@ -23,6 +26,8 @@ class Encoder {
 
   // From any thread. An image that waits is replaced by a newer one of its viewer.
   void add(ViewerId viewer, Image&& image);
+  // Drops what is kept for a viewer that has left.
+  void forget(ViewerId viewer);
 
  private:
   struct Job {
@@ -30,13 +35,17 @@ class Encoder {
     Image image;
   };
   void run();
+  void encode(ViewerId viewer, const Image& image);
+  bool append_h264(ViewerId viewer, const Image& image, std::vector<uint8_t>& bytes, bool& is_key);
 
   const Take take_;
   std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<Job> jobs_;  // one of each viewer at most
+  std::vector<ViewerId> forgotten_;
   bool is_ending_ = false;
-  std::thread thread_;  // last: it uses the others
+  std::map<ViewerId, std::unique_ptr<sinks::StreamEncoder>> streams_;  // owned by the thread
+  std::thread thread_;                                                 // last: it uses the others
 };
 
 }  // namespace fire3dv::serve

@@ -6,7 +6,6 @@
 #include <memory>
 #include <mutex>
 #include <string>
-#include <unordered_map>
 #include <vector>
 
 #include "renderer/serve/server.h"
@@ -24,8 +23,8 @@ struct Hub {
   bool tls = false;
 
   // Owned by the server's thread.
-  std::map<uint64_t, std::weak_ptr<Connection>> connections;          // without viewers; by age, oldest first
-  std::unordered_map<ViewerId, std::weak_ptr<ViewerSocket>> sockets;  // with and without a token yet
+  std::map<uint64_t, std::weak_ptr<Connection>> connections;  // without viewers; by age, oldest first
+  std::map<ViewerId, std::weak_ptr<ViewerSocket>> sockets;    // with and without a token; by age
   uint64_t next_connection = 1;
   ViewerId next_viewer = 1;
 

@@ -11,7 +11,7 @@ namespace {
 using Kind = ClientMessage::Kind;
 using Json = nlohmann::json;
 
-constexpr std::array<std::pair<std::string_view, Kind>, 16> kKinds{{
+constexpr std::array<std::pair<std::string_view, Kind>, 17> kKinds{{
     {"hello", Kind::hello},
     {"size", Kind::size},
     {"shown", Kind::shown},
@@ -20,6 +20,7 @@ constexpr std::array<std::pair<std::string_view, Kind>, 16> kKinds{{
     {"zoom", Kind::zoom},
     {"fly", Kind::fly},
     {"frame", Kind::frame},
+    {"codec", Kind::codec},
     {"camera", Kind::camera},
     {"pick", Kind::pick},
     {"hide", Kind::hide},
@@ -111,6 +112,8 @@ void read_fields(Fields& fields, ClientMessage& message) {
     case Kind::frame:
     case Kind::isolate:
       return fields.node(false, message);
+    case Kind::codec:
+      return fields.flag("h264", message.on);
     case Kind::camera:
       return fields.optional("index", message.index);
     case Kind::pick:
@@ -165,7 +168,7 @@ void append_header(const ImageHeader& header, std::vector<uint8_t>& message) {
   append(header.width, message);
   append(header.height, message);
   append(static_cast<uint8_t>(header.codec), message);
-  append(static_cast<uint8_t>(header.is_refined ? 1 : 0), message);
+  append(static_cast<uint8_t>((header.is_refined ? 1 : 0) | (header.is_key ? 2 : 0)), message);
   append(uint16_t{0}, message);
   append(uint32_t{0}, message);
   append(header.sim_time_ns, message);

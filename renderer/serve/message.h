@@ -28,6 +28,7 @@ struct ClientMessage {
     zoom,     // z: factor on the focus distance; x, y: fixed point in NDC
     fly,      // x: right, y: up, z: back, in radii of the scene
     frame,    // node, or the whole scene
+    codec,    // on: the page decodes H.264; also asks for a key frame
     camera,   // index of the scene's camera; none: a free camera at its pose
     pick,     // x, y: pixel as a fraction of the image
     hide,     // node, on
@@ -53,18 +54,20 @@ bool needs_control(ClientMessage::Kind kind);
 // Parses a message; all numbers are finite and within the limits of their kind. The error names the field.
 Result<ClientMessage> parse_message(std::string_view text);
 
-enum class Codec : uint8_t { jpeg = 1 };
+enum class Codec : uint8_t { jpeg = 1, h264 = 2 };
 
 // Header of a binary message, before the encoded image.
 struct ImageHeader {
   uint32_t number = 0;  // of the viewer's images, from 1
   uint16_t width = 0, height = 0;
   Codec codec = Codec::jpeg;
+  bool is_key = false;      // H.264: needs no earlier image
   bool is_refined = false;  // full size and quality: no better image of this moment follows
   int64_t sim_time_ns = 0;
 };
 constexpr size_t kImageHeaderBytes = 24;
-// Little-endian: u32 number, u16 width, u16 height, u8 codec, u8 is_refined, u16 0, u32 0, i64 sim_time_ns.
+// Little-endian: u32 number, u16 width, u16 height, u8 codec, u8 flags (1: refined, 2: key), u16 0, u32 0,
+// i64 sim_time_ns.
 void append_header(const ImageHeader& header, std::vector<uint8_t>& message);
 
 }  // namespace fire3dv::serve

@@ -76,13 +76,21 @@ void Server::State::accept() {
   });
 }
 
-// The oldest connection without a viewer makes room for a new one.
+// The oldest connection without a token makes room for a new one.
 void Server::State::evict() {
-  if (hub.connections.empty()) return;
-  const auto oldest = hub.connections.begin();
-  const std::shared_ptr<Connection> connection = oldest->second.lock();
-  hub.connections.erase(oldest);
-  if (connection) connection->close();
+  if (!hub.connections.empty()) {
+    const auto oldest = hub.connections.begin();
+    const std::shared_ptr<Connection> connection = oldest->second.lock();
+    hub.connections.erase(oldest);
+    if (connection) connection->close();
+    return;
+  }
+  for (const auto& [number, known] : hub.sockets) {
+    const std::shared_ptr<ViewerSocket> socket = known.lock();
+    if (!socket || socket->has_joined()) continue;
+    hub.sockets.erase(number);
+    return socket->abort();
+  }
 }
 
 void Server::State::serve(tcp::socket&& socket) {
@@ -172,6 +180,9 @@ std::vector<Event> Server::take_events() {
   const std::scoped_lock lock(hub.mutex);
   if (hub.events.empty()) return events;
   events.swap(hub.events);
+  for (const Event& event : events) {
+    if (event.kind == Event::Kind::left) state_->encoder->forget(event.viewer);
+  }
   for (auto& [number, viewer] : hub.viewers) {
     viewer.pending = 0;
     if (!std::exchange(viewer.is_paused, false)) continue;
@@ -187,6 +198,9 @@ std::vector<Event> Server::take_events() {
 void Server::report_viewers_again() {
   Hub& hub = state_->hub;
   const std::scoped_lock lock(hub.mutex);
+  for (const Event& event : hub.events) {
+    if (event.kind == Event::Kind::left) state_->encoder->forget(event.viewer);
+  }
   hub.events.clear();  // messages to the frame loop that has ended
   for (auto& [number, viewer] : hub.viewers)
     hub.events.push_back({Event::Kind::joined, number, viewer.access, {}});

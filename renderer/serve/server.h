@@ -45,9 +45,11 @@ struct Event {
   ClientMessage message;
 };
 
-// Image to encode and send.
+// Image to encode and send. header.codec: h264 becomes jpeg where the system has no encoder for it, or a side
+// of the image is odd.
 struct Image {
   ImageHeader header;
+  bool needs_key = false;      // H.264: the viewer has no earlier image
   int quality = 80;            // of JPEG
   std::vector<uint8_t> rgba8;  // top row first
 };

@@ -34,12 +34,14 @@ float aspect_of(uint32_t width, uint32_t height) {
   return static_cast<float>(width) / static_cast<float>(height);
 }
 
-glm::uvec2 image_size(uint32_t width, uint32_t height, float scale) {
+// is_even: for subsampled colours.
+glm::uvec2 image_size(uint32_t width, uint32_t height, float scale, bool is_even) {
   const double pixels = static_cast<double>(width) * height;
   const double factor = std::min(static_cast<double>(scale), std::sqrt(kMaxImagePixels / pixels));
   const auto side = [&](uint32_t full) {
     const auto scaled = static_cast<uint32_t>(std::lround(full * factor));
-    return std::max(scaled, std::min(full, kMinImageSide));
+    const uint32_t size = std::max(scaled, std::min(full, kMinImageSide));
+    return is_even && size > 1 ? size - size % 2 : size;
   };
   return {side(width), side(height)};
 }
@@ -168,6 +170,12 @@ void LiveView::apply(serve::ViewerId number, Viewer& viewer, const serve::Client
     viewer.flight.reset();
     return;
   }
+  if (message.kind == Kind::codec) {
+    viewer.decodes_h264 = message.on;
+    viewer.needs_key = true;
+    viewer.has_moved = true;
+    return;
+  }
   viewer.changed = now;
   const bool is_other_scene = message.node && message.scene != scene_number_;
   if (is_other_scene || (message.node && *message.node >= borrowed_.scene.scene().nodes.size())) return;
@@ -253,7 +261,7 @@ void LiveView::request_image(serve::ViewerId number, Viewer& viewer, Clock::time
   const bool refines = !is_new && !viewer.is_refined && now - viewer.changed >= kRefineAfter;
   if (!is_new && !refines) return;
   const AdaptiveQuality::Step step = refines ? AdaptiveQuality::kRefined : viewer.quality.step();
-  const glm::uvec2 size = image_size(viewer.width, viewer.height, step.scale);
+  const glm::uvec2 size = image_size(viewer.width, viewer.height, step.scale, !refines);
   const CameraRig::Placed placed = place(viewer);
   const uint64_t id = ++viewer.last_request;
   viewer.appearance = {viewer.camera.ground(), placed.camera.exposure};
@@ -328,6 +336,11 @@ bool LiveView::send_image(state::RequesterId requester, const wire::ImageFrame& 
   image.header.width = static_cast<uint16_t>(frame.intrinsics.width);
   image.header.height = static_cast<uint16_t>(frame.intrinsics.height);
   image.header.is_refined = viewer->flight->is_refined;
+  // Refined images are JPEG, beside the video.
+  if (viewer->decodes_h264 && !viewer->flight->is_refined) {
+    image.header.codec = serve::Codec::h264;
+    image.needs_key = std::exchange(viewer->needs_key, false);
+  }
   image.header.sim_time_ns = frame.sim_time_ns;
   image.quality = viewer->flight->step.quality;
   image.rgba8 = std::move(pixels);

@@ -72,9 +72,10 @@ class LiveView final : public ImageReplies {
     std::optional<Flight> flight = {};
     std::optional<std::array<uint64_t, 2>> drawn = {};  // revisions of the last requested image
     bool has_moved = true;                              // the camera or the canvas, since then
-    bool is_refined = false;                            // the last requested image
-    std::optional<uint32_t> camera_node = {};           // as reported to the page
-    std::optional<uint64_t> pick = {};                  // request
+    bool decodes_h264 = false, needs_key = true;
+    bool is_refined = false;                   // the last requested image
+    std::optional<uint32_t> camera_node = {};  // as reported to the page
+    std::optional<uint64_t> pick = {};         // request
     uint64_t last_request = 0;
     uint32_t images = 0;             // sent
     Clock::time_point changed = {};  // last message or requested image of a change

@@ -3,7 +3,7 @@ const HEADER_BYTES = 24;
 const WRONG_TOKEN = 4401;
 
 export class Connection {
-  // handlers: open(), message(object), image({number, width, height, refined, simTimeS, bytes}), lost(text, final)
+  // handlers: open(), message(object), image({number, width, height, codec, isKey, refined, simTimeS, bytes}), lost(text, final)
   constructor(handlers) {
     this.handlers = handlers;
     this.attempts = 0;
@@ -34,7 +34,9 @@ export class Connection {
       number: view.getUint32(0, true),
       width: view.getUint16(4, true),
       height: view.getUint16(6, true),
-      refined: view.getUint8(9) === 1,
+      codec: view.getUint8(8) === 2 ? "h264" : "jpeg",
+      isKey: (view.getUint8(9) & 2) !== 0,
+      refined: (view.getUint8(9) & 1) !== 0,
       simTimeS: Number(view.getBigInt64(16, true)) * 1e-9,
       bytes: new Uint8Array(data, HEADER_BYTES),
     });

@@ -1,4 +1,6 @@
 // Canvas with the newest image. Each image is acknowledged when it is drawn, so that the next one may come.
+import {Video} from "./video.js";
+
 const MAX_SIDE = 4096;
 
 export class Display {
@@ -26,12 +28,32 @@ export class Display {
     if (this.size[0] > 0) this.send({type: "size", width: this.size[0], height: this.size[1]});
   }
 
+  // A new connection: the renderer sends JPEG until it hears that H.264 can be decoded.
+  async offerVideo() {
+    this.video?.close();
+    this.video = null;
+    if (this.videoFailed || !await Video.isSupported()) return;
+    this.send({type: "codec", h264: true});
+  }
+
+  decode(image) {
+    if (image.codec === "jpeg") return createImageBitmap(new Blob([image.bytes], {type: "image/jpeg"}), {colorSpaceConversion: "none"});
+    this.video ??= new Video();
+    return this.video.decode(image.bytes, image.isKey);
+  }
+
   async show(image) {
     let bitmap = null;
     try {
-      bitmap = await createImageBitmap(new Blob([image.bytes], {type: "image/jpeg"}), {colorSpaceConversion: "none"});
+      bitmap = await this.decode(image);
     } catch {
       // A damaged image is acknowledged as well: otherwise no other one comes.
+      if (image.codec === "h264") {
+        this.videoFailed = true;
+        this.video?.close();
+        this.video = null;
+        this.send({type: "codec", h264: false});
+      }
     }
     if (bitmap) {
       // Resizing clears a canvas, so it waits for the first image of the new size.
@@ -42,7 +64,7 @@ export class Display {
     }
     this.images += 1;
     this.bytes += image.bytes.length;
-    this.last = {number: image.number, width: image.width, height: image.height, refined: image.refined, simTimeS: image.simTimeS};
+    this.last = {number: image.number, width: image.width, height: image.height, refined: image.refined, codec: image.codec, simTimeS: image.simTimeS};
     this.canvas.dataset.image = JSON.stringify(this.last);
     this.send({type: "shown", image: image.number});
   }

@@ -64,6 +64,7 @@ const messages = {
     at("title").textContent = message.title;
     at("rights").textContent = mayControl ? "" : "view only";
     display.report();
+    display.offerVideo();
   },
   scene(message) {
     scene = message.scene;

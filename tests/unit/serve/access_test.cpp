@@ -27,7 +27,8 @@ TEST(Tokens, AreRandomAndGiveTheirRightsOnly) {
   EXPECT_NE(tokens.control, others.control);
   EXPECT_EQ(access_of(tokens, tokens.control), Access::control);
   EXPECT_EQ(access_of(tokens, tokens.view), Access::view);
-  for (const std::string& wrong : {std::string(), others.control, tokens.control + "0", tokens.view.substr(1)})
+  for (const std::string& wrong :
+       {std::string(), others.control, tokens.control + "0", tokens.view.substr(1)})
     EXPECT_EQ(access_of(tokens, wrong), Access::none) << wrong;
 }
 
@@ -71,8 +72,8 @@ TEST(Headers, HostsOfOtherNamesAreRefused) {
 TEST(Headers, OriginIsTheServerItself) {
   EXPECT_TRUE(is_origin_allowed("http://127.0.0.1:8080", "127.0.0.1:8080", false));
   EXPECT_TRUE(is_origin_allowed("https://Host:1", "host:1", true));
-  for (const char* bad : {"", "null", "http://127.0.0.1:8081", "https://127.0.0.1:8080", "http://127.0.0.1:8080/",
-                          "http://evil.example"})
+  for (const char* bad : {"", "null", "http://127.0.0.1:8081", "https://127.0.0.1:8080",
+                          "http://127.0.0.1:8080/", "http://evil.example"})
     EXPECT_FALSE(is_origin_allowed(bad, "127.0.0.1:8080", false)) << bad;
 }
 

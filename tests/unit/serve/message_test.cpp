@@ -43,48 +43,58 @@ TEST(ClientMessage, EachKindIsRead) {
   EXPECT_EQ(frame.node, 3u);
   EXPECT_EQ(frame.scene, 9u);
   EXPECT_FALSE(read(R"({"type":"frame","node":null})").node);
+  EXPECT_TRUE(read(R"({"type":"codec","h264":true})").on);
   EXPECT_EQ(read(R"({"type":"camera","index":1})").index, 1u);
   EXPECT_FALSE(read(R"({"type":"camera"})").index);
   EXPECT_TRUE(read(R"({"type":"hide","node":0,"scene":0,"hidden":true})").on);
   EXPECT_EQ(read(R"({"type":"seek","fraction":0.25})").x, 0.25);
-  for (const char* text : {R"({"type":"pan","right":1,"up":2})", R"({"type":"fly","right":1,"up":2,"back":3})",
-                           R"({"type":"pick","x":0,"y":1})", R"({"type":"isolate"})", R"({"type":"show_all"})",
-                           R"({"type":"play","playing":false})", R"({"type":"step","forwards":true})"})
+  for (const char* text :
+       {R"({"type":"pan","right":1,"up":2})", R"({"type":"fly","right":1,"up":2,"back":3})",
+        R"({"type":"pick","x":0,"y":1})", R"({"type":"isolate"})", R"({"type":"show_all"})",
+        R"({"type":"play","playing":false})", R"({"type":"step","forwards":true})"})
     read(text);
 }
 
 TEST(ClientMessage, BadOnesAreRefused) {
-  for (const std::string& text :
-       {std::string(), std::string("{"), std::string("[]"), std::string("{}"), std::string(R"({"type":1})"),
-        std::string(R"({"type":"reboot"})"), std::string(R"({"type":"size","width":0,"height":1})"),
-        std::string(R"({"type":"size","width":5000,"height":1})"),
-        std::string(R"({"type":"size","width":1.5,"height":1})"),
-        std::string(R"({"type":"size","width":-1,"height":1})"),
-        std::string(R"({"type":"orbit","yaw":1e999,"pitch":0})"),
-        std::string(R"({"type":"orbit","yaw":"1","pitch":0})"),
-        std::string(R"({"type":"zoom","factor":0,"x":0,"y":0})"),
-        std::string(R"({"type":"zoom","factor":1,"x":2,"y":0})"), std::string(R"({"type":"frame","node":3})"),
-        std::string(R"({"type":"frame","node":4294967295,"scene":0})"),
-        std::string(R"({"type":"hide","scene":0,"hidden":true})"),
-        std::string(R"({"type":"play","playing":1})"), std::string(R"({"type":"shown","image":0})"),
-        R"({"type":"hello","token":")" + std::string(200, 'a') + "\"}", std::string(3000, '['),
-        R"({"type":"show_all","x":")" + std::string(kMaxMessageBytes, 'a') + "\"}"})
+  for (const std::string& text : {std::string(),
+                                  std::string("{"),
+                                  std::string("[]"),
+                                  std::string("{}"),
+                                  std::string(R"({"type":1})"),
+                                  std::string(R"({"type":"reboot"})"),
+                                  std::string(R"({"type":"size","width":0,"height":1})"),
+                                  std::string(R"({"type":"size","width":5000,"height":1})"),
+                                  std::string(R"({"type":"size","width":1.5,"height":1})"),
+                                  std::string(R"({"type":"size","width":-1,"height":1})"),
+                                  std::string(R"({"type":"orbit","yaw":1e999,"pitch":0})"),
+                                  std::string(R"({"type":"orbit","yaw":"1","pitch":0})"),
+                                  std::string(R"({"type":"zoom","factor":0,"x":0,"y":0})"),
+                                  std::string(R"({"type":"zoom","factor":1,"x":2,"y":0})"),
+                                  std::string(R"({"type":"frame","node":3})"),
+                                  std::string(R"({"type":"frame","node":4294967295,"scene":0})"),
+                                  std::string(R"({"type":"hide","scene":0,"hidden":true})"),
+                                  std::string(R"({"type":"play","playing":1})"),
+                                  std::string(R"({"type":"shown","image":0})"),
+                                  R"({"type":"hello","token":")" + std::string(200, 'a') + "\"}",
+                                  std::string(3000, '['),
+                                  R"({"type":"show_all","x":")" + std::string(kMaxMessageBytes, 'a') + "\"}"})
     EXPECT_FALSE(parse_message(text).ok()) << text.substr(0, 80);
-  EXPECT_NE(parse_message(R"({"type":"orbit","yaw":1})").error().message.find("\"pitch\""), std::string::npos);
+  EXPECT_NE(parse_message(R"({"type":"orbit","yaw":1})").error().message.find("\"pitch\""),
+            std::string::npos);
 }
 
 TEST(ClientMessage, SharedStateNeedsControl) {
   for (const Kind kind : {Kind::hide, Kind::isolate, Kind::show_all, Kind::play, Kind::step, Kind::seek})
     EXPECT_TRUE(needs_control(kind));
   for (const Kind kind : {Kind::hello, Kind::size, Kind::shown, Kind::orbit, Kind::pan, Kind::zoom, Kind::fly,
-                          Kind::frame, Kind::camera, Kind::pick})
+                          Kind::frame, Kind::codec, Kind::camera, Kind::pick})
     EXPECT_FALSE(needs_control(kind));
 }
 
 TEST(ImageHeader, IsLittleEndian) {
   std::vector<uint8_t> message;
-  append_header({0x01020304, 0x0506, 0x0708, Codec::jpeg, true, 0x1112131415161718}, message);
-  const std::vector<uint8_t> expected = {4, 3, 2, 1, 6, 5, 8, 7,    1,    1,    0,    0,
+  append_header({0x01020304, 0x0506, 0x0708, Codec::h264, true, true, 0x1112131415161718}, message);
+  const std::vector<uint8_t> expected = {4, 3, 2, 1, 6,    5,    8,    7,    2,    3,    0,    0,
                                          0, 0, 0, 0, 0x18, 0x17, 0x16, 0x15, 0x14, 0x13, 0x12, 0x11};
   EXPECT_EQ(message, expected);
   EXPECT_EQ(message.size(), kImageHeaderBytes);

@@ -125,7 +125,8 @@ class Client {
 };
 
 std::string upgrade_request(const std::string& host, const std::string& origin) {
-  return "GET /socket HTTP/1.1\r\nHost: " + host + "\r\n" + (origin.empty() ? "" : "Origin: " + origin + "\r\n") +
+  return "GET /socket HTTP/1.1\r\nHost: " + host + "\r\n" +
+         (origin.empty() ? "" : "Origin: " + origin + "\r\n") +
          "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
          "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n";
 }
@@ -157,9 +158,11 @@ std::vector<Event> wait_events(Server& server, size_t count) {
   return events;
 }
 
-std::string get(const Server& server, const std::string& target, const std::string& host, const char* method = "GET") {
+std::string get(const Server& server, const std::string& target, const std::string& host,
+                const char* method = "GET") {
   Client client(server);
-  client.send(std::string(method) + " " + target + " HTTP/1.1\r\nHost: " + host + "\r\nConnection: close\r\n\r\n");
+  client.send(std::string(method) + " " + target + " HTTP/1.1\r\nHost: " + host +
+              "\r\nConnection: close\r\n\r\n");
   return client.read_to_end();
 }
 
@@ -189,8 +192,8 @@ TEST(LiveServer, RefusesForeignHostsAndOriginsAndGarbage) {
   EXPECT_TRUE(get(*server, "/", host, "POST").starts_with("HTTP/1.1 405"));
   EXPECT_TRUE(get(*server, "/socket", host).starts_with("HTTP/1.1 426"));
   EXPECT_TRUE(get(*server, "/" + std::string(40'000, 'a'), host).starts_with("HTTP/1.1 431"));
-  for (const std::string& origin : {std::string(), std::string("null"), std::string("http://evil.example"),
-                                    "https://" + host}) {
+  for (const std::string& origin :
+       {std::string(), std::string("null"), std::string("http://evil.example"), "https://" + host}) {
     Client client(*server);
     client.send(upgrade_request(host, origin));
     EXPECT_TRUE(client.read_until("\r\n\r\n").starts_with("HTTP/1.1 403")) << origin;
@@ -206,7 +209,8 @@ TEST(LiveServer, RefusesForeignHostsAndOriginsAndGarbage) {
 
 TEST(LiveServer, ATokenGivesAccess) {
   const auto server = open_server();
-  for (const std::string& first : {hello("0123456789abcdef0123456789abcdef"), std::string(R"({"type":"show_all"})")}) {
+  for (const std::string& first :
+       {hello("0123456789abcdef0123456789abcdef"), std::string(R"({"type":"show_all"})")}) {
     Client client(*server);
     upgrade(client, *server);
     client.send_frame(1, first);
@@ -296,6 +300,12 @@ TEST(LiveServer, LimitsOfViewersAndConnectionsAndTime) {
   for (int i = 0; i < 20; ++i) silent.push_back(std::make_unique<Client>(*server));
   EXPECT_TRUE(get(*server, "/", host_of(*server)).starts_with("HTTP/1.1 200"));
   for (const auto& client : silent) EXPECT_EQ(client->read_to_end(), "");
+  std::vector<std::unique_ptr<Client>> tokenless;  // as many as connections are allowed
+  for (int i = 0; i < 8; ++i) {
+    tokenless.push_back(std::make_unique<Client>(*server));
+    upgrade(*tokenless.back(), *server);
+  }
+  EXPECT_TRUE(get(*server, "/", host_of(*server)).starts_with("HTTP/1.1 200"));
   Client nameless(*server);  // never sends its token
   upgrade(nameless, *server);
   EXPECT_EQ(nameless.read_close(), 0);

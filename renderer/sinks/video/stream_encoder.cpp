@@ -1,0 +1,119 @@
+#include "renderer/sinks/video/stream_encoder.h"
+
+#include <string>
+
+#include "protocol/base/error.h"
+#include "renderer/sinks/video/libav.h"
+
+namespace fire3dv::sinks {
+
+struct StreamEncoder::Impl {
+  const Libav& av;
+  uint32_t width, height;
+  int crf;
+  AVCodecContext* encoder = nullptr;
+  AVFrame* frame = nullptr;
+  AVPacket* packet = nullptr;
+  SwsContext* conversion = nullptr;
+  int64_t frames = 0;
+
+  ~Impl() {
+    if (packet) av.av_packet_free(&packet);
+    if (frame) av.av_frame_free(&frame);
+    if (encoder) av.avcodec_free_context(&encoder);
+    if (conversion) av.sws_freeContext(conversion);
+  }
+
+  bool open(const AVCodec* codec);
+  bool open_conversion();
+};
+
+bool StreamEncoder::Impl::open(const AVCodec* codec) {
+  encoder = av.avcodec_alloc_context3(codec);
+  frame = av.av_frame_alloc();
+  packet = av.av_packet_alloc();
+  if (!encoder || !frame || !packet) return false;
+  encoder->width = static_cast<int>(width);
+  encoder->height = static_cast<int>(height);
+  encoder->time_base = {1, 30};  // of the rate control; viewers show a frame when it comes
+  encoder->framerate = {30, 1};
+  encoder->pix_fmt = AV_PIX_FMT_YUV420P;
+  encoder->color_primaries = AVCOL_PRI_BT709;
+  encoder->color_trc = AVCOL_TRC_IEC61966_2_1;
+  encoder->colorspace = AVCOL_SPC_BT709;
+  encoder->color_range = AVCOL_RANGE_MPEG;
+  encoder->gop_size = 600;  // the connection loses nothing
+  encoder->max_b_frames = 0;
+  encoder->thread_count = 1;
+  AVDictionary* options = nullptr;
+  av.av_dict_set(&options, "preset", "superfast", 0);
+  av.av_dict_set(&options, "tune", "zerolatency", 0);
+  av.av_dict_set(&options, "profile", "baseline", 0);
+  av.av_dict_set(&options, "crf", std::to_string(crf).c_str(), 0);
+  const int opened = av.avcodec_open2(encoder, codec, &options);
+  av.av_dict_free(&options);
+  if (opened < 0) return false;
+  frame->format = encoder->pix_fmt;
+  frame->width = encoder->width;
+  frame->height = encoder->height;
+  frame->color_primaries = encoder->color_primaries;
+  frame->color_trc = encoder->color_trc;
+  frame->colorspace = encoder->colorspace;
+  frame->color_range = encoder->color_range;
+  return av.av_frame_get_buffer(frame, 0) >= 0 && open_conversion();
+}
+
+bool StreamEncoder::Impl::open_conversion() {
+  conversion = av.sws_getContext(encoder->width, encoder->height, AV_PIX_FMT_RGBA, encoder->width,
+                                 encoder->height, encoder->pix_fmt, SWS_BILINEAR, nullptr, nullptr, nullptr);
+  if (!conversion) return false;
+  const int* const bt709 = av.sws_getCoefficients(SWS_CS_ITU709);
+  constexpr int kOne = 1 << 16;
+  return av.sws_setColorspaceDetails(conversion, bt709, 1, bt709, 0, 0, kOne, kOne) >= 0;
+}
+
+StreamEncoder::StreamEncoder(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+StreamEncoder::~StreamEncoder() = default;
+
+uint32_t StreamEncoder::width() const {
+  return impl_->width;
+}
+
+uint32_t StreamEncoder::height() const {
+  return impl_->height;
+}
+
+int StreamEncoder::crf() const {
+  return impl_->crf;
+}
+
+std::unique_ptr<StreamEncoder> StreamEncoder::open(uint32_t width, uint32_t height, int crf) {
+  FIRE3DV_ASSERT(width > 0 && height > 0 && width % 2 == 0 && height % 2 == 0);
+  const Result<const Libav*> av = libav();
+  if (!av) return nullptr;
+  (*av)->av_log_set_level(AV_LOG_ERROR);
+  const AVCodec* const codec = (*av)->avcodec_find_encoder_by_name("libx264");
+  if (!codec) return nullptr;
+  std::unique_ptr<Impl> impl(new Impl{**av, width, height, crf});
+  if (!impl->open(codec)) return nullptr;
+  return std::unique_ptr<StreamEncoder>(new StreamEncoder(std::move(impl)));
+}
+
+bool StreamEncoder::append(std::span<const uint8_t> rgba8, std::vector<uint8_t>& stream, bool& is_key) {
+  Impl& it = *impl_;
+  FIRE3DV_ASSERT(rgba8.size() == size_t{4} * it.width * it.height);
+  if (it.av.av_frame_make_writable(it.frame) < 0) return false;
+  const uint8_t* const rows[] = {rgba8.data()};
+  const int strides[] = {static_cast<int>(4 * it.width)};
+  it.av.sws_scale(it.conversion, rows, strides, 0, it.encoder->height, it.frame->data, it.frame->linesize);
+  it.frame->pts = it.frames++;
+  if (it.av.avcodec_send_frame(it.encoder, it.frame) < 0) return false;
+  // Without look-ahead each frame comes out at once.
+  if (it.av.avcodec_receive_packet(it.encoder, it.packet) < 0) return false;
+  stream.insert(stream.end(), it.packet->data, it.packet->data + it.packet->size);
+  is_key = (it.packet->flags & AV_PKT_FLAG_KEY) != 0;
+  it.av.av_packet_unref(it.packet);
+  return true;
+}
+
+}  // namespace fire3dv::sinks
