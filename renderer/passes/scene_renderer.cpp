@@ -250,7 +250,7 @@ bool SceneRenderer::trace_paths(const PreparedFrame& prepared, const state::Pose
   FIRE3DV_ASSERT(path_tracer_ && prepared.number_ == prepared_ && targets_ && targets_->views == 1);
   gpu::FrameRing& ring = path_tracer_->submissions();
   gpu::Recorder& recorder = ring.begin();
-  update_scene(recorder, ring.staging(), poses);
+  update_scene(recorder, ring.staging(), poses, false);
   shadows_.upload_changes(recorder, ring.staging());
   record_acceleration_structures(recorder);
   path_tracer_->begin(recorder, make_globals(view, false), view);
