@@ -141,7 +141,10 @@ Result<void> FrameLoop::run() {
     // User input.
     const bool is_due = has_changed();
     if (window_ && is_due) steer();
-    if (live_view_) live_view_->poll(timeline_);
+    if (live_view_) {
+      live_view_->poll(timeline_);
+      if (image_service_.open_requests() != 0) scene_.show_markers();
+    }
 
     // Image requests of simulators.
     const ImageService::Drawn served = image_service_.draw_due(frames_);

@@ -264,7 +264,7 @@ void LiveView::request_image(serve::ViewerId number, Viewer& viewer, Clock::time
   const glm::uvec2 size = image_size(viewer.width, viewer.height, step.scale, !refines);
   const CameraRig::Placed placed = place(viewer);
   const uint64_t id = ++viewer.last_request;
-  viewer.appearance = {viewer.camera.ground(), placed.camera.exposure};
+  viewer.appearance = {viewer.camera.ground(), placed.camera.exposure, true};
   viewer.flight = Flight{id, now, step, refines, 0};
   viewer.drawn = revisions;
   viewer.has_moved = false;

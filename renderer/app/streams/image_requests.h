@@ -37,7 +37,8 @@ class ImageReplies {
   // Appearance that no request names: that of the renderer's own images, for viewers of the live view.
   struct Appearance {
     std::optional<passes::Ground> ground;
-    float exposure = 0;  // of the camera; 0: as in the settings
+    float exposure = 0;    // of the camera; 0: as in the settings
+    bool markers = false;  // on the first device
   };
   struct Shown {
     state::ImageRequestRegistry::Shown frame;

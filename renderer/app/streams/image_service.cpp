@@ -166,6 +166,7 @@ std::vector<RequestRenderer::WorkItem> ImageService::resolve(
       auto& possible = std::get<RequestCamera>(camera);
       const ImageReplies::Appearance appearance = requests_.appearance(one.requester);
       possible.ground = appearance.ground;
+      possible.markers = appearance.markers;
       if (possible.exposure == 0) possible.exposure = appearance.exposure;
       work.push_back({std::move(one), possible});
     }

@@ -98,7 +98,8 @@ size_t RequestRenderer::batch_size(std::span<const WorkItem> rest, uint64_t max_
   const wire::ImageRequest& first = rest[0].due.request;
   const passes::ImageOutputs outputs = drawn_outputs(first);
   const bool smoothed = outputs.has(wire::kColorSrgb8) && renderer_.post_settings().fxaa;
-  if (smoothed || has_lens(rest[0].camera) || !renderer_.can_take(outputs, 2)) return 1;
+  if (smoothed || has_lens(rest[0].camera) || rest[0].camera.markers || !renderer_.can_take(outputs, 2))
+    return 1;
   const uint64_t pixel_bytes = uint64_t{8} * static_cast<uint32_t>(renderer_.samples()) *
                                first.intrinsics.width * first.intrinsics.height;
   const uint64_t list_bytes = sizeof(uint32_t) * uint64_t{renderer_.gpu_scene().cluster_instance_count};
@@ -111,7 +112,7 @@ size_t RequestRenderer::batch_size(std::span<const WorkItem> rest, uint64_t max_
     const wire::ImageRequest& next = rest[count].due.request;
     if (next.intrinsics.width != first.intrinsics.width ||
         next.intrinsics.height != first.intrinsics.height || next.outputs != first.outputs ||
-        has_lens(rest[count].camera))
+        has_lens(rest[count].camera) || rest[count].camera.markers)
       break;
     ++count;
   }
@@ -135,9 +136,13 @@ std::optional<passes::PreparedFrame> RequestRenderer::prepare(std::span<const Wo
   const VkExtent2D extent = extent_of(first.camera.pinhole.image_px);
   const auto views = static_cast<uint32_t>(batch.size());
   passes::Shortage shortage{};
-  const Result<passes::PreparedFrame> prepared = renderer_.prepare(
-      {.extent = extent, .views = views, .outputs = outputs_behind(first), .scene = scene_update_},
-      &shortage);
+  const Result<passes::PreparedFrame> prepared =
+      renderer_.prepare({.extent = extent,
+                         .views = views,
+                         .outputs = outputs_behind(first),
+                         .scene = scene_update_,
+                         .markers = first.camera.markers && first.due.request.outputs == wire::kColorSrgb8},
+                        &shortage);
   if (!prepared) {
     refuse(batch,
            shortage == passes::Shortage::motion_snapshots ? wire::ImageRefusal::too_many

@@ -65,6 +65,7 @@ struct RequestCamera {
   glm::mat4 world_from_camera{1};  // rigid transform
   float exposure = 0;              // 0: from the draw settings
   std::optional<passes::Ground> ground;
+  bool markers = false;
 };
 
 struct CameraRefused {
