@@ -63,6 +63,7 @@ class Bridge {
   void take_clock(const ClockMessage& message, SourceId source);
   void take_joint_state(const JointStateMessage& message);
   void take_description(const char* text);
+  void start_conversion();
   void insert_link_poses(int64_t stamp_ns);
   void choose_source_of_links();
   void restart(const std::string& reason);
@@ -104,7 +105,9 @@ class Bridge {
 
   std::unique_ptr<ImageOutput> images_;  // null: no cameras
 
-  std::string description_;  // last text
+  std::string description_;          // last text
+  bool is_description_new_ = false;  // not converted yet
+  int64_t next_conversion_ns_ = 0;
   std::optional<Conversion> conversion_;
   std::optional<RobotLinks> links_;
   std::vector<std::string> link_frames_;  // of links_, with the prefix

@@ -63,19 +63,30 @@ void Bridge::choose_source_of_links() {
 void Bridge::take_description(const char* text) {
   if (description_ == text) return;
   description_ = text;
-  conversion_.reset();
   const std::string& topic = watched_.back().topic;
   if (description_.size() > kMaxDescriptionBytes) {
     log_.warn("robot descriptions", topic + " is longer than 64 MiB and not read");
     return;
   }
   if (images_) images_->set_description(description_);
-  Result<Conversion> started = Conversion::start(description_, options_.package_folders, topic);
-  if (started) conversion_ = std::move(*started);
-  else log_line(error_line(started.error().message));
+  is_description_new_ = true;
+}
+
+// The newest description, not each: two publishers may alternate.
+void Bridge::start_conversion() {
+  if (conversion_ || !is_description_new_ || now_ns_ < next_conversion_ns_) return;
+  is_description_new_ = false;
+  next_conversion_ns_ = now_ns_ + 2 * kSecond;
+  Result<Conversion> started =
+      Conversion::start(description_, options_.package_folders, watched_.back().topic);
+  if (started)
+    conversion_ = std::move(*started);
+  else
+    log_line(error_line(started.error().message));
 }
 
 Result<void> Bridge::poll_conversion() {
+  start_conversion();
   if (!conversion_) return {};
   std::optional<Result<ConvertedRobot>> converted = conversion_->poll();
   if (!converted) return {};

@@ -60,8 +60,10 @@ bool encode(const uint8_t* rgba8, uint32_t width, uint32_t height, int quality, 
 bool append_jpeg(std::span<const uint8_t> rgba8, uint32_t width, uint32_t height, int quality,
                  std::vector<uint8_t>& file) {
   FIRE3DV_ASSERT(rgba8.size() == size_t{4} * width * height && width > 0 && height > 0);
-  unsigned char* bytes = nullptr;
-  unsigned long size = 0;
+  // Room for any image of this size: libjpeg never replaces the buffer, which an error could not tell.
+  unsigned long size = 6ul * (width + 16) * (height + 16) + 65536;
+  auto* bytes = static_cast<unsigned char*>(std::malloc(size));
+  if (!bytes) return false;
   const bool done = encode(rgba8.data(), width, height, quality, &bytes, &size);
   if (done) file.insert(file.end(), bytes, bytes + size);
   std::free(bytes);

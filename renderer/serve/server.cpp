@@ -6,7 +6,7 @@
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
-#include <new>
+#include <exception>
 #include <optional>
 #include <utility>
 
@@ -106,7 +106,7 @@ void Server::State::run() {
   while (!io.stopped()) {
     try {
       io.run();
-    } catch (const std::bad_alloc&) {  // a connection is lost; its page connects again
+    } catch (const std::exception&) {  // memory or TLS: a connection is lost; its page connects again
     }
   }
 }

@@ -1,6 +1,8 @@
 #include "renderer/state/marker_registry.h"
 
 #include <algorithm>
+#include <iterator>
+#include <string>
 #include <variant>
 
 #include "protocol/base/log.h"
@@ -19,6 +21,18 @@ uint64_t gpu_bytes(const wire::Marker& marker) {
                          marker.sizes.size() * sizeof marker.sizes[0] +
                          marker.colors.size() * sizeof marker.colors[0];
   return 2 * bytes;
+}
+
+// A small element of many vertices is a cheap message and an expensive draw. 200 million take an NVIDIA H200
+// a fraction of a second.
+constexpr uint64_t kMaxVertices = 200'000'000;  // of a stream
+
+// Upper bound of the vertices that a marker of many elements draws, by the levels of detail of the pass.
+uint64_t most_vertices(const wire::Marker& marker) {
+  constexpr uint64_t kOfElement[] = {3, 3, 6, 45, 18, 36, 144, 72, 180, 1};  // by kind, of more than 10,000
+  static_assert(std::size(kOfElement) == wire::kMarkerKindCount);
+  const uint64_t finest = marker.positions.size() > 10'000 ? 1 : 12;
+  return finest * kOfElement[static_cast<size_t>(marker.kind)] * marker.positions.size();
 }
 
 bool is_marker(const wire::SceneEdit& edit) {
@@ -74,13 +88,21 @@ bool MarkerRegistry::take_from(std::vector<SceneChanges>& changes) {
 
 void MarkerRegistry::store(StreamEntry& stream, wire::SceneEdit&& edit, BudgetCharge charge,
                            const std::shared_ptr<PeerBudget>& budget) {
-  stream.markers.erase(edit.node);  // its charges must not count against the new value
+  if (const auto known = stream.markers.find(edit.node); known != stream.markers.end()) {
+    stream.vertices -= known->second.vertices;
+    stream.markers.erase(known);  // its charges must not count against the new value
+  }
   auto* value = std::get_if<wire::Marker>(&edit.value);
   if (!value) return;
   if (static_cast<size_t>(value->kind) >= wire::kMarkerKindCount)
     return report(stream, edit.node,
                   "its kind " + std::to_string(static_cast<int>(value->kind)) +
                       " is of a later version: update the renderer");
+  const uint64_t vertices = most_vertices(*value);
+  if (stream.vertices + vertices > kMaxVertices)
+    return report(
+        stream, edit.node,
+        "the markers of this stream would draw more than " + std::to_string(kMaxVertices) + " vertices");
   Result<BudgetCharge> gpu = BudgetCharge::take(budget, Resource::gpu_bytes, gpu_bytes(*value));
   if (!gpu) return report(stream, edit.node, gpu.error().message);
   MarkerInForce& entry = stream.markers[edit.node];
@@ -88,6 +110,8 @@ void MarkerRegistry::store(StreamEntry& stream, wire::SceneEdit&& edit, BudgetCh
   entry.marker = std::make_shared<const wire::Marker>(std::move(*value));
   entry.value = std::move(charge);
   entry.gpu = std::move(*gpu);
+  entry.vertices = vertices;
+  stream.vertices += vertices;
 }
 
 void MarkerRegistry::report(StreamEntry& stream, const std::string& name, const std::string& reason) {

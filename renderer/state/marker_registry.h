@@ -46,6 +46,7 @@ class MarkerRegistry {
     uint64_t id = 0;
     std::shared_ptr<const wire::Marker> marker;
     BudgetCharge value, gpu;
+    uint64_t vertices = 0;         // at most, of its draw
     uint32_t parent_node = kNone;  // of the scene of scene_revision
     uint64_t scene_revision = UINT64_MAX;
   };
@@ -53,6 +54,7 @@ class MarkerRegistry {
     StreamId id = kNone;
     uint64_t epoch = 0;
     std::map<std::string, MarkerInForce> markers;
+    uint64_t vertices = 0;  // of all
     uint32_t reported = 0;
     bool reported_parent = false;
   };

@@ -42,10 +42,17 @@ std::optional<size_t> Materials::image(const std::string& uri, const std::string
     return warn(
         "it lies in no model and in no folder of --resource-path or GZ_SIM_RESOURCE_PATH; name its folder "
         "there");
+  std::error_code error;
+  const std::filesystem::path canonical = std::filesystem::canonical(*file, error);
+  if (!error && canonical != *found) {  // another spelling of its path
+    if (const auto known = images_.find(canonical); known != images_.end())
+      return images_[*found] = known->second;
+  }
   Result<FileBytes> bytes = read_file(*file, kMaxImageBytes);
   if (!bytes) return warn(bytes.error().message);
   const std::span<const std::byte> view = bytes->view();
   model_.images.push_back({convert::sanitize_text(file->filename().string()), {view.begin(), view.end()}});
+  if (!error) images_[canonical] = model_.images.size() - 1;
   return images_[*found] = model_.images.size() - 1;
 }
 

@@ -15,6 +15,8 @@
 namespace fire3dv::gazebo {
 namespace {
 
+constexpr size_t kMaxPathBytes = 4096;  // longer ones are no paths of a system
+
 namespace fs = std::filesystem;
 
 std::vector<fs::path> folders_of(const char* variable) {
@@ -124,6 +126,8 @@ Result<fs::path> Resources::find(const std::string& uri) const {
   } else if (scheme != "model" && scheme != "package") {
     return Error{quote(uri) + " has an unknown scheme: model, package, file, http and https are known"};
   }
+  if (rest.size() > kMaxPathBytes)
+    return Error{"a path of " + std::to_string(rest.size()) + " bytes is not searched"};
   if (const std::optional<fs::path> inner = inner_path(rest)) {
     // A path of another machine is searched by its end.
     const bool is_absolute = fs::path(rest).is_absolute();

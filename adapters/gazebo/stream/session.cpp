@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "adapters/gazebo/stream/world_finder.h"
+#include "adapters/gazebo/wire/field_count.h"
 #include "protocol/base/clock.h"
 #include "protocol/base/plural.h"
 #include "protocol/base/text.h"
@@ -18,10 +19,11 @@ constexpr int64_t kRequestPeriod_ns = 500 * kMillisecondNs;
 constexpr int64_t kResponsePatience_ns = 3 * kSecondNs;
 constexpr size_t kMaxMessagesAtOnce = 1000;
 constexpr int kWait_ms = 10;
+constexpr size_t kMaxFields = 8'000'000;  // of one message; a world of 200,000 entities has below 5 million
 
 template <typename T>
 bool parse(T& message, const std::vector<std::byte>& data) {
-  return data.size() <= size_t{INT32_MAX} &&
+  return data.size() <= size_t{INT32_MAX} && has_at_most_fields(data, kMaxFields) &&
          message.ParseFromArray(data.data(), static_cast<int>(data.size()));
 }
 

@@ -11,7 +11,7 @@
 namespace fire3dv::gazebo {
 namespace {
 
-constexpr size_t kMaxText = 4096;       // of a name or type; real ones are below 200 bytes
+constexpr size_t kMaxText = 1024;       // of a name or type; real ones are below 200 bytes
 constexpr size_t kMaxDatagram = 65507;  // payload of UDP over IPv4
 
 bool is_text(const std::string& text) {

@@ -24,6 +24,9 @@ constexpr size_t kMaxParts = 16;           // of one message
 constexpr size_t kMaxRequests = 8;         // open at one time
 constexpr int kMaxDatagramsAtOnce = 1000;  // so that a flood does not starve the rest
 constexpr size_t kMaxSubscribedPrefixes = 4096;
+constexpr int kMaxPartsAtOnce = 1000;  // messages of one call: a flood of invalid ones does not hold it
+constexpr int64_t kMaxSubscriptionBytes = 8192;
+constexpr int kMaxQueuedMessages = 100, kMaxQueuedResponses = 8;  // of one connection
 constexpr int64_t kHeartbeat_ns = kSecondNs;
 
 std::string environment(const char* name) {
@@ -78,7 +81,8 @@ std::string default_partition() {
 struct Node::Socket {
   explicit Socket(int type) : handle(zmq_socket(context(), type)) {
     set(ZMQ_LINGER, 0);
-    set(ZMQ_MAXMSGSIZE, kMaxMessageBytes);
+    set(ZMQ_MAXMSGSIZE, type == ZMQ_XPUB ? kMaxSubscriptionBytes : kMaxMessageBytes);
+    set(ZMQ_RCVHWM, type == ZMQ_ROUTER ? kMaxQueuedResponses : kMaxQueuedMessages);
   }
   ~Socket() {
     if (handle) zmq_close(handle);
@@ -306,7 +310,7 @@ std::vector<std::string> Node::wait(int timeout_ms) {
   receive_discovery(*messages_);
   receive_discovery(*services_);
   read_subscriptions();
-  while (monitor_->receive()) was_refused_ = true;
+  for (int i = 0; i < kMaxPartsAtOnce && monitor_->receive(); ++i) was_refused_ = true;
   return directory_.take_gone(monotonic_ns());
 }
 
@@ -345,7 +349,9 @@ void Node::unsubscribe(const std::string& process_uuid) {
 }
 
 std::optional<Message> Node::next_message() {
-  while (auto parts = subscriber_->receive()) {
+  for (int i = 0; i < kMaxPartsAtOnce; ++i) {
+    auto parts = subscriber_->receive();
+    if (!parts) break;
     if (parts->size() < 4) continue;
     const std::optional<QualifiedName> name = split_qualified_name((*parts)[0]);
     if (!name || name->partition != directory_.partition()) continue;
@@ -375,7 +381,9 @@ Result<uint64_t> Node::request(const Advertisement& service, std::span<const std
 }
 
 std::optional<Response> Node::next_response() {
-  while (auto parts = responses_->receive()) {
+  for (int i = 0; i < kMaxPartsAtOnce; ++i) {
+    auto parts = responses_->receive();
+    if (!parts) break;
     // Identity of the service's socket, topic, node, request, data, result.
     if (parts->size() < 6 || (*parts)[2] != node_uuid_) continue;
     const std::string& text = (*parts)[3];
@@ -416,7 +424,9 @@ Result<void> Node::advertise(std::string_view name, std::string_view type) {
 
 void Node::read_subscriptions() {
   if (!publisher_) return;
-  while (auto parts = publisher_->receive()) {
+  for (int i = 0; i < kMaxPartsAtOnce; ++i) {
+    auto parts = publisher_->receive();
+    if (!parts) break;
     const std::string& text = parts->front();
     if (text.empty()) continue;
     const std::string prefix = text.substr(1);

@@ -112,6 +112,8 @@ std::vector<TopLevel> read_entities(const pb::Scene& scene, std::vector<std::str
     for (const pb::Light& light : message->light()) reader.light(light, kNoParent);
     item.message = message;
     item.digest = std::move(digest);
+    // Equal digests stand for equal entities.
+    if (count > kMaxEntities) item.digest += "the first " + std::to_string(item.entities.size());
     if (!item.entities.empty()) items.push_back(std::move(item));
   };
   for (const pb::Model& model : scene.model()) {

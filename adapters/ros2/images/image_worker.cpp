@@ -1,5 +1,6 @@
 #include "adapters/ros2/images/image_worker.h"
 
+#include <new>
 #include <utility>
 
 namespace fire3dv::ros2 {
@@ -39,7 +40,12 @@ void ImageWorker::run() {
       if (stop_) return;
       image = std::move(image_);
     }
-    const Result<void> done = publish_(*image);
+    Result<void> done;
+    try {
+      done = publish_(*image);
+    } catch (const std::bad_alloc&) {
+      done = Error{"memory is short"};
+    }
     image.reset();  // before the next one is taken: the slot is free again
     if (done) {
       ++published_;

@@ -80,9 +80,17 @@ bool FrameTree::is_in_loop(FrameId id) const {
   return nodes_[id].round == round_ && nodes_[id].state == State::loop;
 }
 
-FrameId FrameTree::root_of(FrameId id) const {
-  for (size_t steps = 0; steps < buffer_->frames().size() && !frame(id).is_root(); ++steps)
+FrameId FrameTree::root_of(FrameId id, std::unordered_map<FrameId, FrameId>& roots) const {
+  std::vector<FrameId> below;
+  while (below.size() < buffer_->frames().size() && !frame(id).is_root()) {
+    if (const auto known = roots.find(id); known != roots.end()) {
+      id = known->second;
+      break;
+    }
+    below.push_back(id);
     id = frame(id).samples.back().parent;
+  }
+  for (const FrameId each : below) roots[each] = id;
   return id;
 }
 

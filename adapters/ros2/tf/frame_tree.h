@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <unordered_map>
 #include <vector>
 
 #include "adapters/ros2/tf/frame_buffer.h"
@@ -22,7 +23,8 @@ class FrameTree {
   // True for a frame without a path that a loop of parents is to blame for.
   bool is_in_loop(FrameId frame) const;
   // The last frame on the way up from a frame without a path. A frame of the loop, if there is one.
-  FrameId root_of(FrameId frame) const;
+  // roots: results of other frames since begin(), which make many calls take linear time together.
+  FrameId root_of(FrameId frame, std::unordered_map<FrameId, FrameId>& roots) const;
 
   // Stamped frames between these frames and the fixed frame, each once, in the tree of the newest transforms.
   // Frames without a path are left out.

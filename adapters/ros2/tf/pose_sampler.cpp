@@ -58,12 +58,13 @@ FrameId PoseSampler::choose_fixed(const FrameBuffer& buffer, const std::vector<F
     if (id != kNoFrame && count_connected(buffer, id, wanted) > 0) return id;
   }
   std::unordered_map<FrameId, size_t> nodes_of_root;
+  std::unordered_map<FrameId, FrameId> roots;
   tree_.begin(buffer, kNoFrame, std::nullopt);
   FrameId best = kNoFrame;
   for (const FrameId id : wanted) {
     tree_.find(id);
     if (tree_.is_in_loop(id)) continue;
-    const FrameId root = tree_.root_of(id);
+    const FrameId root = tree_.root_of(id, roots);
     const size_t count = ++nodes_of_root[root];
     if (best == kNoFrame || count > nodes_of_root[best]) best = root;
   }
@@ -202,11 +203,14 @@ std::vector<FrameFault> PoseSampler::new_faults(const FrameBuffer& buffer, bool 
                         : options_.fixed_frame.empty() ? kNoFrame
                                                        : buffer.find(options_.fixed_frame);
   tree_.begin(buffer, fixed, std::nullopt);
+  std::unordered_map<FrameId, FrameId> roots;
   for (const FrameId id : wanted_nodes(buffer)) {
     if (buffer.frames()[id].is_root() ? id == fixed : tree_.find(id) != nullptr) continue;
     tree_.find(id);
-    if (tree_.is_in_loop(id)) faults.push_back({FrameFault::Kind::loop, id, tree_.root_of(id)});
-    else if (patient) faults.push_back({FrameFault::Kind::unconnected, id, tree_.root_of(id)});
+    if (tree_.is_in_loop(id))
+      faults.push_back({FrameFault::Kind::loop, id, tree_.root_of(id, roots)});
+    else if (patient)
+      faults.push_back({FrameFault::Kind::unconnected, id, tree_.root_of(id, roots)});
   }
   for (FrameId id = 0; id < buffer.frames().size(); ++id) {
     const ros2::Frame& frame = buffer.frames()[id];

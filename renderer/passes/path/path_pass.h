@@ -65,7 +65,7 @@ class PathPass {
 
  private:
   struct Variant {
-    bool extensions = true, textures = true, second_uv = true;
+    bool extensions = true, textures = true, second_uv = true, masked = true;
     bool operator==(const Variant&) const = default;
   };
   void use_pipeline(const GpuScene& scene);

@@ -185,6 +185,27 @@ TEST_F(MarkerRegistryTest, ReportsWhatIsNotShown) {
   EXPECT_EQ(shown().size(), 1u);
 }
 
+TEST_F(MarkerRegistryTest, BoundsTheVerticesOfAStream) {
+  const StreamId id = stream(1);
+  publish(id, 0);
+  wire::Marker capsules;
+  capsules.kind = wire::MarkerKind::capsules;
+  capsules.positions.resize(1'000'000);
+  capsules.sizes = {{1, 1, 1}};
+  edit(id, "a", capsules);
+  EXPECT_EQ(shown().size(), 1u);
+  edit(id, "b", capsules);
+  EXPECT_EQ(shown().size(), 1u);
+  EXPECT_NE(log().find("vertices"), std::string::npos);
+  edit(id, "a", wire::Cleared{});  // makes room
+  edit(id, "b", capsules);
+  EXPECT_EQ(shown().size(), 1u);
+  wire::Marker cloud;
+  cloud.positions.resize(1'000'000);
+  edit(id, "cloud", cloud);
+  EXPECT_EQ(shown().size(), 2u);
+}
+
 TEST_F(MarkerRegistryTest, ChargesThePeer) {
   PeerLimits limits;
   limits.of(Resource::gpu_bytes) = 50;

@@ -32,7 +32,9 @@ void lower_limit(__rlimit_resource resource, rlim_t most) {
 
 [[noreturn]] void run(const std::function<void()>& function) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-  for (const int each : {SIGSEGV, SIGABRT, SIGBUS, SIGFPE, SIGXCPU}) ::signal(each, SIG_DFL);
+  for (const int each : {SIGSEGV, SIGABRT, SIGBUS, SIGFPE, SIGILL, SIGTRAP, SIGXCPU, SIGALRM})
+    ::signal(each, SIG_DFL);
+  ::alarm(2 * kMaxSeconds);  // a process that waits takes no processor time
   lower_limit(RLIMIT_CORE, 0);
   lower_limit(RLIMIT_CPU, kMaxSeconds);
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
@@ -58,7 +60,7 @@ Result<void> try_in_process(const std::function<void()>& function) {
   int status = 0;
   while (::waitpid(child, &status, 0) < 0)
     if (errno != EINTR) return Error{std::string("a process was lost: ") + std::strerror(errno)};
-  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU)
+  if (WIFSIGNALED(status) && (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGALRM))
     return Error{"it takes longer than " + std::to_string(kMaxSeconds) + " seconds"};
   if (WIFSIGNALED(status)) return Error{std::string("it crashed (") + ::strsignal(WTERMSIG(status)) + ")"};
   if (WIFEXITED(status) && WEXITSTATUS(status) == kNoMemory)

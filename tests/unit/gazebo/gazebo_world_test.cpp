@@ -263,6 +263,26 @@ TEST(GazeboWorld, TakesRepeatedIdsAndNames) {
   EXPECT_EQ(place_of(world, "a model"), (std::vector<float>{0, 0, 0}));
 }
 
+// Its digest is that of the whole model, its entities are not.
+TEST(GazeboWorld, AModelThatIsCutIsAnotherModel) {
+  const auto add = [](pb::Scene& scene, const std::string& name, uint32_t id, int visuals) {
+    pb::Model& model = add_model(scene, name, id);
+    for (int i = 0; i < visuals; ++i) model.mutable_link(0)->add_visual()->set_id(id + 2);
+  };
+  pb::Scene small, large;
+  add(small, "a", 1, 100);
+  add(large, "b", 10, 199'950);
+  add(large, "a", 1, 100);
+  World world;
+  world.update(small);
+  world.update(large);
+  ASSERT_EQ(world.items().size(), 2u);
+  EXPECT_LT(world.items()[1].entities.size(), 100u);
+  world.update(small);
+  ASSERT_EQ(world.items().size(), 1u);
+  EXPECT_EQ(world.items()[0].entities.size(), 102u);
+}
+
 TEST(GazeboWorld, LimitsEntities) {
   pb::Scene scene;
   pb::Model& model = *scene.add_model();
