@@ -72,9 +72,11 @@ def _rgba_rows(colors: Any) -> List[Tuple[int, ...]]:
         nested = given if given and hasattr(given[0], "__iter__") else [given]
         result = []
         for color in nested:
-            numbers = [float(number) for number in color]
+            color = tuple(color)
+            numbers = [float(number) for number in color[:5]]
             if len(numbers) not in (3, 4) or not all(0 <= number <= 1 for number in numbers):
-                raise _refuse(f"colors has {color!r}; 3 or 4 numbers from 0 to 1 are needed")
+                raise _refuse(f"colors has {repr(color[:5])[:80]} of {len(color)} numbers; 3 or 4 from 0 to 1 are needed, "
+                              "or an array of one row for each colour")
             result.append(tuple(round(255 * number) for number in (numbers + [1.0])[:4]))
         return result
     except (TypeError, ValueError) as fault:
