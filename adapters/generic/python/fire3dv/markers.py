@@ -75,8 +75,8 @@ def _rgba_rows(colors: Any) -> List[Tuple[int, ...]]:
             color = tuple(color)
             numbers = [float(number) for number in color[:5]]
             if len(numbers) not in (3, 4) or not all(0 <= number <= 1 for number in numbers):
-                raise _refuse(f"colors has {repr(color[:5])[:80]} of {len(color)} numbers; 3 or 4 from 0 to 1 are needed, "
-                              "or an array of one row for each colour")
+                short = f"{repr(color[:5])[:80]} ({len(color)} numbers)"
+                raise _refuse(f"colors has {short}; 3 or 4 numbers from 0 to 1 are needed, or an array of rows")
             result.append(tuple(round(255 * number) for number in (numbers + [1.0])[:4]))
         return result
     except (TypeError, ValueError) as fault:
