@@ -59,6 +59,7 @@ Result<std::unique_ptr<Bridge>> Bridge::open(Options options, DomainSettings set
                                             std::move(*discovery), std::move(*readers), std::move(waitset),
                                             std::move(*renderers)));
   if (Result<void> opened = bridge->open_images(); !opened) return opened.error();
+  if (Result<void> opened = bridge->open_markers(); !opened) return opened.error();
   return bridge;
 }
 
@@ -92,6 +93,7 @@ Result<void> Bridge::run(const std::atomic<bool>& stop) {
     now_ns_ = monotonic_ns();
     take_messages();
     if (Result<void> done = poll_conversion(); !done) return done;
+    take_markers();
     if (Result<void> done = publish(); !done) return done;
     poll_images();
     if (now_ns_ >= next_look_ns_) {
@@ -128,11 +130,10 @@ bool Bridge::insert_all(const TfMessage& message, bool is_static, SourceId sourc
     const auto& transform = message.transforms._buffer[i];
     const auto& [translation, rotation] = transform.transform;
     const char* const child = text_of(transform.child_frame_id);
-    const Insertion insertion =
-        buffer_.insert(text_of(transform.header.frame_id), child, stamp_ns(transform.header.stamp),
-                       {{translation.x, translation.y, translation.z},
-                        {rotation.x, rotation.y, rotation.z, rotation.w}},
-                       is_static, source, now_ns_);
+    const Insertion insertion = buffer_.insert(
+        text_of(transform.header.frame_id), child, stamp_ns(transform.header.stamp),
+        {{translation.x, translation.y, translation.z}, {rotation.x, rotation.y, rotation.z, rotation.w}},
+        is_static, source, now_ns_);
     if (insertion == Insertion::accepted || insertion == Insertion::repeated ||
         insertion == Insertion::too_old)
       continue;
@@ -158,15 +159,15 @@ void Bridge::restart(const std::string& reason) {
 
 void Bridge::take_clock(const ClockMessage& message, SourceId source) {
   switch (clock_.add(stamp_ns(message.clock), source, now_ns_)) {
-    case ClockWatch::Event::none: break;
+    case ClockWatch::Event::none:
+      break;
     case ClockWatch::Event::jumped_back:
       // Transforms may have come first.
       if (last_restart_ns_ == 0 || now_ns_ - last_restart_ns_ > kSecond) restart("/clock");
       break;
     case ClockWatch::Event::conflict:
       log_.warn("publishers of /clock", "/clock has two publishers, " + source_text(clock_.source()) +
-                                            " and " + source_text(clock_.other()) +
-                                            ": the first one counts");
+                                            " and " + source_text(clock_.other()) + ": the first one counts");
       break;
   }
 }
@@ -181,8 +182,7 @@ Result<void> Bridge::publish() {
   if (frame->is_new_layout) {
     const std::vector<std::string>& names = sampler_.node_names();
     if (Result<void> done = renderers_.describe(names, offsets(names)); !done) return done;
-    log_line(counted(names.size(), "frame") + " in " +
-             quote(buffer_.frames()[sampler_.fixed_frame()].name));
+    log_line(counted(names.size(), "frame") + " in " + quote(buffer_.frames()[sampler_.fixed_frame()].name));
   }
   return renderers_.publish(frame->time_ns, sampler_.poses(), frame->is_discontinuity);
 }

@@ -14,12 +14,14 @@
 #include "adapters/ros2/dds/topics.h"
 #include "adapters/ros2/images/image_output.h"
 #include "adapters/ros2/limited_log.h"
+#include "adapters/ros2/markers/marker_input.h"
 #include "adapters/ros2/options.h"
 #include "adapters/ros2/renderers.h"
 #include "adapters/ros2/robot/conversion.h"
 #include "adapters/ros2/robot/robot_links.h"
 #include "adapters/ros2/tf/clock_watch.h"
 #include "adapters/ros2/tf/frame_buffer.h"
+#include "adapters/ros2/tf/frame_tree.h"
 #include "adapters/ros2/tf/pose_sampler.h"
 
 namespace fire3dv::ros2 {
@@ -72,6 +74,8 @@ class Bridge {
   Result<void> publish();
   Result<void> open_images();
   void poll_images();
+  Result<void> open_markers();
+  void take_markers();
   std::chrono::milliseconds wait_time() const;
   std::vector<Pose> offsets(const std::vector<std::string>& names) const;
   Result<void> look_around();  // ten times a second
@@ -103,7 +107,9 @@ class Bridge {
   int64_t structure_since_ns_ = 0;
   bool has_told_silence_ = false, has_told_fixed_frame_ = false, has_told_links_ = false;
 
-  std::unique_ptr<ImageOutput> images_;  // null: no cameras
+  std::unique_ptr<ImageOutput> images_;   // null: no cameras
+  std::unique_ptr<MarkerInput> markers_;  // null: no topics
+  FrameTree marker_tree_;
 
   std::string description_;          // last text
   bool is_description_new_ = false;  // not converted yet

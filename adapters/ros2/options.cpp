@@ -67,6 +67,16 @@ void add_input_options(CLI::App& app, Options& options, std::string& ns, bool& n
       ->group("Robot");
 }
 
+void add_marker_options(CLI::App& app, MarkerTopics& topics) {
+  const auto add_topics = [&](const char* name, std::vector<std::string>& list, const char* help) {
+    app.add_option(name, list, help)->type_name("TOPIC")->allow_extra_args(false)->group("Markers");
+  };
+  add_topics("--markers", topics.markers, "show a MarkerArray topic; repeatable");
+  add_topics("--points", topics.points, "show a PointCloud2 topic; repeatable");
+  add_topics("--path", topics.paths, "show a Path topic; repeatable");
+  add_topics("--map", topics.maps, "show an OccupancyGrid topic; repeatable");
+}
+
 void add_security_options(CLI::App& app, Security& security) {
   const auto add_file = [&](const char* name, std::string& file, const char* help) {
     app.add_option(name, file, help)->type_name("FILE")->group("Security");
@@ -109,6 +119,7 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   add_input_options(app, options, ns, no_description, ros_arguments);
   CameraArguments cameras;
   add_camera_options(app, cameras);
+  add_marker_options(app, options.markers);
   add_security_options(app, options.security);
   const auto usage_error = [](const std::string& text) {
     std::cerr << "fire3dv-ros2: error: " << terminal_text(text) << " (see fire3dv-ros2 --help)\n";

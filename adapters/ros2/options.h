@@ -11,6 +11,7 @@
 
 #include "adapters/ros2/dds/names.h"
 #include "adapters/ros2/images/camera_options.h"
+#include "adapters/ros2/markers/marker_input.h"
 #include "adapters/ros2/tf/pose_sampler.h"
 
 namespace fire3dv::ros2 {
@@ -23,6 +24,7 @@ struct Options {
   bool reads_description = true;
   PoseSamplerOptions frames;
   ImageOptions images;
+  MarkerTopics markers;
   std::optional<uint32_t> domain_id;
   Names names;
 };

@@ -110,9 +110,18 @@ Result<void> Renderers::add_robot(Target& target) {
 
 Result<void> Renderers::repeat_frame(Target& target) {
   if (last_poses_.empty()) return {};
-  return call_client("cannot publish to", target.uri, [&] {
-    target.stream.publish(std::chrono::nanoseconds(last_time_ns_), last_poses_);
-  });
+  return call_client("cannot publish to", target.uri,
+                     [&] { target.stream.publish(std::chrono::nanoseconds(last_time_ns_), last_poses_); });
+}
+
+Result<void> Renderers::show_marker(const std::string& name, const fire3dv_marker* marker) {
+  for (const Target& target : targets_) {
+    fire3dv_stream* const stream = target.stream.get();
+    const int code = marker ? fire3dv_set_marker(stream, name.c_str(), marker)
+                            : fire3dv_clear_marker(stream, name.c_str());
+    if (code != FIRE3DV_OK) return Error{fire3dv_last_error()};
+  }
+  return {};
 }
 
 Result<void> Renderers::poll(const std::function<void(const std::string&)>& log) {

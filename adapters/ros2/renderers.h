@@ -2,6 +2,7 @@
 // links.
 #pragma once
 
+#include <fire3dv/markers.h>
 #include <fire3dv/client.hpp>
 
 #include <array>
@@ -27,6 +28,9 @@ class Renderers {
   // The robot: renderers whose scene has less than half of the described names get it as a node. It stays
   // until another one comes.
   Result<void> set_robot(std::vector<uint8_t> glb);
+
+  // Shows a marker in all renderers, or clears it (null).
+  Result<void> show_marker(const std::string& name, const fire3dv_marker* marker);
 
   // Processes messages of the renderers and reports news by `log`. Call it ten times a second.
   Result<void> poll(const std::function<void(const std::string&)>& log);

@@ -17,7 +17,11 @@ if(TARGET fire3dv-ros2 AND TARGET fire3dv-convert AND TARGET stream_dump)
   set_target_properties(${ros2_publishers} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
   foreach(publisher ${ros2_publishers})
     string(REGEX REPLACE "e2e_(.*)_publisher" "\\1" library ${publisher})
-    foreach(cases frames robot times hostile large)
+    set(all_cases frames robot times hostile large)
+    if(library STREQUAL "cyclone")
+      list(APPEND all_cases markers)
+    endif()
+    foreach(cases ${all_cases})
       add_test(NAME ros2_${library}_${cases}
         COMMAND python3 ${CMAKE_CURRENT_LIST_DIR}/ros2/ros2_test.py $<TARGET_FILE:fire3dv-ros2> $<TARGET_FILE:stream_dump>
                 $<TARGET_FILE:${publisher}> ${cases})

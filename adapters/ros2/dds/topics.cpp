@@ -19,6 +19,10 @@ Quality reader_quality(Profile profile) {
     case Profile::joint_states: return {false, false, 5};
     case Profile::robot_description: return {true, true, 1};
     case Profile::image: return {true, false, 1};
+    case Profile::markers: return {true, false, 10};
+    case Profile::points: return {false, false, 1};
+    case Profile::path: return {true, false, 1};
+    case Profile::map: return {true, true, 1};
     case Profile::camera_info: break;
   }
   return {false, false, 5};
@@ -32,6 +36,10 @@ Quality writer_quality(Profile profile) {
     case Profile::joint_states: return {true, false, 10};
     case Profile::robot_description: return {true, true, 1};
     case Profile::image: return {true, false, 1};
+    case Profile::markers: return {true, false, 10};
+    case Profile::points: return {true, false, 1};
+    case Profile::path: return {true, false, 1};
+    case Profile::map: return {true, true, 1};
     case Profile::camera_info: break;
   }
   return {true, false, 5};
@@ -43,8 +51,10 @@ UniqueQos create_qos(const Quality& quality, const MessageType& type) {
                        DDS_MSECS(100));
   dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, quality.depth);
   if (quality.transient_local) dds_qset_durability(qos.get(), DDS_DURABILITY_TRANSIENT_LOCAL);
-  const std::string hash = "typehash=RIHS01_" + std::string(type.hash) + ";";
-  dds_qset_userdata(qos.get(), hash.data(), hash.size());
+  if (!type.hash.empty()) {
+    const std::string hash = "typehash=RIHS01_" + std::string(type.hash) + ";";
+    dds_qset_userdata(qos.get(), hash.data(), hash.size());
+  }
   return qos;
 }
 
@@ -102,6 +112,28 @@ template <>
 const MessageType& message_type<CameraInfoMessage>() {
   static constexpr MessageType type{&sensor_msgs_msg_dds__CameraInfo__desc,
                                     "b3dfd68ff46c9d56c80fd3bd4ed22c7a4ddce8c8348f2f59c299e73118e7e275"};
+  return type;
+}
+
+template <>
+const MessageType& message_type<MarkerArrayMessage>() {
+  static constexpr MessageType type{&visualization_msgs_msg_dds__MarkerArray__desc,
+                                    "86cb8800b6fb05b5eff1abd7a56f62a5641d3ae9a1c29e78e67e704f1d067dcf"};
+  return type;
+}
+template <>
+const MessageType& message_type<PointCloudMessage>() {
+  static constexpr MessageType type{&sensor_msgs_msg_dds__PointCloud2__desc, ""};
+  return type;
+}
+template <>
+const MessageType& message_type<PathMessage>() {
+  static constexpr MessageType type{&nav_msgs_msg_dds__Path__desc, ""};
+  return type;
+}
+template <>
+const MessageType& message_type<MapMessage>() {
+  static constexpr MessageType type{&nav_msgs_msg_dds__OccupancyGrid__desc, ""};
   return type;
 }
 

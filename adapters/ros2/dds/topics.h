@@ -30,11 +30,16 @@ using JointStateMessage = sensor_msgs_msg_dds__JointState_;
 using ImageMessage = sensor_msgs_msg_dds__Image_;
 using CompressedImageMessage = sensor_msgs_msg_dds__CompressedImage_;
 using CameraInfoMessage = sensor_msgs_msg_dds__CameraInfo_;
+using MarkerMessage = visualization_msgs_msg_dds__Marker_;
+using MarkerArrayMessage = visualization_msgs_msg_dds__MarkerArray_;
+using PointCloudMessage = sensor_msgs_msg_dds__PointCloud2_;
+using PathMessage = nav_msgs_msg_dds__Path_;
+using MapMessage = nav_msgs_msg_dds__OccupancyGrid_;
 
 // Type of a message: DDS descriptor and ROS 2's type hash (REP 2011).
 struct MessageType {
   const dds_topic_descriptor_t* descriptor;
-  std::string_view hash;  // 64 hexadecimal digits of RIHS01
+  std::string_view hash;  // 64 hexadecimal digits of RIHS01; empty: not announced
 };
 template <typename Message>
 const MessageType& message_type();
@@ -52,6 +57,14 @@ template <>
 const MessageType& message_type<CompressedImageMessage>();
 template <>
 const MessageType& message_type<CameraInfoMessage>();
+template <>
+const MessageType& message_type<MarkerArrayMessage>();
+template <>
+const MessageType& message_type<PointCloudMessage>();
+template <>
+const MessageType& message_type<PathMessage>();
+template <>
+const MessageType& message_type<MapMessage>();
 
 // Quality of service of a topic's ends. Readers are no more demanding than the usual writers, writers meet
 // reliable and best-effort readers.
@@ -62,7 +75,11 @@ enum class Profile {
   joint_states,       // reader best effort, 5; writer reliable, 10
   robot_description,  // reliable, transient local, 1
   image,              // reliable, volatile, 1
-  camera_info         // reader best effort, 5; writer reliable, 5
+  camera_info,        // reader best effort, 5; writer reliable, 5
+  markers,            // reliable, volatile, 10
+  points,             // reader best effort, 1
+  path,               // reliable, volatile, 1
+  map                 // reliable, transient local, 1
 };
 
 UniqueQos reader_qos(Profile profile, const MessageType& type);

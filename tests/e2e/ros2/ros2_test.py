@@ -398,6 +398,31 @@ def times_two_publishers(test):
 
 # --- hostile messages ------------------------------------------------------------------------------------------------------
 
+def markers_shown(test):
+    """Markers are placed where their frame is, replaced by name, and cleared; unknown frames are named."""
+    ros = Ros(test)
+    adapter = ros.adapter("--no-description", "--markers", "/markers")
+    side = ros.side(opens=("tf", "tf_static"))
+    side.do("open markers")
+    wait_until("a reader of markers", lambda: side.do("readers markers") != "ok 0")
+    side.send("tf_static", ("map", "base", 0, 5, 0, 0))
+    ros.wait_frame("base", lambda f: set(f[2]) == {"base"})
+
+    def marker(name, wanted):
+        return wait_until(lambda: f"{name}; {[m for m in ros.lines.messages if m['type'] == 'SceneEdit'][-2:]} {adapter.stderr_text()}",
+                          lambda: next((m for m in list(ros.lines.messages) if m["type"] == "SceneEdit" and m["node"] == name and wanted(m)), None))
+    side.do("marker forces 3 0 base 1 2 3")
+    shown = marker("markers/forces/3", lambda m: m["value"]["type"] == "Marker")
+    value = shown["value"]
+    check(value["kind"] == 5 and value["sizes"] == [[1, 2, 3]] and value["colors"] == [0xff0000ff], str(value))
+    check([value["parent_from_marker"][i] for i in (3, 7, 11)] == [6, 2, 3], f"map is 5 m from base: {value}")
+    side.do("marker forces 3 0 nowhere 1 2 3")
+    adapter.wait_err('frame "nowhere" is not connected to the fixed frame')
+    side.do("marker forces 3 2 base 0 0 0")
+    marker("markers/forces/3", lambda m: m["version"] > shown["version"] and m["value"]["type"] == "Cleared")
+    end(adapter)
+
+
 def memory_mib(program):
     with open(f"/proc/{program.process.pid}/status", encoding="ascii") as file:
         return next(int(line.split()[1]) for line in file if line.startswith("VmRSS")) / 1024
@@ -545,7 +570,7 @@ def large_rate(test):
 
 CASES = {case.__name__: case for case in (
     frames_late_adapter, frames_late_publisher, frames_grow, frames_names, frames_ranges, robot_joints, robot_links, robot_meshes,
-    times_common, times_back, times_two_publishers, hostile_values, hostile_sizes, hostile_bytes, hostile_types, large_chain, large_rate)}
+    times_common, times_back, markers_shown, times_two_publishers, hostile_values, hostile_sizes, hostile_bytes, hostile_types, large_chain, large_rate)}
 
 if __name__ == "__main__":
     reason = why_not()

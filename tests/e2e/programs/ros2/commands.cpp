@@ -25,8 +25,8 @@ double number_of(const std::string& word) {
 
 bool load(MessageWriter& writer, size_t count, double rate_hz, double seconds, size_t per_message) {
   const auto begin = std::chrono::steady_clock::now();
-  const auto period = std::chrono::duration_cast<std::chrono::nanoseconds>(
-      std::chrono::duration<double>(1 / rate_hz));
+  const auto period =
+      std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(1 / rate_hz));
   const auto rounds = static_cast<int64_t>(rate_hz * seconds);
   std::vector<TestTransform> message;
   for (int64_t round = 1; round <= rounds; ++round) {
@@ -89,6 +89,14 @@ class Interpreter {
       words >> stamp_ns;
       return said(writer_.send_clock(stamp_ns));
     }
+    if (command == "marker") {
+      TestTransform t;
+      int id = 0, action = 0;
+      words >> t.child >> id >> action >> t.parent;
+      for (double& number : t.translation)
+        if (words >> a) number = number_of(a);
+      return said(writer_.send_marker(t, id, action));
+    }
     if (command == "damaged") {
       size_t count = 0;
       unsigned seed = 0;
@@ -146,6 +154,7 @@ const TopicQuality& quality(const std::string& kind) {
       {"clock", {"/clock", "rosgraph_msgs::msg::dds_::Clock_", false, 10}},
       {"joint_states", {"/joint_states", "sensor_msgs::msg::dds_::JointState_", false, 10}},
       {"robot_description", {"/robot_description", "std_msgs::msg::dds_::String_", true, 1}},
+      {"markers", {"/markers", "visualization_msgs::msg::dds_::MarkerArray_", false, 10}},
       {"wrong", {"", "std_msgs::msg::dds_::String_", false, 10}},
   };
   const auto found = all.find(kind);

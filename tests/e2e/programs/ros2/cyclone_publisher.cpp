@@ -29,6 +29,7 @@ class CycloneWriter : public MessageWriter {
     const dds_topic_descriptor_t* descriptor = &std_msgs_msg_dds__String__desc;
     if (kind.starts_with("tf")) descriptor = &tf2_msgs_msg_dds__TFMessage__desc;
     if (kind == "clock") descriptor = &rosgraph_msgs_msg_dds__Clock__desc;
+    if (kind == "markers") descriptor = &visualization_msgs_msg_dds__MarkerArray__desc;
     if (kind == "joint_states") descriptor = &sensor_msgs_msg_dds__JointState__desc;
     const dds_entity_t dds_topic =
         dds_create_topic(participant_, descriptor, ("rt" + topic).c_str(), nullptr, nullptr);
@@ -65,6 +66,26 @@ class CycloneWriter : public MessageWriter {
     message.transforms._buffer = raw.data();
     message.transforms._length = message.transforms._maximum = static_cast<uint32_t>(raw.size());
     return dds_write(writers_[kind], &message) == DDS_RETCODE_OK;
+  }
+
+  bool send_marker(const TestTransform& place, int id, int action) override {
+    visualization_msgs_msg_dds__Marker_ marker{};
+    char none[] = "";
+    marker.header.frame_id = const_cast<char*>(place.parent.c_str());
+    marker.ns = const_cast<char*>(place.child.c_str());
+    marker.texture_resource = marker.texture.format = marker.text = marker.mesh_resource =
+        marker.mesh_file.filename = marker.texture.header.frame_id = none;
+    marker.id = id;
+    marker.type = 1;
+    marker.action = action;
+    marker.pose.position = {place.translation[0], place.translation[1], place.translation[2]};
+    marker.pose.orientation.w = 1;
+    marker.scale = {1, 2, 3};
+    marker.color = {1, 0, 0, 1};
+    visualization_msgs_msg_dds__MarkerArray_ message{};
+    message.markers._buffer = &marker;
+    message.markers._length = message.markers._maximum = 1;
+    return dds_write(writers_["markers"], &message) == DDS_RETCODE_OK;
   }
 
   bool send_text(const std::string& text) override {

@@ -98,8 +98,7 @@ class FastDdsWriter : public MessageWriter {
     qos.history().depth = wanted.depth;
     qos.durability().kind =
         wanted.transient_local ? dds::TRANSIENT_LOCAL_DURABILITY_QOS : dds::VOLATILE_DURABILITY_QOS;
-    qos.endpoint().history_memory_policy =
-        eprosima::fastrtps::rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+    qos.endpoint().history_memory_policy = eprosima::fastrtps::rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
     qos.publish_mode().kind = dds::ASYNCHRONOUS_PUBLISH_MODE;
     writers_[kind] = publisher_->create_datawriter(dds_topic, qos);
     return writers_[kind] != nullptr;

@@ -1,0 +1,35 @@
+// Markers of the bridge: placed in the fixed frame of its poses.
+#include <utility>
+
+#include "adapters/ros2/bridge.h"
+
+namespace fire3dv::ros2 {
+
+Result<void> Bridge::open_markers() {
+  if (options_.markers.is_empty()) return {};
+  auto markers = MarkerInput::open(*participant_, options_.names, options_.markers);
+  if (!markers) return markers.error();
+  markers_ = std::move(*markers);
+  for (const dds_entity_t reader : markers_->readers()) {
+    dds_set_status_mask(reader, DDS_DATA_AVAILABLE_STATUS);
+    dds_waitset_attach(waitset_.get(), reader, 0);
+  }
+  return {};
+}
+
+// Messages wait until there is a fixed frame.
+void Bridge::take_markers() {
+  const FrameId fixed = sampler_.fixed_frame();
+  if (!markers_ || fixed == kNoFrame || !renderers_.is_described()) return;
+  marker_tree_.begin(buffer_, fixed, std::nullopt);
+  const auto place = [&](const std::string& frame) {
+    const FrameId id = buffer_.find(frame);
+    return id == kNoFrame ? nullptr : marker_tree_.find(id);
+  };
+  const auto show = [&](const std::string& name, const fire3dv_marker* marker) {
+    return renderers_.show_marker(name, marker);
+  };
+  markers_->take(place, show, log_);
+}
+
+}  // namespace fire3dv::ros2
