@@ -375,6 +375,8 @@ def sdf(test):
     if "SDF" not in convert(test, "--version").stdout:
         check("it was built without libsdformat 12" in convert(test, crate, "--list", code=1).stderr, "the reason")
         return
+    example = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../examples/gazebo_world/table.sdf")
+    check("warning" not in convert(test, example, "--list").stderr, "the example is read as a whole")
     folder = os.path.join(test.path("models"), "crate")
     check("crate/l/v\t12 triangles" in convert(test, folder, "--list").stdout, "a model folder")
     check(draw(test, folder)[0] == draw(test, crate)[0], "the same picture of the folder and of its file")
