@@ -50,15 +50,16 @@ mapfile -t targets < <(tools/test_times.py --targets-of cpu build/dev)
 cmake --build --preset dev --target "${targets[@]}"
 build_seconds=$(seconds_since "$start")
 
+# A test that fails runs once more: some depend on the load of the machine. Such tests are listed as unsteady.
 say "tests: CPU side, sanitizers"
 failed=()
 start=$(now)
-ctest --test-dir build/dev -j "$jobs" -L '^cpu$' "${selection[@]}" --output-on-failure --no-tests=error ||
-  failed+=("tests with sanitizers")
+sanitizer_log=build/dev/tests/log.txt
+ctest --test-dir build/dev -j "$jobs" -L '^cpu$' "${selection[@]}" --repeat until-pass:2 --output-on-failure \
+  --no-tests=error 2>&1 | tee "$sanitizer_log" || failed+=("tests with sanitizers")
 sanitizer_seconds=$(seconds_since "$start")
 
 say "tests: all"
-# A test that fails runs once more: some depend on the load of the machine. Such tests are listed as unsteady.
 # CTest's summary is printed after the time table, at the end of the output.
 summary=build/ci/tests/summary.txt
 log=build/ci/tests/log.txt
@@ -70,8 +71,10 @@ ctest --test-dir build/ci -j "$jobs" "${selection[@]}" --repeat until-pass:2 --o
 
 tools/test_times.py --setup "$setup_seconds" --builds "$build_seconds" --sanitizers "$sanitizer_seconds" \
   --log "$log" build/ci || failed+=("the table of times")
-unsteady=$(awk '/\*\*\*Failed/ { for (i = 1; i < NF; ++i) if ($i ~ /^#[0-9]+:$/) print $(i + 1) }' "$log" | sort | uniq -c |
-  awk '$1 == 1 { printf " %s", $2 }')
+unsteady=$(for each in "$sanitizer_log" "$log"; do
+  awk '/\*\*\*(Failed|Timeout)/ { for (i = 1; i < NF; ++i) if ($i ~ /^#[0-9]+:$/) print $(i + 1) }' "$each" | sort | uniq -c |
+    awk '$1 == 1 { printf " %s", $2 }'
+done)
 [ -z "$unsteady" ] || say "unsteady, failed at the first try:$unsteady"
 if [ ${#failed[@]} -gt 0 ]; then
   [ -f "$summary" ] && cat "$summary"
