@@ -13,6 +13,8 @@
 namespace fire3dv::transport::shm {
 namespace {
 
+// Segments of one poll: sizes double, so that an honest chain is shorter.
+constexpr int kMaxSuccessors = 32;
 constexpr int64_t kLookEveryNs = 20 * kMillisecondNs;
 constexpr int64_t kSpinNs = 20'000;
 constexpr int64_t kShortestSleepNs = 50'000;
@@ -126,8 +128,9 @@ std::optional<Reader::End> ShmListener::end_of_segment() {
 
 void ShmListener::poll(const OnEvent& on_event) {
   if (is_paused_) return;
-  // Two rounds: the successor of an ended segment may already exist.
-  for (int round = 0; round < 2; ++round) {
+  // The successor of an ended segment may already exist, and may have a successor itself: a publisher grows
+  // in steps. Between segments an image cannot be sent, and would be lost.
+  for (int round = 0; round < kMaxSuccessors; ++round) {
     if (!reader_) {
       const int64_t now = monotonic_ns();
       if (round == 0 && now < next_look_ns_) return;
