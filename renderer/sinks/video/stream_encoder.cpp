@@ -3,6 +3,7 @@
 #include <string>
 
 #include "protocol/base/error.h"
+#include "renderer/sinks/video/bt709.h"
 #include "renderer/sinks/video/libav.h"
 
 namespace fire3dv::sinks {
@@ -25,7 +26,6 @@ struct StreamEncoder::Impl {
   }
 
   bool open(const AVCodec* codec);
-  bool open_conversion();
 };
 
 bool StreamEncoder::Impl::open(const AVCodec* codec) {
@@ -38,10 +38,7 @@ bool StreamEncoder::Impl::open(const AVCodec* codec) {
   encoder->time_base = {1, 30};  // of the rate control; viewers show a frame when it comes
   encoder->framerate = {30, 1};
   encoder->pix_fmt = AV_PIX_FMT_YUV420P;
-  encoder->color_primaries = AVCOL_PRI_BT709;
-  encoder->color_trc = AVCOL_TRC_IEC61966_2_1;
-  encoder->colorspace = AVCOL_SPC_BT709;
-  encoder->color_range = AVCOL_RANGE_MPEG;
+  set_bt709(*encoder);
   encoder->gop_size = 600;  // the connection loses nothing
   encoder->max_b_frames = 0;
   encoder->thread_count = 1;
@@ -53,23 +50,9 @@ bool StreamEncoder::Impl::open(const AVCodec* codec) {
   const int opened = av.avcodec_open2(encoder, codec, &options);
   av.av_dict_free(&options);
   if (opened < 0) return false;
-  frame->format = encoder->pix_fmt;
-  frame->width = encoder->width;
-  frame->height = encoder->height;
-  frame->color_primaries = encoder->color_primaries;
-  frame->color_trc = encoder->color_trc;
-  frame->colorspace = encoder->colorspace;
-  frame->color_range = encoder->color_range;
-  return av.av_frame_get_buffer(frame, 0) >= 0 && open_conversion();
-}
-
-bool StreamEncoder::Impl::open_conversion() {
-  conversion = av.sws_getContext(encoder->width, encoder->height, AV_PIX_FMT_RGBA, encoder->width,
-                                 encoder->height, encoder->pix_fmt, SWS_BILINEAR, nullptr, nullptr, nullptr);
-  if (!conversion) return false;
-  const int* const bt709 = av.sws_getCoefficients(SWS_CS_ITU709);
-  constexpr int kOne = 1 << 16;
-  return av.sws_setColorspaceDetails(conversion, bt709, 1, bt709, 0, 0, kOne, kOne) >= 0;
+  match_encoder(*frame, *encoder);
+  conversion = open_bt709_conversion(av, *encoder, SWS_BILINEAR);
+  return conversion && av.av_frame_get_buffer(frame, 0) >= 0;
 }
 
 StreamEncoder::StreamEncoder(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "protocol/base/files.h"
+#include "renderer/sinks/video/bt709.h"
 #include "renderer/sinks/video/libav.h"
 
 namespace fire3dv::sinks {
@@ -166,10 +167,11 @@ Result<void> VideoFile::Impl::open_encoder(const Chosen& chosen) {
   encoder->pix_fmt = keeps_rgb              ? AV_PIX_FMT_BGR0
                      : settings.full_chroma ? AV_PIX_FMT_YUV444P
                                             : AV_PIX_FMT_YUV420P;
-  encoder->color_primaries = AVCOL_PRI_BT709;
-  encoder->color_trc = AVCOL_TRC_IEC61966_2_1;
-  encoder->colorspace = keeps_rgb ? AVCOL_SPC_RGB : AVCOL_SPC_BT709;
-  encoder->color_range = keeps_rgb ? AVCOL_RANGE_JPEG : AVCOL_RANGE_MPEG;
+  set_bt709(*encoder);
+  if (keeps_rgb) {
+    encoder->colorspace = AVCOL_SPC_RGB;
+    encoder->color_range = AVCOL_RANGE_JPEG;
+  }
   encoder->chroma_sample_location = AVCHROMA_LOC_LEFT;
   encoder->sample_aspect_ratio = {1, 1};
   encoder->flags |= AV_CODEC_FLAG_BITEXACT;  // no version strings: the same frames give the same bytes
@@ -202,20 +204,12 @@ Result<void> VideoFile::Impl::open_encoder(const Chosen& chosen) {
 }
 
 Result<void> VideoFile::Impl::open_conversion() {
-  const int width = encoder->width, height = encoder->height;
-  conversion = av.sws_getContext(
-      width, height, AV_PIX_FMT_RGBA, width, height, encoder->pix_fmt,
-      SWS_BICUBIC | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INT | SWS_FULL_CHR_H_INP | SWS_BITEXACT, nullptr,
-      nullptr, nullptr);
-  if (!conversion)
-    return Error{"cannot convert images of " + std::to_string(width) + "x" + std::to_string(height) +
-                 " for a video"};
-  if (encoder->pix_fmt == AV_PIX_FMT_BGR0) return {};
-  const int* const bt709 = av.sws_getCoefficients(SWS_CS_ITU709);
-  constexpr int kOne = 1 << 16;
-  if (av.sws_setColorspaceDetails(conversion, bt709, 1, bt709, 0, 0, kOne, kOne) < 0)
-    return Error{"the libav of this system cannot convert images to BT.709"};
-  return {};
+  constexpr int kExact =
+      SWS_BICUBIC | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INT | SWS_FULL_CHR_H_INP | SWS_BITEXACT;
+  conversion = open_bt709_conversion(av, *encoder, kExact);
+  if (conversion) return {};
+  return Error{"the libav of this system cannot convert images of " + std::to_string(encoder->width) + "x" +
+               std::to_string(encoder->height) + " for a video"};
 }
 
 Result<void> VideoFile::Impl::open(const Chosen& chosen) {
@@ -244,13 +238,7 @@ Result<void> VideoFile::Impl::open(const Chosen& chosen) {
     return failed("describe", done);
   stream->time_base = encoder->time_base;
   stream->avg_frame_rate = encoder->framerate;
-  frame->format = encoder->pix_fmt;
-  frame->width = encoder->width;
-  frame->height = encoder->height;
-  frame->color_primaries = encoder->color_primaries;
-  frame->color_trc = encoder->color_trc;
-  frame->colorspace = encoder->colorspace;
-  frame->color_range = encoder->color_range;
+  match_encoder(*frame, *encoder);
   if (const int done = av.av_frame_get_buffer(frame, 0); done < 0) return failed("take memory for", done);
   base::remove_abandoned_temporaries(settings.path.parent_path(), settings.path.filename().string());
   Result<base::AtomicFile> created = base::AtomicFile::create(settings.path);
