@@ -5,9 +5,12 @@
 #include <optional>
 #include <utility>
 
-#include "renderer/serve/jpeg.h"
-
 namespace fire3dv::serve {
+namespace {
+
+constexpr int kFullChromaQuality = 90;  // of JPEG: refined images
+
+}  // namespace
 
 Encoder::~Encoder() {
   {
@@ -22,10 +25,12 @@ void Encoder::add(ViewerId viewer, Image&& image) {
   {
     const std::scoped_lock lock(mutex_);
     const auto waiting = std::ranges::find(jobs_, viewer, &Job::viewer);
-    if (waiting != jobs_.end())
+    if (waiting != jobs_.end()) {
+      image.needs_key |= waiting->image.needs_key;
       waiting->image = std::move(image);
-    else
+    } else {
       jobs_.push_back({viewer, std::move(image)});
+    }
   }
   changed_.notify_one();
 }
@@ -57,7 +62,8 @@ void Encoder::run() {
     if (!job) continue;
     try {
       encode(job->viewer, job->image);
-    } catch (const std::bad_alloc&) {  // the image is lost; the viewer gets none until it connects again
+    } catch (const std::bad_alloc&) {
+      take_(job->viewer, {});
     }
   }
 }
@@ -70,9 +76,13 @@ void Encoder::encode(ViewerId viewer, const Image& image) {
     header.is_key = false;
     bytes.clear();
   }
-  if (header.codec == Codec::jpeg &&
-      !append_jpeg(image.rgba8, header.width, header.height, image.quality, bytes))
-    return;
+  if (header.codec == Codec::jpeg) {
+    const auto file = jpeg_.encode(image.rgba8.data(), header.width, header.height, size_t{4} * header.width,
+                                   static_cast<uint32_t>(image.quality),
+                                   image.quality >= kFullChromaQuality ? Chroma::full : Chroma::half);
+    if (!file) return take_(viewer, {});
+    bytes.assign(file->begin(), file->end());
+  }
   message.reserve(kImageHeaderBytes + bytes.size());
   append_header(header, message);
   message.insert(message.end(), bytes.begin(), bytes.end());

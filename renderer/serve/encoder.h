@@ -10,6 +10,7 @@
 #include <thread>
 #include <vector>
 
+#include "protocol/base/jpeg_encoder.h"
 #include "renderer/serve/server.h"
 #include "renderer/sinks/video/stream_encoder.h"
 
@@ -17,7 +18,8 @@ namespace fire3dv::serve {
 
 class Encoder {
  public:
-  // take: called on the encoder's thread with each message.
+  // take: called on the encoder's thread with each message; an empty one: the image is lost for lack of
+  // memory.
   using Take = std::function<void(ViewerId viewer, std::vector<uint8_t>&& message)>;
   explicit Encoder(Take take) : take_(std::move(take)), thread_([this] { run(); }) {}
   ~Encoder();
@@ -45,6 +47,7 @@ class Encoder {
   std::vector<ViewerId> forgotten_;
   bool is_ending_ = false;
   std::map<ViewerId, std::unique_ptr<sinks::StreamEncoder>> streams_;  // owned by the thread
+  JpegEncoder jpeg_;                                                   // likewise
   std::thread thread_;                                                 // last: it uses the others
 };
 

@@ -156,7 +156,10 @@ Result<std::unique_ptr<Server>> Server::open(const ServerOptions& options) {
     asio::post(raw->io, [raw, viewer, message = std::move(message)]() mutable {
       const auto known = raw->hub.sockets.find(viewer);
       if (known == raw->hub.sockets.end()) return;
-      if (const auto socket = known->second.lock()) socket->send(std::move(message));
+      const auto socket = known->second.lock();
+      if (!socket) return;
+      if (message.empty()) return socket->abort();  // an image is lost: the page connects again and gets the next
+      socket->send(std::move(message));
     });
   });
   auto server = std::unique_ptr<Server>(new Server(std::move(state)));

@@ -1,11 +1,10 @@
 # Images of fire3dv-ros2: cameras, their messages and the encoder.
-find_package(JPEG REQUIRED)
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(tinyxml2 REQUIRED IMPORTED_TARGET tinyxml2)
 fire3dv_library(fire3dv_ros2_cameras
-  SOURCES images/camera_model.cpp images/camera_spec.cpp images/image_bytes.cpp images/jpeg_encoder.cpp
+  SOURCES images/camera_model.cpp images/camera_spec.cpp images/image_bytes.cpp
           images/sensor_tags.cpp
-  LINK fire3dv_ros2_dds fire3dv::client JPEG::JPEG PkgConfig::tinyxml2)
+  LINK fire3dv_ros2_dds fire3dv::client fire3dv_jpeg PkgConfig::tinyxml2)
 find_package(CLI11 REQUIRED)
 fire3dv_library(fire3dv_ros2_images
   SOURCES images/camera_images.cpp images/camera_mount.cpp images/camera_options.cpp images/camera_topics.cpp

@@ -1,4 +1,4 @@
-// Messages of the live view's page, headers of its images, and JPEG files.
+// Messages of the live view's page and headers of its images.
 #include "renderer/serve/message.h"
 
 #include <gtest/gtest.h>
@@ -6,17 +6,6 @@
 #include <cstdlib>
 #include <string>
 #include <vector>
-
-#define STB_IMAGE_IMPLEMENTATION
-#define STBI_ONLY_JPEG
-#define STB_IMAGE_STATIC
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wunused-function"
-#pragma GCC diagnostic ignored "-Wsign-compare"
-#include <stb/stb_image.h>
-#pragma GCC diagnostic pop
-
-#include "renderer/serve/jpeg.h"
 
 namespace fire3dv::serve {
 namespace {
@@ -98,30 +87,6 @@ TEST(ImageHeader, IsLittleEndian) {
                                          0, 0, 0, 0, 0x18, 0x17, 0x16, 0x15, 0x14, 0x13, 0x12, 0x11};
   EXPECT_EQ(message, expected);
   EXPECT_EQ(message.size(), kImageHeaderBytes);
-}
-
-// Oracle: the decoder of stb_image.
-TEST(Jpeg, DecodesToTheImage) {
-  constexpr uint32_t kWidth = 37, kHeight = 19;
-  std::vector<uint8_t> rgba;
-  for (uint32_t y = 0; y < kHeight; ++y)
-    for (uint32_t x = 0; x < kWidth; ++x)
-      rgba.insert(rgba.end(), {static_cast<uint8_t>(6 * x), static_cast<uint8_t>(12 * y),
-                               static_cast<uint8_t>(255 - 6 * x), static_cast<uint8_t>(x * y)});
-  std::vector<uint8_t> file = {1, 2, 3};
-  ASSERT_TRUE(append_jpeg(rgba, kWidth, kHeight, 95, file));
-  int width = 0, height = 0, channels = 0;
-  stbi_uc* const pixels = stbi_load_from_memory(file.data() + 3, static_cast<int>(file.size()) - 3, &width,
-                                                &height, &channels, 3);
-  ASSERT_NE(pixels, nullptr);
-  ASSERT_EQ(width, static_cast<int>(kWidth));
-  ASSERT_EQ(height, static_cast<int>(kHeight));
-  for (size_t i = 0; i < size_t{kWidth} * kHeight; ++i)
-    for (size_t c = 0; c < 3; ++c) EXPECT_NEAR(pixels[3 * i + c], rgba[4 * i + c], 8) << i;
-  stbi_image_free(pixels);
-  std::vector<uint8_t> coarse;
-  ASSERT_TRUE(append_jpeg(rgba, kWidth, kHeight, 30, coarse));
-  EXPECT_LT(coarse.size(), file.size());
 }
 
 }  // namespace

@@ -21,9 +21,9 @@
 #include "adapters/ros2/images/bench/reader_process.h"
 #include "adapters/ros2/images/camera_topics.h"
 #include "adapters/ros2/images/image_bytes.h"
-#include "adapters/ros2/images/jpeg_encoder.h"
 #include "adapters/ros2/images/messages.h"
 #include "protocol/base/command_line.h"
+#include "protocol/base/jpeg_encoder.h"
 
 namespace fire3dv::ros2 {
 namespace {

@@ -1,4 +1,4 @@
-#include "adapters/ros2/images/jpeg_encoder.h"
+#include "protocol/base/jpeg_encoder.h"
 
 #include <csetjmp>
 #include <cstdio>  // jpeglib.h uses FILE
@@ -11,7 +11,7 @@
 #error "libjpeg-turbo is needed: its JCS_EXT_RGBX reads the renderer's pixels in place"
 #endif
 
-namespace fire3dv::ros2 {
+namespace fire3dv {
 
 struct JpegEncoder::State {
   jpeg_error_mgr errors{};
@@ -45,8 +45,8 @@ struct JpegEncoder::State {
     return is_created = true;
   }
 
-  bool compress(const unsigned char* pixels, uint32_t width, uint32_t height, size_t row_stride,
-                int quality) {
+  bool compress(const unsigned char* pixels, uint32_t width, uint32_t height, size_t row_stride, int quality,
+                Chroma chroma) {
     if (setjmp(on_error) != 0) {
       jpeg_abort_compress(&compressor);
       return false;
@@ -58,6 +58,8 @@ struct JpegEncoder::State {
     compressor.in_color_space = JCS_EXT_RGBX;
     jpeg_set_defaults(&compressor);
     jpeg_set_quality(&compressor, quality, TRUE);
+    if (chroma == Chroma::full)
+      compressor.comp_info[0].h_samp_factor = compressor.comp_info[0].v_samp_factor = 1;
     jpeg_start_compress(&compressor, TRUE);
     while (compressor.next_scanline < compressor.image_height) {
       // libjpeg does not write to the rows.
@@ -76,20 +78,21 @@ JpegEncoder::JpegEncoder(JpegEncoder&&) noexcept = default;
 JpegEncoder& JpegEncoder::operator=(JpegEncoder&&) noexcept = default;
 
 Result<std::span<const uint8_t>> JpegEncoder::encode(const void* rgbx, uint32_t width, uint32_t height,
-                                                     size_t row_stride, uint32_t quality) {
+                                                     size_t row_stride, uint32_t quality, Chroma chroma) {
   State& state = *state_;
   // Upper bound of libjpeg-turbo (tjBufSize), so that libjpeg never replaces the buffer.
   const auto padded = [](size_t side) { return (side + 15) / 16 * 16; };
-  state.buffer.resize(padded(width) * padded(height) * 3 + 2048);
+  const size_t bytes_per_pixel = chroma == Chroma::full ? 6 : 3;
+  state.buffer.resize(padded(width) * padded(height) * bytes_per_pixel + 2048);
   state.bytes = state.buffer.data();
   state.size = static_cast<unsigned long>(state.buffer.size());
   if ((state.is_created || state.create()) &&
       state.compress(static_cast<const unsigned char*>(rgbx), width, height, row_stride,
-                     static_cast<int>(quality)) &&
+                     static_cast<int>(quality), chroma) &&
       state.bytes == state.buffer.data())
     return std::span<const uint8_t>(state.bytes, state.size);
   return Error{"an image of " + std::to_string(width) + "x" + std::to_string(height) +
                " cannot be encoded as JPEG: " + state.message};
 }
 
-}  // namespace fire3dv::ros2
+}  // namespace fire3dv

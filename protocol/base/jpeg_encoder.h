@@ -1,4 +1,4 @@
-// JPEG encoder of colour planes, by libjpeg-turbo: baseline, 4:2:0.
+// JPEG encoder of 8-bit sRGB images, by libjpeg-turbo: baseline.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +8,12 @@
 
 #include "protocol/base/error.h"
 
-namespace fire3dv::ros2 {
+namespace fire3dv {
+
+enum class Chroma : uint8_t {
+  half,  // 4:2:0: colours in half the resolution
+  full   // 4:4:4
+};
 
 // Keeps its buffers between images. One thread at a time.
 class JpegEncoder {
@@ -18,14 +23,14 @@ class JpegEncoder {
   JpegEncoder(JpegEncoder&&) noexcept;
   JpegEncoder& operator=(JpegEncoder&&) noexcept;
 
-  // rgbx: 4 bytes a pixel, rows of row_stride bytes; the fourth byte is ignored. quality: 1 to 100. The bytes
-  // are valid until the next call.
+  // rgbx: 4 bytes a pixel, top row first, rows of row_stride bytes; the fourth byte is ignored. quality: 1 to
+  // 100. The bytes are valid until the next call.
   Result<std::span<const uint8_t>> encode(const void* rgbx, uint32_t width, uint32_t height,
-                                          size_t row_stride, uint32_t quality);
+                                          size_t row_stride, uint32_t quality, Chroma chroma = Chroma::half);
 
  private:
   struct State;
   std::unique_ptr<State> state_;
 };
 
-}  // namespace fire3dv::ros2
+}  // namespace fire3dv
