@@ -1,7 +1,5 @@
 // Gazebo adapter: fire3dv-gazebo --to URI publishes a running Gazebo world to renderers.
 
-#include <atomic>
-#include <csignal>
 #include <exception>
 #include <new>
 #include <string>
@@ -9,6 +7,7 @@
 
 #include "adapters/gazebo/options.h"
 #include "protocol/base/log.h"
+#include "protocol/base/process/stop_signals.h"
 
 namespace fire3dv::gazebo {
 namespace {
@@ -16,17 +15,6 @@ namespace {
 // Names in `text` are untrusted: one line each.
 void log_line(const std::string& text) {
   print_log_line("fire3dv-gazebo", printable_text(text, 4096));
-}
-
-std::atomic<bool> stop{false};
-static_assert(std::atomic<bool>::is_always_lock_free,
-              "the signal handler below may only use what takes no lock");
-
-void install_stop_signals() {
-  struct sigaction action {};
-  action.sa_handler = [](int) { stop = true; };
-  action.sa_flags = static_cast<int>(SA_RESETHAND);  // a second Ctrl-C ends the program immediately
-  for (const int number : {SIGINT, SIGTERM, SIGHUP}) sigaction(number, &action, nullptr);
 }
 
 Result<void> run(Options options) {
@@ -38,7 +26,7 @@ Result<void> run(Options options) {
   Session session(std::move(*node), std::move(*publisher),
                   Resources::from_environment(std::move(options.resource_folders)),
                   std::move(options.session), log_line);
-  Result<void> done = session.run(stop);
+  Result<void> done = session.run(stop_requested);
   session.log_totals();
   return done;
 }

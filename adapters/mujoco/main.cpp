@@ -3,7 +3,6 @@
 #include <poll.h>
 #include <unistd.h>
 
-#include <atomic>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
@@ -19,6 +18,7 @@
 #include "adapters/mujoco/options.h"
 #include "adapters/mujoco/timing.h"
 #include "protocol/base/log.h"
+#include "protocol/base/process/stop_signals.h"
 #include "tools/convert/glb/output.h"
 
 namespace fire3dv::mujoco {
@@ -30,17 +30,6 @@ void log_line(std::string text) {
   for (char& c : text)
     if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
   std::fprintf(stderr, "fire3dv-mujoco: %s\n", fire3dv::with_level(text).c_str());
-}
-
-std::atomic<bool> stop{false};
-static_assert(std::atomic<bool>::is_always_lock_free,
-              "the signal handler below may only use what takes no lock");
-
-void install_stop_signals() {
-  struct sigaction action {};
-  action.sa_handler = [](int) { stop = true; };
-  action.sa_flags = static_cast<int>(SA_RESETHAND);  // a second Ctrl-C ends the program immediately
-  for (const int number : {SIGINT, SIGTERM, SIGHUP}) sigaction(number, &action, nullptr);
 }
 
 // Non-blocking reader of command lines on standard input. Returns no lines without standard input, after its
@@ -100,7 +89,7 @@ class Runner {
     }
     if (Result<void> sent = publish(); !sent) return sent;
     const double step_s = simulation_.model().opt.timestep;
-    while (!stop && (options_.duration_s <= 0 || stepped_s_ < options_.duration_s - step_s / 2)) {
+    while (!stop_requested && (options_.duration_s <= 0 || stepped_s_ < options_.duration_s - step_s / 2)) {
       if (Result<void> done = process_commands(); !done) return done;
       if (paused_ && !single_step_) {
         std::this_thread::sleep_for(std::chrono::milliseconds(5));
@@ -143,7 +132,7 @@ class Runner {
     if (!sent) return sent.error();
     // With one renderer, its images acknowledge the frame already.
     if (options_.lockstep && (requests_.empty() || options_.publish.uris.size() > 1)) {
-      if (Result<void> shown = publisher_.wait_shown(options_.ack_timeout_s, stop, log_line); !shown)
+      if (Result<void> shown = publisher_.wait_shown(options_.ack_timeout_s, stop_requested, log_line); !shown)
         return shown;
     }
     if (Result<void> done = store_images(); !done) return done;
@@ -155,7 +144,7 @@ class Runner {
     for (size_t i = 0; i < requests_.size(); ++i) {
       while (true) {
         const Result<Image> image = options_.lockstep
-                                        ? publisher_.wait_image(requests_[i], options_.ack_timeout_s, stop)
+                                        ? publisher_.wait_image(requests_[i], options_.ack_timeout_s, stop_requested)
                                         : publisher_.take_image(requests_[i]);
         if (!image) return image.error();
         if (!*image) break;
@@ -172,7 +161,7 @@ class Runner {
   }
 
   void wait_until_due() {
-    while (!stop) {
+    while (!stop_requested) {
       const auto sleep = pace_.sleep_before(simulation_.data().time, Pace::Clock::now());
       if (sleep <= Pace::Clock::duration::zero()) return;
       std::this_thread::sleep_for(sleep);
@@ -212,7 +201,7 @@ class Runner {
       pace_.restart();
       return publish();
     } else if (*line == "quit") {
-      stop = true;
+      stop_requested = true;
     } else if (!line->empty()) {
       log_line("warning: \"" + *line + "\" is not one of pause, go, step, reset, quit");
     }

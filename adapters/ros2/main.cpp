@@ -3,8 +3,6 @@
 
 #include <dds/ddsrt/log.h>
 
-#include <atomic>
-#include <csignal>
 #include <cstdlib>
 #include <exception>
 #include <memory>
@@ -17,20 +15,10 @@
 #include "adapters/ros2/limited_log.h"
 #include "adapters/ros2/options.h"
 #include "protocol/base/log.h"
+#include "protocol/base/process/stop_signals.h"
 
 namespace fire3dv::ros2 {
 namespace {
-
-std::atomic<bool> stop{false};
-static_assert(std::atomic<bool>::is_always_lock_free,
-              "the signal handler below may only use what takes no lock");
-
-void install_stop_signals() {
-  struct sigaction action {};
-  action.sa_handler = [](int) { stop = true; };
-  action.sa_flags = static_cast<int>(SA_RESETHAND);  // a second Ctrl-C ends the program immediately
-  for (const int number : {SIGINT, SIGTERM, SIGHUP}) sigaction(number, &action, nullptr);
-}
 
 // Cyclone's own messages, mostly about the network and its configuration.
 void log_dds_message(void*, const dds_log_data_t* data) {
@@ -47,7 +35,7 @@ Result<void> run(Options&& options) {
   if (!settings) return settings.error();
   Result<std::unique_ptr<Bridge>> bridge = Bridge::open(std::move(options), std::move(*settings));
   if (!bridge) return bridge.error();
-  return (*bridge)->run(stop);
+  return (*bridge)->run(stop_requested);
 }
 
 }  // namespace

@@ -2,34 +2,34 @@
 
 #include <fcntl.h>
 #include <signal.h>
-#include <spawn.h>
-#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <cstdlib>
-#include <cstring>
-#include <sstream>
+#include <string>
 #include <utility>
 
 #include "protocol/base/files.h"
+#include "protocol/base/process/converter_process.h"
 
 namespace fire3dv::ros2 {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::chrono::minutes kLongest{15};
-constexpr uint64_t kMaxMemoryBytes = uint64_t{16} << 30, kMaxOutputBytes = uint64_t{1} << 30;
+constexpr uint64_t kMaxOutputBytes = uint64_t{1} << 30;
 constexpr uint64_t kMaxLogBytes = uint64_t{1} << 20;
-constexpr size_t kMaxWarnings = 30;
 
-fs::path converter_file() {
-  std::error_code error;
-  return fs::read_symlink("/proc/self/exe", error).parent_path() / "fire3dv-convert";
-}
+// File descriptor that is closed at the end of its scope.
+struct Descriptor {
+  explicit Descriptor(int opened) : fd(opened) {}
+  Descriptor(const Descriptor&) = delete;
+  ~Descriptor() {
+    if (fd >= 0) ::close(fd);
+  }
+  int fd;
+};
 
 Result<fs::path> make_folder() {
   const char* place = std::getenv("XDG_RUNTIME_DIR");
@@ -37,46 +37,6 @@ Result<fs::path> make_folder() {
   std::string name = (place ? std::string(place) : "/tmp") + "/fire3dv-ros2-XXXXXX";
   if (!::mkdtemp(name.data())) return Error{"cannot create " + name + ": " + system_reason(errno)};
   return fs::path(name);
-}
-
-void lower_limit(pid_t child, __rlimit_resource resource, rlim_t most) {
-  rlimit limit{};
-  if (::prlimit(child, resource, nullptr, &limit) != 0) return;
-  limit.rlim_max = std::min(limit.rlim_max, most);
-  limit.rlim_cur = std::min(limit.rlim_cur, limit.rlim_max);
-  ::prlimit(child, resource, &limit, nullptr);
-}
-
-Result<pid_t> spawn(const fs::path& program, const std::vector<std::string>& arguments, const fs::path& log) {
-  std::vector<std::string> words{program.string()};
-  words.insert(words.end(), arguments.begin(), arguments.end());
-  std::vector<char*> argv;
-  for (std::string& word : words) argv.push_back(word.data());
-  argv.push_back(nullptr);
-  posix_spawn_file_actions_t files;
-  posix_spawnattr_t attributes;
-  posix_spawn_file_actions_init(&files);
-  posix_spawnattr_init(&attributes);
-  posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-  posix_spawn_file_actions_addopen(&files, STDERR_FILENO, log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
-  sigset_t none;
-  sigemptyset(&none);
-  posix_spawnattr_setsigmask(&attributes, &none);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
-  pid_t pid = 0;
-  const int fault = posix_spawn(&pid, program.c_str(), &files, &attributes, argv.data(), environ);
-  posix_spawn_file_actions_destroy(&files);
-  posix_spawnattr_destroy(&attributes);
-  if (fault != 0)
-    return Error{"the robot description needs " + program.string() + ", which cannot be started: " +
-                 std::strerror(fault)};
-  lower_limit(pid, RLIMIT_CORE, 0);
-  lower_limit(pid, RLIMIT_FSIZE, kMaxOutputBytes);
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // they reserve terabytes
-  lower_limit(pid, RLIMIT_AS, kMaxMemoryBytes);
-#endif
-  return pid;
 }
 
 }  // namespace
@@ -93,8 +53,15 @@ Result<Conversion> Conversion::start(const std::string& urdf, const std::vector<
   std::vector<std::string> arguments = {file.string(), "-o", (*folder / "robot.glb").string()};
   for (const std::string& package : package_folders)
     arguments.insert(arguments.end(), {"--package-path", fs::absolute(package).string()});
-  const Result<pid_t> child = spawn(converter_file(), arguments, *folder / "log");
-  if (!child) return child.error();
+  // 3 and above, also where this program was started without standard streams.
+  const Descriptor nowhere(::open("/dev/null", O_WRONLY | O_CLOEXEC));
+  const Descriptor log(::open((*folder / "log").c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600));
+  const Descriptor output(::fcntl(nowhere.fd, F_DUPFD_CLOEXEC, 3)),
+      messages(::fcntl(log.fd, F_DUPFD_CLOEXEC, 3));
+  if (output.fd < 0 || messages.fd < 0)
+    return Error{"cannot write to " + folder->string() + ": " + system_reason(errno)};
+  const Result<pid_t> child = start_converter(arguments, output.fd, messages.fd, kMaxOutputBytes);
+  if (!child) return Error{topic + ": " + child.error().message};
   conversion.child_ = *child;
   conversion.begun_ = std::chrono::steady_clock::now();
   return conversion;
@@ -128,8 +95,9 @@ std::optional<Result<ConvertedRobot>> Conversion::poll() {
   int status = 0;
   const pid_t got = ::waitpid(child_, &status, WNOHANG);
   if (got == 0) {
-    if (std::chrono::steady_clock::now() - begun_ <= kLongest) return std::nullopt;
-    return Error{topic_ + ": its conversion takes longer than 15 minutes"};
+    if (std::chrono::steady_clock::now() - begun_ <= kLongestConversion) return std::nullopt;
+    return Error{topic_ + ": its conversion takes longer than " + std::to_string(kLongestConversion.count()) +
+                 " minutes"};
   }
   if (got < 0 && errno == EINTR) return std::nullopt;
   child_ = 0;
@@ -144,25 +112,15 @@ std::string Conversion::in_words(std::string text) const {
 }
 
 Result<ConvertedRobot> Conversion::finish(int status) const {
+  ConverterMessages messages;
+  if (const Result<FileBytes> log = read_file(folder_ / "log", kMaxLogBytes))
+    messages.add(reinterpret_cast<const char*>(log->data.get()), log->size);
+  messages.finish();
+  if (const Result<void> good = converter_result(status, messages); !good)
+    return Error{topic_ + ": " + in_words(good.error().message)};
   ConvertedRobot robot;
-  std::string last;
-  if (const Result<FileBytes> log = read_file(folder_ / "log", kMaxLogBytes)) {
-    std::istringstream lines(std::string(reinterpret_cast<const char*>(log->data.get()), log->size));
-    for (std::string line; std::getline(lines, line);) {
-      for (const std::string_view start : {"fire3dv-convert: ", "error: ", "info: "})
-        if (line.starts_with(start)) line.erase(0, start.size());
-      line = in_words(std::move(line));
-      if (constexpr std::string_view kWarning = "warning: "; line.starts_with(kWarning)) {
-        if (robot.warnings.size() < kMaxWarnings) robot.warnings.push_back(line.substr(kWarning.size()));
-      } else if (!line.empty()) {
-        last = line;
-      }
-    }
-  }
-  if (WIFSIGNALED(status))
-    return Error{topic_ + ": fire3dv-convert crashed (" + strsignal(WTERMSIG(status)) + ")"};
-  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
-    return Error{last.empty() ? topic_ + " cannot be converted" : last};
+  for (std::string& warning : messages.take_warnings())
+    robot.warnings.push_back(in_words(std::move(warning)));
   Result<std::vector<uint8_t>> glb = read_whole_file(folder_ / "robot.glb", kMaxOutputBytes);
   if (!glb) return Error{in_words(glb.error().message)};
   robot.glb = std::move(*glb);

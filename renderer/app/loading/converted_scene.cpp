@@ -2,9 +2,7 @@
 
 #include <fcntl.h>
 #include <poll.h>
-#include <spawn.h>
 #include <sys/mman.h>
-#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -26,19 +24,15 @@
 #include <utility>
 #include <vector>
 
+#include "protocol/base/process/converter_process.h"
 #include "protocol/base/digest.h"
 #include "protocol/base/error.h"
 #include "renderer/scene/cache/cache_files.h"
 #include "renderer/scene/files.h"
 #include "renderer/scene/gltf/foreign_file.h"
 
-extern char** environ;
-
 namespace fire3dv::app {
 namespace {
-
-// --- fire3dv-convert as a child process: description files are untrusted, and third-party libraries parse
-// them. A crash there does not affect this process. ---
 
 struct ConverterRun {
   std::vector<std::string> arguments;  // without the program's name
@@ -47,13 +41,9 @@ struct ConverterRun {
   std::function<bool()> should_stop;
 };
 
-constexpr std::chrono::minutes kLongest{15};
-constexpr rlim_t kMaxMemoryBytes = rlim_t{16} << 30, kMaxOutputBytes = rlim_t{4} << 30;
+constexpr uint64_t kMaxOutputBytes = uint64_t{4} << 30;
 constexpr int kPollMs = 100;
-constexpr size_t kMaxLineBytes = 4096, kMaxWarnings = 1000;
 constexpr const char* kStopped = "it was interrupted";
-constexpr std::string_view kName = "fire3dv-convert: ", kWarning = "warning: ", kError = "error: ",
-                           kInfo = "info: ";
 
 class Descriptor {
  public:
@@ -72,104 +62,25 @@ class Descriptor {
   int fd_;
 };
 
-// Line parser of the converter's output. The last line that is no warning is the error message.
-class Said {
- public:
-  void add(const char* bytes, size_t count) {
-    for (size_t i = 0; i < count; ++i) {
-      if (bytes[i] == '\n')
-        end_line();
-      else if (line_.size() < kMaxLineBytes)
-        line_ += static_cast<uint8_t>(bytes[i]) < 0x20 ? ' ' : bytes[i];
-    }
-  }
-  void end_line() {
-    std::string_view text = line_;
-    if (text.starts_with(kName)) text.remove_prefix(kName.size());
-    for (const std::string_view level : {kError, kInfo})
-      if (text.starts_with(level)) text.remove_prefix(level.size());
-    if (text.starts_with(kWarning)) {
-      text.remove_prefix(kWarning.size());
-      if (warnings_.size() < kMaxWarnings) warnings_.emplace_back(text);
-    } else if (!text.empty()) {
-      last_ = text;
-    }
-    line_.clear();
-  }
-  std::vector<std::string> take_warnings() { return std::move(warnings_); }
-  const std::string& last() const { return last_; }
-
- private:
-  std::string line_, last_;
-  std::vector<std::string> warnings_;
-};
-
-void lower_limit(pid_t child, __rlimit_resource resource, rlim_t most) {
-  rlimit limit{};
-  if (::prlimit(child, resource, nullptr, &limit) != 0) return;
-  limit.rlim_max = std::min(limit.rlim_max, most);
-  limit.rlim_cur = std::min(limit.rlim_cur, limit.rlim_max);
-  ::prlimit(child, resource, &limit, nullptr);
-}
-
-// A short file may ask for any amount of memory and output. Processes of the converter inherit the limits.
-void limit_resources(pid_t child) {
-  lower_limit(child, RLIMIT_CORE, 0);
-  lower_limit(child, RLIMIT_FSIZE, kMaxOutputBytes);
-#if !defined(__SANITIZE_ADDRESS__) && \
-    !defined(__SANITIZE_THREAD__)  // they reserve terabytes of address space
-  lower_limit(child, RLIMIT_AS, kMaxMemoryBytes);
-#endif
-}
-
-// Starts the process. Neither descriptor may be a standard one.
-Result<pid_t> start(const std::string& program, const std::vector<std::string>& arguments,
-                    int standard_output, int standard_error) {
-  std::vector<std::string> words{program};
-  words.insert(words.end(), arguments.begin(), arguments.end());
-  std::vector<char*> argv;
-  for (std::string& word : words) argv.push_back(word.data());
-  argv.push_back(nullptr);
-
-  posix_spawn_file_actions_t files;
-  posix_spawnattr_t attributes;
-  posix_spawn_file_actions_init(&files);
-  posix_spawnattr_init(&attributes);
-  posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_adddup2(&files, standard_output, STDOUT_FILENO);
-  posix_spawn_file_actions_adddup2(&files, standard_error, STDERR_FILENO);
-  sigset_t none;
-  sigemptyset(&none);
-  posix_spawnattr_setsigmask(&attributes, &none);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
-  pid_t pid = 0;
-  const int fault = posix_spawn(&pid, program.c_str(), &files, &attributes, argv.data(), environ);
-  posix_spawn_file_actions_destroy(&files);
-  posix_spawnattr_destroy(&attributes);
-  if (fault != 0) return Error{"cannot start " + program + ": " + std::strerror(fault)};
-  limit_resources(pid);
-  return pid;
-}
-
 using Clock = std::chrono::steady_clock;
 
 // Reason to end the converter, or nothing.
 std::optional<std::string> why_end(const ConverterRun& wanted, Clock::time_point until) {
   if (wanted.should_stop && wanted.should_stop()) return kStopped;
-  if (Clock::now() > until) return "it takes longer than " + std::to_string(kLongest.count()) + " minutes";
+  if (Clock::now() > until) return "it takes longer than " + std::to_string(kLongestConversion.count()) + " minutes";
   return std::nullopt;
 }
 
 // Reads until the child closes its standard error. Returns the reason to end it, or nothing.
 std::optional<std::string> listen_to(int from, const ConverterRun& wanted, Clock::time_point until,
-                                     Said& said) {
+                                     ConverterMessages& messages) {
   char bytes[4096];
   while (true) {
     pollfd ready{from, POLLIN, 0};
     if (::poll(&ready, 1, kPollMs) > 0) {
       const ssize_t got = ::read(from, bytes, sizeof bytes);
       if (got == 0 || (got < 0 && errno != EINTR && errno != EAGAIN)) return std::nullopt;
-      if (got > 0) said.add(bytes, static_cast<size_t>(got));
+      if (got > 0) messages.add(bytes, static_cast<size_t>(got));
     }
     if (std::optional<std::string> why = why_end(wanted, until)) return why;
   }
@@ -188,23 +99,8 @@ int wait_for(pid_t child, const ConverterRun& wanted, Clock::time_point until,
   }
 }
 
-// Path of the converter next to this program's executable. The error names the expected path.
-Result<std::string> converter_file() {
-  std::error_code error;
-  const std::filesystem::path own = std::filesystem::read_symlink("/proc/self/exe", error);
-  if (error) return Error{"cannot find fire3dv-convert: the path of fire3dv itself is unknown"};
-  const std::filesystem::path beside = own.parent_path() / "fire3dv-convert";
-  if (::access(beside.c_str(), X_OK) != 0) {
-    return Error{"this file is converted by fire3dv-convert, which is not beside fire3dv: " +
-                 beside.string() + " (" + std::strerror(errno) + "); install it there"};
-  }
-  return beside.string();
-}
-
 // Runs the converter to its end. Returns its warnings, or its error message. Uses neither PATH nor a shell.
 Result<std::vector<std::string>> run_converter(const ConverterRun& wanted) {
-  const Result<std::string> program = converter_file();
-  if (!program) return program.error();
   int ends[2];
   if (::pipe2(ends, O_CLOEXEC) != 0) return Error{std::string("cannot make a pipe: ") + std::strerror(errno)};
   const Descriptor reading(ends[0]);
@@ -216,27 +112,21 @@ Result<std::vector<std::string>> run_converter(const ConverterRun& wanted) {
       Descriptor::beyond_standard(wanted.standard_output >= 0 ? wanted.standard_output : writing.get());
   if (writing.get() < 0 || output.get() < 0)
     return Error{std::string("cannot start fire3dv-convert: ") + std::strerror(errno)};
-  const Result<pid_t> child = start(*program, wanted.arguments, output.get(), writing.get());
+  const Result<pid_t> child =
+      start_converter(wanted.arguments, output.get(), writing.get(), kMaxOutputBytes);
   writing.reset();
   output.reset();  // may also be the pipe's
   if (!child) return child.error();
 
-  Said said;
-  const Clock::time_point until = Clock::now() + kLongest;
-  std::optional<std::string> ended = listen_to(reading.get(), wanted, until, said);
+  ConverterMessages messages;
+  const Clock::time_point until = Clock::now() + kLongestConversion;
+  std::optional<std::string> ended = listen_to(reading.get(), wanted, until, messages);
   // A terminal interrupt reaches both processes and may have ended the converter already.
   const int status = wait_for(*child, wanted, until, ended);
-  said.end_line();
+  messages.finish();
   if (ended) return Error{"the conversion was ended: " + *ended};
-  if (WIFSIGNALED(status)) {
-    return Error{"fire3dv-convert crashed (" + std::string(strsignal(WTERMSIG(status))) +
-                 "): one of the files is more than a library can bear" +
-                 (said.last().empty() ? "" : "; its last message: " + said.last())};
-  }
-  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
-    return Error{said.last().empty() ? "fire3dv-convert failed without a reason" : said.last()};
-  }
-  return said.take_warnings();
+  if (const Result<void> good = converter_result(status, messages); !good) return good.error();
+  return messages.take_warnings();
 }
 
 // --- cache of conversions ---
