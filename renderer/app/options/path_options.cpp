@@ -47,8 +47,10 @@ std::optional<std::string> take_path_options(const PathTexts& texts, bool offlin
   }
   if (!options.headless && !offline)
     return "--render path takes seconds an image and opens no window: add --headless --frames 1 --out DIR";
-  if (!options.listen.empty() || options.on_request)
-    return "--render path draws no live streams and no images on request: record the stream, then fire3dv render FILE.mcap --render path";
+  if (!options.listen.empty() || options.on_request || !options.serve.empty())
+    return "--render path draws no live streams, no live view and no images on request: record the stream, "
+           "then fire3dv "
+           "render FILE.mcap --render path";
   if (options.debug_view != passes::DebugView::none) return "--render path and --view exclude each other";
   if (options.shadows != passes::ShadowSettings())
     return "--render path traces all shadows: leave --shadows and --shadow-rays out";
