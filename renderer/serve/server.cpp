@@ -7,6 +7,7 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
 #include <exception>
+#include <new>
 #include <optional>
 #include <utility>
 
@@ -158,8 +159,14 @@ Result<std::unique_ptr<Server>> Server::open(const ServerOptions& options) {
       if (known == raw->hub.sockets.end()) return;
       const auto socket = known->second.lock();
       if (!socket) return;
-      if (message.empty()) return socket->abort();  // an image is lost: the page connects again and gets the next
-      socket->send(std::move(message));
+      // Without memory an image is lost, and its viewer would wait for it: the page connects again and gets
+      // the next.
+      if (message.empty()) return socket->abort();
+      try {
+        socket->send(std::move(message));
+      } catch (const std::bad_alloc&) {
+        socket->abort();
+      }
     });
   });
   auto server = std::unique_ptr<Server>(new Server(std::move(state)));

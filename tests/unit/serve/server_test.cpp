@@ -283,6 +283,22 @@ TEST(LiveServer, SendsTextsAndTheNewestImage) {
   server->send(viewer + 100, "nobody");  // no effect
 }
 
+// A JPEG has 65,500 pixels a side at most: the viewer does not wait for an image that never comes.
+TEST(LiveServer, AnImageThatCannotBeEncodedEndsItsViewersConnection) {
+  const auto server = open_server();
+  Client client(*server);
+  join(client, *server);
+  const ViewerId viewer = wait_events(*server, 1)[0].viewer;
+  Image image;
+  image.header.width = 65535;
+  image.header.height = 1;
+  image.rgba8.assign(size_t{4} * 65535, 200);
+  server->send_image(viewer, std::move(image));
+  const std::vector<Event> events = wait_events(*server, 1);
+  EXPECT_EQ(events[0].kind, Event::Kind::left);
+  EXPECT_EQ(events[0].viewer, viewer);
+}
+
 TEST(LiveServer, LimitsOfViewersAndConnectionsAndTime) {
   ServerLimits limits;
   limits.max_viewers = 1;
