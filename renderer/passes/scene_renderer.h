@@ -144,6 +144,7 @@ class SceneRenderer {
   const GpuScene& gpu_scene() const { return *gpu_scene_; }
   VkSampleCountFlagBits samples() const { return samples_; }
   const ShadowTechnique& shadow_technique() const { return shadow_technique_; }
+  bool markers_lack_memory() const { return marker_pass_.lacks_memory(); }
   uint64_t uploaded_marker_bytes() const { return marker_pass_.uploaded_bytes(); }
   uint64_t shadow_rays() const { return shadows_.rays_traced(); }  // of a finished frame
   // Counts of a finished frame; zero on the forward path.

@@ -441,6 +441,9 @@ std::vector<std::string> LiveScene::take_log_messages() {
   std::vector<std::string> messages = registry_.take_log_messages();
   for (std::string& message : markers_.take_log_messages()) messages.push_back(std::move(message));
   for (std::string& message : std::exchange(log_messages_, {})) messages.push_back(std::move(message));
+  const bool lack = renderer_.markers_lack_memory();
+  if (std::exchange(reported_marker_memory_, lack) != lack && lack)
+    messages.push_back("warning: markers are not shown: the device has no memory for them");
   const uint32_t without = renderer_.lights_without_shadow();
   if (std::exchange(reported_without_shadow_, without) != without && without > 0)
     messages.push_back("warning: " + std::to_string(without) +

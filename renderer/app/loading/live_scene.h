@@ -140,6 +140,7 @@ class LiveScene {
   state::EditRegistry registry_;
   state::MarkerRegistry markers_;
   bool shows_markers_ = true;
+  bool reported_marker_memory_ = false;
   scene::SceneEdits edits_;
   UserEdits user_;
   bool user_changed_ = false;

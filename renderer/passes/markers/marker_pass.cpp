@@ -129,6 +129,22 @@ void MarkerPass::write(gpu::StagingRing& staging, const Marker& marker, const Pl
   uploaded_bytes_ += place.end - place.positions;
 }
 
+// Returns false if the device has no memory; markers are then not drawn until they need less.
+bool MarkerPass::grow(VkDeviceSize bytes) {
+  if (bytes >= refused_bytes_) return false;
+  bytes = std::max(kMinCapacity, bytes);
+  try {
+    elements_ = gpu::create_buffer(device_, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
+  } catch (const gpu::VulkanFailure& failure) {
+    if (!gpu::is_out_of_memory(failure)) throw;
+    refused_bytes_ = bytes;
+    end_ = 0;
+    return false;
+  }
+  capacity_ = bytes;
+  return true;
+}
+
 void MarkerPass::update(gpu::Recorder& recorder, gpu::StagingRing& staging,
                         std::span<const state::ShownMarker> markers) {
   std::map<uint64_t, Place> kept;
@@ -148,12 +164,9 @@ void MarkerPass::update(gpu::Recorder& recorder, gpu::StagingRing& staging,
   if (added.empty()) return;
   if (end > capacity_) {
     // Starts over with all markers. Half of the buffer stays free, so that this is seldom.
-    if (2 * needed > capacity_) {
-      capacity_ = std::max(kMinCapacity, 2 * needed);
-      elements_ =
-          gpu::create_buffer(device_, capacity_, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
-    }
     places_.clear();
+    lacks_memory_ = 2 * needed > capacity_ && !grow(2 * needed);
+    if (lacks_memory_) return;
     added.clear();
     for (const state::ShownMarker& shown : markers) added.push_back(&shown);
     end_ = 0;

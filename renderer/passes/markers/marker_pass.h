@@ -43,6 +43,8 @@ class MarkerPass {
 
   // Number of bytes uploaded so far, for tests and measurements.
   uint64_t uploaded_bytes() const { return uploaded_bytes_; }
+  // True while markers are not drawn for lack of device memory.
+  bool lacks_memory() const { return lacks_memory_; }
 
  private:
   // Arrays of one value in the buffer.
@@ -55,6 +57,7 @@ class MarkerPass {
   static Place place_after(VkDeviceSize begin, const wire::Marker& marker);
   void write(gpu::StagingRing& staging, const wire::Marker& marker, const Place& place,
              std::vector<VkBufferCopy>& copies, std::vector<VkBuffer>& sources);
+  bool grow(VkDeviceSize bytes);
   const gpu::Pipeline& pipeline(Layer layer, bool is_disc);
   void draw(VkCommandBuffer commands, const state::ShownMarker& shown, const Place& place, Layer layer,
             const Frame& frame);
@@ -65,6 +68,8 @@ class MarkerPass {
   std::array<gpu::Pipeline, 6> pipelines_;  // by layer and disc; created on first use
   gpu::Buffer elements_;
   VkDeviceSize capacity_ = 0, end_ = 0;
+  VkDeviceSize refused_bytes_ = UINT64_MAX;  // the smallest size that the device refused
+  bool lacks_memory_ = false;
   std::map<uint64_t, Place> places_;  // by id
   uint64_t uploaded_bytes_ = 0;
 };
