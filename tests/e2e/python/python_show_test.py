@@ -23,7 +23,8 @@ for address in ("http://127.0.0.1:8080/", "https://[::1]:9/", "http://localhost:
     assert TOKEN not in repr(view) and TOKEN not in str(view), view
 
 for link in ("", "127.0.0.1:8080", f"ftp://host/#{TOKEN}", "http://127.0.0.1:8080/", f"http:///#{TOKEN}",
-             f"http://host/#{TOKEN}0", "javascript:alert(1)#" + TOKEN):
+             f"http://host/#{TOKEN}0", "javascript:alert(1)#" + TOKEN,
+             "http://[::1#" + TOKEN, 5, None, b"http://host/"):
     try:
         fire3dv.show(link)
     except fire3dv.ArgumentError as error:

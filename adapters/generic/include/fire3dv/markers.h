@@ -1,5 +1,5 @@
-/* Markers of the FIRE-3DV client: geometry that a stream shows besides bodies, such as contact forces, trajectories,
- * point clouds and frames. C11 and C++.
+/* Markers of the FIRE-3DV client: geometry that a stream shows besides bodies, such as contact forces,
+ * trajectories, point clouds and frames. C11 and C++.
  *
  *   fire3dv_marker marker = {sizeof marker};
  *   marker.kind = FIRE3DV_MARKER_ARROWS;
@@ -9,15 +9,14 @@
  *   fire3dv_set_marker(stream, "contacts/forces", &marker);
  *   fire3dv_publish(stream, sim_time_ns, poses, count, 0);   // shown together with the marker
  *
- * State: a marker is a scene edit (fire3dv/scene.h) whose key is its name, "namespace/name" by convention: setting it
- *   again replaces it, late renderers receive the newest one, the end of the stream removes it, and all together may
- *   take fire3dv_options.scene_budget_bytes.
- * Shown: in the window and in images that the renderer itself writes. Requested images (fire3dv/image.h) have none, so
- *   that sensor data stay free of them.
- * Frames: without a parent, positions are in the stream's frame, like poses. With one, they are in the frame of that
- *   scene node, in metres, and a hidden parent hides the marker.
- * Colours: sRGB, shown as they are: no exposure, no tone mapping, no lights. Solids are shaded by their angle to the
- *   viewer.
+ * State: a marker is a scene edit (fire3dv/scene.h) whose key is its name, "namespace/name" by convention:
+ * setting it again replaces it, late renderers receive the newest one, the end of the stream removes it, and
+ * all together may take fire3dv_options.scene_budget_bytes. Shown: in the window, in the live view of
+ * browsers and in images that the renderer itself writes. Requested images (fire3dv/image.h) have none, so
+ * that sensor data stay free of them. Frames: without a parent, positions are in the stream's frame, like
+ * poses. With one, they are in the frame of that scene node, in metres, and a hidden parent hides the marker.
+ * Colours: sRGB, shown as they are: no exposure, no tone mapping, no lights. Solids are shaded by their angle
+ * to the viewer.
  */
 #ifndef FIRE3DV_MARKERS_H
 #define FIRE3DV_MARKERS_H
@@ -52,26 +51,26 @@ typedef struct fire3dv_marker {
   int32_t width_unit; /* FIRE3DV_MARKER_PIXELS, or LENGTHS of the marker's frame */
   float width;        /* not negative; of points, lines, arrows and axes */
   uint32_t flags;     /* FIRE3DV_MARKER_OVERLAID or 0 */
-  /* In nanoseconds of simulator time, from the frame published last; longer than a time step. 0 = until replaced or
-   * cleared. */
+  /* In nanoseconds of simulator time, from the frame published last; longer than a time step. 0 = until
+   * replaced or cleared. */
   uint64_t lifetime_ns;
-  const char *parent;              /* scene node; NULL = the frame of the stream's poses */
-  const float *parent_from_marker; /* 12 floats, row-major; NULL = identity */
-  const float *positions;          /* position_count times x y z; no positions: nothing is shown */
+  const char* parent;              /* scene node; NULL = the frame of the stream's poses */
+  const float* parent_from_marker; /* 12 floats, row-major; NULL = identity */
+  const float* positions;          /* position_count times x y z; no positions: nothing is shown */
   size_t position_count;
-  const float *rotations; /* x y z w; of axes and solids. NULL = none, one for all, or one per position */
+  const float* rotations; /* x y z w; of axes and solids. NULL = none, one for all, or one per position */
   size_t rotation_count;
-  const float *sizes; /* x y z, full extents; of axes and solids. One for all, or one per position */
+  const float* sizes; /* x y z, full extents; of axes and solids. One for all, or one per position */
   size_t size_count;
-  const uint8_t *colors; /* r g b a, sRGB. NULL = white, one for all, or one per position */
+  const uint8_t* colors; /* r g b a, sRGB. NULL = white, one for all, or one per position */
   size_t color_count;
 } fire3dv_marker;
 
 /* Sets or replaces the marker of this name. Copies the arrays; allocates. */
-FIRE3DV_API int fire3dv_set_marker(fire3dv_stream *stream, const char *name, const fire3dv_marker *marker);
+FIRE3DV_API int fire3dv_set_marker(fire3dv_stream* stream, const char* name, const fire3dv_marker* marker);
 
 /* Removes the marker. A name without a marker is no error. */
-FIRE3DV_API int fire3dv_clear_marker(fire3dv_stream *stream, const char *name);
+FIRE3DV_API int fire3dv_clear_marker(fire3dv_stream* stream, const char* name);
 
 #ifdef __cplusplus
 }

@@ -30,7 +30,10 @@ def show(link: str, height: int = 480) -> LiveView:
     The notebook must be open in a browser that reaches the link's address, and come from localhost itself. A saved
     notebook contains the link: use the view link, and clear the output before handing the notebook on.
     """
-    parts = urlsplit(link)
+    try:
+        parts = urlsplit(link)
+    except (AttributeError, TypeError, ValueError):  # no text, or an address that cannot be read
+        parts = urlsplit("")
     if parts.scheme not in ("http", "https") or not parts.hostname or not re.fullmatch("[0-9a-f]{32}", parts.fragment):
         raise ArgumentError(ErrorCode.ARGUMENT, "show() needs a link that fire3dv --serve printed, such as "
                             "http://127.0.0.1:8080/# with 32 digits")
