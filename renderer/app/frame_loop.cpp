@@ -43,7 +43,8 @@ constexpr auto kBusyTime = std::chrono::seconds(1);  // since the last change
 constexpr int kImagesOfChange = 3;
 // A window is drawn for this long after a change: tooltips appear late.
 constexpr auto kLingerTime = std::chrono::milliseconds(700);
-constexpr auto kWindowWait = std::chrono::milliseconds(15);  // between looks at the input of an idle window
+constexpr auto kViewersFrame = std::chrono::milliseconds(16);  // between steps of an animation
+constexpr auto kWindowWait = std::chrono::milliseconds(15);    // between looks at the input of an idle window
 // A wait for streams is reported after this time.
 constexpr auto kReportedWait = std::chrono::seconds(3);
 
@@ -141,15 +142,13 @@ Result<void> FrameLoop::run() {
     // User input.
     const bool is_due = has_changed();
     if (window_ && is_due) steer();
-    if (live_view_) {
-      live_view_->poll(timeline_);
-      if (image_service_.open_requests() != 0) scene_.show_markers();
-    }
+    if (draws_for_viewers_only_) animate_for_viewers();
+    if (live_view_) live_view_->poll(timeline_);
 
     // Image requests of simulators.
     const ImageService::Drawn served = image_service_.draw_due(frames_);
     has_due_images_ = served.has_more;
-    if (options_.on_request) {
+    if (options_.on_request || draws_for_viewers_only_) {
       if (Result<void> delivered = finish_served(served); !delivered) return delivered;
       continue;
     }
@@ -202,8 +201,8 @@ Result<void> FrameLoop::run() {
 // False if another image would equal the last one and nobody receives it: no file or statistics.
 bool FrameLoop::has_changed() {
   const bool is_delivered = wants_pixels() || options_.frames != 0 || !options_.stats.empty();
-  // Without a window nothing resumes a replay or an animation that stands.
-  const bool replays = timeline_ && !(window_ && stands(*timeline_));
+  // Without a window and viewers nothing resumes a replay or an animation that stands.
+  const bool replays = timeline_ && !((window_ || live_view_) && stands(*timeline_));
   const bool animates = animations_ && !(animation_timeline_ && stands(*animation_timeline_));
   if (is_delivered || replays || animates || options_.lockstep) return true;
   uint64_t conditions = 0;  // of all streams: the overlay of stale streams and the panels show them
@@ -284,7 +283,11 @@ Result<void> FrameLoop::finish_served(const ImageService::Drawn& served) {
   if (!served.any && image_service_.in_flight())
     (void)image_service_.wait_for(image_service_.submitted(), options_.peer_limits.slices.image_ns);
   if (Result<void> delivered = deliver(); !delivered) return delivered;
-  if (!served.any && !is_news) receiver_.wait(std::chrono::milliseconds(1));
+  if (served.any || is_news) return {};
+  if (options_.on_request)
+    receiver_.wait(std::chrono::milliseconds(1));
+  else
+    wait_for_messages();
   return {};
 }
 
@@ -342,6 +345,19 @@ void FrameLoop::animate() {
   }
   const double now_s = static_cast<double>(images_) / kHeadlessImagesPerSecond;
   poses_.set_rest(animations_->at(animation_clock_.at(poses_.sim_time_ns(), now_s)));
+}
+
+void FrameLoop::show_in_browsers(LiveView* live_view) {
+  live_view_ = live_view;
+  const bool is_delivered = window_ || wants_pixels() || options_.frames != 0 || !options_.stats.empty();
+  draws_for_viewers_only_ = live_view_ && !is_delivered && !options_.lockstep;
+  if (draws_for_viewers_only_ && animations_) animation_timeline_.emplace(animations_->duration_s());
+}
+
+void FrameLoop::animate_for_viewers() {
+  if (!animations_ || !live_view_->has_viewers() || Clock::now() - animated_ < kViewersFrame) return;
+  animated_ = Clock::now();
+  animate();
 }
 
 Result<void> FrameLoop::draw() {

@@ -66,7 +66,7 @@ class FrameLoop {
   void follow(replay::TimelineControl* timeline) { timeline_ = timeline; }
   void record_with(Recording* recording) { recording_ = recording; }
   // Borrowed; null: no viewers in browsers. Call before run().
-  void show_in_browsers(LiveView* live_view) { live_view_ = live_view; }
+  void show_in_browsers(LiveView* live_view);
   // Borrowed secondary devices that also render image requests, with the current settings. Call before run().
   void spread_images_over(SecondaryDevices& further, const passes::DrawSettings& settings) {
     image_service_.spread_over(further, settings);
@@ -89,6 +89,7 @@ class FrameLoop {
   bool poll_streams();  // polls streams; true if there is a new pose frame
   void steer();         // applies user input
   void animate();
+  void animate_for_viewers();
   Result<void> draw();
   bool trace_paths(const passes::PreparedFrame& prepared, const passes::View& view);
   Result<void> finish_served(const ImageService::Drawn& served);
@@ -116,6 +117,8 @@ class FrameLoop {
   replay::TimelineControl* timeline_ = nullptr;
   Recording* recording_ = nullptr;
   LiveView* live_view_ = nullptr;
+  bool draws_for_viewers_only_ = false;               // nobody receives an image of its own
+  std::chrono::steady_clock::time_point animated_{};  // for viewers
   DocumentLoader* next_ = nullptr;
   SceneReload* reload_ = nullptr;
   bool goes_on_ = false;

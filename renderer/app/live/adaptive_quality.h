@@ -33,11 +33,13 @@ class AdaptiveQuality {
       fast_ = 0;
     }
   }
-  // The renderer has no memory for images of this size.
-  void on_refused() {
+  // The renderer has no memory for images of this size. Returns false if there is no smaller one.
+  bool on_refused() {
+    const float refused = step().scale;
     while (step_ + 1 < kSteps.size() && kSteps[step_ + 1].scale == kSteps[step_].scale) ++step_;
     if (step_ + 1 < kSteps.size()) ++step_;
     fast_ = 0;
+    return step().scale < refused;
   }
 
  private:

@@ -83,6 +83,7 @@ void LiveView::on_scene_replaced(const scene::Scene& before, const scene::Scene&
   for (auto& [number, viewer] : viewers_) {
     viewer.camera.set_scene(after);
     viewer.camera_node.reset();
+    viewer.pick.reset();  // its answer has numbers of the old scene
   }
   scene_number_ = random_scene_number();
   scene_text_.clear();
@@ -128,8 +129,11 @@ void LiveView::poll(replay::TimelineControl* timeline) {
     scene_text_ = scene_message(borrowed_.scene.scene(), scene_number_);
     send_to_all(scene_text_);
   }
-  if (std::string text = visibility_message(borrowed_.viewer, scene_number_); text != visibility_text_) {
-    visibility_text_ = std::move(text);
+  const gui::Viewer& shared = borrowed_.viewer;
+  if (visibility_text_.empty() || shown_hidden_ != shared.hidden || shown_isolated_ != shared.isolated) {
+    shown_hidden_ = shared.hidden;
+    shown_isolated_ = shared.isolated;
+    visibility_text_ = visibility_message(shared, scene_number_);
     send_to_all(visibility_text_);
   }
   for (auto& [number, viewer] : viewers_) {
@@ -183,6 +187,7 @@ void LiveView::apply(serve::ViewerId number, Viewer& viewer, const serve::Client
   if (message.kind == Kind::size) {
     viewer.width = message.width;
     viewer.height = message.height;
+    viewer.can_refine = true;
   }
   if (viewer.width == 0) return;  // the canvas comes first
   const float aspect = aspect_of(viewer.width, viewer.height);
@@ -258,7 +263,8 @@ void LiveView::request_image(serve::ViewerId number, Viewer& viewer, Clock::time
   const std::array<uint64_t, 2> revisions = {borrowed_.poses.revision(), borrowed_.scene.updates()};
   const bool is_new = viewer.has_moved || viewer.drawn != revisions;
   if (is_new) viewer.changed = now;
-  const bool refines = !is_new && !viewer.is_refined && now - viewer.changed >= kRefineAfter;
+  const bool refines =
+      !is_new && !viewer.is_refined && viewer.can_refine && now - viewer.changed >= kRefineAfter;
   if (!is_new && !refines) return;
   const AdaptiveQuality::Step step = refines ? AdaptiveQuality::kRefined : viewer.quality.step();
   const glm::uvec2 size = image_size(viewer.width, viewer.height, step.scale, !refines);
@@ -302,14 +308,17 @@ std::optional<ImageReplies::Shown> LiveView::shown(state::RequesterId requester)
   return Shown{{kEpoch, kSequence, borrowed_.poses.sim_time_ns().value_or(0)}, {}, known->second.appearance};
 }
 
-// The viewer tries again when something changes, with smaller images.
+// The viewer gets smaller images, and no refined one for this canvas.
 void LiveView::refuse_image(state::RequesterId requester, const wire::ImageRefused& refused, bool) {
   Viewer* const viewer = find(requester);
   if (!viewer) return;
   if (viewer->pick == refused.request) viewer->pick.reset();
   if (viewer->flight && viewer->flight->request == refused.request) {
+    if (viewer->flight->is_refined)
+      viewer->can_refine = false;
+    else if (viewer->quality.on_refused())
+      viewer->has_moved = true;
     viewer->flight.reset();
-    viewer->quality.on_refused();
   }
   borrowed_.server.send(requester - kFirstViewer, notice_message("no image: " + refused.message));
 }

@@ -74,6 +74,7 @@ class LiveView final : public ImageReplies {
     bool has_moved = true;                              // the camera or the canvas, since then
     bool decodes_h264 = false, needs_key = true;
     bool is_refined = false;                   // the last requested image
+    bool can_refine = true;                    // no image of full size was refused for this canvas
     std::optional<uint32_t> camera_node = {};  // as reported to the page
     std::optional<uint64_t> pick = {};         // request
     uint64_t last_request = 0;
@@ -100,7 +101,9 @@ class LiveView final : public ImageReplies {
   std::map<serve::ViewerId, Viewer> viewers_;
   uint64_t scene_number_ = 0;    // of the node numbers in messages
   std::string scene_text_;       // empty: to be written
-  std::string visibility_text_;  // as sent last
+  std::string visibility_text_;  // of shown_hidden_ and shown_isolated_; empty: to be written
+  std::set<uint32_t> shown_hidden_;
+  uint32_t shown_isolated_ = scene::kNone;
   Clock::time_point reported_{};
   std::map<uint64_t, uint64_t> frames_of_stream_;  // by epoch, at reported_
 };

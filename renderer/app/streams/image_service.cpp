@@ -155,6 +155,7 @@ void ImageService::drop_closed_requests() {
 std::vector<RequestRenderer::WorkItem> ImageService::resolve(
     std::vector<state::ImageRequestRegistry::Due>&& due) {
   std::vector<RequestRenderer::WorkItem> work;
+  bool has_markers = false;
   for (state::ImageRequestRegistry::Due& one : due) {
     auto camera = resolve_camera(one.request, requests_.world_from_stream(one.requester), poses_, scene_);
     if (const auto* possible = std::get_if<RequestCamera>(&camera)) {
@@ -167,17 +168,19 @@ std::vector<RequestRenderer::WorkItem> ImageService::resolve(
       const ImageReplies::Appearance appearance = requests_.appearance(one.requester);
       possible.ground = appearance.ground;
       possible.markers = appearance.markers;
+      has_markers |= possible.markers;
       if (possible.exposure == 0) possible.exposure = appearance.exposure;
       work.push_back({std::move(one), possible});
     }
   }
+  if (has_markers) scene_.show_markers();
   return work;
 }
 
 // Assigns a request to the device with the fewest pixels of open requests; round robin among equals.
 size_t ImageService::assign_device(const RequestRenderer::WorkItem& work) {
   const size_t count = device_count();
-  if (count == 1) return 0;
+  if (count == 1 || work.camera.markers) return 0;  // the first device has the markers
   pixels_of_device_.resize(count);
   const Key key{work.due.requester, work.due.request.id};
   if (const auto known = assignments_.find(key); known != assignments_.end()) return known->second.device;

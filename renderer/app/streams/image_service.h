@@ -25,7 +25,7 @@ class ImageService {
   };
   // Borrows all arguments, which belong to the primary device.
   ImageService(gpu::Device& device, passes::SceneRenderer& renderer, const state::PoseState& poses,
-               ImageRequestQueue& requests, const LiveScene& scene, Rules rules)
+               ImageRequestQueue& requests, LiveScene& scene, Rules rules)
       : device_(device),
         poses_(poses),
         requests_(requests),
@@ -92,7 +92,7 @@ class ImageService {
   gpu::Device& device_;
   const state::PoseState& poses_;
   ImageRequestQueue& requests_;
-  const LiveScene& scene_;
+  LiveScene& scene_;
   const Rules rules_;
   RequestRenderer first_;
   SecondaryDevices* secondary_ = nullptr;

@@ -40,8 +40,14 @@ TEST(AdaptiveQuality, RelapsesBecomeRare) {
 
 TEST(AdaptiveQuality, ARefusedSizeIsNotTriedAgain) {
   AdaptiveQuality quality;
-  quality.on_refused();
-  EXPECT_LT(quality.step().scale, 1);
+  float scale = quality.step().scale;
+  int sizes = 1;
+  for (; quality.on_refused(); ++sizes) {
+    EXPECT_LT(quality.step().scale, scale);
+    scale = quality.step().scale;
+  }
+  EXPECT_EQ(sizes, 4);
+  EXPECT_EQ(scale, AdaptiveQuality::kSteps.back().scale);
 }
 
 }  // namespace
