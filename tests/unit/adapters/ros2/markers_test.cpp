@@ -1,6 +1,7 @@
 // Markers of ROS 2 messages, against numbers computed by hand.
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -179,6 +180,37 @@ TEST(Ros2Markers, CloudsWithoutTheirBytesAreRefused) {
   EXPECT_FALSE(cloud.marker());
   cloud = TestCloud(0, 0);
   EXPECT_TRUE(cloud.marker());
+}
+
+// The loop over 2^32 - 1 rows takes seconds.
+template <typename Convert>
+void expect_empty_at_once(Convert&& convert) {
+  const auto begin = std::chrono::steady_clock::now();
+  const Result<ShownMarker> marker = convert();
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds(500));
+  ASSERT_TRUE(marker) << marker.error().message;
+  EXPECT_TRUE(marker->positions.empty());
+  EXPECT_EQ(marker->colors.size(), 4u);
+}
+
+TEST(Ros2Markers, CloudsWithoutPointsAreEmptyAtOnce) {
+  TestCloud cloud(0, 0);
+  cloud.message.height = 0xffffffff;
+  expect_empty_at_once([&] { return cloud.marker(); });
+  cloud.message.width = 0xffffffff;
+  cloud.message.height = 0;
+  expect_empty_at_once([&] { return cloud.marker(); });
+}
+
+TEST(Ros2Markers, MapsWithoutCellsAreEmptyAtOnce) {
+  MapMessage map{};
+  map.info.resolution = 0.5f;
+  map.info.origin.orientation.w = 1;
+  map.info.height = 0xffffffff;
+  expect_empty_at_once([&] { return marker_of("map", map); });
+  map.info.width = 0xffffffff;
+  map.info.height = 0;
+  expect_empty_at_once([&] { return marker_of("map", map); });
 }
 
 TEST(Ros2Markers, MapsAreRunsOfCells) {
