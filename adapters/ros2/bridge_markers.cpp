@@ -22,14 +22,19 @@ void Bridge::take_markers() {
   const FrameId fixed = sampler_.fixed_frame();
   if (!markers_ || fixed == kNoFrame || !renderers_.is_described()) return;
   marker_tree_.begin(buffer_, fixed, std::nullopt);
-  const auto place = [&](const std::string& frame) {
+  MarkerContext context;
+  context.fixed_frame = buffer_.frames()[fixed].name;
+  context.place = [&](const std::string& frame) {
     const FrameId id = buffer_.find(frame);
     return id == kNoFrame ? nullptr : marker_tree_.find(id);
   };
-  const auto show = [&](const std::string& name, const fire3dv_marker* marker) {
+  context.show = [&](const std::string& name, const fire3dv_marker* marker) {
     return renderers_.show_marker(name, marker);
   };
-  markers_->take(place, show, log_);
+  context.warn = [&](const std::string& kind, const std::string& text) { log_.warn(kind, text); };
+  context.now_ns = now_ns_;
+  context.sim_time_ns = renderers_.published_time_ns();
+  markers_->take(context);
 }
 
 }  // namespace fire3dv::ros2

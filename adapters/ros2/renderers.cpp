@@ -109,9 +109,9 @@ Result<void> Renderers::add_robot(Target& target) {
 }
 
 Result<void> Renderers::repeat_frame(Target& target) {
-  if (last_poses_.empty()) return {};
+  if (last_poses_.empty() || !last_time_ns_) return {};
   return call_client("cannot publish to", target.uri,
-                     [&] { target.stream.publish(std::chrono::nanoseconds(last_time_ns_), last_poses_); });
+                     [&] { target.stream.publish(std::chrono::nanoseconds(*last_time_ns_), last_poses_); });
 }
 
 Result<void> Renderers::show_marker(const std::string& name, const fire3dv_marker* marker) {

@@ -9,6 +9,7 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -36,6 +37,8 @@ class Renderers {
   Result<void> poll(const std::function<void(const std::string&)>& log);
 
   bool is_described() const { return is_described_; }
+  // Time of the frame published last; none: nothing was published.
+  std::optional<int64_t> published_time_ns() const { return last_time_ns_; }
   // Stream of the first URI, whose renderer draws the images.
   fire3dv_stream* first_stream() const { return targets_.front().stream.get(); }
   // Name or path by which that renderer finds a described node.
@@ -62,7 +65,7 @@ class Renderers {
   std::unordered_map<std::string, std::string> robot_paths_;  // nodes of the added robot, by name
   std::vector<std::string> names_;
   std::vector<Pose> offsets_, last_poses_;
-  int64_t last_time_ns_ = 0;
+  std::optional<int64_t> last_time_ns_;
   bool is_described_ = false;
 };
 

@@ -1,6 +1,5 @@
 #include "adapters/ros2/markers/marker_input.h"
 
-#include <array>
 #include <utility>
 
 #include "protocol/base/text.h"
@@ -8,11 +7,10 @@
 namespace fire3dv::ros2 {
 namespace {
 
-constexpr int kMaxBatches = 16;       // of one topic, before poses are published
-constexpr size_t kMaxShown = 20'000;  // markers of one topic
+constexpr int kMaxBatches = 16;  // of one topic, before poses are published
 
-void warn(LimitedLog& log, const std::string& topic, const std::string& what, const std::string& reason) {
-  log.warn("markers of /" + topic, "/" + topic + ": " + what + " is not shown: " + reason);
+void refuse(const MarkerContext& context, const std::string& topic, const char* what, const Error& reason) {
+  context.warn("markers of /" + topic, "/" + topic + ": " + what + " is not shown: " + reason.message);
 }
 
 }  // namespace
@@ -54,76 +52,43 @@ std::vector<dds_entity_t> MarkerInput::readers() const {
   return all;
 }
 
-void MarkerInput::set(const std::string& topic, const ShownMarker& marker, const Place& place,
-                      const Show& show, LimitedLog& log) {
-  const std::string what = marker.name == topic ? "the message" : "marker " + quote(marker.name);
-  const Transform* const fixed_from_frame = place(marker.frame);
-  if (!fixed_from_frame)
-    return warn(log, topic, what, "frame " + quote(marker.frame) + " is not connected to the fixed frame");
-  std::set<std::string>& shown = shown_[topic];
-  if (!shown.contains(marker.name) && shown.size() >= kMaxShown)
-    return warn(log, topic, what, "the topic has " + std::to_string(kMaxShown) + " markers already");
-  const std::array<float, 12> pose = matrix_of(*fixed_from_frame * marker.frame_from_marker);
-  fire3dv_marker sent = {};
-  sent.struct_size = sizeof sent;
-  sent.kind = marker.kind;
-  sent.width_unit = FIRE3DV_MARKER_LENGTHS;
-  sent.width = marker.width_m;
-  sent.lifetime_ns = marker.lifetime_ns;
-  sent.parent_from_marker = pose.data();
-  sent.positions = marker.positions.data();
-  sent.position_count = marker.positions.size() / 3;
-  sent.sizes = marker.sizes.empty() ? nullptr : marker.sizes.data();
-  sent.size_count = marker.sizes.size() / 3;
-  sent.colors = marker.colors.data();
-  sent.color_count = marker.colors.size() / 4;
-  if (const Result<void> done = show(marker.name, &sent); !done)
-    return warn(log, topic, what, done.error().message);
-  shown.insert(marker.name);
-}
-
-void MarkerInput::clear(const std::string& topic, const std::string& name, const Show& show,
-                        LimitedLog& log) {
-  if (const Result<void> done = show(name, nullptr); !done)
-    warn(log, topic, "the end of " + quote(name), done.error().message);
-}
-
 template <typename Message>
-void MarkerInput::take_single(std::vector<Topic<Message>>& topics, const Place& place, const Show& show,
-                              LimitedLog& log) {
+void MarkerInput::take_single(std::vector<Topic<Message>>& topics, const MarkerContext& context) {
   for (Topic<Message>& topic : topics) {
     topic.reader.take([&](const Message& message, const dds_sample_info_t&) {
-      const Result<ShownMarker> marker = marker_of(topic.name, message);
+      Result<ShownMarker> marker = marker_of(topic.name, message);
       if (marker)
-        set(topic.name, *marker, place, show, log);
+        store_.set(topic.name, std::move(*marker), context);
       else
-        warn(log, topic.name, "the message", marker.error().message);
+        refuse(context, topic.name, "the message", marker.error());
     });
   }
 }
 
-void MarkerInput::take(const Place& place, const Show& show, LimitedLog& log) {
+void MarkerInput::take_one(const std::string& topic, const MarkerMessage& message,
+                           const MarkerContext& context) {
+  Result<MarkerUpdate> update = update_of(topic, message);
+  if (!update) return refuse(context, topic, "a marker", update.error());
+  switch (update->action) {
+    case MarkerAction::set: return store_.set(topic, std::move(update->marker), context);
+    case MarkerAction::clear: return store_.clear(topic, update->marker.name, context);
+    case MarkerAction::clear_all: return store_.clear_topic(topic, context);
+  }
+}
+
+void MarkerInput::take(const MarkerContext& context) {
+  store_.update(context);
   for (Topic<MarkerArrayMessage>& topic : markers_) {
-    std::set<std::string>& shown = shown_[topic.name];
-    const auto take_one = [&](const MarkerMessage& message) {
-      const Result<MarkerUpdate> update = update_of(topic.name, message);
-      if (!update) return warn(log, topic.name, "a marker", update.error().message);
-      if (update->action == MarkerAction::set) return set(topic.name, update->marker, place, show, log);
-      if (update->action == MarkerAction::clear) {
-        if (shown.erase(update->marker.name) != 0) clear(topic.name, update->marker.name, show, log);
-        return;
-      }
-      for (const std::string& name : std::exchange(shown, {})) clear(topic.name, name, show, log);
-    };
     const auto take_all = [&](const MarkerArrayMessage& message, const dds_sample_info_t&) {
-      for (uint32_t i = 0; i < message.markers._length; ++i) take_one(message.markers._buffer[i]);
+      for (uint32_t i = 0; i < message.markers._length; ++i)
+        take_one(topic.name, message.markers._buffer[i], context);
     };
     for (int batch = 0; batch < kMaxBatches && topic.reader.take(take_all) > 0; ++batch) {
     }
   }
-  take_single(points_, place, show, log);
-  take_single(paths_, place, show, log);
-  take_single(maps_, place, show, log);
+  take_single(points_, context);
+  take_single(paths_, context);
+  take_single(maps_, context);
 }
 
 }  // namespace fire3dv::ros2

@@ -1,19 +1,15 @@
-// Marker topics of the bridge: readers of MarkerArray, PointCloud2, Path and OccupancyGrid, and what is shown
-// of them.
+// Marker topics of the bridge: readers of MarkerArray, PointCloud2, Path and OccupancyGrid, whose markers a
+// store shows.
 #pragma once
 
-#include <functional>
-#include <map>
 #include <memory>
-#include <set>
 #include <string>
 #include <vector>
 
 #include "adapters/ros2/dds/names.h"
 #include "adapters/ros2/dds/participant.h"
 #include "adapters/ros2/dds/topics.h"
-#include "adapters/ros2/limited_log.h"
-#include "adapters/ros2/markers/message_markers.h"
+#include "adapters/ros2/markers/marker_store.h"
 #include "protocol/base/error.h"
 
 namespace fire3dv::ros2 {
@@ -32,13 +28,9 @@ class MarkerInput {
   // Readers to wait for.
   std::vector<dds_entity_t> readers() const;
 
-  // fixed_from_frame of a frame now; null: it has no path to the fixed frame.
-  using Place = std::function<const Transform*(const std::string& frame)>;
-  // Sets a marker, or clears it (null), in all renderers.
-  using Show = std::function<Result<void>(const std::string& name, const fire3dv_marker* marker)>;
-  // Takes the messages that have arrived, 16 of a topic at most. Markers are placed where their frame is at
-  // that time. What is not shown is reported by `log`, with topic and reason.
-  void take(const Place& place, const Show& show, LimitedLog& log);
+  // Updates the store and takes the messages that have arrived, 16 batches of a topic at most. Call it often:
+  // lifetimes end and frames appear without a message. What is not shown is reported, with topic and reason.
+  void take(const MarkerContext& context);
 
  private:
   template <typename Message>
@@ -51,17 +43,14 @@ class MarkerInput {
                                   const std::vector<std::string>& wanted, Profile profile,
                                   std::vector<Topic<Message>>& topics);
   template <typename Message>
-  void take_single(std::vector<Topic<Message>>& topics, const Place& place, const Show& show,
-                   LimitedLog& log);
-  void set(const std::string& topic, const ShownMarker& marker, const Place& place, const Show& show,
-           LimitedLog& log);
-  void clear(const std::string& topic, const std::string& name, const Show& show, LimitedLog& log);
+  void take_single(std::vector<Topic<Message>>& topics, const MarkerContext& context);
+  void take_one(const std::string& topic, const MarkerMessage& message, const MarkerContext& context);
 
   std::vector<Topic<MarkerArrayMessage>> markers_;
   std::vector<Topic<PointCloudMessage>> points_;
   std::vector<Topic<PathMessage>> paths_;
   std::vector<Topic<MapMessage>> maps_;
-  std::map<std::string, std::set<std::string>> shown_;  // names, by topic
+  MarkerStore store_;
 };
 
 }  // namespace fire3dv::ros2

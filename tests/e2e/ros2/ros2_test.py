@@ -398,6 +398,13 @@ def times_two_publishers(test):
 
 # --- hostile messages ------------------------------------------------------------------------------------------------------
 
+def wait_marker(ros, name, wanted):
+    """Returns the first edit of this marker that is wanted."""
+    def edits():
+        return [m for m in list(ros.lines.messages) if m["type"] == "SceneEdit" and m["node"] == name]
+    return wait_until(lambda: f"{name}; {edits()[-2:]} {ros.current.stderr_text()}", lambda: next(filter(wanted, edits()), None))
+
+
 def markers_shown(test):
     """Markers are placed where their frame is, replaced by name, and cleared; unknown frames are named."""
     ros = Ros(test)
@@ -408,18 +415,41 @@ def markers_shown(test):
     side.send("tf_static", ("map", "base", 0, 5, 0, 0))
     ros.wait_frame("base", lambda f: set(f[2]) == {"base"})
 
-    def marker(name, wanted):
-        return wait_until(lambda: f"{name}; {[m for m in ros.lines.messages if m['type'] == 'SceneEdit'][-2:]} {adapter.stderr_text()}",
-                          lambda: next((m for m in list(ros.lines.messages) if m["type"] == "SceneEdit" and m["node"] == name and wanted(m)), None))
     side.do("marker forces 3 0 base 1 2 3")
-    shown = marker("markers/forces/3", lambda m: m["value"]["type"] == "Marker")
+    shown = wait_marker(ros, "markers/forces/3", lambda m: m["value"]["type"] == "Marker")
     value = shown["value"]
     check(value["kind"] == 5 and value["sizes"] == [[1, 2, 3]] and value["colors"] == [0xff0000ff], str(value))
     check([value["parent_from_marker"][i] for i in (3, 7, 11)] == [6, 2, 3], f"map is 5 m from base: {value}")
-    side.do("marker forces 3 0 nowhere 1 2 3")
+    side.do("marker forces 4 0 nowhere 1 2 3")
     adapter.wait_err('frame "nowhere" is not connected to the fixed frame')
     side.do("marker forces 3 2 base 0 0 0")
-    marker("markers/forces/3", lambda m: m["version"] > shown["version"] and m["value"]["type"] == "Cleared")
+    wait_marker(ros, "markers/forces/3", lambda m: m["version"] > shown["version"] and m["value"]["type"] == "Cleared")
+    end(adapter)
+
+
+def markers_kept(test):
+    """Markers end with their lifetime, wait for their frame, and stay where they are when the fixed frame changes."""
+    ros = Ros(test)
+    adapter = ros.adapter("--no-description", "--markers", "/markers")
+    side = ros.side(opens=("tf", "tf_static"))
+    side.do("open markers")
+    wait_until("a reader of markers", lambda: side.do("readers markers") != "ok 0")
+    side.send("tf", ("odom", "base", 10, 5))
+    ros.wait_frame("base", lambda f: f[1] == 10 * SECOND and set(f[2]) == {"base"})
+    side.do("marker a 1 0 base 1 2 3", f"marker a 2 0 odom 1 0 0 {2 * SECOND}", f"marker a 3 0 odom 2 0 0 {60 * SECOND}", "marker a 4 0 map 3 0 0")
+    short = wait_marker(ros, "markers/a/2", lambda m: m["value"]["type"] == "Marker")
+    check(short["value"]["lifetime_ns"] == 2 * SECOND, str(short))
+    adapter.wait_err('frame "map" is not connected to the fixed frame "odom"')
+    side.send("tf", ("odom", "base", 20, 9))
+    wait_marker(ros, "markers/a/2", lambda m: m["version"] > short["version"] and m["value"]["type"] == "Cleared")
+    side.send("tf_static", ("map", "odom", 0, 100))
+
+    def placed(x, y, z):
+        return lambda m: m["value"]["type"] == "Marker" and [m["value"]["parent_from_marker"][i] for i in (3, 7, 11)] == [x, y, z]
+    wait_marker(ros, "markers/a/1", placed(106, 2, 3))  # where base was
+    moved = wait_marker(ros, "markers/a/3", placed(102, 0, 0))
+    check(moved["value"]["lifetime_ns"] == 50 * SECOND, f"what is left of 60 s: {moved}")
+    wait_marker(ros, "markers/a/4", placed(3, 0, 0))
     end(adapter)
 
 
@@ -570,7 +600,7 @@ def large_rate(test):
 
 CASES = {case.__name__: case for case in (
     frames_late_adapter, frames_late_publisher, frames_grow, frames_names, frames_ranges, robot_joints, robot_links, robot_meshes,
-    times_common, times_back, markers_shown, times_two_publishers, hostile_values, hostile_sizes, hostile_bytes, hostile_types, large_chain, large_rate)}
+    times_common, times_back, markers_shown, markers_kept, times_two_publishers, hostile_values, hostile_sizes, hostile_bytes, hostile_types, large_chain, large_rate)}
 
 if __name__ == "__main__":
     reason = why_not()

@@ -95,7 +95,9 @@ class Interpreter {
       words >> t.child >> id >> action >> t.parent;
       for (double& number : t.translation)
         if (words >> a) number = number_of(a);
-      return said(writer_.send_marker(t, id, action));
+      int64_t lifetime_ns = 0;
+      words >> lifetime_ns;
+      return said(writer_.send_marker(t, id, action, lifetime_ns));
     }
     if (command == "damaged") {
       size_t count = 0;

@@ -14,7 +14,7 @@
 //   load COUNT RATE SECONDS PER_MESSAGE   publishes COUNT moving frames below "map" at this rate
 //   damaged KIND COUNT SEED        COUNT messages with bytes changed, cut off or lengthened; "ok unsupported"
 //                                  from Cyclone DDS, which sends none
-//   marker NS ID ACTION FRAME X Y Z   a cube in a message of topic "markers"; Cyclone DDS alone
+//   marker NS ID ACTION FRAME X Y Z [LIFETIME_NS]   a cube in a message of topic "markers"; Cyclone DDS alone
 //   quit
 //
 // Each line is answered by one that begins with "ok" or "error".
@@ -45,7 +45,8 @@ class MessageWriter {
   virtual bool send_clock(int64_t stamp_ns) = 0;
   virtual bool send_joints(int64_t stamp_ns,
                            const std::vector<std::pair<std::string, double>>& positions) = 0;
-  virtual bool send_marker(const TestTransform& /*frame, namespace, place*/, int /*id*/, int /*action*/) {
+  virtual bool send_marker(const TestTransform& /*frame, namespace, place*/, int /*id*/, int /*action*/,
+                           int64_t /*lifetime_ns*/) {
     return false;
   }
   virtual bool send_damaged(const std::string& /*kind*/, size_t /*count*/, unsigned /*seed*/) {

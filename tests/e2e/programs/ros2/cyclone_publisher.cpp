@@ -68,7 +68,7 @@ class CycloneWriter : public MessageWriter {
     return dds_write(writers_[kind], &message) == DDS_RETCODE_OK;
   }
 
-  bool send_marker(const TestTransform& place, int id, int action) override {
+  bool send_marker(const TestTransform& place, int id, int action, int64_t lifetime_ns) override {
     visualization_msgs_msg_dds__Marker_ marker{};
     char none[] = "";
     marker.header.frame_id = const_cast<char*>(place.parent.c_str());
@@ -82,6 +82,8 @@ class CycloneWriter : public MessageWriter {
     marker.pose.orientation.w = 1;
     marker.scale = {1, 2, 3};
     marker.color = {1, 0, 0, 1};
+    const auto [sec, nanosec] = stamp_parts(lifetime_ns);
+    marker.lifetime = {sec, nanosec};
     visualization_msgs_msg_dds__MarkerArray_ message{};
     message.markers._buffer = &marker;
     message.markers._length = message.markers._maximum = 1;
