@@ -26,9 +26,10 @@ ALLOWED = {
     "protocol/wire": BASE,
     "protocol/stream": WIRE,
     "protocol/transport": WIRE,
+    "protocol/robot": WIRE,
     "protocol/record": WIRE + " protocol/stream",
     "protocol/replay": WIRE + " protocol/stream protocol/record protocol/transport",
-    "adapters/generic": WIRE + " protocol/transport",
+    "adapters/generic": WIRE + " protocol/robot protocol/transport",
     "adapters/ambf": WIRE + " adapters/generic",
     # The model's scene and images: to be reduced to the converter.
     "adapters/mujoco": WIRE + " adapters/generic renderer/scene renderer/sinks tools/convert",
@@ -43,13 +44,13 @@ ALLOWED = {
     "shaders": "",
     "renderer/scene": WIRE,
     "renderer/gpu": BASE + " shaders",
-    "renderer/state": WIRE + " protocol/stream renderer/scene",
+    "renderer/state": WIRE + " protocol/robot protocol/stream renderer/scene",
     "renderer/passes": WIRE + " shaders renderer/gpu renderer/scene renderer/state",
     "renderer/sinks": WIRE + " renderer/gpu renderer/state",
     "renderer/capture": WIRE + " renderer/gpu renderer/scene renderer/state renderer/passes renderer/sinks",
     "renderer/metrics": WIRE + " protocol/transport",
     "renderer/serve": WIRE + " protocol/transport renderer/sinks",
-    "renderer/gui": BASE + " protocol/replay shaders renderer/gpu renderer/scene renderer/state renderer/passes",
+    "renderer/gui": BASE + " protocol/robot protocol/replay shaders renderer/gpu renderer/scene renderer/state renderer/passes",
     "renderer/app": "protocol shaders renderer/scene renderer/gpu renderer/state renderer/passes renderer/sinks renderer/capture "
                     "renderer/metrics renderer/serve renderer/gui",
     "renderer/offline": WIRE + " protocol/record renderer/scene renderer/gpu renderer/state renderer/passes renderer/sinks "

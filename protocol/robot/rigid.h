@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstddef>
 
-namespace fire3dv::client {
+namespace fire3dv::robot {
 
 using Vector = std::array<double, 3>;
 using Quaternion = std::array<double, 4>;  // x y z w
@@ -56,4 +56,4 @@ inline double length(const Quaternion& q) {
   return std::hypot(std::hypot(q[0], q[1]), std::hypot(q[2], q[3]));
 }
 
-}  // namespace fire3dv::client
+}  // namespace fire3dv::robot

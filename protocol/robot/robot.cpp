@@ -1,4 +1,4 @@
-#include "robot.h"
+#include "protocol/robot/robot.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 
 #include "protocol/wire/check.h"
 
-namespace fire3dv::client {
+namespace fire3dv::robot {
 namespace {
 
 constexpr double kMinQuaternionLength = 1e-9;
@@ -25,20 +25,39 @@ std::pair<Vector, Vector> plane_axes(const Vector& normal) {
 
 }  // namespace
 
-size_t position_count_of(int32_t type) {
+const char* name_of(JointType type) {
   switch (type) {
-    case FIRE3DV_JOINT_REVOLUTE:
-    case FIRE3DV_JOINT_PRISMATIC:
-      return 1;
-    case FIRE3DV_JOINT_PLANAR:
-      return 3;
-    case FIRE3DV_JOINT_BALL:
-      return 4;
-    case FIRE3DV_JOINT_FLOATING:
-      return 7;
-    default:
-      return 0;
+    case JointType::revolute:
+      return "revolute";
+    case JointType::prismatic:
+      return "prismatic";
+    case JointType::planar:
+      return "planar";
+    case JointType::ball:
+      return "ball";
+    case JointType::floating:
+      return "floating";
+    case JointType::fixed:
+      break;
   }
+  return "fixed";
+}
+
+size_t position_count_of(JointType type) {
+  switch (type) {
+    case JointType::revolute:
+    case JointType::prismatic:
+      return 1;
+    case JointType::planar:
+      return 3;
+    case JointType::ball:
+      return 4;
+    case JointType::floating:
+      return 7;
+    case JointType::fixed:
+      break;
+  }
+  return 0;
 }
 
 Result<Robot> Robot::make(std::vector<RobotBody> bodies, std::vector<RobotJoint> joints,
@@ -55,7 +74,7 @@ Result<Robot> Robot::make(std::vector<RobotBody> bodies, std::vector<RobotJoint>
     joint.position_count = joint.leader ? 0 : position_count_of(joint.type);
     if (joint.position_count == 0) continue;
     std::vector<double> initial = joint.initial;
-    if (Result<void> done = robot.check(joint, initial, 0); !done) return done.error();
+    if (Result<void> done = robot.check(joint, initial, {}); !done) return done.error();
     robot.positions_.insert(robot.positions_.end(), initial.begin(), initial.end());
   }
   robot.find_published();
@@ -73,7 +92,6 @@ void Robot::find_published() {
     node_names_.push_back(body.node);
     has_scale = has_scale || *body.scale != Vector{1, 1, 1};
   }
-  for (const std::string& name : node_names_) node_name_pointers_.push_back(name.c_str());
   if (!has_scale) return;
   for (const size_t body : published_) {
     const auto [x, y, z] = *bodies_[body].scale;
@@ -109,7 +127,7 @@ Result<void> Robot::resolve_leaders() {
 }
 
 // Checks the numbers of one joint, and brings them to their stored form.
-Result<void> Robot::check(const RobotJoint& joint, std::span<double> numbers, uint32_t flags) const {
+Result<void> Robot::check(const RobotJoint& joint, std::span<double> numbers, PositionRules rules) const {
   const auto fault = [&](const std::string& what) {
     return Error{"the position of joint " + in_quotes(joint.name) + " " + what};
   };
@@ -118,20 +136,19 @@ Result<void> Robot::check(const RobotJoint& joint, std::span<double> numbers, ui
                  std::to_string(position_count_of(joint.type)) + " are needed");
   for (const double number : numbers)
     if (!std::isfinite(number)) return fault("is not finite");
-  if (joint.type == FIRE3DV_JOINT_BALL || joint.type == FIRE3DV_JOINT_FLOATING) {
+  if (joint.type == JointType::ball || joint.type == JointType::floating) {
     const std::span<double> q = numbers.last(4);
-    if ((flags & FIRE3DV_POSITIONS_WXYZ) != 0) std::rotate(q.begin(), q.begin() + 1, q.end());
+    if (rules.is_wxyz) std::rotate(q.begin(), q.begin() + 1, q.end());
     const double size = length(Quaternion{q[0], q[1], q[2], q[3]});
     if (!(size > kMinQuaternionLength) || !std::isfinite(size))
       return fault("has a quaternion without length; a unit quaternion is needed");
     for (double& number : q) number /= size;
   }
-  if ((flags & FIRE3DV_POSITIONS_CLAMP) != 0 && joint.has_limits)
-    numbers[0] = std::clamp(numbers[0], joint.lower, joint.upper);
+  if (rules.clamps && joint.has_limits) numbers[0] = std::clamp(numbers[0], joint.lower, joint.upper);
   return {};
 }
 
-Result<void> Robot::set_joint(size_t index, std::span<const double> positions, uint32_t flags) {
+Result<void> Robot::set_joint(size_t index, std::span<const double> positions, PositionRules rules) {
   const RobotJoint& joint = joints_[index];
   if (joint.leader)
     return Error{"joint " + in_quotes(joint.name) + " follows " + in_quotes(joints_[joint.root].name) +
@@ -139,14 +156,14 @@ Result<void> Robot::set_joint(size_t index, std::span<const double> positions, u
   if (joint.position_count == 0)
     return Error{"joint " + in_quotes(joint.name) + " is fixed; it has no position"};
   std::vector<double> numbers(positions.begin(), positions.end());
-  if (Result<void> done = check(joint, numbers, flags); !done) return done;
+  if (Result<void> done = check(joint, numbers, rules); !done) return done;
   std::copy(numbers.begin(), numbers.end(),
             positions_.begin() + static_cast<std::ptrdiff_t>(joint.position_index));
   is_posed_ = false;
   return {};
 }
 
-Result<void> Robot::set_positions(std::span<const double> positions, uint32_t flags) {
+Result<void> Robot::set_positions(std::span<const double> positions, PositionRules rules) {
   if (positions.size() != positions_.size())
     return Error{"there are " + std::to_string(positions.size()) + " positions; the robot has " +
                  std::to_string(positions_.size())};
@@ -154,7 +171,7 @@ Result<void> Robot::set_positions(std::span<const double> positions, uint32_t fl
   for (const RobotJoint& joint : joints_) {
     if (joint.position_count == 0) continue;
     const std::span<double> own = std::span(numbers).subspan(joint.position_index, joint.position_count);
-    if (Result<void> done = check(joint, own, flags); !done) return done;
+    if (Result<void> done = check(joint, own, rules); !done) return done;
   }
   positions_ = std::move(numbers);
   is_posed_ = false;
@@ -175,26 +192,27 @@ Transform Robot::displacement(const RobotJoint& joint) const {
   };
   const auto [x, y, z] = joint.axis;
   switch (joint.type) {
-    case FIRE3DV_JOINT_REVOLUTE:
+    case JointType::revolute:
       return about_anchor(
           rotation(joint.axis, joint.root_multiplier * q[0] + joint.root_offset - joint.reference));
-    case FIRE3DV_JOINT_PRISMATIC: {
+    case JointType::prismatic: {
       const double way = joint.root_multiplier * q[0] + joint.root_offset - joint.reference;
       return translation({x * way, y * way, z * way});
     }
-    case FIRE3DV_JOINT_PLANAR: {
+    case JointType::planar: {
       const auto [u, v] = plane_axes(joint.axis);
       Vector way;
       for (size_t i = 0; i < 3; ++i) way[i] = u[i] * q[0] + v[i] * q[1];
       return translation(way) * rotation(joint.axis, q[2]);
     }
-    case FIRE3DV_JOINT_BALL:
+    case JointType::ball:
       return about_anchor(rotation(Quaternion{q[0], q[1], q[2], q[3]}));
-    case FIRE3DV_JOINT_FLOATING:
+    case JointType::floating:
       return translation({q[0], q[1], q[2]}) * rotation(Quaternion{q[3], q[4], q[5], q[6]});
-    default:
-      return {};
+    case JointType::fixed:
+      break;
   }
+  return {};
 }
 
 const std::vector<Transform>& Robot::poses() {
@@ -204,7 +222,7 @@ const std::vector<Transform>& Robot::poses() {
     const RobotBody& body = bodies_[i];
     poses_[i] = (body.parent ? poses_[*body.parent] : stream_from_model_) * body.parent_from_body;
     for (const size_t joint : body.joints)
-      if (joints_[joint].type != FIRE3DV_JOINT_FIXED) poses_[i] = poses_[i] * displacement(joints_[joint]);
+      if (joints_[joint].type != JointType::fixed) poses_[i] = poses_[i] * displacement(joints_[joint]);
   }
   return poses_;
 }
@@ -216,18 +234,10 @@ void Robot::write_poses(std::span<float> stream_from_node) {
       stream_from_node[12 * i + k] = static_cast<float>(all[published_[i]].m[k]);
 }
 
-void Robot::describe(fire3dv_description& description) const {
-  description.node_names = node_name_pointers_.data();
-  description.node_count = node_name_pointers_.size();
-  description.world_from_stream = world_from_model_.m.data();
-  description.body_from_node = body_from_node_.empty() ? nullptr : body_from_node_.data();
-  description.body_from_node_count = body_from_node_.size() / 12;
-}
-
 std::optional<size_t> Robot::body_called(std::string_view node) const {
   const auto found = body_index_.find(node);
   if (found == body_index_.end()) return std::nullopt;
   return found->second;
 }
 
-}  // namespace fire3dv::client
+}  // namespace fire3dv::robot

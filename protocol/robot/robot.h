@@ -10,16 +10,24 @@
 #include <string_view>
 #include <vector>
 
-#include "fire3dv/joints.h"
 #include "protocol/base/error.h"
-#include "rigid.h"
+#include "protocol/robot/rigid.h"
 
-namespace fire3dv::client {
+namespace fire3dv::robot {
+
+enum class JointType : int32_t { fixed, revolute, prismatic, planar, ball, floating };
+const char* name_of(JointType type);  // one lowercase word, as in files
+
+// How positions are given.
+struct PositionRules {
+  bool clamps = false;   // to the limits; without it, positions beyond the limits are valid
+  bool is_wxyz = false;  // quaternions are w x y z instead of x y z w
+};
 
 struct RobotJoint {
   std::string name;
   size_t body = 0;
-  int32_t type = FIRE3DV_JOINT_FIXED;
+  JointType type = JointType::fixed;
   Vector axis{0, 0, 1}, anchor{0, 0, 0};  // in the body's frame; the axis has unit length
   double reference = 0;                   // position at which the body is not displaced
   bool has_limits = false;
@@ -43,8 +51,8 @@ struct RobotBody {
   std::optional<Vector> scale;   // of its scene node; empty: the scene has no such node
 };
 
-// Numbers of a position of a FIRE3DV_JOINT_* type.
-size_t position_count_of(int32_t type);
+// Count of the numbers of a position.
+size_t position_count_of(JointType type);
 
 class Robot {
  public:
@@ -56,23 +64,24 @@ class Robot {
   const std::vector<RobotJoint>& joints() const { return joints_; }
   const std::vector<double>& positions() const { return positions_; }
 
-  // Sets `count` numbers from `first` on. flags: FIRE3DV_POSITIONS_*. On error nothing changes.
-  Result<void> set_joint(size_t joint, std::span<const double> positions, uint32_t flags);
-  Result<void> set_positions(std::span<const double> positions, uint32_t flags);
+  // On error nothing changes.
+  Result<void> set_joint(size_t joint, std::span<const double> positions, PositionRules rules = {});
+  Result<void> set_positions(std::span<const double> positions, PositionRules rules = {});
   void set_base(const Transform& stream_from_model);
 
-  // Node names and scales as pointers into this object.
-  void describe(fire3dv_description& description) const;
-  size_t published_count() const { return published_.size(); }
+  // Bodies with a scene node: the node's name and, unless all are 1, its scale as 3x4 matrices, row-major.
+  const std::vector<std::string>& node_names() const { return node_names_; }
+  const std::vector<float>& body_from_node() const { return body_from_node_; }
+  const Transform& world_from_model() const { return world_from_model_; }
 
   // stream_from_body of all bodies. Computed when positions or base have changed.
   const std::vector<Transform>& poses();
-  // Poses of the described nodes; the span has 12 numbers for each.
+  // Poses of the nodes of node_names(); the span has 12 numbers for each.
   void write_poses(std::span<float> stream_from_node);
   std::optional<size_t> body_called(std::string_view node) const;
 
  private:
-  Result<void> check(const RobotJoint& joint, std::span<double> numbers, uint32_t flags) const;
+  Result<void> check(const RobotJoint& joint, std::span<double> numbers, PositionRules rules) const;
   Transform displacement(const RobotJoint& joint) const;
   Result<void> resolve_leaders();
   void find_published();
@@ -83,16 +92,10 @@ class Robot {
   std::map<std::string, size_t, std::less<>> body_index_;
   std::vector<size_t> published_;  // bodies with a scene node
   std::vector<std::string> node_names_;
-  std::vector<const char*> node_name_pointers_;
   std::vector<float> body_from_node_;  // empty: no scales
   Transform world_from_model_, stream_from_model_;
   std::vector<Transform> poses_;
   bool is_posed_ = false;
 };
 
-}  // namespace fire3dv::client
-
-struct fire3dv_robot {
-  fire3dv::client::Robot robot;
-  std::vector<float> published;  // poses of the last frame
-};
+}  // namespace fire3dv::robot

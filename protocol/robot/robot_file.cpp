@@ -1,4 +1,4 @@
-#include "robot_file.h"
+#include "protocol/robot/robot_file.h"
 
 #include <algorithm>
 #include <array>
@@ -7,14 +7,15 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "protocol/base/files.h"
+#include "protocol/robot/robot_json.h"
 #include "protocol/wire/check.h"
-#include "robot_json.h"
 
-namespace fire3dv::client {
+namespace fire3dv::robot {
 namespace {
 
 constexpr uint64_t kMaxJsonBytes = uint64_t{64} << 20;
@@ -42,13 +43,9 @@ class Nodes {
         if (child.is_number_unsigned() && child.get<uint64_t>() < parents_.size())
           parents_[child.get<uint64_t>()] = i;
     }
-    if (!robot_)
-      throw Fault(
-          "it holds no joints: convert the robot's URDF, SDF, MJCF or AMBF file by this version of "
-          "fire3dv-convert");
   }
 
-  const Json& robot() const { return *robot_; }
+  const Json* robot() const { return robot_; }  // null: the file holds none
 
   // Global transform of the robot's node, whose frame is the model's.
   Transform world_from_model() const {
@@ -143,18 +140,15 @@ std::vector<RobotBody> read_bodies(const Json& robot, const Nodes& nodes,
   return bodies;
 }
 
-int32_t type_of(const std::string& name, const std::string& place) {
-  static constexpr std::pair<const char*, int32_t> kTypes[] = {
-      {"fixed", FIRE3DV_JOINT_FIXED},         {"revolute", FIRE3DV_JOINT_REVOLUTE},
-      {"prismatic", FIRE3DV_JOINT_PRISMATIC}, {"planar", FIRE3DV_JOINT_PLANAR},
-      {"ball", FIRE3DV_JOINT_BALL},           {"floating", FIRE3DV_JOINT_FLOATING}};
-  for (const auto& [known, type] : kTypes)
-    if (name == known) return type;
+JointType type_of(const std::string& name, const std::string& place) {
+  for (const JointType type : {JointType::fixed, JointType::revolute, JointType::prismatic, JointType::planar,
+                               JointType::ball, JointType::floating})
+    if (name == name_of(type)) return type;
   throw Fault(place + ".type is " + in_quotes(name) + ", which this version does not know");
 }
 
 bool is_scalar(const RobotJoint& joint) {
-  return joint.type == FIRE3DV_JOINT_REVOLUTE || joint.type == FIRE3DV_JOINT_PRISMATIC;
+  return joint.type == JointType::revolute || joint.type == JointType::prismatic;
 }
 
 std::vector<double> initial_of(const Json& from, const RobotJoint& joint, const std::string& place) {
@@ -220,20 +214,27 @@ std::vector<RobotJoint> read_joints(const Json& robot, const std::map<std::strin
   return joints;
 }
 
-Result<Robot> read_json(std::span<const std::byte> text, bool follows_mimic) {
+constexpr const char* kHoldsNone =
+    "it holds no joints: convert the robot's URDF, SDF, MJCF or AMBF file by this version of fire3dv-convert";
+
+// Empty: the document holds no robot.
+Result<std::optional<Robot>> read_json(std::span<const std::byte> text, bool follows_mimic) {
   try {
     if (text.size() > kMaxJsonBytes) throw Fault("its JSON is larger than 64 MiB");
     const Json document = parse_json(text, "nodes");
     const Nodes nodes(document);
-    const Json& robot = nodes.robot();
+    if (!nodes.robot()) return std::optional<Robot>();
+    const Json& robot = *nodes.robot();
     const Json* const version = member(robot, "version");
     if (!version || !version->is_number_integer() || version->get<int64_t>() != kVersion)
       throw Fault("robot.version is not " + std::to_string(kVersion) +
                   ": use programs and library of one version");
     std::map<std::string, size_t> index_of;
     std::vector<RobotBody> bodies = read_bodies(robot, nodes, index_of);
-    return Robot::make(std::move(bodies), read_joints(robot, index_of, follows_mimic),
-                       nodes.world_from_model());
+    Result<Robot> made =
+        Robot::make(std::move(bodies), read_joints(robot, index_of, follows_mimic), nodes.world_from_model());
+    if (!made) return made.error();
+    return std::optional<Robot>(std::move(*made));
   } catch (const Fault& fault) {
     return Error{fault.what()};
   }
@@ -265,10 +266,14 @@ Result<Robot> read_robot(std::span<const std::byte> glb_or_json, bool follows_mi
   const Result<Extent> extent =
       json_extent(glb_or_json.first(std::min(glb_or_json.size(), kHeaderBytes)), glb_or_json.size());
   if (!extent) return extent.error();
-  return read_json(glb_or_json.subspan(extent->offset, extent->bytes), follows_mimic);
+  Result<std::optional<Robot>> robot =
+      read_json(glb_or_json.subspan(extent->offset, extent->bytes), follows_mimic);
+  if (!robot) return robot.error();
+  if (!*robot) return Error{kHoldsNone};
+  return std::move(**robot);
 }
 
-Result<Robot> read_robot_file(const std::filesystem::path& file, bool follows_mimic) {
+Result<std::optional<Robot>> find_robot(const std::filesystem::path& file, bool follows_mimic) {
   const Result<OpenFile> opened = OpenFile::open(file, UINT64_MAX);
   if (!opened) return opened.error();
   const auto fault = [&](const std::string& what) {
@@ -282,9 +287,19 @@ Result<Robot> read_robot_file(const std::filesystem::path& file, bool follows_mi
   if (extent->bytes > kMaxJsonBytes) return fault("its JSON is larger than 64 MiB");
   std::vector<std::byte> json(extent->bytes);
   if (!opened->read(extent->offset, json)) return fault("it cannot be read");
-  Result<Robot> robot = read_json(json, follows_mimic);
+  constexpr std::string_view kMember = "\"robot\"";  // large scenes without it need not be parsed
+  const std::string_view text(reinterpret_cast<const char*>(json.data()), json.size());
+  if (text.find(kMember) == text.npos) return std::optional<Robot>();
+  Result<std::optional<Robot>> robot = read_json(json, follows_mimic);
   if (!robot) return fault(robot.error().message);
   return robot;
 }
 
-}  // namespace fire3dv::client
+Result<Robot> read_robot_file(const std::filesystem::path& file, bool follows_mimic) {
+  Result<std::optional<Robot>> robot = find_robot(file, follows_mimic);
+  if (!robot) return robot.error();
+  if (!*robot) return Error{"\"" + wire::printable(file.string(), 1024) + "\": " + kHoldsNone};
+  return std::move(**robot);
+}
+
+}  // namespace fire3dv::robot

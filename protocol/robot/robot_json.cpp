@@ -1,4 +1,4 @@
-#include "robot_json.h"
+#include "protocol/robot/robot_json.h"
 
 #include <cmath>
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 #include "protocol/wire/check.h"
 
-namespace fire3dv::client {
+namespace fire3dv::robot {
 namespace {
 
 constexpr size_t kMaxValues = 8'000'000, kMaxDepth = 64, kMaxNameBytes = 1024;
@@ -125,4 +125,4 @@ Transform rigid_of(const Json& object, const std::string& place) {
   return translation(numbers_of<3>(object, "translation", place).value_or(Vector{0, 0, 0})) * rotation(q);
 }
 
-}  // namespace fire3dv::client
+}  // namespace fire3dv::robot

@@ -9,9 +9,9 @@
 #include <stdexcept>
 #include <string>
 
-#include "rigid.h"
+#include "protocol/robot/rigid.h"
 
-namespace fire3dv::client {
+namespace fire3dv::robot {
 
 using Json = nlohmann::json;
 
@@ -52,4 +52,4 @@ std::optional<std::array<double, N>> numbers_of(const Json& object, const char* 
 // Of the members translation and rotation, a quaternion of any length but 0.
 Transform rigid_of(const Json& object, const std::string& place);
 
-}  // namespace fire3dv::client
+}  // namespace fire3dv::robot

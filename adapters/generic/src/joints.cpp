@@ -9,21 +9,38 @@
 #include <string>
 #include <vector>
 
+#include "protocol/robot/robot.h"
+#include "protocol/robot/robot_file.h"
 #include "protocol/wire/check.h"
-#include "robot/robot.h"
-#include "robot/robot_file.h"
 #include "stream.h"
 
 using fire3dv::client::fail;
 using fire3dv::client::guarded;
-using fire3dv::client::Robot;
-using fire3dv::client::RobotJoint;
+using fire3dv::robot::JointType;
+using fire3dv::robot::Robot;
+using fire3dv::robot::RobotJoint;
+
+struct fire3dv_robot {
+  Robot robot;
+  std::vector<const char*> node_names;  // of the robot, for descriptions
+  std::vector<float> published;         // poses of the last frame
+};
 
 namespace {
 
 constexpr uint32_t kRobotFlags = FIRE3DV_ROBOT_NO_MIMIC;
 constexpr uint32_t kPositionFlags = FIRE3DV_POSITIONS_CLAMP | FIRE3DV_POSITIONS_WXYZ;
 constexpr double kMaxBaseNumber = 1e12;
+static_assert(FIRE3DV_JOINT_FIXED == static_cast<int>(JointType::fixed) &&
+              FIRE3DV_JOINT_REVOLUTE == static_cast<int>(JointType::revolute) &&
+              FIRE3DV_JOINT_PRISMATIC == static_cast<int>(JointType::prismatic) &&
+              FIRE3DV_JOINT_PLANAR == static_cast<int>(JointType::planar) &&
+              FIRE3DV_JOINT_BALL == static_cast<int>(JointType::ball) &&
+              FIRE3DV_JOINT_FLOATING == static_cast<int>(JointType::floating));
+
+fire3dv::robot::PositionRules rules_of(uint32_t flags) {
+  return {.clamps = (flags & FIRE3DV_POSITIONS_CLAMP) != 0, .is_wxyz = (flags & FIRE3DV_POSITIONS_WXYZ) != 0};
+}
 
 int fail_null(const char* name) {
   return fail(FIRE3DV_ERROR_ARGUMENT, std::string(name) + " is NULL");
@@ -50,7 +67,8 @@ fire3dv_robot* open(uint32_t flags, Read&& read) {
     if ((flags & ~kRobotFlags) != 0) return fail_flags(flags, "FIRE3DV_ROBOT_*");
     fire3dv::Result<Robot> robot = read((flags & FIRE3DV_ROBOT_NO_MIMIC) == 0);
     if (!robot) return fail(FIRE3DV_ERROR_ARGUMENT, robot.error().message);
-    made = new fire3dv_robot{std::move(*robot), {}};
+    made = new fire3dv_robot{std::move(*robot), {}, {}};
+    for (const std::string& name : made->robot.node_names()) made->node_names.push_back(name.c_str());
     return int{FIRE3DV_OK};
   });
   return made;
@@ -71,7 +89,7 @@ int get_joint(const fire3dv_robot* robot, size_t index, fire3dv_joint* joint) {
   const RobotJoint& from = all[index];
   joint->name = from.name.c_str();
   joint->node = robot->robot.bodies()[from.body].node.c_str();
-  joint->type = from.type;
+  joint->type = static_cast<int32_t>(from.type);
   joint->followed_joint = from.leader ? static_cast<int32_t>(*from.leader) : -1;
   joint->multiplier = from.multiplier;
   joint->offset = from.offset;
@@ -92,14 +110,14 @@ int set_joint(fire3dv_robot* robot, size_t index, const double* positions, size_
   if (index >= robot->robot.joints().size())
     return fail(FIRE3DV_ERROR_ARGUMENT, "index is " + std::to_string(index) + "; the robot has " +
                                             std::to_string(robot->robot.joints().size()) + " joints");
-  return finish(robot->robot.set_joint(index, {positions, count}, flags));
+  return finish(robot->robot.set_joint(index, {positions, count}, rules_of(flags)));
 }
 
 int set_positions(fire3dv_robot* robot, const double* positions, size_t count, uint32_t flags) {
   if (!robot) return fail_null("robot");
   if (!positions && count > 0) return fail_null("positions");
   if ((flags & ~kPositionFlags) != 0) return fail_flags(flags, "FIRE3DV_POSITIONS_*");
-  return finish(robot->robot.set_positions({positions, count}, flags));
+  return finish(robot->robot.set_positions({positions, count}, rules_of(flags)));
 }
 
 int get_positions(const fire3dv_robot* robot, double* positions, size_t count) {
@@ -113,7 +131,7 @@ int get_positions(const fire3dv_robot* robot, double* positions, size_t count) {
 
 int set_base(fire3dv_robot* robot, const double* stream_from_model) {
   if (!robot) return fail_null("robot");
-  fire3dv::client::Transform base;
+  fire3dv::robot::Transform base;
   for (size_t i = 0; stream_from_model && i < base.m.size(); ++i) {
     base.m[i] = stream_from_model[i];
     if (!(std::abs(base.m[i]) <= kMaxBaseNumber))
@@ -129,14 +147,19 @@ int get_description(const fire3dv_robot* robot, fire3dv_description* description
   if (!description) return fail_null("description");
   if (description->struct_size < sizeof *description)
     return fail_count("description.struct_size", description->struct_size, sizeof *description);
-  robot->robot.describe(*description);
+  const Robot& from = robot->robot;
+  description->node_names = robot->node_names.data();
+  description->node_count = robot->node_names.size();
+  description->world_from_stream = from.world_from_model().m.data();
+  description->body_from_node = from.body_from_node().empty() ? nullptr : from.body_from_node().data();
+  description->body_from_node_count = from.body_from_node().size() / 12;
   return FIRE3DV_OK;
 }
 
 int get_poses(fire3dv_robot* robot, float* stream_from_node, size_t pose_count) {
   if (!robot) return fail_null("robot");
-  if (pose_count != robot->robot.published_count())
-    return fail_count("pose_count", pose_count, robot->robot.published_count());
+  if (pose_count != robot->node_names.size())
+    return fail_count("pose_count", pose_count, robot->node_names.size());
   if (!stream_from_node && pose_count > 0) return fail_null("stream_from_node");
   robot->robot.write_poses({stream_from_node, 12 * pose_count});
   return FIRE3DV_OK;
@@ -156,7 +179,7 @@ int get_node_pose(fire3dv_robot* robot, const char* node, double* stream_from_no
 
 int publish(fire3dv_stream* stream, fire3dv_robot* robot, int64_t sim_time_ns, uint32_t flags) {
   if (!robot) return fail_null("robot");
-  const size_t count = robot->robot.published_count();
+  const size_t count = robot->node_names.size();
   robot->published.resize(12 * count);
   robot->robot.write_poses(robot->published);
   return fire3dv_publish(stream, sim_time_ns, robot->published.data(), count, flags);
@@ -169,7 +192,7 @@ fire3dv_robot* fire3dv_open_robot(const char* file, uint32_t flags) {
     fail_null("file");
     return nullptr;
   }
-  return open(flags, [&](bool follows) { return fire3dv::client::read_robot_file(file, follows); });
+  return open(flags, [&](bool follows) { return fire3dv::robot::read_robot_file(file, follows); });
 }
 
 fire3dv_robot* fire3dv_read_robot(const void* bytes, size_t byte_count, uint32_t flags) {
@@ -178,7 +201,7 @@ fire3dv_robot* fire3dv_read_robot(const void* bytes, size_t byte_count, uint32_t
     return nullptr;
   }
   const std::span data(static_cast<const std::byte*>(bytes), byte_count);
-  return open(flags, [&](bool follows) { return fire3dv::client::read_robot(data, follows); });
+  return open(flags, [&](bool follows) { return fire3dv::robot::read_robot(data, follows); });
 }
 
 void fire3dv_close_robot(fire3dv_robot** robot) {
