@@ -88,6 +88,7 @@ FrameLoop::FrameLoop(const FrameLoopContext& context)
       receiver_(context.receiver),
       scene_(context.scene),
       animations_(context.animations),
+      robot_(context.robot),
       camera_(context.camera),
       sink_(context.sink),
       window_(context.window),
@@ -336,15 +337,34 @@ void FrameLoop::steer() {
                  timeline);
   if (const std::optional<std::filesystem::path> file = window_->take_opened(); file && next_)
     next_->open(*file);
+  if (robot_ && *robot_) pose_robot();
+}
+
+// Joints that the user moves, when they or the scene change.
+void FrameLoop::pose_robot() {
+  state::RobotPose& robot = **robot_;
+  std::pair<uint64_t, state::JointPositions> wanted(scene_.replaced(), robot.positions());
+  if (wanted == posed_) return;
+  if (wanted.first != posed_.first) robot.set_scene(scene_.scene(), poses_.names());
+  const bool is_at_rest = wanted.second.empty() && posed_.second.empty();
+  posed_ = std::move(wanted);
+  if (!animations_ && !is_at_rest) set_rest(state::rest_pose(scene_.scene()));
+}
+
+void FrameLoop::set_rest(const state::RestPose& rest) {
+  if (!robot_ || !*robot_ || !(*robot_)->is_moved()) return poses_.set_rest(rest);
+  state::RestPose posed = rest;
+  (*robot_)->apply(posed);
+  poses_.set_rest(posed);
 }
 
 void FrameLoop::animate() {
   if (animation_timeline_) {
-    poses_.set_rest(animations_->at(animation_timeline_->at(poses_.sim_time_ns())));
+    set_rest(animations_->at(animation_timeline_->at(poses_.sim_time_ns())));
     return;
   }
   const double now_s = static_cast<double>(images_) / kHeadlessImagesPerSecond;
-  poses_.set_rest(animations_->at(animation_clock_.at(poses_.sim_time_ns(), now_s)));
+  set_rest(animations_->at(animation_clock_.at(poses_.sim_time_ns(), now_s)));
 }
 
 void FrameLoop::show_in_browsers(LiveView* live_view) {

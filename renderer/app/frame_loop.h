@@ -29,6 +29,7 @@
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/sinks/frame.h"
 #include "renderer/state/animation.h"
+#include "renderer/state/robot_pose.h"
 
 namespace fire3dv::app {
 
@@ -48,7 +49,8 @@ struct FrameLoopContext {
   StreamReceiver& receiver;
   ImageRequestQueue& requests;
   LiveScene& scene;
-  state::AnimationPlayer* animations = nullptr;  // null: none play
+  state::AnimationPlayer* animations = nullptr;      // null: none play
+  std::optional<state::RobotPose>* robot = nullptr;  // of the file; null: nobody moves its joints
   CameraRig& camera;
   sinks::FrameSink& sink;
   WindowView* window = nullptr;  // null: no window
@@ -89,6 +91,8 @@ class FrameLoop {
   bool poll_streams();  // polls streams; true if there is a new pose frame
   void steer();         // applies user input
   void animate();
+  void pose_robot();
+  void set_rest(const state::RestPose& rest);
   void animate_for_viewers();
   Result<void> draw();
   bool trace_paths(const passes::PreparedFrame& prepared, const passes::View& view);
@@ -107,8 +111,10 @@ class FrameLoop {
   StreamReceiver& receiver_;
   LiveScene& scene_;
   state::AnimationPlayer* animations_;
-  AnimationClock animation_clock_;                       // without a window
-  std::optional<AnimationTimeline> animation_timeline_;  // in a window with animations
+  std::optional<state::RobotPose>* robot_;
+  std::pair<uint64_t, state::JointPositions> posed_{UINT64_MAX, {}};  // scene and joints of the rest pose
+  AnimationClock animation_clock_;                                    // without a window
+  std::optional<AnimationTimeline> animation_timeline_;               // in a window with animations
   CameraRig& camera_;
   sinks::FrameSink& sink_;
   WindowView* window_;

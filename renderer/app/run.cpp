@@ -9,6 +9,7 @@
 
 #include "protocol/base/files.h"
 #include "protocol/base/plural.h"
+#include "protocol/robot/robot_file.h"
 #include "protocol/transport/open.h"
 #include "renderer/app/default_look.h"
 #include "renderer/app/frame_loop.h"
@@ -217,6 +218,17 @@ std::vector<uint32_t> animations_again(const Options& options, const scene::Scen
   return {};
 }
 
+// The robot of a loaded file, if it holds one.
+std::optional<state::RobotPose> find_robot(const SceneLoad& load) {
+  Result<std::optional<robot::Robot>> found = robot::find_robot(load.gltf_file(), true);
+  if (!found) {
+    say(warning(found.error().message + "; its joints cannot be moved"));
+    return std::nullopt;
+  }
+  if (!*found) return std::nullopt;
+  return state::RobotPose(std::move(**found));
+}
+
 // Runs the frame loop until it ends. Returns the next scene that the user opened, or null. before: the
 // previous scene, which is shown again after an error.
 Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
@@ -312,6 +324,7 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   renderer.apply(stage.viewer.draw);
   stage.further.forget_scene();
   stage.note_start("scene on the device");
+  std::optional<state::RobotPose> robot;  // with a window
   std::optional<SceneReload> reload;
   if (options.watch && show.has_own_file()) {
     SceneReload::Hooks hooks;
@@ -319,6 +332,7 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
     hooks.keep = [&](std::unique_ptr<SceneLoad> shown) {
       if (const auto next_version = shown->wait(); next_version)
         camera->set_ground(camera_start(options, (*next_version)->scene, {}, {}).ground);
+      if (window) robot = find_robot(*shown);
       show.keep(std::move(shown));
     };
     hooks.can_show = can_show_everywhere;
@@ -336,9 +350,10 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   load.begin_caching();
   std::unique_ptr<WindowView> view;
   if (window) {
+    robot = find_robot(load);
     Result<std::unique_ptr<WindowView>> made =
         WindowView::create({stage.device, stage.renderer, poses, receiver, requests, live, *camera,
-                            stage.windows, stage.viewer, options, playing, stage.first});
+                            stage.windows, stage.viewer, options, playing, robot, stage.first});
     if (!made) return made.error();
     view = std::move(*made);
   }
@@ -349,6 +364,7 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
                   .requests = requests,
                   .scene = live,
                   .animations = *animations ? &*(*animations)->player : nullptr,
+                  .robot = &robot,
                   .camera = *camera,
                   .sink = *image_folder ? static_cast<sinks::FrameSink&>(**image_folder) : no_files,
                   .window = view.get(),

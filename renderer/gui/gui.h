@@ -27,6 +27,7 @@ struct Shown {
   uint64_t scene_number = 0;                    // unique per scene
   replay::TimelineControl* timeline = nullptr;  // null: neither a replay nor animations
   uint32_t variant = scene::kNone;              // material variant; kNone: the file's default materials
+  const state::RobotPose* robot = nullptr;      // null: the file holds none
 };
 
 // Rectangle in image pixels.

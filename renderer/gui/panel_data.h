@@ -16,6 +16,7 @@
 #include "renderer/passes/debug/inspection.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/scene/model/scene.h"
+#include "renderer/state/robot_pose.h"
 #include "renderer/state/stream_timing.h"
 
 namespace fire3dv::gui {
@@ -55,6 +56,8 @@ struct Viewer {
   std::map<uint32_t, scene::Light> lights;  // by node
   // By number: factors only; textures and alpha modes are unchanged.
   std::map<uint32_t, scene::Material> materials;
+
+  state::JointPositions joints;  // of the robot, other than the file's
 
   passes::DrawSettings draw;  // requested settings; unsupported ones are reported and reset
   passes::DebugView debug_view = passes::DebugView::none;

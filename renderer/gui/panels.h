@@ -85,6 +85,8 @@ class TreePanel {
 };
 
 void draw_node_panel(const Context& context);
+// Nothing if the scene has no robot.
+void draw_joints_panel(const Context& context);
 
 class CamerasPanel {
  public:

@@ -218,6 +218,7 @@ void forget_scene(gui::Viewer& viewer) {
   viewer.hidden.clear();
   viewer.lights.clear();
   viewer.materials.clear();
+  viewer.joints.clear();
   viewer.streams.clear();
   viewer.commands = {};
 }

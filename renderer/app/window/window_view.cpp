@@ -134,6 +134,7 @@ bool WindowView::take_activity() {
 
 void WindowView::apply_requests() {
   borrowed_.scene.set_user_edits(edits_of(borrowed_.viewer));
+  if (borrowed_.robot) borrowed_.robot->set(borrowed_.viewer.joints);
   apply_draw_settings();
   passes::DebugView& view = borrowed_.viewer.debug_view;
   if (Result<void> can = renderer().can_show(view); !can) {
@@ -173,10 +174,10 @@ void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::Tim
   ViewerInput::Owners owners;
   if (panels_) {
     const LiveScene& scene = borrowed_.scene;
-    owners = panels_->take(
-        first(), input, {window_extent_.width, window_extent_.height}, seconds, facts,
-        {scene.scene(), borrowed_.poses, &scene.edits(), scene.replaced(), timeline, scene.variant()},
-        viewer);
+    owners = panels_->take(first(), input, {window_extent_.width, window_extent_.height}, seconds, facts,
+                           {scene.scene(), borrowed_.poses, &scene.edits(), scene.replaced(), timeline,
+                            scene.variant(), borrowed_.robot ? &*borrowed_.robot : nullptr},
+                           viewer);
     place_image();
   }
   const glm::uvec2 image_px(image_extent_.width, image_extent_.height);

@@ -71,6 +71,7 @@ class WindowView {
     gui::Viewer& viewer;
     const Options& options;
     std::vector<uint32_t> animations;  // those that play
+    std::optional<state::RobotPose>& robot;
     bool insist = true;  // an unknown camera of the options is an error; otherwise another camera is used
   };
   // Fails for an unknown camera.

@@ -2,9 +2,12 @@
 // without a window and a GPU.
 #pragma once
 
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "protocol/robot/robot_file.h"
 #include "renderer/gui/gui.h"
 #include "renderer/scene/model/math.h"
 #include "tests/render/support/scene_builder.h"
@@ -72,9 +75,21 @@ inline scene::Scene gui_scene() {
   return scene;
 }
 
+// Two joints that move the free node "world", and one of "arm", which the stream drives.
+inline state::RobotPose gui_robot() {
+  constexpr std::string_view kFile = R"({"nodes": [{"name": "world", "children": [1],
+    "extras": {"fire3dv": {"robot": {"version": 1,
+      "bodies": [{"node": "world"}, {"node": "arm", "parent": "world", "translation": [0, 1, 0]}],
+      "joints": [{"name": "lift", "type": "prismatic", "node": "world", "axis": [0, 1, 0]},
+                 {"name": "swing", "type": "revolute", "node": "world", "axis": [0, 0, 1], "limits": [-1, 2]},
+                 {"name": "elbow", "type": "revolute", "node": "arm", "axis": [0, 0, 1]}]}}}}, {"name": "arm"}]})";
+  return state::RobotPose(robot::read_robot(std::as_bytes(std::span(kFile)), true).value());
+}
+
 struct GuiWorld {
   scene::Scene scene;
   state::PoseState poses;
+  state::RobotPose robot = gui_robot();
   FakeTimeline timeline;
   gui::Facts facts;
   gui::Viewer viewer;
@@ -99,6 +114,7 @@ struct GuiWorld {
     frame.node_count = 2;
     frame.poses = moved;
     poses.push(id, frame);
+    robot.set_scene(scene, poses.names());
   }
 
   const ImDrawData& frame(std::vector<gui::Event> events = {}) {
@@ -107,7 +123,10 @@ struct GuiWorld {
     input.scale = scale;
     input.delta_s = 1.0f / 60;
     input.events = std::move(events);
-    return gui.frame(input, facts, {scene, poses, nullptr, 1, replays ? &timeline : nullptr}, viewer);
+    const gui::Shown shown{scene, poses, nullptr, 1, replays ? &timeline : nullptr, scene::kNone, &robot};
+    const ImDrawData& drawn = gui.frame(input, facts, shown, viewer);
+    robot.set(viewer.joints);
+    return drawn;
   }
   // Panels follow changes of other panels within a few frames.
   const ImDrawData& settle() {

@@ -1,0 +1,75 @@
+#include "renderer/state/robot_pose.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+namespace fire3dv::state {
+namespace {
+
+glm::mat4 matrix_of(const robot::Transform& t) {
+  glm::mat4 matrix(1);
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 4; ++column)
+      matrix[column][row] = static_cast<float>(t.m[static_cast<size_t>(row * 4 + column)]);
+  }
+  return matrix;
+}
+
+}  // namespace
+
+RobotPose::RobotPose(robot::Robot robot) : robot_(std::move(robot)), home_(robot_.positions()) {
+  node_of_body_.assign(robot_.bodies().size(), scene::kNone);
+}
+
+bool RobotPose::can_move(size_t joint) const {
+  if (joint >= robot_.joints().size()) return false;
+  const robot::RobotJoint& of = robot_.joints()[joint];
+  return of.position_count == 1;
+}
+
+void RobotPose::set_scene(const scene::Scene& scene, const NodeNames& names) {
+  body_of_node_.assign(scene.nodes.size(), SIZE_MAX);
+  parents_.clear();
+  for (const scene::Node& node : scene.nodes) parents_.push_back(node.parent);
+  for (size_t body = 0; body < node_of_body_.size(); ++body) {
+    const robot::RobotBody& of = robot_.bodies()[body];
+    node_of_body_[body] = of.scale ? names.find(of.node) : scene::kNone;
+    if (node_of_body_[body] != scene::kNone) body_of_node_[node_of_body_[body]] = body;
+  }
+}
+
+uint32_t RobotPose::node_of(size_t joint) const {
+  return node_of_body_[robot_.joints()[joint].body];
+}
+
+bool RobotPose::set(const JointPositions& positions) {
+  if (positions == positions_) return false;
+  positions_ = positions;
+  std::vector<double> numbers = home_;
+  for (const auto& [joint, position] : positions_)
+    if (can_move(joint)) numbers[robot_.joints()[joint].position_index] = position;
+  return robot_.set_positions(numbers, {.clamps = true}).ok();
+}
+
+void RobotPose::apply(RestPose& pose) {
+  const std::vector<robot::Transform>& model_from_body = robot_.poses();
+  const glm::mat4 world_from_model = matrix_of(robot_.world_from_model());
+  std::vector<bool> is_moved(parents_.size());
+  for (size_t node = 0; node < parents_.size(); ++node) {
+    const uint32_t parent = parents_[node];
+    const glm::mat4 world_from_parent = parent == scene::kNone ? glm::mat4(1) : pose.world_from_node[parent];
+    if (const size_t body = body_of_node_[node]; body != SIZE_MAX) {
+      const robot::Vector& scale = *robot_.bodies()[body].scale;
+      const glm::vec3 factors(scale[0], scale[1], scale[2]);
+      pose.world_from_node[node] = glm::scale(world_from_model * matrix_of(model_from_body[body]), factors);
+      pose.parent_from_node[node] = glm::inverse(world_from_parent) * pose.world_from_node[node];
+      is_moved[node] = true;
+    } else if (parent != scene::kNone && is_moved[parent]) {
+      pose.world_from_node[node] = world_from_parent * pose.parent_from_node[node];
+      is_moved[node] = true;
+    }
+  }
+}
+
+}  // namespace fire3dv::state

@@ -1,0 +1,64 @@
+#!/usr/bin/env python3
+"""End-to-end test of the joint sliders: a slider of the window, dragged by the mouse, moves the robot's body."""
+from harness import main, wait_until
+from image_reader import check
+from screen import on_a_screen
+
+WINDOW = (1280, 720)
+URDF = """<robot name="lift"><link name="base"><visual><geometry><box size="1 1 0.1"/></geometry></visual>
+<visual><origin xyz="-0.45 0 0.8"/><geometry><box size="0.05 0.05 1.6"/></geometry></visual></link>
+<link name="car"><visual><geometry><box size="0.4 0.4 0.4"/></geometry>
+<material name="red"><color rgba="1 0 0 1"/></material></visual></link>
+<joint name="lift" type="prismatic"><parent link="base"/><child link="car"/><origin xyz="0 0 0.3"/>
+<axis xyz="0 0 1"/><limit lower="0" upper="0.8" effort="1" velocity="1"/></joint></robot>
+"""
+
+
+def is_red(pixel):
+    return pixel[0] > 90 and pixel[1] < 60 and pixel[2] < 60
+
+
+def top_of_the_car(picture):
+    x = picture.width // 2
+    return next((y for y in range(picture.height) if is_red(picture.pixel(x, y))), None)
+
+
+def is_grab(pixel):
+    """The accent colour of the theme, in which grabs of sliders are drawn."""
+    return all(abs(pixel[i] - (0x4a, 0xa3, 0xdf)[i]) < 12 for i in range(3))
+
+
+def grabs(picture):
+    """Centres of the slider grabs in the left column, from the top."""
+    found = []
+    for y in range(picture.height):
+        xs = [x for x in range(100, 250) if is_grab(picture.pixel(x, y))]
+        if len(xs) < 4:
+            continue
+        if found and y - found[-1][1] < 8:
+            found[-1][1] = y
+        else:
+            found.append([sum(xs) // len(xs), y])
+    return [(x, y - 5) for x, y in found]
+
+
+def drag(test, screen):
+    scene = test.path("lift.urdf")
+    with open(scene, "w", encoding="ascii") as file:
+        file.write(URDF)
+    renderer = test.viewer(scene, "--background", "204080", env=screen.env, size=WINDOW)
+    window = screen.window(renderer)
+    before = wait_until("the car", lambda: top_of_the_car(screen.picture(window)))
+    # Two sliders: the joint's, and the speed of the camera below it.
+    joint = wait_until("two sliders", lambda: (lambda now: now and len(now) == 2 and now)(grabs(screen.picture(window))))[0]
+    screen.xdotool("mousemove", "--window", window, *joint, "mousedown", 1)
+    for x in range(joint[0], 246, 12):
+        screen.xdotool("mousemove", "--window", window, x, joint[1])
+    screen.xdotool("mouseup", 1)
+    wait_until("a car that has risen", lambda: (top_of_the_car(screen.picture(window)) or before) < before - 60)
+    screen.x11.close(int(window))
+    renderer.expect_exit(0)
+
+
+if __name__ == "__main__":
+    main({"drag": on_a_screen(drag, size=(1280, 800))}, ["fire3dv"])
