@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "protocol/base/error.h"
 #include "protocol/base/text.h"
 #include "tools/convert/mesh/mesh_store.h"
 #include "tools/convert/mesh/surfaces.h"
@@ -16,13 +17,14 @@
 #include "tools/convert/sdf/sdf_kinematics.h"
 #include "tools/convert/sdf/sdf_materials.h"
 #include "tools/convert/sdf/sdf_shapes.h"
+#include "tools/convert/sdf/sdf_warnings.h"
 
 namespace fire3dv::convert {
 namespace {
 
-// Frame of a glTF camera in that of a sensor, which looks along +X with +Z up.
-glm::dquat sensor_from_view() {
-  return glm::quat_cast(glm::dmat3({0, -1, 0}, {0, 0, 1}, {-1, 0, 0}));
+glm::dquat sensor_from_camera() {
+  const float* m = kSensorFromCamera;
+  return glm::quat_cast(glm::dmat3(m[0], m[4], m[8], m[1], m[5], m[9], m[2], m[6], m[10]));
 }
 
 class SceneBuilder {
@@ -30,10 +32,10 @@ class SceneBuilder {
   SceneBuilder(const SdfScene& scene, const std::filesystem::path& file, const ReadOptions& options,
                SdfFiles& files, Model& model)
       : scene_(scene),
-        file_(file),
         model_(model),
+        warnings_(file, model),
         meshes_(model, options.most_triangles),
-        materials_(files, file, model),
+        materials_(files, warnings_, model),
         shapes_(files, options.dae_up, materials_, model) {}
 
   void build() {
@@ -49,13 +51,17 @@ class SceneBuilder {
     for (const std::string& warning : warnings) warn(warning);
     if (!lights_by_metre_.empty())
       warn("lights whose <attenuation> is not <quadratic> alone are matched at 1 m: " + lights_by_metre_);
-    if (model_.meshes.empty()) warn("nothing to draw: no <visual> can be drawn");
   }
 
  private:
-  void warn(const std::string& text) { model_.warnings.push_back(file_.string() + ": " + text); }
+  void warn(const std::string& text) { warnings_.add(text); }
 
   void name_items() {
+    if (!scene_.node_names.empty()) {
+      FIRE3DV_ASSERT(scene_.node_names.size() == scene_.items.size());
+      names_ = scene_.node_names;
+      return;
+    }
     SdfNames names;
     std::vector<std::string> scopes;
     for (const SdfItem& item : scene_.items)
@@ -80,6 +86,7 @@ class SceneBuilder {
   }
 
   std::optional<size_t> mesh_of(const SdfItem& item, const std::string& name) {
+    if (std::isfinite(item.transparency) && item.transparency >= 1) return std::nullopt;  // invisible
     Mesh mesh;
     mesh.name = name;
     if (!meshes_.take_shape(mesh)) {
@@ -109,7 +116,9 @@ class SceneBuilder {
       intensity /= at_one_metre;
       if (!is_physical) lights_by_metre_ += (lights_by_metre_.empty() ? "" : ", ") + quote(names_[index]);
     }
-    if (peak > 0 && std::isfinite(intensity) && intensity > 0) {
+    if (from.is_off) {
+      light.intensity = 0;
+    } else if (peak > 0 && std::isfinite(intensity) && intensity > 0) {
       light.color = glm::max(from.diffuse / peak, 0.0f);
       light.intensity = static_cast<float>(std::min(intensity, 1e9));
     } else {
@@ -119,10 +128,11 @@ class SceneBuilder {
       light.intensity = 0;
     }
     if (from.type == Light::Type::spot) {
+      const auto half = [](double angle_rad) { return std::isfinite(angle_rad) ? angle_rad / 2 : 0; };
       light.outer_cone_rad =
-          static_cast<float>(std::clamp(from.outer_angle_rad / 2, 1e-3, std::numbers::pi / 2));
+          static_cast<float>(std::clamp(half(from.outer_angle_rad), 1e-3, std::numbers::pi / 2));
       light.inner_cone_rad =
-          std::clamp(static_cast<float>(from.inner_angle_rad / 2), 0.0f, light.outer_cone_rad);
+          std::clamp(static_cast<float>(half(from.inner_angle_rad)), 0.0f, light.outer_cone_rad);
     }
     Node node;
     node.name = sdf_light_name(names_[index]);
@@ -136,6 +146,11 @@ class SceneBuilder {
   }
 
   void add_camera(const SdfCamera& from, const std::string& name, std::optional<size_t> parent) {
+    constexpr double kMaxSide = 1e6;  // pixels
+    if (!(from.width <= kMaxSide && from.height <= kMaxSide && std::isfinite(from.horizontal_fov_rad)))
+      return warn("camera " + quote(name) +
+                  " is left out: its <image> is larger than a million pixels, or a "
+                  "number is not finite");
     const double width = std::max(from.width, 1.0), height = std::max(from.height, 1.0);
     double aspect = width / height;
     double half_height = std::tan(std::clamp(from.horizontal_fov_rad, 1e-3, 3.1) / 2) / aspect;
@@ -153,15 +168,15 @@ class SceneBuilder {
     node.name = parent ? sdf_view_name(name) : name;
     node.parent = parent;
     node.translation = from.translation;
-    node.rotation = glm::normalize(from.rotation) * sensor_from_view();
+    node.rotation = glm::normalize(from.rotation) * sensor_from_camera();
     node.camera = model_.cameras.size();
     model_.cameras.push_back(std::move(camera));
     model_.nodes.push_back(std::move(node));
   }
 
   const SdfScene& scene_;
-  const std::filesystem::path file_;
   Model& model_;
+  SdfWarnings warnings_;
   MeshStore meshes_;
   SdfMaterials materials_;
   SdfShapes shapes_;

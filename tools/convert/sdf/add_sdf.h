@@ -1,4 +1,5 @@
-// Scene builder: turns the contents of an SDF file into the nodes, meshes, lights and cameras of a model.
+// Scene builder: turns SDF's entities into the nodes, meshes, lights and cameras of a model, as Gazebo shows
+// them.
 #pragma once
 
 #include <filesystem>
@@ -10,7 +11,8 @@
 
 namespace fire3dv::convert {
 
-// file: for warnings.
+// Adds one node for each item, at the same index in an empty model, then those of lights and cameras. What
+// cannot be drawn is left out, with a warning. file: for warnings; empty: a running world.
 void add_sdf(const SdfScene& scene, const std::filesystem::path& file, const ReadOptions& options,
              SdfFiles& files, Model& model);
 

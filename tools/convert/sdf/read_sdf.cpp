@@ -31,6 +31,8 @@ Result<Model> read_sdf(const std::filesystem::path& file, const ReadOptions& opt
   if (!scene) return scene.error();
   model.name = sanitize_text(scene->name.empty() ? sdf.stem().string() : scene->name);
   add_sdf(*scene, sdf, options, files, model);
+  if (model.meshes.empty())
+    model.warnings.push_back(sdf.string() + ": nothing to draw: no <visual> can be drawn");
   return model;
 }
 

@@ -44,12 +44,6 @@ std::string key_of(const SdfItem& visual) {
 
 }  // namespace
 
-void SdfMaterials::warn(const std::string& text) {
-  std::string warning = file_.string() + ": " + text;
-  if (std::find(model_.warnings.begin(), model_.warnings.end(), warning) == model_.warnings.end())
-    model_.warnings.push_back(std::move(warning));
-}
-
 size_t SdfMaterials::material(const SdfItem& visual) {
   const std::string key = key_of(visual);
   if (const auto known = materials_.find(key); known != materials_.end()) return known->second;
@@ -120,11 +114,7 @@ std::optional<size_t> SdfMaterials::image(const SdfUri& uri, const char* map) {
   const Result<std::filesystem::path> file = regular_file(*path);
   if (!file) return left_out(file.error().message);
   if (const auto known = images_.find(*file); known != images_.end()) return known->second;
-  if (!files_.image_folders().hold(*file))
-    return left_out(
-        "it lies outside the folders of the SDF file, of models (by their model.config), of the search paths "
-        "and "
-        "of --package-path; copy it next to the SDF file, or name its folder with --package-path");
+  if (!files_.image_folders().hold(*file)) return left_out(files_.outside_image_folders());
   constexpr uint64_t kMaxBytes = uint64_t{1} << 28;
   const Result<FileBytes> bytes = read_file(*file, kMaxBytes);
   if (!bytes) return left_out(bytes.error().message);

@@ -11,6 +11,7 @@
 #include "tools/convert/model.h"
 #include "tools/convert/sdf/files/sdf_files.h"
 #include "tools/convert/sdf/sdf_scene.h"
+#include "tools/convert/sdf/sdf_warnings.h"
 
 namespace fire3dv::convert {
 
@@ -23,9 +24,9 @@ std::optional<SdfScriptColors> sdf_script_colors(const std::string& name);
 
 class SdfMaterials {
  public:
-  // file: for warnings.
-  SdfMaterials(SdfFiles& files, std::filesystem::path file, Model& model)
-      : files_(files), file_(std::move(file)), model_(model) {}
+  // All are borrowed.
+  SdfMaterials(SdfFiles& files, SdfWarnings& warnings, Model& model)
+      : files_(files), warnings_(warnings), model_(model) {}
 
   // Returns the material of a visual: its own or Gazebo's grey, with its transparency.
   size_t material(const SdfItem& visual);
@@ -38,10 +39,10 @@ class SdfMaterials {
   std::optional<size_t> image(const SdfUri& uri, const char* map);
   std::optional<size_t> metallic_roughness(std::optional<size_t> metalness, std::optional<size_t> roughness);
   bool has_alpha(size_t image) const;
-  void warn(const std::string& text);
+  void warn(const std::string& text) { warnings_.add(text); }
 
   SdfFiles& files_;
-  const std::filesystem::path file_;
+  SdfWarnings& warnings_;
   Model& model_;
   std::map<std::string, size_t> materials_;  // by all that they consist of
   std::map<std::pair<size_t, double>, size_t> transparent_;

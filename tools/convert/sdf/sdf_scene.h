@@ -1,5 +1,6 @@
-// Contents of an SDF file as plain data: entities with their poses, shapes and materials, and joints. What
-// reads it (library/sdf_reader.h) uses libsdformat; what draws it (add_sdf.h) does not.
+// Contents of an SDF file, or of a running world of Gazebo, as plain data: entities with their poses, shapes
+// and materials, and joints. Files are read by libsdformat (library/sdf_reader.h), worlds from their messages
+// (adapters/gazebo); the rules of what they look like (add_sdf.h) are the same.
 #pragma once
 
 #include <cstddef>
@@ -19,9 +20,13 @@ namespace fire3dv::convert {
 
 // Name of a file, with the file that names it.
 struct SdfUri {
-  std::string uri;  // empty: none
-  std::filesystem::path from;
+  std::string uri;             // empty: none
+  std::filesystem::path from;  // empty: a running world
 };
+
+// Pose of the glTF camera, which looks along -Z with +Y up, in the frame of a sensor, which looks along +X
+// with +Z up: three rows of four.
+inline constexpr float kSensorFromCamera[12] = {0, 0, -1, 0, -1, 0, 0, 0, 0, 1, 0, 0};
 
 struct SdfShape {
   enum class Type { box, sphere, cylinder, cone, capsule, ellipsoid, plane, polyline, mesh };
@@ -54,6 +59,7 @@ struct SdfLight {
   Light::Type type = Light::Type::point;
   glm::vec3 diffuse{1};  // linear
   double intensity = 1;
+  bool is_off = false;                              // dark, without a warning
   double constant = 1, linear = 1, quadratic = 0;   // attenuation
   glm::dvec3 direction{0, 0, -1};                   // in the frame of the light
   double inner_angle_rad = 0, outer_angle_rad = 0;  // full angles
@@ -107,6 +113,8 @@ struct SdfScene {
   // Where Gazebo's window starts, in the world; empty: a view of the whole scene does.
   std::optional<SdfCamera> view;
   std::vector<SdfItem> items;
+  // Names of the nodes, by item, if the caller has given them; else empty: scoped names, made unique.
+  std::vector<std::string> node_names;
   std::vector<SdfJoint> joints;
 };
 

@@ -92,7 +92,18 @@ Result<void> SdfShapes::add(const SdfItem& visual, Mesh& mesh) {
 }
 
 Result<void> SdfShapes::add_polylines(const SdfItem& visual, Mesh& mesh) {
+  constexpr size_t kMaxAllPoints = 100'000;
+  constexpr size_t kMaxPoints = 500;  // of a polygon, whose triangulation takes cubic time
   for (const SdfShape::Polyline& line : visual.shape->polylines) {
+    if (line.points.size() > kMaxPoints) {
+      notes_.push_back("a <polyline> has more than " + std::to_string(kMaxPoints) +
+                       " points and is left out: use a mesh");
+      continue;
+    }
+    polyline_points_ += line.points.size();
+    if (polyline_points_ > kMaxAllPoints)
+      return Error{"the polylines of the scene have more than " + std::to_string(kMaxAllPoints) +
+                   " points: use meshes"};
     const Surface surface = prism(line.points, line.height);
     if (surface.indices.empty())
       return Error{"its <polyline> is no polygon of finite size, or crosses itself"};

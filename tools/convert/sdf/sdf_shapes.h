@@ -1,6 +1,7 @@
 // Surfaces of the visuals of an SDF scene.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <utility>
 #include <vector>
@@ -32,6 +33,7 @@ class SdfShapes {
   SdfMaterials& materials_;
   MeshFiles mesh_files_;
   std::vector<std::string> notes_;
+  size_t polyline_points_ = 0;  // of all visuals
 };
 
 // Prism between z = 0 and the height over a simple polygon, whose last point may repeat the first. Empty for

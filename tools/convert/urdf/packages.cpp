@@ -128,6 +128,7 @@ std::optional<fs::path> Packages::find_in(const std::vector<fs::path>& folders, 
 }
 
 std::optional<fs::path> Packages::find_above(const std::string& name, Sources& sources) {
+  if (folder_.empty()) return std::nullopt;
   const std::optional<fs::path> own = own_package(sources);
   if (own && package_name(*own, sources) == name) return own;
   for (fs::path above = folder_;; above = above.parent_path()) {

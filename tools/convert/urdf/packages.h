@@ -20,8 +20,8 @@ std::string package_name(const std::filesystem::path& folder, Sources& sources);
 
 class Packages {
  public:
-  // description_folder: resolved. named: contain packages at any depth, or are packages.
-  // Reads ROS_PACKAGE_PATH and AMENT_PREFIX_PATH.
+  // description_folder: resolved; empty: there is none. named: contain packages at any depth, or are
+  // packages. Reads ROS_PACKAGE_PATH and AMENT_PREFIX_PATH.
   Packages(const std::filesystem::path& description_folder, const std::vector<std::filesystem::path>& named);
 
   // Returns the folder of the package, in this order: named folders; folders above the description that are

@@ -101,7 +101,7 @@ TEST_F(Sdf, SubmeshesOfDaeAreNodesOrGeometries) {
     const std::string id = "g-" + name, x = name == "left" ? "0" : "5";
     geometries += "<geometry id='" + id + "' name='" + name + "'><mesh><source id='" + id +
                   "-p'><float_array id='" + id + "-a' count='9'>" + x + " 0 0 " + x + " 1 0 " + x +
-                  " 0 1</float_array><technique_common><accessor source='#" + id +
+                  " 0 2</float_array><technique_common><accessor source='#" + id +
                   "-a' count='3' stride='3'><param name='X' type='float'/><param name='Y' type='float'/>"
                   "<param name='Z' type='float'/></accessor></technique_common></source><vertices id='" +
                   id + "-v'><input semantic='POSITION' source='#" + id +
@@ -125,6 +125,14 @@ TEST_F(Sdf, SubmeshesOfDaeAreNodesOrGeometries) {
   EXPECT_EQ(x_of("first"), 0);
   EXPECT_EQ(x_of("left"), 0);
   EXPECT_EQ(x_of("right"), 5);
+  // In the frame of the whole mesh, which is not turned.
+  const auto size_of = [&](const std::string& more) {
+    const Model model = read(shape("<mesh><uri>pair.dae</uri>" + more + "</mesh>"));
+    const auto [low, high] = bounds(surface(model, "m/l/v"));
+    return glm::dvec3(high - low);
+  };
+  expect_near(size_of(""), {5, 1, 2});
+  expect_near(size_of("<submesh><name>left</name></submesh>"), {0, 1, 2});
 }
 
 TEST_F(Sdf, ColoursAreLinearAndMultipliedWithTransparency) {
@@ -135,6 +143,22 @@ TEST_F(Sdf, ColoursAreLinearAndMultipliedWithTransparency) {
   EXPECT_EQ(material.base_color, glm::vec4(0.5f, 0.25f, 1, 0.25f));
   EXPECT_EQ(material.emission, glm::vec3(0, 0.125f, 0));
   EXPECT_TRUE(material.blended);
+}
+
+TEST_F(Sdf, WhatIsWhollyTransparentHasNoMesh) {
+  const Model model = read(shape(kBox, "<transparency>1</transparency>"));
+  ASSERT_TRUE(node(model, "m/l/v"));
+  EXPECT_FALSE(node(model, "m/l/v")->mesh);
+}
+
+TEST_F(Sdf, WarningsAreLimited) {
+  std::string visuals;
+  for (int i = 0; i < 1200; ++i)
+    visuals += visual("<sphere><radius>-1</radius></sphere>", "", "v" + std::to_string(i));
+  const Model model = read(model_of("m", link("l", visuals)));
+  EXPECT_TRUE(warns(model, "\"m/l/v999\"")) << model.warnings.size();
+  EXPECT_FALSE(warns(model, "\"m/l/v1000\""));
+  EXPECT_TRUE(warns(model, "further warnings are left out: there are more than 1000"));
 }
 
 TEST_F(Sdf, MaterialsAreThoseOfGazebo) {

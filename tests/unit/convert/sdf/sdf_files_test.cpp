@@ -79,6 +79,27 @@ TEST_F(SdfIncludes, AreFoundInFuelsCache) {
       << warnings(model);
 }
 
+// By model://, and by a URI without the version of the interface.
+TEST_F(SdfIncludes, OfDownloadedModelsNeedNoOwner) {
+  write_crate("fuel/fuel.gazebosim.org/some one/models/big crate/2");
+  const Variable cache("GZ_FUEL_CACHE_PATH", (folder_.path() / "fuel").string());
+  EXPECT_EQ(warnings(read(include("model://Big Crate"))), "");
+  EXPECT_EQ(warnings(read(include("https://fuel.gazebosim.org/Some One/models/Big Crate/2"))), "");
+}
+
+TEST_F(SdfIncludes, OfAnotherMachineAreFoundByTheEndOfTheirPath) {
+  write_crate("models/crate");
+  write("models/model.sdf", "no description");
+  const Variable path("GZ_SIM_RESOURCE_PATH", (folder_.path() / "models").string());
+  for (const std::string uri : {"/home/somebody/ws/crate/model.sdf", "file:///far/crate/model.sdf"}) {
+    const Model model = read(include(uri));
+    EXPECT_EQ(warnings(model), "");
+    EXPECT_TRUE(node(model, "crate/l/v")) << uri;
+  }
+  // The name of a file alone says too little.
+  EXPECT_TRUE(warns(read(include("/home/somebody/model.sdf")), "its end is not found in"));
+}
+
 TEST_F(SdfIncludes, ThatAreMissingNameTheFoldersAndTheRemedy) {
   const Variable path("GZ_SIM_RESOURCE_PATH", "/nowhere/a:/nowhere/b");
   const Model model = read("\n" + include("model://gone"));

@@ -19,6 +19,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr size_t kMaxUriBytes = 4096;  // longer ones are no paths of a system
+
 constexpr const char* kVariables[] = {"GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "SDF_PATH",
                                       "GAZEBO_MODEL_PATH", "GAZEBO_RESOURCE_PATH"};
 
@@ -52,6 +54,17 @@ bool leaves_its_folder(const fs::path& below) {
   return below.empty() || below.is_absolute() || std::find(below.begin(), below.end(), "..") != below.end();
 }
 
+std::vector<fs::path> entries_of(const fs::path& folder) {
+  constexpr size_t kMaxEntries = 10'000;
+  std::vector<fs::path> entries;
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end;
+       !error && entry != end && entries.size() < kMaxEntries; entry.increment(error))
+    entries.push_back(entry->path());
+  std::sort(entries.begin(), entries.end());
+  return entries;
+}
+
 // Newest version of a cached model: folders are named by numbers.
 std::optional<fs::path> newest_version(const fs::path& model) {
   std::optional<fs::path> newest;
@@ -72,22 +85,33 @@ std::optional<fs::path> newest_version(const fs::path& model) {
 }  // namespace
 
 SdfFiles::SdfFiles(const fs::path& file, const std::vector<fs::path>& package_folders, Sources& sources)
-    : folder_(folder_of(file)), packages_(folder_, package_folders), sources_(sources) {
-  for (const fs::path& folder : package_folders) folders_.push_back({fs::absolute(folder), ""});
-  for (const char* name : kVariables)
-    for (fs::path& folder : absolute_folders(variable(name))) folders_.push_back({std::move(folder), name});
+    : folder_(folder_of(file)), packages_(folder_, package_folders), sources_(&sources) {
   image_folders_.add(folder_);
   image_folders_.add(file.parent_path());  // folder of the symbolic link
+  add_folders(package_folders);
+  allow_model_of(file);
+}
+
+SdfFiles::SdfFiles(const std::vector<fs::path>& package_folders, std::string folder_option)
+    : option_(std::move(folder_option)), packages_({}, package_folders) {
+  add_folders(package_folders);
+}
+
+void SdfFiles::add_folders(const std::vector<fs::path>& package_folders) {
+  for (const fs::path& folder : package_folders) folders_.push_back({fs::absolute(folder), option_});
+  for (const char* name : kVariables)
+    for (fs::path& folder : absolute_folders(variable(name))) folders_.push_back({std::move(folder), name});
   for (const Folder& folder : folders_) image_folders_.add(folder.path);
   for (const char* name : {"GZ_FUEL_CACHE_PATH", "IGN_FUEL_CACHE_PATH"})
     if (const std::string value = variable(name); value.starts_with('/')) caches_.emplace_back(value);
   if (const std::string home = variable("HOME"); home.starts_with('/'))
     for (const char* below : {".gz/fuel", ".ignition/fuel"}) caches_.push_back(fs::path(home) / below);
-  allow_model_of(file);
 }
 
 Result<fs::path> SdfFiles::resolve(const std::string& uri, const fs::path& from) {
   if (uri.empty()) return Error{"it names no file"};
+  if (uri.size() > kMaxUriBytes)
+    return Error{"a path of " + std::to_string(uri.size()) + " bytes is not searched"};
   if (uri.find('\0') != std::string::npos) return Error{quote(uri) + " holds a zero byte"};
   Result<fs::path> found = find(uri, from);
   if (found) allow_model_of(*found);
@@ -104,13 +128,32 @@ Result<fs::path> SdfFiles::find(const std::string& uri, const fs::path& from) {
     return Error{quote(uri) + ": only model://, package://, file:// and paths are read"};
   if (fs::path(path).is_absolute()) {
     if (exists(path)) return fs::path(path);
-    return Error{"there is no " + quote(path)};
+    if (std::optional<fs::path> found = find_by_end(path)) return *std::move(found);
+    return Error{"there is no " + quote(path) + ", and its end is not found in " + searched()};
   }
-  const fs::path beside = folder_of(from) / path;
-  if (exists(beside)) return beside;
+  if (!from.empty()) {
+    const fs::path beside = folder_of(from) / path;
+    if (exists(beside)) return beside;
+  }
   for (const Folder& folder : folders_)
     if (!leaves_its_folder(path) && exists(folder.path / path)) return folder.path / path;
-  return Error{quote(uri) + " is neither beside " + quote(from.string()) + " nor in " + searched()};
+  return Error{quote(uri) + " is " +
+               (from.empty() ? "not found in " : "neither beside " + quote(from.string()) + " nor in ") +
+               searched()};
+}
+
+// The longest end of at least two components that one of the folders holds.
+std::optional<fs::path> SdfFiles::find_by_end(const fs::path& path) {
+  constexpr size_t kMaxParts = 16, kMinParts = 2;
+  std::vector<fs::path> parts;
+  for (const fs::path& part : path.lexically_normal().relative_path()) parts.push_back(part);
+  for (size_t count = std::min(parts.size(), kMaxParts); count >= kMinParts; --count) {
+    fs::path end;
+    for (size_t i = parts.size() - count; i < parts.size(); ++i) end /= parts[i];
+    for (const Folder& folder : folders_)
+      if (!leaves_its_folder(end) && exists(folder.path / end)) return folder.path / end;
+  }
+  return std::nullopt;
 }
 
 Result<fs::path> SdfFiles::find_in_models(const std::string& below, const std::string& uri) {
@@ -126,13 +169,30 @@ Result<fs::path> SdfFiles::find_in_models(const std::string& below, const std::s
     if (last == name && exists(folder.path / rest)) return folder.path / rest;
   }
   // Folders above the description, and packages by their package.xml.
-  if (const Result<fs::path> package = packages_.find(name, sources_); package && exists(*package / rest)) {
+  Sources unrecorded;
+  if (const Result<fs::path> package = packages_.find(name, sources_ ? *sources_ : unrecorded);
+      package && exists(*package / rest))
     return *package / rest;
-  }
+  if (std::optional<fs::path> found = find_model_in_fuel_cache(name, rest)) return *std::move(found);
   return Error{quote(uri) + " is not found in " + searched()};
 }
 
-// URI: https://SERVER/VERSION/OWNER/models/NAME[/N][/files/PATH]; cache: SERVER/owner/models/name/N/PATH.
+// A model that Gazebo has downloaded, whoever owns it.
+std::optional<fs::path> SdfFiles::find_model_in_fuel_cache(const std::string& model, const fs::path& below) {
+  for (const fs::path& cache : caches_) {
+    for (const fs::path& server : entries_of(cache)) {
+      for (const fs::path& owner : entries_of(server)) {
+        const std::optional<fs::path> version = newest_version(owner / "models" / lower(model));
+        if (!version || !exists(*version / below)) continue;
+        image_folders_.add(*version);
+        return *version / below;
+      }
+    }
+  }
+  return std::nullopt;
+}
+
+// URI: https://SERVER[/VERSION]/OWNER/models/NAME[/N][/files/PATH]; cache: SERVER/owner/models/name/N/PATH.
 Result<fs::path> SdfFiles::find_in_fuel_cache(const std::string& uri) {
   std::vector<std::string> parts;
   const std::string rest = uri.substr(uri.find("://") + 3);
@@ -141,8 +201,11 @@ Result<fs::path> SdfFiles::find_in_fuel_cache(const std::string& uri) {
   for (const fs::path& cache : caches_) looked += (looked.empty() ? "" : ", ") + quote(cache.string());
   const Error missing{quote(uri) + " is not in the cache of Gazebo Fuel (" + looked +
                       "), and nothing is downloaded: fetch it with \"gz fuel download -u " + uri + "\""};
-  const bool is_model = parts.size() >= 5 && (parts[3] == "models" || parts[3] == "worlds");
-  if (!is_model || leaves_its_folder(rest)) return missing;
+  const auto is_kind = [&](size_t i) {
+    return parts.size() > i + 1 && (parts[i] == "models" || parts[i] == "worlds");
+  };
+  if (is_kind(2) && !is_kind(3)) parts.insert(parts.begin() + 1, "1.0");
+  if (!is_kind(3) || leaves_its_folder(rest)) return missing;
   size_t next = 5;
   std::string version;
   if (next < parts.size() && !parts[next].empty() &&
@@ -154,21 +217,23 @@ Result<fs::path> SdfFiles::find_in_fuel_cache(const std::string& uri) {
   for (; next < parts.size(); ++next) below /= parts[next];
   for (const fs::path& cache : caches_) {
     const fs::path model = cache / parts[0] / lower(parts[2]) / parts[3] / lower(parts[4]);
-    sources_.add(model);
+    if (sources_) sources_->add(model);
     const std::optional<fs::path> folder = version.empty() ? newest_version(model) : model / version;
-    if (folder && exists(*folder / below)) return *folder / below;
+    if (!folder || !exists(*folder / below)) continue;
+    image_folders_.add(*folder);
+    return *folder / below;
   }
   return missing;
 }
 
 bool SdfFiles::exists(const fs::path& path) {
-  sources_.add(path);
+  if (sources_) sources_->add(path);
   std::error_code error;
   return fs::exists(path, error);
 }
 
 void SdfFiles::allow_model_of(const fs::path& path) {
-  constexpr int kMaxLevels = 5;
+  constexpr int kMaxLevels = 9;  // the file, and eight folders above it
   std::error_code error;
   fs::path folder = fs::canonical(path, error);
   if (error) return;
@@ -181,10 +246,16 @@ void SdfFiles::allow_model_of(const fs::path& path) {
 std::string SdfFiles::searched() const {
   std::string text;
   for (const Folder& folder : folders_)
-    text += quote(folder.path.string()) + " (" + (folder.origin.empty() ? "--package-path" : folder.origin) +
-            "), ";
-  text += "the folders above " + quote(folder_.string());
-  return text + ": set GZ_SIM_RESOURCE_PATH to the folder that holds it, or name that with --package-path";
+    text += (text.empty() ? "" : ", ") + quote(folder.path.string()) + " (" + folder.origin + ")";
+  if (!folder_.empty()) text += (text.empty() ? "" : ", ") + ("the folders above " + quote(folder_.string()));
+  if (text.empty()) text = "a folder, as none is named";
+  return text + ": set GZ_SIM_RESOURCE_PATH to the folder that holds it, or name that with " + option_;
+}
+
+std::string SdfFiles::outside_image_folders() const {
+  return std::string("it lies outside the folders ") + (folder_.empty() ? "" : "of the SDF file, ") +
+         "of models (by their model.config), of the search paths and of " + option_ + "; " +
+         (folder_.empty() ? "" : "copy it next to the SDF file, or ") + "name its folder with " + option_;
 }
 
 Result<fs::path> sdf_of_model_folder(const fs::path& folder, unsigned newest, Sources& sources) {

@@ -30,9 +30,7 @@ double number(const sdf::ElementPtr& element, const char* name, double otherwise
   return child ? child->Get<double>("", otherwise).first : otherwise;
 }
 
-std::optional<SdfShape> polylines(const sdf::ElementPtr& geometry, const std::string& where,
-                                  std::vector<std::string>& warnings) {
-  constexpr size_t kMaxPoints = 500;  // of a polygon, whose triangulation takes cubic time
+SdfShape polylines(const sdf::ElementPtr& geometry) {
   SdfShape shape;
   shape.type = SdfShape::Type::polyline;
   for (sdf::ElementPtr line = geometry->FindElement("polyline"); line;
@@ -41,21 +39,16 @@ std::optional<SdfShape> polylines(const sdf::ElementPtr& geometry, const std::st
     made.height = number(line, "height", 1);
     for (sdf::ElementPtr point = line->FindElement("point"); point; point = point->GetNextElement("point"))
       made.points.push_back(vec2(point->Get<ignition::math::Vector2d>()));
-    if (made.points.size() > kMaxPoints) {
-      warnings.push_back(where + ": a <polyline> has more than " + std::to_string(kMaxPoints) +
-                         " points and is left out: use a mesh");
-      continue;
-    }
     shape.polylines.push_back(std::move(made));
   }
-  return shape.polylines.empty() ? std::nullopt : std::optional(std::move(shape));
+  return shape;
 }
 
 std::optional<SdfShape> shape_of_element(const sdf::Geometry& geometry, const std::string& where,
                                          std::vector<std::string>& warnings) {
   const sdf::ElementPtr element = geometry.Element();
   if (!element) return std::nullopt;
-  if (element->FindElement("polyline")) return polylines(element, where, warnings);
+  if (element->FindElement("polyline")) return polylines(element);
   if (const sdf::ElementPtr cone = element->FindElement("cone"))
     return shape_of(SdfShape::Type::cone, {number(cone, "radius", 0.5), number(cone, "length", 1), 0});
   if (element->FindElement("empty")) return std::nullopt;
