@@ -23,8 +23,7 @@ Result<void> run(Options options) {
   if (!node) return node.error();
   Result<Publisher> publisher = Publisher::open(options.uris, options.security, options.stream_name);
   if (!publisher) return publisher.error();
-  Session session(std::move(*node), std::move(*publisher),
-                  Resources::from_environment(std::move(options.resource_folders)),
+  Session session(std::move(*node), std::move(*publisher), std::move(options.resource_folders),
                   std::move(options.session), log_line);
   Result<void> done = session.run(stop_requested);
   session.log_totals();

@@ -1,22 +1,21 @@
 // Conversion of Gazebo's entities to the model that the glTF writer takes: one node per entity, with meshes,
-// materials, lights and cameras.
+// materials, lights and cameras, by the rules of SDF files.
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
-#include "adapters/gazebo/scene/resources.h"
 #include "adapters/gazebo/world/entities.h"
 #include "tools/convert/model.h"
 
 namespace fire3dv::gazebo {
 
-// name: of the root node. What cannot be shown is left out, with a warning in the model. Reads mesh and image
-// files.
-convert::Model scene_model(const std::vector<TopLevel>& items, const Resources& resources,
+// name: of the root node. resource_folders: contain models or packages, or are some; searched before those of
+// Gazebo's variables (tools/convert/sdf/files/sdf_files.h). What cannot be shown is left out, with a warning
+// in the model. Reads mesh and image files.
+convert::Model scene_model(const std::vector<TopLevel>& items,
+                           const std::vector<std::filesystem::path>& resource_folders,
                            const std::string& name);
-
-// Pose of the glTF camera, which looks along -Z, in the frame of a Gazebo camera, which looks along +X.
-inline constexpr float kSensorFromCamera[12] = {0, 0, -1, 0, -1, 0, 0, 0, 0, 1, 0, 0};
 
 }  // namespace fire3dv::gazebo

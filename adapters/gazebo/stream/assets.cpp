@@ -10,12 +10,13 @@
 
 namespace fire3dv::gazebo {
 
-ConvertedAsset convert_items(const std::vector<TopLevel>& items, const Resources& resources,
+ConvertedAsset convert_items(const std::vector<TopLevel>& items,
+                             const std::vector<std::filesystem::path>& resource_folders,
                              const std::string& name, bool has_default_light) {
   ConvertedAsset asset;
   asset.node = items.empty() ? "" : items.front().added_node;
   try {
-    convert::Model model = scene_model(items, resources, name);
+    convert::Model model = scene_model(items, resource_folders, name);
     if (has_default_light) convert::add_light_if_none(model);
     asset.glb = convert::write_glb(model, &model.warnings);
     asset.warnings = std::move(model.warnings);
@@ -35,7 +36,7 @@ AssetQueue::~AssetQueue() {
 void AssetQueue::start() {
   if (running_.valid() || waiting_.empty()) return;
   running_ = std::async(std::launch::async, [this, items = std::move(waiting_.front())] {
-    return convert_items(items, resources_, kAssetRoot, false);
+    return convert_items(items, resource_folders_, kAssetRoot, false);
   });
   waiting_.pop_front();
 }

@@ -3,12 +3,12 @@
 
 #include <cstddef>
 #include <deque>
+#include <filesystem>
 #include <future>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "adapters/gazebo/scene/resources.h"
 #include "adapters/gazebo/world/entities.h"
 #include "protocol/base/error.h"
 
@@ -21,13 +21,15 @@ struct ConvertedAsset {
 };
 
 // Converts items to one .glb file. name: of its root node. has_default_light: adds a light if the items have
-// none.
-ConvertedAsset convert_items(const std::vector<TopLevel>& items, const Resources& resources,
+// none. resource_folders: as of scene_model().
+ConvertedAsset convert_items(const std::vector<TopLevel>& items,
+                             const std::vector<std::filesystem::path>& resource_folders,
                              const std::string& name, bool has_default_light);
 
 class AssetQueue {
  public:
-  explicit AssetQueue(Resources resources) : resources_(std::move(resources)) {}
+  explicit AssetQueue(std::vector<std::filesystem::path> resource_folders)
+      : resource_folders_(std::move(resource_folders)) {}
   ~AssetQueue();
 
   // Items with equal added_node names are one asset.
@@ -38,7 +40,7 @@ class AssetQueue {
  private:
   void start();
 
-  const Resources resources_;
+  const std::vector<std::filesystem::path> resource_folders_;
   std::deque<std::vector<TopLevel>> waiting_;
   std::future<ConvertedAsset> running_;
 };

@@ -6,10 +6,10 @@
 #include <iterator>
 #include <utility>
 
-#include "adapters/gazebo/scene/scene_model.h"
 #include "gazebo.pb.h"
 #include "protocol/base/clock.h"
 #include "protocol/base/text.h"
+#include "tools/convert/sdf/sdf_scene.h"
 
 namespace fire3dv::gazebo {
 namespace {
@@ -182,7 +182,7 @@ std::vector<std::string> Cameras::request(Node& node, Publisher& publisher, int6
     if (camera.due_ns != INT64_MIN && sim_time_ns < camera.due_ns - kSlack_ns) continue;
     if (sim_time_ns == camera.last_ns) continue;  // paused
     camera.request.node = camera.node.c_str();
-    camera.request.parent_from_camera = kSensorFromCamera;
+    camera.request.parent_from_camera = convert::kSensorFromCamera;
     camera.request.when = FIRE3DV_IMAGE_ONCE;
     const Result<uint64_t> id = publisher.request_image(camera.request);
     if (!id) {

@@ -29,14 +29,14 @@ bool parse(T& message, const std::vector<std::byte>& data) {
 
 }  // namespace
 
-Session::Session(std::unique_ptr<Node> node, Publisher publisher, Resources resources, SessionOptions options,
-                 Log log)
+Session::Session(std::unique_ptr<Node> node, Publisher publisher,
+                 std::vector<std::filesystem::path> resource_folders, SessionOptions options, Log log)
     : node_(std::move(node)),
       publisher_(std::move(publisher)),
-      resources_(std::move(resources)),
+      resource_folders_(std::move(resource_folders)),
       options_(std::move(options)),
       log_(std::move(log)),
-      assets_(resources_),
+      assets_(resource_folders_),
       cameras_(options_.cameras) {}
 
 void Session::report(const std::vector<std::string>& warnings) {
@@ -186,7 +186,7 @@ Result<void> Session::first_scene() {
   log_("scene: " + counted(world_.items().size() - lights, "model") + " and " + counted(lights, "light") +
        " with " + counted(entities, "node"));
   if (!options_.write_scene.empty()) {
-    const ConvertedAsset scene = convert_items(world_.items(), resources_, world_name_, true);
+    const ConvertedAsset scene = convert_items(world_.items(), resource_folders_, world_name_, true);
     report(scene.warnings);
     if (!scene.glb) return Error{options_.write_scene.string() + ": " + scene.glb.error().message};
     if (Result<void> written = convert::write_output(options_.write_scene, *scene.glb); !written)

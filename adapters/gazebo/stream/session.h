@@ -30,9 +30,10 @@ struct SessionOptions {
 
 class Session {
  public:
+  // resource_folders: as of scene_model().
   using Log = std::function<void(const std::string& line)>;
-  Session(std::unique_ptr<Node> node, Publisher publisher, Resources resources, SessionOptions options,
-          Log log);
+  Session(std::unique_ptr<Node> node, Publisher publisher,
+          std::vector<std::filesystem::path> resource_folders, SessionOptions options, Log log);
 
   // Returns when stop is set, or with an error that waiting does not mend.
   Result<void> run(const std::atomic<bool>& stop);
@@ -58,7 +59,7 @@ class Session {
 
   std::unique_ptr<Node> node_;
   Publisher publisher_;
-  Resources resources_;
+  const std::vector<std::filesystem::path> resource_folders_;
   const SessionOptions options_;
   const Log log_;
   World world_;

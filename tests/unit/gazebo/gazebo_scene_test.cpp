@@ -10,10 +10,13 @@
 #include <fstream>
 #include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tests/support/gltf_builder.h"
+#include "tools/convert/description_files.h"
 #include "tools/convert/glb/write_glb.h"
+#include "tools/convert/sdf/files/sdf_files.h"
 
 namespace fire3dv::gazebo {
 namespace {
@@ -37,14 +40,14 @@ struct OneLink {
     visual.mutable_geometry()->set_type(type);
     return visual;
   }
-  convert::Model convert(const Resources& resources = Resources({})) const {
+  convert::Model convert(const std::vector<fs::path>& resource_folders = {}) const {
     std::vector<std::string> warnings;
     std::vector<TopLevel> items = read_entities(scene, warnings);
     std::vector<TopLevel*> all;
     for (TopLevel& item : items) all.push_back(&item);
     convert::SdfNames names;
     name_entities(all, names);
-    return scene_model(items, resources, "world");
+    return scene_model(items, resource_folders, "world");
   }
 };
 
@@ -87,6 +90,12 @@ TEST(GazeboScene, HasShapesOfTheRightSize) {
   capsule.set_radius(0.5), capsule.set_length(2);
   pb::Vector3d& radii = *world.add(15, "ellipsoid").mutable_geometry()->mutable_ellipsoid()->mutable_radii();
   radii.set_x(1), radii.set_y(2), radii.set_z(0.5);
+  pb::Polyline& prism = *world.add(9, "prism").mutable_geometry()->add_polyline();
+  prism.set_height(2);
+  for (const glm::dvec2 at : {glm::dvec2(0, 0), {3, 0}, {3, 1}, {0, 1}}) {
+    pb::Vector2d& point = *prism.add_point();
+    point.set_x(at.x), point.set_y(at.y);
+  }
   const convert::Model model = world.convert();
   EXPECT_TRUE(model.warnings.empty());
   const struct {
@@ -98,7 +107,8 @@ TEST(GazeboScene, HasShapesOfTheRightSize) {
                 {"sphere", {3, 3, 3}, 4 * kPi / 3 * 3.375},
                 {"cone", {2, 2, 3}, kPi},
                 {"capsule", {1, 1, 3}, kPi * 0.25 * 2 + 4 * kPi / 3 * 0.125},
-                {"ellipsoid", {2, 4, 1}, 4 * kPi / 3}};
+                {"ellipsoid", {2, 4, 1}, 4 * kPi / 3},
+                {"prism", {3, 1, 2}, 6}};
   for (const auto& shape : shapes) {
     const convert::Node* node = find(model, std::string("m/l/") + shape.name);
     ASSERT_TRUE(node && node->mesh) << shape.name;
@@ -166,6 +176,46 @@ TEST(GazeboScene, HasMaterialsAndTransparency) {
   EXPECT_EQ(of_red.metallic, 0.75f);
 }
 
+// As of SDF files: planes are seen from their normal only, all other shapes from both sides.
+TEST(GazeboScene, HasMaterialsSeenFromBothSides) {
+  OneLink world;
+  for (const bool is_double_sided : {false, true}) {
+    pb::Visual& plane = world.add(3, is_double_sided ? "both" : "one");
+    plane.mutable_geometry()->mutable_plane()->mutable_size()->set_x(1);
+    plane.mutable_geometry()->mutable_plane()->mutable_size()->set_y(is_double_sided ? 2 : 1);
+    plane.mutable_material()->set_double_sided(is_double_sided);
+  }
+  world.add(2, "ball").mutable_geometry()->mutable_sphere()->set_radius(1);
+  const convert::Model model = world.convert();
+  ASSERT_EQ(model.meshes.size(), 3u);
+  const auto is_double_sided = [&](size_t mesh) {
+    return model.materials[model.meshes[mesh].surfaces[0].material].double_sided;
+  };
+  EXPECT_FALSE(is_double_sided(0));
+  EXPECT_TRUE(is_double_sided(1));
+  EXPECT_TRUE(is_double_sided(2));
+}
+
+TEST(GazeboScene, HasColoursOfScriptsAndSpecularMaterials) {
+  OneLink world;
+  pb::Visual& script = world.add(2, "script");
+  script.mutable_geometry()->mutable_sphere()->set_radius(1);
+  script.mutable_material()->mutable_script()->set_name("Gazebo/Orange");
+  pb::Visual& specular = world.add(2, "specular");
+  specular.mutable_geometry()->mutable_sphere()->set_radius(2);
+  specular.mutable_material()->mutable_pbr()->set_type(2);
+  specular.mutable_material()->mutable_pbr()->set_glossiness(0.75);
+  specular.mutable_material()->mutable_pbr()->set_light_map("baked.png");
+  const convert::Model model = world.convert();
+  ASSERT_EQ(model.meshes.size(), 2u);
+  EXPECT_EQ(model.materials[model.meshes[0].surfaces[0].material].base_color,
+            glm::vec4(1, 0.5088f, 0.0468f, 1));
+  EXPECT_EQ(model.materials[model.meshes[1].surfaces[0].material].roughness, 0.25f);
+  EXPECT_EQ(model.materials[model.meshes[1].surfaces[0].material].metallic, 0);
+  ASSERT_EQ(model.warnings.size(), 1u);
+  EXPECT_EQ(model.warnings[0], "visual \"m/l/specular\": its <light_map> is not used");
+}
+
 TEST(GazeboScene, HasLightsAndCameras) {
   OneLink world;
   pb::Light& sun = *world.scene.add_light();
@@ -178,10 +228,23 @@ TEST(GazeboScene, HasLightsAndCameras) {
   spot.set_name("spot");
   spot.set_type(1);
   spot.set_intensity(1);
+  spot.mutable_diffuse()->set_g(1);
   spot.set_attenuation_quadratic(0.5f);
   spot.set_spot_inner_angle(0.4f);
   spot.set_spot_outer_angle(0.8f);
-  world.scene.add_light()->set_name("off");
+  world.scene.add_light()->set_name("dark");
+  pb::Light& off = *world.scene.add_light();
+  off.set_name("off");
+  off.set_type(2);
+  off.set_intensity(1);
+  off.mutable_diffuse()->set_r(1);
+  off.set_is_light_off(true);
+  pb::Light& bright = *world.scene.add_light();
+  bright.set_name("bright");
+  bright.set_type(2);
+  bright.set_intensity(1);
+  bright.mutable_diffuse()->set_r(4);
+  bright.mutable_diffuse()->set_g(1);
   pb::Sensor& sensor = *world.link->add_sensor();
   sensor.set_name("eye");
   sensor.set_type("camera");
@@ -190,8 +253,21 @@ TEST(GazeboScene, HasLightsAndCameras) {
   sensor.mutable_camera()->mutable_image_size()->set_y(100);
   sensor.mutable_camera()->set_near_clip(0.5);
   world.link->add_sensor()->set_type("imu");
+  pb::Sensor& broken = *world.link->add_sensor();
+  broken.set_name("broken");
+  broken.set_type("camera");
+  broken.mutable_camera()->set_horizontal_fov(NAN);
   const convert::Model model = world.convert();
-  ASSERT_EQ(model.lights.size(), 2u);
+  // Dark lights stay, so that a world whose only light is dark gets no other one.
+  ASSERT_EQ(model.lights.size(), 5u);
+  EXPECT_EQ(model.lights[*find(model, "dark#light")->light].intensity, 0);
+  EXPECT_EQ(model.lights[*find(model, "off#light")->light].intensity, 0);
+  const convert::Light& of_bright = model.lights[*find(model, "bright#light")->light];
+  EXPECT_EQ(of_bright.color, glm::vec3(1, 0.25f, 0));
+  EXPECT_NEAR(static_cast<double>(of_bright.intensity), 4 * kPi, 1e-4);
+  ASSERT_EQ(model.warnings.size(), 2u);
+  EXPECT_EQ(model.warnings[0].find("camera \"m/l/broken\" is left out"), 0u) << model.warnings[0];
+  EXPECT_EQ(model.warnings[1].find("light \"dark\" is dark"), 0u) << model.warnings[1];
   const convert::Node* of_sun = find(model, "sun#light");
   ASSERT_TRUE(of_sun && of_sun->light);
   EXPECT_EQ(model.nodes[*of_sun->parent].name, "sun");
@@ -218,32 +294,40 @@ class GazeboFiles : public testing::Test {
     std::ofstream(path) << text;
     return path;
   }
+  // A file that a mesh or image may be.
+  Result<fs::path> find(const std::vector<fs::path>& folders, const std::string& uri) {
+    const Result<fs::path> found = convert::SdfFiles(folders, "--resource-path").resolve(uri, {});
+    return found ? convert::regular_file(*found) : found;
+  }
   test::ScratchFolder folder_;
 };
 
 TEST_F(GazeboFiles, AreFoundByUri) {
   const fs::path mesh = write("models/cart/meshes/cart.obj", "v 0 0 0\n");
-  const Resources resources({folder_.path() / "models"});
   for (const std::string& uri :
        {std::string("model://cart/meshes/cart.obj"), std::string("package://cart/meshes/cart.obj"),
         "file://" + mesh.string(), mesh.string(), std::string("cart/meshes/cart.obj"),
         std::string("/home/somebody/ws/cart/meshes/cart.obj")}) {
-    const Result<fs::path> found = resources.find(uri);
+    const Result<fs::path> found = find({folder_.path() / "models"}, uri);
     ASSERT_TRUE(found) << uri << ": " << found.error().message;
     EXPECT_TRUE(fs::equivalent(*found, mesh)) << uri;
   }
   // The folder of the model itself.
-  EXPECT_TRUE(Resources({folder_.path() / "models" / "cart"}).find("model://cart/meshes/cart.obj"));
+  EXPECT_TRUE(find({folder_.path() / "models" / "cart"}, "model://cart/meshes/cart.obj"));
 }
 
 TEST_F(GazeboFiles, DoNotLeaveTheirFolders) {
   write("secret", "x");
   write("models/a/b", "x");
-  const Resources resources({folder_.path() / "models"});
   for (const char* uri :
-       {"model://../secret", "model://a/../../secret", "model://", "model://a", "ftp://a/b", "",
+       {"model://../secret", "model://a/../../secret", "model://", "model://a", "ftp://a/b", "", "../secret",
+        "/far/../secret",
         "https://fuel.gazebosim.org/1.0/o/models/m/1/files/../../../../../../../etc/passwd"})
-    EXPECT_FALSE(resources.find(uri)) << uri;
+    EXPECT_FALSE(find({folder_.path() / "models"}, uri)) << uri;
+  EXPECT_FALSE(find({}, "gazebo_scene_test.cpp"));  // beside no file
+  const Result<fs::path> endless = find({folder_.path() / "models"}, "/" + std::string(100'000, 'a') + "/b");
+  ASSERT_FALSE(endless);
+  EXPECT_LT(endless.error().message.size(), 200u);
 }
 
 TEST_F(GazeboFiles, AreFoundInTheFuelCache) {
@@ -252,11 +336,11 @@ TEST_F(GazeboFiles, AreFoundInTheFuelCache) {
         std::string("cache/fuel.gazebosim.org/openrobotics/models/gas station/") + version + "/meshes/m.dae",
         version);
   setenv("GZ_FUEL_CACHE_PATH", (folder_.path() / "cache").c_str(), 1);
-  const Resources resources = Resources::from_environment({});
+  convert::SdfFiles files({}, "--resource-path");
   unsetenv("GZ_FUEL_CACHE_PATH");
   const fs::path models = folder_.path() / "cache/fuel.gazebosim.org/openrobotics/models/gas station";
   const auto check = [&](const std::string& uri, const std::string& version) {
-    const Result<fs::path> found = resources.find(uri);
+    const Result<fs::path> found = files.resolve(uri, {});
     ASSERT_TRUE(found) << found.error().message;
     EXPECT_EQ(*found, models / version / "meshes/m.dae");
   };
@@ -265,7 +349,7 @@ TEST_F(GazeboFiles, AreFoundInTheFuelCache) {
   check("https://fuel.gazebosim.org/OpenRobotics/models/Gas Station/files/meshes/m.dae", "10");
   check("model://Gas Station/meshes/m.dae", "10");
   const Result<fs::path> missing =
-      resources.find("https://fuel.gazebosim.org/1.0/OpenRobotics/models/Other/1/files/a");
+      files.resolve("https://fuel.gazebosim.org/1.0/OpenRobotics/models/Other/1/files/a", {});
   ASSERT_FALSE(missing);
   EXPECT_NE(missing.error().message.find("nothing is downloaded"), std::string::npos);
 }
@@ -298,6 +382,85 @@ TEST_F(GazeboFiles, GiveMeshesAndTextures) {
   EXPECT_EQ(model.materials[model.meshes[0].surfaces[0].material].base_color_image, 0u);
   ASSERT_EQ(model.warnings.size(), 1u);
   EXPECT_NE(model.warnings[0].find("elsewhere"), std::string::npos);
+  EXPECT_NE(model.warnings[0].find("--resource-path"), std::string::npos);
+}
+
+// As of SDF files: an albedo map with opacity cuts, occlusion is the map's, and a scale of 0 is invisible.
+TEST_F(GazeboFiles, AreUsedByTheRulesOfSdfFiles) {
+  const std::vector<uint8_t> pixels = {255, 0, 0, 128};
+  const std::vector<std::byte> png = *convert::png_of(pixels, 1, 1, 4);
+  write("models/cart/map.png", std::string(reinterpret_cast<const char*>(png.data()), png.size()));
+  write("models/cart/cart.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  OneLink world;
+  pb::Visual& visual = world.add(2, "cut");
+  visual.mutable_geometry()->mutable_sphere()->set_radius(1);
+  visual.mutable_material()->mutable_diffuse()->set_r(1);
+  visual.mutable_material()->mutable_diffuse()->set_a(1);
+  visual.mutable_material()->mutable_pbr()->set_type(1);
+  visual.mutable_material()->mutable_pbr()->set_albedo_map("model://cart/map.png");
+  visual.mutable_material()->mutable_pbr()->set_ambient_occlusion_map("model://cart/map.png");
+  pb::Visual& flat = world.add(6, "flat");
+  flat.mutable_geometry()->mutable_mesh()->set_filename("model://cart/cart.obj");
+  flat.mutable_geometry()->mutable_mesh()->mutable_scale()->set_x(1);
+  const convert::Model model = world.convert({folder_.path() / "models"});
+  ASSERT_EQ(model.meshes.size(), 1u);
+  const convert::Material& cut = model.materials[model.meshes[0].surfaces[0].material];
+  EXPECT_EQ(cut.alpha_cutoff, 0.5f);
+  ASSERT_TRUE(cut.base_color_image);
+  EXPECT_EQ(cut.occlusion_image, cut.base_color_image);
+  ASSERT_EQ(model.warnings.size(), 1u);
+  EXPECT_EQ(model.warnings[0].find("visual \"m/l/flat\" is left out: a <scale> of 0"), 0u);
+}
+
+// One geometry of a DAE file with Y up, which Gazebo does not turn.
+std::string dae_geometry(const std::string& name, const std::string& x) {
+  const std::string id = "g-" + name;
+  return "<geometry id='" + id + "' name='" + name + "'><mesh><source id='" + id + "-p'><float_array id='" +
+         id + "-a' count='9'>" + x + " 0 0 " + x + " 1 0 " + x +
+         " 0 2</float_array><technique_common><accessor source='#" + id +
+         "-a' count='3' stride='3'><param name='X' type='float'/><param name='Y' type='float'/>"
+         "<param name='Z' type='float'/></accessor></technique_common></source><vertices id='" +
+         id + "-v'><input semantic='POSITION' source='#" + id +
+         "-p'/></vertices><triangles count='1'><input semantic='VERTEX' source='#" + id +
+         "-v' offset='0'/><p>0 1 2</p></triangles></mesh></geometry>";
+}
+
+TEST_F(GazeboFiles, HaveSubmeshesInTheFrameOfTheWholeMesh) {
+  write("models/pair/pair.dae",
+        "<?xml version='1.0'?><COLLADA xmlns='http://www.collada.org/2005/11/COLLADASchema' version='1.4.1'>"
+        "<asset><up_axis>Y_UP</up_axis></asset><library_geometries>" +
+            dae_geometry("left", "0") + dae_geometry("right", "5") +
+            "</library_geometries><library_visual_scenes><visual_scene id='s'><node id='n' name='first'>"
+            "<instance_geometry url='#g-left'/></node><node><instance_geometry url='#g-right'/></node>"
+            "</visual_scene></library_visual_scenes><scene><instance_visual_scene "
+            "url='#s'/></scene></COLLADA>");
+  const auto box = [&](const std::string& submesh, bool is_centred = false) {
+    OneLink world;
+    pb::MeshGeom& mesh = *world.add(6).mutable_geometry()->mutable_mesh();
+    mesh.set_filename("model://pair/pair.dae");
+    mesh.set_submesh(submesh);
+    mesh.set_center_submesh(is_centred);
+    const convert::Model model = world.convert({folder_.path() / "models"});
+    glm::vec3 low(INFINITY), high(-INFINITY);
+    EXPECT_TRUE(model.warnings.empty()) << model.warnings[0];
+    for (const convert::Mesh& each : model.meshes)
+      for (const convert::Surface& surface : each.surfaces)
+        for (const glm::vec3& p : surface.positions) low = glm::min(low, p), high = glm::max(high, p);
+    return std::pair(low, high);
+  };
+  EXPECT_EQ(box(""), std::pair(glm::vec3(0), glm::vec3(5, 1, 2)));
+  EXPECT_EQ(box("first"), std::pair(glm::vec3(0), glm::vec3(0, 1, 2)));  // a node
+  EXPECT_EQ(box("left"), std::pair(glm::vec3(0), glm::vec3(0, 1, 2)));   // a geometry
+  EXPECT_EQ(box("right"), std::pair(glm::vec3(5, 0, 0), glm::vec3(5, 1, 2)));
+  EXPECT_EQ(box("right", true), std::pair(glm::vec3(0, -0.5f, -1), glm::vec3(0, 0.5f, 1)));
+  OneLink world;
+  pb::MeshGeom& mesh = *world.add(6).mutable_geometry()->mutable_mesh();
+  mesh.set_filename("model://pair/pair.dae");
+  mesh.set_submesh("third");
+  const convert::Model model = world.convert({folder_.path() / "models"});
+  ASSERT_EQ(model.warnings.size(), 1u);
+  EXPECT_NE(model.warnings[0].find("has no node \"third\" with a mesh"), std::string::npos)
+      << model.warnings[0];
 }
 
 }  // namespace
