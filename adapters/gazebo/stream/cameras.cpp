@@ -1,9 +1,7 @@
 #include "adapters/gazebo/stream/cameras.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
-#include <iterator>
 #include <utility>
 
 #include "gazebo.pb.h"
@@ -14,8 +12,8 @@
 namespace fire3dv::gazebo {
 namespace {
 
-constexpr uint32_t kMaxSide = 8192;
-constexpr int kRgbInt8 = 3;  // PixelFormatType
+constexpr size_t kMaxKnownBytes = 1000;  // of a list of names in a message
+constexpr int kRgbInt8 = 3;              // PixelFormatType
 
 template <typename T>
 std::vector<std::byte> bytes_of(const T& message) {
@@ -37,19 +35,11 @@ void write_header(int64_t sim_time_ns, const std::string& frame_id, pb::Header& 
   entry.add_value(frame_id);
 }
 
-// Names of the models, link and sensor, as in Gazebo's topics.
-std::string default_topic(const TopLevel& item, size_t sensor, const std::string& world) {
-  std::string below;
-  for (size_t i = sensor; i != kNoParent; i = item.entities[i].parent) {
-    const std::string& node = item.entities[i].name;
-    const std::string own = node.substr(node.rfind('/') == node.npos ? 0 : node.rfind('/') + 1);
-    below = std::string("/") + name_of(item.entities[i].kind) + "/" + own + below;
-  }
-  return "/world/" + world + below + "/image";
-}
-
-bool is_topic(const std::string& topic) {
-  return topic.size() <= 1024 && topic.find_first_of("@~ ") == topic.npos && topic.find("//") == topic.npos;
+// Equal for cameras whose images are equal.
+std::string digest_of(pb::Sensor sensor) {
+  sensor.clear_id();
+  sensor.clear_pose();
+  return sensor.SerializeAsString();
 }
 
 }  // namespace
@@ -97,51 +87,25 @@ void Cameras::update(const std::vector<TopLevel>& items, const std::string& worl
     for (size_t i = 0; i < item.entities.size(); ++i) {
       const Entity& entity = item.entities[i];
       if (!entity.sensor) continue;
-      known += (known.empty() ? "" : ", ") + quote(entity.name);
+      if (known.size() < kMaxKnownBytes) known += (known.empty() ? "" : ", ") + quote(entity.name);
       const auto wanted = std::find_if(
           choice_.names.begin(), choice_.names.end(),
           [&](const std::string& name) { return name == entity.name || name == entity.sensor->name(); });
       if (wanted != choice_.names.end()) std::erase(missing, *wanted);
       if (!choice_.all && wanted == choice_.names.end()) continue;
-      if (const auto before = cameras_.find(entity.name); before != cameras_.end()) {
+      Camera camera{.node = entity.node, .digest = digest_of(*entity.sensor)};
+      const auto before = cameras_.find(entity.name);
+      if (before != cameras_.end() && before->second.digest == camera.digest) {
         before->second.node = entity.node;
         next.insert(cameras_.extract(before));
         continue;
       }
-      const pb::CameraSensor& sensor = entity.sensor->camera();
-      const double width = sensor.image_size().x(), height = sensor.image_size().y(),
-                   fov = sensor.horizontal_fov();
-      Camera camera;
-      camera.topic = entity.sensor->topic();
-      if (camera.topic.empty()) camera.topic = default_topic(item, i, world);
-      if (!camera.topic.starts_with('/')) camera.topic = "/" + camera.topic;
-      if (!(width >= 1 && width <= kMaxSide && height >= 1 && height <= kMaxSide && fov > 0 && fov < 3.1) ||
-          !is_topic(camera.topic)) {
-        warnings_.push_back("camera " + quote(entity.name) +
-                            " has no images: its size, field of view or topic is not valid");
+      Result<CameraSpec> spec = camera_spec(item, i, world);
+      if (!spec) {
+        warnings_.push_back("camera " + quote(entity.name) + " has no images: " + spec.error().message);
         continue;
       }
-      camera.info_topic = camera.topic.substr(0, camera.topic.rfind('/')) + "/camera_info";
-      camera.frame_id = entity.name;
-      camera.node = entity.node;
-      fire3dv_image_request& request = camera.request;
-      request.width = static_cast<uint32_t>(width);
-      request.height = static_cast<uint32_t>(height);
-      request.fx = request.fy = static_cast<float>(width / 2 / std::tan(fov / 2));
-      request.cx = static_cast<float>((width - 1) / 2);
-      request.cy = static_cast<float>((height - 1) / 2);
-      const double near_m = sensor.near_clip(), far_m = sensor.far_clip();
-      if (near_m > 1e-6 && near_m < 1e6) request.near_m = static_cast<float>(near_m);
-      if (far_m > near_m && far_m < 1e9) request.far_m = static_cast<float>(far_m);
-      const pb::Distortion& lens = sensor.distortion();
-      const double coefficients[] = {lens.k1(), lens.k2(), lens.p1(), lens.p2(), lens.k3()};
-      for (size_t k = 0; k < std::size(coefficients); ++k) {
-        if (!std::isfinite(coefficients[k]) || coefficients[k] == 0) continue;
-        request.lens = FIRE3DV_LENS_PLUMB_BOB;
-        request.lens_coefficients[k] = static_cast<float>(coefficients[k]);
-      }
-      const double rate_hz = entity.sensor->update_rate();
-      if (rate_hz > 1e-3 && rate_hz < 1e6) camera.period_ns = std::llround(1e9 / rate_hz);
+      camera.spec = std::move(*spec);
       next.emplace(entity.name, std::move(camera));
     }
   }
@@ -166,9 +130,9 @@ void Cameras::refuse(const std::string& name, Camera& camera, const std::string&
 
 std::vector<std::string> Cameras::request(Node& node, Publisher& publisher, int64_t sim_time_ns) {
   for (auto& [name, camera] : cameras_) {
-    if (!node.is_advertised(camera.topic)) {
+    if (!node.is_advertised(camera.spec.topic)) {
       for (const auto& [topic, type] :
-           {std::pair(camera.topic, "Image"), {camera.info_topic, "CameraInfo"}}) {
+           {std::pair(camera.spec.topic, "Image"), {camera.spec.info_topic, "CameraInfo"}}) {
         const Result<void> advertised = node.advertise(topic, prefix_ + type);
         if (!advertised && !std::exchange(cannot_publish_, true))
           warnings_.push_back(advertised.error().message);
@@ -176,15 +140,15 @@ std::vector<std::string> Cameras::request(Node& node, Publisher& publisher, int6
     }
     if (cannot_publish_ || camera.node.empty() || camera.pending != 0 || monotonic_ns() < camera.retry_ns)
       continue;
-    if (!node.has_subscribers(camera.topic) && !node.has_subscribers(camera.info_topic)) continue;
+    if (!node.has_subscribers(camera.spec.topic) && !node.has_subscribers(camera.spec.info_topic)) continue;
     if (sim_time_ns < camera.last_ns) camera.due_ns = INT64_MIN;  // a reset
     constexpr int64_t kSlack_ns = 1'000'000;                      // poses come at times of their own
     if (camera.due_ns != INT64_MIN && sim_time_ns < camera.due_ns - kSlack_ns) continue;
     if (sim_time_ns == camera.last_ns) continue;  // paused
-    camera.request.node = camera.node.c_str();
-    camera.request.parent_from_camera = convert::kSensorFromCamera;
-    camera.request.when = FIRE3DV_IMAGE_ONCE;
-    const Result<uint64_t> id = publisher.request_image(camera.request);
+    camera.spec.request.node = camera.node.c_str();
+    camera.spec.request.parent_from_camera = convert::kSensorFromCamera;
+    camera.spec.request.when = FIRE3DV_IMAGE_ONCE;
+    const Result<uint64_t> id = publisher.request_image(camera.spec.request);
     if (!id) {
       refuse(name, camera, id.error().message);
       continue;
@@ -192,8 +156,8 @@ std::vector<std::string> Cameras::request(Node& node, Publisher& publisher, int6
     camera.pending = *id;
     camera.last_ns = sim_time_ns;
     // Missed images are not made up for.
-    const bool is_late = camera.due_ns == INT64_MIN || sim_time_ns >= camera.due_ns + camera.period_ns;
-    camera.due_ns = (is_late ? sim_time_ns : camera.due_ns) + camera.period_ns;
+    const bool is_late = camera.due_ns == INT64_MIN || sim_time_ns >= camera.due_ns + camera.spec.period_ns;
+    camera.due_ns = (is_late ? sim_time_ns : camera.due_ns) + camera.spec.period_ns;
   }
   return std::exchange(warnings_, {});
 }
@@ -213,10 +177,10 @@ std::vector<std::string> Cameras::deliver(Node& node, Publisher& publisher) {
     // It may show a later frame than the requested one.
     if ((*image)->sim_time_ns > camera.last_ns) {
       camera.last_ns = (*image)->sim_time_ns;
-      camera.due_ns = camera.last_ns + camera.period_ns;
+      camera.due_ns = camera.last_ns + camera.spec.period_ns;
     }
-    node.publish(camera.topic, image_message(**image, camera.frame_id));
-    node.publish(camera.info_topic, camera_info_message(**image, camera.frame_id));
+    node.publish(camera.spec.topic, image_message(**image, camera.spec.frame_id));
+    node.publish(camera.spec.info_topic, camera_info_message(**image, camera.spec.frame_id));
   }
   return std::exchange(warnings_, {});
 }

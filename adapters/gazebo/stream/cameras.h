@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "adapters/gazebo/stream/camera_spec.h"
 #include "adapters/gazebo/stream/publisher.h"
 #include "adapters/gazebo/wire/node.h"
 #include "adapters/gazebo/world/entities.h"
@@ -43,9 +44,8 @@ class Cameras {
   void refuse(const std::string& name, Camera& camera, const std::string& reason);
 
   struct Camera {
-    std::string topic, info_topic, frame_id, node;
-    fire3dv_image_request request{};
-    int64_t period_ns = 0;
+    std::string node, digest;
+    CameraSpec spec;
     int64_t due_ns = INT64_MIN, last_ns = INT64_MIN;
     uint64_t pending = 0;   // request without an image; 0: none
     unsigned refusals = 0;  // since the last image
