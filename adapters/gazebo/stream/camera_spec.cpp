@@ -11,12 +11,12 @@ namespace {
 constexpr uint32_t kMaxSide = 8192;
 constexpr size_t kMaxTopicBytes = 1024;
 
-// Names of the models, link and sensor, as in Gazebo's topics.
+// Without the name of the image. Names of the models, link and sensor, as in Gazebo's topics.
 std::string default_topic(const TopLevel& item, size_t sensor, const std::string& world) {
   std::string below;
   for (size_t i = sensor; i != kNoParent; i = item.entities[i].parent)
     below = std::string("/") + name_of(item.entities[i].kind) + "/" + own_name(item.entities[i]) + below;
-  return "/world/" + world + below + "/image";
+  return "/world/" + world + below;
 }
 
 // Gazebo's rule for names that are no topics: blanks become '_'; '@', '~', "//" and ":=" go.
@@ -33,6 +33,35 @@ std::string valid_topic(const std::string& given) {
     topic += c == ' ' ? '_' : c;
   }
   return topic;
+}
+
+// given: topic of the sensor; empty: none.
+Result<void> set_topics(const std::string& type, const std::string& given, const std::string& default_base,
+                        CameraSpec& spec) {
+  constexpr uint32_t kColor = FIRE3DV_IMAGE_COLOR_SRGB8, kDepth = FIRE3DV_IMAGE_DEPTH_F32;
+  const auto topic = [&](const std::string& suffix) {
+    return valid_topic(given.empty() ? default_base + suffix : given);
+  };
+  if (type == "camera") {
+    spec.images = {{topic("/image"), kColor}};
+  } else if (type == "depth_camera") {
+    spec.images = {{topic("/depth_image"), kDepth}};
+  } else if (type == "rgbd_camera") {  // its topic is the base of others
+    std::string base = topic("");
+    if (base.ends_with('/')) base.pop_back();
+    spec.images = {{base + "/image", kColor}, {base + "/depth_image", kDepth}};
+  } else {
+    return Error{"sensors of type " + quote(type) +
+                 " are not rendered, only camera, depth_camera and rgbd_camera"};
+  }
+  for (const CameraSpec::Topic& image : spec.images) {
+    if (image.name.size() > kMaxTopicBytes || image.name == "/")
+      return Error{"its topic is empty or longer than " + std::to_string(kMaxTopicBytes) + " bytes"};
+    spec.request.outputs |= image.output;
+  }
+  const std::string& first = spec.images.front().name;
+  spec.info_topic = first.substr(0, first.rfind('/')) + "/camera_info";
+  return {};
 }
 
 void set_projection(const pb::CameraSensor& sensor, fire3dv_image_request& request) {
@@ -65,11 +94,10 @@ Result<CameraSpec> camera_spec(const TopLevel& item, size_t sensor, const std::s
   if (!(from.horizontal_fov() > 0 && from.horizontal_fov() < 3.1))
     return Error{"its horizontal field of view is not above 0 and below 3.1 rad"};
   CameraSpec spec;
-  spec.topic = valid_topic(entity.sensor->topic().empty() ? default_topic(item, sensor, world)
-                                                          : entity.sensor->topic());
-  if (spec.topic.size() > kMaxTopicBytes || spec.topic == "/")
-    return Error{"its topic is empty or longer than " + std::to_string(kMaxTopicBytes) + " bytes"};
-  spec.info_topic = spec.topic.substr(0, spec.topic.rfind('/')) + "/camera_info";
+  if (Result<void> named =
+          set_topics(entity.sensor->type(), entity.sensor->topic(), default_topic(item, sensor, world), spec);
+      !named)
+    return named.error();
   spec.frame_id = entity.name;
   set_projection(from, spec.request);
   const double rate_hz = entity.sensor->update_rate();

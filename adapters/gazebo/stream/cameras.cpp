@@ -1,9 +1,9 @@
 #include "adapters/gazebo/stream/cameras.h"
 
 #include <algorithm>
-#include <cstring>
 #include <utility>
 
+#include "adapters/gazebo/stream/camera_messages.h"
 #include "gazebo.pb.h"
 #include "protocol/base/clock.h"
 #include "protocol/base/text.h"
@@ -13,27 +13,6 @@ namespace fire3dv::gazebo {
 namespace {
 
 constexpr size_t kMaxKnownBytes = 1000;  // of a list of names in a message
-constexpr int kRgbInt8 = 3;              // PixelFormatType
-
-template <typename T>
-std::vector<std::byte> bytes_of(const T& message) {
-  std::vector<std::byte> bytes(message.ByteSizeLong());
-  (void)message.SerializeToArray(bytes.data(), static_cast<int>(bytes.size()));
-  return bytes;
-}
-
-void write_header(int64_t sim_time_ns, const std::string& frame_id, pb::Header& header) {
-  int64_t s = sim_time_ns / 1'000'000'000, ns = sim_time_ns % 1'000'000'000;
-  if (ns < 0) {
-    ns += 1'000'000'000;
-    --s;
-  }
-  header.mutable_stamp()->set_sec(s);
-  header.mutable_stamp()->set_nsec(static_cast<int32_t>(ns));
-  pb::Header::Map& entry = *header.add_data();
-  entry.set_key("frame_id");
-  entry.add_value(frame_id);
-}
 
 // Equal for cameras whose images are equal.
 std::string digest_of(pb::Sensor sensor) {
@@ -43,39 +22,6 @@ std::string digest_of(pb::Sensor sensor) {
 }
 
 }  // namespace
-
-std::vector<std::byte> image_message(const fire3dv_image& image, const std::string& frame_id) {
-  pb::Image message;
-  write_header(image.sim_time_ns, frame_id, *message.mutable_header());
-  message.set_width(image.width);
-  message.set_height(image.height);
-  message.set_step(3 * image.width);
-  message.set_pixel_format_type(kRgbInt8);
-  if (const fire3dv_image_plane* plane = plane_of(image, FIRE3DV_IMAGE_COLOR_SRGB8)) {
-    std::string& data = *message.mutable_data();
-    data.resize(size_t{3} * image.width * image.height);
-    char* to = data.data();
-    for (uint32_t y = 0; y < image.height; ++y) {
-      const char* from = static_cast<const char*>(plane->data) + size_t{plane->row_stride} * y;
-      for (uint32_t x = 0; x < image.width; ++x, from += 4, to += 3) std::memcpy(to, from, 3);
-    }
-  }
-  return bytes_of(message);
-}
-
-std::vector<std::byte> camera_info_message(const fire3dv_image& image, const std::string& frame_id) {
-  pb::CameraInfo info;
-  write_header(image.sim_time_ns, frame_id, *info.mutable_header());
-  info.set_width(image.width);
-  info.set_height(image.height);
-  for (const float k : image.lens_coefficients) info.mutable_distortion()->add_k(static_cast<double>(k));
-  const double fx = image.fx, fy = image.fy, cx = image.cx, cy = image.cy;
-  for (const double k : {fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0}) info.mutable_intrinsics()->add_k(k);
-  for (const double p : {fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0})
-    info.mutable_projection()->add_p(p);
-  for (const double r : {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0}) info.add_rectification_matrix(r);
-  return bytes_of(info);
-}
 
 void Cameras::update(const std::vector<TopLevel>& items, const std::string& world, const std::string& type) {
   if (!choice_.any()) return;
@@ -128,19 +74,23 @@ void Cameras::refuse(const std::string& name, Camera& camera, const std::string&
     warnings_.push_back("camera " + quote(name) + ": " + reason + "; asking again");
 }
 
+void Cameras::advertise(Node& node, const std::string& topic, const char* type) {
+  if (node.is_advertised(topic)) return;
+  const Result<void> advertised = node.advertise(topic, prefix_ + type);
+  if (!advertised && !std::exchange(cannot_publish_, true)) warnings_.push_back(advertised.error().message);
+}
+
 std::vector<std::string> Cameras::request(Node& node, Publisher& publisher, int64_t sim_time_ns) {
   for (auto& [name, camera] : cameras_) {
-    if (!node.is_advertised(camera.spec.topic)) {
-      for (const auto& [topic, type] :
-           {std::pair(camera.spec.topic, "Image"), {camera.spec.info_topic, "CameraInfo"}}) {
-        const Result<void> advertised = node.advertise(topic, prefix_ + type);
-        if (!advertised && !std::exchange(cannot_publish_, true))
-          warnings_.push_back(advertised.error().message);
-      }
-    }
+    for (const CameraSpec::Topic& topic : camera.spec.images) advertise(node, topic.name, "Image");
+    advertise(node, camera.spec.info_topic, "CameraInfo");
     if (cannot_publish_ || camera.node.empty() || camera.pending != 0 || monotonic_ns() < camera.retry_ns)
       continue;
-    if (!node.has_subscribers(camera.spec.topic) && !node.has_subscribers(camera.spec.info_topic)) continue;
+    const bool has_subscribers =
+        node.has_subscribers(camera.spec.info_topic) ||
+        std::any_of(camera.spec.images.begin(), camera.spec.images.end(),
+                    [&](const CameraSpec::Topic& topic) { return node.has_subscribers(topic.name); });
+    if (!has_subscribers) continue;
     if (sim_time_ns < camera.last_ns) camera.due_ns = INT64_MIN;  // a reset
     constexpr int64_t kSlack_ns = 1'000'000;                      // poses come at times of their own
     if (camera.due_ns != INT64_MIN && sim_time_ns < camera.due_ns - kSlack_ns) continue;
@@ -179,7 +129,8 @@ std::vector<std::string> Cameras::deliver(Node& node, Publisher& publisher) {
       camera.last_ns = (*image)->sim_time_ns;
       camera.due_ns = camera.last_ns + camera.spec.period_ns;
     }
-    node.publish(camera.spec.topic, image_message(**image, camera.spec.frame_id));
+    for (const CameraSpec::Topic& topic : camera.spec.images)
+      node.publish(topic.name, image_message(**image, topic.output, camera.spec.frame_id));
     node.publish(camera.spec.info_topic, camera_info_message(**image, camera.spec.frame_id));
   }
   return std::exchange(warnings_, {});

@@ -22,10 +22,6 @@ struct CameraChoice {
   bool any() const { return all || !names.empty(); }
 };
 
-// One image as a message of Gazebo: tight rows of RGB.
-std::vector<std::byte> image_message(const fire3dv_image& image, const std::string& frame_id);
-std::vector<std::byte> camera_info_message(const fire3dv_image& image, const std::string& frame_id);
-
 class Cameras {
  public:
   explicit Cameras(CameraChoice choice) : choice_(std::move(choice)) {}
@@ -41,6 +37,7 @@ class Cameras {
 
  private:
   struct Camera;
+  void advertise(Node& node, const std::string& topic, const char* type);
   void refuse(const std::string& name, Camera& camera, const std::string& reason);
 
   struct Camera {

@@ -3,16 +3,25 @@
 //
 //   gazebo_peer gz|ignition WORLD PARTITION
 //
-// Reads commands, one a line, and answers each with "ok":
-//   model NAME ID X BOX_SIZE      adds a model with link ID+1, box visual ID+2 and camera ID+3, and announces
-//   it nested NAME ID PARENT_ID X    adds a model below another one forget ID                     removes a
-//   model without saying so delete ID                     removes a model and announces that dynamic SEC NSEC
-//   [ID X Y Z]...     publishes poses; pose: the same on the topic of all poses raw TOPIC TYPE HEX publishes
-//   these bytes images TOPIC                  subscribes; each image is printed: image WIDTHxHEIGHT SEC NSEC
-//   FORMAT BYTES R G B wait                          waits until somebody subscribes to dynamic poses quit
+// Reads commands, one per line, and answers each with "ok":
+//
+//   model NAME ID X BOX_SIZE       Adds and announces a model: link ID+1, box ID+2, camera ID+3, depth camera
+//                                  ID+4.
+//   nested NAME ID PARENT_ID X     Adds a model below another one.
+//   forget ID                      Removes a model without an announcement.
+//   delete ID                      Removes a model and announces that.
+//   dynamic SEC NSEC [ID X Y Z]... Publishes poses.
+//   pose SEC NSEC [ID X Y Z]...    Publishes poses on the topic of all poses.
+//   raw TOPIC TYPE HEX             Publishes these bytes.
+//   images TOPIC                   Subscribes. Prints each image, with the pixel in its middle:
+//                                  image WIDTHxHEIGHT SEC NSEC FORMAT BYTES R G B
+//                                  depth WIDTHxHEIGHT SEC NSEC FORMAT BYTES METRES CORNER_METRES
+//   wait                           Waits until somebody subscribes to dynamic poses.
+//   quit
 #include <chrono>
 #include <cstdint>
 #include <cstdlib>
+#include <cstring>
 #include <functional>
 #include <ignition/msgs.hh>
 #include <ignition/transport/Node.hh>
@@ -80,6 +89,12 @@ void fill_model(msgs::Model& model, const std::string& name, uint32_t id, double
   sensor.mutable_camera()->mutable_image_size()->set_y(24);
   sensor.mutable_camera()->set_near_clip(0.1);
   sensor.mutable_camera()->set_far_clip(100);
+  msgs::Sensor& depth = *link.add_sensor();
+  depth = sensor;
+  depth.set_name("depth");
+  depth.set_id(id + 4);
+  depth.set_type("depth_camera");
+  depth.clear_topic();
 }
 
 msgs::Model* find(google::protobuf::RepeatedPtrField<msgs::Model>& models, uint32_t id) {
@@ -109,8 +124,20 @@ std::string bytes_of_hex(const std::string& hex) {
 void on_image(const msgs::Image& image) {
   std::ostringstream line;
   const std::string& data = image.data();
-  line << "image " << image.width() << "x" << image.height() << " " << image.header().stamp().sec() << " "
-       << image.header().stamp().nsec() << " " << image.pixel_format_type() << " " << data.size();
+  const bool is_depth = image.pixel_format_type() == msgs::R_FLOAT32;
+  line << (is_depth ? "depth " : "image ") << image.width() << "x" << image.height() << " "
+       << image.header().stamp().sec() << " " << image.header().stamp().nsec() << " "
+       << image.pixel_format_type() << " " << data.size();
+  if (is_depth) {
+    float metres[2] = {};
+    const size_t middle = (image.height() / 2) * image.step() + 4 * (image.width() / 2);
+    if (middle + 4 <= data.size()) {
+      std::memcpy(metres, data.data() + middle, 4);
+      std::memcpy(metres + 1, data.data(), 4);
+    }
+    line << " " << metres[0] << " " << metres[1];
+    return say(line.str());
+  }
   const size_t middle = (image.height() / 2) * image.step() + 3 * (image.width() / 2);
   for (size_t i = 0; i < 3 && middle + i < data.size(); ++i)
     line << " " << int(static_cast<unsigned char>(data[middle + i]));

@@ -298,24 +298,28 @@ def drawn(test):
     peer = Peer(test)
     peer.do("model box 10 0 1")
     scene, uri = test.path("world.glb"), test.fresh_uri("shm")
-    program = adapter(test, "--to", uri, "--write-scene", scene, "--camera", "camera")
+    program = adapter(test, "--to", uri, "--write-scene", scene, "--camera", "camera", "--camera", "box/link/depth")
     program.wait_err("scene written")
     renderer = Program(test, "fire3dv", [test.programs_at["fire3dv"], scene, "--validation", "--headless", "--on-request",
                                          "--cache", "off", "--ground", "off", "--listen", uri], env=environment())
     renderer.wait_err("listening on")
-    peer.do("wait", "images /box/image")
+    peer.do("wait", "images /box/image", "images /world/demo/model/box/link/link/sensor/depth/depth_image")
     stamp = 0
 
     def images():
         return [re.match(r"image (\d+)x(\d+) (\d+) (\d+) (\d+) (\d+) (\d+) (\d+) (\d+)$", line).groups()
                 for line in list(peer.out) if line.startswith("image ")]
 
+    def depths():
+        return [re.match(r"depth (\S+) \d+ \d+ (\d+) (\d+) (\S+) (\S+)$", line).groups()
+                for line in list(peer.out) if line.startswith("depth ")]
+
     def step():
         nonlocal stamp
         stamp += 20_000_000
         peer.do(f"dynamic {stamp // SECOND} {stamp % SECOND} 10 {stamp / SECOND} 0 0")
         time.sleep(0.01)
-        return len(images()) >= 5
+        return len(images()) >= 5 and len(depths()) >= 2
     wait_until(lambda: f"images; adapter: {program.stderr_text()} renderer: {renderer.stderr_text()}", step)
     stamps = [int(i[2]) * SECOND + int(i[3]) for i in images()]
     # An image that was late does not move the next one.
@@ -323,6 +327,10 @@ def drawn(test):
     for width, height, _, _, pixel_format, size, red, green, blue in images():
         check((width, height, pixel_format, int(size)) == ("32", "24", "3", 32 * 24 * 3), f"{width}x{height} {pixel_format} {size}")
         check(int(red) > 150 and int(green) < 100 and int(blue) < 100, f"the middle is {red} {green} {blue}, not the box")
+    # The camera is 3 m from the middle of a box of 1 m, which does not reach the corners of the image.
+    for size, pixel_format, length, middle, corner in depths():
+        check((size, pixel_format, length, corner) == ("32x24", "13", "3072", "inf") and abs(float(middle) - 2.5) < 1e-3,
+              f"depth is {size} {pixel_format} {length} {middle} {corner}")
     # A model that comes later brings a camera, which sees the model itself.
     check(not program.find_err("not in the scene|unmatched"), program.stderr_text())
     peer.do("model wall 40 30 1")

@@ -2,11 +2,16 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "adapters/gazebo/stream/camera_messages.h"
 #include "adapters/gazebo/stream/camera_spec.h"
+#include "gazebo.pb.h"
 
 namespace fire3dv::gazebo {
 namespace {
@@ -52,13 +57,13 @@ TEST_F(GazeboCameras, HaveTopicsOfTheirUniqueNames) {
   const auto found = specs();
   ASSERT_EQ(found.size(), 3u);
   for (const auto& spec : found) ASSERT_TRUE(spec) << spec.error().message;
-  EXPECT_EQ(found[0]->topic, "/world/w/model/m/link/l/sensor/eye_sensor/image");
+  EXPECT_EQ(found[0]->images[0].name, "/world/w/model/m/link/l/sensor/eye_sensor/image");
   EXPECT_EQ(found[0]->info_topic, "/world/w/model/m/link/l/sensor/eye_sensor/camera_info");
   EXPECT_EQ(found[0]->frame_id, "m/l/eye sensor");
-  EXPECT_EQ(found[1]->topic, "/world/w/model/m_model/link/l_link/sensor/eye_sensor_2/image");
+  EXPECT_EQ(found[1]->images[0].name, "/world/w/model/m_model/link/l_link/sensor/eye_sensor_2/image");
   EXPECT_EQ(found[1]->frame_id, "m/l/eye sensor 2");
   // Characters that no topic has are left out or replaced, as Gazebo does.
-  EXPECT_EQ(found[2]->topic, "/world/w/model/my_robot/link/l/sensor/a011b/image");
+  EXPECT_EQ(found[2]->images[0].name, "/world/w/model/my_robot/link/l/sensor/a011b/image");
 }
 
 TEST_F(GazeboCameras, HaveTopicsOfTheirSensors) {
@@ -69,11 +74,74 @@ TEST_F(GazeboCameras, HaveTopicsOfTheirSensors) {
   const auto found = specs();
   ASSERT_EQ(found.size(), 4u);
   ASSERT_TRUE(found[0] && found[1]);
-  EXPECT_EQ(found[0]->topic, "/eyes/left");
+  EXPECT_EQ(found[0]->images[0].name, "/eyes/left");
   EXPECT_EQ(found[0]->info_topic, "/eyes/camera_info");
-  EXPECT_EQ(found[1]->topic, "/eyes/my_right");
+  EXPECT_EQ(found[1]->images[0].name, "/eyes/my_right");
   EXPECT_FALSE(found[2]);
   EXPECT_FALSE(found[3]);
+}
+
+TEST_F(GazeboCameras, HaveTheOutputsOfTheirTypes) {
+  add("a", "c");
+  add("b", "c").set_type("depth_camera");
+  add("c", "c").set_type("rgbd_camera");
+  add("d", "c", "head").set_type("rgbd_camera");
+  const auto found = specs();
+  ASSERT_EQ(found.size(), 4u);
+  for (const auto& spec : found) ASSERT_TRUE(spec) << spec.error().message;
+  EXPECT_EQ(found[0]->request.outputs, uint32_t{FIRE3DV_IMAGE_COLOR_SRGB8});
+  EXPECT_EQ(found[1]->request.outputs, uint32_t{FIRE3DV_IMAGE_DEPTH_F32});
+  ASSERT_EQ(found[1]->images.size(), 1u);
+  EXPECT_EQ(found[1]->images[0].name, "/world/w/model/b/link/l/sensor/c/depth_image");
+  EXPECT_EQ(found[2]->request.outputs, uint32_t{FIRE3DV_IMAGE_COLOR_SRGB8 | FIRE3DV_IMAGE_DEPTH_F32});
+  ASSERT_EQ(found[2]->images.size(), 2u);
+  EXPECT_EQ(found[2]->images[0].name, "/world/w/model/c/link/l/sensor/c/image");
+  EXPECT_EQ(found[2]->images[1].name, "/world/w/model/c/link/l/sensor/c/depth_image");
+  EXPECT_EQ(found[2]->images[1].output, uint32_t{FIRE3DV_IMAGE_DEPTH_F32});
+  EXPECT_EQ(found[3]->images[0].name, "/head/image");
+  EXPECT_EQ(found[3]->images[1].name, "/head/depth_image");
+  EXPECT_EQ(found[3]->info_topic, "/head/camera_info");
+}
+
+TEST_F(GazeboCameras, AreRefusedWithTypesThatAreNotRendered) {
+  add("a", "c").set_type("thermal_camera");
+  add("b", "c").set_type("segmentation_camera");
+  add("c", "c").set_type("wide_angle_camera");
+  const auto found = specs();
+  ASSERT_EQ(found.size(), 3u);
+  for (const auto& spec : found) ASSERT_FALSE(spec);
+  EXPECT_EQ(found[0].error().message,
+            "sensors of type \"thermal_camera\" are not rendered, only camera, depth_camera and rgbd_camera");
+}
+
+// Rows of the renderer may be longer than those of messages, which are tight.
+TEST(GazeboCameraMessages, HaveTightRows) {
+  const std::vector<uint8_t> colors = {1, 2, 3, 255, 4, 5, 6, 255, 0, 0, 0, 0, 7, 8, 9, 255, 10, 11, 12, 255};
+  const std::vector<float> depths = {1, 2, 99, 3, INFINITY};
+  const fire3dv_image_plane planes[] = {{FIRE3DV_IMAGE_COLOR_SRGB8, 2, 2, 12, colors.data()},
+                                        {FIRE3DV_IMAGE_DEPTH_F32, 2, 2, 12, depths.data()}};
+  fire3dv_image image{};
+  image.sim_time_ns = -1;
+  image.width = image.height = 2;
+  image.plane_count = 2;
+  image.planes = planes;
+  const auto read = [&](uint32_t output) {
+    const std::vector<std::byte> bytes = image_message(image, output, "f");
+    pb::Image message;
+    EXPECT_TRUE(message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size())));
+    EXPECT_EQ(message.header().stamp().sec(), -1);
+    EXPECT_EQ(message.header().stamp().nsec(), 999'999'999);
+    return message;
+  };
+  const pb::Image color = read(FIRE3DV_IMAGE_COLOR_SRGB8), depth = read(FIRE3DV_IMAGE_DEPTH_F32);
+  EXPECT_EQ(color.step(), 6u);
+  EXPECT_EQ(color.data(), std::string("\1\2\3\4\5\6\7\10\11\12\13\14"));
+  EXPECT_EQ(depth.step(), 8u);
+  EXPECT_EQ(depth.pixel_format_type(), 13);
+  std::vector<float> sent(depth.data().size() / 4);
+  std::memcpy(sent.data(), depth.data().data(), depth.data().size());
+  EXPECT_EQ(sent, (std::vector<float>{1, 2, 3, INFINITY}));
+  EXPECT_TRUE(image_message(image, FIRE3DV_IMAGE_NORMAL, "f").empty());
 }
 
 TEST_F(GazeboCameras, HaveTheProjectionOfTheirSensors) {
