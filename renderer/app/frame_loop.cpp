@@ -67,6 +67,7 @@ passes::DrawSettings draw_settings(const Options& options,
   settings.post.exposure = options.exposure.value_or(1);  // set_exposure() replaces it
   settings.post.tone_map = options.tone_map;
   settings.post.fxaa = options.fxaa;
+  settings.post.bloom = options.bloom;
   return settings;
 }
 

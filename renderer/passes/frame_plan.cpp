@@ -34,9 +34,11 @@ FramePlan plan_frame(const FrameFacts& facts, const ImageOutputs& outputs, const
   const ShadowTechnique& technique = facts.shadow_technique;
   // Forward draws continue the samples of compute shading.
   const bool has_markers = facts.has_markers && views == 1;
+  const bool has_bloom = facts.bloom && views == 1 && outputs.has(wire::kColorSrgb8);
   const bool draws_samples = facts.has_forward_only || has_markers;
+  const bool needs_samples = draws_samples || has_bloom;
   const bool can_compute =
-      facts.raster_path == RasterPath::visibility && (!draws_samples || facts.can_write_samples);
+      facts.raster_path == RasterPath::visibility && (!needs_samples || facts.can_write_samples);
   FramePlan plan;
   plan.surface_planes = outputs.has_id_planes();
   plan.inspection = inspection.any();
@@ -59,7 +61,8 @@ FramePlan plan_frame(const FrameFacts& facts, const ImageOutputs& outputs, const
   plan.shadow_map_levels_of_detail =
       plan.camera_levels_of_detail && facts.levels_of_detail == LevelsOfDetail::everywhere;
 
-  plan.hdr_samples = plan.compute_shading && (draws_samples || outputs.has(wire::kColorLinearF16));
+  plan.bloom = has_bloom && (plan.shading || plan.path_resolve);
+  plan.hdr_samples = plan.compute_shading && (needs_samples || outputs.has(wire::kColorLinearF16));
   if (!plan.shading || views > 1) return plan;  // compute shading has completed images of several views
   plan.forward = !plan.compute_shading || draws_samples;
   plan.markers = has_markers;

@@ -59,6 +59,7 @@ struct FrameFacts {
   bool is_path_traced = false;  // colours come from the path tracer
   bool has_lights = false;
   bool needs_shadow_maps = false;  // the technique, for this scene
+  bool bloom = false;              // of the post settings
 };
 
 struct FramePlan {
@@ -80,6 +81,7 @@ struct FramePlan {
   bool markers = false;          // over all surfaces
   bool tone_map = false;         // compute shading without HDR samples has tone-mapped its pixels itself
   bool path_resolve = false;     // colours from path-traced sums, instead of shading
+  bool bloom = false;            // blurred light, from HDR samples or path-traced sums
   bool fxaa_only = false;        // FXAA on the pixels that compute shading has tone-mapped
   // Other outputs.
   bool surface_planes = false;

@@ -96,6 +96,16 @@ void SceneRenderer::allocate(const FrameRequest& request) {
   if (outputs_) outputs_->begin(request.outputs, *gpu_scene_, request.extent, request.views);
   if (plan.visibility_buffer)
     visibility_->allocate(*gpu_scene_, settings_.cull, plan.camera_levels_of_detail);
+  if (plan.bloom) {
+    if (!bloom_) bloom_ = std::make_unique<BloomPass>(device_, samples_, path_tracer_ != nullptr);
+    if (bloom_->allocate(*targets_)) {
+      if (path_tracer_) {
+        path_tracer_->bind_bloom(*targets_);
+      } else {
+        post_.bind_bloom(device_, *targets_);
+      }
+    }
+  }
 }
 
 bool SceneRenderer::shows_markers(const FrameRequest& request) const {
@@ -115,6 +125,7 @@ FrameFacts SceneRenderer::facts(const FrameRequest& request) const {
   facts.is_path_traced = path_tracer_ != nullptr;
   facts.has_lights = shadows_.has_lights();
   facts.needs_shadow_maps = shadows_.needs_maps();
+  facts.bloom = settings_.post.bloom > 0;
   return facts;
 }
 
@@ -122,11 +133,11 @@ Result<void> SceneRenderer::can_take(const ImageOutputs& outputs, uint32_t views
   if (views > 1 && path_tracer_) return Error{"paths are traced for one camera at a time"};
   if (views > 1) {
     // Edits may show hidden nodes in the recorded frame.
-    const bool alone = path_ != RasterPath::visibility || may_have_forward_only_;
+    const bool alone = path_ != RasterPath::visibility || may_have_forward_only_ || settings_.post.bloom > 0;
     if (alone || outputs.has(wire::kColorLinearF16))
       return Error{
           "several cameras at once need the visibility path, a scene without blended surfaces, lines and "
-          "points, and no linear colours: take one after the other"};
+          "points, no bloom and no linear colours: take one after the other"};
   }
   if (!outputs.has_planes()) return {};
   if (path_ != RasterPath::visibility) {

@@ -15,6 +15,7 @@
 #include "renderer/passes/outputs/outputs_pass.h"
 #include "renderer/passes/outputs/planes_and_boxes.h"
 #include "renderer/passes/path/path_pass.h"
+#include "renderer/passes/post/bloom_pass.h"
 #include "renderer/passes/post/post_pass.h"
 #include "renderer/passes/resources/edit_uploader.h"
 #include "renderer/passes/resources/gpu_scene.h"
@@ -164,8 +165,8 @@ class SceneRenderer {
   void set_levels_of_detail(LevelsOfDetail levels) { settings_.levels_of_detail = levels; }
   void set_shadows(bool on) { shadows_on_ = on; }
 
-  // Applies to later frames: exposure, tone mapping, FXAA (which changes image()), culling, LOD, shadows on
-  // and off, environment intensity and rotation, background. All other settings stay.
+  // Applies to later frames: exposure, bloom, tone mapping, FXAA (which changes image()), culling, LOD,
+  // shadows on and off, environment intensity and rotation, background. All other settings stay.
   void apply(const DrawSettings& settings);
   // True if the settings need a new renderer: another raster path, shadow technique, sample count,
   // environment or texture filter.
@@ -239,6 +240,7 @@ class SceneRenderer {
   ShadowPass shadows_;
   PostPass post_;
   StaleOverlayPass stale_overlay_;
+  std::unique_ptr<BloomPass> bloom_;       // created on first use
   std::unique_ptr<PathPass> path_tracer_;  // null: raster
   std::unique_ptr<Inspector> inspector_;   // created on first use
   Environment environment_;                // last: its wait for the GPU overlaps with pipeline compilation

@@ -21,6 +21,7 @@
 // set 0 of image filters
 #define FIRE3DV_BINDING_FILTER_IN 0
 #define FIRE3DV_BINDING_FILTER_OUT 1
+#define FIRE3DV_BINDING_FILTER_BLOOM 2  // first level of the bloom chain
 
 // set 1: images of a frame
 #define FIRE3DV_BINDING_DISPLAY 0

@@ -32,6 +32,19 @@ struct PostPush {
   uint samples;
   float exposure;
   uint tone_map;
+  float bloom;  // share of blurred light
+};
+
+struct BloomLightPush {
+  FIRE3DV_ADDRESS sums;  // PathSum[pixel]; 0: the HDR target
+  uint width;
+  uint height;
+  uint samples;
+  float exposure;
+};
+
+struct BloomUpPush {
+  float share_of_level_below;
 };
 
 struct CoverageMergePush {

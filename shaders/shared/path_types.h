@@ -69,6 +69,7 @@ struct PathResolvePush {
   uint samples;
   float exposure;
   uint tone_map;
+  float bloom;  // share of blurred light
 };
 
 FIRE3DV_SHARED_END

@@ -71,6 +71,11 @@ void add_drawing_options(CLI::App& app, Options& options, DrawingTexts& texts) {
       ->type_name("on|off")
       ->capture_default_str()
       ->group(kGroup);
+  app.add_option("--bloom", options.bloom, "share of light that a lens scatters, 0 to 1")
+      ->check(share_number)
+      ->type_name("STRENGTH")
+      ->capture_default_str()
+      ->group(kGroup);
   app.add_option("--anisotropy", options.anisotropy, "anisotropic texture filtering, 1 to 16")
       ->check(anisotropy_number)
       ->type_name("N")

@@ -35,6 +35,14 @@ std::string finite_number(const std::string& text) {
   return good ? "" : text + " is not a number between -1000000 and 1000000";
 }
 
+std::string share_number(const std::string& text) {
+  float value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const bool good =
+      error == std::errc() && end == text.data() + text.size() && value >= 0 && value <= 1;  // rejects NaN
+  return good ? "" : text + " is not a number from 0 to 1";
+}
+
 std::string anisotropy_number(const std::string& text) {
   float value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);

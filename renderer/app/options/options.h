@@ -89,6 +89,7 @@ struct Options {
   std::optional<float> exposure;             // nullopt: estimated from the scene
   passes::ToneMap tone_map = passes::ToneMap::neutral;
   bool fxaa = true;
+  float bloom = 0;  // share of blurred light
   passes::DebugView debug_view = passes::DebugView::none;  // displayed instead of lighting
 };
 

@@ -86,12 +86,8 @@ PathPass::PathPass(gpu::Device& device, VkPipelineLayout layout, const PathSetti
       layout_(layout),
       settings_(settings),
       back_end_(choose_back_end(device, settings.back_end)),
-      submissions_(device) {
-  const VkDescriptorSetLayoutBinding binding{FIRE3DV_BINDING_FILTER_OUT, VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, 1,
-                                             VK_SHADER_STAGE_COMPUTE_BIT, nullptr};
-  resolve_set_layout_ = gpu::create_set_layout(device, {&binding, 1});
-  resolve_layout_ = gpu::create_pipeline_layout(device, std::array{resolve_set_layout_.get()});
-  resolve_ = gpu::create_compute_pipeline(device, resolve_layout_.get(), "path_resolve.comp");
+      submissions_(device),
+      resolve_(device, "path_resolve.comp", VK_FILTER_NEAREST) {
   const EnvironmentCells cells = make_environment_cells(environment);
   cells_size_ = cells.size;
   if (!cells.cells.empty()) {
@@ -221,36 +217,34 @@ bool PathPass::trace(GpuScene& scene, const Hooks& hooks) {
   return true;
 }
 
+void PathPass::bind_bloom(Targets& targets) {
+  if (!resolve_bloom_)
+    resolve_bloom_ = std::make_unique<ImageFilter>(device_, "path_resolve_bloom.comp", VK_FILTER_NEAREST);
+  targets.bloom->tone_map_set =
+      resolve_bloom_->bind(nullptr, targets.display, &targets.bloom->levels.front());
+}
+
 void PathPass::resolve(gpu::Recorder& recorder, Targets& targets, const PostSettings& post,
                        const PostPass::Linear& linear) {
-  if (targets.path_set.get() == VK_NULL_HANDLE) {
-    const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, 1};
-    targets.path_set = gpu::DescriptorSet(device_, resolve_set_layout_.get(), {&size, 1});
-    const VkDescriptorImageInfo info{VK_NULL_HANDLE, targets.display.view.get(), VK_IMAGE_LAYOUT_GENERAL};
-    VkWriteDescriptorSet write{VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET};
-    write.dstSet = targets.path_set.get();
-    write.dstBinding = FIRE3DV_BINDING_FILTER_OUT;
-    write.descriptorCount = 1;
-    write.descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_IMAGE;
-    write.pImageInfo = &info;
-    vkUpdateDescriptorSets(device_.handle(), 1, &write, 0, nullptr);
-  }
+  if (targets.path_set.get() == VK_NULL_HANDLE) targets.path_set = resolve_.bind(nullptr, targets.display);
   const gpu_types::PathResolvePush push{sums_.address,
                                         linear.address,
                                         targets.extent.width,
                                         targets.extent.height,
                                         settings_.samples_per_pixel,
                                         post.exposure,
-                                        tone_map_number(post.tone_map)};
-  std::vector<Use> uses{Use(sums_, access::compute_read), Use(targets.display, access::compute_write, true)};
-  if (linear.buffer) uses.emplace_back(*linear.buffer, access::compute_write);
-  recorder.pass("path resolve", uses, [&](VkCommandBuffer commands) {
-    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, resolve_.get());
-    vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, resolve_layout_.get(), 0, 1,
-                            &targets.path_set.get(), 0, nullptr);
-    vkCmdPushConstants(commands, resolve_layout_.get(), VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
-    vkCmdDispatch(commands, (targets.extent.width + 7) / 8, (targets.extent.height + 7) / 8, 1);
-  });
+                                        tone_map_number(post.tone_map),
+                                        post.bloom};
+  std::vector<Use> buffers{Use(sums_, access::compute_read)};
+  if (linear.buffer) buffers.emplace_back(*linear.buffer, access::compute_write);
+  if (post.bloom > 0) {
+    BloomImages& bloom = *targets.bloom;
+    resolve_bloom_->record(recorder, "path resolve",
+                           {nullptr, targets.display, bloom.tone_map_set, &bloom.levels.front()}, push,
+                           buffers);
+  } else {
+    resolve_.record(recorder, "path resolve", {nullptr, targets.display, targets.path_set}, push, buffers);
+  }
 }
 
 }  // namespace fire3dv::passes

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -59,7 +60,16 @@ class PathPass {
   // Submits all samples, each submission short enough for other users of the device. Returns false if
   // should_stop ended it; then there is no image.
   bool trace(GpuScene& scene, const Hooks& hooks);
-  // Records tone mapping of the sums to targets.display, and the linear plane if requested.
+  // Sums of the traced image, for bloom.
+  struct Sums {
+    gpu::Buffer& buffer;  // gpu_types::PathSum[pixel]
+    uint32_t samples_per_pixel;
+  };
+  Sums sums() { return {sums_, settings_.samples_per_pixel}; }
+  // Creates the variant with bloom, and binds it to targets with a bloom chain.
+  void bind_bloom(Targets& targets);
+  // Records tone mapping of the sums to targets.display, and the linear plane if requested. With bloom,
+  // targets.bloom has the light of this image.
   void resolve(gpu::Recorder& recorder, Targets& targets, const PostSettings& post,
                const PostPass::Linear& linear);
 
@@ -79,10 +89,9 @@ class PathPass {
   gpu::Pipeline pipeline_;  // of ray queries
   gpu::RayPipeline ray_pipeline_;
   Variant variant_;
-  gpu::SetLayout resolve_set_layout_;
-  gpu::PipelineLayout resolve_layout_;
-  gpu::Pipeline resolve_;
-  gpu::Buffer cells_;  // EnvironmentCell[]; null: the environment is black
+  ImageFilter resolve_;
+  std::unique_ptr<ImageFilter> resolve_bloom_;  // created on first use
+  gpu::Buffer cells_;                           // EnvironmentCell[]; null: the environment is black
   glm::uvec2 cells_size_{0};
   // PathParameters, trace commands of a whole and of the last band, and Globals; PathSum[pixel];
   // PathState[pixel of a band].

@@ -1,6 +1,7 @@
 #include "renderer/passes/post/post_pass.h"
 
 #include <array>
+#include <vector>
 
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/types.h"
@@ -15,6 +16,8 @@ ImageFilter::ImageFilter(gpu::Device& device, std::string_view shader, VkFilter 
       {FIRE3DV_BINDING_FILTER_IN, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1, VK_SHADER_STAGE_COMPUTE_BIT,
        nullptr},
       {FIRE3DV_BINDING_FILTER_OUT, VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr},
+      {FIRE3DV_BINDING_FILTER_BLOOM, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1,
+       VK_SHADER_STAGE_COMPUTE_BIT, nullptr},
   };
   set_layout_ = gpu::create_set_layout(device, bindings);
   layout_ = gpu::create_pipeline_layout(device, std::array{set_layout_.get()});
@@ -28,34 +31,41 @@ ImageFilter::ImageFilter(gpu::Device& device, std::string_view shader, VkFilter 
   sampler_ = gpu::Sampler(device, sampler);
 }
 
-gpu::DescriptorSet ImageFilter::bind(const gpu::Image& in, const gpu::Image& out) const {
-  const VkDescriptorPoolSize sizes[] = {{VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1},
+gpu::DescriptorSet ImageFilter::bind(const gpu::Image* in, const gpu::Image& out,
+                                     const gpu::Image* bloom) const {
+  const VkDescriptorPoolSize sizes[] = {{VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 2},
                                         {VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, 1}};
   gpu::DescriptorSet set(device_, set_layout_.get(), sizes);
-
-  const VkDescriptorImageInfo in_info{sampler_.get(), in.view.get(),
-                                      VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
-  const VkDescriptorImageInfo out_info{VK_NULL_HANDLE, out.view.get(), VK_IMAGE_LAYOUT_GENERAL};
-  VkWriteDescriptorSet writes[2] = {{VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET},
-                                    {VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET}};
-  writes[0].dstSet = writes[1].dstSet = set.get();
-  writes[0].dstBinding = FIRE3DV_BINDING_FILTER_IN;
-  writes[1].dstBinding = FIRE3DV_BINDING_FILTER_OUT;
-  writes[0].descriptorCount = writes[1].descriptorCount = 1;
-  writes[0].descriptorType = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER;
-  writes[1].descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_IMAGE;
-  writes[0].pImageInfo = &in_info;
-  writes[1].pImageInfo = &out_info;
-  vkUpdateDescriptorSets(device_.handle(), 2, writes, 0, nullptr);
+  const auto write = [&](uint32_t binding, VkDescriptorType type, const VkDescriptorImageInfo& info) {
+    VkWriteDescriptorSet value{VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET};
+    value.dstSet = set.get();
+    value.dstBinding = binding;
+    value.descriptorCount = 1;
+    value.descriptorType = type;
+    value.pImageInfo = &info;
+    vkUpdateDescriptorSets(device_.handle(), 1, &value, 0, nullptr);
+  };
+  const auto write_sampled = [&](uint32_t binding, const gpu::Image* image) {
+    if (image)
+      write(binding, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
+            {sampler_.get(), image->view.get(), VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL});
+  };
+  write_sampled(FIRE3DV_BINDING_FILTER_IN, in);
+  write_sampled(FIRE3DV_BINDING_FILTER_BLOOM, bloom);
+  write(FIRE3DV_BINDING_FILTER_OUT, VK_DESCRIPTOR_TYPE_STORAGE_IMAGE,
+        {VK_NULL_HANDLE, out.view.get(), VK_IMAGE_LAYOUT_GENERAL});
   return set;
 }
 
 void ImageFilter::record(gpu::Recorder& recorder, const char* name, const Images& images, const void* push,
-                         uint32_t push_bytes, gpu::Buffer* also_written, VkExtent2D part) {
+                         uint32_t push_bytes, std::span<const Use> buffers, VkExtent2D part) {
   const bool all = part.width == 0;
   if (all) part = images.out.extent;
-  std::vector<Use> uses{Use(images.in, access::compute_sample), Use(images.out, access::compute_write, all)};
-  if (also_written) uses.emplace_back(*also_written, access::compute_write);
+  std::vector<Use> uses(buffers.begin(), buffers.end());
+  for (gpu::Image* const read : {images.in, images.bloom}) {
+    if (read) uses.emplace_back(*read, access::compute_sample);
+  }
+  uses.emplace_back(images.out, access::compute_write, all);
   recorder.pass(name, uses, [&](VkCommandBuffer commands) {
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_.get());
     vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, layout_.get(), 0, 1, &images.set.get(),
@@ -80,13 +90,23 @@ uint32_t tone_map_number(ToneMap tone_map) {
 }
 
 PostPass::PostPass(gpu::Device& device, VkSampleCountFlagBits samples)
-    : tone_map_(device, samples == VK_SAMPLE_COUNT_1_BIT ? "post.comp" : "post_multisampled.comp",
+    : samples_(samples),
+      tone_map_(device, samples == VK_SAMPLE_COUNT_1_BIT ? "post.comp" : "post_multisampled.comp",
                 VK_FILTER_NEAREST),
       fxaa_(device, "fxaa.comp", VK_FILTER_LINEAR) {}
 
 void PostPass::bind(Targets& targets) const {
-  targets.tone_map_set = tone_map_.bind(targets.hdr, targets.display);
-  targets.fxaa_set = fxaa_.bind(targets.display, targets.smoothed);
+  targets.tone_map_set = tone_map_.bind(&targets.hdr, targets.display);
+  targets.fxaa_set = fxaa_.bind(&targets.display, targets.smoothed);
+}
+
+void PostPass::bind_bloom(gpu::Device& device, Targets& targets) {
+  if (!tone_map_bloom_)
+    tone_map_bloom_ = std::make_unique<ImageFilter>(
+        device, samples_ == VK_SAMPLE_COUNT_1_BIT ? "post_bloom.comp" : "post_bloom_multisampled.comp",
+        VK_FILTER_NEAREST);
+  targets.bloom->tone_map_set =
+      tone_map_bloom_->bind(&targets.hdr, targets.display, &targets.bloom->levels.front());
 }
 
 void PostPass::record(gpu::Recorder& recorder, Targets& targets, const PostSettings& settings,
@@ -102,15 +122,26 @@ void PostPass::record(gpu::Recorder& recorder, Targets& targets, const PostSetti
   push.samples = targets.samples;
   push.exposure = settings.exposure;
   push.tone_map = tone_map_number(settings.tone_map);
-  tone_map_.record(recorder, "post", {targets.hdr, targets.display, targets.tone_map_set}, push,
-                   linear.buffer, whole ? VkExtent2D{0, 0} : part.extent);
+  push.bloom = settings.bloom;
+  std::vector<Use> buffers;
+  if (linear.buffer) buffers.emplace_back(*linear.buffer, access::compute_write);
+  const VkExtent2D processed = whole ? VkExtent2D{0, 0} : part.extent;
+  if (settings.bloom > 0) {
+    BloomImages& bloom = *targets.bloom;
+    tone_map_bloom_->record(recorder, "post",
+                            {&targets.hdr, targets.display, bloom.tone_map_set, &bloom.levels.front()}, push,
+                            buffers, processed);
+  } else {
+    tone_map_.record(recorder, "post", {&targets.hdr, targets.display, targets.tone_map_set}, push, buffers,
+                     processed);
+  }
   smooth(recorder, targets, settings);
 }
 
 void PostPass::smooth(gpu::Recorder& recorder, Targets& targets, const PostSettings& settings) {
   if (!settings.fxaa) return;
   const gpu_types::FxaaPush fxaa_push{targets.extent.width, targets.extent.height};
-  fxaa_.record(recorder, "fxaa", {targets.display, targets.smoothed, targets.fxaa_set}, fxaa_push);
+  fxaa_.record(recorder, "fxaa", {&targets.display, targets.smoothed, targets.fxaa_set}, fxaa_push);
 }
 
 StaleOverlayPass::StaleOverlayPass(gpu::Device& device) : device_(device) {
@@ -142,13 +173,14 @@ void StaleOverlayPass::record(gpu::Recorder& recorder, Targets& targets, gpu::Im
   const gpu_types::StaleOverlayPush push{
       image.extent.width, image.extent.height,
       condition == state::Condition::late ? FIRE3DV_STALE_LATE : FIRE3DV_STALE_LOST};
-  recorder.pass("stale overlay", {gpu::Use(image, gpu::access::compute_write)}, [&](VkCommandBuffer commands) {
-    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_.get());
-    vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, layout_.get(), 0, 1,
-                            &targets.stale_overlay_set.get(), 0, nullptr);
-    vkCmdPushConstants(commands, layout_.get(), VK_SHADER_STAGE_ALL, 0, sizeof push, &push);
-    vkCmdDispatch(commands, (image.extent.width + 7) / 8, (image.extent.height + 7) / 8, 1);
-  });
+  recorder.pass("stale overlay", {gpu::Use(image, gpu::access::compute_write)},
+                [&](VkCommandBuffer commands) {
+                  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_.get());
+                  vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, layout_.get(), 0, 1,
+                                          &targets.stale_overlay_set.get(), 0, nullptr);
+                  vkCmdPushConstants(commands, layout_.get(), VK_SHADER_STAGE_ALL, 0, sizeof push, &push);
+                  vkCmdDispatch(commands, (image.extent.width + 7) / 8, (image.extent.height + 7) / 8, 1);
+                });
 }
 
 }  // namespace fire3dv::passes

@@ -2,6 +2,8 @@
 // the stale overlay on finished images.
 #pragma once
 
+#include <memory>
+#include <span>
 #include <string_view>
 
 #include "renderer/gpu/pipelines/descriptors.h"
@@ -13,33 +15,35 @@
 
 namespace fire3dv::passes {
 
-// Compute filter from one image to another of the same size: tone mapping, anti-aliasing.
+// Compute filter that writes an image: tone mapping, anti-aliasing, bloom.
 class ImageFilter {
  public:
-  // The shader reads FIRE3DV_BINDING_FILTER_IN through a sampler (linear or nearest) and writes
-  // FIRE3DV_BINDING_FILTER_OUT.
+  // The shader reads FIRE3DV_BINDING_FILTER_IN and FIRE3DV_BINDING_FILTER_BLOOM, if it has them, through a
+  // sampler (linear or nearest) and writes FIRE3DV_BINDING_FILTER_OUT.
   ImageFilter(gpu::Device& device, std::string_view shader, VkFilter sampling);
 
-  // Source and target with their descriptor set.
+  // Sources (null: the shader has no such binding) and target with their descriptor set.
   struct Images {
-    gpu::Image& in;
+    gpu::Image* in;
     gpu::Image& out;
     const gpu::DescriptorSet& set;
+    gpu::Image* bloom = nullptr;
   };
-  gpu::DescriptorSet bind(const gpu::Image& in, const gpu::Image& out) const;
+  gpu::DescriptorSet bind(const gpu::Image* in, const gpu::Image& out,
+                          const gpu::Image* bloom = nullptr) const;
 
-  // also_written: a buffer that the push constants refer to, or null. part: size of the processed area, from
-  // the corner that the push constants name; the rest of `out` stays. Empty: the whole image.
+  // buffers: those that the push constants refer to. part: size of the processed area, from the corner that
+  // the push constants name; the rest of `out` stays. Empty: the whole image.
   template <typename Push>
   void record(gpu::Recorder& recorder, const char* name, const Images& images, const Push& push,
-              gpu::Buffer* also_written = nullptr, VkExtent2D part = {0, 0}) {
+              std::span<const gpu::Use> buffers = {}, VkExtent2D part = {0, 0}) {
     static_assert(sizeof(Push) <= gpu::kPushConstantBytes);
-    record(recorder, name, images, &push, sizeof(Push), also_written, part);
+    record(recorder, name, images, &push, sizeof(Push), buffers, part);
   }
 
  private:
   void record(gpu::Recorder& recorder, const char* name, const Images& images, const void* push,
-              uint32_t push_bytes, gpu::Buffer* also_written, VkExtent2D part);
+              uint32_t push_bytes, std::span<const gpu::Use> buffers, VkExtent2D part);
 
   gpu::Device& device_;
   gpu::SetLayout set_layout_;
@@ -56,6 +60,7 @@ struct PostSettings {
   float exposure = 1;
   ToneMap tone_map = ToneMap::reinhard;
   bool fxaa = true;
+  float bloom = 0;  // share of blurred light, 0 to 1; 0: no bloom passes
 };
 
 inline float exposure_of(const View& view, const PostSettings& settings) {
@@ -72,7 +77,10 @@ class PostPass {
     gpu::Buffer* buffer = nullptr;
     VkDeviceAddress address = 0;
   };
-  // part: pixels that still need tone mapping; the others are complete.
+  // Creates the variant with bloom, and binds it to targets with a bloom chain.
+  void bind_bloom(gpu::Device& device, Targets& targets);
+  // part: pixels that still need tone mapping; the others are complete. With bloom, targets.bloom has the
+  // light of this image.
   void record(gpu::Recorder& recorder, Targets& targets, const PostSettings& settings, const Linear& linear,
               const VkRect2D& part);
   // FXAA only, for an image that is already tone-mapped.
@@ -83,7 +91,9 @@ class PostPass {
   }
 
  private:
+  VkSampleCountFlagBits samples_;
   ImageFilter tone_map_, fxaa_;
+  std::unique_ptr<ImageFilter> tone_map_bloom_;  // created on first use
 };
 
 // Stale overlay: marks a finished image whose stream sends no frames.

@@ -25,9 +25,12 @@ Targets::Targets(gpu::Device& device, VkExtent2D size, uint32_t view_count,
 
 VkDeviceSize bytes_of(const Targets& targets) {
   const VkDeviceSize pixels = VkDeviceSize{targets.extent.width} * targets.extent.height * targets.views;
+  // The levels add a third of the light image.
+  const VkDeviceSize bloom_bytes = targets.bloom ? pixels * 8 * 4 / 3 : 0;
   const VkDeviceSize sample_bytes = targets.hdr ? 8 + 4 : 0, finished_bytes = targets.smoothed ? 4 + 4 : 4;
-  return pixels * (targets.samples * sample_bytes + finished_bytes) + targets.visibility.buffer.size_bytes +
-         targets.shadow_mask.size_bytes + targets.shadow_entries.size_bytes + targets.listed_rays.size_bytes;
+  return pixels * (targets.samples * sample_bytes + finished_bytes) + bloom_bytes +
+         targets.visibility.buffer.size_bytes + targets.shadow_mask.size_bytes +
+         targets.shadow_entries.size_bytes + targets.listed_rays.size_bytes;
 }
 
 }  // namespace fire3dv::passes

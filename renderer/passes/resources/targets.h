@@ -2,6 +2,9 @@
 // generations.
 #pragma once
 
+#include <optional>
+#include <vector>
+
 #include "renderer/gpu/pipelines/descriptors.h"
 #include "renderer/gpu/resources.h"
 #include "shaders/shared/raster_types.h"
@@ -36,6 +39,15 @@ struct ClusterTarget {
   VkDeviceSize clean_bytes_ = 0;  // cleared range: it has no depths of later generations
 };
 
+// Images of the bloom chain, half floats. Its first level is half as wide and high as the image.
+struct BloomImages {
+  gpu::Image light;  // exposed, of the image's size
+  std::vector<gpu::Image> levels;
+  std::vector<gpu::DescriptorSet> down_sets, up_sets;  // of BloomPass, by written level
+  gpu::DescriptorSet light_set;                        // of BloomPass
+  gpu::DescriptorSet tone_map_set;                     // of PostPass or PathPass
+};
+
 // With several views, `display` is the only image and stacks them vertically.
 struct Targets {
   Targets(gpu::Device& device, VkExtent2D extent, uint32_t views, VkSampleCountFlagBits samples);
@@ -43,10 +55,11 @@ struct Targets {
   VkExtent2D extent{};  // of a view
   uint32_t views = 1;
   VkSampleCountFlagBits samples = VK_SAMPLE_COUNT_1_BIT;
-  gpu::Image hdr;       // linear HDR colour, multisampled
-  gpu::Image depth;     // reversed, multisampled
-  gpu::Image display;   // tone-mapped, resolved, sRGB-encoded RGBA8
-  gpu::Image smoothed;  // display after FXAA
+  gpu::Image hdr;                    // linear HDR colour, multisampled
+  gpu::Image depth;                  // reversed, multisampled
+  gpu::Image display;                // tone-mapped, resolved, sRGB-encoded RGBA8
+  gpu::Image smoothed;               // display after FXAA
+  std::optional<BloomImages> bloom;  // of images with bloom
 
   // Buffers of VisibilityPass and ShadowPass, where these exist.
   ClusterTarget visibility;    // uint64_t[view][pixel][sample]

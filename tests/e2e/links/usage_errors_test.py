@@ -57,6 +57,8 @@ def usage(test):
             (["--async-compute", "maybe"], [scene, "--async-compute", "maybe"]),
             (["--anisotropy", "nan"], [scene, "--anisotropy", "nan"]),
             (["--anisotropy", "17"], [scene, "--anisotropy", "17"]),
+            (["--bloom", "nan", "0 to 1"], [scene, "--bloom", "nan"]),
+            (["--bloom", "1.5", "0 to 1"], [scene, "--bloom", "1.5"]),
             (["--tone-map", "sepia"], [scene, "--tone-map", "sepia"]),
             (["--exposure", "bright", "auto"], [scene, "--exposure", "bright"]),
             (["--ground", "below", "auto"], [scene, "--ground", "below"]),

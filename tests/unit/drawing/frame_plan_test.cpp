@@ -70,6 +70,28 @@ TEST(FramePlan, MarkersAreDrawnOverTheSamplesOfComputeShading) {
   EXPECT_FALSE(plan.compute_shading);
 }
 
+TEST(FramePlan, BloomReadsTheSamplesOfComputeShading) {
+  FrameFacts facts = lit_scene();
+  EXPECT_FALSE(plan_frame(facts, {}, {}).bloom);
+  facts.bloom = true;
+  FramePlan plan = plan_frame(facts, {}, {});
+  EXPECT_TRUE(plan.bloom && plan.compute_shading && plan.hdr_samples && plan.tone_map);
+  EXPECT_FALSE(plan.forward || plan.fxaa_only);
+  EXPECT_FALSE(plan_frame(facts, only(wire::kColorLinearF16), {}).bloom) << "linear colours have none";
+  EXPECT_FALSE(plan_frame(facts, only(wire::kDepthF32), {}).bloom);
+  Inspection normals;
+  normals.debug_view = DebugView::normals;
+  EXPECT_FALSE(plan_frame(facts, {}, normals).bloom);
+  facts.can_write_samples = false;
+  plan = plan_frame(facts, {}, {});
+  EXPECT_TRUE(plan.bloom && plan.forward && plan.tone_map);
+  EXPECT_FALSE(plan.compute_shading);
+  facts.is_path_traced = true;
+  plan = plan_frame(facts, {}, {});
+  EXPECT_TRUE(plan.bloom && plan.path_resolve);
+  EXPECT_FALSE(plan.shading || plan.tone_map);
+}
+
 TEST(FramePlan, TheForwardPathHasNoVisibilityBufferExceptForARayTracingPipeline) {
   FrameFacts facts = lit_scene();
   facts.raster_path = RasterPath::forward;

@@ -126,6 +126,7 @@ TEST_F(ShaderLayout, TheFirstAndLastMembersAndAllThatFollowAGapLieAlike) {
   EXPECT_SAME_OFFSET(EnvironmentPush, lod);
   EXPECT_SAME_OFFSET(ForwardPush, globals);
   EXPECT_SAME_OFFSET(PostPush, tone_map);
+  EXPECT_SAME_OFFSET(BloomLightPush, exposure);
   EXPECT_SAME_OFFSET(EnvironmentCell, density);
   EXPECT_SAME_OFFSET(PathState, direction_world);
   EXPECT_SAME_OFFSET(PathState, throughput);
