@@ -42,7 +42,7 @@ Result<std::unique_ptr<RendererMetrics>> RendererMetrics::open(const std::string
                                                                std::shared_ptr<const BudgetPool> budgets) {
   std::unique_ptr<RendererMetrics> self(new RendererMetrics);
   self->budgets_ = std::move(budgets);
-  auto server = metrics::HttpServer::open(
+  auto server = metrics::MetricsServer::open(
       at, insecure, [raw = self.get()](metrics::Exposition& page) { raw->write_page(page); });
   if (!server) return server.error();
   self->server_ = std::move(*server);

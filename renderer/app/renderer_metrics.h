@@ -10,8 +10,8 @@
 
 #include "renderer/app/run_reports.h"
 #include "renderer/app/streams/stream_receiver.h"
-#include "renderer/metrics/http_server.h"
 #include "renderer/metrics/metric_families.h"
+#include "renderer/metrics/metrics_server.h"
 #include "renderer/state/edit_registry.h"
 
 namespace fire3dv::app {
@@ -84,7 +84,7 @@ class RendererMetrics {
 
   mutable std::mutex mutex_;  // guards pointer copies only
   std::shared_ptr<const Numbers> published_;
-  std::unique_ptr<metrics::HttpServer> server_;  // last: its thread ends before its data
+  std::unique_ptr<metrics::MetricsServer> server_;  // last: its thread ends before its data
 };
 
 }  // namespace fire3dv::app

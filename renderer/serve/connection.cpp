@@ -48,7 +48,7 @@ Connection::Connection(boost::asio::ip::tcp::socket&& socket, boost::asio::ssl::
     : hub_(hub),
       number_(hub.next_connection++),
       stream_(std::make_unique<Stream>(std::move(socket), tls)),
-      timer_(stream_->get_executor()),
+      deadline_(stream_->get_executor()),
       buffer_(kMaxBufferBytes) {}
 
 Connection::~Connection() {
@@ -64,20 +64,14 @@ void Connection::start() {
 }
 
 void Connection::close() {
-  timer_.cancel();
+  deadline_.cancel();
   ErrorCode ignored;
   if (stream_) stream_->socket().close(ignored);
 }
 
 // Ends the connection unless it gets on before this time.
 void Connection::limit_time() {
-  timer_.expires_after(hub_.limits.handshake);
-  timer_.async_wait([weak = weak_from_this()](ErrorCode error) {
-    const std::shared_ptr<Connection> self = weak.lock();
-    // A handler that was queued before the timer was set again is out of date.
-    if (error || !self || self->timer_.expiry() > std::chrono::steady_clock::now()) return;
-    self->close();
-  });
+  deadline_.set(hub_.limits.handshake, weak_from_this(), [](Connection& self) { self.close(); });
 }
 
 void Connection::read() {
@@ -122,7 +116,7 @@ void Connection::upgrade(const Request& request) {
   if (!is_origin_allowed(view_of(request[http::field::origin]), view_of(request[http::field::host]),
                          hub_.tls))
     return write(403, "text/plain", "another web site may not connect\n", &request);
-  timer_.cancel();
+  deadline_.cancel();
   const auto socket = std::make_shared<ViewerSocket>(std::move(stream_), hub_);
   socket->start(request);
 }

@@ -2,13 +2,13 @@
 // the page asks for it. Lives on the server's thread.
 #pragma once
 
-#include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/http.hpp>
 #include <memory>
 #include <optional>
 #include <string>
 
+#include "protocol/transport/http/deadline.h"
 #include "renderer/serve/hub.h"
 #include "renderer/serve/stream.h"
 
@@ -39,7 +39,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   Hub& hub_;
   const uint64_t number_;
   std::unique_ptr<Stream> stream_;  // null: a viewer's socket has it
-  boost::asio::steady_timer timer_;
+  transport::http::Deadline deadline_;
   boost::beast::flat_buffer buffer_;
   std::optional<boost::beast::http::request_parser<boost::beast::http::empty_body>> parser_;
   std::optional<boost::beast::http::response<boost::beast::http::string_body>> response_;

@@ -1,17 +1,14 @@
 #include "renderer/serve/server.h"
 
-#include <fcntl.h>
 #include <openssl/ssl.h>
-#include <poll.h>
 
-#include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
-#include <exception>
 #include <new>
 #include <optional>
 #include <utility>
 
 #include "protocol/transport/core/link_thread.h"
+#include "protocol/transport/http/accept_loop.h"
 #include "protocol/transport/tcp/tcp_connection.h"
 #include "renderer/serve/connection.h"
 #include "renderer/serve/encoder.h"
@@ -24,58 +21,22 @@ namespace {
 namespace asio = boost::asio;
 using asio::ip::tcp;
 
-constexpr std::chrono::milliseconds kAcceptAgain{100};  // after descriptors ran out
-
-// Host and port follow the rules of link URIs.
-Result<transport::Uri> parse_address(const ServerOptions& options) {
-  Result<transport::Uri> uri = transport::parse_uri("tcp://" + options.at);
-  if (!uri)
-    return Error{"--serve '" + options.at.substr(0, 80) +
-                 "': must be HOST:PORT, such as 127.0.0.1:8080 or [::1]:8080"};
-  if (options.insecure || !options.tls.certificate_file.empty()) return uri;
-  const transport::Lookup lookup(*uri);
-  while (!lookup.done()) ::poll(nullptr, 0, 1);
-  for (const transport::Address& address : lookup.addresses()) {
-    if (!address.is_loopback())
-      return Error{
-          "--serve " + options.at +
-          ": images and links would cross the network unprotected; add --tls-cert and --tls-key, use " +
-          (address.family() == AF_INET6 ? "[::1]" : "127.0.0.1") + ", or --insecure if that is wanted"};
-  }
-  return uri;
-}
+constexpr uint16_t kExamplePort = 8080;
 
 }  // namespace
 
-struct Server::State {
+struct Server::State final : transport::http::ConnectionOwner {
   std::string address;
-  Hub hub;  // outlives io, whose handlers own the connections
-  asio::io_context io{1};
+  Hub hub;  // outlives the accept loop, whose handlers own the connections
   std::optional<asio::ssl::context> tls;
-  tcp::acceptor acceptor{io};
-  asio::steady_timer accept_again{io};
+  std::unique_ptr<transport::http::AcceptLoop> loop;
   transport::LinkThread thread;
-  std::optional<Encoder> encoder;  // posts to io
+  std::optional<Encoder> encoder;  // posts to the loop
 
-  void accept();
-  void serve(tcp::socket&& socket);
-  void evict();
-  void run();
+  size_t open_connections() const override { return hub.open(); }
+  void evict() override;
+  void serve(tcp::socket&& socket) override;
 };
-
-void Server::State::accept() {
-  acceptor.async_accept([this](boost::system::error_code error, tcp::socket socket) {
-    if (error == asio::error::operation_aborted) return;
-    if (!error) {
-      accept();
-      return serve(std::move(socket));
-    }
-    accept_again.expires_after(kAcceptAgain);
-    accept_again.async_wait([this](boost::system::error_code stopped) {
-      if (!stopped) accept();
-    });
-  });
-}
 
 // The oldest connection without a token makes room for a new one.
 void Server::State::evict() {
@@ -95,39 +56,35 @@ void Server::State::evict() {
 }
 
 void Server::State::serve(tcp::socket&& socket) {
-  if (hub.open() >= hub.limits.max_connections) evict();
-  if (hub.open() >= hub.limits.max_connections) return;
-  boost::system::error_code ignored;
-  socket.set_option(tcp::no_delay(true), ignored);
   std::make_shared<Connection>(std::move(socket), tls ? &*tls : nullptr, hub)->start();
-}
-
-void Server::State::run() {
-  accept();
-  while (!io.stopped()) {
-    try {
-      io.run();
-    } catch (const std::exception&) {  // memory or TLS: a connection is lost; its page connects again
-    }
-  }
 }
 
 Server::Server(std::unique_ptr<State> state) : state_(std::move(state)) {}
 
 Server::~Server() {
   state_->encoder.reset();
-  state_->io.stop();
+  if (state_->loop) state_->loop->stop();
   state_->thread.stop();
 }
 
 Result<std::unique_ptr<Server>> Server::open(const ServerOptions& options) {
-  Result<transport::Uri> uri = parse_address(options);
-  if (!uri) return uri.error();
   auto state = std::make_unique<State>();
   Hub& hub = state->hub;
   hub.limits = options.limits;
-  hub.own_host = uri->host;
   hub.tls = !options.tls.certificate_file.empty();
+  transport::http::ListenOptions listen;
+  listen.at = options.at;
+  listen.option = "--serve";
+  listen.example_port = kExamplePort;
+  listen.may_be_public = options.insecure || hub.tls;
+  listen.risk = "images and links would cross the network unprotected";
+  listen.remedy = "add --tls-cert and --tls-key";
+  listen.max_connections = hub.limits.max_connections;
+  auto loop = transport::http::AcceptLoop::open(listen, *state);
+  if (!loop) return loop.error();
+  state->loop = std::move(*loop);
+  hub.own_host = state->loop->host();
+  state->address = (hub.tls ? "https://" : "http://") + state->loop->address();
   if (hub.tls) {
     Result<transport::tcp::TlsContext> context =
         transport::tcp::make_server_context("--serve " + options.at, options.tls);
@@ -142,19 +99,9 @@ Result<std::unique_ptr<Server>> Server::open(const ServerOptions& options) {
     if (!tokens) return tokens.error();
     hub.tokens = std::move(*tokens);
   }
-  Result<transport::BoundSocket> bound =
-      transport::bind_listener(*uri, SOCK_STREAM, options.insecure || hub.tls);
-  if (!bound) return Error{"--serve: " + bound.error().message};
-  uri->port = bound->address.port();
-  state->address =
-      (hub.tls ? "https://" : "http://") + transport::uri_text(*uri).substr(std::string("tcp://").size());
-  boost::system::error_code error;
-  const int fd = ::fcntl(bound->fd.get(), F_DUPFD_CLOEXEC, 0);  // Asio owns its own descriptor
-  state->acceptor.assign(bound->address.family() == AF_INET6 ? tcp::v6() : tcp::v4(), fd, error);
-  if (error) return Error{"--serve " + options.at + ": " + error.message()};
   State* const raw = state.get();
   raw->encoder.emplace([raw](ViewerId viewer, std::vector<uint8_t>&& message) {
-    asio::post(raw->io, [raw, viewer, message = std::move(message)]() mutable {
+    asio::post(raw->loop->io(), [raw, viewer, message = std::move(message)]() mutable {
       const auto known = raw->hub.sockets.find(viewer);
       if (known == raw->hub.sockets.end()) return;
       const auto socket = known->second.lock();
@@ -170,7 +117,8 @@ Result<std::unique_ptr<Server>> Server::open(const ServerOptions& options) {
     });
   });
   auto server = std::unique_ptr<Server>(new Server(std::move(state)));
-  if (Result<void> started = raw->thread.start("--serve " + options.at, [raw] { raw->run(); }); !started)
+  if (Result<void> started = raw->thread.start("--serve " + options.at, [raw] { raw->loop->run(); });
+      !started)
     return started.error();
   return server;
 }
@@ -196,7 +144,7 @@ std::vector<Event> Server::take_events() {
   for (auto& [number, viewer] : hub.viewers) {
     viewer.pending = 0;
     if (!std::exchange(viewer.is_paused, false)) continue;
-    asio::post(state_->io, [raw = state_.get(), number = number] {
+    asio::post(state_->loop->io(), [raw = state_.get(), number = number] {
       const auto known = raw->hub.sockets.find(number);
       if (known == raw->hub.sockets.end()) return;
       if (const auto socket = known->second.lock()) socket->resume();
@@ -222,7 +170,7 @@ size_t Server::viewers() const {
 }
 
 void Server::send(ViewerId viewer, std::string text) {
-  asio::post(state_->io, [raw = state_.get(), viewer, text = std::move(text)]() mutable {
+  asio::post(state_->loop->io(), [raw = state_.get(), viewer, text = std::move(text)]() mutable {
     const auto known = raw->hub.sockets.find(viewer);
     if (known == raw->hub.sockets.end()) return;
     if (const auto socket = known->second.lock()) socket->send(std::move(text));

@@ -1,9 +1,9 @@
-// Fuzz target of the metrics server's HTTP request parser: a complete request gets one valid response, and an
-// incomplete one is shorter than the limit.
+// Fuzz target of the metrics server's requests: a complete request gets one valid response, however its bytes
+// are split, and an incomplete one is shorter than the limit.
 #include <string_view>
 
 #include "protocol/base/error.h"
-#include "renderer/metrics/http_server.h"
+#include "renderer/metrics/request_reader.h"
 #include "tests/fuzz/target.h"
 
 namespace fire3dv::fuzz {
@@ -23,15 +23,24 @@ std::vector<Input> seeds() {
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   using namespace fire3dv;
   const std::string_view request(reinterpret_cast<const char*>(data), size);
-  const std::optional<int> judged = metrics::request_status(request);
+  metrics::RequestReader reader;
+  const std::optional<unsigned> judged = reader.add(request);
   FIRE3DV_ASSERT(judged || size < metrics::kMaxRequestBytes);
+  // A whole header gets its response however it is split.
+  if (const size_t end = request.find("\r\n\r\n"); end != std::string_view::npos) {
+    const std::string_view header = request.substr(0, end + 4);
+    metrics::RequestReader whole, bytewise;
+    const std::optional<unsigned> expected = whole.add(header);
+    std::optional<unsigned> status;
+    for (size_t i = 0; i < header.size() && !status; ++i) status = bytewise.add(header.substr(i, 1));
+    FIRE3DV_ASSERT(expected && status && (*expected == 200) == (*status == 200));
+  }
   if (!judged) return 0;
   FIRE3DV_ASSERT(*judged == 200 || (*judged >= 400 && *judged <= 505));
   // Only GET /metrics returns the page.
   const bool asked = request.starts_with("GET /metrics HTTP/1.") || request.starts_with("GET /metrics?");
   FIRE3DV_ASSERT(*judged != 200 || asked);
-  const std::string response = metrics::write_response(*judged, "page\n");
-  FIRE3DV_ASSERT(response.starts_with("HTTP/1.0 " + std::to_string(*judged)) &&
-                 response.ends_with("page\n") == (*judged == 200));
+  const metrics::Response response = metrics::make_response(*judged, "page\n");
+  FIRE3DV_ASSERT(response.result_int() == *judged && (response.body() == "page\n") == (*judged == 200));
   return 0;
 }

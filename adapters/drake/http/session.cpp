@@ -44,7 +44,7 @@ Session::Session(tcp::socket socket, Sessions& sessions)
     : sessions_(sessions),
       number_(sessions.next_number++),
       socket_(std::move(socket)),
-      timer_(socket_.get_executor()),
+      deadline_(socket_.get_executor()),
       buffer_(kReadBufferBytes) {
   sessions_.open.emplace(number_, this);
 }
@@ -60,21 +60,17 @@ void Session::release_bytes() {
 
 void Session::close() {
   ErrorCode ignored;
-  timer_.cancel();
+  deadline_.cancel();
   socket_.close(ignored);
 }
 
 // Ends the pending read or write after this time.
 void Session::limit_time(std::chrono::seconds seconds) {
   timed_out_ = false;
-  timer_.expires_after(seconds);
-  timer_.async_wait([weak = weak_from_this()](ErrorCode error) {
-    const std::shared_ptr<Session> self = weak.lock();
-    // A handler that was queued before the timer was set again is out of date.
-    if (error || !self || self->timer_.expiry() > std::chrono::steady_clock::now()) return;
-    self->timed_out_ = true;
+  deadline_.set(seconds, weak_from_this(), [](Session& self) {
+    self.timed_out_ = true;
     ErrorCode ignored;
-    self->socket_.cancel(ignored);
+    self.socket_.cancel(ignored);
   });
 }
 
@@ -122,7 +118,7 @@ void Session::read_body() {
 
 void Session::on_body(ErrorCode error) {
   if (error) return on_read_error(error);
-  timer_.cancel();
+  deadline_.cancel();
   http::request<http::string_body> message = parser_->release();
   parser_.reset();
   const bool keep_alive = message.keep_alive();

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/http.hpp>
 #include <map>
@@ -11,6 +10,7 @@
 #include <string>
 
 #include "adapters/drake/http/server.h"
+#include "protocol/transport/http/deadline.h"
 
 namespace fire3dv::drake {
 
@@ -57,7 +57,7 @@ class Session : public std::enable_shared_from_this<Session> {
   Sessions& sessions_;
   const uint64_t number_;
   boost::asio::ip::tcp::socket socket_;
-  boost::asio::steady_timer timer_;
+  transport::http::Deadline deadline_;
   boost::beast::flat_buffer buffer_;
   std::optional<boost::beast::http::request_parser<boost::beast::http::string_body>> parser_;
   std::optional<boost::beast::http::response<boost::beast::http::string_body>> response_;

@@ -4,8 +4,9 @@
 #include <cmath>
 #include <limits>
 
-#include "renderer/metrics/http_server.h"
 #include "renderer/metrics/metric_families.h"
+#include "renderer/metrics/metrics_server.h"
+#include "renderer/metrics/request_reader.h"
 #include "tests/unit/transport/raw_socket.h"
 
 namespace fire3dv::metrics {
@@ -97,34 +98,43 @@ TEST(PeerUse, ListsABoundedNumberOfPeers) {
   EXPECT_EQ(page.text().find("peer=\"peer 8\""), std::string::npos) << "the least use is left out";
 }
 
+std::optional<unsigned> request_status(std::string_view request) {
+  RequestReader reader;
+  return reader.add(request);
+}
+
 TEST(Http, JudgesRequests) {
   const auto judge = [](std::string_view line) { return request_status(std::string(line) + "\r\n\r\n"); };
   EXPECT_EQ(judge("GET /metrics HTTP/1.1\r\nHost: localhost"), 200);
   EXPECT_EQ(judge("GET /metrics?collect=all HTTP/1.0"), 200);
-  EXPECT_EQ(request_status("GET /metrics HTTP/1.0\n\n"), 200) << "as typed by hand";
   for (const char* line : {"GET / HTTP/1.0", "GET /metrics/ HTTP/1.0", "GET /../metrics HTTP/1.0",
                            "GET http://localhost/metrics HTTP/1.0", "GET //metrics HTTP/1.0"})
     EXPECT_EQ(judge(line), 404) << line;
-  for (const char* line : {"POST /metrics HTTP/1.0", "HEAD /metrics HTTP/1.0", "get /metrics HTTP/1.0"})
+  for (const char* line : {"POST /metrics HTTP/1.0", "HEAD /metrics HTTP/1.0", "get /metrics HTTP/1.0",
+                           "POST /metrics HTTP/1.0\r\nContent-Length: 18446744073709551615"})
     EXPECT_EQ(judge(line), 405) << line;
-  for (const char* line :
-       {"GET /metrics", "GET", " /metrics HTTP/1.0", "GET  HTTP/1.0", "GET /metrics x HTTP/1.0",
-        "GET /metrics FTP/1.0", "GET /met\trics HTTP/1.0", "GET /metrics\x80 HTTP/1.0"})
+  for (const char* line : {"GET /metrics", "GET", "GET /metrics 1", " /metrics HTTP/1.0", "GET  HTTP/1.0",
+                           "GET /met\trics HTTP/1.0", "GET /metrics\x80 HTTP/1.0",
+                           "GET /metrics HTTP/1.0\r\nno field", "GET /metrics HTTP/1.0\nHost: a"})
     EXPECT_EQ(judge(line), 400) << line;
-  for (const char* line : {"GET /metrics HTTP/2.0", "GET /metrics HTTP/1.", "GET /metrics HTTP/1.11"})
+  for (const char* line : {"GET /metrics HTTP/2.0", "GET /metrics HTTP/1.", "GET /metrics HTTP/1.11",
+                           "GET /metrics FTP/1.0", "GET /metrics x HTTP/1.0"})
     EXPECT_EQ(judge(line), 505) << line;
   EXPECT_EQ(request_status(std::string_view("\0\0\0", 3)), 400) << "no need to wait for the end of that";
+  EXPECT_EQ(request_status("F3DV\n"), 400) << "nor of lines that are not HTTP";
   EXPECT_EQ(request_status("GET /metrics HTTP/1.0\r\nHost:"), std::nullopt) << "there is more to come";
   EXPECT_EQ(request_status(""), std::nullopt);
   EXPECT_EQ(request_status(std::string(kMaxRequestBytes, 'a')), 431);
+  EXPECT_EQ(request_status("GET /metrics HTTP/1.0\r\nX: " + std::string(kMaxRequestBytes, 'a') + "\r\n\r\n"),
+            431);
 }
 
 struct Server : testing::Test {
-  std::unique_ptr<HttpServer> server = open("127.0.0.1:0", false);
+  std::unique_ptr<MetricsServer> server = open("127.0.0.1:0", false);
   std::string uri = "tcp://" + server->address();
 
-  static std::unique_ptr<HttpServer> open(const std::string& at, bool insecure) {
-    auto opened = HttpServer::open(at, insecure, [](Exposition& page) {
+  static std::unique_ptr<MetricsServer> open(const std::string& at, bool insecure) {
+    auto opened = MetricsServer::open(at, insecure, [](Exposition& page) {
       page.family("answer", "gauge", "The answer.");
       page.sample({}, uint64_t{42});
     });
@@ -208,7 +218,7 @@ TEST_F(Server, WhoSaysNothingMakesRoomAndIsSentAwayInTheEnd) {
 
 TEST(ServerAddress, LoopbackOnlyUnlessAllOptionsAllowMore) {
   const auto error_of = [](const std::string& at) {
-    auto opened = HttpServer::open(at, false, [](Exposition&) {});
+    auto opened = MetricsServer::open(at, false, [](Exposition&) {});
     EXPECT_FALSE(opened.ok()) << at;
     return opened.ok() ? std::string() : opened.error().message;
   };

@@ -1,0 +1,72 @@
+// Accept loop of an HTTP server: binds HOST:PORT, and hands connections to the server within a limit. It owns
+// the io_context of the server's thread.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "protocol/base/error.h"
+#include "protocol/transport/core/address.h"
+
+namespace fire3dv::transport::http {
+
+// Part of the server; called on the thread of run().
+class ConnectionOwner {
+ public:
+  virtual size_t open_connections() const = 0;
+  // Closes the connection that another one may replace, the oldest first; none if all are in use.
+  virtual void evict() = 0;
+  virtual void serve(boost::asio::ip::tcp::socket&& socket) = 0;
+  // The limit is reached and nothing could be evicted. The socket is closed afterwards.
+  virtual void refuse(boost::asio::ip::tcp::socket&) {}
+
+ protected:
+  ~ConnectionOwner() = default;
+};
+
+struct ListenOptions {
+  std::string at;              // HOST:PORT, port 0 for any free port
+  std::string option;          // that has `at`, for errors: "--serve"
+  uint16_t example_port = 80;  // for errors
+  bool may_be_public = false;  // allows addresses other than loopback
+  std::string risk;            // of other addresses, for the error that refuses them
+  std::string remedy;          // other than a loopback address, or empty: "add --tls-cert"
+  size_t max_connections = 64;
+};
+
+class AcceptLoop {
+ public:
+  // owner: borrowed, outlives this object, and so do the objects that handlers of io() refer to.
+  static Result<std::unique_ptr<AcceptLoop>> open(const ListenOptions& options, ConnectionOwner& owner);
+  AcceptLoop(const AcceptLoop&) = delete;
+  AcceptLoop& operator=(const AcceptLoop&) = delete;
+
+  boost::asio::io_context& io() { return io_; }
+  std::string address() const { return address_; }  // "HOST:PORT" with the assigned port
+  std::string host() const { return host_; }        // as in the options, without brackets
+
+  // Accepts connections and runs the handlers of io() until stop(). A handler that throws for lack of memory
+  // loses its connection only.
+  void run();
+  void stop() { io_.stop(); }  // from any thread
+
+ private:
+  AcceptLoop(ConnectionOwner& owner, size_t max_connections)
+      : owner_(owner), max_connections_(max_connections) {}
+  void accept();
+  void take(boost::asio::ip::tcp::socket&& socket);
+
+  ConnectionOwner& owner_;
+  const size_t max_connections_;
+  std::string address_, host_;
+  boost::asio::io_context io_{1};
+  boost::asio::ip::tcp::acceptor acceptor_{io_};
+  boost::asio::steady_timer accept_again_{io_};
+};
+
+}  // namespace fire3dv::transport::http
