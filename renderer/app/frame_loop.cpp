@@ -139,7 +139,8 @@ Result<void> FrameLoop::run() {
     if (!is_held) has_undrawn_frame_ = poll_streams();
     log_notes();
 
-    if (metrics_) metrics_->tell(receiver_, image_service_.open_requests(), poses_, scene_.faults());
+    if (metrics_)
+      metrics_->tell(receiver_, image_service_.open_requests(), poses_, scene_.faults(), count_viewers());
 
     // User input.
     const bool is_due = has_changed();
@@ -366,6 +367,11 @@ void FrameLoop::animate() {
   }
   const double now_s = static_cast<double>(images_) / kHeadlessImagesPerSecond;
   set_rest(animations_->at(animation_clock_.at(poses_.sim_time_ns(), now_s)));
+}
+
+ViewerCounts FrameLoop::count_viewers() const {
+  if (!live_view_) return {};
+  return {live_view_->count_viewers(serve::Access::control), live_view_->count_viewers(serve::Access::view)};
 }
 
 void FrameLoop::show_in_browsers(LiveView* live_view) {

@@ -79,7 +79,8 @@ void RendererMetrics::add(const gpu::FrameTimes& times) {
 }
 
 void RendererMetrics::tell(const StreamReceiver& receiver, size_t open_image_requests,
-                           const state::PoseState& poses, const state::EditFaults& faults) {
+                           const state::PoseState& poses, const state::EditFaults& faults,
+                           const ViewerCounts& viewers) {
   const int64_t now_ns = monotonic_ns();
   if (now_ns < next_ns_) return;
   next_ns_ = now_ns + kPublishEveryNs;
@@ -87,6 +88,7 @@ void RendererMetrics::tell(const StreamReceiver& receiver, size_t open_image_req
   gathered_.links = receiver.links();
   gathered_.refusals = receiver.refusals();
   gathered_.edit_faults = faults;
+  gathered_.viewers = viewers;
   gathered_.image_requests = open_image_requests;
   gathered_.image_requests_refused = receiver.refused_image_requests();
   gathered_.peers = peer_uses(receiver);
@@ -149,6 +151,9 @@ void RendererMetrics::write_page(metrics::Exposition& page) const {
               "How old the numbers on this page are: large when the renderer stands still.");
   page.sample({}, static_cast<double>(now_ns - numbers->taken_ns) * 1e-9);
   write_images(page, *numbers);
+  page.family("fire3dv_viewers", "gauge", "Viewers of the live view that are connected, by their rights.");
+  page.sample({{"access", "control"}}, numbers->viewers.control);
+  page.sample({{"access", "view"}}, numbers->viewers.view);
   write_links(page, *numbers);
   write_streams(page, *numbers, now_ns);
   write_edits(page, *numbers);

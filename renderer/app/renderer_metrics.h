@@ -16,6 +16,11 @@
 
 namespace fire3dv::app {
 
+// Viewers of the live view, by their rights.
+struct ViewerCounts {
+  uint64_t control = 0, view = 0;
+};
+
 class RendererMetrics {
  public:
   // at: "HOST:PORT".
@@ -30,7 +35,7 @@ class RendererMetrics {
   void add(const gpu::FrameTimes& times);
   // Call once per image: publishes a snapshot if the interval has elapsed.
   void tell(const StreamReceiver& receiver, size_t open_image_requests, const state::PoseState& poses,
-            const state::EditFaults& faults);
+            const state::EditFaults& faults, const ViewerCounts& viewers);
 
  private:
   struct Drawn {
@@ -65,6 +70,7 @@ class RendererMetrics {
     std::vector<StreamNumbers> streams;
     state::EditFaults edit_faults;
     uint64_t image_requests = 0, image_requests_refused = 0;
+    ViewerCounts viewers;
     std::vector<metrics::PeerUse> peers;
   };
   RendererMetrics() = default;

@@ -7,8 +7,10 @@ import signal
 import subprocess
 
 from chromium import Chromium, WebSocketClient
-from harness import Program, main, vulkan_environment
+from glb_edit import edit_glb
+from harness import Program, main, vulkan_environment, wait_until
 from image_reader import check, read_png
+from prometheus import scrape, url_of
 
 WIDTH, HEIGHT = 240, 136
 LEAST_PSNR_DB = 35
@@ -25,11 +27,14 @@ PIXELS = """(() => {
 class Session:
     """A renderer with a live view of the robot arm, and a browser."""
 
-    def __init__(self, test, *arguments, at="127.0.0.1:0", browser=()):
+    def __init__(self, test, *arguments, at="127.0.0.1:0", browser=(), change=None):
+        """change: see edit_glb()."""
         self.test = test
         self.scene = test.path("arm.glb")
         if not os.path.exists(self.scene):
             subprocess.run([test.programs_at["bullet_arm"], "--write-scene", self.scene], check=True, stdout=subprocess.DEVNULL)
+        if change:
+            edit_glb(self.scene, self.scene, change)
         self.renderer = None
         self.start(at, *arguments)
         self.browser = Chromium(test.folder, *browser)
@@ -157,6 +162,53 @@ def nodes(test):
         image_after(page, at)
         check(psnr_db(before, canvas(page)[2]) > LEAST_PSNR_DB, "show all does not bring it back")
         check(not page.errors and not viewer.errors, f"errors of the page: {page.errors} {viewer.errors}")
+    finally:
+        session.end()
+
+
+def viewers(test):
+    """The page lists the viewers and their rights, --metrics counts them, and a scene with many cameras has a bounded list of them."""
+    own = []  # cameras of the arm's scene
+
+    def add_cameras(document, binary):
+        own.extend(node for node in document["nodes"] if "camera" in node)
+        document.setdefault("cameras", []).append({"type": "perspective", "perspective": {"yfov": 0.7, "znear": 0.01}})
+        first = len(document["nodes"])
+        document["nodes"] += [{"name": f"camera {i}", "camera": len(document["cameras"]) - 1, "translation": [0, 0, 2]} for i in range(1200)]
+        document["scenes"][0]["nodes"] += range(first, first + 1200)
+        return binary
+    session = Session(test, "--metrics", "127.0.0.1:0", change=add_cameras)
+    rows = "[...document.querySelectorAll('#viewers li')].map((row) => row.innerText.replace(/\\s+/g, ' '))"
+    summary = "document.querySelector('#viewers summary').textContent"
+    try:
+        page = session.page(embed=False, size=(640, 300))
+        page.wait("the list of one", f"{summary} === '1 viewer'")
+        page.evaluate("document.getElementById('viewers').open = true")
+        check(page.evaluate("[...document.querySelectorAll('.viewer.own')].length") == 1, "the page does not find itself")
+        viewer = session.page(session.view, embed=False, size=(640, 300))
+        for each, index in ((page, 0), (viewer, 1)):
+            each.wait("the list of two", f"{summary} === '2 viewers'")
+            each.evaluate("document.getElementById('viewers').open = true")
+            listed = each.evaluate(rows)
+            check(len(listed) == 2 and "control" in listed[0] and "view only" in listed[1], f"{listed}")
+            check([("(this page)" in row) for row in listed] == [index == 0, index == 1], f"{index}: {listed}")
+        url = url_of(session.renderer)
+
+        def count(control, view):
+            wait_until(lambda: f"{control} and {view} viewers: {scrape(url).all('fire3dv_viewers')}",
+                       lambda: (scrape(url).get("fire3dv_viewers", access="control"), scrape(url).get("fire3dv_viewers", access="view")) == (control, view))
+        count(1, 1)
+        viewer.call("Page.navigate", url="about:blank")
+        page.wait("the list of one", f"{summary} === '1 viewer'")
+        count(1, 0)
+        options = page.evaluate("[...document.getElementById('cameras').options].map((option) => [option.text, option.disabled])")
+        check(len(options) == 1 + 1000 + 1 and options[-1] == [f"{len(own) + 200} further cameras are not listed", True], f"{options[:3]} {options[-2:]}")
+        at = image_after(page, 0)
+        page.call("Page.bringToFront")
+        page.key("2")
+        page.wait("the camera", "document.getElementById('cameras').value === '1'")
+        image_after(page, at)
+        check(not page.errors, f"errors of the page: {page.errors}")
     finally:
         session.end()
 
@@ -322,5 +374,5 @@ def tls(test):
 
 
 if __name__ == "__main__":
-    main({"image": image, "cameras": cameras, "nodes": nodes, "access": access, "restart": restart, "stream": stream, "video": video,
+    main({"image": image, "cameras": cameras, "nodes": nodes, "viewers": viewers, "access": access, "restart": restart, "stream": stream, "video": video,
           "replay": replay, "tls": tls}, ["fire3dv", "bullet_arm"])

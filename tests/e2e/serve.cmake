@@ -2,7 +2,7 @@
 find_program(FIRE3DV_CHROMIUM NAMES chromium chromium-browser)
 if(TARGET fire3dv AND TARGET bullet_arm AND NOT FIRE3DV_SANITIZE)
   if(FIRE3DV_CHROMIUM)
-    foreach(case image cameras nodes access restart stream video replay tls)
+    foreach(case image cameras nodes viewers access restart stream video replay tls)
       fire3dv_e2e_test(browser_${case} SCRIPT browser_test.py PROGRAMS fire3dv bullet_arm CASES ${case})
     endforeach()
   else()

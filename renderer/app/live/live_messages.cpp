@@ -55,13 +55,26 @@ std::string scene_message(const scene::Scene& scene, uint64_t scene_number) {
     nodes.push_back({shown_name(node.name, "node", n), parent, node.mesh != scene::kNone ? 1 : 0});
   }
   Json cameras = Json::array();
-  for (const uint32_t n : scene::camera_nodes(scene))
+  const std::vector<uint32_t> camera_nodes = scene::camera_nodes(scene);
+  for (const uint32_t n : camera_nodes) {
+    if (cameras.size() == kMaxListedCameras) break;
     cameras.push_back(shown_name(scene.nodes[n].name, "camera", scene.nodes[n].camera));
+  }
+  const size_t cameras_omitted = camera_nodes.size() - cameras.size();
   return text_of({{"type", "scene"},
                   {"scene", scene_number},
                   {"nodes", std::move(nodes)},
                   {"omitted", scene.nodes.size() - count},
-                  {"cameras", std::move(cameras)}});
+                  {"cameras", std::move(cameras)},
+                  {"cameras_omitted", cameras_omitted}});
+}
+
+std::string viewers_message(const std::vector<ListedViewer>& viewers, uint64_t own) {
+  Json listed = Json::array();
+  for (const ListedViewer& viewer : viewers)
+    listed.push_back(
+        {{"number", viewer.number}, {"control", viewer.can_control}, {"own", viewer.number == own}});
+  return text_of({{"type", "viewers"}, {"viewers", std::move(listed)}});
 }
 
 std::string camera_message(const scene::Scene& scene, uint32_t node) {

@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "protocol/replay/replay_clock.h"
 #include "renderer/gui/panel_data.h"
@@ -14,11 +15,18 @@
 namespace fire3dv::app {
 
 constexpr size_t kMaxListedNodes = 20'000;
+constexpr size_t kMaxListedCameras = 1000;
 
 // "welcome": the first message. can_control: by the viewer's token.
 std::string welcome_message(const std::string& title, bool can_control);
-// "scene": names and parents of the first kMaxListedNodes nodes, and the cameras.
+// "scene": names and parents of the first kMaxListedNodes nodes, and the first kMaxListedCameras cameras.
 std::string scene_message(const scene::Scene& scene, uint64_t scene_number);
+struct ListedViewer {
+  uint64_t number = 0;
+  bool can_control = false;
+};
+// "viewers": all viewers, by number; `own` has this number.
+std::string viewers_message(const std::vector<ListedViewer>& viewers, uint64_t own);
 // "camera": index of the viewer's camera among those of "scene", by its node; kNone: a free camera.
 std::string camera_message(const scene::Scene& scene, uint32_t node);
 // "visibility": hidden and isolated nodes.

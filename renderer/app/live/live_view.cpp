@@ -105,6 +105,21 @@ void LiveView::join(serve::ViewerId number, serve::Access access) {
   if (!scene_text_.empty()) borrowed_.server.send(number, scene_text_);
   if (!visibility_text_.empty()) borrowed_.server.send(number, visibility_text_);
   reported_ = {};
+  viewers_changed_ = true;
+}
+
+void LiveView::send_viewers() {
+  std::vector<ListedViewer> listed;
+  for (const auto& [number, viewer] : viewers_)
+    listed.push_back({number, viewer.access == serve::Access::control});
+  for (const auto& [number, viewer] : viewers_)
+    borrowed_.server.send(number, viewers_message(listed, number));
+  viewers_changed_ = false;
+}
+
+size_t LiveView::count_viewers(serve::Access access) const {
+  return static_cast<size_t>(
+      std::ranges::count_if(viewers_, [&](const auto& entry) { return entry.second.access == access; }));
 }
 
 void LiveView::poll(replay::TimelineControl* timeline) {
@@ -116,6 +131,7 @@ void LiveView::poll(replay::TimelineControl* timeline) {
         break;
       case serve::Event::Kind::left:
         viewers_.erase(event.viewer);
+        viewers_changed_ = true;
         borrowed_.requests.on_requester_ended(kFirstViewer + event.viewer);
         break;
       case serve::Event::Kind::message:
@@ -125,6 +141,7 @@ void LiveView::poll(replay::TimelineControl* timeline) {
     }
   }
   if (viewers_.empty()) return;
+  if (viewers_changed_) send_viewers();
   if (scene_text_.empty()) {
     scene_text_ = scene_message(borrowed_.scene.scene(), scene_number_);
     send_to_all(scene_text_);

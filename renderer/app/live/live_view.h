@@ -46,6 +46,7 @@ class LiveView final : public ImageReplies {
   // True while a viewer waits for an image or has just moved: turns must be frequent.
   bool is_busy() const;
   bool has_viewers() const { return !viewers_.empty(); }
+  size_t count_viewers(serve::Access access) const;
 
   // ImageReplies of viewers.
   std::optional<Shown> shown(state::RequesterId requester) const override;
@@ -92,6 +93,7 @@ class LiveView final : public ImageReplies {
   void send_picked(serve::ViewerId number, uint32_t instance);
   void on_scene_replaced(const scene::Scene& before, const scene::Scene& after);
   void send_to_all(const std::string& text);
+  void send_viewers();
   void report(Clock::time_point now, replay::TimelineControl* timeline);
   Viewer* find(state::RequesterId requester);
 
@@ -99,9 +101,10 @@ class LiveView final : public ImageReplies {
   CameraRig start_;
   const std::string title_;
   std::map<serve::ViewerId, Viewer> viewers_;
-  uint64_t scene_number_ = 0;    // of the node numbers in messages
-  std::string scene_text_;       // empty: to be written
-  std::string visibility_text_;  // of shown_hidden_ and shown_isolated_; empty: to be written
+  bool viewers_changed_ = false;  // since send_viewers()
+  uint64_t scene_number_ = 0;     // of the node numbers in messages
+  std::string scene_text_;        // empty: to be written
+  std::string visibility_text_;   // of shown_hidden_ and shown_isolated_; empty: to be written
   std::set<uint32_t> shown_hidden_;
   uint32_t shown_isolated_ = scene::kNone;
   Clock::time_point reported_{};

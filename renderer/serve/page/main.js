@@ -3,13 +3,13 @@ import {Connection} from "./connection.js";
 import {Display} from "./display.js";
 import {Input} from "./input.js";
 import {Nodes} from "./nodes.js";
-import {Statistics, Timeline, drawStreams} from "./status.js";
+import {Statistics, Timeline, drawStreams, drawViewers} from "./status.js";
 
 const at = (id) => document.getElementById(id);
 const query = new URLSearchParams(location.search);
 document.body.classList.toggle("embed", query.get("embed") === "1");
 
-let mayControl = false, camera = "", scene = 0, selected = null, framesPicked = false, noticeTimer = 0;
+let mayControl = false, camera = "", cameraCount = 0, scene = 0, selected = null, framesPicked = false, noticeTimer = 0;
 const send = (message) => connection.send(message);
 const control = (message) => { if (mayControl) send(message); };
 
@@ -52,7 +52,7 @@ const screenshot = () => display.save(`${at("title").textContent || "fire3dv"} $
 const togglePanel = () => document.body.classList.toggle("no-panel");
 
 function useCamera(index) {
-  if (index !== null && index >= at("cameras").options.length - 1) return;
+  if (index !== null && index >= cameraCount) return;
   send(index === null ? {type: "camera"} : {type: "camera", index});
 }
 
@@ -71,9 +71,16 @@ const messages = {
     select(null);
     nodes.setScene(message);
     const options = [new Option("Free camera", ""), ...message.cameras.map((name, index) => new Option(name, String(index)))];
+    cameraCount = message.cameras.length;
+    if (message.cameras_omitted > 0) {
+      const note = new Option(`${message.cameras_omitted} further cameras are not listed`);
+      note.disabled = true;
+      options.push(note);
+    }
     at("cameras").replaceChildren(...options);
     at("cameras").value = camera;
   },
+  viewers: (message) => drawViewers(at("viewers"), message.viewers),
   camera(message) {
     camera = message.index === null ? "" : String(message.index);
     at("cameras").value = camera;

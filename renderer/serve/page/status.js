@@ -1,4 +1,4 @@
-// Streams, the timeline of a replay, and the statistics of this viewer.
+// Streams, viewers, the timeline of a replay, and the statistics of this viewer.
 const PLAY = "M4 2.5 13 8l-9 5.5z";
 const PAUSE = "M4 3h3v10H4zM9 3h3v10H9z";
 
@@ -18,6 +18,15 @@ export function drawStreams(parent, streams) {
                element("span", "number", `${stream.rate_hz.toFixed(1)} Hz`));
     const unmatched = stream.unmatched > 0 ? `, ${stream.unmatched} without a node` : "";
     row.append(element("span", "facts dim", `${stream.condition}, ${stream.frames} frames, ${stream.nodes} poses${unmatched}, t = ${stream.sim_time_s.toFixed(2)} s`));
+    return row;
+  }));
+}
+
+export function drawViewers(parent, viewers) {
+  parent.querySelector("summary").textContent = viewers.length === 1 ? "1 viewer" : `${viewers.length} viewers`;
+  parent.querySelector("ul").replaceChildren(...viewers.map((viewer) => {
+    const row = element("li", viewer.own ? "viewer own" : "viewer", "");
+    row.append(element("span", "", `Viewer ${viewer.number}${viewer.own ? " (this page)" : ""}`), element("span", "dim", viewer.control ? "control" : "view only"));
     return row;
   }));
 }
