@@ -97,6 +97,9 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
       ->transform(CLI::CheckedTransformer(drives).description(""))
       ->type_name("hold|sin|zero")
       ->default_str("hold");
+  std::string show;
+  const CLI::Option* const show_option =
+      app.add_option("--show", show, "markers: contacts,forces,joints,com,tendons")->type_name("LIST");
   app.add_flag("--paused", options.paused, "start paused, with one frame published");
   app.add_flag("--lockstep", options.lockstep, "wait until a renderer has drawn each frame");
   app.add_option("--ack-timeout", options.ack_timeout_s, "limit of one wait of --lockstep")
@@ -127,6 +130,13 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
       throw CLI::ValidationError("--images", "goes together with a folder for them (--out DIR)");
     if (!cameras.empty() && options.publish.uris.empty())
       throw CLI::ValidationError("--images", "name the renderer that makes them (--to URI)");
+    if (*show_option) {
+      const Result<uint32_t> quantities = shown_quantities(show);
+      if (!quantities) throw CLI::ValidationError("--show", quantities.error().message);
+      if (options.publish.uris.empty())
+        throw CLI::ValidationError("--show", "name the renderer that draws the markers (--to URI)");
+      options.publish.show = *quantities;
+    }
     const Result<uint32_t> bits = image_outputs(outputs);
     if (!bits) throw CLI::ValidationError("--outputs", bits.error().message);
     for (const std::string& camera : cameras) {

@@ -142,11 +142,12 @@ const std::vector<double> kWorldFromStream = {1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 
 
 }  // namespace
 
-Publisher::Publisher(const mjModel& m, convert::MjcfNames names, double rate_hz)
+Publisher::Publisher(const mjModel& m, convert::MjcfNames names, const PublishOptions& options)
     : names_(std::move(names)),
       nodes_(m, names_),
       appearances_(m),
-      clock_(rate_hz),
+      markers_(options.show),
+      clock_(options.rate_hz),
       bodies_(m.nbody),
       cameras_(m.ncam),
       lights_(m.nlight),
@@ -154,7 +155,7 @@ Publisher::Publisher(const mjModel& m, convert::MjcfNames names, double rate_hz)
       geoms_(m.ngeom) {}
 
 Result<Publisher> Publisher::open(const mjModel& model, const PublishOptions& options) {
-  Publisher publisher(model, convert::names_of(model), options.rate_hz);
+  Publisher publisher(model, convert::names_of(model), options);
   Description description;
   description.node_names = publisher.nodes_.names();
   description.world_from_stream = kWorldFromStream;
@@ -184,6 +185,7 @@ Result<bool> Publisher::publish(const mjModel& model, const mjData& data) {
   if (!due(data)) return false;
   nodes_.write(model, data, poses_);
   if (Result<void> sent = send_appearance(model); !sent) return sent.error();
+  if (Result<void> sent = send_markers(model, data); !sent) return sent.error();
   const int64_t now_ns = sim_time_ns(data);
   const uint32_t flags = clock_.published(now_ns) ? FIRE3DV_FRAME_DISCONTINUITY : 0;
   ++sequence_;
@@ -205,6 +207,19 @@ Result<void> Publisher::send_appearance(const mjModel& model) {
         if (edit.rgba) target.stream.set_base_color(name, *edit.rgba);
       });
       if (!sent) return sent;
+    }
+  }
+  return {};
+}
+
+Result<void> Publisher::send_markers(const mjModel& model, const mjData& data) {
+  for (const SimulationMarker& marker : markers_.update(model, data)) {
+    if (!marker.is_changed) continue;
+    const fire3dv_marker view = marker_of(marker);
+    for (Target& target : targets_) {
+      if (fire3dv_set_marker(target.stream.get(), marker.name, &view) != FIRE3DV_OK)
+        return Error{"cannot send the marker " + std::string(marker.name) + " to " + target.uri + ": " +
+                     fire3dv_last_error()};
     }
   }
   return {};

@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "adapters/mujoco/compiled/compiled_scene.h"
+#include "adapters/mujoco/markers.h"
 #include "adapters/mujoco/timing.h"
 #include "protocol/base/error.h"
 
@@ -76,6 +77,7 @@ struct PublishOptions {
   double rate_hz = 0;  // frames per second of simulated time; 0: every call
   std::string adapter_name = "mujoco";
   std::string scene_uri;  // informative, for users and recordings
+  uint32_t show = 0;      // Quantity bits: what to publish as markers
 };
 
 // Image request for one camera (fire3dv/image.h).
@@ -128,13 +130,15 @@ class Publisher {
     Stream stream;
     bool has_told_wait = false;
   };
-  Publisher(const mjModel& model, convert::MjcfNames names, double rate_hz);
+  Publisher(const mjModel& model, convert::MjcfNames names, const PublishOptions& options);
   Result<void> send_appearance(const mjModel& model);
+  Result<void> send_markers(const mjModel& model, const mjData& data);
   static int64_t sim_time_ns(const mjData& data);
 
   convert::MjcfNames names_;
   StreamedNodes nodes_;
   GeomAppearance appearances_;
+  SimulationMarkers markers_;
   FrameClock clock_;
   std::vector<Target> targets_;
   std::vector<float> poses_;
