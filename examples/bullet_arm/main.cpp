@@ -2,6 +2,7 @@
 // stack of cans. It publishes poses to renderers in other processes.
 
 #include <CLI/CLI.hpp>
+#include <array>
 #include <atomic>
 #include <cinttypes>
 #include <cmath>
@@ -13,6 +14,7 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "examples/bullet_arm/scene_file.h"
 #include "examples/bullet_arm/simulation.h"
@@ -38,6 +40,7 @@ struct Options : examples::LinkOptions {
   uint32_t publish_every = 1;
   std::string write_scene;
   bool hash = false;
+  bool show_contacts = false;
   bool loop = false;
 
   // Number of published poses per run: the initial one and one per step.
@@ -98,6 +101,9 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
       ->group(kStreams)
       ->check(in_range(1u, 1'000'000u))
       ->capture_default_str();
+  app.add_flag("--show-contacts", options.show_contacts,
+               "publish contact points as the marker contacts/points")
+      ->group(kStreams);
   app.add_option("--write-scene", options.write_scene, "write the glTF scene; without --to, then exit")
       ->type_name("FILE.glb")
       ->group(kOutput);
@@ -108,6 +114,8 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
     app.parse(argc, argv);
     if (lockstep && options.to.empty())
       throw CLI::ValidationError("--lockstep", "needs --to: there is no one to wait for");
+    if (options.show_contacts && options.to.empty())
+      throw CLI::ValidationError("--show-contacts", "needs --to");
     if (options.loop && options.to.empty()) throw CLI::ValidationError("--loop", "needs --to");
     if (options.to.empty() && options.write_scene.empty() && !options.hash) {
       throw CLI::ValidationError("--to", "nothing to do: give --to URI, --write-scene FILE or --hash");
@@ -121,6 +129,25 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
 }
 
 using examples::Clock;
+
+// Orange discs, drawn over the bodies that hide the points.
+std::optional<std::string> show_contacts(examples::Publisher& publisher, const Simulation& simulation) {
+  const std::vector<std::array<float, 3>> points = simulation.contact_points();
+  constexpr uint8_t kOrange[] = {255, 140, 0, 255};
+  fire3dv_marker marker{};
+  marker.struct_size = sizeof marker;
+  marker.kind = FIRE3DV_MARKER_POINTS;
+  marker.width_unit = FIRE3DV_MARKER_PIXELS;
+  marker.width = 5;
+  marker.flags = FIRE3DV_MARKER_OVERLAID;
+  if (!points.empty()) {
+    marker.positions = points.front().data();
+    marker.position_count = points.size();
+    marker.colors = kOrange;
+    marker.color_count = 1;
+  }
+  return publisher.set_marker("contacts/points", marker);
+}
 
 int fail(const std::string& sentence) {
   std::fprintf(stderr, "bullet_arm: %s\n", sentence.c_str());
@@ -177,6 +204,9 @@ int run_loop(const Options& options, std::unique_ptr<Simulation> simulation, con
     // Publish. Simulated time continues across a restart, but the bodies jump.
     const int64_t sim_time_ns = run_start_ns + simulation->sim_time_ns();
     const Clock::time_point before = Clock::now();
+    if (options.show_contacts) {
+      if (const auto error = show_contacts(publisher, *simulation)) return fail(*error);
+    }
     if (const auto error = publisher.publish(sim_time_ns, simulation->poses(), frame_of_run == 0))
       return fail(*error);
     report.add_publish(Clock::now() - before);

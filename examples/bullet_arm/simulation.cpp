@@ -276,6 +276,21 @@ void Simulation::step() {
   read_poses();
 }
 
+std::vector<std::array<float, 3>> Simulation::contact_points() const {
+  std::vector<std::array<float, 3>> points;
+  const btDispatcher& dispatcher = world_->dispatcher;
+  for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
+    const btPersistentManifold& manifold = *world_->dispatcher.getManifoldByIndexInternal(i);
+    for (int j = 0; j < manifold.getNumContacts(); ++j) {
+      const btManifoldPoint& point = manifold.getContactPoint(j);
+      if (!(point.getAppliedImpulse() > 0)) continue;  // Bullet keeps points of bodies that are near, too
+      const btVector3& place = point.getPositionWorldOnB();
+      points.push_back({place.x(), place.y(), place.z()});
+    }
+  }
+  return points;
+}
+
 void Simulation::read_poses() {
   for (size_t i = 0; i < names_.size(); ++i) {
     const btTransform pose = i < kArmNames.size()

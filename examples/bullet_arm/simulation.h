@@ -2,6 +2,7 @@
 // bit-identical poses in every run of one build. One thread.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -41,6 +42,8 @@ class Simulation {
   const std::vector<std::string>& names() const { return names_; }
   // 12 floats per body in the order of names(): stream_from_body, 3x4 row-major.
   const std::vector<float>& poses() const { return poses_; }
+  // Contacts that carried a load in the last step: x, y, z in the stream frame. Empty before the first step.
+  std::vector<std::array<float, 3>> contact_points() const;
   const std::vector<Object>& layout() const { return layout_; }
 
  private:

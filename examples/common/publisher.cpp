@@ -86,6 +86,15 @@ std::optional<std::string> Publisher::publish(int64_t sim_time_ns, const std::ve
   return std::nullopt;
 }
 
+std::optional<std::string> Publisher::set_marker(const char* name, const fire3dv_marker& marker) {
+  for (Target& target : targets_) {
+    if (fire3dv_set_marker(target.stream.get(), name, &marker) != FIRE3DV_OK)
+      return "cannot send the marker " + std::string(name) + " to " + target.uri + ": " +
+             fire3dv_last_error();
+  }
+  return std::nullopt;
+}
+
 std::optional<std::string> Publisher::wait_shown(double timeout_s, const std::atomic<bool>& stop) {
   constexpr std::chrono::seconds kToldWait{3};
   const auto begun = std::chrono::steady_clock::now();

@@ -2,6 +2,7 @@
 // thread.
 #pragma once
 
+#include <fire3dv/markers.h>
 #include <CLI/App.hpp>
 #include <CLI/Validators.hpp>
 #include <atomic>
@@ -42,6 +43,8 @@ class Publisher {
   std::optional<std::string> describe(const fire3dv::Description& description);
   std::optional<std::string> publish(int64_t sim_time_ns, const std::vector<float>& poses,
                                      bool discontinuity);
+  // Sets a marker, which the next frame shows. Its arrays are copied.
+  std::optional<std::string> set_marker(const char* name, const fire3dv_marker& marker);
   // Waits until every stream's last frame was shown. Returns early, without an error, once stop is set. A
   // wait of more than three seconds is logged, once for each stream.
   std::optional<std::string> wait_shown(double timeout_s, const std::atomic<bool>& stop);

@@ -2,6 +2,7 @@
 // seed.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <set>
@@ -109,6 +110,28 @@ TEST(BulletArm, SameSeedSamePosesOtherSeedOtherPoses) {
   EXPECT_EQ(hash, run(second, 400).hash);
   EXPECT_NE(hash, run(other, 400).hash);
   EXPECT_NE(hash, run(slower, 400).hash);
+}
+
+// The floor bears every standing domino, at points on the floor below it.
+TEST(BulletArm, ContactsAreWhereBodiesStand) {
+  Simulation simulation(kSeed, kRate_hz);
+  EXPECT_TRUE(simulation.contact_points().empty()) << "before the first step";
+  for (int step = 0; step < 120; ++step) simulation.step();
+  const auto points = simulation.contact_points();
+  for (const auto& point : points) EXPECT_GT(point[2], -0.01f) << "below the floor";
+  int dominoes = 0;
+  for (size_t i = 0; i < simulation.names().size(); ++i) {
+    if (!starts_with(simulation.names()[i], "domino_")) continue;
+    ++dominoes;
+    const float* pose = &simulation.poses()[i * 12];
+    const auto below = std::count_if(points.begin(), points.end(), [&](const auto& point) {
+      const bool is_under = std::hypot(point[0] - pose[3], point[1] - pose[7]) < 0.036f;  // half diagonal
+      return is_under && std::fabs(point[2]) < 0.003f;
+    });
+    EXPECT_GE(below, 2) << simulation.names()[i] << " stands on nothing";
+    EXPECT_LE(below, 4) << simulation.names()[i];
+  }
+  EXPECT_GE(dominoes, 30);
 }
 
 TEST(BulletArm, NamesAreUniqueAndOfTheStatedNumber) {
