@@ -28,8 +28,8 @@
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/sinks/frame.h"
-#include "renderer/state/animation.h"
-#include "renderer/state/robot_pose.h"
+#include "renderer/state/motion/animation.h"
+#include "renderer/state/motion/robot_pose.h"
 
 namespace fire3dv::app {
 

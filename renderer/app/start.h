@@ -12,7 +12,7 @@
 #include "renderer/app/options/options.h"
 #include "renderer/gpu/device/device.h"
 #include "renderer/passes/scene_renderer.h"
-#include "renderer/state/animation.h"
+#include "renderer/state/motion/animation.h"
 
 namespace fire3dv::app {
 

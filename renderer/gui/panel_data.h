@@ -16,7 +16,7 @@
 #include "renderer/passes/debug/inspection.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/scene/model/scene.h"
-#include "renderer/state/robot_pose.h"
+#include "renderer/state/motion/robot_pose.h"
 #include "renderer/state/stream_timing.h"
 
 namespace fire3dv::gui {

@@ -23,7 +23,7 @@
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/scene/cache/scene_cache.h"
 #include "renderer/sinks/frame.h"
-#include "renderer/state/animation.h"
+#include "renderer/state/motion/animation.h"
 
 namespace fire3dv::offline {
 

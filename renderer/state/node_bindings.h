@@ -16,7 +16,7 @@
 
 #include "protocol/wire/messages.h"
 #include "renderer/scene/model/scene.h"
-#include "renderer/state/animation.h"
+#include "renderer/state/motion/animation.h"
 #include "renderer/state/node_index.h"
 
 namespace fire3dv::state {

@@ -14,8 +14,8 @@
 #include "protocol/base/peer_budget.h"
 #include "protocol/wire/messages.h"
 #include "renderer/scene/model/scene.h"
-#include "renderer/state/animation.h"
 #include "renderer/state/frame_receiver.h"
+#include "renderer/state/motion/animation.h"
 #include "renderer/state/node_bindings.h"
 
 namespace fire3dv::state {

@@ -9,7 +9,7 @@
 #include "adapters/drake/request/gltf_scene.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/scene/model/loaded_scene.h"
-#include "renderer/state/animation.h"
+#include "renderer/state/motion/animation.h"
 #include "renderer/state/pose_state.h"
 
 namespace fire3dv::drake {

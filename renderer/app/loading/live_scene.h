@@ -18,9 +18,9 @@
 #include "renderer/app/window/camera_rig.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/scene/model/scene_edits.h"
-#include "renderer/state/animation.h"
 #include "renderer/state/edit_registry.h"
 #include "renderer/state/marker_registry.h"
+#include "renderer/state/motion/animation.h"
 
 namespace fire3dv::app {
 

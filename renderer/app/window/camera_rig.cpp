@@ -8,7 +8,7 @@
 #include "renderer/passes/facing.h"
 #include "renderer/passes/outputs/planes_and_boxes.h"
 #include "renderer/scene/model/bounds.h"
-#include "renderer/state/animation.h"
+#include "renderer/state/motion/animation.h"
 
 namespace fire3dv::app {
 namespace {

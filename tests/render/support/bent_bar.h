@@ -2,7 +2,7 @@
 // static meshes computed per vertex on the CPU.
 #pragma once
 
-#include "renderer/state/animation.h"
+#include "renderer/state/motion/animation.h"
 #include "tests/render/support/scene_builder.h"
 
 namespace fire3dv::test {

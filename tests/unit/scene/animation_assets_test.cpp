@@ -7,7 +7,7 @@
 #include <iostream>
 
 #include "renderer/scene/model/bounds.h"
-#include "renderer/state/animation.h"
+#include "renderer/state/motion/animation.h"
 #include "tests/unit/app/motion_file.h"
 
 namespace fire3dv::state {

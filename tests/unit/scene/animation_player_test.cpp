@@ -5,7 +5,7 @@
 
 #include "renderer/app/animation_clock.h"
 #include "renderer/scene/model/math.h"
-#include "renderer/state/animation.h"
+#include "renderer/state/motion/animation.h"
 #include "renderer/state/pose_state.h"
 #include "tests/unit/app/motion_file.h"
 

@@ -1,5 +1,5 @@
 // Test of animation samplers against the formulas of the glTF specification.
-#include "renderer/state/animation.h"
+#include "renderer/state/motion/animation.h"
 
 #include <gtest/gtest.h>
 

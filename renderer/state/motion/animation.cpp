@@ -1,4 +1,4 @@
-#include "renderer/state/animation.h"
+#include "renderer/state/motion/animation.h"
 
 #include <algorithm>
 #include <charconv>
