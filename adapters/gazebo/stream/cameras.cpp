@@ -75,16 +75,19 @@ void Cameras::refuse(const std::string& name, Camera& camera, const std::string&
 }
 
 void Cameras::advertise(Node& node, const std::string& topic, const char* type) {
-  if (node.is_advertised(topic)) return;
+  if (cannot_publish_ || node.is_advertised(topic)) return;
   const Result<void> advertised = node.advertise(topic, prefix_ + type);
-  if (!advertised && !std::exchange(cannot_publish_, true)) warnings_.push_back(advertised.error().message);
+  if (advertised) return;
+  cannot_publish_ = true;
+  warnings_.push_back(advertised.error().message);
 }
 
 std::vector<std::string> Cameras::request(Node& node, Publisher& publisher, int64_t sim_time_ns) {
   for (auto& [name, camera] : cameras_) {
     for (const CameraSpec::Topic& topic : camera.spec.images) advertise(node, topic.name, "Image");
     advertise(node, camera.spec.info_topic, "CameraInfo");
-    if (cannot_publish_ || camera.node.empty() || camera.pending != 0 || monotonic_ns() < camera.retry_ns)
+    const bool is_advertised = node.is_advertised(camera.spec.info_topic);  // the last one
+    if (!is_advertised || camera.node.empty() || camera.pending != 0 || monotonic_ns() < camera.retry_ns)
       continue;
     const bool has_subscribers =
         node.has_subscribers(camera.spec.info_topic) ||

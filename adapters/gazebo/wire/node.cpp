@@ -20,11 +20,11 @@
 namespace fire3dv::gazebo {
 namespace {
 
-constexpr size_t kMaxParts = 16;           // of one message
-constexpr size_t kMaxRequests = 8;         // open at one time
-constexpr int kMaxDatagramsAtOnce = 1000;  // so that a flood does not starve the rest
-constexpr size_t kMaxSubscribedPrefixes = 4096;
-constexpr int kMaxPartsAtOnce = 1000;  // messages of one call: a flood of invalid ones does not hold it
+constexpr size_t kMaxParts = 16;             // of one message
+constexpr size_t kMaxRequests = 8;           // open at one time
+constexpr int kMaxDatagramsAtOnce = 1000;    // so that a flood does not starve the rest
+constexpr size_t kMaxPublishedTopics = 256;  // sockets
+constexpr int kMaxPartsAtOnce = 1000;        // messages of one call: a flood of invalid ones does not hold it
 constexpr int64_t kMaxSubscriptionBytes = 8192;
 constexpr int kMaxQueuedMessages = 100, kMaxQueuedResponses = 8;  // of one connection
 constexpr int64_t kHeartbeat_ns = kSecondNs;
@@ -273,7 +273,7 @@ void Node::receive_discovery(DiscoverySocket& socket) {
       if (mine != published_.end()) {
         DiscoveryMessage answer;
         answer.type = DiscoveryType::advertise;
-        answer.advertisement = mine->second;
+        answer.advertisement = mine->second.advertisement;
         send(*messages_, std::move(answer));
       }
     }
@@ -289,10 +289,10 @@ void Node::send_heartbeats() {
   heartbeat.type = DiscoveryType::heartbeat;
   send(*messages_, heartbeat);
   send(*services_, heartbeat);
-  for (const auto& [name, advertisement] : published_) {
+  for (const auto& [name, topic] : published_) {
     DiscoveryMessage message;
     message.type = DiscoveryType::advertise;
-    message.advertisement = advertisement;
+    message.advertisement = topic.advertisement;
     send(*messages_, std::move(message));
   }
 }
@@ -304,7 +304,7 @@ std::vector<std::string> Node::wait(int timeout_ms) {
                                        {nullptr, services_->descriptor(), ZMQ_POLLIN, 0},
                                        {subscriber_->handle, 0, ZMQ_POLLIN, 0},
                                        {responses_->handle, 0, ZMQ_POLLIN, 0}};
-  if (publisher_) items.push_back({publisher_->handle, 0, ZMQ_POLLIN, 0});
+  for (const auto& [name, topic] : published_) items.push_back({topic.socket->handle, 0, ZMQ_POLLIN, 0});
   (void)zmq_poll(items.data(), static_cast<int>(items.size()),
                  static_cast<long>(std::clamp<int64_t>(until_heartbeat_ms, 0, timeout_ms)));
   receive_discovery(*messages_);
@@ -396,25 +396,24 @@ std::optional<Response> Node::next_response() {
 }
 
 Result<void> Node::advertise(std::string_view name, std::string_view type) {
-  if (!publisher_) {
-    if (!options_.username.empty())
-      return Error{"topics are not published with GZ_TRANSPORT_USERNAME: unset it, or leave out --camera"};
-    auto publisher = std::make_unique<Socket>(ZMQ_XPUB);
-    publisher->set(ZMQ_SNDHWM, 2);
-    const Result<std::string> bound = publisher->bind(host_ip_);
-    if (!bound) return bound.error();
-    publisher_ = std::move(publisher);
-  }
-  char address[256] = "";
-  size_t size = sizeof address;
-  (void)zmq_getsockopt(publisher_->handle, ZMQ_LAST_ENDPOINT, address, &size);
+  if (!options_.username.empty())
+    return Error{"topics are not published with GZ_TRANSPORT_USERNAME: unset it, or leave out --camera"};
+  if (is_advertised(name)) return {};
+  if (published_.size() == kMaxPublishedTopics)
+    return Error{"at most " + std::to_string(kMaxPublishedTopics) +
+                 " topics are published: choose cameras with --camera"};
+  // A queue for each topic: none takes the place of another one's messages.
+  auto socket = std::make_unique<Socket>(ZMQ_XPUB);
+  socket->set(ZMQ_SNDHWM, 2);
+  Result<std::string> address = socket->bind(host_ip_);
+  if (!address) return address.error();
   Advertisement advertisement;
   advertisement.topic = qualified_name(directory_.partition(), name);
-  advertisement.address = address;
+  advertisement.address = std::move(*address);
   advertisement.process_uuid = process_uuid_;
   advertisement.node_uuid = node_uuid_;
   advertisement.message_type = type;
-  published_.insert_or_assign(std::string(name), advertisement);
+  published_.emplace(std::string(name), Published{advertisement, std::move(socket), {}});
   DiscoveryMessage message;
   message.type = DiscoveryType::advertise;
   message.advertisement = std::move(advertisement);
@@ -423,32 +422,32 @@ Result<void> Node::advertise(std::string_view name, std::string_view type) {
 }
 
 void Node::read_subscriptions() {
-  if (!publisher_) return;
-  for (int i = 0; i < kMaxPartsAtOnce; ++i) {
-    auto parts = publisher_->receive();
-    if (!parts) break;
-    const std::string& text = parts->front();
-    if (text.empty()) continue;
-    const std::string prefix = text.substr(1);
-    if (text[0] == 0) subscribed_prefixes_.erase(prefix);
-    if (text[0] == 1 && subscribed_prefixes_.size() < kMaxSubscribedPrefixes)
-      subscribed_prefixes_.insert(prefix);
+  for (auto& [name, topic] : published_) {
+    for (int i = 0; i < kMaxPartsAtOnce; ++i) {
+      auto parts = topic.socket->receive();
+      if (!parts) break;
+      const std::string& text = parts->front();
+      if (text.empty()) continue;
+      // Subscribers ask all publishers that they know for each prefix.
+      const std::string prefix = text.substr(1);
+      if (!topic.advertisement.topic.starts_with(prefix)) continue;
+      if (text[0] == 0) topic.subscribed_prefixes.erase(prefix);
+      if (text[0] == 1) topic.subscribed_prefixes.insert(prefix);
+    }
   }
 }
 
-bool Node::has_subscribers(std::string_view name) {
-  const auto published = published_.find(std::string(name));
-  return published != published_.end() &&
-         std::any_of(subscribed_prefixes_.begin(), subscribed_prefixes_.end(),
-                     [&](const std::string& prefix) { return published->second.topic.starts_with(prefix); });
+bool Node::has_subscribers(std::string_view name) const {
+  const auto published = published_.find(name);
+  return published != published_.end() && !published->second.subscribed_prefixes.empty();
 }
 
 void Node::publish(std::string_view name, std::span<const std::byte> data) {
-  const auto published = published_.find(std::string(name));
-  if (published == published_.end() || !publisher_) return;
-  const Advertisement& topic = published->second;
+  const auto published = published_.find(name);
+  if (published == published_.end()) return;
+  const Advertisement& topic = published->second.advertisement;
   const std::string_view parts[] = {topic.topic, topic.address, view_of(data), topic.message_type};
-  (void)publisher_->send(parts);
+  (void)published->second.socket->send(parts);
 }
 
 }  // namespace fire3dv::gazebo

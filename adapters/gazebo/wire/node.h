@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -75,14 +76,20 @@ class Node {
   Result<uint64_t> request(const Advertisement& service, std::span<const std::byte> data);
   std::optional<Response> next_response();
 
-  // Announces a topic of this node. publish() drops messages for subscribers that do not keep up.
+  // Announces a topic of this node. publish() drops messages of a topic for subscribers that do not keep up
+  // with it.
   Result<void> advertise(std::string_view name, std::string_view type);
-  bool is_advertised(std::string_view name) const { return published_.contains(std::string(name)); }
-  bool has_subscribers(std::string_view name);
+  bool is_advertised(std::string_view name) const { return published_.contains(name); }
+  bool has_subscribers(std::string_view name) const;
   void publish(std::string_view name, std::span<const std::byte> data);
 
  private:
   struct Socket;
+  struct Published {
+    Advertisement advertisement;
+    std::unique_ptr<Socket> socket;
+    std::set<std::string> subscribed_prefixes;  // of the topic
+  };
   explicit Node(const NodeOptions& options);
   Result<void> open_sockets();
   void send(DiscoverySocket& socket, DiscoveryMessage message) const;
@@ -97,14 +104,13 @@ class Node {
   std::string host_ip_, process_uuid_, node_uuid_;
   Directory directory_;
   std::optional<DiscoverySocket> messages_, services_;
-  std::unique_ptr<Socket> subscriber_, monitor_, responses_, publisher_;
+  std::unique_ptr<Socket> subscriber_, monitor_, responses_;
   bool was_refused_ = false;
-  std::map<uint64_t, std::unique_ptr<Socket>> requests_;   // open requests; the oldest are given up
-  std::map<std::string, std::string> response_endpoints_;  // by address of this host
-  std::map<std::string, int> connections_;                 // subscriptions by address
-  std::map<std::string, Advertisement> subscriptions_;     // by topic and process
-  std::map<std::string, Advertisement> published_;         // by name
-  std::set<std::string> subscribed_prefixes_;              // of published_
+  std::map<uint64_t, std::unique_ptr<Socket>> requests_;     // open requests; the oldest are given up
+  std::map<std::string, std::string> response_endpoints_;    // by address of this host
+  std::map<std::string, int> connections_;                   // subscriptions by address
+  std::map<std::string, Advertisement> subscriptions_;       // by topic and process
+  std::map<std::string, Published, std::less<>> published_;  // by name
   uint64_t last_request_ = 0;
   int64_t next_heartbeat_ns_ = 0;
 };

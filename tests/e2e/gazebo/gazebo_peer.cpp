@@ -16,6 +16,7 @@
 //   images TOPIC                   Subscribes. Prints each image, with the pixel in its middle:
 //                                  image WIDTHxHEIGHT SEC NSEC FORMAT BYTES R G B
 //                                  depth WIDTHxHEIGHT SEC NSEC FORMAT BYTES METRES CORNER_METRES
+//   infos TOPIC                    Subscribes. Prints each CameraInfo as JSON after "info ".
 //   wait                           Waits until somebody subscribes to dynamic poses.
 //   quit
 #include <chrono>
@@ -94,6 +95,8 @@ void fill_model(msgs::Model& model, const std::string& name, uint32_t id, double
   depth.set_name("depth");
   depth.set_id(id + 4);
   depth.set_type("depth_camera");
+  depth.mutable_camera()->mutable_distortion()->set_k1(0.125);
+  depth.mutable_camera()->mutable_distortion()->set_p2(-0.0625);
   depth.clear_topic();
 }
 
@@ -141,6 +144,28 @@ void on_image(const msgs::Image& image) {
   const size_t middle = (image.height() / 2) * image.step() + 3 * (image.width() / 2);
   for (size_t i = 0; i < 3 && middle + i < data.size(); ++i)
     line << " " << int(static_cast<unsigned char>(data[middle + i]));
+  say(line.str());
+}
+
+template <typename List>
+std::string json_list(const List& numbers) {
+  std::ostringstream text;
+  text.precision(17);
+  for (const double number : numbers) text << (text.tellp() > 0 ? ", " : "[") << number;
+  return numbers.empty() ? "[]" : text.str() + "]";
+}
+
+void on_info(const msgs::CameraInfo& info) {
+  std::ostringstream line;
+  line << "info {\"width\": " << info.width() << ", \"height\": " << info.height()
+       << ", \"sec\": " << info.header().stamp().sec() << ", \"nsec\": " << info.header().stamp().nsec();
+  for (const msgs::Header::Map& entry : info.header().data())
+    line << ", \"" << entry.key() << "\": \"" << (entry.value_size() == 1 ? entry.value(0) : "") << "\"";
+  line << ", \"model\": \""
+       << msgs::CameraInfo::Distortion::DistortionModelType_Name(info.distortion().model())
+       << "\", \"d\": " << json_list(info.distortion().k()) << ", \"k\": " << json_list(info.intrinsics().k())
+       << ", \"p\": " << json_list(info.projection().p())
+       << ", \"r\": " << json_list(info.rectification_matrix()) << "}";
   say(line.str());
 }
 
@@ -239,6 +264,13 @@ int main(int argc, char** argv) {
       node.SubscribeRaw(name, [](const char* data, size_t size, const transport::MessageInfo&) {
         msgs::Image image;
         if (image.ParseFromArray(data, static_cast<int>(size))) on_image(image);
+      });
+    } else if (command == "infos") {
+      words >> name;
+      node.SubscribeRaw(name, [](const char* data, size_t size, const transport::MessageInfo& from) {
+        msgs::CameraInfo info;
+        if (from.Type().ends_with(".msgs.CameraInfo") && info.ParseFromArray(data, static_cast<int>(size)))
+          on_info(info);
       });
     } else if (command == "wait") {
       while (!publishers.at(world + "dynamic_pose/info").HasConnections())

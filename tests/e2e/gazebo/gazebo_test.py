@@ -5,6 +5,7 @@ resets, restarts in any order, other partitions, hostile messages, and camera im
 Each test has a partition of its own and stays on the loopback interface, so that tests run side by side.
 """
 import json
+import math
 import os
 import re
 import signal
@@ -303,12 +304,19 @@ def drawn(test):
     renderer = Program(test, "fire3dv", [test.programs_at["fire3dv"], scene, "--validation", "--headless", "--on-request",
                                          "--cache", "off", "--ground", "off", "--listen", uri], env=environment())
     renderer.wait_err("listening on")
-    peer.do("wait", "images /box/image", "images /world/demo/model/box/link/link/sensor/depth/depth_image")
+    peer.do("wait", "images /box/image", "images /world/demo/model/box/link/link/sensor/depth/depth_image",
+            "infos /box/camera_info", "infos /world/demo/model/box/link/link/sensor/depth/camera_info")
     stamp = 0
 
     def images():
         return [re.match(r"image (\d+)x(\d+) (\d+) (\d+) (\d+) (\d+) (\d+) (\d+) (\d+)$", line).groups()
                 for line in list(peer.out) if line.startswith("image ")]
+
+    # k1 k2 p1 p2 k3 of plumb_bob, which is OpenCV's order.
+    lenses = {"box/link/camera": [0] * 5, "box/link/depth": [0.125, 0, 0, -0.0625, 0]}
+
+    def infos():
+        return [json.loads(line[5:]) for line in list(peer.out) if line.startswith("info ")]
 
     def depths():
         return [re.match(r"depth (\S+) \d+ \d+ (\d+) (\d+) (\S+) (\S+)$", line).groups()
@@ -319,7 +327,7 @@ def drawn(test):
         stamp += 20_000_000
         peer.do(f"dynamic {stamp // SECOND} {stamp % SECOND} 10 {stamp / SECOND} 0 0")
         time.sleep(0.01)
-        return len(images()) >= 5 and len(depths()) >= 2
+        return len(images()) >= 5 and len(depths()) >= 2 and {i["frame_id"] for i in infos()} == set(lenses)
     wait_until(lambda: f"images; adapter: {program.stderr_text()} renderer: {renderer.stderr_text()}", step)
     stamps = [int(i[2]) * SECOND + int(i[3]) for i in images()]
     # An image that was late does not move the next one.
@@ -331,6 +339,16 @@ def drawn(test):
     for size, pixel_format, length, middle, corner in depths():
         check((size, pixel_format, length, corner) == ("32x24", "13", "3072", "inf") and abs(float(middle) - 2.5) < 1e-3,
               f"depth is {size} {pixel_format} {length} {middle} {corner}")
+    # The centre of the first pixel is (0, 0): 32 pixels have their middle at 15.5 and see 1 rad.
+    f = 16 / math.tan(0.5)
+    for info in infos():
+        check((info["width"], info["height"], info["model"]) == (32, 24, "PLUMB_BOB"), f"{info}")
+        matrices = {"d": lenses[info["frame_id"]], "k": [f, 0, 15.5, 0, f, 11.5, 0, 0, 1],
+                    "p": [f, 0, 15.5, 0, 0, f, 11.5, 0, 0, 0, 1, 0], "r": [1, 0, 0, 0, 1, 0, 0, 0, 1]}
+        check(all(len(info[key]) == len(want) and all(abs(a - b) < 1e-5 for a, b in zip(info[key], want))
+                  for key, want in matrices.items()), f"{info}")
+    stamps_of_infos = [i["sec"] * SECOND + i["nsec"] for i in infos() if i["frame_id"] == "box/link/camera"]
+    check(stamps_of_infos[:5] == stamps[:5], f"images at {stamps}, their infos at {stamps_of_infos}")
     # A model that comes later brings a camera, which sees the model itself.
     check(not program.find_err("not in the scene|unmatched"), program.stderr_text())
     peer.do("model wall 40 30 1")
