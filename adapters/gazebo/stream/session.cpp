@@ -87,7 +87,7 @@ void Session::log_totals() {
 
 Result<void> Session::find_world(int64_t now_ns) {
   const bool is_settled = now_ns - begun_ns_ >= kSettle_ns;
-  if (!options_.world.empty() || is_settled) {
+  if ((!options_.world.empty() || is_settled) && has_news(searched_for_world_)) {
     const Result<std::optional<std::string>> chosen = choose_world(node_->directory(), options_.world);
     if (!chosen) return chosen.error();
     if (*chosen) world_name_ = **chosen;
@@ -99,13 +99,20 @@ Result<void> Session::find_world(int64_t now_ns) {
   return {};
 }
 
+bool Session::has_news(std::optional<uint64_t>& searched) const {
+  const uint64_t version = node_->directory().version();
+  return std::exchange(searched, version) != version;
+}
+
 void Session::find_server() {
+  if (!has_news(searched_for_server_)) return;
   const std::vector<Advertisement> services = node_->directory().services(topic("scene/info"));
   if (services.empty()) return;
   if (services.size() > 1)
     log_("warning: " + std::to_string(services.size()) + " processes serve world " + quote(world_name_) +
          ": the one at " + services.front().address + " is shown; stop the others, or give each a partition");
   server_ = services.front();
+  searched_for_topics_.reset();
   log_("world " + quote(world_name_) + " at " + server_->address + " (" + server_->response_type + ")");
   scene_request_ = 0;
   failed_requests_ = 0;
@@ -125,6 +132,7 @@ void Session::lose_server(const std::vector<std::string>& ended) {
 }
 
 void Session::follow_topics() {
+  if (!has_news(searched_for_topics_)) return;
   for (const char* name : {"dynamic_pose/info", "pose/info", "scene/info", "scene/deletion"}) {
     for (const Advertisement& publisher : node_->directory().publishers(topic(name)))
       if (publisher.process_uuid == server_->process_uuid) node_->subscribe(publisher);

@@ -41,6 +41,8 @@ class Session {
 
  private:
   Result<void> find_world(int64_t now_ns);
+  // True once for each version of the directory, whose lists are copied to be searched.
+  bool has_news(std::optional<uint64_t>& searched) const;
   void find_server();
   void lose_server(const std::vector<std::string>& ended);
   void follow_topics();
@@ -73,6 +75,8 @@ class Session {
   uint64_t scene_request_ = 0, failed_requests_ = 0, next_added_ = 1, reported_invalid_ = 0;
   int64_t begun_ns_ = 0, next_request_ns_ = 0, sim_time_ns_ = 0;
   std::vector<float> poses_;
+  // Versions of the directory that were searched; empty: none.
+  std::optional<uint64_t> searched_for_world_, searched_for_server_, searched_for_topics_;
 };
 
 }  // namespace fire3dv::gazebo

@@ -14,7 +14,10 @@ constexpr size_t kMaxOtherPartitions = 32;  // for messages
 void Directory::remove_process(const std::string& uuid) {
   for (auto* map : {&topics_, &services_}) {
     for (auto topic = map->begin(); topic != map->end();) {
-      count_ -= std::erase_if(topic->second, [&](const auto& entry) { return entry.first.first == uuid; });
+      const size_t erased =
+          std::erase_if(topic->second, [&](const auto& entry) { return entry.first.first == uuid; });
+      count_ -= erased;
+      version_ += erased;
       topic = topic->second.empty() ? map->erase(topic) : std::next(topic);
     }
   }
@@ -52,6 +55,7 @@ bool Directory::take(const DiscoveryMessage& message, bool is_local, int64_t now
     const auto topic = map.find(name->name);
     if (topic == map.end() || topic->second.erase(key) == 0) return false;
     --count_;
+    ++version_;
     if (topic->second.empty()) map.erase(topic);
     return true;
   }
@@ -62,6 +66,7 @@ bool Directory::take(const DiscoveryMessage& message, bool is_local, int64_t now
   if (count_ >= kMaxPublishers) return false;
   map[name->name].emplace(key, advertisement);
   ++count_;
+  ++version_;
   return true;
 }
 

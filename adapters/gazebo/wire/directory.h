@@ -36,6 +36,8 @@ class Directory {
   // Names of topics and services of the partition, without duplicates, sorted.
   std::set<std::string> names() const;
 
+  // Differs after each change of the publishers and services, which are lists of up to thousands.
+  uint64_t version() const { return version_; }
   const std::string& partition() const { return partition_; }
   const std::set<std::string>& other_partitions() const { return other_partitions_; }
   size_t peers() const { return last_heard_.size(); }
@@ -50,6 +52,7 @@ class Directory {
   std::map<std::string, int64_t> last_heard_;  // by process
   std::map<std::string, Publishers, std::less<>> topics_, services_;
   size_t count_ = 0;
+  uint64_t version_ = 0;
   std::set<std::string> other_partitions_;
   std::vector<std::string> gone_;
   bool has_statistics_peers_ = false;

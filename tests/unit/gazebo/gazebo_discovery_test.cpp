@@ -10,6 +10,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "adapters/gazebo/wire/directory.h"
@@ -184,6 +185,33 @@ TEST(GazeboDirectory, GivesUpSilentProcesses) {
   heartbeat.type = DiscoveryType::bye;
   EXPECT_TRUE(directory.take(heartbeat, true, 1));
   EXPECT_EQ(directory.take_gone(1).size(), 1u);
+}
+
+TEST(GazeboDirectory, HasANewVersionAfterChangesOnly) {
+  Directory directory("test");
+  DiscoveryMessage message = decoded(kAdvertiseTopic);
+  uint64_t version = directory.version();
+  const auto changes = [&] {
+    const uint64_t before = std::exchange(version, directory.version());
+    return version != before;
+  };
+  directory.take(decoded(kHeartbeat), true, 0);
+  EXPECT_FALSE(changes());
+  directory.take(message, true, 0);
+  EXPECT_TRUE(changes());
+  directory.take(message, true, 1);
+  EXPECT_FALSE(changes());
+  message.type = DiscoveryType::unadvertise;
+  directory.take(message, true, 2);
+  EXPECT_TRUE(changes());
+  directory.take(message, true, 3);
+  EXPECT_FALSE(changes());
+  directory.take(decoded(kAdvertiseService), true, 4);
+  EXPECT_TRUE(changes());
+  EXPECT_FALSE(directory.take_gone(2 * Directory::kSilence_ns).empty());
+  EXPECT_TRUE(changes());
+  EXPECT_TRUE(directory.take_gone(3 * Directory::kSilence_ns).empty());
+  EXPECT_FALSE(changes());
 }
 
 TEST(GazeboDirectory, TrustsProcessesAboutThemselvesOnly) {
