@@ -325,6 +325,22 @@ TEST_F(GazeboFiles, DoNotLeaveTheirFolders) {
         "https://fuel.gazebosim.org/1.0/o/models/m/1/files/../../../../../../../etc/passwd"})
     EXPECT_FALSE(find({folder_.path() / "models"}, uri)) << uri;
   EXPECT_FALSE(find({}, "gazebo_scene_test.cpp"));  // beside no file
+  // Absolute paths, which whoever reaches the network may name.
+  const std::string root = folder_.path().string();
+  write("models2/b", "x");
+  for (const std::string& outside :
+       {root + "/secret", "file://" + root + "/secret", root + "/models/../secret", root + "/models2/b"}) {
+    const Result<fs::path> found = find({folder_.path() / "models"}, outside);
+    ASSERT_FALSE(found) << outside;
+    EXPECT_NE(found.error().message.find("outside the folders"), std::string::npos) << found.error().message;
+    EXPECT_NE(found.error().message.find("--resource-path"), std::string::npos);
+  }
+  for (const char* folder : {"models", "models/", "models2/../models", "models/a"})
+    EXPECT_TRUE(find({folder_.path() / folder}, root + "/models//a/./b")) << folder;
+  EXPECT_TRUE(find({folder_.path() / "models2"}, root + "/models2/b"));
+  // Links are the user's.
+  fs::create_symlink(folder_.path() / "secret", folder_.path() / "models/link");
+  EXPECT_TRUE(find({folder_.path() / "models"}, root + "/models/link"));
   const Result<fs::path> endless = find({folder_.path() / "models"}, "/" + std::string(100'000, 'a') + "/b");
   ASSERT_FALSE(endless);
   EXPECT_LT(endless.error().message.size(), 200u);
@@ -375,7 +391,7 @@ TEST_F(GazeboFiles, GiveMeshesAndTextures) {
   outside.mutable_geometry()->mutable_sphere()->set_radius(1);
   *outside.mutable_material() = visual.material();
   outside.mutable_material()->mutable_pbr()->set_albedo_map((folder_.path() / "elsewhere/red.png").string());
-  const convert::Model model = world.convert();
+  const convert::Model model = world.convert({folder_.path() / "models"});
   ASSERT_EQ(model.meshes.size(), 2u);
   EXPECT_EQ(extent(model.meshes[0]), glm::dvec3(2, 3, 0));
   EXPECT_EQ(model.images.size(), 1u);

@@ -95,6 +95,21 @@ SdfFiles::SdfFiles(const fs::path& file, const std::vector<fs::path>& package_fo
 SdfFiles::SdfFiles(const std::vector<fs::path>& package_folders, std::string folder_option)
     : option_(std::move(folder_option)), packages_({}, package_folders) {
   add_folders(package_folders);
+  readable_ = caches_;
+  for (const Folder& folder : folders_) readable_->push_back(folder.path);
+  for (const char* name : {"ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH"})
+    for (fs::path& folder : absolute_folders(variable(name))) readable_->push_back(std::move(folder));
+}
+
+// Links below a folder may lead out of it, as those of colcon's workspaces do: whoever made them owns it.
+bool SdfFiles::is_readable(const fs::path& path) const {
+  if (!readable_) return true;
+  if (std::find(path.begin(), path.end(), "..") != path.end()) return false;
+  const fs::path normal = path.lexically_normal();
+  return std::any_of(readable_->begin(), readable_->end(), [&](const fs::path& folder) {
+    const fs::path below = normal.lexically_relative(folder.lexically_normal());
+    return !leaves_its_folder(below);
+  });
 }
 
 void SdfFiles::add_folders(const std::vector<fs::path>& package_folders) {
@@ -127,8 +142,13 @@ Result<fs::path> SdfFiles::find(const std::string& uri, const fs::path& from) {
   if (const size_t mark = path.find("://"); mark != std::string::npos && mark < path.find('/'))
     return Error{quote(uri) + ": only model://, package://, file:// and paths are read"};
   if (fs::path(path).is_absolute()) {
-    if (exists(path)) return fs::path(path);
+    if (is_readable(path) && exists(path)) return fs::path(path);
     if (std::optional<fs::path> found = find_by_end(path)) return *std::move(found);
+    if (!is_readable(path))
+      return Error{quote(path) +
+                   " lies outside the folders that a running world may name files of, and its end "
+                   "is not found in " +
+                   searched()};
     return Error{"there is no " + quote(path) + ", and its end is not found in " + searched()};
   }
   if (!from.empty()) {

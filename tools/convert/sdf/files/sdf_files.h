@@ -25,8 +25,10 @@ class SdfFiles {
   // cache: GZ_FUEL_CACHE_PATH, IGN_FUEL_CACHE_PATH, HOME. sources: receives every place that was looked at.
   SdfFiles(const std::filesystem::path& file, const std::vector<std::filesystem::path>& package_folders,
            Sources& sources);
-  // Of a running world, which is no file: no path is relative to one. folder_option: of the program's command
-  // line, for messages. What was looked at is not recorded.
+  // Of a running world, which is no file: no path is relative to one, and whoever reaches its network may
+  // name paths. Absolute ones must lie below package_folders, those of the variables above, ROS_PACKAGE_PATH,
+  // AMENT_PREFIX_PATH or Fuel's cache. folder_option: of the program's command line, for messages. What was
+  // looked at is not recorded.
   SdfFiles(const std::vector<std::filesystem::path>& package_folders, std::string folder_option);
 
   // Returns an existing file or folder. from: file that names the URI; empty: none. The error names the URI,
@@ -53,6 +55,8 @@ class SdfFiles {
   std::optional<std::filesystem::path> find_model_in_fuel_cache(const std::string& model,
                                                                 const std::filesystem::path& below);
   bool exists(const std::filesystem::path& path);
+  // The absolute path may be read, whether it exists or not.
+  bool is_readable(const std::filesystem::path& path) const;
   void allow_model_of(const std::filesystem::path& path);
   std::string searched() const;
 
@@ -62,6 +66,7 @@ class SdfFiles {
   std::vector<std::filesystem::path> caches_;  // of Fuel
   Packages packages_;
   AllowedFolders image_folders_;
+  std::optional<std::vector<std::filesystem::path>> readable_;  // folders; empty: all absolute paths are
   Sources* sources_ = nullptr;
 };
 
