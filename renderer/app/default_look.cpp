@@ -67,7 +67,7 @@ std::string set_exposure(const Options& options, const scene::Scene& scene, pass
       (settings.environment ? scene::mean_radiance(*settings.environment) : scene::kStudioMeanRadiance);
   const scene::ExposureEstimate estimate = scene::estimate_exposure(scene, radiance);
   settings.post.exposure = estimate.exposure;
-  if (estimate.exposure == 1) return "";
+  if (estimate.exposure == 1 || options.metered_exposure) return "";
   char text[160];
   std::snprintf(text, sizeof(text),
                 "exposure %.3g: lights give about %.3g lux at the scene's centre (--exposure X sets another)",

@@ -65,6 +65,7 @@ passes::DrawSettings draw_settings(const Options& options,
   settings.shadows = options.shadows;
   settings.path = options.path;
   settings.post.exposure = options.exposure.value_or(1);  // set_exposure() replaces it
+  settings.post.metered = options.metered_exposure;
   settings.post.tone_map = options.tone_map;
   settings.post.fxaa = options.fxaa;
   settings.post.bloom = options.bloom;

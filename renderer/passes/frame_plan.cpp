@@ -34,9 +34,10 @@ FramePlan plan_frame(const FrameFacts& facts, const ImageOutputs& outputs, const
   const ShadowTechnique& technique = facts.shadow_technique;
   // Forward draws continue the samples of compute shading.
   const bool has_markers = facts.has_markers && views == 1;
-  const bool has_bloom = facts.bloom && views == 1 && outputs.has(wire::kColorSrgb8);
+  const bool can_have_effects = views == 1 && outputs.has(wire::kColorSrgb8);
+  const bool has_effects = can_have_effects && (facts.bloom || facts.metered);
   const bool draws_samples = facts.has_forward_only || has_markers;
-  const bool needs_samples = draws_samples || has_bloom;
+  const bool needs_samples = draws_samples || has_effects;
   const bool can_compute =
       facts.raster_path == RasterPath::visibility && (!needs_samples || facts.can_write_samples);
   FramePlan plan;
@@ -61,7 +62,9 @@ FramePlan plan_frame(const FrameFacts& facts, const ImageOutputs& outputs, const
   plan.shadow_map_levels_of_detail =
       plan.camera_levels_of_detail && facts.levels_of_detail == LevelsOfDetail::everywhere;
 
-  plan.bloom = has_bloom && (plan.shading || plan.path_resolve);
+  const bool shows_light = can_have_effects && (plan.shading || plan.path_resolve);
+  plan.metering = facts.metered && shows_light;
+  plan.bloom = facts.bloom && shows_light;
   plan.hdr_samples = plan.compute_shading && (needs_samples || outputs.has(wire::kColorLinearF16));
   if (!plan.shading || views > 1) return plan;  // compute shading has completed images of several views
   plan.forward = !plan.compute_shading || draws_samples;

@@ -60,6 +60,7 @@ struct FrameFacts {
   bool has_lights = false;
   bool needs_shadow_maps = false;  // the technique, for this scene
   bool bloom = false;              // of the post settings
+  bool metered = false;            // exposure, of the post settings
 };
 
 struct FramePlan {
@@ -81,6 +82,7 @@ struct FramePlan {
   bool markers = false;          // over all surfaces
   bool tone_map = false;         // compute shading without HDR samples has tone-mapped its pixels itself
   bool path_resolve = false;     // colours from path-traced sums, instead of shading
+  bool metering = false;         // exposure from HDR samples or path-traced sums
   bool bloom = false;            // blurred light, from HDR samples or path-traced sums
   bool fxaa_only = false;        // FXAA on the pixels that compute shading has tone-mapped
   // Other outputs.

@@ -96,6 +96,11 @@ void SceneRenderer::allocate(const FrameRequest& request) {
   if (outputs_) outputs_->begin(request.outputs, *gpu_scene_, request.extent, request.views);
   if (plan.visibility_buffer)
     visibility_->allocate(*gpu_scene_, settings_.cull, plan.camera_levels_of_detail);
+  if (plan.metering) {
+    if (!light_meter_)
+      light_meter_ = std::make_unique<LightMeterPass>(device_, samples_, path_tracer_ != nullptr);
+    light_meter_->bind(*targets_);
+  }
   if (plan.bloom) {
     if (!bloom_) bloom_ = std::make_unique<BloomPass>(device_, samples_, path_tracer_ != nullptr);
     if (bloom_->allocate(*targets_)) {
@@ -126,6 +131,7 @@ FrameFacts SceneRenderer::facts(const FrameRequest& request) const {
   facts.has_lights = shadows_.has_lights();
   facts.needs_shadow_maps = shadows_.needs_maps();
   facts.bloom = settings_.post.bloom > 0;
+  facts.metered = settings_.post.metered;
   return facts;
 }
 
@@ -133,11 +139,12 @@ Result<void> SceneRenderer::can_take(const ImageOutputs& outputs, uint32_t views
   if (views > 1 && path_tracer_) return Error{"paths are traced for one camera at a time"};
   if (views > 1) {
     // Edits may show hidden nodes in the recorded frame.
-    const bool alone = path_ != RasterPath::visibility || may_have_forward_only_ || settings_.post.bloom > 0;
+    const bool alone =
+        path_ != RasterPath::visibility || may_have_forward_only_ || settings_.post.reads_samples();
     if (alone || outputs.has(wire::kColorLinearF16))
       return Error{
           "several cameras at once need the visibility path, a scene without blended surfaces, lines and "
-          "points, no bloom and no linear colours: take one after the other"};
+          "points, no bloom, no metered exposure and no linear colours: take one after the other"};
   }
   if (!outputs.has_planes()) return {};
   if (path_ != RasterPath::visibility) {

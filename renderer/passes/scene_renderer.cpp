@@ -116,9 +116,9 @@ bool SceneRenderer::needs_new_renderer(const DrawSettings& settings) const {
   const bool other_environment = settings.environment
                                      ? uses_studio_ || environment_source_.lock() != settings.environment
                                      : !uses_studio_;
-  // Without storage of samples, bloom draws the whole scene forward, which set_scene() must know.
+  // Without storage of samples, effects draw the whole scene forward, which set_scene() must know.
   const bool other_draws = visibility_ && !visibility_->can_write_samples() &&
-                           (settings.post.bloom > 0) != (settings_.post.bloom > 0);
+                           settings.post.reads_samples() != settings_.post.reads_samples();
   return path != path_ || other_shadows || other_environment || other_draws ||
          choose_samples(device_, path, settings.samples) != samples_ ||
          settings.anisotropy != settings_.anisotropy || settings.max_textures > settings_.max_textures;
@@ -136,9 +136,9 @@ void SceneRenderer::set_scene(const scene::Scene& scene, const scene::Derived& d
   uses.path_traced = path_tracer_ != nullptr;
   uses.rays_to_boxes =
       !path_tracer_ && gpu::traces_to_boxes(device_) && shadow_technique_.back_end != RayBackEnd::pipeline;
-  // Without storage of samples, images with bloom are drawn forward.
-  uses.drawn_forward =
-      path_ != RasterPath::visibility || (settings_.post.bloom > 0 && !visibility_->can_write_samples());
+  // Without storage of samples, images with effects are drawn forward.
+  uses.drawn_forward = path_ != RasterPath::visibility ||
+                       (settings_.post.reads_samples() && !visibility_->can_write_samples());
   auto gpu_scene = std::make_unique<GpuScene>(device_, scene, derived, scene_set_layout_.get(),
                                               environment_.textures(), uses, gpu_scene_.get());
   shadows_.set_scene(scene, *gpu_scene);
@@ -168,7 +168,7 @@ void SceneRenderer::expect_shading(const scene::Scene& scene) {
   shading.core_materials = !any_extended(scene.materials);
   shading.textures = any_textured(scene.materials);
   shading.second_uv = any_second_uv(scene.materials);
-  shading.writes_samples = any_forward_only(scene) || settings_.post.bloom > 0;
+  shading.writes_samples = any_forward_only(scene) || settings_.post.reads_samples();
   if (shading.writes_samples && !visibility_->can_write_samples()) return;
   // The pipeline expected last is compiled first. Shadows may be switched off at any time, but a CPU takes
   // too long to precompile that variant.
@@ -186,7 +186,7 @@ void SceneRenderer::record(const PreparedFrame& prepared, gpu::Recorder& recorde
   FIRE3DV_ASSERT(prepared.number_ == prepared_ && targets_ && views.size() == targets_->views);
   // Edits, transforms and deformed vertices. Edits may show other draws and lights, so the plan comes later.
   const bool draws_samples =
-      gpu_scene_->has_forward_only || shows_markers(request) || settings_.post.bloom > 0;
+      gpu_scene_->has_forward_only || shows_markers(request) || settings_.post.reads_samples();
   if (request.scene == SceneUpdate::update) update_scene(recorder, staging, poses, draws_samples);
   const FramePlan plan = plan_frame(facts(request), request.outputs, request.inspection, request.views);
   Frame frame{request, plan, recorder, staging, poses, views, {}};
@@ -278,8 +278,8 @@ void SceneRenderer::begin_targets(Frame& frame) {
   if (is_bounded && plan.markers)
     frame.forward_area =
         united(frame.forward_area, marker_pass_.bounds(*markers_, frame.views[0], frame.request.extent));
-  // The linear plane and bloom need the samples of all pixels.
-  const bool is_whole = plan.bloom || frame.request.outputs.has(wire::kColorLinearF16);
+  // The linear plane and effects need the samples of all pixels.
+  const bool is_whole = plan.metering || plan.bloom || frame.request.outputs.has(wire::kColorLinearF16);
   frame.hdr_area = is_whole ? frame.whole_area() : frame.forward_area;
 }
 
@@ -376,17 +376,20 @@ void SceneRenderer::post_process(const Frame& frame) {
   PostPass::Linear linear;
   if (frame.request.outputs.has(wire::kColorLinearF16))
     linear = {&outputs_->planes(), outputs_->address_of(wire::kColorLinearF16)};
-  if (plan.bloom) {
-    std::optional<PathPass::Sums> sums;
-    if (plan.path_resolve) sums.emplace(path_tracer_->sums());
-    bloom_->record(frame.recorder, *targets_, post.exposure, sums);
-  }
+  std::optional<PathPass::Sums> sums;
+  if (plan.path_resolve && (plan.metering || plan.bloom)) sums.emplace(path_tracer_->sums());
+  MeteredExposure metered;
+  // A camera with an exposure of its own keeps it.
+  if (plan.metering && !(frame.views[0].exposure > 0))
+    metered = light_meter_->record(frame.recorder, *targets_, post.exposure, sums);
+  if (plan.bloom) bloom_->record(frame.recorder, *targets_, post.exposure, metered, sums);
   if (plan.path_resolve) {
-    path_tracer_->resolve(frame.recorder, *targets_, post, linear);
+    path_tracer_->resolve(frame.recorder, *targets_, post, linear, metered);
     return;
   }
   const bool is_partial = plan.compute_shading && visibility_->tone_maps_other_pixels(*gpu_scene_);
-  post_.record(frame.recorder, *targets_, post, linear, is_partial ? frame.hdr_area : frame.whole_area());
+  post_.record(frame.recorder, *targets_, post, linear, metered,
+               is_partial ? frame.hdr_area : frame.whole_area());
 }
 
 void SceneRenderer::draw_overlays(const Frame& frame) {

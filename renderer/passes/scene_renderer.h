@@ -16,6 +16,7 @@
 #include "renderer/passes/outputs/planes_and_boxes.h"
 #include "renderer/passes/path/path_pass.h"
 #include "renderer/passes/post/bloom_pass.h"
+#include "renderer/passes/post/light_meter_pass.h"
 #include "renderer/passes/post/post_pass.h"
 #include "renderer/passes/resources/edit_uploader.h"
 #include "renderer/passes/resources/gpu_scene.h"
@@ -240,7 +241,8 @@ class SceneRenderer {
   ShadowPass shadows_;
   PostPass post_;
   StaleOverlayPass stale_overlay_;
-  std::unique_ptr<BloomPass> bloom_;       // created on first use
+  std::unique_ptr<LightMeterPass> light_meter_;  // created on first use, like bloom_
+  std::unique_ptr<BloomPass> bloom_;
   std::unique_ptr<PathPass> path_tracer_;  // null: raster
   std::unique_ptr<Inspector> inspector_;   // created on first use
   Environment environment_;                // last: its wait for the GPU overlaps with pipeline compilation

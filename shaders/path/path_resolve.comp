@@ -9,6 +9,7 @@
 #ifdef FIRE3DV_BLOOM
 #include "post/bloom.glsl"
 #endif
+#include "post/exposure.glsl"
 #include "shared/bindings.h"
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -26,13 +27,13 @@ void main() {
   const uint index = pixel.y * push.width + pixel.x;
   const PathSum sum = PathSumRef(push.sums).at[index];
   const vec3 radiance = sum.radiance / max(sum.radiance_samples, 1);
-  const float share = sum.radiance_samples / push.samples;
+  const float exposure = image_exposure(push.metered, push.exposure), share = sum.radiance_samples / push.samples;
 #ifdef FIRE3DV_BLOOM
   const vec3 blurred = blurred_light(first_level, ivec2(pixel));
   const vec3 display = mix(sum.display / push.samples, (1 - share) * blurred, push.bloom);
-  const vec3 shown = display_linear(mix(radiance * push.exposure, blurred, push.bloom), 1, push.tone_map) * share + display;
+  const vec3 shown = display_linear(mix(radiance * exposure, blurred, push.bloom), 1, push.tone_map) * share + display;
 #else
-  const vec3 shown = display_linear(radiance, push.exposure, push.tone_map) * share + sum.display / push.samples;
+  const vec3 shown = display_linear(radiance, exposure, push.tone_map) * share + sum.display / push.samples;
 #endif
   imageStore(result, ivec2(pixel), vec4(encode_srgb(clamp(shown, vec3(0), vec3(1))), 1));
   if (push.linear == 0ul) return;

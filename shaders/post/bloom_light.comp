@@ -5,6 +5,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "common/buffers.glsl"
 #include "common/halves.glsl"
+#include "post/exposure.glsl"
 #include "shared/bindings.h"
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -16,6 +17,6 @@ void main() {
   const ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
   if (pixel.x >= push.width || pixel.y >= push.height) return;
   const PixelLight light = pixel_light(pixel);
-  const vec3 exposed = push.exposure * light.scene_referred + light.display_referred;
+  const vec3 exposed = image_exposure(push.metered, push.exposure) * light.scene_referred + light.display_referred;
   imageStore(result, pixel, vec4(round_to_halves(min(exposed, vec3(kLargestLight))), 1));
 }

@@ -9,6 +9,7 @@
 #ifdef FIRE3DV_BLOOM
 #include "post/bloom.glsl"
 #endif
+#include "post/exposure.glsl"
 #include "shared/bindings.h"
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -29,6 +30,7 @@ const float kLargestHalf = 65504;
 void main() {
   const ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) + ivec2(push.first_x, push.first_y);
   if (pixel.x >= push.end_x || pixel.y >= push.end_y) return;
+  const float exposure = image_exposure(push.metered, push.exposure);
 #ifdef FIRE3DV_BLOOM
   const vec3 blurred = blurred_light(first_level, pixel);
 #endif
@@ -37,11 +39,11 @@ void main() {
   for (int i = 0; i < push.samples; ++i) {
     const vec4 color = texelFetch(hdr, pixel, i);
 #ifdef FIRE3DV_BLOOM
-    const vec3 exposed = mix(max(color.rgb * push.exposure, vec3(0)), blurred, push.bloom);
+    const vec3 exposed = mix(max(color.rgb * exposure, vec3(0)), blurred, push.bloom);
     const vec3 shown = mix(clamp(color.rgb, vec3(0), vec3(1)), blurred, push.bloom);
     sum += mix(clamp(shown, vec3(0), vec3(1)), display_linear(exposed, 1, push.tone_map), clamp(color.a, 0, 1));
 #else
-    sum += mix(clamp(color.rgb, vec3(0), vec3(1)), display_linear(color.rgb, push.exposure, push.tone_map), clamp(color.a, 0, 1));
+    sum += mix(clamp(color.rgb, vec3(0), vec3(1)), display_linear(color.rgb, exposure, push.tone_map), clamp(color.a, 0, 1));
 #endif
   }
   imageStore(result, pixel, vec4(encode_srgb(sum / push.samples), 1));

@@ -22,9 +22,29 @@ struct ForwardPush {
 #define FIRE3DV_TONE_MAP_ACES 2u
 #define FIRE3DV_TONE_MAP_NEUTRAL 3u
 
+// Bins of the light meter, over the range of half floats.
+#define FIRE3DV_METER_BINS 2560u
+#define FIRE3DV_METER_BINS_A_STOP 64
+#define FIRE3DV_METER_DARKEST_STOP -24  // log2 of the luminance
+
+struct LightMeterPush {
+  FIRE3DV_ADDRESS sums;       // PathSum[pixel]; 0: the HDR target
+  FIRE3DV_ADDRESS histogram;  // uint[FIRE3DV_METER_BINS], zero before
+  uint width;
+  uint height;
+  uint samples;
+};
+
+struct LightMeterResolvePush {
+  FIRE3DV_ADDRESS histogram;
+  FIRE3DV_ADDRESS exposure;  // float, written
+  float fallback;            // exposure of an image without scene-referred light
+};
+
 struct PostPush {
   // uvec2[pixel]: linear radiance as half floats, for whole-image passes; 0: not requested
   FIRE3DV_ADDRESS linear;
+  FIRE3DV_ADDRESS metered;  // float: exposure; 0: `exposure`
   uint first_x;  // range of processed pixels; end_x and end_y are exclusive
   uint first_y;
   uint end_x;
@@ -36,7 +56,8 @@ struct PostPush {
 };
 
 struct BloomLightPush {
-  FIRE3DV_ADDRESS sums;  // PathSum[pixel]; 0: the HDR target
+  FIRE3DV_ADDRESS sums;     // PathSum[pixel]; 0: the HDR target
+  FIRE3DV_ADDRESS metered;  // float: exposure; 0: `exposure`
   uint width;
   uint height;
   uint samples;

@@ -63,7 +63,8 @@ struct PathPush {
 
 struct PathResolvePush {
   FIRE3DV_ADDRESS sums;
-  FIRE3DV_ADDRESS linear;  // uvec2[pixel]: linear radiance as half floats; 0: not requested
+  FIRE3DV_ADDRESS linear;   // uvec2[pixel]: linear radiance as half floats; 0: not requested
+  FIRE3DV_ADDRESS metered;  // float: exposure; 0: `exposure`
   uint width;
   uint height;
   uint samples;

@@ -42,8 +42,8 @@ void add_drawing_options(CLI::App& app, Options& options, DrawingTexts& texts) {
       ->type_name("auto|on|off")
       ->capture_default_str()
       ->group(kGroup);
-  app.add_option("--exposure", texts.exposure, "factor on all light, or auto")
-      ->type_name("X|auto")
+  app.add_option("--exposure", texts.exposure, "factor on all light; metered: by each image")
+      ->type_name("X|auto|metered")
       ->capture_default_str()
       ->group(kGroup);
   app.add_option("--tone-map", texts.tone_map, "neutral, aces, reinhard or none")
@@ -86,9 +86,10 @@ void add_drawing_options(CLI::App& app, Options& options, DrawingTexts& texts) {
 std::string take_drawing_texts(const DrawingTexts& texts, Options& options) {
   if (!texts.background.empty() && !parse_background(texts.background, options.background))
     return "--background " + texts.background + ": must be gradient, environment or a colour such as 20a0ff";
-  if (texts.exposure != "auto") {
+  options.metered_exposure = texts.exposure == "metered";
+  if (texts.exposure != "auto" && !options.metered_exposure) {
     if (const std::string wrong = positive_number(texts.exposure); !wrong.empty())
-      return "--exposure: " + wrong + ", or auto";
+      return "--exposure: " + wrong + ", auto or metered";
     options.exposure = std::stof(texts.exposure);
   }
   options.shadows = passes::shadows_named(texts.shadows);

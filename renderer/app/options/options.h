@@ -87,6 +87,7 @@ struct Options {
   passes::ShadowSettings shadows;
   std::optional<passes::PathSettings> path;  // nullopt: raster
   std::optional<float> exposure;             // nullopt: estimated from the scene
+  bool metered_exposure = false;             // of each image; the estimate is for images without light
   passes::ToneMap tone_map = passes::ToneMap::neutral;
   bool fxaa = true;
   float bloom = 0;  // share of blurred light

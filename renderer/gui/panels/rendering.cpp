@@ -265,7 +265,11 @@ void draw_render_panel(const Context& context) {
                                     "overdraw", "unresolved shadows"};
   choose(ui, "Shows", viewer.debug_view, kViews, "Debug view instead of light");
   if (!context.facts.why_no_debug_views.empty()) ui.note(context.facts.why_no_debug_views);
-  ui.slider("Exposure", draw.post.exposure, {1.0f / 64, 64, "%.2f x", true});
+  if (draw.post.metered) {
+    ui.note("Exposure is metered in each image (--exposure metered)");
+  } else {
+    ui.slider("Exposure", draw.post.exposure, {1.0f / 64, 64, "%.2f x", true});
+  }
   constexpr const char* kToneMaps[] = {"Reinhard", "ACES", "neutral", "none"};
   choose(ui, "Tone mapping", draw.post.tone_map, kToneMaps);
   ui.check("FXAA", draw.post.fxaa, "Smooths edges of the finished image");

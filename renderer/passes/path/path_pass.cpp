@@ -225,10 +225,11 @@ void PathPass::bind_bloom(Targets& targets) {
 }
 
 void PathPass::resolve(gpu::Recorder& recorder, Targets& targets, const PostSettings& post,
-                       const PostPass::Linear& linear) {
+                       const PostPass::Linear& linear, const MeteredExposure& metered) {
   if (targets.path_set.get() == VK_NULL_HANDLE) targets.path_set = resolve_.bind(nullptr, targets.display);
   const gpu_types::PathResolvePush push{sums_.address,
                                         linear.address,
+                                        metered.address,
                                         targets.extent.width,
                                         targets.extent.height,
                                         settings_.samples_per_pixel,
@@ -237,6 +238,7 @@ void PathPass::resolve(gpu::Recorder& recorder, Targets& targets, const PostSett
                                         post.bloom};
   std::vector<Use> buffers{Use(sums_, access::compute_read)};
   if (linear.buffer) buffers.emplace_back(*linear.buffer, access::compute_write);
+  if (metered.buffer) buffers.emplace_back(*metered.buffer, access::compute_read);
   if (post.bloom > 0) {
     BloomImages& bloom = *targets.bloom;
     resolve_bloom_->record(recorder, "path resolve",

@@ -71,7 +71,7 @@ class PathPass {
   // Records tone mapping of the sums to targets.display, and the linear plane if requested. With bloom,
   // targets.bloom has the light of this image.
   void resolve(gpu::Recorder& recorder, Targets& targets, const PostSettings& post,
-               const PostPass::Linear& linear);
+               const PostPass::Linear& linear, const MeteredExposure& metered);
 
  private:
   struct Variant {

@@ -23,7 +23,7 @@ class BloomPass {
   // Creates the images of targets.bloom, unless they exist. Returns true if it did.
   bool allocate(Targets& targets) const;
   // Writes the blurred light of an image to the first level. sums: of a path-traced image.
-  void record(gpu::Recorder& recorder, Targets& targets, float exposure,
+  void record(gpu::Recorder& recorder, Targets& targets, float exposure, const MeteredExposure& metered,
               const std::optional<PathPass::Sums>& sums);
 
  private:

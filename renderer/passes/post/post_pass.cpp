@@ -110,11 +110,12 @@ void PostPass::bind_bloom(gpu::Device& device, Targets& targets) {
 }
 
 void PostPass::record(gpu::Recorder& recorder, Targets& targets, const PostSettings& settings,
-                      const Linear& linear, const VkRect2D& part) {
+                      const Linear& linear, const MeteredExposure& metered, const VkRect2D& part) {
   if (part.extent.width == 0) return smooth(recorder, targets, settings);
   const bool whole = part.extent.width == targets.extent.width && part.extent.height == targets.extent.height;
   gpu_types::PostPush push{};
   push.linear = linear.address;
+  push.metered = metered.address;
   push.first_x = static_cast<uint32_t>(part.offset.x);
   push.first_y = static_cast<uint32_t>(part.offset.y);
   push.end_x = push.first_x + part.extent.width;
@@ -125,6 +126,7 @@ void PostPass::record(gpu::Recorder& recorder, Targets& targets, const PostSetti
   push.bloom = settings.bloom;
   std::vector<Use> buffers;
   if (linear.buffer) buffers.emplace_back(*linear.buffer, access::compute_write);
+  if (metered.buffer) buffers.emplace_back(*metered.buffer, access::compute_read);
   const VkExtent2D processed = whole ? VkExtent2D{0, 0} : part.extent;
   if (settings.bloom > 0) {
     BloomImages& bloom = *targets.bloom;

@@ -58,14 +58,23 @@ uint32_t tone_map_number(ToneMap tone_map);  // FIRE3DV_TONE_MAP_*
 
 struct PostSettings {
   float exposure = 1;
+  bool metered = false;  // exposure by the light of each image; `exposure` is for images without
   ToneMap tone_map = ToneMap::reinhard;
   bool fxaa = true;
   float bloom = 0;  // share of blurred light, 0 to 1; 0: no bloom passes
+  // True for effects that read the samples of all pixels before tone mapping.
+  bool reads_samples() const { return metered || bloom > 0; }
 };
 
 inline float exposure_of(const View& view, const PostSettings& settings) {
   return view.exposure > 0 ? view.exposure : settings.exposure;
 }
+
+// Exposure that LightMeterPass has written for an image. Null: the exposure of the settings.
+struct MeteredExposure {
+  gpu::Buffer* buffer = nullptr;
+  VkDeviceAddress address = 0;  // of a float
+};
 
 class PostPass {
  public:
@@ -82,7 +91,7 @@ class PostPass {
   // part: pixels that still need tone mapping; the others are complete. With bloom, targets.bloom has the
   // light of this image.
   void record(gpu::Recorder& recorder, Targets& targets, const PostSettings& settings, const Linear& linear,
-              const VkRect2D& part);
+              const MeteredExposure& metered, const VkRect2D& part);
   // FXAA only, for an image that is already tone-mapped.
   void smooth(gpu::Recorder& recorder, Targets& targets, const PostSettings& settings);
   // Image with the result of record() under these settings.

@@ -60,7 +60,7 @@ def usage(test):
             (["--bloom", "nan", "0 to 1"], [scene, "--bloom", "nan"]),
             (["--bloom", "1.5", "0 to 1"], [scene, "--bloom", "1.5"]),
             (["--tone-map", "sepia"], [scene, "--tone-map", "sepia"]),
-            (["--exposure", "bright", "auto"], [scene, "--exposure", "bright"]),
+            (["--exposure", "bright", "auto", "metered"], [scene, "--exposure", "bright"]),
             (["--ground", "below", "auto"], [scene, "--ground", "below"]),
             (["--key-light", "maybe"], [scene, "--key-light", "maybe"]),
             (["--background", "blue", "environment"], [scene, "--background", "blue"]),

@@ -1,4 +1,5 @@
-// Render test of bloom: conservation of energy, independence of other images, agreement of all paths.
+// Render test of bloom and metered exposure: conservation of energy, closed forms, independence of other
+// images, agreement of all paths.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -175,10 +176,98 @@ TEST_F(PostEffects, BloomDependsOnNoEarlierImageAndLeavesLinearColoursAlone) {
   EXPECT_FALSE(bloomed.renderer().can_take(outputs, 2)) << "several views share no HDR target";
 }
 
-TEST_F(PostEffects, ImagesOfOnePixelHaveBloom) {
+passes::DrawSettings metered_settings(uint32_t samples = 1) {
+  passes::DrawSettings settings = bloom_settings(0, samples);
+  settings.post.metered = true;
+  return settings;
+}
+
+// A wall with a lamp whose area is a share of the image.
+scene::Scene wall_and_lamp(float wall, float lamp, float share) {
+  SceneBuilder builder = plane_camera();
+  builder.mesh_node("wall", builder.quad(builder.material(glowing(glm::vec3(wall))), 10), glm::mat4(1));
+  const float area_m2 = static_cast<float>(kSize.width) / static_cast<float>(kSize.height);
+  if (share > 0)
+    builder.mesh_node(
+        "lamp", builder.quad(builder.material(glowing(glm::vec3(lamp))), std::sqrt(share * area_m2) / 2),
+        at({0.3f, 0.001f, 0}));
+  return builder.build();
+}
+
+constexpr double kMiddleGrey = 117.65;  // 255 times the sRGB encoding of 0.18
+
+TEST_F(PostEffects, MeteredExposureBringsEvenImagesOfAnyRadianceToMiddleGrey) {
+  for (const float radiance : {3e-4f, 0.05f, 1.0f, 17.0f, 6000.0f}) {
+    const scene::Scene scene = wall_and_lamp(radiance, 0, 0);
+    for (const uint32_t samples : {1u, 4u}) {
+      const sinks::FrameImage image = drawn(scene, metered_settings(samples));
+      EXPECT_NEAR(pixel(image, 50, 37).g, kMiddleGrey, 1) << radiance;
+      EXPECT_EQ(pixel(image, 3, 70), pixel(image, 50, 37));
+    }
+    passes::DrawSettings traced = metered_settings();
+    traced.path = passes::PathSettings{.samples_per_pixel = 4, .bounces = 0};
+    EXPECT_NEAR(pixel(drawn(scene, traced, {17, 9}), 8, 4).g, kMiddleGrey, 1) << radiance;
+  }
+}
+
+TEST_F(PostEffects, MeteredExposureIsTheLogAverageWithoutTheEndsOfTheHistogram) {
+  // Lamps of few pixels and small black holes do not count, however bright they are.
+  for (const float lamp : {0.0f, 1e-6f, 5000.0f})
+    EXPECT_NEAR(pixel(drawn(wall_and_lamp(0.3f, lamp, 0.04f), metered_settings()), 5, 5).g, kMiddleGrey, 1);
+  // A larger lamp does. Of its share s and the trimmed twentieths, (s - 0.05) / 0.9 remain.
+  constexpr float kShare = 0.25f, kWall = 0.3f, kLamp = 2.4f;
+  const double part = (kShare - 0.05) / 0.9;
+  const double mean = std::exp(part * std::log(kLamp) + (1 - part) * std::log(kWall));
+  const sinks::FrameImage image = drawn(wall_and_lamp(kWall, kLamp, kShare), metered_settings());
+  EXPECT_NEAR(decode(pixel(image, 5, 5).g), 0.18 * kWall / mean, 0.003);
+}
+
+TEST_F(PostEffects, MeteredExposureDependsOnNoEarlierImageAndLeavesLinearColoursAlone) {
+  const scene::Scene scene = wall_and_lamp(0.4f, 30, 0.2f), bright = wall_and_lamp(5000, 0, 0);
+  const passes::ImageOutputs outputs(wire::kColorSrgb8 | wire::kColorLinearF16);
+  const state::PoseState poses(scene);
+  passes::View view = first_camera_view(scene, poses, kSize);
+  passes::DrawSettings settings = metered_settings(4), fixed = bloom_settings(0, 4);
+  settings.post.bloom = fixed.post.bloom = 0.2f;
+  RenderBench alone(scene, kSize, settings), unmetered(scene, kSize, fixed);
+  const Taken taken = alone.take(poses, view, outputs), plain = unmetered.take(poses, view, outputs);
+  EXPECT_EQ(taken.plane<uint64_t>(wire::kColorLinearF16), plain.plane<uint64_t>(wire::kColorLinearF16));
+  EXPECT_NE(taken.image.rgba8, plain.image.rgba8);
+  RenderBench used(bright, {64, 48}, settings);
+  (void)used.draw_at_rest();
+  used.renderer().set_scene(scene);
+  used.set_size(kSize);
+  EXPECT_EQ(used.draw(poses, view).rgba8, taken.image.rgba8);
+  // Bloom reads the metered exposure, too: the image of the same exposure as a number is the same.
+  const double factor = 0.18 / std::exp(std::log(0.4) + 0.15 / 0.9 * std::log(30 / 0.4));
+  fixed.post.exposure = static_cast<float>(factor);
+  // The lamp's share in whole pixels differs a little from its area.
+  EXPECT_LE(largest_difference(drawn(scene, fixed), taken.image), 4);
+  // A camera with its own exposure keeps it.
+  view.exposure = 1;
+  EXPECT_EQ(used.draw(poses, view).rgba8, unmetered.draw(poses, view).rgba8);
+  EXPECT_FALSE(used.renderer().can_take(passes::ImageOutputs(wire::kColorSrgb8), 2));
+}
+
+TEST_F(PostEffects, ImagesWithoutLightKeepTheExposureOfTheSettings) {
+  SceneBuilder builder = plane_camera();
+  scene::Material unlit = matte({0.5f, 0.25f, 1});
+  unlit.unlit = true;
+  builder.mesh_node("sign", builder.quad(builder.material(unlit), 0.3f), glm::mat4(1));
+  const scene::Scene scene = builder.build();
+  passes::DrawSettings settings = metered_settings(), fixed = bloom_settings(0);
+  settings.post.bloom = fixed.post.bloom = 0.3f;
+  settings.post.exposure = fixed.post.exposure = 7;
+  EXPECT_EQ(drawn(scene, settings).rgba8, drawn(scene, fixed).rgba8);
+  EXPECT_EQ(drawn(wall_and_lamp(0, 0, 0), settings).rgba8, drawn(wall_and_lamp(0, 0, 0), fixed).rgba8);
+}
+
+TEST_F(PostEffects, ImagesOfOnePixelHaveEffects) {
   const scene::Scene scene = lamps(false);
+  passes::DrawSettings settings = metered_settings(4);
+  settings.post.bloom = 0.5f;
   for (const VkExtent2D size : {VkExtent2D{1, 1}, VkExtent2D{2, 1}, VkExtent2D{1, 37}})
-    EXPECT_EQ(drawn(scene, bloom_settings(0.5f), size).rgba8.size(), 4 * size.width * size.height);
+    EXPECT_EQ(drawn(scene, settings, size).rgba8.size(), 4 * size.width * size.height);
 }
 
 }  // namespace

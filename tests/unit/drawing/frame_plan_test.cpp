@@ -92,6 +92,15 @@ TEST(FramePlan, BloomReadsTheSamplesOfComputeShading) {
   EXPECT_FALSE(plan.shading || plan.tone_map);
 }
 
+TEST(FramePlan, MeteredExposureReadsTheSamplesOfComputeShading) {
+  FrameFacts facts = lit_scene();
+  facts.metered = true;
+  const FramePlan plan = plan_frame(facts, {}, {});
+  EXPECT_TRUE(plan.metering && plan.compute_shading && plan.hdr_samples && plan.tone_map);
+  EXPECT_FALSE(plan.bloom || plan.fxaa_only);
+  EXPECT_FALSE(plan_frame(facts, only(wire::kColorLinearF16), {}).metering);
+}
+
 TEST(FramePlan, TheForwardPathHasNoVisibilityBufferExceptForARayTracingPipeline) {
   FrameFacts facts = lit_scene();
   facts.raster_path = RasterPath::forward;

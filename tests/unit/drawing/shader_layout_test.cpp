@@ -127,6 +127,8 @@ TEST_F(ShaderLayout, TheFirstAndLastMembersAndAllThatFollowAGapLieAlike) {
   EXPECT_SAME_OFFSET(ForwardPush, globals);
   EXPECT_SAME_OFFSET(PostPush, tone_map);
   EXPECT_SAME_OFFSET(BloomLightPush, exposure);
+  EXPECT_SAME_OFFSET(LightMeterPush, samples);
+  EXPECT_SAME_OFFSET(LightMeterResolvePush, fallback);
   EXPECT_SAME_OFFSET(EnvironmentCell, density);
   EXPECT_SAME_OFFSET(PathState, direction_world);
   EXPECT_SAME_OFFSET(PathState, throughput);
