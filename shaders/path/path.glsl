@@ -58,12 +58,32 @@ void end_path(inout PathState path, inout PathSum sum, bool is_display_referred)
   sum.radiance_samples += 1;
 }
 
+// Moves a camera ray from the lens's centre to a point of its disc; rays of one point of the plane in focus stay together
+// (Cook et al. 1984). along: the ray's direction, with length 1 along the view direction.
+void pass_lens(PathParameters parameters, vec3 along, vec2 u, inout PathState path) {
+  const float radius = sqrt(u.x), angle = 2 * PI * u.y;
+  const vec3 offset = radius * (cos(angle) * parameters.lens_x_m + sin(angle) * parameters.lens_y_m);
+  path.origin_world += offset;
+  path.direction_world = normalize(along * parameters.focus_distance_m - offset);
+}
+
+// Direction from the eye to the point of the ground plane that a camera ray meets.
+vec3 direction_to_ground(GlobalsRef globals, PathParameters parameters, PathState path) {
+  const vec3 direction = path.direction_world;
+  const float above_m = path.origin_world.y - globals.value.ground_height_m;
+  if (parameters.focus_distance_m <= 0 || direction.y >= 0 || above_m <= 0) return direction;
+  return path.origin_world - direction * (above_m / direction.y) - globals.value.eye_world;
+}
+
 void begin_path(GlobalsRef globals, PathParameters parameters, uint pixel, out PathState path) {
-  const vec2 place = vec2(pixel % globals.value.width, pixel / globals.value.width) + unit_numbers(random_words(kOfPixel)).xy;
+  const vec4 u = unit_numbers(random_words(kOfPixel));
+  const vec2 place = vec2(pixel % globals.value.width, pixel / globals.value.width) + u.xy;
   const vec2 ndc = place / vec2(globals.value.width, globals.value.height) * 2 - 1;
   path.origin_world = globals.value.eye_world + parameters.origin_x * ndc.x + parameters.origin_y * ndc.y;
-  path.direction_world = normalize(globals.value.world_from_ndc_x * ndc.x + globals.value.world_from_ndc_y * ndc.y +
-                                   globals.value.world_from_ndc_origin);
+  const vec3 along =
+      globals.value.world_from_ndc_x * ndc.x + globals.value.world_from_ndc_y * ndc.y + globals.value.world_from_ndc_origin;
+  path.direction_world = normalize(along);
+  if (parameters.focus_distance_m > 0) pass_lens(parameters, along, u.zw, path);
   path.pdf = 0;
   path.vertex = 0;
   path.throughput = vec3(1);
@@ -75,7 +95,7 @@ void begin_path(GlobalsRef globals, PathParameters parameters, uint pixel, out P
 void leave_scene(GlobalsRef globals, PathParameters parameters, inout PathState path, inout PathSum sum) {
   const vec3 direction = path.direction_world;
   if (path.is_camera_ray != 0) {
-    path.radiance = background_radiance(globals, direction) * ground_factor(globals, direction);
+    path.radiance = background_radiance(globals, direction) * ground_factor(globals, direction_to_ground(globals, parameters, path));
     end_path(path, sum, is_background_display_referred(globals));
     return;
   }

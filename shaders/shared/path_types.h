@@ -44,6 +44,11 @@ struct PathParameters {
   // Ray of a pixel: origin = eye + x * ndc.x + y * ndc.y; direction as in Globals.
   vec3 origin_x;
   vec3 origin_y;
+  // Radii of the lens along x and y of the image. Rays through the lens meet at the focus distance, along
+  // look_world; 0: a pinhole.
+  vec3 lens_x_m;
+  vec3 lens_y_m;
+  float focus_distance_m;
   vec3 look_world;
   float near_m;
   float far_m;  // 0: infinite

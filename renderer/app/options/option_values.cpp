@@ -35,20 +35,33 @@ std::string finite_number(const std::string& text) {
   return good ? "" : text + " is not a number between -1000000 and 1000000";
 }
 
-std::string share_number(const std::string& text) {
+namespace {
+
+// bounds: text of the two bounds.
+std::string number_between(const std::string& text, float least, float most, const char* bounds) {
   float value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  const bool good =
-      error == std::errc() && end == text.data() + text.size() && value >= 0 && value <= 1;  // rejects NaN
-  return good ? "" : text + " is not a number from 0 to 1";
+  const bool good = error == std::errc() && end == text.data() + text.size() && value >= least &&
+                    value <= most;  // rejects NaN
+  return good ? "" : text + " is not a number from " + bounds;
+}
+
+}  // namespace
+
+std::string share_number(const std::string& text) {
+  return number_between(text, 0, 1, "0 to 1");
+}
+
+std::string f_number(const std::string& text) {
+  return number_between(text, 0.1f, 1000, "0.1 to 1000");
+}
+
+std::string focus_distance_m(const std::string& text) {
+  return number_between(text, 1e-3f, 1e6f, "0.001 to 1000000");
 }
 
 std::string anisotropy_number(const std::string& text) {
-  float value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  const bool good =
-      error == std::errc() && end == text.data() + text.size() && value >= 1 && value <= 16;  // rejects NaN
-  return good ? "" : text + " is not a number from 1 to 16";
+  return number_between(text, 1, 16, "1 to 16");
 }
 
 bool parse_background(std::string_view text, passes::Background& background) {

@@ -22,7 +22,9 @@ bool parse_image_size(const std::string& text, uint32_t& width, uint32_t& height
 std::string positive_number(const std::string& text);
 std::string number_from_zero(const std::string& text);
 std::string finite_number(const std::string& text);
-std::string share_number(const std::string& text);  // 0 to 1
+std::string share_number(const std::string& text);      // 0 to 1
+std::string f_number(const std::string& text);          // 0.1 to 1000
+std::string focus_distance_m(const std::string& text);  // 0.001 to 1000000
 std::string anisotropy_number(const std::string& text);
 
 // "label a, b or c"

@@ -36,11 +36,21 @@ void add_path_options(CLI::App& app, PathTexts& texts) {
                    ->type_name("N")
                    ->capture_default_str()
                    ->group(kGroup);
+  texts.f_number = app.add_option("--f-number", texts.settings.lens.f_number, "path: aperture of the lens")
+                       ->check(f_number)
+                       ->type_name("N")
+                       ->group(kGroup);
+  texts.focus_distance = app.add_option("--focus-distance", texts.settings.lens.focus_distance_m,
+                                        "path: metres to the plane in focus")
+                             ->check(focus_distance_m)
+                             ->type_name("M")
+                             ->group(kGroup);
 }
 
 std::optional<std::string> take_path_options(const PathTexts& texts, bool offline, Options& options) {
   if (texts.render != "path") {
-    for (const CLI::Option* option : {texts.samples_per_pixel, texts.bounces, texts.seed}) {
+    for (const CLI::Option* option :
+         {texts.samples_per_pixel, texts.bounces, texts.seed, texts.f_number, texts.focus_distance}) {
       if (option->count() > 0) return option->get_name() + " needs --render path";
     }
     return std::nullopt;
@@ -56,6 +66,8 @@ std::optional<std::string> take_path_options(const PathTexts& texts, bool offlin
     return "--render path traces all shadows: leave --shadows and --shadow-rays out";
   if (!offline && options.frames == 0 && !options.list_devices && options.recording.replay.empty())
     return "--render path would draw the same image again and again: add --frames 1";
+  if (texts.f_number->count() != texts.focus_distance->count())
+    return "--f-number and --focus-distance belong together: set both";
   options.path = texts.settings;
   return std::nullopt;
 }

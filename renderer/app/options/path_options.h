@@ -18,6 +18,7 @@ struct PathTexts {
   std::string render = "raster";
   passes::PathSettings settings;
   const CLI::Option *samples_per_pixel = nullptr, *bounces = nullptr, *seed = nullptr;
+  const CLI::Option *f_number = nullptr, *focus_distance = nullptr;
 };
 
 // Both arguments outlive the parsing.

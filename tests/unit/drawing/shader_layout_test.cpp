@@ -136,6 +136,7 @@ TEST_F(ShaderLayout, TheFirstAndLastMembersAndAllThatFollowAGapLieAlike) {
   EXPECT_SAME_OFFSET(PathSum, radiance_samples);
   EXPECT_SAME_OFFSET(PathSum, display);
   EXPECT_SAME_OFFSET(PathParameters, origin_x);
+  EXPECT_SAME_OFFSET(PathParameters, lens_y_m);
   EXPECT_SAME_OFFSET(PathParameters, look_world);
   EXPECT_SAME_OFFSET(PathParameters, seed);
   EXPECT_SAME_OFFSET(PathPush, segments);
