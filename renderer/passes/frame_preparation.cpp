@@ -139,8 +139,8 @@ Result<void> SceneRenderer::can_take(const ImageOutputs& outputs, uint32_t views
   if (views > 1 && path_tracer_) return Error{"paths are traced for one camera at a time"};
   if (views > 1) {
     // Edits may show hidden nodes in the recorded frame.
-    const bool alone =
-        path_ != RasterPath::visibility || may_have_forward_only_ || settings_.post.reads_samples();
+    const bool has_effects = settings_.post.reads_samples() && outputs.has(wire::kColorSrgb8);
+    const bool alone = path_ != RasterPath::visibility || may_have_forward_only_ || has_effects;
     if (alone || outputs.has(wire::kColorLinearF16))
       return Error{
           "several cameras at once need the visibility path, a scene without blended surfaces, lines and "

@@ -173,7 +173,9 @@ TEST_F(PostEffects, BloomDependsOnNoEarlierImageAndLeavesLinearColoursAlone) {
   EXPECT_EQ(used.draw(poses, view).rgba8, plain.draw(poses, view).rgba8);
   used.renderer().post_settings().bloom = 0.5f;
   EXPECT_EQ(used.draw(poses, view).rgba8, with.image.rgba8);
-  EXPECT_FALSE(bloomed.renderer().can_take(outputs, 2)) << "several views share no HDR target";
+  EXPECT_FALSE(bloomed.renderer().can_take(passes::ImageOutputs(), 2)) << "several views share no HDR target";
+  EXPECT_TRUE(bloomed.renderer().can_take(passes::ImageOutputs(wire::kDepthF32), 2))
+      << "effects need colours";
 }
 
 passes::DrawSettings metered_settings(uint32_t samples = 1) {
