@@ -18,7 +18,7 @@ namespace {
 
 constexpr uint64_t kFirstPoseBytes = 64 << 10;  // 1,300 poses; a larger first frame creates a larger segment
 constexpr uint64_t kFirstDescriptionBytes = 64 << 10;
-constexpr uint64_t kFirstStateBytes = 16 << 10;
+constexpr uint64_t kFirstStateBytes = 64 << 10;
 constexpr int64_t kCountReadersEveryNs = 20 * kMillisecondNs;
 constexpr int64_t kKeepReplacedForNs = 2 * kSecondNs;
 constexpr int64_t kRetryGrowthAfterNs = kSecondNs;

@@ -180,6 +180,7 @@ bool Reader::drain_description(Progress& progress, const OnMessage& on_message) 
 bool Reader::drain_states(Progress& progress, const OnMessage& on_message) {
   const auto deliver = [&](uint64_t tag, std::span<const std::byte> state) {
     if (tag > last_description_ && !drain_description(progress, on_message)) return false;
+    if (tag < last_description_) return true;  // of a description that has been replaced
     counters_.messages_received.add();
     counters_.bytes_received.add(state.size());
     on_message(Kind::control, state);

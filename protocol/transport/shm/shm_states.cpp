@@ -69,12 +69,28 @@ bool StatesReader::has_unread() const {
          (generation != 0 && atomic_word(words_->committed[generation & 1].value).load(relaxed) != read_);
 }
 
+// Copies unread records of the half before `generation` into copy_. Returns false if there are none, or if
+// the writer has begun to overwrite them.
+bool StatesReader::finish_previous_half(uint64_t generation) {
+  if (generation_ == 0 || generation != generation_ + 1) return false;
+  const size_t half = generation_ & 1;
+  const size_t end = atomic_word(words_->committed[half].value).load(acquire);
+  if (end > half_bytes_ || end <= read_ || end % 8 != 0) return false;
+  copy_.resize(end - read_);
+  copy_from_shared(copy_.data(), region_ + half * half_bytes_ + read_, copy_.size());
+  std::atomic_thread_fence(acquire);
+  if (atomic_word(words_->begun[half].value).load(relaxed) != generation_) return false;
+  read_ = end;
+  return true;
+}
+
 // Copies new records into copy_.
 StatesReader::Look StatesReader::look() {
   const uint64_t generation = atomic_word(words_->generation.value).load(acquire);
   if (generation == 0) return generation_ == 0 ? Look::nothing : Look::corrupt;
   if (generation != generation_) {
     if (generation < generation_) return Look::corrupt;  // a correct publisher never counts backwards
+    if (finish_previous_half(generation)) return Look::news;
     generation_ = generation;
     read_ = 0;
   }
@@ -98,7 +114,8 @@ StatesReader::Outcome StatesReader::drain(uint64_t& last, const OnState& on_stat
       case Look::nothing:
         return Outcome::ok;
       case Look::news:
-        return hand_on(last, on_state);
+        if (hand_on(last, on_state) == Outcome::corrupt) return Outcome::corrupt;
+        break;
       case Look::lapped:
         break;
       case Look::corrupt:

@@ -51,13 +51,15 @@ class StatesReader {
   StatesReader(std::byte* segment, const StatesGeometry& geometry, StatesWords& words);
 
   bool has_unread() const;
-  // Delivers the states after number `last`, oldest first, and updates `last`. If lapped, retries a few times
-  // and then leaves the rest to the next call. Stops when on_state returns false.
+  // Delivers the states after number `last`, oldest first, and updates `last`. Finishes the log of the half
+  // before a compacted one, so that values that were replaced meanwhile are delivered, too. If lapped,
+  // retries a few times and then leaves the rest to the next call. Stops when on_state returns false.
   Outcome drain(uint64_t& last, const OnState& on_state);
 
  private:
   enum class Look { nothing, news, lapped, corrupt };
   Look look();
+  bool finish_previous_half(uint64_t generation);
   Outcome hand_on(uint64_t& last, const OnState& on_state) const;
 
   std::byte* region_ = nullptr;

@@ -233,6 +233,26 @@ TEST(StatesUdp, ABundleIsFilledUpTo256Records) {
   EXPECT_EQ(records, (std::vector<size_t>{256, 256, 256, 232}));
 }
 
+// Values of one key come as a series if the reader polls before the log has been compacted twice.
+TEST(StatesShm, AReaderThatKeepsUpHasEachValue) {
+  Listener listener(unique_shm_uri("series"));
+  auto publisher = open_publisher_or_fail(listener.link->uri());
+  ASSERT_TRUE(publisher->set_description(bytes_of("d")));
+  constexpr int kRounds = 40, kPerRound = 150;
+  for (int round = 0; round < kRounds; ++round) {
+    for (int i = 0; i < kPerRound; ++i)
+      ASSERT_TRUE(
+          publisher->put_state(1, shared(std::string(300, 'x') + std::to_string(round * kPerRound + i))));
+    const std::string last = std::string(300, 'x') + std::to_string((round + 1) * kPerRound - 1);
+    ASSERT_TRUE(listener.poll_until([&] { return listener.saw(Kind::control, last); }));
+  }
+  std::vector<std::string> got, expected{"d"};
+  for (const Event& event : listener.events)
+    if (event.kind == Kind::control) got.push_back(event.text);
+  for (int i = 0; i < kRounds * kPerRound; ++i) expected.push_back(std::string(300, 'x') + std::to_string(i));
+  EXPECT_EQ(got, expected);
+}
+
 TEST(StatesShm, AReaderThatIsLappedHasWhatIsNewestInTheEnd) {
   const std::string uri = unique_shm_uri("lap");
   Listener listener(uri);
