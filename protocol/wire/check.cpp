@@ -59,22 +59,6 @@ Result<void> check_names(std::string_view field, const std::vector<std::string>&
   return {};
 }
 
-// Sorts instead of hashing: names are untrusted, and no choice of names makes sorting slow.
-Result<void> check_unique(std::string_view field, const std::vector<std::string>& names) {
-  std::vector<uint32_t> order(names.size());
-  std::iota(order.begin(), order.end(), 0u);
-  std::sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) {
-    const int way = names[a].compare(names[b]);
-    return way < 0 || (way == 0 && a < b);
-  });
-  for (size_t i = 1; i < order.size(); ++i) {
-    if (names[order[i - 1]] != names[order[i]]) continue;
-    return Error{indexed(field, order[i]) + " repeats " + indexed(field, order[i - 1]) + " (\"" +
-                 printable(names[order[i]]) + "\"); names must differ"};
-  }
-  return {};
-}
-
 Result<void> first_error(std::initializer_list<Result<void>> results) {
   for (const Result<void>& result : results) {
     if (!result.ok()) return result;
@@ -105,6 +89,22 @@ Result<void> check_indices(const PoseFrameView& frame) {
 constexpr const char* kEpochIsZero = "epoch is 0; an epoch is a random number that is not 0";
 
 }  // namespace
+
+// Sorts instead of hashing: names are untrusted, and no choice of names makes sorting slow.
+Result<void> check_unique(std::string_view field, const std::vector<std::string>& names) {
+  std::vector<uint32_t> order(names.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) {
+    const int way = names[a].compare(names[b]);
+    return way < 0 || (way == 0 && a < b);
+  });
+  for (size_t i = 1; i < order.size(); ++i) {
+    if (names[order[i - 1]] != names[order[i]]) continue;
+    return Error{indexed(field, order[i]) + " repeats " + indexed(field, order[i - 1]) + " (\"" +
+                 printable(names[order[i]]) + "\"); names must differ"};
+  }
+  return {};
+}
 
 Result<void> check(const StreamDescription& description, const DecodeLimits& limits) {
   if (description.epoch == 0) return Error{std::string("StreamDescription.") + kEpochIsZero};

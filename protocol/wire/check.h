@@ -6,6 +6,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "protocol/base/error.h"
 #include "protocol/wire/decode.h"
@@ -18,9 +19,14 @@ Result<void> check(const Status& status, const DecodeLimits& limits);
 Result<void> check(const PoseFrameView& frame, const DecodeLimits& limits);
 Result<void> check(const Welcome& welcome, const DecodeLimits& limits);
 Result<void> check(const SceneEdit& edit, const DecodeLimits& limits);
+Result<void> check(const Scalars& scalars, const DecodeLimits& limits);
+Result<void> check(const ScalarValues& scalars);
 Result<void> check(const ImageRequest& request, const DecodeLimits& limits);
 Result<void> check(const ImageFrame& frame, const DecodeLimits& limits);
 Result<void> check(const ImageRefused& refused, const DecodeLimits& limits);
+
+// Requires names that differ; the error names the first repeated one.
+Result<void> check_unique(std::string_view field, const std::vector<std::string>& names);
 
 // Valid UTF-8 (shortest form, no surrogates) of at most max_bytes, without characters that move a terminal's
 // cursor or break a line: names appear in logs and on consoles.

@@ -108,6 +108,9 @@ class CheckValue {
   Result<void> operator()(const Visible&) const { return {}; }
   Result<void> operator()(const NodeRemoved&) const { return {}; }
 
+  Result<void> operator()(const Scalars& value) const { return check(value, limits_); }
+  Result<void> operator()(const ScalarValues& value) const { return check(value); }
+
   Result<void> operator()(const BaseColor& value) const { return check_each("rgba", value.rgba, {0, 1}); }
 
   Result<void> operator()(const Light& value) const {
@@ -204,9 +207,12 @@ class CheckValue {
 Result<void> check(const SceneEdit& edit, const DecodeLimits& limits) {
   if (edit.epoch == 0) return Error{"SceneEdit.epoch is 0; an epoch is a random number that is not 0"};
   if (edit.version == 0) return Error{"SceneEdit.version is 0; versions start at 1"};
-  if (edit.node.empty())
-    return Error{edit.property == Property::marker ? "SceneEdit.node is empty; it is the marker's name"
-                                                   : "SceneEdit.node is empty; a node is found by its name"};
+  if (edit.node.empty()) {
+    if (edit.property == Property::marker) return Error{"SceneEdit.node is empty; it is the marker's name"};
+    if (is_scalar(edit.property))
+      return Error{"SceneEdit.node is empty; it is the name of the group of scalars"};
+    return Error{"SceneEdit.node is empty; a node is found by its name"};
+  }
   if (auto good = check_text("SceneEdit.node", edit.node, limits.max_name_bytes); !good) return good;
   if (!fits(edit.property, edit.value))
     return Error{std::string("SceneEdit.value is not one that the property ") + property_name(edit.property) +

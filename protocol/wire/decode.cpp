@@ -248,7 +248,7 @@ Result<Message> Decoder::Impl::read_message() {
     case fbs::Body::Goodbye:
       return Message(Goodbye{message->body_as_Goodbye()->epoch()});
     case fbs::Body::SceneEdit:
-      return read_scene_edit(*message->body_as_SceneEdit(), limits);
+      return read_scene_edit(*message->body_as_SceneEdit(), bytes_.size(), limits);
     case fbs::Body::ImageRequest: {
       const fbs::ImageRequest& request = *message->body_as_ImageRequest();
       Result<Message> read = read_image_request(request, limits);

@@ -76,6 +76,39 @@ Marker read_marker(const fbs::EditMarker& table) {
   return marker;
 }
 
+using Strings = flatbuffers::Vector<flatbuffers::Offset<flatbuffers::String>>;
+
+size_t bytes_of(const Strings* list) {
+  size_t bytes = 0;
+  if (list)
+    for (const flatbuffers::String* text : *list) bytes += text->size();
+  return bytes;
+}
+
+std::vector<std::string> read_strings(const Strings* list) {
+  std::vector<std::string> result;
+  if (!list) return result;
+  result.reserve(list->size());
+  for (const flatbuffers::String* text : *list) result.push_back(text_of(text));
+  return result;
+}
+
+// Rejects what would expand to far more than the message: list entries may share one long string.
+Result<void> check_size(const fbs::EditScalars& table, size_t message_bytes) {
+  const size_t count = table.names() ? table.names()->size() : 0;
+  if (count > kMaxScalars)
+    return Error{"SceneEdit.names holds " + std::to_string(count) + " names; at most " +
+                 std::to_string(kMaxScalars) + " scalars are allowed"};
+  if (bytes_of(table.names()) > message_bytes)
+    return Error{"SceneEdit.names is longer than the message that holds it: its names overlap"};
+  const size_t units = table.units() ? table.units()->size() : 0;
+  if (units > kMaxScalars)
+    return Error{"SceneEdit.units holds " + std::to_string(units) + " units; one for each name is needed"};
+  if (bytes_of(table.units()) > message_bytes)
+    return Error{"SceneEdit.units is longer than the message that holds it: its units overlap"};
+  return {};
+}
+
 // Returns false for an unknown kind of a later version.
 bool read_value(const fbs::SceneEdit& table, EditValue& value) {
   switch (table.value_type()) {
@@ -115,13 +148,25 @@ bool read_value(const fbs::SceneEdit& table, EditValue& value) {
     case fbs::EditValue::EditMarker:
       value = read_marker(*table.value_as_EditMarker());
       return true;
+    case fbs::EditValue::EditScalars: {
+      const fbs::EditScalars& scalars = *table.value_as_EditScalars();
+      value = Scalars{read_strings(scalars.names()), read_strings(scalars.units())};
+      return true;
+    }
+    case fbs::EditValue::EditScalarValues: {
+      const fbs::EditScalarValues& scalars = *table.value_as_EditScalarValues();
+      value =
+          ScalarValues{scalars.declaration(), scalars.sim_time_ns(), read_elements<double>(scalars.values())};
+      return true;
+    }
   }
   return false;
 }
 
 }  // namespace
 
-Result<Message> read_scene_edit(const fbs::SceneEdit& table, const DecodeLimits& limits) {
+Result<Message> read_scene_edit(const fbs::SceneEdit& table, size_t message_bytes,
+                                const DecodeLimits& limits) {
   const bool known = table.property() < kPropertyCount && table.value_type() <= fbs::EditValue::MAX;
   if (!known) {
     const UnknownEdit later{table.epoch(), table.version()};
@@ -130,6 +175,8 @@ Result<Message> read_scene_edit(const fbs::SceneEdit& table, const DecodeLimits&
     return Message(later);
   }
   if (!table.value()) return Error{"SceneEdit.value is missing; to take an edit back, clear it"};
+  if (const fbs::EditScalars* scalars = table.value_as_EditScalars())
+    if (auto good = check_size(*scalars, message_bytes); !good) return good.error();
   SceneEdit edit;
   edit.epoch = table.epoch();
   edit.version = table.version();

@@ -1,6 +1,8 @@
 // Decoding of scene edits and image messages; private to protocol/wire.
 #pragma once
 
+#include <cstddef>
+
 #include "protocol/base/error.h"
 #include "protocol/wire/decode.h"
 
@@ -13,8 +15,9 @@ struct ImageRefused;
 
 namespace fire3dv::wire {
 
-// The tables must be in a verified buffer.
-Result<Message> read_scene_edit(const fbs::SceneEdit& table, const DecodeLimits& limits);
+// The tables must be in a verified buffer, of message_bytes.
+Result<Message> read_scene_edit(const fbs::SceneEdit& table, size_t message_bytes,
+                                const DecodeLimits& limits);
 Result<Message> read_image_request(const fbs::ImageRequest& table, const DecodeLimits& limits);
 Result<Message> read_image_frame(const fbs::ImageFrame& table, const DecodeLimits& limits);
 Result<Message> read_image_refused(const fbs::ImageRefused& table, const DecodeLimits& limits);

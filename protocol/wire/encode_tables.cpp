@@ -137,9 +137,29 @@ Value add(FlatBufferBuilder& builder, const Marker& value) {
   return {fbs::EditValue::EditMarker, table.Finish().Union()};
 }
 
+Value add(FlatBufferBuilder& builder, const Scalars& value) {
+  const auto units = builder.CreateVectorOfStrings(value.units);
+  const auto names = builder.CreateVectorOfStrings(value.names);
+  fbs::EditScalarsBuilder table(builder);
+  table.add_units(units);
+  table.add_names(names);
+  return {fbs::EditValue::EditScalars, table.Finish().Union()};
+}
+
+Value add(FlatBufferBuilder& builder, const ScalarValues& value) {
+  const auto values = builder.CreateVector(value.values);
+  fbs::EditScalarValuesBuilder table(builder);
+  table.add_values(values);
+  table.add_sim_time_ns(value.sim_time_ns);
+  table.add_declaration(value.declaration);
+  return {fbs::EditValue::EditScalarValues, table.Finish().Union()};
+}
+
 // Size of the first allocation: a builder doubles its buffer, and copies it, whenever it is full.
 size_t initial_bytes(const EditValue& value) {
   constexpr size_t kTables = 512;
+  if (const auto* scalars = std::get_if<ScalarValues>(&value))
+    return kTables + scalars->values.size() * sizeof scalars->values[0];
   const auto* marker = std::get_if<Marker>(&value);
   if (!marker) return kTables;
   return kTables + marker->positions.size() * sizeof marker->positions[0] +

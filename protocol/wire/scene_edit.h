@@ -13,6 +13,7 @@
 
 #include "protocol/wire/affine.h"
 #include "protocol/wire/marker.h"
+#include "protocol/wire/scalar.h"
 
 namespace fire3dv::wire {
 
@@ -24,11 +25,14 @@ enum class Property : uint8_t {
   camera = 3,
   node = 4,  // existence of the node
   vertices = 5,
-  marker = 6,  // the key has the marker's name in place of a node's
+  marker = 6,         // the key has the marker's name in place of a node's
+  scalars = 7,        // declaration; the key has the group's name in place of a node's
+  scalar_values = 8,  // of the group
 };
-constexpr size_t kPropertyCount = 7;
+constexpr size_t kPropertyCount = 9;
 inline const char* property_name(Property property) {
-  constexpr const char* kNames[] = {"visible", "base_color", "light", "camera", "node", "vertices", "marker"};
+  constexpr const char* kNames[] = {"visible",  "base_color", "light",   "camera",       "node",
+                                    "vertices", "marker",     "scalars", "scalar_values"};
   static_assert(std::size(kNames) == kPropertyCount);
   return kNames[static_cast<size_t>(property)];
 }
@@ -98,25 +102,31 @@ struct Cleared {
   bool operator==(const Cleared&) const = default;
 };
 
-using EditValue =
-    std::variant<Cleared, Visible, BaseColor, Light, Camera, NodeAdded, NodeRemoved, Vertices, Marker>;
+using EditValue = std::variant<Cleared, Visible, BaseColor, Light, Camera, NodeAdded, NodeRemoved, Vertices,
+                               Marker, Scalars, ScalarValues>;
 
 struct SceneEdit {
   uint64_t epoch = 0;  // of the stream; set by the publisher's store
   // Rises by one with each edit of the stream, whatever its key; 0 = not published. Edits are sent in rising
   // order. Replaced edits are omitted, so that numbers may be missing.
   uint64_t version = 0;
-  std::string node;  // name or path, resolved like posed nodes; of a marker: its own name
+  std::string
+      node;  // name or path, resolved like posed nodes; of a marker or a group of scalars: its own name
   Property property = Property::visible;
   EditValue value;  // Cleared, or a value of the property; `node` takes NodeAdded and NodeRemoved
   bool operator==(const SceneEdit&) const = default;
 };
 
+inline bool is_scalar(Property property) {
+  return property == Property::scalars || property == Property::scalar_values;
+}
+
 // True if the value belongs to the property; Cleared belongs to every property.
 inline bool fits(Property property, const EditValue& value) {
-  constexpr Property kOf[] = {Property::visible, Property::visible,  Property::base_color,
-                              Property::light,   Property::camera,   Property::node,
-                              Property::node,    Property::vertices, Property::marker};
+  constexpr Property kOf[] = {Property::visible, Property::visible,      Property::base_color,
+                              Property::light,   Property::camera,       Property::node,
+                              Property::node,    Property::vertices,     Property::marker,
+                              Property::scalars, Property::scalar_values};
   static_assert(std::size(kOf) == std::variant_size_v<EditValue>);
   return std::holds_alternative<Cleared>(value) || kOf[value.index()] == property;
 }

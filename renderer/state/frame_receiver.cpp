@@ -162,6 +162,7 @@ bool FrameReceiver::release_queued() {
 
 bool FrameReceiver::apply(wire::SceneEdit&& edit) {
   if (edit.epoch != epoch) return count_edit(StreamEdits::Outcome::stale);
+  if (wire::is_scalar(edit.property)) return count_edit(edits_.skip(edit.version));
   const StreamEdits::Outcome outcome = edits_.add(std::move(edit));
   if (outcome == StreamEdits::Outcome::refused) report_refusal(edits_.refused_resource(), edits_.refusal());
   return count_edit(outcome);

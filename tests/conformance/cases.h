@@ -29,6 +29,8 @@ std::vector<Case> later_edit_cases();
 std::vector<Case> refused_edit_cases();
 
 // The same for images, since 1.2.
+std::vector<Case> scalar_cases();
+std::vector<Case> refused_scalar_cases();
 std::vector<Case> image_cases();
 std::vector<Case> refused_image_cases();
 

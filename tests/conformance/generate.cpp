@@ -44,7 +44,8 @@ int main(int argc, char** argv) {
   const bool good = write(conformance::cases_of_this_version()) &&
                     write(conformance::cases_of_later_versions()) && write(conformance::refused_cases()) &&
                     write(conformance::edit_cases()) && write(conformance::later_edit_cases()) &&
-                    write(conformance::refused_edit_cases()) && write(conformance::image_cases()) &&
+                    write(conformance::refused_edit_cases()) && write(conformance::scalar_cases()) &&
+                    write(conformance::refused_scalar_cases()) && write(conformance::image_cases()) &&
                     write(conformance::refused_image_cases());
   return good ? 0 : 1;
 }

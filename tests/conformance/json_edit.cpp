@@ -1,5 +1,7 @@
 #include "tests/conformance/json_edit.h"
 
+#include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "protocol/base/error.h"
@@ -62,6 +64,17 @@ Json json_of(const wire::Marker& v) {
           {"sizes", v.sizes},
           {"colors", v.colors}};
 }
+Json json_of(const wire::Scalars& v) {
+  return {{"type", "Scalars"}, {"names", v.names}, {"units", v.units}};
+}
+Json json_of(const wire::ScalarValues& v) {
+  Json values = Json::array();
+  for (const double value : v.values) values.push_back(std::isnan(value) ? Json() : Json(value));
+  return {{"type", "ScalarValues"},
+          {"declaration", v.declaration},
+          {"sim_time_ns", v.sim_time_ns},
+          {"values", values}};
+}
 
 }  // namespace
 
@@ -113,6 +126,15 @@ wire::EditValue value_from_json(const Json& json) {
     json.at("rotations").get_to(v.rotations);
     json.at("sizes").get_to(v.sizes);
     json.at("colors").get_to(v.colors);
+    return v;
+  }
+  if (type == "Scalars") return wire::Scalars{json.at("names"), json.at("units")};
+  if (type == "ScalarValues") {
+    wire::ScalarValues v;
+    json.at("declaration").get_to(v.declaration);
+    json.at("sim_time_ns").get_to(v.sim_time_ns);
+    for (const Json& value : json.at("values"))
+      v.values.push_back(value.is_null() ? std::numeric_limits<double>::quiet_NaN() : value.get<double>());
     return v;
   }
   FIRE3DV_ASSERT(type == "Vertices");

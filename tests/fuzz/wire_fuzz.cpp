@@ -94,6 +94,8 @@ std::vector<Input> seeds() {
           input_of(edit(P::light, wire::Cleared{})),
           input_of(edit(P::marker, points)),
           input_of(edit(P::marker, boxes)),
+          input_of(edit(P::scalars, wire::Scalars{{"shoulder", "elbow"}, {"rad", ""}})),
+          input_of(edit(P::scalar_values, wire::ScalarValues{1, -2, {0.5, std::nan("")}})),
           input_of(wire::encode(welcome)),
           input_of(wire::encode(wire::Status{7, {"base", "link_1"}, "requested"})),
           input_of(wire::encode(frame)),
@@ -127,6 +129,10 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     }
   if (const auto* one = std::get_if<wire::SceneEdit>(&*message))
     FIRE3DV_ASSERT(wire::fits(one->property, one->value));
+  if (const auto* one = std::get_if<wire::SceneEdit>(&*message))
+    if (const auto* scalars = std::get_if<wire::Scalars>(&one->value))
+      FIRE3DV_ASSERT(scalars->names.size() == scalars->units.size() &&
+                     scalars->names.size() <= wire::kMaxScalars);
   const wire::Bytes again = std::visit([](const auto& m) { return fuzz::encode_again(m); }, *message);
   // A description of another major version has only the fields common to all versions.
   const auto* description = std::get_if<wire::StreamDescription>(&*message);

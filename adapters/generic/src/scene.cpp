@@ -18,7 +18,7 @@ namespace wire = fire3dv::wire;
 
 namespace {
 
-static_assert(FIRE3DV_PROPERTY_MARKER + 1 == wire::kPropertyCount);
+static_assert(FIRE3DV_PROPERTY_MARKER + 3 == wire::kPropertyCount);  // scalars.h has the others
 static_assert(FIRE3DV_PROPERTY_NODE == static_cast<int>(wire::Property::node));
 static_assert(FIRE3DV_LIGHT_SPOT == static_cast<int>(wire::LightKind::spot));
 
@@ -147,7 +147,7 @@ int fire3dv_set_vertices(fire3dv_stream* stream, const char* node, const fire3dv
 }
 
 int fire3dv_clear(fire3dv_stream* stream, const char* node, int property) {
-  if (property < 0 || property >= static_cast<int>(wire::kPropertyCount))
+  if (property < 0 || property > FIRE3DV_PROPERTY_MARKER)
     return fail(FIRE3DV_ERROR_ARGUMENT, "property is not one of FIRE3DV_PROPERTY_*");
   return guarded([&] { return set(stream, node, static_cast<wire::Property>(property), wire::Cleared{}); });
 }

@@ -1,4 +1,4 @@
-// Conversion of arguments to scene edits, shared by the entry points of scene.h and markers.h.
+// Conversion of arguments to scene edits, shared by the entry points of scene.h, markers.h and scalars.h.
 #pragma once
 
 #include <cstddef>

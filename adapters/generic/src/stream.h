@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <cstring>
 #include <exception>
+#include <map>
 #include <memory>
 #include <new>
 #include <string>
@@ -90,7 +91,13 @@ struct fire3dv_stream {
   int64_t last_sim_time_ns = 0;  // of the frame published last in this epoch
 
   fire3dv::wire::EditStore edits;
-  uint64_t scene_version = 0;  // version of the newest edit handed to the link
+  uint64_t scene_version = 0;  // version of the newest edit handed to the link, scalars left out
+
+  struct ScalarGroup {
+    uint64_t declaration = 0;  // version of the edit that declared it
+    size_t count = 0;
+  };
+  std::map<std::string, ScalarGroup> scalar_groups;
 
   fire3dv::client::Images images;
 

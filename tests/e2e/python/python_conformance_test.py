@@ -75,6 +75,8 @@ def say_edit(stream, lines, name, meant):
     node, value = meant["node"], meant["value"]
     before = len(lines.messages)
     kind = value["type"]
+    if meant["property"] in ("scalars", "scalar_values"):
+        return say_scalars(stream, lines, name, meant)
     if kind == "Cleared":
         stream.clear(node, fire3dv.Property[meant["property"].upper()])
     elif kind == "Visible":
@@ -108,6 +110,22 @@ def say_edit(stream, lines, name, meant):
     stream.poll()
     same(name, lines.wait_for(name, lambda m: m["type"] == "SceneEdit" and m["value"] == value and
                               m in lines.messages[before:]), meant)
+
+
+def say_scalars(stream, lines, name, meant):
+    group, value = meant["node"], dict(meant["value"])
+    before = len(lines.messages)
+    stream.declare_scalars(group, value.get("names", ["a", "b", "c"]), value.get("units"))
+    if value["type"] == "ScalarValues":
+        stream.set_scalars(group, value["sim_time_ns"], [NAN if number is None else number for number in value["values"]])
+        value.pop("declaration")  # a version, which the library sets
+    elif value["type"] == "Cleared":
+        stream.set_scalars(group, 0, [0, 0, 0])
+        stream.clear_scalars(group)
+    stream.poll()
+    came = lines.wait_for(name, lambda m: m["type"] == "SceneEdit" and m["property"] == meant["property"] and
+                          value.items() <= m["value"].items() and m in lines.messages[before:])
+    same(name, {**came, "value": {**came["value"], **meant["value"]}}, meant)
 
 
 # --- refused calls ---------------------------------------------------------------------------------------------------
@@ -155,6 +173,10 @@ def marked(kind="POINTS", **changes):
     if kind == "BOXES":
         values.update(positions=POINTS[:2], sizes=[0.1, 0.2, 0.3], rotations=[[0, 0, 0, 1], [0, 0, 0.6, 0.8]])
     return lambda stream: stream.set_marker("contacts/foot", fire3dv.MarkerKind[kind], **{**values, **changes})
+
+
+def declared(*names):
+    return lambda stream: stream.declare_scalars("arm", names)
 
 
 NO_CLIENT_SAYS_IT = "numbers of the header are the library's"
@@ -242,6 +264,21 @@ REFUSED = {
     "scene_edit_parent_from_node_nan": (lambda s: s.add_node("a", parent_from_node=changed(pose(0), 0, NAN)),
                                         "parent_from_node"),
     "scene_edit_parent_newline": (lambda s: s.add_node("a", parent="a\nb"), "parent"),
+    "scene_edit_scalar_values_declaration_zero": "a version, which the library sets",
+    "scene_edit_scalar_values_none": (lambda s: s.scalars("arm", 0, {}), "values is empty"),
+    "scene_edit_scalar_values_too_many": "values are as many as the declaration has",
+    "scene_edit_scalars_group_empty": (lambda s: s.declare_scalars("", ["a"]), "node is empty"),
+    "scene_edit_scalars_name_cut_utf8": NO_TEXT,
+    "scene_edit_scalars_name_empty": (declared("a", ""), "names[1]"),
+    "scene_edit_scalars_name_newline": (declared("a\nb"), "names[0]"),
+    "scene_edit_scalars_name_repeated": (declared("a", "b", "a"), "names[2] repeats"),
+    "scene_edit_scalars_name_too_long": (declared("a", "b", "x" * 1025), "names[2]"),
+    "scene_edit_scalars_none": (declared(), "names"),
+    "scene_edit_scalars_of_other_property": "a call sets the value of its property",
+    "scene_edit_scalars_too_many": "is over the budget of a stream, an error of another type",
+    "scene_edit_scalars_unit_escape": (lambda s: s.declare_scalars("arm", ["a"], ["\x1b[2J"]), "units[0]"),
+    "scene_edit_scalars_unit_too_long": (lambda s: s.scalars("arm", 0, {"a": 1}, {"a": "x" * 65}), "units[0]"),
+    "scene_edit_scalars_units_count": (lambda s: s.declare_scalars("arm", ["a", "b"], ["m"]), "1 units for 2 names"),
     "scene_edit_value_of_other_property": "a call sets the value of its property",
     "scene_edit_version_zero": NO_CLIENT_SAYS_IT,
     "scene_edit_vertices_nan": (lambda s: s.set_vertices("a", [[0, 0, 0], [0, NAN, 0]]), "positions[1][1]"),

@@ -46,6 +46,29 @@ TEST(RecordStream, ARecordingIsTheStreamByteByByte) {
   EXPECT_EQ(played_from(*playback).size(), sent.size());
 }
 
+// Of a key only the newest value is in force, but a recording has each value in between.
+TEST(RecordStream, EveryValueOfScalarsIsPlayed) {
+  MemoryLog memory(small_chunks());
+  std::vector<Bytes> sent{description(7)};
+  const auto add = [&](uint64_t version, wire::Property property, wire::EditValue value) {
+    sent.push_back(wire::encode(wire::SceneEdit{7, version, "arm", property, std::move(value)}));
+  };
+  add(1, wire::Property::scalars, wire::Scalars{{"energy"}, {"J"}});
+  for (int step = 1; step <= 300; ++step) {
+    add(static_cast<uint64_t>(1 + step), wire::Property::scalar_values,
+        wire::ScalarValues{1, step, {0.5 * step}});
+    sent.push_back(frame(7, static_cast<uint64_t>(step)));
+  }
+  for (size_t i = 0; i < sent.size(); ++i) ASSERT_TRUE(memory.take(sent[i], i / 2));
+  ASSERT_TRUE(memory.log.finish().ok());
+  auto playback = Playback::open(source_of(*memory.files[0]));
+  ASSERT_TRUE(playback.ok());
+  playback->rewind();
+  std::vector<Bytes> got;
+  for (PlayedMessage& played : played_from(*playback)) got.push_back(std::move(played.message));
+  EXPECT_EQ(got, sent);
+}
+
 TEST(RecordStream, SeekingGivesWhatIsInForceFirst) {
   MemoryLog memory(small_chunks());
   two_streams(memory, 300);

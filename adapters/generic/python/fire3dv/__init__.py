@@ -17,8 +17,8 @@
     with fire3dv.Robot("arm.urdf").publish("shm://demo") as robot:      # poses from joint positions
         robot.set(shoulder=0.3, elbow=-1.2)
 
-A layer of ctypes over the C library, whose headers fire3dv/client.h, scene.h, markers.h, image.h and joints.h say what each call
-means: units, frames, threads, waiting. Contiguous float32 (a NumPy array, an array.array("f")) goes into the library without
+A layer of ctypes over the C library, whose headers fire3dv/client.h, scene.h, markers.h, scalars.h, image.h and joints.h say what
+each call means: units, frames, threads, waiting. Contiguous float32 (a NumPy array, an array.array("f")) goes into the library without
 a copy; other arrays and nested sequences are converted. Everything that can fail raises fire3dv.Error; a missing
 renderer is not an error. Where the library is looked for stands in README.md, FIRE3DV_CLIENT_LIBRARY in the
 environment first.

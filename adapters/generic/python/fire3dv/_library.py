@@ -1,5 +1,5 @@
 """C library: found, loaded and declared on first use. Structures are those of fire3dv/client.h,
-fire3dv/scene.h, fire3dv/markers.h, fire3dv/image.h and fire3dv/joints.h, field by field."""
+fire3dv/scene.h, fire3dv/markers.h, fire3dv/scalars.h, fire3dv/image.h and fire3dv/joints.h, field by field."""
 import ctypes
 import os
 import re
@@ -60,6 +60,11 @@ class Marker(Structure):
                 ("color_count", c_size_t)]
 
 
+class Scalars(Structure):
+    _fields_ = [("struct_size", c_size_t), ("names", POINTER(c_char_p)), ("units", POINTER(c_char_p)),
+                ("count", c_size_t)]
+
+
 class ImageRequest(Structure):
     _fields_ = [("struct_size", c_size_t), ("node", c_char_p), ("parent_from_camera", c_void_p), ("width", c_uint32),
                 ("height", c_uint32), ("fx", c_float), ("fy", c_float), ("cx", c_float), ("cy", c_float),
@@ -108,6 +113,9 @@ _SIGNATURES: Dict[str, Tuple[Any, List[Any]]] = {
     "fire3dv_clear": (c_int, [c_void_p, c_char_p, c_int]),
     "fire3dv_set_marker": (c_int, [c_void_p, c_char_p, POINTER(Marker)]),
     "fire3dv_clear_marker": (c_int, [c_void_p, c_char_p]),
+    "fire3dv_declare_scalars": (c_int, [c_void_p, c_char_p, POINTER(Scalars)]),
+    "fire3dv_set_scalars": (c_int, [c_void_p, c_char_p, c_int64, c_void_p, c_size_t]),
+    "fire3dv_clear_scalars": (c_int, [c_void_p, c_char_p]),
     "fire3dv_request_image": (c_int, [c_void_p, POINTER(ImageRequest), POINTER(c_uint64)]),
     "fire3dv_cancel_image": (c_int, [c_void_p, c_uint64]),
     "fire3dv_wait_image": (c_int, [c_void_p, c_uint64, c_uint32, POINTER(POINTER(Image))]),

@@ -4,7 +4,7 @@ from __future__ import annotations
 import ctypes
 import time
 from ctypes import byref, c_char_p, c_double, c_float, c_int64, c_uint32, c_uint64, c_void_p
-from typing import TYPE_CHECKING, Any, Iterable, List, Optional, Sequence, Set, Union
+from typing import TYPE_CHECKING, Any, Dict, Iterable, List, Optional, Sequence, Set, Union
 
 from . import _library as c
 from ._library import check, encoded, library
@@ -12,6 +12,7 @@ from ._numbers import Numbers, real, whole
 from .errors import ArgumentError, ErrorCode, StateError, Timeout, error_of, warn
 from .images import ImageRequests
 from .markers import Markers
+from .scalars import Scalars
 from .status import LightKind, Property, Status
 
 if TYPE_CHECKING:
@@ -37,7 +38,7 @@ def version() -> str:
     return library().fire3dv_version().decode()
 
 
-class Stream(ImageRequests, Markers):
+class Stream(ImageRequests, Markers, Scalars):
     """Publisher of one URI. One thread at a time may use a stream; different streams are independent.
 
     close() or the end of a with statement ends the stream. A missing renderer is no error. Only wait_ack and functions
@@ -62,6 +63,7 @@ class Stream(ImageRequests, Markers):
         self._described_at_s = 0.0
         self._asked_at_s = 0.0
         self._added: Set[str] = set()  # by add_node: in the scene with a frame, after the first answer
+        self._scalar_units: Dict[str, Dict[str, str]] = {}  # of declared scalars, by group and name
         self._uri = uri
         options = c.Options(ctypes.sizeof(c.Options), encoded(adapter_name, "adapter_name"),
                             encoded(key_file, "key_file"), encoded(tls_ca_file, "tls_ca_file"),
