@@ -9,6 +9,7 @@ FrameReceiver::FrameReceiver(uint64_t run_epoch, size_t node_count, std::shared_
       node_count_(node_count),
       assembler_(budget_),
       edits_(budget_),
+      scalars_(budget_),
       queue_(budget_),
       memory_(budget_) {
   epoch = run_epoch;
@@ -162,10 +163,27 @@ bool FrameReceiver::release_queued() {
 
 bool FrameReceiver::apply(wire::SceneEdit&& edit) {
   if (edit.epoch != epoch) return count_edit(StreamEdits::Outcome::stale);
-  if (wire::is_scalar(edit.property)) return count_edit(edits_.skip(edit.version));
+  if (wire::is_scalar(edit.property)) return apply_scalars(edit);
   const StreamEdits::Outcome outcome = edits_.add(std::move(edit));
   if (outcome == StreamEdits::Outcome::refused) report_refusal(edits_.refused_resource(), edits_.refusal());
   return count_edit(outcome);
+}
+
+// Scalars are in effect immediately: each sample counts, not only the newest of a key before take_edits().
+bool FrameReceiver::apply_scalars(const wire::SceneEdit& edit) {
+  if (edits_.skip(edit.version) == StreamEdits::Outcome::stale)
+    return count_edit(StreamEdits::Outcome::stale);
+  switch (scalars_.apply(edit)) {
+    case stream::ScalarHistory::Outcome::accepted:
+      break;
+    case stream::ScalarHistory::Outcome::unmatched:
+      ++scalars_unmatched;
+      break;
+    case stream::ScalarHistory::Outcome::refused:
+      report_refusal(Resource::edit_bytes, scalars_.refusal());
+      return count_edit(StreamEdits::Outcome::refused);
+  }
+  return count_edit(StreamEdits::Outcome::accepted);
 }
 
 bool FrameReceiver::apply(const wire::UnknownEdit& edit) {

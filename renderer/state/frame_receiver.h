@@ -14,6 +14,7 @@
 
 #include "protocol/base/peer_budget.h"
 #include "protocol/stream/frame_assembler.h"
+#include "protocol/stream/scalar_history.h"
 #include "protocol/wire/messages.h"
 #include "renderer/state/playout.h"
 #include "renderer/state/stream_edits.h"
@@ -40,6 +41,7 @@ struct ReceivedFrames {
   uint64_t edits_received = 0;       // accepted scene edits
   uint64_t edits_stale = 0;          // wrong epoch, or not newer than the received ones
   uint64_t edits_refused = 0;        // over the limits of a stream
+  uint64_t scalars_unmatched = 0;    // values of scalars without a matching declaration; they have no effect
 };
 
 class FrameReceiver : public ReceivedFrames {
@@ -55,6 +57,7 @@ class FrameReceiver : public ReceivedFrames {
   // Receives a scene edit. Returns true if a queued frame became shown.
   bool apply(wire::SceneEdit&& edit);
   bool apply(const wire::UnknownEdit& edit);
+  const stream::ScalarHistory& scalars() const { return scalars_; }
   // Accepted edits since the last call.
   StreamEdits::Batch take_edits() { return edits_.take(); }
   bool has_new_edits() const { return edits_.has_new(); }
@@ -99,6 +102,7 @@ class FrameReceiver : public ReceivedFrames {
   bool accept(const Frame& frame);
   bool complete_partial(const Frame& frame);
   bool release_queued();
+  bool apply_scalars(const wire::SceneEdit& edit);
   bool count_edit(StreamEdits::Outcome outcome);
   void report_refusal(Resource resource, const std::string& message);
   bool refuse_frame();
@@ -109,6 +113,7 @@ class FrameReceiver : public ReceivedFrames {
   std::optional<Playout> playout_;
   Liveness liveness_;
   StreamEdits edits_;
+  stream::ScalarHistory scalars_;
   FrameQueue queue_;
   uint64_t newest_sequence_ = 0;               // newest received frame: shown, buffered or queued
   bool newest_is_partial_ = false;             // a whole frame of the same sequence may complete it

@@ -16,6 +16,8 @@ if(FIRE3DV_PYTHON AND NOT FIRE3DV_SANITIZE)
   python_module_case(show ${FIRE3DV_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python/python_show_test.py)
   python_module_case(conformance ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python/python_conformance_test.py
     $<TARGET_FILE:stream_dump> ${PROJECT_SOURCE_DIR}/tests/conformance/data)
+  python_module_case(scalars ${FIRE3DV_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python/python_scalars_test.py
+    $<TARGET_FILE:fire3dv-inspect> $<TARGET_FILE:fire3dv-record> $<TARGET_FILE:fire3dv-replay> $<TARGET_FILE:stream_dump>)
   set(python_renderer)
   if(TARGET fire3dv)
     set(python_renderer $<TARGET_FILE:fire3dv>)

@@ -78,6 +78,10 @@ bool Observer::take(transport::PeerId peer, std::span<const std::byte> message, 
     if (found == streams_.end() || edit->epoch != found->second.epoch) return false;
     ++found->second.edits;
     if (edit->property == wire::Property::marker) ++found->second.marker_edits;
+    if (wire::is_scalar(edit->property)) {
+      ++found->second.scalar_edits;
+      (void)found->second.scalars.apply(*edit);
+    }
     return false;
   }
   const auto* frame = std::get_if<wire::PoseFrameView>(&*decoded);
@@ -123,6 +127,42 @@ std::string age_text(const StreamSeen& stream) {
   return text;
 }
 
+// One line per scalar: group and name, unit, and statistics.
+std::string scalar_text(const StreamSeen& stream) {
+  std::string text;
+  for (const auto& [name, group] : stream.scalars.groups())
+    for (size_t i = 0; i < group.statistics().size(); ++i) {
+      const stream::ScalarStatistics& statistics = group.statistics()[i];
+      text += "  " + wire::printable(name + "/" + group.declared().names[i], 128);
+      if (const std::string& unit = group.declared().units[i]; !unit.empty()) text += " [" + unit + "]";
+      text += ": " + counted(statistics.count, "value");
+      if (statistics.count != 0) {
+        char numbers[128];
+        std::snprintf(numbers, sizeof numbers, ", min %.6g, max %.6g, last %.6g", statistics.min,
+                      statistics.max, statistics.last);
+        text += numbers;
+      }
+      text += '\n';
+    }
+  return text;
+}
+
+nlohmann::json scalar_json(const StreamSeen& stream) {
+  nlohmann::json scalars = nlohmann::json::array();
+  for (const auto& [name, group] : stream.scalars.groups())
+    for (size_t i = 0; i < group.statistics().size(); ++i) {
+      const stream::ScalarStatistics& statistics = group.statistics()[i];
+      scalars.push_back({{"group", name},
+                         {"name", group.declared().names[i]},
+                         {"unit", group.declared().units[i]},
+                         {"count", statistics.count},
+                         {"min", statistics.min},  // NaN is null
+                         {"max", statistics.max},
+                         {"last", statistics.last}});
+    }
+  return scalars;
+}
+
 }  // namespace
 
 std::string Observer::text(const transport::ListenerLink& link) const {
@@ -137,18 +177,18 @@ std::string Observer::text(const transport::ListenerLink& link) const {
     text += line;
     if (stream.edits > 0) text += ", " + counted(stream.edits, "scene edit");
     if (stream.marker_edits > 0) text += " (" + std::to_string(stream.marker_edits) + " of markers)";
+    if (stream.scalar_edits > 0) text += " (" + std::to_string(stream.scalar_edits) + " of scalars)";
     if (stream.nominal_rate_hz > 0) {
       std::snprintf(line, sizeof line, "; nominal %.1f Hz", stream.nominal_rate_hz);
       text += line;
     }
-    text += '\n' + age_text(stream);
+    text += '\n' + age_text(stream) + scalar_text(stream);
   }
   if (streams_.empty()) text += "no streams\n";
   const LinkStats stats = link.stats();
-  std::snprintf(
-      line, sizeof line, "%s: %s, %s, %s overtaken, %s not understood", link.uri().c_str(),
-      counted(stats.peers, "peer").c_str(), counted(stats.messages_received, "message").c_str(),
-      counted(stats.poses_dropped, "pose").c_str(), counted(refused_, "message").c_str());
+  std::snprintf(line, sizeof line, "%s: %s, %s, %s overtaken, %s not understood", link.uri().c_str(),
+                counted(stats.peers, "peer").c_str(), counted(stats.messages_received, "message").c_str(),
+                counted(stats.poses_dropped, "pose").c_str(), counted(refused_, "message").c_str());
   text += line;
   for (size_t i = 0; i < transport::kCauseCount; ++i)
     if (stats.rejected_by_cause[i] != 0)
@@ -179,6 +219,8 @@ std::string Observer::json(const transport::ListenerLink& link) const {
                        {"missing", stream.missing},
                        {"edits", stream.edits},
                        {"marker_edits", stream.marker_edits},
+                       {"scalar_edits", stream.scalar_edits},
+                       {"scalars", scalar_json(stream)},
                        {"sequence", stream.sequence},
                        {"ages_known", stream.same_clock},
                        {"ages_below_power_of_two_us", ages}});

@@ -8,6 +8,7 @@
 #include <memory>
 #include <string>
 
+#include "protocol/stream/scalar_history.h"
 #include "protocol/transport/link.h"
 #include "protocol/wire/decode.h"
 
@@ -26,8 +27,10 @@ struct StreamSeen {
   uint64_t frames = 0;    // whole frames, counted at their last part
   uint64_t messages = 0;  // frames and frame parts
   uint64_t bytes = 0;
-  uint64_t edits = 0;  // scene edits, markers included
+  uint64_t edits = 0;  // scene edits, markers and scalars included
   uint64_t marker_edits = 0;
+  uint64_t scalar_edits = 0;
+  stream::ScalarHistory scalars{nullptr, stream::ScalarHistory::Keep::statistics};
   uint64_t missing = 0;  // skipped sequences
   uint64_t sequence = 0;
   int64_t first_frame_ns = 0, last_frame_ns = 0;

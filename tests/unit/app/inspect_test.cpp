@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "protocol/base/clock.h"
@@ -71,13 +72,26 @@ TEST_P(Inspect, CountsFramesGapsAndAges) {
   const wire::Bytes edit_message = wire::encode(edit);
   publisher->send_control(edit_message);
   ASSERT_TRUE(poll_until([&] { return stream.edits == 1; }));
+  const auto send_scalars = [&](uint64_t version, wire::Property property, wire::EditValue value) {
+    publisher->send_control(wire::encode(wire::SceneEdit{5, version, "arm", property, std::move(value)}));
+  };
+  send_scalars(2, wire::Property::scalars, wire::Scalars{{"shoulder", "energy"}, {"rad", ""}});
+  constexpr double kNoValue = std::numeric_limits<double>::quiet_NaN();
+  for (const double value : {0.5, -1.25, 0.25})
+    send_scalars(3, wire::Property::scalar_values, wire::ScalarValues{2, 0, {value, kNoValue}});
+  ASSERT_TRUE(poll_until([&] { return stream.scalar_edits == 4; }));
   publisher->publish(message_of("not a message"));
   ASSERT_TRUE(poll_until([&] { return observer.refused_messages() == 1; }));
 
   const auto json = nlohmann::json::parse(observer.json(*listener.link));
   EXPECT_EQ(json["streams"][0]["name"], "a simulator");
   EXPECT_EQ(json["streams"][0]["missing"], 3);
-  EXPECT_EQ(json["streams"][0]["edits"], 1);
+  EXPECT_EQ(json["streams"][0]["edits"], 5);
+  EXPECT_EQ(json["streams"][0]["scalars"][0],
+            nlohmann::json::parse(R"({"group": "arm", "name": "shoulder", "unit": "rad", "count": 3,
+                                      "min": -1.25, "max": 0.5, "last": 0.25})"));
+  EXPECT_EQ(json["streams"][0]["scalars"][1]["count"], 0);
+  EXPECT_TRUE(json["streams"][0]["scalars"][1]["max"].is_null());
   EXPECT_EQ(json["streams"][0]["marker_edits"], 1);
   EXPECT_EQ(json["not_understood"], 1);
   EXPECT_EQ(json["rejected"]["bad_key"], 0);
@@ -86,7 +100,10 @@ TEST_P(Inspect, CountsFramesGapsAndAges) {
   EXPECT_EQ(ages, 5u) << "each frame has one age";
   const std::string text = observer.text(*listener.link);
   EXPECT_NE(text.find("\"a simulator\": 2 nodes"), std::string::npos);
-  EXPECT_NE(text.find("1 scene edit (1 of markers)"), std::string::npos) << text;
+  EXPECT_NE(text.find("5 scene edits (1 of markers) (4 of scalars)"), std::string::npos) << text;
+  EXPECT_NE(text.find("  arm/shoulder [rad]: 3 values, min -1.25, max 0.5, last 0.25\n"), std::string::npos)
+      << text;
+  EXPECT_NE(text.find("  arm/energy: 0 values\n"), std::string::npos) << text;
   EXPECT_NE(text.find("half below"), std::string::npos) << text;
   EXPECT_NE(text.find(" us        "), std::string::npos) << text;
   EXPECT_NE(text.find("########"), std::string::npos) << "the fullest bar is as long as any may be: " << text;

@@ -47,6 +47,25 @@ TEST(FrameReceiver, APartIsShownWithTheOthersOfItsFrame) {
   EXPECT_EQ(receiver.frames_received, 1u);
 }
 
+TEST(FrameReceiver, EverySampleOfScalarsCounts) {
+  FrameReceiver receiver(kEpoch, kNodes);
+  const auto scalars = [](uint64_t version, wire::Property property, wire::EditValue value) {
+    return wire::SceneEdit{kEpoch, version, "arm", property, std::move(value)};
+  };
+  receiver.apply(scalars(2, wire::Property::scalars, wire::Scalars{{"energy"}, {"J"}}));
+  for (uint64_t i = 0; i < 10; ++i)
+    receiver.apply(scalars(3 + i, wire::Property::scalar_values,
+                           wire::ScalarValues{2, static_cast<int64_t>(i), {0.5 * static_cast<double>(i)}}));
+  receiver.apply(scalars(5, wire::Property::scalar_values, wire::ScalarValues{2, 50, {1}}));
+  receiver.apply(scalars(20, wire::Property::scalar_values, wire::ScalarValues{7, 50, {1}}));
+  EXPECT_FALSE(receiver.has_new_edits()) << "they change no node";
+  EXPECT_EQ(receiver.edits_received, 12u);
+  EXPECT_EQ(receiver.edits_stale, 1u);
+  EXPECT_EQ(receiver.scalars_unmatched, 1u);
+  EXPECT_EQ(receiver.scalars().groups().at("arm").size(), 10u);
+  EXPECT_TRUE(push(receiver, 1, 20)) << "a frame that waits for their version is shown";
+}
+
 TEST(FrameReceiver, AFrameWaitsForItsEdits) {
   FrameReceiver receiver(kEpoch, kNodes);
   receiver.load_assets_asynchronously();
