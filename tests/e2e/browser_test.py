@@ -1,78 +1,15 @@
 #!/usr/bin/env python3
 """End-to-end test of --serve: the page in headless Chromium shows what the renderer draws, follows input, and keeps others out."""
 import base64
-import math
 import os
 import signal
 import subprocess
 
-from chromium import Chromium, WebSocketClient
-from glb_edit import edit_glb
+from chromium import WebSocketClient
 from harness import Program, main, vulkan_environment, wait_until
 from image_reader import check, read_png
+from live_session import HEIGHT, LEAST_PSNR_DB, PIXELS, WIDTH, Session, canvas, image_after, psnr_db
 from prometheus import scrape, url_of
-
-WIDTH, HEIGHT = 240, 136
-LEAST_PSNR_DB = 35
-
-PIXELS = """(() => {
-  const canvas = document.getElementById("canvas");
-  const data = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
-  let text = "";
-  for (let i = 0; i < data.length; i += 4) text += String.fromCharCode(data[i], data[i + 1], data[i + 2]);
-  return [canvas.width, canvas.height, btoa(text)];
-})()"""
-
-
-class Session:
-    """A renderer with a live view of the robot arm, and a browser."""
-
-    def __init__(self, test, *arguments, at="127.0.0.1:0", browser=(), change=None):
-        """change: see edit_glb()."""
-        self.test = test
-        self.scene = test.path("arm.glb")
-        if not os.path.exists(self.scene):
-            subprocess.run([test.programs_at["bullet_arm"], "--write-scene", self.scene], check=True, stdout=subprocess.DEVNULL)
-        if change:
-            edit_glb(self.scene, self.scene, change)
-        self.renderer = None
-        self.start(at, *arguments)
-        self.browser = Chromium(test.folder, *browser)
-
-    def start(self, at, *arguments):
-        self.renderer = Program(self.test, "fire3dv", [
-            self.test.programs_at["fire3dv"], self.scene, "--headless", "--serve", at, "--size", "32x32", "--shadows", "map",
-            "--validation", "--cache", "off", *arguments], vulkan_environment())
-        self.control = self.renderer.wait_err(r"^  control  (https?://\S+/#[0-9a-f]{32})$").group(1)
-        self.view = self.renderer.wait_err(r"^  view     (https?://\S+/#[0-9a-f]{32})$").group(1)
-        self.host = self.control.split("/")[2]
-
-    def page(self, link=None, embed=True, size=(WIDTH, HEIGHT), **options):
-        page = self.browser.page()
-        page.size(*size, **options)
-        link = link or self.control
-        page.open(link.replace("/#", "/?embed=1#") if embed else link)
-        return page
-
-    def end(self):
-        self.browser.end()
-
-
-def image_after(page, number):
-    """Waits until an image of full quality, later than this one, is on the canvas; returns its number."""
-    image = "JSON.parse(document.getElementById('canvas').dataset.image ?? '{}')"
-    return page.wait(f"a refined image after {number}", f"(() => {{ const i = {image}; return i.refined && i.number > {number} && i.number; }})()")
-
-
-def canvas(page):
-    width, height, text = page.evaluate(PIXELS)
-    return width, height, base64.b64decode(text)
-
-
-def psnr_db(a, b):
-    check(len(a) == len(b), f"{len(a)} and {len(b)} bytes")
-    error = sum((x - y) ** 2 for x, y in zip(a, b)) / len(a)
-    return 99 if error == 0 else 10 * math.log10(255 ** 2 / error)
 
 
 def image(test):
@@ -126,6 +63,70 @@ def cameras(test):
         check(second.evaluate(image) == at_second, "a viewer whose view stands gets images")
         first.key("Home")
         image_after(first, at_first)
+    finally:
+        session.end()
+
+
+STEP = 6  # pixels between samples of a reduced image
+
+
+def reduced(page):
+    """Green of every STEPth pixel, as rows."""
+    width, height, data = canvas(page)
+    return [[data[3 * (y * width + x) + 1] for x in range(0, width, STEP)] for y in range(0, height, STEP)]
+
+
+def flat(rows):
+    return bytes(value for row in rows for value in row)
+
+
+def best_fit(before, after, candidates, place):
+    """The candidate for which after[place(candidate, x, y)] differs least from before[y][x]."""
+    def difference(candidate):
+        errors = []
+        for y, row in enumerate(before):
+            for x, value in enumerate(row):
+                at_x, at_y = place(candidate, x, y)
+                if 0 <= at_x < len(row) and 0 <= at_y < len(before):
+                    errors.append(abs(after[at_y][at_x] - value))
+        return sum(errors) / len(errors)
+    return min(candidates, key=difference)
+
+
+def touch(test):
+    """At a telephone's size two fingers zoom about their middle and pan with the scene under them, one finger turns; the page stays."""
+    session = Session(test)
+    size = (390, 780)
+    try:
+        page = session.page(size=size, touch=True)
+        number = image_after(page, 0)
+
+        def gesture(*fingers):
+            """Each finger goes from its first position to its second."""
+            page.touch("touchStart", *[start for start, _ in fingers])
+            for i in range(1, 9):
+                page.touch("touchMove", *[(x + (to_x - x) * i / 8, y + (to_y - y) * i / 8) for (x, y), (to_x, to_y) in fingers])
+            page.touch("touchEnd")
+            return image_after(page, number)
+        before = reduced(page)
+        number = gesture(((150, 350), (210, 380)), ((250, 350), (310, 380)))
+        panned = reduced(page)
+        steps = range(-16, 17)
+        shift = best_fit(before, panned, [(dx, dy) for dx in steps for dy in steps], lambda d, x, y: (x + d[0], y + d[1]))
+        check(abs(shift[0] - 60 / STEP) <= 2 and abs(shift[1] - 30 / STEP) <= 2, f"the scene moves by {[STEP * d for d in shift]} pixels, not by 60, 30")
+        number = gesture(((210, 380), (150, 350)), ((310, 380), (250, 350)))
+        number = gesture(((165, 390), (135, 390)), ((225, 390), (255, 390)))  # twice as far from each other
+        zoomed = reduced(page)
+        middle = [side / 2 / STEP for side in size]
+        scales = [0.5, 0.6, 0.7, 0.8, 0.9, 1, 1.2, 1.4, 1.6, 1.8, 2, 2.2, 2.5, 3]
+        scale = best_fit(before, zoomed, scales, lambda f, x, y: (round(middle[0] + f * (x - middle[0])), round(middle[1] + f * (y - middle[1]))))
+        check(1.6 <= scale <= 2.5, f"fingers that spread to twice their distance zoom by {scale}")
+        number = gesture(((135, 390), (165, 390)), ((255, 390), (225, 390)))
+        check(psnr_db(flat(before), flat(reduced(page))) > 30, "the gestures back do not lead back")
+        number = gesture(((195, 390), (255, 390)))
+        check(psnr_db(flat(before), flat(reduced(page))) < 30, "one finger does not turn the camera")
+        check(page.evaluate("[visualViewport.scale, scrollX, scrollY]") == [1, 0, 0], "the page itself is zoomed or scrolled")
+        check(not page.errors, f"errors of the page: {page.errors}")
     finally:
         session.end()
 
@@ -374,5 +375,5 @@ def tls(test):
 
 
 if __name__ == "__main__":
-    main({"image": image, "cameras": cameras, "nodes": nodes, "viewers": viewers, "access": access, "restart": restart, "stream": stream, "video": video,
-          "replay": replay, "tls": tls}, ["fire3dv", "bullet_arm"])
+    main({"image": image, "cameras": cameras, "touch": touch, "nodes": nodes, "viewers": viewers, "access": access, "restart": restart,
+          "stream": stream, "video": video, "replay": replay, "tls": tls}, ["fire3dv", "bullet_arm"])

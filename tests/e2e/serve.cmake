@@ -1,10 +1,13 @@
-# The page of the live view in headless Chromium, an optional package.
+# The live view: its memory, and its page in headless Chromium, an optional package.
 find_program(FIRE3DV_CHROMIUM NAMES chromium chromium-browser)
 if(TARGET fire3dv AND TARGET bullet_arm AND NOT FIRE3DV_SANITIZE)
+  fire3dv_e2e_test(live_memory SCRIPT live_view_test.py PROGRAMS fire3dv bullet_arm e2e_publisher CASES memory)
   if(FIRE3DV_CHROMIUM)
-    foreach(case image cameras nodes viewers access restart stream video replay tls)
+    foreach(case image cameras touch nodes viewers access restart stream video replay tls)
       fire3dv_e2e_test(browser_${case} SCRIPT browser_test.py PROGRAMS fire3dv bullet_arm CASES ${case})
     endforeach()
+    fire3dv_e2e_test(live_slow SCRIPT live_view_test.py PROGRAMS fire3dv bullet_arm e2e_publisher CASES slow)
+    set_tests_properties(live_slow PROPERTIES SKIP_RETURN_CODE 77)
   else()
     message(STATUS "Chromium is not installed: the tests of the live view's page are left out")
   endif()
