@@ -335,8 +335,8 @@ void FrameLoop::steer() {
   // Animations follow the simulated time of a stream, so a replay's timeline drives them, too.
   replay::TimelineControl* timeline = timeline_;
   if (!timeline && animation_timeline_ && !poses_.sim_time_ns()) timeline = &*animation_timeline_;
-  window_->steer(facts_.begin_assembly(scene_.scene(), scene_.replaced(), receiver_, poses_, renderer_,
-                                       device_, camera_.node(), window_->records_video()),
+  window_->steer(facts_.begin_assembly(scene_.scene(), scene_.replaced(), receiver_, poses_, scene_.markers(),
+                                       renderer_, device_, camera_.node(), window_->records_video()),
                  timeline);
   if (const std::optional<std::filesystem::path> file = window_->take_opened(); file && next_)
     next_->open(*file);

@@ -16,6 +16,7 @@
 #include "renderer/passes/debug/inspection.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/scene/model/scene.h"
+#include "renderer/state/marker_registry.h"
 #include "renderer/state/motion/robot_pose.h"
 #include "renderer/state/stream_timing.h"
 
@@ -62,7 +63,8 @@ struct Viewer {
   passes::DrawSettings draw;  // requested settings; unsupported ones are reported and reset
   passes::DebugView debug_view = passes::DebugView::none;
   std::map<uint64_t, StreamPlayout> streams;  // by epoch
-  float camera_speed = 1;                     // factor on the speed derived from the scene's size
+  state::MarkerNamespaces hidden_markers;
+  float camera_speed = 1;  // factor on the speed derived from the scene's size
 
   bool gui = true, help = false;
   Commands commands;
@@ -96,10 +98,17 @@ struct FrameFacts {
   uint32_t samples = 0;
 };
 
+constexpr size_t kMaxMarkerNamespaces = 32;
+
 // Use of one resource by a stream's peer.
 struct UseFact {
   Resource resource{};
   uint64_t used = 0, limit = 0, refused = 0;
+};
+
+struct MarkerFact {
+  std::string name;  // of a namespace
+  uint64_t markers = 0;
 };
 
 struct StreamFact {
@@ -117,8 +126,10 @@ struct StreamFact {
   // Frames and messages that were not displayed, by cause.
   uint64_t incomplete = 0, stale = 0, refused = 0, baseless = 0, overtaken = 0;
   uint64_t edits = 0, edits_refused = 0;
-  std::vector<UseFact> uses;   // above 1 % of the limit, or with refusals
-  std::vector<float> gaps_ms;  // intervals between the newest frames, oldest first
+  std::vector<MarkerFact> marker_namespaces;  // at most kMaxMarkerNamespaces, by name
+  uint64_t more_marker_namespaces = 0;        // beyond these
+  std::vector<UseFact> uses;                  // above 1 % of the limit, or with refusals
+  std::vector<float> gaps_ms;                 // intervals between the newest frames, oldest first
 };
 
 struct LinkFact {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 #include <string>
+#include <string_view>
 #include <variant>
 
 #include "protocol/base/log.h"
@@ -54,6 +55,11 @@ bool is_finite(const glm::mat4& matrix) {
 
 }  // namespace
 
+std::string_view namespace_of(std::string_view marker_name) {
+  const size_t slash = marker_name.find('/');
+  return slash == marker_name.npos ? std::string_view() : marker_name.substr(0, slash);
+}
+
 bool MarkerRegistry::take_from(std::vector<SceneChanges>& changes) {
   bool is_changed = false;
   for (SceneChanges& change : changes) {
@@ -90,6 +96,8 @@ void MarkerRegistry::store(StreamEntry& stream, wire::SceneEdit&& edit, BudgetCh
                            const std::shared_ptr<PeerBudget>& budget) {
   if (const auto known = stream.markers.find(edit.node); known != stream.markers.end()) {
     stream.vertices -= known->second.vertices;
+    const auto count = stream.namespaces.find(namespace_of(known->first));
+    if (--count->second == 0) stream.namespaces.erase(count);
     stream.markers.erase(known);  // its charges must not count against the new value
   }
   auto* value = std::get_if<wire::Marker>(&edit.value);
@@ -105,6 +113,7 @@ void MarkerRegistry::store(StreamEntry& stream, wire::SceneEdit&& edit, BudgetCh
         "the markers of this stream would draw more than " + std::to_string(kMaxVertices) + " vertices");
   Result<BudgetCharge> gpu = BudgetCharge::take(budget, Resource::gpu_bytes, gpu_bytes(*value));
   if (!gpu) return report(stream, edit.node, gpu.error().message);
+  ++stream.namespaces[std::string(namespace_of(edit.node))];
   MarkerInForce& entry = stream.markers[edit.node];
   entry.id = ++last_id_;
   entry.marker = std::make_shared<const wire::Marker>(std::move(*value));
@@ -128,14 +137,27 @@ bool MarkerRegistry::find_parent(const PoseState& poses, MarkerInForce& entry) {
   return entry.parent_node != kNone;
 }
 
+const std::map<std::string, size_t, std::less<>>& MarkerRegistry::namespaces(uint64_t epoch) const {
+  static const std::map<std::string, size_t, std::less<>> kEmpty;
+  for (const auto& [age, entry] : streams_)
+    if (entry.epoch == epoch) return entry.namespaces;
+  return kEmpty;
+}
+
 const std::vector<ShownMarker>& MarkerRegistry::resolve(const PoseState& poses,
-                                                        const scene::SceneEdits& edits, bool complete) {
+                                                        const scene::SceneEdits& edits, bool complete,
+                                                        const MarkerNamespaces& hidden) {
   shown_.clear();
   for (auto& [age, entry] : streams_) {
     if (entry.id >= poses.streams().size()) continue;
     const Stream& stream = poses.streams()[entry.id];
     if (!stream.active || stream.epoch != entry.epoch) continue;
+    hidden_.clear();
+    for (auto of_stream = hidden.lower_bound({stream.name, ""});
+         of_stream != hidden.end() && of_stream->stream == stream.name; ++of_stream)
+      hidden_.push_back(of_stream->name);
     for (auto& [name, in_force] : entry.markers) {
+      if (std::ranges::binary_search(hidden_, namespace_of(name))) continue;
       const wire::Marker& marker = *in_force.marker;
       if (marker.positions.empty()) continue;
       if (marker.lifetime_ns != 0 &&

@@ -2,11 +2,16 @@
 // to nodes as other edits are; their parents are resolved to poses for each image. Not thread-safe.
 #pragma once
 
+#include <compare>
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <glm/glm.hpp>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -17,6 +22,17 @@
 #include "renderer/state/pose_state.h"
 
 namespace fire3dv::state {
+
+// Markers of one stream whose names begin with "name/"; with an empty name, those without a namespace.
+struct MarkerNamespace {
+  std::string stream;  // its name, which it keeps when the simulator starts again
+  std::string name;
+  auto operator<=>(const MarkerNamespace&) const = default;
+};
+using MarkerNamespaces = std::set<MarkerNamespace>;
+
+// The part of a marker's name before its first "/"; empty without one.
+std::string_view namespace_of(std::string_view marker_name);
 
 // Marker of one image.
 struct ShownMarker {
@@ -33,9 +49,12 @@ class MarkerRegistry {
 
   // Markers of the poses shown now, the oldest stream first, by name: without those whose lifetime does not
   // include the shown frame, and whose parent is hidden or absent. complete: all requested nodes have been
-  // added or refused, so that absent parents are reported. Valid until the next call.
+  // added or refused, so that absent parents are reported. hidden: left out. Valid until the next call.
   const std::vector<ShownMarker>& resolve(const PoseState& poses, const scene::SceneEdits& edits,
-                                          bool complete = true);
+                                          bool complete = true, const MarkerNamespaces& hidden = {});
+
+  // Numbers of markers in force, by namespace, of the stream with this epoch. Valid until the next change.
+  const std::map<std::string, size_t, std::less<>>& namespaces(uint64_t epoch) const;
 
   bool empty() const { return streams_.empty(); }
   // Log messages since the last call.
@@ -54,7 +73,8 @@ class MarkerRegistry {
     StreamId id = kNone;
     uint64_t epoch = 0;
     std::map<std::string, MarkerInForce> markers;
-    uint64_t vertices = 0;  // of all
+    std::map<std::string, size_t, std::less<>> namespaces;  // numbers of markers
+    uint64_t vertices = 0;                                  // of all
     uint32_t reported = 0;
     bool reported_parent = false;
   };
@@ -66,6 +86,7 @@ class MarkerRegistry {
   std::map<uint64_t, StreamEntry> streams_;  // by age, the oldest first
   uint64_t last_id_ = 0;
   std::vector<ShownMarker> shown_;
+  std::vector<std::string_view> hidden_;  // namespaces of one stream, sorted; of resolve()
   std::vector<std::string> log_messages_;
 };
 

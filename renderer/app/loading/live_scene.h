@@ -30,6 +30,7 @@ struct UserEdits {
   uint32_t isolated = scene::kNone;         // only this node and its descendants are drawn
   std::map<uint32_t, scene::Light> lights;  // replace those of the file and of streams
   scene::MaterialEdits materials;
+  state::MarkerNamespaces hidden_markers;
   bool operator==(const UserEdits&) const = default;
 };
 
@@ -83,8 +84,10 @@ class LiveScene {
   const scene::SceneEdits& edits() const { return edits_; }
   // Makes the markers of streams, for the poses shown now, those of the renderer's next images.
   void show_markers() {
-    if (shows_markers_) renderer_.set_markers(markers_.resolve(poses_, edits_, settled()));
+    if (shows_markers_)
+      renderer_.set_markers(markers_.resolve(poses_, edits_, settled(), user_.hidden_markers));
   }
+  const state::MarkerRegistry& markers() const { return markers_; }
   void set_shows_markers(bool shows) { shows_markers_ = shows; }
   const state::EditFaults& faults() const { return registry_.faults(); }
   uint64_t replaced() const { return replaced_; }  // number of replacements of the scene

@@ -224,7 +224,7 @@ void forget_scene(gui::Viewer& viewer) {
 }
 
 UserEdits edits_of(const gui::Viewer& viewer) {
-  UserEdits edits{viewer.hidden, viewer.isolated, viewer.lights, {}};
+  UserEdits edits{viewer.hidden, viewer.isolated, viewer.lights, {}, viewer.hidden_markers};
   for (const auto& [number, material] : viewer.materials)
     edits.materials.emplace(number, scene::factors_of(material));
   return edits;

@@ -244,7 +244,8 @@ double ViewerFacts::rate_of(uint64_t epoch, uint64_t sequence) {
 }
 
 gui::StreamFact ViewerFacts::stream_fact(const StreamReceiver::Report& report, const StreamReceiver& receiver,
-                                         const state::PoseState& poses) {
+                                         const state::PoseState& poses,
+                                         const state::MarkerRegistry& markers) {
   const state::Stream& stream = poses.streams()[report.id];
   gui::StreamFact fact;
   fact.epoch = stream.epoch;
@@ -271,6 +272,13 @@ gui::StreamFact ViewerFacts::stream_fact(const StreamReceiver::Report& report, c
   fact.overtaken = stream.frames_superseded;
   fact.edits = stream.edits_received;
   fact.edits_refused = stream.edits_refused;
+  for (const auto& [name, count] : markers.namespaces(stream.epoch)) {
+    if (fact.marker_namespaces.size() < gui::kMaxMarkerNamespaces) {
+      fact.marker_namespaces.push_back({name, count});
+    } else {
+      ++fact.more_marker_namespaces;
+    }
+  }
   fact.uses = notable_uses(report.budget.get());
   fact.gaps_ms = poses.gaps_ms(report.id);
   return fact;
@@ -278,6 +286,7 @@ gui::StreamFact ViewerFacts::stream_fact(const StreamReceiver::Report& report, c
 
 const gui::Facts& ViewerFacts::begin_assembly(const scene::Scene& scene, uint64_t scene_number,
                                               const StreamReceiver& receiver, const state::PoseState& poses,
+                                              const state::MarkerRegistry& markers,
                                               const passes::SceneRenderer& renderer,
                                               const gpu::Device& device, uint32_t camera_node,
                                               bool recording_video) {
@@ -302,7 +311,7 @@ const gui::Facts& ViewerFacts::begin_assembly(const scene::Scene& scene, uint64_
   facts_.streams.clear();
   std::map<uint64_t, Rate> still_there;
   for (const StreamReceiver::Report& report : receiver.report()) {
-    facts_.streams.push_back(stream_fact(report, receiver, poses));
+    facts_.streams.push_back(stream_fact(report, receiver, poses, markers));
     still_there[facts_.streams.back().epoch] = rates_[facts_.streams.back().epoch];
   }
   rates_ = std::move(still_there);

@@ -73,6 +73,7 @@ class ViewerFacts {
   // scene: the renderer's scene, with a unique scene_number. camera_node: kNone for a free camera.
   const gui::Facts& begin_assembly(const scene::Scene& scene, uint64_t scene_number,
                                    const StreamReceiver& receiver, const state::PoseState& poses,
+                                   const state::MarkerRegistry& markers,
                                    const passes::SceneRenderer& renderer, const gpu::Device& device,
                                    uint32_t camera_node, bool recording_video);
 
@@ -85,7 +86,7 @@ class ViewerFacts {
   };
   void set_scene(const scene::Scene& scene, uint64_t scene_number, const passes::SceneRenderer& renderer);
   gui::StreamFact stream_fact(const StreamReceiver::Report& report, const StreamReceiver& receiver,
-                              const state::PoseState& poses);
+                              const state::PoseState& poses, const state::MarkerRegistry& markers);
   double rate_of(uint64_t epoch, uint64_t sequence);
 
   const std::chrono::steady_clock::time_point begun_;

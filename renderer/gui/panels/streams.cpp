@@ -1,4 +1,5 @@
-// Streams panel (state, jitter, losses by cause and playout settings of each stream), and timeline panel.
+// Streams panel (state, jitter, losses by cause, markers and playout settings of each stream), and timeline
+// panel.
 
 #include <algorithm>
 #include <cmath>
@@ -33,6 +34,32 @@ void draw_uses(Ui& ui, const std::vector<UseFact>& uses) {
              text);
     ui.hint(std::string(info(use.resource).noun).c_str());
   }
+}
+
+// Check boxes that show and hide the namespaces of the stream's markers.
+void draw_markers(const Context& context, const StreamFact& stream) {
+  Ui& ui = context.ui;
+  if (stream.marker_namespaces.empty()) return;
+  ui.note("Markers:");
+  state::MarkerNamespaces& hidden = context.viewer.hidden_markers;
+  for (size_t i = 0; i < stream.marker_namespaces.size(); ++i) {
+    const MarkerFact& fact = stream.marker_namespaces[i];
+    const state::MarkerNamespace key{stream.name, fact.name};
+    const std::string label = fact.name.empty() ? "  without namespace" : "  " + one_line(fact.name);
+    const std::string hint = grouped(fact.markers) + (fact.markers == 1 ? " marker" : " markers");
+    bool is_shown = !hidden.contains(key);
+    ImGui::PushID(static_cast<int>(i));  // names that differ may be displayed alike
+    if (ui.check(label.c_str(), is_shown, hint.c_str())) {
+      if (is_shown) {
+        hidden.erase(key);
+      } else {
+        hidden.insert(key);
+      }
+    }
+    ImGui::PopID();
+  }
+  if (stream.more_marker_namespaces > 0)
+    ui.note("and " + grouped(stream.more_marker_namespaces) + " more namespaces");
 }
 
 constexpr float kMaxDelayMs = 500;
@@ -100,6 +127,7 @@ void StreamsPanel::draw_stream(const Context& context, const StreamFact& stream)
     ui.value("Edits", "%s, %s refused", grouped(stream.edits).c_str(), grouped(stream.edits_refused).c_str());
   }
   draw_uses(ui, stream.uses);
+  draw_markers(context, stream);
   if (stream.gaps_ms.size() > 1) {
     const Ui::Curve gaps{stream.gaps_ms, theme::kAccent};
     ui.plot({&gaps, 1}, 34, 1, "ms between frames");

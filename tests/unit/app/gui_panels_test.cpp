@@ -49,6 +49,7 @@ std::string settings_of(const GuiWorld& world) {
     text += "stream " +
             numbers({double(epoch), double(playout.interpolate), double(playout.delay_ns.value_or(-1))});
   }
+  for (const auto& [stream, name] : v.hidden_markers) text += "markers " + stream + " " + name + " ";
   const gui::Commands& c = v.commands;
   text += numbers({double(c.frame_all), double(c.frame_selection), c.camera ? double(*c.camera) : -1,
                    c.variant ? double(*c.variant) : -1, double(c.free_camera), double(c.screenshot),

@@ -101,6 +101,8 @@ struct GuiWorld {
 
   explicit GuiWorld(scene::Scene shown = gui_scene()) : scene(std::move(shown)), poses(scene) {
     facts = bench::panel_facts(0, glm::uvec2(display_px));
+    facts.streams[0].marker_namespaces = {{"", 1}, {"contacts", 2}};
+    facts.streams[0].more_marker_namespaces = 3;
     wire::StreamDescription description;
     description.adapter_name = "bullet_arm";
     description.epoch = 0x51;

@@ -92,6 +92,33 @@ TEST_F(MarkerRegistryTest, ShowsTheNewestValueOfEachNameUntilItIsCleared) {
   EXPECT_EQ(log(), "");
 }
 
+TEST_F(MarkerRegistryTest, HidesNamespacesOfAStream) {
+  const StreamId first = stream(1), second = stream(2);
+  for (const char* name : {"a/1", "a/2/3", "a", "ab/1", "/b"}) edit(first, name, points());
+  edit(second, "a/1", points(7));
+  ASSERT_EQ(shown().size(), 6u);
+  const std::map<std::string, size_t, std::less<>> counts{{"", 2}, {"a", 2}, {"ab", 1}};
+  EXPECT_EQ(markers_.namespaces(1), counts);
+  EXPECT_EQ(markers_.namespaces(2).size(), 1u);
+  EXPECT_TRUE(markers_.namespaces(3).empty());
+
+  const auto shown_without = [&](const MarkerNamespaces& hidden) {
+    return markers_.resolve(poses_, edits_, true, hidden).size();
+  };
+  EXPECT_EQ(shown_without({{"stream 1", "a"}}), 4u);
+  EXPECT_EQ(shown_without({{"stream 1", ""}}), 4u) << "those without a namespace";
+  EXPECT_EQ(shown_without({{"stream 2", "a"}}), 5u);
+  EXPECT_EQ(shown_without({{"stream 1", ""}, {"stream 1", "a"}, {"stream 1", "ab"}, {"stream 2", "a"}}), 0u);
+  EXPECT_EQ(shown_without({{"stream", "a"}, {"stream 1", "a/2"}, {"stream 3", "a"}}), 6u);
+  EXPECT_EQ(shown().size(), 6u) << "the registry keeps nothing of it";
+
+  edit(first, "a/1", points(1));
+  edit(first, "a/2/3", wire::Cleared{});
+  edit(first, "ab/1", wire::Cleared{});
+  (void)shown();
+  EXPECT_EQ(markers_.namespaces(1), (std::map<std::string, size_t, std::less<>>{{"", 2}, {"a", 1}}));
+}
+
 TEST_F(MarkerRegistryTest, LeavesOtherEditsInTheChanges) {
   const StreamId id = stream(1);
   edit(id, "arm", points());
