@@ -3,6 +3,7 @@
 #include <chrono>
 #include <utility>
 
+#include "protocol/base/clock.h"
 #include "protocol/base/plural.h"
 #include "protocol/base/text.h"
 
@@ -12,12 +13,6 @@ namespace {
 constexpr int64_t kMs = 1'000'000, kSecond = 1000 * kMs;
 constexpr int64_t kPatienceNs = 3 * kSecond;
 constexpr int kMaxBatches = 64;  // of one topic, before poses are published
-
-int64_t monotonic_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-             std::chrono::steady_clock::now().time_since_epoch())
-      .count();
-}
 
 template <typename Message, typename Take>
 void drain(Reader<Message>& reader, Take&& take) {
@@ -73,14 +68,19 @@ Bridge::Bridge(Options options, std::unique_ptr<Participant> participant, Discov
       renderers_(std::move(renderers)),
       sampler_(options_.frames) {
   const Names& names = options_.names;
-  watched_ = {{names.resolve("/tf"), "tf2_msgs/msg/TFMessage", readers_.tf.get()},
-              {names.resolve("/tf_static"), "tf2_msgs/msg/TFMessage", readers_.tf_static.get()},
-              {names.resolve("/clock"), "rosgraph_msgs/msg/Clock", readers_.clock.get()},
-              {names.resolve("joint_states"), "sensor_msgs/msg/JointState", readers_.joint_states.get()},
-              {names.resolve("robot_description"), "std_msgs/msg/String", readers_.description.get()}};
-  for (const Watched& watched : watched_) {
-    dds_set_status_mask(watched.reader, DDS_DATA_AVAILABLE_STATUS);
-    dds_waitset_attach(waitset_.get(), watched.reader, 0);
+  watch({{names.resolve("/tf"), "tf2_msgs/msg/TFMessage", readers_.tf.get()},
+         {names.resolve("/tf_static"), "tf2_msgs/msg/TFMessage", readers_.tf_static.get()},
+         {names.resolve("/clock"), "rosgraph_msgs/msg/Clock", readers_.clock.get()},
+         {names.resolve("joint_states"), "sensor_msgs/msg/JointState", readers_.joint_states.get()},
+         {description_topic(), "std_msgs/msg/String", readers_.description.get()}});
+}
+
+// Waits for messages, and reports publishers of another type or quality of service.
+void Bridge::watch(std::vector<WatchedTopic> topics) {
+  for (WatchedTopic& topic : topics) {
+    dds_set_status_mask(topic.reader, DDS_DATA_AVAILABLE_STATUS);
+    dds_waitset_attach(waitset_.get(), topic.reader, 0);
+    watched_.push_back(std::move(topic));
   }
 }
 

@@ -50,15 +50,13 @@ class Bridge {
     Reader<JointStateMessage> joint_states;
     Reader<StringMessage> description;
   };
-  struct Watched {  // topic, for messages
-    std::string topic, type;
-    dds_entity_t reader;
-  };
 
   Bridge(Options options, std::unique_ptr<Participant> participant, Discovery discovery, Readers readers,
          Entity waitset, Renderers renderers);
   static Result<Readers> open_readers(const Participant& participant, const Options& options);
 
+  void watch(std::vector<WatchedTopic> topics);
+  std::string description_topic() const { return options_.names.resolve("robot_description"); }
   void take_messages();
   void take_transforms(const TfMessage& message, bool is_static, SourceId source);
   bool insert_all(const TfMessage& message, bool is_static, SourceId source);
@@ -92,7 +90,7 @@ class Bridge {
   Discovery discovery_;
   Readers readers_;
   Entity waitset_;
-  std::vector<Watched> watched_;
+  std::vector<WatchedTopic> watched_;
   Renderers renderers_;
   LimitedLog log_;
 

@@ -10,10 +10,7 @@ Result<void> Bridge::open_markers() {
   auto markers = MarkerInput::open(*participant_, options_.names, options_.markers);
   if (!markers) return markers.error();
   markers_ = std::move(*markers);
-  for (const dds_entity_t reader : markers_->readers()) {
-    dds_set_status_mask(reader, DDS_DATA_AVAILABLE_STATUS);
-    dds_waitset_attach(waitset_.get(), reader, 0);
-  }
+  watch(markers_->topics());
   return {};
 }
 

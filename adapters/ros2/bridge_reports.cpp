@@ -26,18 +26,20 @@ std::string Bridge::frame_text(FrameId id) const {
 void Bridge::report_conflicts() {
   for (const FrameConflict& conflict : buffer_.take_conflicts()) {
     if (conflict.first == kJointSource || conflict.second == kJointSource) continue;
-    log_.warn("frames with two publishers",
-              "frame " + quote(buffer_.frames()[conflict.frame].name) + " has two publishers, " +
-                  source_text(conflict.first) + " and " + source_text(conflict.second) +
-                  ": it jumps between them");
+    log_.warn("frames with two publishers", "frame " + quote(buffer_.frames()[conflict.frame].name) +
+                                                " has two publishers, " + source_text(conflict.first) +
+                                                " and " + source_text(conflict.second) +
+                                                ": it jumps between them");
   }
 }
 
 void Bridge::report_publishers() {
-  for (const Watched& watched : watched_)
+  for (const WatchedTopic& watched : watched_)
     for (const Discovery::News& news : discovery_.new_publishers(watched.topic, watched.type)) {
-      if (news.is_wrong_type) log_.warn("types", news.text);
-      else if (++publishers_reported_ <= kMaxPublishersReported) log_line(news.text);
+      if (news.is_wrong_type)
+        log_.warn("types", news.text);
+      else if (++publishers_reported_ <= kMaxPublishersReported)
+        log_line(news.text);
     }
 }
 
@@ -60,7 +62,7 @@ void Bridge::report_missing_links() {
 }
 
 void Bridge::report_faults() {
-  for (const Watched& watched : watched_) {
+  for (const WatchedTopic& watched : watched_) {
     if (const std::string policy = new_incompatible_policy(watched.reader); !policy.empty())
       log_.warn("quality of service", "a publisher of " + watched.topic + " has another " + policy +
                                           " than ROS 2's: nothing is received from it");
@@ -82,12 +84,12 @@ void Bridge::report_faults() {
     const std::string frame = "frame " + frame_text(fault.frame);
     switch (fault.kind) {
       case FrameFault::Kind::unconnected:
-        log_.warn("unconnected frames", frame + " has no path to the fixed frame " +
-                                            (sampler_.fixed_frame() == kNoFrame
-                                                 ? "\"\""
-                                                 : quote(buffer_.frames()[sampler_.fixed_frame()].name)) +
-                                            ": nobody publishes a parent of " +
-                                            quote(buffer_.frames()[fault.other].name));
+        log_.warn(
+            "unconnected frames",
+            frame + " has no path to the fixed frame " +
+                (sampler_.fixed_frame() == kNoFrame ? "\"\""
+                                                    : quote(buffer_.frames()[sampler_.fixed_frame()].name)) +
+                ": nobody publishes a parent of " + quote(buffer_.frames()[fault.other].name));
         break;
       case FrameFault::Kind::loop:
         log_.warn("loops", frame + " is part of, or below, a loop of parents with " +

@@ -63,9 +63,8 @@ void Bridge::choose_source_of_links() {
 void Bridge::take_description(const char* text) {
   if (description_ == text) return;
   description_ = text;
-  const std::string& topic = watched_.back().topic;
   if (description_.size() > kMaxDescriptionBytes) {
-    log_.warn("robot descriptions", topic + " is longer than 64 MiB and not read");
+    log_.warn("robot descriptions", description_topic() + " is longer than 64 MiB and not read");
     return;
   }
   if (images_) images_->set_description(description_);
@@ -77,8 +76,7 @@ void Bridge::start_conversion() {
   if (conversion_ || !is_description_new_ || now_ns_ < next_conversion_ns_) return;
   is_description_new_ = false;
   next_conversion_ns_ = now_ns_ + 2 * kSecond;
-  Result<Conversion> started =
-      Conversion::start(description_, options_.package_folders, watched_.back().topic);
+  Result<Conversion> started = Conversion::start(description_, options_.package_folders, description_topic());
   if (started)
     conversion_ = std::move(*started);
   else

@@ -50,6 +50,12 @@ class Discovery {
   std::unordered_map<dds_instance_handle_t, Remote> remotes_;
 };
 
+// Topic that is read, for messages about its publishers.
+struct WatchedTopic {
+  std::string topic, type;  // absolute ROS name; ROS type
+  dds_entity_t reader;
+};
+
 // Policy that keeps a reader and publishers of its topic apart, since the last call: "reliability"; empty:
 // none.
 std::string new_incompatible_policy(dds_entity_t reader);

@@ -43,12 +43,15 @@ Result<std::unique_ptr<MarkerInput>> MarkerInput::open(const Participant& partic
   return input;
 }
 
-std::vector<dds_entity_t> MarkerInput::readers() const {
-  std::vector<dds_entity_t> all;
-  for (const auto& topic : markers_) all.push_back(topic.reader.get());
-  for (const auto& topic : points_) all.push_back(topic.reader.get());
-  for (const auto& topic : paths_) all.push_back(topic.reader.get());
-  for (const auto& topic : maps_) all.push_back(topic.reader.get());
+std::vector<WatchedTopic> MarkerInput::topics() const {
+  std::vector<WatchedTopic> all;
+  const auto add = [&](const auto& topics, const char* type) {
+    for (const auto& topic : topics) all.push_back({"/" + topic.name, type, topic.reader.get()});
+  };
+  add(markers_, "visualization_msgs/msg/MarkerArray");
+  add(points_, "sensor_msgs/msg/PointCloud2");
+  add(paths_, "nav_msgs/msg/Path");
+  add(maps_, "nav_msgs/msg/OccupancyGrid");
   return all;
 }
 
@@ -70,9 +73,12 @@ void MarkerInput::take_one(const std::string& topic, const MarkerMessage& messag
   Result<MarkerUpdate> update = update_of(topic, message);
   if (!update) return refuse(context, topic, "a marker", update.error());
   switch (update->action) {
-    case MarkerAction::set: return store_.set(topic, std::move(update->marker), context);
-    case MarkerAction::clear: return store_.clear(topic, update->marker.name, context);
-    case MarkerAction::clear_all: return store_.clear_topic(topic, context);
+    case MarkerAction::set:
+      return store_.set(topic, std::move(update->marker), context);
+    case MarkerAction::clear:
+      return store_.clear(topic, update->marker.name, context);
+    case MarkerAction::clear_all:
+      return store_.clear_topic(topic, context);
   }
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "adapters/ros2/dds/discovery.h"
 #include "adapters/ros2/dds/names.h"
 #include "adapters/ros2/dds/participant.h"
 #include "adapters/ros2/dds/topics.h"
@@ -25,8 +26,8 @@ class MarkerInput {
   static Result<std::unique_ptr<MarkerInput>> open(const Participant& participant, const Names& names,
                                                    const MarkerTopics& topics);
 
-  // Readers to wait for.
-  std::vector<dds_entity_t> readers() const;
+  // Topics whose readers to wait for.
+  std::vector<WatchedTopic> topics() const;
 
   // Updates the store and takes the messages that have arrived, 16 batches of a topic at most. Call it often:
   // lifetimes end and frames appear without a message. What is not shown is reported, with topic and reason.

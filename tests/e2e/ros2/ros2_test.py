@@ -539,10 +539,13 @@ def hostile_bytes(test):
 def hostile_types(test):
     """Another type under a known name is said."""
     ros = Ros(test)
-    adapter = ros.adapter("--no-description")
+    adapter = ros.adapter("--no-description", "--markers", "/arrows", "--points", "/cloud", "--path", "/plan", "--map", "/map")
     side = ros.side(opens=[], wait=False)
-    side.do("open_wrong /tf")
-    adapter.wait_err(r"/tf has the type std_msgs/msg/String at .*, not tf2_msgs/msg/TFMessage: nothing is received from there")
+    for topic, kind in (("/tf", "tf2_msgs/msg/TFMessage"), ("/arrows", "visualization_msgs/msg/MarkerArray"),
+                        ("/cloud", "sensor_msgs/msg/PointCloud2"), ("/plan", "nav_msgs/msg/Path"),
+                        ("/map", "nav_msgs/msg/OccupancyGrid")):
+        side.do(f"open_wrong {topic}")
+        adapter.wait_err(rf"{topic} has the type std_msgs/msg/String at .*, not {kind}: nothing is received from there")
     good = ros.side("good")
     good.send("tf", ("map", "base", 1, 1))
     ros.wait_frame("the good frame", lambda f: "base" in f[2])
