@@ -14,7 +14,7 @@ constexpr size_t kMaxNameBytes = 200;
 struct Shape {
   int32_t kind;
   bool takes_points;   // positions are `points`; otherwise one element at the pose
-  bool has_size;       // scale is the extent; otherwise scale.x is the width
+  bool has_size;       // scale is the extent; otherwise scale.x is the width, except of triangles
   uint32_t group = 1;  // points of an element
 };
 std::optional<Shape> shape_of(const MarkerMessage& message) {
@@ -61,27 +61,38 @@ Result<void> add_arrow(const MarkerMessage& message, ShownMarker& marker) {
   return {};
 }
 
+// Points, and their colours: one each, or one for each group of triangles.
+Result<void> add_points(const MarkerMessage& message, const Shape& shape,
+                        const geometry_msgs_msg_dds__Vector3_& scale, ShownMarker& marker) {
+  const uint32_t count = message.points._length, colors = message.colors._length;
+  if (count > kMaxMarkerElements) return Error{"it has " + std::to_string(count) + " points"};
+  if (count % shape.group != 0)
+    return Error{"it has " + std::to_string(count) + " points, not groups of " + std::to_string(shape.group)};
+  const bool has_colors = count > 0 && colors == count;
+  const bool has_face_colors = count > 0 && shape.group == 3 && colors == count / 3;
+  for (uint32_t i = 0; i < count; ++i) {
+    const auto& point = message.points._buffer[i];
+    append(marker.positions, scale.x * point.x, scale.y * point.y, scale.z * point.z);
+    if (has_colors) append(marker.colors, message.colors._buffer[i]);
+    if (has_face_colors) append(marker.colors, message.colors._buffer[i / 3]);
+  }
+  return {};
+}
+
 Result<void> add_elements(const MarkerMessage& message, const Shape& shape, ShownMarker& marker) {
   marker.kind = shape.kind;
+  if (shape.kind == FIRE3DV_MARKER_TRIANGLES) {  // scale multiplies their points
+    if (message.scale.x == 0 || message.scale.y == 0 || message.scale.z == 0)
+      return Error{"a scale of 0 is invisible; triangles have a scale of 1 in x, y and z"};
+    return add_points(message, shape, message.scale, marker);
+  }
   if (shape.has_size)
     marker.sizes = {static_cast<float>(message.scale.x), static_cast<float>(message.scale.y),
                     static_cast<float>(message.scale.z)};
   else
     marker.width_m = static_cast<float>(message.scale.x);
-  if (!shape.takes_points) {
-    append(marker.positions, 0, 0, 0);
-    return {};
-  }
-  const uint32_t count = message.points._length;
-  if (count > kMaxMarkerElements) return Error{"it has " + std::to_string(count) + " points"};
-  if (count % shape.group != 0)
-    return Error{"it has " + std::to_string(count) + " points, not groups of " + std::to_string(shape.group)};
-  const bool has_colors = count > 0 && message.colors._length == count;
-  for (uint32_t i = 0; i < count; ++i) {
-    const auto& point = message.points._buffer[i];
-    append(marker.positions, point.x, point.y, point.z);
-    if (has_colors) append(marker.colors, message.colors._buffer[i]);
-  }
+  if (shape.takes_points) return add_points(message, shape, {1, 1, 1}, marker);
+  append(marker.positions, 0, 0, 0);
   return {};
 }
 

@@ -71,6 +71,30 @@ TEST(Ros2Markers, ListsHavePointsAndTheirColours) {
   EXPECT_FALSE(lines.update());
 }
 
+// As in rviz: scale multiplies the points, and colours are of vertices or of triangles.
+TEST(Ros2Markers, TrianglesHaveAScaleAndColoursOfFaces) {
+  TestMarker triangles(11);
+  triangles.message.scale = {2, 3, 4};
+  triangles.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 1}, {0, 0, -1}};
+  triangles.colors = {{1, 0, 0, 1}, {0, 1, 0, 1}};
+  Result<MarkerUpdate> update = triangles.update();
+  ASSERT_TRUE(update) << update.error().message;
+  EXPECT_EQ(update->marker.kind, FIRE3DV_MARKER_TRIANGLES);
+  EXPECT_EQ(update->marker.positions,
+            (std::vector<float>{0, 0, 0, 2, 0, 0, 0, 3, 0, 0, 0, 4, 2, 3, 4, 0, 0, -4}));
+  EXPECT_EQ(update->marker.colors,
+            (std::vector<uint8_t>{255, 0,   0, 255, 255, 0,   0, 255, 255, 0,   0, 255,
+                                  0,   255, 0, 255, 0,   255, 0, 255, 0,   255, 0, 255}));
+  triangles.colors.assign(6, {0, 0, 1, 1});
+  EXPECT_EQ(triangles.update()->marker.colors.size(), 24u);
+  triangles.colors.assign(3, {0, 0, 1, 1});  // neither: the colour of the message
+  EXPECT_EQ(triangles.update()->marker.colors, (std::vector<uint8_t>{255, 128, 0, 255}));
+  triangles.message.scale.y = 0;
+  EXPECT_FALSE(triangles.update());
+  triangles.message.scale.y = 1e300;
+  EXPECT_FALSE(triangles.update());
+}
+
 TEST(Ros2Markers, ArrowsAreOfTwoFormsInTheMessage) {
   TestMarker arrow(0);
   arrow.message.scale = {2, 0.1, 0.2};
