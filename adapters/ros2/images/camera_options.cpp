@@ -15,8 +15,7 @@ Result<CameraSpec> with_defaults(const CameraArguments& arguments, CameraSpec ca
   if (!arguments.size.empty()) {
     const auto size = parse_image_size(arguments.size);
     if (!size) return Error{"--image-size: " + size.error().message};
-    camera.width = size->first;
-    camera.height = size->second;
+    set_image_size(camera, size->first, size->second);
   }
   if (arguments.rate_hz >= 0) camera.rate_hz = arguments.rate_hz;
   if (!arguments.labels.empty())
@@ -50,7 +49,8 @@ void add_camera_options(CLI::App& app, CameraArguments& arguments) {
   app.add_option("--image-size", arguments.size, "size of all images (default: 640x480, or the sensor's)")
       ->type_name("WxH")
       ->group(kGroup);
-  app.add_option("--image-rate", arguments.rate_hz, "images per second; 0: every pose frame (default)")
+  app.add_option("--image-rate", arguments.rate_hz,
+                 "images per second; 0: every pose frame (default: 0, or the sensor's)")
       ->check(check_number)
       ->type_name("HZ")
       ->group(kGroup);

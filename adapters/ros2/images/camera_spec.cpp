@@ -1,5 +1,6 @@
 #include "adapters/ros2/images/camera_spec.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <numbers>
@@ -97,9 +98,7 @@ Result<void> set(CameraSpec& camera, Given& given, const std::string& key, const
   if (key == "size") {
     const auto size = parse_image_size(value);
     if (!size) return Error{"size=" + size.error().message};
-    // A projection in pixels belongs to the size that it was given with.
-    camera.width = size->first;
-    camera.height = size->second;
+    set_image_size(camera, size->first, size->second);
     return {};
   }
   if (key == "fov") {
@@ -163,6 +162,18 @@ bool parse_numbers(std::string_view text, double* numbers, size_t count) {
   }
   skip_space();
   return at == end;
+}
+
+void set_image_size(CameraSpec& camera, uint32_t width, uint32_t height) {
+  const double x = static_cast<double>(width) / camera.width, y = static_cast<double>(height) / camera.height;
+  if (camera.fx > 0 && camera.fy == 0 && x != y) camera.fy = camera.fx;
+  camera.fx *= x;
+  camera.fy *= y;
+  // Pixel coordinates count from the centre of the first pixel.
+  if (camera.cx >= 0) camera.cx = std::max((camera.cx + 0.5) * x - 0.5, 0.0);
+  if (camera.cy >= 0) camera.cy = std::max((camera.cy + 0.5) * y - 0.5, 0.0);
+  camera.width = width;
+  camera.height = height;
 }
 
 Result<std::pair<uint32_t, uint32_t>> parse_image_size(std::string_view text) {
@@ -230,8 +241,11 @@ Result<CameraSpec> apply(const CameraOption& option, CameraSpec camera) {
   if (!option.topic.empty()) camera.topic = option.topic;
   if (camera.topic.empty()) camera.topic = topic_from_name(camera.name);
   Given given;
-  for (const auto& [key, value] : option.settings)
-    if (Result<void> done = set(camera, given, key, value); !done) return fail(done.error().message);
+  // Projections of the same option belong to its size.
+  for (const bool is_size : {true, false})
+    for (const auto& [key, value] : option.settings)
+      if ((key == "size") == is_size)
+        if (Result<void> done = set(camera, given, key, value); !done) return fail(done.error().message);
   if (Result<void> good = check_projection(camera); !good) return fail(good.error().message);
   if (given.parent || given.pose) {
     // The pose of a <sensor> is relative to its own link.

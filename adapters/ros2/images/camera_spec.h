@@ -60,8 +60,13 @@ struct CameraOption {
 // Parses and checks the value of --camera. The error names the key, the value and what would be valid.
 Result<CameraOption> parse_camera_option(std::string_view text);
 
-// Applies the settings of an option to a camera: to the defaults of all cameras, or to a <sensor>.
+// Applies the settings of an option to a camera: to the defaults of all cameras, or to a <sensor>. The size
+// comes first, whatever the order of the settings.
 Result<CameraSpec> apply(const CameraOption& option, CameraSpec camera);
+
+// Sets the size of the images. A projection in pixels, which belongs to the former size, is scaled: the
+// camera sees what it saw.
+void set_image_size(CameraSpec& camera, uint32_t width, uint32_t height);
 
 // Parses "640x480".
 Result<std::pair<uint32_t, uint32_t>> parse_image_size(std::string_view text);

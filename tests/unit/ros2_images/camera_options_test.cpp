@@ -1,5 +1,6 @@
 // Options of images: defaults of all cameras, and the choice among the robot's sensors.
 #include "adapters/ros2/images/camera_options.h"
+#include "adapters/ros2/images/camera_model.h"
 
 #include <gtest/gtest.h>
 
@@ -87,6 +88,32 @@ TEST(CameraOptions, AllSensors) {
   EXPECT_FALSE(cameras.cameras[0].depth);
   EXPECT_TRUE(cameras.cameras[1].depth);
   EXPECT_EQ(cameras.cameras[1].topic, "/rear");
+}
+
+// The direction of a pixel's ray, hence what is seen, stays when the size changes.
+TEST(CameraOptions, ASizeScalesTheProjectionOfASensor) {
+  constexpr const char* kWithIntrinsics =
+      "<robot name='r'><link name='l'/><gazebo reference='l'><sensor name='eye' type='camera'><camera><image>"
+      "<width>320</width><height>240</height></image><lens><intrinsics><fx>200</fx><cx>159.5</cx>"
+      "<cy>100</cy></intrinsics></lens></camera></sensor></gazebo></robot>";
+  const auto projection = [&](const std::vector<std::string>& words) {
+    const RobotCameras cameras = robot_cameras(good(words), kWithIntrinsics, "");
+    EXPECT_TRUE(cameras.warnings.empty());
+    EXPECT_EQ(cameras.cameras.size(), 1u);
+    return cameras.cameras.empty() ? Intrinsics{} : intrinsics(cameras.cameras[0]);
+  };
+  const auto expect = [](const Intrinsics& k, double fx, double fy, double cx, double cy) {
+    EXPECT_DOUBLE_EQ(k.fx, fx);
+    EXPECT_DOUBLE_EQ(k.fy, fy);
+    EXPECT_DOUBLE_EQ(k.cx, cx);
+    EXPECT_DOUBLE_EQ(k.cy, cy);
+  };
+  expect(projection({"--sensors"}), 200, 200, 159.5, 100);
+  expect(projection({"--sensors", "--image-size", "640x480"}), 400, 400, 319.5, 200.5);
+  expect(projection({"--sensor", "eye,size=640x240"}), 400, 200, 319.5, 100);
+  expect(projection({"--sensor", "eye,size=160x120", "--image-size", "640x480"}), 100, 100, 79.5, 49.75);
+  // Values of the same option belong to its size, before or behind it.
+  expect(projection({"--sensor", "eye,fx=500,fy=510,size=640x480,cx=300"}), 500, 510, 300, 200.5);
 }
 
 TEST(CameraOptions, OneSensorWithSettings) {
