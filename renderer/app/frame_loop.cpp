@@ -141,7 +141,7 @@ Result<void> FrameLoop::run() {
     log_notes();
 
     if (metrics_)
-      metrics_->tell(receiver_, image_service_.open_requests(), poses_, scene_.faults(), count_viewers());
+      metrics_->tell(receiver_, image_service_.open_requests(), poses_, scene_.faults(), viewer_numbers());
 
     // User input.
     const bool is_due = has_changed();
@@ -370,9 +370,11 @@ void FrameLoop::animate() {
   set_rest(animations_->at(animation_clock_.at(poses_.sim_time_ns(), now_s)));
 }
 
-ViewerCounts FrameLoop::count_viewers() const {
+ViewerNumbers FrameLoop::viewer_numbers() const {
   if (!live_view_) return {};
-  return {live_view_->count_viewers(serve::Access::control), live_view_->count_viewers(serve::Access::view)};
+  return {live_view_->count_viewers(serve::Access::control), live_view_->count_viewers(serve::Access::view),
+          live_view_->server().encode_totals(serve::Codec::jpeg),
+          live_view_->server().encode_totals(serve::Codec::h264)};
 }
 
 void FrameLoop::show_in_browsers(LiveView* live_view) {

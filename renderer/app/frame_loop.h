@@ -85,7 +85,7 @@ class FrameLoop {
   uint64_t images() const { return images_; }
 
  private:
-  ViewerCounts count_viewers() const;
+  ViewerNumbers viewer_numbers() const;
   bool done();
   Result<void> await_stream();  // clears awaits_stream_ at the first pose frame; fails after the timeout
   void log_notes();

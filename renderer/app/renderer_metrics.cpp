@@ -80,7 +80,7 @@ void RendererMetrics::add(const gpu::FrameTimes& times) {
 
 void RendererMetrics::tell(const StreamReceiver& receiver, size_t open_image_requests,
                            const state::PoseState& poses, const state::EditFaults& faults,
-                           const ViewerCounts& viewers) {
+                           const ViewerNumbers& viewers) {
   const int64_t now_ns = monotonic_ns();
   if (now_ns < next_ns_) return;
   next_ns_ = now_ns + kPublishEveryNs;
@@ -151,13 +151,24 @@ void RendererMetrics::write_page(metrics::Exposition& page) const {
               "How old the numbers on this page are: large when the renderer stands still.");
   page.sample({}, static_cast<double>(now_ns - numbers->taken_ns) * 1e-9);
   write_images(page, *numbers);
-  page.family("fire3dv_viewers", "gauge", "Viewers of the live view that are connected, by their rights.");
-  page.sample({{"access", "control"}}, numbers->viewers.control);
-  page.sample({{"access", "view"}}, numbers->viewers.view);
+  write_viewers(page, numbers->viewers);
   write_links(page, *numbers);
   write_streams(page, *numbers, now_ns);
   write_edits(page, *numbers);
   metrics::write_peer_use(page, budgets_->limits(), numbers->peers);
+}
+
+void RendererMetrics::write_viewers(metrics::Exposition& page, const ViewerNumbers& viewers) {
+  page.family("fire3dv_viewers", "gauge", "Viewers of the live view that are connected, by their rights.");
+  page.sample({{"access", "control"}}, viewers.control);
+  page.sample({{"access", "view"}}, viewers.view);
+  const std::pair<const char*, const serve::EncodeTotals*> codecs[] = {{"jpeg", &viewers.jpeg},
+                                                                       {"h264", &viewers.h264}};
+  page.family("fire3dv_viewer_encode_seconds", "summary", "Spent on encoding an image for a viewer.");
+  for (const auto& [codec, totals] : codecs)
+    page.summary({{"codec", codec}}, totals->images, totals->seconds);
+  page.family("fire3dv_viewer_image_bytes_total", "counter", "Bytes of these images.");
+  for (const auto& [codec, totals] : codecs) page.sample({{"codec", codec}}, totals->bytes);
 }
 
 void RendererMetrics::write_images(metrics::Exposition& page, const Numbers& numbers) {

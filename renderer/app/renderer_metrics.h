@@ -12,13 +12,15 @@
 #include "renderer/app/streams/stream_receiver.h"
 #include "renderer/metrics/metric_families.h"
 #include "renderer/metrics/metrics_server.h"
+#include "renderer/serve/server.h"
 #include "renderer/state/edit_registry.h"
 
 namespace fire3dv::app {
 
-// Viewers of the live view, by their rights.
-struct ViewerCounts {
-  uint64_t control = 0, view = 0;
+// Viewers of the live view, and the images that were encoded for them.
+struct ViewerNumbers {
+  uint64_t control = 0, view = 0;  // by their rights
+  serve::EncodeTotals jpeg, h264;
 };
 
 class RendererMetrics {
@@ -35,7 +37,7 @@ class RendererMetrics {
   void add(const gpu::FrameTimes& times);
   // Call once per image: publishes a snapshot if the interval has elapsed.
   void tell(const StreamReceiver& receiver, size_t open_image_requests, const state::PoseState& poses,
-            const state::EditFaults& faults, const ViewerCounts& viewers);
+            const state::EditFaults& faults, const ViewerNumbers& viewers);
 
  private:
   struct Drawn {
@@ -70,11 +72,12 @@ class RendererMetrics {
     std::vector<StreamNumbers> streams;
     state::EditFaults edit_faults;
     uint64_t image_requests = 0, image_requests_refused = 0;
-    ViewerCounts viewers;
+    ViewerNumbers viewers;
     std::vector<metrics::PeerUse> peers;
   };
   RendererMetrics() = default;
   void write_page(metrics::Exposition& page) const;  // server thread
+  static void write_viewers(metrics::Exposition& page, const ViewerNumbers& viewers);
   static void write_images(metrics::Exposition& page, const Numbers& numbers);
   static void write_links(metrics::Exposition& page, const Numbers& numbers);
   static void write_streams(metrics::Exposition& page, const Numbers& numbers, int64_t now_ns);

@@ -1,6 +1,7 @@
 #include "renderer/serve/encoder.h"
 
 #include <algorithm>
+#include <chrono>
 #include <new>
 #include <optional>
 #include <utility>
@@ -44,6 +45,12 @@ void Encoder::forget(ViewerId viewer) {
   changed_.notify_one();
 }
 
+EncodeTotals Encoder::totals(Codec codec) const {
+  const std::scoped_lock lock(mutex_);
+  const auto known = totals_.find(codec);
+  return known == totals_.end() ? EncodeTotals() : known->second;
+}
+
 void Encoder::run() {
   for (;;) {
     std::optional<Job> job;
@@ -69,6 +76,7 @@ void Encoder::run() {
 }
 
 void Encoder::encode(ViewerId viewer, const Image& image) {
+  const auto begun = std::chrono::steady_clock::now();
   ImageHeader header = image.header;
   std::vector<uint8_t> bytes, message;
   if (header.codec == Codec::h264 && !append_h264(viewer, image, bytes, header.is_key)) {
@@ -83,9 +91,18 @@ void Encoder::encode(ViewerId viewer, const Image& image) {
     if (!file) return take_(viewer, {});
     bytes.assign(file->begin(), file->end());
   }
+  const std::chrono::duration<double> time = std::chrono::steady_clock::now() - begun;
+  header.encode_us = static_cast<uint32_t>(time.count() * 1e6);
   message.reserve(kImageHeaderBytes + bytes.size());
   append_header(header, message);
   message.insert(message.end(), bytes.begin(), bytes.end());
+  {
+    const std::scoped_lock lock(mutex_);
+    EncodeTotals& totals = totals_[header.codec];
+    ++totals.images;
+    totals.bytes += message.size();
+    totals.seconds += time.count();
+  }
   take_(viewer, std::move(message));
 }
 

@@ -28,6 +28,8 @@ class Encoder {
 
   // From any thread. An image that waits is replaced by a newer one of its viewer.
   void add(ViewerId viewer, Image&& image);
+  // From any thread.
+  EncodeTotals totals(Codec codec) const;
   // Drops what is kept for a viewer that has left.
   void forget(ViewerId viewer);
 
@@ -41,11 +43,12 @@ class Encoder {
   bool append_h264(ViewerId viewer, const Image& image, std::vector<uint8_t>& bytes, bool& is_key);
 
   const Take take_;
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<Job> jobs_;  // one of each viewer at most
   std::vector<ViewerId> forgotten_;
   bool is_ending_ = false;
+  std::map<Codec, EncodeTotals> totals_;
   std::map<ViewerId, std::unique_ptr<sinks::StreamEncoder>> streams_;  // owned by the thread
   JpegEncoder jpeg_;                                                   // likewise
   std::thread thread_;                                                 // last: it uses the others

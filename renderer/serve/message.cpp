@@ -170,7 +170,7 @@ void append_header(const ImageHeader& header, std::vector<uint8_t>& message) {
   append(static_cast<uint8_t>(header.codec), message);
   append(static_cast<uint8_t>((header.is_refined ? 1 : 0) | (header.is_key ? 2 : 0)), message);
   append(uint16_t{0}, message);
-  append(uint32_t{0}, message);
+  append(header.encode_us, message);
   append(header.sim_time_ns, message);
 }
 

@@ -63,11 +63,12 @@ struct ImageHeader {
   Codec codec = Codec::jpeg;
   bool is_key = false;      // H.264: needs no earlier image
   bool is_refined = false;  // full size and quality: no better image of this moment follows
+  uint32_t encode_us = 0;   // duration of encoding
   int64_t sim_time_ns = 0;
 };
 constexpr size_t kImageHeaderBytes = 24;
-// Little-endian: u32 number, u16 width, u16 height, u8 codec, u8 flags (1: refined, 2: key), u16 0, u32 0,
-// i64 sim_time_ns.
+// Little-endian: u32 number, u16 width, u16 height, u8 codec, u8 flags (1: refined, 2: key), u16 0, u32
+// encode_us, i64 sim_time_ns.
 void append_header(const ImageHeader& header, std::vector<uint8_t>& message);
 
 }  // namespace fire3dv::serve

@@ -169,6 +169,10 @@ size_t Server::viewers() const {
   return state_->hub.viewers.size();
 }
 
+EncodeTotals Server::encode_totals(Codec codec) const {
+  return state_->encoder->totals(codec);
+}
+
 void Server::send(ViewerId viewer, std::string text) {
   asio::post(state_->loop->io(), [raw = state_.get(), viewer, text = std::move(text)]() mutable {
     const auto known = raw->hub.sockets.find(viewer);

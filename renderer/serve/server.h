@@ -54,6 +54,12 @@ struct Image {
   std::vector<uint8_t> rgba8;  // top row first
 };
 
+// Encoded images of one codec, since the start.
+struct EncodeTotals {
+  uint64_t images = 0, bytes = 0;
+  double seconds = 0;  // of the encoder's thread
+};
+
 // All functions are called on one thread, that of the frame loop, and return at once.
 class Server {
  public:
@@ -72,6 +78,7 @@ class Server {
   // Makes take_events() report all connected viewers as joined, for another frame loop.
   void report_viewers_again();
   size_t viewers() const;
+  EncodeTotals encode_totals(Codec codec) const;
 
   // Sends JSON text. Nothing happens if the viewer has left.
   void send(ViewerId viewer, std::string text);

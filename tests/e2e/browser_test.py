@@ -199,6 +199,9 @@ def viewers(test):
             wait_until(lambda: f"{control} and {view} viewers: {scrape(url).all('fire3dv_viewers')}",
                        lambda: (scrape(url).get("fire3dv_viewers", access="control"), scrape(url).get("fire3dv_viewers", access="view")) == (control, view))
         count(1, 1)
+        wait_until("times of encoding", lambda: scrape(url).get("fire3dv_viewer_encode_seconds_count", codec="jpeg") > 0)
+        check(scrape(url).get("fire3dv_viewer_image_bytes_total", codec="jpeg") > 1000, "the bytes of images")
+        check(page.evaluate("JSON.parse(document.getElementById('canvas').dataset.image).encodeMs") > 0, "the time of encoding an image")
         viewer.call("Page.navigate", url="about:blank")
         page.wait("the list of one", f"{summary} === '1 viewer'")
         count(1, 0)

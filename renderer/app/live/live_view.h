@@ -47,6 +47,7 @@ class LiveView final : public ImageReplies {
   bool is_busy() const;
   bool has_viewers() const { return !viewers_.empty(); }
   size_t count_viewers(serve::Access access) const;
+  const serve::Server& server() const { return borrowed_.server; }
 
   // ImageReplies of viewers.
   std::optional<Shown> shown(state::RequesterId requester) const override;

@@ -3,7 +3,7 @@ const HEADER_BYTES = 24;
 const WRONG_TOKEN = 4401;
 
 export class Connection {
-  // handlers: open(), message(object), image({number, width, height, codec, isKey, refined, simTimeS, bytes}), lost(text, final)
+  // handlers: open(), message(object), image({number, width, height, codec, isKey, refined, encodeMs, simTimeS, bytes}), lost(text, final)
   constructor(handlers) {
     this.handlers = handlers;
     this.attempts = 0;
@@ -37,6 +37,7 @@ export class Connection {
       codec: view.getUint8(8) === 2 ? "h264" : "jpeg",
       isKey: (view.getUint8(9) & 2) !== 0,
       refined: (view.getUint8(9) & 1) !== 0,
+      encodeMs: view.getUint32(12, true) / 1000,
       simTimeS: Number(view.getBigInt64(16, true)) * 1e-9,
       bytes: new Uint8Array(data, HEADER_BYTES),
     });

@@ -64,7 +64,7 @@ export class Display {
     }
     this.images += 1;
     this.bytes += image.bytes.length;
-    this.last = {number: image.number, width: image.width, height: image.height, refined: image.refined, codec: image.codec, simTimeS: image.simTimeS};
+    this.last = {number: image.number, width: image.width, height: image.height, refined: image.refined, codec: image.codec, encodeMs: image.encodeMs, simTimeS: image.simTimeS};
     this.canvas.dataset.image = JSON.stringify(this.last);
     this.send({type: "shown", image: image.number});
   }

@@ -82,9 +82,10 @@ TEST(ClientMessage, SharedStateNeedsControl) {
 
 TEST(ImageHeader, IsLittleEndian) {
   std::vector<uint8_t> message;
-  append_header({0x01020304, 0x0506, 0x0708, Codec::h264, true, true, 0x1112131415161718}, message);
-  const std::vector<uint8_t> expected = {4, 3, 2, 1, 6,    5,    8,    7,    2,    3,    0,    0,
-                                         0, 0, 0, 0, 0x18, 0x17, 0x16, 0x15, 0x14, 0x13, 0x12, 0x11};
+  append_header({0x01020304, 0x0506, 0x0708, Codec::h264, true, true, 0x090a0b0c, 0x1112131415161718},
+                message);
+  const std::vector<uint8_t> expected = {4,  3,  2,  1, 6,    5,    8,    7,    2,    3,    0,    0,
+                                         12, 11, 10, 9, 0x18, 0x17, 0x16, 0x15, 0x14, 0x13, 0x12, 0x11};
   EXPECT_EQ(message, expected);
   EXPECT_EQ(message.size(), kImageHeaderBytes);
 }
