@@ -23,14 +23,15 @@ uint vertex_of(GlobalsRef globals, PrimitiveRecord primitive, uint triangle, uin
   return primitive.first_vertex + UintRef(globals.value.indices).at[primitive.first_index + 3 * triangle + corner];
 }
 
-// Camera rays pass the back of single-sided surfaces, as in the raster; all other rays meet both sides. A blended
+// Camera rays pass the back of single-sided surfaces, as in the raster, but not of volumes; all other rays meet both
+// sides. A blended
 // surface stops the share `alpha` of the rays, chosen by a hash of ray and triangle, so that the order of candidates
 // does not matter. ray_random: of the ray.
 bool accepts_hit(GlobalsRef globals, uint node, uint geometry, uint triangle, vec2 barycentrics,
                  vec3 object_direction, bool is_camera_ray, uvec4 ray_random) {
   const PrimitiveRecord primitive = primitive_of_hit(globals, node, geometry);
   const MaterialRecord material = MaterialRef(globals.value.materials).at[primitive.material];
-  if (is_camera_ray && (material.flags & FIRE3DV_MATERIAL_DOUBLE_SIDED) == 0) {
+  if (is_camera_ray && (material.flags & (FIRE3DV_MATERIAL_DOUBLE_SIDED | FIRE3DV_MATERIAL_VOLUME)) == 0) {
     PositionRef positions = PositionRef(globals.value.positions);
     const vec3 a = positions.at[vertex_of(globals, primitive, triangle, 0)];
     const vec3 b = positions.at[vertex_of(globals, primitive, triangle, 1)];

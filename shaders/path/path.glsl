@@ -6,6 +6,7 @@
 #define FIRE3DV_PATH_TRACED
 #include "path/environment_sampling.glsl"
 #include "path/hit.glsl"
+#include "path/media.glsl"
 #include "material/brdf_sampling.glsl"
 #include "shading/ground.glsl"
 #include "material/material_surface.glsl"
@@ -21,8 +22,8 @@ bool is_blocked(GlobalsRef globals, vec3 origin, vec3 direction, float distance_
 const float kFar = 1e30;
 // Random numbers of a path vertex.
 const uint kDimensions = 64;
-const uint kOfRay = 0, kOfDirection = 1, kOfEnvironment = 2, kOfSurvival = 3, kOfEnvironmentRay = 4, kOfLamp = 8,
-           kOfLampRay = kOfLamp + FIRE3DV_PATH_LAMPS, kOfGround = 32, kOfPixel = 40;
+const uint kOfRay = 0, kOfDirection = 1, kOfEnvironment = 2, kOfSurvival = 3, kOfEnvironmentRay = 4, kOfBoundary = 5,
+           kOfLamp = 8, kOfLampRay = kOfLamp + FIRE3DV_PATH_LAMPS, kOfGround = 32, kOfPixel = 40, kOfWalk = 48;
 const uint kCertainVertices = 4;  // before Russian roulette
 
 uvec4 path_counter;  // pixel, sample, first dimension of the vertex, seed
@@ -45,6 +46,12 @@ float ground_visibility(GlobalsRef globals, uint light_index, LightSample light,
   sample_lamp(light, unit_numbers(random).xy);
   const vec3 origin = offset_from_surface(position_world, vec3(0, 1, 0), globals.value.eye_world, 0, 0);
   return is_blocked(globals, origin, light.to_light, light.distance_m, random) ? 0 : 1;
+}
+
+uvec4 media_of(PathState path) { return uvec4(path.media[0], path.media[1], path.media[2], path.media[3]); }
+
+void set_media(inout PathState path, uvec4 media) {
+  for (int i = 0; i < 4; ++i) path.media[i] = media[i];
 }
 
 // Ends the path and adds it to the pixel's sums, so that samples are summed in their order.
@@ -89,6 +96,7 @@ void begin_path(GlobalsRef globals, PathParameters parameters, uint pixel, out P
   path.throughput = vec3(1);
   path.is_camera_ray = 1;
   path.radiance = vec3(0);
+  set_media(path, uvec4(FIRE3DV_NO_INDEX));
   path.padding = 0;
 }
 
@@ -100,18 +108,64 @@ void leave_scene(GlobalsRef globals, PathParameters parameters, inout PathState 
     return;
   }
   const float by_light = environment_pdf(globals, parameters, direction);
+  path.throughput *= transmittance(globals, path.media[0], kFar);
   if (globals.value.environment_intensity > 0)
     path.radiance += path.throughput * environment_radiance(globals, direction) * (path.pdf / (path.pdf + by_light));
   end_path(path, sum, false);
 }
 
+// Surface of a path vertex that scatters light: either the opaque surface or the boundary of a volume.
+struct Scatterer {
+  Surface surface;
+  LobeShares shares;
+  bool is_boundary;
+  Boundary boundary;
+  uvec4 media_behind;  // on the side away from the eye
+};
+
+// Next direction of a path.
+struct Step {
+  vec3 direction;
+  vec3 weight;
+  float pdf;  // kFar: all light of this direction comes by sampled directions. 0: the path ends
+};
+
+bool is_behind(PathVertex vertex, vec3 direction) { return dot(vertex.point.plane_normal_world, direction) < 0; }
+
+// Scattered radiance per unit of irradiance perpendicular to the direction, and the density of sampling it.
+// seed: random.
+vec3 scatter_light(Scatterer on, PathVertex vertex, vec3 direction, uvec4 seed, out float pdf) {
+  if (kExtensions && on.is_boundary) {
+    // Light must pass where both the shading normal and the triangle say so.
+    const bool passes = dot(on.boundary.normal, direction) < 0;
+    pdf = boundary_pdf(on.boundary, on.surface.to_eye, direction);
+    if (passes != is_behind(vertex, direction) || (passes && is_smooth(on.boundary))) return vec3(0);
+    return walk_boundary(on.boundary, on.surface.to_eye, seed, direction).scattered;
+  }
+  const vec3 reflected = reflect_light(on.surface, direction, 0);
+  pdf = largest(reflected) > 0 ? pdf_of(on.surface, on.shares, direction) : 0;
+  return reflected;
+}
+
+Step step_through(Boundary boundary, PathVertex vertex, vec3 to_eye, uvec4 seed) {
+  if (abs(boundary.ior - 1) < kNoRefraction) return Step(-to_eye, boundary.color, kFar);
+  const BoundaryWalk walk = walk_boundary(boundary, to_eye, seed, vec3(0));
+  Step next = Step(walk.direction, walk.weight, kFar);
+  const bool passes = dot(boundary.normal, walk.direction) < 0;
+  if (passes != is_behind(vertex, walk.direction)) {
+    next.direction = mirrored_at(vertex.point.plane_normal_world, walk.direction);
+  } else if (!is_smooth(boundary)) {
+    next.pdf = boundary_pdf(boundary, to_eye, walk.direction);
+  }
+  return next;
+}
+
 // Direct light, and the next direction. False: the path ends.
-bool scatter(GlobalsRef globals, PathParameters parameters, Surface surface, PathVertex vertex, inout PathState path) {
-  const LobeShares shares = lobe_shares(surface);
+bool scatter(GlobalsRef globals, PathParameters parameters, Scatterer on, PathVertex vertex, inout PathState path) {
   const uint lamps = min(globals.value.light_count, FIRE3DV_PATH_LAMPS);
-  bool goes_on = false;
-  vec3 next_direction = vec3(0), next_throughput = vec3(0);
-  float next_pdf = 0;
+  const bool is_straight = kExtensions && on.is_boundary && abs(on.boundary.ior - 1) < kNoRefraction;
+  const vec3 plane = vertex.point.plane_normal_world;
+  Step next = Step(vec3(0), vec3(0), 0);
   // One loop, so that the BRDF occurs once in the code: lamps, the environment, the next direction.
   for (uint i = 0; i < lamps + 2; ++i) {
     vec3 direction, incoming = vec3(0);
@@ -119,6 +173,7 @@ bool scatter(GlobalsRef globals, PathParameters parameters, Surface surface, Pat
     bool casts_shadow = true;
     uvec4 ray_random = uvec4(0);
     if (i < lamps) {
+      if (is_straight) continue;
       const uvec4 words = random_words(kOfLamp + i);
       const vec4 u = unit_numbers(words);
       // One lamp of each stratum of the list.
@@ -132,53 +187,83 @@ bool scatter(GlobalsRef globals, PathParameters parameters, Surface surface, Pat
       casts_shadow = LightShadowRef(globals.value.light_shadows).at[lamp].rays != 0;
       ray_random = random_words(kOfLampRay + i);
     } else if (i == lamps) {
-      if (parameters.cells == 0ul) continue;
+      if (parameters.cells == 0ul || is_straight) continue;
+      if (kExtensions && on.is_boundary && is_smooth(on.boundary)) continue;
       direction = sample_environment(globals, parameters, random_words(kOfEnvironment));
       light_pdf = environment_pdf(globals, parameters, direction);
       if (!(light_pdf > 0)) continue;
       incoming = environment_radiance(globals, direction) / light_pdf;
       ray_random = random_words(kOfEnvironmentRay);
     } else {
+      if (kExtensions && on.is_boundary) {
+        next = step_through(on.boundary, vertex, on.surface.to_eye, random_words(kOfWalk + i));
+        continue;
+      }
       const vec4 u = unit_numbers(random_words(kOfDirection));
-      direction = sample_direction(surface, shares, u.x, u.yz);
+      direction = sample_direction(on.surface, on.shares, u.x, u.yz);
     }
-    const vec3 reflected = reflect_light(surface, direction, 0);
-    if (!(largest(reflected) > 0)) continue;
-    const float brdf_pdf = i < lamps ? 0 : pdf_of(surface, shares, direction);
+    float pdf;
+    const vec3 scattered = scatter_light(on, vertex, direction, random_words(kOfWalk + i), pdf);
+    if (!(largest(scattered) > 0)) continue;
     if (i == lamps + 1) {
-      goes_on = brdf_pdf > 0;
-      next_direction = direction;
-      next_throughput = path.throughput * reflected / brdf_pdf;
-      next_pdf = brdf_pdf;
+      next = Step(direction, scattered / pdf, pdf);
       continue;
     }
-    if (i == lamps) incoming *= light_pdf / (light_pdf + brdf_pdf);
-    const vec3 contribution = path.throughput * reflected * incoming;
+    if (i == lamps) incoming *= light_pdf / (light_pdf + pdf);
+    const vec3 contribution = path.throughput * scattered * incoming;
     if (!(largest(contribution) > 0)) continue;
-    const vec3 plane = vertex.point.plane_normal_world;
-    const vec3 side = dot(plane, direction) < 0 ? -plane : plane;
-    const vec3 origin = offset_from_surface(vertex.point.position_world, side, vertex.point.position_world, 0, vertex.rounding_m);
+    const bool is_far_side = is_behind(vertex, direction);
+    const vec3 origin = offset_from_surface(vertex.point.position_world, is_far_side ? -plane : plane,
+                                            vertex.point.position_world, 0, vertex.rounding_m);
     if (casts_shadow && is_blocked(globals, origin, direction, distance_m, ray_random)) continue;
-    path.radiance += contribution;
+    path.radiance += contribution * transmittance(globals, is_far_side ? on.media_behind.x : path.media[0], distance_m);
   }
-  if (!goes_on) return false;
-  const vec3 plane = vertex.point.plane_normal_world;
-  const vec3 side = dot(plane, next_direction) < 0 ? -plane : plane;
-  path.origin_world = offset_from_surface(vertex.point.position_world, side, vertex.point.position_world, 0, vertex.rounding_m);
-  path.direction_world = next_direction;
-  path.throughput = next_throughput;
-  path.pdf = next_pdf;
+  if (!(next.pdf > 0)) return false;
+  const bool passes = is_behind(vertex, next.direction);
+  path.origin_world = offset_from_surface(vertex.point.position_world, passes ? -plane : plane,
+                                          vertex.point.position_world, 0, vertex.rounding_m);
+  path.direction_world = next.direction;
+  path.throughput *= next.weight;
+  path.pdf = next.pdf;
+  if (passes) set_media(path, on.media_behind);
   return true;
 }
 
 // Russian roulette: a path of little throughput ends with the complement of its chance to survive, by which the
 // others are divided.
-bool survives(inout PathState path) {
+// Radiance inside of a volume is larger by the square of its index.
+bool survives(GlobalsRef globals, inout PathState path) {
   if (path.vertex < kCertainVertices) return true;
-  const float chance = clamp(largest(path.throughput), 0.05, 1);
+  const float ior = kExtensions ? medium_ior(globals, path.media[0]) : 1;
+  const float chance = clamp(largest(path.throughput) * ior * ior, 0.05, 1);
   if (unit_numbers(random_words(kOfSurvival)).x >= chance) return false;
   path.throughput /= chance;
   return true;
+}
+
+// A volume's surface scatters as a boundary with the chance of its transparent share, else as the rest. Layers above
+// it, on the outside, take their albedo of the share.
+void choose_scatterer(GlobalsRef globals, MaterialRecord material, vec4 base_color, PathVertex vertex,
+                      inout PathState path, inout Scatterer on) {
+  on.is_boundary = false;
+  on.media_behind = media_of(path);
+  if (is_volume(material)) {
+    const uint volume = vertex.point.material;
+    const Refraction refraction = make_refraction(globals, material, base_color, on.surface, vertex, volume, media_of(path));
+    on.media_behind = media_behind(media_of(path), volume, vertex.is_back);
+    if (vertex.is_back) {
+      on.surface.coat = 0;
+      on.surface.sheen_color = vec3(0);
+    }
+    float chance = refraction.share;
+    if (on.surface.coat > 0) chance *= max(1 - coat_albedo(on.surface), 0);
+    if (largest(on.surface.sheen_color) > 0) chance *= max(1 - largest(on.surface.sheen_color) * on.surface.sheen_albedo, 0);
+    on.is_boundary = unit_numbers(random_words(kOfBoundary)).x < chance;
+    on.boundary = refraction.boundary;
+    on.surface = without_boundary(on.surface, refraction.share, refraction.f0, refraction.boundary.f90);
+    if (!on.is_boundary) path.throughput /= 1 - chance;
+  }
+  if (!on.is_boundary) on.shares = lobe_shares(on.surface);
 }
 
 // One ray, and the surface that it hits.
@@ -197,19 +282,25 @@ void advance_path(GlobalsRef globals, PathParameters parameters, inout PathState
   const MaterialRecord material = MaterialRef(globals.value.materials).at[primitive.material];
   const PathVertex vertex = path_vertex(globals, hit, primitive, material, path.direction_world);
   const vec4 base_color = surface_base_color(material, vertex.point);
+  const uvec4 media = media_of(path);
+  path.throughput *= transmittance(globals, medium_before(media, vertex.point.material, vertex, is_volume(material)),
+                                   distance(vertex.point.position_world, path.origin_world));
   if ((material.flags & FIRE3DV_MATERIAL_UNLIT) != 0) {
     path.radiance += path.throughput * base_color.rgb;
     end_path(path, sum, is_camera_ray);
     return;
   }
-  const Surface surface = make_surface(globals, material, base_color, vertex.point, -path.direction_world);
+  Scatterer on;
+  on.surface = make_surface(globals, material, base_color, vertex.point, -path.direction_world);
+  const Surface surface = on.surface;
   const bool emits = !vertex.is_back || (material.flags & FIRE3DV_MATERIAL_DOUBLE_SIDED) != 0;
   if (emits && largest(material.emissive) > 0) {
     const float under_coat = surface.coat > 0 ? 1 - coat_albedo(surface) : 1;
     path.radiance += path.throughput * under_coat * material.emissive *
                      sample_or(material.emissive_texture, vertex.point.uv, vec4(0), vec4(0), vec4(1)).rgb;
   }
-  const bool goes_on = path.vertex <= parameters.bounces && scatter(globals, parameters, surface, vertex, path) && survives(path);
+  choose_scatterer(globals, material, base_color, vertex, path, on);
+  const bool goes_on = path.vertex <= parameters.bounces && scatter(globals, parameters, on, vertex, path) && survives(globals, path);
   if (!goes_on) {
     end_path(path, sum, false);
     return;

@@ -28,6 +28,8 @@ struct TextureUse {
 #define FIRE3DV_MATERIAL_TEXTURED 128u       // required vertex attributes: texture coordinates,
 #define FIRE3DV_MATERIAL_SECOND_UV 256u      // their second set,
 #define FIRE3DV_MATERIAL_NORMAL_MAPPED 512u  // tangents
+#define FIRE3DV_MATERIAL_VOLUME 4096u        // KHR_materials_volume, for paths
+#define FIRE3DV_MATERIAL_DIFFUSE_TRANSMISSION 8192u
 
 struct MaterialRecord {
   vec4 base_color;
@@ -57,6 +59,11 @@ struct MaterialExtensionRecord {
   float clearcoat_roughness;
   float clearcoat_normal_scale;
   float transmission;
+  vec3 absorption_per_m;  // of KHR_materials_volume
+  float ior;
+  float dispersion;  // 20 / Abbe number
+  float diffuse_transmission;
+  vec3 diffuse_transmission_color;
   TextureUse specular_texture;
   TextureUse specular_color_texture;
   TextureUse clearcoat_texture;
@@ -65,6 +72,8 @@ struct MaterialExtensionRecord {
   TextureUse sheen_color_texture;
   TextureUse sheen_roughness_texture;
   TextureUse transmission_texture;
+  TextureUse diffuse_transmission_texture;
+  TextureUse diffuse_transmission_color_texture;
 };
 
 FIRE3DV_SHARED_END

@@ -25,6 +25,7 @@ struct PathState {
   uint is_camera_ray;
   vec3 radiance;
   uint padding;
+  uint media[4];  // materials of the volumes that the path is inside of, the last one first; FIRE3DV_NO_INDEX: none
 };
 
 // Sums over the samples of a pixel. Display-referred colours are shown without exposure and tone mapping.

@@ -4,78 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
-#include <glm/gtc/packing.hpp>
 #include <string>
 
+#include "tests/render/support/path_bench.h"
 #include "tests/render/support/render_bench.h"
 #include "tests/render/support/scene_builder.h"
 
 namespace fire3dv::test {
 namespace {
-
-constexpr double kPi = 3.14159265358979;
-
-std::shared_ptr<const scene::EnvironmentImage> constant_environment(glm::vec3 radiance) {
-  return std::make_shared<scene::EnvironmentImage>(
-      scene::make_environment(16, 8, [&](const glm::vec3&) { return radiance; }));
-}
-
-passes::DrawSettings path_settings(uint32_t samples_per_pixel, uint32_t bounces, uint32_t seed = 1) {
-  passes::DrawSettings settings;
-  settings.environment_intensity = 0;
-  settings.background.color = glm::vec3(0);
-  settings.post.fxaa = false;
-  settings.path =
-      passes::PathSettings{.samples_per_pixel = samples_per_pixel, .bounces = bounces, .seed = seed};
-  return settings;
-}
-
-scene::Material lambert(glm::vec3 albedo) {
-  scene::Material material = matte(albedo);
-  material.specular = 0;
-  material.double_sided = true;
-  return material;
-}
-
-// Pixels of the linear plane.
-std::vector<glm::dvec3> linear_image(RenderBench& bench, const scene::Scene& scene, VkExtent2D extent) {
-  const state::PoseState poses(scene);
-  passes::ImageOutputs outputs;
-  outputs.add(wire::kColorLinearF16);
-  std::vector<glm::dvec3> pixels;
-  const Taken taken = bench.take(poses, first_camera_view(scene, poses, extent), outputs);
-  for (const uint64_t packed : taken.plane<uint64_t>(wire::kColorLinearF16))
-    pixels.emplace_back(glm::unpackHalf4x16(packed));
-  return pixels;
-}
-
-std::vector<glm::dvec3> linear_image(const scene::Scene& scene, VkExtent2D extent,
-                                     const passes::DrawSettings& settings) {
-  RenderBench bench(scene, extent, settings);
-  return linear_image(bench, scene, extent);
-}
-
-// Mean of independent pixels that show one radiance, with its standard error.
-struct Estimate {
-  double mean = 0, error = 0, deviation = 0;  // deviation: of one pixel
-};
-Estimate estimate(const std::vector<glm::dvec3>& pixels, int channel = 1) {
-  Estimate result;
-  const auto n = static_cast<double>(pixels.size());
-  for (const glm::dvec3& pixel : pixels) result.mean += pixel[channel] / n;
-  for (const glm::dvec3& pixel : pixels)
-    result.deviation += (pixel[channel] - result.mean) * (pixel[channel] - result.mean) / (n - 1);
-  result.deviation = std::sqrt(result.deviation);
-  result.error = result.deviation / std::sqrt(n);
-  return result;
-}
-
-// Within 4 standard errors and half a percent.
-void expect_equal(const Estimate& found, double truth, const std::string& what, double relative = 0.005) {
-  testing::Test::RecordProperty(what, std::to_string(found.mean) + " +- " + std::to_string(found.error));
-  EXPECT_NEAR(found.mean, truth, 4 * found.error + relative * truth) << what << ", error " << found.error;
-  EXPECT_LT(found.error, 0.0075 * truth) << what << ": the estimate is too noisy to say anything";
-}
 
 class Paths : public ValidationIsSilent {};
 

@@ -67,9 +67,11 @@ std::vector<std::string> path_tracing_limits(const scene::Scene& scene) {
   const auto thin =
       std::count_if(scene.primitives.begin(), scene.primitives.end(),
                     [](const auto& primitive) { return primitive.topology != scene::Topology::triangles; });
-  const auto transmissive = std::count_if(
-      scene.materials.begin(), scene.materials.end(),
-      [](const scene::Material& material) { return material.transmission > 0 && !material.unlit; });
+  const auto transmissive =
+      std::count_if(scene.materials.begin(), scene.materials.end(), [](const scene::Material& material) {
+        return material.transmission > 0 && !material.unlit && !scene::is_volume(material);
+      });
+  const auto volumes = std::count_if(scene.materials.begin(), scene.materials.end(), scene::is_volume);
   std::vector<std::string> limits;
   if (thin > 0)
     limits.push_back("paths: " + counted(static_cast<uint64_t>(thin), "primitive") +
@@ -77,6 +79,10 @@ std::vector<std::string> path_tracing_limits(const scene::Scene& scene) {
   if (transmissive > 0)
     limits.push_back("paths: " + counted(static_cast<uint64_t>(transmissive), "transmissive material") +
                      " let the light of lamps pass by chance only: smooth ones need many --spp");
+  if (volumes > 0)
+    limits.push_back("paths: no light of lamps through the smooth surfaces of " +
+                     counted(static_cast<uint64_t>(volumes), "volume") +
+                     " (no caustics); of the environment and of emissive surfaces it passes");
   return limits;
 }
 

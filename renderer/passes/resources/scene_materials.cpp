@@ -35,9 +35,24 @@ gpu_types::TextureUse texture_use(const scene::TextureRef& ref, const TextureFac
   return use;
 }
 
+// Coefficient of the Beer-Lambert law: light keeps attenuation_color after attenuation_distance_m.
+glm::vec3 absorption_per_m(const scene::Material& material) {
+  if (material.attenuation_distance_m == 0) return glm::vec3(0);
+  constexpr float kOpaque = 1e30f;
+  glm::vec3 absorption;
+  for (int c = 0; c < 3; ++c) {
+    const float color = material.attenuation_color[c];
+    absorption[c] =
+        color > 0 ? std::clamp(-std::log(color) / material.attenuation_distance_m, 0.0f, kOpaque) : kOpaque;
+  }
+  return absorption;
+}
+
 uint32_t extension_flags(const scene::Material& material) {
   if (material.unlit) return 0;
   return (material.transmission > 0 ? FIRE3DV_MATERIAL_TRANSMISSION : 0) |
+         (scene::is_volume(material) ? FIRE3DV_MATERIAL_VOLUME : 0) |
+         (material.diffuse_transmission > 0 ? FIRE3DV_MATERIAL_DIFFUSE_TRANSMISSION : 0) |
          (material.sheen_color != glm::vec3(0) ? FIRE3DV_MATERIAL_SHEEN : 0) |
          (material.clearcoat > 0 ? FIRE3DV_MATERIAL_CLEARCOAT : 0);
 }
@@ -50,7 +65,8 @@ uint32_t texture_flags(const scene::Material& material) {
         &material.occlusion_texture, &material.emissive_texture, &material.specular_texture,
         &material.specular_color_texture, &material.clearcoat_texture, &material.clearcoat_roughness_texture,
         &material.clearcoat_normal_texture, &material.sheen_color_texture, &material.sheen_roughness_texture,
-        &material.transmission_texture}) {
+        &material.transmission_texture, &material.diffuse_transmission_texture,
+        &material.diffuse_transmission_color_texture}) {
     if (texture->texture == scene::kNone) continue;
     flags |= FIRE3DV_MATERIAL_TEXTURED;
     if (texture->uv_set != 0) flags |= FIRE3DV_MATERIAL_SECOND_UV;
@@ -83,6 +99,14 @@ gpu_types::MaterialExtensionRecord extension_record(const scene::Material& mater
   record.clearcoat_roughness = material.clearcoat_roughness;
   record.clearcoat_normal_scale = material.clearcoat_normal_scale;
   record.transmission = material.transmission;
+  record.absorption_per_m = absorption_per_m(material);
+  record.ior = material.ior;
+  record.dispersion = material.dispersion;
+  record.diffuse_transmission = material.diffuse_transmission;
+  record.diffuse_transmission_color = material.diffuse_transmission_color;
+  record.diffuse_transmission_texture = texture_use(material.diffuse_transmission_texture, textures);
+  record.diffuse_transmission_color_texture =
+      texture_use(material.diffuse_transmission_color_texture, textures);
   record.specular_texture = texture_use(material.specular_texture, textures);
   record.specular_color_texture = texture_use(material.specular_color_texture, textures);
   record.clearcoat_texture = texture_use(material.clearcoat_texture, textures);

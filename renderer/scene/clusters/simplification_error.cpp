@@ -289,12 +289,21 @@ UsedAttributes used_attributes(const Scene& scene, const Primitive& primitive) {
   at.normals = primitive.lit && !m.unlit;
   at.tangents =
       at.normals && (m.normal_texture.texture != kNone || m.clearcoat_normal_texture.texture != kNone);
-  const TextureRef* const refs[] = {
-      &m.base_color_texture,       &m.metallic_roughness_texture, &m.normal_texture,
-      &m.occlusion_texture,        &m.emissive_texture,           &m.specular_texture,
-      &m.specular_color_texture,   &m.clearcoat_texture,          &m.clearcoat_roughness_texture,
-      &m.clearcoat_normal_texture, &m.sheen_color_texture,        &m.sheen_roughness_texture,
-      &m.transmission_texture};
+  const TextureRef* const refs[] = {&m.base_color_texture,
+                                    &m.metallic_roughness_texture,
+                                    &m.normal_texture,
+                                    &m.occlusion_texture,
+                                    &m.emissive_texture,
+                                    &m.specular_texture,
+                                    &m.specular_color_texture,
+                                    &m.clearcoat_texture,
+                                    &m.clearcoat_roughness_texture,
+                                    &m.clearcoat_normal_texture,
+                                    &m.sheen_color_texture,
+                                    &m.sheen_roughness_texture,
+                                    &m.transmission_texture,
+                                    &m.diffuse_transmission_texture,
+                                    &m.diffuse_transmission_color_texture};
   at.uv0 = std::any_of(std::begin(refs), std::end(refs), [](const TextureRef* r) { return uses(*r, 0); });
   at.uv1 = std::any_of(std::begin(refs), std::end(refs), [](const TextureRef* r) { return uses(*r, 1); });
   return at;

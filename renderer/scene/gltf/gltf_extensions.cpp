@@ -19,12 +19,9 @@ struct Omission {
 
 // Exact names first, then families.
 constexpr Omission kOmissions[]{
-    {"KHR_materials_volume", "transmissive objects are thin walls"},
     {"KHR_materials_volume_scatter", "no light scatters inside objects"},
-    {"KHR_materials_dispersion", "light is not split into colours"},
     {"KHR_materials_iridescence", "no thin-film colours"},
     {"KHR_materials_anisotropy", "highlights are round"},
-    {"KHR_materials_diffuse_transmission", "no diffuse light shines through"},
     {"KHR_techniques_webgl", "materials look plain"},
     {"EXT_lights_image_based", "the file's environment is not used"},
     {"EXT_lights_ies", "lights shine evenly"},

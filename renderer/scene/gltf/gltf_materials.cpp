@@ -174,6 +174,7 @@ Result<TextureRef> Textures::refer(int texture, int uv_set, const tinygltf::Exte
 
 constexpr const char* kSpecularGlossiness = "KHR_materials_pbrSpecularGlossiness";
 constexpr double kNoUpperLimit = std::numeric_limits<float>::max();
+constexpr double kLeastAttenuationDistance = 1e-6;  // metres
 
 // Reader of one material extension object. It stores the first error, so that callers need no checks in
 // between.
@@ -242,8 +243,9 @@ class Layer {
   Error fault_;
 };
 
-// Reads ior, specular, clearcoat, sheen, transmission and emissive_strength. Out-of-range factors are clamped
-// with a warning.
+// Reads ior, specular, clearcoat, sheen, transmission, volume, dispersion, diffuse_transmission and
+// emissive_strength. Out-of-range factors are
+// clamped with a warning.
 Result<void> add_material_extensions(const tinygltf::Material& source, const std::string& where,
                                      Textures& textures, Material& material,
                                      std::vector<std::string>& warnings) {
@@ -284,6 +286,24 @@ Result<void> add_material_extensions(const tinygltf::Material& source, const std
     transmission.texture("transmissionTexture", false, material.transmission_texture);
     if (auto done = transmission.result(); !done) return done;
   }
+  if (Layer volume = layer("KHR_materials_volume"); volume.there()) {
+    volume.factor("thicknessFactor", material.thickness, 0, kNoUpperLimit);
+    volume.factor("attenuationDistance", material.attenuation_distance_m, kLeastAttenuationDistance,
+                  kNoUpperLimit);
+    volume.color("attenuationColor", material.attenuation_color, 1);
+    if (auto done = volume.result(); !done) return done;
+  }
+  if (Layer dispersion = layer("KHR_materials_dispersion"); dispersion.there()) {
+    dispersion.factor("dispersion", material.dispersion, 0, kNoUpperLimit);
+    if (auto done = dispersion.result(); !done) return done;
+  }
+  if (Layer diffuse = layer("KHR_materials_diffuse_transmission"); diffuse.there()) {
+    diffuse.factor("diffuseTransmissionFactor", material.diffuse_transmission);
+    diffuse.color("diffuseTransmissionColorFactor", material.diffuse_transmission_color, 1);
+    diffuse.texture("diffuseTransmissionTexture", false, material.diffuse_transmission_texture);
+    diffuse.texture("diffuseTransmissionColorTexture", true, material.diffuse_transmission_color_texture);
+    if (auto done = diffuse.result(); !done) return done;
+  }
   return {};
 }
 
@@ -321,9 +341,10 @@ Result<Material> plain_material(const tinygltf::Material& source, const std::str
 }
 
 // Returns nullopt if the material has no such extension.
-Result<std::optional<SpecularGlossinessMaterial>> specular_glossiness_of(
-    const tinygltf::Material& source, const std::string& where, Textures& textures,
-    std::vector<std::string>& warnings) {
+Result<std::optional<SpecularGlossinessMaterial>> specular_glossiness_of(const tinygltf::Material& source,
+                                                                         const std::string& where,
+                                                                         Textures& textures,
+                                                                         std::vector<std::string>& warnings) {
   Layer layer(source, kSpecularGlossiness, where, textures, warnings);
   if (!layer.there()) return std::optional<SpecularGlossinessMaterial>();
   SpecularGlossinessMaterial found;
@@ -378,6 +399,18 @@ void report_approximations(const MaterialSources& sources, Scene& scene) {
   };
   if (std::any_of(scene.materials.begin(), scene.materials.end(), is_rough_glass))
     add("KHR_materials_transmission", "what lies behind rough surfaces is not blurred");
+  if (std::any_of(scene.materials.begin(), scene.materials.end(), is_volume))
+    add("KHR_materials_volume", "thin walls; --render path refracts and absorbs");
+  const auto disperses = [](const Material& material) {
+    return is_volume(material) && material.dispersion > 0;
+  };
+  if (std::any_of(scene.materials.begin(), scene.materials.end(), disperses))
+    add("KHR_materials_dispersion", "light is not split into colours; --render path does");
+  const auto shines_through = [](const Material& material) {
+    return !material.unlit && material.diffuse_transmission > 0;
+  };
+  if (std::any_of(scene.materials.begin(), scene.materials.end(), shines_through))
+    add("KHR_materials_diffuse_transmission", "no diffuse light shines through; --render path shows it");
   if (!sources.specular_glossiness.empty()) add(kSpecularGlossiness, "converted to metallic-roughness");
   if (!list.empty()) scene.warnings.push_back("extensions that are approximated:" + list);
 }

@@ -74,6 +74,14 @@ const std::unordered_map<std::string_view, unsigned>& shapes() {
       {"sheenColorFactor", kNumbers},
       {"sheenRoughnessFactor", kNumber},
       {"transmissionFactor", kNumber},
+      {"thicknessFactor", kNumber},
+      {"attenuationDistance", kNumber},
+      {"attenuationColor", kNumbers},
+      {"dispersion", kNumber},
+      {"diffuseTransmissionFactor", kNumber},
+      {"diffuseTransmissionColorFactor", kNumbers},
+      {"diffuseTransmissionTexture", kObject},
+      {"diffuseTransmissionColorTexture", kObject},
       {"specularTexture", kObject},
       {"specularColorTexture", kObject},
       {"clearcoatTexture", kObject},
@@ -338,14 +346,28 @@ Result<void> check_index_accessors(const json& document) {
 }  // namespace
 
 bool extension_supported(const std::string& name) {
-  static constexpr std::array<std::string_view, 19> supported{
-      "KHR_lights_punctual",     "KHR_materials_unlit",        "KHR_materials_emissive_strength",
-      "KHR_materials_ior",       "KHR_materials_specular",     "KHR_materials_clearcoat",
-      "KHR_materials_sheen",     "KHR_materials_transmission", "KHR_texture_transform",
-      "KHR_mesh_quantization",   "EXT_mesh_gpu_instancing",    "EXT_meshopt_compression",
-      "EXT_texture_webp",        "KHR_texture_basisu",         "KHR_draco_mesh_compression",
-      "KHR_meshopt_compression", "KHR_node_visibility",        "KHR_materials_pbrSpecularGlossiness",
-      "KHR_materials_variants"};
+  static constexpr std::array<std::string_view, 22> supported{"KHR_lights_punctual",
+                                                              "KHR_materials_unlit",
+                                                              "KHR_materials_emissive_strength",
+                                                              "KHR_materials_ior",
+                                                              "KHR_materials_specular",
+                                                              "KHR_materials_clearcoat",
+                                                              "KHR_materials_sheen",
+                                                              "KHR_materials_transmission",
+                                                              "KHR_texture_transform",
+                                                              "KHR_mesh_quantization",
+                                                              "EXT_mesh_gpu_instancing",
+                                                              "EXT_meshopt_compression",
+                                                              "EXT_texture_webp",
+                                                              "KHR_texture_basisu",
+                                                              "KHR_draco_mesh_compression",
+                                                              "KHR_meshopt_compression",
+                                                              "KHR_node_visibility",
+                                                              "KHR_materials_pbrSpecularGlossiness",
+                                                              "KHR_materials_variants",
+                                                              "KHR_materials_volume",
+                                                              "KHR_materials_dispersion",
+                                                              "KHR_materials_diffuse_transmission"};
   return std::find(supported.begin(), supported.end(), name) != supported.end();
 }
 

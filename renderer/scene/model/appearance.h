@@ -49,8 +49,15 @@ struct Material {
   float clearcoat_normal_scale = 1;
   glm::vec3 sheen_color{0};  // KHR_materials_sheen
   float sheen_roughness = 0;
-  float transmission = 0;                               // KHR_materials_transmission, as a thin wall
-  TextureRef specular_texture, specular_color_texture;  // A; RGB
+  float transmission = 0;  // KHR_materials_transmission
+  float thickness = 0;     // KHR_materials_volume; 0: thin wall
+  glm::vec3 attenuation_color{1};
+  float attenuation_distance_m = 0;  // 0: infinite
+  float dispersion = 0;              // KHR_materials_dispersion: 20 / Abbe number
+  float diffuse_transmission = 0;    // KHR_materials_diffuse_transmission
+  glm::vec3 diffuse_transmission_color{1};
+  TextureRef diffuse_transmission_texture, diffuse_transmission_color_texture;          // A; RGB
+  TextureRef specular_texture, specular_color_texture;                                  // A; RGB
   TextureRef clearcoat_texture, clearcoat_roughness_texture, clearcoat_normal_texture;  // R; G; normal
   TextureRef sheen_color_texture, sheen_roughness_texture;                              // RGB; A
   TextureRef transmission_texture;                                                      // R
@@ -59,6 +66,12 @@ struct Material {
 // Effective alpha mode: transmissive materials are blended.
 inline AlphaMode drawn_alpha_mode(const Material& material) {
   return material.transmission > 0 && !material.unlit ? AlphaMode::blend : material.alpha_mode;
+}
+
+// Refracts light where rays are traced; an ior of 0 reflects all of it.
+inline bool is_volume(const Material& material) {
+  return !material.unlit && (material.transmission > 0 || material.diffuse_transmission > 0) &&
+         material.thickness > 0 && material.ior > 0;
 }
 
 enum class Wrap : uint8_t { repeat, mirrored_repeat, clamp_to_edge };

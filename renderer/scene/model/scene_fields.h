@@ -86,9 +86,11 @@ void visit_members(Material& m, Visit&& visit) {
         m.alpha_cutoff, m.alpha_mode, m.double_sided, m.unlit, m.base_color_texture,
         m.metallic_roughness_texture, m.normal_texture, m.occlusion_texture, m.emissive_texture, m.ior,
         m.specular, m.specular_color, m.clearcoat, m.clearcoat_roughness, m.clearcoat_normal_scale,
-        m.sheen_color, m.sheen_roughness, m.transmission, m.specular_texture, m.specular_color_texture,
-        m.clearcoat_texture, m.clearcoat_roughness_texture, m.clearcoat_normal_texture, m.sheen_color_texture,
-        m.sheen_roughness_texture, m.transmission_texture);
+        m.sheen_color, m.sheen_roughness, m.transmission, m.thickness, m.attenuation_color,
+        m.attenuation_distance_m, m.dispersion, m.diffuse_transmission, m.diffuse_transmission_color,
+        m.diffuse_transmission_texture, m.diffuse_transmission_color_texture, m.specular_texture,
+        m.specular_color_texture, m.clearcoat_texture, m.clearcoat_roughness_texture,
+        m.clearcoat_normal_texture, m.sheen_color_texture, m.sheen_roughness_texture, m.transmission_texture);
 }
 
 template <typename Visit>

@@ -49,6 +49,33 @@ TEST(MaterialRecords, EachExtensionIsSeen) {
   EXPECT_EQ(records.extensions[6].clearcoat_texture.texture, FIRE3DV_NO_INDEX);
 }
 
+TEST(MaterialRecords, VolumesAbsorbTheirColorAfterTheirDistance) {
+  std::vector<scene::Material> materials(6);
+  for (scene::Material& material : materials) {
+    material.transmission = 1;
+    material.thickness = 0.5f;
+    material.attenuation_color = {0.5f, 1, 0};
+    material.attenuation_distance_m = 2;
+  }
+  materials[1].attenuation_distance_m = 0;  // infinite
+  materials[2].thickness = 0;               // thin wall
+  materials[3].ior = 0;                     // reflects everything
+  materials[4].transmission = 0;
+  materials[5].transmission = 0;
+  materials[5].diffuse_transmission = 0.5f;
+  const MaterialRecords records = material_records(materials);
+  const auto is_volume = [&](size_t i) {
+    return (records.materials[i].flags & FIRE3DV_MATERIAL_VOLUME) != 0;
+  };
+  EXPECT_TRUE(is_volume(0) && is_volume(1) && is_volume(5));
+  EXPECT_FALSE(is_volume(2) || is_volume(3) || is_volume(4));
+  EXPECT_NE(records.materials[5].flags & FIRE3DV_MATERIAL_DIFFUSE_TRANSMISSION, 0u);
+  EXPECT_NEAR(records.extensions[0].absorption_per_m.r, 0.34657f, 1e-5f);  // ln 2 / 2 m
+  EXPECT_EQ(records.extensions[0].absorption_per_m.g, 0);
+  EXPECT_GT(records.extensions[0].absorption_per_m.b, 1e20f);
+  EXPECT_EQ(records.extensions[1].absorption_per_m, glm::vec3(0));
+}
+
 // Shaders compute mip levels from the size.
 TEST(MaterialRecords, TexturesSayTheirSizes) {
   scene::Scene scene;

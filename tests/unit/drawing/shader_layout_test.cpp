@@ -93,7 +93,10 @@ TEST_F(ShaderLayout, TheFirstAndLastMembersAndAllThatFollowAGapLieAlike) {
   EXPECT_SAME_OFFSET(MaterialExtensionRecord, specular);
   EXPECT_SAME_OFFSET(MaterialExtensionRecord, transmission);
   EXPECT_SAME_OFFSET(MaterialExtensionRecord, specular_texture);
+  EXPECT_SAME_OFFSET(MaterialExtensionRecord, absorption_per_m);
+  EXPECT_SAME_OFFSET(MaterialExtensionRecord, diffuse_transmission_color);
   EXPECT_SAME_OFFSET(MaterialExtensionRecord, transmission_texture);
+  EXPECT_SAME_OFFSET(MaterialExtensionRecord, diffuse_transmission_color_texture);
   EXPECT_SAME_OFFSET(FrameRecord, normal_z_tangent_z);
   EXPECT_SAME_OFFSET(ExtrasRecord, color_ba);
   EXPECT_SAME_OFFSET(PrimitiveRecord, material);
@@ -133,6 +136,7 @@ TEST_F(ShaderLayout, TheFirstAndLastMembersAndAllThatFollowAGapLieAlike) {
   EXPECT_SAME_OFFSET(PathState, direction_world);
   EXPECT_SAME_OFFSET(PathState, throughput);
   EXPECT_SAME_OFFSET(PathState, radiance);
+  EXPECT_SAME_OFFSET(PathState, media);
   EXPECT_SAME_OFFSET(PathSum, radiance_samples);
   EXPECT_SAME_OFFSET(PathSum, display);
   EXPECT_SAME_OFFSET(PathParameters, origin_x);

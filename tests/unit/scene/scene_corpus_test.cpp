@@ -109,7 +109,8 @@ void expect_consistent(const Scene& scene, const std::string& file) {
           &material.occlusion_texture, &material.emissive_texture, &material.specular_texture,
           &material.specular_color_texture, &material.clearcoat_texture,
           &material.clearcoat_roughness_texture, &material.clearcoat_normal_texture,
-          &material.sheen_color_texture, &material.sheen_roughness_texture, &material.transmission_texture}) {
+          &material.sheen_color_texture, &material.sheen_roughness_texture, &material.transmission_texture,
+          &material.diffuse_transmission_texture, &material.diffuse_transmission_color_texture}) {
       ASSERT_TRUE(ref->texture == kNone || ref->texture < scene.textures.size()) << file;
       ASSERT_LE(ref->uv_set, 1u) << file;
     }
@@ -181,6 +182,9 @@ const std::set<std::string>& supported() {
                                            "KHR_materials_clearcoat",
                                            "KHR_materials_sheen",
                                            "KHR_materials_transmission",
+                                           "KHR_materials_volume",
+                                           "KHR_materials_dispersion",
+                                           "KHR_materials_diffuse_transmission",
                                            "KHR_texture_transform",
                                            "KHR_mesh_quantization",
                                            "EXT_mesh_gpu_instancing",

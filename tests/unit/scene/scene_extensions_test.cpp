@@ -23,10 +23,9 @@ GltfBuilder with_extensions(const char* member, json names) {
 
 TEST(SceneExtensions, RequiredAppearanceIsLeftOutWithAWarning) {
   for (const char* name :
-       {"KHR_materials_anisotropy", "KHR_materials_iridescence", "KHR_materials_dispersion",
-        "KHR_materials_diffuse_transmission", "KHR_materials_volume", "VENDOR_materials_glitter",
-        "EXT_texture_avif", "EXT_lights_image_based", "EXT_lights_ies", "KHR_xmp", "KHR_xmp_json_ld",
-        "KHR_animation_pointer", "KHR_node_selectability", "MSFT_lod", "KHR_audio_emitter",
+       {"KHR_materials_anisotropy", "KHR_materials_iridescence", "KHR_materials_volume_scatter",
+        "VENDOR_materials_glitter", "EXT_texture_avif", "EXT_lights_image_based", "EXT_lights_ies", "KHR_xmp",
+        "KHR_xmp_json_ld", "KHR_animation_pointer", "KHR_node_selectability", "MSFT_lod", "KHR_audio_emitter",
         "KHR_physics_rigid_bodies", "VRMC_springBone"}) {
     const Scene scene = loaded(with_extensions("extensionsRequired", {name}));
     EXPECT_EQ(scene.primitives.size(), 1u);
@@ -83,9 +82,7 @@ TEST(SceneExtensions, PointerChannelsAreReportedOnceForTheFile) {
 
 // Hidden nodes keep their place and camera, without meshes and lights, with all below them.
 TEST(SceneExtensions, NodeVisibility) {
-  const auto visibility = [](bool visible) {
-    return json{{"KHR_node_visibility", {{"visible", visible}}}};
-  };
+  const auto visibility = [](bool visible) { return json{{"KHR_node_visibility", {{"visible", visible}}}}; };
   GltfBuilder builder;
   const size_t mesh = builder.add_triangle_mesh();
   builder.root["cameras"] = {{{"type", "perspective"}, {"perspective", {{"yfov", 1}, {"znear", 0.1}}}}};

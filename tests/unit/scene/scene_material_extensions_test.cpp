@@ -57,15 +57,29 @@ TEST(SceneMaterialExtensions, EveryMemberOfEachLayer) {
          {"sheenRoughnessFactor", 0.375},
          {"sheenColorTexture", texture(6)},
          {"sheenRoughnessTexture", texture(7)}}},
-       {"KHR_materials_transmission", {{"transmissionFactor", 0.875}, {"transmissionTexture", texture(8)}}}});
+       {"KHR_materials_transmission", {{"transmissionFactor", 0.875}, {"transmissionTexture", texture(8)}}},
+       {"KHR_materials_volume",
+        {{"thicknessFactor", 2},
+         {"thicknessTexture", texture(9)},
+         {"attenuationDistance", 0.25},
+         {"attenuationColor", {0.5, 0.25, 1}}}},
+       {"KHR_materials_dispersion", {{"dispersion", 0.375}}},
+       {"KHR_materials_diffuse_transmission",
+        {{"diffuseTransmissionFactor", 0.625},
+         {"diffuseTransmissionTexture", texture(10)},
+         {"diffuseTransmissionColorFactor", {0.75, 0.5, 0}},
+         {"diffuseTransmissionColorTexture", texture(11)}}}});
   builder.root["materials"][0]["extensions"]["KHR_materials_clearcoat"]["clearcoatNormalTexture"]["scale"] =
       0.5;
-  builder.root["extensionsRequired"] = {"KHR_materials_ior", "KHR_materials_specular",
-                                        "KHR_materials_clearcoat", "KHR_materials_sheen",
-                                        "KHR_materials_transmission"};
+  builder.root["extensionsRequired"] = {"KHR_materials_ior",          "KHR_materials_specular",
+                                        "KHR_materials_clearcoat",    "KHR_materials_sheen",
+                                        "KHR_materials_transmission", "KHR_materials_volume",
+                                        "KHR_materials_dispersion",   "KHR_materials_diffuse_transmission"};
   const Scene scene = loaded(builder);
   EXPECT_EQ(scene.warnings.size(), 1u);
   EXPECT_TRUE(warned(scene, "approximated: \"KHR_materials_transmission\""));
+  for (const char* name : {"volume", "dispersion", "diffuse_transmission"})
+    EXPECT_TRUE(warned(scene, ", \"KHR_materials_" + std::string(name) + "\" (")) << name;
   const Material& material = scene.materials[1];
   EXPECT_EQ(material.ior, 1.33f);
   EXPECT_EQ(material.specular, 0.25f);
@@ -84,6 +98,14 @@ TEST(SceneMaterialExtensions, EveryMemberOfEachLayer) {
   expect_texture(scene, material.sheen_color_texture, 6, true);
   expect_texture(scene, material.sheen_roughness_texture, 7, false);
   expect_texture(scene, material.transmission_texture, 8, false);
+  EXPECT_EQ(material.thickness, 2);
+  EXPECT_EQ(material.attenuation_distance_m, 0.25f);
+  EXPECT_EQ(material.attenuation_color, glm::vec3(0.5f, 0.25f, 1));
+  EXPECT_EQ(material.dispersion, 0.375f);
+  EXPECT_EQ(material.diffuse_transmission, 0.625f);
+  EXPECT_EQ(material.diffuse_transmission_color, glm::vec3(0.75f, 0.5f, 0));
+  expect_texture(scene, material.diffuse_transmission_texture, 10, false);
+  expect_texture(scene, material.diffuse_transmission_color_texture, 11, true);
 }
 
 TEST(SceneMaterialExtensions, EmptyOnesChangeNothing) {
@@ -92,7 +114,10 @@ TEST(SceneMaterialExtensions, EmptyOnesChangeNothing) {
                                               {"KHR_materials_specular", none},
                                               {"KHR_materials_clearcoat", none},
                                               {"KHR_materials_sheen", none},
-                                              {"KHR_materials_transmission", none}}));
+                                              {"KHR_materials_transmission", none},
+                                              {"KHR_materials_volume", none},
+                                              {"KHR_materials_dispersion", none},
+                                              {"KHR_materials_diffuse_transmission", none}}));
   const Material& material = scene.materials[1];
   EXPECT_EQ(material.ior, 1.5f);
   EXPECT_EQ(material.specular, 1);
@@ -101,6 +126,13 @@ TEST(SceneMaterialExtensions, EmptyOnesChangeNothing) {
   EXPECT_EQ(material.clearcoat_normal_scale, 1);
   EXPECT_EQ(material.sheen_color, glm::vec3(0));
   EXPECT_EQ(material.transmission, 0);
+  EXPECT_EQ(material.thickness, 0);
+  EXPECT_EQ(material.attenuation_distance_m, 0);  // infinite
+  EXPECT_EQ(material.attenuation_color, glm::vec3(1));
+  EXPECT_EQ(material.dispersion, 0);
+  EXPECT_EQ(material.diffuse_transmission, 0);
+  EXPECT_EQ(material.diffuse_transmission_color, glm::vec3(1));
+  EXPECT_TRUE(scene.warnings.empty());
   EXPECT_EQ(material.clearcoat_normal_texture.texture, kNone);
 }
 
@@ -111,6 +143,11 @@ TEST(SceneMaterialExtensions, FactorsOutOfRangeAreBroughtIntoItAndSaid) {
        {"KHR_materials_clearcoat", {{"clearcoatFactor", 1e30}, {"clearcoatRoughnessFactor", 2}}},
        {"KHR_materials_sheen", {{"sheenColorFactor", {2, 0, 0}}, {"sheenRoughnessFactor", -0.5}}},
        {"KHR_materials_transmission", {{"transmissionFactor", 7}}},
+       {"KHR_materials_volume",
+        {{"thicknessFactor", -1}, {"attenuationDistance", 0}, {"attenuationColor", {-1, 0, 0}}}},
+       {"KHR_materials_dispersion", {{"dispersion", -2}}},
+       {"KHR_materials_diffuse_transmission",
+        {{"diffuseTransmissionFactor", 3}, {"diffuseTransmissionColorFactor", {0, 0, -1}}}},
        {"KHR_materials_emissive_strength", {{"emissiveStrength", -3}}}}));
   const Material& material = scene.materials[1];
   EXPECT_EQ(material.ior, 1);
@@ -121,7 +158,13 @@ TEST(SceneMaterialExtensions, FactorsOutOfRangeAreBroughtIntoItAndSaid) {
   EXPECT_EQ(material.sheen_color, glm::vec3(1, 0, 0));
   EXPECT_EQ(material.sheen_roughness, 0);
   EXPECT_EQ(material.transmission, 1);
-  EXPECT_EQ(scene.warnings.size(), 10u);  // the last: rough transmission is approximated
+  EXPECT_EQ(material.thickness, 0);
+  EXPECT_GT(material.attenuation_distance_m, 0);
+  EXPECT_EQ(material.attenuation_color, glm::vec3(0));
+  EXPECT_EQ(material.dispersion, 0);
+  EXPECT_EQ(material.diffuse_transmission, 1);
+  EXPECT_EQ(material.diffuse_transmission_color, glm::vec3(0));
+  EXPECT_EQ(scene.warnings.size(), 16u);  // the last: approximations
   EXPECT_TRUE(
       warned(scene, "materials[0].extensions.KHR_materials_transmission.transmissionFactor is more than 1"));
   EXPECT_TRUE(warned(scene, "KHR_materials_ior.ior is less than 1"));
@@ -142,6 +185,12 @@ TEST(SceneMaterialExtensions, FaultsByName) {
       {{{"KHR_materials_clearcoat", {{"clearcoatTexture", {{"texCoord", 1}}}}}},
        "clearcoatTexture: index is missing"},
       {{{"KHR_materials_transmission", {{"transmissionTexture", {{"index", 9}}}}}},
+       "textures[9], but there are 1"},
+      {{{"KHR_materials_volume", {{"attenuationColor", {1, 2}}}}},
+       "attenuationColor does not hold three numbers"},
+      {{{"KHR_materials_volume", {{"thicknessFactor", "thick"}}}}, "thicknessFactor is not of the type"},
+      {{{"KHR_materials_dispersion", {{"dispersion", {1}}}}}, "dispersion is not of the type"},
+      {{{"KHR_materials_diffuse_transmission", {{"diffuseTransmissionTexture", {{"index", 9}}}}}},
        "textures[9], but there are 1"},
       {{{"KHR_materials_sheen", {{"sheenColorTexture", {{"index", -1}}}}}}, "index is not of the type"}};
   for (const auto& [extensions, text] : faults) {
