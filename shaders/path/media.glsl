@@ -10,10 +10,24 @@
 
 bool is_volume(MaterialRecord material) { return kExtensions && (material.flags & FIRE3DV_MATERIAL_VOLUME) != 0; }
 
-float medium_ior(GlobalsRef globals, uint medium) {
+// Index of a colour channel (1: red, 2: green, 3: blue; 0: all of them) by Cauchy's formula of
+// KHR_materials_dispersion, at the wavelengths that define the Abbe number: C, d and F of Fraunhofer.
+float dispersed_ior(float ior, float dispersion, uint channel) {
+  if (channel == 0 || dispersion == 0) return ior;
+  const float wavelength_nm = channel == 1 ? 656.3 : channel == 2 ? 587.6 : 486.1;
+  const float per_abbe = dispersion / 20;
+  return max(ior + (ior - 1) * per_abbe * (523655 / (wavelength_nm * wavelength_nm) - 1.5168), 1);
+}
+
+float medium_ior(GlobalsRef globals, uint medium, uint channel) {
   if (medium == FIRE3DV_NO_INDEX) return 1;
   const MaterialRecord material = MaterialRef(globals.value.materials).at[medium];
-  return MaterialExtensionRef(globals.value.material_extensions).at[material.extension].ior;
+  MaterialExtensionRef extensions = MaterialExtensionRef(globals.value.material_extensions);
+  return dispersed_ior(extensions.at[material.extension].ior, extensions.at[material.extension].dispersion, channel);
+}
+
+bool is_dispersive(GlobalsRef globals, MaterialRecord material) {
+  return MaterialExtensionRef(globals.value.material_extensions).at[material.extension].dispersion > 0;
 }
 
 // Beer-Lambert law.
@@ -47,7 +61,7 @@ struct Refraction {
 
 // Boundary of a volume, and the share of the surface that it takes.
 Refraction make_refraction(GlobalsRef globals, MaterialRecord material, vec4 base_color, Surface surface,
-                           PathVertex vertex, uint volume, uvec4 media) {
+                           PathVertex vertex, uint volume, uvec4 media, uint channel) {
   const vec4 uv = vertex.point.uv;
   const MaterialExtensionRecord extension = MaterialExtensionRef(globals.value.material_extensions).at[material.extension];
   const float metallic =
@@ -55,8 +69,8 @@ Refraction make_refraction(GlobalsRef globals, MaterialRecord material, vec4 bas
   const float f90 = extension.specular * sample_or(extension.specular_texture, uv, vec4(0), vec4(0), vec4(1)).a;
   const vec3 specular_color = sample_or(extension.specular_color_texture, uv, vec4(0), vec4(0), vec4(1)).rgb;
   const bool is_covered = vertex.is_back && media.x != volume && any(equal(media, uvec4(volume)));
-  const float before = medium_ior(globals, medium_before(media, volume, vertex, true));
-  const float behind = medium_ior(globals, media_behind(media, volume, vertex.is_back).x);
+  const float before = medium_ior(globals, medium_before(media, volume, vertex, true), channel);
+  const float behind = medium_ior(globals, media_behind(media, volume, vertex.is_back).x, channel);
 
   Refraction refraction;
   refraction.f0 = min(extension.dielectric_f0 * specular_color, 1) * f90;

@@ -97,7 +97,7 @@ void begin_path(GlobalsRef globals, PathParameters parameters, uint pixel, out P
   path.is_camera_ray = 1;
   path.radiance = vec3(0);
   set_media(path, uvec4(FIRE3DV_NO_INDEX));
-  path.padding = 0;
+  path.channel = 0;
 }
 
 void leave_scene(GlobalsRef globals, PathParameters parameters, inout PathState path, inout PathSum sum) {
@@ -234,7 +234,7 @@ bool scatter(GlobalsRef globals, PathParameters parameters, Scatterer on, PathVe
 // Radiance inside of a volume is larger by the square of its index.
 bool survives(GlobalsRef globals, inout PathState path) {
   if (path.vertex < kCertainVertices) return true;
-  const float ior = kExtensions ? medium_ior(globals, path.media[0]) : 1;
+  const float ior = kExtensions ? medium_ior(globals, path.media[0], path.channel) : 1;
   const float chance = clamp(largest(path.throughput) * ior * ior, 0.05, 1);
   if (unit_numbers(random_words(kOfSurvival)).x >= chance) return false;
   path.throughput /= chance;
@@ -249,7 +249,13 @@ void choose_scatterer(GlobalsRef globals, MaterialRecord material, vec4 base_col
   on.media_behind = media_of(path);
   if (is_volume(material)) {
     const uint volume = vertex.point.material;
-    const Refraction refraction = make_refraction(globals, material, base_color, on.surface, vertex, volume, media_of(path));
+    // The path stands for one of three colours from its first dispersive volume on, with three times its radiance.
+    if (path.channel == 0 && is_dispersive(globals, material)) {
+      path.channel = 1 + min(uint(3 * unit_numbers(random_words(kOfBoundary)).y), 2);
+      path.throughput *= 3 * vec3(path.channel == 1, path.channel == 2, path.channel == 3);
+    }
+    const Refraction refraction =
+        make_refraction(globals, material, base_color, on.surface, vertex, volume, media_of(path), path.channel);
     on.media_behind = media_behind(media_of(path), volume, vertex.is_back);
     if (vertex.is_back) {
       on.surface.coat = 0;

@@ -24,7 +24,7 @@ struct PathState {
   vec3 throughput;
   uint is_camera_ray;
   vec3 radiance;
-  uint padding;
+  uint channel;   // 1 to 3: the only colour of a path through dispersive media; 0: all colours
   uint media[4];  // materials of the volumes that the path is inside of, the last one first; FIRE3DV_NO_INDEX: none
 };
 

@@ -174,6 +174,33 @@ TEST_F(Glass, APrismTurnsLightBySnellsLaw) {
   }
 }
 
+// Each colour has the index of Cauchy's formula in KHR_materials_dispersion, at 656.3, 587.6 and 486.1 nm.
+TEST_F(Glass, APrismDispersesByCauchysFormula) {
+  const double angle = glm::radians(30.0), ior = 1.5, abbe = 2.5;
+  scene::Material material = glass(static_cast<float>(ior));
+  material.dispersion = static_cast<float>(20 / abbe);
+  SceneBuilder builder;
+  builder.mesh_node("prism", prism(builder, material, angle), glm::mat4(1));
+  look_at_origin(builder, {0, 1, 0});
+  const auto pixels = linear_image(builder.build(), {32, 32}, in_environment(128, 1, slope));
+  const double wavelengths_nm[] = {656.3, 587.6, 486.1};
+  for (int c = 0; c < 3; ++c) {
+    const double n = ior + (ior - 1) / abbe * (523655 / (wavelengths_nm[c] * wavelengths_nm[c]) - 1.5168);
+    expect_equal(estimate(pixels, c), seen_through_prism(angle, n), "channel " + std::to_string(c));
+  }
+  EXPECT_GT(estimate(pixels, 2).mean, 1.05 * estimate(pixels, 0).mean);
+}
+
+TEST_F(Glass, AWhiteFurnaceHidesADispersiveBall) {
+  scene::Material material = glass(1.5f, 0.2f);
+  material.dispersion = 1;
+  SceneBuilder builder;
+  builder.mesh_node("ball", builder.sphere(builder.material(material), 1, 128), glm::mat4(1));
+  look_at_origin(builder, {0, 0, 1}, 0.95f);
+  const auto pixels = linear_image(builder.build(), {32, 32}, in_environment(64, 64, white));
+  for (int c = 0; c < 3; ++c) expect_equal(estimate(pixels, c), 1, "channel " + std::to_string(c), 0.002);
+}
+
 TEST_F(Glass, APrismReflectsTotally) {
   const double angle = glm::radians(45.0);  // beyond the critical angle
   SceneBuilder builder;
@@ -256,6 +283,7 @@ scene::Scene glass_over_floor() {
   scene::Material clear = glass(1.5f, 0.0f);
   clear.attenuation_color = {0.6f, 0.9f, 0.7f};
   clear.attenuation_distance_m = 1;
+  clear.dispersion = 1;
   builder.mesh_node("clear", builder.sphere(builder.material(clear), 0.5f), at({-0.55f, 0.5f, 0}));
   builder.mesh_node("rough", builder.sphere(builder.material(glass(1.4f, 0.3f)), 0.5f), at({0.55f, 0.5f, 0}));
   scene::Material board = matte(glm::vec3(1));
