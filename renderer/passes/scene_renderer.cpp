@@ -168,6 +168,7 @@ void SceneRenderer::expect_shading(const scene::Scene& scene) {
   shading.core_materials = !any_extended(scene.materials);
   shading.textures = any_textured(scene.materials);
   shading.second_uv = any_second_uv(scene.materials);
+  shading.material_flags = optional_flags(scene.materials);
   shading.writes_samples = any_forward_only(scene) || settings_.post.reads_samples();
   if (shading.writes_samples && !visibility_->can_write_samples()) return;
   // The pipeline expected last is compiled first. Shadows may be switched off at any time, but a CPU takes

@@ -57,14 +57,29 @@ float sheen_albedo_of(float cosine, float roughness) {
   return textureLod(environment_albedo, albedo_texel(cosine, roughness), 0).b;
 }
 
-// Mixes the reflectances of a dielectric and of a metal, whose f90 is 1.
-Lobe make_lobe(vec3 normal, vec3 to_eye, float roughness, vec3 f0, float f90, vec3 metal_f0, float metallic) {
+// An isotropic lobe without reflectances.
+Lobe make_facets(vec3 normal, vec3 to_eye, float roughness) {
   Lobe lobe;
   lobe.normal = normal;
   lobe.roughness = clamp(roughness, 0, 1);
   lobe.alpha = max(lobe.roughness * lobe.roughness, LEAST_ALPHA);
   lobe.n_dot_v = clamp(dot(normal, to_eye), 1e-4, 1);
-  const vec2 split = split_albedo(lobe.n_dot_v, lobe.roughness);
+  lobe.alpha_t = lobe.alpha;
+  return lobe;
+}
+
+// Makes a lobe anisotropic. tangent: unit, perpendicular to the normal; highlights are stretched along it.
+void stretch(inout Lobe lobe, vec3 to_eye, vec3 tangent, float strength) {
+  lobe.alpha_t = mix(lobe.alpha, 1, strength * strength);
+  lobe.tangent = tangent;
+  lobe.bitangent = cross(lobe.normal, tangent);
+  lobe.eye_along = vec2(dot(tangent, to_eye), dot(lobe.bitangent, to_eye));
+  lobe.roughness = pow(0.5 * (pow(lobe.alpha_t, 1.5) + pow(lobe.alpha, 1.5)), 1.0 / 3.0);
+}
+
+// Mixes the reflectances of a dielectric and of a metal, whose f90 is 1.
+void add_reflectance(inout Lobe lobe, vec3 to_eye, vec3 f0, float f90, vec3 metal_f0, float metallic) {
+  const vec2 split = lobe_split(lobe, to_eye, lobe.n_dot_v);
   const float mean = mean_loss(lobe.roughness);
   lobe.loss = max(1 - split.x - split.y, 0);
   lobe.per_mean_loss = 1 / (PI * mean);
@@ -72,14 +87,13 @@ Lobe make_lobe(vec3 normal, vec3 to_eye, float roughness, vec3 f0, float f90, ve
   lobe.f90 = vec3(mix(f90, 1, metallic));
   lobe.albedo = lobe.f0 * split.x + lobe.f90 * split.y;
   lobe.multiple = lobe.loss * mix(multiple_scattering(f0, vec3(f90), mean), multiple_scattering(metal_f0, vec3(1), mean), metallic);
-  return lobe;
 }
 
 // The interface above the diffuse layer: the share of light that enters it weighs the layer.
 void add_body(inout Surface surface, float f0, float f90) {
   const Lobe lobe = surface.base;
   surface.body = make_interface(f0, f90, lobe.roughness);
-  surface.body_albedo = interface_albedo(surface.body, split_albedo(lobe.n_dot_v, lobe.roughness));
+  surface.body_albedo = interface_albedo(surface.body, lobe_split(lobe, surface.to_eye, lobe.n_dot_v));
   surface.per_mean_entering = 1 / (PI * max(1 - surface.body.mean_albedo, 1e-3));
   surface.diffuse *= 1 - surface.body_albedo;
 }
@@ -87,8 +101,35 @@ void add_body(inout Surface surface, float f0, float f90) {
 // Directional albedo of the clearcoat, weighted.
 float coat_albedo(Surface s) { return s.coat * (s.coat_lobe.albedo.r + s.coat_lobe.multiple.r); }
 
+// Radiance from the environment, averaged over an anisotropic lobe: prefiltered look-ups along the tangent, at
+// quantiles of the slopes of GGX, each weighted as visible facets are (Heitz 2018).
+vec3 stretched_radiance(GlobalsRef globals, Lobe lobe, vec3 to_eye) {
+  const uint kTaps = 16;
+  const vec2 alpha = vec2(lobe.alpha_t, lobe.alpha);
+  const vec3 eye = vec3(lobe.eye_along, lobe.n_dot_v);
+  // Each look-up spans the bitangent's roughness in both directions, and at least the distance of its neighbours.
+  const float slope_scale = sqrt(alpha.x * alpha.x - alpha.y * alpha.y);
+  const float roughness = sqrt(min(max(alpha.y, alpha.x / kTaps), 1));
+  vec3 sum = vec3(0);
+  float weights = 0;
+  for (uint i = 0; i < kTaps; ++i) {
+    const float u = (2 * i + 1.0) / kTaps - 1;
+    const float slope = slope_scale * u * inversesqrt(1 - u * u);
+    const vec3 facet = normalize(vec3(slope, 0, 1));
+    const float e_dot_f = dot(eye, facet);
+    const vec3 light = 2 * e_dot_f * facet - eye;
+    if (e_dot_f <= 0 || light.z <= 0) continue;
+    const float weight = e_dot_f / facet.z * light.z * visibility_anisotropic(eye, light, alpha);
+    const vec3 direction = light.x * lobe.tangent + light.y * lobe.bitangent + light.z * lobe.normal;
+    sum += weight * reflected_radiance(globals, direction, roughness);
+    weights += weight;
+  }
+  return weights > 0 ? sum / weights : reflected_radiance(globals, reflect(-to_eye, lobe.normal), lobe.roughness);
+}
+
 // scattered: radiance of a white diffuse surface at the same point.
 vec3 reflect_environment_lobe(GlobalsRef globals, Lobe lobe, vec3 to_eye, vec3 scattered) {
+  if (is_anisotropic(lobe)) return lobe.albedo * stretched_radiance(globals, lobe, to_eye) + lobe.multiple * scattered;
   return lobe.albedo * reflected_radiance(globals, reflect(-to_eye, lobe.normal), lobe.roughness) + lobe.multiple * scattered;
 }
 

@@ -1,10 +1,11 @@
-// BRDF of glTF 2.0 (appendix B) with KHR_materials_ior, specular, clearcoat, sheen and thin-walled
+// BRDF of glTF 2.0 (appendix B) with KHR_materials_ior, specular, clearcoat, sheen, anisotropy and thin-walled
 // transmission. Reciprocal and energy-conserving; lamps and environment share its albedos: docs/design/materials.md.
 // Microfacets: GGX (Walter et al. 2007), height-correlated Smith shadowing (Heitz 2014), Schlick's Fresnel term
 // (1994). Multiple scattering: Kulla and Conty (2017). Diffuse layer: Kelemen and Szirmay-Kalos (2001). Sheen:
-// Charlie (Estevez and Kulla 2017).
+// Charlie (Estevez and Kulla 2017). Anisotropic facets: Burley (2012), Heitz (2014).
 #ifndef FIRE3DV_BRDF_GLSL
 #define FIRE3DV_BRDF_GLSL
+#include "common/scene_variant.glsl"
 
 const float PI = 3.14159265358979;
 const float LEAST_ALPHA = 1e-3;        // smaller lobes exceed 32-bit float precision
@@ -14,7 +15,7 @@ const float LEAST_SHEEN_ALPHA = 5e-3;
 // diffuse lobe for multiple scattering.
 struct Lobe {
   vec3 normal;
-  float roughness;  // perceptual
+  float roughness;  // perceptual; of anisotropic lobes the cubic mean
   float alpha;
   float n_dot_v;
   vec3 f0, f90;     // reflectance of a facet at normal incidence and at grazing angles
@@ -22,7 +23,13 @@ struct Lobe {
   vec3 multiple;    // directional albedo of all further bounces, towards the eye
   float loss;       // share of white facets' light that the first bounce misses, towards the eye
   float per_mean_loss;  // 1 / (PI * mean loss)
+  // Anisotropic if kAnisotropy and alpha_t != alpha: alpha_t is along the tangent, alpha along the bitangent.
+  float alpha_t;
+  vec3 tangent, bitangent;
+  vec2 eye_along;  // direction to the eye along both
 };
+
+bool is_anisotropic(Lobe lobe) { return kAnisotropy && lobe.alpha_t != lobe.alpha; }
 
 // A smooth or rough boundary of a dielectric, achromatic: what it does not reflect enters the layer below.
 struct Interface {
@@ -97,6 +104,29 @@ float visibility_smith(float n_dot_v, float n_dot_l, float alpha) {
   return 0.5 / (n_dot_l * sqrt(n_dot_v * n_dot_v * (1 - a2) + a2) + n_dot_v * sqrt(n_dot_l * n_dot_l * (1 - a2) + a2));
 }
 
+// Anisotropic distribution and visibility. Arguments: components along tangent and bitangent, and the normal.
+float distribution_anisotropic(vec3 facet, vec2 alpha) {
+  const vec2 slope = facet.xy / alpha;
+  const float d = dot(slope, slope) + facet.z * facet.z;
+  return 1 / (PI * alpha.x * alpha.y * d * d);
+}
+float stretched_length(vec3 direction, vec2 alpha) { return length(vec3(alpha * direction.xy, direction.z)); }
+float visibility_anisotropic(vec3 eye, vec3 light, vec2 alpha) {
+  return 0.5 / (light.z * stretched_length(eye, alpha) + eye.z * stretched_length(light, alpha));
+}
+
+// Directional albedo of one bounce, as split_albedo(). Anisotropic lobes use the table of isotropic ones with the
+// cubic mean of the roughnesses, at the angle where the masking is that of the direction: docs/design/materials.md.
+vec2 lobe_split(Lobe lobe, vec3 direction, float cosine) {
+  const vec2 split = split_albedo(cosine, lobe.roughness);
+  if (!is_anisotropic(lobe)) return split;
+  const vec2 slope = vec2(lobe.alpha_t * dot(lobe.tangent, direction), lobe.alpha * dot(lobe.bitangent, direction)) /
+                     (lobe.roughness * lobe.roughness * max(cosine, 1e-4));
+  const vec2 masked = split_albedo(inversesqrt(1 + dot(slope, slope)), lobe.roughness);
+  const float albedo = masked.x + masked.y, grazing = min(split.y, albedo);
+  return vec2(albedo - grazing, grazing);
+}
+
 float schlick_weight(float cos_theta) {
   const float x = clamp(1 - cos_theta, 0, 1);
   return x * x * x * x * x;
@@ -127,6 +157,14 @@ float largest(vec3 v) { return max(v.r, max(v.g, v.b)); }
 // / 16 in each direction, facet slopes by alpha^2 / 2.
 float microfacets(Lobe lobe, vec3 half_vector, float n_dot_l, float sine) {
   const float n_dot_h = clamp(dot(lobe.normal, half_vector), 0, 1);
+  if (is_anisotropic(lobe)) {
+    const vec3 facet = vec3(dot(lobe.tangent, half_vector), dot(lobe.bitangent, half_vector), n_dot_h);
+    const vec3 eye = vec3(lobe.eye_along, lobe.n_dot_v);
+    const vec3 light = vec3(2 * dot(eye, facet) * facet.xy - eye.xy, n_dot_l);  // mirrored by the facet
+    const vec2 alpha = vec2(lobe.alpha_t, lobe.alpha);
+    return distribution_anisotropic(facet, min(sqrt(alpha * alpha + sine * sine / 8), 1)) *
+           visibility_anisotropic(eye, light, alpha);
+  }
   const float widened = min(sqrt(lobe.alpha * lobe.alpha + sine * sine / 8), 1);
   return distribution_ggx(n_dot_h, widened) * visibility_smith(lobe.n_dot_v, n_dot_l, lobe.alpha);
 }
@@ -156,7 +194,7 @@ vec3 reflect_light(Surface s, vec3 to_light, float sine) {
   vec3 specular = vec3(0), diffuse = vec3(0), sheen = vec3(0);
   const float cosine = abs(n_dot_l);
   if (n_dot_l > 0) {
-    const vec2 split = split_albedo(cosine, s.base.roughness);
+    const vec2 split = lobe_split(s.base, to_light, cosine);
     const float loss = max(1 - split.x - split.y, 0);
     const float entering = 1 - interface_albedo(s.body, split);
     specular = mix(s.base.f0, s.base.f90, grazing) * microfacets(s.base, h, n_dot_l, sine);
@@ -170,7 +208,7 @@ vec3 reflect_light(Surface s, vec3 to_light, float sine) {
     // Transmission through a thin wall without refraction: the light is mirrored to this side.
     const vec3 through = normalize(to_light - 2 * n_dot_l * s.base.normal + s.to_eye);
     const float entering = 1 - mix(s.body.f0, s.body.f90, schlick_weight(dot(s.to_eye, through)));
-    const vec2 split = split_albedo(cosine, s.base.roughness);
+    const vec2 split = lobe_split(s.base, to_light, cosine);
     specular = entering * microfacets(s.base, through, cosine, sine) * s.transmitted;
     diffuse = (1 - s.body.multiple) * s.base.loss * max(1 - split.x - split.y, 0) * s.base.per_mean_loss * s.transmitted;
   }

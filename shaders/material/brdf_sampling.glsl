@@ -43,15 +43,18 @@ vec3 eye_above(vec3 to_eye, vec3 normal) {
 
 // Mirror direction in a visible normal of the lobe.
 vec3 sample_facets(Lobe lobe, vec3 to_eye, vec2 u) {
-  const mat3 world_from_local = frame_around(lobe.normal);
+  const bool anisotropic = is_anisotropic(lobe);
+  const mat3 world_from_local =
+      anisotropic ? mat3(lobe.tangent, lobe.bitangent, lobe.normal) : frame_around(lobe.normal);
+  const vec2 alpha = anisotropic ? vec2(lobe.alpha_t, lobe.alpha) : vec2(lobe.alpha);
   const vec3 eye = eye_above(to_eye, lobe.normal);
   const vec3 local = eye * world_from_local;
-  const vec3 stretched = normalize(vec3(lobe.alpha * local.xy, local.z));
+  const vec3 stretched = normalize(vec3(alpha * local.xy, local.z));
   const float angle = 2 * PI * u.x;
   const float z = (1 - u.y) * (1 + stretched.z) - stretched.z;
   const float sine = sqrt(clamp(1 - z * z, 0, 1));
   const vec3 cap = vec3(sine * cos(angle), sine * sin(angle), z) + stretched;
-  const vec3 half_vector = world_from_local * normalize(vec3(lobe.alpha * cap.xy, max(cap.z, 0)));
+  const vec3 half_vector = world_from_local * normalize(vec3(alpha * cap.xy, max(cap.z, 0)));
   return normalize(reflect(-eye, half_vector));
 }
 
@@ -59,6 +62,12 @@ float facets_pdf(Lobe lobe, vec3 to_eye, vec3 direction) {
   const vec3 eye = eye_above(to_eye, lobe.normal);
   const float n_dot_h = dot(lobe.normal, normalize(direction + eye));
   if (!(n_dot_h > 0)) return 0;
+  if (is_anisotropic(lobe)) {
+    const mat3 world_from_local = mat3(lobe.tangent, lobe.bitangent, lobe.normal);
+    const vec3 facet = normalize(direction + eye) * world_from_local, local = eye * world_from_local;
+    const vec2 alpha = vec2(lobe.alpha_t, lobe.alpha);
+    return distribution_anisotropic(facet, alpha) / (2 * (max(local.z, 1e-4) + stretched_length(local, alpha)));
+  }
   const float a2 = lobe.alpha * lobe.alpha, n_dot_v = clamp(dot(lobe.normal, eye), 1e-4, 1);
   return distribution_ggx(min(n_dot_h, 1), lobe.alpha) / (2 * (n_dot_v + sqrt(a2 + (1 - a2) * n_dot_v * n_dot_v)));
 }

@@ -32,6 +32,21 @@ vec3 mapped_normal(TextureUse normal_texture, float normal_scale, SurfacePoint p
   return normalize(tangent * n.x + bitangent * n.y + point.normal_world * n.z);
 }
 
+// KHR_materials_anisotropy. Surfaces without tangents stay isotropic.
+void add_anisotropy(MaterialExtensionRecord extension, SurfacePoint point, inout Surface surface) {
+  const vec3 texel = sample_or(extension.anisotropy_texture, point.uv, point.uv_dx, point.uv_dy, vec4(1, 0.5, 1, 1)).rgb;
+  const float strength = clamp(extension.anisotropy * texel.b, 0, 1);
+  const vec3 normal = surface.base.normal;
+  const vec3 in_plane = point.tangent_world.xyz - normal * dot(normal, point.tangent_world.xyz);
+  if (strength == 0 || dot(in_plane, in_plane) < 1e-20) return;
+  const vec3 tangent = normalize(in_plane);
+  const vec3 bitangent = cross(normal, tangent) * (point.tangent_world.w < 0 ? -1 : 1);
+  const vec2 along = texel.rg * 2 - 1, turn = extension.anisotropy_direction;
+  const vec2 unturned = dot(along, along) > 1e-6 ? normalize(along) : vec2(1, 0);
+  const vec2 direction = vec2(turn.x * unturned.x - turn.y * unturned.y, turn.y * unturned.x + turn.x * unturned.y);
+  stretch(surface.base, surface.to_eye, direction.x * tangent + direction.y * bitangent, strength);
+}
+
 // Adds the lobes of glTF extensions; the rest of the surface is complete.
 void add_extensions(MaterialExtensionRecord extension, uint flags, float metallic, vec3 base_color, SurfacePoint point,
                     inout Surface surface) {
@@ -54,7 +69,8 @@ void add_extensions(MaterialExtensionRecord extension, uint flags, float metalli
     const float roughness =
         extension.clearcoat_roughness * sample_or(extension.clearcoat_roughness_texture, uv, dx, dy, vec4(1)).g;
     const vec3 normal = mapped_normal(extension.clearcoat_normal_texture, extension.clearcoat_normal_scale, point);
-    surface.coat_lobe = make_lobe(normal, surface.to_eye, roughness, vec3(0.04), 1, vec3(1), 0);
+    surface.coat_lobe = make_facets(normal, surface.to_eye, roughness);
+    add_reflectance(surface.coat_lobe, surface.to_eye, vec3(0.04), 1, vec3(1), 0);
     surface.coat_interface = make_interface(0.04, 1, surface.coat_lobe.roughness);
   }
 }
@@ -79,9 +95,12 @@ Surface make_surface(GlobalsRef globals, MaterialRecord material, vec4 base_colo
   surface.to_eye = to_eye;
   surface.diffuse = base_color.rgb * (1 - metallic);
   surface.transmitted = vec3(0);
-  surface.base = make_lobe(mapped_normal(material.normal_texture, material.normal_scale, point), surface.to_eye,
-                           material.roughness * metallic_roughness.g, dielectric_f0, dielectric_f90, base_color.rgb,
-                           metallic);
+  surface.base = make_facets(mapped_normal(material.normal_texture, material.normal_scale, point), surface.to_eye,
+                             material.roughness * metallic_roughness.g);
+  if (kAnisotropy && extended && (material.flags & FIRE3DV_MATERIAL_ANISOTROPY) != 0) {
+    add_anisotropy(extension, point, surface);
+  }
+  add_reflectance(surface.base, surface.to_eye, dielectric_f0, dielectric_f90, base_color.rgb, metallic);
   add_body(surface, largest(dielectric_f0), dielectric_f90);
   surface.sheen_color = vec3(0);
   surface.coat = 0;

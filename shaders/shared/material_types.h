@@ -28,8 +28,10 @@ struct TextureUse {
 #define FIRE3DV_MATERIAL_TEXTURED 128u       // required vertex attributes: texture coordinates,
 #define FIRE3DV_MATERIAL_SECOND_UV 256u      // their second set,
 #define FIRE3DV_MATERIAL_NORMAL_MAPPED 512u  // tangents
+#define FIRE3DV_MATERIAL_ANISOTROPY 1024u
 #define FIRE3DV_MATERIAL_VOLUME 4096u        // KHR_materials_volume, for paths
 #define FIRE3DV_MATERIAL_DIFFUSE_TRANSMISSION 8192u
+#define FIRE3DV_MATERIAL_OPTIONAL FIRE3DV_MATERIAL_ANISOTROPY  // compiled into shaders of scenes that have them
 
 struct MaterialRecord {
   vec4 base_color;
@@ -55,6 +57,8 @@ struct MaterialExtensionRecord {
   float specular;
   vec3 sheen_color;
   float sheen_roughness;
+  vec2 anisotropy_direction;  // cosine and sine of the rotation from the tangent to the bitangent
+  float anisotropy;           // strength
   float clearcoat;
   float clearcoat_roughness;
   float clearcoat_normal_scale;
@@ -71,6 +75,7 @@ struct MaterialExtensionRecord {
   TextureUse clearcoat_normal_texture;
   TextureUse sheen_color_texture;
   TextureUse sheen_roughness_texture;
+  TextureUse anisotropy_texture;
   TextureUse transmission_texture;
   TextureUse diffuse_transmission_texture;
   TextureUse diffuse_transmission_color_texture;

@@ -184,6 +184,12 @@ void expect_raster(const scene::Scene& scene, uint32_t least_compared, double me
 TEST_F(Paths, DirectLightEqualsTheRasterOffEdges) {
   expect_raster(lit_ball(false), 700, 5e-4, "plastic");
   expect_raster(lit_ball(true), 700, 5e-4, "metal");
+  scene::Scene brushed = lit_ball(true);
+  for (scene::Material& material : brushed.materials) {
+    material.anisotropy = 0.7f;
+    material.anisotropy_rotation_rad = 0.5f;
+  }
+  expect_raster(brushed, 600, 5e-4, "anisotropic metal and plastic");
 }
 
 // The near plane cuts the ball, the far plane the floor.

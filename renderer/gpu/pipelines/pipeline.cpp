@@ -118,9 +118,17 @@ Pipeline create_graphics_pipeline(Device& device, VkPipelineLayout layout,
   std::vector<VkPipelineShaderStageCreateInfo> stages;
   modules.push_back(create_shader_module(device, wanted.vertex_shader));
   stages.push_back(stage_info(VK_SHADER_STAGE_VERTEX_BIT, modules.back().get()));
+  constexpr uint32_t kWord = sizeof(uint32_t);
+  std::vector<VkSpecializationMapEntry> entries;
+  for (uint32_t id = 0; id < wanted.fragment_constants.size(); ++id)
+    entries.push_back({id, id * kWord, kWord});
+  const VkSpecializationInfo specialization{static_cast<uint32_t>(entries.size()), entries.data(),
+                                            wanted.fragment_constants.size_bytes(),
+                                            wanted.fragment_constants.data()};
   if (!wanted.fragment_shader.empty()) {
     modules.push_back(create_shader_module(device, wanted.fragment_shader));
     stages.push_back(stage_info(VK_SHADER_STAGE_FRAGMENT_BIT, modules.back().get()));
+    if (!entries.empty()) stages.back().pSpecializationInfo = &specialization;
   }
 
   // The shader pulls its vertices.

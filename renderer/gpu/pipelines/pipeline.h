@@ -46,6 +46,7 @@ struct GraphicsPipelineInfo {
   // Blending: the target's alpha, the share of scene-referred light, becomes less.
   bool is_display_referred = false;
   bool alpha_to_coverage = false;
+  std::span<const uint32_t> fragment_constants;  // values of specialisation constants 0, 1, ...
 };
 // Cull mode, front face, viewport and scissor are dynamic.
 Pipeline create_graphics_pipeline(Device& device, VkPipelineLayout layout, const GraphicsPipelineInfo& info);

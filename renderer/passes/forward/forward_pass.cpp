@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "renderer/passes/visibility/cluster_raster.h"
 #include "shaders/shared/types.h"
 
 namespace fire3dv::passes {
@@ -123,11 +124,15 @@ ForwardPass::ForwardPass(gpu::Device& device, VkPipelineLayout layout, VkSampleC
   background_ = gpu::create_graphics_pipeline(device, layout, info);
 }
 
-const gpu::Pipeline& ForwardPass::pipeline(const DrawBin& bin, Stage stage) {
-  gpu::Pipeline& known = pipelines_[{bin.topology, bin.alpha_mode, stage}];
+const gpu::Pipeline& ForwardPass::pipeline(const DrawBin& bin, Stage stage, uint32_t material_flags) {
+  if (stage == Stage::depth) material_flags = 0;
+  gpu::Pipeline& known = pipelines_[{bin.topology, bin.alpha_mode, stage, material_flags}];
   if (known) return known;
   const bool visible_places = samples_ == VK_SAMPLE_COUNT_4_BIT && device_.report().visible_coverage;
   std::string fragment_shader;
+  ShaderVariant variant;
+  variant.material_flags = material_flags;
+  const auto constants = variant.constants();
   gpu::GraphicsPipelineInfo info;
   info.vertex_shader = "forward.vert";
   info.samples = samples_;
@@ -149,6 +154,7 @@ const gpu::Pipeline& ForwardPass::pipeline(const DrawBin& bin, Stage stage) {
     if (device_.ray_query()) fragment_shader += gpu::traces_to_boxes(device_) ? "_ray_boxes" : "_ray";
     fragment_shader += ".frag";
     info.fragment_shader = fragment_shader;
+    info.fragment_constants = constants;
   }
   known = gpu::create_graphics_pipeline(device_, layout_, info);
   return known;
@@ -284,7 +290,8 @@ void ForwardPass::draw_bins(VkCommandBuffer commands, const Frame& frame, Stage 
   const std::vector<DrawBin>& bins = frame.scene.draw_list.bins;
   for (size_t b = 0; b < bins.size(); ++b) {
     if (bins[b].blended() != blended || (frame.visibility && !bins[b].is_forward_only())) continue;
-    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline(bins[b], stage).get());
+    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS,
+                      pipeline(bins[b], stage, frame.scene.material_flags).get());
     // Push constants are set again for each pipeline: lavapipe loses them for fragment shaders after a
     // pipeline without one.
     vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);

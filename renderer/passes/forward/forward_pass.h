@@ -45,7 +45,8 @@ class ForwardPass {
     VkDeviceSize offset;
   };
   enum class Stage : uint8_t { depth, color };
-  const gpu::Pipeline& pipeline(const DrawBin& bin, Stage stage);
+  // material_flags: as in GpuScene.
+  const gpu::Pipeline& pipeline(const DrawBin& bin, Stage stage, uint32_t material_flags);
   std::vector<BinCommands> bin_commands(gpu::StagingRing& staging, const Frame& frame) const;
   void begin(VkCommandBuffer commands, const Frame& frame, Stage stage) const;
   void draw_bins(VkCommandBuffer commands, const Frame& frame, Stage stage, bool blended,
@@ -57,7 +58,7 @@ class ForwardPass {
   gpu::Device& device_;
   VkPipelineLayout layout_;
   VkSampleCountFlagBits samples_;
-  std::map<std::tuple<scene::Topology, scene::AlphaMode, Stage>, gpu::Pipeline>
+  std::map<std::tuple<scene::Topology, scene::AlphaMode, Stage, uint32_t>, gpu::Pipeline>
       pipelines_;  // created on first use
   gpu::Pipeline background_, visible_depth_;
   gpu::Buffer commands_;                     // VkDrawIndexedIndirectCommand[], one per draw of the list

@@ -86,6 +86,7 @@ class PathPass {
  private:
   struct Variant {
     bool extensions = true, textures = true, second_uv = true, masked = true;
+    uint32_t material_flags = 0;
     bool operator==(const Variant&) const = default;
   };
   void use_pipeline(const GpuScene& scene);

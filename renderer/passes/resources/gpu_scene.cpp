@@ -288,6 +288,7 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
   has_extensions = !records.extensions.empty();
   has_textures = any_textured(scene.materials);
   has_second_uv = any_second_uv(scene.materials);
+  material_flags = optional_flags(scene.materials);
   material_extensions = upload_array(device, loader, records.extensions);
 
   primitive_shift_of_node.assign(node_count, 0);

@@ -71,6 +71,7 @@ struct GpuScene {
   bool has_extensions = false;  // materials with glTF extensions
   bool has_textures = false;    // materials with textures
   bool has_second_uv = false;   // a texture uses the second set
+  uint32_t material_flags = 0;  // of FIRE3DV_MATERIAL_OPTIONAL those that a material has
   bool is_path_traced = false;  // as in SceneUses
 
   // Vertices in cluster order. tangents and extras are null where no vertex has any or can get any.

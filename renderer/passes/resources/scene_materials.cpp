@@ -54,7 +54,8 @@ uint32_t extension_flags(const scene::Material& material) {
          (scene::is_volume(material) ? FIRE3DV_MATERIAL_VOLUME : 0) |
          (material.diffuse_transmission > 0 ? FIRE3DV_MATERIAL_DIFFUSE_TRANSMISSION : 0) |
          (material.sheen_color != glm::vec3(0) ? FIRE3DV_MATERIAL_SHEEN : 0) |
-         (material.clearcoat > 0 ? FIRE3DV_MATERIAL_CLEARCOAT : 0);
+         (material.clearcoat > 0 ? FIRE3DV_MATERIAL_CLEARCOAT : 0) |
+         (material.anisotropy > 0 ? FIRE3DV_MATERIAL_ANISOTROPY : 0);
 }
 
 // Vertex attributes that the material's textures need.
@@ -65,14 +66,13 @@ uint32_t texture_flags(const scene::Material& material) {
         &material.occlusion_texture, &material.emissive_texture, &material.specular_texture,
         &material.specular_color_texture, &material.clearcoat_texture, &material.clearcoat_roughness_texture,
         &material.clearcoat_normal_texture, &material.sheen_color_texture, &material.sheen_roughness_texture,
-        &material.transmission_texture, &material.diffuse_transmission_texture,
+        &material.anisotropy_texture, &material.transmission_texture, &material.diffuse_transmission_texture,
         &material.diffuse_transmission_color_texture}) {
     if (texture->texture == scene::kNone) continue;
     flags |= FIRE3DV_MATERIAL_TEXTURED;
     if (texture->uv_set != 0) flags |= FIRE3DV_MATERIAL_SECOND_UV;
   }
-  if (material.normal_texture.texture != scene::kNone ||
-      material.clearcoat_normal_texture.texture != scene::kNone) {
+  if (scene::needs_tangents(material)) {
     flags |= FIRE3DV_MATERIAL_NORMAL_MAPPED;
   }
   return flags;
@@ -95,6 +95,9 @@ gpu_types::MaterialExtensionRecord extension_record(const scene::Material& mater
   record.specular = material.specular;
   record.sheen_color = material.sheen_color;
   record.sheen_roughness = material.sheen_roughness;
+  record.anisotropy = material.anisotropy;
+  record.anisotropy_direction = {std::cos(material.anisotropy_rotation_rad),
+                                 std::sin(material.anisotropy_rotation_rad)};
   record.clearcoat = material.clearcoat;
   record.clearcoat_roughness = material.clearcoat_roughness;
   record.clearcoat_normal_scale = material.clearcoat_normal_scale;
@@ -114,6 +117,7 @@ gpu_types::MaterialExtensionRecord extension_record(const scene::Material& mater
   record.clearcoat_normal_texture = texture_use(material.clearcoat_normal_texture, textures);
   record.sheen_color_texture = texture_use(material.sheen_color_texture, textures);
   record.sheen_roughness_texture = texture_use(material.sheen_roughness_texture, textures);
+  record.anisotropy_texture = texture_use(material.anisotropy_texture, textures);
   record.transmission_texture = texture_use(material.transmission_texture, textures);
   return record;
 }
@@ -192,6 +196,12 @@ bool any_second_uv(std::span<const scene::Material> materials) {
   return std::any_of(materials.begin(), materials.end(), [](const scene::Material& material) {
     return (texture_flags(material) & FIRE3DV_MATERIAL_SECOND_UV) != 0;
   });
+}
+
+uint32_t optional_flags(std::span<const scene::Material> materials) {
+  uint32_t flags = 0;
+  for (const scene::Material& material : materials) flags |= extension_flags(material);
+  return flags & FIRE3DV_MATERIAL_OPTIONAL;
 }
 
 TextureFacts texture_facts(const scene::Scene& scene, bool anisotropic) {

@@ -21,7 +21,8 @@ struct MaterialRecords {
 };
 bool any_extended(std::span<const scene::Material> materials);
 bool any_textured(std::span<const scene::Material> materials);
-bool any_second_uv(std::span<const scene::Material> materials);  // true if a texture uses it
+bool any_second_uv(std::span<const scene::Material> materials);       // true if a texture uses it
+uint32_t optional_flags(std::span<const scene::Material> materials);  // of FIRE3DV_MATERIAL_OPTIONAL
 // Facts about textures that material records contain.
 struct TextureFacts {
   std::vector<glm::uvec2> sizes;  // by texture index; missing entries count as one texel

@@ -152,9 +152,11 @@ gpu::Pipeline& VisibilityPass::shade_pipeline(const Shading& shading) {
                 FIRE3DV_SHADOWS_MAP < kShadowModes);
   FIRE3DV_ASSERT(shading.shadows < kShadowModes);
   const uint32_t way = shading.tests_maps ? kShadowModes : shading.shadows;
+  FIRE3DV_ASSERT((shading.material_flags & ~FIRE3DV_MATERIAL_OPTIONAL) == 0);
+  constexpr uint32_t kWays = 64;
   gpu::Pipeline& pipeline =
-      shade_.at(16 * way + (shading.core_materials ? 8 : 0) + (shading.textures ? 4 : 0) +
-                (shading.second_uv ? 2 : 0) + (shading.writes_samples ? 1 : 0));
+      shade_[kWays * shading.material_flags + 16 * way + (shading.core_materials ? 8 : 0) +
+             (shading.textures ? 4 : 0) + (shading.second_uv ? 2 : 0) + (shading.writes_samples ? 1 : 0)];
   if (!pipeline) {
     const std::string shader = std::string("shade") + (shading.core_materials ? "_core" : "") +
                                (shading.tests_maps ? "_test_maps" : "") +
@@ -164,6 +166,7 @@ gpu::Pipeline& VisibilityPass::shade_pipeline(const Shading& shading) {
     variant.shadows = shading.shadows;
     variant.textures = shading.textures;
     variant.second_uv = shading.second_uv;
+    variant.material_flags = shading.material_flags;
     pipeline = gpu::create_compute_pipeline(device_, shade_layout_.get(), shader, gpu::Compile::next,
                                             variant.constants());
   }
@@ -195,8 +198,8 @@ void VisibilityPass::record_shade(gpu::Recorder& recorder, const char* name, Sha
                                   Targets& targets, std::span<const gpu_types::ShadePush> views,
                                   const VkRect2D* hdr_area) {
   const bool write_samples = hdr_area != nullptr;
-  Shading shading{!scene.has_extensions, scene.has_textures, scene.has_second_uv, write_samples,
-                  shadow_technique};
+  Shading shading{!scene.has_extensions, scene.has_textures, scene.has_second_uv,
+                  scene.material_flags,  write_samples,      shadow_technique};
   shading.tests_maps =
       what == Shades::all_and_lists || (what == Shades::listed && shares_pipeline_with_listed(shading));
   const VkPipeline pipeline = shade_pipeline(shading).get();

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <map>
 #include <span>
 
 #include "renderer/gpu/pipelines/descriptors.h"
@@ -23,9 +24,10 @@ class VisibilityPass {
   // Variant of the shading pipeline. expect() starts its compilation, which on a CPU takes longer than any
   // other.
   struct Shading {
-    bool core_materials = true;  // no material has extensions
-    bool textures = true;        // a material has textures
-    bool second_uv = true;       // a texture uses the second set of coordinates
+    bool core_materials = true;                           // no material has extensions
+    bool textures = true;                                 // a material has textures
+    bool second_uv = true;                                // a texture uses the second set of coordinates
+    uint32_t material_flags = FIRE3DV_MATERIAL_OPTIONAL;  // of them those that a material has
     bool writes_samples = false;
     // Shadow technique: FIRE3DV_SHADOWS_OFF, _MASK or _MAP. With tests_maps, shading tests maps and lists
     // rays.
@@ -97,8 +99,8 @@ class VisibilityPass {
   gpu::Pipeline merge_coverage_;  // 4 samples only
   gpu::SetLayout image_set_layout_;
   gpu::PipelineLayout shade_layout_;
-  std::array<gpu::Pipeline, 64> shade_;  // created by expect() or on first use
-  Targets* targets_ = nullptr;           // null: no complete targets
+  std::map<uint32_t, gpu::Pipeline> shade_;  // by variant; created by expect() or on first use
+  Targets* targets_ = nullptr;               // null: no complete targets
   VkExtent2D extent_{};
   VkDeviceSize view_bytes_ = 0;
 };

@@ -287,8 +287,7 @@ UsedAttributes used_attributes(const Scene& scene, const Primitive& primitive) {
   const Material& m = scene.materials[primitive.material];
   UsedAttributes at;
   at.normals = primitive.lit && !m.unlit;
-  at.tangents =
-      at.normals && (m.normal_texture.texture != kNone || m.clearcoat_normal_texture.texture != kNone);
+  at.tangents = at.normals && needs_tangents(m);
   const TextureRef* const refs[] = {&m.base_color_texture,
                                     &m.metallic_roughness_texture,
                                     &m.normal_texture,
@@ -301,6 +300,7 @@ UsedAttributes used_attributes(const Scene& scene, const Primitive& primitive) {
                                     &m.clearcoat_normal_texture,
                                     &m.sheen_color_texture,
                                     &m.sheen_roughness_texture,
+                                    &m.anisotropy_texture,
                                     &m.transmission_texture,
                                     &m.diffuse_transmission_texture,
                                     &m.diffuse_transmission_color_texture};

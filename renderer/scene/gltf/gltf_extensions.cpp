@@ -21,7 +21,6 @@ struct Omission {
 constexpr Omission kOmissions[]{
     {"KHR_materials_volume_scatter", "no light scatters inside objects"},
     {"KHR_materials_iridescence", "no thin-film colours"},
-    {"KHR_materials_anisotropy", "highlights are round"},
     {"KHR_techniques_webgl", "materials look plain"},
     {"EXT_lights_image_based", "the file's environment is not used"},
     {"EXT_lights_ies", "lights shine evenly"},

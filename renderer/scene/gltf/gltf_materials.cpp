@@ -243,9 +243,8 @@ class Layer {
   Error fault_;
 };
 
-// Reads ior, specular, clearcoat, sheen, transmission, volume, dispersion, diffuse_transmission and
-// emissive_strength. Out-of-range factors are
-// clamped with a warning.
+// Reads ior, specular, clearcoat, sheen, anisotropy, transmission, volume, dispersion, diffuse_transmission
+// and emissive_strength. Out-of-range factors are clamped with a warning.
 Result<void> add_material_extensions(const tinygltf::Material& source, const std::string& where,
                                      Textures& textures, Material& material,
                                      std::vector<std::string>& warnings) {
@@ -280,6 +279,12 @@ Result<void> add_material_extensions(const tinygltf::Material& source, const std
     sheen.texture("sheenColorTexture", true, material.sheen_color_texture);
     sheen.texture("sheenRoughnessTexture", false, material.sheen_roughness_texture);
     if (auto done = sheen.result(); !done) return done;
+  }
+  if (Layer anisotropy = layer("KHR_materials_anisotropy"); anisotropy.there()) {
+    anisotropy.factor("anisotropyStrength", material.anisotropy);
+    anisotropy.factor("anisotropyRotation", material.anisotropy_rotation_rad, -kNoUpperLimit, kNoUpperLimit);
+    anisotropy.texture("anisotropyTexture", false, material.anisotropy_texture);
+    if (auto done = anisotropy.result(); !done) return done;
   }
   if (Layer transmission = layer("KHR_materials_transmission"); transmission.there()) {
     transmission.factor("transmissionFactor", material.transmission);

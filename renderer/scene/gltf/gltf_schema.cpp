@@ -73,6 +73,8 @@ const std::unordered_map<std::string_view, unsigned>& shapes() {
       {"clearcoatRoughnessFactor", kNumber},
       {"sheenColorFactor", kNumbers},
       {"sheenRoughnessFactor", kNumber},
+      {"anisotropyStrength", kNumber},
+      {"anisotropyRotation", kNumber},
       {"transmissionFactor", kNumber},
       {"thicknessFactor", kNumber},
       {"attenuationDistance", kNumber},
@@ -89,6 +91,7 @@ const std::unordered_map<std::string_view, unsigned>& shapes() {
       {"clearcoatNormalTexture", kObject},
       {"sheenColorTexture", kObject},
       {"sheenRoughnessTexture", kObject},
+      {"anisotropyTexture", kObject},
       {"transmissionTexture", kObject},
       {"innerConeAngle", kNumber},
       {"outerConeAngle", kNumber},
@@ -346,7 +349,7 @@ Result<void> check_index_accessors(const json& document) {
 }  // namespace
 
 bool extension_supported(const std::string& name) {
-  static constexpr std::array<std::string_view, 22> supported{"KHR_lights_punctual",
+  static constexpr std::array<std::string_view, 23> supported{"KHR_lights_punctual",
                                                               "KHR_materials_unlit",
                                                               "KHR_materials_emissive_strength",
                                                               "KHR_materials_ior",
@@ -365,6 +368,7 @@ bool extension_supported(const std::string& name) {
                                                               "KHR_node_visibility",
                                                               "KHR_materials_pbrSpecularGlossiness",
                                                               "KHR_materials_variants",
+                                                              "KHR_materials_anisotropy",
                                                               "KHR_materials_volume",
                                                               "KHR_materials_dispersion",
                                                               "KHR_materials_diffuse_transmission"};

@@ -61,7 +61,17 @@ struct Material {
   TextureRef clearcoat_texture, clearcoat_roughness_texture, clearcoat_normal_texture;  // R; G; normal
   TextureRef sheen_color_texture, sheen_roughness_texture;                              // RGB; A
   TextureRef transmission_texture;                                                      // R
+
+  float anisotropy = 0;               // KHR_materials_anisotropy, strength
+  float anisotropy_rotation_rad = 0;  // from the tangent to the bitangent
+  TextureRef anisotropy_texture;      // RG: direction; B: strength
 };
+
+// True if shading depends on the direction of tangents.
+inline bool needs_tangents(const Material& material) {
+  return material.normal_texture.texture != kNone || material.clearcoat_normal_texture.texture != kNone ||
+         (material.anisotropy > 0 && !material.unlit);
+}
 
 // Effective alpha mode: transmissive materials are blended.
 inline AlphaMode drawn_alpha_mode(const Material& material) {

@@ -90,7 +90,8 @@ void visit_members(Material& m, Visit&& visit) {
         m.attenuation_distance_m, m.dispersion, m.diffuse_transmission, m.diffuse_transmission_color,
         m.diffuse_transmission_texture, m.diffuse_transmission_color_texture, m.specular_texture,
         m.specular_color_texture, m.clearcoat_texture, m.clearcoat_roughness_texture,
-        m.clearcoat_normal_texture, m.sheen_color_texture, m.sheen_roughness_texture, m.transmission_texture);
+        m.clearcoat_normal_texture, m.sheen_color_texture, m.sheen_roughness_texture, m.transmission_texture,
+        m.anisotropy, m.anisotropy_rotation_rad, m.anisotropy_texture);
 }
 
 template <typename Visit>

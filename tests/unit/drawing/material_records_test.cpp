@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <glm/gtc/packing.hpp>
 
 namespace fire3dv::passes {
@@ -26,7 +27,7 @@ TEST(MaterialRecords, PlainMaterialsHaveNoExtension) {
 }
 
 TEST(MaterialRecords, EachExtensionIsSeen) {
-  std::vector<scene::Material> materials(7);
+  std::vector<scene::Material> materials(8);
   materials[0].ior = 1.333f;
   materials[1].specular = 0.5f;
   materials[2].specular_color = {1, 0.5f, 0.25f};
@@ -34,9 +35,11 @@ TEST(MaterialRecords, EachExtensionIsSeen) {
   materials[4].sheen_color = {0, 0, 0.1f};
   materials[5].transmission = 0.25f;
   materials[6].specular_texture.texture = 5;
+  materials[7].anisotropy = 0.5f;
+  materials[7].anisotropy_rotation_rad = 2;
   const MaterialRecords records = material_records(materials);
-  ASSERT_EQ(records.extensions.size(), 7u);
-  for (uint32_t i = 0; i < 7; ++i) EXPECT_EQ(records.materials[i].extension, i);
+  ASSERT_EQ(records.extensions.size(), 8u);
+  for (uint32_t i = 0; i < 8; ++i) EXPECT_EQ(records.materials[i].extension, i);
   EXPECT_NEAR(records.extensions[0].dielectric_f0.g, 0.02037f, 1e-5f);
   EXPECT_NEAR(records.extensions[1].dielectric_f0.g, 0.04f, 1e-6f);
   EXPECT_EQ(records.extensions[1].specular, 0.5f);
@@ -47,6 +50,13 @@ TEST(MaterialRecords, EachExtensionIsSeen) {
   EXPECT_EQ(records.extensions[5].transmission, 0.25f);
   EXPECT_EQ(records.extensions[6].specular_texture.texture, 5u);
   EXPECT_EQ(records.extensions[6].clearcoat_texture.texture, FIRE3DV_NO_INDEX);
+  // Shaders of other scenes lack the code, and other materials need no tangents.
+  EXPECT_EQ(records.materials[7].flags, FIRE3DV_MATERIAL_ANISOTROPY | FIRE3DV_MATERIAL_NORMAL_MAPPED);
+  EXPECT_NEAR(records.extensions[7].anisotropy_direction.x, std::cos(2.0), 1e-6);
+  EXPECT_NEAR(records.extensions[7].anisotropy_direction.y, std::sin(2.0), 1e-6);
+  EXPECT_EQ(optional_flags(materials), FIRE3DV_MATERIAL_ANISOTROPY);
+  EXPECT_EQ(optional_flags(std::span(materials).first(7)), 0u);
+  EXPECT_TRUE(any_textured(materials));  // tangents are read
 }
 
 TEST(MaterialRecords, VolumesAbsorbTheirColorAfterTheirDistance) {

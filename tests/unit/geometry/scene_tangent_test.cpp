@@ -302,6 +302,8 @@ TEST(SceneTangents, GeneratedOnlyWhereTheyAreUsed) {
     if (normal_texture == std::string("clearcoat"))
       builder.root["materials"][0]["extensions"]["KHR_materials_clearcoat"] = {
           {"clearcoatNormalTexture", {{"index", 0}}}};
+    if (normal_texture == std::string("anisotropy"))
+      builder.root["materials"][0]["extensions"]["KHR_materials_anisotropy"] = {{"anisotropyStrength", 0.5}};
     nlohmann::json attributes{{"POSITION", builder.add_positions({0, 0, 0, 1, 0, 0, 0, 1, 0})}};
     attributes["TEXCOORD_0"] = builder.add_data<float>({0, 0, 0, 1, 1, 0}, "VEC2", test::kFloat, 2);
     if (with_normals) attributes["NORMAL"] = builder.add_positions({0, 0, 1, 0, 0, 1, 0, 0, 1});
@@ -317,6 +319,8 @@ TEST(SceneTangents, GeneratedOnlyWhereTheyAreUsed) {
   const glm::vec4 generated(0, 1, 0, 1), given(-1, 0, 0, 1), untouched = VertexAttributes().tangent;
   EXPECT_EQ(load("normalTexture", true, false), generated);
   EXPECT_EQ(load("clearcoat", true, false), generated);
+  EXPECT_EQ(load("anisotropy", true, false), generated);
+  EXPECT_EQ(load("anisotropy", true, true), given);
   EXPECT_EQ(load("normalTexture", true, true), given);
   EXPECT_EQ(load("normalTexture", false, true), generated);  // the file's are ignored without normals
   EXPECT_EQ(load("none", true, false), untouched);

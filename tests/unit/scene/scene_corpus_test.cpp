@@ -109,8 +109,9 @@ void expect_consistent(const Scene& scene, const std::string& file) {
           &material.occlusion_texture, &material.emissive_texture, &material.specular_texture,
           &material.specular_color_texture, &material.clearcoat_texture,
           &material.clearcoat_roughness_texture, &material.clearcoat_normal_texture,
-          &material.sheen_color_texture, &material.sheen_roughness_texture, &material.transmission_texture,
-          &material.diffuse_transmission_texture, &material.diffuse_transmission_color_texture}) {
+          &material.sheen_color_texture, &material.sheen_roughness_texture, &material.anisotropy_texture,
+          &material.transmission_texture, &material.diffuse_transmission_texture,
+          &material.diffuse_transmission_color_texture}) {
       ASSERT_TRUE(ref->texture == kNone || ref->texture < scene.textures.size()) << file;
       ASSERT_LE(ref->uv_set, 1u) << file;
     }
@@ -193,7 +194,8 @@ const std::set<std::string>& supported() {
                                            "KHR_texture_basisu",
                                            "KHR_node_visibility",
                                            "KHR_materials_pbrSpecularGlossiness",
-                                           "KHR_materials_variants"};
+                                           "KHR_materials_variants",
+                                           "KHR_materials_anisotropy"};
   return names;
 }
 

@@ -57,6 +57,8 @@ TEST(SceneMaterialExtensions, EveryMemberOfEachLayer) {
          {"sheenRoughnessFactor", 0.375},
          {"sheenColorTexture", texture(6)},
          {"sheenRoughnessTexture", texture(7)}}},
+       {"KHR_materials_anisotropy",
+        {{"anisotropyStrength", 0.625}, {"anisotropyRotation", -7.5}, {"anisotropyTexture", texture(9)}}},
        {"KHR_materials_transmission", {{"transmissionFactor", 0.875}, {"transmissionTexture", texture(8)}}},
        {"KHR_materials_volume",
         {{"thicknessFactor", 2},
@@ -74,7 +76,8 @@ TEST(SceneMaterialExtensions, EveryMemberOfEachLayer) {
   builder.root["extensionsRequired"] = {"KHR_materials_ior",          "KHR_materials_specular",
                                         "KHR_materials_clearcoat",    "KHR_materials_sheen",
                                         "KHR_materials_transmission", "KHR_materials_volume",
-                                        "KHR_materials_dispersion",   "KHR_materials_diffuse_transmission"};
+                                        "KHR_materials_dispersion",   "KHR_materials_diffuse_transmission",
+                                        "KHR_materials_anisotropy"};
   const Scene scene = loaded(builder);
   EXPECT_EQ(scene.warnings.size(), 1u);
   EXPECT_TRUE(warned(scene, "approximated: \"KHR_materials_transmission\""));
@@ -89,6 +92,8 @@ TEST(SceneMaterialExtensions, EveryMemberOfEachLayer) {
   EXPECT_EQ(material.clearcoat_normal_scale, 0.5f);
   EXPECT_EQ(material.sheen_color, glm::vec3(0.25, 0.5, 1));
   EXPECT_EQ(material.sheen_roughness, 0.375f);
+  EXPECT_EQ(material.anisotropy, 0.625f);
+  EXPECT_EQ(material.anisotropy_rotation_rad, -7.5f);
   EXPECT_EQ(material.transmission, 0.875f);
   expect_texture(scene, material.specular_texture, 1, false);
   expect_texture(scene, material.specular_color_texture, 2, true);
@@ -98,6 +103,7 @@ TEST(SceneMaterialExtensions, EveryMemberOfEachLayer) {
   expect_texture(scene, material.sheen_color_texture, 6, true);
   expect_texture(scene, material.sheen_roughness_texture, 7, false);
   expect_texture(scene, material.transmission_texture, 8, false);
+  expect_texture(scene, material.anisotropy_texture, 9, false);
   EXPECT_EQ(material.thickness, 2);
   EXPECT_EQ(material.attenuation_distance_m, 0.25f);
   EXPECT_EQ(material.attenuation_color, glm::vec3(0.5f, 0.25f, 1));
@@ -114,6 +120,7 @@ TEST(SceneMaterialExtensions, EmptyOnesChangeNothing) {
                                               {"KHR_materials_specular", none},
                                               {"KHR_materials_clearcoat", none},
                                               {"KHR_materials_sheen", none},
+                                              {"KHR_materials_anisotropy", none},
                                               {"KHR_materials_transmission", none},
                                               {"KHR_materials_volume", none},
                                               {"KHR_materials_dispersion", none},
@@ -125,6 +132,7 @@ TEST(SceneMaterialExtensions, EmptyOnesChangeNothing) {
   EXPECT_EQ(material.clearcoat, 0);
   EXPECT_EQ(material.clearcoat_normal_scale, 1);
   EXPECT_EQ(material.sheen_color, glm::vec3(0));
+  EXPECT_EQ(material.anisotropy, 0);
   EXPECT_EQ(material.transmission, 0);
   EXPECT_EQ(material.thickness, 0);
   EXPECT_EQ(material.attenuation_distance_m, 0);  // infinite
@@ -142,6 +150,7 @@ TEST(SceneMaterialExtensions, FactorsOutOfRangeAreBroughtIntoItAndSaid) {
        {"KHR_materials_specular", {{"specularFactor", -1}, {"specularColorFactor", {-2, 5, 0}}}},
        {"KHR_materials_clearcoat", {{"clearcoatFactor", 1e30}, {"clearcoatRoughnessFactor", 2}}},
        {"KHR_materials_sheen", {{"sheenColorFactor", {2, 0, 0}}, {"sheenRoughnessFactor", -0.5}}},
+       {"KHR_materials_anisotropy", {{"anisotropyStrength", 1.5}}},
        {"KHR_materials_transmission", {{"transmissionFactor", 7}}},
        {"KHR_materials_volume",
         {{"thicknessFactor", -1}, {"attenuationDistance", 0}, {"attenuationColor", {-1, 0, 0}}}},
@@ -158,13 +167,14 @@ TEST(SceneMaterialExtensions, FactorsOutOfRangeAreBroughtIntoItAndSaid) {
   EXPECT_EQ(material.sheen_color, glm::vec3(1, 0, 0));
   EXPECT_EQ(material.sheen_roughness, 0);
   EXPECT_EQ(material.transmission, 1);
+  EXPECT_EQ(material.anisotropy, 1);
   EXPECT_EQ(material.thickness, 0);
   EXPECT_GT(material.attenuation_distance_m, 0);
   EXPECT_EQ(material.attenuation_color, glm::vec3(0));
   EXPECT_EQ(material.dispersion, 0);
   EXPECT_EQ(material.diffuse_transmission, 1);
   EXPECT_EQ(material.diffuse_transmission_color, glm::vec3(0));
-  EXPECT_EQ(scene.warnings.size(), 16u);  // the last: approximations
+  EXPECT_EQ(scene.warnings.size(), 17u);  // the last: approximations
   EXPECT_TRUE(
       warned(scene, "materials[0].extensions.KHR_materials_transmission.transmissionFactor is more than 1"));
   EXPECT_TRUE(warned(scene, "KHR_materials_ior.ior is less than 1"));
@@ -192,11 +202,28 @@ TEST(SceneMaterialExtensions, FaultsByName) {
       {{{"KHR_materials_dispersion", {{"dispersion", {1}}}}}, "dispersion is not of the type"},
       {{{"KHR_materials_diffuse_transmission", {{"diffuseTransmissionTexture", {{"index", 9}}}}}},
        "textures[9], but there are 1"},
+      {{{"KHR_materials_anisotropy", {{"anisotropyRotation", {1, 0}}}}},
+       "anisotropyRotation is not of the type"},
+      {{{"KHR_materials_anisotropy", {{"anisotropyTexture", {{"index", 4}}}}}},
+       "textures[4], but there are 1"},
       {{{"KHR_materials_sheen", {{"sheenColorTexture", {{"index", -1}}}}}}, "index is not of the type"}};
   for (const auto& [extensions, text] : faults) {
     const auto scene = load(with_extensions(extensions));
     ASSERT_FALSE(scene.ok()) << text;
     EXPECT_NE(scene.error().message.find(text), std::string::npos) << scene.error().message;
+  }
+}
+
+// Triangles without tangents and texture coordinates have no direction.
+TEST(SceneMaterialExtensions, AnisotropyWithoutADirectionIsReported) {
+  for (const bool has_coordinates : {false, true}) {
+    GltfBuilder builder = with_extensions({{"KHR_materials_anisotropy", {{"anisotropyStrength", 0.5}}}});
+    json attributes{{"POSITION", builder.add_positions({0, 0, 0, 1, 0, 0, 0, 1, 0})}};
+    if (has_coordinates)
+      attributes["TEXCOORD_0"] = builder.add_data<float>({0, 0, 0, 1, 1, 0}, "VEC2", test::kFloat, 2);
+    builder.add_mesh({{"attributes", attributes}, {"material", 0}});
+    EXPECT_EQ(warned(loaded(builder), "meshes[0].primitives[0] has an anisotropic material, but neither"),
+              !has_coordinates);
   }
 }
 

@@ -105,8 +105,9 @@ class MeshLoader {
                                 " normals that are zero or not finite; they are computed from its triangles");
     }
     if (has_bad_tangents_)
-      scene_.warnings.push_back(where + " has tangents that are not finite; its normal map is wrong there: "
-                                        "export it without tangents");
+      scene_.warnings.push_back(where +
+                                " has tangents that are not finite; its normal map is wrong there: "
+                                "export it without tangents");
     repaired_normals_ = 0;
     has_bad_tangents_ = false;
   }
@@ -174,6 +175,7 @@ class MeshLoader {
     auto of_variants = variant_materials_of(document_, source, where, scene_);
     if (!of_variants) return of_variants.error();
     Recipe recipe = recipe_of(source, scene_.materials[material_for_tangents(material, *of_variants)]);
+    report_missing_tangents(recipe, scene_.materials[material], where);
     auto influences = influence_accessors(source, where, scene_.warnings);
     if (!influences) return influences.error();
     recipe.influences = *influences;
@@ -204,16 +206,32 @@ class MeshLoader {
     return {};
   }
 
-  static bool has_normal_map(const Material& material) {
-    return material.normal_texture.texture != kNone || material.clearcoat_normal_texture.texture != kNone;
+  void report_missing_tangents(const Recipe& recipe, const Material& material, const std::string& where) {
+    const int uv = recipe.tangent_uv_set == 0 ? recipe.uv0 : recipe.uv1;
+    if (recipe.tangent_uv_set == kMissing || uv != kMissing || material.anisotropy <= 0) return;
+    scene_.warnings.push_back(
+        where +
+        " has an anisotropic material, but neither tangents nor texture coordinates; its "
+        "highlights have any direction: export it with tangents");
   }
 
-  // All variants share the vertices: if one of them has a normal map, there are tangents.
+  // All variants share the vertices: if one of them needs tangents, there are some.
   uint32_t material_for_tangents(uint32_t material, std::span<const uint32_t> of_variants) const {
-    if (has_normal_map(scene_.materials[material])) return material;
+    if (needs_tangents(scene_.materials[material])) return material;
     const auto found = std::find_if(of_variants.begin(), of_variants.end(),
-                                    [&](uint32_t other) { return has_normal_map(scene_.materials[other]); });
+                                    [&](uint32_t other) { return needs_tangents(scene_.materials[other]); });
     return found == of_variants.end() ? material : *found;
+  }
+
+  // Both normal maps and the anisotropy share one tangent frame, of the UV set of the first that has a
+  // texture.
+  static int tangent_uv_set_of(const Material& material) {
+    if (!needs_tangents(material)) return kMissing;
+    for (const TextureRef* ref :
+         {&material.normal_texture, &material.clearcoat_normal_texture, &material.anisotropy_texture}) {
+      if (ref->texture != kNone) return static_cast<int>(ref->uv_set);
+    }
+    return 0;
   }
 
   static Recipe recipe_of(const tinygltf::Primitive& source, const Material& material) {
@@ -232,10 +250,7 @@ class MeshLoader {
     recipe.mode = source.mode;
     if (recipe.normal == kMissing) recipe.tangent = kMissing;  // glTF: tangents without normals are ignored
     if (recipe.topology() == Topology::triangles && recipe.tangent == kMissing) {
-      // Both normal maps share one tangent frame; it follows the UV set of the base normal map.
-      const bool own = material.normal_texture.texture != kNone;
-      const TextureRef& ref = own ? material.normal_texture : material.clearcoat_normal_texture;
-      if (ref.texture != kNone) recipe.tangent_uv_set = static_cast<int>(ref.uv_set);
+      recipe.tangent_uv_set = tangent_uv_set_of(material);
     }
     return recipe;
   }
@@ -397,8 +412,7 @@ class MeshLoader {
                      std::to_string(count)};
       }
       // Normals and tangents can be replaced.
-      const bool is_replaceable =
-          attribute.accessor == recipe.normal || attribute.accessor == recipe.tangent;
+      const bool is_replaceable = attribute.accessor == recipe.normal || attribute.accessor == recipe.tangent;
       bool is_finite = true;
       done = reader_.read_floats(attribute.accessor, name, attribute.first, kAttributeFloats,
                                  attribute.components, attribute.min_components,
