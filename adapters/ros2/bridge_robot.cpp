@@ -117,9 +117,13 @@ Result<void> Bridge::use_robot(ConvertedRobot&& robot) {
   if (options_.scene_file.empty()) {
     if (Result<void> sent = renderers_.set_robot(std::move(robot.glb)); !sent) return sent;
   } else {
-    if (Result<void> written = write_whole_file(options_.scene_file, robot.glb); !written) return written;
-    log_line("wrote " + options_.scene_file + "; to draw it: fire3dv " + options_.scene_file + " --listen " +
-             options_.uris.front());
+    if (Result<void> written = write_whole_file(options_.scene_file, robot.glb); !written)
+      log_.warn("--write-scene", written.error().message +
+                                     "; poses go on, and the next robot description is "
+                                     "tried again");
+    else
+      log_line("wrote " + options_.scene_file + "; to draw it: fire3dv " + options_.scene_file +
+               " --listen " + options_.uris.front());
   }
   // Without poses the robot is shown, too, at rest.
   if (renderers_.is_described() || !links_) return {};

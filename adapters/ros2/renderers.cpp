@@ -4,13 +4,15 @@
 #include <utility>
 
 #include "adapters/ros2/robot/node_paths.h"
+#include "protocol/base/log.h"
 #include "protocol/base/plural.h"
 
 namespace fire3dv::ros2 {
 namespace {
 
 constexpr char kRobotNode[] = "robot_description";
-constexpr size_t kSceneBudgetBytes = size_t{256} << 20;
+constexpr char kRemedy[] =
+    "; it is not sent: write it to a file (--write-scene), and give that to the renderer";
 // A message that a later one replaces is not reported: the nodes of an added robot are missing until it is
 // loaded.
 constexpr std::chrono::seconds kSettled{1}, kLoaded{5};
@@ -30,11 +32,13 @@ Result<void> call_client(const char* what, const std::string& uri, Call&& call) 
 
 }  // namespace
 
-Result<Renderers> Renderers::open(const std::vector<std::string>& uris, const Security& security) {
+Result<Renderers> Renderers::open(const std::vector<std::string>& uris, const Security& security,
+                                  size_t scene_budget_bytes) {
   Renderers renderers;
+  renderers.scene_budget_bytes_ = scene_budget_bytes;
   for (const std::string& uri : uris) {
     const Result<void> opened = call_client("cannot publish to", uri, [&] {
-      renderers.targets_.push_back({uri, Stream(uri, "ros2", security, kSceneBudgetBytes)});
+      renderers.targets_.push_back({uri, Stream(uri, "ros2", security, scene_budget_bytes)});
     });
     if (!opened) return opened.error();
   }
@@ -47,8 +51,16 @@ Result<void> Renderers::describe(std::vector<std::string> names, std::vector<Pos
   last_poses_.clear();
   is_described_ = true;
   for (Target& target : targets_)
-    if (Result<void> described = describe(target); !described) return described;
+    if (Result<void> described = describe_or_drop_robot(target); !described) return described;
   return {};
+}
+
+// The paths of its nodes may be too long.
+Result<void> Renderers::describe_or_drop_robot(Target& target) {
+  Result<void> described = describe(target);
+  if (described || !target.has_robot) return described;
+  drop_robot(target, described.error().message);
+  return describe(target);
 }
 
 // Nodes of an added asset have paths only.
@@ -84,18 +96,25 @@ Result<void> Renderers::publish(int64_t time_ns, const std::vector<Pose>& poses,
 }
 
 Result<void> Renderers::set_robot(std::vector<uint8_t> glb) {
+  if (glb.size() > scene_budget_bytes_) {
+    targets_.front().warning = "the robot has " + std::to_string(glb.size()) +
+                               " bytes, and a stream at most " + std::to_string(scene_budget_bytes_) +
+                               kRemedy;
+    glb.clear();
+  }
   robot_ = std::move(glb);
   robot_paths_ = node_paths(robot_);
-  for (Target& target : targets_)
+  for (Target& target : targets_) {
+    target.is_robot_refused = false;
     if (target.has_robot)
-      if (Result<void> added = add_robot(target); !added) return added;
+      if (Result<void> offered = offer_robot(target); !offered) return offered;
+  }
   return {};
 }
 
 // The light that the converter gives a robot is not for a scene with lights of its own.
 Result<void> Renderers::add_robot(Target& target) {
-  target.has_robot = true;
-  const Result<void> added = call_client("cannot send the robot to", target.uri, [&] {
+  return call_client("cannot send the robot to", target.uri, [&] {
     fire3dv_node node{};
     node.asset_glb = robot_.data();
     node.asset_glb_bytes = robot_.size();
@@ -103,9 +122,27 @@ Result<void> Renderers::add_robot(Target& target) {
     if (const auto light = robot_paths_.find("light from above"); light != robot_paths_.end())
       target.stream.remove_node(kRobotNode + ("/" + light->second));
   });
-  if (!added || !is_described_) return added;
-  if (Result<void> described = describe(target); !described) return described;
-  return repeat_frame(target);
+}
+
+void Renderers::drop_robot(Target& target, const std::string& reason) {
+  target.has_robot = false;
+  target.is_robot_refused = true;
+  if (!reason.empty()) target.warning = reason + kRemedy;
+  (void)call_client("cannot remove the robot from", target.uri,
+                    [&] { target.stream.clear(kRobotNode, FIRE3DV_PROPERTY_NODE); });
+}
+
+Result<void> Renderers::offer_robot(Target& target) {
+  if (robot_.empty()) {
+    drop_robot(target, "");
+  } else {
+    const Result<void> added = add_robot(target);
+    target.has_robot = added.ok();
+    if (!added) drop_robot(target, added.error().message);
+  }
+  if (!is_described_) return {};
+  const Result<void> described = describe_or_drop_robot(target);
+  return described ? repeat_frame(target) : described;
 }
 
 Result<void> Renderers::repeat_frame(Target& target) {
@@ -135,12 +172,15 @@ Result<void> Renderers::poll(const std::function<void(const std::string&)>& log)
     if (status.renderers > target.renderers)
       if (Result<void> sent = repeat_frame(target); !sent) return sent;
     target.renderers = status.renderers;
-    if (!robot_.empty() && !target.has_robot && status.welcome == 0 &&
+    if (!robot_.empty() && !target.has_robot && !target.is_robot_refused && status.welcome == 0 &&
         2 * size_t{status.unmatched_names} > names_.size()) {
-      if (Result<void> added = add_robot(target); !added) return added;
-      log("the robot was sent to " + target.uri + ", whose scene does not have it");
-      continue;
+      if (Result<void> offered = offer_robot(target); !offered) return offered;
+      if (target.has_robot) {
+        log("the robot was sent to " + target.uri + ", whose scene does not have it");
+        continue;
+      }
     }
+    if (!target.warning.empty()) log(warning(std::exchange(target.warning, {})));
     if (target.message != status.welcome_message) {
       target.message = status.welcome_message;
       target.message_since = now;

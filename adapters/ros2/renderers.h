@@ -20,7 +20,10 @@ namespace fire3dv::ros2 {
 
 class Renderers {
  public:
-  static Result<Renderers> open(const std::vector<std::string>& uris, const Security& security);
+  static constexpr size_t kSceneBudgetBytes = size_t{256} << 20;  // of a stream: robot and markers
+
+  static Result<Renderers> open(const std::vector<std::string>& uris, const Security& security,
+                                size_t scene_budget_bytes = kSceneBudgetBytes);
 
   // offsets: body_from_node, none or one per name.
   Result<void> describe(std::vector<std::string> names, std::vector<Pose> offsets);
@@ -49,7 +52,9 @@ class Renderers {
   struct Target {
     std::string uri;
     Stream stream;
-    bool has_robot = false;  // added to it
+    bool has_robot = false;         // added to it
+    bool is_robot_refused = false;  // it cannot be added
+    std::string warning;            // not reported yet
     uint32_t renderers = 0;
     uint64_t frames_published = 0;
     std::string message, reported;  // of the renderer: newest, last reported
@@ -57,11 +62,16 @@ class Renderers {
   };
   std::string name_in_scene(const Target& target, const std::string& node) const;
   Result<void> add_robot(Target& target);
+  // Adds or replaces the robot of this target.
+  Result<void> offer_robot(Target& target);
+  void drop_robot(Target& target, const std::string& reason);
   Result<void> describe(Target& target);
+  Result<void> describe_or_drop_robot(Target& target);
   Result<void> repeat_frame(Target& target);
 
   std::vector<Target> targets_;
-  std::vector<uint8_t> robot_;
+  size_t scene_budget_bytes_ = kSceneBudgetBytes;
+  std::vector<uint8_t> robot_;                                // empty: none
   std::unordered_map<std::string, std::string> robot_paths_;  // nodes of the added robot, by name
   std::vector<std::string> names_;
   std::vector<Pose> offsets_, last_poses_;

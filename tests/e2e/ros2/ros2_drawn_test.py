@@ -46,6 +46,26 @@ def start(test, ros, *arguments, scene=None):
     return renderer, adapter, side
 
 
+def too_deep(test):
+    """A robot whose nodes have paths that are too long for a stream is not sent, with a warning; poses go on."""
+    ros = Ros(test, dumps=False)
+    links = ["l%02d" % i + "x" * 60 for i in range(30)]
+    joints = "".join(f'<joint name="j{i}" type="revolute"><parent link="{parent}"/><child link="{child}"/><axis xyz="1 0 0"/>'
+                     '<limit lower="-1" upper="1" effort="1" velocity="1"/></joint>'
+                     for i, (parent, child) in enumerate(zip(links, links[1:])))
+    renderer = test.renderer(listen=[ros.uri])
+    renderer.uris()
+    adapter = ros.adapter()
+    side = ros.side(opens=["robot_description", "tf", "tf_static"])
+    side.do("text " + write(test, "deep.urdf", '<robot name="deep">' + "".join(f'<link name="{link}"/>' for link in links) +
+                            joints + "</robot>"))
+    adapter.wait_err("cannot describe the frames to .*; it is not sent: write it to a file .--write-scene.")
+    before = len(renderer.frames())
+    publish_until(side, renderer, "frames", [("map", links[0], 0, 0, 0)], lambda _: len(renderer.frames()) > before)
+    end(adapter)
+    renderer.stop()
+
+
 def added(test):
     """A scene without the robot gets it, moves it, and loses it with the adapter; a renderer that starts again has it, too."""
     ros = Ros(test, dumps=False)
@@ -104,4 +124,4 @@ if __name__ == "__main__":
     if reason:
         print(f"skipped: {reason}")
         sys.exit(SKIPPED)
-    main({"added": added, "known": known}, ["fire3dv", "fire3dv-ros2", "publisher"])
+    main({"added": added, "known": known, "too_deep": too_deep}, ["fire3dv", "fire3dv-ros2", "publisher"])

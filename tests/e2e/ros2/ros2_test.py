@@ -301,6 +301,23 @@ def robot_links(test):
                if name.startswith("fire3dv-ros2-")], "a folder of a conversion was left behind")
 
 
+def robot_unwritten(test):
+    """A scene file that cannot be written is said; poses go on, and the next description is tried again."""
+    ros = Ros(test)
+    scene = test.path("later/robot.glb")
+    adapter = ros.adapter("--write-scene", scene)
+    side = ros.side(opens=["robot_description", "tf", "tf_static"])
+    side.do("text " + write(test, "arm.urdf", URDF))
+    adapter.wait_err(r"warning: cannot write \S*later/robot.glb.*; poses go on")
+    side.send("tf", ("map", "base", 1, 1), ("base", "upper", 1, 0, 0, 2))
+    ros.wait_frame("two links", lambda f: set(f[2]) == {"base", "upper"})
+    os.mkdir(test.path("later"))
+    side.do("text " + write(test, "arm.urdf", URDF + "<!-- again -->"))
+    adapter.wait_err("wrote ")
+    check("upper" in read_node_names(scene), str(read_node_names(scene)))
+    end(adapter)
+
+
 def robot_meshes(test):
     """Meshes of packages: by ROS's own variable, by --package-path, and a package that is missing."""
     folder = test.path("ament/share/tri/meshes")
@@ -602,7 +619,8 @@ def large_rate(test):
 
 
 CASES = {case.__name__: case for case in (
-    frames_late_adapter, frames_late_publisher, frames_grow, frames_names, frames_ranges, robot_joints, robot_links, robot_meshes,
+    frames_late_adapter, frames_late_publisher, frames_grow, frames_names, frames_ranges, robot_joints, robot_links, robot_unwritten,
+    robot_meshes,
     times_common, times_back, markers_shown, markers_kept, times_two_publishers, hostile_values, hostile_sizes, hostile_bytes, hostile_types, large_chain, large_rate)}
 
 if __name__ == "__main__":

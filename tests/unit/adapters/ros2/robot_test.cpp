@@ -1,10 +1,12 @@
 // Node paths of a converted robot, and the watch of /clock.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cstddef>
 #include <string>
 #include <vector>
 
+#include "adapters/ros2/renderers.h"
 #include "adapters/ros2/robot/node_paths.h"
 #include "adapters/ros2/tf/clock_watch.h"
 #include "protocol/base/glb.h"
@@ -26,6 +28,30 @@ TEST(Ros2Robot, NodePathsAreEscapedAndLoopsEnd) {
   EXPECT_EQ(paths.at("a/b"), "r (scene)/a~1b");
   EXPECT_EQ(paths.at("c~d"), "r (scene)/c~0d");
   EXPECT_EQ(paths.at("f"), "f");
+}
+
+// The stream goes on without a robot that is larger than its budget, and says so once.
+TEST(Ros2Robot, ThatIsTooLargeIsNotSent) {
+  const std::string uri = "shm://fire3dv-ros2-robot-" + std::to_string(::getpid());
+  Result<Renderers> renderers = Renderers::open({uri}, {}, 1 << 20);
+  ASSERT_TRUE(renderers) << renderers.error().message;
+  std::vector<std::string> lines;
+  const auto poll = [&] {
+    lines.clear();
+    ASSERT_TRUE(renderers->poll([&](const std::string& line) { lines.push_back(line); }));
+  };
+  ASSERT_TRUE(renderers->set_robot(std::vector<uint8_t>((1 << 20) + 1)));
+  poll();
+  ASSERT_EQ(lines.size(), 1u);
+  EXPECT_NE(lines[0].find("1048577 bytes, and a stream at most 1048576"), std::string::npos) << lines[0];
+  EXPECT_NE(lines[0].find("--write-scene"), std::string::npos) << lines[0];
+  poll();
+  EXPECT_TRUE(lines.empty());
+  ASSERT_TRUE(renderers->describe({"base"}, {}));
+  ASSERT_TRUE(renderers->publish(1, {Pose{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}}, false));
+  ASSERT_TRUE(renderers->set_robot(glb("{}")));
+  poll();
+  EXPECT_TRUE(lines.empty());
 }
 
 TEST(Ros2Robot, NodePathsOfOtherBytesAreNone) {
