@@ -210,8 +210,10 @@ bool FrameLoop::has_changed() {
   const bool animates = animations_ && !(animation_timeline_ && stands(*animation_timeline_));
   if (is_delivered || replays || animates || options_.lockstep) return true;
   uint64_t conditions = 0;  // of all streams: the overlay of stale streams and the panels show them
-  for (const state::Stream& stream : poses_.streams())
+  for (const state::Stream& stream : poses_.streams()) {
     conditions = 31 * conditions + 2 * static_cast<uint64_t>(stream.condition) + (stream.active ? 1 : 0);
+    if (window_) conditions = 31 * conditions + stream.scalars().revision();  // plotted, also without frames
+  }
   const std::array<uint64_t, 3> revisions = {poses_.revision(), scene_.updates(), conditions};
   const bool is_active = window_ && (window_->take_activity() || std::exchange(has_noted_, false));
   if (revisions != drawn_revisions_ || is_active) {

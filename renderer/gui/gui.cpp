@@ -55,6 +55,7 @@ struct Gui::Panels {
 
   FramePanel frame;
   StreamsPanel streams;
+  PlotsPanel plots;
   TreePanel tree;
   CamerasPanel cameras;
   MaterialsPanel materials;
@@ -180,12 +181,14 @@ void Gui::Panels::lay_out(const Context& c) {
     if (tree_is_open) left_rest_px = ImGui::GetCursorPosY() - top - tree_height;
     ImGui::End();
   }
-  if (begin_dock("right", areas.right, kFixed)) {
+  const int held_scroll = plots.takes_wheel() ? ImGuiWindowFlags_NoScrollWithMouse : 0;
+  if (begin_dock("right", areas.right, kFixed | held_scroll)) {
     frame.draw(c);
     streams.draw(c);
     draw_render_panel(c);
     lights.draw(c);
     materials.draw(c);
+    plots.draw(c);
     ImGui::End();
   }
   if (begin_dock("bottom", areas.bottom, kFixed)) {

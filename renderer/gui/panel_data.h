@@ -36,7 +36,8 @@ struct Commands {
   bool free_camera = false;      // switches to the free camera at the current pose
   bool screenshot = false;
   bool toggle_video = false;
-  std::optional<uint32_t> variant;  // of materials; kNone: the file's default materials
+  std::optional<std::string> export_csv;  // table to write into a file
+  std::optional<uint32_t> variant;        // of materials; kNone: the file's default materials
   // Of the timeline of a replay or of animations, if there is one.
   bool toggle_playback = false;
   int step_frames = 0;  // forwards (> 0) or backwards

@@ -2,12 +2,16 @@
 // state.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "renderer/gui/gui.h"
+#include "renderer/gui/scalar_table.h"
 #include "renderer/gui/widgets.h"
 
 namespace fire3dv::gui {
@@ -53,6 +57,43 @@ class StreamsPanel {
 
  private:
   void draw_stream(const Context& context, const StreamFact& stream);
+};
+
+// Curves of scalars over simulation time. The range of time follows the whole history until the user zooms
+// (wheel), pans (drag) or pauses; a click pins the cursor.
+class PlotsPanel {
+ public:
+  static constexpr size_t kMaxChosen = 8;  // one colour each
+  void draw(const Context& context);
+  bool takes_wheel() const { return takes_wheel_; }  // the column does not scroll meanwhile
+
+ private:
+  struct Entry {
+    ScalarColumn column;             // valid for this frame
+    std::string key;                 // stream and name: stays the same when the stream restarts
+    std::optional<double> shown_ns;  // simulation time of the stream's shown frame
+    ImU32 color = theme::kDim;
+    bool chosen = false;
+  };
+  static int64_t clamped_ns(double time_ns);
+  void list(const Context& context);
+  void draw_plot(const Context& context);
+  void move_view(float width, float left, bool hovered, bool held, bool clicked);
+  void draw_list(const Context& context);
+  void draw_row(const Context& context, const Entry& entry, std::optional<double> cursor);
+  std::optional<double> cursor_ns() const { return hovered_ns_ ? hovered_ns_ : pinned_ns_; }
+
+  std::array<std::string, kMaxChosen> chosen_;  // keys; empty: free
+  std::array<double, 2> view_{0, 1e9};          // shown range, in ns
+  std::optional<std::array<double, 2>> fixed_;  // by the user
+  std::optional<double> hovered_ns_, pinned_ns_;
+  std::string search_;
+  bool takes_wheel_ = false;
+  // Of this frame.
+  std::vector<Entry> entries_;
+  std::vector<ScalarColumn> columns_;  // chosen ones
+  std::vector<size_t> listed_;
+  std::optional<double> shown_ns_;
 };
 
 // Scene tree. Lays out only visible rows, and recomputes expansion and search only on changes: a scene may

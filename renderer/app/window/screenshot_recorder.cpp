@@ -33,6 +33,14 @@ std::string write_screenshot(const std::filesystem::path& path, const sinks::Fra
   return "screenshot " + path.string();
 }
 
+std::string write_table(const std::filesystem::path& path, const std::string& table) {
+  const Result<void> written =
+      write_whole_file(path, {reinterpret_cast<const uint8_t*>(table.data()), table.size()});
+  if (written) return "scalars " + path.string();
+  ::unlink(path.c_str());  // removes the empty placeholder file
+  return written.error().message;
+}
+
 // Crops to even sizes, as video encoders require.
 sinks::FrameImage even_sized(const sinks::FrameImage& image) {
   sinks::FrameImage even = image;
@@ -82,6 +90,12 @@ Result<std::filesystem::path> ScreenshotRecorder::new_file(const char* ending) {
                    "; --screenshots names another folder"};
   }
   return Error{folder_.string() + " has too many files of this second; --screenshots names another folder"};
+}
+
+void ScreenshotRecorder::export_csv(std::string table) {
+  Result<std::filesystem::path> path = new_file(".csv");
+  if (!path) return note(path.error().message);
+  writing_.push_back(std::async(std::launch::async, write_table, std::move(*path), std::move(table)));
 }
 
 void ScreenshotRecorder::toggle_video() {

@@ -26,6 +26,7 @@ class ScreenshotRecorder {
   ~ScreenshotRecorder();  // deletes incomplete files unless finish() was called
 
   void request_screenshot() { screenshot_wanted_ = true; }
+  void export_csv(std::string table);  // to a file beside the screenshots
   void toggle_video();
   bool records_video() const { return video_ != nullptr; }
 

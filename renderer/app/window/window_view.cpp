@@ -198,6 +198,7 @@ void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::Tim
   control_timeline(commands, timeline);
   if (std::exchange(commands.screenshot, false)) captures_.request_screenshot();
   if (std::exchange(commands.toggle_video, false)) captures_.toggle_video();
+  if (commands.export_csv) captures_.export_csv(*std::exchange(commands.export_csv, std::nullopt));
   if (std::exchange(commands.close, false)) closing_ = true;
   if (commands.variant) borrowed_.scene.request_variant(*std::exchange(commands.variant, std::nullopt));
   if (!input.dropped.empty()) commands.open = input.dropped.front();

@@ -54,6 +54,7 @@ std::string settings_of(const GuiWorld& world) {
   text += numbers({double(c.frame_all), double(c.frame_selection), c.camera ? double(*c.camera) : -1,
                    c.variant ? double(*c.variant) : -1, double(c.free_camera), double(c.screenshot),
                    double(c.toggle_video), double(c.close)});
+  text += c.export_csv.value_or("") + " ";
   for (const std::string& call : world.timeline.calls) text += call + " ";
   return text + world.clipboard + layout_text(world.gui.layout());
 }
@@ -73,8 +74,9 @@ uint64_t panel_hash(GuiWorld& world) {
 
 // True for controls that only change the appearance of their panel.
 bool changes_panel_only(const Control& control) {
-  if (control.panel == "Frame" || control.panel == "Lights" || control.panel == "Materials")
-    return control.kind == Kind::row || control.name == "Of the selection";
+  if (control.panel == "Plots" || control.panel == "Frame" || control.panel == "Lights" ||
+      control.panel == "Materials")
+    return control.kind == Kind::row || control.name == "Of the selection" || control.name == "Pause##plots";
   return (control.panel == "Scene" &&
           (control.kind == Kind::text || control.name == "Open" || control.name == "Close")) ||
          control.name == "Clear##log";
@@ -90,9 +92,11 @@ class GuiPanels : public ::testing::Test {
     world().display_px = {1600, 3000};  // room for everything
     world().gui.note_controls(true);
     reset();
-    for (const char* title : {"Lights", "Materials"}) click_at(center_of(find("", title, Kind::header)));
+    for (const char* title : {"Lights", "Materials", "Plots"})
+      click_at(center_of(find("", title, Kind::header)));
     choose_row("Lights", light);
     choose_row("Materials", material);
+    choose_row("Plots", 1);  // 0: the plot
     reset();
   }
   GuiWorld& world() { return *world_; }

@@ -2,6 +2,8 @@
 // without a window and a GPU.
 #pragma once
 
+#include <cmath>
+#include <map>
 #include <span>
 #include <string>
 #include <string_view>
@@ -107,7 +109,7 @@ struct GuiWorld {
     description.adapter_name = "bullet_arm";
     description.epoch = 0x51;
     description.node_names = {"arm", "hand"};
-    const state::StreamId id = poses.add_stream(description);
+    id_ = poses.add_stream(description);
     const std::vector<wire::Affine3x4> moved{scene::to_affine(at({0, 1.5f, 0})),
                                              scene::to_affine(at({1, 1.5f, 0}))};
     wire::PoseFrameView frame;
@@ -115,8 +117,23 @@ struct GuiWorld {
     frame.header.sequence = 1;
     frame.node_count = 2;
     frame.poses = moved;
-    poses.push(id, frame);
+    poses.push(id_, frame);
     robot.set_scene(scene, poses.names());
+    scalars("arm", {{"shoulder", "elbow"}, {"rad", ""}});
+    constexpr int64_t kStepNs = 10'000'000;
+    for (int64_t step = 0; step <= 100; ++step)
+      sample("arm", step * kStepNs,
+             {std::sin(0.1 * static_cast<double>(step)), 0.01 * static_cast<double>(step)});
+  }
+
+  // Declares scalars of the stream.
+  void scalars(const std::string& group, wire::Scalars declared) {
+    poses.apply(id_, {0x51, ++version_, group, wire::Property::scalars, std::move(declared)});
+    declarations_[group] = version_;
+  }
+  void sample(const std::string& group, int64_t sim_time_ns, std::vector<double> values) {
+    poses.apply(id_, {0x51, ++version_, group, wire::Property::scalar_values,
+                      wire::ScalarValues{declarations_.at(group), sim_time_ns, std::move(values)}});
   }
 
   const ImDrawData& frame(std::vector<gui::Event> events = {}) {
@@ -135,6 +152,11 @@ struct GuiWorld {
     for (int i = 0; i < 3; ++i) frame();
     return frame();
   }
+
+ private:
+  state::StreamId id_ = 0;
+  uint64_t version_ = 0;
+  std::map<std::string, uint64_t> declarations_;
 };
 
 }  // namespace fire3dv::test
