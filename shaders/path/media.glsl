@@ -53,6 +53,20 @@ uint medium_before(uvec4 media, uint volume, PathVertex vertex, bool is_volume) 
   return media.x == FIRE3DV_NO_INDEX && is_volume && vertex.is_back ? volume : media.x;
 }
 
+// Share of the diffuse light that passes a surface, and its colour, less what is not diffuse.
+float diffuse_transmission(GlobalsRef globals, MaterialRecord material, PathVertex vertex, out vec3 color) {
+  const vec4 uv = vertex.point.uv;
+  const MaterialExtensionRecord extension = MaterialExtensionRef(globals.value.material_extensions).at[material.extension];
+  const float metallic =
+      clamp(material.metallic * sample_or(material.metallic_roughness_texture, uv, vec4(0), vec4(0), vec4(1)).b, 0, 1);
+  const float refracted =
+      extension.transmission * sample_or(extension.transmission_texture, uv, vec4(0), vec4(0), vec4(1)).r;
+  color = extension.diffuse_transmission_color * (1 - metallic) * (1 - refracted) *
+          sample_or(extension.diffuse_transmission_color_texture, uv, vec4(0), vec4(0), vec4(1)).rgb;
+  return extension.diffuse_transmission *
+         sample_or(extension.diffuse_transmission_texture, uv, vec4(0), vec4(0), vec4(1)).a;
+}
+
 struct Refraction {
   Boundary boundary;
   float share;     // of the surface

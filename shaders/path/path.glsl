@@ -118,6 +118,7 @@ void leave_scene(GlobalsRef globals, PathParameters parameters, inout PathState 
 struct Scatterer {
   Surface surface;
   LobeShares shares;
+  DiffuseTransmission diffuse;
   bool is_boundary;
   Boundary boundary;
   uvec4 media_behind;  // on the side away from the eye
@@ -142,9 +143,12 @@ vec3 scatter_light(Scatterer on, PathVertex vertex, vec3 direction, uvec4 seed, 
     if (passes != is_behind(vertex, direction) || (passes && is_smooth(on.boundary))) return vec3(0);
     return walk_boundary(on.boundary, on.surface.to_eye, seed, direction).scattered;
   }
-  const vec3 reflected = reflect_light(on.surface, direction, 0);
-  pdf = largest(reflected) > 0 ? pdf_of(on.surface, on.shares, direction) : 0;
-  return reflected;
+  vec3 scattered = reflect_light(on.surface, direction, 0);
+  if (kExtensions && on.diffuse.share > 0) scattered += transmit_diffuse(on.diffuse, on.surface, direction);
+  pdf = largest(scattered) > 0 ? pdf_of(on.surface, on.shares, direction) : 0;
+  if (kExtensions && on.diffuse.share > 0)
+    pdf = mix(pdf, cosine_pdf(-on.surface.base.normal, direction), on.diffuse.share);
+  return scattered;
 }
 
 Step step_through(Boundary boundary, PathVertex vertex, vec3 to_eye, uvec4 seed) {
@@ -200,7 +204,11 @@ bool scatter(GlobalsRef globals, PathParameters parameters, Scatterer on, PathVe
         continue;
       }
       const vec4 u = unit_numbers(random_words(kOfDirection));
-      direction = sample_direction(on.surface, on.shares, u.x, u.yz);
+      if (kExtensions && u.w < on.diffuse.share) {
+        direction = sample_cosine(-on.surface.base.normal, u.yz);
+      } else {
+        direction = sample_direction(on.surface, on.shares, u.x, u.yz);
+      }
     }
     float pdf;
     const vec3 scattered = scatter_light(on, vertex, direction, random_words(kOfWalk + i), pdf);
@@ -246,6 +254,7 @@ bool survives(GlobalsRef globals, inout PathState path) {
 void choose_scatterer(GlobalsRef globals, MaterialRecord material, vec4 base_color, PathVertex vertex,
                       inout PathState path, inout Scatterer on) {
   on.is_boundary = false;
+  on.diffuse = DiffuseTransmission(vec3(0), 0);
   on.media_behind = media_of(path);
   if (is_volume(material)) {
     const uint volume = vertex.point.material;
@@ -269,7 +278,17 @@ void choose_scatterer(GlobalsRef globals, MaterialRecord material, vec4 base_col
     on.surface = without_boundary(on.surface, refraction.share, refraction.f0, refraction.boundary.f90);
     if (!on.is_boundary) path.throughput /= 1 - chance;
   }
-  if (!on.is_boundary) on.shares = lobe_shares(on.surface);
+  if (on.is_boundary) return;
+  if (kExtensions && (material.flags & FIRE3DV_MATERIAL_DIFFUSE_TRANSMISSION) != 0) {
+    vec3 color;
+    const float share = diffuse_transmission(globals, material, vertex, color);
+    on.surface.diffuse *= 1 - share;
+    on.diffuse = make_diffuse_transmission(on.surface, share * color);
+    if (on.surface.coat > 0) on.diffuse.albedo *= max(1 - coat_albedo(on.surface), 0);
+    if (largest(on.surface.sheen_color) > 0)
+      on.diffuse.albedo *= max(1 - largest(on.surface.sheen_color) * on.surface.sheen_albedo, 0);
+  }
+  on.shares = lobe_shares(on.surface);
 }
 
 // One ray, and the surface that it hits.

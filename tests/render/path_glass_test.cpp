@@ -109,8 +109,8 @@ TEST_F(Glass, ASlabFollowsFresnelAndBeerLambert) {
       const double sine = std::sin(glm::radians(degrees));
       look_at_origin(builder, {static_cast<float>(sine), std::sqrt(1 - static_cast<float>(sine * sine)), 0});
       const scene::Scene scene = builder.build();
-      const auto passed = linear_image(scene, kExtent, in_environment(64, 64, ground));
-      const auto reflected = linear_image(scene, kExtent, in_environment(64, 64, sky));
+      const auto passed = linear_image(scene, kExtent, in_environment(32, 64, ground));
+      const auto reflected = linear_image(scene, kExtent, in_environment(32, 64, sky));
       const double f = fresnel(sine, ior), length = thickness / std::sqrt(1 - sine * sine / (ior * ior));
       for (int c = 0; c < 3; ++c) {
         const double kept = std::pow(color[c], length / distance);
@@ -279,6 +279,45 @@ TEST_F(Glass, AVolumeBlocksLampsAndPassesTheEnvironment) {
   const scene::Scene scene = builder.build();
   EXPECT_EQ(estimate(linear_image(scene, kExtent, path_settings(16, 8))).mean, 0);
   expect_equal(estimate(linear_image(scene, kExtent, in_environment(64, 8, white))), 0.5, "environment");
+}
+
+// A leaf lit from above: seen from below it shows the share that passes, from above the rest.
+TEST_F(Glass, ALeafPassesDiffuseLight) {
+  scene::Material leaf = lambert({0.8f, 0.6f, 0.4f});
+  leaf.diffuse_transmission = 0.25f;
+  leaf.diffuse_transmission_color = {0.2f, 0.9f, 0.5f};
+  for (const bool from_below : {false, true}) {
+    SceneBuilder builder;
+    builder.mesh_node("leaf", builder.quad(builder.material(leaf), 50), glm::mat4(1));
+    builder.light_node(sun(glm::vec3(1), 4), shining_towards({0, -1, 0.1f}));
+    look_at_origin(builder, {0, from_below ? -1.0f : 1.0f, 0.3f});
+    const auto pixels = linear_image(builder.build(), kExtent, path_settings(4, 0));
+    for (int c = 0; c < 3; ++c) {
+      const double albedo =
+          from_below ? 0.25 * leaf.diffuse_transmission_color[c] : 0.75 * leaf.base_color[c];
+      expect_equal(estimate(pixels, c), albedo * 4 / std::sqrt(1.01) / kPi, from_below ? "below" : "above");
+    }
+  }
+}
+
+// Shares of textures; energy of all lobes together.
+TEST_F(Glass, AWhiteFurnaceHidesALeaf) {
+  for (const float roughness : {0.2f, 1.0f}) {
+    for (const float thickness : {0.0f, 1.0f}) {
+      scene::Material leaf = matte(glm::vec3(1));
+      leaf.double_sided = true;
+      leaf.roughness = roughness;
+      leaf.thickness = thickness;
+      leaf.diffuse_transmission = 1;
+      SceneBuilder builder;
+      leaf.diffuse_transmission_texture.texture =
+          builder.texture(1, 1, false, [](float, float) { return glm::vec4(0, 0, 0, 0.6f); });
+      builder.mesh_node("leaf", builder.box(builder.material(leaf), {50, 0.01f, 50}), glm::mat4(1));
+      look_at_origin(builder, {0, 1, 0.7f});
+      const Estimate seen = estimate(linear_image(builder.build(), kExtent, in_environment(64, 64, white)));
+      expect_equal(seen, 1, "roughness " + std::to_string(roughness));
+    }
+  }
 }
 
 // Clear and rough balls on a chequered floor.
