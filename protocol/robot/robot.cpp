@@ -163,18 +163,31 @@ Result<void> Robot::set_joint(size_t index, std::span<const double> positions, P
   return {};
 }
 
-Result<void> Robot::set_positions(std::span<const double> positions, PositionRules rules) {
-  if (positions.size() != positions_.size())
-    return Error{"there are " + std::to_string(positions.size()) + " positions; the robot has " +
+// Checks the numbers of all joints, and brings them to their stored form.
+Result<void> Robot::check_all(std::span<double> numbers, PositionRules rules) const {
+  if (numbers.size() != positions_.size())
+    return Error{"there are " + std::to_string(numbers.size()) + " positions; the robot has " +
                  std::to_string(positions_.size())};
-  std::vector<double> numbers(positions.begin(), positions.end());
   for (const RobotJoint& joint : joints_) {
     if (joint.position_count == 0) continue;
-    const std::span<double> own = std::span(numbers).subspan(joint.position_index, joint.position_count);
+    const std::span<double> own = numbers.subspan(joint.position_index, joint.position_count);
     if (Result<void> done = check(joint, own, rules); !done) return done;
   }
+  return {};
+}
+
+Result<void> Robot::set_positions(std::span<const double> positions, PositionRules rules) {
+  std::vector<double> numbers(positions.begin(), positions.end());
+  if (Result<void> done = check_all(numbers, rules); !done) return done;
   positions_ = std::move(numbers);
   is_posed_ = false;
+  return {};
+}
+
+Result<void> Robot::add_named_pose(NamedPose pose) {
+  if (Result<void> done = check_all(pose.positions, {}); !done)
+    return Error{"pose " + in_quotes(pose.name) + ": " + done.error().message};
+  named_poses_.push_back(std::move(pose));
   return {};
 }
 

@@ -51,6 +51,12 @@ struct RobotBody {
   std::optional<Vector> scale;   // of its scene node; empty: the scene has no such node
 };
 
+// A pose that the description names, such as a keyframe of MJCF.
+struct NamedPose {
+  std::string name;
+  std::vector<double> positions;  // as of Robot::positions()
+};
+
 // Count of the numbers of a position.
 size_t position_count_of(JointType type);
 
@@ -63,7 +69,10 @@ class Robot {
   const std::vector<RobotBody>& bodies() const { return bodies_; }
   const std::vector<RobotJoint>& joints() const { return joints_; }
   const std::vector<double>& positions() const { return positions_; }
+  const std::vector<NamedPose>& named_poses() const { return named_poses_; }
 
+  // Fails for positions that are not those of a pose.
+  Result<void> add_named_pose(NamedPose pose);
   // On error nothing changes.
   Result<void> set_joint(size_t joint, std::span<const double> positions, PositionRules rules = {});
   Result<void> set_positions(std::span<const double> positions, PositionRules rules = {});
@@ -81,6 +90,7 @@ class Robot {
   std::optional<size_t> body_called(std::string_view node) const;
 
  private:
+  Result<void> check_all(std::span<double> numbers, PositionRules rules) const;
   Result<void> check(const RobotJoint& joint, std::span<double> numbers, PositionRules rules) const;
   Transform displacement(const RobotJoint& joint) const;
   Result<void> resolve_leaders();
@@ -89,6 +99,7 @@ class Robot {
   std::vector<RobotBody> bodies_;
   std::vector<RobotJoint> joints_;
   std::vector<double> positions_;
+  std::vector<NamedPose> named_poses_;
   std::map<std::string, size_t, std::less<>> body_index_;
   std::vector<size_t> published_;  // bodies with a scene node
   std::vector<std::string> node_names_;

@@ -19,7 +19,7 @@ namespace fire3dv::robot {
 namespace {
 
 constexpr uint64_t kMaxJsonBytes = uint64_t{64} << 20;
-constexpr size_t kMaxNodes = 1'000'000, kMaxBodies = 100'000;
+constexpr size_t kMaxNodes = 1'000'000, kMaxBodies = 100'000, kMaxPoses = 256;
 constexpr int kVersion = 1;
 
 // --- nodes of the scene
@@ -214,6 +214,31 @@ std::vector<RobotJoint> read_joints(const Json& robot, const std::map<std::strin
   return joints;
 }
 
+// Poses in a file have the positions of all joints, also of those that follow others.
+Result<void> add_poses(const Json& robot, Robot& made) {
+  if (!member(robot, "poses")) return {};
+  const Json& list = list_of(robot, "poses");
+  if (list.size() > kMaxPoses)
+    throw Fault("robot.poses has more than " + std::to_string(kMaxPoses) + " entries");
+  size_t count = 0;
+  for (const RobotJoint& joint : made.joints()) count += position_count_of(joint.type);
+  for (size_t i = 0; i < list.size(); ++i) {
+    const std::string place = "robot.poses[" + std::to_string(i) + "]";
+    const Json* const given = member(list[i], "positions");
+    if (!given || !given->is_array() || given->size() != count)
+      throw Fault(place + ".positions is no list of " + std::to_string(count) + " numbers");
+    NamedPose pose{text_of(list[i], "name", place), {}};
+    size_t at = 0;
+    for (const RobotJoint& joint : made.joints()) {
+      for (size_t k = 0; k < position_count_of(joint.type); ++k, ++at)
+        if (joint.position_count != 0)
+          pose.positions.push_back(number_of((*given)[at], place + ".positions"));
+    }
+    if (Result<void> done = made.add_named_pose(std::move(pose)); !done) return done;
+  }
+  return {};
+}
+
 constexpr const char* kHoldsNone =
     "it holds no joints: convert the robot's URDF, SDF, MJCF or AMBF file by this version of fire3dv-convert";
 
@@ -234,6 +259,7 @@ Result<std::optional<Robot>> read_json(std::span<const std::byte> text, bool fol
     Result<Robot> made =
         Robot::make(std::move(bodies), read_joints(robot, index_of, follows_mimic), nodes.world_from_model());
     if (!made) return made.error();
+    if (Result<void> done = add_poses(robot, *made); !done) return done.error();
     return std::optional<Robot>(std::move(*made));
   } catch (const Fault& fault) {
     return Error{fault.what()};

@@ -41,8 +41,14 @@ struct Body {
 
 // Several joints of one body move it one after the other, each in the frame that those before it have moved.
 struct Kinematics {
+  // A pose that the description names.
+  struct NamedPose {
+    std::string name;
+    std::vector<double> positions;  // of all joints, in their order
+  };
   std::vector<Body> bodies;
   std::vector<Joint> joints;  // in the order of positions
+  std::vector<NamedPose> poses;
 
   bool has_joints() const;  // other than fixed ones
 };

@@ -22,10 +22,20 @@ RobotPose::RobotPose(robot::Robot robot) : robot_(std::move(robot)), home_(robot
   node_of_body_.assign(robot_.bodies().size(), scene::kNone);
 }
 
-bool RobotPose::can_move(size_t joint) const {
-  if (joint >= robot_.joints().size()) return false;
-  const robot::RobotJoint& of = robot_.joints()[joint];
-  return of.position_count == 1;
+bool RobotPose::is_scalar(size_t joint) const {
+  return robot_.joints()[joint].position_count == 1;
+}
+
+JointPositions RobotPose::positions_of(size_t pose) const {
+  const std::vector<double>& numbers = robot_.named_poses()[pose].positions;
+  JointPositions positions;
+  for (size_t joint = 0; joint < robot_.joints().size(); ++joint) {
+    const robot::RobotJoint& of = robot_.joints()[joint];
+    if (of.position_count == 0) continue;
+    const auto first = numbers.begin() + static_cast<std::ptrdiff_t>(of.position_index);
+    positions[joint].assign(first, first + static_cast<std::ptrdiff_t>(of.position_count));
+  }
+  return positions;
 }
 
 void RobotPose::set_scene(const scene::Scene& scene, const NodeNames& names) {
@@ -46,10 +56,10 @@ uint32_t RobotPose::node_of(size_t joint) const {
 bool RobotPose::set(const JointPositions& positions) {
   if (positions == positions_) return false;
   positions_ = positions;
-  std::vector<double> numbers = home_;
-  for (const auto& [joint, position] : positions_)
-    if (can_move(joint)) numbers[robot_.joints()[joint].position_index] = position;
-  return robot_.set_positions(numbers, {.clamps = true}).ok();
+  (void)robot_.set_positions(home_);
+  for (const auto& [joint, numbers] : positions_)
+    if (joint < robot_.joints().size()) (void)robot_.set_joint(joint, numbers, {.clamps = true});
+  return true;
 }
 
 void RobotPose::apply(RestPose& pose) {

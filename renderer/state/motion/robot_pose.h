@@ -13,28 +13,30 @@
 
 namespace fire3dv::state {
 
-// Positions of revolute (radians) and prismatic joints (metres), by the joint's index; the others keep the
-// positions of the file.
-using JointPositions = std::map<size_t, double>;
+// Positions of joints that follow no other, by the joint's index; the others keep the positions of the file.
+// Numbers as of robot::Robot: radians, metres, unit quaternions x y z w.
+using JointPositions = std::map<size_t, std::vector<double>>;
 
 class RobotPose {
  public:
   explicit RobotPose(robot::Robot robot);
 
   const robot::Robot& robot() const { return robot_; }
-  // True for joints that JointPositions may contain: revolute or prismatic, and following no other.
-  bool can_move(size_t joint) const;
+  // True for joints with a position of one number: revolute or prismatic, and following no other.
+  bool is_scalar(size_t joint) const;
   // Nodes of the bodies, after the scene was loaded or replaced.
   void set_scene(const scene::Scene& scene, const NodeNames& names);
   // Scene node that the joint moves, or scene::kNone.
   uint32_t node_of(size_t joint) const;
 
-  // Entries of joints that cannot move are ignored, and positions are clamped to the limits. Returns true if
-  // the pose has changed.
+  // Invalid entries are ignored, and positions are clamped to the limits. Returns true if the pose has
+  // changed.
   bool set(const JointPositions& positions);
   // True if a joint has left the position of the file.
   bool is_moved() const { return !positions_.empty(); }
   const JointPositions& positions() const { return positions_; }
+  // The positions of robot().named_poses()[pose].
+  JointPositions positions_of(size_t pose) const;
   // Places the bodies' nodes and all nodes below them. pose: a rest pose of the scene.
   void apply(RestPose& pose);
 

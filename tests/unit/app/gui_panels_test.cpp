@@ -44,7 +44,7 @@ std::string settings_of(const GuiWorld& world) {
                    d.environment_rotation_rad, double(d.background.show_environment), d.background.color.r,
                    d.background.color.g, d.background.color.b, d.post.exposure, double(d.post.tone_map),
                    double(d.post.fxaa)});
-  for (const auto& [joint, position] : v.joints) text += "joint " + numbers({double(joint), position});
+  for (const auto& [joint, position] : v.joints) text += "joint " + numbers({double(joint), position[0]});
   for (const auto& [epoch, playout] : v.streams) {
     text += "stream " +
             numbers({double(epoch), double(playout.interpolate), double(playout.delay_ns.value_or(-1))});
@@ -120,7 +120,7 @@ class GuiPanels : public ::testing::Test {
     viewer.hidden = {1};
     viewer.followed = 1;
     viewer.help = true;
-    viewer.joints[0] = 0.5;
+    viewer.joints[0] = {0.5};
     viewer.streams[0x52] = {true, 100'000'000};
     for (const uint32_t node : {3, 4, 5}) viewer.lights[node] = world().scene.lights[node - 3];
     for (uint32_t m = 0; m < world().scene.materials.size(); ++m)
@@ -300,7 +300,7 @@ TEST_F(GuiPanels, JointsThatAStreamDrivesHaveNoSlider) {
   press(within(find("Joints", "swing", Kind::slider), 0.99f, 0.5f));
   world().settle();
   release();
-  EXPECT_EQ(world().viewer.joints.at(1), 2) << "the limit, in radians";
+  EXPECT_EQ(world().viewer.joints.at(1), std::vector<double>{2}) << "the limit, in radians";
 }
 
 TEST_F(GuiPanels, NothingElseReactsToTheMouse) {

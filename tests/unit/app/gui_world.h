@@ -84,7 +84,9 @@ inline state::RobotPose gui_robot() {
       "bodies": [{"node": "world"}, {"node": "arm", "parent": "world", "translation": [0, 1, 0]}],
       "joints": [{"name": "lift", "type": "prismatic", "node": "world", "axis": [0, 1, 0]},
                  {"name": "swing", "type": "revolute", "node": "world", "axis": [0, 0, 1], "limits": [-1, 2]},
-                 {"name": "elbow", "type": "revolute", "node": "arm", "axis": [0, 0, 1]}]}}}}, {"name": "arm"}]})";
+                 {"name": "elbow", "type": "revolute", "node": "arm", "axis": [0, 0, 1]}],
+      "poses": [{"name": "high", "positions": [1, 0, 0]}, {"name": "turned", "positions": [0, 1.5, 0]}]}}}},
+    {"name": "arm"}]})";
   return state::RobotPose(robot::read_robot(std::as_bytes(std::span(kFile)), true).value());
 }
 

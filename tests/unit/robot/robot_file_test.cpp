@@ -85,6 +85,13 @@ TEST(RobotFile, FaultsAreNamedWithTheirPlace) {
             "robot.joints[0].mimic: only revolute and prismatic joints follow each other");
   EXPECT_EQ(refusal_of(kRobot + "/joints/0/mimic", {{"joint", "k"}, {"offset", "1"}}),
             "robot.joints[0].mimic.offset is no number of at most 1e12");
+  EXPECT_EQ(refusal_of(kRobot + "/poses", 1), "robot.poses is no list");
+  EXPECT_EQ(refusal_of(kRobot + "/poses", Json::array({{{"name", "home"}, {"positions", {0}}}})),
+            "robot.poses[0].positions is no list of 2 numbers");
+  EXPECT_NE(refusal_of(kRobot + "/poses", Json::array({{{"positions", {0, 0}}}})).find("robot.poses[0].name"),
+            std::string::npos);
+  EXPECT_EQ(refusal_of(kRobot + "/poses", Json::array({{{"name", "far"}, {"positions", {0, 1e13}}}})),
+            "robot.poses[0].positions is no number of at most 1e12");
   EXPECT_EQ(refusal_of("/nodes/1/extras", valid()["nodes"][0]["extras"]),
             "it holds the joints of several robots: keep one robot in a file");
   EXPECT_EQ(refusal_of("/nodes/1/children", {0}), "its nodes are children of themselves");
@@ -117,7 +124,8 @@ TEST(RobotFile, DamagedFilesAreReadOrRefused) {
     std::string damaged = good;
     for (int i = 0; i < 1 + run % 4; ++i)
       damaged[random() % damaged.size()] = letters[random() % letters.size()];
-    fire3dv_robot* robot = fire3dv_read_robot(damaged.data(), damaged.size(), run % 2 ? FIRE3DV_ROBOT_NO_MIMIC : 0);
+    fire3dv_robot* robot =
+        fire3dv_read_robot(damaged.data(), damaged.size(), run % 2 ? FIRE3DV_ROBOT_NO_MIMIC : 0);
     if (!robot) continue;
     ++read;
     fire3dv_description description{};

@@ -8,8 +8,10 @@
 #include <cstdlib>
 #include <filesystem>
 #include <random>
+#include <span>
 
 #include "adapters/mujoco/compiled/load.h"
+#include "protocol/robot/robot_file.h"
 #include "tests/support/gltf_builder.h"
 #include "tests/unit/robot/robot_handle.h"
 #include "tools/convert/glb/write_glb.h"
@@ -71,6 +73,23 @@ void compare(const fs::path& file) {
     compare_bodies("run " + std::to_string(run));
   }
   EXPECT_EQ(compared, 21 * static_cast<size_t>(model.nbody - 1));
+
+  // Named poses are the keyframes.
+  robot::Robot own = robot::read_robot(std::as_bytes(std::span(*glb)), false).value();
+  ASSERT_EQ(own.named_poses().size(), static_cast<size_t>(model.nkey));
+  for (int key = 0; key < model.nkey; ++key) {
+    const robot::NamedPose& pose = own.named_poses()[static_cast<size_t>(key)];
+    const char* name = mj_id2name(&model, mjOBJ_KEY, key);
+    EXPECT_EQ(pose.name, name && *name ? name : "key " + std::to_string(key));
+    std::copy_n(model.key_qpos + key * model.nq, model.nq, data.qpos);
+    mj_kinematics(&model, &data);
+    ASSERT_TRUE(own.set_positions(pose.positions).ok());
+    for (int body = 1; body < model.nbody; ++body) {
+      const char* node = mj_id2name(&model, mjOBJ_BODY, body);
+      const size_t index = own.body_called(node && *node ? node : "body_" + std::to_string(body)).value();
+      expect_near(own.poses()[index].m, pose_in(data, body), kTolerance * 10, pose.name);
+    }
+  }
 }
 
 void compare_text(const std::string& text) {
@@ -90,7 +109,8 @@ TEST(RobotMujoco, JointsOfAllTypesInATree) {
       <geom size=".2" pos="1 0 0"/><body name="hand" pos="1 0 0"><joint name="k" type="slide"/><geom size=".1"/></body></body>
     </worldbody>
     <equality><joint joint1="k" joint2="j" polycoef="0.1 2 0 0 0"/></equality>
-    <keyframe><key qpos="3 2 1 1 1 0 0 1 0 2 0 .7 .4 -.6 .3 1 2 3 4 .5 .6"/></keyframe>)");
+    <keyframe><key qpos="3 2 1 1 1 0 0 1 0 2 0 .7 .4 -.6 .3 1 2 3 4 .5 .6"/>
+      <key name="home" qpos="0 1 0 1 0 0 0 1 0 0 0 0 0 0 0 1 0 1 0 .2 .3"/></keyframe>)");
 }
 
 TEST(RobotMujoco, FramesOfMotionCapture) {

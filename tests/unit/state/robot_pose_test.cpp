@@ -69,8 +69,7 @@ void expect_near(const glm::vec3& found, const glm::vec3& wanted) {
 
 TEST_F(RobotPoses, JointsThatMove) {
   const bool wanted[] = {true, true, true, false, false, false};
-  for (size_t joint = 0; joint < std::size(wanted); ++joint) EXPECT_EQ(pose_.can_move(joint), wanted[joint]);
-  EXPECT_FALSE(pose_.can_move(6));
+  for (size_t joint = 0; joint < std::size(wanted); ++joint) EXPECT_EQ(pose_.is_scalar(joint), wanted[joint]);
   EXPECT_EQ(scene_.nodes[pose_.node_of(1)].name, "lower");
   EXPECT_EQ(pose_.node_of(3), scene::kNone) << "the scene has no node of this body";
 }
@@ -78,8 +77,8 @@ TEST_F(RobotPoses, JointsThatMove) {
 TEST_F(RobotPoses, BodiesMoveWithWhatIsBelowThem) {
   const double shoulder = 0.4, elbow = 0.9, slide = 0.25;
   EXPECT_FALSE(pose_.is_moved());
-  EXPECT_TRUE(pose_.set({{0, shoulder}, {1, elbow}, {2, slide}}));
-  EXPECT_FALSE(pose_.set({{0, shoulder}, {1, elbow}, {2, slide}})) << "nothing has changed";
+  EXPECT_TRUE(pose_.set({{0, {shoulder}}, {1, {elbow}}, {2, {slide}}}));
+  EXPECT_FALSE(pose_.set({{0, {shoulder}}, {1, {elbow}}, {2, {slide}}})) << "nothing has changed";
   state::RestPose rest = state::rest_pose(scene_);
   const state::RestPose before = rest;
   pose_.apply(rest);
@@ -101,7 +100,7 @@ TEST_F(RobotPoses, BodiesMoveWithWhatIsBelowThem) {
 }
 
 TEST_F(RobotPoses, PositionsAreClampedToTheLimitsAndReturnHome) {
-  EXPECT_TRUE(pose_.set({{1, 7}, {5, 1}}));
+  EXPECT_TRUE(pose_.set({{1, {7}}, {5, {1}}, {99, {1}}}));
   EXPECT_EQ(pose_.robot().positions()[1], 2);
   EXPECT_TRUE(pose_.set({}));
   EXPECT_FALSE(pose_.is_moved());

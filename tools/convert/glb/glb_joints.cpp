@@ -121,7 +121,23 @@ std::optional<Value> joint_extras(const Kinematics& kinematics, const std::vecto
     bodies.push_back(body_value(kinematics, i, node_names));
   for (size_t i = 0; i < kinematics.joints.size(); ++i)
     joints.push_back(joint_value(kinematics, i, node_names));
+  size_t count = 0;
+  for (const Joint& joint : kinematics.joints) count += positions_of(joint.type);
+  Value::Array poses;
+  for (const Kinematics::NamedPose& pose : kinematics.poses) {
+    Value::Array positions;
+    for (const double number : pose.positions) positions.emplace_back(number);
+    const bool is_whole =
+        positions.size() == count && std::all_of(pose.positions.begin(), pose.positions.end(),
+                                                 [](double number) { return std::isfinite(number); });
+    if (!is_whole)
+      warnings.push_back("the pose \"" + clean(pose.name) + "\" is left out: its positions are invalid");
+    if (is_whole)
+      poses.emplace_back(
+          Value::Object{{"name", Value(clean(pose.name))}, {"positions", Value(std::move(positions))}});
+  }
   Value::Object robot;
+  if (!poses.empty()) robot["poses"] = Value(std::move(poses));
   robot["version"] = Value(kVersion);
   robot["bodies"] = Value(std::move(bodies));
   robot["joints"] = Value(std::move(joints));

@@ -64,27 +64,66 @@ void read_statistic(const MjcfSource& source, MjcfScene& scene) {
   }
 }
 
-const MjcfElement* first_keyframe(const MjcfSource& source) {
+constexpr size_t kMaxKeyframes = 256, kMaxKeyframeNumbers = 1'000'000;
+
+std::vector<const MjcfElement*> keyframes_of(const MjcfSource& source) {
+  std::vector<const MjcfElement*> keyframes;
   for (const MjcfElement& section : source.root().children) {
     if (section.kind != "keyframe") continue;
     for (const MjcfElement& key : section.children)
-      if (key.kind == "key") return &key;
+      if (key.kind == "key") keyframes.push_back(&key);
   }
-  return nullptr;
+  return keyframes;
+}
+
+// Numbers of an attribute, if there are as many as expected.
+std::optional<std::vector<double>> key_numbers(const MjcfSource& source, const MjcfElement& key,
+                                               const char* name, size_t count) {
+  const std::string* const text = key.find(name);
+  if (!text) return std::nullopt;
+  std::vector<double> values = mjcf_numbers(*text, count + 1);
+  if (values.size() == count) return values;
+  source.messages().warn(key.where() + ": " + name + " has not " + std::to_string(count) +
+                         " numbers, as the model needs; it is ignored");
+  return std::nullopt;
+}
+
+// The keyframes' joint positions, by name. first: those of the first one, in which the model is posed.
+std::vector<Kinematics::NamedPose> named_poses(const MjcfSource& source, const MjcfTree& tree,
+                                               const MjcfCoordinates& first) {
+  std::vector<Kinematics::NamedPose> poses;
+  const std::vector<const MjcfElement*> keyframes = keyframes_of(source);
+  size_t numbers = 0;
+  for (size_t i = 0; i < keyframes.size(); ++i) {
+    const MjcfElement& key = *keyframes[i];
+    numbers += tree.coordinates;
+    if (i == kMaxKeyframes || numbers > kMaxKeyframeNumbers) {
+      source.messages().warn(key.where() +
+                             ": this keyframe and those after it are not named poses: there are " +
+                             std::to_string(keyframes.size()));
+      break;
+    }
+    MjcfCoordinates coordinates = first;
+    if (i != 0) {
+      coordinates = default_coordinates(tree);
+      if (key.find("qpos")) {
+        auto values = key_numbers(source, key, "qpos", tree.coordinates);
+        if (!values) continue;
+        coordinates.values = std::move(*values);
+      }
+    }
+    const std::string* const name = key.find("name");
+    poses.push_back(
+        {name && !name->empty() ? *name : "key " + std::to_string(i), mjcf_positions(tree, coordinates)});
+  }
+  return poses;
 }
 
 void read_keyframe(const MjcfSource& source, const MjcfTree& tree, MjcfCoordinates& coordinates) {
-  const MjcfElement* const key = first_keyframe(source);
-  if (!key) return;
-  // Numbers of an attribute, if there are as many as expected.
-  const auto numbers = [&](const char* name, size_t count) -> std::optional<std::vector<double>> {
-    const std::string* const text = key->find(name);
-    if (!text) return std::nullopt;
-    std::vector<double> values = mjcf_numbers(*text, count + 1);
-    if (values.size() == count) return values;
-    source.messages().warn(key->where() + ": " + name + " has not " + std::to_string(count) +
-                           " numbers, as the model needs; it is ignored");
-    return std::nullopt;
+  const std::vector<const MjcfElement*> keyframes = keyframes_of(source);
+  if (keyframes.empty()) return;
+  const auto numbers = [&](const char* name, size_t count) {
+    return key_numbers(source, *keyframes.front(), name, count);
   };
   if (auto values = numbers("qpos", tree.coordinates)) coordinates.values = std::move(*values);
   std::vector<size_t> mocap;
@@ -133,6 +172,7 @@ Result<MjcfScene> read_mjcf_scene(const std::filesystem::path& file,
   pose_scene(tree, rest, posed, scene);
   add_tendons(tree, posed, scene);
   scene.kinematics = mjcf_kinematics(tree, coordinates);
+  scene.kinematics.poses = named_poses(**source, tree, coordinates);
   add_skins(tree, posed, scene);
   add_flexes(tree, posed, scene);
   return scene;

@@ -17,6 +17,20 @@ namespace {
 
 constexpr size_t kMaxChecks = 10'000'000;  // of couplings, over all copies
 
+// Numbers of a joint, with quaternions as x y z w.
+std::vector<double> position_of(const MjcfJoint& joint, const MjcfCoordinates& coordinates) {
+  const double* const values = &coordinates.values[joint.first_coordinate];
+  std::vector<double> position;
+  if (joint.type == MjcfJoint::Type::free) position.assign(values, values + 3);
+  if (joint.type == MjcfJoint::Type::slide || joint.type == MjcfJoint::Type::hinge) return {values[0]};
+  const double* const wxyz = values + position.size();
+  const glm::dquat given(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);
+  const bool has_length = glm::length(given) > 1e-15;
+  const glm::dquat unit = has_length ? glm::normalize(given) : glm::dquat(1, 0, 0, 0);
+  position.insert(position.end(), {unit.x, unit.y, unit.z, unit.w});
+  return position;
+}
+
 class KinematicsBuilder {
  public:
   KinematicsBuilder(const MjcfTree& tree, const MjcfCoordinates& coordinates)
@@ -78,29 +92,19 @@ class KinematicsBuilder {
     joint.name = names_[made_.joints.size()];
     joint.body = made_.bodies.size() - 1;
     joint.anchor = from.position;
-    const double* const values = &coordinates_.values[from.first_coordinate];
-    const auto add_quaternion = [&](const double* wxyz) {
-      const glm::dquat given(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);
-      const bool has_length = glm::length(given) > 1e-15;
-      const glm::dquat unit = has_length ? glm::normalize(given) : glm::dquat(1, 0, 0, 0);
-      joint.initial.insert(joint.initial.end(), {unit.x, unit.y, unit.z, unit.w});
-    };
+    joint.initial = position_of(from, coordinates_);
     switch (from.type) {
       case MjcfJoint::Type::free:
         joint.type = Joint::Type::floating;
-        joint.initial.assign(values, values + 3);
-        add_quaternion(values + 3);
         break;
       case MjcfJoint::Type::ball:
         joint.type = Joint::Type::ball;
-        add_quaternion(values);
         break;
       case MjcfJoint::Type::slide:
       case MjcfJoint::Type::hinge:
         joint.type = from.type == MjcfJoint::Type::slide ? Joint::Type::prismatic : Joint::Type::revolute;
         joint.axis = from.axis;
         joint.reference = from.reference;
-        joint.initial.assign(values, values + 1);
         if (from.range) joint.limits = std::pair(from.range->x, from.range->y);
         break;
     }
@@ -167,6 +171,16 @@ class KinematicsBuilder {
 
 Kinematics mjcf_kinematics(const MjcfTree& tree, const MjcfCoordinates& coordinates) {
   return KinematicsBuilder(tree, coordinates).build();
+}
+
+std::vector<double> mjcf_positions(const MjcfTree& tree, const MjcfCoordinates& coordinates) {
+  std::vector<double> positions;
+  for (size_t i = 1; i < tree.bodies.size(); ++i)
+    for (const MjcfJoint& joint : tree.bodies[i].joints) {
+      const std::vector<double> own = position_of(joint, coordinates);
+      positions.insert(positions.end(), own.begin(), own.end());
+    }
+  return positions;
 }
 
 }  // namespace fire3dv::convert

@@ -11,4 +11,7 @@ namespace fire3dv::convert {
 // linear.
 Kinematics mjcf_kinematics(const MjcfTree& tree, const MjcfCoordinates& coordinates);
 
+// Positions of the joints of mjcf_kinematics(), in their order.
+std::vector<double> mjcf_positions(const MjcfTree& tree, const MjcfCoordinates& coordinates);
+
 }  // namespace fire3dv::convert
