@@ -166,6 +166,8 @@ TEST_F(PostEffects, BloomDependsOnNoEarlierImageAndLeavesLinearColoursAlone) {
   // The same renderer after an image of another scene and size, switched off and on.
   RenderBench used(other, {64, 48}, bloom_settings(0.5f, 4));
   (void)used.draw_at_rest();
+  EXPECT_FALSE(used.renderer().can_take(passes::ImageOutputs(), 2)) << "several views share no HDR target";
+  EXPECT_TRUE(used.renderer().can_take(passes::ImageOutputs(wire::kDepthF32), 2)) << "effects need colours";
   used.renderer().set_scene(scene);
   used.set_size(kSize);
   EXPECT_EQ(used.draw(poses, view).rgba8, with.image.rgba8);
@@ -173,9 +175,6 @@ TEST_F(PostEffects, BloomDependsOnNoEarlierImageAndLeavesLinearColoursAlone) {
   EXPECT_EQ(used.draw(poses, view).rgba8, plain.draw(poses, view).rgba8);
   used.renderer().post_settings().bloom = 0.5f;
   EXPECT_EQ(used.draw(poses, view).rgba8, with.image.rgba8);
-  EXPECT_FALSE(bloomed.renderer().can_take(passes::ImageOutputs(), 2)) << "several views share no HDR target";
-  EXPECT_TRUE(bloomed.renderer().can_take(passes::ImageOutputs(wire::kDepthF32), 2))
-      << "effects need colours";
 }
 
 passes::DrawSettings metered_settings(uint32_t samples = 1) {
