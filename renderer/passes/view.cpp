@@ -125,6 +125,7 @@ View make_view(const scene::Camera& camera, const glm::mat4& world_from_camera, 
   view.orthographic = camera.orthographic;
   view.near_m = camera.near_m;
   view.exposure = camera.exposure;
+  view.lens = camera.lens;
   if (!camera.orthographic) {
     const float focal = 1 / std::tan(camera.vertical_fov_rad / 2);
     view.world_from_ndc_x = glm::vec3(rigid[0]) * (image_aspect / focal);

@@ -21,7 +21,10 @@ scene::Light to_scene_light(const wire::Light& from, const scene::Scene& scene, 
 
 scene::Camera to_scene_camera(const wire::Camera& from, const scene::Scene& scene, uint32_t node) {
   scene::Camera camera;
-  if (scene.nodes[node].camera != scene::kNone) camera.name = scene.cameras[scene.nodes[node].camera].name;
+  if (scene.nodes[node].camera != scene::kNone) {
+    camera.name = scene.cameras[scene.nodes[node].camera].name;
+    camera.lens = scene.cameras[scene.nodes[node].camera].lens;
+  }
   camera.vertical_fov_rad = from.vertical_fov_rad;
   camera.near_m = from.near_m;
   camera.far_m = from.far_m;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "renderer/passes/environment/environment.h"
+#include "renderer/scene/model/appearance.h"
 
 namespace fire3dv::app {
 
@@ -53,11 +54,11 @@ std::string share_number(const std::string& text) {
 }
 
 std::string f_number(const std::string& text) {
-  return number_between(text, 0.1f, 1000, "0.1 to 1000");
+  return number_between(text, scene::kMinFNumber, scene::kMaxFNumber, "0.1 to 1000");
 }
 
 std::string focus_distance_m(const std::string& text) {
-  return number_between(text, 1e-3f, 1e6f, "0.001 to 1000000");
+  return number_between(text, scene::kMinFocusDistanceM, scene::kMaxFocusDistanceM, "0.001 to 1000000");
 }
 
 std::string anisotropy_number(const std::string& text) {

@@ -41,10 +41,10 @@ void set_origins(const View& view, gpu_types::PathParameters& parameters) {
   parameters.origin_y = glm::vec3(0.5 * (at(0, 1) - at(0, -1)));
 }
 
-void set_lens(const View& view, const ThinLens& lens, gpu_types::PathParameters& parameters) {
-  if (view.orthographic || !(lens.f_number > 0 && lens.focus_distance_m > 0)) return;
+void set_lens(const View& view, const scene::ThinLens& lens, gpu_types::PathParameters& parameters) {
+  if (view.orthographic || lens.is_pinhole()) return;
   const float half_height = glm::length(view.world_from_ndc_y);  // at distance 1
-  const float focal_length_m = kSensorHeightM / 2 / half_height;
+  const float focal_length_m = scene::kSensorHeightM / 2 / half_height;
   const float radius_m = focal_length_m / lens.f_number / 2;
   parameters.lens_x_m = radius_m * glm::normalize(view.world_from_ndc_x);
   parameters.lens_y_m = radius_m * glm::normalize(view.world_from_ndc_y);
@@ -140,7 +140,7 @@ void PathPass::begin(gpu::Recorder& recorder, const gpu_types::Globals& globals,
   parameters.cells_x = cells_size_.x;
   parameters.cells_y = cells_size_.y;
   set_origins(view, parameters);
-  set_lens(view, settings_.lens, parameters);
+  set_lens(view, settings_.lens.is_pinhole() ? view.lens : settings_.lens, parameters);
   parameters.look_world = view.look_world;
   parameters.near_m = view.near_m;
   parameters.far_m = far_distance(view);

@@ -24,20 +24,11 @@
 
 namespace fire3dv::passes {
 
-// Thin lens of a perspective camera. The sensor is kSensorHeightM high, and the focal length that of the
-// vertical field of view: kSensorHeightM / (2 tan(fov / 2)). The aperture's diameter is the focal length over
-// the f-number. The image keeps its field of view, wherever the focus is.
-struct ThinLens {
-  float f_number = 0;          // 0: a pinhole
-  float focus_distance_m = 0;  // along the view direction; 0: a pinhole
-};
-constexpr float kSensorHeightM = 0.024f;
-
 struct PathSettings {
   uint32_t samples_per_pixel = 256;
   uint32_t bounces = 8;  // after the first surface; 0: direct light
   uint32_t seed = 0;
-  ThinLens lens;
+  scene::ThinLens lens;                     // instead of the camera's, unless it is a pinhole
   RayBackEnd back_end = RayBackEnd::query;  // preferred; the other one is the fallback
   // Work of one dispatch; 0: chosen by the device. Without influence on the image.
   uint32_t pixels_per_dispatch = 0;

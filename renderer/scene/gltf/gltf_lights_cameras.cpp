@@ -55,7 +55,24 @@ Result<Light> light_of(const tinygltf::Light& source, const std::string& where,
   return light;
 }
 
-Result<Camera> camera_of(const tinygltf::Camera& source, const std::string& where) {
+// glTF has no lens; f-number and focus distance are read from the extras.
+ThinLens lens_of(const tinygltf::Camera& source, const std::string& where,
+                 std::vector<std::string>& warnings) {
+  const tinygltf::Value& extras = source.extras;
+  const double f_number = number_or(extras, "fNumber", 0);
+  const double focus_distance_m = number_or(extras, "focusDistanceM", 0);
+  if (f_number == 0 && focus_distance_m == 0) return {};
+  if (f_number == 0 || focus_distance_m == 0) {
+    warnings.push_back(where + ".extras has only one of fNumber and focusDistanceM: set both for a lens");
+    return {};
+  }
+  return {in_range_or_warn(f_number, kMinFNumber, kMaxFNumber, where + ".extras.fNumber", warnings),
+          in_range_or_warn(focus_distance_m, kMinFocusDistanceM, kMaxFocusDistanceM,
+                           where + ".extras.focusDistanceM", warnings)};
+}
+
+Result<Camera> camera_of(const tinygltf::Camera& source, const std::string& where,
+                         std::vector<std::string>& warnings) {
   Camera camera;
   camera.name = source.name;
   if (source.type == "orthographic") {
@@ -70,6 +87,7 @@ Result<Camera> camera_of(const tinygltf::Camera& source, const std::string& wher
       return Error{where + ".orthographic: znear and zfar are not 0 <= znear < zfar"};
     return camera;
   }
+  camera.lens = lens_of(source, where, warnings);
   const tinygltf::PerspectiveCamera& perspective = source.perspective;
   camera.vertical_fov_rad = to_float(perspective.yfov);
   camera.aspect = to_float(perspective.aspectRatio);
@@ -99,7 +117,7 @@ Result<void> add_lights(const GltfDocument& document, Scene& scene) {
 
 Result<void> add_cameras(const GltfDocument& document, Scene& scene) {
   for (size_t i = 0; i < document.model.cameras.size(); ++i) {
-    auto camera = camera_of(document.model.cameras[i], element("cameras", i));
+    auto camera = camera_of(document.model.cameras[i], element("cameras", i), scene.warnings);
     if (!camera) return camera.error();
     scene.cameras.push_back(std::move(*camera));
   }

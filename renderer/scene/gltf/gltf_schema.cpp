@@ -226,6 +226,10 @@ Result<void> reduce_extensions(json& extensions, const std::string& where) {
 
 // Extras are application data: other members than numbers are dropped without an error.
 constexpr const char* kPunctualLight = ".KHR_lights_punctual.lights[";
+bool is_camera(const std::string& where) {
+  return where.starts_with("cameras[") && where.find('.') == std::string::npos;
+}
+
 void reduce_to_numbers(json& extras) {
   json numbers = json::object();
   for (const auto& [name, value] : extras.items()) {
@@ -253,7 +257,7 @@ Result<void> reduce(json& object, const std::string& where) {
   // tinygltf stores sizes of sparse accessors as int.
   const double largest_size = where.find(".sparse") != std::string::npos ? INT_MAX : kLargestSize;
   for (auto member = object.begin(); member != object.end();) {
-    if (member.key() == "extras" && where.find(kPunctualLight) != std::string::npos) {
+    if (member.key() == "extras" && (where.find(kPunctualLight) != std::string::npos || is_camera(where))) {
       reduce_to_numbers(*member++);
       continue;
     }

@@ -156,6 +156,20 @@ struct Light {
   bool operator==(const Light&) const = default;
 };
 
+// Thin lens of a perspective camera with a sensor that is 24 mm high. The focal length is that of the
+// vertical field of view, 12 mm / tan(fov / 2); the aperture's diameter is the focal length over the
+// f-number. The image keeps its field of view, wherever the focus is.
+struct ThinLens {
+  float f_number = 0;          // 0: a pinhole
+  float focus_distance_m = 0;  // along the view direction; 0: a pinhole
+  bool is_pinhole() const { return !(f_number > 0 && focus_distance_m > 0); }
+  bool operator==(const ThinLens&) const = default;
+};
+constexpr float kSensorHeightM = 0.024f;
+// Bounds of files and options.
+constexpr float kMinFNumber = 0.1f, kMaxFNumber = 1000;
+constexpr float kMinFocusDistanceM = 1e-3f, kMaxFocusDistanceM = 1e6f;
+
 struct Camera {
   std::string name;
   bool orthographic = false;
@@ -165,6 +179,7 @@ struct Camera {
   float far_m = 0;             // 0 = infinite
   glm::vec2 half_extent_m{1};  // orthographic
   float exposure = 0;          // factor on linear colour; 0 = from the settings
+  ThinLens lens;
   bool operator==(const Camera&) const = default;
 };
 

@@ -178,10 +178,16 @@ bool is_valid_light(const Light& light) {
          (light.type != LightType::spot || (cone && light.outer_cone_rad <= kWidestCone));
 }
 
+bool lens_is_right(const ThinLens& lens) {
+  return lens == ThinLens() ||
+         (lens.f_number >= kMinFNumber && lens.f_number <= kMaxFNumber &&
+          lens.focus_distance_m >= kMinFocusDistanceM && lens.focus_distance_m <= kMaxFocusDistanceM);
+}
+
 bool camera_is_right(const Camera& camera) {
   return std::isfinite(camera.vertical_fov_rad) && std::isfinite(camera.aspect) && camera.aspect >= 0 &&
          std::isfinite(camera.near_m) && std::isfinite(camera.far_m) && is_finite(camera.half_extent_m) &&
-         std::isfinite(camera.exposure) && camera.exposure >= 0 &&
+         std::isfinite(camera.exposure) && camera.exposure >= 0 && lens_is_right(camera.lens) &&
          (camera.orthographic || (camera.vertical_fov_rad > 0 &&
                                   camera.vertical_fov_rad < std::numbers::pi_v<float> && camera.near_m > 0));
 }

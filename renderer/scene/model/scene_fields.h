@@ -117,7 +117,8 @@ void visit_members(Light& l, Visit&& visit) {
 
 template <typename Visit>
 void visit_members(Camera& c, Visit&& visit) {
-  visit(c.name, c.orthographic, c.vertical_fov_rad, c.aspect, c.near_m, c.far_m, c.half_extent_m, c.exposure);
+  visit(c.name, c.orthographic, c.vertical_fov_rad, c.aspect, c.near_m, c.far_m, c.half_extent_m, c.exposure,
+        c.lens.f_number, c.lens.focus_distance_m);
 }
 
 template <typename Visit>

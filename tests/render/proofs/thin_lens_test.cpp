@@ -121,6 +121,12 @@ TEST_F(ThinLens, ANarrowLensIsAPinholeAndItsImageRepeats) {
     sum += pinhole[i];
   }
   EXPECT_LT(difference, 0.01 * sum);
+  // The camera's own lens, unless the settings have one.
+  scene::Scene with_lens = scene;
+  with_lens.cameras[0].lens = {1000, 1};
+  EXPECT_EQ(narrow, radiance(with_lens, lens_settings(0, 0, 16)));
+  with_lens.cameras[0].lens = {0.2f, 1};
+  EXPECT_EQ(narrow, radiance(with_lens, lens_settings(1000, 1, 16)));
   // A lens needs both numbers.
   EXPECT_EQ(pinhole, radiance(scene, lens_settings(0.2f, 0, 16)));
 }

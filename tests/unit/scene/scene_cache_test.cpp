@@ -358,6 +358,14 @@ TEST_F(DamagedSceneFile, NumbersOutOfRangeAreRefused) {
       {"camera near", [&](Scene& s) { s.cameras[0].near_m = nan; }},
       {"camera far", [&](Scene& s) { s.cameras[0].far_m = nan; }},
       {"camera exposure", [&](Scene& s) { s.cameras[0].exposure = infinity; }},
+      {"camera lens",
+       [&](Scene& s) {
+         s.cameras[0].lens = {2, 0};
+       }},
+      {"camera focus",
+       [&](Scene& s) {
+         s.cameras[0].lens = {2, nan};
+       }},
       {"camera extent", [&](Scene& s) { s.cameras[0].half_extent_m.x = nan; }},
       {"node transform", [&](Scene& s) { s.nodes[0].parent_from_node[3][0] = nan; }},
       {"material colour", [&](Scene& s) { s.materials[0].base_color.x = nan; }},

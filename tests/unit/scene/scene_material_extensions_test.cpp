@@ -259,5 +259,34 @@ TEST(SceneLights, RadiiFromExtras) {
   EXPECT_EQ(scene.warnings.size(), 1u);
 }
 
+TEST(SceneCameras, LensFromExtras) {
+  GltfBuilder builder;
+  const auto camera = [](json extras) {
+    return json{{"type", "perspective"},
+                {"perspective", {{"yfov", 0.5}, {"znear", 0.1}}},
+                {"extras", std::move(extras)}};
+  };
+  json orthographic = {{"type", "orthographic"},
+                       {"orthographic", {{"xmag", 1}, {"ymag", 1}, {"znear", 0.1}, {"zfar", 9}}},
+                       {"extras", {{"fNumber", 2}, {"focusDistanceM", 1}}}};
+  builder.root["cameras"] = {camera({{"fNumber", 2.8}, {"focusDistanceM", 1.5}, {"comment", "tele"}}),
+                             camera({{"fNumber", 2.8}}),
+                             camera({{"fNumber", -1}, {"focusDistanceM", 1e9}}),
+                             camera({{"fNumber", "wide"}, {"focusDistanceM", json::array({1})}}),
+                             camera("text"),
+                             orthographic};
+  builder.add_node("keeps the file from being empty");
+  const Scene scene = loaded(builder);
+  ASSERT_EQ(scene.cameras.size(), 6u);
+  EXPECT_EQ(scene.cameras[0].lens, (ThinLens{2.8f, 1.5f}));
+  EXPECT_TRUE(scene.cameras[1].lens.is_pinhole());
+  EXPECT_TRUE(warned(scene, "cameras[1].extras has only one of fNumber and focusDistanceM"));
+  EXPECT_EQ(scene.cameras[2].lens, (ThinLens{kMinFNumber, kMaxFocusDistanceM}));
+  EXPECT_TRUE(warned(scene, "cameras[2].extras.fNumber is less than 0.1"));
+  EXPECT_TRUE(warned(scene, "cameras[2].extras.focusDistanceM is more than 1e+06"));
+  for (const size_t pinhole : {3u, 4u, 5u}) EXPECT_EQ(scene.cameras[pinhole].lens, ThinLens()) << pinhole;
+  EXPECT_EQ(scene.warnings.size(), 3u);
+}
+
 }  // namespace
 }  // namespace fire3dv::scene
