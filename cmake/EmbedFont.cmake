@@ -1,6 +1,6 @@
 # Generator of the embedded font: cmake -DOUTPUT=file.cpp -DFILE=font.ttf -P EmbedFont.cmake
 #
-# The output defines the function of renderer/gui/widgets.h.
+# The output defines the function of renderer/passes/markers/font.h.
 file(READ ${FILE} hex HEX)
 string(LENGTH "${hex}" digits)
 math(EXPR bytes "${digits} / 2")
@@ -10,12 +10,12 @@ string(APPEND hex "${zeros}")
 # 32-bit words compile in a quarter of the time that bytes need. Little-endian, like all supported machines.
 string(REGEX REPLACE "(..)(..)(..)(..)" "0x\\4\\3\\2\\1," words "${hex}")
 file(WRITE ${OUTPUT} "// Generated from a font by the build.
-#include \"renderer/gui/widgets.h\"
+#include \"renderer/passes/markers/font.h\"
 
 #include <bit>
 #include <cstdint>
 
-namespace fire3dv::gui {
+namespace fire3dv::passes {
 
 static_assert(std::endian::native == std::endian::little);
 
@@ -24,5 +24,5 @@ std::span<const std::byte> font_bytes() {
   return std::as_bytes(std::span(kWords)).first(${bytes});
 }
 
-}  // namespace fire3dv::gui
+}  // namespace fire3dv::passes
 ")

@@ -39,6 +39,7 @@ def show_all(stream):
     stream.cylinders("regions/post", [[-1.05, 0.4, -0.1]], [0.14, 0.14, 0.5], rotations=upright, colors=(0.5, 0.8, 0.9))
     stream.capsules("regions/limb", [[1.15, 0.5, 0.0]], [0.14, 0.14, 0.35], rotations=upright, colors=(0.8, 0.75, 0.3))
     stream.triangles("regions/flag", [[0.45, 0.6, -0.6], [0.75, 0.7, -0.6], [0.45, 0.8, -0.6]], colors=(0.9, 0.3, 0.2))
+    stream.text("regions/names", ["goal", "ball \u2300 0.3 m"], [[0.75, 0.65, -0.4], [-0.75, 0.75, -0.5]], size_m=0.09)
     stream.lines("regions/mast", [[0.45, 0.1, -0.6], [0.45, 0.8, -0.6]], colors=(0.9, 0.9, 0.9), width_px=3)
 
 

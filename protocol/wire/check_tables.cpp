@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <numbers>
 
+#include "protocol/base/text.h"
 #include "protocol/wire/check.h"
 
 namespace fire3dv::wire {
@@ -100,6 +101,42 @@ Result<void> check_rotations(const std::vector<std::array<float, 4>>& rotations)
   return {};
 }
 
+Result<void> check_texts(const Marker& marker) {
+  const size_t count = marker.texts.size(), positions = marker.positions.size();
+  if (marker.kind != MarkerKind::texts) {
+    if (count == 0) return {};
+    return Error{std::string("SceneEdit.texts is given; ") + marker_kind_name(marker.kind) +
+                 " have no texts"};
+  }
+  if (count > kMaxMarkerTexts)
+    return Error{"SceneEdit.texts has more than " + std::to_string(kMaxMarkerTexts) + " elements"};
+  size_t bytes = 0;
+  for (const std::string& text : marker.texts) bytes += text.size();
+  if (bytes > kMaxMarkerTextsBytes)
+    return Error{"SceneEdit.texts has more than " + std::to_string(kMaxMarkerTextsBytes) +
+                 " bytes; use several markers"};
+  if (count != positions)
+    return Error{"SceneEdit.texts has " + count_text(count, "element") + " for " +
+                 count_text(positions, "position") + "; one per position is needed"};
+  for (size_t i = 0; i < count; ++i) {
+    const std::string& text = marker.texts[i];
+    const std::string begin = "SceneEdit.texts[" + std::to_string(i) + "] ";
+    if (text.size() > kMaxMarkerTextBytes)
+      return Error{begin + "has " + std::to_string(text.size()) + " bytes; at most " +
+                   std::to_string(kMaxMarkerTextBytes) + " are allowed"};
+    for (size_t at = 0; at < text.size();) {
+      const size_t first = at;
+      const uint32_t character = next_character(text, at);
+      if (character == kInvalidCharacter)
+        return Error{begin + "is not valid UTF-8 at byte " + std::to_string(first)};
+      if (character != '\n' && is_control(character))
+        return Error{begin + "has a control character at byte " + std::to_string(first) +
+                     "; line feeds alone are allowed"};
+    }
+  }
+  return {};
+}
+
 class CheckValue {
  public:
   explicit CheckValue(const DecodeLimits& limits) : limits_(limits), most_(double{limits.max_abs_value}) {}
@@ -187,6 +224,7 @@ class CheckValue {
     if (!is_known) return {};
     if (auto good = check_positions(value); !good) return good;
     const size_t count = value.positions.size();
+    if (auto good = check_texts(value); !good) return good;
     if (auto good = check_count("colors", value.colors.size(), count, true); !good) return good;
     if (!has_sizes(value.kind)) {
       if (value.rotations.empty() && value.sizes.empty()) return {};

@@ -59,6 +59,19 @@ NodeAdded read_node(const fbs::EditNodeAdded& table) {
   return node;
 }
 
+// Elements may share one string, so that a small message has many bytes of text. Stops beyond the limits,
+// which check() then reports.
+void read_texts(const flatbuffers::Vector<flatbuffers::Offset<flatbuffers::String>>* from,
+                std::vector<std::string>& to) {
+  if (!from) return;
+  size_t bytes = 0;
+  for (const flatbuffers::String* text : *from) {
+    if (to.size() > kMaxMarkerTexts || bytes > kMaxMarkerTextsBytes) return;
+    to.push_back(text_of(text));
+    bytes += to.back().size();
+  }
+}
+
 Marker read_marker(const fbs::EditMarker& table) {
   Marker marker;
   marker.kind = static_cast<MarkerKind>(table.kind());
@@ -73,6 +86,7 @@ Marker read_marker(const fbs::EditMarker& table) {
   marker.rotations = read_elements<std::array<float, 4>>(table.rotations());
   marker.sizes = read_vectors(table.sizes());
   marker.colors = read_elements<uint32_t>(table.colors());
+  read_texts(table.texts(), marker.texts);
   return marker;
 }
 

@@ -115,6 +115,11 @@ Value add(FlatBufferBuilder& builder, const Vertices& value) {
 Value add(FlatBufferBuilder& builder, const Marker& value) {
   static_assert(sizeof(fbs::Quaternion) == sizeof value.rotations[0]);
   const auto parent_from_marker = as_struct<fbs::Affine3x4>(value.parent_from_marker);
+  // Absent where there are none, so that the bytes of other markers are those of 1.4.
+  const auto texts =
+      value.texts.empty()
+          ? flatbuffers::Offset<flatbuffers::Vector<flatbuffers::Offset<flatbuffers::String>>>()
+          : builder.CreateVectorOfStrings(value.texts);
   const auto colors = builder.CreateVector(value.colors);
   const auto sizes = add_vectors(builder, value.sizes);
   const auto rotations = builder.CreateVectorOfStructs(
@@ -124,6 +129,7 @@ Value add(FlatBufferBuilder& builder, const Marker& value) {
   fbs::EditMarkerBuilder table(builder);
   table.add_sim_time_ns(value.sim_time_ns);
   table.add_lifetime_ns(value.lifetime_ns);
+  if (!value.texts.empty()) table.add_texts(texts);
   table.add_colors(colors);
   table.add_sizes(sizes);
   table.add_rotations(rotations);

@@ -25,11 +25,15 @@ enum class MarkerKind : uint8_t {
   cylinders = 7,  // around the element's z
   capsules = 8,   // a cylinder and two half spheres
   triangles = 9,  // triples of positions, both sides
+  texts = 10,     // lines of text that face the viewer
 };
-constexpr size_t kMarkerKindCount = 10;
+constexpr size_t kMarkerKindCount = 11;
+constexpr size_t kMaxMarkerTexts = 65'536;            // of one marker
+constexpr size_t kMaxMarkerTextBytes = 1024;          // UTF-8, of one element
+constexpr size_t kMaxMarkerTextsBytes = 1024 * 1024;  // of all elements of one marker
 inline const char* marker_kind_name(MarkerKind kind) {
-  constexpr const char* kNames[] = {"points", "lines",   "line_strip", "arrows",   "axes",
-                                    "boxes",  "spheres", "cylinders",  "capsules", "triangles"};
+  constexpr const char* kNames[] = {"points",  "lines",     "line_strip", "arrows",    "axes", "boxes",
+                                    "spheres", "cylinders", "capsules",   "triangles", "texts"};
   static_assert(std::size(kNames) == kMarkerKindCount);
   return kNames[static_cast<size_t>(kind)];
 }
@@ -44,7 +48,8 @@ struct Marker {
   MarkerKind kind = MarkerKind::points;
   MarkerUnit width_unit = MarkerUnit::pixels;  // lengths: of the marker's frame
   uint32_t flags = 0;                          // MarkerFlags
-  // Diameter of points; width of lines, axes and arrow shafts. Solids and triangles ignore it.
+  // Diameter of points; width of lines, axes and arrow shafts; font size (em) of texts. Solids and triangles
+  // ignore it.
   float width = 1;
   // 0: until replaced or cleared. Else shown while the stream's shown frame has a simulator time from
   // sim_time_ns to sim_time_ns + lifetime_ns.
@@ -58,6 +63,7 @@ struct Marker {
   // R | G << 8 | B << 16 | A << 24, sRGB, alpha not premultiplied; none (white), one for all, or one per
   // position.
   std::vector<uint32_t> colors;
+  std::vector<std::string> texts;  // one per position of texts; no control characters but line feeds
   bool operator==(const Marker&) const = default;
 };
 

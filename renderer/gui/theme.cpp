@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "renderer/gui/widgets.h"
+#include "renderer/passes/markers/font.h"
 
 namespace fire3dv::gui {
 namespace {
@@ -75,7 +76,7 @@ void make_fonts(ImFontAtlas& fonts, float scale) {
   config.OversampleH = 2;
   config.OversampleV = 1;
   config.PixelSnapH = true;
-  const auto bytes = font_bytes();
+  const auto bytes = passes::font_bytes();
   // ImGui's parameter is not const, but data that it does not own is not modified.
   fonts.AddFontFromMemoryTTF(const_cast<std::byte*>(bytes.data()), static_cast<int>(bytes.size()),
                              std::round(kTextPt * scale), &config, kRanges);

@@ -17,9 +17,6 @@
 
 namespace fire3dv::gui {
 
-// Font of the panels: TrueType data, embedded at build time.
-std::span<const std::byte> font_bytes();
-
 namespace theme {
 constexpr ImU32 rgb(uint32_t hex, uint32_t alpha = 255) {
   return IM_COL32(hex >> 16 & 0xff, hex >> 8 & 0xff, hex & 0xff, alpha);

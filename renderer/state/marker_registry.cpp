@@ -15,13 +15,21 @@ namespace {
 
 constexpr uint32_t kMaxReported = 8;  // per stream
 
+// An upper bound of its glyphs.
+uint64_t text_bytes(const wire::Marker& marker) {
+  uint64_t bytes = 0;
+  for (const std::string& text : marker.texts) bytes += text.size();
+  return bytes;
+}
+
 // The buffer of all markers has up to twice their size, so that a changed one seldom moves the others.
 uint64_t gpu_bytes(const wire::Marker& marker) {
   const uint64_t bytes = marker.positions.size() * sizeof marker.positions[0] +
                          marker.rotations.size() * sizeof marker.rotations[0] +
                          marker.sizes.size() * sizeof marker.sizes[0] +
                          marker.colors.size() * sizeof marker.colors[0];
-  return 2 * bytes;
+  constexpr uint64_t kGlyphBytes = 12 + 2 * 16 + 4;  // position, two rectangles, colour
+  return 2 * (marker.kind == wire::MarkerKind::texts ? kGlyphBytes * text_bytes(marker) : bytes);
 }
 
 // A small element of many vertices is a cheap message and an expensive draw. 200 million take an NVIDIA H200
@@ -30,8 +38,10 @@ constexpr uint64_t kMaxVertices = 200'000'000;  // of a stream
 
 // Upper bound of the vertices that a marker of many elements draws, by the levels of detail of the pass.
 uint64_t most_vertices(const wire::Marker& marker) {
-  constexpr uint64_t kOfElement[] = {3, 3, 6, 45, 18, 36, 144, 72, 180, 1};  // by kind, of more than 10,000
+  constexpr uint64_t kOfElement[] = {3,   3,  6,   45, 18, 36,
+                                     144, 72, 180, 1,  6};  // by kind, of more than 10,000
   static_assert(std::size(kOfElement) == wire::kMarkerKindCount);
+  if (marker.kind == wire::MarkerKind::texts) return 6 * text_bytes(marker);
   const uint64_t finest = marker.positions.size() > 10'000 ? 1 : 12;
   return finest * kOfElement[static_cast<size_t>(marker.kind)] * marker.positions.size();
 }

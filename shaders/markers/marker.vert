@@ -3,13 +3,14 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/buffers.glsl"
+#include "shared/glyph_types.h"
 #include "markers/marker_solids.glsl"
 
 layout(push_constant, scalar) uniform Push { MarkerPush push; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Vec4Ref { vec4 at[]; };
 
 layout(location = 0) out vec4 out_color;  // linear, display-referred, straight alpha
-layout(location = 1) out vec2 out_disc;   // points: of length 1 at the edge of the disc
+layout(location = 1) out vec2 out_disc;   // points: of length 1 at the edge of the disc; texts: texel of the atlas
 
 const vec2 kCorners[6] = vec2[6](vec2(-1, -1), vec2(1, -1), vec2(1, 1), vec2(-1, -1), vec2(1, 1), vec2(-1, 1));
 
@@ -63,6 +64,20 @@ void draw_point(GlobalsRef globals, uint index, vec2 corner) {
   }
   out_disc = corner;
   clip.xy += corner * width_px(globals, clip.w) / image_size(globals) * clip.w;
+  gl_Position = clip;
+}
+
+void draw_glyph(GlobalsRef globals, uint glyph, vec2 corner) {
+  vec4 clip = globals.value.clip_from_world * vec4(position_world(glyph), 1);
+  if (!(clip.w > 0) || clip.z > clip.w) {
+    drop();
+    return;
+  }
+  const vec4 rectangle = Vec4Ref(push.rotations).at[2 * glyph], texels = Vec4Ref(push.rotations).at[2 * glyph + 1];
+  const vec2 share = 0.5 * corner + 0.5;
+  out_disc = mix(texels.xy, texels.zw, share);
+  const vec2 offset_px = mix(rectangle.xy, rectangle.zw, share) * width_px(globals, clip.w);
+  clip.xy += vec2(offset_px.x, -offset_px.y) / (0.5 * image_size(globals)) * clip.w;
   gl_Position = clip;
 }
 
@@ -177,6 +192,10 @@ void main() {
       break;
     case FIRE3DV_MARKER_TRIANGLES:
       draw_triangle(globals, vertex);
+      break;
+    case FIRE3DV_MARKER_TEXTS:
+      draw_glyph(globals, element, corner);
+      out_color = color_of(element);
       break;
     case FIRE3DV_MARKER_ARROWS:
       draw_arrow(globals, gl_InstanceIndex, vertex);

@@ -50,6 +50,16 @@ Marker boxes_marker() {
   return marker;
 }
 
+Marker texts_marker() {
+  Marker marker;
+  marker.kind = MarkerKind::texts;
+  marker.width = 18;
+  marker.positions = {{0, 0, 1.5f}, {1, -2, 3}};
+  marker.colors = {0xffffffff, 0xff00c0ff};
+  marker.texts = {"pump 3\n2.5 bar", "K\u00f6rper \u2192 \u0394x"};
+  return marker;
+}
+
 SceneEdit marker_edit(Marker marker) {
   return {kEpoch, 9, "contacts/left foot", Property::marker, std::move(marker)};
 }
@@ -87,6 +97,7 @@ std::vector<Case> edit_cases() {
   add("scene_edit-vertices_with_normals", encode(edit(Property::vertices, vertices)));
   add("scene_edit-marker_points", encode(marker_edit(points_marker())));
   add("scene_edit-marker_boxes", encode(marker_edit(boxes_marker())));
+  add("scene_edit-marker_texts", encode(marker_edit(texts_marker())));
   Marker marker;
   marker.kind = MarkerKind::arrows;
   add("scene_edit-marker_without_elements", encode(marker_edit(marker)));
@@ -215,6 +226,17 @@ std::vector<Case> refused_edit_cases() {
     m.kind = static_cast<MarkerKind>(200);
     m.rotations[0][3] = NAN;
   });
+
+  const Marker texts = texts_marker();
+  add_marker("texts_of_points", "texts is given", points, [](Marker& m) { m.texts = {"a", "b", "c"}; });
+  add_marker("texts_count", "texts has 1 element", texts, [](Marker& m) { m.texts.pop_back(); });
+  add_marker("texts_tab", "texts[1] has a control", texts, [](Marker& m) { m.texts[1] = "a\tb"; });
+  add_marker("texts_right_to_left_override", "texts[0] has a control", texts,
+             [](Marker& m) { m.texts[0] = "a\u202eb"; });
+  add_marker("texts_invalid_utf8", "texts[0] is not valid UTF-8 at byte 1", texts,
+             [](Marker& m) { m.texts[0] = "a\xc3"; });
+  add_marker("texts_too_long", "texts[1] has 1025 bytes", texts,
+             [](Marker& m) { m.texts[1] = std::string(1025, 'x'); });
 
   const std::vector<Affine3x4> poses(2);
   const auto add_frame = [&](std::string name, const std::vector<uint32_t>& indices, std::string refused) {

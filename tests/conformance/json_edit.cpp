@@ -50,19 +50,21 @@ Json json_of(const wire::Vertices& v) {
   return {{"type", "Vertices"}, {"positions", v.positions}, {"normals", v.normals}};
 }
 Json json_of(const wire::Marker& v) {
-  return {{"type", "Marker"},
-          {"kind", static_cast<uint8_t>(v.kind)},
-          {"width_unit", static_cast<uint8_t>(v.width_unit)},
-          {"flags", v.flags},
-          {"width", v.width},
-          {"lifetime_ns", v.lifetime_ns},
-          {"sim_time_ns", v.sim_time_ns},
-          {"parent", v.parent},
-          {"parent_from_marker", v.parent_from_marker.m},
-          {"positions", v.positions},
-          {"rotations", v.rotations},
-          {"sizes", v.sizes},
-          {"colors", v.colors}};
+  Json json = {{"type", "Marker"},
+               {"kind", static_cast<uint8_t>(v.kind)},
+               {"width_unit", static_cast<uint8_t>(v.width_unit)},
+               {"flags", v.flags},
+               {"width", v.width},
+               {"lifetime_ns", v.lifetime_ns},
+               {"sim_time_ns", v.sim_time_ns},
+               {"parent", v.parent},
+               {"parent_from_marker", v.parent_from_marker.m},
+               {"positions", v.positions},
+               {"rotations", v.rotations},
+               {"sizes", v.sizes},
+               {"colors", v.colors}};
+  if (!v.texts.empty()) json["texts"] = v.texts;  // since 1.5
+  return json;
 }
 Json json_of(const wire::Scalars& v) {
   return {{"type", "Scalars"}, {"names", v.names}, {"units", v.units}};
@@ -126,6 +128,7 @@ wire::EditValue value_from_json(const Json& json) {
     json.at("rotations").get_to(v.rotations);
     json.at("sizes").get_to(v.sizes);
     json.at("colors").get_to(v.colors);
+    if (json.contains("texts")) json.at("texts").get_to(v.texts);
     return v;
   }
   if (type == "Scalars") return wire::Scalars{json.at("names"), json.at("units")};

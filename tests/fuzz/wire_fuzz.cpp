@@ -72,6 +72,9 @@ std::vector<Input> seeds() {
   wire::Marker points;
   points.positions = {{0, 0, 0}, {1, 2, 3}};
   points.colors = {0xff0000ff};
+  wire::Marker texts = points;
+  texts.kind = wire::MarkerKind::texts;
+  texts.texts.assign(texts.positions.size(), "K\u00f6rper\n2");
   wire::Marker boxes = points;
   boxes.kind = wire::MarkerKind::boxes;
   boxes.parent = "base";
@@ -92,6 +95,7 @@ std::vector<Input> seeds() {
           input_of(edit(P::node, wire::NodeRemoved{})),
           input_of(edit(P::vertices, wire::Vertices{{{0, 0, 0}, {1, 2, 3}}, {{0, 0, 1}, {0, 1, 0}}})),
           input_of(edit(P::light, wire::Cleared{})),
+          input_of(edit(P::marker, texts)),
           input_of(edit(P::marker, points)),
           input_of(edit(P::marker, boxes)),
           input_of(edit(P::scalars, wire::Scalars{{"shoulder", "elbow"}, {"rad", ""}})),

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
 #include <numbers>
+#include <string>
 
 #include "tests/render/support/render_bench.h"
 #include "tests/render/support/scene_builder.h"
@@ -282,6 +283,81 @@ TEST_P(Markers, TrianglesAreSeenFromBothSides) {
   EXPECT_EQ(pixel(draw(marker), 3, 10), kBlack);
   std::swap(marker.positions[0], marker.positions[1]);
   EXPECT_EQ(pixel(draw(marker), 12, 30), front);
+}
+
+Marker text_of(const char* text, float size, uint32_t color = kRed) {
+  Marker marker = marker_of(MarkerKind::texts, {{-0.1f, 0, -1}}, color, size);  // at the pixel (22, 24)
+  marker.texts = {text};
+  return marker;
+}
+
+// The outline of DejaVu Sans's I: a bar from x = 201 to 403 of its advance of 604, from y = 0 to 1493, of
+// 2048 units per em. A line reaches from 1901 above the baseline to 483 below it.
+TEST_P(Markers, ATextHasTheOutlineOfItsFont) {
+  const sinks::FrameImage image = draw(text_of("I", 40));
+  // 3.9 x 29.2 pixels, from x = 20.0 to 24.0 and from y = 8.7 to 37.8.
+  for (uint32_t y = 10; y <= 36; ++y)
+    for (uint32_t x = 21; x <= 23; ++x) ASSERT_EQ(pixel(image, x, y), kPureRed) << x << " " << y;
+  for (const glm::uvec2 at : {glm::uvec2(18, 24), glm::uvec2(26, 24), glm::uvec2(22, 6), glm::uvec2(22, 40)})
+    EXPECT_EQ(pixel(image, at.x, at.y), kBlack) << at.x << " " << at.y;
+  EXPECT_NEAR(covered(image, 0, 0, 0, 33, 49), 40.0 * 40 * 202 * 1493 / (2048.0 * 2048), 4);
+  Marker in_metres = text_of("I", 0.4f);
+  in_metres.width_unit = wire::MarkerUnit::lengths;
+  EXPECT_NEAR(covered(draw(in_metres), 0, 0, 0, 33, 49), covered(image, 0, 0, 0, 33, 49), 0.5)
+      << "0.4 m at 1 m";
+  in_metres.positions = {{-0.2f, 0, -2}};
+  EXPECT_NEAR(covered(draw(in_metres), 0, 0, 0, 33, 49), covered(image, 0, 0, 0, 33, 49) / 4, 2) << "at 2 m";
+}
+
+TEST_P(Markers, TextsHaveLinesAndColours) {
+  const sinks::FrameImage lines = draw(text_of("I\nI", 20));
+  // Bars from y = 4.7 to 19.3 and from 28.0 to 42.6.
+  EXPECT_EQ(pixel(lines, 22, 12), kPureRed);
+  EXPECT_EQ(pixel(lines, 22, 24), kBlack);
+  EXPECT_EQ(pixel(lines, 22, 36), kPureRed);
+  Marker two = text_of("I", 20);
+  two.positions.push_back({0.05f, 0, -1});  // (37, 24)
+  two.texts.push_back("III");
+  two.colors = {kRed, kGreen};
+  const sinks::FrameImage image = draw(two);
+  EXPECT_EQ(pixel(image, 22, 24), kPureRed);
+  EXPECT_EQ(pixel(image, 37, 24), kPureGreen);
+  EXPECT_EQ(pixel(image, 37 - 6, 24).g > 120, true) << "604 of 2048 units apart: 5.9 pixels";
+  const double bar = 20.0 * 20 * 202 * 1493 / (2048.0 * 2048);
+  EXPECT_NEAR(covered(image, 0, 0, 0, 28, 49), bar, 2);
+}
+
+TEST_P(Markers, SurfacesHideTextsUnlessOverlaid) {
+  Marker behind = text_of("I", 20);
+  behind.positions = {{0.45f, 0, -3}};  // (47, 24)
+  const glm::ivec3 grey = pixel(draw(behind), 47, kCy);
+  EXPECT_TRUE(grey.r == grey.g && grey.r > 0) << "the block";
+  behind.flags = wire::kMarkerOverlaid;
+  EXPECT_EQ(pixel(draw(behind), 47, kCy), kPureRed);
+}
+
+TEST_P(Markers, CharactersWithoutAGlyphAreBoxesAndSpacesAreNothing) {
+  const sinks::FrameImage box = draw(text_of("\xf4\x8f\xbf\xbd", 30));  // U+10FFFD
+  EXPECT_GT(covered(box, 0, 0, 0, 33, 49), 20);
+  EXPECT_EQ(draw(text_of("\xf3\xb0\x80\x80", 30)).rgba8, box.rgba8) << "U+F0000";
+  EXPECT_NE(draw(text_of("\u00df", 30)).rgba8, box.rgba8) << "a sharp s";
+  const sinks::FrameImage space = draw(text_of(" \n ", 30));
+  shown_.clear();
+  EXPECT_EQ(space.rgba8, draw().rgba8);
+  // More different glyphs than the atlas holds.
+  Marker all = text_of("", 8);
+  for (char32_t c = 0x400; c < 0x2600; ++c) {
+    if (c >= 0x2028 && c <= 0x202e) continue;
+    std::string& text = all.texts.back();
+    if (c < 0x800) {
+      text += {static_cast<char>(0xc0 | c >> 6), static_cast<char>(0x80 | (c & 0x3f))};
+    } else {
+      text += {static_cast<char>(0xe0 | c >> 12), static_cast<char>(0x80 | (c >> 6 & 0x3f)),
+               static_cast<char>(0x80 | (c & 0x3f))};
+    }
+  }
+  EXPECT_GT(covered(draw(all), 0, 0, 0, 33, 49), 20);
+  EXPECT_NEAR(covered(draw(text_of("I", 40)), 0, 0, 0, 33, 49), 40.0 * 40 * 202 * 1493 / (2048.0 * 2048), 4);
 }
 
 TEST_P(Markers, ImagesWithoutMarkersAreAsBefore) {

@@ -16,7 +16,7 @@ namespace wire = fire3dv::wire;
 
 namespace {
 
-static_assert(FIRE3DV_MARKER_TRIANGLES + 1 == wire::kMarkerKindCount);
+static_assert(FIRE3DV_MARKER_TEXTS + 1 == wire::kMarkerKindCount);
 static_assert(FIRE3DV_MARKER_CAPSULES == static_cast<int>(wire::MarkerKind::capsules));
 static_assert(FIRE3DV_MARKER_LENGTHS == static_cast<int>(wire::MarkerUnit::lengths));
 static_assert(FIRE3DV_MARKER_OVERLAID == wire::kMarkerOverlaid);
@@ -32,6 +32,22 @@ int copy(const char* field, const void* from, size_t count, std::vector<Element>
                 name + " has " + std::to_string(count) + " elements; no budget is above 256 MiB: send fewer");
   to.resize(count);
   if (count != 0) std::memcpy(to.data(), from, count * sizeof(Element));
+  return FIRE3DV_OK;
+}
+
+int copy_texts(const fire3dv_marker& marker, std::vector<std::string>& to) {
+  if ((marker.texts == nullptr) != (marker.text_count == 0))
+    return fail(FIRE3DV_ERROR_ARGUMENT, "marker.texts and its count must be given together");
+  if (marker.text_count > wire::kMaxMarkerTexts)
+    return fail(FIRE3DV_ERROR_BUDGET, "marker.texts has " + std::to_string(marker.text_count) +
+                                          " elements; at most " + std::to_string(wire::kMaxMarkerTexts) +
+                                          " are allowed: use several markers");
+  to.reserve(marker.text_count);
+  for (size_t i = 0; i < marker.text_count; ++i) {
+    if (!marker.texts[i])
+      return fail(FIRE3DV_ERROR_ARGUMENT, "marker.texts[" + std::to_string(i) + "] is NULL");
+    to.push_back(fire3dv::client::text_of(marker.texts[i], wire::kMaxMarkerTextBytes));
+  }
   return FIRE3DV_OK;
 }
 
@@ -64,6 +80,7 @@ int set_marker(fire3dv_stream* stream, const char* name, const fire3dv_marker* m
   if (int code = copy("positions", marker->positions, marker->position_count, value.positions)) return code;
   if (int code = copy("rotations", marker->rotations, marker->rotation_count, value.rotations)) return code;
   if (int code = copy("sizes", marker->sizes, marker->size_count, value.sizes)) return code;
+  if (int code = copy_texts(*marker, value.texts)) return code;
   if (int code = copy("colors", marker->colors, marker->color_count, value.colors)) return code;
   return fire3dv::client::set_edit(stream, name, wire::Property::marker, std::move(value));
 }

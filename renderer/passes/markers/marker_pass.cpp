@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <memory>
 #include <utility>
 
+#include "shaders/shared/glyph_types.h"
 #include "shaders/shared/types.h"
 
 namespace fire3dv::passes {
@@ -16,6 +18,7 @@ using wire::MarkerKind;
 namespace access = gpu::access;
 
 static_assert(FIRE3DV_MARKER_TRIANGLES == static_cast<uint32_t>(MarkerKind::triangles));
+static_assert(FIRE3DV_MARKER_TEXTS == static_cast<uint32_t>(MarkerKind::texts));
 static_assert(FIRE3DV_MARKER_AXES == static_cast<uint32_t>(MarkerKind::axes));
 
 constexpr VkDeviceSize kAlignment = 16;
@@ -26,8 +29,8 @@ VkDeviceSize aligned(VkDeviceSize bytes) {
 }
 
 template <typename Element>
-VkDeviceSize bytes_of(const std::vector<Element>& elements) {
-  return elements.size() * sizeof(Element);
+std::span<const std::byte> bytes_of(const std::vector<Element>& elements) {
+  return std::as_bytes(std::span(elements));
 }
 
 glm::vec3 position_of(const Marker& marker, size_t index) {
@@ -89,6 +92,8 @@ std::pair<uint32_t, uint32_t> counts_of(const Marker& marker) {
       return {6 * segments * (rings + 1), count};
     case MarkerKind::triangles:
       return {count, 1};
+    case MarkerKind::texts:
+      break;  // drawn by glyph
   }
   return {0, 0};
 }
@@ -103,27 +108,48 @@ glm::vec4 row_of(const glm::mat4& matrix, int row) {
 
 }  // namespace
 
-MarkerPass::Place MarkerPass::place_after(VkDeviceSize begin, const Marker& marker) {
+// laid_out: texts of this update, so that none is laid out twice.
+MarkerPass::Elements MarkerPass::elements_of(const state::ShownMarker& shown,
+                                             std::map<uint64_t, TextGlyphs>& laid_out) {
+  const Marker& marker = *shown.marker;
+  if (marker.kind != MarkerKind::texts)
+    return {bytes_of(marker.positions), bytes_of(marker.rotations), bytes_of(marker.sizes),
+            bytes_of(marker.colors)};
+  if (!atlas_) atlas_ = std::make_unique<GlyphAtlas>();
+  auto found = laid_out.find(shown.id);
+  if (found == laid_out.end()) found = laid_out.emplace(shown.id, lay_out(marker, *atlas_)).first;
+  const TextGlyphs& glyphs = found->second;
+  return {bytes_of(glyphs.positions),
+          bytes_of(glyphs.rectangles),
+          {},
+          bytes_of(glyphs.colors),
+          static_cast<uint32_t>(glyphs.positions.size()),
+          glyphs.reach};
+}
+
+MarkerPass::Place MarkerPass::place_after(VkDeviceSize begin, const Elements& elements) {
   Place place;
   place.positions = aligned(begin);
-  place.rotations = aligned(place.positions + bytes_of(marker.positions));
-  place.sizes = aligned(place.rotations + bytes_of(marker.rotations));
-  place.colors = aligned(place.sizes + bytes_of(marker.sizes));
-  place.end = place.colors + bytes_of(marker.colors);
+  place.rotations = aligned(place.positions + elements.positions.size());
+  place.sizes = aligned(place.rotations + elements.rotations.size());
+  place.colors = aligned(place.sizes + elements.sizes.size());
+  place.end = place.colors + elements.colors.size();
+  place.glyphs = elements.glyphs;
+  place.reach = elements.reach;
   return place;
 }
 
-void MarkerPass::write(gpu::StagingRing& staging, const Marker& marker, const Place& place,
+void MarkerPass::write(gpu::StagingRing& staging, const Elements& elements, const Place& place,
                        std::vector<VkBufferCopy>& copies, std::vector<VkBuffer>& sources) {
+  if (place.end == place.positions) return;  // spaces alone
   const gpu::StagingRing::Piece piece = staging.allocate(place.end - place.positions);
-  const auto copy = [&](const auto& elements, VkDeviceSize offset) {
-    if (!elements.empty())
-      std::memcpy(piece.mapped + (offset - place.positions), elements.data(), bytes_of(elements));
+  const auto copy = [&](std::span<const std::byte> bytes, VkDeviceSize offset) {
+    if (!bytes.empty()) std::memcpy(piece.mapped + (offset - place.positions), bytes.data(), bytes.size());
   };
-  copy(marker.positions, place.positions);
-  copy(marker.rotations, place.rotations);
-  copy(marker.sizes, place.sizes);
-  copy(marker.colors, place.colors);
+  copy(elements.positions, place.positions);
+  copy(elements.rotations, place.rotations);
+  copy(elements.sizes, place.sizes);
+  copy(elements.colors, place.colors);
   copies.push_back({piece.offset, place.positions, place.end - place.positions});
   sources.push_back(piece.buffer);
   uploaded_bytes_ += place.end - place.positions;
@@ -145,27 +171,54 @@ bool MarkerPass::grow(VkDeviceSize bytes) {
   return true;
 }
 
+// Returns false if the device has no memory.
+bool MarkerPass::upload_atlas(gpu::Recorder& recorder, gpu::StagingRing& staging) {
+  if (!atlas_ || atlas_revision_ == atlas_->revision()) return true;
+  const std::span<const uint8_t> texels = atlas_->texels();
+  if (texels.size() > atlas_capacity_) {
+    const VkDeviceSize capacity = std::max<VkDeviceSize>(2 * texels.size(), VkDeviceSize{256} << 10);
+    try {
+      atlas_texels_ =
+          gpu::create_buffer(device_, capacity, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
+    } catch (const gpu::VulkanFailure& failure) {
+      if (!gpu::is_out_of_memory(failure)) throw;
+      return false;
+    }
+    atlas_capacity_ = capacity;
+  }
+  const gpu::StagingRing::Piece piece = staging.write(texels);
+  recorder.pass("marker upload", {Use(atlas_texels_, access::transfer_write)}, [&](VkCommandBuffer commands) {
+    const VkBufferCopy copy{piece.offset, 0, texels.size()};
+    vkCmdCopyBuffer(commands, piece.buffer, atlas_texels_.get(), 1, &copy);
+  });
+  atlas_revision_ = atlas_->revision();
+  atlas_rows_ = atlas_->rows();
+  return true;
+}
+
 void MarkerPass::update(gpu::Recorder& recorder, gpu::StagingRing& staging,
                         std::span<const state::ShownMarker> markers) {
   std::map<uint64_t, Place> kept;
   std::vector<const state::ShownMarker*> added;
+  std::map<uint64_t, TextGlyphs> laid_out;
   VkDeviceSize needed = 0, end = end_;
   for (const state::ShownMarker& shown : markers) {
     const auto known = places_.find(shown.id);
     if (known == places_.end()) {
       added.push_back(&shown);
+      needed = place_after(needed, elements_of(shown, laid_out)).end;
     } else {
       kept.insert(*known);
+      needed = aligned(needed) + (known->second.end - known->second.positions);
     }
-    needed = place_after(needed, *shown.marker).end;
   }
-  for (const state::ShownMarker* shown : added) end = place_after(end, *shown->marker).end;
+  for (const state::ShownMarker* shown : added) end = place_after(end, elements_of(*shown, laid_out)).end;
   places_ = std::move(kept);
   if (added.empty()) return;
-  if (end > capacity_) {
+  if (end > capacity_ || !elements_) {
     // Starts over with all markers. Half of the buffer stays free, so that this is seldom.
     places_.clear();
-    lacks_memory_ = 2 * needed > capacity_ && !grow(2 * needed);
+    lacks_memory_ = (!elements_ || 2 * needed > capacity_) && !grow(2 * needed);
     if (lacks_memory_) return;
     added.clear();
     for (const state::ShownMarker& shown : markers) added.push_back(&shown);
@@ -175,15 +228,24 @@ void MarkerPass::update(gpu::Recorder& recorder, gpu::StagingRing& staging,
   std::vector<VkBuffer> sources;
   for (const state::ShownMarker* shown : added) {
     const Marker& marker = *shown->marker;
-    Place place = place_after(end_, marker);
+    const Elements elements = elements_of(*shown, laid_out);
+    Place place = place_after(end_, elements);
     end_ = place.end;
     const bool has_colors = marker.kind != MarkerKind::axes;
-    place.is_opaque = !has_colors || std::all_of(marker.colors.begin(), marker.colors.end(),
-                                                 [](uint32_t color) { return color >> 24 == 0xff; });
+    const bool is_soft = marker.kind == MarkerKind::texts;  // edges of glyphs are blended
+    place.is_opaque =
+        !is_soft && (!has_colors || std::all_of(marker.colors.begin(), marker.colors.end(),
+                                                [](uint32_t color) { return color >> 24 == 0xff; }));
     place.box = box_of(marker);
-    write(staging, marker, place, copies, sources);
+    write(staging, elements, place, copies, sources);
     places_.insert_or_assign(shown->id, place);
   }
+  if (!upload_atlas(recorder, staging)) {
+    places_.clear();
+    lacks_memory_ = true;
+    return;
+  }
+  if (copies.empty()) return;
   recorder.pass("marker upload", {Use(elements_, access::transfer_write)}, [&](VkCommandBuffer commands) {
     for (size_t i = 0; i < copies.size(); ++i)
       vkCmdCopyBuffer(commands, sources[i], elements_.get(), 1, &copies[i]);
@@ -200,13 +262,13 @@ VkRect2D MarkerPass::bounds(std::span<const state::ShownMarker> markers, const V
     if (place == places_.end()) continue;
     const Marker& marker = *shown.marker;
     scene::Box box = place->second.box;
-    constexpr float kWidest = 2;  // heads of arrows are wider than their shafts
+    const float widest = place->second.reach;
     const bool is_in_pixels = marker.width_unit == wire::MarkerUnit::pixels;
     if (!is_in_pixels) {
-      box.low -= kWidest * marker.width;
-      box.high += kWidest * marker.width;
+      box.low -= widest * marker.width;
+      box.high += widest * marker.width;
     }
-    const float margin = is_in_pixels ? kWidest * marker.width + 2 : 2;
+    const float margin = is_in_pixels ? widest * marker.width + 2 : 2;
     const glm::mat4 clip_from_marker = view.clip_from_world * shown.world_from_marker;
     for (int i = 0; i < 8; ++i) {
       const glm::vec3 corner(i & 1 ? box.high.x : box.low.x, i & 2 ? box.high.y : box.low.y,
@@ -226,12 +288,13 @@ VkRect2D MarkerPass::bounds(std::span<const state::ShownMarker> markers, const V
           {static_cast<uint32_t>(high.x - low.x), static_cast<uint32_t>(high.y - low.y)}};
 }
 
-const gpu::Pipeline& MarkerPass::pipeline(Layer layer, bool is_disc) {
-  gpu::Pipeline& known = pipelines_[2 * static_cast<size_t>(layer) + (is_disc ? 1 : 0)];
+const gpu::Pipeline& MarkerPass::pipeline(Layer layer, Shape shape) {
+  gpu::Pipeline& known = pipelines_[3 * static_cast<size_t>(layer) + static_cast<size_t>(shape)];
   if (known) return known;
   gpu::GraphicsPipelineInfo info;
   info.vertex_shader = "marker.vert";
-  info.fragment_shader = !is_disc                            ? "marker.frag"
+  info.fragment_shader = shape == Shape::plain               ? "marker.frag"
+                         : shape == Shape::glyph             ? "marker_text.frag"
                          : samples_ == VK_SAMPLE_COUNT_4_BIT ? "marker_disc_4.frag"
                                                              : "marker_disc.frag";
   info.samples = samples_;
@@ -265,9 +328,9 @@ void MarkerPass::record(gpu::Recorder& recorder, std::span<const state::ShownMar
   const auto is_behind = [&](const auto& a, const auto& b) { return distance(a) > distance(b); };
   std::stable_sort(blended.begin(), blended.end(), is_behind);
   std::stable_sort(overlaid.begin(), overlaid.end(), is_behind);
-  const std::vector<Use> uses{Use(elements_, access::draw_read),
-                              Use(frame.targets.depth, access::depth_target),
-                              Use(frame.targets.hdr, access::color_target)};
+  std::vector<Use> uses{Use(elements_, access::draw_read), Use(frame.targets.depth, access::depth_target),
+                        Use(frame.targets.hdr, access::color_target)};
+  if (atlas_texels_) uses.push_back(Use(atlas_texels_, access::draw_read));
   recorder.pass("markers", uses, [&](VkCommandBuffer commands) {
     VkRenderingAttachmentInfo color{VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO};
     color.imageView = frame.targets.hdr.view.get();
@@ -323,9 +386,18 @@ void MarkerPass::draw(VkCommandBuffer commands, const state::ShownMarker& shown,
   // Arrows are built in the world, where nothing is mirrored.
   const bool is_mirrored =
       glm::determinant(glm::mat3(world_from_marker)) < 0 && marker.kind != MarkerKind::arrows;
-  const auto [vertices, instances] = counts_of(marker);
-  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS,
-                    pipeline(layer, marker.kind == MarkerKind::points).get());
+  const bool is_text = marker.kind == MarkerKind::texts;
+  auto [vertices, instances] = counts_of(marker);
+  if (is_text) {
+    if (place.glyphs == 0) return;
+    vertices = 6 * place.glyphs;
+    instances = 1;
+    push.rotations = elements_.address + place.rotations;
+    push.sizes = atlas_texels_.address;
+    push.segments = atlas_rows_;
+  }
+  const Shape shape = is_text ? Shape::glyph : marker.kind == MarkerKind::points ? Shape::disc : Shape::plain;
+  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline(layer, shape).get());
   vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
   vkCmdSetCullMode(commands, is_closed(marker.kind) ? VK_CULL_MODE_BACK_BIT : VK_CULL_MODE_NONE);
   vkCmdSetFrontFace(commands, is_mirrored ? VK_FRONT_FACE_CLOCKWISE : VK_FRONT_FACE_COUNTER_CLOCKWISE);

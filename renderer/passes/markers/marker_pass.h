@@ -4,15 +4,18 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <map>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "renderer/gpu/device/vk.h"
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/gpu/pipelines/pipeline.h"
+#include "renderer/passes/markers/text_layout.h"
 #include "renderer/passes/resources/targets.h"
 #include "renderer/passes/view.h"
 #include "renderer/scene/model/bounds.h"
@@ -50,22 +53,38 @@ class MarkerPass {
   // Arrays of one value in the buffer.
   struct Place {
     VkDeviceSize positions = 0, rotations = 0, sizes = 0, colors = 0, end = 0;  // offsets
+    uint32_t glyphs = 0;                                                        // of texts
+    float reach = 2;  // of the drawn element around its position, in widths: heads of arrows are wide
     bool is_opaque = true;
     scene::Box box;  // of the elements, in marker space, without widths
   };
   enum class Layer : uint8_t { opaque, blended, overlaid };
-  static Place place_after(VkDeviceSize begin, const wire::Marker& marker);
-  void write(gpu::StagingRing& staging, const wire::Marker& marker, const Place& place,
+  enum class Shape : uint8_t { plain, disc, glyph };
+  // Arrays as the shader reads them: those of the marker, or glyphs of texts.
+  struct Elements {
+    std::span<const std::byte> positions, rotations, sizes, colors;
+    uint32_t glyphs = 0;
+    float reach = 2;
+  };
+  Elements elements_of(const state::ShownMarker& shown, std::map<uint64_t, TextGlyphs>& laid_out);
+  static Place place_after(VkDeviceSize begin, const Elements& elements);
+  void write(gpu::StagingRing& staging, const Elements& elements, const Place& place,
              std::vector<VkBufferCopy>& copies, std::vector<VkBuffer>& sources);
   bool grow(VkDeviceSize bytes);
-  const gpu::Pipeline& pipeline(Layer layer, bool is_disc);
+  bool upload_atlas(gpu::Recorder& recorder, gpu::StagingRing& staging);
+  const gpu::Pipeline& pipeline(Layer layer, Shape shape);
   void draw(VkCommandBuffer commands, const state::ShownMarker& shown, const Place& place, Layer layer,
             const Frame& frame);
 
   gpu::Device& device_;
   VkPipelineLayout layout_;
   VkSampleCountFlagBits samples_;
-  std::array<gpu::Pipeline, 6> pipelines_;  // by layer and disc; created on first use
+  std::array<gpu::Pipeline, 9> pipelines_;  // by layer and shape; created on first use
+  std::unique_ptr<GlyphAtlas> atlas_;       // created for the first text
+  gpu::Buffer atlas_texels_;
+  VkDeviceSize atlas_capacity_ = 0;
+  uint64_t atlas_revision_ = 0;  // of the uploaded texels
+  uint32_t atlas_rows_ = 0;
   gpu::Buffer elements_;
   VkDeviceSize capacity_ = 0, end_ = 0;
   VkDeviceSize refused_bytes_ = UINT64_MAX;  // the smallest size that the device refused

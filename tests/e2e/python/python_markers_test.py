@@ -117,6 +117,9 @@ def arguments(test):
         stream.cylinders("a", cloud, [1, 1, 2], rotations=[0, 0, 0, 1])
         stream.capsules("a", cloud, [1, 1, 2])
         stream.triangles("a", cloud, parent_from_marker=numpy.eye(4))
+        stream.text("a", "one", [[0, 0, 0]], (1, 0, 0), size_m=0.1)
+        stream.text("a", ["one", "K\u00f6rper\n2", ""], cloud, numpy.zeros((3, 4), numpy.uint8), overlaid=True)
+        stream.text("a", [], [])
         stream.clear_marker("a")
         stream.clear_marker("never set")
         raised("size_px and size_m", lambda: stream.points("a", cloud, size_px=1, size_m=1))
@@ -127,6 +130,12 @@ def arguments(test):
         raised("positions has the shape (3, 2)", lambda: stream.points("a", cloud[:, :2]))
         raised("lifetime_s", lambda: stream.points("a", cloud, lifetime_s=-1))
         raised("control character", lambda: stream.points("a\nb", cloud))
+        raised("texts has 2 elements for 3 positions", lambda: stream.text("a", ["x", "y"], cloud))
+        raised("texts[1] has a control character at byte 1", lambda: stream.text("a", ["x", "y\t", "z"], cloud))
+        raised("texts[0] has 1025 bytes", lambda: stream.text("a", "x" * 1025, [[0, 0, 0]]))
+        raised("texts[0] is no text of Unicode", lambda: stream.text("a", "\ud800", [[0, 0, 0]]))
+        raised("texts[1] is of type int", lambda: stream.text("a", ["x", 1], cloud[:2]))
+        raised("texts[0] holds a NUL", lambda: stream.text("a", "a\0b", [[0, 0, 0]]))
 
 
 if __name__ == "__main__":

@@ -143,12 +143,20 @@ TEST_P(ClientScene, CarriesMarkers) {
   fire3dv_marker nothing{};
   nothing.struct_size = sizeof nothing;
   ASSERT_EQ(fire3dv_set_marker(stream.get(), "empty", &nothing), FIRE3DV_OK) << fire3dv_last_error();
+  const char* const labels[] = {"left\nfoot", "K\u00f6rper"};
+  fire3dv_marker texts = nothing;
+  texts.kind = FIRE3DV_MARKER_TEXTS;
+  texts.width = 12;
+  texts.positions = positions;
+  texts.position_count = texts.text_count = 2;
+  texts.texts = labels;
+  ASSERT_EQ(fire3dv_set_marker(stream.get(), "labels", &texts), FIRE3DV_OK) << fire3dv_last_error();
   ASSERT_EQ(fire3dv_set_marker(stream.get(), "gone", &nothing), FIRE3DV_OK);
   ASSERT_EQ(fire3dv_clear_marker(stream.get(), "gone"), FIRE3DV_OK) << fire3dv_last_error();
   ASSERT_TRUE(repeat_until([&] {
     stream.publish(6s, std::vector<Pose>(1));
     renderer.poll();
-    return renderer.scene_version == 4 && renderer.edits.size() == 3;
+    return renderer.scene_version == 5 && renderer.edits.size() == 4;
   }));
   wire::Marker expected;
   expected.kind = wire::MarkerKind::boxes;
@@ -166,6 +174,9 @@ TEST_P(ClientScene, CarriesMarkers) {
   using P = wire::Property;
   EXPECT_EQ(renderer.at("grasp/boxes", P::marker), wire::EditValue(expected));
   EXPECT_TRUE(std::get<wire::Marker>(renderer.at("empty", P::marker)).positions.empty());
+  const auto& received = std::get<wire::Marker>(renderer.at("labels", P::marker));
+  EXPECT_EQ(received.kind, wire::MarkerKind::texts);
+  EXPECT_EQ(received.texts, (std::vector<std::string>{"left\nfoot", "K\u00f6rper"}));
   EXPECT_EQ(renderer.at("gone", P::marker), wire::EditValue(wire::Cleared{}));
 }
 
@@ -257,7 +268,7 @@ TEST(ClientSceneErrors, WhatIsWrongWithAMarkerIsNamed) {
   };
   constexpr int kArgument = FIRE3DV_ERROR_ARGUMENT;
   expect_refused(kArgument, "struct_size", [](fire3dv_marker& m) { m.struct_size = 8; });
-  expect_refused(kArgument, "marker.kind is 10", [](fire3dv_marker& m) { m.kind = 10; });
+  expect_refused(kArgument, "marker.kind is 11", [](fire3dv_marker& m) { m.kind = 11; });
   expect_refused(kArgument, "marker.kind is -1", [](fire3dv_marker& m) { m.kind = -1; });
   expect_refused(kArgument, "marker.width_unit is 2", [](fire3dv_marker& m) { m.width_unit = 2; });
   expect_refused(kArgument, "marker.flags is 2", [](fire3dv_marker& m) { m.flags = 2; });
@@ -270,6 +281,37 @@ TEST(ClientSceneErrors, WhatIsWrongWithAMarkerIsNamed) {
                  [](fire3dv_marker& m) { m.position_count = SIZE_MAX / 2; });
   expect_refused(FIRE3DV_ERROR_BUDGET, "budget is 100000",
                  [](fire3dv_marker& m) { m.position_count = 10'000; });
+  const auto expect_text_refused = [&](const std::string& reason, const char* second, size_t count = 2) {
+    const char* const texts[] = {"good", second};
+    expect_refused(kArgument, reason, [&](fire3dv_marker& m) {
+      m.kind = FIRE3DV_MARKER_TEXTS;
+      m.texts = texts;
+      m.text_count = count;
+    });
+  };
+  expect_text_refused("marker.texts[1] is NULL", nullptr);
+  expect_text_refused("texts[1] has a control character at byte 2", "ab\033[2J");
+  expect_text_refused("texts[1] is not valid UTF-8 at byte 1", "a\xff");
+  expect_text_refused("texts[1] has 1025 bytes", std::string(5000, 'x').c_str());
+  expect_text_refused("texts has 1 element for 2 positions", "", 1);
+  expect_refused(kArgument, "texts has 0 elements", [](fire3dv_marker& m) { m.kind = FIRE3DV_MARKER_TEXTS; });
+  expect_refused(kArgument, "marker.texts and its count", [](fire3dv_marker& m) { m.text_count = 2; });
+  const std::string longest(1024, 'x');
+  const std::vector<const char*> many(1025, longest.c_str());
+  expect_refused(kArgument, "texts has more than 1048576 bytes", [&](fire3dv_marker& m) {
+    m.kind = FIRE3DV_MARKER_TEXTS;
+    m.position_count = m.text_count = many.size();
+    m.texts = many.data();
+  });
+  const char* const text = "text";
+  expect_refused(kArgument, "points have no texts", [&](fire3dv_marker& m) {
+    m.texts = &text;
+    m.text_count = 1;
+  });
+  expect_refused(FIRE3DV_ERROR_BUDGET, "at most 65536", [&](fire3dv_marker& m) {
+    m.texts = &text;
+    m.text_count = SIZE_MAX;
+  });
   fire3dv_marker marker{};
   marker.struct_size = sizeof marker;
   EXPECT_EQ(fire3dv_set_marker(stream.get(), "", &marker), kArgument);

@@ -233,6 +233,18 @@ TEST_F(MarkerRegistryTest, BoundsTheVerticesOfAStream) {
   EXPECT_EQ(shown().size(), 2u);
 }
 
+TEST_F(MarkerRegistryTest, BoundsTheGlyphsOfAStream) {
+  const StreamId id = stream(1);
+  publish(id, 0);
+  wire::Marker texts;
+  texts.kind = wire::MarkerKind::texts;
+  texts.positions.resize(1024);
+  texts.texts.assign(1024, std::string(1024, 'x'));
+  for (int i = 0; i < 40; ++i) edit(id, std::to_string(i), texts);
+  EXPECT_EQ(shown().size(), 31u) << "6 vertices a byte, 200 million of a stream";
+  EXPECT_NE(log().find("vertices"), std::string::npos);
+}
+
 TEST_F(MarkerRegistryTest, ChargesThePeer) {
   PeerLimits limits;
   limits.of(Resource::gpu_bytes) = 50;

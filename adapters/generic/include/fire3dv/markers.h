@@ -37,7 +37,8 @@ enum {
   FIRE3DV_MARKER_SPHERES = 6,   /* sizes: diameters */
   FIRE3DV_MARKER_CYLINDERS = 7, /* sizes: diameters x and y, length along z */
   FIRE3DV_MARKER_CAPSULES = 8,  /* as cylinders, with a half sphere added at each end */
-  FIRE3DV_MARKER_TRIANGLES = 9  /* triples of positions, seen from both sides */
+  FIRE3DV_MARKER_TRIANGLES = 9, /* triples of positions, seen from both sides */
+  FIRE3DV_MARKER_TEXTS = 10     /* texts that face the viewer, centred on their positions */
 };
 
 enum { FIRE3DV_MARKER_PIXELS = 0, FIRE3DV_MARKER_LENGTHS = 1 };
@@ -49,7 +50,7 @@ typedef struct fire3dv_marker {
   size_t struct_size; /* sizeof(fire3dv_marker) */
   int32_t kind;       /* FIRE3DV_MARKER_* */
   int32_t width_unit; /* FIRE3DV_MARKER_PIXELS, or LENGTHS of the marker's frame */
-  float width;        /* not negative; of points, lines, arrows and axes */
+  float width;        /* not negative; of points, lines, arrows and axes; of texts the font size (em) */
   uint32_t flags;     /* FIRE3DV_MARKER_OVERLAID or 0 */
   /* In nanoseconds of simulator time, from the frame published last; longer than a time step. 0 = until
    * replaced or cleared. */
@@ -64,6 +65,10 @@ typedef struct fire3dv_marker {
   size_t size_count;
   const uint8_t* colors; /* r g b a, sRGB. NULL = white, one for all, or one per position */
   size_t color_count;
+  /* Of texts: one per position. UTF-8 that ends with NUL, 1024 bytes at most, without control characters except
+   * line feeds; 1 MiB in all. Of other kinds NULL. */
+  const char* const* texts;
+  size_t text_count;
 } fire3dv_marker;
 
 /* Sets or replaces the marker of this name. Copies the arrays; allocates. */

@@ -57,7 +57,7 @@ class Marker(Structure):
                 ("flags", c_uint32), ("lifetime_ns", c_uint64), ("parent", c_char_p), ("parent_from_marker", c_void_p),
                 ("positions", c_void_p), ("position_count", c_size_t), ("rotations", c_void_p),
                 ("rotation_count", c_size_t), ("sizes", c_void_p), ("size_count", c_size_t), ("colors", c_void_p),
-                ("color_count", c_size_t)]
+                ("color_count", c_size_t), ("texts", c_void_p), ("text_count", c_size_t)]
 
 
 class Scalars(Structure):

@@ -131,7 +131,7 @@ class Markers:
                    sizes: Union[Array, float, None] = None, colors: Optional[Array] = None,
                    width_px: Optional[float] = None, width_m: Optional[float] = None, parent: Optional[str] = None,
                    parent_from_marker: Optional[Array] = None, lifetime_s: float = 0.0, overlaid: bool = False,
-                   _positions_per_color: int = 1) -> None:
+                   texts: Optional[Sequence[str]] = None, _positions_per_color: int = 1) -> None:
         """Sets or replaces a marker of any kind; the other functions call this one."""
         places = Numbers(positions, (3,), "positions")
         turns = Numbers(rotations if rotations is not None else [], (4,), "rotations")
@@ -146,10 +146,11 @@ class Markers:
         lifetime_ns = seconds(lifetime_s, "lifetime_s") * 1e9
         if lifetime_ns >= 2**63:
             raise _refuse(f"lifetime_s is {lifetime_s}; at most 292 years are allowed, and 0 has no end")
+        strings = _strings(texts)
         marker = c.Marker(ctypes.sizeof(c.Marker), c_int32(kind), unit, width, _OVERLAID if overlaid else 0,
                           c_uint64(round(lifetime_ns)), encoded(parent, "parent"), matrix.address, places.address,
                           places.rows, turns.address, turns.rows, extents.address, extents.rows, rgba.address,
-                          rgba.rows)
+                          rgba.rows, ctypes.addressof(strings) if strings else None, len(strings))
         check(library().fire3dv_set_marker(self.handle, encoded(name, "name"), byref(marker)))
 
     def clear_marker(self, name: str) -> None:
@@ -212,6 +213,24 @@ class Markers:
     def triangles(self, name: str, positions: Array, colors: Optional[Array] = None, **common: Any) -> None:
         """Triangles, seen from both sides. positions: (3 n, 3) or (n, 3, 3)."""
         self.set_marker(name, MarkerKind.TRIANGLES, positions, colors=colors, **common)
+
+    def text(self, name: str, text: Union[str, Sequence[str]], positions: Array, colors: Optional[Array] = None,
+             size_px: Optional[float] = None, size_m: Optional[float] = None, **common: Any) -> None:
+        """Texts that face the viewer, centred on their positions. text: one, or one per position; lines end with "\\n".
+
+        size_px or size_m: font size, of which capitals are 0.73 high; 16 pixels where both are left out.
+        """
+        width, unit = _width(size_px, size_m, 16.0, "size")
+        self.set_marker(name, MarkerKind.TEXTS, positions, colors=colors, texts=[text] if isinstance(text, str) else text,
+                        **_named(width, unit), **common)
+
+
+def _strings(texts: Optional[Sequence[str]]) -> Any:
+    """An array of C strings, which must outlive the call that takes its address."""
+    rows = [encoded(text, f"texts[{i}]") for i, text in enumerate(texts if texts is not None else [])]
+    if None in rows:
+        raise _refuse(f"texts[{rows.index(None)}] is None; a str is needed")
+    return (ctypes.c_char_p * len(rows))(*rows)
 
 
 def _named(width: float, unit: int) -> Any:

@@ -35,6 +35,7 @@ class MarkerKind(IntEnum):
     CYLINDERS = 7
     CAPSULES = 8
     TRIANGLES = 9
+    TEXTS = 10
 
 
 class LightKind(IntEnum):
