@@ -30,7 +30,8 @@ void warn(const MarkerContext& context, const std::string& topic, const std::str
 size_t bytes_of(const ShownMarker& marker) {
   constexpr size_t kOverheadBytes = 512;  // strings and lists of the store
   return kOverheadBytes + marker.name.size() + marker.frame.size() +
-         sizeof(float) * (marker.positions.size() + marker.sizes.size()) + marker.colors.size();
+         sizeof(float) * (marker.positions.size() + marker.sizes.size()) + marker.colors.size() +
+         (marker.texts.empty() ? 0 : marker.texts[0].size());
 }
 
 }  // namespace
@@ -117,6 +118,10 @@ void MarkerStore::send(Entry& entry, const MarkerContext& context) {
   sent.size_count = marker.sizes.size() / 3;
   sent.colors = marker.colors.data();
   sent.color_count = marker.colors.size() / 4;
+  std::vector<const char*> texts;
+  for (const std::string& text : marker.texts) texts.push_back(text.c_str());
+  sent.texts = texts.empty() ? nullptr : texts.data();
+  sent.text_count = texts.size();
   const Result<void> done = context.show(marker.name, &sent);
   if (done) {
     entry.is_shown = true;

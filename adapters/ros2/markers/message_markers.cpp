@@ -61,6 +61,16 @@ Result<void> add_arrow(const MarkerMessage& message, ShownMarker& marker) {
   return {};
 }
 
+// The scale's z is the height of a capital A.
+Result<void> add_text(const MarkerMessage& message, ShownMarker& marker) {
+  constexpr double kCapitalHeight = 0.729;  // of the renderer's font, in units of its size
+  marker.kind = FIRE3DV_MARKER_TEXTS;
+  marker.width_m = static_cast<float>(message.scale.z / kCapitalHeight);
+  append(marker.positions, 0, 0, 0);
+  marker.texts = {message.text ? message.text : ""};
+  return {};
+}
+
 // Points, and their colours: one each, or one for each group of triangles.
 Result<void> add_points(const MarkerMessage& message, const Shape& shape,
                         const geometry_msgs_msg_dds__Vector3_& scale, ShownMarker& marker) {
@@ -118,13 +128,14 @@ Result<MarkerUpdate> update_of(const std::string& topic, const MarkerMessage& me
   if (message.lifetime.sec > 0 || (message.lifetime.sec == 0 && message.lifetime.nanosec > 0))
     marker.lifetime_ns =
         static_cast<uint64_t>(message.lifetime.sec) * 1'000'000'000 + message.lifetime.nanosec;
+  constexpr int32_t kArrow = 0, kText = 9, kMesh = 10;
   const std::optional<Shape> shape = shape_of(message);
-  if (message.type != 0 && !shape)
-    return Error{message.type == 9    ? "texts are not shown"
-                 : message.type == 10 ? "meshes are not shown"
-                                      : "its type " + std::to_string(message.type) + " is unknown"};
-  const Result<void> added =
-      message.type == 0 ? add_arrow(message, marker) : add_elements(message, *shape, marker);
+  if (message.type != kArrow && message.type != kText && !shape)
+    return Error{message.type == kMesh ? "meshes are not shown"
+                                       : "its type " + std::to_string(message.type) + " is unknown"};
+  const Result<void> added = message.type == kArrow  ? add_arrow(message, marker)
+                             : message.type == kText ? add_text(message, marker)
+                                                     : add_elements(message, *shape, marker);
   if (!added) return added.error();
   for (const float value : marker.positions)
     if (!is_coordinate(value)) return Error{"a point is not finite"};

@@ -24,6 +24,7 @@ struct ShownMarker {
   uint64_t lifetime_ns = 0;
   std::vector<float> positions, sizes;  // x y z each; one size, or one per position
   std::vector<uint8_t> colors;          // r g b a each, sRGB; one, or one per position
+  std::vector<std::string> texts;       // of FIRE3DV_MARKER_TEXTS, one per position
 };
 
 enum class MarkerAction { set, clear, clear_all };

@@ -56,6 +56,22 @@ TEST(Ros2Markers, ASolidHasItsExtentAndColour) {
   EXPECT_EQ(marker.lifetime_ns, 2'000'000'005u);
 }
 
+TEST(Ros2Markers, ATextHasTheHeightOfItsCapitals) {
+  TestMarker label(9);
+  std::string text = "pump\n2 bar";
+  label.message.text = text.data();
+  const Result<MarkerUpdate> update = label.update();
+  ASSERT_TRUE(update) << update.error().message;
+  EXPECT_EQ(update->marker.kind, FIRE3DV_MARKER_TEXTS);
+  EXPECT_EQ(update->marker.texts, std::vector<std::string>{text});
+  EXPECT_EQ(update->marker.positions, (std::vector<float>{0, 0, 0}));
+  EXPECT_NEAR(update->marker.width_m * 1493 / 2048, 0.3, 1e-4)
+      << "DejaVu Sans: capitals have 1493 of 2048 units";
+  EXPECT_TRUE(update->marker.sizes.empty());
+  label.message.text = nullptr;
+  EXPECT_EQ(label.update()->marker.texts, std::vector<std::string>{""});
+}
+
 TEST(Ros2Markers, ListsHavePointsAndTheirColours) {
   TestMarker lines(5);
   lines.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 2, 0}};
