@@ -299,7 +299,10 @@ Result<Robot> read_robot(std::span<const std::byte> glb_or_json, bool follows_mi
   return std::move(**robot);
 }
 
-Result<std::optional<Robot>> find_robot(const std::filesystem::path& file, bool follows_mimic) {
+namespace {
+
+// searches: a file that may hold no robot; a JSON too large for one holds none.
+Result<std::optional<Robot>> read_file(const std::filesystem::path& file, bool follows_mimic, bool searches) {
   const Result<OpenFile> opened = OpenFile::open(file, UINT64_MAX);
   if (!opened) return opened.error();
   const auto fault = [&](const std::string& what) {
@@ -310,7 +313,10 @@ Result<std::optional<Robot>> find_robot(const std::filesystem::path& file, bool 
   if (!opened->read(0, begin)) return fault("it cannot be read");
   const Result<Extent> extent = json_extent(begin, opened->size());
   if (!extent) return fault(extent.error().message);
-  if (extent->bytes > kMaxJsonBytes) return fault("its JSON is larger than 64 MiB");
+  if (extent->bytes > kMaxJsonBytes) {
+    if (searches) return std::optional<Robot>();
+    return fault("its JSON is larger than 64 MiB");
+  }
   std::vector<std::byte> json(extent->bytes);
   if (!opened->read(extent->offset, json)) return fault("it cannot be read");
   constexpr std::string_view kMember = "\"robot\"";  // large scenes without it need not be parsed
@@ -321,8 +327,14 @@ Result<std::optional<Robot>> find_robot(const std::filesystem::path& file, bool 
   return robot;
 }
 
+}  // namespace
+
+Result<std::optional<Robot>> find_robot(const std::filesystem::path& file, bool follows_mimic) {
+  return read_file(file, follows_mimic, true);
+}
+
 Result<Robot> read_robot_file(const std::filesystem::path& file, bool follows_mimic) {
-  Result<std::optional<Robot>> robot = find_robot(file, follows_mimic);
+  Result<std::optional<Robot>> robot = read_file(file, follows_mimic, false);
   if (!robot) return robot.error();
   if (!*robot) return Error{"\"" + wire::printable(file.string(), 1024) + "\": " + kHoldsNone};
   return std::move(**robot);

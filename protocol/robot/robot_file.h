@@ -16,7 +16,7 @@ namespace fire3dv::robot {
 Result<Robot> read_robot(std::span<const std::byte> glb_or_json, bool follows_mimic);
 // Reads the JSON of the file only. Errors name the file.
 Result<Robot> read_robot_file(const std::filesystem::path& file, bool follows_mimic);
-// The same; empty: the file holds no robot.
+// The same; empty: the file holds no robot, or its JSON is larger than 64 MiB.
 Result<std::optional<Robot>> find_robot(const std::filesystem::path& file, bool follows_mimic);
 
 }  // namespace fire3dv::robot

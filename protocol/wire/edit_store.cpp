@@ -24,7 +24,7 @@ Result<EditStore::Prepared> EditStore::prepare(SceneEdit edit) const {
     return Error{"SceneEdit of \"" + printable(edit.node) + "\": all edits together would take " +
                  std::to_string(needed) + " bytes; the budget is " + std::to_string(budget_bytes_) +
                  ": raise scene_budget_bytes, or clear edits that are no longer needed"};
-  prepared.stored = {known == stored_.end() ? last_key_ + 1 : known->second.key, edit.version,
+  prepared.stored = {known == stored_.end() ? last_key_ + 1 : known->second.key, edit.version, edit.property,
                      std::move(message)};
   return prepared;
 }

@@ -25,6 +25,7 @@ class EditStore {
   struct Stored {
     uint64_t key = 0;  // one number per (node, property), never reused
     uint64_t version = 0;
+    Property property{};
     std::shared_ptr<const Bytes> message;
   };
 

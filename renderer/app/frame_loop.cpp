@@ -184,6 +184,7 @@ Result<void> FrameLoop::run() {
     }
     // The display wait took time: poll again to show the newest poses.
     if (window_ && !options_.lockstep) poll_streams();
+    if (robot_ && *robot_) pose_robot();  // the scene may have been replaced
     if (animations_) animate();
     if (Result<void> listed = list_instances(); !listed) return listed;
     if (Result<void> drawn = draw(); !drawn) return drawn;
@@ -342,7 +343,6 @@ void FrameLoop::steer() {
                  timeline);
   if (const std::optional<std::filesystem::path> file = window_->take_opened(); file && next_)
     next_->open(*file);
-  if (robot_ && *robot_) pose_robot();
 }
 
 // Joints that the user moves, when they or the scene change.

@@ -69,11 +69,20 @@ class PlotsPanel {
 
  private:
   struct Entry {
-    ScalarColumn column;             // valid for this frame
-    std::string key;                 // stream and name: stays the same when the stream restarts
+    // Valid for this frame. Texts are made for shown rows only: a stream may have thousands of long names.
+    const std::string* stream = nullptr;
+    const std::string* group_name = nullptr;
+    const stream::ScalarGroup* group = nullptr;
+    size_t scalar = 0;
     std::optional<double> shown_ns;  // simulation time of the stream's shown frame
     ImU32 color = theme::kDim;
     bool chosen = false;
+
+    const std::string& scalar_name() const { return group->declared().names[scalar]; }
+    std::string name() const { return *group_name + "/" + scalar_name(); }
+    // Stream and name: stays the same when the stream restarts.
+    std::string key() const { return *stream + '\n' + name(); }
+    bool has_key(std::string_view key) const;
   };
   static int64_t clamped_ns(double time_ns);
   void list(const Context& context);

@@ -158,14 +158,14 @@ DiffuseTransmission make_diffuse_transmission(Surface s, vec3 color) {
 vec3 transmit_diffuse(DiffuseTransmission transmission, Surface s, vec3 to_light) {
   const float cosine = -dot(s.base.normal, to_light);
   if (!(cosine > 0)) return vec3(0);
-  const float entering = 1 - interface_albedo(s.body, split_albedo(cosine, s.base.roughness));
+  const float entering = 1 - interface_albedo(s.body, lobe_split(s.base, to_light, cosine));
   return cosine * entering * s.per_mean_entering * transmission.albedo;
 }
 
 // Rest of a surface of which the share `share` is transparent: without the dielectric reflection of that share.
 // f0, f90: of the dielectric.
 Surface without_boundary(Surface s, float share, vec3 f0, float f90) {
-  const vec2 split = split_albedo(s.base.n_dot_v, s.base.roughness);
+  const vec2 split = lobe_split(s.base, s.to_eye, s.base.n_dot_v);
   s.transmitted = vec3(0);
   s.base.f0 = max(s.base.f0 - share * f0, 0);
   s.base.f90 = max(s.base.f90 - share * f90, 0);

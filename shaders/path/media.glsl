@@ -92,7 +92,8 @@ Refraction make_refraction(GlobalsRef globals, MaterialRecord material, vec4 bas
       extension.transmission * sample_or(extension.transmission_texture, uv, vec4(0), vec4(0), vec4(1)).r * (1 - metallic);
   Boundary boundary;
   boundary.normal = surface.base.normal;
-  boundary.alpha = surface.base.alpha;
+  // Anisotropic surfaces refract with the mean roughness.
+  boundary.alpha = max(surface.base.roughness * surface.base.roughness, LEAST_ALPHA);
   boundary.ior = behind / before;
   // The specular colour holds for air.
   const float in_air = (extension.ior - 1) / (extension.ior + 1), here = (boundary.ior - 1) / (boundary.ior + 1);

@@ -66,6 +66,8 @@ bool Observer::take(transport::PeerId peer, std::span<const std::byte> message, 
     StreamSeen& stream = streams_[peer];
     if (stream.epoch == description->epoch) return true;
     stream = {};
+    stream.scalars =
+        fire3dv::stream::ScalarHistory(scalar_budget_, fire3dv::stream::ScalarHistory::Keep::statistics);
     stream.name = description->adapter_name;
     stream.epoch = description->epoch;
     stream.nodes = static_cast<uint32_t>(description->node_names.size());
@@ -80,6 +82,9 @@ bool Observer::take(transport::PeerId peer, std::span<const std::byte> message, 
     if (edit->property == wire::Property::marker) ++found->second.marker_edits;
     if (wire::is_scalar(edit->property)) {
       ++found->second.scalar_edits;
+      // Links may repeat the newest edit of each group.
+      if (edit->version <= found->second.scalar_version) return false;
+      found->second.scalar_version = edit->version;
       (void)found->second.scalars.apply(*edit);
     }
     return false;

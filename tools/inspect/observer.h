@@ -8,6 +8,7 @@
 #include <memory>
 #include <string>
 
+#include "protocol/base/peer_budget.h"
 #include "protocol/stream/scalar_history.h"
 #include "protocol/transport/link.h"
 #include "protocol/wire/decode.h"
@@ -30,6 +31,7 @@ struct StreamSeen {
   uint64_t edits = 0;  // scene edits, markers and scalars included
   uint64_t marker_edits = 0;
   uint64_t scalar_edits = 0;
+  uint64_t scalar_version = 0;  // of the newest one
   stream::ScalarHistory scalars{nullptr, stream::ScalarHistory::Keep::statistics};
   uint64_t missing = 0;  // skipped sequences
   uint64_t sequence = 0;
@@ -57,6 +59,8 @@ class Observer {
   bool take(transport::PeerId peer, std::span<const std::byte> message, int64_t received_ns);
 
   wire::Decoder decoder_;
+  // Of the scalars of all streams together, which stay in the report when their stream has ended.
+  std::shared_ptr<PeerBudget> scalar_budget_ = BudgetPool::create()->add_peer("scalars");
   std::map<transport::PeerId, StreamSeen> streams_;
   uint64_t refused_ = 0;
 };

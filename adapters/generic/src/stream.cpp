@@ -75,7 +75,8 @@ fire3dv::Result<void> fire3dv_stream::resend_edits() {
   for (wire::EditStore::Stored& stored : edits.in_order()) {
     const uint64_t version = stored.version;
     if (auto taken = link->put_state(stored.key, std::move(stored.message)); !taken) return taken;
-    scene_version = version;
+    // Frames do not wait for scalars, which change nothing that they show.
+    if (!wire::is_scalar(stored.property)) scene_version = version;
   }
   return {};
 }
@@ -84,7 +85,6 @@ fire3dv::Result<void> fire3dv_stream::send_edit(wire::EditStore::Prepared prepar
   const uint64_t version = prepared.stored.version;
   if (epoch != 0) {
     if (auto taken = link->put_state(prepared.stored.key, prepared.stored.message); !taken) return taken;
-    // Frames do not wait for scalars, which change nothing that they show.
     if (!wire::is_scalar(prepared.name.second)) scene_version = version;
   }
   edits.commit(std::move(prepared));

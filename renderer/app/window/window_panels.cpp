@@ -272,13 +272,12 @@ gui::StreamFact ViewerFacts::stream_fact(const StreamReceiver::Report& report, c
   fact.overtaken = stream.frames_superseded;
   fact.edits = stream.edits_received;
   fact.edits_refused = stream.edits_refused;
-  for (const auto& [name, count] : markers.namespaces(stream.epoch)) {
-    if (fact.marker_namespaces.size() < gui::kMaxMarkerNamespaces) {
-      fact.marker_namespaces.push_back({name, count});
-    } else {
-      ++fact.more_marker_namespaces;
-    }
+  const auto& namespaces = markers.namespaces(stream.epoch);
+  for (const auto& [name, count] : namespaces) {
+    if (fact.marker_namespaces.size() == gui::kMaxMarkerNamespaces) break;
+    fact.marker_namespaces.push_back({name, count});
   }
+  fact.more_marker_namespaces = namespaces.size() - fact.marker_namespaces.size();
   fact.uses = notable_uses(report.budget.get());
   fact.gaps_ms = poses.gaps_ms(report.id);
   return fact;

@@ -53,7 +53,7 @@ void choose_pose(const Context& c, const state::RobotPose& robot) {
   size_t chosen = labels.size();
   if (c.viewer.joints.empty()) chosen = 0;
   for (size_t i = 0; i < poses.size() && chosen == labels.size(); ++i)
-    if (c.viewer.joints == robot.positions_of(i)) chosen = i + 1;
+    if (robot.robot().positions() == poses[i].positions) chosen = i + 1;
   if (chosen == labels.size()) labels.emplace_back("by hand");
   std::vector<const char*> names;
   for (const std::string& label : labels) names.push_back(label.c_str());

@@ -201,6 +201,12 @@ class Canvas {
 
 }  // namespace
 
+bool PlotsPanel::Entry::has_key(std::string_view key) const {
+  const std::string& last = scalar_name();
+  if (key.size() != stream->size() + group_name->size() + last.size() + 2) return false;
+  return key.starts_with(*stream) && key.ends_with(last) && key == this->key();
+}
+
 // Scalars of all streams, in the order of streams and names.
 void PlotsPanel::list(const Context& context) {
   entries_.clear();
@@ -209,19 +215,22 @@ void PlotsPanel::list(const Context& context) {
     for (const auto& [name, group] : stream.scalars().groups())
       for (size_t i = 0; i < group.declared().names.size(); ++i) {
         Entry& entry = entries_.emplace_back();
-        entry.column = {name + "/" + group.declared().names[i], &group, i};
-        entry.key = stream.name + '\n' + entry.column.name;
+        entry.stream = &stream.name;
+        entry.group_name = &name;
+        entry.group = &group;
+        entry.scalar = i;
         if (stream.header.sequence != 0) entry.shown_ns = static_cast<double>(stream.header.sim_time_ns);
       }
   }
   columns_.clear();
   shown_ns_.reset();
   for (Entry& entry : entries_) {
-    const auto chosen = std::ranges::find(chosen_, entry.key);
+    const auto chosen =
+        std::ranges::find_if(chosen_, [&](const std::string& key) { return entry.has_key(key); });
     if (chosen == chosen_.end() || columns_.size() == kMaxChosen) continue;
     entry.color = kColors[static_cast<size_t>(chosen - chosen_.begin())];
     entry.chosen = true;
-    columns_.push_back(entry.column);
+    columns_.push_back({entry.name(), entry.group, entry.scalar});
     if (!shown_ns_) shown_ns_ = entry.shown_ns;
   }
 }
@@ -276,7 +285,7 @@ void PlotsPanel::draw_plot(const Context& context) {
     canvas.grid();
     if (shown_ns_) canvas.upright(*shown_ns_, theme::kFaint);
     for (const Entry& entry : entries_)
-      if (entry.chosen) canvas.curve(entry.column, entry.color);
+      if (entry.chosen) canvas.curve({{}, entry.group, entry.scalar}, entry.color);
     if (const std::optional<double> cursor = cursor_ns()) canvas.upright(*cursor, theme::kText);
   }
   list.PopClipRect();
@@ -321,7 +330,7 @@ void PlotsPanel::draw_list(const Context& context) {
   Ui& ui = context.ui;
   listed_.clear();
   for (size_t i = 0; i < entries_.size(); ++i)
-    if (search_.empty() || contains_no_case(entries_[i].column.name, search_)) listed_.push_back(i);
+    if (search_.empty() || contains_no_case(entries_[i].name(), search_)) listed_.push_back(i);
   const std::optional<double> cursor = cursor_ns();
   if (cursor) {
     ui.value("Values at", "%.6f s", *cursor * 1e-9);
@@ -341,27 +350,29 @@ void PlotsPanel::draw_list(const Context& context) {
 
 void PlotsPanel::draw_row(const Context& context, const Entry& entry, std::optional<double> cursor) {
   Ui& ui = context.ui;
-  const stream::ScalarStatistics& statistics = entry.column.group->statistics()[entry.column.scalar];
-  const double value = cursor && entry.chosen ? value_at(entry.column, *cursor) : statistics.last;
-  const std::string& unit = entry.column.group->declared().units[entry.column.scalar];
+  const stream::ScalarStatistics& statistics = entry.group->statistics()[entry.scalar];
+  const double value =
+      cursor && entry.chosen ? value_at({{}, entry.group, entry.scalar}, *cursor) : statistics.last;
+  const std::string& unit = entry.group->declared().units[entry.scalar];
   std::string text = std::isfinite(value) ? number_text(value) : "-";
   if (!unit.empty()) text += " " + one_line(unit);
   const ImVec2 at = ImGui::GetCursorScreenPos();
   const float room = ImGui::GetContentRegionAvail().x;
   text = elided(text, room / 2);
   const float used = ImGui::CalcTextSize(text.c_str()).x;
-  ImGui::PushID(entry.key.c_str());
-  const bool clicked = ui.row(entry.column.name.c_str(), false, entry.chosen ? entry.color : theme::kDim,
+  const std::string key = entry.key();
+  ImGui::PushID(key.c_str());
+  const bool clicked = ui.row(entry.name().c_str(), false, entry.chosen ? entry.color : theme::kDim,
                               room - used - ui.points(6));
   ImGui::PopID();
   ImGui::GetWindowDrawList()->AddText({at.x + room - used, at.y}, entry.chosen ? theme::kText : theme::kDim,
                                       text.c_str());
   if (!clicked) return;
   // A free place keeps the colours of the others.
-  if (const auto chosen = std::ranges::find(chosen_, entry.key); chosen != chosen_.end())
+  if (const auto chosen = std::ranges::find(chosen_, key); chosen != chosen_.end())
     chosen->clear();
   else if (const auto free = std::ranges::find(chosen_, std::string()); free != chosen_.end())
-    *free = entry.key;
+    *free = key;
 }
 
 }  // namespace fire3dv::gui

@@ -71,7 +71,10 @@ std::vector<std::string> path_tracing_limits(const scene::Scene& scene) {
       std::count_if(scene.materials.begin(), scene.materials.end(), [](const scene::Material& material) {
         return material.transmission > 0 && !material.unlit && !scene::is_volume(material);
       });
-  const auto volumes = std::count_if(scene.materials.begin(), scene.materials.end(), scene::is_volume);
+  const auto volumes =
+      std::count_if(scene.materials.begin(), scene.materials.end(), [](const scene::Material& material) {
+        return material.transmission > 0 && scene::is_volume(material);
+      });
   std::vector<std::string> limits;
   if (thin > 0)
     limits.push_back("paths: " + counted(static_cast<uint64_t>(thin), "primitive") +

@@ -404,7 +404,10 @@ void report_approximations(const MaterialSources& sources, Scene& scene) {
   };
   if (std::any_of(scene.materials.begin(), scene.materials.end(), is_rough_glass))
     add("KHR_materials_transmission", "what lies behind rough surfaces is not blurred");
-  if (std::any_of(scene.materials.begin(), scene.materials.end(), is_volume))
+  const auto refracts = [](const Material& material) {
+    return material.transmission > 0 && is_volume(material);
+  };
+  if (std::any_of(scene.materials.begin(), scene.materials.end(), refracts))
     add("KHR_materials_volume", "thin walls; --render path refracts and absorbs");
   const auto disperses = [](const Material& material) {
     return is_volume(material) && material.dispersion > 0;

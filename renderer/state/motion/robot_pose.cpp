@@ -63,6 +63,7 @@ bool RobotPose::set(const JointPositions& positions) {
 }
 
 void RobotPose::apply(RestPose& pose) {
+  FIRE3DV_ASSERT(pose.world_from_node.size() == parents_.size());
   const std::vector<robot::Transform>& model_from_body = robot_.poses();
   const glm::mat4 world_from_model = matrix_of(robot_.world_from_model());
   std::vector<bool> is_moved(parents_.size());
