@@ -57,6 +57,7 @@ TEST_P(ClientScalars, ArriveAndFramesDoNotWaitForThem) {
   ScalarRenderer renderer(listener_uri(scheme));
   Stream stream(renderer.link->uri());
   stream.set_visible("a", true);
+  ASSERT_EQ(fire3dv_declare_scalars(stream.get(), "early", &kArm), FIRE3DV_OK) << fire3dv_last_error();
   stream.describe({"a"});
   ASSERT_EQ(fire3dv_declare_scalars(stream.get(), "arm", &kArm), FIRE3DV_OK) << fire3dv_last_error();
   constexpr int kSteps = 300;

@@ -20,6 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr size_t kMaxUriBytes = 4096;  // longer ones are no paths of a system
+constexpr size_t kMaxMissing = 10'000;
 
 constexpr const char* kVariables[] = {"GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "SDF_PATH",
                                       "GAZEBO_MODEL_PATH", "GAZEBO_RESOURCE_PATH"};
@@ -128,7 +129,11 @@ Result<fs::path> SdfFiles::resolve(const std::string& uri, const fs::path& from)
   if (uri.size() > kMaxUriBytes)
     return Error{"a path of " + std::to_string(uri.size()) + " bytes is not searched"};
   if (uri.find('\0') != std::string::npos) return Error{quote(uri) + " holds a zero byte"};
+  if (missing_ == kMaxMissing)
+    return Error{quote(uri) + " is not searched: " + std::to_string(kMaxMissing) +
+                 " files were not found before"};
   Result<fs::path> found = find(uri, from);
+  if (!found) ++missing_;
   if (found) allow_model_of(*found);
   return found;
 }

@@ -68,6 +68,7 @@ class SdfFiles {
   AllowedFolders image_folders_;
   std::optional<std::vector<std::filesystem::path>> readable_;  // folders; empty: all absolute paths are
   Sources* sources_ = nullptr;
+  size_t missing_ = 0;  // files that were not found: a search for one looks into many folders
 };
 
 // File of a model folder that model.config names: that of the newest version up to `newest` (1.9 is 9), else
