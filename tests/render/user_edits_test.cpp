@@ -127,7 +127,7 @@ TEST_F(Settings, OnesThatAreAppliedLookAsThoseOfANewRenderer) {
   const scene::Scene scene = garden();
   const passes::DrawSettings first;
   passes::DrawSettings wanted;
-  wanted.post = {0.6f, passes::ToneMap::aces, false};
+  wanted.post = {.exposure = 0.6f, .tone_map = passes::ToneMap::aces, .fxaa = false};
   wanted.cull = passes::Cull::off;
   wanted.levels_of_detail = passes::LevelsOfDetail::off;
   wanted.shadows.method = passes::ShadowMethod::off;

@@ -46,7 +46,7 @@ TEST_F(DefaultLook, UnlitAndBackgroundColoursAreExact) {
       for (const passes::ToneMap tone_map : {passes::ToneMap::neutral, passes::ToneMap::aces}) {
         passes::DrawSettings settings;
         settings.raster = path;
-        settings.post = {2.5f, tone_map, false};
+        settings.post = {.exposure = 2.5f, .tone_map = tone_map, .fxaa = false};
         settings.background.color = {decode(32), decode(160), decode(255)};
         RenderBench bench(scene, kExtent, settings);
         const sinks::FrameImage image = bench.draw_at_rest();
