@@ -4,8 +4,8 @@
 #   tools/test.sh          runs the tests that CI runs
 #   tools/test.sh --long   also runs the long tests
 #
-# CPU-side tests run first, built with AddressSanitizer and UndefinedBehaviorSanitizer. Then all tests run in a Release
-# build with warnings as errors. The last lines are CTest's summary of that run.
+# All tests run in a Release build with warnings as errors, the CPU-side tests then in a build with AddressSanitizer and
+# UndefinedBehaviorSanitizer. The last lines are CTest's summary of the first run.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -43,23 +43,20 @@ start=$(now)
 cmake --preset ci
 cmake --build --preset ci
 
-say "build: the CPU-side tests with AddressSanitizer and UndefinedBehaviorSanitizer"
+# The second build uses what the tests leave of the processors: many of them wait.
+say "build: the CPU-side tests with AddressSanitizer and UndefinedBehaviorSanitizer, beside the tests"
 cmake --preset dev -DCMAKE_CXX_FLAGS_DEBUG="-Og -g1"  # line numbers for stack traces; full -g takes a tenth longer
 mapfile -t targets < <(tools/test_times.py --targets-of cpu build/dev)
 [ ${#targets[@]} -gt 0 ] || { echo "test.sh: no test has the label cpu" >&2; exit 1; }
-cmake --build --preset dev --target "${targets[@]}"
+sanitizer_build=build/dev/build.txt
+nice -n 19 cmake --build --preset dev --target "${targets[@]}" > "$sanitizer_build" 2>&1 &
+sanitizer_build_pid=$!
+trap 'kill "$sanitizer_build_pid" 2> /dev/null || true' EXIT
 build_seconds=$(seconds_since "$start")
 
 # A test that fails runs once more: some depend on the load of the machine. Such tests are listed as unsteady.
-say "tests: CPU side, sanitizers"
-failed=()
-start=$(now)
-sanitizer_log=build/dev/tests/log.txt
-ctest --test-dir build/dev -j "$jobs" -L '^cpu$' "${selection[@]}" --repeat until-pass:2 --output-on-failure \
-  --no-tests=error 2>&1 | tee "$sanitizer_log" || failed+=("tests with sanitizers")
-sanitizer_seconds=$(seconds_since "$start")
-
 say "tests: all"
+failed=()
 # CTest's summary is printed after the time table, at the end of the output.
 summary=build/ci/tests/summary.txt
 log=build/ci/tests/log.txt
@@ -68,6 +65,17 @@ ctest --test-dir build/ci -j "$jobs" "${selection[@]}" --repeat until-pass:2 --o
   tee "$log" |
   awk -v summary="$summary" '/^[0-9]+% tests passed/ { held = 1 } held { print > summary; next } { print; fflush() }' ||
   failed+=("tests")
+
+say "tests: CPU side, sanitizers"
+start=$(now)
+wait "$sanitizer_build_pid" || { tail -n 100 "$sanitizer_build"; echo "test.sh: failed: build with sanitizers"; exit 1; }
+trap - EXIT
+build_seconds=$(awk -v begun="$build_seconds" -v waited="$(seconds_since "$start")" 'BEGIN { print begun + waited }')
+start=$(now)
+sanitizer_log=build/dev/tests/log.txt
+ctest --test-dir build/dev -j "$jobs" -L '^cpu$' "${selection[@]}" --repeat until-pass:2 --output-on-failure \
+  --no-tests=error 2>&1 | tee "$sanitizer_log" || failed+=("tests with sanitizers")
+sanitizer_seconds=$(seconds_since "$start")
 
 tools/test_times.py --setup "$setup_seconds" --builds "$build_seconds" --sanitizers "$sanitizer_seconds" \
   --log "$log" build/ci || failed+=("the table of times")
