@@ -77,16 +77,19 @@ TEST_P(Inspect, CountsFramesGapsAndAges) {
   };
   send_scalars(2, wire::Property::scalars, wire::Scalars{{"shoulder", "energy"}, {"rad", ""}});
   constexpr double kNoValue = std::numeric_limits<double>::quiet_NaN();
+  uint64_t version = 2;
   for (const double value : {0.5, -1.25, 0.25})
-    send_scalars(3, wire::Property::scalar_values, wire::ScalarValues{2, 0, {value, kNoValue}});
-  ASSERT_TRUE(poll_until([&] { return stream.scalar_edits == 4; }));
+    send_scalars(++version, wire::Property::scalar_values, wire::ScalarValues{2, 0, {value, kNoValue}});
+  // Links may repeat an edit: it does not count again.
+  send_scalars(version, wire::Property::scalar_values, wire::ScalarValues{2, 0, {7, kNoValue}});
+  ASSERT_TRUE(poll_until([&] { return stream.scalar_edits == 5; }));
   publisher->publish(message_of("not a message"));
   ASSERT_TRUE(poll_until([&] { return observer.refused_messages() == 1; }));
 
   const auto json = nlohmann::json::parse(observer.json(*listener.link));
   EXPECT_EQ(json["streams"][0]["name"], "a simulator");
   EXPECT_EQ(json["streams"][0]["missing"], 3);
-  EXPECT_EQ(json["streams"][0]["edits"], 5);
+  EXPECT_EQ(json["streams"][0]["edits"], 6);
   EXPECT_EQ(json["streams"][0]["scalars"][0],
             nlohmann::json::parse(R"({"group": "arm", "name": "shoulder", "unit": "rad", "count": 3,
                                       "min": -1.25, "max": 0.5, "last": 0.25})"));
@@ -100,7 +103,7 @@ TEST_P(Inspect, CountsFramesGapsAndAges) {
   EXPECT_EQ(ages, 5u) << "each frame has one age";
   const std::string text = observer.text(*listener.link);
   EXPECT_NE(text.find("\"a simulator\": 2 nodes"), std::string::npos);
-  EXPECT_NE(text.find("5 scene edits (1 of markers) (4 of scalars)"), std::string::npos) << text;
+  EXPECT_NE(text.find("6 scene edits (1 of markers) (5 of scalars)"), std::string::npos) << text;
   EXPECT_NE(text.find("  arm/shoulder [rad]: 3 values, min -1.25, max 0.5, last 0.25\n"), std::string::npos)
       << text;
   EXPECT_NE(text.find("  arm/energy: 0 values\n"), std::string::npos) << text;

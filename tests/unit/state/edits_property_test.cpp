@@ -160,7 +160,8 @@ void EditsProperty::edit(Stream& stream, std::mt19937& generator, Model& model) 
       break;
     }
     case 7: {
-      const auto property = static_cast<int>(generator() % wire::kPropertyCount);
+      // fire3dv_clear() clears what the scene has, up to markers.
+      const auto property = static_cast<int>(generator() % (static_cast<unsigned>(P::marker) + 1));
       stream.clear(node, property);
       model.erase({node, static_cast<P>(property)});
       break;
