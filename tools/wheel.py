@@ -52,7 +52,7 @@ def static_libraries(gxx):
 
 def link_library(build, path):
     gxx = compiler(build)
-    inner = [in_build(build, f"libfire3dv_{name}.a") for name in ("transport", "wire", "base")]
+    inner = [in_build(build, f"libfire3dv_{name}.a") for name in ("robot", "transport", "wire", "base")]
     run(gxx, "-shared", "-o", path, f"-Wl,-soname,{LIBRARY}",
         f"-Wl,--version-script={os.path.join(ROOT, 'adapters', 'generic', 'src', 'exports.map')}",
         "-Wl,--whole-archive", in_build(build, "libfire3dv_client_inside.a"), "-Wl,--no-whole-archive", *inner, *static_libraries(gxx),

@@ -180,7 +180,7 @@ endfunction()
 fire3dv_package_pc()
 install(FILES ${PROJECT_BINARY_DIR}/package/fire3dv-client.pc DESTINATION ${libdir}/pkgconfig COMPONENT ${dev} EXCLUDE_FROM_ALL)
 # The static library is one file of several: finish.cmake joins them by this script of ar.
-set(static_libraries fire3dv_client_inside fire3dv_wire fire3dv_transport fire3dv_base)
+set(static_libraries fire3dv_client_inside fire3dv_robot fire3dv_wire fire3dv_transport fire3dv_base)
 set(script "create libfire3dv-client.a\n")
 foreach(library ${static_libraries})
   string(APPEND script "addlib $<TARGET_FILE:${library}>\n")
