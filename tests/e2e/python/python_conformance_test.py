@@ -102,7 +102,8 @@ def say_edit(stream, lines, name, meant):
                           sizes=np.array(value["sizes"], np.float32).reshape(-1, 3),
                           colors=np.array(value["colors"], "<u4").view(np.uint8).reshape(-1, 4),
                           parent=value["parent"], parent_from_marker=np.array(value["parent_from_marker"]),
-                          lifetime_s=value["lifetime_ns"] / 1e9, overlaid=value["flags"] == 1, **width)
+                          lifetime_s=value["lifetime_ns"] / 1e9, overlaid=value["flags"] == 1,
+                          texts=value.get("texts"), **width)
     else:
         assert kind == "Vertices", f"{name}: nothing here sets {kind}"
         normals = np.array(value["normals"]) if value["normals"] else None
