@@ -2,7 +2,7 @@
 """Test durations against CI's time budget.
 
   test_times.py --setup S --builds S --sanitizers S --log CTEST_OUTPUT BUILD_DIR   prints the table
-  test_times.py --targets-of LABEL BUILD_DIR        prints what to build to run the tests of a label
+  test_times.py --targets-of LABEL [--without REGEX] BUILD_DIR  prints what to build to run the tests of a label
   test_times.py --targets-matching REGEX BUILD_DIR  the same for tests by name
 """
 import argparse
@@ -74,6 +74,7 @@ def print_table(arguments):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--targets-of")
+    parser.add_argument("--without", metavar="REGEX")
     parser.add_argument("--targets-matching")
     parser.add_argument("--setup", type=float, default=0)
     parser.add_argument("--builds", type=float, default=0)
@@ -82,7 +83,8 @@ def main():
     parser.add_argument("build_dir")
     arguments = parser.parse_args()
     if arguments.targets_of:
-        print_targets(arguments.build_dir, "-L", f"^{arguments.targets_of}$")
+        without = ["-E", arguments.without] if arguments.without else []
+        print_targets(arguments.build_dir, "-L", f"^{arguments.targets_of}$", *without)
     elif arguments.targets_matching:
         print_targets(arguments.build_dir, "-R", arguments.targets_matching)
     elif arguments.log is None:
