@@ -176,6 +176,10 @@ def marked(kind="POINTS", **changes):
     return lambda stream: stream.set_marker("contacts/foot", fire3dv.MarkerKind[kind], **{**values, **changes})
 
 
+def texted(*texts):
+    return marked("TEXTS", positions=POINTS[:2], texts=list(texts))
+
+
 def declared(*names):
     return lambda stream: stream.declare_scalars("arm", names)
 
@@ -255,6 +259,12 @@ REFUSED = {
     "scene_edit_marker_sizes_negative": (marked("BOXES", sizes=[1, -1, 1]), "sizes[0][1]"),
     "scene_edit_marker_sizes_none": (marked("BOXES", sizes=None), "sizes has 0"),
     "scene_edit_marker_sizes_of_points": (marked(sizes=[1, 1, 1]), "sizes"),
+    "scene_edit_marker_texts_count": (texted("a"), "texts has 1"),
+    "scene_edit_marker_texts_invalid_utf8": NO_TEXT,
+    "scene_edit_marker_texts_of_points": (marked(texts=["a", "b", "c"]), "texts is given"),
+    "scene_edit_marker_texts_right_to_left_override": (texted("a\u202eb", "c"), "texts[0]"),
+    "scene_edit_marker_texts_tab": (texted("a", "a\tb"), "texts[1]"),
+    "scene_edit_marker_texts_too_long": (texted("a", "x" * 1025), "texts[1]"),
     "scene_edit_marker_unit": "the package names units by argument",
     "scene_edit_marker_width_nan": (marked(width_px=NAN), "width"),
     "scene_edit_marker_width_negative": (marked(width_m=-1), "width"),
