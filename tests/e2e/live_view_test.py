@@ -16,8 +16,8 @@ from image_reader import check
 from live_session import LiveRenderer, Session
 
 # Full numbers, by hand: FIRE3DV_LIVE_FRAMES=10000 FIRE3DV_LIVE_RECONNECTS=1000.
-FRAMES = int(os.environ.get("FIRE3DV_LIVE_FRAMES", "1500"))
-RECONNECTS = int(os.environ.get("FIRE3DV_LIVE_RECONNECTS", "150"))
+FRAMES = int(os.environ.get("FIRE3DV_LIVE_FRAMES", "600"))
+RECONNECTS = int(os.environ.get("FIRE3DV_LIVE_RECONNECTS", "130"))
 WIDTH, HEIGHT = 256, 192
 MAX_GROWTH_BYTES = 12 << 20
 
