@@ -3,6 +3,7 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <span>
 #include <sstream>
 #include <thread>
 #include <utility>
@@ -396,7 +397,7 @@ Result<void> FrameLoop::draw() {
   if (window_) frame_extent_ = window_->image_extent();
   const VkExtent2D extent = frame_extent_;
   passes::FrameRequest request{.extent = extent, .outputs = taken_};
-  scene_.show_markers();
+  scene_.show_markers(window_ ? window_->update_overlay() : std::span<const state::ShownMarker>());
   request.markers = !options_.outputs.has_planes();  // the colours of a data set are those of its labels
   request.inspection =
       window_ ? window_->take_inspection() : passes::Inspection{options_.debug_view, scene::kNone, {}};

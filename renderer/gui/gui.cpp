@@ -176,6 +176,7 @@ void Gui::Panels::lay_out(const Context& c) {
     tree.draw(c, tree_height);
     draw_node_panel(c);
     draw_joints_panel(c);
+    draw_measure_panel(c);
     cameras.draw(c);
     const bool tree_is_open = c.layout.is_open(Panel::tree);
     if (tree_is_open) left_rest_px = ImGui::GetCursorPosY() - top - tree_height;

@@ -62,8 +62,9 @@ bool set(Layout& layout, std::string_view name, std::string_view value) {
 }  // namespace
 
 const char* panel_name(Panel panel) {
-  constexpr const char* kNames[kPanels] = {"scene",     "node",   "cameras", "frame",    "streams", "lights",
-                                           "materials", "render", "log",     "timeline", "joints",  "plots"};
+  constexpr const char* kNames[kPanels] = {"scene",  "node",      "cameras", "frame", "streams",
+                                           "lights", "materials", "render",  "log",   "timeline",
+                                           "joints", "plots",     "measure"};
   return kNames[static_cast<size_t>(panel)];
 }
 

@@ -25,9 +25,10 @@ enum class Panel : uint8_t {
   log,
   timeline,
   joints,
-  plots
+  plots,
+  measure
 };
-constexpr size_t kPanels = 12;
+constexpr size_t kPanels = 13;
 const char* panel_name(Panel panel);  // one lowercase word
 // Sides of the window that panels are docked to.
 enum class Dock : uint8_t { left, right, bottom };
@@ -36,7 +37,8 @@ constexpr size_t kDocks = 3;
 // Sizes are in points: pixels of a display of scale 1.
 struct Layout {
   float left_pt = 264, right_pt = 316, log_pt = 132;
-  std::array<bool, kPanels> open{true, true, true, true, true, false, false, true, true, true, true, false};
+  std::array<bool, kPanels> open{true, true, true, true, true,  false, false,
+                                 true, true, true, true, false, true};
   std::array<bool, kDocks> folded{};  // a folded dock is a narrow strip
   float camera_speed = 1;
 

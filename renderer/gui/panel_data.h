@@ -18,6 +18,7 @@
 #include "renderer/scene/model/scene.h"
 #include "renderer/state/marker_registry.h"
 #include "renderer/state/motion/robot_pose.h"
+#include "renderer/state/pose_state.h"
 #include "renderer/state/stream_timing.h"
 
 namespace fire3dv::gui {
@@ -46,14 +47,28 @@ struct Commands {
   std::optional<std::filesystem::path> open;  // scene, description or recording to show next
 };
 
+// Point of a surface. It moves with its node.
+struct SurfacePoint {
+  uint32_t node = scene::kNone;  // kNone: at rest; position_node is in the world
+  glm::vec3 position_node{0};
+  bool operator==(const SurfacePoint&) const = default;
+};
+inline glm::vec3 position_world(const SurfacePoint& point, const state::PoseState& poses) {
+  if (point.node == scene::kNone) return point.position_node;
+  return poses.world_from_node(point.node) * glm::vec4(point.position_node, 1);
+}
+
 // Requests of the user to the viewer, written by keys, mouse and panels, and executed by the frame loop.
 // Node and material numbers refer to the displayed scene. Another scene inherits the settings of nodes with
 // the same paths.
 struct Viewer {
-  uint32_t selected = scene::kNone;  // node
-  uint32_t followed = scene::kNone;  // node that the free camera follows
-  uint32_t isolated = scene::kNone;  // only this node and its descendants are drawn
-  std::set<uint32_t> hidden;         // including descendants
+  uint32_t selected = scene::kNone;          // node
+  uint32_t followed = scene::kNone;          // node that the free camera follows
+  uint32_t isolated = scene::kNone;          // only this node and its descendants are drawn
+  std::set<uint32_t> hidden;                 // including descendants
+  std::optional<SurfacePoint> picked_point;  // of the last click on a surface
+  bool measures = false;                     // clicks choose points instead of nodes
+  std::vector<SurfacePoint> measured;        // at most two
   // Overrides of the file's and streams' values; erasing an entry restores them.
   std::map<uint32_t, scene::Light> lights;  // by node
   // By number: factors only; textures and alpha modes are unchanged.

@@ -138,6 +138,9 @@ void draw_node_panel(const Context& context);
 // Nothing if the scene has no robot.
 void draw_joints_panel(const Context& context);
 
+// Coordinates of picked points and the distance between two of them.
+void draw_measure_panel(const Context& context);
+
 class CamerasPanel {
  public:
   void draw(const Context& context);

@@ -1,4 +1,4 @@
-// Picking at one pixel: node, depth and world position. Variants: FIRE3DV_SAMPLES 1 or 4.
+// Picking at one pixel: node and its transform, depth and world position. Variants: FIRE3DV_SAMPLES 1 or 4.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shading/shown_surface.glsl"
@@ -11,10 +11,12 @@ void main() {
   GlobalsRef globals = GlobalsRef(push.globals);
   const Eye eye = Eye(push.visibility, push.look_world, push.orthographic);
   const Shown shown = shown_in(globals, eye, uvec2(push.x, push.y));
-  PickedSurface picked = PickedSurface(vec3(0), kInfinity, FIRE3DV_NO_INDEX);
+  const AffineRows nowhere = AffineRows(vec4(1, 0, 0, 0), vec4(0, 1, 0, 0), vec4(0, 0, 1, 0));
+  PickedSurface picked = PickedSurface(nowhere, vec3(0), kInfinity, FIRE3DV_NO_INDEX);
   if (shown.id != 0) {
     const VisibleTriangle t = visible_triangle(globals, shown.id);
     picked.node = t.part.node;
+    picked.world_from_node = t.world_from_node;
     picked.depth_m = shown.depth_m;
     if (push.orthographic != 0) {
       const vec3 b = nearby(barycentrics_at(t, shown.place, vec2(globals.value.width, globals.value.height)));

@@ -7,6 +7,7 @@ FIRE3DV_SHARED_BEGIN
 
 // Surface at the picked pixel.
 struct PickedSurface {
+  AffineRows world_from_node;  // of the picked image
   vec3 world;
   float depth_m;  // along the view direction; infinite for the background
   uint node;      // FIRE3DV_NO_INDEX: the background

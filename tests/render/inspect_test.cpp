@@ -104,6 +104,7 @@ class Inspected {
   }
   passes::SceneRenderer& renderer() { return bench_.renderer(); }
   const scene::Scene& scene() const { return scene_; }
+  const state::PoseState& poses() const { return poses_; }
 
  private:
   static passes::DrawSettings settings_of(uint32_t samples, bool fxaa) {
@@ -266,6 +267,7 @@ TEST_P(Inspect, PicksAreWhatThePlanesSay) {
       if (one.node == scene::kNone) continue;
       EXPECT_NEAR(glm::dot(one.position_world - view.eye_world, view.look_world), one.depth_m,
                   (GetParam() == 1 ? 1e-4f : 2e-2f) * one.depth_m);
+      ASSERT_EQ(one.world_from_node, inspected.poses().world_from_node(one.node));
       const glm::vec2 place = inspected.pixel_of(one.position_world);
       EXPECT_NEAR(place.x, static_cast<float>(x) + 0.5f, GetParam() == 1 ? 0.02f : 0.5f);
       EXPECT_NEAR(place.y, static_cast<float>(y) + 0.5f, GetParam() == 1 ? 0.02f : 0.5f);

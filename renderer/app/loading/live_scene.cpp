@@ -437,6 +437,16 @@ void LiveScene::refuse_new(SceneBuild::Built&& built, const std::string& reason)
   registry_.set_built_vertex_nodes(built.vertex_nodes, std::move(vertex_refusals));
 }
 
+void LiveScene::show_markers(std::span<const state::ShownMarker> overlay) {
+  shown_markers_.assign(overlay.begin(), overlay.end());
+  if (!shows_markers_) return renderer_.set_markers(shown_markers_);
+  const std::vector<state::ShownMarker>& of_streams =
+      markers_.resolve(poses_, edits_, settled(), user_.hidden_markers);
+  if (overlay.empty()) return renderer_.set_markers(of_streams);
+  shown_markers_.insert(shown_markers_.begin(), of_streams.begin(), of_streams.end());
+  renderer_.set_markers(shown_markers_);
+}
+
 std::vector<std::string> LiveScene::take_log_messages() {
   std::vector<std::string> messages = registry_.take_log_messages();
   for (std::string& message : markers_.take_log_messages()) messages.push_back(std::move(message));

@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -82,11 +83,9 @@ class LiveScene {
   const scene::Scene& scene() const { return shown().scene; }
   const scene::LoadedScene& loaded() const { return shown(); }
   const scene::SceneEdits& edits() const { return edits_; }
-  // Makes the markers of streams, for the poses shown now, those of the renderer's next images.
-  void show_markers() {
-    if (shows_markers_)
-      renderer_.set_markers(markers_.resolve(poses_, edits_, settled(), user_.hidden_markers));
-  }
+  // Makes the markers of streams, for the poses shown now, and those of the viewer's overlay those of the
+  // renderer's next images.
+  void show_markers(std::span<const state::ShownMarker> overlay = {});
   const state::MarkerRegistry& markers() const { return markers_; }
   void set_shows_markers(bool shows) { shows_markers_ = shows; }
   const state::EditFaults& faults() const { return registry_.faults(); }
@@ -142,7 +141,8 @@ class LiveScene {
   std::vector<uint32_t> animations_;
   state::EditRegistry registry_;
   state::MarkerRegistry markers_;
-  bool shows_markers_ = true;
+  bool shows_markers_ = true;                      // of streams
+  std::vector<state::ShownMarker> shown_markers_;  // while there are others than those of streams
   bool reported_marker_memory_ = false;
   scene::SceneEdits edits_;
   UserEdits user_;

@@ -116,6 +116,10 @@ void ViewerInput::press(const InputEvent& event, gui::Viewer& viewer) {
   if (key == sinks::letter('h')) hide(viewer, shift);
   if (key == sinks::letter('i')) toggle(viewer.isolated, viewer.selected);
   if (key == sinks::letter('t')) toggle(viewer.followed, viewer.selected);
+  if (key == sinks::letter('m')) {
+    viewer.measures = !viewer.measures;
+    viewer.measured.clear();
+  }
   if (key == sinks::letter('p')) viewer.commands.screenshot = true;
   if (key == sinks::letter('v')) viewer.commands.toggle_video = true;
   constexpr double kSkipS = 1, kLongSkipS = 10;
@@ -129,8 +133,10 @@ void ViewerInput::press(const InputEvent& event, gui::Viewer& viewer) {
   if (key == Key::f1) viewer.help = !viewer.help;
   if (key == Key::tab) viewer.gui = !viewer.gui;
   if (key == Key::escape) {
-    // Escape closes help, then clears the selection, then closes the window.
+    // Escape closes help, ends measuring, clears the selection, then closes the window.
     if (std::exchange(viewer.help, false)) return;
+    if (std::exchange(viewer.measures, false)) return viewer.measured.clear();
+    viewer.picked_point.reset();
     if (std::exchange(viewer.selected, scene::kNone) == scene::kNone) viewer.commands.close = true;
   }
 }
@@ -198,6 +204,13 @@ std::map<uint32_t, scene::Material> transferred_materials(std::map<uint32_t, sce
 void transfer_by_path(gui::Viewer& viewer, const scene::Scene& before, const scene::Scene& after) {
   NodesByPath moved(before, after);
   for (uint32_t* node : {&viewer.selected, &viewer.followed, &viewer.isolated}) *node = moved(*node);
+  const auto is_lost = [&](gui::SurfacePoint& point) {
+    if (point.node == scene::kNone) return false;
+    point.node = moved(point.node);
+    return point.node == scene::kNone;
+  };
+  if (viewer.picked_point && is_lost(*viewer.picked_point)) viewer.picked_point.reset();
+  std::erase_if(viewer.measured, is_lost);
   std::set<uint32_t> hidden;
   for (const uint32_t node : viewer.hidden) {
     if (const uint32_t now = moved(node); now != scene::kNone) hidden.insert(now);
@@ -216,6 +229,8 @@ void transfer_by_path(gui::Viewer& viewer, const scene::Scene& before, const sce
 void forget_scene(gui::Viewer& viewer) {
   viewer.selected = viewer.followed = viewer.isolated = scene::kNone;
   viewer.hidden.clear();
+  viewer.picked_point.reset();
+  viewer.measured.clear();
   viewer.lights.clear();
   viewer.materials.clear();
   viewer.joints.clear();

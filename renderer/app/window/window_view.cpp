@@ -8,6 +8,7 @@
 #include "renderer/app/default_look.h"
 #include "renderer/app/options/stream_options.h"
 #include "renderer/app/streams/image_service.h"
+#include "renderer/app/window/measurement.h"
 #include "renderer/app/window/viewer_control.h"
 
 namespace fire3dv::app {
@@ -171,6 +172,7 @@ void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::Tim
   measure();
   gui::Viewer& viewer = borrowed_.viewer;
   const sinks::WindowInput input = first().take_input();
+  display_scale_ = input.scale;
   ViewerInput::Owners owners;
   if (panels_) {
     const LiveScene& scene = borrowed_.scene;
@@ -244,6 +246,11 @@ Result<void> WindowView::draw_others() {
   return {};
 }
 
+std::span<const state::ShownMarker> WindowView::update_overlay() {
+  if (!borrowed_.options.out.empty()) return {};
+  return overlay_.update(borrowed_.viewer, borrowed_.poses, display_scale_);
+}
+
 passes::Inspection WindowView::take_inspection() {
   return inspection_of(borrowed_.viewer, clicked_px_, {image_extent_.width, image_extent_.height},
                        borrowed_.scene.replaced());
@@ -254,7 +261,8 @@ void WindowView::deliver() {
   for (const passes::Picked& picked : renderer().take_picked()) {
     // Ignores picks in an earlier scene.
     if (picked.tag != borrowed_.scene.replaced()) continue;
-    borrowed_.viewer.selected = picked.node;
+    if (std::optional<std::string> message = take_pick(borrowed_.viewer, picked, borrowed_.poses))
+      notes_.push_back(std::move(*message));
     has_picked_ = true;
   }
 }

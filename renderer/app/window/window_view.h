@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,7 @@
 #include "renderer/app/streams/image_requests.h"
 #include "renderer/app/streams/stream_receiver.h"
 #include "renderer/app/window/camera_rig.h"
+#include "renderer/app/window/overlay_markers.h"
 #include "renderer/app/window/screenshot_recorder.h"
 #include "renderer/app/window/viewer_control.h"
 #include "renderer/app/window/window_panels.h"
@@ -96,6 +98,8 @@ class WindowView {
   bool acquire() { return first().acquire(); }  // false: the window cannot be shown now
   static void wait_events(double timeout_s) { sinks::Window::wait_events(timeout_s); }
 
+  // Markers that the window adds to its next image; none while images are written to files (--out).
+  std::span<const state::ShownMarker> update_overlay();
   // Inspection settings of the window's next image.
   passes::Inspection take_inspection();
   // Call after the image's passes: records the copy to the display and the remaining content of the window.
@@ -123,6 +127,8 @@ class WindowView {
   std::optional<CameraRig> right_camera_;  // second view of the first window
   std::vector<std::unique_ptr<CameraWindow>> others_;
   ScreenshotRecorder captures_;
+  OverlayMarkers overlay_;
+  float display_scale_ = 1;
   std::optional<WindowPanels> panels_;
   VkExtent2D window_extent_{};  // of each column
   VkExtent2D image_extent_{};

@@ -29,8 +29,8 @@ inline bool replaces_shading(DebugView view) {
 }
 
 // User-facing names, in the order of the values.
-inline const std::vector<std::string> kDebugViewNames{"none",     "normals",  "depth",       "instances",
-                                                      "clusters", "overdraw", "unresolved-shadows"};
+inline const std::vector<std::string> kDebugViewNames{
+    "none", "normals", "depth", "instances", "clusters", "overdraw", "unresolved-shadows"};
 // name: one of those; any other string selects the first.
 inline DebugView debug_view_named(const std::string& name) {
   for (size_t i = 0; i < kDebugViewNames.size(); ++i) {
@@ -49,7 +49,8 @@ struct Picked {
   uint64_t tag = 0;
   uint32_t node = scene::kNone;  // of the scene that was set at the time; kNone: the background
   glm::vec3 position_world{0};
-  float depth_m = 0;  // along the view direction; infinite for the background
+  float depth_m = 0;             // along the view direction; infinite for the background
+  glm::mat4 world_from_node{1};  // of the picked image
 };
 
 // Requests for one image.

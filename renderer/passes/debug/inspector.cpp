@@ -116,7 +116,9 @@ std::vector<Picked> PickPass::take_picked() {
     gpu_types::PickedSurface surface;
     std::memcpy(&surface, bytes.data(), sizeof(surface));
     static_assert(scene::kNone == FIRE3DV_NO_INDEX);
-    found.push_back({tag, surface.node, surface.world, surface.depth_m});
+    const gpu_types::AffineRows& rows = surface.world_from_node;
+    found.push_back({tag, surface.node, surface.world, surface.depth_m,
+                     glm::transpose(glm::mat4(rows.row0, rows.row1, rows.row2, glm::vec4(0, 0, 0, 1)))});
   });
   return found;
 }

@@ -21,6 +21,9 @@ TOUR = os.path.join(os.path.dirname(__file__), "..", "..", "..", "docs", "tour.m
 AT = {"red": (292, 30), "green": (292, 70), "blue": (292, 110)}
 
 
+MEASURE_COLOUR = (255, 192, 64)  # of points and their distance; markers are shown as they are
+
+
 def seen(picture):
     return {name for name in AT if picture.place_of_square(name) is not None}
 
@@ -70,6 +73,32 @@ def selects(test, screen):
     wait_until("an outline again", lambda: screen.picture(window).rows != at_rest)
     click(100, 90)  # background
     wait_until("no outline", lambda: screen.picture(window).rows == at_rest)
+    screen.xdotool("key", "Escape")
+    renderer.expect_exit(0)
+
+
+def measures(test, screen):
+    """M and two clicks measure a distance, which is drawn and logged; Escape ends it and removes what was drawn."""
+    renderer = test.viewer(test.scene, "--gui", "off", "--camera", "front", env=screen.env, size=SIZE)
+    window = screen.window(renderer)
+    wait_until("all squares on the screen", lambda: all_squares(screen.picture(window)))
+    at_rest = screen.picture(window).rows
+    screen.xdotool("key", "m")
+    for name in ("red", "blue"):
+        screen.xdotool("mousemove", "--window", window, *AT[name], "click", 1)
+        wait_until(f"a mark on {name}", lambda n=name: screen.picture(window).pixel(*AT[n]) == MEASURE_COLOUR)
+    words = renderer.wait_err(r"distance (\S+) m from (\S+) (\S+) \S+ to (\S+) (\S+) \S+; along x y z: (\S+) (\S+) \S+").groups()
+    length, *rest = (float(word) for word in words)
+    expected = (AT["blue"][1] - AT["red"][1]) / 2  # two pixels a unit
+    check(abs(length - expected) < 0.5 and abs(rest[5] + expected) < 0.5 and abs(rest[4]) < 0.5, f"measured {words}")
+    x, y = (AT["red"][0] + 0.5 - SIZE[0] / 2) / 2, (SIZE[1] / 2 - AT["red"][1] - 0.5) / 2
+    check(abs(rest[0] - x) < 0.5 and abs(rest[1] - y) < 0.5,
+          f"the first point is at {words}")
+    middle = (AT["red"][0], (AT["red"][1] + AT["blue"][1]) // 2 - 12)
+    wait_until("the line", lambda: screen.picture(window).pixel(*middle) == MEASURE_COLOUR)
+    screen.xdotool("key", "Escape")
+    wait_until("what was there at first", lambda: screen.picture(window).rows == at_rest)
+    check(renderer.alive(), "Escape closed the window instead")
     screen.xdotool("key", "Escape")
     renderer.expect_exit(0)
 
@@ -310,7 +339,7 @@ def write_large_scene(path):
         file.write(struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(binary), b"BIN\0") + binary)
 
 
-CASES = {f.__name__: on_a_screen(f) for f in (selects, panels, captures, several, cameras_of_windows, tiny, stereo, drop,
+CASES = {f.__name__: on_a_screen(f) for f in (selects, measures, panels, captures, several, cameras_of_windows, tiny, stereo, drop,
                                               closed_while_loading)}
 CASES_OF_THE_TOUR = {"tour": on_a_screen(tour)}
 

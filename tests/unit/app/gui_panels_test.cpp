@@ -54,6 +54,7 @@ std::string settings_of(const GuiWorld& world) {
   text += numbers({double(c.frame_all), double(c.frame_selection), c.camera ? double(*c.camera) : -1,
                    c.variant ? double(*c.variant) : -1, double(c.free_camera), double(c.screenshot),
                    double(c.toggle_video), double(c.close)});
+  text += numbers({double(v.measures), double(v.measured.size())});
   text += c.export_csv.value_or("") + " ";
   for (const std::string& call : world.timeline.calls) text += call + " ";
   return text + world.clipboard + layout_text(world.gui.layout());
@@ -121,6 +122,8 @@ class GuiPanels : public ::testing::Test {
     viewer.followed = 1;
     viewer.help = true;
     viewer.joints[0] = {0.5};
+    viewer.measures = true;
+    viewer.measured = {{2, {0.1f, 0, 0}}, {1, {0, 0.2f, 0}}};
     viewer.streams[0x52] = {true, 100'000'000};
     for (const uint32_t node : {3, 4, 5}) viewer.lights[node] = world().scene.lights[node - 3];
     for (uint32_t m = 0; m < world().scene.materials.size(); ++m)

@@ -284,6 +284,26 @@ TEST_F(Inputs, EscapeClosesTheInnermostFirst) {
   EXPECT_TRUE(viewer_.commands.close);
 }
 
+TEST_F(Inputs, MMeasuresAndEscapeEndsItBeforeTheSelection) {
+  viewer_.selected = 1;
+  type(sinks::letter('m'));
+  take();
+  EXPECT_TRUE(viewer_.measures);
+  viewer_.measured.resize(2);
+  type(Key::escape);
+  take();
+  EXPECT_FALSE(viewer_.measures);
+  EXPECT_TRUE(viewer_.measured.empty());
+  EXPECT_EQ(viewer_.selected, 1u);
+  type(sinks::letter('m'));
+  take();
+  viewer_.measured.resize(1);
+  type(sinks::letter('m'));
+  take();
+  EXPECT_FALSE(viewer_.measures);
+  EXPECT_TRUE(viewer_.measured.empty());
+}
+
 TEST_F(Inputs, KeysHideIsolateFollowAndShowAgain) {
   for (const char c : {'h', 'i', 't'}) type(sinks::letter(c));
   take();

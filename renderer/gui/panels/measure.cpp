@@ -1,0 +1,52 @@
+// Panel of picked points: coordinates in the world and in the node's frame, and the distance between two
+// points.
+
+#include <glm/glm.hpp>
+
+#include "renderer/gui/panels.h"
+
+namespace fire3dv::gui {
+namespace {
+
+void show_vector(Ui& ui, const char* label, const glm::vec3& metres) {
+  ui.value(label, "%.5g  %.5g  %.5g m", static_cast<double>(metres.x), static_cast<double>(metres.y),
+           static_cast<double>(metres.z));
+}
+
+void show_distance(const Context& c) {
+  const std::vector<SurfacePoint>& measured = c.viewer.measured;
+  if (!measured.empty()) show_vector(c.ui, "From", position_world(measured[0], c.shown.poses));
+  if (measured.size() < 2) {
+    c.ui.note(measured.empty() ? "Click the first point in the image. Esc ends measuring."
+                               : "Click the second point. Esc ends measuring.");
+    return;
+  }
+  const glm::vec3 from = position_world(measured[0], c.shown.poses),
+                  to = position_world(measured[1], c.shown.poses);
+  show_vector(c.ui, "To", to);
+  show_vector(c.ui, "Along x y z", to - from);
+  c.ui.value("Distance", "%.5g m", static_cast<double>(glm::distance(from, to)));
+}
+
+}  // namespace
+
+void draw_measure_panel(const Context& c) {
+  if (!c.ui.header("Measure", c.layout.is_open(Panel::measure))) return;
+  Viewer& viewer = c.viewer;
+  if (c.ui.button("Distance", true, "Between two points that you click in the image  (M)", viewer.measures)) {
+    viewer.measures = !viewer.measures;
+    viewer.measured.clear();
+  }
+  c.ui.same_line();
+  if (c.ui.button("Clear##measure", !viewer.measured.empty(), "Removes both points")) viewer.measured.clear();
+  if (viewer.measures) return show_distance(c);
+  if (!viewer.picked_point) return c.ui.note("Click a surface for its coordinates.");
+  const SurfacePoint& point = *viewer.picked_point;
+  show_vector(c.ui, "Point", position_world(point, c.shown.poses));
+  if (point.node < c.shown.scene.nodes.size()) {
+    show_vector(c.ui, "  in its node", point.position_node);
+    c.ui.hint("In the frame of the node, before its scale");
+  }
+}
+
+}  // namespace fire3dv::gui
