@@ -32,5 +32,6 @@ inline std::string topic_of(std::string_view stream, Role role) {
 std::span<const std::byte> message_schema();       // protocol/schema/fire3dv.fbs
 std::span<const std::byte> transforms_schema();    // protocol/schema/foxglove/frame_transforms.fbs
 std::span<const std::byte> scene_update_schema();  // protocol/schema/foxglove/scene_update.fbs
+std::span<const std::byte> point_cloud_schema();   // protocol/schema/foxglove/point_cloud.fbs
 
 }  // namespace fire3dv::record

@@ -5,6 +5,8 @@
 #include <utility>
 
 #include "frame_transforms_generated.h"
+#include "protocol/record/foxglove_encoding.h"
+#include "protocol/record/foxglove_markers.h"
 #include "scene_update_generated.h"
 
 namespace fire3dv::record {
@@ -87,14 +89,11 @@ wire::Affine3x4d product(const wire::Affine3x4d& a, const wire::Affine3x4& b) {
   return result;
 }
 
-namespace {
-
 foxglove::Time time_of(uint64_t unix_ns) {
   return {static_cast<uint32_t>(std::min<uint64_t>(unix_ns / 1'000'000'000, UINT32_MAX)),
           static_cast<uint32_t>(unix_ns % 1'000'000'000)};
 }
 
-// Writes defaults explicitly: the defaults differ between versions of the schemas.
 flatbuffers::FlatBufferBuilder builder_that_writes_all(size_t bytes) {
   flatbuffers::FlatBufferBuilder builder(bytes);
   builder.ForceDefaults(true);
@@ -105,13 +104,10 @@ std::span<const std::byte> bytes_of(const flatbuffers::FlatBufferBuilder& builde
   return std::as_bytes(std::span(builder.GetBufferPointer(), builder.GetSize()));
 }
 
-// Rotates a transform by 90 degrees about X: from Y up to Z up.
 wire::Affine3x4d z_up_from(const wire::Affine3x4d& y_up_from_stream) {
   const auto& m = y_up_from_stream.m;
   return {{m[0], m[1], m[2], m[3], -m[8], -m[9], -m[10], -m[11], m[4], m[5], m[6], m[7]}};
 }
-
-}  // namespace
 
 wire::Bytes scene_update(std::span<const FoxgloveModel> models, uint64_t time_ns) {
   flatbuffers::FlatBufferBuilder builder = builder_that_writes_all(1024);
@@ -173,12 +169,7 @@ FoxgloveTransforms& FoxgloveTransforms::operator=(FoxgloveTransforms&&) noexcept
 
 void FoxgloveTransforms::describe(const wire::StreamDescription& description) {
   impl_->root_from_stream = z_up_from(description.world_from_stream);
-  impl_->frame_ids = description.node_names;
-  // Viewers reject a frame that is its own parent and a frame without a name.
-  for (size_t i = 0; i < impl_->frame_ids.size(); ++i) {
-    std::string& id = impl_->frame_ids[i];
-    if (id.empty() || id == kRootFrame) id += "/node_" + std::to_string(i);
-  }
+  impl_->frame_ids = foxglove_frame_ids(description);
 }
 
 std::span<const std::byte> FoxgloveTransforms::encode(const wire::PoseFrameView& frame, uint64_t time_ns) {

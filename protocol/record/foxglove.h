@@ -1,5 +1,5 @@
 // Conversion of pose frames and models to Foxglove schemas, for viewers without support for our schema.
-// protocol/SPEC-record.md lists the losses: scale and shear, edits, shapes of bodies.
+// protocol/SPEC-record.md lists the losses: scale and shear, edits other than markers, shapes of bodies.
 #pragma once
 
 #include <array>

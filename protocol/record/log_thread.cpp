@@ -106,7 +106,8 @@ void LogThread::run() {
                      log_.reclaimed_frames(),
                      log_.unrecorded_streams(),
                      log_.lost_messages(),
-                     {}};
+                     {},
+                     log_.unconverted_markers()};
     if (!good) status.failure = good.error().message;
     const std::lock_guard lock(mutex_);
     dropped_ += lost;

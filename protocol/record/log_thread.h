@@ -26,6 +26,7 @@ struct LogStatus {
   uint64_t unrecorded_streams = 0;
   uint64_t unwritten = 0;  // messages dropped because the disk was too slow or failed
   std::optional<std::string> failure;
+  uint64_t unconverted_markers = 0;  // missing in Foxglove's channels
 };
 
 // Losses of a recording, without the per-stream counts.

@@ -12,7 +12,6 @@ constexpr size_t kMaxStreams = 1024;  // live streams, and ended streams that ar
 // Readers reserve 16 MiB for the index of a file by default, mostly for chunks. New streams are recorded
 // until their channels take a quarter of it.
 constexpr uint64_t kMaxChannelBytes = uint64_t{4} << 20;
-constexpr uint64_t kChannelOverhead = 512;
 constexpr uint64_t kEditOverhead = 256;
 constexpr size_t kMaxUnknownEdits = 65'536;  // per stream, the same limit as in players
 // A snapshot is repeated after this multiple of all snapshots' bytes has been written since. Snapshots
@@ -119,6 +118,7 @@ std::optional<size_t> StreamLog::free_slot() {
   ++reclaimed_streams_;
   reclaimed_.frames += written(stream.seen, stream.lost).frames;
   reclaimed_in_chunk_ += stream.in_chunk;
+  reclaimed_unconverted_ += stream.markers.left_out();
   return oldest;
 }
 
@@ -167,6 +167,7 @@ Result<void> StreamLog::take(uint64_t peer, std::span<const std::byte> message, 
   if (const auto* goodbye = std::get_if<wire::Goodbye>(&*decoded)) {
     if (!belongs(goodbye->epoch)) return {};
     auto good = write(*stream, Role::control, now_ns_, 0, message);
+    if (good && options_.foxglove) good = write_markers(*stream, stream->markers.clear_all(now_ns_));
     end(*stream);
     return good;
   }
@@ -218,10 +219,16 @@ Result<void> StreamLog::take_description(uint64_t peer, const wire::StreamDescri
   stream->seen.nodes = static_cast<uint32_t>(description.node_names.size());
   stream->tally.begin();
   stream->clock = description.clock;
-  if (options_.foxglove) stream->transforms.describe(description);
+  std::vector<FoxgloveMessage> cleared;
+  if (options_.foxglove) {
+    cleared = stream->markers.clear_all(now_ns_);  // those of the last run
+    stream->markers.describe(description);
+    stream->transforms.describe(description);
+  }
   stream->description.assign(message.begin(), message.end());
   stream->snapshot_bytes = message.size();
-  return write(*stream, Role::control, now_ns_, 0, message, true);
+  if (auto good = write(*stream, Role::control, now_ns_, 0, message, true); !good) return good;
+  return write_markers(*stream, cleared);
 }
 
 Result<void> StreamLog::take_frame(Stream& stream, const wire::PoseFrameView& frame,
@@ -237,48 +244,12 @@ Result<void> StreamLog::take_frame(Stream& stream, const wire::PoseFrameView& fr
   seen.late = stream.tally.counts().late;
   seen.incomplete = stream.tally.incomplete(false);
   const uint64_t published_ns = unix_ns(stream.clock, frame.header.publish_time_ns, now_ns_);
+  const bool is_new = stream.next.frames != 0;
   auto good = write(stream, Role::poses, published_ns, static_cast<uint32_t>(frame.header.sequence), message);
   if (!good || !options_.foxglove) return good;
-  return write_transforms(stream, frame, published_ns);
-}
-
-Result<void> StreamLog::write_transforms(Stream& stream, const wire::PoseFrameView& frame,
-                                         uint64_t publish_time_ns) {
-  const std::span<const std::byte> message = stream.transforms.encode(frame, now_ns_);
-  if (message.empty()) return {};
-  if (transforms_schema_ == 0) {
-    const auto added =
-        writer_->add_schema(std::string(kTransformsSchema), std::string(kEncoding), transforms_schema());
-    if (!added) return added.error();
-    transforms_schema_ = *added;
-  }
-  if (stream.transforms_channel == 0) {
-    const auto known = channel_of(stream.seen.name, kRoles.size(), transforms_schema_, {});
-    if (!known) return known.error();
-    stream.transforms_channel = *known;
-  }
-  if (writer_->chunk_is_empty()) {
-    chunk_begun_ns_ = now_ns_;
-    chunk_has_snapshots_ = false;
-  }
-  ++file_messages_;
-  auto good = writer_->write({stream.transforms_channel, static_cast<uint32_t>(frame.header.sequence),
-                              now_ns_, publish_time_ns, message});
-  account_closed_chunk();
-  return good;
-}
-
-Result<void> StreamLog::write_models() {
-  const auto schema =
-      writer_->add_schema(std::string(kSceneUpdateSchema), std::string(kEncoding), scene_update_schema());
-  if (!schema) return schema.error();
-  const auto channel = writer_->add_channel(*schema, "/scene", std::string(kEncoding), {});
-  if (!channel) return channel.error();
-  const Bytes message = scene_update(options_.models, now_ns_);
-  chunk_begun_ns_ = now_ns_;
-  ++file_messages_;
-  if (auto good = writer_->write({*channel, 0, now_ns_, now_ns_, message}); !good) return good;
-  return writer_->end_chunk();  // large messages get a chunk of their own
+  good = write_transforms(stream, frame, published_ns);
+  if (!good || !is_new) return good;
+  return write_markers(stream, stream.markers.advance(frame.header.sim_time_ns, now_ns_));
 }
 
 // Returns false if there is no memory: the edit is then missing from snapshots.
@@ -320,7 +291,9 @@ Result<void> StreamLog::take_edit(Stream& stream, const wire::SceneEdit* edit, u
       stream.snapshot_bytes += message.size();
     }
   }
-  return write(stream, Role::control, now_ns_, static_cast<uint32_t>(version), message);
+  auto good = write(stream, Role::control, now_ns_, static_cast<uint32_t>(version), message);
+  if (!good || !options_.foxglove || edit == nullptr || edit->property != wire::Property::marker) return good;
+  return write_marker(stream, *edit);
 }
 
 void StreamLog::end_peer(uint64_t peer) {
@@ -370,17 +343,18 @@ Result<void> StreamLog::open_file() {
   file_begun_ns_ = flushed_ns_ = now_ns_;
   flushed_bytes_ = channel_bytes_ = 0;
   file_channels_.clear();
+  cloud_channels_.clear();
   file_is_full_ = false;
   for (auto& stream : streams_) {
     stream->channels = {};
-    stream->transforms_channel = 0;
+    stream->transforms_channel = stream->markers_channel = 0;
     stream->in_current_file = false;
   }
   const auto schema =
       writer_->add_schema(std::string(kMessageSchema), std::string(kEncoding), message_schema());
   if (!schema) return schema.error();
   schema_ = *schema;
-  transforms_schema_ = 0;
+  transforms_schema_ = scene_schema_ = cloud_schema_ = 0;
   if (on_file_)
     if (auto good = on_file_(*writer_, now_ns_); !good) return good;
   return options_.foxglove && !options_.models.empty() ? write_models() : Result<void>();
@@ -461,7 +435,7 @@ Result<void> StreamLog::write_snapshots(const Stream* described) {
 }
 
 Result<void> StreamLog::write_snapshot(Stream& stream) {
-  stream.in_current_file = true;
+  const bool begins = !std::exchange(stream.in_current_file, true);
   if (auto good = write_plain(stream, Role::snapshot, now_ns_, 0, stream.description); !good) return good;
   std::vector<std::pair<uint64_t, const Bytes*>> edits;
   for (const auto& [key, edit] : stream.edits) edits.emplace_back(edit.first, &edit.second);
@@ -472,7 +446,7 @@ Result<void> StreamLog::write_snapshot(Stream& stream) {
         !good)
       return good;
   stream.described_at_bytes = message_bytes_;
-  return {};
+  return begins && options_.foxglove ? write_all_markers(stream) : Result<void>();
 }
 
 Result<void> StreamLog::write_plain(Stream& stream, Role role, uint64_t publish_time_ns, uint32_t sequence,
@@ -492,16 +466,16 @@ Result<void> StreamLog::write_plain(Stream& stream, Role role, uint64_t publish_
   return good;
 }
 
-// A file has one channel per name and role, shared by all streams of that name. `role` is empty for
-// transforms.
+// A file has one channel per name and role, shared by all streams of that name. Foxglove's channels follow
+// the roles.
 Result<uint16_t> StreamLog::channel_of(const std::string& stream, size_t which, uint16_t schema,
-                                       std::string_view role) {
+                                       std::string_view topic_end) {
   const auto file = file_channels_.try_emplace(stream).first;
   uint16_t& channel = file->second[which];
   if (channel != 0) return channel;
-  const std::string topic = "/" + stream + "/" + (role.empty() ? "transforms" : std::string(role));
+  const std::string topic = "/" + stream + "/" + std::string(topic_end);
   Texts metadata;
-  if (!role.empty()) metadata = {{kRoleKey, std::string(role)}, {kStreamKey, stream}};
+  if (which < kRoles.size()) metadata = {{kRoleKey, std::string(topic_end)}, {kStreamKey, stream}};
   const auto added = writer_->add_channel(schema, topic, std::string(kEncoding), metadata);
   if (!added) return added.error();
   channel_bytes_ += kChannelOverhead + 2 * stream.size();

@@ -16,6 +16,7 @@
 #include "protocol/base/error.h"
 #include "protocol/record/channels.h"
 #include "protocol/record/foxglove.h"
+#include "protocol/record/foxglove_markers.h"
 #include "protocol/record/frame_counter.h"
 #include "protocol/record/mcap/writer.h"
 #include "protocol/wire/decode.h"
@@ -33,7 +34,7 @@ struct LogOptions {
   // 0: one file. Counts message bytes after the file's initial schema, attachments and snapshots, which may
   // be longer.
   uint64_t split_bytes = 0, split_ns = 0;
-  // Also records Foxglove messages: the transforms of all nodes, and these models.
+  // Also records Foxglove messages: the transforms of all nodes, markers, and these models.
   bool foxglove = false;
   std::vector<FoxgloveModel> models;
 };
@@ -85,6 +86,8 @@ class StreamLog {
   // Ended streams whose slots newer streams reuse. They are in the files, but not in streams().
   uint64_t reclaimed_streams() const { return reclaimed_streams_; }
   uint64_t reclaimed_frames() const { return reclaimed_.frames; }
+  // Values of markers that are missing in Foxglove's channels: too long, or too many.
+  uint64_t unconverted_markers() const;
 
  private:
   struct Stream {
@@ -103,7 +106,8 @@ class StreamLog {
     bool in_current_file = false;
     uint64_t described_at_bytes = 0;  // value of message_bytes_ at the last snapshot
     FoxgloveTransforms transforms;
-    uint16_t transforms_channel = 0;
+    FoxgloveMarkers markers;
+    uint16_t transforms_channel = 0, markers_channel = 0;
   };
 
   Stream* stream_of(uint64_t peer);
@@ -120,7 +124,7 @@ class StreamLog {
   void account_closed_chunk();
   Result<void> prepare_write(Stream& stream, bool describes);
   Result<uint16_t> channel_of(const std::string& stream, size_t which, uint16_t schema,
-                              std::string_view role);
+                              std::string_view topic_end);
   Result<void> take_description(uint64_t peer, const wire::StreamDescription& description,
                                 std::span<const std::byte> message);
   Result<void> take_frame(Stream& stream, const wire::PoseFrameView& frame,
@@ -133,6 +137,13 @@ class StreamLog {
                            std::span<const std::byte> message);
   Result<void> write_transforms(Stream& stream, const wire::PoseFrameView& frame, uint64_t publish_time_ns);
   Result<void> write_models();
+  Result<void> write_foxglove(uint16_t channel, uint32_t sequence, uint64_t publish_time_ns,
+                              std::span<const std::byte> message);
+  Result<void> write_markers(Stream& stream, const std::vector<FoxgloveMessage>& messages);
+  Result<void> write_marker(Stream& stream, const wire::SceneEdit& edit);
+  Result<void> write_all_markers(Stream& stream);
+  Result<uint16_t> schema_of(uint16_t& known, std::string_view name, std::span<const std::byte> schema);
+  Result<std::optional<uint16_t>> cloud_channel_of(Stream& stream, const std::string& marker);
   Result<void> open_file();
   Result<void> close_file();
   Result<void> write_snapshots(const Stream* described);  // except the stream `described`
@@ -142,6 +153,7 @@ class StreamLog {
   OnFile on_file_;
   LogOptions options_;
   wire::Decoder decoder_;
+  wire::Decoder snapshot_decoder_;  // while values of decoder_ are in use
   std::optional<Writer> writer_;
   uint32_t files_ = 0;
   std::optional<Error> open_failure_;  // the sink is not requested again: the first one may be used up
@@ -150,21 +162,25 @@ class StreamLog {
   bool chunk_has_snapshots_ = false;  // due snapshots of this chunk are written; a chunk may begin with
                                       // Foxglove messages, which they follow
   uint64_t file_begun_ns_ = 0, chunk_begun_ns_ = 0, now_ns_ = 0;
-  uint16_t schema_ = 0, transforms_schema_ = 0;  // in the current file
+  // In the current file.
+  uint16_t schema_ = 0, transforms_schema_ = 0, scene_schema_ = 0, cloud_schema_ = 0;
   std::vector<std::unique_ptr<Stream>> streams_;
   std::map<uint64_t, size_t> stream_of_peer_;
   uint64_t message_bytes_ = 0;                       // bytes of all messages that are not snapshots
   uint64_t edit_bytes_ = 0, description_bytes_ = 0;  // retained for snapshots
   uint64_t endings_ = 0;
-  // State of the current file: channel ids by stream and role (the last one for transforms), and the memory
-  // that a reader needs for them.
-  std::map<std::string, std::array<uint16_t, kRoles.size() + 1>> file_channels_;
+  // State of the current file: channel ids by stream and role (the last two for transforms and markers),
+  // those of point clouds by topic, and the memory that a reader needs for all.
+  std::map<std::string, std::array<uint16_t, kRoles.size() + 2>> file_channels_;
+  std::map<std::string, uint16_t> cloud_channels_;
   uint64_t channel_bytes_ = 0;
+  static constexpr uint64_t kChannelOverhead = 512;
   bool file_is_full_ = false;  // no more channels: a split recording continues in a new file
   std::set<uint64_t> unrecorded_peers_;
   uint64_t unrecorded_streams_ = 0;
   uint64_t reclaimed_streams_ = 0;
   MessageCounts reclaimed_, reclaimed_in_chunk_;
+  uint64_t reclaimed_unconverted_ = 0;
   uint64_t flushed_ns_ = 0;
   uint64_t flushed_bytes_ = 0;  // in the current file
   uint64_t refused_ = 0, dropped_edits_ = 0, lost_messages_ = 0;

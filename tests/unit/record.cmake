@@ -5,7 +5,7 @@ fire3dv_test(record_damage_test SOURCES record/record_damage_test.cpp LINK fire3
 fire3dv_test(record_stream_test SOURCES record/record_stream_test.cpp record/stream_log_test.cpp record/stream_player_test.cpp record/atomic_file_test.cpp
              record/record_losses_test.cpp
              LINK fire3dv_replay LABELS unit)
-fire3dv_test(record_replay_test SOURCES record/replay_link_test.cpp record/record_foxglove_test.cpp LINK fire3dv_replay LABELS unit)
+fire3dv_test(record_replay_test SOURCES record/replay_link_test.cpp record/record_foxglove_test.cpp record/record_foxglove_markers_test.cpp LINK fire3dv_replay LABELS unit)
 fire3dv_test(replay_links_test SOURCES record/replay_links_test.cpp transport/network_namespace.cpp
              LINK fire3dv_replay fire3dv_state fire3dv_certificates LABELS unit)
 # The test reads Foxglove's messages with the code that flatc generates from their schemas.
