@@ -30,6 +30,7 @@
 #include "protocol/wire/check.h"
 #include "protocol/wire/decode.h"
 #include "tools/inspect/observer.h"
+#include "tools/inspect/recorded_edits.h"
 #include "tools/listener_options.h"
 
 namespace fire3dv::inspect {
@@ -86,11 +87,12 @@ class Look {
       ++topic.refused;
       return;
     }
-    if (const auto* description = std::get_if<wire::StreamDescription>(&*decoded)) {
-      const auto stream = channel.metadata.find(record::kStreamKey);
-      infos_[stream == channel.metadata.end() ? "" : stream->second] = {
-          static_cast<uint32_t>(description->node_names.size()), description->scene_uri};
-    }
+    const auto stream = channel.metadata.find(record::kStreamKey);
+    const std::string& name = stream == channel.metadata.end() ? kUnnamed : stream->second;
+    if (const auto* description = std::get_if<wire::StreamDescription>(&*decoded))
+      infos_[name] = {static_cast<uint32_t>(description->node_names.size()), description->scene_uri};
+    if (const auto* edit = std::get_if<wire::SceneEdit>(&*decoded))
+      if (infos_.contains(name)) edits_.take(name, *edit);
     if (const auto* frame = std::get_if<wire::PoseFrameView>(&*decoded)) take_frame(topic, *frame, message);
   }
 
@@ -127,10 +129,12 @@ class Look {
     return end;
   }
 
+  inline static const std::string kUnnamed;
   record::Reader& reader_;
   wire::Decoder decoder_;
   std::map<uint16_t, Topic> topics_;
   std::map<std::string, StreamInfo> infos_;
+  RecordedEdits edits_;
 };
 
 std::string date_of(uint64_t unix_ns) {
@@ -176,7 +180,8 @@ std::string Look::text(const record::Report& report) const {
   }
   for (const auto& [name, info] : infos_)
     text += "  \"" + wire::printable(name) + "\": " + counted(info.nodes, "node") + ", scene " +
-            (info.scene_uri.empty() ? "not named" : wire::printable(info.scene_uri, 256)) + '\n';
+            (info.scene_uri.empty() ? "not named" : wire::printable(info.scene_uri, 256)) + '\n' +
+            edits_.text(name);
   for (const record::AttachmentIndex& attachment : reader_.index().attachments)
     text += "  attachment \"" + wire::printable(attachment.name) +
             "\": " + counted(attachment.data_bytes, "byte") + ", " + wire::printable(attachment.media_type) +
@@ -212,8 +217,11 @@ json Look::as_json(const record::Report& report) const {
                       {"first_sim_time_ns", topic.first_sim_ns},
                       {"last_sim_time_ns", topic.last_sim_ns},
                       {"not_understood", topic.refused}});
-  for (const auto& [name, info] : infos_)
-    streams[wire::printable(name, 1024)] = {{"nodes", info.nodes}, {"scene_uri", info.scene_uri}};
+  for (const auto& [name, info] : infos_) {
+    json& stream = streams[wire::printable(name, 1024)];
+    stream = {{"nodes", info.nodes}, {"scene_uri", info.scene_uri}};
+    edits_.add_json(name, stream);
+  }
   for (const record::AttachmentIndex& attachment : reader_.index().attachments)
     attachments.push_back({{"name", wire::printable(attachment.name, 1024)},
                            {"media_type", wire::printable(attachment.media_type, 1024)},

@@ -10,6 +10,7 @@
 #include "protocol/base/log.h"
 #include "protocol/base/plural.h"
 #include "protocol/wire/check.h"
+#include "tools/inspect/recorded_edits.h"
 
 namespace fire3dv::inspect {
 namespace {
@@ -132,42 +133,6 @@ std::string age_text(const StreamSeen& stream) {
   return text;
 }
 
-// One line per scalar: group and name, unit, and statistics.
-std::string scalar_text(const StreamSeen& stream) {
-  std::string text;
-  for (const auto& [name, group] : stream.scalars.groups())
-    for (size_t i = 0; i < group.statistics().size(); ++i) {
-      const stream::ScalarStatistics& statistics = group.statistics()[i];
-      text += "  " + wire::printable(name + "/" + group.declared().names[i], 128);
-      if (const std::string& unit = group.declared().units[i]; !unit.empty()) text += " [" + unit + "]";
-      text += ": " + counted(statistics.count, "value");
-      if (statistics.count != 0) {
-        char numbers[128];
-        std::snprintf(numbers, sizeof numbers, ", min %.6g, max %.6g, last %.6g", statistics.min,
-                      statistics.max, statistics.last);
-        text += numbers;
-      }
-      text += '\n';
-    }
-  return text;
-}
-
-nlohmann::json scalar_json(const StreamSeen& stream) {
-  nlohmann::json scalars = nlohmann::json::array();
-  for (const auto& [name, group] : stream.scalars.groups())
-    for (size_t i = 0; i < group.statistics().size(); ++i) {
-      const stream::ScalarStatistics& statistics = group.statistics()[i];
-      scalars.push_back({{"group", name},
-                         {"name", group.declared().names[i]},
-                         {"unit", group.declared().units[i]},
-                         {"count", statistics.count},
-                         {"min", statistics.min},  // NaN is null
-                         {"max", statistics.max},
-                         {"last", statistics.last}});
-    }
-  return scalars;
-}
-
 }  // namespace
 
 std::string Observer::text(const transport::ListenerLink& link) const {
@@ -187,7 +152,7 @@ std::string Observer::text(const transport::ListenerLink& link) const {
       std::snprintf(line, sizeof line, "; nominal %.1f Hz", stream.nominal_rate_hz);
       text += line;
     }
-    text += '\n' + age_text(stream) + scalar_text(stream);
+    text += '\n' + age_text(stream) + scalar_text(stream.scalars, "  ");
   }
   if (streams_.empty()) text += "no streams\n";
   const LinkStats stats = link.stats();
@@ -225,7 +190,7 @@ std::string Observer::json(const transport::ListenerLink& link) const {
                        {"edits", stream.edits},
                        {"marker_edits", stream.marker_edits},
                        {"scalar_edits", stream.scalar_edits},
-                       {"scalars", scalar_json(stream)},
+                       {"scalars", scalar_json(stream.scalars)},
                        {"sequence", stream.sequence},
                        {"ages_known", stream.same_clock},
                        {"ages_below_power_of_two_us", ages}});

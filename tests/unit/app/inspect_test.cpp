@@ -1,6 +1,7 @@
 // Test of fire3dv-inspect's report of a link.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -9,6 +10,7 @@
 #include "protocol/wire/encode.h"
 #include "tests/unit/transport/link_fixture.h"
 #include "tools/inspect/observer.h"
+#include "tools/inspect/recorded_edits.h"
 
 namespace fire3dv::inspect {
 namespace {
@@ -116,6 +118,70 @@ TEST_P(Inspect, CountsFramesGapsAndAges) {
 
 INSTANTIATE_TEST_SUITE_P(Links, Inspect, testing::Values("shm", "tcp"),
                          [](const auto& link) { return std::string(link.param); });
+
+wire::SceneEdit edit_of(uint64_t epoch, uint64_t version, const std::string& name, wire::Property property,
+                        wire::EditValue value) {
+  return {epoch, version, name, property, std::move(value)};
+}
+
+wire::Marker marker_of(wire::MarkerKind kind, size_t positions) {
+  wire::Marker marker;
+  marker.kind = kind;
+  marker.positions.resize(positions);
+  return marker;
+}
+
+TEST(RecordedEdits, ListsScalarsAndMarkersOfEachStream) {
+  using wire::Property;
+  RecordedEdits edits;
+  edits.take("arm", edit_of(5, 1, "joints", Property::scalars, wire::Scalars{{"elbow"}, {"rad"}}));
+  edits.take("arm", edit_of(5, 2, "joints", Property::scalar_values, wire::ScalarValues{1, 0, {0.5}}));
+  edits.take("arm", edit_of(5, 3, "joints", Property::scalar_values, wire::ScalarValues{1, 9, {-2}}));
+  edits.take("arm",
+             edit_of(5, 2, "joints", Property::scalar_values, wire::ScalarValues{1, 0, {9}}));  // snapshot
+  edits.take("arm", edit_of(5, 4, "forces", Property::marker, marker_of(wire::MarkerKind::arrows, 6)));
+  edits.take("arm", edit_of(5, 5, "forces", Property::marker, marker_of(wire::MarkerKind::arrows, 4)));
+  edits.take("arm", edit_of(5, 6, "scan", Property::marker, marker_of(wire::MarkerKind::points, 1000)));
+  edits.take("arm", edit_of(5, 7, "scan", Property::marker, wire::Cleared{}));
+  edits.take("arm",
+             edit_of(5, 8, "later", Property::marker, marker_of(static_cast<wire::MarkerKind>(99), 2)));
+  edits.take("arm", edit_of(5, 9, "link", Property::visible, wire::Visible{false}));
+  EXPECT_EQ(edits.text("arm"),
+            "    joints/elbow [rad]: 2 values, min -2, max 0.5, last -2\n"
+            "    marker forces: arrows, 2 elements, set 2 times\n"
+            "    marker later: kind 99, 2 elements, set 1 time\n"
+            "    marker scan: points, 1000 elements, set 1 time, cleared\n");
+  EXPECT_EQ(edits.text("leg"), "");
+  nlohmann::json json;
+  edits.add_json("arm", json);
+  EXPECT_EQ(json["scalars"][0]["last"], -2);
+  EXPECT_EQ(json["scalars"][0]["unit"], "rad");
+  EXPECT_EQ(json["markers"].size(), 3u);
+  EXPECT_EQ(json["markers"][0], nlohmann::json::parse(R"({"name": "forces", "kind": "arrows", "elements": 2,
+                                                          "values": 2, "cleared": false})"));
+  // A new run: other scalars, the same marker.
+  edits.take("arm", edit_of(6, 1, "forces", Property::marker, marker_of(wire::MarkerKind::arrows, 2)));
+  EXPECT_NE(edits.text("arm").find("forces: arrows, 1 element, set 3 times\n"), std::string::npos);
+  EXPECT_EQ(edits.text("arm").find("elbow"), std::string::npos);
+}
+
+TEST(RecordedEdits, NamesOfAHostileFileAreBounded) {
+  RecordedEdits edits;
+  for (uint64_t i = 1; i <= RecordedEdits::kMaxMarkers + 3; ++i)
+    edits.take("arm", edit_of(5, i, "m" + std::to_string(i), wire::Property::marker,
+                              marker_of(wire::MarkerKind::points, 1)));
+  nlohmann::json json;
+  edits.add_json("arm", json);
+  EXPECT_EQ(json["markers"].size(), RecordedEdits::kMaxMarkers);
+  const std::string text = edits.text("arm");
+  EXPECT_LT(std::count(text.begin(), text.end(), '\n'), 70);
+  EXPECT_NE(text.find("    and 3 values of further markers\n"), std::string::npos) << text;
+  // Control characters of names do not reach terminals.
+  RecordedEdits hostile;
+  hostile.take("arm",
+               edit_of(5, 1, "\x1b[2J", wire::Property::marker, marker_of(wire::MarkerKind::points, 1)));
+  EXPECT_EQ(hostile.text("arm").find('\x1b'), std::string::npos);
+}
 
 }  // namespace
 }  // namespace fire3dv::inspect
