@@ -75,13 +75,25 @@ size_t GltfWriter::add_material(const GltfMaterial& m) {
     return index ? ",\"" + std::string(name) + "\":{\"index\":" + std::to_string(*index) + "}"
                  : std::string();
   };
+  std::string extensions;
+  const auto extension = [&](const char* name, const std::string& members) {
+    extensions_used_.insert(name);
+    extensions += (extensions.empty() ? "\"" : ",\"") + std::string(name) + "\":{" + members + "}";
+  };
+  if (m.specular) extension("KHR_materials_specular", "\"specularFactor\":" + number(*m.specular));
+  if (m.ior) extension("KHR_materials_ior", "\"ior\":" + number(*m.ior));
+  if (m.transmission > 0)
+    extension("KHR_materials_transmission", "\"transmissionFactor\":" + number(m.transmission));
+  if (m.thickness_m > 0) extension("KHR_materials_volume", "\"thicknessFactor\":" + number(m.thickness_m));
+  if (!extensions.empty()) extensions = ",\"extensions\":{" + extensions + "}";
   const std::array<float, 4> color = {m.base_color[0], m.base_color[1], m.base_color[2], 1};
   materials_.push_back(
       "{\"name\":" + quoted(m.name) + ",\"pbrMetallicRoughness\":{\"baseColorFactor\":" + list(color) +
       ",\"metallicFactor\":" + number(m.metallic) + ",\"roughnessFactor\":" + number(m.roughness) +
       texture("baseColorTexture", m.base_color_texture) +
       texture("metallicRoughnessTexture", m.metallic_roughness_texture) + "}" +
-      texture("normalTexture", m.normal_texture) + ",\"emissiveFactor\":" + list(m.emissive) + "}");
+      texture("normalTexture", m.normal_texture) + ",\"emissiveFactor\":" + list(m.emissive) + extensions +
+      "}");
   return materials_.size() - 1;
 }
 
@@ -128,6 +140,7 @@ size_t GltfWriter::add_camera(const std::string& name, float vertical_fov_rad, f
 }
 
 size_t GltfWriter::add_light(const GltfLight& light) {
+  extensions_used_.insert("KHR_lights_punctual");
   std::string text = "{\"name\":" + quoted(light.name) + ",\"type\":" + quoted(light.type) +
                      ",\"color\":" + list(light.color) + ",\"intensity\":" + number(light.intensity);
   if (light.type == "spot") {
@@ -167,11 +180,12 @@ std::vector<std::byte> GltfWriter::finish(const std::string& root_name, const st
   if (!textures_.empty()) {
     json += ",\n\"samplers\":[{\"magFilter\":9729,\"minFilter\":9987,\"wrapS\":10497,\"wrapT\":10497}]";
   }
+  std::string extensions_used;
+  for (const std::string& name : extensions_used_)
+    extensions_used += (extensions_used.empty() ? "" : ",") + quoted(name);
+  if (!extensions_used.empty()) json += ",\n\"extensionsUsed\":[" + extensions_used + "]";
   if (!lights_.empty()) {
-    json +=
-        ",\n\"extensionsUsed\":[\"KHR_lights_punctual\"],\n\"extensions\":{\"KHR_lights_punctual\":{"
-        "\"lights\":[" +
-        joined(lights_) + "]}}";
+    json += ",\n\"extensions\":{\"KHR_lights_punctual\":{\"lights\":[" + joined(lights_) + "]}}";
   }
   json += ",\n\"buffers\":[{\"byteLength\":" + std::to_string(buffer_.bytes().size()) + "}]}";
   return fire3dv::base::make_glb(json, buffer_.bytes());

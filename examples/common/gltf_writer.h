@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -21,6 +22,9 @@ struct GltfMaterial {
   float roughness = 0.5f;
   std::array<float, 3> emissive{0, 0, 0};  // linear
   std::optional<size_t> base_color_texture, metallic_roughness_texture, normal_texture;
+  std::optional<float> specular = std::nullopt, ior = std::nullopt;  // KHR_materials_specular, _ior
+  float transmission = 0;                                            // KHR_materials_transmission
+  float thickness_m = 0;  // KHR_materials_volume without absorption; 0: none
 };
 
 struct GltfLight {
@@ -64,6 +68,7 @@ class GltfWriter {
 
   fire3dv::base::GlbBuffer buffer_;
   std::vector<std::string> accessors_, images_, textures_, materials_, meshes_, cameras_, lights_, nodes_;
+  std::set<std::string> extensions_used_;
 };
 
 }  // namespace examples

@@ -1,68 +1,18 @@
 #include "examples/gallery/scenes.h"
 
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include "examples/common/gltf_writer.h"
 #include "examples/common/mesh.h"
+#include "examples/gallery/stage.h"
 
 namespace gallery {
 namespace {
 
-using examples::GltfLight;
 using examples::GltfMaterial;
-using examples::GltfMatrix;
-using examples::GltfWriter;
 using examples::Mesh;
-using examples::Vec3;
-
-// Pose of a shape that stands along Z, in a Y-up scene: rotation about X, rotation about Y, translation.
-GltfMatrix standing(Vec3 at, float turn_rad = 0) {
-  const float c = std::cos(turn_rad), s = std::sin(turn_rad);
-  return {c, -s, 0, at.x, 0, 0, 1, at.y, -s, -c, 0, at.z};
-}
-
-// Pose of a camera or light at `eye` that looks along its -Z.
-GltfMatrix looking(Vec3 eye, Vec3 target) {
-  const Vec3 back = normalized(eye - target);
-  const Vec3 right = normalized(cross({0, 1, 0}, back));
-  const Vec3 up = cross(back, right);
-  return {right.x, up.x, back.x, eye.x, right.y, up.y, back.y, eye.y, right.z, up.z, back.z, eye.z};
-}
-
-// Builder of one scene.
-class Stage {
- public:
-  void shape(const std::string& name, const Mesh& mesh, const GltfMaterial& material,
-             const GltfMatrix& pose) {
-    const GltfWriter::Primitive primitive{&mesh, writer_.add_material(material), 1};
-    GltfWriter::Node node{name, pose, {}, {}, {}};
-    node.mesh = writer_.add_mesh(name, std::span(&primitive, 1));
-    writer_.add_node(node);
-  }
-  void light(const GltfLight& light, Vec3 eye, Vec3 target) {
-    GltfWriter::Node node{light.name, looking(eye, target), {}, {}, {}};
-    node.light = writer_.add_light(light);
-    writer_.add_node(node);
-  }
-  void camera(const std::string& name, Vec3 eye, Vec3 target, float vertical_fov_rad) {
-    GltfWriter::Node node{name, looking(eye, target), {}, {}, {}};
-    node.camera = writer_.add_camera(name, vertical_fov_rad, 0.05f);
-    writer_.add_node(node);
-  }
-  void ground(std::array<float, 3> color) {
-    shape("ground", examples::floor_mesh(30), {"ground", color, 0, 0.9f, {}, {}, {}, {}}, standing({}));
-  }
-  SceneFile finish(const std::string& name) const {
-    return {name + ".glb", writer_.finish(name, "FIRE-3DV gallery")};
-  }
-
- private:
-  GltfWriter writer_;
-};
-
-Mesh ball(float radius) {
-  return examples::capsule_mesh(radius, 0, 96);
-}
 
 // Materials side by side. Metals have measured reflectance at normal incidence (linear) and the roughness of
 // hand polish.
