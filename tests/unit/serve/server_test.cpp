@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <deque>
 #include <functional>
 #include <string>
 #include <thread>
@@ -354,6 +355,33 @@ TEST(LiveServer, ASlowReaderIsDisconnectedAndAFastWriterIsPaused) {
   EXPECT_EQ(events[0].kind, Event::Kind::left);
   EXPECT_EQ(events[0].viewer, viewer);
   EXPECT_EQ(server->viewers(), 1u);
+}
+
+// Silent connections, garbage, halves of requests, and WebSockets without a token, 100 of them at a time.
+TEST(LiveServer, TenThousandHostileConnectionsLeaveAViewerAlone) {
+  const auto server = open_server();
+  Client viewer(*server);
+  join(viewer, *server);
+  const ViewerId number = wait_events(*server, 1)[0].viewer;
+  const std::string upgrading = upgrade_request(host_of(*server), server->address());
+  std::deque<Client> hostile;
+  for (int i = 1; i <= 10'000; ++i) {
+    Client& client = hostile.emplace_back(*server);
+    if (i % 4 == 1) client.send(std::string(100, '\x80'));
+    if (i % 4 == 2) client.send(upgrading.substr(0, upgrading.size() / 2));
+    if (i % 4 == 3) client.send(upgrading);
+    if (hostile.size() > 100) hostile.pop_front();
+    if (i % 100 != 0) continue;
+    viewer.send_frame(1, R"({"type":"orbit","yaw":1,"pitch":0})");
+    const std::vector<Event> events = wait_events(*server, 1);
+    ASSERT_EQ(events.size(), 1u) << i;
+    EXPECT_EQ(events[0].kind, Event::Kind::message);
+    const std::string text = R"({"type":"notice","text":")" + std::to_string(i) + "\"}";
+    server->send(number, text);
+    ASSERT_EQ(viewer.read_frame(), std::pair(1, text));
+  }
+  EXPECT_EQ(server->viewers(), 1u);
+  EXPECT_TRUE(get(*server, "/", host_of(*server)).starts_with("HTTP/1.1 200"));
 }
 
 TEST(LiveServer, AddressesBeyondLoopbackNeedProtection) {
