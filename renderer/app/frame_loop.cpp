@@ -148,7 +148,10 @@ Result<void> FrameLoop::run() {
     const bool is_due = has_changed();
     if (window_ && is_due) steer();
     if (draws_for_viewers_only_) animate_for_viewers();
-    if (live_view_) live_view_->poll(timeline_);
+    if (live_view_) {
+      live_view_->poll(timeline_);
+      if (robot_ && *robot_) pose_robot();  // viewers may have moved joints
+    }
 
     // Image requests of simulators.
     const ImageService::Drawn served = image_service_.draw_due(frames_);
@@ -217,7 +220,9 @@ bool FrameLoop::has_changed() {
     if (window_) conditions = 31 * conditions + stream.scalars().revision();  // plotted, also without frames
   }
   const std::array<uint64_t, 3> revisions = {poses_.revision(), scene_.updates(), conditions};
-  const bool is_active = window_ && (window_->take_activity() || std::exchange(has_noted_, false));
+  const bool is_edited = live_view_ && live_view_->take_change();
+  const bool is_active =
+      window_ && (window_->take_activity() || std::exchange(has_noted_, false) || is_edited);
   if (revisions != drawn_revisions_ || is_active) {
     drawn_revisions_ = revisions;
     images_of_change_ = kImagesOfChange;

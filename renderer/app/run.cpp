@@ -324,7 +324,8 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   renderer.apply(stage.viewer.draw);
   stage.further.forget_scene();
   stage.note_start("scene on the device");
-  std::optional<state::RobotPose> robot;  // with a window
+  std::optional<state::RobotPose> robot;  // with a window or viewers
+  const bool moves_robot = window || stage.server;
   std::optional<SceneReload> reload;
   if (options.watch && show.has_own_file()) {
     SceneReload::Hooks hooks;
@@ -332,7 +333,7 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
     hooks.keep = [&](std::unique_ptr<SceneLoad> shown) {
       if (const auto next_version = shown->wait(); next_version)
         camera->set_ground(camera_start(options, (*next_version)->scene, {}, {}).ground);
-      if (window) robot = find_robot(*shown);
+      if (moves_robot) robot = find_robot(*shown);
       show.keep(std::move(shown));
     };
     hooks.can_show = can_show_everywhere;
@@ -349,8 +350,8 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   }
   load.begin_caching();
   std::unique_ptr<WindowView> view;
+  if (moves_robot) robot = find_robot(load);
   if (window) {
-    robot = find_robot(load);
     Result<std::unique_ptr<WindowView>> made =
         WindowView::create({stage.device, stage.renderer, poses, receiver, requests, live, *camera,
                             stage.windows, stage.viewer, options, playing, robot, stage.first});
@@ -373,7 +374,7 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   std::optional<LiveView> live_view;
   if (stage.server)
     live_view.emplace(LiveView::Borrowed{*stage.server, replies, receiver, poses, requests, live,
-                                         stage.viewer, window != nullptr},
+                                         stage.viewer, robot, renderer, window != nullptr},
                       *camera, std::filesystem::path(show.title()).filename().string());
   loop.show_in_browsers(live_view ? &*live_view : nullptr);
   loop.report_to(stage.metrics.get());

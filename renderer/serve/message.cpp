@@ -11,24 +11,15 @@ namespace {
 using Kind = ClientMessage::Kind;
 using Json = nlohmann::json;
 
-constexpr std::array<std::pair<std::string_view, Kind>, 17> kKinds{{
-    {"hello", Kind::hello},
-    {"size", Kind::size},
-    {"shown", Kind::shown},
-    {"orbit", Kind::orbit},
-    {"pan", Kind::pan},
-    {"zoom", Kind::zoom},
-    {"fly", Kind::fly},
-    {"frame", Kind::frame},
-    {"codec", Kind::codec},
-    {"camera", Kind::camera},
-    {"pick", Kind::pick},
-    {"hide", Kind::hide},
-    {"isolate", Kind::isolate},
-    {"show_all", Kind::show_all},
-    {"play", Kind::play},
-    {"step", Kind::step},
-    {"seek", Kind::seek},
+constexpr std::array<std::pair<std::string_view, Kind>, 23> kKinds{{
+    {"hello", Kind::hello},     {"size", Kind::size},         {"shown", Kind::shown},
+    {"orbit", Kind::orbit},     {"pan", Kind::pan},           {"zoom", Kind::zoom},
+    {"fly", Kind::fly},         {"frame", Kind::frame},       {"codec", Kind::codec},
+    {"camera", Kind::camera},   {"pick", Kind::pick},         {"view", Kind::view},
+    {"plot", Kind::plot},       {"plotted", Kind::plotted},   {"hide", Kind::hide},
+    {"isolate", Kind::isolate}, {"show_all", Kind::show_all}, {"play", Kind::play},
+    {"step", Kind::step},       {"seek", Kind::seek},         {"joint", Kind::joint},
+    {"posture", Kind::posture}, {"render", Kind::render},
 }};
 
 // Reader of the fields of one message; remembers the first fault.
@@ -69,6 +60,38 @@ class Fields {
       return fail(name, "must be a text of at most " + std::to_string(max_bytes) + " bytes");
     value = at->get<std::string>();
   }
+  template <size_t count>
+  void numbers(const char* name, double limit, std::array<double, count>& values) {
+    const auto at = object_.find(name);
+    if (at == object_.end() || !at->is_array() || at->size() != count)
+      return fail(name, "must be a list of " + std::to_string(count) + " numbers");
+    for (size_t i = 0; i < count; ++i) {
+      const Json& given = (*at)[i];
+      if (!given.is_number() || !(std::abs(given.get<double>()) <= limit))
+        return fail(name, "must have numbers of at most " + std::to_string(limit));
+      values[i] = given.get<double>();
+    }
+  }
+  void indices(const char* name, size_t max_count, std::vector<uint32_t>& values) {
+    const auto at = object_.find(name);
+    if (at == object_.end() || !at->is_array() || at->size() > max_count)
+      return fail(name, "must be a list of at most " + std::to_string(max_count) + " indices");
+    for (const Json& given : *at) {
+      if (!given.is_number_unsigned() || given.get<uint64_t>() > UINT32_MAX)
+        return fail(name, "must have whole numbers");
+      values.push_back(given.get<uint32_t>());
+    }
+  }
+  void view(ClientMessage::View& view) {
+    constexpr double kMaxMetres = 1e9;
+    numbers("position", kMaxMetres, view.position_m);
+    numbers("rotation", 1.001, view.world_from_camera);
+    double square = 0;
+    for (const double part : view.world_from_camera) square += part * part;
+    if (!(square > 0.25)) fail("rotation", "must be a unit quaternion");
+    number("distance", 1e-9, kMaxMetres, view.focus_distance_m);
+    number("fov", 0.01, 3.1, view.vertical_fov_rad);
+  }
   // A node, and the scene that it belongs to.
   void node(bool is_required, ClientMessage& message) {
     optional("node", message.node);
@@ -86,7 +109,7 @@ class Fields {
 };
 
 void read_fields(Fields& fields, ClientMessage& message) {
-  constexpr double kMaxTurn = 100, kMaxMove = 1000;
+  constexpr double kMaxTurn = 100, kMaxMove = 1000, kMaxPosition = 1e6;
   switch (message.kind) {
     case Kind::hello:
       return fields.text("token", 128, message.token);
@@ -119,6 +142,14 @@ void read_fields(Fields& fields, ClientMessage& message) {
     case Kind::pick:
       fields.number("x", 0, 1, message.x);
       return fields.number("y", 0, 1, message.y);
+    case Kind::view:
+      return fields.view(message.view);
+    case Kind::plot:
+      fields.flag("on", message.on);
+      fields.integer("list", 0, UINT32_MAX, message.number);
+      return fields.indices("scalars", kMaxPlotted, message.plotted);
+    case Kind::plotted:
+      return fields.integer("number", 1, UINT32_MAX, message.number);
     case Kind::hide:
       fields.node(true, message);
       return fields.flag("hidden", message.on);
@@ -130,6 +161,16 @@ void read_fields(Fields& fields, ClientMessage& message) {
       return fields.flag("forwards", message.on);
     case Kind::seek:
       return fields.number("fraction", 0, 1, message.x);
+    case Kind::joint:
+      fields.integer("scene", 0, UINT64_MAX, message.scene);
+      fields.integer("index", 0, UINT32_MAX - 1, message.index.emplace());
+      return fields.number("position", -kMaxPosition, kMaxPosition, message.x);
+    case Kind::posture:
+      fields.integer("scene", 0, UINT64_MAX, message.scene);
+      return fields.optional("index", message.index);
+    case Kind::render:
+      fields.flag("shadows", message.on);
+      return fields.integer("tone_map", 0, 3, message.index.emplace());
   }
 }
 

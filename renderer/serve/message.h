@@ -2,6 +2,7 @@
 // and images in binary messages to it. docs/design/live-view.md lists them.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -16,6 +17,7 @@ namespace fire3dv::serve {
 
 constexpr size_t kMaxMessageBytes = 4096;  // of a page's message
 constexpr uint32_t kMaxViewSide = 4096;    // pixels
+constexpr size_t kMaxPlotted = 8;          // scalars of one page's plot
 
 // A message of a page. Fields that its kind does not name have no meaning.
 struct ClientMessage {
@@ -31,20 +33,33 @@ struct ClientMessage {
     codec,    // on: the page decodes H.264; also asks for a key frame
     camera,   // index of the scene's camera; none: a free camera at its pose
     pick,     // x, y: pixel as a fraction of the image
+    view,     // pose, distance, fov: a free camera
+    plot,     // on: scalars are listed; number of the list, and the plotted ones as its indices
+    plotted,  // number: samples are on the display
     hide,     // node, on
     isolate,  // node, or none
     show_all,
-    play,  // on
-    step,  // on: forwards
-    seek,  // x: fraction of the recording
+    play,     // on
+    step,     // on: forwards
+    seek,     // x: fraction of the recording
+    joint,    // scene, index of the listed joint, x: position, radians or metres
+    posture,  // scene, index of a named pose; none: as in the file
+    render,   // on: shadows; index: tone mapping, as of the list that the page shows
   };
   Kind kind = Kind::hello;
   std::string token;
   uint32_t width = 0, height = 0;
   uint32_t number = 0;
   std::optional<uint32_t> node, index;
-  uint64_t scene = 0;  // number of the scene that `node` belongs to
+  uint64_t scene = 0;  // number of the scene that `node`, or `index` of joints and poses, belongs to
   double x = 0, y = 0, z = 0;
+  struct View {
+    std::array<double, 3> position_m{};
+    std::array<double, 4> world_from_camera{};  // quaternion x y z w, not of length 0
+    double focus_distance_m = 1, vertical_fov_rad = 1;
+  };
+  View view;
+  std::vector<uint32_t> plotted;  // at most kMaxPlotted
   bool on = false;
 };
 

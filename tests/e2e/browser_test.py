@@ -160,11 +160,69 @@ def nodes(test):
         image_after(viewer, at_viewer)
         check(page.evaluate("document.querySelector('.node.selected.gone') !== null"), "a viewer without control shows all nodes")
         page.key("H", modifiers=8)
-        image_after(page, at)
+        at = image_after(page, at)
         check(psnr_db(before, canvas(page)[2]) > LEAST_PSNR_DB, "show all does not bring it back")
+        render(page, viewer, at)
+        link(session, page, name)
         check(not page.errors and not viewer.errors, f"errors of the page: {page.errors} {viewer.errors}")
     finally:
         session.end()
+
+
+def choose(page, control, what):
+    """Sets a control of the page as a user does."""
+    page.evaluate(f"(() => {{ const c = document.getElementById('{control}'); {what}; c.dispatchEvent(new Event('change')); }})()")
+
+
+def render(page, viewer, at):
+    """Shadows and tone mapping change the images of all viewers, and back. The page is in the front."""
+    before = canvas(page)[2]
+    check(viewer.evaluate("getComputedStyle(document.getElementById('render')).display") == "none", "a viewer without control has the settings")
+    tone_map = page.evaluate("document.getElementById('tone-map').value")
+    check(tone_map != "3" and page.evaluate("document.getElementById('shadows').checked"), "the settings at the beginning")
+    for control, other, first in (("shadows", "c.checked = false", "c.checked = true"), ("tone-map", "c.value = '3'", f"c.value = '{tone_map}'")):
+        at_viewer, before_viewer = viewer.evaluate("JSON.parse(document.getElementById('canvas').dataset.image).number"), canvas(viewer)[2]
+        choose(page, control, other)
+        at = image_after(page, at)
+        check(psnr_db(before, canvas(page)[2]) < 50, f"{control} changes nothing")
+        viewer.call("Page.bringToFront")
+        image_after(viewer, at_viewer)
+        check(psnr_db(before_viewer, canvas(viewer)[2]) < 50, f"{control} is not that of all viewers")
+        page.call("Page.bringToFront")
+        choose(page, control, first)
+        at = image_after(page, at)
+        check(psnr_db(before, canvas(page)[2]) > 60, f"{control} does not come back")
+
+
+def page_at_address(session, page, shown, size):
+    """A page at the address of this one, which has the same camera as soon as the renderer has reported it."""
+    def same():
+        other = session.page(page.evaluate("location.href"), embed=False, size=size)
+        image_after(other, 0)
+        if psnr_db(shown, canvas(other)[2]) > LEAST_PSNR_DB:
+            return other
+        other.call("Page.navigate", url="about:blank")
+        return None
+    return wait_until("a page with the same camera", same)
+
+
+def link(session, page, name):
+    """The address of the page keeps its camera and the selected node; the copied link is one without control."""
+    at = page.evaluate("JSON.parse(document.getElementById('canvas').dataset.image).number")
+    page.drag((120, 90), (180, 100))
+    image_after(page, at)
+    shown, size = canvas(page)[2], (640, 300)
+    other = page_at_address(session, page, shown, size)
+    check(other.evaluate("document.getElementById('picked-name').textContent") == name, "the selected node is lost")
+    check(other.evaluate("document.getElementById('rights').textContent") == "", "the link has lost its rights")
+    page.evaluate("navigator.clipboard.writeText = async (text) => { window.copied = text; }")
+    page.evaluate("document.getElementById('share').click()")
+    copied = page.wait("the copied link", "window.copied")
+    other = session.page(copied, embed=False, size=size)
+    image_after(other, 0)
+    check(psnr_db(shown, canvas(other)[2]) > LEAST_PSNR_DB, "the copied link has another camera")
+    check(other.evaluate("document.getElementById('picked-name').textContent") == name, "the copied link has no selected node")
+    check(other.evaluate("document.getElementById('rights').textContent") == "view only", "the copied link may control")
 
 
 def viewers(test):
@@ -251,13 +309,21 @@ def restart(test):
     session = Session(test, "--serve-tokens", tokens, at=f"127.0.0.1:{port}")
     try:
         page, link = session.page(), session.control
-        image_after(page, 0)
+        at = image_after(page, 0)
+        first = canvas(page)[2]
+        page.drag((120, 90), (180, 100))
+        image_after(page, at)
+        turned = canvas(page)[2]
+        check(psnr_db(first, turned) < LEAST_PSNR_DB, "a drag does not move the camera")
+        page_at_address(session, page, turned, (WIDTH, HEIGHT)).call("Page.navigate", url="about:blank")
+        page.call("Page.bringToFront")
         session.renderer.kill()
         page.wait("the loss", "!document.getElementById('badge').hidden")
         page.evaluate("delete document.getElementById('canvas').dataset.image")
         session.start(f"127.0.0.1:{port}", "--serve-tokens", tokens)
         check(session.control == link, "the links have changed")
         image_after(page, 0)
+        check(psnr_db(turned, canvas(page)[2]) > LEAST_PSNR_DB, "the page has lost its camera")
         check(page.evaluate("document.getElementById('badge').hidden"), "the page still says that it is not connected")
         session.renderer.signal(15)
         session.renderer.expect_exit(0)
@@ -287,6 +353,42 @@ def stream(test):
         session.end()
 
 
+PLAY = """(async () => {
+  const video = document.createElement("video");
+  video.src = "data:video/webm;base64,%s";
+  await new Promise((done, fail) => { video.onloadeddata = done; video.onerror = () => fail(video.error); });
+  video.muted = true;
+  let frames = 0;
+  const count = () => { ++frames; video.requestVideoFrameCallback(count); };
+  video.requestVideoFrameCallback(count);
+  await video.play();
+  await new Promise((done) => { video.onended = done; });
+  return [video.videoWidth, video.videoHeight, video.currentTime, frames];
+})()"""
+
+
+def recorded(test, page):
+    """A video of the canvas is saved as a file, which plays: its size, its length, and frames that move."""
+    folder = test.path("downloads")
+    os.makedirs(folder)
+    page.downloads_to(folder)
+    page.call("Page.bringToFront")
+    page.evaluate("document.getElementById('record').click()")
+    page.wait("the recording", "document.getElementById('record').getAttribute('aria-pressed') === 'true'")
+    for i in range(4):
+        page.drag((90 + 5 * i, 90), (120 + 5 * i, 95))
+        page.evaluate("new Promise((done) => setTimeout(done, 300))")
+    page.evaluate("document.getElementById('record').click()")
+    wait_until("the file", lambda: [name for name in os.listdir(folder) if name.endswith(".webm")])
+    [name] = os.listdir(folder)
+    with open(os.path.join(folder, name), "rb") as file:
+        data = file.read()
+    check(name == "arm.glb.webm" and data[:4] == bytes.fromhex("1a45dfa3"), f"{name} is no WebM file")
+    player = page.browser.page()
+    width, height, seconds, frames = player.evaluate(PLAY % base64.b64encode(data).decode())
+    check((width, height) == (WIDTH, HEIGHT) and seconds > 0.8 and frames >= 3, f"{width} x {height}, {seconds} s, {frames} frames")
+
+
 def video(test):
     """Moving images are H.264 with the right colours; a page without WebCodecs gets JPEG."""
     session = Session(test)
@@ -307,6 +409,7 @@ def video(test):
         means = [abs(sum(still[c::3]) - sum(moving[c::3])) / (WIDTH * HEIGHT) for c in range(3)]
         check(max(means) < 3, f"the means of the colours differ by {means}")
         check(not page.errors, f"errors of the page: {page.errors}")
+        recorded(test, page)
         plain = session.browser.page()
         plain.size(WIDTH, HEIGHT)
         plain.call("Page.addScriptToEvaluateOnNewDocument", source="delete window.VideoDecoder; window.seen = []")

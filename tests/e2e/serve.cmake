@@ -6,6 +6,13 @@ if(TARGET fire3dv AND TARGET bullet_arm AND NOT FIRE3DV_SANITIZE)
     foreach(case image cameras touch nodes viewers access restart stream video replay tls)
       fire3dv_e2e_test(browser_${case} SCRIPT browser_test.py PROGRAMS fire3dv bullet_arm CASES ${case})
     endforeach()
+    if(TARGET fire3dv_client)  # the module of Python publishes
+      foreach(case plots joints)
+        fire3dv_e2e_test(browser_${case} SCRIPT browser_panels_test.py PROGRAMS fire3dv CASES ${case})
+        set_property(TEST browser_${case} APPEND PROPERTY ENVIRONMENT "PYTHONPATH=${PROJECT_SOURCE_DIR}/adapters/generic/python"
+                     "FIRE3DV_CLIENT_LIBRARY=$<TARGET_FILE:fire3dv_client>")
+      endforeach()
+    endif()
     fire3dv_e2e_test(live_slow SCRIPT live_view_test.py PROGRAMS fire3dv bullet_arm e2e_publisher CASES slow)
     set_tests_properties(live_slow PROPERTIES SKIP_RETURN_CODE 77)
   else()

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "protocol/base/text.h"
+#include "renderer/app/live/live_plots.h"
 
 namespace fire3dv::app {
 namespace {
@@ -41,9 +42,11 @@ const state::Stream* driver_of(const state::PoseState& poses, uint32_t node) {
 
 }  // namespace
 
-std::string welcome_message(const std::string& title, bool can_control) {
-  return text_of(
-      {{"type", "welcome"}, {"title", printable_text(title, kMaxNameBytes)}, {"control", can_control}});
+std::string welcome_message(const std::string& title, bool can_control, const std::string& view_token) {
+  return text_of({{"type", "welcome"},
+                  {"title", printable_text(title, kMaxNameBytes)},
+                  {"control", can_control},
+                  {"view_token", view_token}});
 }
 
 std::string scene_message(const scene::Scene& scene, uint64_t scene_number) {
@@ -91,6 +94,23 @@ std::string visibility_message(const gui::Viewer& viewer, uint64_t scene_number)
                   {"isolated", viewer.isolated == scene::kNone ? Json() : Json(viewer.isolated)}});
 }
 
+std::string view_message(const std::optional<CameraRig::FreeView>& view) {
+  if (!view) return text_of({{"type", "view"}, {"position", nullptr}});
+  const glm::quat& q = view->world_from_camera;
+  return text_of({{"type", "view"},
+                  {"position", {view->position_m.x, view->position_m.y, view->position_m.z}},
+                  {"rotation", {q.x, q.y, q.z, q.w}},
+                  {"distance", view->focus_distance_m},
+                  {"fov", view->vertical_fov_rad}});
+}
+
+std::string render_message(const passes::DrawSettings& settings, bool can_shade) {
+  return text_of({{"type", "render"},
+                  {"shadows", settings.shadows.method != passes::ShadowMethod::off},
+                  {"can_shade", can_shade},
+                  {"tone_map", static_cast<int>(settings.post.tone_map)}});
+}
+
 std::string status_message(const state::PoseState& poses, double seconds,
                            std::map<uint64_t, uint64_t>& frames, const replay::TimelineControl* timeline) {
   std::map<uint64_t, uint64_t> now;
@@ -112,7 +132,7 @@ std::string status_message(const state::PoseState& poses, double seconds,
                        {"sim_time_s", static_cast<double>(stream.header.sim_time_ns) * 1e-9}});
   }
   frames = std::move(now);
-  Json message = {{"type", "status"}, {"streams", std::move(streams)}};
+  Json message = {{"type", "status"}, {"streams", std::move(streams)}, {"scalars", ScalarList::count(poses)}};
   if (timeline) message["timeline"] = json_of(timeline->timeline());
   return text_of(message);
 }

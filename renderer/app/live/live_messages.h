@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "protocol/replay/replay_clock.h"
+#include "renderer/app/window/camera_rig.h"
 #include "renderer/gui/panel_data.h"
 #include "renderer/scene/model/scene.h"
 #include "renderer/state/pose_state.h"
@@ -17,8 +18,9 @@ namespace fire3dv::app {
 constexpr size_t kMaxListedNodes = 20'000;
 constexpr size_t kMaxListedCameras = 1000;
 
-// "welcome": the first message. can_control: by the viewer's token.
-std::string welcome_message(const std::string& title, bool can_control);
+// "welcome": the first message. can_control: by the viewer's token. view_token: for links that may not
+// control.
+std::string welcome_message(const std::string& title, bool can_control, const std::string& view_token);
 // "scene": names and parents of the first kMaxListedNodes nodes, and the first kMaxListedCameras cameras.
 std::string scene_message(const scene::Scene& scene, uint64_t scene_number);
 struct ListedViewer {
@@ -31,8 +33,12 @@ std::string viewers_message(const std::vector<ListedViewer>& viewers, uint64_t o
 std::string camera_message(const scene::Scene& scene, uint32_t node);
 // "visibility": hidden and isolated nodes.
 std::string visibility_message(const gui::Viewer& viewer, uint64_t scene_number);
-// "status": streams, with rates since the last call, and the timeline. frames: whole frames by epoch at the
-// last call; updated.
+// "view": pose and lens of the viewer's free camera; none: it has a camera of the scene.
+std::string view_message(const std::optional<CameraRig::FreeView>& view);
+// "render": settings of all images. can_shade: shadows can be switched on.
+std::string render_message(const passes::DrawSettings& settings, bool can_shade);
+// "status": streams, with rates since the last call, their number of scalars, and the timeline. frames: whole
+// frames by epoch at the last call; updated.
 std::string status_message(const state::PoseState& poses, double seconds,
                            std::map<uint64_t, uint64_t>& frames, const replay::TimelineControl* timeline);
 // "picked": a node, its pose and the stream that drives it; nullopt: the background.

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "protocol/base/random.h"
+#include "renderer/app/live/live_joints.h"
 #include "renderer/app/live/live_messages.h"
 #include "renderer/app/streams/requested_image.h"
 #include "renderer/app/window/viewer_control.h"
@@ -13,8 +14,6 @@
 
 namespace fire3dv::app {
 namespace {
-
-using Kind = serve::ClientMessage::Kind;
 
 constexpr uint64_t kEpoch = 1, kSequence = 1;  // viewers have no stream of frames
 constexpr uint32_t kImagePlace = 0, kPickPlace = 1;
@@ -24,14 +23,11 @@ constexpr uint32_t kMinImageSide = 16;
 constexpr auto kRefineAfter = std::chrono::milliseconds(200);
 constexpr auto kBusyTime = std::chrono::seconds(1);
 constexpr auto kReportPeriod = std::chrono::milliseconds(500);
+constexpr auto kSettingsPeriod = std::chrono::milliseconds(100);
 
 // JavaScript's numbers are exact up to 2^53.
 uint64_t random_scene_number() {
   return random_id() >> 11;
-}
-
-float aspect_of(uint32_t width, uint32_t height) {
-  return static_cast<float>(width) / static_cast<float>(height);
 }
 
 // is_even: for subsampled colours.
@@ -88,6 +84,8 @@ void LiveView::on_scene_replaced(const scene::Scene& before, const scene::Scene&
   scene_number_ = random_scene_number();
   scene_text_.clear();
   visibility_text_.clear();
+  joints_text_.clear();
+  joint_positions_text_.clear();
 }
 
 LiveView::Viewer* LiveView::find(state::RequesterId requester) {
@@ -101,9 +99,12 @@ void LiveView::send_to_all(const std::string& text) {
 
 void LiveView::join(serve::ViewerId number, serve::Access access) {
   viewers_.insert_or_assign(number, Viewer{access, start_});
-  borrowed_.server.send(number, welcome_message(title_, access == serve::Access::control));
-  if (!scene_text_.empty()) borrowed_.server.send(number, scene_text_);
-  if (!visibility_text_.empty()) borrowed_.server.send(number, visibility_text_);
+  const std::string view_link = borrowed_.server.link(serve::Access::view);
+  borrowed_.server.send(number, welcome_message(title_, access == serve::Access::control,
+                                                view_link.substr(view_link.find('#') + 1)));
+  for (const std::string* text :
+       {&scene_text_, &visibility_text_, &render_text_, &joints_text_, &joint_positions_text_})
+    if (!text->empty()) borrowed_.server.send(number, *text);
   reported_ = {};
   viewers_changed_ = true;
 }
@@ -153,6 +154,8 @@ void LiveView::poll(replay::TimelineControl* timeline) {
     visibility_text_ = visibility_message(shared, scene_number_);
     send_to_all(visibility_text_);
   }
+  send_settings(now);
+  send_plots(now);
   for (auto& [number, viewer] : viewers_) {
     if (const uint32_t node = viewer.camera.node(); viewer.camera_node != node) {
       viewer.camera_node = node;
@@ -167,7 +170,41 @@ void LiveView::report(Clock::time_point now, replay::TimelineControl* timeline) 
   const double seconds =
       reported_ == Clock::time_point() ? 0 : std::chrono::duration<double>(now - reported_).count();
   send_to_all(status_message(borrowed_.poses, seconds, frames_of_stream_, timeline));
+  for (auto& [number, viewer] : viewers_) {
+    const std::optional<CameraRig::FreeView> view = viewer.camera.free_view();
+    if (viewer.view == view) continue;
+    viewer.view = view;
+    borrowed_.server.send(number, view_message(view));
+  }
   reported_ = now;
+}
+
+void LiveView::send_if_changed(std::string& sent, std::string text) {
+  if (sent == text) return;
+  sent = std::move(text);
+  send_to_all(sent);
+}
+
+void LiveView::send_settings(Clock::time_point now) {
+  if (borrowed_.robot) (void)borrowed_.robot->set(borrowed_.viewer.joints);
+  if (now - settings_sent_ < kSettingsPeriod) return;
+  settings_sent_ = now;
+  send_if_changed(render_text_, render_message(borrowed_.viewer.draw, can_switch_shadows_on()));
+  if (!borrowed_.robot) return;
+  if (joints_text_.empty()) send_if_changed(joints_text_, joints_message(*borrowed_.robot, scene_number_));
+  send_if_changed(joint_positions_text_, joint_positions_message(*borrowed_.robot, borrowed_.poses,
+                                                                 borrowed_.viewer.joints, scene_number_));
+}
+
+void LiveView::send_plots(Clock::time_point now) {
+  const auto is_open = [](const auto& entry) { return entry.second.plots.is_open(); };
+  if (std::ranges::none_of(viewers_, is_open)) return;
+  if (scalars_.number() == 0 || now - reported_ >= kReportPeriod) (void)scalars_.update(borrowed_.poses);
+  for (auto& [number, viewer] : viewers_) {
+    if (viewer.plots.take_list(scalars_, now)) borrowed_.server.send(number, scalars_.message());
+    if (std::optional<std::string> samples = viewer.plots.take_samples(borrowed_.poses, now))
+      borrowed_.server.send(number, std::move(*samples));
+  }
 }
 
 bool LiveView::is_busy() const {
@@ -178,95 +215,9 @@ bool LiveView::is_busy() const {
   });
 }
 
-void LiveView::apply(serve::ViewerId number, Viewer& viewer, const serve::ClientMessage& message,
-                     replay::TimelineControl* timeline) {
-  const state::PoseState& poses = borrowed_.poses;
-  const auto x = static_cast<float>(message.x), y = static_cast<float>(message.y),
-             z = static_cast<float>(message.z);
-  const Clock::time_point now = Clock::now();
-  if (message.kind == Kind::shown) {
-    if (!viewer.flight || viewer.flight->number != message.number) return;
-    if (!viewer.flight->is_refined)
-      viewer.quality.on_shown(std::chrono::duration<double>(now - viewer.flight->begun).count());
-    viewer.flight.reset();
-    return;
-  }
-  if (message.kind == Kind::codec) {
-    viewer.decodes_h264 = message.on;
-    viewer.needs_key = true;
-    viewer.has_moved = true;
-    return;
-  }
-  viewer.changed = now;
-  const bool is_other_scene = message.node && message.scene != scene_number_;
-  if (is_other_scene || (message.node && *message.node >= borrowed_.scene.scene().nodes.size())) return;
-  if (serve::needs_control(message.kind)) return apply_shared(message, timeline);
-  if (message.kind == Kind::size) {
-    viewer.width = message.width;
-    viewer.height = message.height;
-    viewer.can_refine = true;
-  }
-  if (viewer.width == 0) return;  // the canvas comes first
-  const float aspect = aspect_of(viewer.width, viewer.height);
-  if (message.kind == Kind::pick) return request_pick(number, viewer, message.x, message.y);
-  viewer.has_moved = true;
-  switch (message.kind) {
-    case Kind::orbit:
-      return viewer.camera.orbit(poses, x, y);
-    case Kind::pan:
-      return viewer.camera.pan(poses, x, y);
-    case Kind::zoom:
-      return viewer.camera.zoom(poses, z, {x, y}, aspect);
-    case Kind::fly:
-      return viewer.camera.fly(poses, {x, y, z}, viewer.camera.scene_radius_m());
-    case Kind::frame:
-      return message.node ? viewer.camera.frame_node(poses, *message.node, aspect)
-                          : viewer.camera.frame_all(aspect);
-    case Kind::camera:
-      return message.index ? viewer.camera.select(*message.index) : viewer.camera.let_go(poses);
-    default:
-      return;
-  }
-}
-
-void LiveView::apply_shared(const serve::ClientMessage& message, replay::TimelineControl* timeline) {
-  gui::Viewer& viewer = borrowed_.viewer;
-  switch (message.kind) {
-    case Kind::hide:
-      if (message.on)
-        viewer.hidden.insert(*message.node);
-      else
-        viewer.hidden.erase(*message.node);
-      break;
-    case Kind::isolate:
-      viewer.isolated = message.node.value_or(scene::kNone);
-      break;
-    case Kind::show_all:
-      viewer.hidden.clear();
-      viewer.isolated = scene::kNone;
-      break;
-    case Kind::play:
-      if (timeline) message.on ? timeline->play() : timeline->pause();
-      return;
-    case Kind::step:
-      if (timeline) message.on ? timeline->step() : timeline->step_back();
-      return;
-    case Kind::seek:
-      if (timeline) {
-        const replay::TimelineState now = timeline->timeline();
-        const double length = static_cast<double>(std::max(now.end_ns, now.start_ns) - now.start_ns);
-        timeline->seek(now.start_ns + static_cast<uint64_t>(length * message.x));
-      }
-      return;
-    default:
-      return;
-  }
-  borrowed_.scene.set_user_edits(edits_of(viewer));
-}
-
 // Images of requests are perspective ones: an orthographic camera becomes a free camera at its pose.
 CameraRig::Placed LiveView::place(Viewer& viewer) const {
-  const float aspect = aspect_of(viewer.width, viewer.height);
+  const float aspect = viewer.aspect();
   CameraRig::Placed placed = viewer.camera.placed(borrowed_.poses, aspect);
   if (!placed.camera.orthographic) return placed;
   viewer.camera.let_go(borrowed_.poses);

@@ -7,17 +7,22 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "protocol/replay/replay_clock.h"
 #include "renderer/app/live/adaptive_quality.h"
+#include "renderer/app/live/live_plots.h"
 #include "renderer/app/live/viewer_replies.h"
 #include "renderer/app/loading/live_scene.h"
 #include "renderer/app/streams/stream_receiver.h"
 #include "renderer/app/window/camera_rig.h"
 #include "renderer/gui/panel_data.h"
+#include "renderer/passes/scene_renderer.h"
 #include "renderer/serve/server.h"
+#include "renderer/state/motion/robot_pose.h"
 #include "renderer/state/pose_state.h"
 
 namespace fire3dv::app {
@@ -31,7 +36,10 @@ class LiveView final : public ImageReplies {
     const state::PoseState& poses;
     ImageRequestQueue& requests;
     LiveScene& scene;
-    gui::Viewer& viewer;      // hidden and isolated nodes, which the window and all viewers share
+    gui::Viewer&
+        viewer;  // hidden and isolated nodes, joints and draw settings: the window's and all viewers'
+    std::optional<state::RobotPose>& robot;
+    passes::SceneRenderer& renderer;
     bool has_window = false;  // a window keeps `viewer` up to date when the scene is replaced
   };
   // camera: where new viewers begin. title: of the page.
@@ -45,6 +53,8 @@ class LiveView final : public ImageReplies {
   void poll(replay::TimelineControl* timeline);
   // True while a viewer waits for an image or has just moved: turns must be frequent.
   bool is_busy() const;
+  // True if a viewer has changed what a window shows, since the last call.
+  bool take_change() { return std::exchange(has_changed_, false); }
   bool has_viewers() const { return !viewers_.empty(); }
   size_t count_viewers(serve::Access access) const;
   const serve::Server& server() const { return borrowed_.server; }
@@ -69,6 +79,7 @@ class LiveView final : public ImageReplies {
     serve::Access access{};
     CameraRig camera;
     uint32_t width = 0, height = 0;  // of the canvas; 0: unknown
+    float aspect() const { return static_cast<float>(width) / static_cast<float>(height); }
     ImageReplies::Appearance appearance = {};
     AdaptiveQuality quality = {};
     std::optional<Flight> flight = {};
@@ -79,6 +90,8 @@ class LiveView final : public ImageReplies {
     bool can_refine = true;                    // no image of full size was refused for this canvas
     std::optional<uint32_t> camera_node = {};  // as reported to the page
     std::optional<uint64_t> pick = {};         // request
+    std::optional<std::optional<CameraRig::FreeView>> view = {};  // as reported to the page
+    PlotFeed plots = {};
     uint64_t last_request = 0;
     uint32_t images = 0;             // sent
     Clock::time_point changed = {};  // last message or requested image of a change
@@ -86,7 +99,12 @@ class LiveView final : public ImageReplies {
 
   void apply(serve::ViewerId number, Viewer& viewer, const serve::ClientMessage& message,
              replay::TimelineControl* timeline);
+  bool apply_view(Viewer& viewer, const serve::ClientMessage& message);
   void apply_shared(const serve::ClientMessage& message, replay::TimelineControl* timeline);
+  void apply_timeline(const serve::ClientMessage& message, replay::TimelineControl& timeline) const;
+  void apply_joints(const serve::ClientMessage& message);
+  void apply_render(const serve::ClientMessage& message);
+  bool can_switch_shadows_on() const;
   void join(serve::ViewerId number, serve::Access access);
   CameraRig::Placed place(Viewer& viewer) const;
   void request_image(serve::ViewerId number, Viewer& viewer, Clock::time_point now);
@@ -94,6 +112,9 @@ class LiveView final : public ImageReplies {
   void send_picked(serve::ViewerId number, uint32_t instance);
   void on_scene_replaced(const scene::Scene& before, const scene::Scene& after);
   void send_to_all(const std::string& text);
+  void send_if_changed(std::string& sent, std::string text);
+  void send_settings(Clock::time_point now);
+  void send_plots(Clock::time_point now);
   void send_viewers();
   void report(Clock::time_point now, replay::TimelineControl* timeline);
   Viewer* find(state::RequesterId requester);
@@ -106,6 +127,11 @@ class LiveView final : public ImageReplies {
   uint64_t scene_number_ = 0;     // of the node numbers in messages
   std::string scene_text_;        // empty: to be written
   std::string visibility_text_;   // of shown_hidden_ and shown_isolated_; empty: to be written
+  std::string joints_text_, joint_positions_text_, render_text_;  // as sent
+  Clock::time_point settings_sent_{};
+  ScalarList scalars_;
+  passes::ShadowMethod shadows_ = passes::ShadowMethod::automatic;  // before they were switched off
+  bool has_changed_ = false;                                        // since take_change()
   std::set<uint32_t> shown_hidden_;
   uint32_t shown_isolated_ = scene::kNone;
   Clock::time_point reported_{};

@@ -227,6 +227,21 @@ void CameraRig::frame_node(const state::PoseState& poses, uint32_t node, float i
   world_from_free_[3] = glm::vec4(center + focus_distance_m_ * glm::vec3(world_from_free_[2]), 1);
 }
 
+std::optional<CameraRig::FreeView> CameraRig::free_view() const {
+  if (node_ != scene::kNone || framed_) return std::nullopt;
+  return FreeView{glm::vec3(world_from_free_[3]), glm::quat_cast(glm::mat3(world_from_free_)),
+                  focus_distance_m_, free_camera_.vertical_fov_rad};
+}
+
+void CameraRig::set_free_view(const FreeView& view) {
+  node_ = scene::kNone;
+  free_camera_.vertical_fov_rad = view.vertical_fov_rad;
+  world_from_free_ = glm::mat4_cast(glm::normalize(view.world_from_camera));
+  world_from_free_[3] = glm::vec4(view.position_m, 1);
+  focus_distance_m_ = view.focus_distance_m;
+  framed_ = false;
+}
+
 void CameraRig::follow(const state::PoseState& poses, uint32_t node) {
   if (node >= scene_->nodes.size()) {
     followed_ = scene::kNone;

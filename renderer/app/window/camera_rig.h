@@ -1,6 +1,7 @@
 // Camera of a view: a camera of the scene, which a stream may drive, or a free camera controlled by the user.
 #pragma once
 
+#include <glm/gtc/quaternion.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -62,6 +63,16 @@ class CameraRig {
   void frame_node(const state::PoseState& poses, uint32_t node, float image_aspect);
   // Moves a free camera with the node since the last call. Must be called once per frame. kNone: no node.
   void follow(const state::PoseState& poses, uint32_t node);
+  // Pose and lens of a free camera, to return to it later.
+  struct FreeView {
+    glm::vec3 position_m{0};
+    glm::quat world_from_camera{1, 0, 0, 0};
+    float focus_distance_m = 1, vertical_fov_rad = 1;
+    bool operator==(const FreeView&) const = default;
+  };
+  // nullopt: a camera of the scene, or a free one that no image has placed yet.
+  std::optional<FreeView> free_view() const;
+  void set_free_view(const FreeView& view);
   bool is_free() const { return node_ == scene::kNone; }
   uint32_t node() const { return node_; }  // node of the scene's camera; kNone: free
   float scene_radius_m() const;

@@ -1,10 +1,11 @@
-// WebSocket to the renderer, which connects again when it is lost. The token stays in the URL's fragment.
+// WebSocket to the renderer, which connects again when it is lost.
 const HEADER_BYTES = 24;
 const WRONG_TOKEN = 4401;
 
 export class Connection {
-  // handlers: open(), message(object), image({number, width, height, codec, isKey, refined, encodeMs, simTimeS, bytes}), lost(text, final)
-  constructor(handlers) {
+  // handlers: open(), message(object), image({number, width, height, codec, isKey, refined, encodeMs, simTimeNs, bytes}), lost(text, final)
+  constructor(token, handlers) {
+    this.token = token;
     this.handlers = handlers;
     this.attempts = 0;
     this.connect();
@@ -14,7 +15,7 @@ export class Connection {
     const scheme = location.protocol === "https:" ? "wss:" : "ws:";
     this.socket = new WebSocket(`${scheme}//${location.host}/socket`);
     this.socket.binaryType = "arraybuffer";
-    this.socket.onopen = () => this.send({type: "hello", token: location.hash.slice(1)});
+    this.socket.onopen = () => this.send({type: "hello", token: this.token});
     this.socket.onmessage = (event) => this.receive(event.data);
     this.socket.onclose = (event) => this.close(event);
   }
@@ -38,7 +39,7 @@ export class Connection {
       isKey: (view.getUint8(9) & 2) !== 0,
       refined: (view.getUint8(9) & 1) !== 0,
       encodeMs: view.getUint32(12, true) / 1000,
-      simTimeS: Number(view.getBigInt64(16, true)) * 1e-9,
+      simTimeNs: view.getBigInt64(16, true),
       bytes: new Uint8Array(data, HEADER_BYTES),
     });
   }

@@ -1,4 +1,5 @@
 // Canvas with the newest image. Each image is acknowledged when it is drawn, so that the next one may come.
+import {download} from "./download.js";
 import {Video} from "./video.js";
 
 const MAX_SIDE = 4096;
@@ -11,6 +12,7 @@ export class Display {
     this.images = this.bytes = 0;
     this.size = [0, 0];
     this.last = null;
+    this.simTimeNs = null;  // BigInt: of the shown image
     new ResizeObserver(() => this.measure()).observe(canvas);
   }
 
@@ -64,18 +66,13 @@ export class Display {
     }
     this.images += 1;
     this.bytes += image.bytes.length;
-    this.last = {number: image.number, width: image.width, height: image.height, refined: image.refined, codec: image.codec, encodeMs: image.encodeMs, simTimeS: image.simTimeS};
+    this.last = {number: image.number, width: image.width, height: image.height, refined: image.refined, codec: image.codec, encodeMs: image.encodeMs, simTimeS: Number(image.simTimeNs) * 1e-9};
+    this.simTimeNs = image.simTimeNs;
     this.canvas.dataset.image = JSON.stringify(this.last);
     this.send({type: "shown", image: image.number});
   }
 
   save(name) {
-    this.canvas.toBlob((blob) => {
-      const link = document.createElement("a");
-      link.href = URL.createObjectURL(blob);
-      link.download = `${name}.png`;
-      link.click();
-      setTimeout(() => URL.revokeObjectURL(link.href), 10000);
-    }, "image/png");
+    this.canvas.toBlob((blob) => download(blob, `${name}.png`), "image/png");
   }
 }

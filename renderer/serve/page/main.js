@@ -1,15 +1,20 @@
 // Live view of a FIRE-3DV renderer: joins connection, display, input and panel.
 import {Connection} from "./connection.js";
 import {Display} from "./display.js";
+import {Recorder} from "./download.js";
 import {Input} from "./input.js";
+import {Joints} from "./joints.js";
+import {Link} from "./link.js";
 import {Nodes} from "./nodes.js";
+import {Plots} from "./plots.js";
 import {Statistics, Timeline, drawStreams, drawViewers} from "./status.js";
 
 const at = (id) => document.getElementById(id);
 const query = new URLSearchParams(location.search);
 document.body.classList.toggle("embed", query.get("embed") === "1");
 
-let mayControl = false, camera = "", cameraCount = 0, scene = 0, selected = null, framesPicked = false, noticeTimer = 0;
+let mayControl = false, camera = "", cameraCount = 0, scene = 0, selected = null, framesPicked = false, noticeTimer = 0, viewToken = "";
+const link = new Link();
 const send = (message) => connection.send(message);
 const control = (message) => { if (mayControl) send(message); };
 
@@ -19,6 +24,15 @@ const nodes = new Nodes({tree: at("tree"), search: at("search"), omitted: at("om
   hide: (node, hidden) => control({type: "hide", node, scene, hidden}),
 });
 const timeline = new Timeline(control);
+const fileName = () => at("title").textContent || "fire3dv";
+const plots = new Plots({section: at("plots"), canvas: at("plot"), pause: at("plot-pause"), all: at("plot-all"), csv: at("plot-csv"), cursor: at("plot-cursor"),
+                         search: at("plot-search"), list: at("scalars"), omitted: at("scalars-omitted")},
+                        {send, shownNs: () => display.simTimeNs, name: fileName});
+const joints = new Joints({section: at("joints"), posture: at("posture"), list: at("joint-list")}, control);
+const recorder = new Recorder(at("canvas"), fileName, () => {
+  at("record").setAttribute("aria-pressed", String(recorder.isRecording));
+  at("record").title = recorder.isRecording ? "Stop and save the video (R)" : "Record a video (R)";
+});
 new Statistics(at("statistics"), display);
 
 function notice(text) {
@@ -30,6 +44,7 @@ function notice(text) {
 
 function select(node, name, details) {
   selected = node;
+  link.setNode(node === null ? null : nodes.path(node));
   at("selection").hidden = node === null;
   at("picked-name").textContent = name ?? "";
   at("picked-path").textContent = details?.path ?? "";
@@ -48,7 +63,20 @@ function drawVisibility() {
 const frame = () => send(selected === null ? {type: "frame"} : {type: "frame", node: selected, scene});
 const hide = () => { if (selected !== null) control({type: "hide", node: selected, scene, hidden: !nodes.isHidden(selected)}); };
 const isolate = () => { if (selected !== null) control(nodes.isolated === selected ? {type: "isolate"} : {type: "isolate", node: selected, scene}); };
-const screenshot = () => display.save(`${at("title").textContent || "fire3dv"} ${display.last?.number ?? ""}`.trim());
+const screenshot = () => display.save(`${fileName()} ${display.last?.number ?? ""}`.trim());
+const record = () => { if (Recorder.type()) recorder.toggle(); };
+
+// The control link is not handed on by accident: it is in the address bar.
+async function share() {
+  try {
+    await navigator.clipboard.writeText(link.address(viewToken));
+    notice("A view-only link to this view is on the clipboard.");
+  } catch {
+    notice("The browser does not allow copying; copy this page's address instead. It has the rights of this page.");
+  }
+}
+
+const sendRender = () => control({type: "render", shadows: at("shadows").checked, tone_map: Number(at("tone-map").value)});
 const togglePanel = () => document.body.classList.toggle("no-panel");
 
 function useCamera(index) {
@@ -63,13 +91,20 @@ const messages = {
     document.title = `${message.title} · FIRE-3DV`;
     at("title").textContent = message.title;
     at("rights").textContent = mayControl ? "" : "view only";
+    viewToken = message.view_token;
+    joints.clear();  // a renderer without joints sends none
+    const view = link.restore();
+    if (view) send(view);
     display.report();
+    plots.reconnect();
     display.offerVideo();
   },
   scene(message) {
+    const path = link.node;
     scene = message.scene;
-    select(null);
     nodes.setScene(message);
+    const node = path === null ? null : nodes.find(path);
+    select(node, nodes.names[node]);
     const options = [new Option("Free camera", ""), ...message.cameras.map((name, index) => new Option(name, String(index)))];
     cameraCount = message.cameras.length;
     if (message.cameras_omitted > 0) {
@@ -84,6 +119,18 @@ const messages = {
   camera(message) {
     camera = message.index === null ? "" : String(message.index);
     at("cameras").value = camera;
+    link.setCamera(message.index);
+  },
+  view: (message) => link.setView(message),
+  joints: (message) => joints.setJoints(message, mayControl),
+  joint_positions: (message) => joints.setPositions(message),
+  scalars: (message) => plots.setList(message),
+  samples: (message) => plots.addSamples(message),
+  render(message) {
+    at("shadows").checked = message.shadows;
+    at("shadows").disabled = !message.shadows && !message.can_shade;
+    at("shadows").title = at("shadows").disabled ? "fire3dv was started with --shadows off" : "";
+    at("tone-map").value = String(message.tone_map);
   },
   visibility(message) {
     nodes.setVisibility(message);
@@ -91,6 +138,7 @@ const messages = {
   },
   status(message) {
     drawStreams(at("streams"), message.streams);
+    plots.setCount(message.scalars);
     timeline.draw(message.timeline, mayControl);
   },
   picked(message) {
@@ -102,10 +150,13 @@ const messages = {
   notice: (message) => notice(message.text),
 };
 
-const connection = new Connection({
+const connection = new Connection(link.token, {
   open() { at("badge").hidden = true; },
   message: (message) => messages[message.type]?.(message),
-  image: (image) => display.show(image),
+  image(image) {
+    display.show(image);
+    plots.dirty();
+  },
   lost(text) {
     at("badge").textContent = text;
     at("badge").hidden = false;
@@ -113,7 +164,7 @@ const connection = new Connection({
 });
 
 const keys = {
-  f: frame, h: hide, i: isolate, p: screenshot, n: togglePanel,
+  f: frame, h: hide, i: isolate, p: screenshot, r: record, l: share, n: togglePanel,
   "shift+h": () => control({type: "show_all"}),
   home: () => send({type: "frame"}),
   0: () => useCamera(null),
@@ -142,7 +193,9 @@ new Input(at("canvas"), {
 
 at("search").addEventListener("keydown", (event) => { if (event.key === "Escape") { at("search").value = ""; nodes.draw(); at("canvas").focus(); } });
 at("cameras").onchange = () => { useCamera(at("cameras").value === "" ? null : Number(at("cameras").value)); at("canvas").focus(); };
-for (const [id, action] of [["frame-all", () => send({type: "frame"})], ["screenshot", screenshot], ["toggle-panel", togglePanel], ["frame-node", frame],
+for (const [id, action] of [["frame-all", () => send({type: "frame"})], ["screenshot", screenshot], ["record", record], ["share", share], ["toggle-panel", togglePanel], ["frame-node", frame],
                             ["hide", hide], ["isolate", isolate], ["show-all", () => control({type: "show_all"})], ["deselect", () => select(null)]])
   at(id).onclick = action;
+at("record").hidden = Recorder.type() === undefined;
+at("shadows").onchange = at("tone-map").onchange = sendRender;
 if (matchMedia("(max-width: 700px)").matches) document.body.classList.add("no-panel");

@@ -45,6 +45,19 @@ export class Nodes {
     this.reveal();
   }
 
+  // Names from the root to the node.
+  path(node) {
+    const names = [];
+    for (let at = node; at >= 0; at = this.parents[at]) names.unshift(this.names[at]);
+    return names.join("/");
+  }
+
+  // The first node with this path; null: there is none.
+  find(path) {
+    const node = this.names.findIndex((name, index) => path.endsWith(name) && this.path(index) === path);
+    return node < 0 ? null : node;
+  }
+
   // Scrolls the list alone, not the panel.
   reveal() {
     const tree = this.elements.tree, row = tree.querySelector(".selected");

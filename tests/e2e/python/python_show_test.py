@@ -22,8 +22,13 @@ for address in ("http://127.0.0.1:8080/", "https://[::1]:9/", "http://localhost:
     assert tag == "iframe" and attributes["src"] == f"{address}?embed=1#{TOKEN}" and attributes["height"] == "300", attributes
     assert TOKEN not in repr(view) and TOKEN not in str(view), view
 
+STATE = "&view=1,-2.5,3,0,0,0,1,2,0.8&node=arm%2Flink%201"
+[(tag, attributes)] = Frames(fire3dv.show(f"http://127.0.0.1:8080/?embed=1#{TOKEN}{STATE}")._repr_html_()).found
+assert attributes["src"] == f"http://127.0.0.1:8080/?embed=1#{TOKEN}{STATE}", attributes
+
 for link in ("", "127.0.0.1:8080", f"ftp://host/#{TOKEN}", "http://127.0.0.1:8080/", f"http:///#{TOKEN}",
-             f"http://host/#{TOKEN}0", "javascript:alert(1)#" + TOKEN,
+             f"http://host/#{TOKEN}0", f"http://host/#{TOKEN}&other=1", f'http://host/#{TOKEN}&node="',
+             "javascript:alert(1)#" + TOKEN,
              "http://[::1#" + TOKEN, 5, None, b"http://host/"):
     try:
         fire3dv.show(link)

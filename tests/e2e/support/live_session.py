@@ -24,10 +24,10 @@ PIXELS = """(() => {
 class LiveRenderer:
     """fire3dv with --serve, and its links."""
 
-    def __init__(self, test, *arguments, at="127.0.0.1:0", change=None, host=None):
-        """change: see edit_glb(). host: network namespace of the renderer; None: this one."""
+    def __init__(self, test, *arguments, at="127.0.0.1:0", scene=None, change=None, host=None):
+        """scene: file; None: the robot arm. change: see edit_glb(). host: network namespace of the renderer; None: this one."""
         self.test, self.host_of_renderer = test, host
-        self.scene = test.path("arm.glb")
+        self.scene = scene or test.path("arm.glb")
         if not os.path.exists(self.scene):
             subprocess.run([test.programs_at["bullet_arm"], "--write-scene", self.scene], check=True, stdout=subprocess.DEVNULL)
         if change:
@@ -43,12 +43,12 @@ class LiveRenderer:
         self.view = self.renderer.wait_err(r"^  view     (https?://\S+/#[0-9a-f]{32})$").group(1)
         self.host = self.control.split("/")[2]
 
-    def viewer(self, width, height, h264=False):
-        """A viewer without a browser, whose canvas has this size."""
+    def viewer(self, width, height, h264=False, link=None):
+        """A viewer without a browser, whose canvas has this size. link: None: the control link."""
         host, port = self.host.split(":")
         client = WebSocketClient(host, int(port), "/socket", origin=f"http://{self.host}")
         check(client.status == 101, f"no WebSocket: {client.status}")
-        client.send('{"type":"hello","token":"%s"}' % self.control.split("#")[1])
+        client.send('{"type":"hello","token":"%s"}' % (link or self.control).split("#")[1])
         while b'"welcome"' not in client.receive()[1]:  # earlier messages are lost while the renderer starts
             pass
         if h264:

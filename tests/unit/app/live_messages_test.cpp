@@ -37,5 +37,35 @@ TEST(LiveMessages, ListsViewersAndMarksTheOwnOne) {
       {"number": 3, "control": true, "own": false}, {"number": 8, "control": false, "own": true}]})"));
 }
 
+TEST(LiveMessages, AFreeViewComesBackUnchanged) {
+  scene::Scene scene;
+  scene.bounds_min = glm::vec3(-1);
+  scene.bounds_max = glm::vec3(1);
+  CameraRig camera = *CameraRig::create(scene);
+  EXPECT_FALSE(camera.free_view()) << "no image has placed it yet";
+  EXPECT_EQ(Json::parse(view_message({}))["position"], nullptr);
+  const glm::quat turned = glm::angleAxis(1.0f, glm::normalize(glm::vec3(1, 2, 3)));
+  camera.set_free_view({{1, 2, 3}, turned, 4, 0.5f});
+  const state::PoseState poses(scene);
+  const CameraRig::Placed placed = camera.placed(poses, 1);
+  EXPECT_FLOAT_EQ(placed.camera.vertical_fov_rad, 0.5f);
+  EXPECT_EQ(glm::vec3(placed.world_from_camera[3]), glm::vec3(1, 2, 3));
+  const glm::vec3 right = turned * glm::vec3(1, 0, 0);
+  for (int i = 0; i < 3; ++i) EXPECT_NEAR(placed.world_from_camera[0][i], right[i], 1e-6f);
+  const Json message = Json::parse(view_message(camera.free_view()));
+  EXPECT_EQ(message["position"], Json({1, 2, 3}));
+  EXPECT_EQ(message["distance"], 4);
+  EXPECT_EQ(message["fov"], 0.5);
+  for (int i = 0; i < 4; ++i) EXPECT_NEAR(message["rotation"][static_cast<size_t>(i)], turned[i], 1e-6f);
+}
+
+TEST(LiveMessages, RenderSettings) {
+  passes::DrawSettings settings;
+  settings.shadows.method = passes::ShadowMethod::off;
+  settings.post.tone_map = passes::ToneMap::neutral;
+  EXPECT_EQ(Json::parse(render_message(settings, false)),
+            Json::parse(R"({"type": "render", "shadows": false, "can_shade": false, "tone_map": 2})"));
+}
+
 }  // namespace
 }  // namespace fire3dv::app

@@ -37,6 +37,23 @@ TEST(ClientMessage, EachKindIsRead) {
   EXPECT_FALSE(read(R"({"type":"camera"})").index);
   EXPECT_TRUE(read(R"({"type":"hide","node":0,"scene":0,"hidden":true})").on);
   EXPECT_EQ(read(R"({"type":"seek","fraction":0.25})").x, 0.25);
+  const ClientMessage view =
+      read(R"({"type":"view","position":[1,2,-3],"rotation":[0,1,0,0],"distance":4,"fov":0.5})");
+  EXPECT_EQ(view.view.position_m[2], -3);
+  EXPECT_EQ(view.view.world_from_camera[1], 1);
+  EXPECT_EQ(view.view.focus_distance_m, 4);
+  EXPECT_EQ(view.view.vertical_fov_rad, 0.5);
+  const ClientMessage plot = read(R"({"type":"plot","on":true,"list":7,"scalars":[5,3]})");
+  EXPECT_TRUE(plot.on);
+  EXPECT_EQ(plot.number, 7u);
+  EXPECT_EQ(plot.plotted, (std::vector<uint32_t>{5, 3}));
+  EXPECT_EQ(read(R"({"type":"plotted","number":9})").number, 9u);
+  const ClientMessage joint = read(R"({"type":"joint","scene":4,"index":2,"position":-1.5})");
+  EXPECT_EQ(joint.scene, 4u);
+  EXPECT_EQ(joint.index, 2u);
+  EXPECT_EQ(joint.x, -1.5);
+  EXPECT_FALSE(read(R"({"type":"posture","scene":4})").index);
+  EXPECT_EQ(read(R"({"type":"render","shadows":false,"tone_map":3})").index, 3u);
   for (const char* text :
        {R"({"type":"pan","right":1,"up":2})", R"({"type":"fly","right":1,"up":2,"back":3})",
         R"({"type":"pick","x":0,"y":1})", R"({"type":"isolate"})", R"({"type":"show_all"})",
@@ -45,38 +62,53 @@ TEST(ClientMessage, EachKindIsRead) {
 }
 
 TEST(ClientMessage, BadOnesAreRefused) {
-  for (const std::string& text : {std::string(),
-                                  std::string("{"),
-                                  std::string("[]"),
-                                  std::string("{}"),
-                                  std::string(R"({"type":1})"),
-                                  std::string(R"({"type":"reboot"})"),
-                                  std::string(R"({"type":"size","width":0,"height":1})"),
-                                  std::string(R"({"type":"size","width":5000,"height":1})"),
-                                  std::string(R"({"type":"size","width":1.5,"height":1})"),
-                                  std::string(R"({"type":"size","width":-1,"height":1})"),
-                                  std::string(R"({"type":"orbit","yaw":1e999,"pitch":0})"),
-                                  std::string(R"({"type":"orbit","yaw":"1","pitch":0})"),
-                                  std::string(R"({"type":"zoom","factor":0,"x":0,"y":0})"),
-                                  std::string(R"({"type":"zoom","factor":1,"x":2,"y":0})"),
-                                  std::string(R"({"type":"frame","node":3})"),
-                                  std::string(R"({"type":"frame","node":4294967295,"scene":0})"),
-                                  std::string(R"({"type":"hide","scene":0,"hidden":true})"),
-                                  std::string(R"({"type":"play","playing":1})"),
-                                  std::string(R"({"type":"shown","image":0})"),
-                                  R"({"type":"hello","token":")" + std::string(200, 'a') + "\"}",
-                                  std::string(3000, '['),
-                                  R"({"type":"show_all","x":")" + std::string(kMaxMessageBytes, 'a') + "\"}"})
+  for (const std::string& text :
+       {std::string(),
+        std::string("{"),
+        std::string("[]"),
+        std::string("{}"),
+        std::string(R"({"type":1})"),
+        std::string(R"({"type":"reboot"})"),
+        std::string(R"({"type":"size","width":0,"height":1})"),
+        std::string(R"({"type":"size","width":5000,"height":1})"),
+        std::string(R"({"type":"size","width":1.5,"height":1})"),
+        std::string(R"({"type":"size","width":-1,"height":1})"),
+        std::string(R"({"type":"orbit","yaw":1e999,"pitch":0})"),
+        std::string(R"({"type":"orbit","yaw":"1","pitch":0})"),
+        std::string(R"({"type":"zoom","factor":0,"x":0,"y":0})"),
+        std::string(R"({"type":"zoom","factor":1,"x":2,"y":0})"),
+        std::string(R"({"type":"frame","node":3})"),
+        std::string(R"({"type":"frame","node":4294967295,"scene":0})"),
+        std::string(R"({"type":"hide","scene":0,"hidden":true})"),
+        std::string(R"({"type":"play","playing":1})"),
+        std::string(R"({"type":"shown","image":0})"),
+        std::string(R"({"type":"view","position":[1,2],"rotation":[0,0,0,1],"distance":1,"fov":1})"),
+        std::string(R"({"type":"view","position":[1,2,1e10],"rotation":[0,0,0,1],"distance":1,"fov":1})"),
+        std::string(R"({"type":"view","position":[1,2,3],"rotation":[0,0,0,0],"distance":1,"fov":1})"),
+        std::string(R"({"type":"view","position":[1,2,3],"rotation":[0,0,0,1],"distance":0,"fov":1})"),
+        std::string(R"({"type":"view","position":[1,2,3],"rotation":[0,0,0,1],"distance":1,"fov":4})"),
+        std::string(R"({"type":"plot","on":true,"list":0,"scalars":[0,1,2,3,4,5,6,7,8]})"),
+        std::string(R"({"type":"plot","on":true,"list":0,"scalars":[-1]})"),
+        std::string(R"({"type":"plotted","number":0})"),
+        std::string(R"({"type":"joint","scene":0,"index":0,"position":1e7})"),
+        std::string(R"({"type":"joint","scene":0,"index":0})"),
+        std::string(R"({"type":"posture","index":1})"),
+        std::string(R"({"type":"render","shadows":true,"tone_map":4})"),
+        R"({"type":"hello","token":")" + std::string(200, 'a') + "\"}",
+        std::string(3000, '['),
+        R"({"type":"show_all","x":")" + std::string(kMaxMessageBytes, 'a') + "\"}"})
     EXPECT_FALSE(parse_message(text).ok()) << text.substr(0, 80);
   EXPECT_NE(parse_message(R"({"type":"orbit","yaw":1})").error().message.find("\"pitch\""),
             std::string::npos);
 }
 
 TEST(ClientMessage, SharedStateNeedsControl) {
-  for (const Kind kind : {Kind::hide, Kind::isolate, Kind::show_all, Kind::play, Kind::step, Kind::seek})
+  for (const Kind kind : {Kind::hide, Kind::isolate, Kind::show_all, Kind::play, Kind::step, Kind::seek,
+                          Kind::joint, Kind::posture, Kind::render})
     EXPECT_TRUE(needs_control(kind));
-  for (const Kind kind : {Kind::hello, Kind::size, Kind::shown, Kind::orbit, Kind::pan, Kind::zoom, Kind::fly,
-                          Kind::frame, Kind::codec, Kind::camera, Kind::pick})
+  for (const Kind kind :
+       {Kind::hello, Kind::size, Kind::shown, Kind::orbit, Kind::pan, Kind::zoom, Kind::fly, Kind::frame,
+        Kind::codec, Kind::camera, Kind::pick, Kind::view, Kind::plot, Kind::plotted})
     EXPECT_FALSE(needs_control(kind));
 }
 

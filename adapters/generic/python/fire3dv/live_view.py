@@ -6,13 +6,15 @@ from urllib.parse import urlsplit
 
 from .errors import ArgumentError, ErrorCode
 
+FRAGMENT = re.compile(r"[0-9a-f]{32}(&(view|camera|node)=[\w.,%~!*'()-]*)*", re.ASCII)
+
 
 @dataclass(frozen=True)
 class LiveView:
     """A frame with the page of a live view. Notebooks show it as the value of a cell."""
 
     address: str = ""  #: of the page, without the token
-    token: str = ""
+    token: str = ""  #: and the camera and the selection, if the link has them
     height: int = 480
 
     def __repr__(self) -> str:  # without the token: texts of objects end up in logs
@@ -25,7 +27,8 @@ class LiveView:
 
 
 def show(link: str, height: int = 480) -> LiveView:
-    """Shows a live view in a notebook. link: one of those that `fire3dv --serve` printed.
+    """Shows a live view in a notebook. link: one of those that `fire3dv --serve` printed, or the address of its page,
+    which has the camera and the selected node.
 
     The notebook must be open in a browser that reaches the link's address, and come from localhost itself. A saved
     notebook contains the link: use the view link, and clear the output before handing the notebook on.
@@ -34,7 +37,7 @@ def show(link: str, height: int = 480) -> LiveView:
         parts = urlsplit(link)
     except (AttributeError, TypeError, ValueError):  # no text, or an address that cannot be read
         parts = urlsplit("")
-    if parts.scheme not in ("http", "https") or not parts.hostname or not re.fullmatch("[0-9a-f]{32}", parts.fragment):
+    if parts.scheme not in ("http", "https") or not parts.hostname or not FRAGMENT.fullmatch(parts.fragment):
         raise ArgumentError(ErrorCode.ARGUMENT, "show() needs a link that fire3dv --serve printed, such as "
                             "http://127.0.0.1:8080/# with 32 digits")
     if not isinstance(height, int) or not 1 <= height <= 10000:

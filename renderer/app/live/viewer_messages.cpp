@@ -1,0 +1,164 @@
+// Messages of viewers: camera and display of one viewer, and what all of them share.
+#include "renderer/app/live/live_view.h"
+
+#include <algorithm>
+
+#include "renderer/app/live/live_joints.h"
+#include "renderer/app/window/viewer_control.h"
+
+namespace fire3dv::app {
+namespace {
+
+using Kind = serve::ClientMessage::Kind;
+
+}  // namespace
+
+void LiveView::apply(serve::ViewerId number, Viewer& viewer, const serve::ClientMessage& message,
+                     replay::TimelineControl* timeline) {
+  const state::PoseState& poses = borrowed_.poses;
+  const auto x = static_cast<float>(message.x), y = static_cast<float>(message.y),
+             z = static_cast<float>(message.z);
+  const Clock::time_point now = Clock::now();
+  if (message.kind == Kind::shown) {
+    if (!viewer.flight || viewer.flight->number != message.number) return;
+    if (!viewer.flight->is_refined)
+      viewer.quality.on_shown(std::chrono::duration<double>(now - viewer.flight->begun).count());
+    viewer.flight.reset();
+    return;
+  }
+  if (message.kind == Kind::codec) {
+    viewer.decodes_h264 = message.on;
+    viewer.needs_key = true;
+    viewer.has_moved = true;
+    return;
+  }
+  if (message.kind == Kind::plotted) return viewer.plots.on_plotted(message.number, now);
+  viewer.changed = now;
+  const bool is_other_scene = message.node && message.scene != scene_number_;
+  if (is_other_scene || (message.node && *message.node >= borrowed_.scene.scene().nodes.size())) return;
+  if (serve::needs_control(message.kind)) return apply_shared(message, timeline);
+  if (message.kind == Kind::size) {
+    viewer.width = message.width;
+    viewer.height = message.height;
+    viewer.can_refine = true;
+  }
+  if (apply_view(viewer, message) || viewer.width == 0) return;  // the canvas comes first
+  const float aspect = viewer.aspect();
+  if (message.kind == Kind::pick) return request_pick(number, viewer, message.x, message.y);
+  viewer.has_moved = true;
+  switch (message.kind) {
+    case Kind::orbit:
+      return viewer.camera.orbit(poses, x, y);
+    case Kind::pan:
+      return viewer.camera.pan(poses, x, y);
+    case Kind::zoom:
+      return viewer.camera.zoom(poses, z, {x, y}, aspect);
+    case Kind::fly:
+      return viewer.camera.fly(poses, {x, y, z}, viewer.camera.scene_radius_m());
+    case Kind::frame:
+      return message.node ? viewer.camera.frame_node(poses, *message.node, aspect)
+                          : viewer.camera.frame_all(aspect);
+    default:
+      return;
+  }
+}
+
+// Messages that need no canvas. Returns false for others.
+bool LiveView::apply_view(Viewer& viewer, const serve::ClientMessage& message) {
+  if (message.kind == Kind::plot) {
+    if (message.on)
+      viewer.plots.open(scalars_, message.number, message.plotted);
+    else
+      viewer.plots.close();
+    return true;
+  }
+  if (message.kind == Kind::camera) {
+    message.index ? viewer.camera.select(*message.index) : viewer.camera.let_go(borrowed_.poses);
+    viewer.has_moved = true;
+    return true;
+  }
+  if (message.kind != Kind::view) return false;
+  const serve::ClientMessage::View& view = message.view;
+  const auto& q = view.world_from_camera;
+  viewer.camera.set_free_view(
+      {glm::vec3(glm::dvec3(view.position_m[0], view.position_m[1], view.position_m[2])),
+       glm::quat(glm::dquat(q[3], q[0], q[1], q[2])), static_cast<float>(view.focus_distance_m),
+       static_cast<float>(view.vertical_fov_rad)});
+  viewer.has_moved = true;
+  return true;
+}
+
+void LiveView::apply_shared(const serve::ClientMessage& message, replay::TimelineControl* timeline) {
+  gui::Viewer& viewer = borrowed_.viewer;
+  switch (message.kind) {
+    case Kind::hide:
+      if (message.on)
+        viewer.hidden.insert(*message.node);
+      else
+        viewer.hidden.erase(*message.node);
+      break;
+    case Kind::isolate:
+      viewer.isolated = message.node.value_or(scene::kNone);
+      break;
+    case Kind::show_all:
+      viewer.hidden.clear();
+      viewer.isolated = scene::kNone;
+      break;
+    case Kind::joint:
+    case Kind::posture:
+      return apply_joints(message);
+    case Kind::render:
+      return apply_render(message);
+    default:
+      if (timeline) apply_timeline(message, *timeline);
+      return;
+  }
+  borrowed_.scene.set_user_edits(edits_of(viewer));
+}
+
+void LiveView::apply_timeline(const serve::ClientMessage& message, replay::TimelineControl& timeline) const {
+  if (message.kind == Kind::play) message.on ? timeline.play() : timeline.pause();
+  if (message.kind == Kind::step) message.on ? timeline.step() : timeline.step_back();
+  if (message.kind != Kind::seek) return;
+  const replay::TimelineState now = timeline.timeline();
+  const double length = static_cast<double>(std::max(now.end_ns, now.start_ns) - now.start_ns);
+  timeline.seek(now.start_ns + static_cast<uint64_t>(length * message.x));
+}
+
+void LiveView::apply_joints(const serve::ClientMessage& message) {
+  if (!borrowed_.robot || message.scene != scene_number_) return;
+  const state::RobotPose& robot = *borrowed_.robot;
+  state::JointPositions& joints = borrowed_.viewer.joints;
+  has_changed_ = true;
+  if (message.kind == Kind::joint) {
+    (void)move_joint(robot, borrowed_.poses, *message.index, message.x, joints);
+  } else if (!message.index) {
+    joints.clear();
+  } else if (*message.index < robot.robot().named_poses().size()) {
+    joints = robot.positions_of(*message.index);
+  }
+}
+
+// A renderer that has started without shadows has no passes for them.
+bool LiveView::can_switch_shadows_on() const {
+  passes::DrawSettings wanted = borrowed_.viewer.draw;
+  if (wanted.shadows.method == passes::ShadowMethod::off) wanted.shadows.method = shadows_;
+  wanted.max_textures = borrowed_.renderer.max_textures();
+  return !borrowed_.renderer.needs_new_renderer(wanted);
+}
+
+void LiveView::apply_render(const serve::ClientMessage& message) {
+  passes::DrawSettings& draw = borrowed_.viewer.draw;
+  const bool has_shadows = draw.shadows.method != passes::ShadowMethod::off;
+  draw.post.tone_map = static_cast<passes::ToneMap>(*message.index);
+  if (has_shadows && !message.on) {
+    shadows_ = draw.shadows.method;
+    draw.shadows.method = passes::ShadowMethod::off;
+  }
+  if (!has_shadows && message.on && can_switch_shadows_on()) draw.shadows.method = shadows_;
+  borrowed_.renderer.apply(draw);
+  for (auto& [number, viewer] : viewers_) viewer.has_moved = true;
+  has_changed_ = true;
+}
+
+}  // namespace fire3dv::app
