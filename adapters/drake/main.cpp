@@ -47,6 +47,8 @@ int run(const Options& options) {
         app::find_cache_locations(options.drawing.cache, [](const char* name) { return std::getenv(name); });
     app::PipelineCacheFile pipelines(**device, places.pipelines);
     if (pipelines.note()) log(warning(*pipelines.note()));
+    if (const std::string missing = app::lacking_ray_effects(**device, options.drawing); !missing.empty())
+      log(warning(missing));
     passes::DrawSettings settings = app::draw_settings(options.drawing, std::move(*environment));
     settings.cached_environments = app::environment_store(places.environments);
 

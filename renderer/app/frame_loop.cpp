@@ -64,6 +64,8 @@ passes::DrawSettings draw_settings(const Options& options,
   settings.levels_of_detail = options.levels_of_detail;
   settings.anisotropy = options.anisotropy;
   settings.shadows = options.shadows;
+  settings.ray_effects.on = options.ray_effects;
+  settings.ray_effects.back_end = options.shadows.back_end;
   settings.path = options.path;
   settings.post.exposure = options.exposure.value_or(1);  // set_exposure() replaces it
   settings.post.metered = options.metered_exposure;
@@ -71,6 +73,14 @@ passes::DrawSettings draw_settings(const Options& options,
   settings.post.fxaa = options.fxaa;
   settings.post.bloom = options.bloom;
   return settings;
+}
+
+std::string lacking_ray_effects(const gpu::Device& device, const Options& options) {
+  if (!options.ray_effects.any()) return "";
+  const bool has_visibility_buffer =
+      options.raster != passes::RasterPath::forward && device.report().int64_atomics;
+  const Result<void> can = passes::can_trace_ray_effects(device, has_visibility_buffer);
+  return can ? "" : "--ray-effects: " + can.error().message;
 }
 
 void install_stop_signals() {
@@ -126,6 +136,10 @@ FrameLoop::FrameLoop(const FrameLoopContext& context)
                  compute ? "from a visibility buffer" : "forward",
                  counted(static_cast<uint32_t>(renderer_.samples()), "sample").c_str(),
                  passes::describe(renderer_.shadow_technique()));
+    if (renderer_.traces_ray_effects())
+      std::fprintf(stderr, "fire3dv: info: ray effects: %s, %s\n",
+                   passes::describe(options_.ray_effects).c_str(),
+                   passes::describe_path_back_end(renderer_.ray_effect_back_end()));
   }
   if (renderer_.traces() && !options_.path) {
     std::fprintf(stderr, "fire3dv: info: acceleration structures are built %s\n",

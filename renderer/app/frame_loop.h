@@ -40,6 +40,8 @@ bool stop_was_requested();
 // Draw settings of the command line. environment: null for the studio environment.
 passes::DrawSettings draw_settings(const Options& options,
                                    std::shared_ptr<const scene::EnvironmentImage> environment);
+// Warning for ray effects that the device cannot trace; empty: none.
+std::string lacking_ray_effects(const gpu::Device& device, const Options& options);
 
 // Objects that a frame loop works with. All are borrowed.
 struct FrameLoopContext {

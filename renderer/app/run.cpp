@@ -438,6 +438,8 @@ int run(const Options& options) {
       if (Result<void> can = passes::can_trace_paths(device); !can)
         return fail(Error{"--render path: " + can.error().message});
     }
+    if (const std::string missing = lacking_ray_effects(device, options); !missing.empty())
+      say(warning(missing));
     PipelineCacheFile pipelines(device, places.pipelines);
     if (pipelines.note()) say(warning(*pipelines.note()));
     gui::Viewer viewer;

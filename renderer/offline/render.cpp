@@ -238,6 +238,8 @@ Result<bool> Render::draw(const scene::LoadedScene& loaded, const Timeline& time
       return Error{"--render path: " + can.error().message};
     for (const std::string& limit : passes::path_tracing_limits(loaded.scene)) say(warning(limit));
   }
+  if (const std::string missing = app::lacking_ray_effects(**device, drawing_); !missing.empty())
+    say(warning(missing));
   app::PipelineCacheFile pipelines(**device, places_.pipelines);
   if (pipelines.note()) say(warning(*pipelines.note()));
   passes::DrawSettings settings = app::draw_settings(drawing_, std::move(*environment));

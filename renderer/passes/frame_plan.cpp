@@ -46,10 +46,11 @@ FramePlan plan_frame(const FrameFacts& facts, const ImageOutputs& outputs, const
   plan.path_resolve = facts.is_path_traced && outputs.shaded();
   plan.shading = outputs.shaded() && !facts.is_path_traced && !replaces_shading(inspection.debug_view);
   plan.compute_shading = plan.shading && can_compute;
+  plan.ray_effects = plan.compute_shading && facts.ray_effects && views == 1;
 
   plan.shadows = plan.shading && facts.shadows_on;
   const bool traced = plan.shadows && technique.method == ShadowMethod::ray;
-  plan.acceleration_structures = traced && facts.has_lights;
+  plan.acceleration_structures = (traced && facts.has_lights) || plan.ray_effects;
   // The fragment shader of the forward path traces ray queries itself.
   plan.shadow_mask = traced && (can_compute || technique.back_end == RayBackEnd::pipeline);
 

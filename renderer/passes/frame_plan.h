@@ -57,6 +57,7 @@ struct FrameFacts {
   bool shadows_on = true;
   ShadowTechnique shadow_technique;
   bool is_path_traced = false;  // colours come from the path tracer
+  bool ray_effects = false;     // of the settings, on a device that traces them
   bool has_lights = false;
   bool needs_shadow_maps = false;  // the technique, for this scene
   bool bloom = false;              // of the post settings
@@ -77,6 +78,7 @@ struct FramePlan {
   bool shading = false;          // false: colours are not requested, or a debug view replaces them
   bool coverage_merge = false;   // one shading sample for the triangles of one surface in a pixel
   bool compute_shading = false;  // from the visibility buffer
+  bool ray_effects = false;      // before compute shading, which reads them
   bool hdr_samples = false;      // compute shading writes the HDR target, which the tone-map pass resolves
   bool forward = false;          // the whole scene, or forward-only draws over compute shading
   bool markers = false;          // over all surfaces

@@ -96,6 +96,7 @@ void SceneRenderer::allocate(const FrameRequest& request) {
   if (outputs_) outputs_->begin(request.outputs, *gpu_scene_, request.extent, request.views);
   if (plan.visibility_buffer)
     visibility_->allocate(*gpu_scene_, settings_.cull, plan.camera_levels_of_detail);
+  if (plan.ray_effects) ray_effects_->allocate(*targets_);
   if (plan.metering) {
     if (!light_meter_)
       light_meter_ = std::make_unique<LightMeterPass>(device_, samples_, path_tracer_ != nullptr);
@@ -128,6 +129,7 @@ FrameFacts SceneRenderer::facts(const FrameRequest& request) const {
   facts.shadows_on = shadows_on_;
   facts.shadow_technique = shadow_technique_;
   facts.is_path_traced = path_tracer_ != nullptr;
+  facts.ray_effects = traces_ray_effects();
   facts.has_lights = shadows_.has_lights();
   facts.needs_shadow_maps = shadows_.needs_maps();
   facts.bloom = settings_.post.bloom > 0;
@@ -139,12 +141,14 @@ Result<void> SceneRenderer::can_take(const ImageOutputs& outputs, uint32_t views
   if (views > 1 && path_tracer_) return Error{"paths are traced for one camera at a time"};
   if (views > 1) {
     // Edits may show hidden nodes in the recorded frame.
-    const bool has_effects = settings_.post.reads_samples() && outputs.has(wire::kColorSrgb8);
+    const bool has_effects =
+        (settings_.post.reads_samples() || traces_ray_effects()) && outputs.has(wire::kColorSrgb8);
     const bool alone = path_ != RasterPath::visibility || may_have_forward_only_ || has_effects;
     if (alone || outputs.has(wire::kColorLinearF16))
       return Error{
           "several cameras at once need the visibility path, a scene without blended surfaces, lines and "
-          "points, no bloom, no metered exposure and no linear colours: take one after the other"};
+          "points, no bloom, no metered exposure, no ray effects and no linear colours: take one after the "
+          "other"};
   }
   if (!outputs.has_planes()) return {};
   if (path_ != RasterPath::visibility) {

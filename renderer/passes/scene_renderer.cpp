@@ -94,6 +94,10 @@ SceneRenderer::SceneRenderer(gpu::Device& device, const DrawSettings& settings)
         device, layout_.get(), *settings.path,
         settings.environment ? *settings.environment : scene::studio_environment());
   }
+  const bool compute = path_ == RasterPath::visibility;
+  if (settings.ray_effects.on.any() && !settings.path && can_trace_ray_effects(device, compute))
+    ray_effects_ = std::make_unique<RayEffectsPass>(
+        device, layout_.get(), samples_ == VK_SAMPLE_COUNT_4_BIT ? 4 : 1, settings.ray_effects.back_end);
   settings_.environment.reset();  // the GPU copy is complete
 }
 
@@ -104,6 +108,7 @@ void SceneRenderer::apply(const DrawSettings& settings) {
   settings_.environment_rotation_rad = settings.environment_rotation_rad;
   settings_.background = settings.background;
   shadows_on_ = settings.shadows.method != ShadowMethod::off;
+  settings_.ray_effects = settings.ray_effects;
   settings_.post = settings.post;
   if (path_tracer_) settings_.post.fxaa = false;
 }
@@ -119,7 +124,10 @@ bool SceneRenderer::needs_new_renderer(const DrawSettings& settings) const {
   // Without storage of samples, effects draw the whole scene forward, which set_scene() must know.
   const bool other_draws = visibility_ && !visibility_->can_write_samples() &&
                            settings.post.reads_samples() != settings_.post.reads_samples();
-  return path != path_ || other_shadows || other_environment || other_draws ||
+  // Rays that hit surfaces need triangles where shadow rays may have boxes.
+  const bool lacks_ray_effects = settings.ray_effects.on.any() && !path_tracer_ && !ray_effects_ &&
+                                 can_trace_ray_effects(device_, compute);
+  return path != path_ || other_shadows || other_environment || other_draws || lacks_ray_effects ||
          choose_samples(device_, path, settings.samples) != samples_ ||
          settings.anisotropy != settings_.anisotropy || settings.max_textures > settings_.max_textures;
 }
@@ -132,10 +140,10 @@ void SceneRenderer::set_scene(const scene::Scene& scene, const scene::Derived& d
   }
   SceneUses uses;
   uses.anisotropy = settings_.anisotropy;
-  uses.rays = path_tracer_ ? gpu::Rays::many : expected_rays(scene);
+  uses.rays = path_tracer_ || ray_effects_ ? gpu::Rays::many : expected_rays(scene);
   uses.path_traced = path_tracer_ != nullptr;
-  uses.rays_to_boxes =
-      !path_tracer_ && gpu::traces_to_boxes(device_) && shadow_technique_.back_end != RayBackEnd::pipeline;
+  uses.rays_to_boxes = !path_tracer_ && !ray_effects_ && gpu::traces_to_boxes(device_) &&
+                       shadow_technique_.back_end != RayBackEnd::pipeline;
   // Without storage of samples, images with effects are drawn forward.
   uses.drawn_forward = path_ != RasterPath::visibility ||
                        (settings_.post.reads_samples() && !visibility_->can_write_samples());
@@ -165,7 +173,8 @@ gpu::Rays SceneRenderer::expected_rays(const scene::Scene& scene) const {
 void SceneRenderer::expect_shading(const scene::Scene& scene) {
   if (path_ != RasterPath::visibility || path_tracer_) return;
   VisibilityPass::Shading shading;
-  shading.core_materials = !any_extended(scene.materials);
+  shading.ray_effects = traces_ray_effects();
+  shading.core_materials = !shading.ray_effects && !any_extended(scene.materials);
   shading.textures = any_textured(scene.materials);
   shading.second_uv = any_second_uv(scene.materials);
   shading.material_flags = optional_flags(scene.materials);
@@ -209,6 +218,8 @@ void SceneRenderer::record(const PreparedFrame& prepared, gpu::Recorder& recorde
   if (plan.inspection) draw_debug_view(frame);
   // One shading sample for the triangles of one surface in a pixel.
   if (plan.coverage_merge) merge_coverage(frame);
+  // Reflected light and occlusion of the visible surfaces, by rays.
+  if (plan.ray_effects) trace_ray_effects(frame);
   // Shadow mask, and colours from the visibility buffer.
   if (plan.shadow_mask || plan.compute_shading) shade(frame);
   // The whole scene, or blended surfaces, lines and points.
@@ -329,21 +340,28 @@ void SceneRenderer::merge_coverage(const Frame& frame) {
   visibility_->merge_coverage(frame.recorder, *gpu_scene_, frame.globals, frame.plan.shadow_mask);
 }
 
+void SceneRenderer::trace_ray_effects(const Frame& frame) {
+  ray_effects_->allocate(*targets_);  // edits may have changed the plan since prepare()
+  const float radius_m = 0.5f * glm::length(scene_->bounds_max - scene_->bounds_min);
+  ray_effects_->record(frame.recorder, {*gpu_scene_, *targets_, frame.views[0], frame.globals[0], radius_m},
+                       settings_.ray_effects);
+}
+
 void SceneRenderer::shade(const Frame& frame) {
   const FramePlan& plan = frame.plan;
   gpu::Recorder& recorder = frame.recorder;
   const VkRect2D* const hdr_area = plan.hdr_samples ? &frame.hdr_area : nullptr;
   const uint32_t mode = shadow_mode(plan.shadow_mask);
   if (!plan.shadow_mask) {
-    visibility_->shade(recorder, *gpu_scene_, shadows_, *targets_, {0, frame.views, frame.globals, mode},
-                       settings_.post, hdr_area);
+    visibility_->shade(recorder, *gpu_scene_, shadows_, *targets_,
+                       {0, frame.views, frame.globals, mode, plan.ray_effects}, settings_.post, hdr_area);
     return;
   }
   // In sequence, since all views share one ray list and one mask.
   for (uint32_t view = 0; view < frame.views.size(); ++view) {
     if (view > 0) shadows_.clear_ray_lists(recorder);
     const VisibilityPass::Shaded shaded{view, frame.views.subspan(view, 1),
-                                        std::span(frame.globals).subspan(view, 1), mode};
+                                        std::span(frame.globals).subspan(view, 1), mode, plan.ray_effects};
     if (plan.compute_shading && shadows_.tests_maps_while_shading()) {
       visibility_->shade_and_trace(recorder, *gpu_scene_, shadows_, *targets_, shaded, settings_.post,
                                    hdr_area);
@@ -388,7 +406,8 @@ void SceneRenderer::post_process(const Frame& frame) {
     path_tracer_->resolve(frame.recorder, *targets_, post, linear, metered);
     return;
   }
-  const bool is_partial = plan.compute_shading && visibility_->tone_maps_other_pixels(*gpu_scene_);
+  const bool is_partial =
+      plan.compute_shading && visibility_->tone_maps_other_pixels(*gpu_scene_, plan.ray_effects);
   post_.record(frame.recorder, *targets_, post, linear, metered,
                is_partial ? frame.hdr_area : frame.whole_area());
 }

@@ -18,6 +18,7 @@
 #include "renderer/passes/post/bloom_pass.h"
 #include "renderer/passes/post/light_meter_pass.h"
 #include "renderer/passes/post/post_pass.h"
+#include "renderer/passes/ray_effects/ray_effects_pass.h"
 #include "renderer/passes/resources/edit_uploader.h"
 #include "renderer/passes/resources/gpu_scene.h"
 #include "renderer/passes/resources/pose_passes.h"
@@ -46,6 +47,7 @@ struct DrawSettings {
   float environment_rotation_rad = 0;  // about +Y, counter-clockwise seen from above
   Background background;
   PostSettings post;
+  RayEffectSettings ray_effects;  // of raster images, on devices that trace rays; see can_trace_ray_effects()
   std::optional<PathSettings> path;  // colours by path tracing; the device must support it. nullopt: raster
   uint32_t max_textures = 1 << 16;   // texture capacity of a scene; larger values slow down every start
 };
@@ -165,9 +167,16 @@ class SceneRenderer {
   // Applies to later frames. Has no effect if the scene was set without LODs.
   void set_levels_of_detail(LevelsOfDetail levels) { settings_.levels_of_detail = levels; }
   void set_shadows(bool on) { shadows_on_ = on; }
+  // Applies to later frames. Has no effect if the renderer was created without ray effects.
+  void set_ray_effects(const RayEffects& on) { settings_.ray_effects.on = on; }
+  bool traces_ray_effects() const { return ray_effects_ && settings_.ray_effects.on.any(); }
+  RayBackEnd ray_effect_back_end() const {
+    return ray_effects_ ? ray_effects_->back_end() : RayBackEnd::none;
+  }
 
   // Applies to later frames: exposure, bloom, tone mapping, FXAA (which changes image()), culling, LOD,
-  // shadows on and off, environment intensity and rotation, background. All other settings stay.
+  // shadows on and off, ray effects (but the first one), environment intensity and rotation, background. All
+  // other settings stay.
   void apply(const DrawSettings& settings);
   // True if the settings need a new renderer: another raster path, shadow technique, sample count,
   // environment or texture filter.
@@ -207,6 +216,7 @@ class SceneRenderer {
   void write_planes(const Frame& frame, std::span<CameraHistory> histories);
   void draw_debug_view(const Frame& frame);
   void merge_coverage(const Frame& frame);
+  void trace_ray_effects(const Frame& frame);
   void shade(const Frame& frame);
   void draw_forward(const Frame& frame);
   void draw_markers(const Frame& frame);
@@ -243,9 +253,10 @@ class SceneRenderer {
   StaleOverlayPass stale_overlay_;
   std::unique_ptr<LightMeterPass> light_meter_;  // created on first use, like bloom_
   std::unique_ptr<BloomPass> bloom_;
-  std::unique_ptr<PathPass> path_tracer_;  // null: raster
-  std::unique_ptr<Inspector> inspector_;   // created on first use
-  Environment environment_;                // last: its wait for the GPU overlaps with pipeline compilation
+  std::unique_ptr<PathPass> path_tracer_;        // null: raster
+  std::unique_ptr<RayEffectsPass> ray_effects_;  // null: not in the settings, or not supported
+  std::unique_ptr<Inspector> inspector_;         // created on first use
+  Environment environment_;  // last: its wait for the GPU overlaps with pipeline compilation
   const scene::Scene* scene_ = nullptr;
   bool may_have_forward_only_ = false;  // has forward-only draws, hidden or not
   const scene::SceneEdits* edits_ = nullptr;

@@ -2,7 +2,7 @@
 // averages samples like the forward path's resolve.
 // Variants: FIRE3DV_SAMPLES 1 or 4. FIRE3DV_UNRESOLVED writes linear samples, for forward-only draws.
 // FIRE3DV_TEST_MAPS tests the shadow maps of hard lights; pixels with unresolved shadows are listed for the
-// deferred re-shade after the rays.
+// deferred re-shade after the rays. FIRE3DV_RAY_EFFECTS reads reflections and ambient occlusion.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/halves.glsl"
@@ -91,6 +91,9 @@ vec3 color_of(GlobalsRef globals, uint id, uvec2 pixel, uint samples) {
   if (id == 0) return background_of(globals, pixel);
   shaded_pixel = pixel.y * globals.value.width + pixel.x;
   shaded_samples = samples;
+#ifdef FIRE3DV_RAY_EFFECTS
+  ray_effect = ray_effect_at(globals, push.visibility, push.ray_effects, pixel, id, samples);
+#endif
   return shaded(globals, id, position_of_samples(pixel, samples));
 }
 

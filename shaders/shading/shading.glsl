@@ -2,6 +2,9 @@
 #ifndef FIRE3DV_SHADING_GLSL
 #define FIRE3DV_SHADING_GLSL
 #include "material/material_surface.glsl"
+#ifdef FIRE3DV_RAY_EFFECTS
+#include "ray_effects/ray_effect_lookup.glsl"
+#endif
 #include "shading/lights.glsl"
 
 // Visible share of a light at the point, 0 to 1. The including shader defines it.
@@ -27,8 +30,9 @@ void hold_lights(GlobalsRef globals) {
 
 bool is_display_referred;  // of the last call of shade(): the colour is shown as it is
 
-// Linear HDR colour, premultiplied, and alpha. behind: transmittance of the background, per channel.
-vec4 shade(GlobalsRef globals, MaterialRecord material, vec4 base_color, SurfacePoint point, out vec3 behind) {
+// Linear HDR colour, premultiplied, and alpha. to_eye: unit. behind: transmittance of the background, per channel.
+vec4 shade(GlobalsRef globals, MaterialRecord material, vec4 base_color, SurfacePoint point, vec3 to_eye,
+           out vec3 behind) {
   const float kLargestHalf = 65504;  // largest finite half float of the target; larger values become
                                      // infinity, then NaN
   float alpha = 1;
@@ -39,13 +43,18 @@ vec4 shade(GlobalsRef globals, MaterialRecord material, vec4 base_color, Surface
   if (is_display_referred) return vec4(min(base_color.rgb, vec3(kLargestHalf)) * alpha, alpha);
 
   const vec4 uv = point.uv, dx = point.uv_dx, dy = point.uv_dy;
-  const vec3 to_eye = normalize(globals.value.eye_world - point.position_world);
   const Surface surface = make_surface(globals, material, base_color, point, to_eye);
   const float occlusion_sample = sample_or(material.occlusion_texture, uv, dx, dy, vec4(1)).r;
-  const float occlusion = 1 + material.occlusion_strength * (occlusion_sample - 1);
+  float occlusion = 1 + material.occlusion_strength * (occlusion_sample - 1);
+#ifdef FIRE3DV_RAY_EFFECTS
+  occlusion *= ray_effect.open;
+#endif
   const float under_coat = surface.coat > 0 ? 1 - coat_albedo(surface) : 1;
   vec3 radiance = under_coat * material.emissive * sample_or(material.emissive_texture, uv, dx, dy, vec4(1)).rgb;
   radiance += reflect_environment(globals, surface, occlusion);
+#ifdef FIRE3DV_RAY_EFFECTS
+  radiance = max(radiance + reflect_traced(globals, surface, occlusion, ray_effect), vec3(0));
+#endif
 
   uint i = 0;
 #ifdef FIRE3DV_CPU
@@ -68,6 +77,11 @@ vec4 shade(GlobalsRef globals, MaterialRecord material, vec4 base_color, Surface
   }
   // The alpha serves users that blend by one value: the mean over the channels.
   return vec4(min(radiance, vec3(kLargestHalf)) * alpha, 1 - dot(behind, vec3(1.0 / 3.0)));
+}
+
+vec4 shade(GlobalsRef globals, MaterialRecord material, vec4 base_color, SurfacePoint point, out vec3 behind) {
+  const vec3 to_eye = normalize(globals.value.eye_world - point.position_world);
+  return shade(globals, material, base_color, point, to_eye, behind);
 }
 
 vec4 shade(GlobalsRef globals, MaterialRecord material, vec4 base_color, SurfacePoint point) {

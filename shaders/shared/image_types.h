@@ -79,6 +79,7 @@ struct ShadePush {
   FIRE3DV_ADDRESS lists;        // RayList[FIRE3DV_RAY_LISTS], written by shading or read if `listed`
   FIRE3DV_ADDRESS entries;      // RayEntry[], one per pixel
   FIRE3DV_ADDRESS listed_rays;  // ListedRay[]
+  FIRE3DV_ADDRESS ray_effects;  // RayEffectRecord[pixel][sample]; for shaders with ray effects
   uint ray_list_capacity;       // entries of listed_rays
   float exposure;
   uint tone_map;

@@ -13,6 +13,7 @@
 #include "path_types.h"
 #include "pose_types.h"
 #include "raster_types.h"
+#include "ray_effect_types.h"
 
 FIRE3DV_SHARED_BEGIN
 

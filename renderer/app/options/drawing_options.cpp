@@ -76,6 +76,11 @@ void add_drawing_options(CLI::App& app, Options& options, DrawingTexts& texts) {
       ->type_name("STRENGTH")
       ->capture_default_str()
       ->group(kGroup);
+  app.add_option("--ray-effects", texts.ray_effects,
+                 "reflections, ao (ambient occlusion), several with commas, or all")
+      ->type_name("LIST")
+      ->capture_default_str()
+      ->group(kGroup);
   app.add_option("--anisotropy", options.anisotropy, "anisotropic texture filtering, 1 to 16")
       ->check(anisotropy_number)
       ->type_name("N")
@@ -98,6 +103,9 @@ std::string take_drawing_texts(const DrawingTexts& texts, Options& options) {
   if (texts.key_light == "on") options.key_light = KeyLight::on;
   if (texts.key_light == "off") options.key_light = KeyLight::off;
   options.fxaa = texts.fxaa == "on";
+  if (!passes::ray_effects_named(texts.ray_effects, options.ray_effects))
+    return "--ray-effects " + texts.ray_effects +
+           ": must be off, all, or names separated by commas: " + passes::ray_effect_names();
   return "";
 }
 

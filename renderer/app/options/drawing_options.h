@@ -16,7 +16,8 @@ constexpr const char* kDrawingGroup = "Drawing";
 // Values that take_drawing_texts() converts after the whole command line is known.
 struct DrawingTexts {
   std::string background, exposure = "auto", key_light = "auto";
-  std::string shadows = "auto", shadow_rays = "hybrid", tone_map = "neutral", fxaa = "on";
+  std::string shadows = "auto", shadow_rays = "hybrid", tone_map = "neutral", fxaa = "on",
+              ray_effects = "off";
 };
 
 // Both arguments outlive the parsing.

@@ -85,12 +85,13 @@ struct Options {
   passes::LevelsOfDetail levels_of_detail = passes::LevelsOfDetail::automatic;
   float anisotropy = 1;
   passes::ShadowSettings shadows;
+  passes::RayEffects ray_effects;
   std::optional<passes::PathSettings> path;  // nullopt: raster
   std::optional<float> exposure;             // nullopt: estimated from the scene
   bool metered_exposure = false;             // of each image; the estimate is for images without light
   passes::ToneMap tone_map = passes::ToneMap::neutral;
   bool fxaa = true;
-  float bloom = 0;  // share of blurred light
+  float bloom = 0;                                         // share of blurred light
   passes::DebugView debug_view = passes::DebugView::none;  // displayed instead of lighting
 };
 

@@ -64,6 +64,7 @@ std::optional<std::string> take_path_options(const PathTexts& texts, bool offlin
   if (options.debug_view != passes::DebugView::none) return "--render path and --view exclude each other";
   if (options.shadows != passes::ShadowSettings())
     return "--render path traces all shadows: leave --shadows and --shadow-rays out";
+  if (options.ray_effects.any()) return "--render path traces all light: leave --ray-effects out";
   if (!offline && options.frames == 0 && !options.list_devices && options.recording.replay.empty())
     return "--render path would draw the same image again and again: add --frames 1";
   if (texts.f_number->count() != texts.focus_distance->count())

@@ -273,6 +273,10 @@ void draw_render_panel(const Context& context) {
   constexpr const char* kToneMaps[] = {"Reinhard", "ACES", "neutral", "none"};
   choose(ui, "Tone mapping", draw.post.tone_map, kToneMaps);
   ui.check("FXAA", draw.post.fxaa, "Smooths edges of the finished image");
+  ui.check("Reflections by rays", draw.ray_effects.on.reflections,
+           "Smooth surfaces mirror bodies; needs rays on the device");
+  ui.check("Ambient occlusion", draw.ray_effects.on.ambient_occlusion,
+           "Less light of the environment in corners; needs rays on the device");
   constexpr const char* kPaths[] = {"automatic", "forward", "visibility"};
   choose(ui, "Raster path", draw.raster, kPaths);
   choose_samples(ui, draw.samples);

@@ -30,7 +30,7 @@ VkDeviceSize bytes_of(const Targets& targets) {
   const VkDeviceSize sample_bytes = targets.hdr ? 8 + 4 : 0, finished_bytes = targets.smoothed ? 4 + 4 : 4;
   return pixels * (targets.samples * sample_bytes + finished_bytes) + bloom_bytes +
          targets.visibility.buffer.size_bytes + targets.shadow_mask.size_bytes +
-         targets.shadow_entries.size_bytes + targets.listed_rays.size_bytes;
+         targets.shadow_entries.size_bytes + targets.listed_rays.size_bytes + targets.ray_effects.size_bytes;
 }
 
 }  // namespace fire3dv::passes

@@ -66,8 +66,10 @@ struct Targets {
   gpu::Buffer shadow_mask;     // uint32_t[pixel][word]
   gpu::Buffer shadow_entries;  // gpu_types::RayEntry[pixel][word]
   gpu::Buffer listed_rays;     // gpu_types::ListedRay[]
+  gpu::Buffer ray_effects;     // gpu_types::RayEffectRecord[pixel][sample]; null: no image had them
   // Each set belongs to the pass that writes it.
-  gpu::DescriptorSet shade_set, tone_map_set, fxaa_set, stale_overlay_set, overlay_set, path_set, light_meter_set;
+  gpu::DescriptorSet shade_set, tone_map_set, fxaa_set, stale_overlay_set, overlay_set, path_set,
+      light_meter_set;
   VkImageView stale_overlay_view = VK_NULL_HANDLE, overlay_view = VK_NULL_HANDLE;  // of the last two
 };
 

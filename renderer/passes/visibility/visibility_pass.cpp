@@ -153,15 +153,16 @@ gpu::Pipeline& VisibilityPass::shade_pipeline(const Shading& shading) {
   FIRE3DV_ASSERT(shading.shadows < kShadowModes);
   const uint32_t way = shading.tests_maps ? kShadowModes : shading.shadows;
   FIRE3DV_ASSERT((shading.material_flags & ~FIRE3DV_MATERIAL_OPTIONAL) == 0);
-  constexpr uint32_t kWays = 64;
+  constexpr uint32_t kWays = 128;
   gpu::Pipeline& pipeline =
       shade_[kWays * shading.material_flags + 16 * way + (shading.core_materials ? 8 : 0) +
-             (shading.textures ? 4 : 0) + (shading.second_uv ? 2 : 0) + (shading.writes_samples ? 1 : 0)];
+             (shading.textures ? 4 : 0) + (shading.second_uv ? 2 : 0) + (shading.writes_samples ? 1 : 0) +
+             (shading.ray_effects ? kWays / 2 : 0)];
   if (!pipeline) {
-    const std::string shader = std::string("shade") + (shading.core_materials ? "_core" : "") +
-                               (shading.tests_maps ? "_test_maps" : "") +
-                               (shading.writes_samples ? "_unresolved" : "") +
-                               (samples_ == 4 ? "_4.comp" : "_1.comp");
+    const std::string shader =
+        std::string("shade") + (shading.core_materials ? "_core" : "") +
+        (shading.ray_effects ? "_ray_effects" : "") + (shading.tests_maps ? "_test_maps" : "") +
+        (shading.writes_samples ? "_unresolved" : "") + (samples_ == 4 ? "_4.comp" : "_1.comp");
     ShaderVariant variant;
     variant.shadows = shading.shadows;
     variant.textures = shading.textures;
@@ -190,6 +191,7 @@ gpu_types::ShadePush VisibilityPass::shade_push(const Shaded& shaded, size_t ind
   push.exposure = exposure_of(shaded.views[index], settings);
   push.tone_map = tone_map_number(settings.tone_map);
   push.first_row = view * extent_.height;
+  if (shaded.ray_effects) push.ray_effects = targets_->ray_effects.address;
   return push;
 }
 
@@ -198,15 +200,22 @@ void VisibilityPass::record_shade(gpu::Recorder& recorder, const char* name, Sha
                                   Targets& targets, std::span<const gpu_types::ShadePush> views,
                                   const VkRect2D* hdr_area) {
   const bool write_samples = hdr_area != nullptr;
-  Shading shading{!scene.has_extensions, scene.has_textures, scene.has_second_uv,
-                  scene.material_flags,  write_samples,      shadow_technique};
+  const bool ray_effects = views[0].ray_effects != 0;
+  Shading shading{!scene.has_extensions && !ray_effects,
+                  scene.has_textures,
+                  scene.has_second_uv,
+                  scene.material_flags,
+                  write_samples,
+                  shadow_technique};
+  shading.ray_effects = ray_effects;
   shading.tests_maps =
       what == Shades::all_and_lists || (what == Shades::listed && shares_pipeline_with_listed(shading));
   const VkPipeline pipeline = shade_pipeline(shading).get();
   const bool is_first = what != Shades::listed && views[0].first_row == 0;
   std::vector<Use> uses{Use(targets_->visibility.buffer, access::compute_read),
                         Use(write_samples ? targets.hdr : targets.display, access::compute_write, is_first)};
-  if (write_samples && tone_maps_other_pixels(scene))
+  if (ray_effects) uses.emplace_back(targets.ray_effects, access::compute_read);
+  if (write_samples && tone_maps_other_pixels(scene, ray_effects))
     uses.emplace_back(targets.display, access::compute_write, is_first);
   scene.add_reads(uses, access::compute_read);
   if (what == Shades::all_and_lists) {

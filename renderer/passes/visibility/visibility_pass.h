@@ -33,6 +33,7 @@ class VisibilityPass {
     // rays.
     uint32_t shadows = FIRE3DV_SHADOWS_OFF;
     bool tests_maps = false;
+    bool ray_effects = false;  // reads them; without core_materials
   };
   void expect(const Shading& shading);
 
@@ -50,12 +51,13 @@ class VisibilityPass {
   // before all users of the ids. traced: rays may start from merged surfaces.
   void merge_coverage(gpu::Recorder& recorder, GpuScene& scene, std::span<const VkDeviceAddress> globals,
                       bool traced);
-  // A range of views, shaded in sequence.
+  // A range of views, shaded in sequence. With ray effects, one view and Targets::ray_effects.
   struct Shaded {
     uint32_t first_view = 0;
     std::span<const View> views;
     std::span<const VkDeviceAddress> globals;
     uint32_t shadows = FIRE3DV_SHADOWS_OFF;  // shadow technique, as in the globals
+    bool ray_effects = false;
   };
   // Shades into targets.display, tone-mapped and resolved. With forward-only draws it writes linear samples
   // into targets.hdr, which needs can_write_samples(). hdr_area: bounds of those draws; null: none.
@@ -65,8 +67,8 @@ class VisibilityPass {
   void shade_and_trace(gpu::Recorder& recorder, GpuScene& scene, ShadowPass& shadows, Targets& targets,
                        const Shaded& shaded, const PostSettings& settings, const VkRect2D* hdr_area);
   // True if shading with `hdr_area` also tone-maps the pixels outside of it.
-  bool tone_maps_other_pixels(const GpuScene& scene) const {
-    return !scene.has_extensions && gpu::uses_cpu_variants(device_);
+  bool tone_maps_other_pixels(const GpuScene& scene, bool ray_effects) const {
+    return !scene.has_extensions && !ray_effects && gpu::uses_cpu_variants(device_);
   }
   bool can_write_samples() const { return samples_ == 1 || device_.report().multisample_storage; }
   gpu::Buffer& buffer() { return targets_->visibility.buffer; }

@@ -59,6 +59,7 @@ def usage(test):
             (["--anisotropy", "17"], [scene, "--anisotropy", "17"]),
             (["--bloom", "nan", "0 to 1"], [scene, "--bloom", "nan"]),
             (["--bloom", "1.5", "0 to 1"], [scene, "--bloom", "1.5"]),
+            (["--ray-effects mirrors", "reflections, ao"], [scene, "--ray-effects", "mirrors"]),
             (["--f-number", "0", "0.1 to 1000"], [scene, "--f-number", "0"]),
             (["--focus-distance", "inf", "0.001 to 1000000"], [scene, "--focus-distance", "inf"]),
             (["--f-number", "--render path"], [scene, "--f-number", "2.8", "--focus-distance", "1"]),

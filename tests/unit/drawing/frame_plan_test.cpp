@@ -43,6 +43,22 @@ TEST(FramePlan, LinearColoursAreShadedAndResolvedInTheToneMapPass) {
   EXPECT_FALSE(plan.forward || plan.fxaa_only || plan.surface_planes);
 }
 
+TEST(FramePlan, RayEffectsPrecedeComputeShadingOfOneView) {
+  FrameFacts facts = lit_scene();
+  EXPECT_FALSE(plan_frame(facts, {}, {}).ray_effects);
+  facts.ray_effects = true;
+  facts.has_lights = facts.needs_shadow_maps = false;
+  const FramePlan plan = plan_frame(facts, {}, {});
+  EXPECT_TRUE(plan.ray_effects && plan.acceleration_structures && plan.compute_shading);
+  EXPECT_FALSE(plan_frame(facts, only(wire::kDepthF32), {}).ray_effects);
+  EXPECT_FALSE(plan_frame(facts, {}, {}, 2).ray_effects);
+  facts.raster_path = RasterPath::forward;
+  EXPECT_FALSE(plan_frame(facts, {}, {}).ray_effects);
+  facts.raster_path = RasterPath::visibility;
+  facts.is_path_traced = true;
+  EXPECT_FALSE(plan_frame(facts, {}, {}).ray_effects);
+}
+
 TEST(FramePlan, ForwardOnlyDrawsContinueTheSamplesOfComputeShading) {
   FrameFacts facts = lit_scene();
   facts.has_forward_only = true;

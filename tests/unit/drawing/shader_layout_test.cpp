@@ -145,6 +145,9 @@ TEST_F(ShaderLayout, TheFirstAndLastMembersAndAllThatFollowAGapLieAlike) {
   EXPECT_SAME_OFFSET(PathParameters, look_world);
   EXPECT_SAME_OFFSET(PathParameters, seed);
   EXPECT_SAME_OFFSET(PathPush, segments);
+  EXPECT_SAME_OFFSET(RayEffectsPush, globals);
+  EXPECT_SAME_OFFSET(RayEffectsPush, pixel_angle_rad);
+  EXPECT_SAME_OFFSET(RayEffectRecord, normal);
   EXPECT_SAME_OFFSET(PathResolvePush, tone_map);
   EXPECT_SAME_OFFSET(PickedSurface, node);
   EXPECT_SAME_OFFSET(PickPush, y);

@@ -116,6 +116,8 @@ constexpr PassStage kTable[] = {
     {"light views", Stage::shadow},
     {"classify", Stage::shadow},
     {"trace", Stage::shadow},
+    {"ray effects begin", Stage::rays},
+    {"ray effects", Stage::rays},
     {"shade", Stage::shading},
     {"shade again", Stage::shading},
     {"forward", Stage::shading},
@@ -130,8 +132,8 @@ constexpr PassStage kTable[] = {
 }  // namespace
 
 const char* stage_name(Stage stage) {
-  constexpr const char* kNames[] = {"poses",  "TLAS",    "TLAS wait", "cull", "raster",
-                                    "shadow", "shading", "post",      "GUI",  "read-back"};
+  constexpr const char* kNames[] = {"poses",       "TLAS",    "TLAS wait", "cull", "raster",   "shadow",
+                                    "ray effects", "shading", "post",      "GUI",  "read-back"};
   static_assert(std::size(kNames) == kStages);
   return kNames[static_cast<size_t>(stage)];
 }
@@ -239,6 +241,7 @@ void FrameBench::apply(const Condition& condition) {
   renderer_->set_cull(condition.cull);
   renderer_->set_levels_of_detail(condition.levels_of_detail);
   renderer_->set_shadows(condition.shadows);
+  renderer_->set_ray_effects(condition.ray_effects);
 }
 
 Result<double> FrameBench::take_new_poses() {

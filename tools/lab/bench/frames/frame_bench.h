@@ -56,8 +56,20 @@ class PoseFeed {
 };
 
 // Stages of the report. tlas_wait: time that the graphics queue waits for the async compute queue.
-enum class Stage : uint8_t { poses, tlas, tlas_wait, cull, raster, shadow, shading, post, gui, readback };
-constexpr size_t kStages = 10;
+enum class Stage : uint8_t {
+  poses,
+  tlas,
+  tlas_wait,
+  cull,
+  raster,
+  shadow,
+  rays,
+  shading,
+  post,
+  gui,
+  readback
+};
+constexpr size_t kStages = 11;
 const char* stage_name(Stage stage);
 
 // Maps a render pass to its stage. An unknown pass is an error, so that no time is lost.
@@ -78,6 +90,7 @@ struct Condition {
   passes::Cull cull;
   bool shadows;
   passes::LevelsOfDetail levels_of_detail;
+  passes::RayEffects ray_effects = {};
 };
 
 // Samples of a run. Whole-frame and per-pass timing alternate, since per-pass timing slows frames slightly;

@@ -101,9 +101,9 @@ void add_frame_options(CLI::App& app, FrameOptions& options) {
       ->group(kRun)
       ->check(in_range(1, 100'000));
   add_value(app, "--conditions", options.conditions, "NAME",
-            "product: --cull, --lod; paper: neither; all: both")
+            "product: --cull, --lod; paper: neither; all: both; rays: ray effects")
       ->group(kRun)
-      ->check(one_of({"all", "product", "paper"}));
+      ->check(one_of({"all", "product", "paper", "rays"}));
   app.add_flag("--gui", options.gui, "draw the window's panels over the images")->group(kRun);
   add_value(app, "--gui-scale", options.gui_scale, "X", "scale of the panels")
       ->group(kRun)
@@ -183,6 +183,14 @@ std::vector<Condition> conditions_of(const FrameOptions& options) {
     conditions.push_back({kProduct, product.cull, true, product.levels_of_detail});
     conditions.push_back({kProductMain, product.cull, false, product.levels_of_detail});
   }
+  if (options.conditions == "rays") {
+    for (const char* name : kRayConditions) {
+      Condition condition{name, product.cull, true, product.levels_of_detail};
+      FIRE3DV_ASSERT(passes::ray_effects_named(name, condition.ray_effects));
+      conditions.push_back(condition);
+    }
+    return conditions;
+  }
   if (options.conditions != "product") {
     conditions.push_back({kPaper, passes::Cull::off, true, passes::LevelsOfDetail::off});
     conditions.push_back({kPaperMain, passes::Cull::off, false, passes::LevelsOfDetail::off});
@@ -244,9 +252,17 @@ Result<SceneReport> measure_scene(const FrameOptions& options, gpu::Device& devi
   const auto pose_at = [&bodies = made.bodies](uint64_t step, std::vector<wire::Affine3x4>& poses) {
     pose_bodies(bodies, step, poses);
   };
-  Result<std::unique_ptr<FrameBench>> bench =
-      FrameBench::open(device, made.scene, made.body_names, pose_at, draw_settings(options.draw),
-                       {options.draw.width, options.draw.height});
+  passes::DrawSettings settings = draw_settings(options.draw);
+  if (options.conditions == "rays") {
+    FIRE3DV_ASSERT(passes::ray_effects_named("all", settings.ray_effects.on));
+    settings.ray_effects.back_end = settings.shadows.back_end;
+    const bool has_visibility_buffer =
+        settings.raster != passes::RasterPath::forward && device.report().int64_atomics;
+    if (Result<void> can = passes::can_trace_ray_effects(device, has_visibility_buffer); !can)
+      return Error{"--conditions rays: " + can.error().message};
+  }
+  Result<std::unique_ptr<FrameBench>> bench = FrameBench::open(
+      device, made.scene, made.body_names, pose_at, settings, {options.draw.width, options.draw.height});
   if (!bench) return bench.error();
   if (options.gui) (*bench)->show_panels(options.gui_scale);
   scene.load_s = (*bench)->load_s();

@@ -40,7 +40,7 @@ struct FrameOptions {
   uint32_t frames = 100, warm_up = 30;
   bool gui = false;
   float gui_scale = 1;
-  std::string conditions = "all";  // all, product or paper
+  std::string conditions = "all";  // all, product, paper or rays
   std::filesystem::path out = "docs/benchmarks", images;
   std::string name = "frame";  // base name of files in `out`
   std::string command;         // command line as typed

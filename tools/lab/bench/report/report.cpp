@@ -216,9 +216,10 @@ std::string about(const Report& report) {
   unique.back() = '.';
   return "- Command: `" + report.command + "`\n- Commit: " + report.commit + "; date: " + report.date +
          "\n- Device: " + report.device + "; driver: " + report.driver + "\n- " +
-         text_of("%ux%u, %u samples per pixel, %u lights with shadows, textures of %u pixels a side, FXAA %s\n",
-                 report.width, report.height, report.samples, report.lights, report.texture_side,
-                 report.fxaa ? "on" : "off") +
+         text_of(
+             "%ux%u, %u samples per pixel, %u lights with shadows, textures of %u pixels a side, FXAA %s\n",
+             report.width, report.height, report.samples, report.lights, report.texture_side,
+             report.fxaa ? "on" : "off") +
          "- Drawn " + report.raster + "; shadows: " + report.shadows + "\n" +
          text_of(
              "- Each row: %u frames after at least %u for warm-up, and between them as many that are timed "
@@ -241,6 +242,11 @@ std::string markdown_of(const Report& report) {
         whole_frames(report) + "\n## Its stages, median ms\n\n" +
         stages(report, kProduct, ViewerDocument::median) + "\n## Its stages without shadows, median ms\n\n" +
         stages(report, kProductMain, ViewerDocument::median);
+  }
+  for (const char* condition : kRayConditions) {
+    if (ran(condition))
+      text += "\n## Stages with ray effects: " + std::string(condition) + ", median ms\n\n" +
+              stages(report, condition, ViewerDocument::median);
   }
   if (ran(kPaper)) {
     text += "\n## The paper's conditions (no culling), mean ± standard deviation, ms\n\n" +

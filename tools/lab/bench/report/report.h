@@ -46,6 +46,8 @@ inline constexpr const char* kProduct = "product";
 inline constexpr const char* kProductMain = "product, no shadows";
 inline constexpr const char* kPaper = "paper";
 inline constexpr const char* kPaperMain = "paper, no shadows";
+// Of --conditions rays, beside kProduct: names of ray effects.
+inline constexpr const char* kRayConditions[] = {"reflections", "ao", "all"};
 
 std::string markdown_of(const Report& report);
 std::string csv_of(const Report& report);

@@ -1,0 +1,35 @@
+// Settings of ray effects: rays of the raster image beside those to lights (docs/ray-effects.md).
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "renderer/passes/shadows/shadow_plan.h"
+
+namespace fire3dv::passes {
+
+struct RayEffects {
+  bool reflections = false;
+  bool ambient_occlusion = false;
+  bool any() const { return reflections || ambient_occlusion; }
+  bool operator==(const RayEffects&) const = default;
+};
+
+struct RayEffectSettings {
+  RayEffects on;
+  uint32_t reflection_rays = 4;             // of a pixel that shows a rough surface; mirrors take one
+  uint32_t occlusion_rays = 4;              // of a pixel
+  float occlusion_distance_m = 0;           // length of these rays; 0: a tenth of the scene's radius
+  RayBackEnd back_end = RayBackEnd::query;  // preferred; the other one is the fallback
+};
+
+// Effects of an option, shared by all programs: "off", "all", or names separated by commas. False for an
+// unknown name.
+bool ray_effects_named(std::string_view names, RayEffects& effects);
+// Names of these effects, separated by commas.
+std::string describe(const RayEffects& effects);
+// The same for all effects.
+std::string ray_effect_names();
+
+}  // namespace fire3dv::passes

@@ -1,0 +1,164 @@
+#include "renderer/passes/ray_effects/ray_effects_pass.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+
+#include "shaders/shared/bindings.h"
+
+namespace fire3dv::passes {
+namespace {
+
+using gpu::Use;
+namespace access = gpu::access;
+
+struct NamedEffect {
+  std::string_view name;
+  bool RayEffects::*on;
+};
+constexpr NamedEffect kEffects[] = {{"reflections", &RayEffects::reflections},
+                                    {"ao", &RayEffects::ambient_occlusion}};
+
+RayBackEnd choose_back_end(const gpu::Device& device, RayBackEnd preferred) {
+  const bool pipeline =
+      device.report().ray_tracing_pipeline && (preferred == RayBackEnd::pipeline || !device.ray_query());
+  return pipeline ? RayBackEnd::pipeline : RayBackEnd::query;
+}
+
+// Between neighbouring pixels at the image's centre; 0 for an orthographic view.
+float pixel_angle_rad(const View& view, uint32_t height) {
+  if (view.orthographic) return 0;
+  return 2 * glm::length(view.world_from_ndc_y) / static_cast<float>(height);
+}
+
+}  // namespace
+
+bool ray_effects_named(std::string_view names, RayEffects& effects) {
+  effects = {};
+  if (names == "off") return true;
+  while (true) {
+    const size_t comma = names.find(',');
+    const std::string_view name = names.substr(0, comma);
+    bool known = false;
+    for (const NamedEffect& effect : kEffects) {
+      if (name != effect.name && name != "all") continue;
+      effects.*effect.on = true;
+      known = true;
+    }
+    if (!known) return false;
+    if (comma == std::string_view::npos) return true;
+    names.remove_prefix(comma + 1);
+  }
+}
+
+std::string describe(const RayEffects& effects) {
+  std::string names;
+  for (const NamedEffect& effect : kEffects) {
+    if (effects.*effect.on) names += (names.empty() ? "" : ", ") + std::string(effect.name);
+  }
+  return names;
+}
+
+std::string ray_effect_names() {
+  RayEffects all;
+  (void)ray_effects_named("all", all);
+  return describe(all);
+}
+
+Result<void> can_trace_ray_effects(const gpu::Device& device, bool has_visibility_buffer) {
+  if (!device.traces_rays())
+    return Error{"ray effects need ray queries or a ray-tracing pipeline, and " + device.report().name +
+                 " has neither: images are drawn without them; choose another device with --device"};
+  if (!has_visibility_buffer)
+    return Error{
+        "ray effects need the visibility buffer, and images are drawn forward without them: leave --raster "
+        "forward out, or choose a device with 64-bit atomics with --device"};
+  return {};
+}
+
+RayEffectsPass::RayEffectsPass(gpu::Device& device, VkPipelineLayout layout, uint32_t samples,
+                               RayBackEnd preferred)
+    : device_(device),
+      layout_(layout),
+      samples_(samples),
+      back_end_(choose_back_end(device, preferred)),
+      trace_command_(gpu::create_buffer(
+          device, sizeof(VkTraceRaysIndirectCommandKHR),
+          VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT, gpu::Memory::device)) {}
+
+void RayEffectsPass::allocate(Targets& targets) const {
+  const VkDeviceSize surfaces = VkDeviceSize{targets.extent.width} * targets.extent.height * samples_;
+  if (targets.ray_effects) return;
+  targets.ray_effects = gpu::create_buffer(device_, surfaces * sizeof(gpu_types::RayEffectRecord),
+                                           VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
+}
+
+void RayEffectsPass::use_pipeline(const GpuScene& scene) {
+  const Variant wanted{scene.has_extensions, scene.has_textures, scene.has_second_uv, scene.has_masked,
+                       scene.material_flags};
+  if ((pipeline_ || ray_pipeline_) && wanted == variant_) return;
+  variant_ = wanted;
+  const std::array<uint32_t, FIRE3DV_VARIANT_COUNT> constants{
+      FIRE3DV_SHADOWS_ANY, wanted.textures ? 1u : 0u, wanted.masked ? 1u : 0u, wanted.second_uv ? 1u : 0u,
+      wanted.material_flags};
+  const std::string name =
+      std::string(wanted.extensions ? "ray_effects" : "ray_effects_core") + (samples_ == 4 ? "_4" : "_1");
+  if (back_end_ == RayBackEnd::query) {
+    pipeline_ = gpu::create_compute_pipeline(device_, layout_, name + ".comp", gpu::Compile::next, constants);
+  } else {
+    ray_pipeline_ = gpu::RayPipeline(device_, layout_, name + ".rgen", "path.rmiss", "trace.rahit",
+                                     "path.rchit", constants);
+  }
+}
+
+void RayEffectsPass::record(gpu::Recorder& recorder, const Frame& frame, const RayEffectSettings& settings) {
+  GpuScene& scene = frame.scene;
+  Targets& targets = frame.targets;
+  use_pipeline(scene);
+  const bool query = back_end_ == RayBackEnd::query;
+  const uint32_t pixels = targets.extent.width * targets.extent.height;
+  gpu_types::RayEffectsPush push{};
+  push.globals = frame.globals;
+  push.visibility = targets.visibility.buffer.address;
+  push.records = targets.ray_effects.address;
+  push.effects = (settings.on.reflections ? FIRE3DV_RAY_EFFECT_REFLECTIONS : 0u) |
+                 (settings.on.ambient_occlusion ? FIRE3DV_RAY_EFFECT_OCCLUSION : 0u);
+  push.reflection_rays = std::max(settings.reflection_rays, 1u);
+  push.occlusion_rays = std::max(settings.occlusion_rays, 1u);
+  push.occlusion_distance_m =
+      settings.occlusion_distance_m > 0 ? settings.occlusion_distance_m : 0.1f * frame.scene_radius_m;
+  push.pixel_angle_rad = pixel_angle_rad(frame.view, targets.extent.height);
+
+  if (!query) {
+    const VkTraceRaysIndirectCommandKHR threads{pixels, 1, 1};
+    recorder.pass("ray effects begin", {Use(trace_command_, access::transfer_write)},
+                  [&](VkCommandBuffer commands) {
+                    vkCmdUpdateBuffer(commands, trace_command_.get(), 0, sizeof(threads), &threads);
+                  });
+  }
+  const gpu::Access read = query ? access::compute_read : access::ray_read;
+  std::vector<Use> uses{Use(targets.visibility.buffer, read),
+                        Use(targets.ray_effects, query ? access::compute_write : access::ray_write),
+                        Use(scene.top_level.storage(), query ? access::compute_trace : access::ray_trace)};
+  scene.add_reads(uses, read);
+  if (!query) uses.emplace_back(trace_command_, access::indirect_read);
+  recorder.pass("ray effects", uses, [&](VkCommandBuffer commands) {
+    const VkPipelineBindPoint point =
+        query ? VK_PIPELINE_BIND_POINT_COMPUTE : VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR;
+    vkCmdBindPipeline(commands, point, query ? pipeline_.get() : ray_pipeline_.get());
+    const VkDescriptorSet set = scene.textures.set();
+    vkCmdBindDescriptorSets(commands, point, layout_, 0, 1, &set, 0, nullptr);
+    // A CPU limits the loops of a thread (shaders/common/lanes.glsl), so each thread has one surface.
+    for (push.surface = 0; push.surface < samples_; ++push.surface) {
+      vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
+      if (query) {
+        vkCmdDispatch(commands, (targets.extent.width + 7) / 8, (targets.extent.height + 7) / 8, 1);
+      } else {
+        ray_pipeline_.trace(commands, trace_command_.address);
+      }
+    }
+  });
+}
+
+}  // namespace fire3dv::passes

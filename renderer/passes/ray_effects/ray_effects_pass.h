@@ -1,0 +1,54 @@
+// Ray effects of the raster image: traces mirror and glossy reflections and ambient occlusion of visible
+// surfaces, for shading to read (shaders/ray_effects/ray_effects.glsl).
+//
+// Results depend on the frame alone: sample patterns are fixed, and no earlier image is read.
+#pragma once
+
+#include "renderer/gpu/pipelines/pipeline.h"
+#include "renderer/passes/ray_effects/ray_effect_settings.h"
+#include "renderer/passes/resources/gpu_scene.h"
+#include "renderer/passes/resources/targets.h"
+#include "renderer/passes/view.h"
+#include "shaders/shared/types.h"
+
+namespace fire3dv::passes {
+
+// Returns an error where the device cannot trace the rays, or the image has no visibility buffer.
+Result<void> can_trace_ray_effects(const gpu::Device& device, bool has_visibility_buffer);
+
+class RayEffectsPass {
+ public:
+  // samples: 1 or 4. The device traces rays.
+  RayEffectsPass(gpu::Device& device, VkPipelineLayout layout, uint32_t samples, RayBackEnd preferred);
+
+  RayBackEnd back_end() const { return back_end_; }
+  // Allocates targets.ray_effects.
+  void allocate(Targets& targets) const;
+  struct Frame {
+    GpuScene& scene;
+    Targets& targets;  // with the ids that shading reads
+    const View& view;
+    VkDeviceAddress globals = 0;
+    float scene_radius_m = 0;  // at rest
+  };
+  void record(gpu::Recorder& recorder, const Frame& frame, const RayEffectSettings& settings);
+
+ private:
+  struct Variant {
+    bool extensions = true, textures = true, second_uv = true, masked = true;
+    uint32_t material_flags = 0;
+    bool operator==(const Variant&) const = default;
+  };
+  void use_pipeline(const GpuScene& scene);
+
+  gpu::Device& device_;
+  VkPipelineLayout layout_;
+  uint32_t samples_;
+  RayBackEnd back_end_;
+  gpu::Pipeline pipeline_;  // of ray queries
+  gpu::RayPipeline ray_pipeline_;
+  Variant variant_;
+  gpu::Buffer trace_command_;  // VkTraceRaysIndirectCommandKHR: a ray-generation thread a pixel
+};
+
+}  // namespace fire3dv::passes

@@ -1,0 +1,78 @@
+// Ray effects as shading reads them: averaged over the 4 x 4 pixels that share a sample pattern, within one part of
+// the scene and about one normal.
+#ifndef FIRE3DV_RAY_EFFECT_LOOKUP_GLSL
+#define FIRE3DV_RAY_EFFECT_LOOKUP_GLSL
+#include "common/pixel_ids.glsl"
+#include "common/visible_triangle.glsl"
+#include "environment/environment.glsl"
+#include "ray_effects/traced_lobe.glsl"
+
+layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer RayEffectRef { RayEffectRecord at[]; };
+
+RayEffect ray_effect;  // of the surface being shaded
+
+// First sample of the pixel that shows the part; 4: none does.
+int sample_of_part(GlobalsRef globals, PixelIds ids, uint part) {
+  for (int s = 0; s < FIRE3DV_SAMPLES; ++s) {
+    const uint id = id_of_sample(ids, s);
+    if (id != 0 && part_of_id(globals, id) == part) return findLSB(samples_with(ids, id));
+  }
+  return 4;
+}
+
+// samples: of the pixel, that show the surface with the id.
+RayEffect ray_effect_at(GlobalsRef globals, uint64_t visibility, uint64_t records, uvec2 pixel, uint id, uint samples) {
+  RayEffectRef effects = RayEffectRef(records);
+  const uint own_index = (pixel.y * globals.value.width + pixel.x) * FIRE3DV_SAMPLES + findLSB(samples);
+  const RayEffectRecord own = effects.at[own_index];
+  RayEffect effect = unpack_ray_effect(own);
+  const float blend = clamp(effect.blur - 1, 0, 1);  // narrow blurs keep the pixel's own rays
+  if (blend <= 0 && !effect.has_occlusion) return effect;
+  const vec3 normal = normal_of_record(own);
+  const uint part = part_of_id(globals, id);
+  float open_sum = effect.open, opens = 1, weights = 1;
+  vec4 sum = vec4(effect.reflected, effect.missed);
+  for (int i = 0; i < 16; ++i) {
+    const ivec2 place = ivec2(pixel) + ivec2(i & 3, i >> 2) - 1;
+    const bool is_inside = place.x >= 0 && place.y >= 0 && place.x < int(globals.value.width) && place.y < int(globals.value.height);
+    if (place == ivec2(pixel) || !is_inside) continue;
+    const uint index = uint(place.y) * globals.value.width + uint(place.x);
+    const int s = sample_of_part(globals, pixel_ids(globals, visibility, index), part);
+    if (s == 4) continue;
+    const RayEffectRecord record = effects.at[index * FIRE3DV_SAMPLES + s];
+    if (dot(normal, normal_of_record(record)) < 0.9) continue;
+    const RayEffect other = unpack_ray_effect(record);
+    open_sum += other.open;
+    opens += 1;
+    const float weight = blend * clamp(other.blur - 1, 0, 1);
+    sum += weight * vec4(other.reflected, other.missed);
+    weights += weight;
+  }
+  effect.reflected = sum.rgb / weights;
+  effect.missed = sum.a / weights;
+  effect.open = open_sum / opens;
+  return effect;
+}
+
+// Change of reflect_environment() by the traced reflection: hits instead of the environment. Exactly zero where no
+// ray has hit a surface.
+vec3 reflect_traced(GlobalsRef globals, Surface s, float occlusion, RayEffect effect) {
+  if (effect.missed >= 1) return vec3(0);
+  const Lobe lobe = traced_lobe(s);
+  vec3 environment;
+  if (is_anisotropic(lobe)) {
+    environment = stretched_radiance(globals, lobe, s.to_eye);
+  } else {
+    environment = reflected_radiance(globals, reflect(-s.to_eye, lobe.normal), lobe.roughness);
+  }
+  vec3 factor = lobe.albedo;
+  if (traces_coat(s)) {
+    factor *= s.coat;
+  } else {
+    if (largest(s.sheen_color) > 0) factor *= 1 - largest(s.sheen_color) * s.sheen_albedo;
+    if (s.coat > 0) factor *= 1 - coat_albedo(s);
+  }
+  return factor * (effect.reflected - (1 - effect.missed) * occlusion * environment);
+}
+
+#endif

@@ -1,0 +1,32 @@
+// Ray effects by ray query. Variants: FIRE3DV_SAMPLES 1 or 4, FIRE3DV_CORE_MATERIALS.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "ray_effects/ray_effects.glsl"
+#include "shading/shadow_rays.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+
+Hit closest_hit(vec3 origin, vec3 direction, float distance_m) {
+  GlobalsRef globals = GlobalsRef(push.globals);
+  rayQueryEXT query;
+  rayQueryInitializeEXT(query, top_level, gl_RayFlagsNoneEXT, 0xff, origin, 0, direction, distance_m);
+  while (rayQueryProceedEXT(query)) {
+    if (masked_hit_is_solid(globals, rayQueryGetIntersectionInstanceCustomIndexEXT(query, false),
+                            rayQueryGetIntersectionGeometryIndexEXT(query, false),
+                            rayQueryGetIntersectionPrimitiveIndexEXT(query, false),
+                            rayQueryGetIntersectionBarycentricsEXT(query, false))) {
+      rayQueryConfirmIntersectionEXT(query);
+    }
+  }
+  Hit hit;
+  hit.found = rayQueryGetIntersectionTypeEXT(query, true) != gl_RayQueryCommittedIntersectionNoneEXT;
+  if (!hit.found) return hit;
+  hit.node = rayQueryGetIntersectionInstanceCustomIndexEXT(query, true);
+  hit.geometry = rayQueryGetIntersectionGeometryIndexEXT(query, true);
+  hit.triangle = rayQueryGetIntersectionPrimitiveIndexEXT(query, true);
+  hit.barycentrics = rayQueryGetIntersectionBarycentricsEXT(query, true);
+  hit.world_from_object = rayQueryGetIntersectionObjectToWorldEXT(query, true);
+  return hit;
+}
+
+void main() { trace_effects(gl_GlobalInvocationID.xy); }

@@ -1,0 +1,47 @@
+// Ray effect of a surface, and the lobe whose reflection is traced.
+#ifndef FIRE3DV_TRACED_LOBE_GLSL
+#define FIRE3DV_TRACED_LOBE_GLSL
+#include "common/buffers.glsl"
+#include "material/brdf.glsl"
+
+struct RayEffect {
+  vec3 reflected;  // radiance of the rays that hit a surface; rays without a hit count as black
+  float missed;    // share of the lobe that takes the environment instead
+  float open;      // share of the hemisphere that is not occluded
+  float blur;      // width of the reflection's blur in pixels; 0: a mirror
+  bool has_occlusion;
+};
+
+RayEffect no_ray_effect() { return RayEffect(vec3(0), 1, 1, 0, false); }
+
+// Perceptual roughness up to which reflections are traced, and from which they are the environment's alone.
+const float kTracedRoughness = 0.4, kUntracedRoughness = 0.6;
+
+// A clearcoat is traced instead of a rougher surface below.
+bool traces_coat(Surface s) { return s.coat > 0 && s.coat_lobe.roughness <= s.base.roughness; }
+
+Lobe traced_lobe(Surface s) {
+  if (traces_coat(s)) return s.coat_lobe;
+  return s.base;
+}
+
+float traced_share(Lobe lobe) { return 1 - smoothstep(kTracedRoughness, kUntracedRoughness, lobe.roughness); }
+
+bool is_mirror(Lobe lobe) { return lobe.alpha <= LEAST_ALPHA && !is_anisotropic(lobe); }
+
+RayEffectRecord pack_ray_effect(RayEffect effect, vec3 normal_world) {
+  const vec3 reflected = min(effect.reflected, vec3(65504));
+  return RayEffectRecord(packHalf2x16(reflected.rg), packHalf2x16(vec2(reflected.b, effect.missed)),
+                         packHalf2x16(vec2(effect.open, min(effect.blur, 65504))),
+                         packSnorm4x8(vec4(normal_world, effect.has_occlusion ? 1 : 0)));
+}
+
+RayEffect unpack_ray_effect(RayEffectRecord record) {
+  const vec2 blue_missed = unpackHalf2x16(record.reflected_b_missed), open_blur = unpackHalf2x16(record.open_blur);
+  return RayEffect(vec3(unpackHalf2x16(record.reflected_rg), blue_missed.x), blue_missed.y, open_blur.x, open_blur.y,
+                   unpackSnorm4x8(record.normal).w > 0);
+}
+
+vec3 normal_of_record(RayEffectRecord record) { return normalize(unpackSnorm4x8(record.normal).xyz); }
+
+#endif
