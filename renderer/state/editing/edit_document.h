@@ -1,0 +1,55 @@
+// Document of the user's edits, independent of the numbers of a loaded scene: values by the name of the
+// edited object and the property. It is what undo steps change and what an overlay file stores. View
+// settings, such as isolation, are no part of it.
+#pragma once
+
+#include <compare>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "renderer/scene/model/scene.h"
+#include "renderer/state/editing/user_edits.h"
+#include "renderer/state/node_index.h"
+
+namespace fire3dv::state {
+
+enum class EditedObject : uint8_t { node, material, joint };
+enum class EditedProperty : uint8_t { visible, transform, light, factors, position, removed };
+
+// Objects of one name are numbered in the order of the scene.
+struct EditKey {
+  EditedObject object = EditedObject::node;
+  std::string name;         // path of a node; name of a material or joint
+  uint32_t occurrence = 0;  // 0: the first object of the name
+  EditedProperty property = EditedProperty::visible;
+  auto operator<=>(const EditKey&) const = default;
+};
+
+using JointPosition = std::vector<double>;  // as in JointPositions
+// Visibility or removal, transform, light, factors and position; the value belongs to the key's property.
+using EditedValue = std::variant<bool, NodeTransform, scene::Light, scene::MaterialFactors, JointPosition>;
+using EditDocument = std::map<EditKey, EditedValue>;
+
+// Objects that keys name. Borrowed for a call.
+struct EditTargets {
+  const scene::Scene& scene;
+  const NodeNames& names;            // of the scene
+  const RobotPose* robot = nullptr;  // null: the scene has no joints
+};
+
+// Number of the object; scene::kNone: the scene has none of that name.
+uint32_t find_target(const EditKey& key, const EditTargets& targets);
+
+EditDocument to_document(const UserEdits& edits, const EditTargets& targets);
+// Edits of the objects that exist; the view settings are those of `view`. unmatched: receives the keys of
+// others, null: not wanted.
+UserEdits to_edits(const EditDocument& document, const EditTargets& targets, const UserEdits& view,
+                   std::vector<EditKey>* unmatched = nullptr);
+
+// Text for messages, such as: the transform of node "arm".
+std::string describe(const EditKey& key);
+
+}  // namespace fire3dv::state

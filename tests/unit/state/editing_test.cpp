@@ -1,0 +1,276 @@
+// Test of the user's edits as a document: undo restores its bytes, keys name objects of equal names, and
+// transforms survive their parts.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <string>
+
+#include "renderer/state/editing/edit_history.h"
+#include "renderer/state/editing/overlay_file.h"
+
+namespace fire3dv::state {
+namespace {
+
+// Three nodes of one path, and materials of equal and of no names.
+scene::Scene twins() {
+  scene::Scene scene;
+  for (const char* path : {"arm", "arm/hand", "arm/hand", "lamp", "arm/hand"}) {
+    scene::Node node;
+    node.path = path;
+    node.name = std::string(path).substr(std::string(path).rfind('/') + 1);
+    node.parent = node.path.size() > 4 ? 0 : scene::kNone;
+    scene.nodes.push_back(node);
+  }
+  scene.nodes[3].light = 0;
+  scene.lights.resize(1);
+  scene.lights[0].name = "bulb";
+  scene.materials.resize(5);
+  scene.materials[2].name = scene.materials[4].name = "steel";
+  return scene;
+}
+
+class Editing : public ::testing::Test {
+ protected:
+  std::mt19937 random_{7};
+  float number(float least, float most) {
+    return std::uniform_real_distribution<float>(least, most)(random_);
+  }
+  NodeTransform transform() {
+    NodeTransform made;
+    made.translation = {number(-9, 9), number(-9, 9), number(-9, 9)};
+    made.rotation = glm::normalize(glm::quat(number(-1, 1), number(-1, 1), number(-1, 1), 1));
+    made.scale = {number(0.1f, 3), number(0.1f, 3), number(-3, -0.1f)};
+    return made;
+  }
+  // Changes, adds or removes one edit.
+  void edit(UserEdits& edits) {
+    const uint32_t node = static_cast<uint32_t>(random_() % 5),
+                   material = static_cast<uint32_t>(random_() % 5);
+    switch (random_() % 7) {
+      case 5:
+        if (edits.removed.erase(node) == 0) edits.removed.insert(node);
+        break;
+      case 0:
+        if (edits.hidden.erase(node) == 0) edits.hidden.insert(node);
+        break;
+      case 1:
+        edits.transforms[node] = transform();
+        break;
+      case 2:
+        edits.transforms.erase(node);
+        break;
+      case 3:
+        edits.lights[3].intensity = number(0, 1e6f);
+        edits.lights[3].type = static_cast<scene::LightType>(random_() % 3);
+        edits.lights[3].name = "bulb";
+        break;
+      case 4:
+        edits.materials[material].base_color = {number(0, 1), number(0, 1), number(0, 1), number(0, 1)};
+        edits.materials[material].emissive = {number(0, 100), 1e-30f, 0};
+        break;
+      default:
+        edits.materials.erase(material);
+    }
+  }
+
+  scene::Scene scene_ = twins();
+  NodeNames names_{scene_};
+  EditTargets targets_{scene_, names_};
+};
+
+TEST_F(Editing, AThousandEditsUndoneAreTheOriginalBytes) {
+  UserEdits edits;
+  for (int i = 0; i < 20; ++i) edit(edits);
+  EditHistory history;
+  history.reset(to_document(edits, targets_));
+  const std::string original = overlay_text(history.document(), "twins.glb");
+  const UserEdits first = edits;
+  // 200 drags of five changes each: one step per drag, as many as the history holds.
+  std::vector<std::string> texts{original};
+  int changes = 0;
+  while (history.undo_steps() < EditHistory::kMaxSteps) {
+    for (int i = 0; i < 5; ++i, ++changes) edit(edits);
+    if (history.record(to_document(edits, targets_)))
+      texts.push_back(overlay_text(history.document(), "twins.glb"));
+  }
+  ASSERT_GE(changes, 1000);
+  ASSERT_EQ(texts.size(), EditHistory::kMaxSteps + 1);
+  for (size_t step = EditHistory::kMaxSteps; step-- > 0;) {
+    ASSERT_TRUE(history.undo());
+    ASSERT_EQ(overlay_text(history.document(), "twins.glb"), texts[step]) << "after step " << step;
+  }
+  EXPECT_FALSE(history.undo());
+  EXPECT_EQ(to_edits(history.document(), targets_, {}), first);
+  for (size_t step = 1; step <= EditHistory::kMaxSteps; ++step) {
+    ASSERT_TRUE(history.redo());
+    ASSERT_EQ(overlay_text(history.document(), "twins.glb"), texts[step]);
+  }
+  EXPECT_FALSE(history.redo());
+}
+
+TEST_F(Editing, TheOldestStepsAreForgottenAndANewOneEndsRedo) {
+  EditHistory history;
+  UserEdits edits;
+  for (int i = 0; i < 250; ++i) {
+    edits.transforms[0].translation.x = static_cast<float>(i + 1);
+    ASSERT_TRUE(history.record(to_document(edits, targets_)));
+    EXPECT_FALSE(history.record(to_document(edits, targets_))) << "nothing has changed";
+  }
+  EXPECT_EQ(history.undo_steps(), 200u);
+  for (int i = 0; i < 200; ++i) ASSERT_TRUE(history.undo());
+  EXPECT_FALSE(history.undo());
+  EXPECT_EQ(to_edits(history.document(), targets_, {}).transforms.at(0).translation.x, 50);
+  EXPECT_EQ(history.redo_text(), "the transform of node \"arm\"");
+  edits = {};
+  history.record(to_document(edits, targets_));
+  EXPECT_EQ(history.redo_steps(), 0u);
+  EXPECT_EQ(history.undo_steps(), 1u);
+  EXPECT_TRUE(history.is_saved()) << "the document is empty as at first";
+}
+
+TEST_F(Editing, ObjectsOfOneNameAreToldApart) {
+  UserEdits edits;
+  edits.hidden = {1, 4};
+  edits.transforms[2] = transform();
+  edits.materials[1].metallic = 0.25f;   // the second one without a name
+  edits.materials[4].roughness = 0.75f;  // the second "steel"
+  const EditDocument document = to_document(edits, targets_);
+  EXPECT_TRUE(document.contains({EditedObject::node, "arm/hand", 2, EditedProperty::visible}));
+  EXPECT_TRUE(document.contains({EditedObject::material, "", 1, EditedProperty::factors}));
+  EXPECT_TRUE(document.contains({EditedObject::material, "steel", 1, EditedProperty::factors}));
+  EXPECT_EQ(to_edits(document, targets_, {}), edits);
+  // In another scene only what it has is edited, and the rest is reported.
+  scene::Scene less = scene_;
+  less.nodes.resize(4);
+  less.materials.resize(3);
+  const NodeNames names(less);
+  std::vector<EditKey> unmatched;
+  const UserEdits rest = to_edits(document, {less, names}, {}, &unmatched);
+  EXPECT_EQ(rest.hidden, std::set<uint32_t>{1});
+  EXPECT_EQ(rest.materials.size(), 1u);
+  EXPECT_EQ(unmatched.size(), 2u);
+}
+
+TEST_F(Editing, MatricesAreSplitIntoPartsThatMakeThemAgain) {
+  for (int i = 0; i < 1000; ++i) {
+    const glm::mat4 matrix = parent_from_node(transform());
+    const NodeTransform parts = to_transform(matrix);
+    ASSERT_FALSE(parts.has_shear);
+    const glm::mat4 again = parent_from_node(parts);
+    for (int column = 0; column < 4; ++column)
+      ASSERT_LT(glm::length(again[column] - matrix[column]), 1e-4f) << "column " << column;
+    EXPECT_TRUE(is_valid(parts));
+  }
+  glm::mat4 sheared(1);
+  sheared[1][0] = 0.3f;
+  EXPECT_TRUE(to_transform(sheared).has_shear);
+  EXPECT_EQ(parent_from_node(to_transform(sheared)), sheared);
+  EXPECT_FALSE(is_valid(to_transform(glm::mat4(0))));
+}
+
+TEST_F(Editing, NodesBelowAMovedNodeMoveWithIt) {
+  scene_.nodes[1].parent_from_node[3] = {0, 2, 0, 1};
+  RestPose pose = rest_pose(scene_);
+  NodeTransform moved;
+  moved.translation = {1, 0, 0};
+  moved.scale = {2, 2, 2};
+  apply_transforms({{0, moved}, {77, moved}}, scene_, pose);
+  EXPECT_EQ(glm::vec3(pose.world_from_node[1][3]), glm::vec3(1, 4, 0));
+  EXPECT_EQ(glm::vec3(pose.world_from_node[3][3]), glm::vec3(0));  // not below it
+}
+
+TEST_F(Editing, AnOverlayFileKeepsEveryBit) {
+  UserEdits edits;
+  for (int i = 0; i < 300; ++i) edit(edits);
+  edits.transforms[1] =
+      to_transform(glm::mat4(1, 0.25f, 0, 0, 0.5f, 1, 0, 0, 0, 0, 0.1f, 0, 1e-20f, 3, 1e6f, 1));
+  ASSERT_TRUE(edits.transforms[1].has_shear);
+  edits.lights[3].outer_cone_rad = 1.5707964f;
+  edits.lights[3].casts_shadow = false;
+  edits.materials[0].metallic = 0.1f;
+  EditDocument document = to_document(edits, targets_);
+  document[{EditedObject::joint, "elbow \"left\"", 0, EditedProperty::position}] = JointPosition{0.1, -1e-9};
+  document[{EditedObject::node, "h\xc3\xa4nd\n\x01", 0, EditedProperty::visible}] = false;
+  const std::string text = overlay_text(document, "twins.glb");
+  const Result<EditDocument> read = parse_overlay(std::as_bytes(std::span(text)));
+  ASSERT_TRUE(read.ok()) << read.error().message << "\n" << text;
+  EXPECT_EQ(*read, document);
+  EXPECT_EQ(overlay_text(*read, "twins.glb"), text);
+  EXPECT_NE(text.find("\"scene\": \"twins.glb\""), std::string::npos);
+  EXPECT_NE(text.find("\"metallic\":0.1,"), std::string::npos) << text;
+}
+
+std::string fault_of(const std::string& edits, const std::string& version = "1") {
+  const std::string text = R"({"fire3dv_overlay": {"version": )" + version + R"(, "edits": )" + edits + "}}";
+  const Result<EditDocument> read = parse_overlay(std::as_bytes(std::span(text)));
+  return read.ok() ? "" : read.error().message;
+}
+
+TEST(OverlayFiles, FaultsAreNamedByTheirMember) {
+  const std::pair<const char*, const char*> kFaults[] = {
+      {R"([{"node": "a"}])", "edits[0] changes nothing"},
+      {R"([{"node": "a", "visible": 1}])", "edits[0].visible"},
+      {R"([{"node": 7, "visible": true}])", "edits[0].node"},
+      {R"([{"visible": true}])", "edits[0] names no"},
+      {R"([{"node": "a", "visble": true}])", "unknown member \"visble\""},
+      {R"([{"node": "a", "visible": false}, {"node": "a", "visible": true}])",
+       "edits[1] edits the visibility"},
+      {R"([{"node": "a", "occurrence": -1, "visible": true}])", "edits[0].occurrence"},
+      {R"([{"node": "a", "translation": [0, 0], "rotation": [0, 0, 0, 1], "scale": [1, 1, 1]}])",
+       "translation"},
+      {R"([{"node": "a", "translation": [0, 0, 1e99], "rotation": [0, 0, 0, 1], "scale": [1, 1, 1]}])",
+       "translation[2]"},
+      {R"([{"node": "a", "translation": [0, 0, 0], "rotation": [0, 0, 0, 0], "scale": [1, 1, 1]}])",
+       "invalid transform"},
+      {R"([{"node": "a", "translation": [0, 0, 0], "rotation": [0, 0, 0, 1], "scale": [1, 0, 1]}])",
+       "invalid transform"},
+      {R"([{"node": "a", "translation": [0, 0, 0], "rotation": [0, 0, 0, 1]}])", "\"scale\""},
+      {R"([{"node": "a", "matrix": [1, 2, 3]}])", "matrix"},
+      {R"([{"node": "a", "light": {"type": "area"}}])", "edits[0].light.type"},
+      {R"([{"node": "a", "light": {"type": "point", "color": [1, 1, 1], "intensity": -1}}])",
+       "light.intensity"},
+      {R"([{"node": "a", "light": {"type": "spot", "color": [1, 1, 1], "intensity": 1, "inner_cone": 1,
+            "outer_cone": 0.5}}])",
+       "inner_cone"},
+      {R"([{"material": "m", "base_color": [1, 1, 1, 1]}])", "emissive"},
+      {R"([{"joint": "j", "position": []}])", "edits[0].position"},
+      {R"({"node": "a"})", "edits is no list"},
+      {R"([3])", "edits[0] is no object"},
+      {R"([)", "JSON is invalid"}};
+  for (const auto& [edits, fault] : kFaults)
+    EXPECT_NE(fault_of(edits).find(fault), std::string::npos) << edits << ": " << fault_of(edits);
+  EXPECT_NE(fault_of("[]", "2").find("version 2"), std::string::npos);
+  EXPECT_NE(fault_of("[]", "0").find("version"), std::string::npos);
+  EXPECT_EQ(fault_of("[]"), "");
+  std::string many = "[";
+  for (size_t i = 0; i <= kMaxOverlayEdits; ++i)
+    many += (i ? ",{\"node\":\"" : "{\"node\":\"") + std::to_string(i) + "\",\"visible\":false}";
+  EXPECT_NE(fault_of(many + "]").find("more than 100000"), std::string::npos);
+  const std::string other = R"({"asset": {"version": "2.0"}})";
+  EXPECT_NE(parse_overlay(std::as_bytes(std::span(other))).error().message.find("no overlay file"),
+            std::string::npos);
+}
+
+// Every truncation and every changed byte of a file is read or refused.
+TEST(OverlayFiles, DamagedFilesAreRefusedOrRead) {
+  std::mt19937 random(11);
+  EditDocument document;
+  document[{EditedObject::node, "arm", 0, EditedProperty::transform}] = NodeTransform{};
+  document[{EditedObject::node, "arm", 0, EditedProperty::light}] = scene::Light{};
+  document[{EditedObject::material, "m", 3, EditedProperty::factors}] = scene::MaterialFactors{};
+  const std::string text = overlay_text(document, "a");
+  size_t refused = 0;
+  for (size_t length = 0; length + 1 < text.size(); ++length)
+    refused += parse_overlay(std::as_bytes(std::span(text.data(), length))).ok() ? 0 : 1;
+  EXPECT_EQ(refused, text.size() - 1);
+  for (int i = 0; i < 5000; ++i) {
+    std::string damaged = text;
+    for (int k = 0; k < 3; ++k) damaged[random() % damaged.size()] = static_cast<char>(random() % 256);
+    if (const auto read = parse_overlay(std::as_bytes(std::span(damaged))); read.ok())
+      (void)overlay_text(*read, "a");
+  }
+}
+
+}  // namespace
+}  // namespace fire3dv::state
