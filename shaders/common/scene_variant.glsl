@@ -16,9 +16,10 @@ layout(constant_id = FIRE3DV_VARIANT_SECOND_UV) const bool kSecondUv = true;
 // Those of FIRE3DV_MATERIAL_OPTIONAL that a material of the scene has.
 layout(constant_id = FIRE3DV_VARIANT_MATERIAL_FLAGS) const uint kMaterialFlags = FIRE3DV_MATERIAL_OPTIONAL;
 #ifdef FIRE3DV_CORE_MATERIALS
-const bool kAnisotropy = false;
+const bool kAnisotropy = false, kIridescence = false;
 #else
 const bool kAnisotropy = (kMaterialFlags & FIRE3DV_MATERIAL_ANISOTROPY) != 0;
+const bool kIridescence = (kMaterialFlags & FIRE3DV_MATERIAL_IRIDESCENCE) != 0;
 #endif
 
 #endif

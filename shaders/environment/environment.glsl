@@ -89,11 +89,45 @@ void add_reflectance(inout Lobe lobe, vec3 to_eye, vec3 f0, float f90, vec3 meta
   lobe.multiple = lobe.loss * mix(multiple_scattering(f0, vec3(f90), mean), multiple_scattering(metal_f0, vec3(1), mean), metallic);
 }
 
+// Replaces the reflectances of base and interface by those of the film, by its weight. The means over the hemisphere
+// are Gauss-Legendre quadratures in the squared cosine.
+void add_film(inout Surface surface) {
+  const Film film = surface.film;
+  const float roughness = surface.base.roughness;
+  const float at[4] = float[4](0.0694318442, 0.3300094782, 0.6699905218, 0.9305681558);
+  const float weights[4] = float[4](0.1739274226, 0.3260725774, 0.3260725774, 0.1739274226);
+  vec3 dielectric = vec3(0), metal = vec3(0);
+  float body = 0, body_once = 0;  // mean reflectance and mean albedo of one bounce of the interface
+  for (int i = 0; i < 4; ++i) {
+    const float cosine = sqrt(at[i]);
+    if (film.dielectric > 0) {
+      const vec2 split = split_albedo(cosine, roughness);
+      const vec3 seen = thin_film(film, film.dielectric_f0, cosine);
+      dielectric += weights[i] * seen;
+      body += weights[i] * largest(seen);
+      body_once += weights[i] * largest(film_albedo(film, film.dielectric_f0, cosine, roughness, split));
+    }
+    if (film.metal > 0) metal += weights[i] * thin_film(film, film.metal_f0, cosine);
+  }
+  const float loss = mean_loss(roughness);
+  const vec2 split = lobe_split(surface.base, surface.to_eye, surface.base.n_dot_v);
+  const vec3 once = film_albedo(film, surface.base.n_dot_v, roughness, split);
+  surface.film.dielectric_multiple = multiple_scattering(dielectric, dielectric, loss);
+  const vec3 multiple =
+      film.dielectric * surface.film.dielectric_multiple + film.metal * multiple_scattering(metal, metal, loss);
+  surface.base.albedo = mix(surface.base.albedo, once, film.weight);
+  surface.base.multiple = mix(surface.base.multiple, surface.base.loss * multiple, film.weight);
+  const float body_multiple = multiple_scattering(vec3(body), vec3(body), loss).r;
+  surface.body.multiple = mix(surface.body.multiple, body_multiple, film.weight);
+  surface.body.mean_albedo = mix(surface.body.mean_albedo, body_once + body_multiple * loss, film.weight);
+}
+
 // The interface above the diffuse layer: the share of light that enters it weighs the layer.
 void add_body(inout Surface surface, float f0, float f90) {
   const Lobe lobe = surface.base;
   surface.body = make_interface(f0, f90, lobe.roughness);
-  surface.body_albedo = interface_albedo(surface.body, lobe_split(lobe, surface.to_eye, lobe.n_dot_v));
+  if (has_film(surface)) add_film(surface);
+  surface.body_albedo = body_albedo(surface, lobe.n_dot_v, lobe_split(lobe, surface.to_eye, lobe.n_dot_v));
   surface.per_mean_entering = 1 / (PI * max(1 - surface.body.mean_albedo, 1e-3));
   surface.diffuse *= 1 - surface.body_albedo;
 }

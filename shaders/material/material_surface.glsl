@@ -47,6 +47,18 @@ void add_anisotropy(MaterialExtensionRecord extension, SurfacePoint point, inout
   stretch(surface.base, surface.to_eye, direction.x * tangent + direction.y * bitangent, strength);
 }
 
+// KHR_materials_iridescence. A film without thickness has no effect.
+Film film_of(MaterialExtensionRecord extension, SurfacePoint point) {
+  const vec4 uv = point.uv, dx = point.uv_dx, dy = point.uv_dy;
+  Film film;
+  film.ior = extension.iridescence_ior;
+  film.thickness_nm = mix(extension.iridescence_thickness_nm.x, extension.iridescence_thickness_nm.y,
+                          sample_or(extension.iridescence_thickness_texture, uv, dx, dy, vec4(1)).g);
+  const float weight = extension.iridescence * sample_or(extension.iridescence_texture, uv, dx, dy, vec4(1)).r;
+  film.weight = film.thickness_nm > 0 ? clamp(weight, 0, 1) : 0;
+  return film;
+}
+
 // Adds the lobes of glTF extensions; the rest of the surface is complete.
 void add_extensions(MaterialExtensionRecord extension, uint flags, float metallic, vec3 base_color, SurfacePoint point,
                     inout Surface surface) {
@@ -101,6 +113,14 @@ Surface make_surface(GlobalsRef globals, MaterialRecord material, vec4 base_colo
     add_anisotropy(extension, point, surface);
   }
   add_reflectance(surface.base, surface.to_eye, dielectric_f0, dielectric_f90, base_color.rgb, metallic);
+  surface.film.weight = 0;
+  if (kIridescence && extended && (material.flags & FIRE3DV_MATERIAL_IRIDESCENCE) != 0) {
+    surface.film = film_of(extension, point);
+    surface.film.dielectric = 1 - metallic;
+    surface.film.metal = metallic;
+    surface.film.dielectric_f0 = dielectric_f0;
+    surface.film.metal_f0 = base_color.rgb;
+  }
   add_body(surface, largest(dielectric_f0), dielectric_f90);
   surface.sheen_color = vec3(0);
   surface.coat = 0;

@@ -14,6 +14,7 @@ struct Boundary {
   vec3 f0;      // reflectance of a facet at normal incidence; white: its largest channel enters
   float f90;
   vec3 color;   // of light that passes
+  Film film;    // on the side of the thinner medium, taken for air
 };
 
 // Below it a boundary is a mirror to lamps and to the environment's samples: their light passes by sampled directions.
@@ -33,12 +34,16 @@ float dielectric_reflectance(float cosine, float ior) {
   return 0.5 * (s * s + p * p);
 }
 
-// Scales Fresnel's equations to the reflectances of KHR_materials_specular. Total reflection stays total.
+// Scales Fresnel's equations to the reflectances of KHR_materials_specular. Total reflection stays total. A film reflects
+// to both sides alike, since it does not absorb.
 vec3 boundary_reflectance(Boundary b, float ior, float cosine) {
   const float exact = dielectric_reflectance(cosine, ior);
   if (exact >= 1) return vec3(1);
   const float normal_incidence = (ior - 1) * (ior - 1) / ((ior + 1) * (ior + 1));
-  return mix(b.f0, vec3(b.f90), max(exact - normal_incidence, 0) / (1 - normal_incidence));
+  const vec3 reflected = mix(b.f0, vec3(b.f90), max(exact - normal_incidence, 0) / (1 - normal_incidence));
+  if (!kIridescence || b.film.weight <= 0) return reflected;
+  const float outside = ior >= 1 ? cosine : sqrt(max(1 - (1 - cosine * cosine) / (ior * ior), 0));
+  return mix(reflected, thin_film(b.film, b.f0, outside), b.film.weight);
 }
 
 // Smith's lambda for directions above (z > 0) and below the facets.
@@ -158,7 +163,7 @@ DiffuseTransmission make_diffuse_transmission(Surface s, vec3 color) {
 vec3 transmit_diffuse(DiffuseTransmission transmission, Surface s, vec3 to_light) {
   const float cosine = -dot(s.base.normal, to_light);
   if (!(cosine > 0)) return vec3(0);
-  const float entering = 1 - interface_albedo(s.body, lobe_split(s.base, to_light, cosine));
+  const float entering = 1 - body_albedo(s, cosine, lobe_split(s.base, to_light, cosine));
   return cosine * entering * s.per_mean_entering * transmission.albedo;
 }
 
@@ -170,7 +175,13 @@ Surface without_boundary(Surface s, float share, vec3 f0, float f90) {
   s.base.f0 = max(s.base.f0 - share * f0, 0);
   s.base.f90 = max(s.base.f90 - share * f90, 0);
   s.base.albedo = s.base.f0 * split.x + s.base.f90 * split.y;
-  s.base.multiple = max(s.base.multiple - share * s.base.loss * multiple_scattering(f0, vec3(f90), mean_loss(s.base.roughness)), 0);
+  vec3 multiple = multiple_scattering(f0, vec3(f90), mean_loss(s.base.roughness));
+  if (has_film(s)) {
+    s.film.dielectric = max(s.film.dielectric - share, 0);
+    s.base.albedo = mix(s.base.albedo, film_albedo(s.film, s.base.n_dot_v, s.base.roughness, split), s.film.weight);
+    multiple = mix(multiple, s.film.dielectric_multiple, s.film.weight);
+  }
+  s.base.multiple = max(s.base.multiple - share * s.base.loss * multiple, 0);
   return s;
 }
 

@@ -101,11 +101,13 @@ Refraction make_refraction(GlobalsRef globals, MaterialRecord material, vec4 bas
   boundary.f0 = min(here * here * per_ratio * specular_color, 1) * f90;
   boundary.f90 = f90;
   boundary.color = base_color.rgb;
+  boundary.film = surface.film;
   // A volume entered later replaces this one, whose surface inside of it does not exist.
   if (is_covered) {
     refraction.share = 1;
     boundary.ior = 1;
     boundary.color = vec3(1);
+    boundary.film.weight = 0;
   }
   refraction.boundary = boundary;
   return refraction;

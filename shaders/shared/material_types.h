@@ -29,9 +29,11 @@ struct TextureUse {
 #define FIRE3DV_MATERIAL_SECOND_UV 256u      // their second set,
 #define FIRE3DV_MATERIAL_NORMAL_MAPPED 512u  // tangents
 #define FIRE3DV_MATERIAL_ANISOTROPY 1024u
-#define FIRE3DV_MATERIAL_VOLUME 4096u        // KHR_materials_volume, for paths
+#define FIRE3DV_MATERIAL_IRIDESCENCE 2048u
+#define FIRE3DV_MATERIAL_VOLUME 4096u  // KHR_materials_volume, for paths
 #define FIRE3DV_MATERIAL_DIFFUSE_TRANSMISSION 8192u
-#define FIRE3DV_MATERIAL_OPTIONAL FIRE3DV_MATERIAL_ANISOTROPY  // compiled into shaders of scenes that have them
+// Compiled into the shaders of scenes that have them.
+#define FIRE3DV_MATERIAL_OPTIONAL (FIRE3DV_MATERIAL_ANISOTROPY | FIRE3DV_MATERIAL_IRIDESCENCE)
 
 struct MaterialRecord {
   vec4 base_color;
@@ -59,6 +61,9 @@ struct MaterialExtensionRecord {
   float sheen_roughness;
   vec2 anisotropy_direction;  // cosine and sine of the rotation from the tangent to the bitangent
   float anisotropy;           // strength
+  float iridescence;
+  float iridescence_ior;
+  vec2 iridescence_thickness_nm;  // minimum, maximum
   float clearcoat;
   float clearcoat_roughness;
   float clearcoat_normal_scale;
@@ -76,6 +81,8 @@ struct MaterialExtensionRecord {
   TextureUse sheen_color_texture;
   TextureUse sheen_roughness_texture;
   TextureUse anisotropy_texture;
+  TextureUse iridescence_texture;
+  TextureUse iridescence_thickness_texture;
   TextureUse transmission_texture;
   TextureUse diffuse_transmission_texture;
   TextureUse diffuse_transmission_color_texture;

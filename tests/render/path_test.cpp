@@ -190,6 +190,12 @@ TEST_F(Paths, DirectLightEqualsTheRasterOffEdges) {
     material.anisotropy_rotation_rad = 0.5f;
   }
   expect_raster(brushed, 600, 5e-4, "anisotropic metal and plastic");
+  scene::Scene filmed = lit_ball(true);
+  for (scene::Material& material : filmed.materials) {
+    material.iridescence = 0.8f;
+    material.iridescence_ior = 1.7f;
+  }
+  expect_raster(filmed, 600, 5e-4, "iridescent metal and plastic");
 }
 
 // The near plane cuts the ball, the far plane the floor.

@@ -3,7 +3,7 @@ if(TARGET fire3dv_passes)
   fire3dv_library(fire3dv_render_bench SOURCES support/render_bench.cpp support/scene_builder.cpp
                   support/material_tiles.cpp
                   LINK fire3dv_passes fire3dv_sinks fire3dv_test_support GTest::gtest)
-  foreach(subject lifetime analytic image_based_lighting white_furnace anisotropy path path_glass environment_cache many golden raster_paths stale_overlay)
+  foreach(subject lifetime analytic image_based_lighting white_furnace anisotropy iridescence path path_glass environment_cache many golden raster_paths stale_overlay)
     fire3dv_test(render_${subject}_test SOURCES ${subject}_test.cpp LINK fire3dv_render_bench LABELS render
                  TIMEOUT 900)
   endforeach()

@@ -55,7 +55,8 @@ uint32_t extension_flags(const scene::Material& material) {
          (material.diffuse_transmission > 0 ? FIRE3DV_MATERIAL_DIFFUSE_TRANSMISSION : 0) |
          (material.sheen_color != glm::vec3(0) ? FIRE3DV_MATERIAL_SHEEN : 0) |
          (material.clearcoat > 0 ? FIRE3DV_MATERIAL_CLEARCOAT : 0) |
-         (material.anisotropy > 0 ? FIRE3DV_MATERIAL_ANISOTROPY : 0);
+         (material.anisotropy > 0 ? FIRE3DV_MATERIAL_ANISOTROPY : 0) |
+         (material.iridescence > 0 ? FIRE3DV_MATERIAL_IRIDESCENCE : 0);
 }
 
 // Vertex attributes that the material's textures need.
@@ -66,7 +67,8 @@ uint32_t texture_flags(const scene::Material& material) {
         &material.occlusion_texture, &material.emissive_texture, &material.specular_texture,
         &material.specular_color_texture, &material.clearcoat_texture, &material.clearcoat_roughness_texture,
         &material.clearcoat_normal_texture, &material.sheen_color_texture, &material.sheen_roughness_texture,
-        &material.anisotropy_texture, &material.transmission_texture, &material.diffuse_transmission_texture,
+        &material.anisotropy_texture, &material.iridescence_texture, &material.iridescence_thickness_texture,
+        &material.transmission_texture, &material.diffuse_transmission_texture,
         &material.diffuse_transmission_color_texture}) {
     if (texture->texture == scene::kNone) continue;
     flags |= FIRE3DV_MATERIAL_TEXTURED;
@@ -98,6 +100,10 @@ gpu_types::MaterialExtensionRecord extension_record(const scene::Material& mater
   record.anisotropy = material.anisotropy;
   record.anisotropy_direction = {std::cos(material.anisotropy_rotation_rad),
                                  std::sin(material.anisotropy_rotation_rad)};
+  record.iridescence = material.iridescence;
+  record.iridescence_ior = material.iridescence_ior;
+  record.iridescence_thickness_nm = {material.iridescence_thickness_min_nm,
+                                     material.iridescence_thickness_max_nm};
   record.clearcoat = material.clearcoat;
   record.clearcoat_roughness = material.clearcoat_roughness;
   record.clearcoat_normal_scale = material.clearcoat_normal_scale;
@@ -118,6 +124,8 @@ gpu_types::MaterialExtensionRecord extension_record(const scene::Material& mater
   record.sheen_color_texture = texture_use(material.sheen_color_texture, textures);
   record.sheen_roughness_texture = texture_use(material.sheen_roughness_texture, textures);
   record.anisotropy_texture = texture_use(material.anisotropy_texture, textures);
+  record.iridescence_texture = texture_use(material.iridescence_texture, textures);
+  record.iridescence_thickness_texture = texture_use(material.iridescence_thickness_texture, textures);
   record.transmission_texture = texture_use(material.transmission_texture, textures);
   return record;
 }

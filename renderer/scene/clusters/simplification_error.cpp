@@ -301,6 +301,8 @@ UsedAttributes used_attributes(const Scene& scene, const Primitive& primitive) {
                                     &m.sheen_color_texture,
                                     &m.sheen_roughness_texture,
                                     &m.anisotropy_texture,
+                                    &m.iridescence_texture,
+                                    &m.iridescence_thickness_texture,
                                     &m.transmission_texture,
                                     &m.diffuse_transmission_texture,
                                     &m.diffuse_transmission_color_texture};

@@ -20,7 +20,6 @@ struct Omission {
 // Exact names first, then families.
 constexpr Omission kOmissions[]{
     {"KHR_materials_volume_scatter", "no light scatters inside objects"},
-    {"KHR_materials_iridescence", "no thin-film colours"},
     {"KHR_techniques_webgl", "materials look plain"},
     {"EXT_lights_image_based", "the file's environment is not used"},
     {"EXT_lights_ies", "lights shine evenly"},

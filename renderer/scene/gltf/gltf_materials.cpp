@@ -175,6 +175,8 @@ Result<TextureRef> Textures::refer(int texture, int uv_set, const tinygltf::Exte
 constexpr const char* kSpecularGlossiness = "KHR_materials_pbrSpecularGlossiness";
 constexpr double kNoUpperLimit = std::numeric_limits<float>::max();
 constexpr double kLeastAttenuationDistance = 1e-6;  // metres
+// Far beyond interference of visible light; finite phases in 32-bit floats.
+constexpr double kMaxFilmThicknessNm = 1e6, kMaxFilmIor = 1e3;
 
 // Reader of one material extension object. It stores the first error, so that callers need no checks in
 // between.
@@ -243,8 +245,8 @@ class Layer {
   Error fault_;
 };
 
-// Reads ior, specular, clearcoat, sheen, anisotropy, transmission, volume, dispersion, diffuse_transmission
-// and emissive_strength. Out-of-range factors are clamped with a warning.
+// Reads ior, specular, clearcoat, sheen, anisotropy, iridescence, transmission, volume, dispersion,
+// diffuse_transmission and emissive_strength. Out-of-range factors are clamped with a warning.
 Result<void> add_material_extensions(const tinygltf::Material& source, const std::string& where,
                                      Textures& textures, Material& material,
                                      std::vector<std::string>& warnings) {
@@ -285,6 +287,15 @@ Result<void> add_material_extensions(const tinygltf::Material& source, const std
     anisotropy.factor("anisotropyRotation", material.anisotropy_rotation_rad, -kNoUpperLimit, kNoUpperLimit);
     anisotropy.texture("anisotropyTexture", false, material.anisotropy_texture);
     if (auto done = anisotropy.result(); !done) return done;
+  }
+  if (Layer film = layer("KHR_materials_iridescence"); film.there()) {
+    film.factor("iridescenceFactor", material.iridescence);
+    film.factor("iridescenceIor", material.iridescence_ior, 1, kMaxFilmIor);
+    film.factor("iridescenceThicknessMinimum", material.iridescence_thickness_min_nm, 0, kMaxFilmThicknessNm);
+    film.factor("iridescenceThicknessMaximum", material.iridescence_thickness_max_nm, 0, kMaxFilmThicknessNm);
+    film.texture("iridescenceTexture", false, material.iridescence_texture);
+    film.texture("iridescenceThicknessTexture", false, material.iridescence_thickness_texture);
+    if (auto done = film.result(); !done) return done;
   }
   if (Layer transmission = layer("KHR_materials_transmission"); transmission.there()) {
     transmission.factor("transmissionFactor", material.transmission);

@@ -75,6 +75,10 @@ const std::unordered_map<std::string_view, unsigned>& shapes() {
       {"sheenRoughnessFactor", kNumber},
       {"anisotropyStrength", kNumber},
       {"anisotropyRotation", kNumber},
+      {"iridescenceFactor", kNumber},
+      {"iridescenceIor", kNumber},
+      {"iridescenceThicknessMinimum", kNumber},
+      {"iridescenceThicknessMaximum", kNumber},
       {"transmissionFactor", kNumber},
       {"thicknessFactor", kNumber},
       {"attenuationDistance", kNumber},
@@ -92,6 +96,8 @@ const std::unordered_map<std::string_view, unsigned>& shapes() {
       {"sheenColorTexture", kObject},
       {"sheenRoughnessTexture", kObject},
       {"anisotropyTexture", kObject},
+      {"iridescenceTexture", kObject},
+      {"iridescenceThicknessTexture", kObject},
       {"transmissionTexture", kObject},
       {"innerConeAngle", kNumber},
       {"outerConeAngle", kNumber},
@@ -353,29 +359,15 @@ Result<void> check_index_accessors(const json& document) {
 }  // namespace
 
 bool extension_supported(const std::string& name) {
-  static constexpr std::array<std::string_view, 23> supported{"KHR_lights_punctual",
-                                                              "KHR_materials_unlit",
-                                                              "KHR_materials_emissive_strength",
-                                                              "KHR_materials_ior",
-                                                              "KHR_materials_specular",
-                                                              "KHR_materials_clearcoat",
-                                                              "KHR_materials_sheen",
-                                                              "KHR_materials_transmission",
-                                                              "KHR_texture_transform",
-                                                              "KHR_mesh_quantization",
-                                                              "EXT_mesh_gpu_instancing",
-                                                              "EXT_meshopt_compression",
-                                                              "EXT_texture_webp",
-                                                              "KHR_texture_basisu",
-                                                              "KHR_draco_mesh_compression",
-                                                              "KHR_meshopt_compression",
-                                                              "KHR_node_visibility",
-                                                              "KHR_materials_pbrSpecularGlossiness",
-                                                              "KHR_materials_variants",
-                                                              "KHR_materials_anisotropy",
-                                                              "KHR_materials_volume",
-                                                              "KHR_materials_dispersion",
-                                                              "KHR_materials_diffuse_transmission"};
+  static constexpr std::array<std::string_view, 24> supported{
+      "KHR_lights_punctual",     "KHR_materials_unlit",        "KHR_materials_emissive_strength",
+      "KHR_materials_ior",       "KHR_materials_specular",     "KHR_materials_clearcoat",
+      "KHR_materials_sheen",     "KHR_materials_transmission", "KHR_texture_transform",
+      "KHR_mesh_quantization",   "EXT_mesh_gpu_instancing",    "EXT_meshopt_compression",
+      "EXT_texture_webp",        "KHR_texture_basisu",         "KHR_draco_mesh_compression",
+      "KHR_meshopt_compression", "KHR_node_visibility",        "KHR_materials_pbrSpecularGlossiness",
+      "KHR_materials_variants",  "KHR_materials_anisotropy",   "KHR_materials_iridescence",
+      "KHR_materials_volume",    "KHR_materials_dispersion",   "KHR_materials_diffuse_transmission"};
   return std::find(supported.begin(), supported.end(), name) != supported.end();
 }
 

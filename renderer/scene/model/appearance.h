@@ -65,6 +65,11 @@ struct Material {
   float anisotropy = 0;               // KHR_materials_anisotropy, strength
   float anisotropy_rotation_rad = 0;  // from the tangent to the bitangent
   TextureRef anisotropy_texture;      // RG: direction; B: strength
+
+  float iridescence = 0;  // KHR_materials_iridescence
+  float iridescence_ior = 1.3f;
+  float iridescence_thickness_min_nm = 100, iridescence_thickness_max_nm = 400;
+  TextureRef iridescence_texture, iridescence_thickness_texture;  // R; G
 };
 
 // True if shading depends on the direction of tangents.

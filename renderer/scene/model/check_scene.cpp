@@ -149,16 +149,35 @@ bool material_is_right(const Scene& scene, const Material& m) {
        {&m.base_color_texture, &m.metallic_roughness_texture, &m.normal_texture, &m.occlusion_texture,
         &m.emissive_texture, &m.specular_texture, &m.specular_color_texture, &m.clearcoat_texture,
         &m.clearcoat_roughness_texture, &m.clearcoat_normal_texture, &m.sheen_color_texture,
-        &m.sheen_roughness_texture, &m.anisotropy_texture, &m.transmission_texture,
-        &m.diffuse_transmission_texture, &m.diffuse_transmission_color_texture}) {
+        &m.sheen_roughness_texture, &m.anisotropy_texture, &m.iridescence_texture,
+        &m.iridescence_thickness_texture, &m.transmission_texture, &m.diffuse_transmission_texture,
+        &m.diffuse_transmission_color_texture}) {
     if (!none_or_below(ref->texture, scene.textures.size()) || ref->uv_set > 1 ||
         !is_finite(ref->uv_offset) || !is_finite(ref->uv_rotation_rad) || !is_finite(ref->uv_scale))
       return false;
   }
-  for (const float number : {m.metallic, m.roughness, m.normal_scale, m.occlusion_strength, m.alpha_cutoff,
-                             m.ior, m.specular, m.clearcoat, m.clearcoat_roughness, m.clearcoat_normal_scale,
-                             m.sheen_roughness, m.anisotropy, m.anisotropy_rotation_rad, m.transmission,
-                             m.thickness, m.attenuation_distance_m, m.dispersion, m.diffuse_transmission}) {
+  for (const float number : {m.metallic,
+                             m.roughness,
+                             m.normal_scale,
+                             m.occlusion_strength,
+                             m.alpha_cutoff,
+                             m.ior,
+                             m.specular,
+                             m.clearcoat,
+                             m.clearcoat_roughness,
+                             m.clearcoat_normal_scale,
+                             m.sheen_roughness,
+                             m.anisotropy,
+                             m.anisotropy_rotation_rad,
+                             m.iridescence,
+                             m.iridescence_ior,
+                             m.iridescence_thickness_min_nm,
+                             m.iridescence_thickness_max_nm,
+                             m.transmission,
+                             m.thickness,
+                             m.attenuation_distance_m,
+                             m.dispersion,
+                             m.diffuse_transmission}) {
     if (!std::isfinite(number)) return false;
   }
   return is_finite(m.base_color) && is_finite(m.emissive) && is_finite(m.specular_color) &&

@@ -89,8 +89,9 @@ void move_textures(Material& m, uint32_t by) {
        {&m.base_color_texture, &m.metallic_roughness_texture, &m.normal_texture, &m.occlusion_texture,
         &m.emissive_texture, &m.specular_texture, &m.specular_color_texture, &m.clearcoat_texture,
         &m.clearcoat_roughness_texture, &m.clearcoat_normal_texture, &m.sheen_color_texture,
-        &m.sheen_roughness_texture, &m.anisotropy_texture, &m.transmission_texture,
-        &m.diffuse_transmission_texture, &m.diffuse_transmission_color_texture}) {
+        &m.sheen_roughness_texture, &m.anisotropy_texture, &m.iridescence_texture,
+        &m.iridescence_thickness_texture, &m.transmission_texture, &m.diffuse_transmission_texture,
+        &m.diffuse_transmission_color_texture}) {
     move(ref->texture, by);
   }
 }

@@ -91,7 +91,9 @@ void visit_members(Material& m, Visit&& visit) {
         m.diffuse_transmission_texture, m.diffuse_transmission_color_texture, m.specular_texture,
         m.specular_color_texture, m.clearcoat_texture, m.clearcoat_roughness_texture,
         m.clearcoat_normal_texture, m.sheen_color_texture, m.sheen_roughness_texture, m.transmission_texture,
-        m.anisotropy, m.anisotropy_rotation_rad, m.anisotropy_texture);
+        m.anisotropy, m.anisotropy_rotation_rad, m.anisotropy_texture, m.iridescence, m.iridescence_ior,
+        m.iridescence_thickness_min_nm, m.iridescence_thickness_max_nm, m.iridescence_texture,
+        m.iridescence_thickness_texture);
 }
 
 template <typename Visit>

@@ -27,7 +27,7 @@ TEST(MaterialRecords, PlainMaterialsHaveNoExtension) {
 }
 
 TEST(MaterialRecords, EachExtensionIsSeen) {
-  std::vector<scene::Material> materials(8);
+  std::vector<scene::Material> materials(9);
   materials[0].ior = 1.333f;
   materials[1].specular = 0.5f;
   materials[2].specular_color = {1, 0.5f, 0.25f};
@@ -37,9 +37,10 @@ TEST(MaterialRecords, EachExtensionIsSeen) {
   materials[6].specular_texture.texture = 5;
   materials[7].anisotropy = 0.5f;
   materials[7].anisotropy_rotation_rad = 2;
+  materials[8].iridescence = 0.5f;
   const MaterialRecords records = material_records(materials);
-  ASSERT_EQ(records.extensions.size(), 8u);
-  for (uint32_t i = 0; i < 8; ++i) EXPECT_EQ(records.materials[i].extension, i);
+  ASSERT_EQ(records.extensions.size(), 9u);
+  for (uint32_t i = 0; i < 9; ++i) EXPECT_EQ(records.materials[i].extension, i);
   EXPECT_NEAR(records.extensions[0].dielectric_f0.g, 0.02037f, 1e-5f);
   EXPECT_NEAR(records.extensions[1].dielectric_f0.g, 0.04f, 1e-6f);
   EXPECT_EQ(records.extensions[1].specular, 0.5f);
@@ -54,7 +55,9 @@ TEST(MaterialRecords, EachExtensionIsSeen) {
   EXPECT_EQ(records.materials[7].flags, FIRE3DV_MATERIAL_ANISOTROPY | FIRE3DV_MATERIAL_NORMAL_MAPPED);
   EXPECT_NEAR(records.extensions[7].anisotropy_direction.x, std::cos(2.0), 1e-6);
   EXPECT_NEAR(records.extensions[7].anisotropy_direction.y, std::sin(2.0), 1e-6);
-  EXPECT_EQ(optional_flags(materials), FIRE3DV_MATERIAL_ANISOTROPY);
+  EXPECT_EQ(records.materials[8].flags, FIRE3DV_MATERIAL_IRIDESCENCE);
+  EXPECT_EQ(records.extensions[8].iridescence_thickness_nm, glm::vec2(100, 400));
+  EXPECT_EQ(optional_flags(materials), FIRE3DV_MATERIAL_ANISOTROPY | FIRE3DV_MATERIAL_IRIDESCENCE);
   EXPECT_EQ(optional_flags(std::span(materials).first(7)), 0u);
   EXPECT_TRUE(any_textured(materials));  // tangents are read
 }

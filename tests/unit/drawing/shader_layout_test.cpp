@@ -92,6 +92,7 @@ TEST_F(ShaderLayout, TheFirstAndLastMembersAndAllThatFollowAGapLieAlike) {
   EXPECT_SAME_OFFSET(MaterialRecord, extension);
   EXPECT_SAME_OFFSET(MaterialExtensionRecord, specular);
   EXPECT_SAME_OFFSET(MaterialExtensionRecord, anisotropy);
+  EXPECT_SAME_OFFSET(MaterialExtensionRecord, iridescence_thickness_nm);
   EXPECT_SAME_OFFSET(MaterialExtensionRecord, transmission);
   EXPECT_SAME_OFFSET(MaterialExtensionRecord, specular_texture);
   EXPECT_SAME_OFFSET(MaterialExtensionRecord, absorption_per_m);

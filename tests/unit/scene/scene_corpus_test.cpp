@@ -110,6 +110,7 @@ void expect_consistent(const Scene& scene, const std::string& file) {
           &material.specular_color_texture, &material.clearcoat_texture,
           &material.clearcoat_roughness_texture, &material.clearcoat_normal_texture,
           &material.sheen_color_texture, &material.sheen_roughness_texture, &material.anisotropy_texture,
+          &material.iridescence_texture, &material.iridescence_thickness_texture,
           &material.transmission_texture, &material.diffuse_transmission_texture,
           &material.diffuse_transmission_color_texture}) {
       ASSERT_TRUE(ref->texture == kNone || ref->texture < scene.textures.size()) << file;
@@ -195,7 +196,8 @@ const std::set<std::string>& supported() {
                                            "KHR_node_visibility",
                                            "KHR_materials_pbrSpecularGlossiness",
                                            "KHR_materials_variants",
-                                           "KHR_materials_anisotropy"};
+                                           "KHR_materials_anisotropy",
+                                           "KHR_materials_iridescence"};
   return names;
 }
 

@@ -22,11 +22,10 @@ GltfBuilder with_extensions(const char* member, json names) {
 }
 
 TEST(SceneExtensions, RequiredAppearanceIsLeftOutWithAWarning) {
-  for (const char* name :
-       {"KHR_materials_iridescence", "KHR_materials_volume_scatter", "VENDOR_materials_glitter",
-        "EXT_texture_avif", "EXT_lights_image_based", "EXT_lights_ies", "KHR_xmp", "KHR_xmp_json_ld",
-        "KHR_animation_pointer", "KHR_node_selectability", "MSFT_lod", "KHR_audio_emitter",
-        "KHR_physics_rigid_bodies", "VRMC_springBone"}) {
+  for (const char* name : {"KHR_materials_volume_scatter", "VENDOR_materials_glitter", "EXT_texture_avif",
+                           "EXT_lights_image_based", "EXT_lights_ies", "KHR_xmp", "KHR_xmp_json_ld",
+                           "KHR_animation_pointer", "KHR_node_selectability", "MSFT_lod", "KHR_audio_emitter",
+                           "KHR_physics_rigid_bodies", "VRMC_springBone"}) {
     const Scene scene = loaded(with_extensions("extensionsRequired", {name}));
     EXPECT_EQ(scene.primitives.size(), 1u);
     ASSERT_EQ(scene.warnings.size(), 1u) << name;

@@ -59,6 +59,13 @@ TEST(SceneMaterialExtensions, EveryMemberOfEachLayer) {
          {"sheenRoughnessTexture", texture(7)}}},
        {"KHR_materials_anisotropy",
         {{"anisotropyStrength", 0.625}, {"anisotropyRotation", -7.5}, {"anisotropyTexture", texture(9)}}},
+       {"KHR_materials_iridescence",
+        {{"iridescenceFactor", 0.5},
+         {"iridescenceIor", 1.75},
+         {"iridescenceThicknessMinimum", 650},
+         {"iridescenceThicknessMaximum", 250},
+         {"iridescenceTexture", texture(12)},
+         {"iridescenceThicknessTexture", texture(13)}}},
        {"KHR_materials_transmission", {{"transmissionFactor", 0.875}, {"transmissionTexture", texture(8)}}},
        {"KHR_materials_volume",
         {{"thicknessFactor", 2},
@@ -77,7 +84,7 @@ TEST(SceneMaterialExtensions, EveryMemberOfEachLayer) {
                                         "KHR_materials_clearcoat",    "KHR_materials_sheen",
                                         "KHR_materials_transmission", "KHR_materials_volume",
                                         "KHR_materials_dispersion",   "KHR_materials_diffuse_transmission",
-                                        "KHR_materials_anisotropy"};
+                                        "KHR_materials_anisotropy",   "KHR_materials_iridescence"};
   const Scene scene = loaded(builder);
   EXPECT_EQ(scene.warnings.size(), 1u);
   EXPECT_TRUE(warned(scene, "approximated: \"KHR_materials_transmission\""));
@@ -94,6 +101,10 @@ TEST(SceneMaterialExtensions, EveryMemberOfEachLayer) {
   EXPECT_EQ(material.sheen_roughness, 0.375f);
   EXPECT_EQ(material.anisotropy, 0.625f);
   EXPECT_EQ(material.anisotropy_rotation_rad, -7.5f);
+  EXPECT_EQ(material.iridescence, 0.5f);
+  EXPECT_EQ(material.iridescence_ior, 1.75f);
+  EXPECT_EQ(material.iridescence_thickness_min_nm, 650);  // may exceed the maximum
+  EXPECT_EQ(material.iridescence_thickness_max_nm, 250);
   EXPECT_EQ(material.transmission, 0.875f);
   expect_texture(scene, material.specular_texture, 1, false);
   expect_texture(scene, material.specular_color_texture, 2, true);
@@ -112,6 +123,8 @@ TEST(SceneMaterialExtensions, EveryMemberOfEachLayer) {
   EXPECT_EQ(material.diffuse_transmission_color, glm::vec3(0.75f, 0.5f, 0));
   expect_texture(scene, material.diffuse_transmission_texture, 10, false);
   expect_texture(scene, material.diffuse_transmission_color_texture, 11, true);
+  expect_texture(scene, material.iridescence_texture, 12, false);
+  expect_texture(scene, material.iridescence_thickness_texture, 13, false);
 }
 
 TEST(SceneMaterialExtensions, EmptyOnesChangeNothing) {
@@ -121,6 +134,7 @@ TEST(SceneMaterialExtensions, EmptyOnesChangeNothing) {
                                               {"KHR_materials_clearcoat", none},
                                               {"KHR_materials_sheen", none},
                                               {"KHR_materials_anisotropy", none},
+                                              {"KHR_materials_iridescence", none},
                                               {"KHR_materials_transmission", none},
                                               {"KHR_materials_volume", none},
                                               {"KHR_materials_dispersion", none},
@@ -133,6 +147,10 @@ TEST(SceneMaterialExtensions, EmptyOnesChangeNothing) {
   EXPECT_EQ(material.clearcoat_normal_scale, 1);
   EXPECT_EQ(material.sheen_color, glm::vec3(0));
   EXPECT_EQ(material.anisotropy, 0);
+  EXPECT_EQ(material.iridescence, 0);
+  EXPECT_EQ(material.iridescence_ior, 1.3f);
+  EXPECT_EQ(material.iridescence_thickness_min_nm, 100);
+  EXPECT_EQ(material.iridescence_thickness_max_nm, 400);
   EXPECT_EQ(material.transmission, 0);
   EXPECT_EQ(material.thickness, 0);
   EXPECT_EQ(material.attenuation_distance_m, 0);  // infinite
@@ -151,6 +169,10 @@ TEST(SceneMaterialExtensions, FactorsOutOfRangeAreBroughtIntoItAndSaid) {
        {"KHR_materials_clearcoat", {{"clearcoatFactor", 1e30}, {"clearcoatRoughnessFactor", 2}}},
        {"KHR_materials_sheen", {{"sheenColorFactor", {2, 0, 0}}, {"sheenRoughnessFactor", -0.5}}},
        {"KHR_materials_anisotropy", {{"anisotropyStrength", 1.5}}},
+       {"KHR_materials_iridescence",
+        {{"iridescenceIor", 0.9},
+         {"iridescenceThicknessMinimum", -5},
+         {"iridescenceThicknessMaximum", 1e30}}},
        {"KHR_materials_transmission", {{"transmissionFactor", 7}}},
        {"KHR_materials_volume",
         {{"thicknessFactor", -1}, {"attenuationDistance", 0}, {"attenuationColor", {-1, 0, 0}}}},
@@ -168,13 +190,16 @@ TEST(SceneMaterialExtensions, FactorsOutOfRangeAreBroughtIntoItAndSaid) {
   EXPECT_EQ(material.sheen_roughness, 0);
   EXPECT_EQ(material.transmission, 1);
   EXPECT_EQ(material.anisotropy, 1);
+  EXPECT_EQ(material.iridescence_ior, 1);
+  EXPECT_EQ(material.iridescence_thickness_min_nm, 0);
+  EXPECT_EQ(material.iridescence_thickness_max_nm, 1e6f);
   EXPECT_EQ(material.thickness, 0);
   EXPECT_GT(material.attenuation_distance_m, 0);
   EXPECT_EQ(material.attenuation_color, glm::vec3(0));
   EXPECT_EQ(material.dispersion, 0);
   EXPECT_EQ(material.diffuse_transmission, 1);
   EXPECT_EQ(material.diffuse_transmission_color, glm::vec3(0));
-  EXPECT_EQ(scene.warnings.size(), 17u);  // the last: approximations
+  EXPECT_EQ(scene.warnings.size(), 20u);  // the last: approximations
   EXPECT_TRUE(
       warned(scene, "materials[0].extensions.KHR_materials_transmission.transmissionFactor is more than 1"));
   EXPECT_TRUE(warned(scene, "KHR_materials_ior.ior is less than 1"));
@@ -206,6 +231,9 @@ TEST(SceneMaterialExtensions, FaultsByName) {
        "anisotropyRotation is not of the type"},
       {{{"KHR_materials_anisotropy", {{"anisotropyTexture", {{"index", 4}}}}}},
        "textures[4], but there are 1"},
+      {{{"KHR_materials_iridescence", {{"iridescenceIor", "oil"}}}}, "iridescenceIor is not of the type"},
+      {{{"KHR_materials_iridescence", {{"iridescenceThicknessTexture", {{"index", 7}}}}}},
+       "textures[7], but there are 1"},
       {{{"KHR_materials_sheen", {{"sheenColorTexture", {{"index", -1}}}}}}, "index is not of the type"}};
   for (const auto& [extensions, text] : faults) {
     const auto scene = load(with_extensions(extensions));
