@@ -126,11 +126,12 @@ FrameLoop::FrameLoop(const FrameLoopContext& context)
   if (window_) frame_extent_ = window_->image_extent();
   if (window_ && animations_) animation_timeline_.emplace(animations_->duration_s());
   const bool compute = renderer_.raster_path() == passes::RasterPath::visibility;
-  if (options_.path) {
+  if (const passes::PathPass* const paths = renderer_.path_tracer()) {
+    const passes::PathSettings& settings = paths->settings();
     std::fprintf(stderr, "fire3dv: info: path-traced %s, %s per pixel, %s, seed %u\n",
-                 passes::describe_path_back_end(renderer_.path_back_end()),
-                 counted(options_.path->samples_per_pixel, "sample").c_str(),
-                 counted(options_.path->bounces, "bounce").c_str(), options_.path->seed);
+                 passes::describe_path_back_end(paths->back_end()),
+                 counted(settings.samples_per_pixel, "sample").c_str(),
+                 counted(settings.bounces, "bounce").c_str(), settings.seed);
   } else {
     std::fprintf(stderr, "fire3dv: info: drawn %s, %s per pixel, shadows: %s\n",
                  compute ? "from a visibility buffer" : "forward",
@@ -141,7 +142,7 @@ FrameLoop::FrameLoop(const FrameLoopContext& context)
                    passes::describe(options_.ray_effects).c_str(),
                    passes::describe_path_back_end(renderer_.ray_effect_back_end()));
   }
-  if (renderer_.traces() && !options_.path) {
+  if (renderer_.traces() && !renderer_.traces_paths()) {
     std::fprintf(stderr, "fire3dv: info: acceleration structures are built %s\n",
                  gpu::describe(device_.queues().async));
   }
@@ -217,6 +218,7 @@ Result<void> FrameLoop::run() {
   if (window_) window_->finish();
   log_notes();
   if (Result<void> finished = sink_.finish(); !finished) return finished;
+  if (checkpoint_ && images_ >= options_.frames) checkpoint_->remove();
   if (first_finished_) stats_.note_start("first image", milliseconds(*first_finished_ - options_.begun));
   return stats_.finish();
 }
@@ -243,7 +245,7 @@ bool FrameLoop::has_changed() {
     changed_ = Clock::now();
     lingers_until_ = changed_ + kLingerTime;
   }
-  if (images_of_change_ == 0) return window_ && Clock::now() < lingers_until_;
+  if (images_of_change_ == 0) return window_ && (refines() || Clock::now() < lingers_until_);
   --images_of_change_;
   return true;
 }
@@ -420,24 +422,31 @@ Result<void> FrameLoop::draw() {
   request.markers = !options_.outputs.has_planes();  // the colours of a data set are those of its labels
   request.inspection =
       window_ ? window_->take_inspection() : passes::Inspection{options_.debug_view, scene::kNone, {}};
-  Result<passes::PreparedFrame> prepared = renderer_.prepare(request);
-  if (!prepared) return prepared.error();
+  request.refines = window_ != nullptr;
   const passes::View view =
       camera_.view(poses_, static_cast<float>(extent.width) / static_cast<float>(extent.height));
-  if (renderer_.traces_paths() && taken_.shaded() && !trace_paths(*prepared, view)) return {};
-  gpu::Recorder& recorder = frames_.begin();
+  Progress progress("fire3dv", "samples per pixel:");
+  Result<std::optional<passes::SceneRenderer::BegunFrame>> frame =
+      renderer_.begin_next(frames_, request, poses_, view, path_hooks(view, progress));
+  if (!frame) return frame.error();
+  if (!*frame) {  // a signal has stopped it
+    report_stopped_paths();
+    return {};
+  }
+  gpu::Recorder& recorder = (*frame)->recorder;
   const Clock::time_point begun = Clock::now();
   const std::vector<state::FrameTag> shown = poses_.shown();
   warn_of_empty_image(view, shown);
 
-  renderer_.record(*prepared, recorder, frames_.staging(), poses_, view, &history_);
+  renderer_.record((*frame)->prepared, recorder, frames_.staging(), poses_, view, &history_);
   if (taken_.has(wire::kColorSrgb8))
     renderer_.draw_stale_overlay(recorder, stale_condition(poses_.streams(), options_.play.mark_held));
   if (wants_pixels() && !awaits_stream_)
     captures_.record(recorder, renderer_, options_.outputs, scene_.scene(), poses_,
-                     {images_, view.camera, shown, capture::path_provenance(options_.path)});
+                     {images_, view.camera, shown, capture::path_provenance(renderer_)});
   if (window_) {
-    if (Result<void> drawn = window_->record(recorder, frames_.staging(), {images_, view.camera, shown});
+    if (Result<void> drawn = window_->record(
+            recorder, frames_.staging(), {images_, view.camera, shown, capture::path_provenance(renderer_)});
         !drawn)
       return drawn;
   }
@@ -449,16 +458,6 @@ Result<void> FrameLoop::draw() {
   note_cost(shown, begun);
   ++(awaits_stream_ ? uncounted_images_ : images_);
   return window_ ? window_->draw_others() : Result<void>();
-}
-
-// False: a signal has stopped it.
-bool FrameLoop::trace_paths(const passes::PreparedFrame& prepared, const passes::View& view) {
-  Progress progress("fire3dv", "samples per pixel:");
-  const uint64_t samples = options_.path->samples_per_pixel;
-  return renderer_.trace_paths(
-      prepared, poses_, view,
-      {[&](uint64_t done, uint64_t total) { progress.update_with_end(done * samples / total, samples); },
-       stop_was_requested});
 }
 
 // Once, for the first image; with adapters, for the first image of one of their frames.

@@ -15,6 +15,7 @@
 #include "renderer/app/loading/live_scene.h"
 #include "renderer/app/loading/scene_reload.h"
 #include "renderer/app/options/options.h"
+#include "renderer/app/path_checkpoint.h"
 #include "renderer/app/recording.h"
 #include "renderer/app/renderer_metrics.h"
 #include "renderer/app/run_reports.h"
@@ -80,6 +81,8 @@ class FrameLoop {
   }
   // Ends run() when the next scene is loaded.
   void go_on_with(DocumentLoader* next) { next_ = next; }
+  // Interrupted path-traced images of a run without a window go on. Call before run().
+  Result<void> keep_checkpoints();
   // Borrowed; null: the scene stays when its file changes. Call before run().
   void reload_with(SceneReload* reload) { reload_ = reload; }
   Result<void> run();
@@ -98,7 +101,9 @@ class FrameLoop {
   void set_rest(const state::RestPose& rest);
   void animate_for_viewers();
   Result<void> draw();
-  bool trace_paths(const passes::PreparedFrame& prepared, const passes::View& view);
+  passes::PathPass::Hooks path_hooks(const passes::View& view, Progress& progress);
+  void report_stopped_paths() const;
+  bool refines() const;  // the window's image lacks path-traced samples
   Result<void> finish_served(const ImageService::Drawn& served);
   Result<void> deliver();  // passes finished images to the sink
   Result<void> list_instances();
@@ -136,6 +141,7 @@ class FrameLoop {
 
   gpu::FrameRing frames_;
   passes::SceneRenderer& renderer_;
+  std::optional<PathCheckpoint> checkpoint_;  // of path-traced images in files
   capture::CaptureQueue captures_;
   ImageService image_service_;
   VkExtent2D frame_extent_{};   // size of the images that are not requested

@@ -248,7 +248,7 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   for (const std::string& note : load.notes()) say(note);
   const scene::Scene* const scene = &(*loaded)->scene;
   describe(show.title(), *scene);
-  if (options.path) {
+  if (stage.viewer.draw.path) {
     for (const std::string& limit : passes::path_tracing_limits(*scene)) say(warning(limit));
   }
 
@@ -382,6 +382,7 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   loop.record_with(recording->get());
   loop.go_on_with(&next);
   loop.reload_with(reload ? &*reload : nullptr);
+  if (Result<void> kept = loop.keep_checkpoints(); !kept) return kept.error();
   loop.spread_images_over(stage.further, stage.viewer.draw);
   before.reset();
   Result<void> finished = loop.run();
@@ -444,6 +445,7 @@ int run(const Options& options) {
     if (pipelines.note()) say(warning(*pipelines.note()));
     gui::Viewer viewer;
     viewer.draw = draw_settings(options, std::move(*environment));
+    viewer.paths = options.path.value_or(passes::PathSettings());
     viewer.draw.cached_environments = environment_store(places.environments);
     std::optional<passes::SceneRenderer> renderer(std::in_place, device, viewer.draw);
     Result<SecondaryDevices> further = SecondaryDevices::open(

@@ -31,9 +31,10 @@ std::string list_instances(const scene::Scene& scene) {
   return text;
 }
 
-std::optional<sinks::PathTraced> path_provenance(const std::optional<passes::PathSettings>& settings) {
-  if (!settings) return std::nullopt;
-  return sinks::PathTraced{settings->samples_per_pixel, settings->bounces, settings->seed};
+std::optional<sinks::PathTraced> path_provenance(const passes::SceneRenderer& renderer) {
+  const passes::PathPass* const paths = renderer.path_tracer();
+  if (!paths) return std::nullopt;
+  return sinks::PathTraced{paths->shown_samples(), paths->settings().bounces, paths->settings().seed};
 }
 
 void CaptureQueue::record(gpu::Recorder& recorder, gpu::Image& color, Provenance provenance) {

@@ -37,8 +37,8 @@ struct Provenance {
   std::optional<sinks::PathTraced> path_traced = std::nullopt;
 };
 
-// Settings of path-traced images, for Provenance.
-std::optional<sinks::PathTraced> path_provenance(const std::optional<passes::PathSettings>& settings);
+// Settings and samples so far of the image that the renderer has traced, for Provenance. nullopt: raster.
+std::optional<sinks::PathTraced> path_provenance(const passes::SceneRenderer& renderer);
 
 // Asynchronous read-back of rendered images and planes, each with its provenance. Finished captures arrive
 // frames later, in order and without a stall.

@@ -76,7 +76,8 @@ struct Viewer {
 
   state::JointPositions joints;  // of the robot, other than the file's
 
-  passes::DrawSettings draw;  // requested settings; unsupported ones are reported and reset
+  passes::DrawSettings draw;   // requested settings; unsupported ones are reported and reset
+  passes::PathSettings paths;  // of draw.path, while it is set
   passes::DebugView debug_view = passes::DebugView::none;
   std::map<uint64_t, StreamPlayout> streams;  // by epoch
   state::MarkerNamespaces hidden_markers;
@@ -112,6 +113,7 @@ struct FrameFacts {
   uint64_t resident_bytes = 0;
   std::string device, raster, shadows;  // display texts
   uint32_t samples = 0;
+  std::optional<passes::PathProgress> paths;  // of a path-traced image; empty: raster
 };
 
 constexpr size_t kMaxMarkerNamespaces = 32;

@@ -191,6 +191,7 @@ void draw_help(const Context& context);
 
 // Numbers for display: "1 234 567", "1.2 M", "3.4 GiB".
 std::string grouped(uint64_t number);
+std::string path_progress_text(const passes::PathProgress& paths);  // 12 / 256 samples
 std::string short_number(double number);
 std::string bytes_text(uint64_t bytes);
 bool contains_no_case(std::string_view text, std::string_view wanted);

@@ -29,7 +29,8 @@ constexpr std::array kWithValue{"--fps", "--start", "--end",   "--clock",
 constexpr std::array kFlags{"--resume", "--full-chroma", "--help", "-h"};
 
 // Renderer options that do not affect pixels, or that the manifest stores otherwise.
-constexpr std::array kNeutralWithValue{"--cache", "--device", "--async-compute", "--size", "--environment"};
+constexpr std::array kNeutralWithValue{"--cache", "--device",      "--async-compute",
+                                       "--size",  "--environment", "--checkpoint"};
 constexpr std::array kNeutralFlags{"--validation", "--no-validation", "--headless"};
 
 template <typename List>

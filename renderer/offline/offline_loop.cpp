@@ -4,14 +4,12 @@
 #include <chrono>
 #include <thread>
 
-#include "protocol/base/digest.h"
 #include "protocol/base/progress.h"
 #include "protocol/record/mcap/attachments.h"
 #include "protocol/wire/check.h"
 #include "renderer/app/default_look.h"
 #include "renderer/app/start.h"
 #include "renderer/passes/scene_renderer.h"
-#include "renderer/scene/cache/member_bytes.h"
 
 namespace fire3dv::offline {
 
@@ -64,22 +62,6 @@ Result<std::unique_ptr<RecordingScene>> RecordingScene::open(const app::Options&
   return scene;
 }
 
-std::string content_of(const scene::Scene& of) {
-  // Member visitors take a mutable scene for readers and writers; a writer does not modify it.
-  auto& scene = const_cast<scene::Scene&>(of);
-  std::vector<uint64_t> values;
-  const auto add = [&](std::span<const std::byte> bytes) {
-    Checksum checksum;
-    checksum.add(bytes);
-    values.push_back(checksum.value());
-  };
-  scene::MemberWriter members;
-  visit_members(scene, members);
-  add(members.bytes());
-  scene::visit_arrays(scene, [&](auto& array) { add(std::as_bytes(std::span(array))); });
-  return hex(digest_of(std::as_bytes(std::span(values)))).substr(0, 32);
-}
-
 OfflineLoop::OfflineLoop(const Parts& parts, const FrameTimes& times)
     : parts_(parts), times_(times), frames_(parts.device), captures_(parts.device) {
   // A free camera is fitted to the scene at rest, independent of the first rendered frame.
@@ -126,16 +108,26 @@ void OfflineLoop::advance(uint64_t frame) {
 Result<bool> OfflineLoop::draw(uint64_t frame, const std::function<bool()>& should_stop) {
   const VkExtent2D extent = parts_.renderer.extent();
   parts_.scene.show_markers();
-  const Result<passes::PreparedFrame> prepared = parts_.renderer.prepare({.extent = extent, .markers = true});
-  if (!prepared) return prepared.error();
   const passes::View view =
       parts_.camera.view(parts_.poses, static_cast<float>(extent.width) / static_cast<float>(extent.height));
-  if (parts_.path && !parts_.renderer.trace_paths(*prepared, parts_.poses, view, {{}, should_stop}))
-    return false;
-  gpu::Recorder& recorder = frames_.begin();
-  parts_.renderer.record(*prepared, recorder, frames_.staging(), parts_.poses, view);
+  Progress progress("fire3dv", "frame " + std::to_string(frame) + ": samples per pixel:");
+  passes::PathPass::Hooks hooks{.should_stop = should_stop};
+  if (const passes::PathPass* const paths = parts_.renderer.path_tracer()) {
+    hooks.progress = [&, samples = paths->settings().samples_per_pixel](uint64_t done, uint64_t total) {
+      progress.update_with_end(done * samples / total, samples);
+    };
+    if (parts_.checkpoint)
+      parts_.checkpoint->attach(
+          {frame, extent, parts_.poses, view, parts_.scene.scene(), parts_.scene.replaced()}, hooks);
+  }
+  auto begun =
+      parts_.renderer.begin_next(frames_, {.extent = extent, .markers = true}, parts_.poses, view, hooks);
+  if (!begun) return begun.error();
+  if (!*begun) return false;
+  gpu::Recorder& recorder = (*begun)->recorder;
+  parts_.renderer.record((*begun)->prepared, recorder, frames_.staging(), parts_.poses, view);
   captures_.record(recorder, parts_.renderer.image(),
-                   {frame, view.camera, parts_.poses.shown(), capture::path_provenance(parts_.path)});
+                   {frame, view.camera, parts_.poses.shown(), capture::path_provenance(parts_.renderer)});
   captures_.submitted(frames_.submit());
   ++images_;
   return true;

@@ -14,6 +14,7 @@
 #include "renderer/app/loading/live_scene.h"
 #include "renderer/app/loading/scene_load.h"
 #include "renderer/app/options/options.h"
+#include "renderer/app/path_checkpoint.h"
 #include "renderer/app/recording.h"
 #include "renderer/app/window/camera_rig.h"
 #include "renderer/capture/capture.h"
@@ -52,12 +53,9 @@ class RecordingScene {
   std::optional<app::SceneLoad> load_;
 };
 
-// Digest of the scene's content: equal scenes have equal digests.
-std::string content_of(const scene::Scene& scene);
-
 class OfflineLoop {
  public:
-  // All members are borrowed. animations null: none play.
+  // All members are borrowed. animations null: none play. checkpoint null: of no path-traced image.
   struct Parts {
     gpu::Device& device;
     passes::SceneRenderer& renderer;
@@ -67,7 +65,7 @@ class OfflineLoop {
     std::optional<state::AnimationPlayer>* animations;
     app::CameraRig& camera;
     sinks::FrameSink& sink;
-    std::optional<passes::PathSettings> path;  // of the renderer
+    app::PathCheckpoint* checkpoint = nullptr;
   };
   OfflineLoop(const Parts& parts, const FrameTimes& times);
 

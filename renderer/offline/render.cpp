@@ -18,6 +18,7 @@
 #include "renderer/offline/frame_folder.h"
 #include "renderer/offline/offline_loop.h"
 #include "renderer/offline/timeline.h"
+#include "renderer/scene/cache/scene_digest.h"
 #include "renderer/sinks/video/video_sink.h"
 
 namespace fire3dv::offline {
@@ -81,7 +82,7 @@ Result<Manifest> describe_frames(const RenderOptions& options, const Timeline& t
   Manifest manifest;
   manifest.settings = {{"program", std::string("fire3dv ") + FIRE3DV_VERSION},
                        {"recording", *recording},
-                       {"scene", content_of(scene)},
+                       {"scene", scene::content_digest(scene)},
                        {"clock", timeline.guide()},
                        {"look", options.look}};
   if (!options.drawing.environment.empty()) {
@@ -96,6 +97,13 @@ Result<Manifest> describe_frames(const RenderOptions& options, const Timeline& t
   manifest.shard = options.shard;
   manifest.shards = options.shards;
   return manifest;
+}
+
+// All settings and the times of frames, for checkpoints.
+std::string inputs_of(const Manifest& manifest) {
+  std::string text = std::to_string(manifest.times.first_ns) + " ns, " + to_text(manifest.times.rate) + "\n";
+  for (const auto& [name, value] : manifest.settings) text += name + ": " + value + "\n";
+  return text;
 }
 
 sinks::VideoSettings video_settings(const RenderOptions& options) {
@@ -276,9 +284,13 @@ Result<bool> Render::draw(const scene::LoadedScene& loaded, const Timeline& time
       say(std::to_string(output.folder->existing_frames()) + " frames are there already");
     if (auto begun = output.folder->begin(machine); !begun) return begun.error();
   }
-  OfflineLoop loop({**device, *renderer, poses, *streams, live,
-                    *animations ? &(*animations)->player : nullptr, *camera, output.sink(), drawing_.path},
-                   manifest.times);
+  std::optional<app::PathCheckpoint> checkpoint;
+  if (drawing_.path && output.folder && drawing_.checkpoint_interval_s > 0)
+    checkpoint.emplace(folder_of(options_), drawing_, report, "", inputs_of(manifest));
+  OfflineLoop loop(
+      {**device, *renderer, poses, *streams, live, *animations ? &(*animations)->player : nullptr, *camera,
+       output.sink(), checkpoint ? &*checkpoint : nullptr},
+      manifest.times);
   const auto is_wanted = [&](uint64_t frame) { return !output.folder || !output.folder->has(frame); };
   auto drawn = loop.run(part, is_wanted, app::stop_was_requested);
   if (!drawn) return drawn;
@@ -289,6 +301,7 @@ Result<bool> Render::draw(const scene::LoadedScene& loaded, const Timeline& time
   if (*drawn || output.folder) {
     if (auto finished = output.sink().finish(); !finished) return finished.error();
   }
+  if (*drawn && checkpoint) checkpoint->remove();
   say(counted(loop.images(), "frame") + " drawn for " + options_.out.string());
   if (!*drawn)
     say(output.folder ? "stopped; the same command goes on from here"

@@ -43,8 +43,9 @@ FramePlan plan_frame(const FrameFacts& facts, const ImageOutputs& outputs, const
   FramePlan plan;
   plan.surface_planes = outputs.has_id_planes();
   plan.inspection = inspection.any();
-  plan.path_resolve = facts.is_path_traced && outputs.shaded();
-  plan.shading = outputs.shaded() && !facts.is_path_traced && !replaces_shading(inspection.debug_view);
+  const bool shows_light_of_scene = outputs.shaded() && !replaces_shading(inspection.debug_view);
+  plan.path_resolve = shows_light_of_scene && facts.is_path_traced;
+  plan.shading = shows_light_of_scene && !facts.is_path_traced;
   plan.compute_shading = plan.shading && can_compute;
   plan.ray_effects = plan.compute_shading && facts.ray_effects && views == 1;
 

@@ -1,4 +1,5 @@
-// Preparation of frames by SceneRenderer: availability of outputs and inspection, targets and memory.
+// Preparation of frames by SceneRenderer: availability of outputs and inspection, targets, memory, and
+// path-traced samples.
 #include <algorithm>
 #include <string>
 #include <utility>
@@ -97,6 +98,8 @@ void SceneRenderer::allocate(const FrameRequest& request) {
   if (plan.visibility_buffer)
     visibility_->allocate(*gpu_scene_, settings_.cull, plan.camera_levels_of_detail);
   if (plan.ray_effects) ray_effects_->allocate(*targets_);
+  if (path_tracer_ && request.outputs.shaded())
+    path_tracer_->allocate(uint64_t{request.extent.width} * request.extent.height, request.refines);
   if (plan.metering) {
     if (!light_meter_)
       light_meter_ = std::make_unique<LightMeterPass>(device_, samples_, path_tracer_ != nullptr);
@@ -112,6 +115,40 @@ void SceneRenderer::allocate(const FrameRequest& request) {
       }
     }
   }
+}
+
+bool SceneRenderer::trace_paths(const PreparedFrame& prepared, const state::PoseState& poses,
+                                const View& view, const PathPass::Hooks& hooks) {
+  FIRE3DV_ASSERT(path_tracer_ && prepared.number_ == prepared_ && targets_ && targets_->views == 1);
+  const gpu_types::Globals globals = make_globals(view, false);
+  const bool goes_on =
+      prepared.request().refines &&
+      (path_tracer_->has_begun(globals.width, globals.height) ||
+       (traced_scene_.equals(poses, edit_revisions()) && path_tracer_->is_current(globals, view)));
+  if (!goes_on) {
+    gpu::FrameRing& ring = path_tracer_->submissions();
+    gpu::Recorder& recorder = ring.begin();
+    update_scene(recorder, ring.staging(), poses, false);
+    shadows_.upload_changes(recorder, ring.staging());
+    record_acceleration_structures(recorder);
+    // The edits of this update may have replaced buffers.
+    path_tracer_->begin(recorder, make_globals(view, false), view, hooks.resume);
+    (void)ring.submit();
+    traced_scene_.set(poses, edit_revisions());
+  }
+  return path_tracer_->trace(*gpu_scene_, hooks);
+}
+
+Result<std::optional<SceneRenderer::BegunFrame>> SceneRenderer::begin_next(gpu::FrameRing& frames,
+                                                                           const FrameRequest& request,
+                                                                           const state::PoseState& poses,
+                                                                           const View& view,
+                                                                           const PathPass::Hooks& hooks) {
+  const Result<PreparedFrame> prepared = prepare(request);
+  if (!prepared) return prepared.error();
+  if (path_tracer_ && request.outputs.shaded() && !trace_paths(*prepared, poses, view, hooks))
+    return std::optional<BegunFrame>();
+  return std::optional<BegunFrame>(BegunFrame{*prepared, frames.begin()});
 }
 
 bool SceneRenderer::shows_markers(const FrameRequest& request) const {

@@ -110,7 +110,9 @@ void SceneRenderer::apply(const DrawSettings& settings) {
   shadows_on_ = settings.shadows.method != ShadowMethod::off;
   settings_.ray_effects = settings.ray_effects;
   settings_.post = settings.post;
-  if (path_tracer_) settings_.post.fxaa = false;
+  if (!path_tracer_) return;
+  settings_.post.fxaa = false;
+  if (settings.path) path_tracer_->set(*settings.path);
 }
 
 bool SceneRenderer::needs_new_renderer(const DrawSettings& settings) const {
@@ -124,11 +126,12 @@ bool SceneRenderer::needs_new_renderer(const DrawSettings& settings) const {
   // Without storage of samples, effects draw the whole scene forward, which set_scene() must know.
   const bool other_draws = visibility_ && !visibility_->can_write_samples() &&
                            settings.post.reads_samples() != settings_.post.reads_samples();
+  const bool other_renderer = settings.path.has_value() != (path_tracer_ != nullptr);
   // Rays that hit surfaces need triangles where shadow rays may have boxes.
   const bool lacks_ray_effects = settings.ray_effects.on.any() && !path_tracer_ && !ray_effects_ &&
                                  can_trace_ray_effects(device_, compute);
-  return path != path_ || other_shadows || other_environment || other_draws || lacks_ray_effects ||
-         choose_samples(device_, path, settings.samples) != samples_ ||
+  return other_renderer || path != path_ || other_shadows || other_environment || other_draws ||
+         lacks_ray_effects || choose_samples(device_, path, settings.samples) != samples_ ||
          settings.anisotropy != settings_.anisotropy || settings.max_textures > settings_.max_textures;
 }
 
@@ -153,6 +156,7 @@ void SceneRenderer::set_scene(const scene::Scene& scene, const scene::Derived& d
   // No call below fails.
   gpu_scene_ = std::move(gpu_scene);
   scene_ = &scene;
+  if (path_tracer_) path_tracer_->drop();
   may_have_forward_only_ = any_forward_only(scene);
   edit_uploader_.reset();
   transforms_.invalidate();
@@ -197,7 +201,11 @@ void SceneRenderer::record(const PreparedFrame& prepared, gpu::Recorder& recorde
   // Edits, transforms and deformed vertices. Edits may show other draws and lights, so the plan comes later.
   const bool draws_samples =
       gpu_scene_->has_forward_only || shows_markers(request) || settings_.post.reads_samples();
-  if (request.scene == SceneUpdate::update) update_scene(recorder, staging, poses, draws_samples);
+  const bool is_updated = path_tracer_ && request.refines;  // by trace_paths()
+  if (request.scene == SceneUpdate::update && !is_updated) {
+    if (path_tracer_ && !traced_scene_.equals(poses, edit_revisions())) path_tracer_->drop();
+    update_scene(recorder, staging, poses, draws_samples);
+  }
   const FramePlan plan = plan_frame(facts(request), request.outputs, request.inspection, request.views);
   Frame frame{request, plan, recorder, staging, poses, views, {}};
   // Markers that are new since the last image.
@@ -261,19 +269,6 @@ void SceneRenderer::record_acceleration_structures(gpu::Recorder& recorder) {
       [&](VkCommandBuffer commands) {
         scene.top_level.record_build(commands, scene.instances.address, scene.instance_count);
       });
-}
-
-bool SceneRenderer::trace_paths(const PreparedFrame& prepared, const state::PoseState& poses,
-                                const View& view, const PathPass::Hooks& hooks) {
-  FIRE3DV_ASSERT(path_tracer_ && prepared.number_ == prepared_ && targets_ && targets_->views == 1);
-  gpu::FrameRing& ring = path_tracer_->submissions();
-  gpu::Recorder& recorder = ring.begin();
-  update_scene(recorder, ring.staging(), poses, false);
-  shadows_.upload_changes(recorder, ring.staging());
-  record_acceleration_structures(recorder);
-  path_tracer_->begin(recorder, make_globals(view, false), view);
-  (void)ring.submit();
-  return path_tracer_->trace(*gpu_scene_, hooks);
 }
 
 void SceneRenderer::begin_targets(Frame& frame) {
@@ -395,8 +390,7 @@ void SceneRenderer::post_process(const Frame& frame) {
   PostPass::Linear linear;
   if (frame.request.outputs.has(wire::kColorLinearF16))
     linear = {&outputs_->planes(), outputs_->address_of(wire::kColorLinearF16)};
-  std::optional<PathPass::Sums> sums;
-  if (plan.path_resolve && (plan.metering || plan.bloom)) sums.emplace(path_tracer_->sums());
+  gpu::Buffer* const sums = plan.path_resolve ? &path_tracer_->sums() : nullptr;
   MeteredExposure metered;
   // A camera with an exposure of its own keeps it.
   if (plan.metering && !(frame.views[0].exposure > 0))

@@ -15,6 +15,7 @@
 #include "renderer/passes/outputs/outputs_pass.h"
 #include "renderer/passes/outputs/planes_and_boxes.h"
 #include "renderer/passes/path/path_pass.h"
+#include "renderer/passes/path/traced_scene.h"
 #include "renderer/passes/post/bloom_pass.h"
 #include "renderer/passes/post/light_meter_pass.h"
 #include "renderer/passes/post/post_pass.h"
@@ -62,6 +63,8 @@ struct FrameRequest {
   Inspection inspection = {};  // for a single view with colours; unavailable parts are ignored
   SceneUpdate scene = SceneUpdate::update;
   bool markers = false;  // shows those of set_markers(); images of several views have none
+  // Paths: trace_paths() goes on with the last such image while it stays the same; see there.
+  bool refines = false;
 };
 
 // Resource that prepare() could not provide.
@@ -122,11 +125,23 @@ class SceneRenderer {
   }
   // Traces the paths of an image, in submissions of its own. With DrawSettings::path, record() of the same
   // frame and view follows and resolves them. Returns false if should_stop ended it; then nothing may be
-  // recorded.
+  // recorded. A frame that refines adds samples to the last such image. If scene, view or settings have
+  // changed, the image starts again, but not before its first sample is whole; until then record() shows the
+  // image before it.
   bool trace_paths(const PreparedFrame& frame, const state::PoseState& poses, const View& view,
                    const PathPass::Hooks& hooks = {});
   bool traces_paths() const { return path_tracer_ != nullptr; }
-  RayBackEnd path_back_end() const { return path_tracer_ ? path_tracer_->back_end() : RayBackEnd::none; }
+  // Null: raster.
+  const PathPass* path_tracer() const { return path_tracer_.get(); }
+  // prepare(), trace_paths() if the settings trace the requested colours, and FrameRing::begin(). record()
+  // follows. nullopt: should_stop ended the tracing.
+  struct BegunFrame {
+    PreparedFrame prepared;
+    gpu::Recorder& recorder;
+  };
+  Result<std::optional<BegunFrame>> begin_next(gpu::FrameRing& frames, const FrameRequest& request,
+                                               const state::PoseState& poses, const View& view,
+                                               const PathPass::Hooks& hooks = {});
 
   // Reports the submission of the last recorded frame; its picks arrive after that timeline value.
   void submitted(uint64_t timeline_value);
@@ -175,11 +190,11 @@ class SceneRenderer {
   }
 
   // Applies to later frames: exposure, bloom, tone mapping, FXAA (which changes image()), culling, LOD,
-  // shadows on and off, ray effects (but the first one), environment intensity and rotation, background. All
-  // other settings stay.
+  // shadows on and off, ray effects (but the first one), environment intensity and rotation, background,
+  // numbers of the path tracer. All other settings stay.
   void apply(const DrawSettings& settings);
-  // True if the settings need a new renderer: another raster path, shadow technique, sample count,
-  // environment or texture filter.
+  // True if the settings need a new renderer: paths instead of raster or the reverse, another raster path,
+  // shadow technique, sample count, environment or texture filter.
   bool needs_new_renderer(const DrawSettings& settings) const;
 
  private:
@@ -211,6 +226,9 @@ class SceneRenderer {
                     bool draws_forward);
   void build_acceleration_structures(gpu::Recorder& recorder);
   void record_acceleration_structures(gpu::Recorder& recorder);
+  scene::EditRevisions edit_revisions() const {
+    return edits_ ? edits_->revisions() : scene::EditRevisions();
+  }
   void begin_targets(Frame& frame);
   void rasterise(const Frame& frame);
   void write_planes(const Frame& frame, std::span<CameraHistory> histories);
@@ -254,6 +272,7 @@ class SceneRenderer {
   std::unique_ptr<LightMeterPass> light_meter_;  // created on first use, like bloom_
   std::unique_ptr<BloomPass> bloom_;
   std::unique_ptr<PathPass> path_tracer_;        // null: raster
+  TracedScene traced_scene_;                     // of the image that refines
   std::unique_ptr<RayEffectsPass> ray_effects_;  // null: not in the settings, or not supported
   std::unique_ptr<Inspector> inspector_;         // created on first use
   Environment environment_;  // last: its wait for the GPU overlaps with pipeline compilation

@@ -57,6 +57,7 @@ void set_media(inout PathState path, uvec4 media) {
 // Ends the path and adds it to the pixel's sums, so that samples are summed in their order.
 void end_path(inout PathState path, inout PathSum sum, bool is_display_referred) {
   path.vertex = FIRE3DV_NO_INDEX;
+  sum.samples += 1;
   if (is_display_referred) {
     sum.display += path.radiance;
     return;

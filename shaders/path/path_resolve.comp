@@ -27,15 +27,16 @@ void main() {
   const uint index = pixel.y * push.width + pixel.x;
   const PathSum sum = PathSumRef(push.sums).at[index];
   const vec3 radiance = sum.radiance / max(sum.radiance_samples, 1);
-  const float exposure = image_exposure(push.metered, push.exposure), share = sum.radiance_samples / push.samples;
+  const float samples = max(sum.samples, 1), share = sum.radiance_samples / samples;
+  const float exposure = image_exposure(push.metered, push.exposure);
 #ifdef FIRE3DV_BLOOM
   const vec3 blurred = blurred_light(first_level, ivec2(pixel));
-  const vec3 display = mix(sum.display / push.samples, (1 - share) * blurred, push.bloom);
+  const vec3 display = mix(sum.display / samples, (1 - share) * blurred, push.bloom);
   const vec3 shown = display_linear(mix(radiance * exposure, blurred, push.bloom), 1, push.tone_map) * share + display;
 #else
-  const vec3 shown = display_linear(radiance, exposure, push.tone_map) * share + sum.display / push.samples;
+  const vec3 shown = display_linear(radiance, exposure, push.tone_map) * share + sum.display / samples;
 #endif
   imageStore(result, ivec2(pixel), vec4(encode_srgb(clamp(shown, vec3(0), vec3(1))), 1));
   if (push.linear == 0ul) return;
-  HalfsOut(push.linear).at[index] = pack_halves(min((sum.radiance + sum.display) / push.samples, vec3(65504)), 1);
+  HalfsOut(push.linear).at[index] = pack_halves(min((sum.radiance + sum.display) / samples, vec3(65504)), 1);
 }

@@ -1,5 +1,5 @@
 // Light of one pixel before exposure: the mean of its samples, from the HDR target or from path-traced sums.
-// The including shader has a push constant `push` with `samples`, and for FIRE3DV_PATH_SUMS `sums` and `width`.
+// The including shader has a push constant `push` with `samples`; for FIRE3DV_PATH_SUMS with `sums` and `width`.
 // Variants: FIRE3DV_MULTISAMPLED, FIRE3DV_PATH_SUMS.
 #ifndef FIRE3DV_PIXEL_LIGHT_GLSL
 #define FIRE3DV_PIXEL_LIGHT_GLSL
@@ -24,8 +24,10 @@ PixelLight pixel_light(ivec2 pixel) {
   PixelLight light;
 #ifdef FIRE3DV_PATH_SUMS
   const PathSum sum = PathSumRef(push.sums).at[pixel.y * push.width + pixel.x];
+  const float samples = max(sum.samples, 1);
   light = PixelLight(sum.radiance, sum.radiance_samples, sum.display);
 #else
+  const float samples = push.samples;
   light = PixelLight(vec3(0), 0, vec3(0));
   for (int i = 0; i < push.samples; ++i) {
     const vec4 color = texelFetch(hdr, pixel, i);
@@ -35,10 +37,10 @@ PixelLight pixel_light(ivec2 pixel) {
     light.display_referred += (1 - share) * clamp(color.rgb, vec3(0), vec3(1));
   }
 #endif
-  light.scene_referred = min(light.scene_referred / push.samples, vec3(kLargestLight));
+  light.scene_referred = min(light.scene_referred / samples, vec3(kLargestLight));
   light.scene_referred = mix(light.scene_referred, vec3(0), isnan(light.scene_referred));  // filters would spread it
-  light.share /= push.samples;
-  light.display_referred /= push.samples;
+  light.share /= samples;
+  light.display_referred /= samples;
   return light;
 }
 

@@ -33,7 +33,7 @@ struct PathSum {
   vec3 radiance;
   float radiance_samples;  // share of scene-referred samples times their number
   vec3 display;
-  float padding;
+  float samples;  // so far: a pixel of an unfinished image may be one ahead of others
 };
 
 struct PathParameters {
@@ -73,7 +73,6 @@ struct PathResolvePush {
   FIRE3DV_ADDRESS metered;  // float: exposure; 0: `exposure`
   uint width;
   uint height;
-  uint samples;
   float exposure;
   uint tone_map;
   float bloom;  // share of blurred light

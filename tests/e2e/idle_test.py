@@ -5,7 +5,7 @@ import signal
 import time
 
 from harness import Program, check, main, vulkan_environment, wait_until
-from prometheus import scrape, url_of
+from prometheus import images_of, settled, url_of
 from screen import on_a_screen
 
 IDLE_S = 6
@@ -23,24 +23,6 @@ def cpu_s(program):
 def headless(test, *arguments):
     return Program(test, "fire3dv", [test.programs_at["fire3dv"], test.scene, "--headless", "--size", "64x36", "--cache", "off",
                                      "--validation", *arguments], vulkan_environment())
-
-
-def images_of(url):
-    return scrape(url).total("fire3dv_images_total")
-
-
-def settled(url):
-    """Waits until no image is drawn for a second; returns the number of images."""
-    last = [-1]
-
-    def look():
-        before, last[0] = last[0], images_of(url)
-        if last[0] == before:
-            return True
-        time.sleep(1)
-        return False
-    wait_until(lambda: f"the renderer to be idle; it has drawn {last[0]} images", look)
-    return last[0]
 
 
 def expect_idle(program, url, drawn):

@@ -122,6 +122,22 @@ def paths_are_traced(test):
     check(pixels_of(row, lines[0]) != pixels_of(row, lines[1]), "nothing moves")
 
 
+def a_killed_path_is_gone_on_with(test):
+    """A frame that was being path-traced goes on from its checkpoint to the same bytes."""
+    path = ("--fps", FPS, "--render", "path", "--spp", 24, "--bounces", 1, "--start", 20 / FPS, "--end", 21 / FPS)
+    out, whole = test.path("killed paths"), test.path("whole paths")
+    file = os.path.join(out, "paths.checkpoint")
+    program = start(test, recording(test), out, *path, "--checkpoint", 0.001)
+    wait_until(lambda: f"a checkpoint; it said:\n{program.stderr_text()}",
+               lambda: os.path.exists(file) or not program.alive())
+    program.kill()
+    check(os.path.exists(file), "the run ended before the kill")
+    said = render(test, recording(test), out, *path)
+    check("info: going on after " in said and " of 24 samples per pixel" in said, said)
+    render(test, recording(test), whole, *path)
+    check(files_of(out) == files_of(whole), "what was gone on with is other bytes than a single run")
+
+
 def shards_are_the_whole(test):
     folder = whole_run(test)
     parts = [test.path(f"part{i}") for i in (1, 2, 3)]
@@ -328,5 +344,5 @@ if __name__ == "__main__":
     # One folder for all comparisons with the reference run, which is drawn once.
     main({"same_bytes": all_of(frames_are_right, a_cold_start_changes_nothing, shards_are_the_whole, a_killed_run_is_gone_on_with,
                                the_scene_may_travel),
-          "paths": paths_are_traced, "live": live_is_replayed_is_offline, "bad_input": bad_input},
+          "paths": all_of(paths_are_traced, a_killed_path_is_gone_on_with), "live": live_is_replayed_is_offline, "bad_input": bad_input},
          ("fire3dv", "record", "replay", "publisher", "make"))

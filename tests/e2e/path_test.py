@@ -1,12 +1,14 @@
 #!/usr/bin/env python3
 """End-to-end test of --render path: the PNG names its settings, the same seed gives the same bytes, the image resembles
-the raster's, and combinations that make no sense are refused with the remedy."""
+the raster's, a killed run goes on to the same bytes, and combinations that make no sense are refused with the remedy."""
 import base64
 import json
 import os
+import shutil
+import signal
 import struct
 
-from harness import Program, main, vulkan_environment
+from harness import Program, main, vulkan_environment, wait_until
 from image_reader import check, read_png
 
 CORNERS = [(-1, 0, 1), (1, 0, 1), (1, 0, -1), (-1, 0, -1)]
@@ -77,13 +79,93 @@ def images(test):
     check(max(map(abs, differences)) <= 16, f"a byte differs by {max(map(abs, differences))}")
 
 
+HEAD = struct.Struct("<8sIIIIQ32sQ")  # of paths.checkpoint: magic, version, width, height, samples, frame, digests
+ENDLESS = 1 << 20
+
+
+def interrupt(test, scene, folder, number, *arguments):
+    """Starts an image that takes too long, and ends it after its first checkpoint; returns its samples."""
+    file = os.path.join(folder, "paths.checkpoint")
+    program = Program(test, "fire3dv", [test.programs_at["fire3dv"], scene, "--validation", "--headless", "--frames", "1",
+                                        "--size", "32x24", "--cache", "off", "--environment-intensity", "0.2", "--out", folder,
+                                        *map(str, arguments), "--spp", str(ENDLESS), "--checkpoint", "0.05"],
+                      env=vulkan_environment())
+    wait_until(lambda: f"a checkpoint; it said:\n{program.stderr_text()}", lambda: os.path.exists(file))
+    program.signal(number)
+    program.wait()
+    with open(file, "rb") as read:
+        head = HEAD.unpack(read.read(HEAD.size))
+    return head[4], program.stderr_text()
+
+
+def goes_on(test):
+    """A killed or stopped run continues from its checkpoint to the bytes of an uninterrupted one."""
+    scene, path = write_scene(test), ("--render", "path", "--bounces", "2", "--seed", "5")
+    for number in (signal.SIGKILL, signal.SIGTERM):
+        folder = test.path(f"interrupted {number}")
+        samples, said = interrupt(test, scene, folder, number, *path)
+        check(samples > 0 and not os.path.exists(os.path.join(folder, "frame_000000.png")), f"{samples}, {said}")
+        if number == signal.SIGTERM:
+            check(f"stopped after {samples} samples per pixel" in said, said)
+        wanted = (*path, "--spp", str(samples + 5))
+        data, _, said = draw(test, scene, f"interrupted {number}", *wanted)
+        check(f"going on after {samples} of {samples + 5} samples per pixel" in said, said)
+        whole, _, said = draw(test, scene, f"whole {number}", *wanted, "--checkpoint", "0")
+        check("going on" not in said and data == whole, "what was gone on with is other bytes than a single run")
+        check(os.listdir(folder) == os.listdir(test.path(f"whole {number}")), f"left: {os.listdir(folder)}")
+
+
+def strange_checkpoints(test):
+    """A checkpoint of something else or a damaged one is reported, and the image starts again."""
+    scene, path = write_scene(test), ("--render", "path", "--bounces", "1")
+    folder = test.path("kept")
+    samples, _ = interrupt(test, scene, folder, signal.SIGKILL, *path)
+    with open(os.path.join(folder, "paths.checkpoint"), "rb") as file:
+        good = file.read()
+    whole, _, _ = draw(test, scene, "whole", *path, "--spp", str(samples + 1))
+    flipped = good[:-9] + bytes([good[-9] ^ 1]) + good[-8:]
+    too_many = HEAD.pack(*HEAD.unpack(good[:HEAD.size])[:4], samples + 2, *HEAD.unpack(good[:HEAD.size])[5:])
+    for content, arguments, reason in (
+            (good, ("--seed", "1"), "is of another scene, camera, size, setting, seed or device"),
+            (good, ("--environment-rotation", "90"), "is of another scene, camera, size, setting, seed or device"),
+            (flipped, (), "is damaged"),
+            (good[:-16], (), "is damaged"),
+            (good[:40], (), "is no checkpoint"),
+            (good + b"more", (), "is no checkpoint of this image"),
+            (b"x" * 4096, (), "is no checkpoint of this version"),
+            (too_many + good[HEAD.size:], (), f"--spp wants {samples + 1}"),
+            (None, (), "is no checkpoint of this image")):
+        shutil.rmtree(folder)
+        os.makedirs(folder)
+        file = os.path.join(folder, "paths.checkpoint")
+        if content is None:
+            os.mkfifo(file)
+        else:
+            with open(file, "wb") as out:
+                out.write(content)
+        data, _, said = draw(test, scene, "kept", *path, "--spp", str(samples + 1), *arguments)
+        check(f"warning: {file} " in said and reason in said and "the image starts again" in said, f"{reason}: {said}")
+        check(data == whole or arguments, f"another image: {reason}")
+    # A checkpoint of another image of the run says nothing about this one.
+    with open(os.path.join(folder, "paths.checkpoint"), "wb") as file:
+        head = HEAD.unpack(good[:HEAD.size])
+        file.write(HEAD.pack(*head[:5], 7, *head[6:]) + good[HEAD.size:])
+    data, _, said = draw(test, scene, "kept", *path, "--spp", str(samples + 1))
+    check("paths.checkpoint" not in said and data == whole, said)
+
+
 def refusals(test):
     scene = write_scene(test)
     headless = ("--headless", "--out", test.path("none"))
     for arguments, remedy in (
             (("--spp", "4"), "--spp needs --render path"),
             (("--seed", "4", "--headless", "--frames", "1"), "--seed needs --render path"),
-            (("--render", "path"), "add --headless --frames 1 --out DIR"),
+            (("--render", "path", "--out", test.path("none")), "take screenshots"),
+            (("--render", "path", "--lockstep", "--listen", "shm://path_test"), "--lockstep awaits"),
+            (("--render", "path", "--window", "eye", "--window", "auto"), "one view"),
+            (("--render", "path", "--stereo", "eye,auto"), "one view"),
+            (("--render", "path", "--devices", "0,0", "--listen", "shm://path_test"), "--device instead"),
+            (("--render", "path", "--serve", "127.0.0.1:0"), "record the stream"),
             (("--render", "path", *headless), "add --frames 1"),
             (("--render", "path", *headless, "--frames", "1", "--shadows", "map"), "leave --shadows"),
             (("--render", "path", *headless, "--frames", "1", "--view", "depth"), "exclude each other"),
@@ -96,4 +178,4 @@ def refusals(test):
 
 
 if __name__ == "__main__":
-    main({"images": images, "refusals": refusals}, ["fire3dv"])
+    main({"images": images, "goes_on": goes_on, "strange_checkpoints": strange_checkpoints, "refusals": refusals}, ["fire3dv"])

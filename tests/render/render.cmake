@@ -7,6 +7,7 @@ if(TARGET fire3dv_passes)
     fire3dv_test(render_${subject}_test SOURCES ${subject}_test.cpp LINK fire3dv_render_bench LABELS render
                  TIMEOUT 900)
   endforeach()
+  target_sources(render_path_test PRIVATE ${CMAKE_CURRENT_LIST_DIR}/path_refinement_test.cpp)
   fire3dv_test(render_identity_test SOURCES identity_test.cpp LINK fire3dv_render_bench fire3dv_app fire3dv::client
                LABELS render TIMEOUT 1200)
 endif()

@@ -87,6 +87,7 @@ struct Options {
   passes::ShadowSettings shadows;
   passes::RayEffects ray_effects;
   std::optional<passes::PathSettings> path;  // nullopt: raster
+  double checkpoint_interval_s = 60;         // of path-traced images without a window; 0: no checkpoints
   std::optional<float> exposure;             // nullopt: estimated from the scene
   bool metered_exposure = false;             // of each image; the estimate is for images without light
   passes::ToneMap tone_map = passes::ToneMap::neutral;

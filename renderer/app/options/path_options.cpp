@@ -15,7 +15,7 @@ constexpr uint32_t kMaxSamplesPerPixel = 1 << 20, kMaxBounces = 1024;
 
 void add_path_options(CLI::App& app, PathTexts& texts) {
   constexpr const char* kGroup = kDrawingGroup;
-  app.add_option("--render", texts.render, "raster, or a path-traced reference image (headless)")
+  app.add_option("--render", texts.render, "raster, or paths: a reference image that refines in a window")
       ->check(one_of({"raster", "path"}))
       ->type_name("raster|path")
       ->capture_default_str()
@@ -45,31 +45,50 @@ void add_path_options(CLI::App& app, PathTexts& texts) {
                              ->check(focus_distance_m)
                              ->type_name("M")
                              ->group(kGroup);
+  texts.checkpoint = app.add_option("--checkpoint", texts.checkpoint_interval_s,
+                                    "path: seconds between checkpoints of a run without a window; 0: none")
+                         ->check(CLI::Range(0.0, 1e6).description(""))
+                         ->type_name("S")
+                         ->capture_default_str()
+                         ->group(kGroup);
 }
 
 std::optional<std::string> take_path_options(const PathTexts& texts, bool offline, Options& options) {
   if (texts.render != "path") {
-    for (const CLI::Option* option :
-         {texts.samples_per_pixel, texts.bounces, texts.seed, texts.f_number, texts.focus_distance}) {
+    for (const CLI::Option* option : {texts.samples_per_pixel, texts.bounces, texts.seed, texts.f_number,
+                                      texts.focus_distance, texts.checkpoint}) {
       if (option->count() > 0) return option->get_name() + " needs --render path";
     }
     return std::nullopt;
   }
-  if (!options.headless && !offline)
-    return "--render path takes seconds an image and opens no window: add --headless --frames 1 --out DIR";
-  if (!options.listen.empty() || options.on_request || !options.serve.empty())
-    return "--render path draws no live streams, no live view and no images on request: record the stream, "
-           "then fire3dv "
-           "render FILE.mcap --render path";
+  const bool in_window = !options.headless && !offline;
+  const bool is_live = in_window ? !options.serve.empty()
+                                 : !options.listen.empty() || options.on_request || !options.serve.empty();
+  if (is_live)
+    return "--render path draws no live view, no images on request and no live streams without a window: "
+           "record "
+           "the stream, then fire3dv render FILE.mcap --render path";
+  if (in_window) {
+    if (options.lockstep)
+      return "--render path in a window refines its image, and --lockstep awaits whole ones";
+    if (!options.out.empty())
+      return "--render path in a window refines its image: take screenshots (key P) instead of --out, or add "
+             "--headless --frames 1";
+    if (options.window_cameras.size() > 1 || !options.right_camera.empty())
+      return "--render path refines one view: name one --window and no --stereo";
+    if (!options.devices.empty()) return "--render path refines on one device: --device instead of --devices";
+  }
   if (options.debug_view != passes::DebugView::none) return "--render path and --view exclude each other";
   if (options.shadows != passes::ShadowSettings())
     return "--render path traces all shadows: leave --shadows and --shadow-rays out";
   if (options.ray_effects.any()) return "--render path traces all light: leave --ray-effects out";
-  if (!offline && options.frames == 0 && !options.list_devices && options.recording.replay.empty())
+  if (!offline && !in_window && options.frames == 0 && !options.list_devices &&
+      options.recording.replay.empty())
     return "--render path would draw the same image again and again: add --frames 1";
   if (texts.f_number->count() != texts.focus_distance->count())
     return "--f-number and --focus-distance belong together: set both";
   options.path = texts.settings;
+  options.checkpoint_interval_s = texts.checkpoint_interval_s;
   return std::nullopt;
 }
 

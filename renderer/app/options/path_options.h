@@ -17,8 +17,9 @@ namespace fire3dv::app {
 struct PathTexts {
   std::string render = "raster";
   passes::PathSettings settings;
+  double checkpoint_interval_s = 60;
   const CLI::Option *samples_per_pixel = nullptr, *bounces = nullptr, *seed = nullptr;
-  const CLI::Option *f_number = nullptr, *focus_distance = nullptr;
+  const CLI::Option *f_number = nullptr, *focus_distance = nullptr, *checkpoint = nullptr;
 };
 
 // Both arguments outlive the parsing.

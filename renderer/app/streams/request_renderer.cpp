@@ -62,6 +62,8 @@ state::ImageAbilities image_abilities(const passes::SceneRenderer& renderer) {
   abilities.lenses = true;
   abilities.outputs = 0;
   for (uint32_t bit = 0; bit < wire::kImageOutputCount; ++bit) {
+    // The window's image refines; colours of requested images would have to wait for theirs.
+    if (renderer.traces_paths() && wire::ImageOutputs(1u << bit).shaded()) continue;
     if (renderer.can_take(passes::with_sources(wire::ImageOutputs(1u << bit))))
       abilities.outputs |= 1u << bit;
   }

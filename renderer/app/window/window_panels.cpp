@@ -301,6 +301,12 @@ const gui::Facts& ViewerFacts::begin_assembly(const scene::Scene& scene, uint64_
   frame.raster = compute ? "from a visibility buffer" : "forward";
   frame.shadows = passes::describe(renderer.shadow_technique());
   frame.samples = static_cast<uint32_t>(renderer.samples());
+  frame.paths.reset();
+  if (const passes::PathPass* const paths = renderer.path_tracer()) {
+    frame.paths = paths->progress();
+    frame.raster = std::string("path-traced ") + passes::describe_path_back_end(paths->back_end());
+    frame.shadows = "of all lights, traced";
+  }
   if (const Clock::time_point now = Clock::now(); now - memory_read_at_ >= kMemoryInterval) {
     memory_read_at_ = now;
     frame.gpu_bytes = device.allocated_bytes();

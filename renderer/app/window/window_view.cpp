@@ -146,16 +146,38 @@ void WindowView::apply_requests() {
     borrowed_.receiver.play(epoch, playout.interpolate, playout.delay_ns);
 }
 
+// Why this window cannot switch to paths; nothing: it can.
+std::optional<std::string> WindowView::why_no_paths() {
+  if (Result<void> can = passes::can_trace_paths(borrowed_.device); !can) return can.error().message;
+  if (columns() > 1 || !others_.empty())
+    return "paths refine one view: start the viewer with one --window and without --stereo";
+  if (!borrowed_.options.devices.empty()) return "paths refine on one device: --device instead of --devices";
+  if (!borrowed_.options.serve.empty())
+    return "paths are not drawn for viewers in browsers: leave --serve out";
+  if (borrowed_.options.lockstep || !borrowed_.options.out.empty())
+    return "paths refine an image, and --lockstep and --out await whole ones: leave them out";
+  return std::nullopt;
+}
+
 // Settings that need another renderer wait for the GPU: the user requested them, and a lost frame does not
 // matter.
 void WindowView::apply_draw_settings() {
   passes::DrawSettings& requested = borrowed_.viewer.draw;
   requested.max_textures = renderer().max_textures();
+  if (requested.path && !renderer().traces_paths()) {
+    if (const std::optional<std::string> reason = why_no_paths()) {
+      notes_.push_back(error_line(*reason));
+      requested.path.reset();
+    } else {
+      for (const std::string& limit : passes::path_tracing_limits(borrowed_.scene.scene()))
+        notes_.push_back(warning(limit));
+    }
+  }
   if (renderer().needs_new_renderer(requested)) {
     if (borrowed_.options.outputs != passes::ImageOutputs() || borrowed_.requests.count() != 0) {
       notes_.push_back(
-          "warning: samples, raster path and shadows stay while --outputs or a simulator wants images of one "
-          "kind");
+          "warning: renderer, samples, raster path and shadows stay while --outputs or a simulator wants "
+          "images of one kind");
       requested = drawn_;
       return;
     }

@@ -119,6 +119,7 @@ class WindowView {
   void measure();
   void place_image();
   void apply_requests();
+  std::optional<std::string> why_no_paths();
   void apply_draw_settings();
   passes::SceneRenderer& renderer() { return *borrowed_.renderer; }
 

@@ -237,6 +237,34 @@ void choose_samples(Ui& ui, uint32_t& samples) {
   if (ui.choice("Samples", chosen, kNames, "Of each pixel")) samples = chosen == 0 ? 1 : 4;
 }
 
+// Raster or paths, and the numbers of the paths.
+void choose_renderer(const Context& context) {
+  Ui& ui = context.ui;
+  DrawSettings& draw = context.viewer.draw;
+  PathSettings& paths = context.viewer.paths;
+  constexpr const char* kNames[] = {"raster", "paths"};
+  size_t chosen = draw.path ? 1 : 0;
+  const bool changed = ui.choice("Renderer", chosen, kNames, "Paths: a reference image that refines at rest");
+  if (chosen == 1) {
+    if (context.facts.frame.paths) ui.note(path_progress_text(*context.facts.frame.paths));
+    auto samples = static_cast<float>(paths.samples_per_pixel), bounces = static_cast<float>(paths.bounces);
+    if (ui.slider("  samples", samples, {1, 4096, "%.0f", true}, "Of each pixel, until the image is whole"))
+      paths.samples_per_pixel = static_cast<uint32_t>(std::clamp(samples, 1.0f, 4096.0f));
+    if (ui.slider("  bounces", bounces, {0, 32, "%.0f"}, "After the first surface"))
+      paths.bounces = static_cast<uint32_t>(std::clamp(bounces, 0.0f, 32.0f));
+    bool has_lens = !paths.lens.is_pinhole();
+    if (ui.check("  lens", has_lens, "Depth of field; off: the lens of the camera, if it has one"))
+      paths.lens = has_lens ? scene::ThinLens{2.8f, 2} : scene::ThinLens{};
+    if (has_lens) {
+      ui.slider("  f-number", paths.lens.f_number, {scene::kMinFNumber, 32, "f/%.1f", true});
+      ui.slider("  focus", paths.lens.focus_distance_m, {0.01f, 100, "%.2f m", true},
+                "Distance of sharp things");
+    }
+  }
+  if (changed && chosen == 0) draw.path.reset();
+  if (chosen == 1) draw.path = paths;
+}
+
 void choose_shadows(Ui& ui, ShadowSettings& shadows) {
   constexpr const char* kMethods[] = {"automatic", "rays", "maps alone", "off"};
   choose(ui, "Shadows", shadows.method, kMethods);
@@ -261,6 +289,7 @@ void draw_render_panel(const Context& context) {
                 recording))
     viewer.commands.toggle_video = true;
 
+  choose_renderer(context);
   constexpr const char* kViews[] = {"light",    "normals",           "depth", "nodes", "clusters",
                                     "overdraw", "unresolved shadows"};
   choose(ui, "Shows", viewer.debug_view, kViews, "Debug view instead of light");

@@ -45,6 +45,11 @@ std::string bytes_text(uint64_t bytes) {
   return text;
 }
 
+std::string path_progress_text(const passes::PathProgress& paths) {
+  return grouped(std::min(paths.samples, paths.samples_per_pixel)) + " / " +
+         grouped(paths.samples_per_pixel) + " samples";
+}
+
 bool contains_no_case(std::string_view text, std::string_view wanted) {
   const auto same = [](char a, char b) {
     return std::tolower(static_cast<unsigned char>(a)) == std::tolower(static_cast<unsigned char>(b));
@@ -136,7 +141,12 @@ void FramePanel::draw(const Context& context) {
   if (frame.shadow_rays > 0) ui.value("Shadow rays", "%s", grouped(frame.shadow_rays).c_str());
   ui.value("Memory", "%s GPU, %s CPU", bytes_text(frame.gpu_bytes).c_str(),
            bytes_text(frame.resident_bytes).c_str());
-  ui.value("Image", "%u x %u, %u samples", frame.extent_px.x, frame.extent_px.y, frame.samples);
+  if (frame.paths) {
+    ui.value("Image", "%u x %u", frame.extent_px.x, frame.extent_px.y);
+    ui.value("Paths", theme::kText, path_progress_text(*frame.paths));
+  } else {
+    ui.value("Image", "%u x %u, %u samples", frame.extent_px.x, frame.extent_px.y, frame.samples);
+  }
   ui.value("Device", theme::kText, frame.device);
   ui.value("Drawn", theme::kText, frame.raster);
   ui.value("Shadows", theme::kText, frame.shadows);

@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <cstring>
+#include <span>
+#include <utility>
 
 #include "protocol/base/plural.h"
 #include "renderer/passes/path/environment_cells.h"
@@ -18,9 +19,9 @@ using Clock = std::chrono::steady_clock;
 // Paths of one dispatch. A CPU also traces one ray of each path at a time: its loops end after 65535
 // iterations (shaders/common/lanes.glsl).
 constexpr uint32_t kBandPixels = 1 << 17, kBandPixelsOnCpu = 1 << 12;
-// Durations of a submission that change the number of samples in the next one.
+// Durations of a submission that change the number of bands in the next one.
 constexpr auto kShort = std::chrono::milliseconds(8), kLong = std::chrono::milliseconds(40);
-constexpr uint32_t kMaxSamplesPerSubmission = 64;
+constexpr uint32_t kMaxBandsPerSubmission = 64;
 constexpr VkDeviceSize kCommandsOffset = 192, kGlobalsOffset = 256;
 static_assert(sizeof(gpu_types::PathParameters) <= kCommandsOffset &&
               kCommandsOffset + 2 * sizeof(VkTraceRaysIndirectCommandKHR) <= kGlobalsOffset);
@@ -55,6 +56,18 @@ RayBackEnd choose_back_end(const gpu::Device& device, RayBackEnd preferred) {
   const bool pipeline =
       device.report().ray_tracing_pipeline && (preferred == RayBackEnd::pipeline || !device.ray_query());
   return pipeline ? RayBackEnd::pipeline : RayBackEnd::query;
+}
+
+// Everything that decides an image, as bytes. Buffers and counters of the raster do not.
+std::vector<std::byte> make_key(gpu_types::Globals globals, gpu_types::PathParameters parameters,
+                                const RayBackEnd back_end) {
+  globals.visibility_generation = globals.map_generation = globals.mask_words = 0;
+  globals.light_views = globals.shadow_maps = globals.shadow_mask = 0;
+  parameters.sums = parameters.states = 0;
+  std::vector<std::byte> key{static_cast<std::byte>(back_end)};
+  for (const auto bytes : {std::as_bytes(std::span(&globals, 1)), std::as_bytes(std::span(&parameters, 1))})
+    key.insert(key.end(), bytes.begin(), bytes.end());
+  return key;
 }
 
 gpu::Buffer create_storage(gpu::Device& device, VkDeviceSize bytes) {
@@ -122,22 +135,50 @@ PathPass::PathPass(gpu::Device& device, VkPipelineLayout layout, const PathSetti
                                   gpu::Memory::device);
 }
 
-void PathPass::begin(gpu::Recorder& recorder, const gpu_types::Globals& globals, const View& view) {
-  const bool cpu = device_.report().type == gpu::DeviceType::software;
-  pixel_count_ = globals.width * globals.height;
-  band_pixels_ = settings_.pixels_per_dispatch ? settings_.pixels_per_dispatch
-                 : cpu                         ? kBandPixelsOnCpu
-                                               : kBandPixels;
-  band_pixels_ = std::min(band_pixels_, pixel_count_);
-  const uint32_t all_segments = settings_.bounces + 2;
-  segments_ = settings_.segments_per_dispatch ? settings_.segments_per_dispatch : cpu ? 1 : all_segments;
-  const VkDeviceSize sum_bytes = VkDeviceSize{pixel_count_} * sizeof(gpu_types::PathSum);
-  const VkDeviceSize state_bytes = VkDeviceSize{band_pixels_} * sizeof(gpu_types::PathState);
-  if (sums_.size_bytes < sum_bytes) sums_ = create_storage(device_, sum_bytes);
-  if (states_.size_bytes < state_bytes) states_ = create_storage(device_, state_bytes);
+uint32_t PathPass::band_pixels() const {
+  if (settings_.pixels_per_dispatch) return settings_.pixels_per_dispatch;
+  return device_.report().type == gpu::DeviceType::software ? kBandPixelsOnCpu : kBandPixels;
+}
 
+void PathPass::allocate(uint64_t pixel_count, bool refines) {
+  const VkDeviceSize sum_bytes = pixel_count * sizeof(gpu_types::PathSum);
+  const VkDeviceSize state_bytes =
+      std::min<uint64_t>(band_pixels(), pixel_count) * sizeof(gpu_types::PathState);
+  const auto grow = [&](Image& image) {
+    if (image.sums.size_bytes >= sum_bytes) return;
+    image = {};
+    image.sums = create_storage(device_, sum_bytes);
+  };
+  grow(current_);
+  if (refines) grow(last_);
+  if (states_.size_bytes >= state_bytes) return;
+  drop();  // its paths are in the old buffer
+  states_ = create_storage(device_, state_bytes);
+}
+
+bool PathPass::shows_last() const {
+  return current_.samples() == 0 && last_.samples() > 0 && last_.width == current_.width &&
+         last_.height == current_.height;
+}
+
+PathProgress PathPass::progress() const {
+  return {current_.key.empty() ? 0 : current_.samples(), settings_.samples_per_pixel};
+}
+
+bool PathPass::has_begun(uint32_t width, uint32_t height) const {
+  return !current_.key.empty() && current_.samples() == 0 && current_.width == width &&
+         current_.height == height;
+}
+
+bool PathPass::is_current(const gpu_types::Globals& globals, const View& view) const {
+  return current_.bands_done <= uint64_t{current_.bands} * settings_.samples_per_pixel &&
+         current_.key == make_key(globals, make_parameters(globals, view), back_end_);
+}
+
+gpu_types::PathParameters PathPass::make_parameters(const gpu_types::Globals& globals,
+                                                    const View& view) const {
   gpu_types::PathParameters parameters{};
-  parameters.sums = sums_.address;
+  parameters.sums = current_.sums.address;
   parameters.states = states_.address;
   if (cells_ && globals.environment_intensity > 0) parameters.cells = cells_.address;
   parameters.cells_x = cells_size_.x;
@@ -149,14 +190,45 @@ void PathPass::begin(gpu::Recorder& recorder, const gpu_types::Globals& globals,
   parameters.far_m = far_distance(view);
   parameters.bounces = settings_.bounces;
   parameters.seed = settings_.seed;
-  const uint32_t last_band = (pixel_count_ - 1) % band_pixels_ + 1;
+  return parameters;
+}
+
+void PathPass::begin(gpu::Recorder& recorder, const gpu_types::Globals& globals, const View& view,
+                     const std::optional<Checkpoint>& resume) {
+  const uint32_t pixel_count = globals.width * globals.height;
+  const VkDeviceSize sum_bytes = VkDeviceSize{pixel_count} * sizeof(gpu_types::PathSum);
+  if (current_.samples() > 0 && last_.sums.size_bytes >= sum_bytes) std::swap(current_, last_);
+  FIRE3DV_ASSERT(current_.sums.size_bytes >= sum_bytes);
+  const bool cpu = device_.report().type == gpu::DeviceType::software;
+  band_pixels_ = std::min(band_pixels(), pixel_count);
+  all_segments_ = settings_.bounces + 2;
+  segments_ = settings_.segments_per_dispatch ? settings_.segments_per_dispatch : cpu ? 1 : all_segments_;
+  current_.width = globals.width;
+  current_.height = globals.height;
+  current_.bands = (pixel_count + band_pixels_ - 1) / band_pixels_;
+  current_.bands_done = 0;
+  const gpu_types::PathParameters parameters = make_parameters(globals, view);
+  current_.key = make_key(globals, parameters, back_end_);
+  const uint32_t last_band = (pixel_count - 1) % band_pixels_ + 1;
   const VkTraceRaysIndirectCommandKHR bands[] = {{band_pixels_, 1, 1}, {last_band, 1, 1}};
-  recorder.pass("path begin", {Use(constants_, access::transfer_write), Use(sums_, access::transfer_write)},
+  gpu::Buffer& sums = current_.sums;
+  gpu::StagingRing::Piece earlier;
+  if (resume) {
+    FIRE3DV_ASSERT(resume->sums.size() == sum_bytes && resume->samples <= settings_.samples_per_pixel);
+    earlier = submissions_.staging().write(resume->sums);
+    current_.bands_done = uint64_t{current_.bands} * resume->samples;
+  }
+  recorder.pass("path begin", {Use(constants_, access::transfer_write), Use(sums, access::transfer_write)},
                 [&](VkCommandBuffer commands) {
                   vkCmdUpdateBuffer(commands, constants_.get(), 0, sizeof(parameters), &parameters);
                   vkCmdUpdateBuffer(commands, constants_.get(), kCommandsOffset, sizeof(bands), bands);
                   vkCmdUpdateBuffer(commands, constants_.get(), kGlobalsOffset, sizeof(globals), &globals);
-                  vkCmdFillBuffer(commands, sums_.get(), 0, sum_bytes, 0);
+                  const VkBufferCopy copy{earlier.offset, 0, sum_bytes};
+                  if (earlier.mapped) {
+                    vkCmdCopyBuffer(commands, earlier.buffer, sums.get(), 1, &copy);
+                  } else {
+                    vkCmdFillBuffer(commands, sums.get(), 0, sum_bytes, 0);
+                  }
                 });
 }
 
@@ -181,16 +253,15 @@ void PathPass::record_sample(gpu::Recorder& recorder, GpuScene& scene, gpu_types
   const bool query = back_end_ == RayBackEnd::query;
   const gpu::Access write = query ? access::compute_write : access::ray_write;
   gpu::Access read = query ? access::compute_read : access::ray_read;
-  std::vector<Use> uses{Use(sums_, write), Use(states_, write),
+  std::vector<Use> uses{Use(current_.sums, write), Use(states_, write),
                         Use(scene.top_level.storage(), query ? access::compute_trace : access::ray_trace)};
   scene.add_reads(uses, read);
   read.stages |= access::indirect_read.stages;  // the trace commands
   read.access |= access::indirect_read.access;
   uses.emplace_back(constants_, read);
-  const uint32_t all_segments = settings_.bounces + 2;
-  for (uint32_t segment = 0; segment < all_segments; segment += segments_) {
+  for (uint32_t segment = 0; segment < all_segments_; segment += segments_) {
     push.begins = segment == 0 ? 1 : 0;
-    push.segments = std::min(segments_, all_segments - segment);
+    push.segments = std::min(segments_, all_segments_ - segment);
     recorder.pass("paths", uses, [&](VkCommandBuffer commands) {
       const VkPipelineBindPoint point =
           query ? VK_PIPELINE_BIND_POINT_COMPUTE : VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR;
@@ -209,32 +280,59 @@ void PathPass::record_sample(gpu::Recorder& recorder, GpuScene& scene, gpu_types
   }
 }
 
+void PathPass::save(const Hooks& hooks) {
+  const VkDeviceSize bytes = VkDeviceSize{current_.width} * current_.height * sizeof(gpu_types::PathSum);
+  if (saved_.size_bytes < bytes) saved_ = gpu::create_buffer(device_, bytes, 0, gpu::Memory::readback);
+  saved_.use = {};  // its last use is over
+  gpu::Recorder& recorder = submissions_.begin();
+  recorder.pass("path sums read-back",
+                {Use(saved_, access::transfer_write), Use(current_.sums, access::transfer_read)},
+                [&](VkCommandBuffer commands) {
+                  const VkBufferCopy copy{0, 0, bytes};
+                  vkCmdCopyBuffer(commands, current_.sums.get(), saved_.get(), 1, &copy);
+                });
+  recorder.transition({Use(saved_, access::host_read)});
+  device_.wait(submissions_.submit());
+  hooks.save({current_.samples(), {static_cast<const std::byte*>(saved_.mapped), bytes}});
+}
+
 bool PathPass::trace(GpuScene& scene, const Hooks& hooks) {
   use_pipeline(scene);
-  const uint64_t bands = (pixel_count_ + band_pixels_ - 1) / band_pixels_;
-  const uint64_t total = bands * settings_.samples_per_pixel;
-  uint32_t per_submission = 1;
-  for (uint64_t done = 0; done < total;) {
-    if (hooks.should_stop && hooks.should_stop()) return false;
+  const uint32_t pixel_count = current_.width * current_.height;
+  const uint64_t total = uint64_t{current_.bands} * settings_.samples_per_pixel;
+  const Clock::time_point entered = Clock::now();
+  Clock::time_point saved = entered;
+  while (current_.bands_done < total) {
     const Clock::time_point begun = Clock::now();
+    const bool stops = hooks.should_stop && hooks.should_stop();
+    const bool saves = hooks.save && (stops || begun - saved >= hooks.save_interval);
+    const bool is_between_samples = current_.bands_done % current_.bands == 0;
+    if (saves && is_between_samples && current_.samples() > 0) {
+      save(hooks);
+      saved = Clock::now();
+    }
+    if (stops && (!saves || is_between_samples)) return false;
     gpu::Recorder& recorder = submissions_.begin();  // waits for the last submission but one
-    const uint64_t end = std::min<uint64_t>(total, done + per_submission);
-    for (; done < end; ++done) {
-      const auto first = static_cast<uint32_t>(done / settings_.samples_per_pixel * band_pixels_);
+    uint64_t end = std::min<uint64_t>(total, current_.bands_done + bands_per_submission_);
+    // A checkpoint has the same number of samples of all pixels.
+    if (saves) end = std::min(end, (uint64_t{current_.samples()} + 1) * current_.bands);
+    for (; current_.bands_done < end; ++current_.bands_done) {
+      const auto first = static_cast<uint32_t>(current_.bands_done % current_.bands) * band_pixels_;
       gpu_types::PathPush push{};
       push.globals = constants_.address + kGlobalsOffset;
       push.parameters = constants_.address;
       push.first_pixel = first;
-      push.pixel_count = std::min(band_pixels_, pixel_count_ - first);
-      push.sample_index = static_cast<uint32_t>(done % settings_.samples_per_pixel);
+      push.pixel_count = std::min(band_pixels_, pixel_count - first);
+      push.sample_index = current_.samples();
       record_sample(recorder, scene, push);
     }
     (void)submissions_.submit();
     (void)submissions_.take_finished();  // GPU times are not used
     const Clock::duration taken = Clock::now() - begun;
-    if (taken < kShort) per_submission = std::min(2 * per_submission, kMaxSamplesPerSubmission);
-    if (taken > kLong) per_submission = std::max(per_submission / 2, 1u);
-    if (hooks.progress) hooks.progress(done, total);
+    if (taken < kShort) bands_per_submission_ = std::min(2 * bands_per_submission_, kMaxBandsPerSubmission);
+    if (taken > kLong) bands_per_submission_ = std::max(bands_per_submission_ / 2, 1u);
+    if (hooks.progress) hooks.progress(current_.bands_done, total);
+    if (hooks.budget && Clock::now() - entered >= *hooks.budget) break;
   }
   return true;
 }
@@ -249,16 +347,16 @@ void PathPass::bind_bloom(Targets& targets) {
 void PathPass::resolve(gpu::Recorder& recorder, Targets& targets, const PostSettings& post,
                        const PostPass::Linear& linear, const MeteredExposure& metered) {
   if (targets.path_set.get() == VK_NULL_HANDLE) targets.path_set = resolve_.bind(nullptr, targets.display);
-  const gpu_types::PathResolvePush push{sums_.address,
+  gpu::Buffer& sums = shown().sums;
+  const gpu_types::PathResolvePush push{sums.address,
                                         linear.address,
                                         metered.address,
                                         targets.extent.width,
                                         targets.extent.height,
-                                        settings_.samples_per_pixel,
                                         post.exposure,
                                         tone_map_number(post.tone_map),
                                         post.bloom};
-  std::vector<Use> buffers{Use(sums_, access::compute_read)};
+  std::vector<Use> buffers{Use(sums, access::compute_read)};
   if (linear.buffer) buffers.emplace_back(*linear.buffer, access::compute_write);
   if (metered.buffer) buffers.emplace_back(*metered.buffer, access::compute_read);
   if (post.bloom > 0) {

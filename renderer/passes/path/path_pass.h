@@ -2,12 +2,16 @@
 //
 // The bytes of an image depend on scene, view, settings and device alone: random numbers are hashes of pixel,
 // sample and seed, and each pixel sums its samples in their order. How the work is split into submissions
-// does not matter.
+// does not matter. So an image may be shown while it refines, and go on later.
 #pragma once
 
+#include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -43,11 +47,30 @@ Result<void> can_trace_paths(const gpu::Device& device);
 // Text for the user.
 const char* describe_path_back_end(RayBackEnd back_end);
 
+// Samples of each pixel of an image.
+struct PathProgress {
+  uint32_t samples = 0, samples_per_pixel = 0;  // traced; wanted
+  bool is_whole() const { return samples >= samples_per_pixel; }
+};
+
 class PathPass {
  public:
+  // Sums after some samples of each pixel, gpu_types::PathSum[pixel] as bytes of this machine. An image that
+  // starts with them ends with the same bytes.
+  struct Checkpoint {
+    uint32_t samples = 0;
+    std::span<const std::byte> sums;
+  };
   struct Hooks {
-    std::function<void(uint64_t done, uint64_t total)> progress;  // null: none
-    std::function<bool()> should_stop;                            // null: never
+    // Start of a new image, at most as many samples as wanted and of this size. nullopt: without samples.
+    std::optional<Checkpoint> resume = std::nullopt;
+    // Called at each interval, and before should_stop ends the call. null: never.
+    std::function<void(const Checkpoint&)> save = nullptr;
+    std::chrono::steady_clock::duration save_interval{};
+    std::function<void(uint64_t done, uint64_t total)> progress = nullptr;  // null: none
+    std::function<bool()> should_stop = nullptr;                            // null: never
+    // Ends a call of trace() at the first submission after this time. nullopt: with the last sample.
+    std::optional<std::chrono::steady_clock::duration> budget = std::nullopt;
   };
 
   PathPass(gpu::Device& device, VkPipelineLayout layout, const PathSettings& settings,
@@ -56,17 +79,29 @@ class PathPass {
   // Ring of the submissions, apart from the frames of the caller.
   gpu::FrameRing& submissions() { return submissions_; }
   RayBackEnd back_end() const { return back_end_; }
-  // Allocates buffers and records the start of an image. globals: with the addresses of this frame.
-  void begin(gpu::Recorder& recorder, const gpu_types::Globals& globals, const View& view);
-  // Submits all samples, each submission short enough for other users of the device. Returns false if
-  // should_stop ended it; then there is no image.
+  // Settings of later images. A new number of samples also applies to the current image.
+  void set(const PathSettings& settings) { settings_ = settings; }
+  const PathSettings& settings() const { return settings_; }
+  // Allocates the buffers of an image. refines: also those of the image before it, which is shown until the
+  // first sample is whole. Throws VulkanFailure when memory is short; then there is no image.
+  void allocate(uint64_t pixel_count, bool refines);
+  // Records the start of an image into a frame of submissions(). globals: with the addresses of this frame.
+  void begin(gpu::Recorder& recorder, const gpu_types::Globals& globals, const View& view,
+             const std::optional<Checkpoint>& resume = std::nullopt);
+  // True if begin() would start the current image again: same scene buffers, view and settings.
+  bool is_current(const gpu_types::Globals& globals, const View& view) const;
+  // True if there is an image of this size without a whole first sample.
+  bool has_begun(uint32_t width, uint32_t height) const;
+  // Ends the current image; the next one begins anew.
+  void drop() { current_.key.clear(); }
+  // Submits samples, each submission short enough for other users of the device. Returns false if should_stop
+  // ended it; then there is no image.
   bool trace(GpuScene& scene, const Hooks& hooks);
-  // Sums of the traced image, for bloom.
-  struct Sums {
-    gpu::Buffer& buffer;  // gpu_types::PathSum[pixel]
-    uint32_t samples_per_pixel;
-  };
-  Sums sums() { return {sums_, settings_.samples_per_pixel}; }
+  PathProgress progress() const;
+  // Of the image that resolve() shows.
+  uint32_t shown_samples() const { return (shows_last() ? last_ : current_).samples(); }
+  // Sums of the image that resolve() shows, gpu_types::PathSum[pixel], for bloom and exposure.
+  gpu::Buffer& sums() { return shown().sums; }
   // Creates the variant with bloom, and binds it to targets with a bloom chain.
   void bind_bloom(Targets& targets);
   // Records tone mapping of the sums to targets.display, and the linear plane if requested. With bloom,
@@ -80,7 +115,19 @@ class PathPass {
     uint32_t material_flags = 0;
     bool operator==(const Variant&) const = default;
   };
+  struct Image {
+    gpu::Buffer sums;  // PathSum[pixel]
+    uint32_t width = 0, height = 0, bands = 0;
+    uint64_t bands_done = 0;     // band after band of each sample
+    std::vector<std::byte> key;  // everything that decides it; empty: it does not go on
+    uint32_t samples() const { return bands == 0 ? 0 : static_cast<uint32_t>(bands_done / bands); }
+  };
+  bool shows_last() const;
+  Image& shown() { return shows_last() ? last_ : current_; }
+  uint32_t band_pixels() const;  // of a large image
+  gpu_types::PathParameters make_parameters(const gpu_types::Globals& globals, const View& view) const;
   void use_pipeline(const GpuScene& scene);
+  void save(const Hooks& hooks);
   void record_sample(gpu::Recorder& recorder, GpuScene& scene, gpu_types::PathPush push);
 
   gpu::Device& device_;
@@ -95,10 +142,13 @@ class PathPass {
   std::unique_ptr<ImageFilter> resolve_bloom_;  // created on first use
   gpu::Buffer cells_;                           // EnvironmentCell[]; null: the environment is black
   glm::uvec2 cells_size_{0};
-  // PathParameters, trace commands of a whole and of the last band, and Globals; PathSum[pixel];
-  // PathState[pixel of a band].
-  gpu::Buffer constants_, sums_, states_;
-  uint32_t pixel_count_ = 0, band_pixels_ = 0, segments_ = 0;
+  // PathParameters, trace commands of a whole and of the last band, and Globals; PathState[pixel of a band].
+  gpu::Buffer constants_, states_;
+  Image current_, last_;  // last_: the one before, while images refine
+  uint32_t band_pixels_ = 0;
+  uint32_t segments_ = 0, all_segments_ = 0;  // of a dispatch, and of a path
+  uint32_t bands_per_submission_ = 1;
+  gpu::Buffer saved_;  // sums in host memory; created on first use
 };
 
 }  // namespace fire3dv::passes

@@ -60,19 +60,19 @@ bool BloomPass::allocate(Targets& targets) const {
 }
 
 void BloomPass::record(gpu::Recorder& recorder, Targets& targets, float exposure,
-                       const MeteredExposure& metered, const std::optional<PathPass::Sums>& sums) {
+                       const MeteredExposure& metered, gpu::Buffer* sums) {
   BloomImages& bloom = *targets.bloom;
   gpu_types::BloomLightPush push{};
   push.width = targets.extent.width;
   push.height = targets.extent.height;
-  push.samples = sums ? sums->samples_per_pixel : static_cast<uint32_t>(targets.samples);
+  push.samples = static_cast<uint32_t>(targets.samples);
   push.exposure = exposure;
   push.metered = metered.address;
   std::vector<Use> buffers;
   if (metered.buffer) buffers.emplace_back(*metered.buffer, access::compute_read);
   if (sums) {
-    push.sums = sums->buffer.address;
-    buffers.emplace_back(sums->buffer, access::compute_read);
+    push.sums = sums->address;
+    buffers.emplace_back(*sums, access::compute_read);
   }
   light_.record(recorder, "bloom light", {sums ? nullptr : &targets.hdr, bloom.light, bloom.light_set}, push,
                 buffers);

@@ -2,8 +2,6 @@
 // exposed light in linear colours; tone mapping then mixes it with the image, so that energy is conserved.
 #pragma once
 
-#include <optional>
-
 #include "renderer/gpu/recorder.h"
 #include "renderer/passes/path/path_pass.h"
 #include "renderer/passes/post/post_pass.h"
@@ -24,7 +22,7 @@ class BloomPass {
   bool allocate(Targets& targets) const;
   // Writes the blurred light of an image to the first level. sums: of a path-traced image.
   void record(gpu::Recorder& recorder, Targets& targets, float exposure, const MeteredExposure& metered,
-              const std::optional<PathPass::Sums>& sums);
+              gpu::Buffer* sums);
 
  private:
   gpu::Device& device_;

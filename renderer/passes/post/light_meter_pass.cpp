@@ -59,7 +59,7 @@ void LightMeterPass::bind(Targets& targets) const {
 }
 
 MeteredExposure LightMeterPass::record(gpu::Recorder& recorder, Targets& targets, float fallback,
-                                       const std::optional<PathPass::Sums>& sums) {
+                                       gpu::Buffer* sums) {
   recorder.pass(
       "light meter clear", {Use(histogram_, access::transfer_write)},
       [&](VkCommandBuffer commands) { vkCmdFillBuffer(commands, histogram_.get(), 0, kHistogramBytes, 0); });
@@ -67,11 +67,11 @@ MeteredExposure LightMeterPass::record(gpu::Recorder& recorder, Targets& targets
   push.histogram = histogram_.address;
   push.width = targets.extent.width;
   push.height = targets.extent.height;
-  push.samples = sums ? sums->samples_per_pixel : static_cast<uint32_t>(targets.samples);
+  push.samples = static_cast<uint32_t>(targets.samples);
   std::vector<Use> uses{Use(histogram_, access::compute_write)};
   if (sums) {
-    push.sums = sums->buffer.address;
-    uses.emplace_back(sums->buffer, access::compute_read);
+    push.sums = sums->address;
+    uses.emplace_back(*sums, access::compute_read);
   } else {
     uses.emplace_back(targets.hdr, access::compute_sample);
   }

@@ -2,8 +2,6 @@
 // histogram without its ends. It depends on this image alone.
 #pragma once
 
-#include <optional>
-
 #include "renderer/gpu/pipelines/descriptors.h"
 #include "renderer/gpu/pipelines/pipeline.h"
 #include "renderer/gpu/recorder.h"
@@ -21,8 +19,7 @@ class LightMeterPass {
   void bind(Targets& targets) const;  // no effect on targets that are bound
   // Meters an image. fallback: exposure of images without scene-referred light. sums: of a path-traced image.
   // The result is valid until the next call.
-  MeteredExposure record(gpu::Recorder& recorder, Targets& targets, float fallback,
-                         const std::optional<PathPass::Sums>& sums);
+  MeteredExposure record(gpu::Recorder& recorder, Targets& targets, float fallback, gpu::Buffer* sums);
 
  private:
   gpu::Device& device_;

@@ -1,8 +1,10 @@
 """Strict parser of the Prometheus text format 0.0.4: it accepts only pages that Prometheus accepts."""
 import math
 import re
+import time
 import urllib.request
 
+from harness import wait_until
 from image_reader import check
 
 NAME = r"[a-zA-Z_:][a-zA-Z0-9_:]*"
@@ -99,3 +101,22 @@ def scrape(url, timeout_s=60):
 
 def url_of(renderer):
     return renderer.wait_err(r"metrics at (http://\S+/metrics)$").group(1)
+
+
+def images_of(url):
+    """Number of images that a renderer has drawn."""
+    return scrape(url).total("fire3dv_images_total")
+
+
+def settled(url):
+    """Waits until no image is drawn for a second; returns the number of images."""
+    last = [-1]
+
+    def look():
+        before, last[0] = last[0], images_of(url)
+        if last[0] == before:
+            return True
+        time.sleep(1)
+        return False
+    wait_until(lambda: f"the renderer to be idle; it has drawn {last[0]} images", look)
+    return last[0]

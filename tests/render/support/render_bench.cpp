@@ -73,11 +73,13 @@ passes::PreparedFrame RenderBench::prepare(passes::FrameRequest request) {
   return take_or_die(renderer_.prepare(request));
 }
 
-void RenderBench::record_and_submit(const state::PoseState& poses, const passes::View& view) {
-  const passes::PreparedFrame prepared = prepare({.markers = shows_markers_});
-  if (renderer_.traces_paths()) renderer_.trace_paths(prepared, poses, view);
-  gpu::Recorder& recorder = frames_.begin();
-  renderer_.record(prepared, recorder, frames_.staging(), poses, view);
+void RenderBench::record_and_submit(const state::PoseState& poses, const passes::View& view, bool refines) {
+  passes::PathPass::Hooks hooks;
+  if (refines) hooks.budget.emplace(0);
+  auto begun = take_or_die(renderer_.begin_next(
+      frames_, {.extent = extent_, .markers = shows_markers_, .refines = refines}, poses, view, hooks));
+  gpu::Recorder& recorder = begun->recorder;
+  renderer_.record(begun->prepared, recorder, frames_.staging(), poses, view);
   renderer_.draw_stale_overlay(recorder, condition_);
   readback_.record(recorder, renderer_.image(), 0);
   readback_.submitted(frames_.submit());
@@ -95,6 +97,13 @@ void RenderBench::collect(std::vector<sinks::FrameImage>& images, bool all) {
   } else {
     readback_.poll(add);
   }
+}
+
+sinks::FrameImage RenderBench::refine(const state::PoseState& poses, const passes::View& view) {
+  record_and_submit(poses, view, true);
+  std::vector<sinks::FrameImage> images;
+  collect(images, true);
+  return std::move(images.back());
 }
 
 sinks::FrameImage RenderBench::draw(const state::PoseState& poses, const passes::View& view) {

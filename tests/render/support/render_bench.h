@@ -50,6 +50,8 @@ class RenderBench {
               gpu::Device& on = device());
 
   sinks::FrameImage draw(const state::PoseState& poses, const passes::View& view);
+  // Adds one submission of paths to the image that refines, and draws it.
+  sinks::FrameImage refine(const state::PoseState& poses, const passes::View& view);
   Taken take(const state::PoseState& poses, const passes::View& view, const passes::ImageOutputs& outputs,
              passes::CameraHistory* history = nullptr);
   // Draws several views, stacked vertically.
@@ -74,7 +76,7 @@ class RenderBench {
   gpu::FrameRing& frames() { return frames_; }
 
  private:
-  void record_and_submit(const state::PoseState& poses, const passes::View& view);
+  void record_and_submit(const state::PoseState& poses, const passes::View& view, bool refines = false);
   void collect(std::vector<sinks::FrameImage>& images, bool all);
 
   const scene::Scene& scene_;

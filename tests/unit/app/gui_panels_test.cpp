@@ -39,11 +39,26 @@ std::string settings_of(const GuiWorld& world) {
                                    m.emissive.b, m.alpha_cutoff, m.normal_scale});
   }
   const passes::DrawSettings& d = v.draw;
-  text += numbers({double(d.raster), double(d.cull), double(d.levels_of_detail), double(d.samples),
-                   double(d.shadows.method), double(d.shadows.hybrid), d.environment_intensity,
-                   d.environment_rotation_rad, double(d.background.show_environment), d.background.color.r,
-                   d.background.color.g, d.background.color.b, d.post.exposure, double(d.post.tone_map),
-                   double(d.post.fxaa)});
+  text += numbers({double(d.raster),
+                   double(d.cull),
+                   double(d.levels_of_detail),
+                   double(d.samples),
+                   double(d.shadows.method),
+                   double(d.shadows.hybrid),
+                   d.environment_intensity,
+                   d.environment_rotation_rad,
+                   double(d.background.show_environment),
+                   d.background.color.r,
+                   d.background.color.g,
+                   d.background.color.b,
+                   d.post.exposure,
+                   double(d.post.tone_map),
+                   double(d.post.fxaa),
+                   double(d.path.has_value()),
+                   double(v.paths.samples_per_pixel),
+                   double(v.paths.bounces),
+                   v.paths.lens.f_number,
+                   v.paths.lens.focus_distance_m});
   for (const auto& [joint, position] : v.joints) text += "joint " + numbers({double(joint), position[0]});
   for (const auto& [epoch, playout] : v.streams) {
     text += "stream " +
@@ -117,6 +132,8 @@ class GuiPanels : public ::testing::Test {
   void reset() {
     gui::Viewer& viewer = world().viewer;
     viewer = {};
+    viewer.paths.lens = {2.8f, 2};
+    viewer.draw.path = viewer.paths;
     viewer.selected = 2;
     viewer.hidden = {1};
     viewer.followed = 1;

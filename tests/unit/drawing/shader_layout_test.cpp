@@ -141,6 +141,7 @@ TEST_F(ShaderLayout, TheFirstAndLastMembersAndAllThatFollowAGapLieAlike) {
   EXPECT_SAME_OFFSET(PathState, media);
   EXPECT_SAME_OFFSET(PathSum, radiance_samples);
   EXPECT_SAME_OFFSET(PathSum, display);
+  EXPECT_SAME_OFFSET(PathSum, samples);
   EXPECT_SAME_OFFSET(PathParameters, origin_x);
   EXPECT_SAME_OFFSET(PathParameters, lens_y_m);
   EXPECT_SAME_OFFSET(PathParameters, look_world);

@@ -1,0 +1,60 @@
+// Path-traced images of the frame loop: samples of each image of a window, progress and checkpoints of
+// others.
+#include <chrono>
+#include <string>
+#include <utility>
+
+#include "protocol/base/digest.h"
+#include "protocol/base/log.h"
+#include "renderer/app/frame_loop.h"
+
+namespace fire3dv::app {
+namespace {
+
+constexpr auto kRefineTime = std::chrono::milliseconds(20);  // for each image of a window
+
+}  // namespace
+
+// A replay's poses follow the clock: its images have no second run.
+Result<void> FrameLoop::keep_checkpoints() {
+  const bool are_kept = !window_ && renderer_.traces_paths() && wants_pixels() &&
+                        options_.recording.replay.empty() && options_.checkpoint_interval_s > 0;
+  if (!are_kept) return {};
+  std::string environment;
+  if (!options_.environment.empty()) {
+    const Result<Digest> digest = digest_of_file(options_.environment, UINT64_MAX);
+    if (!digest) return digest.error();
+    environment = hex(*digest);
+  }
+  checkpoint_.emplace(options_.out, options_, device_.report(), std::move(environment), options_.variant);
+  return {};
+}
+
+// A window goes on with other work between samples; without one, an image is whole.
+passes::PathPass::Hooks FrameLoop::path_hooks(const passes::View& view, Progress& progress) {
+  passes::PathPass::Hooks hooks{.should_stop = stop_was_requested};
+  if (!renderer_.traces_paths()) return hooks;
+  if (window_) {
+    hooks.budget = kRefineTime;
+    return hooks;
+  }
+  hooks.progress = [&progress, samples = renderer_.path_tracer()->settings().samples_per_pixel](
+                       uint64_t done, uint64_t total) {
+    progress.update_with_end(done * samples / total, samples);
+  };
+  if (checkpoint_)
+    checkpoint_->attach({images_, frame_extent_, poses_, view, scene_.scene(), scene_.replaced()}, hooks);
+  return hooks;
+}
+
+void FrameLoop::report_stopped_paths() const {
+  if (checkpoint_)
+    print_log_line("fire3dv", "stopped after " + std::to_string(renderer_.path_tracer()->progress().samples) +
+                                  " samples per pixel; the same command goes on from here");
+}
+
+bool FrameLoop::refines() const {
+  return window_ && renderer_.traces_paths() && !renderer_.path_tracer()->progress().is_whole();
+}
+
+}  // namespace fire3dv::app
