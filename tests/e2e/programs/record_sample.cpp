@@ -31,6 +31,17 @@ wire::Affine3x4 pose_of(uint64_t frame, uint32_t node) {
   return pose;
 }
 
+// An arrow along z and a cloud of two points, in the units of the bodies.
+wire::Bytes marker_of(uint64_t version, const std::string& name, wire::MarkerKind kind) {
+  wire::Marker marker;
+  marker.kind = kind;
+  marker.width = 20;
+  marker.width_unit = wire::MarkerUnit::lengths;
+  marker.positions = {{0, 0, 0}, {0, 0, 1000}};
+  marker.colors = {0xff0080ff};
+  return wire::encode(wire::SceneEdit{7, version, name, wire::Property::marker, std::move(marker)});
+}
+
 void say(uint64_t frame, uint64_t log_time_ns, const std::vector<uint32_t>& nodes) {
   std::printf("{\"sequence\": %llu, \"log_time\": \"%llu\", \"poses\": {",
               static_cast<unsigned long long>(frame), static_cast<unsigned long long>(log_time_ns));
@@ -78,6 +89,8 @@ int main(int argc, char** argv) {
   for (uint32_t i = 0; i < kNodes; ++i) description.node_names.push_back("link_" + std::to_string(i));
   description.world_from_stream.m = {0.001, 0, 0, 0.5, 0, 0, 0.001, 0, 0, -0.001, 0, -2};
   bool good = log.take(1, wire::encode(description), kBegun_ns).ok();
+  good = good && log.take(1, marker_of(1, "force", wire::MarkerKind::arrows), kBegun_ns).ok() &&
+         log.take(1, marker_of(2, "cloud", wire::MarkerKind::points), kBegun_ns).ok();
   for (uint64_t frame = 1; frame <= kFrames && good; ++frame) {
     std::vector<uint32_t> nodes;
     // Whole frames, frames in two parts, and partial frames.

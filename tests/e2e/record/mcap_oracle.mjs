@@ -129,11 +129,28 @@ function checkTransform(told, expected, what) {
   for (let i = 0; i < 3; i++) check(Math.abs(place[i] - expected[4 * i + 3]) < 1e-12, `${what} is elsewhere`);
 }
 
+// The arrow and the cloud of record_sample, in metres. The stream's origin is (0.5, 2, 0) where Z is up.
+function checkMarkers(scene, cloud) {
+  const entity = scene.entities[0], arrow = entity.arrows[0];
+  const near = (value, expected) => Math.abs(value - expected) < 1e-6;
+  check(entity.id === 'force' && entity.frame_id === 'world' && entity.arrows.length === 1, 'the arrow is missing');
+  check(near(arrow.pose.position.x, 0.5) && near(arrow.pose.position.y, 2) && near(arrow.pose.position.z, 0) &&
+        near(arrow.shaft_length + arrow.head_length, 1) && near(arrow.shaft_diameter, 0.02), 'the arrow is elsewhere');
+  const { x, y, z, w } = arrow.pose.orientation;  // +x is turned to +z
+  check(near(1 - 2 * (y * y + z * z), 0) && near(2 * (x * z - y * w), 1), 'the arrow is turned otherwise');
+  check(near(arrow.color.r, 1) && near(arrow.color.g, 128 / 255) && near(arrow.color.b, 0), 'the arrow has another colour');
+  const at = Object.fromEntries(cloud.fields.map((field) => [field.name, field.offset]));
+  const data = Buffer.from(cloud.data);
+  check(cloud.point_stride === 16 && data.length === 32 && near(cloud.pose.position.y, 2), 'the cloud is another one');
+  check(near(data.readFloatLE(16 + at.z), 1) && near(data.readFloatLE(at.z), 0) && data[at.red] === 255 &&
+        data[at.green] === 128 && data[at.alpha] === 255, 'the points are others');
+}
+
 async function checkFile() {
   const expected = fs.readFileSync(other, 'utf8').trim().split('\n').map((line) => JSON.parse(line));
   const reader = await indexed();
   const native = [], foxglove = [];
-  let description, scenes = 0, schema, transforms = 0;
+  let description, scenes = 0, schema, transforms = 0, markers, cloud;
   for await (const message of reader.readMessages({ validateCrcs: true })) {
     const channel = reader.channelsById.get(message.channelId);
     const record = reader.schemasById.get(channel.schemaId);
@@ -145,6 +162,11 @@ async function checkFile() {
       if (body.poses) native.push({ ...body, logTime: message.logTime });
     } else if (record.name === 'foxglove.FrameTransforms') {
       foxglove.push({ ...foxgloveMessage(record, message.data), logTime: message.logTime, sequence: message.sequence });
+    } else if (channel.topic === '/arm/markers') {
+      markers = foxgloveMessage(record, message.data);
+    } else if (record.name === 'foxglove.PointCloud') {
+      check(channel.topic === '/arm/points/cloud', `an unknown topic: ${channel.topic}`);
+      cloud = foxgloveMessage(record, message.data);
     } else {
       check(record.name === 'foxglove.SceneUpdate', `an unknown schema: ${record.name}`);
       const model = foxgloveMessage(record, message.data).entities[0].models[0];
@@ -155,6 +177,8 @@ async function checkFile() {
   }
   check(native.length === expected.length && foxglove.length === expected.length && scenes === 1,
         `${native.length} and ${foxglove.length} messages of ${expected.length}, ${scenes} scenes`);
+  check(markers && cloud, 'markers are missing');
+  checkMarkers(markers, cloud);
   expected.forEach((wanted, i) => {
     const names = Object.keys(wanted.poses);
     check(native[i].sequence === wanted.sequence && String(native[i].logTime) === wanted.log_time &&
