@@ -4,11 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "fire3dv/scalars.h"
 #include "protocol/robot/robot.h"
 #include "protocol/robot/robot_file.h"
 #include "protocol/wire/check.h"
@@ -24,6 +27,15 @@ struct fire3dv_robot {
   Robot robot;
   std::vector<const char*> node_names;  // of the robot, for descriptions
   std::vector<float> published;         // poses of the last frame
+  // Positions that are scalars, and their declarations by stream and group. Streams may be gone: each use
+  // compares with what the stream has.
+  struct Scalar {
+    size_t position;
+    std::string name;
+    const char* unit;
+  };
+  std::vector<Scalar> scalars;
+  std::map<std::pair<const fire3dv_stream*, std::string>, uint64_t> scalar_declarations;
 };
 
 namespace {
@@ -60,6 +72,65 @@ int finish(const fire3dv::Result<void>& done) {
   return done ? int{FIRE3DV_OK} : fail(FIRE3DV_ERROR_ARGUMENT, done.error().message);
 }
 
+std::vector<fire3dv_robot::Scalar> scalars_of(const Robot& robot) {
+  std::vector<fire3dv_robot::Scalar> scalars;
+  for (const RobotJoint& joint : robot.joints()) {
+    if (joint.position_count == 0) continue;
+    const auto add = [&](size_t number, const char* suffix, const char* unit) {
+      scalars.push_back({joint.position_index + number, joint.name + suffix, unit});
+    };
+    switch (joint.type) {
+      case JointType::revolute:
+        add(0, "", "rad");
+        break;
+      case JointType::prismatic:
+        add(0, "", "m");
+        break;
+      case JointType::planar:
+        add(0, "/x", "m");
+        add(1, "/y", "m");
+        add(2, "/angle", "rad");
+        break;
+      case JointType::floating:
+        add(0, "/x", "m");
+        add(1, "/y", "m");
+        add(2, "/z", "m");
+        break;
+      case JointType::ball:
+      case JointType::fixed:
+        break;
+    }
+  }
+  return scalars;
+}
+
+int set_joint_scalars(fire3dv_stream* stream, fire3dv_robot* robot, const char* group, int64_t sim_time_ns) {
+  if (!stream) return fail_null("stream");
+  if (!robot) return fail_null("robot");
+  if (robot->scalars.empty()) return FIRE3DV_OK;
+  const std::string name = group ? group : "joint_positions";
+  constexpr size_t kMaxDeclarations = 1024;  // more than anybody needs
+  const auto known = stream->scalar_groups.find(name);
+  const auto ours = robot->scalar_declarations.find({stream, name});
+  const bool is_declared = known != stream->scalar_groups.end() && ours != robot->scalar_declarations.end() &&
+                           known->second.declaration == ours->second;
+  if (!is_declared) {
+    std::vector<const char*> names, units;
+    for (const fire3dv_robot::Scalar& scalar : robot->scalars) {
+      names.push_back(scalar.name.c_str());
+      units.push_back(scalar.unit);
+    }
+    const fire3dv_scalars declaration{sizeof declaration, names.data(), units.data(), names.size()};
+    if (const int code = fire3dv_declare_scalars(stream, name.c_str(), &declaration)) return code;
+    if (robot->scalar_declarations.size() >= kMaxDeclarations) robot->scalar_declarations.clear();
+    robot->scalar_declarations[{stream, name}] = stream->scalar_groups.at(name).declaration;
+  }
+  std::vector<double> values;
+  for (const fire3dv_robot::Scalar& scalar : robot->scalars)
+    values.push_back(robot->robot.positions()[scalar.position]);
+  return fire3dv_set_scalars(stream, name.c_str(), sim_time_ns, values.data(), values.size());
+}
+
 template <typename Read>
 fire3dv_robot* open(uint32_t flags, Read&& read) {
   fire3dv_robot* made = nullptr;
@@ -67,7 +138,8 @@ fire3dv_robot* open(uint32_t flags, Read&& read) {
     if ((flags & ~kRobotFlags) != 0) return fail_flags(flags, "FIRE3DV_ROBOT_*");
     fire3dv::Result<Robot> robot = read((flags & FIRE3DV_ROBOT_NO_MIMIC) == 0);
     if (!robot) return fail(FIRE3DV_ERROR_ARGUMENT, robot.error().message);
-    made = new fire3dv_robot{std::move(*robot), {}, {}};
+    made = new fire3dv_robot{std::move(*robot), {}, {}, {}, {}};
+    made->scalars = scalars_of(made->robot);
     for (const std::string& name : made->robot.node_names()) made->node_names.push_back(name.c_str());
     return int{FIRE3DV_OK};
   });
@@ -249,6 +321,11 @@ int fire3dv_get_poses(fire3dv_robot* robot, float* stream_from_node, size_t pose
 
 int fire3dv_get_node_pose(fire3dv_robot* robot, const char* node, double* stream_from_node) {
   return guarded([&] { return get_node_pose(robot, node, stream_from_node); });
+}
+
+int fire3dv_set_joint_scalars(fire3dv_stream* stream, fire3dv_robot* robot, const char* group,
+                              int64_t sim_time_ns) {
+  return guarded([&] { return set_joint_scalars(stream, robot, group, sim_time_ns); });
 }
 
 int fire3dv_publish_robot(fire3dv_stream* stream, fire3dv_robot* robot, int64_t sim_time_ns, uint32_t flags) {

@@ -49,6 +49,9 @@ def five_lines(test):
     description = next(m for m in messages if m["type"] == "StreamDescription")
     check(description["node_names"] == ["base", "upper", "fore", "tip"], description)
     check(np.allclose(description["world_from_stream"], [1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0]), description)
+    edits = [m["value"] for m in messages if m["type"] == "SceneEdit" and m["node"] == "joint_positions"]
+    check({"type": "Scalars", "names": ["shoulder", "elbow"], "units": ["rad", "rad"]} in edits, edits)
+    check([v["values"] for v in edits if v["type"] == "ScalarValues"] == [[0.3, -1.2]], edits)
     frame = [m for m in messages if m["type"] == "PoseFrame"][-1]
     shoulder, both = 0.3, 0.3 - 1.2
     elbow = [math.cos(shoulder), math.sin(shoulder), 0]

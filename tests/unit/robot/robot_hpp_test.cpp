@@ -7,8 +7,11 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <map>
+#include <set>
 #include <utility>
 
+#include "fire3dv/scalars.h"
 #include "tests/unit/adapters/client_fixture.h"
 
 namespace fire3dv::test {
@@ -61,6 +64,70 @@ TEST_F(RobotHpp, PublishesWhatItComputes) {
   ASSERT_EQ(renderer.poses.size(), 2u);
   EXPECT_FLOAT_EQ(renderer.poses[1].m[3], static_cast<float>(10 + 2 * std::cos(0.5)));
   EXPECT_FLOAT_EQ(renderer.poses[1].m[0], static_cast<float>(std::cos(0.75)));
+}
+
+TEST_F(RobotHpp, SetsItsPositionsAsScalarsWithUnits) {
+  std::ofstream(file_) << R"({"asset":{"version":"2.0"},"nodes":[{"name":"robot","children":[1,2,3,4,5,6],
+    "extras":{"fire3dv":{"robot":{"version":1,
+      "bodies":[{"node":"a"},{"node":"b"},{"node":"c"},{"node":"d"},{"node":"e"},{"node":"f"}],
+      "joints":[{"name":"hip","type":"floating","node":"a"},{"name":"knee","type":"revolute","node":"b"},
+                {"name":"ball","type":"ball","node":"c"},{"name":"rail","type":"prismatic","node":"d"},
+                {"name":"table","type":"planar","node":"e"},
+                {"name":"toe","type":"revolute","node":"f","mimic":{"joint":"knee","multiplier":2}}]}}}},
+    {"name":"a"},{"name":"b"},{"name":"c"},{"name":"d"},{"name":"e"},{"name":"f"}]})";
+  auto link = std::move(*transport::open_listener(listener_uri("shm")));
+  wire::Decoder decoder;
+  std::map<std::string, wire::Scalars> declared;
+  std::map<std::string, wire::ScalarValues> newest;
+  std::set<uint64_t> declarations;  // versions: links may repeat edits
+  const auto poll = [&] {
+    link->wait(1ms);
+    link->poll([&](const transport::LinkEvent& event) {
+      if (event.kind != transport::LinkEvent::Kind::control) return;
+      const auto message = decoder.decode(event.message);
+      ASSERT_TRUE(message.ok()) << message.error().message;
+      const auto* edit = std::get_if<wire::SceneEdit>(&*message);
+      if (!edit) return;
+      if (const auto* scalars = std::get_if<wire::Scalars>(&edit->value)) {
+        declared[edit->node] = *scalars;
+        declarations.insert(edit->version);
+      }
+      if (const auto* values = std::get_if<wire::ScalarValues>(&edit->value)) newest[edit->node] = *values;
+    });
+  };
+  Stream stream(link->uri());
+  Robot robot(file_.string()), other(file_.string());
+  stream.describe(robot.description());
+  robot.set_positions({1, 2, 3, 0, 0, 0, 1, 0.5, 0, 0, 0, 1, 0.25, 4, 5, 6});
+  for (int step = 1; step <= 3; ++step) {
+    robot.set_scalars(stream, std::chrono::nanoseconds(step));
+    other.set_scalars(stream, std::chrono::nanoseconds(step), "other");
+  }
+  ASSERT_TRUE(repeat_until([&] {
+    stream.publish(5ns, std::vector<Pose>(6));
+    poll();
+    return newest["joint_positions"].sim_time_ns == 3 && newest["other"].sim_time_ns == 3;
+  }));
+  const std::vector<std::string> names{"hip/x", "hip/y",   "hip/z",   "knee",
+                                       "rail",  "table/x", "table/y", "table/angle"};
+  EXPECT_EQ(declared["joint_positions"].names, names);
+  EXPECT_EQ(declared["joint_positions"].units,
+            (std::vector<std::string>{"m", "m", "m", "rad", "m", "m", "m", "rad"}));
+  EXPECT_EQ(newest["joint_positions"].values, (std::vector<double>{1, 2, 3, 0.5, 0.25, 4, 5, 6}));
+  EXPECT_EQ(declared["other"].names, names);
+  EXPECT_EQ(declarations.size(), 2u) << "a group is declared once";
+  // A group that somebody else declares meanwhile is declared anew.
+  const char* const name = "x";
+  const fire3dv_scalars theirs{sizeof theirs, &name, nullptr, 1};
+  ASSERT_EQ(fire3dv_declare_scalars(stream.get(), "joint_positions", &theirs), FIRE3DV_OK);
+  robot.set_scalars(stream, 4ns);
+  ASSERT_TRUE(repeat_until([&] {
+    poll();
+    return newest["joint_positions"].sim_time_ns == 4;
+  }));
+  EXPECT_EQ(declared["joint_positions"].names, names);
+  EXPECT_EQ(fire3dv_set_joint_scalars(nullptr, robot.get(), nullptr, 0), FIRE3DV_ERROR_ARGUMENT);
+  EXPECT_EQ(fire3dv_set_joint_scalars(stream.get(), nullptr, nullptr, 0), FIRE3DV_ERROR_ARGUMENT);
 }
 
 TEST_F(RobotHpp, ThrowsWithTheSentence) {

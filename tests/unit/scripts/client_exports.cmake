@@ -15,7 +15,7 @@ set(expected fire3dv_add_node fire3dv_cancel_image fire3dv_clear fire3dv_clear_m
              fire3dv_open fire3dv_open_robot fire3dv_poll fire3dv_position_count fire3dv_publish
              fire3dv_publish_robot fire3dv_publish_some fire3dv_read_robot fire3dv_release_image
              fire3dv_remove_node fire3dv_request_image fire3dv_set_base fire3dv_set_base_color
-             fire3dv_set_camera fire3dv_set_joint fire3dv_set_light fire3dv_set_marker fire3dv_set_positions
+             fire3dv_set_camera fire3dv_set_joint fire3dv_set_joint_scalars fire3dv_set_light fire3dv_set_marker fire3dv_set_positions
              fire3dv_set_scalars fire3dv_set_vertices fire3dv_set_visible fire3dv_version fire3dv_wait_ack fire3dv_wait_image)
 if(NOT exported STREQUAL expected)
   message(FATAL_ERROR "${LIBRARY} exports\n  ${exported}\ninstead of\n  ${expected}")

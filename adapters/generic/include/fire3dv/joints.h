@@ -103,6 +103,14 @@ FIRE3DV_API int fire3dv_get_poses(fire3dv_robot *robot, float *stream_from_node,
 /* Computes the pose of the body with this node name, in double precision: 12 doubles, row-major. */
 FIRE3DV_API int fire3dv_get_node_pose(fire3dv_robot *robot, const char *node, double *stream_from_node);
 
+/* Sets the joint positions as scalars (fire3dv/scalars.h) at this time, which renderers plot and recordings contain.
+ * group: NULL = "joint_positions"; two robots of a stream need two. The first call declares it: revolute joints by
+ * their names in rad, prismatic ones in m; planar NAME/x, NAME/y in m, NAME/angle in rad; floating NAME/x, NAME/y,
+ * NAME/z in m. Quaternions, and joints that follow others, are left out. Without any position it does nothing.
+ * FIRE3DV_ERROR_BUDGET: a stream has at most FIRE3DV_MAX_SCALARS scalars. */
+FIRE3DV_API int fire3dv_set_joint_scalars(fire3dv_stream *stream, fire3dv_robot *robot, const char *group,
+                                          int64_t sim_time_ns);
+
 /* Publishes one frame with the poses of fire3dv_get_poses. The stream has the robot's description. flags:
  * FIRE3DV_FRAME_* bits. */
 FIRE3DV_API int fire3dv_publish_robot(fire3dv_stream *stream, fire3dv_robot *robot, int64_t sim_time_ns,

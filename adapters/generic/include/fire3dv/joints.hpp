@@ -89,6 +89,11 @@ class Robot {
   void publish(Stream& stream, std::chrono::nanoseconds sim_time, uint32_t flags = 0) {
     check(fire3dv_publish_robot(stream.get(), robot_, sim_time.count(), flags));
   }
+  // Sets the joint positions as scalars of the group, which renderers plot.
+  void set_scalars(Stream& stream, std::chrono::nanoseconds sim_time,
+                   const std::string& group = "joint_positions") {
+    check(fire3dv_set_joint_scalars(stream.get(), robot_, group.c_str(), sim_time.count()));
+  }
 
   // Returns the C handle. The Robot keeps ownership.
   fire3dv_robot* get() const noexcept { return robot_; }

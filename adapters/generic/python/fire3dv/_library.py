@@ -129,6 +129,7 @@ _SIGNATURES: Dict[str, Tuple[Any, List[Any]]] = {
     "fire3dv_set_positions": (c_int, [c_void_p, c_void_p, c_size_t, c_uint32]),
     "fire3dv_set_joint": (c_int, [c_void_p, c_size_t, c_void_p, c_size_t, c_uint32]),
     "fire3dv_get_positions": (c_int, [c_void_p, c_void_p, c_size_t]),
+    "fire3dv_set_joint_scalars": (c_int, [c_void_p, c_void_p, c_char_p, c_int64]),
     "fire3dv_set_base": (c_int, [c_void_p, c_void_p]),
     "fire3dv_get_robot_description": (c_int, [c_void_p, POINTER(Description)]),
     "fire3dv_get_poses": (c_int, [c_void_p, c_void_p, c_size_t]),

@@ -6,16 +6,16 @@ import ctypes
 import os
 import time
 import weakref
-from ctypes import byref, c_double, c_float, c_void_p
+from ctypes import byref, c_double, c_float, c_int64, c_void_p
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import TYPE_CHECKING, Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
 from . import _library as c
 from ._library import check, encoded, library
-from ._numbers import Numbers, real
+from ._numbers import Numbers, real, whole
 from ._scene_names import converted, is_gltf
-from .errors import ArgumentError, ErrorCode, StateError, error_of
+from .errors import ArgumentError, BudgetError, ErrorCode, StateError, error_of
 from .stream import FRAME_DISCONTINUITY, Stream
 
 if TYPE_CHECKING:
@@ -197,12 +197,13 @@ class Robot:
         stream.describe(self.node_names, self._world_from_stream, self._body_from_node, nominal_rate_hz)
 
     def publish(self, to: Union[str, Stream, Renderer], adapter_name: Optional[str] = None, *,
-                nominal_rate_hz: float = 0.0) -> RobotPublisher:
+                nominal_rate_hz: float = 0.0, scalars: Optional[str] = "joint_positions") -> RobotPublisher:
         """Publishes the robot to a URI, such as "shm://demo", to a Renderer, or over an open stream.
 
-        Use it in a with statement.
+        Use it in a with statement. scalars: group of scalars that has the joint positions, in rad and m, for plots and
+        recordings; two robots of a stream need two. None: there are none.
         """
-        return RobotPublisher(self, to, adapter_name, nominal_rate_hz)
+        return RobotPublisher(self, to, adapter_name, nominal_rate_hz, scalars)
 
     def __repr__(self) -> str:
         return f"<fire3dv.Robot {self.file!r}, {len(self.joint_names)} joints>"
@@ -212,8 +213,9 @@ class RobotPublisher:
     """Publishes a robot. close(), or the end of a with statement, closes the stream that publish() has opened."""
 
     def __init__(self, robot: Robot, to: Union[str, Stream, Renderer], adapter_name: Optional[str],
-                 nominal_rate_hz: float) -> None:
+                 nominal_rate_hz: float, scalars: Optional[str] = "joint_positions") -> None:
         self.robot = robot
+        self._scalars = encoded(scalars, "scalars")
         self._owns_stream = not isinstance(to, Stream)
         if isinstance(to, Stream):
             self.stream = to
@@ -245,6 +247,12 @@ class RobotPublisher:
             now_ns = time.monotonic_ns()
             self._start_ns = now_ns if self._start_ns is None else self._start_ns
             sim_time_ns = now_ns - self._start_ns
+        if self._scalars is not None:
+            try:
+                check(library().fire3dv_set_joint_scalars(self.stream.handle, self.robot._handle, self._scalars,
+                                                          whole(sim_time_ns, c_int64, "sim_time_ns")))
+            except BudgetError:  # the stream has others, or the robot too many: its poses do not depend on them
+                self._scalars = None
         jumped = self._last_ns is None or sim_time_ns < self._last_ns
         sequence = self.stream.publish(sim_time_ns, self.robot.poses(), FRAME_DISCONTINUITY if jumped else 0)
         self._last_ns = sim_time_ns
