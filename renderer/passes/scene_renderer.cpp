@@ -98,7 +98,13 @@ SceneRenderer::SceneRenderer(gpu::Device& device, const DrawSettings& settings)
   if (settings.ray_effects.on.any() && !settings.path && can_trace_ray_effects(device, compute))
     ray_effects_ = std::make_unique<RayEffectsPass>(
         device, layout_.get(), samples_ == VK_SAMPLE_COUNT_4_BIT ? 4 : 1, settings.ray_effects.back_end);
+  refracts_ = can_refract(settings);
   settings_.environment.reset();  // the GPU copy is complete
+}
+
+// Without storage of samples, scenes with blended surfaces are drawn forward, where no light is refracted.
+bool SceneRenderer::can_refract(const DrawSettings& settings) const {
+  return ray_effects_ && settings.ray_effects.on.refraction && visibility_->can_write_samples();
 }
 
 void SceneRenderer::apply(const DrawSettings& settings) {
@@ -130,8 +136,10 @@ bool SceneRenderer::needs_new_renderer(const DrawSettings& settings) const {
   // Rays that hit surfaces need triangles where shadow rays may have boxes.
   const bool lacks_ray_effects = settings.ray_effects.on.any() && !path_tracer_ && !ray_effects_ &&
                                  can_trace_ray_effects(device_, compute);
+  const bool other_refraction = ray_effects_ && can_refract(settings) != refracts_;
   return other_renderer || path != path_ || other_shadows || other_environment || other_draws ||
-         lacks_ray_effects || choose_samples(device_, path, settings.samples) != samples_ ||
+         lacks_ray_effects || other_refraction ||
+         choose_samples(device_, path, settings.samples) != samples_ ||
          settings.anisotropy != settings_.anisotropy || settings.max_textures > settings_.max_textures;
 }
 
@@ -145,6 +153,7 @@ void SceneRenderer::set_scene(const scene::Scene& scene, const scene::Derived& d
   uses.anisotropy = settings_.anisotropy;
   uses.rays = path_tracer_ || ray_effects_ ? gpu::Rays::many : expected_rays(scene);
   uses.path_traced = path_tracer_ != nullptr;
+  uses.refracts = refracts_;
   uses.rays_to_boxes = !path_tracer_ && !ray_effects_ && gpu::traces_to_boxes(device_) &&
                        shadow_technique_.back_end != RayBackEnd::pipeline;
   // Without storage of samples, images with effects are drawn forward.
@@ -157,7 +166,7 @@ void SceneRenderer::set_scene(const scene::Scene& scene, const scene::Derived& d
   gpu_scene_ = std::move(gpu_scene);
   scene_ = &scene;
   if (path_tracer_) path_tracer_->drop();
-  may_have_forward_only_ = any_forward_only(scene);
+  may_have_forward_only_ = any_forward_only(scene, uses.refracts);
   edit_uploader_.reset();
   transforms_.invalidate();
   deform_.invalidate();
@@ -182,7 +191,7 @@ void SceneRenderer::expect_shading(const scene::Scene& scene) {
   shading.textures = any_textured(scene.materials);
   shading.second_uv = any_second_uv(scene.materials);
   shading.material_flags = optional_flags(scene.materials);
-  shading.writes_samples = any_forward_only(scene) || settings_.post.reads_samples();
+  shading.writes_samples = any_forward_only(scene, refracts_) || settings_.post.reads_samples();
   if (shading.writes_samples && !visibility_->can_write_samples()) return;
   // The pipeline expected last is compiled first. Shadows may be switched off at any time, but a CPU takes
   // too long to precompile that variant.
@@ -336,7 +345,7 @@ void SceneRenderer::merge_coverage(const Frame& frame) {
 }
 
 void SceneRenderer::trace_ray_effects(const Frame& frame) {
-  ray_effects_->allocate(*targets_);  // edits may have changed the plan since prepare()
+  ray_effects_->allocate(*targets_, gpu_scene_->refracts);  // edits may have changed the plan since prepare()
   const float radius_m = 0.5f * glm::length(scene_->bounds_max - scene_->bounds_min);
   ray_effects_->record(frame.recorder, {*gpu_scene_, *targets_, frame.views[0], frame.globals[0], radius_m},
                        settings_.ray_effects);

@@ -182,9 +182,13 @@ class SceneRenderer {
   // Applies to later frames. Has no effect if the scene was set without LODs.
   void set_levels_of_detail(LevelsOfDetail levels) { settings_.levels_of_detail = levels; }
   void set_shadows(bool on) { shadows_on_ = on; }
-  // Applies to later frames. Has no effect if the renderer was created without ray effects.
+  // Applies to later frames, refraction excepted. Has no effect if the renderer was created without ray
+  // effects.
   void set_ray_effects(const RayEffects& on) { settings_.ray_effects.on = on; }
-  bool traces_ray_effects() const { return ray_effects_ && settings_.ray_effects.on.any(); }
+  bool traces_ray_effects() const {
+    const RayEffects& on = settings_.ray_effects.on;
+    return ray_effects_ && (on.reflections || on.ambient_occlusion || (gpu_scene_ && gpu_scene_->refracts));
+  }
   RayBackEnd ray_effect_back_end() const {
     return ray_effects_ ? ray_effects_->back_end() : RayBackEnd::none;
   }
@@ -241,6 +245,7 @@ class SceneRenderer {
   void post_process(const Frame& frame);
   void draw_overlays(const Frame& frame);
 
+  bool can_refract(const DrawSettings& settings) const;
   uint32_t shadow_mode(bool masked) const;  // FIRE3DV_SHADOWS_*
   gpu_types::Globals make_globals(const View& view, bool shadow_mask) const;
   VkDeviceAddress upload_globals(const Frame& frame, const View& view) const;
@@ -274,6 +279,7 @@ class SceneRenderer {
   std::unique_ptr<PathPass> path_tracer_;        // null: raster
   TracedScene traced_scene_;                     // of the image that refines
   std::unique_ptr<RayEffectsPass> ray_effects_;  // null: not in the settings, or not supported
+  bool refracts_ = false;                        // transmissive surfaces, by ray effects
   std::unique_ptr<Inspector> inspector_;         // created on first use
   Environment environment_;  // last: its wait for the GPU overlaps with pipeline compilation
   const scene::Scene* scene_ = nullptr;

@@ -9,6 +9,8 @@
 
 layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer RayEffectRef { RayEffectRecord at[]; };
 
+layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer RefractedRef { uvec2 at[]; };
+
 RayEffect ray_effect;  // of the surface being shaded
 
 // First sample of the pixel that shows the part; 4: none does.
@@ -52,6 +54,33 @@ RayEffect ray_effect_at(GlobalsRef globals, uint64_t visibility, uint64_t record
   effect.missed = sum.a / weights;
   effect.open = open_sum / opens;
   return effect;
+}
+
+// Radiance behind a transmissive surface, averaged likewise.
+vec3 refracted_at(GlobalsRef globals, uint64_t visibility, uint64_t records, uvec2 pixel, uint id, uint samples) {
+  RayEffectRef effects = RayEffectRef(records);
+  RefractedRef lights = RefractedRef(refracted_records(globals, records));
+  const uint own_index = (pixel.y * globals.value.width + pixel.x) * FIRE3DV_SAMPLES + findLSB(samples);
+  const RefractedLight own = unpack_refracted(lights.at[own_index]);
+  const float blend = clamp(own.blur - 1, 0, 1);
+  if (blend <= 0) return own.radiance;
+  const vec3 normal = normal_of_record(effects.at[own_index]);
+  const uint part = part_of_id(globals, id);
+  vec3 sum = own.radiance;
+  float weights = 1;
+  for (int i = 0; i < 16; ++i) {
+    const ivec2 place = ivec2(pixel) + ivec2(i & 3, i >> 2) - 1;
+    const bool is_inside = place.x >= 0 && place.y >= 0 && place.x < int(globals.value.width) && place.y < int(globals.value.height);
+    if (place == ivec2(pixel) || !is_inside) continue;
+    const uint index = uint(place.y) * globals.value.width + uint(place.x);
+    const int s = sample_of_part(globals, pixel_ids(globals, visibility, index), part);
+    if (s == 4 || dot(normal, normal_of_record(effects.at[index * FIRE3DV_SAMPLES + s])) < 0.9) continue;
+    const RefractedLight other = unpack_refracted(lights.at[index * FIRE3DV_SAMPLES + s]);
+    const float weight = blend * clamp(other.blur - 1, 0, 1);
+    sum += weight * other.radiance;
+    weights += weight;
+  }
+  return sum / weights;
 }
 
 // Change of reflect_environment() by the traced reflection: hits instead of the environment. Exactly zero where no

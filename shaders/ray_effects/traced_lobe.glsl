@@ -12,6 +12,12 @@ struct RayEffect {
   bool has_occlusion;
 };
 
+// Light that passes a transmissive surface from behind.
+struct RefractedLight {
+  vec3 radiance;
+  float blur;  // width in pixels; 0: a smooth surface
+};
+
 RayEffect no_ray_effect() { return RayEffect(vec3(0), 1, 1, 0, false); }
 
 // Perceptual roughness up to which reflections are traced, and from which they are the environment's alone.
@@ -40,6 +46,21 @@ RayEffect unpack_ray_effect(RayEffectRecord record) {
   const vec2 blue_missed = unpackHalf2x16(record.reflected_b_missed), open_blur = unpackHalf2x16(record.open_blur);
   return RayEffect(vec3(unpackHalf2x16(record.reflected_rg), blue_missed.x), blue_missed.y, open_blur.x, open_blur.y,
                    unpackSnorm4x8(record.normal).w > 0);
+}
+
+uvec2 pack_refracted(RefractedLight light) {
+  const vec3 radiance = min(light.radiance, vec3(65504));
+  return uvec2(packHalf2x16(radiance.rg), packHalf2x16(vec2(radiance.b, min(light.blur, 65504))));
+}
+
+RefractedLight unpack_refracted(uvec2 record) {
+  const vec2 blue_blur = unpackHalf2x16(record.y);
+  return RefractedLight(vec3(unpackHalf2x16(record.x), blue_blur.x), blue_blur.y);
+}
+
+// Records of refracted light, behind those of all other effects.
+uint64_t refracted_records(GlobalsRef globals, uint64_t records) {
+  return records + uint64_t(globals.value.width) * globals.value.height * FIRE3DV_SAMPLES * 16;
 }
 
 vec3 normal_of_record(RayEffectRecord record) { return normalize(unpackSnorm4x8(record.normal).xyz); }

@@ -24,6 +24,7 @@ bool masked_hit_is_solid(GlobalsRef globals, uint node, uint geometry, uint tria
   const uint primitive_index = UintRef(globals.value.first_primitive_of_node).at[node] + geometry;
   const PrimitiveRecord primitive = PrimitiveRef(globals.value.primitives).at[primitive_index];
   const MaterialRecord material = MaterialRef(globals.value.materials).at[primitive.material];
+  if ((material.flags & (FIRE3DV_MATERIAL_BLEND | FIRE3DV_MATERIAL_TRANSMISSION)) != 0) return false;  // no shadow
   return alpha_of_hit(globals, primitive, material, triangle, barycentrics) >= material.alpha_cutoff;
 }
 

@@ -2,7 +2,7 @@
 // averages samples like the forward path's resolve.
 // Variants: FIRE3DV_SAMPLES 1 or 4. FIRE3DV_UNRESOLVED writes linear samples, for forward-only draws.
 // FIRE3DV_TEST_MAPS tests the shadow maps of hard lights; pixels with unresolved shadows are listed for the
-// deferred re-shade after the rays. FIRE3DV_RAY_EFFECTS reads reflections and ambient occlusion.
+// deferred re-shade after the rays. FIRE3DV_RAY_EFFECTS reads reflections, refraction and ambient occlusion.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/halves.glsl"
@@ -75,7 +75,16 @@ vec3 shaded(GlobalsRef globals, uint id, vec2 place) {
   wanted_rays = 0;
 #endif
   const MaterialRecord material = MaterialRef(globals.value.materials).at[triangle.material];
+#ifdef FIRE3DV_RAY_EFFECTS
+  // Transmissive surfaces are in the visibility buffer only if they are traced.
+  vec3 behind;
+  const vec3 color = shade(globals, material, surface_base_color(material, point), point, behind).rgb;
+  if ((material.flags & FIRE3DV_MATERIAL_TRANSMISSION) == 0) return color;
+  const uvec2 pixel = uvec2(shaded_pixel % globals.value.width, shaded_pixel / globals.value.width);
+  return min(color + behind * refracted_at(globals, push.visibility, push.ray_effects, pixel, id, shaded_samples), vec3(65504));
+#else
   return shade(globals, material, surface_base_color(material, point), point).rgb;
+#endif
 }
 
 // Sampled at the pixel's centre for any free samples, as in the raster pipeline.

@@ -1,4 +1,4 @@
-// GPU records of ray effects: reflections and ambient occlusion of visible surfaces.
+// GPU records of ray effects: reflections, ambient occlusion and refraction of visible surfaces.
 #ifndef FIRE3DV_SHARED_RAY_EFFECT_TYPES_H
 #define FIRE3DV_SHARED_RAY_EFFECT_TYPES_H
 #include "basics.h"
@@ -7,6 +7,7 @@ FIRE3DV_SHARED_BEGIN
 
 #define FIRE3DV_RAY_EFFECT_REFLECTIONS 1u
 #define FIRE3DV_RAY_EFFECT_OCCLUSION 2u
+#define FIRE3DV_RAY_EFFECT_REFRACTION 4u
 
 // Result of a visible surface in a pixel, stored at the first sample that shows the surface. Half floats.
 struct RayEffectRecord {
@@ -17,9 +18,10 @@ struct RayEffectRecord {
 };
 
 struct RayEffectsPush {
-  FIRE3DV_ADDRESS globals;  // first, as any-hit shaders of other rays expect it
+  FIRE3DV_ADDRESS globals;
   FIRE3DV_ADDRESS visibility;  // uint64_t[pixel][sample]
-  FIRE3DV_ADDRESS records;     // RayEffectRecord[pixel][sample], written
+  // RayEffectRecord[pixel][sample], written; with refraction, uvec2[pixel][sample] follow: radiance and blur as halves.
+  FIRE3DV_ADDRESS records;
   uint effects;                // FIRE3DV_RAY_EFFECT_*
   uint surface;                // the n-th distinct surface of each pixel
   uint reflection_rays;        // from a rough surface in a pixel

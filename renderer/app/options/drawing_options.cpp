@@ -77,7 +77,7 @@ void add_drawing_options(CLI::App& app, Options& options, DrawingTexts& texts) {
       ->capture_default_str()
       ->group(kGroup);
   app.add_option("--ray-effects", texts.ray_effects,
-                 "reflections, ao (ambient occlusion), several with commas, or all")
+                 "off, all, or some of reflections, ao, refraction, with commas")
       ->type_name("LIST")
       ->capture_default_str()
       ->group(kGroup);

@@ -12,14 +12,15 @@ namespace fire3dv::passes {
 struct RayEffects {
   bool reflections = false;
   bool ambient_occlusion = false;
-  bool any() const { return reflections || ambient_occlusion; }
+  bool refraction = false;
+  bool any() const { return reflections || ambient_occlusion || refraction; }
   bool operator==(const RayEffects&) const = default;
 };
 
 struct RayEffectSettings {
   RayEffects on;
-  uint32_t reflection_rays = 4;             // of a pixel that shows a rough surface; mirrors take one
-  uint32_t occlusion_rays = 4;              // of a pixel
+  uint32_t reflection_rays = 4;  // reflected or refracted at a rough surface in a pixel; smooth ones take one
+  uint32_t occlusion_rays = 4;   // of a pixel
   float occlusion_distance_m = 0;           // length of these rays; 0: a tenth of the scene's radius
   RayBackEnd back_end = RayBackEnd::query;  // preferred; the other one is the fallback
 };

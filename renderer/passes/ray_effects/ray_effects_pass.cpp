@@ -18,7 +18,8 @@ struct NamedEffect {
   bool RayEffects::*on;
 };
 constexpr NamedEffect kEffects[] = {{"reflections", &RayEffects::reflections},
-                                    {"ao", &RayEffects::ambient_occlusion}};
+                                    {"ao", &RayEffects::ambient_occlusion},
+                                    {"refraction", &RayEffects::refraction}};
 
 RayBackEnd choose_back_end(const gpu::Device& device, RayBackEnd preferred) {
   const bool pipeline =
@@ -87,11 +88,13 @@ RayEffectsPass::RayEffectsPass(gpu::Device& device, VkPipelineLayout layout, uin
           device, sizeof(VkTraceRaysIndirectCommandKHR),
           VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT, gpu::Memory::device)) {}
 
-void RayEffectsPass::allocate(Targets& targets) const {
+void RayEffectsPass::allocate(Targets& targets, bool refracts) const {
   const VkDeviceSize surfaces = VkDeviceSize{targets.extent.width} * targets.extent.height * samples_;
-  if (targets.ray_effects) return;
-  targets.ray_effects = gpu::create_buffer(device_, surfaces * sizeof(gpu_types::RayEffectRecord),
-                                           VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
+  const VkDeviceSize bytes =
+      surfaces * (sizeof(gpu_types::RayEffectRecord) + (refracts ? sizeof(uint64_t) : 0));
+  if (targets.ray_effects.size_bytes >= bytes) return;
+  targets.ray_effects =
+      gpu::create_buffer(device_, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
 }
 
 void RayEffectsPass::use_pipeline(const GpuScene& scene) {
@@ -107,8 +110,8 @@ void RayEffectsPass::use_pipeline(const GpuScene& scene) {
   if (back_end_ == RayBackEnd::query) {
     pipeline_ = gpu::create_compute_pipeline(device_, layout_, name + ".comp", gpu::Compile::next, constants);
   } else {
-    ray_pipeline_ = gpu::RayPipeline(device_, layout_, name + ".rgen", "path.rmiss", "trace.rahit",
-                                     "path.rchit", constants);
+    ray_pipeline_ = gpu::RayPipeline(device_, layout_, name + ".rgen", "ray_effects.rmiss",
+                                     "ray_effects.rahit", "ray_effects.rchit", constants);
   }
 }
 
@@ -123,7 +126,8 @@ void RayEffectsPass::record(gpu::Recorder& recorder, const Frame& frame, const R
   push.visibility = targets.visibility.buffer.address;
   push.records = targets.ray_effects.address;
   push.effects = (settings.on.reflections ? FIRE3DV_RAY_EFFECT_REFLECTIONS : 0u) |
-                 (settings.on.ambient_occlusion ? FIRE3DV_RAY_EFFECT_OCCLUSION : 0u);
+                 (settings.on.ambient_occlusion ? FIRE3DV_RAY_EFFECT_OCCLUSION : 0u) |
+                 (scene.refracts ? FIRE3DV_RAY_EFFECT_REFRACTION : 0u);
   push.reflection_rays = std::max(settings.reflection_rays, 1u);
   push.occlusion_rays = std::max(settings.occlusion_rays, 1u);
   push.occlusion_distance_m =

@@ -22,8 +22,8 @@ class RayEffectsPass {
   RayEffectsPass(gpu::Device& device, VkPipelineLayout layout, uint32_t samples, RayBackEnd preferred);
 
   RayBackEnd back_end() const { return back_end_; }
-  // Allocates targets.ray_effects.
-  void allocate(Targets& targets) const;
+  // Allocates targets.ray_effects. refracts: GpuScene::refracts.
+  void allocate(Targets& targets, bool refracts) const;
   struct Frame {
     GpuScene& scene;
     Targets& targets;  // with the ids that shading reads
@@ -31,6 +31,7 @@ class RayEffectsPass {
     VkDeviceAddress globals = 0;
     float scene_radius_m = 0;  // at rest
   };
+  // Light is refracted if the scene is made for it, whatever the settings.
   void record(gpu::Recorder& recorder, const Frame& frame, const RayEffectSettings& settings);
 
  private:

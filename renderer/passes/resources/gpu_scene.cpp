@@ -181,7 +181,7 @@ void GpuScene::update_winding(gpu::Recorder& recorder, gpu::StagingRing& staging
 }
 
 void GpuScene::collect_draws(gpu::Recorder& recorder, gpu::StagingRing& staging, const scene::Scene& scene) {
-  draw_list = DrawList::collect(scene, mirrored, hidden);
+  draw_list = DrawList::collect(scene, mirrored, hidden, refracts);
   ++draw_list_revision;
   const std::vector<gpu_types::DrawRecord> records = draw_records(scene, *this);
   const gpu::StagingRing::Piece piece = staging.write(std::span<const gpu_types::DrawRecord>(records));
@@ -216,7 +216,9 @@ void GpuScene::add_reads(std::vector<gpu::Use>& uses, const gpu::Access& access)
 GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::Derived& derived,
                    VkDescriptorSetLayout textures_layout, const gpu::EnvironmentTextures& environment,
                    const SceneUses& uses, const GpuScene* before)
-    : mirrored(mirrored_at_rest(scene)), draw_list(DrawList::collect(scene, mirrored)) {
+    : refracts(uses.refracts && any_transmissive(scene)),
+      mirrored(mirrored_at_rest(scene)),
+      draw_list(DrawList::collect(scene, mirrored, {}, refracts)) {
   gpu::LoaderCommands loader(device);
   is_path_traced = uses.path_traced;
   node_count = static_cast<uint32_t>(scene.nodes.size());

@@ -33,6 +33,7 @@ struct SceneUses {
   gpu::Rays rays = gpu::Rays::many;
   bool rays_to_boxes = false;  // gpu::traces_to_boxes(), and no ray-tracing pipeline
   bool path_traced = false;    // rays meet blended and transmissive surfaces, too
+  bool refracts = false;       // so do ray effects; transmissive surfaces are in the visibility buffer
   bool drawn_forward = true;   // whole scene on the forward path, not only its forward-only draws
 };
 
@@ -73,6 +74,7 @@ struct GpuScene {
   bool has_second_uv = false;   // a texture uses the second set
   uint32_t material_flags = 0;  // of FIRE3DV_MATERIAL_OPTIONAL those that a material has
   bool is_path_traced = false;  // as in SceneUses
+  bool refracts = false;        // as in SceneUses, in a scene with transmissive surfaces
 
   // Vertices in cluster order. tangents and extras are null where no vertex has any or can get any.
   gpu::Buffer positions, frames, tangents, uvs, extras;

@@ -18,19 +18,20 @@ bool is_colored(const scene::Scene& scene, const scene::Primitive& primitive) {
   return false;
 }
 
-bool is_on_top(const scene::Scene& scene, const scene::Primitive& primitive) {
+bool is_on_top(const scene::Scene& scene, const scene::Primitive& primitive, bool refracts) {
   return primitive.topology != scene::Topology::triangles ||
-         scene::drawn_alpha_mode(scene.materials[primitive.material]) == scene::AlphaMode::blend;
+         drawn_alpha_mode(scene.materials[primitive.material], refracts) == scene::AlphaMode::blend;
 }
 
-uint32_t part_flags(const scene::Scene& scene, uint32_t primitive, const scene::Caster& caster) {
+uint32_t part_flags(const scene::Scene& scene, uint32_t primitive, const scene::Caster& caster,
+                    bool refracts) {
   const scene::Primitive& p = scene.primitives[primitive];
   const scene::Material& material = scene.materials[p.material];
-  const scene::AlphaMode alpha_mode = scene::drawn_alpha_mode(material);
+  const scene::AlphaMode alpha_mode = drawn_alpha_mode(material, refracts);
   return (material.double_sided ? FIRE3DV_PART_DOUBLE_SIDED : 0) |
          (alpha_mode == scene::AlphaMode::mask ? FIRE3DV_PART_MASK : 0) | (p.lit ? 0 : FIRE3DV_PART_UNLIT) |
          (is_colored(scene, p) ? FIRE3DV_PART_COLORED : 0) |
-         (is_on_top(scene, p) ? FIRE3DV_PART_FORWARD_ONLY : 0) |
+         (is_on_top(scene, p, refracts) ? FIRE3DV_PART_FORWARD_ONLY : 0) |
          (casts_shadow(scene, primitive) ? 0 : FIRE3DV_PART_NO_SHADOW) |
          (caster.shape == scene::CasterShape::closed ? FIRE3DV_PART_CLOSED : 0) |
          (caster.shape == scene::CasterShape::planar ? FIRE3DV_PART_PLANAR : 0);
@@ -61,9 +62,9 @@ void add_coarser_clusters(const GpuScene& gpu_scene, std::span<const scene::Clus
   }
 }
 
-// Triangles that rays meet: for shadow rays those of shadow casters, for paths all.
+// Triangles that rays meet: for shadow rays those of shadow casters, for paths and refraction all.
 bool meets_rays(const scene::Scene& scene, const GpuScene& gpu_scene, uint32_t primitive) {
-  if (!gpu_scene.is_path_traced) return casts_shadow(scene, primitive);
+  if (!gpu_scene.is_path_traced && !gpu_scene.refracts) return casts_shadow(scene, primitive);
   return scene.primitives[primitive].topology == scene::Topology::triangles;
 }
 
@@ -120,7 +121,7 @@ std::vector<gpu::TriangleGeometry> still_geometry(const scene::Scene& scene, con
 }  // namespace
 
 DrawList DrawList::collect(const scene::Scene& scene, const std::vector<bool>& mirrored,
-                           const std::vector<bool>& hidden) {
+                           const std::vector<bool>& hidden, bool refracts) {
   struct Candidate {
     Draw draw;
     scene::Topology topology;
@@ -144,7 +145,7 @@ DrawList DrawList::collect(const scene::Scene& scene, const std::vector<bool>& m
       const uint32_t material = scene.primitives[p].material;
       candidates.push_back({{n, p},
                             scene.primitives[p].topology,
-                            scene::drawn_alpha_mode(scene.materials[material]),
+                            drawn_alpha_mode(scene.materials[material], refracts),
                             scene.materials[material].double_sided,
                             mirrored[n],
                             material});
@@ -165,13 +166,24 @@ DrawList DrawList::collect(const scene::Scene& scene, const std::vector<bool>& m
   return list;
 }
 
-bool casts_shadow(const scene::Scene& scene, uint32_t primitive) {
-  return !is_on_top(scene, scene.primitives[primitive]);
+scene::AlphaMode drawn_alpha_mode(const scene::Material& material, bool refracts) {
+  return refracts ? material.alpha_mode : scene::drawn_alpha_mode(material);
 }
 
-bool any_forward_only(const scene::Scene& scene) {
-  return std::any_of(scene.primitives.begin(), scene.primitives.end(),
-                     [&](const scene::Primitive& primitive) { return is_on_top(scene, primitive); });
+bool casts_shadow(const scene::Scene& scene, uint32_t primitive) {
+  return !is_on_top(scene, scene.primitives[primitive], false);
+}
+
+bool any_transmissive(const scene::Scene& scene) {
+  return std::any_of(scene.materials.begin(), scene.materials.end(), [](const scene::Material& material) {
+    return material.transmission > 0 && !material.unlit;
+  });
+}
+
+bool any_forward_only(const scene::Scene& scene, bool refracts) {
+  return std::any_of(
+      scene.primitives.begin(), scene.primitives.end(),
+      [&](const scene::Primitive& primitive) { return is_on_top(scene, primitive, refracts); });
 }
 
 bool any_masked(const scene::Scene& scene) {
@@ -229,9 +241,10 @@ Parts collect_parts(const scene::Scene& scene, const std::vector<scene::Caster>&
       const uint32_t primitive = gpu_scene.primitive_at(n, p);
       const bool deformed = scene::is_deformed(scene.nodes[n]);
       const scene::Caster caster = deformed ? scene::Caster{} : casters[mesh];
-      all.parts.push_back({transform_index_of(scene, n), primitive,
-                           part_flags(scene, p, caster) | (deformed ? FIRE3DV_PART_DEFORMED : 0),
-                           scene.primitives[p].material});
+      all.parts.push_back(
+          {transform_index_of(scene, n), primitive,
+           part_flags(scene, p, caster, gpu_scene.refracts) | (deformed ? FIRE3DV_PART_DEFORMED : 0),
+           scene.primitives[p].material});
       if (caster.shape == scene::CasterShape::planar) {
         const glm::mat3 m(scene.nodes[n].world_from_node);
         const float stretch = std::max({glm::length(m[0]), glm::length(m[1]), glm::length(m[2])});
@@ -252,7 +265,7 @@ Parts collect_parts(const scene::Scene& scene, const std::vector<scene::Caster>&
 
 bool needs_indices(const scene::Scene& scene, const scene::ClusteredGeometry& clustered,
                    const SceneUses& uses, bool traces_rays) {
-  if (uses.drawn_forward || any_forward_only(scene)) return true;
+  if (uses.drawn_forward || any_forward_only(scene, uses.refracts)) return true;
   if (std::any_of(scene.nodes.begin(), scene.nodes.end(), scene::is_deformed)) return true;
   if (!traces_rays) return false;
   return !uses.rays_to_boxes || clustered.ray_boxes.empty() ||

@@ -47,8 +47,9 @@ struct DrawList {
   std::vector<DrawBin> bins;  // opaque, then mask, then blend; in each: triangles, lines, points
 
   // mirrored: per node, true for a negative determinant. hidden: per node, or empty if none is hidden.
+  // refracts: see drawn_alpha_mode().
   static DrawList collect(const scene::Scene& scene, const std::vector<bool>& mirrored,
-                          const std::vector<bool>& hidden = {});
+                          const std::vector<bool>& hidden = {}, bool refracts = false);
 };
 
 // A planar primitive instance.
@@ -73,8 +74,13 @@ struct Parts {
 Parts collect_parts(const scene::Scene& scene, const std::vector<scene::Caster>& casters,
                     std::span<const scene::Cluster> clusters, const GpuScene& gpu_scene);
 
+// Alpha mode that a surface is drawn with. Transmissive surfaces are blended, unless their light is refracted
+// by rays (GpuScene::refracts).
+scene::AlphaMode drawn_alpha_mode(const scene::Material& material, bool refracts);
+bool any_transmissive(const scene::Scene& scene);
+
 // True if the scene has forward-only draws.
-bool any_forward_only(const scene::Scene& scene);
+bool any_forward_only(const scene::Scene& scene, bool refracts);
 bool any_masked(const scene::Scene& scene);
 
 std::vector<gpu_types::ClusterRecord> cluster_records(const scene::ClusteredGeometry& geometry);

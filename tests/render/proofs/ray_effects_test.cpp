@@ -232,6 +232,88 @@ TEST_F(RayEffects, BothBackEndsAgreeAndNoEarlierImageMatters) {
   EXPECT_EQ(bench.draw(moved, view).rgba8, alone.rgba8);
 }
 
+// Glass before luminous tiles: a ball, a tilted slab that absorbs, and a thin pane.
+scene::Scene glass_scene() {
+  SceneBuilder builder;
+  for (int i = 0; i < 12; ++i) {
+    for (int k = 0; k < 6; ++k) {
+      scene::Material tile = matte(glm::vec3(0));
+      tile.specular = 0;
+      tile.emissive = (i + k) % 2 ? glm::vec3(0.2f, 0.5f, 0.9f)
+                                  : glm::vec3(0.9f, 0.7f - 0.1f * static_cast<float>(k), 0.1f);
+      builder.mesh_node(
+          "tile", builder.quad(builder.material(tile), 0.25f),
+          facing_z({0.5f * static_cast<float>(i) - 2.75f, 0.5f * static_cast<float>(k) - 1.25f, -1.2f}));
+    }
+  }
+  scene::Material glass = matte(glm::vec3(1));
+  glass.roughness = 0;
+  glass.transmission = 1;
+  glass.ior = 1.5f;
+  scene::Material pane = glass, slab = glass;
+  pane.base_color = {0.9f, 0.5f, 0.9f, 1};
+  glass.thickness = slab.thickness = 1;
+  slab.attenuation_color = {0.4f, 0.9f, 0.5f};
+  slab.attenuation_distance_m = 0.5f;
+  builder.mesh_node("ball", builder.sphere(builder.material(glass), 0.5f, 96), at({-1.2f, 0, 0}));
+  builder.mesh_node("slab", builder.box(builder.material(slab), {0.4f, 0.5f, 0.15f}),
+                    glm::rotate(glm::mat4(1), 0.6f, glm::vec3(0, 1, 0)));
+  builder.mesh_node("pane", builder.quad(builder.material(pane), 0.45f), facing_z({1.2f, 0, 0}));
+  builder.camera_node("camera", {0, 0.1f, 4}, {0, 0, 0}, 0.35f);
+  return builder.build();
+}
+
+TEST_F(RayEffects, RefractionAgreesWithPaths) {
+  constexpr VkExtent2D kWide{96, 32};
+  const scene::Scene scene = glass_scene();
+  passes::RayEffects on = reflections();
+  on.refraction = true;
+  passes::DrawSettings paths = traced({});
+  paths.path = passes::PathSettings{.samples_per_pixel = 48, .bounces = 8, .seed = 1};
+  const std::vector<glm::dvec3> truth = linear_image(scene, kWide, paths);
+  std::vector<glm::dvec3> by_query;
+  for (const passes::RayBackEnd back_end : {passes::RayBackEnd::query, passes::RayBackEnd::pipeline}) {
+    passes::DrawSettings settings = traced(on, back_end);
+    settings.samples = 4;
+    const std::vector<glm::dvec3> seen = linear_image(scene, kWide, settings);
+    double error = 0, sum = 0, seen_sum = 0, furthest = 0;
+    for (size_t i = 0; i < truth.size(); ++i) {
+      for (int c = 0; c < 3; ++c) {
+        error += std::abs(seen[i][c] - truth[i][c]);
+        sum += truth[i][c];
+        seen_sum += seen[i][c];
+        if (!by_query.empty()) furthest = std::max(furthest, std::abs(seen[i][c] - by_query[i][c]));
+      }
+    }
+    RecordProperty("error", std::to_string(error / sum));
+    EXPECT_NEAR(seen_sum, sum, 0.02 * sum) << seen_sum / sum;
+    EXPECT_LT(error, 0.06 * sum) << error / sum;
+    EXPECT_LT(furthest, 2e-3) << "of the other back end";
+    by_query = seen;
+  }
+  // A pixel within the thin pane, whose light comes straight from behind.
+  const size_t middle = 16 * 96 + 48 + 27;
+  for (int c = 0; c < 3; ++c)
+    EXPECT_NEAR(by_query[middle][c], truth[middle][c], 0.03 * truth[middle][c] + 0.01) << c;
+}
+
+TEST_F(RayEffects, WithoutRefractionGlassIsDrawnForward) {
+  const scene::Scene scene = glass_scene();
+  passes::DrawSettings settings = traced(reflections());
+  RenderBench plain(scene, kSize, settings);
+  EXPECT_TRUE(plain.renderer().gpu_scene().has_forward_only);
+  EXPECT_FALSE(plain.renderer().needs_new_renderer(settings));
+  settings.ray_effects.on.refraction = true;
+  EXPECT_TRUE(plain.renderer().needs_new_renderer(settings));
+  RenderBench refracting(scene, kSize, settings);
+  EXPECT_FALSE(refracting.renderer().gpu_scene().has_forward_only);
+  EXPECT_FALSE(refracting.renderer().needs_new_renderer(settings));
+  // Scenes without glass have nothing to refract.
+  const scene::Scene opaque = mirror_scene(0);
+  settings.ray_effects.on.reflections = false;
+  EXPECT_FALSE(RenderBench(opaque, kSize, settings).renderer().traces_ray_effects());
+}
+
 // A narrow view of the floor at a distance from a wall of this height; white, in a white environment.
 double open_share(float distance_m, float height_m, float wall_m) {
   SceneBuilder builder;
@@ -260,7 +342,7 @@ TEST_F(RayEffects, OcclusionFollowsTheFormFactorOfAWall) {
 
 TEST(RayEffectNames, AreCheckedOneByOne) {
   passes::RayEffects on;
-  EXPECT_TRUE(passes::ray_effects_named("ao,reflections", on));
+  EXPECT_TRUE(passes::ray_effects_named("ao,refraction,reflections", on));
   EXPECT_EQ(on, all_effects());
   EXPECT_EQ(passes::describe(on), passes::ray_effect_names());
   EXPECT_TRUE(passes::ray_effects_named("ao", on));

@@ -1,0 +1,71 @@
+// Radiance along a ray that passes blended and transmissive surfaces: refracted at volumes (KHR_materials_volume),
+// straight through others. Each surface in front of it adds its own light, shaded like every hit.
+#ifndef FIRE3DV_RAY_THROUGH_GLSL
+#define FIRE3DV_RAY_THROUGH_GLSL
+#include "path/media.glsl"
+
+const uint kMaxSurfaces = 8;  // of a ray; the environment is taken behind them
+
+// Inner side of a volume's surface: bends the ray, or mirrors it where no light leaves. The environment stands for
+// light that the side reflects in part.
+void leave_volume(GlobalsRef globals, MaterialRecord material, PathVertex vertex, vec3 base_color, float roughness,
+                  inout uvec4 media, inout vec3 direction, inout vec3 throughput, inout vec3 sum, out bool passes) {
+  const uint volume = vertex.point.material;
+  const vec3 normal = vertex.point.normal_world;
+  const uvec4 behind = media_behind(media, volume, true);
+  const float ior = medium_ior(globals, behind.x, 0) / medium_ior(globals, volume, 0);
+  const float reflectance = dielectric_reflectance(clamp(-dot(normal, direction), 0, 1), ior);
+  const vec3 mirrored = reflect(direction, normal);
+  passes = reflectance < 1;
+  if (!passes) {
+    direction = mirrored;
+    return;
+  }
+  sum += throughput * reflectance * reflected_radiance(globals, mirrored, roughness);
+  throughput *= (1 - reflectance) * base_color;
+  direction = normalize(refract(direction, normal, 1 / ior));
+  media = behind;
+}
+
+// roughness: of the first surface, which blurs the environment and highlights. distance_m: of the first hit; kFar: none.
+vec3 radiance_through(GlobalsRef globals, vec3 origin, vec3 direction, uvec4 media, float roughness,
+                      out float distance_m) {
+  const bool meets_all = (push.effects & FIRE3DV_RAY_EFFECT_REFRACTION) != 0;
+  vec3 sum = vec3(0), throughput = vec3(1);
+  distance_m = kFar;
+  for (uint i = 0; i < kMaxSurfaces; ++i) {
+    const Hit hit = closest_hit(origin, direction, kFar, meets_all);
+    if (!hit.found) break;
+    const PrimitiveRecord primitive = primitive_of_hit(globals, hit.node, hit.geometry);
+    MaterialRecord material = MaterialRef(globals.value.materials).at[primitive.material];
+    // Highlights that are sharper than the lobe would be single bright pixels.
+    material.roughness = max(material.roughness, roughness);
+    const PathVertex vertex = path_vertex(globals, hit, primitive, material, direction);
+    SurfacePoint point = vertex.point;
+    point.lift_m = vertex.rounding_m;
+    const vec4 base_color = surface_base_color(material, point);
+    const float length_m = distance(origin, point.position_world);
+    if (i == 0) distance_m = length_m;
+    throughput *= transmittance(globals, medium_before(media, point.material, vertex, is_volume(material)), length_m);
+    bool passes = true;
+    if (is_volume(material) && vertex.is_back) {
+      leave_volume(globals, material, vertex, base_color.rgb, roughness, media, direction, throughput, sum, passes);
+    } else {
+      vec3 behind;
+      sum += throughput * shade(globals, material, base_color, point, -direction, behind).rgb;
+      throughput *= behind;
+      if (is_volume(material)) {
+        const float before = medium_ior(globals, media.x, 0);
+        media = media_behind(media, point.material, false);
+        const vec3 bent = refract(direction, point.normal_world, before / medium_ior(globals, media.x, 0));
+        direction = dot(bent, bent) > 0 ? normalize(bent) : direction;
+      }
+    }
+    if (largest(throughput) < 1e-3) return sum;
+    const vec3 side = passes ? -point.plane_normal_world : point.plane_normal_world;
+    origin = offset_from_surface(point.position_world, side, point.position_world, 0, vertex.rounding_m);
+  }
+  return sum + throughput * reflected_radiance(globals, direction, roughness);
+}
+
+#endif
