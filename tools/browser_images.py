@@ -8,6 +8,7 @@ import math
 import os
 import subprocess
 import sys
+import threading
 import time
 
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..")
@@ -36,15 +37,17 @@ def start(test, scene, *arguments):
     return renderer.wait_err(r"^  control  (http://\S+)$").group(1)
 
 
-def publish_pendulum(stream):
-    """Scalars of a pendulum that swings."""
+def publish_pendulum(stream, stopped):
+    """Scalars of a pendulum that swings, and then frames, so that the stream stays live."""
     stream.describe([])
     for step in range(1500):
         t = step * 0.004
         angle, rate = 0.9 * math.exp(-0.15 * t) * math.cos(3.1 * t), -2.8 * math.exp(-0.15 * t) * math.sin(3.1 * t)
         stream.scalars("joints", round(t * 1e9), {"hinge": angle, "rate": rate}, units={"hinge": "rad", "rate": "rad/s"})
         stream.scalars("energy", round(t * 1e9), {"kinetic": 0.05 * rate**2, "potential": 0.48 * angle**2}, units={"kinetic": "J", "potential": "J"})
-    stream.publish(round(t * 1e9), [])
+    while not stopped.is_set():
+        stream.publish(round(t * 1e9), [])
+        time.sleep(0.05)
 
 
 def shoot(test, browser, simulator, link, name, size, touch, scheme, prepare):
@@ -102,9 +105,15 @@ def main():
             shots += [("desktop_light.png", link, *DESKTOP, "light", show_plots), ("phone_dark.png", link, *PHONE, "dark", show_plots),
                       ("joints_dark.png", joints_link, *DESKTOP, "dark", show_joints)]
         with fire3dv.Stream(other_uri, adapter_name="pendulum") as stream:
-            publish_pendulum(stream)
-            for name, *shot in shots:
-                shoot(test, browser, simulator, shot[0], name, *shot[1:])
+            stopped = threading.Event()
+            publisher = threading.Thread(target=publish_pendulum, args=(stream, stopped))
+            publisher.start()
+            try:
+                for name, *shot in shots:
+                    shoot(test, browser, simulator, shot[0], name, *shot[1:])
+            finally:
+                stopped.set()
+                publisher.join()
     finally:
         browser.end()
         test.end()

@@ -398,7 +398,8 @@ ViewerNumbers FrameLoop::viewer_numbers() const {
   if (!live_view_) return {};
   return {live_view_->count_viewers(serve::Access::control), live_view_->count_viewers(serve::Access::view),
           live_view_->server().encode_totals(serve::Codec::jpeg),
-          live_view_->server().encode_totals(serve::Codec::h264)};
+          live_view_->server().encode_totals(serve::Codec::h264),
+          live_view_->server().encode_totals(serve::Codec::vp8)};
 }
 
 void FrameLoop::show_in_browsers(LiveView* live_view) {

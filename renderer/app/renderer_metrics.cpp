@@ -162,8 +162,8 @@ void RendererMetrics::write_viewers(metrics::Exposition& page, const ViewerNumbe
   page.family("fire3dv_viewers", "gauge", "Viewers of the live view that are connected, by their rights.");
   page.sample({{"access", "control"}}, viewers.control);
   page.sample({{"access", "view"}}, viewers.view);
-  const std::pair<const char*, const serve::EncodeTotals*> codecs[] = {{"jpeg", &viewers.jpeg},
-                                                                       {"h264", &viewers.h264}};
+  const std::pair<const char*, const serve::EncodeTotals*> codecs[] = {
+      {"jpeg", &viewers.jpeg}, {"h264", &viewers.h264}, {"vp8", &viewers.vp8}};
   page.family("fire3dv_viewer_encode_seconds", "summary", "Spent on encoding an image for a viewer.");
   for (const auto& [codec, totals] : codecs)
     page.summary({{"codec", codec}}, totals->images, totals->seconds);

@@ -20,7 +20,7 @@ namespace fire3dv::app {
 // Viewers of the live view, and the images that were encoded for them.
 struct ViewerNumbers {
   uint64_t control = 0, view = 0;  // by their rights
-  serve::EncodeTotals jpeg, h264;
+  serve::EncodeTotals jpeg, h264, vp8;
 };
 
 class RendererMetrics {

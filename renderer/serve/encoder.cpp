@@ -79,11 +79,7 @@ void Encoder::encode(ViewerId viewer, const Image& image) {
   const auto begun = std::chrono::steady_clock::now();
   ImageHeader header = image.header;
   std::vector<uint8_t> bytes, message;
-  if (header.codec == Codec::h264 && !append_h264(viewer, image, bytes, header.is_key)) {
-    header.codec = Codec::jpeg;
-    header.is_key = false;
-    bytes.clear();
-  }
+  if (header.codec != Codec::jpeg) header.codec = append_video(viewer, image, bytes, header.is_key);
   if (header.codec == Codec::jpeg) {
     const auto file = jpeg_.encode(image.rgba8.data(), header.width, header.height, size_t{4} * header.width,
                                    static_cast<uint32_t>(image.quality),
@@ -106,21 +102,32 @@ void Encoder::encode(ViewerId viewer, const Image& image) {
   take_(viewer, std::move(message));
 }
 
-// A new encoder begins with a key frame; another size or quality needs one.
-bool Encoder::append_h264(ViewerId viewer, const Image& image, std::vector<uint8_t>& bytes, bool& is_key) {
+// The codec that the system has; jpeg: none, and no bytes are appended. A new encoder begins with a key
+// frame; another size or quality needs one.
+Codec Encoder::append_video(ViewerId viewer, const Image& image, std::vector<uint8_t>& bytes, bool& is_key) {
+  using Kind = sinks::StreamEncoder::Codec;
+  is_key = false;
   const uint32_t width = image.header.width, height = image.header.height;
-  if (width % 2 != 0 || height % 2 != 0) return false;
+  if (width % 2 != 0 || height % 2 != 0) return Codec::jpeg;
   const int crf = 20 + std::clamp((85 - image.quality) / 4, 0, 20);
+  const bool is_vp8 = image.header.codec == Codec::vp8;
   std::unique_ptr<sinks::StreamEncoder>& stream = streams_[viewer];
-  const bool fits = stream && stream->width() == width && stream->height() == height && stream->crf() == crf;
+  const bool is_allowed = stream && (stream->codec() == Kind::vp8 ? is_vp8 || image.may_be_vp8 : !is_vp8);
+  const bool fits =
+      is_allowed && stream->width() == width && stream->height() == height && stream->crf() == crf;
   if (!fits || image.needs_key) {
     stream.reset();
-    stream = sinks::StreamEncoder::open(width, height, crf);
+    if (!is_vp8) stream = sinks::StreamEncoder::open(Kind::h264, width, height, crf);
+    if (!stream && (is_vp8 || image.may_be_vp8))
+      stream = sinks::StreamEncoder::open(Kind::vp8, width, height, crf);
   }
-  if (!stream) return false;
-  if (stream->append(image.rgba8, bytes, is_key)) return true;
+  if (!stream) return Codec::jpeg;
+  if (stream->append(image.rgba8, bytes, is_key))
+    return stream->codec() == Kind::vp8 ? Codec::vp8 : Codec::h264;
   stream.reset();
-  return false;
+  bytes.clear();
+  is_key = false;
+  return Codec::jpeg;
 }
 
 }  // namespace fire3dv::serve

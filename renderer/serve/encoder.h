@@ -40,7 +40,7 @@ class Encoder {
   };
   void run();
   void encode(ViewerId viewer, const Image& image);
-  bool append_h264(ViewerId viewer, const Image& image, std::vector<uint8_t>& bytes, bool& is_key);
+  Codec append_video(ViewerId viewer, const Image& image, std::vector<uint8_t>& bytes, bool& is_key);
 
   const Take take_;
   mutable std::mutex mutex_;

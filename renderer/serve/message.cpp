@@ -11,15 +11,15 @@ namespace {
 using Kind = ClientMessage::Kind;
 using Json = nlohmann::json;
 
-constexpr std::array<std::pair<std::string_view, Kind>, 23> kKinds{{
-    {"hello", Kind::hello},     {"size", Kind::size},         {"shown", Kind::shown},
-    {"orbit", Kind::orbit},     {"pan", Kind::pan},           {"zoom", Kind::zoom},
-    {"fly", Kind::fly},         {"frame", Kind::frame},       {"codec", Kind::codec},
-    {"camera", Kind::camera},   {"pick", Kind::pick},         {"view", Kind::view},
-    {"plot", Kind::plot},       {"plotted", Kind::plotted},   {"hide", Kind::hide},
-    {"isolate", Kind::isolate}, {"show_all", Kind::show_all}, {"play", Kind::play},
-    {"step", Kind::step},       {"seek", Kind::seek},         {"joint", Kind::joint},
-    {"posture", Kind::posture}, {"render", Kind::render},
+constexpr std::array<std::pair<std::string_view, Kind>, 24> kKinds{{
+    {"hello", Kind::hello},   {"size", Kind::size},       {"shown", Kind::shown},
+    {"orbit", Kind::orbit},   {"pan", Kind::pan},         {"zoom", Kind::zoom},
+    {"fly", Kind::fly},       {"frame", Kind::frame},     {"codec", Kind::codec},
+    {"camera", Kind::camera}, {"pick", Kind::pick},       {"inspect", Kind::inspect},
+    {"view", Kind::view},     {"plot", Kind::plot},       {"plotted", Kind::plotted},
+    {"hide", Kind::hide},     {"isolate", Kind::isolate}, {"show_all", Kind::show_all},
+    {"play", Kind::play},     {"step", Kind::step},       {"seek", Kind::seek},
+    {"joint", Kind::joint},   {"posture", Kind::posture}, {"render", Kind::render},
 }};
 
 // Reader of the fields of one message; remembers the first fault.
@@ -53,6 +53,9 @@ class Fields {
     const auto at = object_.find(name);
     if (at == object_.end() || !at->is_boolean()) return fail(name, "must be true or false");
     value = at->get<bool>();
+  }
+  void optional_flag(const char* name, bool& value) {
+    if (object_.contains(name)) flag(name, value);
   }
   void text(const char* name, size_t max_bytes, std::string& value) {
     const auto at = object_.find(name);
@@ -136,12 +139,15 @@ void read_fields(Fields& fields, ClientMessage& message) {
     case Kind::isolate:
       return fields.node(false, message);
     case Kind::codec:
-      return fields.flag("h264", message.on);
+      fields.flag("h264", message.on);
+      return fields.optional_flag("vp8", message.vp8);
     case Kind::camera:
       return fields.optional("index", message.index);
     case Kind::pick:
       fields.number("x", 0, 1, message.x);
       return fields.number("y", 0, 1, message.y);
+    case Kind::inspect:
+      return fields.node(true, message);
     case Kind::view:
       return fields.view(message.view);
     case Kind::plot:

@@ -30,9 +30,10 @@ struct ClientMessage {
     zoom,     // z: factor on the focus distance; x, y: fixed point in NDC
     fly,      // x: right, y: up, z: back, in radii of the scene
     frame,    // node, or the whole scene
-    codec,    // on: the page decodes H.264; also asks for a key frame
+    codec,    // on, vp8: the page decodes H.264, VP8; also asks for a key frame
     camera,   // index of the scene's camera; none: a free camera at its pose
     pick,     // x, y: pixel as a fraction of the image
+    inspect,  // node: its name, pose and stream
     view,     // pose, distance, fov: a free camera
     plot,     // on: scalars are listed; number of the list, and the plotted ones as its indices
     plotted,  // number: samples are on the display
@@ -60,7 +61,7 @@ struct ClientMessage {
   };
   View view;
   std::vector<uint32_t> plotted;  // at most kMaxPlotted
-  bool on = false;
+  bool on = false, vp8 = false;
 };
 
 // Kinds that change what all viewers see.
@@ -69,14 +70,14 @@ bool needs_control(ClientMessage::Kind kind);
 // Parses a message; all numbers are finite and within the limits of their kind. The error names the field.
 Result<ClientMessage> parse_message(std::string_view text);
 
-enum class Codec : uint8_t { jpeg = 1, h264 = 2 };
+enum class Codec : uint8_t { jpeg = 1, h264 = 2, vp8 = 3 };
 
 // Header of a binary message, before the encoded image.
 struct ImageHeader {
   uint32_t number = 0;  // of the viewer's images, from 1
   uint16_t width = 0, height = 0;
   Codec codec = Codec::jpeg;
-  bool is_key = false;      // H.264: needs no earlier image
+  bool is_key = false;      // video: needs no earlier image
   bool is_refined = false;  // full size and quality: no better image of this moment follows
   uint32_t encode_us = 0;   // duration of encoding
   int64_t sim_time_ns = 0;

@@ -45,11 +45,12 @@ struct Event {
   ClientMessage message;
 };
 
-// Image to encode and send. header.codec: h264 becomes jpeg where the system has no encoder for it, or a side
-// of the image is odd.
+// Image to encode and send. header.codec: h264 becomes vp8 or jpeg, and vp8 becomes jpeg, where the system
+// has no encoder for it, or a side of the image is odd.
 struct Image {
   ImageHeader header;
-  bool needs_key = false;      // H.264: the viewer has no earlier image
+  bool needs_key = false;      // video: the viewer has no earlier image
+  bool may_be_vp8 = false;     // instead of H.264
   int quality = 80;            // of JPEG
   std::vector<uint8_t> rgba8;  // top row first
 };

@@ -1,19 +1,19 @@
 # The live view: its memory, and its page in headless Chromium, an optional package.
 find_program(FIRE3DV_CHROMIUM NAMES chromium chromium-browser)
 if(TARGET fire3dv AND TARGET bullet_arm AND NOT FIRE3DV_SANITIZE)
-  fire3dv_e2e_test(live_memory SCRIPT serve/live_view_test.py PROGRAMS fire3dv bullet_arm e2e_publisher CASES memory)
+  fire3dv_e2e_test(live_memory SCRIPT browser/live_view_test.py PROGRAMS fire3dv bullet_arm e2e_publisher CASES memory)
   if(FIRE3DV_CHROMIUM)
     foreach(case image cameras touch nodes viewers access restart stream video replay tls)
-      fire3dv_e2e_test(browser_${case} SCRIPT serve/browser_test.py PROGRAMS fire3dv bullet_arm CASES ${case})
+      fire3dv_e2e_test(browser_${case} SCRIPT browser/browser_test.py PROGRAMS fire3dv bullet_arm CASES ${case})
     endforeach()
     if(TARGET fire3dv_client)  # the module of Python publishes
       foreach(case plots joints)
-        fire3dv_e2e_test(browser_${case} SCRIPT serve/browser_panels_test.py PROGRAMS fire3dv CASES ${case})
+        fire3dv_e2e_test(browser_${case} SCRIPT browser/browser_panels_test.py PROGRAMS fire3dv CASES ${case})
         set_property(TEST browser_${case} APPEND PROPERTY ENVIRONMENT "PYTHONPATH=${PROJECT_SOURCE_DIR}/adapters/generic/python"
                      "FIRE3DV_CLIENT_LIBRARY=$<TARGET_FILE:fire3dv_client>")
       endforeach()
     endif()
-    fire3dv_e2e_test(live_slow SCRIPT serve/live_view_test.py PROGRAMS fire3dv bullet_arm e2e_publisher CASES slow)
+    fire3dv_e2e_test(live_slow SCRIPT browser/live_view_test.py PROGRAMS fire3dv bullet_arm e2e_publisher CASES slow)
     set_tests_properties(live_slow PROPERTIES SKIP_RETURN_CODE 77)
   else()
     message(STATUS "Chromium is not installed: the tests of the live view's page are left out")

@@ -23,6 +23,8 @@ std::vector<Input> seeds() {
         R"({"type":"pick","x":0.5,"y":0.5})",
         R"({"type":"hide","node":1,"scene":1,"hidden":true})",
         R"({"type":"isolate"})",
+        R"({"type":"inspect","node":2,"scene":1})",
+        R"({"type":"codec","h264":true,"vp8":false})",
         R"({"type":"show_all"})",
         R"({"type":"play","playing":true})",
         R"({"type":"step","forwards":false})",
@@ -67,6 +69,6 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     FIRE3DV_ASSERT(view.focus_distance_m > 0 && view.vertical_fov_rad > 0 && view.vertical_fov_rad < 3.2);
     for (const double metres : view.position_m) FIRE3DV_ASSERT(std::isfinite(metres));
   }
-  if (kind == Kind::hide) FIRE3DV_ASSERT(message->node.has_value());
+  if (kind == Kind::hide || kind == Kind::inspect) FIRE3DV_ASSERT(message->node.has_value());
   return 0;
 }

@@ -137,9 +137,9 @@ std::string status_message(const state::PoseState& poses, double seconds,
   return text_of(message);
 }
 
-std::string picked_message(const scene::Scene& scene, const state::PoseState& poses,
+std::string picked_message(const char* type, const scene::Scene& scene, const state::PoseState& poses,
                            std::optional<uint32_t> node, uint64_t scene_number) {
-  Json message = {{"type", "picked"}, {"scene", scene_number}, {"node", nullptr}};
+  Json message = {{"type", type}, {"scene", scene_number}, {"node", nullptr}};
   if (!node || *node >= scene.nodes.size()) return text_of(message);
   const glm::mat4 pose = poses.world_from_node(*node);
   const state::Stream* const stream = driver_of(poses, *node);

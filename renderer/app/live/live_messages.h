@@ -41,8 +41,8 @@ std::string render_message(const passes::DrawSettings& settings, bool can_shade)
 // frames by epoch at the last call; updated.
 std::string status_message(const state::PoseState& poses, double seconds,
                            std::map<uint64_t, uint64_t>& frames, const replay::TimelineControl* timeline);
-// "picked": a node, its pose and the stream that drives it; nullopt: the background.
-std::string picked_message(const scene::Scene& scene, const state::PoseState& poses,
+// "picked", "inspected": a node, its pose and the stream that drives it; nullopt: the background.
+std::string picked_message(const char* type, const scene::Scene& scene, const state::PoseState& poses,
                            std::optional<uint32_t> node, uint64_t scene_number);
 // "notice": one line for the user.
 std::string notice_message(const std::string& text);

@@ -266,8 +266,8 @@ void LiveView::request_pick(serve::ViewerId number, Viewer& viewer, double x, do
 
 void LiveView::send_picked(serve::ViewerId number, uint32_t instance) {
   const std::optional<uint32_t> node = instance == 0 ? std::nullopt : std::optional(instance - 1);
-  borrowed_.server.send(number,
-                        picked_message(borrowed_.scene.scene(), borrowed_.poses, node, scene_number_));
+  borrowed_.server.send(
+      number, picked_message("picked", borrowed_.scene.scene(), borrowed_.poses, node, scene_number_));
 }
 
 std::optional<ImageReplies::Shown> LiveView::shown(state::RequesterId requester) const {
@@ -314,8 +314,9 @@ bool LiveView::send_image(state::RequesterId requester, const wire::ImageFrame& 
   image.header.height = static_cast<uint16_t>(frame.intrinsics.height);
   image.header.is_refined = viewer->flight->is_refined;
   // Refined images are JPEG, beside the video.
-  if (viewer->decodes_h264 && !viewer->flight->is_refined) {
-    image.header.codec = serve::Codec::h264;
+  if ((viewer->decodes_h264 || viewer->decodes_vp8) && !viewer->flight->is_refined) {
+    image.header.codec = viewer->decodes_h264 ? serve::Codec::h264 : serve::Codec::vp8;
+    image.may_be_vp8 = viewer->decodes_vp8;
     image.needs_key = std::exchange(viewer->needs_key, false);
   }
   image.header.sim_time_ns = frame.sim_time_ns;

@@ -85,7 +85,7 @@ class LiveView final : public ImageReplies {
     std::optional<Flight> flight = {};
     std::optional<std::array<uint64_t, 2>> drawn = {};  // revisions of the last requested image
     bool has_moved = true;                              // the camera or the canvas, since then
-    bool decodes_h264 = false, needs_key = true;
+    bool decodes_h264 = false, decodes_vp8 = false, needs_key = true;
     bool is_refined = false;                   // the last requested image
     bool can_refine = true;                    // no image of full size was refused for this canvas
     std::optional<uint32_t> camera_node = {};  // as reported to the page
@@ -93,7 +93,8 @@ class LiveView final : public ImageReplies {
     std::optional<std::optional<CameraRig::FreeView>> view = {};  // as reported to the page
     PlotFeed plots = {};
     uint64_t last_request = 0;
-    uint32_t images = 0;             // sent
+    uint32_t images = 0;  // sent
+    Clock::time_point inspected = {};
     Clock::time_point changed = {};  // last message or requested image of a change
   };
 
@@ -109,6 +110,7 @@ class LiveView final : public ImageReplies {
   CameraRig::Placed place(Viewer& viewer) const;
   void request_image(serve::ViewerId number, Viewer& viewer, Clock::time_point now);
   void request_pick(serve::ViewerId number, Viewer& viewer, double x, double y);
+  void send_inspected(serve::ViewerId number, Viewer& viewer, uint32_t node, Clock::time_point now);
   void send_picked(serve::ViewerId number, uint32_t instance);
   void on_scene_replaced(const scene::Scene& before, const scene::Scene& after);
   void send_to_all(const std::string& text);

@@ -4,12 +4,15 @@
 #include <algorithm>
 
 #include "renderer/app/live/live_joints.h"
+#include "renderer/app/live/live_messages.h"
 #include "renderer/app/window/viewer_control.h"
 
 namespace fire3dv::app {
 namespace {
 
 using Kind = serve::ClientMessage::Kind;
+
+constexpr auto kInspectPeriod = std::chrono::milliseconds(20);
 
 }  // namespace
 
@@ -28,14 +31,16 @@ void LiveView::apply(serve::ViewerId number, Viewer& viewer, const serve::Client
   }
   if (message.kind == Kind::codec) {
     viewer.decodes_h264 = message.on;
+    viewer.decodes_vp8 = message.vp8;
     viewer.needs_key = true;
     viewer.has_moved = true;
     return;
   }
   if (message.kind == Kind::plotted) return viewer.plots.on_plotted(message.number, now);
-  viewer.changed = now;
+  if (message.kind != Kind::inspect) viewer.changed = now;
   const bool is_other_scene = message.node && message.scene != scene_number_;
   if (is_other_scene || (message.node && *message.node >= borrowed_.scene.scene().nodes.size())) return;
+  if (message.kind == Kind::inspect) return send_inspected(number, viewer, *message.node, now);
   if (serve::needs_control(message.kind)) return apply_shared(message, timeline);
   if (message.kind == Kind::size) {
     viewer.width = message.width;
@@ -61,6 +66,14 @@ void LiveView::apply(serve::ViewerId number, Viewer& viewer, const serve::Client
     default:
       return;
   }
+}
+
+// A page asks about its selected node again and again; one that asks in haste gets fewer answers.
+void LiveView::send_inspected(serve::ViewerId number, Viewer& viewer, uint32_t node, Clock::time_point now) {
+  if (now - viewer.inspected < kInspectPeriod) return;
+  viewer.inspected = now;
+  borrowed_.server.send(
+      number, picked_message("inspected", borrowed_.scene.scene(), borrowed_.poses, node, scene_number_));
 }
 
 // Messages that need no canvas. Returns false for others.

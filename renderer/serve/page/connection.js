@@ -1,5 +1,6 @@
 // WebSocket to the renderer, which connects again when it is lost.
 const HEADER_BYTES = 24;
+const CODECS = ["", "jpeg", "h264", "vp8"];
 const WRONG_TOKEN = 4401;
 
 export class Connection {
@@ -35,7 +36,7 @@ export class Connection {
       number: view.getUint32(0, true),
       width: view.getUint16(4, true),
       height: view.getUint16(6, true),
-      codec: view.getUint8(8) === 2 ? "h264" : "jpeg",
+      codec: CODECS[view.getUint8(8)],
       isKey: (view.getUint8(9) & 2) !== 0,
       refined: (view.getUint8(9) & 1) !== 0,
       encodeMs: view.getUint32(12, true) / 1000,

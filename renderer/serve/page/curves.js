@@ -78,7 +78,7 @@ export function drawCurves(canvas, {curves, range, lines, originS, empty}) {
   const y = (value) => height - (value / 2 - values[0] / 2) / (values[1] / 2 - values[0] / 2) * height;
   context.lineWidth = 1;
   context.strokeStyle = color("--line");
-  context.fillStyle = color("--dim");
+  const labels = [];
   const line = (x0, y0, x1, y1) => {
     context.beginPath();
     context.moveTo(x0, y0);
@@ -88,11 +88,11 @@ export function drawCurves(canvas, {curves, range, lines, originS, empty}) {
   for (const second of ticks(originS + range[0] * 1e-9, originS + range[1] * 1e-9, width, TICK_PX.x)) {
     const at = x((second - originS) * 1e9);
     line(at, 0, at, height);
-    context.fillText(`${numberText(second)} s`, at + 3, height - 4);
+    labels.push([`${numberText(second)} s`, at + 3, height - 4]);
   }
   for (const value of ticks(values[0], values[1], height, TICK_PX.y)) {
     line(0, y(value), width, y(value));
-    if (y(value) > 14 && y(value) < height - 16) context.fillText(numberText(value), 3, y(value) - 3);
+    if (y(value) > 14 && y(value) < height - 16) labels.push([numberText(value), 3, y(value) - 3]);
   }
   for (const {at, name} of lines) {
     if (!(at >= range[0] && at <= range[1])) continue;
@@ -104,6 +104,14 @@ export function drawCurves(canvas, {curves, range, lines, originS, empty}) {
   for (const curve of curves) {
     context.strokeStyle = context.fillStyle = color(`--curve-${curve.color}`);
     drawCurve(context, curve, within(curve, range), x, y);
+  }
+  // Labels stay legible above the curves.
+  context.strokeStyle = color("--well");
+  context.fillStyle = color("--dim");
+  context.lineWidth = 3;
+  for (const label of labels) {
+    context.strokeText(...label);
+    context.fillText(...label);
   }
 }
 

@@ -1,6 +1,6 @@
 // Canvas with the newest image. Each image is acknowledged when it is drawn, so that the next one may come.
 import {download} from "./download.js";
-import {Video} from "./video.js";
+import {CODECS, Video} from "./video.js";
 
 const MAX_SIDE = 4096;
 
@@ -11,6 +11,7 @@ export class Display {
     this.send = (message) => connection().send(message);
     this.images = this.bytes = 0;
     this.size = [0, 0];
+    this.failed = new Set();  // codecs
     this.last = null;
     this.simTimeNs = null;  // BigInt: of the shown image
     new ResizeObserver(() => this.measure()).observe(canvas);
@@ -30,17 +31,21 @@ export class Display {
     if (this.size[0] > 0) this.send({type: "size", width: this.size[0], height: this.size[1]});
   }
 
-  // A new connection: the renderer sends JPEG until it hears that H.264 can be decoded.
+  // The renderer sends JPEG until it hears which video can be decoded.
   async offerVideo() {
     this.video?.close();
     this.video = null;
-    if (this.videoFailed || !await Video.isSupported()) return;
-    this.send({type: "codec", h264: true});
+    const offer = {type: "codec"};
+    for (const codec of CODECS) offer[codec] = !this.failed.has(codec) && await Video.isSupported(codec);
+    if (this.failed.size > 0 || CODECS.some((codec) => offer[codec])) this.send(offer);
   }
 
   decode(image) {
     if (image.codec === "jpeg") return createImageBitmap(new Blob([image.bytes], {type: "image/jpeg"}), {colorSpaceConversion: "none"});
-    this.video ??= new Video();
+    if (this.video?.codec !== image.codec) {
+      this.video?.close();
+      this.video = new Video(image.codec);
+    }
     return this.video.decode(image.bytes, image.isKey);
   }
 
@@ -50,11 +55,9 @@ export class Display {
       bitmap = await this.decode(image);
     } catch {
       // A damaged image is acknowledged as well: otherwise no other one comes.
-      if (image.codec === "h264") {
-        this.videoFailed = true;
-        this.video?.close();
-        this.video = null;
-        this.send({type: "codec", h264: false});
+      if (image.codec !== "jpeg") {
+        this.failed.add(image.codec);
+        await this.offerVideo();
       }
     }
     if (bitmap) {

@@ -6,6 +6,7 @@ import {Input} from "./input.js";
 import {Joints} from "./joints.js";
 import {Link} from "./link.js";
 import {Nodes} from "./nodes.js";
+import {quaternion} from "./rotation.js";
 import {Plots} from "./plots.js";
 import {Statistics, Timeline, drawStreams, drawViewers} from "./status.js";
 
@@ -47,12 +48,23 @@ function select(node, name, details) {
   link.setNode(node === null ? null : nodes.path(node));
   at("selection").hidden = node === null;
   at("picked-name").textContent = name ?? "";
-  at("picked-path").textContent = details?.path ?? "";
-  at("picked-position").textContent = details ? `${details.position_m.map((value) => value.toFixed(3)).join(", ")} m` : "click it in the image";
-  at("picked-stream").textContent = details?.stream ?? (details ? "none" : "");
+  describe(details);
   nodes.select(node);
   drawVisibility();
+  if (node !== null && !details) inspect();
 }
+
+const inspect = () => { if (selected !== null) send({type: "inspect", node: selected, scene}); };
+setInterval(inspect, 500);  // its pose may change
+
+function describe(details) {
+  const rounded = (values) => values.map((value) => value.toFixed(3)).join(", ");
+  at("picked-path").textContent = details?.path ?? "";
+  at("picked-position").textContent = details ? `${rounded(details.position_m)} m` : "";
+  at("picked-rotation").textContent = details ? rounded(quaternion(details.world_from_node)) : "";
+  at("picked-stream").textContent = details?.stream ?? (details ? "none" : "");
+}
+
 
 function drawVisibility() {
   at("hide").textContent = nodes.isHidden(selected) ? "Show" : "Hide";
@@ -146,6 +158,9 @@ const messages = {
     select(message.node, message.name, message.node === null ? undefined : message);
     if (framesPicked) frame();
     framesPicked = false;
+  },
+  inspected(message) {
+    if (message.scene === scene && message.node === selected) describe(message);
   },
   notice: (message) => notice(message.text),
 };

@@ -211,7 +211,7 @@ export class Plots {
     this.elements.pause.setAttribute("aria-pressed", String(this.fixed !== null));
     this.elements.all.disabled = this.fixed === null;
     this.elements.csv.disabled = curves.length === 0;
-    this.elements.cursor.textContent = cursor === null || this.series.origin === null ? "newest" : `${numberText(this.series.originS + cursor * 1e-9)} s`;
+    this.elements.cursor.textContent = cursor === null || this.series.origin === null ? "newest values" : `at ${numberText(this.series.originS + cursor * 1e-9)} s`;
     for (const output of this.elements.list.querySelectorAll("output")) output.textContent = this.valueText(output.dataset.key, cursor);
   }
 

@@ -1,7 +1,9 @@
 // Streams, viewers, the timeline of a replay, and the statistics of this viewer.
+const NAMES = {jpeg: "JPEG", h264: "H.264", vp8: "VP8"};
 const PLAY = "M4 2.5 13 8l-9 5.5z";
 const PAUSE = "M4 3h3v10H4zM9 3h3v10H9z";
 
+const counted = (count, what) => `${count} ${what}${count === 1 ? "" : "s"}`;
 const seconds = (value) => `${Math.floor(value / 60)}:${(value % 60).toFixed(1).padStart(4, "0")}`;
 
 function element(tag, className, text) {
@@ -17,7 +19,7 @@ export function drawStreams(parent, streams) {
     row.append(element("span", `dot ${stream.condition}`, ""), element("span", "name", stream.name),
                element("span", "number", `${stream.rate_hz.toFixed(1)} Hz`));
     const unmatched = stream.unmatched > 0 ? `, ${stream.unmatched} without a node` : "";
-    row.append(element("span", "facts dim", `${stream.condition}, ${stream.frames} frames, ${stream.nodes} poses${unmatched}, t = ${stream.sim_time_s.toFixed(2)} s`));
+    row.append(element("span", "facts dim", `${stream.condition}, ${counted(stream.frames, "frame")}, ${counted(stream.nodes, "pose")}${unmatched}, t = ${stream.sim_time_s.toFixed(2)} s`));
     return row;
   }));
 }
@@ -69,7 +71,7 @@ export class Statistics {
       const now = performance.now(), span = (now - before) / 1000;
       const rate = (display.images - images) / span, volume = (display.bytes - bytes) / span / 1024;
       [images, bytes, before] = [display.images, display.bytes, now];
-      const size = display.last ? `${display.last.width} × ${display.last.height}` : "no image";
+      const size = display.last ? `${display.last.width} × ${display.last.height}, ${NAMES[display.last.codec]}` : "no image";
       parent.textContent = `${size}, ${rate.toFixed(0)} images/s, ${volume.toFixed(0)} KiB/s`;
     }, 1000);
   }

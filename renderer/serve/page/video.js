@@ -1,19 +1,25 @@
-// H.264 images through WebCodecs, one at a time: each is shown before the next one comes.
-const CODEC = "avc1.42E033";  // baseline profile; the level is an upper bound
+// Video images through WebCodecs, one at a time: each is shown before the next one comes.
+const CONFIGS = {
+  h264: {codec: "avc1.42E033", optimizeForLatency: true},  // baseline profile; the level is an upper bound
+  // VP8 itself does not say which colours it has.
+  vp8: {codec: "vp8", optimizeForLatency: true, colorSpace: {primaries: "bt709", transfer: "iec61966-2-1", matrix: "bt709", fullRange: false}},
+};
+export const CODECS = Object.keys(CONFIGS);
 const PATIENCE_MS = 3000;
 
 export class Video {
   // WebCodecs are there in secure contexts only: https, and addresses of this machine.
-  static async isSupported() {
+  static async isSupported(codec) {
     if (typeof VideoDecoder === "undefined") return false;
     try {
-      return (await VideoDecoder.isConfigSupported({codec: CODEC, optimizeForLatency: true})).supported === true;
+      return (await VideoDecoder.isConfigSupported(CONFIGS[codec])).supported === true;
     } catch {
       return false;
     }
   }
 
-  constructor() {
+  constructor(codec) {
+    this.codec = codec;
     this.number = 0;
     this.waiting = null;
     this.decoder = new VideoDecoder({
@@ -24,7 +30,7 @@ export class Video {
       },
       error: (error) => this.fail(error),
     });
-    this.decoder.configure({codec: CODEC, optimizeForLatency: true});
+    this.decoder.configure(CONFIGS[codec]);
   }
 
   // The decoded frame; fails if the decoder does.

@@ -1,5 +1,6 @@
 #include "renderer/sinks/video/stream_encoder.h"
 
+#include <algorithm>
 #include <string>
 
 #include "protocol/base/error.h"
@@ -7,9 +8,15 @@
 #include "renderer/sinks/video/libav.h"
 
 namespace fire3dv::sinks {
+namespace {
+
+constexpr int64_t kMaxVp8BitsPerSecond = 40'000'000;
+
+}  // namespace
 
 struct StreamEncoder::Impl {
   const Libav& av;
+  Codec kind;
   uint32_t width, height;
   int crf;
   AVCodecContext* encoder = nullptr;
@@ -43,10 +50,22 @@ bool StreamEncoder::Impl::open(const AVCodec* codec) {
   encoder->max_b_frames = 0;
   encoder->thread_count = 1;
   AVDictionary* options = nullptr;
-  av.av_dict_set(&options, "preset", "superfast", 0);
-  av.av_dict_set(&options, "tune", "zerolatency", 0);
-  av.av_dict_set(&options, "profile", "baseline", 0);
-  av.av_dict_set(&options, "crf", std::to_string(crf).c_str(), 0);
+  const auto set = [&](const char* name, const std::string& value) {
+    av.av_dict_set(&options, name, value.c_str(), 0);
+  };
+  if (kind == Codec::h264) {
+    set("preset", "superfast");
+    set("tune", "zerolatency");
+    set("profile", "baseline");
+    set("crf", std::to_string(crf));
+  } else {
+    encoder->bit_rate = kMaxVp8BitsPerSecond;  // its quality is an upper limit, too
+    set("deadline", "realtime");
+    set("cpu-used", "8");
+    set("lag-in-frames", "0");
+    set("auto-alt-ref", "0");
+    set("crf", std::to_string(std::clamp(2 * crf - 30, 4, 63)));
+  }
   const int opened = av.avcodec_open2(encoder, codec, &options);
   av.av_dict_free(&options);
   if (opened < 0) return false;
@@ -70,14 +89,19 @@ int StreamEncoder::crf() const {
   return impl_->crf;
 }
 
-std::unique_ptr<StreamEncoder> StreamEncoder::open(uint32_t width, uint32_t height, int crf) {
+StreamEncoder::Codec StreamEncoder::codec() const {
+  return impl_->kind;
+}
+
+std::unique_ptr<StreamEncoder> StreamEncoder::open(Codec kind, uint32_t width, uint32_t height, int crf) {
   FIRE3DV_ASSERT(width > 0 && height > 0 && width % 2 == 0 && height % 2 == 0);
   const Result<const Libav*> av = libav();
   if (!av) return nullptr;
   (*av)->av_log_set_level(AV_LOG_ERROR);
-  const AVCodec* const codec = (*av)->avcodec_find_encoder_by_name("libx264");
+  const AVCodec* const codec =
+      (*av)->avcodec_find_encoder_by_name(kind == Codec::h264 ? "libx264" : "libvpx");
   if (!codec) return nullptr;
-  std::unique_ptr<Impl> impl(new Impl{**av, width, height, crf});
+  std::unique_ptr<Impl> impl(new Impl{**av, kind, width, height, crf});
   if (!impl->open(codec)) return nullptr;
   return std::unique_ptr<StreamEncoder>(new StreamEncoder(std::move(impl)));
 }

@@ -33,10 +33,12 @@ TEST(ClientMessage, EachKindIsRead) {
   EXPECT_EQ(frame.scene, 9u);
   EXPECT_FALSE(read(R"({"type":"frame","node":null})").node);
   EXPECT_TRUE(read(R"({"type":"codec","h264":true})").on);
+  EXPECT_TRUE(read(R"({"type":"codec","h264":false,"vp8":true})").vp8);
   EXPECT_EQ(read(R"({"type":"camera","index":1})").index, 1u);
   EXPECT_FALSE(read(R"({"type":"camera"})").index);
   EXPECT_TRUE(read(R"({"type":"hide","node":0,"scene":0,"hidden":true})").on);
   EXPECT_EQ(read(R"({"type":"seek","fraction":0.25})").x, 0.25);
+  EXPECT_EQ(read(R"({"type":"inspect","node":3,"scene":9})").node, 3u);
   const ClientMessage view =
       read(R"({"type":"view","position":[1,2,-3],"rotation":[0,1,0,0],"distance":4,"fov":0.5})");
   EXPECT_EQ(view.view.position_m[2], -3);
@@ -81,6 +83,7 @@ TEST(ClientMessage, BadOnesAreRefused) {
         std::string(R"({"type":"frame","node":4294967295,"scene":0})"),
         std::string(R"({"type":"hide","scene":0,"hidden":true})"),
         std::string(R"({"type":"play","playing":1})"),
+        std::string(R"({"type":"codec","h264":true,"vp8":1})"),
         std::string(R"({"type":"shown","image":0})"),
         std::string(R"({"type":"view","position":[1,2],"rotation":[0,0,0,1],"distance":1,"fov":1})"),
         std::string(R"({"type":"view","position":[1,2,1e10],"rotation":[0,0,0,1],"distance":1,"fov":1})"),
@@ -90,6 +93,7 @@ TEST(ClientMessage, BadOnesAreRefused) {
         std::string(R"({"type":"plot","on":true,"list":0,"scalars":[0,1,2,3,4,5,6,7,8]})"),
         std::string(R"({"type":"plot","on":true,"list":0,"scalars":[-1]})"),
         std::string(R"({"type":"plotted","number":0})"),
+        std::string(R"({"type":"inspect","scene":0})"),
         std::string(R"({"type":"joint","scene":0,"index":0,"position":1e7})"),
         std::string(R"({"type":"joint","scene":0,"index":0})"),
         std::string(R"({"type":"posture","index":1})"),
@@ -108,7 +112,7 @@ TEST(ClientMessage, SharedStateNeedsControl) {
     EXPECT_TRUE(needs_control(kind));
   for (const Kind kind :
        {Kind::hello, Kind::size, Kind::shown, Kind::orbit, Kind::pan, Kind::zoom, Kind::fly, Kind::frame,
-        Kind::codec, Kind::camera, Kind::pick, Kind::view, Kind::plot, Kind::plotted})
+        Kind::codec, Kind::camera, Kind::pick, Kind::inspect, Kind::view, Kind::plot, Kind::plotted})
     EXPECT_FALSE(needs_control(kind));
 }
 

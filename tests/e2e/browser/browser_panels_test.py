@@ -145,7 +145,11 @@ def joints(test):
 
         def slide(position):
             page.evaluate(f"(() => {{ const s = document.querySelector('#joint-list input'); s.value = {position}; s.dispatchEvent(new Event('input')); }})()")
+        page.evaluate("[...document.querySelectorAll('#tree .label')].find((label) => label.textContent === 'red').click()")
+        position = "document.getElementById('picked-position').textContent"
+        page.wait("the position of the selected node", f"{position} === '0.000, 0.000, 0.000 m'")
         slide(25)
+        page.wait("the node to move", f"{position} === '0.000, 25.000, 0.000 m'")
         at = image_after(page, at)
         high = red_row(page)
         check(high < home - 5, f"the square is at {high}, was at {home}")
