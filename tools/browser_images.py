@@ -37,20 +37,20 @@ def start(test, scene, *arguments):
     return renderer.wait_err(r"^  control  (http://\S+)$").group(1)
 
 
-def publish_pendulum(stream, stopped):
-    """Scalars of a pendulum that swings, and then frames, so that the stream stays live."""
+def publish_pendulum(stream):
+    """Scalars of a pendulum that swings; returns the time of the last one."""
     stream.describe([])
     for step in range(1500):
         t = step * 0.004
         angle, rate = 0.9 * math.exp(-0.15 * t) * math.cos(3.1 * t), -2.8 * math.exp(-0.15 * t) * math.sin(3.1 * t)
         stream.scalars("joints", round(t * 1e9), {"hinge": angle, "rate": rate}, units={"hinge": "rad", "rate": "rad/s"})
         stream.scalars("energy", round(t * 1e9), {"kinetic": 0.05 * rate**2, "potential": 0.48 * angle**2}, units={"kinetic": "J", "potential": "J"})
-    while not stopped.is_set():
-        stream.publish(round(t * 1e9), [])
-        time.sleep(0.05)
+        time.sleep(0.001)  # the link keeps all of them
+    stream.publish(round(t * 1e9), [])
+    return round(t * 1e9)
 
 
-def shoot(test, browser, simulator, link, name, size, touch, scheme, prepare):
+def shoot(test, browser, resume, pause, link, name, size, touch, scheme, prepare):
     page = browser.page()
     page.size(*size, ratio=1, touch=touch, scheme=scheme)
     page.open(link)
@@ -61,10 +61,10 @@ def shoot(test, browser, simulator, link, name, size, touch, scheme, prepare):
     number = page.evaluate(f"{IMAGE}.number")
     time.sleep(2)
     page.wait("a refined image", f"{IMAGE}.refined && {IMAGE}.number >= {number} && {IMAGE}.width > {size[0] // 2}")
-    simulator.signal(18)
-    page.wait("the stream", "document.querySelector('.stream') === null || document.querySelector('.dot.live') !== null")
+    resume()
+    page.wait("the streams", "[...document.querySelectorAll('.dot')].every((dot) => dot.matches('.live'))")
     page.screenshot(test.path(name))
-    simulator.signal(19)
+    pause()
     write_small(test.path(name), os.path.join(FOLDER, name))
     page.call("Page.navigate", url="about:blank")
 
@@ -81,12 +81,13 @@ def show_plots(page, _):
     page.wait("the picked node", "!document.getElementById('selection').hidden")
 
 
-def show_joints(page, _):
+def show_joints(page, size):
     page.wait("the joints", "!document.getElementById('joints').hidden")
     page.evaluate("document.getElementById('joints').open = true")
     for i, share in enumerate((0.62, 0.4, 0.8)):
         page.evaluate(f"(() => {{ const s = document.querySelectorAll('#joint-list input')[{i}]; if (!s) return; "
                       f"s.value = Number(s.min) + {share} * (Number(s.max) - Number(s.min)); s.dispatchEvent(new Event('input')); }})()")
+    page.mouse("mouseWheel", size[0] * 0.45, size[1] * 0.3, deltaX=0, deltaY=-250)
 
 
 def main():
@@ -105,15 +106,31 @@ def main():
             shots += [("desktop_light.png", link, *DESKTOP, "light", show_plots), ("phone_dark.png", link, *PHONE, "dark", show_plots),
                       ("joints_dark.png", joints_link, *DESKTOP, "dark", show_joints)]
         with fire3dv.Stream(other_uri, adapter_name="pendulum") as stream:
-            stopped = threading.Event()
-            publisher = threading.Thread(target=publish_pendulum, args=(stream, stopped))
-            publisher.start()
+            end_ns = publish_pendulum(stream)
+            is_live = threading.Event()  # streams stand still, so that images of full quality come
+
+            def keep_live():
+                while not has_ended.is_set():
+                    if is_live.is_set():
+                        stream.publish(end_ns, [])
+                    time.sleep(0.05)
+
+            def resume():
+                simulator.signal(18)
+                is_live.set()
+
+            def pause():
+                simulator.signal(19)
+                is_live.clear()
+            has_ended = threading.Event()
+            keeper = threading.Thread(target=keep_live)
+            keeper.start()
             try:
                 for name, *shot in shots:
-                    shoot(test, browser, simulator, shot[0], name, *shot[1:])
+                    shoot(test, browser, resume, pause, shot[0], name, *shot[1:])
             finally:
-                stopped.set()
-                publisher.join()
+                has_ended.set()
+                keeper.join()
     finally:
         browser.end()
         test.end()

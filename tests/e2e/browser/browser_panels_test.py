@@ -4,6 +4,7 @@ import csv
 import json
 import math
 import os
+import time
 
 import fire3dv
 from glb_edit import edit_glb
@@ -47,6 +48,7 @@ def plots(test):
             stream.describe(["red"])
             for time_ns, value in zip(times, values):
                 stream.scalars("joints", time_ns, {"hinge": value, "speed": 0.1 * value}, units={"hinge": "rad"})
+                time.sleep(0.001)  # the link keeps all of them
                 if time_ns == times[STEPS // 2]:
                     stream.publish(time_ns, [IDENTITY])
             page.wait("the plots", "!document.getElementById('plots').hidden")
