@@ -93,7 +93,7 @@ Quaternion rotation_from_x(const Vector& to) {
 uint64_t most_bytes(const Marker& marker) {
   constexpr uint64_t kHead = 4096;
   // Of one position; by kind.
-  constexpr uint64_t kOf[] = {16, 112, 112, 160, 960, 288, 288, 320, 896, 112, 320};
+  constexpr uint64_t kOf[] = {16, 112, 112, 160, 960, 288, 288, 320, 896, 112, 320, 0};
   static_assert(std::size(kOf) == wire::kMarkerKindCount);
   uint64_t bytes = kHead + kOf[static_cast<size_t>(marker.kind)] * marker.positions.size();
   for (const std::string& text : marker.texts) bytes += text.size() + 8;
@@ -280,7 +280,8 @@ class EntityEncoder {
     const size_t count = marker_.positions.size();
     switch (marker_.kind) {
       case MarkerKind::points:
-        break;  // a point cloud
+      case MarkerKind::images:
+        break;  // a point cloud; not converted
       case MarkerKind::lines:
         return add_lines(foxglove::LineType::LINE_LIST);
       case MarkerKind::line_strip:
@@ -473,7 +474,8 @@ std::vector<FoxgloveMessage> FoxgloveMarkers::set(const std::string& name, const
       end = INT64_MAX;
     end_ns = end;
   }
-  const bool is_convertible = static_cast<size_t>(marker.kind) < wire::kMarkerKindCount;
+  const bool is_convertible = marker.kind < MarkerKind::images;  // kinds of a later version are unknown
+  if (marker.kind == MarkerKind::images) ++left_out_;            // they have no equivalent
   const bool is_over = end_ns && *end_ns < sim_time_ns_;
   if (!is_convertible || is_over || marker.positions.empty()) return clear(name, time_ns);
   if (most_bytes(marker) > kMaxMarkerBytes || (shown_.size() >= kMaxMarkers && !shown_.contains(name))) {

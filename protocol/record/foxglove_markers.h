@@ -41,7 +41,7 @@ class FoxgloveMarkers {
   // Deletes the markers whose lifetime ends before this simulator time, that of the newest frame.
   std::vector<FoxgloveMessage> advance(int64_t sim_time_ns, uint64_t time_ns);
 
-  // Markers that were not converted: longer than kMaxMarkerBytes, or too many.
+  // Values that were not converted: images, longer than kMaxMarkerBytes, or too many.
   uint64_t left_out() const { return left_out_; }
   void count_left_out() { ++left_out_; }
 

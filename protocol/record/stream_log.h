@@ -86,7 +86,7 @@ class StreamLog {
   // Ended streams whose slots newer streams reuse. They are in the files, but not in streams().
   uint64_t reclaimed_streams() const { return reclaimed_streams_; }
   uint64_t reclaimed_frames() const { return reclaimed_.frames; }
-  // Values of markers that are missing in Foxglove's channels: too long, or too many.
+  // Values of markers that are missing in Foxglove's channels: images, too long, or too many.
   uint64_t unconverted_markers() const;
 
  private:

@@ -137,6 +137,30 @@ Result<void> check_texts(const Marker& marker) {
   return {};
 }
 
+Result<void> check_image(const Marker& marker) {
+  const MarkerImage& image = marker.image;
+  if (marker.kind != MarkerKind::images) {
+    if (image == MarkerImage{}) return {};
+    return Error{std::string("SceneEdit.image is given; ") + marker_kind_name(marker.kind) +
+                 " have no image"};
+  }
+  const std::string size = std::to_string(image.width) + " x " + std::to_string(image.height);
+  const auto is_side = [](uint32_t side) { return side >= 1 && side <= kMaxMarkerImageSide; };
+  if (!is_side(image.width) || !is_side(image.height))
+    return Error{"SceneEdit.image has " + size + " pixels; 1 to " + std::to_string(kMaxMarkerImageSide) +
+                 " a side are allowed: scale it down"};
+  if (image.channels != 1 && image.channels != 3 && image.channels != 4)
+    return Error{"SceneEdit.image_channels is " + std::to_string(image.channels) +
+                 "; images have 1 (grey), 3 (red, green, blue) or 4 (and alpha)"};
+  const size_t bytes = size_t{image.width} * image.height * image.channels;
+  if (image.pixels.size() != bytes)
+    return Error{"SceneEdit.image_pixels has " + std::to_string(image.pixels.size()) + " bytes; " + size +
+                 " pixels of " + count_text(image.channels, "channel") + " have " + std::to_string(bytes)};
+  if (!marker.colors.empty())
+    return Error{"SceneEdit.colors is given; images have the colours of their pixels"};
+  return {};
+}
+
 class CheckValue {
  public:
   explicit CheckValue(const DecodeLimits& limits) : limits_(limits), most_(double{limits.max_abs_value}) {}
@@ -225,6 +249,7 @@ class CheckValue {
     if (auto good = check_positions(value); !good) return good;
     const size_t count = value.positions.size();
     if (auto good = check_texts(value); !good) return good;
+    if (auto good = check_image(value); !good) return good;
     if (auto good = check_count("colors", value.colors.size(), count, true); !good) return good;
     if (!has_sizes(value.kind)) {
       if (value.rotations.empty() && value.sizes.empty()) return {};
@@ -351,6 +376,10 @@ Result<void> check(const ImageRequest& request, const DecodeLimits& limits) {
   if (!is_own)
     if (auto good = check_projection(kName, camera, double{limits.max_abs_value}); !good) return good;
   if (request.outputs == 0) return Error{"ImageRequest.outputs is empty; request at least one"};
+  if (request.markers && ((request.outputs & kColorSrgb8) == 0 || (request.outputs & kColorLinearF16) != 0))
+    return Error{
+        "ImageRequest.markers is set; it needs the output color_srgb8, which alone shows markers, and not "
+        "color_linear_f16"};
   if (request.when == ImageWhen::every_nth && request.every == 0)
     return Error{"ImageRequest.every is 0; it must be 1 or more"};
   constexpr double kMaxRateHz = 1e6;

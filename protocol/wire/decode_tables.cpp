@@ -87,6 +87,9 @@ Marker read_marker(const fbs::EditMarker& table) {
   marker.sizes = read_vectors(table.sizes());
   marker.colors = read_elements<uint32_t>(table.colors());
   read_texts(table.texts(), marker.texts);
+  marker.image = {table.image_width(), table.image_height(), table.image_channels(), {}};
+  if (const auto* pixels = table.image_pixels())
+    marker.image.pixels.assign(pixels->data(), pixels->data() + pixels->size());
   return marker;
 }
 
@@ -235,6 +238,7 @@ Result<Message> read_image_request(const fbs::ImageRequest& table, const DecodeL
   request.every = table.every();
   request.rate_hz = table.rate_hz();
   request.sequence = table.sequence();
+  request.markers = table.markers();
   if (auto good = check(request, limits); !good) return good.error();
   return Message(std::move(request));
 }

@@ -120,6 +120,9 @@ Value add(FlatBufferBuilder& builder, const Marker& value) {
       value.texts.empty()
           ? flatbuffers::Offset<flatbuffers::Vector<flatbuffers::Offset<flatbuffers::String>>>()
           : builder.CreateVectorOfStrings(value.texts);
+  const bool has_image = value.image != MarkerImage{};
+  const auto pixels = has_image ? builder.CreateVector(value.image.pixels)
+                                : flatbuffers::Offset<flatbuffers::Vector<uint8_t>>();
   const auto colors = builder.CreateVector(value.colors);
   const auto sizes = add_vectors(builder, value.sizes);
   const auto rotations = builder.CreateVectorOfStructs(
@@ -129,6 +132,11 @@ Value add(FlatBufferBuilder& builder, const Marker& value) {
   fbs::EditMarkerBuilder table(builder);
   table.add_sim_time_ns(value.sim_time_ns);
   table.add_lifetime_ns(value.lifetime_ns);
+  if (has_image) {
+    table.add_image_pixels(pixels);
+    table.add_image_height(value.image.height);
+    table.add_image_width(value.image.width);
+  }
   if (!value.texts.empty()) table.add_texts(texts);
   table.add_colors(colors);
   table.add_sizes(sizes);
@@ -138,6 +146,7 @@ Value add(FlatBufferBuilder& builder, const Marker& value) {
   table.add_parent(parent);
   table.add_width(value.width);
   table.add_flags(value.flags);
+  if (has_image) table.add_image_channels(value.image.channels);
   table.add_width_unit(static_cast<uint8_t>(value.width_unit));
   table.add_kind(static_cast<uint8_t>(value.kind));
   return {fbs::EditValue::EditMarker, table.Finish().Union()};
@@ -235,6 +244,7 @@ Bytes encode(const ImageRequest& request) {
   table.add_outputs(request.outputs);
   table.add_every(request.every);
   add_intrinsics(table, request.intrinsics, coefficients);
+  if (request.markers) table.add_markers(true);  // absent else: bytes as in 1.2
   table.add_when(static_cast<uint8_t>(request.when));
   return finish(builder, fbs::Body::ImageRequest, table.Finish().Union());
 }

@@ -62,6 +62,7 @@ struct ImageRequest {
   uint32_t every = 1;     // every_nth: at least 1
   double rate_hz = 0;     // rate: above 0
   uint64_t sequence = 0;  // 0: any. Publishers set their newest sequence: no image is older than its request
+  bool markers = false;   // color_srgb8 shows markers of streams
   bool operator==(const ImageRequest&) const = default;
 };
 

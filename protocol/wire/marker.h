@@ -26,14 +26,16 @@ enum class MarkerKind : uint8_t {
   capsules = 8,   // a cylinder and two half spheres
   triangles = 9,  // triples of positions, both sides
   texts = 10,     // lines of text that face the viewer
+  images = 11,    // an image on each rectangle, both sides
 };
-constexpr size_t kMarkerKindCount = 11;
+constexpr size_t kMarkerKindCount = 12;
 constexpr size_t kMaxMarkerTexts = 65'536;            // of one marker
 constexpr size_t kMaxMarkerTextBytes = 1024;          // UTF-8, of one element
 constexpr size_t kMaxMarkerTextsBytes = 1024 * 1024;  // of all elements of one marker
+constexpr uint32_t kMaxMarkerImageSide = 1024;        // pixels
 inline const char* marker_kind_name(MarkerKind kind) {
-  constexpr const char* kNames[] = {"points",  "lines",     "line_strip", "arrows",    "axes", "boxes",
-                                    "spheres", "cylinders", "capsules",   "triangles", "texts"};
+  constexpr const char* kNames[] = {"points",  "lines",     "line_strip", "arrows",    "axes",  "boxes",
+                                    "spheres", "cylinders", "capsules",   "triangles", "texts", "images"};
   static_assert(std::size(kNames) == kMarkerKindCount);
   return kNames[static_cast<size_t>(kind)];
 }
@@ -42,6 +44,14 @@ enum class MarkerUnit : uint8_t { pixels = 0, lengths = 1 };
 
 enum MarkerFlags : uint32_t {
   kMarkerOverlaid = 1u << 0,  // in front of all surfaces: not hidden by depth
+};
+
+// Pixels of 8 bits, rows from the top, without padding: sRGB, straight alpha.
+struct MarkerImage {
+  uint32_t width = 0, height = 0;  // pixels; 0 in markers without an image
+  uint8_t channels = 0;            // 1 grey, 3 red green blue, 4 red green blue alpha
+  std::vector<uint8_t> pixels;
+  bool operator==(const MarkerImage&) const = default;
 };
 
 struct Marker {
@@ -64,12 +74,13 @@ struct Marker {
   // position.
   std::vector<uint32_t> colors;
   std::vector<std::string> texts;  // one per position of texts; no control characters but line feeds
+  MarkerImage image;               // of images: left is at -x of an element, the top at +y
   bool operator==(const Marker&) const = default;
 };
 
 // Elements of such markers have rotations and sizes.
 inline bool has_sizes(MarkerKind kind) {
-  return kind >= MarkerKind::axes && kind <= MarkerKind::capsules;
+  return (kind >= MarkerKind::axes && kind <= MarkerKind::capsules) || kind == MarkerKind::images;
 }
 
 }  // namespace fire3dv::wire

@@ -420,7 +420,8 @@ Result<void> FrameLoop::draw() {
   const VkExtent2D extent = frame_extent_;
   passes::FrameRequest request{.extent = extent, .outputs = taken_};
   scene_.show_markers(window_ ? window_->update_overlay() : std::span<const state::ShownMarker>());
-  request.markers = !options_.outputs.has_planes();  // the colours of a data set are those of its labels
+  // The colours of a data set are those of its labels, unless the user chooses otherwise.
+  request.markers = !options_.outputs.has_planes() || options_.markers_in_data_sets;
   request.inspection =
       window_ ? window_->take_inspection() : passes::Inspection{options_.debug_view, scene::kNone, {}};
   request.refines = window_ != nullptr;

@@ -218,7 +218,10 @@ void SceneRenderer::record(const PreparedFrame& prepared, gpu::Recorder& recorde
   const FramePlan plan = plan_frame(facts(request), request.outputs, request.inspection, request.views);
   Frame frame{request, plan, recorder, staging, poses, views, {}};
   // Markers that are new since the last image.
-  if (plan.markers) marker_pass_.update(recorder, staging, *markers_);
+  if (plan.markers) {
+    marker_pass_.update(recorder, staging, *markers_);
+    marker_pass_.select(*markers_, views[0], request.extent);
+  }
   // Lights and planar casters that were set since the last image.
   shadows_.upload_changes(recorder, staging);
   // Ray lists, early, where their clear delays no other pass.
@@ -291,9 +294,7 @@ void SceneRenderer::begin_targets(Frame& frame) {
   frame.forward_area =
       is_bounded ? forward_bounds(*gpu_scene_, *scene_, frame.poses, frame.views[0], frame.request.extent)
                  : frame.whole_area();
-  if (is_bounded && plan.markers)
-    frame.forward_area =
-        united(frame.forward_area, marker_pass_.bounds(*markers_, frame.views[0], frame.request.extent));
+  if (is_bounded && plan.markers) frame.forward_area = united(frame.forward_area, marker_pass_.bounds());
   // The linear plane and effects need the samples of all pixels.
   const bool is_whole = plan.metering || plan.bloom || frame.request.outputs.has(wire::kColorLinearF16);
   frame.hdr_area = is_whole ? frame.whole_area() : frame.forward_area;
@@ -428,8 +429,7 @@ void SceneRenderer::draw_overlays(const Frame& frame) {
 
 void SceneRenderer::draw_markers(const Frame& frame) {
   if (frame.forward_area.extent.width == 0) return;
-  marker_pass_.record(frame.recorder, *markers_,
-                      {*targets_, frame.views[0], frame.globals[0], frame.forward_area});
+  marker_pass_.record(frame.recorder, {*targets_, frame.views[0], frame.globals[0], frame.forward_area});
 }
 
 uint32_t SceneRenderer::shadow_mode(bool masked) const {

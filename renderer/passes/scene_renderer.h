@@ -163,6 +163,8 @@ class SceneRenderer {
   const GpuScene& gpu_scene() const { return *gpu_scene_; }
   VkSampleCountFlagBits samples() const { return samples_; }
   const ShadowTechnique& shadow_technique() const { return shadow_technique_; }
+  // Number of markers that the last image with markers drew.
+  size_t drawn_marker_count() const { return marker_pass_.selected_count(); }
   bool markers_lack_memory() const { return marker_pass_.lacks_memory(); }
   uint64_t uploaded_marker_bytes() const { return marker_pass_.uploaded_bytes(); }
   uint64_t shadow_rays() const { return shadows_.rays_traced(); }  // of a finished frame

@@ -29,7 +29,8 @@ uint64_t gpu_bytes(const wire::Marker& marker) {
                          marker.sizes.size() * sizeof marker.sizes[0] +
                          marker.colors.size() * sizeof marker.colors[0];
   constexpr uint64_t kGlyphBytes = 12 + 2 * 16 + 4;  // position, two rectangles, colour
-  return 2 * (marker.kind == wire::MarkerKind::texts ? kGlyphBytes * text_bytes(marker) : bytes);
+  const uint64_t texels = uint64_t{4} * marker.image.width * marker.image.height;
+  return 2 * (marker.kind == wire::MarkerKind::texts ? kGlyphBytes * text_bytes(marker) : bytes + texels);
 }
 
 // A small element of many vertices is a cheap message and an expensive draw. 200 million take an NVIDIA H200
@@ -39,7 +40,7 @@ constexpr uint64_t kMaxVertices = 200'000'000;  // of a stream
 // Upper bound of the vertices that a marker of many elements draws, by the levels of detail of the pass.
 uint64_t most_vertices(const wire::Marker& marker) {
   constexpr uint64_t kOfElement[] = {3,   3,  6,   45, 18, 36,
-                                     144, 72, 180, 1,  6};  // by kind, of more than 10,000
+                                     144, 72, 180, 1,  6,  6};  // by kind, of more than 10,000
   static_assert(std::size(kOfElement) == wire::kMarkerKindCount);
   if (marker.kind == wire::MarkerKind::texts) return 6 * text_bytes(marker);
   const uint64_t finest = marker.positions.size() > 10'000 ? 1 : 12;

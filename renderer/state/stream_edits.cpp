@@ -12,6 +12,15 @@ size_t key_bytes(const std::string& node) {
   return kBytesPerKey + node.size();
 }
 
+size_t bytes_of(const wire::Marker& marker) {
+  size_t bytes = marker.parent.size() + marker.positions.size() * sizeof marker.positions[0] +
+                 marker.rotations.size() * sizeof marker.rotations[0] +
+                 marker.sizes.size() * sizeof marker.sizes[0] +
+                 marker.colors.size() * sizeof marker.colors[0] + marker.image.pixels.size();
+  for (const std::string& text : marker.texts) bytes += sizeof text + text.size();
+  return bytes;
+}
+
 size_t value_bytes(const wire::SceneEdit& edit) {
   if (std::holds_alternative<wire::Cleared>(edit.value)) return 0;  // ends an edit, so it is never refused
   size_t bytes = kBytesPerEdit + 2 * edit.node.size();
@@ -19,11 +28,7 @@ size_t value_bytes(const wire::SceneEdit& edit) {
     bytes += node->parent.size() + node->asset_uri.size() + node->asset_glb.size();
   if (const auto* vertices = std::get_if<wire::Vertices>(&edit.value))
     bytes += (vertices->positions.size() + vertices->normals.size()) * sizeof vertices->positions[0];
-  if (const auto* marker = std::get_if<wire::Marker>(&edit.value))
-    bytes += marker->parent.size() + marker->positions.size() * sizeof marker->positions[0] +
-             marker->rotations.size() * sizeof marker->rotations[0] +
-             marker->sizes.size() * sizeof marker->sizes[0] +
-             marker->colors.size() * sizeof marker->colors[0];
+  if (const auto* marker = std::get_if<wire::Marker>(&edit.value)) bytes += bytes_of(*marker);
   return bytes;
 }
 

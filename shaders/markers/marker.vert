@@ -10,7 +10,7 @@ layout(push_constant, scalar) uniform Push { MarkerPush push; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Vec4Ref { vec4 at[]; };
 
 layout(location = 0) out vec4 out_color;  // linear, display-referred, straight alpha
-layout(location = 1) out vec2 out_disc;   // points: of length 1 at the edge of the disc; texts: texel of the atlas
+layout(location = 1) out vec2 out_disc;   // points: of length 1 at the edge of the disc; texts, images: texel
 
 const vec2 kCorners[6] = vec2[6](vec2(-1, -1), vec2(1, -1), vec2(1, 1), vec2(-1, -1), vec2(1, 1), vec2(-1, 1));
 
@@ -170,6 +170,13 @@ void draw_axis(GlobalsRef globals, uint index, uint axis, vec2 corner) {
   draw_line(globals, position_world(index), transform_point(push.world_from_marker, end), vec4(color, 1), vec4(color, 1), corner, 0);
 }
 
+// Both sides; left at -x, the top at +y.
+void draw_image(GlobalsRef globals, uint index, vec2 corner) {
+  const vec3 point = PositionRef(push.positions).at[index] + rotate(index, vec3(0.5 * size_of(index).xy * corner, 0));
+  out_disc = vec2(0.5 + 0.5 * corner.x, 0.5 - 0.5 * corner.y) * vec2(push.segments, push.rings);
+  gl_Position = globals.value.clip_from_world * vec4(transform_point(push.world_from_marker, point), 1);
+}
+
 void main() {
   GlobalsRef globals = GlobalsRef(push.globals);
   out_color = vec4(1);
@@ -196,6 +203,9 @@ void main() {
     case FIRE3DV_MARKER_TEXTS:
       draw_glyph(globals, element, corner);
       out_color = color_of(element);
+      break;
+    case FIRE3DV_MARKER_IMAGES:
+      draw_image(globals, element, corner);
       break;
     case FIRE3DV_MARKER_ARROWS:
       draw_arrow(globals, gl_InstanceIndex, vertex);

@@ -16,6 +16,8 @@ FIRE3DV_SHARED_BEGIN
 #define FIRE3DV_MARKER_CAPSULES 8u
 #define FIRE3DV_MARKER_TRIANGLES 9u
 
+#define FIRE3DV_MARKER_IMAGES 11u
+
 #define FIRE3DV_MARKER_WIDTH_IN_LENGTHS 1u
 #define FIRE3DV_MARKER_ROTATION_EACH 2u  // one rotation per position; else one for all
 #define FIRE3DV_MARKER_SIZE_EACH 4u
@@ -31,8 +33,8 @@ struct MarkerPush {
   float width;  // pixels, or world lengths with FIRE3DV_MARKER_WIDTH_IN_LENGTHS
   uint kind;
   uint flags;
-  uint segments;  // of round shapes, around z
-  uint rings;     // of spheres and of both halves of capsules; even
+  uint segments;  // of round shapes, around z; of images the width in pixels
+  uint rings;     // of spheres and of both halves of capsules, even; of images the height in pixels
 };
 
 FIRE3DV_SHARED_END

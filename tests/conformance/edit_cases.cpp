@@ -60,6 +60,19 @@ Marker texts_marker() {
   return marker;
 }
 
+// 3 x 2 pixels: red, green, blue, and below white, black, half transparent grey.
+Marker image_marker() {
+  Marker marker;
+  marker.kind = MarkerKind::images;
+  marker.parent = "robot/camera";
+  marker.positions = {{0, 0.25f, -1}};
+  marker.rotations = {{0, 1, 0, 0}};
+  marker.sizes = {{0.75f, 0.5f, 0}};
+  marker.image = {3, 2, 4, {255, 0,   0,   255, 0, 255, 0, 255, 0,   0,   255, 255,
+                            255, 255, 255, 255, 0, 0,   0, 255, 128, 128, 128, 128}};
+  return marker;
+}
+
 SceneEdit marker_edit(Marker marker) {
   return {kEpoch, 9, "contacts/left foot", Property::marker, std::move(marker)};
 }
@@ -98,6 +111,10 @@ std::vector<Case> edit_cases() {
   add("scene_edit-marker_points", encode(marker_edit(points_marker())));
   add("scene_edit-marker_boxes", encode(marker_edit(boxes_marker())));
   add("scene_edit-marker_texts", encode(marker_edit(texts_marker())));
+  add("scene_edit-marker_image", encode(marker_edit(image_marker())));
+  Marker grey = image_marker();
+  grey.image = {2, 1, 1, {0, 200}};
+  add("scene_edit-marker_image_grey", encode(marker_edit(grey)));
   Marker marker;
   marker.kind = MarkerKind::arrows;
   add("scene_edit-marker_without_elements", encode(marker_edit(marker)));
@@ -237,6 +254,24 @@ std::vector<Case> refused_edit_cases() {
              [](Marker& m) { m.texts[0] = "a\xc3"; });
   add_marker("texts_too_long", "texts[1] has 1025 bytes", texts,
              [](Marker& m) { m.texts[1] = std::string(1025, 'x'); });
+
+  const Marker image = image_marker();
+  add_marker("image_of_points", "image is given", points, [&](Marker& m) { m.image = image.image; });
+  add_marker("image_none", "image has 0 x 0 pixels", image, [](Marker& m) { m.image = {}; });
+  add_marker("image_too_wide", "image has 1025 x 1 pixels", image, [](Marker& m) {
+    m.image = {1025, 1, 1, std::vector<uint8_t>(1025)};
+  });
+  add_marker("image_side_overflow", "image has 4294967295 x 4294967295 pixels", image, [](Marker& m) {
+    m.image.width = m.image.height = UINT32_MAX;  // their product is 1 modulo 2^32
+  });
+  add_marker("image_channels", "image_channels is 2", image, [](Marker& m) { m.image = {1, 1, 2, {1, 2}}; });
+  add_marker("image_pixels_few", "image_pixels has 23 bytes", image,
+             [](Marker& m) { m.image.pixels.pop_back(); });
+  add_marker("image_pixels_many", "image_pixels has 25 bytes", image,
+             [](Marker& m) { m.image.pixels.push_back(0); });
+  add_marker("image_colors", "colors is given", image, [](Marker& m) { m.colors = {1}; });
+  add_marker("image_sizes_none", "sizes has 0", image, [](Marker& m) { m.sizes.clear(); });
+  add_marker("image_sizes_nan", "sizes[0][1]", image, [](Marker& m) { m.sizes[0][1] = NAN; });
 
   const std::vector<Affine3x4> poses(2);
   const auto add_frame = [&](std::string name, const std::vector<uint32_t>& indices, std::string refused) {

@@ -65,6 +65,10 @@ std::vector<Case> image_cases() {
   r.intrinsics.lens.coefficients[4] = 0;
   r.when = ImageWhen::exactly;
   add("image_request-fisheye_exactly", encode(r));
+  r = request();
+  r.markers = true;
+  r.outputs = kColorSrgb8 | kDepthF32;
+  add("image_request-with_markers", encode(r));
   ImageRequest back;
   back.epoch = kEpoch;
   back.id = 7;
@@ -117,6 +121,14 @@ std::vector<Case> refused_image_cases() {
     r.intrinsics.lens.model = LensModel::fisheye;
   });
   add_request("outputs_none", "outputs", [](ImageRequest& r) { r.outputs = 0; });
+  add_request("markers_without_color", "markers", [](ImageRequest& r) {
+    r.markers = true;
+    r.outputs = kDepthF32;
+  });
+  add_request("markers_in_linear_color", "markers", [](ImageRequest& r) {
+    r.markers = true;
+    r.outputs = kColorSrgb8 | kColorLinearF16;
+  });
   add_request("every_zero", "every", [](ImageRequest& r) {
     r.when = ImageWhen::every_nth;
     r.every = 0;

@@ -64,6 +64,11 @@ Json json_of(const wire::Marker& v) {
                {"sizes", v.sizes},
                {"colors", v.colors}};
   if (!v.texts.empty()) json["texts"] = v.texts;  // since 1.5
+  if (v.image != wire::MarkerImage{})             // since 1.6
+    json["image"] = {{"width", v.image.width},
+                     {"height", v.image.height},
+                     {"channels", v.image.channels},
+                     {"pixels", v.image.pixels}};
   return json;
 }
 Json json_of(const wire::Scalars& v) {
@@ -129,6 +134,10 @@ wire::EditValue value_from_json(const Json& json) {
     json.at("sizes").get_to(v.sizes);
     json.at("colors").get_to(v.colors);
     if (json.contains("texts")) json.at("texts").get_to(v.texts);
+    if (json.contains("image")) {
+      const Json& image = json.at("image");
+      v.image = {image.at("width"), image.at("height"), image.at("channels"), image.at("pixels")};
+    }
     return v;
   }
   if (type == "Scalars") return wire::Scalars{json.at("names"), json.at("units")};

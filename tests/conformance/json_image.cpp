@@ -38,18 +38,20 @@ wire::Intrinsics camera_from_json(const Json& json) {
 }  // namespace
 
 Json image_to_json(const wire::ImageRequest& m) {
-  return {{"type", "ImageRequest"},
-          {"epoch", m.epoch},
-          {"id", m.id},
-          {"place", m.place},
-          {"node", m.node},
-          {"parent_from_camera", m.parent_from_camera.m},
-          {"camera", camera_to_json(m.intrinsics)},
-          {"outputs", m.outputs},
-          {"when", static_cast<uint8_t>(m.when)},
-          {"every", m.every},
-          {"rate_hz", m.rate_hz},
-          {"sequence", m.sequence}};
+  Json json = {{"type", "ImageRequest"},
+               {"epoch", m.epoch},
+               {"id", m.id},
+               {"place", m.place},
+               {"node", m.node},
+               {"parent_from_camera", m.parent_from_camera.m},
+               {"camera", camera_to_json(m.intrinsics)},
+               {"outputs", m.outputs},
+               {"when", static_cast<uint8_t>(m.when)},
+               {"every", m.every},
+               {"rate_hz", m.rate_hz},
+               {"sequence", m.sequence}};
+  if (m.markers) json["markers"] = true;  // since 1.6
+  return json;
 }
 
 Json image_to_json(const wire::ImageFrame& m) {
@@ -97,6 +99,7 @@ wire::Bytes encode_image_json(const Json& json) {
     json.at("every").get_to(m.every);
     json.at("rate_hz").get_to(m.rate_hz);
     json.at("sequence").get_to(m.sequence);
+    m.markers = json.value("markers", false);
     return wire::encode(m);
   }
   if (type == "ImageFrame") {

@@ -123,7 +123,8 @@ def views(test):
 
 
 def refusals(test):
-    for arguments, says in ((["--outputs", "depth,dept"], 'no output "dept"'),
+    for arguments, says in ((["--outputs", "color,linear", "--markers", "all"], "--markers all"),
+                            (["--outputs", "depth,dept"], 'no output "dept"'),
                             (["--outputs", "depth,depth"], '"depth" is named twice')):
         renderer = test.renderer("--frames", "1", *arguments)
         renderer.expect_exit(2)

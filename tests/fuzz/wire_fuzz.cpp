@@ -81,8 +81,15 @@ std::vector<Input> seeds() {
   boxes.lifetime_ns = 1;
   boxes.sizes = {{1, 2, 3}};
   boxes.rotations = {{0, 0, 0, 1}, {0, 0.6f, 0, 0.8f}};
+  wire::Marker quad = boxes;
+  quad.kind = wire::MarkerKind::images;
+  quad.colors.clear();
+  quad.image = {2, 1, 3, {255, 0, 0, 0, 255, 0}};
+  wire::ImageRequest with_markers = request;
+  with_markers.markers = true;
   using P = wire::Property;
   return {input_of(wire::encode(request)),
+          input_of(wire::encode(with_markers)),
           input_of(wire::encode(image)),
           input_of(wire::encode(wire::ImageRefused{7, 1, wire::ImageRefusal::too_many, "too many"})),
           input_of(wire::encode(description)),
@@ -98,6 +105,7 @@ std::vector<Input> seeds() {
           input_of(edit(P::marker, texts)),
           input_of(edit(P::marker, points)),
           input_of(edit(P::marker, boxes)),
+          input_of(edit(P::marker, quad)),
           input_of(edit(P::scalars, wire::Scalars{{"shoulder", "elbow"}, {"rad", ""}})),
           input_of(edit(P::scalar_values, wire::ScalarValues{1, -2, {0.5, std::nan("")}})),
           input_of(wire::encode(welcome)),

@@ -231,7 +231,7 @@ void print_result(const record::RecorderStatus& status) {
     std::printf("%s missing from snapshots, for lack of memory: a replay with --start lacks them\n",
                 counted(status.dropped_edits, "edit").c_str());
   if (status.unconverted_markers != 0)
-    std::printf("%s missing in Foxglove's channels: longer than 12 MiB there, or too many\n",
+    std::printf("%s missing in Foxglove's channels: images, longer than 12 MiB there, or too many\n",
                 counted(status.unconverted_markers, "marker value").c_str());
 }
 

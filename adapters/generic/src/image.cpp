@@ -58,6 +58,7 @@ wire::ImageRequest read_request(const fire3dv_image_request& given, uint64_t new
   request.every = given.every == 0 ? 1 : given.every;
   request.rate_hz = given.rate_hz;
   request.sequence = given.sequence == 0 ? newest_sequence : given.sequence;
+  request.markers = given.markers != 0;
   return request;
 }
 
@@ -80,6 +81,8 @@ int request_image(fire3dv_stream* stream, const fire3dv_image_request* given, ui
   if ((given->outputs & ~wire::kAllImageOutputs) != 0)
     return fail(FIRE3DV_ERROR_ARGUMENT,
                 "outputs is " + std::to_string(given->outputs) + "; only FIRE3DV_IMAGE_* bits may be set");
+  if (given->markers != 0 && given->markers != 1)
+    return fail(FIRE3DV_ERROR_ARGUMENT, "markers is " + std::to_string(given->markers) + "; use 0 or 1");
   if (given->when == FIRE3DV_IMAGE_EXACTLY && given->sequence == 0)
     return fail(FIRE3DV_ERROR_ARGUMENT, "sequence is 0; FIRE3DV_IMAGE_EXACTLY needs the frame's");
   wire::ImageRequest request = read_request(*given, stream->sequence);

@@ -16,7 +16,7 @@ namespace wire = fire3dv::wire;
 
 namespace {
 
-static_assert(FIRE3DV_MARKER_TEXTS + 1 == wire::kMarkerKindCount);
+static_assert(FIRE3DV_MARKER_IMAGES + 1 == wire::kMarkerKindCount);
 static_assert(FIRE3DV_MARKER_CAPSULES == static_cast<int>(wire::MarkerKind::capsules));
 static_assert(FIRE3DV_MARKER_LENGTHS == static_cast<int>(wire::MarkerUnit::lengths));
 static_assert(FIRE3DV_MARKER_OVERLAID == wire::kMarkerOverlaid);
@@ -51,6 +51,28 @@ int copy_texts(const fire3dv_marker& marker, std::vector<std::string>& to) {
   return FIRE3DV_OK;
 }
 
+// Sizes are checked first, so that no more bytes are read than a valid image has.
+int copy_image(const fire3dv_marker& marker, wire::MarkerImage& to) {
+  const bool has_numbers = marker.image_width != 0 || marker.image_height != 0 || marker.image_channels != 0;
+  if ((marker.image_pixels != nullptr) != has_numbers)
+    return fail(FIRE3DV_ERROR_ARGUMENT,
+                "marker.image_pixels, image_width, image_height and image_channels must be given together");
+  if (!has_numbers) return FIRE3DV_OK;
+  const auto is_side = [](uint32_t side) { return side >= 1 && side <= wire::kMaxMarkerImageSide; };
+  if (!is_side(marker.image_width) || !is_side(marker.image_height))
+    return fail(FIRE3DV_ERROR_ARGUMENT, "marker.image has " + std::to_string(marker.image_width) + " x " +
+                                            std::to_string(marker.image_height) +
+                                            " pixels; 1 to 1024 a side are allowed: scale it down");
+  if (marker.image_channels != 1 && marker.image_channels != 3 && marker.image_channels != 4)
+    return fail(FIRE3DV_ERROR_ARGUMENT, "marker.image_channels is " + std::to_string(marker.image_channels) +
+                                            "; use 1 (grey), 3 (red, green, blue) or 4 (and alpha)");
+  to.width = marker.image_width;
+  to.height = marker.image_height;
+  to.channels = static_cast<uint8_t>(marker.image_channels);
+  to.pixels.assign(marker.image_pixels, marker.image_pixels + size_t{to.width} * to.height * to.channels);
+  return FIRE3DV_OK;
+}
+
 int set_marker(fire3dv_stream* stream, const char* name, const fire3dv_marker* marker) {
   if (!stream) return fail(FIRE3DV_ERROR_ARGUMENT, "stream is NULL");
   if (!name) return fail(FIRE3DV_ERROR_ARGUMENT, "name is NULL");
@@ -81,6 +103,7 @@ int set_marker(fire3dv_stream* stream, const char* name, const fire3dv_marker* m
   if (int code = copy("rotations", marker->rotations, marker->rotation_count, value.rotations)) return code;
   if (int code = copy("sizes", marker->sizes, marker->size_count, value.sizes)) return code;
   if (int code = copy_texts(*marker, value.texts)) return code;
+  if (int code = copy_image(*marker, value.image)) return code;
   if (int code = copy("colors", marker->colors, marker->color_count, value.colors)) return code;
   return fire3dv::client::set_edit(stream, name, wire::Property::marker, std::move(value));
 }

@@ -160,8 +160,8 @@ void add_stream_options(CLI::App& app, Options& options, Texts& texts, Given& gi
       ->capture_default_str()
       ->group(kGroup);
   app.add_option("--markers", texts.markers, "show points, lines and shapes of streams")
-      ->check(one_of({"on", "off"}))
-      ->type_name("on|off")
+      ->check(one_of({"on", "off", "all"}))
+      ->type_name("on|off|all")
       ->capture_default_str()
       ->group(kGroup);
   app.add_flag("--lockstep", options.lockstep, "draw and acknowledge every pose frame")->group(kGroup);
@@ -407,7 +407,10 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
   options.levels_of_detail = passes::levels_of_detail_named(texts.levels_of_detail);
   if (texts.play == "latest") options.play.mode = PlayOptions::Mode::latest;
   if (texts.play == "interpolate") options.play.mode = PlayOptions::Mode::interpolate;
-  options.markers = texts.markers == "on";
+  options.markers = texts.markers != "off";
+  options.markers_in_data_sets = texts.markers == "all";
+  if (options.markers_in_data_sets && options.outputs.has(wire::kColorLinearF16))
+    return usage_error("--outputs: linear shows no markers; leave it or --markers all out");
   if (texts.mark_stale == "on") options.play.mark_held = StaleOverlay::on;
   if (texts.mark_stale == "off") options.play.mark_held = StaleOverlay::off;
   if (given.delay->count() > 0) {

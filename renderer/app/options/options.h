@@ -37,8 +37,9 @@ struct Options {
   PeerLimits peer_limits;                               // of each connected adapter
   PlayOptions play;
   RecordingOptions recording;
-  bool lockstep = false;  // one image per pose frame, acknowledged
-  bool markers = true;    // of streams, in images of the window and of the program itself
+  bool lockstep = false;              // one image per pose frame, acknowledged
+  bool markers = true;                // of streams, in images of the window and of the program itself
+  bool markers_in_data_sets = false;  // in the colours of images with other outputs, too
 
   bool headless = false;
   bool on_request = false;  // renders image requests only

@@ -167,7 +167,8 @@ std::vector<RequestRenderer::WorkItem> ImageService::resolve(
       auto& possible = std::get<RequestCamera>(camera);
       const ImageReplies::Appearance appearance = requests_.appearance(one.requester);
       possible.ground = appearance.ground;
-      possible.markers = appearance.markers;
+      possible.markers =
+          one.request.markers || (appearance.markers && one.request.outputs == wire::kColorSrgb8);
       has_markers |= possible.markers;
       if (possible.exposure == 0) possible.exposure = appearance.exposure;
       work.push_back({std::move(one), possible});

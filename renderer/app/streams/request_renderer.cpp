@@ -138,13 +138,12 @@ std::optional<passes::PreparedFrame> RequestRenderer::prepare(std::span<const Wo
   const VkExtent2D extent = extent_of(first.camera.pinhole.image_px);
   const auto views = static_cast<uint32_t>(batch.size());
   passes::Shortage shortage{};
-  const Result<passes::PreparedFrame> prepared =
-      renderer_.prepare({.extent = extent,
-                         .views = views,
-                         .outputs = outputs_behind(first),
-                         .scene = scene_update_,
-                         .markers = first.camera.markers && first.due.request.outputs == wire::kColorSrgb8},
-                        &shortage);
+  const Result<passes::PreparedFrame> prepared = renderer_.prepare({.extent = extent,
+                                                                    .views = views,
+                                                                    .outputs = outputs_behind(first),
+                                                                    .scene = scene_update_,
+                                                                    .markers = first.camera.markers},
+                                                                   &shortage);
   if (!prepared) {
     refuse(batch,
            shortage == passes::Shortage::motion_snapshots ? wire::ImageRefusal::too_many

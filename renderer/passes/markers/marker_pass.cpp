@@ -19,6 +19,7 @@ namespace access = gpu::access;
 
 static_assert(FIRE3DV_MARKER_TRIANGLES == static_cast<uint32_t>(MarkerKind::triangles));
 static_assert(FIRE3DV_MARKER_TEXTS == static_cast<uint32_t>(MarkerKind::texts));
+static_assert(FIRE3DV_MARKER_IMAGES == static_cast<uint32_t>(MarkerKind::images));
 static_assert(FIRE3DV_MARKER_AXES == static_cast<uint32_t>(MarkerKind::axes));
 
 constexpr VkDeviceSize kAlignment = 16;
@@ -92,6 +93,8 @@ std::pair<uint32_t, uint32_t> counts_of(const Marker& marker) {
       return {6 * segments * (rings + 1), count};
     case MarkerKind::triangles:
       return {count, 1};
+    case MarkerKind::images:
+      return {6 * count, 1};
     case MarkerKind::texts:
       break;  // drawn by glyph
   }
@@ -102,22 +105,87 @@ bool is_closed(MarkerKind kind) {
   return kind == MarkerKind::arrows || (kind >= MarkerKind::boxes && kind <= MarkerKind::capsules);
 }
 
+bool is_opaque(const wire::MarkerImage& image) {
+  if (image.channels != 4) return true;
+  for (size_t i = 3; i < image.pixels.size(); i += 4)
+    if (image.pixels[i] != 0xff) return false;
+  return true;
+}
+
+// R | G << 8 | B << 16 | A << 24, as the colours of other kinds.
+std::vector<uint32_t> texels_of(const wire::MarkerImage& image) {
+  std::vector<uint32_t> texels(size_t{image.width} * image.height);
+  const size_t channels = image.channels;
+  for (size_t i = 0; i < texels.size(); ++i) {
+    const uint8_t* const pixel = image.pixels.data() + channels * i;
+    const uint32_t red = pixel[0], green = channels == 1 ? red : pixel[1],
+                   blue = channels == 1 ? red : pixel[2];
+    const uint32_t alpha = channels == 4 ? pixel[3] : 0xffu;
+    texels[i] = red | green << 8 | blue << 16 | alpha << 24;
+  }
+  return texels;
+}
+
+// Corners of a box in clip space.
+class Corners {
+ public:
+  Corners(const scene::Box& box, const glm::mat4& clip_from_box) {
+    for (size_t i = 0; i < clip_.size(); ++i) {
+      const glm::vec3 corner(i & 1 ? box.high.x : box.low.x, i & 2 ? box.high.y : box.low.y,
+                             i & 4 ? box.high.z : box.low.z);
+      clip_[i] = clip_from_box * glm::vec4(corner, 1);
+    }
+  }
+
+  // True if all corners, and so the box, lie beyond one plane of the frustum, which a margin widens. Numbers
+  // that are not finite lie inside.
+  bool are_outside(glm::vec2 margin_ndc) const {
+    const glm::vec2 edge = 1.0f + margin_ndc;
+    const auto all = [&](auto&& distance) {
+      return std::all_of(clip_.begin(), clip_.end(), [&](const glm::vec4& c) { return distance(c) < 0; });
+    };
+    return all([&](const glm::vec4& c) { return c.x + edge.x * c.w; }) ||
+           all([&](const glm::vec4& c) { return edge.x * c.w - c.x; }) ||
+           all([&](const glm::vec4& c) { return c.y + edge.y * c.w; }) ||
+           all([&](const glm::vec4& c) { return edge.y * c.w - c.y; }) ||
+           all([&](const glm::vec4& c) { return c.w - c.z; });
+  }
+
+  // Grows a rectangle in pixels. False if the box crosses the near plane.
+  bool add_to(glm::vec2& low, glm::vec2& high, glm::vec2 size, float margin_px) const {
+    for (const glm::vec4& clip : clip_) {
+      if (!(clip.w > 0) || !(clip.z <= clip.w)) return false;
+      const glm::vec2 pixel = (glm::vec2(clip) / clip.w * 0.5f + 0.5f) * size;
+      if (!std::isfinite(pixel.x + pixel.y)) return false;
+      low = glm::min(low, pixel - margin_px);
+      high = glm::max(high, pixel + margin_px);
+    }
+    return true;
+  }
+
+ private:
+  std::array<glm::vec4, 8> clip_;
+};
+
 glm::vec4 row_of(const glm::mat4& matrix, int row) {
   return {matrix[0][row], matrix[1][row], matrix[2][row], matrix[3][row]};
 }
 
 }  // namespace
 
-// laid_out: texts of this update, so that none is laid out twice.
-MarkerPass::Elements MarkerPass::elements_of(const state::ShownMarker& shown,
-                                             std::map<uint64_t, TextGlyphs>& laid_out) {
+MarkerPass::Elements MarkerPass::elements_of(const state::ShownMarker& shown, Made& made) {
   const Marker& marker = *shown.marker;
-  if (marker.kind != MarkerKind::texts)
-    return {bytes_of(marker.positions), bytes_of(marker.rotations), bytes_of(marker.sizes),
-            bytes_of(marker.colors)};
+  Elements elements{bytes_of(marker.positions), bytes_of(marker.rotations), bytes_of(marker.sizes),
+                    bytes_of(marker.colors)};
+  if (marker.kind == MarkerKind::images) {
+    auto found = made.texels.find(shown.id);
+    if (found == made.texels.end()) found = made.texels.emplace(shown.id, texels_of(marker.image)).first;
+    elements.colors = bytes_of(found->second);
+  }
+  if (marker.kind != MarkerKind::texts) return elements;
   if (!atlas_) atlas_ = std::make_unique<GlyphAtlas>();
-  auto found = laid_out.find(shown.id);
-  if (found == laid_out.end()) found = laid_out.emplace(shown.id, lay_out(marker, *atlas_)).first;
+  auto found = made.texts.find(shown.id);
+  if (found == made.texts.end()) found = made.texts.emplace(shown.id, lay_out(marker, *atlas_)).first;
   const TextGlyphs& glyphs = found->second;
   return {bytes_of(glyphs.positions),
           bytes_of(glyphs.rectangles),
@@ -198,22 +266,24 @@ bool MarkerPass::upload_atlas(gpu::Recorder& recorder, gpu::StagingRing& staging
 
 void MarkerPass::update(gpu::Recorder& recorder, gpu::StagingRing& staging,
                         std::span<const state::ShownMarker> markers) {
-  std::map<uint64_t, Place> kept;
   std::vector<const state::ShownMarker*> added;
-  std::map<uint64_t, TextGlyphs> laid_out;
+  Made made;
   VkDeviceSize needed = 0, end = end_;
+  ++update_;
+  selected_.clear();
   for (const state::ShownMarker& shown : markers) {
     const auto known = places_.find(shown.id);
     if (known == places_.end()) {
       added.push_back(&shown);
-      needed = place_after(needed, elements_of(shown, laid_out)).end;
+      needed = place_after(needed, elements_of(shown, made)).end;
     } else {
-      kept.insert(*known);
+      known->second.update = update_;
       needed = aligned(needed) + (known->second.end - known->second.positions);
     }
   }
-  for (const state::ShownMarker* shown : added) end = place_after(end, elements_of(*shown, laid_out)).end;
-  places_ = std::move(kept);
+  if (places_.size() > markers.size() - added.size())
+    std::erase_if(places_, [&](const auto& entry) { return entry.second.update != update_; });
+  for (const state::ShownMarker* shown : added) end = place_after(end, elements_of(*shown, made)).end;
   if (added.empty()) return;
   if (end > capacity_ || !elements_) {
     // Starts over with all markers. Half of the buffer stays free, so that this is seldom.
@@ -228,14 +298,15 @@ void MarkerPass::update(gpu::Recorder& recorder, gpu::StagingRing& staging,
   std::vector<VkBuffer> sources;
   for (const state::ShownMarker* shown : added) {
     const Marker& marker = *shown->marker;
-    const Elements elements = elements_of(*shown, laid_out);
+    const Elements elements = elements_of(*shown, made);
     Place place = place_after(end_, elements);
+    place.update = update_;
     end_ = place.end;
     const bool has_colors = marker.kind != MarkerKind::axes;
     const bool is_soft = marker.kind == MarkerKind::texts;  // edges of glyphs are blended
-    place.is_opaque =
-        !is_soft && (!has_colors || std::all_of(marker.colors.begin(), marker.colors.end(),
-                                                [](uint32_t color) { return color >> 24 == 0xff; }));
+    place.is_opaque = !is_soft && is_opaque(marker.image) &&
+                      (!has_colors || std::all_of(marker.colors.begin(), marker.colors.end(),
+                                                  [](uint32_t color) { return color >> 24 == 0xff; }));
     place.box = box_of(marker);
     write(staging, elements, place, copies, sources);
     places_.insert_or_assign(shown->id, place);
@@ -252,11 +323,11 @@ void MarkerPass::update(gpu::Recorder& recorder, gpu::StagingRing& staging,
   });
 }
 
-VkRect2D MarkerPass::bounds(std::span<const state::ShownMarker> markers, const View& view,
-                            VkExtent2D extent) const {
-  const VkRect2D whole{{0, 0}, extent};
+void MarkerPass::select(std::span<const state::ShownMarker> markers, const View& view, VkExtent2D extent) {
+  selected_.clear();
   const glm::vec2 size(extent.width, extent.height);
   glm::vec2 low = size, high(0);
+  bool is_whole = false;
   for (const state::ShownMarker& shown : markers) {
     const auto place = places_.find(shown.id);
     if (place == places_.end()) continue;
@@ -268,33 +339,30 @@ VkRect2D MarkerPass::bounds(std::span<const state::ShownMarker> markers, const V
       box.low -= widest * marker.width;
       box.high += widest * marker.width;
     }
-    const float margin = is_in_pixels ? widest * marker.width + 2 : 2;
-    const glm::mat4 clip_from_marker = view.clip_from_world * shown.world_from_marker;
-    for (int i = 0; i < 8; ++i) {
-      const glm::vec3 corner(i & 1 ? box.high.x : box.low.x, i & 2 ? box.high.y : box.low.y,
-                             i & 4 ? box.high.z : box.low.z);
-      const glm::vec4 clip = clip_from_marker * glm::vec4(corner, 1);
-      if (!(clip.w > 0) || !(clip.z <= clip.w)) return whole;
-      const glm::vec2 pixel = (glm::vec2(clip) / clip.w * 0.5f + 0.5f) * size;
-      if (!std::isfinite(pixel.x + pixel.y)) return whole;
-      low = glm::min(low, pixel - margin);
-      high = glm::max(high, pixel + margin);
-    }
+    const float margin_px = is_in_pixels ? widest * marker.width + 2 : 2;
+    const Corners corners(box, view.clip_from_world * shown.world_from_marker);
+    if (corners.are_outside(2.0f * margin_px / size)) continue;
+    selected_.push_back({&shown, &place->second});
+    if (!is_whole) is_whole = !corners.add_to(low, high, size, margin_px);
   }
   low = glm::clamp(glm::floor(low), glm::vec2(0), size);
   high = glm::clamp(glm::ceil(high), glm::vec2(0), size);
-  if (!(low.x < high.x && low.y < high.y)) return {{0, 0}, {0, 0}};
-  return {{static_cast<int32_t>(low.x), static_cast<int32_t>(low.y)},
-          {static_cast<uint32_t>(high.x - low.x), static_cast<uint32_t>(high.y - low.y)}};
+  bounds_ = {{0, 0}, {0, 0}};
+  if (is_whole)
+    bounds_ = {{0, 0}, extent};
+  else if (low.x < high.x && low.y < high.y)
+    bounds_ = {{static_cast<int32_t>(low.x), static_cast<int32_t>(low.y)},
+               {static_cast<uint32_t>(high.x - low.x), static_cast<uint32_t>(high.y - low.y)}};
 }
 
 const gpu::Pipeline& MarkerPass::pipeline(Layer layer, Shape shape) {
-  gpu::Pipeline& known = pipelines_[3 * static_cast<size_t>(layer) + static_cast<size_t>(shape)];
+  gpu::Pipeline& known = pipelines_[kShapeCount * static_cast<size_t>(layer) + static_cast<size_t>(shape)];
   if (known) return known;
   gpu::GraphicsPipelineInfo info;
   info.vertex_shader = "marker.vert";
   info.fragment_shader = shape == Shape::plain               ? "marker.frag"
                          : shape == Shape::glyph             ? "marker_text.frag"
+                         : shape == Shape::image             ? "marker_image.frag"
                          : samples_ == VK_SAMPLE_COUNT_4_BIT ? "marker_disc_4.frag"
                                                              : "marker_disc.frag";
   info.samples = samples_;
@@ -307,22 +375,20 @@ const gpu::Pipeline& MarkerPass::pipeline(Layer layer, Shape shape) {
   return known;
 }
 
-void MarkerPass::record(gpu::Recorder& recorder, std::span<const state::ShownMarker> markers,
-                        const Frame& frame) {
-  std::vector<std::pair<const state::ShownMarker*, const Place*>> opaque, blended, overlaid;
-  for (const state::ShownMarker& shown : markers) {
-    const auto place = places_.find(shown.id);
-    if (place == places_.end()) continue;
-    auto& layer = (shown.marker->flags & wire::kMarkerOverlaid) != 0 ? overlaid
-                  : place->second.is_opaque                          ? opaque
-                                                                     : blended;
-    layer.emplace_back(&shown, &place->second);
+void MarkerPass::record(gpu::Recorder& recorder, const Frame& frame) {
+  if (selected_.empty()) return;
+  std::vector<Selected> opaque, blended, overlaid;
+  for (const Selected& entry : selected_) {
+    auto& layer = (entry.shown->marker->flags & wire::kMarkerOverlaid) != 0 ? overlaid
+                  : entry.place->is_opaque                                  ? opaque
+                                                                            : blended;
+    layer.push_back(entry);
   }
   // Back to front.
   const auto distance = [&](const auto& entry) {
-    const scene::Box& box = entry.second->box;
+    const scene::Box& box = entry.place->box;
     const glm::vec4 center(0.5f * (box.low + box.high), 1);
-    const glm::vec3 offset = glm::vec3(entry.first->world_from_marker * center) - frame.view.eye_world;
+    const glm::vec3 offset = glm::vec3(entry.shown->world_from_marker * center) - frame.view.eye_world;
     return glm::dot(offset, offset);
   };
   const auto is_behind = [&](const auto& a, const auto& b) { return distance(a) > distance(b); };
@@ -370,7 +436,8 @@ void MarkerPass::draw(VkCommandBuffer commands, const state::ShownMarker& shown,
   push.positions = elements_.address + place.positions;
   if (!marker.rotations.empty()) push.rotations = elements_.address + place.rotations;
   if (!marker.sizes.empty()) push.sizes = elements_.address + place.sizes;
-  if (!marker.colors.empty()) push.colors = elements_.address + place.colors;
+  const bool is_image = marker.kind == MarkerKind::images;
+  if (!marker.colors.empty() || is_image) push.colors = elements_.address + place.colors;
   push.world_from_marker = {row_of(world_from_marker, 0), row_of(world_from_marker, 1),
                             row_of(world_from_marker, 2)};
   const bool is_in_pixels = marker.width_unit == wire::MarkerUnit::pixels;
@@ -396,7 +463,14 @@ void MarkerPass::draw(VkCommandBuffer commands, const state::ShownMarker& shown,
     push.sizes = atlas_texels_.address;
     push.segments = atlas_rows_;
   }
-  const Shape shape = is_text ? Shape::glyph : marker.kind == MarkerKind::points ? Shape::disc : Shape::plain;
+  if (is_image) {
+    push.segments = marker.image.width;
+    push.rings = marker.image.height;
+  }
+  const Shape shape = is_text                             ? Shape::glyph
+                      : is_image                          ? Shape::image
+                      : marker.kind == MarkerKind::points ? Shape::disc
+                                                          : Shape::plain;
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline(layer, shape).get());
   vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
   vkCmdSetCullMode(commands, is_closed(marker.kind) ? VK_CULL_MODE_BACK_BIT : VK_CULL_MODE_NONE);

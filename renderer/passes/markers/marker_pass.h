@@ -7,9 +7,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <glm/glm.hpp>
-#include <map>
 #include <memory>
 #include <span>
+#include <unordered_map>
 #include <vector>
 
 #include "renderer/gpu/device/vk.h"
@@ -32,8 +32,11 @@ class MarkerPass {
   void update(gpu::Recorder& recorder, gpu::StagingRing& staging,
               std::span<const state::ShownMarker> markers);
 
-  // Screen-space bounds of the markers of the last update(). The whole image if one crosses the near plane.
-  VkRect2D bounds(std::span<const state::ShownMarker> markers, const View& view, VkExtent2D extent) const;
+  // Selects the markers of the last update() whose bounds meet the view's frustum, for bounds() and record().
+  void select(std::span<const state::ShownMarker> markers, const View& view, VkExtent2D extent);
+  // Screen-space bounds of the selected markers. The whole image if one crosses the near plane.
+  const VkRect2D& bounds() const { return bounds_; }
+  size_t selected_count() const { return selected_.size(); }
 
   struct Frame {
     Targets& targets;  // with colour and depth of the surfaces
@@ -41,8 +44,8 @@ class MarkerPass {
     VkDeviceAddress globals;
     VkRect2D area;  // scissor in the image
   };
-  // Draws the markers of the last update().
-  void record(gpu::Recorder& recorder, std::span<const state::ShownMarker> markers, const Frame& frame);
+  // Draws the selected markers.
+  void record(gpu::Recorder& recorder, const Frame& frame);
 
   // Number of bytes uploaded so far, for tests and measurements.
   uint64_t uploaded_bytes() const { return uploaded_bytes_; }
@@ -56,17 +59,28 @@ class MarkerPass {
     uint32_t glyphs = 0;                                                        // of texts
     float reach = 2;  // of the drawn element around its position, in widths: heads of arrows are wide
     bool is_opaque = true;
-    scene::Box box;  // of the elements, in marker space, without widths
+    scene::Box box;       // of the elements, in marker space, without widths
+    uint64_t update = 0;  // last one that showed it
+  };
+  struct Selected {
+    const state::ShownMarker* shown;
+    const Place* place;
   };
   enum class Layer : uint8_t { opaque, blended, overlaid };
-  enum class Shape : uint8_t { plain, disc, glyph };
-  // Arrays as the shader reads them: those of the marker, or glyphs of texts.
+  enum class Shape : uint8_t { plain, disc, glyph, image };
+  static constexpr size_t kShapeCount = 4;
+  // Arrays as the shader reads them: those of the marker, glyphs of texts, texels of images.
   struct Elements {
     std::span<const std::byte> positions, rotations, sizes, colors;
     uint32_t glyphs = 0;
     float reach = 2;
   };
-  Elements elements_of(const state::ShownMarker& shown, std::map<uint64_t, TextGlyphs>& laid_out);
+  // Arrays made from markers, by id, for one update: none is made twice.
+  struct Made {
+    std::unordered_map<uint64_t, TextGlyphs> texts;
+    std::unordered_map<uint64_t, std::vector<uint32_t>> texels;
+  };
+  Elements elements_of(const state::ShownMarker& shown, Made& made);
   static Place place_after(VkDeviceSize begin, const Elements& elements);
   void write(gpu::StagingRing& staging, const Elements& elements, const Place& place,
              std::vector<VkBufferCopy>& copies, std::vector<VkBuffer>& sources);
@@ -79,8 +93,8 @@ class MarkerPass {
   gpu::Device& device_;
   VkPipelineLayout layout_;
   VkSampleCountFlagBits samples_;
-  std::array<gpu::Pipeline, 9> pipelines_;  // by layer and shape; created on first use
-  std::unique_ptr<GlyphAtlas> atlas_;       // created for the first text
+  std::array<gpu::Pipeline, 3 * kShapeCount> pipelines_;  // by layer and shape; created on first use
+  std::unique_ptr<GlyphAtlas> atlas_;                     // created for the first text
   gpu::Buffer atlas_texels_;
   VkDeviceSize atlas_capacity_ = 0;
   uint64_t atlas_revision_ = 0;  // of the uploaded texels
@@ -89,7 +103,10 @@ class MarkerPass {
   VkDeviceSize capacity_ = 0, end_ = 0;
   VkDeviceSize refused_bytes_ = UINT64_MAX;  // the smallest size that the device refused
   bool lacks_memory_ = false;
-  std::map<uint64_t, Place> places_;  // by id
+  std::unordered_map<uint64_t, Place> places_;  // by id
+  uint64_t update_ = 0;                         // number of the last one
+  std::vector<Selected> selected_;
+  VkRect2D bounds_{};
   uint64_t uploaded_bytes_ = 0;
 };
 

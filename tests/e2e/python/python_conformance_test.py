@@ -45,6 +45,12 @@ NOT_SAID = {
 OWN = {"epoch", "clock", "protocol_minor", "sequence", "publish_time_ns", "scene_version", "version"}  # set by the library
 
 
+def pixels_of(image):
+    if image is None:
+        return None
+    return np.array(image["pixels"], np.uint8).reshape(image["height"], image["width"], image["channels"])
+
+
 def same(name, came, meant):
     for key, value in meant.items():
         if key not in OWN:
@@ -103,7 +109,7 @@ def say_edit(stream, lines, name, meant):
                           colors=np.array(value["colors"], "<u4").view(np.uint8).reshape(-1, 4),
                           parent=value["parent"], parent_from_marker=np.array(value["parent_from_marker"]),
                           lifetime_s=value["lifetime_ns"] / 1e9, overlaid=value["flags"] == 1,
-                          texts=value.get("texts"), **width)
+                          texts=value.get("texts"), pixels=pixels_of(value.get("image")), **width)
     else:
         assert kind == "Vertices", f"{name}: nothing here sets {kind}"
         normals = np.array(value["normals"]) if value["normals"] else None
@@ -180,6 +186,11 @@ def texted(*texts):
     return marked("TEXTS", positions=POINTS[:2], texts=list(texts))
 
 
+def imaged(width=3, height=2, channels=4, **changes):
+    return marked("IMAGES", positions=POINTS[:1], pixels=np.zeros((height, width, channels), np.uint8),
+                  **{"sizes": [1, 1, 0], "colors": None, **changes})
+
+
 def declared(*names):
     return lambda stream: stream.declare_scalars("arm", names)
 
@@ -242,6 +253,16 @@ REFUSED = {
     "scene_edit_light_negative": (lit(intensity=-1), "intensity"),
     "scene_edit_light_wide": (lit(outer_cone_rad=2), "outer_cone_rad"),
     "scene_edit_marker_colors_count": (marked(colors=[(1, 0, 0)] * 2), "colors has 2"),
+    "scene_edit_marker_image_channels": (imaged(channels=2), "the shape (2, 3, 2)"),
+    "scene_edit_marker_image_colors": (imaged(colors=(1, 0, 0)), "colors is given"),
+    "scene_edit_marker_image_none": (marked("IMAGES", sizes=[1, 1, 0], colors=None), "image has 0 x 0"),
+    "scene_edit_marker_image_of_points": (marked(pixels=np.zeros((2, 3), np.uint8)), "image is given"),
+    "scene_edit_marker_image_pixels_few": "arrays have as many pixels as their shape says",
+    "scene_edit_marker_image_pixels_many": "arrays have as many pixels as their shape says",
+    "scene_edit_marker_image_side_overflow": "no array has that many pixels",
+    "scene_edit_marker_image_sizes_nan": (imaged(sizes=[1, NAN, 0]), "sizes[0][1]"),
+    "scene_edit_marker_image_sizes_none": (imaged(sizes=None), "sizes has 0"),
+    "scene_edit_marker_image_too_wide": (imaged(width=1025), "1025 x 2"),
     "scene_edit_marker_later_kind_rotation_nan": "the library knows its own kinds",
     "scene_edit_marker_name_empty": (lambda s: s.points("", POINTS), "node"),
     "scene_edit_marker_of_other_property": "a call sets the value of its property",

@@ -1,5 +1,5 @@
 """End-to-end test of markers: the example of docs/markers.md is shown, recorded and replayed, and requested images have
-none.
+those that they ask for.
 
 python_markers_test.py FIRE3DV [CASE...]
 """
@@ -42,6 +42,8 @@ def shows(test):
         stream.describe(["red"])
         stream.points("a/point", [[-30.5, -20.5, 0]], colors=(1, 0, 1), size_px=9)
         stream.boxes("a/box", [[0, 0, 0]], sizes=10, colors=(1, 1, 0), parent="red")
+        quarters = numpy.array([[[200, 40, 40], [40, 200, 40]], [[40, 40, 200], [90, 90, 90]]], numpy.uint8)
+        stream.image("a/image", quarters, size_m=(8, 6), position=(30, 25, 0))  # 4 x 3 pixels for each of its own
 
         def publish(sim_time_ns, x):
             sequence = stream.publish(sim_time_ns, [fire3dv.pose((x, 0, 0))])
@@ -51,10 +53,20 @@ def shows(test):
         first = renderer.picture(publish(0, 10))
         check(at(first, -31, -21) == MAGENTA and at(first, -28, -21) == MAGENTA, f"no point: {at(first, -31, -21)}")
         check(at(first, -37, -21) != MAGENTA, "the point is larger than 9 pixels")
+        corners = [at(first, x, y) for y in (26, 23) for x in (27, 32)]
+        check(corners == [tuple(color) for color in quarters.reshape(-1, 3).tolist()], f"the image shows {corners}")
         yellow = at(first, 10, -2)
         check(yellow[0] > 240 and yellow[1] > 240 and yellow[2] < 10, f"no box at its parent: {yellow}")
         with stream.request_image(*SIZE, parent_from_camera=CAMERA, fx=50).wait(HANG_S) as image:
             check(not (image.color[..., :3] == MAGENTA).all(axis=-1).any(), "a requested image has markers")
+        request = {"parent_from_camera": CAMERA, "fx": 50, "outputs": ("color", "depth", "instance")}
+        plain = stream.request_image(*SIZE, **request).wait(HANG_S)
+        marked = stream.request_image(*SIZE, markers=True, **request).wait(HANG_S)
+        check((marked.color[..., :3] == MAGENTA).all(axis=-1).sum() > 40, "an image that asks for markers has none")
+        check((marked.depth == plain.depth).all() and (marked.instance == plain.instance).all(), "depth has markers")
+        check(not (plain.color == marked.color).all(), "an image that does not ask has markers")
+        plain.close()
+        marked.close()
         stream.clear_marker("a/point")
         stream.lines("a/line", [[-40, 20.5, 0], [-20, 20.5, 0]], colors=(1, 0, 1), width_px=3, lifetime_s=1)
         second = renderer.picture(publish(500_000_000, 20))
@@ -73,6 +85,12 @@ def shows(test):
     hidden = test.renderer("--step", "--exit-when-done", "--fxaa", "off", "--markers", "off", "--replay", path)
     hidden.expect_exit()
     check(all(at(hidden.picture(f), -31, -21) != MAGENTA for f in hidden.frames()), "--markers off shows them")
+    for mode in ("on", "all"):
+        data = test.renderer("--step", "--exit-when-done", "--fxaa", "off", "--markers", mode, "--outputs", "color,depth",
+                             "--replay", path)
+        data.expect_exit()
+        picture = data.picture(next(f for f in data.frames() if shown(f, "arm") and shown(f, "arm")["sequence"] == 1))
+        check((at(picture, -31, -21) == MAGENTA) == (mode == "all"), f"a data set with --markers {mode}")
 
 
 def example(test):
@@ -120,6 +138,11 @@ def arguments(test):
         stream.text("a", "one", [[0, 0, 0]], (1, 0, 0), size_m=0.1)
         stream.text("a", ["one", "K\u00f6rper\n2", ""], cloud, numpy.zeros((3, 4), numpy.uint8), overlaid=True)
         stream.text("a", [], [])
+        stream.image("a", numpy.zeros((4, 6), numpy.uint8))
+        stream.image("a", numpy.zeros((4, 6, 1), numpy.uint8), 0.5, rotation=(0, 0, 0, 1), parent="x", overlaid=True)
+        stream.image("a", numpy.zeros((8, 12, 4), numpy.uint8)[::2, ::2], size_m=(1, 2), position=numpy.zeros(3))
+        stream.image("a", memoryview(bytes(24)).cast("B", (2, 4, 3)), lifetime_s=1)
+        stream.image("a", numpy.zeros((1024, 1024, 4), numpy.uint8))
         stream.clear_marker("a")
         stream.clear_marker("never set")
         raised("size_px and size_m", lambda: stream.points("a", cloud, size_px=1, size_m=1))
@@ -130,6 +153,20 @@ def arguments(test):
         raised("positions has the shape (3, 2)", lambda: stream.points("a", cloud[:, :2]))
         raised("lifetime_s", lambda: stream.points("a", cloud, lifetime_s=-1))
         raised("control character", lambda: stream.points("a\nb", cloud))
+        raised("2000 x 4 pixels; 1 to 1024", lambda: stream.image("a", numpy.zeros((4, 2000), numpy.uint8)))
+        raised("0 x 4 pixels", lambda: stream.image("a", numpy.zeros((4, 0, 3), numpy.uint8)))
+        raised("the shape (4, 6, 2)", lambda: stream.image("a", numpy.zeros((4, 6, 2), numpy.uint8)))
+        raised("the format 'd'", lambda: stream.image("a", numpy.zeros((4, 6))))
+        raised("pixels must be an array of uint8", lambda: stream.image("a", [[1, 2], [3, 4]]))
+        raised("the shape (24,)", lambda: stream.image("a", bytes(24)))
+        raised("size_m has 3 numbers", lambda: stream.image("a", numpy.zeros((4, 6), numpy.uint8), (1, 1, 1)))
+        raised("sizes[0][0] is nan", lambda: stream.image("a", numpy.zeros((4, 6), numpy.uint8), float("nan")))
+        raised("sizes[0][1] is -1", lambda: stream.image("a", numpy.zeros((4, 6), numpy.uint8), (1, -1)))
+        raised("points have no image", lambda: stream.set_marker("a", 0, cloud, pixels=numpy.zeros((4, 6), numpy.uint8)))
+        raised("image has 0 x 0 pixels", lambda: stream.set_marker("a", 11, cloud, sizes=1.0))
+        stream.describe([])
+        raised("markers", lambda: stream.request_image(4, 4, fx=1, outputs=("depth",), markers=True))
+        raised("markers", lambda: stream.request_image(4, 4, fx=1, outputs=("color", "linear"), markers=True))
         raised("texts has 2 elements for 3 positions", lambda: stream.text("a", ["x", "y"], cloud))
         raised("texts[1] has a control character at byte 1", lambda: stream.text("a", ["x", "y\t", "z"], cloud))
         raised("texts[0] has 1025 bytes", lambda: stream.text("a", "x" * 1025, [[0, 0, 0]]))

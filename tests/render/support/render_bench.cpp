@@ -122,7 +122,7 @@ Taken RenderBench::take(const state::PoseState& poses, const passes::View& view,
 Taken RenderBench::take(const state::PoseState& poses, std::span<const passes::View> views,
                         const passes::ImageOutputs& outputs, std::span<passes::CameraHistory> histories) {
   const passes::PreparedFrame prepared =
-      prepare({.views = static_cast<uint32_t>(views.size()), .outputs = outputs});
+      prepare({.views = static_cast<uint32_t>(views.size()), .outputs = outputs, .markers = shows_markers_});
   if (renderer_.traces_paths()) renderer_.trace_paths(prepared, poses, views[0]);
   gpu::Recorder& recorder = frames_.begin();
   renderer_.record(prepared, recorder, frames_.staging(), poses, views, histories);

@@ -63,7 +63,7 @@ class RenderBench {
   std::vector<sinks::FrameImage> draw_on(state::PoseState& poses, const std::vector<state::RestPose>& moved);
   // Sets the stream condition that marks later images.
   void set_condition(state::Condition condition) { condition_ = condition; }
-  // Shows these markers in later images of draw(). Null: none are requested.
+  // Shows these markers in later images of draw() and take(). Null: none are requested.
   void set_markers(const std::vector<state::ShownMarker>* markers) {
     shows_markers_ = markers != nullptr;
     if (markers) renderer_.set_markers(*markers);

@@ -156,6 +156,7 @@ TEST_P(ClientImage, ARequestArrivesAndItsImageComesBack) {
   EXPECT_EQ(got.epoch, drawer_->epoch);
   EXPECT_EQ(got.sequence, 1u) << "the newest that was published";
   EXPECT_EQ(got.outputs, wire::kColorSrgb8 | wire::kDepthF32);
+  EXPECT_FALSE(got.markers);
   EXPECT_EQ(got.when, wire::ImageWhen::once);
   EXPECT_EQ(got.parent_from_camera.m[3], 0.5f);
   EXPECT_EQ(got.intrinsics, (wire::Intrinsics{8, 4, 10, 10, 3.5f, 1.5f, 0.01f, 0, {}}));
@@ -173,6 +174,8 @@ TEST_P(ClientImage, ARequestArrivesAndItsImageComesBack) {
   EXPECT_EQ(reinterpret_cast<uintptr_t>(image->planes[0].data) % 16, 0u);
   EXPECT_EQ(drawn_sequence(*image), 1u);
   EXPECT_EQ(wait(id, FIRE3DV_ERROR_ARGUMENT), nullptr) << "once is once";
+  request.markers = 1;
+  EXPECT_TRUE(seen(send_request(request)).markers);
 }
 
 TEST_P(ClientImage, WithRandomDepthInFlightEveryImageIsOfTheSequenceThatItClaims) {
@@ -398,6 +401,11 @@ TEST(ClientImageArguments, AreCheckedBeforeAnythingIsSent) {
   expect(FIRE3DV_ERROR_ARGUMENT, "sequence is 0");
   request.outputs = 1u << 9;
   expect(FIRE3DV_ERROR_ARGUMENT, "outputs is 512");
+  request.markers = 2;
+  expect(FIRE3DV_ERROR_ARGUMENT, "markers is 2");
+  request.markers = 1;
+  request.outputs = FIRE3DV_IMAGE_DEPTH_F32;
+  expect(FIRE3DV_ERROR_ARGUMENT, "markers is set");
   request.lens = 3;
   expect(FIRE3DV_ERROR_ARGUMENT, "lens is 3");
   request.node = "a\nb";

@@ -268,7 +268,7 @@ TEST(ClientSceneErrors, WhatIsWrongWithAMarkerIsNamed) {
   };
   constexpr int kArgument = FIRE3DV_ERROR_ARGUMENT;
   expect_refused(kArgument, "struct_size", [](fire3dv_marker& m) { m.struct_size = 8; });
-  expect_refused(kArgument, "marker.kind is 11", [](fire3dv_marker& m) { m.kind = 11; });
+  expect_refused(kArgument, "marker.kind is 12", [](fire3dv_marker& m) { m.kind = 12; });
   expect_refused(kArgument, "marker.kind is -1", [](fire3dv_marker& m) { m.kind = -1; });
   expect_refused(kArgument, "marker.width_unit is 2", [](fire3dv_marker& m) { m.width_unit = 2; });
   expect_refused(kArgument, "marker.flags is 2", [](fire3dv_marker& m) { m.flags = 2; });
@@ -311,6 +311,44 @@ TEST(ClientSceneErrors, WhatIsWrongWithAMarkerIsNamed) {
   expect_refused(FIRE3DV_ERROR_BUDGET, "at most 65536", [&](fire3dv_marker& m) {
     m.texts = &text;
     m.text_count = SIZE_MAX;
+  });
+  const uint8_t pixels[24] = {};
+  const float sizes[] = {1, 1, 0};
+  const auto expect_image_refused = [&](const std::string& reason, auto change) {
+    expect_refused(kArgument, reason, [&](fire3dv_marker& m) {
+      m.kind = FIRE3DV_MARKER_IMAGES;
+      m.sizes = sizes;
+      m.size_count = 1;
+      m.image_pixels = pixels;
+      m.image_width = 3;
+      m.image_height = 2;
+      m.image_channels = 4;
+      change(m);
+    });
+  };
+  expect_image_refused("must be given together", [](fire3dv_marker& m) { m.image_pixels = nullptr; });
+  expect_image_refused("must be given together",
+                       [](fire3dv_marker& m) { m.image_width = m.image_height = m.image_channels = 0; });
+  // Refused before a pixel is read.
+  expect_image_refused("image has 1025 x 2 pixels", [](fire3dv_marker& m) { m.image_width = 1025; });
+  expect_image_refused("image has 3 x 4294967295 pixels",
+                       [](fire3dv_marker& m) { m.image_height = UINT32_MAX; });
+  expect_image_refused("image has 0 x 2 pixels", [](fire3dv_marker& m) { m.image_width = 0; });
+  expect_image_refused("image_channels is 2", [](fire3dv_marker& m) { m.image_channels = 2; });
+  expect_image_refused("image_channels is 260", [](fire3dv_marker& m) { m.image_channels = 260; });
+  expect_image_refused("points have no image", [](fire3dv_marker& m) {
+    m.kind = FIRE3DV_MARKER_POINTS;
+    m.size_count = 0;
+    m.sizes = nullptr;
+  });
+  expect_image_refused("sizes has 0 elements", [](fire3dv_marker& m) {
+    m.size_count = 0;
+    m.sizes = nullptr;
+  });
+  expect_refused(kArgument, "image has 0 x 0 pixels", [&](fire3dv_marker& m) {
+    m.kind = FIRE3DV_MARKER_IMAGES;
+    m.sizes = sizes;
+    m.size_count = 1;
   });
   fire3dv_marker marker{};
   marker.struct_size = sizeof marker;

@@ -309,7 +309,8 @@ TEST(FoxgloveMarkers, LifetimesEndWithTheFrameAfterThem) {
 
 TEST(FoxgloveMarkers, HostileCountsAreLeftOutAndCounted) {
   FoxgloveMarkers markers = described();
-  for (size_t kind = 0; kind < wire::kMarkerKindCount; ++kind) {
+  constexpr auto kKinds = static_cast<size_t>(MarkerKind::images);
+  for (size_t kind = 0; kind < kKinds; ++kind) {
     const auto each = static_cast<MarkerKind>(kind);
     // As many positions as just fit have a message within the limit; twice as many do not.
     Marker large = marker(each, {});
@@ -332,7 +333,11 @@ TEST(FoxgloveMarkers, HostileCountsAreLeftOutAndCounted) {
     }
     EXPECT_GT(count, 20'000u) << wire::marker_kind_name(each);
   }
-  EXPECT_EQ(markers.left_out(), wire::kMarkerKindCount);
+  EXPECT_EQ(markers.left_out(), kKinds);
+  Marker image = marker(MarkerKind::images, {{0, 0, 0}});
+  image.image = {1, 1, 1, {0}};
+  EXPECT_TRUE(markers.set("image", image, kNow_ns).empty());
+  EXPECT_EQ(markers.left_out(), kKinds + 1);
 }
 
 // --- in files

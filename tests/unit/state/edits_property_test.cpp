@@ -9,6 +9,7 @@
 #include <random>
 
 #include "fire3dv/client.hpp"
+#include "fire3dv/markers.h"
 #include "protocol/transport/open.h"
 #include "protocol/transport/udp/udp_datagram.h"
 #include "protocol/wire/decode.h"
@@ -102,7 +103,7 @@ void EditsProperty::edit(Stream& stream, std::mt19937& generator, Model& model) 
   const std::string node = "node " + std::to_string(generator() % 12);
   const auto fraction = [&] { return static_cast<float>(generator() % 100) / 100.0f; };
   using P = wire::Property;
-  switch (generator() % 8) {
+  switch (generator() % 9) {
     case 0: {
       const bool visible = generator() % 2 != 0;
       stream.set_visible(node, visible);
@@ -160,6 +161,30 @@ void EditsProperty::edit(Stream& stream, std::mt19937& generator, Model& model) 
       break;
     }
     case 7: {
+      std::vector<uint8_t> pixels(3 * (1 + generator() % 900));
+      for (uint8_t& value : pixels) value = static_cast<uint8_t>(generator());
+      const float position[] = {fraction(), 0, 1}, size[] = {1, fraction(), 0};
+      fire3dv_marker marker{};
+      marker.struct_size = sizeof marker;
+      marker.kind = FIRE3DV_MARKER_IMAGES;
+      marker.positions = position;
+      marker.sizes = size;
+      marker.position_count = marker.size_count = 1;
+      marker.image_pixels = pixels.data();
+      marker.image_width = static_cast<uint32_t>(pixels.size() / 3);
+      marker.image_height = 1;
+      marker.image_channels = 3;
+      ASSERT_EQ(fire3dv_set_marker(stream.get(), node.c_str(), &marker), FIRE3DV_OK) << fire3dv_last_error();
+      wire::Marker expected;
+      expected.kind = wire::MarkerKind::images;
+      expected.width = 0;
+      expected.positions = {{position[0], 0, 1}};
+      expected.sizes = {{1, size[1], 0}};
+      expected.image = {marker.image_width, 1, 3, pixels};
+      model[{node, P::marker}] = expected;
+      break;
+    }
+    case 8: {
       // fire3dv_clear() clears what the scene has, up to markers.
       const auto property = static_cast<int>(generator() % (static_cast<unsigned>(P::marker) + 1));
       stream.clear(node, property);

@@ -272,5 +272,36 @@ TEST_F(MarkerRegistryTest, ChargesThePeer) {
   EXPECT_EQ(budget->used(Resource::edit_bytes), 0u);
 }
 
+TEST_F(MarkerRegistryTest, ChargesImagesAndTexts) {
+  PeerLimits limits;
+  limits.of(Resource::gpu_bytes) = 10'000'000;
+  const auto budget = BudgetPool::create(limits)->add_peer("peer");
+  const StreamId id = stream(1, budget);
+  wire::Marker image = points();
+  image.kind = wire::MarkerKind::images;
+  image.sizes = {{1, 1, 0}};
+  image.image = {1000, 500, 1, std::vector<uint8_t>(500'000)};
+  edit(id, "a", image);
+  EXPECT_EQ(shown().size(), 1u);
+  EXPECT_EQ(budget->used(Resource::gpu_bytes), 2u * (12 + 12 + 4 * 500'000)) << "4 bytes a pixel";
+  EXPECT_GE(budget->used(Resource::edit_bytes), 500'000u);
+  EXPECT_LT(budget->used(Resource::edit_bytes), 502'000u);
+  edit(id, "a", image);
+  edit(id, "b", image);
+  image.image = {1000, 1000, 1, std::vector<uint8_t>(1'000'000)};
+  edit(id, "c", image);
+  EXPECT_EQ(shown().size(), 2u) << "c is over the limit, and harms nobody";
+  EXPECT_TRUE(log().starts_with("warning: the marker \"c\" is not shown: "));
+  for (const char* name : {"a", "b", "c"}) edit(id, name, wire::Cleared{});
+  EXPECT_TRUE(shown().empty());
+  const uint64_t empty = budget->used(Resource::edit_bytes);
+  wire::Marker texts = points();
+  texts.kind = wire::MarkerKind::texts;
+  texts.texts = {std::string(1024, 'x')};
+  edit(id, "a", texts);
+  (void)shown();
+  EXPECT_GE(budget->used(Resource::edit_bytes), empty + 1024);
+}
+
 }  // namespace
 }  // namespace fire3dv::state

@@ -78,6 +78,8 @@ typedef struct fire3dv_image_request {
   uint32_t every;                  /* period in frames of FIRE3DV_IMAGE_EVERY_NTH; 0 = 1 */
   double rate_hz;                  /* limit of FIRE3DV_IMAGE_RATE */
   uint64_t sequence;               /* first frame that may be shown; 0 = the newest published one */
+  int32_t markers; /* 1: FIRE3DV_IMAGE_COLOR_SRGB8 shows markers (fire3dv/markers.h), other outputs do not; not together
+                    * with FIRE3DV_IMAGE_COLOR_LINEAR_F16. Renderers of protocol 1.5 ignore it */
 } fire3dv_image_request;
 
 typedef struct fire3dv_image_plane {

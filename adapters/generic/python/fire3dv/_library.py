@@ -57,7 +57,8 @@ class Marker(Structure):
                 ("flags", c_uint32), ("lifetime_ns", c_uint64), ("parent", c_char_p), ("parent_from_marker", c_void_p),
                 ("positions", c_void_p), ("position_count", c_size_t), ("rotations", c_void_p),
                 ("rotation_count", c_size_t), ("sizes", c_void_p), ("size_count", c_size_t), ("colors", c_void_p),
-                ("color_count", c_size_t), ("texts", c_void_p), ("text_count", c_size_t)]
+                ("color_count", c_size_t), ("texts", c_void_p), ("text_count", c_size_t), ("image_pixels", c_void_p),
+                ("image_width", c_uint32), ("image_height", c_uint32), ("image_channels", c_uint32)]
 
 
 class Scalars(Structure):
@@ -70,7 +71,7 @@ class ImageRequest(Structure):
                 ("height", c_uint32), ("fx", c_float), ("fy", c_float), ("cx", c_float), ("cy", c_float),
                 ("near_m", c_float), ("far_m", c_float), ("lens", c_int32), ("lens_coefficients", c_float * 5),
                 ("outputs", c_uint32), ("when", c_int32), ("every", c_uint32), ("rate_hz", c_double),
-                ("sequence", c_uint64)]
+                ("sequence", c_uint64), ("markers", c_int32)]
 
 
 class ImagePlane(Structure):

@@ -83,6 +83,38 @@ def _rgba_rows(colors: Any) -> List[Tuple[int, ...]]:
         raise _refuse(f"colors must hold numbers: {fault}") from None
 
 
+class _Pixels:
+    """Rows of 8-bit pixels. `address` is valid for the lifetime of this object; None for no image."""
+
+    def __init__(self, pixels: Any) -> None:
+        self.address: Optional[int] = None
+        self.width = self.height = self.channels = 0
+        if pixels is None:
+            return
+        numpy = sys.modules.get("numpy")
+        if numpy is not None and hasattr(pixels, "__array__"):
+            pixels = numpy.asarray(pixels)
+        try:
+            view = memoryview(pixels)
+        except (TypeError, ValueError) as fault:
+            raise _refuse(f"pixels must be an array of uint8: {fault}") from None
+        if view.format != "B" or view.ndim not in (2, 3) or (view.ndim == 3 and view.shape[2] not in (1, 3, 4)):
+            raise _refuse(f"pixels has the shape {tuple(view.shape)} and the format {view.format!r}; uint8 of (height, "
+                          "width), or with 1, 3 or 4 channels, is needed")
+        self.height, self.width = view.shape[:2]
+        self.channels = view.shape[2] if view.ndim == 3 else 1
+        most = 1024
+        if not (1 <= self.width <= most and 1 <= self.height <= most):
+            raise _refuse(f"pixels has {self.width} x {self.height} pixels; 1 to {most} a side are allowed: scale it "
+                          "down")
+        memory = c_uint8 * view.nbytes
+        if view.c_contiguous and not view.readonly:
+            self._memory = memory.from_buffer(view)
+        else:
+            self._memory = memory.from_buffer_copy(view.tobytes())
+        self.address = ctypes.addressof(self._memory)
+
+
 def _width(pixels: Optional[float], lengths: Optional[float], default_px: float, name: str) -> Tuple[float, int]:
     if pixels is not None and lengths is not None:
         raise _refuse(f"{name}_px and {name}_m are both given; one of them is needed")
@@ -131,7 +163,7 @@ class Markers:
                    sizes: Union[Array, float, None] = None, colors: Optional[Array] = None,
                    width_px: Optional[float] = None, width_m: Optional[float] = None, parent: Optional[str] = None,
                    parent_from_marker: Optional[Array] = None, lifetime_s: float = 0.0, overlaid: bool = False,
-                   texts: Optional[Sequence[str]] = None, _positions_per_color: int = 1) -> None:
+                   texts: Optional[Sequence[str]] = None, pixels: Any = None, _positions_per_color: int = 1) -> None:
         """Sets or replaces a marker of any kind; the other functions call this one."""
         places = Numbers(positions, (3,), "positions")
         turns = Numbers(rotations if rotations is not None else [], (4,), "rotations")
@@ -147,10 +179,12 @@ class Markers:
         if lifetime_ns >= 2**63:
             raise _refuse(f"lifetime_s is {lifetime_s}; at most 292 years are allowed, and 0 has no end")
         strings = _strings(texts)
+        image = pixels if isinstance(pixels, _Pixels) else _Pixels(pixels)
         marker = c.Marker(ctypes.sizeof(c.Marker), c_int32(kind), unit, width, _OVERLAID if overlaid else 0,
                           c_uint64(round(lifetime_ns)), encoded(parent, "parent"), matrix.address, places.address,
                           places.rows, turns.address, turns.rows, extents.address, extents.rows, rgba.address,
-                          rgba.rows, ctypes.addressof(strings) if strings else None, len(strings))
+                          rgba.rows, ctypes.addressof(strings) if strings else None, len(strings), image.address,
+                          image.width, image.height, image.channels)
         check(library().fire3dv_set_marker(self.handle, encoded(name, "name"), byref(marker)))
 
     def clear_marker(self, name: str) -> None:
@@ -223,6 +257,30 @@ class Markers:
         width, unit = _width(size_px, size_m, 16.0, "size")
         self.set_marker(name, MarkerKind.TEXTS, positions, colors=colors, texts=[text] if isinstance(text, str) else text,
                         **_named(width, unit), **common)
+
+
+    def image(self, name: str, pixels: Any, size_m: Union[float, Sequence[float], None] = None,
+              position: Array = (0.0, 0.0, 0.0), rotation: Optional[Array] = None, **common: Any) -> None:
+        """An image on a rectangle, seen from both sides, in its own colours. pixels: uint8 of (height, width), or (height,
+        width, 1, 3 or 4), sRGB; at most 1024 a side.
+
+        size_m: width and height, or the width alone, which keeps the pixels square; None: 1. position: of the centre.
+        rotation: x y z w; without one the image faces +z, its top is at +y.
+        """
+        image = _Pixels(pixels)
+        if image.address is None:
+            raise _refuse("pixels is None; an array of uint8 is needed")
+        if size_m is None:
+            size_m = 1.0
+        if not hasattr(size_m, "__iter__"):
+            width = real(size_m, "size_m")
+            size = (width, width * image.height / image.width)
+        else:
+            size = tuple(real(length, "size_m") for length in size_m)  # type: ignore
+            if len(size) != 2:
+                raise _refuse(f"size_m has {len(size)} numbers; width and height, or the width alone, are needed")
+        self.set_marker(name, MarkerKind.IMAGES, [tuple(position)], sizes=[(*size, 0.0)],
+                        rotations=None if rotation is None else [tuple(rotation)], pixels=image, **common)
 
 
 def _strings(texts: Optional[Sequence[str]]) -> Any:

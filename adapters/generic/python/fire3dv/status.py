@@ -36,6 +36,7 @@ class MarkerKind(IntEnum):
     CAPSULES = 8
     TRIANGLES = 9
     TEXTS = 10
+    IMAGES = 11
 
 
 class LightKind(IntEnum):

@@ -1,0 +1,40 @@
+// Colour of an image marker, display-referred like marker.frag: bilinear, and where texels are smaller than pixels
+// the mean of several samples of the pixel's footprint. Interpolates in linear light, premultiplied.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "common/buffers.glsl"
+
+layout(push_constant, scalar) uniform Push { MarkerPush push; };
+layout(location = 1) in vec2 in_texel;
+layout(location = 0) out vec4 out_color;
+
+const int kMaxTaps = 4;  // along each axis of the footprint
+
+vec4 texel_at(ivec2 texel) {
+  const uint index = uint(texel.y) * push.segments + uint(texel.x);
+  const vec4 srgb = unpackUnorm4x8(UintRef(push.colors).at[index]);
+  const vec3 low = srgb.rgb / 12.92, high = pow((srgb.rgb + 0.055) / 1.055, vec3(2.4));
+  return vec4(mix(high, low, lessThanEqual(srgb.rgb, vec3(0.04045))) * srgb.a, srgb.a);
+}
+
+// Coordinates count from the corner of the first texel. Edges repeat.
+vec4 bilinear(vec2 texel) {
+  const vec2 last = vec2(push.segments, push.rings) - 1;
+  const vec2 at = clamp(texel - 0.5, vec2(0), last);
+  const ivec2 low = ivec2(at), high = min(low + 1, ivec2(last));
+  const vec2 share = at - vec2(low);
+  return mix(mix(texel_at(low), texel_at(ivec2(high.x, low.y)), share.x),
+             mix(texel_at(ivec2(low.x, high.y)), texel_at(high), share.x), share.y);
+}
+
+void main() {
+  const vec2 along = dFdx(in_texel), down = dFdy(in_texel);
+  const int columns = int(clamp(ceil(length(along) - 0.01), 1, float(kMaxTaps)));
+  const int rows = int(clamp(ceil(length(down) - 0.01), 1, float(kMaxTaps)));
+  vec4 sum = vec4(0);
+  for (int row = 0; row < rows; ++row)
+    for (int column = 0; column < columns; ++column)
+      sum += bilinear(in_texel + along * ((column + 0.5) / columns - 0.5) + down * ((row + 0.5) / rows - 0.5));
+  out_color = sum / (rows * columns);
+  if (out_color.a <= 0) discard;
+}
