@@ -84,6 +84,25 @@ SceneFile environment_balls() {
   return stage.finish("environment_balls");
 }
 
+// Metals with measured reflectance at normal incidence (linear), and matte surfaces.
+SceneFile spheres() {
+  const GltfMaterial materials[] = {
+      {"aluminium", {0.912f, 0.914f, 0.920f}, 1, 0.1f, {}, {}, {}, {}},
+      {"gold", {1.000f, 0.782f, 0.344f}, 1, 0.2f, {}, {}, {}, {}},
+      {"copper", {0.955f, 0.638f, 0.538f}, 1, 0.4f, {}, {}, {}, {}},
+      lambert("blue", {0.05f, 0.15f, 0.55f}),
+  };
+  Stage stage;
+  stage.shape("ground", examples::floor_mesh(30), lambert("ground", {0.45f, 0.42f, 0.38f}), standing({}));
+  float x = -1.35f;
+  for (const GltfMaterial& material : materials) {
+    stage.shape(material.name, ball(0.42f), material, standing({x, 0.42f, 0}));
+    x += 0.9f;
+  }
+  stage.camera("camera", {0, 1.6f, 5}, {0, 0.36f, 0}, 0.55f);
+  return stage.finish("spheres");
+}
+
 SceneFile glass() {
   GltfMaterial clear{"glass", {1, 1, 1}, 0, 0, {}, {}, {}, {}};
   clear.transmission = 1;
@@ -93,8 +112,9 @@ SceneFile glass() {
   const Mesh tile = examples::floor_mesh(0.25f);
   for (int z = -6; z < 5; ++z) {
     for (int x = -6; x < 6; ++x) {
-      const float gray = (x + z) % 2 == 0 ? 0.7f : 0.25f;
-      stage.shape("tile", tile, lambert("tile", {gray, gray, gray}),
+      const bool is_light = (x + z) % 2 == 0;
+      const float gray = is_light ? 0.7f : 0.25f;
+      stage.shape("tile", tile, lambert(is_light ? "light tile" : "dark tile", {gray, gray, gray}),
                   facing({0.5f * static_cast<float>(x) + 0.25f, 0, 0.5f * static_cast<float>(z)}, {0, 1, 0}));
     }
   }
@@ -116,6 +136,7 @@ std::vector<SceneFile> make_reference_scenes() {
           lit_ball("metal_ball", white_metal(BallView{}.metal_roughness)),
           room(),
           environment_balls(),
+          spheres(),
           glass()};
 }
 

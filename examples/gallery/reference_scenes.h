@@ -8,8 +8,9 @@
 
 namespace gallery {
 
-// plane_point, plane_sun, ball_point, metal_ball, room, environment_balls, glass (.glb). Matte materials have
-// specularFactor 0; the first camera is the one of the images.
+// plane_point, plane_sun, ball_point, metal_ball, room, environment_balls: goldens of the tests; spheres,
+// glass (and room): docs/gallery.md. Matte materials have specularFactor 0; the first camera is the one of
+// the images.
 std::vector<SceneFile> make_reference_scenes();
 
 // Geometry of ball_point and metal_ball.

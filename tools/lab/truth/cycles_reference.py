@@ -40,7 +40,12 @@ def gltf_materials(path):
     with open(path, "rb") as file:
         length, = struct.unpack("<12xI4x", file.read(20))
         document = json.loads(file.read(length))
-    return {material.get("name", ""): material for material in document.get("materials", [])}
+    known = {}
+    for material in document.get("materials", []):
+        name = material.get("name", "")
+        if known.setdefault(name, material) != material:
+            sys.exit(f"cycles_reference.py: {path}: two different materials are called \"{name}\"; rename one")
+    return known
 
 
 def replace_surface(material, node_type, color, roughness=None, distribution=None):
