@@ -1,5 +1,5 @@
-// Scenes with reference images by Blender's Cycles: surfaces whose models agree (Lambert, white GGX metal),
-// and a glass scene for docs/gallery.md. docs/truth.md says how the images were made.
+// Scenes with reference images by Blender's Cycles: surfaces whose models agree (Lambert, GGX metals, smooth
+// glass). docs/truth.md says how the images were made.
 #pragma once
 
 #include <vector>
