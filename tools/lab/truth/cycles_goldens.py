@@ -23,6 +23,7 @@ SCENES = {
     "metal_ball": ("64x48", 8192, 0, "--facets", "one-bounce"),
     "room": ("32x24", 32768, 64),
     "environment_balls": ("48x32", 16384, 8, "--environment"),
+    "glass": ("48x36", 8192, 16, "--environment"),
 }
 
 
