@@ -43,8 +43,9 @@ def environment(width=64, height=32):
 
 def render(blender, scene, folder, options, seed):
     out = os.path.join(folder, f"{seed}.npy")
-    subprocess.run([blender, "-b", "--factory-startup", "-noaudio", "--python-exit-code", "1", "-P", os.path.join(HERE, "cycles_reference.py"), "--", scene, out, "--seed",
-                    str(seed), *options], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run([blender, "-b", "--factory-startup", "-noaudio", "--python-exit-code", "1", "-P",
+                    os.path.join(HERE, "cycles_reference.py"), "--", scene, out, "--seed", str(seed), *options], check=True,
+                   stdout=subprocess.DEVNULL)
     return np.load(out)
 
 
