@@ -108,7 +108,7 @@ export class Input {
     if (event.target.matches("input, select") || event.ctrlKey || event.altKey || event.metaKey) return;
     const key = event.key.toLowerCase();
     if ("wasdqe+-=".includes(key) || key.startsWith("arrow")) {
-      if (event.target.matches("button") && key.startsWith("arrow")) return;
+      if (event.target.matches("button, summary") && key.startsWith("arrow")) return;
       this.shift = event.shiftKey;
       event.preventDefault();
       if (!this.held.has(key)) {

@@ -197,7 +197,7 @@ new Input(at("canvas"), {
     send({type: "pick", x, y});
   },
   key(event) {
-    if (event.target.matches("button") && (event.key === " " || event.key === "Enter")) return;
+    if (event.target.matches("button, summary") && (event.key === " " || event.key === "Enter")) return;
     const key = (event.shiftKey && event.key.length === 1 && event.key !== "/" ? "shift+" : "") + event.key.toLowerCase();
     if (key >= "1" && key <= "9" && key.length === 1) useCamera(Number(key) - 1);
     else if (keys[key]) keys[key]();

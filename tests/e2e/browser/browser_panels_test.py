@@ -52,7 +52,9 @@ def plots(test):
                 if time_ns == times[STEPS // 2]:
                     stream.publish(time_ns, [IDENTITY])
             page.wait("the plots", "!document.getElementById('plots').hidden")
-            page.evaluate("document.getElementById('plots').open = true")
+            page.evaluate("document.querySelector('#plots summary').focus()")
+            page.key(" ")  # opens the section, and plays no replay
+            page.wait("the open section", "document.getElementById('plots').open")
             listed = "[...document.querySelectorAll('#scalars label')].map((label) => label.innerText.replace(/\\s+/g, ' ').trim())"
             page.wait("the scalars", f"JSON.stringify({listed}) === {json.dumps(json.dumps(['joints/hinge rad', 'joints/speed'], separators=(',', ':')))}")
             page.evaluate("document.querySelector('#scalars input').click()")

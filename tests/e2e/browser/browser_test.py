@@ -381,8 +381,7 @@ def recorded(test, page):
         page.drag((90 + 5 * i, 90), (120 + 5 * i, 95))
         page.evaluate("new Promise((done) => setTimeout(done, 300))")
     page.evaluate("document.getElementById('record').click()")
-    wait_until("the file", lambda: [name for name in os.listdir(folder) if name.endswith(".webm")])
-    [name] = os.listdir(folder)
+    [name] = wait_until("the file", lambda: [name for name in os.listdir(folder) if name.endswith(".webm")])
     with open(os.path.join(folder, name), "rb") as file:
         data = file.read()
     check(name == "arm.glb.webm" and data[:4] == bytes.fromhex("1a45dfa3"), f"{name} is no WebM file")
@@ -462,7 +461,7 @@ def replay(test):
 
         def seek_to(fraction):
             page.evaluate(f"(() => {{ const seek = document.getElementById('seek'); seek.value = {fraction}; seek.dispatchEvent(new Event('input')); }})()")
-        time = "JSON.parse(document.getElementById('canvas').dataset.image).simTimeS"
+        time = "(JSON.parse(document.getElementById('canvas').dataset.image ?? '{}').simTimeS ?? -1)"  # -1: no image yet
         seek_to(0.6)
         page.wait("the middle", f"{time} > 0.06")
         viewer.wait("the position of the other viewer", f"Math.abs({seek} - 0.6) < 0.1")
