@@ -27,12 +27,35 @@ void leave_volume(GlobalsRef globals, MaterialRecord material, PathVertex vertex
   media = behind;
 }
 
-// roughness: of the first surface, which blurs the environment and highlights. distance_m: of the first hit; kFar: none.
-vec3 radiance_through(GlobalsRef globals, vec3 origin, vec3 direction, uvec4 media, float roughness,
-                      out float distance_m) {
+// Derivatives of texture coordinates over a ray's width, in every direction of the triangle alike; the larger side of
+// the ray's cut through its plane, as the raster chooses mip levels. width_m: across the ray.
+void set_footprint(GlobalsRef globals, Hit hit, PrimitiveRecord primitive, MaterialRecord material, vec3 direction,
+                   float width_m, inout SurfacePoint point) {
+  if (!kTextures || (material.flags & FIRE3DV_MATERIAL_TEXTURED) == 0) return;
+  vec3 corner[3];
+  vec4 uv[3];
+  for (int i = 0; i < 3; ++i) {
+    const uint v = vertex_of(globals, primitive, hit.triangle, i);
+    corner[i] = hit.world_from_object * vec4(PositionRef(globals.value.positions).at[v], 1);
+    uv[i] = vec4(UvRef(globals.value.uvs).at[v], uv1_of(ExtrasRef(globals.value.extras), v));
+  }
+  const vec3 across = cross(corner[1] - corner[0], corner[2] - corner[0]);
+  const float area = length(across);
+  if (area <= 0) return;
+  const vec4 a = uv[1] - uv[0], b = uv[2] - uv[0];
+  const vec2 uv_areas = abs(vec2(a.x * b.y - a.y * b.x, a.z * b.w - a.w * b.z));
+  const vec2 size = sqrt(uv_areas / area) * width_m / max(abs(dot(across, direction)) / area, 0.05);
+  point.uv_dx = vec4(size.x, 0, size.y, 0);
+  point.uv_dy = vec4(0, size.x, 0, size.y);
+}
+
+// eye_distance_m: of the origin. roughness: of the first surface, which blurs the environment and highlights. distance_m: of the first hit; kFar: none.
+vec3 radiance_through(GlobalsRef globals, vec3 origin, vec3 direction, uvec4 media, float eye_distance_m,
+                      float roughness, out float distance_m) {
   const bool meets_all = (push.effects & FIRE3DV_RAY_EFFECT_REFRACTION) != 0;
   vec3 sum = vec3(0), throughput = vec3(1);
   distance_m = kFar;
+  float travelled_m = 0;
   for (uint i = 0; i < kMaxSurfaces; ++i) {
     const Hit hit = closest_hit(origin, direction, kFar, meets_all);
     if (!hit.found) break;
@@ -43,8 +66,11 @@ vec3 radiance_through(GlobalsRef globals, vec3 origin, vec3 direction, uvec4 med
     const PathVertex vertex = path_vertex(globals, hit, primitive, material, direction);
     SurfacePoint point = vertex.point;
     point.lift_m = vertex.rounding_m;
-    const vec4 base_color = surface_base_color(material, point);
     const float length_m = distance(origin, point.position_world);
+    travelled_m += length_m;
+    const float width_m = push.pixel_angle_rad * (eye_distance_m + travelled_m) + roughness * roughness * travelled_m;
+    set_footprint(globals, hit, primitive, material, direction, width_m, point);
+    const vec4 base_color = surface_base_color(material, point);
     if (i == 0) distance_m = length_m;
     throughput *= transmittance(globals, medium_before(media, point.material, vertex, is_volume(material)), length_m);
     bool passes = true;

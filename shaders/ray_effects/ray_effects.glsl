@@ -99,7 +99,7 @@ void trace_lobes(GlobalsRef globals, MaterialRecord material, Surface surface, S
     float distance_m;
     const vec3 radiance =
         radiance_through(globals, origin, direction, bends && !reflects ? media_behind(outside, point.material, false) : outside,
-                         by.roughness, distance_m);
+                         eye_distance_m, by.roughness, distance_m);
     const float away = distance_m < kFar ? distance_m / (distance_m + eye_distance_m) : 1;
     if (!reflects) {
       passed = LobeRadiance(passed.sum + radiance, passed.count + 1, 0, passed.away + away);

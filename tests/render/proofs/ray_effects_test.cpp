@@ -149,6 +149,29 @@ TEST_F(RayEffects, AFlatMirrorShowsWhatAMirroredCameraSees) {
   }
 }
 
+// Textures of mirrored surfaces have the mip levels of the distance by way of the mirror. Its sharpest level,
+// read at single points, would be noise.
+TEST_F(RayEffects, AMirroredTextureIsAsSmoothAsTheTextureItself) {
+  const auto scene_of = [](bool mirrored) {
+    SceneBuilder builder;
+    scene::Material checks = matte(glm::vec3(0));
+    checks.specular = 0;
+    checks.emissive = glm::vec3(1);
+    checks.emissive_texture.texture = builder.texture(64, 64, false, [](float u, float v) {
+      return glm::vec4(glm::vec3((static_cast<int>(u * 64) + static_cast<int>(v * 64)) % 2 ? 1.0f : 0.0f), 1);
+    });
+    builder.mesh_node("floor", builder.quad(builder.material(checks), 8, 4), at({0, -1, 8}));
+    if (mirrored)
+      builder.mesh_node("mirror", builder.quad(builder.material(metal(0)), 20), facing_z({0, 0, 0}));
+    const glm::vec3 flip(1, 1, mirrored ? 1 : -1);
+    builder.camera_node("camera", flip * glm::vec3(0, 0, 1), flip * glm::vec3(0, -0.3f, 0), 0.5f);
+    return builder.build();
+  };
+  const sinks::FrameImage truth = flipped(drawn(scene_of(false), traced({})), kSize);
+  const sinks::FrameImage seen = drawn(scene_of(true), traced(reflections()));
+  EXPECT_GT(share_within(seen, truth, 12), 0.95);
+}
+
 TEST_F(RayEffects, RoughReflectionsAgreeWithPaths) {
   SceneBuilder builder;
   add_bodies(builder);
