@@ -414,12 +414,13 @@ void report_approximations(const MaterialSources& sources, Scene& scene) {
     list += (list.empty() ? " " : ", ") + quote(extension) + " (" + how + ")";
   };
   if (std::any_of(scene.materials.begin(), scene.materials.end(), is_rough_glass))
-    add("KHR_materials_transmission", "what lies behind rough surfaces is not blurred");
+    add("KHR_materials_transmission",
+        "what lies behind rough surfaces is not blurred without --ray-effects refraction");
   const auto refracts = [](const Material& material) {
     return material.transmission > 0 && is_volume(material);
   };
   if (std::any_of(scene.materials.begin(), scene.materials.end(), refracts))
-    add("KHR_materials_volume", "thin walls; --render path refracts and absorbs");
+    add("KHR_materials_volume", "thin walls without --ray-effects refraction or --render path");
   const auto disperses = [](const Material& material) {
     return is_volume(material) && material.dispersion > 0;
   };
