@@ -25,6 +25,9 @@ class Textures {
   Result<TextureRef> refer(int texture, int uv_set, const tinygltf::ExtensionMap& extensions, bool srgb,
                            const std::string& where);
 
+  // Returns an error if there is no such texture. Its image is not loaded.
+  Result<void> check(int texture, const std::string& where) const;
+
   // Used images as indices into the document's images; Texture::image indexes this list.
   std::vector<uint32_t> take_used_images() { return std::move(used_images_); }
 
@@ -172,6 +175,12 @@ Result<TextureRef> Textures::refer(int texture, int uv_set, const tinygltf::Exte
   return ref;
 }
 
+Result<void> Textures::check(int texture, const std::string& where) const {
+  const auto& textures = document_.model.textures;
+  if (!in_range(texture, textures.size())) return out_of_range(where, "textures", texture, textures.size());
+  return {};
+}
+
 constexpr const char* kSpecularGlossiness = "KHR_materials_pbrSpecularGlossiness";
 constexpr double kNoUpperLimit = std::numeric_limits<float>::max();
 constexpr double kLeastAttenuationDistance = 1e-6;  // metres
@@ -220,6 +229,14 @@ class Layer {
                                name(member));
     if (!ref) return fail(ref.error());
     value = *ref;
+  }
+
+  // Checks a texture without use, whose image is not loaded.
+  void unused_texture(const char* member) {
+    if (!object_->Has(member)) return;
+    const tinygltf::Value& info = object_->Get(member);
+    if (!info.Has("index")) return fail(Error{name(member) + ": index is missing"});
+    if (auto done = textures_.check(index_or(info, "index", -1), name(member)); !done) fail(done.error());
   }
 
   void normal_scale(const char* member, float& value) {
@@ -304,6 +321,7 @@ Result<void> add_material_extensions(const tinygltf::Material& source, const std
   }
   if (Layer volume = layer("KHR_materials_volume"); volume.there()) {
     volume.factor("thicknessFactor", material.thickness, 0, kNoUpperLimit);
+    volume.unused_texture("thicknessTexture");  // rays measure the thickness; thin walls have none
     volume.factor("attenuationDistance", material.attenuation_distance_m, kLeastAttenuationDistance,
                   kNoUpperLimit);
     volume.color("attenuationColor", material.attenuation_color, 1);

@@ -81,6 +81,7 @@ const std::unordered_map<std::string_view, unsigned>& shapes() {
       {"iridescenceThicknessMaximum", kNumber},
       {"transmissionFactor", kNumber},
       {"thicknessFactor", kNumber},
+      {"thicknessTexture", kObject},
       {"attenuationDistance", kNumber},
       {"attenuationColor", kNumbers},
       {"dispersion", kNumber},

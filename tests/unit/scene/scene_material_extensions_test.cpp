@@ -127,6 +127,14 @@ TEST(SceneMaterialExtensions, EveryMemberOfEachLayer) {
   expect_texture(scene, material.iridescence_thickness_texture, 13, false);
 }
 
+// Rays measure the thickness, so that its texture has no effect and its image is not loaded.
+TEST(SceneMaterialExtensions, ThicknessTexturesAreCheckedAndNotLoaded) {
+  const Scene scene = loaded(with_extensions(
+      {{"KHR_materials_volume", {{"thicknessFactor", 0.5}, {"thicknessTexture", {{"index", 0}}}}}}));
+  EXPECT_EQ(scene.materials[1].thickness, 0.5f);
+  EXPECT_EQ(scene.textures.size(), 1u) << "that of the base colour";
+}
+
 TEST(SceneMaterialExtensions, EmptyOnesChangeNothing) {
   const json none = json::object();
   const Scene scene = loaded(with_extensions({{"KHR_materials_ior", none},
@@ -224,6 +232,11 @@ TEST(SceneMaterialExtensions, FaultsByName) {
       {{{"KHR_materials_volume", {{"attenuationColor", {1, 2}}}}},
        "attenuationColor does not hold three numbers"},
       {{{"KHR_materials_volume", {{"thicknessFactor", "thick"}}}}, "thicknessFactor is not of the type"},
+      {{{"KHR_materials_volume", {{"thicknessTexture", {{"index", 3}}}}}},
+       "thicknessTexture refers to textures[3], but there are 1"},
+      {{{"KHR_materials_volume", {{"thicknessTexture", 0}}}}, "thicknessTexture is not of the type"},
+      {{{"KHR_materials_volume", {{"thicknessTexture", {{"texCoord", 1}}}}}},
+       "thicknessTexture: index is missing"},
       {{{"KHR_materials_dispersion", {{"dispersion", {1}}}}}, "dispersion is not of the type"},
       {{{"KHR_materials_diffuse_transmission", {{"diffuseTransmissionTexture", {{"index", 9}}}}}},
        "textures[9], but there are 1"},
