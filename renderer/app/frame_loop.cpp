@@ -72,6 +72,7 @@ passes::DrawSettings draw_settings(const Options& options,
   settings.post.tone_map = options.tone_map;
   settings.post.fxaa = options.fxaa;
   settings.post.bloom = options.bloom;
+  settings.post.lens = options.lens;
   return settings;
 }
 

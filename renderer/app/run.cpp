@@ -461,6 +461,10 @@ int run(const Options& options) {
       return fail(Error{"--outputs: " + can.error().message});
     if (Result<void> can = renderer->can_show(options.debug_view); !can)
       return fail(Error{"--view: " + can.error().message});
+    if (!options.lens.is_pinhole() && !options.path) {
+      if (Result<void> can = renderer->can_blur(); !can)
+        return fail(Error{"--f-number: " + can.error().message});
+    }
     viewer.debug_view = options.debug_view;
     std::unique_ptr<ViewerDocument> before;
     std::string note;

@@ -37,7 +37,8 @@ FramePlan plan_frame(const FrameFacts& facts, const ImageOutputs& outputs, const
   const bool can_have_effects = views == 1 && outputs.has(wire::kColorSrgb8);
   const bool has_effects = can_have_effects && (facts.bloom || facts.metered);
   const bool draws_samples = facts.has_forward_only || has_markers;
-  const bool needs_samples = draws_samples || has_effects;
+  const bool has_lens = views == 1 && outputs.shaded() && facts.depth_of_field;
+  const bool needs_samples = draws_samples || has_effects || has_lens;
   const bool can_compute =
       facts.raster_path == RasterPath::visibility && (!needs_samples || facts.can_write_samples);
   FramePlan plan;
@@ -64,6 +65,7 @@ FramePlan plan_frame(const FrameFacts& facts, const ImageOutputs& outputs, const
   plan.shadow_map_levels_of_detail =
       plan.camera_levels_of_detail && facts.levels_of_detail == LevelsOfDetail::everywhere;
 
+  plan.depth_of_field = has_lens && plan.compute_shading;
   const bool shows_light = can_have_effects && (plan.shading || plan.path_resolve);
   plan.metering = facts.metered && shows_light;
   plan.bloom = facts.bloom && shows_light;

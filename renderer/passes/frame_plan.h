@@ -62,6 +62,7 @@ struct FrameFacts {
   bool needs_shadow_maps = false;  // the technique, for this scene
   bool bloom = false;              // of the post settings
   bool metered = false;            // exposure, of the post settings
+  bool depth_of_field = false;     // a lens of the post settings or of a camera, and the device can blur
 };
 
 struct FramePlan {
@@ -84,6 +85,7 @@ struct FramePlan {
   bool markers = false;          // over all surfaces
   bool tone_map = false;         // compute shading without HDR samples has tone-mapped its pixels itself
   bool path_resolve = false;     // colours from path-traced sums, instead of shading
+  bool depth_of_field = false;   // blurs the HDR samples of a camera with a lens
   bool metering = false;         // exposure from HDR samples or path-traced sums
   bool bloom = false;            // blurred light, from HDR samples or path-traced sums
   bool fxaa_only = false;        // FXAA on the pixels that compute shading has tone-mapped

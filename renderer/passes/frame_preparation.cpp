@@ -100,6 +100,10 @@ void SceneRenderer::allocate(const FrameRequest& request) {
   if (plan.ray_effects) ray_effects_->allocate(*targets_, gpu_scene_->refracts);
   if (path_tracer_ && request.outputs.shaded())
     path_tracer_->allocate(uint64_t{request.extent.width} * request.extent.height, request.refines);
+  if (plan.depth_of_field) {
+    if (!depth_of_field_) depth_of_field_ = std::make_unique<DepthOfFieldPass>(device_, samples_);
+    depth_of_field_->allocate(*targets_);
+  }
   if (plan.metering) {
     if (!light_meter_)
       light_meter_ = std::make_unique<LightMeterPass>(device_, samples_, path_tracer_ != nullptr);
@@ -171,7 +175,26 @@ FrameFacts SceneRenderer::facts(const FrameRequest& request) const {
   facts.needs_shadow_maps = shadows_.needs_maps();
   facts.bloom = settings_.post.bloom > 0;
   facts.metered = settings_.post.metered;
+  facts.depth_of_field = has_depth_of_field();
   return facts;
+}
+
+bool SceneRenderer::has_depth_of_field() const {
+  return (cameras_have_lenses_ || !settings_.post.lens.is_pinhole()) && can_blur();
+}
+
+Result<void> SceneRenderer::can_blur() const {
+  if (path_tracer_) return Error{"paths start on the lens: their images need no blur"};
+  if (path_ != RasterPath::visibility)
+    return Error{"depth of field comes from the visibility buffer" +
+                 (settings_.raster == RasterPath::forward
+                      ? std::string(": leave --raster forward out")
+                      : ", for which " + device_.report().name +
+                            " lacks 64-bit atomics: choose another device with --device")};
+  if (!visibility_->can_write_samples())
+    return Error{"depth of field of several samples needs what " + device_.report().name +
+                 " lacks (shaderStorageImageMultisample): take one sample with --samples 1"};
+  return {};
 }
 
 Result<void> SceneRenderer::can_take(const ImageOutputs& outputs, uint32_t views) const {
@@ -179,13 +202,14 @@ Result<void> SceneRenderer::can_take(const ImageOutputs& outputs, uint32_t views
   if (views > 1) {
     // Edits may show hidden nodes in the recorded frame.
     const bool has_effects =
-        (settings_.post.reads_samples() || traces_ray_effects()) && outputs.has(wire::kColorSrgb8);
+        ((settings_.post.reads_samples() || traces_ray_effects()) && outputs.has(wire::kColorSrgb8)) ||
+        (has_depth_of_field() && outputs.shaded());
     const bool alone = path_ != RasterPath::visibility || may_have_forward_only_ || has_effects;
     if (alone || outputs.has(wire::kColorLinearF16))
       return Error{
           "several cameras at once need the visibility path, a scene without blended surfaces, lines and "
-          "points, no bloom, no metered exposure, no ray effects and no linear colours: take one after the "
-          "other"};
+          "points, no bloom, no metered exposure, no ray effects, no lens and no linear colours: take one "
+          "after the other"};
   }
   if (!outputs.has_planes()) return {};
   if (path_ != RasterPath::visibility) {

@@ -36,6 +36,12 @@ bool any_soft(const std::vector<scene::PlacedLight>& lights) {
                      [](const scene::PlacedLight& placed) { return is_soft(placed.light); });
 }
 
+bool any_lens(const scene::Scene& scene) {
+  return std::any_of(scene.cameras.begin(), scene.cameras.end(), [](const scene::Camera& camera) {
+    return !camera.orthographic && !camera.lens.is_pinhole();
+  });
+}
+
 // An empty rectangle adds nothing.
 VkRect2D united(const VkRect2D& a, const VkRect2D& b) {
   if (a.extent.width == 0) return b;
@@ -167,6 +173,7 @@ void SceneRenderer::set_scene(const scene::Scene& scene, const scene::Derived& d
   scene_ = &scene;
   if (path_tracer_) path_tracer_->drop();
   may_have_forward_only_ = any_forward_only(scene, uses.refracts);
+  cameras_have_lenses_ = any_lens(scene);
   edit_uploader_.reset();
   transforms_.invalidate();
   deform_.invalidate();
@@ -191,7 +198,8 @@ void SceneRenderer::expect_shading(const scene::Scene& scene) {
   shading.textures = any_textured(scene.materials);
   shading.second_uv = any_second_uv(scene.materials);
   shading.material_flags = optional_flags(scene.materials);
-  shading.writes_samples = any_forward_only(scene, refracts_) || settings_.post.reads_samples();
+  shading.writes_samples = any_forward_only(scene, refracts_) || settings_.post.reads_samples() || any_lens(scene) ||
+                           !settings_.post.lens.is_pinhole();
   if (shading.writes_samples && !visibility_->can_write_samples()) return;
   // The pipeline expected last is compiled first. Shadows may be switched off at any time, but a CPU takes
   // too long to precompile that variant.
@@ -244,6 +252,8 @@ void SceneRenderer::record(const PreparedFrame& prepared, gpu::Recorder& recorde
   if (plan.shadow_mask || plan.compute_shading) shade(frame);
   // The whole scene, or blended surfaces, lines and points.
   if (plan.forward) draw_forward(frame);
+  // The lens of the camera.
+  if (plan.depth_of_field) blur(frame);
   // Points, lines and shapes that streams show besides bodies.
   if (plan.markers) draw_markers(frame);
   // Colours of the path tracer.
@@ -296,7 +306,8 @@ void SceneRenderer::begin_targets(Frame& frame) {
                  : frame.whole_area();
   if (is_bounded && plan.markers) frame.forward_area = united(frame.forward_area, marker_pass_.bounds());
   // The linear plane and effects need the samples of all pixels.
-  const bool is_whole = plan.metering || plan.bloom || frame.request.outputs.has(wire::kColorLinearF16);
+  const bool is_whole =
+      plan.metering || plan.bloom || plan.depth_of_field || frame.request.outputs.has(wire::kColorLinearF16);
   frame.hdr_area = is_whole ? frame.whole_area() : frame.forward_area;
 }
 
@@ -425,6 +436,14 @@ void SceneRenderer::draw_overlays(const Frame& frame) {
                                               image());
   if (inspection.selected != scene::kNone)
     inspector_->outline(frame.recorder, frame.staging, view, inspection.selected, image());
+}
+
+void SceneRenderer::blur(const Frame& frame) {
+  const View& view = frame.views[0];
+  const scene::ThinLens& lens = settings_.post.lens.is_pinhole() ? view.lens : settings_.post.lens;
+  if (view.orthographic || lens.is_pinhole()) return;
+  depth_of_field_->record(frame.recorder, *targets_,
+                          circle_of_confusion(view, lens, frame.request.extent.height));
 }
 
 void SceneRenderer::draw_markers(const Frame& frame) {

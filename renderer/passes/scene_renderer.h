@@ -17,6 +17,7 @@
 #include "renderer/passes/path/path_pass.h"
 #include "renderer/passes/path/traced_scene.h"
 #include "renderer/passes/post/bloom_pass.h"
+#include "renderer/passes/post/depth_of_field_pass.h"
 #include "renderer/passes/post/light_meter_pass.h"
 #include "renderer/passes/post/post_pass.h"
 #include "renderer/passes/ray_effects/ray_effects_pass.h"
@@ -112,6 +113,8 @@ class SceneRenderer {
   // Returns an error if this debug view, or outlines and picks, are unavailable.
   Result<void> can_show(DebugView view) const;
   Result<void> can_inspect() const;
+  // Returns an error if images of cameras with a lens would be those of pinholes.
+  Result<void> can_blur() const;
 
   // Records the passes. Requested colours are in image(), planes in planes(), ready to be read. views: as
   // many as requested. histories: one per view, for motion, or none.
@@ -225,6 +228,7 @@ class SceneRenderer {
   void allocate(const FrameRequest& request);
   FrameFacts facts(const FrameRequest& request) const;
   bool shows_markers(const FrameRequest& request) const;
+  bool has_depth_of_field() const;  // of some view
   Inspection available(Inspection inspection, const ImageOutputs& outputs) const;
 
   // Passes, in frame order.
@@ -243,6 +247,7 @@ class SceneRenderer {
   void trace_ray_effects(const Frame& frame);
   void shade(const Frame& frame);
   void draw_forward(const Frame& frame);
+  void blur(const Frame& frame);
   void draw_markers(const Frame& frame);
   void post_process(const Frame& frame);
   void draw_overlays(const Frame& frame);
@@ -278,6 +283,7 @@ class SceneRenderer {
   StaleOverlayPass stale_overlay_;
   std::unique_ptr<LightMeterPass> light_meter_;  // created on first use, like bloom_
   std::unique_ptr<BloomPass> bloom_;
+  std::unique_ptr<DepthOfFieldPass> depth_of_field_;
   std::unique_ptr<PathPass> path_tracer_;        // null: raster
   TracedScene traced_scene_;                     // of the image that refines
   std::unique_ptr<RayEffectsPass> ray_effects_;  // null: not in the settings, or not supported
@@ -286,6 +292,7 @@ class SceneRenderer {
   Environment environment_;  // last: its wait for the GPU overlaps with pipeline compilation
   const scene::Scene* scene_ = nullptr;
   bool may_have_forward_only_ = false;  // has forward-only draws, hidden or not
+  bool cameras_have_lenses_ = false;
   const scene::SceneEdits* edits_ = nullptr;
   const std::vector<state::ShownMarker>* markers_ = nullptr;
   std::unique_ptr<GpuScene> gpu_scene_;

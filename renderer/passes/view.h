@@ -25,7 +25,7 @@ struct View {
   bool orthographic = false;
   bool off_centre = false;  // the view axis does not pass through the image's centre
   float exposure = 0;       // factor on linear colour; 0: as in the settings
-  scene::ThinLens lens;     // of path-traced perspective images
+  scene::ThinLens lens;     // of perspective images
   float near_m = 0;
   // Direction of a pixel's ray: x * ndc.x + y * ndc.y + origin, not normalised. It excludes the eye position,
   // so precision does not depend on the distance from the world's origin.

@@ -68,6 +68,37 @@ struct BloomUpPush {
   float share_of_level_below;
 };
 
+#define FIRE3DV_BLUR_TILE 8         // pixels along each side of a tile
+#define FIRE3DV_MAX_BLUR_RADIUS 48  // pixels; larger circles of confusion are drawn with it
+
+// Two layers of a pixel for depth of field: surfaces up to the plane in focus, and those behind.
+struct BlurTexel {
+  uint near_light[2];   // halves: linear light times the share of the pixel's samples, and the share
+  uint far_light[2];    // the same
+  uint radii;           // halves: radii of the circles of confusion, in pixels
+  uint scene_referred;  // halves: share of scene-referred light, times that of the samples
+};
+
+struct BlurTile {
+  uint near_radius;  // largest of the tile, as the bits of a float
+  uint far_radius;
+};
+
+struct DepthOfFieldPush {
+  FIRE3DV_ADDRESS visibility;  // uint64_t[pixel][sample]
+  FIRE3DV_ADDRESS texels;      // BlurTexel[pixel]
+  FIRE3DV_ADDRESS tiles;       // BlurTile[tile]
+  uint width;
+  uint height;
+  uint samples;
+  uint generation;  // of the visibility buffer
+  // Signed radius of the circle of confusion in pixels, linear in the reversed depth; negative before the plane
+  // in focus.
+  float radius_at_zero;
+  float radius_per_depth;
+  float radius_of_background;
+};
+
 struct CoverageMergePush {
   FIRE3DV_ADDRESS globals;
   FIRE3DV_ADDRESS visibility;  // uint64_t[pixel][sample], ids read and written

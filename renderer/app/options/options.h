@@ -94,6 +94,7 @@ struct Options {
   passes::ToneMap tone_map = passes::ToneMap::neutral;
   bool fxaa = true;
   float bloom = 0;                                         // share of blurred light
+  scene::ThinLens lens;                                    // instead of the cameras', unless it is a pinhole
   passes::DebugView debug_view = passes::DebugView::none;  // displayed instead of lighting
 };
 

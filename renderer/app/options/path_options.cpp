@@ -36,15 +36,15 @@ void add_path_options(CLI::App& app, PathTexts& texts) {
                    ->type_name("N")
                    ->capture_default_str()
                    ->group(kGroup);
-  texts.f_number = app.add_option("--f-number", texts.settings.lens.f_number, "path: aperture of the lens")
+  texts.f_number = app.add_option("--f-number", texts.settings.lens.f_number, "aperture of the lens")
                        ->check(f_number)
                        ->type_name("N")
                        ->group(kGroup);
-  texts.focus_distance = app.add_option("--focus-distance", texts.settings.lens.focus_distance_m,
-                                        "path: metres to the plane in focus")
-                             ->check(focus_distance_m)
-                             ->type_name("M")
-                             ->group(kGroup);
+  texts.focus_distance =
+      app.add_option("--focus-distance", texts.settings.lens.focus_distance_m, "metres to the plane in focus")
+          ->check(focus_distance_m)
+          ->type_name("M")
+          ->group(kGroup);
   texts.checkpoint = app.add_option("--checkpoint", texts.checkpoint_interval_s,
                                     "path: seconds between checkpoints of a run without a window; 0: none")
                          ->check(CLI::Range(0.0, 1e6).description(""))
@@ -54,11 +54,15 @@ void add_path_options(CLI::App& app, PathTexts& texts) {
 }
 
 std::optional<std::string> take_path_options(const PathTexts& texts, bool offline, Options& options) {
+  if (texts.f_number->count() != texts.focus_distance->count())
+    return "--f-number and --focus-distance belong together: set both";
+  options.lens = texts.settings.lens;
   if (texts.render != "path") {
-    for (const CLI::Option* option : {texts.samples_per_pixel, texts.bounces, texts.seed, texts.f_number,
-                                      texts.focus_distance, texts.checkpoint}) {
+    for (const CLI::Option* option : {texts.samples_per_pixel, texts.bounces, texts.seed, texts.checkpoint}) {
       if (option->count() > 0) return option->get_name() + " needs --render path";
     }
+    if (!options.lens.is_pinhole() && options.raster == passes::RasterPath::forward)
+      return "--f-number needs the depths of the visibility buffer: leave --raster forward out";
     return std::nullopt;
   }
   const bool in_window = !options.headless && !offline;
@@ -85,8 +89,6 @@ std::optional<std::string> take_path_options(const PathTexts& texts, bool offlin
   if (!offline && !in_window && options.frames == 0 && !options.list_devices &&
       options.recording.replay.empty())
     return "--render path would draw the same image again and again: add --frames 1";
-  if (texts.f_number->count() != texts.focus_distance->count())
-    return "--f-number and --focus-distance belong together: set both";
   options.path = texts.settings;
   options.checkpoint_interval_s = texts.checkpoint_interval_s;
   return std::nullopt;

@@ -1,4 +1,4 @@
-// Options of the path tracer.
+// Options of the path tracer, and of the lens.
 #pragma once
 
 #include <optional>
@@ -24,8 +24,8 @@ struct PathTexts {
 
 // Both arguments outlive the parsing.
 void add_path_options(CLI::App& app, PathTexts& texts);
-// Sets options.path. Returns an error message for options that need or exclude path tracing. options: all
-// others are set. offline: of fire3dv render, which opens no window and ends by itself.
+// Sets options.path and options.lens. Returns an error message for options that need or exclude path
+// tracing. options: all others are set. offline: of fire3dv render, which opens no window and ends by itself.
 std::optional<std::string> take_path_options(const PathTexts& texts, bool offline, Options& options);
 
 }  // namespace fire3dv::app

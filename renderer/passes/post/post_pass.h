@@ -61,7 +61,8 @@ struct PostSettings {
   bool metered = false;  // exposure by the light of each image; `exposure` is for images without
   ToneMap tone_map = ToneMap::reinhard;
   bool fxaa = true;
-  float bloom = 0;  // share of blurred light, 0 to 1; 0: no bloom passes
+  float bloom = 0;       // share of blurred light, 0 to 1; 0: no bloom passes
+  scene::ThinLens lens;  // of rasterised images, instead of the camera's, unless it is a pinhole
   // True for effects that read the samples of all pixels before tone mapping.
   bool reads_samples() const { return metered || bloom > 0; }
 };

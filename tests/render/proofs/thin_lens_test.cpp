@@ -1,8 +1,11 @@
-// Render test of the path tracer's thin lens against the formula of the circle of confusion.
+// Render test of the thin lens of paths and raster: the formula of the circle of confusion, the plane in
+// focus, and the raster against paths.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <glm/gtc/packing.hpp>
+#include <numeric>
 #include <vector>
 
 #include "tests/render/support/proof_bench.h"
@@ -25,6 +28,24 @@ passes::DrawSettings lens_settings(float f_number, float focus_distance_m, uint3
   return settings;
 }
 
+passes::DrawSettings raster_settings(float f_number, float focus_distance_m, uint32_t samples = 4) {
+  passes::DrawSettings settings = lens_settings(0, 0);
+  settings.path.reset();
+  settings.samples = samples;
+  settings.post.lens = {f_number, focus_distance_m};
+  return settings;
+}
+
+double difference(const std::vector<double>& a, const std::vector<double>& b) {
+  double sum = 0;
+  for (size_t i = 0; i < a.size(); ++i) sum += std::abs(a[i] - b[i]);
+  return sum;
+}
+
+double sum_of(const std::vector<double>& pixels) {
+  return std::accumulate(pixels.begin(), pixels.end(), 0.0);
+}
+
 // A small emissive ball on the axis of a camera whose lens has a focal length of 50 mm.
 scene::Scene ball(float distance_m, float radius_m) {
   SceneBuilder builder;
@@ -37,15 +58,20 @@ scene::Scene ball(float distance_m, float radius_m) {
   return builder.build();
 }
 
-std::vector<double> radiance(const scene::Scene& scene, const passes::DrawSettings& settings) {
-  RenderBench bench(scene, kSize, settings);
+std::vector<double> radiance(RenderBench& bench, const scene::Scene& scene, VkExtent2D size) {
   const state::PoseState poses(scene);
   const Taken taken =
-      bench.take(poses, first_camera_view(scene, poses, kSize), passes::ImageOutputs(wire::kColorLinearF16));
+      bench.take(poses, first_camera_view(scene, poses, size), passes::ImageOutputs(wire::kColorLinearF16));
   std::vector<double> pixels;
   for (const uint64_t packed : taken.plane<uint64_t>(wire::kColorLinearF16))
     pixels.push_back(static_cast<double>(glm::unpackHalf4x16(packed).g));
   return pixels;
+}
+
+std::vector<double> radiance(const scene::Scene& scene, const passes::DrawSettings& settings,
+                             VkExtent2D size = kSize) {
+  RenderBench bench(scene, size, settings);
+  return radiance(bench, scene, size);
 }
 
 struct Spot {
@@ -129,6 +155,146 @@ TEST_F(ThinLens, ANarrowLensIsAPinholeAndItsImageRepeats) {
   EXPECT_EQ(narrow, radiance(with_lens, lens_settings(1000, 1, 16)));
   // A lens needs both numbers.
   EXPECT_EQ(pinhole, radiance(scene, lens_settings(0.2f, 0, 16)));
+}
+
+// One renderer for many scenes and lenses.
+class RasterBench {
+ public:
+  RasterBench(const scene::Scene& first, VkExtent2D size, uint32_t samples)
+      : bench_(first, size, raster_settings(0, 0, samples)), size_(size) {}
+  // scene: outlives the bench.
+  std::vector<double> radiance(const scene::Scene& scene, scene::ThinLens lens) {
+    bench_.renderer().set_scene(scene);
+    bench_.renderer().post_settings().lens = lens;
+    return test::radiance(bench_, scene, size_);
+  }
+
+ private:
+  RenderBench bench_;
+  VkExtent2D size_;
+};
+
+// Blurred by the raster: 2 r f |1 / s - 1 / d| pixels.
+TEST_F(ThinLens, TheRasterSpreadsADotOverTheCircleOfConfusion) {
+  constexpr float kFNumber = 0.2f, kFocusM = 2;
+  const float distances_m[] = {1.3f, 3.0f, 8.0f};
+  std::vector<scene::Scene> scenes;
+  for (const float distance_m : distances_m) scenes.push_back(ball(distance_m, 0.008f * distance_m));
+  for (const uint32_t samples : {1u, 4u}) {
+    RasterBench bench(scenes[0], kSize, samples);
+    for (size_t i = 0; i < scenes.size(); ++i) {
+      const Spot sharp = spot_of(bench.radiance(scenes[i], {}));
+      const Spot seen = spot_of(bench.radiance(scenes[i], {kFNumber, kFocusM}));
+      const double focal_length_px = kFocalLengthM / kSensorM * kSize.height;
+      const double aperture_m = kFocalLengthM / static_cast<double>(kFNumber);
+      const double truth_px =
+          aperture_m * focal_length_px *
+          std::abs(1 / static_cast<double>(kFocusM) - 1 / static_cast<double>(distances_m[i]));
+      const double found_px =
+          std::sqrt(seen.diameter_px * seen.diameter_px - sharp.diameter_px * sharp.diameter_px);
+      const std::string what =
+          "raster, distance " + std::to_string(distances_m[i]) + ", samples " + std::to_string(samples);
+      RecordProperty(what, std::to_string(found_px) + " of " + std::to_string(truth_px) + ", energy " +
+                               std::to_string(seen.energy / sharp.energy));
+      EXPECT_NEAR(found_px, truth_px, 0.05 * truth_px) << what;
+      EXPECT_NEAR(seen.energy, sharp.energy, 0.05 * sharp.energy) << what;
+      EXPECT_NEAR(seen.x, sharp.x, 0.1) << what;
+      EXPECT_NEAR(seen.y, sharp.y, 0.1) << what;
+    }
+  }
+}
+
+scene::Material glowing(SceneBuilder& builder, bool stripes) {
+  scene::Material material = matte({0, 0, 0});
+  material.specular = 0;
+  material.emissive = stripes ? glm::vec3(1) : glm::vec3(0.3f, 0.9f, 0.5f);
+  if (stripes)
+    material.emissive_texture.texture = builder.texture(64, 64, false, [](float u, float v) {
+      return glm::vec4(0.5f + 0.2f * std::sin(40 * u), 0.5f + 0.2f * std::sin(25 * u + 18 * v), 0.5f, 1);
+    });
+  return material;
+}
+
+// Seen from above: a small quad before a wall.
+scene::Scene occluder_before_wall(float occluder_m, float wall_m) {
+  SceneBuilder builder;
+  builder.mesh_node("wall", builder.quad(builder.material(glowing(builder, true)), wall_m),
+                    at({0, -wall_m, 0}));
+  if (occluder_m > 0)
+    builder.mesh_node("occluder", builder.quad(builder.material(glowing(builder, false)), 0.1f * occluder_m),
+                      at({0.05f * occluder_m, -occluder_m, 0}));
+  builder.camera_node("camera", {0, 0, 0}, {0, -1, 0},
+                      2 * static_cast<float>(std::atan(kSensorM / 2 / kFocalLengthM)));
+  return builder.build();
+}
+
+TEST_F(ThinLens, TheRasterShowsAnOccluderBeforeAWallAsPathsDo) {
+  constexpr VkExtent2D kSmall{48, 32};
+  struct Case {
+    const char* name;
+    float focus_m, f_number;
+  };
+  const scene::Scene scene = occluder_before_wall(2, 6);
+  RasterBench bench(scene, kSmall, 4);
+  const std::vector<double> pinhole = bench.radiance(scene, {});
+  for (const Case& c : {Case{"focus on the wall", 6, 0.08f}, Case{"focus on the occluder", 2, 0.08f},
+                        Case{"focus between", 3, 0.08f}, Case{"focus before both", 1.5f, 0.15f}}) {
+    const std::vector<double> traced = radiance(scene, lens_settings(c.f_number, c.focus_m, 320), kSmall);
+    const std::vector<double> blurred = bench.radiance(scene, {c.f_number, c.focus_m});
+    const double error = difference(blurred, traced) / sum_of(traced);
+    const double without = difference(pinhole, traced) / sum_of(traced);
+    RecordProperty(c.name, std::to_string(error) + ", pinhole " + std::to_string(without));
+    EXPECT_LT(error, 0.03) << c.name;
+    EXPECT_GT(without, 2 * error) << c.name;
+  }
+}
+
+TEST_F(ThinLens, TheRasterLeavesThePlaneInFocusAsItIs) {
+  const scene::Scene wall = occluder_before_wall(0, 3);
+  for (const uint32_t samples : {1u, 4u}) {
+    RasterBench bench(wall, kSize, samples);
+    const std::vector<double> sharp = bench.radiance(wall, {});
+    EXPECT_EQ(bench.radiance(wall, {0.2f, 3}), sharp);
+    EXPECT_EQ(bench.radiance(wall, {1000, 1}), sharp) << "a narrow lens blurs nothing, wherever its focus is";
+    EXPECT_NE(bench.radiance(wall, {0.2f, 1}), sharp);
+    EXPECT_EQ(bench.radiance(wall, {0.2f, 0}), sharp) << "a lens needs both numbers";
+  }
+}
+
+TEST_F(ThinLens, TheRastersLensIsThatOfTheCameraAndDependsOnNoEarlierImage) {
+  scene::Scene scene = occluder_before_wall(2, 6);
+  passes::DrawSettings settings = raster_settings(0.4f, 2);
+  settings.post.bloom = 0.1f;
+  settings.post.metered = true;
+  const sinks::FrameImage image = RenderBench(scene, kSize, settings).draw_at_rest();
+  const scene::Scene other = ball(1, 0.1f);
+  RenderBench used(other, {40, 24}, settings);
+  (void)used.draw_at_rest();
+  used.renderer().set_scene(scene);
+  used.set_size(kSize);
+  const state::PoseState poses(scene);
+  EXPECT_EQ(used.draw(poses, first_camera_view(scene, poses, kSize)).rgba8, image.rgba8);
+  EXPECT_FALSE(used.renderer().can_take(passes::ImageOutputs(), 2)) << "several views share no HDR target";
+  EXPECT_TRUE(used.renderer().can_take(passes::ImageOutputs(wire::kDepthF32), 2)) << "depths have no lens";
+  used.renderer().post_settings().lens = {};
+  const sinks::FrameImage pinhole = used.draw(poses, first_camera_view(scene, poses, kSize));
+  EXPECT_NE(pinhole.rgba8, image.rgba8);
+
+  scene.cameras[0].lens = {0.4f, 2};
+  settings.post.lens = {};
+  EXPECT_EQ(RenderBench(scene, kSize, settings).draw_at_rest().rgba8, image.rgba8);
+  // A far plane changes depths only.
+  scene.cameras[0].far_m = 20;
+  const sinks::FrameImage with_far = RenderBench(scene, kSize, settings).draw_at_rest();
+  int largest = 0;
+  for (size_t i = 0; i < image.rgba8.size(); ++i)
+    largest = std::max(largest, std::abs(image.rgba8[i] - with_far.rgba8[i]));
+  EXPECT_LE(largest, 2);
+  // The forward path has no depths for it.
+  settings.raster = passes::RasterPath::forward;
+  RenderBench forward(scene, kSize, settings);
+  EXPECT_FALSE(forward.renderer().can_blur());
+  (void)forward.draw_at_rest();
 }
 
 }  // namespace

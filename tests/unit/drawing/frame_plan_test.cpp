@@ -117,6 +117,19 @@ TEST(FramePlan, MeteredExposureReadsTheSamplesOfComputeShading) {
   EXPECT_FALSE(plan_frame(facts, only(wire::kColorLinearF16), {}).metering);
 }
 
+TEST(FramePlan, DepthOfFieldBlursTheSamplesOfComputeShading) {
+  FrameFacts facts = lit_scene();
+  EXPECT_FALSE(plan_frame(facts, {}, {}).depth_of_field);
+  facts.depth_of_field = true;
+  const FramePlan plan = plan_frame(facts, {}, {});
+  EXPECT_TRUE(plan.depth_of_field && plan.compute_shading && plan.hdr_samples && plan.tone_map);
+  EXPECT_FALSE(plan.forward || plan.fxaa_only);
+  EXPECT_TRUE(plan_frame(facts, only(wire::kColorLinearF16), {}).depth_of_field)
+      << "the lens is part of the light";
+  EXPECT_FALSE(plan_frame(facts, only(wire::kDepthF32), {}).depth_of_field);
+  EXPECT_FALSE(plan_frame(facts, {}, {}, 2).depth_of_field);
+}
+
 TEST(FramePlan, TheForwardPathHasNoVisibilityBufferExceptForARayTracingPipeline) {
   FrameFacts facts = lit_scene();
   facts.raster_path = RasterPath::forward;
