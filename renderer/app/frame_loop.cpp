@@ -323,6 +323,7 @@ Result<void> FrameLoop::finish_served(const ImageService::Drawn& served) {
 
 bool FrameLoop::poll_streams() {
   const bool came = receiver_.poll();
+  if (image_service_.is_tracing()) return came;  // the scene stays
   const uint64_t replaced = scene_.replaced();
   if (reload_) reload_->poll(scene_);
   const bool released = scene_.follow();
@@ -440,7 +441,6 @@ Result<void> FrameLoop::draw() {
   const Clock::time_point begun = Clock::now();
   const std::vector<state::FrameTag> shown = poses_.shown();
   warn_of_empty_image(view, shown);
-
   renderer_.record((*frame)->prepared, recorder, frames_.staging(), poses_, view, &history_);
   if (taken_.has(wire::kColorSrgb8))
     renderer_.draw_stale_overlay(recorder, stale_condition(poses_.streams(), options_.play.mark_held));

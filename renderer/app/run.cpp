@@ -267,7 +267,7 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   state::PoseState poses(*scene);
   StreamReceiver receiver(poses, options.lockstep, options.play, stage.budgets);
   ViewerReplies replies(receiver);
-  ImageRequestQueue requests(replies, image_abilities(*stage.renderer));
+  ImageRequestQueue requests(replies, image_abilities(*stage.renderer, options.on_request));
   receiver.set_image_handler(&requests);
   const auto can_show_everywhere = [&stage](const scene::Scene& other) {
     Result<void> can = can_show(stage.device, other);

@@ -125,10 +125,11 @@ bool SceneRenderer::trace_paths(const PreparedFrame& prepared, const state::Pose
                                 const View& view, const PathPass::Hooks& hooks) {
   FIRE3DV_ASSERT(path_tracer_ && prepared.number_ == prepared_ && targets_ && targets_->views == 1);
   const gpu_types::Globals globals = make_globals(view, false);
-  const bool goes_on =
-      prepared.request().refines &&
-      (path_tracer_->has_begun(globals.width, globals.height) ||
-       (traced_scene_.equals(poses, edit_revisions()) && path_tracer_->is_current(globals, view)));
+  const FrameRequest& request = prepared.request();
+  const bool is_same_scene =
+      request.scene == SceneUpdate::reuse || traced_scene_.equals(poses, edit_revisions());
+  const bool goes_on = request.refines && (path_tracer_->has_begun(globals.width, globals.height) ||
+                                           (is_same_scene && path_tracer_->is_current(globals, view)));
   if (!goes_on) {
     gpu::FrameRing& ring = path_tracer_->submissions();
     gpu::Recorder& recorder = ring.begin();

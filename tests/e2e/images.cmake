@@ -1,7 +1,7 @@
 # Image requests through the Python package.
 include(${PROJECT_SOURCE_DIR}/cmake/PythonWithNumpy.cmake)
 if(TARGET fire3dv AND NOT FIRE3DV_SANITIZE)
-  foreach(case random_depth lockstep same_as_file all_outputs many_cameras several_devices lenses refusals fair_turns stop_request killed_clients restarted_renderer example)
+  foreach(case random_depth paths lockstep same_as_file all_outputs many_cameras several_devices lenses refusals fair_turns stop_request killed_clients restarted_renderer example)
     add_test(NAME images_${case}
       COMMAND ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/images_test.py $<TARGET_FILE:fire3dv> ${case})
     set_tests_properties(images_${case} PROPERTIES LABELS e2e TIMEOUT 900

@@ -9,6 +9,7 @@ import random
 import signal
 import subprocess
 import sys
+import time
 
 import numpy
 
@@ -74,6 +75,39 @@ def random_depth(test, link, *arguments):
                 check(least == 0, "an image is older than the wish for it")
                 continue
             check_image(image, least, published)
+    stop(renderer)
+
+
+def paths(test, link):
+    """A path-traced image shows one frame, colours and depth, although the simulator goes on while its paths are traced."""
+    uri = test.fresh_uri(link)
+    renderer = renderer_of(test, uri, "--on-request", "--render", "path", "--spp", "300", "--bounces", "1", "--ground", "off")
+    with open_stream(uri) as stream:
+        published = stream.publish(1000, barcode.poses_of(1))
+        first = None
+        for _ in range(4):
+            request = stream.request_image(*barcode.SIZE, node=barcode.CAMERA, outputs=("color", "depth"))
+            least, image, end = published, None, time.monotonic() + HANG_S
+            while image is None:
+                check(time.monotonic() < end, "no image")
+                # The last frame stays, so that the next image has to show it.
+                published = stream.publish(1000 * (published + 1), barcode.poses_of(published + 1))
+                time.sleep(0.002)
+                image = request.poll()
+            if image.sequence == 0:  # the request came before the first frame
+                continue
+            check_image(image, least, published)
+            is_near = numpy.isfinite(image["depth_f32"]) & (image["depth_f32"] < 1.5 * barcode.DISTANCE)
+            color = numpy.repeat(numpy.where(is_near, 255, 0)[:, :, None], 4, axis=2)
+            check(barcode.number_of(color) == image.sequence, f"the depth of frame {image.sequence} is of another one")
+            if first is not None:
+                check(image.sequence >= first, f"frame {image.sequence} came after {first}")
+            first = image.sequence
+        check(first, "no image shows a frame")
+        # Two requests of one frame are drawn in turn.
+        pair = [stream.request_image(*barcode.SIZE, node=barcode.CAMERA, when="every_nth") for _ in range(2)]
+        for camera in pair:
+            check_image(camera.wait(HANG_S), first, published)
     stop(renderer)
 
 
@@ -505,5 +539,5 @@ def example(test, link):
 
 if __name__ == "__main__":
     main({f"{case.__name__}_{link}": lambda test, c=case, l=link: c(test, l)
-          for case in (random_depth, lockstep, same_as_file, all_outputs, many_cameras, several_devices, lenses, refusals, fair_turns, stop_request, killed_clients, restarted_renderer, example)
+          for case in (random_depth, paths, lockstep, same_as_file, all_outputs, many_cameras, several_devices, lenses, refusals, fair_turns, stop_request, killed_clients, restarted_renderer, example)
           for link in LINKS}, ["fire3dv"])

@@ -169,7 +169,7 @@ def refusals(test):
             (("--render", "path", *headless), "add --frames 1"),
             (("--render", "path", *headless, "--frames", "1", "--shadows", "map"), "leave --shadows"),
             (("--render", "path", *headless, "--frames", "1", "--view", "depth"), "exclude each other"),
-            (("--render", "path", "--headless", "--frames", "1", "--listen", "shm://path_test"), "record the stream"),
+            (("--render", "path", "--headless", "--frames", "1", "--listen", "shm://path_test"), "add --on-request"),
             (("--render", "path", *headless, "--frames", "1", "--serve", "127.0.0.1:0"), "record the stream"),
             (("--render", "path", *headless, "--frames", "1", "--spp", "0"), "--spp"),
             (("--render", "paths"), "--render")):

@@ -66,12 +66,13 @@ std::optional<std::string> take_path_options(const PathTexts& texts, bool offlin
     return std::nullopt;
   }
   const bool in_window = !options.headless && !offline;
-  const bool is_live = in_window ? !options.serve.empty()
-                                 : !options.listen.empty() || options.on_request || !options.serve.empty();
-  if (is_live)
-    return "--render path draws no live view, no images on request and no live streams without a window: "
-           "record "
-           "the stream, then fire3dv render FILE.mcap --render path";
+  if (!options.serve.empty())
+    return "--render path draws no live view: leave --serve out, or record the stream, then fire3dv render "
+           "FILE.mcap --render path";
+  if (!in_window && !options.listen.empty() && !options.on_request)
+    return "--render path without a window draws live streams by their requests alone: add --on-request, or "
+           "record the stream, then fire3dv render FILE.mcap --render path";
+  if (!options.devices.empty()) return "--render path traces on one device: --device instead of --devices";
   if (in_window) {
     if (options.lockstep)
       return "--render path in a window refines its image, and --lockstep awaits whole ones";
@@ -80,13 +81,12 @@ std::optional<std::string> take_path_options(const PathTexts& texts, bool offlin
              "--headless --frames 1";
     if (options.window_cameras.size() > 1 || !options.right_camera.empty())
       return "--render path refines one view: name one --window and no --stereo";
-    if (!options.devices.empty()) return "--render path refines on one device: --device instead of --devices";
   }
   if (options.debug_view != passes::DebugView::none) return "--render path and --view exclude each other";
   if (options.shadows != passes::ShadowSettings())
     return "--render path traces all shadows: leave --shadows and --shadow-rays out";
   if (options.ray_effects.any()) return "--render path traces all light: leave --ray-effects out";
-  if (!offline && !in_window && options.frames == 0 && !options.list_devices &&
+  if (!offline && !in_window && !options.on_request && options.frames == 0 && !options.list_devices &&
       options.recording.replay.empty())
     return "--render path would draw the same image again and again: add --frames 1";
   options.path = texts.settings;

@@ -51,6 +51,7 @@ RequestRenderer& ImageService::renderer_at(size_t index) {
 
 ImageService::Drawn ImageService::draw_due(gpu::FrameRing& frames) {
   record_finished();
+  if (first_.is_tracing()) return go_on_tracing(frames);
   const int64_t begin_ns = monotonic_ns(), end_ns = begin_ns + rules_.slice_ns;
   std::vector<state::ImageDemand> demands = requests_.demands(begin_ns);
   scheduler_.note_demands(demands, begin_ns);
@@ -59,7 +60,7 @@ ImageService::Drawn ImageService::draw_due(gpu::FrameRing& frames) {
   RequestRenderer::Moment moment{poses_, nullptr};
   for (size_t device = 0; device < device_count(); ++device) renderer_at(device).begin_moment();
   Drawn drawn;
-  while (!demands.empty() && !rules_.is_stop_requested()) {
+  while (!demands.empty() && !first_.is_tracing() && !rules_.is_stop_requested()) {
     if (drawn.any && monotonic_ns() >= end_ns) break;
     if (!has_room(end_ns)) break;
     const std::optional<state::RequesterId> requester = scheduler_.next(demands, monotonic_ns());
@@ -68,8 +69,18 @@ ImageService::Drawn ImageService::draw_due(gpu::FrameRing& frames) {
     if (!draw_turn(frames, *requester, moment, end_ns)) break;
     std::erase_if(demands, [&](const state::ImageDemand& demand) { return demand.requester == *requester; });
   }
-  drawn.has_more = !demands.empty();
+  drawn.has_more = !demands.empty() || first_.is_tracing();
   return drawn;
+}
+
+// Other due images wait: they are counted by the next call.
+ImageService::Drawn ImageService::go_on_tracing(gpu::FrameRing& frames) {
+  const state::RequesterId requester = first_.traced_requester();
+  const int64_t begin_ns = monotonic_ns();
+  first_.trace(frames, poses_);
+  requests_.add_render_time(requester, monotonic_ns() - begin_ns);
+  forward_refusals(first_);
+  return {.any = true, .has_more = true};
 }
 
 // Returns false if the time slice ended before all due images of the stream were rendered.
@@ -84,7 +95,7 @@ bool ImageService::draw_turn(gpu::FrameRing& frames, state::RequesterId requeste
   distribute(std::move(work));
   const uint64_t max_bytes =
       scheduler_.is_alone(requester, now_ns) ? RequestRenderer::kMaxSubmittedBytes : kSharedSubmittedBytes;
-  for (bool is_first = true; has_work(); is_first = false) {
+  for (bool is_first = true; has_work() && !first_.is_tracing(); is_first = false) {
     if (!is_first && (monotonic_ns() >= end_ns || rules_.is_stop_requested() || !has_room(end_ns))) break;
     uint64_t cost = 0;
     const Mark before = submitted();

@@ -48,6 +48,9 @@ class ImageService {
   // submissions no longer, unless the estimate of a submission was too short.
   Drawn draw_due(gpu::FrameRing& frames);
 
+  // True while the paths of an image are traced: the scene must stay until then, poses may change.
+  bool is_tracing() const { return first_.is_tracing(); }
+
   // Sends finished images.
   void deliver();
   bool in_flight() const;
@@ -73,6 +76,7 @@ class ImageService {
     int64_t submitted_ns = 0;
   };
 
+  Drawn go_on_tracing(gpu::FrameRing& frames);
   bool draw_turn(gpu::FrameRing& frames, state::RequesterId requester, RequestRenderer::Moment& moment,
                  int64_t end_ns);
   void record_finished();

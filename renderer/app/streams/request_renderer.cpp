@@ -1,12 +1,14 @@
 #include "renderer/app/streams/request_renderer.h"
 
 #include <algorithm>
+#include <chrono>
 
 namespace fire3dv::app {
 namespace {
 
 // Memory limit of cameras in one submission: visibility flags and cluster lists.
 constexpr uint64_t kMaxBatchViewBytes = uint64_t{64} << 20;
+constexpr auto kTraceTime = std::chrono::milliseconds(10);  // of paths between two looks at the links
 
 passes::ImageOutputs drawn_outputs(const wire::ImageRequest& request) {
   return passes::with_sources(wire::ImageOutputs(request.outputs));
@@ -50,6 +52,14 @@ bool has_room_for(Take&& take) {
   }
 }
 
+passes::View view_of(const RequestRenderer::WorkItem& work) {
+  passes::View view = passes::make_view(work.camera.pinhole, work.camera.world_from_camera);
+  view.camera = work.due.request.node;
+  view.exposure = work.camera.exposure;
+  view.ground = work.camera.ground;
+  return view;
+}
+
 VkExtent2D extent_of(glm::uvec2 size) {
   return {size.x, size.y};
 }
@@ -57,13 +67,12 @@ VkExtent2D extent_of(glm::uvec2 size) {
 }  // namespace
 
 // Render targets take about 20 times the bytes of the image at 4 samples.
-state::ImageAbilities image_abilities(const passes::SceneRenderer& renderer) {
+state::ImageAbilities image_abilities(const passes::SceneRenderer& renderer, bool traces_requests) {
   state::ImageAbilities abilities{.max_pixel_bytes = uint64_t{64} << 20};
   abilities.lenses = true;
   abilities.outputs = 0;
   for (uint32_t bit = 0; bit < wire::kImageOutputCount; ++bit) {
-    // The window's image refines; colours of requested images would have to wait for theirs.
-    if (renderer.traces_paths() && wire::ImageOutputs(1u << bit).shaded()) continue;
+    if (renderer.traces_paths() && !traces_requests && wire::ImageOutputs(1u << bit).shaded()) continue;
     if (renderer.can_take(passes::with_sources(wire::ImageOutputs(1u << bit))))
       abilities.outputs |= 1u << bit;
   }
@@ -81,8 +90,17 @@ bool RequestRenderer::draw(gpu::FrameRing& frames, const Moment& moment, uint64_
   while (has_work() && bytes < max_bytes) {
     const std::span<const WorkItem> rest = std::span(work_).subspan(next_);
     const std::span<const WorkItem> batch = rest.first(batch_size(rest, max_bytes));
+    if (renderer_.traces_paths() && outputs_behind(batch[0]).shaded()) {
+      if (recorder) break;  // in a submission of its own
+      ++next_;
+      tracing_.emplace(Tracing{batch[0], moment.boxes});
+      const glm::uvec2 size = batch[0].camera.pinhole.image_px;
+      cost_ += state::image_cost(size.x, size.y);
+      trace(frames, moment.poses);
+      return true;
+    }
     next_ += batch.size();
-    const std::optional<passes::PreparedFrame> prepared = prepare(batch);
+    const std::optional<passes::PreparedFrame> prepared = prepare(batch, scene_update_);
     if (!prepared) continue;
     if (!recorder) recorder = &frames.begin();
     record(*prepared, *recorder, frames.staging(), batch, moment);
@@ -93,6 +111,19 @@ bool RequestRenderer::draw(gpu::FrameRing& frames, const Moment& moment, uint64_
   }
   if (recorder) readback_.submitted(frames.submit());
   return recorder != nullptr;
+}
+
+void RequestRenderer::trace(gpu::FrameRing& frames, const state::PoseState& poses) {
+  const std::span<const WorkItem> image(&tracing_->work, 1);
+  const std::optional<passes::PreparedFrame> prepared = prepare(image, tracing_->scene, true);
+  if (!prepared) return tracing_.reset();
+  (void)renderer_.trace_paths(*prepared, poses, view_of(image[0]), {.budget = kTraceTime});
+  tracing_->scene = passes::SceneUpdate::reuse;
+  if (!renderer_.path_tracer()->progress().is_whole()) return;
+  gpu::Recorder& recorder = frames.begin();
+  record(*prepared, recorder, frames.staging(), image, {poses, tracing_->boxes});
+  readback_.submitted(frames.submit());
+  tracing_.reset();
 }
 
 // Number of consecutive compatible images that fit one submission.
@@ -132,18 +163,21 @@ void RequestRenderer::refuse_rest(const std::string& why) {
 }
 
 // Allocates the images' resources. A shortage refuses the images and is no error.
-std::optional<passes::PreparedFrame> RequestRenderer::prepare(std::span<const WorkItem> batch) {
+std::optional<passes::PreparedFrame> RequestRenderer::prepare(std::span<const WorkItem> batch,
+                                                              passes::SceneUpdate scene, bool refines) {
   const WorkItem& first = batch[0];
   const wire::ImageRequest& request = first.due.request;
   const VkExtent2D extent = extent_of(first.camera.pinhole.image_px);
   const auto views = static_cast<uint32_t>(batch.size());
   passes::Shortage shortage{};
-  const Result<passes::PreparedFrame> prepared = renderer_.prepare({.extent = extent,
-                                                                    .views = views,
-                                                                    .outputs = outputs_behind(first),
-                                                                    .scene = scene_update_,
-                                                                    .markers = first.camera.markers},
-                                                                   &shortage);
+  const Result<passes::PreparedFrame> prepared =
+      renderer_.prepare({.extent = extent,
+                         .views = views,
+                         .outputs = outputs_behind(first),
+                         .scene = scene,
+                         .markers = first.camera.markers,
+                         .refines = refines},
+                        &shortage);
   if (!prepared) {
     refuse(batch,
            shortage == passes::Shortage::motion_snapshots ? wire::ImageRefusal::too_many
@@ -174,11 +208,7 @@ void RequestRenderer::record(const passes::PreparedFrame& prepared, gpu::Recorde
   for (const WorkItem& work : batch) {
     const state::ImageRequestRegistry::Due& due = work.due;
     const passes::Intrinsics& used = work.camera.intrinsics;
-    passes::View& view =
-        views.emplace_back(passes::make_view(work.camera.pinhole, work.camera.world_from_camera));
-    view.camera = due.request.node;
-    view.exposure = work.camera.exposure;
-    view.ground = work.camera.ground;
+    views.push_back(view_of(work));
     wire::ImageFrame frame;
     frame.request = due.request.id;
     frame.number = due.number;

@@ -20,8 +20,9 @@
 
 namespace fire3dv::app {
 
-// Image requests that this renderer supports.
-state::ImageAbilities image_abilities(const passes::SceneRenderer& renderer);
+// Image requests that this renderer supports. traces_requests: colours by paths, if the renderer traces them;
+// otherwise such a renderer offers no colours.
+state::ImageAbilities image_abilities(const passes::SceneRenderer& renderer, bool traces_requests = false);
 
 class RequestRenderer {
  public:
@@ -50,6 +51,13 @@ class RequestRenderer {
   // Renders some of the images in one submission, which ends with the image that reaches max_bytes of
   // read-back. Returns false if nothing was submitted.
   bool draw(gpu::FrameRing& frames, const Moment& moment, uint64_t max_bytes = kMaxSubmittedBytes);
+  // True after draw() has begun to trace the paths of an image. Until trace() has ended it, nothing else may
+  // be drawn with the renderer, and its scene must stay.
+  bool is_tracing() const { return tracing_.has_value(); }
+  state::RequesterId traced_requester() const { return tracing_->work.due.requester; }
+  // Adds samples for a short time, and submits the image when it has all of them: it shows the moment of
+  // draw(), whatever the poses are now.
+  void trace(gpu::FrameRing& frames, const state::PoseState& poses);
   // Limit of one submission: its images stay in host memory until they are sent.
   static constexpr uint64_t kMaxSubmittedBytes = uint64_t{64} << 20;
   // Cost of the images rendered since the last call.
@@ -91,7 +99,8 @@ class RequestRenderer {
   };
 
   size_t batch_size(std::span<const WorkItem> rest, uint64_t max_bytes) const;
-  std::optional<passes::PreparedFrame> prepare(std::span<const WorkItem> batch);
+  std::optional<passes::PreparedFrame> prepare(std::span<const WorkItem> batch, passes::SceneUpdate scene,
+                                               bool refines = false);
   void refuse(std::span<const WorkItem> batch, wire::ImageRefusal reason, const std::string& why);
   void record(const passes::PreparedFrame& prepared, gpu::Recorder& recorder, gpu::StagingRing& staging,
               std::span<const WorkItem> batch, const Moment& moment);
@@ -101,6 +110,13 @@ class RequestRenderer {
   std::vector<passes::CameraHistory> take_histories(std::span<const WorkItem> batch);
   void store_histories(std::span<const WorkItem> batch, std::vector<passes::CameraHistory>&& histories);
 
+  // Image whose paths are traced.
+  struct Tracing {
+    WorkItem work;
+    std::shared_ptr<const std::vector<wire::BoxRecord3d>> boxes;
+    passes::SceneUpdate scene = passes::SceneUpdate::update;
+  };
+
   gpu::Device& device_;
   passes::SceneRenderer& renderer_;
   gpu::ReadbackRing<Tag> readback_;
@@ -109,6 +125,7 @@ class RequestRenderer {
   size_t next_ = 0;  // index of the next image in work_
   uint64_t cost_ = 0;
   passes::SceneUpdate scene_update_ = passes::SceneUpdate::update;
+  std::optional<Tracing> tracing_;
   std::vector<Refused> refused_;
   std::map<Key, passes::CameraHistory> histories_;  // motion histories of open requests
 };

@@ -74,7 +74,49 @@ def refines(test, screen):
     renderer.expect_exit(0)
 
 
-CASES = {f.__name__: on_a_screen(f) for f in (refines,)}
+# Positions in a window of this size, with only the render panel open.
+PANELS_SIZE, RENDERER, RASTER, PATHS_ITEM, VIEW = (640, 400), (573, 131), (573, 155), (573, 172), (320, 300)
+
+
+def switches(test, screen):
+    """The render panel switches to the raster and back."""
+    scene, folder, arrangement = test.path("sun.glb"), test.path("taken"), test.path("config/fire3dv/window.conf")
+    write_scene(scene, sun=True, place=0)
+    os.makedirs(os.path.dirname(arrangement))
+    with open(arrangement, "w", encoding="ascii") as file:
+        for panel in ("scene", "node", "cameras", "frame", "streams", "lights", "materials", "log"):
+            file.write(f"{panel} = closed\n")
+        file.write("render = open\n")
+    renderer = test.viewer(scene, "--screenshots", folder, "--render", "path", "--spp", "3", "--bounces", "0", env=screen.env,
+                           size=PANELS_SIZE)
+    window = screen.window(renderer)
+
+    def screenshot(samples):
+        screen.xdotool("mousemove", "--window", window, *VIEW)
+
+        def look():
+            picture = take_screenshot(test, screen, renderer, folder)
+            return picture if picture.text.get("SamplesPerPixel") == samples else None
+        return wait_until(f"a screenshot of {samples} samples", look)
+
+    def choose(item):
+        screen.xdotool("mousemove", "--window", window, *RENDERER)
+        closed = screen.picture(window).rows[RASTER[1]:PATHS_ITEM[1]]
+        screen.xdotool("click", 1)
+        wait_until("the choices", lambda: screen.picture(window).rows[RASTER[1]:PATHS_ITEM[1]] != closed)
+        screen.xdotool("mousemove", "--window", window, *item, "click", 1)
+
+    paths = screenshot("3")
+    choose(RASTER)
+    raster = screenshot(None)
+    check(raster.rows != paths.rows, "the raster's image is the paths'")
+    choose(PATHS_ITEM)
+    check(screenshot("3").rows == paths.rows, "paths show another image after the raster")
+    screen.x11.close(int(window))
+    renderer.expect_exit(0)
+
+
+CASES = {f.__name__: on_a_screen(f) for f in (refines, switches)}
 
 if __name__ == "__main__":
     main(CASES, ["fire3dv", "publisher"])
