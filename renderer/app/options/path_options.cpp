@@ -15,7 +15,7 @@ constexpr uint32_t kMaxSamplesPerPixel = 1 << 20, kMaxBounces = 1024;
 
 void add_path_options(CLI::App& app, PathTexts& texts) {
   constexpr const char* kGroup = kDrawingGroup;
-  app.add_option("--render", texts.render, "raster, or paths: a reference image that refines in a window")
+  app.add_option("--render", texts.render, "raster, or paths: a reference image (docs/truth.md)")
       ->check(one_of({"raster", "path"}))
       ->type_name("raster|path")
       ->capture_default_str()
@@ -46,7 +46,7 @@ void add_path_options(CLI::App& app, PathTexts& texts) {
           ->type_name("M")
           ->group(kGroup);
   texts.checkpoint = app.add_option("--checkpoint", texts.checkpoint_interval_s,
-                                    "path: seconds between checkpoints of a run without a window; 0: none")
+                                    "path: seconds between checkpoints; 0: none")
                          ->check(CLI::Range(0.0, 1e6).description(""))
                          ->type_name("S")
                          ->capture_default_str()

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """End-to-end test of Vulkan errors in the viewer: a lost surface is recreated, a lost device ends the program with a
-message, and out of memory during a drop leaves the shown scene.
+message, out of memory during a drop leaves the shown scene, and out of memory for paths is an error.
 """
 import os
 
-from harness import HANG_S, main, wait_until
+from harness import HANG_S, Program, main, wait_until
 from image_reader import check, write_scene
 from screen import SIZE, all_squares, on_a_screen
 
@@ -59,7 +59,22 @@ def memory(test, screen):
     renderer.expect_exit(0)
 
 
-CASES = {f.__name__: on_a_screen(f) for f in (surface, device, memory)}
+def paths(test, screen):
+    """Without memory for the sums of its paths a run ends with the reason."""
+    full, (width, height) = test.path("full"), (61, 47)
+    sums = 32 * width * height  # no other buffer has this size
+    with open(full, "w", encoding="ascii") as file:
+        file.write(f"{sums} {sums} 0")
+    program = Program(test, "fire3dv", [test.programs_at["fire3dv"], test.scene, "--headless", "--frames", "1", "--cache", "off",
+                                        "--size", f"{width}x{height}", "--render", "path", "--spp", "1", "--out", test.path("out")],
+                      environment(test, screen, "memory", full))
+    check(program.wait() == 1 and program.find_err("error: .*the device has no memory for it"), program.stderr_text())
+    os.remove(full)
+    program = Program(test, "fire3dv", program.process.args, environment(test, screen, "memory", full))
+    check(program.wait() == 0, program.stderr_text())
+
+
+CASES = {f.__name__: on_a_screen(f) for f in (surface, device, memory, paths)}
 
 if __name__ == "__main__":
     main(CASES, ["fire3dv", "lose"])
