@@ -211,17 +211,22 @@ vec3 film_albedo(Film film, float cosine, float roughness, vec2 split) {
 
 // Directional albedo of the interface above the diffuse layer, by the direction's cosine. split: of the base, for it.
 float body_albedo(Surface s, float cosine, vec2 split) {
-  if (!has_film(s) || s.film.metal >= 1) return interface_albedo(s.body, split);
-  const float film = largest(film_albedo(s.film, s.film.dielectric_f0, cosine, s.base.roughness, split));
-  return mix(s.body.f0 * split.x + s.body.f90 * split.y, film, s.film.weight) +
-         s.body.multiple * max(1 - split.x - split.y, 0);
+  float once = s.body.f0 * split.x + s.body.f90 * split.y;
+  if (has_film(s) && s.film.metal < 1) {
+    const float film = largest(film_albedo(s.film, s.film.dielectric_f0, cosine, s.base.roughness, split));
+    once = mix(once, film, s.film.weight);
+  }
+  return once + s.body.multiple * max(1 - split.x - split.y, 0);
 }
 
 // Reflectance of a facet of that interface.
 float body_fresnel(Surface s, float cosine) {
-  const float fresnel = mix(s.body.f0, s.body.f90, schlick_weight(cosine));
-  if (!has_film(s)) return fresnel;
-  return mix(fresnel, largest(thin_film(s.film, s.film.dielectric_f0, clamp(cosine, 0, 1))), s.film.weight);
+  float fresnel = mix(s.body.f0, s.body.f90, schlick_weight(cosine));
+  if (has_film(s)) {
+    const float film = largest(thin_film(s.film, s.film.dielectric_f0, clamp(cosine, 0, 1)));
+    fresnel = mix(fresnel, film, s.film.weight);
+  }
+  return fresnel;
 }
 
 // Reflected radiance times the cosine, per unit of irradiance perpendicular to the light's direction. sine:
