@@ -49,7 +49,8 @@ void set_footprint(GlobalsRef globals, Hit hit, PrimitiveRecord primitive, Mater
   point.uv_dy = vec4(0, size.x, 0, size.y);
 }
 
-// eye_distance_m: of the origin. roughness: of the first surface, which blurs the environment and highlights. distance_m: of the first hit; kFar: none.
+// eye_distance_m: of the origin. roughness: of the first surface, which blurs the environment and highlights.
+// distance_m: of the first hit; kFar: none.
 vec3 radiance_through(GlobalsRef globals, vec3 origin, vec3 direction, uvec4 media, float eye_distance_m,
                       float roughness, out float distance_m) {
   const bool meets_all = (push.effects & FIRE3DV_RAY_EFFECT_REFRACTION) != 0;

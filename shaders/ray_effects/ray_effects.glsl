@@ -165,8 +165,9 @@ void trace_effects(uvec2 pixel) {
       trace_occlusion(point, pixel, effect);
   }
   const uint index = traced_pixel * FIRE3DV_SAMPLES + first;
+  effect.has_refracted = kExtensions && (push.effects & FIRE3DV_RAY_EFFECT_REFRACTION) != 0;
   RayEffectOut(push.records).at[index] = pack_ray_effect(effect, point.normal_world);
-  if (kExtensions && (push.effects & FIRE3DV_RAY_EFFECT_REFRACTION) != 0)
+  if (effect.has_refracted)
     RefractedOut(refracted_records(globals, push.records)).at[index] = pack_refracted(refracted);
 }
 

@@ -10,6 +10,7 @@ struct RayEffect {
   float open;      // share of the hemisphere that is not occluded
   float blur;      // width of the reflection's blur in pixels; 0: a mirror
   bool has_occlusion;
+  bool has_refracted;  // a record of refracted light
 };
 
 // Light that passes a transmissive surface from behind.
@@ -18,7 +19,7 @@ struct RefractedLight {
   float blur;  // width in pixels; 0: a smooth surface
 };
 
-RayEffect no_ray_effect() { return RayEffect(vec3(0), 1, 1, 0, false); }
+RayEffect no_ray_effect() { return RayEffect(vec3(0), 1, 1, 0, false, false); }
 
 // Perceptual roughness up to which reflections are traced, and from which they are the environment's alone.
 const float kTracedRoughness = 0.4, kUntracedRoughness = 0.6;
@@ -39,13 +40,14 @@ RayEffectRecord pack_ray_effect(RayEffect effect, vec3 normal_world) {
   const vec3 reflected = min(effect.reflected, vec3(65504));
   return RayEffectRecord(packHalf2x16(reflected.rg), packHalf2x16(vec2(reflected.b, effect.missed)),
                          packHalf2x16(vec2(effect.open, min(effect.blur, 65504))),
-                         packSnorm4x8(vec4(normal_world, effect.has_occlusion ? 1 : 0)));
+                         packSnorm4x8(vec4(normal_world, (effect.has_occlusion ? 0.25 : 0) + (effect.has_refracted ? 0.5 : 0))));
 }
 
 RayEffect unpack_ray_effect(RayEffectRecord record) {
   const vec2 blue_missed = unpackHalf2x16(record.reflected_b_missed), open_blur = unpackHalf2x16(record.open_blur);
+  const uint flags = uint(round(4 * unpackSnorm4x8(record.normal).w));
   return RayEffect(vec3(unpackHalf2x16(record.reflected_rg), blue_missed.x), blue_missed.y, open_blur.x, open_blur.y,
-                   unpackSnorm4x8(record.normal).w > 0);
+                   (flags & 1) != 0, (flags & 2) != 0);
 }
 
 uvec2 pack_refracted(RefractedLight light) {

@@ -76,10 +76,9 @@ vec3 shaded(GlobalsRef globals, uint id, vec2 place) {
 #endif
   const MaterialRecord material = MaterialRef(globals.value.materials).at[triangle.material];
 #ifdef FIRE3DV_RAY_EFFECTS
-  // Transmissive surfaces are in the visibility buffer only if they are traced.
   vec3 behind;
   const vec3 color = shade(globals, material, surface_base_color(material, point), point, behind).rgb;
-  if ((material.flags & FIRE3DV_MATERIAL_TRANSMISSION) == 0) return color;
+  if ((material.flags & FIRE3DV_MATERIAL_TRANSMISSION) == 0 || !ray_effect.has_refracted) return color;
   const uvec2 pixel = uvec2(shaded_pixel % globals.value.width, shaded_pixel / globals.value.width);
   return min(color + behind * refracted_at(globals, push.visibility, push.ray_effects, pixel, id, shaded_samples), vec3(65504));
 #else

@@ -14,7 +14,7 @@ struct RayEffectRecord {
   uint reflected_rg;    // mean radiance of the rays that hit a surface, summed over hits only
   uint reflected_b_missed;  // blue; share of the lobe that takes the environment instead
   uint open_blur;       // share of the hemisphere that is not occluded; width of the reflection's blur in pixels
-  uint normal;          // packSnorm4x8, world; the last one: 1 if occlusion was traced
+  uint normal;          // packSnorm4x8, world; w: 1/4 if occlusion was traced, plus 1/2 if light was refracted
 };
 
 struct RayEffectsPush {
