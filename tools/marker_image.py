@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Makes docs/images/markers.png, or measures a frame of 100,000 points: tools/marker_image.py BIN FILE.png | --bench
+"""Makes docs/images/markers.png, or measures frames of 100,000 points, or of 64,000 markers:
+tools/marker_image.py BIN FILE.png | --bench | --bench-markers
 
 BIN is the folder of the built programs. Needs NumPy and ffmpeg, and FIRE3DV_CLIENT_LIBRARY if the client is not installed.
 """
@@ -90,10 +91,45 @@ def bench(programs):
         print(f"{count} points: {1000 * spent / (frames - warm):.1f} ms a frame")
 
 
+def set_many(stream, count, share_in_view):
+    """Small markers of all kinds but texts: a share around the origin, the rest far to the side."""
+    kinds = [lambda s, n, p: s.points(n, p, size_px=4), lambda s, n, p: s.lines(n, [p[0], p[0] + 0.02]),
+             lambda s, n, p: s.arrows(n, p, [[0, 0.05, 0]]), lambda s, n, p: s.axes(n, p, sizes=0.05),
+             lambda s, n, p: s.boxes(n, p, sizes=0.02), lambda s, n, p: s.spheres(n, p, sizes=0.02),
+             lambda s, n, p: s.capsules(n, p, [0.02, 0.02, 0.03]), lambda s, n, p: s.triangles(n, p + TRIANGLE)]
+    random = np.random.default_rng(1)
+    places = random.uniform(-1, 1, (count, 1, 3)).astype(np.float32)
+    places[int(count * share_in_view):, 0, 0] += 1000
+    for i in range(count):
+        kinds[i % len(kinds)](stream, f"many/{i}", places[i])
+
+
+TRIANGLE = np.array([[0, 0, 0], [0.03, 0, 0], [0, 0.03, 0]], np.float32)
+
+
+def bench_markers(programs):
+    """Prints the milliseconds of a frame in lockstep: without markers, with 640 in view, with 63,360 more out of view, and
+    with all in view. A stream has at most 65,536."""
+    frames, warm = 25, 5
+    for count, share in ((0, 0), (640, 1), (64_000, 0.01), (64_000, 1)):
+        with tempfile.TemporaryDirectory() as folder:
+            with renderer(programs, folder, (640, 480)) as process, process.stream("bench") as stream:
+                stream.describe([])
+                set_many(stream, count, share)
+                for frame in range(frames):
+                    if frame == warm:  # pipelines are compiled, markers are uploaded
+                        begin = time.perf_counter()
+                    show(stream, frame)
+                spent = time.perf_counter() - begin
+        print(f"{count} markers, {int(count * share)} in view: {1000 * spent / (frames - warm):.1f} ms a frame", flush=True)
+
+
 if __name__ == "__main__":
     if len(sys.argv) != 3:
         sys.exit(__doc__)
     if sys.argv[2] == "--bench":
         bench(sys.argv[1])
+    elif sys.argv[2] == "--bench-markers":
+        bench_markers(sys.argv[1])
     else:
         image(sys.argv[1], sys.argv[2])
