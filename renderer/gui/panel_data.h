@@ -62,13 +62,14 @@ inline glm::vec3 position_world(const SurfacePoint& point, const state::PoseStat
 // Node and material numbers refer to the displayed scene. Another scene inherits the settings of nodes with
 // the same paths.
 struct Viewer {
-  uint32_t selected = scene::kNone;          // node
-  uint32_t followed = scene::kNone;          // node that the free camera follows
-  uint32_t isolated = scene::kNone;          // only this node and its descendants are drawn
-  std::set<uint32_t> hidden;                 // including descendants
-  std::optional<SurfacePoint> picked_point;  // of the last click on a surface
-  bool measures = false;                     // clicks choose points instead of nodes
-  std::vector<SurfacePoint> measured;        // at most two
+  uint32_t selected = scene::kNone;               // node
+  uint32_t followed = scene::kNone;               // node that the free camera follows
+  uint32_t isolated = scene::kNone;               // only this node and its descendants are drawn
+  std::set<uint32_t> hidden;                      // including descendants
+  std::optional<SurfacePoint> picked_point;       // of the last click on a surface
+  bool shows_grid = false, shows_frusta = false;  // ground grid with axes; frusta of the scene's cameras
+  bool measures = false;                          // clicks choose points instead of nodes
+  std::vector<SurfacePoint> measured;             // at most two
   // Overrides of the file's and streams' values; erasing an entry restores them.
   std::map<uint32_t, scene::Light> lights;  // by node
   // By number: factors only; textures and alpha modes are unchanged.

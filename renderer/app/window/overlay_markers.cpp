@@ -4,7 +4,9 @@
 #include <cmath>
 #include <utility>
 
+#include "renderer/app/window/guides.h"
 #include "renderer/app/window/measurement.h"
+#include "renderer/app/window/overlay_colors.h"
 
 namespace fire3dv::app {
 namespace {
@@ -15,11 +17,18 @@ using wire::MarkerKind;
 // Keys of markers.
 constexpr uint64_t kMeasuredPath = 0, kMeasuredLine = 1, kMeasuredPoints = 2, kMeasuredText = 3;
 
-constexpr uint32_t rgb(uint32_t hex, uint32_t alpha = 0xff) {
-  return (hex >> 16 & 0xff) | (hex & 0xff00) | (hex & 0xff) << 16 | alpha << 24;
+constexpr uint64_t kGrid = 16, kFrusta = 1024;  // the first of each
+constexpr uint64_t kMarkersPerFrustum = 2;
+constexpr uint32_t kMeasureColor = marker_color(0xffc040);
+
+// As passes::make_view() takes the pose of a camera.
+glm::mat4 without_scale(glm::mat4 world_from_camera) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const float length = glm::length(glm::vec3(world_from_camera[axis]));
+    if (length > 0) world_from_camera[axis] /= length;
+  }
+  return world_from_camera;
 }
-constexpr std::array<uint32_t, 3> kAxisColors{rgb(0xe0483e), rgb(0x4fb04a), rgb(0x3f7fe0)};
-constexpr uint32_t kMeasureColor = rgb(0xffc040);
 
 std::array<float, 3> floats(const glm::vec3& v) {
   return {v.x, v.y, v.z};
@@ -27,13 +36,38 @@ std::array<float, 3> floats(const glm::vec3& v) {
 
 }  // namespace
 
-const std::vector<state::ShownMarker>& OverlayMarkers::update(const gui::Viewer& viewer,
-                                                              const state::PoseState& poses,
-                                                              float display_scale) {
+const std::vector<state::ShownMarker>& OverlayMarkers::update(const gui::Viewer& viewer, const Seen& seen) {
   last_ = std::exchange(known_, {});
   shown_.clear();
-  if (viewer.measures) add_measurement(viewer, poses, display_scale);
+  if (viewer.shows_grid) {
+    uint64_t key = kGrid;
+    for (Marker& marker : ground_grid(seen.scene, seen.display_scale)) add(key++, std::move(marker));
+  }
+  if (viewer.shows_frusta) add_frusta(viewer, seen);
+  if (viewer.measures) add_measurement(viewer, seen.poses, seen.display_scale);
   return shown_;
+}
+
+// Without the camera of the image, whose frustum is the image's border.
+void OverlayMarkers::add_frusta(const gui::Viewer& viewer, const Seen& seen) {
+  if (listed_scene_ != seen.scene_number) {
+    listed_scene_ = seen.scene_number;
+    cameras_ = scene::camera_nodes(seen.scene);  // visits every node
+    if (cameras_.size() > kMaxFrusta) cameras_.resize(kMaxFrusta);
+  }
+  const float depth_m = frustum_depth_m(seen.scene);
+  uint64_t key = kFrusta;
+  for (const uint32_t node : cameras_) {
+    const uint64_t first = std::exchange(key, key + kMarkersPerFrustum);
+    if (node == seen.camera_node || seen.edits.is_hidden(node)) continue;
+    const scene::Camera* const edited = seen.edits.camera_at(node);
+    const scene::Camera& camera = edited ? *edited : seen.scene.cameras[seen.scene.nodes[node].camera];
+    const glm::mat4 world_from_camera = without_scale(seen.poses.world_from_node(node));
+    uint64_t of_frustum = first;
+    for (Marker& marker : camera_frustum(camera, seen.scene.nodes[node].name, depth_m, seen.image_aspect,
+                                         node == viewer.selected, seen.display_scale))
+      add(of_frustum++, std::move(marker), world_from_camera);
+  }
 }
 
 void OverlayMarkers::add(uint64_t key, Marker marker, const glm::mat4& world_from_marker) {

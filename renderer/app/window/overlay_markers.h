@@ -1,7 +1,9 @@
-// Markers that the window adds to its images: the measured points and their distance. They are drawn as
-// markers of streams are. Requested images and files of --out do not have them.
+// Markers that the window adds to its images: the ground grid, camera frusta, and the measured points with
+// their distance. They are drawn as markers of streams are. Requested images and files of --out do not have
+// them.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <map>
@@ -10,6 +12,8 @@
 
 #include "protocol/wire/marker.h"
 #include "renderer/gui/panel_data.h"
+#include "renderer/scene/model/scene.h"
+#include "renderer/scene/model/scene_edits.h"
 #include "renderer/state/marker_registry.h"
 #include "renderer/state/pose_state.h"
 
@@ -17,13 +21,25 @@ namespace fire3dv::app {
 
 class OverlayMarkers {
  public:
-  // Markers of the next image; valid until the next call. display_scale: factor on widths and texts.
-  const std::vector<state::ShownMarker>& update(const gui::Viewer& viewer, const state::PoseState& poses,
-                                                float display_scale);
+  static constexpr size_t kMaxFrusta = 256;
+
+  // What the next image shows.
+  struct Seen {
+    const scene::Scene& scene;
+    const scene::SceneEdits& edits;
+    const state::PoseState& poses;
+    uint64_t scene_number = 0;            // unique per scene
+    uint32_t camera_node = scene::kNone;  // of the image; kNone: a free camera
+    float image_aspect = 1;
+    float display_scale = 1;  // factor on widths and texts
+  };
+  // Markers of the next image; valid until the next call.
+  const std::vector<state::ShownMarker>& update(const gui::Viewer& viewer, const Seen& seen);
 
  private:
   // Markers are compared with those of the last image, so that only changed ones are uploaded.
   void add(uint64_t key, wire::Marker marker, const glm::mat4& world_from_marker = glm::mat4(1));
+  void add_frusta(const gui::Viewer& viewer, const Seen& seen);
   void add_measurement(const gui::Viewer& viewer, const state::PoseState& poses, float display_scale);
 
   struct Known {
@@ -31,7 +47,9 @@ class OverlayMarkers {
     std::shared_ptr<const wire::Marker> marker;
   };
   std::map<uint64_t, Known> known_, last_;  // by key: of this image and of the last one
-  uint64_t last_id_ = uint64_t{1} << 63;    // ids of markers of streams begin at 1
+  std::vector<uint32_t> cameras_;           // camera nodes of that scene
+  uint64_t listed_scene_ = UINT64_MAX;
+  uint64_t last_id_ = uint64_t{1} << 63;  // ids of markers of streams begin at 1
   std::vector<state::ShownMarker> shown_;
 };
 

@@ -116,6 +116,8 @@ void ViewerInput::press(const InputEvent& event, gui::Viewer& viewer) {
   if (key == sinks::letter('h')) hide(viewer, shift);
   if (key == sinks::letter('i')) toggle(viewer.isolated, viewer.selected);
   if (key == sinks::letter('t')) toggle(viewer.followed, viewer.selected);
+  if (key == sinks::letter('g')) viewer.shows_grid = !viewer.shows_grid;
+  if (key == sinks::letter('c')) viewer.shows_frusta = !viewer.shows_frusta;
   if (key == sinks::letter('m')) {
     viewer.measures = !viewer.measures;
     viewer.measured.clear();

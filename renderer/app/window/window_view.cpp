@@ -270,7 +270,11 @@ Result<void> WindowView::draw_others() {
 
 std::span<const state::ShownMarker> WindowView::update_overlay() {
   if (!borrowed_.options.out.empty()) return {};
-  return overlay_.update(borrowed_.viewer, borrowed_.poses, display_scale_);
+  const LiveScene& scene = borrowed_.scene;
+  return overlay_.update(
+      borrowed_.viewer,
+      {scene.scene(), scene.edits(), borrowed_.poses, scene.replaced(), borrowed_.camera.node(),
+       static_cast<float>(image_extent_.width) / static_cast<float>(image_extent_.height), display_scale_});
 }
 
 passes::Inspection WindowView::take_inspection() {

@@ -8,9 +8,15 @@
 namespace fire3dv::gui {
 namespace {
 
+// Three numbers need more room than the column of values has.
 void show_vector(Ui& ui, const char* label, const glm::vec3& metres) {
-  ui.value(label, "%.5g  %.5g  %.5g m", static_cast<double>(metres.x), static_cast<double>(metres.y),
-           static_cast<double>(metres.z));
+  constexpr float kLabelPt = 58;
+  ImGui::TextColored(theme::floats(theme::kDim), "%s", label);
+  ImGui::SameLine(ImGui::GetCursorPosX() + ui.points(kLabelPt));
+  ImGui::PushTextWrapPos(0);
+  ImGui::Text("%.5g %.5g %.5g m", static_cast<double>(metres.x), static_cast<double>(metres.y),
+              static_cast<double>(metres.z));
+  ImGui::PopTextWrapPos();
 }
 
 void show_distance(const Context& c) {
@@ -24,7 +30,8 @@ void show_distance(const Context& c) {
   const glm::vec3 from = position_world(measured[0], c.shown.poses),
                   to = position_world(measured[1], c.shown.poses);
   show_vector(c.ui, "To", to);
-  show_vector(c.ui, "Along x y z", to - from);
+  show_vector(c.ui, "Along", to - from);
+  c.ui.hint("Components along the world's x, y and z");
   c.ui.value("Distance", "%.5g m", static_cast<double>(glm::distance(from, to)));
 }
 
@@ -44,7 +51,7 @@ void draw_measure_panel(const Context& c) {
   const SurfacePoint& point = *viewer.picked_point;
   show_vector(c.ui, "Point", position_world(point, c.shown.poses));
   if (point.node < c.shown.scene.nodes.size()) {
-    show_vector(c.ui, "  in its node", point.position_node);
+    show_vector(c.ui, "In node", point.position_node);
     c.ui.hint("In the frame of the node, before its scale");
   }
 }

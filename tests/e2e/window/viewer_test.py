@@ -28,6 +28,10 @@ def seen(picture):
     return {name for name in AT if picture.place_of_square(name) is not None}
 
 
+def seen_anywhere(picture):
+    return {name for name in AT if picture.row_of(name) is not None}
+
+
 def open_viewer(test, screen, *arguments, **options):
     renderer = test.renderer(*arguments, headless=False, size=SIZE, env=screen.env, **options)
     window = screen.window(renderer)
@@ -101,6 +105,34 @@ def measures(test, screen):
     check(renderer.alive(), "Escape closed the window instead")
     screen.xdotool("key", "Escape")
     renderer.expect_exit(0)
+
+
+def guides(test, screen):
+    """G shows and hides the grid, C the frusta of the cameras; the images of --out have neither."""
+    for writes in (False, True):
+        if writes:
+            renderer, window = open_viewer(test, screen)
+        else:
+            renderer = test.viewer(test.scene, "--gui", "off", "--camera", "auto", env=screen.env, size=SIZE)
+            window = screen.window(renderer)
+            wait_until("all squares on the screen", lambda: len(seen_anywhere(screen.picture(window))) == 3)
+        at_rest = screen.picture(window).rows
+
+        def changed_rows(before=at_rest):
+            return sum(row != other for row, other in zip(screen.picture(window).rows, before))
+        for key, rows in (("g", 60), ("c", 10)):
+            screen.xdotool("key", key)
+            if writes:
+                at = len(renderer.frames())
+                wait_until("images after that", lambda a=at: len(renderer.frames()) > a + 1)
+                check(screen.picture(window).rows == at_rest, f"{key} changed the images of --out")
+            else:
+                wait_until(f"what {key} shows", lambda r=rows: changed_rows() > r)
+                check(len(seen_anywhere(screen.picture(window))) == 3, f"{key} hides the scene")
+            screen.xdotool("key", key)
+            wait_until("what was there at first", lambda: screen.picture(window).rows == at_rest)
+        screen.x11.close(int(window))
+        renderer.expect_exit(0)
 
 
 # Positions of the panels' controls in a window of this size, with only the lights panel open.
@@ -339,7 +371,7 @@ def write_large_scene(path):
         file.write(struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(binary), b"BIN\0") + binary)
 
 
-CASES = {f.__name__: on_a_screen(f) for f in (selects, measures, panels, captures, several, cameras_of_windows, tiny, stereo, drop,
+CASES = {f.__name__: on_a_screen(f) for f in (selects, measures, guides, panels, captures, several, cameras_of_windows, tiny, stereo, drop,
                                               closed_while_loading)}
 CASES_OF_THE_TOUR = {"tour": on_a_screen(tour)}
 

@@ -69,7 +69,8 @@ std::string settings_of(const GuiWorld& world) {
   text += numbers({double(c.frame_all), double(c.frame_selection), c.camera ? double(*c.camera) : -1,
                    c.variant ? double(*c.variant) : -1, double(c.free_camera), double(c.screenshot),
                    double(c.toggle_video), double(c.close)});
-  text += numbers({double(v.measures), double(v.measured.size())});
+  text +=
+      numbers({double(v.shows_grid), double(v.shows_frusta), double(v.measures), double(v.measured.size())});
   text += c.export_csv.value_or("") + " ";
   for (const std::string& call : world.timeline.calls) text += call + " ";
   return text + world.clipboard + layout_text(world.gui.layout());

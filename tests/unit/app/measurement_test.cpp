@@ -46,12 +46,16 @@ class Measurements : public ::testing::Test {
     poses_.push(id, frame);
     ASSERT_NEAR(poses_.world_from_node(1)[3].x, world_from_node[3].x, 1e-6f);
   }
+  OverlayMarkers::Seen seen(float display_scale = 1) const {
+    return {scene_, edits_, poses_, 1, scene::kNone, 1.5f, display_scale};
+  }
   static void expect_near(const glm::vec3& a, const glm::vec3& b) {
     for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(a[axis], b[axis], 1e-5f) << axis;
   }
 
   scene::Scene scene_ = boxes_at({{-3, 1, 0}, {2, -1, 1}});
   state::PoseState poses_{scene_};
+  scene::SceneEdits edits_;
   gui::Viewer viewer_;
 };
 
@@ -95,13 +99,13 @@ TEST_F(Measurements, TwoClicksMakeADistanceAndAThirdBeginsAnew) {
 
 TEST_F(Measurements, MarkersShowTheDistanceAndKeepTheirIdsWhileNothingMoves) {
   OverlayMarkers overlay;
-  EXPECT_TRUE(overlay.update(viewer_, poses_, 1).empty());
+  EXPECT_TRUE(overlay.update(viewer_, seen()).empty());
   viewer_.measures = true;
-  EXPECT_TRUE(overlay.update(viewer_, poses_, 1).empty());
+  EXPECT_TRUE(overlay.update(viewer_, seen()).empty());
   click({-3, 1, 0});
-  ASSERT_EQ(overlay.update(viewer_, poses_, 1).size(), 1u);
+  ASSERT_EQ(overlay.update(viewer_, seen()).size(), 1u);
   click({0, 5, 0});
-  const std::vector<state::ShownMarker> first = overlay.update(viewer_, poses_, 1);
+  const std::vector<state::ShownMarker> first = overlay.update(viewer_, seen());
   ASSERT_EQ(first.size(), 4u);
   std::set<uint64_t> ids;
   bool has_text = false;
@@ -115,17 +119,17 @@ TEST_F(Measurements, MarkersShowTheDistanceAndKeepTheirIdsWhileNothingMoves) {
   }
   EXPECT_TRUE(has_text);
   EXPECT_EQ(ids.size(), 4u);
-  const std::vector<state::ShownMarker> again = overlay.update(viewer_, poses_, 1);
+  const std::vector<state::ShownMarker> again = overlay.update(viewer_, seen());
   for (size_t i = 0; i < 4; ++i)
     EXPECT_EQ(again[i].id, first[i].id) << "an equal marker is not uploaded again";
   move_node(glm::translate(glm::mat4(1), {-3, 1, 2}));  // both points are on it
-  const std::vector<state::ShownMarker> moved = overlay.update(viewer_, poses_, 1);
+  const std::vector<state::ShownMarker> moved = overlay.update(viewer_, seen());
   ASSERT_EQ(moved.size(), 4u);
   for (const state::ShownMarker& shown : moved) {
     EXPECT_FALSE(ids.contains(shown.id)) << "other positions need another id";
     for (const auto& position : shown.marker->positions) EXPECT_NEAR(position[2], 2, 1e-5f);
   }
-  const std::vector<state::ShownMarker> large = overlay.update(viewer_, poses_, 2);
+  const std::vector<state::ShownMarker> large = overlay.update(viewer_, seen(2));
   for (size_t i = 0; i < 4; ++i) EXPECT_FLOAT_EQ(large[i].marker->width, 2 * moved[i].marker->width);
 }
 

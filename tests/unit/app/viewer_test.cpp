@@ -284,6 +284,18 @@ TEST_F(Inputs, EscapeClosesTheInnermostFirst) {
   EXPECT_TRUE(viewer_.commands.close);
 }
 
+TEST_F(Inputs, GAndCShowGuides) {
+  type(sinks::letter('g'));
+  take();
+  EXPECT_TRUE(viewer_.shows_grid);
+  EXPECT_FALSE(viewer_.shows_frusta);
+  type(sinks::letter('g'));
+  type(sinks::letter('c'));
+  take();
+  EXPECT_FALSE(viewer_.shows_grid);
+  EXPECT_TRUE(viewer_.shows_frusta);
+}
+
 TEST_F(Inputs, MMeasuresAndEscapeEndsItBeforeTheSelection) {
   viewer_.selected = 1;
   type(sinks::letter('m'));
