@@ -1,8 +1,10 @@
 #include "renderer/app/options/options.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -13,9 +15,11 @@
 
 #include "protocol/base/command_line.h"
 #include "renderer/app/animation_clock.h"
+#include "renderer/app/options/config_options.h"
 #include "renderer/app/options/drawing_options.h"
 #include "renderer/app/options/option_values.h"
 #include "renderer/app/options/path_options.h"
+#include "renderer/app/options/window_options.h"
 #include "renderer/passes/frame_plan.h"
 
 namespace fire3dv::app {
@@ -30,41 +34,25 @@ gpu::AsyncCompute async_compute_named(const std::string& name) {
   return gpu::AsyncCompute::automatic;
 }
 
-// Returns an error message for invalid values.
-std::optional<std::string> take_window_options(const std::string& stereo, const std::string& present,
-                                               Options& options) {
-  if (present == "mailbox") options.present = sinks::Present::mailbox;
-  if (present == "immediate") options.present = sinks::Present::immediate;
-  constexpr size_t kMaxWindows = 16;
-  if (options.window_cameras.size() > kMaxWindows)
-    return "--window: " + std::to_string(kMaxWindows) + " windows at most";
-  if (!options.window_cameras.empty()) options.camera = options.window_cameras.front();
-  if (stereo.empty()) return std::nullopt;
-  const size_t comma = stereo.find(',');
-  if (comma == 0 || comma == std::string::npos || comma + 1 == stereo.size())
-    return "--stereo " + stereo + ": must be two cameras, such as left,right";
-  options.camera = stereo.substr(0, comma);
-  options.right_camera = stereo.substr(comma + 1);
-  return std::nullopt;
-}
-
 // Values that parse_options() converts after the whole command line is known.
 struct Texts {
   std::vector<std::string> peer_limits;
   std::string play = "auto", mark_stale = "auto", watch = "auto", markers = "on";
-  std::string size = "1280x720", stereo, gui = "on", present = "vsync";
+  std::string size = "1280x720";
   std::string drake, stream_timeout, outputs, async_compute = "auto";
   std::string raster = "auto", cull = "on", levels_of_detail = "auto";
   std::string ground = "auto", debug_view = "none";
   DrawingTexts drawing;
   PathTexts path;
+  WindowTexts window;
+  std::string config;  // file of options
   double delay_ms = 0;
 };
 
 // Options whose presence matters beside their value.
 struct Given {
   const CLI::Option *models, *name_space, *package_path, *xacro_argument, *up, *unit, *delay, *camera,
-      *windows, *screenshots, *outputs, *animate, *wait_for_stream;
+      *outputs, *animate, *wait_for_stream;
 };
 
 void add_input_options(CLI::App& app, Options& options, Texts& texts, Given& given) {
@@ -198,31 +186,6 @@ void add_image_options(CLI::App& app, Options& options, Texts& texts, Given& giv
                       ->group(kGroup);
 }
 
-void add_window_options(CLI::App& app, Options& options, Texts& texts, Given& given) {
-  constexpr const char* kGroup = "Window";
-  given.windows = app.add_option("--window", options.window_cameras, "window of this camera; repeatable")
-                      ->type_name("CAMERA")
-                      ->allow_extra_args(false)
-                      ->group(kGroup);
-  app.add_option("--stereo", texts.stereo, "two cameras side by side in one window")
-      ->type_name("LEFT,RIGHT")
-      ->group(kGroup);
-  app.add_option("--gui", texts.gui, "panels over the image; Tab toggles them")
-      ->check(one_of({"on", "off"}))
-      ->type_name("on|off")
-      ->capture_default_str()
-      ->group(kGroup);
-  app.add_option("--present", texts.present, "present mode: vsync, mailbox or immediate")
-      ->check(one_of({"vsync", "mailbox", "immediate"}))
-      ->type_name("MODE")
-      ->capture_default_str()
-      ->group(kGroup);
-  given.screenshots = app.add_option("--screenshots", options.screenshots, "folder of screenshots and videos")
-                          ->type_name("DIR")
-                          ->capture_default_str()
-                          ->group(kGroup);
-}
-
 void add_performance_options(CLI::App& app, Options& options, Texts& texts) {
   constexpr const char* kGroup = "Performance";
   const CLI::Option* const device =
@@ -278,9 +241,20 @@ void add_diagnostics_options(CLI::App& app, Options& options, Texts& texts) {
   app.add_flag("--list-devices", options.list_devices, "list the Vulkan devices and exit")->group(kGroup);
 }
 
-}  // namespace
+void list_given(const CLI::App& app, GivenOptions& given) {
+  const auto add_names = [](const CLI::Option& option, std::vector<std::string>& names) {
+    names.insert(names.end(), option.get_lnames().begin(), option.get_lnames().end());
+  };
+  for (const CLI::Option* option : app.get_options()) {
+    if (option->count() == 0) continue;
+    add_names(*option, given.present);
+    for (const CLI::Option* other : option->get_excludes()) add_names(*other, given.excluded);
+  }
+}
 
-std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene) {
+// given_options: null, or set to what the words hold.
+std::variant<Options, UsageError> parse_words(const std::vector<std::string>& words, bool needs_scene,
+                                              OptionChecks checks, GivenOptions* given_options) {
   Options options;
 #ifdef FIRE3DV_VALIDATION_DEFAULT
   options.validation = true;
@@ -296,7 +270,7 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
   add_stream_options(app, options, texts, given);
   add_recording_options(app, options.recording);
   add_image_options(app, options, texts, given);
-  add_window_options(app, options, texts, given);
+  add_window_options(app, options, texts.window);
   add_drawing_options(app, options, texts.drawing);
   add_path_options(app, texts.path);
   app.add_option("--ground", texts.ground, "shadows below the scene, or at a height")
@@ -305,19 +279,24 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
       ->group(kDrawingGroup);
   add_performance_options(app, options, texts);
   add_diagnostics_options(app, options, texts);
+  app.add_option("--config", texts.config, "file of options (default: ~/.config/fire3dv/config)")
+      ->type_name("FILE|none")
+      ->group("Input");
 
   try {
-    app.parse(argc, argv);
+    std::vector<std::string> backwards(words.rbegin(), words.rend());  // as CLI11 takes them
+    app.parse(std::move(backwards));
   } catch (const CLI::ParseError& error) {
     const bool asked_for = error.get_exit_code() == 0;  // --help, --version
-    if (asked_for) return app.exit(error);
-    std::cerr << "fire3dv: error: " << usage_text(app, error) << " (see fire3dv --help)\n";
-    return kUsageError;
+    if (asked_for) return UsageError{app.exit(error), ""};
+    return UsageError{kUsageError, usage_text(app, error)};
   }
-  auto usage_error = [](const std::string& text) {
-    std::cerr << "fire3dv: error: " << text << " (see fire3dv --help)\n";
-    return kUsageError;
-  };
+  if (given_options) {
+    list_given(app, *given_options);
+    given_options->config = texts.config;
+  }
+  if (checks == OptionChecks::words) return options;
+  const auto usage_error = [](const std::string& text) { return UsageError{kUsageError, text}; };
   if (!texts.drake.empty()) return usage_error("--drake is an option of fire3dv alone");
   if (!parse_image_size(texts.size, options.width, options.height)) {
     return usage_error("--size " + texts.size + ": must be WxH with sides of 1 to " +
@@ -394,13 +373,8 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
         "--out DIR to write them, or --listen URI to draw for simulators");
   if (!options.serve_tokens.empty() && options.serve.empty())
     return usage_error("--serve-tokens is for the links of --serve HOST:PORT");
-  options.panels = texts.gui == "on";
-  if (const auto wrong = take_window_options(texts.stereo, texts.present, options))
-    return usage_error(*wrong);
-  if (options.headless &&
-      (!texts.stereo.empty() || given.windows->count() > 0 || given.screenshots->count() > 0))
-    return usage_error("--window, --stereo and --screenshots need a window: leave --headless out");
-  if ((given.camera->count() > 0) + (given.windows->count() > 0) + !texts.stereo.empty() > 1)
+  if (const auto wrong = take_window_options(texts.window, options)) return usage_error(*wrong);
+  if ((given.camera->count() > 0) + texts.window.chooses_cameras() > 1)
     return usage_error("--camera, --window and --stereo exclude one another");
   options.raster = passes::raster_path_named(texts.raster);
   options.cull = passes::cull_named(texts.cull);
@@ -437,6 +411,25 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
     return usage_error("--view is for images that are drawn unasked, and --on-request draws none");
   if (const auto wrong = take_path_options(texts.path, !needs_scene, options)) return usage_error(*wrong);
   return options;
+}
+
+}  // namespace
+
+std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene) {
+  const std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
+  const auto parse = [&](const std::vector<std::string>& some, OptionChecks checks, GivenOptions* given) {
+    return parse_words(some, needs_scene, checks, given);
+  };
+  std::vector<std::string> notes;
+  std::variant<Options, UsageError> parsed =
+      needs_scene ? parse_with_config(
+                        parse, words, [](const char* name) { return std::getenv(name); }, notes)
+                  : parse(words, OptionChecks::all, nullptr);
+  for (const std::string& note : notes) std::cerr << "fire3dv: info: " << note << "\n";
+  if (auto* options = std::get_if<Options>(&parsed)) return std::move(*options);
+  const UsageError& error = std::get<UsageError>(parsed);
+  if (!error.text.empty()) std::cerr << "fire3dv: error: " << error.text << " (see fire3dv --help)\n";
+  return error.exit_code;
 }
 
 }  // namespace fire3dv::app

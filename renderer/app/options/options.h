@@ -99,7 +99,7 @@ struct Options {
 };
 
 // Returns the options, or the exit code for a program that ends now (help, or a printed usage error).
-// needs_scene: a scene is required.
+// needs_scene: a scene is required; then the configuration file counts, too (config_options.h).
 std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene = true);
 
 }  // namespace fire3dv::app

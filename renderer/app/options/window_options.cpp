@@ -1,0 +1,60 @@
+#include "renderer/app/options/window_options.h"
+
+#include <CLI/CLI.hpp>
+#include <cstddef>
+
+#include "protocol/base/command_line.h"
+
+namespace fire3dv::app {
+
+int WindowTexts::chooses_cameras() const {
+  return (windows->count() > 0 ? 1 : 0) + (stereo.empty() ? 0 : 1);
+}
+
+void add_window_options(CLI::App& app, Options& options, WindowTexts& texts) {
+  constexpr const char* kGroup = "Window";
+  texts.windows = app.add_option("--window", options.window_cameras, "window of this camera; repeatable")
+                      ->type_name("CAMERA")
+                      ->allow_extra_args(false)
+                      ->group(kGroup);
+  app.add_option("--stereo", texts.stereo, "two cameras side by side in one window")
+      ->type_name("LEFT,RIGHT")
+      ->group(kGroup);
+  app.add_option("--gui", texts.gui, "panels over the image; Tab toggles them")
+      ->check(one_of({"on", "off"}))
+      ->type_name("on|off")
+      ->capture_default_str()
+      ->group(kGroup);
+  app.add_option("--present", texts.present, "present mode: vsync, mailbox or immediate")
+      ->check(one_of({"vsync", "mailbox", "immediate"}))
+      ->type_name("MODE")
+      ->capture_default_str()
+      ->group(kGroup);
+  texts.screenshots = app.add_option("--screenshots", options.screenshots, "folder of screenshots and videos")
+                          ->type_name("DIR")
+                          ->capture_default_str()
+                          ->group(kGroup);
+}
+
+std::optional<std::string> take_window_options(const WindowTexts& texts, Options& options) {
+  options.panels = texts.gui == "on";
+  if (texts.present == "mailbox") options.present = sinks::Present::mailbox;
+  if (texts.present == "immediate") options.present = sinks::Present::immediate;
+  constexpr size_t kMaxWindows = 16;
+  if (options.window_cameras.size() > kMaxWindows)
+    return "--window: " + std::to_string(kMaxWindows) + " windows at most";
+  if (!options.window_cameras.empty()) options.camera = options.window_cameras.front();
+  if (!texts.stereo.empty()) {
+    const size_t comma = texts.stereo.find(',');
+    if (comma == 0 || comma == std::string::npos || comma + 1 == texts.stereo.size())
+      return "--stereo " + texts.stereo + ": must be two cameras, such as left,right";
+    options.camera = texts.stereo.substr(0, comma);
+    options.right_camera = texts.stereo.substr(comma + 1);
+  }
+  if (options.headless &&
+      (!texts.stereo.empty() || texts.windows->count() > 0 || texts.screenshots->count() > 0))
+    return "--window, --stereo and --screenshots need a window: leave --headless out";
+  return std::nullopt;
+}
+
+}  // namespace fire3dv::app
