@@ -17,5 +17,13 @@ foreach(program ${installed_programs} ${lab_programs})
     endif()
   endif()
 endforeach()
+# Desktop entry: file managers offer the viewer for glTF files.
+function(fire3dv_install_desktop share)  # ... arguments of install()
+  set(desktop ${PROJECT_SOURCE_DIR}/cmake/package/desktop)
+  install(FILES ${desktop}/fire3dv.desktop DESTINATION ${share}/applications ${ARGN})
+  install(FILES ${desktop}/fire3dv.svg DESTINATION ${share}/icons/hicolor/scalable/apps ${ARGN})
+  install(FILES ${desktop}/fire3dv.png DESTINATION ${share}/icons/hicolor/128x128/apps ${ARGN})
+endfunction()
+fire3dv_install_desktop(${CMAKE_INSTALL_DATADIR} COMPONENT programs)
 install(FILES LICENSE NOTICE README.md CHANGELOG.md protocol/SPEC.md protocol/SPEC-transport.md protocol/SPEC-record.md
         DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT programs)

@@ -2,8 +2,10 @@
 // Independent of window and GPU: the output is a draw list for gui_pass.h.
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -28,6 +30,7 @@ struct Shown {
   replay::TimelineControl* timeline = nullptr;  // null: neither a replay nor animations
   uint32_t variant = scene::kNone;              // material variant; kNone: the file's default materials
   const state::RobotPose* robot = nullptr;      // null: the file holds none
+  std::span<const std::filesystem::path> recent_files = {};  // the shown one first
 };
 
 // Rectangle in image pixels.

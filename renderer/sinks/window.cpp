@@ -46,6 +46,12 @@ Result<std::unique_ptr<Window>> Window::open(const std::string& title, VkExtent2
   std::unique_ptr<Window> window(new Window);
   window->present_ = present;
   glfwWindowHint(GLFW_CLIENT_API, GLFW_NO_API);
+  // The desktop finds the icon by these names (cmake/package/desktop).
+  glfwWindowHintString(GLFW_X11_CLASS_NAME, "fire3dv");
+  glfwWindowHintString(GLFW_X11_INSTANCE_NAME, "fire3dv");
+#ifdef GLFW_WAYLAND_APP_ID  // since GLFW 3.4
+  glfwWindowHintString(GLFW_WAYLAND_APP_ID, "fire3dv");
+#endif
   window->window_ = glfwCreateWindow(static_cast<int>(size.width), static_cast<int>(size.height),
                                      title.c_str(), nullptr, nullptr);
   if (!window->window_) return no_window();

@@ -47,6 +47,18 @@ for paper in LICENSE NOTICE README.md CHANGELOG.md SPEC.md SPEC-transport.md SPE
   [ -n "$(find "$prefix/share/doc" -name "$paper")" ] || fail "$paper is not installed"
 done
 
+# The desktop finds the viewer: the entry's program and icons are there.
+entry=$prefix/share/applications/fire3dv.desktop
+[ -s "$entry" ] || fail "the desktop entry is not installed"
+[ -x "$prefix/bin/$(sed -n 's/^Exec=\([^ ]*\).*/\1/p' "$entry")" ] || fail "the desktop entry starts another program"
+icon=$(sed -n 's/^Icon=//p' "$entry")
+for file in scalable/apps/$icon.svg 128x128/apps/$icon.png; do
+  [ -s "$prefix/share/icons/hicolor/$file" ] || fail "the icon $file is not installed"
+done
+if command -v desktop-file-validate >/dev/null; then
+  desktop-file-validate "$entry" || fail "the desktop entry is invalid"
+fi
+
 # Release files contain no path of the build machine. Other builds carry debug information and
 # sanitizers.
 if [ "$config" = Release ]; then

@@ -18,6 +18,8 @@ LIB = f"usr/lib/{multiarch}"
 FILES = {  # beside programs, their manual pages and completions, copyright and changelog
     "fire3dv": ["usr/share/man/man1/fire3dv-render.1.gz", "usr/share/doc/fire3dv/changelog.gz", "usr/share/doc/fire3dv/NOTICE",
                 "usr/share/doc/fire3dv/README.md",
+                "usr/share/applications/fire3dv.desktop", "usr/share/icons/hicolor/scalable/apps/fire3dv.svg",
+                "usr/share/icons/hicolor/128x128/apps/fire3dv.png",
                 *["usr/share/doc/fire3dv/docs/" + os.path.basename(path) for path in glob.glob(source + "/docs/*.md")],
                 *[f"usr/share/doc/fire3dv/{name}.md" for name in ("SPEC", "SPEC-transport", "SPEC-record")]],
     "fire3dv-examples": [],

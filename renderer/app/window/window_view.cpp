@@ -1,6 +1,7 @@
 #include "renderer/app/window/window_view.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <iterator>
 #include <utility>
 
@@ -69,9 +70,14 @@ Result<std::unique_ptr<WindowView>> WindowView::create(const Borrowed& borrowed)
 WindowView::WindowView(const Borrowed& borrowed)
     : borrowed_(borrowed),
       captures_(borrowed.device, borrowed.options.screenshots),
+      recent_files_(recent_files_place([](const char* name) { return std::getenv(name); })),
       drawn_(borrowed.viewer.draw) {
   if (borrowed.options.panels && borrowed.options.right_camera.empty())
     panels_.emplace(borrowed.device, borrowed.viewer, borrowed.insist);
+  const std::string& replay = borrowed.options.recording.replay;
+  if (Result<void> added = recent_files_.add(replay.empty() ? borrowed.options.scene.string() : replay);
+      !added)
+    notes_.push_back(warning(added.error().message));
   measure();
   borrowed_.scene.on_scene_replaced([this](const scene::Scene& before, const scene::Scene& after) {
     transfer_by_path(borrowed_.viewer, before, after);
@@ -198,10 +204,11 @@ void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::Tim
   ViewerInput::Owners owners;
   if (panels_) {
     const LiveScene& scene = borrowed_.scene;
-    owners = panels_->take(first(), input, {window_extent_.width, window_extent_.height}, seconds, facts,
-                           {scene.scene(), borrowed_.poses, &scene.edits(), scene.replaced(), timeline,
-                            scene.variant(), borrowed_.robot ? &*borrowed_.robot : nullptr},
-                           viewer);
+    owners =
+        panels_->take(first(), input, {window_extent_.width, window_extent_.height}, seconds, facts,
+                      {scene.scene(), borrowed_.poses, &scene.edits(), scene.replaced(), timeline,
+                       scene.variant(), borrowed_.robot ? &*borrowed_.robot : nullptr, recent_files_.files()},
+                      viewer);
     place_image();
   }
   const glm::uvec2 image_px(image_extent_.width, image_extent_.height);

@@ -17,6 +17,7 @@
 #include "renderer/app/streams/stream_receiver.h"
 #include "renderer/app/window/camera_rig.h"
 #include "renderer/app/window/overlay_markers.h"
+#include "renderer/app/window/recent_files.h"
 #include "renderer/app/window/screenshot_recorder.h"
 #include "renderer/app/window/viewer_control.h"
 #include "renderer/app/window/window_panels.h"
@@ -131,6 +132,7 @@ class WindowView {
   OverlayMarkers overlay_;
   float display_scale_ = 1;
   std::optional<WindowPanels> panels_;
+  RecentFiles recent_files_;
   VkExtent2D window_extent_{};  // of each column
   VkExtent2D image_extent_{};
   glm::uvec2 image_at_px_{0};  // upper left corner of the image in the window

@@ -70,10 +70,29 @@ void TreePanel::reveal(const scene::Scene& scene, uint32_t node) {
   }
 }
 
+namespace {
+
+// The shown file, and those of earlier runs to open instead.
+void choose_file(const Context& context) {
+  const auto files = context.shown.recent_files;
+  if (files.size() < 2) return;
+  std::vector<std::string> labels;
+  for (const std::filesystem::path& file : files)
+    labels.push_back(one_line(file.filename().string() + "  (" + file.parent_path().string() + ")"));
+  std::vector<const char*> names;
+  for (const std::string& label : labels) names.push_back(label.c_str());
+  size_t chosen = 0;
+  if (context.ui.choice("File", chosen, names, "Opens a recent file"))
+    context.viewer.commands.open = files[chosen];
+}
+
+}  // namespace
+
 void TreePanel::draw(const Context& context, float height_px) {
   Ui& ui = context.ui;
   rows_drawn_ = 0;
   if (!ui.header("Scene", context.layout.is_open(Panel::tree))) return;
+  choose_file(context);
   const scene::Scene& scene = context.shown.scene;
   take_scene(scene, context.shown.scene_number);
   if (context.viewer.selected != revealed_) reveal(scene, context.viewer.selected);

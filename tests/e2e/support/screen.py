@@ -27,7 +27,8 @@ class Screen:
             number = pipe.readline().strip()
         check(number.isdigit(), f"Xvfb does not start: {open(test.path('xvfb.log')).read()}")
         self.display = f":{number}"
-        self.env = {**vulkan_environment(), "DISPLAY": self.display, "XDG_CONFIG_HOME": test.path("config")}
+        self.env = {**vulkan_environment(), "DISPLAY": self.display, "XDG_CONFIG_HOME": test.path("config"),
+                    "XDG_STATE_HOME": test.path("state")}
         self.env.pop("WAYLAND_DISPLAY", None)
         self.x11 = X11(self.display)
         self.x11.set_dpi(dpi)

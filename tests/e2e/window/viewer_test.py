@@ -321,6 +321,9 @@ def closed_while_loading(test, screen):
     renderer.expect_exit(0)
     check(not renderer.frames(), "it drew the scene first")
 
+    with open(test.path("state/fire3dv/recent"), encoding="utf-8") as file:
+        recent = file.read().splitlines()
+    check(recent == [other, test.scene], f"recent files: {recent}")
 
 def tour(test, screen):
     """Runs the commands of docs/tour.md with other addresses and another size."""

@@ -71,7 +71,7 @@ std::string settings_of(const GuiWorld& world) {
                    double(c.toggle_video), double(c.close)});
   text +=
       numbers({double(v.shows_grid), double(v.shows_frusta), double(v.measures), double(v.measured.size())});
-  text += c.export_csv.value_or("") + " ";
+  text += c.open.value_or("").string() + " " + c.export_csv.value_or("") + " ";
   for (const std::string& call : world.timeline.calls) text += call + " ";
   return text + world.clipboard + layout_text(world.gui.layout());
 }
@@ -404,6 +404,7 @@ scene::Scene large_scene(uint32_t nodes) {
 
 TEST(GuiTree, LaysOutOnlyVisibleRowsOfAHundredThousandNodes) {
   GuiWorld world(large_scene(100'000));
+  world.display_px = {1280, 800};  // room for the rows that the search finds
   world.gui.note_controls(true);
   world.settle();
   EXPECT_GT(world.gui.tree_rows(), 3u);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <span>
 #include <string>
@@ -98,6 +99,7 @@ struct GuiWorld {
   gui::Facts facts;
   gui::Viewer viewer;
   std::string clipboard;
+  std::vector<std::filesystem::path> recent_files{"/a/shown.glb", "/a/other.glb", "/b/other.glb"};
   gui::Gui gui{{}, {[this] { return clipboard; }, [this](const std::string& text) { clipboard = text; }}};
   glm::vec2 display_px{1280, 720};
   float scale = 1;
@@ -144,7 +146,8 @@ struct GuiWorld {
     input.scale = scale;
     input.delta_s = 1.0f / 60;
     input.events = std::move(events);
-    const gui::Shown shown{scene, poses, nullptr, 1, replays ? &timeline : nullptr, scene::kNone, &robot};
+    const gui::Shown shown{scene,        poses,  nullptr,     1, replays ? &timeline : nullptr,
+                           scene::kNone, &robot, recent_files};
     const ImDrawData& drawn = gui.frame(input, facts, shown, viewer);
     robot.set(viewer.joints);
     return drawn;
