@@ -4,6 +4,7 @@
 #include <cstddef>
 
 #include "protocol/base/command_line.h"
+#include "renderer/app/options/option_values.h"
 
 namespace fire3dv::app {
 
@@ -30,6 +31,10 @@ void add_window_options(CLI::App& app, Options& options, WindowTexts& texts) {
       ->type_name("MODE")
       ->capture_default_str()
       ->group(kGroup);
+  app.add_option("--screenshot-size", texts.screenshot_size, "in pixels, also above the device's limit")
+      ->type_name("WxH|window")
+      ->capture_default_str()
+      ->group(kGroup);
   texts.screenshots = app.add_option("--screenshots", options.screenshots, "folder of screenshots and videos")
                           ->type_name("DIR")
                           ->capture_default_str()
@@ -40,6 +45,11 @@ std::optional<std::string> take_window_options(const WindowTexts& texts, Options
   options.panels = texts.gui == "on";
   if (texts.present == "mailbox") options.present = sinks::Present::mailbox;
   if (texts.present == "immediate") options.present = sinks::Present::immediate;
+  if (texts.screenshot_size != "window" &&
+      !parse_image_size(texts.screenshot_size, options.screenshot_width, options.screenshot_height)) {
+    return "--screenshot-size " + texts.screenshot_size + ": must be window, or WxH with sides of 1 to " +
+           std::to_string(kMaxImageSide) + ", such as 7680x4320";
+  }
   constexpr size_t kMaxWindows = 16;
   if (options.window_cameras.size() > kMaxWindows)
     return "--window: " + std::to_string(kMaxWindows) + " windows at most";

@@ -157,18 +157,51 @@ void ScreenshotRecorder::record(gpu::Recorder& recorder, gpu::Image& image, Tag 
   uses_.push_back(use);
 }
 
+void ScreenshotRecorder::record_tile(gpu::Recorder& recorder, gpu::Image& image, Tag provenance,
+                                     glm::uvec2 screenshot_px, const ScreenshotTile& tile) {
+  if (tile.kept_low == glm::uvec2(0)) {
+    mosaic_ = std::make_shared<Mosaic>();
+    mosaic_->size_px = screenshot_px;
+    mosaic_->missing_px = uint64_t{screenshot_px.x} * screenshot_px.y;
+  }
+  captures_.record(recorder, image, std::move(provenance));
+  uses_.push_back({false, 0, 0, mosaic_, tile});
+}
+
+void ScreenshotRecorder::write(sinks::FrameImage&& image) {
+  Result<std::filesystem::path> path = new_file(".png");
+  if (!path) return note(path.error().message);
+  writing_.push_back(std::async(std::launch::async, write_screenshot, std::move(*path), std::move(image)));
+}
+
+void ScreenshotRecorder::take_tile(Mosaic& mosaic, const ScreenshotTile& tile, sinks::FrameImage&& image) {
+  constexpr size_t kPixelBytes = 4;
+  const size_t row_bytes = kPixelBytes * mosaic.size_px.x;
+  const std::vector<uint8_t> pixels = std::move(image.rgba8);
+  if (mosaic.image.rgba8.empty()) {
+    image.rgba8 = std::vector<uint8_t>(row_bytes * mosaic.size_px.y);
+    mosaic.image = std::move(image);
+    mosaic.image.width = mosaic.size_px.x;
+    mosaic.image.height = mosaic.size_px.y;
+  }
+  const glm::uvec2 offset = tile.kept_low - tile.drawn_low;
+  for (uint32_t y = 0; y < tile.kept_size.y; ++y) {
+    const uint8_t* const from =
+        pixels.data() + kPixelBytes * (size_t{offset.y + y} * tile.drawn_size.x + offset.x);
+    std::copy_n(
+        from, kPixelBytes * tile.kept_size.x,
+        mosaic.image.rgba8.data() + row_bytes * (tile.kept_low.y + y) + kPixelBytes * tile.kept_low.x);
+  }
+  mosaic.missing_px -= uint64_t{tile.kept_size.x} * tile.kept_size.y;
+  if (mosaic.missing_px == 0) write(std::move(mosaic.image));
+}
+
 void ScreenshotRecorder::deliver() {
   captures_.poll([&](sinks::FrameImage&& image) {
     const Use use = uses_.front();
     uses_.pop_front();
-    if (use.screenshot) {
-      Result<std::filesystem::path> path = new_file(".png");
-      if (path) {
-        writing_.push_back(std::async(std::launch::async, write_screenshot, std::move(*path), image));
-      } else {
-        note(path.error().message);
-      }
-    }
+    if (use.mosaic) return take_tile(*use.mosaic, use.tile, std::move(image));
+    if (use.screenshot) write(sinks::FrameImage(image));
     for (uint64_t i = 0; i < use.video_frames && video_ && use.video == video_number_; ++i) {
       if (Result<void> consumed = video_->consume(even_sized(image)); !consumed) {
         note(consumed.error().message);

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "renderer/app/window/screenshot_tiles.h"
 #include "renderer/capture/capture.h"
 #include "renderer/gpu/device/device.h"
 #include "renderer/sinks/video/video_sink.h"
@@ -33,6 +34,10 @@ class ScreenshotRecorder {
   using Tag = capture::Provenance;
   // Call after the image's passes: records a copy if a screenshot or video frame is due.
   void record(gpu::Recorder& recorder, gpu::Image& image, Tag provenance);
+  // Records a copy of one tile of a screenshot of this size. All tiles of a screenshot are recorded before
+  // the next one's; the first is the one with kept_low (0, 0).
+  void record_tile(gpu::Recorder& recorder, gpu::Image& image, Tag provenance, glm::uvec2 screenshot_px,
+                   const ScreenshotTile& tile);
   void submitted(uint64_t timeline_value) { captures_.submitted(timeline_value); }
   void deliver();  // passes finished images to writer threads
   void finish();   // call after the last deliver(): waits until all files are complete
@@ -42,20 +47,31 @@ class ScreenshotRecorder {
 
  private:
   using Clock = std::chrono::steady_clock;
+  // Screenshot of several tiles.
+  struct Mosaic {
+    glm::uvec2 size_px{0};
+    uint64_t missing_px = 0;
+    sinks::FrameImage image;
+  };
   struct Use {
     bool screenshot = false;
     uint64_t video_frames = 0;  // an image is repeated if rendering is slower than the video
     uint64_t video = 0;         // number of their video
+    std::shared_ptr<Mosaic> mosaic = nullptr;
+    ScreenshotTile tile = {};
   };
   Result<std::filesystem::path> new_file(const char* ending);
   uint64_t video_frames_due(VkExtent2D extent);
   void end_video();
+  void write(sinks::FrameImage&& image);
+  void take_tile(Mosaic& mosaic, const ScreenshotTile& tile, sinks::FrameImage&& image);
   void note(std::string text) { notes_.push_back(std::move(text)); }
 
   const std::filesystem::path folder_;
   capture::CaptureQueue captures_;
   std::deque<Use> uses_;  // of the captures in flight, oldest first
   bool screenshot_wanted_ = false;
+  std::shared_ptr<Mosaic> mosaic_;  // of the last tile
 
   std::unique_ptr<sinks::VideoSink> video_;
   std::filesystem::path video_path_;

@@ -227,7 +227,12 @@ void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::Tim
 
   gui::Commands& commands = viewer.commands;
   control_timeline(commands, timeline);
-  if (std::exchange(commands.screenshot, false)) captures_.request_screenshot();
+  if (std::exchange(commands.screenshot, false)) {
+    if (borrowed_.options.screenshot_width != 0)
+      wants_large_screenshot_ = true;
+    else
+      captures_.request_screenshot();
+  }
   if (std::exchange(commands.toggle_video, false)) captures_.toggle_video();
   if (commands.export_csv) captures_.export_csv(*std::exchange(commands.export_csv, std::nullopt));
   if (std::exchange(commands.close, false)) closing_ = true;
@@ -239,11 +244,12 @@ void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::Tim
 Result<void> WindowView::record(gpu::Recorder& recorder, gpu::StagingRing& staging,
                                 ScreenshotRecorder::Tag shown) {
   passes::SceneRenderer& renderer = *borrowed_.renderer;
-  captures_.record(recorder, renderer.image(), std::move(shown));
+  captures_.record(recorder, renderer.image(), shown);
   gpu::Image& content =
       panels_ ? panels_->record(recorder, staging, renderer.image(), image_at_px_, window_extent_)
               : renderer.image();
   first().record(recorder, content, 0, columns());
+  if (std::exchange(wants_large_screenshot_, false)) record_large_screenshot(recorder, staging, shown);
   if (!right_camera_) return {};
   const Result<passes::PreparedFrame> prepared = renderer.prepare(
       {.extent = image_extent_,
@@ -259,6 +265,41 @@ Result<void> WindowView::record(gpu::Recorder& recorder, gpu::StagingRing& stagi
                               stale_condition(borrowed_.poses.streams(), borrowed_.options.play.mark_held));
   first().record(recorder, renderer.image(), 1, columns());
   return {};
+}
+
+// Tiles keep the memory of a large image small, and may exceed the largest image of the device. What depends
+// on the whole image needs one tile.
+void WindowView::record_large_screenshot(gpu::Recorder& recorder, gpu::StagingRing& staging,
+                                         const ScreenshotRecorder::Tag& shown) {
+  constexpr uint32_t kTileSide_px = 2048;
+  const glm::uvec2 size(borrowed_.options.screenshot_width, borrowed_.options.screenshot_height);
+  const gui::Viewer& viewer = borrowed_.viewer;
+  const passes::PostSettings& post = renderer().post_settings();
+  const bool needs_whole = post.bloom > 0 || post.metered || viewer.debug_view == passes::DebugView::depth;
+  const uint32_t limit = borrowed_.device.limits().maxImageDimension2D;
+  if (needs_whole && std::max(size.x, size.y) > limit) {
+    notes_.push_back(
+        error_line("--screenshot-size: bloom, metered exposure and the depth view need the whole "
+                   "image at once, and the device draws " +
+                   std::to_string(limit) + " pixels a side at most"));
+    return;
+  }
+  const float aspect = static_cast<float>(size.x) / static_cast<float>(size.y);
+  const passes::View whole = borrowed_.camera.view(borrowed_.poses, aspect);
+  for (const ScreenshotTile& tile :
+       screenshot_tiles(size, needs_whole ? limit : std::min(kTileSide_px, limit))) {
+    const Result<passes::PreparedFrame> prepared =
+        renderer().prepare({.extent = {tile.drawn_size.x, tile.drawn_size.y},
+                            .inspection = {viewer.debug_view, viewer.selected, {}},
+                            .scene = passes::SceneUpdate::reuse,
+                            .markers = true});
+    if (!prepared) {
+      notes_.push_back(error_line("--screenshot-size: " + prepared.error().message));
+      return;
+    }
+    renderer().record(*prepared, recorder, staging, borrowed_.poses, view_of_tile(whole, size, tile));
+    captures_.record_tile(recorder, renderer().image(), shown, size, tile);
+  }
 }
 
 void WindowView::present(uint64_t timeline_value) {

@@ -118,6 +118,8 @@ class WindowView {
   uint32_t columns() const { return right_camera_ ? 2 : 1; }
   void steer_first(float seconds, const gui::Facts& facts, replay::TimelineControl* timeline);
   void measure();
+  void record_large_screenshot(gpu::Recorder& recorder, gpu::StagingRing& staging,
+                               const ScreenshotRecorder::Tag& shown);
   void place_image();
   void apply_requests();
   std::optional<std::string> why_no_paths();
@@ -130,15 +132,16 @@ class WindowView {
   std::vector<std::unique_ptr<CameraWindow>> others_;
   ScreenshotRecorder captures_;
   OverlayMarkers overlay_;
+  RecentFiles recent_files_;
   float display_scale_ = 1;
   std::optional<WindowPanels> panels_;
-  RecentFiles recent_files_;
   VkExtent2D window_extent_{};  // of each column
   VkExtent2D image_extent_{};
   glm::uvec2 image_at_px_{0};  // upper left corner of the image in the window
   std::optional<glm::vec2> clicked_px_, clicked_right_px_;
   passes::DrawSettings drawn_;  // last valid settings
   bool closing_ = false;
+  bool wants_large_screenshot_ = false;  // of --screenshot-size
   std::vector<std::string> notes_;
   std::optional<std::filesystem::path> opened_;
   std::chrono::steady_clock::time_point steered_ = std::chrono::steady_clock::now();

@@ -44,6 +44,7 @@ def usage(test):
             (["--size", "160x90x3"], [scene, "--size", "160x90x3"]),
             (["--size", "-1x90"], [scene, "--size=-1x90"]),
             (["--nonsense", "--help"], [scene, "--nonsense"]),
+            (["--screenshot-size", "7680x4320"], [scene, "--screenshot-size", "big"]),
             (["no.conf", "--config none"], [scene, "--config", "no.conf"]),
             (["--frames", "many"], [scene, "--frames", "many"]),
             (["--frames", "-3"], [scene, "--frames=-3"]),

@@ -223,6 +223,24 @@ def captures(test, screen):
     check(not glob.glob(os.path.join(folder, "*.part-*")), f"{os.listdir(folder)}")
 
 
+def large_screenshot(test, screen):
+    """A screenshot has the size of its option, not of the window; the window goes on."""
+    folder = test.path("taken")
+    renderer = test.viewer(test.scene, "--gui", "off", "--camera", "front", "--screenshots", folder, "--screenshot-size", "640x360",
+                           env=screen.env, size=SIZE)
+    window = screen.window(renderer)
+    wait_until("all squares on the screen", lambda: all_squares(screen.picture(window)))
+    at_rest = screen.picture(window).rows
+    screen.xdotool("key", "p")
+    renderer.wait_err(r"screenshot .*\.png")
+    (path,) = glob.glob(os.path.join(folder, "*.png"))
+    picture = read_png(path)
+    check((picture.width, picture.height) == (640, 360) and seen(picture) == set(AT), f"{path} shows {seen(picture)}")
+    wait_until("what was there at first", lambda: screen.picture(window).rows == at_rest)
+    screen.xdotool("key", "Escape")
+    renderer.expect_exit(0)
+
+
 def several(test, screen):
     """One window per camera. Closing one leaves the others open; closing the first ends the program."""
     renderer = test.renderer("--window", "front", "--window", "camera of front", headless=False, size=SIZE, env=screen.env)
@@ -303,6 +321,9 @@ def drop(test, screen):
     check(all_squares(screen.picture(window)), "a broken file took the scene away")
     screen.x11.drop(int(window), other, HANG_S)
     wait_until("red alone", lambda: seen(screen.picture(window)) == {"red"})
+    with open(test.path("state/fire3dv/recent"), encoding="utf-8") as file:
+        recent = file.read().splitlines()
+    check(recent == [other, test.scene], f"recent files: {recent}")
     os.unlink(key)
     screen.x11.drop(int(window), test.scene, HANG_S)
     wait_until("all squares again", lambda: all_squares(screen.picture(window)))
@@ -321,9 +342,6 @@ def closed_while_loading(test, screen):
     renderer.expect_exit(0)
     check(not renderer.frames(), "it drew the scene first")
 
-    with open(test.path("state/fire3dv/recent"), encoding="utf-8") as file:
-        recent = file.read().splitlines()
-    check(recent == [other, test.scene], f"recent files: {recent}")
 
 def tour(test, screen):
     """Runs the commands of docs/tour.md with other addresses and another size."""
@@ -374,7 +392,7 @@ def write_large_scene(path):
         file.write(struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(binary), b"BIN\0") + binary)
 
 
-CASES = {f.__name__: on_a_screen(f) for f in (selects, measures, guides, panels, captures, several, cameras_of_windows, tiny, stereo, drop,
+CASES = {f.__name__: on_a_screen(f) for f in (selects, measures, guides, panels, captures, large_screenshot, several, cameras_of_windows, tiny, stereo, drop,
                                               closed_while_loading)}
 CASES_OF_THE_TOUR = {"tour": on_a_screen(tour)}
 
