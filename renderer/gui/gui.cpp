@@ -45,6 +45,7 @@ struct Gui::Panels {
   ImGuiContext* context = nullptr;
   Ui ui;
   float scale = 0;  // scale of the built fonts
+  bool is_light = false;
   std::deque<Event> waiting;
   std::string clipboard;  // last text returned to ImGui, which keeps the pointer
   Cursor cursor = Cursor::arrow;
@@ -137,9 +138,12 @@ const ImDrawData& Gui::frame(const Input& input, const Facts& facts, const Shown
   ImGuiIO& io = ImGui::GetIO();
   const float wanted = std::isfinite(input.scale) ? input.scale : 1.0f;
   const float scale = std::clamp(std::round(wanted * 4) / 4, 0.5f, 4.0f);
+  if (panels.scale != scale || panels.is_light != layout_.is_light) {
+    panels.is_light = layout_.is_light;
+    apply_theme(scale, panels.is_light);
+  }
   if (panels.scale != scale) {
     panels.scale = scale;
-    apply_theme(scale);
     make_fonts(*io.Fonts, scale);
     ++fonts_number_;
   }

@@ -26,6 +26,9 @@ constexpr Number kNumbers[] = {
 
 constexpr const char* kDockNames[kDocks] = {"left-dock", "right-dock", "bottom-dock"};
 
+constexpr const char* kThemeName = "theme";
+constexpr const char* kThemes[] = {"dark", "light"};
+
 std::string_view trimmed(std::string_view text) {
   constexpr std::string_view kBlank = " \t\r";
   const size_t first = text.find_first_not_of(kBlank);
@@ -43,6 +46,10 @@ bool set(Layout& layout, std::string_view name, std::string_view value) {
     if (error != std::errc() || stop != end || !std::isfinite(parsed)) return false;
     layout.*number.member = std::clamp(parsed, number.least, number.most);
     return true;
+  }
+  if (name == kThemeName) {
+    layout.is_light = value == kThemes[1];
+    return layout.is_light || value == kThemes[0];
   }
   for (size_t i = 0; i < kPanels; ++i) {
     if (name != panel_name(static_cast<Panel>(i))) continue;
@@ -75,6 +82,7 @@ std::string layout_text(const Layout& layout) {
     std::snprintf(line, sizeof line, "%s = %g\n", number.name, static_cast<double>(layout.*number.member));
     text += line;
   }
+  text += std::string(kThemeName) + " = " + kThemes[layout.is_light ? 1 : 0] + "\n";
   for (size_t i = 0; i < kPanels; ++i) {
     text += std::string(panel_name(static_cast<Panel>(i))) + (layout.open[i] ? " = open\n" : " = closed\n");
   }

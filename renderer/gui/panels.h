@@ -75,7 +75,7 @@ class PlotsPanel {
     const stream::ScalarGroup* group = nullptr;
     size_t scalar = 0;
     std::optional<double> shown_ns;  // simulation time of the stream's shown frame
-    ImU32 color = theme::kDim;
+    ImU32 color = theme::dim();
     bool chosen = false;
 
     const std::string& scalar_name() const { return group->declared().names[scalar]; }

@@ -12,7 +12,9 @@ constexpr float kTextPt = 13;
 
 }  // namespace
 
-void apply_theme(float scale) {
+void apply_theme(float scale, bool is_light) {
+  theme::palette = is_light ? &theme::kLight : &theme::kDark;
+  const theme::Palette& palette = *theme::palette;
   ImGuiStyle style;
   style.WindowPadding = {10, 8};
   style.FramePadding = {6, 3};
@@ -34,30 +36,30 @@ void apply_theme(float scale) {
   style.DisabledAlpha = 0.4f;
 
   ImVec4* const colors = style.Colors;
-  for (int i = 0; i < ImGuiCol_COUNT; ++i) colors[i] = theme::floats(theme::kWell);
-  colors[ImGuiCol_Text] = theme::floats(theme::kText);
-  colors[ImGuiCol_TextDisabled] = theme::floats(theme::kDim);
-  colors[ImGuiCol_WindowBg] = theme::floats(theme::kPanel);
-  colors[ImGuiCol_ChildBg] = theme::floats(theme::kPanel);
-  colors[ImGuiCol_PopupBg] = theme::floats(theme::kPanel);
-  colors[ImGuiCol_Border] = theme::floats(theme::rgb(0x3a414a));
+  for (int i = 0; i < ImGuiCol_COUNT; ++i) colors[i] = theme::floats(theme::well());
+  colors[ImGuiCol_Text] = theme::floats(theme::text());
+  colors[ImGuiCol_TextDisabled] = theme::floats(theme::dim());
+  colors[ImGuiCol_WindowBg] = theme::floats(theme::panel());
+  colors[ImGuiCol_ChildBg] = theme::floats(theme::panel());
+  colors[ImGuiCol_PopupBg] = theme::floats(theme::panel());
+  colors[ImGuiCol_Border] = theme::floats(palette.border);
   colors[ImGuiCol_BorderShadow] = {0, 0, 0, 0};
-  colors[ImGuiCol_FrameBgHovered] = colors[ImGuiCol_FrameBgActive] = theme::floats(theme::kWellHovered);
+  colors[ImGuiCol_FrameBgHovered] = colors[ImGuiCol_FrameBgActive] = theme::floats(theme::well_hovered());
   colors[ImGuiCol_ScrollbarBg] = {0, 0, 0, 0};
-  colors[ImGuiCol_ScrollbarGrab] = theme::floats(theme::rgb(0x333942));
+  colors[ImGuiCol_ScrollbarGrab] = theme::floats(palette.grab);
   colors[ImGuiCol_ScrollbarGrabHovered] = colors[ImGuiCol_ScrollbarGrabActive] =
-      theme::floats(theme::rgb(0x454d58));
-  colors[ImGuiCol_CheckMark] = colors[ImGuiCol_SliderGrab] = theme::floats(theme::kAccent);
-  colors[ImGuiCol_SliderGrabActive] = theme::floats(theme::rgb(0x7cc0ee));
-  colors[ImGuiCol_Button] = theme::floats(theme::rgb(0x2a2f37));
-  colors[ImGuiCol_ButtonHovered] = theme::floats(theme::rgb(0x39414c));
-  colors[ImGuiCol_ButtonActive] = theme::floats(theme::kAccentDark);
-  colors[ImGuiCol_Header] = theme::floats(theme::kAccentDark);
-  colors[ImGuiCol_HeaderHovered] = theme::floats(theme::kWellHovered);
-  colors[ImGuiCol_HeaderActive] = theme::floats(theme::kAccentDark);
-  colors[ImGuiCol_Separator] = theme::floats(theme::kLine);
-  colors[ImGuiCol_PlotLines] = theme::floats(theme::kAccent);
-  colors[ImGuiCol_TextSelectedBg] = theme::floats(theme::kAccentDark);
+      theme::floats(palette.grab_hovered);
+  colors[ImGuiCol_CheckMark] = colors[ImGuiCol_SliderGrab] = theme::floats(theme::accent());
+  colors[ImGuiCol_SliderGrabActive] = theme::floats(palette.slider_active);
+  colors[ImGuiCol_Button] = theme::floats(palette.button);
+  colors[ImGuiCol_ButtonHovered] = theme::floats(palette.button_hovered);
+  colors[ImGuiCol_ButtonActive] = theme::floats(theme::accent_dark());
+  colors[ImGuiCol_Header] = theme::floats(theme::accent_dark());
+  colors[ImGuiCol_HeaderHovered] = theme::floats(theme::well_hovered());
+  colors[ImGuiCol_HeaderActive] = theme::floats(theme::accent_dark());
+  colors[ImGuiCol_Separator] = theme::floats(theme::line());
+  colors[ImGuiCol_PlotLines] = theme::floats(theme::accent());
+  colors[ImGuiCol_TextSelectedBg] = theme::floats(theme::accent_dark());
   colors[ImGuiCol_NavHighlight] = {0, 0, 0, 0};
   ImGui::GetStyle() = style;
 }

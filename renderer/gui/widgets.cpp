@@ -91,9 +91,9 @@ bool Ui::header(const char* title, bool& open) {
 #endif
   note_control(Control::Kind::header, title);
   const bool hovered = ImGui::IsItemHovered();
-  list->AddLine({at.x, at.y}, {at.x + width, at.y}, theme::kLine);
+  list->AddLine({at.x, at.y}, {at.x + width, at.y}, theme::line());
   const float center = at.y + height / 2, arm = points(3.5f), x = at.x + points(5);
-  const ImU32 arrow = hovered ? theme::kAccent : theme::kFaint;
+  const ImU32 arrow = hovered ? theme::accent() : theme::faint();
   if (open) {
     list->AddTriangleFilled({x - arm, center - arm / 2}, {x + arm, center - arm / 2}, {x, center + arm},
                             arrow);
@@ -101,7 +101,7 @@ bool Ui::header(const char* title, bool& open) {
     list->AddTriangleFilled({x - arm / 2, center - arm}, {x + arm, center}, {x - arm / 2, center + arm},
                             arrow);
   }
-  list->AddText({at.x + points(15), at.y + points(4)}, open || hovered ? theme::kText : theme::kDim, title);
+  list->AddText({at.x + points(15), at.y + points(4)}, open || hovered ? theme::text() : theme::dim(), title);
   return open;
 }
 
@@ -113,7 +113,7 @@ void Ui::flow(float width_px) {
 
 void Ui::dim_label(const char* text, float width_px) {
   const std::string shown = elided(text, width_px);
-  ImGui::PushStyleColor(ImGuiCol_Text, theme::kDim);
+  ImGui::PushStyleColor(ImGuiCol_Text, theme::dim());
   ImGui::TextUnformatted(shown.c_str());
   ImGui::PopStyleColor();
   if (shown != text) hint(text);
@@ -137,7 +137,7 @@ void Ui::value(const char* label, const char* format, ...) {
   va_start(arguments, format);
   std::vsnprintf(text, sizeof text, format, arguments);
   va_end(arguments);
-  value(label, theme::kText, text);
+  value(label, theme::text(), text);
 }
 
 void Ui::value(const char* name, ImU32 color, const std::string& text) {
@@ -154,14 +154,14 @@ void Ui::value(const char* name, ImU32 color, const std::string& text) {
 
 void Ui::note(const std::string& text) {
   ImGui::PushTextWrapPos(0);
-  ImGui::TextColored(theme::floats(theme::kDim), "%s", text.c_str());
+  ImGui::TextColored(theme::floats(theme::dim()), "%s", text.c_str());
   ImGui::PopTextWrapPos();
 }
 
 bool Ui::button(const char* label, bool enabled, const char* hint_text, bool pressed) {
   flow(ImGui::CalcTextSize(label, nullptr, true).x + 2 * ImGui::GetStyle().FramePadding.x);
   ImGui::BeginDisabled(!enabled);
-  if (pressed) ImGui::PushStyleColor(ImGuiCol_Button, theme::kAccentDark);
+  if (pressed) ImGui::PushStyleColor(ImGuiCol_Button, theme::accent_dark());
   const bool clicked = ImGui::Button(label);
   note_control(Control::Kind::button, label, enabled);
   if (pressed) ImGui::PopStyleColor();
@@ -280,7 +280,7 @@ bool Ui::sign(const char* name, const char* glyph, ImU32 color, float width) {
   note_control(Control::Kind::button, name);
   const ImVec2 size = ImGui::CalcTextSize(glyph);
   ImGui::GetWindowDrawList()->AddText({std::round(at.x + (width - size.x) / 2), at.y},
-                                      ImGui::IsItemHovered() ? theme::kText : color, glyph);
+                                      ImGui::IsItemHovered() ? theme::text() : color, glyph);
   hint(name);
   ImGui::PopID();
   return clicked;
@@ -299,7 +299,7 @@ void Ui::plot(std::span<const Curve> curves, float height_pt, float least_top, c
   ImGui::Dummy(size);
   if (!ImGui::IsItemVisible()) return;  // there may be many streams
   ImDrawList* const list = ImGui::GetWindowDrawList();
-  list->AddRectFilled(at, {at.x + size.x, at.y + size.y}, theme::kWell);
+  list->AddRectFilled(at, {at.x + size.x, at.y + size.y}, theme::well());
   float top = least_top;
   size_t most = 2;
   for (const Curve& curve : curves) {
@@ -333,7 +333,7 @@ void Ui::plot(std::span<const Curve> curves, float height_pt, float least_top, c
   }
   char label[48];
   std::snprintf(label, sizeof label, "%g %s", static_cast<double>(top), unit);
-  list->AddText({at.x + points(4), at.y + points(1)}, theme::kFaint,
+  list->AddText({at.x + points(4), at.y + points(1)}, theme::faint(),
                 elided(label, size.x - points(8)).c_str());
 }
 

@@ -1,5 +1,5 @@
-// Widget set and theme of the panels: a uniform style, dark with one accent colour. All interactive controls
-// are created here, so that tests can find them.
+// Widget set and theme of the panels: a uniform style, dark or light, with one accent colour. All interactive
+// controls are created here, so that tests can find them.
 #pragma once
 
 #include <imgui.h>
@@ -21,20 +21,77 @@ namespace theme {
 constexpr ImU32 rgb(uint32_t hex, uint32_t alpha = 255) {
   return IM_COL32(hex >> 16 & 0xff, hex >> 8 & 0xff, hex & 0xff, alpha);
 }
-constexpr ImU32 kAccent = rgb(0x4aa3df), kAccentDark = rgb(0x2b5876);
-constexpr ImU32 kText = rgb(0xdde1e6), kDim = rgb(0x8b939d), kFaint = rgb(0x5a626c);
-constexpr ImU32 kPanel = rgb(0x17191d), kWell = rgb(0x22262c), kWellHovered = rgb(0x2b3038),
-                kLine = rgb(0x2a2f36);
-// Status colours, next to a word of the same meaning.
-constexpr ImU32 kGood = rgb(0x6cc070), kWarning = rgb(0xe6b450), kBad = rgb(0xe0645c),
-                kSecond = rgb(0xb48ce0);
+struct Palette {
+  ImU32 accent, accent_dark;  // of text and lines; of chosen rows and buttons
+  ImU32 text, dim, faint;
+  ImU32 panel, well, well_hovered, line, border;
+  ImU32 grab, grab_hovered, slider_active, button, button_hovered, bar;
+  // Status colours, next to a word of the same meaning.
+  ImU32 good, warning, bad, second;
+  ImU32 curves[3];  // of plots, beside the above
+};
+inline constexpr Palette kDark{rgb(0x4aa3df), rgb(0x2b5876), rgb(0xdde1e6),
+                               rgb(0x8b939d), rgb(0x5a626c), rgb(0x17191d),
+                               rgb(0x22262c), rgb(0x2b3038), rgb(0x2a2f36),
+                               rgb(0x3a414a), rgb(0x333942), rgb(0x454d58),
+                               rgb(0x7cc0ee), rgb(0x2a2f37), rgb(0x39414c),
+                               rgb(0x24303b), rgb(0x6cc070), rgb(0xe6b450),
+                               rgb(0xe0645c), rgb(0xb48ce0), {rgb(0x5fd0c5), rgb(0xf08fc0), rgb(0xc9c9c9)}};
+inline constexpr Palette kLight{rgb(0x1769a6), rgb(0xb5d7ef), rgb(0x1c2126),
+                                rgb(0x59626c), rgb(0x9098a1), rgb(0xf4f5f7),
+                                rgb(0xe4e7eb), rgb(0xd6dbe1), rgb(0xd5d9de),
+                                rgb(0xb9c0c8), rgb(0xc3c9d0), rgb(0xa9b1ba),
+                                rgb(0x0f4f80), rgb(0xdce1e6), rgb(0xc9d1d9),
+                                rgb(0xcfe2f0), rgb(0x2e7d32), rgb(0x8f5f00),
+                                rgb(0xb3261e), rgb(0x7445a8), {rgb(0x0b7a70), rgb(0xb0317c), rgb(0x5c5c5c)}};
+// The palette of the current theme; set by apply_theme().
+inline const Palette* palette = &kDark;
+inline ImU32 accent() {
+  return palette->accent;
+}
+inline ImU32 accent_dark() {
+  return palette->accent_dark;
+}
+inline ImU32 text() {
+  return palette->text;
+}
+inline ImU32 dim() {
+  return palette->dim;
+}
+inline ImU32 faint() {
+  return palette->faint;
+}
+inline ImU32 panel() {
+  return palette->panel;
+}
+inline ImU32 well() {
+  return palette->well;
+}
+inline ImU32 well_hovered() {
+  return palette->well_hovered;
+}
+inline ImU32 line() {
+  return palette->line;
+}
+inline ImU32 good() {
+  return palette->good;
+}
+inline ImU32 warning() {
+  return palette->warning;
+}
+inline ImU32 bad() {
+  return palette->bad;
+}
+inline ImU32 second() {
+  return palette->second;
+}
 inline ImVec4 floats(ImU32 color) {
   return ImGui::ColorConvertU32ToFloat4(color);
 }
 }  // namespace theme
 
-// Applies the theme to the current context at this display scale.
-void apply_theme(float scale);
+// Applies the light or dark theme to the current context at this display scale.
+void apply_theme(float scale, bool is_light);
 // Builds the font atlas: Latin, Greek, Cyrillic, and the symbols that panels use.
 void make_fonts(ImFontAtlas& fonts, float scale);
 
@@ -81,7 +138,7 @@ class Ui {
   bool color(const char* label, glm::vec3& linear, const char* hint = nullptr);
   bool text(const char* name, const char* hint, std::string& value);
   // Selectable list row.
-  bool row(const char* text, bool chosen, ImU32 text_color = theme::kText, float width = 0);
+  bool row(const char* text, bool chosen, ImU32 text_color = theme::text(), float width = 0);
   // Small icon button at the end of a row.
   bool sign(const char* name, const char* glyph, ImU32 color, float width);
   // Draggable splitter with a handle that folds its dock. A folded one is a handle only. arrow: points away

@@ -44,7 +44,8 @@ struct Options {
   bool headless = false;
   bool on_request = false;  // renders image requests only
   uint32_t width = 1280, height = 720;
-  bool panels = true;  // shown over the window's image
+  bool panels = true;                // shown over the window's image
+  std::optional<bool> light_panels;  // theme; nullopt: as in the last window
   sinks::Present present = sinks::Present::vsync;
   // One per window, the first window first; empty: one, with `camera`.
   std::vector<std::string> window_cameras;

@@ -26,6 +26,11 @@ void add_window_options(CLI::App& app, Options& options, WindowTexts& texts) {
       ->type_name("on|off")
       ->capture_default_str()
       ->group(kGroup);
+  app.add_option("--theme", texts.theme, "of the panels (last: as in the last window)")
+      ->check(one_of({"last", "dark", "light"}))
+      ->type_name("last|dark|light")
+      ->capture_default_str()
+      ->group(kGroup);
   app.add_option("--present", texts.present, "present mode: vsync, mailbox or immediate")
       ->check(one_of({"vsync", "mailbox", "immediate"}))
       ->type_name("MODE")
@@ -43,6 +48,7 @@ void add_window_options(CLI::App& app, Options& options, WindowTexts& texts) {
 
 std::optional<std::string> take_window_options(const WindowTexts& texts, Options& options) {
   options.panels = texts.gui == "on";
+  if (texts.theme != "last") options.light_panels = texts.theme == "light";
   if (texts.present == "mailbox") options.present = sinks::Present::mailbox;
   if (texts.present == "immediate") options.present = sinks::Present::immediate;
   if (texts.screenshot_size != "window" &&

@@ -15,7 +15,7 @@ namespace fire3dv::app {
 
 // Values that take_window_options() converts after the whole command line is known.
 struct WindowTexts {
-  std::string stereo, gui = "on", present = "vsync", screenshot_size = "window";
+  std::string stereo, gui = "on", present = "vsync", theme = "last", screenshot_size = "window";
   const CLI::Option *windows = nullptr, *screenshots = nullptr;
 
   // Number of options that choose the cameras of windows: --window and --stereo.

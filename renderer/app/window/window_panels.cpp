@@ -53,6 +53,11 @@ gui::Layout load(const std::optional<std::filesystem::path>& file, std::vector<s
   return {};
 }
 
+gui::Layout with_theme(gui::Layout layout, std::optional<bool> is_light) {
+  layout.is_light = is_light.value_or(layout.is_light);
+  return layout;
+}
+
 }  // namespace
 
 gui::Input panel_input(const sinks::WindowInput& input, glm::uvec2 window_px, float seconds,
@@ -95,10 +100,11 @@ gui::Input panel_input(const sinks::WindowInput& input, glm::uvec2 window_px, fl
   return panel;
 }
 
-WindowPanels::WindowPanels(gpu::Device& device, gui::Viewer& viewer, bool first)
+WindowPanels::WindowPanels(gpu::Device& device, gui::Viewer& viewer, bool first,
+                           std::optional<bool> light_panels)
     : file_(layout_path()),
       saved_(load(file_, notes_)),
-      gui_(saved_, {sinks::Window::clipboard, sinks::Window::set_clipboard}),
+      gui_(with_theme(saved_, light_panels), {sinks::Window::clipboard, sinks::Window::set_clipboard}),
       pass_(device),
       device_(device) {
   if (first) viewer.camera_speed = saved_.camera_speed;

@@ -24,7 +24,8 @@ namespace fire3dv::app {
 class WindowPanels {
  public:
   // first: loads the layout file, once per process. Later instances start from the viewer's state.
-  WindowPanels(gpu::Device& device, gui::Viewer& viewer, bool first);
+  // light_panels: theme in place of the file's.
+  WindowPanels(gpu::Device& device, gui::Viewer& viewer, bool first, std::optional<bool> light_panels);
   ~WindowPanels();  // saves the layout if it changed
   WindowPanels(const WindowPanels&) = delete;
   WindowPanels& operator=(const WindowPanels&) = delete;

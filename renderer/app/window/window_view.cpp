@@ -73,7 +73,7 @@ WindowView::WindowView(const Borrowed& borrowed)
       recent_files_(recent_files_place([](const char* name) { return std::getenv(name); })),
       drawn_(borrowed.viewer.draw) {
   if (borrowed.options.panels && borrowed.options.right_camera.empty())
-    panels_.emplace(borrowed.device, borrowed.viewer, borrowed.insist);
+    panels_.emplace(borrowed.device, borrowed.viewer, borrowed.insist, borrowed.options.light_panels);
   const std::string& replay = borrowed.options.recording.replay;
   if (Result<void> added = recent_files_.add(replay.empty() ? borrowed.options.scene.string() : replay);
       !added)

@@ -55,14 +55,14 @@ void draw_lines(Ui& ui, std::span<const Line> lines, float left_px, float width_
     if (!line.keys) {
       ImGui::Dummy({0, ui.points(2)});
       ImGui::SetCursorPosX(left_px);
-      ImGui::TextColored(ImGui::ColorConvertU32ToFloat4(theme::kAccent), "%s", line.does);
+      ImGui::TextColored(ImGui::ColorConvertU32ToFloat4(theme::accent()), "%s", line.does);
       continue;
     }
     ImGui::SetCursorPosX(left_px);
     ImGui::TextUnformatted(line.keys);
     ImGui::SameLine(left_px + ui.points(130));
     ImGui::PushTextWrapPos(left_px + width_px);
-    ImGui::TextColored(ImGui::ColorConvertU32ToFloat4(theme::kDim), "%s", line.does);
+    ImGui::TextColored(ImGui::ColorConvertU32ToFloat4(theme::dim()), "%s", line.does);
     ImGui::PopTextWrapPos();
   }
 }

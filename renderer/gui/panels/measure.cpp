@@ -11,7 +11,7 @@ namespace {
 // Three numbers need more room than the column of values has.
 void show_vector(Ui& ui, const char* label, const glm::vec3& metres) {
   constexpr float kLabelPt = 58;
-  ImGui::TextColored(theme::floats(theme::kDim), "%s", label);
+  ImGui::TextColored(theme::floats(theme::dim()), "%s", label);
   ImGui::SameLine(ImGui::GetCursorPosX() + ui.points(kLabelPt));
   ImGui::PushTextWrapPos(0);
   ImGui::Text("%.5g %.5g %.5g m", static_cast<double>(metres.x), static_cast<double>(metres.y),

@@ -82,7 +82,7 @@ void LightsPanel::draw_light(const Context& context, uint32_t node, const scene:
   const bool edited = viewer.lights.count(node) != 0;
   const std::string text =
       node_label(context.shown.scene, node) + "  " + type_name(light.type) + (edited ? "  *" : "");
-  if (ui.row(text.c_str(), open_ == node, edited ? theme::kAccent : theme::kText))
+  if (ui.row(text.c_str(), open_ == node, edited ? theme::accent() : theme::text()))
     open_ = open_ == node ? scene::kNone : node;
   if (open_ == node) {
     scene::Light changed = light;
@@ -198,7 +198,7 @@ void MaterialsPanel::draw(const Context& context) {
       ImGui::PushID(static_cast<int>(material));
       const bool edited = viewer.materials.count(material) != 0;
       const std::string text = label_of(scene, material) + (edited ? "  *" : "");
-      if (ui.row(text.c_str(), material == chosen_, edited ? theme::kAccent : theme::kText))
+      if (ui.row(text.c_str(), material == chosen_, edited ? theme::accent() : theme::text()))
         chosen_ = material;
       ImGui::PopID();
     }
@@ -296,6 +296,7 @@ void draw_render_panel(const Context& context) {
   if (!context.facts.why_no_debug_views.empty()) ui.note(context.facts.why_no_debug_views);
   ui.check("Grid and axes", viewer.shows_grid, "In the plane y = 0 of the world  (G)");
   ui.check("Camera frusta", viewer.shows_frusta, "Of the scene's cameras  (C)");
+  ui.check("Light theme", context.layout.is_light, "Of the panels");
   if (draw.post.metered) {
     ui.note("Exposure is metered in each image (--exposure metered)");
   } else {

@@ -119,13 +119,13 @@ void FramePanel::draw(const Context& context) {
   const float interval_ms = interval_ms_.median();
   ui.value("Images", "%.1f /s   %.1f ms", interval_ms > 0 ? 1e3 / static_cast<double>(interval_ms) : 0.0,
            static_cast<double>(interval_ms));
-  ui.value("CPU", theme::kAccent, milliseconds(cpu_ms_.median()));
-  ui.value("GPU", theme::kSecond, milliseconds(gpu_ms_.median()));
+  ui.value("CPU", theme::accent(), milliseconds(cpu_ms_.median()));
+  ui.value("GPU", theme::second(), milliseconds(gpu_ms_.median()));
   if (plotted_.empty()) {
-    const Ui::Curve curves[] = {{gpu_ms_.values(), theme::kSecond}, {cpu_ms_.values(), theme::kAccent}};
+    const Ui::Curve curves[] = {{gpu_ms_.values(), theme::second()}, {cpu_ms_.values(), theme::accent()}};
     ui.plot(curves, 54, 0.1f, "ms");
   } else {
-    const Ui::Curve curve{pass_ms_[plotted_].values(), theme::kAccent};
+    const Ui::Curve curve{pass_ms_[plotted_].values(), theme::accent()};
     ui.plot({&curve, 1}, 54, 0.01f, ("ms  " + plotted_).c_str());
   }
   draw_passes(context);
@@ -147,9 +147,9 @@ void FramePanel::draw(const Context& context) {
   } else {
     ui.value("Image", "%u x %u, %u samples", frame.extent_px.x, frame.extent_px.y, frame.samples);
   }
-  ui.value("Device", theme::kText, frame.device);
-  ui.value("Drawn", theme::kText, frame.raster);
-  ui.value("Shadows", theme::kText, frame.shadows);
+  ui.value("Device", theme::text(), frame.device);
+  ui.value("Drawn", theme::text(), frame.raster);
+  ui.value("Shadows", theme::text(), frame.shadows);
 }
 
 void FramePanel::draw_passes(const Context& context) {
@@ -160,10 +160,10 @@ void FramePanel::draw_passes(const Context& context) {
   for (const std::string& name : pass_order_) {
     const float ms = pass_ms_[name].median();
     if (ms < 5e-4f) continue;  // omits negligible passes
-    ui.bar(ms / most, theme::rgb(0x24303b));
+    ui.bar(ms / most, theme::palette->bar);
     const bool is_plotted = plotted_ == name;
     const float room = ImGui::GetContentRegionAvail().x - number_width - ui.points(4);
-    const bool clicked = ui.row(name.c_str(), is_plotted, is_plotted ? theme::kText : theme::kDim,
+    const bool clicked = ui.row(name.c_str(), is_plotted, is_plotted ? theme::text() : theme::dim(),
                                 std::max(room, ui.points(20)));
     ImGui::SameLine(ImGui::GetWindowContentRegionMax().x - number_width);
     ImGui::Text("%6.3f", static_cast<double>(ms));
@@ -209,7 +209,7 @@ void LogPanel::draw(const Context& context) {
       char time[32];
       std::snprintf(time, sizeof time, "%.1f", line.time_s);
       ImGui::SetCursorPosX(std::max(0.0f, ui.points(48) - ImGui::CalcTextSize(time).x));
-      ImGui::PushStyleColor(ImGuiCol_Text, theme::kFaint);
+      ImGui::PushStyleColor(ImGuiCol_Text, theme::faint());
       ImGui::TextUnformatted(time);
       ImGui::PopStyleColor();
       ImGui::SameLine(0, ui.points(8));

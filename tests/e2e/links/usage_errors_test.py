@@ -45,6 +45,7 @@ def usage(test):
             (["--size", "-1x90"], [scene, "--size=-1x90"]),
             (["--nonsense", "--help"], [scene, "--nonsense"]),
             (["--screenshot-size", "7680x4320"], [scene, "--screenshot-size", "big"]),
+            (["--theme", "pink"], [scene, "--theme", "pink"]),
             (["no.conf", "--config none"], [scene, "--config", "no.conf"]),
             (["--frames", "many"], [scene, "--frames", "many"]),
             (["--frames", "-3"], [scene, "--frames=-3"]),

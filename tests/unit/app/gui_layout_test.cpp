@@ -16,6 +16,7 @@ Layout unlike_the_first() {
   layout.left_pt = 301.5f;
   layout.log_pt = 90;
   layout.camera_speed = 0.25f;
+  layout.is_light = true;
   layout.is_open(Panel::frame) = false;
   layout.is_open(Panel::lights) = true;
   return layout;
