@@ -1,6 +1,7 @@
 // Panel of picked points: coordinates in the world and in the node's frame, and the distance between two
 // points.
 
+#include <algorithm>
 #include <glm/glm.hpp>
 
 #include "renderer/gui/panels.h"
@@ -8,8 +9,13 @@
 namespace fire3dv::gui {
 namespace {
 
-// Three numbers need more room than the column of values has.
-void show_vector(Ui& ui, const char* label, const glm::vec3& metres) {
+// Three numbers need more room than the column of values has. What rounding leaves of a 0 is shown as 0.
+void show_vector(Ui& ui, const char* label, glm::vec3 metres) {
+  const glm::vec3 sizes = glm::abs(metres);
+  const float least = 1e-6f * std::max({sizes.x, sizes.y, sizes.z});
+  for (int axis = 0; axis < 3; ++axis) {
+    if (sizes[axis] < least) metres[axis] = 0;
+  }
   constexpr float kLabelPt = 58;
   ImGui::TextColored(theme::floats(theme::dim()), "%s", label);
   ImGui::SameLine(ImGui::GetCursorPosX() + ui.points(kLabelPt));
