@@ -137,6 +137,7 @@ def guides(test, screen):
 
 # Positions of the panels' controls in a window of this size, with only the lights panel open.
 PANELS_SIZE = (640, 400)
+PANELS = ("node", "joints", "measure", "cameras", "frame", "streams", "lights", "materials", "render", "plots", "log", "timeline")
 FRAME_HEADER, LIGHTS_ROW, COLOUR, INTENSITY, DARKER = (470, 24), (475, 135), (570, 155), (572, 178), (535, 178)
 
 
@@ -332,6 +333,32 @@ def drop(test, screen):
     renderer.expect_exit(0)
 
 
+FILE_CHOICE, SECOND_FILE = (150, 47), (110, 93)  # in a window of PANELS_SIZE with only the scene panel open
+
+
+def opens_recent(test, screen):
+    """The panel Scene opens a file of an earlier run."""
+    red = test.path("red.glb")
+    write_scene(red, {"red": ((1, 0, 0), 30)})
+    for path, lines in (("config/fire3dv/window.conf", [f"{panel} = closed" for panel in PANELS] + ["scene = open"]),
+                        ("state/fire3dv/recent", [test.scene])):
+        os.makedirs(os.path.dirname(test.path(path)))
+        with open(test.path(path), "w", encoding="utf-8") as file:
+            file.write("\n".join(lines) + "\n")
+    renderer = test.viewer(red, "--camera", "auto", env=screen.env, size=PANELS_SIZE)
+    window = screen.window(renderer)
+    wait_until("red alone", lambda: seen_anywhere(screen.picture(window)) == {"red"})
+    closed = screen.picture(window).rows
+    screen.xdotool("mousemove", "--window", window, *FILE_CHOICE, "click", 1)
+    wait_until("the list of files", lambda: screen.picture(window).rows[SECOND_FILE[1]] != closed[SECOND_FILE[1]])
+    screen.xdotool("mousemove", "--window", window, *SECOND_FILE, "click", 1)
+    wait_until("all squares", lambda: len(seen_anywhere(screen.picture(window))) == 3)
+    screen.x11.close(int(window))
+    renderer.expect_exit(0)
+    with open(test.path("state/fire3dv/recent"), encoding="utf-8") as file:
+        check(file.read().splitlines() == [test.scene, red], "the list is in another order")
+
+
 def closed_while_loading(test, screen):
     """Closing the window ends a load without an error."""
     large = test.path("large.glb")
@@ -393,7 +420,7 @@ def write_large_scene(path):
 
 
 CASES = {f.__name__: on_a_screen(f) for f in (selects, measures, guides, panels, captures, large_screenshot, several, cameras_of_windows, tiny, stereo, drop,
-                                              closed_while_loading)}
+                                              opens_recent, closed_while_loading)}
 CASES_OF_THE_TOUR = {"tour": on_a_screen(tour)}
 
 if __name__ == "__main__":
