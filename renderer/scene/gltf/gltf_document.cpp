@@ -12,6 +12,7 @@
 
 #include "protocol/base/error.h"
 #include "renderer/scene/gltf/foreign_file.h"
+#include "renderer/scene/gltf/gltf_container.h"
 #include "renderer/scene/gltf/gltf_parts.h"
 
 namespace fire3dv::scene {
@@ -351,6 +352,15 @@ Result<GltfDocument> document_of(FileBytes file, AssetFolder folder, const LoadL
 }
 
 }  // namespace
+
+Result<GltfContainer> open_container(const std::filesystem::path& path, const LoadLimits& limits) {
+  auto file = read_file(path, limits.max_file_bytes);
+  if (!file) return file.error();
+  auto container = split_container(file->view());
+  if (!container) return container.error();
+  if (auto values = count_json_values(container->json, limits.max_json_depth); !values) return values.error();
+  return GltfContainer{std::move(*file), container->json, container->binary, container->has_binary};
+}
 
 Result<GltfDocument> open_gltf(const std::filesystem::path& path, const LoadLimits& limits,
                                std::vector<SourceFile>* sources, const StampedDigest* known) {

@@ -1,0 +1,50 @@
+// Export of an edited scene: its glTF file with edits applied, as one .glb that names no other file.
+// Everything that is not edited stays as it is in the file, so that the loaded result has the same nodes,
+// materials and geometry, and edited transforms and factors are read back bit by bit where glTF can express
+// them.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <glm/glm.hpp>
+#include <glm/gtc/quaternion.hpp>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "protocol/base/error.h"
+#include "renderer/scene/gltf/load_gltf.h"
+#include "renderer/scene/model/scene_edits.h"
+
+namespace fire3dv::scene {
+
+struct ExportedTransform {
+  glm::mat4 parent_from_node{1};
+  bool has_parts = false;  // the matrix is that of these:
+  glm::vec3 translation{0};
+  glm::quat rotation{1, 0, 0, 0};
+  glm::vec3 scale{1};
+};
+
+// By number of the scene that was loaded from the file.
+struct ExportedEdits {
+  std::map<uint32_t, ExportedTransform> transforms;
+  std::set<uint32_t> hidden;   // with their descendants
+  std::set<uint32_t> removed;  // with their descendants and their lights
+  std::map<uint32_t, Light> lights;
+  MaterialEdits materials;
+  std::map<uint32_t, std::string> names;  // of edited nodes: a file that has others has changed
+};
+
+struct ExportedGlb {
+  std::vector<std::byte> bytes;
+  std::vector<std::string> warnings;  // edits that are left out or approximated, one sentence each
+};
+
+// Reads the file and all files that it names, within its folder, and applies the edits. Thread-safe.
+Result<ExportedGlb> export_glb(const std::filesystem::path& gltf, const ExportedEdits& edits,
+                               const LoadLimits& limits = {});
+
+}  // namespace fire3dv::scene
