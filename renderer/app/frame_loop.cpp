@@ -44,8 +44,7 @@ constexpr auto kBusyTime = std::chrono::seconds(1);  // since the last change
 constexpr int kImagesOfChange = 3;
 // A window is drawn for this long after a change: tooltips appear late.
 constexpr auto kLingerTime = std::chrono::milliseconds(700);
-constexpr auto kViewersFrame = std::chrono::milliseconds(16);  // between steps of an animation
-constexpr auto kWindowWait = std::chrono::milliseconds(15);    // between looks at the input of an idle window
+constexpr auto kWindowWait = std::chrono::milliseconds(15);  // between looks at the input of an idle window
 // A wait for streams is reported after this time.
 constexpr auto kReportedWait = std::chrono::seconds(3);
 
@@ -155,6 +154,7 @@ Result<void> FrameLoop::run() {
     if (timeline_) receiver_.expect_frames(!stands(*timeline_));
     const bool is_held = options_.lockstep && (has_undrawn_frame_ || has_due_images_);
     if (!is_held) has_undrawn_frame_ = poll_streams();
+    pose_by_hand();
     log_notes();
 
     if (metrics_)
@@ -204,7 +204,7 @@ Result<void> FrameLoop::run() {
     }
     // The display wait took time: poll again to show the newest poses.
     if (window_ && !options_.lockstep) poll_streams();
-    if (robot_ && *robot_) pose_robot();  // the scene may have been replaced
+    pose_by_hand();  // the scene may have been replaced
     if (animations_) animate();
     if (Result<void> listed = list_instances(); !listed) return listed;
     if (Result<void> drawn = draw(); !drawn) return drawn;
@@ -369,33 +369,6 @@ void FrameLoop::steer() {
     next_->open(*file);
 }
 
-// Joints that the user moves, when they or the scene change.
-void FrameLoop::pose_robot() {
-  state::RobotPose& robot = **robot_;
-  std::pair<uint64_t, state::JointPositions> wanted(scene_.replaced(), robot.positions());
-  if (wanted == posed_) return;
-  if (wanted.first != posed_.first) robot.set_scene(scene_.scene(), poses_.names());
-  const bool is_at_rest = wanted.second.empty() && posed_.second.empty();
-  posed_ = std::move(wanted);
-  if (!animations_ && !is_at_rest) set_rest(state::rest_pose(scene_.scene()));
-}
-
-void FrameLoop::set_rest(const state::RestPose& rest) {
-  if (!robot_ || !*robot_ || !(*robot_)->is_moved()) return poses_.set_rest(rest);
-  state::RestPose posed = rest;
-  (*robot_)->apply(posed);
-  poses_.set_rest(posed);
-}
-
-void FrameLoop::animate() {
-  if (animation_timeline_) {
-    set_rest(animations_->at(animation_timeline_->at(poses_.sim_time_ns())));
-    return;
-  }
-  const double now_s = static_cast<double>(images_) / kHeadlessImagesPerSecond;
-  set_rest(animations_->at(animation_clock_.at(poses_.sim_time_ns(), now_s)));
-}
-
 ViewerNumbers FrameLoop::viewer_numbers() const {
   if (!live_view_) return {};
   return {live_view_->count_viewers(serve::Access::control), live_view_->count_viewers(serve::Access::view),
@@ -409,12 +382,6 @@ void FrameLoop::show_in_browsers(LiveView* live_view) {
   const bool is_delivered = window_ || wants_pixels() || options_.frames != 0 || !options_.stats.empty();
   draws_for_viewers_only_ = live_view_ && !is_delivered && !options_.lockstep;
   if (draws_for_viewers_only_ && animations_) animation_timeline_.emplace(animations_->duration_s());
-}
-
-void FrameLoop::animate_for_viewers() {
-  if (!animations_ || !live_view_->has_viewers() || Clock::now() - animated_ < kViewersFrame) return;
-  animated_ = Clock::now();
-  animate();
 }
 
 Result<void> FrameLoop::draw() {

@@ -97,7 +97,7 @@ class FrameLoop {
   bool poll_streams();  // polls streams; true if there is a new pose frame
   void steer();         // applies user input
   void animate();
-  void pose_robot();
+  void pose_by_hand();
   void set_rest(const state::RestPose& rest);
   void animate_for_viewers();
   Result<void> draw();
@@ -120,9 +120,16 @@ class FrameLoop {
   LiveScene& scene_;
   state::AnimationPlayer* animations_;
   std::optional<state::RobotPose>* robot_;
-  std::pair<uint64_t, state::JointPositions> posed_{UINT64_MAX, {}};  // scene and joints of the rest pose
-  AnimationClock animation_clock_;                                    // without a window
-  std::optional<AnimationTimeline> animation_timeline_;               // in a window with animations
+  // Scene, user edits and joints of the rest pose.
+  struct Posed {
+    uint64_t scene = UINT64_MAX, edits = 0;
+    state::JointPositions joints;
+    bool is_at_rest = true;  // as in the file
+    bool operator==(const Posed&) const = default;
+  };
+  Posed posed_;
+  AnimationClock animation_clock_;                       // without a window
+  std::optional<AnimationTimeline> animation_timeline_;  // in a window with animations
   CameraRig& camera_;
   sinks::FrameSink& sink_;
   WindowView* window_;

@@ -9,7 +9,6 @@
 
 #include "protocol/base/files.h"
 #include "protocol/base/plural.h"
-#include "protocol/robot/robot_file.h"
 #include "protocol/transport/open.h"
 #include "renderer/app/default_look.h"
 #include "renderer/app/frame_loop.h"
@@ -21,6 +20,7 @@
 #include "renderer/app/streams/image_service.h"
 #include "renderer/app/streams/secondary_devices.h"
 #include "renderer/app/viewer_document.h"
+#include "renderer/app/window/scene_editor.h"
 #include "renderer/app/window/viewer_control.h"
 #include "renderer/app/window/window_view.h"
 #include "renderer/gpu/device/device.h"
@@ -218,17 +218,6 @@ std::vector<uint32_t> animations_again(const Options& options, const scene::Scen
   return {};
 }
 
-// The robot of a loaded file, if it holds one.
-std::optional<state::RobotPose> find_robot(const SceneLoad& load) {
-  Result<std::optional<robot::Robot>> found = robot::find_robot(load.gltf_file(), true);
-  if (!found) {
-    say(warning(found.error().message + "; its joints cannot be moved"));
-    return std::nullopt;
-  }
-  if (!*found) return std::nullopt;
-  return state::RobotPose(std::move(**found));
-}
-
 // Runs the frame loop until it ends. Returns the next scene that the user opened, or null. before: the
 // previous scene, which is shown again after an error.
 Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
@@ -257,6 +246,8 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
       stage, options, &Options::animate, [&](const Options& o) { return open_animations(o, *scene); });
   if (!animations) return animations.error();
   const std::vector<uint32_t> playing = *animations ? (*animations)->chosen : std::vector<uint32_t>();
+  Result<state::EditDocument> overlay = load_overlay(options);
+  if (!overlay) return overlay.error();
   Result<CameraRig> camera =
       make_or_default<CameraRig>(stage, options, &Options::camera, [&](const Options& o) {
         return CameraRig::create(*scene, camera_start(o, *scene, o.camera, playing));
@@ -324,8 +315,8 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   renderer.apply(stage.viewer.draw);
   stage.further.forget_scene();
   stage.note_start("scene on the device");
-  std::optional<state::RobotPose> robot;  // with a window or viewers
-  const bool moves_robot = window || stage.server;
+  std::optional<state::RobotPose> robot;  // with a window, viewers or an overlay
+  bool moves_robot = window || stage.server;
   std::optional<SceneReload> reload;
   if (options.watch && show.has_own_file()) {
     SceneReload::Hooks hooks;
@@ -342,6 +333,12 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   }
   LiveScene live(**loaded, poses, renderer, *camera,
                  {options.assets, passes::levels_for(options.levels_of_detail), renderer.max_textures()});
+  SceneEditor editor(overlay_file(options, show.has_own_file()), std::move(*overlay));
+  if (show.has_own_file()) editor.set_export({[&show] { return show.load().gltf_file(); }, options.scene});
+  live.on_scene_replaced([&](const scene::Scene& before_it, const scene::Scene& after) {
+    editor.replace_scene(stage.viewer, before_it, after, robot ? &*robot : nullptr);
+    live.set_user_edits(edits_of(stage.viewer));
+  });
   live.set_shows_markers(options.markers);
   if (*animations) live.set_animations((*animations)->player, (*animations)->chosen);
   if (!options.variant.empty()) {
@@ -349,12 +346,17 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
       live.set_loaded_variant(*variant);
   }
   load.begin_caching();
-  std::unique_ptr<WindowView> view;
+  moves_robot |= !editor.history().document().empty();
   if (moves_robot) robot = find_robot(load);
+  editor.begin(stage.viewer, {*scene, poses.names(), robot ? &*robot : nullptr});
+  live.set_user_edits(edits_of(stage.viewer));
+  if (robot) robot->set(stage.viewer.joints);
+  for (const std::string& note : editor.take_log_messages()) say(note);
+  std::unique_ptr<WindowView> view;
   if (window) {
     Result<std::unique_ptr<WindowView>> made =
         WindowView::create({stage.device, stage.renderer, poses, receiver, requests, live, *camera,
-                            stage.windows, stage.viewer, options, playing, robot, stage.first});
+                            stage.windows, stage.viewer, editor, options, playing, robot, stage.first});
     if (!made) return made.error();
     view = std::move(*made);
   }
@@ -374,7 +376,7 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   std::optional<LiveView> live_view;
   if (stage.server)
     live_view.emplace(LiveView::Borrowed{*stage.server, replies, receiver, poses, requests, live,
-                                         stage.viewer, robot, renderer, window != nullptr},
+                                         stage.viewer, robot, renderer},
                       *camera, std::filesystem::path(show.title()).filename().string());
   loop.show_in_browsers(live_view ? &*live_view : nullptr);
   loop.report_to(stage.metrics.get());
@@ -386,6 +388,7 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   loop.spread_images_over(stage.further, stage.viewer.draw);
   before.reset();
   Result<void> finished = loop.run();
+  for (const std::string& note : editor.finish()) say(note);
   if (*recording) {
     say((*recording)->finish());
     if (const std::optional<Error> fault = (*recording)->failure()) stage.exit_code = fail(*fault);
@@ -401,6 +404,7 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
 int run(const Options& options) {
   std::signal(SIGXFSZ, SIG_IGN);  // a file size limit then fails the write like a full disk
   if (Result<void> good = check_scene_file(options); !good) return fail(good.error());
+  if (Result<state::EditDocument> overlay = load_overlay(options); !overlay) return fail(overlay.error());
   // The window determines the required Vulkan extensions.
   Result<Windows> windows = open_windows(options);
   if (!windows) return fail(windows.error());

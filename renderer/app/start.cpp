@@ -6,6 +6,8 @@
 #include "protocol/base/log.h"
 #include "protocol/base/plural.h"
 #include "protocol/base/text.h"
+#include "protocol/robot/robot_file.h"
+#include "renderer/app/loading/scene_load.h"
 #include "renderer/scene/textures/environment.h"
 
 namespace fire3dv::app {
@@ -96,6 +98,16 @@ Result<void> make_room(gpu::Device& device, passes::DrawSettings settings, const
   renderer.reset();
   renderer.emplace(device, settings);
   return {};
+}
+
+std::optional<state::RobotPose> find_robot(const SceneLoad& load) {
+  Result<std::optional<robot::Robot>> found = robot::find_robot(load.gltf_file(), true);
+  if (!found) {
+    say(warning(found.error().message + "; its joints cannot be moved"));
+    return std::nullopt;
+  }
+  if (!*found) return std::nullopt;
+  return state::RobotPose(std::move(**found));
 }
 
 Result<std::shared_ptr<const scene::EnvironmentImage>> load_environment(const std::filesystem::path& path) {

@@ -13,6 +13,7 @@
 #include "renderer/gpu/device/device.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/state/motion/animation.h"
+#include "renderer/state/motion/robot_pose.h"
 
 namespace fire3dv::app {
 
@@ -42,6 +43,10 @@ Result<void> can_show(const gpu::Device& device, const scene::Scene& scene);
 // Recreates the renderer if the scene needs more textures than it supports (rare).
 Result<void> make_room(gpu::Device& device, passes::DrawSettings settings, const scene::Scene& scene,
                        std::optional<passes::SceneRenderer>& renderer);
+
+class SceneLoad;
+// The robot of a loaded file, if it holds one. Reports a damaged one.
+std::optional<state::RobotPose> find_robot(const SceneLoad& load);
 
 // Null without the option.
 Result<std::shared_ptr<const scene::EnvironmentImage>> load_environment(const std::filesystem::path& path);

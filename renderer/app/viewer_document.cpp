@@ -89,6 +89,7 @@ Options with_file(const Options& options, const std::filesystem::path& file) {
   other.convert.xacro_arguments = options.convert.xacro_arguments;
   other.exit_when_done = false;
   other.variant.clear();  // names are the file's own
+  other.overlay.clear();
   if (is_recording(file)) {
     other.recording.replay = file.string();
     other.recording.loop = options.recording.loop;

@@ -13,6 +13,7 @@
 #include <variant>
 
 #include "renderer/gui/docks.h"
+#include "renderer/gui/gizmo_overlay.h"
 #include "renderer/gui/input.h"
 #include "renderer/gui/panels.h"
 
@@ -47,9 +48,10 @@ struct Gui::Panels {
   float scale = 0;  // scale of the built fonts
   bool is_light = false;
   std::deque<Event> waiting;
-  std::string clipboard;  // last text returned to ImGui, which keeps the pointer
+  glm::vec2 cursor_px{-1};  // ImGui rounds its own
+  std::string clipboard;    // last text returned to ImGui, which keeps the pointer
   Cursor cursor = Cursor::arrow;
-  bool wants_mouse = false, wants_keyboard = false;
+  bool wants_mouse = false, wants_keyboard = false, is_interacting = false;
   Rect image_rect;
   float left_rest_px = 0;    // height of the left column without the tree
   float bottom_rest_px = 0;  // height of the bottom row without the lines of the log; 0: unknown
@@ -62,6 +64,7 @@ struct Gui::Panels {
   MaterialsPanel materials;
   LightsPanel lights;
   LogPanel log;
+  GizmoOverlay gizmo;
 
   ~Panels() { ImGui::DestroyContext(context); }
   void take_events(ImGuiIO& io);
@@ -107,6 +110,7 @@ void Gui::Panels::take_events(ImGuiIO& io) {
     if (const auto* moved = std::get_if<MouseMoved>(&event)) {
       if (button_changed) return;
       const ImVec2 to{moved->at_px.x, moved->at_px.y};
+      cursor_px = moved->at_px;
       mouse_moved |= to.x != io.MousePos.x || to.y != io.MousePos.y;
       io.MousePos = to;
     } else if (const auto* button = std::get_if<MouseButton>(&event)) {
@@ -160,11 +164,13 @@ const ImDrawData& Gui::frame(const Input& input, const Facts& facts, const Shown
   panels.frame.note(facts.frame);
   panels.image_rect = {{0, 0}, input.display_px};
   if (viewer.gui) panels.lay_out(context);
+  panels.gizmo.frame(context, panels.image_rect, panels.cursor_px);
   draw_help(context);
 
   ImGui::Render();
-  panels.wants_mouse = io.WantCaptureMouse;
+  panels.wants_mouse = io.WantCaptureMouse || panels.gizmo.takes_mouse();
   panels.wants_keyboard = io.WantTextInput;
+  panels.is_interacting = ImGui::IsAnyItemActive() || panels.gizmo.is_dragging();
   panels.cursor = cursor_of(ImGui::GetMouseCursor());
   layout_.camera_speed = viewer.camera_speed;  // keys change it as well
   return *ImGui::GetDrawData();
@@ -179,6 +185,7 @@ void Gui::Panels::lay_out(const Context& c) {
     const float tree_height = std::max(std::floor(room), ui.points(kLeastTreePt));
     tree.draw(c, tree_height);
     draw_node_panel(c);
+    draw_edit_panel(c);
     draw_joints_panel(c);
     draw_measure_panel(c);
     cameras.draw(c);
@@ -273,6 +280,9 @@ bool Gui::wants_mouse() const {
 }
 bool Gui::wants_keyboard() const {
   return panels_->wants_keyboard;
+}
+bool Gui::is_interacting() const {
+  return panels_->is_interacting;
 }
 Cursor Gui::cursor() const {
   return panels_->cursor;

@@ -13,6 +13,7 @@
 #include "renderer/gui/input.h"
 #include "renderer/gui/layout_file.h"
 #include "renderer/gui/panel_data.h"
+#include "renderer/passes/view.h"
 #include "renderer/scene/model/scene_edits.h"
 #include "renderer/state/pose_state.h"
 
@@ -30,7 +31,9 @@ struct Shown {
   replay::TimelineControl* timeline = nullptr;  // null: neither a replay nor animations
   uint32_t variant = scene::kNone;              // material variant; kNone: the file's default materials
   const state::RobotPose* robot = nullptr;      // null: the file holds none
-  std::span<const std::filesystem::path> recent_files = {};  // the shown one first
+  std::span<const std::filesystem::path> recent_files = {};   // the shown one first
+  const EditFacts* editing = nullptr;                         // null: nobody records edits
+  std::function<passes::View(float image_aspect)> view = {};  // of the image; null: no gizmo is drawn
 };
 
 // Rectangle in image pixels.
@@ -40,7 +43,7 @@ struct Rect {
 
 // Interactive widget of a panel, as laid out in the last frame. For tests.
 struct Control {
-  enum class Kind : uint8_t { button, check, slider, choice, color, text, row, header, edge };
+  enum class Kind : uint8_t { button, check, slider, choice, color, text, row, header, edge, number };
   Kind kind = Kind::button;
   std::string panel, name;
   Rect rect;
@@ -66,6 +69,8 @@ class Gui {
   // the image is never captured.
   bool wants_mouse() const;
   bool wants_keyboard() const;
+  // A drag or a text input went on in the last frame: changes meanwhile are one step.
+  bool is_interacting() const;
   Cursor cursor() const;
   // Part of the window that no panel covers, in whole pixels: the image belongs there. Empty in a window of a
   // few pixels. Help, popups and tooltips may lie over it.

@@ -26,9 +26,10 @@ enum class Panel : uint8_t {
   timeline,
   joints,
   plots,
-  measure
+  measure,
+  edit
 };
-constexpr size_t kPanels = 13;
+constexpr size_t kPanels = 14;
 const char* panel_name(Panel panel);  // one lowercase word
 // Sides of the window that panels are docked to.
 enum class Dock : uint8_t { left, right, bottom };
@@ -38,7 +39,7 @@ constexpr size_t kDocks = 3;
 struct Layout {
   float left_pt = 264, right_pt = 316, log_pt = 132;
   std::array<bool, kPanels> open{true, true, true, true, true,  false, false,
-                                 true, true, true, true, false, true};
+                                 true, true, true, true, false, true,  false};
   std::array<bool, kDocks> folded{};  // a folded dock is a narrow strip
   float camera_speed = 1;
   bool is_light = false;  // theme

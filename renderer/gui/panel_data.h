@@ -16,6 +16,7 @@
 #include "renderer/passes/debug/inspection.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/scene/model/scene.h"
+#include "renderer/state/editing/node_transform.h"
 #include "renderer/state/marker_registry.h"
 #include "renderer/state/motion/robot_pose.h"
 #include "renderer/state/pose_state.h"
@@ -30,6 +31,9 @@ struct StreamPlayout {
   bool operator==(const StreamPlayout&) const = default;
 };
 
+// Handles over the selected node.
+enum class GizmoTool : uint8_t { none, move, rotate, scale };
+
 // One-shot commands, cleared after execution.
 struct Commands {
   bool frame_all = false, frame_selection = false;
@@ -39,6 +43,7 @@ struct Commands {
   bool toggle_video = false;
   std::optional<std::string> export_csv;  // table to write into a file
   std::optional<uint32_t> variant;        // of materials; kNone: the file's default materials
+  bool undo = false, redo = false, save_overlay = false, export_glb = false;
   // Of the timeline of a replay or of animations, if there is one.
   bool toggle_playback = false;
   int step_frames = 0;  // forwards (> 0) or backwards
@@ -66,6 +71,7 @@ struct Viewer {
   uint32_t followed = scene::kNone;               // node that the free camera follows
   uint32_t isolated = scene::kNone;               // only this node and its descendants are drawn
   std::set<uint32_t> hidden;                      // including descendants
+  std::set<uint32_t> removed;                     // including descendants and their lights
   std::optional<SurfacePoint> picked_point;       // of the last click on a surface
   bool shows_grid = false, shows_frusta = false;  // ground grid with axes; frusta of the scene's cameras
   bool measures = false;                          // clicks choose points instead of nodes
@@ -75,7 +81,8 @@ struct Viewer {
   // By number: factors only; textures and alpha modes are unchanged.
   std::map<uint32_t, scene::Material> materials;
 
-  state::JointPositions joints;  // of the robot, other than the file's
+  state::NodeTransforms transforms;  // of nodes that no stream drives
+  state::JointPositions joints;      // of the robot, other than the file's
 
   passes::DrawSettings draw;   // requested settings; unsupported ones are reported and reset
   passes::PathSettings paths;  // of draw.path, while it is set
@@ -84,6 +91,8 @@ struct Viewer {
   state::MarkerNamespaces hidden_markers;
   float camera_speed = 1;  // factor on the speed derived from the scene's size
 
+  GizmoTool tool = GizmoTool::none;
+  bool tool_is_local = false;  // handles have the axes of the node, not of the world
   bool gui = true, help = false;
   Commands commands;
 };
@@ -160,6 +169,13 @@ struct LinkFact {
 struct LogLine {
   double time_s = 0;  // since program start
   std::string text;
+};
+
+// Undo history and files of the user's edits.
+struct EditFacts {
+  std::string undo, redo;  // what the next step changes; empty: there is none
+  bool is_saved = true;
+  std::string file;  // overlay file; empty: there is nowhere to save
 };
 
 struct Facts {

@@ -135,6 +135,7 @@ class TreePanel {
 };
 
 void draw_node_panel(const Context& context);
+void draw_edit_panel(const Context& context);
 // Nothing if the scene has no robot.
 void draw_joints_panel(const Context& context);
 

@@ -192,6 +192,25 @@ bool Ui::slider(const char* label, float& value, const Range& range, const char*
   return changed;
 }
 
+bool Ui::numbers(const char* label, glm::vec3& value, const Numbers& numbers, const char* hint_text) {
+  constexpr const char* kAxes[] = {" x", " y", " z"};
+  ImGui::PushID(label);
+  const float gap = points(3);
+  const float width = std::max((begin_row(label) - 2 * gap) / 3, 1.0f);
+  bool changed = false;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (axis > 0) ImGui::SameLine(0, gap);
+    ImGui::PushID(axis);
+    ImGui::SetNextItemWidth(width);
+    changed |= ImGui::DragFloat("##", &value[axis], numbers.step, 0, 0, numbers.format);
+    note_control(Control::Kind::number, (std::string(label) + kAxes[axis]).c_str());
+    hint(hint_text);
+    ImGui::PopID();
+  }
+  ImGui::PopID();
+  return changed && std::isfinite(value.x) && std::isfinite(value.y) && std::isfinite(value.z);
+}
+
 bool Ui::choice(const char* label, size_t& chosen, std::span<const char* const> names,
                 const char* hint_text) {
   ImGui::PushID(label);

@@ -133,6 +133,12 @@ class Ui {
     bool logarithmic = false;
   };
   bool slider(const char* label, float& value, const Range& range, const char* hint = nullptr);
+  // Three numbers in a row: drag to change, Ctrl-click to type. step: change for a pixel of a drag.
+  struct Numbers {
+    float step;
+    const char* format;
+  };
+  bool numbers(const char* label, glm::vec3& value, const Numbers& numbers, const char* hint = nullptr);
   bool choice(const char* label, size_t& chosen, std::span<const char* const> names,
               const char* hint = nullptr);
   bool color(const char* label, glm::vec3& linear, const char* hint = nullptr);

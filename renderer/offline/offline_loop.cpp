@@ -100,9 +100,18 @@ void OfflineLoop::advance(uint64_t frame) {
   }
   for (const std::string& note : parts_.streams.take_log_messages()) app::say(note);
   for (const std::string& note : parts_.scene.take_log_messages()) app::say(note);
-  if (parts_.animations)
-    parts_.poses.set_rest(
-        (*parts_.animations)->at(static_cast<double>(parts_.poses.sim_time_ns().value_or(line_ns)) * 1e-9));
+  if (parts_.animations) {
+    pose((*parts_.animations)->at(static_cast<double>(parts_.poses.sim_time_ns().value_or(line_ns)) * 1e-9));
+  } else if (!parts_.scene.user_edits().transforms.empty() && posed_scene_ != parts_.scene.replaced()) {
+    posed_scene_ = parts_.scene.replaced();
+    pose(state::rest_pose(parts_.scene.scene()));
+  }
+}
+
+// With the transforms of --overlay.
+void OfflineLoop::pose(state::RestPose rest) {
+  state::apply_transforms(parts_.scene.user_edits().transforms, parts_.scene.scene(), rest);
+  parts_.poses.set_rest(rest);
 }
 
 Result<bool> OfflineLoop::draw(uint64_t frame, const std::function<bool()>& should_stop) {

@@ -76,6 +76,7 @@ class OfflineLoop {
 
  private:
   void advance(uint64_t frame);
+  void pose(state::RestPose rest);
   // Returns false if should_stop ended it.
   Result<bool> draw(uint64_t frame, const std::function<bool()>& should_stop);
   Result<void> deliver();
@@ -85,6 +86,7 @@ class OfflineLoop {
   gpu::FrameRing frames_;
   capture::CaptureQueue captures_;
   uint64_t images_ = 0;
+  std::optional<uint64_t> posed_scene_;  // number of the scene that has its rest pose
 };
 
 }  // namespace fire3dv::offline

@@ -20,6 +20,7 @@
 #include "renderer/offline/timeline.h"
 #include "renderer/scene/cache/scene_digest.h"
 #include "renderer/sinks/video/video_sink.h"
+#include "renderer/state/editing/overlay_file.h"
 
 namespace fire3dv::offline {
 namespace {
@@ -89,6 +90,11 @@ Result<Manifest> describe_frames(const RenderOptions& options, const Timeline& t
     const auto environment = digest_of(options.drawing.environment);
     if (!environment) return environment.error();
     manifest.settings.emplace_back("environment", *environment);
+  }
+  if (!options.drawing.overlay.empty()) {
+    const auto overlay = digest_of(options.drawing.overlay);
+    if (!overlay) return overlay.error();
+    manifest.settings.emplace_back("overlay", *overlay);
   }
   for (auto& [name, value] : manifest.settings) value = setting_text(value);
   manifest.times = times;
@@ -177,10 +183,16 @@ class Render {
   const RenderOptions& options_;
   const app::Options& drawing_;
   const app::CacheLocations places_;
+  state::EditDocument overlay_;
   std::unique_ptr<gpu::Instance> instance_;
 };
 
 Result<bool> Render::run() {
+  if (!drawing_.overlay.empty()) {
+    auto overlay = state::load_overlay(drawing_.overlay);
+    if (!overlay) return overlay.error();
+    overlay_ = std::move(*overlay);
+  }
   auto playback = open_recording(options_);
   if (!playback) return playback.error();
   // The scene loads while the recording is read.
@@ -273,6 +285,15 @@ Result<bool> Render::draw(const scene::LoadedScene& loaded, const Timeline& time
       {drawing_.assets, passes::levels_for(drawing_.levels_of_detail), renderer->max_textures()});
   live.set_shows_markers(drawing_.markers);
   if (*animations) live.set_animations((*animations)->player, (*animations)->chosen);
+  const auto edit = [&](const scene::Scene& of, std::vector<state::EditKey>* unmatched) {
+    live.set_user_edits(state::to_edits(overlay_, {of, state::NodeNames(of)}, {}, unmatched));
+  };
+  live.on_scene_replaced([&](const scene::Scene&, const scene::Scene& after) { edit(after, nullptr); });
+  std::vector<state::EditKey> unmatched;
+  edit(loaded.scene, &unmatched);
+  for (const state::EditKey& key : unmatched)
+    say(warning(drawing_.overlay.string() + ": " + state::describe(key) +
+                " has no effect: the scene has no such object now"));
   auto streams = RecordedStreams::open([&] { return open_recording(options_); }, timeline, poses);
   if (!streams) return streams.error();
 

@@ -61,6 +61,7 @@ if(TARGET fire3dv)
   fire3dv_e2e_test(window_paths SCRIPT window/paths_test.py PROGRAMS fire3dv e2e_publisher)
   fire3dv_e2e_test(docks SCRIPT window/docks_test.py PROGRAMS fire3dv)
   fire3dv_e2e_test(joint_sliders SCRIPT window/joints_test.py PROGRAMS fire3dv)
+  fire3dv_e2e_test(editing SCRIPT window/editing_test.py PROGRAMS fire3dv)
   fire3dv_e2e_test(timeline SCRIPT window/timeline_test.py PROGRAMS fire3dv e2e_publisher)
   if(NOT FIRE3DV_SANITIZE)  # the sanitizer runtime must be loaded first
     add_library(e2e_lose_window MODULE programs/vulkan_fault_injection.cpp)

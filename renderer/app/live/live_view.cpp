@@ -62,7 +62,7 @@ LiveView::LiveView(const Borrowed& borrowed, const CameraRig& camera, std::strin
   start_.set_edits(borrowed_.scene.edits());
   borrowed_.replies.set_viewers(this);
   borrowed_.scene.on_scene_replaced(
-      [this](const scene::Scene& before, const scene::Scene& after) { on_scene_replaced(before, after); });
+      [this](const scene::Scene&, const scene::Scene& after) { on_scene_replaced(after); });
   borrowed_.server.report_viewers_again();
 }
 
@@ -70,11 +70,7 @@ LiveView::~LiveView() {
   borrowed_.replies.set_viewers(nullptr);
 }
 
-void LiveView::on_scene_replaced(const scene::Scene& before, const scene::Scene& after) {
-  if (!borrowed_.has_window) {
-    transfer_by_path(borrowed_.viewer, before, after);
-    borrowed_.scene.set_user_edits(edits_of(borrowed_.viewer));
-  }
+void LiveView::on_scene_replaced(const scene::Scene& after) {
   start_.set_scene(after);
   for (auto& [number, viewer] : viewers_) {
     viewer.camera.set_scene(after);

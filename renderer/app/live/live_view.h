@@ -40,7 +40,6 @@ class LiveView final : public ImageReplies {
         viewer;  // hidden and isolated nodes, joints and draw settings: the window's and all viewers'
     std::optional<state::RobotPose>& robot;
     passes::SceneRenderer& renderer;
-    bool has_window = false;  // a window keeps `viewer` up to date when the scene is replaced
   };
   // camera: where new viewers begin. title: of the page.
   LiveView(const Borrowed& borrowed, const CameraRig& camera, std::string title);
@@ -112,7 +111,7 @@ class LiveView final : public ImageReplies {
   void request_pick(serve::ViewerId number, Viewer& viewer, double x, double y);
   void send_inspected(serve::ViewerId number, Viewer& viewer, uint32_t node, Clock::time_point now);
   void send_picked(serve::ViewerId number, uint32_t instance);
-  void on_scene_replaced(const scene::Scene& before, const scene::Scene& after);
+  void on_scene_replaced(const scene::Scene& after);
   void send_to_all(const std::string& text);
   void send_if_changed(std::string& sent, std::string text);
   void send_settings(Clock::time_point now);

@@ -48,8 +48,14 @@ void LiveScene::set_animations(std::optional<state::AnimationPlayer>& player,
 
 void LiveScene::set_user_edits(const UserEdits& edits) {
   if (edits == user_) return;
+  // Transforms and joints are part of the rest pose, not of the edits of nodes.
+  UserEdits moved_only = user_;
+  moved_only.transforms = edits.transforms;
+  moved_only.joints = edits.joints;
+  user_changed_ |= moved_only != edits;
   user_ = edits;
-  user_changed_ = true;
+  ++user_revision_;
+  ++updates_;
 }
 
 void LiveScene::on_renderer_replaced() {
@@ -138,6 +144,7 @@ void LiveScene::resolve() {
     for (const auto& [node, edit] : of_streams) nodes.insert(node);
     nodes.insert(withdrawn_.begin(), withdrawn_.end());
     nodes.insert(user_.hidden.begin(), user_.hidden.end());
+    nodes.insert(user_.removed.begin(), user_.removed.end());
     for (const auto& [node, light] : user_.lights) nodes.insert(node);
     scene::NodeEdits edits;
     for (const uint32_t node : nodes) {
@@ -161,7 +168,8 @@ std::optional<scene::NodeEdit> LiveScene::combined_edit(const scene::NodeEdits& 
   // The user's light is void if a stream removed the light or changed its type.
   const bool has_light =
       light != user_.lights.end() && light_type(scene(), of_streams, node) == light->second.type;
-  const bool is_withdrawn = withdrawn_.contains(node), is_hidden = user_.hidden.contains(node);
+  const bool is_withdrawn = withdrawn_.contains(node) || user_.removed.contains(node);
+  const bool is_hidden = user_.hidden.contains(node);
   if (known == of_streams.end() && !is_withdrawn && !is_hidden && !has_light) return std::nullopt;
   scene::NodeEdit edit;
   if (known != of_streams.end()) edit = known->second;

@@ -20,20 +20,13 @@
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/scene/model/scene_edits.h"
 #include "renderer/state/edit_registry.h"
+#include "renderer/state/editing/user_edits.h"
 #include "renderer/state/marker_registry.h"
 #include "renderer/state/motion/animation.h"
 
 namespace fire3dv::app {
 
-// Edits by the user, over those of streams. Node indices are of the displayed scene.
-struct UserEdits {
-  std::set<uint32_t> hidden;                // with their descendants
-  uint32_t isolated = scene::kNone;         // only this node and its descendants are drawn
-  std::map<uint32_t, scene::Light> lights;  // replace those of the file and of streams
-  scene::MaterialEdits materials;
-  state::MarkerNamespaces hidden_markers;
-  bool operator==(const UserEdits&) const = default;
-};
+using UserEdits = state::UserEdits;
 
 // Type of a node's light by these edits, else by the file; nullopt: it has none.
 std::optional<scene::LightType> light_type(const scene::Scene& scene, const scene::NodeEdits& edits,
@@ -57,6 +50,8 @@ class LiveScene {
   void charge_edit_time(EditTime edit_time) { edit_time_ = std::move(edit_time); }
   // In effect after the next follow().
   void set_user_edits(const UserEdits& edits);
+  const UserEdits& user_edits() const { return user_; }
+  uint64_t user_revision() const { return user_revision_; }  // rises with each change of user_edits()
 
   // Material variant of the file; kNone: its default materials. The base scene has the first one.
   void set_loaded_variant(uint32_t variant) { loaded_variant_ = variant_ = requested_variant_ = variant; }
@@ -147,6 +142,7 @@ class LiveScene {
   scene::SceneEdits edits_;
   UserEdits user_;
   bool user_changed_ = false;
+  uint64_t user_revision_ = 0;
   std::vector<Replaced> on_replaced_;
   uint64_t bindings_seen_ = 0, replaced_ = 0, updates_ = 0, builds_begun_ = 0, request_lists_made_ = 0;
   std::vector<state::RequestedNode> requested_;  // as of requested_revision_

@@ -57,7 +57,8 @@ struct Given {
 
 void add_input_options(CLI::App& app, Options& options, Texts& texts, Given& given) {
   constexpr const char* kGroup = "Input";
-  app.add_option("scene", options.scene, "scene: glTF, URDF, xacro, SDF, MJCF, AMBF, OBJ, STL, PLY, DAE or 3MF");
+  app.add_option("scene", options.scene,
+                 "scene: glTF, URDF, xacro, SDF, MJCF, AMBF, OBJ, STL, PLY, DAE or 3MF");
   given.models = app.add_option("--models", options.convert.models, "AMBF: models of the launch file")
                      ->type_name("0,1,...|all")
                      ->group(kGroup);
@@ -96,6 +97,9 @@ void add_input_options(CLI::App& app, Options& options, Texts& texts, Given& giv
       ->check(one_of({"auto", "on", "off"}))
       ->type_name("auto|on|off")
       ->capture_default_str()
+      ->group(kGroup);
+  app.add_option("--overlay", options.overlay, "apply the edits of a scene in this file (docs/editing.md)")
+      ->type_name("FILE")
       ->group(kGroup);
   app.add_option("--variant", options.variant, "material variant of the scene (default: none)")
       ->type_name("NAME")

@@ -60,6 +60,7 @@ struct Options {
   bool exit_when_done = false;                      // end when the last stream has ended
   std::filesystem::path assets;                     // root folder of assets added by streams; empty: none
   std::string animate;                              // an animation's name, its index, or "all"; empty: none
+  std::filesystem::path overlay;                    // file of the user's edits; empty: none
   std::string variant;                              // material variant of the scene; empty: default materials
   bool watch = true;                                // reload the scene when its file changes
   std::string cache = "auto";                       // auto, off, beside or a folder: see disk_caches.h

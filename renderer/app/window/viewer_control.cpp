@@ -104,6 +104,8 @@ void ViewerInput::move(const InputEvent& event, CameraMoves& moves) {
 }
 
 void ViewerInput::press(const InputEvent& event, gui::Viewer& viewer) {
+  if (event.modifiers.control && !event.modifiers.alt && !event.modifiers.super)
+    return press_with_control(event, viewer);
   if (event.modifiers.control || event.modifiers.alt || event.modifiers.super) return;
   const bool shift = event.modifiers.shift;
   const Key key = event.key;
@@ -114,16 +116,25 @@ void ViewerInput::press(const InputEvent& event, gui::Viewer& viewer) {
     (viewer.selected == scene::kNone ? viewer.commands.frame_all : viewer.commands.frame_selection) = true;
   if (key == Key::home) viewer.commands.frame_all = true;
   if (key == sinks::letter('h')) hide(viewer, shift);
+  if (key == Key::remove && viewer.selected != scene::kNone)
+    viewer.removed.insert(std::exchange(viewer.selected, scene::kNone));
   if (key == sinks::letter('i')) toggle(viewer.isolated, viewer.selected);
   if (key == sinks::letter('t')) toggle(viewer.followed, viewer.selected);
-  if (key == sinks::letter('g')) viewer.shows_grid = !viewer.shows_grid;
-  if (key == sinks::letter('c')) viewer.shows_frusta = !viewer.shows_frusta;
+  if (key == sinks::letter('x')) viewer.shows_grid = !viewer.shows_grid;
+  if (key == sinks::letter('k')) viewer.shows_frusta = !viewer.shows_frusta;
   if (key == sinks::letter('m')) {
     viewer.measures = !viewer.measures;
     viewer.measured.clear();
   }
   if (key == sinks::letter('p')) viewer.commands.screenshot = true;
   if (key == sinks::letter('v')) viewer.commands.toggle_video = true;
+  const auto choose_tool = [&](char letter, gui::GizmoTool tool) {
+    if (key == sinks::letter(letter)) viewer.tool = viewer.tool == tool ? gui::GizmoTool::none : tool;
+  };
+  choose_tool('g', gui::GizmoTool::move);
+  choose_tool('r', gui::GizmoTool::rotate);
+  choose_tool('c', gui::GizmoTool::scale);
+  if (key == sinks::letter('l')) viewer.tool_is_local = !viewer.tool_is_local;
   constexpr double kSkipS = 1, kLongSkipS = 10;
   if (key == Key::space) viewer.commands.toggle_playback = true;
   if (key == Key::left) viewer.commands.skip_s -= shift ? kLongSkipS : kSkipS;
@@ -135,12 +146,21 @@ void ViewerInput::press(const InputEvent& event, gui::Viewer& viewer) {
   if (key == Key::f1) viewer.help = !viewer.help;
   if (key == Key::tab) viewer.gui = !viewer.gui;
   if (key == Key::escape) {
-    // Escape closes help, ends measuring, clears the selection, then closes the window.
+    // Escape closes help, ends measuring, then the gizmo, clears the selection, then closes the window.
     if (std::exchange(viewer.help, false)) return;
     if (std::exchange(viewer.measures, false)) return viewer.measured.clear();
+    if (std::exchange(viewer.tool, gui::GizmoTool::none) != gui::GizmoTool::none) return;
     viewer.picked_point.reset();
     if (std::exchange(viewer.selected, scene::kNone) == scene::kNone) viewer.commands.close = true;
   }
+}
+
+void ViewerInput::press_with_control(const InputEvent& event, gui::Viewer& viewer) {
+  gui::Commands& commands = viewer.commands;
+  if (event.key == sinks::letter('z')) (event.modifiers.shift ? commands.redo : commands.undo) = true;
+  if (event.key == sinks::letter('y')) commands.redo = true;
+  if (event.key == sinks::letter('s'))
+    (event.modifiers.shift ? commands.export_glb : commands.save_overlay) = true;
 }
 
 namespace {
@@ -213,11 +233,11 @@ void transfer_by_path(gui::Viewer& viewer, const scene::Scene& before, const sce
   };
   if (viewer.picked_point && is_lost(*viewer.picked_point)) viewer.picked_point.reset();
   std::erase_if(viewer.measured, is_lost);
-  std::set<uint32_t> hidden;
-  for (const uint32_t node : viewer.hidden) {
-    if (const uint32_t now = moved(node); now != scene::kNone) hidden.insert(now);
+  for (std::set<uint32_t>* nodes : {&viewer.hidden, &viewer.removed}) {
+    for (const uint32_t node : std::exchange(*nodes, {})) {
+      if (const uint32_t now = moved(node); now != scene::kNone) nodes->insert(now);
+    }
   }
-  viewer.hidden = std::move(hidden);
   std::map<uint32_t, scene::Light> lights;
   for (auto& [node, light] : viewer.lights) {
     const uint32_t now = moved(node);
@@ -226,6 +246,11 @@ void transfer_by_path(gui::Viewer& viewer, const scene::Scene& before, const sce
   }
   viewer.lights = std::move(lights);
   viewer.materials = transferred_materials(std::move(viewer.materials), before, after);
+  state::NodeTransforms transforms;
+  for (const auto& [node, transform] : viewer.transforms) {
+    if (const uint32_t now = moved(node); now != scene::kNone) transforms.emplace(now, transform);
+  }
+  viewer.transforms = std::move(transforms);
 }
 
 void forget_scene(gui::Viewer& viewer) {
@@ -233,15 +258,18 @@ void forget_scene(gui::Viewer& viewer) {
   viewer.hidden.clear();
   viewer.picked_point.reset();
   viewer.measured.clear();
+  viewer.removed.clear();
   viewer.lights.clear();
   viewer.materials.clear();
+  viewer.transforms.clear();
   viewer.joints.clear();
   viewer.streams.clear();
   viewer.commands = {};
 }
 
 UserEdits edits_of(const gui::Viewer& viewer) {
-  UserEdits edits{viewer.hidden, viewer.isolated, viewer.lights, {}, viewer.hidden_markers};
+  UserEdits edits{viewer.hidden,         viewer.isolated,   viewer.lights, {},
+                  viewer.hidden_markers, viewer.transforms, viewer.joints, viewer.removed};
   for (const auto& [number, material] : viewer.materials)
     edits.materials.emplace(number, scene::factors_of(material));
   return edits;

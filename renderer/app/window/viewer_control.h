@@ -34,6 +34,7 @@ class ViewerInput {
 
  private:
   void press(const sinks::InputEvent& event, gui::Viewer& viewer);
+  void press_with_control(const sinks::InputEvent& event, gui::Viewer& viewer);
   void move(const sinks::InputEvent& event, CameraMoves& moves);
 
   std::set<sinks::Key> held_;

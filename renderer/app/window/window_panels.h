@@ -36,6 +36,8 @@ class WindowPanels {
                            gui::Viewer& viewer);
   // Part of the window that the last layout left to the image.
   gui::Rect image_rect() const { return gui_.image_rect(); }
+  // A drag or a text input goes on.
+  bool is_interacting() const { return gui_.is_interacting(); }
   // Draws the last layout and returns the content of the window: onto the image if it fills the window, else
   // onto a canvas of the window's size with the image at `at`.
   gpu::Image& record(gpu::Recorder& recorder, gpu::StagingRing& staging, gpu::Image& image, glm::uvec2 at,

@@ -79,9 +79,7 @@ WindowView::WindowView(const Borrowed& borrowed)
       !added)
     notes_.push_back(warning(added.error().message));
   measure();
-  borrowed_.scene.on_scene_replaced([this](const scene::Scene& before, const scene::Scene& after) {
-    transfer_by_path(borrowed_.viewer, before, after);
-    borrowed_.scene.set_user_edits(edits_of(borrowed_.viewer));
+  borrowed_.scene.on_scene_replaced([this](const scene::Scene&, const scene::Scene& after) {
     if (right_camera_) right_camera_->set_scene(after);
     for (const std::unique_ptr<CameraWindow>& other : others_) other->camera().set_scene(after);
   });
@@ -137,6 +135,10 @@ bool WindowView::take_activity() {
   bool is_active = std::exchange(has_picked_, false) || captures_.records_video();
   for (const OpenWindow& open : borrowed_.windows) is_active |= open.window->take_activity();
   return is_active;
+}
+
+state::EditTargets WindowView::edit_targets() const {
+  return {borrowed_.scene.scene(), borrowed_.poses.names(), borrowed_.robot ? &*borrowed_.robot : nullptr};
 }
 
 void WindowView::apply_requests() {
@@ -204,15 +206,18 @@ void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::Tim
   ViewerInput::Owners owners;
   if (panels_) {
     const LiveScene& scene = borrowed_.scene;
-    owners =
-        panels_->take(first(), input, {window_extent_.width, window_extent_.height}, seconds, facts,
-                      {scene.scene(), borrowed_.poses, &scene.edits(), scene.replaced(), timeline,
-                       scene.variant(), borrowed_.robot ? &*borrowed_.robot : nullptr, recent_files_.files()},
-                      viewer);
+    const gui::EditFacts editing = borrowed_.editor.facts();
+    const auto view = [this](float aspect) { return borrowed_.camera.view(borrowed_.poses, aspect); };
+    owners = panels_->take(
+        first(), input, {window_extent_.width, window_extent_.height}, seconds, facts,
+        {scene.scene(), borrowed_.poses, &scene.edits(), scene.replaced(), timeline, scene.variant(),
+         borrowed_.robot ? &*borrowed_.robot : nullptr, recent_files_.files(), &editing, view},
+        viewer);
     place_image();
   }
   const glm::uvec2 image_px(image_extent_.width, image_extent_.height);
   CameraMoves moves = input_.take(input, owners, viewer);
+  borrowed_.editor.update(viewer, edit_targets(), panels_ && panels_->is_interacting());
   moves.cursor_px -= glm::vec2(image_at_px_);
   if (moves.click_px) {
     *moves.click_px -= glm::vec2(image_at_px_);
@@ -344,6 +349,7 @@ void WindowView::deliver() {
 std::vector<std::string> WindowView::take_log_messages() {
   std::vector<std::string> notes = std::exchange(notes_, {});
   std::ranges::move(captures_.take_log_messages(), std::back_inserter(notes));
+  std::ranges::move(borrowed_.editor.take_log_messages(), std::back_inserter(notes));
   if (panels_) std::ranges::move(panels_->take_log_messages(), std::back_inserter(notes));
   for (const OpenWindow& open : borrowed_.windows) {
     if (std::optional<std::string> note = open.window->take_note()) notes.push_back(std::move(*note));

@@ -18,6 +18,7 @@
 #include "renderer/app/window/camera_rig.h"
 #include "renderer/app/window/overlay_markers.h"
 #include "renderer/app/window/recent_files.h"
+#include "renderer/app/window/scene_editor.h"
 #include "renderer/app/window/screenshot_recorder.h"
 #include "renderer/app/window/viewer_control.h"
 #include "renderer/app/window/window_panels.h"
@@ -72,6 +73,7 @@ class WindowView {
     CameraRig& camera;
     Windows& windows;
     gui::Viewer& viewer;
+    SceneEditor& editor;
     const Options& options;
     std::vector<uint32_t> animations;  // those that play
     std::optional<state::RobotPose>& robot;
@@ -121,6 +123,7 @@ class WindowView {
   void record_large_screenshot(gpu::Recorder& recorder, gpu::StagingRing& staging,
                                const ScreenshotRecorder::Tag& shown);
   void place_image();
+  state::EditTargets edit_targets() const;
   void apply_requests();
   std::optional<std::string> why_no_paths();
   void apply_draw_settings();

@@ -22,7 +22,7 @@ constexpr Line kCameraLines[] = {
     {"wheel", "zoom to the cursor"},
     {"W A S D  Q E", "fly"},
     {"Ctrl wheel", "faster, slower"},
-    {"C", "camera frusta"},
+    {"K", "camera frusta"},
     {"1 - 9, 0", "cameras of the scene, the free one"},
     {"Home", "all of the scene"},
     {"F", "all of the selection"},
@@ -31,23 +31,27 @@ constexpr Line kTimelineLines[] = {
     {nullptr, "Timeline"},
     {"Space", "pause, play"},
     {", .", "one frame back, forwards"},
-    {"Left Right", "1 s back, forwards; Shift: 10 s"},
+    {"Left Right", "1 s; with Shift 10 s"},
 };
-constexpr Line kOtherLines[] = {
-    {nullptr, "Scene"},
-    {"click", "select a body"},
-    {"H", "hide it, or show it again"},
-    {"Shift H", "show everything"},
-    {"I", "isolate it"},
-    {"T", "the camera follows it"},
-    {"M", "measure a distance"},
-    {"G", "grid and axes"},
-    {"Esc", "end measuring; select nothing; close"},
+constexpr Line kSceneLines[] = {
+    {nullptr, "Scene"},          {"click", "select a body"},     {"H  Shift H", "hide or show; show all"},
+    {"I", "isolate it"},         {"T", "the camera follows it"}, {"Esc", "end; deselect; close"},
+    {"M", "measure a distance"}, {"X", "grid and axes"},
+};
+constexpr Line kEditLines[] = {
+    {nullptr, "Edit"},
+    {"G  R  C", "move, rotate, scale it"},
+    {"L  Ctrl", "its own axes; snap"},
+    {"Ctrl Z  Ctrl Y", "undo, redo"},
+    {"Ctrl S", "save the edits"},
+    {"Ctrl Shift S", "save a new .glb"},
+    {"Del", "remove it"},
+};
+constexpr Line kWindowLines[] = {
     {nullptr, "Window"},
     {"F1", "this help"},
     {"Tab", "panels on and off"},
-    {"P", "screenshot"},
-    {"V", "video on and off"},
+    {"P  V", "screenshot, video"},
 };
 
 void draw_lines(Ui& ui, std::span<const Line> lines, float left_px, float width_px) {
@@ -77,7 +81,8 @@ void draw_help(const Context& context) {
   const float padding = ui.points(14), margin = ui.points(8);
   const float row = ImGui::GetTextLineHeightWithSpacing();
   const auto rows =
-      static_cast<float>(std::size(kCameraLines) + std::size(kTimelineLines) + std::size(kOtherLines) + 4);
+      static_cast<float>(std::size(kCameraLines) + std::size(kTimelineLines) + std::size(kSceneLines) +
+                         std::size(kEditLines) + std::size(kWindowLines) + 5);
   const float column = ui.points(270), gap = ui.points(16);
   const float most_x = std::max(display.x - 2 * margin, 1.0f),
               most_y = std::max(display.y - 2 * margin, 1.0f);
@@ -100,10 +105,13 @@ void draw_help(const Context& context) {
     const float room = ImGui::GetContentRegionAvail().x;
     const float each = is_split ? (room - gap) / 2 : room;
     draw_lines(ui, kCameraLines, top.x, each);
-    draw_lines(ui, kTimelineLines, top.x, each);
+    draw_lines(ui, kSceneLines, top.x, each);
     const float low = ImGui::GetCursorPosY();
+    const float right = is_split ? top.x + each + gap : top.x;
     if (is_split) ImGui::SetCursorPosY(top.y);
-    draw_lines(ui, kOtherLines, is_split ? top.x + each + gap : top.x, each);
+    draw_lines(ui, kEditLines, right, each);
+    draw_lines(ui, kTimelineLines, right, each);
+    draw_lines(ui, kWindowLines, right, each);
     ImGui::SetCursorPosY(std::max(low, ImGui::GetCursorPosY()));
     ImGui::Dummy({0, ui.points(4)});
     if (ui.button("Close##help")) context.viewer.help = false;

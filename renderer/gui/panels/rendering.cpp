@@ -294,8 +294,8 @@ void draw_render_panel(const Context& context) {
                                     "overdraw", "unresolved shadows"};
   choose(ui, "Shows", viewer.debug_view, kViews, "Debug view instead of light");
   if (!context.facts.why_no_debug_views.empty()) ui.note(context.facts.why_no_debug_views);
-  ui.check("Grid and axes", viewer.shows_grid, "In the plane y = 0 of the world  (G)");
-  ui.check("Camera frusta", viewer.shows_frusta, "Of the scene's cameras  (C)");
+  ui.check("Grid and axes", viewer.shows_grid, "In the plane y = 0 of the world  (X)");
+  ui.check("Camera frusta", viewer.shows_frusta, "Of the scene's cameras  (K)");
   ui.check("Light theme", context.layout.is_light, "Of the panels");
   if (draw.post.metered) {
     ui.note("Exposure is metered in each image (--exposure metered)");

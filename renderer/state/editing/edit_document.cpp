@@ -2,99 +2,46 @@
 
 #include <utility>
 
-#include "renderer/scene/files.h"
+#include "protocol/base/text.h"
+#include "renderer/state/editing/target_index.h"
 
 namespace fire3dv::state {
-namespace {
-
-// Numbers objects of one name: occurrence_of() counts those before an index, nth_of() finds them again.
-template <typename Objects, typename NameOf>
-uint32_t occurrence_of(const Objects& objects, uint32_t index, uint32_t first, NameOf&& name_of) {
-  uint32_t count = 0;
-  for (uint32_t i = first; i < index; ++i) count += name_of(objects[i]) == name_of(objects[index]) ? 1 : 0;
-  return count;
-}
-
-template <typename Objects, typename NameOf>
-uint32_t nth_of(const Objects& objects, const std::string& name, uint32_t occurrence, uint32_t first,
-                NameOf&& name_of) {
-  for (uint32_t i = first; i < objects.size(); ++i) {
-    if (name_of(objects[i]) != name) continue;
-    if (occurrence == 0) return i;
-    --occurrence;
-  }
-  return scene::kNone;
-}
-
-const std::string& path_of(const scene::Node& node) {
-  return node.path;
-}
-const std::string& name_of_material(const scene::Material& material) {
-  return material.name;
-}
-const std::string& name_of_joint(const robot::RobotJoint& joint) {
-  return joint.name;
-}
-
-EditKey node_key(uint32_t node, EditedProperty property, const EditTargets& targets) {
-  const std::vector<scene::Node>& nodes = targets.scene.nodes;
-  const std::string& path = nodes[node].path;
-  const uint32_t first = targets.names.first_of_path(path);
-  return {EditedObject::node, path, occurrence_of(nodes, node, std::min(first, node), path_of), property};
-}
-
-}  // namespace
-
 uint32_t find_target(const EditKey& key, const EditTargets& targets) {
-  switch (key.object) {
-    case EditedObject::node: {
-      const uint32_t first = targets.names.first_of_path(key.name);
-      if (first == scene::kNone || key.occurrence == 0) return first;
-      return nth_of(targets.scene.nodes, key.name, key.occurrence, first, path_of);
-    }
-    case EditedObject::material:
-      return nth_of(targets.scene.materials, key.name, key.occurrence, 0, name_of_material);
-    case EditedObject::joint:
-      if (!targets.robot) return scene::kNone;
-      return nth_of(targets.robot->robot().joints(), key.name, key.occurrence, 0, name_of_joint);
-  }
-  return scene::kNone;
+  return TargetIndex(targets).find(key);
 }
 
 EditDocument to_document(const UserEdits& edits, const EditTargets& targets) {
   EditDocument document;
+  TargetIndex index(targets);
   const auto node_count = targets.scene.nodes.size();
   for (const uint32_t node : edits.hidden) {
-    if (node < node_count) document.emplace(node_key(node, EditedProperty::visible, targets), false);
+    if (node < node_count)
+      document.emplace(index.key_of(EditedObject::node, node, EditedProperty::visible), false);
   }
   for (const uint32_t node : edits.removed) {
-    if (node < node_count) document.emplace(node_key(node, EditedProperty::removed, targets), true);
+    if (node < node_count)
+      document.emplace(index.key_of(EditedObject::node, node, EditedProperty::removed), true);
   }
   for (const auto& [node, transform] : edits.transforms) {
-    if (node < node_count) document.emplace(node_key(node, EditedProperty::transform, targets), transform);
+    if (node < node_count)
+      document.emplace(index.key_of(EditedObject::node, node, EditedProperty::transform), transform);
   }
   for (const auto& [node, light] : edits.lights) {
     if (node >= node_count) continue;
     scene::Light unnamed = light;  // the name is the file's
     unnamed.name.clear();
     unnamed.is_default = false;
-    document.emplace(node_key(node, EditedProperty::light, targets), std::move(unnamed));
+    document.emplace(index.key_of(EditedObject::node, node, EditedProperty::light), std::move(unnamed));
   }
-  const std::vector<scene::Material>& materials = targets.scene.materials;
   for (const auto& [number, factors] : edits.materials) {
-    if (number >= materials.size()) continue;
-    const uint32_t occurrence = occurrence_of(materials, number, 0, name_of_material);
-    document.emplace(
-        EditKey{EditedObject::material, materials[number].name, occurrence, EditedProperty::factors},
-        factors);
+    if (number < targets.scene.materials.size())
+      document.emplace(index.key_of(EditedObject::material, number, EditedProperty::factors), factors);
   }
   if (!targets.robot) return document;
-  const auto& joints = targets.robot->robot().joints();
   for (const auto& [joint, position] : edits.joints) {
-    if (joint >= joints.size()) continue;
-    const uint32_t occurrence = occurrence_of(joints, static_cast<uint32_t>(joint), 0, name_of_joint);
-    document.emplace(EditKey{EditedObject::joint, joints[joint].name, occurrence, EditedProperty::position},
-                     position);
+    if (joint >= targets.robot->robot().joints().size()) continue;
+    const auto number = static_cast<uint32_t>(joint);
+    document.emplace(index.key_of(EditedObject::joint, number, EditedProperty::position), position);
   }
   return document;
 }
@@ -104,8 +51,9 @@ UserEdits to_edits(const EditDocument& document, const EditTargets& targets, con
   UserEdits edits;
   edits.isolated = view.isolated;
   edits.hidden_markers = view.hidden_markers;
+  TargetIndex index(targets);
   for (const auto& [key, value] : document) {
-    const uint32_t target = find_target(key, targets);
+    const uint32_t target = index.find(key);
     if (target == scene::kNone) {
       if (unmatched) unmatched->push_back(key);
       continue;

@@ -120,7 +120,7 @@ def guides(test, screen):
 
         def changed_rows(before=at_rest):
             return sum(row != other for row, other in zip(screen.picture(window).rows, before))
-        for key, rows in (("g", 60), ("c", 10)):
+        for key, rows in (("x", 60), ("k", 10)):
             screen.xdotool("key", key)
             if writes:
                 at = len(renderer.frames())

@@ -25,8 +25,10 @@ std::string numbers(std::initializer_list<double> values) {
 // All state that the program acts on, as text.
 std::string settings_of(const GuiWorld& world) {
   const gui::Viewer& v = world.viewer;
-  std::string text = numbers({double(v.selected), double(v.followed), double(v.isolated), v.camera_speed,
-                              double(v.gui), double(v.help), double(v.debug_view)});
+  std::string text =
+      numbers({double(v.selected), double(v.followed), double(v.isolated), v.camera_speed, double(v.gui),
+               double(v.help), double(v.debug_view), double(v.tool), double(v.tool_is_local)});
+  for (const uint32_t node : v.removed) text += "removed " + std::to_string(node) + " ";
   for (const uint32_t node : v.hidden) text += "hidden " + std::to_string(node) + " ";
   for (const auto& [node, light] : v.lights) {
     text += "light " + numbers({double(node), light.color.r, light.color.g, light.color.b, light.intensity,
@@ -68,7 +70,8 @@ std::string settings_of(const GuiWorld& world) {
   const gui::Commands& c = v.commands;
   text += numbers({double(c.frame_all), double(c.frame_selection), c.camera ? double(*c.camera) : -1,
                    c.variant ? double(*c.variant) : -1, double(c.free_camera), double(c.screenshot),
-                   double(c.toggle_video), double(c.close)});
+                   double(c.toggle_video), double(c.close), double(c.undo), double(c.redo),
+                   double(c.save_overlay), double(c.export_glb)});
   text +=
       numbers({double(v.shows_grid), double(v.shows_frusta), double(v.measures), double(v.measured.size())});
   text += c.open.value_or("").string() + " " + c.export_csv.value_or("") + " ";
@@ -109,7 +112,7 @@ class GuiPanels : public ::testing::Test {
     world().display_px = {1600, 3000};  // room for everything
     world().gui.note_controls(true);
     reset();
-    for (const char* title : {"Lights", "Materials", "Plots"})
+    for (const char* title : {"Lights", "Materials", "Plots", "Edit"})
       click_at(center_of(find("", title, Kind::header)));
     choose_row("Lights", light);
     choose_row("Materials", material);
@@ -227,6 +230,7 @@ class GuiPanels : public ::testing::Test {
         }
         return acted ? "" : control.name;
       }
+      case Kind::number:
       case Kind::edge: {
         press(center_of(control));
         world().frame({gui::MouseMoved{center_of(control) + glm::vec2(-25, -25)}});

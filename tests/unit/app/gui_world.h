@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <span>
 #include <string>
@@ -13,6 +14,7 @@
 #include "protocol/robot/robot_file.h"
 #include "renderer/gui/gui.h"
 #include "renderer/scene/model/math.h"
+#include "renderer/state/editing/node_transform.h"
 #include "tests/render/support/scene_builder.h"
 #include "tools/lab/bench/panel_facts.h"
 
@@ -98,6 +100,9 @@ struct GuiWorld {
   FakeTimeline timeline;
   gui::Facts facts;
   gui::Viewer viewer;
+  gui::EditFacts editing{"the light of node \"lamp\"", "the transform of node \"arm\"", false,
+                         "scene.overlay.json"};
+  std::function<passes::View(float aspect)> image_view;  // null: no gizmo
   std::string clipboard;
   std::vector<std::filesystem::path> recent_files{"/a/shown.glb", "/a/other.glb", "/b/other.glb"};
   gui::Gui gui{{}, {[this] { return clipboard; }, [this](const std::string& text) { clipboard = text; }}};
@@ -146,10 +151,13 @@ struct GuiWorld {
     input.scale = scale;
     input.delta_s = 1.0f / 60;
     input.events = std::move(events);
-    const gui::Shown shown{scene,        poses,  nullptr,     1, replays ? &timeline : nullptr,
-                           scene::kNone, &robot, recent_files};
+    const gui::Shown shown{scene,        poses,  nullptr,      1,        replays ? &timeline : nullptr,
+                           scene::kNone, &robot, recent_files, &editing, image_view};
     const ImDrawData& drawn = gui.frame(input, facts, shown, viewer);
     robot.set(viewer.joints);
+    state::RestPose rest = state::rest_pose(scene);
+    state::apply_transforms(viewer.transforms, scene, rest);
+    poses.set_rest(rest);
     return drawn;
   }
   // Panels follow changes of other panels within a few frames.

@@ -285,12 +285,12 @@ TEST_F(Inputs, EscapeClosesTheInnermostFirst) {
 }
 
 TEST_F(Inputs, GAndCShowGuides) {
-  type(sinks::letter('g'));
+  type(sinks::letter('x'));
   take();
   EXPECT_TRUE(viewer_.shows_grid);
   EXPECT_FALSE(viewer_.shows_frusta);
-  type(sinks::letter('g'));
-  type(sinks::letter('c'));
+  type(sinks::letter('x'));
+  type(sinks::letter('k'));
   take();
   EXPECT_FALSE(viewer_.shows_grid);
   EXPECT_TRUE(viewer_.shows_frusta);

@@ -1,0 +1,235 @@
+#include "renderer/app/window/scene_editor.h"
+
+#include <algorithm>
+#include <chrono>
+#include <system_error>
+
+#include "protocol/base/files.h"
+#include "protocol/base/log.h"
+#include "protocol/base/plural.h"
+#include "renderer/app/window/viewer_control.h"
+#include "renderer/scene/gltf/export_glb.h"
+#include "renderer/state/editing/overlay_file.h"
+#include "renderer/state/editing/target_index.h"
+
+namespace fire3dv::app {
+namespace {
+
+// The edits of the viewer that belong to the document.
+void assign_edits(gui::Viewer& viewer, UserEdits&& edits, const scene::Scene& scene) {
+  viewer.hidden = std::move(edits.hidden);
+  viewer.removed = std::move(edits.removed);
+  viewer.lights = std::move(edits.lights);
+  viewer.transforms = std::move(edits.transforms);
+  viewer.joints = std::move(edits.joints);
+  viewer.materials.clear();
+  for (const auto& [number, factors] : edits.materials)
+    viewer.materials.emplace(number, scene::with_factors(scene.materials[number], factors));
+}
+
+bool is_there(const std::filesystem::path& path) {
+  std::error_code error;
+  return std::filesystem::exists(std::filesystem::symlink_status(path, error));
+}
+
+// Edits by number, for a file of the scene's nodes.
+scene::ExportedEdits exported_edits(const gui::Viewer& viewer, const state::EditTargets& targets) {
+  const scene::Scene& scene = targets.scene;
+  state::RestPose pose = state::rest_pose(scene);
+  if (targets.robot && targets.robot->is_moved()) {
+    state::RobotPose robot = *targets.robot;
+    robot.set_scene(scene, targets.names);
+    robot.apply(pose);
+  }
+  state::apply_transforms(viewer.transforms, scene, pose);
+  scene::ExportedEdits edits;
+  edits.hidden = viewer.hidden;
+  edits.removed = viewer.removed;
+  edits.lights = viewer.lights;
+  edits.materials = edits_of(viewer).materials;
+  for (uint32_t node = 0; node < scene.nodes.size(); ++node) {
+    const glm::mat4& matrix = pose.parent_from_node[node];
+    if (matrix == scene.nodes[node].parent_from_node) continue;
+    const auto edited = viewer.transforms.find(node);
+    const state::NodeTransform parts =
+        edited != viewer.transforms.end() ? edited->second : state::to_transform(matrix);
+    edits.transforms[node] = {matrix, !parts.has_shear, parts.translation, parts.rotation, parts.scale};
+  }
+  const auto name = [&](uint32_t node) {
+    if (node < scene.nodes.size()) edits.names[node] = scene.nodes[node].name;
+  };
+  for (const uint32_t node : edits.hidden) name(node);
+  for (const uint32_t node : edits.removed) name(node);
+  for (const auto& [node, light] : edits.lights) name(node);
+  for (const auto& [node, transform] : edits.transforms) name(node);
+  return edits;
+}
+
+// Writes a new file beside the scene; returns messages.
+std::vector<std::string> write_glb(const std::filesystem::path& gltf, const scene::ExportedEdits& edits,
+                                   std::filesystem::path scene) {
+  constexpr int kMaxFiles = 1000;
+  Result<scene::ExportedGlb> exported = scene::export_glb(gltf, edits);
+  if (!exported) return {error_line("no .glb is written: " + exported.error().message)};
+  std::vector<std::string> messages;
+  for (const std::string& note : exported->warnings) messages.push_back(warning("export: " + note));
+  scene.replace_extension();
+  for (int number = 1; number <= kMaxFiles; ++number) {
+    std::filesystem::path path = scene;
+    path += number == 1 ? ".edited.glb" : ".edited-" + std::to_string(number) + ".glb";
+    if (is_there(path)) continue;
+    base::AtomicFileOptions options;
+    options.replaces = false;
+    if (const Result<void> written = base::write_atomically(path, {exported->bytes}, options); !written) {
+      messages.push_back(error_line("no .glb is written: " + written.error().message));
+    } else {
+      messages.push_back("scene exported to " + path.string());
+    }
+    return messages;
+  }
+  messages.push_back(
+      error_line("no .glb is written: there are too many such files beside " + scene.string()));
+  return messages;
+}
+
+}  // namespace
+
+OverlayFile overlay_file(const Options& options, bool scene_is_file) {
+  const std::string scene = options.scene.filename().string();
+  if (!options.overlay.empty()) return {options.overlay, scene, true};
+  if (!scene_is_file || scene.empty()) return {{}, scene, false};
+  std::filesystem::path path = options.scene;
+  path += ".overlay.json";
+  return {std::move(path), scene, false};
+}
+
+Result<state::EditDocument> load_overlay(const Options& options) {
+  if (options.overlay.empty()) return state::EditDocument();
+  if (!options.headless && !is_there(options.overlay)) return state::EditDocument();
+  return state::load_overlay(options.overlay);
+}
+
+SceneEditor::SceneEditor(OverlayFile file, state::EditDocument document)
+    : file_(std::move(file)), may_replace_(file_.was_named) {
+  history_.reset(std::move(document));
+  history_.mark_saved();
+}
+
+void SceneEditor::begin(gui::Viewer& viewer, const state::EditTargets& targets) {
+  constexpr size_t kMaxReported = 8;
+  if (history_.document().empty()) return;
+  std::vector<state::EditKey> unmatched;
+  show(viewer, targets, &unmatched);
+  for (size_t i = 0; i < std::min(unmatched.size(), kMaxReported); ++i)
+    notes_.push_back(warning(file_.path.string() + ": " + state::describe(unmatched[i]) +
+                             " has no effect: the scene has no such object now"));
+  if (unmatched.size() > kMaxReported)
+    notes_.push_back(warning(file_.path.string() + ": " + std::to_string(unmatched.size() - kMaxReported) +
+                             " further edits have no effect"));
+}
+
+void SceneEditor::show(gui::Viewer& viewer, const state::EditTargets& targets,
+                       std::vector<state::EditKey>* unmatched) {
+  assign_edits(viewer, state::to_edits(history_.document(), targets, edits_of(viewer), unmatched),
+               targets.scene);
+  recorded_ = edits_of(viewer);
+}
+
+// Edits of objects that the scene lacks are not the viewer's, and stay.
+state::EditDocument SceneEditor::current(const gui::Viewer& viewer, const state::EditTargets& targets) const {
+  state::EditDocument document = state::to_document(edits_of(viewer), targets);
+  state::TargetIndex index(targets);
+  for (const auto& [key, value] : history_.document()) {
+    if (index.find(key) == scene::kNone) document.emplace(key, value);
+  }
+  return document;
+}
+
+void SceneEditor::update(gui::Viewer& viewer, const state::EditTargets& targets, bool is_interacting) {
+  if (is_interacting) return;
+  if (UserEdits edits = edits_of(viewer); edits != recorded_) {
+    history_.record(current(viewer, targets));
+    recorded_ = std::move(edits);
+  }
+  gui::Commands& commands = viewer.commands;
+  const bool undone = std::exchange(commands.undo, false) && history_.undo();
+  const bool redone = std::exchange(commands.redo, false) && history_.redo();
+  if (undone || redone) show(viewer, targets);
+  if (std::exchange(commands.save_overlay, false)) save();
+  if (std::exchange(commands.export_glb, false)) export_glb(viewer, targets);
+}
+
+void SceneEditor::replace_scene(gui::Viewer& viewer, const scene::Scene& before, const scene::Scene& after,
+                                const state::RobotPose* robot) {
+  const bool has_document = !history_.document().empty() || edits_of(viewer) != recorded_;
+  state::EditDocument document;
+  if (has_document) document = current(viewer, {before, state::NodeNames(before), robot});
+  transfer_by_path(viewer, before, after);
+  if (!has_document) return;
+  // Edits of objects that only one of the scenes has, beside those that were transferred.
+  const state::NodeNames names_before(before), names_after(after);
+  const state::EditTargets from{before, names_before, robot}, to{after, names_after, robot};
+  state::TargetIndex index_before(from), index_after(to);
+  state::EditDocument next = state::to_document(edits_of(viewer), to);
+  for (const auto& [key, value] : document) {
+    const bool was = index_before.find(key) != scene::kNone;
+    const bool is = index_after.find(key) != scene::kNone;
+    if (!was || !is) next.emplace(key, value);
+  }
+  // What could not be transferred is dropped from the document, without a step.
+  state::EditDocument recorded = history_.document();
+  std::erase_if(recorded, [&](const auto& edit) {
+    return document.contains(edit.first) && !next.contains(edit.first);
+  });
+  history_.set_document(std::move(recorded));
+  assign_edits(viewer, state::to_edits(next, to, edits_of(viewer)), after);
+  recorded_.reset();  // compared by the next update()
+}
+
+gui::EditFacts SceneEditor::facts() const {
+  return {history_.undo_text(), history_.redo_text(), history_.is_saved(), file_.path.string()};
+}
+
+// An overlay of an earlier run is not lost by one key press.
+void SceneEditor::save() {
+  if (file_.path.empty())
+    return notes_.push_back(error_line(
+        "the edits are not saved: the scene of a recording has no folder; start with --overlay FILE"));
+  if (!may_replace_ && is_there(file_.path)) {
+    may_replace_ = true;
+    return notes_.push_back(warning(file_.path.string() +
+                                    " exists and was not opened: save again to replace it, or start with "
+                                    "--overlay FILE to go on with it"));
+  }
+  if (const Result<void> saved = state::save_overlay(file_.path, history_.document(), file_.scene); !saved)
+    return notes_.push_back(error_line("the edits are not saved: " + saved.error().message));
+  may_replace_ = true;
+  history_.mark_saved();
+  notes_.push_back(counted(history_.document().size(), "edit") + " saved to " + file_.path.string());
+}
+
+// On a thread of its own: files may be large.
+void SceneEditor::export_glb(const gui::Viewer& viewer, const state::EditTargets& targets) {
+  if (!export_.gltf_file)
+    return notes_.push_back(error_line("no .glb is written: the scene of a recording has no folder"));
+  if (exporting_.valid()) return notes_.push_back(warning("an export is being written already"));
+  exporting_ =
+      std::async(std::launch::async, [gltf = export_.gltf_file(), edits = exported_edits(viewer, targets),
+                                      scene = export_.scene] { return write_glb(gltf, edits, scene); });
+}
+
+std::vector<std::string> SceneEditor::take_log_messages() {
+  const bool is_done =
+      exporting_.valid() && exporting_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+  return is_done ? finish() : std::exchange(notes_, {});
+}
+
+std::vector<std::string> SceneEditor::finish() {
+  std::vector<std::string> messages = std::exchange(notes_, {});
+  if (exporting_.valid()) {
+    for (std::string& message : exporting_.get()) messages.push_back(std::move(message));
+  }
+  return messages;
+}
+
+}  // namespace fire3dv::app

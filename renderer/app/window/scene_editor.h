@@ -1,0 +1,80 @@
+// Editor of the displayed scene: the user's edits as a document, its undo history and its overlay file. The
+// panels change gui::Viewer; each finished interaction becomes a step. Independent of window and GPU; main
+// thread only.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <future>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "protocol/base/error.h"
+#include "renderer/app/loading/live_scene.h"
+#include "renderer/app/options/options.h"
+#include "renderer/gui/panel_data.h"
+#include "renderer/state/editing/edit_document.h"
+#include "renderer/state/editing/edit_history.h"
+
+namespace fire3dv::app {
+
+// Overlay file of a scene.
+struct OverlayFile {
+  std::filesystem::path path;  // empty: there is nowhere to save
+  std::string scene;           // name of the scene, for readers of the file
+  bool was_named = false;      // by the user, who wants it replaced
+};
+// The file of --overlay, else SCENE.overlay.json. scene_is_file: false for the scene of a recording.
+OverlayFile overlay_file(const Options& options, bool scene_is_file);
+
+// Source and name of exported scenes.
+struct GlbExport {
+  std::function<std::filesystem::path()> gltf_file;  // of the displayed scene; null: it has none of its own
+  std::filesystem::path scene;                       // exported as SCENE.edited.glb, without its ending
+};
+
+// Document of --overlay; empty without the option. With a window a missing file is no error: it is saved.
+Result<state::EditDocument> load_overlay(const Options& options);
+
+class SceneEditor {
+ public:
+  SceneEditor(OverlayFile file, state::EditDocument document);
+
+  // Makes the document the viewer's edits. Reports edits of objects that the scene lacks.
+  void begin(gui::Viewer& viewer, const state::EditTargets& targets);
+  // Records finished changes of the viewer as a step, and executes its commands. Call after each layout.
+  // is_interacting: a drag or a text input goes on, whose changes are one step.
+  void update(gui::Viewer& viewer, const state::EditTargets& targets, bool is_interacting);
+  // Moves selections and edits to the next scene. Edits of objects that a scene lacks stay in the document,
+  // and take effect in a scene that has them. before and after are alive.
+  void replace_scene(gui::Viewer& viewer, const scene::Scene& before, const scene::Scene& after,
+                     const state::RobotPose* robot);
+
+  void set_export(GlbExport glb) { export_ = std::move(glb); }
+
+  const state::EditHistory& history() const { return history_; }
+  gui::EditFacts facts() const;
+  std::vector<std::string> take_log_messages();
+  // Waits for an export, and returns its messages, too.
+  std::vector<std::string> finish();
+
+ private:
+  state::EditDocument current(const gui::Viewer& viewer, const state::EditTargets& targets) const;
+  void show(gui::Viewer& viewer, const state::EditTargets& targets,
+            std::vector<state::EditKey>* unmatched = nullptr);
+  void save();
+  void export_glb(const gui::Viewer& viewer, const state::EditTargets& targets);
+
+  OverlayFile file_;
+  bool may_replace_ = false;  // the file is ours, or the user has saved twice
+  state::EditHistory history_;
+  std::optional<UserEdits> recorded_;  // edits of the viewer at the last record
+  std::vector<std::string> notes_;
+  GlbExport export_;
+  std::future<std::vector<std::string>> exporting_;  // its messages; last: it blocks the destructor
+};
+
+}  // namespace fire3dv::app

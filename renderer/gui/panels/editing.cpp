@@ -1,0 +1,106 @@
+// Panel of the user's edits: the gizmo, the transform of the selected node, undo, redo and the overlay file.
+
+#include <cmath>
+#include <glm/gtc/quaternion.hpp>
+#include <string>
+#include <utility>
+
+#include "renderer/gui/gizmo_overlay.h"
+#include "renderer/gui/panels.h"
+
+namespace fire3dv::gui {
+
+namespace {
+
+void draw_history(const Context& context) {
+  static const EditFacts kNone;
+  Ui& ui = context.ui;
+  Commands& commands = context.viewer.commands;
+  const EditFacts& facts = context.shown.editing ? *context.shown.editing : kNone;
+  const std::string undo = facts.undo.empty() ? "Nothing to undo" : "Restores " + facts.undo + "  (Ctrl+Z)";
+  if (ui.button("Undo", !facts.undo.empty(), undo.c_str())) commands.undo = true;
+  ui.same_line();
+  const std::string redo = facts.redo.empty() ? "Nothing to redo" : "Repeats " + facts.redo + "  (Ctrl+Y)";
+  if (ui.button("Redo", !facts.redo.empty(), redo.c_str())) commands.redo = true;
+  ui.same_line();
+  const std::string save = facts.file.empty() ? "A scene of a recording: start with --overlay FILE"
+                                              : "All edits, to " + facts.file + "  (Ctrl+S)";
+  if (ui.button(facts.is_saved ? "Save##overlay" : "Save *##overlay", !facts.file.empty(), save.c_str()))
+    commands.save_overlay = true;
+  ui.same_line();
+  if (ui.button("Export", true, "The edited scene, as a new .glb beside the scene  (Ctrl+Shift+S)"))
+    commands.export_glb = true;
+}
+
+void draw_removal(const Context& context, uint32_t node) {
+  if (node >= context.shown.scene.nodes.size()) return;
+  context.ui.same_line();
+  if (context.ui.button("Remove", true, "The node and all below it, with their lights  (Del)"))
+    context.viewer.removed.insert(std::exchange(context.viewer.selected, scene::kNone));
+}
+
+void draw_tools(const Context& context) {
+  Ui& ui = context.ui;
+  Viewer& viewer = context.viewer;
+  const auto tool = [&](const char* label, GizmoTool which, const char* hint) {
+    const bool is_on = viewer.tool == which;
+    if (ui.button(label, true, hint, is_on)) viewer.tool = is_on ? GizmoTool::none : which;
+    ui.same_line();
+  };
+  tool("Move", GizmoTool::move, "Handles that move the selected node; Ctrl snaps  (G)");
+  tool("Rotate", GizmoTool::rotate, "Rings that turn it; Ctrl snaps to 15\u00b0  (R)");
+  tool("Scale", GizmoTool::scale, "Handles that scale it; Ctrl snaps to tenths  (C)");
+  if (ui.button("Local", true, "The handles have the axes of the node, not of the world  (L)",
+                viewer.tool_is_local))
+    viewer.tool_is_local = !viewer.tool_is_local;
+}
+
+// A field of 0 would flatten the node for ever.
+void keep_volume(glm::vec3& scale, const glm::vec3& before) {
+  constexpr float kLeastScale = 1e-4f;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (std::abs(scale[axis]) < kLeastScale) scale[axis] = std::copysign(kLeastScale, before[axis]);
+  }
+}
+
+void draw_transform(const Context& context, uint32_t node) {
+  Ui& ui = context.ui;
+  Viewer& viewer = context.viewer;
+  if (const std::string* const driver = direct_driver_of(context.shown, node)) {
+    ui.note("Driven by " + one_line(*driver) + ": it cannot be moved by hand meanwhile.");
+    return;
+  }
+  const state::NodeTransform before = shown_transform(context.shown, viewer, node);
+  state::NodeTransform now = before;
+  if (before.has_shear) {
+    glm::vec3 position(before.matrix[3]);
+    if (ui.numbers("Position", position, {0.01f, "%.3f"}, "Metres, relative to the parent"))
+      now.matrix[3] = glm::vec4(position, 1);
+    ui.note("Rotation and scale are one matrix (shear); the gizmo changes them.");
+  } else {
+    ui.numbers("Position", now.translation, {0.01f, "%.3f"}, "Metres, relative to the parent");
+    glm::vec3 degrees = glm::degrees(glm::eulerAngles(before.rotation));
+    if (ui.numbers("Rotation", degrees, {0.5f, "%.1f\u00b0"},
+                   "About x, y and z of the parent, in this order"))
+      now.rotation = glm::normalize(glm::quat(glm::radians(degrees)));
+    if (ui.numbers("Scale", now.scale, {0.01f, "%.3f"}, "Along the node's own axes"))
+      keep_volume(now.scale, before.scale);
+  }
+  if (now != before && state::is_valid(now)) viewer.transforms[node] = now;
+  if (viewer.transforms.contains(node) &&
+      ui.button("Reset##transform", true, "Restores the transform of the file"))
+    viewer.transforms.erase(node);
+}
+
+}  // namespace
+
+void draw_edit_panel(const Context& context) {
+  if (!context.ui.header("Edit", context.layout.is_open(Panel::edit))) return;
+  draw_history(context);
+  draw_tools(context);
+  const uint32_t node = context.viewer.selected;
+  draw_removal(context, node);
+  if (node < context.shown.scene.nodes.size()) draw_transform(context, node);
+}
+
+}  // namespace fire3dv::gui

@@ -1,0 +1,61 @@
+#include "renderer/state/editing/target_index.h"
+
+#include <algorithm>
+#include <string>
+
+namespace fire3dv::state {
+
+std::string_view TargetIndex::name_of(EditedObject object, uint32_t number) const {
+  switch (object) {
+    case EditedObject::node:
+      return targets_.scene.nodes[number].path;
+    case EditedObject::material:
+      return targets_.scene.materials[number].name;
+    case EditedObject::joint:
+      break;
+  }
+  return targets_.robot->robot().joints()[number].name;
+}
+
+uint32_t TargetIndex::count_of(EditedObject object) const {
+  switch (object) {
+    case EditedObject::node:
+      return static_cast<uint32_t>(targets_.scene.nodes.size());
+    case EditedObject::material:
+      return static_cast<uint32_t>(targets_.scene.materials.size());
+    case EditedObject::joint:
+      break;
+  }
+  return targets_.robot ? static_cast<uint32_t>(targets_.robot->robot().joints().size()) : 0;
+}
+
+const TargetIndex::Numbers& TargetIndex::numbers_of(EditedObject object) {
+  std::optional<Numbers>& numbers = numbers_[static_cast<size_t>(object)];
+  if (numbers) return *numbers;
+  numbers.emplace();
+  for (uint32_t number = 0; number < count_of(object); ++number)
+    (*numbers)[name_of(object, number)].push_back(number);
+  return *numbers;
+}
+
+uint32_t TargetIndex::find(const EditKey& key) {
+  if (key.object == EditedObject::node) {
+    const uint32_t first = targets_.names.first_of_path(key.name);
+    if (first == scene::kNone || key.occurrence == 0) return first;
+  }
+  const Numbers& numbers = numbers_of(key.object);
+  const auto found = numbers.find(std::string_view(key.name));
+  if (found == numbers.end() || key.occurrence >= found->second.size()) return scene::kNone;
+  return found->second[key.occurrence];
+}
+
+EditKey TargetIndex::key_of(EditedObject object, uint32_t number, EditedProperty property) {
+  const std::string_view name = name_of(object, number);
+  EditKey key{object, std::string(name), 0, property};
+  if (object == EditedObject::node && targets_.names.first_of_path(name) == number) return key;
+  const std::vector<uint32_t>& same = numbers_of(object).find(name)->second;
+  key.occurrence = static_cast<uint32_t>(std::lower_bound(same.begin(), same.end(), number) - same.begin());
+  return key;
+}
+
+}  // namespace fire3dv::state

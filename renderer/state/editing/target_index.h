@@ -1,0 +1,38 @@
+// Index of the objects that edit keys name, for many look-ups in one scene. It is built when a key first
+// needs it: most keys name the first node of their path, which the scene's names know.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+#include "protocol/base/random.h"
+#include "renderer/state/editing/edit_document.h"
+
+namespace fire3dv::state {
+
+class TargetIndex {
+ public:
+  // The targets outlive this object.
+  explicit TargetIndex(const EditTargets& targets) : targets_(targets) {}
+
+  // Number of the object; scene::kNone: the scene has none of that name.
+  uint32_t find(const EditKey& key);
+  // Key of an existing object.
+  EditKey key_of(EditedObject object, uint32_t number, EditedProperty property);
+
+ private:
+  using Numbers = std::unordered_map<std::string_view, std::vector<uint32_t>, KeyedHash, std::equal_to<>>;
+  const Numbers& numbers_of(EditedObject object);
+  std::string_view name_of(EditedObject object, uint32_t number) const;
+  uint32_t count_of(EditedObject object) const;
+
+  const EditTargets& targets_;
+  std::array<std::optional<Numbers>, 3> numbers_;  // by object
+};
+
+}  // namespace fire3dv::state

@@ -1,0 +1,195 @@
+// Test of the editor of a window's scene: steps per interaction, undo and redo by keys, scene replacement,
+// and the overlay file.
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <iterator>
+
+#include "renderer/app/window/scene_editor.h"
+#include "renderer/app/window/viewer_control.h"
+#include "renderer/state/editing/overlay_file.h"
+#include "tests/unit/geometry/boxes_scene.h"
+
+namespace fire3dv::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Editors : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ =
+        fs::path(::testing::TempDir()) /
+        ("fire3dv_editor_" + std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()));
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  state::EditTargets targets() const { return {scene_, names_}; }
+  void update(SceneEditor& editor, bool is_interacting = false) {
+    editor.update(viewer_, targets(), is_interacting);
+  }
+  void press(char letter, bool shift = false) {
+    sinks::WindowInput input;
+    sinks::InputEvent event;
+    event.kind = sinks::InputEvent::Kind::key;
+    event.key = sinks::letter(letter);
+    event.modifiers.control = true;
+    event.modifiers.shift = shift;
+    event.down = true;
+    input.events.push_back(event);
+    const CameraMoves moves = keys_.take(input, {}, viewer_);
+    EXPECT_EQ(moves.fly, glm::vec3(0)) << "Ctrl does not fly";
+  }
+  static std::string bytes_of(const fs::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+  OverlayFile file(bool was_named = true) const {
+    return {folder_ / "boxes.overlay.json", "boxes.glb", was_named};
+  }
+
+  fs::path folder_;
+  scene::Scene scene_ = boxes_at({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}});
+  state::NodeNames names_{scene_};
+  gui::Viewer viewer_;
+  ViewerInput keys_;
+};
+
+TEST_F(Editors, ADragIsOneStepAndKeysUndoIt) {
+  SceneEditor editor(file(), {});
+  editor.begin(viewer_, targets());
+  update(editor);
+  EXPECT_EQ(editor.history().undo_steps(), 0u);
+  for (int i = 1; i <= 20; ++i) {
+    viewer_.transforms[1].translation.x = static_cast<float>(i);
+    update(editor, true);
+  }
+  press('z');  // waits for the end of the drag
+  update(editor, true);
+  EXPECT_EQ(viewer_.transforms.at(1).translation.x, 20);
+  viewer_.commands.undo = false;
+  update(editor);
+  EXPECT_EQ(editor.history().undo_steps(), 1u);
+  viewer_.hidden = {2};
+  update(editor);
+  press('z');
+  update(editor);
+  EXPECT_TRUE(viewer_.hidden.empty());
+  EXPECT_TRUE(viewer_.transforms.contains(1));
+  press('z');
+  update(editor);
+  EXPECT_TRUE(viewer_.transforms.empty());
+  press('z', true);
+  update(editor);
+  press('y');
+  update(editor);
+  EXPECT_EQ(viewer_.transforms.at(1).translation.x, 20);
+  EXPECT_EQ(viewer_.hidden, std::set<uint32_t>{2});
+  EXPECT_EQ(editor.facts().redo, "");
+  EXPECT_NE(editor.facts().undo.find("visibility"), std::string::npos);
+}
+
+TEST_F(Editors, WhatIsSavedIsOpenedAgain) {
+  SceneEditor editor(file(), {});
+  editor.begin(viewer_, targets());
+  viewer_.transforms[2].scale = {1, 2, 3};
+  viewer_.hidden = {3};
+  viewer_.materials[0] = scene_.materials.empty() ? scene::Material() : scene_.materials[0];
+  update(editor);
+  EXPECT_FALSE(editor.facts().is_saved);
+  press('s');
+  update(editor);
+  EXPECT_TRUE(editor.facts().is_saved);
+  const std::string text = bytes_of(file().path);
+
+  Options options;
+  options.headless = true;
+  options.overlay = file().path;
+  Result<state::EditDocument> document = load_overlay(options);
+  ASSERT_TRUE(document.ok()) << document.error().message;
+  SceneEditor again(file(), *document);
+  gui::Viewer reopened;
+  again.begin(reopened, targets());
+  EXPECT_EQ(edits_of(reopened), edits_of(viewer_));
+  EXPECT_TRUE(again.facts().is_saved);
+  EXPECT_EQ(again.facts().undo, "");
+  reopened.commands.save_overlay = true;
+  again.update(reopened, targets(), false);
+  EXPECT_EQ(bytes_of(file().path), text);
+}
+
+TEST_F(Editors, AFileThatWasNotOpenedIsReplacedOnlyWhenAskedTwice) {
+  std::ofstream(file().path) << "of yesterday";
+  SceneEditor editor(file(false), {});
+  editor.begin(viewer_, targets());
+  viewer_.hidden = {1};
+  viewer_.commands.save_overlay = true;
+  update(editor);
+  EXPECT_EQ(bytes_of(file().path), "of yesterday");
+  ASSERT_EQ(editor.take_log_messages().size(), 1u);
+  viewer_.commands.save_overlay = true;
+  update(editor);
+  EXPECT_NE(bytes_of(file().path), "of yesterday");
+  // Where nothing can be written the edits stay, with an error.
+  SceneEditor lost({folder_ / "no such folder" / "a.json", "a", true}, {});
+  viewer_.commands.save_overlay = true;
+  update(lost);
+  EXPECT_NE(lost.take_log_messages().at(0).find("no such folder"), std::string::npos);
+  SceneEditor nowhere({}, {});
+  viewer_.commands.save_overlay = true;
+  update(nowhere);
+  EXPECT_NE(nowhere.take_log_messages().at(0).find("--overlay"), std::string::npos);
+}
+
+// A node that a scene lacks keeps its edits for a scene that has it.
+TEST_F(Editors, EditsOfMissingNodesWaitAndAreReported) {
+  SceneEditor editor(file(), {});
+  editor.begin(viewer_, targets());
+  viewer_.hidden = {1, 3};
+  viewer_.selected = 3;
+  update(editor);
+  scene::Scene less = scene_;
+  less.nodes.erase(less.nodes.begin() + 3);
+  editor.replace_scene(viewer_, scene_, less, nullptr);
+  EXPECT_EQ(viewer_.hidden, std::set<uint32_t>{1});
+  EXPECT_EQ(viewer_.selected, scene::kNone);
+  editor.update(viewer_, {less, state::NodeNames(less)}, false);
+  EXPECT_EQ(editor.history().undo_steps(), 1u) << "a replaced scene is no step";
+  EXPECT_EQ(editor.history().document().size(), 2u);
+  editor.replace_scene(viewer_, less, scene_, nullptr);
+  EXPECT_EQ(viewer_.hidden, (std::set<uint32_t>{1, 3}));
+  update(editor);
+  EXPECT_EQ(editor.history().undo_steps(), 1u);
+  viewer_.commands.undo = true;
+  update(editor);
+  EXPECT_TRUE(viewer_.hidden.empty());
+
+  state::EditDocument document;
+  document[{state::EditedObject::node, "nobody", 0, state::EditedProperty::visible}] = false;
+  SceneEditor opened(file(), document);
+  gui::Viewer viewer;
+  opened.begin(viewer, targets());
+  EXPECT_NE(opened.take_log_messages().at(0).find("nobody"), std::string::npos);
+  EXPECT_TRUE(viewer.hidden.empty());
+}
+
+TEST_F(Editors, TheOverlayFileIsBesideTheSceneUnlessNamed) {
+  Options options;
+  options.scene = folder_ / "demo.glb";
+  EXPECT_EQ(overlay_file(options, true).path, folder_ / "demo.glb.overlay.json");
+  EXPECT_TRUE(overlay_file(options, false).path.empty());
+  options.overlay = folder_ / "mine.json";
+  EXPECT_EQ(overlay_file(options, false).path, options.overlay);
+  EXPECT_TRUE(load_overlay(options).ok()) << "a window saves it";
+  options.headless = true;
+  EXPECT_FALSE(load_overlay(options).ok());
+  std::ofstream(options.overlay) << R"({"fire3dv_overlay": {"version": 1, "edits": [{"node": "a"}]}})";
+  const Result<state::EditDocument> bad = load_overlay(options);
+  ASSERT_FALSE(bad.ok());
+  EXPECT_NE(bad.error().message.find("mine.json: edits[0]"), std::string::npos) << bad.error().message;
+}
+
+}  // namespace
+}  // namespace fire3dv::app
