@@ -138,6 +138,26 @@ def a_killed_path_is_gone_on_with(test):
     check(files_of(out) == files_of(whole), "what was gone on with is other bytes than a single run")
 
 
+def an_overlay_is_applied(test):
+    """The edits of --overlay hold in every frame, and the manifest names them."""
+    overlay, plain, edited = test.path("edits.json"), test.path("plain"), test.path("edited")
+    with open(overlay, "w", encoding="ascii") as file:
+        file.write('{"fire3dv_overlay": {"version": 1, "edits": [{"node": "front", "translation": [5, 0, 50], '
+                   '"rotation": [0, 0, 0, 1], "scale": [1, 1, 1]}]}}')
+    part = ("--fps", FPS, "--start", 20 / FPS, "--end", 21 / FPS)
+    render(test, recording(test), plain, *part)
+    render(test, recording(test), edited, *part, "--overlay", overlay)
+    lines = lines_of(os.path.join(plain, "frames.jsonl"))
+    check(len(lines) == 2 and lines == lines_of(os.path.join(edited, "frames.jsonl")), f"{lines}")
+    for line in lines:
+        before, after = (read_png(os.path.join(folder, line["file"])) for folder in (plain, edited))
+        places = [(before.place_of_square(name), after.place_of_square(name)) for name in ("red", "green", "blue")]
+        seen = [(at, moved) for at, moved in places if at is not None and moved is not None]
+        check(seen and all(abs(at - 5 - moved) < 0.6 for at, moved in seen), f"without the edits, and with them: {places}")
+    with open(os.path.join(edited, "manifest.json"), encoding="utf-8") as file:
+        check("overlay" in file.read(), "the manifest does not name the edits")
+
+
 def shards_are_the_whole(test):
     folder = whole_run(test)
     parts = [test.path(f"part{i}") for i in (1, 2, 3)]
@@ -344,5 +364,5 @@ if __name__ == "__main__":
     # One folder for all comparisons with the reference run, which is drawn once.
     main({"same_bytes": all_of(frames_are_right, a_cold_start_changes_nothing, shards_are_the_whole, a_killed_run_is_gone_on_with,
                                the_scene_may_travel),
-          "paths": all_of(paths_are_traced, a_killed_path_is_gone_on_with), "live": live_is_replayed_is_offline, "bad_input": bad_input},
+          "paths": all_of(paths_are_traced, a_killed_path_is_gone_on_with), "overlay": an_overlay_is_applied, "live": live_is_replayed_is_offline, "bad_input": bad_input},
          ("fire3dv", "record", "replay", "publisher", "make"))

@@ -284,7 +284,7 @@ TEST_F(Inputs, EscapeClosesTheInnermostFirst) {
   EXPECT_TRUE(viewer_.commands.close);
 }
 
-TEST_F(Inputs, GAndCShowGuides) {
+TEST_F(Inputs, XAndKShowGuides) {
   type(sinks::letter('x'));
   take();
   EXPECT_TRUE(viewer_.shows_grid);
