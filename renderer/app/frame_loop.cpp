@@ -166,7 +166,7 @@ Result<void> FrameLoop::run() {
     if (draws_for_viewers_only_) animate_for_viewers();
     if (live_view_) {
       live_view_->poll(timeline_);
-      if (robot_ && *robot_) pose_robot();  // viewers may have moved joints
+      pose_by_hand();  // viewers may have moved joints
     }
 
     // Image requests of simulators.

@@ -1,6 +1,7 @@
 #include "renderer/gui/gizmo_overlay.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 
 #include "renderer/gui/panels.h"
@@ -8,7 +9,10 @@
 namespace fire3dv::gui {
 namespace {
 
-constexpr ImU32 kAxisColors[] = {theme::kBad, theme::kGood, theme::kAccent, theme::kText};
+// x red, y green, z blue; 3: the plane of the image.
+ImU32 axis_color(int axis) {
+  return std::array{theme::bad(), theme::good(), theme::accent(), theme::text()}[static_cast<size_t>(axis)];
+}
 
 glm::mat4 world_from_parent(const Shown& shown, uint32_t node) {
   const uint32_t parent = shown.scene.nodes[node].parent;
@@ -103,7 +107,7 @@ void GizmoOverlay::draw(const Context& c, const Rect& image, std::optional<size_
   for (size_t i = 0; i < handles.size(); ++i) {
     const GizmoHandle& handle = handles[i];
     const bool is_marked = gizmo_.is_dragging() ? gizmo_.is_dragged(handle) : hovered == i;
-    const ImU32 color = is_marked ? theme::kWarning : kAxisColors[handle.axis];
+    const ImU32 color = is_marked ? theme::warning() : axis_color(handle.axis);
     switch (handle.kind) {
       case GizmoHandle::Kind::centre:
         list->AddCircleFilled(point(handle.outline[0]), c.ui.points(5), color);
@@ -116,7 +120,7 @@ void GizmoOverlay::draw(const Context& c, const Rect& image, std::optional<size_
         break;
       case GizmoHandle::Kind::ring:
         for (const glm::vec2& px : handle.outline) list->PathLineTo(point(px));
-        list->PathStroke(handle.axis == 3 && !is_marked ? theme::kDim : color, 0, thick);
+        list->PathStroke(handle.axis == 3 && !is_marked ? theme::dim() : color, 0, thick);
         break;
       case GizmoHandle::Kind::axis: {
         const glm::vec2 tip = handle.outline[1], way = glm::normalize(tip - handle.outline[0]);
@@ -154,8 +158,8 @@ void GizmoOverlay::draw_note(const Context& c, const Rect& image, const glm::vec
                    std::round(std::clamp(at.y + away, image.low.y + margin, most_y))};
   list->PushClipRect({image.low.x, image.low.y}, {image.high.x, image.high.y});
   list->AddRectFilled({low.x - margin, low.y - margin}, {low.x + size.x + margin, low.y + size.y + margin},
-                      faded(theme::kPanel, 0xe0), margin);
-  list->AddText(low, theme::kText, shown.c_str());
+                      faded(theme::panel(), 0xe0), margin);
+  list->AddText(low, theme::text(), shown.c_str());
   list->PopClipRect();
 }
 

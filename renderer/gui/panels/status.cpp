@@ -143,7 +143,7 @@ void FramePanel::draw(const Context& context) {
            bytes_text(frame.resident_bytes).c_str());
   if (frame.paths) {
     ui.value("Image", "%u x %u", frame.extent_px.x, frame.extent_px.y);
-    ui.value("Paths", theme::kText, path_progress_text(*frame.paths));
+    ui.value("Paths", theme::text(), path_progress_text(*frame.paths));
   } else {
     ui.value("Image", "%u x %u, %u samples", frame.extent_px.x, frame.extent_px.y, frame.samples);
   }
