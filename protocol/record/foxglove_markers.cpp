@@ -19,6 +19,7 @@ using wire::Marker;
 using wire::MarkerKind;
 
 constexpr size_t kMaxMarkers = 65'536;  // of a stream, as in renderers
+constexpr size_t kMaxNameBytes = size_t{8} << 20;
 
 // id empty: of all entities of the channel.
 wire::Bytes deletion(const std::string& id, uint64_t time_ns) {
@@ -60,6 +61,7 @@ void FoxgloveMarkers::describe(const wire::StreamDescription& description) {
   stream_scale_ = scale_of(description.world_from_stream);
   sim_time_ns_ = INT64_MIN;
   shown_.clear();
+  name_bytes_ = 0;
   ends_.clear();
 }
 
@@ -81,6 +83,7 @@ FoxgloveMarkers::Place FoxgloveMarkers::place_of(const Marker& marker) const {
 
 void FoxgloveMarkers::forget(std::map<std::string, Shown>::iterator entry) {
   if (entry->second.end_ns) ends_.erase({*entry->second.end_ns, entry->first});
+  name_bytes_ -= entry->first.size();
   shown_.erase(entry);
 }
 
@@ -103,6 +106,7 @@ std::vector<FoxgloveMessage> FoxgloveMarkers::clear_all(uint64_t time_ns) {
   }
   if (has_entities) result.push_back({{}, deletion({}, time_ns)});
   shown_.clear();
+  name_bytes_ = 0;
   ends_.clear();
   return result;
 }
@@ -131,7 +135,8 @@ std::vector<FoxgloveMessage> FoxgloveMarkers::set(const std::string& name, const
   if (marker.kind == MarkerKind::images) ++left_out_;            // they have no equivalent
   const bool is_over = end_ns && *end_ns < sim_time_ns_;
   if (!is_convertible || is_over || marker.positions.empty()) return clear(name, time_ns);
-  if (most_bytes(marker) > kMaxMarkerBytes || (shown_.size() >= kMaxMarkers && !shown_.contains(name))) {
+  const bool is_full = shown_.size() >= kMaxMarkers || name_bytes_ + name.size() > kMaxNameBytes;
+  if (most_bytes(marker) > kMaxMarkerBytes || (is_full && !shown_.contains(name))) {
     ++left_out_;
     return clear(name, time_ns);
   }
@@ -141,6 +146,7 @@ std::vector<FoxgloveMessage> FoxgloveMarkers::set(const std::string& name, const
     if (known->second.is_cloud != is_cloud) result.push_back(removal(name, known->second.is_cloud, time_ns));
     forget(known);
   }
+  name_bytes_ += name.size();
   shown_[name] = {is_cloud, end_ns};
   if (end_ns) ends_.insert({*end_ns, name});
   const Place place = place_of(marker);

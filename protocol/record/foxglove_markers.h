@@ -65,6 +65,7 @@ class FoxgloveMarkers {
   double stream_scale_ = 1;
   int64_t sim_time_ns_ = INT64_MIN;
   std::map<std::string, Shown> shown_;
+  size_t name_bytes_ = 0;  // of shown_
   std::set<std::pair<int64_t, std::string>> ends_;
   uint64_t left_out_ = 0;
 };

@@ -81,8 +81,12 @@ bool StreamLog::evict_oldest_ended() {
     if (!stream->seen.live && !stream->description.empty() &&
         (oldest == nullptr || stream->ended_as < oldest->ended_as))
       oldest = stream.get();
-  if (oldest != nullptr) drop_state(*oldest);
-  return oldest != nullptr;
+  if (oldest == nullptr) return false;
+  drop_state(*oldest);
+  reclaimed_unconverted_ += oldest->markers.left_out();
+  oldest->markers = {};
+  oldest->transforms = {};
+  return true;
 }
 
 // Makes the peer the only owner of the stream: earlier peers no longer write to it or end it.

@@ -26,7 +26,13 @@ Result<void> FrameLoop::keep_checkpoints() {
     if (!digest) return digest.error();
     environment = hex(*digest);
   }
-  checkpoint_.emplace(options_.out, options_, device_.report(), std::move(environment), options_.variant);
+  std::string run = options_.variant;
+  if (!options_.overlay.empty()) {
+    const Result<Digest> digest = digest_of_file(options_.overlay, UINT64_MAX);
+    if (!digest) return digest.error();
+    run += '\n' + hex(*digest);
+  }
+  checkpoint_.emplace(options_.out, options_, device_.report(), std::move(environment), std::move(run));
   return {};
 }
 

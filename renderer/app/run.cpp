@@ -317,20 +317,6 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   stage.note_start("scene on the device");
   std::optional<state::RobotPose> robot;  // with a window, viewers or an overlay
   bool moves_robot = window || stage.server;
-  std::optional<SceneReload> reload;
-  if (options.watch && show.has_own_file()) {
-    SceneReload::Hooks hooks;
-    hooks.load = [&show](std::function<bool()> stop) { return show.load_again(std::move(stop)); };
-    hooks.keep = [&](std::unique_ptr<SceneLoad> shown) {
-      if (const auto next_version = shown->wait(); next_version)
-        camera->set_ground(camera_start(options, (*next_version)->scene, {}, {}).ground);
-      if (moves_robot) robot = find_robot(*shown);
-      show.keep(std::move(shown));
-    };
-    hooks.can_show = can_show_everywhere;
-    hooks.animations = [&options](const scene::Scene& other) { return animations_again(options, other); };
-    reload.emplace(load, std::move(hooks));
-  }
   LiveScene live(**loaded, poses, renderer, *camera,
                  {options.assets, passes::levels_for(options.levels_of_detail), renderer.max_textures()});
   SceneEditor editor(overlay_file(options, show.has_own_file()), std::move(*overlay));
@@ -339,6 +325,27 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
     editor.replace_scene(stage.viewer, before_it, after, robot ? &*robot : nullptr);
     live.set_user_edits(edits_of(stage.viewer));
   });
+  std::optional<SceneReload> reload;
+  if (options.watch && show.has_own_file()) {
+    SceneReload::Hooks hooks;
+    hooks.load = [&show](std::function<bool()> stop) { return show.load_again(std::move(stop)); };
+    hooks.keep = [&](std::unique_ptr<SceneLoad> shown) {
+      if (const auto next_version = shown->wait(); next_version)
+        camera->set_ground(camera_start(options, (*next_version)->scene, {}, {}).ground);
+      if (moves_robot) {
+        std::optional<state::RobotPose> next_robot = find_robot(*shown);
+        editor.replace_robot(stage.viewer, live.scene(), robot ? &*robot : nullptr,
+                             next_robot ? &*next_robot : nullptr);
+        robot = std::move(next_robot);
+        if (robot) (void)robot->set(stage.viewer.joints);
+        live.set_user_edits(edits_of(stage.viewer));
+      }
+      show.keep(std::move(shown));
+    };
+    hooks.can_show = can_show_everywhere;
+    hooks.animations = [&options](const scene::Scene& other) { return animations_again(options, other); };
+    reload.emplace(load, std::move(hooks));
+  }
   live.set_shows_markers(options.markers);
   if (*animations) live.set_animations((*animations)->player, (*animations)->chosen);
   if (!options.variant.empty()) {

@@ -172,6 +172,7 @@ void SceneRenderer::set_scene(const scene::Scene& scene, const scene::Derived& d
   gpu_scene_ = std::move(gpu_scene);
   scene_ = &scene;
   if (path_tracer_) path_tracer_->drop();
+  marker_pass_.forget();
   may_have_forward_only_ = any_forward_only(scene, uses.refracts);
   cameras_have_lenses_ = any_lens(scene);
   edit_uploader_.reset();
@@ -198,8 +199,8 @@ void SceneRenderer::expect_shading(const scene::Scene& scene) {
   shading.textures = any_textured(scene.materials);
   shading.second_uv = any_second_uv(scene.materials);
   shading.material_flags = optional_flags(scene.materials);
-  shading.writes_samples = any_forward_only(scene, refracts_) || settings_.post.reads_samples() || any_lens(scene) ||
-                           !settings_.post.lens.is_pinhole();
+  shading.writes_samples = any_forward_only(scene, refracts_) || settings_.post.reads_samples() ||
+                           any_lens(scene) || !settings_.post.lens.is_pinhole();
   if (shading.writes_samples && !visibility_->can_write_samples()) return;
   // The pipeline expected last is compiled first. Shadows may be switched off at any time, but a CPU takes
   // too long to precompile that variant.

@@ -194,6 +194,10 @@ class SceneRenderer {
     const RayEffects& on = settings_.ray_effects.on;
     return ray_effects_ && (on.reflections || on.ambient_occlusion || (gpu_scene_ && gpu_scene_->refracts));
   }
+  // Ends the path-traced image that refines; the next one begins anew.
+  void drop_paths() {
+    if (path_tracer_) path_tracer_->drop();
+  }
   RayBackEnd ray_effect_back_end() const {
     return ray_effects_ ? ray_effects_->back_end() : RayBackEnd::none;
   }

@@ -11,7 +11,8 @@ layout(location = 0) out vec4 out_color;
 const int kMaxTaps = 4;  // along each axis of the footprint
 
 vec4 texel_at(ivec2 texel) {
-  const uint index = uint(texel.y) * push.segments + uint(texel.x);
+  const uvec2 at = min(uvec2(max(texel, ivec2(0))), uvec2(push.segments, push.rings) - 1);
+  const uint index = at.y * push.segments + at.x;
   const vec4 srgb = unpackUnorm4x8(UintRef(push.colors).at[index]);
   const vec3 low = srgb.rgb / 12.92, high = pow((srgb.rgb + 0.055) / 1.055, vec3(2.4));
   return vec4(mix(high, low, lessThanEqual(srgb.rgb, vec3(0.04045))) * srgb.a, srgb.a);
@@ -28,7 +29,11 @@ vec4 bilinear(vec2 texel) {
 }
 
 void main() {
-  const vec2 along = dFdx(in_texel), down = dFdy(in_texel);
+  // Near the horizon of a large quad, extrapolated coordinates may be infinite.
+  vec2 along = dFdx(in_texel), down = dFdy(in_texel);
+  if (any(isnan(in_texel)) || any(isinf(in_texel))) discard;
+  if (any(isnan(along)) || any(isinf(along))) along = vec2(0);
+  if (any(isnan(down)) || any(isinf(down))) down = vec2(0);
   const int columns = int(clamp(ceil(length(along) - 0.01), 1, float(kMaxTaps)));
   const int rows = int(clamp(ceil(length(down) - 0.01), 1, float(kMaxTaps)));
   vec4 sum = vec4(0);

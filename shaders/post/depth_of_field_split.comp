@@ -62,7 +62,7 @@ void split(ivec2 pixel) {
     const float scene_referred = clamp(color.a, 0, 1);
     // Display-referred colours count as light of the brightness that the display shows.
     vec3 light = scene_referred * max(color.rgb, vec3(0)) + (1 - scene_referred) * clamp(color.rgb, vec3(0), vec3(1));
-    light = mix(light, vec3(0), isnan(light));
+    light = min(mix(light, vec3(0), isnan(light)), vec3(65504));  // blending may exceed the largest half
     if (signed_radius < 0 || radius <= kSharpRadius) {
       add(near_layer, light, radius, scene_referred);
     } else {

@@ -16,14 +16,15 @@ void leave_volume(GlobalsRef globals, MaterialRecord material, PathVertex vertex
   const float ior = medium_ior(globals, behind.x, 0) / medium_ior(globals, volume, 0);
   const float reflectance = dielectric_reflectance(clamp(-dot(normal, direction), 0, 1), ior);
   const vec3 mirrored = reflect(direction, normal);
-  passes = reflectance < 1;
+  const vec3 bent = refract(direction, normal, 1 / ior);
+  passes = reflectance < 1 && dot(bent, bent) > 0;
   if (!passes) {
     direction = mirrored;
     return;
   }
   sum += throughput * reflectance * reflected_radiance(globals, mirrored, roughness);
   throughput *= (1 - reflectance) * base_color;
-  direction = normalize(refract(direction, normal, 1 / ior));
+  direction = normalize(bent);
   media = behind;
 }
 
@@ -73,15 +74,17 @@ vec3 radiance_through(GlobalsRef globals, vec3 origin, vec3 direction, uvec4 med
     set_footprint(globals, hit, primitive, material, direction, width_m, point);
     const vec4 base_color = surface_base_color(material, point);
     if (i == 0) distance_m = length_m;
-    throughput *= transmittance(globals, medium_before(media, point.material, vertex, is_volume(material)), length_m);
+    // Volumes of diffuse transmission alone are opaque in the raster.
+    const bool bends = is_volume(material) && (material.flags & FIRE3DV_MATERIAL_TRANSMISSION) != 0;
+    throughput *= transmittance(globals, medium_before(media, point.material, vertex, bends), length_m);
     bool passes = true;
-    if (is_volume(material) && vertex.is_back) {
+    if (bends && vertex.is_back) {
       leave_volume(globals, material, vertex, base_color.rgb, roughness, media, direction, throughput, sum, passes);
     } else {
       vec3 behind;
       sum += throughput * shade(globals, material, base_color, point, -direction, behind).rgb;
       throughput *= behind;
-      if (is_volume(material)) {
+      if (bends) {
         const float before = medium_ior(globals, media.x, 0);
         media = media_behind(media, point.material, false);
         const vec3 bent = refract(direction, point.normal_world, before / medium_ior(globals, media.x, 0));

@@ -10,7 +10,7 @@ namespace fire3dv::app {
 namespace {
 
 constexpr uint64_t kMaxBytes = 256 << 10;
-constexpr size_t kMaxLines = 500;
+constexpr size_t kMaxLines = 100;  // each may cause a parse of all
 constexpr std::string_view kBlank = " \t\r";
 
 std::string_view trimmed(std::string_view text) {

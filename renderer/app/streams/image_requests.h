@@ -86,6 +86,7 @@ class ImageRequestQueue final : public ImageRequestHandler {
             const transport::ListenerLink::FillPixels& fill) {
     return replies_.send_image(requester, frame, fill);
   }
+  bool has_ended(state::RequesterId requester) const { return !replies_.shown(requester); }
   void add_render_time(state::RequesterId requester, int64_t ns) { replies_.add_render_time(requester, ns); }
   wire::Affine3x4d world_from_stream(state::RequesterId requester) const;
   ImageReplies::Appearance appearance(state::RequesterId requester) const;

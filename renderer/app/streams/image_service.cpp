@@ -76,6 +76,10 @@ ImageService::Drawn ImageService::draw_due(gpu::FrameRing& frames) {
 // Other due images wait: they are counted by the next call.
 ImageService::Drawn ImageService::go_on_tracing(gpu::FrameRing& frames) {
   const state::RequesterId requester = first_.traced_requester();
+  if (requests_.has_ended(requester)) {
+    first_.cancel_tracing();
+    return {.any = true, .has_more = true};
+  }
   const int64_t begin_ns = monotonic_ns();
   first_.trace(frames, poses_);
   requests_.add_render_time(requester, monotonic_ns() - begin_ns);

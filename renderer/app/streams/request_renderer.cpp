@@ -116,7 +116,7 @@ bool RequestRenderer::draw(gpu::FrameRing& frames, const Moment& moment, uint64_
 void RequestRenderer::trace(gpu::FrameRing& frames, const state::PoseState& poses) {
   const std::span<const WorkItem> image(&tracing_->work, 1);
   const std::optional<passes::PreparedFrame> prepared = prepare(image, tracing_->scene, true);
-  if (!prepared) return tracing_.reset();
+  if (!prepared) return cancel_tracing();
   (void)renderer_.trace_paths(*prepared, poses, view_of(image[0]), {.budget = kTraceTime});
   tracing_->scene = passes::SceneUpdate::reuse;
   if (!renderer_.path_tracer()->progress().is_whole()) return;
@@ -124,6 +124,11 @@ void RequestRenderer::trace(gpu::FrameRing& frames, const state::PoseState& pose
   record(*prepared, recorder, frames.staging(), image, {poses, tracing_->boxes});
   readback_.submitted(frames.submit());
   tracing_.reset();
+}
+
+void RequestRenderer::cancel_tracing() {
+  tracing_.reset();
+  renderer_.drop_paths();
 }
 
 // Number of consecutive compatible images that fit one submission.
@@ -170,14 +175,13 @@ std::optional<passes::PreparedFrame> RequestRenderer::prepare(std::span<const Wo
   const VkExtent2D extent = extent_of(first.camera.pinhole.image_px);
   const auto views = static_cast<uint32_t>(batch.size());
   passes::Shortage shortage{};
-  const Result<passes::PreparedFrame> prepared =
-      renderer_.prepare({.extent = extent,
-                         .views = views,
-                         .outputs = outputs_behind(first),
-                         .scene = scene,
-                         .markers = first.camera.markers,
-                         .refines = refines},
-                        &shortage);
+  const Result<passes::PreparedFrame> prepared = renderer_.prepare({.extent = extent,
+                                                                    .views = views,
+                                                                    .outputs = outputs_behind(first),
+                                                                    .scene = scene,
+                                                                    .markers = first.camera.markers,
+                                                                    .refines = refines},
+                                                                   &shortage);
   if (!prepared) {
     refuse(batch,
            shortage == passes::Shortage::motion_snapshots ? wire::ImageRefusal::too_many

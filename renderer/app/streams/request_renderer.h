@@ -58,6 +58,7 @@ class RequestRenderer {
   // Adds samples for a short time, and submits the image when it has all of them: it shows the moment of
   // draw(), whatever the poses are now.
   void trace(gpu::FrameRing& frames, const state::PoseState& poses);
+  void cancel_tracing();  // of a requester that has ended
   // Limit of one submission: its images stay in host memory until they are sent.
   static constexpr uint64_t kMaxSubmittedBytes = uint64_t{64} << 20;
   // Cost of the images rendered since the last call.

@@ -128,6 +128,8 @@ Result<SecondaryDevices> SecondaryDevices::open(gpu::Instance& instance, std::sp
     const bool alike = renderer.raster_path() == first.raster_path() &&
                        renderer.samples() == first.samples() &&
                        renderer.shadow_technique() == first.shadow_technique() &&
+                       renderer.ray_effect_back_end() == first.ray_effect_back_end() &&
+                       static_cast<bool>(renderer.can_blur()) == static_cast<bool>(first.can_blur()) &&
                        image_abilities(renderer).outputs == image_abilities(first).outputs;
     if (!alike)
       return Error{

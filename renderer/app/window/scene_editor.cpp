@@ -186,6 +186,15 @@ void SceneEditor::replace_scene(gui::Viewer& viewer, const scene::Scene& before,
   recorded_.reset();  // compared by the next update()
 }
 
+// Joints keep their positions by their names.
+void SceneEditor::replace_robot(gui::Viewer& viewer, const scene::Scene& scene,
+                                const state::RobotPose* before, const state::RobotPose* after) {
+  const state::NodeNames names(scene);
+  const state::EditDocument document = current(viewer, {scene, names, before});
+  assign_edits(viewer, state::to_edits(document, {scene, names, after}, edits_of(viewer)), scene);
+  recorded_.reset();  // compared by the next update()
+}
+
 gui::EditFacts SceneEditor::facts() const {
   return {history_.undo_text(), history_.redo_text(), history_.is_saved(), file_.path.string()};
 }

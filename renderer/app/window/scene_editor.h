@@ -52,6 +52,9 @@ class SceneEditor {
   // and take effect in a scene that has them. before and after are alive.
   void replace_scene(gui::Viewer& viewer, const scene::Scene& before, const scene::Scene& after,
                      const state::RobotPose* robot);
+  // After a reload: the robot of the displayed scene, in its file. null: none.
+  void replace_robot(gui::Viewer& viewer, const scene::Scene& scene, const state::RobotPose* before,
+                     const state::RobotPose* after);
 
   void set_export(GlbExport glb) { export_ = std::move(glb); }
 

@@ -38,6 +38,7 @@ class ScreenshotRecorder {
   // the next one's; the first is the one with kept_low (0, 0).
   void record_tile(gpu::Recorder& recorder, gpu::Image& image, Tag provenance, glm::uvec2 screenshot_px,
                    const ScreenshotTile& tile);
+  void abandon_tiles() { mosaic_.reset(); }  // of a screenshot that will not be whole
   void submitted(uint64_t timeline_value) { captures_.submitted(timeline_value); }
   void deliver();  // passes finished images to writer threads
   void finish();   // call after the last deliver(): waits until all files are complete

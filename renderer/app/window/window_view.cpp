@@ -233,10 +233,13 @@ void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::Tim
   gui::Commands& commands = viewer.commands;
   control_timeline(commands, timeline);
   if (std::exchange(commands.screenshot, false)) {
-    if (borrowed_.options.screenshot_width != 0)
-      wants_large_screenshot_ = true;
-    else
-      captures_.request_screenshot();
+    const bool is_large = borrowed_.options.screenshot_width != 0;
+    wants_large_screenshot_ = is_large && !renderer().traces_paths();
+    if (is_large && !wants_large_screenshot_)
+      notes_.push_back(
+          warning("paths refine the window's image: the screenshot has its size, not that of "
+                  "--screenshot-size"));
+    if (!wants_large_screenshot_) captures_.request_screenshot();
   }
   if (std::exchange(commands.toggle_video, false)) captures_.toggle_video();
   if (commands.export_csv) captures_.export_csv(*std::exchange(commands.export_csv, std::nullopt));
@@ -254,7 +257,8 @@ Result<void> WindowView::record(gpu::Recorder& recorder, gpu::StagingRing& stagi
       panels_ ? panels_->record(recorder, staging, renderer.image(), image_at_px_, window_extent_)
               : renderer.image();
   first().record(recorder, content, 0, columns());
-  if (std::exchange(wants_large_screenshot_, false)) record_large_screenshot(recorder, staging, shown);
+  if (std::exchange(wants_large_screenshot_, false) && !renderer.traces_paths())
+    record_large_screenshot(recorder, staging, shown);
   if (!right_camera_) return {};
   const Result<passes::PreparedFrame> prepared = renderer.prepare(
       {.extent = image_extent_,
@@ -280,17 +284,20 @@ void WindowView::record_large_screenshot(gpu::Recorder& recorder, gpu::StagingRi
   const glm::uvec2 size(borrowed_.options.screenshot_width, borrowed_.options.screenshot_height);
   const gui::Viewer& viewer = borrowed_.viewer;
   const passes::PostSettings& post = renderer().post_settings();
-  const bool needs_whole = post.bloom > 0 || post.metered || viewer.debug_view == passes::DebugView::depth;
+  const float aspect = static_cast<float>(size.x) / static_cast<float>(size.y);
+  const passes::View whole = borrowed_.camera.view(borrowed_.poses, aspect);
+  // Depth of field has the focal length of the whole image, and wide circles.
+  const bool blurs = !(post.lens.is_pinhole() && whole.lens.is_pinhole());
+  const bool needs_whole =
+      post.bloom > 0 || post.metered || blurs || viewer.debug_view == passes::DebugView::depth;
   const uint32_t limit = borrowed_.device.limits().maxImageDimension2D;
   if (needs_whole && std::max(size.x, size.y) > limit) {
     notes_.push_back(
-        error_line("--screenshot-size: bloom, metered exposure and the depth view need the whole "
-                   "image at once, and the device draws " +
+        error_line("--screenshot-size: bloom, metered exposure, depth of field and the depth view need "
+                   "the whole image at once, and the device draws " +
                    std::to_string(limit) + " pixels a side at most"));
     return;
   }
-  const float aspect = static_cast<float>(size.x) / static_cast<float>(size.y);
-  const passes::View whole = borrowed_.camera.view(borrowed_.poses, aspect);
   for (const ScreenshotTile& tile :
        screenshot_tiles(size, needs_whole ? limit : std::min(kTileSide_px, limit))) {
     const Result<passes::PreparedFrame> prepared =
@@ -299,6 +306,7 @@ void WindowView::record_large_screenshot(gpu::Recorder& recorder, gpu::StagingRi
                             .scene = passes::SceneUpdate::reuse,
                             .markers = true});
     if (!prepared) {
+      captures_.abandon_tiles();
       notes_.push_back(error_line("--screenshot-size: " + prepared.error().message));
       return;
     }

@@ -22,10 +22,8 @@ constexpr Line kCameraLines[] = {
     {"wheel", "zoom to the cursor"},
     {"W A S D  Q E", "fly"},
     {"Ctrl wheel", "faster, slower"},
-    {"K", "camera frusta"},
     {"1 - 9, 0", "cameras of the scene, the free one"},
-    {"Home", "all of the scene"},
-    {"F", "all of the selection"},
+    {"Home  F", "all of the scene, the selection"},
 };
 constexpr Line kTimelineLines[] = {
     {nullptr, "Timeline"},
@@ -34,9 +32,13 @@ constexpr Line kTimelineLines[] = {
     {"Left Right", "1 s; with Shift 10 s"},
 };
 constexpr Line kSceneLines[] = {
-    {nullptr, "Scene"},          {"click", "select a body"},     {"H  Shift H", "hide or show; show all"},
-    {"I", "isolate it"},         {"T", "the camera follows it"}, {"Esc", "end; deselect; close"},
-    {"M", "measure a distance"}, {"X", "grid and axes"},
+    {nullptr, "Scene"},
+    {"click", "select a body"},
+    {"H  Shift H", "hide or show; show all"},
+    {"I  T", "isolate it; follow it"},
+    {"M", "measure a distance"},
+    {"X  K", "grid and axes; camera frusta"},
+    {"Esc", "end; deselect; close"},
 };
 constexpr Line kEditLines[] = {
     {nullptr, "Edit"},

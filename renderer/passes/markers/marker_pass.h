@@ -37,6 +37,11 @@ class MarkerPass {
   // Screen-space bounds of the selected markers. The whole image if one crosses the near plane.
   const VkRect2D& bounds() const { return bounds_; }
   size_t selected_count() const { return selected_.size(); }
+  // Of another scene, whose markers may have the same ids.
+  void forget() {
+    places_.clear();
+    selected_.clear();
+  }
 
   struct Frame {
     Targets& targets;  // with colour and depth of the surfaces

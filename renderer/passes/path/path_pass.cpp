@@ -282,7 +282,14 @@ void PathPass::record_sample(gpu::Recorder& recorder, GpuScene& scene, gpu_types
 
 void PathPass::save(const Hooks& hooks) {
   const VkDeviceSize bytes = VkDeviceSize{current_.width} * current_.height * sizeof(gpu_types::PathSum);
-  if (saved_.size_bytes < bytes) saved_ = gpu::create_buffer(device_, bytes, 0, gpu::Memory::readback);
+  if (saved_.size_bytes < bytes) {
+    try {
+      saved_ = gpu::create_buffer(device_, bytes, 0, gpu::Memory::readback);
+    } catch (const gpu::VulkanFailure& failure) {
+      if (!gpu::is_out_of_memory(failure)) throw;
+      return;  // the run goes on without this checkpoint
+    }
+  }
   saved_.use = {};  // its last use is over
   gpu::Recorder& recorder = submissions_.begin();
   recorder.pass("path sums read-back",

@@ -6,6 +6,7 @@
 #include <optional>
 #include <set>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -67,7 +68,7 @@ void GlbExport::map_nodes() {
   while (!pending.empty()) {
     const auto [source, is_hidden_above] = pending.back();
     pending.pop_back();
-    if (is_visited.at(source)) continue;
+    if (is_visited.at(source)) throw std::runtime_error("a node has two parents, or is its own ancestor");
     is_visited[source] = true;
     source_of_node_.push_back(source);
     const json& node = nodes[source];

@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <utility>
 
 #include "protocol/base/files.h"
@@ -19,7 +20,7 @@ using robot::Fault;
 constexpr const char* kRoot = "fire3dv_overlay";
 constexpr const char* kLightTypes[] = {"directional", "point", "spot"};
 constexpr size_t kMaxNameBytes = 64 << 10;
-constexpr float kMaxConeRad = 1.5707964f;
+constexpr float kMaxConeRad = 1.5707964f + 1e-4f;  // as in glTF files
 
 // --- text ---
 
@@ -194,7 +195,7 @@ scene::Light read_light(const Json& object, const std::string& place) {
   members.number_into("angular_radius", light.angular_radius_rad, 0, kMaxConeRad);
   members.number_into("inner_cone", light.inner_cone_rad, 0, kMaxConeRad);
   members.number_into("outer_cone", light.outer_cone_rad, 0, kMaxConeRad);
-  if (light.inner_cone_rad >= light.outer_cone_rad)
+  if (light.type == scene::LightType::spot && light.inner_cone_rad >= light.outer_cone_rad)
     throw Fault(place + ".inner_cone is not less than outer_cone");
   if (const Json* const shadow = members.find("casts_shadow"))
     light.casts_shadow = truth(*shadow, place + ".casts_shadow");
@@ -347,6 +348,8 @@ Result<void> save_overlay(const std::filesystem::path& file, const EditDocument&
   if (document.size() > kMaxOverlayEdits || text.size() > kMaxOverlayBytes)
     return Error{file.string() + ": " + std::to_string(document.size()) +
                  " edits are more than an overlay file can hold; save the scene as .glb"};
+  if (const Result<EditDocument> again = parse_overlay(std::as_bytes(std::span(text))); !again)
+    return Error{file.string() + ": the edits could not be read again: " + again.error().message};
   return write_whole_file(file, {reinterpret_cast<const uint8_t*>(text.data()), text.size()});
 }
 
