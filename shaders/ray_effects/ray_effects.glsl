@@ -21,7 +21,6 @@ layout(buffer_reference, scalar, buffer_reference_align = 8) writeonly buffer Re
 Hit closest_hit(vec3 origin, vec3 direction, float distance_m, bool meets_all);
 
 const float kFar = 1e30;
-const uint kMaxLightRays = 4;  // from a hit to a soft light
 
 uint traced_pixel;
 
@@ -30,7 +29,7 @@ float light_visibility(uint light_index, LightSample light, SurfacePoint point) 
   GlobalsRef globals = GlobalsRef(push.globals);
   if (globals.value.shadows == FIRE3DV_SHADOWS_OFF) return 1;
   LightShadow shadow = LightShadowRef(globals.value.light_shadows).at[light_index];
-  shadow.rays = min(shadow.rays, kMaxLightRays);
+  shadow.rays = min(shadow.rays, push.reflection_rays);  // as many as the pixel has rays to the hits
   const vec3 origin =
       offset_from_surface(point.position_world, lit_side(point, light), point.position_world, 0, point.lift_m);
   return light_that_arrives(globals, shadow, light_index, light, origin, traced_pixel);

@@ -76,9 +76,13 @@ void add_drawing_options(CLI::App& app, Options& options, DrawingTexts& texts) {
       ->type_name("STRENGTH")
       ->capture_default_str()
       ->group(kGroup);
-  app.add_option("--ray-effects", texts.ray_effects,
-                 "off, all, or some of reflections, ao, refraction, with commas")
+  app.add_option("--ray-effects", texts.ray_effects, "off, all, or some of reflections,ao,refraction")
       ->type_name("LIST")
+      ->capture_default_str()
+      ->group(kGroup);
+  app.add_option("--ray-effect-rays", options.ray_effect_rays, "rays of an effect in a pixel, 1 to 16")
+      ->check(CLI::Range(1, 16).description(""))
+      ->type_name("N")
       ->capture_default_str()
       ->group(kGroup);
   app.add_option("--anisotropy", options.anisotropy, "anisotropic texture filtering, 1 to 16")

@@ -90,6 +90,7 @@ struct Options {
   float anisotropy = 1;
   passes::ShadowSettings shadows;
   passes::RayEffects ray_effects;
+  uint32_t ray_effect_rays = 4;              // of an effect in a pixel; smooth surfaces take one
   std::optional<passes::PathSettings> path;  // nullopt: raster
   double checkpoint_interval_s = 60;         // of path-traced images without a window; 0: no checkpoints
   std::optional<float> exposure;             // nullopt: estimated from the scene

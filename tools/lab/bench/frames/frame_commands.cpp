@@ -104,6 +104,9 @@ void add_frame_options(CLI::App& app, FrameOptions& options) {
             "product: --cull, --lod; paper: neither; all: both; rays: ray effects")
       ->group(kRun)
       ->check(one_of({"all", "product", "paper", "rays"}));
+  add_value(app, "--ray-effect-rays", options.ray_effect_rays, "N", "rays of an effect in a pixel")
+      ->group(kRun)
+      ->check(in_range(1, 16));
   app.add_flag("--gui", options.gui, "draw the window's panels over the images")->group(kRun);
   add_value(app, "--gui-scale", options.gui_scale, "X", "scale of the panels")
       ->group(kRun)
@@ -256,6 +259,7 @@ Result<SceneReport> measure_scene(const FrameOptions& options, gpu::Device& devi
   if (options.conditions == "rays") {
     FIRE3DV_ASSERT(passes::ray_effects_named("all", settings.ray_effects.on));
     settings.ray_effects.back_end = settings.shadows.back_end;
+    settings.ray_effects.reflection_rays = settings.ray_effects.occlusion_rays = options.ray_effect_rays;
     const bool has_visibility_buffer =
         settings.raster != passes::RasterPath::forward && device.report().int64_atomics;
     if (Result<void> can = passes::can_trace_ray_effects(device, has_visibility_buffer); !can)

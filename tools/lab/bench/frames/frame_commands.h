@@ -41,6 +41,7 @@ struct FrameOptions {
   bool gui = false;
   float gui_scale = 1;
   std::string conditions = "all";  // all, product, paper or rays
+  uint32_t ray_effect_rays = 4;    // in a pixel
   std::filesystem::path out = "docs/benchmarks", images;
   std::string name = "frame";  // base name of files in `out`
   std::string command;         // command line as typed
