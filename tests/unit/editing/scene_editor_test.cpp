@@ -4,7 +4,10 @@
 
 #include <fstream>
 #include <iterator>
+#include <span>
+#include <string>
 
+#include "protocol/robot/robot_file.h"
 #include "renderer/app/window/scene_editor.h"
 #include "renderer/app/window/viewer_control.h"
 #include "renderer/state/editing/overlay_file.h"
@@ -173,6 +176,37 @@ TEST_F(Editors, EditsOfMissingNodesWaitAndAreReported) {
   opened.begin(viewer, targets());
   EXPECT_NE(opened.take_log_messages().at(0).find("nobody"), std::string::npos);
   EXPECT_TRUE(viewer.hidden.empty());
+}
+
+TEST_F(Editors, JointsKeepTheirPositionsByNameWhenTheFileIsReloaded) {
+  const auto robot_with = [](const char* joints) {
+    const std::string file =
+        R"({"nodes": [{"name": "world", "extras": {"fire3dv": {"robot": {"version": 1,
+            "bodies": [{"node": "world"}], "joints": [)" +
+        std::string(joints) + R"(], "poses": []}}}}]})";
+    return state::RobotPose(robot::read_robot(std::as_bytes(std::span(file)), true).value());
+  };
+  const std::string lift = R"({"name": "lift", "type": "prismatic", "node": "world", "axis": [0, 1, 0]})";
+  const std::string swing = R"({"name": "swing", "type": "revolute", "node": "world", "axis": [0, 0, 1]})";
+  const state::RobotPose before = robot_with((lift + "," + swing).c_str());
+  const state::RobotPose after = robot_with((swing + "," + lift).c_str());
+  const state::RobotPose without = robot_with(swing.c_str());
+  SceneEditor editor(file(), {});
+  editor.begin(viewer_, {scene_, names_, &before});
+  viewer_.joints[0] = {0.5};
+  editor.update(viewer_, {scene_, names_, &before}, false);
+  ASSERT_EQ(editor.history().undo_steps(), 1u);
+
+  editor.replace_robot(viewer_, scene_, &before, &after);
+  EXPECT_EQ(viewer_.joints, (state::JointPositions{{1, {0.5}}}));
+  editor.update(viewer_, {scene_, names_, &after}, false);
+  EXPECT_EQ(editor.history().undo_steps(), 1u) << "a reload is no step";
+
+  editor.replace_robot(viewer_, scene_, &after, &without);
+  EXPECT_TRUE(viewer_.joints.empty());
+  editor.update(viewer_, {scene_, names_, &without}, false);
+  editor.replace_robot(viewer_, scene_, &without, &before);
+  EXPECT_EQ(viewer_.joints, (state::JointPositions{{0, {0.5}}})) << "an edit without its joint waits";
 }
 
 TEST_F(Editors, TheOverlayFileIsBesideTheSceneUnlessNamed) {
