@@ -23,7 +23,7 @@ constexpr Line kCameraLines[] = {
     {"W A S D  Q E", "fly"},
     {"Ctrl wheel", "faster, slower"},
     {"1 - 9, 0", "cameras of the scene, the free one"},
-    {"Home  F", "all of the scene, the selection"},
+    {"Home  F", "all; the selection"},
 };
 constexpr Line kTimelineLines[] = {
     {nullptr, "Timeline"},
@@ -37,7 +37,7 @@ constexpr Line kSceneLines[] = {
     {"H  Shift H", "hide or show; show all"},
     {"I  T", "isolate it; follow it"},
     {"M", "measure a distance"},
-    {"X  K", "grid and axes; camera frusta"},
+    {"X  K", "grid; camera frusta"},
     {"Esc", "end; deselect; close"},
 };
 constexpr Line kEditLines[] = {

@@ -104,8 +104,8 @@ TEST(Guides, FrustaEndInTheCornersOfTheImage) {
   }
   scene::Camera short_sighted;
   short_sighted.far_m = 1;
-  for (const auto& at : camera_frustum(short_sighted, "", kDepth, kAspect, false, 1)[0].positions)
-    EXPECT_GE(at[2], -1.00001f) << "beyond the far plane";
+  const std::vector<Marker> near = camera_frustum(short_sighted, "", kDepth, kAspect, false, 1);
+  for (const auto& at : near.at(0).positions) EXPECT_GE(at[2], -1.00001f) << "beyond the far plane";
 }
 
 TEST(Guides, LongNamesEndBetweenTwoCharacters) {

@@ -101,7 +101,7 @@ void add_frame_options(CLI::App& app, FrameOptions& options) {
       ->group(kRun)
       ->check(in_range(1, 100'000));
   add_value(app, "--conditions", options.conditions, "NAME",
-            "product: --cull, --lod; paper: neither; all: both; rays: ray effects")
+            "product, paper, all (both) or rays (ray effects)")
       ->group(kRun)
       ->check(one_of({"all", "product", "paper", "rays"}));
   add_value(app, "--ray-effect-rays", options.ray_effect_rays, "N", "rays of an effect in a pixel")
