@@ -1,6 +1,4 @@
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -13,6 +11,7 @@
 
 #include "protocol/base/text.h"
 #include "renderer/scene/gltf/export_parts.h"
+#include "renderer/scene/model/shortest.h"
 
 namespace fire3dv::scene {
 namespace {
@@ -23,17 +22,6 @@ constexpr size_t kMaxInstances = size_t{1} << 20;  // as in the loader
 constexpr const char* kLights = "KHR_lights_punctual";
 constexpr const char* kVisibility = "KHR_node_visibility";
 constexpr const char* kSpecularGlossinessName = "KHR_materials_pbrSpecularGlossiness";
-
-// The double whose shortest text names this float; the loader rounds it to the same float.
-double shortest(float value) {
-  std::array<char, 32> text;
-  const auto [end, error] = std::to_chars(text.data(), text.data() + text.size(), value);
-  double number = 0;
-  if (error == std::errc() && std::from_chars(text.data(), end, number).ec == std::errc() &&
-      static_cast<float>(number) == value)
-    return number;
-  return static_cast<double>(value);
-}
 
 json numbers(std::span<const float> values) {
   json list = json::array();

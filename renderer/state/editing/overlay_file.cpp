@@ -1,7 +1,5 @@
 #include "renderer/state/editing/overlay_file.h"
 
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <span>
@@ -9,9 +7,12 @@
 
 #include "protocol/base/files.h"
 #include "protocol/robot/robot_json.h"
+#include "renderer/scene/model/shortest.h"
 
 namespace fire3dv::state {
 namespace {
+
+using scene::shortest;
 
 using Json = nlohmann::json;
 using Ordered = nlohmann::ordered_json;
@@ -23,17 +24,6 @@ constexpr size_t kMaxNameBytes = 64 << 10;
 constexpr float kMaxConeRad = 1.5707964f + 1e-4f;  // as in glTF files
 
 // --- text ---
-
-// The shortest decimal that names this float, as a number of JSON.
-double shortest(float value) {
-  std::array<char, 32> text;
-  const auto [end, error] = std::to_chars(text.data(), text.data() + text.size(), value);
-  double number = 0;
-  if (error == std::errc() && std::from_chars(text.data(), end, number).ec == std::errc() &&
-      static_cast<float>(number) == value)
-    return number;
-  return static_cast<double>(value);
-}
 
 template <typename Vector>
 Ordered list(const Vector& vector, int length) {
