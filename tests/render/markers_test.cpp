@@ -7,28 +7,15 @@
 #include <numbers>
 #include <string>
 
+#include "tests/render/support/marker_fixture.h"
 #include "tests/render/support/render_bench.h"
 #include "tests/render/support/scene_builder.h"
 
 namespace fire3dv::test {
 namespace {
 
-using wire::Marker;
-using wire::MarkerKind;
-
-constexpr VkExtent2D kExtent{65, 49};
-constexpr uint32_t kCx = 32, kCy = 24;
 constexpr uint32_t kRed = 0xff0000ff, kGreen = 0xff00ff00, kWhite = 0xffffffff;
 const glm::ivec3 kBlack(0), kPureRed(255, 0, 0), kPureGreen(0, 255, 0);
-
-// A grey block whose front is at z = -2, at the right half of the image.
-scene::Scene block() {
-  SceneBuilder builder;
-  builder.mesh_node("block", builder.box(builder.material(matte({0.5f, 0.5f, 0.5f})), {0.5f, 2, 0.5f}),
-                    at({0.6f, 0, -2.5f}));
-  builder.light_node(sun({1, 1, 1}, 2), shining_towards({0, 0, -1}));
-  return builder.build();
-}
 
 Marker marker_of(MarkerKind kind, std::vector<std::array<float, 3>> positions, uint32_t color,
                  float width = 1) {
@@ -46,43 +33,7 @@ Marker solid(MarkerKind kind, std::array<float, 3> size) {
   return marker;
 }
 
-class Markers : public ValidationIsSilent, public testing::WithParamInterface<passes::RasterPath> {
- protected:
-  static passes::DrawSettings settings() {
-    passes::DrawSettings settings;
-    settings.raster = GetParam();
-    settings.post.fxaa = false;
-    settings.background.color = glm::vec3(0);
-    return settings;
-  }
-  static passes::View view() {
-    passes::Intrinsics camera;
-    camera.fx_px = camera.fy_px = 100;
-    camera.cx_px = kCx;
-    camera.cy_px = kCy;
-    camera.image_px = {kExtent.width, kExtent.height};
-    return passes::make_view(camera, glm::mat4(1));
-  }
-  void show(Marker marker, const glm::mat4& world_from_marker = glm::mat4(1)) {
-    shown_.push_back({++id_, std::make_shared<const Marker>(std::move(marker)), world_from_marker});
-  }
-  sinks::FrameImage draw() {
-    bench_.set_markers(&shown_);
-    return bench_.draw(poses_, view());
-  }
-  // Draws one marker.
-  sinks::FrameImage draw(Marker marker, const glm::mat4& world_from_marker = glm::mat4(1)) {
-    shown_.clear();
-    show(std::move(marker), world_from_marker);
-    return draw();
-  }
-
-  const scene::Scene scene_ = block();
-  state::PoseState poses_{scene_};
-  RenderBench bench_{scene_, kExtent, settings()};
-  std::vector<state::ShownMarker> shown_;
-  uint64_t id_ = 0;
-};
+using Markers = MarkerTest;
 
 INSTANTIATE_TEST_SUITE_P(Paths, Markers,
                          testing::Values(passes::RasterPath::visibility, passes::RasterPath::forward),
