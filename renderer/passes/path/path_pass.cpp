@@ -233,13 +233,10 @@ void PathPass::begin(gpu::Recorder& recorder, const gpu_types::Globals& globals,
 }
 
 void PathPass::use_pipeline(const GpuScene& scene) {
-  const Variant wanted{scene.has_extensions, scene.has_textures, scene.has_second_uv, scene.has_masked,
-                       scene.material_flags};
+  const RayVariant wanted = RayVariant::of(scene);
   if ((pipeline_ || ray_pipeline_) && wanted == variant_) return;
   variant_ = wanted;
-  const std::array<uint32_t, FIRE3DV_VARIANT_COUNT> constants{
-      FIRE3DV_SHADOWS_ANY, wanted.textures ? 1u : 0u, wanted.masked ? 1u : 0u, wanted.second_uv ? 1u : 0u,
-      wanted.material_flags};
+  const auto constants = wanted.constants();
   const std::string name = wanted.extensions ? "path" : "path_core";
   if (back_end_ == RayBackEnd::query) {
     pipeline_ = gpu::create_compute_pipeline(device_, layout_, name + ".comp", gpu::Compile::next, constants);

@@ -20,6 +20,7 @@
 #include "renderer/gpu/pipelines/pipeline.h"
 #include "renderer/passes/post/post_pass.h"
 #include "renderer/passes/resources/gpu_scene.h"
+#include "renderer/passes/resources/ray_variant.h"
 #include "renderer/passes/resources/targets.h"
 #include "renderer/passes/shadows/shadow_plan.h"
 #include "renderer/passes/view.h"
@@ -110,11 +111,6 @@ class PathPass {
                const PostPass::Linear& linear, const MeteredExposure& metered);
 
  private:
-  struct Variant {
-    bool extensions = true, textures = true, second_uv = true, masked = true;
-    uint32_t material_flags = 0;
-    bool operator==(const Variant&) const = default;
-  };
   struct Image {
     gpu::Buffer sums;  // PathSum[pixel]
     uint32_t width = 0, height = 0, bands = 0;
@@ -137,7 +133,7 @@ class PathPass {
   gpu::FrameRing submissions_;
   gpu::Pipeline pipeline_;  // of ray queries
   gpu::RayPipeline ray_pipeline_;
-  Variant variant_;
+  RayVariant variant_;
   ImageFilter resolve_;
   std::unique_ptr<ImageFilter> resolve_bloom_;  // created on first use
   gpu::Buffer cells_;                           // EnvironmentCell[]; null: the environment is black

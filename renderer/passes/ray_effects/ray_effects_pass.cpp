@@ -1,7 +1,6 @@
 #include "renderer/passes/ray_effects/ray_effects_pass.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <string>
 
@@ -98,13 +97,10 @@ void RayEffectsPass::allocate(Targets& targets, bool refracts) const {
 }
 
 void RayEffectsPass::use_pipeline(const GpuScene& scene) {
-  const Variant wanted{scene.has_extensions, scene.has_textures, scene.has_second_uv, scene.has_masked,
-                       scene.material_flags};
+  const RayVariant wanted = RayVariant::of(scene);
   if ((pipeline_ || ray_pipeline_) && wanted == variant_) return;
   variant_ = wanted;
-  const std::array<uint32_t, FIRE3DV_VARIANT_COUNT> constants{
-      FIRE3DV_SHADOWS_ANY, wanted.textures ? 1u : 0u, wanted.masked ? 1u : 0u, wanted.second_uv ? 1u : 0u,
-      wanted.material_flags};
+  const auto constants = wanted.constants();
   const std::string name =
       std::string(wanted.extensions ? "ray_effects" : "ray_effects_core") + (samples_ == 4 ? "_4" : "_1");
   if (back_end_ == RayBackEnd::query) {

@@ -7,6 +7,7 @@
 #include "renderer/gpu/pipelines/pipeline.h"
 #include "renderer/passes/ray_effects/ray_effect_settings.h"
 #include "renderer/passes/resources/gpu_scene.h"
+#include "renderer/passes/resources/ray_variant.h"
 #include "renderer/passes/resources/targets.h"
 #include "renderer/passes/view.h"
 #include "shaders/shared/types.h"
@@ -35,11 +36,6 @@ class RayEffectsPass {
   void record(gpu::Recorder& recorder, const Frame& frame, const RayEffectSettings& settings);
 
  private:
-  struct Variant {
-    bool extensions = true, textures = true, second_uv = true, masked = true;
-    uint32_t material_flags = 0;
-    bool operator==(const Variant&) const = default;
-  };
   void use_pipeline(const GpuScene& scene);
 
   gpu::Device& device_;
@@ -48,7 +44,7 @@ class RayEffectsPass {
   RayBackEnd back_end_;
   gpu::Pipeline pipeline_;  // of ray queries
   gpu::RayPipeline ray_pipeline_;
-  Variant variant_;
+  RayVariant variant_;
   gpu::Buffer trace_command_;  // VkTraceRaysIndirectCommandKHR: a ray-generation thread a pixel
 };
 
