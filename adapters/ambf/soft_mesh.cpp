@@ -6,6 +6,7 @@
 #include <span>
 
 #include "protocol/base/glb.h"
+#include "protocol/base/text.h"
 
 namespace fire3dv::ambf {
 namespace {
@@ -30,11 +31,8 @@ std::string soft_node_name(const std::string& name) {
   return name + " (soft body)";
 }
 
-// JSON pointer escaping, as in SPEC.md section 7.
 std::string soft_vertices_path(const std::string& name) {
-  std::string path;
-  for (const char c : soft_node_name(name)) path += c == '~' ? "~0" : c == '/' ? "~1" : std::string(1, c);
-  return path + "/" + kVerticesName;
+  return path_part(soft_node_name(name)) + "/" + kVerticesName;
 }
 
 std::vector<std::byte> soft_mesh_glb(const SoftMesh& mesh) {

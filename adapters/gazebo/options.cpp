@@ -52,13 +52,8 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
       ->type_name("HOST")
       ->allow_extra_args(false)
       ->group("Gazebo");
-  const auto add_file = [&](const char* name, std::string& file, const char* help) {
-    app.add_option(name, file, help)->type_name("FILE")->group("Security");
-  };
-  add_file("--key-file", options.security.key_file, "udp: pre-shared key, 64 hexadecimal digits");
-  add_file("--tls-ca", options.security.tls_ca_file, "tls: trusted certificates (PEM)");
-  add_file("--tls-cert", options.security.tls_certificate_file, "tls: client certificate (PEM)");
-  add_file("--tls-key", options.security.tls_key_file, "tls: private key of that certificate (PEM)");
+  add_client_security(app, options.security.key_file, options.security.tls_ca_file,
+                      options.security.tls_certificate_file, options.security.tls_key_file);
   try {
     app.parse(argc, argv);
     if (options.uris.empty() && options.session.write_scene.empty())

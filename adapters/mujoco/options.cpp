@@ -115,13 +115,8 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
       ->type_name("LIST")
       ->capture_default_str();
   app.add_option("--out", options.out, "folder of the images: PNG, .npy and a list")->type_name("DIR");
-  const auto add_file = [&](const char* name, std::string& file, const char* help) {
-    app.add_option(name, file, help)->type_name("FILE")->group("Security");
-  };
-  add_file("--key-file", options.publish.security.key_file, "udp: pre-shared key, 64 hexadecimal digits");
-  add_file("--tls-ca", options.publish.security.tls_ca_file, "tls: trusted certificates (PEM)");
-  add_file("--tls-cert", options.publish.security.tls_certificate_file, "tls: client certificate (PEM)");
-  add_file("--tls-key", options.publish.security.tls_key_file, "tls: private key of that certificate (PEM)");
+  add_client_security(app, options.publish.security.key_file, options.publish.security.tls_ca_file,
+                      options.publish.security.tls_certificate_file, options.publish.security.tls_key_file);
   try {
     app.parse(argc, argv);
     if (options.publish.uris.empty() && options.scene.empty())

@@ -9,6 +9,7 @@
 #include <tuple>
 #include <utility>
 
+#include "adapters/generic/call_client.h"
 #include "adapters/mujoco/compiled/compiled_scene.h"
 #include "protocol/base/error.h"
 #include "tools/convert/glb/write_glb.h"
@@ -123,17 +124,6 @@ void StreamedNodes::write(const mjModel& m, const mjData& d, std::vector<float>&
 }
 
 namespace {
-
-// Converts a client exception to an error that names the action and the URI.
-template <typename Call>
-Result<void> call_client(const char* what, const std::string& uri, Call&& call) {
-  try {
-    call();
-  } catch (const ClientError& error) {
-    return Error{std::string(what) + " " + uri + ": " + error.what()};
-  }
-  return {};
-}
 
 using Clock = std::chrono::steady_clock;
 

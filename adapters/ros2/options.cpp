@@ -78,13 +78,8 @@ void add_marker_options(CLI::App& app, MarkerTopics& topics) {
 }
 
 void add_security_options(CLI::App& app, Security& security) {
-  const auto add_file = [&](const char* name, std::string& file, const char* help) {
-    app.add_option(name, file, help)->type_name("FILE")->group("Security");
-  };
-  add_file("--key-file", security.key_file, "udp: pre-shared key, 64 hexadecimal digits");
-  add_file("--tls-ca", security.tls_ca_file, "tls: trusted certificates (PEM)");
-  add_file("--tls-cert", security.tls_certificate_file, "tls: client certificate (PEM)");
-  add_file("--tls-key", security.tls_key_file, "tls: private key of that certificate (PEM)");
+  add_client_security(app, security.key_file, security.tls_ca_file, security.tls_certificate_file,
+                      security.tls_key_file);
 }
 
 // Rules of --ros-args come after --namespace, and their order counts.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "adapters/generic/call_client.h"
 #include "adapters/ros2/robot/node_paths.h"
 #include "protocol/base/log.h"
 #include "protocol/base/plural.h"
@@ -19,16 +20,6 @@ constexpr std::chrono::seconds kSettled{1}, kLoaded{5};
 
 // ROS is Z up, the renderer's world Y up.
 const std::vector<double> kWorldFromStream = {1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0};
-
-template <typename Call>
-Result<void> call_client(const char* what, const std::string& uri, Call&& call) {
-  try {
-    call();
-  } catch (const ClientError& error) {
-    return Error{std::string(what) + " " + uri + ": " + error.what()};
-  }
-  return {};
-}
 
 }  // namespace
 

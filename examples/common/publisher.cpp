@@ -18,17 +18,12 @@ void set_help(CLI::App& app, const std::string& usage) {
 
 CLI::Option* add_link_options(CLI::App& app, LinkOptions& options) {
   constexpr const char* kGroup = "Streams";
-  const auto add_file = [&](const char* name, std::string& file, const char* help) {
-    app.add_option(name, file, help)->type_name("FILE")->group(kGroup);
-  };
   CLI::Option* to = app.add_option("--to", options.to, "shm://NAME, or tcp, tls, udp://HOST:PORT; repeatable")
                         ->type_name("URI")
                         ->group(kGroup)
                         ->allow_extra_args(false);
-  add_file("--key-file", options.security.key_file, "udp: pre-shared key, 64 hexadecimal digits");
-  add_file("--tls-ca", options.security.tls_ca_file, "tls: trusted certificates (PEM)");
-  add_file("--tls-cert", options.security.tls_certificate_file, "tls: client certificate (PEM)");
-  add_file("--tls-key", options.security.tls_key_file, "tls: private key of that certificate (PEM)");
+  fire3dv::add_client_security(app, options.security.key_file, options.security.tls_ca_file,
+                               options.security.tls_certificate_file, options.security.tls_key_file, kGroup);
   app.add_option("--ack-timeout", options.ack_timeout_s, "limit of one wait of --lockstep")
       ->type_name("SECONDS")
       ->group(kGroup)

@@ -108,6 +108,19 @@ inline void set_program_flags(CLI::App& app) {
   });
 }
 
+// Options of a client's security: names of files.
+inline void add_client_security(CLI::App& app, std::string& udp_key, std::string& tls_ca,
+                                std::string& tls_certificate, std::string& tls_key,
+                                const char* group = "Security") {
+  const auto add_file = [&](const char* name, std::string& file, const char* help) {
+    app.add_option(name, file, help)->type_name("FILE")->group(group);
+  };
+  add_file("--key-file", udp_key, "udp: pre-shared key, 64 hexadecimal digits");
+  add_file("--tls-ca", tls_ca, "tls: trusted certificates (PEM)");
+  add_file("--tls-cert", tls_certificate, "tls: client certificate (PEM)");
+  add_file("--tls-key", tls_key, "tls: private key of that certificate (PEM)");
+}
+
 // One of these words. `type_name` of the option lists them.
 inline CLI::Validator one_of(std::vector<std::string> words) {
   return CLI::IsMember(std::move(words)).description("");

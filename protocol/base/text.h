@@ -68,6 +68,21 @@ inline std::string terminal_text(std::string_view text) {
   return result;
 }
 
+// Name of a node as a part of a path such as "arm/hand": "/" becomes "~1" and "~" becomes "~0", as in JSON
+// pointers (RFC 6901; SPEC.md section 7).
+inline std::string path_part(std::string_view name) {
+  std::string part;
+  part.reserve(name.size());
+  for (const char c : name) {
+    if (c == '~' || c == '/') {
+      part += c == '~' ? "~0" : "~1";
+    } else {
+      part += c;
+    }
+  }
+  return part;
+}
+
 // Text from a file or a peer in quotation marks, for messages: printable and cut after 120 characters.
 inline std::string quote(std::string_view text) {
   constexpr size_t kMaxCharacters = 120;

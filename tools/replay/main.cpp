@@ -160,8 +160,7 @@ Result<bool> Replay::run_once(bool again) {
     const record::Playback::Step step = playback_.next(played);
     if (step == record::Playback::Step::end) break;
     if (step == record::Playback::Step::damaged) {
-      if (damaged_++ == 0)
-        print_log_line("fire3dv-replay", warning(playback_.problem()));
+      if (damaged_++ == 0) print_log_line("fire3dv-replay", warning(playback_.problem()));
       continue;
     }
     if (played.log_time_ns > end_ns) break;
@@ -264,13 +263,8 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(16u, 16'384u).description(""))
       ->type_name("N")
       ->capture_default_str();
-  const auto add_file = [&](const char* name, std::string& file, const char* text) {
-    app.add_option(name, file, text)->type_name("FILE")->group("Security");
-  };
-  add_file("--key-file", options.publisher.key_file, "udp: pre-shared key, 64 hexadecimal digits");
-  add_file("--tls-ca", options.publisher.tls.ca_file, "tls: trusted certificates (PEM)");
-  add_file("--tls-cert", options.publisher.tls.certificate_file, "tls: client certificate (PEM)");
-  add_file("--tls-key", options.publisher.tls.key_file, "tls: private key of that certificate (PEM)");
+  add_client_security(app, options.publisher.key_file, options.publisher.tls.ca_file,
+                      options.publisher.tls.certificate_file, options.publisher.tls.key_file);
   try {
     app.parse(argc, argv);
     if (std::set(options.streams.begin(), options.streams.end()).size() != options.streams.size())

@@ -3,6 +3,8 @@
 #include <chrono>
 #include <utility>
 
+#include "adapters/generic/call_client.h"
+
 namespace fire3dv::gazebo {
 namespace {
 
@@ -10,16 +12,6 @@ constexpr size_t kSceneBudget_bytes = size_t{256} << 20;  // the largest that a 
 
 // Rotates Gazebo's Z up to glTF's Y up.
 const std::vector<double> kWorldFromStream = {1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0};
-
-template <typename Call>
-Result<void> call_client(const std::string& what, const std::string& uri, Call&& call) {
-  try {
-    call();
-  } catch (const ClientError& error) {
-    return Error{what + " " + uri + ": " + error.what()};
-  }
-  return {};
-}
 
 }  // namespace
 

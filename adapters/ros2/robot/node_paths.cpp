@@ -4,22 +4,14 @@
 #include <utility>
 #include <vector>
 
+#include "protocol/base/text.h"
+
 namespace fire3dv::ros2 {
 namespace {
 
 using Json = nlohmann::json;
 
 constexpr size_t kHeaderBytes = 20;  // of the file and of its first chunk
-
-std::string path_part(const std::string& name) {
-  std::string part;
-  for (const char c : name) {
-    if (c == '~') part += "~0";
-    else if (c == '/') part += "~1";
-    else part += c;
-  }
-  return part;
-}
 
 }  // namespace
 

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "protocol/base/clock.h"
+#include "protocol/base/text.h"
 #include "renderer/passes/resources/gpu_bytes.h"
 #include "renderer/scene/clusters/clusters.h"
 #include "renderer/scene/model/bounds.h"
@@ -330,7 +331,7 @@ void SceneBuild::merge_nodes(Request& request, Merge& merge, Built& built) {
 Result<void> SceneBuild::add(const state::RequestedNode& node, uint32_t parent, Merge& merge) {
   scene::Scene& scene = merge.to->scene;
   const std::string path =
-      (parent == scene::kNone ? "" : scene.nodes[parent].path + "/") + scene::path_part(node.name);
+      (parent == scene::kNone ? "" : scene.nodes[parent].path + "/") + path_part(node.name);
   if (merge.names.is_taken(node.name) || merge.names.is_taken(path))
     return Error{"there is a node of that name already"};
   std::shared_ptr<const Asset> asset;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "protocol/base/error.h"
+#include "protocol/base/text.h"
 #include "renderer/scene/gltf/gltf_document.h"
 #include "renderer/scene/gltf/gltf_parts.h"
 #include "renderer/scene/gltf/meshes/gltf_accessors.h"
@@ -117,21 +118,6 @@ Result<std::optional<std::vector<glm::mat4>>> Instancing::node_from_instances(co
     node_from_instance.push_back(matrix_of(part));
   }
   return std::optional(std::move(node_from_instance));
-}
-
-std::string escaped(const std::string& name) {
-  std::string result;
-  result.reserve(name.size());
-  for (const char c : name) {
-    if (c == '~') {
-      result += "~0";
-    } else if (c == '/') {
-      result += "~1";
-    } else {
-      result += c;
-    }
-  }
-  return result;
 }
 
 // Parent of each node in file order. Fails on invalid child indices and on nodes with several parents.
@@ -311,7 +297,7 @@ Result<Node> node_of(const tinygltf::Node& source, uint32_t parent, bool hidden,
   if (auto done = set_transform(source, where, node); !done) return done.error();
   node.world_from_node = node.parent_from_node;
   if (parent != kNone) node.world_from_node = scene.nodes[parent].world_from_node * node.parent_from_node;
-  node.path = escaped(source.name);
+  node.path = path_part(source.name);
   if (parent != kNone) node.path = scene.nodes[parent].path + "/" + node.path;
 
   auto mesh = reference(source.mesh, scene.meshes.size(), where, "meshes");

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "protocol/base/text.h"
 #include "renderer/scene/clusters/clusters.h"
 
 namespace fire3dv::scene {
@@ -208,18 +209,6 @@ void add_derived(Derived& to, const Derived& from, uint32_t first_vertex) {
 }
 
 }  // namespace
-
-std::string path_part(const std::string& name) {
-  std::string part;
-  for (const char c : name) {
-    if (c == '~' || c == '/') {
-      part += c == '~' ? "~0" : "~1";
-    } else {
-      part += c;
-    }
-  }
-  return part;
-}
 
 uint32_t add_node(Scene& scene, const std::string& name, uint32_t parent, const glm::mat4& parent_from_node) {
   Node node;

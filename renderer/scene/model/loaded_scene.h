@@ -64,9 +64,6 @@ Result<void> check_scene(const Scene& scene);
 // Precondition: check_scene() succeeded.
 Result<void> check_derived(const Scene& scene, const Derived& derived);
 
-// A name as part of a path.
-std::string path_part(const std::string& name);
-
 // A node that the file does not have. parent: kNone for the root. Returns its index.
 uint32_t add_node(Scene& scene, const std::string& name, uint32_t parent, const glm::mat4& parent_from_node);
 

@@ -39,15 +39,7 @@ inline const char* name_of(SdfEntity kind) {
 
 // Name of an entity as a part of a scoped name. Control characters and invalid UTF-8 become '?'.
 inline std::string escaped_sdf_name(std::string_view name) {
-  std::string part;
-  for (const char c : printable_text(name, std::string::npos)) {
-    if (c == '~' || c == '/') {
-      part += c == '~' ? "~0" : "~1";
-    } else {
-      part += c;
-    }
-  }
-  return part;
+  return path_part(printable_text(name, std::string::npos));
 }
 
 // parent: scoped name; empty for entities of the world. An entity without a name has that of its kind.
