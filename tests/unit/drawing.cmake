@@ -11,5 +11,6 @@ if(TARGET fire3dv_passes)
   target_include_directories(shader_layout_test PRIVATE ${PROJECT_SOURCE_DIR})
 endif()
 if(TARGET fire3dv_app)
-  fire3dv_test(stream_receiver_test SOURCES app/stream_receiver_test.cpp LINK fire3dv_app LABELS unit)
+  fire3dv_test(stream_receiver_test SOURCES app/streams/stream_receiver_test.cpp app/streams/stream_takeover_test.cpp
+    app/streams/stream_scheduling_test.cpp LINK fire3dv_app LABELS unit)
 endif()
