@@ -100,16 +100,20 @@ void OfflineLoop::advance(uint64_t frame) {
   }
   for (const std::string& note : parts_.streams.take_log_messages()) app::say(note);
   for (const std::string& note : parts_.scene.take_log_messages()) app::say(note);
+  const bool is_new_scene = posed_scene_ != parts_.scene.replaced();
+  posed_scene_ = parts_.scene.replaced();
+  if (parts_.robot && is_new_scene) parts_.robot->set_scene(parts_.scene.scene(), parts_.poses.names());
+  const bool is_at_rest = parts_.scene.user_edits().transforms.empty() && !parts_.robot;
   if (parts_.animations) {
     pose((*parts_.animations)->at(static_cast<double>(parts_.poses.sim_time_ns().value_or(line_ns)) * 1e-9));
-  } else if (!parts_.scene.user_edits().transforms.empty() && posed_scene_ != parts_.scene.replaced()) {
-    posed_scene_ = parts_.scene.replaced();
+  } else if (is_new_scene && !is_at_rest) {
     pose(state::rest_pose(parts_.scene.scene()));
   }
 }
 
-// With the transforms of --overlay.
+// With the joint positions and transforms of --overlay, in the order of live runs.
 void OfflineLoop::pose(state::RestPose rest) {
+  if (parts_.robot) parts_.robot->apply(rest);
   state::apply_transforms(parts_.scene.user_edits().transforms, parts_.scene.scene(), rest);
   parts_.poses.set_rest(rest);
 }

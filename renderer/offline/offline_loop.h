@@ -25,6 +25,7 @@
 #include "renderer/scene/cache/scene_cache.h"
 #include "renderer/sinks/frame.h"
 #include "renderer/state/motion/animation.h"
+#include "renderer/state/motion/robot_pose.h"
 
 namespace fire3dv::offline {
 
@@ -55,7 +56,8 @@ class RecordingScene {
 
 class OfflineLoop {
  public:
-  // All members are borrowed. animations null: none play. checkpoint null: of no path-traced image.
+  // All members are borrowed. animations null: none play. checkpoint null: of no path-traced image. robot: of
+  // the scene's file; its joints have the positions of the user's edits. null: none is moved.
   struct Parts {
     gpu::Device& device;
     passes::SceneRenderer& renderer;
@@ -66,6 +68,7 @@ class OfflineLoop {
     app::CameraRig& camera;
     sinks::FrameSink& sink;
     app::PathCheckpoint* checkpoint = nullptr;
+    state::RobotPose* robot = nullptr;
   };
   OfflineLoop(const Parts& parts, const FrameTimes& times);
 

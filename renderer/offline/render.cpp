@@ -177,8 +177,8 @@ class Render {
   bool validation_was_silent() const { return !instance_ || instance_->validation_messages() == 0; }
 
  private:
-  Result<bool> draw(const scene::LoadedScene& loaded, const Timeline& timeline, const Manifest& manifest,
-                    Output& output);
+  Result<bool> draw(const app::SceneLoad& load, const scene::LoadedScene& loaded, const Timeline& timeline,
+                    const Manifest& manifest, Output& output);
 
   const RenderOptions& options_;
   const app::Options& drawing_;
@@ -223,7 +223,7 @@ Result<bool> Render::run() {
   if (!output) return output.error();
 
   if (!output->folder || output->folder->existing_frames() < part.frames) {
-    auto drawn = draw(**loaded, *timeline, *manifest, *output);
+    auto drawn = draw(load, **loaded, *timeline, *manifest, *output);
     if (!drawn || !*drawn) {
       if (output->video) output->video->abandon();
       return drawn ? drawn : (*scene)->with_title(drawn.error());
@@ -241,8 +241,8 @@ Result<bool> Render::run() {
   return true;
 }
 
-Result<bool> Render::draw(const scene::LoadedScene& loaded, const Timeline& timeline,
-                          const Manifest& manifest, Output& output) {
+Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& loaded,
+                          const Timeline& timeline, const Manifest& manifest, Output& output) {
   auto environment = app::load_environment(drawing_.environment);
   if (!environment) return environment.error();
   gpu::InstanceOptions instance_options;
@@ -285,8 +285,11 @@ Result<bool> Render::draw(const scene::LoadedScene& loaded, const Timeline& time
       {drawing_.assets, passes::levels_for(drawing_.levels_of_detail), renderer->max_textures()});
   live.set_shows_markers(drawing_.markers);
   if (*animations) live.set_animations((*animations)->player, (*animations)->chosen);
+  std::optional<state::RobotPose> robot;
+  if (!overlay_.empty()) robot = app::find_robot(load);
   const auto edit = [&](const scene::Scene& of, std::vector<state::EditKey>* unmatched) {
-    live.set_user_edits(state::to_edits(overlay_, {of, state::NodeNames(of)}, {}, unmatched));
+    const state::NodeNames names(of);
+    live.set_user_edits(state::to_edits(overlay_, {of, names, robot ? &*robot : nullptr}, {}, unmatched));
   };
   live.on_scene_replaced([&](const scene::Scene&, const scene::Scene& after) { edit(after, nullptr); });
   std::vector<state::EditKey> unmatched;
@@ -294,6 +297,7 @@ Result<bool> Render::draw(const scene::LoadedScene& loaded, const Timeline& time
   for (const state::EditKey& key : unmatched)
     say(warning(drawing_.overlay.string() + ": " + state::describe(key) +
                 " has no effect: the scene has no such object now"));
+  if (robot) robot->set(live.user_edits().joints);
   auto streams = RecordedStreams::open([&] { return open_recording(options_); }, timeline, poses);
   if (!streams) return streams.error();
 
@@ -310,7 +314,7 @@ Result<bool> Render::draw(const scene::LoadedScene& loaded, const Timeline& time
     checkpoint.emplace(folder_of(options_), drawing_, report, "", inputs_of(manifest));
   OfflineLoop loop(
       {**device, *renderer, poses, *streams, live, *animations ? &(*animations)->player : nullptr, *camera,
-       output.sink(), checkpoint ? &*checkpoint : nullptr},
+       output.sink(), checkpoint ? &*checkpoint : nullptr, robot && robot->is_moved() ? &*robot : nullptr},
       manifest.times);
   const auto is_wanted = [&](uint64_t frame) { return !output.folder || !output.folder->has(frame); };
   auto drawn = loop.run(part, is_wanted, app::stop_was_requested);

@@ -6,8 +6,9 @@ import shutil
 import signal
 import subprocess
 
+from glb_edit import edit_glb
 from harness import HANG_S, Program, check, main, shown, vulkan_environment, wait_until
-from image_reader import read_png
+from image_reader import PLACE_AT_REST, SQUARES, read_png, write_scene
 
 SIZE = "160x90"
 FRAMES = 40  # of the recording at FPS: 60 frames of 10 ms, then 20 more, first to last
@@ -156,6 +157,43 @@ def an_overlay_is_applied(test):
         check(seen and all(abs(at - 5 - moved) < 0.6 for at, moved in seen), f"without the edits, and with them: {places}")
     with open(os.path.join(edited, "manifest.json"), encoding="utf-8") as file:
         check("overlay" in file.read(), "the manifest does not name the edits")
+
+
+def joints_are_moved(test):
+    """Joint positions of --overlay move the body that no stream drives, to the bytes of a headless replay."""
+    scene, overlay, out = test.path("robot.glb"), test.path("joints.json"), test.path("joints")
+    write_scene(scene, squares={**SQUARES, "yellow": ((1, 1, 0), -30)})
+
+    def add_robot(document, binary):
+        axes = {"red": "driven", "yellow": "slide"}
+        robot = {"version": 1, "bodies": [{"node": body, "translation": [PLACE_AT_REST, 0, 0]} for body in axes],
+                 "joints": [{"name": joint, "type": "prismatic", "node": body, "axis": [1, 0, 0]} for body, joint in axes.items()]}
+        document["nodes"].append({"name": "robot", "extras": {"fire3dv": {"robot": robot}}})
+        document["scenes"][0]["nodes"].append(len(document["nodes"]) - 1)
+        return binary
+    edit_glb(scene, scene, add_robot)
+    slide = -40
+    # Blue has another simulator, whose poses a frame of this one's time lies between.
+    with open(overlay, "w", encoding="ascii") as file:
+        file.write('{"fire3dv_overlay": {"version": 1, "edits": [{"node": "blue", "visible": false}, '
+                   '{"joint": "driven", "position": [30]}, {"joint": "slide", "position": [%d]}]}}' % slide)
+    command = command_of(test, recording(test), out, "--overlay", overlay, "--fps", FPS, "--start", 20 / FPS, "--end", 21 / FPS,
+                         "--ground", "off", scene=False)
+    command.insert(3, scene)
+    program = Program(test, "render", command, vulkan_environment())
+    program.expect_exit(0)
+    check("no effect" not in program.stderr_text(), program.stderr_text())
+    wanted = {shown(line, "arm")["sequence"]: line for line in lines_of(os.path.join(out, "frames.jsonl"))}
+    check(len(wanted) == 2, f"{wanted}")
+
+    replayed = test.renderer("--replay", recording(test), "--step", "--lockstep", "--exit-when-done", "--overlay", overlay, scene=scene)
+    replayed.expect_exit(0)
+    same = {shown(line, "arm")["sequence"]: line for line in replayed.frames() if shown(line, "arm")}
+    for sequence, line in wanted.items():
+        picture = read_png(os.path.join(out, line["file"]))
+        middle = picture.pixel(round(picture.width / 2 + PLACE_AT_REST + slide), picture.height // 2 + 30)
+        check(tuple(middle) == (255, 255, 0), f"no yellow where the joint puts it, but {middle}")
+        check(picture.rows == pixels_of(replayed.folder, same[sequence]), f"frame {sequence} is another picture in a replay")
 
 
 def shards_are_the_whole(test):
@@ -364,5 +402,5 @@ if __name__ == "__main__":
     # One folder for all comparisons with the reference run, which is drawn once.
     main({"same_bytes": all_of(frames_are_right, a_cold_start_changes_nothing, shards_are_the_whole, a_killed_run_is_gone_on_with,
                                the_scene_may_travel),
-          "paths": all_of(paths_are_traced, a_killed_path_is_gone_on_with), "overlay": an_overlay_is_applied, "live": live_is_replayed_is_offline, "bad_input": bad_input},
+          "paths": all_of(paths_are_traced, a_killed_path_is_gone_on_with), "overlay": all_of(an_overlay_is_applied, joints_are_moved), "live": live_is_replayed_is_offline, "bad_input": bad_input},
          ("fire3dv", "record", "replay", "publisher", "make"))
