@@ -358,6 +358,13 @@ std::vector<std::pair<RequesterId, uint64_t>> ImageRequestRegistry::open() const
   return open;
 }
 
+bool ImageRequestRegistry::is_open(RequesterId requester, uint64_t id) const {
+  const auto places = requests_.find(requester);
+  return places != requests_.end() && std::ranges::any_of(places->second, [&](const auto& entry) {
+           return entry.second.request.id == id;
+         });
+}
+
 size_t ImageRequestRegistry::count() const {
   size_t count = 0;
   for (const auto& [requester, places] : requests_) count += places.size();

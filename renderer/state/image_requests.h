@@ -148,6 +148,7 @@ class ImageRequestRegistry {
 
   // Requester and id of each open request, sorted.
   std::vector<std::pair<RequesterId, uint64_t>> open() const;
+  bool is_open(RequesterId requester, uint64_t id) const;
   size_t count() const;
   uint64_t refused() const { return refused_; }
 

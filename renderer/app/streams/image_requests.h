@@ -86,7 +86,10 @@ class ImageRequestQueue final : public ImageRequestHandler {
             const transport::ListenerLink::FillPixels& fill) {
     return replies_.send_image(requester, frame, fill);
   }
-  bool has_ended(state::RequesterId requester) const { return !replies_.shown(requester); }
+  // False once the request was withdrawn, replaced or answered, or its requester has ended.
+  bool is_open(const Due& due) const {
+    return replies_.shown(due.requester) && registry_.is_open(due.requester, due.request.id);
+  }
   void add_render_time(state::RequesterId requester, int64_t ns) { replies_.add_render_time(requester, ns); }
   wire::Affine3x4d world_from_stream(state::RequesterId requester) const;
   ImageReplies::Appearance appearance(state::RequesterId requester) const;

@@ -75,14 +75,15 @@ ImageService::Drawn ImageService::draw_due(gpu::FrameRing& frames) {
 
 // Other due images wait: they are counted by the next call.
 ImageService::Drawn ImageService::go_on_tracing(gpu::FrameRing& frames) {
-  const state::RequesterId requester = first_.traced_requester();
-  if (requests_.has_ended(requester)) {
+  const state::ImageRequestRegistry::Due due = first_.traced();
+  if (!requests_.is_open(due)) {
     first_.cancel_tracing();
     return {.any = true, .has_more = true};
   }
   const int64_t begin_ns = monotonic_ns();
   first_.trace(frames, poses_);
-  requests_.add_render_time(requester, monotonic_ns() - begin_ns);
+  requests_.add_render_time(due.requester, monotonic_ns() - begin_ns);
+  if (!first_.is_tracing()) requests_.mark_rendered(due);
   forward_refusals(first_);
   return {.any = true, .has_more = true};
 }
@@ -115,8 +116,10 @@ bool ImageService::draw_turn(gpu::FrameRing& frames, state::RequesterId requeste
   const bool is_whole = !has_work();
   for (size_t device = 0; device < device_count(); ++device) {
     RequestRenderer& request_renderer = renderer_at(device);
-    for (const RequestRenderer::WorkItem& one : request_renderer.processed())
-      requests_.mark_rendered(one.due);
+    std::span<const RequestRenderer::WorkItem> processed = request_renderer.processed();
+    // A traced image is the last one. Its request stays open until it is whole, so that it can be withdrawn.
+    if (request_renderer.is_tracing()) processed = processed.first(processed.size() - 1);
+    for (const RequestRenderer::WorkItem& one : processed) requests_.mark_rendered(one.due);
     request_renderer.begin({});
   }
   return is_whole;

@@ -45,7 +45,7 @@ class RequestRenderer {
   // Replaces the work list; compatible images must be adjacent.
   void begin(std::vector<WorkItem>&& work);
   bool has_work() const { return next_ < work_.size(); }
-  // Images that are rendered or refused.
+  // Images that are rendered or refused, or whose paths are being traced.
   std::span<const WorkItem> processed() const { return std::span(work_).first(next_); }
 
   // Renders some of the images in one submission, which ends with the image that reaches max_bytes of
@@ -54,11 +54,11 @@ class RequestRenderer {
   // True after draw() has begun to trace the paths of an image. Until trace() has ended it, nothing else may
   // be drawn with the renderer, and its scene must stay.
   bool is_tracing() const { return tracing_.has_value(); }
-  state::RequesterId traced_requester() const { return tracing_->work.due.requester; }
+  const state::ImageRequestRegistry::Due& traced() const { return tracing_->work.due; }
   // Adds samples for a short time, and submits the image when it has all of them: it shows the moment of
   // draw(), whatever the poses are now.
   void trace(gpu::FrameRing& frames, const state::PoseState& poses);
-  void cancel_tracing();  // of a requester that has ended
+  void cancel_tracing();  // of a request that is not open any more
   // Limit of one submission: its images stay in host memory until they are sent.
   static constexpr uint64_t kMaxSubmittedBytes = uint64_t{64} << 20;
   // Cost of the images rendered since the last call.

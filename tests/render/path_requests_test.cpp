@@ -1,0 +1,144 @@
+// Render test of path-traced images that are requested: withdrawn and replaced requests.
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <map>
+#include <span>
+#include <vector>
+
+#include "renderer/app/streams/image_service.h"
+#include "renderer/passes/view.h"
+#include "tests/render/support/path_bench.h"
+#include "tests/render/support/render_bench.h"
+#include "tests/render/support/scene_builder.h"
+
+namespace fire3dv::test {
+namespace {
+
+constexpr uint64_t kEpoch = 3;
+constexpr uint32_t kWidth = 24, kHeight = 16;
+constexpr uint32_t kEndless = 1 << 20;  // samples of an image that no test awaits
+constexpr state::RequesterId kClient = 1;
+
+scene::LoadedScene lit_ball() {
+  SceneBuilder builder;
+  builder.mesh_node("ball", builder.sphere(builder.material(lambert({0.8f, 0.4f, 0.2f})), 0.5f),
+                    at({0, 0.5f, 0}));
+  builder.mesh_node("floor", builder.quad(builder.material(lambert(glm::vec3(0.5f))), 3), glm::mat4(1));
+  builder.light_node(sun(glm::vec3(1), 4), shining_towards({-0.5f, -1, -0.3f}));
+  builder.camera_node("camera", {0.5f, 1.6f, 3}, {0, 0.4f, 0});
+  scene::LoadedScene loaded{builder.build(), {}};
+  loaded.derived = scene::derive(loaded.scene);
+  return loaded;
+}
+
+// A client whose frame 1 is shown, and its images.
+class Client final : public app::ImageReplies {
+ public:
+  struct Image {
+    uint64_t request = 0;
+    std::vector<std::byte> pixels;
+  };
+
+  std::optional<Shown> shown(state::RequesterId) const override { return Shown{{kEpoch, 1, 0}, {}, {}}; }
+  void refuse_image(state::RequesterId, const wire::ImageRefused& refused, bool) override {
+    ADD_FAILURE() << refused.message;
+  }
+  bool send_image(state::RequesterId, const wire::ImageFrame& frame,
+                  const transport::ListenerLink::FillPixels& fill) override {
+    images.push_back({frame.request, std::vector<std::byte>(frame.pixel_bytes)});
+    fill(images.back().pixels);
+    return true;
+  }
+  void add_render_time(state::RequesterId, int64_t) override {}
+
+  std::vector<Image> images;
+};
+
+class PathRequests : public ValidationIsSilent {
+ protected:
+  wire::ImageRequest request(uint64_t id, uint32_t place, glm::vec3 eye) const {
+    wire::ImageRequest request;
+    request.epoch = kEpoch;
+    request.id = id;
+    request.place = place;
+    request.parent_from_camera = app::affine_of(passes::look_at_pose(eye, {0, 0.4f, 0}));
+    request.intrinsics = {kWidth, kHeight, 20, 20, kWidth / 2.0f - 0.5f, kHeight / 2.0f - 0.5f, 0.01f, 0, {}};
+    return request;
+  }
+  void ask(const wire::ImageRequest& request) { requests_.on_image_request(kClient, request, nullptr); }
+  void set_samples(uint32_t samples) {
+    settings_.path->samples_per_pixel = samples;
+    bench_.renderer().apply(settings_);
+  }
+  uint32_t samples() { return bench_.renderer().path_tracer()->progress().samples; }
+  // Serves requests until the condition holds; fails if it does not come to hold.
+  template <typename Condition>
+  void serve_until(Condition&& condition) {
+    for (int turn = 0; turn < 100'000; ++turn) {
+      if (condition()) return;
+      (void)service_.draw_due(bench_.frames());
+      service_.wait(service_.submitted());
+      service_.deliver();
+    }
+    ADD_FAILURE() << "endless";
+  }
+  // Begins the image of this request, which nobody can await.
+  void begin_endless(const wire::ImageRequest& request) {
+    set_samples(kEndless);
+    ask(request);
+    serve_until([&] { return service_.is_tracing() && samples() >= 2; });
+  }
+
+  const scene::LoadedScene scene_ = lit_ball();
+  passes::DrawSettings settings_ = path_settings(kEndless, 1);
+  RenderBench bench_{scene_.scene, {kWidth, kHeight}, settings_};
+  state::PoseState poses_{scene_.scene};
+  app::CameraRig camera_{*app::CameraRig::create(scene_.scene)};
+  app::LiveScene live_{scene_, poses_, bench_.renderer(), camera_, {}};
+  Client client_;
+  app::ImageRequestQueue requests_{client_, app::image_abilities(bench_.renderer(), true)};
+  app::ImageService service_{device(), bench_.renderer(), poses_, requests_, live_, {}};
+};
+
+TEST_F(PathRequests, AWithdrawnImageEndsAtTheNextSubmission) {
+  const wire::ImageRequest endless = request(1, 0, {0.5f, 1.6f, 3});
+  begin_endless(endless);
+  wire::ImageRequest withdrawal = endless;
+  withdrawal.when = wire::ImageWhen::never;
+  ask(withdrawal);
+  const uint32_t traced = samples();
+  (void)service_.draw_due(bench_.frames());
+  EXPECT_FALSE(service_.is_tracing());
+  EXPECT_LE(samples(), traced);
+  // With so few samples the first image would end as well.
+  set_samples(3);
+  ask(request(2, 1, {-0.5f, 1.6f, 3}));
+  serve_until([&] { return !client_.images.empty(); });
+  EXPECT_EQ(client_.images.front().request, 2u);
+  EXPECT_EQ(samples(), 3u);
+  serve_until([&] { return requests_.count() == 0; });
+  EXPECT_EQ(client_.images.size(), 1u);
+}
+
+TEST_F(PathRequests, AnImageWhosePlaceIsTakenEnds) {
+  begin_endless(request(1, 0, {0.5f, 1.6f, 3}));
+  ask(request(2, 0, {-0.5f, 1.6f, 3}));
+  set_samples(3);
+  serve_until([&] { return !client_.images.empty(); });
+  EXPECT_EQ(client_.images.front().request, 2u);
+  EXPECT_EQ(requests_.count(), 0u);
+}
+
+// Until its image is whole, so that it can be withdrawn.
+TEST_F(PathRequests, ARequestIsOpenWhileItsImageIsTraced) {
+  begin_endless(request(1, 0, {0.5f, 1.6f, 3}));
+  EXPECT_EQ(requests_.count(), 1u);
+  set_samples(samples() + 3);
+  serve_until([&] { return !client_.images.empty(); });
+  EXPECT_EQ(client_.images.front().request, 1u);
+  EXPECT_EQ(requests_.count(), 0u);
+}
+
+}  // namespace
+}  // namespace fire3dv::test
