@@ -26,11 +26,10 @@ namespace fire3dv::gui {
 struct Shown {
   const scene::Scene& scene;
   const state::PoseState& poses;
-  const scene::SceneEdits* edits = nullptr;     // null: none
-  uint64_t scene_number = 0;                    // unique per scene
-  replay::TimelineControl* timeline = nullptr;  // null: neither a replay nor animations
-  uint32_t variant = scene::kNone;              // material variant; kNone: the file's default materials
-  const state::RobotPose* robot = nullptr;      // null: the file holds none
+  const scene::SceneEdits* edits = nullptr;                   // null: none
+  uint64_t scene_number = 0;                                  // unique per scene
+  replay::TimelineControl* timeline = nullptr;                // null: neither a replay nor animations
+  const state::RobotPose* robot = nullptr;                    // null: the file holds none
   std::span<const std::filesystem::path> recent_files = {};   // the shown one first
   const EditFacts* editing = nullptr;                         // null: nobody records edits
   std::function<passes::View(float image_aspect)> view = {};  // of the image; null: no gizmo is drawn

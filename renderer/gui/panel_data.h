@@ -42,7 +42,6 @@ struct Commands {
   bool screenshot = false;
   bool toggle_video = false;
   std::optional<std::string> export_csv;  // table to write into a file
-  std::optional<uint32_t> variant;        // of materials; kNone: the file's default materials
   bool undo = false, redo = false, save_overlay = false, export_glb = false;
   // Of the timeline of a replay or of animations, if there is one.
   bool toggle_playback = false;
@@ -83,6 +82,7 @@ struct Viewer {
 
   state::NodeTransforms transforms;  // of nodes that no stream drives
   state::JointPositions joints;      // of the robot, other than the file's
+  uint32_t variant = scene::kNone;   // material variant; kNone: the file's default materials
 
   passes::DrawSettings draw;   // requested settings; unsupported ones are reported and reset
   passes::PathSettings paths;  // of draw.path, while it is set

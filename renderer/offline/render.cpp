@@ -19,6 +19,7 @@
 #include "renderer/offline/offline_loop.h"
 #include "renderer/offline/timeline.h"
 #include "renderer/scene/cache/scene_digest.h"
+#include "renderer/scene/model/variants.h"
 #include "renderer/sinks/video/video_sink.h"
 #include "renderer/state/editing/overlay_file.h"
 
@@ -193,6 +194,7 @@ Result<bool> Render::run() {
     if (!overlay) return overlay.error();
     overlay_ = std::move(*overlay);
   }
+  if (!drawing_.variant.empty()) overlay_[state::variant_key()] = drawing_.variant;
   auto playback = open_recording(options_);
   if (!playback) return playback.error();
   // The scene loads while the recording is read.
@@ -285,6 +287,10 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
       {drawing_.assets, passes::levels_for(drawing_.levels_of_detail), renderer->max_textures()});
   live.set_shows_markers(drawing_.markers);
   if (*animations) live.set_animations((*animations)->player, (*animations)->chosen);
+  if (!drawing_.variant.empty()) {
+    if (const auto variant = scene::find_variant(loaded.scene, drawing_.variant); variant)
+      live.set_loaded_variant(*variant);
+  }
   std::optional<state::RobotPose> robot;
   if (!overlay_.empty()) robot = app::find_robot(load);
   const auto edit = [&](const scene::Scene& of, std::vector<state::EditKey>* unmatched) {

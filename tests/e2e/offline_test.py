@@ -6,7 +6,7 @@ import shutil
 import signal
 import subprocess
 
-from glb_edit import edit_glb
+from glb_edit import add_variants, edit_glb
 from harness import HANG_S, Program, check, main, shown, vulkan_environment, wait_until
 from image_reader import PLACE_AT_REST, SQUARES, read_png, write_scene
 
@@ -160,7 +160,9 @@ def an_overlay_is_applied(test):
 
 
 def joints_are_moved(test):
-    """Joint positions of --overlay move the body that no stream drives, to the bytes of a headless replay."""
+    """Joint positions of --overlay move the body that no stream drives, and its variant is chosen, to the bytes of a headless
+    replay.
+    """
     scene, overlay, out = test.path("robot.glb"), test.path("joints.json"), test.path("joints")
     write_scene(scene, squares={**SQUARES, "yellow": ((1, 1, 0), -30)})
 
@@ -171,11 +173,11 @@ def joints_are_moved(test):
         document["nodes"].append({"name": "robot", "extras": {"fire3dv": {"robot": robot}}})
         document["scenes"][0]["nodes"].append(len(document["nodes"]) - 1)
         return binary
-    edit_glb(scene, scene, add_robot)
+    add_variants(edit_glb(scene, scene, add_robot), scene, {"fire": "red", "night": "green"})
     slide = -40
     # Blue has another simulator, whose poses a frame of this one's time lies between.
     with open(overlay, "w", encoding="ascii") as file:
-        file.write('{"fire3dv_overlay": {"version": 1, "edits": [{"node": "blue", "visible": false}, '
+        file.write('{"fire3dv_overlay": {"version": 1, "edits": [{"node": "blue", "visible": false}, {"variant": "night"}, '
                    '{"joint": "driven", "position": [30]}, {"joint": "slide", "position": [%d]}]}}' % slide)
     command = command_of(test, recording(test), out, "--overlay", overlay, "--fps", FPS, "--start", 20 / FPS, "--end", 21 / FPS,
                          "--ground", "off", scene=False)
@@ -193,6 +195,8 @@ def joints_are_moved(test):
         picture = read_png(os.path.join(out, line["file"]))
         middle = picture.pixel(round(picture.width / 2 + PLACE_AT_REST + slide), picture.height // 2 + 30)
         check(tuple(middle) == (255, 255, 0), f"no yellow where the joint puts it, but {middle}")
+        colours = {picture.pixel(x, y) for x in range(picture.width) for y in range(picture.height)}
+        check((0, 255, 0) in colours and (255, 0, 0) not in colours, f"the red square is not that of the variant: {colours}")
         check(picture.rows == pixels_of(replayed.folder, same[sequence]), f"frame {sequence} is another picture in a replay")
 
 

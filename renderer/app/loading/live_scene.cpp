@@ -52,7 +52,9 @@ void LiveScene::set_user_edits(const UserEdits& edits) {
   UserEdits moved_only = user_;
   moved_only.transforms = edits.transforms;
   moved_only.joints = edits.joints;
+  moved_only.variant = edits.variant;  // a scene of its own
   user_changed_ |= moved_only != edits;
+  if (edits.variant != user_.variant) requested_variant_ = edits.variant;
   user_ = edits;
   ++user_revision_;
   ++updates_;
@@ -339,7 +341,8 @@ bool LiveScene::show_variant() {
   }
   if (placed) placed = upload_scene(next_merged ? *next_merged : *next_base);
   if (!placed) {
-    requested_variant_ = variant_;
+    requested_variant_ = user_.variant = variant_;
+    is_variant_refused_ = true;
     log_messages_.push_back("warning: the material variant is not shown: " + placed.error().message);
     return false;
   }
@@ -366,14 +369,11 @@ Result<void> LiveScene::replace_base(const scene::LoadedScene& next, std::vector
   const scene::LoadedScene& before_base = base();
   const std::unique_ptr<const scene::LoadedScene> variant_base = std::exchange(variant_base_, nullptr);
   const scene::Scene& before = merged ? merged->scene : before_base.scene;
-  const auto in_next = [&](uint32_t variant) {  // by name
-    const std::vector<std::string>& names = before_base.scene.variants;
-    const auto found = variant < names.size() ? std::ranges::find(next.scene.variants, names[variant])
-                                              : next.scene.variants.end();
-    return found == next.scene.variants.end() ? scene::kNone
-                                              : static_cast<uint32_t>(found - next.scene.variants.begin());
+  const auto in_next = [&](uint32_t variant) {
+    return scene::variant_of_same_name(variant, before_base.scene, next.scene);
   };
   requested_variant_ = in_next(requested_variant_);
+  user_.variant = in_next(user_.variant);
   variant_ = loaded_variant_ = in_next(loaded_variant_);
   base_ = &next;
   build_.set_base(next);

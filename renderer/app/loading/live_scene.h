@@ -54,10 +54,15 @@ class LiveScene {
   uint64_t user_revision() const { return user_revision_; }  // rises with each change of user_edits()
 
   // Material variant of the file; kNone: its default materials. The base scene has the first one.
-  void set_loaded_variant(uint32_t variant) { loaded_variant_ = variant_ = requested_variant_ = variant; }
+  void set_loaded_variant(uint32_t variant) {
+    loaded_variant_ = variant_ = requested_variant_ = user_.variant = variant;
+  }
   // In effect after a follow() without a build in progress: the scene is replaced by one with the same nodes.
+  // A change of user_edits().variant requests it.
   void request_variant(uint32_t variant) { requested_variant_ = variant; }
   uint32_t variant() const { return variant_; }
+  // True once after a requested variant could not be shown: variant() stays, also in user_edits().
+  bool take_variant_refusal() { return std::exchange(is_variant_refused_, false); }
   // True if replace_base() may be called now: no build is running.
   bool can_replace_base() const { return build_.idle(); }
   // Shows another version of the file. Streams keep their nodes by path, else by name; nodes that they add
@@ -128,6 +133,7 @@ class LiveScene {
   const scene::LoadedScene* base_;
   std::unique_ptr<const scene::LoadedScene> variant_base_;  // null: the loaded variant
   uint32_t loaded_variant_ = scene::kNone, variant_ = scene::kNone, requested_variant_ = scene::kNone;
+  bool is_variant_refused_ = false;
   std::unique_ptr<const scene::LoadedScene> merged_;  // null: the base scene is shown
   state::PoseState& poses_;
   passes::SceneRenderer& renderer_;

@@ -19,6 +19,7 @@ namespace {
 void assign_edits(gui::Viewer& viewer, UserEdits&& edits, const scene::Scene& scene) {
   viewer.hidden = std::move(edits.hidden);
   viewer.removed = std::move(edits.removed);
+  viewer.variant = edits.variant;
   viewer.lights = std::move(edits.lights);
   viewer.transforms = std::move(edits.transforms);
   viewer.joints = std::move(edits.joints);
@@ -45,6 +46,7 @@ scene::ExportedEdits exported_edits(const gui::Viewer& viewer, const state::Edit
   scene::ExportedEdits edits;
   edits.hidden = viewer.hidden;
   edits.removed = viewer.removed;
+  edits.variant = viewer.variant;
   edits.lights = viewer.lights;
   edits.materials = edits_of(viewer).materials;
   for (uint32_t node = 0; node < scene.nodes.size(); ++node) {
@@ -104,9 +106,11 @@ OverlayFile overlay_file(const Options& options, bool scene_is_file) {
 }
 
 Result<state::EditDocument> load_overlay(const Options& options) {
-  if (options.overlay.empty()) return state::EditDocument();
-  if (!options.headless && !is_there(options.overlay)) return state::EditDocument();
-  return state::load_overlay(options.overlay);
+  const bool is_read = !options.overlay.empty() && (options.headless || is_there(options.overlay));
+  Result<state::EditDocument> document =
+      is_read ? state::load_overlay(options.overlay) : Result<state::EditDocument>(state::EditDocument());
+  if (document && !options.variant.empty()) (*document)[state::variant_key()] = options.variant;
+  return document;
 }
 
 SceneEditor::SceneEditor(OverlayFile file, state::EditDocument document)
@@ -140,7 +144,7 @@ state::EditDocument SceneEditor::current(const gui::Viewer& viewer, const state:
   state::EditDocument document = state::to_document(edits_of(viewer), targets);
   state::TargetIndex index(targets);
   for (const auto& [key, value] : history_.document()) {
-    if (index.find(key) == scene::kNone) document.emplace(key, value);
+    if (index.find(key, value) == scene::kNone) document.emplace(key, value);
   }
   return document;
 }
@@ -172,8 +176,8 @@ void SceneEditor::replace_scene(gui::Viewer& viewer, const scene::Scene& before,
   state::TargetIndex index_before(from), index_after(to);
   state::EditDocument next = state::to_document(edits_of(viewer), to);
   for (const auto& [key, value] : document) {
-    const bool was = index_before.find(key) != scene::kNone;
-    const bool is = index_after.find(key) != scene::kNone;
+    const bool was = index_before.find(key, value) != scene::kNone;
+    const bool is = index_after.find(key, value) != scene::kNone;
     if (!was || !is) next.emplace(key, value);
   }
   // What could not be transferred is dropped from the document, without a step.

@@ -36,7 +36,8 @@ struct GlbExport {
   std::filesystem::path scene;                       // exported as SCENE.edited.glb, without its ending
 };
 
-// Document of --overlay; empty without the option. With a window a missing file is no error: it is saved.
+// Document of --overlay, with the variant of --variant in place of its own; empty without the options. With a
+// window a missing file is no error: it is saved.
 Result<state::EditDocument> load_overlay(const Options& options);
 
 class SceneEditor {

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "protocol/base/random.h"
+#include "renderer/scene/model/variants.h"
 
 namespace fire3dv::app {
 
@@ -246,6 +247,7 @@ void transfer_by_path(gui::Viewer& viewer, const scene::Scene& before, const sce
   }
   viewer.lights = std::move(lights);
   viewer.materials = transferred_materials(std::move(viewer.materials), before, after);
+  viewer.variant = scene::variant_of_same_name(viewer.variant, before, after);
   state::NodeTransforms transforms;
   for (const auto& [node, transform] : viewer.transforms) {
     if (const uint32_t now = moved(node); now != scene::kNone) transforms.emplace(now, transform);
@@ -263,13 +265,14 @@ void forget_scene(gui::Viewer& viewer) {
   viewer.materials.clear();
   viewer.transforms.clear();
   viewer.joints.clear();
+  viewer.variant = scene::kNone;
   viewer.streams.clear();
   viewer.commands = {};
 }
 
 UserEdits edits_of(const gui::Viewer& viewer) {
-  UserEdits edits{viewer.hidden,         viewer.isolated,   viewer.lights, {},
-                  viewer.hidden_markers, viewer.transforms, viewer.joints, viewer.removed};
+  UserEdits edits{viewer.hidden, viewer.isolated, viewer.lights, {}, viewer.hidden_markers, viewer.transforms,
+                  viewer.joints, viewer.removed,  viewer.variant};
   for (const auto& [number, material] : viewer.materials)
     edits.materials.emplace(number, scene::factors_of(material));
   return edits;

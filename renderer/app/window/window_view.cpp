@@ -142,6 +142,7 @@ state::EditTargets WindowView::edit_targets() const {
 }
 
 void WindowView::apply_requests() {
+  if (borrowed_.scene.take_variant_refusal()) borrowed_.viewer.variant = borrowed_.scene.variant();
   borrowed_.scene.set_user_edits(edits_of(borrowed_.viewer));
   if (borrowed_.robot) borrowed_.robot->set(borrowed_.viewer.joints);
   apply_draw_settings();
@@ -208,11 +209,11 @@ void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::Tim
     const LiveScene& scene = borrowed_.scene;
     const gui::EditFacts editing = borrowed_.editor.facts();
     const auto view = [this](float aspect) { return borrowed_.camera.view(borrowed_.poses, aspect); };
-    owners = panels_->take(
-        first(), input, {window_extent_.width, window_extent_.height}, seconds, facts,
-        {scene.scene(), borrowed_.poses, &scene.edits(), scene.replaced(), timeline, scene.variant(),
-         borrowed_.robot ? &*borrowed_.robot : nullptr, recent_files_.files(), &editing, view},
-        viewer);
+    owners =
+        panels_->take(first(), input, {window_extent_.width, window_extent_.height}, seconds, facts,
+                      {scene.scene(), borrowed_.poses, &scene.edits(), scene.replaced(), timeline,
+                       borrowed_.robot ? &*borrowed_.robot : nullptr, recent_files_.files(), &editing, view},
+                      viewer);
     place_image();
   }
   const glm::uvec2 image_px(image_extent_.width, image_extent_.height);
@@ -244,7 +245,6 @@ void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::Tim
   if (std::exchange(commands.toggle_video, false)) captures_.toggle_video();
   if (commands.export_csv) captures_.export_csv(*std::exchange(commands.export_csv, std::nullopt));
   if (std::exchange(commands.close, false)) closing_ = true;
-  if (commands.variant) borrowed_.scene.request_variant(*std::exchange(commands.variant, std::nullopt));
   if (!input.dropped.empty()) commands.open = input.dropped.front();
   if (commands.open) opened_ = std::exchange(commands.open, std::nullopt);
 }

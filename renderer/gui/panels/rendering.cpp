@@ -135,13 +135,13 @@ bool edit(Ui& ui, scene::Material& m) {
 }
 
 // Only of files with KHR_materials_variants.
-void choose_variant(Ui& ui, const scene::Scene& scene, uint32_t now, std::optional<uint32_t>& request) {
+void choose_variant(Ui& ui, const scene::Scene& scene, uint32_t& variant) {
   if (scene.variants.empty()) return;
   std::vector<const char*> names{"default"};
   for (const std::string& name : scene.variants) names.push_back(name.c_str());
-  size_t chosen = now < scene.variants.size() ? now + 1 : 0;
+  size_t chosen = variant < scene.variants.size() ? variant + 1 : 0;
   if (ui.choice("Variant", chosen, names, "Materials of the whole file"))
-    request = chosen == 0 ? scene::kNone : static_cast<uint32_t>(chosen - 1);
+    variant = chosen == 0 ? scene::kNone : static_cast<uint32_t>(chosen - 1);
 }
 
 }  // namespace
@@ -178,7 +178,7 @@ void MaterialsPanel::draw(const Context& context) {
   if (!ui.header("Materials", context.layout.is_open(Panel::materials))) return;
   Viewer& viewer = context.viewer;
   const scene::Scene& scene = context.shown.scene;
-  choose_variant(ui, scene, context.shown.variant, viewer.commands.variant);
+  choose_variant(ui, scene, viewer.variant);
   ui.check("Of the selection", of_selection_, "Lists those of the selected node and its descendants");
   list(context);
   if (listed_.empty()) {

@@ -247,6 +247,25 @@ void GlbExport::set_factors(json& material, const MaterialFactors& factors) {
     material["alphaCutoff"] = shortest(factors.alpha_cutoff);
 }
 
+// The mappings stay, so that the other variants can be chosen. Of two mappings the later one counts, as in
+// the loader.
+void GlbExport::set_variant(size_t variant) {
+  if (!root_.contains("meshes")) return;
+  for (Json& mesh : root_["meshes"]) {
+    for (Json& primitive : mesh["primitives"]) {
+      const Json* const own = extension(primitive, "KHR_materials_variants");
+      if (!own) continue;
+      std::optional<Json> material;
+      for (const Json& mapping : own->value("mappings", Json::array())) {
+        const Json variants = mapping.value("variants", Json::array());
+        if (std::find(variants.begin(), variants.end(), variant) != variants.end())
+          material = mapping.at("material");
+      }
+      if (material) primitive["material"] = std::move(*material);
+    }
+  }
+}
+
 // Number 0 is glTF's default material, of primitives without one; the file's materials follow.
 void GlbExport::set_material(uint32_t number, const MaterialFactors& factors) {
   json& materials = root_["materials"];
@@ -302,6 +321,7 @@ Result<void> GlbExport::apply(const ExportedEdits& edits) {
   for (const uint32_t node : edits.removed) {
     if (const auto at = source(node)) hide_node(*at);
   }
+  if (edits.variant != kNone) set_variant(edits.variant);
   for (const auto& [number, factors] : edits.materials) set_material(number, factors);
   if (root_.contains("materials") && root_["materials"].empty()) root_.erase("materials");
   if (missing != 0)

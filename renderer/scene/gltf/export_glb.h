@@ -35,6 +35,7 @@ struct ExportedEdits {
   std::set<uint32_t> removed;  // with their descendants and their lights
   std::map<uint32_t, Light> lights;
   MaterialEdits materials;
+  uint32_t variant = kNone;               // becomes the default materials; kNone: those of the file
   std::map<uint32_t, std::string> names;  // of edited nodes: a file that has others has changed
 };
 

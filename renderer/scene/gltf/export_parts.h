@@ -43,6 +43,7 @@ class GlbExport {
   void hide_node(uint32_t node);
   bool has_light(uint32_t node) const;
   void set_light(uint32_t node, const Light& light);
+  void set_variant(size_t variant);
   void set_material(uint32_t number, const MaterialFactors& factors);
   void set_factors(Json& material, const MaterialFactors& factors);
   void use_extension(const char* name);

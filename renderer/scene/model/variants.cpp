@@ -13,6 +13,12 @@ Result<uint32_t> find_variant(const Scene& scene, std::string_view name) {
                (scene.variants.empty() ? ": the file has none" : "; choose one of " + variant_names(scene))};
 }
 
+uint32_t variant_of_same_name(uint32_t variant, const Scene& before, const Scene& after) {
+  if (variant >= before.variants.size()) return kNone;
+  const auto found = std::find(after.variants.begin(), after.variants.end(), before.variants[variant]);
+  return found == after.variants.end() ? kNone : static_cast<uint32_t>(found - after.variants.begin());
+}
+
 std::string variant_names(const Scene& scene) {
   std::string names;
   for (const std::string& name : scene.variants) names += (names.empty() ? "" : ", ") + quote(name);

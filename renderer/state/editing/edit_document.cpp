@@ -37,6 +37,8 @@ EditDocument to_document(const UserEdits& edits, const EditTargets& targets) {
     if (number < targets.scene.materials.size())
       document.emplace(index.key_of(EditedObject::material, number, EditedProperty::factors), factors);
   }
+  if (edits.variant < targets.scene.variants.size())
+    document.emplace(variant_key(), targets.scene.variants[edits.variant]);
   if (!targets.robot) return document;
   for (const auto& [joint, position] : edits.joints) {
     if (joint >= targets.robot->robot().joints().size()) continue;
@@ -53,9 +55,11 @@ UserEdits to_edits(const EditDocument& document, const EditTargets& targets, con
   edits.hidden_markers = view.hidden_markers;
   TargetIndex index(targets);
   for (const auto& [key, value] : document) {
-    const uint32_t target = index.find(key);
+    const uint32_t target = index.find(key, value);
+    const auto* variant = std::get_if<VariantName>(&value);
     if (target == scene::kNone) {
       if (unmatched) unmatched->push_back(key);
+      if (unmatched && variant) unmatched->back().name = *variant;
       continue;
     }
     if (const auto* flag = std::get_if<bool>(&value)) {
@@ -73,12 +77,16 @@ UserEdits to_edits(const EditDocument& document, const EditTargets& targets, con
       edits.materials[target] = *factors;
     } else if (const auto* position = std::get_if<JointPosition>(&value)) {
       edits.joints[target] = *position;
+    } else if (variant) {
+      edits.variant = target;
     }
   }
   return edits;
 }
 
 std::string describe(const EditKey& key) {
+  if (key.property == EditedProperty::variant)
+    return "the material variant" + (key.name.empty() ? key.name : " " + quote(key.name));
   constexpr const char* kObjects[] = {"node", "material", "joint"};
   constexpr const char* kProperties[] = {"the visibility", "the transform", "the light",
                                          "the factors",    "the position",  "the removal"};

@@ -16,22 +16,29 @@
 
 namespace fire3dv::state {
 
-enum class EditedObject : uint8_t { node, material, joint };
-enum class EditedProperty : uint8_t { visible, transform, light, factors, position, removed };
+enum class EditedObject : uint8_t { node, material, joint, scene };
+enum class EditedProperty : uint8_t { visible, transform, light, factors, position, removed, variant };
 
 // Objects of one name are numbered in the order of the scene.
 struct EditKey {
   EditedObject object = EditedObject::node;
-  std::string name;         // path of a node; name of a material or joint
+  std::string name;         // path of a node; name of a material or joint; empty for the scene
   uint32_t occurrence = 0;  // 0: the first object of the name
   EditedProperty property = EditedProperty::visible;
   auto operator<=>(const EditKey&) const = default;
 };
 
 using JointPosition = std::vector<double>;  // as in JointPositions
-// Visibility or removal, transform, light, factors and position; the value belongs to the key's property.
-using EditedValue = std::variant<bool, NodeTransform, scene::Light, scene::MaterialFactors, JointPosition>;
+using VariantName = std::string;            // of a material variant
+// Visibility or removal, transform, light, factors, position and variant; the value belongs to the key's
+// property.
+using EditedValue =
+    std::variant<bool, NodeTransform, scene::Light, scene::MaterialFactors, JointPosition, VariantName>;
 using EditDocument = std::map<EditKey, EditedValue>;
+// Key of the scene's material variant.
+inline EditKey variant_key() {
+  return {EditedObject::scene, {}, 0, EditedProperty::variant};
+}
 
 // Objects that keys name. Borrowed for a call.
 struct EditTargets {
@@ -45,7 +52,7 @@ uint32_t find_target(const EditKey& key, const EditTargets& targets);
 
 EditDocument to_document(const UserEdits& edits, const EditTargets& targets);
 // Edits of the objects that exist; the view settings are those of `view`. unmatched: receives the keys of
-// others, null: not wanted.
+// others, with the name of a missing variant; null: not wanted.
 UserEdits to_edits(const EditDocument& document, const EditTargets& targets, const UserEdits& view,
                    std::vector<EditKey>* unmatched = nullptr);
 

@@ -81,6 +81,7 @@ void add_value(Ordered& entry, EditedProperty property, const EditedValue& value
   if (const auto* light = std::get_if<scene::Light>(&value)) entry["light"] = light_text(*light);
   if (const auto* factors = std::get_if<scene::MaterialFactors>(&value)) add_factors(entry, *factors);
   if (const auto* position = std::get_if<JointPosition>(&value)) entry["position"] = *position;
+  if (const auto* variant = std::get_if<VariantName>(&value)) entry["variant"] = *variant;
 }
 
 // --- members of a file ---
@@ -218,6 +219,12 @@ JointPosition read_position(const Json& value, const std::string& place) {
   return position;
 }
 
+std::string read_name(const Json& name, const std::string& place) {
+  if (!name.is_string() || name.get_ref<const std::string&>().size() > kMaxNameBytes)
+    throw Fault(place + " is no text of at most 65536 bytes");
+  return name.get<std::string>();
+}
+
 // The object that an entry names.
 EditKey read_target(Members& entry, const std::string& place) {
   constexpr std::pair<const char*, EditedObject> kObjects[] = {
@@ -225,9 +232,7 @@ EditKey read_target(Members& entry, const std::string& place) {
   for (const auto& [member, object] : kObjects) {
     const Json* const name = entry.find(member);
     if (!name) continue;
-    if (!name->is_string() || name->get_ref<const std::string&>().size() > kMaxNameBytes)
-      throw Fault(entry.place(member) + " is no text of at most 65536 bytes");
-    EditKey key{object, name->get<std::string>(), 0, {}};
+    EditKey key{object, read_name(*name, entry.place(member)), 0, {}};
     if (const Json* const number = entry.find("occurrence")) {
       if (!number->is_number_unsigned() || number->get<uint64_t>() >= UINT32_MAX)
         throw Fault(entry.place("occurrence") + " is no whole number from 0 on");
@@ -235,18 +240,23 @@ EditKey read_target(Members& entry, const std::string& place) {
     }
     return key;
   }
-  throw Fault(place + " names no node, material or joint");
+  throw Fault(place + " names no node, material, joint or variant");
 }
 
 void read_entry(const Json& object, const std::string& place, EditDocument& document) {
   Members entry(object, place);
-  EditKey key = read_target(entry, place);
+  const Json* const variant = entry.find("variant");
+  EditKey key = variant ? variant_key() : read_target(entry, place);
   const size_t before = document.size();
   const auto add = [&](EditedProperty property, EditedValue value) {
     key.property = property;
     if (!document.emplace(key, std::move(value)).second)
       throw Fault(place + " edits " + describe(key) + " a second time");
   };
+  if (variant) {
+    add(EditedProperty::variant, read_name(*variant, entry.place("variant")));
+    return entry.refuse_others({"variant"});
+  }
   if (key.object == EditedObject::material) {
     add(EditedProperty::factors, read_factors(entry));
     return entry.refuse_others({"material", "occurrence", "base_color", "emissive", "metallic", "roughness",
@@ -304,7 +314,7 @@ std::string overlay_text(const EditDocument& document, const std::string& scene)
   for (auto edit = document.begin(); edit != document.end();) {
     const EditKey& key = edit->first;
     Ordered entry;
-    entry[kMembers[static_cast<size_t>(key.object)]] = key.name;
+    if (key.object != EditedObject::scene) entry[kMembers[static_cast<size_t>(key.object)]] = key.name;
     if (key.occurrence != 0) entry["occurrence"] = key.occurrence;
     for (; edit != document.end() && edit->first.object == key.object && edit->first.name == key.name &&
            edit->first.occurrence == key.occurrence;

@@ -11,6 +11,8 @@ std::string_view TargetIndex::name_of(EditedObject object, uint32_t number) cons
       return targets_.scene.nodes[number].path;
     case EditedObject::material:
       return targets_.scene.materials[number].name;
+    case EditedObject::scene:
+      return {};
     case EditedObject::joint:
       break;
   }
@@ -23,6 +25,8 @@ uint32_t TargetIndex::count_of(EditedObject object) const {
       return static_cast<uint32_t>(targets_.scene.nodes.size());
     case EditedObject::material:
       return static_cast<uint32_t>(targets_.scene.materials.size());
+    case EditedObject::scene:
+      return 1;
     case EditedObject::joint:
       break;
   }
@@ -36,6 +40,14 @@ const TargetIndex::Numbers& TargetIndex::numbers_of(EditedObject object) {
   for (uint32_t number = 0; number < count_of(object); ++number)
     (*numbers)[name_of(object, number)].push_back(number);
   return *numbers;
+}
+
+uint32_t TargetIndex::find(const EditKey& key, const EditedValue& value) {
+  const auto* variant = std::get_if<VariantName>(&value);
+  if (!variant) return find(key);
+  const std::vector<std::string>& variants = targets_.scene.variants;
+  const auto found = std::find(variants.begin(), variants.end(), *variant);
+  return found == variants.end() ? scene::kNone : static_cast<uint32_t>(found - variants.begin());
 }
 
 uint32_t TargetIndex::find(const EditKey& key) {

@@ -22,6 +22,8 @@ class TargetIndex {
 
   // Number of the object; scene::kNone: the scene has none of that name.
   uint32_t find(const EditKey& key);
+  // The same; of the scene the number of the variant.
+  uint32_t find(const EditKey& key, const EditedValue& value);
   // Key of an existing object.
   EditKey key_of(EditedObject object, uint32_t number, EditedProperty property);
 
@@ -32,7 +34,7 @@ class TargetIndex {
   uint32_t count_of(EditedObject object) const;
 
   const EditTargets& targets_;
-  std::array<std::optional<Numbers>, 3> numbers_;  // by object
+  std::array<std::optional<Numbers>, 4> numbers_;  // by object
 };
 
 }  // namespace fire3dv::state

@@ -21,6 +21,7 @@ struct UserEdits {
   NodeTransforms transforms;   // replace those of the file, of animations and joints, not those of streams
   JointPositions joints;       // of the robot, other than the file's
   std::set<uint32_t> removed;  // with their descendants: not drawn, and without lights
+  uint32_t variant = scene::kNone;  // of the file's materials; kNone: its default materials
   bool operator==(const UserEdits&) const = default;
 };
 

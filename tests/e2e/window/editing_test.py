@@ -6,6 +6,7 @@ import glob
 import json
 import os
 
+from glb_edit import add_variants
 from harness import main, wait_until
 from image_reader import check, read_png, write_scene
 from screen import on_a_screen
@@ -107,5 +108,21 @@ def bad_files(test):
     renderer.wait_err(r'warning: .*visibility of node "nobody" has no effect')
 
 
+def variants(test):
+    """The overlay chooses a material variant, and --variant overrides it."""
+    scene, overlay = add_variants(test.scene, test.path("variants.glb"), {"leaf": "green", "sea": "blue"}), test.path("leaf.json")
+    with open(overlay, "w", encoding="ascii") as file:
+        file.write('{"fire3dv_overlay": {"version": 1, "edits": [{"variant": "leaf"}]}}')
+
+    def rows(*arguments):
+        run = test.renderer(*arguments, "--frames", "1", scene=scene)
+        run.expect_exit(0)
+        return read_png(glob.glob(os.path.join(run.folder, "*.png"))[0]).rows
+    leaf, sea = rows("--variant", "leaf"), rows("--variant", "sea")
+    check(leaf != sea, "the variants look alike")
+    check(rows("--overlay", overlay) == leaf, "the overlay's variant is not shown")
+    check(rows("--overlay", overlay, "--variant", "sea") == sea, "--variant does not replace that of the overlay")
+
+
 if __name__ == "__main__":
-    main({"gizmo": on_a_screen(gizmo, size=(1280, 800)), "bad_files": bad_files}, ["fire3dv"])
+    main({"gizmo": on_a_screen(gizmo, size=(1280, 800)), "bad_files": bad_files, "variants": variants}, ["fire3dv"])

@@ -151,8 +151,8 @@ struct GuiWorld {
     input.scale = scale;
     input.delta_s = 1.0f / 60;
     input.events = std::move(events);
-    const gui::Shown shown{scene,        poses,  nullptr,      1,        replays ? &timeline : nullptr,
-                           scene::kNone, &robot, recent_files, &editing, image_view};
+    const gui::Shown shown{scene,  poses,        nullptr,  1,         replays ? &timeline : nullptr,
+                           &robot, recent_files, &editing, image_view};
     const ImDrawData& drawn = gui.frame(input, facts, shown, viewer);
     robot.set(viewer.joints);
     state::RestPose rest = state::rest_pose(scene);

@@ -100,6 +100,36 @@ TEST_F(Exports, TransformsAreReadBackBitByBit) {
   expect_same_geometry(again, scene_);
 }
 
+TEST_F(Exports, AVariantBecomesTheDefaultAndTheOthersStay) {
+  test::GltfBuilder builder = arm_file();
+  const json mappings = {{{"material", 1}, {"variants", {0}}}, {{"material", 2}, {"variants", {1, 2}}}};
+  for (const char* const name : {"red", "blue"}) builder.root["materials"].push_back({{"name", name}});
+  for (const size_t mesh : {0, 1})  // the second one has no material of its own
+    builder.root["meshes"][mesh]["primitives"][0]["extensions"]["KHR_materials_variants"]["mappings"] =
+        mesh == 0 ? mappings : json{mappings[0]};
+  builder.root["extensions"]["KHR_materials_variants"]["variants"] = {
+      {{"name", "day"}}, {{"name", "night"}}, {{"name", "fog"}}};
+  builder.root["extensionsUsed"].push_back("KHR_materials_variants");
+  file_ = folder_.write("variants.glb", builder.glb());
+  const auto materials = [&](uint32_t variant) {
+    ExportedEdits edits;
+    edits.variant = variant;
+    const ExportedGlb made = exported(edits);
+    EXPECT_TRUE(made.warnings.empty());
+    const Scene again = load(made);
+    EXPECT_EQ(again.variants, (std::vector<std::string>{"day", "night", "fog"}));
+    std::vector<uint32_t> shown;
+    for (const Primitive& primitive : again.primitives) {
+      shown.push_back(primitive.material);
+      shown.push_back(again.variant_materials[primitive.first_variant_material + 1]);  // of "day"
+    }
+    return shown;
+  };
+  EXPECT_EQ(materials(kNone), (std::vector<uint32_t>{1, 2, 0, 2}));
+  EXPECT_EQ(materials(0), (std::vector<uint32_t>{2, 2, 2, 2}));
+  EXPECT_EQ(materials(2), (std::vector<uint32_t>{3, 2, 0, 2}));
+}
+
 TEST_F(Exports, MaterialsAndLightsAreReadBackBitByBit) {
   ExportedEdits edits;
   MaterialFactors steel = factors_of(scene_.materials[1]);

@@ -209,6 +209,69 @@ TEST_F(Editors, JointsKeepTheirPositionsByNameWhenTheFileIsReloaded) {
   EXPECT_EQ(viewer_.joints, (state::JointPositions{{0, {0.5}}})) << "an edit without its joint waits";
 }
 
+TEST_F(Editors, AVariantIsAStepAndKeepsItsName) {
+  scene_.variants = {"day", "night"};
+  SceneEditor editor(file(), {});
+  editor.begin(viewer_, targets());
+  update(editor);
+  viewer_.variant = 0;
+  update(editor);
+  viewer_.variant = 1;
+  update(editor);
+  ASSERT_EQ(editor.history().undo_steps(), 2u);
+  EXPECT_EQ(editor.facts().undo, "the material variant");
+  press('z');
+  update(editor);
+  EXPECT_EQ(viewer_.variant, 0u);
+  press('z');
+  update(editor);
+  EXPECT_EQ(viewer_.variant, scene::kNone);
+  press('y');
+  update(editor);
+  EXPECT_EQ(viewer_.variant, 0u);
+
+  // The same variant of another scene has another number; one that is missing waits.
+  scene::Scene other = scene_, less = scene_;
+  other.variants = {"dusk", "night", "day"};
+  less.variants = {"dusk"};
+  editor.replace_scene(viewer_, scene_, other, nullptr);
+  EXPECT_EQ(viewer_.variant, 2u);
+  editor.replace_scene(viewer_, other, less, nullptr);
+  EXPECT_EQ(viewer_.variant, scene::kNone);
+  editor.update(viewer_, {less, names_}, false);
+  EXPECT_EQ(editor.history().undo_steps(), 1u) << "a reload is no step";
+  EXPECT_EQ(editor.history().document().at(state::variant_key()), state::EditedValue("day"));
+  editor.replace_scene(viewer_, less, scene_, nullptr);
+  EXPECT_EQ(viewer_.variant, 0u);
+  // Another choice takes the place of a missing one.
+  editor.replace_scene(viewer_, scene_, less, nullptr);
+  viewer_.variant = 0;
+  editor.update(viewer_, {less, names_}, false);
+  EXPECT_EQ(editor.history().document().at(state::variant_key()), state::EditedValue("dusk"));
+  press('s');
+  editor.update(viewer_, {less, names_}, false);
+
+  Options options;
+  options.overlay = file().path;
+  Result<state::EditDocument> saved = load_overlay(options);
+  ASSERT_TRUE(saved.ok()) << saved.error().message;
+  SceneEditor reopened(file(), *saved);
+  gui::Viewer viewer;
+  reopened.begin(viewer, targets());
+  EXPECT_EQ(viewer.variant, scene::kNone);
+  const std::vector<std::string> notes = reopened.take_log_messages();
+  ASSERT_EQ(notes.size(), 1u);
+  EXPECT_NE(notes[0].find("the material variant \"dusk\" has no effect"), std::string::npos) << notes[0];
+  // --variant replaces that of the file.
+  options.variant = "night";
+  saved = load_overlay(options);
+  ASSERT_TRUE(saved.ok());
+  SceneEditor named(file(), *saved);
+  named.begin(viewer, targets());
+  EXPECT_EQ(viewer.variant, 1u);
+  EXPECT_EQ(named.facts().undo, "");
+}
+
 TEST_F(Editors, TheOverlayFileIsBesideTheSceneUnlessNamed) {
   Options options;
   options.scene = folder_ / "demo.glb";

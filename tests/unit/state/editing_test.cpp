@@ -27,6 +27,7 @@ scene::Scene twins() {
   scene.lights[0].name = "bulb";
   scene.materials.resize(5);
   scene.materials[2].name = scene.materials[4].name = "steel";
+  scene.variants = {"day", "night"};
   return scene;
 }
 
@@ -47,7 +48,10 @@ class Editing : public ::testing::Test {
   void edit(UserEdits& edits) {
     const uint32_t node = static_cast<uint32_t>(random_() % 5),
                    material = static_cast<uint32_t>(random_() % 5);
-    switch (random_() % 7) {
+    switch (random_() % 8) {
+      case 6:
+        edits.variant = edits.variant == scene::kNone ? random_() % 2 : scene::kNone;
+        break;
       case 5:
         if (edits.removed.erase(node) == 0) edits.removed.insert(node);
         break;
@@ -152,6 +156,23 @@ TEST_F(Editing, ObjectsOfOneNameAreToldApart) {
   EXPECT_EQ(unmatched.size(), 2u);
 }
 
+TEST_F(Editing, AVariantIsChosenByItsName) {
+  UserEdits edits;
+  edits.variant = 1;
+  const EditDocument document = to_document(edits, targets_);
+  EXPECT_EQ(document, (EditDocument{{variant_key(), VariantName("night")}}));
+  const std::string text = overlay_text(document, "twins.glb");
+  EXPECT_NE(text.find("{\"variant\":\"night\"}"), std::string::npos) << text;
+  EXPECT_EQ(parse_overlay(std::as_bytes(std::span(text))).value(), document);
+  std::swap(scene_.variants[0], scene_.variants[1]);
+  EXPECT_EQ(to_edits(document, targets_, {}).variant, 0u);
+  scene_.variants = {"day"};
+  std::vector<EditKey> unmatched;
+  EXPECT_EQ(to_edits(document, targets_, {}, &unmatched).variant, scene::kNone);
+  ASSERT_EQ(unmatched.size(), 1u);
+  EXPECT_EQ(describe(unmatched[0]), "the material variant \"night\"");
+}
+
 TEST_F(Editing, MatricesAreSplitIntoPartsThatMakeThemAgain) {
   for (int i = 0; i < 1000; ++i) {
     const glm::mat4 matrix = parent_from_node(transform());
@@ -235,6 +256,9 @@ TEST(OverlayFiles, FaultsAreNamedByTheirMember) {
        "inner_cone"},
       {R"([{"material": "m", "base_color": [1, 1, 1, 1]}])", "emissive"},
       {R"([{"joint": "j", "position": []}])", "edits[0].position"},
+      {R"([{"variant": 1}])", "edits[0].variant is no text"},
+      {R"([{"variant": "a", "node": "b"}])", "unknown member \"node\""},
+      {R"([{"variant": "a"}, {"variant": "b"}])", "edits[1] edits the material variant a second time"},
       {R"({"node": "a"})", "edits is no list"},
       {R"([3])", "edits[0] is no object"},
       {R"([)", "JSON is invalid"}};
