@@ -22,8 +22,7 @@ SCENE = """
 typedef struct { int steps; } Simulation;
 static Simulation simulation;
 static int64_t sim_time_ns;
-static float poses[36];
-static void step(Simulation *simulation) {
+static void step(Simulation *simulation, float *poses) {
   ++simulation->steps;
   sim_time_ns += 20000000;
   for (int i = 0; i < 3; ++i) poses[12 * i] = poses[12 * i + 5] = poses[12 * i + 10] = 1;
@@ -75,8 +74,8 @@ def shell(test, screen):
 def c_snippet(test):
     with open(README, encoding="utf-8") as file:
         snippet = code_blocks(file.read(), "c")[0]
-    include, body = snippet.split("\n", 1)
-    check(include == "#include <fire3dv/client.h>", f"the snippet begins with {include}")
+    include, body = snippet.split("\n\n", 1)
+    check(include == "#include <fire3dv/client.h>\n#include <stdio.h>", f"the snippet begins with {include}")
     uri = test.fresh_uri("shm")
     source = "\n".join(["#define _POSIX_C_SOURCE 200809L", "#include <stdint.h>", "#include <time.h>", include, SCENE,
                         "int main(void) {", "#define running (simulation.steps < 3000)",
