@@ -136,6 +136,7 @@ Device::~Device() {
   pipeline_makers_.reset();
   if (timeline_) {
     retire_all_now();
+    pipeline_keeper_.destroy_all(device_);
     vkDestroySemaphore(device_, timeline_, nullptr);
     if (fork_timeline_) vkDestroySemaphore(device_, fork_timeline_, nullptr);
   }
@@ -288,12 +289,16 @@ void Device::destroy(const Retired& retired) {
       vkDestroyShaderModule(device_, reinterpret_cast<VkShaderModule>(object), nullptr);
       break;
     case ObjectKind::pipeline:
-      vkDestroyPipeline(device_, reinterpret_cast<VkPipeline>(object), nullptr);
+      if (!pipeline_keeper_.holds(reinterpret_cast<VkPipeline>(object)))
+        vkDestroyPipeline(device_, reinterpret_cast<VkPipeline>(object), nullptr);
       break;
     case ObjectKind::pipeline_layout:
+      if (pipeline_keeper_.holds(reinterpret_cast<VkPipelineLayout>(object))) break;
+      pipeline_keeper_.forget(reinterpret_cast<VkPipelineLayout>(object));
       vkDestroyPipelineLayout(device_, reinterpret_cast<VkPipelineLayout>(object), nullptr);
       break;
     case ObjectKind::set_layout:
+      pipeline_keeper_.forget(reinterpret_cast<VkDescriptorSetLayout>(object));
       vkDestroyDescriptorSetLayout(device_, reinterpret_cast<VkDescriptorSetLayout>(object), nullptr);
       break;
     case ObjectKind::descriptor_pool:

@@ -16,6 +16,7 @@
 #include "renderer/gpu/device/vk.h"
 #include "renderer/gpu/handle.h"
 #include "renderer/gpu/pipelines/pipeline_builder.h"
+#include "renderer/gpu/pipelines/pipeline_keeper.h"
 
 struct VmaAllocator_T;
 
@@ -67,6 +68,7 @@ class Device {
   const VkPhysicalDeviceRayTracingPipelinePropertiesKHR& ray_pipeline_limits() const { return ray_pipeline_; }
   bool ray_query() const { return report_.ray_query; }
   PipelineMakers& pipeline_makers() { return *pipeline_makers_; }
+  PipelineKeeper& pipeline_keeper() { return pipeline_keeper_; }
   VkPipelineCache pipeline_cache() const { return pipeline_cache_; }
 
   // Loads cached pipeline data of an earlier run; data of another device or driver is ignored. Call it before
@@ -141,6 +143,7 @@ class Device {
   LiveObjects live_{};
   uint64_t memory_bytes_ = 0;
   uint64_t allocations_until_failure_ = UINT64_MAX;
+  PipelineKeeper pipeline_keeper_;
   std::optional<PipelineMakers> pipeline_makers_{std::in_place};  // ends before the device does
 };
 

@@ -1,10 +1,25 @@
 #include "renderer/gpu/pipelines/descriptors.h"
 
 #include <algorithm>
+#include <string>
 #include <tuple>
 
 namespace fire3dv::gpu {
 namespace {
+
+// See PipelineKeeper.
+std::string describe(std::span<const VkDescriptorSetLayoutBinding> bindings,
+                     std::span<const VkDescriptorBindingFlags> flags = {}) {
+  std::string text;
+  for (size_t i = 0; i < bindings.size(); ++i) {
+    const VkDescriptorSetLayoutBinding& b = bindings[i];
+    FIRE3DV_ASSERT(!b.pImmutableSamplers);
+    for (const uint32_t number : {b.binding, static_cast<uint32_t>(b.descriptorType), b.descriptorCount,
+                                  b.stageFlags, flags.empty() ? 0 : flags[i]})
+      text += std::to_string(number) + ' ';
+  }
+  return text;
+}
 
 constexpr VkShaderStageFlags kStages = VK_SHADER_STAGE_FRAGMENT_BIT | VK_SHADER_STAGE_COMPUTE_BIT;
 constexpr VkShaderStageFlags kRayStages =
@@ -18,6 +33,7 @@ SetLayout create_set_layout(Device& device, std::span<const VkDescriptorSetLayou
   info.pBindings = bindings.data();
   VkDescriptorSetLayout layout = VK_NULL_HANDLE;
   FIRE3DV_VK(vkCreateDescriptorSetLayout(device.handle(), &info, nullptr, &layout));
+  device.pipeline_keeper().describe(layout, describe(bindings));
   return SetLayout(device, layout);
 }
 
@@ -83,6 +99,7 @@ SetLayout BindlessTextures::create_layout(Device& device, uint32_t capacity) {
   info.pBindings = bindings.data();
   VkDescriptorSetLayout layout = VK_NULL_HANDLE;
   FIRE3DV_VK(vkCreateDescriptorSetLayout(device.handle(), &info, nullptr, &layout));
+  device.pipeline_keeper().describe(layout, describe(bindings, flags));
   return SetLayout(device, layout);
 }
 

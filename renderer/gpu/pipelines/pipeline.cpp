@@ -2,8 +2,10 @@
 
 #include <array>
 #include <cstring>
+#include <initializer_list>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -37,6 +39,43 @@ VkDeviceSize align_up(VkDeviceSize value, VkDeviceSize alignment) {
   return (value + alignment - 1) / alignment * alignment;
 }
 
+// See PipelineKeeper.
+std::optional<std::string> describe(Device& device, std::span<const VkDescriptorSetLayout> sets) {
+  std::string text;
+  for (const VkDescriptorSetLayout set : sets) {
+    const std::optional<std::string> description = device.pipeline_keeper().description(set);
+    if (!description) return std::nullopt;
+    text += *description + "; ";
+  }
+  return text;
+}
+
+// Empty: the pipeline is not kept.
+template <typename... Texts>
+std::string key_of(Device& device, VkPipelineLayout layout, std::span<const uint32_t> numbers,
+                   const Texts&... texts) {
+  const std::optional<std::string> description = device.pipeline_keeper().description(layout);
+  if (!device.pipeline_keeper().keeps() || !description) return {};
+  std::string key = *description;
+  for (const std::string_view text : {std::string_view(texts)...}) key += std::string(text) + ": ";
+  for (const uint32_t number : numbers) key += std::to_string(number) + ' ';
+  return key;
+}
+
+// Returns the kept pipeline of the key, or that of make.
+Pipeline kept_or_made(Device& device, const std::string& key, PipelineMaking::Make make) {
+  if (key.empty()) return {device, make()};
+  std::shared_ptr<PipelineMaking> making = device.pipeline_keeper().find(key);
+  if (!making) {
+    making = std::make_shared<PipelineMaking>(std::move(make));
+    making->get();  // failures are not kept
+    device.pipeline_keeper().keep(key, making);
+  }
+  Pipeline pipeline(device, std::move(making));
+  pipeline.get();
+  return pipeline;
+}
+
 // Drivers that emulate ray tracing in compute share undocumented state between devices, so creation is
 // serialised.
 std::mutex& ray_pipeline_creation() {
@@ -59,6 +98,8 @@ PipelineLayout create_pipeline_layout(Device& device, std::span<const VkDescript
   info.pPushConstantRanges = &range;
   VkPipelineLayout layout = VK_NULL_HANDLE;
   FIRE3DV_VK(vkCreatePipelineLayout(device.handle(), &info, nullptr, &layout));
+  if (const std::optional<std::string> description = describe(device, sets))
+    device.pipeline_keeper().describe(layout, *description);
   return PipelineLayout(device, layout);
 }
 
@@ -88,10 +129,17 @@ std::string variant_for(const Device& device, std::string_view shader) {
 Pipeline create_compute_pipeline(Device& device, VkPipelineLayout layout, std::string_view shader,
                                  Compile make, std::span<const uint32_t> constants) {
   constexpr uint32_t kWord = sizeof(uint32_t);
+  const std::string name = variant_for(device, shader);
+  const std::string key = key_of(device, layout, constants, name);
+  if (!key.empty()) {
+    if (std::shared_ptr<PipelineMaking> kept = device.pipeline_keeper().find(key))
+      return Pipeline(device, std::move(kept));
+  }
   // This runs on another thread: it touches no mutable state of Device and counts no objects.
-  auto making = std::make_shared<PipelineMaking>(
-      [device = device.handle(), cache = device.pipeline_cache(), layout,
-       values = std::vector(constants.begin(), constants.end()), name = variant_for(device, shader)] {
+  auto making =
+      std::make_shared<PipelineMaking>([device = device.handle(), cache = device.pipeline_cache(),
+                                        layout = device.pipeline_keeper().lasting(layout),
+                                        values = std::vector(constants.begin(), constants.end()), name] {
         const VkShaderModule module = make_shader_module(device, name);
         VkComputePipelineCreateInfo info{VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO};
         info.stage = stage_info(VK_SHADER_STAGE_COMPUTE_BIT, module);
@@ -107,12 +155,15 @@ Pipeline create_compute_pipeline(Device& device, VkPipelineLayout layout, std::s
         check(result, "vkCreateComputePipelines");
         return pipeline;
       });
+  if (!key.empty()) device.pipeline_keeper().keep(key, making);
   if (make == Compile::immediately) device.pipeline_makers().add(making);
   if (make == Compile::next) device.pipeline_makers().add_first(making);
   return Pipeline(device, std::move(making));
 }
 
-Pipeline create_graphics_pipeline(Device& device, VkPipelineLayout layout,
+namespace {
+
+VkPipeline make_graphics_pipeline(Device& device, VkPipelineLayout layout,
                                   const GraphicsPipelineInfo& wanted) {
   std::vector<ShaderModule> modules;
   std::vector<VkPipelineShaderStageCreateInfo> stages;
@@ -191,7 +242,23 @@ Pipeline create_graphics_pipeline(Device& device, VkPipelineLayout layout,
   VkPipeline pipeline = VK_NULL_HANDLE;
   FIRE3DV_VK(
       vkCreateGraphicsPipelines(device.handle(), device.pipeline_cache(), 1, &info, nullptr, &pipeline));
-  return Pipeline(device, pipeline);
+  return pipeline;
+}
+
+}  // namespace
+
+Pipeline create_graphics_pipeline(Device& device, VkPipelineLayout layout,
+                                  const GraphicsPipelineInfo& wanted) {
+  const auto& [vertex, fragment, topology, color, depth, samples, depth_write, depth_compare, blend,
+               dual_source, is_display_referred, alpha_to_coverage, constants] = wanted;
+  std::vector<uint32_t> numbers;
+  for (const int64_t number :
+       std::initializer_list<int64_t>{topology, color, depth, samples, depth_write, depth_compare, blend,
+                                      dual_source, is_display_referred, alpha_to_coverage})
+    numbers.push_back(static_cast<uint32_t>(number));
+  numbers.insert(numbers.end(), constants.begin(), constants.end());
+  return kept_or_made(device, key_of(device, layout, numbers, vertex, fragment),
+                      [&] { return make_graphics_pipeline(device, layout, wanted); });
 }
 
 RayPipeline::RayPipeline(Device& device, VkPipelineLayout layout, std::string_view raygen,
@@ -203,49 +270,53 @@ RayPipeline::RayPipeline(Device& device, VkPipelineLayout layout, std::string_vi
   for (uint32_t id = 0; id < constants.size(); ++id) entries.push_back({id, id * kWord, kWord});
   const VkSpecializationInfo specialization{static_cast<uint32_t>(entries.size()), entries.data(),
                                             constants.size() * kWord, constants.data()};
-  std::vector<ShaderModule> modules;
-  std::vector<VkPipelineShaderStageCreateInfo> stages;
-  const auto add = [&](VkShaderStageFlagBits stage, std::string_view shader) {
-    modules.push_back(create_shader_module(device, shader));
-    stages.push_back(stage_info(stage, modules.back().get()));
-    stages.back().pSpecializationInfo = &specialization;
-    return static_cast<uint32_t>(stages.size() - 1);
+  const auto make = [&] {
+    std::vector<ShaderModule> modules;
+    std::vector<VkPipelineShaderStageCreateInfo> stages;
+    const auto add = [&](VkShaderStageFlagBits stage, std::string_view shader) {
+      modules.push_back(create_shader_module(device, shader));
+      stages.push_back(stage_info(stage, modules.back().get()));
+      stages.back().pSpecializationInfo = &specialization;
+      return static_cast<uint32_t>(stages.size() - 1);
+    };
+    std::array<VkRayTracingShaderGroupCreateInfoKHR, 3> groups{};
+    for (VkRayTracingShaderGroupCreateInfoKHR& group : groups) {
+      group = {VK_STRUCTURE_TYPE_RAY_TRACING_SHADER_GROUP_CREATE_INFO_KHR};
+      group.type = VK_RAY_TRACING_SHADER_GROUP_TYPE_GENERAL_KHR;
+      group.generalShader = group.anyHitShader = VK_SHADER_UNUSED_KHR;
+      group.closestHitShader = group.intersectionShader = VK_SHADER_UNUSED_KHR;
+    }
+    groups[0].generalShader = add(VK_SHADER_STAGE_RAYGEN_BIT_KHR, raygen);
+    groups[1].generalShader = add(VK_SHADER_STAGE_MISS_BIT_KHR, miss);
+    groups[2].type = VK_RAY_TRACING_SHADER_GROUP_TYPE_TRIANGLES_HIT_GROUP_KHR;
+    groups[2].anyHitShader = add(VK_SHADER_STAGE_ANY_HIT_BIT_KHR, any_hit);
+    if (!closest_hit.empty())
+      groups[2].closestHitShader = add(VK_SHADER_STAGE_CLOSEST_HIT_BIT_KHR, closest_hit);
+    VkRayTracingPipelineCreateInfoKHR info{VK_STRUCTURE_TYPE_RAY_TRACING_PIPELINE_CREATE_INFO_KHR};
+    info.stageCount = static_cast<uint32_t>(stages.size());
+    info.pStages = stages.data();
+    info.groupCount = groups.size();
+    info.pGroups = groups.data();
+    info.maxPipelineRayRecursionDepth = 1;
+    info.layout = layout;
+    VkPipeline pipeline = VK_NULL_HANDLE;
+    {
+      const std::scoped_lock one_device(ray_pipeline_creation());
+      FIRE3DV_VK(device.functions().create_ray_tracing_pipelines(
+          device.handle(), VK_NULL_HANDLE, device.pipeline_cache(), 1, &info, nullptr, &pipeline));
+    }
+    return pipeline;
   };
-  std::array<VkRayTracingShaderGroupCreateInfoKHR, 3> groups{};
-  for (VkRayTracingShaderGroupCreateInfoKHR& group : groups) {
-    group = {VK_STRUCTURE_TYPE_RAY_TRACING_SHADER_GROUP_CREATE_INFO_KHR};
-    group.type = VK_RAY_TRACING_SHADER_GROUP_TYPE_GENERAL_KHR;
-    group.generalShader = group.anyHitShader = VK_SHADER_UNUSED_KHR;
-    group.closestHitShader = group.intersectionShader = VK_SHADER_UNUSED_KHR;
-  }
-  groups[0].generalShader = add(VK_SHADER_STAGE_RAYGEN_BIT_KHR, raygen);
-  groups[1].generalShader = add(VK_SHADER_STAGE_MISS_BIT_KHR, miss);
-  groups[2].type = VK_RAY_TRACING_SHADER_GROUP_TYPE_TRIANGLES_HIT_GROUP_KHR;
-  groups[2].anyHitShader = add(VK_SHADER_STAGE_ANY_HIT_BIT_KHR, any_hit);
-  if (!closest_hit.empty())
-    groups[2].closestHitShader = add(VK_SHADER_STAGE_CLOSEST_HIT_BIT_KHR, closest_hit);
-  VkRayTracingPipelineCreateInfoKHR info{VK_STRUCTURE_TYPE_RAY_TRACING_PIPELINE_CREATE_INFO_KHR};
-  info.stageCount = static_cast<uint32_t>(stages.size());
-  info.pStages = stages.data();
-  info.groupCount = groups.size();
-  info.pGroups = groups.data();
-  info.maxPipelineRayRecursionDepth = 1;
-  info.layout = layout;
-  VkPipeline pipeline = VK_NULL_HANDLE;
-  {
-    const std::scoped_lock one_device(ray_pipeline_creation());
-    FIRE3DV_VK(device.functions().create_ray_tracing_pipelines(
-        device.handle(), VK_NULL_HANDLE, device.pipeline_cache(), 1, &info, nullptr, &pipeline));
-  }
-  pipeline_ = Pipeline(device, pipeline);
+  pipeline_ =
+      kept_or_made(device, key_of(device, layout, constants, raygen, miss, any_hit, closest_hit), make);
 
   const auto& limits = device.ray_pipeline_limits();
   const VkDeviceSize stride =
       align_up(align_up(limits.shaderGroupHandleSize, limits.shaderGroupHandleAlignment),
                limits.shaderGroupBaseAlignment);
   std::vector<std::byte> handles(size_t{3} * limits.shaderGroupHandleSize);
-  FIRE3DV_VK(device.functions().get_shader_group_handles(device.handle(), pipeline, 0, 3, handles.size(),
-                                                         handles.data()));
+  FIRE3DV_VK(device.functions().get_shader_group_handles(device.handle(), pipeline_.get(), 0, 3,
+                                                         handles.size(), handles.data()));
   table_ = create_buffer(device, 4 * stride, VK_BUFFER_USAGE_SHADER_BINDING_TABLE_BIT_KHR, Memory::upload);
   const VkDeviceAddress first = align_up(table_.address, limits.shaderGroupBaseAlignment);
   for (uint32_t i = 0; i < 3; ++i) {

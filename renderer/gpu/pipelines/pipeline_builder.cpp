@@ -4,6 +4,8 @@
 #include <system_error>
 #include <utility>
 
+#include "renderer/gpu/device/device.h"
+
 namespace fire3dv::gpu {
 
 VkPipeline PipelineMaking::get() {
@@ -20,6 +22,10 @@ VkPipeline PipelineMaking::get() {
 }
 
 VkPipeline PipelineMaking::take_or_drop() {
+  return stays_ ? VK_NULL_HANDLE : end();
+}
+
+VkPipeline PipelineMaking::end() {
   const std::lock_guard lock(mutex_);
   make_ = {};
   return std::exchange(pipeline_, VK_NULL_HANDLE);
@@ -86,7 +92,9 @@ Pipeline& Pipeline::operator=(Pipeline&& other) noexcept {
 
 VkPipeline Pipeline::get() const {
   if (making_) {
-    handle_ = PipelineHandle(*device_, making_->get());
+    const VkPipeline made = making_->get();
+    if (making_->stays()) device_->pipeline_keeper().hold(made);
+    handle_ = PipelineHandle(*device_, made);
     making_.reset();
   }
   return handle_.get();

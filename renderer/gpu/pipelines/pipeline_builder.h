@@ -29,8 +29,16 @@ class PipelineMaking {
   // compiles.
   VkPipeline take_or_drop();
 
+  // The pipeline stays when an owner goes: take_or_drop() does nothing from now on. Before the making is
+  // shared with a thread.
+  void stay() { stays_ = true; }
+  bool stays() const { return stays_; }
+  // As take_or_drop(), also of a pipeline that stays.
+  VkPipeline end();
+
  private:
   std::mutex mutex_;  // held during compilation
+  bool stays_ = false;
   Make make_;
   VkPipeline pipeline_ = VK_NULL_HANDLE;
   std::exception_ptr failure_;

@@ -34,6 +34,7 @@ struct Bench {
     }
     index = choice.index;
     device = take_or_die(gpu::Device::create(*instance, index, false));
+    device->pipeline_keeper().start();
   }
 };
 
@@ -52,7 +53,10 @@ gpu::Device& device() {
 }
 
 std::unique_ptr<gpu::Device> open_device(gpu::AsyncCompute async_compute) {
-  return take_or_die(gpu::Device::create(instance(), bench().index, false, async_compute));
+  std::unique_ptr<gpu::Device> device =
+      take_or_die(gpu::Device::create(instance(), bench().index, false, async_compute));
+  device->pipeline_keeper().start();
+  return device;
 }
 
 RenderBench::RenderBench(const scene::Scene& scene, VkExtent2D extent, const passes::DrawSettings& settings,

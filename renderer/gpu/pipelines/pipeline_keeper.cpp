@@ -1,0 +1,65 @@
+#include "renderer/gpu/pipelines/pipeline_keeper.h"
+
+#include <utility>
+
+#include "renderer/gpu/pipelines/pipeline_builder.h"
+
+namespace fire3dv::gpu {
+namespace {
+
+template <typename Layout>
+std::optional<std::string> found(const std::map<Layout, std::string>& descriptions, Layout layout) {
+  const auto place = descriptions.find(layout);
+  return place == descriptions.end() ? std::nullopt : std::optional(place->second);
+}
+
+}  // namespace
+
+void PipelineKeeper::describe(VkDescriptorSetLayout layout, std::string description) {
+  if (keeps_) set_layouts_[layout] = std::move(description);
+}
+
+void PipelineKeeper::describe(VkPipelineLayout layout, std::string description) {
+  if (!keeps_) return;
+  lasting_.try_emplace(description, layout);
+  layouts_[layout] = std::move(description);
+}
+
+std::optional<std::string> PipelineKeeper::description(VkDescriptorSetLayout layout) const {
+  return found(set_layouts_, layout);
+}
+
+std::optional<std::string> PipelineKeeper::description(VkPipelineLayout layout) const {
+  return found(layouts_, layout);
+}
+
+VkPipelineLayout PipelineKeeper::lasting(VkPipelineLayout layout) const {
+  const auto place = layouts_.find(layout);
+  return place == layouts_.end() ? layout : lasting_.at(place->second);
+}
+
+bool PipelineKeeper::holds(VkPipelineLayout layout) const {
+  return layouts_.contains(layout) && lasting(layout) == layout;
+}
+
+std::shared_ptr<PipelineMaking> PipelineKeeper::find(const std::string& key) const {
+  const auto place = kept_.find(key);
+  return place == kept_.end() ? nullptr : place->second;
+}
+
+void PipelineKeeper::keep(const std::string& key, std::shared_ptr<PipelineMaking> making) {
+  making->stay();
+  kept_[key] = std::move(making);
+}
+
+void PipelineKeeper::destroy_all(VkDevice device) {
+  for (const auto& [key, making] : kept_) {
+    if (const VkPipeline pipeline = making->end()) vkDestroyPipeline(device, pipeline, nullptr);
+  }
+  for (const auto& [description, layout] : lasting_) vkDestroyPipelineLayout(device, layout, nullptr);
+  kept_.clear();
+  lasting_.clear();
+  held_.clear();
+}
+
+}  // namespace fire3dv::gpu
