@@ -1,32 +1,33 @@
 # Generator of the embedded shaders: cmake -DOUTPUT=file.cpp "-DFILES=a.spv;b.spv" -P EmbedSpirv.cmake
 #
-# The output defines SPIR-V word arrays and the functions of shaders/embedded.h.
+# The output has the assembler include the SPIR-V files, which takes no time, and defines the functions of
+# shaders/embedded.h. Its object depends on the SPIR-V files.
 set(arrays "")
 set(rows "")
 set(index 0)
 foreach(file ${FILES})
   get_filename_component(name ${file} NAME)
   string(REGEX REPLACE "\\.spv$" "" name ${name})
-  file(READ ${file} hex HEX)
-  # Files store little-endian bytes; hexadecimal literals start with the most significant byte.
-  string(REGEX REPLACE "(..)(..)(..)(..)" "0x\\4\\3\\2\\1," words "${hex}")
-  string(APPEND arrays "constexpr uint32_t code_${index}[] = {${words}};\n")
-  string(APPEND rows "    {\"${name}\", code_${index}},\n")
+  string(APPEND arrays "asm(\".section .rodata\\n.balign 4\\n.globl fire3dv_spirv_${index}, fire3dv_spirv_end_${index}\\n\"
+    \".hidden fire3dv_spirv_${index}, fire3dv_spirv_end_${index}\\n\"
+    \"fire3dv_spirv_${index}: .incbin \\\"${file}\\\"\\nfire3dv_spirv_end_${index}:\\n.previous\");
+extern \"C\" const uint32_t fire3dv_spirv_${index}[], fire3dv_spirv_end_${index}[];\n")
+  string(APPEND rows "    {\"${name}\", fire3dv_spirv_${index}, fire3dv_spirv_end_${index}},\n")
   math(EXPR index "${index} + 1")
 endforeach()
 file(WRITE ${OUTPUT} "// Generated from the shaders by the build.
 #include \"shaders/embedded.h\"
 
+${arrays}
 namespace fire3dv::shaders {
 namespace {
-${arrays}
-struct Entry { std::string_view name; std::span<const uint32_t> code; };
+struct Entry { std::string_view name; const uint32_t* begin; const uint32_t* end; };
 constexpr Entry entries[] = {
 ${rows}};
 }  // namespace
 
 std::span<const uint32_t> embedded(std::string_view name) {
-  for (const Entry& entry : entries) if (entry.name == name) return entry.code;
+  for (const Entry& entry : entries) if (entry.name == name) return {entry.begin, entry.end};
   return {};
 }
 
