@@ -64,7 +64,7 @@ passes::DrawSettings draw_settings(const Options& options,
   settings.anisotropy = options.anisotropy;
   settings.shadows = options.shadows;
   settings.ray_effects.on = options.ray_effects;
-  settings.ray_effects.reflection_rays = settings.ray_effects.occlusion_rays = options.ray_effect_rays;
+  settings.ray_effects.set_rays(options.ray_effect_rays);
   settings.ray_effects.back_end = options.shadows.back_end;
   settings.path = options.path;
   settings.post.exposure = options.exposure.value_or(1);  // set_exposure() replaces it

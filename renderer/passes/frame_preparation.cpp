@@ -97,7 +97,8 @@ void SceneRenderer::allocate(const FrameRequest& request) {
   if (outputs_) outputs_->begin(request.outputs, *gpu_scene_, request.extent, request.views);
   if (plan.visibility_buffer)
     visibility_->allocate(*gpu_scene_, settings_.cull, plan.camera_levels_of_detail);
-  if (plan.ray_effects) ray_effects_->allocate(*targets_, gpu_scene_->refracts);
+  if (plan.ray_effects)
+    ray_effects_->allocate(*targets_, gpu_scene_->refracts, settings_.ray_effects.on.bounce);
   if (path_tracer_ && request.outputs.shaded())
     path_tracer_->allocate(uint64_t{request.extent.width} * request.extent.height, request.refines);
   if (plan.depth_of_field) {

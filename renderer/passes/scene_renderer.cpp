@@ -358,7 +358,8 @@ void SceneRenderer::merge_coverage(const Frame& frame) {
 }
 
 void SceneRenderer::trace_ray_effects(const Frame& frame) {
-  ray_effects_->allocate(*targets_, gpu_scene_->refracts);  // edits may have changed the plan since prepare()
+  // Edits may have changed the plan since prepare().
+  ray_effects_->allocate(*targets_, gpu_scene_->refracts, settings_.ray_effects.on.bounce);
   const float radius_m = 0.5f * glm::length(scene_->bounds_max - scene_->bounds_min);
   ray_effects_->record(frame.recorder, {*gpu_scene_, *targets_, frame.views[0], frame.globals[0], radius_m},
                        settings_.ray_effects);

@@ -192,7 +192,8 @@ class SceneRenderer {
   void set_ray_effects(const RayEffects& on) { settings_.ray_effects.on = on; }
   bool traces_ray_effects() const {
     const RayEffects& on = settings_.ray_effects.on;
-    return ray_effects_ && (on.reflections || on.ambient_occlusion || (gpu_scene_ && gpu_scene_->refracts));
+    return ray_effects_ &&
+           (on.reflections || on.ambient_occlusion || on.bounce || (gpu_scene_ && gpu_scene_->refracts));
   }
   // Ends the path-traced image that refines; the next one begins anew.
   void drop_paths() {

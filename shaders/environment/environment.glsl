@@ -161,15 +161,16 @@ vec3 stretched_radiance(GlobalsRef globals, Lobe lobe, vec3 to_eye) {
   return weights > 0 ? sum / weights : reflected_radiance(globals, reflect(-to_eye, lobe.normal), lobe.roughness);
 }
 
-// scattered: radiance of a white diffuse surface at the same point.
-vec3 reflect_environment_lobe(GlobalsRef globals, Lobe lobe, vec3 to_eye, vec3 scattered) {
-  if (is_anisotropic(lobe)) return lobe.albedo * stretched_radiance(globals, lobe, to_eye) + lobe.multiple * scattered;
-  return lobe.albedo * reflected_radiance(globals, reflect(-to_eye, lobe.normal), lobe.roughness) + lobe.multiple * scattered;
+// scattered: radiance of a white diffuse surface at the same point. open: share of the mirrored environment.
+vec3 reflect_environment_lobe(GlobalsRef globals, Lobe lobe, vec3 to_eye, vec3 scattered, float open) {
+  if (is_anisotropic(lobe))
+    return lobe.albedo * (open * stretched_radiance(globals, lobe, to_eye)) + lobe.multiple * scattered;
+  return lobe.albedo * (open * reflected_radiance(globals, reflect(-to_eye, lobe.normal), lobe.roughness)) +
+         lobe.multiple * scattered;
 }
 
-vec3 reflect_environment(GlobalsRef globals, Surface s, float occlusion) {
-  const vec3 scattered = scattered_radiance(globals, s.base.normal);
-  vec3 result = reflect_environment_lobe(globals, s.base, s.to_eye, scattered) + s.diffuse * scattered;
+vec3 reflect_environment(GlobalsRef globals, Surface s, vec3 scattered, float open) {
+  vec3 result = reflect_environment_lobe(globals, s.base, s.to_eye, scattered, open) + s.diffuse * scattered;
   if (largest(s.sheen_color) > 0) {
     // The sheen lobe spans a hemisphere, so the diffuse lookup serves it, too.
     result *= 1 - largest(s.sheen_color) * s.sheen_albedo;
@@ -177,9 +178,13 @@ vec3 reflect_environment(GlobalsRef globals, Surface s, float occlusion) {
   }
   if (s.coat > 0) {
     result *= 1 - coat_albedo(s);
-    result += s.coat * reflect_environment_lobe(globals, s.coat_lobe, s.to_eye, scattered);
+    result += s.coat * reflect_environment_lobe(globals, s.coat_lobe, s.to_eye, scattered, open);
   }
-  return result * occlusion;
+  return result;
+}
+
+vec3 reflect_environment(GlobalsRef globals, Surface s, float occlusion) {
+  return reflect_environment(globals, s, scattered_radiance(globals, s.base.normal), 1) * occlusion;
 }
 
 #endif

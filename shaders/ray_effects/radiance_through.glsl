@@ -51,10 +51,9 @@ void set_footprint(GlobalsRef globals, Hit hit, PrimitiveRecord primitive, Mater
 }
 
 // eye_distance_m: of the origin. roughness: of the first surface, which blurs the environment and highlights.
-// distance_m: of the first hit; kFar: none.
+// meets_all: blended and transmissive surfaces are hit, too. distance_m: of the first hit; kFar: none.
 vec3 radiance_through(GlobalsRef globals, vec3 origin, vec3 direction, uvec4 media, float eye_distance_m,
-                      float roughness, out float distance_m) {
-  const bool meets_all = (push.effects & FIRE3DV_RAY_EFFECT_REFRACTION) != 0;
+                      float roughness, bool meets_all, out float distance_m) {
   vec3 sum = vec3(0), throughput = vec3(1);
   distance_m = kFar;
   float travelled_m = 0;
@@ -66,6 +65,7 @@ vec3 radiance_through(GlobalsRef globals, vec3 origin, vec3 direction, uvec4 med
     // Highlights that are sharper than the lobe would be single bright pixels.
     material.roughness = max(material.roughness, roughness);
     const PathVertex vertex = path_vertex(globals, hit, primitive, material, direction);
+    if (vertex.is_back && (material.flags & FIRE3DV_MATERIAL_DOUBLE_SIDED) == 0) material.emissive = vec3(0);
     SurfacePoint point = vertex.point;
     point.lift_m = vertex.rounding_m;
     const float length_m = distance(origin, point.position_world);

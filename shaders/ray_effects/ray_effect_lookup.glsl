@@ -11,6 +11,8 @@ layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer Ra
 
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer RefractedRef { uvec2 at[]; };
 
+layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer BouncedRef { BouncedRecord at[]; };
+
 RayEffect ray_effect;  // of the surface being shaded
 
 // First sample of the pixel that shows the part; 4: none does.
@@ -29,11 +31,15 @@ RayEffect ray_effect_at(GlobalsRef globals, uint64_t visibility, uint64_t record
   const RayEffectRecord own = effects.at[own_index];
   RayEffect effect = unpack_ray_effect(own);
   const float blend = clamp(effect.blur - 1, 0, 1);  // narrow blurs keep the pixel's own rays
-  if (blend <= 0 && !effect.has_occlusion) return effect;
+  if (blend <= 0 && !effect.has_occlusion && !effect.has_bounced) return effect;
   const vec3 normal = normal_of_record(own);
   const uint part = part_of_id(globals, id);
   float open_sum = effect.open, opens = 1, weights = 1;
   vec4 sum = vec4(effect.reflected, effect.missed);
+  BouncedRef bounced = BouncedRef(bounced_records(globals, records, effect.has_refracted));
+  BouncedLight light = BouncedLight(vec3(0), vec3(0), vec3(0));
+  if (effect.has_bounced) light = unpack_bounced(bounced.at[own_index]);
+  float lights = 1;
   for (int i = 0; i < 16; ++i) {
     const ivec2 place = ivec2(pixel) + ivec2(i & 3, i >> 2) - 1;
     const bool is_inside = place.x >= 0 && place.y >= 0 && place.x < int(globals.value.width) && place.y < int(globals.value.height);
@@ -49,11 +55,24 @@ RayEffect ray_effect_at(GlobalsRef globals, uint64_t visibility, uint64_t record
     const float weight = blend * clamp(other.blur - 1, 0, 1);
     sum += weight * vec4(other.reflected, other.missed);
     weights += weight;
+    if (!effect.has_bounced || !other.has_bounced) continue;
+    const BouncedLight near = unpack_bounced(bounced.at[index * FIRE3DV_SAMPLES + s]);
+    light = BouncedLight(light.radiance + near.radiance, light.missed + near.missed, light.all + near.all);
+    lights += 1;
   }
   effect.reflected = sum.rgb / weights;
   effect.missed = sum.a / weights;
   effect.open = open_sum / opens;
+  effect.bounced = light.radiance / lights;
+  // Relative to all directions of the same pattern: exactly 1 where no ray hits a surface.
+  effect.sky = light.missed / max(light.all, vec3(1e-20));
   return effect;
+}
+
+// Radiance of a white diffuse surface. The bounce replaces occlusion of the environment.
+vec3 scattered_traced(GlobalsRef globals, Surface s, float occlusion, RayEffect effect) {
+  const vec3 environment = scattered_radiance(globals, s.base.normal);
+  return effect.has_bounced ? effect.bounced + effect.sky * environment : occlusion * environment;
 }
 
 // Radiance behind a transmissive surface, averaged likewise.

@@ -1,11 +1,12 @@
-// Ray effects of visible surfaces: mirror and glossy reflections, refraction, and ambient occlusion. Rays end at the
-// first opaque surface. All surfaces are shaded by the raster's material model (shading.glsl): lamps with shadow rays,
+// Ray effects of visible surfaces: mirror and glossy reflections, refraction, one diffuse bounce, and ambient
+// occlusion. Rays end at the first opaque surface. All surfaces are shaded by the raster's material model (shading.glsl): lamps with shadow rays,
 // and the environment.
 //
 // Sample patterns depend on the pixel alone: 16 pixels of a block of 4 x 4 share one sequence, so that shading can
 // average the block (ray_effect_lookup.glsl). The including shader traces rays: closest_hit() and is_shadowed().
 #ifndef FIRE3DV_RAY_EFFECTS_GLSL
 #define FIRE3DV_RAY_EFFECTS_GLSL
+#define FIRE3DV_LIGHT_OF_HIT
 #include "common/pixel_ids.glsl"
 #include "common/visible_triangle.glsl"
 #include "material/brdf_sampling.glsl"
@@ -17,6 +18,7 @@
 layout(push_constant, scalar) uniform Push { RayEffectsPush push; };
 layout(buffer_reference, scalar, buffer_reference_align = 16) writeonly buffer RayEffectOut { RayEffectRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 8) writeonly buffer RefractedOut { uvec2 at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 8) writeonly buffer BouncedOut { BouncedRecord at[]; };
 
 Hit closest_hit(vec3 origin, vec3 direction, float distance_m, bool meets_all);
 
@@ -24,25 +26,25 @@ const float kFar = 1e30;
 
 uint traced_pixel;
 
-// Shadow of a light at a hit.
-float light_visibility(uint light_index, LightSample light, SurfacePoint point) {
-  GlobalsRef globals = GlobalsRef(push.globals);
-  if (globals.value.shadows == FIRE3DV_SHADOWS_OFF) return 1;
-  LightShadow shadow = LightShadowRef(globals.value.light_shadows).at[light_index];
-  shadow.rays = min(shadow.rays, push.reflection_rays);  // as many as the pixel has rays to the hits
-  const vec3 origin =
-      offset_from_surface(point.position_world, lit_side(point, light), point.position_world, 0, point.lift_m);
-  return light_that_arrives(globals, shadow, light_index, light, origin, traced_pixel);
-}
-
+#include "ray_effects/hit_light.glsl"
 #include "ray_effects/radiance_through.glsl"
 
-// Point k of the pixel's part of the R2 sequence (Roberts 2018), from 0 to 1. count: points of a pixel.
-vec2 sample_point(uvec2 pixel, uint k, uint count) {
+// Index of the pixel's point k in the sequences of its block, from 1. count: points of a pixel.
+float sample_index(uvec2 pixel, uint k, uint count) {
   const uint in_block = (pixel.x & 3) + 4 * (pixel.y & 3);
   // Neighbours get parts of the sequence that are far apart.
   const uint part = (in_block * 7) & 15;
-  return fract(0.5 + float(part * count + k + 1) * vec2(0.7548776662, 0.5698402910));
+  return float(part * count + k + 1);
+}
+
+// Point of the R2 sequence (Roberts 2018), from 0 to 1.
+vec2 sample_point(uvec2 pixel, uint k, uint count) {
+  return fract(0.5 + sample_index(pixel, k, count) * vec2(0.7548776662, 0.5698402910));
+}
+
+// Point of the R3 sequence: choices at the end of the ray of that point.
+vec3 sample_choices(uvec2 pixel, uint k, uint count) {
+  return fract(0.5 + sample_index(pixel, k, count) * vec3(0.8191725134, 0.6710436067, 0.5497004779));
 }
 
 // Radiance of one lobe, averaged over its rays.
@@ -62,50 +64,100 @@ float blur_of(Lobe lobe, float away) {
   return is_mirror(lobe) || push.pixel_angle_rad <= 0 ? 0 : lobe.alpha * away / push.pixel_angle_rad;
 }
 
-// One loop for reflected and refracted rays, so that the material model occurs once in the code.
+// Light of the pixel's diffuse rays, summed.
+struct DiffuseRays {
+  BouncedLight light;
+  float count, nearby;  // nearby: hits within the distance of ambient occlusion
+};
+
+// Part of the environment's diffuse light that the surface reflects; see reflect_environment().
+float diffuse_weight(Surface s) {
+  float weight = largest(s.diffuse + s.base.multiple);
+  if (largest(s.sheen_color) > 0) weight += largest(s.sheen_color) * s.sheen_albedo;
+  return s.coat > 0 ? weight + s.coat * s.coat_lobe.multiple.r : weight;
+}
+
+const float kLeastDiffuse = 1.0 / 256;  // smooth metals have less, and trace no diffuse rays
+
+// Roughness of a lobe as wide as a ray's share of the diffuse lobe of a block.
+float diffuse_ray_roughness() { return pow(16.0 * float(push.bounce_rays), -0.25); }
+
+void set_bounced(DiffuseRays rays, inout RayEffect effect, out BouncedLight light) {
+  const float scale = 1 / max(rays.count, 1);
+  light = BouncedLight(scale * rays.light.radiance, scale * rays.light.missed, scale * rays.light.all);
+  effect.has_bounced = rays.count > 0;
+  if (!effect.has_bounced || (push.effects & FIRE3DV_RAY_EFFECT_OCCLUSION) == 0) return;
+  effect.open = 1 - scale * rays.nearby;
+  effect.has_occlusion = true;
+}
+
+// One loop for reflected, refracted and diffuse rays, so that the material model occurs once in the code.
 void trace_lobes(GlobalsRef globals, MaterialRecord material, Surface surface, SurfacePoint point, uvec2 pixel,
-                 inout RayEffect effect, inout RefractedLight refracted) {
+                 inout RayEffect effect, inout RefractedLight refracted, out BouncedLight bounced) {
   const Lobe lobe = traced_lobe(surface);
   const float share = (push.effects & FIRE3DV_RAY_EFFECT_REFLECTIONS) != 0 ? traced_share(lobe) : 0;
   const uint reflected_rays = share <= 0 ? 0 : is_mirror(lobe) ? 1 : push.reflection_rays;
   const bool transmits = kExtensions && (push.effects & FIRE3DV_RAY_EFFECT_REFRACTION) != 0 && largest(surface.transmitted) > 0;
   const uint refracted_rays = !transmits ? 0 : is_mirror(surface.base) ? 1 : push.reflection_rays;
+  const bool scatters = (push.effects & FIRE3DV_RAY_EFFECT_BOUNCE) != 0 && diffuse_weight(surface) >= kLeastDiffuse;
+  const uint first_diffuse = reflected_rays + refracted_rays, diffuse_rays = scatters ? push.bounce_rays : 0;
   const bool bends = transmits && is_volume(material);
   const vec3 plane = point.plane_normal_world, eye = globals.value.eye_world;
   const float eye_distance_m = distance(eye, point.position_world);
   LobeRadiance mirrored = LobeRadiance(vec3(0), 0, 0, 0), passed = LobeRadiance(vec3(0), 0, 0, 0);
-  for (uint k = 0; k < reflected_rays + refracted_rays; ++k) {
-    const bool reflects = k < reflected_rays;
+  DiffuseRays diffuse = DiffuseRays(BouncedLight(vec3(0), vec3(0), vec3(0)), 0, 0);
+  for (uint k = 0; k < first_diffuse + diffuse_rays; ++k) {
+    const bool reflects = k < reflected_rays, is_diffuse = k >= first_diffuse, passes = !reflects && !is_diffuse;
+    const uint first = reflects ? 0 : is_diffuse ? first_diffuse : reflected_rays;
+    const uint count = reflects ? reflected_rays : is_diffuse ? diffuse_rays : refracted_rays;
+    const vec2 u = sample_point(pixel, k - first, count);
     Lobe by = surface.base;
     if (reflects) by = lobe;
-    const vec3 facets = is_mirror(by) ? reflect(-surface.to_eye, by.normal)
-                                      : sample_facets(by, surface.to_eye,
-                                                      sample_point(pixel, reflects ? k : k - reflected_rays,
-                                                                   reflects ? reflected_rays : refracted_rays));
-    vec3 direction = facets;
-    if (bends && !reflects) {
+    vec3 direction;
+    float roughness = by.roughness;
+    if (is_diffuse) {
+      direction = sample_cosine(point.normal_world, u);
+      roughness = diffuse_ray_roughness();
+    } else {
+      direction = is_mirror(by) ? reflect(-surface.to_eye, by.normal) : sample_facets(by, surface.to_eye, u);
+    }
+    if (bends && passes) {
       const float ior = medium_ior(globals, point.material, 0);
-      direction = normalize(refract(-surface.to_eye, normalize(facets + surface.to_eye), 1 / ior));
-    } else if (!reflects) {
-      direction = mirrored_at(by.normal, facets);
+      direction = normalize(refract(-surface.to_eye, normalize(direction + surface.to_eye), 1 / ior));
+    } else if (passes) {
+      direction = mirrored_at(by.normal, direction);
     }
     if (reflects) mirrored.count += 1;
-    // Directions on the wrong side of the triangle: reflections take the environment, transmission has fewer rays.
-    if ((dot(direction, plane) > 0) != reflects) continue;
-    const vec3 origin = offset_from_surface(point.position_world, reflects ? plane : -plane, eye, point.pixel_size_m,
-                                            reflects ? point.lift_m : 0);
+    // Directions on the wrong side of the triangle: reflections take the environment, other lobes have fewer rays.
+    if ((dot(direction, plane) > 0) == passes) continue;
+    const vec3 origin = offset_from_surface(point.position_world, passes ? -plane : plane, eye, point.pixel_size_m,
+                                            passes ? 0 : point.lift_m);
     const uvec4 outside = uvec4(FIRE3DV_NO_INDEX);
+    takes_one_ray = is_diffuse;
+    hit_choices = sample_choices(pixel, k - first, count);
+    // Diffuse rays meet what shadow rays meet.
+    const bool meets_all = !is_diffuse && (push.effects & FIRE3DV_RAY_EFFECT_REFRACTION) != 0;
     float distance_m;
     const vec3 radiance =
-        radiance_through(globals, origin, direction, bends && !reflects ? media_behind(outside, point.material, false) : outside,
-                         eye_distance_m, by.roughness, distance_m);
-    const float away = distance_m < kFar ? distance_m / (distance_m + eye_distance_m) : 1;
-    if (!reflects) {
+        radiance_through(globals, origin, direction, bends && passes ? media_behind(outside, point.material, false) : outside,
+                         eye_distance_m, roughness, meets_all, distance_m);
+    const bool hits = distance_m < kFar;
+    if (is_diffuse) {
+      const vec3 environment = reflected_radiance(globals, direction, roughness);
+      diffuse.light.radiance += hits ? radiance : vec3(0);
+      diffuse.light.missed += hits ? vec3(0) : environment;
+      diffuse.light.all += environment;
+      diffuse.count += 1;
+      diffuse.nearby += distance_m < push.occlusion_distance_m ? 1 : 0;
+      continue;
+    }
+    const float away = hits ? distance_m / (distance_m + eye_distance_m) : 1;
+    if (passes) {
       passed = LobeRadiance(passed.sum + radiance, passed.count + 1, 0, passed.away + away);
       continue;
     }
     mirrored.away += away;
-    if (distance_m < kFar) mirrored = LobeRadiance(mirrored.sum + radiance, mirrored.count, mirrored.hits + 1, mirrored.away);
+    if (hits) mirrored = LobeRadiance(mirrored.sum + radiance, mirrored.count, mirrored.hits + 1, mirrored.away);
   }
   mirrored = averaged(mirrored);
   effect.reflected = share * mirrored.sum;
@@ -113,6 +165,7 @@ void trace_lobes(GlobalsRef globals, MaterialRecord material, Surface surface, S
   effect.blur = blur_of(lobe, mirrored.away);
   passed = averaged(passed);
   refracted = RefractedLight(passed.sum, blur_of(surface.base, passed.away));
+  set_bounced(diffuse, effect, bounced);
 }
 
 // Share of the hemisphere, weighted by the cosine, without a surface nearby.
@@ -153,14 +206,15 @@ void trace_effects(uvec2 pixel) {
   const MaterialRecord material = MaterialRef(globals.value.materials).at[triangle.material];
   RayEffect effect = no_ray_effect();
   RefractedLight refracted = RefractedLight(vec3(0), 0);
+  BouncedLight bounced = BouncedLight(vec3(0), vec3(0), vec3(0));
   if ((material.flags & FIRE3DV_MATERIAL_UNLIT) == 0) {
-    const uint lobes = FIRE3DV_RAY_EFFECT_REFLECTIONS | FIRE3DV_RAY_EFFECT_REFRACTION;
+    const uint lobes = FIRE3DV_RAY_EFFECT_REFLECTIONS | FIRE3DV_RAY_EFFECT_REFRACTION | FIRE3DV_RAY_EFFECT_BOUNCE;
     if ((push.effects & lobes) != 0) {
       const vec3 to_eye = normalize(globals.value.eye_world - point.position_world);
       const Surface surface = make_surface(globals, material, surface_base_color(material, point), point, to_eye);
-      trace_lobes(globals, material, surface, point, pixel, effect, refracted);
+      trace_lobes(globals, material, surface, point, pixel, effect, refracted, bounced);
     }
-    if ((push.effects & FIRE3DV_RAY_EFFECT_OCCLUSION) != 0)
+    if ((push.effects & FIRE3DV_RAY_EFFECT_OCCLUSION) != 0 && !effect.has_occlusion)
       trace_occlusion(point, pixel, effect);
   }
   const uint index = traced_pixel * FIRE3DV_SAMPLES + first;
@@ -168,6 +222,8 @@ void trace_effects(uvec2 pixel) {
   RayEffectOut(push.records).at[index] = pack_ray_effect(effect, point.normal_world);
   if (effect.has_refracted)
     RefractedOut(refracted_records(globals, push.records)).at[index] = pack_refracted(refracted);
+  if (effect.has_bounced)
+    BouncedOut(bounced_records(globals, push.records, effect.has_refracted)).at[index] = pack_bounced(bounced);
 }
 
 #endif

@@ -10,6 +10,11 @@
 // Visible share of a light at the point, 0 to 1. The including shader defines it.
 float light_visibility(uint light_index, LightSample light, SurfacePoint point);
 
+#ifdef FIRE3DV_LIGHT_OF_HIT
+// Reflected light of all lamps and the environment. The including shader defines it. environment: unoccluded.
+vec3 light_of_hit(GlobalsRef globals, Surface surface, SurfacePoint point, vec3 environment);
+#endif
+
 vec3 reflected_of_light(uint index, LightSample light, Surface surface, SurfacePoint point) {
   const vec3 reflected = reflect_light(surface, light.to_light, light.sine) * light.irradiance;
   return largest(reflected) <= 0 ? vec3(0) : reflected * light_visibility(index, light, point);
@@ -51,9 +56,14 @@ vec4 shade(GlobalsRef globals, MaterialRecord material, vec4 base_color, Surface
 #endif
   const float under_coat = surface.coat > 0 ? 1 - coat_albedo(surface) : 1;
   vec3 radiance = under_coat * material.emissive * sample_or(material.emissive_texture, uv, dx, dy, vec4(1)).rgb;
-  radiance += reflect_environment(globals, surface, occlusion);
+#ifdef FIRE3DV_LIGHT_OF_HIT
+  radiance += light_of_hit(globals, surface, point, reflect_environment(globals, surface, occlusion));
+#else
 #ifdef FIRE3DV_RAY_EFFECTS
+  radiance += reflect_environment(globals, surface, scattered_traced(globals, surface, occlusion, ray_effect), occlusion);
   radiance = max(radiance + reflect_traced(globals, surface, occlusion, ray_effect), vec3(0));
+#else
+  radiance += reflect_environment(globals, surface, occlusion);
 #endif
 
   uint i = 0;
@@ -70,6 +80,7 @@ vec4 shade(GlobalsRef globals, MaterialRecord material, vec4 base_color, Surface
   for (; i < globals.value.light_count; ++i) {
     radiance += reflected_of_light(i, sample_light(globals, i, point.position_world), surface, point);
   }
+#endif
 
   if (largest(surface.transmitted) > 0) {
     const float under_sheen = largest(surface.sheen_color) > 0 ? 1 - largest(surface.sheen_color) * surface.sheen_albedo : 1;

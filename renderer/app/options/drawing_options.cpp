@@ -76,7 +76,7 @@ void add_drawing_options(CLI::App& app, Options& options, DrawingTexts& texts) {
       ->type_name("STRENGTH")
       ->capture_default_str()
       ->group(kGroup);
-  app.add_option("--ray-effects", texts.ray_effects, "off, all, or some of reflections,ao,refraction")
+  app.add_option("--ray-effects", texts.ray_effects, "off, all, or some of reflections,ao,refraction,bounce")
       ->type_name("LIST")
       ->capture_default_str()
       ->group(kGroup);

@@ -310,6 +310,8 @@ void draw_render_panel(const Context& context) {
   ui.check("Ambient occlusion", draw.ray_effects.on.ambient_occlusion,
            "Less light of the environment in corners; needs rays on the device");
   ui.check("Refraction", draw.ray_effects.on.refraction, "Glass bends light; needs rays on the device");
+  ui.check("Diffuse bounce", draw.ray_effects.on.bounce,
+           "Surfaces light each other; needs rays on the device");
   constexpr const char* kPaths[] = {"automatic", "forward", "visibility"};
   choose(ui, "Raster path", draw.raster, kPaths);
   choose_samples(ui, draw.samples);

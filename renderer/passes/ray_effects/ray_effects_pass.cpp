@@ -18,7 +18,8 @@ struct NamedEffect {
 };
 constexpr NamedEffect kEffects[] = {{"reflections", &RayEffects::reflections},
                                     {"ao", &RayEffects::ambient_occlusion},
-                                    {"refraction", &RayEffects::refraction}};
+                                    {"refraction", &RayEffects::refraction},
+                                    {"bounce", &RayEffects::bounce}};
 
 RayBackEnd choose_back_end(const gpu::Device& device, RayBackEnd preferred) {
   const bool pipeline =
@@ -87,10 +88,11 @@ RayEffectsPass::RayEffectsPass(gpu::Device& device, VkPipelineLayout layout, uin
           device, sizeof(VkTraceRaysIndirectCommandKHR),
           VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT, gpu::Memory::device)) {}
 
-void RayEffectsPass::allocate(Targets& targets, bool refracts) const {
+void RayEffectsPass::allocate(Targets& targets, bool refracts, bool bounces) const {
   const VkDeviceSize surfaces = VkDeviceSize{targets.extent.width} * targets.extent.height * samples_;
   const VkDeviceSize bytes =
-      surfaces * (sizeof(gpu_types::RayEffectRecord) + (refracts ? sizeof(uint64_t) : 0));
+      surfaces * (sizeof(gpu_types::RayEffectRecord) + (refracts ? sizeof(uint64_t) : 0) +
+                  (bounces ? sizeof(gpu_types::BouncedRecord) : 0));
   if (targets.ray_effects.size_bytes >= bytes) return;
   targets.ray_effects =
       gpu::create_buffer(device_, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
@@ -123,9 +125,11 @@ void RayEffectsPass::record(gpu::Recorder& recorder, const Frame& frame, const R
   push.records = targets.ray_effects.address;
   push.effects = (settings.on.reflections ? FIRE3DV_RAY_EFFECT_REFLECTIONS : 0u) |
                  (settings.on.ambient_occlusion ? FIRE3DV_RAY_EFFECT_OCCLUSION : 0u) |
-                 (scene.refracts ? FIRE3DV_RAY_EFFECT_REFRACTION : 0u);
+                 (scene.refracts ? FIRE3DV_RAY_EFFECT_REFRACTION : 0u) |
+                 (settings.on.bounce ? FIRE3DV_RAY_EFFECT_BOUNCE : 0u);
   push.reflection_rays = std::max(settings.reflection_rays, 1u);
   push.occlusion_rays = std::max(settings.occlusion_rays, 1u);
+  push.bounce_rays = std::max(settings.bounce_rays, 1u);
   push.occlusion_distance_m =
       settings.occlusion_distance_m > 0 ? settings.occlusion_distance_m : 0.1f * frame.scene_radius_m;
   push.pixel_angle_rad = pixel_angle_rad(frame.view, targets.extent.height);

@@ -1,5 +1,5 @@
-// Ray effects of the raster image: traces mirror and glossy reflections and ambient occlusion of visible
-// surfaces, for shading to read (shaders/ray_effects/ray_effects.glsl).
+// Ray effects of the raster image: traces mirror and glossy reflections, ambient occlusion, refraction
+// and one diffuse bounce of visible surfaces, for shading to read (shaders/ray_effects/ray_effects.glsl).
 //
 // Results depend on the frame alone: sample patterns are fixed, and no earlier image is read.
 #pragma once
@@ -23,8 +23,8 @@ class RayEffectsPass {
   RayEffectsPass(gpu::Device& device, VkPipelineLayout layout, uint32_t samples, RayBackEnd preferred);
 
   RayBackEnd back_end() const { return back_end_; }
-  // Allocates targets.ray_effects. refracts: GpuScene::refracts.
-  void allocate(Targets& targets, bool refracts) const;
+  // Allocates targets.ray_effects. refracts: GpuScene::refracts. bounces: RayEffects::bounce.
+  void allocate(Targets& targets, bool refracts, bool bounces) const;
   struct Frame {
     GpuScene& scene;
     Targets& targets;  // with the ids that shading reads

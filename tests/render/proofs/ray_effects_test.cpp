@@ -203,6 +203,7 @@ TEST_F(RayEffects, RoughReflectionsAgreeWithPaths) {
 TEST_F(RayEffects, ABodyBeforeTheSkyAloneIsUnchanged) {
   SceneBuilder builder;
   scene::Material coated = metal(0.2f);
+  coated.metallic = 0.5f;
   coated.clearcoat = 1;
   coated.clearcoat_roughness = 0.05f;
   builder.mesh_node("ball", builder.sphere(builder.material(coated), 0.5f), glm::mat4(1));
@@ -365,7 +366,7 @@ TEST_F(RayEffects, OcclusionFollowsTheFormFactorOfAWall) {
 
 TEST(RayEffectNames, AreCheckedOneByOne) {
   passes::RayEffects on;
-  EXPECT_TRUE(passes::ray_effects_named("ao,refraction,reflections", on));
+  EXPECT_TRUE(passes::ray_effects_named("bounce,ao,refraction,reflections", on));
   EXPECT_EQ(on, all_effects());
   EXPECT_EQ(passes::describe(on), passes::ray_effect_names());
   EXPECT_TRUE(passes::ray_effects_named("ao", on));

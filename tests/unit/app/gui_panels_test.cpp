@@ -59,6 +59,7 @@ std::string settings_of(const GuiWorld& world) {
                    double(d.ray_effects.on.reflections),
                    double(d.ray_effects.on.ambient_occlusion),
                    double(d.ray_effects.on.refraction),
+                   double(d.ray_effects.on.bounce),
                    double(d.path.has_value()),
                    double(v.paths.samples_per_pixel),
                    double(v.paths.bounces),

@@ -150,6 +150,7 @@ TEST_F(ShaderLayout, TheFirstAndLastMembersAndAllThatFollowAGapLieAlike) {
   EXPECT_SAME_OFFSET(RayEffectsPush, globals);
   EXPECT_SAME_OFFSET(RayEffectsPush, pixel_angle_rad);
   EXPECT_SAME_OFFSET(RayEffectRecord, normal);
+  EXPECT_SAME_OFFSET(BouncedRecord, all);
   EXPECT_SAME_OFFSET(PathResolvePush, tone_map);
   EXPECT_SAME_OFFSET(PickedSurface, node);
   EXPECT_SAME_OFFSET(PickPush, y);

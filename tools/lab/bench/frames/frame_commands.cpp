@@ -259,7 +259,7 @@ Result<SceneReport> measure_scene(const FrameOptions& options, gpu::Device& devi
   if (options.conditions == "rays") {
     FIRE3DV_ASSERT(passes::ray_effects_named("all", settings.ray_effects.on));
     settings.ray_effects.back_end = settings.shadows.back_end;
-    settings.ray_effects.reflection_rays = settings.ray_effects.occlusion_rays = options.ray_effect_rays;
+    settings.ray_effects.set_rays(options.ray_effect_rays);
     const bool has_visibility_buffer =
         settings.raster != passes::RasterPath::forward && device.report().int64_atomics;
     if (Result<void> can = passes::can_trace_ray_effects(device, has_visibility_buffer); !can)

@@ -47,7 +47,7 @@ inline constexpr const char* kProductMain = "product, no shadows";
 inline constexpr const char* kPaper = "paper";
 inline constexpr const char* kPaperMain = "paper, no shadows";
 // Of --conditions rays, beside kProduct: names of ray effects.
-inline constexpr const char* kRayConditions[] = {"reflections", "ao", "all"};
+inline constexpr const char* kRayConditions[] = {"reflections", "ao", "bounce", "reflections,ao", "all"};
 
 std::string markdown_of(const Report& report);
 std::string csv_of(const Report& report);
