@@ -154,6 +154,7 @@ void Bridge::restart(const std::string& reason) {
   log_line(reason + " went back in time: poses begin anew");
   buffer_.clear_moving();
   sampler_.restart();
+  joint_scalars_.restart();
   last_restart_ns_ = now_ns_;
 }
 
@@ -172,11 +173,14 @@ void Bridge::take_clock(const ClockMessage& message, SourceId source) {
   }
 }
 
+// A description that comes first saves a description of all frames, and scalars without units.
+bool Bridge::waits_for_description() const {
+  return options_.reads_description && !links_ &&
+         (conversion_ || (description_.empty() && now_ns_ - begun_ns_ < kPatienceNs));
+}
+
 Result<void> Bridge::publish() {
-  // A description that comes first saves a description of all frames.
-  const bool waits = options_.reads_description && !links_ &&
-                     (conversion_ || (description_.empty() && now_ns_ - begun_ns_ < kPatienceNs));
-  if (waits) return {};
+  if (waits_for_description()) return {};
   const std::optional<PoseSampler::Frame> frame = sampler_.update(buffer_, now_ns_);
   if (!frame) return {};
   if (frame->is_new_layout) {

@@ -18,6 +18,7 @@
 #include "adapters/ros2/options.h"
 #include "adapters/ros2/renderers.h"
 #include "adapters/ros2/robot/conversion.h"
+#include "adapters/ros2/robot/joint_scalars.h"
 #include "adapters/ros2/robot/robot_links.h"
 #include "adapters/ros2/tf/clock_watch.h"
 #include "adapters/ros2/tf/frame_buffer.h"
@@ -62,6 +63,8 @@ class Bridge {
   bool insert_all(const TfMessage& message, bool is_static, SourceId source);
   void take_clock(const ClockMessage& message, SourceId source);
   void take_joint_state(const JointStateMessage& message);
+  void show_joint_state(const JointStateMessage& message);
+  bool waits_for_description() const;
   void take_description(const char* text);
   void start_conversion();
   void insert_link_poses(int64_t stamp_ns);
@@ -117,6 +120,7 @@ class Bridge {
   std::vector<std::string> link_frames_;  // of links_, with the prefix
   int64_t first_joint_ns_ = 0;
   bool uses_joints_ = false;
+  JointScalars joint_scalars_;
 };
 
 }  // namespace fire3dv::ros2

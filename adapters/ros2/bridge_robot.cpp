@@ -1,5 +1,7 @@
 // The robot of the bridge: its description, and link poses from joint states.
 #include <algorithm>
+#include <span>
+#include <string_view>
 #include <utility>
 
 #include "adapters/ros2/bridge.h"
@@ -15,7 +17,30 @@ constexpr size_t kMaxDescriptionBytes = size_t{64} << 20;
 
 }  // namespace
 
+// A stamp of 0 is none: the values belong to the newest poses.
+void Bridge::show_joint_state(const JointStateMessage& message) {
+  if (!options_.shows_joints || waits_for_description()) return;
+  int64_t stamp = stamp_ns(message.header.stamp);
+  if (stamp == 0 && !renderers_.published_time_ns()) return;
+  if (stamp == 0) stamp = *renderers_.published_time_ns();
+  std::vector<std::string_view> names;
+  for (uint32_t i = 0; i < message.name._length; ++i) names.emplace_back(text_of(message.name._buffer[i]));
+  const auto numbers = [](const auto& sequence) {
+    return std::span<const double>(sequence._buffer, sequence._length);
+  };
+  const Result<std::vector<ScalarGroup*>> groups = joint_scalars_.take(
+      {names, numbers(message.position), numbers(message.velocity), numbers(message.effort), stamp});
+  if (!groups) return log_.warn("joint scalars", "joint states are not plotted: " + groups.error().message);
+  for (ScalarGroup* const group : *groups) {
+    const Result<void> shown = renderers_.show_scalars(*group);
+    group->is_refused = !shown;
+    if (!shown)
+      log_.warn("joint scalars", group->name + " of joint states are not plotted: " + shown.error().message);
+  }
+}
+
 void Bridge::take_joint_state(const JointStateMessage& message) {
+  show_joint_state(message);
   if (!links_) return;
   const uint32_t count = std::min(message.name._length, message.position._length);
   bool has_changed = false;
@@ -108,9 +133,11 @@ Result<void> Bridge::use_robot(ConvertedRobot&& robot) {
     for (const std::string& name : links_->names())
       link_frames_.push_back(options_.frames.frame_prefix + name);
     sampler_.set_links(links_->names());
+    joint_scalars_.set_joint_types(links_->joint_types());
     log_line("the robot has " + counted(links_->names().size(), "link"));
   } else {
     links_.reset();
+    joint_scalars_.set_joint_types({});
     sampler_.set_links(std::nullopt);
     log_line("the robot has no joints: the poses of all frames are sent");
   }

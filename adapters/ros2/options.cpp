@@ -36,7 +36,7 @@ Result<void> take_ros_arguments(std::vector<std::string>& words, std::vector<std
 }
 
 void add_input_options(CLI::App& app, Options& options, std::string& ns, bool& no_description,
-                       bool& is_parsed_before) {
+                       bool& no_joints, bool& is_parsed_before) {
   app.add_option("--domain", options.domain_id, "DDS domain, 0 to 232 (default: ROS_DOMAIN_ID, or 0)")
       ->check(CLI::Range(0, 232).description(""))
       ->type_name("N")
@@ -65,6 +65,7 @@ void add_input_options(CLI::App& app, Options& options, std::string& ns, bool& n
       ->group("Robot");
   app.add_flag("--no-description", no_description, "send the poses of all frames, and no robot")
       ->group("Robot");
+  app.add_flag("--no-joint-scalars", no_joints, "send no joint states as scalars for plots")->group("Robot");
 }
 
 void add_marker_options(CLI::App& app, MarkerTopics& topics) {
@@ -96,7 +97,7 @@ Result<Names> make_names(const std::string& ns, const std::vector<std::string>& 
 std::variant<Options, int> parse_options(int argc, char** argv) {
   Options options;
   std::string ns;
-  bool no_description = false;
+  bool no_description = false, no_joints = false;
   CLI::App app{"Publishes the transforms and the robot of a ROS 2 system to FIRE-3DV renderers.",
                "fire3dv-ros2"};
   app.formatter(std::make_shared<HelpFormatter>("--to URI [OPTIONS] [--ros-args -r FROM:=TO ...]"));
@@ -111,7 +112,7 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
       ->required()
       ->allow_extra_args(false);
   bool ros_arguments = false;  // for the help; take_ros_arguments() reads them
-  add_input_options(app, options, ns, no_description, ros_arguments);
+  add_input_options(app, options, ns, no_description, no_joints, ros_arguments);
   CameraArguments cameras;
   add_camera_options(app, cameras);
   add_marker_options(app, options.markers);
@@ -139,6 +140,7 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   if (no_description && options.images.needs_description())
     return usage_error("--sensor and --sensors need the robot description: leave --no-description out");
   options.reads_description = !no_description;
+  options.shows_joints = !no_joints;
   if (no_description && !options.scene_file.empty())
     return usage_error("--write-scene needs the robot description: leave --no-description out");
   if (options.frames.fixed_frame.starts_with('/')) options.frames.fixed_frame.erase(0, 1);

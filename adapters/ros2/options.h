@@ -22,6 +22,7 @@ struct Options {
   std::string scene_file;  // --write-scene; empty: the robot is added over the link
   std::vector<std::string> package_folders;
   bool reads_description = true;
+  bool shows_joints = true;  // as scalars
   PoseSamplerOptions frames;
   ImageOptions images;
   MarkerTopics markers;

@@ -1,5 +1,7 @@
 #include "adapters/ros2/renderers.h"
 
+#include <fire3dv/scalars.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -149,6 +151,25 @@ Result<void> Renderers::show_marker(const std::string& name, const fire3dv_marke
                             : fire3dv_clear_marker(stream, name.c_str());
     if (code != FIRE3DV_OK) return Error{fire3dv_last_error()};
   }
+  return {};
+}
+
+Result<void> Renderers::show_scalars(ScalarGroup& group) {
+  std::vector<const char*> names, units;
+  if (!group.is_declared) {
+    for (const std::string& name : group.names) names.push_back(name.c_str());
+    for (const std::string& unit : group.units) units.push_back(unit.c_str());
+  }
+  const fire3dv_scalars scalars{sizeof scalars, names.data(), units.data(), names.size()};
+  for (const Target& target : targets_) {
+    fire3dv_stream* const stream = target.stream.get();
+    if (!group.is_declared && fire3dv_declare_scalars(stream, group.name.c_str(), &scalars) != FIRE3DV_OK)
+      return Error{fire3dv_last_error()};
+    if (fire3dv_set_scalars(stream, group.name.c_str(), group.time_ns, group.values.data(),
+                            group.values.size()) != FIRE3DV_OK)
+      return Error{fire3dv_last_error()};
+  }
+  group.is_declared = true;
   return {};
 }
 

@@ -14,6 +14,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "adapters/ros2/robot/joint_scalars.h"
 #include "protocol/base/error.h"
 
 namespace fire3dv::ros2 {
@@ -35,6 +36,9 @@ class Renderers {
 
   // Shows a marker in all renderers, or clears it (null).
   Result<void> show_marker(const std::string& name, const fire3dv_marker* marker);
+
+  // Sets the values of the group in all streams; declares it before, unless it is.
+  Result<void> show_scalars(ScalarGroup& group);
 
   // Processes messages of the renderers and reports news by `log`. Call it ten times a second.
   Result<void> poll(const std::function<void(const std::string&)>& log);

@@ -16,8 +16,7 @@ Result<RobotLinks> RobotLinks::read(std::span<const uint8_t> glb) {
   for (size_t i = 0; i < description.node_count; ++i) {
     links.names_.emplace_back(description.node_names[i]);
     if (description.body_from_node_count == 0) continue;
-    const float* offset =
-        description.body_from_node + (description.body_from_node_count == 1 ? 0 : 12 * i);
+    const float* offset = description.body_from_node + (description.body_from_node_count == 1 ? 0 : 12 * i);
     std::array<float, 12>& copy = links.offsets_[links.names_.back()];
     std::copy(offset, offset + 12, copy.begin());
   }
@@ -25,8 +24,9 @@ Result<RobotLinks> RobotLinks::read(std::span<const uint8_t> glb) {
   for (size_t i = 0; i < fire3dv_joint_count(links.robot_.get()); ++i) {
     fire3dv_joint joint{};
     joint.struct_size = sizeof joint;
-    if (fire3dv_get_joint(links.robot_.get(), i, &joint) == FIRE3DV_OK && joint.position_count == 1)
-      links.joints_.emplace(joint.name, i);
+    if (fire3dv_get_joint(links.robot_.get(), i, &joint) != FIRE3DV_OK) continue;
+    links.joint_types_.emplace(joint.name, joint.type);
+    if (joint.position_count == 1) links.joints_.emplace(joint.name, i);
   }
   return links;
 }
@@ -50,8 +50,10 @@ Result<std::vector<Transform>> RobotLinks::root_from_links() {
     if (fire3dv_get_node_pose(robot_.get(), names_[i].c_str(), model_from_link.data()) != FIRE3DV_OK)
       return Error{fire3dv_last_error()};
     const Transform pose = transform_of(model_from_link);
-    if (i == 0) root_from_model = inverse(pose);
-    else transforms.push_back(root_from_model * pose);
+    if (i == 0)
+      root_from_model = inverse(pose);
+    else
+      transforms.push_back(root_from_model * pose);
   }
   return transforms;
 }

@@ -13,6 +13,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "adapters/ros2/robot/joint_scalars.h"
 #include "adapters/ros2/tf/transform.h"
 #include "protocol/base/error.h"
 
@@ -28,6 +29,8 @@ class RobotLinks {
   // Offset of a node with a scale, by link; nullptr: none has one.
   const std::array<float, 12>* body_from_node(const std::string& link) const;
 
+  // Of all joints, those that follow others included.
+  const JointTypes& joint_types() const { return joint_types_; }
   // Sets the position of a revolute or prismatic joint. False: no such joint, or it follows another one, or
   // the position is not finite.
   bool set_joint(const std::string& joint, double position);
@@ -42,6 +45,7 @@ class RobotLinks {
   std::vector<std::string> names_;
   std::unordered_map<std::string, std::array<float, 12>> offsets_;
   std::unordered_map<std::string, size_t> joints_;
+  JointTypes joint_types_;
 };
 
 }  // namespace fire3dv::ros2

@@ -232,6 +232,18 @@ def read_node_names(path):
     return [node.get("name") for node in json.loads(data[20:20 + length])["nodes"]]
 
 
+def scalars_of(ros):
+    """Returns {group: ([(name, unit), ...], newest values)}."""
+    groups = {}
+    for message in list(ros.lines.messages):
+        value = message.get("value", {}) if message["type"] == "SceneEdit" else {}
+        if value.get("type") == "Scalars":
+            groups[message["node"]] = list(zip(value["names"], value["units"])), None
+        elif value.get("type") == "ScalarValues":
+            groups[message["node"]] = groups[message["node"]][0], value["values"]
+    return groups
+
+
 def robot_joints(test):
     """Joint states without /tf: forward kinematics with mimic; then /tf takes over."""
     ros = Ros(test)
@@ -255,6 +267,15 @@ def robot_joints(test):
     reach = math.pi / 4 + 0.25
     check(at(frame[2]["base"], 0, 0, 0) and at(frame[2]["upper"], 0, 0, 0.5) and at(frame[2]["tool"], 0, 1, 0.5) and
           at(frame[2]["finger"], 0, 1 + reach, 0.5), str(frame))
+    groups = scalars_of(ros)
+    check(groups["joint_positions"][0] == [("shoulder", "rad"), ("nonsense", ""), ("tool", "")] and
+          groups["joint_positions"][1] == [math.pi / 2, 3, None] and len(groups) == 1, str(groups))
+    # Another set of joints has groups of its own.
+    side.do(f"moving_joints {stamp * SECOND} grip 0.5 2 -3 shoulder 1 4 5")
+    groups = wait_until(lambda: f"efforts, not {scalars_of(ros)}",
+                        lambda: len(scalars_of(ros)) == 4 and all(values for _, values in scalars_of(ros).values()) and scalars_of(ros))
+    for name, units, values in (("positions", ("m", "rad"), [0.5, 1]), ("velocities", ("m/s", "rad/s"), [2, 4]), ("efforts", ("N", "N m"), [-3, 5])):
+        check(groups[f"joint_{name} 2"] == (list(zip(("grip", "shoulder"), units)), values), str(groups))
     # Odometry places the robot.
     side.send("tf_static", ("odom", "base", 0, 10))
     wait_until("the odometry", lambda: move() and at(ros.named_frames()[-1][2].get("tool", [0] * 12), 10, 1, 0.5))

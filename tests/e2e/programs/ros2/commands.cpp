@@ -105,7 +105,7 @@ class Interpreter {
       words >> a >> count >> seed;
       return writer_.send_damaged(a, count, seed) ? "ok" : "ok unsupported";
     }
-    if (command == "joints") return joints(words);
+    if (command == "joints" || command == "moving_joints") return joints(words, command != "joints");
     if (command == "chain") return chain(words);
     if (command == "load") {
       size_t count = 0, per_message = 0;
@@ -119,13 +119,14 @@ class Interpreter {
  private:
   static std::string said(bool good) { return good ? "ok" : "error"; }
 
-  std::string joints(std::istringstream& words) {
+  std::string joints(std::istringstream& words, bool is_moving) {
     int64_t stamp_ns = 0;
-    std::vector<std::pair<std::string, double>> positions;
-    std::string name, position;
+    std::vector<TestJoint> joints;
+    std::string name, position, velocity = "0", effort = "0";
     words >> stamp_ns;
-    while (words >> name >> position) positions.emplace_back(name, number_of(position));
-    return said(writer_.send_joints(stamp_ns, positions));
+    while (words >> name >> position && (!is_moving || words >> velocity >> effort))
+      joints.push_back({name, number_of(position), number_of(velocity), number_of(effort)});
+    return said(writer_.send_joints(stamp_ns, joints, is_moving));
   }
 
   std::string chain(std::istringstream& words) {

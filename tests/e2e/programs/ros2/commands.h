@@ -10,6 +10,7 @@
 //   text FILE                      publishes the file as robot_description
 //   clock STAMP_NS
 //   joints STAMP_NS [NAME POSITION ...]
+//   moving_joints STAMP_NS [NAME POSITION VELOCITY EFFORT ...]
 //   chain COUNT STAMP_NS STEP      transforms f0 -> f1 -> ... into the next message, STEP metres along x
 //   load COUNT RATE SECONDS PER_MESSAGE   publishes COUNT moving frames below "map" at this rate
 //   damaged KIND COUNT SEED        COUNT messages with bytes changed, cut off or lengthened; "ok unsupported"
@@ -35,6 +36,11 @@ struct TestTransform {
   std::array<double, 4> rotation{0, 0, 0, 1};
 };
 
+struct TestJoint {
+  std::string name;
+  double position = 0, velocity = 0, effort = 0;
+};
+
 class MessageWriter {
  public:
   virtual ~MessageWriter() = default;
@@ -43,8 +49,8 @@ class MessageWriter {
   virtual bool send_transforms(const std::string& kind, const std::vector<TestTransform>& transforms) = 0;
   virtual bool send_text(const std::string& text) = 0;
   virtual bool send_clock(int64_t stamp_ns) = 0;
-  virtual bool send_joints(int64_t stamp_ns,
-                           const std::vector<std::pair<std::string, double>>& positions) = 0;
+  // is_moving: with velocities and efforts.
+  virtual bool send_joints(int64_t stamp_ns, const std::vector<TestJoint>& joints, bool is_moving) = 0;
   virtual bool send_marker(const TestTransform& /*frame, namespace, place*/, int /*id*/, int /*action*/,
                            int64_t /*lifetime_ns*/) {
     return false;

@@ -100,20 +100,27 @@ class CycloneWriter : public MessageWriter {
     return dds_write(writers_["clock"], &message) == DDS_RETCODE_OK;
   }
 
-  bool send_joints(int64_t stamp_ns, const std::vector<std::pair<std::string, double>>& positions) override {
+  bool send_joints(int64_t stamp_ns, const std::vector<TestJoint>& joints, bool is_moving) override {
     char frame[] = "";
     sensor_msgs_msg_dds__JointState_ message{};
     message.header = {time_of(stamp_ns), frame};
     std::vector<char*> names;
-    std::vector<double> numbers;
-    for (const auto& [name, position] : positions) {
-      names.push_back(const_cast<char*>(name.c_str()));
-      numbers.push_back(position);
+    std::vector<double> positions, velocities, efforts;
+    for (const TestJoint& joint : joints) {
+      names.push_back(const_cast<char*>(joint.name.c_str()));
+      positions.push_back(joint.position);
+      if (is_moving) velocities.push_back(joint.velocity);
+      if (is_moving) efforts.push_back(joint.effort);
     }
+    const auto set = [](auto& sequence, std::vector<double>& numbers) {
+      sequence._buffer = numbers.data();
+      sequence._length = sequence._maximum = static_cast<uint32_t>(numbers.size());
+    };
     message.name._buffer = names.data();
     message.name._length = message.name._maximum = static_cast<uint32_t>(names.size());
-    message.position._buffer = numbers.data();
-    message.position._length = message.position._maximum = static_cast<uint32_t>(numbers.size());
+    set(message.position, positions);
+    set(message.velocity, velocities);
+    set(message.effort, efforts);
     return dds_write(writers_["joint_states"], &message) == DDS_RETCODE_OK;
   }
 

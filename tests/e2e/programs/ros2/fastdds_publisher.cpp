@@ -132,18 +132,23 @@ class FastDdsWriter : public MessageWriter {
     return send("clock", encode(64, [&](Cdr& cdr) { write_stamp(cdr, stamp_ns); }));
   }
 
-  bool send_joints(int64_t stamp_ns, const std::vector<std::pair<std::string, double>>& positions) override {
+  bool send_joints(int64_t stamp_ns, const std::vector<TestJoint>& joints, bool is_moving) override {
     size_t most = 128;
-    for (const auto& [name, position] : positions) most += 64 + name.size();
-    return send("joint_states", encode(most, [&](Cdr& cdr) {
-                  write_stamp(cdr, stamp_ns);
-                  cdr << std::string();
-                  cdr << static_cast<uint32_t>(positions.size());
-                  for (const auto& [name, position] : positions) cdr << name;
-                  cdr << static_cast<uint32_t>(positions.size());
-                  for (const auto& [name, position] : positions) cdr << position;
-                  cdr << uint32_t{0} << uint32_t{0};
-                }));
+    for (const TestJoint& joint : joints) most += 80 + joint.name.size();
+    return send(
+        "joint_states", encode(most, [&](Cdr& cdr) {
+          write_stamp(cdr, stamp_ns);
+          cdr << std::string();
+          const auto count = static_cast<uint32_t>(joints.size());
+          cdr << count;
+          for (const TestJoint& joint : joints) cdr << joint.name;
+          for (double TestJoint::*number : {&TestJoint::position, &TestJoint::velocity, &TestJoint::effort}) {
+            const bool is_sent = is_moving || number == &TestJoint::position;
+            cdr << (is_sent ? count : uint32_t{0});
+            if (!is_sent) continue;
+            for (const TestJoint& joint : joints) cdr << joint.*number;
+          }
+        }));
   }
 
   // Starts from the last whole message of this kind.
