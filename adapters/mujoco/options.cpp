@@ -100,6 +100,8 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
   std::string show;
   const CLI::Option* const show_option =
       app.add_option("--show", show, "markers: contacts,forces,joints,com,tendons")->type_name("LIST");
+  app.add_flag("--joint-scalars", options.publish.joint_scalars,
+               "send joint positions, velocities and efforts as scalars for plots");
   app.add_flag("--paused", options.paused, "start paused, with one frame published");
   app.add_flag("--lockstep", options.lockstep, "wait until a renderer has drawn each frame");
   app.add_option("--ack-timeout", options.ack_timeout_s, "limit of one wait of --lockstep")
@@ -132,6 +134,8 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
         throw CLI::ValidationError("--show", "name the renderer that draws the markers (--to URI)");
       options.publish.show = *quantities;
     }
+    if (options.publish.joint_scalars && options.publish.uris.empty())
+      throw CLI::ValidationError("--joint-scalars", "name the renderer that plots them (--to URI)");
     const Result<uint32_t> bits = image_outputs(outputs);
     if (!bits) throw CLI::ValidationError("--outputs", bits.error().message);
     for (const std::string& camera : cameras) {

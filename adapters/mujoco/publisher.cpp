@@ -142,7 +142,9 @@ Publisher::Publisher(const mjModel& m, convert::MjcfNames names, const PublishOp
       cameras_(m.ncam),
       lights_(m.nlight),
       tendons_(m.ntendon),
-      geoms_(m.ngeom) {}
+      geoms_(m.ngeom) {
+  if (options.joint_scalars) joints_.emplace(m);
+}
 
 Result<Publisher> Publisher::open(const mjModel& model, const PublishOptions& options) {
   Publisher publisher(model, convert::names_of(model), options);
@@ -159,6 +161,9 @@ Result<Publisher> Publisher::open(const mjModel& model, const PublishOptions& op
       publisher.targets_.push_back({uri, std::move(stream)});
     });
     if (!opened) return opened.error();
+    if (!publisher.joints_) continue;
+    if (Result<void> declared = publisher.joints_->declare(publisher.targets_.back().stream.get()); !declared)
+      return Error{"cannot send the joints to " + uri + ": " + declared.error().message};
   }
   return publisher;
 }
@@ -176,6 +181,7 @@ Result<bool> Publisher::publish(const mjModel& model, const mjData& data) {
   nodes_.write(model, data, poses_);
   if (Result<void> sent = send_appearance(model); !sent) return sent.error();
   if (Result<void> sent = send_markers(model, data); !sent) return sent.error();
+  if (Result<void> sent = send_joints(data); !sent) return sent.error();
   const int64_t now_ns = sim_time_ns(data);
   const uint32_t flags = clock_.published(now_ns) ? FIRE3DV_FRAME_DISCONTINUITY : 0;
   ++sequence_;
@@ -211,6 +217,15 @@ Result<void> Publisher::send_markers(const mjModel& model, const mjData& data) {
         return Error{"cannot send the marker " + std::string(marker.name) + " to " + target.uri + ": " +
                      fire3dv_last_error()};
     }
+  }
+  return {};
+}
+
+Result<void> Publisher::send_joints(const mjData& data) {
+  for (Target& target : targets_) {
+    if (!joints_) break;
+    if (Result<void> sent = joints_->set(target.stream.get(), data, sim_time_ns(data)); !sent)
+      return Error{"cannot send the joints to " + target.uri + ": " + sent.error().message};
   }
   return {};
 }

@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "adapters/mujoco/compiled/compiled_scene.h"
+#include "adapters/mujoco/joint_scalars.h"
 #include "adapters/mujoco/markers.h"
 #include "adapters/mujoco/timing.h"
 #include "protocol/base/error.h"
@@ -76,8 +77,9 @@ struct PublishOptions {
   Security security;
   double rate_hz = 0;  // frames per second of simulated time; 0: every call
   std::string adapter_name = "mujoco";
-  std::string scene_uri;  // informative, for users and recordings
-  uint32_t show = 0;      // Quantity bits: what to publish as markers
+  std::string scene_uri;       // informative, for users and recordings
+  uint32_t show = 0;           // Quantity bits: what to publish as markers
+  bool joint_scalars = false;  // joint positions, velocities and efforts with each frame
 };
 
 // Image request for one camera (fire3dv/image.h).
@@ -133,12 +135,14 @@ class Publisher {
   Publisher(const mjModel& model, convert::MjcfNames names, const PublishOptions& options);
   Result<void> send_appearance(const mjModel& model);
   Result<void> send_markers(const mjModel& model, const mjData& data);
+  Result<void> send_joints(const mjData& data);
   static int64_t sim_time_ns(const mjData& data);
 
   convert::MjcfNames names_;
   StreamedNodes nodes_;
   GeomAppearance appearances_;
   SimulationMarkers markers_;
+  std::optional<JointScalars> joints_;
   FrameClock clock_;
   std::vector<Target> targets_;
   std::vector<float> poses_;

@@ -202,6 +202,48 @@ TEST(MujocoAdapter, WhatIsPublishedComesWithRateResetsAndLooks) {
   }
 }
 
+TEST(MujocoAdapter, JointsComeAsScalarsOfTheirUnits) {
+  Seen seen(test::listener_uri("tcp"));
+  Simulation simulation = loaded(in_tree(kCrane));
+  const mjModel& m = simulation.model();
+  PublishOptions options;
+  options.uris = {seen.link->uri()};
+  options.joint_scalars = true;
+  Result<Publisher> publisher = Publisher::open(m, options);
+  ASSERT_TRUE(publisher.ok()) << publisher.error().message;
+  const auto of = [&](const char* group, auto wanted) {
+    std::optional<decltype(wanted)> newest;
+    for (const wire::SceneEdit& edit : seen.edits) {
+      const auto* value = std::get_if<decltype(wanted)>(&edit.value);
+      if (value && edit.node == group) newest = *value;
+    }
+    return newest;
+  };
+  for (int step = 0; step < 20; ++step) ASSERT_TRUE(simulation.step().ok());
+  ASSERT_TRUE(publisher->publish(m, simulation.data()).ok());
+  ASSERT_TRUE(test::repeat_until([&] {
+    (void)publisher->poll();
+    seen.poll();
+    return of("joint_efforts", wire::ScalarValues()).has_value();
+  }));
+  // The crane has a hinge, a free joint and a slide without a name, in this order.
+  const mjData& d = simulation.data();
+  const auto expect = [&](const char* group, const std::vector<std::string>& units,
+                          const std::vector<double>& values) {
+    const auto declared = of(group, wire::Scalars());
+    const auto newest = of(group, wire::ScalarValues());
+    ASSERT_TRUE(declared && newest) << group;
+    EXPECT_EQ(declared->names, (std::vector<std::string>{"drum", "joint_2"}));
+    EXPECT_EQ(declared->units, units);
+    EXPECT_EQ(newest->values, values);
+    EXPECT_EQ(newest->sim_time_ns, std::llround(d.time * 1e9));
+  };
+  expect("joint_positions", {"rad", "m"}, {d.qpos[0], d.qpos[8]});
+  expect("joint_velocities", {"rad/s", "m/s"}, {d.qvel[0], d.qvel[7]});
+  expect("joint_efforts", {"N m", "N"}, {d.qfrc_actuator[0], d.qfrc_actuator[7]});
+  EXPECT_NE(d.qpos[8], 0) << "gravity moves the slide";
+}
+
 // An image that is too late for its frame counts as lost: the wait is for the image of the last frame.
 TEST(MujocoAdapter, OnlyTheImageOfTheLastFrameIsWaitedFor) {
   for (const bool is_stopped : {false, true}) {
