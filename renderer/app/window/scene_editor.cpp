@@ -158,9 +158,16 @@ void SceneEditor::update(gui::Viewer& viewer, const state::EditTargets& targets,
   gui::Commands& commands = viewer.commands;
   const bool undone = std::exchange(commands.undo, false) && history_.undo();
   const bool redone = std::exchange(commands.redo, false) && history_.redo();
-  if (undone || redone) show(viewer, targets);
+  if (undone || redone) {
+    show(viewer, targets);
+    settings_.restore(viewer, history_);
+  }
   if (std::exchange(commands.save_overlay, false)) save();
   if (std::exchange(commands.export_glb, false)) export_glb(viewer, targets);
+}
+
+void SceneEditor::record_settings(const gui::Viewer& viewer, bool is_interacting) {
+  if (!is_interacting) settings_.record(viewer, history_);
 }
 
 void SceneEditor::replace_scene(gui::Viewer& viewer, const scene::Scene& before, const scene::Scene& after,

@@ -15,6 +15,7 @@
 #include "protocol/base/error.h"
 #include "renderer/app/loading/live_scene.h"
 #include "renderer/app/options/options.h"
+#include "renderer/app/window/render_settings.h"
 #include "renderer/gui/panel_data.h"
 #include "renderer/state/editing/edit_document.h"
 #include "renderer/state/editing/edit_history.h"
@@ -49,6 +50,8 @@ class SceneEditor {
   // Records finished changes of the viewer as a step, and executes its commands. Call after each layout.
   // is_interacting: a drag or a text input goes on, whose changes are one step.
   void update(gui::Viewer& viewer, const state::EditTargets& targets, bool is_interacting);
+  // Records changed render settings as a step. Call after the renderer has taken or reset them.
+  void record_settings(const gui::Viewer& viewer, bool is_interacting);
   // Moves selections and edits to the next scene. Edits of objects that a scene lacks stay in the document,
   // and take effect in a scene that has them. before and after are alive.
   void replace_scene(gui::Viewer& viewer, const scene::Scene& before, const scene::Scene& after,
@@ -75,6 +78,7 @@ class SceneEditor {
   OverlayFile file_;
   bool may_replace_ = false;  // the file is ours, or the user has saved twice
   state::EditHistory history_;
+  RenderSettingsSteps settings_;
   std::optional<UserEdits> recorded_;  // edits of the viewer at the last record
   std::vector<std::string> notes_;
   GlbExport export_;

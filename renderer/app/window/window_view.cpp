@@ -146,6 +146,7 @@ void WindowView::apply_requests() {
   borrowed_.scene.set_user_edits(edits_of(borrowed_.viewer));
   if (borrowed_.robot) borrowed_.robot->set(borrowed_.viewer.joints);
   apply_draw_settings();
+  borrowed_.editor.record_settings(borrowed_.viewer, is_interacting());
   passes::DebugView& view = borrowed_.viewer.debug_view;
   if (Result<void> can = renderer().can_show(view); !can) {
     notes_.push_back(error_line(can.error().message));
@@ -218,7 +219,7 @@ void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::Tim
   }
   const glm::uvec2 image_px(image_extent_.width, image_extent_.height);
   CameraMoves moves = input_.take(input, owners, viewer);
-  borrowed_.editor.update(viewer, edit_targets(), panels_ && panels_->is_interacting());
+  borrowed_.editor.update(viewer, edit_targets(), is_interacting());
   moves.cursor_px -= glm::vec2(image_at_px_);
   if (moves.click_px) {
     *moves.click_px -= glm::vec2(image_at_px_);

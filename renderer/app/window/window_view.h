@@ -127,6 +127,7 @@ class WindowView {
   void apply_requests();
   std::optional<std::string> why_no_paths();
   void apply_draw_settings();
+  bool is_interacting() const { return panels_ && panels_->is_interacting(); }
   passes::SceneRenderer& renderer() { return *borrowed_.renderer; }
 
   const Borrowed borrowed_;

@@ -27,31 +27,46 @@ EditStep difference(const EditDocument& before, const EditDocument& after) {
 bool EditHistory::record(EditDocument now) {
   EditStep step = difference(document_, now);
   if (step.empty()) return false;
-  while (steps_.size() > undone_from_) {
-    changes_ -= steps_.back().size();
-    steps_.pop_back();
-  }
-  changes_ += step.size();
-  steps_.push_back(std::move(step));
-  while (steps_.size() > kMaxSteps || (changes_ > kMaxChanges && steps_.size() > 1)) {
-    changes_ -= steps_.front().size();
-    steps_.pop_front();
-  }
-  undone_from_ = steps_.size();
+  add({std::move(step), std::nullopt});
   document_ = std::move(now);
   document_changed();
   return true;
 }
 
+void EditHistory::record_settings() {
+  add({{}, ++newest_settings_});
+}
+
+void EditHistory::add(Step step) {
+  while (steps_.size() > undone_from_) {
+    changes_ -= steps_.back().edits.size();
+    steps_.pop_back();
+  }
+  changes_ += step.edits.size();
+  steps_.push_back(std::move(step));
+  while (steps_.size() > kMaxSteps || (changes_ > kMaxChanges && steps_.size() > 1)) {
+    changes_ -= steps_.front().edits.size();
+    first_settings_ = steps_.front().settings.value_or(first_settings_);
+    steps_.pop_front();
+  }
+  undone_from_ = steps_.size();
+}
+
+uint64_t EditHistory::settings() const {
+  for (size_t step = undone_from_; step-- > 0;)
+    if (steps_[step].settings) return *steps_[step].settings;
+  return first_settings_;
+}
+
 bool EditHistory::undo() {
   if (undone_from_ == 0) return false;
-  apply(steps_[--undone_from_], false);
+  apply(steps_[--undone_from_].edits, false);
   return true;
 }
 
 bool EditHistory::redo() {
   if (undone_from_ == steps_.size()) return false;
-  apply(steps_[undone_from_++], true);
+  apply(steps_[undone_from_++].edits, true);
   return true;
 }
 
@@ -75,6 +90,7 @@ void EditHistory::set_document(EditDocument document) {
 void EditHistory::reset(EditDocument document) {
   steps_.clear();
   undone_from_ = changes_ = 0;
+  first_settings_ = newest_settings_ = 0;
   set_document(std::move(document));
 }
 
@@ -83,15 +99,12 @@ void EditHistory::mark_saved() {
   is_saved_ = true;
 }
 
-namespace {
-
-std::string text_of(const EditStep& step) {
-  std::string text = describe(step.front().key);
-  if (step.size() > 1) text += " and " + std::to_string(step.size() - 1) + " more";
+std::string EditHistory::text_of(const Step& step) {
+  if (step.settings) return "the render settings";
+  std::string text = describe(step.edits.front().key);
+  if (step.edits.size() > 1) text += " and " + std::to_string(step.edits.size() - 1) + " more";
   return text;
 }
-
-}  // namespace
 
 std::string EditHistory::undo_text() const {
   return undone_from_ == 0 ? std::string() : text_of(steps_[undone_from_ - 1]);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <deque>
 #include <optional>
 #include <string>
@@ -30,6 +31,11 @@ class EditHistory {
   const EditDocument& document() const { return document_; }
   // Adds the difference to the document as one step, and drops the undone steps. False: there is none.
   bool record(EditDocument now);
+  // Adds a step of settings that are no part of the document, and gives the new ones a number: settings().
+  void record_settings();
+  // Number of the settings in force after the recorded steps; 0: the first ones. Later ones have larger
+  // numbers.
+  uint64_t settings() const;
   // Return false if there is no such step.
   bool undo();
   bool redo();
@@ -40,7 +46,7 @@ class EditHistory {
 
   size_t undo_steps() const { return undone_from_; }
   size_t redo_steps() const { return steps_.size() - undone_from_; }
-  // First change of the next step; empty: there is none.
+  // First change of the next step, or the settings; empty: there is none.
   std::string undo_text() const;
   std::string redo_text() const;
 
@@ -49,14 +55,22 @@ class EditHistory {
   void mark_saved();
 
  private:
+  // One of both.
+  struct Step {
+    EditStep edits;
+    std::optional<uint64_t> settings;  // from this step on
+  };
+  void add(Step step);
+  static std::string text_of(const Step& step);
   void apply(const EditStep& step, bool forward);
   void document_changed() { is_saved_ = document_ == saved_; }
 
   EditDocument document_, saved_;
   bool is_saved_ = true;
-  std::deque<EditStep> steps_;  // the oldest first
-  size_t undone_from_ = 0;      // steps from here on are undone
-  size_t changes_ = 0;          // of all steps
+  std::deque<Step> steps_;                             // the oldest first
+  size_t undone_from_ = 0;                             // steps from here on are undone
+  size_t changes_ = 0;                                 // of all steps
+  uint64_t first_settings_ = 0, newest_settings_ = 0;  // before the steps; of all that were recorded
 };
 
 }  // namespace fire3dv::state

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """End-to-end test of editing in a window with real X input: the gizmo moves a body, keys undo and redo it, and the
-saved overlay file gives the same image without a window, byte for byte.
+saved overlay file gives the same image without a window, byte for byte; keys undo render settings, too.
 """
 import glob
 import json
@@ -88,6 +88,46 @@ def gizmo(test, screen):
     check(image() != picture.rows, "the edit is not seen")
 
 
+def render_settings(test, screen):
+    """Exposure, dragged in the panel Render, is undone and redone by keys."""
+    scene, arrangement = test.path("lit.glb"), test.path("config/fire3dv/window.conf")
+    write_scene(scene, place=0, sun=True)
+    os.makedirs(os.path.dirname(arrangement))
+    with open(arrangement, "w", encoding="ascii") as file:
+        for panel in ("scene", "node", "cameras", "frame", "streams", "lights", "materials", "log"):
+            file.write(f"{panel} = closed\n")
+        file.write("render = open\nleft-dock = folded\n")
+    renderer = test.viewer(scene, env=screen.env, size=(640, 480))
+    window = screen.window(renderer)
+
+    def brightness():
+        picture = screen.picture(window)
+        return max(picture.pixel(x, y)[0] - picture.pixel(x, y)[1] for x in range(60, 400, 4) for y in range(0, 480, 4))
+
+    def exposure_grab():
+        """Centre of the uppermost slider grab, in the accent colour of the theme."""
+        picture = screen.picture(window)
+        for y in range(picture.height):
+            xs = [x for x in range(440, 640) if all(abs(picture.pixel(x, y)[i] - (0x4a, 0xa3, 0xdf)[i]) < 12 for i in range(3))]
+            if 4 <= len(xs) <= 16:
+                return sum(xs) // len(xs), y + 4
+        return None
+    before = wait_until("a red square", lambda: (lambda now: now if now > 60 else None)(brightness()))
+    x, y = wait_until("a slider", exposure_grab)
+    screen.xdotool("mousemove", "--window", window, x, y, "mousedown", 1)
+    for step in range(1, 7):
+        screen.xdotool("mousemove", "--window", window, x - 5 * step, y)
+    screen.xdotool("mouseup", 1)
+    wait_until("a darker square", lambda: brightness() < before / 2)
+    screen.xdotool("mousemove", "--window", window, 200, 300)
+    screen.xdotool("key", "ctrl+z")
+    wait_until(lambda: f"the square as it was, {before}, not {brightness()}", lambda: brightness() == before)
+    screen.xdotool("key", "ctrl+y")
+    wait_until("a darker square again", lambda: brightness() < before / 2)
+    screen.x11.close(int(window))
+    renderer.expect_exit(0)
+
+
 def bad_files(test):
     """A file that is no overlay, or names a wrong member, ends the program with both in the message."""
     for text, fault in (('{"fire3dv_overlay": {"version": 1, "edits": [{"node": "red", "visble": 1}]}}', 'edits\\[0\\].*"visble"'),
@@ -125,4 +165,5 @@ def variants(test):
 
 
 if __name__ == "__main__":
-    main({"gizmo": on_a_screen(gizmo, size=(1280, 800)), "bad_files": bad_files, "variants": variants}, ["fire3dv"])
+    main({"gizmo": on_a_screen(gizmo, size=(1280, 800)), "render_settings": on_a_screen(render_settings), "bad_files": bad_files,
+          "variants": variants}, ["fire3dv"])

@@ -272,6 +272,102 @@ TEST_F(Editors, AVariantIsAStepAndKeepsItsName) {
   EXPECT_EQ(named.facts().undo, "");
 }
 
+// Edits and render settings are steps of one history; only edits are saved.
+TEST_F(Editors, RenderSettingsAreStepsAmongEdits) {
+  SceneEditor editor(file(), {});
+  editor.begin(viewer_, targets());
+  const auto frame = [&](bool is_interacting = false) {
+    update(editor, is_interacting);
+    editor.record_settings(viewer_, is_interacting);
+  };
+  const auto key = [&](char letter) {
+    press(letter);
+    frame();
+  };
+  const float exposure = viewer_.draw.post.exposure;
+  frame();
+  for (int i = 1; i <= 10; ++i) {  // a drag of a slider
+    viewer_.draw.post.exposure = exposure + static_cast<float>(i);
+    frame(true);
+  }
+  frame();
+  EXPECT_EQ(editor.history().undo_steps(), 1u);
+  EXPECT_EQ(editor.facts().undo, "the render settings");
+  EXPECT_TRUE(editor.facts().is_saved) << "the file has none of them";
+  viewer_.hidden = {2};
+  frame();
+  viewer_.draw.shadows.method = passes::ShadowMethod::off;
+  viewer_.draw.path = viewer_.paths;
+  viewer_.paths.bounces = 3;
+  frame();
+  frame();
+  ASSERT_EQ(editor.history().undo_steps(), 3u);
+  key('z');
+  EXPECT_NE(viewer_.draw.shadows.method, passes::ShadowMethod::off);
+  EXPECT_FALSE(viewer_.draw.path);
+  EXPECT_NE(viewer_.paths.bounces, 3u);
+  EXPECT_EQ(viewer_.hidden, std::set<uint32_t>{2});
+  key('z');
+  EXPECT_TRUE(viewer_.hidden.empty());
+  EXPECT_EQ(viewer_.draw.post.exposure, exposure + 10);
+  key('z');
+  EXPECT_EQ(viewer_.draw.post.exposure, exposure);
+  for (int i = 0; i < 3; ++i) key('y');
+  EXPECT_EQ(viewer_.draw.shadows.method, passes::ShadowMethod::off);
+  EXPECT_TRUE(viewer_.draw.path);
+  EXPECT_EQ(viewer_.hidden, std::set<uint32_t>{2});
+  EXPECT_EQ(editor.history().undo_steps(), 3u);
+  EXPECT_EQ(editor.history().redo_steps(), 0u);
+
+  // A new step ends redo, and has its own values.
+  for (int i = 0; i < 3; ++i) key('z');
+  viewer_.draw.samples = 1;
+  frame();
+  EXPECT_EQ(editor.history().redo_steps(), 0u);
+  key('z');
+  EXPECT_EQ(viewer_.draw.samples, 4u);
+  key('y');
+  EXPECT_EQ(viewer_.draw.samples, 1u);
+  EXPECT_EQ(viewer_.draw.post.exposure, exposure);
+  // What the renderer resets after undo is no step: undo would never come further.
+  key('z');
+  press('y');
+  update(editor);
+  viewer_.draw.samples = 4;
+  editor.record_settings(viewer_, false);
+  EXPECT_EQ(editor.history().undo_steps(), 1u);
+  EXPECT_EQ(editor.history().redo_steps(), 0u);
+  // What another part of the program changes stays when an edit is undone.
+  viewer_.hidden = {1};
+  frame();
+  viewer_.draw.post.tone_map = passes::ToneMap::aces;
+  press('z');
+  frame();
+  EXPECT_EQ(viewer_.draw.post.tone_map, passes::ToneMap::aces);
+  EXPECT_TRUE(viewer_.hidden.empty());
+}
+
+TEST_F(Editors, ManyRenderSettingsAreUndoneToTheOldestStep) {
+  SceneEditor editor(file(), {});
+  editor.begin(viewer_, targets());
+  for (int i = 0; i <= 250; ++i) {
+    viewer_.draw.post.exposure = static_cast<float>(1 + i);
+    update(editor);
+    editor.record_settings(viewer_, false);
+  }
+  EXPECT_EQ(editor.history().undo_steps(), state::EditHistory::kMaxSteps);
+  for (int i = 249; i >= 50; --i) {
+    press('z');
+    update(editor);
+    editor.record_settings(viewer_, false);
+    ASSERT_EQ(viewer_.draw.post.exposure, static_cast<float>(1 + i));
+  }
+  EXPECT_EQ(editor.history().undo_steps(), 0u);
+  press('z');
+  update(editor);
+  EXPECT_EQ(viewer_.draw.post.exposure, 51);
+}
+
 TEST_F(Editors, TheOverlayFileIsBesideTheSceneUnlessNamed) {
   Options options;
   options.scene = folder_ / "demo.glb";
