@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "protocol/base/peer_budget.h"
+#include "renderer/gui/screenshot_size.h"
 #include "renderer/passes/debug/inspection.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/scene/model/scene.h"
@@ -89,6 +90,7 @@ struct Viewer {
   passes::DebugView debug_view = passes::DebugView::none;
   std::map<uint64_t, StreamPlayout> streams;  // by epoch
   state::MarkerNamespaces hidden_markers;
+  ScreenshotSize screenshot_size;
   float camera_speed = 1;  // factor on the speed derived from the scene's size
 
   GizmoTool tool = GizmoTool::none;

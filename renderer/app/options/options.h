@@ -12,6 +12,7 @@
 #include "protocol/base/peer_budget.h"
 #include "renderer/app/loading/converted_scene.h"
 #include "renderer/app/options/stream_options.h"
+#include "renderer/gui/screenshot_size.h"
 #include "renderer/passes/environment/environment.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/sinks/window.h"
@@ -49,9 +50,9 @@ struct Options {
   sinks::Present present = sinks::Present::vsync;
   // One per window, the first window first; empty: one, with `camera`.
   std::vector<std::string> window_cameras;
-  std::string right_camera;                              // second view in the first window; empty: none
-  std::filesystem::path screenshots = ".";               // folder of screenshots and videos
-  uint32_t screenshot_width = 0, screenshot_height = 0;  // 0: size of the image in the window
+  std::string right_camera;                 // second view in the first window; empty: none
+  std::filesystem::path screenshots = ".";  // folder of screenshots and videos
+  gui::ScreenshotSize screenshot_size;
   std::string camera;      // node or camera name, or "auto"; empty: the scene's first, or one that frames it
   bool frame_all = false;  // moves the camera so that it shows the whole scene
   uint64_t frames = 0;     // 0 = unlimited

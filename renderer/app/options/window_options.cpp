@@ -51,10 +51,10 @@ std::optional<std::string> take_window_options(const WindowTexts& texts, Options
   if (texts.theme != "last") options.light_panels = texts.theme == "light";
   if (texts.present == "mailbox") options.present = sinks::Present::mailbox;
   if (texts.present == "immediate") options.present = sinks::Present::immediate;
-  if (texts.screenshot_size != "window" &&
-      !parse_image_size(texts.screenshot_size, options.screenshot_width, options.screenshot_height)) {
-    return "--screenshot-size " + texts.screenshot_size + ": must be window, or WxH with sides of 1 to " +
-           std::to_string(kMaxImageSide) + ", such as 7680x4320";
+  if (texts.screenshot_size != "window") {
+    const Result<glm::uvec2> size = gui::parse_screenshot_size(texts.screenshot_size);
+    if (!size) return "--screenshot-size must be window or a size: " + size.error().message;
+    options.screenshot_size = {gui::ScreenshotSize::Kind::fixed, texts.screenshot_size};
   }
   constexpr size_t kMaxWindows = 16;
   if (options.window_cameras.size() > kMaxWindows)

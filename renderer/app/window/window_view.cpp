@@ -74,6 +74,7 @@ WindowView::WindowView(const Borrowed& borrowed)
       drawn_(borrowed.viewer.draw) {
   if (borrowed.options.panels && borrowed.options.right_camera.empty())
     panels_.emplace(borrowed.device, borrowed.viewer, borrowed.insist, borrowed.options.light_panels);
+  if (borrowed.insist) borrowed.viewer.screenshot_size = borrowed.options.screenshot_size;
   const std::string& replay = borrowed.options.recording.replay;
   if (Result<void> added = recent_files_.add(replay.empty() ? borrowed.options.scene.string() : replay);
       !added)
@@ -234,20 +235,25 @@ void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::Tim
 
   gui::Commands& commands = viewer.commands;
   control_timeline(commands, timeline);
-  if (std::exchange(commands.screenshot, false)) {
-    const bool is_large = borrowed_.options.screenshot_width != 0;
-    wants_large_screenshot_ = is_large && !renderer().traces_paths();
-    if (is_large && !wants_large_screenshot_)
-      notes_.push_back(
-          warning("paths refine the window's image: the screenshot has its size, not that of "
-                  "--screenshot-size"));
-    if (!wants_large_screenshot_) captures_.request_screenshot();
-  }
+  if (std::exchange(commands.screenshot, false)) request_screenshot();
   if (std::exchange(commands.toggle_video, false)) captures_.toggle_video();
   if (commands.export_csv) captures_.export_csv(*std::exchange(commands.export_csv, std::nullopt));
   if (std::exchange(commands.close, false)) closing_ = true;
   if (!input.dropped.empty()) commands.open = input.dropped.front();
   if (commands.open) opened_ = std::exchange(commands.open, std::nullopt);
+}
+
+void WindowView::request_screenshot() {
+  const gui::ScreenshotSize& wanted = borrowed_.viewer.screenshot_size;
+  const Result<glm::uvec2> size = gui::screenshot_px(wanted, {image_extent_.width, image_extent_.height});
+  if (!size) return notes_.push_back(error_line(size.error().message));
+  if (wanted.kind == gui::ScreenshotSize::Kind::window) return captures_.request_screenshot();
+  if (renderer().traces_paths()) {
+    notes_.push_back(
+        warning("paths refine the window's image: the screenshot has its size, not the chosen one"));
+    return captures_.request_screenshot();
+  }
+  large_screenshot_px_ = *size;
 }
 
 Result<void> WindowView::record(gpu::Recorder& recorder, gpu::StagingRing& staging,
@@ -258,8 +264,8 @@ Result<void> WindowView::record(gpu::Recorder& recorder, gpu::StagingRing& stagi
       panels_ ? panels_->record(recorder, staging, renderer.image(), image_at_px_, window_extent_)
               : renderer.image();
   first().record(recorder, content, 0, columns());
-  if (std::exchange(wants_large_screenshot_, false) && !renderer.traces_paths())
-    record_large_screenshot(recorder, staging, shown);
+  if (const auto size = std::exchange(large_screenshot_px_, std::nullopt); size && !renderer.traces_paths())
+    record_large_screenshot(recorder, staging, shown, *size);
   if (!right_camera_) return {};
   const Result<passes::PreparedFrame> prepared = renderer.prepare(
       {.extent = image_extent_,
@@ -280,9 +286,8 @@ Result<void> WindowView::record(gpu::Recorder& recorder, gpu::StagingRing& stagi
 // Tiles keep the memory of a large image small, and may exceed the largest image of the device. What depends
 // on the whole image needs one tile.
 void WindowView::record_large_screenshot(gpu::Recorder& recorder, gpu::StagingRing& staging,
-                                         const ScreenshotRecorder::Tag& shown) {
+                                         const ScreenshotRecorder::Tag& shown, glm::uvec2 size) {
   constexpr uint32_t kTileSide_px = 2048;
-  const glm::uvec2 size(borrowed_.options.screenshot_width, borrowed_.options.screenshot_height);
   const gui::Viewer& viewer = borrowed_.viewer;
   const passes::PostSettings& post = renderer().post_settings();
   const float aspect = static_cast<float>(size.x) / static_cast<float>(size.y);
@@ -293,10 +298,10 @@ void WindowView::record_large_screenshot(gpu::Recorder& recorder, gpu::StagingRi
       post.bloom > 0 || post.metered || blurs || viewer.debug_view == passes::DebugView::depth;
   const uint32_t limit = borrowed_.device.limits().maxImageDimension2D;
   if (needs_whole && std::max(size.x, size.y) > limit) {
-    notes_.push_back(
-        error_line("--screenshot-size: bloom, metered exposure, depth of field and the depth view need "
-                   "the whole image at once, and the device draws " +
-                   std::to_string(limit) + " pixels a side at most"));
+    notes_.push_back(error_line(
+        "no screenshot: bloom, metered exposure, depth of field and the depth view need the whole "
+        "image at once, and the device draws " +
+        std::to_string(limit) + " pixels a side at most; choose a smaller size, or switch them off"));
     return;
   }
   for (const ScreenshotTile& tile :
@@ -308,7 +313,7 @@ void WindowView::record_large_screenshot(gpu::Recorder& recorder, gpu::StagingRi
                             .markers = true});
     if (!prepared) {
       captures_.abandon_tiles();
-      notes_.push_back(error_line("--screenshot-size: " + prepared.error().message));
+      notes_.push_back(error_line("no screenshot of this size: " + prepared.error().message));
       return;
     }
     renderer().record(*prepared, recorder, staging, borrowed_.poses, view_of_tile(whole, size, tile));

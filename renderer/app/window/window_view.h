@@ -120,8 +120,9 @@ class WindowView {
   uint32_t columns() const { return right_camera_ ? 2 : 1; }
   void steer_first(float seconds, const gui::Facts& facts, replay::TimelineControl* timeline);
   void measure();
+  void request_screenshot();
   void record_large_screenshot(gpu::Recorder& recorder, gpu::StagingRing& staging,
-                               const ScreenshotRecorder::Tag& shown);
+                               const ScreenshotRecorder::Tag& shown, glm::uvec2 size);
   void place_image();
   state::EditTargets edit_targets() const;
   void apply_requests();
@@ -145,7 +146,7 @@ class WindowView {
   std::optional<glm::vec2> clicked_px_, clicked_right_px_;
   passes::DrawSettings drawn_;  // last valid settings
   bool closing_ = false;
-  bool wants_large_screenshot_ = false;  // of --screenshot-size
+  std::optional<glm::uvec2> large_screenshot_px_;  // to draw next: not of the size in the window
   std::vector<std::string> notes_;
   std::optional<std::filesystem::path> opened_;
   std::chrono::steady_clock::time_point steered_ = std::chrono::steady_clock::now();

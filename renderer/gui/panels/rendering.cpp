@@ -265,6 +265,21 @@ void choose_renderer(const Context& context) {
   if (chosen == 1) draw.path = paths;
 }
 
+void choose_screenshot_size(const Context& context) {
+  Ui& ui = context.ui;
+  ScreenshotSize& size = context.viewer.screenshot_size;
+  constexpr const char* kNames[] = {"image", "image x 2", "image x 4", "other"};
+  choose(ui, "  of size", size.kind, kNames, "Of screenshots, as the image in the window or larger");
+  if (size.kind == ScreenshotSize::Kind::fixed)
+    ui.text("Screenshot size", "width x height, such as 7680x4320", size.fixed_px);
+  const Result<glm::uvec2> pixels = screenshot_px(size, context.facts.frame.extent_px);
+  if (!pixels) {
+    ui.note(pixels.error().message);
+  } else if (size.kind != ScreenshotSize::Kind::window) {
+    ui.value("  pixels", "%u x %u", pixels->x, pixels->y);
+  }
+}
+
 void choose_shadows(Ui& ui, ShadowSettings& shadows) {
   constexpr const char* kMethods[] = {"automatic", "rays", "maps alone", "off"};
   choose(ui, "Shadows", shadows.method, kMethods);
@@ -288,6 +303,7 @@ void draw_render_panel(const Context& context) {
   if (ui.button(recording ? "Stop video##video" : "Video##video", true, "Of all images from now on  (V)",
                 recording))
     viewer.commands.toggle_video = true;
+  choose_screenshot_size(context);
 
   choose_renderer(context);
   constexpr const char* kViews[] = {"light",    "normals",           "depth", "nodes", "clusters",

@@ -242,6 +242,26 @@ def large_screenshot(test, screen):
     renderer.expect_exit(0)
 
 
+def screenshot_above_the_device(test, screen):
+    """Tiles make a screenshot that is larger than an image of lavapipe may be (16384 pixels a side)."""
+    scene, side = test.path("middle.glb"), 17000
+    write_scene(scene, place=0)
+    renderer = test.viewer(scene, "--gui", "off", "--camera", "front", "--screenshots", test.path("taken"), "--screenshot-size",
+                           f"4x{side}", env=screen.env, size=SIZE)
+    window = screen.window(renderer)
+    wait_until("all squares on the screen", lambda: len(seen_anywhere(screen.picture(window))) == 3)
+    shown = screen.picture(window)
+    screen.xdotool("key", "p")
+    path = renderer.wait_err(r"screenshot (.*\.png)").group(1)
+    taken = read_png(path)
+    check((taken.width, taken.height) == (4, side), f"{taken.width}x{taken.height}")
+    for name in AT:
+        at, expected = taken.row_of(name), shown.row_of(name) * side / SIZE[1]
+        check(at is not None and abs(at - expected) <= side / SIZE[1], f"{name} is in row {at}, not {expected}")
+    screen.xdotool("key", "Escape")
+    renderer.expect_exit(0)
+
+
 def several(test, screen):
     """One window per camera. Closing one leaves the others open; closing the first ends the program."""
     renderer = test.renderer("--window", "front", "--window", "camera of front", headless=False, size=SIZE, env=screen.env)
@@ -419,7 +439,7 @@ def write_large_scene(path):
         file.write(struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(binary), b"BIN\0") + binary)
 
 
-CASES = {f.__name__: on_a_screen(f) for f in (selects, measures, guides, panels, captures, large_screenshot, several, cameras_of_windows, tiny, stereo, drop,
+CASES = {f.__name__: on_a_screen(f) for f in (selects, measures, guides, panels, captures, large_screenshot, screenshot_above_the_device, several, cameras_of_windows, tiny, stereo, drop,
                                               opens_recent, closed_while_loading)}
 CASES_OF_THE_TOUR = {"tour": on_a_screen(tour)}
 

@@ -79,6 +79,7 @@ std::string settings_of(const GuiWorld& world) {
   text +=
       numbers({double(v.shows_grid), double(v.shows_frusta), double(v.measures), double(v.measured.size())});
   text += c.open.value_or("").string() + " " + c.export_csv.value_or("") + " ";
+  text += v.screenshot_size.fixed_px + " " + numbers({double(v.screenshot_size.kind)});
   for (const std::string& call : world.timeline.calls) text += call + " ";
   return text + world.clipboard + layout_text(world.gui.layout());
 }
@@ -148,6 +149,7 @@ class GuiPanels : public ::testing::Test {
     viewer.help = true;
     viewer.joints[0] = {0.5};
     viewer.measures = true;
+    viewer.screenshot_size.kind = gui::ScreenshotSize::Kind::fixed;
     viewer.measured = {{2, {0.1f, 0, 0}}, {1, {0, 0.2f, 0}}};
     viewer.streams[0x52] = {true, 100'000'000};
     for (const uint32_t node : {3, 4, 5}) viewer.lights[node] = world().scene.lights[node - 3];

@@ -1,5 +1,5 @@
-// Test of the tiles of large screenshots: they cover each pixel once with a margin around it, and a point has
-// the same pixel and depth in a tile as in the whole image.
+// Tests of large screenshots: limits of their size; tiles cover each pixel once with a margin around it, and
+// a point has the same pixel and depth in a tile as in the whole image.
 #include "renderer/app/window/screenshot_tiles.h"
 
 #include <gtest/gtest.h>
@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "renderer/gui/screenshot_size.h"
 #include "renderer/scene/model/appearance.h"
 
 namespace fire3dv::app {
@@ -37,6 +38,27 @@ TEST(ScreenshotTiles, CoverEachPixelOnceWithAMargin) {
     }
     EXPECT_TRUE(std::all_of(covered.begin(), covered.end(), [](int count) { return count == 1; }));
   }
+}
+
+TEST(ScreenshotSize, HasLimitsThatItsErrorsName) {
+  EXPECT_EQ(gui::parse_screenshot_size("7680x4320").value(), glm::uvec2(7680, 4320));
+  EXPECT_EQ(gui::parse_screenshot_size("65536x4096").value(), glm::uvec2(65'536, 4096));
+  for (const char* text : {"", "x", "640", "640x", "x480", "0x480", "640x0", "-1x9", "640x480x3", " 640x480",
+                           "65537x1", "65536x4097", "4294967297x1", "640X480"}) {
+    const Result<glm::uvec2> size = gui::parse_screenshot_size(text);
+    ASSERT_FALSE(size) << text;
+    EXPECT_NE(size.error().message.find("\"" + std::string(text) + "\""), std::string::npos);
+    EXPECT_NE(size.error().message.find("65536"), std::string::npos);
+  }
+  using Kind = gui::ScreenshotSize::Kind;
+  const glm::uvec2 image(700, 400);
+  EXPECT_EQ(gui::screenshot_px({Kind::window, ""}, image).value(), image);
+  EXPECT_EQ(gui::screenshot_px({Kind::twice, ""}, image).value(), glm::uvec2(1400, 800));
+  EXPECT_EQ(gui::screenshot_px({Kind::four_times, ""}, image).value(), glm::uvec2(2800, 1600));
+  EXPECT_EQ(gui::screenshot_px({Kind::fixed, "31x7"}, image).value(), glm::uvec2(31, 7));
+  const Result<glm::uvec2> large = gui::screenshot_px({Kind::four_times, ""}, {8192, 8192});
+  ASSERT_FALSE(large);
+  EXPECT_NE(large.error().message.find("4 times 8192x8192"), std::string::npos) << large.error().message;
 }
 
 TEST(ScreenshotTiles, APointHasThePixelDepthAndRayOfTheWholeImage) {
