@@ -195,6 +195,8 @@ std::string grouped(uint64_t number);
 std::string path_progress_text(const passes::PathProgress& paths);  // 12 / 256 samples
 std::string short_number(double number);
 std::string bytes_text(uint64_t bytes);
+// What rounding leaves of a 0 beside the largest coordinate becomes 0.
+glm::vec3 without_rounding(glm::vec3 vector);
 bool contains_no_case(std::string_view text, std::string_view wanted);
 // Node name, or a substitute for unnamed nodes.
 std::string node_label(const scene::Scene& scene, uint32_t node);

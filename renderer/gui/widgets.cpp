@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
+#include <cstdlib>
 #include <utility>
 
 namespace fire3dv::gui {
@@ -19,6 +20,13 @@ float encoded(float linear) {
 }
 float decoded(float srgb) {
   return srgb <= 0.04045f ? srgb / 12.92f : std::pow((srgb + 0.055f) / 1.055f, 2.4f);
+}
+
+// Rounding leaves values such as -1e-9, which would be shown as -0.000.
+float without_sign_of_zero(float value, const char* format) {
+  char text[64];
+  std::snprintf(text, sizeof text, format, static_cast<double>(value));
+  return std::strtof(text, nullptr) == 0 ? 0 : value;
 }
 
 }  // namespace
@@ -42,6 +50,22 @@ std::string elided(const std::string& text, float width_px) {
   }
   while (fits > 0 && !starts_character(fits)) --fits;
   return text.substr(0, fits) + kEllipsis;
+}
+
+std::string wrapped(std::string text, float width_px) {
+  size_t begin = 0;  // of the line
+  size_t space = text.find(' ');
+  while (space != std::string::npos) {
+    size_t word = text.find_first_not_of(' ', space);
+    if (word == std::string::npos) break;
+    const size_t end = std::min(text.find(' ', word), text.size());
+    if (ImGui::CalcTextSize(text.data() + begin, text.data() + end).x > width_px) {
+      text.replace(space, word - space, "\n");
+      begin = word = space + 1;
+    }
+    space = text.find(' ', word);
+  }
+  return text;
 }
 
 std::string one_line(std::string_view text) {
@@ -148,7 +172,7 @@ void Ui::value(const char* name, ImU32 color, const std::string& text) {
   dim_label(name, label_width - points(6));
   ImGui::SameLine(left + label_width);
   ImGui::PushTextWrapPos(left + width);
-  ImGui::TextColored(theme::floats(color), "%s", text.c_str());
+  ImGui::TextColored(theme::floats(color), "%s", wrapped(text, width - label_width).c_str());
   ImGui::PopTextWrapPos();
 }
 
@@ -172,7 +196,17 @@ bool Ui::button(const char* label, bool enabled, const char* hint_text, bool pre
 
 bool Ui::check(const char* label, bool& value, const char* hint_text) {
   ImGui::PushID(label);
-  begin_row(label);
+  // In a narrow column many labels reach into the place of the box: all boxes are at its edge then.
+  constexpr float kNarrowPt = 180;
+  const float width = ImGui::GetContentRegionAvail().x, left = ImGui::GetCursorPosX();
+  if (width < points(kNarrowPt)) {
+    const float box = std::max(width - ImGui::GetFrameHeight(), 0.0f);
+    ImGui::AlignTextToFramePadding();
+    dim_label(label, box - points(6));
+    ImGui::SameLine(left + box);
+  } else {
+    begin_row(label);
+  }
   const bool changed = ImGui::Checkbox("##", &value);
   note_control(Control::Kind::check, label);
   hint(hint_text);
@@ -195,14 +229,24 @@ bool Ui::slider(const char* label, float& value, const Range& range, const char*
 bool Ui::numbers(const char* label, glm::vec3& value, const Numbers& numbers, const char* hint_text) {
   constexpr const char* kAxes[] = {" x", " y", " z"};
   ImGui::PushID(label);
-  const float gap = points(3);
-  const float width = std::max((begin_row(label) - 2 * gap) / 3, 1.0f);
+  const float gap = points(3), least = ImGui::CalcTextSize("-00.000").x,
+              row = ImGui::GetContentRegionAvail().x;
+  float width = (begin_row(label) - 2 * gap) / 3;
+  if (width < least) {  // below the label there is more room
+    ImGui::NewLine();
+    width = (row - 2 * gap) / 3;
+  }
+  width = std::max(width, 1.0f);
   bool changed = false;
   for (int axis = 0; axis < 3; ++axis) {
     if (axis > 0) ImGui::SameLine(0, gap);
     ImGui::PushID(axis);
     ImGui::SetNextItemWidth(width);
-    changed |= ImGui::DragFloat("##", &value[axis], numbers.step, 0, 0, numbers.format);
+    float shown = without_sign_of_zero(value[axis], numbers.format);
+    if (ImGui::DragFloat("##", &shown, numbers.step, 0, 0, numbers.format)) {
+      value[axis] = shown;
+      changed = true;
+    }
     note_control(Control::Kind::number, (std::string(label) + kAxes[axis]).c_str());
     hint(hint_text);
     ImGui::PopID();
@@ -281,6 +325,7 @@ bool Ui::row(const char* text, bool chosen, ImU32 text_color, float width) {
   ImGui::PopID();
   note_control(Control::Kind::row, text);
   if (!ImGui::IsItemVisible()) return clicked;
+  if (chosen) text_color = theme::text();  // others are hard to read on the colour of a chosen row
   // Drawn as text instead of the item's label: ImGui hides label text from ## on, and names come from files.
   const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
   const ImVec4 clip{low.x, low.y, width > 0 ? at.x + width : high.x, high.y};

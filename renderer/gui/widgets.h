@@ -99,6 +99,9 @@ void make_fonts(ImFontAtlas& fonts, float scale);
 bool invisible_button(const char* name, float width_px, float height_px);
 // Shortens a text of one line to this width in pixels, with an ellipsis at its end.
 std::string elided(const std::string& text, float width_px);
+// Breaks a text of one line at spaces, so that lines have this width in pixels where words do: ImGui would
+// break numbers after their point.
+std::string wrapped(std::string text, float width_px);
 // Replaces line breaks by spaces: rows have the height of one line.
 std::string one_line(std::string_view text);
 

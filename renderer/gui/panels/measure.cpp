@@ -2,6 +2,7 @@
 // points.
 
 #include <algorithm>
+#include <cstdio>
 #include <glm/glm.hpp>
 
 #include "renderer/gui/panels.h"
@@ -9,20 +10,21 @@
 namespace fire3dv::gui {
 namespace {
 
-// Three numbers need more room than the column of values has. What rounding leaves of a 0 is shown as 0.
-void show_vector(Ui& ui, const char* label, glm::vec3 metres) {
-  const glm::vec3 sizes = glm::abs(metres);
-  const float least = 1e-6f * std::max({sizes.x, sizes.y, sizes.z});
-  for (int axis = 0; axis < 3; ++axis) {
-    if (sizes[axis] < least) metres[axis] = 0;
-  }
+// Three numbers need more room than the column of values has.
+void show_text(Ui& ui, const char* label, const char* text) {
   constexpr float kLabelPt = 58;
   ImGui::TextColored(theme::floats(theme::dim()), "%s", label);
   ImGui::SameLine(ImGui::GetCursorPosX() + ui.points(kLabelPt));
   ImGui::PushTextWrapPos(0);
-  ImGui::Text("%.5g %.5g %.5g m", static_cast<double>(metres.x), static_cast<double>(metres.y),
-              static_cast<double>(metres.z));
+  ImGui::TextUnformatted(wrapped(text, ImGui::GetContentRegionAvail().x).c_str());
   ImGui::PopTextWrapPos();
+}
+
+void show_vector(Ui& ui, const char* label, glm::vec3 metres) {
+  const glm::dvec3 shown(without_rounding(metres));
+  char text[80];
+  std::snprintf(text, sizeof text, "%.5g %.5g %.5g m", shown.x, shown.y, shown.z);
+  show_text(ui, label, text);
 }
 
 void show_distance(const Context& c) {
@@ -38,10 +40,21 @@ void show_distance(const Context& c) {
   show_vector(c.ui, "To", to);
   show_vector(c.ui, "Along", to - from);
   c.ui.hint("Components along the world's x, y and z");
-  c.ui.value("Distance", "%.5g m", static_cast<double>(glm::distance(from, to)));
+  char distance[32];
+  std::snprintf(distance, sizeof distance, "%.5g m", static_cast<double>(glm::distance(from, to)));
+  show_text(c.ui, "Distance", distance);
 }
 
 }  // namespace
+
+glm::vec3 without_rounding(glm::vec3 vector) {
+  const glm::vec3 sizes = glm::abs(vector);
+  const float least = 1e-6f * std::max({sizes.x, sizes.y, sizes.z});
+  for (int axis = 0; axis < 3; ++axis) {
+    if (sizes[axis] < least) vector[axis] = 0;
+  }
+  return vector;
+}
 
 void draw_measure_panel(const Context& c) {
   if (!c.ui.header("Measure", c.layout.is_open(Panel::measure))) return;

@@ -189,14 +189,16 @@ uint64_t triangles_of(const scene::Scene& scene, const scene::Node& node) {
 void show_pose(const Context& context, uint32_t node) {
   Ui& ui = context.ui;
   const glm::mat4 world_from_node = context.shown.poses.world_from_node(node);
-  const glm::vec3 at = world_from_node[3];
+  const glm::vec3 at = without_rounding(world_from_node[3]);
   ui.value("Position", "%.4g  %.4g  %.4g m", static_cast<double>(at.x), static_cast<double>(at.y),
            static_cast<double>(at.z));
   const glm::vec3 x = world_from_node[0], y = world_from_node[1], z = world_from_node[2];
   const glm::vec3 scale{glm::length(x), glm::length(y), glm::length(z)};
   if (scale.x > 0 && scale.y > 0 && scale.z > 0) {
     const glm::mat3 turn{x / scale.x, y / scale.y, z / scale.z};
-    const glm::vec3 angles = glm::degrees(glm::eulerAngles(glm::quat_cast(turn)));
+    // In tenths; the sum makes a negative 0 positive.
+    const glm::vec3 angles =
+        glm::round(10.0f * glm::degrees(glm::eulerAngles(glm::quat_cast(turn)))) / 10.0f + 0.0f;
     ui.value("Rotation", "%.1f  %.1f  %.1f \u00b0", static_cast<double>(angles.x),
              static_cast<double>(angles.y), static_cast<double>(angles.z));
   }

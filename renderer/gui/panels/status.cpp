@@ -145,7 +145,8 @@ void FramePanel::draw(const Context& context) {
     ui.value("Image", "%u x %u", frame.extent_px.x, frame.extent_px.y);
     ui.value("Paths", theme::text(), path_progress_text(*frame.paths));
   } else {
-    ui.value("Image", "%u x %u, %u samples", frame.extent_px.x, frame.extent_px.y, frame.samples);
+    ui.value("Image", "%u x %u, %u sample%s", frame.extent_px.x, frame.extent_px.y, frame.samples,
+             frame.samples == 1 ? "" : "s");
   }
   ui.value("Device", theme::text(), frame.device);
   ui.value("Drawn", theme::text(), frame.raster);

@@ -176,7 +176,7 @@ TEST(GuiDocks, SmallWindowsAndLargeScalesCutNoText) {
     DockWorld world;
     world.display_px = {1600, 3000};
     world.settle();
-    for (const char* title : {"Lights", "Materials"}) {
+    for (const char* title : {"Lights", "Materials", "Plots", "Edit"}) {
       world.press(DockWorld::center(world.find(title, Kind::header)));
       world.release();
     }

@@ -175,6 +175,52 @@ TEST(GuiLimits, NamesAreShownWholeAndInOneLine) {
             "a b c d\xc3\xa9");
 }
 
+TEST(GuiLimits, TextsBreakAtSpaces) {
+  OddWorld world;
+  world.frame();
+  ImGui::NewFrame();
+  const auto width = [](const char* text) { return ImGui::CalcTextSize(text).x + 1; };
+  EXPECT_EQ(gui::wrapped("-0.26532 0.15 0.33717 m", width("-0.26532 0.15 0.33717 m")),
+            "-0.26532 0.15 0.33717 m");
+  EXPECT_EQ(gui::wrapped("-0.26532 0.15 0.33717 m", width("-0.26532 0.15 0.")), "-0.26532 0.15\n0.33717 m");
+  EXPECT_EQ(gui::wrapped("4.6 /s   219.2 ms", width("4.6 /s   219.2")), "4.6 /s   219.2\nms");
+  EXPECT_EQ(gui::wrapped("a   b c", width("a b")), "a\nb c");
+  EXPECT_EQ(gui::wrapped("a b c", 1), "a\nb\nc");
+  for (const char* text : {"", " ", "a ", "whole/path_without_spaces"})
+    EXPECT_EQ(gui::wrapped(text, 1), text);
+  ImGui::EndFrame();
+}
+
+// At a display scale of 2 the fields of a transform are below their label, side by side and equally wide.
+TEST(GuiLimits, NumbersHaveRoomInANarrowColumn) {
+  for (const float scale : {1.0f, 2.0f}) {
+    OddWorld world;
+    std::vector<gui::Rect> headers;
+    for (const gui::Control& control : world.gui.controls())
+      if (control.name == "Edit") headers.push_back(control.rect);
+    ASSERT_EQ(headers.size(), 1u);
+    world.frame({gui::MouseMoved{(headers[0].low + headers[0].high) * 0.5f}});
+    world.frame({gui::MouseButton{gui::Button::left, true}});
+    world.frame({gui::MouseButton{gui::Button::left, false}});
+    world.viewer.selected = 3;
+    world.display_px = {1280, 3000};
+    world.scale = scale;
+    world.settle();
+    std::vector<gui::Rect> fields;
+    for (const gui::Control& control : world.gui.controls())
+      if (control.kind == Kind::number && control.name.starts_with("Position"))
+        fields.push_back(control.rect);
+    ASSERT_EQ(fields.size(), 3u);
+    for (size_t i = 0; i < 3; ++i) {
+      EXPECT_GE(fields[i].high.x - fields[i].low.x, 40 * scale) << "room for -00.000";
+      EXPECT_EQ(fields[i].low.y, fields[0].low.y);
+      if (i > 0) {
+        EXPECT_GT(fields[i].low.x, fields[i - 1].high.x);
+      }
+    }
+  }
+}
+
 TEST(GuiLimits, WhatKeysSetIsKeptToo) {
   OddWorld world;
   world.viewer.camera_speed = 2.5f;
