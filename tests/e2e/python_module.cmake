@@ -38,10 +38,12 @@ if(FIRE3DV_PYTHON AND NOT FIRE3DV_SANITIZE)
     endif()
     python_renderer_case(images python_images_test.py $<TARGET_FILE:fire3dv>)
     python_renderer_case(markers python_markers_test.py $<TARGET_FILE:fire3dv>)
-    python_module_case(markers_window ${FIRE3DV_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/window/markers_test.py $<TARGET_FILE:fire3dv>)
-    set_property(TEST python_module_markers_window APPEND PROPERTY ENVIRONMENT
-      "VK_DRIVER_FILES=${FIRE3DV_TEST_VULKAN_DRIVER}" "VK_ICD_FILENAMES=${FIRE3DV_TEST_VULKAN_DRIVER}")
-    set_tests_properties(python_module_markers_window PROPERTIES LABELS e2e TIMEOUT 900)
+    foreach(script markers double_scale)
+      python_module_case(${script}_window ${FIRE3DV_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/window/${script}_test.py $<TARGET_FILE:fire3dv>)
+      set_property(TEST python_module_${script}_window APPEND PROPERTY ENVIRONMENT
+        "VK_DRIVER_FILES=${FIRE3DV_TEST_VULKAN_DRIVER}" "VK_ICD_FILENAMES=${FIRE3DV_TEST_VULKAN_DRIVER}")
+      set_tests_properties(python_module_${script}_window PROPERTIES LABELS e2e TIMEOUT 900)
+    endforeach()
     python_renderer_case(plots python_plots_test.py $<TARGET_FILE:fire3dv>)
     if(TARGET fire3dv-mujoco)  # the converter reads MJCF
       python_renderer_case(mujoco python_mujoco_test.py $<TARGET_FILE:fire3dv>)
