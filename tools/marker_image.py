@@ -41,7 +41,24 @@ def show_all(stream):
     stream.capsules("regions/limb", [[1.15, 0.5, 0.0]], [0.14, 0.14, 0.35], rotations=upright, colors=(0.8, 0.75, 0.3))
     stream.triangles("regions/flag", [[0.45, 0.6, -0.6], [0.75, 0.7, -0.6], [0.45, 0.8, -0.6]], colors=(0.9, 0.3, 0.2))
     stream.text("regions/names", ["goal", "ball \u2300 0.3 m"], [[0.75, 0.65, -0.4], [-0.75, 0.75, -0.5]], size_m=0.09)
+    stream.image("camera/depth", depth_of_a_ball(128, 96), size_m=0.4, position=(-0.64, 0.2, 0.95),
+                 rotation=(-0.17, 0.13, 0, 0.98))
     stream.lines("regions/mast", [[0.45, 0.1, -0.6], [0.45, 0.8, -0.6]], colors=(0.9, 0.9, 0.9), width_px=3)
+
+
+def depth_of_a_ball(width, height):
+    """Depth in colours, near ones warm, of a ball of 0.5 m on a floor 0.65 m below the camera."""
+    x, y = np.meshgrid((np.arange(width) - width / 2 + 0.5) / width, (np.arange(height) - height / 2 + 0.5) / width)
+    wall, radius, centre = 4.0, 0.5, np.array([0.15, 0.15, 2.2])
+    depth = np.minimum(wall, 0.65 / np.maximum(y, 1e-6))
+    # |t * ray - centre| = radius, with depth 1 along the ray
+    a, b, c = x * x + y * y + 1, x * centre[0] + y * centre[1] + centre[2], centre @ centre - radius**2
+    meets = b * b > a * c
+    depth[meets] = ((b - np.sqrt(np.maximum(b * b - a * c, 0))) / a)[meets]
+    near = np.clip((wall - depth) / (wall - 1.4), 0, 1)
+    stops = np.array([[0.19, 0.07, 0.43], [0.13, 0.45, 0.85], [0.15, 0.8, 0.6], [0.95, 0.85, 0.2], [0.85, 0.2, 0.1]])
+    channels = [np.interp(near, np.linspace(0, 1, len(stops)), stops[:, i]) for i in range(3)]
+    return np.rint(255 * np.stack(channels, axis=-1)).astype(np.uint8)
 
 
 def renderer(programs, folder, size):

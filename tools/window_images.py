@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""Makes the images of docs/ that show the window, the debug views and two simulators: tools/window_images.py BIN FOLDER
+"""Makes the images of docs/ that show the window, the debug views and two simulators:
+tools/window_images.py BIN FOLDER [NAME ...]
 
-BIN is the folder of the built programs. Needs Xvfb, xdotool and ffmpeg, as the tests of the window do.
+BIN is the folder of the built programs, NAME an image such as editing.png (default: all). Needs Xvfb, xdotool and ffmpeg, as the tests of the window do.
 """
 import os
 import shutil
@@ -46,7 +47,49 @@ def window(programs, folder, name, size, dpi, link):
         screen.end()
 
 
-def two_simulators(programs, folder):
+def settled(screen, shown):
+    """The window after its image has stopped to change."""
+    before = None
+    while True:
+        time.sleep(3)
+        now = screen.picture(shown)
+        if before and now.rows == before.rows:
+            return now
+        before = now
+
+
+def editing(programs, folder, name, size, dpi, body):
+    """The gizmo over a body that was clicked and dragged: the centre of the gizmo is that of the body."""
+    test = Test({})
+    screen = Screen(test, size=size, dpi=dpi)
+    try:
+        arm, layout = test.path("arm.glb"), test.path("config/fire3dv/window.conf")
+        subprocess.run([f"{programs}/bullet_arm", "--write-scene", arm], check=True, stdout=subprocess.DEVNULL)
+        os.makedirs(os.path.dirname(layout))
+        with open(layout, "w", encoding="ascii") as file:
+            file.write("edit = open\nright-dock = folded\nbottom-dock = folded\n")
+            file.writelines(f"{panel} = closed\n" for panel in ("node", "measure", "cameras"))
+        viewer = Program(test, "fire3dv", [f"{programs}/fire3dv", arm, "--size", f"{size[0]}x{size[1]}", "--shadows", "map"],
+                         env=screen.env)
+        shown = screen.window(viewer)
+        settled(screen, shown)
+        screen.xdotool("mousemove", "--window", shown, *body, "click", 1)
+        settled(screen, shown)
+        screen.xdotool("key", "g")
+        settled(screen, shown)
+        screen.xdotool("mousemove", "--window", shown, *body, "mousedown", 1)
+        for step in range(1, 9):
+            screen.xdotool("mousemove", "--window", shown, body[0] - dpi * step // 24, body[1] - dpi * step // 12)
+        screen.xdotool("mouseup", 1)
+        screen.xdotool("mousemove", "--window", shown, int(size[0] * 0.4), 4)
+        picture = settled(screen, shown)
+        write_png(picture, os.path.join(folder, name))
+    finally:
+        test.end()
+        screen.end()
+
+
+def two_simulators(programs, folder, name):
     """The scene of examples/two_simulators after both have moved it for a while."""
     test = Test({})
     try:
@@ -57,12 +100,12 @@ def two_simulators(programs, folder):
         subprocess.run([f"{programs}/fire3dv", scene, "--listen", uris[0], "--listen", uris[1], "--headless", "--wait-for-stream", "60",
                         "--frames", "12", "--size", "720x405", "--out", test.path("two"), "--cache", "off"], check=True,
                        stderr=subprocess.DEVNULL)
-        shutil.copy(test.path("two/frame_000011.png"), os.path.join(folder, "two_simulators.png"))
+        shutil.copy(test.path("two/frame_000011.png"), os.path.join(folder, name))
     finally:
         test.end()
 
 
-def views(programs, folder):
+def views(programs, folder, name):
     test = Test({})
     try:
         arm = test.path("arm.glb")
@@ -76,15 +119,20 @@ def views(programs, folder):
         stack = "".join(f"[v{i}]" for i in range(len(VIEWS)))
         subprocess.run(["ffmpeg", "-y", "-v", "error", *inputs, "-filter_complex",
                         f"{small}{stack}xstack=inputs=6:layout=0_0|w0_0|w0+w0_0|0_h0|w0_h0|w0+w0_h0[o]", "-map", "[o]", "-pix_fmt",
-                        "rgb24", "-compression_level", "9", "-pred", "mixed", os.path.join(folder, "views.png")], check=True)
+                        "rgb24", "-compression_level", "9", "-pred", "mixed", os.path.join(folder, name)], check=True)
     finally:
         test.end()
 
 
 if __name__ == "__main__":
-    BIN, FOLDER = os.path.abspath(sys.argv[1]), sys.argv[2]
-    views(BIN, FOLDER)
-    two_simulators(BIN, FOLDER)
-    window(BIN, FOLDER, "window.png", (1280, 720), 96, (612, 256))
-    window(BIN, FOLDER, "window_640x400.png", (640, 400), 96, (320, 118))
-    window(BIN, FOLDER, "window_scale_2.png", (1280, 720), 192, (640, 208))
+    BIN, FOLDER, NAMES = os.path.abspath(sys.argv[1]), sys.argv[2], sys.argv[3:]
+    IMAGES = {"views.png": (views,), "two_simulators.png": (two_simulators,),
+              "window.png": (window, (1280, 720), 96, (612, 256)),
+              "window_640x400.png": (window, (640, 400), 96, (320, 118)),
+              "window_scale_2.png": (window, (1280, 720), 192, (640, 208)),
+              "editing.png": (editing, (960, 540), 96, (788, 396))}
+    if unknown := set(NAMES) - set(IMAGES):
+        sys.exit(f"window_images.py: no image is named {', '.join(sorted(unknown))}; there are {', '.join(IMAGES)}")
+    for image in NAMES or IMAGES:
+        make, *arguments = IMAGES[image]
+        make(BIN, FOLDER, image, *arguments)
