@@ -90,6 +90,9 @@ def command_line(test):
           "nodes of the file")
     with open(test.path("arm.sources"), encoding="utf-8") as file:
         check(re.search(r"^source 0 .* \S*hand\.obj$", file.read(), re.MULTILINE), "a missing source is recorded as such")
+    check(convert(test, test.path("arm.glb"), "--list").stdout.splitlines() ==
+          ["two links", "  base\t36 triangles", "    arm\t12 triangles", "      hand\t2208 triangles", "  light from above\tlight"],
+          "the nodes of a .glb")
     twice = subprocess.run([test.programs_at["convert"], arm, "-o", "-"], capture_output=True, timeout=600, check=True).stdout
     with open(test.path("arm.glb"), "rb") as file:
         check(file.read() == twice, "the standard output gets the same bytes")

@@ -1,5 +1,5 @@
-// Converter program: fire3dv-convert FILE -o OUT.glb converts robot and scene descriptions (AMBF, URDF, MJCF, SDF)
-// to one binary glTF file.
+// Converter program: fire3dv-convert FILE -o OUT.glb converts robot and scene descriptions (AMBF, URDF, MJCF,
+// SDF) to one binary glTF file.
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -18,6 +18,7 @@
 #include "protocol/base/text.h"
 #include "renderer/scene/cache/cache_files.h"
 #include "tools/convert/glb/glb_joints.h"
+#include "tools/convert/glb/list_gltf.h"
 #include "tools/convert/glb/output.h"
 #include "tools/convert/glb/write_glb.h"
 #include "tools/convert/readers.h"
@@ -111,19 +112,33 @@ void print_list(const Model& model) {
   }
 }
 
+// Tabs separate the columns; no column holds one.
+void print_columns(const std::string& line) {
+  std::string text;
+  for (size_t begin = 0; begin <= line.size();) {
+    const size_t end = std::min(line.find('\t', begin), line.size());
+    text += (begin ? "\t" : "") + printable(line.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  std::printf("%s\n", text.c_str());
+}
+
 void print_joints(const Model& model) {
   std::vector<std::string> names;
   for (const Node& node : model.nodes) names.push_back(node.name);
-  for (const std::string& line : joint_lines(model.kinematics, names)) {
-    // Tabs separate the columns; no column holds one.
-    std::string text;
-    for (size_t begin = 0; begin <= line.size();) {
-      const size_t end = std::min(line.find('\t', begin), line.size());
-      text += (begin ? "\t" : "") + printable(line.substr(begin, end - begin));
-      begin = end + 1;
-    }
-    std::printf("%s\n", text.c_str());
+  for (const std::string& line : joint_lines(model.kinematics, names)) print_columns(line);
+}
+
+int list_nodes_of_gltf(const Options& options) {
+  std::vector<std::string> warnings;
+  const Result<std::vector<std::string>> lines = list_gltf(options.file, warnings);
+  if (!lines) {
+    say(fire3dv::error_line(lines.error().message));
+    return kFailed;
   }
+  for (const std::string& line : *lines) print_columns(line);
+  for (const std::string& warning : warnings) say("warning: " + warning);
+  return 0;
 }
 
 Result<void> write_outputs(const Options& options, int standard_output, const Model& model,
@@ -148,6 +163,8 @@ int run(const Options& options) {
   const int standard_output = fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, 3);
   if (options.out == "-") dup2(STDERR_FILENO, STDOUT_FILENO);
 
+  const bool only_lists = options.list && options.out.empty() && !options.joints && options.expanded.empty();
+  if (only_lists && is_gltf_name(options.file)) return list_nodes_of_gltf(options);
   if (!options.expanded.empty()) {
     const int status = write_expanded(options);
     if (status != 0 || (options.out.empty() && !options.list && !options.joints)) return status;
@@ -208,7 +225,8 @@ int main(int argc, char** argv) {
           ->type_name("0,1,...");
   app.add_flag("--all", options.read.launch_all, "AMBF: all models of the launch file")->excludes(launch);
   app.add_option("--ns", options.read.name_space, "AMBF: namespace of the names")->type_name("NAME");
-  app.add_option("--package-path", options.package_folders, "folder of package://, model:// and MJCF files; repeatable")
+  app.add_option("--package-path", options.package_folders,
+                 "folder of package://, model:// and MJCF files; repeatable")
       ->type_name("DIR")
       ->allow_extra_args(false);
   app.add_option("--up", options.up, "OBJ, STL, PLY: up axis of the file (default: y for OBJ, else z)")
@@ -228,7 +246,7 @@ int main(int argc, char** argv) {
   app.add_option("--expanded", options.expanded, "xacro: write the expanded URDF; -: standard output")
       ->type_name("OUT.urdf");
   app.add_flag("--geoms", options.read.geoms_apart, "MJCF: one node for each geom");
-  app.add_flag("--list", options.list, "print the names of the nodes");
+  app.add_flag("--list", options.list, "print the names of the nodes; also of glTF files");
   app.add_flag("--joints", options.joints, "print the joints: name, type, node, limits");
   app.add_option("--sources", options.sources, "write the list of source files and their times")
       ->type_name("FILE");
@@ -236,7 +254,8 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
-    std::cerr << "fire3dv-convert: error: " << fire3dv::usage_text(app, error) << " (see fire3dv-convert --help)\n";
+    std::cerr << "fire3dv-convert: error: " << fire3dv::usage_text(app, error)
+              << " (see fire3dv-convert --help)\n";
     return kUsageError;
   }
   const auto usage_error = [](const char* text) {
