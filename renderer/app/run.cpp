@@ -318,9 +318,12 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   std::optional<state::RobotPose> robot;  // with a window, viewers or an overlay
   bool moves_robot = window || stage.server;
   LiveScene live(**loaded, poses, renderer, *camera,
-                 {options.assets, passes::levels_for(options.levels_of_detail), renderer.max_textures()});
+                 {options.assets, passes::levels_for(options.levels_of_detail), renderer.max_textures(),
+                  overlay_file(options, show.has_own_file()).path});
   SceneEditor editor(overlay_file(options, show.has_own_file()), std::move(*overlay));
-  if (show.has_own_file()) editor.set_export({[&show] { return show.load().gltf_file(); }, options.scene});
+  if (show.has_own_file())
+    editor.set_export({[&show] { return show.load().gltf_file(); }, options.scene,
+                       [&live] { return std::span(live.shown_additions()); }});
   live.on_scene_replaced([&](const scene::Scene& before_it, const scene::Scene& after) {
     editor.replace_scene(stage.viewer, before_it, after, robot ? &*robot : nullptr);
     live.set_user_edits(edits_of(stage.viewer));
@@ -359,6 +362,10 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   live.set_user_edits(edits_of(stage.viewer));
   if (robot) robot->set(stage.viewer.joints);
   for (const std::string& note : editor.take_log_messages()) say(note);
+  live.await_additions([&] {
+    if (window) sinks::Window::poll_events();
+  });
+  for (const std::string& note : live.take_log_messages()) say(note);
   std::unique_ptr<WindowView> view;
   if (window) {
     Result<std::unique_ptr<WindowView>> made =

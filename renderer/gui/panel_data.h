@@ -17,6 +17,7 @@
 #include "renderer/passes/debug/inspection.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/scene/model/scene.h"
+#include "renderer/state/editing/addition.h"
 #include "renderer/state/editing/node_transform.h"
 #include "renderer/state/marker_registry.h"
 #include "renderer/state/motion/robot_pose.h"
@@ -35,6 +36,9 @@ struct StreamPlayout {
 // Handles over the selected node.
 enum class GizmoTool : uint8_t { none, move, rotate, scale };
 
+// Objects that the user adds to the scene.
+enum class ObjectKind : uint8_t { point_light, spot_light, directional_light, camera };
+
 // One-shot commands, cleared after execution.
 struct Commands {
   bool frame_all = false, frame_selection = false;
@@ -44,6 +48,9 @@ struct Commands {
   bool toggle_video = false;
   std::optional<std::string> export_csv;  // table to write into a file
   bool undo = false, redo = false, save_overlay = false, export_glb = false;
+  std::optional<ObjectKind> add;
+  bool duplicate = false;                // the selected node
+  std::optional<std::string> add_asset;  // URI of a glTF file, relative to the overlay file's folder
   // Of the timeline of a replay or of animations, if there is one.
   bool toggle_playback = false;
   int step_frames = 0;  // forwards (> 0) or backwards
@@ -84,6 +91,7 @@ struct Viewer {
   state::NodeTransforms transforms;  // of nodes that no stream drives
   state::JointPositions joints;      // of the robot, other than the file's
   uint32_t variant = scene::kNone;   // material variant; kNone: the file's default materials
+  state::Additions additions;
 
   passes::DrawSettings draw;   // requested settings; unsupported ones are reported and reset
   passes::PathSettings paths;  // of draw.path, while it is set
@@ -177,7 +185,8 @@ struct LogLine {
 struct EditFacts {
   std::string undo, redo;  // what the next step changes; empty: there is none
   bool is_saved = true;
-  std::string file;  // overlay file; empty: there is nowhere to save
+  std::string file;                      // overlay file; empty: there is nowhere to save
+  std::vector<std::string> assets = {};  // glTF files below its folder, as URIs
 };
 
 struct Facts {

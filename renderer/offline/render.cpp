@@ -22,6 +22,7 @@
 #include "renderer/scene/model/variants.h"
 #include "renderer/sinks/video/video_sink.h"
 #include "renderer/state/editing/overlay_file.h"
+#include "renderer/state/editing/target_index.h"
 
 namespace fire3dv::offline {
 namespace {
@@ -282,9 +283,9 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
                                       *animations ? (*animations)->chosen : std::vector<uint32_t>()));
   if (!camera) return camera.error();
   state::PoseState poses(loaded.scene);
-  app::LiveScene live(
-      loaded, poses, *renderer, *camera,
-      {drawing_.assets, passes::levels_for(drawing_.levels_of_detail), renderer->max_textures()});
+  app::LiveScene live(loaded, poses, *renderer, *camera,
+                      {drawing_.assets, passes::levels_for(drawing_.levels_of_detail),
+                       renderer->max_textures(), drawing_.overlay});
   live.set_shows_markers(drawing_.markers);
   if (*animations) live.set_animations((*animations)->player, (*animations)->chosen);
   if (!drawing_.variant.empty()) {
@@ -300,9 +301,16 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
   live.on_scene_replaced([&](const scene::Scene&, const scene::Scene& after) { edit(after, nullptr); });
   std::vector<state::EditKey> unmatched;
   edit(loaded.scene, &unmatched);
-  for (const state::EditKey& key : unmatched)
+  live.await_additions();
+  for (const std::string& note : live.take_log_messages()) say(note);
+  const state::NodeNames names(live.scene());
+  const state::EditTargets targets{live.scene(), names};
+  state::TargetIndex index(targets);
+  for (const state::EditKey& key : unmatched) {
+    if (index.find(key) != scene::kNone) continue;  // of an addition
     say(warning(drawing_.overlay.string() + ": " + state::describe(key) +
                 " has no effect: the scene has no such object now"));
+  }
   if (robot) robot->set(live.user_edits().joints);
   auto streams = RecordedStreams::open([&] { return open_recording(options_); }, timeline, poses);
   if (!streams) return streams.error();

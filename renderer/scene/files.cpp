@@ -104,6 +104,7 @@ AssetFolder AssetFolder::none() {
 
 Result<std::filesystem::path> AssetFolder::resolve(std::string_view uri) const {
   if (!has_files_) return Error{"the URI " + quote(uri) + " names a file, which an embedded asset cannot"};
+  if (folder_.empty()) return Error{"the asset's folder does not exist"};
   if (uri.empty()) return Error{"the URI is empty"};
   const std::string name = "the URI " + quote(uri);
   if (has_scheme(uri)) return Error{name + " has a scheme: only data: and relative paths are read"};

@@ -15,6 +15,7 @@
 
 #include "protocol/wire/scene_edit.h"
 #include "renderer/scene/model/scene_edits.h"
+#include "renderer/state/editing/addition.h"
 #include "renderer/state/pose_state.h"
 
 namespace fire3dv::state {
@@ -27,13 +28,14 @@ struct EditFaults {
   uint64_t refused = 0;      // nodes that could not be added
 };
 
-// Addition of a node that a stream has requested.
+// Addition of a node that a stream or the user has requested.
 struct RequestedNode {
   uint64_t age = 0;      // of the stream
   uint64_t version = 0;  // of the edit; age and version identify the request, and are never reused
   std::string name;
   std::shared_ptr<const wire::NodeAdded> added;
-  std::shared_ptr<PeerBudget> budget = nullptr;  // of the requesting peer; null: no limits
+  std::shared_ptr<PeerBudget> budget = nullptr;        // of the requesting peer; null: no limits
+  std::shared_ptr<const Addition> addition = nullptr;  // by the user; null: by a stream
 };
 
 class EditRegistry {
@@ -120,7 +122,7 @@ class EditRegistry {
     std::vector<uint32_t> reserved_nodes;  // edited nodes of a suspended stream
     std::vector<uint64_t EditFaults::*> reported_causes;
     uint32_t refusals_reported = 0;
-    bool reported_shadows = false;  // lights without a shadow
+    bool reported_shadows = false;          // lights without a shadow
     std::set<std::string> reported_opaque;  // nodes whose alpha has no effect
   };
   // Edits of one node, the oldest stream's first, and the suspended streams that reserve it.

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <glm/gtc/matrix_transform.hpp>
 #include <thread>
@@ -209,6 +210,69 @@ TEST_P(LiveScenes, ANodeComesIsMovedAndGoes) {
   EXPECT_TRUE(matches_image(show.draw(), before, file("gone"), Tolerance::exact()));
   EXPECT_EQ(show.live().faults().refused, 0u);
   EXPECT_EQ(show.live().faults().unmatched, 0u);
+}
+
+// A copy of the pier and a lamp, as a scene that has them; undone, nothing is left.
+TEST_P(LiveScenes, TheUserAddsNodesAndTakesThemBack) {
+  ViewerDocument show(GetParam());
+  const sinks::FrameImage before = show.draw();
+  app::UserEdits edits;
+  state::Addition& copy = edits.additions["pier.1"];
+  copy.content = state::CopiedNode{"pier"};
+  copy.transform.translation = {-0.2f, 0.2f, 1};
+  scene::Light bulb;
+  bulb.intensity = 2;
+  bulb.color = {1, 0.3f, 0.2f};
+  state::Addition& lamp = edits.additions["lamp"];
+  lamp.content = bulb;
+  lamp.transform.translation = {0.4f, 0.8f, 1};
+  edits.additions["lost"].content = state::CopiedNode{"nobody"};
+  show.live().set_user_edits(edits);
+  EXPECT_FALSE(show.live().settled());
+  show.live().await_additions();
+  ASSERT_EQ(show.live().shown_additions().size(), 2u);
+  const std::vector<std::string> messages = show.live().take_log_messages();
+  ASSERT_EQ(messages.size(), 1u);
+  EXPECT_NE(messages[0].find("\"lost\""), std::string::npos) << messages[0];
+  scene::Scene with = harbour({});
+  scene::Node pier = *std::ranges::find(with.nodes, "pier", &scene::Node::name);
+  pier.parent_from_node = pier.world_from_node = at({-0.2f, 0.2f, 1});
+  scene::Node lit;
+  lit.parent_from_node = lit.world_from_node = at({0.4f, 0.8f, 1});
+  lit.light = static_cast<uint32_t>(with.lights.size());
+  with.lights.push_back(bulb);
+  with.nodes.push_back(lit);
+  with.nodes.push_back(pier);
+  scene::find_world_bounds(with);
+  const sinks::FrameImage made = made_so(with);
+  EXPECT_TRUE(matches_image(show.draw(), made, file("user"), Tolerance::exact()));
+  const uint64_t builds = show.live().builds_begun();
+  show.live().follow();
+  EXPECT_EQ(show.live().builds_begun(), builds) << "what is refused is not tried with every image";
+
+  show.live().set_user_edits({});
+  show.live().follow();  // the build of the next scene is still running
+  EXPECT_TRUE(matches_image(show.draw(), before, file("user_undone"), Tolerance::colour()));
+  show.wait_for_scene();
+  EXPECT_TRUE(matches_image(show.draw(), before, file("user_gone"), Tolerance::exact()));
+}
+
+// The user's node keeps its name against that of a stream.
+TEST_F(UsersLights, AddedNodesKeepTheirNames) {
+  ViewerDocument show(kConfigurations[1]);
+  app::UserEdits edits;
+  edits.additions["sail"].content = scene::Light();
+  show.live().set_user_edits(edits);
+  show.join({"sail"});
+  show.edit("sail", wire::Property::node, sail_at(at({-0.3f, 0.2f, 0.6f})));
+  show.wait_for_scene();
+  EXPECT_EQ(show.live().faults().refused, 1u);
+  const uint32_t sail = show.poses().names().find("sail");
+  ASSERT_NE(sail, scene::kNone);
+  EXPECT_NE(show.live().scene().nodes[sail].light, scene::kNone);
+  show.publish(at({3, 0, 0}), 1);
+  (void)show.poses().advance(0);
+  EXPECT_EQ(show.poses().world_from_node(sail)[3][0], 3) << "streams may move it";
 }
 
 TEST_P(LiveScenes, AVariantIsShownWithAddedNodesAndWithout) {

@@ -34,7 +34,12 @@ std::optional<scene::LightType> light_type(const scene::Scene& scene, const scen
 
 LiveScene::LiveScene(const scene::LoadedScene& base, state::PoseState& poses, passes::SceneRenderer& renderer,
                      CameraRig& camera, AssetSettings assets)
-    : base_(&base), poses_(poses), renderer_(renderer), camera_(camera), build_(base, std::move(assets)) {
+    : base_(&base),
+      poses_(poses),
+      renderer_(renderer),
+      camera_(camera),
+      file_of_additions_(assets.overlay.empty() ? std::string() : assets.overlay.string() + ": "),
+      build_(base, std::move(assets)) {
   renderer.set_edits(edits_);
   camera.set_edits(edits_);
   poses.load_assets_asynchronously();
@@ -53,8 +58,10 @@ void LiveScene::set_user_edits(const UserEdits& edits) {
   moved_only.transforms = edits.transforms;
   moved_only.joints = edits.joints;
   moved_only.variant = edits.variant;  // a scene of its own
+  moved_only.additions = edits.additions;
   user_changed_ |= moved_only != edits;
   if (edits.variant != user_.variant) requested_variant_ = edits.variant;
+  if (edits.additions != user_.additions) set_additions(edits.additions);
   user_ = edits;
   ++user_revision_;
   ++updates_;
@@ -121,17 +128,21 @@ bool LiveScene::can_build() const {
 
 // The list may be long, so it is made when a build may begin, not for each edit.
 void LiveScene::update_request_list() {
-  if (requested_revision_ == registry_.requested_revision()) return;
+  if (requested_revision_ == registry_.requested_revision() && requested_additions_ == additions_.revision())
+    return;
+  if (requested_revision_ != registry_.requested_revision()) (void)additions_.try_again();
   requested_revision_ = registry_.requested_revision();
-  requested_ = registry_.requested_nodes();
+  requested_additions_ = additions_.revision();
+  requested_ = additions_.requests();
+  for (state::RequestedNode& node : registry_.requested_nodes()) requested_.push_back(std::move(node));
   requested_keys_ = keys_of(requested_);
   ++request_lists_made_;
 }
 
 // Withdrawn nodes are hidden immediately; the next scene lacks them.
 void LiveScene::resolve() {
-  const bool complete =
-      requested_revision_ == registry_.requested_revision() && requested_keys_ == contents_.nodes;
+  const bool complete = requested_revision_ == registry_.requested_revision() &&
+                        requested_additions_ == additions_.revision() && requested_keys_ == contents_.nodes;
   const scene::NodeEdits& of_streams = registry_.resolve(scene(), poses_, complete);
   state::EditRegistry::Resolved resolved = registry_.take_resolved();
   std::set<uint32_t> nodes(resolved.nodes.begin(), resolved.nodes.end());
@@ -273,8 +284,7 @@ bool LiveScene::show_built() {
   if (!built) return false;
   record_causes(*built);
   report_asset_warnings(built->asset_warnings);
-  for (const SceneBuild::Refused& refused : built->refused)
-    registry_.refuse_node(refused.node, refused.reason);
+  for (const SceneBuild::Refused& refused : built->refused) refuse(refused.node, refused.reason);
   for (const state::RequestedNode& node : built->waiting) pending_.insert(node.budget);
   Contents contents{keys_of(built->added), built->vertex_nodes};
   if (built->fault.empty() && contents == contents_) {  // nothing new: all nodes were refused or wait
@@ -290,7 +300,7 @@ bool LiveScene::show_built() {
   std::map<std::pair<uint64_t, uint64_t>, uint32_t> roots;
   for (size_t i = 0; i < built->added.size(); ++i) {
     const state::RequestedNode& node = built->added[i];
-    if (!registry_.confirm_node(node)) withdrawn.insert(built->roots[i]);
+    if (!confirm(node)) withdrawn.insert(built->roots[i]);
     roots.emplace(std::pair(node.age, node.version), built->roots[i]);
   }
   contents_ = std::move(contents);
@@ -302,6 +312,12 @@ bool LiveScene::show_built() {
   }
   withdrawn_ = std::move(withdrawn);
   root_of_added_ = std::move(roots);
+  shown_additions_.clear();
+  for (size_t i = 0; i < built->added.size(); ++i) {
+    const uint32_t root = built->roots[i];
+    if (UserAdditions::are_of_user(built->added[i]))
+      shown_additions_.push_back({built->added[i].name, root, std::move(built->sources[root])});
+  }
   // The old scene outlives its users in this function; its GPU copy retires with the frames in flight.
   const std::unique_ptr<const scene::LoadedScene> before = std::exchange(merged_, std::move(built->scene));
   notify_replaced(before ? before->scene : base().scene);
@@ -378,6 +394,8 @@ Result<void> LiveScene::replace_base(const scene::LoadedScene& next, std::vector
   base_ = &next;
   build_.set_base(next);
   for (const state::RequestedNode& node : added_) pending_.insert(node.budget);
+  if (additions_.try_again()) pending_.insert(nullptr);
+  shown_additions_.clear();
   added_.clear();
   contents_ = {};
   failed_contents_.reset();
@@ -436,7 +454,7 @@ void LiveScene::refuse_new(SceneBuild::Built&& built, const std::string& reason)
   for (const state::RequestedNode& node : built.added) {
     if (!std::binary_search(contents_.nodes.begin(), contents_.nodes.end(),
                             std::pair(node.age, node.version)))
-      registry_.refuse_node(node, reason);
+      refuse(node, reason);
   }
   build_.retain_only(added_);
   failed_contents_ = Contents{keys_of(built.added), built.vertex_nodes};

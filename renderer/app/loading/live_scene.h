@@ -16,6 +16,7 @@
 
 #include "renderer/app/loading/peer_charges.h"
 #include "renderer/app/loading/scene_build.h"
+#include "renderer/app/loading/user_additions.h"
 #include "renderer/app/window/camera_rig.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/scene/model/scene_edits.h"
@@ -48,9 +49,11 @@ class LiveScene {
   // Called with the time that the edits of a stream took in follow().
   using EditTime = std::function<void(state::StreamId stream, int64_t ns)>;
   void charge_edit_time(EditTime edit_time) { edit_time_ = std::move(edit_time); }
-  // In effect after the next follow().
+  // In effect after the next follow(); additions when their build is shown.
   void set_user_edits(const UserEdits& edits);
   const UserEdits& user_edits() const { return user_; }
+  // The user's additions that are displayed, by root.
+  const std::vector<ShownAddition>& shown_additions() const { return shown_additions_; }
   uint64_t user_revision() const { return user_revision_; }  // rises with each change of user_edits()
 
   // Material variant of the file; kNone: its default materials. The base scene has the first one.
@@ -77,6 +80,8 @@ class LiveScene {
   // Applies the edits since the last call; called between two frames. Returns true if a pose frame that
   // waited for its edits is shown now.
   bool follow();
+  // Waits until the user's additions are displayed or refused. meanwhile: called many times a second.
+  void await_additions(const std::function<void()>& meanwhile = {});
   // True if no build is running or due. Valid after follow().
   bool settled() const { return build_.idle() && pending_.empty(); }
 
@@ -112,6 +117,7 @@ class LiveScene {
   const scene::LoadedScene& base() const { return variant_base_ ? *variant_base_ : *base_; }
   const scene::LoadedScene& shown() const { return merged_ ? *merged_ : base(); }
   bool show_variant();
+  void set_additions(const state::Additions& additions);
   void notify_replaced(const scene::Scene& before);
   bool show_built();
   Result<void> upload_built(const SceneBuild::Built& built);
@@ -122,6 +128,8 @@ class LiveScene {
   bool is_build_due(const ReplacementShares::Peer& peer) const;
   bool can_build() const;
   void update_request_list();
+  void refuse(const state::RequestedNode& node, const std::string& reason);
+  bool confirm(const state::RequestedNode& node);
   void resolve();
   std::optional<scene::NodeEdit> combined_edit(const scene::NodeEdits& of_streams, uint32_t node) const;
   void find_vertex_changes();
@@ -149,11 +157,14 @@ class LiveScene {
   UserEdits user_;
   bool user_changed_ = false;
   uint64_t user_revision_ = 0;
+  UserAdditions additions_;
+  const std::string file_of_additions_;  // beginning of messages about them
+  std::vector<ShownAddition> shown_additions_;
   std::vector<Replaced> on_replaced_;
   uint64_t bindings_seen_ = 0, replaced_ = 0, updates_ = 0, builds_begun_ = 0, request_lists_made_ = 0;
   std::vector<state::RequestedNode> requested_;  // as of requested_revision_
   NodeKeys requested_keys_;
-  uint64_t requested_revision_ = 0;
+  uint64_t requested_revision_ = 0, requested_additions_ = 0;
   Contents contents_;                        // of the displayed scene
   std::optional<Contents> failed_contents_;  // of the last scene that could not be displayed
   std::vector<state::RequestedNode> added_;  // nodes of the displayed scene

@@ -56,6 +56,7 @@ void PendingNames::add(const std::string* name, const std::string& path, uint32_
 namespace {
 
 constexpr uint64_t kMaxAddedBytes = uint64_t{4} << 30;  // in memory, of all assets together
+constexpr size_t kMaxCopiedNodes = 1'000'000;           // by the user, of all copies together
 constexpr uint64_t kMaxPathBytes = uint64_t{1} << 30;   // of all nodes, as the file loader has it
 
 bool has_asset(const state::RequestedNode& node) {
@@ -64,13 +65,21 @@ bool has_asset(const state::RequestedNode& node) {
 
 std::string asset_key(const state::RequestedNode& node) {
   if (!node.added->asset_uri.empty())  // a name has no line break
-    return "uri " + node.added->asset_uri + "\n" + node.added->variant;
+    return (node.addition ? "user's uri " : "uri ") + node.added->asset_uri + "\n" + node.added->variant;
   return "edit " + std::to_string(node.age) + " " + std::to_string(node.version);
 }
 
 std::string asset_name(const state::RequestedNode& node) {
   const std::string& uri = node.added->asset_uri;
   return uri.empty() ? std::string("the embedded asset") : "the asset " + quote(uri);
+}
+
+// Path of the node that the user has copied; empty: the node is no copy.
+const std::string& copied_path(const state::RequestedNode& node) {
+  static const std::string kNone;
+  const auto* const copied =
+      node.addition ? std::get_if<state::CopiedNode>(&node.addition->content) : nullptr;
+  return copied ? copied->path : kNone;
 }
 
 void add_warnings(const state::RequestedNode& node, const std::vector<std::string>& from,
@@ -92,8 +101,12 @@ struct SceneBuild::Merge {
   std::map<std::string, std::string> failures;  // of assets that cannot be loaded: why
   std::set<std::string> missing;                // assets that are not loaded yet
   uint64_t added_bytes = 0, path_bytes = 0;
-  std::vector<size_t> ready;                  // nodes whose parent has been added
-  std::vector<state::RequestedNode> charged;  // nodes that are added, or will be in a later turn
+  scene::Descendants descendants;
+  std::set<uint32_t> roots_of_user;  // of additions, which copies leave out
+  size_t copied_nodes = 0;
+  std::map<uint32_t, std::vector<uint32_t>> sources;  // of copies, by root
+  std::vector<size_t> ready;                          // nodes whose parent has been added
+  std::vector<state::RequestedNode> charged;          // nodes that are added, or will be in a later turn
 };
 
 SceneBuild::SceneBuild(const scene::LoadedScene& base, AssetSettings settings)
@@ -256,12 +269,18 @@ Result<scene::Scene> SceneBuild::load_scene(const state::RequestedNode& node,
   const std::string& uri = node.added->asset_uri;
   const std::string name = asset_name(node);
   if (uri.empty()) return scene::load_glb(node.added->asset_glb, name, limits);
-  if (settings_.folder.empty())
-    return Error{name + " is a file, and no folder was named for such (--assets DIR)"};
-  // URIs are relative to the folder, as in a file there.
-  const Result<std::filesystem::path> path = scene::AssetFolder(settings_.folder / "scene").resolve(uri);
-  if (!path) return path.error();
-  return scene::load_gltf(*path, limits);
+  // URIs are relative to a folder, as in a file there. The user's may be in that of the overlay file, too.
+  std::vector<std::filesystem::path> places;
+  if (node.addition && !settings_.overlay.empty()) places.push_back(settings_.overlay);
+  if (!settings_.folder.empty()) places.push_back(settings_.folder / "scene");
+  if (places.empty()) return Error{name + " is a file, and no folder was named for such (--assets DIR)"};
+  std::optional<Error> fault;  // of the first folder
+  for (const std::filesystem::path& place : places) {
+    const Result<std::filesystem::path> path = scene::AssetFolder(place).resolve(uri);
+    if (path) return scene::load_gltf(*path, limits);
+    if (!fault) fault = path.error();
+  }
+  return *fault;
 }
 
 // Parents may be added nodes, too. Nodes are added in rounds: those whose parents exist, then those that
@@ -272,6 +291,7 @@ void SceneBuild::merge_nodes(Request& request, Merge& merge, Built& built) {
   for (size_t i = 0; i < nodes.size(); ++i) {
     round[i] = i;
     if (!nodes[i].added->parent.empty()) merge.names.declare_parent(nodes[i].added->parent);
+    if (!copied_path(nodes[i]).empty()) merge.names.declare_parent(copied_path(nodes[i]));
   }
   std::vector<bool> settled(nodes.size(), false), refused(nodes.size(), false), is_added(nodes.size(), false);
   std::vector<std::pair<size_t, uint32_t>> added;  // and their roots
@@ -280,16 +300,24 @@ void SceneBuild::merge_nodes(Request& request, Merge& merge, Built& built) {
     built.refused.push_back({nodes[i], std::move(reason)});
   };
   while (!round.empty()) {
-    std::vector<std::pair<size_t, uint32_t>> with_parents;  // found before this round adds any
+    struct Placed {
+      size_t i;
+      uint32_t parent, source;
+    };
+    std::vector<Placed> with_parents;  // found before this round adds any
     for (const size_t i : round) {
       const std::string& parent_name = nodes[i].added->parent;
       const uint32_t parent = parent_name.empty() ? scene::kNone : merge.names.find_parent(parent_name);
-      if (parent != scene::kNone || parent_name.empty())
-        with_parents.emplace_back(i, parent);
-      else
+      const std::string& source_name = copied_path(nodes[i]);
+      const uint32_t source = source_name.empty() ? scene::kNone : merge.names.find_parent(source_name);
+      if (parent == scene::kNone && !parent_name.empty())
         merge.names.wait(parent_name, i);
+      else if (source == scene::kNone && !source_name.empty())
+        merge.names.wait(source_name, i);
+      else
+        with_parents.push_back({i, parent, source});
     }
-    for (const auto& [i, parent] : with_parents) {
+    for (const auto& [i, parent, source] : with_parents) {
       if (has_asset(nodes[i])) {
         const std::string key = asset_key(nodes[i]);
         if (merge.missing.contains(key)) {  // in a later turn
@@ -302,7 +330,7 @@ void SceneBuild::merge_nodes(Request& request, Merge& merge, Built& built) {
         }
       }
       const auto root = static_cast<uint32_t>(merge.to->scene.nodes.size());
-      if (Result<void> done = add(nodes[i], parent, merge); done) {
+      if (Result<void> done = add(nodes[i], parent, source, merge); done) {
         settled[i] = true;
         is_added[i] = true;
         added.emplace_back(i, root);
@@ -315,8 +343,11 @@ void SceneBuild::merge_nodes(Request& request, Merge& merge, Built& built) {
   }
   for (size_t i = 0; i < nodes.size(); ++i) {
     // A node may wait for a parent in an asset that is not loaded yet.
-    if (!settled[i] && merge.missing.empty() && !request.is_partial)
-      refuse(i, "no node is called " + quote(nodes[i].added->parent) + ", its parent");
+    if (settled[i] || !merge.missing.empty() || request.is_partial) continue;
+    const std::string& parent = nodes[i].added->parent;
+    const bool lacks_parent = !parent.empty() && merge.names.find_parent(parent) == scene::kNone;
+    refuse(i, lacks_parent ? "no node is called " + quote(parent) + ", its parent"
+                           : "no node is called " + quote(copied_path(nodes[i])) + ", which it copies");
   }
   for (size_t i = 0; i < nodes.size(); ++i) {
     if (!refused[i]) merge.charged.push_back(nodes[i]);
@@ -326,9 +357,25 @@ void SceneBuild::merge_nodes(Request& request, Merge& merge, Built& built) {
     built.added.push_back(std::move(nodes[i]));
     built.roots.push_back(root);
   }
+  built.sources = std::move(merge.sources);
 }
 
-Result<void> SceneBuild::add(const state::RequestedNode& node, uint32_t parent, Merge& merge) {
+// Nodes of a copy, without the user's additions below them.
+Result<std::vector<uint32_t>> SceneBuild::sources_of(uint32_t source, const std::string& path,
+                                                     uint64_t& path_bytes, Merge& merge) const {
+  const scene::Scene& scene = merge.to->scene;
+  std::vector<uint32_t> sources = merge.descendants.of(
+      scene, source, [&](uint32_t below) { return merge.roots_of_user.contains(below); });
+  if (merge.copied_nodes + sources.size() > kMaxCopiedNodes)
+    return Error{"all copies together have more than " + std::to_string(kMaxCopiedNodes) + " nodes"};
+  path_bytes = 0;
+  for (const uint32_t copied : sources)
+    path_bytes += path.size() + scene.nodes[copied].path.size() - scene.nodes[source].path.size();
+  return sources;
+}
+
+Result<void> SceneBuild::add(const state::RequestedNode& node, uint32_t parent, uint32_t source,
+                             Merge& merge) {
   scene::Scene& scene = merge.to->scene;
   const std::string path =
       (parent == scene::kNone ? "" : scene.nodes[parent].path + "/") + path_part(node.name);
@@ -351,8 +398,14 @@ Result<void> SceneBuild::add(const state::RequestedNode& node, uint32_t parent, 
     if (scene.textures.size() + asset->loaded.scene.textures.size() > settings_.max_textures)
       return Error{"the scene would have more than " + std::to_string(settings_.max_textures) + " textures"};
   }
-  const uint64_t path_bytes =
+  uint64_t path_bytes =
       path.size() + (asset ? asset->size.path_bytes + asset->size.nodes * (path.size() + 1) : 0);
+  std::vector<uint32_t> sources;
+  if (source != scene::kNone) {
+    Result<std::vector<uint32_t>> found = sources_of(source, path, path_bytes, merge);
+    if (!found) return found.error();
+    sources = std::move(*found);
+  }
   if (merge.path_bytes + path_bytes > kMaxPathBytes)
     return Error{"it lies so deep that the paths of all nodes exceed " + std::to_string(kMaxPathBytes >> 20) +
                  " MiB"};
@@ -377,6 +430,24 @@ Result<void> SceneBuild::add(const state::RequestedNode& node, uint32_t parent, 
     if (!charges->second.casts_shadows) {
       for (size_t light = first_light; light < scene.lights.size(); ++light)
         scene.lights[light].casts_shadow = false;
+    }
+  }
+  if (!sources.empty()) {
+    if (Result<void> done = scene::copy_below(scene, sources, root); !done) {
+      scene.nodes.pop_back();
+      return done;
+    }
+    merge.copied_nodes += sources.size();
+    merge.sources[root] = std::move(sources);
+  }
+  if (node.addition) {
+    merge.roots_of_user.insert(root);
+    if (const auto* light = std::get_if<scene::Light>(&node.addition->content)) {
+      scene.nodes[root].light = static_cast<uint32_t>(scene.lights.size());
+      scene.lights.push_back(*light);
+    } else if (const auto* camera = std::get_if<scene::Camera>(&node.addition->content)) {
+      scene.nodes[root].camera = static_cast<uint32_t>(scene.cameras.size());
+      scene.cameras.push_back(*camera);
     }
   }
   merge.path_bytes += path_bytes;

@@ -21,6 +21,7 @@
 #include "protocol/base/peer_budget.h"
 #include "renderer/app/loading/peer_charges.h"
 #include "renderer/scene/gltf/load_gltf.h"
+#include "renderer/scene/model/copy_nodes.h"
 #include "renderer/scene/model/loaded_scene.h"
 #include "renderer/scene/model/scene.h"
 #include "renderer/state/edit_registry.h"
@@ -73,6 +74,7 @@ struct AssetSettings {
   std::filesystem::path folder = {};  // root of the assets that streams may name; empty: no files are read
   scene::Levels levels = scene::Levels::automatic_levels;
   uint32_t max_textures = UINT32_MAX;  // limit of the whole scene
+  std::filesystem::path overlay = {};  // file of the user's additions, for messages and their assets
   // Replaced by tests. Null: assets are loaded, and time is the monotonic clock.
   std::function<Result<scene::Scene>(const state::RequestedNode&, const scene::LoadLimits&)> load = {};
   std::function<int64_t()> now_ns = {};
@@ -99,7 +101,9 @@ class SceneBuild {
   struct Built {
     std::unique_ptr<const scene::LoadedScene> scene;  // null: the file's own
     std::vector<state::RequestedNode> added;
-    std::vector<uint32_t> roots;                   // of each added node: its index in the scene
+    std::vector<uint32_t> roots;  // of each added node: its index in the scene
+    // Of copies by the user, by root: the nodes of which the root and those that follow it are copies.
+    std::map<uint32_t, std::vector<uint32_t>> sources;
     std::vector<state::RequestedNode> waiting;     // neither added nor refused: for assets or parents
     std::map<const PeerBudget*, int64_t> load_ns;  // time that loads took
     std::vector<Refused> refused;
@@ -140,7 +144,10 @@ class SceneBuild {
                                             BudgetCharge& charge) const;
   Result<scene::Scene> load_scene(const state::RequestedNode& node, const scene::LoadLimits& limits) const;
   void merge_nodes(Request& request, Merge& merge, Built& built);
-  Result<void> add(const state::RequestedNode& node, uint32_t parent, Merge& merge);
+  // source: of a copy; kNone: the node is none.
+  Result<void> add(const state::RequestedNode& node, uint32_t parent, uint32_t source, Merge& merge);
+  Result<std::vector<uint32_t>> sources_of(uint32_t source, const std::string& path, uint64_t& path_bytes,
+                                           Merge& merge) const;
   void give_own_vertices(const Request& request, Merge& merge, Built& built);
 
   const scene::LoadedScene* base_;

@@ -84,7 +84,7 @@ void add_input_options(CLI::App& app, Options& options, Texts& texts, Given& giv
                    ->check(one_of({"m", "cm", "mm", "in"}))
                    ->type_name("m|cm|mm|in")
                    ->group(kGroup);
-  app.add_option("--assets", options.assets, "folder of glTF files that streams may add by name")
+  app.add_option("--assets", options.assets, "folder of glTF files that streams and overlays may add")
       ->check(CLI::ExistingDirectory.description(""))
       ->type_name("DIR")
       ->group(kGroup);

@@ -146,12 +146,21 @@ void CameraRig::let_go(const state::PoseState& poses) {
   free_camera_.name = "free";
   world_from_free_ = poses.world_from_node(node_);
   framed_ = false;
-  // Focus: the point on the line of sight closest to the scene's centre.
-  const glm::vec3 center = 0.5f * (scene_->bounds_min + scene_->bounds_max);
-  const glm::vec3 eye(world_from_free_[3]);
-  focus_distance_m_ =
-      std::max(glm::dot(center - eye, -glm::vec3(world_from_free_[2])), 0.1f * scene_radius_m());
+  focus_distance_m_ = focus_distance_of(world_from_free_);
   node_ = scene::kNone;
+}
+
+// Of the point on the line of sight closest to the scene's centre.
+float CameraRig::focus_distance_of(const glm::mat4& world_from_camera) const {
+  const glm::vec3 center = 0.5f * (scene_->bounds_min + scene_->bounds_max);
+  const glm::vec3 eye(world_from_camera[3]);
+  return std::max(glm::dot(center - eye, -glm::vec3(world_from_camera[2])), 0.1f * scene_radius_m());
+}
+
+glm::vec3 CameraRig::focus(const state::PoseState& poses, float image_aspect) const {
+  const glm::mat4 pose = placed(poses, image_aspect).world_from_camera;
+  if (node_ == scene::kNone) return focus();
+  return glm::vec3(pose[3]) - focus_distance_of(pose) * glm::vec3(pose[2]);
 }
 
 glm::vec3 CameraRig::focus() const {

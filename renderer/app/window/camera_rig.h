@@ -47,6 +47,9 @@ class CameraRig {
   Placed placed(const state::PoseState& poses, float image_aspect) const;
   const std::optional<passes::Ground>& ground() const { return ground_; }
 
+  // Point that the view turns about.
+  glm::vec3 focus(const state::PoseState& poses, float image_aspect) const;
+
   // Free camera controls of the window. The first one switches from the scene's camera to a free camera at
   // its pose.
   void orbit(const state::PoseState& poses, float yaw_rad, float pitch_rad);
@@ -81,6 +84,7 @@ class CameraRig {
   explicit CameraRig(const scene::Scene& scene) : scene_(&scene) {}
   glm::vec3 focus() const;
   void frame_scene(float image_aspect) const;
+  float focus_distance_of(const glm::mat4& world_from_camera) const;
   const scene::Camera& scene_camera() const;  // of node_
 
   const scene::Scene* scene_;

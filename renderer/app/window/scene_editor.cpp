@@ -7,8 +7,10 @@
 #include "protocol/base/files.h"
 #include "protocol/base/log.h"
 #include "protocol/base/plural.h"
+#include "protocol/base/text.h"
 #include "renderer/app/window/viewer_control.h"
 #include "renderer/scene/gltf/export_glb.h"
+#include "renderer/state/editing/document_additions.h"
 #include "renderer/state/editing/overlay_file.h"
 #include "renderer/state/editing/target_index.h"
 
@@ -23,6 +25,7 @@ void assign_edits(gui::Viewer& viewer, UserEdits&& edits, const scene::Scene& sc
   viewer.lights = std::move(edits.lights);
   viewer.transforms = std::move(edits.transforms);
   viewer.joints = std::move(edits.joints);
+  viewer.additions = std::move(edits.additions);
   viewer.materials.clear();
   for (const auto& [number, factors] : edits.materials)
     viewer.materials.emplace(number, scene::with_factors(scene.materials[number], factors));
@@ -33,8 +36,28 @@ bool is_there(const std::filesystem::path& path) {
   return std::filesystem::exists(std::filesystem::symlink_status(path, error));
 }
 
+void add_exported(const scene::Scene& scene, const ShownAddition& shown, const state::Addition& addition,
+                  scene::ExportedEdits& edits) {
+  scene::ExportedNode root{shown.root, scene.nodes[shown.root].parent, shown.name};
+  if (const auto* light = std::get_if<scene::Light>(&addition.content)) root.light = *light;
+  if (const auto* camera = std::get_if<scene::Camera>(&addition.content)) root.camera = *camera;
+  if (!shown.sources.empty()) root.copied = shown.sources.front();
+  root.is_asset = std::holds_alternative<state::AddedAsset>(addition.content);
+  const state::NodeTransform& parts = addition.transform;
+  if (!root.is_asset)
+    edits.transforms[shown.root] = {state::parent_from_node(parts), !parts.has_shear, parts.translation,
+                                    parts.rotation, parts.scale};
+  edits.added.push_back(std::move(root));
+  for (size_t i = 1; i < shown.sources.size(); ++i) {
+    const uint32_t node = shown.root + static_cast<uint32_t>(i);
+    edits.added.push_back({node, scene.nodes[node].parent, {}, shown.sources[i]});
+  }
+  for (const uint32_t source : shown.sources) edits.names[source] = scene.nodes[source].name;
+}
+
 // Edits by number, for a file of the scene's nodes.
-scene::ExportedEdits exported_edits(const gui::Viewer& viewer, const state::EditTargets& targets) {
+scene::ExportedEdits exported_edits(const gui::Viewer& viewer, const state::EditTargets& targets,
+                                    std::span<const ShownAddition> additions) {
   const scene::Scene& scene = targets.scene;
   state::RestPose pose = state::rest_pose(scene);
   if (targets.robot && targets.robot->is_moved()) {
@@ -49,9 +72,14 @@ scene::ExportedEdits exported_edits(const gui::Viewer& viewer, const state::Edit
   edits.variant = viewer.variant;
   edits.lights = viewer.lights;
   edits.materials = edits_of(viewer).materials;
+  for (const ShownAddition& shown : additions) {
+    const auto known = viewer.additions.find(shown.name);
+    if (known == viewer.additions.end() || shown.root >= scene.nodes.size()) continue;
+    add_exported(scene, shown, known->second, edits);
+  }
   for (uint32_t node = 0; node < scene.nodes.size(); ++node) {
     const glm::mat4& matrix = pose.parent_from_node[node];
-    if (matrix == scene.nodes[node].parent_from_node) continue;
+    if (matrix == scene.nodes[node].parent_from_node) continue;  // of the file, or of an addition
     const auto edited = viewer.transforms.find(node);
     const state::NodeTransform parts =
         edited != viewer.transforms.end() ? edited->second : state::to_transform(matrix);
@@ -114,7 +142,7 @@ Result<state::EditDocument> load_overlay(const Options& options) {
 }
 
 SceneEditor::SceneEditor(OverlayFile file, state::EditDocument document)
-    : file_(std::move(file)), may_replace_(file_.was_named) {
+    : file_(std::move(file)), may_replace_(file_.was_named), assets_(assets_beside(file_.path)) {
   history_.reset(std::move(document));
   history_.mark_saved();
 }
@@ -124,6 +152,11 @@ void SceneEditor::begin(gui::Viewer& viewer, const state::EditTargets& targets) 
   if (history_.document().empty()) return;
   std::vector<state::EditKey> unmatched;
   show(viewer, targets, &unmatched);
+  // Nodes of additions come with their build.
+  const state::Paths added = state::paths_of(viewer.additions);
+  std::erase_if(unmatched, [&](const state::EditKey& key) {
+    return key.object == state::EditedObject::node && state::is_at_or_below(key.name, added);
+  });
   for (size_t i = 0; i < std::min(unmatched.size(), kMaxReported); ++i)
     notes_.push_back(warning(file_.path.string() + ": " + state::describe(unmatched[i]) +
                              " has no effect: the scene has no such object now"));
@@ -149,12 +182,43 @@ state::EditDocument SceneEditor::current(const gui::Viewer& viewer, const state:
   return document;
 }
 
-void SceneEditor::update(gui::Viewer& viewer, const state::EditTargets& targets, bool is_interacting) {
+void SceneEditor::record(gui::Viewer& viewer, const state::EditTargets& targets) {
+  UserEdits edits = edits_of(viewer);
+  if (edits == recorded_) return;
+  state::EditDocument document = current(viewer, targets);
+  const bool is_less = state::withdraw_removed_additions(document);
+  history_.record(std::move(document));
+  recorded_ = std::move(edits);
+  if (is_less) show(viewer, targets);
+}
+
+void SceneEditor::add(gui::Viewer& viewer, const state::EditTargets& targets, NewObject object) {
+  state::EditDocument document = history_.document();
+  selected_next_ = state::path_of(object.name, object.addition);
+  document[state::key_of_addition(std::move(object.name))] = std::move(object.addition);
+  document.merge(object.edits);
+  history_.record(std::move(document));
+  show(viewer, targets);
+}
+
+void SceneEditor::add_requested(gui::Viewer& viewer, const state::EditTargets& targets,
+                                const ViewPlace& place) {
+  gui::Commands& commands = viewer.commands;
+  if (const auto kind = std::exchange(commands.add, std::nullopt))
+    add(viewer, targets, new_object(*kind, place, history_.document(), targets));
+  if (const auto uri = std::exchange(commands.add_asset, std::nullopt))
+    add(viewer, targets, new_asset(*uri, place, history_.document(), targets));
+  if (!std::exchange(commands.duplicate, false) || viewer.selected >= targets.scene.nodes.size()) return;
+  Result<NewObject> copy = duplicate(viewer.selected, place, history_.document(), targets);
+  if (!copy) return notes_.push_back(error_line("the node is not duplicated: " + copy.error().message));
+  add(viewer, targets, std::move(*copy));
+}
+
+void SceneEditor::update(gui::Viewer& viewer, const state::EditTargets& targets, bool is_interacting,
+                         const ViewPlace& place) {
   if (is_interacting) return;
-  if (UserEdits edits = edits_of(viewer); edits != recorded_) {
-    history_.record(current(viewer, targets));
-    recorded_ = std::move(edits);
-  }
+  record(viewer, targets);
+  add_requested(viewer, targets, place);
   gui::Commands& commands = viewer.commands;
   const bool undone = std::exchange(commands.undo, false) && history_.undo();
   const bool redone = std::exchange(commands.redo, false) && history_.redo();
@@ -176,6 +240,13 @@ void SceneEditor::replace_scene(gui::Viewer& viewer, const scene::Scene& before,
   state::EditDocument document;
   if (has_document) document = current(viewer, {before, state::NodeNames(before), robot});
   transfer_by_path(viewer, before, after);
+  if (!selected_next_.empty()) {
+    const uint32_t added = state::NodeNames(after).first_of_path(selected_next_);
+    if (added != scene::kNone) {
+      viewer.selected = added;
+      notes_.push_back("added " + quote(std::exchange(selected_next_, {})));
+    }
+  }
   if (!has_document) return;
   // Edits of objects that only one of the scenes has, beside those that were transferred.
   const state::NodeNames names_before(before), names_after(after);
@@ -207,7 +278,7 @@ void SceneEditor::replace_robot(gui::Viewer& viewer, const scene::Scene& scene,
 }
 
 gui::EditFacts SceneEditor::facts() const {
-  return {history_.undo_text(), history_.redo_text(), history_.is_saved(), file_.path.string()};
+  return {history_.undo_text(), history_.redo_text(), history_.is_saved(), file_.path.string(), assets_};
 }
 
 // An overlay of an earlier run is not lost by one key press.
@@ -233,9 +304,11 @@ void SceneEditor::export_glb(const gui::Viewer& viewer, const state::EditTargets
   if (!export_.gltf_file)
     return notes_.push_back(error_line("no .glb is written: the scene of a recording has no folder"));
   if (exporting_.valid()) return notes_.push_back(warning("an export is being written already"));
-  exporting_ =
-      std::async(std::launch::async, [gltf = export_.gltf_file(), edits = exported_edits(viewer, targets),
-                                      scene = export_.scene] { return write_glb(gltf, edits, scene); });
+  const std::span<const ShownAddition> shown =
+      export_.additions ? export_.additions() : std::span<const ShownAddition>();
+  exporting_ = std::async(std::launch::async,
+                          [gltf = export_.gltf_file(), edits = exported_edits(viewer, targets, shown),
+                           scene = export_.scene] { return write_glb(gltf, edits, scene); });
 }
 
 std::vector<std::string> SceneEditor::take_log_messages() {

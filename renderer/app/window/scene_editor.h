@@ -8,6 +8,7 @@
 #include <functional>
 #include <future>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,6 +16,7 @@
 #include "protocol/base/error.h"
 #include "renderer/app/loading/live_scene.h"
 #include "renderer/app/options/options.h"
+#include "renderer/app/window/new_objects.h"
 #include "renderer/app/window/render_settings.h"
 #include "renderer/gui/panel_data.h"
 #include "renderer/state/editing/edit_document.h"
@@ -35,6 +37,7 @@ OverlayFile overlay_file(const Options& options, bool scene_is_file);
 struct GlbExport {
   std::function<std::filesystem::path()> gltf_file;  // of the displayed scene; null: it has none of its own
   std::filesystem::path scene;                       // exported as SCENE.edited.glb, without its ending
+  std::function<std::span<const ShownAddition>()> additions = {};  // that are displayed; null: none
 };
 
 // Document of --overlay, with the variant of --variant in place of its own; empty without the options. With a
@@ -48,8 +51,9 @@ class SceneEditor {
   // Makes the document the viewer's edits. Reports edits of objects that the scene lacks.
   void begin(gui::Viewer& viewer, const state::EditTargets& targets);
   // Records finished changes of the viewer as a step, and executes its commands. Call after each layout.
-  // is_interacting: a drag or a text input goes on, whose changes are one step.
-  void update(gui::Viewer& viewer, const state::EditTargets& targets, bool is_interacting);
+  // is_interacting: a drag or a text input goes on, whose changes are one step. place: of the view.
+  void update(gui::Viewer& viewer, const state::EditTargets& targets, bool is_interacting,
+              const ViewPlace& place = {});
   // Records changed render settings as a step. Call after the renderer has taken or reset them.
   void record_settings(const gui::Viewer& viewer, bool is_interacting);
   // Moves selections and edits to the next scene. Edits of objects that a scene lacks stay in the document,
@@ -72,6 +76,9 @@ class SceneEditor {
   state::EditDocument current(const gui::Viewer& viewer, const state::EditTargets& targets) const;
   void show(gui::Viewer& viewer, const state::EditTargets& targets,
             std::vector<state::EditKey>* unmatched = nullptr);
+  void record(gui::Viewer& viewer, const state::EditTargets& targets);
+  void add_requested(gui::Viewer& viewer, const state::EditTargets& targets, const ViewPlace& place);
+  void add(gui::Viewer& viewer, const state::EditTargets& targets, NewObject object);
   void save();
   void export_glb(const gui::Viewer& viewer, const state::EditTargets& targets);
 
@@ -80,6 +87,8 @@ class SceneEditor {
   state::EditHistory history_;
   RenderSettingsSteps settings_;
   std::optional<UserEdits> recorded_;  // edits of the viewer at the last record
+  std::vector<std::string> assets_;    // of the overlay file's folder, at the start
+  std::string selected_next_;          // path of an added node that the scene does not have yet
   std::vector<std::string> notes_;
   GlbExport export_;
   std::future<std::vector<std::string>> exporting_;  // its messages; last: it blocks the destructor

@@ -160,6 +160,7 @@ void ViewerInput::press_with_control(const InputEvent& event, gui::Viewer& viewe
   gui::Commands& commands = viewer.commands;
   if (event.key == sinks::letter('z')) (event.modifiers.shift ? commands.redo : commands.undo) = true;
   if (event.key == sinks::letter('y')) commands.redo = true;
+  if (event.key == sinks::letter('d')) commands.duplicate = true;
   if (event.key == sinks::letter('s'))
     (event.modifiers.shift ? commands.export_glb : commands.save_overlay) = true;
 }
@@ -266,13 +267,15 @@ void forget_scene(gui::Viewer& viewer) {
   viewer.transforms.clear();
   viewer.joints.clear();
   viewer.variant = scene::kNone;
+  viewer.additions.clear();
   viewer.streams.clear();
   viewer.commands = {};
 }
 
 UserEdits edits_of(const gui::Viewer& viewer) {
-  UserEdits edits{viewer.hidden, viewer.isolated, viewer.lights, {}, viewer.hidden_markers, viewer.transforms,
-                  viewer.joints, viewer.removed,  viewer.variant};
+  UserEdits edits{viewer.hidden,         viewer.isolated,   viewer.lights, {},
+                  viewer.hidden_markers, viewer.transforms, viewer.joints, viewer.removed,
+                  viewer.variant,        viewer.additions};
   for (const auto& [number, material] : viewer.materials)
     edits.materials.emplace(number, scene::factors_of(material));
   return edits;

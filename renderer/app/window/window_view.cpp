@@ -220,7 +220,11 @@ void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::Tim
   }
   const glm::uvec2 image_px(image_extent_.width, image_extent_.height);
   CameraMoves moves = input_.take(input, owners, viewer);
-  borrowed_.editor.update(viewer, edit_targets(), is_interacting());
+  const float aspect = static_cast<float>(image_px.x) / static_cast<float>(std::max(image_px.y, 1u));
+  const CameraRig::Placed seen = borrowed_.camera.placed(borrowed_.poses, aspect);
+  borrowed_.editor.update(viewer, edit_targets(), is_interacting(),
+                          {borrowed_.camera.focus(borrowed_.poses, aspect), seen.world_from_camera,
+                           seen.camera, &borrowed_.poses});
   moves.cursor_px -= glm::vec2(image_at_px_);
   if (moves.click_px) {
     *moves.click_px -= glm::vec2(image_at_px_);

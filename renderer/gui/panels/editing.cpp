@@ -4,6 +4,7 @@
 #include <glm/gtc/quaternion.hpp>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "renderer/gui/gizmo_overlay.h"
 #include "renderer/gui/panels.h"
@@ -32,8 +33,34 @@ void draw_history(const Context& context) {
     commands.export_glb = true;
 }
 
+// Objects in front of the view, and assets of files beside the overlay file.
+void draw_additions(const Context& context) {
+  Ui& ui = context.ui;
+  Commands& commands = context.viewer.commands;
+  const auto object = [&](const char* label, ObjectKind kind, const char* hint) {
+    if (ui.button(label, true, hint)) commands.add = kind;
+    if (kind != ObjectKind::camera) ui.same_line();
+  };
+  object("+ Point", ObjectKind::point_light, "Adds a point light where the view turns about");
+  object("Spot", ObjectKind::spot_light, "Adds a spot light there, along the view");
+  object("Sun", ObjectKind::directional_light, "Adds a directional light along the view");
+  object("Camera", ObjectKind::camera, "Adds a camera that sees what you see now");
+  const EditFacts* const facts = context.shown.editing;
+  if (!facts || facts->assets.empty()) return;
+  std::vector<std::string> labels{"Add a file ..."};
+  for (const std::string& asset : facts->assets) labels.push_back(one_line(asset));
+  std::vector<const char*> names;
+  for (const std::string& label : labels) names.push_back(label.c_str());
+  size_t chosen = 0;
+  if (ui.choice("File##asset", chosen, names, "Adds a glTF file of the overlay file's folder") && chosen > 0)
+    commands.add_asset = facts->assets[chosen - 1];
+}
+
 void draw_removal(const Context& context, uint32_t node) {
   if (node >= context.shown.scene.nodes.size()) return;
+  context.ui.same_line();
+  if (context.ui.button("Copy", true, "Another one of the node and all below it  (Ctrl+D)"))
+    context.viewer.commands.duplicate = true;
   context.ui.same_line();
   if (context.ui.button("Remove", true, "The node and all below it, with their lights  (Del)"))
     context.viewer.removed.insert(std::exchange(context.viewer.selected, scene::kNone));
@@ -97,6 +124,7 @@ void draw_transform(const Context& context, uint32_t node) {
 void draw_edit_panel(const Context& context) {
   if (!context.ui.header("Edit", context.layout.is_open(Panel::edit))) return;
   draw_history(context);
+  draw_additions(context);
   draw_tools(context);
   const uint32_t node = context.viewer.selected;
   draw_removal(context, node);

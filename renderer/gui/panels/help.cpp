@@ -47,7 +47,7 @@ constexpr Line kEditLines[] = {
     {"Ctrl Z  Ctrl Y", "undo, redo"},
     {"Ctrl S", "save the edits"},
     {"Ctrl Shift S", "save a new .glb"},
-    {"Del", "remove it"},
+    {"Ctrl D  Del", "duplicate, remove it"},
 };
 constexpr Line kWindowLines[] = {
     {nullptr, "Window"},

@@ -306,6 +306,7 @@ Result<void> GlbExport::apply(const ExportedEdits& edits) {
     if (is_of_file && root_["nodes"].at(source_of_node_[node]).value("name", std::string()) != name)
       return Error{"node " + quote(name) + " is not where it was: the file has changed since it was loaded"};
   }
+  missing += add_nodes(edits.added);
   const std::set<uint32_t> animated = animated_nodes();
   for (const auto& [node, transform] : edits.transforms) {
     if (const auto at = source(node)) place(root_["nodes"][*at], transform, animated.contains(*at));

@@ -10,6 +10,7 @@
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -28,6 +29,17 @@ struct ExportedTransform {
   glm::vec3 scale{1};
 };
 
+// Node that the file does not have.
+struct ExportedNode {
+  uint32_t node = 0;        // above all nodes of the file
+  uint32_t parent = kNone;  // kNone: the root
+  std::string name = {};    // empty: that of the copied node
+  uint32_t copied = kNone;  // node whose contents it has
+  std::optional<Light> light = {};
+  std::optional<Camera> camera = {};
+  bool is_asset = false;  // of another file: left out, with a warning
+};
+
 // By number of the scene that was loaded from the file.
 struct ExportedEdits {
   std::map<uint32_t, ExportedTransform> transforms;
@@ -36,6 +48,7 @@ struct ExportedEdits {
   std::map<uint32_t, Light> lights;
   MaterialEdits materials;
   uint32_t variant = kNone;               // becomes the default materials; kNone: those of the file
+  std::vector<ExportedNode> added;        // parents first; a copy's nodes in a row, the first one with a name
   std::map<uint32_t, std::string> names;  // of edited nodes: a file that has others has changed
 };
 

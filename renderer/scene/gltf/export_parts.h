@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
@@ -35,6 +36,10 @@ class GlbExport {
   Result<uint64_t> append(std::span<const std::byte> bytes);
   void map_nodes();
   std::vector<uint32_t> roots_of(const std::vector<uint32_t>& parents) const;
+  size_t add_nodes(const std::vector<ExportedNode>& nodes);
+  std::optional<uint32_t> add_node(const ExportedNode& node);
+  void take_skins(const std::map<uint32_t, uint32_t>& copies);
+  void set_camera(uint32_t node, const Camera& camera);
   void place(Json& node, const ExportedTransform& transform, bool is_animated);
   std::set<uint32_t> animated_nodes() const;
   void hide(const std::set<uint32_t>& sources);

@@ -39,6 +39,8 @@ EditDocument to_document(const UserEdits& edits, const EditTargets& targets) {
   }
   if (edits.variant < targets.scene.variants.size())
     document.emplace(variant_key(), targets.scene.variants[edits.variant]);
+  for (const auto& [name, addition] : edits.additions)
+    document.emplace(EditKey{EditedObject::addition, name, 0, EditedProperty::added}, addition);
   if (!targets.robot) return document;
   for (const auto& [joint, position] : edits.joints) {
     if (joint >= targets.robot->robot().joints().size()) continue;
@@ -77,6 +79,8 @@ UserEdits to_edits(const EditDocument& document, const EditTargets& targets, con
       edits.materials[target] = *factors;
     } else if (const auto* position = std::get_if<JointPosition>(&value)) {
       edits.joints[target] = *position;
+    } else if (const auto* addition = std::get_if<Addition>(&value)) {
+      edits.additions[key.name] = *addition;
     } else if (variant) {
       edits.variant = target;
     }
@@ -87,9 +91,9 @@ UserEdits to_edits(const EditDocument& document, const EditTargets& targets, con
 std::string describe(const EditKey& key) {
   if (key.property == EditedProperty::variant)
     return "the material variant" + (key.name.empty() ? key.name : " " + quote(key.name));
-  constexpr const char* kObjects[] = {"node", "material", "joint"};
-  constexpr const char* kProperties[] = {"the visibility", "the transform", "the light",
-                                         "the factors",    "the position",  "the removal"};
+  constexpr const char* kObjects[] = {"node", "material", "joint", "scene", "node"};
+  constexpr const char* kProperties[] = {"the visibility", "the transform", "the light",   "the factors",
+                                         "the position",   "the removal",   "the variant", "the addition"};
   return std::string(kProperties[static_cast<size_t>(key.property)]) + " of " +
          kObjects[static_cast<size_t>(key.object)] + " " + quote(key.name);
 }

@@ -16,13 +16,14 @@
 
 namespace fire3dv::state {
 
-enum class EditedObject : uint8_t { node, material, joint, scene };
-enum class EditedProperty : uint8_t { visible, transform, light, factors, position, removed, variant };
+// An addition is of the user, so that a scene need not have it.
+enum class EditedObject : uint8_t { node, material, joint, scene, addition };
+enum class EditedProperty : uint8_t { visible, transform, light, factors, position, removed, variant, added };
 
 // Objects of one name are numbered in the order of the scene.
 struct EditKey {
   EditedObject object = EditedObject::node;
-  std::string name;         // path of a node; name of a material or joint; empty for the scene
+  std::string name;         // path of a node; name of a material, joint or addition; empty for the scene
   uint32_t occurrence = 0;  // 0: the first object of the name
   EditedProperty property = EditedProperty::visible;
   auto operator<=>(const EditKey&) const = default;
@@ -30,10 +31,10 @@ struct EditKey {
 
 using JointPosition = std::vector<double>;  // as in JointPositions
 using VariantName = std::string;            // of a material variant
-// Visibility or removal, transform, light, factors, position and variant; the value belongs to the key's
-// property.
-using EditedValue =
-    std::variant<bool, NodeTransform, scene::Light, scene::MaterialFactors, JointPosition, VariantName>;
+// Visibility or removal, transform, light, factors, position, variant and addition; the value belongs to the
+// key's property.
+using EditedValue = std::variant<bool, NodeTransform, scene::Light, scene::MaterialFactors, JointPosition,
+                                 VariantName, Addition>;
 using EditDocument = std::map<EditKey, EditedValue>;
 // Key of the scene's material variant.
 inline EditKey variant_key() {
@@ -47,7 +48,7 @@ struct EditTargets {
   const RobotPose* robot = nullptr;  // null: the scene has no joints
 };
 
-// Number of the object; scene::kNone: the scene has none of that name.
+// Number of the object, 0 for additions; scene::kNone: the scene has none of that name.
 uint32_t find_target(const EditKey& key, const EditTargets& targets);
 
 EditDocument to_document(const UserEdits& edits, const EditTargets& targets);

@@ -74,6 +74,35 @@ void add_factors(Ordered& entry, const scene::MaterialFactors& factors) {
   entry["alpha_cutoff"] = shortest(factors.alpha_cutoff);
 }
 
+Ordered camera_text(const scene::Camera& camera) {
+  const scene::Camera usual;
+  Ordered text;
+  if (camera.orthographic) {
+    text["half_extent"] = list(camera.half_extent_m, 2);
+  } else {
+    text["vertical_fov"] = shortest(camera.vertical_fov_rad);
+  }
+  const auto add = [&](const char* name, float value, float otherwise) {
+    if (value != otherwise) text[name] = shortest(value);
+  };
+  add("aspect", camera.aspect, usual.aspect);
+  text["near"] = shortest(camera.near_m);
+  add("far", camera.far_m, usual.far_m);
+  add("f_number", camera.lens.f_number, usual.lens.f_number);
+  add("focus_distance", camera.lens.focus_distance_m, usual.lens.focus_distance_m);
+  return text;
+}
+
+void add_addition(Ordered& entry, const Addition& addition) {
+  if (!addition.parent.empty()) entry["parent"] = addition.parent;
+  if (const auto* light = std::get_if<scene::Light>(&addition.content)) entry["light"] = light_text(*light);
+  if (const auto* camera = std::get_if<scene::Camera>(&addition.content))
+    entry["camera"] = camera_text(*camera);
+  if (const auto* copied = std::get_if<CopiedNode>(&addition.content)) entry["copy"] = copied->path;
+  if (const auto* asset = std::get_if<AddedAsset>(&addition.content)) entry["asset"] = asset->uri;
+  add_transform(entry, addition.transform);
+}
+
 void add_value(Ordered& entry, EditedProperty property, const EditedValue& value) {
   if (const auto* flag = std::get_if<bool>(&value))
     entry[property == EditedProperty::removed ? "removed" : "visible"] = *flag;
@@ -82,6 +111,7 @@ void add_value(Ordered& entry, EditedProperty property, const EditedValue& value
   if (const auto* factors = std::get_if<scene::MaterialFactors>(&value)) add_factors(entry, *factors);
   if (const auto* position = std::get_if<JointPosition>(&value)) entry["position"] = *position;
   if (const auto* variant = std::get_if<VariantName>(&value)) entry["variant"] = *variant;
+  if (const auto* addition = std::get_if<Addition>(&value)) add_addition(entry, *addition);
 }
 
 // --- members of a file ---
@@ -219,20 +249,67 @@ JointPosition read_position(const Json& value, const std::string& place) {
   return position;
 }
 
-std::string read_name(const Json& name, const std::string& place) {
-  if (!name.is_string() || name.get_ref<const std::string&>().size() > kMaxNameBytes)
+scene::Camera read_camera(const Json& object, const std::string& place) {
+  constexpr float kTiny = 1e-12f;
+  Members members(object, place);
+  scene::Camera camera;
+  if (const Json* const extent = members.find("half_extent")) {
+    camera.orthographic = true;
+    camera.half_extent_m = numbers<2>(*extent, place + ".half_extent", kTiny, kAny);
+  } else {
+    camera.vertical_fov_rad = number(members.need("vertical_fov"), place + ".vertical_fov", 1e-6f, 3.1415f);
+  }
+  members.number_into("aspect", camera.aspect, 0, kAny);
+  camera.near_m = number(members.need("near"), place + ".near", camera.orthographic ? 0 : kTiny, kAny);
+  members.number_into("far", camera.far_m, 0, kAny);
+  const bool is_infinite = camera.far_m == 0 && !camera.orthographic;
+  if (!is_infinite && camera.far_m <= camera.near_m) throw Fault(place + ".far is not more than near");
+  members.number_into("f_number", camera.lens.f_number, scene::kMinFNumber, scene::kMaxFNumber);
+  members.number_into("focus_distance", camera.lens.focus_distance_m, scene::kMinFocusDistanceM,
+                      scene::kMaxFocusDistanceM);
+  if ((camera.lens.f_number == 0) != (camera.lens.focus_distance_m == 0))
+    throw Fault(place + " has only one of f_number and focus_distance");
+  members.refuse_others(
+      {"half_extent", "vertical_fov", "aspect", "near", "far", "f_number", "focus_distance"});
+  return camera;
+}
+
+std::string read_name(const Json& value, const std::string& place, bool may_be_empty) {
+  if (!value.is_string() || value.get_ref<const std::string&>().size() > kMaxNameBytes)
     throw Fault(place + " is no text of at most 65536 bytes");
-  return name.get<std::string>();
+  if (!may_be_empty && value.get_ref<const std::string&>().empty()) throw Fault(place + " is empty");
+  return value.get<std::string>();
+}
+
+Addition read_addition(Members& entry, const std::string& place) {
+  Addition addition;
+  if (const Json* const parent = entry.find("parent"))
+    addition.parent = read_name(*parent, entry.place("parent"), true);
+  size_t contents = 0;
+  if (const Json* const light = entry.find("light"); light && ++contents)
+    addition.content = read_light(*light, entry.place("light"));
+  if (const Json* const camera = entry.find("camera"); camera && ++contents)
+    addition.content = read_camera(*camera, entry.place("camera"));
+  if (const Json* const copied = entry.find("copy"); copied && ++contents)
+    addition.content = CopiedNode{read_name(*copied, entry.place("copy"), false)};
+  if (const Json* const asset = entry.find("asset"); asset && ++contents)
+    addition.content = AddedAsset{read_name(*asset, entry.place("asset"), false)};
+  if (contents != 1) throw Fault(place + " does not have one of light, camera, copy and asset");
+  if (const std::optional<NodeTransform> transform = read_transform(entry, place))
+    addition.transform = *transform;
+  return addition;
 }
 
 // The object that an entry names.
 EditKey read_target(Members& entry, const std::string& place) {
-  constexpr std::pair<const char*, EditedObject> kObjects[] = {
-      {"node", EditedObject::node}, {"material", EditedObject::material}, {"joint", EditedObject::joint}};
+  constexpr std::pair<const char*, EditedObject> kObjects[] = {{"node", EditedObject::node},
+                                                               {"material", EditedObject::material},
+                                                               {"joint", EditedObject::joint},
+                                                               {"add", EditedObject::addition}};
   for (const auto& [member, object] : kObjects) {
     const Json* const name = entry.find(member);
     if (!name) continue;
-    EditKey key{object, read_name(*name, entry.place(member)), 0, {}};
+    EditKey key{object, read_name(*name, entry.place(member), true), 0, {}};
     if (const Json* const number = entry.find("occurrence")) {
       if (!number->is_number_unsigned() || number->get<uint64_t>() >= UINT32_MAX)
         throw Fault(entry.place("occurrence") + " is no whole number from 0 on");
@@ -240,7 +317,7 @@ EditKey read_target(Members& entry, const std::string& place) {
     }
     return key;
   }
-  throw Fault(place + " names no node, material, joint or variant");
+  throw Fault(place + " names no node, material, joint, addition or variant");
 }
 
 void read_entry(const Json& object, const std::string& place, EditDocument& document) {
@@ -254,7 +331,7 @@ void read_entry(const Json& object, const std::string& place, EditDocument& docu
       throw Fault(place + " edits " + describe(key) + " a second time");
   };
   if (variant) {
-    add(EditedProperty::variant, read_name(*variant, entry.place("variant")));
+    add(EditedProperty::variant, read_name(*variant, entry.place("variant"), true));
     return entry.refuse_others({"variant"});
   }
   if (key.object == EditedObject::material) {
@@ -265,6 +342,12 @@ void read_entry(const Json& object, const std::string& place, EditDocument& docu
   if (key.object == EditedObject::joint) {
     add(EditedProperty::position, read_position(entry.need("position"), entry.place("position")));
     return entry.refuse_others({"joint", "occurrence", "position"});
+  }
+  if (key.object == EditedObject::addition) {
+    if (key.name.empty() || key.occurrence != 0) throw Fault(place + ".add is no name of one node");
+    add(EditedProperty::added, read_addition(entry, place));
+    return entry.refuse_others(
+        {"add", "parent", "light", "camera", "copy", "asset", "translation", "rotation", "scale", "matrix"});
   }
   if (const Json* const visible = entry.find("visible"))
     add(EditedProperty::visible, truth(*visible, entry.place("visible")));
@@ -295,8 +378,11 @@ EditDocument read_document(std::span<const std::byte> text) {
   members.refuse_others({"version", "scene", "edits"});
   if (!edits.is_array()) throw Fault("edits is no list");
   EditDocument document;
+  size_t additions = 0;
   for (size_t i = 0; i < edits.size(); ++i) {
     read_entry(edits[i], "edits[" + std::to_string(i) + "]", document);
+    if (robot::member(edits[i], "add") && ++additions > kMaxOverlayAdditions)
+      throw Fault("it has more than " + std::to_string(kMaxOverlayAdditions) + " additions");
     if (document.size() > kMaxOverlayEdits)
       throw Fault("it has more than " + std::to_string(kMaxOverlayEdits) + " edits");
   }
@@ -306,9 +392,12 @@ EditDocument read_document(std::span<const std::byte> text) {
 }  // namespace
 
 std::string overlay_text(const EditDocument& document, const std::string& scene) {
-  constexpr const char* kMembers[] = {"node", "material", "joint"};
+  constexpr const char* kMembers[] = {"node", "material", "joint", "", "add"};  // by EditedObject
   constexpr auto kReplace = Ordered::error_handler_t::replace;  // names of a file may be invalid UTF-8
-  std::string text = std::string("{\"") + kRoot + "\": {\n  \"version\": " + std::to_string(kOverlayVersion) +
+  const bool has_additions =
+      !document.empty() && document.rbegin()->first.object == EditedObject::addition;  // they come last
+  const int version = has_additions ? kOverlayVersion : 1;
+  std::string text = std::string("{\"") + kRoot + "\": {\n  \"version\": " + std::to_string(version) +
                      ",\n  \"scene\": " + Ordered(scene).dump(-1, ' ', false, kReplace) + ",\n  \"edits\": [";
   const char* separator = "\n    ";
   for (auto edit = document.begin(); edit != document.end();) {

@@ -14,9 +14,10 @@
 
 namespace fire3dv::state {
 
-constexpr int kOverlayVersion = 1;
+constexpr int kOverlayVersion = 2;  // files without additions have version 1
 constexpr uint64_t kMaxOverlayBytes = 16 << 20;
 constexpr size_t kMaxOverlayEdits = 100'000;
+constexpr size_t kMaxOverlayAdditions = 10'000;
 
 // scene: name of the scene file, for readers; it opens nothing.
 std::string overlay_text(const EditDocument& document, const std::string& scene);

@@ -14,6 +14,7 @@ std::string_view TargetIndex::name_of(EditedObject object, uint32_t number) cons
     case EditedObject::scene:
       return {};
     case EditedObject::joint:
+    case EditedObject::addition:
       break;
   }
   return targets_.robot->robot().joints()[number].name;
@@ -28,6 +29,7 @@ uint32_t TargetIndex::count_of(EditedObject object) const {
     case EditedObject::scene:
       return 1;
     case EditedObject::joint:
+    case EditedObject::addition:
       break;
   }
   return targets_.robot ? static_cast<uint32_t>(targets_.robot->robot().joints().size()) : 0;
@@ -51,6 +53,7 @@ uint32_t TargetIndex::find(const EditKey& key, const EditedValue& value) {
 }
 
 uint32_t TargetIndex::find(const EditKey& key) {
+  if (key.object == EditedObject::addition) return 0;
   if (key.object == EditedObject::node) {
     const uint32_t first = targets_.names.first_of_path(key.name);
     if (first == scene::kNone || key.occurrence == 0) return first;

@@ -20,7 +20,7 @@ class TargetIndex {
   // The targets outlive this object.
   explicit TargetIndex(const EditTargets& targets) : targets_(targets) {}
 
-  // Number of the object; scene::kNone: the scene has none of that name.
+  // Number of the object, 0 for additions; scene::kNone: the scene has none of that name.
   uint32_t find(const EditKey& key);
   // The same; of the scene the number of the variant.
   uint32_t find(const EditKey& key, const EditedValue& value);
@@ -34,7 +34,7 @@ class TargetIndex {
   uint32_t count_of(EditedObject object) const;
 
   const EditTargets& targets_;
-  std::array<std::optional<Numbers>, 4> numbers_;  // by object
+  std::array<std::optional<Numbers>, 5> numbers_;  // by object
 };
 
 }  // namespace fire3dv::state

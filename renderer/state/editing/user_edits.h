@@ -6,6 +6,7 @@
 #include <set>
 
 #include "renderer/scene/model/scene_edits.h"
+#include "renderer/state/editing/addition.h"
 #include "renderer/state/editing/node_transform.h"
 #include "renderer/state/marker_registry.h"
 #include "renderer/state/motion/robot_pose.h"
@@ -22,6 +23,7 @@ struct UserEdits {
   JointPositions joints;       // of the robot, other than the file's
   std::set<uint32_t> removed;  // with their descendants: not drawn, and without lights
   uint32_t variant = scene::kNone;  // of the file's materials; kNone: its default materials
+  Additions additions;
   bool operator==(const UserEdits&) const = default;
 };
 

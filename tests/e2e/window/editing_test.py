@@ -6,7 +6,7 @@ import glob
 import json
 import os
 
-from glb_edit import add_variants
+from glb_edit import add_variants, edit_glb
 from harness import main, wait_until
 from image_reader import check, read_png, write_scene
 from screen import on_a_screen
@@ -128,6 +128,60 @@ def render_settings(test, screen):
     renderer.expect_exit(0)
 
 
+def adding(test, screen):
+    """Ctrl+D duplicates a body, the gizmo moves the copy alone, Del and Ctrl+Z take it away and back; overlay file and
+    exported scene give the image of the window.
+    """
+    scene, folder = test.path("bodies.glb"), test.path("taken")
+    write_scene(scene, place=0)
+    renderer = test.viewer(scene, "--screenshots", folder, env=screen.env, size=WINDOW)
+    window = screen.window(renderer)
+    columns = range(280, 680)  # between the panels
+
+    at_rest = wait_until("the red square", lambda: centre_of(screen.picture(window), "red", columns))
+
+    def reds():
+        """Left and right edge of the red pixels of the square's row, or None."""
+        picture = screen.picture(window)
+        found = [x for x in columns if all(c > 220 if w else c < 40 for c, w in
+                                           zip(picture.pixel(x, round(at_rest[1])), COLOURS["red"]))]
+        return (min(found), max(found)) if found else None
+    left, right = reds()
+    blue = centre_of(screen.picture(window), "blue", columns)
+    origin = round(at_rest[0]), round(at_rest[1] + (blue[1] - at_rest[1]) * 30 / 40)
+    plain = screen.picture(window).rows
+    screen.xdotool("mousemove", "--window", window, round(at_rest[0]), round(at_rest[1]), "click", 1)
+    wait_until("an outline", lambda: screen.picture(window).rows != plain)
+    screen.xdotool("key", "ctrl+d")
+    renderer.wait_err(r'added "red\.1"')
+    outlined = screen.picture(window).rows
+    screen.xdotool("key", "g")
+    wait_until("the gizmo", lambda: screen.picture(window).rows != outlined)
+    screen.xdotool("mousemove", "--window", window, *origin)
+    screen.xdotool("mousedown", 1)
+    for step in range(1, 11):
+        screen.xdotool("mousemove", "--window", window, origin[0] + 8 * step, origin[1])
+    screen.xdotool("mouseup", 1)
+
+    def is_wide():
+        now = reds()
+        return now is not None and abs(now[0] - left) <= 1 and abs(now[1] - right - 80) <= 2
+    wait_until(lambda: f"two red squares from {left} to {right + 80}, not {reds()}", is_wide)
+    screen.xdotool("key", "Delete")
+    wait_until(lambda: f"one red square, not {reds()}", lambda: reds() == (left, right))
+    screen.xdotool("key", "ctrl+z")
+    wait_until(lambda: f"both squares again, not {reds()}", is_wide)
+    screen.xdotool("key", "ctrl+s")
+    renderer.wait_err(r"2 edits saved to .*bodies\.glb\.overlay\.json")
+    screen.xdotool("key", "ctrl+shift+s")
+    exported = renderer.wait_err(r"scene exported to (.*bodies\.edited\.glb)").group(1)
+    screen.x11.close(int(window))
+    renderer.expect_exit(0)
+    of_overlay = image_of(test, scene, "--overlay", scene + ".overlay.json")[1].rows
+    check(of_overlay == image_of(test, exported)[1].rows, "the exported scene has another image than the overlay")
+    check(of_overlay != image_of(test, scene)[1].rows, "the copy is not seen")
+
+
 def bad_files(test):
     """A file that is no overlay, or names a wrong member, ends the program with both in the message."""
     for text, fault in (('{"fire3dv_overlay": {"version": 1, "edits": [{"node": "red", "visble": 1}]}}', 'edits\\[0\\].*"visble"'),
@@ -164,6 +218,61 @@ def variants(test):
     check(rows("--overlay", overlay, "--variant", "sea") == sea, "--variant does not replace that of the overlay")
 
 
+def image_of(test, scene, *arguments, size=(160, 120)):
+    run = test.renderer(*arguments, "--frames", "1", scene=scene, size=size)
+    run.expect_exit(0)
+    return run, read_png(glob.glob(os.path.join(run.folder, "*.png"))[0])
+
+
+def additions(test):
+    """An overlay file adds a light, a copy and an asset: the image of a scene that has them, byte for byte. What cannot be
+    added is named, and the rest is there.
+    """
+    scene, same, overlay = test.path("lit.glb"), test.path("same.glb"), test.path("overlay/add.json")
+    write_scene(scene, sun=True, place=0)
+    # A light over three squares of which one is a copy, placed as the overlay file places them.
+    place = {"translation": [20, -5, 0], "rotation": [0, 0, 0, 1], "scale": [1, 1, 1]}
+    lamp = {"type": "point", "color": [1, 0.5, 0.25], "intensity": 400}
+    at_lamp = {"translation": [10, 10, 20], "rotation": [0, 0, 0, 1], "scale": [1, 1, 1]}
+
+    def change(document, binary):
+        red = next(node for node in document["nodes"] if node["name"] == "red")
+        document["extensions"]["KHR_lights_punctual"]["lights"].append(lamp)
+        added = [{"name": "lamp", "extensions": {"KHR_lights_punctual": {"light": 1}}, **at_lamp}, {**red, "name": "red.1", **place}]
+        document["scenes"][0]["nodes"] += [len(document["nodes"]), len(document["nodes"]) + 1]
+        document["nodes"] += added
+        return binary
+    edit_glb(scene, same, change)
+    os.makedirs(os.path.dirname(overlay))
+
+    def write_overlay(*edits):
+        with open(overlay, "w", encoding="ascii") as file:
+            json.dump({"fire3dv_overlay": {"version": 2, "edits": [
+                {"add": "lamp", "light": lamp, **at_lamp}, {"add": "red.1", "copy": "red", **place}, *edits]}}, file)
+    plain, expected = image_of(test, scene)[1].rows, image_of(test, same)[1].rows
+    check(plain != expected, "nothing is added")
+    # Files outside of the overlay file's folder are not reached; one inside is drawn.
+    write_scene(test.path("outside.glb"), {"red": ((1, 0, 0), 0)})
+    os.symlink(test.path("outside.glb"), test.path("overlay/link.glb"))
+    with open(test.path("overlay/broken.glb"), "wb") as file:
+        file.write(b"glTF")
+    write_overlay({"add": "up", "asset": "../outside.glb"}, {"add": "far", "asset": test.path("outside.glb")},
+                  {"add": "link", "asset": "link.glb"}, {"add": "none", "asset": "none.glb"},
+                  {"add": "broken", "asset": "broken.glb"}, {"add": "lost", "copy": "nobody"})
+    run, picture = image_of(test, scene, "--overlay", overlay)
+    check(picture.rows == expected, "the overlay has another image than the scene")
+    for name, reason in (("up", "leaves"), ("far", "absolute"), ("link", "link that leaves"), ("none", "none.glb"),
+                         ("broken", "broken.glb"), ("lost", '"nobody", which it copies')):
+        run.wait_err(f'warning: .*add.json: the node "{name}" is not added: .*{reason}')
+    write_scene(test.path("overlay/inside.glb"), {"red": ((1, 0, 0), 0)}, place=0)
+    write_overlay({"add": "inside", "asset": "inside.glb", "translation": [-40, 0, 1], "rotation": [0, 0, 0, 1], "scale": [1, 1, 1]},
+                  {"node": "inside/red", "visible": True})
+    run, picture = image_of(test, scene, "--overlay", overlay)
+    check(picture.rows != expected, "the asset is not drawn")
+    check(not run.find_err("not added|no effect"), run.stderr_text())
+
+
 if __name__ == "__main__":
-    main({"gizmo": on_a_screen(gizmo, size=(1280, 800)), "render_settings": on_a_screen(render_settings), "bad_files": bad_files,
-          "variants": variants}, ["fire3dv"])
+    main({"gizmo": on_a_screen(gizmo, size=(1280, 800)), "adding": on_a_screen(adding, size=(1280, 800)),
+          "render_settings": on_a_screen(render_settings), "bad_files": bad_files, "variants": variants,
+          "additions": additions}, ["fire3dv"])

@@ -75,10 +75,11 @@ std::string settings_of(const GuiWorld& world) {
   text += numbers({double(c.frame_all), double(c.frame_selection), c.camera ? double(*c.camera) : -1,
                    double(v.variant), double(c.free_camera), double(c.screenshot), double(c.toggle_video),
                    double(c.close), double(c.undo), double(c.redo), double(c.save_overlay),
-                   double(c.export_glb)});
+                   double(c.export_glb), c.add ? double(*c.add) : -1, double(c.duplicate)});
   text +=
       numbers({double(v.shows_grid), double(v.shows_frusta), double(v.measures), double(v.measured.size())});
-  text += c.open.value_or("").string() + " " + c.export_csv.value_or("") + " ";
+  text +=
+      c.open.value_or("").string() + " " + c.export_csv.value_or("") + " " + c.add_asset.value_or("") + " ";
   text += v.screenshot_size.fixed_px + " " + numbers({double(v.screenshot_size.kind)});
   for (const std::string& call : world.timeline.calls) text += call + " ";
   return text + world.clipboard + layout_text(world.gui.layout());

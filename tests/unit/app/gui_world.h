@@ -100,8 +100,11 @@ struct GuiWorld {
   FakeTimeline timeline;
   gui::Facts facts;
   gui::Viewer viewer;
-  gui::EditFacts editing{"the light of node \"lamp\"", "the transform of node \"arm\"", false,
-                         "scene.overlay.json"};
+  gui::EditFacts editing{"the light of node \"lamp\"",
+                         "the transform of node \"arm\"",
+                         false,
+                         "scene.overlay.json",
+                         {"part.glb", "parts/other.gltf"}};
   std::function<passes::View(float aspect)> image_view;  // null: no gizmo
   std::string clipboard;
   std::vector<std::filesystem::path> recent_files{"/a/shown.glb", "/a/other.glb", "/b/other.glb"};

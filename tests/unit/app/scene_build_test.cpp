@@ -178,6 +178,79 @@ TEST_F(SceneBuildTest, ParentsMayBeAddedTooInAnyOrder) {
   EXPECT_EQ(scene.nodes[scene.nodes[named("deep")->parent].parent].name, "above");
 }
 
+// A chain of copies in reverse order of their names, of nodes of the file and of added ones.
+TEST_F(SceneBuildTest, TheUserAddsLightsCamerasAndCopies) {
+  base_.scene.nodes[0].semantic = 7;
+  const std::string file_node = base_.scene.nodes[0].path;
+  const uint32_t below_it = scene::add_node(base_.scene, "below", 0, glm::mat4(1));
+  base_.scene.nodes[below_it].mesh = base_.scene.nodes[0].mesh;
+  const auto by_user = [&](const std::string& name, const std::string& parent, auto content) {
+    state::Addition addition;
+    addition.parent = parent;
+    addition.transform.translation = {1, 2, 3};
+    addition.content = std::move(content);
+    wire::NodeAdded added;
+    added.parent = parent;
+    added.parent_from_node.m[3] = 1;
+    state::RequestedNode node = wanted(name, added);
+    node.addition = std::make_shared<const state::Addition>(addition);
+    return node;
+  };
+  using Copy = state::CopiedNode;
+  scene::Light light;
+  light.intensity = 5;
+  scene::Camera camera;
+  camera.vertical_fov_rad = 0.5f;
+  SceneBuild build(base_, {});
+  const SceneBuild::Built built =
+      finished(build, {{by_user("a", "", Copy{"b/below"}), by_user("b", "", Copy{file_node}),
+                        by_user("lamp", file_node, light), by_user("view", "", camera),
+                        by_user("ring", "", Copy{"gnir"}), by_user("gnir", "", Copy{"ring"}),
+                        by_user("lost", "", Copy{"nobody"}), by_user("itself", file_node, Copy{file_node})},
+                       {}});
+  ASSERT_NE(built.scene, nullptr);
+  const scene::Scene& scene = built.scene->scene;
+  std::map<std::string, uint32_t> nodes;
+  for (uint32_t node = 0; node < scene.nodes.size(); ++node) nodes[scene.nodes[node].path] = node;
+  EXPECT_EQ(nodes.size(), scene.nodes.size());
+  const uint32_t mesh = scene.nodes[0].mesh;
+  ASSERT_TRUE(nodes.contains("b/below") && nodes.contains("a") && nodes.contains("view"));
+  EXPECT_EQ(scene.nodes[nodes["a"]].mesh, mesh);
+  EXPECT_EQ(scene.nodes[nodes["b/below"]].mesh, mesh) << "by reference";
+  EXPECT_EQ(scene.nodes[nodes["b"]].semantic, 7u);
+  EXPECT_EQ(scene.nodes[nodes["b/below"]].world_from_node[3][0], 1);
+  EXPECT_EQ(scene.nodes[nodes["b/below"]].name, "") << "names stay those of the file's nodes";
+  EXPECT_EQ(scene.meshes.size(), base_.scene.meshes.size());
+  EXPECT_EQ(scene.lights.at(scene.nodes[nodes[file_node + "/lamp"]].light).intensity, 5);
+  EXPECT_EQ(scene.cameras.at(scene.nodes[nodes["view"]].camera).vertical_fov_rad, 0.5f);
+  EXPECT_FALSE(nodes.contains("b/lamp")) << "copies leave other additions out";
+  EXPECT_EQ(built.sources.at(nodes["b"]), (std::vector<uint32_t>{0, below_it}));
+  EXPECT_TRUE(nodes.contains(file_node + "/itself/below"));
+  EXPECT_FALSE(nodes.contains(file_node + "/itself/itself"));
+  ASSERT_EQ(built.refused.size(), 3u);
+  for (const SceneBuild::Refused& refused : built.refused)
+    EXPECT_NE(refused.reason.find("which it copies"), std::string::npos) << refused.reason;
+}
+
+// Copies of copies do not double the scene each time.
+TEST_F(SceneBuildTest, CopiesLeaveOtherAdditionsOut) {
+  std::vector<state::RequestedNode> nodes;
+  const std::string top = base_.scene.nodes[0].path;
+  for (int i = 0; i < 40; ++i) {
+    state::Addition addition;
+    addition.parent = i == 0 ? top : "c" + std::to_string(i - 1);
+    addition.content = state::CopiedNode{i < 2 ? top : "c" + std::to_string(i - 2)};
+    wire::NodeAdded added;
+    added.parent = addition.parent;
+    nodes.push_back(wanted("c" + std::to_string(i), added));
+    nodes.back().addition = std::make_shared<const state::Addition>(addition);
+  }
+  SceneBuild build(base_, {});
+  const SceneBuild::Built built = finished(build, {std::move(nodes), {}});
+  EXPECT_EQ(built.added.size(), 40u);
+  EXPECT_EQ(built.scene->scene.nodes.size(), base_.scene.nodes.size() + 40);
+}
+
 TEST_F(SceneBuildTest, LimitsAndVertices) {
   test::GltfBuilder textured = test::triangle_file();
   const size_t material = textured.add_textured_material(test::png(2, 2, 0xffffffff));

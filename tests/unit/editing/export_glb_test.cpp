@@ -2,7 +2,10 @@
 // file; what glTF cannot express is reported; a file that has changed is refused.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "renderer/scene/gltf/export_glb.h"
+#include "renderer/scene/gltf/gltf_container.h"
 #include "tests/support/gltf_builder.h"
 
 namespace fire3dv::scene {
@@ -160,6 +163,71 @@ TEST_F(Exports, MaterialsAndLightsAreReadBackBitByBit) {
             again.materials.size() - 1);
   EXPECT_EQ(again.lights[again.nodes[2].light], spot);
   expect_same_geometry(again, scene_);
+}
+
+// As the merged scene has them: the copy of "arm", a light below "hand", a camera.
+TEST_F(Exports, AddedNodesAreReadBackBitByBit) {
+  ExportedEdits edits;
+  const uint32_t first = static_cast<uint32_t>(scene_.nodes.size());
+  edits.added = {{first, kNone, "arm.1", 0}, {first + 1, first, {}, 1}, {first + 2, first, {}, 2}};
+  Light spot;
+  spot.type = LightType::spot;
+  spot.intensity = 0.1f;
+  ExportedNode lamp{first + 3, 1, "lamp.1"};
+  lamp.light = spot;
+  edits.added.push_back(lamp);
+  ExportedNode view{first + 4, kNone, "view"};
+  view.camera.emplace();
+  view.camera->vertical_fov_rad = 0.7f;
+  view.camera->near_m = 0.03f;
+  view.camera->lens = {2.8f, 1.1f};
+  edits.added.push_back(view);
+  ExportedNode part{first + 5, kNone, "part"};
+  part.is_asset = true;
+  edits.added.push_back(part);
+  edits.added.push_back({first + 6, kNone, "of a stream", 99});
+  edits.transforms[first].parent_from_node = glm::mat4(2);
+  edits.transforms[first].parent_from_node[3] = {5, 0, 0, 1};
+  edits.lights[2].intensity = 77;  // not that of the copy
+  edits.hidden = {first + 1};
+  const ExportedGlb made = exported(edits);
+  ASSERT_EQ(made.warnings.size(), 2u);
+  EXPECT_NE(made.warnings[0].find("\"part\""), std::string::npos) << made.warnings[0];
+  const Scene again = load(made);
+  const auto node = [&](const std::string& path) {
+    const auto found = std::ranges::find(again.nodes, path, &Node::path);
+    EXPECT_NE(found, again.nodes.end()) << path;
+    return found == again.nodes.end() ? Node() : *found;
+  };
+  ASSERT_EQ(again.nodes.size(), scene_.nodes.size() + 5);
+  EXPECT_EQ(node("arm.1").parent_from_node, edits.transforms[first].parent_from_node);
+  EXPECT_EQ(node("arm.1").mesh, again.nodes[0].mesh) << "by reference";
+  EXPECT_EQ(node("arm.1/hand").parent_from_node, scene_.nodes[1].parent_from_node);
+  EXPECT_EQ(node("arm.1/hand").mesh, kNone) << "hidden";
+  EXPECT_NE(node("arm/hand").mesh, kNone);
+  EXPECT_EQ(again.lights.at(node("arm.1/lamp").light).intensity, 3);
+  EXPECT_EQ(again.lights.at(node("arm/lamp").light).intensity, 77);
+  EXPECT_EQ(again.lights.at(node("arm/hand/lamp.1").light), spot);
+  EXPECT_EQ(again.cameras.at(node("view").camera), *view.camera);
+  expect_same_geometry(again, scene_);
+}
+
+// A skin of a copy follows the joints of the copy, if it has them all.
+TEST_F(Exports, SkinsOfCopiesHaveTheirOwnJoints) {
+  test::GltfBuilder builder = arm_file();
+  builder.root["skins"] = {{{"joints", {1, 2}}}, {{"joints", {3}}}};
+  builder.root["nodes"][0]["skin"] = 0;
+  builder.root["nodes"][1]["skin"] = 1;
+  file_ = folder_.write("skinned.glb", builder.glb());
+  ExportedEdits edits;
+  edits.added = {{4, kNone, "arm.1", 0}, {5, 4, {}, 1}, {6, 4, {}, 2}};
+  const ExportedGlb made = exported(edits);
+  const json root = json::parse(open_container(folder_.write("made.glb", made.bytes), {}).value().json);
+  EXPECT_EQ(root["skins"].size(), 3u);
+  EXPECT_EQ(root["nodes"][4]["skin"], 2);
+  EXPECT_EQ(root["skins"][2]["joints"], json({5, 6}));
+  EXPECT_EQ(root["nodes"][5]["skin"], 1);
+  EXPECT_EQ(root["nodes"][0]["skin"], 0);
 }
 
 // Ours keeps the lights of hidden nodes, glTF does not.

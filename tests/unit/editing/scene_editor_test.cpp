@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <glm/gtc/matrix_transform.hpp>
+#include <glm/gtc/quaternion.hpp>
 #include <iterator>
 #include <span>
 #include <string>
@@ -10,6 +12,7 @@
 #include "protocol/robot/robot_file.h"
 #include "renderer/app/window/scene_editor.h"
 #include "renderer/app/window/viewer_control.h"
+#include "renderer/scene/model/loaded_scene.h"
 #include "renderer/state/editing/overlay_file.h"
 #include "tests/unit/geometry/boxes_scene.h"
 
@@ -207,6 +210,129 @@ TEST_F(Editors, JointsKeepTheirPositionsByNameWhenTheFileIsReloaded) {
   editor.update(viewer_, {scene_, names_, &without}, false);
   editor.replace_robot(viewer_, scene_, &without, &before);
   EXPECT_EQ(viewer_.joints, (state::JointPositions{{0, {0.5}}})) << "an edit without its joint waits";
+}
+
+// Scenes after their build: the nodes of these paths behind the others.
+scene::Scene with_nodes(scene::Scene scene, std::initializer_list<const char*> names) {
+  for (const char* const name : names) (void)scene::add_node(scene, name, scene::kNone, glm::mat4(1));
+  return scene;
+}
+
+TEST_F(Editors, WhatIsAddedIsSelectedAndUndone) {
+  SceneEditor editor(file(), {});
+  editor.begin(viewer_, targets());
+  ViewPlace place;
+  place.focus_m = {1, 2, 3};
+  place.world_from_camera =
+      glm::translate(glm::mat4(1), {1, 2, 7}) * glm::mat4_cast(glm::angleAxis(0.5f, glm::vec3(0, 1, 0)));
+  place.camera.vertical_fov_rad = 0.4f;
+  const auto add = [&](gui::ObjectKind kind) {
+    viewer_.commands.add = kind;
+    editor.update(viewer_, targets(), false, place);
+  };
+  add(gui::ObjectKind::point_light);
+  add(gui::ObjectKind::spot_light);
+  add(gui::ObjectKind::camera);
+  EXPECT_EQ(editor.history().undo_steps(), 3u);
+  EXPECT_EQ(editor.facts().undo, "the addition of node \"camera\"");
+  const auto light = [&](const char* name) {
+    return std::get<scene::Light>(viewer_.additions.at(name).content);
+  };
+  EXPECT_EQ(light("spot light").type, scene::LightType::spot);
+  EXPECT_GT(light("point light").intensity, 0);
+  EXPECT_EQ(viewer_.additions.at("point light").transform.translation, place.focus_m);
+  const state::Addition& camera = viewer_.additions.at("camera");
+  EXPECT_EQ(std::get<scene::Camera>(camera.content).vertical_fov_rad, 0.4f);
+  EXPECT_LT(glm::length(glm::vec4(state::parent_from_node(camera.transform)[2] - place.world_from_camera[2])),
+            1e-6f);
+  EXPECT_EQ(camera.transform.translation, glm::vec3(1, 2, 7));
+
+  const scene::Scene built = with_nodes(scene_, {"camera", "point light", "spot light"});
+  editor.replace_scene(viewer_, scene_, built, nullptr);
+  EXPECT_EQ(built.nodes.at(viewer_.selected).name, "camera") << "the newest one";
+  viewer_.selected = static_cast<uint32_t>(built.nodes.size() - 2);
+  viewer_.commands.duplicate = true;
+  const state::NodeNames names(built);
+  editor.update(viewer_, {built, names}, false, place);
+  EXPECT_EQ(light("point light.1").type, scene::LightType::point) << "not a copy of an addition";
+  for (int i = 0; i < 4; ++i) {
+    viewer_.commands.undo = true;
+    editor.update(viewer_, {built, names}, false);
+  }
+  EXPECT_TRUE(viewer_.additions.empty());
+  viewer_.commands.redo = true;
+  editor.update(viewer_, {built, names}, false);
+  EXPECT_TRUE(viewer_.additions.contains("point light"));
+}
+
+TEST_F(Editors, ADuplicateHasThePlaceAndTheEditsOfItsNode) {
+  SceneEditor editor(file(), {});
+  editor.begin(viewer_, targets());
+  const std::string source = scene_.nodes[2].path;
+  viewer_.transforms[2].translation = {7, 0, 0};
+  viewer_.hidden = {2};
+  update(editor);
+  press('d');
+  update(editor);
+  EXPECT_TRUE(viewer_.additions.empty()) << "nothing is selected";
+  viewer_.selected = 2;
+  press('d');
+  update(editor);
+  press('d');
+  update(editor);
+  ASSERT_EQ(viewer_.additions.size(), 2u);
+  const auto& [name, copy] = *viewer_.additions.begin();
+  EXPECT_EQ(name, scene_.nodes[2].name + ".1");
+  EXPECT_EQ(copy.transform.translation, glm::vec3(7, 0, 0));
+  EXPECT_EQ(std::get<state::CopiedNode>(copy.content).path, source);
+  EXPECT_TRUE(editor.history().document().contains(
+      {state::EditedObject::node, state::path_of(name, copy), 0, state::EditedProperty::visible}));
+  // Removal of an addition leaves nothing of it, and comes back as one step.
+  const state::EditDocument with = editor.history().document();
+  scene::Scene built = scene_;
+  for (const auto& [of, addition] : viewer_.additions) {
+    const uint32_t parent = scene_.nodes[2].parent;
+    (void)scene::add_node(built, of, parent, glm::mat4(1));
+  }
+  editor.replace_scene(viewer_, scene_, built, nullptr);
+  const state::NodeNames names(built);
+  const auto first = static_cast<uint32_t>(scene_.nodes.size());
+  EXPECT_EQ(viewer_.selected, first + 1);
+  EXPECT_TRUE(viewer_.hidden.contains(first)) << "the copy of a hidden node is hidden";
+  viewer_.removed = {first};
+  editor.update(viewer_, {built, names}, false);
+  EXPECT_EQ(viewer_.additions.size(), 1u);
+  EXPECT_TRUE(viewer_.removed.empty());
+  EXPECT_EQ(editor.history().document().size(), with.size() - 2);
+  viewer_.commands.undo = true;
+  editor.update(viewer_, {built, names}, false);
+  EXPECT_EQ(editor.history().document(), with);
+  EXPECT_EQ(viewer_.additions.size(), 2u);
+  // Several nodes of one path cannot be told apart.
+  scene::Scene twins = scene_;
+  twins.nodes[1].path = twins.nodes[2].path;
+  twins.nodes[1].name = twins.nodes[2].name;
+  viewer_.selected = 2;
+  viewer_.commands.duplicate = true;
+  editor.update(viewer_, {twins, state::NodeNames(twins)}, false);
+  EXPECT_NE(editor.take_log_messages().back().find("several nodes"), std::string::npos);
+}
+
+TEST_F(Editors, AssetsBesideTheOverlayFileAreOffered) {
+  fs::create_directories(folder_ / "parts" / "deep");
+  for (const char* name : {"b.glb", "parts/a 1%.gltf", "parts/deep/c.glb", "note.txt"})
+    std::ofstream(folder_ / name) << "x";
+  SceneEditor editor(file(), {});
+  EXPECT_EQ(editor.facts().assets, (std::vector<std::string>{"b.glb", "parts/a 1%25.gltf"}));
+  editor.begin(viewer_, targets());
+  viewer_.commands.add_asset = "parts/a 1%25.gltf";
+  ViewPlace place;
+  place.focus_m = {0, 1, 0};
+  editor.update(viewer_, targets(), false, place);
+  const auto& [name, asset] = *viewer_.additions.begin();
+  EXPECT_EQ(name, "a 1%");
+  EXPECT_EQ(std::get<state::AddedAsset>(asset.content).uri, "parts/a 1%25.gltf");
+  EXPECT_EQ(asset.transform.translation, place.focus_m);
 }
 
 TEST_F(Editors, AVariantIsAStepAndKeepsItsName) {

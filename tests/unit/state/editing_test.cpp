@@ -4,8 +4,10 @@
 
 #include <cmath>
 #include <random>
+#include <set>
 #include <string>
 
+#include "renderer/state/editing/document_additions.h"
 #include "renderer/state/editing/edit_history.h"
 #include "renderer/state/editing/overlay_file.h"
 
@@ -259,12 +261,29 @@ TEST(OverlayFiles, FaultsAreNamedByTheirMember) {
       {R"([{"variant": 1}])", "edits[0].variant is no text"},
       {R"([{"variant": "a", "node": "b"}])", "unknown member \"node\""},
       {R"([{"variant": "a"}, {"variant": "b"}])", "edits[1] edits the material variant a second time"},
+      {R"([{"add": "a"}])", "edits[0] does not have one of light, camera, copy and asset"},
+      {R"([{"add": "", "copy": "b"}])", "edits[0].add"},
+      {R"([{"add": "a", "copy": "b", "asset": "c"}])", "does not have one of"},
+      {R"([{"add": "a", "copy": "b", "scale": [1, 1, 1]}])", "members that do not belong together"},
+      {R"([{"add": "a", "copy": "b", "visible": false}])", "unknown member \"visible\""},
+      {R"([{"add": "a", "copy": "b"}, {"add": "a", "copy": "c"}])", "edits[1] edits the addition of node"},
+      {R"([{"add": "a", "copy": ""}])", "edits[0].copy is empty"},
+      {R"([{"add": "a", "asset": 3}])", "edits[0].asset"},
+      {R"([{"add": "a", "parent": 3, "copy": "b"}])", "edits[0].parent"},
+      {R"([{"add": "a", "light": {"type": "sun"}}])", "edits[0].light.type"},
+      {R"([{"add": "a", "camera": {"near": 0.1}}])", "\"vertical_fov\""},
+      {R"([{"add": "a", "camera": {"vertical_fov": 4, "near": 0.1}}])", "edits[0].camera.vertical_fov"},
+      {R"([{"add": "a", "camera": {"vertical_fov": 1, "near": 0}}])", "edits[0].camera.near"},
+      {R"([{"add": "a", "camera": {"vertical_fov": 1, "near": 2, "far": 1}}])", "edits[0].camera.far"},
+      {R"([{"add": "a", "camera": {"half_extent": [1, 1], "near": 0}}])", "edits[0].camera.far"},
+      {R"([{"add": "a", "camera": {"vertical_fov": 1, "near": 1, "f_number": 2}}])", "only one of"},
       {R"({"node": "a"})", "edits is no list"},
       {R"([3])", "edits[0] is no object"},
       {R"([)", "JSON is invalid"}};
   for (const auto& [edits, fault] : kFaults)
     EXPECT_NE(fault_of(edits).find(fault), std::string::npos) << edits << ": " << fault_of(edits);
-  EXPECT_NE(fault_of("[]", "2").find("version 2"), std::string::npos);
+  EXPECT_NE(fault_of("[]", "3").find("version 3"), std::string::npos);
+  EXPECT_EQ(fault_of("[]", "2"), "");
   EXPECT_NE(fault_of("[]", "0").find("version"), std::string::npos);
   EXPECT_EQ(fault_of("[]"), "");
   std::string many = "[";
@@ -276,6 +295,116 @@ TEST(OverlayFiles, FaultsAreNamedByTheirMember) {
             std::string::npos);
 }
 
+Addition copy_of(const std::string& path, const std::string& parent = {}) {
+  Addition addition;
+  addition.parent = parent;
+  addition.content = CopiedNode{path};
+  return addition;
+}
+
+TEST(OverlayFiles, AdditionsAreReadBackAsTheyWere) {
+  EditDocument document;
+  const auto add = [&](const char* name, Addition addition) {
+    document[key_of_addition(name)] = std::move(addition);
+  };
+  scene::Light spot;
+  spot.type = scene::LightType::spot;
+  spot.intensity = 0.1f;
+  spot.casts_shadow = false;
+  NodeTransform place;
+  place.translation = {0.1f, -1e-9f, 3};
+  place.rotation = glm::angleAxis(0.3f, glm::normalize(glm::vec3(1, 2, 3)));
+  add("lamp \"1\"", {"cell/arm", place, spot});
+  scene::Camera camera;
+  camera.vertical_fov_rad = 0.7f;
+  camera.near_m = 1e-3f;
+  camera.far_m = 9;
+  camera.lens = {2.8f, 1.5f};
+  add("view", {"", place, camera});
+  camera = {};
+  camera.orthographic = true;
+  camera.half_extent_m = {2, 1.1f};
+  camera.far_m = 100;
+  add("plan", {"", {}, camera});
+  add("arm.1", copy_of("cell/arm", "cell"));
+  add("part", {"", {}, AddedAsset{"parts/part.glb"}});
+  document[{EditedObject::node, "arm", 0, EditedProperty::visible}] = false;
+  const std::string text = overlay_text(document, "cell.glb");
+  const Result<EditDocument> read = parse_overlay(std::as_bytes(std::span(text)));
+  ASSERT_TRUE(read.ok()) << read.error().message << "\n" << text;
+  EXPECT_EQ(*read, document) << text;
+  EXPECT_NE(text.find("\"version\": 2"), std::string::npos);
+  std::erase_if(document, [](const auto& edit) { return edit.first.object == EditedObject::addition; });
+  EXPECT_NE(overlay_text(document, "").find("\"version\": 1"), std::string::npos) << "older programs read it";
+  std::string many = "[";
+  for (size_t i = 0; i <= kMaxOverlayAdditions; ++i)
+    many += (i ? ",{\"add\":\"" : "{\"add\":\"") + std::to_string(i) + "\",\"copy\":\"b\"}";
+  EXPECT_NE(fault_of(many + "]", "2").find("more than 10000 additions"), std::string::npos);
+}
+
+TEST_F(Editing, AdditionsAreStepsThatTheSceneNeedNotHave) {
+  UserEdits edits;
+  EditHistory history;
+  edits.additions["arm.1"] = copy_of("arm");
+  ASSERT_TRUE(history.record(to_document(edits, targets_)));
+  EXPECT_EQ(history.undo_text(), "the addition of node \"arm.1\"");
+  std::vector<EditKey> unmatched;
+  EXPECT_EQ(to_edits(history.document(), targets_, {}, &unmatched), edits);
+  EXPECT_TRUE(unmatched.empty());
+  ASSERT_TRUE(history.undo());
+  EXPECT_TRUE(to_edits(history.document(), targets_, {}).additions.empty());
+}
+
+// A removed addition leaves nothing behind, neither edits of its nodes nor additions below it; a removed node
+// of the file stays in the document.
+TEST(DocumentAdditions, ARemovedAdditionIsWithdrawn) {
+  EditDocument document;
+  const auto edit = [&](const char* path, EditedProperty property) {
+    document[{EditedObject::node, path, 0, property}] = property == EditedProperty::removed;
+  };
+  document[key_of_addition("arm.1")] = copy_of("cell/arm", "cell");
+  document[key_of_addition("arm.10")] = copy_of("cell/arm", "cell");
+  document[key_of_addition("lamp")] = copy_of("cell/lamp", "cell/arm.1/hand");
+  edit("cell/arm.1/hand", EditedProperty::visible);
+  edit("cell/arm.10/hand", EditedProperty::visible);
+  edit("cell/arm", EditedProperty::removed);
+  EditDocument before = document;
+  EXPECT_FALSE(withdraw_removed_additions(document));
+  EXPECT_EQ(document, before);
+  edit("cell/arm.1", EditedProperty::removed);
+  EXPECT_TRUE(withdraw_removed_additions(document));
+  before.erase(key_of_addition("arm.1"));
+  before.erase(key_of_addition("lamp"));
+  before.erase({EditedObject::node, "cell/arm.1/hand", 0, EditedProperty::visible});
+  EXPECT_EQ(document, before);
+}
+
+TEST(DocumentAdditions, ACopyHasTheEditsOfItsSource) {
+  EditDocument document;
+  const auto hide = [&](EditDocument& in, const char* path, uint32_t occurrence = 0) {
+    in[{EditedObject::node, path, occurrence, EditedProperty::visible}] = false;
+  };
+  document[{EditedObject::node, "arm", 0, EditedProperty::transform}] = NodeTransform{};
+  document[{EditedObject::node, "arm", 0, EditedProperty::light}] = scene::Light{};
+  hide(document, "arm/hand", 2);
+  hide(document, "armature");
+  hide(document, "arm/lamp/bulb");
+  document[key_of_addition("lamp")] = copy_of("x", "arm");
+  EditDocument expected;
+  expected[{EditedObject::node, "b/arm.1", 0, EditedProperty::light}] = scene::Light{};
+  hide(expected, "b/arm.1/hand", 2);
+  EXPECT_EQ(edits_of_copy(document, "arm", "b/arm.1"), expected);
+}
+
+TEST(DocumentAdditions, NamesAreCounted) {
+  const std::set<std::string> taken{"arm.1", "arm.2", "v1.5"};
+  const auto is_taken = [&](const std::string& name) { return taken.contains(name); };
+  EXPECT_EQ(next_name("arm", is_taken), "arm.3");
+  EXPECT_EQ(next_name("arm.1", is_taken), "arm.3");
+  EXPECT_EQ(next_name("arm.x", is_taken), "arm.x.1");
+  EXPECT_EQ(next_name("arm.", is_taken), "arm..1");
+}
+
 // Every truncation and every changed byte of a file is read or refused.
 TEST(OverlayFiles, DamagedFilesAreRefusedOrRead) {
   std::mt19937 random(11);
@@ -283,6 +412,8 @@ TEST(OverlayFiles, DamagedFilesAreRefusedOrRead) {
   document[{EditedObject::node, "arm", 0, EditedProperty::transform}] = NodeTransform{};
   document[{EditedObject::node, "arm", 0, EditedProperty::light}] = scene::Light{};
   document[{EditedObject::material, "m", 3, EditedProperty::factors}] = scene::MaterialFactors{};
+  document[key_of_addition("c")] = copy_of("arm");
+  document[key_of_addition("v")].emplace<Addition>().content = scene::Camera{};
   const std::string text = overlay_text(document, "a");
   size_t refused = 0;
   for (size_t length = 0; length + 1 < text.size(); ++length)

@@ -1,0 +1,176 @@
+#include "renderer/app/window/new_objects.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <glm/gtc/quaternion.hpp>
+#include <utility>
+
+#include "protocol/base/text.h"
+#include "renderer/scene/model/key_light.h"
+#include "renderer/scene/model/loaded_scene.h"
+#include "renderer/state/editing/document_additions.h"
+
+namespace fire3dv::app {
+namespace {
+
+using gui::ObjectKind;
+
+std::string unused_name(const std::string& name, bool is_plain_allowed, const std::string& parent,
+                        const state::EditDocument& document, const state::EditTargets& targets) {
+  const auto is_taken = [&](const std::string& candidate) {
+    const std::string path = (parent.empty() ? "" : parent + "/") + scene::path_part(candidate);
+    return targets.names.has(candidate) || targets.names.has(path) ||
+           document.contains(state::key_of_addition(candidate));
+  };
+  if (is_plain_allowed && !name.empty() && !is_taken(name)) return name;
+  return state::next_name(name.empty() ? "node" : name, is_taken);
+}
+
+state::NodeTransform at(const glm::vec3& position_m) {
+  state::NodeTransform transform;
+  transform.translation = position_m;
+  return transform;
+}
+
+// Along the view, without the rounding of a matrix in its scale.
+state::NodeTransform as_camera(const glm::mat4& world_from_camera, const glm::vec3& position_m) {
+  state::NodeTransform transform = at(position_m);
+  transform.rotation = glm::normalize(glm::quat_cast(glm::mat3(world_from_camera)));
+  return transform;
+}
+
+scene::Light light_of(ObjectKind kind, float view_distance_m) {
+  scene::Light light;
+  if (kind == ObjectKind::directional_light) {
+    light.type = scene::LightType::directional;
+    light.intensity = scene::kKeyLightLux;
+    return light;
+  }
+  light.type = kind == ObjectKind::spot_light ? scene::LightType::spot : scene::LightType::point;
+  // As bright as the default light at a quarter of the view's distance.
+  const float distance_m = std::max(view_distance_m / 4, 1e-3f);
+  light.intensity = scene::kKeyLightLux * distance_m * distance_m;
+  return light;
+}
+
+const char* name_of(ObjectKind kind) {
+  switch (kind) {
+    case ObjectKind::point_light:
+      return "point light";
+    case ObjectKind::spot_light:
+      return "spot light";
+    case ObjectKind::directional_light:
+      return "directional light";
+    case ObjectKind::camera:
+      break;
+  }
+  return "camera";
+}
+
+// Relative to the parent, as shown: the user's, else that of a stream, of joints or animations, else that of
+// the file, exactly.
+state::NodeTransform transform_now(uint32_t node, const ViewPlace& place, const state::EditDocument& document,
+                                   const state::EditKey& key, const scene::Scene& scene) {
+  const scene::Node& now = scene.nodes[node];
+  const bool is_posed = place.poses && place.poses->world_from_node(node) != now.world_from_node;
+  const auto edited = document.find(key);
+  if (edited != document.end()) return std::get<state::NodeTransform>(edited->second);
+  if (is_posed) {
+    const glm::mat4 world_from_parent =
+        now.parent == scene::kNone ? glm::mat4(1) : place.poses->world_from_node(now.parent);
+    return state::to_transform(glm::inverse(world_from_parent) * place.poses->world_from_node(node));
+  }
+  if (now.given_by_matrix) return state::to_transform(now.parent_from_node);
+  state::NodeTransform transform = at(now.translation);
+  transform.rotation = now.rotation;
+  transform.scale = now.scale;
+  return transform;
+}
+
+}  // namespace
+
+NewObject new_object(ObjectKind kind, const ViewPlace& place, const state::EditDocument& document,
+                     const state::EditTargets& targets) {
+  NewObject object{unused_name(name_of(kind), true, {}, document, targets), {}};
+  const glm::vec3 eye_m(place.world_from_camera[3]);
+  if (kind == ObjectKind::camera) {
+    scene::Camera camera = place.camera;
+    camera.name.clear();
+    camera.aspect = 0;
+    object.addition.content = camera;
+    object.addition.transform = as_camera(place.world_from_camera, eye_m);
+    return object;
+  }
+  object.addition.content = light_of(kind, glm::length(place.focus_m - eye_m));
+  object.addition.transform =
+      kind == ObjectKind::point_light ? at(place.focus_m) : as_camera(place.world_from_camera, place.focus_m);
+  return object;
+}
+
+NewObject new_asset(const std::string& uri, const ViewPlace& place, const state::EditDocument& document,
+                    const state::EditTargets& targets) {
+  std::string name = std::filesystem::path(uri).stem().string();
+  for (const auto& [coded, plain] : {std::pair("%3A", ":"), std::pair("%25", "%")}) {  // of assets_beside()
+    for (size_t at = name.find(coded); at != std::string::npos; at = name.find(coded, at + 1))
+      name.replace(at, 3, plain);
+  }
+  NewObject object{unused_name(name, true, {}, document, targets), {}};
+  object.addition.content = state::AddedAsset{uri};
+  object.addition.transform = at(place.focus_m);
+  return object;
+}
+
+std::vector<std::string> assets_beside(const std::filesystem::path& overlay) {
+  namespace fs = std::filesystem;
+  constexpr size_t kMaxAssets = 200, kMaxLooked = 10'000;
+  constexpr int kMaxDepth = 1;
+  std::vector<std::string> uris;
+  if (overlay.empty()) return uris;
+  std::error_code error;
+  const fs::path folder = overlay.parent_path().empty() ? fs::path(".") : overlay.parent_path();
+  fs::recursive_directory_iterator entry(folder, fs::directory_options::skip_permission_denied, error);
+  for (size_t looked = 0; !error && entry != fs::recursive_directory_iterator() && looked < kMaxLooked;
+       entry.increment(error), ++looked) {
+    if (entry.depth() >= kMaxDepth) entry.disable_recursion_pending();
+    const std::string ending = entry->path().extension().string();
+    if ((ending != ".glb" && ending != ".gltf") || !entry->is_regular_file(error)) continue;
+    std::string uri;
+    for (const char c : entry->path().lexically_relative(folder).generic_string())
+      uri += c == '%' ? "%25" : c == ':' ? "%3A" : std::string(1, c);
+    uris.push_back(std::move(uri));
+  }
+  std::ranges::sort(uris);
+  if (uris.size() > kMaxAssets) uris.resize(kMaxAssets);
+  return uris;
+}
+
+Result<NewObject> duplicate(uint32_t number, const ViewPlace& place, const state::EditDocument& document,
+                            const state::EditTargets& targets) {
+  const scene::Scene& scene = targets.scene;
+  FIRE3DV_ASSERT(number < scene.nodes.size());
+  const scene::Node& node = scene.nodes[number];
+  const std::string parent = node.parent == scene::kNone ? std::string() : scene.nodes[node.parent].path;
+  if (targets.names.find(node.path) != number ||
+      (node.parent != scene::kNone && targets.names.find(parent) != node.parent))
+    return Error{"several nodes are called " + quote(node.path) + " or its parent; give them other names"};
+  state::Additions additions;
+  for (const auto& [key, value] : document) {
+    if (const auto* const addition = std::get_if<state::Addition>(&value)) additions[key.name] = *addition;
+  }
+  NewObject copy;
+  copy.addition.parent = parent;
+  copy.addition.content = state::CopiedNode{node.path};
+  const std::string added = state::addition_at(additions, node.path);
+  if (!added.empty()) copy.addition.content = additions.at(added).content;
+  // The last part of the path, where a node of an asset has no name.
+  const std::string last = node.path.substr(node.path.rfind('/') + 1);
+  copy.name = unused_name(node.name.empty() ? last : node.name, false, parent, document, targets);
+  copy.addition.transform =
+      transform_now(number, place, document,
+                    {state::EditedObject::node, node.path, 0, state::EditedProperty::transform}, scene);
+  if (!state::is_valid(copy.addition.transform)) return Error{quote(node.path) + " has no size"};
+  copy.edits = state::edits_of_copy(document, node.path, state::path_of(copy.name, copy.addition));
+  return copy;
+}
+
+}  // namespace fire3dv::app

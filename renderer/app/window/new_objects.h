@@ -1,0 +1,43 @@
+// Objects that the user adds to the displayed scene: lights, cameras, assets and duplicates of nodes, with
+// unused names.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <glm/glm.hpp>
+#include <string>
+#include <vector>
+
+#include "protocol/base/error.h"
+#include "renderer/gui/panel_data.h"
+#include "renderer/state/editing/edit_document.h"
+
+namespace fire3dv::app {
+
+// View at the time of an addition.
+struct ViewPlace {
+  glm::vec3 focus_m{0};
+  glm::mat4 world_from_camera{1};
+  scene::Camera camera = {};
+  const state::PoseState* poses = nullptr;  // null: the scene rests
+};
+
+struct NewObject {
+  std::string name;
+  state::Addition addition;
+  state::EditDocument edits = {};  // of its nodes
+};
+
+// A light at the focus point, or a camera at the view's position.
+NewObject new_object(gui::ObjectKind kind, const ViewPlace& place, const state::EditDocument& document,
+                     const state::EditTargets& targets);
+// Of a file, at the focus point.
+NewObject new_asset(const std::string& uri, const ViewPlace& place, const state::EditDocument& document,
+                    const state::EditTargets& targets);
+// glTF files of the overlay file's folder and the folders in it, as URIs; at most 200.
+std::vector<std::string> assets_beside(const std::filesystem::path& overlay);
+// Like the node as it is shown now, beside it. An error if its path is not its own.
+Result<NewObject> duplicate(uint32_t node, const ViewPlace& place, const state::EditDocument& document,
+                            const state::EditTargets& targets);
+
+}  // namespace fire3dv::app

@@ -1,0 +1,120 @@
+// Nodes of an exported file that the loaded one does not have: lights, cameras and copies of nodes.
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "protocol/base/text.h"
+#include "renderer/scene/gltf/export_parts.h"
+#include "renderer/scene/model/shortest.h"
+
+namespace fire3dv::scene {
+
+using nlohmann::json;
+
+void GlbExport::set_camera(uint32_t node, const Camera& camera) {
+  json text;
+  if (camera.orthographic) {
+    text["type"] = "orthographic";
+    text["orthographic"] = {{"xmag", shortest(camera.half_extent_m.x)},
+                            {"ymag", shortest(camera.half_extent_m.y)},
+                            {"znear", shortest(camera.near_m)},
+                            {"zfar", shortest(camera.far_m)}};
+  } else {
+    text["type"] = "perspective";
+    json& lens = text["perspective"];
+    lens["yfov"] = shortest(camera.vertical_fov_rad);
+    lens["znear"] = shortest(camera.near_m);
+    if (camera.far_m > 0) lens["zfar"] = shortest(camera.far_m);
+    if (camera.aspect > 0) lens["aspectRatio"] = shortest(camera.aspect);
+    if (!camera.lens.is_pinhole())
+      text["extras"] = {{"fNumber", shortest(camera.lens.f_number)},
+                        {"focusDistanceM", shortest(camera.lens.focus_distance_m)}};
+  }
+  json& cameras = root_["cameras"];
+  if (!cameras.is_array()) cameras = json::array();
+  root_["nodes"][node]["camera"] = cameras.size();
+  cameras.push_back(std::move(text));
+}
+
+// Number of the new node in the file; nullopt: its parent or its source is not in the file.
+std::optional<uint32_t> GlbExport::add_node(const ExportedNode& node) {
+  const auto source_of = [&](uint32_t number) {
+    return number < source_of_node_.size() ? source_of_node_[number] : kNone;
+  };
+  const uint32_t parent = node.parent == kNone ? kNone : source_of(node.parent);
+  const uint32_t copied = node.copied == kNone ? kNone : source_of(node.copied);
+  if ((node.parent != kNone && parent == kNone) || (node.copied != kNone && copied == kNone))
+    return std::nullopt;
+  json& nodes = root_["nodes"];
+  if (!nodes.is_array()) nodes = json::array();
+  json text = copied == kNone ? json::object() : nodes.at(copied);
+  text.erase("children");
+  if (text.contains("extras") && text["extras"].is_object()) text["extras"].erase("fire3dv");  // its joints
+  if (!node.name.empty()) text["name"] = node.name;
+  const auto number = static_cast<uint32_t>(nodes.size());
+  nodes.push_back(std::move(text));
+  if (parent != kNone) {
+    nodes[parent]["children"].push_back(number);
+  } else if (const auto scenes = root_.find("scenes"); scenes != root_.end() && !scenes->empty()) {
+    scenes->at(root_.value("scene", size_t{0}))["nodes"].push_back(number);
+  }
+  source_of_node_.resize(std::max<size_t>(source_of_node_.size(), node.node + size_t{1}), kNone);
+  source_of_node_[node.node] = number;
+  if (node.light) set_light(number, *node.light);
+  if (node.camera) set_camera(number, *node.camera);
+  return number;
+}
+
+// A skin whose joints are all copied moves with the copies. copies: numbers in the file, by those of the
+// sources.
+void GlbExport::take_skins(const std::map<uint32_t, uint32_t>& copies) {
+  std::map<size_t, size_t> own;
+  for (const auto& [source, copy] : copies) {
+    json& node = root_["nodes"][copy];
+    if (!node.contains("skin")) continue;
+    const auto skin = node["skin"].get<size_t>();
+    if (const auto known = own.find(skin); known != own.end()) {
+      node["skin"] = known->second;
+      continue;
+    }
+    json text = root_["skins"].at(skin);
+    const bool is_whole = std::ranges::all_of(
+        text["joints"], [&](const json& joint) { return copies.contains(joint.get<uint32_t>()); });
+    own[skin] = is_whole ? root_["skins"].size() : skin;
+    if (is_whole) {
+      for (json& joint : text["joints"]) joint = copies.at(joint.get<uint32_t>());
+      text.erase("skeleton");
+      root_["skins"].push_back(std::move(text));
+    }
+    node["skin"] = own[skin];
+  }
+}
+
+// Returns the number of nodes that are left out.
+size_t GlbExport::add_nodes(const std::vector<ExportedNode>& nodes) {
+  size_t missing = 0;
+  std::map<uint32_t, uint32_t> copies;  // of one copied node and those below it
+  const auto end_copy = [&] { take_skins(std::exchange(copies, {})); };
+  for (const ExportedNode& node : nodes) {
+    if (!node.name.empty()) end_copy();
+    if (node.is_asset) {
+      warnings_.push_back("node " + quote(node.name) + " is left out: it is of another file");
+      continue;
+    }
+    // The loader makes the instances of a copied node.
+    const bool is_instance =
+        node.name.empty() && node.copied < source_of_node_.size() && source_of_node_[node.copied] == kNone;
+    if (is_instance) continue;
+    const std::optional<uint32_t> number = add_node(node);
+    missing += number ? 0 : 1;
+    if (number && node.copied != kNone) copies[source_of_node_[node.copied]] = *number;
+  }
+  end_copy();
+  return missing;
+}
+
+}  // namespace fire3dv::scene
