@@ -122,6 +122,9 @@ btVector3 box_inertia(float mass_kg, const btVector3& half) {
 
 }  // namespace
 
+const std::array<const char*, kJoints> kJointNames = {"turret", "shoulder",    "elbow",       "wrist",
+                                                      "roll",   "finger_left", "finger_right"};
+
 const std::vector<std::string> kArmNames = {"arm_base",   "arm_link_1", "arm_link_2",  "arm_link_3",
                                             "arm_link_4", "arm_link_5", "finger_left", "finger_right"};
 
@@ -218,6 +221,20 @@ void Arm::drive(const JointTargets& targets) {
     motors_[i]->setPositionTarget(targets.position[i], kPositionGain);
     motors_[i]->setVelocityTarget(targets.velocity[i], 1.0f);
   }
+}
+
+JointValues Arm::positions() const {
+  JointValues values{};
+  for (int joint = 0; joint < kJoints; ++joint)
+    values[static_cast<size_t>(joint)] = body_->getJointPos(joint);
+  return values;
+}
+
+JointValues Arm::velocities() const {
+  JointValues values{};
+  for (int joint = 0; joint < kJoints; ++joint)
+    values[static_cast<size_t>(joint)] = body_->getJointVel(joint);
+  return values;
 }
 
 btTransform Arm::stream_from_body(size_t index) const {

@@ -32,6 +32,9 @@ constexpr float kFingerClosed_m = 0.020f;  // target of a closed finger; the hel
 constexpr int kJoints = 7;
 using JointValues = std::array<float, kJoints>;
 
+extern const std::array<const char*, kJoints> kJointNames;
+constexpr int kFirstFinger = 5;  // fingers slide, other joints turn
+
 struct JointTargets {
   JointValues position{};
   JointValues velocity{};
@@ -57,6 +60,8 @@ class Arm {
   void drive(const JointTargets& targets);
   // index: as in kArmNames. A link's origin is its centre of mass; X points along the link.
   btTransform stream_from_body(size_t index) const;
+  JointValues positions() const;
+  JointValues velocities() const;  // per second
 
  private:
   void add_link(int link, const btVector3& half_extents);

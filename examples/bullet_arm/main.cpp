@@ -41,6 +41,7 @@ struct Options : examples::LinkOptions {
   std::string write_scene;
   bool hash = false;
   bool show_contacts = false;
+  bool joint_scalars = false;
   bool loop = false;
 
   // Number of published poses per run: the initial one and one per step.
@@ -104,6 +105,9 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
   app.add_flag("--show-contacts", options.show_contacts,
                "publish contact points as the marker contacts/points")
       ->group(kStreams);
+  app.add_flag("--joint-scalars", options.joint_scalars,
+               "publish joint positions and velocities as scalars for plots")
+      ->group(kStreams);
   app.add_option("--write-scene", options.write_scene, "write the glTF scene; without --to, then exit")
       ->type_name("FILE.glb")
       ->group(kOutput);
@@ -116,6 +120,8 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
       throw CLI::ValidationError("--lockstep", "needs --to: there is no one to wait for");
     if (options.show_contacts && options.to.empty())
       throw CLI::ValidationError("--show-contacts", "needs --to");
+    if (options.joint_scalars && options.to.empty())
+      throw CLI::ValidationError("--joint-scalars", "needs --to");
     if (options.loop && options.to.empty()) throw CLI::ValidationError("--loop", "needs --to");
     if (options.to.empty() && options.write_scene.empty() && !options.hash) {
       throw CLI::ValidationError("--to", "nothing to do: give --to URI, --write-scene FILE or --hash");
@@ -149,6 +155,33 @@ std::optional<std::string> show_contacts(examples::Publisher& publisher, const S
   return publisher.set_marker("contacts/points", marker);
 }
 
+constexpr const char *kPositions = "joint_positions", *kVelocities = "joint_velocities";
+
+std::optional<std::string> declare_joints(examples::Publisher& publisher, const Simulation& simulation) {
+  std::vector<const char*> names, of_positions, of_velocities;
+  for (const JointState& joint : simulation.joints()) {
+    names.push_back(joint.name);
+    of_positions.push_back(joint.slides ? "m" : "rad");
+    of_velocities.push_back(joint.slides ? "m/s" : "rad/s");
+  }
+  const auto group = [&](const std::vector<const char*>& units) {
+    return fire3dv_scalars{sizeof(fire3dv_scalars), names.data(), units.data(), names.size()};
+  };
+  if (auto error = publisher.declare_scalars(kPositions, group(of_positions))) return error;
+  return publisher.declare_scalars(kVelocities, group(of_velocities));
+}
+
+std::optional<std::string> send_joints(examples::Publisher& publisher, const Simulation& simulation,
+                                       int64_t sim_time_ns) {
+  std::vector<double> positions, velocities;
+  for (const JointState& joint : simulation.joints()) {
+    positions.push_back(joint.position);
+    velocities.push_back(joint.velocity);
+  }
+  if (auto error = publisher.set_scalars(kPositions, sim_time_ns, positions)) return error;
+  return publisher.set_scalars(kVelocities, sim_time_ns, velocities);
+}
+
 int fail(const std::string& sentence) {
   std::fprintf(stderr, "bullet_arm: %s\n", sentence.c_str());
   return 1;
@@ -166,6 +199,9 @@ int run_loop(const Options& options, std::unique_ptr<Simulation> simulation, con
   description.nominal_rate_hz = options.rate_hz / options.publish_every;
   description.scene_uri = options.write_scene;
   if (const auto error = publisher.describe(description)) return fail(*error);
+  if (options.joint_scalars) {
+    if (const auto error = declare_joints(publisher, *simulation)) return fail(*error);
+  }
 
   examples::Report report;
   PoseHash hash;
@@ -206,6 +242,9 @@ int run_loop(const Options& options, std::unique_ptr<Simulation> simulation, con
     const Clock::time_point before = Clock::now();
     if (options.show_contacts) {
       if (const auto error = show_contacts(publisher, *simulation)) return fail(*error);
+    }
+    if (options.joint_scalars) {
+      if (const auto error = send_joints(publisher, *simulation, sim_time_ns)) return fail(*error);
     }
     if (const auto error = publisher.publish(sim_time_ns, simulation->poses(), frame_of_run == 0))
       return fail(*error);

@@ -291,6 +291,14 @@ std::vector<std::array<float, 3>> Simulation::contact_points() const {
   return points;
 }
 
+std::vector<JointState> Simulation::joints() const {
+  const JointValues positions = world_->arm->positions(), velocities = world_->arm->velocities();
+  std::vector<JointState> joints;
+  for (size_t i = 0; i < kJointNames.size(); ++i)
+    joints.push_back({kJointNames[i], i >= kFirstFinger, positions[i], velocities[i]});
+  return joints;
+}
+
 void Simulation::read_poses() {
   for (size_t i = 0; i < names_.size(); ++i) {
     const btTransform pose = i < kArmNames.size()

@@ -27,6 +27,13 @@ constexpr float kFirstDominoAzimuth_rad = -2.75f;
 
 std::vector<Object> make_layout(uint64_t seed);
 
+// Joint of the arm: radians, or metres of one that slides.
+struct JointState {
+  const char* name = nullptr;
+  bool slides = false;
+  double position = 0, velocity = 0;
+};
+
 class Simulation {
  public:
   Simulation(uint64_t seed, double rate_hz);
@@ -44,6 +51,8 @@ class Simulation {
   const std::vector<float>& poses() const { return poses_; }
   // Contacts that carried a load in the last step: x, y, z in the stream frame. Empty before the first step.
   std::vector<std::array<float, 3>> contact_points() const;
+  // In a constant order.
+  std::vector<JointState> joints() const;
   const std::vector<Object>& layout() const { return layout_; }
 
  private:

@@ -90,6 +90,26 @@ std::optional<std::string> Publisher::set_marker(const char* name, const fire3dv
   return std::nullopt;
 }
 
+std::optional<std::string> Publisher::declare_scalars(const char* group, const fire3dv_scalars& scalars) {
+  for (Target& target : targets_) {
+    if (fire3dv_declare_scalars(target.stream.get(), group, &scalars) != FIRE3DV_OK)
+      return "cannot send the scalars " + std::string(group) + " to " + target.uri + ": " +
+             fire3dv_last_error();
+  }
+  return std::nullopt;
+}
+
+std::optional<std::string> Publisher::set_scalars(const char* group, int64_t sim_time_ns,
+                                                  const std::vector<double>& values) {
+  for (Target& target : targets_) {
+    if (fire3dv_set_scalars(target.stream.get(), group, sim_time_ns, values.data(), values.size()) !=
+        FIRE3DV_OK)
+      return "cannot send the scalars " + std::string(group) + " to " + target.uri + ": " +
+             fire3dv_last_error();
+  }
+  return std::nullopt;
+}
+
 std::optional<std::string> Publisher::wait_shown(double timeout_s, const std::atomic<bool>& stop) {
   constexpr std::chrono::seconds kToldWait{3};
   const auto begun = std::chrono::steady_clock::now();

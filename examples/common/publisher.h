@@ -3,6 +3,7 @@
 #pragma once
 
 #include <fire3dv/markers.h>
+#include <fire3dv/scalars.h>
 #include <CLI/App.hpp>
 #include <CLI/Validators.hpp>
 #include <atomic>
@@ -45,6 +46,10 @@ class Publisher {
                                      bool discontinuity);
   // Sets a marker, which the next frame shows. Its arrays are copied.
   std::optional<std::string> set_marker(const char* name, const fire3dv_marker& marker);
+  // Declares a group of scalars, and sets its values at a time. Arrays are copied.
+  std::optional<std::string> declare_scalars(const char* group, const fire3dv_scalars& scalars);
+  std::optional<std::string> set_scalars(const char* group, int64_t sim_time_ns,
+                                         const std::vector<double>& values);
   // Waits until every stream's last frame was shown. Returns early, without an error, once stop is set. A
   // wait of more than three seconds is logged, once for each stream.
   std::optional<std::string> wait_shown(double timeout_s, const std::atomic<bool>& stop);

@@ -38,7 +38,7 @@ def check_hashes():
 
 
 def check_exit_codes():
-    for arguments in ([], ["--to"], ["--rate", "0", "--hash"], ["--no-such-option"], ["--lockstep", "--hash"], ["--show-contacts", "--hash"],
+    for arguments in ([], ["--to"], ["--rate", "0", "--hash"], ["--no-such-option"], ["--lockstep", "--hash"], ["--show-contacts", "--hash"], ["--joint-scalars", "--hash"],
                       ["--realtime", "--fast", "--hash"], ["--frames", "-3", "--hash"]):
         result = run(*arguments)
         expect(result.returncode == 2 and result.stderr.strip(), f"{arguments}: not a usage error: {result}")

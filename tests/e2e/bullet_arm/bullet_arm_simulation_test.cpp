@@ -104,6 +104,31 @@ TEST(BulletArm, GripsAndCarriesTheBox) {
   EXPECT_GT(simulation.poses()[box * 12 + 11], rest_m + 0.1f);
 }
 
+// Velocities are those of the positions, and the motors keep near their targets.
+TEST(BulletArm, JointsMoveAtTheirVelocities) {
+  Simulation simulation(kSeed, kRate_hz);
+  double largest = 0;
+  std::vector<JointState> before = simulation.joints();
+  ASSERT_EQ(before.size(), static_cast<size_t>(kJoints));
+  EXPECT_STREQ(before[0].name, "turret");
+  for (int step = 0; step < 200; ++step) {
+    simulation.step();
+    const std::vector<JointState> now = simulation.joints();
+    const JointTargets targets =
+        joint_targets(static_cast<float>(static_cast<double>(simulation.steps()) / kRate_hz));
+    for (size_t i = 0; i < now.size(); ++i) {
+      EXPECT_EQ(now[i].slides, i >= kFirstFinger);
+      EXPECT_NEAR((now[i].position - before[i].position) * kRate_hz, now[i].velocity, 1e-2) << now[i].name;
+      if (!now[i].slides) {
+        EXPECT_NEAR(now[i].position, targets.position[i], 0.1) << now[i].name;
+      }
+      largest = std::max(largest, std::abs(now[i].velocity));
+    }
+    before = now;
+  }
+  EXPECT_GT(largest, 0.5) << "the arm rests";
+}
+
 TEST(BulletArm, SameSeedSamePosesOtherSeedOtherPoses) {
   Simulation first(kSeed, kRate_hz), second(kSeed, kRate_hz), other(kSeed + 1, kRate_hz), slower(kSeed, 239);
   const uint64_t hash = run(first, 400).hash;
