@@ -117,8 +117,8 @@ void FramePanel::draw(const Context& context) {
   if (!ui.header("Frame", context.layout.is_open(Panel::frame))) return;
   const FrameFacts& frame = context.facts.frame;
   const float interval_ms = interval_ms_.median();
-  ui.value("Images", "%.1f /s   %.1f ms", interval_ms > 0 ? 1e3 / static_cast<double>(interval_ms) : 0.0,
-           static_cast<double>(interval_ms));
+  ui.value("Images", interval_ms < 100 ? "%.1f /s   %.1f ms" : "%.1f /s   %.0f ms",
+           interval_ms > 0 ? 1e3 / static_cast<double>(interval_ms) : 0.0, static_cast<double>(interval_ms));
   ui.value("CPU", theme::accent(), milliseconds(cpu_ms_.median()));
   ui.value("GPU", theme::second(), milliseconds(gpu_ms_.median()));
   if (plotted_.empty()) {
@@ -166,8 +166,11 @@ void FramePanel::draw_passes(const Context& context) {
     const float room = ImGui::GetContentRegionAvail().x - number_width - ui.points(4);
     const bool clicked = ui.row(name.c_str(), is_plotted, is_plotted ? theme::text() : theme::dim(),
                                 std::max(room, ui.points(20)));
-    ImGui::SameLine(ImGui::GetWindowContentRegionMax().x - number_width);
-    ImGui::Text("%6.3f", static_cast<double>(ms));
+    char number[32];
+    std::snprintf(number, sizeof number, "%.3f", static_cast<double>(ms));
+    ImGui::SameLine(ImGui::GetWindowContentRegionMax().x -
+                    std::min(ImGui::CalcTextSize(number).x + ui.points(4), number_width));
+    ImGui::TextUnformatted(number);
     if (clicked) plotted_ = is_plotted ? std::string() : name;
   }
 }
