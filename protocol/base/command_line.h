@@ -83,7 +83,8 @@ inline std::string closest_option(const CLI::App& app, const std::string& name) 
   return closest;
 }
 
-// Text of a usage error. Names all unknown long options, each with the closest known one.
+// Text of a usage error. Names all unknown long options, each with the closest known one, else the first
+// argument too many.
 inline std::string usage_text(const CLI::App& app, const CLI::Error& error) {
   std::string text;
   for (const std::string& word : app.remaining(true)) {
@@ -93,7 +94,10 @@ inline std::string usage_text(const CLI::App& app, const CLI::Error& error) {
     text += (text.empty() ? "unknown option --" : "; unknown option --") + name;
     if (!closest.empty()) text += ", did you mean --" + closest + "?";
   }
-  return text.empty() ? error.what() : text;
+  if (!text.empty()) return text;
+  const std::vector<std::string> rest = app.remaining(true);
+  if (rest.empty()) return error.what();
+  return "unexpected argument \"" + rest.front() + "\"; write names with spaces in quotes";
 }
 
 // Sets --help, --version and the text of usage errors of a program, not of its subcommands. Call it when the

@@ -84,7 +84,9 @@ Result<void> make_folder(const fs::path& folder) {
   fs::create_directories(folder, fault);
   if (!fault && !fs::is_directory(folder, fault) && !fault)
     fault = std::make_error_code(std::errc::not_a_directory);
-  if (fault) return Error{"cannot make the folder " + folder.string() + ": " + system_reason(fault.value())};
+  if (fault)
+    return Error{"cannot make the folder " + folder.string() + ": " + system_reason(fault.value()) +
+                 "; name another one"};
   return {};
 }
 

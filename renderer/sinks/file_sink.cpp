@@ -20,7 +20,9 @@ Result<void> make_folder(const std::filesystem::path& folder) {
   std::filesystem::create_directories(folder, fault);
   if (!fault && !std::filesystem::is_directory(folder, fault) && !fault)
     fault = std::make_error_code(std::errc::not_a_directory);
-  if (fault) return Error{"cannot make the folder " + folder.string() + ": " + system_reason(fault.value())};
+  if (fault)
+    return Error{"cannot make the folder " + folder.string() + ": " + system_reason(fault.value()) +
+                 "; name another one"};
   return {};
 }
 

@@ -266,7 +266,12 @@ std::variant<Options, UsageError> parse_words(const std::vector<std::string>& wo
   CLI::App app{"Renders a glTF scene whose nodes move as simulators publish poses."};
   app.name("fire3dv");
   app.formatter(std::make_shared<HelpFormatter>("[SCENE] [OPTIONS]"));
-  app.footer("Details: man fire3dv, or docs/man/fire3dv.1.md. Offline rendering: fire3dv render --help.");
+  app.footer(
+      "Examples:\n"
+      "  fire3dv arm.glb                                    view a file; F1 lists keys and mouse\n"
+      "  fire3dv arm.urdf --listen shm://robot              show the poses of a simulator\n"
+      "  fire3dv arm.glb --headless --frames 1 --out images write an image without a window\n\n"
+      "Details: man fire3dv, or docs/man/fire3dv.1.md. Offline rendering: fire3dv render --help.");
   set_program_flags(app);
   Texts texts;
   Given given{};

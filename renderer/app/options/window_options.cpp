@@ -26,7 +26,7 @@ void add_window_options(CLI::App& app, Options& options, WindowTexts& texts) {
       ->type_name("on|off")
       ->capture_default_str()
       ->group(kGroup);
-  app.add_option("--theme", texts.theme, "of the panels (last: as in the last window)")
+  app.add_option("--theme", texts.theme, "theme of the panels; last: as in the last window")
       ->check(one_of({"last", "dark", "light"}))
       ->type_name("last|dark|light")
       ->capture_default_str()
@@ -36,7 +36,7 @@ void add_window_options(CLI::App& app, Options& options, WindowTexts& texts) {
       ->type_name("MODE")
       ->capture_default_str()
       ->group(kGroup);
-  app.add_option("--screenshot-size", texts.screenshot_size, "in pixels, also above the device's limit")
+  app.add_option("--screenshot-size", texts.screenshot_size, "of screenshots, also above the device's limit")
       ->type_name("WxH|window")
       ->capture_default_str()
       ->group(kGroup);

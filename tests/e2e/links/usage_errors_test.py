@@ -44,6 +44,7 @@ def usage(test):
             (["--size", "160x90x3"], [scene, "--size", "160x90x3"]),
             (["--size", "-1x90"], [scene, "--size=-1x90"]),
             (["--nonsense", "--help"], [scene, "--nonsense"]),
+            (['unexpected argument "other.glb"', "quotes"], [scene, "other.glb"]),
             (["--screenshot-size", "big", "7680x4320"], [scene, "--screenshot-size", "big"]),
             (["--screenshot-size", "65536", "256 Mi"], [scene, "--screenshot-size", "65536x65536"]),
             (["--theme", "pink"], [scene, "--theme", "pink"]),
