@@ -59,6 +59,10 @@ function(fire3dv_reuse_precompiled name set)
   endif()
 endfunction()
 if(FIRE3DV_PRECOMPILE)
+  # A precompiled header alone exceeds the heap size from which g++ collects garbage, which then takes a tenth of the
+  # time. Unit: KiB.
+  target_compile_options(fire3dv_flags INTERFACE
+    "$<$<COMPILE_LANG_AND_ID:CXX,GNU>:SHELL:--param ggc-min-heapsize=600000>")
   fire3dv_precompiled(fire3dv_library_headers HEADERS ${fire3dv_common_headers})
   fire3dv_precompiled(fire3dv_program_headers HEADERS ${fire3dv_common_headers} OPTIONS $<$<COMPILE_LANGUAGE:CXX>:-fPIE>)
   set_target_properties(fire3dv_program_headers PROPERTIES POSITION_INDEPENDENT_CODE OFF)
