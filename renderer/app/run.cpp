@@ -13,6 +13,7 @@
 #include "renderer/app/default_look.h"
 #include "renderer/app/frame_loop.h"
 #include "renderer/app/live/live_view.h"
+#include "renderer/app/live/renderer_switch.h"
 #include "renderer/app/loading/disk_caches.h"
 #include "renderer/app/loading/scene_reload.h"
 #include "renderer/app/recording.h"
@@ -258,7 +259,7 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   state::PoseState poses(*scene);
   StreamReceiver receiver(poses, options.lockstep, options.play, stage.budgets);
   ViewerReplies replies(receiver);
-  ImageRequestQueue requests(replies, image_abilities(*stage.renderer, options.on_request));
+  ImageRequestQueue requests(replies, image_abilities(*stage.renderer, traces_requests(options)));
   receiver.set_image_handler(&requests);
   const auto can_show_everywhere = [&stage](const scene::Scene& other) {
     Result<void> can = can_show(stage.device, other);
@@ -389,9 +390,11 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
                   .options = options});
   std::optional<LiveView> live_view;
   if (stage.server)
-    live_view.emplace(LiveView::Borrowed{*stage.server, replies, receiver, poses, requests, live,
-                                         stage.viewer, robot, renderer},
-                      *camera, std::filesystem::path(show.title()).filename().string());
+    live_view.emplace(
+        LiveView::Borrowed{
+            *stage.server, replies, receiver, poses, requests, live, stage.viewer, robot, renderer,
+            renderer_switch(options, {stage.device, stage.renderer, stage.viewer, requests, live})},
+        *camera, std::filesystem::path(show.title()).filename().string());
   loop.show_in_browsers(live_view ? &*live_view : nullptr);
   loop.report_to(stage.metrics.get());
   loop.follow(timeline);

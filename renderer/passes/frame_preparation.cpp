@@ -132,6 +132,7 @@ bool SceneRenderer::trace_paths(const PreparedFrame& prepared, const state::Pose
   const bool goes_on = request.refines && (path_tracer_->has_begun(globals.width, globals.height) ||
                                            (is_same_scene && path_tracer_->is_current(globals, view)));
   if (!goes_on) {
+    if (!is_same_scene) path_tracer_->drop();
     gpu::FrameRing& ring = path_tracer_->submissions();
     gpu::Recorder& recorder = ring.begin();
     update_scene(recorder, ring.staging(), poses, false);

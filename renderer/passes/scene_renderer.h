@@ -195,9 +195,16 @@ class SceneRenderer {
     return ray_effects_ &&
            (on.reflections || on.ambient_occlusion || on.bounce || (gpu_scene_ && gpu_scene_->refracts));
   }
-  // Ends the path-traced image that refines; the next one begins anew.
+  // Ends the selected path-traced image that refines; the next one begins anew.
   void drop_paths() {
-    if (path_tracer_) path_tracer_->drop();
+    if (path_tracer_) path_tracer_->drop_selected();
+  }
+  // See PathPass::select() and forget(). Call before prepare().
+  void select_paths(uint64_t image) {
+    if (path_tracer_) path_tracer_->select(image);
+  }
+  void forget_paths(uint64_t image) {
+    if (path_tracer_) path_tracer_->forget(image);
   }
   RayBackEnd ray_effect_back_end() const {
     return ray_effects_ ? ray_effects_->back_end() : RayBackEnd::none;

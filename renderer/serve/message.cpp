@@ -57,6 +57,9 @@ class Fields {
   void optional_flag(const char* name, bool& value) {
     if (object_.contains(name)) flag(name, value);
   }
+  void optional_flag(const char* name, std::optional<bool>& value) {
+    if (object_.contains(name)) flag(name, value.emplace());
+  }
   void text(const char* name, size_t max_bytes, std::string& value) {
     const auto at = object_.find(name);
     if (at == object_.end() || !at->is_string() || at->get_ref<const std::string&>().size() > max_bytes)
@@ -176,6 +179,7 @@ void read_fields(Fields& fields, ClientMessage& message) {
       return fields.optional("index", message.index);
     case Kind::render:
       fields.flag("shadows", message.on);
+      fields.optional_flag("paths", message.paths);
       return fields.integer("tone_map", 0, 3, message.index.emplace());
   }
 }

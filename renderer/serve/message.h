@@ -45,7 +45,7 @@ struct ClientMessage {
     seek,     // x: fraction of the recording
     joint,    // scene, index of the listed joint, x: position, radians or metres
     posture,  // scene, index of a named pose; none: as in the file
-    render,   // on: shadows; index: tone mapping, as of the list that the page shows
+    render,  // on: shadows; index: tone mapping, as of the list that the page shows; paths: instead of raster
   };
   Kind kind = Kind::hello;
   std::string token;
@@ -62,6 +62,7 @@ struct ClientMessage {
   View view;
   std::vector<uint32_t> plotted;  // at most kMaxPlotted
   bool on = false, vp8 = false;
+  std::optional<bool> paths;  // none: as before
 };
 
 // Kinds that change what all viewers see.
@@ -78,7 +79,7 @@ struct ImageHeader {
   uint16_t width = 0, height = 0;
   Codec codec = Codec::jpeg;
   bool is_key = false;      // video: needs no earlier image
-  bool is_refined = false;  // full size and quality: no better image of this moment follows
+  bool is_refined = false;  // full size, quality and samples: no better image of this moment follows
   uint32_t encode_us = 0;   // duration of encoding
   int64_t sim_time_ns = 0;
 };

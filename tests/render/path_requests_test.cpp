@@ -1,4 +1,5 @@
-// Render test of path-traced images that are requested: withdrawn and replaced requests.
+// Render test of path-traced images that are requested: withdrawn and replaced requests, and the images of
+// viewers, which are sent while they refine.
 #include <gtest/gtest.h>
 
 #include <cstddef>
@@ -18,7 +19,7 @@ namespace {
 constexpr uint64_t kEpoch = 3;
 constexpr uint32_t kWidth = 24, kHeight = 16;
 constexpr uint32_t kEndless = 1 << 20;  // samples of an image that no test awaits
-constexpr state::RequesterId kClient = 1;
+constexpr state::RequesterId kClient = 1, kViewer = 10, kOtherViewer = 11;
 
 scene::LoadedScene lit_ball() {
   SceneBuilder builder;
@@ -32,27 +33,37 @@ scene::LoadedScene lit_ball() {
   return loaded;
 }
 
-// A client whose frame 1 is shown, and its images.
+// A client and viewers whose frame 1 is shown, and their images.
 class Client final : public app::ImageReplies {
  public:
   struct Image {
     uint64_t request = 0;
+    uint32_t samples = 0;
     std::vector<std::byte> pixels;
   };
 
-  std::optional<Shown> shown(state::RequesterId) const override { return Shown{{kEpoch, 1, 0}, {}, {}}; }
+  std::optional<Shown> shown(state::RequesterId requester) const override {
+    Shown shown{{kEpoch, 1, 0}, {}, {}};
+    if (requester != kClient) shown.appearance.shown_samples = shown_samples.at(requester);
+    return shown;
+  }
   void refuse_image(state::RequesterId, const wire::ImageRefused& refused, bool) override {
     ADD_FAILURE() << refused.message;
   }
   bool send_image(state::RequesterId, const wire::ImageFrame& frame,
                   const transport::ListenerLink::FillPixels& fill) override {
-    images.push_back({frame.request, std::vector<std::byte>(frame.pixel_bytes)});
+    images.push_back({frame.request, samples[frame.request], std::vector<std::byte>(frame.pixel_bytes)});
     fill(images.back().pixels);
     return true;
   }
   void add_render_time(state::RequesterId, int64_t) override {}
+  void set_samples(state::RequesterId, uint64_t request, uint32_t count) override {
+    samples[request] = count;
+  }
 
   std::vector<Image> images;
+  std::map<uint64_t, uint32_t> samples;                                                   // of each request
+  std::map<state::RequesterId, uint32_t> shown_samples{{kViewer, 0}, {kOtherViewer, 0}};  // of viewers
 };
 
 class PathRequests : public ValidationIsSilent {
@@ -66,7 +77,19 @@ class PathRequests : public ValidationIsSilent {
     request.intrinsics = {kWidth, kHeight, 20, 20, kWidth / 2.0f - 0.5f, kHeight / 2.0f - 0.5f, 0.01f, 0, {}};
     return request;
   }
-  void ask(const wire::ImageRequest& request) { requests_.on_image_request(kClient, request, nullptr); }
+  void ask(const wire::ImageRequest& request, state::RequesterId requester = kClient) {
+    requests_.on_image_request(requester, request, nullptr);
+  }
+  // The viewer's next image.
+  Client::Image view(state::RequesterId viewer, glm::vec3 eye) {
+    const size_t before = client_.images.size();
+    ask(request(++last_request_, 0, eye), viewer);
+    serve_until([&] { return client_.images.size() > before; });
+    const Client::Image image = client_.images.back();
+    EXPECT_EQ(image.request, last_request_);
+    client_.shown_samples[viewer] = image.samples;
+    return image;
+  }
   void set_samples(uint32_t samples) {
     settings_.path->samples_per_pixel = samples;
     bench_.renderer().apply(settings_);
@@ -96,6 +119,7 @@ class PathRequests : public ValidationIsSilent {
   state::PoseState poses_{scene_.scene};
   app::CameraRig camera_{*app::CameraRig::create(scene_.scene)};
   app::LiveScene live_{scene_, poses_, bench_.renderer(), camera_, {}};
+  uint64_t last_request_ = 100;
   Client client_;
   app::ImageRequestQueue requests_{client_, app::image_abilities(bench_.renderer(), true)};
   app::ImageService service_{device(), bench_.renderer(), poses_, requests_, live_, {}};
@@ -138,6 +162,59 @@ TEST_F(PathRequests, ARequestIsOpenWhileItsImageIsTraced) {
   serve_until([&] { return !client_.images.empty(); });
   EXPECT_EQ(client_.images.front().request, 1u);
   EXPECT_EQ(requests_.count(), 0u);
+}
+
+// Two viewers with views of their own: images come early, each with more samples of the same image.
+TEST_F(PathRequests, ViewsOfViewersRefineInTurns) {
+  const glm::vec3 eye{0.5f, 1.6f, 3}, other_eye{-0.5f, 1.6f, 3};
+  uint32_t before = 0, other_before = 0;
+  for (int turn = 0; turn < 3; ++turn) {
+    const uint32_t now = view(kViewer, eye).samples, other_now = view(kOtherViewer, other_eye).samples;
+    EXPECT_GT(now, before);
+    EXPECT_GT(other_now, other_before);
+    before = now;
+    other_before = other_now;
+    // A pick comes between.
+    wire::ImageRequest pick = request(++last_request_, 1, eye);
+    pick.outputs = wire::kInstanceU32;
+    ask(pick, kViewer);
+    serve_until([&] { return client_.images.back().request == last_request_; });
+  }
+  // A moved camera starts again, alone.
+  client_.shown_samples[kViewer] = 0;
+  (void)view(kViewer, {0, 1.6f, 3});
+  EXPECT_GT(view(kOtherViewer, other_eye).samples, other_before);
+}
+
+TEST_F(PathRequests, AWholeImageOfAViewerIsThatOfAClient) {
+  const glm::vec3 eye{0.5f, 1.6f, 3};
+  set_samples(40);
+  Client::Image image;
+  while (image.samples < 40 && !HasFailure()) {
+    image = view(kViewer, eye);
+    (void)view(kOtherViewer, {-0.5f, 1.6f, 3});
+  }
+  ask(request(1, 0, eye));
+  serve_until([&] { return client_.images.back().request == 1; });
+  EXPECT_EQ(client_.images.back().samples, 40u);
+  EXPECT_EQ(client_.images.back().pixels, image.pixels);
+}
+
+// Of a stream whose poses change, every image is of the newest ones and has at least one sample.
+TEST_F(PathRequests, AViewerSeesPosesChange) {
+  const glm::vec3 eye{0.5f, 1.6f, 3};
+  const std::vector<std::byte> at_rest = view(kViewer, eye).pixels;
+  state::RestPose pose = state::rest_pose(scene_.scene);
+  pose.parent_from_node[0] = pose.world_from_node[0] = at({0.8f, 0.5f, 0});
+  poses_.set_rest(pose);
+  client_.shown_samples[kViewer] = 0;
+  const Client::Image moved = view(kViewer, eye);
+  EXPECT_GT(moved.samples, 0u);
+  set_samples(moved.samples);
+  ask(request(1, 0, eye));
+  serve_until([&] { return client_.images.back().request == 1; });
+  EXPECT_EQ(client_.images.back().pixels, moved.pixels);
+  EXPECT_NE(moved.pixels, at_rest);
 }
 
 }  // namespace

@@ -104,11 +104,20 @@ std::string view_message(const std::optional<CameraRig::FreeView>& view) {
                   {"fov", view->vertical_fov_rad}});
 }
 
-std::string render_message(const passes::DrawSettings& settings, bool can_shade) {
+std::string render_message(const passes::DrawSettings& settings, bool can_shade, bool can_switch) {
   return text_of({{"type", "render"},
                   {"shadows", settings.shadows.method != passes::ShadowMethod::off},
                   {"can_shade", can_shade},
+                  {"paths", settings.path.has_value()},
+                  {"can_switch", can_switch},
                   {"tone_map", static_cast<int>(settings.post.tone_map)}});
+}
+
+std::string paths_message(const passes::PathProgress& progress, bool waits) {
+  return text_of({{"type", "paths"},
+                  {"samples", progress.samples},
+                  {"samples_per_pixel", progress.samples_per_pixel},
+                  {"waits", waits}});
 }
 
 std::string status_message(const state::PoseState& poses, double seconds,

@@ -15,12 +15,9 @@
 namespace fire3dv::app {
 namespace {
 
-constexpr uint64_t kEpoch = 1, kSequence = 1;  // viewers have no stream of frames
-constexpr uint32_t kImagePlace = 0, kPickPlace = 1;
 // Larger canvases get smaller images, which the browser scales.
 constexpr double kMaxImagePixels = 4'194'304;
 constexpr uint32_t kMinImageSide = 16;
-constexpr auto kRefineAfter = std::chrono::milliseconds(200);
 constexpr auto kBusyTime = std::chrono::seconds(1);
 constexpr auto kReportPeriod = std::chrono::milliseconds(500);
 constexpr auto kSettingsPeriod = std::chrono::milliseconds(100);
@@ -42,10 +39,10 @@ glm::uvec2 image_size(uint32_t width, uint32_t height, float scale, bool is_even
   return {side(width), side(height)};
 }
 
-wire::ImageRequest make_request(uint64_t id, uint32_t place, const CameraRig::Placed& placed,
+wire::ImageRequest make_request(uint64_t epoch, uint64_t id, uint32_t place, const CameraRig::Placed& placed,
                                 const passes::Intrinsics& intrinsics) {
   wire::ImageRequest request;
-  request.epoch = kEpoch;
+  request.epoch = epoch;
   request.id = id;
   request.place = place;
   request.parent_from_camera = affine_of(placed.world_from_camera);
@@ -129,6 +126,7 @@ void LiveView::poll(replay::TimelineControl* timeline) {
       case serve::Event::Kind::left:
         viewers_.erase(event.viewer);
         viewers_changed_ = true;
+        borrowed_.renderer.forget_paths(kFirstViewer + event.viewer);
         borrowed_.requests.on_requester_ended(kFirstViewer + event.viewer);
         break;
       case serve::Event::Kind::message:
@@ -152,12 +150,14 @@ void LiveView::poll(replay::TimelineControl* timeline) {
   }
   send_settings(now);
   send_plots(now);
+  note_moment();
   for (auto& [number, viewer] : viewers_) {
     if (const uint32_t node = viewer.camera.node(); viewer.camera_node != node) {
       viewer.camera_node = node;
       borrowed_.server.send(number, camera_message(borrowed_.scene.scene(), node));
     }
     request_image(number, viewer, now);
+    send_path_progress(number, viewer, now);
   }
   if (now - reported_ >= kReportPeriod) report(now, timeline);
 }
@@ -185,7 +185,8 @@ void LiveView::send_settings(Clock::time_point now) {
   if (borrowed_.robot) (void)borrowed_.robot->set(borrowed_.viewer.joints);
   if (now - settings_sent_ < kSettingsPeriod) return;
   settings_sent_ = now;
-  send_if_changed(render_text_, render_message(borrowed_.viewer.draw, can_switch_shadows_on()));
+  send_if_changed(render_text_, render_message(borrowed_.viewer.draw, can_switch_shadows_on(),
+                                               static_cast<bool>(borrowed_.replace_renderer)));
   if (!borrowed_.robot) return;
   if (joints_text_.empty()) send_if_changed(joints_text_, joints_message(*borrowed_.robot, scene_number_));
   send_if_changed(joint_positions_text_, joint_positions_message(*borrowed_.robot, borrowed_.poses,
@@ -223,24 +224,27 @@ CameraRig::Placed LiveView::place(Viewer& viewer) const {
 // Requests an image if the viewer has none in flight, and there is something new; or a refined one, if the
 // view stands.
 void LiveView::request_image(serve::ViewerId number, Viewer& viewer, Clock::time_point now) {
+  const bool is_new = viewer.has_moved || viewer.drawn != revisions_;
+  if (is_new) withdraw_refinement(number, viewer);
   if (viewer.flight || viewer.width == 0) return;
-  const std::array<uint64_t, 2> revisions = {borrowed_.poses.revision(), borrowed_.scene.updates()};
-  const bool is_new = viewer.has_moved || viewer.drawn != revisions;
   if (is_new) viewer.changed = now;
-  const bool refines =
-      !is_new && !viewer.is_refined && viewer.can_refine && now - viewer.changed >= kRefineAfter;
+  const bool stands = !is_new && viewer.can_refine && now - viewer.changed >= kRefineAfter;
+  const bool refines = stands && (!viewer.is_refined || viewer.is_retouched || lacks_samples(viewer)) &&
+                       take_turn(viewer, now);
   if (!is_new && !refines) return;
+  if (!refines || !viewer.is_refined) viewer.samples = 0;
   const AdaptiveQuality::Step step = refines ? AdaptiveQuality::kRefined : viewer.quality.step();
   const glm::uvec2 size = image_size(viewer.width, viewer.height, step.scale, !refines);
   const CameraRig::Placed placed = place(viewer);
   const uint64_t id = ++viewer.last_request;
-  viewer.appearance = {viewer.camera.ground(), placed.camera.exposure, true};
-  viewer.flight = Flight{id, now, step, refines, 0};
-  viewer.drawn = revisions;
+  viewer.appearance = {viewer.camera.ground(), placed.camera.exposure, true, viewer.samples};
+  viewer.is_retouched = false;
+  viewer.flight = Flight{id, now, step, refines, 0, 0};
+  viewer.drawn = revisions_;
   viewer.has_moved = false;
   viewer.is_refined = refines;
   const wire::ImageRequest request =
-      make_request(id, kImagePlace, placed, passes::intrinsics_of(placed.camera, size));
+      make_request(kEpoch, id, kImagePlace, placed, passes::intrinsics_of(placed.camera, size));
   borrowed_.requests.on_image_request(kFirstViewer + number, request, nullptr);
 }
 
@@ -255,7 +259,7 @@ void LiveView::request_pick(serve::ViewerId number, Viewer& viewer, double x, do
   intrinsics.cy_px -= pixel(y, viewer.height);
   intrinsics.image_px = {1, 1};
   viewer.pick = ++viewer.last_request;
-  wire::ImageRequest request = make_request(*viewer.pick, kPickPlace, placed, intrinsics);
+  wire::ImageRequest request = make_request(kEpoch, *viewer.pick, kPickPlace, placed, intrinsics);
   request.outputs = wire::kInstanceU32;
   borrowed_.requests.on_image_request(kFirstViewer + number, request, nullptr);
 }
@@ -304,11 +308,12 @@ bool LiveView::send_image(state::RequesterId requester, const wire::ImageFrame& 
   }
   pixels.resize(size_t{4} * frame.intrinsics.width * frame.intrinsics.height);
   viewer->flight->number = ++viewer->images;
+  viewer->samples = viewer->flight->samples;
   serve::Image image;
   image.header.number = viewer->images;
   image.header.width = static_cast<uint16_t>(frame.intrinsics.width);
   image.header.height = static_cast<uint16_t>(frame.intrinsics.height);
-  image.header.is_refined = viewer->flight->is_refined;
+  image.header.is_refined = viewer->flight->is_refined && !lacks_samples(*viewer);
   // Refined images are JPEG, beside the video.
   if ((viewer->decodes_h264 || viewer->decodes_vp8) && !viewer->flight->is_refined) {
     image.header.codec = viewer->decodes_h264 ? serve::Codec::h264 : serve::Codec::vp8;

@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
 #include <set>
@@ -20,6 +21,7 @@
 #include "renderer/app/streams/stream_receiver.h"
 #include "renderer/app/window/camera_rig.h"
 #include "renderer/gui/panel_data.h"
+#include "renderer/passes/path/traced_scene.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/serve/server.h"
 #include "renderer/state/motion/robot_pose.h"
@@ -40,6 +42,9 @@ class LiveView final : public ImageReplies {
         viewer;  // hidden and isolated nodes, joints and draw settings: the window's and all viewers'
     std::optional<state::RobotPose>& robot;
     passes::SceneRenderer& renderer;
+    // Puts a renderer with these settings at the address of `renderer`, if there are no requests of images.
+    // Empty: raster or paths stay, as at the start.
+    std::function<Result<void>(const passes::DrawSettings&)> replace_renderer = {};
   };
   // camera: where new viewers begin. title: of the page.
   LiveView(const Borrowed& borrowed, const CameraRig& camera, std::string title);
@@ -64,15 +69,20 @@ class LiveView final : public ImageReplies {
   bool send_image(state::RequesterId requester, const wire::ImageFrame& frame,
                   const transport::ListenerLink::FillPixels& fill) override;
   void add_render_time(state::RequesterId, int64_t) override {}
+  void set_samples(state::RequesterId requester, uint64_t request, uint32_t samples) override;
 
  private:
   using Clock = std::chrono::steady_clock;
+  static constexpr uint64_t kEpoch = 1, kSequence = 1;  // viewers have no stream of frames
+  static constexpr uint32_t kImagePlace = 0, kPickPlace = 1;
+  static constexpr auto kRefineAfter = std::chrono::milliseconds(200);
   struct Flight {
     uint64_t request = 0;
     Clock::time_point begun;
     AdaptiveQuality::Step step{};
     bool is_refined = false;
-    uint32_t number = 0;  // 0: not rendered yet
+    uint32_t number = 0;   // 0: not rendered yet
+    uint32_t samples = 0;  // paths: of each pixel
   };
   struct Viewer {
     serve::Access access{};
@@ -85,10 +95,16 @@ class LiveView final : public ImageReplies {
     std::optional<std::array<uint64_t, 2>> drawn = {};  // revisions of the last requested image
     bool has_moved = true;                              // the camera or the canvas, since then
     bool decodes_h264 = false, decodes_vp8 = false, needs_key = true;
-    bool is_refined = false;                   // the last requested image
-    bool can_refine = true;                    // no image of full size was refused for this canvas
-    std::optional<uint32_t> camera_node = {};  // as reported to the page
-    std::optional<uint64_t> pick = {};         // request
+    bool is_refined = false;  // the last requested image
+    bool can_refine = true;   // no image of full size was refused for this canvas
+    // Paths.
+    uint32_t samples = 0;         // of the last refined image
+    bool is_in_turn = false;      // its view refines; see take_turn()
+    bool is_retouched = false;    // other tone mapping: the image is due again with the same samples
+    std::string paths_text = {};  // as sent
+    Clock::time_point paths_sent = {};
+    std::optional<uint32_t> camera_node = {};                     // as reported to the page
+    std::optional<uint64_t> pick = {};                            // request
     std::optional<std::optional<CameraRig::FreeView>> view = {};  // as reported to the page
     PlotFeed plots = {};
     uint64_t last_request = 0;
@@ -100,14 +116,22 @@ class LiveView final : public ImageReplies {
   void apply(serve::ViewerId number, Viewer& viewer, const serve::ClientMessage& message,
              replay::TimelineControl* timeline);
   bool apply_view(Viewer& viewer, const serve::ClientMessage& message);
-  void apply_shared(const serve::ClientMessage& message, replay::TimelineControl* timeline);
+  void apply_shared(serve::ViewerId number, const serve::ClientMessage& message,
+                    replay::TimelineControl* timeline);
   void apply_timeline(const serve::ClientMessage& message, replay::TimelineControl& timeline) const;
   void apply_joints(const serve::ClientMessage& message);
-  void apply_render(const serve::ClientMessage& message);
+  void apply_render(serve::ViewerId number, const serve::ClientMessage& message);
+  void switch_paths(serve::ViewerId number, bool on);
   bool can_switch_shadows_on() const;
   void join(serve::ViewerId number, serve::Access access);
   CameraRig::Placed place(Viewer& viewer) const;
   void request_image(serve::ViewerId number, Viewer& viewer, Clock::time_point now);
+  void note_moment();
+  bool take_turn(Viewer& viewer, Clock::time_point now);
+  bool lacks_samples(const Viewer& viewer) const;
+  void withdraw_refinement(serve::ViewerId number, Viewer& viewer);
+  void withdraw_refinements(Clock::time_point now);
+  void send_path_progress(serve::ViewerId number, Viewer& viewer, Clock::time_point now);
   void request_pick(serve::ViewerId number, Viewer& viewer, double x, double y);
   void send_inspected(serve::ViewerId number, Viewer& viewer, uint32_t node, Clock::time_point now);
   void send_picked(serve::ViewerId number, uint32_t instance);
@@ -133,6 +157,9 @@ class LiveView final : public ImageReplies {
   ScalarList scalars_;
   passes::ShadowMethod shadows_ = passes::ShadowMethod::automatic;  // before they were switched off
   bool has_changed_ = false;                                        // since take_change()
+  std::array<uint64_t, 2> revisions_{};                             // of what images show: poses and scene
+  passes::TracedScene moment_;                                      // paths: poses and edits of revisions_
+  uint64_t camera_edits_ = 0;
   std::set<uint32_t> shown_hidden_;
   uint32_t shown_isolated_ = scene::kNone;
   Clock::time_point reported_{};

@@ -41,7 +41,7 @@ void LiveView::apply(serve::ViewerId number, Viewer& viewer, const serve::Client
   const bool is_other_scene = message.node && message.scene != scene_number_;
   if (is_other_scene || (message.node && *message.node >= borrowed_.scene.scene().nodes.size())) return;
   if (message.kind == Kind::inspect) return send_inspected(number, viewer, *message.node, now);
-  if (serve::needs_control(message.kind)) return apply_shared(message, timeline);
+  if (serve::needs_control(message.kind)) return apply_shared(number, message, timeline);
   if (message.kind == Kind::size) {
     viewer.width = message.width;
     viewer.height = message.height;
@@ -101,8 +101,10 @@ bool LiveView::apply_view(Viewer& viewer, const serve::ClientMessage& message) {
   return true;
 }
 
-void LiveView::apply_shared(const serve::ClientMessage& message, replay::TimelineControl* timeline) {
+void LiveView::apply_shared(serve::ViewerId number, const serve::ClientMessage& message,
+                            replay::TimelineControl* timeline) {
   gui::Viewer& viewer = borrowed_.viewer;
+  withdraw_refinements(Clock::now());
   switch (message.kind) {
     case Kind::hide:
       if (message.on)
@@ -121,7 +123,7 @@ void LiveView::apply_shared(const serve::ClientMessage& message, replay::Timelin
     case Kind::posture:
       return apply_joints(message);
     case Kind::render:
-      return apply_render(message);
+      return apply_render(number, message);
     default:
       if (timeline) apply_timeline(message, *timeline);
       return;
@@ -160,8 +162,37 @@ bool LiveView::can_switch_shadows_on() const {
   return !borrowed_.renderer.needs_new_renderer(wanted);
 }
 
-void LiveView::apply_render(const serve::ClientMessage& message) {
+// All images that viewers wait for are requested again.
+void LiveView::switch_paths(serve::ViewerId number, bool on) {
   passes::DrawSettings& draw = borrowed_.viewer.draw;
+  if (on == draw.path.has_value() || !borrowed_.replace_renderer) return;
+  for (auto& [of, viewer] : viewers_) {
+    borrowed_.requests.on_requester_ended(kFirstViewer + of);
+    viewer.flight.reset();
+    viewer.pick.reset();
+    viewer.is_in_turn = viewer.is_refined = false;
+    viewer.samples = 0;
+    viewer.has_moved = true;
+  }
+  passes::DrawSettings wanted = draw;
+  wanted.path.reset();
+  if (on) wanted.path = borrowed_.viewer.paths;
+  wanted.max_textures = borrowed_.renderer.max_textures();
+  if (Result<void> replaced = borrowed_.replace_renderer(wanted); !replaced)
+    return borrowed_.server.send(number, notice_message(replaced.error().message));
+  draw = wanted;
+}
+
+void LiveView::apply_render(serve::ViewerId number, const serve::ClientMessage& message) {
+  if (message.paths) switch_paths(number, *message.paths);
+  passes::DrawSettings& draw = borrowed_.viewer.draw;
+  has_changed_ = true;
+  if (draw.path) {  // tone mapping applies to the samples that are there; paths trace all shadows
+    draw.post.tone_map = static_cast<passes::ToneMap>(*message.index);
+    borrowed_.renderer.apply(draw);
+    for (auto& [of, viewer] : viewers_) (viewer.is_refined ? viewer.is_retouched : viewer.has_moved) = true;
+    return;
+  }
   const bool has_shadows = draw.shadows.method != passes::ShadowMethod::off;
   draw.post.tone_map = static_cast<passes::ToneMap>(*message.index);
   if (has_shadows && !message.on) {
@@ -170,8 +201,7 @@ void LiveView::apply_render(const serve::ClientMessage& message) {
   }
   if (!has_shadows && message.on && can_switch_shadows_on()) draw.shadows.method = shadows_;
   borrowed_.renderer.apply(draw);
-  for (auto& [number, viewer] : viewers_) viewer.has_moved = true;
-  has_changed_ = true;
+  for (auto& [of, viewer] : viewers_) viewer.has_moved = true;
 }
 
 }  // namespace fire3dv::app

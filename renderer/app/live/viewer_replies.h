@@ -31,6 +31,9 @@ class ViewerReplies final : public ImageReplies {
   void add_render_time(state::RequesterId requester, int64_t ns) override {
     if (ImageReplies* const of = target(requester)) of->add_render_time(requester, ns);
   }
+  void set_samples(state::RequesterId requester, uint64_t request, uint32_t samples) override {
+    if (ImageReplies* const of = target(requester)) of->set_samples(requester, request, samples);
+  }
 
  private:
   ImageReplies* target(state::RequesterId requester) const {

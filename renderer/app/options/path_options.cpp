@@ -66,10 +66,16 @@ std::optional<std::string> take_path_options(const PathTexts& texts, bool offlin
     return std::nullopt;
   }
   const bool in_window = !options.headless && !offline;
-  if (!options.serve.empty())
-    return "--render path draws no live view: leave --serve out, or record the stream, then fire3dv render "
-           "FILE.mcap --render path";
-  if (!in_window && !options.listen.empty() && !options.on_request)
+  const bool is_served = !options.serve.empty();
+  if (is_served && in_window)
+    return "--render path refines the image of the window or those of --serve: add --headless, or leave "
+           "--serve out";
+  if (is_served && !options.on_request &&
+      (options.frames != 0 || !options.out.empty() || !options.stats.empty() || options.lockstep))
+    return "--render path with --serve draws for viewers alone: leave --frames, --out, --stats and "
+           "--lockstep "
+           "out";
+  if (!in_window && !options.listen.empty() && !options.on_request && !is_served)
     return "--render path without a window draws live streams by their requests alone: add --on-request, or "
            "record the stream, then fire3dv render FILE.mcap --render path";
   if (!options.devices.empty()) return "--render path traces on one device: --device instead of --devices";
@@ -86,8 +92,8 @@ std::optional<std::string> take_path_options(const PathTexts& texts, bool offlin
   if (options.shadows != passes::ShadowSettings())
     return "--render path traces all shadows: leave --shadows and --shadow-rays out";
   if (options.ray_effects.any()) return "--render path traces all light: leave --ray-effects out";
-  if (!offline && !in_window && !options.on_request && options.frames == 0 && !options.list_devices &&
-      options.recording.replay.empty())
+  if (!offline && !in_window && !options.on_request && !is_served && options.frames == 0 &&
+      !options.list_devices && options.recording.replay.empty())
     return "--render path would draw the same image again and again: add --frames 1";
   options.path = texts.settings;
   options.checkpoint_interval_s = texts.checkpoint_interval_s;

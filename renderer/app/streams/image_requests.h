@@ -39,6 +39,9 @@ class ImageReplies {
     std::optional<passes::Ground> ground;
     float exposure = 0;    // of the camera; 0: as in the settings
     bool markers = false;  // on the first device
+    // Samples of the path-traced image that the viewer has: the next one goes on from there and comes after a
+    // short time. nullopt: it comes when it is whole.
+    std::optional<uint32_t> shown_samples = std::nullopt;
   };
   struct Shown {
     state::ImageRequestRegistry::Shown frame;
@@ -54,6 +57,8 @@ class ImageReplies {
                           const transport::ListenerLink::FillPixels& fill) = 0;
   // Charges device time to the requester's peer.
   virtual void add_render_time(state::RequesterId requester, int64_t ns) = 0;
+  // The requested image has so many path-traced samples now.
+  virtual void set_samples(state::RequesterId, uint64_t /*request*/, uint32_t /*samples*/) {}
 };
 
 // Queue of image requests of all streams: registers them, lists those that are due, and replies to their
@@ -91,6 +96,9 @@ class ImageRequestQueue final : public ImageRequestHandler {
     return replies_.shown(due.requester) && registry_.is_open(due.requester, due.request.id);
   }
   void add_render_time(state::RequesterId requester, int64_t ns) { replies_.add_render_time(requester, ns); }
+  void set_samples(state::RequesterId requester, uint64_t request, uint32_t samples) {
+    replies_.set_samples(requester, request, samples);
+  }
   wire::Affine3x4d world_from_stream(state::RequesterId requester) const;
   ImageReplies::Appearance appearance(state::RequesterId requester) const;
 

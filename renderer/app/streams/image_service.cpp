@@ -73,6 +73,20 @@ ImageService::Drawn ImageService::draw_due(gpu::FrameRing& frames) {
   return drawn;
 }
 
+// True if a viewer's image should end early. A simulator's one is traced to its end.
+bool ImageService::do_others_wait(const state::ImageRequestRegistry::Due& traced, int64_t now_ns) {
+  if (!requests_.appearance(traced.requester).shown_samples) return false;
+  const uint64_t own = state::image_cost(traced.request.intrinsics.width, traced.request.intrinsics.height);
+  return std::ranges::any_of(requests_.demands(now_ns), [&](const state::ImageDemand& demand) {
+    return demand.requester != traced.requester || demand.cost > own;
+  });
+}
+
+void ImageService::report_samples() {
+  if (const auto traced = first_.take_traced_samples())
+    requests_.set_samples(traced->requester, traced->request, traced->samples);
+}
+
 // Other due images wait: they are counted by the next call.
 ImageService::Drawn ImageService::go_on_tracing(gpu::FrameRing& frames) {
   const state::ImageRequestRegistry::Due due = first_.traced();
@@ -81,7 +95,8 @@ ImageService::Drawn ImageService::go_on_tracing(gpu::FrameRing& frames) {
     return {.any = true, .has_more = true};
   }
   const int64_t begin_ns = monotonic_ns();
-  first_.trace(frames, poses_);
+  first_.trace(frames, poses_, do_others_wait(due, begin_ns));
+  report_samples();
   requests_.add_render_time(due.requester, monotonic_ns() - begin_ns);
   if (!first_.is_tracing()) requests_.mark_rendered(due);
   forward_refusals(first_);
@@ -105,6 +120,7 @@ bool ImageService::draw_turn(gpu::FrameRing& frames, state::RequesterId requeste
     uint64_t cost = 0;
     const Mark before = submitted();
     draw_round(frames, moment, max_bytes);
+    report_samples();
     for (size_t device = 0; device < device_count(); ++device)
       cost = std::max(cost, renderer_at(device).take_cost());
     if (Mark mark = submitted(); mark != before) {
@@ -189,6 +205,7 @@ std::vector<RequestRenderer::WorkItem> ImageService::resolve(
           one.request.markers || (appearance.markers && one.request.outputs == wire::kColorSrgb8);
       has_markers |= possible.markers;
       if (possible.exposure == 0) possible.exposure = appearance.exposure;
+      possible.shown_samples = appearance.shown_samples;
       work.push_back({std::move(one), possible});
     }
   }

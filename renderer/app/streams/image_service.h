@@ -77,6 +77,8 @@ class ImageService {
   };
 
   Drawn go_on_tracing(gpu::FrameRing& frames);
+  bool do_others_wait(const state::ImageRequestRegistry::Due& traced, int64_t now_ns);
+  void report_samples();
   bool draw_turn(gpu::FrameRing& frames, state::RequesterId requester, RequestRenderer::Moment& moment,
                  int64_t end_ns);
   void record_finished();

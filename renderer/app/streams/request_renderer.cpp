@@ -9,6 +9,10 @@ namespace {
 // Memory limit of cameras in one submission: visibility flags and cluster lists.
 constexpr uint64_t kMaxBatchViewBytes = uint64_t{64} << 20;
 constexpr auto kTraceTime = std::chrono::milliseconds(10);  // of paths between two looks at the links
+// A viewer's image is sent after this time at the earliest, and with its next sample after the later times.
+constexpr auto kMinViewTime = std::chrono::milliseconds(20);
+constexpr auto kMaxViewTime = std::chrono::milliseconds(1000),
+               kSharedViewTime = std::chrono::milliseconds(100);
 
 passes::ImageOutputs drawn_outputs(const wire::ImageRequest& request) {
   return passes::with_sources(wire::ImageOutputs(request.outputs));
@@ -93,7 +97,7 @@ bool RequestRenderer::draw(gpu::FrameRing& frames, const Moment& moment, uint64_
     if (renderer_.traces_paths() && outputs_behind(batch[0]).shaded()) {
       if (recorder) break;  // in a submission of its own
       ++next_;
-      tracing_.emplace(Tracing{batch[0], moment.boxes});
+      tracing_.emplace(Tracing{batch[0], moment.boxes, std::chrono::steady_clock::now()});
       const glm::uvec2 size = batch[0].camera.pinhole.image_px;
       cost_ += state::image_cost(size.x, size.y);
       trace(frames, moment.poses);
@@ -113,13 +117,31 @@ bool RequestRenderer::draw(gpu::FrameRing& frames, const Moment& moment, uint64_
   return recorder != nullptr;
 }
 
-void RequestRenderer::trace(gpu::FrameRing& frames, const state::PoseState& poses) {
+// Twice the samples halve the variance, so that a refining image is sent some 10 times, and then now and
+// then.
+bool RequestRenderer::is_traced(bool others_wait) const {
+  const passes::PathProgress progress = renderer_.path_tracer()->progress();
+  if (progress.is_whole()) return true;
+  const std::optional<uint32_t>& shown = tracing_->work.camera.shown_samples;
+  if (!shown || progress.samples <= *shown) return false;
+  const auto elapsed = std::chrono::steady_clock::now() - tracing_->begun;
+  if (progress.samples >= 2 * *shown) return elapsed >= kMinViewTime;
+  return elapsed >= (others_wait ? kSharedViewTime : kMaxViewTime);
+}
+
+void RequestRenderer::trace(gpu::FrameRing& frames, const state::PoseState& poses, bool others_wait) {
   const std::span<const WorkItem> image(&tracing_->work, 1);
+  // The image of each viewer keeps its samples while others take their turns.
+  std::optional<uint32_t>& shown = tracing_->work.camera.shown_samples;
+  renderer_.select_paths(shown ? image[0].due.requester : 0);
   const std::optional<passes::PreparedFrame> prepared = prepare(image, tracing_->scene, true);
   if (!prepared) return cancel_tracing();
   (void)renderer_.trace_paths(*prepared, poses, view_of(image[0]), {.budget = kTraceTime});
   tracing_->scene = passes::SceneUpdate::reuse;
-  if (!renderer_.path_tracer()->progress().is_whole()) return;
+  const uint32_t samples = renderer_.path_tracer()->progress().samples;
+  traced_samples_ = {image[0].due.requester, image[0].due.request.id, samples};
+  if (shown && samples < *shown) shown = 0;  // it has started again
+  if (!is_traced(others_wait)) return;
   gpu::Recorder& recorder = frames.begin();
   record(*prepared, recorder, frames.staging(), image, {poses, tracing_->boxes});
   readback_.submitted(frames.submit());
@@ -128,7 +150,9 @@ void RequestRenderer::trace(gpu::FrameRing& frames, const state::PoseState& pose
 
 void RequestRenderer::cancel_tracing() {
   tracing_.reset();
-  renderer_.drop_paths();
+  // A first sample that is not whole would be made whole with the scene of a later image.
+  if (const passes::PathPass* const paths = renderer_.path_tracer(); paths && paths->progress().samples == 0)
+    renderer_.drop_paths();
 }
 
 // Number of consecutive compatible images that fit one submission.

@@ -1,6 +1,7 @@
 // Renderer of image requests on one device, including read-back. Independent of links. Single-threaded.
 #pragma once
 
+#include <chrono>
 #include <deque>
 #include <functional>
 #include <map>
@@ -55,9 +56,16 @@ class RequestRenderer {
   // be drawn with the renderer, and its scene must stay.
   bool is_tracing() const { return tracing_.has_value(); }
   const state::ImageRequestRegistry::Due& traced() const { return tracing_->work.due; }
-  // Adds samples for a short time, and submits the image when it has all of them: it shows the moment of
-  // draw(), whatever the poses are now.
-  void trace(gpu::FrameRing& frames, const state::PoseState& poses);
+  // Adds samples for a short time, and submits the image when it has all of them, or enough for a viewer: it
+  // shows the moment of draw(), whatever the poses are now. others_wait: other images are due.
+  void trace(gpu::FrameRing& frames, const state::PoseState& poses, bool others_wait = false);
+  // Samples of the traced image after the last draw() or trace(); once.
+  struct TracedSamples {
+    state::RequesterId requester = 0;
+    uint64_t request = 0;
+    uint32_t samples = 0;
+  };
+  std::optional<TracedSamples> take_traced_samples() { return std::exchange(traced_samples_, {}); }
   void cancel_tracing();  // of a request that is not open any more
   // Limit of one submission: its images stay in host memory until they are sent.
   static constexpr uint64_t kMaxSubmittedBytes = uint64_t{64} << 20;
@@ -115,8 +123,10 @@ class RequestRenderer {
   struct Tracing {
     WorkItem work;
     std::shared_ptr<const std::vector<wire::BoxRecord3d>> boxes;
+    std::chrono::steady_clock::time_point begun;
     passes::SceneUpdate scene = passes::SceneUpdate::update;
   };
+  bool is_traced(bool others_wait) const;
 
   gpu::Device& device_;
   passes::SceneRenderer& renderer_;
@@ -127,6 +137,7 @@ class RequestRenderer {
   uint64_t cost_ = 0;
   passes::SceneUpdate scene_update_ = passes::SceneUpdate::update;
   std::optional<Tracing> tracing_;
+  std::optional<TracedSamples> traced_samples_;
   std::vector<Refused> refused_;
   std::map<Key, passes::CameraHistory> histories_;  // motion histories of open requests
 };

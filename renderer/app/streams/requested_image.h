@@ -66,6 +66,8 @@ struct RequestCamera {
   float exposure = 0;              // 0: from the draw settings
   std::optional<passes::Ground> ground;
   bool markers = false;
+  // Paths: the image has more than so many samples, and is sent early. nullopt: it is sent when it is whole.
+  std::optional<uint32_t> shown_samples;
 };
 
 struct CameraRefused {

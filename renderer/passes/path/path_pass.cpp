@@ -130,9 +130,27 @@ PathPass::PathPass(gpu::Device& device, VkPipelineLayout layout, const PathSetti
     loader.upload(cells_, values);
     loader.finish();
   }
-  constants_ = gpu::create_buffer(device, kGlobalsOffset + sizeof(gpu_types::Globals),
-                                  VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT,
-                                  gpu::Memory::device);
+}
+
+void PathPass::select(uint64_t image) {
+  if (image == selected_) return;
+  last_.width = last_.height = 0;  // it is not shown for another image
+  if (!current_.key.empty() && current_.samples() > 0) {
+    others_.emplace_back(selected_, std::move(current_));
+    current_ = {};
+  }
+  drop_selected();
+  selected_ = image;
+  const auto known = std::ranges::find(others_, image, &std::pair<uint64_t, Image>::first);
+  if (known != others_.end()) {
+    current_ = std::move(known->second);
+    others_.erase(known);
+  }
+  if (others_.size() > kMaxOtherImages) others_.erase(others_.begin());
+}
+
+void PathPass::forget(uint64_t image) {
+  std::erase_if(others_, [&](const auto& other) { return other.first == image; });
 }
 
 uint32_t PathPass::band_pixels() const {
@@ -148,11 +166,14 @@ void PathPass::allocate(uint64_t pixel_count, bool refines) {
     if (image.sums.size_bytes >= sum_bytes) return;
     image = {};
     image.sums = create_storage(device_, sum_bytes);
+    image.constants = gpu::create_buffer(
+        device_, kGlobalsOffset + sizeof(gpu_types::Globals),
+        VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT, gpu::Memory::device);
   };
   grow(current_);
   if (refines) grow(last_);
   if (states_.size_bytes >= state_bytes) return;
-  drop();  // its paths are in the old buffer
+  drop();  // their paths are in the old buffer
   states_ = create_storage(device_, state_bytes);
 }
 
@@ -200,29 +221,31 @@ void PathPass::begin(gpu::Recorder& recorder, const gpu_types::Globals& globals,
   if (current_.samples() > 0 && last_.sums.size_bytes >= sum_bytes) std::swap(current_, last_);
   FIRE3DV_ASSERT(current_.sums.size_bytes >= sum_bytes);
   const bool cpu = device_.report().type == gpu::DeviceType::software;
-  band_pixels_ = std::min(band_pixels(), pixel_count);
-  all_segments_ = settings_.bounces + 2;
-  segments_ = settings_.segments_per_dispatch ? settings_.segments_per_dispatch : cpu ? 1 : all_segments_;
+  current_.band_pixels = std::min(band_pixels(), pixel_count);
+  current_.all_segments = settings_.bounces + 2;
+  current_.segments = settings_.segments_per_dispatch ? settings_.segments_per_dispatch
+                      : cpu                           ? 1
+                                                      : current_.all_segments;
   current_.width = globals.width;
   current_.height = globals.height;
-  current_.bands = (pixel_count + band_pixels_ - 1) / band_pixels_;
+  current_.bands = (pixel_count + current_.band_pixels - 1) / current_.band_pixels;
   current_.bands_done = 0;
   const gpu_types::PathParameters parameters = make_parameters(globals, view);
   current_.key = make_key(globals, parameters, back_end_);
-  const uint32_t last_band = (pixel_count - 1) % band_pixels_ + 1;
-  const VkTraceRaysIndirectCommandKHR bands[] = {{band_pixels_, 1, 1}, {last_band, 1, 1}};
-  gpu::Buffer& sums = current_.sums;
+  const uint32_t last_band = (pixel_count - 1) % current_.band_pixels + 1;
+  const VkTraceRaysIndirectCommandKHR bands[] = {{current_.band_pixels, 1, 1}, {last_band, 1, 1}};
+  gpu::Buffer &sums = current_.sums, &constants = current_.constants;
   gpu::StagingRing::Piece earlier;
   if (resume) {
     FIRE3DV_ASSERT(resume->sums.size() == sum_bytes && resume->samples <= settings_.samples_per_pixel);
     earlier = submissions_.staging().write(resume->sums);
     current_.bands_done = uint64_t{current_.bands} * resume->samples;
   }
-  recorder.pass("path begin", {Use(constants_, access::transfer_write), Use(sums, access::transfer_write)},
+  recorder.pass("path begin", {Use(constants, access::transfer_write), Use(sums, access::transfer_write)},
                 [&](VkCommandBuffer commands) {
-                  vkCmdUpdateBuffer(commands, constants_.get(), 0, sizeof(parameters), &parameters);
-                  vkCmdUpdateBuffer(commands, constants_.get(), kCommandsOffset, sizeof(bands), bands);
-                  vkCmdUpdateBuffer(commands, constants_.get(), kGlobalsOffset, sizeof(globals), &globals);
+                  vkCmdUpdateBuffer(commands, constants.get(), 0, sizeof(parameters), &parameters);
+                  vkCmdUpdateBuffer(commands, constants.get(), kCommandsOffset, sizeof(bands), bands);
+                  vkCmdUpdateBuffer(commands, constants.get(), kGlobalsOffset, sizeof(globals), &globals);
                   const VkBufferCopy copy{earlier.offset, 0, sum_bytes};
                   if (earlier.mapped) {
                     vkCmdCopyBuffer(commands, earlier.buffer, sums.get(), 1, &copy);
@@ -255,10 +278,10 @@ void PathPass::record_sample(gpu::Recorder& recorder, GpuScene& scene, gpu_types
   scene.add_reads(uses, read);
   read.stages |= access::indirect_read.stages;  // the trace commands
   read.access |= access::indirect_read.access;
-  uses.emplace_back(constants_, read);
-  for (uint32_t segment = 0; segment < all_segments_; segment += segments_) {
+  uses.emplace_back(current_.constants, read);
+  for (uint32_t segment = 0; segment < current_.all_segments; segment += current_.segments) {
     push.begins = segment == 0 ? 1 : 0;
-    push.segments = std::min(segments_, all_segments_ - segment);
+    push.segments = std::min(current_.segments, current_.all_segments - segment);
     recorder.pass("paths", uses, [&](VkCommandBuffer commands) {
       const VkPipelineBindPoint point =
           query ? VK_PIPELINE_BIND_POINT_COMPUTE : VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR;
@@ -270,8 +293,8 @@ void PathPass::record_sample(gpu::Recorder& recorder, GpuScene& scene, gpu_types
         vkCmdDispatch(commands, (push.pixel_count + 63) / 64, 1, 1);
       } else {
         const VkDeviceSize band =
-            push.pixel_count == band_pixels_ ? 0 : sizeof(VkTraceRaysIndirectCommandKHR);
-        ray_pipeline_.trace(commands, constants_.address + kCommandsOffset + band);
+            push.pixel_count == current_.band_pixels ? 0 : sizeof(VkTraceRaysIndirectCommandKHR);
+        ray_pipeline_.trace(commands, current_.constants.address + kCommandsOffset + band);
       }
     });
   }
@@ -321,12 +344,12 @@ bool PathPass::trace(GpuScene& scene, const Hooks& hooks) {
     // A checkpoint has the same number of samples of all pixels.
     if (saves) end = std::min(end, (uint64_t{current_.samples()} + 1) * current_.bands);
     for (; current_.bands_done < end; ++current_.bands_done) {
-      const auto first = static_cast<uint32_t>(current_.bands_done % current_.bands) * band_pixels_;
+      const auto first = static_cast<uint32_t>(current_.bands_done % current_.bands) * current_.band_pixels;
       gpu_types::PathPush push{};
-      push.globals = constants_.address + kGlobalsOffset;
-      push.parameters = constants_.address;
+      push.globals = current_.constants.address + kGlobalsOffset;
+      push.parameters = current_.constants.address;
       push.first_pixel = first;
-      push.pixel_count = std::min(band_pixels_, pixel_count - first);
+      push.pixel_count = std::min(current_.band_pixels, pixel_count - first);
       push.sample_index = current_.samples();
       record_sample(recorder, scene, push);
     }

@@ -13,6 +13,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "renderer/gpu/frame_ring.h"
@@ -83,6 +84,12 @@ class PathPass {
   // Settings of later images. A new number of samples also applies to the current image.
   void set(const PathSettings& settings) { settings_ = settings; }
   const PathSettings& settings() const { return settings_; }
+  // Selects the image that the other functions are about, by a number of the caller; at the start 0. The
+  // images selected before it, kMaxOtherImages of them, keep their samples.
+  static constexpr size_t kMaxOtherImages = 5;
+  void select(uint64_t image);
+  // Frees an image that is not selected.
+  void forget(uint64_t image);
   // Allocates the buffers of an image. refines: also those of the image before it, which is shown until the
   // first sample is whole. Throws VulkanFailure when memory is short; then there is no image.
   void allocate(uint64_t pixel_count, bool refines);
@@ -93,8 +100,13 @@ class PathPass {
   bool is_current(const gpu_types::Globals& globals, const View& view) const;
   // True if there is an image of this size without a whole first sample.
   bool has_begun(uint32_t width, uint32_t height) const;
-  // Ends the current image; the next one begins anew.
-  void drop() { current_.key.clear(); }
+  // Ends the selected image; the next one begins anew.
+  void drop_selected() { current_.key.clear(); }
+  // Ends all images.
+  void drop() {
+    drop_selected();
+    others_.clear();
+  }
   // Submits samples, each submission short enough for other users of the device. Returns false if should_stop
   // ended it; then there is no image.
   bool trace(GpuScene& scene, const Hooks& hooks);
@@ -113,9 +125,12 @@ class PathPass {
  private:
   struct Image {
     gpu::Buffer sums;  // PathSum[pixel]
-    uint32_t width = 0, height = 0, bands = 0;
-    uint64_t bands_done = 0;     // band after band of each sample
-    std::vector<std::byte> key;  // everything that decides it; empty: it does not go on
+    // PathParameters, trace commands of a whole and of the last band, and Globals.
+    gpu::Buffer constants;
+    uint32_t width = 0, height = 0, bands = 0, band_pixels = 0;
+    uint32_t segments = 0, all_segments = 0;  // of a dispatch, and of a path
+    uint64_t bands_done = 0;                  // band after band of each sample
+    std::vector<std::byte> key;               // everything that decides it; empty: it does not go on
     uint32_t samples() const { return bands == 0 ? 0 : static_cast<uint32_t>(bands_done / bands); }
   };
   bool shows_last() const;
@@ -138,11 +153,10 @@ class PathPass {
   std::unique_ptr<ImageFilter> resolve_bloom_;  // created on first use
   gpu::Buffer cells_;                           // EnvironmentCell[]; null: the environment is black
   glm::uvec2 cells_size_{0};
-  // PathParameters, trace commands of a whole and of the last band, and Globals; PathState[pixel of a band].
-  gpu::Buffer constants_, states_;
+  gpu::Buffer states_;    // PathState[pixel of a band]
   Image current_, last_;  // last_: the one before, while images refine
-  uint32_t band_pixels_ = 0;
-  uint32_t segments_ = 0, all_segments_ = 0;  // of a dispatch, and of a path
+  uint64_t selected_ = 0;
+  std::vector<std::pair<uint64_t, Image>> others_;  // with samples, the last selected one at the end
   uint32_t bands_per_submission_ = 1;
   gpu::Buffer saved_;  // sums in host memory; created on first use
 };

@@ -34,7 +34,7 @@ const recorder = new Recorder(at("canvas"), fileName, () => {
   at("record").setAttribute("aria-pressed", String(recorder.isRecording));
   at("record").title = recorder.isRecording ? "Stop and save the video (R)" : "Record a video (R)";
 });
-new Statistics(at("statistics"), display);
+const statistics = new Statistics(at("statistics"), display);
 
 function notice(text) {
   at("notice").textContent = text;
@@ -88,7 +88,7 @@ async function share() {
   }
 }
 
-const sendRender = () => control({type: "render", shadows: at("shadows").checked, tone_map: Number(at("tone-map").value)});
+const sendRender = () => control({type: "render", shadows: at("shadows").checked, paths: at("renderer").value === "paths", tone_map: Number(at("tone-map").value)});
 const togglePanel = () => document.body.classList.toggle("no-panel");
 
 function useCamera(index) {
@@ -140,10 +140,13 @@ const messages = {
   samples: (message) => plots.addSamples(message),
   render(message) {
     at("shadows").checked = message.shadows;
-    at("shadows").disabled = !message.shadows && !message.can_shade;
-    at("shadows").title = at("shadows").disabled ? "fire3dv was started with --shadows off" : "";
+    at("shadows").disabled = message.paths || (!message.shadows && !message.can_shade);
+    at("shadows").title = message.paths ? "Paths trace all shadows" : at("shadows").disabled ? "fire3dv was started with --shadows off" : "";
+    at("renderer").value = message.paths ? "paths" : "raster";
+    at("renderer-row").hidden = !message.can_switch;
     at("tone-map").value = String(message.tone_map);
   },
+  paths: (message) => statistics.setPaths(message),
   visibility(message) {
     nodes.setVisibility(message);
     drawVisibility();
@@ -212,5 +215,5 @@ for (const [id, action] of [["frame-all", () => send({type: "frame"})], ["screen
                             ["hide", hide], ["isolate", isolate], ["show-all", () => control({type: "show_all"})], ["deselect", () => select(null)]])
   at(id).onclick = action;
 at("record").hidden = Recorder.type() === undefined;
-at("shadows").onchange = at("tone-map").onchange = sendRender;
+at("shadows").onchange = at("tone-map").onchange = at("renderer").onchange = sendRender;
 if (matchMedia("(max-width: 700px)").matches) document.body.classList.add("no-panel");

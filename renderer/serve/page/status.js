@@ -63,16 +63,24 @@ export class Timeline {
   }
 }
 
-// Images and bytes a second of the display.
+const samplesText = (message) => `${message.samples} / ${message.samples_per_pixel} samples${message.waits ? ", other views refine first" : ""}`;
+
+// Samples of the image, and images and bytes a second of the display.
 export class Statistics {
   constructor(parent, display) {
+    this.samples = parent.appendChild(element("div", "", ""));
+    this.samples.id = "samples";
+    const rates = parent.appendChild(element("div", "", ""));
     let images = 0, bytes = 0, before = performance.now();
     setInterval(() => {
       const now = performance.now(), span = (now - before) / 1000;
       const rate = (display.images - images) / span, volume = (display.bytes - bytes) / span / 1024;
       [images, bytes, before] = [display.images, display.bytes, now];
       const size = display.last ? `${display.last.width} × ${display.last.height}, ${NAMES[display.last.codec]}` : "no image";
-      parent.textContent = `${size}, ${rate.toFixed(0)} images/s, ${volume.toFixed(0)} KiB/s`;
+      rates.textContent = `${size}, ${rate.toFixed(0)} images/s, ${volume.toFixed(0)} KiB/s`;
     }, 1000);
   }
+
+  // Of a path-traced image; the raster has none.
+  setPaths(message) { this.samples.textContent = message.samples_per_pixel > 0 ? samplesText(message) : ""; }
 }

@@ -176,7 +176,7 @@ def choose(page, control, what):
 
 
 def render(page, viewer, at):
-    """Shadows and tone mapping change the images of all viewers, and back. The page is in the front."""
+    """Shadows, tone mapping and renderer change the images of all viewers, and back. The page is in the front."""
     before = canvas(page)[2]
     check(viewer.evaluate("getComputedStyle(document.getElementById('render')).display") == "none", "a viewer without control has the settings")
     tone_map = page.evaluate("document.getElementById('tone-map').value")
@@ -193,6 +193,12 @@ def render(page, viewer, at):
         choose(page, control, first)
         at = image_after(page, at)
         check(psnr_db(before, canvas(page)[2]) > 60, f"{control} does not come back")
+    choose(page, "renderer", "c.value = 'paths'")
+    page.wait("the samples of a path-traced image", r"/^[1-9]\d* \/ 256 samples$/.test(document.getElementById('samples').textContent)")
+    choose(page, "renderer", "c.value = 'raster'")
+    page.wait("the raster", "document.getElementById('samples').textContent === ''")
+    image_after(page, at)
+    check(psnr_db(before, canvas(page)[2]) > 60, "the raster does not come back")
 
 
 def page_at_address(session, page, shown, size):

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""End-to-end test of --serve over time: memory stays flat, and a page behind a slow network stays live."""
+"""End-to-end test of --serve over time: memory stays flat, a page behind a slow network stays live, and path-traced images
+refine."""
 import ctypes
 import json
 import os
@@ -65,6 +66,117 @@ def memory(test):
         growth = resident_bytes(live.renderer.process) - before
         print(f"{name} in {time.monotonic() - begun:.0f} s: {before / 2**20:.0f} MiB before, growth {growth / 2**20:.1f} MiB", flush=True)
         check(growth < MAX_GROWTH_BYTES, f"memory has grown by {growth} bytes")
+    live.renderer.signal(15)
+    live.renderer.expect_exit(0)
+
+
+SPP = 12
+
+
+class PathViewer:
+    """A viewer without a browser, and the messages that it has received."""
+
+    def __init__(self, live, link=None):
+        self.socket = live.viewer(48, 32, link=link)
+        self.last, self.is_refined, self.samples, self.messages = 0, False, [], {}
+
+    def send(self, **message):
+        self.socket.send(json.dumps(message))
+
+    def receive(self):
+        """Returns the image's header, if it is one: whether it is refined."""
+        kind, payload = self.socket.receive()
+        check(kind in (1, 2), f"the renderer closed the connection: {payload}")
+        if kind == 1:
+            message = json.loads(payload)
+            self.messages[message["type"]] = message
+            if message["type"] == "paths":
+                self.samples.append(message["samples"])
+            return None
+        number, flags = struct.unpack_from("<I", payload)[0], payload[9]
+        check(number == self.last + 1, f"image {number} follows {self.last}")
+        self.last = number
+        self.send(type="shown", image=number)
+        self.is_refined = bool(flags & 1)
+        return self.is_refined
+
+    def image(self):
+        """Whether the next image is refined."""
+        while (refined := self.receive()) is None:
+            pass
+        return refined
+
+    def until(self, message, **fields):
+        """Receives until the last message of this type has these fields."""
+        while any(self.messages.get(message, {}).get(name) != value for name, value in fields.items()):
+            self.receive()
+
+    def refine(self):
+        """Receives until the image is whole; returns its samples on the way."""
+        self.samples.clear()
+        while not self.image():
+            pass
+        self.until("paths", samples=SPP, samples_per_pixel=SPP)
+        return self.samples
+
+
+def paths(test):
+    """Path-traced images refine up to --spp, then none is sent until something changes: camera, edit or renderer."""
+    live = LiveRenderer(test, "--render", "path", "--spp", str(SPP), "--bounces", "1")
+    first = PathViewer(live)
+    samples = first.refine()
+    check(samples[0] < SPP, f"samples of the first image: {samples}")
+
+    def expect_silence(viewer, change):
+        """The image after the change is the next one."""
+        last = viewer.last
+        time.sleep(0.3)  # images that come in vain have time to come
+        change()
+        refined = viewer.image()
+        check(viewer.last == last + 1, f"{viewer.last - last - 1} images were sent in vain")
+        return refined
+    check(not expect_silence(first, lambda: first.send(type="orbit", yaw=0.5, pitch=0)), "a moved camera shows the old image")
+    samples = first.refine()
+    check(samples[0] < SPP, f"a moved camera goes on with the old samples: {samples}")
+    # A second view refines beside the first one, which stays.
+    second = PathViewer(live, live.view)
+    second.send(type="orbit", yaw=-0.7, pitch=0.2)
+    second.refine()
+    # Tone mapping applies to the samples that are there.
+    first.samples.clear()
+    refined = expect_silence(first, lambda: first.send(type="render", shadows=True, tone_map=3))
+    check(refined and min(first.samples, default=SPP) == SPP, f"other tone mapping starts again: {refined}, {first.samples}")
+    check(second.image(), "other tone mapping starts the other view again")
+    # More views than refine at a time.
+    others = [PathViewer(live, live.view) for _ in range(4)]
+    for i, other in enumerate(others):
+        other.send(type="orbit", yaw=0.3 * (i + 1), pitch=0.1)
+    for other in others:
+        other.refine()
+    for other in others:
+        other.socket.close()
+    # A picked node needs no new image.
+    first.send(type="pick", x=0.5, y=0.5)
+    first.until("picked", type="picked")
+    check(second.last and "picked" not in second.messages, "another viewer has picked")
+    # A hidden node changes all views.
+    scene = first.messages["scene"]["scene"]
+    check(not expect_silence(first, lambda: first.send(type="hide", node=0, scene=scene, hidden=True)), "an edit shows the old image")
+    for viewer in (first, second):
+        samples = viewer.refine()
+        check(samples[0] < SPP, f"an edit goes on with the old samples: {samples}")
+    # Raster, and paths again.
+    first.is_refined = second.is_refined = False
+    first.send(type="render", shadows=True, tone_map=3, paths=False)
+    for viewer in (first, second):
+        viewer.until("render", paths=False, can_switch=True)
+        viewer.until("paths", samples_per_pixel=0)
+        while not viewer.is_refined:
+            viewer.receive()
+    first.send(type="render", shadows=True, tone_map=3, paths=True)
+    for viewer in (first, second):
+        viewer.refine()
+        viewer.socket.close()
     live.renderer.signal(15)
     live.renderer.expect_exit(0)
 
@@ -136,4 +248,4 @@ def slow(test):
 
 
 if __name__ == "__main__":
-    main({"memory": memory, "slow": slow}, ["fire3dv", "bullet_arm", "publisher"])
+    main({"memory": memory, "paths": paths, "slow": slow}, ["fire3dv", "bullet_arm", "publisher"])

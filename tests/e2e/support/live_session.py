@@ -36,8 +36,9 @@ class LiveRenderer:
         self.start(at, *arguments)
 
     def start(self, at, *arguments):
+        shadows = () if "--render" in arguments else ("--shadows", "map")
         self.renderer = Program(self.test, "fire3dv", [
-            self.test.programs_at["fire3dv"], self.scene, "--headless", "--serve", at, "--size", "32x32", "--shadows", "map",
+            self.test.programs_at["fire3dv"], self.scene, "--headless", "--serve", at, "--size", "32x32", *shadows,
             "--validation", "--cache", "off", *arguments], vulkan_environment(), self.host_of_renderer)
         self.control = self.renderer.wait_err(r"^  control  (https?://\S+/#[0-9a-f]{32})$").group(1)
         self.view = self.renderer.wait_err(r"^  view     (https?://\S+/#[0-9a-f]{32})$").group(1)

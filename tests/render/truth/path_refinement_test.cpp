@@ -58,6 +58,12 @@ class PathRefinement : public ValidationIsSilent {
     ADD_FAILURE() << "the image does not become whole";
     return {};
   }
+  // Traces the first sample of a selected image, unless it has one.
+  void begin_image(uint64_t number) {
+    bench_.renderer().select_paths(number);
+    for (int frame = 0; frame < 1000 && progress().samples == 0; ++frame) (void)bench_.refine(poses_, view_);
+    ASSERT_GT(progress().samples, 0u);
+  }
   // Image of another renderer, in one call.
   std::vector<uint8_t> whole_image(const passes::DrawSettings& settings) {
     RenderBench bench(scene_, kExtent, settings);
@@ -135,6 +141,47 @@ TEST_F(PathRefinement, StartsAgainAfterAChangeOfLightAndNotOfExposure) {
   settings_.path->bounces = 0;
   bench_.renderer().apply(settings_);
   EXPECT_EQ(refine_to_end().rgba8, whole_image(settings_));
+}
+
+// Two views in turn, each for a sample, and a third one that nobody goes on with.
+TEST_F(PathRefinement, SelectedImagesKeepTheirSamples) {
+  const passes::View views[] = {view_, from_above()};
+  uint32_t samples[] = {0, 0};
+  std::vector<uint8_t> images[2];
+  for (int turn = 0; turn < 6; ++turn) {
+    const size_t number = static_cast<size_t>(turn) % 2;
+    bench_.renderer().select_paths(number + 7);
+    for (int frame = 0; frame < 1000 && progress().samples == samples[number]; ++frame)
+      images[number] = bench_.refine(poses_, views[number]).rgba8;
+    ASSERT_GT(progress().samples, samples[number]) << "image " << number << " has started again";
+    samples[number] = progress().samples;
+    if (samples[number] == 3) continue;
+    begin_image(9);
+  }
+  for (const size_t number : {size_t{0}, size_t{1}}) {
+    view_ = views[number];
+    EXPECT_EQ(samples[number], 3u);
+    EXPECT_EQ(images[number], whole_image(settings_));
+  }
+  // Other poses end all of them.
+  bench_.renderer().select_paths(7);
+  EXPECT_TRUE(progress().is_whole());
+  poses_.set_rest(moved(scene_, 0, at({0.4f, 0.7f, 0})));
+  (void)bench_.refine(poses_, view_);
+  bench_.renderer().select_paths(8);
+  EXPECT_EQ(progress().samples, 0u);
+}
+
+// More images than have room: the one that was selected first has no samples any more.
+TEST_F(PathRefinement, AFewImagesKeepTheirSamples) {
+  for (uint64_t image = 1; image <= passes::PathPass::kMaxOtherImages + 2; ++image) begin_image(image);
+  bench_.renderer().select_paths(1);
+  EXPECT_EQ(progress().samples, 0u);
+  bench_.renderer().select_paths(3);
+  EXPECT_GT(progress().samples, 0u);
+  bench_.renderer().forget_paths(4);
+  bench_.renderer().select_paths(4);
+  EXPECT_EQ(progress().samples, 0u);
 }
 
 // An image of other poses in between, as of a client's request: no band of the image mixes both.

@@ -56,6 +56,8 @@ TEST(ClientMessage, EachKindIsRead) {
   EXPECT_EQ(joint.x, -1.5);
   EXPECT_FALSE(read(R"({"type":"posture","scene":4})").index);
   EXPECT_EQ(read(R"({"type":"render","shadows":false,"tone_map":3})").index, 3u);
+  EXPECT_EQ(read(R"({"type":"render","shadows":false,"tone_map":3})").paths, std::nullopt);
+  EXPECT_EQ(read(R"({"type":"render","shadows":false,"tone_map":3,"paths":true})").paths, true);
   for (const char* text :
        {R"({"type":"pan","right":1,"up":2})", R"({"type":"fly","right":1,"up":2,"back":3})",
         R"({"type":"pick","x":0,"y":1})", R"({"type":"isolate"})", R"({"type":"show_all"})",
@@ -98,6 +100,7 @@ TEST(ClientMessage, BadOnesAreRefused) {
         std::string(R"({"type":"joint","scene":0,"index":0})"),
         std::string(R"({"type":"posture","index":1})"),
         std::string(R"({"type":"render","shadows":true,"tone_map":4})"),
+        std::string(R"({"type":"render","shadows":true,"tone_map":3,"paths":1})"),
         R"({"type":"hello","token":")" + std::string(200, 'a') + "\"}",
         std::string(3000, '['),
         R"({"type":"show_all","x":")" + std::string(kMaxMessageBytes, 'a') + "\"}"})

@@ -63,8 +63,13 @@ TEST(LiveMessages, RenderSettings) {
   passes::DrawSettings settings;
   settings.shadows.method = passes::ShadowMethod::off;
   settings.post.tone_map = passes::ToneMap::neutral;
-  EXPECT_EQ(Json::parse(render_message(settings, false)),
-            Json::parse(R"({"type": "render", "shadows": false, "can_shade": false, "tone_map": 2})"));
+  EXPECT_EQ(Json::parse(render_message(settings, false, true)),
+            Json::parse(R"({"type": "render", "shadows": false, "can_shade": false, "paths": false,
+                            "can_switch": true, "tone_map": 2})"));
+  settings.path.emplace();
+  EXPECT_EQ(Json::parse(render_message(settings, false, false))["paths"], true);
+  EXPECT_EQ(Json::parse(paths_message({12, 256}, true)),
+            Json::parse(R"({"type": "paths", "samples": 12, "samples_per_pixel": 256, "waits": true})"));
 }
 
 }  // namespace
