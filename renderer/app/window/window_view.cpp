@@ -164,7 +164,7 @@ std::optional<std::string> WindowView::why_no_paths() {
     return "paths refine one view: start the viewer with one --window and without --stereo";
   if (!borrowed_.options.devices.empty()) return "paths refine on one device: --device instead of --devices";
   if (!borrowed_.options.serve.empty())
-    return "paths are not drawn for viewers in browsers: leave --serve out";
+    return "paths refine the image of a window or those of browsers: leave --serve out, or start --headless";
   if (borrowed_.options.lockstep || !borrowed_.options.out.empty())
     return "paths refine an image, and --lockstep and --out await whole ones: leave them out";
   return std::nullopt;
