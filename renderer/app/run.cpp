@@ -21,7 +21,7 @@
 #include "renderer/app/streams/image_service.h"
 #include "renderer/app/streams/secondary_devices.h"
 #include "renderer/app/viewer_document.h"
-#include "renderer/app/window/scene_editor.h"
+#include "renderer/app/window/editing/scene_editor.h"
 #include "renderer/app/window/viewer_control.h"
 #include "renderer/app/window/window_view.h"
 #include "renderer/gpu/device/device.h"

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "renderer/scene/gltf/export_glb.h"
+#include "renderer/scene/gltf/export/export_glb.h"
 #include "renderer/scene/gltf/gltf_container.h"
 #include "tests/support/gltf_builder.h"
 

@@ -10,7 +10,7 @@
 #include <string>
 
 #include "protocol/robot/robot_file.h"
-#include "renderer/app/window/scene_editor.h"
+#include "renderer/app/window/editing/scene_editor.h"
 #include "renderer/app/window/viewer_control.h"
 #include "renderer/scene/model/loaded_scene.h"
 #include "renderer/state/editing/overlay_file.h"

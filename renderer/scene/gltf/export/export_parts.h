@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "renderer/scene/files.h"
-#include "renderer/scene/gltf/export_glb.h"
+#include "renderer/scene/gltf/export/export_glb.h"
 #include "renderer/scene/gltf/gltf_container.h"
 
 namespace fire3dv::scene {

@@ -1,4 +1,4 @@
-#include "renderer/app/window/render_settings.h"
+#include "renderer/app/window/editing/render_settings.h"
 
 #include <iterator>
 #include <utility>

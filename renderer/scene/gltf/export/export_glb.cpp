@@ -1,4 +1,4 @@
-#include "renderer/scene/gltf/export_glb.h"
+#include "renderer/scene/gltf/export/export_glb.h"
 
 #include <cstring>
 #include <exception>
@@ -11,7 +11,7 @@
 
 #include "protocol/base/glb.h"
 #include "protocol/base/text.h"
-#include "renderer/scene/gltf/export_parts.h"
+#include "renderer/scene/gltf/export/export_parts.h"
 #include "renderer/scene/gltf/gltf_document.h"
 
 namespace fire3dv::scene {

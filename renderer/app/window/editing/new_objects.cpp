@@ -1,4 +1,4 @@
-#include "renderer/app/window/new_objects.h"
+#include "renderer/app/window/editing/new_objects.h"
 
 #include <algorithm>
 #include <filesystem>

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "protocol/base/text.h"
-#include "renderer/scene/gltf/export_parts.h"
+#include "renderer/scene/gltf/export/export_parts.h"
 #include "renderer/scene/model/shortest.h"
 
 namespace fire3dv::scene {

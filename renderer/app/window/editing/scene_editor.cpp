@@ -1,4 +1,4 @@
-#include "renderer/app/window/scene_editor.h"
+#include "renderer/app/window/editing/scene_editor.h"
 
 #include <algorithm>
 #include <chrono>
@@ -9,7 +9,7 @@
 #include "protocol/base/plural.h"
 #include "protocol/base/text.h"
 #include "renderer/app/window/viewer_control.h"
-#include "renderer/scene/gltf/export_glb.h"
+#include "renderer/scene/gltf/export/export_glb.h"
 #include "renderer/state/editing/document_additions.h"
 #include "renderer/state/editing/overlay_file.h"
 #include "renderer/state/editing/target_index.h"
