@@ -128,7 +128,7 @@ def paths(test):
     check(samples[0] < SPP, f"samples of the first image: {samples}")
 
     def expect_silence(viewer, change):
-        """The image after the change is the next one."""
+        """No image comes before the change: the next one is not refined, if the change moves something."""
         last = viewer.last
         time.sleep(0.3)  # images that come in vain have time to come
         change()
