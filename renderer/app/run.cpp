@@ -21,6 +21,7 @@
 #include "renderer/app/streams/image_service.h"
 #include "renderer/app/streams/secondary_devices.h"
 #include "renderer/app/viewer_document.h"
+#include "renderer/app/window/editing/new_objects.h"
 #include "renderer/app/window/editing/scene_editor.h"
 #include "renderer/app/window/viewer_control.h"
 #include "renderer/app/window/window_view.h"
@@ -251,7 +252,8 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   if (!overlay) return overlay.error();
   Result<CameraRig> camera =
       make_or_default<CameraRig>(stage, options, &Options::camera, [&](const Options& o) {
-        return CameraRig::create(*scene, camera_start(o, *scene, o.camera, playing));
+        const std::string name = may_add_camera(*overlay, o.camera) ? std::string() : o.camera;
+        return CameraRig::create(*scene, camera_start(o, *scene, name, playing));
       });
   if (!camera) return camera.error();
   if (const std::string line = set_exposure(options, *scene, stage.viewer.draw); !line.empty())
@@ -367,6 +369,10 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
     if (window) sinks::Window::poll_events();
   });
   for (const std::string& note : live.take_log_messages()) say(note);
+  if (may_add_camera(editor.history().document(), options.camera)) {
+    if (Result<void> chosen = select_added_camera(options.camera, live.scene(), *camera); !chosen)
+      return chosen.error();
+  }
   std::unique_ptr<WindowView> view;
   if (window) {
     Result<std::unique_ptr<WindowView>> made =

@@ -15,6 +15,7 @@
 #include "renderer/app/frame_loop.h"
 #include "renderer/app/loading/disk_caches.h"
 #include "renderer/app/start.h"
+#include "renderer/app/window/new_objects.h"
 #include "renderer/offline/frame_folder.h"
 #include "renderer/offline/offline_loop.h"
 #include "renderer/offline/timeline.h"
@@ -182,6 +183,11 @@ class Render {
   Result<bool> draw(const app::SceneLoad& load, const scene::LoadedScene& loaded, const Timeline& timeline,
                     const Manifest& manifest, Output& output);
 
+  // A camera that the overlay adds is chosen later.
+  std::string camera_of_file() const {
+    return app::may_add_camera(overlay_, drawing_.camera) ? std::string() : drawing_.camera;
+  }
+
   const RenderOptions& options_;
   const app::Options& drawing_;
   const app::CacheLocations places_;
@@ -211,7 +217,7 @@ Result<bool> Render::run() {
   for (const std::string& note : load.notes()) say(note);
   app::describe((*scene)->title(), (*loaded)->scene);
   // Checked before the output is made, so that a mistyped name leaves nothing.
-  if (auto camera = app::CameraRig::create((*loaded)->scene, {drawing_.camera, false, {}, {}}); !camera)
+  if (auto camera = app::CameraRig::create((*loaded)->scene, {camera_of_file(), false, {}, {}}); !camera)
     return (*scene)->with_title(camera.error());
   const auto manifest = describe_frames(options_, *timeline, *times, (*loaded)->scene);
   if (!manifest) return manifest.error();
@@ -279,7 +285,7 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
   auto animations = app::open_animations(drawing_, loaded.scene);
   if (!animations) return animations.error();
   auto camera = app::CameraRig::create(
-      loaded.scene, app::camera_start(drawing_, loaded.scene, drawing_.camera,
+      loaded.scene, app::camera_start(drawing_, loaded.scene, camera_of_file(),
                                       *animations ? (*animations)->chosen : std::vector<uint32_t>()));
   if (!camera) return camera.error();
   state::PoseState poses(loaded.scene);
@@ -303,6 +309,10 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
   edit(loaded.scene, &unmatched);
   live.await_additions();
   for (const std::string& note : live.take_log_messages()) say(note);
+  if (app::may_add_camera(overlay_, drawing_.camera)) {
+    if (auto chosen = app::select_added_camera(drawing_.camera, live.scene(), *camera); !chosen)
+      return chosen.error();
+  }
   const state::NodeNames names(live.scene());
   const state::EditTargets targets{live.scene(), names};
   state::TargetIndex index(targets);

@@ -140,16 +140,18 @@ def a_killed_path_is_gone_on_with(test):
 
 
 def an_overlay_is_applied(test):
-    """The edits of --overlay hold in every frame, and the manifest names them."""
+    """The edits and additions of --overlay hold in every frame, and the manifest names them."""
     overlay, plain, edited = test.path("edits.json"), test.path("plain"), test.path("edited")
     with open(overlay, "w", encoding="ascii") as file:
-        file.write('{"fire3dv_overlay": {"version": 1, "edits": [{"node": "front", "translation": [5, 0, 50], '
-                   '"rotation": [0, 0, 0, 1], "scale": [1, 1, 1]}]}}')
+        place = '"rotation": [0, 0, 0, 1], "scale": [1, 1, 1]'
+        file.write('{"fire3dv_overlay": {"version": 2, "edits": [{"node": "mine", "translation": [5, 0, 50], '
+                   f'{place}}}, {{"add": "mine", "copy": "front", "translation": [0, 0, 50], {place}}}]}}}}')
     part = ("--fps", FPS, "--start", 20 / FPS, "--end", 21 / FPS)
     render(test, recording(test), plain, *part)
-    render(test, recording(test), edited, *part, "--overlay", overlay)
+    render(test, recording(test), edited, *part, "--overlay", overlay, "--camera", "mine")
     lines = lines_of(os.path.join(plain, "frames.jsonl"))
-    check(len(lines) == 2 and lines == lines_of(os.path.join(edited, "frames.jsonl")), f"{lines}")
+    with_overlay = lines_of(os.path.join(edited, "frames.jsonl"))
+    check(len(lines) == 2 and with_overlay == [{**line, "camera": "mine"} for line in lines], f"{lines} {with_overlay}")
     for line in lines:
         before, after = (read_png(os.path.join(folder, line["file"])) for folder in (plain, edited))
         places = [(before.place_of_square(name), after.place_of_square(name)) for name in ("red", "green", "blue")]

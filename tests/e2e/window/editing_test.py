@@ -8,7 +8,7 @@ import os
 
 from glb_edit import add_variants, edit_glb
 from harness import main, wait_until
-from image_reader import check, read_png, write_scene
+from image_reader import SIZE, check, read_png, write_scene
 from screen import on_a_screen
 
 WINDOW = (1000, 640)
@@ -225,7 +225,7 @@ def image_of(test, scene, *arguments, size=(160, 120)):
 
 
 def additions(test):
-    """An overlay file adds a light, a copy and an asset: the image of a scene that has them, byte for byte. What cannot be
+    """An overlay file adds a light, a camera, a copy and an asset: the image of a scene that has them, byte for byte. What cannot be
     added is named, and the rest is there.
     """
     scene, same, overlay = test.path("lit.glb"), test.path("same.glb"), test.path("overlay/add.json")
@@ -234,12 +234,15 @@ def additions(test):
     place = {"translation": [20, -5, 0], "rotation": [0, 0, 0, 1], "scale": [1, 1, 1]}
     lamp = {"type": "point", "color": [1, 0.5, 0.25], "intensity": 400}
     at_lamp = {"translation": [10, 10, 20], "rotation": [0, 0, 0, 1], "scale": [1, 1, 1]}
+    at_camera = {"translation": [5, 0, 50], "rotation": [0, 0, 0, 1], "scale": [1, 1, 1]}
+    camera = {"half_extent": [SIZE[0] / 2, SIZE[1] / 2], "near": 1, "far": 100}
 
     def change(document, binary):
         red = next(node for node in document["nodes"] if node["name"] == "red")
         document["extensions"]["KHR_lights_punctual"]["lights"].append(lamp)
-        added = [{"name": "lamp", "extensions": {"KHR_lights_punctual": {"light": 1}}, **at_lamp}, {**red, "name": "red.1", **place}]
-        document["scenes"][0]["nodes"] += [len(document["nodes"]), len(document["nodes"]) + 1]
+        added = [{"name": "lamp", "extensions": {"KHR_lights_punctual": {"light": 1}}, **at_lamp},
+                 {"name": "mine", "camera": 0, **at_camera}, {**red, "name": "red.1", **place}]
+        document["scenes"][0]["nodes"] += range(len(document["nodes"]), len(document["nodes"]) + len(added))
         document["nodes"] += added
         return binary
     edit_glb(scene, same, change)
@@ -248,9 +251,8 @@ def additions(test):
     def write_overlay(*edits):
         with open(overlay, "w", encoding="ascii") as file:
             json.dump({"fire3dv_overlay": {"version": 2, "edits": [
-                {"add": "lamp", "light": lamp, **at_lamp}, {"add": "red.1", "copy": "red", **place}, *edits]}}, file)
-    plain, expected = image_of(test, scene)[1].rows, image_of(test, same)[1].rows
-    check(plain != expected, "nothing is added")
+                {"add": "lamp", "light": lamp, **at_lamp}, {"add": "mine", "camera": camera, **at_camera}, {"add": "red.1", "copy": "red", **place}, *edits]}}, file)
+    expected = image_of(test, same, "--camera", "mine")[1].rows
     # Files outside of the overlay file's folder are not reached; one inside is drawn.
     write_scene(test.path("outside.glb"), {"red": ((1, 0, 0), 0)})
     os.symlink(test.path("outside.glb"), test.path("overlay/link.glb"))
@@ -259,7 +261,7 @@ def additions(test):
     write_overlay({"add": "up", "asset": "../outside.glb"}, {"add": "far", "asset": test.path("outside.glb")},
                   {"add": "link", "asset": "link.glb"}, {"add": "none", "asset": "none.glb"},
                   {"add": "broken", "asset": "broken.glb"}, {"add": "lost", "copy": "nobody"})
-    run, picture = image_of(test, scene, "--overlay", overlay)
+    run, picture = image_of(test, scene, "--overlay", overlay, "--camera", "mine")
     check(picture.rows == expected, "the overlay has another image than the scene")
     for name, reason in (("up", "leaves"), ("far", "absolute"), ("link", "link that leaves"), ("none", "none.glb"),
                          ("broken", "broken.glb"), ("lost", '"nobody", which it copies')):
@@ -267,7 +269,7 @@ def additions(test):
     write_scene(test.path("overlay/inside.glb"), {"red": ((1, 0, 0), 0)}, place=0)
     write_overlay({"add": "inside", "asset": "inside.glb", "translation": [-40, 0, 1], "rotation": [0, 0, 0, 1], "scale": [1, 1, 1]},
                   {"node": "inside/red", "visible": True})
-    run, picture = image_of(test, scene, "--overlay", overlay)
+    run, picture = image_of(test, scene, "--overlay", overlay, "--camera", "mine")
     check(picture.rows != expected, "the asset is not drawn")
     check(not run.find_err("not added|no effect"), run.stderr_text())
 

@@ -144,6 +144,23 @@ std::vector<std::string> assets_beside(const std::filesystem::path& overlay) {
   return uris;
 }
 
+bool may_add_camera(const state::EditDocument& document, const std::string& name) {
+  const auto added = document.find(state::key_of_addition(name));
+  if (added == document.end()) return false;
+  const auto& content = std::get<state::Addition>(added->second).content;
+  return std::holds_alternative<scene::Camera>(content) || std::holds_alternative<state::CopiedNode>(content);
+}
+
+Result<void> select_added_camera(const std::string& name, const scene::Scene& scene, CameraRig& camera) {
+  const std::vector<uint32_t> nodes = scene::camera_nodes(scene);
+  for (size_t i = 0; i < nodes.size(); ++i) {
+    if (scene.nodes[nodes[i]].name != name) continue;
+    camera.select(i);
+    return {};
+  }
+  return Error{"--camera " + name + ": the node that the overlay file adds has no camera"};
+}
+
 Result<NewObject> duplicate(uint32_t number, const ViewPlace& place, const state::EditDocument& document,
                             const state::EditTargets& targets) {
   const scene::Scene& scene = targets.scene;

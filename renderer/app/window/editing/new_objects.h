@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "protocol/base/error.h"
+#include "renderer/app/window/camera_rig.h"
 #include "renderer/gui/panel_data.h"
 #include "renderer/state/editing/edit_document.h"
 
@@ -36,6 +37,10 @@ NewObject new_asset(const std::string& uri, const ViewPlace& place, const state:
                     const state::EditTargets& targets);
 // glTF files of the overlay file's folder and the folders in it, as URIs; at most 200.
 std::vector<std::string> assets_beside(const std::filesystem::path& overlay);
+// True if the document adds a node of this name that may have a camera, when it is displayed.
+bool may_add_camera(const state::EditDocument& document, const std::string& name);
+// Chooses it for --camera.
+Result<void> select_added_camera(const std::string& name, const scene::Scene& scene, CameraRig& camera);
 // Like the node as it is shown now, beside it. An error if its path is not its own.
 Result<NewObject> duplicate(uint32_t node, const ViewPlace& place, const state::EditDocument& document,
                             const state::EditTargets& targets);
