@@ -212,9 +212,12 @@ TEST_P(LiveScenes, ANodeComesIsMovedAndGoes) {
   EXPECT_EQ(show.live().faults().unmatched, 0u);
 }
 
+class UsersNodes : public ValidationIsSilent {};
+
 // A copy of the pier and a lamp, as a scene that has them; undone, nothing is left.
-TEST_P(LiveScenes, TheUserAddsNodesAndTakesThemBack) {
-  ViewerDocument show(GetParam());
+TEST_F(UsersNodes, AreAddedAndTakenBack) {
+  const Way& way = kConfigurations[0];
+  ViewerDocument show(way);
   const sinks::FrameImage before = show.draw();
   app::UserEdits edits;
   state::Addition& copy = edits.additions["pier.1"];
@@ -244,21 +247,22 @@ TEST_P(LiveScenes, TheUserAddsNodesAndTakesThemBack) {
   with.nodes.push_back(lit);
   with.nodes.push_back(pier);
   scene::find_world_bounds(with);
-  const sinks::FrameImage made = made_so(with);
-  EXPECT_TRUE(matches_image(show.draw(), made, file("user"), Tolerance::exact()));
+  RenderBench bench(with, kExtent, settings_of(way));
+  const sinks::FrameImage made = bench.draw_at_rest();
+  EXPECT_TRUE(matches_image(show.draw(), made, "live_user", Tolerance::exact()));
   const uint64_t builds = show.live().builds_begun();
   show.live().follow();
   EXPECT_EQ(show.live().builds_begun(), builds) << "what is refused is not tried with every image";
 
   show.live().set_user_edits({});
   show.live().follow();  // the build of the next scene is still running
-  EXPECT_TRUE(matches_image(show.draw(), before, file("user_undone"), Tolerance::colour()));
+  EXPECT_TRUE(matches_image(show.draw(), before, "live_user_undone", Tolerance::colour()));
   show.wait_for_scene();
-  EXPECT_TRUE(matches_image(show.draw(), before, file("user_gone"), Tolerance::exact()));
+  EXPECT_TRUE(matches_image(show.draw(), before, "live_user_gone", Tolerance::exact()));
 }
 
 // The user's node keeps its name against that of a stream.
-TEST_F(UsersLights, AddedNodesKeepTheirNames) {
+TEST_F(UsersNodes, KeepTheirNames) {
   ViewerDocument show(kConfigurations[1]);
   app::UserEdits edits;
   edits.additions["sail"].content = scene::Light();
