@@ -9,7 +9,7 @@ from screen import on_a_screen
 
 SIZE = (640, 480)
 # Check boxes of the namespaces in a window of this size with only the streams panel open, in order of their names.
-CHECKS = {"left": (540, 214), "right": (540, 237)}
+CHECKS = {"left": (611, 214), "right": (611, 237)}
 COLOURS = {"left": (255, 0, 255), "right": (0, 255, 255)}
 
 

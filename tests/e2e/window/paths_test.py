@@ -75,7 +75,7 @@ def refines(test, screen):
 
 
 # Positions in a window of this size, with only the render panel open.
-PANELS_SIZE, RENDERER, RASTER, PATHS_ITEM, VIEW = (640, 400), (573, 131), (573, 155), (573, 172), (320, 300)
+PANELS_SIZE, RENDERER, RASTER, PATHS_ITEM, VIEW = (640, 400), (573, 154), (573, 178), (573, 195), (320, 300)
 
 
 def switches(test, screen):
