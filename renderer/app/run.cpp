@@ -121,6 +121,14 @@ std::string count_images(uint64_t drawn, const Options& options, sinks::FileSink
               : "");
 }
 
+// Tools that read all files of a folder mix two runs.
+void warn_of_stale_frames(const Options& options, const sinks::FileSink& folder) {
+  if (const uint64_t stale = folder.count_stale_frames(); stale != 0)
+    say(warning(
+        options.out.string() + " has " + counted(stale, "frame") +
+        " of an earlier run beyond the last one of this run; they stay: remove them, or use frames.jsonl"));
+}
+
 // A cheap check, so that a wrong file name is reported rather than a missing display.
 Result<void> check_scene_file(const Options& options) {
   if (options.scene.empty() || options.list_devices) return {};
@@ -418,6 +426,7 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   }
   if (const std::optional<Error> fault = load.finish_caching()) log_cache_error(*fault);
   say(count_images(loop.images(), options, image_folder->get()) + "\n" + stage.stats.summary());
+  if (*image_folder) warn_of_stale_frames(options, **image_folder);
   if (!finished) return finished.error();
   return loop.switches_document() ? next.take() : nullptr;
 }

@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <bit>
 #include <cerrno>
+#include <charconv>
 #include <cstdio>
+#include <set>
 #include <string>
+#include <string_view>
 #include <system_error>
 
 #include "protocol/base/files.h"
@@ -73,6 +76,27 @@ Result<void> FileSink::finish() {
   std::lock_guard lock(mutex_);
   if (was_open && !error_) flush_series();
   return report_error();
+}
+
+uint64_t FileSink::count_stale_frames() const {
+  constexpr std::string_view kBegin = "frame_";
+  uint64_t count = 0;
+  for (const auto& [folder, last] : last_frame_of_folder_) {
+    std::set<uint64_t> stale;  // a frame may have several files
+    std::error_code fault;
+    for (std::filesystem::directory_iterator entry(options_.folder / folder, fault), end;
+         !fault && entry != end; entry.increment(fault)) {
+      const std::string name = entry->path().filename().string();
+      if (!name.starts_with(kBegin)) continue;
+      uint64_t number = 0;
+      const char* const begin = name.data() + kBegin.size();
+      const auto [stop, error] = std::from_chars(begin, name.data() + name.size(), number);
+      if (error == std::errc() && stop != name.data() + name.size() && *stop == '.' && number > last)
+        stale.insert(number);
+    }
+    count += stale.size();
+  }
+  return count;
 }
 
 // Makes the whole series durable. File contents are flushed one by one, so one flush of the list and of each

@@ -214,6 +214,7 @@ TEST_F(FileSinkTest, FramesOfAnEarlierRunAreNotInTheList) {
     for (uint64_t i = 0; i < count; ++i) ASSERT_TRUE((*sink)->consume(frame(i)).ok());
     ASSERT_TRUE((*sink)->finish().ok());
     EXPECT_EQ(lines_of(folder_ / "frames.jsonl").size(), count);
+    EXPECT_EQ((*sink)->count_stale_frames(), 5 - count);
   }
 }
 
