@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "protocol/base/json/json_fault.h"
 #include "protocol/wire/check.h"
 
 namespace fire3dv::robot {
@@ -36,7 +37,7 @@ class Builder : public nlohmann::json_sax<Json> {
     return true;
   }
   bool parse_error(size_t, const std::string&, const nlohmann::detail::exception& fault) override {
-    throw Fault("its JSON is invalid: " + wire::printable(fault.what(), 200));
+    throw Fault("its JSON is invalid: " + wire::printable(json_fault(fault.what()), 200));
   }
 
  private:

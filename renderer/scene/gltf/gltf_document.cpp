@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "protocol/base/error.h"
+#include "protocol/base/json/json_fault.h"
 #include "renderer/scene/gltf/foreign_file.h"
 #include "renderer/scene/gltf/gltf_container.h"
 #include "renderer/scene/gltf/gltf_parts.h"
@@ -220,7 +221,7 @@ Result<json> parsed(std::string_view text) {
   try {
     return json::parse(text);
   } catch (const json::exception& error) {
-    return Error{"the JSON cannot be read: " + quote(error.what())};
+    return Error{"the JSON cannot be read: " + quote(json_fault(error.what()))};
   }
 }
 

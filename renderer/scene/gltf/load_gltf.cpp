@@ -3,6 +3,7 @@
 #include <exception>
 #include <new>
 
+#include "protocol/base/json/json_fault.h"
 #include "renderer/scene/clusters/clusters.h"
 #include "renderer/scene/gltf/gltf_document.h"
 #include "renderer/scene/gltf/gltf_parts.h"
@@ -125,7 +126,7 @@ Result<Scene> guarded(const std::string& file, const Load& load_it) {
   } catch (const std::bad_alloc&) {
     return Error{file + ": it does not fit into memory"};
   } catch (const std::exception& error) {
-    return Error{file + ": it cannot be read: " + error.what()};
+    return Error{file + ": it cannot be read: " + json_fault(error.what())};
   }
 }
 
