@@ -338,7 +338,9 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   live.on_scene_replaced([&](const scene::Scene& before_it, const scene::Scene& after) {
     editor.replace_scene(stage.viewer, before_it, after, robot ? &*robot : nullptr);
     live.set_user_edits(edits_of(stage.viewer));
+    receiver.set_scene(&after);
   });
+  receiver.set_scene(scene);
   std::optional<SceneReload> reload;
   if (options.watch && show.has_own_file()) {
     SceneReload::Hooks hooks;

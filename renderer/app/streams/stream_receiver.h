@@ -62,6 +62,8 @@ class StreamReceiver final : public ImageReplies {
   // Charges the time that a stream's scene edits took to its peer, as that of messages.
   void add_edit_time(state::StreamId stream, int64_t ns);
 
+  // The displayed scene, borrowed, whose nodes are named to streams that match none; null (default): none are.
+  void set_scene(const scene::Scene* scene) { scene_ = scene; }
   // Borrowed; null (default): image requests are refused.
   void set_image_handler(ImageRequestHandler* handler) { image_handler_ = handler; }
   uint64_t refused_image_requests() const { return refused_image_requests_; }
@@ -237,6 +239,7 @@ class StreamReceiver final : public ImageReplies {
   void log(std::string text);
 
   state::PoseState& poses_;
+  const scene::Scene* scene_ = nullptr;
   bool lockstep_;
   PlayOptions play_;
   std::shared_ptr<BudgetPool> budgets_;

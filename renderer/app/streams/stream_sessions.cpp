@@ -3,9 +3,13 @@
 // is alive.
 #include <algorithm>
 #include <fstream>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "protocol/base/log.h"
 #include "protocol/base/plural.h"
+#include "protocol/base/text.h"
 #include "protocol/wire/encode.h"
 #include "renderer/app/streams/stream_receiver.h"
 
@@ -28,6 +32,39 @@ std::string list_names(const state::PoseState& poses, state::StreamId id, const 
   std::string text;
   for (size_t i = 0; i < shown; ++i) text += (i ? ", \"" : "\"") + names[i] + "\"";
   if (indices.size() > shown) text += " and " + std::to_string(indices.size() - shown) + " more";
+  return text;
+}
+
+// Example: ": stream \"A\"", which drives the first of the nodes. Nodes that are reserved for a stream that
+// may return have no driver.
+std::string first_driver(const state::PoseState& poses, const wire::StreamDescription& description,
+                         const state::IndexSet& indices) {
+  std::string text;
+  indices.visit([&](uint32_t index) {
+    const uint32_t node = poses.names().find(description.node_names[index]);
+    const auto drives = [node](const state::Stream& stream) {
+      return stream.active &&
+             std::ranges::find(stream.scene_node_of_pose, node) != stream.scene_node_of_pose.end();
+    };
+    const auto driver = std::ranges::find_if(poses.streams(), drives);
+    if (node != scene::kNone && driver != poses.streams().end()) text = ": stream \"" + driver->name + "\"";
+    return false;
+  });
+  return text;
+}
+
+// Names that the stream could use.
+std::string list_scene_nodes(const scene::Scene& scene) {
+  constexpr size_t kNames = 3;
+  std::vector<std::string> names;
+  for (const scene::Node& node : scene.nodes) {
+    if (node.name.empty() || node.name.size() > kMaxNameBytes) continue;
+    names.push_back(quote(node.name));
+    if (names.size() == kNames) break;
+  }
+  if (names.empty()) return "; no node of the scene has a name";
+  std::string text = "; the scene has";
+  for (size_t i = 0; i < names.size(); ++i) text += (i ? ", " : " ") + names[i];
   return text;
 }
 
@@ -159,8 +196,12 @@ void StreamReceiver::accept_stream(Peer peer, const wire::StreamDescription& des
   if (!bound.unmatched_names.empty())
     accepted += "; no scene node is called " + list_names(poses_, id, bound.unmatched_names);
   if (!bound.conflicting_names.empty())
-    accepted += "; another stream drives " + list_names(poses_, id, bound.conflicting_names);
-  log(std::move(accepted));
+    accepted += "; another stream drives " + list_names(poses_, id, bound.conflicting_names) +
+                first_driver(poses_, description, bound.conflicting_names);
+  const size_t names_count = description.node_names.size();
+  const bool drives_nothing = names_count != 0 && bound.unmatched_names.size() == names_count;
+  if (drives_nothing && scene_) accepted += list_scene_nodes(*scene_);
+  log(drives_nothing || !bound.conflicting_names.empty() ? warning(accepted) : accepted);
   welcome(peer, stream);
 }
 

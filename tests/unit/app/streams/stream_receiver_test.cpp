@@ -179,9 +179,26 @@ TEST_F(StreamReceiverTest, BadConnectionsDoNotHideWhatOthersSay) {
   const std::vector<std::string> log = receiver_.take_log_messages();
   // Each bad peer is logged once, the one that describes itself anew ten times a second.
   EXPECT_EQ(count_of(log, "warning: dropped a message from test://listener peer "), 80u);
-  EXPECT_EQ(count_of(log, "stream \"adapter\""), 10u);
-  EXPECT_EQ(count_of(log, "stream \"honest\" with 1 node accepted; another stream drives \"arm\""), 1u);
+  EXPECT_EQ(count_of(log, "stream \"adapter\""), 10u + 1u) << "and once as the driver of the arm";
+  EXPECT_EQ(count_of(log,
+                     "warning: stream \"honest\" with 1 node accepted; another stream drives \"arm\": "
+                     "stream \"adapter\""),
+            1u);
   EXPECT_EQ(log.size(), 91u);
+}
+
+// Whoever mistypes all names sees names that exist.
+TEST_F(StreamReceiverTest, AStreamThatDrivesNothingIsAWarningWithNodesOfTheScene) {
+  receiver_.set_scene(&scene_);
+  link_->deliver(1, LinkEvent::Kind::control, description(1, "lost", {"base", "link_1"}));
+  link_->deliver(2, LinkEvent::Kind::control, description(2, "half", {"base", "arm"}));
+  receiver_.poll();
+  const std::vector<std::string> log = receiver_.take_log_messages();
+  ASSERT_EQ(log.size(), 2u);
+  EXPECT_EQ(log[0],
+            "warning: stream \"lost\" with 2 nodes accepted; no scene node is called \"base\", \"link_1\"; "
+            "the scene has \"arm\"");
+  EXPECT_EQ(log[1], "stream \"half\" with 2 nodes accepted; no scene node is called \"base\"");
 }
 
 TEST_F(StreamReceiverTest, AFrameIsShownTogetherWithItsSceneEdits) {
