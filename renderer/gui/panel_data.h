@@ -187,6 +187,7 @@ struct EditFacts {
   bool is_saved = true;
   std::string file;                      // overlay file; empty: there is nowhere to save
   std::vector<std::string> assets = {};  // glTF files below its folder, as URIs
+  std::string notice = {};               // shown over the image; empty: none
 };
 
 struct Facts {

@@ -158,6 +158,9 @@ void Window::wait_events(double timeout_s) {
 bool Window::should_close() const {
   return glfwWindowShouldClose(window_);
 }
+void Window::keep_open() {
+  glfwSetWindowShouldClose(window_, GLFW_FALSE);
+}
 void Window::set_title(const std::string& title) {
   glfwSetWindowTitle(window_, title.c_str());
 }

@@ -41,6 +41,7 @@ class Window {
   static void poll_events();  // of all windows
   static void wait_events(double timeout_s);
   bool should_close() const;
+  void keep_open();  // takes back the request to close it
   bool minimized() const;
   VkExtent2D framebuffer_extent() const;
   float scale() const;  // content scale of panels and text: 1 on a standard-density display

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "protocol/base/log.h"
+#include "protocol/base/plural.h"
 #include "renderer/app/default_look.h"
 #include "renderer/app/options/stream_options.h"
 #include "renderer/app/streams/image_service.h"
@@ -209,7 +210,8 @@ void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::Tim
   ViewerInput::Owners owners;
   if (panels_) {
     const LiveScene& scene = borrowed_.scene;
-    const gui::EditFacts editing = borrowed_.editor.facts();
+    gui::EditFacts editing = borrowed_.editor.facts();
+    editing.notice = notice_;
     const auto view = [this](float aspect) { return borrowed_.camera.view(borrowed_.poses, aspect); };
     owners =
         panels_->take(first(), input, {window_extent_.width, window_extent_.height}, seconds, facts,
@@ -242,9 +244,46 @@ void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::Tim
   if (std::exchange(commands.screenshot, false)) request_screenshot();
   if (std::exchange(commands.toggle_video, false)) captures_.toggle_video();
   if (commands.export_csv) captures_.export_csv(*std::exchange(commands.export_csv, std::nullopt));
-  if (std::exchange(commands.close, false)) closing_ = true;
+  close_or_open(input, owners.view_has_mouse);
+}
+
+// A request that would lose unsaved edits is refused once.
+void WindowView::close_or_open(const sinks::WindowInput& input, bool view_has_mouse) {
+  const auto is_press = [](const sinks::InputEvent& event) {
+    return event.kind == sinks::InputEvent::Kind::button && event.down;
+  };
+  const state::EditHistory& history = borrowed_.editor.history();
+  if (reported_edits_ && ((view_has_mouse && std::ranges::any_of(input.events, is_press)) ||
+                          history.is_saved() || *reported_edits_ != history.document())) {
+    reported_edits_.reset();
+    notice_.clear();
+  }
+  gui::Commands& commands = borrowed_.viewer.commands;
+  if (std::exchange(commands.close, false) || first().should_close()) {
+    closing_ = closing_ || may_discard_edits("close");
+    if (!closing_) first().keep_open();
+  }
   if (!input.dropped.empty()) commands.open = input.dropped.front();
-  if (commands.open) opened_ = std::exchange(commands.open, std::nullopt);
+  if (const auto file = std::exchange(commands.open, std::nullopt); file && may_discard_edits("open"))
+    opened_ = file;
+}
+
+bool WindowView::may_discard_edits(const char* request) {
+  SceneEditor& editor = borrowed_.editor;
+  editor.update(borrowed_.viewer, edit_targets(), false);  // with a change that is not finished
+  const state::EditHistory& history = editor.history();
+  if (history.is_saved() || (reported_edits_ == history.document() && reported_request_ == request))
+    return true;
+  reported_edits_ = history.document();
+  reported_request_ = request;
+  const size_t count = history.unsaved_count();
+  const bool is_one = count == 1;
+  notice_ =
+      counted(count, "edit") + (is_one ? " is" : " are") + " not saved: " +
+      (editor.facts().file.empty() ? "a recording's scene needs --overlay FILE to save" : "Ctrl+S saves") +
+      (is_one ? " it; " : " them; ") + request + " again to discard " + (is_one ? "it" : "them");
+  notes_.push_back(warning(notice_));
+  return false;
 }
 
 void WindowView::request_screenshot() {

@@ -89,7 +89,7 @@ class WindowView {
   // Takes the events of all windows. True if there is news for the user: input since the last call, a picked
   // node, or a video that is recorded.
   bool take_activity();
-  bool should_close() const { return closing_ || first().should_close(); }
+  bool should_close() const { return closing_; }
   std::optional<std::filesystem::path> take_opened() { return std::exchange(opened_, std::nullopt); }
   // Messages to the user since the last call.
   std::vector<std::string> take_log_messages();
@@ -125,6 +125,8 @@ class WindowView {
                                const ScreenshotRecorder::Tag& shown, glm::uvec2 size);
   void place_image();
   state::EditTargets edit_targets() const;
+  bool may_discard_edits(const char* request);
+  void close_or_open(const sinks::WindowInput& input, bool view_has_mouse);
   void apply_requests();
   std::optional<std::string> why_no_paths();
   void apply_draw_settings();
@@ -147,6 +149,9 @@ class WindowView {
   passes::DrawSettings drawn_;  // last valid settings
   bool closing_ = false;
   std::optional<glm::uvec2> large_screenshot_px_;  // to draw next: not of the size in the window
+  // Unsaved edits for which a request was refused, and the text: until they change, or the user goes on.
+  std::optional<state::EditDocument> reported_edits_;
+  std::string reported_request_, notice_;
   std::vector<std::string> notes_;
   std::optional<std::filesystem::path> opened_;
   std::chrono::steady_clock::time_point steered_ = std::chrono::steady_clock::now();

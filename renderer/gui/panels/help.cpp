@@ -4,6 +4,7 @@
 #include <cmath>
 #include <iterator>
 #include <span>
+#include <string>
 
 #include "renderer/gui/panels.h"
 
@@ -120,6 +121,22 @@ void draw_help(const Context& context) {
   }
   ImGui::End();
   ImGui::PopStyleVar(3);
+}
+
+void draw_notice(const Context& context, const Rect& image) {
+  const Ui& ui = context.ui;
+  if (!context.shown.editing || context.shown.editing->notice.empty()) return;
+  const std::string& text = context.shown.editing->notice;
+  const float padding = ui.points(8), margin = ui.points(8);
+  const float room = std::max(image.high.x - image.low.x - 2 * (padding + margin), ui.points(40));
+  const ImVec2 size = ImGui::CalcTextSize(text.c_str(), nullptr, false, room);
+  const ImVec2 at{std::round((image.low.x + image.high.x - size.x) / 2), image.low.y + margin + padding};
+  ImDrawList* const list = ImGui::GetForegroundDrawList();
+  list->AddRectFilled({at.x - padding, at.y - padding}, {at.x + size.x + padding, at.y + size.y + padding},
+                      theme::panel(), ui.points(4));
+  list->AddRect({at.x - padding, at.y - padding}, {at.x + size.x + padding, at.y + size.y + padding},
+                theme::warning(), ui.points(4));
+  list->AddText(ImGui::GetFont(), ImGui::GetFontSize(), at, theme::text(), text.c_str(), nullptr, room);
 }
 
 }  // namespace fire3dv::gui

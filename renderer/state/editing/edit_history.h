@@ -52,6 +52,7 @@ class EditHistory {
 
   // True if the document equals the one of the last mark_saved(), at first the empty one.
   bool is_saved() const { return is_saved_; }
+  size_t unsaved_count() const { return difference(saved_, document_).size(); }  // of edits
   void mark_saved();
 
  private:

@@ -182,6 +182,46 @@ def adding(test, screen):
     check(of_overlay != image_of(test, scene)[1].rows, "the copy is not seen")
 
 
+def unsaved(test, screen):
+    """Edits that are not saved: the first Escape or close says so in the window and leaves it open, the second closes it."""
+    scene = test.path("squares.glb")
+    write_scene(scene, place=0)
+
+    def image():
+        return screen.picture(window).columns(280, 400).rows
+
+    def red():
+        return centre_of(screen.picture(window), "red", range(280, 680))
+
+    def told(times):
+        found = [line for line in list(renderer.err) if line.endswith(
+            "warning: 1 edit is not saved: Ctrl+S saves it; close again to discard it")]
+        return len(found) == times
+
+    renderer = test.viewer(scene, env=screen.env, size=WINDOW)
+    window = screen.window(renderer)
+    at = wait_until("the red square", red)
+    plain = image()
+    screen.xdotool("mousemove", "--window", window, *map(round, at), "click", 1)
+    wait_until("an outline", lambda: image() != plain)
+    screen.xdotool("key", "h", "key", "Escape")  # no selection
+    wait_until("no red", lambda: not red())
+    top = image()[:60]
+    screen.xdotool("key", "Escape")
+    wait_until("the warning", lambda: told(1))
+    wait_until("the notice", lambda: image()[:60] != top)
+    screen.xdotool("key", "ctrl+z")
+    wait_until("red again", red)
+    screen.xdotool("key", "ctrl+y")
+    wait_until("no red", lambda: not red())
+    screen.x11.close(int(window))
+    wait_until("the warning again: the edits have changed", lambda: told(2))
+    check(renderer.alive(), "closed with unsaved edits")
+    screen.x11.close(int(window))
+    renderer.expect_exit(0)
+    check(not os.path.exists(scene + ".overlay.json") and told(2), renderer.stderr_text())
+
+
 def bad_files(test):
     """A file that is no overlay, or names a wrong member, ends the program with both in the message."""
     for text, fault in (('{"fire3dv_overlay": {"version": 1, "edits": [{"node": "red", "visble": 1}]}}', 'edits\\[0\\].*"visble"'),
@@ -276,5 +316,5 @@ def additions(test):
 
 if __name__ == "__main__":
     main({"gizmo": on_a_screen(gizmo, size=(1280, 800)), "adding": on_a_screen(adding, size=(1280, 800)),
-          "render_settings": on_a_screen(render_settings), "bad_files": bad_files, "variants": variants,
-          "additions": additions}, ["fire3dv"])
+          "unsaved": on_a_screen(unsaved, size=(1280, 800)), "render_settings": on_a_screen(render_settings),
+          "bad_files": bad_files, "variants": variants, "additions": additions}, ["fire3dv"])

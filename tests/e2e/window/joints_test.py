@@ -57,6 +57,8 @@ def drag(test, screen):
     screen.xdotool("mouseup", 1)
     wait_until("a car that has risen", lambda: (top_of_the_car(screen.picture(window)) or before) < before - 60)
     screen.x11.close(int(window))
+    renderer.wait_err("close again to discard it")
+    screen.x11.close(int(window))
     renderer.expect_exit(0)
 
 
