@@ -27,6 +27,7 @@ constexpr Number kNumbers[] = {
 constexpr const char* kDockNames[kDocks] = {"left-dock", "right-dock", "bottom-dock"};
 
 constexpr const char* kThemeName = "theme";
+constexpr const char* kPlottedName = "scalars-seen";
 constexpr const char* kThemes[] = {"dark", "light"};
 
 std::string_view trimmed(std::string_view text) {
@@ -50,6 +51,10 @@ bool set(Layout& layout, std::string_view name, std::string_view value) {
   if (name == kThemeName) {
     layout.is_light = value == kThemes[1];
     return layout.is_light || value == kThemes[0];
+  }
+  if (name == kPlottedName) {
+    layout.has_plotted = value == "yes";
+    return layout.has_plotted || value == "no";
   }
   for (size_t i = 0; i < kPanels; ++i) {
     if (name != panel_name(static_cast<Panel>(i))) continue;
@@ -83,6 +88,7 @@ std::string layout_text(const Layout& layout) {
     text += line;
   }
   text += std::string(kThemeName) + " = " + kThemes[layout.is_light ? 1 : 0] + "\n";
+  text += std::string(kPlottedName) + (layout.has_plotted ? " = yes\n" : " = no\n");
   for (size_t i = 0; i < kPanels; ++i) {
     text += std::string(panel_name(static_cast<Panel>(i))) + (layout.open[i] ? " = open\n" : " = closed\n");
   }

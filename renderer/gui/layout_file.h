@@ -42,7 +42,8 @@ struct Layout {
                                  true, true, true, true, false, true,  false};
   std::array<bool, kDocks> folded{};  // a folded dock is a narrow strip
   float camera_speed = 1;
-  bool is_light = false;  // theme
+  bool is_light = false;     // theme
+  bool has_plotted = false;  // the first scalars have unfolded the panel Plots, once for all runs
 
   bool& is_folded(Dock dock) { return folded[static_cast<size_t>(dock)]; }
   bool is_folded(Dock dock) const { return folded[static_cast<size_t>(dock)]; }

@@ -22,13 +22,6 @@ float decoded(float srgb) {
   return srgb <= 0.04045f ? srgb / 12.92f : std::pow((srgb + 0.055f) / 1.055f, 2.4f);
 }
 
-// Rounding leaves values such as -1e-9, which would be shown as -0.000.
-float without_sign_of_zero(float value, const char* format) {
-  char text[64];
-  std::snprintf(text, sizeof text, format, static_cast<double>(value));
-  return std::strtof(text, nullptr) == 0 ? 0 : value;
-}
-
 }  // namespace
 
 bool invisible_button(const char* name, float width, float height) {
@@ -226,6 +219,12 @@ bool Ui::slider(const char* label, float& value, const Range& range, const char*
   return changed;
 }
 
+float without_minus_zero(float value, const char* format) {
+  char text[64];
+  std::snprintf(text, sizeof text, format, static_cast<double>(value));
+  return std::strtof(text, nullptr) == 0 ? 0 : value;
+}
+
 bool Ui::numbers(const char* label, glm::vec3& value, const Numbers& numbers, const char* hint_text) {
   constexpr const char* kAxes[] = {" x", " y", " z"};
   ImGui::PushID(label);
@@ -242,7 +241,7 @@ bool Ui::numbers(const char* label, glm::vec3& value, const Numbers& numbers, co
     if (axis > 0) ImGui::SameLine(0, gap);
     ImGui::PushID(axis);
     ImGui::SetNextItemWidth(width);
-    float shown = without_sign_of_zero(value[axis], numbers.format);
+    float shown = without_minus_zero(value[axis], numbers.format);
     if (ImGui::DragFloat("##", &shown, numbers.step, 0, 0, numbers.format)) {
       value[axis] = shown;
       changed = true;

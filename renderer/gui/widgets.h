@@ -102,6 +102,8 @@ std::string elided(const std::string& text, float width_px);
 // Breaks a text of one line at spaces, so that lines have this width in pixels where words do: ImGui would
 // break numbers after their point.
 std::string wrapped(std::string text, float width_px);
+// 0 in place of a number that its format would show as -0.0.
+float without_minus_zero(float value, const char* format);
 // Replaces line breaks by spaces: rows have the height of one line.
 std::string one_line(std::string_view text);
 

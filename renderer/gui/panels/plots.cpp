@@ -98,6 +98,12 @@ Range values_in(std::span<const ScalarColumn> columns, const Range& time_ns) {
   return {std::max(values.low - margin, -kMost), std::min(values.high + margin, kMost)};
 }
 
+bool has_scalars(const state::PoseState& poses) {
+  return std::ranges::any_of(poses.streams(), [](const state::Stream& stream) {
+    return stream.active && !stream.scalars().groups().empty();
+  });
+}
+
 class Canvas {
  public:
   Canvas(Ui& ui, const Rect& rect, const Range& time_ns, const Range& values)
@@ -241,6 +247,8 @@ void PlotsPanel::list(const Context& context) {
 void PlotsPanel::draw(const Context& context) {
   Ui& ui = context.ui;
   takes_wheel_ = false;
+  const bool unfolds = !context.layout.has_plotted && has_scalars(context.shown.poses);
+  if (unfolds) context.layout.has_plotted = context.layout.is_open(Panel::plots) = true;
   if (!ui.header("Plots", context.layout.is_open(Panel::plots))) return;
   list(context);
   if (entries_.empty()) {
@@ -260,6 +268,7 @@ void PlotsPanel::draw(const Context& context) {
     context.viewer.commands.export_csv = csv_text(columns_, clamped_ns(view_[0]), clamped_ns(view_[1]));
   if (entries_.size() > kSearchFrom) ui.text("search", "search scalars", search_);
   draw_list(context);
+  if (unfolds) ImGui::SetScrollHereY(1);
 }
 
 int64_t PlotsPanel::clamped_ns(double time_ns) {

@@ -18,6 +18,7 @@ Layout unlike_the_first() {
   layout.camera_speed = 0.25f;
   layout.is_light = true;
   layout.is_open(Panel::frame) = false;
+  layout.has_plotted = true;
   layout.is_open(Panel::lights) = true;
   return layout;
 }

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <imgui.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <sstream>
 
@@ -226,6 +227,31 @@ TEST(ScalarTable, MergesTimesAndQuotesNames) {
             "0.000000005,,,\r\n"
             "0.000000007,,2,-2\r\n");
   EXPECT_EQ(gui::csv_text({columns, 1}, 1, 4), "sim_time_s,\"a/say \"\"x\"\", y\"\r\n");
+}
+
+// Once for all runs: the layout file has it.
+TEST(GuiPlots, TheFirstScalarsUnfoldThePanelUnlessTheUserFoldedItLater) {
+  GuiWorld world;
+  gui::Input input;
+  input.display_px = {1280, 720};
+  const auto has_plot = [&](const gui::Layout& layout, const state::PoseState& poses) {
+    gui::Gui panels(layout);
+    for (int i = 0; i < 3; ++i) panels.frame(input, world.facts, {world.scene, poses}, world.viewer);
+    return panels.layout().is_open(gui::Panel::plots);
+  };
+  EXPECT_FALSE(has_plot({}, state::PoseState(world.scene)));
+  EXPECT_TRUE(has_plot({}, world.poses));
+  gui::Layout folded_again;
+  folded_again.has_plotted = true;
+  EXPECT_FALSE(has_plot(folded_again, world.poses));
+}
+
+TEST(GuiNumbers, AreNeverMinusZero) {
+  EXPECT_EQ(gui::without_minus_zero(-0.04f, "%.1f"), 0);
+  EXPECT_FALSE(std::signbit(gui::without_minus_zero(-0.0f, "%.3f")));
+  EXPECT_EQ(gui::without_minus_zero(-0.06f, "%.1f"), -0.06f);
+  EXPECT_EQ(gui::without_minus_zero(-0.04f, "%.3f"), -0.04f);
+  EXPECT_EQ(gui::without_minus_zero(0.04f, "%.1f"), 0.04f);
 }
 
 }  // namespace

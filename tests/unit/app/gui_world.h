@@ -108,7 +108,9 @@ struct GuiWorld {
   std::function<passes::View(float aspect)> image_view;  // null: no gizmo
   std::string clipboard;
   std::vector<std::filesystem::path> recent_files{"/a/shown.glb", "/a/other.glb", "/b/other.glb"};
-  gui::Gui gui{{}, {[this] { return clipboard; }, [this](const std::string& text) { clipboard = text; }}};
+  // As of a user who has seen scalars: the first ones would unfold the panel Plots.
+  gui::Gui gui{{.has_plotted = true},
+               {[this] { return clipboard; }, [this](const std::string& text) { clipboard = text; }}};
   glm::vec2 display_px{1280, 720};
   float scale = 1;
   bool replays = true;
