@@ -196,7 +196,15 @@ Result<void> place_scene(const Stage& stage, const scene::LoadedScene& loaded, V
         !enough)
       return enough;
     stage.renderer->set_scene(loaded.scene, loaded.derived);
-    if (stage.renderer->prepare({.extent = extent})) return {};
+    passes::Shortage shortage{};
+    const Result<passes::PreparedFrame> prepared = stage.renderer->prepare({.extent = extent}, &shortage);
+    if (prepared) return {};
+    if (shortage == passes::Shortage::device_memory)
+      return Error{"the device has no memory for images of " + std::to_string(extent.width) + "x" +
+                   std::to_string(extent.height) + " with " +
+                   counted(static_cast<uint64_t>(stage.renderer->samples()), "sample") +
+                   " beside the scene: choose a smaller --size, or fewer --samples"};
+    return prepared.error();
   } catch (const gpu::VulkanFailure& failure) {
     if (!gpu::is_out_of_memory(failure)) throw;
   }
