@@ -185,7 +185,9 @@ void Report::print(double sim_time_s, const std::vector<Publisher::Link>& links)
       const std::string message = status.welcome_message, prefix = links[i].uri + ": ";
       const bool has_uri = message.starts_with(prefix);
       std::fprintf(stderr, "  %s%s%s\n", prefix.c_str(),
-                   status.renderers != 0 ? "the renderer says: " : "not connected: ",
+                   status.renderers != 0 ? "the renderer says: "
+                   : status.welcome >= 0 ? "the renderer has left; it said: "
+                                         : "not connected: ",
                    message.c_str() + (has_uri ? prefix.size() : 0));
     }
   }

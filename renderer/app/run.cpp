@@ -96,7 +96,7 @@ Result<std::unique_ptr<serve::Server>> open_live_view(const Options& options) {
   server_options.token_file = options.serve_tokens;
   Result<std::unique_ptr<serve::Server>> opened = serve::Server::open(server_options);
   if (!opened) return opened;
-  say("live view at " + (*opened)->address() + "; whoever has a link has its rights:");
+  say("live view; whoever has a link has its rights:");
   std::fprintf(stderr, "  control  %s\n  view     %s\n", (*opened)->link(serve::Access::control).c_str(),
                (*opened)->link(serve::Access::view).c_str());
   return opened;
