@@ -9,6 +9,7 @@
 #include <span>
 #include <string>
 
+#include "protocol/base/plural.h"
 #include "protocol/robot/robot_file.h"
 #include "renderer/app/window/editing/scene_editor.h"
 #include "renderer/app/window/viewer_control.h"
@@ -118,6 +119,8 @@ TEST_F(Editors, WhatIsSavedIsOpenedAgain) {
   SceneEditor again(file(), *document);
   gui::Viewer reopened;
   again.begin(reopened, targets());
+  EXPECT_EQ(again.take_log_messages().at(0),
+            counted(document->size(), "edit") + " of " + file().path.string() + " applied");
   EXPECT_EQ(edits_of(reopened), edits_of(viewer_));
   EXPECT_TRUE(again.facts().is_saved);
   EXPECT_EQ(again.facts().undo, "");
@@ -130,6 +133,7 @@ TEST_F(Editors, AFileThatWasNotOpenedIsReplacedOnlyWhenAskedTwice) {
   std::ofstream(file().path) << "of yesterday";
   SceneEditor editor(file(false), {});
   editor.begin(viewer_, targets());
+  EXPECT_NE(editor.take_log_messages().at(0).find("is not applied: --overlay"), std::string::npos);
   viewer_.hidden = {1};
   viewer_.commands.save_overlay = true;
   update(editor);
@@ -138,6 +142,8 @@ TEST_F(Editors, AFileThatWasNotOpenedIsReplacedOnlyWhenAskedTwice) {
   viewer_.commands.save_overlay = true;
   update(editor);
   EXPECT_NE(bytes_of(file().path), "of yesterday");
+  EXPECT_EQ(editor.take_log_messages().at(0),
+            "1 edit saved to " + file().path.string() + "; open it with --overlay " + file().path.string());
   // Where nothing can be written the edits stay, with an error.
   SceneEditor lost({folder_ / "no such folder" / "a.json", "a", true}, {});
   viewer_.commands.save_overlay = true;

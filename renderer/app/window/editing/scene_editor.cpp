@@ -149,6 +149,9 @@ SceneEditor::SceneEditor(OverlayFile file, state::EditDocument document)
 
 void SceneEditor::begin(gui::Viewer& viewer, const state::EditTargets& targets) {
   constexpr size_t kMaxReported = 8;
+  if (!file_.was_named && !file_.path.empty() && is_there(file_.path))
+    notes_.push_back(file_.path.filename().string() + " beside the scene is not applied: --overlay " +
+                     file_.path.string());
   if (history_.document().empty()) return;
   std::vector<state::EditKey> unmatched;
   show(viewer, targets, &unmatched);
@@ -163,6 +166,8 @@ void SceneEditor::begin(gui::Viewer& viewer, const state::EditTargets& targets) 
   if (unmatched.size() > kMaxReported)
     notes_.push_back(warning(file_.path.string() + ": " + std::to_string(unmatched.size() - kMaxReported) +
                              " further edits have no effect"));
+  notes_.push_back(counted(history_.document().size() - unmatched.size(), "edit") + " of " +
+                   file_.path.string() + " applied");
 }
 
 void SceneEditor::show(gui::Viewer& viewer, const state::EditTargets& targets,
@@ -296,7 +301,8 @@ void SceneEditor::save() {
     return notes_.push_back(error_line("the edits are not saved: " + saved.error().message));
   may_replace_ = true;
   history_.mark_saved();
-  notes_.push_back(counted(history_.document().size(), "edit") + " saved to " + file_.path.string());
+  const std::string saved = counted(history_.document().size(), "edit") + " saved to " + file_.path.string();
+  notes_.push_back(file_.was_named ? saved : saved + "; open it with --overlay " + file_.path.string());
 }
 
 // On a thread of its own: files may be large.
