@@ -44,7 +44,8 @@ class FileSink final : public FrameSink {
   Result<void> finish() override;
 
   uint64_t frames_written() const { return frames_written_; }
-  // After finish(): frames of an earlier run in the same folders, beyond the last frame of this one. They stay.
+  // After finish(): frames of an earlier run in the same folders, beyond the last frame of this one. They
+  // stay.
   uint64_t count_stale_frames() const;
   uint64_t frames_dropped() const { return frames_dropped_; }  // taken after an error
 

@@ -62,7 +62,8 @@ class StreamReceiver final : public ImageReplies {
   // Charges the time that a stream's scene edits took to its peer, as that of messages.
   void add_edit_time(state::StreamId stream, int64_t ns);
 
-  // The displayed scene, borrowed, whose nodes are named to streams that match none; null (default): none are.
+  // The displayed scene, borrowed, whose nodes are named to streams that match none; null (default): none
+  // are.
   void set_scene(const scene::Scene* scene) { scene_ = scene; }
   // Borrowed; null (default): image requests are refused.
   void set_image_handler(ImageRequestHandler* handler) { image_handler_ = handler; }
