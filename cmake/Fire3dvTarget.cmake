@@ -63,6 +63,8 @@ if(FIRE3DV_PRECOMPILE)
   # time. Unit: KiB.
   target_compile_options(fire3dv_flags INTERFACE
     "$<$<COMPILE_LANG_AND_ID:CXX,GNU>:SHELL:--param ggc-min-heapsize=600000>")
+  # Threads::Threads adds this option, which defines a macro: headers compiled without it are refused.
+  target_compile_options(fire3dv_flags INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-pthread>)
   fire3dv_precompiled(fire3dv_library_headers HEADERS ${fire3dv_common_headers})
   fire3dv_precompiled(fire3dv_program_headers HEADERS ${fire3dv_common_headers} OPTIONS $<$<COMPILE_LANGUAGE:CXX>:-fPIE>)
   set_target_properties(fire3dv_program_headers PROPERTIES POSITION_INDEPENDENT_CODE OFF)
