@@ -15,6 +15,25 @@ std::string text_of(double value) {
   return text;
 }
 
+// Thin lens: none, or both numbers in their ranges. NaN is in none.
+template <typename Camera>
+Result<void> check_lens(const std::string& message, const Camera& camera) {
+  const float n = camera.f_number, focus_m = camera.focus_distance_m;
+  if (n == 0 && focus_m == 0) return {};
+  const std::string lone = " is 0 beside ", both = "; a lens needs both: set both, or both to 0";
+  if (n == 0)
+    return Error{message + ".f_number" + lone + "focus_distance_m " + text_of(double{focus_m}) + both};
+  if (focus_m == 0)
+    return Error{message + ".focus_distance_m" + lone + "f_number " + text_of(double{n}) + both};
+  if (!(n >= kMinFNumber && n <= kMaxFNumber))
+    return Error{message + ".f_number is " + text_of(double{n}) + "; it must lie in " +
+                 text_of(double{kMinFNumber}) + " to " + text_of(double{kMaxFNumber})};
+  if (!(focus_m >= kMinFocusDistanceM && focus_m <= kMaxFocusDistanceM))
+    return Error{message + ".focus_distance_m is " + text_of(double{focus_m}) + "; it must lie in " +
+                 text_of(double{kMinFocusDistanceM}) + " to " + text_of(double{kMaxFocusDistanceM})};
+  return {};
+}
+
 struct Range {
   double low, high;
   bool open = false;  // excludes the bounds
@@ -201,7 +220,8 @@ class CheckValue {
     if (value.far_m != 0 && !(value.far_m > value.near_m))
       return Error{"SceneEdit.far_m is " + text_of(value.far_m) +
                    "; it must be 0 (infinite) or more than near_m (" + text_of(value.near_m) + ")"};
-    return check_range("exposure", value.exposure, {0, most_});
+    if (auto good = check_range("exposure", value.exposure, {0, most_}); !good) return good;
+    return check_lens("SceneEdit", value);
   }
 
   Result<void> operator()(const NodeAdded& value) const {
@@ -375,6 +395,7 @@ Result<void> check(const ImageRequest& request, const DecodeLimits& limits) {
     return Error{"ImageRequest.lens is given without fx and fy; a lens belongs to a camera's own numbers"};
   if (!is_own)
     if (auto good = check_projection(kName, camera, double{limits.max_abs_value}); !good) return good;
+  if (auto good = check_lens(kName, camera); !good) return good;
   if (request.outputs == 0) return Error{"ImageRequest.outputs is empty; request at least one"};
   if (request.markers && ((request.outputs & kColorSrgb8) == 0 || (request.outputs & kColorLinearF16) != 0))
     return Error{
@@ -401,6 +422,7 @@ Result<void> check(const ImageFrame& frame, const DecodeLimits& limits) {
     return good;
   if (auto good = check_size(kName, frame.intrinsics); !good) return good;
   if (auto good = check_projection(kName, frame.intrinsics, double{limits.max_abs_value}); !good) return good;
+  if (auto good = check_lens(kName, frame.intrinsics); !good) return good;
   if (frame.pixel_bytes > kMaxPixelBytes)
     return Error{"ImageFrame.pixel_bytes is " + std::to_string(frame.pixel_bytes) + "; at most " +
                  std::to_string(kMaxPixelBytes) + " are allowed"};

@@ -148,7 +148,8 @@ bool read_value(const fbs::SceneEdit& table, EditValue& value) {
       return true;
     case fbs::EditValue::EditCamera: {
       const fbs::EditCamera& camera = *table.value_as_EditCamera();
-      value = Camera{camera.vertical_fov_rad(), camera.near_m(), camera.far_m(), camera.exposure()};
+      value = Camera{camera.vertical_fov_rad(), camera.near_m(),   camera.far_m(),
+                     camera.exposure(),         camera.f_number(), camera.focus_distance_m()};
       return true;
     }
     case fbs::EditValue::EditNodeAdded:
@@ -220,6 +221,8 @@ Intrinsics read_intrinsics(const Table& table) {
   result.far_m = table.far_m();
   result.lens.model = static_cast<LensModel>(table.lens());
   read_struct(table.lens_coefficients(), result.lens.coefficients);
+  result.f_number = table.f_number();
+  result.focus_distance_m = table.focus_distance_m();
   return result;
 }
 

@@ -38,6 +38,14 @@ Offset<flatbuffers::Vector<const fbs::Vector3*>> add_vectors(
   return builder.CreateVectorOfStructs(reinterpret_cast<const fbs::Vector3*>(vectors.data()), vectors.size());
 }
 
+// Absent where there is none, so that the bytes are those of 1.6.
+template <typename Builder, typename Camera>
+void add_lens(Builder& table, const Camera& camera) {
+  if (camera.f_number == 0 && camera.focus_distance_m == 0) return;
+  table.add_focus_distance_m(camera.focus_distance_m);
+  table.add_f_number(camera.f_number);
+}
+
 struct Value {
   fbs::EditValue type;
   Offset<void> table;
@@ -75,6 +83,7 @@ Value add(FlatBufferBuilder& builder, const Light& value) {
 
 Value add(FlatBufferBuilder& builder, const Camera& value) {
   fbs::EditCameraBuilder table(builder);
+  add_lens(table, value);
   table.add_exposure(value.exposure);
   table.add_far_m(value.far_m);
   table.add_near_m(value.near_m);
@@ -213,6 +222,7 @@ namespace {
 
 template <typename Builder>
 void add_intrinsics(Builder& table, const Intrinsics& camera, const fbs::Coefficients& coefficients) {
+  add_lens(table, camera);
   table.add_lens_coefficients(&coefficients);
   table.add_far_m(camera.far_m);
   table.add_near_m(camera.near_m);

@@ -36,6 +36,10 @@ struct Intrinsics {
   float cx = 0, cy = 0;            // pixels; symmetric camera: (width - 1) / 2 and (height - 1) / 2
   float near_m = 0, far_m = 0;     // far 0: infinite
   Lens lens;
+  // Thin lens of the colours, both or none. 0 in a request: as the named node's camera and the renderer's
+  // settings have it; in an image: a pinhole. The other outputs are those of a pinhole.
+  float f_number = 0;          // focal length (24 mm * fy / height) over the diameter of the aperture
+  float focus_distance_m = 0;  // along the view direction
   bool operator==(const Intrinsics&) const = default;
 };
 

@@ -63,12 +63,19 @@ struct Light {
   bool operator==(const Light&) const = default;
 };
 
+// Bounds of the thin lens of cameras and image requests.
+constexpr float kMinFNumber = 0.1f, kMaxFNumber = 1000;
+constexpr float kMinFocusDistanceM = 1e-3f, kMaxFocusDistanceM = 1e6f;
+
 // Perspective camera of the node; adds or replaces the file's camera. Looks along the node's -Z.
 struct Camera {
   float vertical_fov_rad = 0.8f;  // above 0, below pi
   float near_m = 0.01f;           // above 0
   float far_m = 0;                // above near; 0 = infinite
   float exposure = 0;             // factor on linear colour; 0 = renderer's setting
+  // Thin lens, both or none; 0 = as the file or the renderer's settings have it.
+  float f_number = 0;          // focal length over the diameter of the aperture
+  float focus_distance_m = 0;  // along the view direction
   bool operator==(const Camera&) const = default;
 };
 

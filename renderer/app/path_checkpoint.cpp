@@ -78,6 +78,7 @@ void add_view(const passes::View& view, Inputs& inputs) {
   inputs.add(view.near_m);
   inputs.add(view.lens.f_number);
   inputs.add(view.lens.focus_distance_m);
+  inputs.add(view.lens.of_stream);
   for (const glm::vec3& ray : {view.world_from_ndc_x, view.world_from_ndc_y, view.world_from_ndc_origin})
     inputs.add(ray);
   const passes::Ground ground = view.ground.value_or(passes::Ground());

@@ -44,6 +44,7 @@ struct Commands {
   bool frame_all = false, frame_selection = false;
   std::optional<size_t> camera;  // index of the scene's camera
   bool free_camera = false;      // switches to the free camera at the current pose
+  bool focus_on_point = false;   // the lens, on Viewer::picked_point
   bool screenshot = false;
   bool toggle_video = false;
   std::optional<std::string> export_csv;  // table to write into a file

@@ -151,7 +151,9 @@ Result<std::optional<SceneRenderer::BegunFrame>> SceneRenderer::begin_next(gpu::
                                                                            const state::PoseState& poses,
                                                                            const View& view,
                                                                            const PathPass::Hooks& hooks) {
-  const Result<PreparedFrame> prepared = prepare(request);
+  FrameRequest of_view = request;
+  of_view.lens = has_thin_lens(view);
+  const Result<PreparedFrame> prepared = prepare(of_view);
   if (!prepared) return prepared.error();
   if (path_tracer_ && request.outputs.shaded() && !trace_paths(*prepared, poses, view, hooks))
     return std::optional<BegunFrame>();
@@ -178,12 +180,16 @@ FrameFacts SceneRenderer::facts(const FrameRequest& request) const {
   facts.needs_shadow_maps = shadows_.needs_maps();
   facts.bloom = settings_.post.bloom > 0;
   facts.metered = settings_.post.metered;
-  facts.depth_of_field = has_depth_of_field();
+  facts.depth_of_field = has_depth_of_field(request.lens);
   return facts;
 }
 
-bool SceneRenderer::has_depth_of_field() const {
-  return (cameras_have_lenses_ || !settings_.post.lens.is_pinhole()) && can_blur();
+bool SceneRenderer::has_depth_of_field(bool view_has_lens) const {
+  return (view_has_lens || cameras_have_lenses_ || !settings_.post.lens.is_pinhole()) && can_blur();
+}
+
+const scene::ThinLens& SceneRenderer::lens_of_settings() const {
+  return path_tracer_ ? path_tracer_->settings().lens : settings_.post.lens;
 }
 
 Result<void> SceneRenderer::can_blur() const {

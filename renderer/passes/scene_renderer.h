@@ -64,6 +64,9 @@ struct FrameRequest {
   Inspection inspection = {};  // for a single view with colours; unavailable parts are ignored
   SceneUpdate scene = SceneUpdate::update;
   bool markers = false;  // shows those of set_markers(); images of several views have none
+  // The view has a lens, which may be new since set_scene(). begin_next() sees it by itself; images of
+  // several views have none.
+  bool lens = false;
   // Paths: trace_paths() goes on with the last such image while it stays the same; see there.
   bool refines = false;
 };
@@ -113,6 +116,8 @@ class SceneRenderer {
   // Returns an error if this debug view, or outlines and picks, are unavailable.
   Result<void> can_show(DebugView view) const;
   Result<void> can_inspect() const;
+  // Lens of the settings, of the raster or of paths; a pinhole: none.
+  const scene::ThinLens& lens_of_settings() const;
   // Returns an error if images of cameras with a lens would be those of pinholes.
   Result<void> can_blur() const;
 
@@ -240,7 +245,7 @@ class SceneRenderer {
   void allocate(const FrameRequest& request);
   FrameFacts facts(const FrameRequest& request) const;
   bool shows_markers(const FrameRequest& request) const;
-  bool has_depth_of_field() const;  // of some view
+  bool has_depth_of_field(bool view_has_lens = false) const;
   Inspection available(Inspection inspection, const ImageOutputs& outputs) const;
 
   // Passes, in frame order.

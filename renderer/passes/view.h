@@ -33,6 +33,14 @@ struct View {
   std::optional<Ground> ground;  // perspective views only; nullopt: none
 };
 
+// Lens of an image: that of a stream, else of the settings, else of the camera.
+inline const scene::ThinLens& lens_of(const View& view, const scene::ThinLens& settings) {
+  return view.lens.of_stream || settings.is_pinhole() ? view.lens : settings;
+}
+inline bool has_thin_lens(const View& view) {
+  return !view.orthographic && !view.lens.is_pinhole();
+}
+
 // Circle around the visible part of the near plane. Geometry between it and the eye is clipped.
 struct NearWindow {
   glm::vec3 center_world{0};

@@ -4,6 +4,10 @@
 
 namespace fire3dv::state {
 
+static_assert(wire::kMinFNumber == scene::kMinFNumber && wire::kMaxFNumber == scene::kMaxFNumber &&
+              wire::kMinFocusDistanceM == scene::kMinFocusDistanceM &&
+              wire::kMaxFocusDistanceM == scene::kMaxFocusDistanceM);
+
 scene::Light to_scene_light(const wire::Light& from, const scene::Scene& scene, uint32_t node) {
   scene::Light light;
   if (scene.nodes[node].light != scene::kNone) light = scene.lights[scene.nodes[node].light];
@@ -29,6 +33,7 @@ scene::Camera to_scene_camera(const wire::Camera& from, const scene::Scene& scen
   camera.near_m = from.near_m;
   camera.far_m = from.far_m;
   camera.exposure = from.exposure;
+  if (from.f_number > 0) camera.lens = {from.f_number, from.focus_distance_m, true};
   return camera;
 }
 

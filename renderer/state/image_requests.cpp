@@ -230,6 +230,11 @@ std::optional<ImageRequestRegistry::Refused> ImageRequestRegistry::add(
     return refuse(requester, request, Refusal::not_supported,
                   "this renderer does not know the lens " + std::to_string(static_cast<int>(lens)) +
                       "; ask for images without one");
+  const bool is_shaded = wire::ImageOutputs(request.outputs).shaded();
+  if (request.intrinsics.f_number != 0 && is_shaded && !abilities_.thin_lenses)
+    return refuse(requester, request, Refusal::not_supported,
+                  "this renderer draws no depth of field, which needs its visibility buffer; leave f_number "
+                  "and focus_distance_m out");
   // Boxes are computed from the instance plane, so a request for boxes renders it, too.
   const uint32_t boxes = request.outputs & (wire::kBoxes2d | wire::kBoxes3d);
   const uint32_t drawn = request.outputs | (boxes != 0 ? uint32_t{wire::kInstanceU32} : 0);

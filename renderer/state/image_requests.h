@@ -97,7 +97,8 @@ class ImageScheduler {
 // Outputs and limits that this renderer supports; requests beyond them are refused.
 struct ImageAbilities {
   uint32_t outputs = wire::kColorSrgb8;
-  bool lenses = false;
+  bool lenses = false;                              // lens distortion
+  bool thin_lenses = false;                         // depth of field
   uint64_t max_pixel_bytes = wire::kMaxPixelBytes;  // of one image
   uint64_t max_open_bytes = uint64_t{1} << 30;  // limit of one requester's open requests if it has no budget
 };

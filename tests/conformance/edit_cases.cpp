@@ -93,6 +93,10 @@ std::vector<Case> edit_cases() {
   add("scene_edit-base_color", encode(edit(Property::base_color, BaseColor{{1, 0.5f, 0, 0.25f}})));
   add("scene_edit-light", encode(edit(Property::light, kSpot)));
   add("scene_edit-camera", encode(edit(Property::camera, kCamera)));
+  Camera with_lens = kCamera;
+  with_lens.f_number = 2.8f;
+  with_lens.focus_distance_m = 1.5f;
+  add("scene_edit-camera_lens", encode(edit(Property::camera, with_lens)));
   NodeAdded node = added();
   add("scene_edit-node_added_empty", encode(edit(Property::node, node)));
   node.asset_uri = "parts/K\u00f6rper.glb";
@@ -186,6 +190,19 @@ std::vector<Case> refused_edit_cases() {
   add_camera("near_zero", "near_m", [](Camera& c) { c.near_m = 0; });
   add_camera("far_before_near", "far_m", [](Camera& c) { c.far_m = c.near_m; });
   add_camera("exposure_negative", "exposure", [](Camera& c) { c.exposure = -1; });
+  const auto add_lens = [&](const std::string& name, std::string refused, float f_number, float focus_m) {
+    add_camera("lens_" + name, std::move(refused), [&](Camera& c) {
+      c.f_number = f_number;
+      c.focus_distance_m = focus_m;
+    });
+  };
+  add_lens("without_focus", "focus_distance_m", 2.8f, 0);
+  add_lens("without_f_number", "f_number", 0, 2);
+  add_lens("f_number_small", "f_number", 0.01f, 2);
+  add_lens("f_number_large", "f_number", 1e9f, 2);
+  add_lens("f_number_nan", "f_number", NAN, 2);
+  add_lens("focus_negative", "focus_distance_m", 2.8f, -1);
+  add_lens("focus_infinite", "focus_distance_m", 2.8f, INFINITY);
   NodeAdded node = added();
   node.parent = "a\nb";
   add("parent_newline", edit(Property::node, node), "parent");

@@ -69,6 +69,10 @@ std::vector<Case> image_cases() {
   r.markers = true;
   r.outputs = kColorSrgb8 | kDepthF32;
   add("image_request-with_markers", encode(r));
+  r = request();
+  r.intrinsics.f_number = 1.8f;
+  r.intrinsics.focus_distance_m = 0.75f;
+  add("image_request-with_lens", encode(r));
   ImageRequest back;
   back.epoch = kEpoch;
   back.id = 7;
@@ -79,6 +83,10 @@ std::vector<Case> image_cases() {
   r.when = static_cast<ImageWhen>(9);
   add("image_request-of_later_version", encode(r));  // decodable, so that the renderer can answer it
   add("image_frame-color_and_depth", encode(frame()));
+  ImageFrame blurred = frame();
+  blurred.intrinsics.f_number = 1.8f;
+  blurred.intrinsics.focus_distance_m = 0.75f;
+  add("image_frame-with_lens", encode(blurred));
   ImageFrame boxes = frame();
   boxes.planes = {{7, ImageFormat::box2d, 3, 1, 96, 0, 96}, {8, ImageFormat::box3d, 0, 1, 0, 128, 0}};
   add("image_frame-boxes", encode(boxes));
@@ -119,6 +127,11 @@ std::vector<Case> refused_image_cases() {
     r.node = "eye";
     r.intrinsics.fx = r.intrinsics.fy = 0;
     r.intrinsics.lens.model = LensModel::fisheye;
+  });
+  add_request("lens_without_focus", "focus_distance_m", [](ImageRequest& r) { r.intrinsics.f_number = 2; });
+  add_request("lens_f_number_nan", "f_number", [](ImageRequest& r) {
+    r.intrinsics.f_number = NAN;
+    r.intrinsics.focus_distance_m = 1;
   });
   add_request("outputs_none", "outputs", [](ImageRequest& r) { r.outputs = 0; });
   add_request("markers_without_color", "markers", [](ImageRequest& r) {

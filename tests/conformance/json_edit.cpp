@@ -31,11 +31,14 @@ Json json_of(const wire::Light& v) {
           {"casts_shadow", v.casts_shadow}};
 }
 Json json_of(const wire::Camera& v) {
-  return {{"type", "Camera"},
-          {"vertical_fov_rad", v.vertical_fov_rad},
-          {"near_m", v.near_m},
-          {"far_m", v.far_m},
-          {"exposure", v.exposure}};
+  Json json = {{"type", "Camera"},
+               {"vertical_fov_rad", v.vertical_fov_rad},
+               {"near_m", v.near_m},
+               {"far_m", v.far_m},
+               {"exposure", v.exposure}};
+  if (v.f_number != 0) json["f_number"] = v.f_number;  // since 1.7
+  if (v.focus_distance_m != 0) json["focus_distance_m"] = v.focus_distance_m;
+  return json;
 }
 Json json_of(const wire::NodeAdded& v) {
   Json glb = Json::array();
@@ -106,8 +109,12 @@ wire::EditValue value_from_json(const Json& json) {
     return v;
   }
   if (type == "Camera") {
-    return wire::Camera{json.at("vertical_fov_rad"), json.at("near_m"), json.at("far_m"),
-                        json.at("exposure")};
+    return wire::Camera{json.at("vertical_fov_rad"),
+                        json.at("near_m"),
+                        json.at("far_m"),
+                        json.at("exposure"),
+                        json.value("f_number", 0.0f),
+                        json.value("focus_distance_m", 0.0f)};
   }
   if (type == "NodeAdded") {
     wire::NodeAdded v;

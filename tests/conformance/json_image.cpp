@@ -8,16 +8,19 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 Json camera_to_json(const wire::Intrinsics& c) {
-  return {{"width", c.width},
-          {"height", c.height},
-          {"fx", c.fx},
-          {"fy", c.fy},
-          {"cx", c.cx},
-          {"cy", c.cy},
-          {"near_m", c.near_m},
-          {"far_m", c.far_m},
-          {"lens", static_cast<uint8_t>(c.lens.model)},
-          {"lens_coefficients", c.lens.coefficients}};
+  Json json = {{"width", c.width},
+               {"height", c.height},
+               {"fx", c.fx},
+               {"fy", c.fy},
+               {"cx", c.cx},
+               {"cy", c.cy},
+               {"near_m", c.near_m},
+               {"far_m", c.far_m},
+               {"lens", static_cast<uint8_t>(c.lens.model)},
+               {"lens_coefficients", c.lens.coefficients}};
+  if (c.f_number != 0) json["f_number"] = c.f_number;  // since 1.7
+  if (c.focus_distance_m != 0) json["focus_distance_m"] = c.focus_distance_m;
+  return json;
 }
 
 wire::Intrinsics camera_from_json(const Json& json) {
@@ -32,6 +35,8 @@ wire::Intrinsics camera_from_json(const Json& json) {
   json.at("far_m").get_to(c.far_m);
   c.lens.model = static_cast<wire::LensModel>(json.at("lens").get<uint8_t>());
   json.at("lens_coefficients").get_to(c.lens.coefficients);
+  c.f_number = json.value("f_number", 0.0f);
+  c.focus_distance_m = json.value("focus_distance_m", 0.0f);
   return c;
 }
 

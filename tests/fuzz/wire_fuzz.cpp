@@ -87,8 +87,15 @@ std::vector<Input> seeds() {
   quad.image = {2, 1, 3, {255, 0, 0, 0, 255, 0}};
   wire::ImageRequest with_markers = request;
   with_markers.markers = true;
+  wire::ImageRequest with_lens = request;
+  with_lens.intrinsics.f_number = 1.8f;
+  with_lens.intrinsics.focus_distance_m = 2;
+  wire::ImageFrame blurred = image;
+  blurred.intrinsics = with_lens.intrinsics;
   using P = wire::Property;
   return {input_of(wire::encode(request)),
+          input_of(wire::encode(with_lens)),
+          input_of(wire::encode(blurred)),
           input_of(wire::encode(with_markers)),
           input_of(wire::encode(image)),
           input_of(wire::encode(wire::ImageRefused{7, 1, wire::ImageRefusal::too_many, "too many"})),
@@ -98,6 +105,7 @@ std::vector<Input> seeds() {
           input_of(edit(P::base_color, wire::BaseColor{})),
           input_of(edit(P::light, wire::Light{})),
           input_of(edit(P::camera, wire::Camera{})),
+          input_of(edit(P::camera, wire::Camera{1, 0.1f, 0, 0, 1.8f, 2})),
           input_of(edit(P::node, node)),
           input_of(edit(P::node, wire::NodeRemoved{})),
           input_of(edit(P::vertices, wire::Vertices{{{0, 0, 0}, {1, 2, 3}}, {{0, 0, 1}, {0, 1, 0}}})),

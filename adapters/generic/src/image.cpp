@@ -5,6 +5,7 @@
 #include <time.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <cstring>
 #include <memory>
 #include <string>
@@ -59,17 +60,34 @@ wire::ImageRequest read_request(const fire3dv_image_request& given, uint64_t new
   request.rate_hz = given.rate_hz;
   request.sequence = given.sequence == 0 ? newest_sequence : given.sequence;
   request.markers = given.markers != 0;
+  camera.f_number = given.f_number;
+  camera.focus_distance_m = given.focus_distance_m;
   return request;
+}
+
+// Bytes that a program has set; 0: its size is none of this structure. Programs built before fields were
+// appended pass smaller sizes, and f_number lies where the structure of 1.6 had padding.
+size_t known_bytes(const fire3dv_image_request& given) {
+  constexpr size_t kSizeOf15 = offsetof(fire3dv_image_request, markers);
+  constexpr size_t kSizeOf16 = kSizeOf15 + 8;
+  static_assert(offsetof(fire3dv_image_request, f_number) == kSizeOf15 + 4);
+  if (given.struct_size == kSizeOf15) return kSizeOf15;
+  if (given.struct_size == kSizeOf16) return offsetof(fire3dv_image_request, f_number);
+  return fire3dv::client::struct_is_known(&given, given.struct_size, sizeof given) ? sizeof given : 0;
 }
 
 int request_image(fire3dv_stream* stream, const fire3dv_image_request* given, uint64_t* id) {
   if (!stream) return fail_null_stream();
   if (!given || !id) return fail(FIRE3DV_ERROR_ARGUMENT, "request or id is NULL");
-  if (!fire3dv::client::struct_is_known(given, given->struct_size, sizeof *given))
+  const size_t bytes = known_bytes(*given);
+  if (bytes == 0)
     return fail(FIRE3DV_ERROR_ARGUMENT, "image_request.struct_size is " + std::to_string(given->struct_size) +
                                             "; set it to sizeof(fire3dv_image_request) (" +
                                             std::to_string(sizeof *given) +
                                             " in this version of the library), and leave unknown fields 0");
+  fire3dv_image_request complete{};
+  std::memcpy(&complete, given, bytes);
+  given = &complete;
   if (stream->epoch == 0)
     return fail(FIRE3DV_ERROR_STATE,
                 "the stream has no description yet: call fire3dv_describe before fire3dv_request_image");
@@ -127,6 +145,8 @@ fire3dv_image* make_image(fire3dv::client::Images::Arrived&& arrived) {
   image.far_m = camera.far_m;
   image.lens = static_cast<int32_t>(camera.lens.model);
   std::copy_n(camera.lens.coefficients.begin(), 5, image.lens_coefficients);
+  image.f_number = camera.f_number;
+  image.focus_distance_m = camera.focus_distance_m;
   image.plane_count = held->planes.size();
   image.planes = held->planes.data();
   return held.release();

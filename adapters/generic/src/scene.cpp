@@ -2,6 +2,7 @@
 // it.
 #include "fire3dv/scene.h"
 
+#include <cstddef>
 #include <cstring>
 #include <string>
 #include <utility>
@@ -46,11 +47,19 @@ int set_light(fire3dv_stream* stream, const char* node, const fire3dv_light* lig
 }
 
 int set_camera(fire3dv_stream* stream, const char* node, const fire3dv_camera* camera) {
-  if (const char* problem =
-          struct_error(camera, "camera is NULL", "camera.struct_size is not sizeof(fire3dv_camera); set it"))
-    return fail(FIRE3DV_ERROR_ARGUMENT, problem);
-  return set(stream, node, wire::Property::camera,
-             wire::Camera{camera->vertical_fov_rad, camera->near_m, camera->far_m, camera->exposure});
+  // Programs built before the lens was appended pass the size without it.
+  const bool has_lens = camera && camera->struct_size != offsetof(fire3dv_camera, f_number);
+  if (has_lens || !camera) {
+    if (const char* problem = struct_error(camera, "camera is NULL",
+                                           "camera.struct_size is not sizeof(fire3dv_camera); set it"))
+      return fail(FIRE3DV_ERROR_ARGUMENT, problem);
+  }
+  wire::Camera value{camera->vertical_fov_rad, camera->near_m, camera->far_m, camera->exposure};
+  if (has_lens) {
+    value.f_number = camera->f_number;
+    value.focus_distance_m = camera->focus_distance_m;
+  }
+  return set(stream, node, wire::Property::camera, value);
 }
 
 int add_node(fire3dv_stream* stream, const char* node, const fire3dv_node* added) {

@@ -237,7 +237,8 @@ void LiveView::request_image(serve::ViewerId number, Viewer& viewer, Clock::time
   const glm::uvec2 size = image_size(viewer.width, viewer.height, step.scale, !refines);
   const CameraRig::Placed placed = place(viewer);
   const uint64_t id = ++viewer.last_request;
-  viewer.appearance = {viewer.camera.ground(), placed.camera.exposure, true, viewer.samples};
+  viewer.appearance = {viewer.camera.ground(), placed.camera.exposure, placed.camera.lens, true,
+                       viewer.samples};
   viewer.is_retouched = false;
   viewer.flight = Flight{id, now, step, refines, 0, 0};
   viewer.drawn = revisions_;

@@ -38,6 +38,7 @@ class ImageReplies {
   struct Appearance {
     std::optional<passes::Ground> ground;
     float exposure = 0;    // of the camera; 0: as in the settings
+    scene::ThinLens lens;  // of the camera
     bool markers = false;  // on the first device
     // Samples of the path-traced image that the viewer has: the next one goes on from there and comes after a
     // short time. nullopt: it comes when it is whole.

@@ -56,12 +56,9 @@ bool has_room_for(Take&& take) {
   }
 }
 
-passes::View view_of(const RequestRenderer::WorkItem& work) {
-  passes::View view = passes::make_view(work.camera.pinhole, work.camera.world_from_camera);
-  view.camera = work.due.request.node;
-  view.exposure = work.camera.exposure;
-  view.ground = work.camera.ground;
-  return view;
+// Tangent of half the vertical field of view.
+float half_height(const passes::Intrinsics& camera) {
+  return static_cast<float>(camera.image_px.y) / (2 * camera.fy_px);
 }
 
 VkExtent2D extent_of(glm::uvec2 size) {
@@ -74,6 +71,7 @@ VkExtent2D extent_of(glm::uvec2 size) {
 state::ImageAbilities image_abilities(const passes::SceneRenderer& renderer, bool traces_requests) {
   state::ImageAbilities abilities{.max_pixel_bytes = uint64_t{64} << 20};
   abilities.lenses = true;
+  abilities.thin_lenses = renderer.traces_paths() || renderer.can_blur().ok();
   abilities.outputs = 0;
   for (uint32_t bit = 0; bit < wire::kImageOutputCount; ++bit) {
     if (renderer.traces_paths() && !traces_requests && wire::ImageOutputs(1u << bit).shaded()) continue;
@@ -155,12 +153,34 @@ void RequestRenderer::cancel_tracing() {
     renderer_.drop_paths();
 }
 
+scene::ThinLens RequestRenderer::used_lens(const WorkItem& work) const {
+  if (!drawn_outputs(work.due.request).shaded()) return {};
+  if (!renderer_.traces_paths() && !renderer_.can_blur()) return {};
+  const scene::ThinLens& settings = renderer_.lens_of_settings();
+  const scene::ThinLens& own = work.camera.thin_lens;
+  return own.of_stream || settings.is_pinhole() ? own : settings;
+}
+
+passes::View RequestRenderer::view_of(const WorkItem& work) const {
+  const RequestCamera& camera = work.camera;
+  passes::View view = passes::make_view(camera.pinhole, camera.world_from_camera);
+  view.camera = work.due.request.node;
+  view.exposure = camera.exposure;
+  view.ground = camera.ground;
+  view.lens = used_lens(work);
+  view.lens.of_stream = true;  // the settings' lens has been considered
+  // The image behind a distortion is wider, and its focal length shorter; the aperture stays.
+  if (has_lens(camera)) view.lens.f_number *= half_height(camera.intrinsics) / half_height(camera.pinhole);
+  return view;
+}
+
 // Number of consecutive compatible images that fit one submission.
 size_t RequestRenderer::batch_size(std::span<const WorkItem> rest, uint64_t max_bytes) const {
   const wire::ImageRequest& first = rest[0].due.request;
   const passes::ImageOutputs outputs = drawn_outputs(first);
   const bool smoothed = outputs.has(wire::kColorSrgb8) && renderer_.post_settings().fxaa;
-  if (smoothed || has_lens(rest[0].camera) || rest[0].camera.markers || !renderer_.can_take(outputs, 2))
+  if (smoothed || has_lens(rest[0].camera) || rest[0].camera.markers || !used_lens(rest[0]).is_pinhole() ||
+      !renderer_.can_take(outputs, 2))
     return 1;
   const uint64_t pixel_bytes = uint64_t{8} * static_cast<uint32_t>(renderer_.samples()) *
                                first.intrinsics.width * first.intrinsics.height;
@@ -174,7 +194,7 @@ size_t RequestRenderer::batch_size(std::span<const WorkItem> rest, uint64_t max_
     const wire::ImageRequest& next = rest[count].due.request;
     if (next.intrinsics.width != first.intrinsics.width ||
         next.intrinsics.height != first.intrinsics.height || next.outputs != first.outputs ||
-        has_lens(rest[count].camera) || rest[count].camera.markers)
+        has_lens(rest[count].camera) || rest[count].camera.markers || !used_lens(rest[count]).is_pinhole())
       break;
     ++count;
   }
@@ -204,6 +224,7 @@ std::optional<passes::PreparedFrame> RequestRenderer::prepare(std::span<const Wo
                                                                     .outputs = outputs_behind(first),
                                                                     .scene = scene,
                                                                     .markers = first.camera.markers,
+                                                                    .lens = !used_lens(first).is_pinhole(),
                                                                     .refines = refines},
                                                                    &shortage);
   if (!prepared) {
@@ -236,6 +257,7 @@ void RequestRenderer::record(const passes::PreparedFrame& prepared, gpu::Recorde
   for (const WorkItem& work : batch) {
     const state::ImageRequestRegistry::Due& due = work.due;
     const passes::Intrinsics& used = work.camera.intrinsics;
+    const scene::ThinLens lens = used_lens(work);
     views.push_back(view_of(work));
     wire::ImageFrame frame;
     frame.request = due.request.id;
@@ -244,9 +266,10 @@ void RequestRenderer::record(const passes::PreparedFrame& prepared, gpu::Recorde
     frame.sequence = due.sequence;
     frame.sim_time_ns = due.sim_time_ns;
     frame.world_from_camera = affine_of(work.camera.world_from_camera);
-    frame.intrinsics = {used.image_px.x, used.image_px.y, used.fx_px,
-                        used.fy_px,      used.cx_px,      used.cy_px,
-                        used.near_m,     used.far_m,      due.request.intrinsics.lens};
+    frame.intrinsics = {used.image_px.x, used.image_px.y,      used.fx_px,
+                        used.fy_px,      used.cx_px,           used.cy_px,
+                        used.near_m,     used.far_m,           due.request.intrinsics.lens,
+                        lens.f_number,   lens.focus_distance_m};
     tag.images.push_back({due.requester, due.request.outputs, std::move(frame)});
   }
   std::vector<passes::CameraHistory> histories = take_histories(batch);

@@ -107,6 +107,9 @@ class RequestRenderer {
     std::vector<Image> images;  // one per view
   };
 
+  // As it is used for this image; a pinhole where it has no colours, or the device cannot blur.
+  scene::ThinLens used_lens(const WorkItem& work) const;
+  passes::View view_of(const WorkItem& work) const;
   size_t batch_size(std::span<const WorkItem> rest, uint64_t max_bytes) const;
   std::optional<passes::PreparedFrame> prepare(std::span<const WorkItem> batch, passes::SceneUpdate scene,
                                                bool refines = false);

@@ -164,6 +164,8 @@ std::variant<RequestCamera, CameraRefused> resolve_camera(const wire::ImageReque
     camera.intrinsics = passes::intrinsics_of(*own, {wanted.width, wanted.height});
   }
   if (own) camera.exposure = own->exposure;
+  if (own && !own->orthographic) camera.thin_lens = own->lens;
+  if (wanted.f_number > 0) camera.thin_lens = {wanted.f_number, wanted.focus_distance_m, true};
   if (auto good = passes::check(camera.intrinsics); !good)
     return CameraRefused{Reason::bad_request, good.error().message};
   camera.pinhole = camera.intrinsics;

@@ -113,7 +113,9 @@ void ViewerInput::press(const InputEvent& event, gui::Viewer& viewer) {
   if (key >= Key::digit_1 && key <= Key::digit_9)
     viewer.commands.camera = static_cast<size_t>(key) - static_cast<size_t>(Key::digit_1);
   if (key == Key::digit_0) viewer.commands.free_camera = true;
-  if (key == sinks::letter('f'))
+  if (key == sinks::letter('f') && shift)
+    viewer.commands.focus_on_point = true;
+  else if (key == sinks::letter('f'))
     (viewer.selected == scene::kNone ? viewer.commands.frame_all : viewer.commands.frame_selection) = true;
   if (key == Key::home) viewer.commands.frame_all = true;
   if (key == sinks::letter('h')) hide(viewer, shift);
@@ -292,6 +294,24 @@ passes::Inspection inspection_of(const gui::Viewer& viewer, std::optional<glm::v
   return inspection;
 }
 
+namespace {
+
+// Puts the plane in focus through the picked point; a pinhole gets a lens.
+void focus_on_point(gui::Viewer& viewer, const CameraRig::Placed& placed, const state::PoseState& poses) {
+  if (!viewer.picked_point || placed.camera.orthographic) return;
+  const glm::vec3 eye(placed.world_from_camera[3]);
+  const glm::vec3 look = -glm::normalize(glm::vec3(placed.world_from_camera[2]));
+  const float distance_m = glm::dot(gui::position_world(*viewer.picked_point, poses) - eye, look);
+  if (!(distance_m >= scene::kMinFocusDistanceM && distance_m <= scene::kMaxFocusDistanceM)) return;
+  scene::ThinLens& lens = viewer.draw.post.lens;
+  if (lens.is_pinhole()) lens = scene::kUsualLens;
+  lens.focus_distance_m = distance_m;
+  viewer.paths.lens = lens;
+  if (viewer.draw.path) viewer.draw.path->lens = lens;
+}
+
+}  // namespace
+
 void move_camera(CameraRig& camera, const CameraMoves& moves, gui::Viewer& viewer,
                  const state::PoseState& poses, glm::uvec2 image_px, float seconds) {
   constexpr float kOrbitRadPerHeight = 3.0f;
@@ -303,6 +323,8 @@ void move_camera(CameraRig& camera, const CameraMoves& moves, gui::Viewer& viewe
   gui::Commands& commands = viewer.commands;
   if (const auto chosen = std::exchange(commands.camera, {})) camera.select(*chosen);
   if (std::exchange(commands.free_camera, false)) camera.let_go(poses);
+  if (std::exchange(commands.focus_on_point, false))
+    focus_on_point(viewer, camera.placed(poses, aspect), poses);
   if (std::exchange(commands.frame_all, false)) camera.frame_all(aspect);
   if (std::exchange(commands.frame_selection, false)) {
     if (viewer.selected == scene::kNone) {

@@ -28,14 +28,16 @@ Result<void> CameraWindow::draw(passes::SceneRenderer& renderer, const state::Po
   constexpr uint64_t kPatienceNs = 10'000'000;  // acquire timeout: a hidden window must not block the others
   if (!window_.acquire(kPatienceNs)) return {};
   const VkExtent2D extent = window_.framebuffer_extent();
+  const float aspect = static_cast<float>(extent.width) / static_cast<float>(extent.height);
+  const passes::View view = camera_.view(poses, aspect);
   const Result<passes::PreparedFrame> prepared = renderer.prepare(
       {.extent = extent,
        .inspection = inspection_of(viewer, clicked_px_, {extent.width, extent.height}, scene_number),
-       .markers = true});
+       .markers = true,
+       .lens = passes::has_thin_lens(view)});
   if (!prepared) return prepared.error();
   gpu::Recorder& recorder = frames_.begin();
-  const float aspect = static_cast<float>(extent.width) / static_cast<float>(extent.height);
-  renderer.record(*prepared, recorder, frames_.staging(), poses, camera_.view(poses, aspect));
+  renderer.record(*prepared, recorder, frames_.staging(), poses, view);
   renderer.draw_stale_overlay(recorder, stale_condition(poses.streams(), mark_held));
   window_.record(recorder, renderer.image());
   renderer.submitted(frames_.submit(window_.waits(), window_.signals()));
@@ -310,15 +312,16 @@ Result<void> WindowView::record(gpu::Recorder& recorder, gpu::StagingRing& stagi
   if (const auto size = std::exchange(large_screenshot_px_, std::nullopt); size && !renderer.traces_paths())
     record_large_screenshot(recorder, staging, shown, *size);
   if (!right_camera_) return {};
+  const float aspect = static_cast<float>(image_extent_.width) / static_cast<float>(image_extent_.height);
+  const passes::View view = right_camera_->view(borrowed_.poses, aspect);
   const Result<passes::PreparedFrame> prepared = renderer.prepare(
       {.extent = image_extent_,
        .inspection = inspection_of(borrowed_.viewer, clicked_right_px_,
                                    {image_extent_.width, image_extent_.height}, borrowed_.scene.replaced()),
        .scene = passes::SceneUpdate::reuse,
-       .markers = true});
+       .markers = true,
+       .lens = passes::has_thin_lens(view)});
   if (!prepared) return prepared.error();
-  const float aspect = static_cast<float>(image_extent_.width) / static_cast<float>(image_extent_.height);
-  const passes::View view = right_camera_->view(borrowed_.poses, aspect);
   renderer.record(*prepared, recorder, staging, borrowed_.poses, view);
   renderer.draw_stale_overlay(recorder,
                               stale_condition(borrowed_.poses.streams(), borrowed_.options.play.mark_held));
@@ -353,7 +356,8 @@ void WindowView::record_large_screenshot(gpu::Recorder& recorder, gpu::StagingRi
         renderer().prepare({.extent = {tile.drawn_size.x, tile.drawn_size.y},
                             .inspection = {viewer.debug_view, viewer.selected, {}},
                             .scene = passes::SceneUpdate::reuse,
-                            .markers = true});
+                            .markers = true,
+                            .lens = passes::has_thin_lens(whole)});
     if (!prepared) {
       captures_.abandon_tiles();
       notes_.push_back(error_line("no screenshot of this size: " + prepared.error().message));

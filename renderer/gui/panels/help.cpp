@@ -24,7 +24,7 @@ constexpr Line kCameraLines[] = {
     {"W A S D  Q E", "fly"},
     {"Ctrl wheel", "faster, slower"},
     {"1 - 9, 0", "cameras of the scene, the free one"},
-    {"Home  F", "all; the selection"},
+    {"Home  F  Shift F", "all; it; lens on it"},
 };
 constexpr Line kTimelineLines[] = {
     {nullptr, "Timeline"},

@@ -252,17 +252,28 @@ void choose_renderer(const Context& context) {
       paths.samples_per_pixel = static_cast<uint32_t>(std::clamp(samples, 1.0f, 4096.0f));
     if (ui.slider("  bounces", bounces, {0, 32, "%.0f"}, "After the first surface"))
       paths.bounces = static_cast<uint32_t>(std::clamp(bounces, 0.0f, 32.0f));
-    bool has_lens = !paths.lens.is_pinhole();
-    if (ui.check("  lens", has_lens, "Depth of field; off: the lens of the camera, if it has one"))
-      paths.lens = has_lens ? scene::ThinLens{2.8f, 2} : scene::ThinLens{};
-    if (has_lens) {
-      ui.slider("  f-number", paths.lens.f_number, {scene::kMinFNumber, 32, "f/%.1f", true});
-      ui.slider("  focus", paths.lens.focus_distance_m, {0.01f, 100, "%.2f m", true},
-                "Distance of sharp things");
-    }
   }
   if (changed && chosen == 0) draw.path.reset();
   if (chosen == 1) draw.path = paths;
+}
+
+// Lens of the raster and of paths.
+void choose_lens(const Context& context) {
+  Ui& ui = context.ui;
+  Viewer& viewer = context.viewer;
+  scene::ThinLens& lens = viewer.draw.post.lens;
+  bool has_lens = !lens.is_pinhole();
+  if (ui.check("Lens", has_lens, "Depth of field; off: the lens of the camera, if it has one"))
+    lens = has_lens ? scene::kUsualLens : scene::ThinLens{};
+  if (has_lens) {
+    ui.slider("  f-number", lens.f_number, {scene::kMinFNumber, 32, "f/%.1f", true});
+    ui.slider("  focus", lens.focus_distance_m, {0.01f, 100, "%.2f m", true}, "Distance of sharp things");
+    if (ui.button("Focus on the point", viewer.picked_point.has_value(),
+                  "The surface that was clicked last  (Shift F)"))
+      viewer.commands.focus_on_point = true;
+  }
+  viewer.paths.lens = lens;
+  if (viewer.draw.path) viewer.draw.path->lens = lens;
 }
 
 void choose_screenshot_size(const Context& context) {
@@ -306,6 +317,7 @@ void draw_render_panel(const Context& context) {
   choose_screenshot_size(context);
 
   choose_renderer(context);
+  choose_lens(context);
   constexpr const char* kViews[] = {"light",    "normals",           "depth", "nodes", "clusters",
                                     "overdraw", "unresolved shadows"};
   choose(ui, "Shows", viewer.debug_view, kViews, "Debug view instead of light");

@@ -205,7 +205,7 @@ gpu_types::PathParameters PathPass::make_parameters(const gpu_types::Globals& gl
   parameters.cells_x = cells_size_.x;
   parameters.cells_y = cells_size_.y;
   set_origins(view, parameters);
-  set_lens(view, settings_.lens.is_pinhole() ? view.lens : settings_.lens, parameters);
+  set_lens(view, lens_of(view, settings_.lens), parameters);
   parameters.look_world = view.look_world;
   parameters.near_m = view.near_m;
   parameters.far_m = far_distance(view);

@@ -34,7 +34,7 @@ struct PathSettings {
   uint32_t samples_per_pixel = 256;
   uint32_t bounces = 8;  // after the first surface; 0: direct light
   uint32_t seed = 0;
-  scene::ThinLens lens;                     // instead of the camera's, unless it is a pinhole
+  scene::ThinLens lens;                     // see lens_of()
   RayBackEnd back_end = RayBackEnd::query;  // preferred; the other one is the fallback
   // Work of one dispatch; 0: chosen by the device. Without influence on the image.
   uint32_t pixels_per_dispatch = 0;

@@ -62,7 +62,7 @@ struct PostSettings {
   ToneMap tone_map = ToneMap::reinhard;
   bool fxaa = true;
   float bloom = 0;       // share of blurred light, 0 to 1; 0: no bloom passes
-  scene::ThinLens lens;  // of rasterised images, instead of the camera's, unless it is a pinhole
+  scene::ThinLens lens;  // of rasterised images, see lens_of()
   // True for effects that read the samples of all pixels before tone mapping.
   bool reads_samples() const { return metered || bloom > 0; }
 };

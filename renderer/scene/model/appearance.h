@@ -167,10 +167,12 @@ struct Light {
 struct ThinLens {
   float f_number = 0;          // 0: a pinhole
   float focus_distance_m = 0;  // along the view direction; 0: a pinhole
+  bool of_stream = false;      // set by a stream: settings do not replace it
   bool is_pinhole() const { return !(f_number > 0 && focus_distance_m > 0); }
   bool operator==(const ThinLens&) const = default;
 };
 constexpr float kSensorHeightM = 0.024f;
+constexpr ThinLens kUsualLens{2.8f, 2};
 // Bounds of files and options.
 constexpr float kMinFNumber = 0.1f, kMaxFNumber = 1000;
 constexpr float kMinFocusDistanceM = 1e-3f, kMaxFocusDistanceM = 1e6f;

@@ -3,9 +3,11 @@
 python_images_test.py FIRE3DV [CASE...]
 """
 import json
+import math
 import os
 import struct
 import subprocess
+import sys
 import time
 import warnings
 import zlib
@@ -18,7 +20,9 @@ from fire3dv._scene_names import SceneNames
 from greedy_scene import Binary, write_glb
 from harness import HANG_S, main, vulkan_environment
 from image_reader import SIZE, check, read_png
+from readme_commands import code_blocks
 
+ROOT = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../.."))
 CAMERA = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 50]  # with fx 50 a unit of the scene is a pixel
 ALL = ("color", "linear", "depth", "instance", "semantic", "normal", "motion", "boxes2d", "boxes3d")
 
@@ -194,5 +198,101 @@ def warned(test):
             stream.request_image(8, 8, fx=50, sequence=1).wait(HANG_S).close()
 
 
+LENS = {"f_number": 0.125, "focus_distance_m": 1}
+LENS_OPTIONS = ("--f-number", "0.125", "--focus-distance", "1")
+VIEW = {"parent_from_camera": CAMERA, "fx": 50}
+FOV = 2 * math.atan(SIZE[1] / 100)
+
+
+def taken(stream, **request):
+    """Returns the color of an image, and the lens that it names."""
+    with stream.request_image(*SIZE, **request).wait(HANG_S) as image:
+        return image.color.copy(), (image.f_number, image.focus_distance_m)
+
+
+def still_stream(renderer):
+    stream = renderer.stream("lens")
+    stream.describe([])
+    stream.publish(0, [])
+    return stream
+
+
+def lens(test):
+    """A lens by request, by a camera of the stream and by options gives the same bytes; each image names its lens."""
+    recording = test.path("lens.mcap")
+    with renderer_of(test, test.scene, "--record", recording) as renderer, still_stream(renderer) as stream:
+        sharp, used = taken(stream, **VIEW)
+        check(used == (0, 0), f"a pinhole says {used}")
+        blurred, used = taken(stream, **VIEW, **LENS)
+        check(used == (0.125, 1) and (blurred != sharp).any(), f"the request's lens: {used}")
+
+        stream.set_camera("front", FOV)
+        stream.publish(1_000_000_000, [])
+        check((taken(stream, node="front", fx=50)[0] == sharp).all(), "the camera without a lens blurs")
+        stream.set_camera("front", FOV, **LENS)
+        stream.publish(2_000_000_000, [])
+        for name, request in (("the camera's lens", {}), ("its own projection", {"fx": 0})):
+            image, used = taken(stream, node="front", **{"fx": 50, **request})
+            check(used == (0.125, 1) and (image != sharp).any(), f"{name}: {used}")
+            check(request or (image == blurred).all(), f"{name} gives other bytes than the request's")
+        image, used = taken(stream, node="front", fx=50, f_number=0.25, focus_distance_m=2)
+        check(used == (0.25, 2) and (image != blurred).any(), f"the camera's lens replaces the request's: {used}")
+        with stream.request_image(*SIZE, node="front", fx=50, outputs=["depth"]).wait(HANG_S) as image:
+            check((image.f_number, image.focus_distance_m) == (0, 0), "depth is of a pinhole, and says a lens")
+        focus = {1: blurred.tobytes()}
+        for second, metres in ((3, 2), (4, 50)):
+            stream.set_camera("front", FOV, f_number=0.125, focus_distance_m=metres)
+            sequence = stream.publish(second * 1_000_000_000, [])
+            image, used = taken(stream, node="front", fx=50, sequence=sequence)
+            check(used == (0.125, metres), f"the moving focus: {used}")
+            focus[metres] = image.tobytes()
+        check(len(set(focus.values())) == 3, "the focus does not move")
+        def loss(image):
+            return numpy.abs(numpy.frombuffer(image, numpy.uint8).astype(int) - sharp.ravel()).mean()
+        check(loss(focus[50]) < 0.02 * loss(focus[1]), f"in focus: {loss(focus[50])}, off focus: {loss(focus[1])}")
+        raised(fire3dv.ArgumentError, "focus_distance_m is 0 beside f_number 2; a lens needs both",
+               lambda: stream.request_image(8, 8, fx=50, f_number=2))
+
+    with renderer_of(test, test.scene, *LENS_OPTIONS) as renderer, still_stream(renderer) as stream:
+        image, used = taken(stream, **VIEW)
+        check(used == (0.125, 1) and (image == blurred).all(), f"the options' lens gives other bytes: {used}")
+        check(taken(stream, **VIEW, f_number=0.25, focus_distance_m=2)[1] == (0.25, 2), "options replace the request's lens")
+    with renderer_of(test, test.scene, "--raster", "forward") as renderer, still_stream(renderer) as stream:
+        raised(fire3dv.RefusedError, "draws no depth of field", lambda: taken(stream, **VIEW, **LENS))
+        check(taken(stream, **VIEW)[1] == (0, 0), "the forward path says a lens")
+    traced = []
+    for arguments, request in (((), LENS), (LENS_OPTIONS, {})):
+        with renderer_of(test, test.scene, "--render", "path", "--spp", "4", "--bounces", "0", *arguments) as renderer:
+            with still_stream(renderer) as stream:
+                if request:
+                    pinhole = taken(stream, **VIEW)[0]
+                traced.append(taken(stream, **VIEW, **request))
+    check(traced[0][1] == traced[1][1] == (0.125, 1), f"paths: {traced[0][1]}, {traced[1][1]}")
+    check((traced[0][0] == traced[1][0]).all() and (traced[0][0] != pinhole).any(), "paths have another lens by request")
+
+    frames = []
+    for number, arguments in enumerate(((), LENS_OPTIONS)):
+        folder = test.path(f"rendered{number}")
+        subprocess.run([test.programs_at["fire3dv"], "render", recording, test.scene, "--out", folder, "--fps", "1", "--cache",
+                        "off", "--size", f"{SIZE[0]}x{SIZE[1]}", *arguments], check=True, stderr=subprocess.DEVNULL)
+        frames.append([read_png(os.path.join(folder, f"frame_{second:06}.png")).rows for second in range(5)])
+    check(frames[0][1] != frames[0][2] != frames[0][3], "a recording shows no lens")
+    check(frames[0][2] == frames[1][1], "the lens of a recorded camera is another one than by options")
+    check(frames[0][2:] == frames[1][2:], "options replace the lens of a recorded camera")
+
+
+def lens_example(test):
+    """The example of docs/camera-effects.md."""
+    with open(os.path.join(ROOT, "docs/camera-effects.md"), encoding="utf-8") as file:
+        snippet = code_blocks(file.read(), "python")[0]
+    with renderer_of(test, test.scene) as renderer:
+        check(snippet.count("shm://demo") == 1 and snippet.count("camera_front") == 2, snippet)
+        done = subprocess.run([sys.executable, "-W", "error", "-c",
+                               snippet.replace("shm://demo", renderer.uri).replace("camera_front", "front")],
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=HANG_S, text=True)
+    check(done.returncode == 0 and done.stdout.splitlines() == ["focus at 1 m", "focus at 2 m", "focus at 4 m"], done.stdout)
+
+
 if __name__ == "__main__":
-    main({"planes": planes, "pixels": pixels, "names": names, "warned": warned}, ["fire3dv"])
+    main({"planes": planes, "pixels": pixels, "names": names, "warned": warned, "lens": lens, "lens_example": lens_example},
+         ["fire3dv"])

@@ -107,6 +107,32 @@ def measures(test, screen):
     renderer.expect_exit(0)
 
 
+def focuses(test, screen):
+    """Shift F puts the plane in focus through the clicked surface."""
+    def open_window(*arguments):
+        renderer = test.viewer(test.scene, "--gui", "off", "--camera", "auto", *arguments, env=screen.env, size=SIZE)
+        return renderer, screen.window(renderer)
+
+    renderer, window = open_window()
+    wait_until("all squares on the screen", lambda: len(seen_anywhere(screen.picture(window))) == 3)
+    sharp = screen.picture(window)
+    y = int(sharp.row_of("green"))
+    x = next(x for x in range(SIZE[0]) if sharp.pixel(x, y)[1] > 200 > sharp.pixel(x, y)[0])
+    screen.x11.close(int(window))
+    renderer.expect_exit(0)
+
+    renderer, window = open_window("--f-number", "0.1", "--focus-distance", "1")
+    wait_until("a blurred image", lambda: len({bytes(row) for row in screen.picture(window).rows}) > 20)
+    check(not seen_anywhere(screen.picture(window)), "squares out of focus are sharp")
+    blurred = screen.picture(window).rows
+    screen.xdotool("mousemove", "--window", window, x + 4, y, "click", 1)
+    wait_until("an outline", lambda: screen.picture(window).rows != blurred)
+    screen.xdotool("key", "shift+f")
+    wait_until("the squares in focus", lambda: len(seen_anywhere(screen.picture(window))) == 3)
+    screen.xdotool("key", "Escape", "key", "Escape")
+    renderer.expect_exit(0)
+
+
 def guides(test, screen):
     """G shows and hides the grid, C the frusta of the cameras; the images of --out have neither."""
     for writes in (False, True):
@@ -441,7 +467,7 @@ def write_large_scene(path):
         file.write(struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(binary), b"BIN\0") + binary)
 
 
-CASES = {f.__name__: on_a_screen(f) for f in (selects, measures, guides, panels, captures, large_screenshot, screenshot_above_the_device, several, cameras_of_windows, tiny, stereo, drop,
+CASES = {f.__name__: on_a_screen(f) for f in (selects, measures, focuses, guides, panels, captures, large_screenshot, screenshot_above_the_device, several, cameras_of_windows, tiny, stereo, drop,
                                               opens_recent, closed_while_loading)}
 CASES_OF_THE_TOUR = {"tour": on_a_screen(tour)}
 

@@ -173,9 +173,35 @@ TEST_P(ClientImage, ARequestArrivesAndItsImageComesBack) {
   EXPECT_EQ(image->planes[0].output, uint32_t{FIRE3DV_IMAGE_COLOR_SRGB8});
   EXPECT_EQ(reinterpret_cast<uintptr_t>(image->planes[0].data) % 16, 0u);
   EXPECT_EQ(drawn_sequence(*image), 1u);
+  EXPECT_EQ(image->f_number, 0);
   EXPECT_EQ(wait(id, FIRE3DV_ERROR_ARGUMENT), nullptr) << "once is once";
   request.markers = 1;
   EXPECT_TRUE(seen(send_request(request)).markers);
+}
+
+TEST_P(ClientImage, TheLensOfARequestIsThatOfItsImage) {
+  fire3dv_image_request request = small();
+  request.f_number = 1.8f;
+  request.focus_distance_m = 0.75f;
+  const uint64_t id = send_request(request);
+  const wire::ImageRequest got = seen(id);
+  EXPECT_EQ(got.intrinsics.f_number, 1.8f);
+  EXPECT_EQ(got.intrinsics.focus_distance_m, 0.75f);
+  ASSERT_TRUE(drawer_->answer(got, 1, 1));
+  const Image image = wait(id);
+  ASSERT_NE(image, nullptr);
+  EXPECT_EQ(image->f_number, 1.8f);
+  EXPECT_EQ(image->focus_distance_m, 0.75f);
+  // Programs built before fields were appended pass smaller sizes; f_number lies where 1.6 had padding.
+  request.markers = 1;
+  request.struct_size = offsetof(fire3dv_image_request, markers) + 8;
+  const wire::ImageRequest of_1_6 = seen(send_request(request));
+  EXPECT_TRUE(of_1_6.markers);
+  EXPECT_EQ(of_1_6.intrinsics.f_number, 0);
+  request.struct_size = offsetof(fire3dv_image_request, markers);
+  const wire::ImageRequest of_1_5 = seen(send_request(request));
+  EXPECT_FALSE(of_1_5.markers);
+  EXPECT_EQ(of_1_5.intrinsics.focus_distance_m, 0);
 }
 
 TEST_P(ClientImage, WithRandomDepthInFlightEveryImageIsOfTheSequenceThatItClaims) {
@@ -406,6 +432,11 @@ TEST(ClientImageArguments, AreCheckedBeforeAnythingIsSent) {
   request.markers = 1;
   request.outputs = FIRE3DV_IMAGE_DEPTH_F32;
   expect(FIRE3DV_ERROR_ARGUMENT, "markers is set");
+  request.f_number = 2;
+  expect(FIRE3DV_ERROR_ARGUMENT, "focus_distance_m is 0 beside f_number 2; a lens needs both");
+  request.f_number = 2;
+  request.focus_distance_m = NAN;
+  expect(FIRE3DV_ERROR_ARGUMENT, "focus_distance_m is nan");
   request.lens = 3;
   expect(FIRE3DV_ERROR_ARGUMENT, "lens is 3");
   request.node = "a\nb";

@@ -72,6 +72,11 @@ TEST_P(ClientScene, CarriesEachKindOfEdit) {
   camera.far_m = 50;
   camera.exposure = 2;
   stream.set_camera("n", camera);
+  camera.f_number = 2.8f;
+  camera.focus_distance_m = 1.5f;
+  stream.set_camera("lens", camera);
+  camera.struct_size = offsetof(fire3dv_camera, f_number);  // of programs built before the lens was appended
+  EXPECT_EQ(fire3dv_set_camera(stream.get(), "older", &camera), FIRE3DV_OK) << fire3dv_last_error();
   fire3dv_node added{};
   const float parent_from_node[12] = {1, 0, 0, 5, 0, 1, 0, 6, 0, 0, 1, 7};
   added.parent = "base";
@@ -96,6 +101,8 @@ TEST_P(ClientScene, CarriesEachKindOfEdit) {
   EXPECT_EQ(renderer.at("n", P::light),
             wire::EditValue(wire::Light{wire::LightKind::directional, {1, 0, 0}, 3, 0, 0, 0, true}));
   EXPECT_EQ(renderer.at("n", P::camera), wire::EditValue(wire::Camera{1, 0.5f, 50, 2}));
+  EXPECT_EQ(renderer.at("lens", P::camera), wire::EditValue(wire::Camera{1, 0.5f, 50, 2, 2.8f, 1.5f}));
+  EXPECT_EQ(renderer.at("older", P::camera), wire::EditValue(wire::Camera{1, 0.5f, 50, 2}));
   EXPECT_EQ(renderer.at("n", P::node),
             wire::EditValue(
                 wire::NodeAdded{"base", {{1, 0, 0, 5, 0, 1, 0, 6, 0, 0, 1, 7}}, "part.glb", {}, "night"}));

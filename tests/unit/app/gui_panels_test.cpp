@@ -63,8 +63,8 @@ std::string settings_of(const GuiWorld& world) {
                    double(d.path.has_value()),
                    double(v.paths.samples_per_pixel),
                    double(v.paths.bounces),
-                   v.paths.lens.f_number,
-                   v.paths.lens.focus_distance_m});
+                   d.post.lens.f_number,
+                   d.post.lens.focus_distance_m});
   for (const auto& [joint, position] : v.joints) text += "joint " + numbers({double(joint), position[0]});
   for (const auto& [epoch, playout] : v.streams) {
     text += "stream " +
@@ -72,10 +72,11 @@ std::string settings_of(const GuiWorld& world) {
   }
   for (const auto& [stream, name] : v.hidden_markers) text += "markers " + stream + " " + name + " ";
   const gui::Commands& c = v.commands;
-  text += numbers({double(c.frame_all), double(c.frame_selection), c.camera ? double(*c.camera) : -1,
-                   double(v.variant), double(c.free_camera), double(c.screenshot), double(c.toggle_video),
-                   double(c.close), double(c.undo), double(c.redo), double(c.save_overlay),
-                   double(c.export_glb), c.add ? double(*c.add) : -1, double(c.duplicate)});
+  text +=
+      numbers({double(c.frame_all), double(c.frame_selection), c.camera ? double(*c.camera) : -1,
+               double(v.variant), double(c.free_camera), double(c.screenshot), double(c.toggle_video),
+               double(c.close), double(c.undo), double(c.redo), double(c.save_overlay), double(c.export_glb),
+               c.add ? double(*c.add) : -1, double(c.duplicate), double(c.focus_on_point)});
   text +=
       numbers({double(v.shows_grid), double(v.shows_frusta), double(v.measures), double(v.measured.size())});
   text +=
@@ -142,7 +143,8 @@ class GuiPanels : public ::testing::Test {
   void reset() {
     gui::Viewer& viewer = world().viewer;
     viewer = {};
-    viewer.paths.lens = {2.8f, 2};
+    viewer.draw.post.lens = {2.8f, 2};
+    viewer.picked_point = gui::SurfacePoint{2, {0.1f, 0, 0}};
     viewer.draw.path = viewer.paths;
     viewer.selected = 2;
     viewer.hidden = {1};

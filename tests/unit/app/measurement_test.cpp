@@ -73,6 +73,28 @@ TEST_F(Measurements, APickedPointMovesWithItsNode) {
   EXPECT_FALSE(viewer_.picked_point);
 }
 
+TEST_F(Measurements, TheLensFocusesOnThePickedPointAlongTheViewDirection) {
+  CameraRig rig = *CameraRig::create(scene_);
+  rig.set_free_view({.position_m = {0, 0, 10}, .focus_distance_m = 10});
+  const auto focus = [&] {
+    viewer_.commands.focus_on_point = true;
+    move_camera(rig, {}, viewer_, poses_, {160, 120}, 0);
+    EXPECT_FALSE(viewer_.commands.focus_on_point) << "once";
+    EXPECT_EQ(viewer_.paths.lens, viewer_.draw.post.lens);
+    return viewer_.draw.post.lens;
+  };
+  EXPECT_TRUE(focus().is_pinhole()) << "no point";
+  click({-2.5f, 1.25f, 0.5f});
+  EXPECT_FLOAT_EQ(focus().focus_distance_m, 9.5f) << "beside the axis, the same distance";
+  EXPECT_FLOAT_EQ(viewer_.draw.post.lens.f_number, 2.8f);
+  viewer_.draw.post.lens.f_number = 1.4f;
+  move_node(glm::translate(glm::mat4(1), {0, 0, -5}));  // with the point
+  EXPECT_FLOAT_EQ(focus().focus_distance_m, 14.5f);
+  EXPECT_FLOAT_EQ(viewer_.draw.post.lens.f_number, 1.4f);
+  rig.set_free_view({.position_m = {0, 0, -10}, .focus_distance_m = 10});
+  EXPECT_FLOAT_EQ(focus().focus_distance_m, 14.5f) << "behind the camera";
+}
+
 TEST_F(Measurements, APointOfANodeWithoutInverseRestsInTheWorld) {
   passes::Picked picked;
   picked.node = 1;

@@ -335,6 +335,10 @@ TEST_F(Inputs, KeysHideIsolateFollowAndShowAgain) {
   type(sinks::letter('h'));
   take();
   EXPECT_EQ(viewer_.isolated, scene::kNone);
+  type(sinks::letter('f'));
+  take();
+  EXPECT_TRUE(viewer_.commands.focus_on_point);
+  EXPECT_FALSE(viewer_.commands.frame_selection);
 }
 
 // Records the calls of keys.

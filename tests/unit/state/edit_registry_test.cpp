@@ -161,11 +161,15 @@ TEST_F(EditRegistryTest, ColoursAndCamerasAreOfTheirNode) {
   EXPECT_EQ(edits_.camera_at(kCup)->near_m, 0.2f);
   EXPECT_EQ(edits_.camera_at(kCup)->far_m, 50);
   EXPECT_EQ(edits_.camera_at(kCup)->exposure, 2);
+  EXPECT_EQ(edits_.camera_at(kCup)->lens, scene::ThinLens());
+  edit(id, "cup", wire::Property::camera, wire::Camera{1.1f, 0.2f, 50, 2, 2.8f, 1.5f});
+  resolved();
+  EXPECT_EQ(edits_.camera_at(kCup)->lens, (scene::ThinLens{2.8f, 1.5f, true})) << "before the settings";
   EXPECT_EQ(edits_.camera_at(kLamp), nullptr);
   edit(id, "cup", wire::Property::base_color, wire::BaseColor{});
   resolved();
   EXPECT_EQ(registry_.faults().unfit, 1u) << "no mesh";
-  EXPECT_EQ(edits_.revisions(), (scene::EditRevisions{.base_color = 1, .camera = 1}));
+  EXPECT_EQ(edits_.revisions(), (scene::EditRevisions{.base_color = 1, .camera = 2}));
 }
 
 TEST_F(EditRegistryTest, TheOlderStreamKeepsANodeAndGivesItBack) {

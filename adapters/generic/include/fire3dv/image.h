@@ -80,6 +80,10 @@ typedef struct fire3dv_image_request {
   uint64_t sequence;               /* first frame that may be shown; 0 = the newest published one */
   int32_t markers; /* 1: FIRE3DV_IMAGE_COLOR_SRGB8 shows markers (fire3dv/markers.h), other outputs do not; not together
                     * with FIRE3DV_IMAGE_COLOR_LINEAR_F16. Renderers of protocol 1.5 ignore it */
+  /* Thin lens for depth of field of the colours. Both 0 = that of the node's camera, or of the renderer's settings.
+   * Renderers of protocol 1.6 ignore it; fire3dv_image has the lens as used. */
+  float f_number;         /* 0.1 to 1000 */
+  float focus_distance_m; /* 0.001 to 1000000, along the view direction to the plane in focus */
 } fire3dv_image_request;
 
 typedef struct fire3dv_image_plane {
@@ -103,6 +107,7 @@ typedef struct fire3dv_image {
   float lens_coefficients[5];
   size_t plane_count;
   const fire3dv_image_plane *planes; /* sorted by output bit */
+  float f_number, focus_distance_m;  /* thin lens of the colours, as used; 0 = a pinhole */
 } fire3dv_image;
 
 /* Requests images and sets *id to the request's id. Call fire3dv_describe first. Requests survive a lost connection and

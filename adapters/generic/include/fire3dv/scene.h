@@ -53,6 +53,9 @@ typedef struct fire3dv_camera {
   float near_m;           /* above 0 */
   float far_m;            /* above near_m; 0 = infinite */
   float exposure;         /* factor on linear colour; 0 = the renderer's setting */
+  /* Thin lens for depth of field. Both 0 = as the scene file or the renderer's settings have it. */
+  float f_number;         /* 0.1 to 1000 */
+  float focus_distance_m; /* 0.001 to 1000000, along the view direction to the plane in focus */
 } fire3dv_camera;
 
 typedef struct fire3dv_node {

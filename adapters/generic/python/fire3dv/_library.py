@@ -39,7 +39,7 @@ class Light(Structure):
 
 class Camera(Structure):
     _fields_ = [("struct_size", c_size_t), ("vertical_fov_rad", c_float), ("near_m", c_float), ("far_m", c_float),
-                ("exposure", c_float)]
+                ("exposure", c_float), ("f_number", c_float), ("focus_distance_m", c_float)]
 
 
 class Node(Structure):
@@ -71,7 +71,7 @@ class ImageRequest(Structure):
                 ("height", c_uint32), ("fx", c_float), ("fy", c_float), ("cx", c_float), ("cy", c_float),
                 ("near_m", c_float), ("far_m", c_float), ("lens", c_int32), ("lens_coefficients", c_float * 5),
                 ("outputs", c_uint32), ("when", c_int32), ("every", c_uint32), ("rate_hz", c_double),
-                ("sequence", c_uint64), ("markers", c_int32)]
+                ("sequence", c_uint64), ("markers", c_int32), ("f_number", c_float), ("focus_distance_m", c_float)]
 
 
 class ImagePlane(Structure):
@@ -84,7 +84,8 @@ class Image(Structure):
                 ("number", c_uint64), ("lost", c_uint64), ("world_from_camera", c_float * 12), ("width", c_uint32),
                 ("height", c_uint32), ("fx", c_float), ("fy", c_float), ("cx", c_float), ("cy", c_float),
                 ("near_m", c_float), ("far_m", c_float), ("lens", c_int32), ("lens_coefficients", c_float * 5),
-                ("plane_count", c_size_t), ("planes", POINTER(ImagePlane))]
+                ("plane_count", c_size_t), ("planes", POINTER(ImagePlane)), ("f_number", c_float),
+                ("focus_distance_m", c_float)]
 
 
 class Joint(Structure):

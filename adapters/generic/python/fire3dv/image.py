@@ -96,6 +96,8 @@ class Image:
         self.far_m: float = raw.far_m  #: 0: infinite
         self.lens: str = {number: name for name, number in LENSES.items()}[raw.lens]
         self.lens_coefficients: Tuple[float, ...] = tuple(raw.lens_coefficients)
+        self.f_number: float = raw.f_number  #: thin lens of color and linear, as used; 0: a pinhole
+        self.focus_distance_m: float = raw.focus_distance_m
         #: 12 numbers, row-major: rotation and translation. The camera looks along -Z, +Y is up
         self.world_from_camera: Tuple[float, ...] = tuple(raw.world_from_camera)
 

@@ -74,7 +74,8 @@ class ImageRequests:
                       cx: Optional[float] = None, cy: Optional[float] = None, near_m: float = 0.0,
                       far_m: float = 0.0, lens: str = "none", lens_coefficients: Sequence[float] = (),
                       outputs: Iterable[str] = ("color",), when: str = "once", every: int = 1,
-                      rate_hz: float = 0.0, sequence: int = 0, markers: bool = False) -> ImageRequest:
+                      rate_hz: float = 0.0, sequence: int = 0, markers: bool = False, f_number: float = 0.0,
+                      focus_distance_m: float = 0.0) -> ImageRequest:
         """Requests images of a camera. Does not block.
 
         node: parent of the camera; None: the stream's frame. parent_from_camera: (3, 4) or (4, 4), rotation and
@@ -85,6 +86,9 @@ class ImageRequests:
         ALIASES, such as "depth".
         when: "once", "every_nth" (shown frame), "rate" (rate_hz per second) or "exactly" (the frame `sequence`).
         sequence: first frame that may be shown; 0: the newest published one.
+        f_number, focus_distance_m: thin lens for depth of field of "color" and "linear", aperture (0.1 to 1000) and
+        metres along the view direction to the plane in focus; both 0: the lens of the node's camera, or of the
+        renderer's settings. The image says which lens was used.
         markers: True: "color" shows the markers of streams; other outputs never do. Not together with "linear".
         """
         pose = rigid(parent_from_camera, "parent_from_camera")
@@ -103,7 +107,8 @@ class ImageRequests:
             _number_of(LENSES, lens, "lens"),
             (c_float * 5)(*[real(k, "lens_coefficients") for k in lens_coefficients]), bits,
             _number_of(_WHEN, when, "when"), whole(every, c_uint32, "every"), real(rate_hz, "rate_hz"),
-            whole(sequence, c_uint64, "sequence"), int(bool(markers)))
+            whole(sequence, c_uint64, "sequence"), int(bool(markers)), real(f_number, "f_number"),
+            real(focus_distance_m, "focus_distance_m"))
         number = c_uint64()
         check(library().fire3dv_request_image(self.handle, byref(request), byref(number)))
         return ImageRequest(self, number.value)  # type: ignore[arg-type]

@@ -288,13 +288,17 @@ class Stream(ImageRequests, Markers, Scalars):
         check(library().fire3dv_set_light(self.handle, encoded(node, "node"), byref(light)))
 
     def set_camera(self, node: str, vertical_fov_rad: float, near_m: float = 0.01, far_m: float = 0.0,
-                   exposure: float = 0.0) -> None:
+                   exposure: float = 0.0, f_number: float = 0.0, focus_distance_m: float = 0.0) -> None:
         """Adds a camera to the node, or replaces the file's. It looks along -Z.
 
         far_m: 0 for infinite. exposure: factor on linear colour; 0: the renderer's setting.
+        f_number, focus_distance_m: thin lens for depth of field, aperture (0.1 to 1000) and metres along the view
+        direction to the plane in focus; both 0: as the file or the renderer's settings have it. To move the focus,
+        set the camera again before each frame.
         """
         camera = c.Camera(ctypes.sizeof(c.Camera), real(vertical_fov_rad, "vertical_fov_rad"),
-                          real(near_m, "near_m"), real(far_m, "far_m"), real(exposure, "exposure"))
+                          real(near_m, "near_m"), real(far_m, "far_m"), real(exposure, "exposure"),
+                          real(f_number, "f_number"), real(focus_distance_m, "focus_distance_m"))
         check(library().fire3dv_set_camera(self.handle, encoded(node, "node"), byref(camera)))
 
     def add_node(self, node: str, parent: Optional[str] = None, parent_from_node: Optional[Array] = None,

@@ -1,6 +1,9 @@
 // Answers and reports of a stream receiver.
 #include "renderer/app/streams/stream_receiver.h"
 
+#include <cmath>
+#include <utility>
+
 #include "tests/unit/app/streams/receiver_fixture.h"
 
 namespace fire3dv::app {
@@ -75,6 +78,15 @@ TEST_F(StreamReceiverTest, ImagesThatCannotBeHadAreRefusedWithAReason) {
   EXPECT_EQ(last_refusal().request, 3u);
   EXPECT_EQ(last_refusal().reason, wire::ImageRefusal::bad_request);
   EXPECT_NE(last_refusal().message.find("fx"), std::string::npos) << last_refusal().message;
+  bad = image_request(42, 3);
+  bad.intrinsics.focus_distance_m = 2;
+  link_->deliver(1, LinkEvent::Kind::control, wire::encode(bad));
+  EXPECT_EQ(last_refusal().reason, wire::ImageRefusal::bad_request);
+  EXPECT_NE(last_refusal().message.find("f_number is 0"), std::string::npos) << last_refusal().message;
+  bad.intrinsics.f_number = 2;
+  link_->deliver(1, LinkEvent::Kind::control, wire::encode(bad));
+  EXPECT_EQ(last_refusal().reason, wire::ImageRefusal::not_supported);
+  EXPECT_NE(last_refusal().message.find("no depth of field"), std::string::npos) << last_refusal().message;
   bad = image_request(42, 4);
   bad.outputs = 1u << 30;
   link_->deliver(1, LinkEvent::Kind::control, wire::encode(bad));
@@ -254,6 +266,29 @@ TEST_F(StreamReceiverTest, WhatCannotBeReadIsAnsweredAndCounted) {
   receiver_.poll();
   EXPECT_TRUE(receiver_.take_log_messages().empty())
       << "a peer's first invalid message is logged, not the others";
+}
+
+TEST_F(StreamReceiverTest, HostileLensesAreRefusedAndCountedAndHarmNobody) {
+  link_->deliver(1, LinkEvent::Kind::control, description(7, "hostile", {"leg"}));
+  link_->deliver(2, LinkEvent::Kind::control, description(8));
+  receiver_.poll();
+  uint64_t version = 0;
+  for (const auto& [f_number, focus_m] :
+       {std::pair{NAN, 2.0f}, {2.0f, -INFINITY}, {1e-30f, 2.0f}, {0.0f, 1.0f}})
+    link_->deliver(1, LinkEvent::Kind::control,
+                   wire::encode(wire::SceneEdit{7, ++version, "arm", wire::Property::camera,
+                                                wire::Camera{1, 0.1f, 0, 0, f_number, focus_m}}));
+  link_->deliver(2, LinkEvent::Kind::control,
+                 wire::encode(wire::SceneEdit{8, 1, "arm", wire::Property::camera,
+                                              wire::Camera{1, 0.1f, 0, 0, 2.8f, 2}}));
+  link_->deliver(2, LinkEvent::Kind::pose, frame(8, 1));
+  EXPECT_TRUE(receiver_.poll());
+  EXPECT_EQ(receiver_.rejected_messages(), 4u);
+  EXPECT_EQ(driver(), 8u);
+  const auto changes = poses_.take_scene_changes();
+  ASSERT_EQ(changes.size(), 1u) << "of the other stream";
+  ASSERT_EQ(changes[0].edits.size(), 1u);
+  EXPECT_EQ(std::get<wire::Camera>(changes[0].edits[0].value).f_number, 2.8f);
 }
 
 TEST_F(StreamReceiverTest, UnreadableMessagesOfOnePollGetOneAnswer) {
