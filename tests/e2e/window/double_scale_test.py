@@ -209,7 +209,7 @@ def everything(test, screen):
     write_robot(scene)
     write_scene(other, {"green": SQUARES["green"]}, place=0)
     layout = test.path("config/fire3dv/window.conf")
-    for path, lines in ((layout, [f"{panel} = closed" for panel in PANELS]), (test.path("state/fire3dv/recent"), [other])):
+    for path, lines in ((layout, [f"{panel} = closed" for panel in PANELS] + ["scalars-seen = yes"]), (test.path("state/fire3dv/recent"), [other])):
         os.makedirs(os.path.dirname(path))
         with open(path, "w", encoding="utf-8") as file:
             file.write("\n".join(lines) + "\n")

@@ -141,6 +141,9 @@ def variants(test, screen):
     wait_until("a new frame of the stream", lambda: (lambda now: now and now[0] > place[0] + 20)(columns_of("red")))
     check(not renderer.find_err("error:|stream .*(lost|ended)"), renderer.stderr_text())
     screen.x11.close(int(window))
+    wait_until("the end, or a refusal", lambda: not renderer.alive() or renderer.find_err("close again to discard"))
+    if renderer.alive():
+        screen.x11.close(int(window))  # the variant is an edit
     renderer.expect_exit(0)
     publisher.quit()
 
