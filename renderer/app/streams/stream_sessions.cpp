@@ -198,10 +198,7 @@ void StreamReceiver::accept_stream(Peer peer, const wire::StreamDescription& des
   if (!bound.conflicting_names.empty())
     accepted += "; another stream drives " + list_names(poses_, id, bound.conflicting_names) +
                 first_driver(poses_, description, bound.conflicting_names);
-  const size_t names_count = description.node_names.size();
-  const bool drives_nothing = names_count != 0 && bound.unmatched_names.size() == names_count;
-  if (drives_nothing && scene_) accepted += list_scene_nodes(*scene_);
-  log(drives_nothing || !bound.conflicting_names.empty() ? warning(accepted) : accepted);
+  log(bound.conflicting_names.empty() ? accepted : warning(accepted));
   welcome(peer, stream);
 }
 
@@ -274,6 +271,13 @@ void StreamReceiver::report_poses() {
       log(warning("stream \"" + stream.name + "\" " + text));
       advice += (advice.empty() ? "this stream " : "; it ") + text;
     };
+    // Not earlier: a stream may add its nodes after it has described itself.
+    const state::Stream& bound = poses_.streams()[stream.id];
+    if (const size_t names = bound.scene_node_of_pose.size();
+        names != 0 && bound.unmatched_names.size() == names)
+      report("moves nothing: the scene has no node of its " + counted(names, "name") + ", such as " +
+             list_names(poses_, stream.id, bound.unmatched_names) +
+             (scene_ ? list_scene_nodes(*scene_) : ""));
     if (const state::IndexSet names = poses_.names_without_scale(stream.id); !names.empty())
       report("moves " + counted(names.size(), "node") +
              " without the scale of the scene file: " + list_names(poses_, stream.id, names) +

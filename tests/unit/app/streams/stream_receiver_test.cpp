@@ -199,18 +199,29 @@ TEST_F(StreamReceiverTest, BadConnectionsDoNotHideWhatOthersSay) {
   EXPECT_EQ(log.size(), 91u);
 }
 
-// Whoever mistypes all names sees names that exist.
-TEST_F(StreamReceiverTest, AStreamThatDrivesNothingIsAWarningWithNodesOfTheScene) {
+// Whoever mistypes all names sees names that exist: with the first frame, since a stream may add nodes
+// before.
+TEST_F(StreamReceiverTest, AStreamThatMovesNothingIsAWarningWithNodesOfTheScene) {
   receiver_.set_scene(&scene_);
-  link_->deliver(1, LinkEvent::Kind::control, description(1, "lost", {"base", "link_1"}));
+  link_->deliver(1, LinkEvent::Kind::control, description(1, "lost", {"base"}));
   link_->deliver(2, LinkEvent::Kind::control, description(2, "half", {"base", "arm"}));
   receiver_.poll();
+  const std::vector<std::string> described = receiver_.take_log_messages();
+  ASSERT_EQ(described.size(), 2u);
+  EXPECT_EQ(described[0], "stream \"lost\" with 1 node accepted; no scene node is called \"base\"");
+  EXPECT_EQ(described[1], "stream \"half\" with 2 nodes accepted; no scene node is called \"base\"");
+  for (uint64_t sequence = 1; sequence <= 2; ++sequence) {
+    link_->deliver(1, LinkEvent::Kind::pose, frame(1, sequence));
+    receiver_.poll();
+  }
   const std::vector<std::string> log = receiver_.take_log_messages();
-  ASSERT_EQ(log.size(), 2u);
-  EXPECT_EQ(log[0],
-            "warning: stream \"lost\" with 2 nodes accepted; no scene node is called \"base\", \"link_1\"; "
-            "the scene has \"arm\"");
-  EXPECT_EQ(log[1], "stream \"half\" with 2 nodes accepted; no scene node is called \"base\"");
+  const std::string text =
+      " moves nothing: the scene has no node of its 1 name, such as \"base\"; the scene has \"arm\"";
+  EXPECT_EQ(count_of(log, "warning: stream \"lost\"" + text), 1u);
+  EXPECT_EQ(count_of(log, "moves nothing"), 1u);
+  const auto statuses = answers<wire::Status>(1);
+  ASSERT_EQ(statuses.size(), 1u);
+  EXPECT_EQ(statuses[0].message, "this stream" + text);
 }
 
 TEST_F(StreamReceiverTest, AFrameIsShownTogetherWithItsSceneEdits) {
