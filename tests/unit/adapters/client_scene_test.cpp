@@ -92,7 +92,7 @@ TEST_P(ClientScene, CarriesEachKindOfEdit) {
   ASSERT_TRUE(repeat_until([&] {
     stream.publish(0ns, std::vector<Pose>(2));
     renderer.poll();
-    return renderer.scene_version == 10 && renderer.edits.size() == 10;
+    return renderer.scene_version == 12 && renderer.edits.size() == 12;
   }));
   using P = wire::Property;
   EXPECT_EQ(renderer.at("early", P::visible), wire::EditValue(wire::Visible{false}));
@@ -117,7 +117,7 @@ TEST_P(ClientScene, CarriesEachKindOfEdit) {
   ASSERT_TRUE(repeat_until([&] {
     stream.publish(0ns, std::vector<Pose>(1));
     renderer.poll();
-    return renderer.epoch == stream.poll().epoch && renderer.edits.size() == 10;
+    return renderer.epoch == stream.poll().epoch && renderer.edits.size() == 12;
   }));
 }
 
