@@ -49,6 +49,23 @@ TEST_F(Post, ToneMapsFollowTheirFormulas) {
   }
 }
 
+// ACES 1.0 shows a grey card of 18 % at 4.8 of 48 cd/m2. Contrast: slope of the curve of logarithms.
+TEST_F(Post, AcesIsAFilmLikeCurve) {
+  const auto grey = [](float light) {
+    const float encoded = static_cast<float>(shown(glm::vec3(light), passes::ToneMap::aces).g) / 255;
+    return encoded <= 0.04045f ? encoded / 12.92f : std::pow((encoded + 0.055f) / 1.055f, 2.4f);
+  };
+  const float middle = grey(0.18f);
+  EXPECT_NEAR(middle, 4.8f / 48, 0.008f);
+  const auto contrast = [&](float from, float to) {
+    return std::log2(grey(to) / grey(from)) / std::log2(to / from);
+  };
+  EXPECT_LT(grey(0.04f) / 0.04f, 0.5f * middle / 0.18f) << "the toe";
+  EXPECT_GT(contrast(0.09f, 0.18f), 1.4f);
+  EXPECT_LT(contrast(1, 4), 0.35f) << "the shoulder";
+  EXPECT_EQ(grey(30), 1);
+}
+
 TEST_F(Post, ToneMapsDifferInHowTheyTreatColour) {
   const glm::vec3 bright_red(6, 0.3f, 0.2f);
   EXPECT_GT(shown(bright_red, passes::ToneMap::none).r, 250);
