@@ -133,7 +133,9 @@ void trace_lobes(GlobalsRef globals, MaterialRecord material, Surface surface, S
     const vec3 origin = offset_from_surface(point.position_world, passes ? -plane : plane, eye, point.pixel_size_m,
                                             passes ? 0 : point.lift_m);
     const uvec4 outside = uvec4(FIRE3DV_NO_INDEX);
-    takes_one_ray = is_diffuse;
+    is_averaged = is_diffuse || !is_mirror(by);
+    takes_one_ray = is_diffuse || (is_averaged && globals.value.light_count > kFewLamps);
+    occludes_environment = is_diffuse;
     hit_choices = sample_choices(pixel, k - first, count);
     // Diffuse rays meet what shadow rays meet.
     const bool meets_all = !is_diffuse && (push.effects & FIRE3DV_RAY_EFFECT_REFRACTION) != 0;
