@@ -15,7 +15,7 @@
 #include "renderer/app/frame_loop.h"
 #include "renderer/app/loading/disk_caches.h"
 #include "renderer/app/start.h"
-#include "renderer/app/window/new_objects.h"
+#include "renderer/app/window/editing/new_objects.h"
 #include "renderer/offline/frame_folder.h"
 #include "renderer/offline/offline_loop.h"
 #include "renderer/offline/timeline.h"

@@ -1,11 +1,11 @@
 #include "renderer/state/editing/addition.h"
 
-#include "renderer/scene/model/loaded_scene.h"
+#include "protocol/base/text.h"
 
 namespace fire3dv::state {
 
 std::string path_of(const std::string& name, const Addition& addition) {
-  return (addition.parent.empty() ? "" : addition.parent + "/") + scene::path_part(name);
+  return (addition.parent.empty() ? "" : addition.parent + "/") + path_part(name);
 }
 
 bool is_at_or_below(std::string_view path, std::string_view top) {

@@ -18,7 +18,7 @@ using gui::ObjectKind;
 std::string unused_name(const std::string& name, bool is_plain_allowed, const std::string& parent,
                         const state::EditDocument& document, const state::EditTargets& targets) {
   const auto is_taken = [&](const std::string& candidate) {
-    const std::string path = (parent.empty() ? "" : parent + "/") + scene::path_part(candidate);
+    const std::string path = (parent.empty() ? "" : parent + "/") + path_part(candidate);
     return targets.names.has(candidate) || targets.names.has(path) ||
            document.contains(state::key_of_addition(candidate));
   };
