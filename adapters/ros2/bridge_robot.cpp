@@ -33,7 +33,7 @@ void Bridge::show_joint_state(const JointStateMessage& message) {
   if (!groups) return log_.warn("joint scalars", "joint states are not plotted: " + groups.error().message);
   for (ScalarGroup* const group : *groups) {
     const Result<void> shown = renderers_.show_scalars(*group);
-    group->is_refused = !shown;
+    group->is_refused = !shown && !group->is_declared;
     if (!shown)
       log_.warn("joint scalars", group->name + " of joint states are not plotted: " + shown.error().message);
   }

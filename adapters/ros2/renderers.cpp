@@ -161,16 +161,20 @@ Result<void> Renderers::show_scalars(ScalarGroup& group) {
     for (const std::string& unit : group.units) units.push_back(unit.c_str());
   }
   const fire3dv_scalars scalars{sizeof scalars, names.data(), units.data(), names.size()};
-  for (const Target& target : targets_) {
+  Result<void> result;
+  bool is_declared = group.is_declared;
+  for (const Target& target : targets_) {  // a target that fails keeps nothing from the others
     fire3dv_stream* const stream = target.stream.get();
-    if (!group.is_declared && fire3dv_declare_scalars(stream, group.name.c_str(), &scalars) != FIRE3DV_OK)
-      return Error{fire3dv_last_error()};
-    if (fire3dv_set_scalars(stream, group.name.c_str(), group.time_ns, group.values.data(),
-                            group.values.size()) != FIRE3DV_OK)
-      return Error{fire3dv_last_error()};
+    if ((group.is_declared || fire3dv_declare_scalars(stream, group.name.c_str(), &scalars) == FIRE3DV_OK) &&
+        fire3dv_set_scalars(stream, group.name.c_str(), group.time_ns, group.values.data(),
+                            group.values.size()) == FIRE3DV_OK) {
+      is_declared = true;
+    } else if (result) {
+      result = Error{fire3dv_last_error()};
+    }
   }
-  group.is_declared = true;
-  return {};
+  group.is_declared = is_declared;
+  return result;
 }
 
 Result<void> Renderers::poll(const std::function<void(const std::string&)>& log) {

@@ -492,6 +492,7 @@ int run(const Options& options) {
     gui::Viewer viewer;
     viewer.draw = draw_settings(options, std::move(*environment));
     viewer.paths = options.path.value_or(passes::PathSettings());
+    viewer.paths.lens = options.lens;
     viewer.draw.cached_environments = environment_store(places.environments);
     std::optional<passes::SceneRenderer> renderer(std::in_place, device, viewer.draw);
     Result<SecondaryDevices> further = SecondaryDevices::open(

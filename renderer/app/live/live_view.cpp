@@ -224,9 +224,11 @@ CameraRig::Placed LiveView::place(Viewer& viewer) const {
 // Requests an image if the viewer has none in flight, and there is something new; or a refined one, if the
 // view stands.
 void LiveView::request_image(serve::ViewerId number, Viewer& viewer, Clock::time_point now) {
-  const bool is_new = viewer.has_moved || viewer.drawn != revisions_;
+  if (viewer.width == 0) return;
+  const CameraRig::Placed placed = place(viewer);
+  const bool is_new = viewer.has_moved || viewer.drawn != revisions_ || viewer.drawn_camera != placed.camera;
   if (is_new) withdraw_refinement(number, viewer);
-  if (viewer.flight || viewer.width == 0) return;
+  if (viewer.flight) return;
   if (is_new) viewer.changed = now;
   const bool stands = !is_new && viewer.can_refine && now - viewer.changed >= kRefineAfter;
   const bool refines = stands && (!viewer.is_refined || viewer.is_retouched || lacks_samples(viewer)) &&
@@ -235,13 +237,13 @@ void LiveView::request_image(serve::ViewerId number, Viewer& viewer, Clock::time
   if (!refines || !viewer.is_refined) viewer.samples = 0;
   const AdaptiveQuality::Step step = refines ? AdaptiveQuality::kRefined : viewer.quality.step();
   const glm::uvec2 size = image_size(viewer.width, viewer.height, step.scale, !refines);
-  const CameraRig::Placed placed = place(viewer);
   const uint64_t id = ++viewer.last_request;
-  viewer.appearance = {viewer.camera.ground(), placed.camera.exposure, placed.camera.lens, true,
-                       viewer.samples};
+  viewer.appearance = {
+      viewer.camera.ground(), placed.camera.exposure, placed.camera.lens, true, viewer.samples, refines};
   viewer.is_retouched = false;
   viewer.flight = Flight{id, now, step, refines, 0, 0};
   viewer.drawn = revisions_;
+  viewer.drawn_camera = placed.camera;
   viewer.has_moved = false;
   viewer.is_refined = refines;
   const wire::ImageRequest request =
@@ -284,7 +286,7 @@ void LiveView::refuse_image(state::RequesterId requester, const wire::ImageRefus
   if (viewer->pick == refused.request) viewer->pick.reset();
   if (viewer->flight && viewer->flight->request == refused.request) {
     if (viewer->flight->is_refined)
-      viewer->can_refine = false;
+      viewer->can_refine = viewer->is_in_turn = false;
     else if (viewer->quality.on_refused())
       viewer->has_moved = true;
     viewer->flight.reset();

@@ -93,6 +93,7 @@ class LiveView final : public ImageReplies {
     AdaptiveQuality quality = {};
     std::optional<Flight> flight = {};
     std::optional<std::array<uint64_t, 2>> drawn = {};  // revisions of the last requested image
+    scene::Camera drawn_camera = {};                    // of that image
     bool has_moved = true;                              // the camera or the canvas, since then
     bool decodes_h264 = false, decodes_vp8 = false, needs_key = true;
     bool is_refined = false;  // the last requested image
@@ -159,7 +160,6 @@ class LiveView final : public ImageReplies {
   bool has_changed_ = false;                                        // since take_change()
   std::array<uint64_t, 2> revisions_{};                             // of what images show: poses and scene
   passes::TracedScene moment_;                                      // paths: poses and edits of revisions_
-  uint64_t camera_edits_ = 0;
   std::set<uint32_t> shown_hidden_;
   uint32_t shown_isolated_ = scene::kNone;
   Clock::time_point reported_{};

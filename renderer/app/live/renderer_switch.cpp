@@ -20,8 +20,9 @@ std::function<Result<void>(const passes::DrawSettings&)> renderer_switch(const O
   if (!options.headless || !draws_for_viewers || needs_one_kind || !passes::can_trace_paths(parts.device))
     return {};
   return [parts](const passes::DrawSettings& settings) -> Result<void> {
-    if (parts.requests.count() != 0)
-      return Error{"simulators have open requests of images: raster or paths stay until those end"};
+    FIRE3DV_ASSERT(parts.requests.count() == 0);
+    passes::DrawSettings before = parts.viewer.draw;
+    before.max_textures = parts.renderer->max_textures();
     // Waits for the GPU: a viewer has asked for it.
     const auto replace = [&](const passes::DrawSettings& with) {
       parts.device.wait(parts.device.last_submitted());
@@ -37,7 +38,7 @@ std::function<Result<void>(const passes::DrawSettings&)> renderer_switch(const O
     } catch (const gpu::VulkanFailure& failure) {
       if (!gpu::is_out_of_memory(failure)) throw;
       result = Error{"the device has no memory for another renderer: raster or paths stay"};
-      replace(parts.viewer.draw);
+      replace(before);
     }
     parts.requests.set_abilities(image_abilities(*parts.renderer, true));
     if (result && settings.path) {

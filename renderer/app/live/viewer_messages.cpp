@@ -166,6 +166,10 @@ bool LiveView::can_switch_shadows_on() const {
 void LiveView::switch_paths(serve::ViewerId number, bool on) {
   passes::DrawSettings& draw = borrowed_.viewer.draw;
   if (on == draw.path.has_value() || !borrowed_.replace_renderer) return;
+  if (const auto open = borrowed_.requests.open(); !open.empty() && open.front().first < kFirstViewer)
+    return borrowed_.server.send(
+        number,
+        notice_message("simulators have open requests of images: raster or paths stay until those end"));
   for (auto& [of, viewer] : viewers_) {
     borrowed_.requests.on_requester_ended(kFirstViewer + of);
     viewer.flight.reset();

@@ -15,7 +15,8 @@ constexpr auto kPathsPeriod = std::chrono::milliseconds(100);  // between report
 
 }  // namespace
 
-// Poses that a stream repeats, and markers, start no path-traced image again.
+// Poses that a stream repeats, and markers, start no path-traced image again. Edited cameras start those of
+// the viewers that see by them.
 void LiveView::note_moment() {
   if (!borrowed_.renderer.traces_paths()) {
     revisions_ = {borrowed_.poses.revision(), borrowed_.scene.updates()};
@@ -23,9 +24,8 @@ void LiveView::note_moment() {
   }
   const scene::EditRevisions& edits = borrowed_.scene.edits().revisions();
   revisions_[1] = borrowed_.scene.replaced();
-  if (camera_edits_ == edits.camera && moment_.equals(borrowed_.poses, edits)) return;
+  if (moment_.equals(borrowed_.poses, edits)) return;
   moment_.set(borrowed_.poses, edits);
-  camera_edits_ = edits.camera;
   ++revisions_[0];
 }
 
@@ -64,6 +64,7 @@ void LiveView::withdraw_refinement(serve::ViewerId number, Viewer& viewer) {
   withdrawal.when = wire::ImageWhen::never;
   borrowed_.requests.on_image_request(kFirstViewer + number, withdrawal, nullptr);
   viewer.flight.reset();
+  viewer.is_retouched |= !lacks_samples(viewer);  // it was for that
 }
 
 // Edits wait for the end of an image that is traced.

@@ -43,6 +43,7 @@ class ImageReplies {
     // Samples of the path-traced image that the viewer has: the next one goes on from there and comes after a
     // short time. nullopt: it comes when it is whole.
     std::optional<uint32_t> shown_samples = std::nullopt;
+    bool keeps_samples = false;  // the path-traced image goes on after those of others
   };
   struct Shown {
     state::ImageRequestRegistry::Shown frame;

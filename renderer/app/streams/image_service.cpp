@@ -206,6 +206,7 @@ std::vector<RequestRenderer::WorkItem> ImageService::resolve(
       has_markers |= possible.markers;
       if (possible.exposure == 0) possible.exposure = appearance.exposure;
       possible.shown_samples = appearance.shown_samples;
+      possible.keeps_samples = appearance.keeps_samples;
       if (possible.thin_lens.is_pinhole()) possible.thin_lens = appearance.lens;
       work.push_back({std::move(one), possible});
     }

@@ -129,9 +129,9 @@ bool RequestRenderer::is_traced(bool others_wait) const {
 
 void RequestRenderer::trace(gpu::FrameRing& frames, const state::PoseState& poses, bool others_wait) {
   const std::span<const WorkItem> image(&tracing_->work, 1);
-  // The image of each viewer keeps its samples while others take their turns.
+  // A view that refines keeps its samples while others take their turns; those of a moving one are of no use.
   std::optional<uint32_t>& shown = tracing_->work.camera.shown_samples;
-  renderer_.select_paths(shown ? image[0].due.requester : 0);
+  renderer_.select_paths(tracing_->work.camera.keeps_samples ? image[0].due.requester : 0);
   const std::optional<passes::PreparedFrame> prepared = prepare(image, tracing_->scene, true);
   if (!prepared) return cancel_tracing();
   (void)renderer_.trace_paths(*prepared, poses, view_of(image[0]), {.budget = kTraceTime});

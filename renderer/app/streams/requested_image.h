@@ -69,6 +69,7 @@ struct RequestCamera {
   bool markers = false;
   // Paths: the image has more than so many samples, and is sent early. nullopt: it is sent when it is whole.
   std::optional<uint32_t> shown_samples;
+  bool keeps_samples = false;  // paths: the image goes on after those of others
 };
 
 struct CameraRefused {

@@ -143,6 +143,7 @@ void CameraRig::let_go(const state::PoseState& poses) {
   if (node_ == scene::kNone) return;
   free_camera_ = scene_camera();
   free_camera_.orthographic = false;
+  free_camera_.lens.of_stream = false;  // the user's from now on
   free_camera_.name = "free";
   world_from_free_ = poses.world_from_node(node_);
   framed_ = false;
