@@ -6,7 +6,6 @@
 // lobes: one to each lamp, and from more than a few lamps one in all, to a lamp that is chosen by its share of the
 // unshadowed light. Diffuse lobe: one in all, to a lamp or into the environment, which other lobes do not occlude.
 bool is_averaged, takes_one_ray, occludes_environment;
-const uint kFewLamps = 8;
 vec3 hit_choices;  // from 0 to 1: the choice, and a point of the lamp's disc or of the hemisphere
 
 const uint kEnvironment = FIRE3DV_NO_INDEX;  // among lights
@@ -50,6 +49,8 @@ LightSample sample_environment(GlobalsRef globals, Surface surface, SurfacePoint
 
 // The ray is chosen by weighted reservoir sampling, so that the BRDF occurs once in the code.
 vec3 light_of_hit(GlobalsRef globals, Surface surface, SurfacePoint point, vec3 environment) {
+  if (!kBounces) occludes_environment = false;
+  if (!kBounces && !kManyLamps) takes_one_ray = false;
   const uint lamps = globals.value.light_count, sources = occludes_environment ? lamps + 1 : lamps;
   vec3 sum = occludes_environment ? vec3(0) : environment, chosen = vec3(0);
   LightSample chosen_light = LightSample(vec3(0, 1, 0), kFar, vec3(0), 0);

@@ -1,6 +1,6 @@
 // Ray effects of visible surfaces: mirror and glossy reflections, refraction, one diffuse bounce, and ambient
-// occlusion. Rays end at the first opaque surface. All surfaces are shaded by the raster's material model (shading.glsl): lamps with shadow rays,
-// and the environment.
+// occlusion. Rays end at the first opaque surface. All surfaces are shaded by the raster's material model (shading.glsl):
+// lamps with shadow rays, and the environment.
 //
 // Sample patterns depend on the pixel alone: 16 pixels of a block of 4 x 4 share one sequence, so that shading can
 // average the block (ray_effect_lookup.glsl). The including shader traces rays: closest_hit() and is_shadowed().
@@ -23,6 +23,9 @@ layout(buffer_reference, scalar, buffer_reference_align = 8) writeonly buffer Bo
 Hit closest_hit(vec3 origin, vec3 direction, float distance_m, bool meets_all);
 
 const float kFar = 1e30;
+
+layout(constant_id = FIRE3DV_VARIANT_BOUNCES) const bool kBounces = true;
+layout(constant_id = FIRE3DV_VARIANT_MANY_LAMPS) const bool kManyLamps = true;
 
 uint traced_pixel;
 
@@ -99,7 +102,7 @@ void trace_lobes(GlobalsRef globals, MaterialRecord material, Surface surface, S
   const uint reflected_rays = share <= 0 ? 0 : is_mirror(lobe) ? 1 : push.reflection_rays;
   const bool transmits = kExtensions && (push.effects & FIRE3DV_RAY_EFFECT_REFRACTION) != 0 && largest(surface.transmitted) > 0;
   const uint refracted_rays = !transmits ? 0 : is_mirror(surface.base) ? 1 : push.reflection_rays;
-  const bool scatters = (push.effects & FIRE3DV_RAY_EFFECT_BOUNCE) != 0 && diffuse_weight(surface) >= kLeastDiffuse;
+  const bool scatters = kBounces && diffuse_weight(surface) >= kLeastDiffuse;
   const uint first_diffuse = reflected_rays + refracted_rays, diffuse_rays = scatters ? push.bounce_rays : 0;
   const bool bends = transmits && is_volume(material);
   const vec3 plane = point.plane_normal_world, eye = globals.value.eye_world;
@@ -107,7 +110,7 @@ void trace_lobes(GlobalsRef globals, MaterialRecord material, Surface surface, S
   LobeRadiance mirrored = LobeRadiance(vec3(0), 0, 0, 0), passed = LobeRadiance(vec3(0), 0, 0, 0);
   DiffuseRays diffuse = DiffuseRays(BouncedLight(vec3(0), vec3(0), vec3(0)), 0, 0);
   for (uint k = 0; k < first_diffuse + diffuse_rays; ++k) {
-    const bool reflects = k < reflected_rays, is_diffuse = k >= first_diffuse, passes = !reflects && !is_diffuse;
+    const bool reflects = k < reflected_rays, is_diffuse = kBounces && k >= first_diffuse, passes = !reflects && !is_diffuse;
     const uint first = reflects ? 0 : is_diffuse ? first_diffuse : reflected_rays;
     const uint count = reflects ? reflected_rays : is_diffuse ? diffuse_rays : refracted_rays;
     const vec2 u = sample_point(pixel, k - first, count);
@@ -134,7 +137,7 @@ void trace_lobes(GlobalsRef globals, MaterialRecord material, Surface surface, S
                                             passes ? 0 : point.lift_m);
     const uvec4 outside = uvec4(FIRE3DV_NO_INDEX);
     is_averaged = is_diffuse || !is_mirror(by);
-    takes_one_ray = is_diffuse || (is_averaged && globals.value.light_count > kFewLamps);
+    takes_one_ray = is_diffuse || (kManyLamps && is_averaged);
     occludes_environment = is_diffuse;
     hit_choices = sample_choices(pixel, k - first, count);
     // Diffuse rays meet what shadow rays meet.

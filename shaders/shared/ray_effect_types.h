@@ -11,6 +11,13 @@ FIRE3DV_SHARED_BEGIN
 #define FIRE3DV_RAY_EFFECT_REFRACTION 4u
 #define FIRE3DV_RAY_EFFECT_BOUNCE 8u
 
+// Specialisation constants, after those of bindings.h: diffuse rays; more than a few lamps. Their code takes
+// registers from all rays.
+#define FIRE3DV_VARIANT_BOUNCES 5
+#define FIRE3DV_VARIANT_MANY_LAMPS 6
+#define FIRE3DV_VARIANT_RAY_EFFECTS_COUNT 7
+#define FIRE3DV_FEW_LAMPS 8
+
 // Result of a visible surface in a pixel, stored at the first sample that shows the surface. Half floats.
 struct RayEffectRecord {
   uint reflected_rg;        // mean radiance of the rays that hit a surface, summed over hits only

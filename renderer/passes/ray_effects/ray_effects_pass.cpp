@@ -1,6 +1,7 @@
 #include "renderer/passes/ray_effects/ray_effects_pass.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 
@@ -98,13 +99,17 @@ void RayEffectsPass::allocate(Targets& targets, bool refracts, bool bounces) con
       gpu::create_buffer(device_, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
 }
 
-void RayEffectsPass::use_pipeline(const GpuScene& scene) {
-  const RayVariant wanted = RayVariant::of(scene);
+void RayEffectsPass::use_pipeline(const GpuScene& scene, bool bounces) {
+  const Variant wanted{RayVariant::of(scene), bounces, scene.light_count > FIRE3DV_FEW_LAMPS};
   if ((pipeline_ || ray_pipeline_) && wanted == variant_) return;
   variant_ = wanted;
-  const auto constants = wanted.constants();
-  const std::string name =
-      std::string(wanted.extensions ? "ray_effects" : "ray_effects_core") + (samples_ == 4 ? "_4" : "_1");
+  std::array<uint32_t, FIRE3DV_VARIANT_RAY_EFFECTS_COUNT> constants{};
+  static_assert(FIRE3DV_VARIANT_BOUNCES == FIRE3DV_VARIANT_COUNT);
+  std::ranges::copy(wanted.scene.constants(), constants.begin());
+  constants[FIRE3DV_VARIANT_BOUNCES] = wanted.bounces ? 1 : 0;
+  constants[FIRE3DV_VARIANT_MANY_LAMPS] = wanted.has_many_lamps ? 1 : 0;
+  const std::string name = std::string(wanted.scene.extensions ? "ray_effects" : "ray_effects_core") +
+                           (samples_ == 4 ? "_4" : "_1");
   if (back_end_ == RayBackEnd::query) {
     pipeline_ = gpu::create_compute_pipeline(device_, layout_, name + ".comp", gpu::Compile::next, constants);
   } else {
@@ -116,7 +121,7 @@ void RayEffectsPass::use_pipeline(const GpuScene& scene) {
 void RayEffectsPass::record(gpu::Recorder& recorder, const Frame& frame, const RayEffectSettings& settings) {
   GpuScene& scene = frame.scene;
   Targets& targets = frame.targets;
-  use_pipeline(scene);
+  use_pipeline(scene, settings.on.bounce);
   const bool query = back_end_ == RayBackEnd::query;
   const uint32_t pixels = targets.extent.width * targets.extent.height;
   gpu_types::RayEffectsPush push{};

@@ -36,7 +36,13 @@ class RayEffectsPass {
   void record(gpu::Recorder& recorder, const Frame& frame, const RayEffectSettings& settings);
 
  private:
-  void use_pipeline(const GpuScene& scene);
+  struct Variant {
+    RayVariant scene;
+    bool bounces = false, has_many_lamps = false;
+    bool operator==(const Variant&) const = default;
+  };
+
+  void use_pipeline(const GpuScene& scene, bool bounces);
 
   gpu::Device& device_;
   VkPipelineLayout layout_;
@@ -44,7 +50,7 @@ class RayEffectsPass {
   RayBackEnd back_end_;
   gpu::Pipeline pipeline_;  // of ray queries
   gpu::RayPipeline ray_pipeline_;
-  RayVariant variant_;
+  Variant variant_;
   gpu::Buffer trace_command_;  // VkTraceRaysIndirectCommandKHR: a ray-generation thread a pixel
 };
 
