@@ -202,10 +202,12 @@ TEST_F(Exports, AddedNodesAreReadBackBitByBit) {
   ASSERT_EQ(again.nodes.size(), scene_.nodes.size() + 5);
   EXPECT_EQ(node("arm.1").parent_from_node, edits.transforms[first].parent_from_node);
   EXPECT_EQ(node("arm.1").mesh, again.nodes[0].mesh) << "by reference";
-  EXPECT_EQ(node("arm.1/hand").parent_from_node, scene_.nodes[1].parent_from_node);
-  EXPECT_EQ(node("arm.1/hand").mesh, kNone) << "hidden";
+  for (const char* const name : {"arm", "hand", "lamp", "floor"})
+    EXPECT_EQ(std::ranges::count(again.nodes, name, &Node::name), 1) << name << ": streams find it by name";
+  EXPECT_EQ(node("arm.1/hand (arm.1)").parent_from_node, scene_.nodes[1].parent_from_node);
+  EXPECT_EQ(node("arm.1/hand (arm.1)").mesh, kNone) << "hidden";
   EXPECT_NE(node("arm/hand").mesh, kNone);
-  EXPECT_EQ(again.lights.at(node("arm.1/lamp").light).intensity, 3);
+  EXPECT_EQ(again.lights.at(node("arm.1/lamp (arm.1)").light).intensity, 3);
   EXPECT_EQ(again.lights.at(node("arm/lamp").light).intensity, 77);
   EXPECT_EQ(again.lights.at(node("arm/hand/lamp.1").light), spot);
   EXPECT_EQ(again.cameras.at(node("view").camera), *view.camera);

@@ -1,6 +1,7 @@
 // Nodes of an exported file that the loaded one does not have: lights, cameras and copies of nodes.
 
 #include <algorithm>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -38,6 +39,16 @@ void GlbExport::set_camera(uint32_t node, const Camera& camera) {
   if (!cameras.is_array()) cameras = json::array();
   root_["nodes"][node]["camera"] = cameras.size();
   cameras.push_back(std::move(text));
+}
+
+// Names of all nodes of the file, and of added nodes that have their own; 1: the last number of each.
+std::map<std::string, size_t> GlbExport::node_names(const std::vector<ExportedNode>& added) const {
+  std::map<std::string, size_t> names;
+  if (const auto nodes = root_.find("nodes"); nodes != root_.end() && !added.empty()) {
+    for (const json& node : *nodes) names.emplace(node.value("name", std::string()), 1);
+  }
+  for (const ExportedNode& node : added) names.emplace(node.name, 1);
+  return names;
 }
 
 // Number of the new node in the file; nullopt: its parent or its source is not in the file.
@@ -94,13 +105,33 @@ void GlbExport::take_skins(const std::map<uint32_t, uint32_t>& copies) {
   }
 }
 
+namespace {
+
+// Streams find nodes by name: a copied node leaves its name to the node of the file.
+std::string name_in_copy(const std::string& name, const std::string& copy,
+                         std::map<std::string, size_t>& names) {
+  const std::string wanted = name + " (" + copy + ")";
+  size_t& number = names[wanted];
+  if (number++ == 0) return wanted;
+  std::string unused = wanted + " " + std::to_string(number);
+  while (!names.emplace(unused, 1).second) unused = wanted + " " + std::to_string(++number);
+  return unused;
+}
+
+}  // namespace
+
 // Returns the number of nodes that are left out.
 size_t GlbExport::add_nodes(const std::vector<ExportedNode>& nodes) {
   size_t missing = 0;
   std::map<uint32_t, uint32_t> copies;  // of one copied node and those below it
+  std::map<std::string, size_t> names = node_names(nodes);
+  std::string copy;
   const auto end_copy = [&] { take_skins(std::exchange(copies, {})); };
   for (const ExportedNode& node : nodes) {
-    if (!node.name.empty()) end_copy();
+    if (!node.name.empty()) {
+      end_copy();
+      copy = node.name;
+    }
     if (node.is_asset) {
       warnings_.push_back("node " + quote(node.name) + " is left out: it is of another file");
       continue;
@@ -111,6 +142,11 @@ size_t GlbExport::add_nodes(const std::vector<ExportedNode>& nodes) {
     if (is_instance) continue;
     const std::optional<uint32_t> number = add_node(node);
     missing += number ? 0 : 1;
+    if (number && node.name.empty()) {
+      json& text = root_["nodes"][*number];
+      const std::string name = text.value("name", std::string());
+      if (!name.empty()) text["name"] = name_in_copy(name, copy, names);
+    }
     if (number && node.copied != kNone) copies[source_of_node_[node.copied]] = *number;
   }
   end_copy();

@@ -33,7 +33,7 @@ struct ExportedTransform {
 struct ExportedNode {
   uint32_t node = 0;        // above all nodes of the file
   uint32_t parent = kNone;  // kNone: the root
-  std::string name = {};    // empty: that of the copied node
+  std::string name = {};    // empty: made from those of the copied node and of the copy
   uint32_t copied = kNone;  // node whose contents it has
   std::optional<Light> light = {};
   std::optional<Camera> camera = {};

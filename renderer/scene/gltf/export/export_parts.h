@@ -36,6 +36,7 @@ class GlbExport {
   Result<uint64_t> append(std::span<const std::byte> bytes);
   void map_nodes();
   std::vector<uint32_t> roots_of(const std::vector<uint32_t>& parents) const;
+  std::map<std::string, size_t> node_names(const std::vector<ExportedNode>& added) const;
   size_t add_nodes(const std::vector<ExportedNode>& nodes);
   std::optional<uint32_t> add_node(const ExportedNode& node);
   void take_skins(const std::map<uint32_t, uint32_t>& copies);
