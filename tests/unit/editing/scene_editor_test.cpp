@@ -8,6 +8,7 @@
 #include <iterator>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "protocol/base/plural.h"
 #include "protocol/robot/robot_file.h"
@@ -322,6 +323,37 @@ TEST_F(Editors, ADuplicateHasThePlaceAndTheEditsOfItsNode) {
   viewer_.commands.duplicate = true;
   editor.update(viewer_, {twins, state::NodeNames(twins)}, false);
   EXPECT_NE(editor.take_log_messages().back().find("several nodes"), std::string::npos);
+}
+
+TEST_F(Editors, AnExportReportsAdditionsThatAreNotDisplayedAndAChangedFile) {
+  const fs::path gltf = folder_ / "boxes.gltf";
+  const auto write = [&](const std::string& name) {
+    std::ofstream(gltf) << R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
+                              "nodes": [{"name": ")" +
+                               name + R"("}]})";
+  };
+  scene::Scene built = scene_;
+  (void)scene::add_node(built, "lamp", 0, glm::mat4(1));
+  const state::NodeNames names(built);
+  const std::vector<ShownAddition> shown{{"lamp", static_cast<uint32_t>(scene_.nodes.size()), {}}};
+  for (const char* const name : {"lamp", "waiting"})
+    viewer_.additions[name] = state::Addition{"top", {}, scene::Light()};
+  SceneEditor editor(file(), {});
+  editor.set_export({[&] { return gltf; }, folder_ / "boxes.glb", [&] { return std::span(shown); }});
+  const auto exported = [&] {
+    viewer_.commands.export_glb = true;
+    editor.update(viewer_, {built, names}, false);
+    std::string text;
+    for (const std::string& message : editor.finish()) text += message + "\n";
+    return text;
+  };
+  write("top");
+  const std::string text = exported();
+  EXPECT_NE(text.find("\"waiting\" is left out"), std::string::npos) << text;
+  EXPECT_EQ(text.find("\"lamp\" is left out"), std::string::npos) << text;
+  EXPECT_NE(text.find("boxes.edited.glb"), std::string::npos) << text;
+  write("other");  // the parent of the lamp
+  EXPECT_NE(exported().find("has changed"), std::string::npos);
 }
 
 TEST_F(Editors, AssetsBesideTheOverlayFileAreOffered) {

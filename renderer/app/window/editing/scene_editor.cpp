@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <set>
+#include <string_view>
 #include <system_error>
 
 #include "protocol/base/files.h"
@@ -53,6 +55,8 @@ void add_exported(const scene::Scene& scene, const ShownAddition& shown, const s
     edits.added.push_back({node, scene.nodes[node].parent, {}, shown.sources[i]});
   }
   for (const uint32_t source : shown.sources) edits.names[source] = scene.nodes[source].name;
+  const uint32_t parent = scene.nodes[shown.root].parent;
+  if (parent != scene::kNone) edits.names[parent] = scene.nodes[parent].name;
 }
 
 // Edits by number, for a file of the scene's nodes.
@@ -93,6 +97,20 @@ scene::ExportedEdits exported_edits(const gui::Viewer& viewer, const state::Edit
   for (const auto& [node, light] : edits.lights) name(node);
   for (const auto& [node, transform] : edits.transforms) name(node);
   return edits;
+}
+
+// One for each addition that is not displayed, and thus not exported.
+std::vector<std::string> missing_additions(const state::Additions& additions,
+                                           std::span<const ShownAddition> shown) {
+  std::set<std::string_view> names;
+  for (const ShownAddition& each : shown) names.insert(each.name);
+  std::vector<std::string> messages;
+  for (const auto& [name, addition] : additions) {
+    if (!names.contains(name))
+      messages.push_back(warning("export: node " + quote(name) +
+                                 " is left out: it is not displayed; export again when it is"));
+  }
+  return messages;
 }
 
 // Writes a new file beside the scene; returns messages.
@@ -312,6 +330,8 @@ void SceneEditor::export_glb(const gui::Viewer& viewer, const state::EditTargets
   if (exporting_.valid()) return notes_.push_back(warning("an export is being written already"));
   const std::span<const ShownAddition> shown =
       export_.additions ? export_.additions() : std::span<const ShownAddition>();
+  for (std::string& message : missing_additions(viewer.additions, shown))
+    notes_.push_back(std::move(message));
   exporting_ = std::async(std::launch::async,
                           [gltf = export_.gltf_file(), edits = exported_edits(viewer, targets, shown),
                            scene = export_.scene] { return write_glb(gltf, edits, scene); });
