@@ -340,9 +340,8 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
                  {options.assets, passes::levels_for(options.levels_of_detail), renderer.max_textures(),
                   overlay_file(options, show.has_own_file()).path});
   SceneEditor editor(overlay_file(options, show.has_own_file()), std::move(*overlay));
-  if (show.has_own_file())
-    editor.set_export({[&show] { return show.load().gltf_file(); }, options.scene,
-                       [&live] { return std::span(live.shown_additions()); }});
+  if (show.has_own_file()) editor.set_export({[&show] { return show.load().gltf_file(); }, options.scene});
+  editor.set_shown_additions([&live] { return std::span(live.shown_additions()); });
   live.on_scene_replaced([&](const scene::Scene& before_it, const scene::Scene& after) {
     editor.replace_scene(stage.viewer, before_it, after, robot ? &*robot : nullptr);
     live.set_user_edits(edits_of(stage.viewer));

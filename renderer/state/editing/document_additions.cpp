@@ -34,12 +34,12 @@ std::string addition_at(const Additions& additions, std::string_view path) {
   return {};
 }
 
-bool withdraw_removed_additions(EditDocument& document) {
+bool withdraw_removed_additions(EditDocument& document, const Paths& shown) {
   const std::map<std::string, std::string> additions = paths_of_additions(document);
   Paths removed;
   for (const auto& [key, value] : document) {
     if (key.object == EditedObject::node && key.occurrence == 0 && key.property == EditedProperty::removed &&
-        additions.contains(key.name))
+        additions.contains(key.name) && shown.contains(key.name))
       removed.insert(key.name);
   }
   if (removed.empty()) return false;

@@ -23,9 +23,10 @@ bool is_at_or_below(std::string_view path, const Paths& tops);
 // Name of the addition whose node has this path; empty: none.
 std::string addition_at(const Additions& additions, std::string_view path);
 
-// A removed addition is none any more, and neither are additions and edits of nodes below it. Returns true if
-// there were any.
-bool withdraw_removed_additions(EditDocument& document);
+// A removed addition is none any more, and neither are additions and edits of nodes below it. shown: paths of
+// additions whose nodes are displayed; a removed node at the path of another one is of the file, and stays
+// removed. Returns true if there were any.
+bool withdraw_removed_additions(EditDocument& document, const Paths& shown);
 
 // Edits of the nodes at and below a path, for a copy at another path: without transform and removal of the
 // first node, which has its own.

@@ -307,6 +307,8 @@ TEST_F(Editors, ADuplicateHasThePlaceAndTheEditsOfItsNode) {
   EXPECT_EQ(viewer_.selected, first + 1);
   EXPECT_TRUE(viewer_.hidden.contains(first)) << "the copy of a hidden node is hidden";
   viewer_.removed = {first};
+  const std::vector<ShownAddition> shown{{built.nodes[first].name, first, {}}};
+  editor.set_shown_additions([&] { return std::span(shown); });
   editor.update(viewer_, {built, names}, false);
   EXPECT_EQ(viewer_.additions.size(), 1u);
   EXPECT_TRUE(viewer_.removed.empty());
@@ -339,7 +341,8 @@ TEST_F(Editors, AnExportReportsAdditionsThatAreNotDisplayedAndAChangedFile) {
   for (const char* const name : {"lamp", "waiting"})
     viewer_.additions[name] = state::Addition{"top", {}, scene::Light()};
   SceneEditor editor(file(), {});
-  editor.set_export({[&] { return gltf; }, folder_ / "boxes.glb", [&] { return std::span(shown); }});
+  editor.set_export({[&] { return gltf; }, folder_ / "boxes.glb"});
+  editor.set_shown_additions([&] { return std::span(shown); });
   const auto exported = [&] {
     viewer_.commands.export_glb = true;
     editor.update(viewer_, {built, names}, false);

@@ -369,10 +369,14 @@ TEST(DocumentAdditions, ARemovedAdditionIsWithdrawn) {
   edit("cell/arm.10/hand", EditedProperty::visible);
   edit("cell/arm", EditedProperty::removed);
   EditDocument before = document;
-  EXPECT_FALSE(withdraw_removed_additions(document));
+  const Paths shown{"cell/arm.1", "cell/arm.10", "cell/arm.1/hand/lamp"};
+  EXPECT_FALSE(withdraw_removed_additions(document, shown));
   EXPECT_EQ(document, before);
   edit("cell/arm.1", EditedProperty::removed);
-  EXPECT_TRUE(withdraw_removed_additions(document));
+  EditDocument refused = document;
+  EXPECT_FALSE(withdraw_removed_additions(refused, {"cell/arm.10"})) << "a node of the file has its path";
+  EXPECT_EQ(refused, document);
+  EXPECT_TRUE(withdraw_removed_additions(document, shown));
   before.erase(key_of_addition("arm.1"));
   before.erase(key_of_addition("lamp"));
   before.erase({EditedObject::node, "cell/arm.1/hand", 0, EditedProperty::visible});

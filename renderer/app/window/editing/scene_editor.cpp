@@ -205,11 +205,22 @@ state::EditDocument SceneEditor::current(const gui::Viewer& viewer, const state:
   return document;
 }
 
+// Of nodes that their paths name.
+state::Paths SceneEditor::shown_paths(const state::EditTargets& targets) const {
+  state::Paths paths;
+  for (const ShownAddition& shown : shown_additions()) {
+    if (shown.root >= targets.scene.nodes.size()) continue;
+    const std::string& path = targets.scene.nodes[shown.root].path;
+    if (targets.names.first_of_path(path) == shown.root) paths.insert(path);
+  }
+  return paths;
+}
+
 void SceneEditor::record(gui::Viewer& viewer, const state::EditTargets& targets) {
   UserEdits edits = edits_of(viewer);
   if (edits == recorded_) return;
   state::EditDocument document = current(viewer, targets);
-  const bool is_less = state::withdraw_removed_additions(document);
+  const bool is_less = state::withdraw_removed_additions(document, shown_paths(targets));
   history_.record(std::move(document));
   recorded_ = std::move(edits);
   if (is_less) show(viewer, targets);
@@ -328,8 +339,7 @@ void SceneEditor::export_glb(const gui::Viewer& viewer, const state::EditTargets
   if (!export_.gltf_file)
     return notes_.push_back(error_line("no .glb is written: the scene of a recording has no folder"));
   if (exporting_.valid()) return notes_.push_back(warning("an export is being written already"));
-  const std::span<const ShownAddition> shown =
-      export_.additions ? export_.additions() : std::span<const ShownAddition>();
+  const std::span<const ShownAddition> shown = shown_additions();
   for (std::string& message : missing_additions(viewer.additions, shown))
     notes_.push_back(std::move(message));
   exporting_ = std::async(std::launch::async,

@@ -19,6 +19,7 @@
 #include "renderer/app/window/editing/new_objects.h"
 #include "renderer/app/window/editing/render_settings.h"
 #include "renderer/gui/panel_data.h"
+#include "renderer/state/editing/document_additions.h"
 #include "renderer/state/editing/edit_document.h"
 #include "renderer/state/editing/edit_history.h"
 
@@ -37,7 +38,6 @@ OverlayFile overlay_file(const Options& options, bool scene_is_file);
 struct GlbExport {
   std::function<std::filesystem::path()> gltf_file;  // of the displayed scene; null: it has none of its own
   std::filesystem::path scene;                       // exported as SCENE.edited.glb, without its ending
-  std::function<std::span<const ShownAddition>()> additions = {};  // that are displayed; null: none
 };
 
 // Document of --overlay, with the variant of --variant in place of its own; empty without the options. With a
@@ -65,6 +65,10 @@ class SceneEditor {
                      const state::RobotPose* after);
 
   void set_export(GlbExport glb) { export_ = std::move(glb); }
+  // Additions whose nodes the displayed scene has; without a call it has none.
+  void set_shown_additions(std::function<std::span<const ShownAddition>()> shown) {
+    shown_additions_ = std::move(shown);
+  }
 
   const state::EditHistory& history() const { return history_; }
   gui::EditFacts facts() const;
@@ -76,6 +80,10 @@ class SceneEditor {
   state::EditDocument current(const gui::Viewer& viewer, const state::EditTargets& targets) const;
   void show(gui::Viewer& viewer, const state::EditTargets& targets,
             std::vector<state::EditKey>* unmatched = nullptr);
+  std::span<const ShownAddition> shown_additions() const {
+    return shown_additions_ ? shown_additions_() : std::span<const ShownAddition>();
+  }
+  state::Paths shown_paths(const state::EditTargets& targets) const;
   void record(gui::Viewer& viewer, const state::EditTargets& targets);
   void add_requested(gui::Viewer& viewer, const state::EditTargets& targets, const ViewPlace& place);
   void add(gui::Viewer& viewer, const state::EditTargets& targets, NewObject object);
@@ -91,6 +99,7 @@ class SceneEditor {
   std::string selected_next_;          // path of an added node that the scene does not have yet
   std::vector<std::string> notes_;
   GlbExport export_;
+  std::function<std::span<const ShownAddition>()> shown_additions_;
   std::future<std::vector<std::string>> exporting_;  // its messages; last: it blocks the destructor
 };
 
