@@ -8,6 +8,7 @@
 
 #include "protocol/base/random.h"
 #include "renderer/scene/model/variants.h"
+#include "renderer/state/editing/material_transfer.h"
 
 namespace fire3dv::app {
 
@@ -190,39 +191,19 @@ class NodesByPath {
   std::unordered_map<std::string_view, uint32_t, KeyedHash, std::equal_to<>> node_of_path_;
 };
 
-// First node that uses each material; kNone: none.
-std::vector<uint32_t> wearers(const scene::Scene& scene) {
-  std::vector<uint32_t> first(scene.materials.size(), scene::kNone);
-  for (uint32_t n = 0; n < scene.nodes.size(); ++n) {
-    if (scene.nodes[n].mesh == scene::kNone) continue;
-    const scene::Mesh& mesh = scene.meshes[scene.nodes[n].mesh];
-    for (uint32_t p = mesh.first_primitive; p < mesh.first_primitive + mesh.primitive_count; ++p) {
-      uint32_t& wearer = first[scene.primitives[p].material];
-      if (wearer == scene::kNone) wearer = n;
-    }
-  }
-  return first;
-}
-
-// Unnamed materials are identified by their first user.
 std::map<uint32_t, scene::Material> transferred_materials(std::map<uint32_t, scene::Material> materials,
                                                           const scene::Scene& before,
                                                           const scene::Scene& after) {
-  std::vector<uint32_t> worn_before, worn_after;
-  std::erase_if(materials, [&](const auto& entry) {
-    const uint32_t m = entry.first;
-    if (m >= before.materials.size() || m >= after.materials.size() ||
-        before.materials[m].name != after.materials[m].name)
-      return true;
-    if (!before.materials[m].name.empty()) return false;
-    if (worn_before.empty()) {
-      worn_before = wearers(before);
-      worn_after = wearers(after);
-    }
-    const uint32_t then = worn_before[m], now = worn_after[m];
-    return then == scene::kNone || now == scene::kNone || before.nodes[then].path != after.nodes[now].path;
-  });
-  return materials;
+  if (materials.empty()) return materials;
+  const state::NodeNames names_before(before), names_after(after);
+  const state::EditTargets from{before, names_before}, to{after, names_after};
+  state::MaterialTransfer transfer(from, to);
+  std::map<uint32_t, scene::Material> transferred;
+  for (auto& [number, material] : materials) {
+    if (const uint32_t now = transfer.find(number); now != scene::kNone)
+      transferred.emplace(now, std::move(material));
+  }
+  return transferred;
 }
 
 }  // namespace

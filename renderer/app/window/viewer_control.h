@@ -46,8 +46,8 @@ class ViewerInput {
 };
 
 // Transfers selections and edits to another scene by node path; drops nodes that do not exist there. Lights
-// need a file light of the same kind. Materials need the same index and name; unnamed ones the same first
-// user.
+// need a file light of the same kind. Materials are found by their first user, else by name
+// (state::MaterialTransfer).
 void transfer_by_path(gui::Viewer& viewer, const scene::Scene& before, const scene::Scene& after);
 
 // Clears everything that refers to a scene, for an unrelated scene.

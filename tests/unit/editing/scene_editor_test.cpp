@@ -5,6 +5,7 @@
 #include <fstream>
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/gtc/quaternion.hpp>
+#include <initializer_list>
 #include <iterator>
 #include <span>
 #include <string>
@@ -357,6 +358,56 @@ TEST_F(Editors, AnExportReportsAdditionsThatAreNotDisplayedAndAChangedFile) {
   EXPECT_NE(text.find("boxes.edited.glb"), std::string::npos) << text;
   write("other");  // the parent of the lamp
   EXPECT_NE(exported().find("has changed"), std::string::npos);
+}
+
+// Added files are merged in the order of their names, so that materials get other numbers.
+TEST_F(Editors, EditsOfMaterialsStayWithTheirFileWhenOthersComeAndGo) {
+  const auto with_files = [&](std::initializer_list<const char*> files) {
+    scene::Scene scene = scene_;
+    for (const char* const name : files) {
+      const uint32_t node = scene::add_node(scene, name, scene::kNone, glm::mat4(1));
+      scene::Primitive primitive = scene.primitives[0];
+      primitive.material = static_cast<uint32_t>(scene.materials.size());
+      scene.materials.emplace_back().name = "wood";
+      scene.nodes[node].mesh = static_cast<uint32_t>(scene.meshes.size());
+      scene.meshes.push_back({name, static_cast<uint32_t>(scene.primitives.size()), 1, 0});
+      scene.primitives.push_back(primitive);
+    }
+    return scene;
+  };
+  const scene::Scene table = with_files({"table"}), both = with_files({"apple", "table"});
+  const scene::Scene apple = with_files({"apple"});
+  const auto key = [](uint32_t occurrence) {
+    return state::EditKey{state::EditedObject::material, "wood", occurrence, state::EditedProperty::factors};
+  };
+  SceneEditor editor(file(), {});
+  editor.begin(viewer_, {table, state::NodeNames(table)});
+  const auto replace = [&](const scene::Scene& before, const scene::Scene& after) {
+    editor.replace_scene(viewer_, before, after, nullptr);
+    editor.update(viewer_, {after, state::NodeNames(after)}, false);
+    EXPECT_EQ(editor.history().undo_steps(), 1u) << "a replaced scene is no step";
+  };
+  viewer_.materials[1] = table.materials[1];
+  viewer_.materials[1].roughness = 0.25f;
+  editor.update(viewer_, {table, state::NodeNames(table)}, false);
+  ASSERT_TRUE(editor.history().document().contains(key(0)));
+
+  replace(table, both);
+  ASSERT_EQ(viewer_.materials.size(), 1u);
+  EXPECT_EQ(viewer_.materials.at(2).roughness, 0.25f);
+  EXPECT_EQ(editor.history().document().size(), 1u);
+  EXPECT_TRUE(editor.history().document().contains(key(1)));
+  replace(both, table);
+  EXPECT_TRUE(viewer_.materials.contains(1));
+  EXPECT_TRUE(editor.history().document().contains(key(0)));
+  replace(table, scene_);
+  EXPECT_TRUE(viewer_.materials.empty());
+  EXPECT_TRUE(editor.history().document().contains(key(0))) << "it waits for the file";
+  replace(scene_, table);
+  EXPECT_EQ(viewer_.materials.at(1).roughness, 0.25f);
+  replace(table, both);
+  replace(both, apple);
+  EXPECT_TRUE(viewer_.materials.empty()) << "the material of another file";
 }
 
 TEST_F(Editors, AssetsBesideTheOverlayFileAreOffered) {

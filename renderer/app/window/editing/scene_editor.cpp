@@ -13,6 +13,7 @@
 #include "renderer/app/window/viewer_control.h"
 #include "renderer/scene/gltf/export/export_glb.h"
 #include "renderer/state/editing/document_additions.h"
+#include "renderer/state/editing/material_transfer.h"
 #include "renderer/state/editing/overlay_file.h"
 #include "renderer/state/editing/target_index.h"
 
@@ -286,17 +287,30 @@ void SceneEditor::replace_scene(gui::Viewer& viewer, const scene::Scene& before,
   const state::NodeNames names_before(before), names_after(after);
   const state::EditTargets from{before, names_before, robot}, to{after, names_after, robot};
   state::TargetIndex index_before(from), index_after(to);
+  state::MaterialTransfer transfer(from, to);
+  // Materials of one name have other occurrences after one was added or removed. nullopt: the key names
+  // another material now.
+  const auto key_after = [&](const state::EditKey& key) -> std::optional<state::EditKey> {
+    if (key.object != state::EditedObject::material) return key;
+    const uint32_t number = index_before.find(key);
+    if (number == scene::kNone) return key;
+    if (const uint32_t now = transfer.find(number); now != scene::kNone)
+      return index_after.key_of(key.object, now, key.property);
+    return index_after.find(key) == scene::kNone ? std::optional(key) : std::nullopt;
+  };
   state::EditDocument next = state::to_document(edits_of(viewer), to);
   for (const auto& [key, value] : document) {
+    if (key_after(key) != key) continue;
     const bool was = index_before.find(key, value) != scene::kNone;
     const bool is = index_after.find(key, value) != scene::kNone;
     if (!was || !is) next.emplace(key, value);
   }
   // What could not be transferred is dropped from the document, without a step.
-  state::EditDocument recorded = history_.document();
-  std::erase_if(recorded, [&](const auto& edit) {
-    return document.contains(edit.first) && !next.contains(edit.first);
-  });
+  state::EditDocument recorded;
+  for (const auto& [key, value] : history_.document()) {
+    const std::optional<state::EditKey> now = key_after(key);
+    if (now && (next.contains(*now) || !document.contains(key))) recorded.emplace(*now, value);
+  }
   history_.set_document(std::move(recorded));
   assign_edits(viewer, state::to_edits(next, to, edits_of(viewer)), after);
   recorded_.reset();  // compared by the next update()
