@@ -488,6 +488,17 @@ TEST_F(Editors, AVariantIsAStepAndKeepsItsName) {
   named.begin(viewer, targets());
   EXPECT_EQ(viewer.variant, 1u);
   EXPECT_EQ(named.facts().undo, "");
+  // It is no edit of a file.
+  options.overlay.clear();
+  options.scene = folder_ / "boxes.glb";
+  SceneEditor without(overlay_file(options, true), *load_overlay(options));
+  without.begin(viewer, targets());
+  EXPECT_EQ(viewer.variant, 1u);
+  EXPECT_TRUE(without.take_log_messages().empty());
+  options.overlay = folder_ / "new.json";
+  SceneEditor missing(overlay_file(options, true), *load_overlay(options));
+  missing.begin(viewer, targets());
+  EXPECT_TRUE(missing.take_log_messages().empty());
 }
 
 // Edits and render settings are steps of one history; only edits are saved.

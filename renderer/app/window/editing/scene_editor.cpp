@@ -145,11 +145,12 @@ std::vector<std::string> write_glb(const std::filesystem::path& gltf, const scen
 
 OverlayFile overlay_file(const Options& options, bool scene_is_file) {
   const std::string scene = options.scene.filename().string();
-  if (!options.overlay.empty()) return {options.overlay, scene, true};
-  if (!scene_is_file || scene.empty()) return {{}, scene, false};
+  const bool has_variant = !options.variant.empty();
+  if (!options.overlay.empty()) return {options.overlay, scene, true, has_variant};
+  if (!scene_is_file || scene.empty()) return {{}, scene, false, has_variant};
   std::filesystem::path path = options.scene;
   path += ".overlay.json";
-  return {std::move(path), scene, false};
+  return {std::move(path), scene, false, has_variant};
 }
 
 Result<state::EditDocument> load_overlay(const Options& options) {
@@ -179,14 +180,17 @@ void SceneEditor::begin(gui::Viewer& viewer, const state::EditTargets& targets) 
   std::erase_if(unmatched, [&](const state::EditKey& key) {
     return key.object == state::EditedObject::node && state::is_at_or_below(key.name, added);
   });
+  const std::string origin = file_.was_named ? file_.path.string() + ": " : std::string();
   for (size_t i = 0; i < std::min(unmatched.size(), kMaxReported); ++i)
-    notes_.push_back(warning(file_.path.string() + ": " + state::describe(unmatched[i]) +
-                             " has no effect: the scene has no such object now"));
+    notes_.push_back(
+        warning(origin + state::describe(unmatched[i]) + " has no effect: the scene has no such object now"));
   if (unmatched.size() > kMaxReported)
-    notes_.push_back(warning(file_.path.string() + ": " + std::to_string(unmatched.size() - kMaxReported) +
-                             " further edits have no effect"));
-  notes_.push_back(counted(history_.document().size() - unmatched.size(), "edit") + " of " +
-                   file_.path.string() + " applied");
+    notes_.push_back(
+        warning(origin + std::to_string(unmatched.size() - kMaxReported) + " further edits have no effect"));
+  // A missing variant of --variant is an error of the scene's load.
+  const size_t others = unmatched.size() + (file_.has_variant_option ? 1 : 0);
+  if (const size_t edits = history_.document().size(); file_.was_named && edits > others)
+    notes_.push_back(counted(edits - others, "edit") + " of " + file_.path.string() + " applied");
 }
 
 void SceneEditor::show(gui::Viewer& viewer, const state::EditTargets& targets,

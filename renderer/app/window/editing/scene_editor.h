@@ -27,9 +27,10 @@ namespace fire3dv::app {
 
 // Overlay file of a scene.
 struct OverlayFile {
-  std::filesystem::path path;  // empty: there is nowhere to save
-  std::string scene;           // name of the scene, for readers of the file
-  bool was_named = false;      // by the user, who wants it replaced
+  std::filesystem::path path;       // empty: there is nowhere to save
+  std::string scene;                // name of the scene, for readers of the file
+  bool was_named = false;           // by the user, who wants it replaced
+  bool has_variant_option = false;  // the document's variant is that of --variant, not the file's
 };
 // The file of --overlay, else SCENE.overlay.json. scene_is_file: false for the scene of a recording.
 OverlayFile overlay_file(const Options& options, bool scene_is_file);
