@@ -385,7 +385,9 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   live.await_additions([&] {
     if (window) sinks::Window::poll_events();
   });
+  editor.report_start({live.scene(), poses.names(), robot ? &*robot : nullptr});
   for (const std::string& note : live.take_log_messages()) say(note);
+  for (const std::string& note : editor.take_log_messages()) say(note);
   if (may_add_camera(editor.history().document(), options.camera)) {
     if (Result<void> chosen = select_added_camera(options.camera, live.scene(), *camera); !chosen)
       return chosen.error();

@@ -410,6 +410,29 @@ TEST_F(Editors, EditsOfMaterialsStayWithTheirFileWhenOthersComeAndGo) {
   EXPECT_TRUE(viewer_.materials.empty()) << "the material of another file";
 }
 
+// An added file brings its materials with its build.
+TEST_F(Editors, EditsOfAdditionsAreReportedWhenTheirBuildIsShown) {
+  state::EditDocument document;
+  document[state::key_of_addition("table")] = state::Addition{{}, {}, state::AddedAsset{"table.glb"}};
+  for (const char* const material : {"wood", "glass"})
+    document[{state::EditedObject::material, material, 0, state::EditedProperty::factors}] =
+        scene::MaterialFactors{};
+  SceneEditor editor(file(), document);
+  editor.begin(viewer_, targets());
+  EXPECT_TRUE(editor.take_log_messages().empty());
+  scene::Scene built = with_nodes(scene_, {"table"});
+  built.materials.emplace_back().name = "wood";
+  editor.replace_scene(viewer_, scene_, built, nullptr);
+  editor.report_start({built, state::NodeNames(built)});
+  const std::vector<std::string> notes = editor.take_log_messages();
+  ASSERT_EQ(notes.size(), 2u);
+  EXPECT_NE(notes[0].find("\"glass\" has no effect"), std::string::npos) << notes[0];
+  EXPECT_EQ(notes[1], "2 edits of " + file().path.string() + " applied");
+  EXPECT_TRUE(viewer_.materials.contains(1));
+  editor.report_start({built, state::NodeNames(built)});
+  EXPECT_TRUE(editor.take_log_messages().empty()) << "once";
+}
+
 TEST_F(Editors, AssetsBesideTheOverlayFileAreOffered) {
   fs::create_directories(folder_ / "parts" / "deep");
   for (const char* name : {"b.glb", "parts/a 1%.gltf", "parts/deep/c.glb", "note.txt"})

@@ -168,17 +168,29 @@ SceneEditor::SceneEditor(OverlayFile file, state::EditDocument document)
 }
 
 void SceneEditor::begin(gui::Viewer& viewer, const state::EditTargets& targets) {
-  constexpr size_t kMaxReported = 8;
   if (!file_.was_named && !file_.path.empty() && is_there(file_.path))
     notes_.push_back(file_.path.filename().string() + " beside the scene is not applied: --overlay " +
                      file_.path.string());
   if (history_.document().empty()) return;
-  std::vector<state::EditKey> unmatched;
-  show(viewer, targets, &unmatched);
-  // Nodes of additions come with their build.
-  const state::Paths added = state::paths_of(viewer.additions);
+  unmatched_.emplace();
+  show(viewer, targets, &*unmatched_);
+  if (viewer.additions.empty()) report_start(targets);
+}
+
+void SceneEditor::report_start(const state::EditTargets& targets) {
+  constexpr size_t kMaxReported = 8;
+  if (!unmatched_) return;
+  std::vector<state::EditKey> unmatched = *std::exchange(unmatched_, std::nullopt);
+  // Of additions; those of one that was refused have its error.
+  state::Paths added;
+  for (const auto& [key, value] : history_.document()) {
+    if (const auto* const addition = std::get_if<state::Addition>(&value))
+      added.insert(state::path_of(key.name, *addition));
+  }
+  state::TargetIndex index(targets);
   std::erase_if(unmatched, [&](const state::EditKey& key) {
-    return key.object == state::EditedObject::node && state::is_at_or_below(key.name, added);
+    if (key.object == state::EditedObject::node && state::is_at_or_below(key.name, added)) return true;
+    return index.find(key) != scene::kNone;
   });
   const std::string origin = file_.was_named ? file_.path.string() + ": " : std::string();
   for (size_t i = 0; i < std::min(unmatched.size(), kMaxReported); ++i)

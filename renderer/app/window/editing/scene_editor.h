@@ -49,8 +49,11 @@ class SceneEditor {
  public:
   SceneEditor(OverlayFile file, state::EditDocument document);
 
-  // Makes the document the viewer's edits. Reports edits of objects that the scene lacks.
+  // Makes the document the viewer's edits.
   void begin(gui::Viewer& viewer, const state::EditTargets& targets);
+  // Reports the edits of the start that were applied, and those of objects that the scene lacks; once. Call
+  // when the document's additions are displayed or refused; without any begin() does.
+  void report_start(const state::EditTargets& targets);
   // Records finished changes of the viewer as a step, and executes its commands. Call after each layout.
   // is_interacting: a drag or a text input goes on, whose changes are one step. place: of the view.
   void update(gui::Viewer& viewer, const state::EditTargets& targets, bool is_interacting,
@@ -95,9 +98,10 @@ class SceneEditor {
   bool may_replace_ = false;  // the file is ours, or the user has saved twice
   state::EditHistory history_;
   RenderSettingsSteps settings_;
-  std::optional<UserEdits> recorded_;  // edits of the viewer at the last record
-  std::vector<std::string> assets_;    // of the overlay file's folder, at the start
-  std::string selected_next_;          // path of an added node that the scene does not have yet
+  std::optional<UserEdits> recorded_;                     // edits of the viewer at the last record
+  std::vector<std::string> assets_;                       // of the overlay file's folder, at the start
+  std::optional<std::vector<state::EditKey>> unmatched_;  // at the start; nullopt: reported
+  std::string selected_next_;  // path of an added node that the scene does not have yet
   std::vector<std::string> notes_;
   GlbExport export_;
   std::function<std::span<const ShownAddition>()> shown_additions_;
