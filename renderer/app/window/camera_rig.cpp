@@ -74,13 +74,28 @@ void CameraRig::set_scene(const scene::Scene& scene) {
     return node < scene.nodes.size() && scene.nodes[node].path == before.nodes[node_before].path;
   };
   if (followed_ != scene::kNone && !is_same(followed_, followed_)) followed_ = scene::kNone;
-  if (node_ == scene::kNone) return;
+  if (node_ == scene::kNone && lost_path_.empty()) return;
   const std::vector<uint32_t> nodes = scene::camera_nodes(scene);
+  if (!lost_path_.empty()) {
+    const auto found = std::find_if(nodes.begin(), nodes.end(),
+                                    [&](uint32_t node) { return scene.nodes[node].path == lost_path_; });
+    if (found != nodes.end()) {
+      node_ = *found;
+      lost_path_.clear();
+      return;
+    }
+    if (node_ == scene::kNone) return;
+  }
   // Several nodes may have the path.
   if (std::find(nodes.begin(), nodes.end(), node_) != nodes.end() && is_same(node_, node_)) return;
   const auto same =
       std::find_if(nodes.begin(), nodes.end(), [&](uint32_t node) { return is_same(node, node_); });
-  node_ = same != nodes.end() ? *same : nodes.empty() ? scene::kNone : nodes.front();
+  if (same != nodes.end()) {
+    node_ = *same;
+    return;
+  }
+  if (lost_path_.empty()) lost_path_ = before.nodes[node_].path;
+  node_ = nodes.empty() ? scene::kNone : nodes.front();
 }
 
 const scene::Camera& CameraRig::scene_camera() const {
@@ -140,6 +155,7 @@ void CameraRig::frame_scene(float image_aspect) const {
 }
 
 void CameraRig::let_go(const state::PoseState& poses) {
+  lost_path_.clear();
   if (node_ == scene::kNone) return;
   free_camera_ = scene_camera();
   free_camera_.orthographic = false;
@@ -212,10 +228,13 @@ void CameraRig::fly(const state::PoseState& poses, const glm::vec3& camera_direc
 
 void CameraRig::select(size_t scene_camera) {
   const std::vector<uint32_t> nodes = scene::camera_nodes(*scene_);
-  if (scene_camera < nodes.size()) node_ = nodes[scene_camera];
+  if (scene_camera >= nodes.size()) return;
+  node_ = nodes[scene_camera];
+  lost_path_.clear();
 }
 
 void CameraRig::frame_all(float image_aspect) {
+  lost_path_.clear();
   node_ = scene::kNone;
   framing_orientation_ = passes::default_orientation();
   frame_scene(image_aspect);
@@ -244,6 +263,7 @@ std::optional<CameraRig::FreeView> CameraRig::free_view() const {
 }
 
 void CameraRig::set_free_view(const FreeView& view) {
+  lost_path_.clear();
   node_ = scene::kNone;
   free_camera_.vertical_fov_rad = view.vertical_fov_rad;
   world_from_free_ = glm::mat4_cast(glm::normalize(view.world_from_camera));

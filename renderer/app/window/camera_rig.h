@@ -33,7 +33,8 @@ class CameraRig {
   void set_edits(const scene::SceneEdits& edits) { edits_ = &edits; }
 
   // Switches to another scene while the previous one is alive; keeps the view if its camera still exists, by
-  // path.
+  // path. A camera that the scene lacks is shown again by the next scene that has it, unless the user has
+  // chosen another view meanwhile.
   void set_scene(const scene::Scene& scene);
 
   void set_ground(const std::optional<passes::Ground>& ground) { ground_ = ground; }
@@ -90,6 +91,7 @@ class CameraRig {
   const scene::Scene* scene_;
   const scene::SceneEdits* edits_ = nullptr;
   uint32_t node_ = scene::kNone;  // kNone: free
+  std::string lost_path_;         // of the camera that node_ stands in for; empty: none
   scene::Camera free_camera_;
   glm::mat4 framing_orientation_ = passes::default_orientation();
   std::vector<uint32_t> animations_;

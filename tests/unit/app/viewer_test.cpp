@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "renderer/app/window/viewer_control.h"
 #include "renderer/app/window/window_panels.h"
@@ -49,6 +52,37 @@ TEST_F(Cameras, ZoomKeepsThePointBelowTheCursor) {
     const glm::vec3 after = rig_.view(poses_, kAspect).eye_world;
     EXPECT_NEAR(glm::length(after - below), factor * glm::length(before - below), 1e-3f);
   }
+}
+
+// As in a reload of the file: the scene is first shown without the nodes that the user has added.
+TEST_F(Cameras, ALostCameraIsShownAgainByTheNextSceneThatHasIt) {
+  const auto with_cameras = [&](const std::vector<std::string>& paths) {
+    scene::Scene scene = scene_;
+    for (const std::string& path : paths) {
+      scene::Node node;
+      node.name = node.path = path;
+      node.camera = static_cast<uint32_t>(scene.cameras.size());
+      scene.cameras.emplace_back();
+      scene.nodes.push_back(std::move(node));
+    }
+    return scene;
+  };
+  const scene::Scene both = with_cameras({"own", "added"}), bare = with_cameras({"own"});
+  const scene::Scene moved = with_cameras({"own", "other", "added"});
+  const auto first = static_cast<uint32_t>(scene_.nodes.size());
+  const auto shows_added = [&](const scene::Scene& meanwhile, auto&& choose) {
+    CameraRig rig = *CameraRig::create(both, {"added", false, {}, {}});
+    EXPECT_EQ(rig.node(), first + 1);
+    rig.set_scene(meanwhile);
+    choose(rig);
+    rig.set_scene(moved);
+    return rig.node() == first + 2;
+  };
+  EXPECT_TRUE(shows_added(bare, [&](CameraRig& rig) { EXPECT_EQ(rig.node(), first); }));
+  EXPECT_TRUE(shows_added(scene_, [](CameraRig& rig) { EXPECT_TRUE(rig.is_free()); }));
+  EXPECT_FALSE(shows_added(bare, [](CameraRig& rig) { rig.select(0); }));
+  EXPECT_FALSE(shows_added(scene_, [&](CameraRig& rig) { rig.orbit(poses_, 0.1f, 0); }));
+  EXPECT_FALSE(shows_added(scene_, [](CameraRig& rig) { rig.frame_all(kAspect); }));
 }
 
 TEST_F(Cameras, ZoomEndsBeforeTheFocus) {
