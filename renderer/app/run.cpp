@@ -382,13 +382,15 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   live.set_user_edits(edits_of(stage.viewer));
   if (robot) robot->set(stage.viewer.joints);
   for (const std::string& note : editor.take_log_messages()) say(note);
-  live.await_additions([&] {
+  const bool has_additions = live.await_additions([&] {
     if (window) sinks::Window::poll_events();
+    return stop_was_requested() || (window && window->should_close());
   });
   editor.report_start({live.scene(), poses.names(), robot ? &*robot : nullptr});
   for (const std::string& note : live.take_log_messages()) say(note);
   for (const std::string& note : editor.take_log_messages()) say(note);
-  if (may_add_camera(editor.history().document(), options.camera)) {
+  // A stopped run ends with its frame loop, without the camera.
+  if (has_additions && may_add_camera(editor.history().document(), options.camera)) {
     if (Result<void> chosen = select_added_camera(options.camera, live.scene(), *camera); !chosen)
       return chosen.error();
   }

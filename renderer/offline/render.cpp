@@ -307,8 +307,13 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
   live.on_scene_replaced([&](const scene::Scene&, const scene::Scene& after) { edit(after, nullptr); });
   std::vector<state::EditKey> unmatched;
   edit(loaded.scene, &unmatched);
-  live.await_additions();
+  const bool has_additions = live.await_additions(app::stop_was_requested);
   for (const std::string& note : live.take_log_messages()) say(note);
+  if (!has_additions) {
+    say(output.folder ? "stopped; the same command goes on from here"
+                      : "stopped; nothing is left of the video");
+    return false;
+  }
   if (app::may_add_camera(overlay_, drawing_.camera)) {
     if (auto chosen = app::select_added_camera(drawing_.camera, live.scene(), *camera); !chosen)
       return chosen.error();

@@ -80,8 +80,9 @@ class LiveScene {
   // Applies the edits since the last call; called between two frames. Returns true if a pose frame that
   // waited for its edits is shown now.
   bool follow();
-  // Waits until the user's additions are displayed or refused. meanwhile: called many times a second.
-  void await_additions(const std::function<void()>& meanwhile = {});
+  // Waits until the user's additions are displayed or refused. should_stop: ends the wait; called many times
+  // a second. Returns false if it ended the wait.
+  bool await_additions(const std::function<bool()>& should_stop = {});
   // True if no build is running or due. Valid after follow().
   bool settled() const { return build_.idle() && pending_.empty(); }
 

@@ -89,14 +89,15 @@ bool LiveScene::confirm(const state::RequestedNode& node) {
   return UserAdditions::are_of_user(node) ? additions_.is_requested(node) : registry_.confirm_node(node);
 }
 
-void LiveScene::await_additions(const std::function<void()>& meanwhile) {
-  if (user_.additions.empty()) return;
+bool LiveScene::await_additions(const std::function<bool()>& should_stop) {
+  if (user_.additions.empty()) return true;
   follow();
   while (!settled()) {
-    if (meanwhile) meanwhile();
+    if (should_stop && should_stop()) return false;
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
     follow();
   }
+  return true;
 }
 
 }  // namespace fire3dv::app
