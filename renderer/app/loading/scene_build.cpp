@@ -59,19 +59,8 @@ constexpr uint64_t kMaxAddedBytes = uint64_t{4} << 30;  // in memory, of all ass
 constexpr size_t kMaxCopiedNodes = 1'000'000;           // by the user, of all copies together
 constexpr uint64_t kMaxPathBytes = uint64_t{1} << 30;   // of all nodes, as the file loader has it
 
-bool has_asset(const state::RequestedNode& node) {
-  return !node.added->asset_uri.empty() || !node.added->asset_glb.empty();
-}
-
-std::string asset_key(const state::RequestedNode& node) {
-  if (!node.added->asset_uri.empty())  // a name has no line break
-    return (node.addition ? "user's uri " : "uri ") + node.added->asset_uri + "\n" + node.added->variant;
-  return "edit " + std::to_string(node.age) + " " + std::to_string(node.version);
-}
-
-std::string asset_name(const state::RequestedNode& node) {
-  const std::string& uri = node.added->asset_uri;
-  return uri.empty() ? std::string("the embedded asset") : "the asset " + quote(uri);
+std::string too_many_bytes() {
+  return "all assets together take more than " + std::to_string(kMaxAddedBytes >> 20) + " MiB";
 }
 
 // Path of the node that the user has copied; empty: the node is no copy.
@@ -110,16 +99,19 @@ struct SceneBuild::Merge {
 };
 
 SceneBuild::SceneBuild(const scene::LoadedScene& base, AssetSettings settings)
-    : base_(&base), settings_([&] {
+    : base_(&base),
+      settings_([&] {
         if (!settings.now_ns) settings.now_ns = monotonic_ns;
         return std::move(settings);
-      }()) {}
+      }()),
+      asset_files_(settings_.folder, settings_.overlay) {}
 
 void SceneBuild::set_base(const scene::LoadedScene& base) {
   FIRE3DV_ASSERT(idle());
   base_ = &base;
   base_names_.reset();  // they refer to the scene
   base_path_bytes_ = 0;
+  asset_files_.clear();
 }
 
 void SceneBuild::begin(Request request) {
@@ -157,7 +149,7 @@ void SceneBuild::retain_only(std::span<const state::RequestedNode> nodes) {
   for (const state::RequestedNode& node : nodes) {
     keys.emplace(node.age, node.version);
     if (!has_asset(node)) continue;
-    const std::string key = asset_key(node);
+    const std::string key = asset_files_.key(node);
     assets.insert(key);
     uses.emplace(key, node.budget.get());
   }
@@ -169,6 +161,7 @@ void SceneBuild::retain_only(std::span<const state::RequestedNode> nodes) {
 SceneBuild::Built SceneBuild::build(Request request, const std::stop_token& stop) {
   Built built;
   for (const VertexNode& node : request.vertex_nodes) built.vertex_nodes.push_back(node.name);
+  asset_files_.forget_missing();
   retain_only(request.nodes);
   if (!base_names_) {
     base_names_.emplace(base_->scene);
@@ -203,11 +196,21 @@ void SceneBuild::load_assets(const Request& request, const std::stop_token& stop
   std::vector<const state::RequestedNode*> open;  // one for each missing asset
   for (const state::RequestedNode& node : request.nodes) {
     if (!has_asset(node)) continue;
-    const std::string key = asset_key(node);
+    const std::string key = asset_files_.key(node);
     if (!assets_.contains(key) && merge.missing.insert(key).second) open.push_back(&node);
   }
+  uint64_t loaded_bytes = 0;
+  for (const auto& [key, asset] : assets_) loaded_bytes += asset->size.host_bytes;
+  if (loaded_bytes >= kMaxAddedBytes) {  // by nodes that are displayed
+    for (const state::RequestedNode* node : std::exchange(open, {})) {
+      const std::string key = asset_files_.key(*node);
+      merge.missing.erase(key);
+      merge.failures[key] = too_many_bytes();
+    }
+  }
   std::optional<BuildTurns::Peer> served;
-  for (int64_t spent_ns = 0; !open.empty() && spent_ns < request.turn_ns && !stop.stop_requested();) {
+  for (int64_t spent_ns = 0; !open.empty() && spent_ns < request.turn_ns && loaded_bytes < kMaxAddedBytes &&
+                             !stop.stop_requested();) {
     std::vector<BuildTurns::Peer> waiting;
     for (const state::RequestedNode* node : open) {
       if (std::find(waiting.begin(), waiting.end(), node->budget.get()) == waiting.end())
@@ -220,7 +223,7 @@ void SceneBuild::load_assets(const Request& request, const std::stop_token& stop
         std::find_if(open.begin(), open.end(), [&](const auto* node) { return node->budget.get() == peer; });
     const state::RequestedNode& node = **next;
     open.erase(next);
-    const std::string key = asset_key(node);
+    const std::string key = asset_files_.key(node);
     const int64_t begun = settings_.now_ns();
     Result<BudgetCharge> charge = BudgetCharge::take(node.budget, Resource::asset_bytes, 0);
     FIRE3DV_ASSERT(charge.ok());
@@ -229,6 +232,7 @@ void SceneBuild::load_assets(const Request& request, const std::stop_token& stop
     if (asset) {
       add_warnings(node, (*asset)->loaded.scene.warnings, built.asset_warnings);
       assets_[key] = *asset;
+      loaded_bytes += (*asset)->size.host_bytes;
       uses_[{key, peer}] = std::move(*charge);
     } else {
       merge.failures[key] = asset.error().message;
@@ -267,20 +271,10 @@ Result<std::shared_ptr<const SceneBuild::Asset>> SceneBuild::load(const state::R
 Result<scene::Scene> SceneBuild::load_scene(const state::RequestedNode& node,
                                             const scene::LoadLimits& limits) const {
   const std::string& uri = node.added->asset_uri;
-  const std::string name = asset_name(node);
-  if (uri.empty()) return scene::load_glb(node.added->asset_glb, name, limits);
-  // URIs are relative to a folder, as in a file there. The user's may be in that of the overlay file, too.
-  std::vector<std::filesystem::path> places;
-  if (node.addition && !settings_.overlay.empty()) places.push_back(settings_.overlay);
-  if (!settings_.folder.empty()) places.push_back(settings_.folder / "scene");
-  if (places.empty()) return Error{name + " is a file, and no folder was named for such (--assets DIR)"};
-  std::optional<Error> fault;  // of the first folder
-  for (const std::filesystem::path& place : places) {
-    const Result<std::filesystem::path> path = scene::AssetFolder(place).resolve(uri);
-    if (path) return scene::load_gltf(*path, limits);
-    if (!fault) fault = path.error();
-  }
-  return *fault;
+  if (uri.empty()) return scene::load_glb(node.added->asset_glb, asset_name(node), limits);
+  const Result<std::filesystem::path> path = asset_files_.find(uri, node.addition != nullptr);
+  if (!path) return path.error();
+  return scene::load_gltf(*path, limits);
 }
 
 // Parents may be added nodes, too. Nodes are added in rounds: those whose parents exist, then those that
@@ -319,7 +313,7 @@ void SceneBuild::merge_nodes(Request& request, Merge& merge, Built& built) {
     }
     for (const auto& [i, parent, source] : with_parents) {
       if (has_asset(nodes[i])) {
-        const std::string key = asset_key(nodes[i]);
+        const std::string key = asset_files_.key(nodes[i]);
         if (merge.missing.contains(key)) {  // in a later turn
           settled[i] = true;
           continue;
@@ -383,7 +377,7 @@ Result<void> SceneBuild::add(const state::RequestedNode& node, uint32_t parent, 
     return Error{"there is a node of that name already"};
   std::shared_ptr<const Asset> asset;
   if (has_asset(node)) {
-    const std::string key = asset_key(node);
+    const std::string key = asset_files_.key(node);
     asset = assets_.at(key);
     // An asset is charged to each peer that uses it, once.
     const UseKey use(key, node.budget.get());
@@ -393,8 +387,7 @@ Result<void> SceneBuild::add(const state::RequestedNode& node, uint32_t parent, 
       if (!charge) return charge.error();
       uses_[use] = std::move(*charge);
     }
-    if (merge.added_bytes + asset->size.host_bytes > kMaxAddedBytes)
-      return Error{"all assets together take more than " + std::to_string(kMaxAddedBytes >> 20) + " MiB"};
+    if (merge.added_bytes + asset->size.host_bytes > kMaxAddedBytes) return Error{too_many_bytes()};
     if (scene.textures.size() + asset->loaded.scene.textures.size() > settings_.max_textures)
       return Error{"the scene would have more than " + std::to_string(settings_.max_textures) + " textures"};
   }

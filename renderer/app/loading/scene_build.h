@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "protocol/base/peer_budget.h"
+#include "renderer/app/loading/asset_files.h"
 #include "renderer/app/loading/peer_charges.h"
 #include "renderer/scene/gltf/load_gltf.h"
 #include "renderer/scene/model/copy_nodes.h"
@@ -153,11 +154,11 @@ class SceneBuild {
   const scene::LoadedScene* base_;
   const AssetSettings settings_;
   // Owned by the thread while it runs.
+  AssetFiles asset_files_;
   std::optional<state::NodeNames> base_names_;
   uint64_t base_path_bytes_ = 0;
-  std::map<std::string, std::shared_ptr<const Asset>>
-      assets_;                           // loaded assets, by URI, or by stream and edit
-  std::map<UseKey, BudgetCharge> uses_;  // decoded assets, once for each peer
+  std::map<std::string, std::shared_ptr<const Asset>> assets_;  // loaded assets, by AssetFiles::key()
+  std::map<UseKey, BudgetCharge> uses_;                         // decoded assets, once for each peer
   std::map<NodeKey, NodeCharges> node_charges_;
   std::map<UseKey, BudgetCharge> vertex_charges_;  // by node name
   BuildTurns turns_;

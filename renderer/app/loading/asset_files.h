@@ -1,0 +1,36 @@
+// Files of the assets that added nodes name, and keys of loaded assets. One thread at a time.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <utility>
+
+#include "protocol/base/error.h"
+#include "renderer/state/edit_registry.h"
+
+namespace fire3dv::app {
+
+bool has_asset(const state::RequestedNode& node);
+std::string asset_name(const state::RequestedNode& node);  // for messages
+
+class AssetFiles {
+ public:
+  // folder: root of the assets; empty: none. overlay: file of the user's additions; empty: none.
+  AssetFiles(std::filesystem::path folder, std::filesystem::path overlay)
+      : folder_(std::move(folder)), overlay_(std::move(overlay)) {}
+
+  // URIs are relative to the root of the assets; the user's first to the folder of the overlay file.
+  Result<std::filesystem::path> find(const std::string& uri, bool is_of_user) const;
+  // Nodes with equal keys share one loaded asset. URIs by which the user names one file have one key.
+  std::string key(const state::RequestedNode& node);
+  // The next key() looks again for files that were not found. Keys of found files stay.
+  void forget_missing();
+  void clear() { paths_.clear(); }
+
+ private:
+  const std::filesystem::path folder_, overlay_;
+  std::map<std::string, std::filesystem::path> paths_;  // by URI of the user; empty: not found
+};
+
+}  // namespace fire3dv::app
