@@ -1,6 +1,7 @@
 #include "renderer/app/loading/live_scene.h"
 
 #include <algorithm>
+#include <functional>
 #include <iterator>
 #include <map>
 #include <memory>
@@ -451,13 +452,19 @@ Result<void> LiveScene::check_memory(const scene::LoadedScene& next) const {
 }
 
 void LiveScene::refuse_new(SceneBuild::Built&& built, const std::string& reason) {
-  for (const state::RequestedNode& node : built.added) {
-    if (!std::binary_search(contents_.nodes.begin(), contents_.nodes.end(),
-                            std::pair(node.age, node.version)))
-      refuse(node, reason);
-  }
-  build_.retain_only(added_);
   failed_contents_ = Contents{keys_of(built.added), built.vertex_nodes};
+  std::erase_if(built.added, [&](const state::RequestedNode& node) {
+    return std::binary_search(contents_.nodes.begin(), contents_.nodes.end(),
+                              std::pair(node.age, node.version));
+  });
+  // The next build lacks the user's assets and copies only, if that leaves anything.
+  const auto large = std::ranges::stable_partition(built.added, std::not_fn(UserAdditions::may_be_large));
+  const bool is_tried_again =
+      !large.empty() && (large.size() != built.added.size() || built.vertex_nodes != contents_.vertex_nodes);
+  for (auto node = is_tried_again ? large.begin() : built.added.begin(); node != built.added.end(); ++node)
+    refuse(*node, reason, true);
+  build_.retain_only(added_);
+  if (is_tried_again) return;
   std::map<std::string, std::string> vertex_refusals;
   for (const std::string& name : built.vertex_nodes) vertex_refusals[name] = reason;
   registry_.set_built_vertex_nodes(built.vertex_nodes, std::move(vertex_refusals));

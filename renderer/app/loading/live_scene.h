@@ -129,7 +129,7 @@ class LiveScene {
   bool is_build_due(const ReplacementShares::Peer& peer) const;
   bool can_build() const;
   void update_request_list();
-  void refuse(const state::RequestedNode& node, const std::string& reason);
+  void refuse(const state::RequestedNode& node, const std::string& reason, bool is_for_memory = false);
   bool confirm(const state::RequestedNode& node);
   void resolve();
   std::optional<scene::NodeEdit> combined_edit(const scene::NodeEdits& of_streams, uint32_t node) const;

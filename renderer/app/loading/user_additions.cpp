@@ -3,6 +3,7 @@
 #include <chrono>
 #include <thread>
 #include <utility>
+#include <variant>
 
 #include "protocol/base/log.h"
 #include "protocol/base/text.h"
@@ -31,7 +32,10 @@ std::vector<std::pair<uint64_t, uint64_t>> UserAdditions::set(const state::Addit
     if (const auto* asset = std::get_if<state::AddedAsset>(&addition.content)) added->asset_uri = asset->uri;
     entry.added = std::move(added);
   }
-  if (!ended.empty() || last_version_ != before) ++revision_;
+  if (ended.empty() && last_version_ == before) return ended;
+  ++revision_;
+  // Names, parents and memory have changed; more additions leave no more memory.
+  for (auto& [name, entry] : entries_) entry.is_refused &= ended.empty() && entry.is_for_memory;
   return ended;
 }
 
@@ -49,9 +53,15 @@ bool UserAdditions::is_requested(const state::RequestedNode& node) const {
   return entry != entries_.end() && entry->second.version == node.version && !entry->second.is_refused;
 }
 
-bool UserAdditions::refuse(const state::RequestedNode& node, const std::string& reason) {
+bool UserAdditions::may_be_large(const state::RequestedNode& node) {
+  return node.addition && (std::holds_alternative<state::AddedAsset>(node.addition->content) ||
+                           std::holds_alternative<state::CopiedNode>(node.addition->content));
+}
+
+bool UserAdditions::refuse(const state::RequestedNode& node, const std::string& reason, bool is_for_memory) {
   const auto entry = entries_.find(node.name);
   if (entry == entries_.end() || entry->second.version != node.version) return false;
+  entry->second.is_for_memory = is_for_memory;
   if (!std::exchange(entry->second.is_refused, true)) ++revision_;
   return std::exchange(entry->second.reason, reason) != reason;
 }
@@ -76,9 +86,9 @@ void LiveScene::set_additions(const state::Additions& additions) {
   pending_.insert(nullptr);
 }
 
-void LiveScene::refuse(const state::RequestedNode& node, const std::string& reason) {
+void LiveScene::refuse(const state::RequestedNode& node, const std::string& reason, bool is_for_memory) {
   if (!UserAdditions::are_of_user(node)) return registry_.refuse_node(node, reason);
-  if (additions_.refuse(node, reason))
+  if (additions_.refuse(node, reason, is_for_memory))
     log_messages_.push_back(
         warning(file_of_additions_ + "the node " + quote(node.name) + " is not added: " + reason));
   pending_.insert(nullptr);  // a shorter list of requests

@@ -27,15 +27,19 @@ class UserAdditions {
   static constexpr uint64_t kAge = UINT64_MAX;  // of the requests; no stream has it
   static bool are_of_user(const state::RequestedNode& node) { return node.age == kAge; }
 
+  // Assets and copies.
+  static bool may_be_large(const state::RequestedNode& node);
+
   // Replaces all additions. Returns the age and version of requests that have ended; a changed addition is a
-  // new request.
+  // new request. After a change refused additions are tried again; those that lacked memory only if others
+  // have ended.
   std::vector<std::pair<uint64_t, uint64_t>> set(const state::Additions& additions);
   uint64_t revision() const { return revision_; }  // rises when requests() changes
   // Without those that were refused.
   std::vector<state::RequestedNode> requests() const;
   bool is_requested(const state::RequestedNode& node) const;
   // Returns true if this reason is new, so that it is to be reported.
-  bool refuse(const state::RequestedNode& node, const std::string& reason);
+  bool refuse(const state::RequestedNode& node, const std::string& reason, bool is_for_memory = false);
   // The nodes of the scene have changed: refused additions are tried again. Returns true if there are any.
   bool try_again();
 
@@ -45,7 +49,8 @@ class UserAdditions {
     std::shared_ptr<const state::Addition> addition;
     std::shared_ptr<const wire::NodeAdded> added;
     bool is_refused = false;
-    std::string reason;  // reported last
+    bool is_for_memory = false;  // the refusal
+    std::string reason;          // reported last
   };
   std::map<std::string, Entry> entries_;  // by name
   uint64_t last_version_ = 0, revision_ = 0;

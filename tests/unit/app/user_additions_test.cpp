@@ -1,4 +1,4 @@
-// Test of the user's additions as requests of a scene build: keys of the files that they name.
+// Test of the user's additions as requests of a scene build: keys of the files that they name, and refusals.
 #include "renderer/app/loading/user_additions.h"
 
 #include <gtest/gtest.h>
@@ -7,6 +7,7 @@
 #include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "renderer/app/loading/asset_files.h"
 #include "tests/support/gltf_builder.h"
@@ -50,6 +51,60 @@ TEST(AssetFiles, AFileThatComesLaterIsFoundAfterForgetMissing) {
   const std::string found = files.key(with_asset("a.glb", true));
   EXPECT_NE(found, missing);
   EXPECT_EQ(files.key(with_asset("./a.glb", true)), found);
+}
+
+class RefusedAdditions : public testing::Test {
+ protected:
+  RefusedAdditions() {
+    additions_["lamp"].content = scene::Light();
+    additions_["rock"].content = state::AddedAsset{"rock.glb"};
+    requests_.set(additions_);
+  }
+  state::RequestedNode request(const std::string& name) const {
+    for (const state::RequestedNode& node : requests_.requests()) {
+      if (node.name == name) return node;
+    }
+    ADD_FAILURE() << name << " is not requested";
+    return {};
+  }
+  std::vector<std::string> requested() const {
+    std::vector<std::string> names;
+    for (const state::RequestedNode& node : requests_.requests()) names.push_back(node.name);
+    return names;
+  }
+  using Names = std::vector<std::string>;
+
+  state::Additions additions_;
+  UserAdditions requests_;
+};
+
+TEST_F(RefusedAdditions, AreTriedAgainWhenOthersChange) {
+  EXPECT_TRUE(requests_.refuse(request("lamp"), "no parent"));
+  EXPECT_EQ(requested(), (Names{"rock"}));
+  requests_.set(additions_);
+  EXPECT_EQ(requested(), (Names{"rock"})) << "nothing has changed";
+  additions_["parent"].content = scene::Light();
+  const uint64_t revision = requests_.revision();
+  EXPECT_TRUE(requests_.set(additions_).empty());
+  EXPECT_GT(requests_.revision(), revision);
+  EXPECT_EQ(requested(), (Names{"lamp", "parent", "rock"}));
+  EXPECT_FALSE(requests_.refuse(request("lamp"), "no parent")) << "reported already";
+}
+
+TEST_F(RefusedAdditions, ThatLackedMemoryWaitForTheEndOfOthers) {
+  requests_.refuse(request("rock"), "too large", true);
+  additions_["other"].content = scene::Light();
+  requests_.set(additions_);
+  EXPECT_EQ(requested(), (Names{"lamp", "other"}));
+  additions_.erase("lamp");
+  EXPECT_EQ(requests_.set(additions_).size(), 1u);
+  EXPECT_EQ(requested(), (Names{"other", "rock"}));
+}
+
+TEST_F(RefusedAdditions, AreLargeIfAssetsOrCopies) {
+  EXPECT_FALSE(UserAdditions::may_be_large(request("lamp")));
+  EXPECT_TRUE(UserAdditions::may_be_large(request("rock")));
+  EXPECT_FALSE(UserAdditions::may_be_large(with_asset("rock.glb", false))) << "streams have budgets";
 }
 
 }  // namespace
