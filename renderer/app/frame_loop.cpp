@@ -335,7 +335,9 @@ bool FrameLoop::poll_streams() {
 bool FrameLoop::done() {
   if (stop_requested || (window_ && window_->should_close())) return true;
   if (options_.frames && images_ >= options_.frames) return true;
-  if (next_ && next_->is_ready()) return goes_on_ = true;
+  const bool holds_next = window_ && window_->holds_next();
+  if (next_ && !holds_next && next_->is_ready() && (!window_ || window_->may_show_next()))
+    return goes_on_ = true;
   if (!options_.exit_when_done || receiver_.active_streams() != 0) return false;
   // A recording may contain later streams, or none.
   return timeline_ ? timeline_->timeline().at_end && !has_undrawn_frame_ : receiver_.had_streams();

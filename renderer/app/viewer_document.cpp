@@ -101,6 +101,7 @@ Options with_file(const Options& options, const std::filesystem::path& file) {
 }
 
 void DocumentLoader::open(const std::filesystem::path& file) {
+  if (is_ready_ && next_ && file == file_) return;
   const Options& now = now_.options();
   if (!now.out.empty() || !now.stats.empty() || !now.recording.record.empty() || now.lockstep)
     return notes_.push_back(
@@ -114,6 +115,8 @@ void DocumentLoader::open(const std::filesystem::path& file) {
   }
   if (!opened) return notes_.push_back(error_line(opened.error().message));
   next_ = std::move(*opened);
+  file_ = file;
+  is_ready_ = false;
   notes_.push_back("loading " + file.string());
 }
 
@@ -121,7 +124,8 @@ bool DocumentLoader::is_ready() {
   if (!next_ || !next_->load().is_done()) return false;
   const Result<const scene::LoadedScene*> loaded = next_->load().wait();
   const Result<void> can = loaded ? can_show_((*loaded)->scene) : Result<void>(loaded.error());
-  if (can) return true;
+  is_ready_ = can.ok();
+  if (is_ready_) return true;
   notes_.push_back(error_line(can.error().message));
   next_.reset();
   return false;

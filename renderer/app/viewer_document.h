@@ -70,6 +70,7 @@ class DocumentLoader {
   DocumentLoader(const ViewerDocument& now, const CacheLocations& places, CanShow can_show)
       : now_(now), places_(places), can_show_(std::move(can_show)) {}
 
+  // A file that is_ready() is not loaded again.
   void open(const std::filesystem::path& file);
   bool is_ready();  // otherwise reports why it never will be
   void note(std::string text) { notes_.push_back(std::move(text)); }
@@ -81,6 +82,8 @@ class DocumentLoader {
   const CacheLocations& places_;
   const CanShow can_show_;
   std::unique_ptr<ViewerDocument> next_;
+  std::filesystem::path file_;  // of next_
+  bool is_ready_ = false;
   std::vector<std::string> notes_;
 };
 

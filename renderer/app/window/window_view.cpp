@@ -266,8 +266,12 @@ void WindowView::close_or_open(const sinks::WindowInput& input, bool view_has_mo
     if (!closing_) first().keep_open();
   }
   if (!input.dropped.empty()) commands.open = input.dropped.front();
-  if (const auto file = std::exchange(commands.open, std::nullopt); file && may_discard_edits("open"))
+  if (const auto file = std::exchange(commands.open, std::nullopt); file && may_discard_edits("open")) {
     opened_ = file;
+    is_next_held_ = false;
+    given_up_.reset();
+    if (!history.is_saved()) given_up_ = history.document();
+  }
 }
 
 bool WindowView::may_discard_edits(const char* request) {
@@ -276,16 +280,39 @@ bool WindowView::may_discard_edits(const char* request) {
   const state::EditHistory& history = editor.history();
   if (history.is_saved() || (reported_edits_ == history.document() && reported_request_ == request))
     return true;
+  report_unsaved(request, "");
+  return false;
+}
+
+bool WindowView::may_lose_edits() const {
+  const state::EditHistory& history = borrowed_.editor.history();
+  return history.is_saved() || given_up_ == history.document();
+}
+
+bool WindowView::may_show_next() {
+  borrowed_.editor.update(borrowed_.viewer, edit_targets(), false);  // with a change that is not finished
+  if (may_lose_edits()) return true;
+  if (!std::exchange(is_next_held_, true)) report_unsaved("open", "the opened file is loaded, but ");
+  return false;
+}
+
+bool WindowView::holds_next() const {
+  return is_next_held_ && (is_interacting() || !may_lose_edits());
+}
+
+// occasion: beginning of the text.
+void WindowView::report_unsaved(const char* request, const std::string& occasion) {
+  const SceneEditor& editor = borrowed_.editor;
+  const state::EditHistory& history = editor.history();
   reported_edits_ = history.document();
   reported_request_ = request;
   const size_t count = history.unsaved_count();
   const bool is_one = count == 1;
   notice_ =
-      counted(count, "edit") + (is_one ? " is" : " are") + " not saved: " +
+      occasion + counted(count, "edit") + (is_one ? " is" : " are") + " not saved: " +
       (editor.facts().file.empty() ? "a recording's scene needs --overlay FILE to save" : "Ctrl+S saves") +
       (is_one ? " it; " : " them; ") + request + " again to discard " + (is_one ? "it" : "them");
   notes_.push_back(warning(notice_));
-  return false;
 }
 
 void WindowView::request_screenshot() {

@@ -91,6 +91,10 @@ class WindowView {
   bool take_activity();
   bool should_close() const { return closing_; }
   std::optional<std::filesystem::path> take_opened() { return std::exchange(opened_, std::nullopt); }
+  // Asks before the next document, which is loaded, replaces this one. False: edits since the request would
+  // be lost, as the user is told; it is held until they are saved or undone, or the user opens a file again.
+  bool may_show_next();
+  bool holds_next() const;  // may_show_next() would still refuse
   // Messages to the user since the last call.
   std::vector<std::string> take_log_messages();
 
@@ -126,6 +130,8 @@ class WindowView {
   void place_image();
   state::EditTargets edit_targets() const;
   bool may_discard_edits(const char* request);
+  void report_unsaved(const char* request, const std::string& occasion);
+  bool may_lose_edits() const;  // for the file that was opened last
   void close_or_open(const sinks::WindowInput& input, bool view_has_mouse);
   void apply_requests();
   std::optional<std::string> why_no_paths();
@@ -154,6 +160,8 @@ class WindowView {
   std::string reported_request_, notice_;
   std::vector<std::string> notes_;
   std::optional<std::filesystem::path> opened_;
+  std::optional<state::EditDocument> given_up_;  // unsaved edits that opened_ may discard
+  bool is_next_held_ = false;
   std::chrono::steady_clock::time_point steered_ = std::chrono::steady_clock::now();
   bool has_picked_ = false;  // since the last take_activity()
 };

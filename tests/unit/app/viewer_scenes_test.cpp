@@ -125,6 +125,9 @@ TEST(Viewers, AFileThatCannotBeShownIsSaidAndNotReady) {
   EXPECT_EQ(next.take(), nullptr);
   can = true;
   EXPECT_TRUE(ready_in_the_end());
+  next.open(file);  // again, while it is held for unsaved edits
+  EXPECT_TRUE(next.take_log_messages().empty());
+  EXPECT_TRUE(next.is_ready());
   EXPECT_NE(next.take(), nullptr);
   std::filesystem::remove(file);
 }
