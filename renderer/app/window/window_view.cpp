@@ -146,7 +146,10 @@ state::EditTargets WindowView::edit_targets() const {
 }
 
 void WindowView::apply_requests() {
-  if (borrowed_.scene.take_variant_refusal()) borrowed_.viewer.variant = borrowed_.scene.variant();
+  if (borrowed_.scene.take_variant_refusal()) {
+    borrowed_.viewer.variant = borrowed_.scene.variant();
+    borrowed_.editor.take_shown_variant(borrowed_.viewer, edit_targets());
+  }
   borrowed_.scene.set_user_edits(edits_of(borrowed_.viewer));
   if (borrowed_.robot) borrowed_.robot->set(borrowed_.viewer.joints);
   apply_draw_settings();

@@ -524,6 +524,49 @@ TEST_F(Editors, AVariantIsAStepAndKeepsItsName) {
   EXPECT_TRUE(missing.take_log_messages().empty());
 }
 
+TEST_F(Editors, ARefusedVariantIsNoStepAndBlocksNoUndo) {
+  scene_.variants = {"day", "night"};
+  SceneEditor editor(file(), {});
+  editor.begin(viewer_, targets());
+  update(editor);
+  viewer_.hidden = {1};
+  update(editor);
+  viewer_.variant = 0;
+  update(editor);
+  viewer_.variant = 1;
+  update(editor);
+  const auto refuse = [&] {  // the scene stays in the variant "day"
+    viewer_.variant = 0;
+    editor.take_shown_variant(viewer_, targets());
+    update(editor);
+  };
+  refuse();
+  EXPECT_EQ(editor.history().undo_steps(), 3u);
+  EXPECT_EQ(editor.history().document().at(state::variant_key()), state::EditedValue("day"));
+  for (const uint32_t variant : {0u, scene::kNone}) {
+    press('z');
+    update(editor);
+    EXPECT_EQ(viewer_.variant, variant);
+  }
+  press('z');
+  update(editor);
+  EXPECT_TRUE(viewer_.hidden.empty());
+  EXPECT_EQ(editor.history().redo_steps(), 3u);
+  for (int i = 0; i < 3; ++i) {
+    press('y');
+    update(editor);
+  }
+  EXPECT_EQ(viewer_.variant, 1u) << "it is requested again";
+  refuse();
+  EXPECT_EQ(editor.history().undo_steps(), 3u);
+  press('z');
+  update(editor);
+  press('z');
+  update(editor);
+  EXPECT_EQ(viewer_.variant, scene::kNone);
+  EXPECT_EQ(viewer_.hidden, (std::set<uint32_t>{1}));
+}
+
 // Edits and render settings are steps of one history; only edits are saved.
 TEST_F(Editors, RenderSettingsAreStepsAmongEdits) {
   SceneEditor editor(file(), {});

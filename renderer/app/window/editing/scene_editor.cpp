@@ -281,6 +281,15 @@ void SceneEditor::update(gui::Viewer& viewer, const state::EditTargets& targets,
   if (std::exchange(commands.export_glb, false)) export_glb(viewer, targets);
 }
 
+void SceneEditor::take_shown_variant(const gui::Viewer& viewer, const state::EditTargets& targets) {
+  state::EditDocument document = history_.document();
+  document.erase(state::variant_key());
+  if (viewer.variant < targets.scene.variants.size())
+    document[state::variant_key()] = state::VariantName(targets.scene.variants[viewer.variant]);
+  history_.set_document(std::move(document));
+  if (recorded_) recorded_->variant = viewer.variant;
+}
+
 void SceneEditor::record_settings(const gui::Viewer& viewer, bool is_interacting) {
   if (!is_interacting) settings_.record(viewer, history_);
 }

@@ -58,6 +58,9 @@ class SceneEditor {
   // is_interacting: a drag or a text input goes on, whose changes are one step. place: of the view.
   void update(gui::Viewer& viewer, const state::EditTargets& targets, bool is_interacting,
               const ViewPlace& place = {});
+  // Takes the viewer's material variant without a step, after the requested one was refused: undo and redo go
+  // on from the shown one.
+  void take_shown_variant(const gui::Viewer& viewer, const state::EditTargets& targets);
   // Records changed render settings as a step. Call after the renderer has taken or reset them.
   void record_settings(const gui::Viewer& viewer, bool is_interacting);
   // Moves selections and edits to the next scene. Edits of objects that a scene lacks stay in the document,
