@@ -13,6 +13,7 @@
 #include "protocol/wire/check.h"
 #include "renderer/app/default_look.h"
 #include "renderer/app/frame_loop.h"
+#include "renderer/app/loading/asset_files.h"
 #include "renderer/app/loading/disk_caches.h"
 #include "renderer/app/start.h"
 #include "renderer/app/window/editing/new_objects.h"
@@ -74,7 +75,8 @@ Result<FrameTimes> choose_times(const Timeline& timeline, const RenderOptions& o
 
 // Manifest without the machine: all inputs that determine the bytes of frames.
 Result<Manifest> describe_frames(const RenderOptions& options, const Timeline& timeline,
-                                 const FrameTimes& times, const scene::Scene& scene) {
+                                 const FrameTimes& times, const scene::Scene& scene,
+                                 const state::EditDocument& edits) {
   constexpr uint64_t kMaxBytes = uint64_t{1} << 50;
   const auto digest_of = [](const std::filesystem::path& file) -> Result<std::string> {
     auto digest = digest_of_file(file, kMaxBytes);
@@ -98,6 +100,9 @@ Result<Manifest> describe_frames(const RenderOptions& options, const Timeline& t
     const auto overlay = digest_of(options.drawing.overlay);
     if (!overlay) return overlay.error();
     manifest.settings.emplace_back("overlay", *overlay);
+    const std::string added = app::digest_of_assets(edits, {options.drawing.assets, options.drawing.overlay},
+                                                    app::stop_was_requested);
+    if (!added.empty()) manifest.settings.emplace_back("digest of added assets", added);
   }
   for (auto& [name, value] : manifest.settings) value = setting_text(value);
   manifest.times = times;
@@ -219,8 +224,12 @@ Result<bool> Render::run() {
   // Checked before the output is made, so that a mistyped name leaves nothing.
   if (auto camera = app::CameraRig::create((*loaded)->scene, {camera_of_file(), false, {}, {}}); !camera)
     return (*scene)->with_title(camera.error());
-  const auto manifest = describe_frames(options_, *timeline, *times, (*loaded)->scene);
+  const auto manifest = describe_frames(options_, *timeline, *times, (*loaded)->scene, overlay_);
   if (!manifest) return manifest.error();
+  if (app::stop_was_requested()) {
+    say("stopped before the first frame");
+    return false;
+  }
   const Part part = manifest->part();
   say(counted(times->frames, "frame") + ", " + to_text(times->rate) + " a second of \"" +
       wire::printable(timeline->guide()) + "\"'s time, from " + seconds(times->first_ns) +

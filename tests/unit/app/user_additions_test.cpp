@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "renderer/app/loading/asset_files.h"
+#include "renderer/state/editing/document_additions.h"
 #include "tests/support/gltf_builder.h"
 
 namespace fire3dv::app {
@@ -51,6 +52,30 @@ TEST(AssetFiles, AFileThatComesLaterIsFoundAfterForgetMissing) {
   const std::string found = files.key(with_asset("a.glb", true));
   EXPECT_NE(found, missing);
   EXPECT_EQ(files.key(with_asset("./a.glb", true)), found);
+}
+
+TEST(AssetFiles, TheDigestOfAssetsIsThatOfTheirContents) {
+  test::ScratchFolder folder;
+  const AssetFiles files({}, folder.path() / "scene.overlay.json");
+  const auto never = [] { return false; };
+  state::EditDocument document;
+  state::Addition lamp;
+  lamp.content = scene::Light();
+  document[state::key_of_addition("lamp")] = lamp;
+  EXPECT_EQ(digest_of_assets(document, files, never), "");
+  state::Addition rock;
+  rock.content = state::AddedAsset{"rock.glb"};
+  document[state::key_of_addition("rock")] = rock;
+  test::GltfBuilder triangle = test::triangle_file();
+  const std::string missing = digest_of_assets(document, files, never);
+  folder.write("rock.glb", triangle.glb());
+  const std::string first = digest_of_assets(document, files, never);
+  EXPECT_EQ(first.size(), 32u);
+  EXPECT_NE(first, missing);
+  EXPECT_EQ(digest_of_assets(document, files, never), first);
+  triangle.root["nodes"][0]["translation"] = {0, 0, 1};
+  folder.write("rock.glb", triangle.glb());
+  EXPECT_NE(digest_of_assets(document, files, never), first);
 }
 
 class RefusedAdditions : public testing::Test {
