@@ -222,7 +222,7 @@ bool Ui::slider(const char* label, float& value, const Range& range, const char*
 float without_minus_zero(float value, const char* format) {
   char text[64];
   std::snprintf(text, sizeof text, format, static_cast<double>(value));
-  return std::strtof(text, nullptr) == 0 ? 0 : value;
+  return std::signbit(value) && std::strtof(text, nullptr) == 0 ? 0 : value;
 }
 
 bool Ui::numbers(const char* label, glm::vec3& value, const Numbers& numbers, const char* hint_text) {

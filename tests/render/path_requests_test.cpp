@@ -44,7 +44,10 @@ class Client final : public app::ImageReplies {
 
   std::optional<Shown> shown(state::RequesterId requester) const override {
     Shown shown{{kEpoch, 1, 0}, {}, {}};
-    if (requester != kClient) shown.appearance.shown_samples = shown_samples.at(requester);
+    if (requester != kClient) {
+      shown.appearance.shown_samples = shown_samples.at(requester);
+      shown.appearance.keeps_samples = keeps_samples;
+    }
     return shown;
   }
   void refuse_image(state::RequesterId, const wire::ImageRefused& refused, bool) override {
@@ -64,6 +67,7 @@ class Client final : public app::ImageReplies {
   std::vector<Image> images;
   std::map<uint64_t, uint32_t> samples;                                                   // of each request
   std::map<state::RequesterId, uint32_t> shown_samples{{kViewer, 0}, {kOtherViewer, 0}};  // of viewers
+  bool keeps_samples = true;                                                              // of viewers
 };
 
 class PathRequests : public ValidationIsSilent {
@@ -180,9 +184,13 @@ TEST_F(PathRequests, ViewsOfViewersRefineInTurns) {
     ask(pick, kViewer);
     serve_until([&] { return client_.images.back().request == last_request_; });
   }
-  // A moved camera starts again, alone.
-  client_.shown_samples[kViewer] = 0;
-  (void)view(kViewer, {0, 1.6f, 3});
+  // A camera that moves, which keeps no samples, leaves those of others.
+  for (int step = 0; step < 8; ++step) {
+    client_.shown_samples[kViewer] = 0;
+    client_.keeps_samples = false;
+    (void)view(kViewer, {0.1f * static_cast<float>(step), 1.6f, 3});
+  }
+  client_.keeps_samples = true;
   EXPECT_GT(view(kOtherViewer, other_eye).samples, other_before);
 }
 
