@@ -190,6 +190,7 @@ void PathCheckpoint::save(uint64_t frame, VkExtent2D extent, const Digest& diges
 void PathCheckpoint::remove() {
   std::error_code fault;
   std::filesystem::remove(file_, fault);
+  base::remove_abandoned_temporaries(file_.parent_path(), file_.filename().string());  // of killed runs
 }
 
 }  // namespace fire3dv::app
