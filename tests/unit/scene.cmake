@@ -18,7 +18,7 @@ if(TARGET fire3dv_scene)
                LINK fire3dv_scene fire3dv_test_support LABELS unit)
   fire3dv_test(scene_draco_test SOURCES scene/scene_draco_test.cpp
                LINK fire3dv_scene fire3dv_test_support LABELS unit)
-  fire3dv_test(scene_extensions_test SOURCES scene/scene_extensions_test.cpp editing/export_glb_test.cpp scene/specular_glossiness_test.cpp scene/scene_variants_test.cpp
+  fire3dv_test(scene_extensions_test SOURCES scene/scene_extensions_test.cpp editing/export_glb_test.cpp editing/export_assets_test.cpp scene/specular_glossiness_test.cpp scene/scene_variants_test.cpp
                LINK fire3dv_scene fire3dv_test_support LABELS unit)
   fire3dv_test(scene_refuse_test SOURCES scene/scene_refuse_test.cpp scene/scene_files_test.cpp scene/foreign_file_test.cpp
                LINK fire3dv_scene fire3dv_test_support LABELS unit)

@@ -1,6 +1,7 @@
 // Files of the assets that added nodes name, and keys of loaded assets. One thread at a time.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -15,6 +16,13 @@ namespace fire3dv::app {
 
 bool has_asset(const state::RequestedNode& node);
 std::string asset_name(const state::RequestedNode& node);  // for messages
+
+// File that a node was added with, in the merged scene: its nodes follow that node.
+struct MergedAsset {
+  std::filesystem::path file = {};
+  uint32_t node_count = 0;
+  uint32_t first_material = 0, material_count = 0;  // of the scene, with its default material
+};
 
 class AssetFiles {
  public:

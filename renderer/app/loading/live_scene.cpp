@@ -317,7 +317,8 @@ bool LiveScene::show_built() {
   for (size_t i = 0; i < built->added.size(); ++i) {
     const uint32_t root = built->roots[i];
     if (UserAdditions::are_of_user(built->added[i]))
-      shown_additions_.push_back({built->added[i].name, root, std::move(built->sources[root])});
+      shown_additions_.push_back(
+          {built->added[i].name, root, std::move(built->sources[root]), std::move(built->assets[root])});
   }
   // The old scene outlives its users in this function; its GPU copy retires with the frames in flight.
   const std::unique_ptr<const scene::LoadedScene> before = std::exchange(merged_, std::move(built->scene));

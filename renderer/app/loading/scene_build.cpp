@@ -94,6 +94,7 @@ struct SceneBuild::Merge {
   std::set<uint32_t> roots_of_user;  // of additions, which copies leave out
   size_t copied_nodes = 0;
   std::map<uint32_t, std::vector<uint32_t>> sources;  // of copies, by root
+  std::map<uint32_t, MergedAsset> files;              // of the user's assets, by root
   std::vector<size_t> ready;                          // nodes whose parent has been added
   std::vector<state::RequestedNode> charged;          // nodes that are added, or will be in a later turn
 };
@@ -352,6 +353,7 @@ void SceneBuild::merge_nodes(Request& request, Merge& merge, Built& built) {
     built.roots.push_back(root);
   }
   built.sources = std::move(merge.sources);
+  built.assets = std::move(merge.files);
 }
 
 // Nodes of a copy, without the user's additions below them.
@@ -414,12 +416,18 @@ Result<void> SceneBuild::add(const state::RequestedNode& node, uint32_t parent, 
   const uint32_t root =
       scene::add_node(scene, node.name, parent, scene::to_mat4(node.added->parent_from_node));
   const size_t first_light = scene.lights.size();
+  const auto first_material = static_cast<uint32_t>(scene.materials.size());
   if (asset) {
     if (Result<void> done = scene::add_below(*merge.to, asset->loaded, root); !done) {
       scene.nodes.pop_back();
       return done;
     }
     merge.added_bytes += asset->size.host_bytes;
+    if (node.addition) {
+      const scene::Scene& added = asset->loaded.scene;
+      merge.files[root] = {added.source, static_cast<uint32_t>(added.nodes.size()), first_material,
+                           static_cast<uint32_t>(added.materials.size())};
+    }
     if (!charges->second.casts_shadows) {
       for (size_t light = first_light; light < scene.lights.size(); ++light)
         scene.lights[light].casts_shadow = false;

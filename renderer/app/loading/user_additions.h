@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "renderer/app/loading/asset_files.h"
 #include "renderer/state/edit_registry.h"
 #include "renderer/state/editing/addition.h"
 
@@ -20,6 +21,7 @@ struct ShownAddition {
   std::string name;
   uint32_t root = 0;
   std::vector<uint32_t> sources;  // of a copy: the nodes of which root and those that follow it are copies
+  MergedAsset asset = {};         // of an added file
 };
 
 class UserAdditions {

@@ -71,6 +71,13 @@ TEST_F(SceneBuildTest, FilesComeFromTheNamedFolderAlone) {
     EXPECT_NE(found.find(reason), std::string::npos) << uri << ": " << found;
   }
   EXPECT_NE(refusal_of({}, from_uri("n", "inside.glb")).find("--assets"), std::string::npos);
+  state::RequestedNode node = from_uri("n", "inside.glb");
+  const state::Addition of_user{{}, {}, state::AddedAsset{"inside.glb"}};
+  node.addition = std::make_shared<const state::Addition>(of_user);
+  SceneBuild build(base_, {folder_});
+  const MergedAsset asset = finished(build, {{node}, {}}).assets.at(1);
+  EXPECT_EQ(asset.file, std::filesystem::canonical(folder_ / "inside.glb"));
+  EXPECT_EQ(asset.first_material, base_.scene.materials.size());
 }
 
 TEST_F(SceneBuildTest, AnEmbeddedAssetReadsNoFiles) {

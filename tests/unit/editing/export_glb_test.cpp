@@ -183,7 +183,7 @@ TEST_F(Exports, AddedNodesAreReadBackBitByBit) {
   view.camera->lens = {2.8f, 1.1f};
   edits.added.push_back(view);
   ExportedNode part{first + 5, kNone, "part"};
-  part.is_asset = true;
+  part.asset.emplace();
   edits.added.push_back(part);
   edits.added.push_back({first + 6, kNone, "of a stream", 99});
   edits.transforms[first].parent_from_node = glm::mat4(2);

@@ -336,9 +336,14 @@ TEST_F(Editors, AnExportReportsAdditionsThatAreNotDisplayedAndAChangedFile) {
                                name + R"("}]})";
   };
   scene::Scene built = scene_;
-  (void)scene::add_node(built, "lamp", 0, glm::mat4(1));
+  const uint32_t lamp = scene::add_node(built, "lamp", 0, glm::mat4(1));
+  const uint32_t part = scene::add_node(built, "part", 0, glm::mat4(1));
+  (void)scene::add_node(built, "", part, glm::mat4(1));  // of the file
   const state::NodeNames names(built);
-  const std::vector<ShownAddition> shown{{"lamp", static_cast<uint32_t>(scene_.nodes.size()), {}}};
+  const fs::path of_part = folder_ / "part.gltf";
+  std::ofstream(of_part) << R"({"asset": {"version": "2.0"}, "nodes": [{"name": "inside"}]})";
+  const std::vector<ShownAddition> shown{{"lamp", lamp, {}}, {"part", part, {}, {of_part, 1, 1, 1}}};
+  viewer_.additions["part"] = state::Addition{"top", {}, state::AddedAsset{"part.gltf"}};
   for (const char* const name : {"lamp", "waiting"})
     viewer_.additions[name] = state::Addition{"top", {}, scene::Light()};
   SceneEditor editor(file(), {});
@@ -355,7 +360,10 @@ TEST_F(Editors, AnExportReportsAdditionsThatAreNotDisplayedAndAChangedFile) {
   const std::string text = exported();
   EXPECT_NE(text.find("\"waiting\" is left out"), std::string::npos) << text;
   EXPECT_EQ(text.find("\"lamp\" is left out"), std::string::npos) << text;
+  EXPECT_EQ(text.find("\"part\" is left out"), std::string::npos) << text;
   EXPECT_NE(text.find("boxes.edited.glb"), std::string::npos) << text;
+  fs::remove(of_part);
+  EXPECT_NE(exported().find("\"part\" is left out"), std::string::npos);
   write("other");  // the parent of the lamp
   EXPECT_NE(exported().find("has changed"), std::string::npos);
 }

@@ -45,11 +45,12 @@ void add_exported(const scene::Scene& scene, const ShownAddition& shown, const s
   if (const auto* light = std::get_if<scene::Light>(&addition.content)) root.light = *light;
   if (const auto* camera = std::get_if<scene::Camera>(&addition.content)) root.camera = *camera;
   if (!shown.sources.empty()) root.copied = shown.sources.front();
-  root.is_asset = std::holds_alternative<state::AddedAsset>(addition.content);
+  if (std::holds_alternative<state::AddedAsset>(addition.content))
+    root.asset = scene::ExportedAsset{shown.asset.file, shown.asset.node_count, shown.asset.first_material,
+                                      shown.asset.material_count};
   const state::NodeTransform& parts = addition.transform;
-  if (!root.is_asset)
-    edits.transforms[shown.root] = {state::parent_from_node(parts), !parts.has_shear, parts.translation,
-                                    parts.rotation, parts.scale};
+  edits.transforms[shown.root] = {state::parent_from_node(parts), !parts.has_shear, parts.translation,
+                                  parts.rotation, parts.scale};
   edits.added.push_back(std::move(root));
   for (size_t i = 1; i < shown.sources.size(); ++i) {
     const uint32_t node = shown.root + static_cast<uint32_t>(i);

@@ -1,4 +1,5 @@
-// Nodes of an exported file that the loaded one does not have: lights, cameras and copies of nodes.
+// Nodes of an exported file that the loaded one does not have: lights, cameras, copies of nodes, and other
+// files.
 
 #include <algorithm>
 #include <map>
@@ -72,6 +73,8 @@ std::optional<uint32_t> GlbExport::add_node(const ExportedNode& node) {
     nodes[parent]["children"].push_back(number);
   } else if (const auto scenes = root_.find("scenes"); scenes != root_.end() && !scenes->empty()) {
     scenes->at(root_.value("scene", size_t{0}))["nodes"].push_back(number);
+  } else {
+    added_roots_.push_back(number);
   }
   source_of_node_.resize(std::max<size_t>(source_of_node_.size(), node.node + size_t{1}), kNone);
   source_of_node_[node.node] = number;
@@ -132,8 +135,9 @@ size_t GlbExport::add_nodes(const std::vector<ExportedNode>& nodes) {
       end_copy();
       copy = node.name;
     }
-    if (node.is_asset) {
-      warnings_.push_back("node " + quote(node.name) + " is left out: it is of another file");
+    if (node.asset) {
+      if (const Result<void> done = add_asset(node, names); !done)
+        warnings_.push_back("node " + quote(node.name) + " is left out: " + done.error().message);
       continue;
     }
     // The loader makes the instances of a copied node.

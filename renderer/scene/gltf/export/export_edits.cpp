@@ -50,8 +50,9 @@ void GlbExport::map_nodes() {
     bool hidden;
   };
   std::vector<Pending> pending;
-  const std::vector<uint32_t> roots = roots_of(parents);
-  for (auto root = roots.rbegin(); root != roots.rend(); ++root) pending.push_back({*root, false});
+  roots_ = roots_of(parents);
+  for (auto root = roots_.rbegin(); root != roots_.rend(); ++root) pending.push_back({*root, false});
+  size_t instance_count = 0;
   std::vector<bool> is_visited(nodes.size(), false);
   while (!pending.empty()) {
     const auto [source, is_hidden_above] = pending.back();
@@ -66,7 +67,10 @@ void GlbExport::map_nodes() {
         instances && !hidden && node.contains("mesh")) {
       const auto accessor = instances->at("attributes").begin()->get<size_t>();
       const auto count = root_["accessors"].at(accessor).at("count").get<size_t>();
-      source_of_node_.insert(source_of_node_.end(), std::min(count, kMaxInstances), kNone);
+      if (count > kMaxInstances - instance_count)
+        throw std::runtime_error("the file holds more than " + std::to_string(kMaxInstances) + " instances");
+      instance_count += count;
+      source_of_node_.insert(source_of_node_.end(), count, kNone);
     }
     const json children = node.value("children", json::array());
     for (auto child = children.rbegin(); child != children.rend(); ++child)
@@ -133,8 +137,8 @@ void GlbExport::place(json& node, const ExportedTransform& transform, bool is_an
   node["matrix"] = numbers(std::span<const float>(&transform.parent_from_node[0][0], 16));
 }
 
-void GlbExport::use_extension(const char* name) {
-  json& used = root_["extensionsUsed"];
+void GlbExport::use_extension(const char* name, const char* list) {
+  json& used = root_[list];
   if (!used.is_array()) used = json::array();
   if (std::find(used.begin(), used.end(), name) == used.end()) used.push_back(name);
 }
@@ -266,16 +270,18 @@ void GlbExport::set_variant(size_t variant) {
   }
 }
 
-// Number 0 is glTF's default material, of primitives without one; the file's materials follow.
+// The first one of each file is glTF's default material, of primitives without one; the file's materials
+// follow.
 void GlbExport::set_material(uint32_t number, const MaterialFactors& factors) {
-  json& materials = root_["materials"];
-  if (!materials.is_array()) materials = json::array();
-  if (number > materials.size()) {
+  const auto range = std::ranges::find_if(material_ranges_, [&](const MaterialRange& each) {
+    return number >= each.first && number - each.first < each.count;
+  });
+  if (range == material_ranges_.end()) {
     warnings_.push_back("material " + std::to_string(number) + " is not of the file, and is left out");
     return;
   }
-  if (number > 0) {
-    json& material = materials[number - 1];
+  if (number > range->first) {
+    json& material = root_["materials"].at(range->first_in_file + number - range->first - 1);
     if (extension(material, kSpecularGlossinessName)) {
       warnings_.push_back("material " + quote(material.value("name", std::string())) +
                           " keeps the factors of the file: they are specular and glossiness");
@@ -283,18 +289,25 @@ void GlbExport::set_material(uint32_t number, const MaterialFactors& factors) {
     }
     return set_factors(material, factors);
   }
+  set_default_material(range->first_mesh, range->mesh_count, factors);
+}
+
+void GlbExport::set_default_material(size_t first_mesh, size_t mesh_count, const MaterialFactors& factors) {
+  json& materials = root_["materials"];
+  if (!materials.is_array()) materials = json::array();
   const size_t added = materials.size();
   materials.push_back(json::object());
   set_factors(materials.back(), factors);
-  if (!root_.contains("meshes")) return;
-  for (json& mesh : root_["meshes"]) {
-    for (json& primitive : mesh["primitives"])
+  for (size_t mesh = first_mesh; mesh < first_mesh + mesh_count; ++mesh) {
+    for (json& primitive : root_["meshes"].at(mesh)["primitives"])
       if (!primitive.contains("material")) primitive["material"] = added;
   }
 }
 
 Result<void> GlbExport::apply(const ExportedEdits& edits) {
   map_nodes();
+  const auto size = [&](const char* array) { return root_.value(array, json::array()).size(); };
+  material_ranges_ = {{0, static_cast<uint32_t>(size("materials") + 1), 0, 0, size("meshes")}};
   size_t missing = 0;
   const auto source = [&](uint32_t node) -> std::optional<uint32_t> {
     if (node < source_of_node_.size() && source_of_node_[node] != kNone) return source_of_node_[node];

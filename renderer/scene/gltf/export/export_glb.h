@@ -29,6 +29,14 @@ struct ExportedTransform {
   glm::vec3 scale{1};
 };
 
+// glTF file whose displayed nodes follow the node that it was added with, in the scene and below it.
+struct ExportedAsset {
+  std::filesystem::path file = {};  // empty: not known, so that the node is left out, with a warning
+  uint32_t node_count = 0;          // with instances
+  uint32_t first_material = 0;      // of the scene, where its default material comes first
+  uint32_t material_count = 0;      // with the default material
+};
+
 // Node that the file does not have.
 struct ExportedNode {
   uint32_t node = 0;        // above all nodes of the file
@@ -37,7 +45,7 @@ struct ExportedNode {
   uint32_t copied = kNone;  // node whose contents it has
   std::optional<Light> light = {};
   std::optional<Camera> camera = {};
-  bool is_asset = false;  // of another file: left out, with a warning
+  std::optional<ExportedAsset> asset = {};  // that is below it
 };
 
 // By number of the scene that was loaded from the file.
@@ -57,7 +65,8 @@ struct ExportedGlb {
   std::vector<std::string> warnings;  // edits that are left out or approximated, one sentence each
 };
 
-// Reads the file and all files that it names, within its folder, and applies the edits. Thread-safe.
+// Reads the file, added files and all files that they name, each within its folder, and applies the edits. An
+// added file that cannot be read, or has changed, is left out with a warning. Thread-safe.
 Result<ExportedGlb> export_glb(const std::filesystem::path& gltf, const ExportedEdits& edits,
                                const LoadLimits& limits = {});
 

@@ -1,5 +1,6 @@
 // Steps of export_glb.cpp: the JSON of a glTF file, whose buffers and images become parts of one .glb, and
-// the edits of its nodes, lights and materials (export_edits.cpp).
+// the edits of its nodes, lights and materials (export_edits.cpp), added nodes (export_additions.cpp) and
+// those of other files (export_assets.cpp).
 #pragma once
 
 #include <cstddef>
@@ -36,9 +37,20 @@ class GlbExport {
   Result<uint64_t> append(std::span<const std::byte> bytes);
   void map_nodes();
   std::vector<uint32_t> roots_of(const std::vector<uint32_t>& parents) const;
-  std::map<std::string, size_t> node_names(const std::vector<ExportedNode>& added) const;
+  using NodeNumbers = std::map<std::string, size_t>;
+  NodeNumbers node_names(const std::vector<ExportedNode>& added) const;
   size_t add_nodes(const std::vector<ExportedNode>& nodes);
   std::optional<uint32_t> add_node(const ExportedNode& node);
+  // File of added nodes whose data are written.
+  struct AddedFile {
+    std::vector<uint32_t> nodes;  // of the file, by displayed node; kNone: an instance
+    std::vector<uint32_t> roots;
+    Json own;  // arrays of objects that each addition has of its own, by name
+  };
+  Result<const AddedFile*> add_file(const ExportedAsset& asset);
+  Result<void> add_asset(const ExportedNode& node, const NodeNumbers& names);
+  Result<void> add_displayed_asset(const ExportedNode& node, const NodeNumbers& names);
+  void name_roots();
   void take_skins(const std::map<uint32_t, uint32_t>& copies);
   void set_camera(uint32_t node, const Camera& camera);
   void place(Json& node, const ExportedTransform& transform, bool is_animated);
@@ -52,7 +64,8 @@ class GlbExport {
   void set_variant(size_t variant);
   void set_material(uint32_t number, const MaterialFactors& factors);
   void set_factors(Json& material, const MaterialFactors& factors);
-  void use_extension(const char* name);
+  void set_default_material(size_t first_mesh, size_t mesh_count, const MaterialFactors& factors);
+  void use_extension(const char* name, const char* list = "extensionsUsed");
   static const Json* extension(const Json& object, const char* name) {
     const auto extensions = object.find("extensions");
     if (extensions == object.end()) return nullptr;
@@ -65,6 +78,15 @@ class GlbExport {
   const AssetFolder folder_;
   const LoadLimits& limits_;
   std::vector<std::byte> binary_;
+  // Materials of the scene that are of one file.
+  struct MaterialRange {
+    uint32_t first = 0, count = 0;  // in the scene; the first one is glTF's default material
+    size_t first_in_file = 0, first_mesh = 0, mesh_count = 0;
+  };
+  std::vector<MaterialRange> material_ranges_;
+  std::map<std::filesystem::path, AddedFile> added_files_;
+  std::vector<uint32_t> roots_;                 // displayed nodes of the file
+  std::vector<uint32_t> added_roots_;           // of a file without scenes
   std::vector<uint32_t> source_of_node_;        // of the scene's nodes; kNone: an instance
   std::vector<std::optional<bool>> lit_below_;  // a light is at or below the node of the file
   std::vector<std::string> warnings_;
