@@ -21,7 +21,7 @@ PANELS = ("scene", "node", "edit", "joints", "measure", "cameras", "frame", "str
 # Headers while all panels are closed, and controls while only their panel is open.
 HEADERS = {"scene": (120, 47), "joints": (120, 227), "streams": (1000, 107), "render": (1000, 167), "plots": (1000, 347)}
 CHECK_OF_LEFT, LIFT, LIFTED, POSE, POSE_HIGH = (1222, 427), (162, 367), (370, 367), (230, 321), (230, 405)
-SIZE_CHOICE, SIZE_TWICE, THEME, FILES, SECOND_FILE = (1140, 261), (1140, 343), (1220, 525), (230, 93), (230, 185)
+SIZE_CHOICE, SIZE_TWICE, THEME, FILES, SECOND_FILE = (1140, 261), (1140, 343), (1220, 537), (230, 93), (230, 185)
 PLOT, FIRST_SCALAR = ((932, 244), (1238, 580)), (1000, 683)  # after scrolling to the end of the column
 BELOW_PLOT = (1225, 640)  # in the plot before that
 
