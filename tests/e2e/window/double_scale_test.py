@@ -21,7 +21,7 @@ PANELS = ("scene", "node", "edit", "joints", "measure", "cameras", "frame", "str
 # Headers while all panels are closed, and controls while only their panel is open.
 HEADERS = {"scene": (120, 47), "joints": (120, 227), "streams": (1000, 107), "render": (1000, 167), "plots": (1000, 347)}
 CHECK_OF_LEFT, LIFT, LIFTED, POSE, POSE_HIGH = (1222, 427), (162, 367), (370, 367), (230, 321), (230, 405)
-SIZE_CHOICE, SIZE_TWICE, THEME, FILES, SECOND_FILE = (1140, 261), (1140, 343), (1220, 537), (230, 93), (230, 185)
+SIZE_CHOICE, SIZE_TWICE, THEME, FILES, SECOND_FILE = (1140, 261), (1140, 343), (1220, 571), (230, 93), (230, 185)
 PLOT, FIRST_SCALAR = ((932, 244), (1238, 580)), (1000, 683)  # after scrolling to the end of the column
 BELOW_PLOT = (1225, 640)  # in the plot before that
 
@@ -193,8 +193,14 @@ def plots(window):
 
 def screenshot_and_theme(window, program):
     window.toggle("render")
+
+    def chosen():
+        x, y = SIZE_CHOICE
+        return [row[3 * (x - 80):3 * (x + 50)] for row in window.picture().rows[y - 10:y + 10]]
+    before = chosen()
     window.choose(SIZE_CHOICE, SIZE_TWICE)
     window.screen.xdotool("mousemove", "--window", window.window, 640, 700)
+    wait_until("another size", lambda: chosen() != before)
     window.key("p")
     taken = read_png(program.wait_err(r"screenshot (.*\.png)").group(1))
     check((taken.width, taken.height) == (2 * (IMAGE[2] - IMAGE[0]), 2 * IMAGE[3]), f"{taken.width}x{taken.height}")
