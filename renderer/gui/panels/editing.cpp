@@ -47,12 +47,12 @@ void draw_additions(const Context& context) {
   object("Camera", ObjectKind::camera, "Adds a camera that sees what you see now");
   const EditFacts* const facts = context.shown.editing;
   if (!facts || facts->assets.empty()) return;
-  std::vector<std::string> labels{"Add a file ..."};
+  std::vector<std::string> labels{"choose ..."};
   for (const std::string& asset : facts->assets) labels.push_back(one_line(asset));
   std::vector<const char*> names;
   for (const std::string& label : labels) names.push_back(label.c_str());
   size_t chosen = 0;
-  if (ui.choice("File##asset", chosen, names, "Adds a glTF file of the overlay file's folder") && chosen > 0)
+  if (ui.choice("Add file", chosen, names, "Adds a glTF file of the overlay file's folder") && chosen > 0)
     commands.add_asset = facts->assets[chosen - 1];
 }
 
