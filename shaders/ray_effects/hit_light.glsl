@@ -2,10 +2,9 @@
 #ifndef FIRE3DV_HIT_LIGHT_GLSL
 #define FIRE3DV_HIT_LIGHT_GLSL
 
-// Of the ray, by its lobe. Mirrors: as many shadow rays to a soft lamp as other surfaces have rays to hits. Averaged
-// lobes: one to each lamp, and from more than a few lamps one in all, to a lamp that is chosen by its share of the
-// unshadowed light. Diffuse lobe: one in all, to a lamp or into the environment, which other lobes do not occlude.
-bool is_averaged, takes_one_ray, occludes_environment;
+// Of the ray. One ray: the hit has one shadow ray, to a lamp or into the environment, chosen by their shares of the
+// unshadowed light. Otherwise each lamp has its rays, and the environment is not occluded.
+bool takes_one_ray;
 vec3 hit_choices;  // from 0 to 1: the choice, and a point of the lamp's disc or of the hemisphere
 
 const uint kEnvironment = FIRE3DV_NO_INDEX;  // among lights
@@ -25,8 +24,8 @@ float light_visibility(uint light_index, LightSample light, SurfacePoint point) 
   if (light_index != kEnvironment) {
     if (globals.value.shadows == FIRE3DV_SHADOWS_OFF) return 1;
     shadow = LightShadowRef(globals.value.light_shadows).at[light_index];
-    if (is_averaged && shadow.rays > 1) light = point_of_light(light, hit_choices.yz);
-    shadow.rays = min(shadow.rays, is_averaged ? 1 : push.reflection_rays);
+    if (takes_one_ray && shadow.rays > 1) light = point_of_light(light, hit_choices.yz);
+    shadow.rays = min(shadow.rays, takes_one_ray ? 1 : push.reflection_rays);  // or as many as rays to hits
   }
   const vec3 origin =
       offset_from_surface(point.position_world, lit_side(point, light), point.position_world, 0, point.lift_m);
@@ -49,10 +48,9 @@ LightSample sample_environment(GlobalsRef globals, Surface surface, SurfacePoint
 
 // The ray is chosen by weighted reservoir sampling, so that the BRDF occurs once in the code.
 vec3 light_of_hit(GlobalsRef globals, Surface surface, SurfacePoint point, vec3 environment) {
-  if (!kBounces) occludes_environment = false;
-  if (!kBounces && !kManyLamps) takes_one_ray = false;
-  const uint lamps = globals.value.light_count, sources = occludes_environment ? lamps + 1 : lamps;
-  vec3 sum = occludes_environment ? vec3(0) : environment, chosen = vec3(0);
+  if (!kBounces) takes_one_ray = false;
+  const uint lamps = globals.value.light_count, sources = takes_one_ray ? lamps + 1 : lamps;
+  vec3 sum = takes_one_ray ? vec3(0) : environment, chosen = vec3(0);
   LightSample chosen_light = LightSample(vec3(0, 1, 0), kFar, vec3(0), 0);
   uint chosen_index = kEnvironment;
   float weights = 0, chosen_weight = 0, choice = hit_choices.x;

@@ -25,7 +25,6 @@ Hit closest_hit(vec3 origin, vec3 direction, float distance_m, bool meets_all);
 const float kFar = 1e30;
 
 layout(constant_id = FIRE3DV_VARIANT_BOUNCES) const bool kBounces = true;
-layout(constant_id = FIRE3DV_VARIANT_MANY_LAMPS) const bool kManyLamps = true;
 
 uint traced_pixel;
 
@@ -136,9 +135,7 @@ void trace_lobes(GlobalsRef globals, MaterialRecord material, Surface surface, S
     const vec3 origin = offset_from_surface(point.position_world, passes ? -plane : plane, eye, point.pixel_size_m,
                                             passes ? 0 : point.lift_m);
     const uvec4 outside = uvec4(FIRE3DV_NO_INDEX);
-    is_averaged = is_diffuse || !is_mirror(by);
-    takes_one_ray = is_diffuse || (kManyLamps && is_averaged);
-    occludes_environment = is_diffuse;
+    takes_one_ray = is_diffuse;
     hit_choices = sample_choices(pixel, k - first, count);
     // Diffuse rays meet what shadow rays meet.
     const bool meets_all = !is_diffuse && (push.effects & FIRE3DV_RAY_EFFECT_REFRACTION) != 0;

@@ -11,12 +11,10 @@ FIRE3DV_SHARED_BEGIN
 #define FIRE3DV_RAY_EFFECT_REFRACTION 4u
 #define FIRE3DV_RAY_EFFECT_BOUNCE 8u
 
-// Specialisation constants, after those of bindings.h: diffuse rays; more than a few lamps. Their code takes
-// registers from all rays.
+// Specialisation constant after those of bindings.h: diffuse rays are traced. Their code takes registers from
+// all rays.
 #define FIRE3DV_VARIANT_BOUNCES 5
-#define FIRE3DV_VARIANT_MANY_LAMPS 6
-#define FIRE3DV_VARIANT_RAY_EFFECTS_COUNT 7
-#define FIRE3DV_FEW_LAMPS 8
+#define FIRE3DV_VARIANT_RAY_EFFECTS_COUNT 6
 
 // Result of a visible surface in a pixel, stored at the first sample that shows the surface. Half floats.
 struct RayEffectRecord {

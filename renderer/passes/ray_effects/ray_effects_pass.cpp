@@ -100,14 +100,13 @@ void RayEffectsPass::allocate(Targets& targets, bool refracts, bool bounces) con
 }
 
 void RayEffectsPass::use_pipeline(const GpuScene& scene, bool bounces) {
-  const Variant wanted{RayVariant::of(scene), bounces, scene.light_count > FIRE3DV_FEW_LAMPS};
+  const Variant wanted{RayVariant::of(scene), bounces};
   if ((pipeline_ || ray_pipeline_) && wanted == variant_) return;
   variant_ = wanted;
   std::array<uint32_t, FIRE3DV_VARIANT_RAY_EFFECTS_COUNT> constants{};
   static_assert(FIRE3DV_VARIANT_BOUNCES == FIRE3DV_VARIANT_COUNT);
   std::ranges::copy(wanted.scene.constants(), constants.begin());
   constants[FIRE3DV_VARIANT_BOUNCES] = wanted.bounces ? 1 : 0;
-  constants[FIRE3DV_VARIANT_MANY_LAMPS] = wanted.has_many_lamps ? 1 : 0;
   const std::string name = std::string(wanted.scene.extensions ? "ray_effects" : "ray_effects_core") +
                            (samples_ == 4 ? "_4" : "_1");
   if (back_end_ == RayBackEnd::query) {

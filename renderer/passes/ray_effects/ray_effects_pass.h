@@ -38,7 +38,7 @@ class RayEffectsPass {
  private:
   struct Variant {
     RayVariant scene;
-    bool bounces = false, has_many_lamps = false;
+    bool bounces = false;
     bool operator==(const Variant&) const = default;
   };
 
