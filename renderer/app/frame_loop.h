@@ -18,7 +18,7 @@
 #include "renderer/app/path_checkpoint.h"
 #include "renderer/app/recording.h"
 #include "renderer/app/renderer_metrics.h"
-#include "renderer/app/run_reports.h"
+#include "renderer/app/run/run_reports.h"
 #include "renderer/app/streams/image_service.h"
 #include "renderer/app/streams/stream_receiver.h"
 #include "renderer/app/viewer_document.h"

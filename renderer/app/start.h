@@ -59,7 +59,7 @@ struct Playing {
 // Nothing without the option.
 Result<std::optional<Playing>> open_animations(const Options& options, const scene::Scene& scene);
 
-// Main function of the renderer after option parsing (run.cpp). Returns the exit code: 0, or 1 after a
+// Main function of the renderer after option parsing (run/run.cpp). Returns the exit code: 0, or 1 after a
 // printed error.
 int run(const Options& options);
 

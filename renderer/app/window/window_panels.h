@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "renderer/app/loading/live_scene.h"
-#include "renderer/app/run_reports.h"
+#include "renderer/app/run/run_reports.h"
 #include "renderer/app/streams/stream_receiver.h"
 #include "renderer/app/window/viewer_control.h"
 #include "renderer/gui/gui.h"

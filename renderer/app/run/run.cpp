@@ -9,7 +9,6 @@
 
 #include "protocol/base/files.h"
 #include "protocol/base/plural.h"
-#include "protocol/transport/open.h"
 #include "renderer/app/default_look.h"
 #include "renderer/app/frame_loop.h"
 #include "renderer/app/live/live_view.h"
@@ -18,6 +17,7 @@
 #include "renderer/app/loading/scene_reload.h"
 #include "renderer/app/recording.h"
 #include "renderer/app/renderer_metrics.h"
+#include "renderer/app/run/run_parts.h"
 #include "renderer/app/streams/image_service.h"
 #include "renderer/app/streams/secondary_devices.h"
 #include "renderer/app/viewer_document.h"
@@ -26,7 +26,6 @@
 #include "renderer/app/window/viewer_control.h"
 #include "renderer/app/window/window_view.h"
 #include "renderer/gpu/device/device.h"
-#include "renderer/scene/gltf/foreign_file.h"
 #include "renderer/scene/model/variants.h"
 #include "renderer/serve/server.h"
 #include "renderer/sinks/file_sink.h"
@@ -34,126 +33,6 @@
 
 namespace fire3dv::app {
 namespace {
-
-int list_devices(const gpu::Instance& instance) {
-  const std::vector<gpu::DeviceReport> reports = gpu::report_devices(instance.handle());
-  if (reports.empty()) {
-    return fail(
-        Error{"no Vulkan device found: install your GPU's driver, or mesa-vulkan-drivers for the CPU"});
-  }
-  for (const gpu::DeviceReport& report : reports) std::printf("%s\n", gpu::describe(report).c_str());
-  return 0;
-}
-
-// Opens all listeners. insist: any failure is an error; otherwise failed listeners are reported, and the
-// scene is shown without them.
-Result<void> open_listeners(const Options& options, bool insist, const std::shared_ptr<BudgetPool>& budgets,
-                            StreamReceiver& receiver, DocumentLoader& notes) {
-  for (const std::string& uri : options.listen) {
-    transport::ListenerOptions listener_options;
-    const bool wants_all = options.lockstep || !options.recording.record.empty();
-    listener_options.delivery = wants_all ? transport::Delivery::all : transport::Delivery::newest;
-    listener_options.insecure = options.insecure;
-    listener_options.budgets = budgets;
-    listener_options.key_file = options.key_file;
-    listener_options.tls = {options.tls_certificate, options.tls_key, options.tls_client_ca};
-    Result<std::unique_ptr<transport::ListenerLink>> listener =
-        transport::open_listener(uri, listener_options);
-    if (!listener && !insist) {
-      notes.note(listener.error().message + "; no simulator can connect there now");
-      continue;
-    }
-    if (!listener) return listener.error();
-    say("listening on " + (*listener)->uri());
-    receiver.add(std::move(*listener));
-  }
-  return {};
-}
-
-// Null without the option.
-Result<std::unique_ptr<Recording>> open_recording(const Options& options, const ViewerDocument& show) {
-  if (options.recording.record.empty()) return std::unique_ptr<Recording>();
-  return Recording::open(options.recording, show.scene_attachment());
-}
-
-// Null without the option.
-Result<std::unique_ptr<RendererMetrics>> open_metrics(const Options& options,
-                                                      const std::shared_ptr<BudgetPool>& budgets) {
-  if (options.metrics.empty()) return std::unique_ptr<RendererMetrics>();
-  Result<std::unique_ptr<RendererMetrics>> opened =
-      RendererMetrics::open(options.metrics, options.insecure, budgets);
-  if (opened) say("metrics at http://" + (*opened)->address() + "/metrics");
-  return opened;
-}
-
-// Null without the option. The links are secrets: they are printed once, for the user.
-Result<std::unique_ptr<serve::Server>> open_live_view(const Options& options) {
-  if (options.serve.empty()) return std::unique_ptr<serve::Server>();
-  serve::ServerOptions server_options;
-  server_options.at = options.serve;
-  server_options.insecure = options.insecure;
-  server_options.tls = {options.tls_certificate, options.tls_key, options.tls_client_ca};
-  server_options.token_file = options.serve_tokens;
-  Result<std::unique_ptr<serve::Server>> opened = serve::Server::open(server_options);
-  if (!opened) return opened;
-  say("live view; whoever has a link has its rights:");
-  std::fprintf(stderr, "  control  %s\n  view     %s\n", (*opened)->link(serve::Access::control).c_str(),
-               (*opened)->link(serve::Access::view).c_str());
-  return opened;
-}
-
-// Null without the option.
-Result<std::unique_ptr<sinks::FileSink>> open_image_folder(const Options& options) {
-  if (options.out.empty()) return std::unique_ptr<sinks::FileSink>();
-  sinks::FileSinkOptions file_options;
-  file_options.folder = options.out;
-  return sinks::FileSink::open(file_options);
-}
-
-// Number of drawn images; with --out, of those that are complete in the folder.
-std::string count_images(uint64_t drawn, const Options& options, sinks::FileSink* folder) {
-  if (!folder) return counted(drawn, "image");
-  (void)folder->finish().ok();  // for the count; the loop returns the error
-  const uint64_t written = folder->frames_written();
-  return counted(written, "image") + " in " + options.out.string() +
-         (written < drawn
-              ? "; " + std::to_string(drawn - written) + " of " + counted(drawn, "image") + " missing"
-              : "");
-}
-
-// Tools that read all files of a folder mix two runs.
-void warn_of_stale_frames(const Options& options, const sinks::FileSink& folder) {
-  if (const uint64_t stale = folder.count_stale_frames(); stale != 0)
-    say(warning(
-        options.out.string() + " has " + counted(stale, "frame") +
-        " of an earlier run beyond the last one of this run; they stay: remove them, or use frames.jsonl"));
-}
-
-// A cheap check, so that a wrong file name is reported rather than a missing display.
-Result<void> check_scene_file(const Options& options) {
-  if (options.scene.empty() || options.list_devices) return {};
-  if (!needs_conversion(options.scene)) return scene::check_is_gltf(options.scene);
-  std::error_code error;
-  if (std::filesystem::is_directory(options.scene, error)) return {};  // a model folder of Gazebo
-  if (Result<OpenFile> file = OpenFile::open(options.scene, UINT64_MAX); !file)
-    return Error{options.scene.string() + ": " + file.error().message};
-  return {};
-}
-
-Result<Windows> open_windows(const Options& options) {
-  Windows windows;
-  if (options.headless || options.list_devices) return windows;
-  do {
-    const bool named = options.window_cameras.size() > 1;
-    Result<std::unique_ptr<sinks::Window>> opened = sinks::Window::open(
-        "FIRE-3DV" + (named ? " " + options.window_cameras[windows.size()] : std::string()),
-        {options.width, options.height}, options.present);
-    if (!opened) return opened.error();
-    const size_t number = windows.size();
-    windows.push_back({std::move(*opened), named ? options.window_cameras[number] : std::string()});
-  } while (windows.size() < options.window_cameras.size());
-  return windows;
-}
 
 // State that persists when the user opens another scene.
 struct Stage {

@@ -1,0 +1,54 @@
+// Parts of a live run that its options open: windows, listeners, recording, metrics, live view and image
+// folder; and what the run says of the folder at its end.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "protocol/base/error.h"
+#include "protocol/base/peer_budget.h"
+#include "renderer/app/options/options.h"
+#include "renderer/app/recording.h"
+#include "renderer/app/renderer_metrics.h"
+#include "renderer/app/streams/stream_receiver.h"
+#include "renderer/app/viewer_document.h"
+#include "renderer/app/window/window_view.h"
+#include "renderer/gpu/device/device.h"
+#include "renderer/serve/server.h"
+#include "renderer/sinks/file_sink.h"
+
+namespace fire3dv::app {
+
+// Prints the devices. Returns the exit code.
+int list_devices(const gpu::Instance& instance);
+
+// A cheap check, so that a wrong file name is reported rather than a missing display.
+Result<void> check_scene_file(const Options& options);
+
+// None with --headless.
+Result<Windows> open_windows(const Options& options);
+
+// Opens all listeners. insist: any failure is an error; otherwise failed listeners are reported, and the
+// scene is shown without them.
+Result<void> open_listeners(const Options& options, bool insist, const std::shared_ptr<BudgetPool>& budgets,
+                            StreamReceiver& receiver, DocumentLoader& notes);
+
+// Null without the option; so are the next three.
+Result<std::unique_ptr<Recording>> open_recording(const Options& options, const ViewerDocument& show);
+
+Result<std::unique_ptr<RendererMetrics>> open_metrics(const Options& options,
+                                                      const std::shared_ptr<BudgetPool>& budgets);
+
+// The links are secrets: they are printed once, for the user.
+Result<std::unique_ptr<serve::Server>> open_live_view(const Options& options);
+
+Result<std::unique_ptr<sinks::FileSink>> open_image_folder(const Options& options);
+
+// Number of drawn images; with --out, of those that are complete in the folder.
+std::string count_images(uint64_t drawn, const Options& options, sinks::FileSink* folder);
+
+// Tools that read all files of a folder mix two runs.
+void warn_of_stale_frames(const Options& options, const sinks::FileSink& folder);
+
+}  // namespace fire3dv::app
