@@ -1,0 +1,246 @@
+// Test of objects that the editor adds: steps, selection, copies, edits of added files, export.
+#include "tests/unit/editing/editor_fixture.h"
+
+namespace fire3dv::app {
+namespace {
+
+// Scenes after their build: the nodes of these paths behind the others.
+scene::Scene with_nodes(scene::Scene scene, std::initializer_list<const char*> names) {
+  for (const char* const name : names) (void)scene::add_node(scene, name, scene::kNone, glm::mat4(1));
+  return scene;
+}
+
+TEST_F(Editors, WhatIsAddedIsSelectedAndUndone) {
+  SceneEditor editor(file(), {});
+  editor.begin(viewer_, targets());
+  ViewPlace place;
+  place.focus_m = {1, 2, 3};
+  place.world_from_camera =
+      glm::translate(glm::mat4(1), {1, 2, 7}) * glm::mat4_cast(glm::angleAxis(0.5f, glm::vec3(0, 1, 0)));
+  place.camera.vertical_fov_rad = 0.4f;
+  const auto add = [&](gui::ObjectKind kind) {
+    viewer_.commands.add = kind;
+    editor.update(viewer_, targets(), false, place);
+  };
+  add(gui::ObjectKind::point_light);
+  add(gui::ObjectKind::spot_light);
+  add(gui::ObjectKind::camera);
+  EXPECT_EQ(editor.history().undo_steps(), 3u);
+  EXPECT_EQ(editor.facts().undo, "the addition of node \"camera\"");
+  const auto light = [&](const char* name) {
+    return std::get<scene::Light>(viewer_.additions.at(name).content);
+  };
+  EXPECT_EQ(light("spot light").type, scene::LightType::spot);
+  EXPECT_GT(light("point light").intensity, 0);
+  EXPECT_EQ(viewer_.additions.at("point light").transform.translation, place.focus_m);
+  const state::Addition& camera = viewer_.additions.at("camera");
+  EXPECT_EQ(std::get<scene::Camera>(camera.content).vertical_fov_rad, 0.4f);
+  EXPECT_LT(glm::length(glm::vec4(state::parent_from_node(camera.transform)[2] - place.world_from_camera[2])),
+            1e-6f);
+  EXPECT_EQ(camera.transform.translation, glm::vec3(1, 2, 7));
+
+  const scene::Scene built = with_nodes(scene_, {"camera", "point light", "spot light"});
+  editor.replace_scene(viewer_, scene_, built, nullptr);
+  EXPECT_EQ(built.nodes.at(viewer_.selected).name, "camera") << "the newest one";
+  viewer_.selected = static_cast<uint32_t>(built.nodes.size() - 2);
+  viewer_.commands.duplicate = true;
+  const state::NodeNames names(built);
+  editor.update(viewer_, {built, names}, false, place);
+  EXPECT_EQ(light("point light.1").type, scene::LightType::point) << "not a copy of an addition";
+  for (int i = 0; i < 4; ++i) {
+    viewer_.commands.undo = true;
+    editor.update(viewer_, {built, names}, false);
+  }
+  EXPECT_TRUE(viewer_.additions.empty());
+  viewer_.commands.redo = true;
+  editor.update(viewer_, {built, names}, false);
+  EXPECT_TRUE(viewer_.additions.contains("point light"));
+}
+
+TEST_F(Editors, ADuplicateHasThePlaceAndTheEditsOfItsNode) {
+  SceneEditor editor(file(), {});
+  editor.begin(viewer_, targets());
+  const std::string source = scene_.nodes[2].path;
+  viewer_.transforms[2].translation = {7, 0, 0};
+  viewer_.hidden = {2};
+  update(editor);
+  press('d');
+  update(editor);
+  EXPECT_TRUE(viewer_.additions.empty()) << "nothing is selected";
+  viewer_.selected = 2;
+  press('d');
+  update(editor);
+  press('d');
+  update(editor);
+  ASSERT_EQ(viewer_.additions.size(), 2u);
+  const auto& [name, copy] = *viewer_.additions.begin();
+  EXPECT_EQ(name, scene_.nodes[2].name + ".1");
+  EXPECT_EQ(copy.transform.translation, glm::vec3(7, 0, 0));
+  EXPECT_EQ(std::get<state::CopiedNode>(copy.content).path, source);
+  EXPECT_TRUE(editor.history().document().contains(
+      {state::EditedObject::node, state::path_of(name, copy), 0, state::EditedProperty::visible}));
+  // Removal of an addition leaves nothing of it, and comes back as one step.
+  const state::EditDocument with = editor.history().document();
+  scene::Scene built = scene_;
+  for (const auto& [of, addition] : viewer_.additions) {
+    const uint32_t parent = scene_.nodes[2].parent;
+    (void)scene::add_node(built, of, parent, glm::mat4(1));
+  }
+  editor.replace_scene(viewer_, scene_, built, nullptr);
+  const state::NodeNames names(built);
+  const auto first = static_cast<uint32_t>(scene_.nodes.size());
+  EXPECT_EQ(viewer_.selected, first + 1);
+  EXPECT_TRUE(viewer_.hidden.contains(first)) << "the copy of a hidden node is hidden";
+  viewer_.removed = {first};
+  const std::vector<ShownAddition> shown{{built.nodes[first].name, first, {}}};
+  editor.set_shown_additions([&] { return std::span(shown); });
+  editor.update(viewer_, {built, names}, false);
+  EXPECT_EQ(viewer_.additions.size(), 1u);
+  EXPECT_TRUE(viewer_.removed.empty());
+  EXPECT_EQ(editor.history().document().size(), with.size() - 2);
+  viewer_.commands.undo = true;
+  editor.update(viewer_, {built, names}, false);
+  EXPECT_EQ(editor.history().document(), with);
+  EXPECT_EQ(viewer_.additions.size(), 2u);
+  // Several nodes of one path cannot be told apart.
+  scene::Scene twins = scene_;
+  twins.nodes[1].path = twins.nodes[2].path;
+  twins.nodes[1].name = twins.nodes[2].name;
+  viewer_.selected = 2;
+  viewer_.commands.duplicate = true;
+  editor.update(viewer_, {twins, state::NodeNames(twins)}, false);
+  EXPECT_NE(editor.take_log_messages().back().find("several nodes"), std::string::npos);
+}
+
+TEST_F(Editors, AnExportReportsAdditionsThatAreNotDisplayedAndAChangedFile) {
+  const fs::path gltf = folder_ / "boxes.gltf";
+  const auto write = [&](const std::string& name) {
+    std::ofstream(gltf) << R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
+                              "nodes": [{"name": ")" +
+                               name + R"("}]})";
+  };
+  scene::Scene built = scene_;
+  const uint32_t lamp = scene::add_node(built, "lamp", 0, glm::mat4(1));
+  const uint32_t part = scene::add_node(built, "part", 0, glm::mat4(1));
+  (void)scene::add_node(built, "", part, glm::mat4(1));  // of the file
+  const state::NodeNames names(built);
+  const fs::path of_part = folder_ / "part.gltf";
+  std::ofstream(of_part) << R"({"asset": {"version": "2.0"}, "nodes": [{"name": "inside"}]})";
+  const std::vector<ShownAddition> shown{{"lamp", lamp, {}}, {"part", part, {}, {of_part, 1, 1, 1}}};
+  viewer_.additions["part"] = state::Addition{"top", {}, state::AddedAsset{"part.gltf"}};
+  for (const char* const name : {"lamp", "waiting"})
+    viewer_.additions[name] = state::Addition{"top", {}, scene::Light()};
+  SceneEditor editor(file(), {});
+  editor.set_export({[&] { return gltf; }, folder_ / "boxes.glb"});
+  editor.set_shown_additions([&] { return std::span(shown); });
+  const auto exported = [&] {
+    viewer_.commands.export_glb = true;
+    editor.update(viewer_, {built, names}, false);
+    std::string text;
+    for (const std::string& message : editor.finish()) text += message + "\n";
+    return text;
+  };
+  write("top");
+  const std::string text = exported();
+  EXPECT_NE(text.find("\"waiting\" is left out"), std::string::npos) << text;
+  EXPECT_EQ(text.find("\"lamp\" is left out"), std::string::npos) << text;
+  EXPECT_EQ(text.find("\"part\" is left out"), std::string::npos) << text;
+  EXPECT_NE(text.find("boxes.edited.glb"), std::string::npos) << text;
+  fs::remove(of_part);
+  EXPECT_NE(exported().find("\"part\" is left out"), std::string::npos);
+  write("other");  // the parent of the lamp
+  EXPECT_NE(exported().find("has changed"), std::string::npos);
+}
+
+// Added files are merged in the order of their names, so that materials get other numbers.
+TEST_F(Editors, EditsOfMaterialsStayWithTheirFileWhenOthersComeAndGo) {
+  const auto with_files = [&](std::initializer_list<const char*> files) {
+    scene::Scene scene = scene_;
+    for (const char* const name : files) {
+      const uint32_t node = scene::add_node(scene, name, scene::kNone, glm::mat4(1));
+      scene::Primitive primitive = scene.primitives[0];
+      primitive.material = static_cast<uint32_t>(scene.materials.size());
+      scene.materials.emplace_back().name = "wood";
+      scene.nodes[node].mesh = static_cast<uint32_t>(scene.meshes.size());
+      scene.meshes.push_back({name, static_cast<uint32_t>(scene.primitives.size()), 1, 0});
+      scene.primitives.push_back(primitive);
+    }
+    return scene;
+  };
+  const scene::Scene table = with_files({"table"}), both = with_files({"apple", "table"});
+  const scene::Scene apple = with_files({"apple"});
+  const auto key = [](uint32_t occurrence) {
+    return state::EditKey{state::EditedObject::material, "wood", occurrence, state::EditedProperty::factors};
+  };
+  SceneEditor editor(file(), {});
+  editor.begin(viewer_, {table, state::NodeNames(table)});
+  const auto replace = [&](const scene::Scene& before, const scene::Scene& after) {
+    editor.replace_scene(viewer_, before, after, nullptr);
+    editor.update(viewer_, {after, state::NodeNames(after)}, false);
+    EXPECT_EQ(editor.history().undo_steps(), 1u) << "a replaced scene is no step";
+  };
+  viewer_.materials[1] = table.materials[1];
+  viewer_.materials[1].roughness = 0.25f;
+  editor.update(viewer_, {table, state::NodeNames(table)}, false);
+  ASSERT_TRUE(editor.history().document().contains(key(0)));
+
+  replace(table, both);
+  ASSERT_EQ(viewer_.materials.size(), 1u);
+  EXPECT_EQ(viewer_.materials.at(2).roughness, 0.25f);
+  EXPECT_EQ(editor.history().document().size(), 1u);
+  EXPECT_TRUE(editor.history().document().contains(key(1)));
+  replace(both, table);
+  EXPECT_TRUE(viewer_.materials.contains(1));
+  EXPECT_TRUE(editor.history().document().contains(key(0)));
+  replace(table, scene_);
+  EXPECT_TRUE(viewer_.materials.empty());
+  EXPECT_TRUE(editor.history().document().contains(key(0))) << "it waits for the file";
+  replace(scene_, table);
+  EXPECT_EQ(viewer_.materials.at(1).roughness, 0.25f);
+  replace(table, both);
+  replace(both, apple);
+  EXPECT_TRUE(viewer_.materials.empty()) << "the material of another file";
+}
+
+// An added file brings its materials with its build.
+TEST_F(Editors, EditsOfAdditionsAreReportedWhenTheirBuildIsShown) {
+  state::EditDocument document;
+  document[state::key_of_addition("table")] = state::Addition{{}, {}, state::AddedAsset{"table.glb"}};
+  for (const char* const material : {"wood", "glass"})
+    document[{state::EditedObject::material, material, 0, state::EditedProperty::factors}] =
+        scene::MaterialFactors{};
+  SceneEditor editor(file(), document);
+  editor.begin(viewer_, targets());
+  EXPECT_TRUE(editor.take_log_messages().empty());
+  scene::Scene built = with_nodes(scene_, {"table"});
+  built.materials.emplace_back().name = "wood";
+  editor.replace_scene(viewer_, scene_, built, nullptr);
+  editor.report_start({built, state::NodeNames(built)});
+  const std::vector<std::string> notes = editor.take_log_messages();
+  ASSERT_EQ(notes.size(), 2u);
+  EXPECT_NE(notes[0].find("\"glass\" has no effect"), std::string::npos) << notes[0];
+  EXPECT_EQ(notes[1], "2 edits of " + file().path.string() + " applied");
+  EXPECT_TRUE(viewer_.materials.contains(1));
+  editor.report_start({built, state::NodeNames(built)});
+  EXPECT_TRUE(editor.take_log_messages().empty()) << "once";
+}
+
+TEST_F(Editors, AssetsBesideTheOverlayFileAreOffered) {
+  fs::create_directories(folder_ / "parts" / "deep");
+  for (const char* name : {"b.glb", "parts/a 1%.gltf", "parts/deep/c.glb", "note.txt"})
+    std::ofstream(folder_ / name) << "x";
+  SceneEditor editor(file(), {});
+  EXPECT_EQ(editor.facts().assets, (std::vector<std::string>{"b.glb", "parts/a 1%25.gltf"}));
+  editor.begin(viewer_, targets());
+  viewer_.commands.add_asset = "parts/a 1%25.gltf";
+  ViewPlace place;
+  place.focus_m = {0, 1, 0};
+  editor.update(viewer_, targets(), false, place);
+  const auto& [name, asset] = *viewer_.additions.begin();
+  EXPECT_EQ(name, "a 1%");
+  EXPECT_EQ(std::get<state::AddedAsset>(asset.content).uri, "parts/a 1%25.gltf");
+  EXPECT_EQ(asset.transform.translation, place.focus_m);
+}
+
+}  // namespace
+}  // namespace fire3dv::app
