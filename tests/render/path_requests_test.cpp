@@ -12,6 +12,7 @@
 #include "tests/render/support/path_bench.h"
 #include "tests/render/support/render_bench.h"
 #include "tests/render/support/scene_builder.h"
+#include "tests/render/support/truth_scenes.h"
 
 namespace fire3dv::test {
 namespace {
@@ -21,14 +22,8 @@ constexpr uint32_t kWidth = 24, kHeight = 16;
 constexpr uint32_t kEndless = 1 << 20;  // samples of an image that no test awaits
 constexpr state::RequesterId kClient = 1, kViewer = 10, kOtherViewer = 11;
 
-scene::LoadedScene lit_ball() {
-  SceneBuilder builder;
-  builder.mesh_node("ball", builder.sphere(builder.material(lambert({0.8f, 0.4f, 0.2f})), 0.5f),
-                    at({0, 0.5f, 0}));
-  builder.mesh_node("floor", builder.quad(builder.material(lambert(glm::vec3(0.5f))), 3), glm::mat4(1));
-  builder.light_node(sun(glm::vec3(1), 4), shining_towards({-0.5f, -1, -0.3f}));
-  builder.camera_node("camera", {0.5f, 1.6f, 3}, {0, 0.4f, 0});
-  scene::LoadedScene loaded{builder.build(), {}};
+scene::LoadedScene loaded(scene::Scene scene) {
+  scene::LoadedScene loaded{std::move(scene), {}};
   loaded.derived = scene::derive(loaded.scene);
   return loaded;
 }
@@ -117,7 +112,7 @@ class PathRequests : public ValidationIsSilent {
     serve_until([&] { return service_.is_tracing() && samples() >= 2; });
   }
 
-  const scene::LoadedScene scene_ = lit_ball();
+  const scene::LoadedScene scene_ = loaded(lit_ball());
   passes::DrawSettings settings_ = path_settings(kEndless, 1);
   RenderBench bench_{scene_.scene, {kWidth, kHeight}, settings_};
   state::PoseState poses_{scene_.scene};

@@ -1,6 +1,6 @@
 # Basic render tests: lifetime, formulas, environment, goldens, raster paths, transports.
 if(TARGET fire3dv_passes)
-  fire3dv_library(fire3dv_render_bench SOURCES support/render_bench.cpp support/scene_builder.cpp
+  fire3dv_library(fire3dv_render_bench SOURCES support/render_bench.cpp support/scene_builder.cpp support/truth_scenes.cpp
                   support/material_tiles.cpp
                   LINK fire3dv_passes fire3dv_sinks fire3dv_test_support GTest::gtest)
   foreach(subject lifetime analytic image_based_lighting white_furnace anisotropy iridescence environment_cache many golden raster_paths stale_overlay)

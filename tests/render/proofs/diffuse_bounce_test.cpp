@@ -10,6 +10,7 @@
 
 #include "tests/render/support/path_bench.h"
 #include "tests/render/support/proof_bench.h"
+#include "tests/render/support/truth_scenes.h"
 
 namespace fire3dv::test {
 namespace {
@@ -72,18 +73,6 @@ class DiffuseBounce : public ValidationIsSilent {
  private:
   static inline std::unique_ptr<Series> drawn_, paths_;
 };
-
-// Camera inside of a sphere of radius 1, albedo 0.5, with a lamp of 10 cd in its middle.
-scene::Scene integrating_sphere() {
-  SceneBuilder builder;
-  builder.mesh_node("sphere", builder.sphere(builder.material(lambert(glm::vec3(0.5f))), 1, 96),
-                    glm::mat4(1));
-  scene::Light bulb;
-  bulb.intensity = 10;
-  builder.light_node(bulb, glm::mat4(1));
-  builder.camera_node("camera", {0.2f, 0.1f, 0.3f}, {1, 0.2f, -0.3f});
-  return builder.build();
-}
 
 // A floor below a square lamp of side 0.5 and radiance 1, which lights one of its sides.
 scene::Scene lamp_above_floor(bool faces_floor) {
@@ -153,7 +142,7 @@ double brightest(const std::vector<glm::dvec3>& pixels) {
 TEST_F(DiffuseBounce, AnIntegratingSphereHasTwoTermsOfItsSeries) {
   // I / (pi R^2) (p + p^2), and p alone without the bounce.
   drawn().set(0, "bounce");
-  const double seen = estimate(drawn().draw(integrating_sphere())).mean;
+  const double seen = estimate(drawn().draw(integrating_sphere(96))).mean;
   RecordProperty("radiance", std::to_string(seen));
   EXPECT_NEAR(seen, 10 / kPi * 0.75, 0.01 * 10 / kPi * 0.75);
   drawn().set(0, "off");

@@ -9,21 +9,12 @@
 #include "tests/render/support/path_bench.h"
 #include "tests/render/support/render_bench.h"
 #include "tests/render/support/scene_builder.h"
+#include "tests/render/support/truth_scenes.h"
 
 namespace fire3dv::test {
 namespace {
 
 constexpr VkExtent2D kExtent{24, 16};
-
-scene::Scene lit_ball() {
-  SceneBuilder builder;
-  builder.mesh_node("ball", builder.sphere(builder.material(lambert({0.8f, 0.4f, 0.2f})), 0.5f),
-                    at({0, 0.5f, 0}));
-  builder.mesh_node("floor", builder.quad(builder.material(lambert(glm::vec3(0.5f))), 3), glm::mat4(1));
-  builder.light_node(sun(glm::vec3(1), 4), shining_towards({-0.5f, -1, -0.3f}));
-  builder.camera_node("camera", {0.5f, 1.6f, 3}, {0, 0.4f, 0});
-  return builder.build();
-}
 
 passes::View from_above() {
   scene::Camera camera;

@@ -9,6 +9,7 @@
 #include "tests/render/support/path_bench.h"
 #include "tests/render/support/render_bench.h"
 #include "tests/render/support/scene_builder.h"
+#include "tests/render/support/truth_scenes.h"
 
 namespace fire3dv::test {
 namespace {
@@ -236,20 +237,9 @@ TEST_F(Paths, AnEnvironmentLightsABallAsInTheRasterOnAverage) {
   }
 }
 
-scene::Scene integrating_sphere() {
-  SceneBuilder builder;
-  builder.mesh_node("sphere", builder.sphere(builder.material(lambert(glm::vec3(0.5f))), 1, 128),
-                    glm::mat4(1));
-  scene::Light bulb;
-  bulb.intensity = 10;
-  builder.light_node(bulb, glm::mat4(1));
-  builder.camera_node("camera", {0.2f, 0.1f, 0.3f}, {1, 0.2f, -0.3f});
-  return builder.build();
-}
-
 // L after b bounces = I / (pi R^2) * sum of albedo^k, k = 1 .. b + 1.
 TEST_F(Paths, AnIntegratingSphereShowsTheGeometricSeries) {
-  const scene::Scene scene = integrating_sphere();
+  const scene::Scene scene = integrating_sphere(128);
   for (const auto& [bounces, series] : {std::pair(0u, 0.5), {1u, 0.75}, {3u, 0.9375}, {64u, 1.0}}) {
     expect_equal(estimate(linear_image(scene, {16, 16}, path_settings(128, bounces))), 10 / kPi * series,
                  std::to_string(bounces) + " bounces");
@@ -258,7 +248,7 @@ TEST_F(Paths, AnIntegratingSphereShowsTheGeometricSeries) {
 
 // Error of a pixel against the closed form.
 TEST_F(Paths, ErrorFallsAsTheRootOfTheSampleCount) {
-  const scene::Scene scene = integrating_sphere();
+  const scene::Scene scene = integrating_sphere(128);
   const double few = estimate(linear_image(scene, {32, 32}, path_settings(16, 64))).deviation;
   const double many = estimate(linear_image(scene, {32, 32}, path_settings(64, 64, 2))).deviation;
   EXPECT_GT(few, 0.01);
