@@ -5,7 +5,7 @@ import time
 from harness import main, wait_until
 from hosts import SKIPPED, why_not
 from image_reader import SIZE, check
-from ros2_test import Ros, end, write
+from ros2_system import Ros, end, write
 
 # A red box of 20 units: the scene of the tests has a unit a pixel, its camera looks along Y of ROS.
 BOX = """<robot name="box">
