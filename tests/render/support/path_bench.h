@@ -31,13 +31,6 @@ inline passes::DrawSettings path_settings(uint32_t samples_per_pixel, uint32_t b
   return settings;
 }
 
-inline scene::Material lambert(glm::vec3 albedo) {
-  scene::Material material = matte(albedo);
-  material.specular = 0;
-  material.double_sided = true;
-  return material;
-}
-
 // Pixels of the linear plane.
 inline std::vector<glm::dvec3> linear_image(RenderBench& bench, const scene::Scene& scene,
                                             VkExtent2D extent) {

@@ -48,4 +48,12 @@ scene::Material matte(glm::vec3 color);
 scene::Light sun(glm::vec3 color, float lux);
 glm::mat4 shining_towards(glm::vec3 direction, glm::vec3 from = {});  // transform of a light's node
 
+// Diffuse alone, seen from both sides: its light has a closed form.
+inline scene::Material lambert(glm::vec3 albedo) {
+  scene::Material material = matte(albedo);
+  material.specular = 0;
+  material.double_sided = true;
+  return material;
+}
+
 }  // namespace fire3dv::test
