@@ -80,8 +80,10 @@ void LiveView::send_path_progress(serve::ViewerId number, Viewer& viewer, Clock:
   const passes::PathPass* const paths = borrowed_.renderer.path_tracer();
   if (!paths && viewer.paths_text.empty()) return;
   passes::PathProgress progress;
-  if (paths) progress = {viewer.samples, paths->settings().samples_per_pixel};
-  if (paths && viewer.flight && viewer.flight->samples > 0) progress.samples = viewer.flight->samples;
+  if (paths) progress.samples_per_pixel = paths->settings().samples_per_pixel;
+  // Those of a smaller image in motion do not count.
+  if (paths && viewer.is_refined)
+    progress.samples = viewer.flight && viewer.flight->samples > 0 ? viewer.flight->samples : viewer.samples;
   const bool stands = !viewer.has_moved && now - viewer.changed >= kRefineAfter;
   const bool waits = stands && !viewer.is_in_turn && !progress.is_whole();
   std::string text = paths_message(progress, waits);
