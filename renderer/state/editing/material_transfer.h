@@ -1,9 +1,11 @@
 // Materials of one scene in the next one, whose materials may have other numbers: added files come and go in
-// the order of their names. A material is found at the primitive of its first user, else by its name.
+// the order of their names. A material is found at the first of its primitives that both scenes have, else by
+// its name.
 #pragma once
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "renderer/state/editing/target_index.h"
@@ -20,20 +22,20 @@ class MaterialTransfer {
   uint32_t find(uint32_t material);
 
  private:
-  // First primitive that has a material.
+  // Primitive that has a material.
   struct User {
-    uint32_t node = scene::kNone;
-    uint32_t slot = 0;  // primitive of the node's mesh
+    uint32_t material, node;
+    uint32_t slot;  // primitive of the node's mesh
   };
   struct Side {
     explicit Side(const EditTargets& of) : targets(of), index(of) {}
     const EditTargets& targets;
     TargetIndex index;
-    std::optional<std::vector<User>> users;  // by material
+    std::optional<std::vector<User>> users;  // by material, then in the order of the nodes
   };
-  static const User& user_of(Side& side, uint32_t material);
+  static std::span<const User> users_of(Side& side, uint32_t material);
   static uint32_t same_node(uint32_t node, Side& from, Side& to);
-  static uint32_t material_at_user_of(uint32_t material, Side& from, Side& to);
+  static uint32_t material_at_users_of(uint32_t material, Side& from, Side& to);
   bool has_same_materials() const;
 
   Side before_, after_;

@@ -71,6 +71,26 @@ TEST(Viewers, KeepAMaterialWithoutANameWhereTheSameNodeWearsIt) {
   EXPECT_FALSE(viewer.materials.contains(3));  // no node uses it
 }
 
+TEST(Viewers, KeepAMaterialOfTwoCopiesWhenOneOfThemIsRemoved) {
+  scene::Scene before = boxes_at({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}});
+  before.materials.resize(3);  // unnamed
+  before.primitives.resize(2, before.primitives[0]);
+  before.primitives[0].material = 1;
+  before.primitives[1].material = 2;
+  before.meshes = {{"other", 0, 1, 0}, {"shared", 1, 1, 0}};
+  before.nodes[1].mesh = 0;
+  before.nodes[2].mesh = before.nodes[3].mesh = 1;
+  scene::Scene after = before;  // without the other mesh and the first copy
+  after.nodes[1].path = after.nodes[2].path = "gone";
+  after.nodes[1].mesh = after.nodes[2].mesh = scene::kNone;
+  after.primitives[1].material = 1;
+  gui::Viewer viewer;
+  viewer.materials[2] = {};
+  transfer_by_path(viewer, before, after);
+  ASSERT_EQ(viewer.materials.size(), 1u);
+  EXPECT_TRUE(viewer.materials.contains(1));
+}
+
 TEST(Viewers, IsolatingHidesAllElseAndTakingItBackNothing) {
   const scene::Scene scene = boxes_at({{0, 0, 0}, {1, 0, 0}});
   scene::SceneEdits edits;
