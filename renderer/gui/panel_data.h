@@ -51,7 +51,8 @@ struct Commands {
   bool undo = false, redo = false, save_overlay = false, export_glb = false;
   std::optional<ObjectKind> add;
   bool duplicate = false;                // the selected node
-  std::optional<std::string> add_asset;  // URI of a glTF file, relative to the overlay file's folder
+  std::optional<std::string> add_asset;  // URI of a glTF file, one of EditFacts::assets
+  bool list_assets = false;              // looks for them again
   // Of the timeline of a replay or of animations, if there is one.
   bool toggle_playback = false;
   int step_frames = 0;  // forwards (> 0) or backwards
@@ -187,7 +188,7 @@ struct EditFacts {
   std::string undo, redo;  // what the next step changes; empty: there is none
   bool is_saved = true;
   std::string file;                      // overlay file; empty: there is nowhere to save
-  std::vector<std::string> assets = {};  // glTF files below its folder, as URIs
+  std::vector<std::string> assets = {};  // glTF files of its folder and of --assets, as URIs
   std::string notice = {};               // shown over the image; empty: none
 };
 

@@ -33,7 +33,7 @@ void draw_history(const Context& context) {
     commands.export_glb = true;
 }
 
-// Objects in front of the view, and assets of files beside the overlay file.
+// Objects in front of the view, and files of the offered folders.
 void draw_additions(const Context& context) {
   Ui& ui = context.ui;
   Commands& commands = context.viewer.commands;
@@ -46,14 +46,19 @@ void draw_additions(const Context& context) {
   object("Sun", ObjectKind::directional_light, "Adds a directional light along the view");
   object("Camera", ObjectKind::camera, "Adds a camera that sees what you see now");
   const EditFacts* const facts = context.shown.editing;
-  if (!facts || facts->assets.empty()) return;
+  if (!facts) return;
   std::vector<std::string> labels{"choose ..."};
   for (const std::string& asset : facts->assets) labels.push_back(one_line(asset));
+  labels.push_back("(look again)");
   std::vector<const char*> names;
   for (const std::string& label : labels) names.push_back(label.c_str());
   size_t chosen = 0;
-  if (ui.choice("Add file", chosen, names, "Adds a glTF file of the overlay file's folder") && chosen > 0)
+  const char* const hint = "Adds a glTF file of the overlay file's folder or of that of --assets";
+  if (!ui.choice("Add file", chosen, names, hint) || chosen == 0) return;
+  if (chosen <= facts->assets.size())
     commands.add_asset = facts->assets[chosen - 1];
+  else
+    commands.list_assets = true;
 }
 
 void draw_removal(const Context& context, uint32_t node) {

@@ -72,11 +72,11 @@ std::string settings_of(const GuiWorld& world) {
   }
   for (const auto& [stream, name] : v.hidden_markers) text += "markers " + stream + " " + name + " ";
   const gui::Commands& c = v.commands;
-  text +=
-      numbers({double(c.frame_all), double(c.frame_selection), c.camera ? double(*c.camera) : -1,
-               double(v.variant), double(c.free_camera), double(c.screenshot), double(c.toggle_video),
-               double(c.close), double(c.undo), double(c.redo), double(c.save_overlay), double(c.export_glb),
-               c.add ? double(*c.add) : -1, double(c.duplicate), double(c.focus_on_point)});
+  text += numbers({double(c.frame_all), double(c.frame_selection), c.camera ? double(*c.camera) : -1,
+                   double(v.variant), double(c.free_camera), double(c.screenshot), double(c.toggle_video),
+                   double(c.close), double(c.undo), double(c.redo), double(c.save_overlay),
+                   double(c.export_glb), c.add ? double(*c.add) : -1, double(c.duplicate),
+                   double(c.list_assets), double(c.focus_on_point)});
   text +=
       numbers({double(v.shows_grid), double(v.shows_frusta), double(v.measures), double(v.measured.size())});
   text +=

@@ -225,8 +225,10 @@ TEST_F(Editors, EditsOfAdditionsAreReportedWhenTheirBuildIsShown) {
   EXPECT_TRUE(editor.take_log_messages().empty()) << "once";
 }
 
-TEST_F(Editors, AssetsBesideTheOverlayFileAreOffered) {
+TEST_F(Editors, AssetsOfTheOverlayFilesFolderAndOfAnotherAreOffered) {
   fs::create_directories(folder_ / "parts" / "deep");
+  const fs::path elsewhere = folder_ / "parts" / "deep" / "elsewhere";
+  fs::create_directories(elsewhere);
   for (const char* name : {"b.glb", "parts/a 1%.gltf", "parts/deep/c.glb", "note.txt"})
     std::ofstream(folder_ / name) << "x";
   SceneEditor editor(file(), {});
@@ -240,6 +242,19 @@ TEST_F(Editors, AssetsBesideTheOverlayFileAreOffered) {
   EXPECT_EQ(name, "a 1%");
   EXPECT_EQ(std::get<state::AddedAsset>(asset.content).uri, "parts/a 1%25.gltf");
   EXPECT_EQ(asset.transform.translation, place.focus_m);
+
+  OverlayFile with_assets = file();
+  with_assets.assets = elsewhere;
+  for (const char* of : {"b.glb", "d.glb"}) std::ofstream(elsewhere / of) << "x";
+  SceneEditor other(with_assets, {});
+  const std::vector<std::string> both{"b.glb", "d.glb", "parts/a 1%25.gltf"};
+  EXPECT_EQ(other.facts().assets, both);
+  fs::remove(elsewhere / "d.glb");
+  other.update(viewer_, targets(), false);
+  EXPECT_EQ(other.facts().assets, both) << "folders are read on demand";
+  viewer_.commands.list_assets = true;
+  other.update(viewer_, targets(), false);
+  EXPECT_EQ(other.facts().assets, (std::vector<std::string>{"b.glb", "parts/a 1%25.gltf"}));
 }
 
 }  // namespace

@@ -35,8 +35,10 @@ NewObject new_object(gui::ObjectKind kind, const ViewPlace& place, const state::
 // Of a file, at the focus point.
 NewObject new_asset(const std::string& uri, const ViewPlace& place, const state::EditDocument& document,
                     const state::EditTargets& targets);
-// glTF files of the overlay file's folder and the folders in it, as URIs; at most 200.
-std::vector<std::string> assets_beside(const std::filesystem::path& overlay);
+// glTF files of the overlay file's folder, of that of --assets (empty: none) and of the folders in them, as
+// URIs; at most 200.
+std::vector<std::string> offered_assets(const std::filesystem::path& overlay,
+                                        const std::filesystem::path& assets);
 // True if the document adds a node of this name that may have a camera, when it is displayed.
 bool may_add_camera(const state::EditDocument& document, const std::string& name);
 // Chooses it for --camera.

@@ -147,11 +147,11 @@ std::vector<std::string> write_glb(const std::filesystem::path& gltf, const scen
 OverlayFile overlay_file(const Options& options, bool scene_is_file) {
   const std::string scene = options.scene.filename().string();
   const bool has_variant = !options.variant.empty();
-  if (!options.overlay.empty()) return {options.overlay, scene, true, has_variant};
-  if (!scene_is_file || scene.empty()) return {{}, scene, false, has_variant};
+  if (!options.overlay.empty()) return {options.overlay, scene, true, has_variant, options.assets};
+  if (!scene_is_file || scene.empty()) return {{}, scene, false, has_variant, options.assets};
   std::filesystem::path path = options.scene;
   path += ".overlay.json";
-  return {std::move(path), scene, false, has_variant};
+  return {std::move(path), scene, false, has_variant, options.assets};
 }
 
 Result<state::EditDocument> load_overlay(const Options& options) {
@@ -163,7 +163,9 @@ Result<state::EditDocument> load_overlay(const Options& options) {
 }
 
 SceneEditor::SceneEditor(OverlayFile file, state::EditDocument document)
-    : file_(std::move(file)), may_replace_(file_.was_named), assets_(assets_beside(file_.path)) {
+    : file_(std::move(file)),
+      may_replace_(file_.was_named),
+      assets_(offered_assets(file_.path, file_.assets)) {
   history_.reset(std::move(document));
   history_.mark_saved();
 }
@@ -256,6 +258,7 @@ void SceneEditor::add(gui::Viewer& viewer, const state::EditTargets& targets, Ne
 void SceneEditor::add_requested(gui::Viewer& viewer, const state::EditTargets& targets,
                                 const ViewPlace& place) {
   gui::Commands& commands = viewer.commands;
+  if (std::exchange(commands.list_assets, false)) assets_ = offered_assets(file_.path, file_.assets);
   if (const auto kind = std::exchange(commands.add, std::nullopt))
     add(viewer, targets, new_object(*kind, place, history_.document(), targets));
   if (const auto uri = std::exchange(commands.add_asset, std::nullopt))

@@ -27,10 +27,11 @@ namespace fire3dv::app {
 
 // Overlay file of a scene.
 struct OverlayFile {
-  std::filesystem::path path;       // empty: there is nowhere to save
-  std::string scene;                // name of the scene, for readers of the file
-  bool was_named = false;           // by the user, who wants it replaced
-  bool has_variant_option = false;  // the document's variant is that of --variant, not the file's
+  std::filesystem::path path;         // empty: there is nowhere to save
+  std::string scene;                  // name of the scene, for readers of the file
+  bool was_named = false;             // by the user, who wants it replaced
+  bool has_variant_option = false;    // the document's variant is that of --variant, not the file's
+  std::filesystem::path assets = {};  // folder of files that may be added, beside the file's own; empty: none
 };
 // The file of --overlay, else SCENE.overlay.json. scene_is_file: false for the scene of a recording.
 OverlayFile overlay_file(const Options& options, bool scene_is_file);
@@ -102,7 +103,7 @@ class SceneEditor {
   state::EditHistory history_;
   RenderSettingsSteps settings_;
   std::optional<UserEdits> recorded_;                     // edits of the viewer at the last record
-  std::vector<std::string> assets_;                       // of the overlay file's folder, at the start
+  std::vector<std::string> assets_;                       // offered ones
   std::optional<std::vector<state::EditKey>> unmatched_;  // at the start; nullopt: reported
   std::string selected_next_;  // path of an added node that the scene does not have yet
   std::vector<std::string> notes_;
