@@ -16,10 +16,12 @@ layout(constant_id = FIRE3DV_VARIANT_SECOND_UV) const bool kSecondUv = true;
 // Those of FIRE3DV_MATERIAL_OPTIONAL that a material of the scene has.
 layout(constant_id = FIRE3DV_VARIANT_MATERIAL_FLAGS) const uint kMaterialFlags = FIRE3DV_MATERIAL_OPTIONAL;
 #ifdef FIRE3DV_CORE_MATERIALS
-const bool kAnisotropy = false, kIridescence = false;
+const bool kAnisotropy = false, kIridescence = false, kDiffuseTransmission = false, kDispersion = false;
 #else
 const bool kAnisotropy = (kMaterialFlags & FIRE3DV_MATERIAL_ANISOTROPY) != 0;
 const bool kIridescence = (kMaterialFlags & FIRE3DV_MATERIAL_IRIDESCENCE) != 0;
+const bool kDiffuseTransmission = (kMaterialFlags & FIRE3DV_MATERIAL_DIFFUSE_TRANSMISSION) != 0;
+const bool kDispersion = (kMaterialFlags & FIRE3DV_MATERIAL_DISPERSION) != 0;
 #endif
 
 #endif

@@ -132,9 +132,6 @@ void add_body(inout Surface surface, float f0, float f90) {
   surface.diffuse *= 1 - surface.body_albedo;
 }
 
-// Directional albedo of the clearcoat, weighted.
-float coat_albedo(Surface s) { return s.coat * (s.coat_lobe.albedo.r + s.coat_lobe.multiple.r); }
-
 // Radiance from the environment, averaged over an anisotropic lobe: prefiltered look-ups along the tangent, at
 // quantiles of the slopes of GGX, each weighted as visible facets are (Heitz 2018).
 vec3 stretched_radiance(GlobalsRef globals, Lobe lobe, vec3 to_eye) {
@@ -183,8 +180,15 @@ vec3 reflect_environment(GlobalsRef globals, Surface s, vec3 scattered, float op
   return result;
 }
 
+// Diffuse light of the far side's environment that comes through.
+vec3 pass_environment(GlobalsRef globals, Surface s) {
+  return passes_diffuse(s) ? passes_layers(s) * s.passed * scattered_radiance(globals, -s.base.normal) : vec3(0);
+}
+
 vec3 reflect_environment(GlobalsRef globals, Surface s, float occlusion) {
-  return reflect_environment(globals, s, scattered_radiance(globals, s.base.normal), 1) * occlusion;
+  vec3 result = reflect_environment(globals, s, scattered_radiance(globals, s.base.normal), 1);
+  if (kDiffuseTransmission) result += pass_environment(globals, s);
+  return result * occlusion;
 }
 
 #endif

@@ -1,5 +1,5 @@
-// BRDF of glTF 2.0 (appendix B) with KHR_materials_ior, specular, clearcoat, sheen, anisotropy, iridescence and
-// thin-walled transmission. Reciprocal and energy-conserving; lamps and environment share its albedos: docs/design/materials.md.
+// BRDF of glTF 2.0 (appendix B) with KHR_materials_ior, specular, clearcoat, sheen, anisotropy, iridescence,
+// diffuse transmission and thin-walled transmission. Reciprocal and energy-conserving; lamps and environment share its albedos: docs/design/materials.md.
 // Microfacets: GGX (Walter et al. 2007), height-correlated Smith shadowing (Heitz 2014), Schlick's Fresnel term
 // (1994). Multiple scattering: Kulla and Conty (2017). Diffuse layer: Kelemen and Szirmay-Kalos (2001). Sheen:
 // Charlie (Estevez and Kulla 2017). Anisotropic facets: Burley (2012), Heitz (2014).
@@ -44,6 +44,7 @@ struct Surface {
   vec3 diffuse;      // directional albedo of the diffuse layer below the specular interface; 0 for metals
   float per_mean_entering;  // 1 / (PI * mean share of light that enters the interface)
   vec3 transmitted;  // colour of thin-walled transmission
+  vec3 passed;       // KHR_materials_diffuse_transmission: directional albedo of diffuse light from the far side; 0: none
   Interface body;    // above the diffuse layer
   float body_albedo;
   Film film;         // on the base
@@ -181,6 +182,19 @@ LayerPass passes_layer(float weight, float albedo_eye, float albedo_light, float
 // Cosine-weighted standard deviation of the table's grazing part over the hemisphere; fitted, largest error 5e-3.
 float albedo_deviation(float r) { return 0.1145 / (1 + 15 * r * r * sqrt(r)); }
 
+// Directional albedo of the clearcoat, weighted.
+float coat_albedo(Surface s) { return s.coat * (s.coat_lobe.albedo.r + s.coat_lobe.multiple.r); }
+
+// Share of light that passes sheen and clearcoat towards the eye.
+float passes_layers(Surface s) {
+  float share = 1;
+  if (s.coat > 0) share *= max(1 - coat_albedo(s), 0);
+  if (largest(s.sheen_color) > 0) share *= max(1 - largest(s.sheen_color) * s.sheen_albedo, 0);
+  return share;
+}
+
+bool passes_diffuse(Surface s) { return kDiffuseTransmission && largest(s.passed) > 0; }
+
 bool has_film(Surface s) { return kIridescence && s.film.weight > 0; }
 
 // Mean over the visible facets of the cosine between their normal and a direction, by the cosine of the direction:
@@ -281,6 +295,11 @@ vec3 reflect_light(Surface s, vec3 to_light, float sine) {
                 (microfacets(s.coat_lobe, h, coat_n_dot_l, sine) * mix(coat.f0, coat.f90, grazing) +
                  max(1 - split.x - split.y, 0) * s.coat_lobe.per_mean_loss * s.coat_lobe.multiple);
     }
+  }
+  // Like the diffuse layer, from the far side, which has neither sheen nor coat.
+  if (passes_diffuse(s) && n_dot_l < 0) {
+    const float entering = 1 - body_albedo(s, cosine, lobe_split(s.base, to_light, cosine));
+    result += cosine * entering * s.per_mean_entering * passes_layers(s) * s.passed;
   }
   return result;
 }

@@ -34,6 +34,13 @@ LobeShares lobe_shares(Surface s) {
   return shares;
 }
 
+// Share of sampled directions for diffuse transmission, beside those of lobe_shares().
+float passed_share(Surface s) {
+  if (!passes_diffuse(s)) return 0;
+  const float passed = largest(s.passed);
+  return passed / (passed + largest(s.base.albedo + s.base.multiple + s.diffuse + s.transmitted));
+}
+
 // Eye direction for visible normals. A normal map may turn the normal away from the eye; the density then is that
 // of a grazing view, which is positive wherever the BRDF is.
 vec3 eye_above(vec3 to_eye, vec3 normal) {

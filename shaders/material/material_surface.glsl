@@ -63,9 +63,18 @@ Film film_of(MaterialExtensionRecord extension, SurfacePoint point) {
 void add_extensions(MaterialExtensionRecord extension, uint flags, float metallic, vec3 base_color, SurfacePoint point,
                     inout Surface surface) {
   const vec4 uv = point.uv, dx = point.uv_dx, dy = point.uv_dy;
+  float refracted = 0;
   if ((flags & FIRE3DV_MATERIAL_TRANSMISSION) != 0) {
-    const float share = extension.transmission * sample_or(extension.transmission_texture, uv, dx, dy, vec4(1)).r;
-    surface.transmitted = share * (1 - metallic) * base_color;
+    refracted = extension.transmission * sample_or(extension.transmission_texture, uv, dx, dy, vec4(1)).r;
+    surface.transmitted = refracted * (1 - metallic) * base_color;
+    surface.diffuse *= 1 - refracted;
+  }
+  if (kDiffuseTransmission && (flags & FIRE3DV_MATERIAL_DIFFUSE_TRANSMISSION) != 0) {
+    const float share =
+        extension.diffuse_transmission * sample_or(extension.diffuse_transmission_texture, uv, dx, dy, vec4(1)).a;
+    surface.passed = share * (1 - metallic) * (1 - refracted) * (1 - surface.body_albedo) *
+                     extension.diffuse_transmission_color *
+                     sample_or(extension.diffuse_transmission_color_texture, uv, dx, dy, vec4(1)).rgb;
     surface.diffuse *= 1 - share;
   }
   if ((flags & FIRE3DV_MATERIAL_SHEEN) != 0) {
@@ -107,6 +116,7 @@ Surface make_surface(GlobalsRef globals, MaterialRecord material, vec4 base_colo
   surface.to_eye = to_eye;
   surface.diffuse = base_color.rgb * (1 - metallic);
   surface.transmitted = vec3(0);
+  surface.passed = vec3(0);
   surface.base = make_facets(mapped_normal(material.normal_texture, material.normal_scale, point), surface.to_eye,
                              material.roughness * metallic_roughness.g);
   if (kAnisotropy && extended && (material.flags & FIRE3DV_MATERIAL_ANISOTROPY) != 0) {

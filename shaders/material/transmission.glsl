@@ -144,29 +144,6 @@ float boundary_pdf(Boundary b, vec3 to_eye, vec3 to_light) {
   return 0.9 * largest(facet_density(b, b.ior, eye, light)) + 0.1 * abs(light.z) / (2 * PI);
 }
 
-// Diffuse light that passes the surface (KHR_materials_diffuse_transmission): like the diffuse layer of brdf.glsl, to
-// the other side. Layers above the surface take their albedo of it.
-struct DiffuseTransmission {
-  vec3 albedo;  // directional, towards the eye; 0: none
-  float share;  // of sampled directions
-};
-
-// color: of the light that passes, times its share of the dielectric's diffuse light.
-DiffuseTransmission make_diffuse_transmission(Surface s, vec3 color) {
-  DiffuseTransmission result;
-  result.albedo = color * (1 - s.body_albedo);
-  const float passed = largest(result.albedo);
-  result.share = passed > 0 ? passed / (passed + largest(s.base.albedo + s.base.multiple + s.diffuse + s.transmitted)) : 0;
-  return result;
-}
-
-vec3 transmit_diffuse(DiffuseTransmission transmission, Surface s, vec3 to_light) {
-  const float cosine = -dot(s.base.normal, to_light);
-  if (!(cosine > 0)) return vec3(0);
-  const float entering = 1 - body_albedo(s, cosine, lobe_split(s.base, to_light, cosine));
-  return cosine * entering * s.per_mean_entering * transmission.albedo;
-}
-
 // Rest of a surface of which the share `share` is transparent: without the dielectric reflection of that share.
 // f0, f90: of the dielectric.
 Surface without_boundary(Surface s, float share, vec3 f0, float f90) {

@@ -23,11 +23,12 @@ float medium_ior(GlobalsRef globals, uint medium, uint channel) {
   if (medium == FIRE3DV_NO_INDEX) return 1;
   const MaterialRecord material = MaterialRef(globals.value.materials).at[medium];
   MaterialExtensionRef extensions = MaterialExtensionRef(globals.value.material_extensions);
-  return dispersed_ior(extensions.at[material.extension].ior, extensions.at[material.extension].dispersion, channel);
+  const float ior = extensions.at[material.extension].ior;
+  return kDispersion ? dispersed_ior(ior, extensions.at[material.extension].dispersion, channel) : ior;
 }
 
-bool is_dispersive(GlobalsRef globals, MaterialRecord material) {
-  return MaterialExtensionRef(globals.value.material_extensions).at[material.extension].dispersion > 0;
+bool is_dispersive(MaterialRecord material) {
+  return kDispersion && (material.flags & FIRE3DV_MATERIAL_DISPERSION) != 0;
 }
 
 // Beer-Lambert law.
@@ -51,20 +52,6 @@ uvec4 media_behind(uvec4 media, uint volume, bool is_back) {
 // Medium of a ray that has hit a surface.
 uint medium_before(uvec4 media, uint volume, PathVertex vertex, bool is_volume) {
   return media.x == FIRE3DV_NO_INDEX && is_volume && vertex.is_back ? volume : media.x;
-}
-
-// Share of the diffuse light that passes a surface, and its colour, less what is not diffuse.
-float diffuse_transmission(GlobalsRef globals, MaterialRecord material, PathVertex vertex, out vec3 color) {
-  const vec4 uv = vertex.point.uv;
-  const MaterialExtensionRecord extension = MaterialExtensionRef(globals.value.material_extensions).at[material.extension];
-  const float metallic =
-      clamp(material.metallic * sample_or(material.metallic_roughness_texture, uv, vec4(0), vec4(0), vec4(1)).b, 0, 1);
-  const float refracted =
-      extension.transmission * sample_or(extension.transmission_texture, uv, vec4(0), vec4(0), vec4(1)).r;
-  color = extension.diffuse_transmission_color * (1 - metallic) * (1 - refracted) *
-          sample_or(extension.diffuse_transmission_color_texture, uv, vec4(0), vec4(0), vec4(1)).rgb;
-  return extension.diffuse_transmission *
-         sample_or(extension.diffuse_transmission_texture, uv, vec4(0), vec4(0), vec4(1)).a;
 }
 
 struct Refraction {

@@ -119,7 +119,7 @@ void leave_scene(GlobalsRef globals, PathParameters parameters, inout PathState 
 struct Scatterer {
   Surface surface;
   LobeShares shares;
-  DiffuseTransmission diffuse;
+  float passed_share;  // of sampled directions, for diffuse transmission
   bool is_boundary;
   Boundary boundary;
   uvec4 media_behind;  // on the side away from the eye
@@ -144,11 +144,10 @@ vec3 scatter_light(Scatterer on, PathVertex vertex, vec3 direction, uvec4 seed, 
     if (passes != is_behind(vertex, direction) || (passes && is_smooth(on.boundary))) return vec3(0);
     return walk_boundary(on.boundary, on.surface.to_eye, seed, direction).scattered;
   }
-  vec3 scattered = reflect_light(on.surface, direction, 0);
-  if (kExtensions && on.diffuse.share > 0) scattered += transmit_diffuse(on.diffuse, on.surface, direction);
+  const vec3 scattered = reflect_light(on.surface, direction, 0);
   pdf = largest(scattered) > 0 ? pdf_of(on.surface, on.shares, direction) : 0;
-  if (kExtensions && on.diffuse.share > 0)
-    pdf = mix(pdf, cosine_pdf(-on.surface.base.normal, direction), on.diffuse.share);
+  if (kDiffuseTransmission && on.passed_share > 0)
+    pdf = mix(pdf, cosine_pdf(-on.surface.base.normal, direction), on.passed_share);
   return scattered;
 }
 
@@ -205,7 +204,7 @@ bool scatter(GlobalsRef globals, PathParameters parameters, Scatterer on, PathVe
         continue;
       }
       const vec4 u = unit_numbers(random_words(kOfDirection));
-      if (kExtensions && u.w < on.diffuse.share) {
+      if (kDiffuseTransmission && u.w < on.passed_share) {
         direction = sample_cosine(-on.surface.base.normal, u.yz);
       } else {
         direction = sample_direction(on.surface, on.shares, u.x, u.yz);
@@ -255,12 +254,12 @@ bool survives(GlobalsRef globals, inout PathState path) {
 void choose_scatterer(GlobalsRef globals, MaterialRecord material, vec4 base_color, PathVertex vertex,
                       inout PathState path, inout Scatterer on) {
   on.is_boundary = false;
-  on.diffuse = DiffuseTransmission(vec3(0), 0);
+  on.passed_share = 0;
   on.media_behind = media_of(path);
   if (is_volume(material)) {
     const uint volume = vertex.point.material;
     // The path stands for one of three colours from its first dispersive volume on, with three times its radiance.
-    if (path.channel == 0 && is_dispersive(globals, material)) {
+    if (path.channel == 0 && is_dispersive(material)) {
       path.channel = 1 + min(uint(3 * unit_numbers(random_words(kOfBoundary)).y), 2);
       path.throughput *= 3 * vec3(path.channel == 1, path.channel == 2, path.channel == 3);
     }
@@ -271,24 +270,14 @@ void choose_scatterer(GlobalsRef globals, MaterialRecord material, vec4 base_col
       on.surface.coat = 0;
       on.surface.sheen_color = vec3(0);
     }
-    float chance = refraction.share;
-    if (on.surface.coat > 0) chance *= max(1 - coat_albedo(on.surface), 0);
-    if (largest(on.surface.sheen_color) > 0) chance *= max(1 - largest(on.surface.sheen_color) * on.surface.sheen_albedo, 0);
+    const float chance = refraction.share * passes_layers(on.surface);
     on.is_boundary = unit_numbers(random_words(kOfBoundary)).x < chance;
     on.boundary = refraction.boundary;
     on.surface = without_boundary(on.surface, refraction.share, refraction.f0, refraction.boundary.f90);
     if (!on.is_boundary) path.throughput /= 1 - chance;
   }
   if (on.is_boundary) return;
-  if (kExtensions && (material.flags & FIRE3DV_MATERIAL_DIFFUSE_TRANSMISSION) != 0) {
-    vec3 color;
-    const float share = diffuse_transmission(globals, material, vertex, color);
-    on.surface.diffuse *= 1 - share;
-    on.diffuse = make_diffuse_transmission(on.surface, share * color);
-    if (on.surface.coat > 0) on.diffuse.albedo *= max(1 - coat_albedo(on.surface), 0);
-    if (largest(on.surface.sheen_color) > 0)
-      on.diffuse.albedo *= max(1 - largest(on.surface.sheen_color) * on.surface.sheen_albedo, 0);
-  }
+  on.passed_share = passed_share(on.surface);
   on.shares = lobe_shares(on.surface);
 }
 

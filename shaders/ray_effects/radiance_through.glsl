@@ -6,6 +6,8 @@
 
 const uint kMaxSurfaces = 8;  // of a ray; the environment is taken behind them
 
+uint ray_channel;  // colour channel of a dispersed ray, as in medium_ior(); 0: all of them
+
 // Inner side of a volume's surface: bends the ray, or mirrors it where no light leaves. The environment stands for
 // light that the side reflects in part.
 void leave_volume(GlobalsRef globals, MaterialRecord material, PathVertex vertex, vec3 base_color, float roughness,
@@ -13,7 +15,7 @@ void leave_volume(GlobalsRef globals, MaterialRecord material, PathVertex vertex
   const uint volume = vertex.point.material;
   const vec3 normal = vertex.point.normal_world;
   const uvec4 behind = media_behind(media, volume, true);
-  const float ior = medium_ior(globals, behind.x, 0) / medium_ior(globals, volume, 0);
+  const float ior = medium_ior(globals, behind.x, ray_channel) / medium_ior(globals, volume, ray_channel);
   const float reflectance = dielectric_reflectance(clamp(-dot(normal, direction), 0, 1), ior);
   const vec3 mirrored = reflect(direction, normal);
   const vec3 bent = refract(direction, normal, 1 / ior);
@@ -85,9 +87,9 @@ vec3 radiance_through(GlobalsRef globals, vec3 origin, vec3 direction, uvec4 med
       sum += throughput * shade(globals, material, base_color, point, -direction, behind).rgb;
       throughput *= behind;
       if (bends) {
-        const float before = medium_ior(globals, media.x, 0);
+        const float before = medium_ior(globals, media.x, ray_channel);
         media = media_behind(media, point.material, false);
-        const vec3 bent = refract(direction, point.normal_world, before / medium_ior(globals, media.x, 0));
+        const vec3 bent = refract(direction, point.normal_world, before / medium_ior(globals, media.x, ray_channel));
         direction = dot(bent, bent) > 0 ? normalize(bent) : direction;
       }
     }

@@ -100,10 +100,12 @@ void trace_lobes(GlobalsRef globals, MaterialRecord material, Surface surface, S
   const float share = (push.effects & FIRE3DV_RAY_EFFECT_REFLECTIONS) != 0 ? traced_share(lobe) : 0;
   const uint reflected_rays = share <= 0 ? 0 : is_mirror(lobe) ? 1 : push.reflection_rays;
   const bool transmits = kExtensions && (push.effects & FIRE3DV_RAY_EFFECT_REFRACTION) != 0 && largest(surface.transmitted) > 0;
-  const uint refracted_rays = !transmits ? 0 : is_mirror(surface.base) ? 1 : push.reflection_rays;
+  const bool bends = transmits && is_volume(material);
+  // A dispersive volume has rays of their own for each colour.
+  const uint colors = bends && is_dispersive(material) ? 3 : 1;
+  const uint refracted_rays = !transmits ? 0 : colors * (is_mirror(surface.base) ? 1 : push.reflection_rays);
   const bool scatters = kBounces && diffuse_weight(surface) >= kLeastDiffuse;
   const uint first_diffuse = reflected_rays + refracted_rays, diffuse_rays = scatters ? push.bounce_rays : 0;
-  const bool bends = transmits && is_volume(material);
   const vec3 plane = point.plane_normal_world, eye = globals.value.eye_world;
   const float eye_distance_m = distance(eye, point.position_world);
   LobeRadiance mirrored = LobeRadiance(vec3(0), 0, 0, 0), passed = LobeRadiance(vec3(0), 0, 0, 0);
@@ -112,7 +114,10 @@ void trace_lobes(GlobalsRef globals, MaterialRecord material, Surface surface, S
     const bool reflects = k < reflected_rays, is_diffuse = kBounces && k >= first_diffuse, passes = !reflects && !is_diffuse;
     const uint first = reflects ? 0 : is_diffuse ? first_diffuse : reflected_rays;
     const uint count = reflects ? reflected_rays : is_diffuse ? diffuse_rays : refracted_rays;
-    const vec2 u = sample_point(pixel, k - first, count);
+    const uint rays_of_point = passes ? colors : 1;
+    const uint point_index = (k - first) / rays_of_point, points = count / rays_of_point;
+    ray_channel = rays_of_point > 1 ? 1 + (k - first) % 3 : 0;
+    const vec2 u = sample_point(pixel, point_index, points);
     Lobe by = surface.base;
     if (reflects) by = lobe;
     vec3 direction;
@@ -124,7 +129,7 @@ void trace_lobes(GlobalsRef globals, MaterialRecord material, Surface surface, S
       direction = is_mirror(by) ? reflect(-surface.to_eye, by.normal) : sample_facets(by, surface.to_eye, u);
     }
     if (bends && passes) {
-      const float ior = medium_ior(globals, point.material, 0);
+      const float ior = medium_ior(globals, point.material, ray_channel);
       direction = normalize(refract(-surface.to_eye, normalize(direction + surface.to_eye), 1 / ior));
     } else if (passes) {
       direction = mirrored_at(by.normal, direction);
@@ -136,7 +141,7 @@ void trace_lobes(GlobalsRef globals, MaterialRecord material, Surface surface, S
                                             passes ? 0 : point.lift_m);
     const uvec4 outside = uvec4(FIRE3DV_NO_INDEX);
     takes_one_ray = is_diffuse;
-    hit_choices = sample_choices(pixel, k - first, count);
+    hit_choices = sample_choices(pixel, point_index, points);
     // Diffuse rays meet what shadow rays meet.
     const bool meets_all = !is_diffuse && (push.effects & FIRE3DV_RAY_EFFECT_REFRACTION) != 0;
     float distance_m;
@@ -155,7 +160,8 @@ void trace_lobes(GlobalsRef globals, MaterialRecord material, Surface surface, S
     }
     const float away = hits ? distance_m / (distance_m + eye_distance_m) : 1;
     if (passes) {
-      passed = LobeRadiance(passed.sum + radiance, passed.count + 1, 0, passed.away + away);
+      const vec3 color = ray_channel == 0 ? vec3(1) : 3 * vec3(ray_channel == 1, ray_channel == 2, ray_channel == 3);
+      passed = LobeRadiance(passed.sum + color * radiance, passed.count + 1, 0, passed.away + away);
       continue;
     }
     mirrored.away += away;

@@ -62,6 +62,7 @@ vec4 shade(GlobalsRef globals, MaterialRecord material, vec4 base_color, Surface
 #ifdef FIRE3DV_RAY_EFFECTS
   radiance += reflect_environment(globals, surface, scattered_traced(globals, surface, occlusion, ray_effect), occlusion);
   radiance = max(radiance + reflect_traced(globals, surface, occlusion, ray_effect), vec3(0));
+  if (kDiffuseTransmission) radiance += occlusion * pass_environment(globals, surface);
 #else
   radiance += reflect_environment(globals, surface, occlusion);
 #endif

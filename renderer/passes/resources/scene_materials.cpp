@@ -52,6 +52,7 @@ uint32_t extension_flags(const scene::Material& material) {
   if (material.unlit) return 0;
   return (material.transmission > 0 ? FIRE3DV_MATERIAL_TRANSMISSION : 0) |
          (scene::is_volume(material) ? FIRE3DV_MATERIAL_VOLUME : 0) |
+         (scene::is_volume(material) && material.dispersion > 0 ? FIRE3DV_MATERIAL_DISPERSION : 0) |
          (material.diffuse_transmission > 0 ? FIRE3DV_MATERIAL_DIFFUSE_TRANSMISSION : 0) |
          (material.sheen_color != glm::vec3(0) ? FIRE3DV_MATERIAL_SHEEN : 0) |
          (material.clearcoat > 0 ? FIRE3DV_MATERIAL_CLEARCOAT : 0) |

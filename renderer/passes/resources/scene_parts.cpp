@@ -23,6 +23,11 @@ bool is_on_top(const scene::Scene& scene, const scene::Primitive& primitive, boo
          drawn_alpha_mode(scene.materials[primitive.material], refracts) == scene::AlphaMode::blend;
 }
 
+// Maps of closed meshes have no light on the far side of a surface.
+bool casts_as_closed(const scene::Caster& caster, const scene::Material& material) {
+  return caster.shape == scene::CasterShape::closed && material.diffuse_transmission == 0;
+}
+
 uint32_t part_flags(const scene::Scene& scene, uint32_t primitive, const scene::Caster& caster,
                     bool refracts) {
   const scene::Primitive& p = scene.primitives[primitive];
@@ -33,7 +38,7 @@ uint32_t part_flags(const scene::Scene& scene, uint32_t primitive, const scene::
          (is_colored(scene, p) ? FIRE3DV_PART_COLORED : 0) |
          (is_on_top(scene, p, refracts) ? FIRE3DV_PART_FORWARD_ONLY : 0) |
          (casts_shadow(scene, primitive) ? 0 : FIRE3DV_PART_NO_SHADOW) |
-         (caster.shape == scene::CasterShape::closed ? FIRE3DV_PART_CLOSED : 0) |
+         (casts_as_closed(caster, material) ? FIRE3DV_PART_CLOSED : 0) |
          (caster.shape == scene::CasterShape::planar ? FIRE3DV_PART_PLANAR : 0);
 }
 

@@ -443,12 +443,8 @@ void report_approximations(const MaterialSources& sources, Scene& scene) {
     return is_volume(material) && material.dispersion > 0;
   };
   if (std::any_of(scene.materials.begin(), scene.materials.end(), disperses))
-    add("KHR_materials_dispersion", "light is not split into colours; --render path does");
-  const auto shines_through = [](const Material& material) {
-    return !material.unlit && material.diffuse_transmission > 0;
-  };
-  if (std::any_of(scene.materials.begin(), scene.materials.end(), shines_through))
-    add("KHR_materials_diffuse_transmission", "no diffuse light shines through; --render path shows it");
+    add("KHR_materials_dispersion",
+        "light is not split into colours without --ray-effects refraction or --render path");
   if (!sources.specular_glossiness.empty()) add(kSpecularGlossiness, "converted to metallic-roughness");
   if (!list.empty()) scene.warnings.push_back("extensions that are approximated:" + list);
 }

@@ -186,13 +186,30 @@ TEST_F(Glass, APrismDispersesByCauchysFormula) {
   SceneBuilder builder;
   builder.mesh_node("prism", prism(builder, material, angle), glm::mat4(1));
   look_at_origin(builder, {0, 1, 0});
-  const auto pixels = linear_image(builder.build(), {32, 32}, in_environment(128, 1, fall));
+  const scene::Scene scene = builder.build();
+  const auto pixels = linear_image(scene, {32, 32}, in_environment(128, 1, fall));
   const double wavelengths_nm[] = {656.3, 587.6, 486.1};
-  for (int c = 0; c < 3; ++c) {
-    const double n = ior + (ior - 1) / abbe * (523655 / (wavelengths_nm[c] * wavelengths_nm[c]) - 1.5168);
-    expect_equal(estimate(pixels, c), seen_through_prism(angle, n, -0.5), "channel " + std::to_string(c));
-  }
+  const auto dispersed = [&](int c) {
+    return ior + (ior - 1) / abbe * (523655 / (wavelengths_nm[c] * wavelengths_nm[c]) - 1.5168);
+  };
+  for (int c = 0; c < 3; ++c)
+    expect_equal(estimate(pixels, c), seen_through_prism(angle, dispersed(c), -0.5),
+                 "channel " + std::to_string(c));
   EXPECT_LT(estimate(pixels, 2).mean, 0.95 * estimate(pixels, 0).mean);
+
+  // The raster's rays also have the environment for what the far side reflects.
+  passes::DrawSettings raster = in_environment(1, 1, fall);
+  raster.path.reset();
+  raster.ray_effects.on.refraction = true;
+  const auto drawn = linear_image(scene, {32, 32}, raster);
+  for (int c = 0; c < 3; ++c) {
+    const double truth = seen_through_prism(angle, dispersed(c), -0.5), seen = estimate(drawn, c).mean;
+    RecordProperty("raster, channel " + std::to_string(c),
+                   std::to_string(seen) + " for " + std::to_string(truth));
+    EXPECT_NEAR(seen, truth, 0.06 * truth) << c;
+    EXPECT_NEAR(seen / estimate(drawn, 0).mean, truth / seen_through_prism(angle, dispersed(0), -0.5), 0.01)
+        << c;
+  }
 }
 
 TEST_F(Glass, AWhiteFurnaceHidesADispersiveBall) {
@@ -300,6 +317,44 @@ TEST_F(Glass, ALeafPassesDiffuseLight) {
   }
 }
 
+// The same in the raster, by all shadow techniques; light from behind does not enter a closed body.
+TEST_F(Glass, ALeafPassesDiffuseLightInTheRaster) {
+  scene::Material leaf = lambert({0.8f, 0.6f, 0.4f});
+  leaf.diffuse_transmission = 0.25f;
+  leaf.diffuse_transmission_color = {0.2f, 0.9f, 0.5f};
+  using passes::ShadowMethod;
+  const struct {
+    const char* name;
+    ShadowMethod method;
+    bool hybrid;
+  } techniques[] = {{"rays", ShadowMethod::ray, false},
+                    {"maps and rays", ShadowMethod::ray, true},
+                    {"maps", ShadowMethod::map, true},
+                    {"none", ShadowMethod::off, true}};
+  for (const bool is_closed : {false, true}) {
+    SceneBuilder builder;
+    const uint32_t material = builder.material(leaf);
+    builder.mesh_node("leaf", is_closed ? builder.box(material, {5, 0.5f, 5}) : builder.quad(material, 5),
+                      glm::mat4(1));
+    builder.light_node(sun(glm::vec3(1), 4), shining_towards({0, -1, 0.1f}));
+    look_at_origin(builder, {0, -1, 0.3f});
+    const scene::Scene scene = builder.build();
+    for (const auto& technique : techniques) {
+      if (is_closed && technique.method == ShadowMethod::off) continue;
+      passes::DrawSettings settings = path_settings(1, 0);
+      settings.path.reset();
+      settings.shadows.method = technique.method;
+      settings.shadows.hybrid = technique.hybrid;
+      const auto pixels = linear_image(scene, kExtent, settings);
+      for (int c = 0; c < 3; ++c) {
+        const double albedo = is_closed ? 0 : 0.25 * leaf.diffuse_transmission_color[c];
+        EXPECT_NEAR(estimate(pixels, c).mean, albedo * 4 / std::sqrt(1.01) / kPi, 1e-3)
+            << technique.name << (is_closed ? ", closed" : "");
+      }
+    }
+  }
+}
+
 // Shares of textures; energy of all lobes together.
 TEST_F(Glass, AWhiteFurnaceHidesALeaf) {
   for (const float roughness : {0.2f, 1.0f}) {
@@ -314,8 +369,12 @@ TEST_F(Glass, AWhiteFurnaceHidesALeaf) {
           builder.texture(1, 1, false, [](float, float) { return glm::vec4(0, 0, 0, 0.6f); });
       builder.mesh_node("leaf", builder.box(builder.material(leaf), {50, 0.01f, 50}), glm::mat4(1));
       look_at_origin(builder, {0, 1, 0.7f});
-      const Estimate seen = estimate(linear_image(builder.build(), kExtent, in_environment(64, 64, white)));
-      expect_equal(seen, 1, "roughness " + std::to_string(roughness));
+      const scene::Scene scene = builder.build();
+      passes::DrawSettings settings = in_environment(64, 64, white);
+      expect_equal(estimate(linear_image(scene, kExtent, settings)), 1,
+                   "roughness " + std::to_string(roughness));
+      settings.path.reset();
+      EXPECT_NEAR(estimate(linear_image(scene, kExtent, settings)).mean, 1, 0.002) << "raster";
     }
   }
 }

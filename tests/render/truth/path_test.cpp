@@ -140,6 +140,21 @@ scene::Scene lit_ball(bool smooth) {
   return builder.build();
 }
 
+// A leaf seen from below, lit from both sides, with the shadow of a ball above it.
+scene::Scene lit_leaf(const scene::Material& leaf) {
+  SceneBuilder builder;
+  builder.mesh_node("leaf", builder.quad(builder.material(leaf), 1.5f), glm::mat4(1));
+  builder.mesh_node("ball", builder.sphere(builder.material(matte({0.5f, 0.5f, 0.6f})), 0.2f),
+                    at({0.3f, 0.4f, 0.1f}));
+  scene::Light bulb;
+  bulb.intensity = 10;
+  builder.light_node(bulb, at({0.5f, 1.5f, 0.6f}));
+  builder.light_node(bulb, at({-0.5f, -2, 0.3f}));
+  builder.light_node(sun({1, 0.9f, 0.8f}, 2), shining_towards({-0.5f, -1, -0.3f}));
+  builder.camera_node("camera", {0.5f, -2.5f, 1.5f}, {0, 0, 0}, 0.6f);
+  return builder.build();
+}
+
 // Compares direct light of both renderers at pixels off edges of shapes and shadows, where the neighbours
 // differ by a smooth gradient only.
 void expect_raster(const scene::Scene& scene, uint32_t least_compared, double mean_tolerance,
@@ -197,6 +212,20 @@ TEST_F(Paths, DirectLightEqualsTheRasterOffEdges) {
     material.iridescence_ior = 1.7f;
   }
   expect_raster(filmed, 600, 5e-4, "iridescent metal and plastic");
+
+  scene::Material leaf = matte({0.4f, 0.7f, 0.3f});
+  leaf.double_sided = true;
+  leaf.diffuse_transmission = 0.6f;
+  leaf.diffuse_transmission_color = {0.9f, 0.8f, 0.3f};
+  expect_raster(lit_leaf(leaf), 600, 5e-4, "leaf");
+  scene::Material coated = leaf, cloth = leaf;
+  coated.clearcoat = 0.8f;
+  coated.clearcoat_roughness = 0.5f;
+  expect_raster(lit_leaf(coated), 600, 5e-4, "coated leaf");
+  cloth.sheen_color = {0.8f, 0.6f, 0.9f};
+  cloth.sheen_roughness = 0.5f;
+  cloth.metallic = 0.4f;
+  expect_raster(lit_leaf(cloth), 600, 5e-4, "cloth that light passes");
 }
 
 // The near plane cuts the ball, the far plane the floor.
