@@ -72,7 +72,8 @@ void LiveView::on_scene_replaced(const scene::Scene& after) {
   for (auto& [number, viewer] : viewers_) {
     viewer.camera.set_scene(after);
     viewer.camera_node.reset();
-    viewer.pick.reset();  // its answer has numbers of the old scene
+    viewer.pick.reset();     // its answer has numbers of the old scene
+    viewer.framing.reset();  // so has its node
   }
   scene_number_ = random_scene_number();
   scene_text_.clear();
@@ -150,6 +151,7 @@ void LiveView::poll(replay::TimelineControl* timeline) {
   }
   send_settings(now);
   send_plots(now);
+  frame_one(now);
   note_moment();
   for (auto& [number, viewer] : viewers_) {
     if (const uint32_t node = viewer.camera.node(); viewer.camera_node != node) {
@@ -208,7 +210,7 @@ bool LiveView::is_busy() const {
   const Clock::time_point now = Clock::now();
   return std::ranges::any_of(viewers_, [&](const auto& entry) {
     const Viewer& viewer = entry.second;
-    return viewer.flight || viewer.pick || now - viewer.changed < kBusyTime;
+    return viewer.flight || viewer.pick || viewer.framing || now - viewer.changed < kBusyTime;
   });
 }
 

@@ -104,8 +104,10 @@ class LiveView final : public ImageReplies {
     bool is_retouched = false;    // other tone mapping: the image is due again with the same samples
     std::string paths_text = {};  // as sent
     Clock::time_point paths_sent = {};
-    std::optional<uint32_t> camera_node = {};                     // as reported to the page
-    std::optional<uint64_t> pick = {};                            // request
+    std::optional<uint32_t> camera_node = {};             // as reported to the page
+    std::optional<uint64_t> pick = {};                    // request
+    std::optional<std::optional<uint32_t>> framing = {};  // wanted: of a node, or of the scene
+    Clock::time_point framed = {};
     std::optional<std::optional<CameraRig::FreeView>> view = {};  // as reported to the page
     PlotFeed plots = {};
     uint64_t last_request = 0;
@@ -124,6 +126,7 @@ class LiveView final : public ImageReplies {
   void apply_render(serve::ViewerId number, const serve::ClientMessage& message);
   void switch_paths(serve::ViewerId number, bool on);
   bool can_switch_shadows_on() const;
+  void frame_one(Clock::time_point now);
   void join(serve::ViewerId number, serve::Access access);
   CameraRig::Placed place(Viewer& viewer) const;
   void request_image(serve::ViewerId number, Viewer& viewer, Clock::time_point now);
@@ -162,6 +165,7 @@ class LiveView final : public ImageReplies {
   passes::TracedScene moment_;                                      // paths: poses and edits of revisions_
   std::set<uint32_t> shown_hidden_;
   uint32_t shown_isolated_ = scene::kNone;
+  Clock::time_point next_framing_{};  // see frame_one()
   Clock::time_point reported_{};
   std::map<uint64_t, uint64_t> frames_of_stream_;  // by epoch, at reported_
 };

@@ -48,8 +48,11 @@ void LiveView::apply(serve::ViewerId number, Viewer& viewer, const serve::Client
     viewer.can_refine = true;
   }
   if (apply_view(viewer, message) || viewer.width == 0) return;  // the canvas comes first
-  const float aspect = viewer.aspect();
   if (message.kind == Kind::pick) return request_pick(number, viewer, message.x, message.y);
+  if (message.kind == Kind::frame) {
+    viewer.framing.emplace(message.node);
+    return;
+  }
   viewer.has_moved = true;
   switch (message.kind) {
     case Kind::orbit:
@@ -57,15 +60,31 @@ void LiveView::apply(serve::ViewerId number, Viewer& viewer, const serve::Client
     case Kind::pan:
       return viewer.camera.pan(poses, x, y);
     case Kind::zoom:
-      return viewer.camera.zoom(poses, z, {x, y}, aspect);
+      return viewer.camera.zoom(poses, z, {x, y}, viewer.aspect());
     case Kind::fly:
       return viewer.camera.fly(poses, {x, y, z}, viewer.camera.scene_radius_m());
-    case Kind::frame:
-      return message.node ? viewer.camera.frame_node(poses, *message.node, aspect)
-                          : viewer.camera.frame_all(aspect);
     default:
       return;
   }
+}
+
+// Framing looks at all of the scene: the newest wish of one viewer in a turn, those that wait longest first,
+// and for a fifth of the time at most, so that nobody holds up the others.
+void LiveView::frame_one(Clock::time_point now) {
+  if (now < next_framing_) return;
+  Viewer* next = nullptr;
+  for (auto& [number, viewer] : viewers_)
+    if (viewer.framing && (!next || viewer.framed < next->framed)) next = &viewer;
+  if (!next) return;
+  const std::optional<uint32_t> node = *std::exchange(next->framing, std::nullopt);
+  if (node)
+    next->camera.frame_node(borrowed_.poses, *node, next->aspect());
+  else
+    next->camera.frame_all(next->aspect());
+  next->framed = now;
+  next->has_moved = true;
+  const Clock::time_point end = Clock::now();
+  next_framing_ = end + 4 * (end - now);
 }
 
 // A page asks about its selected node again and again; one that asks in haste gets fewer answers.
@@ -85,6 +104,7 @@ bool LiveView::apply_view(Viewer& viewer, const serve::ClientMessage& message) {
       viewer.plots.close();
     return true;
   }
+  if (message.kind == Kind::camera || message.kind == Kind::view) viewer.framing.reset();
   if (message.kind == Kind::camera) {
     message.index ? viewer.camera.select(*message.index) : viewer.camera.let_go(borrowed_.poses);
     viewer.has_moved = true;
