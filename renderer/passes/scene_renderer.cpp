@@ -445,7 +445,7 @@ void SceneRenderer::blur(const Frame& frame) {
   const scene::ThinLens& lens = lens_of(view, settings_.post.lens);
   if (view.orthographic || lens.is_pinhole()) return;
   depth_of_field_->record(frame.recorder, *targets_,
-                          circle_of_confusion(view, lens, frame.request.extent.height));
+                          circle_of_confusion(view, lens, frame.request.extent));
 }
 
 void SceneRenderer::draw_markers(const Frame& frame) {

@@ -37,11 +37,14 @@ void find_reaching_radius() {
 // Share of a pixel at this distance that a circle covers.
 float covered(float radius, float distance_px) { return clamp(radius - distance_px + 0.5, 0, 1); }
 
-// Sum of covered() over all pixels; exact below a radius of 2.5, else within 1 %.
+// Sum of covered() over all pixels; of square pixels exact below a radius of 2.5, else within 1 %.
 float covered_pixels(float radius) {
-  if (radius >= 2.5) return 3.14159265 * (radius * radius + 1.0 / 12);
-  return 1 + 4 * (covered(radius, 1) + covered(radius, 1.41421356) + covered(radius, 2) + covered(radius, 2.82842712)) +
-         8 * covered(radius, 2.23606798);
+  const float stretched = push.stretch.x * push.stretch.y;
+  if (radius >= 2.5) return max(3.14159265 * (radius * radius + 1.0 / 12) / stretched, 1);
+  const float square =
+      1 + 4 * (covered(radius, 1) + covered(radius, 1.41421356) + covered(radius, 2) + covered(radius, 2.82842712)) +
+      8 * covered(radius, 2.23606798);
+  return max(square / stretched, 1);
 }
 
 // Light and its weight; scene: scene-referred part of the weight.
@@ -88,7 +91,7 @@ void gather(ivec2 pixel) {
   bool is_sharp = !has_far && near_radius <= kSharpRadius;
   for (int y = -reach; y <= reach; ++y) {
     for (int x = -reach; x <= reach; ++x) {
-      const float distance_px = length(vec2(x, y));
+      const float distance_px = length(push.stretch * vec2(x, y));
       if (distance_px > window + 0.5) continue;
       const ivec2 from = clamp(pixel + ivec2(x, y), ivec2(0), ivec2(push.width, push.height) - 1);
       const BlurTexel texel = BlurTexelRef(push.texels).at[from.y * push.width + from.x];

@@ -92,11 +92,12 @@ struct DepthOfFieldPush {
   uint height;
   uint samples;
   uint generation;  // of the visibility buffer
-  // Signed radius of the circle of confusion in pixels, linear in the reversed depth; negative before the plane
-  // in focus.
+  // Signed radius of the circle of confusion along its longer axis in pixels, linear in the reversed depth;
+  // negative before the plane in focus.
   float radius_at_zero;
   float radius_per_depth;
   float radius_of_background;
+  vec2 stretch;  // of distances in pixels to those along the longer axis, at least 1: pixels need not be square
 };
 
 struct CoverageMergePush {

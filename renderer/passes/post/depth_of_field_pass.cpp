@@ -1,5 +1,6 @@
 #include "renderer/passes/post/depth_of_field_pass.h"
 
+#include <algorithm>
 #include <vector>
 
 #include "shaders/shared/types.h"
@@ -21,7 +22,7 @@ void grow(gpu::Device& device, gpu::Buffer& buffer, VkDeviceSize bytes) {
 
 }  // namespace
 
-CircleOfConfusion circle_of_confusion(const View& view, const scene::ThinLens& lens, uint32_t image_height) {
+CircleOfConfusion circle_of_confusion(const View& view, const scene::ThinLens& lens, VkExtent2D image) {
   // The reversed depth is change + at_eye / z at the distance z along the view direction.
   const glm::dvec4 row = glm::transpose(glm::dmat4(view.clip_from_world))[2];
   const double at_eye = glm::dot(row, glm::dvec4(view.eye_world, 1));
@@ -29,11 +30,20 @@ CircleOfConfusion circle_of_confusion(const View& view, const scene::ThinLens& l
   const double half_height = glm::length(glm::dvec3(view.world_from_ndc_y));  // at distance 1
   const double focal_length_m = static_cast<double>(scene::kSensorHeightM) / 2 / half_height;
   const double lens_radius_m = focal_length_m / static_cast<double>(lens.f_number) / 2;
-  const double focal_length_px = image_height / (2 * half_height);
-  const double scale = lens_radius_m * focal_length_px;  // radius = scale * (1 / focus - 1 / z)
+  const double fy_px = image.height / (2 * half_height);
+  const double fx_px = image.width / (2 * glm::length(glm::dvec3(view.world_from_ndc_x)));
+  const double longer_px = std::max(fx_px, fy_px);
+  // A difference by rounding alone is none.
+  const auto stretch = [&](double focal_px) {
+    return longer_px < 1.0001 * focal_px ? 1.0f : static_cast<float>(longer_px / focal_px);
+  };
+  const double scale = lens_radius_m * longer_px;  // radius = scale * (1 / focus - 1 / z)
   const double background = scale / static_cast<double>(lens.focus_distance_m);
-  return {static_cast<float>(background + scale * change / at_eye), static_cast<float>(-scale / at_eye),
-          static_cast<float>(background)};
+  constexpr double kMax = 1e30;  // finite, also where the near distance is nearly 0
+  return {static_cast<float>(std::clamp(background + scale * change / at_eye, -kMax, kMax)),
+          static_cast<float>(std::clamp(-scale / at_eye, -kMax, kMax)),
+          static_cast<float>(background),
+          {stretch(fx_px), stretch(fy_px)}};
 }
 
 DepthOfFieldPass::DepthOfFieldPass(gpu::Device& device, VkSampleCountFlagBits samples)
@@ -68,6 +78,7 @@ void DepthOfFieldPass::record(gpu::Recorder& recorder, Targets& targets, const C
   push.radius_at_zero = circle.at_zero;
   push.radius_per_depth = circle.per_depth;
   push.radius_of_background = circle.background;
+  push.stretch = circle.stretch;
   const ImageFilter::Images images{nullptr, targets.hdr, targets.depth_of_field_set};
   const Use written[] = {{targets.visibility.buffer, access::compute_read},
                          {texels_, access::compute_write},

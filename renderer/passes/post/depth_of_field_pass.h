@@ -11,14 +11,15 @@
 namespace fire3dv::passes {
 
 // Signed radius of the circle of confusion in pixels: at_zero + per_depth * reversed depth. Negative before
-// the plane in focus.
+// the plane in focus. With fx and fy that differ it is an ellipse of pixels; the radius is the longer one.
 struct CircleOfConfusion {
   float at_zero = 0, per_depth = 0;
   float background = 0;  // at infinity
+  glm::vec2 stretch{1};  // longer radius over that in x and y
 };
 
 // view: perspective, with a lens that is no pinhole.
-CircleOfConfusion circle_of_confusion(const View& view, const scene::ThinLens& lens, uint32_t image_height);
+CircleOfConfusion circle_of_confusion(const View& view, const scene::ThinLens& lens, VkExtent2D image);
 
 class DepthOfFieldPass {
  public:

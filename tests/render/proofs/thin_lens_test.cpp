@@ -75,8 +75,9 @@ std::vector<double> radiance(const scene::Scene& scene, const passes::DrawSettin
 }
 
 struct Spot {
-  double x = 0, y = 0;     // centre, in pixels
-  double diameter_px = 0;  // of the disc with the variance of the light
+  double x = 0, y = 0;                 // centre, in pixels
+  double diameter_px = 0;              // of the disc with the variance of the light
+  double width_px = 0, height_px = 0;  // of the ellipse
   double energy = 0;
 };
 
@@ -96,8 +97,12 @@ Spot spot_of(const std::vector<double>& pixels) {
   }
   spot.x /= spot.energy;
   spot.y /= spot.energy;
-  const double variance = (xx + yy) / spot.energy - spot.x * spot.x - spot.y * spot.y;
-  spot.diameter_px = 4 * std::sqrt(std::max(variance / 2 - 1.0 / 12, 0.0));
+  const double x_variance = xx / spot.energy - spot.x * spot.x,
+               y_variance = yy / spot.energy - spot.y * spot.y;
+  const auto diameter_px = [](double variance) { return 4 * std::sqrt(std::max(variance - 1.0 / 12, 0.0)); };
+  spot.diameter_px = diameter_px((x_variance + y_variance) / 2);
+  spot.width_px = diameter_px(x_variance);
+  spot.height_px = diameter_px(y_variance);
   return spot;
 }
 
@@ -122,6 +127,33 @@ TEST_F(ThinLens, ABallOffFocusIsAsLargeAsTheCircleOfConfusion) {
         << distance_m << ": without focus breathing";
     EXPECT_NEAR(seen.x, (kSize.width - 1) / 2.0, 0.2);
     EXPECT_NEAR(seen.y, (kSize.height - 1) / 2.0, 0.2);
+  }
+}
+
+// With fx and fy that differ, circles of confusion are ellipses of pixels.
+TEST_F(ThinLens, PixelsThatAreNotSquareHaveEllipsesInTheRaster) {
+  const scene::Scene scene = ball(4, 0.03f);
+  const state::PoseState poses(scene);
+  RenderBench bench(scene, kSize, raster_settings(0.2f, 2));
+  passes::Intrinsics intrinsics = passes::intrinsics_of(scene.cameras[0], {kSize.width, kSize.height});
+  const float fy_px = intrinsics.fy_px;
+  const auto seen = [&] {
+    const Taken taken = bench.take(poses, passes::make_view(intrinsics, glm::mat4(1)),
+                                   passes::ImageOutputs(wire::kColorLinearF16));
+    std::vector<double> pixels;
+    for (const uint64_t packed : taken.plane<uint64_t>(wire::kColorLinearF16))
+      pixels.push_back(static_cast<double>(glm::unpackHalf4x16(packed).g));
+    return spot_of(pixels);
+  };
+  const Spot round = seen();
+  EXPECT_GT(round.height_px, 7);
+  EXPECT_NEAR(round.width_px, round.height_px, 0.02 * round.height_px);
+  for (const float ratio : {0.5f, 2.0f}) {
+    intrinsics.fx_px = ratio * fy_px;
+    const Spot spot = seen();
+    EXPECT_NEAR(spot.height_px, round.height_px, 0.04 * round.height_px) << ratio;
+    EXPECT_NEAR(spot.width_px, ratio * round.width_px, 0.04 * ratio * round.width_px) << ratio;
+    EXPECT_NEAR(spot.energy, ratio * round.energy, 0.04 * ratio * round.energy) << ratio;
   }
 }
 
