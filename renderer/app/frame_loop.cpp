@@ -396,7 +396,7 @@ Result<void> FrameLoop::draw() {
   request.markers = !options_.outputs.has_planes() || options_.markers_in_data_sets;
   request.inspection =
       window_ ? window_->take_inspection() : passes::Inspection{options_.debug_view, scene::kNone, {}};
-  request.refines = window_ != nullptr;
+  request.refines = request.keeps_last = window_ != nullptr;
   const passes::View view =
       camera_.view(poses_, static_cast<float>(extent.width) / static_cast<float>(extent.height));
   Progress progress("fire3dv", "samples per pixel:");

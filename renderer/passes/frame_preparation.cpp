@@ -100,7 +100,7 @@ void SceneRenderer::allocate(const FrameRequest& request) {
   if (plan.ray_effects)
     ray_effects_->allocate(*targets_, gpu_scene_->refracts, settings_.ray_effects.on.bounce);
   if (path_tracer_ && request.outputs.shaded())
-    path_tracer_->allocate(uint64_t{request.extent.width} * request.extent.height, request.refines);
+    path_tracer_->allocate(uint64_t{request.extent.width} * request.extent.height, request.keeps_last);
   if (plan.depth_of_field) {
     if (!depth_of_field_) depth_of_field_ = std::make_unique<DepthOfFieldPass>(device_, samples_);
     depth_of_field_->allocate(*targets_);

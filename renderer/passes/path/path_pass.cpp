@@ -158,20 +158,22 @@ uint32_t PathPass::band_pixels() const {
   return device_.report().type == gpu::DeviceType::software ? kBandPixelsOnCpu : kBandPixels;
 }
 
-void PathPass::allocate(uint64_t pixel_count, bool refines) {
+void PathPass::allocate(uint64_t pixel_count, bool keeps_last) {
   const VkDeviceSize sum_bytes = pixel_count * sizeof(gpu_types::PathSum);
   const VkDeviceSize state_bytes =
       std::min<uint64_t>(band_pixels(), pixel_count) * sizeof(gpu_types::PathState);
   const auto grow = [&](Image& image) {
     if (image.sums.size_bytes >= sum_bytes) return;
-    image = {};
-    image.sums = create_storage(device_, sum_bytes);
-    image.constants = gpu::create_buffer(
+    image = {};  // frees its memory first
+    Image next;  // whole, or none
+    next.sums = create_storage(device_, sum_bytes);
+    next.constants = gpu::create_buffer(
         device_, kGlobalsOffset + sizeof(gpu_types::Globals),
         VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT, gpu::Memory::device);
+    image = std::move(next);
   };
   grow(current_);
-  if (refines) grow(last_);
+  if (keeps_last) grow(last_);
   if (states_.size_bytes >= state_bytes) return;
   drop();  // their paths are in the old buffer
   states_ = create_storage(device_, state_bytes);

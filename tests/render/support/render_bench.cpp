@@ -81,7 +81,8 @@ void RenderBench::record_and_submit(const state::PoseState& poses, const passes:
   passes::PathPass::Hooks hooks;
   if (refines) hooks.budget.emplace(0);
   auto begun = take_or_die(renderer_.begin_next(
-      frames_, {.extent = extent_, .markers = shows_markers_, .refines = refines}, poses, view, hooks));
+      frames_, {.extent = extent_, .markers = shows_markers_, .refines = refines, .keeps_last = refines},
+      poses, view, hooks));
   gpu::Recorder& recorder = begun->recorder;
   renderer_.record(begun->prepared, recorder, frames_.staging(), poses, view);
   renderer_.draw_stale_overlay(recorder, condition_);
