@@ -77,6 +77,7 @@ namespace {
 using Reason = wire::ImageRefusal;
 
 constexpr uint32_t kMaxPinholeSide = 4096;
+constexpr float kMaxDistance_m = 1e12f;  // that images can name
 
 glm::mat4 matrix_of(const wire::Affine3x4& affine) {
   glm::mat4 matrix(1);
@@ -93,7 +94,7 @@ glm::mat4 matrix_of(const wire::Affine3x4d& affine) {
 }
 
 // Removes scale and shear: Z keeps its direction, Y defines the up plane, X follows. Returns nothing for
-// degenerate axes.
+// degenerate axes and positions that images cannot name.
 std::optional<glm::mat4> rigid(const glm::mat4& pose) {
   const glm::vec3 z(pose[2]);
   const float z_length = glm::length(z);
@@ -103,6 +104,8 @@ std::optional<glm::mat4> rigid(const glm::mat4& pose) {
   const glm::vec3 up = y - glm::dot(y, back) * back;
   const float up_length = glm::length(up);
   if (!(up_length > 1e-6f * glm::length(y)) || !std::isfinite(up_length)) return {};
+  for (int axis = 0; axis < 3; ++axis)
+    if (!(std::abs(pose[3][axis]) <= kMaxDistance_m)) return {};
   glm::mat4 result(1);
   result[1] = glm::vec4(up / up_length, 0);
   result[2] = glm::vec4(back, 0);
@@ -149,7 +152,9 @@ std::variant<RequestCamera, CameraRefused> resolve_camera(const wire::ImageReque
   }
   const auto pose = rigid(world_from_parent * matrix_of(request.parent_from_camera));
   if (!pose)
-    return CameraRefused{Reason::bad_request, "the camera's pose is flat: it has no direction, or no up"};
+    return CameraRefused{
+        Reason::bad_request,
+        "the camera's pose is flat (it has no direction, or no up), or more than 1e12 m away"};
   camera.world_from_camera = *pose;
   const wire::Intrinsics& wanted = request.intrinsics;
   if (wanted.fx > 0) {
@@ -162,6 +167,10 @@ std::variant<RequestCamera, CameraRefused> resolve_camera(const wire::ImageReque
           Reason::unknown_camera,
           "the node \"" + request.node + "\" has no perspective camera; give fx, fy, cx and cy"};
     camera.intrinsics = passes::intrinsics_of(*own, {wanted.width, wanted.height});
+    if (camera.intrinsics.far_m > kMaxDistance_m) camera.intrinsics.far_m = 0;  // none
+    if (camera.intrinsics.near_m > kMaxDistance_m)
+      return CameraRefused{Reason::bad_request, "the camera of the node \"" + request.node +
+                                                    "\" has a near distance of more than 1e12 m"};
   }
   if (own) camera.exposure = own->exposure;
   if (own && !own->orthographic) camera.thin_lens = own->lens;
