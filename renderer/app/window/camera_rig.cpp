@@ -187,7 +187,8 @@ glm::vec3 CameraRig::focus() const {
 void CameraRig::orbit(const state::PoseState& poses, float yaw_rad, float pitch_rad) {
   let_go(poses);
   const glm::vec3 center = focus();
-  glm::vec3 offset = glm::vec3(world_from_free_[3]) - center;
+  // Not the difference of positions, which may be 0 far from the origin.
+  glm::vec3 offset = focus_distance_m_ * glm::vec3(world_from_free_[2]);
   offset = glm::vec3(glm::rotate(glm::mat4(1), yaw_rad, glm::vec3(0, 1, 0)) * glm::vec4(offset, 0));
   const float pitch = std::asin(std::clamp(offset.y / glm::length(offset), -1.0f, 1.0f));
   constexpr float kLimit = 1.55f;  // excludes the poles, where the right axis is undefined
@@ -197,7 +198,8 @@ void CameraRig::orbit(const state::PoseState& poses, float yaw_rad, float pitch_
   const glm::vec3 right = glm::length(level) > 1e-6f * glm::length(offset) ? glm::normalize(level)
                                                                            : glm::vec3(world_from_free_[0]);
   offset = glm::vec3(glm::rotate(glm::mat4(1), -allowed, right) * glm::vec4(offset, 0));
-  world_from_free_ = passes::look_at_pose(center + offset, center);
+  world_from_free_ = passes::look_at_pose(offset, glm::vec3(0));
+  world_from_free_[3] = glm::vec4(center + offset, 1);
 }
 
 void CameraRig::pan(const state::PoseState& poses, float right_fraction, float up_fraction) {

@@ -54,6 +54,16 @@ TEST_F(Cameras, ZoomKeepsThePointBelowTheCursor) {
   }
 }
 
+// The eye is nearer to its focus than the next float.
+TEST_F(Cameras, OrbitsFarFromTheOriginAndCloseToTheFocus) {
+  rig_.set_free_view({{1000, 1000, 1000}, glm::quat(1, 0, 0, 0), 1e-6f, 0.8f});
+  rig_.orbit(poses_, 0.5f, 0);
+  const passes::View view = rig_.view(poses_, kAspect);
+  EXPECT_NEAR(view.look_world.x, -std::sin(0.5f), 1e-5f);
+  EXPECT_NEAR(view.look_world.z, -std::cos(0.5f), 1e-5f);
+  EXPECT_EQ(view.eye_world, glm::vec3(1000));
+}
+
 // As in a reload of the file: the scene is first shown without the nodes that the user has added.
 TEST_F(Cameras, ALostCameraIsShownAgainByTheNextSceneThatHasIt) {
   const auto with_cameras = [&](const std::vector<std::string>& paths) {
