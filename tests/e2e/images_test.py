@@ -370,14 +370,18 @@ def refusals(test, link):
     renderer = renderer_of(test, uri, "--on-request", "--metrics", "127.0.0.1:0", "--peer-limit", "requests=3")
     with open_stream(uri) as stream:
         stream.add_node("flat node", parent_from_node=[0] * 12)
+        away = [1, 0, 0, 9e11, 0, 1, 0, 0, 0, 0, 1, 0]
+        stream.add_node("away", parent_from_node=away)
+        stream.add_node("far away", parent="away", parent_from_node=away)
         stream.publish(1000, barcode.poses_of(1))
         expect_refused(lambda: stream.request_image(8, 8, node="nobody").wait(HANG_S), '"nobody"')
         expect_refused(lambda: stream.request_image(8, 8, node="bar 1").wait(HANG_S), "no perspective camera")
         expect_refused(lambda: stream.request_image(8, 8, fx=8, node="flat node").wait(HANG_S), "flat")
+        expect_refused(lambda: stream.request_image(8, 8, fx=8, node="far away").wait(HANG_S), "more than 1e12 m away")
         # Other requests are unaffected.
         with stream.request_image(*barcode.SIZE, node=barcode.CAMERA).wait(HANG_S) as image:
             check_image(image, 1, 1)
-        counted = {"fire3dv_image_requests_refused_total": 3, "fire3dv_listener_images_sent_total": 1,
+        counted = {"fire3dv_image_requests_refused_total": 4, "fire3dv_listener_images_sent_total": 1,
                    "fire3dv_listener_images_dropped_total": 0, "fire3dv_image_requests": 0}
         wait_until(lambda: f"the metrics {counted}",
                    lambda: all(scrape(url_of(renderer)).total(name) == count for name, count in counted.items()))
@@ -386,6 +390,11 @@ def refusals(test, link):
             stream.request_image(8, 8, node=barcode.CAMERA, when="exactly", sequence=1000)
         for _ in range(2):
             expect_refused(lambda: stream.request_image(8, 8, node=barcode.CAMERA).wait(HANG_S), "--peer-limit requests=")
+        try:
+            stream.wait_image(0.5)
+            check(False, "an image comes")
+        except fire3dv.Timeout as timeout:
+            check("within 0.5 s; 1 renderer is reached" in str(timeout), f"it says {timeout}")
         labels = {"fire3dv_peer_use": 3, "fire3dv_peer_limit": 3, "fire3dv_peer_refusals_total": 2}
         wait_until(lambda: f"the metrics {labels}",
                    lambda: all(scrape(url_of(renderer)).total(name, resource="requests") == count

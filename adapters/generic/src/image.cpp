@@ -10,6 +10,7 @@
 #include <memory>
 #include <string>
 
+#include "protocol/base/plural.h"
 #include "protocol/wire/check.h"
 #include "stream.h"
 
@@ -175,9 +176,10 @@ int wait_image(fire3dv_stream* stream, uint64_t id, uint32_t timeout_ms, fire3dv
     ::nanosleep(&pause, nullptr);
     pause_ns = std::min(pause_ns * 2, kLongestPauseNs);
   }
+  const uint64_t renderers = stream->link->stats().peers;
   return fail(FIRE3DV_ERROR_TIMEOUT, "no image came within " + std::to_string(timeout_ms) + " ms; " +
-                                         std::to_string(stream->link->stats().peers) +
-                                         " renderers are reached");
+                                         fire3dv::counted(renderers, "renderer") +
+                                         (renderers == 1 ? " is" : " are") + " reached");
 }
 
 }  // namespace

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import ctypes
 import math
+import re
 import time
 from ctypes import POINTER, byref, c_float, c_uint32, c_uint64
 from typing import TYPE_CHECKING, Any, Callable, Dict, Iterable, Iterator, List, Optional, Sequence
@@ -137,7 +138,11 @@ class ImageRequests:
             if self.renderer is not None and timeout_s > 0:
                 self.renderer.check()
             if left_s <= _SLICE_S:
-                return check(code)
+                try:
+                    return check(code)
+                except Timeout as last:  # its text has the time of the last slice
+                    text = re.sub(r"within \d+ ms", f"within {timeout_s:g} s", str(last))
+                    raise Timeout(ErrorCode.TIMEOUT, text) from None
 
     def images(self, timeout_s: float = 10.0) -> Iterator[Image]:
         """Yields images of all requests in order of arrival, until none arrives for timeout_s."""
