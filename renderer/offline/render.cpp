@@ -311,7 +311,8 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
   if (!overlay_.empty()) robot = app::find_robot(load);
   const auto edit = [&](const scene::Scene& of, std::vector<state::EditKey>* unmatched) {
     const state::NodeNames names(of);
-    live.set_user_edits(state::to_edits(overlay_, {of, names, robot ? &*robot : nullptr}, {}, unmatched));
+    const state::EditTargets targets{of, names, robot ? &*robot : nullptr, live.added_materials()};
+    live.set_user_edits(state::to_edits(overlay_, targets, {}, unmatched));
   };
   live.on_scene_replaced([&](const scene::Scene&, const scene::Scene& after) { edit(after, nullptr); });
   std::vector<state::EditKey> unmatched;
@@ -328,7 +329,7 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
       return chosen.error();
   }
   const state::NodeNames names(live.scene());
-  const state::EditTargets targets{live.scene(), names};
+  const state::EditTargets targets{live.scene(), names, nullptr, live.added_materials()};
   state::TargetIndex index(targets);
   for (const state::EditKey& key : unmatched) {
     if (index.find(key) != scene::kNone) continue;  // of an addition

@@ -314,12 +314,17 @@ bool LiveScene::show_built() {
   withdrawn_ = std::move(withdrawn);
   root_of_added_ = std::move(roots);
   shown_additions_.clear();
+  added_materials_.clear();
   for (size_t i = 0; i < built->added.size(); ++i) {
     const uint32_t root = built->roots[i];
+    if (const auto asset = built->assets.find(root); asset != built->assets.end())
+      added_materials_.push_back(
+          {built->added[i].name, asset->second.first_material, asset->second.material_count});
     if (UserAdditions::are_of_user(built->added[i]))
       shown_additions_.push_back(
           {built->added[i].name, root, std::move(built->sources[root]), std::move(built->assets[root])});
   }
+  std::ranges::sort(added_materials_, {}, &state::AddedMaterials::first);
   // The old scene outlives its users in this function; its GPU copy retires with the frames in flight.
   const std::unique_ptr<const scene::LoadedScene> before = std::exchange(merged_, std::move(built->scene));
   notify_replaced(before ? before->scene : base().scene);
@@ -398,6 +403,7 @@ Result<void> LiveScene::replace_base(const scene::LoadedScene& next, std::vector
   for (const state::RequestedNode& node : added_) pending_.insert(node.budget);
   if (additions_.try_again()) pending_.insert(nullptr);
   shown_additions_.clear();
+  added_materials_.clear();
   added_.clear();
   contents_ = {};
   failed_contents_.reset();

@@ -21,6 +21,7 @@
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/scene/model/scene_edits.h"
 #include "renderer/state/edit_registry.h"
+#include "renderer/state/editing/edit_document.h"
 #include "renderer/state/editing/user_edits.h"
 #include "renderer/state/marker_registry.h"
 #include "renderer/state/motion/animation.h"
@@ -54,6 +55,8 @@ class LiveScene {
   const UserEdits& user_edits() const { return user_; }
   // The user's additions that are displayed, by root.
   const std::vector<ShownAddition>& shown_additions() const { return shown_additions_; }
+  // Materials of all files that the user and streams have added to the displayed scene.
+  const std::vector<state::AddedMaterials>& added_materials() const { return added_materials_; }
   uint64_t user_revision() const { return user_revision_; }  // rises with each change of user_edits()
 
   // Material variant of the file; kNone: its default materials. The base scene has the first one.
@@ -161,6 +164,7 @@ class LiveScene {
   UserAdditions additions_;
   const std::string file_of_additions_;  // beginning of messages about them
   std::vector<ShownAddition> shown_additions_;
+  std::vector<state::AddedMaterials> added_materials_;
   std::vector<Replaced> on_replaced_;
   uint64_t bindings_seen_ = 0, replaced_ = 0, updates_ = 0, builds_begun_ = 0, request_lists_made_ = 0;
   std::vector<state::RequestedNode> requested_;  // as of requested_revision_

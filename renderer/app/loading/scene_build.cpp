@@ -94,7 +94,7 @@ struct SceneBuild::Merge {
   std::set<uint32_t> roots_of_user;  // of additions, which copies leave out
   size_t copied_nodes = 0;
   std::map<uint32_t, std::vector<uint32_t>> sources;  // of copies, by root
-  std::map<uint32_t, MergedAsset> files;              // of the user's assets, by root
+  std::map<uint32_t, MergedAsset> files;              // of assets, by root
   std::vector<size_t> ready;                          // nodes whose parent has been added
   std::vector<state::RequestedNode> charged;          // nodes that are added, or will be in a later turn
 };
@@ -423,11 +423,9 @@ Result<void> SceneBuild::add(const state::RequestedNode& node, uint32_t parent, 
       return done;
     }
     merge.added_bytes += asset->size.host_bytes;
-    if (node.addition) {
-      const scene::Scene& added = asset->loaded.scene;
-      merge.files[root] = {added.source, static_cast<uint32_t>(added.nodes.size()), first_material,
-                           static_cast<uint32_t>(added.materials.size())};
-    }
+    const scene::Scene& added = asset->loaded.scene;
+    merge.files[root] = {added.source, static_cast<uint32_t>(added.nodes.size()), first_material,
+                         static_cast<uint32_t>(added.materials.size())};
     if (!charges->second.casts_shadows) {
       for (size_t light = first_light; light < scene.lights.size(); ++light)
         scene.lights[light].casts_shadow = false;

@@ -105,7 +105,7 @@ class SceneBuild {
     std::vector<uint32_t> roots;  // of each added node: its index in the scene
     // Of copies by the user, by root: the nodes of which the root and those that follow it are copies.
     std::map<uint32_t, std::vector<uint32_t>> sources;
-    std::map<uint32_t, MergedAsset> assets;        // of files that the user adds, by root
+    std::map<uint32_t, MergedAsset> assets;        // by root; those of streams may have no file
     std::vector<state::RequestedNode> waiting;     // neither added nor refused: for assets or parents
     std::map<const PeerBudget*, int64_t> load_ns;  // time that loads took
     std::vector<Refused> refused;

@@ -220,7 +220,8 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
                   overlay_file(options, show.has_own_file()).path});
   SceneEditor editor(overlay_file(options, show.has_own_file()), std::move(*overlay));
   if (show.has_own_file()) editor.set_export({[&show] { return show.load().gltf_file(); }, options.scene});
-  editor.set_shown_additions([&live] { return std::span(live.shown_additions()); });
+  editor.set_shown_additions([&live] { return std::span(live.shown_additions()); },
+                             [&live] { return std::span(live.added_materials()); });
   live.on_scene_replaced([&](const scene::Scene& before_it, const scene::Scene& after) {
     editor.replace_scene(stage.viewer, before_it, after, robot ? &*robot : nullptr);
     live.set_user_edits(edits_of(stage.viewer));
@@ -265,7 +266,7 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
     if (window) sinks::Window::poll_events();
     return stop_was_requested() || (window && window->should_close());
   });
-  editor.report_start({live.scene(), poses.names(), robot ? &*robot : nullptr});
+  editor.report_start({live.scene(), poses.names(), robot ? &*robot : nullptr, live.added_materials()});
   for (const std::string& note : live.take_log_messages()) say(note);
   for (const std::string& note : editor.take_log_messages()) say(note);
   // A stopped run ends with its frame loop, without the camera.

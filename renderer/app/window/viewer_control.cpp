@@ -2,13 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string_view>
-#include <unordered_map>
 #include <utility>
 
-#include "protocol/base/random.h"
 #include "renderer/scene/model/variants.h"
-#include "renderer/state/editing/material_transfer.h"
+#include "renderer/state/editing/target_index.h"
 
 namespace fire3dv::app {
 
@@ -170,46 +167,40 @@ void ViewerInput::press_with_control(const InputEvent& event, gui::Viewer& viewe
 
 namespace {
 
-// Maps node indices of one scene to another by path. Most nodes keep their index.
-class NodesByPath {
+// Maps numbers of objects of one scene to another.
+class ObjectsByKey {
  public:
-  NodesByPath(const scene::Scene& before, const scene::Scene& after) : before_(before), after_(after) {}
+  ObjectsByKey(const state::EditTargets& before, const state::EditTargets& after)
+      : before_(before), after_(after), count_(before.scene.nodes.size()) {}
 
-  uint32_t operator()(uint32_t node) {
-    if (node >= before_.nodes.size()) return scene::kNone;
-    const std::string& path = before_.nodes[node].path;
-    if (node < after_.nodes.size() && after_.nodes[node].path == path) return node;
-    if (node_of_path_.empty()) {
-      for (uint32_t n = 0; n < after_.nodes.size(); ++n) node_of_path_.emplace(after_.nodes[n].path, n);
-    }
-    const auto found = node_of_path_.find(path);
-    return found == node_of_path_.end() ? scene::kNone : found->second;
+  uint32_t node(uint32_t number) {
+    return number < count_ ? find(state::EditedObject::node, number, state::EditedProperty::visible) : kNone;
+  }
+  uint32_t find(state::EditedObject object, uint32_t number, state::EditedProperty property) {
+    return after_.find(before_.key_of(object, number, property));
   }
 
  private:
-  const scene::Scene &before_, &after_;
-  std::unordered_map<std::string_view, uint32_t, KeyedHash, std::equal_to<>> node_of_path_;
+  static constexpr uint32_t kNone = scene::kNone;
+  state::TargetIndex before_, after_;
+  const size_t count_;  // of nodes
 };
-
-std::map<uint32_t, scene::Material> transferred_materials(std::map<uint32_t, scene::Material> materials,
-                                                          const scene::Scene& before,
-                                                          const scene::Scene& after) {
-  if (materials.empty()) return materials;
-  const state::NodeNames names_before(before), names_after(after);
-  const state::EditTargets from{before, names_before}, to{after, names_after};
-  state::MaterialTransfer transfer(from, to);
-  std::map<uint32_t, scene::Material> transferred;
-  for (auto& [number, material] : materials) {
-    if (const uint32_t now = transfer.find(number); now != scene::kNone)
-      transferred.emplace(now, std::move(material));
-  }
-  return transferred;
-}
 
 }  // namespace
 
-void transfer_by_path(gui::Viewer& viewer, const scene::Scene& before, const scene::Scene& after) {
-  NodesByPath moved(before, after);
+bool refers_to_scene(const gui::Viewer& viewer) {
+  for (const uint32_t node : {viewer.selected, viewer.followed, viewer.isolated, viewer.variant}) {
+    if (node != scene::kNone) return true;
+  }
+  return viewer.picked_point || !viewer.measured.empty() || !viewer.hidden.empty() ||
+         !viewer.removed.empty() || !viewer.lights.empty() || !viewer.materials.empty() ||
+         !viewer.transforms.empty();
+}
+
+void transfer_by_key(gui::Viewer& viewer, const state::EditTargets& from, const state::EditTargets& to) {
+  const scene::Scene &before = from.scene, &after = to.scene;
+  ObjectsByKey objects(from, to);
+  const auto moved = [&](uint32_t node) { return objects.node(node); };
   for (uint32_t* node : {&viewer.selected, &viewer.followed, &viewer.isolated}) *node = moved(*node);
   const auto is_lost = [&](gui::SurfacePoint& point) {
     if (point.node == scene::kNone) return false;
@@ -230,7 +221,11 @@ void transfer_by_path(gui::Viewer& viewer, const scene::Scene& before, const sce
       lights.emplace(now, std::move(light));
   }
   viewer.lights = std::move(lights);
-  viewer.materials = transferred_materials(std::move(viewer.materials), before, after);
+  for (auto& [number, material] : std::exchange(viewer.materials, {})) {
+    if (number >= before.materials.size()) continue;
+    const uint32_t now = objects.find(state::EditedObject::material, number, state::EditedProperty::factors);
+    if (now != scene::kNone) viewer.materials.emplace(now, std::move(material));
+  }
   viewer.variant = scene::variant_of_same_name(viewer.variant, before, after);
   state::NodeTransforms transforms;
   for (const auto& [node, transform] : viewer.transforms) {

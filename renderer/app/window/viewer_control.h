@@ -12,6 +12,7 @@
 #include "renderer/gui/panel_data.h"
 #include "renderer/passes/debug/inspection.h"
 #include "renderer/sinks/window_input.h"
+#include "renderer/state/editing/edit_document.h"
 
 namespace fire3dv::app {
 
@@ -45,10 +46,11 @@ class ViewerInput {
   float scale_ = 1;
 };
 
-// Transfers selections and edits to another scene by node path; drops nodes that do not exist there. Lights
-// need a file light of the same kind. Materials are found by their first user, else by name
-// (state::MaterialTransfer).
-void transfer_by_path(gui::Viewer& viewer, const scene::Scene& before, const scene::Scene& after);
+// True if selections or edits name objects of the scene.
+bool refers_to_scene(const gui::Viewer& viewer);
+// Transfers selections and edits to another scene by the keys of their objects (state::EditKey); drops those
+// of objects that do not exist there. Lights need a file light of the same kind.
+void transfer_by_key(gui::Viewer& viewer, const state::EditTargets& before, const state::EditTargets& after);
 
 // Clears everything that refers to a scene, for an unrelated scene.
 void forget_scene(gui::Viewer& viewer);

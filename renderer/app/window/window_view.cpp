@@ -142,7 +142,8 @@ bool WindowView::take_activity() {
 }
 
 state::EditTargets WindowView::edit_targets() const {
-  return {borrowed_.scene.scene(), borrowed_.poses.names(), borrowed_.robot ? &*borrowed_.robot : nullptr};
+  return {borrowed_.scene.scene(), borrowed_.poses.names(), borrowed_.robot ? &*borrowed_.robot : nullptr,
+          borrowed_.scene.added_materials()};
 }
 
 void WindowView::apply_requests() {

@@ -38,16 +38,20 @@ bool withdraw_removed_additions(EditDocument& document, const Paths& shown) {
   const std::map<std::string, std::string> additions = paths_of_additions(document);
   Paths removed;
   for (const auto& [key, value] : document) {
-    if (key.object == EditedObject::node && key.occurrence == 0 && key.property == EditedProperty::removed &&
-        additions.contains(key.name) && shown.contains(key.name))
+    if (key.object == EditedObject::node && key.occurrence == 0 && !key.instance &&
+        key.property == EditedProperty::removed && additions.contains(key.name) && shown.contains(key.name))
       removed.insert(key.name);
   }
   if (removed.empty()) return false;
   const auto is_gone = [&](const std::string& path) { return is_at_or_below(path, removed); };
+  std::set<std::string_view> gone;  // names of additions
+  for (const auto& [path, name] : additions) {
+    if (is_gone(path)) gone.insert(name);
+  }
   std::erase_if(document, [&](const auto& edit) {
     if (edit.first.object == EditedObject::node) return is_gone(edit.first.name);
-    const auto* const addition = std::get_if<Addition>(&edit.second);
-    return addition && is_gone(path_of(edit.first.name, *addition));
+    if (edit.first.object == EditedObject::material) return gone.contains(edit.first.owner);
+    return edit.first.object == EditedObject::addition && gone.contains(edit.first.name);
   });
   return true;
 }
@@ -60,12 +64,24 @@ EditDocument edits_of_copy(const EditDocument& document, const std::string& sour
   EditDocument edits;
   for (const auto& [key, value] : document) {
     if (key.object != EditedObject::node || !is_at_or_below(key.name, source)) continue;
-    const bool is_of_root = key.name.size() == source.size();
+    const bool is_of_root = key.name.size() == source.size() && !key.instance;
     if (is_of_root && (key.property == EditedProperty::transform || key.property == EditedProperty::removed))
       continue;
     if (is_at_or_below(key.name, left_out)) continue;
     EditKey of_copy = key;
     of_copy.name = copy + key.name.substr(source.size());
+    edits.emplace(std::move(of_copy), value);
+  }
+  return edits;
+}
+
+EditDocument material_edits_of_copy(const EditDocument& document, const std::string& owner,
+                                    const std::string& copy) {
+  EditDocument edits;
+  for (const auto& [key, value] : document) {
+    if (key.object != EditedObject::material || key.owner != owner) continue;
+    EditKey of_copy = key;
+    of_copy.owner = copy;
     edits.emplace(std::move(of_copy), value);
   }
   return edits;

@@ -23,7 +23,8 @@ bool is_at_or_below(std::string_view path, const Paths& tops);
 // Name of the addition whose node has this path; empty: none.
 std::string addition_at(const Additions& additions, std::string_view path);
 
-// A removed addition is none any more, and neither are additions and edits of nodes below it. shown: paths of
+// A removed addition is none any more, and neither are additions and edits of nodes below it, and edits of
+// the materials of these. shown: paths of
 // additions whose nodes are displayed; a removed node at the path of another one is of the file, and stays
 // removed. Returns true if there were any.
 bool withdraw_removed_additions(EditDocument& document, const Paths& shown);
@@ -31,5 +32,8 @@ bool withdraw_removed_additions(EditDocument& document, const Paths& shown);
 // Edits of the nodes at and below a path, for a copy at another path: without transform and removal of the
 // first node, which has its own.
 EditDocument edits_of_copy(const EditDocument& document, const std::string& source, const std::string& copy);
+// Edits of the materials of an added file, for another addition of that file, which has materials of its own.
+EditDocument material_edits_of_copy(const EditDocument& document, const std::string& owner,
+                                    const std::string& copy);
 
 }  // namespace fire3dv::state

@@ -94,8 +94,10 @@ std::string describe(const EditKey& key) {
   constexpr const char* kObjects[] = {"node", "material", "joint", "scene", "node"};
   constexpr const char* kProperties[] = {"the visibility", "the transform", "the light",   "the factors",
                                          "the position",   "the removal",   "the variant", "the addition"};
-  return std::string(kProperties[static_cast<size_t>(key.property)]) + " of " +
-         kObjects[static_cast<size_t>(key.object)] + " " + quote(key.name);
+  const std::string instance = key.instance ? "instance " + std::to_string(*key.instance) + " of " : "";
+  return std::string(kProperties[static_cast<size_t>(key.property)]) + " of " + instance +
+         kObjects[static_cast<size_t>(key.object)] + " " + quote(key.name) +
+         (key.owner.empty() ? "" : " of " + quote(key.owner));
 }
 
 }  // namespace fire3dv::state

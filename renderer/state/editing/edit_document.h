@@ -6,7 +6,10 @@
 #include <compare>
 #include <cstdint>
 #include <map>
+#include <optional>
+#include <span>
 #include <string>
+#include <tuple>
 #include <variant>
 #include <vector>
 
@@ -20,13 +23,24 @@ namespace fire3dv::state {
 enum class EditedObject : uint8_t { node, material, joint, scene, addition };
 enum class EditedProperty : uint8_t { visible, transform, light, factors, position, removed, variant, added };
 
-// Objects of one name are numbered in the order of the scene.
+// Objects of one name are numbered in the order of the scene, materials within their file: what is added or
+// missing elsewhere changes no key.
 struct EditKey {
   EditedObject object = EditedObject::node;
   std::string name;         // path of a node; name of a material, joint or addition; empty for the scene
   uint32_t occurrence = 0;  // 0: the first object of the name
   EditedProperty property = EditedProperty::visible;
-  auto operator<=>(const EditKey&) const = default;
+  std::string owner = {};  // of a material: name of the added node with its file; empty: the scene's file
+  std::optional<uint32_t> instance = {};  // number among the nodes without a path below the named one
+
+  auto by_object() const { return std::tie(object, owner, name, occurrence, instance, property); }
+  std::strong_ordering operator<=>(const EditKey& other) const { return by_object() <=> other.by_object(); }
+  bool operator==(const EditKey& other) const { return by_object() == other.by_object(); }
+  // Another property of the same object; a document has them one after the other.
+  bool has_object_of(const EditKey& other) const {
+    return object == other.object && owner == other.owner && name == other.name &&
+           occurrence == other.occurrence && instance == other.instance;
+  }
 };
 
 using JointPosition = std::vector<double>;  // as in JointPositions
@@ -41,11 +55,18 @@ inline EditKey variant_key() {
   return {EditedObject::scene, {}, 0, EditedProperty::variant};
 }
 
+// Materials of a file that was added to the scene, as the node of this name.
+struct AddedMaterials {
+  std::string owner;
+  uint32_t first = 0, count = 0;  // of the scene's materials
+};
+
 // Objects that keys name. Borrowed for a call.
 struct EditTargets {
   const scene::Scene& scene;
-  const NodeNames& names;            // of the scene
-  const RobotPose* robot = nullptr;  // null: the scene has no joints
+  const NodeNames& names;                      // of the scene
+  const RobotPose* robot = nullptr;            // null: the scene has no joints
+  std::span<const AddedMaterials> added = {};  // in the order of the materials; all others are the file's
 };
 
 // Number of the object, 0 for additions; scene::kNone: the scene has none of that name.

@@ -1,7 +1,9 @@
 #include "renderer/state/editing/overlay_file.h"
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -310,11 +312,17 @@ EditKey read_target(Members& entry, const std::string& place) {
     const Json* const name = entry.find(member);
     if (!name) continue;
     EditKey key{object, read_name(*name, entry.place(member), true), 0, {}};
-    if (const Json* const number = entry.find("occurrence")) {
-      if (!number->is_number_unsigned() || number->get<uint64_t>() >= UINT32_MAX)
-        throw Fault(entry.place("occurrence") + " is no whole number from 0 on");
-      key.occurrence = number->get<uint32_t>();
-    }
+    const auto count = [&](const char* of) -> std::optional<uint32_t> {
+      const Json* const value = entry.find(of);
+      if (!value) return std::nullopt;
+      if (!value->is_number_unsigned() || value->get<uint64_t>() >= UINT32_MAX)
+        throw Fault(entry.place(of) + " is no whole number from 0 on");
+      return value->get<uint32_t>();
+    };
+    key.occurrence = count("occurrence").value_or(0);
+    if (object == EditedObject::node) key.instance = count("instance");
+    if (const Json* const of = object == EditedObject::material ? entry.find("of") : nullptr)
+      key.owner = read_name(*of, entry.place("of"), false);
     return key;
   }
   throw Fault(place + " names no node, material, joint, addition or variant");
@@ -336,8 +344,8 @@ void read_entry(const Json& object, const std::string& place, EditDocument& docu
   }
   if (key.object == EditedObject::material) {
     add(EditedProperty::factors, read_factors(entry));
-    return entry.refuse_others({"material", "occurrence", "base_color", "emissive", "metallic", "roughness",
-                                "normal_scale", "occlusion_strength", "alpha_cutoff"});
+    return entry.refuse_others({"material", "of", "occurrence", "base_color", "emissive", "metallic",
+                                "roughness", "normal_scale", "occlusion_strength", "alpha_cutoff"});
   }
   if (key.object == EditedObject::joint) {
     add(EditedProperty::position, read_position(entry.need("position"), entry.place("position")));
@@ -357,8 +365,8 @@ void read_entry(const Json& object, const std::string& place, EditDocument& docu
     add(EditedProperty::transform, *transform);
   if (const Json* const light = entry.find("light"))
     add(EditedProperty::light, read_light(*light, entry.place("light")));
-  entry.refuse_others(
-      {"node", "occurrence", "visible", "translation", "rotation", "scale", "matrix", "light", "removed"});
+  entry.refuse_others({"node", "occurrence", "instance", "visible", "translation", "rotation", "scale",
+                       "matrix", "light", "removed"});
   if (document.size() == before) throw Fault(place + " changes nothing");
 }
 
@@ -394,9 +402,11 @@ EditDocument read_document(std::span<const std::byte> text) {
 std::string overlay_text(const EditDocument& document, const std::string& scene) {
   constexpr const char* kMembers[] = {"node", "material", "joint", "", "add"};  // by EditedObject
   constexpr auto kReplace = Ordered::error_handler_t::replace;  // names of a file may be invalid UTF-8
-  const bool has_additions =
-      !document.empty() && document.rbegin()->first.object == EditedObject::addition;  // they come last
-  const int version = has_additions ? kOverlayVersion : 1;
+  const bool is_for_older = std::ranges::all_of(document, [](const auto& edit) {
+    const EditKey& key = edit.first;
+    return key.object != EditedObject::addition && key.owner.empty() && !key.instance;
+  });
+  const int version = is_for_older ? 1 : kOverlayVersion;
   std::string text = std::string("{\"") + kRoot + "\": {\n  \"version\": " + std::to_string(version) +
                      ",\n  \"scene\": " + Ordered(scene).dump(-1, ' ', false, kReplace) + ",\n  \"edits\": [";
   const char* separator = "\n    ";
@@ -404,10 +414,10 @@ std::string overlay_text(const EditDocument& document, const std::string& scene)
     const EditKey& key = edit->first;
     Ordered entry;
     if (key.object != EditedObject::scene) entry[kMembers[static_cast<size_t>(key.object)]] = key.name;
+    if (!key.owner.empty()) entry["of"] = key.owner;
     if (key.occurrence != 0) entry["occurrence"] = key.occurrence;
-    for (; edit != document.end() && edit->first.object == key.object && edit->first.name == key.name &&
-           edit->first.occurrence == key.occurrence;
-         ++edit)
+    if (key.instance) entry["instance"] = *key.instance;
+    for (; edit != document.end() && edit->first.has_object_of(key); ++edit)
       add_value(entry, edit->first.property, edit->second);
     text += separator + entry.dump(-1, ' ', false, kReplace);
     separator = ",\n    ";

@@ -14,7 +14,7 @@
 
 namespace fire3dv::state {
 
-constexpr int kOverlayVersion = 2;  // files without additions have version 1
+constexpr int kOverlayVersion = 2;  // files without additions, their materials and instances have version 1
 constexpr uint64_t kMaxOverlayBytes = 16 << 20;
 constexpr size_t kMaxOverlayEdits = 100'000;
 constexpr size_t kMaxOverlayAdditions = 10'000;

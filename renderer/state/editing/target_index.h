@@ -5,7 +5,9 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
+#include <span>
 #include <string_view>
 #include <unordered_map>
 #include <vector>
@@ -29,12 +31,17 @@ class TargetIndex {
 
  private:
   using Numbers = std::unordered_map<std::string_view, std::vector<uint32_t>, KeyedHash, std::equal_to<>>;
-  const Numbers& numbers_of(EditedObject object);
+  const Numbers& numbers_of(EditedObject object, std::string_view owner);
   std::string_view name_of(EditedObject object, uint32_t number) const;
   uint32_t count_of(EditedObject object) const;
+  std::string_view owner_of(EditedObject object, uint32_t number) const;
+  uint32_t anchor_of(uint32_t node) const;
+  std::span<const uint32_t> without_path(uint32_t anchor);
+  EditKey key_without_path(uint32_t node, EditedProperty property);
 
   const EditTargets& targets_;
-  std::array<std::optional<Numbers>, 5> numbers_;  // by object
+  std::array<std::optional<std::map<std::string_view, Numbers>>, 5> numbers_;  // by object, then by owner
+  std::optional<std::vector<uint32_t>> without_path_;                          // nodes, by their anchors
 };
 
 }  // namespace fire3dv::state

@@ -161,7 +161,8 @@ TEST_F(Measurements, AnotherSceneKeepsThePointsOfItsNodes) {
   click({2, -1, 1}, 2);
   viewer_.picked_point = gui::SurfacePoint{2, {0, 0, 0}};
   scene::Scene after = boxes_at({{2, -1, 1}});  // without "box1"
-  transfer_by_path(viewer_, scene_, after);
+  const state::NodeNames names(scene_), names_after(after);
+  transfer_by_key(viewer_, {scene_, names}, {after, names_after});
   ASSERT_EQ(viewer_.measured.size(), 1u);
   EXPECT_EQ(viewer_.measured[0].node, 1u);
   EXPECT_FALSE(viewer_.picked_point);

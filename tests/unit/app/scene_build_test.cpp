@@ -95,6 +95,9 @@ TEST_F(SceneBuildTest, AnEmbeddedAssetReadsNoFiles) {
   SceneBuild build(base_, {folder_});
   const SceneBuild::Built built = finished(build, {{wanted("n", what)}, {}});
   ASSERT_TRUE(built.scene);
+  const MergedAsset& merged = built.assets.at(built.roots.at(0));
+  EXPECT_EQ(merged.first_material, base_.scene.materials.size());
+  EXPECT_EQ(merged.first_material + merged.material_count, built.scene->scene.materials.size());
   ASSERT_FALSE(built.scene->scene.images.empty());
   EXPECT_EQ(built.scene->scene.images.back().width, 64u) << "a placeholder";
   ASSERT_EQ(built.asset_warnings.size(), 1u);

@@ -3,7 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <initializer_list>
+#include <span>
 #include <thread>
+#include <vector>
 
 #include "renderer/app/viewer_document.h"
 #include "renderer/app/window/viewer_control.h"
@@ -11,6 +14,14 @@
 
 namespace fire3dv::app {
 namespace {
+
+void transfer(gui::Viewer& viewer, const scene::Scene& before, const scene::Scene& after,
+              std::span<const state::AddedMaterials> added_before = {},
+              std::span<const state::AddedMaterials> added_after = {}) {
+  const state::NodeNames names_before(before), names_after(after);
+  transfer_by_key(viewer, {before, names_before, nullptr, added_before},
+                  {after, names_after, nullptr, added_after});
+}
 
 TEST(Viewers, KeepWhatHasTheSamePathInAnotherScene) {
   const scene::Scene before = boxes_at({{0, 0, 0}, {1, 0, 0}});
@@ -25,7 +36,7 @@ TEST(Viewers, KeepWhatHasTheSamePathInAnotherScene) {
   viewer.lights[2] = {};
   viewer.materials[0] = {};
   viewer.materials[7] = {};
-  transfer_by_path(viewer, before, after);
+  transfer(viewer, before, after);
   EXPECT_EQ(viewer.selected, 3u);
   EXPECT_EQ(viewer.isolated, scene::kNone);
   EXPECT_EQ(viewer.followed, scene::kNone);
@@ -45,50 +56,46 @@ TEST(Viewers, KeepNoLightWhereTheFileHasNoneOrAnotherKind) {
   after.nodes[3].light = 1;
   gui::Viewer viewer;
   for (const uint32_t node : {1, 2, 3}) viewer.lights[node] = bulb;
-  transfer_by_path(viewer, before, after);
+  transfer(viewer, before, after);
   ASSERT_EQ(viewer.lights.size(), 1u);
   EXPECT_TRUE(viewer.lights.contains(1));
 }
 
-TEST(Viewers, KeepAMaterialWithoutANameWhereTheSameNodeWearsIt) {
-  scene::Scene before = boxes_at({{0, 0, 0}, {1, 0, 0}});
-  before.materials.resize(4);
-  before.primitives.resize(3, before.primitives[0]);
-  for (uint32_t p = 0; p < 3; ++p) before.primitives[p].material = p;
-  before.materials[2].name = "steel";
-  before.meshes = {{"a", 0, 1, 0}, {"b", 1, 1, 0}, {"c", 2, 1, 0}};
-  before.nodes[1].mesh = 0;
-  before.nodes[2].mesh = 1;
-  before.nodes[3].mesh = 2;
+// Materials of added files, whatever their numbers are, and those of the file itself stay apart.
+TEST(Viewers, KeepMaterialsByTheirFile) {
+  scene::Scene before = boxes_at({{0, 0, 0}});
+  before.materials.assign(4, {});
+  before.materials[1].name = "steel";
+  before.materials[2].name = before.materials[3].name = "wood";
   scene::Scene after = before;
-  after.nodes[2].path = after.nodes[3].path = "somebody else's";
+  after.materials.insert(after.materials.begin() + 1, scene::Material{});
+  after.materials[1].name = "wood";  // of the file itself
+  const std::vector<state::AddedMaterials> chair_and_table{{"chair", 2, 1}, {"table", 3, 1}};
+  const std::vector<state::AddedMaterials> chair{{"chair", 3, 1}};
   gui::Viewer viewer;
-  for (const uint32_t material : {0, 1, 2, 3}) viewer.materials[material] = {};
-  transfer_by_path(viewer, before, after);
-  EXPECT_TRUE(viewer.materials.contains(0));
-  EXPECT_FALSE(viewer.materials.contains(1));
-  EXPECT_TRUE(viewer.materials.contains(2));
-  EXPECT_FALSE(viewer.materials.contains(3));  // no node uses it
+  for (const uint32_t material : {0, 1, 2, 3})
+    viewer.materials[material].roughness = static_cast<float>(material) / 4;
+  transfer(viewer, before, after, chair_and_table, chair);
+  ASSERT_EQ(viewer.materials.size(), 3u) << "the table is gone, and the file's wood is another material";
+  EXPECT_EQ(viewer.materials.at(0).roughness, 0);
+  EXPECT_EQ(viewer.materials.at(2).roughness, 0.25f);
+  EXPECT_EQ(viewer.materials.at(3).roughness, 0.5f);
 }
 
-TEST(Viewers, KeepAMaterialOfTwoCopiesWhenOneOfThemIsRemoved) {
-  scene::Scene before = boxes_at({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}});
-  before.materials.resize(3);  // unnamed
-  before.primitives.resize(2, before.primitives[0]);
-  before.primitives[0].material = 1;
-  before.primitives[1].material = 2;
-  before.meshes = {{"other", 0, 1, 0}, {"shared", 1, 1, 0}};
-  before.nodes[1].mesh = 0;
-  before.nodes[2].mesh = before.nodes[3].mesh = 1;
-  scene::Scene after = before;  // without the other mesh and the first copy
-  after.nodes[1].path = after.nodes[2].path = "gone";
-  after.nodes[1].mesh = after.nodes[2].mesh = scene::kNone;
-  after.primitives[1].material = 1;
+// Instances have no path.
+TEST(Viewers, KeepInstancesByTheirNode) {
+  const auto with_instances = [](std::initializer_list<uint32_t> parents) {
+    scene::Scene scene = boxes_at({{0, 0, 0}, {1, 0, 0}});
+    for (const uint32_t parent : parents) scene.nodes.emplace_back().parent = parent;
+    return scene;
+  };
+  const scene::Scene before = with_instances({1, 1, 2}), after = with_instances({2, 1, 1});
   gui::Viewer viewer;
-  viewer.materials[2] = {};
-  transfer_by_path(viewer, before, after);
-  ASSERT_EQ(viewer.materials.size(), 1u);
-  EXPECT_TRUE(viewer.materials.contains(1));
+  viewer.selected = 4;
+  viewer.hidden = {5, 6};
+  transfer(viewer, before, after);
+  EXPECT_EQ(viewer.selected, 5u);
+  EXPECT_EQ(viewer.hidden, (std::set<uint32_t>{4, 6}));
 }
 
 TEST(Viewers, IsolatingHidesAllElseAndTakingItBackNothing) {

@@ -154,74 +154,160 @@ TEST_F(Editors, AnExportReportsAdditionsThatAreNotDisplayedAndAChangedFile) {
 
 // Added files are merged in the order of their names, so that materials get other numbers.
 TEST_F(Editors, EditsOfMaterialsStayWithTheirFileWhenOthersComeAndGo) {
+  std::vector<state::AddedMaterials> added;
   const auto with_files = [&](std::initializer_list<const char*> files) {
     scene::Scene scene = scene_;
+    added.clear();
     for (const char* const name : files) {
-      const uint32_t node = scene::add_node(scene, name, scene::kNone, glm::mat4(1));
-      scene::Primitive primitive = scene.primitives[0];
-      primitive.material = static_cast<uint32_t>(scene.materials.size());
+      (void)scene::add_node(scene, name, scene::kNone, glm::mat4(1));
+      added.push_back({name, static_cast<uint32_t>(scene.materials.size()), 1});
       scene.materials.emplace_back().name = "wood";
-      scene.nodes[node].mesh = static_cast<uint32_t>(scene.meshes.size());
-      scene.meshes.push_back({name, static_cast<uint32_t>(scene.primitives.size()), 1, 0});
-      scene.primitives.push_back(primitive);
     }
     return scene;
   };
-  const scene::Scene table = with_files({"table"}), both = with_files({"apple", "table"});
-  const scene::Scene apple = with_files({"apple"});
-  const auto key = [](uint32_t occurrence) {
-    return state::EditKey{state::EditedObject::material, "wood", occurrence, state::EditedProperty::factors};
+  const auto key = [](const char* owner) {
+    return state::EditKey{state::EditedObject::material, "wood", 0, state::EditedProperty::factors, owner};
   };
   SceneEditor editor(file(), {});
-  editor.begin(viewer_, {table, state::NodeNames(table)});
-  const auto replace = [&](const scene::Scene& before, const scene::Scene& after) {
-    editor.replace_scene(viewer_, before, after, nullptr);
-    editor.update(viewer_, {after, state::NodeNames(after)}, false);
-    EXPECT_EQ(editor.history().undo_steps(), 1u) << "a replaced scene is no step";
+  editor.set_shown_additions([] { return std::span<const ShownAddition>(); },
+                             [&] { return std::span<const state::AddedMaterials>(added); });
+  scene::Scene shown = scene_;
+  const auto update_shown = [&] {
+    const state::NodeNames names(shown);
+    editor.update(viewer_, {shown, names, nullptr, added}, false);
   };
-  viewer_.materials[1] = table.materials[1];
+  size_t steps = 0;
+  const auto show = [&](std::initializer_list<const char*> files) {
+    const scene::Scene before = std::exchange(shown, with_files(files));
+    editor.replace_scene(viewer_, before, shown, nullptr);
+    update_shown();
+    EXPECT_EQ(editor.history().undo_steps(), steps) << "a replaced scene is no step";
+  };
+  editor.begin(viewer_, targets());
+  show({"table"});
+  viewer_.materials[1] = shown.materials[1];
   viewer_.materials[1].roughness = 0.25f;
-  editor.update(viewer_, {table, state::NodeNames(table)}, false);
-  ASSERT_TRUE(editor.history().document().contains(key(0)));
+  update_shown();
+  ++steps;
+  const state::EditDocument document = editor.history().document();
+  ASSERT_EQ(document.size(), 1u);
+  EXPECT_TRUE(document.contains(key("table")));
 
-  replace(table, both);
+  show({"apple", "table"});
   ASSERT_EQ(viewer_.materials.size(), 1u);
   EXPECT_EQ(viewer_.materials.at(2).roughness, 0.25f);
-  EXPECT_EQ(editor.history().document().size(), 1u);
-  EXPECT_TRUE(editor.history().document().contains(key(1)));
-  replace(both, table);
-  EXPECT_TRUE(viewer_.materials.contains(1));
-  EXPECT_TRUE(editor.history().document().contains(key(0)));
-  replace(table, scene_);
-  EXPECT_TRUE(viewer_.materials.empty());
-  EXPECT_TRUE(editor.history().document().contains(key(0))) << "it waits for the file";
-  replace(scene_, table);
-  EXPECT_EQ(viewer_.materials.at(1).roughness, 0.25f);
-  replace(table, both);
-  replace(both, apple);
+  show({"apple"});
   EXPECT_TRUE(viewer_.materials.empty()) << "the material of another file";
+  show({});
+  show({"table"});
+  EXPECT_EQ(viewer_.materials.at(1).roughness, 0.25f);
+  EXPECT_EQ(editor.history().document(), document) << "it waits for its file";
+  // A missing file's edit is not taken by another one's material.
+  show({"apple", "table"});
+  viewer_.materials[1] = shown.materials[1];
+  viewer_.materials[1].roughness = 0.75f;
+  update_shown();
+  ++steps;
+  show({"table"});
+  EXPECT_EQ(viewer_.materials.at(1).roughness, 0.25f);
+  show({"apple", "table"});
+  EXPECT_EQ(viewer_.materials.at(1).roughness, 0.75f);
+  EXPECT_EQ(viewer_.materials.at(2).roughness, 0.25f);
+  EXPECT_TRUE(editor.history().document().contains(key("apple")));
+  // Steps from before the other file came name the same material.
+  for (int i = 0; i < 2; ++i) {
+    viewer_.commands.undo = true;
+    update_shown();
+  }
+  EXPECT_TRUE(viewer_.materials.empty());
+  EXPECT_TRUE(editor.history().document().empty());
+  for (int i = 0; i < 2; ++i) {
+    viewer_.commands.redo = true;
+    update_shown();
+  }
+  EXPECT_EQ(viewer_.materials.at(1).roughness, 0.75f);
+  EXPECT_EQ(viewer_.materials.at(2).roughness, 0.25f);
+}
+
+// An edit of an instance lives on after undo, a replaced scene and a restart.
+TEST_F(Editors, EditsOfInstancesAreKept) {
+  for (int i = 0; i < 2; ++i) scene_.nodes.emplace_back().parent = 1;
+  const auto second = static_cast<uint32_t>(scene_.nodes.size() - 1);
+  SceneEditor editor(file(), {});
+  editor.begin(viewer_, targets());
+  viewer_.hidden = {second};
+  update(editor);
+  viewer_.hidden.insert(2);
+  update(editor);
+  press('z');
+  update(editor);
+  EXPECT_EQ(viewer_.hidden, std::set<uint32_t>{second});
+  scene::Scene more = scene_;
+  more.nodes.insert(more.nodes.begin() + 4, scene::Node{});
+  more.nodes[4].path = more.nodes[4].name = "more";
+  editor.replace_scene(viewer_, scene_, more, nullptr);
+  EXPECT_EQ(viewer_.hidden, std::set<uint32_t>{second + 1});
+  SceneEditor again(file(), editor.history().document());
+  gui::Viewer reopened;
+  again.begin(reopened, targets());
+  EXPECT_EQ(reopened.hidden, std::set<uint32_t>{second});
+  viewer_.selected = second;
+  press('d');
+  update(editor);
+  EXPECT_NE(editor.take_log_messages().back().find("it is an instance of"), std::string::npos);
+  EXPECT_TRUE(viewer_.additions.empty());
+}
+
+// Each addition of a file has materials of its own.
+TEST_F(Editors, ACopyOfAnAddedFileHasTheEditsOfItsMaterials) {
+  scene::Scene built = with_nodes(scene_, {"chair"});
+  built.materials.emplace_back().name = "wood";
+  const std::vector<state::AddedMaterials> added{{"chair", 1, 1}};
+  const state::NodeNames names(built);
+  viewer_.additions["chair"] = state::Addition{{}, {}, state::AddedAsset{"chair.glb"}};
+  SceneEditor editor(file(), {});
+  editor.begin(viewer_, {built, names, nullptr, added});
+  viewer_.materials[0] = viewer_.materials[1] = built.materials[1];
+  viewer_.materials[1].roughness = 0.25f;
+  viewer_.selected = static_cast<uint32_t>(built.nodes.size() - 1);
+  press('d');
+  editor.update(viewer_, {built, names, nullptr, added}, false);
+  ASSERT_TRUE(viewer_.additions.contains("chair.1"));
+  const state::EditDocument document = editor.history().document();
+  EXPECT_EQ(document.size(), 5u) << "two additions, three materials";
+  const auto of_copy =
+      document.find({state::EditedObject::material, "wood", 0, state::EditedProperty::factors, "chair.1"});
+  ASSERT_NE(of_copy, document.end());
+  EXPECT_EQ(std::get<scene::MaterialFactors>(of_copy->second).roughness, 0.25f);
 }
 
 // An added file brings its materials with its build.
 TEST_F(Editors, EditsOfAdditionsAreReportedWhenTheirBuildIsShown) {
   state::EditDocument document;
-  document[state::key_of_addition("table")] = state::Addition{{}, {}, state::AddedAsset{"table.glb"}};
-  for (const char* const material : {"wood", "glass"})
-    document[{state::EditedObject::material, material, 0, state::EditedProperty::factors}] =
-        scene::MaterialFactors{};
+  for (const char* const name : {"table", "refused"}) {
+    document[state::key_of_addition(name)] = state::Addition{{}, {}, state::AddedAsset{"table.glb"}};
+    for (const char* const material : {"wood", "glass"})
+      document[{state::EditedObject::material, material, 0, state::EditedProperty::factors, name}] =
+          scene::MaterialFactors{};
+  }
   SceneEditor editor(file(), document);
+  std::vector<state::AddedMaterials> added;
+  editor.set_shown_additions([] { return std::span<const ShownAddition>(); },
+                             [&] { return std::span<const state::AddedMaterials>(added); });
   editor.begin(viewer_, targets());
   EXPECT_TRUE(editor.take_log_messages().empty());
   scene::Scene built = with_nodes(scene_, {"table"});
   built.materials.emplace_back().name = "wood";
+  added = {{"table", 1, 1}};
   editor.replace_scene(viewer_, scene_, built, nullptr);
-  editor.report_start({built, state::NodeNames(built)});
+  const state::NodeNames names(built);
+  editor.report_start({built, names, nullptr, added});
   const std::vector<std::string> notes = editor.take_log_messages();
   ASSERT_EQ(notes.size(), 2u);
   EXPECT_NE(notes[0].find("\"glass\" has no effect"), std::string::npos) << notes[0];
-  EXPECT_EQ(notes[1], "2 edits of " + file().path.string() + " applied");
+  EXPECT_EQ(notes[1], "5 edits of " + file().path.string() + " applied");
   EXPECT_TRUE(viewer_.materials.contains(1));
-  editor.report_start({built, state::NodeNames(built)});
+  editor.report_start({built, names, nullptr, added});
   EXPECT_TRUE(editor.take_log_messages().empty()) << "once";
 }
 

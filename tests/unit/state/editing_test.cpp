@@ -3,9 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
 #include <random>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "renderer/state/editing/document_additions.h"
 #include "renderer/state/editing/edit_history.h"
@@ -158,6 +160,78 @@ TEST_F(Editing, ObjectsOfOneNameAreToldApart) {
   EXPECT_EQ(unmatched.size(), 2u);
 }
 
+// Materials of added files are counted within their file, those of the scene's file without them.
+TEST_F(Editing, MaterialsOfAddedFilesHaveKeysOfTheirOwn) {
+  scene_.materials.resize(8);
+  for (const size_t steel : {5, 6, 7}) scene_.materials[steel].name = "steel";
+  const std::vector<AddedMaterials> chair_and_table{{"chair", 5, 1}, {"table", 6, 2}};
+  const std::vector<AddedMaterials> table{{"table", 5, 2}};
+  const EditTargets both{scene_, names_, nullptr, chair_and_table};
+  UserEdits edits;
+  for (const uint32_t material : {4, 5, 7}) edits.materials[material].metallic = static_cast<float>(material);
+  const EditDocument document = to_document(edits, both);
+  const auto key = [](uint32_t occurrence, const char* owner) {
+    return EditKey{EditedObject::material, "steel", occurrence, EditedProperty::factors, owner};
+  };
+  ASSERT_EQ(document.size(), 3u);
+  EXPECT_TRUE(document.contains(key(1, "")));
+  EXPECT_TRUE(document.contains(key(0, "chair")));
+  EXPECT_TRUE(document.contains(key(1, "table")));
+  EXPECT_EQ(to_edits(document, both, {}), edits);
+  EXPECT_EQ(describe(key(0, "chair")), "the factors of material \"steel\" of \"chair\"");
+  EXPECT_EQ(find_target(key(2, ""), both), scene::kNone) << "of the file, which has two";
+  EXPECT_EQ(find_target(key(0, "nobody"), both), scene::kNone);
+  // The chair is missing: nothing else has its edit, and the table's is that of its new number.
+  scene_.materials.pop_back();
+  std::vector<EditKey> unmatched;
+  const UserEdits less = to_edits(document, {scene_, names_, nullptr, table}, {}, &unmatched);
+  EXPECT_EQ(unmatched, std::vector<EditKey>{key(0, "chair")});
+  ASSERT_EQ(less.materials.size(), 2u);
+  EXPECT_EQ(less.materials.at(4).metallic, 4);
+  EXPECT_EQ(less.materials.at(6).metallic, 7);
+  // Older programs would take them for the file's.
+  const std::string text = overlay_text(document, "twins.glb");
+  EXPECT_NE(text.find("\"version\": 2"), std::string::npos) << text;
+  EXPECT_NE(text.find("{\"material\":\"steel\",\"of\":\"table\",\"occurrence\":1,"), std::string::npos)
+      << text;
+}
+
+// Instances, and unnamed roots of the file and of added ones, have no path.
+TEST_F(Editing, NodesWithoutAPathHaveKeysOfTheirOwn) {
+  const auto add = [&](uint32_t parent) {
+    scene_.nodes.emplace_back().parent = parent;
+    return static_cast<uint32_t>(scene_.nodes.size() - 1);
+  };
+  const uint32_t of_second_hand = add(2), of_arm = add(0), root = add(scene::kNone), of_root = add(root),
+                 also_of_arm = add(0), unnamed_of_lamp = add(3), below_it = add(unnamed_of_lamp);
+  const NodeNames names(scene_);
+  const EditTargets targets{scene_, names};
+  UserEdits edits;
+  edits.hidden = {of_second_hand, of_arm, root, of_root, also_of_arm, unnamed_of_lamp, below_it};
+  edits.transforms[also_of_arm] = transform();
+  const EditDocument document = to_document(edits, targets);
+  const auto key = [](const char* path, uint32_t occurrence, std::optional<uint32_t> instance) {
+    return EditKey{EditedObject::node, path, occurrence, EditedProperty::visible, {}, instance};
+  };
+  EXPECT_EQ(document.size(), 8u);
+  EXPECT_TRUE(document.contains(key("arm/hand", 1, 0)));
+  EXPECT_TRUE(document.contains(key("arm", 0, 1)));
+  EXPECT_TRUE(document.contains(key("", 0, std::nullopt)));
+  EXPECT_TRUE(document.contains(key("", 0, 0)));
+  EXPECT_TRUE(document.contains(key("lamp", 0, 1)));
+  EXPECT_EQ(to_edits(document, targets, {}), edits);
+  EXPECT_EQ(find_target(key("arm", 0, 2), targets), scene::kNone);
+  EXPECT_EQ(find_target(key("", 1, std::nullopt), targets), scene::kNone);
+  EXPECT_EQ(find_target(key("nobody", 0, 0), targets), scene::kNone);
+  EXPECT_EQ(describe(key("arm", 0, 1)), "the visibility of instance 1 of node \"arm\"");
+  const std::string text = overlay_text(document, "twins.glb");
+  EXPECT_NE(text.find("\"version\": 2"), std::string::npos) << text;
+  EXPECT_NE(text.find("{\"node\":\"arm\",\"instance\":1,\"visible\":false,\"translation\""),
+            std::string::npos)
+      << text;
+  EXPECT_EQ(parse_overlay(std::as_bytes(std::span(text))).value(), document);
+}
+
 TEST_F(Editing, AVariantIsChosenByItsName) {
   UserEdits edits;
   edits.variant = 1;
@@ -257,6 +331,10 @@ TEST(OverlayFiles, FaultsAreNamedByTheirMember) {
             "outer_cone": 0.5}}])",
        "inner_cone"},
       {R"([{"material": "m", "base_color": [1, 1, 1, 1]}])", "emissive"},
+      {R"([{"material": "m", "of": ""}])", "edits[0].of is empty"},
+      {R"([{"node": "a", "of": "b", "visible": true}])", "unknown member \"of\""},
+      {R"([{"node": "a", "instance": 0.5, "visible": true}])", "edits[0].instance"},
+      {R"([{"joint": "a", "instance": 0, "position": [0]}])", "unknown member \"instance\""},
       {R"([{"joint": "j", "position": []}])", "edits[0].position"},
       {R"([{"variant": 1}])", "edits[0].variant is no text"},
       {R"([{"variant": "a", "node": "b"}])", "unknown member \"node\""},
@@ -372,6 +450,19 @@ TEST(DocumentAdditions, ARemovedAdditionIsWithdrawn) {
   const Paths shown{"cell/arm.1", "cell/arm.10", "cell/arm.1/hand/lamp"};
   EXPECT_FALSE(withdraw_removed_additions(document, shown));
   EXPECT_EQ(document, before);
+  const auto hide_instance = [&](EditedProperty property) {
+    document[{EditedObject::node, "cell/arm.1", 0, property, {}, 0}] = property == EditedProperty::removed;
+  };
+  const auto edit_material = [&](const char* owner) {
+    document[{EditedObject::material, "steel", 0, EditedProperty::factors, owner}] = scene::MaterialFactors{};
+  };
+  hide_instance(EditedProperty::removed);
+  EXPECT_FALSE(withdraw_removed_additions(document, shown)) << "an instance is not the addition";
+  edit_material("");
+  edit_material("arm.10");
+  before = document;
+  before.erase({EditedObject::node, "cell/arm.1", 0, EditedProperty::removed, {}, 0});
+  edit_material("lamp");
   edit("cell/arm.1", EditedProperty::removed);
   EditDocument refused = document;
   EXPECT_FALSE(withdraw_removed_additions(refused, {"cell/arm.10"})) << "a node of the file has its path";
@@ -397,7 +488,22 @@ TEST(DocumentAdditions, ACopyHasTheEditsOfItsSource) {
   EditDocument expected;
   expected[{EditedObject::node, "b/arm.1", 0, EditedProperty::light}] = scene::Light{};
   hide(expected, "b/arm.1/hand", 2);
+  const EditKey instance{EditedObject::node, "arm", 0, EditedProperty::transform, {}, 1};
+  document[instance] = NodeTransform{};
+  expected[{EditedObject::node, "b/arm.1", 0, EditedProperty::transform, {}, 1}] = NodeTransform{};
   EXPECT_EQ(edits_of_copy(document, "arm", "b/arm.1"), expected);
+}
+
+// Each addition of a file has materials of its own.
+TEST(DocumentAdditions, ACopyOfAnAddedFileHasTheEditsOfItsMaterials) {
+  const auto key = [](const char* owner, uint32_t occurrence) {
+    return EditKey{EditedObject::material, "steel", occurrence, EditedProperty::factors, owner};
+  };
+  EditDocument document, expected;
+  for (const char* const owner : {"", "chair", "table"}) document[key(owner, 0)] = scene::MaterialFactors{};
+  document[key("chair", 2)] = scene::MaterialFactors{};
+  for (const uint32_t occurrence : {0, 2}) expected[key("chair.1", occurrence)] = scene::MaterialFactors{};
+  EXPECT_EQ(material_edits_of_copy(document, "chair", "chair.1"), expected);
 }
 
 TEST(DocumentAdditions, NamesAreCounted) {
@@ -415,7 +521,8 @@ TEST(OverlayFiles, DamagedFilesAreRefusedOrRead) {
   EditDocument document;
   document[{EditedObject::node, "arm", 0, EditedProperty::transform}] = NodeTransform{};
   document[{EditedObject::node, "arm", 0, EditedProperty::light}] = scene::Light{};
-  document[{EditedObject::material, "m", 3, EditedProperty::factors}] = scene::MaterialFactors{};
+  document[{EditedObject::material, "m", 3, EditedProperty::factors, "c"}] = scene::MaterialFactors{};
+  document[{EditedObject::node, "arm", 0, EditedProperty::visible, {}, 7}] = false;
   document[key_of_addition("c")] = copy_of("arm");
   document[key_of_addition("v")].emplace<Addition>().content = scene::Camera{};
   const std::string text = overlay_text(document, "a");

@@ -174,6 +174,9 @@ Result<NewObject> duplicate(uint32_t number, const ViewPlace& place, const state
   FIRE3DV_ASSERT(number < scene.nodes.size());
   const scene::Node& node = scene.nodes[number];
   const std::string parent = node.parent == scene::kNone ? std::string() : scene.nodes[node.parent].path;
+  if (node.path.empty())
+    return Error{parent.empty() ? "it has no name; give it one in the scene file"
+                                : "it is an instance of " + quote(parent) + "; copy that node"};
   if (targets.names.find(node.path) != number ||
       (node.parent != scene::kNone && targets.names.find(parent) != node.parent))
     return Error{"several nodes are called " + quote(node.path) + " or its parent; give them other names"};
@@ -194,6 +197,8 @@ Result<NewObject> duplicate(uint32_t number, const ViewPlace& place, const state
                     {state::EditedObject::node, node.path, 0, state::EditedProperty::transform}, scene);
   if (!state::is_valid(copy.addition.transform)) return Error{quote(node.path) + " has no size"};
   copy.edits = state::edits_of_copy(document, node.path, state::path_of(copy.name, copy.addition));
+  if (std::holds_alternative<state::AddedAsset>(copy.addition.content))
+    copy.edits.merge(state::material_edits_of_copy(document, added, copy.name));
   return copy;
 }
 

@@ -13,7 +13,6 @@
 #include "renderer/app/window/viewer_control.h"
 #include "renderer/scene/gltf/export/export_glb.h"
 #include "renderer/state/editing/document_additions.h"
-#include "renderer/state/editing/material_transfer.h"
 #include "renderer/state/editing/overlay_file.h"
 #include "renderer/state/editing/target_index.h"
 
@@ -186,13 +185,18 @@ void SceneEditor::report_start(const state::EditTargets& targets) {
   std::vector<state::EditKey> unmatched = *std::exchange(unmatched_, std::nullopt);
   // Of additions; those of one that was refused have its error.
   state::Paths added;
+  std::set<std::string_view> missing;  // names of additions whose materials the scene lacks
   for (const auto& [key, value] : history_.document()) {
-    if (const auto* const addition = std::get_if<state::Addition>(&value))
+    if (const auto* const addition = std::get_if<state::Addition>(&value)) {
       added.insert(state::path_of(key.name, *addition));
+      if (std::ranges::find(targets.added, key.name, &state::AddedMaterials::owner) == targets.added.end())
+        missing.insert(key.name);
+    }
   }
   state::TargetIndex index(targets);
   std::erase_if(unmatched, [&](const state::EditKey& key) {
     if (key.object == state::EditedObject::node && state::is_at_or_below(key.name, added)) return true;
+    if (key.object == state::EditedObject::material && missing.contains(key.owner)) return true;
     return index.find(key) != scene::kNone;
   });
   const std::string origin = file_.was_named ? file_.path.string() + ": " : std::string();
@@ -300,36 +304,29 @@ void SceneEditor::record_settings(const gui::Viewer& viewer, bool is_interacting
 
 void SceneEditor::replace_scene(gui::Viewer& viewer, const scene::Scene& before, const scene::Scene& after,
                                 const state::RobotPose* robot) {
+  const std::span<const state::AddedMaterials> added = added_materials();
+  const std::vector<state::AddedMaterials> added_before =
+      std::exchange(materials_before_, {added.begin(), added.end()});
   const bool has_document = !history_.document().empty() || edits_of(viewer) != recorded_;
+  if (!has_document && selected_next_.empty() && !refers_to_scene(viewer)) return;
+  const state::NodeNames names_before(before), names_after(after);
+  const state::EditTargets from{before, names_before, robot, added_before};
+  const state::EditTargets to{after, names_after, robot, added};
   state::EditDocument document;
-  if (has_document) document = current(viewer, {before, state::NodeNames(before), robot});
-  transfer_by_path(viewer, before, after);
+  if (has_document) document = current(viewer, from);
+  transfer_by_key(viewer, from, to);
   if (!selected_next_.empty()) {
-    const uint32_t added = state::NodeNames(after).first_of_path(selected_next_);
-    if (added != scene::kNone) {
-      viewer.selected = added;
+    const uint32_t next = names_after.first_of_path(selected_next_);
+    if (next != scene::kNone) {
+      viewer.selected = next;
       notes_.push_back("added " + quote(std::exchange(selected_next_, {})));
     }
   }
   if (!has_document) return;
   // Edits of objects that only one of the scenes has, beside those that were transferred.
-  const state::NodeNames names_before(before), names_after(after);
-  const state::EditTargets from{before, names_before, robot}, to{after, names_after, robot};
   state::TargetIndex index_before(from), index_after(to);
-  state::MaterialTransfer transfer(from, to);
-  // Materials of one name have other occurrences after one was added or removed. nullopt: the key names
-  // another material now.
-  const auto key_after = [&](const state::EditKey& key) -> std::optional<state::EditKey> {
-    if (key.object != state::EditedObject::material) return key;
-    const uint32_t number = index_before.find(key);
-    if (number == scene::kNone) return key;
-    if (const uint32_t now = transfer.find(number); now != scene::kNone)
-      return index_after.key_of(key.object, now, key.property);
-    return index_after.find(key) == scene::kNone ? std::optional(key) : std::nullopt;
-  };
   state::EditDocument next = state::to_document(edits_of(viewer), to);
   for (const auto& [key, value] : document) {
-    if (key_after(key) != key) continue;
     const bool was = index_before.find(key, value) != scene::kNone;
     const bool is = index_after.find(key, value) != scene::kNone;
     if (!was || !is) next.emplace(key, value);
@@ -337,8 +334,7 @@ void SceneEditor::replace_scene(gui::Viewer& viewer, const scene::Scene& before,
   // What could not be transferred is dropped from the document, without a step.
   state::EditDocument recorded;
   for (const auto& [key, value] : history_.document()) {
-    const std::optional<state::EditKey> now = key_after(key);
-    if (now && (next.contains(*now) || !document.contains(key))) recorded.emplace(*now, value);
+    if (next.contains(key) || !document.contains(key)) recorded.emplace(key, value);
   }
   history_.set_document(std::move(recorded));
   assign_edits(viewer, state::to_edits(next, to, edits_of(viewer)), after);
@@ -349,8 +345,9 @@ void SceneEditor::replace_scene(gui::Viewer& viewer, const scene::Scene& before,
 void SceneEditor::replace_robot(gui::Viewer& viewer, const scene::Scene& scene,
                                 const state::RobotPose* before, const state::RobotPose* after) {
   const state::NodeNames names(scene);
-  const state::EditDocument document = current(viewer, {scene, names, before});
-  assign_edits(viewer, state::to_edits(document, {scene, names, after}, edits_of(viewer)), scene);
+  const state::EditDocument document = current(viewer, {scene, names, before, added_materials()});
+  assign_edits(viewer, state::to_edits(document, {scene, names, after, added_materials()}, edits_of(viewer)),
+               scene);
   recorded_.reset();  // compared by the next update()
 }
 

@@ -73,9 +73,12 @@ class SceneEditor {
                      const state::RobotPose* after);
 
   void set_export(GlbExport glb) { export_ = std::move(glb); }
-  // Additions whose nodes the displayed scene has; without a call it has none.
-  void set_shown_additions(std::function<std::span<const ShownAddition>()> shown) {
+  // Additions whose nodes the displayed scene has, and materials of files that were added to it, by the user
+  // and by streams; without a call it has none. replace_scene() asks for those of the next scene.
+  void set_shown_additions(std::function<std::span<const ShownAddition>()> shown,
+                           std::function<std::span<const state::AddedMaterials>()> materials = {}) {
     shown_additions_ = std::move(shown);
+    added_materials_ = std::move(materials);
   }
 
   const state::EditHistory& history() const { return history_; }
@@ -90,6 +93,9 @@ class SceneEditor {
             std::vector<state::EditKey>* unmatched = nullptr);
   std::span<const ShownAddition> shown_additions() const {
     return shown_additions_ ? shown_additions_() : std::span<const ShownAddition>();
+  }
+  std::span<const state::AddedMaterials> added_materials() const {
+    return added_materials_ ? added_materials_() : std::span<const state::AddedMaterials>();
   }
   state::Paths shown_paths(const state::EditTargets& targets) const;
   void record(gui::Viewer& viewer, const state::EditTargets& targets);
@@ -109,7 +115,9 @@ class SceneEditor {
   std::vector<std::string> notes_;
   GlbExport export_;
   std::function<std::span<const ShownAddition>()> shown_additions_;
-  std::future<std::vector<std::string>> exporting_;  // its messages; last: it blocks the destructor
+  std::function<std::span<const state::AddedMaterials>()> added_materials_;
+  std::vector<state::AddedMaterials> materials_before_;  // of the scene of the last replace_scene()
+  std::future<std::vector<std::string>> exporting_;      // its messages; last: it blocks the destructor
 };
 
 }  // namespace fire3dv::app
