@@ -34,10 +34,10 @@ std::string value_text(GizmoTool tool, float value) {
 
 }  // namespace
 
-const std::string* direct_driver_of(const Shown& shown, uint32_t node) {
-  const auto& drives = shown.poses.node_drives();
-  if (node >= drives.size() || drives[node].stream >= shown.poses.streams().size()) return nullptr;
-  const state::Stream& stream = shown.poses.streams()[drives[node].stream];
+const std::string* direct_driver_of(const state::PoseState& poses, uint32_t node) {
+  const auto& drives = poses.node_drives();
+  if (node >= drives.size() || drives[node].stream >= poses.streams().size()) return nullptr;
+  const state::Stream& stream = poses.streams()[drives[node].stream];
   const uint32_t pose = drives[node].pose_index;
   const bool itself = pose < stream.scene_node_of_pose.size() && stream.scene_node_of_pose[pose] == node;
   return itself ? &stream.name : nullptr;
@@ -64,7 +64,7 @@ void GizmoOverlay::frame(const Context& c, const Rect& image, const glm::vec2& c
   const GizmoView view{c.shown.view(size.x / size.y), image.low, size};
   const glm::mat4 world_from_node = c.shown.poses.world_from_node(node);
   gizmo_.place(view, world_from_node, c.viewer.tool, c.viewer.tool_is_local, c.ui.scale);
-  if (const std::string* const driver = direct_driver_of(c.shown, node)) {
+  if (const std::string* const driver = direct_driver_of(c.shown.poses, node)) {
     gizmo_.end();
     if (const auto at = view.pixel_of(glm::vec3(world_from_node[3])))
       draw_note(c, image, *at, "driven by " + one_line(*driver) + ": it cannot be moved by hand meanwhile");

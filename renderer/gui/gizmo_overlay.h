@@ -13,7 +13,7 @@ namespace fire3dv::gui {
 struct Context;
 
 // The stream that drives this node itself; null: none. A node below a driven one can be moved.
-const std::string* direct_driver_of(const Shown& shown, uint32_t node);
+const std::string* direct_driver_of(const state::PoseState& poses, uint32_t node);
 // Transform relative to its parent as shown now: the user's, else that of the pose.
 state::NodeTransform shown_transform(const Shown& shown, const Viewer& viewer, uint32_t node);
 

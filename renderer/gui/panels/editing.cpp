@@ -98,7 +98,7 @@ void keep_volume(glm::vec3& scale, const glm::vec3& before) {
 void draw_transform(const Context& context, uint32_t node) {
   Ui& ui = context.ui;
   Viewer& viewer = context.viewer;
-  if (const std::string* const driver = direct_driver_of(context.shown, node)) {
+  if (const std::string* const driver = direct_driver_of(context.shown.poses, node)) {
     ui.note("Driven by " + one_line(*driver) + ": it cannot be moved by hand meanwhile.");
     return;
   }

@@ -1,4 +1,5 @@
 // Test of objects that the editor adds: steps, selection, copies, edits of added files, export.
+#include "renderer/scene/model/math.h"
 #include "tests/unit/editing/editor_fixture.h"
 
 namespace fire3dv::app {
@@ -256,6 +257,37 @@ TEST_F(Editors, EditsOfInstancesAreKept) {
   update(editor);
   EXPECT_NE(editor.take_log_messages().back().find("it is an instance of"), std::string::npos);
   EXPECT_TRUE(viewer_.additions.empty());
+}
+
+// The user's transform of a driven node waits for the end of the stream.
+TEST_F(Editors, ACopyOfADrivenNodeStandsWhereTheStreamHasPutIt) {
+  state::PoseState poses(scene_);
+  wire::StreamDescription description;
+  description.epoch = 7;
+  description.node_names = {scene_.nodes[2].name};
+  const state::StreamId stream = poses.add_stream(description);
+  const std::vector<wire::Affine3x4> moved{scene::to_affine(glm::translate(glm::mat4(1), {0, 5, 0}))};
+  wire::PoseFrameView frame;
+  frame.header.epoch = 7;
+  frame.header.sequence = 1;
+  frame.node_count = 1;
+  frame.poses = moved;
+  poses.push(stream, frame);
+  ASSERT_EQ(poses.world_from_node(2)[3].y, 5);
+  SceneEditor editor(file(), {});
+  editor.begin(viewer_, targets());
+  viewer_.transforms[1].translation = viewer_.transforms[2].translation = {7, 0, 0};
+  update(editor);
+  ViewPlace place;
+  place.poses = &poses;
+  const auto copied_to = [&](uint32_t node) {
+    viewer_.selected = node;
+    press('d');
+    editor.update(viewer_, targets(), false, place);
+    return viewer_.additions.at(scene_.nodes[node].name + ".1").transform.translation;
+  };
+  EXPECT_EQ(copied_to(2), glm::vec3(0, 5, 0));
+  EXPECT_EQ(copied_to(1), glm::vec3(7, 0, 0));
 }
 
 // Each addition of a file has materials of its own.

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "protocol/base/text.h"
+#include "renderer/gui/gizmo_overlay.h"
 #include "renderer/scene/model/key_light.h"
 #include "renderer/scene/model/loaded_scene.h"
 #include "renderer/state/editing/document_additions.h"
@@ -68,14 +69,15 @@ const char* name_of(ObjectKind kind) {
   return "camera";
 }
 
-// Relative to the parent, as shown: the user's, else that of a stream, of joints or animations, else that of
-// the file, exactly.
+// Relative to the parent, as shown: that of a stream that drives the node, else the user's, else that of a
+// stream above it, of joints or animations, else that of the file, exactly.
 state::NodeTransform transform_now(uint32_t node, const ViewPlace& place, const state::EditDocument& document,
                                    const state::EditKey& key, const scene::Scene& scene) {
   const scene::Node& now = scene.nodes[node];
   const bool is_posed = place.poses && place.poses->world_from_node(node) != now.world_from_node;
+  const bool is_driven = place.poses && gui::direct_driver_of(*place.poses, node);
   const auto edited = document.find(key);
-  if (edited != document.end()) return std::get<state::NodeTransform>(edited->second);
+  if (edited != document.end() && !is_driven) return std::get<state::NodeTransform>(edited->second);
   if (is_posed) {
     const glm::mat4 world_from_parent =
         now.parent == scene::kNone ? glm::mat4(1) : place.poses->world_from_node(now.parent);
