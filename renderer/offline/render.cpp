@@ -325,7 +325,9 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
     return false;
   }
   if (app::may_add_camera(overlay_, drawing_.camera)) {
-    if (auto chosen = app::select_added_camera(drawing_.camera, live.scene(), *camera); !chosen)
+    if (auto chosen =
+            app::select_added_camera(drawing_.camera, live.scene(), live.shown_additions(), *camera);
+        !chosen)
       return chosen.error();
   }
   const state::NodeNames names(live.scene());

@@ -271,7 +271,9 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   for (const std::string& note : editor.take_log_messages()) say(note);
   // A stopped run ends with its frame loop, without the camera.
   if (has_additions && may_add_camera(editor.history().document(), options.camera)) {
-    if (Result<void> chosen = select_added_camera(options.camera, live.scene(), *camera); !chosen)
+    if (Result<void> chosen =
+            select_added_camera(options.camera, live.scene(), live.shown_additions(), *camera);
+        !chosen)
       return chosen.error();
   }
   std::unique_ptr<WindowView> view;

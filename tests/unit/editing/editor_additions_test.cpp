@@ -322,25 +322,42 @@ TEST_F(Editors, EditsOfAdditionsAreReportedWhenTheirBuildIsShown) {
       document[{state::EditedObject::material, material, 0, state::EditedProperty::factors, name}] =
           scene::MaterialFactors{};
   }
+  document[{state::EditedObject::node, "refused/leg", 0, state::EditedProperty::visible}] = false;
+  document[{state::EditedObject::node, "table/leg", 0, state::EditedProperty::visible}] = false;
   SceneEditor editor(file(), document);
   std::vector<state::AddedMaterials> added;
-  editor.set_shown_additions([] { return std::span<const ShownAddition>(); },
+  std::vector<ShownAddition> shown;
+  editor.set_shown_additions([&] { return std::span<const ShownAddition>(shown); },
                              [&] { return std::span<const state::AddedMaterials>(added); });
   editor.begin(viewer_, targets());
   EXPECT_TRUE(editor.take_log_messages().empty());
   scene::Scene built = with_nodes(scene_, {"table"});
   built.materials.emplace_back().name = "wood";
   added = {{"table", 1, 1}};
+  shown = {{"table", static_cast<uint32_t>(built.nodes.size() - 1), {}}};
   editor.replace_scene(viewer_, scene_, built, nullptr);
   const state::NodeNames names(built);
   editor.report_start({built, names, nullptr, added});
   const std::vector<std::string> notes = editor.take_log_messages();
-  ASSERT_EQ(notes.size(), 2u);
-  EXPECT_NE(notes[0].find("\"glass\" has no effect"), std::string::npos) << notes[0];
-  EXPECT_EQ(notes[1], "5 edits of " + file().path.string() + " applied");
+  ASSERT_EQ(notes.size(), 3u) << "those of the refused one have its warning";
+  EXPECT_NE(notes[0].find("\"table/leg\" has no effect"), std::string::npos) << notes[0];
+  EXPECT_NE(notes[1].find("\"glass\" of \"table\" has no effect"), std::string::npos) << notes[1];
+  EXPECT_EQ(notes[2], "2 edits of " + file().path.string() + " applied");
   EXPECT_TRUE(viewer_.materials.contains(1));
   editor.report_start({built, names, nullptr, added});
   EXPECT_TRUE(editor.take_log_messages().empty()) << "once";
+}
+
+TEST_F(Editors, AnAddedCameraIsChosenIfItIsDisplayed) {
+  const scene::Scene built = with_nodes(scene_, {"table"});
+  const std::vector<ShownAddition> shown{{"table", static_cast<uint32_t>(built.nodes.size() - 1), {}}};
+  CameraRig camera = *CameraRig::create(built);
+  EXPECT_TRUE(select_added_camera("eye", built, shown, camera).ok());
+  const auto fault = [&](const char* name) {
+    return select_added_camera(name, built, shown, camera).error().message;
+  };
+  EXPECT_NE(fault("table").find("has no camera"), std::string::npos) << fault("table");
+  EXPECT_NE(fault("lost").find("is not displayed"), std::string::npos) << fault("lost");
 }
 
 TEST_F(Editors, AssetsOfTheOverlayFilesFolderAndOfAnotherAreOffered) {

@@ -160,14 +160,17 @@ bool may_add_camera(const state::EditDocument& document, const std::string& name
   return std::holds_alternative<scene::Camera>(content) || std::holds_alternative<state::CopiedNode>(content);
 }
 
-Result<void> select_added_camera(const std::string& name, const scene::Scene& scene, CameraRig& camera) {
+Result<void> select_added_camera(const std::string& name, const scene::Scene& scene,
+                                 std::span<const ShownAddition> shown, CameraRig& camera) {
   const std::vector<uint32_t> nodes = scene::camera_nodes(scene);
   for (size_t i = 0; i < nodes.size(); ++i) {
     if (scene.nodes[nodes[i]].name != name) continue;
     camera.select(i);
     return {};
   }
-  return Error{"--camera " + name + ": the node that the overlay file adds has no camera"};
+  const bool is_shown = std::ranges::find(shown, name, &ShownAddition::name) != shown.end();
+  return Error{"--camera " + name + ": the node that the overlay file adds " +
+               (is_shown ? "has no camera" : "is not displayed: a warning above says why")};
 }
 
 Result<NewObject> duplicate(uint32_t number, const ViewPlace& place, const state::EditDocument& document,

@@ -5,10 +5,12 @@
 #include <cstdint>
 #include <filesystem>
 #include <glm/glm.hpp>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "protocol/base/error.h"
+#include "renderer/app/loading/user_additions.h"
 #include "renderer/app/window/camera_rig.h"
 #include "renderer/gui/panel_data.h"
 #include "renderer/state/editing/edit_document.h"
@@ -41,8 +43,9 @@ std::vector<std::string> offered_assets(const std::filesystem::path& overlay,
                                         const std::filesystem::path& assets);
 // True if the document adds a node of this name that may have a camera, when it is displayed.
 bool may_add_camera(const state::EditDocument& document, const std::string& name);
-// Chooses it for --camera.
-Result<void> select_added_camera(const std::string& name, const scene::Scene& scene, CameraRig& camera);
+// Chooses it for --camera. shown: additions whose nodes the scene has.
+Result<void> select_added_camera(const std::string& name, const scene::Scene& scene,
+                                 std::span<const ShownAddition> shown, CameraRig& camera);
 // Like the node as it is shown now, beside it. An error if its path is not its own.
 Result<NewObject> duplicate(uint32_t node, const ViewPlace& place, const state::EditDocument& document,
                             const state::EditTargets& targets);

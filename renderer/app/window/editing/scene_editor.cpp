@@ -183,20 +183,26 @@ void SceneEditor::report_start(const state::EditTargets& targets) {
   constexpr size_t kMaxReported = 8;
   if (!unmatched_) return;
   std::vector<state::EditKey> unmatched = *std::exchange(unmatched_, std::nullopt);
-  // Of additions; those of one that was refused have its error.
-  state::Paths added;
-  std::set<std::string_view> missing;  // names of additions whose materials the scene lacks
+  std::set<std::string_view> shown, refused;  // names of additions
+  for (const ShownAddition& addition : shown_additions()) shown.insert(addition.name);
+  state::Paths refused_paths;
+  size_t applied = 0;
+  state::TargetIndex index(targets);
   for (const auto& [key, value] : history_.document()) {
-    if (const auto* const addition = std::get_if<state::Addition>(&value)) {
-      added.insert(state::path_of(key.name, *addition));
-      if (std::ranges::find(targets.added, key.name, &state::AddedMaterials::owner) == targets.added.end())
-        missing.insert(key.name);
+    const auto* const addition = std::get_if<state::Addition>(&value);
+    if (addition && !shown.contains(key.name)) {
+      refused.insert(key.name);
+      refused_paths.insert(state::path_of(key.name, *addition));
+    } else if (index.find(key, value) != scene::kNone) {
+      // That of --variant is not the file's; if it is missing, the scene's load has failed.
+      applied += file_.has_variant_option && key == state::variant_key() ? 0 : 1;
     }
   }
-  state::TargetIndex index(targets);
+  // Edits of an addition that was refused have its warning.
   std::erase_if(unmatched, [&](const state::EditKey& key) {
-    if (key.object == state::EditedObject::node && state::is_at_or_below(key.name, added)) return true;
-    if (key.object == state::EditedObject::material && missing.contains(key.owner)) return true;
+    if (key.object == state::EditedObject::node && state::is_at_or_below(key.name, refused_paths))
+      return true;
+    if (key.object == state::EditedObject::material && refused.contains(key.owner)) return true;
     return index.find(key) != scene::kNone;
   });
   const std::string origin = file_.was_named ? file_.path.string() + ": " : std::string();
@@ -206,10 +212,8 @@ void SceneEditor::report_start(const state::EditTargets& targets) {
   if (unmatched.size() > kMaxReported)
     notes_.push_back(
         warning(origin + std::to_string(unmatched.size() - kMaxReported) + " further edits have no effect"));
-  // A missing variant of --variant is an error of the scene's load.
-  const size_t others = unmatched.size() + (file_.has_variant_option ? 1 : 0);
-  if (const size_t edits = history_.document().size(); file_.was_named && edits > others)
-    notes_.push_back(counted(edits - others, "edit") + " of " + file_.path.string() + " applied");
+  if (file_.was_named && applied != 0)
+    notes_.push_back(counted(applied, "edit") + " of " + file_.path.string() + " applied");
 }
 
 void SceneEditor::show(gui::Viewer& viewer, const state::EditTargets& targets,
