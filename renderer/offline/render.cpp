@@ -335,8 +335,7 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
   state::TargetIndex index(targets);
   for (const state::EditKey& key : unmatched) {
     if (index.find(key) != scene::kNone) continue;  // of an addition
-    say(warning(drawing_.overlay.string() + ": " + state::describe(key) +
-                " has no effect: the scene has no such object now"));
+    say(warning(drawing_.overlay.string() + ": " + state::missing_target_text(key, targets)));
   }
   if (robot) robot->set(live.user_edits().joints);
   auto streams = RecordedStreams::open([&] { return open_recording(options_); }, timeline, poses);

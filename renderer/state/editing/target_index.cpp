@@ -131,4 +131,13 @@ EditKey TargetIndex::key_of(EditedObject object, uint32_t number, EditedProperty
   return key;
 }
 
+std::string missing_target_text(const EditKey& key, const EditTargets& targets) {
+  const bool may_be_of_added =
+      key.object == EditedObject::material && key.owner.empty() && !targets.added.empty();
+  return describe(key) + " has no effect: the scene" +
+         (may_be_of_added
+              ? "'s file has no such object; for one of an added file, name that file's node (\"of\")"
+              : " has no such object now");
+}
+
 }  // namespace fire3dv::state

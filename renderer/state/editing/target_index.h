@@ -8,6 +8,7 @@
 #include <map>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <unordered_map>
 #include <vector>
@@ -43,5 +44,8 @@ class TargetIndex {
   std::array<std::optional<std::map<std::string_view, Numbers>>, 5> numbers_;  // by object, then by owner
   std::optional<std::vector<uint32_t>> without_path_;                          // nodes, by their anchors
 };
+
+// Message about an edit whose object the scene lacks.
+std::string missing_target_text(const EditKey& key, const EditTargets& targets);
 
 }  // namespace fire3dv::state

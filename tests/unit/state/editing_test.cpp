@@ -12,6 +12,7 @@
 #include "renderer/state/editing/document_additions.h"
 #include "renderer/state/editing/edit_history.h"
 #include "renderer/state/editing/overlay_file.h"
+#include "renderer/state/editing/target_index.h"
 
 namespace fire3dv::state {
 namespace {
@@ -181,6 +182,8 @@ TEST_F(Editing, MaterialsOfAddedFilesHaveKeysOfTheirOwn) {
   EXPECT_EQ(describe(key(0, "chair")), "the factors of material \"steel\" of \"chair\"");
   EXPECT_EQ(find_target(key(2, ""), both), scene::kNone) << "of the file, which has two";
   EXPECT_EQ(find_target(key(0, "nobody"), both), scene::kNone);
+  EXPECT_NE(missing_target_text(key(2, ""), both).find("(\"of\")"), std::string::npos) << "of an older file";
+  EXPECT_EQ(missing_target_text(key(0, "nobody"), both).find("(\"of\")"), std::string::npos);
   // The chair is missing: nothing else has its edit, and the table's is that of its new number.
   scene_.materials.pop_back();
   std::vector<EditKey> unmatched;

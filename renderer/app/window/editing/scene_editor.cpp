@@ -207,8 +207,7 @@ void SceneEditor::report_start(const state::EditTargets& targets) {
   });
   const std::string origin = file_.was_named ? file_.path.string() + ": " : std::string();
   for (size_t i = 0; i < std::min(unmatched.size(), kMaxReported); ++i)
-    notes_.push_back(
-        warning(origin + state::describe(unmatched[i]) + " has no effect: the scene has no such object now"));
+    notes_.push_back(warning(origin + state::missing_target_text(unmatched[i], targets)));
   if (unmatched.size() > kMaxReported)
     notes_.push_back(
         warning(origin + std::to_string(unmatched.size() - kMaxReported) + " further edits have no effect"));
