@@ -145,10 +145,17 @@ def an_overlay_is_applied(test):
     with open(overlay, "w", encoding="ascii") as file:
         place = '"rotation": [0, 0, 0, 1], "scale": [1, 1, 1]'
         file.write('{"fire3dv_overlay": {"version": 2, "edits": [{"node": "mine", "translation": [5, 0, 50], '
-                   f'{place}}}, {{"add": "mine", "copy": "front", "translation": [0, 0, 50], {place}}}]}}}}')
+                   f'{place}}}, {{"add": "mine", "copy": "front", "translation": [0, 0, 50], {place}}}, '
+                   '{"add": "part", "asset": "part.gltf"}, {"material": "steel", "of": "part", "base_color": [1, 0, 0, 1], '
+                   '"emissive": [0, 0, 0], "metallic": 0, "roughness": 1, "normal_scale": 1, "occlusion_strength": 1, '
+                   '"alpha_cutoff": 0.5}]}}')
+    with open(test.path("part.gltf"), "w", encoding="ascii") as file:
+        file.write('{"asset": {"version": "2.0"}, "materials": [{"name": "steel"}], "nodes": [{"name": "empty"}], '
+                   '"scenes": [{"nodes": [0]}]}')
     part = ("--fps", FPS, "--start", 20 / FPS, "--end", 21 / FPS)
     render(test, recording(test), plain, *part)
-    render(test, recording(test), edited, *part, "--overlay", overlay, "--camera", "mine")
+    said = render(test, recording(test), edited, *part, "--overlay", overlay, "--camera", "mine")
+    check("no effect" not in said and "not added" not in said, said)
     lines = lines_of(os.path.join(plain, "frames.jsonl"))
     with_overlay = lines_of(os.path.join(edited, "frames.jsonl"))
     check(len(lines) == 2 and with_overlay == [{**line, "camera": "mine"} for line in lines], f"{lines} {with_overlay}")
