@@ -294,11 +294,16 @@ TEST_P(LiveScenes, AVariantIsShownWithAddedNodesAndWithout) {
   }
   EXPECT_TRUE(matches_image(show.draw(), made_so(harbour(place, glm::mat4(1), true)), file("red_with_sail"),
                             Tolerance::colour()));
+  const std::vector<state::AddedMaterials>& added = show.live().added_materials();
+  ASSERT_EQ(added.size(), 1u);
+  EXPECT_EQ(added[0].owner, "sail");
+  EXPECT_EQ(added[0].first + added[0].count, show.live().scene().materials.size());
   show.leave();
   show.live().follow();
   show.wait_for_scene();
   EXPECT_TRUE(
       matches_image(show.draw(), made_so(harbour({}, glm::mat4(1), true)), file("red"), Tolerance::colour()));
+  EXPECT_TRUE(added.empty());
   show.live().request_variant(7);  // none: a message, and the variant stays
   show.live().follow();
   EXPECT_EQ(show.live().variant(), 0u);
