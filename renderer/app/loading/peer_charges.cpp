@@ -28,6 +28,7 @@ AssetSize measure(const scene::LoadedScene& asset) {
   size.host_bytes = scene::array_bytes(asset);
   size.gpu_bytes = passes::estimate_gpu_bytes(asset.scene, asset.derived);
   size.nodes = asset.scene.nodes.size();
+  size.deformed_corners = scene::deformed_corners(asset.scene);
   for (const scene::Node& node : asset.scene.nodes) {
     size.path_bytes += node.path.size();
     if (node.light == scene::kNone) continue;

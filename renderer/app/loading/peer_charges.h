@@ -22,6 +22,7 @@ struct AssetSize {
   uint64_t nodes = 0;
   uint64_t path_bytes = 0;                 // paths of its nodes, without prefixes
   uint64_t lights = 0, shadow_lights = 0;  // nodes with such a light
+  uint64_t deformed_corners = 0;           // see clusters.h
 };
 AssetSize measure(const scene::LoadedScene& asset);
 

@@ -18,50 +18,10 @@
 
 namespace fire3dv::app {
 
-uint32_t PendingNames::find_parent(const std::string& parent) {
-  ++lookups_;
-  const uint32_t node = base_.find(parent);
-  if (node != scene::kNone) return node;
-  const auto known = parents_.find(parent);
-  if (known == parents_.end()) return scene::kNone;
-  if (known->second.by_name != scene::kNone) return known->second.by_name;
-  return known->second.path_is_ambiguous ? scene::kNone : known->second.by_path;
-}
-
-bool PendingNames::is_taken(const std::string& name) const {
-  return base_.find(name) != scene::kNone || names_and_paths_.contains(name);
-}
-
-void PendingNames::add(const std::string* name, const std::string& path, uint32_t index,
-                       std::vector<size_t>& ready) {
-  const auto tell = [&](const std::string& text, bool is_name) {
-    if (text.empty()) return;
-    names_and_paths_.insert(text);
-    const auto parent = parents_.find(text);
-    if (parent == parents_.end()) return;
-    Parent& found = parent->second;
-    if (is_name) {
-      found.by_name = index;
-    } else {
-      found.path_is_ambiguous |= found.by_path != scene::kNone;
-      found.by_path = index;
-    }
-    ready.insert(ready.end(), found.waiting.begin(), found.waiting.end());
-    found.waiting.clear();
-  };
-  tell(path, false);
-  if (name) tell(*name, true);
-}
-
 namespace {
 
-constexpr uint64_t kMaxAddedBytes = uint64_t{4} << 30;  // in memory, of all assets together
-constexpr size_t kMaxCopiedNodes = 1'000'000;           // by the user, of all copies together
-constexpr uint64_t kMaxPathBytes = uint64_t{1} << 30;   // of all nodes, as the file loader has it
-
-std::string too_many_bytes() {
-  return "all assets together take more than " + std::to_string(kMaxAddedBytes >> 20) + " MiB";
-}
+constexpr size_t kMaxCopiedNodes = 1'000'000;          // by the user, of all copies together
+constexpr uint64_t kMaxPathBytes = uint64_t{1} << 30;  // of all nodes, as the file loader has it
 
 // Path of the node that the user has copied; empty: the node is no copy.
 const std::string& copied_path(const state::RequestedNode& node) {
@@ -90,6 +50,7 @@ struct SceneBuild::Merge {
   std::map<std::string, std::string> failures;  // of assets that cannot be loaded: why
   std::set<std::string> missing;                // assets that are not loaded yet
   uint64_t added_bytes = 0, path_bytes = 0;
+  uint64_t deformed_corners = 0;  // of the scene
   scene::Descendants descendants;
   std::set<uint32_t> roots_of_user;  // of additions, which copies leave out
   size_t copied_nodes = 0;
@@ -178,7 +139,9 @@ SceneBuild::Built SceneBuild::build(Request request, const std::stop_token& stop
   const int64_t begun = settings_.now_ns();
   merge.to = std::make_unique<scene::LoadedScene>(*base_);
   merge.path_bytes = base_path_bytes_;
-  merge_nodes(request, merge, built);
+  merge.deformed_corners = scene::deformed_corners(base_->scene);
+  merge_nodes(request, stop, merge, built);
+  if (stop.stop_requested()) return built;
   give_own_vertices(request, merge, built);
   scene::find_world_bounds(merge.to->scene);
   built.scene = std::move(merge.to);
@@ -202,7 +165,7 @@ void SceneBuild::load_assets(const Request& request, const std::stop_token& stop
   }
   uint64_t loaded_bytes = 0;
   for (const auto& [key, asset] : assets_) loaded_bytes += asset->size.host_bytes;
-  if (loaded_bytes >= kMaxAddedBytes) {  // by nodes that are displayed
+  if (loaded_bytes >= settings_.max_added_bytes) {  // by nodes that are displayed
     for (const state::RequestedNode* node : std::exchange(open, {})) {
       const std::string key = asset_files_.key(*node);
       merge.missing.erase(key);
@@ -210,8 +173,8 @@ void SceneBuild::load_assets(const Request& request, const std::stop_token& stop
     }
   }
   std::optional<BuildTurns::Peer> served;
-  for (int64_t spent_ns = 0; !open.empty() && spent_ns < request.turn_ns && loaded_bytes < kMaxAddedBytes &&
-                             !stop.stop_requested();) {
+  for (int64_t spent_ns = 0; !open.empty() && spent_ns < request.turn_ns &&
+                             loaded_bytes < settings_.max_added_bytes && !stop.stop_requested();) {
     std::vector<BuildTurns::Peer> waiting;
     for (const state::RequestedNode* node : open) {
       if (std::find(waiting.begin(), waiting.end(), node->budget.get()) == waiting.end())
@@ -280,7 +243,7 @@ Result<scene::Scene> SceneBuild::load_scene(const state::RequestedNode& node,
 
 // Parents may be added nodes, too. Nodes are added in rounds: those whose parents exist, then those that
 // waited for these. Each node is visited once, and once more when its parent has been added.
-void SceneBuild::merge_nodes(Request& request, Merge& merge, Built& built) {
+void SceneBuild::merge_nodes(Request& request, const std::stop_token& stop, Merge& merge, Built& built) {
   std::vector<state::RequestedNode>& nodes = request.nodes;
   std::vector<size_t> round(nodes.size());
   for (size_t i = 0; i < nodes.size(); ++i) {
@@ -313,6 +276,7 @@ void SceneBuild::merge_nodes(Request& request, Merge& merge, Built& built) {
         with_parents.push_back({i, parent, source});
     }
     for (const auto& [i, parent, source] : with_parents) {
+      if (stop.stop_requested()) return;
       if (has_asset(nodes[i])) {
         const std::string key = asset_files_.key(nodes[i]);
         if (merge.missing.contains(key)) {  // in a later turn
@@ -356,18 +320,21 @@ void SceneBuild::merge_nodes(Request& request, Merge& merge, Built& built) {
   built.assets = std::move(merge.files);
 }
 
-// Nodes of a copy, without the user's additions below them.
-Result<std::vector<uint32_t>> SceneBuild::sources_of(uint32_t source, const std::string& path,
-                                                     uint64_t& path_bytes, Merge& merge) const {
+// A copy, without the user's additions below its node.
+Result<scene::CopyPlan> SceneBuild::plan_copy(uint32_t source, Merge& merge) const {
   const scene::Scene& scene = merge.to->scene;
   std::vector<uint32_t> sources = merge.descendants.of(
       scene, source, [&](uint32_t below) { return merge.roots_of_user.contains(below); });
   if (merge.copied_nodes + sources.size() > kMaxCopiedNodes)
     return Error{"all copies together have more than " + std::to_string(kMaxCopiedNodes) + " nodes"};
-  path_bytes = 0;
-  for (const uint32_t copied : sources)
-    path_bytes += path.size() + scene.nodes[copied].path.size() - scene.nodes[source].path.size();
-  return sources;
+  scene::CopyPlan plan = scene::plan_copy(scene, std::move(sources));
+  if (merge.added_bytes + plan.host_bytes > settings_.max_added_bytes) return Error{too_many_bytes()};
+  return plan;
+}
+
+std::string SceneBuild::too_many_bytes() const {
+  return "all assets and copies together take more than " + std::to_string(settings_.max_added_bytes >> 20) +
+         " MiB";
 }
 
 Result<void> SceneBuild::add(const state::RequestedNode& node, uint32_t parent, uint32_t source,
@@ -389,17 +356,19 @@ Result<void> SceneBuild::add(const state::RequestedNode& node, uint32_t parent, 
       if (!charge) return charge.error();
       uses_[use] = std::move(*charge);
     }
-    if (merge.added_bytes + asset->size.host_bytes > kMaxAddedBytes) return Error{too_many_bytes()};
+    if (merge.added_bytes + asset->size.host_bytes > settings_.max_added_bytes)
+      return Error{too_many_bytes()};
     if (scene.textures.size() + asset->loaded.scene.textures.size() > settings_.max_textures)
       return Error{"the scene would have more than " + std::to_string(settings_.max_textures) + " textures"};
   }
   uint64_t path_bytes =
       path.size() + (asset ? asset->size.path_bytes + asset->size.nodes * (path.size() + 1) : 0);
-  std::vector<uint32_t> sources;
+  scene::CopyPlan copy;
   if (source != scene::kNone) {
-    Result<std::vector<uint32_t>> found = sources_of(source, path, path_bytes, merge);
-    if (!found) return found.error();
-    sources = std::move(*found);
+    Result<scene::CopyPlan> planned = plan_copy(source, merge);
+    if (!planned) return planned.error();
+    copy = std::move(*planned);
+    path_bytes = scene::path_bytes_of_copy(scene, copy.sources, path);
   }
   if (merge.path_bytes + path_bytes > kMaxPathBytes)
     return Error{"it lies so deep that the paths of all nodes exceed " + std::to_string(kMaxPathBytes >> 20) +
@@ -423,6 +392,7 @@ Result<void> SceneBuild::add(const state::RequestedNode& node, uint32_t parent, 
       return done;
     }
     merge.added_bytes += asset->size.host_bytes;
+    merge.deformed_corners += asset->size.deformed_corners;
     const scene::Scene& added = asset->loaded.scene;
     merge.files[root] = {added.source, static_cast<uint32_t>(added.nodes.size()), first_material,
                          static_cast<uint32_t>(added.materials.size())};
@@ -431,13 +401,14 @@ Result<void> SceneBuild::add(const state::RequestedNode& node, uint32_t parent, 
         scene.lights[light].casts_shadow = false;
     }
   }
-  if (!sources.empty()) {
-    if (Result<void> done = scene::copy_below(scene, sources, root); !done) {
+  if (!copy.sources.empty()) {
+    if (Result<void> done = scene::copy_below(scene, copy, root, merge.deformed_corners); !done) {
       scene.nodes.pop_back();
       return done;
     }
-    merge.copied_nodes += sources.size();
-    merge.sources[root] = std::move(sources);
+    merge.added_bytes += copy.host_bytes;
+    merge.copied_nodes += copy.sources.size();
+    merge.sources[root] = std::move(copy.sources);
   }
   if (node.addition) {
     merge.roots_of_user.insert(root);

@@ -21,6 +21,7 @@
 #include "protocol/base/peer_budget.h"
 #include "renderer/app/loading/asset_files.h"
 #include "renderer/app/loading/peer_charges.h"
+#include "renderer/app/loading/scene_build_names.h"
 #include "renderer/scene/gltf/load_gltf.h"
 #include "renderer/scene/model/copy_nodes.h"
 #include "renderer/scene/model/loaded_scene.h"
@@ -30,52 +31,12 @@
 
 namespace fire3dv::app {
 
-// Name index of nodes that are added to a scene in one pass. Parents are found as soon as they exist; nodes
-// wait for parents that come later. Ordered maps: untrusted names cannot degrade the lookup time.
-class PendingNames {
- public:
-  // base: names of the scene before any addition.
-  explicit PendingNames(const state::NodeNames& base) : base_(base) {}
-
-  // Declares the parent name of a node. Must be called for all nodes before the first add().
-  void declare_parent(const std::string& parent) { parents_.try_emplace(parent); }
-
-  // Node with this name, or the unique node with this path; otherwise scene::kNone.
-  uint32_t find_parent(const std::string& parent);
-  // Defers the node until its parent exists.
-  void wait(const std::string& parent, size_t node) { parents_[parent].waiting.push_back(node); }
-
-  bool is_taken(const std::string& name) const;  // true if a node has this name or path
-
-  // Adds a node, or a node of its asset, whose name is not indexed (null). Appends the nodes that waited for
-  // it to `ready`.
-  void add(const std::string* name, const std::string& path, uint32_t index, std::vector<size_t>& ready);
-
-  uint64_t lookups() const { return lookups_; }
-
- private:
-  // Shorter strings first: most comparisons of long paths with a common prefix end at the lengths.
-  struct ByLength {
-    bool operator()(const std::string& a, const std::string& b) const {
-      return a.size() != b.size() ? a.size() < b.size() : a < b;
-    }
-  };
-  struct Parent {
-    uint32_t by_name = scene::kNone, by_path = scene::kNone;
-    bool path_is_ambiguous = false;
-    std::vector<size_t> waiting;
-  };
-  const state::NodeNames& base_;
-  std::map<std::string, Parent, ByLength> parents_;
-  std::set<std::string, ByLength> names_and_paths_;
-  uint64_t lookups_ = 0;
-};
-
 struct AssetSettings {
   std::filesystem::path folder = {};  // root of the assets that streams may name; empty: no files are read
   scene::Levels levels = scene::Levels::automatic_levels;
   uint32_t max_textures = UINT32_MAX;  // limit of the whole scene
   std::filesystem::path overlay = {};  // file of the user's additions, for messages and their assets
+  uint64_t max_added_bytes = uint64_t{4} << 30;  // in memory, of all assets and copies together
   // Replaced by tests. Null: assets are loaded, and time is the monotonic clock.
   std::function<Result<scene::Scene>(const state::RequestedNode&, const scene::LoadLimits&)> load = {};
   std::function<int64_t()> now_ns = {};
@@ -145,11 +106,11 @@ class SceneBuild {
   Result<std::shared_ptr<const Asset>> load(const state::RequestedNode& node, const std::stop_token& stop,
                                             BudgetCharge& charge) const;
   Result<scene::Scene> load_scene(const state::RequestedNode& node, const scene::LoadLimits& limits) const;
-  void merge_nodes(Request& request, Merge& merge, Built& built);
+  void merge_nodes(Request& request, const std::stop_token& stop, Merge& merge, Built& built);
   // source: of a copy; kNone: the node is none.
   Result<void> add(const state::RequestedNode& node, uint32_t parent, uint32_t source, Merge& merge);
-  Result<std::vector<uint32_t>> sources_of(uint32_t source, const std::string& path, uint64_t& path_bytes,
-                                           Merge& merge) const;
+  Result<scene::CopyPlan> plan_copy(uint32_t source, Merge& merge) const;
+  std::string too_many_bytes() const;
   void give_own_vertices(const Request& request, Merge& merge, Built& built);
 
   const scene::LoadedScene* base_;

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <map>
-#include <string>
+#include <set>
+#include <span>
 #include <utility>
 
 #include "renderer/scene/clusters/clusters.h"
@@ -12,8 +13,8 @@ namespace {
 
 class Copier {
  public:
-  Copier(Scene& scene, const std::vector<uint32_t>& sources, uint32_t copy) : scene_(scene) {
-    for (size_t i = 0; i < sources.size(); ++i) copies_[sources[i]] = copy + static_cast<uint32_t>(i);
+  Copier(Scene& scene, const CopyPlan& plan, uint32_t copy) : scene_(scene), plan_(plan) {
+    for (const uint32_t source : plan.sources) copies_.emplace_hint(copies_.end(), source, copy++);
   }
 
   uint32_t copy_of(uint32_t source) const { return copies_.at(source); }
@@ -43,43 +44,30 @@ class Copier {
   }
 
   uint32_t skin_of_copy(uint32_t number) {
-    const auto known = skins_.find(number);
-    if (known != skins_.end()) return known->second;
+    if (!std::ranges::binary_search(plan_.own_skins, number)) return number;
+    const auto [own, is_new] = skins_.try_emplace(number, static_cast<uint32_t>(scene_.skins.size()));
+    if (!is_new) return own->second;
     Skin skin = scene_.skins[number];
-    std::vector<Joint> joints(scene_.joints.begin() + skin.first_joint,
-                              scene_.joints.begin() + skin.first_joint + skin.joint_count);
-    const bool is_whole =
-        std::ranges::all_of(joints, [&](const Joint& joint) { return copies_.contains(joint.node); });
-    uint32_t own = number;
-    if (is_whole && !joints.empty()) {
-      skin.first_joint = static_cast<uint32_t>(scene_.joints.size());
-      for (Joint& joint : joints) joint.node = copies_.at(joint.node);
-      scene_.joints.insert(scene_.joints.end(), joints.begin(), joints.end());
-      own = static_cast<uint32_t>(scene_.skins.size());
-      scene_.skins.push_back(std::move(skin));
+    const uint32_t first_joint = std::exchange(skin.first_joint, static_cast<uint32_t>(scene_.joints.size()));
+    for (uint32_t i = 0; i < skin.joint_count; ++i) {
+      Joint joint = scene_.joints[first_joint + i];
+      joint.node = copies_.at(joint.node);
+      scene_.joints.push_back(joint);
     }
-    skins_[number] = own;
-    return own;
+    scene_.skins.push_back(std::move(skin));
+    return own->second;
   }
 
   Scene& scene_;
+  const CopyPlan& plan_;
   std::map<uint32_t, uint32_t> copies_, skins_;
 };
 
-// Of the arrays that grow with skins and deformed meshes.
-Result<void> check_deformed(const Scene& scene, const std::vector<uint32_t>& sources) {
-  uint64_t joints = 0, weights = 0, corners = 0;
-  for (const uint32_t source : sources) {
-    const Node& node = scene.nodes[source];
-    if (node.skin != kNone) joints += scene.skins[node.skin].joint_count;
-    weights += node.morph_weight_count;
-    if (node.mesh != kNone && (node.skin != kNone || node.morph_weight_count != 0))
-      corners += corners_of_mesh(scene, scene.meshes[node.mesh]);
-  }
-  if (joints + weights == 0) return {};
-  if (joints + scene.joints.size() >= kNone || weights + scene.morph_weights.size() >= kNone ||
-      corners + deformed_corners(scene) > kMaxDeformedCorners)
-    return Error{"the scene would have more deformed vertices than there is room for"};
+Result<void> check_room(const Scene& scene, const CopyPlan& plan, uint64_t deformed_corners) {
+  const bool has_room =
+      plan.joints + scene.joints.size() < kNone && plan.morph_weights + scene.morph_weights.size() < kNone &&
+      (plan.deformed_corners == 0 || plan.deformed_corners + deformed_corners <= kMaxDeformedCorners);
+  if (!has_room) return Error{"the scene would have more deformed vertices than there is room for"};
   return {};
 }
 
@@ -107,10 +95,50 @@ std::vector<uint32_t> Descendants::of(const Scene& scene, uint32_t top,
   return found;
 }
 
-Result<void> copy_below(Scene& scene, const std::vector<uint32_t>& sources, uint32_t copy) {
+CopyPlan plan_copy(const Scene& scene, std::vector<uint32_t> sources) {
+  CopyPlan plan;
+  plan.host_bytes = sources.size() * sizeof(Node);
+  std::set<uint32_t> skins;
+  for (const uint32_t source : sources) {
+    const Node& node = scene.nodes[source];
+    plan.morph_weights += node.morph_weight_count;
+    if (node.mesh != kNone && (node.skin != kNone || node.morph_weight_count != 0))
+      plan.deformed_corners += corners_of_mesh(scene, scene.meshes[node.mesh]);
+    if (node.skin != kNone) skins.insert(node.skin);
+  }
+  for (const uint32_t number : skins) {
+    const Skin& skin = scene.skins[number];
+    const auto joints = std::span(scene.joints).subspan(skin.first_joint, skin.joint_count);
+    const auto is_copied = [&](const Joint& joint) {
+      return std::ranges::binary_search(sources, joint.node);
+    };
+    if (joints.empty() || !std::ranges::all_of(joints, is_copied)) continue;
+    plan.own_skins.push_back(number);
+    plan.joints += joints.size();
+    plan.host_bytes += sizeof(Skin) + skin.name.size() + joints.size_bytes();
+  }
+  plan.host_bytes += plan.morph_weights * sizeof(float);
+  plan.sources = std::move(sources);
+  return plan;
+}
+
+uint64_t path_bytes_of_copy(const Scene& scene, const std::vector<uint32_t>& sources,
+                            const std::string& path) {
+  uint64_t bytes = path.size();
+  const size_t prefix = scene.nodes[sources.front()].path.size();
+  for (size_t i = 1; i < sources.size(); ++i) {
+    const std::string& of_source = scene.nodes[sources[i]].path;
+    if (!of_source.empty()) bytes += path.size() + of_source.size() - prefix;
+  }
+  return bytes;
+}
+
+Result<void> copy_below(Scene& scene, const CopyPlan& plan, uint32_t copy, uint64_t& deformed_corners) {
+  const std::vector<uint32_t>& sources = plan.sources;
   FIRE3DV_ASSERT(!sources.empty() && copy + 1 == scene.nodes.size());
-  if (Result<void> room = check_deformed(scene, sources); !room) return room;
-  Copier copier(scene, sources, copy);
+  if (Result<void> room = check_room(scene, plan, deformed_corners); !room) return room;
+  deformed_corners += plan.deformed_corners;
+  Copier copier(scene, plan, copy);
   copier.copy_content(scene.nodes[sources.front()], scene.nodes[copy]);
   const size_t prefix = scene.nodes[sources.front()].path.size();
   scene.nodes.reserve(scene.nodes.size() + sources.size() - 1);

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <string>
 #include <vector>
 
 #include "protocol/base/error.h"
@@ -22,9 +23,25 @@ class Descendants {
   std::vector<uint32_t> first_child_, next_sibling_;
 };
 
-// Gives `copy`, the last node of the scene, the contents of the first of these nodes, and appends copies of
-// the others below it, in this order. Like nodes of an added asset they are found by their paths alone. Skins
-// whose joints are all among the nodes follow the copies. Animations stay with the sources.
-Result<void> copy_below(Scene& scene, const std::vector<uint32_t>& sources, uint32_t copy);
+// Nodes to copy, and the growth of the scene by their copies.
+struct CopyPlan {
+  std::vector<uint32_t> sources;  // a node and its descendants, in scene order
+  // Skins whose joints are all among the sources, ascending: those of the copies follow the copies.
+  std::vector<uint32_t> own_skins;
+  uint64_t joints = 0, morph_weights = 0;
+  uint64_t deformed_corners = 0;  // see clusters.h
+  uint64_t host_bytes = 0;        // without paths
+};
+CopyPlan plan_copy(const Scene& scene, std::vector<uint32_t> sources);
+
+// Bytes of the paths of the copies, if that of the first one is `path`. Instances have no path.
+uint64_t path_bytes_of_copy(const Scene& scene, const std::vector<uint32_t>& sources,
+                            const std::string& path);
+
+// Gives `copy`, the last node of the scene, the contents of the first source, and appends copies of the
+// others below it, in this order. Like nodes of an added asset they are found by their paths alone.
+// Animations stay with the sources. deformed_corners: of the scene, whose growth is added. The error names
+// the limit that the scene would exceed; it has not changed then.
+Result<void> copy_below(Scene& scene, const CopyPlan& plan, uint32_t copy, uint64_t& deformed_corners);
 
 }  // namespace fire3dv::scene

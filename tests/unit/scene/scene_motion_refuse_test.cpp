@@ -44,6 +44,12 @@ const std::vector<Fault>& refused() {
       {"skin without joints", [](auto& b) { b.root["skins"][0]["joints"] = json::array(); },
        "skins[0] has no joints"},
       {"joints of a wrong type", [](auto& b) { b.root["skins"][0]["joints"] = {"a"}; }, "skins[0]: joints"},
+      {"too many joints without matrices",
+       [](auto& b) {
+         b.root["skins"][0].erase("inverseBindMatrices");
+         b.root["skins"][0]["joints"] = std::vector<int>((1 << 22) + 1, 1);
+       },
+       "skins[0]: the file holds more than 4194304 joints"},
       {"missing matrices", [](auto& b) { b.root["skins"][0]["inverseBindMatrices"] = 99; }, "accessors[99]"},
       {"matrices of another shape",
        [](auto& b) { b.root["skins"][0]["inverseBindMatrices"] = test::kPositions; },

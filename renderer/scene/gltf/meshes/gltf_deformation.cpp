@@ -53,19 +53,24 @@ void normalize(std::span<Influences> sets) {
 
 Result<std::vector<glm::mat4>> inverse_bind_matrices(const AccessorReader& reader, const SkinSource& source,
                                                      size_t& total, const std::string& where) {
-  std::vector<glm::mat4> matrices(source.joints.size(), glm::mat4(1));
-  if (source.inverse_bind_matrices < 0) return matrices;
+  const auto add_joints = [&](size_t count, const std::string& name) -> Result<void> {
+    total += count;
+    if (total <= kMaxJoints) return {};
+    return Error{name + ": the file holds more than " + std::to_string(kMaxJoints) + " joints"};
+  };
+  if (source.inverse_bind_matrices < 0) {
+    if (auto room = add_joints(source.joints.size(), where); !room) return room.error();
+    return std::vector<glm::mat4>(source.joints.size(), glm::mat4(1));
+  }
   const std::string name = where + ".inverseBindMatrices";
   auto count = reader.count(source.inverse_bind_matrices, name);
   if (!count) return count.error();
-  if (*count < matrices.size()) {
+  if (*count < source.joints.size()) {
     return Error{name + " holds " + std::to_string(*count) + " matrices for " +
-                 std::to_string(matrices.size()) + " joints"};
+                 std::to_string(source.joints.size()) + " joints"};
   }
-  total += *count;
-  if (total > kMaxJoints)
-    return Error{name + ": the file holds more than " + std::to_string(kMaxJoints) + " joints"};
-  matrices.resize(*count);
+  if (auto room = add_joints(*count, name); !room) return room.error();
+  std::vector<glm::mat4> matrices(*count);
   auto done = reader.read_floats(source.inverse_bind_matrices, name, glm::value_ptr(matrices[0]), 16, 16, 16);
   if (!done) return done.error();
   matrices.resize(source.joints.size());
