@@ -1,4 +1,6 @@
 // Test of objects that the editor adds: steps, selection, copies, edits of added files, export.
+#include "renderer/app/window/editing/new_objects.h"
+#include "renderer/scene/files.h"
 #include "renderer/scene/model/math.h"
 #include "tests/unit/editing/editor_fixture.h"
 
@@ -390,6 +392,32 @@ TEST_F(Editors, AssetsOfTheOverlayFilesFolderAndOfAnotherAreOffered) {
   viewer_.commands.list_assets = true;
   other.update(viewer_, targets(), false);
   EXPECT_EQ(other.facts().assets, (std::vector<std::string>{"b.glb", "parts/a 1%25.gltf"}));
+}
+
+TEST_F(Editors, OnlyFilesThatCanBeReadAreOffered) {
+  const fs::path inside = folder_ / "inside";
+  fs::create_directories(inside / "c:d");
+  const std::string latin = std::string("t") + char(0xfc) + "r.glb";  // no UTF-8
+  for (const std::string& name :
+       {std::string("a:b.gltf"), std::string("c:d/e:f.glb"), std::string("g\\h.glb"), latin,
+        std::string("tür%.glb"), std::string("line\nbreak.glb")})
+    std::ofstream(inside / name) << "x";
+  std::ofstream(folder_ / "secret.glb") << "x";
+  fs::create_symlink("../secret.glb", inside / "out.glb");
+  fs::create_symlink("a:b.gltf", inside / "in.glb");
+  fs::create_symlink("nowhere", inside / "broken.glb");
+  fs::create_directory(inside / "folder.glb");
+  const std::vector<std::string> offered = offered_assets(inside / "s.overlay.json", {});
+  EXPECT_EQ(offered, (std::vector<std::string>{"./a%3Ab.gltf", "./c%3Ad/e%3Af.glb", "in.glb",
+                                               "line%0Abreak.glb", "t%FCr.glb", "tür%25.glb"}));
+  for (const std::string& uri : offered) {
+    const Result<fs::path> path = scene::AssetFolder(inside / "s.overlay.json").resolve(uri);
+    EXPECT_TRUE(path && fs::is_regular_file(*path)) << uri;
+  }
+  const std::pair<const char*, const char*> names[] = {
+      {"./a%3Ab.gltf", "a:b"}, {"./c%3Ad/e%3Af.glb", "e:f"},       {"t%FCr.glb", "t?r"},
+      {"tür%25.glb", "tür%"},  {"line%0Abreak.glb", "line?break"}, {"odd%2.glb", "odd%2"}};
+  for (const auto& [uri, name] : names) EXPECT_EQ(name_of_asset(uri), name);
 }
 
 }  // namespace

@@ -1,9 +1,7 @@
 #include "renderer/app/window/editing/new_objects.h"
 
 #include <algorithm>
-#include <filesystem>
 #include <glm/gtc/quaternion.hpp>
-#include <set>
 #include <utility>
 
 #include "protocol/base/text.h"
@@ -90,24 +88,6 @@ state::NodeTransform transform_now(uint32_t node, const ViewPlace& place, const 
   return transform;
 }
 
-void list_assets(const std::filesystem::path& folder, std::set<std::string>& uris) {
-  namespace fs = std::filesystem;
-  constexpr size_t kMaxLooked = 10'000;
-  constexpr int kMaxDepth = 1;
-  std::error_code error;
-  fs::recursive_directory_iterator entry(folder, fs::directory_options::skip_permission_denied, error);
-  for (size_t looked = 0; !error && entry != fs::recursive_directory_iterator() && looked < kMaxLooked;
-       entry.increment(error), ++looked) {
-    if (entry.depth() >= kMaxDepth) entry.disable_recursion_pending();
-    const std::string ending = entry->path().extension().string();
-    if ((ending != ".glb" && ending != ".gltf") || !entry->is_regular_file(error)) continue;
-    std::string uri;
-    for (const char c : entry->path().lexically_relative(folder).generic_string())
-      uri += c == '%' ? "%25" : c == ':' ? "%3A" : std::string(1, c);
-    uris.insert(std::move(uri));
-  }
-}
-
 }  // namespace
 
 NewObject new_object(ObjectKind kind, const ViewPlace& place, const state::EditDocument& document,
@@ -130,27 +110,10 @@ NewObject new_object(ObjectKind kind, const ViewPlace& place, const state::EditD
 
 NewObject new_asset(const std::string& uri, const ViewPlace& place, const state::EditDocument& document,
                     const state::EditTargets& targets) {
-  std::string name = std::filesystem::path(uri).stem().string();
-  for (const auto& [coded, plain] : {std::pair("%3A", ":"), std::pair("%25", "%")}) {  // of list_assets()
-    for (size_t at = name.find(coded); at != std::string::npos; at = name.find(coded, at + 1))
-      name.replace(at, 3, plain);
-  }
-  NewObject object{unused_name(name, true, {}, document, targets), {}};
+  NewObject object{unused_name(name_of_asset(uri), true, {}, document, targets), {}};
   object.addition.content = state::AddedAsset{uri};
   object.addition.transform = at(place.focus_m);
   return object;
-}
-
-std::vector<std::string> offered_assets(const std::filesystem::path& overlay,
-                                        const std::filesystem::path& assets) {
-  constexpr size_t kMaxAssets = 200;
-  std::set<std::string> uris;  // one that both folders have is the overlay file's
-  const std::filesystem::path folder = overlay.parent_path();
-  if (!overlay.empty()) list_assets(folder.empty() ? "." : folder, uris);
-  if (!assets.empty()) list_assets(assets, uris);
-  std::vector<std::string> offered(uris.begin(), uris.end());
-  if (offered.size() > kMaxAssets) offered.resize(kMaxAssets);
-  return offered;
 }
 
 bool may_add_camera(const state::EditDocument& document, const std::string& name) {

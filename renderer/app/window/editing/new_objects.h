@@ -7,6 +7,7 @@
 #include <glm/glm.hpp>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "protocol/base/error.h"
@@ -38,9 +39,11 @@ NewObject new_object(gui::ObjectKind kind, const ViewPlace& place, const state::
 NewObject new_asset(const std::string& uri, const ViewPlace& place, const state::EditDocument& document,
                     const state::EditTargets& targets);
 // glTF files of the overlay file's folder, of that of --assets (empty: none) and of the folders in them, as
-// URIs; at most 200.
+// URIs that AssetFolder resolves to them; at most 200. 10 000 entries of each folder are looked at.
 std::vector<std::string> offered_assets(const std::filesystem::path& overlay,
                                         const std::filesystem::path& assets);
+// Name of the file of such a URI without its ending, printable.
+std::string name_of_asset(std::string_view uri);
 // True if the document adds a node of this name that may have a camera, when it is displayed.
 bool may_add_camera(const state::EditDocument& document, const std::string& name);
 // Chooses it for --camera. shown: additions whose nodes the scene has.
