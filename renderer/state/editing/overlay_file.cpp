@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
@@ -118,10 +119,17 @@ void add_value(Ordered& entry, EditedProperty property, const EditedValue& value
 
 // --- members of a file ---
 
+constexpr float kTiny = 1e-12f;  // least value of what is more than 0
+
 float number(const Json& value, const std::string& place, float least, float most) {
   const auto number = static_cast<float>(robot::number_of(value, place));
   if (number >= least && number <= most) return number;
-  throw Fault(place + " is not between " + std::to_string(least) + " and " + std::to_string(most));
+  char text[64];  // two numbers of 14 characters at most
+  if (least > 0 && least <= kTiny && !(number > most))
+    std::snprintf(text, sizeof text, "must be more than 0");
+  else
+    std::snprintf(text, sizeof text, "is not between %g and %g", double{least}, double{most});
+  throw Fault(place + " " + text);
 }
 
 template <int length>
@@ -252,7 +260,6 @@ JointPosition read_position(const Json& value, const std::string& place) {
 }
 
 scene::Camera read_camera(const Json& object, const std::string& place) {
-  constexpr float kTiny = 1e-12f;
   Members members(object, place);
   scene::Camera camera;
   if (const Json* const extent = members.find("half_extent")) {
