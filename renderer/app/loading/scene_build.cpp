@@ -253,6 +253,11 @@ void SceneBuild::merge_nodes(Request& request, const std::stop_token& stop, Merg
   }
   std::vector<bool> settled(nodes.size(), false), refused(nodes.size(), false), is_added(nodes.size(), false);
   std::vector<std::pair<size_t, uint32_t>> added;  // and their roots
+  // Edits of the user name nodes by their paths alone.
+  const auto find = [&](size_t i, const std::string& name) {
+    if (name.empty()) return scene::kNone;
+    return nodes[i].addition ? merge.names.find_path(name, merge.to->scene) : merge.names.find_parent(name);
+  };
   const auto refuse = [&](size_t i, std::string reason) {
     settled[i] = refused[i] = true;
     built.refused.push_back({nodes[i], std::move(reason)});
@@ -265,9 +270,9 @@ void SceneBuild::merge_nodes(Request& request, const std::stop_token& stop, Merg
     std::vector<Placed> with_parents;  // found before this round adds any
     for (const size_t i : round) {
       const std::string& parent_name = nodes[i].added->parent;
-      const uint32_t parent = parent_name.empty() ? scene::kNone : merge.names.find_parent(parent_name);
+      const uint32_t parent = find(i, parent_name);
       const std::string& source_name = copied_path(nodes[i]);
-      const uint32_t source = source_name.empty() ? scene::kNone : merge.names.find_parent(source_name);
+      const uint32_t source = find(i, source_name);
       if (parent == scene::kNone && !parent_name.empty())
         merge.names.wait(parent_name, i);
       else if (source == scene::kNone && !source_name.empty())
@@ -304,9 +309,12 @@ void SceneBuild::merge_nodes(Request& request, const std::stop_token& stop, Merg
     // A node may wait for a parent in an asset that is not loaded yet.
     if (settled[i] || !merge.missing.empty() || request.is_partial) continue;
     const std::string& parent = nodes[i].added->parent;
-    const bool lacks_parent = !parent.empty() && merge.names.find_parent(parent) == scene::kNone;
-    refuse(i, lacks_parent ? "no node is called " + quote(parent) + ", its parent"
-                           : "no node is called " + quote(copied_path(nodes[i])) + ", which it copies");
+    const bool lacks_parent = !parent.empty() && find(i, parent) == scene::kNone;
+    const std::string& missing = lacks_parent ? parent : copied_path(nodes[i]);
+    const uint32_t named = nodes[i].addition ? merge.names.find_parent(missing) : scene::kNone;
+    refuse(i, (nodes[i].addition ? "no node has the path " : "no node is called ") + quote(missing) +
+                  (lacks_parent ? ", its parent" : ", which it copies") +
+                  (named == scene::kNone ? "" : "; write " + quote(merge.to->scene.nodes[named].path)));
   }
   for (size_t i = 0; i < nodes.size(); ++i) {
     if (!refused[i]) merge.charged.push_back(nodes[i]);

@@ -12,6 +12,17 @@ uint32_t PendingNames::find_parent(const std::string& parent) {
   return known->second.path_is_ambiguous ? scene::kNone : known->second.by_path;
 }
 
+uint32_t PendingNames::find_path(const std::string& path, const scene::Scene& scene) {
+  ++lookups_;
+  uint32_t node = base_.find(path);
+  // Names come first there, and one may look like the path of another node.
+  if (node != scene::kNone && scene.nodes[node].path != path) node = base_.first_of_path(path);
+  if (node != scene::kNone) return node;
+  const auto known = parents_.find(path);
+  const bool is_known = known != parents_.end() && !known->second.path_is_ambiguous;
+  return is_known ? known->second.by_path : scene::kNone;
+}
+
 bool PendingNames::is_taken(const std::string& name) const {
   return base_.find(name) != scene::kNone || names_and_paths_.contains(name);
 }

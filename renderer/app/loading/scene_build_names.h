@@ -25,6 +25,8 @@ class PendingNames {
 
   // Node with this name, or the unique node with this path; otherwise scene::kNone.
   uint32_t find_parent(const std::string& parent);
+  // Node with this path, or scene::kNone if there is none or several. scene: the names are of its nodes.
+  uint32_t find_path(const std::string& path, const scene::Scene& scene);
   // Defers the node until its parent exists.
   void wait(const std::string& parent, size_t node) { parents_[parent].waiting.push_back(node); }
 

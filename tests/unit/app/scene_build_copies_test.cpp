@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <initializer_list>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -24,16 +25,23 @@ class SceneBuildCopies : public testing::Test {
     base_.scene.nodes[0].name = base_.scene.nodes[0].path = kTop;
   }
 
+  state::RequestedNode copy_of(const std::string& path, const char* name, const std::string& parent = "") {
+    auto addition = std::make_shared<state::Addition>();
+    addition->parent = parent;
+    addition->content = state::CopiedNode{path};
+    auto added = std::make_shared<wire::NodeAdded>();
+    added->parent = parent;
+    state::RequestedNode node{1, ++version_, name, std::move(added)};
+    node.addition = std::move(addition);
+    return node;
+  }
   // Copies of the top node.
   SceneBuild::Built build(std::initializer_list<const char*> names, AssetSettings settings = {}) {
     SceneBuild::Request request;
-    for (const char* const name : names) {
-      auto addition = std::make_shared<state::Addition>();
-      addition->content = state::CopiedNode{kTop};
-      state::RequestedNode node{1, ++version_, name, std::make_shared<const wire::NodeAdded>()};
-      node.addition = std::move(addition);
-      request.nodes.push_back(std::move(node));
-    }
+    for (const char* const name : names) request.nodes.push_back(copy_of(kTop, name));
+    return build(std::move(request), std::move(settings));
+  }
+  SceneBuild::Built build(SceneBuild::Request request, AssetSettings settings = {}) {
     SceneBuild build(base_, std::move(settings));
     build.begin(std::move(request));
     std::optional<SceneBuild::Built> built;
@@ -115,6 +123,31 @@ TEST_F(SceneBuildCopies, DeformedVerticesAreCountedWithThoseOfOtherCopies) {
   ASSERT_EQ(built.refused.size(), 1u);
   EXPECT_NE(built.refused[0].reason.find("deformed vertices"), std::string::npos) << built.refused[0].reason;
   EXPECT_EQ(scene::deformed_corners(built.scene->scene), scene::kMaxDeformedCorners);
+}
+
+TEST_F(SceneBuildCopies, AreOfPathsAndNotOfNames) {
+  scene::add_node(base_.scene, "leaf", 0, glm::mat4(1));
+  const std::string leaf = std::string(kTop) + "/leaf";
+  const SceneBuild::Built built =
+      build({{copy_of("leaf", "by name"), copy_of(kTop, "below a name", "leaf"), copy_of("", "in", leaf),
+              copy_of(leaf, "by path"), copy_of(kTop, "below it", "by path"), copy_of("in", "by added name"),
+              copy_of("in", "waits for a path"), copy_of(leaf, "in/x"), copy_of("in~1x", "of it")},
+             {}});
+  std::map<std::string, std::string> refused;
+  for (const SceneBuild::Refused& each : built.refused) refused[each.node.name] = each.reason;
+  EXPECT_EQ(refused.size(), 4u);
+  EXPECT_EQ(refused["by name"],
+            "no node has the path \"leaf\", which it copies; write \"a top node with a long name/leaf\"");
+  EXPECT_EQ(refused["below a name"],
+            "no node has the path \"leaf\", its parent; write \"a top node with a long name/leaf\"");
+  EXPECT_TRUE(refused.contains("by added name"));
+  EXPECT_EQ(built.added.size(), 5u);
+  // A name that looks like the path of another node.
+  base_.scene.nodes[1].name = kTop;
+  base_.scene.nodes[0].name = "other";
+  const SceneBuild::Built of_path = build({"c"});
+  ASSERT_EQ(of_path.sources.size(), 1u);
+  EXPECT_EQ(of_path.sources.begin()->second.front(), 0u);
 }
 
 }  // namespace

@@ -245,11 +245,12 @@ TEST_F(SceneBuildTest, TheUserAddsLightsCamerasAndCopies) {
 // Copies of copies do not double the scene each time.
 TEST_F(SceneBuildTest, CopiesLeaveOtherAdditionsOut) {
   std::vector<state::RequestedNode> nodes;
-  const std::string top = base_.scene.nodes[0].path;
-  for (int i = 0; i < 40; ++i) {
+  std::vector<std::string> paths{base_.scene.nodes[0].path};
+  for (size_t i = 0; i < 40; ++i) {
     state::Addition addition;
-    addition.parent = i == 0 ? top : "c" + std::to_string(i - 1);
-    addition.content = state::CopiedNode{i < 2 ? top : "c" + std::to_string(i - 2)};
+    addition.parent = paths.back();
+    addition.content = state::CopiedNode{paths[i < 2 ? 0 : i - 1]};
+    paths.push_back(paths.back() + "/c" + std::to_string(i));
     wire::NodeAdded added;
     added.parent = addition.parent;
     nodes.push_back(wanted("c" + std::to_string(i), added));
