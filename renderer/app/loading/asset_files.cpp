@@ -1,5 +1,6 @@
 #include "renderer/app/loading/asset_files.h"
 
+#include <algorithm>
 #include <optional>
 #include <span>
 #include <variant>
@@ -21,6 +22,29 @@ bool has_asset(const state::RequestedNode& node) {
 std::string asset_name(const state::RequestedNode& node) {
   const std::string& uri = node.added->asset_uri;
   return uri.empty() ? std::string("the embedded asset") : "the asset " + quote(uri);
+}
+
+ReadFiles::ReadFiles(const std::filesystem::path& asset) : asset_(asset) {
+  files_[asset] = scene::stamp_of(asset);
+}
+
+void ReadFiles::finish(const std::vector<scene::SourceFile>& sources) {
+  const scene::AssetFolder folder(asset_);
+  for (const scene::SourceFile& source : sources) {
+    if (source.uri.empty()) {
+      digest_ = source.digest;
+      continue;
+    }
+    const Result<std::filesystem::path> file = folder.resolve(source.uri);
+    lacks_file_ |= !file || source.digest == Digest{};
+    if (file) files_.try_emplace(*file, scene::stamp_of(*file));
+  }
+}
+
+bool ReadFiles::are_unchanged() const {
+  return !lacks_file_ && std::ranges::all_of(files_, [](const auto& known) {
+    return known.second.exists && scene::stamp_of(known.first) == known.second;
+  });
 }
 
 Result<std::filesystem::path> AssetFiles::find(const std::string& uri, bool is_of_user) const {

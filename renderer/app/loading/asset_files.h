@@ -7,8 +7,12 @@
 #include <map>
 #include <string>
 #include <utility>
+#include <vector>
 
+#include "protocol/base/digest.h"
 #include "protocol/base/error.h"
+#include "renderer/scene/cache/cache_files.h"
+#include "renderer/scene/files.h"
 #include "renderer/state/edit_registry.h"
 #include "renderer/state/editing/edit_document.h"
 
@@ -22,6 +26,28 @@ struct MergedAsset {
   std::filesystem::path file = {};
   uint32_t node_count = 0;
   uint32_t first_material = 0, material_count = 0;  // of the scene, with its default material
+  Digest digest{};                                  // of the file itself
+};
+
+// Files of an asset as they were when it was read, by their stamps.
+class ReadFiles {
+ public:
+  ReadFiles() = default;  // without files, such as an embedded asset: unchanged
+  // Begin of a read of this asset.
+  explicit ReadFiles(const std::filesystem::path& asset);
+  // End of the read. sources: of load_gltf().
+  void finish(const std::vector<scene::SourceFile>& sources);
+
+  // False also if one of the files was missing.
+  bool are_unchanged() const;
+  bool empty() const { return files_.empty(); }
+  const Digest& digest() const { return digest_; }  // of the asset's own file
+
+ private:
+  std::map<std::filesystem::path, scene::FileStamp> files_;
+  std::filesystem::path asset_;
+  Digest digest_{};
+  bool lacks_file_ = false;
 };
 
 class AssetFiles {

@@ -399,7 +399,7 @@ Result<void> LiveScene::replace_base(const scene::LoadedScene& next, std::vector
   user_.variant = in_next(user_.variant);
   variant_ = loaded_variant_ = in_next(loaded_variant_);
   base_ = &next;
-  build_.set_base(next);
+  build_.reload(next);
   for (const state::RequestedNode& node : added_) pending_.insert(node.budget);
   if (additions_.try_again()) pending_.insert(nullptr);
   shown_additions_.clear();

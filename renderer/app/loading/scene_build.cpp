@@ -13,7 +13,6 @@
 #include "renderer/scene/model/loaded_scene.h"
 #include "renderer/scene/model/math.h"
 #include "renderer/scene/model/scene_edits.h"
-#include "renderer/scene/model/variants.h"
 #include "renderer/state/node_index.h"
 
 namespace fire3dv::app {
@@ -161,7 +160,15 @@ void SceneBuild::load_assets(const Request& request, const std::stop_token& stop
   for (const state::RequestedNode& node : request.nodes) {
     if (!has_asset(node)) continue;
     const std::string key = asset_files_.key(node);
-    if (!assets_.contains(key) && merge.missing.insert(key).second) open.push_back(&node);
+    if (assets_.contains(key)) continue;
+    if (const auto failure = failures_.find(key); failure != failures_.end()) {
+      if (failure->second.files.are_unchanged()) {
+        merge.failures[key] = failure->second.reason;
+        continue;
+      }
+      failures_.erase(failure);
+    }
+    if (merge.missing.insert(key).second) open.push_back(&node);
   }
   uint64_t loaded_bytes = 0;
   for (const auto& [key, asset] : assets_) loaded_bytes += asset->size.host_bytes;
@@ -191,7 +198,8 @@ void SceneBuild::load_assets(const Request& request, const std::stop_token& stop
     const int64_t begun = settings_.now_ns();
     Result<BudgetCharge> charge = BudgetCharge::take(node.budget, Resource::asset_bytes, 0);
     FIRE3DV_ASSERT(charge.ok());
-    auto asset = load(node, stop, *charge);
+    ReadFiles files;
+    auto asset = load(node, stop, *charge, files);
     merge.missing.erase(key);
     if (asset) {
       add_warnings(node, (*asset)->loaded.scene.warnings, built.asset_warnings);
@@ -200,6 +208,8 @@ void SceneBuild::load_assets(const Request& request, const std::stop_token& stop
       uses_[{key, peer}] = std::move(*charge);
     } else {
       merge.failures[key] = asset.error().message;
+      if (node.addition && !files.empty() && files.are_unchanged() && !stop.stop_requested())
+        failures_[key] = {std::move(files), asset.error().message};
     }
     const int64_t load_ns = settings_.now_ns() - begun;
     spent_ns += load_ns;
@@ -207,38 +217,6 @@ void SceneBuild::load_assets(const Request& request, const std::stop_token& stop
     built.load_ns[peer] += load_ns;
     if (node.budget) node.budget->add_build_ns(load_ns);
   }
-}
-
-Result<std::shared_ptr<const SceneBuild::Asset>> SceneBuild::load(const state::RequestedNode& node,
-                                                                  const std::stop_token& stop,
-                                                                  BudgetCharge& charge) const {
-  scene::LoadLimits limits = limits_of_asset(node.budget, charge);
-  limits.stop_requested = [&stop] { return stop.stop_requested(); };
-  Result<scene::Scene> scene = settings_.load ? settings_.load(node, limits) : load_scene(node, limits);
-  if (!scene) return scene.error();
-  if (stop.stop_requested()) return Error{"the load was stopped"};
-  std::optional<uint32_t> variant;
-  if (!node.added->variant.empty()) {
-    const Result<uint32_t> found = scene::find_variant(*scene, node.added->variant);
-    if (!found) return Error{asset_name(node) + ": " + found.error().message};
-    variant = *found;
-  }
-  scene::Derived derived = scene::derive(*scene, settings_.levels);
-  auto asset = std::make_shared<Asset>(Asset{{std::move(*scene), std::move(derived)}, {}});
-  if (variant) scene::select_variant(asset->loaded, *variant);
-  asset->size = measure(asset->loaded);
-  // Replaces the loader's reservation by the size of the asset.
-  if (Result<void> charged = charge.resize(asset->size.host_bytes); !charged) return charged.error();
-  return std::shared_ptr<const Asset>(std::move(asset));
-}
-
-Result<scene::Scene> SceneBuild::load_scene(const state::RequestedNode& node,
-                                            const scene::LoadLimits& limits) const {
-  const std::string& uri = node.added->asset_uri;
-  if (uri.empty()) return scene::load_glb(node.added->asset_glb, asset_name(node), limits);
-  const Result<std::filesystem::path> path = asset_files_.find(uri, node.addition != nullptr);
-  if (!path) return path.error();
-  return scene::load_gltf(*path, limits);
 }
 
 // Parents may be added nodes, too. Nodes are added in rounds: those whose parents exist, then those that
@@ -403,7 +381,7 @@ Result<void> SceneBuild::add(const state::RequestedNode& node, uint32_t parent, 
     merge.deformed_corners += asset->size.deformed_corners;
     const scene::Scene& added = asset->loaded.scene;
     merge.files[root] = {added.source, static_cast<uint32_t>(added.nodes.size()), first_material,
-                         static_cast<uint32_t>(added.materials.size())};
+                         static_cast<uint32_t>(added.materials.size()), asset->files.digest()};
     if (!charges->second.casts_shadows) {
       for (size_t light = first_light; light < scene.lights.size(); ++light)
         scene.lights[light].casts_shadow = false;

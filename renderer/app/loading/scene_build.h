@@ -84,6 +84,8 @@ class SceneBuild {
 
   // When idle: builds on another scene of the file from now on.
   void set_base(const scene::LoadedScene& base);
+  // The same with another version of the file: assets whose files have changed are loaded again.
+  void reload(const scene::LoadedScene& base);
 
   bool idle() const { return !thread_.joinable(); }
   void begin(Request request);  // when idle
@@ -96,6 +98,12 @@ class SceneBuild {
   struct Asset {
     scene::LoadedScene loaded;
     AssetSize size;
+    ReadFiles files;
+  };
+  // Of an asset of the user: it is not loaded again before its files change.
+  struct Failure {
+    ReadFiles files;
+    std::string reason;
   };
   using NodeKey = std::pair<uint64_t, uint64_t>;             // age and version
   using UseKey = std::pair<std::string, const PeerBudget*>;  // of an asset by a peer
@@ -104,8 +112,9 @@ class SceneBuild {
   Built build(Request request, const std::stop_token& stop);
   void load_assets(const Request& request, const std::stop_token& stop, Merge& merge, Built& built);
   Result<std::shared_ptr<const Asset>> load(const state::RequestedNode& node, const std::stop_token& stop,
-                                            BudgetCharge& charge) const;
-  Result<scene::Scene> load_scene(const state::RequestedNode& node, const scene::LoadLimits& limits) const;
+                                            BudgetCharge& charge, ReadFiles& files) const;
+  Result<scene::Scene> load_scene(const state::RequestedNode& node, const scene::LoadLimits& limits,
+                                  ReadFiles& files) const;
   void merge_nodes(Request& request, const std::stop_token& stop, Merge& merge, Built& built);
   // source: of a copy; kNone: the node is none.
   Result<void> add(const state::RequestedNode& node, uint32_t parent, uint32_t source, Merge& merge);
@@ -120,6 +129,7 @@ class SceneBuild {
   std::optional<state::NodeNames> base_names_;
   uint64_t base_path_bytes_ = 0;
   std::map<std::string, std::shared_ptr<const Asset>> assets_;  // loaded assets, by AssetFiles::key()
+  std::map<std::string, Failure> failures_;                     // by the same keys
   std::map<UseKey, BudgetCharge> uses_;                         // decoded assets, once for each peer
   std::map<NodeKey, NodeCharges> node_charges_;
   std::map<UseKey, BudgetCharge> vertex_charges_;  // by node name

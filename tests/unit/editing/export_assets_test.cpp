@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "protocol/base/digest.h"
 #include "renderer/scene/gltf/export/export_glb.h"
 #include "renderer/scene/gltf/gltf_container.h"
 #include "renderer/scene/model/loaded_scene.h"
@@ -70,7 +71,7 @@ class ExportedAssets : public ::testing::Test {
     ExportedNode node{add_node(merged_.scene, name, parent, place), parent, name};
     node.asset = ExportedAsset{table_path_, static_cast<uint32_t>(table_.scene.nodes.size()),
                                static_cast<uint32_t>(merged_.scene.materials.size()),
-                               static_cast<uint32_t>(table_.scene.materials.size())};
+                               static_cast<uint32_t>(table_.scene.materials.size()), table_digest_};
     EXPECT_TRUE(add_below(merged_, table_, node.node).ok());
     edits_.transforms[node.node].parent_from_node = place;
     return node;
@@ -122,6 +123,7 @@ class ExportedAssets : public ::testing::Test {
   test::ScratchFolder folder_;
   std::filesystem::path file_ = folder_.write("arm.glb", arm_file().glb());
   std::filesystem::path table_path_ = folder_.write("parts/table.glb", table_file().glb());
+  Digest table_digest_ = digest_of_file(table_path_, 1 << 20).value();
   LoadedScene merged_{*load_gltf(file_), {}}, table_{*load_gltf(table_path_), {}};
   ExportedEdits edits_;
 };
@@ -195,6 +197,21 @@ TEST_F(ExportedAssets, EditsOfOneAdditionAreNotThoseOfAnother) {
   EXPECT_EQ(again.lights.at(read("table.1/top/lamp (table.1)").light).intensity, 9);
 }
 
+// Instances are made by the loader; nodes of streams are not in the file.
+TEST_F(ExportedAssets, ChildrenOfACopyThatAStreamAddedAreReported) {
+  ExportedNode table = add_table("table", kNone);
+  Scene& scene = merged_.scene;
+  const auto of_stream = add_node(scene, "of a stream", 0, glm::mat4(1));
+  const auto copy = add_node(scene, "arm.1", kNone, glm::mat4(1));
+  const auto below = add_node(scene, "", copy, glm::mat4(1));
+  edits_.added = {std::move(table), {copy, kNone, "arm.1", 0}, {below, copy, {}, of_stream}};
+  const ExportedGlb made = exported();
+  EXPECT_EQ(made.warnings.size(), 2u) << "and variants";
+  EXPECT_TRUE(std::ranges::any_of(made.warnings, [](const std::string& warning) {
+    return warning.find("left out") != std::string::npos && warning.find("1 ") != std::string::npos;
+  })) << made.warnings.back();
+}
+
 // Files of an added .gltf lie in its own folder; the exported file names none.
 TEST_F(ExportedAssets, BuffersAndImagesOfAnAddedFileAreInside) {
   test::GltfBuilder builder = table_file();
@@ -202,6 +219,7 @@ TEST_F(ExportedAssets, BuffersAndImagesOfAnAddedFileAreInside) {
   folder_.write("parts/wood.png", test::png(2, 2, 0xff00c040));
   builder.root["images"][0] = {{"uri", "wood.png"}};
   table_path_ = folder_.write("parts/table.gltf", builder.gltf("table.bin"));
+  table_digest_ = digest_of_file(table_path_, 1 << 20).value();
   edits_.added.push_back(add_table("table", kNone));
   const ExportedGlb made = exported();
   const Scene again = load(made);
@@ -212,6 +230,7 @@ TEST_F(ExportedAssets, BuffersAndImagesOfAnAddedFileAreInside) {
   // An image that cannot be read is not looked for beside the exported file.
   builder.root["images"][0] = {{"uri", "none.png"}};
   folder_.write("parts/table.gltf", builder.gltf("table.bin"));
+  edits_.added[0].asset->digest = digest_of_file(table_path_, 1 << 20).value();
   const ExportedGlb without = exported();
   EXPECT_EQ(without.warnings.size(), 2u);
   EXPECT_EQ(load(without).nodes.size(), again.nodes.size());
@@ -229,6 +248,10 @@ TEST_F(ExportedAssets, FilesThatCannotBeReadOrHaveChangedAreLeftOut) {
     EXPECT_NE(warning.find(reason), std::string::npos) << warning;
     EXPECT_EQ(load(made).nodes.size(), node_count);
   };
+  test::GltfBuilder same_counts = table_file();
+  std::swap(same_counts.root["nodes"][1]["name"], same_counts.root["nodes"][2]["name"]);
+  folder_.write("parts/table.glb", same_counts.glb());
+  expect_left_out("changed");
   test::GltfBuilder more = table_file();
   more.add_node("more");
   folder_.write("parts/table.glb", more.glb());

@@ -46,7 +46,7 @@ void add_exported(const scene::Scene& scene, const ShownAddition& shown, const s
   if (!shown.sources.empty()) root.copied = shown.sources.front();
   if (std::holds_alternative<state::AddedAsset>(addition.content))
     root.asset = scene::ExportedAsset{shown.asset.file, shown.asset.node_count, shown.asset.first_material,
-                                      shown.asset.material_count};
+                                      shown.asset.material_count, shown.asset.digest};
   const state::NodeTransform& parts = addition.transform;
   edits.transforms[shown.root] = {state::parent_from_node(parts), !parts.has_shear, parts.translation,
                                   parts.rotation, parts.scale};

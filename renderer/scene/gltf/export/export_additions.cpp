@@ -141,9 +141,10 @@ size_t GlbExport::add_nodes(const std::vector<ExportedNode>& nodes) {
       continue;
     }
     // The loader makes the instances of a copied node.
-    const bool is_instance =
-        node.name.empty() && node.copied < source_of_node_.size() && source_of_node_[node.copied] == kNone;
-    if (is_instance) continue;
+    if (node.name.empty() && node.copied < is_instance_.size() && is_instance_[node.copied]) {
+      mark_instance(node.node);
+      continue;
+    }
     const std::optional<uint32_t> number = add_node(node);
     missing += number ? 0 : 1;
     if (number && node.name.empty()) {

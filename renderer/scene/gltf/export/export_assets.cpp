@@ -232,6 +232,8 @@ Result<const GlbExport::AddedFile*> GlbExport::add_file(const ExportedAsset& ass
   if (const Result<GltfDocument> checked = open_gltf(path, limits, nullptr); !checked) return checked.error();
   const Result<GltfContainer> container = open_container(path, limits);
   if (!container) return container.error();
+  constexpr const char* kChanged = "it has changed since it was loaded";
+  if (asset.digest != Digest{} && digest_of(container->file.view()) != asset.digest) return Error{kChanged};
   GlbExport read(Json::parse(container->json), *container, AssetFolder(path), limits);
   if (Result<void> done = read.embed_buffers(); !done) return done.error();
   if (Result<void> done = read.embed_images(); !done) return done.error();
@@ -246,7 +248,7 @@ Result<const GlbExport::AddedFile*> GlbExport::add_file(const ExportedAsset& ass
   file.nodes = std::move(read.source_of_node_);
   file.roots = std::move(read.roots_);
   if (file.nodes.size() != asset.node_count || size_of(read.root_, "materials") + 1 != asset.material_count)
-    return Error{"it has changed since it was loaded"};
+    return Error{kChanged};
   const std::vector<std::string> used = supported(read.root_, "extensionsUsed");
   const std::vector<std::string> required = supported(read.root_, "extensionsRequired");
 
@@ -311,8 +313,10 @@ Result<void> GlbExport::add_displayed_asset(const ExportedNode& node, const Node
   for (const uint32_t below : file.roots) root_["nodes"][*root]["children"].push_back(below + first_node);
   const size_t first = node.node + size_t{1};
   source_of_node_.resize(std::max(source_of_node_.size(), first + file.nodes.size()), kNone);
-  for (size_t i = 0; i < file.nodes.size(); ++i)
+  for (size_t i = 0; i < file.nodes.size(); ++i) {
     source_of_node_[first + i] = file.nodes[i] == kNone ? kNone : file.nodes[i] + first_node;
+    if (file.nodes[i] == kNone) mark_instance(first + i);
+  }
   return {};
 }
 

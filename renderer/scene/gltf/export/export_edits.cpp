@@ -70,12 +70,20 @@ void GlbExport::map_nodes() {
       if (count > kMaxInstances - instance_count)
         throw std::runtime_error("the file holds more than " + std::to_string(kMaxInstances) + " instances");
       instance_count += count;
-      source_of_node_.insert(source_of_node_.end(), count, kNone);
+      for (size_t i = 0; i < count; ++i) {
+        mark_instance(source_of_node_.size());
+        source_of_node_.push_back(kNone);
+      }
     }
     const json children = node.value("children", json::array());
     for (auto child = children.rbegin(); child != children.rend(); ++child)
       pending.push_back({child->get<uint32_t>(), hidden});
   }
+}
+
+void GlbExport::mark_instance(size_t node) {
+  if (is_instance_.size() <= node) is_instance_.resize(node + 1);
+  is_instance_[node] = true;
 }
 
 // Of the default scene. A node that the scene names beside one of its ancestors is no root.

@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "protocol/base/digest.h"
 #include "protocol/base/error.h"
 #include "renderer/scene/gltf/load_gltf.h"
 #include "renderer/scene/model/scene_edits.h"
@@ -35,6 +36,7 @@ struct ExportedAsset {
   uint32_t node_count = 0;          // with instances
   uint32_t first_material = 0;      // of the scene, where its default material comes first
   uint32_t material_count = 0;      // with the default material
+  Digest digest{};                  // of the file when it was loaded; zeros: not known
 };
 
 // Node that the file does not have.

@@ -36,6 +36,7 @@ class GlbExport {
  private:
   Result<uint64_t> append(std::span<const std::byte> bytes);
   void map_nodes();
+  void mark_instance(size_t node);
   std::vector<uint32_t> roots_of(const std::vector<uint32_t>& parents) const;
   using NodeNumbers = std::map<std::string, size_t>;
   NodeNumbers node_names(const std::vector<ExportedNode>& added) const;
@@ -85,9 +86,11 @@ class GlbExport {
   };
   std::vector<MaterialRange> material_ranges_;
   std::map<std::filesystem::path, AddedFile> added_files_;
-  std::vector<uint32_t> roots_;                 // displayed nodes of the file
-  std::vector<uint32_t> added_roots_;           // of a file without scenes
-  std::vector<uint32_t> source_of_node_;        // of the scene's nodes; kNone: an instance
+  std::vector<uint32_t> roots_;        // displayed nodes of the file
+  std::vector<uint32_t> added_roots_;  // of a file without scenes
+  // Of the scene's nodes: number in the file. kNone: an instance, or a node that is not in the file.
+  std::vector<uint32_t> source_of_node_;
+  std::vector<bool> is_instance_;               // of the scene's nodes; those behind the last one are none
   std::vector<std::optional<bool>> lit_below_;  // a light is at or below the node of the file
   std::vector<std::string> warnings_;
 };
