@@ -50,9 +50,10 @@ struct Commands {
   std::optional<std::string> export_csv;  // table to write into a file
   bool undo = false, redo = false, save_overlay = false, export_glb = false;
   std::optional<ObjectKind> add;
-  bool duplicate = false;                // the selected node
-  std::optional<std::string> add_asset;  // URI of a glTF file, one of EditFacts::assets
-  bool list_assets = false;              // looks for them again
+  bool duplicate = false;                      // the selected node
+  std::optional<std::string> add_asset;        // URI of a glTF file, one of EditFacts::assets
+  bool list_assets = false;                    // looks for them again
+  std::optional<std::string> remove_addition;  // name of one of EditFacts::refused
   // Of the timeline of a replay or of animations, if there is one.
   bool toggle_playback = false;
   int step_frames = 0;  // forwards (> 0) or backwards
@@ -183,6 +184,11 @@ struct LogLine {
   std::string text;
 };
 
+// Addition of the user that is not displayed.
+struct RefusedAddition {
+  std::string name, reason;
+};
+
 // Undo history and files of the user's edits.
 struct EditFacts {
   std::string undo, redo;  // what the next step changes; empty: there is none
@@ -190,6 +196,7 @@ struct EditFacts {
   std::string file;                      // overlay file; empty: there is nowhere to save
   std::vector<std::string> assets = {};  // glTF files of its folder and of --assets, as URIs
   std::string notice = {};               // shown over the image; empty: none
+  std::vector<RefusedAddition> refused = {};
 };
 
 struct Facts {

@@ -57,6 +57,8 @@ class LiveScene {
   const std::vector<ShownAddition>& shown_additions() const { return shown_additions_; }
   // Materials of all files that the user and streams have added to the displayed scene.
   const std::vector<state::AddedMaterials>& added_materials() const { return added_materials_; }
+  // Names and reasons of the first ones that are not displayed.
+  auto refused_additions(size_t most) const { return additions_.refused(most); }
   uint64_t user_revision() const { return user_revision_; }  // rises with each change of user_edits()
 
   // Material variant of the file; kNone: its default materials. The base scene has the first one.

@@ -66,6 +66,14 @@ bool UserAdditions::refuse(const state::RequestedNode& node, const std::string& 
   return std::exchange(entry->second.reason, reason) != reason;
 }
 
+std::vector<std::pair<std::string, std::string>> UserAdditions::refused(size_t most) const {
+  std::vector<std::pair<std::string, std::string>> refused;
+  for (auto entry = entries_.begin(); entry != entries_.end() && refused.size() < most; ++entry) {
+    if (entry->second.is_refused) refused.emplace_back(entry->first, entry->second.reason);
+  }
+  return refused;
+}
+
 bool UserAdditions::try_again() {
   bool any = false;
   for (auto& [name, entry] : entries_) any |= std::exchange(entry.is_refused, false);

@@ -42,6 +42,8 @@ class UserAdditions {
   bool is_requested(const state::RequestedNode& node) const;
   // Returns true if this reason is new, so that it is to be reported.
   bool refuse(const state::RequestedNode& node, const std::string& reason, bool is_for_memory = false);
+  // Names and reasons of the first ones that were refused.
+  std::vector<std::pair<std::string, std::string>> refused(size_t most) const;
   // The nodes of the scene have changed: refused additions are tried again. Returns true if there are any.
   bool try_again();
 

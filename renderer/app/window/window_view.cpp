@@ -218,6 +218,9 @@ void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::Tim
     const LiveScene& scene = borrowed_.scene;
     gui::EditFacts editing = borrowed_.editor.facts();
     editing.notice = notice_;
+    constexpr size_t kMaxRefused = 8;  // the next ones follow when these are removed
+    for (auto& [name, reason] : scene.refused_additions(kMaxRefused))
+      editing.refused.push_back({std::move(name), std::move(reason)});
     const auto view = [this](float aspect) { return borrowed_.camera.view(borrowed_.poses, aspect); };
     owners =
         panels_->take(first(), input, {window_extent_.width, window_extent_.height}, seconds, facts,

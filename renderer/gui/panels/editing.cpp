@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "protocol/base/text.h"
 #include "renderer/gui/gizmo_overlay.h"
 #include "renderer/gui/panels.h"
 
@@ -59,6 +60,18 @@ void draw_additions(const Context& context) {
     commands.add_asset = facts->assets[chosen - 1];
   else
     commands.list_assets = true;
+}
+
+// They have no node that could be selected and removed.
+void draw_refused(const Context& context) {
+  const EditFacts* const facts = context.shown.editing;
+  for (size_t i = 0; facts && i < facts->refused.size(); ++i) {
+    const RefusedAddition& refused = facts->refused[i];
+    const std::string hint = "Not added: " + one_line(refused.reason);
+    context.ui.note(quote(refused.name) + " is not added.");
+    if (context.ui.button(("Remove##refused" + std::to_string(i)).c_str(), true, hint.c_str()))
+      context.viewer.commands.remove_addition = refused.name;
+  }
 }
 
 void draw_removal(const Context& context, uint32_t node) {
@@ -130,6 +143,7 @@ void draw_edit_panel(const Context& context) {
   if (!context.ui.header("Edit", context.layout.is_open(Panel::edit))) return;
   draw_history(context);
   draw_additions(context);
+  draw_refused(context);
   draw_tools(context);
   const uint32_t node = context.viewer.selected;
   draw_removal(context, node);

@@ -81,6 +81,7 @@ std::string settings_of(const GuiWorld& world) {
       numbers({double(v.shows_grid), double(v.shows_frusta), double(v.measures), double(v.measured.size())});
   text +=
       c.open.value_or("").string() + " " + c.export_csv.value_or("") + " " + c.add_asset.value_or("") + " ";
+  text += c.remove_addition.value_or("") + " ";
   text += v.screenshot_size.fixed_px + " " + numbers({double(v.screenshot_size.kind)});
   for (const std::string& call : world.timeline.calls) text += call + " ";
   return text + world.clipboard + layout_text(world.gui.layout());

@@ -104,7 +104,9 @@ struct GuiWorld {
                          "the transform of node \"arm\"",
                          false,
                          "scene.overlay.json",
-                         {"part.glb", "parts/other.gltf"}};
+                         {"part.glb", "parts/other.gltf"},
+                         {},
+                         {{"lost", "no node has the path \"nobody\", which it copies"}}};
   std::function<passes::View(float aspect)> image_view;  // null: no gizmo
   std::string clipboard;
   std::vector<std::filesystem::path> recent_files{"/a/shown.glb", "/a/other.glb", "/b/other.glb"};

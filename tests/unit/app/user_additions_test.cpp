@@ -104,7 +104,10 @@ class RefusedAdditions : public testing::Test {
 };
 
 TEST_F(RefusedAdditions, AreTriedAgainWhenOthersChange) {
+  EXPECT_TRUE(requests_.refused(9).empty());
   EXPECT_TRUE(requests_.refuse(request("lamp"), "no parent"));
+  EXPECT_EQ(requests_.refused(9), (std::vector{std::pair<std::string, std::string>("lamp", "no parent")}));
+  EXPECT_TRUE(requests_.refused(0).empty());
   EXPECT_EQ(requested(), (Names{"rock"}));
   requests_.set(additions_);
   EXPECT_EQ(requested(), (Names{"rock"})) << "nothing has changed";

@@ -394,6 +394,40 @@ TEST_F(Editors, AssetsOfTheOverlayFilesFolderAndOfAnotherAreOffered) {
   EXPECT_EQ(other.facts().assets, (std::vector<std::string>{"b.glb", "parts/a 1%25.gltf"}));
 }
 
+// They have no node that could be removed.
+TEST_F(Editors, RefusedAdditionsAreRemovedWithTheirEdits) {
+  state::EditDocument document;
+  document[state::key_of_addition("lost")] = state::Addition{"nowhere", {}, scene::Light()};
+  document[state::key_of_addition("below")] = state::Addition{"nowhere/lost", {}, scene::Light()};
+  const std::string path = scene_.nodes[2].path;
+  const state::EditKey of_lost{state::EditedObject::node, "nowhere/lost", 0, state::EditedProperty::visible};
+  const state::EditKey of_scene{state::EditedObject::node, path, 0, state::EditedProperty::visible};
+  document[of_lost] = false;
+  document[of_scene] = false;
+  // One whose path is that of a node of the file.
+  const std::string taken = scene_.nodes[2].name;
+  const std::string parent = path.substr(0, path.size() - std::min(path.size(), taken.size() + 1));
+  document[state::key_of_addition(taken)] = state::Addition{parent, {}, scene::Light()};
+  ASSERT_EQ(state::path_of(taken, state::Addition{parent, {}, scene::Light()}), path);
+  SceneEditor editor(file(), document);
+  editor.begin(viewer_, targets());
+  viewer_.commands.remove_addition = "lost";
+  update(editor);
+  EXPECT_EQ(editor.history().document().size(), 2u);
+  EXPECT_TRUE(editor.history().document().contains(of_scene));
+  EXPECT_FALSE(viewer_.commands.remove_addition);
+  viewer_.commands.remove_addition = taken;
+  update(editor);
+  EXPECT_EQ(editor.history().document().size(), 1u);
+  EXPECT_TRUE(editor.history().document().contains(of_scene)) << "the file's node stays hidden";
+  EXPECT_TRUE(viewer_.hidden.contains(2));
+  for (int i = 0; i < 2; ++i) {
+    viewer_.commands.undo = true;
+    update(editor);
+  }
+  EXPECT_EQ(editor.history().document(), document);
+}
+
 TEST_F(Editors, OnlyFilesThatCanBeReadAreOffered) {
   const fs::path inside = folder_ / "inside";
   fs::create_directories(inside / "c:d");

@@ -262,6 +262,27 @@ void SceneEditor::add(gui::Viewer& viewer, const state::EditTargets& targets, Ne
   show(viewer, targets);
 }
 
+// With its edits, and with additions below it. Edits at its path are of another node if there is one.
+void SceneEditor::remove_refused(gui::Viewer& viewer, const state::EditTargets& targets,
+                                 const std::string& name) {
+  state::EditDocument document = history_.document();
+  const auto known = document.find(state::key_of_addition(name));
+  if (known == document.end()) return;
+  const std::string path = state::path_of(name, std::get<state::Addition>(known->second));
+  if (targets.names.first_of_path(path) == scene::kNone) {
+    state::EditKey removed{state::EditedObject::node, path, 0, state::EditedProperty::removed};
+    document[std::move(removed)] = true;
+    (void)state::withdraw_removed_additions(document, {path});
+  } else {
+    document.erase(known);
+    std::erase_if(document, [&](const auto& edit) {
+      return edit.first.object == state::EditedObject::material && edit.first.owner == name;
+    });
+  }
+  history_.record(std::move(document));
+  show(viewer, targets);
+}
+
 void SceneEditor::add_requested(gui::Viewer& viewer, const state::EditTargets& targets,
                                 const ViewPlace& place) {
   gui::Commands& commands = viewer.commands;
@@ -270,6 +291,8 @@ void SceneEditor::add_requested(gui::Viewer& viewer, const state::EditTargets& t
     add(viewer, targets, new_object(*kind, place, history_.document(), targets));
   if (const auto uri = std::exchange(commands.add_asset, std::nullopt))
     add(viewer, targets, new_asset(*uri, place, history_.document(), targets));
+  if (const auto name = std::exchange(commands.remove_addition, std::nullopt))
+    remove_refused(viewer, targets, *name);
   if (!std::exchange(commands.duplicate, false) || viewer.selected >= targets.scene.nodes.size()) return;
   Result<NewObject> copy = duplicate(viewer.selected, place, history_.document(), targets);
   if (!copy) return notes_.push_back(error_line("the node is not duplicated: " + copy.error().message));

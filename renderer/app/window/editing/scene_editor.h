@@ -101,6 +101,7 @@ class SceneEditor {
   void record(gui::Viewer& viewer, const state::EditTargets& targets);
   void add_requested(gui::Viewer& viewer, const state::EditTargets& targets, const ViewPlace& place);
   void add(gui::Viewer& viewer, const state::EditTargets& targets, NewObject object);
+  void remove_refused(gui::Viewer& viewer, const state::EditTargets& targets, const std::string& name);
   void save();
   void export_glb(const gui::Viewer& viewer, const state::EditTargets& targets);
 
