@@ -134,7 +134,7 @@ TEST_F(ThinLens, ABallOffFocusIsAsLargeAsTheCircleOfConfusion) {
 TEST_F(ThinLens, PixelsThatAreNotSquareHaveEllipsesInTheRaster) {
   const scene::Scene scene = ball(4, 0.03f);
   const state::PoseState poses(scene);
-  RenderBench bench(scene, kSize, raster_settings(0.2f, 2));
+  RenderBench bench(scene, kSize, raster_settings(0.1f, 2));
   passes::Intrinsics intrinsics = passes::intrinsics_of(scene.cameras[0], {kSize.width, kSize.height});
   const float fy_px = intrinsics.fy_px;
   const auto seen = [&] {
@@ -146,7 +146,7 @@ TEST_F(ThinLens, PixelsThatAreNotSquareHaveEllipsesInTheRaster) {
     return spot_of(pixels);
   };
   const Spot round = seen();
-  EXPECT_GT(round.height_px, 7);
+  EXPECT_GT(round.height_px, 14);
   EXPECT_NEAR(round.width_px, round.height_px, 0.02 * round.height_px);
   for (const float ratio : {0.5f, 2.0f}) {
     intrinsics.fx_px = ratio * fy_px;
