@@ -355,6 +355,26 @@ TEST_F(Glass, ALeafPassesDiffuseLightInTheRaster) {
   }
 }
 
+// Light of the ground alone, seen from above, and of the sky alone.
+TEST_F(Glass, ALeafPassesTheEnvironmentBehindItInTheRaster) {
+  scene::Material leaf = lambert({0.8f, 0.6f, 0.4f});
+  leaf.diffuse_transmission = 0.25f;
+  leaf.diffuse_transmission_color = {0.2f, 0.9f, 0.5f};
+  SceneBuilder builder;
+  builder.mesh_node("leaf", builder.quad(builder.material(leaf), 5), glm::mat4(1));
+  look_at_origin(builder, {0, 1, 0.3f});
+  const scene::Scene scene = builder.build();
+  for (const bool from_below : {false, true}) {
+    passes::DrawSettings settings = in_environment(1, 0, from_below ? ground : sky);
+    settings.path.reset();
+    const auto pixels = linear_image(scene, kExtent, settings);
+    for (int c = 0; c < 3; ++c) {
+      const double truth = from_below ? 0.25 * leaf.diffuse_transmission_color[c] : 0.75 * leaf.base_color[c];
+      EXPECT_NEAR(estimate(pixels, c).mean, truth, 0.02 * truth + 0.002) << from_below << ", channel " << c;
+    }
+  }
+}
+
 // Shares of textures; energy of all lobes together.
 TEST_F(Glass, AWhiteFurnaceHidesALeaf) {
   for (const float roughness : {0.2f, 1.0f}) {
