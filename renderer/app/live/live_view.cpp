@@ -72,8 +72,8 @@ void LiveView::on_scene_replaced(const scene::Scene& after) {
   for (auto& [number, viewer] : viewers_) {
     viewer.camera.set_scene(after);
     viewer.camera_node.reset();
-    viewer.pick.reset();     // its answer has numbers of the old scene
-    viewer.framing.reset();  // so has its node
+    viewer.pick.reset();                                            // its answer has numbers of the old scene
+    if (viewer.framing && *viewer.framing) viewer.framing.reset();  // so has its node
   }
   scene_number_ = random_scene_number();
   scene_text_.clear();
@@ -151,7 +151,7 @@ void LiveView::poll(replay::TimelineControl* timeline) {
   }
   send_settings(now);
   send_plots(now);
-  frame_one(now);
+  frame_one();
   note_moment();
   for (auto& [number, viewer] : viewers_) {
     if (const uint32_t node = viewer.camera.node(); viewer.camera_node != node) {

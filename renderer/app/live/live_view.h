@@ -126,7 +126,7 @@ class LiveView final : public ImageReplies {
   void apply_render(serve::ViewerId number, const serve::ClientMessage& message);
   void switch_paths(serve::ViewerId number, bool on);
   bool can_switch_shadows_on() const;
-  void frame_one(Clock::time_point now);
+  void frame_one();
   void join(serve::ViewerId number, serve::Access access);
   CameraRig::Placed place(Viewer& viewer) const;
   void request_image(serve::ViewerId number, Viewer& viewer, Clock::time_point now);

@@ -70,8 +70,9 @@ void LiveView::apply(serve::ViewerId number, Viewer& viewer, const serve::Client
 
 // Framing looks at all of the scene: the newest wish of one viewer in a turn, those that wait longest first,
 // and for a fifth of the time at most, so that nobody holds up the others.
-void LiveView::frame_one(Clock::time_point now) {
-  if (now < next_framing_) return;
+void LiveView::frame_one() {
+  const Clock::time_point begun = Clock::now();
+  if (begun < next_framing_) return;
   Viewer* next = nullptr;
   for (auto& [number, viewer] : viewers_)
     if (viewer.framing && (!next || viewer.framed < next->framed)) next = &viewer;
@@ -81,10 +82,10 @@ void LiveView::frame_one(Clock::time_point now) {
     next->camera.frame_node(borrowed_.poses, *node, next->aspect());
   else
     next->camera.frame_all(next->aspect());
-  next->framed = now;
+  next->framed = begun;
   next->has_moved = true;
   const Clock::time_point end = Clock::now();
-  next_framing_ = end + 4 * (end - now);
+  next_framing_ = end + 4 * (end - begun);
 }
 
 // A page asks about its selected node again and again; one that asks in haste gets fewer answers.
