@@ -24,7 +24,7 @@ if(FIRE3DV_SANITIZE)
   string(APPEND fire3dv_features ", sanitizers ${FIRE3DV_SANITIZE}")
 endif()
 file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/build_info.cpp @ONLY NEWLINE_STYLE UNIX CONTENT
-[[#include "protocol/base/build_info.h"
+[[#include "base/build_info.h"
 
 namespace fire3dv {
 const char* const kVersion = "@PROJECT_VERSION@";

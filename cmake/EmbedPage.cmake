@@ -1,6 +1,6 @@
 # Generator of the embedded page: cmake -DOUTPUT=file.cpp "-DFILES=a.html;b.js" -P EmbedPage.cmake
 #
-# The output defines the function of renderer/serve/page_files.h. The files are text.
+# The output defines the function of renderer/browser/server/page_files.h. The files are text.
 set(entries "")
 set(arrays "")
 set(number 0)
@@ -13,7 +13,7 @@ foreach(file ${FILES})
   math(EXPR number "${number} + 1")
 endforeach()
 file(WRITE ${OUTPUT} "// Generated from the files of the page by the build.
-#include \"renderer/serve/page_files.h\"
+#include \"renderer/browser/server/page_files.h\"
 
 #include <array>
 #include <cstddef>

@@ -180,7 +180,7 @@ def files_of_tree():
     listing = subprocess.run(["git", "ls-files", "-co", "--exclude-standard", "*.h", "*.hpp", "*.cpp"], cwd=ROOT, capture_output=True, text=True)
     names = listing.stdout.split("\n") if listing.returncode == 0 else [
         os.path.relpath(os.path.join(folder, name), ROOT)
-        for top in ("adapters", "examples", "protocol", "renderer", "tests", "tools")
+        for top in ("adapters", "base", "convert", "examples", "programs", "protocol", "renderer", "tests", "tools")
         for folder, _, files in os.walk(os.path.join(ROOT, top)) for name in files if name.endswith((".h", ".hpp", ".cpp"))]
     return [os.path.join(ROOT, name) for name in names if name and os.path.isfile(os.path.join(ROOT, name))]
 

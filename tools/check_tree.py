@@ -19,10 +19,13 @@ MAX_MARKDOWN_COLUMNS = 100
 QUESTION = re.compile(r"^(What|Which|Who|Whose|Where|How|From|Does|Do|Whether|Why|When)\b")
 
 # Folder: the folders that its files may include, beside its own. The longest matching prefix counts.
-BASE = "protocol/base"
+BASE = "base"
 WIRE = BASE + " protocol/wire"
+# Rooms of the renderer that the program is made of.
+ROOMS = ("renderer/streams renderer/live_scene renderer/loading renderer/editing renderer/camera renderer/images renderer/browser "
+         "renderer/window renderer/app")
 ALLOWED = {
-    "protocol/base": "",
+    "base": "",
     "protocol/wire": BASE,
     "protocol/stream": WIRE,
     "protocol/transport": WIRE,
@@ -32,15 +35,12 @@ ALLOWED = {
     "adapters/generic": WIRE + " protocol/robot protocol/transport",
     "adapters/ambf": WIRE + " adapters/generic",
     # The model's scene and images: to be reduced to the converter.
-    "adapters/mujoco": WIRE + " adapters/generic renderer/scene renderer/sinks tools/convert",
+    "adapters/mujoco": WIRE + " adapters/generic renderer/scene renderer/sinks convert",
     # The world's scene as glTF.
-    "adapters/gazebo": WIRE + " adapters/generic renderer/scene tools/convert",
+    "adapters/gazebo": WIRE + " adapters/generic renderer/scene convert",
     "adapters/ros2": WIRE + " adapters/generic",
-    # A program that renders by itself, as renderer/offline does.
-    "adapters/drake": WIRE + " protocol/transport renderer/scene renderer/gpu renderer/state renderer/passes renderer/sinks "
-                             "renderer/capture renderer/app",
     "examples": "adapters/generic",
-    "examples/common": "examples adapters/generic protocol/base/glb.h protocol/base/command_line.h",
+    "examples/common": "examples adapters/generic base/glb.h base/command_line.h",
     "shaders": "",
     "renderer/scene": WIRE,
     "renderer/gpu": BASE + " shaders",
@@ -49,14 +49,19 @@ ALLOWED = {
     "renderer/sinks": WIRE + " renderer/gpu renderer/state",
     "renderer/capture": WIRE + " renderer/gpu renderer/scene renderer/state renderer/passes renderer/sinks",
     "renderer/metrics": WIRE + " protocol/transport",
-    "renderer/serve": WIRE + " protocol/transport renderer/sinks",
-    "renderer/gui": BASE + " protocol/robot protocol/replay shaders renderer/gpu renderer/scene renderer/state renderer/passes",
-    "renderer/app": "protocol shaders renderer/scene renderer/gpu renderer/state renderer/passes renderer/sinks renderer/capture "
-                    "renderer/metrics renderer/serve renderer/gui",
+    "renderer/gui": BASE + " protocol/robot protocol/replay shaders renderer/gpu renderer/scene renderer/state renderer/editing "
+                           "renderer/passes",
     "renderer/offline": WIRE + " protocol/record renderer/scene renderer/gpu renderer/state renderer/passes renderer/sinks "
-                               "renderer/capture renderer/app",
-    "tools/convert": BASE + " renderer/scene",
+                               "renderer/capture " + ROOMS,
+    "convert": BASE + " renderer/scene",
+    # A program that renders by itself, as renderer/offline does.
+    "programs/drake": WIRE + " protocol/transport renderer/scene renderer/gpu renderer/state renderer/passes renderer/sinks "
+                             "renderer/capture " + ROOMS,
 }
+for room in ROOMS.split():
+    ALLOWED[room] = ("base protocol shaders renderer/scene renderer/gpu renderer/state renderer/passes renderer/sinks renderer/capture "
+                     "renderer/metrics renderer/gui " + ROOMS)
+ALLOWED["renderer/browser/server"] = WIRE + " protocol/transport renderer/sinks"
 
 
 def git_files():
@@ -82,7 +87,7 @@ def include_directions(name, text):
     if room is None:
         return
     for target in includes(text):
-        if not re.match(r"(protocol|renderer|adapters|tools|examples|tests|shaders)/", target):
+        if not re.match(r"(base|protocol|renderer|convert|programs|adapters|tools|examples|tests|shaders)/", target):
             continue
         if not any(within(target, folder) for folder in [room, *ALLOWED[room].split()]):
             yield f"{name} includes {target}: {room}/ may not depend on it (ARCHITECTURE.md)"
@@ -124,7 +129,7 @@ def lone_headers(files):
         if name.endswith(".cpp"):
             first_included.update(includes(read(name))[:1])
     return [name for name in files if name.endswith(".h") and name not in first_included
-            and name.startswith(("protocol/", "renderer/", "tools/"))]
+            and name.startswith(("base/", "protocol/", "renderer/", "convert/", "programs/", "tools/"))]
 
 
 def main():

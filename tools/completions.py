@@ -3,7 +3,7 @@
 
     completions.py --bash DIR --zsh DIR --fish DIR PROGRAM[:SUBCOMMAND...] ...
 
-The help has one line for each option: names, value, and from column 30 its meaning (protocol/base/command_line.h).
+The help has one line for each option: names, value, and from column 30 its meaning (base/command_line.h).
 """
 import argparse
 import os

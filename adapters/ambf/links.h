@@ -11,7 +11,7 @@
 
 #include "adapters/ambf/options.h"
 #include "fire3dv/scene.h"
-#include "protocol/base/error.h"
+#include "base/error.h"
 
 namespace fire3dv::ambf {
 

@@ -1,6 +1,6 @@
 // AMBF's objects as nodes of the stream: names, transforms, and cameras defined in world and model files
 // (ADF). Nodes keep AMBF's frames, cameras and lights included; a child node converts to glTF axes, as in
-// fire3dv-convert's output (tools/convert/readers.h).
+// fire3dv-convert's output (convert/readers.h).
 #pragma once
 
 #include <array>

@@ -13,7 +13,7 @@
 
 #include "adapters/ambf/log.h"
 #include "adapters/ambf/session.h"
-#include "protocol/base/clock.h"
+#include "base/clock.h"
 
 namespace {
 

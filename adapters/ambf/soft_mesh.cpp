@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
-#include "protocol/base/glb.h"
-#include "protocol/base/text.h"
+#include "base/glb.h"
+#include "base/text.h"
 
 namespace fire3dv::ambf {
 namespace {

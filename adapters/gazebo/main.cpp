@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "adapters/gazebo/options.h"
-#include "protocol/base/log.h"
-#include "protocol/base/process/stop_signals.h"
+#include "base/log.h"
+#include "base/process/stop_signals.h"
 
 namespace fire3dv::gazebo {
 namespace {

@@ -4,7 +4,7 @@
 #include <iostream>
 #include <memory>
 
-#include "protocol/base/command_line.h"
+#include "base/command_line.h"
 
 namespace fire3dv::gazebo {
 

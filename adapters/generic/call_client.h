@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 
 namespace fire3dv {
 

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <utility>
 
-#include "protocol/base/files.h"
+#include "base/files.h"
 #include "protocol/wire/image_outputs.h"
 #include "renderer/sinks/output_text.h"
 

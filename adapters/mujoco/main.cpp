@@ -17,9 +17,9 @@
 #include "adapters/mujoco/image_files.h"
 #include "adapters/mujoco/options.h"
 #include "adapters/mujoco/timing.h"
-#include "protocol/base/log.h"
-#include "protocol/base/process/stop_signals.h"
-#include "tools/convert/glb/output.h"
+#include "base/log.h"
+#include "base/process/stop_signals.h"
+#include "convert/glb/output.h"
 
 namespace fire3dv::mujoco {
 namespace {

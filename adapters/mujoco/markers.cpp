@@ -7,7 +7,7 @@
 #include <string>
 
 #include "adapters/mujoco/compiled/compiled_scene.h"
-#include "protocol/base/text.h"
+#include "base/text.h"
 
 namespace fire3dv::mujoco {
 namespace {

@@ -6,8 +6,8 @@
 #include <map>
 #include <memory>
 
-#include "protocol/base/command_line.h"
-#include "protocol/base/text.h"
+#include "base/command_line.h"
+#include "base/text.h"
 #include "protocol/wire/image_outputs.h"
 
 namespace fire3dv::mujoco {

@@ -10,7 +10,7 @@
 
 #include "adapters/mujoco/publisher.h"
 #include "adapters/mujoco/simulation.h"
-#include "protocol/base/error.h"
+#include "base/error.h"
 
 namespace fire3dv::mujoco {
 

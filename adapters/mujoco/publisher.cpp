@@ -11,9 +11,9 @@
 
 #include "adapters/generic/call_client.h"
 #include "adapters/mujoco/compiled/compiled_scene.h"
-#include "protocol/base/error.h"
-#include "tools/convert/glb/write_glb.h"
-#include "tools/convert/model.h"
+#include "base/error.h"
+#include "convert/glb/write_glb.h"
+#include "convert/model.h"
 
 namespace fire3dv::mujoco {
 

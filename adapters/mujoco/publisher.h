@@ -22,7 +22,7 @@
 #include "adapters/mujoco/joint_scalars.h"
 #include "adapters/mujoco/markers.h"
 #include "adapters/mujoco/timing.h"
-#include "protocol/base/error.h"
+#include "base/error.h"
 
 namespace fire3dv::mujoco {
 

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "adapters/mujoco/compiled/model_files.h"
-#include "protocol/base/text.h"
+#include "base/text.h"
 
 namespace fire3dv::mujoco {
 namespace {

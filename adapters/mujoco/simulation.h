@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "adapters/mujoco/compiled/load.h"
-#include "protocol/base/error.h"
+#include "base/error.h"
 
 namespace fire3dv::mujoco {
 

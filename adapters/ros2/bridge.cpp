@@ -3,9 +3,9 @@
 #include <chrono>
 #include <utility>
 
-#include "protocol/base/clock.h"
-#include "protocol/base/plural.h"
-#include "protocol/base/text.h"
+#include "base/clock.h"
+#include "base/plural.h"
+#include "base/text.h"
 
 namespace fire3dv::ros2 {
 namespace {

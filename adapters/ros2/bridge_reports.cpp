@@ -2,8 +2,8 @@
 #include <utility>
 
 #include "adapters/ros2/bridge.h"
-#include "protocol/base/plural.h"
-#include "protocol/base/text.h"
+#include "base/plural.h"
+#include "base/text.h"
 
 namespace fire3dv::ros2 {
 namespace {

@@ -5,9 +5,9 @@
 #include <utility>
 
 #include "adapters/ros2/bridge.h"
-#include "protocol/base/files.h"
-#include "protocol/base/plural.h"
-#include "protocol/base/text.h"
+#include "base/files.h"
+#include "base/plural.h"
+#include "base/text.h"
 
 namespace fire3dv::ros2 {
 namespace {

@@ -5,7 +5,7 @@
 #include <map>
 #include <string>
 
-#include "protocol/base/log.h"
+#include "base/log.h"
 
 namespace fire3dv::ros2 {
 

@@ -14,8 +14,8 @@
 #include "adapters/ros2/bridge.h"
 #include "adapters/ros2/limited_log.h"
 #include "adapters/ros2/options.h"
-#include "protocol/base/log.h"
-#include "protocol/base/process/stop_signals.h"
+#include "base/log.h"
+#include "base/process/stop_signals.h"
 
 namespace fire3dv::ros2 {
 namespace {

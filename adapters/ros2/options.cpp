@@ -6,8 +6,8 @@
 #include <memory>
 #include <string_view>
 
-#include "protocol/base/command_line.h"
-#include "protocol/base/text.h"
+#include "base/command_line.h"
+#include "base/text.h"
 
 namespace fire3dv::ros2 {
 namespace {

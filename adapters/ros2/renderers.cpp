@@ -7,8 +7,8 @@
 
 #include "adapters/generic/call_client.h"
 #include "adapters/ros2/robot/node_paths.h"
-#include "protocol/base/log.h"
-#include "protocol/base/plural.h"
+#include "base/log.h"
+#include "base/plural.h"
 
 namespace fire3dv::ros2 {
 namespace {

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "adapters/ros2/robot/joint_scalars.h"
-#include "protocol/base/error.h"
+#include "base/error.h"
 
 namespace fire3dv::ros2 {
 

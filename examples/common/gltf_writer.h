@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "examples/common/mesh.h"
-#include "protocol/base/glb.h"
+#include "base/glb.h"
 
 namespace examples {
 

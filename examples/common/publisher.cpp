@@ -7,7 +7,7 @@
 #include <memory>
 #include <utility>
 
-#include "protocol/base/command_line.h"
+#include "base/command_line.h"
 
 namespace examples {
 

@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-#include "protocol/base/open_frames.h"
+#include "base/open_frames.h"
 #include "protocol/stream/frame_assembler.h"
 #include "protocol/wire/messages.h"
 

@@ -4,7 +4,7 @@
 #include <chrono>
 #include <utility>
 
-#include "protocol/base/clock.h"
+#include "base/clock.h"
 
 namespace fire3dv::record {
 namespace {

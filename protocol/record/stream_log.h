@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "protocol/record/channels.h"
 #include "protocol/record/foxglove.h"
 #include "protocol/record/foxglove_markers.h"

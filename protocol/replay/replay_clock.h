@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 
 namespace fire3dv::replay {
 

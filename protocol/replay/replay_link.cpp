@@ -4,7 +4,7 @@
 #include <thread>
 #include <utility>
 
-#include "protocol/base/clock.h"
+#include "base/clock.h"
 #include "protocol/record/playback.h"
 #include "protocol/wire/check.h"
 

@@ -4,8 +4,8 @@
 #include <chrono>
 #include <fstream>
 
-#include "protocol/base/clock.h"
-#include "protocol/base/random.h"
+#include "base/clock.h"
+#include "base/random.h"
 
 namespace fire3dv::replay {
 namespace {

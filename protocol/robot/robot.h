@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "protocol/robot/rigid.h"
 
 namespace fire3dv::robot {

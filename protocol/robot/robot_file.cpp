@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/base/files.h"
+#include "base/files.h"
 #include "protocol/robot/robot_json.h"
 #include "protocol/wire/check.h"
 

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/base/json/json_fault.h"
+#include "base/json/json_fault.h"
 #include "protocol/wire/check.h"
 
 namespace fire3dv::robot {

@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/base/open_frames.h"
-#include "protocol/base/peer_budget.h"
+#include "base/open_frames.h"
+#include "base/peer_budget.h"
 #include "protocol/wire/affine.h"
 #include "protocol/wire/messages.h"
 

@@ -16,8 +16,8 @@
 #include <string_view>
 #include <vector>
 
-#include "protocol/base/error.h"
-#include "protocol/base/peer_budget.h"
+#include "base/error.h"
+#include "base/peer_budget.h"
 #include "protocol/wire/encode.h"
 
 namespace fire3dv::transport {

@@ -5,8 +5,8 @@
 #include <string>
 #include <string_view>
 
-#include "protocol/base/error.h"
-#include "protocol/base/peer_budget.h"
+#include "base/error.h"
+#include "base/peer_budget.h"
 #include "protocol/transport/link.h"
 
 namespace fire3dv::transport {

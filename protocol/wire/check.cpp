@@ -7,7 +7,7 @@
 #include <numeric>
 #include <vector>
 
-#include "protocol/base/text.h"
+#include "base/text.h"
 
 namespace fire3dv::wire {
 namespace {

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "protocol/wire/decode.h"
 #include "protocol/wire/messages.h"
 

@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <numbers>
 
-#include "protocol/base/text.h"
+#include "base/text.h"
 #include "protocol/wire/check.h"
 
 namespace fire3dv::wire {

@@ -7,7 +7,7 @@
 #include <optional>
 #include <span>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "protocol/wire/messages.h"
 
 namespace fire3dv::wire {

@@ -3,7 +3,7 @@
 
 #include <cstddef>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "protocol/wire/decode.h"
 
 namespace fire3dv::wire::fbs {

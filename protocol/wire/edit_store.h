@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "protocol/wire/encode.h"
 
 namespace fire3dv::wire {

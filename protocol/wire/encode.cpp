@@ -4,7 +4,7 @@
 #include <cstring>
 
 #include "fire3dv_generated.h"
-#include "protocol/base/error.h"
+#include "base/error.h"
 
 // Tables are built field by field, not by the generated Create functions: their field order depends on the
 // flatc version, and the bytes must not. Defaults are written as well, so that PoseFrameEncoder can patch

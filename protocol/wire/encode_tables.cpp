@@ -4,7 +4,7 @@
 #include <type_traits>
 
 #include "fire3dv_generated.h"
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "protocol/wire/encode.h"
 
 namespace fire3dv::wire {

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "protocol/wire/affine.h"
 #include "protocol/wire/image_outputs.h"
 

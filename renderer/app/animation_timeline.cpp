@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "protocol/base/clock.h"
+#include "base/clock.h"
 
 namespace fire3dv::app {
 namespace {

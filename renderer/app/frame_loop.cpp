@@ -8,11 +8,11 @@
 #include <thread>
 #include <utility>
 
-#include "protocol/base/files.h"
-#include "protocol/base/log.h"
-#include "protocol/base/plural.h"
-#include "protocol/base/text.h"
-#include "renderer/app/default_look.h"
+#include "base/files.h"
+#include "base/log.h"
+#include "base/plural.h"
+#include "base/text.h"
+#include "renderer/camera/default_look.h"
 #include "renderer/app/options/stream_options.h"
 #include "renderer/capture/capture.h"
 

@@ -4,8 +4,8 @@
 #include <string>
 #include <utility>
 
-#include "protocol/base/digest.h"
-#include "protocol/base/log.h"
+#include "base/digest.h"
+#include "base/log.h"
 #include "renderer/app/frame_loop.h"
 
 namespace fire3dv::app {

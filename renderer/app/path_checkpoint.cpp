@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/base/log.h"
+#include "base/log.h"
 #include "renderer/app/start.h"
 #include "renderer/scene/cache/scene_digest.h"
 #include "shaders/shared/types.h"

@@ -12,8 +12,8 @@
 #include <string>
 #include <utility>
 
-#include "protocol/base/digest.h"
-#include "protocol/base/files.h"
+#include "base/digest.h"
+#include "base/files.h"
 #include "renderer/app/options/options.h"
 #include "renderer/gpu/device/device.h"
 #include "renderer/passes/path/path_pass.h"

@@ -10,9 +10,9 @@
 #include <fstream>
 #include <utility>
 
-#include "protocol/base/clock.h"
-#include "protocol/base/log.h"
-#include "protocol/base/plural.h"
+#include "base/clock.h"
+#include "base/log.h"
+#include "base/plural.h"
 #include "protocol/record/mcap/attachments.h"
 #include "protocol/wire/check.h"
 

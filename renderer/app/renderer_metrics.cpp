@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "protocol/base/clock.h"
+#include "base/clock.h"
 #include "renderer/metrics/metric_families.h"
 
 namespace fire3dv::app {

@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "renderer/app/run/run_reports.h"
-#include "renderer/app/streams/stream_receiver.h"
+#include "renderer/streams/stream_receiver.h"
 #include "renderer/metrics/metric_families.h"
 #include "renderer/metrics/metrics_server.h"
-#include "renderer/serve/server.h"
+#include "renderer/browser/server/server.h"
 #include "renderer/state/edit_registry.h"
 
 namespace fire3dv::app {

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "protocol/base/log.h"
-#include "protocol/base/plural.h"
-#include "protocol/base/text.h"
+#include "base/log.h"
+#include "base/plural.h"
+#include "base/text.h"
 #include "protocol/robot/robot_file.h"
-#include "renderer/app/loading/scene_load.h"
+#include "renderer/loading/scene_load.h"
 #include "renderer/scene/textures/environment.h"
 
 namespace fire3dv::app {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "renderer/app/options/options.h"
 #include "renderer/gpu/device/device.h"
 #include "renderer/passes/scene_renderer.h"

@@ -1,7 +1,7 @@
 #include "renderer/app/viewer_document.h"
 
-#include "protocol/base/log.h"
-#include "renderer/app/default_look.h"
+#include "base/log.h"
+#include "renderer/camera/default_look.h"
 #include "renderer/app/frame_loop.h"
 #include "renderer/app/start.h"
 

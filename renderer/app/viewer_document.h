@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "protocol/replay/replay_link.h"
-#include "renderer/app/loading/disk_caches.h"
-#include "renderer/app/loading/scene_load.h"
+#include "renderer/loading/disk_caches.h"
+#include "renderer/loading/scene_load.h"
 #include "renderer/app/options/options.h"
 #include "renderer/app/recording.h"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 
 namespace fire3dv::gpu {
 namespace {

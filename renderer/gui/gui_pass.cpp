@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "shaders/shared/bindings.h"
 
 namespace fire3dv::gui {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "protocol/base/files.h"
+#include "base/files.h"
 
 namespace fire3dv::gui {
 namespace {

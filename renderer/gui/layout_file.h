@@ -9,7 +9,7 @@
 #include <string>
 #include <string_view>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 
 namespace fire3dv::gui {
 

@@ -12,13 +12,13 @@
 #include <string>
 #include <vector>
 
-#include "protocol/base/peer_budget.h"
+#include "base/peer_budget.h"
 #include "renderer/gui/screenshot_size.h"
 #include "renderer/passes/debug/inspection.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/scene/model/scene.h"
-#include "renderer/state/editing/addition.h"
-#include "renderer/state/editing/node_transform.h"
+#include "renderer/state/addition.h"
+#include "renderer/state/node_transform.h"
 #include "renderer/state/marker_registry.h"
 #include "renderer/state/motion/robot_pose.h"
 #include "renderer/state/pose_state.h"

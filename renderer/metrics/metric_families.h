@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/base/peer_budget.h"
+#include "base/peer_budget.h"
 
 namespace fire3dv::metrics {
 

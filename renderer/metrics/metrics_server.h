@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "renderer/metrics/metric_families.h"
 
 namespace fire3dv::metrics {

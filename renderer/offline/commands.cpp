@@ -9,7 +9,7 @@
 #include <memory>
 #include <string_view>
 
-#include "protocol/base/command_line.h"
+#include "base/command_line.h"
 #include "renderer/sinks/video/video_file.h"
 
 namespace fire3dv::offline {

@@ -11,7 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
-#include "protocol/base/files.h"
+#include "base/files.h"
 #include "renderer/sinks/output_text.h"
 #include "renderer/sinks/png.h"
 

@@ -21,7 +21,7 @@
 #include <thread>
 #include <vector>
 
-#include "protocol/base/unique_fd.h"
+#include "base/unique_fd.h"
 #include "renderer/offline/manifest.h"
 #include "renderer/sinks/frame.h"
 

@@ -4,7 +4,7 @@
 #include <map>
 #include <system_error>
 
-#include "protocol/base/progress.h"
+#include "base/progress.h"
 #include "protocol/wire/check.h"
 #include "renderer/app/frame_loop.h"
 #include "renderer/app/start.h"

@@ -6,8 +6,8 @@
 #include <span>
 #include <system_error>
 
-#include "protocol/base/digest.h"
-#include "protocol/base/files.h"
+#include "base/digest.h"
+#include "base/files.h"
 #include "protocol/wire/check.h"
 #include "renderer/app/options/option_values.h"
 #include "renderer/sinks/output_text.h"

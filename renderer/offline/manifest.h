@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "renderer/offline/timeline.h"
 
 namespace fire3dv::offline {

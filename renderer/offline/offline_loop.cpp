@@ -4,10 +4,10 @@
 #include <chrono>
 #include <thread>
 
-#include "protocol/base/progress.h"
+#include "base/progress.h"
 #include "protocol/record/mcap/attachments.h"
 #include "protocol/wire/check.h"
-#include "renderer/app/default_look.h"
+#include "renderer/camera/default_look.h"
 #include "renderer/app/start.h"
 #include "renderer/passes/scene_renderer.h"
 

@@ -9,14 +9,14 @@
 #include <string>
 #include <utility>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "protocol/record/playback.h"
-#include "renderer/app/loading/live_scene.h"
-#include "renderer/app/loading/scene_load.h"
+#include "renderer/live_scene/live_scene.h"
+#include "renderer/loading/scene_load.h"
 #include "renderer/app/options/options.h"
 #include "renderer/app/path_checkpoint.h"
 #include "renderer/app/recording.h"
-#include "renderer/app/window/camera_rig.h"
+#include "renderer/camera/camera_rig.h"
 #include "renderer/capture/capture.h"
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/offline/recorded_streams.h"

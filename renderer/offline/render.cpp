@@ -1,6 +1,6 @@
-#include "protocol/base/log.h"
-#include "protocol/base/plural.h"
-#include "protocol/base/progress.h"
+#include "base/log.h"
+#include "base/plural.h"
+#include "base/progress.h"
 #include "renderer/offline/commands.h"
 
 #include <cmath>
@@ -9,22 +9,22 @@
 #include <memory>
 #include <system_error>
 
-#include "protocol/base/digest.h"
+#include "base/digest.h"
 #include "protocol/wire/check.h"
-#include "renderer/app/default_look.h"
+#include "renderer/camera/default_look.h"
 #include "renderer/app/frame_loop.h"
-#include "renderer/app/loading/asset_files.h"
-#include "renderer/app/loading/disk_caches.h"
+#include "renderer/live_scene/asset_files.h"
+#include "renderer/loading/disk_caches.h"
 #include "renderer/app/start.h"
-#include "renderer/app/window/editing/new_objects.h"
+#include "renderer/editing/new_objects.h"
 #include "renderer/offline/frame_folder.h"
 #include "renderer/offline/offline_loop.h"
 #include "renderer/offline/timeline.h"
 #include "renderer/scene/cache/scene_digest.h"
 #include "renderer/scene/model/variants.h"
 #include "renderer/sinks/video/video_sink.h"
-#include "renderer/state/editing/overlay_file.h"
-#include "renderer/state/editing/target_index.h"
+#include "renderer/editing/overlay_file.h"
+#include "renderer/editing/target_index.h"
 
 namespace fire3dv::offline {
 namespace {

@@ -19,7 +19,7 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "protocol/record/playback.h"
 
 namespace fire3dv::offline {

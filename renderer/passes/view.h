@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "renderer/scene/model/scene.h"
 
 namespace fire3dv::passes {

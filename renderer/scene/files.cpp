@@ -7,7 +7,7 @@
 #include <system_error>
 #include <utility>
 
-#include "protocol/base/text.h"
+#include "base/text.h"
 
 namespace fire3dv::scene {
 namespace {

@@ -10,10 +10,10 @@
 #include <string_view>
 #include <vector>
 
-#include "protocol/base/digest.h"
-#include "protocol/base/error.h"
-#include "protocol/base/files.h"
-#include "protocol/base/text.h"
+#include "base/digest.h"
+#include "base/error.h"
+#include "base/files.h"
+#include "base/text.h"
 
 namespace fire3dv::scene {
 

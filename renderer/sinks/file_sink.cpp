@@ -10,7 +10,7 @@
 #include <string_view>
 #include <system_error>
 
-#include "protocol/base/files.h"
+#include "base/files.h"
 #include "renderer/sinks/output_text.h"
 #include "renderer/sinks/png.h"
 

@@ -22,8 +22,8 @@
 #include <thread>
 #include <vector>
 
-#include "protocol/base/error.h"
-#include "protocol/base/files.h"
+#include "base/error.h"
+#include "base/files.h"
 #include "renderer/sinks/frame.h"
 
 namespace fire3dv::sinks {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "protocol/wire/image_outputs.h"
 #include "renderer/state/pose_state.h"
 

@@ -13,7 +13,7 @@
 #include <cstring>
 #include <string_view>
 
-#include "protocol/base/files.h"
+#include "base/files.h"
 #include "renderer/sinks/output_text.h"
 
 namespace fire3dv::sinks {

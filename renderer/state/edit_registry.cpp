@@ -5,7 +5,7 @@
 #include <optional>
 #include <span>
 
-#include "protocol/base/log.h"
+#include "base/log.h"
 #include "renderer/scene/files.h"
 #include "renderer/scene/model/scene_edits.h"
 #include "renderer/state/edit_values.h"

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/base/peer_budget.h"
+#include "base/peer_budget.h"
 #include "protocol/stream/frame_assembler.h"
 #include "protocol/stream/scalar_history.h"
 #include "protocol/wire/messages.h"

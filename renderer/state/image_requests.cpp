@@ -5,7 +5,7 @@
 #include <tuple>
 #include <utility>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 
 namespace fire3dv::state {
 namespace {

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/base/peer_budget.h"
+#include "base/peer_budget.h"
 #include "protocol/wire/image.h"
 
 namespace fire3dv::state {

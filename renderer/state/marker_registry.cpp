@@ -6,8 +6,8 @@
 #include <string_view>
 #include <variant>
 
-#include "protocol/base/log.h"
-#include "protocol/base/text.h"
+#include "base/log.h"
+#include "base/text.h"
 #include "renderer/scene/model/math.h"
 
 namespace fire3dv::state {

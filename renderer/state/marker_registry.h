@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/base/peer_budget.h"
+#include "base/peer_budget.h"
 #include "protocol/wire/marker.h"
 #include "protocol/wire/scene_edit.h"
 #include "renderer/scene/model/scene_edits.h"

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "protocol/base/random.h"
+#include "base/random.h"
 #include "renderer/scene/model/math.h"
 
 namespace fire3dv::state {

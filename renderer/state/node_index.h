@@ -10,7 +10,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "protocol/base/random.h"
+#include "base/random.h"
 #include "renderer/scene/model/scene.h"
 
 namespace fire3dv::state {

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/base/peer_budget.h"
+#include "base/peer_budget.h"
 #include "protocol/wire/messages.h"
 #include "renderer/scene/model/scene.h"
 #include "renderer/state/frame_receiver.h"

@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/base/peer_budget.h"
+#include "base/peer_budget.h"
 #include "protocol/stream/frame_assembler.h"
 #include "protocol/wire/messages.h"
 #include "protocol/wire/scene_edit.h"

@@ -4,7 +4,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 
 namespace fire3dv::conformance {
 namespace {

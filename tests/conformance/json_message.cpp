@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "tests/conformance/json_edit.h"
 #include "tests/conformance/json_image.h"
 

@@ -9,7 +9,7 @@
 #include <set>
 
 #include "tests/fuzz/target.h"
-#include "tools/convert/readers.h"
+#include "convert/readers.h"
 
 namespace fire3dv::fuzz {
 namespace {

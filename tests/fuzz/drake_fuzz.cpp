@@ -3,8 +3,8 @@
 #include <string>
 #include <string_view>
 
-#include "adapters/drake/http/multipart.h"
-#include "adapters/drake/request/gltf_scene.h"
+#include "programs/drake/http/multipart.h"
+#include "programs/drake/request/gltf_scene.h"
 #include "tests/fuzz/target.h"
 
 namespace fire3dv::fuzz {

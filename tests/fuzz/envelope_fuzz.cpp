@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "protocol/transport/tcp/tcp_frame.h"
 #include "tests/fuzz/target.h"
 

@@ -7,7 +7,7 @@
 
 #include "adapters/gazebo/wire/directory.h"
 #include "adapters/gazebo/world/world.h"
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "tests/fuzz/target.h"
 
 namespace fire3dv::fuzz {

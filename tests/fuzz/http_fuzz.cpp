@@ -2,7 +2,7 @@
 // are split, and an incomplete one is shorter than the limit.
 #include <string_view>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "renderer/metrics/request_reader.h"
 #include "tests/fuzz/target.h"
 

@@ -1,6 +1,6 @@
 // Fuzz target of recordings: an arbitrary file is read to its end, checked, played and recovered; the
 // recovered file is valid.
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "protocol/record/damage.h"
 #include "protocol/record/playback.h"
 #include "tests/fuzz/target.h"

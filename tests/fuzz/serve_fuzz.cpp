@@ -2,8 +2,8 @@
 #include <cmath>
 #include <string_view>
 
-#include "protocol/base/error.h"
-#include "renderer/serve/message.h"
+#include "base/error.h"
+#include "renderer/browser/server/message.h"
 #include "tests/fuzz/target.h"
 
 namespace fire3dv::fuzz {

@@ -9,8 +9,8 @@
 #include <cstdio>
 #include <map>
 
-#include "renderer/app/streams/image_requests.h"
-#include "renderer/app/streams/stream_receiver.h"
+#include "renderer/streams/image_requests.h"
+#include "renderer/streams/stream_receiver.h"
 #include "tests/fuzz/session_peer.h"
 #include "tests/fuzz/session_scene.h"
 #include "tests/fuzz/target.h"

@@ -6,8 +6,8 @@
 #include <span>
 #include <thread>
 
-#include "protocol/base/error.h"
-#include "protocol/base/glb.h"
+#include "base/error.h"
+#include "base/glb.h"
 #include "renderer/scene/gltf/load_gltf.h"
 
 namespace fire3dv::fuzz {

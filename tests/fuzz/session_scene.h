@@ -11,10 +11,10 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "protocol/transport/link.h"
 #include "protocol/wire/decode.h"
-#include "renderer/app/loading/scene_build.h"
+#include "renderer/live_scene/scene_build.h"
 #include "renderer/scene/model/scene_edits.h"
 #include "renderer/state/edit_registry.h"
 #include "renderer/state/pose_state.h"

@@ -7,7 +7,7 @@
 #include <cstring>
 #include <map>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "protocol/transport/core/byte_order.h"
 #include "protocol/transport/shm/shm_reader.h"
 #include "tests/fuzz/target.h"

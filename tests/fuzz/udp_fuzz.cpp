@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "protocol/transport/core/byte_order.h"
 #include "protocol/transport/udp/dtls/udp_dtls.h"
 #include "protocol/transport/udp/dtls/udp_record.h"

@@ -2,7 +2,7 @@
 // accepted again.
 #include <cmath>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "protocol/wire/decode.h"
 #include "protocol/wire/encode.h"
 #include "tests/fuzz/target.h"

@@ -10,7 +10,7 @@
 
 #include "fire3dv/client.h"
 #include "protocol/transport/open.h"
-#include "renderer/app/streams/stream_receiver.h"
+#include "renderer/streams/stream_receiver.h"
 #include "tests/render/support/render_bench.h"
 #include "tests/render/support/scene_builder.h"
 #include "tests/support/image_compare.h"

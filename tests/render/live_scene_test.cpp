@@ -1,6 +1,6 @@
 // Render test of scenes that streams change while they are drawn: added nodes with assets, replaced vertices.
 // The result equals a scene built that way, drawing continues during builds, and no GPU objects leak.
-#include "renderer/app/loading/live_scene.h"
+#include "renderer/live_scene/live_scene.h"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "renderer/app/streams/image_service.h"
+#include "renderer/images/image_service.h"
 #include "renderer/passes/view.h"
 #include "tests/render/support/path_bench.h"
 #include "tests/render/support/render_bench.h"

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "renderer/app/window/screenshot_tiles.h"
+#include "renderer/window/screenshot_tiles.h"
 #include "tests/render/support/render_bench.h"
 #include "tests/render/support/scene_builder.h"
 

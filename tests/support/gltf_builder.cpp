@@ -6,7 +6,7 @@
 #include <atomic>
 #include <fstream>
 
-#include "protocol/base/glb.h"
+#include "base/glb.h"
 
 #define STB_IMAGE_WRITE_IMPLEMENTATION
 #define STB_IMAGE_WRITE_STATIC

@@ -41,7 +41,7 @@ if(not_listed OR NOT TARGET fire3dv_app)
 else()
   string(REPLACE "\n" ";" lone_headers "${lone_headers}")
 endif()
-list(FILTER lone_headers EXCLUDE REGEX "^tools/convert/sdf/library/")  # libsdformat's include folders are its own
+list(FILTER lone_headers EXCLUDE REGEX "^convert/sdf/library/")  # libsdformat's include folders are its own
 list(FILTER lone_headers EXCLUDE REGEX "^protocol/record/foxglove_encoding.h$")  # flatc's headers are private there
 set(header_sources)
 foreach(header ${lone_headers})

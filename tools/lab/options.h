@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "protocol/base/command_line.h"
+#include "base/command_line.h"
 
 namespace fire3dv::lab {
 

@@ -1,5 +1,5 @@
 // Shapes, materials, lights and cameras of Gazebo's messages as those of SDF, whose rules draw them
-// (tools/convert/sdf/add_sdf.h). Numbers are taken over as they are.
+// (convert/sdf/add_sdf.h). Numbers are taken over as they are.
 #pragma once
 
 #include <optional>
@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "gazebo.pb.h"
-#include "tools/convert/sdf/sdf_scene.h"
+#include "convert/sdf/sdf_scene.h"
 
 namespace fire3dv::gazebo {
 

@@ -4,11 +4,11 @@
 #include <utility>
 
 #include "adapters/gazebo/scene/appearance.h"
-#include "protocol/base/text.h"
-#include "tools/convert/readers.h"
-#include "tools/convert/sdf/add_sdf.h"
-#include "tools/convert/sdf/files/sdf_files.h"
-#include "tools/convert/sdf/sdf_warnings.h"
+#include "base/text.h"
+#include "convert/readers.h"
+#include "convert/sdf/add_sdf.h"
+#include "convert/sdf/files/sdf_files.h"
+#include "convert/sdf/sdf_warnings.h"
 
 namespace fire3dv::gazebo {
 namespace {

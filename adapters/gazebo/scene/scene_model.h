@@ -7,12 +7,12 @@
 #include <vector>
 
 #include "adapters/gazebo/world/entities.h"
-#include "tools/convert/model.h"
+#include "convert/model.h"
 
 namespace fire3dv::gazebo {
 
 // name: of the root node. resource_folders: contain models or packages, or are some; searched before those of
-// Gazebo's variables (tools/convert/sdf/files/sdf_files.h). What cannot be shown is left out, with a warning
+// Gazebo's variables (convert/sdf/files/sdf_files.h). What cannot be shown is left out, with a warning
 // in the model. Reads mesh and image files.
 convert::Model scene_model(const std::vector<TopLevel>& items,
                            const std::vector<std::filesystem::path>& resource_folders,

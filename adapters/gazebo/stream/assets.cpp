@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "adapters/gazebo/scene/scene_model.h"
-#include "tools/convert/glb/write_glb.h"
+#include "convert/glb/write_glb.h"
 
 namespace fire3dv::gazebo {
 

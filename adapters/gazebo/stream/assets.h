@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "adapters/gazebo/world/entities.h"
-#include "protocol/base/error.h"
+#include "base/error.h"
 
 namespace fire3dv::gazebo {
 

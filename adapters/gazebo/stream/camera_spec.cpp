@@ -3,7 +3,7 @@
 #include <cmath>
 #include <iterator>
 
-#include "protocol/base/text.h"
+#include "base/text.h"
 
 namespace fire3dv::gazebo {
 namespace {

@@ -5,9 +5,9 @@
 
 #include "adapters/gazebo/stream/camera_messages.h"
 #include "gazebo.pb.h"
-#include "protocol/base/clock.h"
-#include "protocol/base/text.h"
-#include "tools/convert/sdf/sdf_scene.h"
+#include "base/clock.h"
+#include "base/text.h"
+#include "convert/sdf/sdf_scene.h"
 
 namespace fire3dv::gazebo {
 namespace {

@@ -5,10 +5,10 @@
 
 #include "adapters/gazebo/stream/world_finder.h"
 #include "adapters/gazebo/wire/field_count.h"
-#include "protocol/base/clock.h"
-#include "protocol/base/plural.h"
-#include "protocol/base/text.h"
-#include "tools/convert/glb/output.h"
+#include "base/clock.h"
+#include "base/plural.h"
+#include "base/text.h"
+#include "convert/glb/output.h"
 
 namespace fire3dv::gazebo {
 namespace {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <string_view>
 
-#include "protocol/base/plural.h"
-#include "protocol/base/text.h"
+#include "base/plural.h"
+#include "base/text.h"
 
 namespace fire3dv::gazebo {
 namespace {

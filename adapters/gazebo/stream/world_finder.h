@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "adapters/gazebo/wire/directory.h"
-#include "protocol/base/error.h"
+#include "base/error.h"
 
 namespace fire3dv::gazebo {
 

@@ -15,7 +15,7 @@
 #include <utility>
 
 #include "adapters/gazebo/wire/discovery.h"
-#include "protocol/base/text.h"
+#include "base/text.h"
 
 namespace fire3dv::gazebo {
 namespace {

@@ -13,9 +13,9 @@
 #include <cstring>
 #include <utility>
 
-#include "protocol/base/clock.h"
-#include "protocol/base/random.h"
-#include "protocol/base/text.h"
+#include "base/clock.h"
+#include "base/random.h"
+#include "base/text.h"
 
 namespace fire3dv::gazebo {
 namespace {

@@ -17,7 +17,7 @@
 
 #include "adapters/gazebo/wire/directory.h"
 #include "adapters/gazebo/wire/discovery_socket.h"
-#include "protocol/base/error.h"
+#include "base/error.h"
 
 namespace fire3dv::gazebo {
 

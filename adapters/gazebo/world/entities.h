@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "gazebo.pb.h"
-#include "tools/convert/sdf/names.h"
+#include "convert/sdf/names.h"
 
 namespace fire3dv::gazebo {
 

@@ -9,7 +9,7 @@
 #include <span>
 #include <string>
 
-#include "protocol/base/text.h"
+#include "base/text.h"
 #include "protocol/transport/core/address.h"
 #include "protocol/transport/open.h"
 #include "protocol/wire/check.h"

@@ -10,7 +10,7 @@
 #include <memory>
 #include <string>
 
-#include "protocol/base/plural.h"
+#include "base/plural.h"
 #include "protocol/wire/check.h"
 #include "stream.h"
 

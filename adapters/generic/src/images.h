@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "protocol/transport/link.h"
 #include "protocol/wire/decode.h"
 #include "protocol/wire/messages.h"

@@ -6,7 +6,7 @@
 #include <cstring>
 #include <fstream>
 
-#include "protocol/base/random.h"
+#include "base/random.h"
 #include "protocol/wire/check.h"
 
 namespace wire = fire3dv::wire;

@@ -16,8 +16,8 @@
 
 #include "fire3dv/client.h"
 #include "images.h"
-#include "protocol/base/clock.h"
-#include "protocol/base/error.h"
+#include "base/clock.h"
+#include "base/error.h"
 #include "protocol/transport/link.h"
 #include "protocol/wire/decode.h"
 #include "protocol/wire/edit_store.h"

@@ -15,7 +15,7 @@
 #include "adapters/mujoco/compare/labels.h"
 #include "adapters/mujoco/compare/renderers.h"
 #include "adapters/mujoco/options.h"
-#include "protocol/base/command_line.h"
+#include "base/command_line.h"
 #include "renderer/sinks/png.h"
 
 namespace fire3dv::mujoco {

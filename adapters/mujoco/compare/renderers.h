@@ -13,7 +13,7 @@
 #include "adapters/mujoco/compiled/load.h"
 #include "adapters/mujoco/publisher.h"
 #include "adapters/mujoco/simulation.h"
-#include "protocol/base/error.h"
+#include "base/error.h"
 
 namespace fire3dv::mujoco {
 

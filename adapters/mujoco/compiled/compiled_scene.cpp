@@ -4,7 +4,7 @@
 #include <memory>
 #include <utility>
 
-#include "tools/convert/glb/write_glb.h"
+#include "convert/glb/write_glb.h"
 
 namespace fire3dv::convert {
 namespace {

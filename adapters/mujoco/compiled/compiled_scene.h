@@ -8,11 +8,11 @@
 #include <cstddef>
 #include <vector>
 
-#include "tools/convert/mjcf/mjcf_names.h"
-#include "tools/convert/mjcf/mjcf_scene.h"
-#include "tools/convert/mjcf/tendon_frames.h"
-#include "tools/convert/model.h"
-#include "tools/convert/readers.h"
+#include "convert/mjcf/mjcf_names.h"
+#include "convert/mjcf/mjcf_scene.h"
+#include "convert/mjcf/tendon_frames.h"
+#include "convert/model.h"
+#include "convert/readers.h"
 
 namespace fire3dv::convert {
 

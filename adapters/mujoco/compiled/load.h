@@ -8,7 +8,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 
 namespace fire3dv::convert {
 

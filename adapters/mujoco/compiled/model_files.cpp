@@ -12,8 +12,8 @@
 #include <utility>
 
 #include "renderer/scene/files.h"
-#include "tools/convert/description_files.h"
-#include "tools/convert/xml_error.h"
+#include "convert/description_files.h"
+#include "convert/xml_error.h"
 
 namespace fire3dv::convert {
 namespace {

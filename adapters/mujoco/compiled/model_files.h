@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "protocol/base/error.h"
-#include "tools/convert/model.h"
+#include "base/error.h"
+#include "convert/model.h"
 
 namespace fire3dv::convert {
 

@@ -6,8 +6,8 @@
 #include <set>
 
 #include "adapters/ros2/dds/names.h"
-#include "protocol/base/plural.h"
-#include "protocol/base/text.h"
+#include "base/plural.h"
+#include "base/text.h"
 
 namespace fire3dv::ros2 {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <cctype>
 
-#include "protocol/base/text.h"
+#include "base/text.h"
 
 namespace fire3dv::ros2 {
 namespace {

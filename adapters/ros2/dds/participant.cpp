@@ -12,7 +12,7 @@
 #include <string_view>
 
 #include "adapters/ros2/dds/topics.h"
-#include "protocol/base/text.h"
+#include "base/text.h"
 
 namespace fire3dv::ros2 {
 namespace {

@@ -14,7 +14,7 @@
 #include "adapters/ros2/dds/names.h"
 #include "adapters/ros2/dds/participant.h"
 #include "adapters/ros2/idl/ros.h"
-#include "protocol/base/error.h"
+#include "base/error.h"
 
 namespace fire3dv::ros2 {
 

@@ -9,9 +9,9 @@
 #include <utility>
 
 #include "adapters/ros2/images/image_worker.h"
-#include "protocol/base/log.h"
-#include "protocol/base/plural.h"
-#include "protocol/base/text.h"
+#include "base/log.h"
+#include "base/plural.h"
+#include "base/text.h"
 
 namespace fire3dv::ros2 {
 namespace {

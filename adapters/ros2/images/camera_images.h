@@ -14,7 +14,7 @@
 #include "adapters/ros2/images/camera_mount.h"
 #include "adapters/ros2/images/camera_topics.h"
 #include "adapters/ros2/images/optical_frames.h"
-#include "protocol/base/error.h"
+#include "base/error.h"
 
 namespace fire3dv::ros2 {
 

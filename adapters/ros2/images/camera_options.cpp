@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "adapters/ros2/images/sensor_tags.h"
-#include "protocol/base/command_line.h"
-#include "protocol/base/text.h"
+#include "base/command_line.h"
+#include "base/text.h"
 
 namespace fire3dv::ros2 {
 namespace {

@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "adapters/ros2/dds/names.h"
-#include "protocol/base/text.h"
+#include "base/text.h"
 
 namespace fire3dv::ros2 {
 namespace {

@@ -9,7 +9,7 @@
 #include "adapters/ros2/images/camera_model.h"
 #include "adapters/ros2/images/image_bytes.h"
 #include "adapters/ros2/images/messages.h"
-#include "protocol/base/text.h"
+#include "base/text.h"
 
 namespace fire3dv::ros2 {
 

@@ -12,8 +12,8 @@
 #include "adapters/ros2/dds/names.h"
 #include "adapters/ros2/dds/topics.h"
 #include "adapters/ros2/images/camera_spec.h"
-#include "protocol/base/error.h"
-#include "protocol/base/jpeg_encoder.h"
+#include "base/error.h"
+#include "base/jpeg_encoder.h"
 
 namespace fire3dv::ros2 {
 

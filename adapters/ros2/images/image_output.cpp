@@ -2,8 +2,8 @@
 
 #include <utility>
 
-#include "protocol/base/log.h"
-#include "protocol/base/text.h"
+#include "base/log.h"
+#include "base/text.h"
 
 namespace fire3dv::ros2 {
 

@@ -7,7 +7,7 @@
 #include "adapters/ros2/dds/names.h"
 #include "adapters/ros2/dds/topics.h"
 #include "adapters/ros2/images/camera_spec.h"
-#include "protocol/base/error.h"
+#include "base/error.h"
 
 namespace fire3dv::ros2 {
 

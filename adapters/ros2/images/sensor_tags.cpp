@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "adapters/ros2/dds/names.h"
-#include "protocol/base/text.h"
+#include "base/text.h"
 
 namespace fire3dv::ros2 {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "protocol/base/text.h"
+#include "base/text.h"
 
 namespace fire3dv::ros2 {
 namespace {

@@ -6,9 +6,9 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/base/clock.h"
-#include "protocol/base/plural.h"
-#include "protocol/base/text.h"
+#include "base/clock.h"
+#include "base/plural.h"
+#include "base/text.h"
 
 namespace fire3dv::ros2 {
 namespace {

@@ -21,7 +21,7 @@
 
 #include "adapters/ros2/markers/message_markers.h"
 #include "adapters/ros2/tf/transform.h"
-#include "protocol/base/error.h"
+#include "base/error.h"
 
 namespace fire3dv::ros2 {
 

@@ -11,7 +11,7 @@
 
 #include "adapters/ros2/dds/topics.h"
 #include "adapters/ros2/tf/transform.h"
-#include "protocol/base/error.h"
+#include "base/error.h"
 
 namespace fire3dv::ros2 {
 

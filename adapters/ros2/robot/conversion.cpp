@@ -10,8 +10,8 @@
 #include <string>
 #include <utility>
 
-#include "protocol/base/files.h"
-#include "protocol/base/process/converter_process.h"
+#include "base/files.h"
+#include "base/process/converter_process.h"
 
 namespace fire3dv::ros2 {
 namespace {

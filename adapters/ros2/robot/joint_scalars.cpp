@@ -7,7 +7,7 @@
 #include <numeric>
 #include <utility>
 
-#include "protocol/base/text.h"
+#include "base/text.h"
 
 namespace fire3dv::ros2 {
 namespace {

@@ -14,7 +14,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 
 namespace fire3dv::ros2 {
 

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/base/text.h"
+#include "base/text.h"
 
 namespace fire3dv::ros2 {
 namespace {

@@ -11,7 +11,7 @@
 #include <string>
 #include <string_view>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "protocol/wire/encode.h"
 
 namespace fire3dv::record {

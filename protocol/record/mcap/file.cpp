@@ -8,7 +8,7 @@
 #include <cstring>
 #include <utility>
 
-#include "protocol/base/files.h"
+#include "base/files.h"
 #include "protocol/wire/check.h"
 
 namespace fire3dv::record {

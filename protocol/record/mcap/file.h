@@ -7,7 +7,7 @@
 #include <span>
 #include <string>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "protocol/wire/encode.h"
 
 namespace fire3dv::record {

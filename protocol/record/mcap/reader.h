@@ -10,7 +10,7 @@
 #include <optional>
 #include <string>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "protocol/record/mcap/bytes.h"
 #include "protocol/record/mcap/file.h"
 #include "protocol/record/mcap/records.h"

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "protocol/record/mcap/bytes.h"
 #include "protocol/record/mcap/file.h"
 #include "protocol/record/mcap/records.h"

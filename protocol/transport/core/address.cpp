@@ -11,7 +11,7 @@
 #include <thread>
 #include <utility>
 
-#include "protocol/base/random.h"
+#include "base/random.h"
 
 namespace fire3dv::transport {
 namespace {

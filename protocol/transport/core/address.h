@@ -13,8 +13,8 @@
 #include <string_view>
 #include <vector>
 
-#include "protocol/base/error.h"
-#include "protocol/base/unique_fd.h"
+#include "base/error.h"
+#include "base/unique_fd.h"
 
 namespace fire3dv::transport {
 

@@ -5,7 +5,7 @@
 
 #include <functional>
 
-#include "protocol/base/unique_fd.h"
+#include "base/unique_fd.h"
 
 namespace fire3dv::transport {
 

@@ -16,8 +16,8 @@
 #include <string>
 #include <vector>
 
-#include "protocol/base/clock.h"
-#include "protocol/base/peer_budget.h"
+#include "base/clock.h"
+#include "base/peer_budget.h"
 #include "protocol/transport/core/link_counters.h"
 #include "protocol/transport/link.h"
 

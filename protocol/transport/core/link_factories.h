@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "protocol/transport/core/address.h"
 #include "protocol/transport/link.h"
 #include "protocol/transport/open.h"

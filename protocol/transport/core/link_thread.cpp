@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "protocol/base/clock.h"
+#include "base/clock.h"
 
 namespace fire3dv::transport {
 

@@ -11,8 +11,8 @@
 #include <string>
 #include <thread>
 
-#include "protocol/base/error.h"
-#include "protocol/base/unique_fd.h"
+#include "base/error.h"
+#include "base/unique_fd.h"
 
 namespace fire3dv::transport {
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "protocol/base/clock.h"
+#include "base/clock.h"
 
 namespace fire3dv::transport {
 namespace {

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/base/clock.h"
+#include "base/clock.h"
 #include "protocol/transport/core/address.h"
 #include "protocol/transport/core/fork_guard.h"
 #include "protocol/transport/core/inbox.h"

@@ -7,7 +7,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include "protocol/base/unique_fd.h"
+#include "base/unique_fd.h"
 
 namespace fire3dv::transport {
 namespace {

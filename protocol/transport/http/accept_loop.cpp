@@ -9,8 +9,8 @@
 #include <exception>
 #include <utility>
 
-#include "protocol/base/files.h"
-#include "protocol/base/text.h"
+#include "base/files.h"
+#include "base/text.h"
 
 namespace fire3dv::transport::http {
 namespace {

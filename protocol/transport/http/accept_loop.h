@@ -10,7 +10,7 @@
 #include <memory>
 #include <string>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "protocol/transport/core/address.h"
 
 namespace fire3dv::transport::http {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cstring>
 
-#include "protocol/base/clock.h"
-#include "protocol/base/error.h"
+#include "base/clock.h"
+#include "base/error.h"
 
 namespace fire3dv::transport::shm {
 namespace {

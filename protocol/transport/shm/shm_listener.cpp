@@ -6,7 +6,7 @@
 #include <optional>
 #include <thread>
 
-#include "protocol/base/clock.h"
+#include "base/clock.h"
 #include "protocol/transport/core/link_counters.h"
 #include "protocol/transport/shm/shm_reader.h"
 

@@ -4,8 +4,8 @@
 #include <array>
 #include <deque>
 
-#include "protocol/base/clock.h"
-#include "protocol/base/random.h"
+#include "base/clock.h"
+#include "base/random.h"
 #include "protocol/transport/core/link_counters.h"
 #include "protocol/transport/shm/shm_back_channel.h"
 #include "protocol/transport/shm/shm_ring.h"

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <cstring>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "protocol/transport/shm/shm_layout.h"
 
 #if (defined(__x86_64__) || defined(__aarch64__)) && !defined(__SANITIZE_THREAD__)

@@ -12,7 +12,7 @@
 #include <exception>
 #include <thread>
 
-#include "protocol/base/random.h"
+#include "base/random.h"
 #include "protocol/transport/core/link_counters.h"
 
 namespace fire3dv::transport::shm {

@@ -4,8 +4,8 @@
 #include <memory>
 #include <string>
 
-#include "protocol/base/error.h"
-#include "protocol/base/unique_fd.h"
+#include "base/error.h"
+#include "base/unique_fd.h"
 #include "protocol/transport/core/fork_guard.h"
 #include "protocol/transport/shm/shm_layout.h"
 

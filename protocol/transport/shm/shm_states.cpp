@@ -1,6 +1,6 @@
 #include "protocol/transport/shm/shm_states.h"
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "protocol/transport/core/byte_order.h"
 #include "protocol/transport/shm/shm_ring.h"
 

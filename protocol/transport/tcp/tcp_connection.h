@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "protocol/transport/core/address.h"
 #include "protocol/transport/open.h"
 #include "protocol/transport/tcp/tcp_outbox.h"

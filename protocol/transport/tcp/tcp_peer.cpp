@@ -6,7 +6,7 @@
 #include <new>
 #include <utility>
 
-#include "protocol/base/clock.h"
+#include "base/clock.h"
 #include "protocol/transport/tcp/tcp_connection.h"
 
 namespace fire3dv::transport::tcp {

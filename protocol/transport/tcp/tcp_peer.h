@@ -14,7 +14,7 @@
 #include <asio/ip/tcp.hpp>
 #include <asio/steady_timer.hpp>
 
-#include "protocol/base/peer_budget.h"
+#include "base/peer_budget.h"
 #include "protocol/transport/link.h"
 #include "protocol/transport/tcp/tcp_connection.h"
 #include "protocol/transport/tcp/tcp_frame.h"

@@ -4,7 +4,7 @@
 #include <atomic>
 #include <cerrno>
 
-#include "protocol/base/clock.h"
+#include "base/clock.h"
 #include "protocol/transport/core/network_link.h"
 #include "protocol/transport/tcp/tcp_connection.h"
 #include "protocol/transport/tcp/tcp_frame.h"

@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/base/peer_budget.h"
+#include "base/peer_budget.h"
 
 namespace fire3dv::transport {
 

@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/base/clock.h"
-#include "protocol/base/random.h"
+#include "base/clock.h"
+#include "base/random.h"
 #include "protocol/transport/core/byte_order.h"
 
 namespace fire3dv::transport::udp {

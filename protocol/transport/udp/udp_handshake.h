@@ -13,7 +13,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "protocol/base/clock.h"
+#include "base/clock.h"
 #include "protocol/transport/core/address.h"
 #include "protocol/transport/udp/dtls/udp_dtls.h"
 #include "protocol/transport/udp/udp_datagram.h"

@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/base/clock.h"
-#include "protocol/base/random.h"
+#include "base/clock.h"
+#include "base/random.h"
 #include "protocol/transport/core/address.h"
 #include "protocol/transport/core/network_link.h"
 #include "protocol/transport/udp/multicast/udp_group_socket.h"

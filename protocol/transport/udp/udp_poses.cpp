@@ -8,7 +8,7 @@
 #include <cstring>
 #include <vector>
 
-#include "protocol/base/clock.h"
+#include "base/clock.h"
 #include "protocol/transport/udp/udp_datagram.h"
 
 namespace fire3dv::transport::udp {

@@ -8,8 +8,8 @@
 #include <string>
 #include <utility>
 
-#include "protocol/base/clock.h"
-#include "protocol/base/random.h"
+#include "base/clock.h"
+#include "base/random.h"
 #include "protocol/transport/core/network_link.h"
 #include "protocol/transport/udp/dtls/udp_dtls.h"
 #include "protocol/transport/udp/multicast/udp_group_socket.h"

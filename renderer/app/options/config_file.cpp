@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <system_error>
 
-#include "protocol/base/files.h"
+#include "base/files.h"
 
 namespace fire3dv::app {
 namespace {

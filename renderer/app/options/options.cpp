@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/base/command_line.h"
+#include "base/command_line.h"
 #include "renderer/app/animation_clock.h"
 #include "renderer/app/options/config_options.h"
 #include "renderer/app/options/drawing_options.h"

@@ -9,13 +9,13 @@
 #include <variant>
 #include <vector>
 
-#include "protocol/base/peer_budget.h"
-#include "renderer/app/loading/converted_scene.h"
+#include "base/peer_budget.h"
+#include "renderer/loading/converted_scene.h"
 #include "renderer/app/options/stream_options.h"
 #include "renderer/gui/screenshot_size.h"
 #include "renderer/passes/environment/environment.h"
 #include "renderer/passes/scene_renderer.h"
-#include "renderer/sinks/window.h"
+#include "renderer/window/window.h"
 
 namespace fire3dv::app {
 

@@ -2,7 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "protocol/base/command_line.h"
+#include "base/command_line.h"
 #include "renderer/app/options/drawing_options.h"
 #include "renderer/app/options/option_values.h"
 

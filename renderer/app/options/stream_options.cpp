@@ -2,7 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "protocol/base/command_line.h"
+#include "base/command_line.h"
 
 namespace fire3dv::app {
 namespace {

@@ -3,7 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <cstddef>
 
-#include "protocol/base/command_line.h"
+#include "base/command_line.h"
 #include "renderer/app/options/option_values.h"
 
 namespace fire3dv::app {

@@ -5,9 +5,9 @@
 #include <system_error>
 #include <utility>
 
-#include "protocol/base/files.h"
-#include "protocol/base/log.h"
-#include "protocol/base/plural.h"
+#include "base/files.h"
+#include "base/log.h"
+#include "base/plural.h"
 #include "protocol/transport/open.h"
 #include "renderer/app/start.h"
 #include "renderer/scene/gltf/foreign_file.h"

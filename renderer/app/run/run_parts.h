@@ -6,16 +6,16 @@
 #include <memory>
 #include <string>
 
-#include "protocol/base/error.h"
-#include "protocol/base/peer_budget.h"
+#include "base/error.h"
+#include "base/peer_budget.h"
 #include "renderer/app/options/options.h"
 #include "renderer/app/recording.h"
 #include "renderer/app/renderer_metrics.h"
-#include "renderer/app/streams/stream_receiver.h"
+#include "renderer/streams/stream_receiver.h"
 #include "renderer/app/viewer_document.h"
-#include "renderer/app/window/window_view.h"
+#include "renderer/window/window_view.h"
 #include "renderer/gpu/device/device.h"
-#include "renderer/serve/server.h"
+#include "renderer/browser/server/server.h"
 #include "renderer/sinks/file_sink.h"
 
 namespace fire3dv::app {

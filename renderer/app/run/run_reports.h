@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/state/pose_state.h"
 

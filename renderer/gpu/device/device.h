@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "renderer/gpu/device/device_choice.h"
 #include "renderer/gpu/device/queues.h"
 #include "renderer/gpu/device/vk.h"

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "protocol/base/digest.h"
+#include "base/digest.h"
 #include "renderer/gpu/device/device.h"
 #include "renderer/gpu/resources.h"
 

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/base/text.h"
+#include "base/text.h"
 #include "renderer/gui/gizmo_overlay.h"
 #include "renderer/gui/panels.h"
 

@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "protocol/base/digest.h"
+#include "base/digest.h"
 #include "renderer/gpu/device/device.h"
 #include "renderer/gpu/device/loader_commands.h"
 #include "renderer/gpu/pipelines/descriptors.h"

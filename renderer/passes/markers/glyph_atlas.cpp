@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "renderer/passes/markers/font.h"
 
 #pragma GCC diagnostic push

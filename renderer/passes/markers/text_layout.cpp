@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string_view>
 
-#include "protocol/base/text.h"
+#include "base/text.h"
 
 namespace fire3dv::passes {
 namespace {

@@ -6,7 +6,7 @@
 #include <span>
 #include <utility>
 
-#include "protocol/base/plural.h"
+#include "base/plural.h"
 #include "renderer/passes/path/environment_cells.h"
 
 namespace fire3dv::passes {

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "protocol/wire/image.h"
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/gpu/pipelines/pipeline.h"

@@ -4,7 +4,7 @@
 #include <cstring>
 #include <optional>
 
-#include "protocol/base/parallel.h"
+#include "base/parallel.h"
 #include "renderer/passes/resources/scene_materials.h"
 #include "renderer/passes/resources/scene_parts.h"
 #include "renderer/scene/clusters/clusters.h"

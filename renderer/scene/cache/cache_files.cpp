@@ -13,7 +13,7 @@
 #include <system_error>
 #include <utility>
 
-#include "protocol/base/files.h"
+#include "base/files.h"
 #include "renderer/scene/files.h"
 
 namespace fire3dv::scene {

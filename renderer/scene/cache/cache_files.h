@@ -11,8 +11,8 @@
 #include <string_view>
 #include <vector>
 
-#include "protocol/base/digest.h"
-#include "protocol/base/error.h"
+#include "base/digest.h"
+#include "base/error.h"
 
 namespace fire3dv::scene {
 

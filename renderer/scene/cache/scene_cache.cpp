@@ -8,7 +8,7 @@
 #include <new>
 #include <system_error>
 
-#include "protocol/base/parallel.h"
+#include "base/parallel.h"
 #include "renderer/scene/cache/cache_files.h"
 #include "renderer/scene/cache/member_bytes.h"
 #include "renderer/scene/model/loaded_scene.h"

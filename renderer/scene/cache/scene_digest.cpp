@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "protocol/base/digest.h"
+#include "base/digest.h"
 #include "renderer/scene/cache/member_bytes.h"
 
 namespace fire3dv::scene {

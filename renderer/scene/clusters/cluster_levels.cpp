@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "protocol/base/parallel.h"
+#include "base/parallel.h"
 #include "renderer/scene/clusters/level_steps.h"
 #include "renderer/scene/clusters/meshlets.h"
 #include "renderer/scene/model/vertices.h"

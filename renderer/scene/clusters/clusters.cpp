@@ -4,7 +4,7 @@
 #include <string>
 #include <utility>
 
-#include "protocol/base/parallel.h"
+#include "base/parallel.h"
 #include "renderer/scene/clusters/meshlets.h"
 
 namespace fire3dv::scene {

@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "renderer/scene/model/bounds.h"
 #include "renderer/scene/model/scene.h"
 

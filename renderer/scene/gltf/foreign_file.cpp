@@ -9,8 +9,8 @@
 #include <string_view>
 #include <system_error>
 
-#include "protocol/base/files.h"
-#include "protocol/base/text.h"
+#include "base/files.h"
+#include "base/text.h"
 
 namespace fire3dv::scene {
 namespace {

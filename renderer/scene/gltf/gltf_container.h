@@ -6,8 +6,8 @@
 #include <span>
 #include <string_view>
 
-#include "protocol/base/error.h"
-#include "protocol/base/files.h"
+#include "base/error.h"
+#include "base/files.h"
 #include "renderer/scene/gltf/load_gltf.h"
 
 namespace fire3dv::scene {

@@ -10,8 +10,8 @@
 #include <string>
 #include <string_view>
 
-#include "protocol/base/error.h"
-#include "protocol/base/json/json_fault.h"
+#include "base/error.h"
+#include "base/json/json_fault.h"
 #include "renderer/scene/gltf/foreign_file.h"
 #include "renderer/scene/gltf/gltf_container.h"
 #include "renderer/scene/gltf/gltf_parts.h"

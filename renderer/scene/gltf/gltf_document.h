@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "renderer/scene/cache/cache_files.h"
 #include "renderer/scene/files.h"
 #include "renderer/scene/gltf/load_gltf.h"

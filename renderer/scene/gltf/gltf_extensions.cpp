@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "protocol/base/text.h"
+#include "base/text.h"
 #include "renderer/scene/gltf/gltf_document.h"
 
 namespace fire3dv::scene {

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "protocol/base/error.h"
-#include "protocol/base/text.h"
+#include "base/error.h"
+#include "base/text.h"
 #include "renderer/scene/gltf/gltf_document.h"
 #include "renderer/scene/gltf/gltf_parts.h"
 #include "renderer/scene/gltf/meshes/gltf_accessors.h"

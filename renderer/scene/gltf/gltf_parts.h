@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "renderer/scene/gltf/gltf_document.h"
 #include "renderer/scene/gltf/meshes/gltf_accessors.h"
 #include "renderer/scene/gltf/specular_glossiness.h"

@@ -3,7 +3,7 @@
 #include <exception>
 #include <new>
 
-#include "protocol/base/json/json_fault.h"
+#include "base/json/json_fault.h"
 #include "renderer/scene/clusters/clusters.h"
 #include "renderer/scene/gltf/gltf_document.h"
 #include "renderer/scene/gltf/gltf_parts.h"

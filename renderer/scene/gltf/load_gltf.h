@@ -7,7 +7,7 @@
 #include <functional>
 #include <span>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "renderer/scene/cache/cache_files.h"
 #include "renderer/scene/files.h"
 #include "renderer/scene/model/scene.h"

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/base/parallel.h"
+#include "base/parallel.h"
 #include "renderer/scene/model/scene_fields.h"
 
 namespace fire3dv::scene {

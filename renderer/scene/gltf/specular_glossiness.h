@@ -5,7 +5,7 @@
 #include <glm/glm.hpp>
 #include <span>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "renderer/scene/gltf/load_gltf.h"
 #include "renderer/scene/model/scene.h"
 

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <span>
 
-#include "protocol/base/parallel.h"
+#include "base/parallel.h"
 #include "renderer/scene/clusters/clusters.h"
 
 namespace fire3dv::scene {

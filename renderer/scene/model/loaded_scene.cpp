@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "protocol/base/text.h"
+#include "base/text.h"
 #include "renderer/scene/clusters/clusters.h"
 
 namespace fire3dv::scene {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "renderer/scene/clusters/clusters.h"
 #include "renderer/scene/gltf/load_gltf.h"
 #include "renderer/scene/model/scene.h"

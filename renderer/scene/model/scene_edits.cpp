@@ -6,7 +6,7 @@
 #include <span>
 #include <utility>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "renderer/scene/model/bounds.h"
 #include "renderer/scene/model/vertices.h"
 

@@ -8,7 +8,7 @@
 #include <random>
 #include <span>
 
-#include "protocol/base/parallel.h"
+#include "base/parallel.h"
 
 namespace fire3dv::scene {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "protocol/base/text.h"
+#include "base/text.h"
 
 namespace fire3dv::scene {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "renderer/scene/model/loaded_scene.h"
 
 namespace fire3dv::scene {

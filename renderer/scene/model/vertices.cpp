@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "protocol/base/parallel.h"
+#include "base/parallel.h"
 
 namespace fire3dv::scene {
 namespace {

@@ -5,7 +5,7 @@
 #include <new>
 #include <string>
 
-#include "protocol/base/parallel.h"
+#include "base/parallel.h"
 #include "renderer/scene/files.h"
 
 namespace fire3dv::scene {

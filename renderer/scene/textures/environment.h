@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 
 namespace fire3dv::scene {
 

@@ -4,7 +4,7 @@
 #include <optional>
 #include <utility>
 
-#include "protocol/base/parallel.h"
+#include "base/parallel.h"
 #include "renderer/scene/textures/image_codecs.h"
 
 namespace fire3dv::scene {

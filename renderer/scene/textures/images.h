@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "renderer/scene/model/scene.h"
 
 namespace fire3dv::scene {

@@ -4,7 +4,7 @@
 #include <cstring>
 #include <span>
 
-#include "protocol/base/parallel.h"
+#include "base/parallel.h"
 #include "renderer/scene/textures/images.h"
 
 namespace fire3dv::scene {

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string_view>
 
-#include "protocol/base/text.h"
+#include "base/text.h"
 #include "renderer/scene/textures/environment.h"
 
 namespace fire3dv::scene {

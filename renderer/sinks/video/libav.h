@@ -15,7 +15,7 @@ extern "C" {
 #include <libswscale/swscale.h>
 }
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 
 namespace fire3dv::sinks {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "renderer/sinks/video/bt709.h"
 #include "renderer/sinks/video/libav.h"
 

@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <optional>
 
-#include "protocol/base/files.h"
+#include "base/files.h"
 #include "renderer/sinks/video/bt709.h"
 #include "renderer/sinks/video/libav.h"
 

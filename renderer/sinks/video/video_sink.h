@@ -13,7 +13,7 @@
 #include <optional>
 #include <thread>
 
-#include "protocol/base/files.h"
+#include "base/files.h"
 #include "renderer/sinks/frame.h"
 #include "renderer/sinks/video/video_file.h"
 

@@ -20,7 +20,7 @@
 #include <string>
 #include <thread>
 
-#include "protocol/base/random.h"
+#include "base/random.h"
 #include "protocol/transport/open.h"
 #include "protocol/wire/decode.h"
 #include "protocol/wire/encode.h"

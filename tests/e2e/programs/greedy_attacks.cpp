@@ -5,7 +5,7 @@
 #include <memory>
 #include <thread>
 
-#include "protocol/base/random.h"
+#include "base/random.h"
 #include "tests/e2e/programs/colliding_names.h"
 #include "tests/e2e/programs/raw_peer.h"
 #include "tests/e2e/programs/raw_udp.h"

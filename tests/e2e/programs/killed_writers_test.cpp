@@ -7,7 +7,7 @@
 #include <optional>
 #include <random>
 
-#include "protocol/base/clock.h"
+#include "base/clock.h"
 #include "protocol/transport/open.h"
 #include "protocol/wire/decode.h"
 #include "tests/e2e/programs/self_identifying_frames.h"

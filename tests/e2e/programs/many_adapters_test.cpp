@@ -10,7 +10,7 @@
 #include <fstream>
 #include <map>
 
-#include "protocol/base/clock.h"
+#include "base/clock.h"
 #include "protocol/transport/open.h"
 #include "protocol/wire/decode.h"
 #include "tests/e2e/programs/self_identifying_frames.h"

@@ -10,7 +10,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "protocol/base/files.h"
+#include "base/files.h"
 #include "tests/unit/record/record_files.h"
 
 namespace {

@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "protocol/base/unique_fd.h"
+#include "base/unique_fd.h"
 #include "protocol/transport/tcp/tcp_frame.h"
 #include "protocol/wire/decode.h"
 #include "protocol/wire/encode.h"

@@ -8,9 +8,9 @@
 #include <array>
 #include <optional>
 
-#include "protocol/base/clock.h"
-#include "protocol/base/random.h"
-#include "protocol/base/unique_fd.h"
+#include "base/clock.h"
+#include "base/random.h"
+#include "base/unique_fd.h"
 #include "protocol/transport/core/address.h"
 #include "protocol/transport/udp/udp_handshake.h"
 #include "protocol/transport/udp/udp_session.h"

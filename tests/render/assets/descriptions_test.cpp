@@ -4,8 +4,8 @@
 #include "renderer/scene/gltf/load_gltf.h"
 #include "tests/render/support/render_bench.h"
 #include "tests/support/image_compare.h"
-#include "tools/convert/glb/write_glb.h"
-#include "tools/convert/readers.h"
+#include "convert/glb/write_glb.h"
+#include "convert/readers.h"
 
 namespace fire3dv::test {
 namespace {

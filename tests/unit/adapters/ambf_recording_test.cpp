@@ -8,7 +8,7 @@
 #include <set>
 
 #include "protocol/record/playback.h"
-#include "tools/convert/readers.h"
+#include "convert/readers.h"
 
 namespace fire3dv {
 namespace {

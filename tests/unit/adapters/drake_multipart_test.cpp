@@ -1,7 +1,7 @@
 // Tests of the parser of multipart/form-data. The wanted parts are those of RFC 7578 and RFC 2046.
 #include <gtest/gtest.h>
 
-#include "adapters/drake/http/multipart.h"
+#include "programs/drake/http/multipart.h"
 
 namespace fire3dv::drake {
 namespace {

@@ -7,9 +7,9 @@
 #include <limits>
 #include <map>
 
-#include "adapters/drake/render/depth_image.h"
-#include "adapters/drake/request/form.h"
-#include "adapters/drake/request/gltf_scene.h"
+#include "programs/drake/render/depth_image.h"
+#include "programs/drake/request/form.h"
+#include "programs/drake/request/gltf_scene.h"
 
 namespace fire3dv::drake {
 namespace {

@@ -15,7 +15,7 @@
 #include <thread>
 #include <vector>
 
-#include "adapters/drake/http/server.h"
+#include "programs/drake/http/server.h"
 
 namespace fire3dv::drake {
 namespace {

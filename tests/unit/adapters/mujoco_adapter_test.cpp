@@ -10,7 +10,7 @@
 #include "renderer/scene/gltf/load_gltf.h"
 #include "tests/support/gltf_builder.h"
 #include "tests/unit/adapters/mujoco_models.h"
-#include "tools/convert/readers.h"
+#include "convert/readers.h"
 
 namespace fire3dv::mujoco {
 namespace {

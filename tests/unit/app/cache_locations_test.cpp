@@ -1,6 +1,6 @@
 // Test of cache folders, and of cache entries for pipelines and environment maps: no invalid entry reaches
 // the driver.
-#include "renderer/app/loading/disk_caches.h"
+#include "renderer/loading/disk_caches.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Test of the default look's choices: key light, exposure estimate, ground, camera start, empty images.
-#include "renderer/app/default_look.h"
+#include "renderer/camera/default_look.h"
 
 #include <gtest/gtest.h>
 

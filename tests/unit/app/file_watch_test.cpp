@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "renderer/app/loading/file_watch.h"
+#include "renderer/loading/file_watch.h"
 #include "tests/support/gltf_builder.h"
 
 namespace fire3dv::app {

@@ -6,11 +6,11 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "protocol/base/clock.h"
+#include "base/clock.h"
 #include "protocol/wire/encode.h"
 #include "tests/unit/transport/link_fixture.h"
-#include "tools/inspect/observer.h"
-#include "tools/inspect/recorded_edits.h"
+#include "programs/inspect/observer.h"
+#include "programs/inspect/recorded_edits.h"
 
 namespace fire3dv::inspect {
 namespace {

@@ -1,6 +1,6 @@
 // Test of picked points and the measuring tool without a window: points keep their place on moving nodes, two
 // clicks make a distance, and the markers that show it.
-#include "renderer/app/window/measurement.h"
+#include "renderer/window/measurement.h"
 
 #include <gtest/gtest.h>
 
@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "renderer/app/window/overlay_markers.h"
-#include "renderer/app/window/viewer_control.h"
+#include "renderer/window/overlay_markers.h"
+#include "renderer/window/viewer_control.h"
 #include "renderer/scene/model/math.h"
 #include "tests/unit/geometry/boxes_scene.h"
 

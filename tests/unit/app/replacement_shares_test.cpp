@@ -1,5 +1,5 @@
 // Test of replacement shares: pauses of peers whose changes replaced the scene. No GPU, no clock.
-#include "renderer/app/loading/peer_charges.h"
+#include "renderer/live_scene/peer_charges.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Test of background scene builds for added nodes: assets from the configured folder only, or embedded;
 // refusals by name, and budgets per peer.
-#include "renderer/app/loading/scene_build.h"
+#include "renderer/live_scene/scene_build.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Test of the user's additions as requests of a scene build: keys of the files that they name, and refusals.
-#include "renderer/app/loading/user_additions.h"
+#include "renderer/live_scene/user_additions.h"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "renderer/app/loading/asset_files.h"
-#include "renderer/state/editing/document_additions.h"
+#include "renderer/live_scene/asset_files.h"
+#include "renderer/editing/document_additions.h"
 #include "tests/support/gltf_builder.h"
 
 namespace fire3dv::app {

@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "renderer/app/window/viewer_control.h"
-#include "renderer/app/window/window_panels.h"
+#include "renderer/window/viewer_control.h"
+#include "renderer/window/window_panels.h"
 #include "tests/unit/geometry/boxes_scene.h"
 
 namespace fire3dv::app {

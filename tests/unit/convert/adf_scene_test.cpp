@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <glm/gtc/constants.hpp>
 
-#include "tools/convert/model.h"
-#include "tools/convert/readers.h"
+#include "convert/model.h"
+#include "convert/readers.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -6,7 +6,7 @@
 #include <functional>
 
 #include "tests/support/gltf_builder.h"
-#include "tools/convert/model.h"
+#include "convert/model.h"
 
 namespace fire3dv::scene {
 namespace {

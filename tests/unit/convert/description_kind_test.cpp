@@ -1,5 +1,5 @@
 // Test of description file detection by content, and of refusals that protect the XML readers.
-#include "tools/convert/description_files.h"
+#include "convert/description_files.h"
 
 #include <gtest/gtest.h>
 

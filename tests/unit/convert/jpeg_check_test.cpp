@@ -1,6 +1,6 @@
 // Test of the structure check of JPEG files: a whole file is copied without decoding, truncated and unusual
 // ones are not sound, and no damage makes it read out of bounds.
-#include "tools/convert/glb/jpeg_check.h"
+#include "convert/glb/jpeg_check.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "tools/convert/glb/write_glb.h"
+#include "convert/glb/write_glb.h"
 
 namespace fire3dv::convert {
 namespace {

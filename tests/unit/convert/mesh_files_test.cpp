@@ -1,5 +1,5 @@
 // Test of the mesh file readers: the conventions of each format, refusals, and damaged files.
-#include "tools/convert/mesh/mesh_files.h"
+#include "convert/mesh/mesh_files.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -9,7 +9,7 @@
 
 #include "tests/support/gltf_builder.h"
 #include "tests/unit/convert/mesh_file_bytes.h"
-#include "tools/convert/model.h"
+#include "convert/model.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -1,6 +1,6 @@
 // Test of mesh files as scenes: a unit cube in every format gives the same vertices, colour and outside;
 // units, axes, names, images and hostile files.
-#include "tools/convert/mesh/mesh_scene.h"
+#include "convert/mesh/mesh_scene.h"
 
 #include <gtest/gtest.h>
 
@@ -11,8 +11,8 @@
 
 #include "tests/support/gltf_builder.h"
 #include "tests/unit/convert/mesh_file_bytes.h"
-#include "tools/convert/glb/write_glb.h"
-#include "tools/convert/readers.h"
+#include "convert/glb/write_glb.h"
+#include "convert/readers.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "tests/unit/convert/mjcf_fixture.h"
-#include "tools/convert/mjcf/assets/builtin_mesh.h"
+#include "convert/mjcf/assets/builtin_mesh.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "tests/unit/convert/mjcf_fixture.h"
-#include "tools/convert/mjcf/mjcf_reader.h"
+#include "convert/mjcf/mjcf_reader.h"
 
 namespace fire3dv::convert {
 namespace {

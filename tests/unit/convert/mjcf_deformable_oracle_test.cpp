@@ -11,9 +11,9 @@
 #include "adapters/mujoco/compiled/load.h"
 #include "tests/support/gltf_builder.h"
 #include "tests/unit/convert/mjcf_oracle.h"
-#include "tools/convert/mesh/surfaces.h"
-#include "tools/convert/mjcf/mjcf_reader.h"
-#include "tools/convert/readers.h"
+#include "convert/mesh/surfaces.h"
+#include "convert/mjcf/mjcf_reader.h"
+#include "convert/readers.h"
 
 namespace fire3dv::convert {
 namespace {

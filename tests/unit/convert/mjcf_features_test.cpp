@@ -10,7 +10,7 @@
 
 #include "tests/unit/convert/mjcf_fixture.h"
 #include "tests/unit/scene/model_accessors.h"
-#include "tools/convert/mjcf/mjcf_reader.h"
+#include "convert/mjcf/mjcf_reader.h"
 
 namespace fire3dv::convert {
 namespace {

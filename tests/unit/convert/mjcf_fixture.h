@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "tests/support/gltf_builder.h"
-#include "tools/convert/mjcf/mjcf_reader.h"
-#include "tools/convert/readers.h"
+#include "convert/mjcf/mjcf_reader.h"
+#include "convert/readers.h"
 
 namespace fire3dv::convert {
 

@@ -9,8 +9,8 @@
 #include <string_view>
 
 #include "tests/unit/convert/mjcf_fixture.h"
-#include "tools/convert/mesh/surfaces.h"
-#include "tools/convert/mjcf/deformable/flex_shape.h"
+#include "convert/mesh/surfaces.h"
+#include "convert/mjcf/deformable/flex_shape.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -12,7 +12,7 @@
 #include "tests/support/gltf_builder.h"
 #include "tests/unit/convert/mesh_file_bytes.h"
 #include "tests/unit/convert/mjcf_oracle.h"
-#include "tools/convert/mjcf/mjcf_reader.h"
+#include "convert/mjcf/mjcf_reader.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -8,9 +8,9 @@
 
 #include "tests/unit/convert/mesh_file_bytes.h"
 #include "tests/unit/convert/mjcf_fixture.h"
-#include "tools/convert/glb/write_glb.h"
-#include "tools/convert/mjcf/deformable/skin_data.h"
-#include "tools/convert/mjcf/mjcf_reader.h"
+#include "convert/glb/write_glb.h"
+#include "convert/mjcf/deformable/skin_data.h"
+#include "convert/mjcf/mjcf_reader.h"
 
 namespace fire3dv::convert {
 namespace {

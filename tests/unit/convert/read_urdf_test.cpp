@@ -8,7 +8,7 @@
 
 #include "tests/support/gltf_builder.h"
 #include "tests/unit/scene/model_accessors.h"
-#include "tools/convert/readers.h"
+#include "convert/readers.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -1,5 +1,5 @@
 // Node names of SDF scenes: scopes, escapes, uniqueness.
-#include "tools/convert/sdf/names.h"
+#include "convert/sdf/names.h"
 
 #include <gtest/gtest.h>
 

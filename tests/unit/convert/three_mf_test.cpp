@@ -6,8 +6,8 @@
 
 #include "tests/support/gltf_builder.h"
 #include "tests/unit/convert/mesh_file_bytes.h"
-#include "tools/convert/glb/write_glb.h"
-#include "tools/convert/readers.h"
+#include "convert/glb/write_glb.h"
+#include "convert/readers.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -1,5 +1,5 @@
 // Test of the GLB writer: the loader reads the written model back, and the file is valid glTF.
-#include "tools/convert/glb/write_glb.h"
+#include "convert/glb/write_glb.h"
 #include "renderer/scene/model/vertices.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 
 #include "renderer/scene/gltf/load_gltf.h"
 #include "tests/support/gltf_builder.h"
-#include "tools/convert/mesh/surfaces.h"
+#include "convert/mesh/surfaces.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -5,8 +5,8 @@
 #include <string>
 #include <utility>
 
-#include "tools/convert/xacro/expression/expression.h"
-#include "tools/convert/xacro/expression/functions.h"
+#include "convert/xacro/expression/expression.h"
+#include "convert/xacro/expression/functions.h"
 
 namespace fire3dv::convert::xacro {
 namespace {

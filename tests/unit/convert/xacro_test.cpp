@@ -1,6 +1,6 @@
 // Test of the expansion of xacro files: the expected texts are those of the program xacro (1.14), and bounds
 // and access rights are those of docs/convert.md.
-#include "tools/convert/xacro/xacro.h"
+#include "convert/xacro/xacro.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include <string>
 
 #include "tests/support/gltf_builder.h"
-#include "tools/convert/readers.h"
+#include "convert/readers.h"
 
 namespace fire3dv::convert {
 namespace {

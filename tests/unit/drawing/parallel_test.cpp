@@ -1,5 +1,5 @@
 // Test of parallel loops: results equal those of one core, for any number of cores.
-#include "protocol/base/parallel.h"
+#include "base/parallel.h"
 
 #include <gtest/gtest.h>
 #include <sched.h>
@@ -11,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-#include "protocol/base/digest.h"
+#include "base/digest.h"
 #include "renderer/scene/model/loaded_scene.h"
 #include "tests/unit/geometry/mesh_scenes.h"
 

@@ -1,5 +1,5 @@
 // Test of objects that the editor adds: steps, selection, copies, edits of added files, export.
-#include "renderer/app/window/editing/new_objects.h"
+#include "renderer/editing/new_objects.h"
 #include "renderer/scene/files.h"
 #include "renderer/scene/model/math.h"
 #include "tests/unit/editing/editor_fixture.h"

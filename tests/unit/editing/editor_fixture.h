@@ -14,12 +14,12 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/base/plural.h"
+#include "base/plural.h"
 #include "protocol/robot/robot_file.h"
-#include "renderer/app/window/editing/scene_editor.h"
-#include "renderer/app/window/viewer_control.h"
+#include "renderer/editing/scene_editor.h"
+#include "renderer/window/viewer_control.h"
 #include "renderer/scene/model/loaded_scene.h"
-#include "renderer/state/editing/overlay_file.h"
+#include "renderer/editing/overlay_file.h"
 #include "tests/unit/geometry/boxes_scene.h"
 
 namespace fire3dv::app {

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "protocol/base/digest.h"
+#include "base/digest.h"
 #include "renderer/scene/gltf/export/export_glb.h"
 #include "renderer/scene/gltf/gltf_container.h"
 #include "renderer/scene/model/loaded_scene.h"

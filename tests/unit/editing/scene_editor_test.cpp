@@ -1,6 +1,6 @@
 // Test of the editor of a window's scene: steps per interaction, undo and redo by keys, scene replacement,
 // and the overlay file.
-#include "renderer/app/window/editing/scene_editor.h"
+#include "renderer/editing/scene_editor.h"
 
 #include "tests/unit/editing/editor_fixture.h"
 

@@ -14,9 +14,9 @@
 #include <vector>
 
 #include "tests/support/gltf_builder.h"
-#include "tools/convert/description_files.h"
-#include "tools/convert/glb/write_glb.h"
-#include "tools/convert/sdf/files/sdf_files.h"
+#include "convert/description_files.h"
+#include "convert/glb/write_glb.h"
+#include "convert/sdf/files/sdf_files.h"
 
 namespace fire3dv::gazebo {
 namespace {

@@ -1,5 +1,5 @@
 // Test of atomic file replacement: temporary names, modes, and errors.
-#include "protocol/base/files.h"
+#include "base/files.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>

@@ -11,8 +11,8 @@
 
 #include "tests/support/gltf_builder.h"
 #include "tests/unit/robot/robot_handle.h"
-#include "tools/convert/glb/write_glb.h"
-#include "tools/convert/readers.h"
+#include "convert/glb/write_glb.h"
+#include "convert/readers.h"
 
 namespace fire3dv::convert {
 namespace {

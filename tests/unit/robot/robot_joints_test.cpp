@@ -8,9 +8,9 @@
 
 #include "tests/support/gltf_builder.h"
 #include "tests/unit/robot/robot_handle.h"
-#include "tools/convert/glb/glb_joints.h"
-#include "tools/convert/glb/write_glb.h"
-#include "tools/convert/readers.h"
+#include "convert/glb/glb_joints.h"
+#include "convert/glb/write_glb.h"
+#include "convert/readers.h"
 
 namespace fire3dv::convert {
 namespace {

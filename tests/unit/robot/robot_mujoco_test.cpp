@@ -14,8 +14,8 @@
 #include "protocol/robot/robot_file.h"
 #include "tests/support/gltf_builder.h"
 #include "tests/unit/robot/robot_handle.h"
-#include "tools/convert/glb/write_glb.h"
-#include "tools/convert/readers.h"
+#include "convert/glb/write_glb.h"
+#include "convert/readers.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <utility>
 
-#include "tools/convert/model.h"
+#include "convert/model.h"
 
 namespace fire3dv::convert {
 

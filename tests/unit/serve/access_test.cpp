@@ -1,5 +1,5 @@
 // Access to the live view: tokens, their file, and Host and Origin headers.
-#include "renderer/serve/access.h"
+#include "renderer/browser/server/access.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>

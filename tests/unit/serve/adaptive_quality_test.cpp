@@ -1,5 +1,5 @@
 // Size and quality of a viewer's images, by the time that they take.
-#include "renderer/app/live/adaptive_quality.h"
+#include "renderer/browser/adaptive_quality.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Messages of the live view's page and headers of its images.
-#include "renderer/serve/message.h"
+#include "renderer/browser/server/message.h"
 
 #include <gtest/gtest.h>
 

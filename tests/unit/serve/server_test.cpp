@@ -1,5 +1,5 @@
 // Server of the live view against clients of plain sockets: page, headers, tokens, limits, images.
-#include "renderer/serve/server.h"
+#include "renderer/browser/server/server.h"
 
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@
 #include <tuple>
 #include <vector>
 
-#include "protocol/base/unique_fd.h"
+#include "base/unique_fd.h"
 
 namespace fire3dv::serve {
 namespace {

@@ -12,7 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "protocol/base/files.h"
+#include "base/files.h"
 #include "renderer/sinks/file_sink.h"
 #include "renderer/sinks/frame.h"
 #include "renderer/sinks/png.h"

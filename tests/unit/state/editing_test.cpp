@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "renderer/state/editing/document_additions.h"
-#include "renderer/state/editing/edit_history.h"
-#include "renderer/state/editing/overlay_file.h"
-#include "renderer/state/editing/target_index.h"
+#include "renderer/editing/document_additions.h"
+#include "renderer/editing/edit_history.h"
+#include "renderer/editing/overlay_file.h"
+#include "renderer/editing/target_index.h"
 
 namespace fire3dv::state {
 namespace {

@@ -6,8 +6,8 @@
 #include <string>
 #include <utility>
 
-#include "renderer/state/editing/document_additions.h"
-#include "renderer/state/editing/overlay_file.h"
+#include "renderer/editing/document_additions.h"
+#include "renderer/editing/overlay_file.h"
 
 namespace fire3dv::state {
 namespace {

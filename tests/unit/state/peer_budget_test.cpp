@@ -1,6 +1,6 @@
 // Test of budgets per peer: limits, reserved and shared amounts, lifetime of charges, option texts, and the
 // table of the specification.
-#include "protocol/base/peer_budget.h"
+#include "base/peer_budget.h"
 
 #include <gtest/gtest.h>
 

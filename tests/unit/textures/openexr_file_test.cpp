@@ -18,7 +18,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/base/files.h"
+#include "base/files.h"
 #include "renderer/scene/files.h"
 #include "renderer/scene/textures/environment.h"
 #include "tests/support/gltf_builder.h"

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <thread>
 
-#include "protocol/base/clock.h"
+#include "base/clock.h"
 #include "protocol/transport/core/address.h"
 #include "tools/lab/impair/impairment.h"
 #include "tools/lab/impair/relay.h"

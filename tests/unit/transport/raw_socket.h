@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/base/unique_fd.h"
+#include "base/unique_fd.h"
 #include "protocol/transport/core/address.h"
 
 namespace fire3dv::transport::test {

@@ -1,6 +1,6 @@
 // Test of the window's guides: size of grid cells, lines through the origin, frusta against the view that the
 // camera has, and markers that follow the nodes of cameras.
-#include "renderer/app/window/guides.h"
+#include "renderer/window/guides.h"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <set>
 
-#include "renderer/app/window/overlay_colors.h"
-#include "renderer/app/window/overlay_markers.h"
+#include "renderer/window/overlay_colors.h"
+#include "renderer/window/overlay_markers.h"
 #include "renderer/passes/view.h"
 #include "tests/unit/geometry/boxes_scene.h"
 

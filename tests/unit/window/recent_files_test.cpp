@@ -1,5 +1,5 @@
 // Test of the list of recently opened files: order, bound, damaged files, and several windows.
-#include "renderer/app/window/recent_files.h"
+#include "renderer/window/recent_files.h"
 
 #include <gtest/gtest.h>
 #include <stdlib.h>

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "protocol/base/parallel.h"
+#include "base/parallel.h"
 #include "renderer/passes/view.h"
 #include "renderer/scene/model/bounds.h"
 #include "renderer/scene/model/vertices.h"

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/base/clock.h"
+#include "base/clock.h"
 #include "protocol/record/channels.h"
 #include "protocol/record/playback.h"
 #include "protocol/record/stream_log.h"

@@ -11,7 +11,7 @@
 #include <cstring>
 #include <string>
 
-#include "protocol/base/clock.h"
+#include "base/clock.h"
 #include "protocol/transport/udp/udp_handshake.h"
 
 namespace fire3dv::bench {

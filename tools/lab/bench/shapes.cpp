@@ -6,8 +6,8 @@
 #include <functional>
 #include <string>
 
-#include "protocol/base/error.h"
-#include "protocol/base/parallel.h"
+#include "base/error.h"
+#include "base/parallel.h"
 #include "renderer/scene/model/vertices.h"
 
 namespace fire3dv::bench {

@@ -12,8 +12,8 @@
 #include <string_view>
 #include <vector>
 
-#include "protocol/base/files.h"
-#include "protocol/base/text.h"
+#include "base/files.h"
+#include "base/text.h"
 #include "renderer/gpu/device/device.h"
 #include "renderer/passes/frame_plan.h"
 #include "renderer/scene/gltf/load_gltf.h"

@@ -6,8 +6,8 @@
 #include <iostream>
 #include <thread>
 
-#include "protocol/base/clock.h"
-#include "protocol/base/command_line.h"
+#include "base/clock.h"
+#include "base/command_line.h"
 #include "tools/lab/impair/impairment.h"
 #include "tools/lab/impair/relay.h"
 #include "tools/lab/options.h"

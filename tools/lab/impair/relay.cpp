@@ -6,7 +6,7 @@
 #include <queue>
 #include <vector>
 
-#include "protocol/base/clock.h"
+#include "base/clock.h"
 #include "protocol/transport/core/address.h"
 #include "tools/lab/impair/impairment.h"
 

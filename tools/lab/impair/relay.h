@@ -8,7 +8,7 @@
 #include <span>
 #include <string>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "protocol/transport/core/address.h"
 #include "protocol/transport/core/link_thread.h"
 #include "tools/lab/impair/impairment.h"

@@ -8,7 +8,7 @@
 #include <deque>
 #include <vector>
 
-#include "protocol/base/clock.h"
+#include "base/clock.h"
 #include "tools/lab/impair/impairment.h"
 
 namespace fire3dv::impair {

@@ -14,8 +14,8 @@
 #include <utility>
 
 #include "fire3dv/client.hpp"
-#include "protocol/base/clock.h"
-#include "protocol/base/command_line.h"
+#include "base/clock.h"
+#include "base/command_line.h"
 #include "protocol/transport/link.h"
 #include "protocol/transport/open.h"
 #include "protocol/wire/decode.h"
@@ -23,7 +23,7 @@
 #include "renderer/state/pose_state.h"
 #include "tools/lab/motion/score.h"
 #include "tools/lab/options.h"
-#include "tools/listener_options.h"
+#include "programs/listener_options.h"
 
 namespace fire3dv::motion {
 namespace {

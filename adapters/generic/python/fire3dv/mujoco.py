@@ -39,7 +39,7 @@ def _own_names(model: Any, kind: str, count: int) -> List[str]:
 
 
 class _Names:
-    """Unique names, by the rules of tools/convert/mjcf/mjcf_nodes.cpp."""
+    """Unique names, by the rules of convert/mjcf/mjcf_nodes.cpp."""
 
     def __init__(self) -> None:
         self._taken: Set[str] = set()

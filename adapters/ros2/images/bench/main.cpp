@@ -22,8 +22,8 @@
 #include "adapters/ros2/images/camera_topics.h"
 #include "adapters/ros2/images/image_bytes.h"
 #include "adapters/ros2/images/messages.h"
-#include "protocol/base/command_line.h"
-#include "protocol/base/jpeg_encoder.h"
+#include "base/command_line.h"
+#include "base/jpeg_encoder.h"
 
 namespace fire3dv::ros2 {
 namespace {

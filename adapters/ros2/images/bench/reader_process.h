@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "adapters/ros2/dds/participant.h"
-#include "protocol/base/error.h"
+#include "base/error.h"
 
 namespace fire3dv::ros2 {
 

@@ -13,7 +13,7 @@
 #include <string_view>
 #include <utility>
 
-#include "protocol/base/clock.h"
+#include "base/clock.h"
 #include "protocol/transport/core/byte_order.h"
 
 namespace fire3dv::transport::udp {

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "protocol/transport/core/secret.h"
 #include "protocol/transport/udp/dtls/udp_record.h"
 #include "protocol/transport/udp/udp_datagram.h"

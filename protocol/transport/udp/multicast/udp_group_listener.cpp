@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <list>
 
-#include "protocol/base/clock.h"
+#include "base/clock.h"
 #include "protocol/transport/core/network_link.h"
 #include "protocol/transport/udp/multicast/udp_group.h"
 #include "protocol/transport/udp/multicast/udp_group_socket.h"

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cstring>
 
-#include "protocol/base/clock.h"
-#include "protocol/base/random.h"
+#include "base/clock.h"
+#include "base/random.h"
 #include "protocol/transport/core/network_link.h"
 #include "protocol/transport/udp/multicast/udp_group.h"
 #include "protocol/transport/udp/multicast/udp_group_socket.h"

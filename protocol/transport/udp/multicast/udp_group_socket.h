@@ -3,8 +3,8 @@
 
 #include <optional>
 
-#include "protocol/base/error.h"
-#include "protocol/base/unique_fd.h"
+#include "base/error.h"
+#include "base/unique_fd.h"
 #include "protocol/transport/core/address.h"
 
 namespace fire3dv::transport::udp {

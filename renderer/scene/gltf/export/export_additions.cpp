@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/base/text.h"
+#include "base/text.h"
 #include "renderer/scene/gltf/export/export_parts.h"
 #include "renderer/scene/model/shortest.h"
 

@@ -16,7 +16,7 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/base/json/json_fault.h"
+#include "base/json/json_fault.h"
 #include "renderer/scene/gltf/export/export_parts.h"
 #include "renderer/scene/gltf/gltf_document.h"
 

@@ -9,8 +9,8 @@
 #include <string_view>
 #include <utility>
 
-#include "protocol/base/glb.h"
-#include "protocol/base/text.h"
+#include "base/glb.h"
+#include "base/text.h"
 #include "renderer/scene/gltf/export/export_parts.h"
 #include "renderer/scene/gltf/gltf_document.h"
 

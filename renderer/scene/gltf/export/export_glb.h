@@ -15,8 +15,8 @@
 #include <string>
 #include <vector>
 
-#include "protocol/base/digest.h"
-#include "protocol/base/error.h"
+#include "base/digest.h"
+#include "base/error.h"
 #include "renderer/scene/gltf/load_gltf.h"
 #include "renderer/scene/model/scene_edits.h"
 

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 
 namespace fire3dv::scene {
 

@@ -11,7 +11,7 @@
 #include <string>
 #include <utility>
 
-#include "protocol/base/text.h"
+#include "base/text.h"
 #include "renderer/scene/gltf/meshes/gltf_accessors.h"
 
 namespace fire3dv::scene {

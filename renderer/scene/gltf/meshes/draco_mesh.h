@@ -7,7 +7,7 @@
 #include <functional>
 #include <memory>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "renderer/scene/gltf/meshes/draco_header.h"
 
 namespace draco {

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "protocol/base/error.h"
-#include "protocol/base/files.h"
+#include "base/error.h"
+#include "base/files.h"
 #include "renderer/scene/gltf/load_gltf.h"
 
 namespace fire3dv::scene {

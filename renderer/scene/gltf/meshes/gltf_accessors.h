@@ -7,7 +7,7 @@
 #include <span>
 #include <string>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "renderer/scene/gltf/gltf_document.h"
 
 namespace fire3dv::scene {

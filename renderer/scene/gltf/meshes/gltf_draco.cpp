@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/base/error.h"
-#include "protocol/base/parallel.h"
+#include "base/error.h"
+#include "base/parallel.h"
 #include "renderer/scene/gltf/gltf_document.h"
 #include "renderer/scene/gltf/meshes/draco_mesh.h"
 #include "renderer/scene/gltf/meshes/draco_primitives.h"

@@ -6,7 +6,7 @@
 #include <numeric>
 #include <optional>
 
-#include "protocol/base/parallel.h"
+#include "base/parallel.h"
 #include "renderer/scene/gltf/meshes/gltf_accessors.h"
 #include "renderer/scene/model/vertices.h"
 

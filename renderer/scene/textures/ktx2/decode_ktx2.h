@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "renderer/scene/textures/ktx2/ktx2_file.h"
 
 namespace fire3dv::scene::ktx2 {

@@ -8,7 +8,7 @@
 #include <optional>
 #include <span>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 
 namespace fire3dv::scene::ktx2 {
 

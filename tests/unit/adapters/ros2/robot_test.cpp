@@ -9,7 +9,7 @@
 #include "adapters/ros2/renderers.h"
 #include "adapters/ros2/robot/node_paths.h"
 #include "adapters/ros2/tf/clock_watch.h"
-#include "protocol/base/glb.h"
+#include "base/glb.h"
 
 namespace fire3dv::ros2 {
 namespace {

@@ -1,5 +1,5 @@
 // Tests of the messages to viewers of the live view: limits of lists, and the list of viewers.
-#include "renderer/app/live/live_messages.h"
+#include "renderer/browser/live_messages.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Tests of what pages of the live view get for plots and joints: bounded lists, samples in order, limits.
-#include "renderer/app/live/live_plots.h"
+#include "renderer/browser/live_plots.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "protocol/robot/robot_file.h"
-#include "renderer/app/live/live_joints.h"
+#include "renderer/browser/live_joints.h"
 #include "renderer/scene/model/scene.h"
 
 namespace fire3dv::app {

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "renderer/app/loading/scene_build.h"
+#include "renderer/live_scene/scene_build.h"
 #include "tests/support/gltf_builder.h"
 #include "tests/unit/scene/loaded_scene.h"
 

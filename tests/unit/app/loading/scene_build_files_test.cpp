@@ -7,7 +7,7 @@
 #include <thread>
 #include <utility>
 
-#include "renderer/app/loading/scene_build.h"
+#include "renderer/live_scene/scene_build.h"
 #include "tests/support/gltf_builder.h"
 #include "tests/unit/scene/loaded_scene.h"
 

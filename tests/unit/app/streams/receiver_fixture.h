@@ -8,8 +8,8 @@
 
 #include "protocol/wire/encode.h"
 #include "renderer/app/options/stream_options.h"
-#include "renderer/app/streams/image_requests.h"
-#include "renderer/app/streams/stream_receiver.h"
+#include "renderer/streams/image_requests.h"
+#include "renderer/streams/stream_receiver.h"
 
 namespace fire3dv::app {
 

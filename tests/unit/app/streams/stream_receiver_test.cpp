@@ -1,5 +1,5 @@
 // Answers and reports of a stream receiver.
-#include "renderer/app/streams/stream_receiver.h"
+#include "renderer/streams/stream_receiver.h"
 
 #include <cmath>
 #include <utility>

@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "tests/unit/convert/sdf/sdf_fixture.h"
-#include "tools/convert/glb/write_glb.h"
+#include "convert/glb/write_glb.h"
 
 namespace fire3dv::convert {
 namespace {

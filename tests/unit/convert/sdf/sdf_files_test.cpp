@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "tests/unit/convert/sdf/sdf_fixture.h"
-#include "tools/convert/sdf/library/sdf_trial.h"
+#include "convert/sdf/library/sdf_trial.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "tests/support/gltf_builder.h"
-#include "tools/convert/readers.h"
+#include "convert/readers.h"
 
 namespace fire3dv::convert {
 

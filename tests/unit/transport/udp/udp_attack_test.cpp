@@ -10,7 +10,7 @@
 #include <set>
 #include <tuple>
 
-#include "protocol/base/clock.h"
+#include "base/clock.h"
 #include "tests/unit/transport/sealed_peers.h"
 #include "tools/lab/impair/relay.h"
 

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/base/clock.h"
+#include "base/clock.h"
 #include "protocol/transport/udp/udp_handshake.h"
 #include "protocol/transport/udp/udp_poses.h"
 #include "tests/unit/allocation_count.h"

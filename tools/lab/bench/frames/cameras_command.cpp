@@ -5,7 +5,7 @@
 
 #include "fire3dv/client.h"
 #include "fire3dv/image.h"
-#include "protocol/base/clock.h"
+#include "base/clock.h"
 #include "protocol/wire/image_outputs.h"
 #include "renderer/gpu/readback_ring.h"
 #include "renderer/passes/view.h"

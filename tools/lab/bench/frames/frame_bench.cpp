@@ -8,7 +8,7 @@
 #include <thread>
 #include <utility>
 
-#include "protocol/base/clock.h"
+#include "base/clock.h"
 #include "protocol/transport/open.h"
 #include "protocol/wire/encode.h"
 #include "tools/lab/bench/panel_facts.h"

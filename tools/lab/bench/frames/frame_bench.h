@@ -14,10 +14,10 @@
 #include <thread>
 #include <vector>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "protocol/transport/link.h"
 #include "protocol/wire/messages.h"
-#include "renderer/app/streams/stream_receiver.h"
+#include "renderer/streams/stream_receiver.h"
 #include "renderer/gpu/device/device.h"
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/gpu/readback_ring.h"

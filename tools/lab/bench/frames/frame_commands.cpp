@@ -4,8 +4,8 @@
 #include <cstdio>
 #include <ctime>
 
-#include "protocol/base/clock.h"
-#include "protocol/base/command_line.h"
+#include "base/clock.h"
+#include "base/command_line.h"
 #include "renderer/app/options/option_values.h"
 #include "renderer/passes/frame_plan.h"
 #include "renderer/sinks/png.h"

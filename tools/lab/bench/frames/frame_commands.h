@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 #include "renderer/gpu/device/queues.h"
 #include "renderer/passes/scene_renderer.h"
 

@@ -17,7 +17,7 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/base/clock.h"
+#include "base/clock.h"
 #include "protocol/transport/udp/udp_session.h"
 #include "tools/lab/bench/report/statistics.h"
 #include "tools/lab/bench/served_link.h"

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "protocol/base/clock.h"
+#include "base/clock.h"
 #include "renderer/scene/gltf/load_gltf.h"
 #include "renderer/sinks/png.h"
 #include "tools/lab/bench/bench_device.h"

@@ -5,8 +5,8 @@
 #include <atomic>
 #include <cstdio>
 
-#include "protocol/base/clock.h"
-#include "renderer/app/streams/stream_receiver.h"
+#include "base/clock.h"
+#include "renderer/streams/stream_receiver.h"
 #include "tools/lab/bench/links/simulator.h"
 #include "tools/lab/bench/processes.h"
 

@@ -9,7 +9,7 @@
 #include <memory>
 #include <string>
 
-#include "protocol/base/error.h"
+#include "base/error.h"
 
 namespace fire3dv::bench {
 

@@ -10,7 +10,7 @@
 #include <cstring>
 #include <vector>
 
-#include "protocol/base/clock.h"
+#include "base/clock.h"
 #include "protocol/transport/open.h"
 #include "protocol/transport/udp/udp_datagram.h"
 #include "protocol/wire/decode.h"

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <vector>
 
-#include "protocol/base/clock.h"
+#include "base/clock.h"
 #include "tools/lab/bench/processes.h"
 #include "tools/lab/bench/report/statistics.h"
 

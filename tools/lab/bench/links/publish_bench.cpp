@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/base/clock.h"
+#include "base/clock.h"
 #include "protocol/transport/open.h"
 #include "protocol/wire/check.h"
 #include "protocol/wire/encode.h"

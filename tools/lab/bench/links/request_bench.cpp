@@ -12,7 +12,7 @@
 
 #include "fire3dv/client.h"
 #include "fire3dv/image.h"
-#include "protocol/base/clock.h"
+#include "base/clock.h"
 #include "protocol/transport/open.h"
 #include "tools/lab/bench/links/simulator.h"
 #include "tools/lab/bench/report/statistics.h"

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <fstream>
 
-#include "protocol/base/clock.h"
-#include "protocol/base/random.h"
+#include "base/clock.h"
+#include "base/random.h"
 #include "protocol/wire/check.h"
 
 namespace fire3dv::bench {

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <functional>
 
-#include "protocol/base/files.h"
+#include "base/files.h"
 
 namespace fire3dv::bench {
 

@@ -1,0 +1,150 @@
+// Conventions of all command lines: help with one line for each option, in groups, at most 100 columns;
+// --version; suggestions for unknown options; and checks of numbers that CLI11's own range lets pass (NaN,
+// infinity).
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <charconv>
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/build_info.h"
+
+namespace fire3dv {
+
+// Prints "  --name VALUE       what it sets (default: x)". An option of two names shows the first: the second
+// is one that an earlier version had.
+class HelpFormatter : public CLI::Formatter {
+ public:
+  static constexpr size_t kColumn = 30;
+
+  std::string make_option(const CLI::Option* option, bool is_positional) const override {
+    std::string left = "  " + name_of(*option, is_positional);
+    if (!option->get_type_name().empty() && option->get_items_expected_max() > 0 && !is_positional)
+      left += " " + option->get_type_name();
+    left += left.size() < kColumn ? std::string(kColumn - left.size(), ' ') : "  ";
+    const std::string& initial = option->get_default_str();
+    return left + option->get_description() + (initial.empty() ? "" : " (default: " + initial + ")") + "\n";
+  }
+  std::string make_usage(const CLI::App* app, std::string name) const override {
+    return "Usage: " + (name.empty() ? app->get_name() : name) + " " + usage_ + "\n\n";
+  }
+  explicit HelpFormatter(std::string usage) : usage_(std::move(usage)) {}
+
+ private:
+  static std::string name_of(const CLI::Option& option, bool is_positional) {
+    if (is_positional) return option.get_name(true);
+    const std::vector<std::string>& names = option.get_lnames();
+    const bool is_help = !names.empty() && names.front() == "help";
+    if (names.empty()) return option.get_name();
+    return (is_help ? "-h, --" : "--") + names.front();
+  }
+
+  std::string usage_;
+};
+
+// Number of insertions, deletions, replacements and swaps of neighbours that turn one word into the other.
+inline size_t edit_distance(const std::string& from, const std::string& to) {
+  std::vector<size_t> before, last, row(to.size() + 1);
+  for (size_t j = 0; j < row.size(); ++j) row[j] = j;
+  for (size_t i = 1; i <= from.size(); ++i) {
+    before = std::exchange(last, row);
+    row[0] = i;
+    for (size_t j = 1; j <= to.size(); ++j) {
+      row[j] = std::min({last[j] + 1, row[j - 1] + 1, last[j - 1] + (from[i - 1] != to[j - 1])});
+      if (i > 1 && j > 1 && from[i - 1] == to[j - 2] && from[i - 2] == to[j - 1])
+        row[j] = std::min(row[j], before[j - 2] + 1);
+    }
+  }
+  return row.back();
+}
+
+// The long option that a mistyped name without dashes stands for; empty: none is close.
+inline std::string closest_option(const CLI::App& app, const std::string& name) {
+  std::string closest;
+  size_t least = std::max<size_t>(1, name.size() / 3) + 1;
+  const auto look = [&](const CLI::App& commands) {
+    for (const CLI::Option* option : commands.get_options()) {
+      for (const std::string& known : option->get_lnames()) {
+        const bool is_start = name.size() >= 3 && known.starts_with(name);
+        const size_t distance = is_start ? 1 : edit_distance(name, known);
+        if (distance < least) closest = known;
+        least = std::min(least, distance);
+      }
+    }
+  };
+  look(app);
+  for (const CLI::App* command : app.get_subcommands()) look(*command);
+  return closest;
+}
+
+// Text of a usage error. Names all unknown long options, each with the closest known one, else the first
+// argument too many.
+inline std::string usage_text(const CLI::App& app, const CLI::Error& error) {
+  std::string text;
+  for (const std::string& word : app.remaining(true)) {
+    if (!word.starts_with("--") || word.size() == 2) continue;
+    const std::string name = word.substr(2, word.find('=') - 2);
+    const std::string closest = closest_option(app, name);
+    text += (text.empty() ? "unknown option --" : "; unknown option --") + name;
+    if (!closest.empty()) text += ", did you mean --" + closest + "?";
+  }
+  if (!text.empty()) return text;
+  const std::vector<std::string> rest = app.remaining(true);
+  if (rest.empty()) return error.what();
+  return "unexpected argument \"" + rest.front() + "\"; write names with spaces in quotes";
+}
+
+// Sets --help, --version and the text of usage errors of a program, not of its subcommands. Call it when the
+// program's name is set.
+inline void set_program_flags(CLI::App& app) {
+  app.set_help_flag("-h,--help", "print this help and exit");
+  const std::string version = app.get_name() + " " + kVersion + " (commit " + kCommit + ")\n" + kFeatures;
+  app.set_version_flag("--version", version, "print version, commit and features, and exit");
+  app.failure_message([](const CLI::App* failed, const CLI::Error& error) {
+    const std::string name = failed->get_name();
+    return name + ": error: " + usage_text(*failed, error) + " (see " + name + " --help)\n";
+  });
+}
+
+// Options of a client's security: names of files.
+inline void add_client_security(CLI::App& app, std::string& udp_key, std::string& tls_ca,
+                                std::string& tls_certificate, std::string& tls_key,
+                                const char* group = "Security") {
+  const auto add_file = [&](const char* name, std::string& file, const char* help) {
+    app.add_option(name, file, help)->type_name("FILE")->group(group);
+  };
+  add_file("--key-file", udp_key, "udp: pre-shared key, 64 hexadecimal digits");
+  add_file("--tls-ca", tls_ca, "tls: trusted certificates (PEM)");
+  add_file("--tls-cert", tls_certificate, "tls: client certificate (PEM)");
+  add_file("--tls-key", tls_key, "tls: private key of that certificate (PEM)");
+}
+
+// One of these words. `type_name` of the option lists them.
+inline CLI::Validator one_of(std::vector<std::string> words) {
+  return CLI::IsMember(std::move(words)).description("");
+}
+
+inline std::function<std::string(const std::string&)> number_between(double least, double most) {
+  return [least, most](const std::string& text) {
+    double value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    const bool good =
+        error == std::errc() && end == text.data() + text.size() && value >= least && value <= most;
+    return good ? ""
+                : text + " is not a number from " + CLI::detail::to_string(least) + " to " +
+                      CLI::detail::to_string(most);
+  };
+}
+
+// An amount: a number from 0 to 1e9.
+inline std::string check_number(const std::string& text) {
+  return number_between(0, 1e9)(text);
+}
+
+}  // namespace fire3dv

@@ -1,0 +1,301 @@
+#include "convert/mesh/mesh_files.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <set>
+#include <span>
+#include <system_error>
+#include <utility>
+
+#include "renderer/scene/files.h"
+#include "convert/glb/write_glb.h"
+#include "convert/mesh/surfaces.h"
+#include "convert/model.h"
+
+namespace fire3dv::convert {
+namespace {
+
+constexpr uint64_t kMaxImageBytes = uint64_t{1} << 28;
+
+// Candidates for an image name: the name as it is, and its last component next to the mesh or where Gazebo's
+// models have it. Many files contain paths of the machine that wrote them.
+std::vector<std::filesystem::path> places_of(const std::filesystem::path& folder, std::string name) {
+  std::replace(name.begin(), name.end(), '\\', '/');
+  const std::filesystem::path path(name);
+  return {folder / path, folder / path.filename(),
+          folder.parent_path() / "materials/textures" / path.filename()};
+}
+
+glm::vec3 scaled_normal(const glm::vec3& normal, const glm::dvec3& scale) {
+  // Cofactors replace the inverse, which a flat scale does not have.
+  const glm::dvec3 wide =
+      glm::dvec3(normal) * glm::dvec3(scale.y * scale.z, scale.z * scale.x, scale.x * scale.y);
+  const double length = glm::length(wide);
+  const double sign = scale.x * scale.y * scale.z < 0 ? -1 : 1;
+  return length > 0 ? glm::vec3(wide * (sign / length)) : normal;
+}
+
+void apply_scale(Surface& surface, const glm::dvec3& scale) {
+  for (glm::vec3& position : surface.positions) position = glm::vec3(glm::dvec3(position) * scale);
+  for (glm::vec3& normal : surface.normals) normal = scaled_normal(normal, scale);
+  if (scale.x * scale.y * scale.z < 0) {  // mirrored: reverse the winding
+    for (size_t i = 0; i + 2 < surface.indices.size(); i += 3)
+      std::swap(surface.indices[i + 1], surface.indices[i + 2]);
+  }
+}
+
+}  // namespace
+
+struct MeshFiles::State {
+  explicit State(Model& to) : model(to) {}
+
+  std::optional<size_t> image(const std::filesystem::path& mesh_file, const std::string& name,
+                              ImportedMesh& mesh);
+  std::optional<size_t> embedded_image(const std::filesystem::path& mesh_file, const std::string& name,
+                                       ImportedMesh& mesh);
+  void add_surface_images(const std::filesystem::path& mesh_file, const ImportedMaterial& from,
+                          ImportedMesh& mesh, Material& to);
+  size_t material(const std::filesystem::path& mesh_file, const ImportedMaterial& from, ImportedMesh& mesh);
+  Result<ImportedMesh> import(const std::filesystem::path& resolved, const std::filesystem::path& shown,
+                              ImportRequest request);
+  Result<std::vector<Surface>> read(const std::filesystem::path& resolved,
+                                    const std::filesystem::path& shown);
+
+  Model& model;
+  MeshImportProcess child;
+  AllowedFolders allowed;
+  DaeUp dae_up = DaeUp::ignore;
+  std::set<size_t> defaults;  // materials that stand for none
+  // Surfaces read, or the error.
+  std::map<std::filesystem::path, Result<std::vector<Surface>>> surfaces;
+  std::map<std::filesystem::path, Result<ImportedMesh>> nodes;  // with their nodes
+  std::map<std::filesystem::path, size_t> images;
+  // Images packed of a roughness and a metalness image.
+  std::map<std::pair<std::optional<size_t>, std::optional<size_t>>, std::optional<size_t>> metallic_roughness;
+};
+
+// name: *N
+std::optional<size_t> MeshFiles::State::embedded_image(const std::filesystem::path& mesh_file,
+                                                       const std::string& name, ImportedMesh& mesh) {
+  size_t index = 0;
+  const auto [end, error] = std::from_chars(name.data() + 1, name.data() + name.size(), index);
+  if (error != std::errc() || end != name.data() + name.size() || index >= mesh.images.size() ||
+      mesh.images[index].bytes.empty()) {
+    model.warnings.push_back(quote(mesh_file.string()) + ": an embedded image is left out: it is missing");
+    return std::nullopt;
+  }
+  const std::filesystem::path place = mesh_file / name;  // key of the image, no path
+  if (const auto known = images.find(place); known != images.end()) return known->second;
+  EmbeddedImage& image = mesh.images[index];
+  model.images.push_back(
+      {image.name.empty() ? mesh_file.filename().string() + name : image.name, image.bytes});
+  return images[place] = model.images.size() - 1;
+}
+
+std::optional<size_t> MeshFiles::State::image(const std::filesystem::path& mesh_file, const std::string& name,
+                                              ImportedMesh& mesh) {
+  if (name.starts_with('*')) return embedded_image(mesh_file, name, mesh);
+  const std::string where = quote(mesh_file.string()) + ": image " + quote(name);
+  AllowedFolders may_be_read = allowed;
+  may_be_read.add(mesh_file.parent_path());
+  bool outside = false;
+  for (const std::filesystem::path& place : places_of(mesh_file.parent_path(), name)) {
+    model.sources.add(place);
+    const Result<std::filesystem::path> found = regular_file(place);
+    if (!found) continue;
+    if (!may_be_read.hold(*found)) {
+      outside = true;
+      continue;
+    }
+    if (const auto known = images.find(*found); known != images.end()) return known->second;
+    Result<FileBytes> bytes = read_file(*found, kMaxImageBytes);
+    if (!bytes) {
+      model.warnings.push_back(where + " is left out: " + bytes.error().message);
+      return std::nullopt;
+    }
+    const std::span<const std::byte> view = bytes->view();
+    model.images.push_back({sanitize_text(found->filename().string()), {view.begin(), view.end()}});
+    return images[*found] = model.images.size() - 1;
+  }
+  model.warnings.push_back(where +
+                           (outside ? " is left out: it lies outside the folders of the meshes and of the "
+                                      "description; copy it next to the mesh"
+                                    : " is left out: there is no such file, nor one next to the mesh"));
+  return std::nullopt;
+}
+
+// Emission, roughness and metalness. MTL has a grey image for each of the last two, glTF one image for both.
+void MeshFiles::State::add_surface_images(const std::filesystem::path& mesh_file,
+                                          const ImportedMaterial& from, ImportedMesh& mesh, Material& to) {
+  const auto find = [&](const std::string& name) {
+    return name.empty() ? std::nullopt : image(mesh_file, name, mesh);
+  };
+  to.emission_image = find(from.emission_image);
+  // Exporters write black, or 0, beside a map that is meant to replace it.
+  if (to.emission_image && to.emission == glm::vec3(0)) to.emission = glm::vec3(1);
+  const std::optional<size_t> roughness = find(from.roughness_image), metallic = find(from.metallic_image);
+  if (!roughness && !metallic) return;
+  const std::pair<std::optional<size_t>, std::optional<size_t>> both(roughness, metallic);
+  const auto known = metallic_roughness.find(both);
+  if (known != metallic_roughness.end()) {
+    to.metallic_roughness_image = known->second;
+  } else if (roughness == metallic) {
+    to.metallic_roughness_image = roughness;  // packed as in glTF
+  } else {
+    const auto bytes = [&](const std::optional<size_t>& index) {
+      return index ? std::span<const std::byte>(model.images[*index].bytes) : std::span<const std::byte>();
+    };
+    Result<std::vector<std::byte>> packed = metallic_roughness_png(bytes(roughness), bytes(metallic));
+    if (packed) {
+      model.images.push_back({from.name + " (roughness, metalness)", std::move(*packed)});
+      to.metallic_roughness_image = model.images.size() - 1;
+    } else {
+      model.warnings.push_back(quote(mesh_file.string()) + ": roughness and metalness images of " +
+                               quote(from.name) + " are left out: " + packed.error().message);
+    }
+  }
+  metallic_roughness[both] = to.metallic_roughness_image;
+  if (metallic && to.metallic_roughness_image && to.metallic == 0) to.metallic = 1;
+}
+
+size_t MeshFiles::State::material(const std::filesystem::path& mesh_file, const ImportedMaterial& from,
+                                  ImportedMesh& mesh) {
+  Material to;
+  to.name = from.name;
+  to.base_color = glm::vec4(linear_from_srgb(from.diffuse), from.opacity);
+  to.emission = linear_from_srgb(from.emission);
+  to.roughness = from.roughness;
+  to.metallic = from.metallic;
+  to.blended = from.opacity < 1;
+  if (!from.diffuse_image.empty()) to.base_color_image = image(mesh_file, from.diffuse_image, mesh);
+  if (!from.normal_image.empty()) to.normal_image = image(mesh_file, from.normal_image, mesh);
+  add_surface_images(mesh_file, from, mesh, to);
+  if (from.is_default) defaults.insert(model.materials.size());
+  model.materials.push_back(std::move(to));
+  return model.materials.size() - 1;
+}
+
+Result<std::vector<Surface>> MeshFiles::State::read(const std::filesystem::path& resolved,
+                                                    const std::filesystem::path& shown) {
+  Result<ImportedMesh> mesh = import(resolved, shown, {.dae_up = dae_up});
+  if (!mesh) return mesh.error();
+  return std::move(mesh->surfaces);
+}
+
+// The surfaces of the result name materials of the model.
+Result<ImportedMesh> MeshFiles::State::import(const std::filesystem::path& resolved,
+                                              const std::filesystem::path& shown, ImportRequest request) {
+  Result<ImportedMesh> mesh = child.import(resolved, request);
+  if (!mesh) return mesh;
+  const std::vector<Sources::Source>& besides = mesh->besides.all();
+  for (const Sources::Source& source : besides) model.sources.add(source);
+  // The first entry is the name in the file; importers then try other names.
+  if (!besides.empty() && std::none_of(besides.begin(), besides.end(), [](const Sources::Source& source) {
+        return regular_file(source.file).ok();
+      })) {
+    model.warnings.push_back(quote(shown.string()) +
+                             " has no materials: " + quote(besides.front().file.filename().string()) +
+                             ", which it names, is not next to it");
+  }
+  // File material, and whether vertices have colours, to model material, for visible surfaces.
+  std::map<std::pair<size_t, bool>, size_t> materials;
+  for (Surface& surface : mesh->surfaces) {
+    ImportedMaterial& of_file = mesh->materials[surface.material];
+    const bool has_colors = !surface.colors.empty();
+    const auto [known, is_new] = materials.try_emplace({surface.material, has_colors}, 0);
+    if (is_new) {
+      known->second = material(shown, of_file, *mesh);
+      // glTF multiplies both.
+      if (has_colors && of_file.is_default) model.materials.back().base_color = glm::vec4(1);
+    }
+    surface.material = known->second;
+    const bool is_clear = std::any_of(surface.colors.begin(), surface.colors.end(),
+                                      [](const glm::vec4& color) { return color.a < 1; });
+    if (is_clear) model.materials[surface.material].blended = true;
+  }
+  return mesh;
+}
+
+MeshFiles::MeshFiles(Model& model) : state_(std::make_unique<State>(model)) {}
+MeshFiles::~MeshFiles() = default;
+
+void MeshFiles::allow_images_below(const std::filesystem::path& folder) {
+  state_->allowed.add(folder);
+}
+
+void MeshFiles::allow_images_below(const AllowedFolders& folders) {
+  state_->allowed.add(folders);
+}
+
+void MeshFiles::apply_dae_up() {
+  state_->dae_up = DaeUp::apply;
+}
+
+bool MeshFiles::is_default(size_t material) const {
+  return state_->defaults.contains(material);
+}
+
+Result<ImportedMesh> MeshFiles::scene(const std::filesystem::path& file) {
+  state_->model.sources.add(file);
+  const Result<std::filesystem::path> resolved = regular_file(file);
+  if (!resolved) return resolved.error();
+  return state_->import(*resolved, file, {.dae_up = DaeUp::apply, .nodes = Nodes::keep});
+}
+
+Result<std::vector<Surface>> MeshFiles::surfaces(const std::filesystem::path& file, const glm::dvec3& scale) {
+  if (!std::isfinite(scale.x) || !std::isfinite(scale.y) || !std::isfinite(scale.z))
+    return Error{"the scale of " + quote(file.string()) + " is not finite"};
+  state_->model.sources.add(file);
+  Result<std::filesystem::path> resolved = regular_file(file);
+  if (!resolved) return resolved.error();
+  auto known = state_->surfaces.find(*resolved);
+  if (known == state_->surfaces.end())
+    known = state_->surfaces.emplace(*resolved, state_->read(*resolved, file)).first;
+  if (!known->second) return known->second.error();
+  std::vector<Surface> copy = *known->second;
+  if (scale != glm::dvec3(1)) {
+    for (Surface& surface : copy) {
+      apply_scale(surface, scale);
+      for (const glm::vec3& p : surface.positions)
+        if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
+          return Error{"the scale of " + quote(file.string()) + " is too large for its vertices"};
+    }
+  }
+  return copy;
+}
+
+Result<std::vector<Surface>> MeshFiles::surfaces_of_node(const std::filesystem::path& file,
+                                                         const std::string& name) {
+  state_->model.sources.add(file);
+  const Result<std::filesystem::path> resolved = regular_file(file);
+  if (!resolved) return resolved.error();
+  auto known = state_->nodes.find(*resolved);
+  if (known == state_->nodes.end()) {
+    const ImportRequest request{.dae_up = state_->dae_up, .nodes = Nodes::keep};
+    known = state_->nodes.emplace(*resolved, state_->import(*resolved, file, request)).first;
+  }
+  if (!known->second) return known->second.error();
+  const ImportedMesh& mesh = *known->second;
+  std::vector<Surface> found;
+  std::set<std::string> names;
+  for (const auto own_name : {&ImportedNode::name, &ImportedNode::mesh_name}) {
+    for (size_t i = 0; i < mesh.surfaces.size(); ++i) {
+      const ImportedNode& node = mesh.nodes[mesh.surface_nodes[i]];
+      if (!(node.*own_name).empty() && !(node.*own_name).starts_with('$')) names.insert(node.*own_name);
+      if (node.*own_name != name) continue;
+      Mesh in_file;
+      add_surface(in_file, mesh.surfaces[i], node.file_from_node, mesh.surfaces[i].material);
+      found.push_back(std::move(in_file.surfaces.front()));
+    }
+    if (!found.empty()) return found;
+  }
+  std::string all;
+  constexpr size_t kMaxBytes = 300;
+  for (const std::string& each : names)
+    if (all.size() < kMaxBytes) all += (all.empty() ? "" : ", ") + quote(each);
+  return Error{quote(file.string()) + " has no node " + quote(name) + " with a mesh, only " + all};
+}
+
+}  // namespace fire3dv::convert

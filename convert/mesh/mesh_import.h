@@ -1,0 +1,101 @@
+// Mesh import through assimp: one file to surfaces, directly or in a child process. Parsers of this many
+// formats have memory faults, so readers use the child process.
+#pragma once
+
+#include <sys/types.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <glm/glm.hpp>
+#include <string>
+#include <vector>
+
+#include "base/error.h"
+#include "convert/model.h"
+
+namespace fire3dv::convert {
+
+// Material as in the file: displayed (sRGB) colours, image names of the file.
+struct ImportedMaterial {
+  std::string name;
+  glm::vec3 diffuse{1}, emission{0};
+  float opacity = 1;
+  float roughness = 0.5f, metallic = 0;
+  bool is_default = false;                  // the file defines no material for its surfaces
+  std::string diffuse_image, normal_image;  // empty: none; *N: embedded image N
+  std::string emission_image, roughness_image, metallic_image;  // of scenes; the last two are grey
+};
+
+// Encoded image file inside the mesh file (GLB).
+struct EmbeddedImage {
+  std::string name;
+  std::vector<std::byte> bytes;
+};
+
+// Node of a mesh file. Its transform is rigid: scales of the file are in the vertices.
+struct ImportedNode {
+  std::string name;
+  int64_t parent = -1;  // precedes its children; -1: none
+  glm::dmat4 file_from_node{1.0};
+  std::string mesh_name;  // of its first mesh, such as the name of a DAE's geometry
+};
+
+// up_axis of a DAE file.
+enum class DaeUp : uint8_t { ignore, apply };
+
+// merge: surfaces in the frame of the file, without vertex colours. keep: surfaces in the frames of their
+// nodes, with vertex colours.
+enum class Nodes : uint8_t { merge, keep };
+
+struct ImportRequest {
+  DaeUp dae_up = DaeUp::ignore;
+  Nodes nodes = Nodes::merge;
+};
+
+struct ImportedMesh {
+  std::vector<ImportedMaterial> materials;
+  std::vector<Surface> surfaces;  // material: index into materials
+  std::vector<EmbeddedImage> images;
+  Sources besides;  // further files that were read or requested
+  // Nodes::keep:
+  std::vector<ImportedNode> nodes;
+  std::vector<size_t> surface_nodes;  // of each surface
+  std::vector<std::string> losses;    // contents of the file that are left out, such as "its lights"
+};
+
+// Accepts obj, stl, ply, 3ds, dae, glb and gltf by file name. The list is short to keep the attack surface
+// small.
+bool is_mesh_file_name(const std::filesystem::path& file);
+
+// file: regular file. Files that it references (.mtl, .bin) must lie below its folder.
+Result<ImportedMesh> import_mesh(const std::filesystem::path& file, ImportRequest request = {});
+
+// Checks that all indices are in bounds and all numbers finite.
+Result<void> check_imported(const ImportedMesh& mesh);
+
+// Sandboxed import_mesh in a child process with limits on CPU time and memory. A file that crashes or hangs
+// the importer, or exhausts its memory, causes an error. One child serves many files and is replaced when it
+// dies.
+class MeshImportProcess {
+ public:
+  MeshImportProcess() = default;
+  ~MeshImportProcess() { end(); }
+  MeshImportProcess(const MeshImportProcess&) = delete;
+  MeshImportProcess& operator=(const MeshImportProcess&) = delete;
+
+  Result<ImportedMesh> import(const std::filesystem::path& file, ImportRequest request = {});
+
+ private:
+  bool start();
+  // Returns the size of the answer; 0 without one.
+  size_t ask(const std::filesystem::path& file, ImportRequest request);
+  // Returns the waitpid status; 0 where it is lost.
+  int end();
+
+  pid_t child_ = -1;
+  int requests_ = -1;  // socket: paths to the child, answer sizes back
+  int answer_ = -1;    // shared memory file with the answer
+};
+
+}  // namespace fire3dv::convert

@@ -1,0 +1,14 @@
+// Spatial tendons of MJCF: their paths over sites and around geoms, in one pose.
+#pragma once
+
+#include "convert/mjcf/mjcf_kinematics.h"
+#include "convert/mjcf/mjcf_scene.h"
+#include "convert/mjcf/mjcf_source.h"
+#include "convert/mjcf/mjcf_tree.h"
+
+namespace fire3dv::convert {
+
+// Adds all tendons of the model and of its copies to the scene; those that are not drawn have no points.
+void add_tendons(const MjcfTree& tree, const MjcfPosedBodies& posed, MjcfScene& scene);
+
+}  // namespace fire3dv::convert

@@ -1,0 +1,74 @@
+#include "convert/urdf/urdf_repair.h"
+
+#include <cstddef>
+#include <string_view>
+
+#include "renderer/scene/files.h"
+
+namespace fire3dv::convert {
+namespace {
+
+void remove_children(tinyxml2::XMLElement& parent, const char* name) {
+  while (tinyxml2::XMLElement* child = parent.FirstChildElement(name)) parent.DeleteChild(child);
+}
+
+void repair_scales(tinyxml2::XMLElement& link) {
+  for (const char* kind : {"visual", "collision"}) {
+    for (tinyxml2::XMLElement* shape = link.FirstChildElement(kind); shape;
+         shape = shape->NextSiblingElement(kind)) {
+      tinyxml2::XMLElement* geometry = shape->FirstChildElement("geometry");
+      tinyxml2::XMLElement* mesh = geometry ? geometry->FirstChildElement("mesh") : nullptr;
+      const char* scale = mesh ? mesh->Attribute("scale") : nullptr;
+      if (!scale) continue;
+      constexpr std::string_view kSpace = " \t\r\n";
+      const std::string_view text = scale;
+      const size_t first = text.find_first_not_of(kSpace);
+      if (first == std::string_view::npos) continue;
+      const std::string one(text.substr(first, text.find_last_not_of(kSpace) - first + 1));
+      if (one.find_first_of(kSpace) == std::string::npos)
+        mesh->SetAttribute("scale", (one + " " + one + " " + one).c_str());
+    }
+  }
+}
+
+// Returns true if the joint lacks limits.
+bool repair_limits(tinyxml2::XMLElement& joint) {
+  const char* type = joint.Attribute("type");
+  const std::string_view kind = type ? type : "";
+  tinyxml2::XMLElement* limit = joint.FirstChildElement("limit");
+  const bool is_missing = !limit && (kind == "revolute" || kind == "prismatic");
+  if (is_missing) limit = joint.InsertNewChildElement("limit");
+  for (const char* value : {"effort", "velocity"})
+    if (limit && !limit->Attribute(value)) limit->SetAttribute(value, "0");
+  return is_missing;
+}
+
+}  // namespace
+
+std::vector<std::string> repair_urdf(tinyxml2::XMLElement& robot, const std::string& name) {
+  std::vector<std::string> notes;
+  if (!robot.Attribute("name")) {
+    robot.SetAttribute("name", name.c_str());
+    notes.push_back("the robot has no name; it is called " + quote(name));
+  }
+  for (const char* unused : {"transmission", "gazebo"}) remove_children(robot, unused);
+  for (tinyxml2::XMLElement* link = robot.FirstChildElement("link"); link;
+       link = link->NextSiblingElement("link")) {
+    remove_children(*link, "inertial");
+    repair_scales(*link);
+  }
+  size_t without = 0;
+  std::string first;
+  for (tinyxml2::XMLElement* joint = robot.FirstChildElement("joint"); joint;
+       joint = joint->NextSiblingElement("joint")) {
+    if (!repair_limits(*joint)) continue;
+    if (without++ == 0 && joint->Attribute("name")) first = joint->Attribute("name");
+  }
+  if (without > 0)
+    notes.push_back("joint " + quote(first) +
+                    (without > 1 ? " and " + std::to_string(without - 1) + " more" : "") +
+                    " should have a <limit>; without one it rests at 0");
+  return notes;
+}
+
+}  // namespace fire3dv::convert

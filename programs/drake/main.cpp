@@ -1,0 +1,93 @@
+// Render server of Drake's glTF render client.
+
+#include <atomic>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <memory>
+#include <string>
+#include <variant>
+
+#include "programs/drake/options.h"
+#include "programs/drake/render/render_thread.h"
+#include "base/log.h"
+#include "base/plural.h"
+#include "renderer/app/frame_loop.h"
+#include "renderer/loading/disk_caches.h"
+#include "renderer/app/start.h"
+
+namespace fire3dv::drake {
+namespace {
+
+// A stop does not wait longer for an image that is being rendered.
+constexpr std::chrono::milliseconds kStopPatience{300};
+
+void log(const std::string& text) {
+  print_log_line("fire3dv-drake", text);
+}
+
+int fail(const Error& error) {
+  log(error_line(error.message));
+  return 1;
+}
+
+int run(const Options& options) {
+  Result<std::shared_ptr<const scene::EnvironmentImage>> environment =
+      app::load_environment(options.drawing.environment);
+  if (!environment) return fail(environment.error());
+  gpu::InstanceOptions instance_options;
+  instance_options.validation = options.drawing.validation;
+  Result<std::unique_ptr<gpu::Instance>> instance = gpu::Instance::create(instance_options);
+  if (!instance) return fail(instance.error());
+  int exit_code = 0;
+  {
+    Result<std::unique_ptr<gpu::Device>> device = app::open_device(**instance, options.drawing);
+    if (!device) return fail(device.error());
+    const app::CacheLocations places =
+        app::find_cache_locations(options.drawing.cache, [](const char* name) { return std::getenv(name); });
+    app::PipelineCacheFile pipelines(**device, places.pipelines);
+    if (pipelines.note()) log(warning(*pipelines.note()));
+    if (const std::string missing = app::lacking_ray_effects(**device, options.drawing); !missing.empty())
+      log(warning(missing));
+    passes::DrawSettings settings = app::draw_settings(options.drawing, std::move(*environment));
+    settings.cached_environments = app::environment_store(places.environments);
+
+    std::atomic<bool> stopping = false;
+    ImageRenderer renderer(**device, options.drawing, settings, options.render,
+                           [&stopping] { return stopping.load(); });
+    std::unique_ptr<RenderThread> thread;
+    Result<std::unique_ptr<HttpServer>> server =
+        HttpServer::open(options.address, options.drawing.insecure, options.http,
+                         [&](HttpRequest&& request, HttpServer::Answer answer) {
+                           thread->push(std::move(request), std::move(answer));
+                         });
+    if (!server) return fail(server.error());
+    thread = std::make_unique<RenderThread>(renderer, [&](const std::string& failure) {
+      exit_code = fail(Error{failure});
+      (*server)->stop();
+    });
+    log("serving Drake on http://" + (*server)->address() + "/render");
+    (*server)->run([&stopping] { stopping = true; });
+    if (!thread->stop(kStopPatience)) std::_Exit(exit_code);  // nothing is left to be written
+    thread.reset();
+    if (Result<void> stored = pipelines.keep(); !stored) app::log_cache_error(stored.error());
+  }
+  if (const uint64_t messages = (*instance)->validation_messages())
+    exit_code = fail(Error{counted(messages, "validation message")});
+  return exit_code;
+}
+
+}  // namespace
+}  // namespace fire3dv::drake
+
+int main(int argc, char** argv) {
+  using namespace fire3dv;
+  const std::variant<drake::Options, int> options = drake::parse_options(argc, argv);
+  if (const int* exit_code = std::get_if<int>(&options)) return *exit_code;
+  try {
+    return drake::run(std::get<drake::Options>(options));
+  } catch (const std::exception& failure) {  // Vulkan errors and out of memory: not recoverable
+    std::fprintf(stderr, "fire3dv-drake: error: %s\n", failure.what());
+    return 1;
+  }
+}

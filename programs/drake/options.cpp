@@ -1,0 +1,120 @@
+#include "programs/drake/options.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <iostream>
+#include <memory>
+
+#include "base/command_line.h"
+#include "renderer/app/options/drawing_options.h"
+
+namespace fire3dv::drake {
+namespace {
+
+constexpr int kUsageError = 2;
+
+// Values that parse_options() converts after the whole command line is known.
+struct Texts {
+  std::string depth = "32f";
+  app::DrawingTexts drawing;
+  uint64_t request_mib = 0, scene_mib = 0;
+  uint32_t timeout_s = 0;
+};
+
+void add_server_options(CLI::App& app, Options& options, Texts& texts) {
+  constexpr const char* kGroup = "Server";
+  app.add_option("address", options.address, "address to serve, such as 127.0.0.1:8000")->required();
+  app.add_flag("--insecure", options.drawing.insecure, "allow addresses beyond loopback")->group(kGroup);
+  app.add_option("--connections", options.http.max_connections, "limit of connections, 1 to 1000")
+      ->check(CLI::Range(1, 1000).description(""))
+      ->type_name("N")
+      ->capture_default_str()
+      ->group(kGroup);
+  app.add_option("--timeout", texts.timeout_s, "time in which a request must arrive, 1 to 3600")
+      ->check(CLI::Range(1, 3600).description(""))
+      ->type_name("SECONDS")
+      ->capture_default_str()
+      ->group(kGroup);
+  app.add_option("--max-request", texts.request_mib, "limit of one request, 1 to 2047")
+      ->check(CLI::Range(1, 2047).description(""))
+      ->type_name("MIB")
+      ->capture_default_str()
+      ->group(kGroup);
+  app.add_option("--max-scene", texts.scene_mib, "limit of one loaded scene in memory")
+      ->check(CLI::Range(1, 1 << 20).description(""))
+      ->type_name("MIB")
+      ->capture_default_str()
+      ->group(kGroup);
+  app.add_option("--scenes", options.render.max_scenes, "scenes that stay loaded, 1 to 64")
+      ->check(CLI::Range(1, 64).description(""))
+      ->type_name("N")
+      ->capture_default_str()
+      ->group(kGroup);
+}
+
+void add_device_options(CLI::App& app, app::Options& drawing) {
+  constexpr const char* kGroup = "Device";
+  app.add_option("--device", drawing.device, "Vulkan device")->type_name("INDEX|NAME")->group(kGroup);
+  app.add_option("--cache", drawing.cache, "start-up cache of pipelines: auto, off or a folder")
+      ->type_name("WHERE")
+      ->capture_default_str()
+      ->group(kGroup);
+  app.add_flag("--validation,!--no-validation", drawing.validation,
+               "Vulkan validation; a finding is an error (off: --no-...)")
+      ->group(kGroup);
+}
+
+// Returns an error message for invalid values.
+std::string convert(const Texts& texts, Options& options) {
+  if (std::string wrong = app::take_drawing_texts(texts.drawing, options.drawing); !wrong.empty())
+    return wrong;
+  options.drawing.headless = true;
+  options.render.depth_format = texts.depth == "16u" ? DepthFormat::uint16_mm : DepthFormat::float32_m;
+  options.render.max_scene_bytes = texts.scene_mib << 20;
+  options.http.max_body_bytes = texts.request_mib << 20;
+  options.http.max_total_bytes = std::max(options.http.max_total_bytes, 2 * options.http.max_body_bytes);
+  options.render.max_cached_bytes = options.http.max_total_bytes;
+  options.http.body_timeout = std::chrono::seconds(texts.timeout_s);
+  options.http.header_timeout = std::min(options.http.header_timeout, options.http.body_timeout);
+  return "";
+}
+
+}  // namespace
+
+std::variant<Options, int> parse_options(int argc, char** argv) {
+  Options options;
+#ifdef FIRE3DV_VALIDATION_DEFAULT
+  options.drawing.validation = true;
+#endif
+  Texts texts;
+  texts.request_mib = options.http.max_body_bytes >> 20;
+  texts.scene_mib = options.render.max_scene_bytes >> 20;
+  texts.timeout_s = static_cast<uint32_t>(options.http.body_timeout.count());
+  CLI::App app{"Renders images for Drake's RenderEngineGltfClient, over HTTP."};
+  app.name("fire3dv-drake");
+  app.formatter(std::make_shared<HelpFormatter>("HOST:PORT [OPTIONS]"));
+  app.footer("Details: man fire3dv-drake, or docs/man/fire3dv-drake.1.md.");
+  set_program_flags(app);
+  add_server_options(app, options, texts);
+  app.add_option("--depth", texts.depth, "depths as float metres, or as 16-bit millimetres")
+      ->check(one_of({"32f", "16u"}))
+      ->type_name("32f|16u")
+      ->capture_default_str()
+      ->group(app::kDrawingGroup);
+  app::add_drawing_options(app, options.drawing, texts.drawing);
+  add_device_options(app, options.drawing);
+  const auto usage_error = [](const std::string& text) {
+    std::cerr << "fire3dv-drake: error: " << text << " (see fire3dv-drake --help)\n";
+    return kUsageError;
+  };
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);
+    return usage_error(usage_text(app, error));
+  }
+  if (const std::string wrong = convert(texts, options); !wrong.empty()) return usage_error(wrong);
+  return options;
+}
+
+}  // namespace fire3dv::drake

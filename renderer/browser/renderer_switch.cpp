@@ -1,0 +1,51 @@
+#include "renderer/browser/renderer_switch.h"
+
+#include <string>
+
+#include "base/log.h"
+#include "renderer/app/start.h"
+#include "renderer/images/request_renderer.h"
+
+namespace fire3dv::app {
+
+bool traces_requests(const Options& options) {
+  return options.on_request || (options.headless && !options.serve.empty());
+}
+
+std::function<Result<void>(const passes::DrawSettings&)> renderer_switch(const Options& options,
+                                                                         const SwitchedParts& parts) {
+  const bool draws_for_viewers = options.on_request || (options.frames == 0 && options.out.empty() &&
+                                                        options.stats.empty() && !options.lockstep);
+  const bool needs_one_kind = options.outputs != passes::ImageOutputs() || !options.devices.empty();
+  if (!options.headless || !draws_for_viewers || needs_one_kind || !passes::can_trace_paths(parts.device))
+    return {};
+  return [parts](const passes::DrawSettings& settings) -> Result<void> {
+    FIRE3DV_ASSERT(parts.requests.count() == 0);
+    passes::DrawSettings before = parts.viewer.draw;
+    before.max_textures = parts.renderer->max_textures();
+    // Waits for the GPU: a viewer has asked for it.
+    const auto replace = [&](const passes::DrawSettings& with) {
+      parts.device.wait(parts.device.last_submitted());
+      parts.renderer.reset();
+      parts.device.retire_all_now();
+      parts.renderer.emplace(parts.device, with);
+      parts.scene.on_renderer_replaced();
+      parts.renderer->apply(with);
+    };
+    Result<void> result;
+    try {
+      replace(settings);
+    } catch (const gpu::VulkanFailure& failure) {
+      if (!gpu::is_out_of_memory(failure)) throw;
+      result = Error{"the device has no memory for another renderer: raster or paths stay"};
+      replace(before);
+    }
+    parts.requests.set_abilities(image_abilities(*parts.renderer, true));
+    if (result && settings.path) {
+      for (const std::string& limit : passes::path_tracing_limits(parts.scene.scene())) say(warning(limit));
+    }
+    return result;
+  };
+}
+
+}  // namespace fire3dv::app

@@ -1,0 +1,33 @@
+// Switch between raster and paths by viewers of the live view.
+#pragma once
+
+#include <functional>
+#include <optional>
+
+#include "base/error.h"
+#include "renderer/live_scene/live_scene.h"
+#include "renderer/app/options/options.h"
+#include "renderer/streams/image_requests.h"
+#include "renderer/gpu/device/device.h"
+#include "renderer/gui/panel_data.h"
+#include "renderer/passes/scene_renderer.h"
+
+namespace fire3dv::app {
+
+// True if colours of requested images may be path-traced: no image of a window refines meanwhile.
+bool traces_requests(const Options& options);
+
+struct SwitchedParts {
+  gpu::Device& device;
+  std::optional<passes::SceneRenderer>& renderer;
+  const gui::Viewer& viewer;  // with the settings of the renderer that is there
+  ImageRequestQueue& requests;
+  LiveScene& scene;
+};
+
+// Function that puts a renderer with other settings in the place of the one that is there, which stays after
+// an error. Empty: raster or paths stay, as these options choose. parts: borrowed.
+std::function<Result<void>(const passes::DrawSettings&)> renderer_switch(const Options& options,
+                                                                         const SwitchedParts& parts);
+
+}  // namespace fire3dv::app

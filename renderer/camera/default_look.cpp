@@ -1,0 +1,114 @@
+#include "renderer/camera/default_look.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "renderer/passes/facing.h"
+#include "renderer/scene/model/bounds.h"
+#include "renderer/scene/model/exposure_estimate.h"
+
+namespace fire3dv::app {
+namespace {
+
+constexpr float kGroundRadii = 2.5f;  // of the scene
+
+std::optional<passes::Ground> ground_below(const Options& options, const scene::Scene& scene) {
+  // Other backgrounds have a horizon of their own, or are meant to be one colour.
+  const bool is_default = options.background.zenith && !options.background.show_environment;
+  if (options.ground == GroundMode::off || (options.ground == GroundMode::automatic && !is_default))
+    return std::nullopt;
+  passes::Ground ground;
+  ground.radius_m = kGroundRadii * 0.5f * glm::length(scene.bounds_max - scene.bounds_min);
+  if (!(ground.radius_m > 0) || !std::isfinite(ground.radius_m)) return std::nullopt;
+  ground.height_m = options.ground == GroundMode::height ? options.ground_height_m : scene.bounds_min.y;
+  ground.center_world = {0.5f * (scene.bounds_min.x + scene.bounds_max.x),
+                         0.5f * (scene.bounds_min.z + scene.bounds_max.z)};
+  return ground;
+}
+
+// Image-space extent of the points in front of the camera, in normalised device coordinates.
+struct Extent {
+  glm::vec2 low{1e30f}, high{-1e30f};
+  size_t in_front = 0;
+};
+
+Extent extent_of(const std::vector<glm::vec3>& points, const passes::View& view) {
+  Extent extent;
+  for (const glm::vec3& point : points) {
+    const glm::vec4 clip = view.clip_from_world * glm::vec4(point, 1);
+    if (!(clip.w > 0)) continue;
+    ++extent.in_front;
+    extent.low = glm::min(extent.low, glm::vec2(clip) / clip.w);
+    extent.high = glm::max(extent.high, glm::vec2(clip) / clip.w);
+  }
+  return extent;
+}
+
+}  // namespace
+
+bool wants_key_light(const Options& options) {
+  if (options.key_light != KeyLight::automatic) return options.key_light == KeyLight::on;
+  return options.environment.empty();
+}
+
+CameraStart camera_start(const Options& options, const scene::Scene& scene, const std::string& camera,
+                         std::vector<uint32_t> animations) {
+  return {camera, options.frame_all, std::move(animations), ground_below(options, scene)};
+}
+
+std::string set_exposure(const Options& options, const scene::Scene& scene, passes::DrawSettings& settings) {
+  if (options.exposure) {
+    settings.post.exposure = *options.exposure;
+    return "";
+  }
+  const float radiance =
+      options.environment_intensity *
+      (settings.environment ? scene::mean_radiance(*settings.environment) : scene::kStudioMeanRadiance);
+  const scene::ExposureEstimate estimate = scene::estimate_exposure(scene, radiance);
+  settings.post.exposure = estimate.exposure;
+  if (estimate.exposure == 1 || options.metered_exposure) return "";
+  char text[160];
+  std::snprintf(text, sizeof(text),
+                "exposure %.3g: lights give about %.3g lux at the scene's centre (--exposure X sets another)",
+                static_cast<double>(estimate.exposure), static_cast<double>(estimate.illuminance_lux));
+  return text;
+}
+
+std::optional<std::string> reason_for_empty_image(const scene::Scene& scene, const scene::SceneEdits* edits,
+                                                  const state::PoseState& poses, const passes::View& view,
+                                                  uint32_t image_height) {
+  size_t instances = 0;
+  std::vector<glm::mat4> world_from_node;
+  for (uint32_t n = 0; n < scene.nodes.size(); ++n) world_from_node.push_back(poses.world_from_node(n));
+  std::vector<glm::vec3> points;
+  for (uint32_t n = 0; n < scene.nodes.size(); ++n) {
+    if (scene.nodes[n].mesh == scene::kNone) continue;
+    ++instances;
+    if (edits && edits->is_hidden(n)) continue;
+    const scene::Box box = scene::bounds_in_world(scene, n, world_from_node);
+    if (box.empty()) continue;
+    for (int corner = 0; corner < 8; ++corner)
+      points.emplace_back(corner & 1 ? box.high.x : box.low.x, corner & 2 ? box.high.y : box.low.y,
+                          corner & 4 ? box.high.z : box.low.z);
+  }
+  if (instances == 0) return "the scene has no meshes";
+  if (points.empty()) return "all meshes are hidden or empty";
+  const std::string camera = view.camera.empty() ? "the camera" : "camera \"" + view.camera + "\"";
+  const Extent extent = extent_of(points, view);
+  if (extent.in_front == 0) return "everything is behind " + camera + "; --camera auto shows the whole scene";
+  const glm::vec4 eye_world =
+      view.orthographic ? glm::vec4(-view.look_world, 0) : glm::vec4(view.eye_world, 1);
+  if (passes::front_facing_share(scene, edits, world_from_node, eye_world) == 0)
+    return "only backs of single-sided triangles are towards " + camera +
+           "; look from the other side (--camera auto), or make the material double-sided";
+  if (extent.in_front < points.size()) return std::nullopt;  // partly behind: the extent is unknown
+  if (extent.low.x > 1 || extent.low.y > 1 || extent.high.x < -1 || extent.high.y < -1)
+    return "everything is outside of the view of " + camera + "; --camera auto shows the whole scene";
+  const glm::vec2 size = extent.high - extent.low;
+  if (0.5f * std::max(size.x, size.y) * static_cast<float>(image_height) < 1)
+    return "the whole scene is smaller than a pixel for " + camera + "; --camera auto comes nearer";
+  return std::nullopt;
+}
+
+}  // namespace fire3dv::app

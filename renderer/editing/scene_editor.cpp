@@ -1,0 +1,430 @@
+#include "renderer/editing/scene_editor.h"
+
+#include <algorithm>
+#include <chrono>
+#include <set>
+#include <string_view>
+#include <system_error>
+
+#include "base/files.h"
+#include "base/log.h"
+#include "base/plural.h"
+#include "base/text.h"
+#include "renderer/window/viewer_control.h"
+#include "renderer/scene/gltf/export/export_glb.h"
+#include "renderer/editing/document_additions.h"
+#include "renderer/editing/overlay_file.h"
+#include "renderer/editing/target_index.h"
+
+namespace fire3dv::app {
+namespace {
+
+// The edits of the viewer that belong to the document.
+void assign_edits(gui::Viewer& viewer, UserEdits&& edits, const scene::Scene& scene) {
+  viewer.hidden = std::move(edits.hidden);
+  viewer.removed = std::move(edits.removed);
+  viewer.variant = edits.variant;
+  viewer.lights = std::move(edits.lights);
+  viewer.transforms = std::move(edits.transforms);
+  viewer.joints = std::move(edits.joints);
+  viewer.additions = std::move(edits.additions);
+  viewer.materials.clear();
+  for (const auto& [number, factors] : edits.materials)
+    viewer.materials.emplace(number, scene::with_factors(scene.materials[number], factors));
+}
+
+bool is_there(const std::filesystem::path& path) {
+  std::error_code error;
+  return std::filesystem::exists(std::filesystem::symlink_status(path, error));
+}
+
+void add_exported(const scene::Scene& scene, const ShownAddition& shown, const state::Addition& addition,
+                  scene::ExportedEdits& edits) {
+  scene::ExportedNode root{shown.root, scene.nodes[shown.root].parent, shown.name};
+  if (const auto* light = std::get_if<scene::Light>(&addition.content)) root.light = *light;
+  if (const auto* camera = std::get_if<scene::Camera>(&addition.content)) root.camera = *camera;
+  if (!shown.sources.empty()) root.copied = shown.sources.front();
+  if (std::holds_alternative<state::AddedAsset>(addition.content))
+    root.asset = scene::ExportedAsset{shown.asset.file, shown.asset.node_count, shown.asset.first_material,
+                                      shown.asset.material_count, shown.asset.digest};
+  const state::NodeTransform& parts = addition.transform;
+  edits.transforms[shown.root] = {state::parent_from_node(parts), !parts.has_shear, parts.translation,
+                                  parts.rotation, parts.scale};
+  edits.added.push_back(std::move(root));
+  for (size_t i = 1; i < shown.sources.size(); ++i) {
+    const uint32_t node = shown.root + static_cast<uint32_t>(i);
+    edits.added.push_back({node, scene.nodes[node].parent, {}, shown.sources[i]});
+  }
+  for (const uint32_t source : shown.sources) edits.names[source] = scene.nodes[source].name;
+  const uint32_t parent = scene.nodes[shown.root].parent;
+  if (parent != scene::kNone) edits.names[parent] = scene.nodes[parent].name;
+}
+
+// Edits by number, for a file of the scene's nodes.
+scene::ExportedEdits exported_edits(const gui::Viewer& viewer, const state::EditTargets& targets,
+                                    std::span<const ShownAddition> additions) {
+  const scene::Scene& scene = targets.scene;
+  state::RestPose pose = state::rest_pose(scene);
+  if (targets.robot && targets.robot->is_moved()) {
+    state::RobotPose robot = *targets.robot;
+    robot.set_scene(scene, targets.names);
+    robot.apply(pose);
+  }
+  state::apply_transforms(viewer.transforms, scene, pose);
+  scene::ExportedEdits edits;
+  edits.hidden = viewer.hidden;
+  edits.removed = viewer.removed;
+  edits.variant = viewer.variant;
+  edits.lights = viewer.lights;
+  edits.materials = edits_of(viewer).materials;
+  for (const ShownAddition& shown : additions) {
+    const auto known = viewer.additions.find(shown.name);
+    if (known == viewer.additions.end() || shown.root >= scene.nodes.size()) continue;
+    add_exported(scene, shown, known->second, edits);
+  }
+  for (uint32_t node = 0; node < scene.nodes.size(); ++node) {
+    const glm::mat4& matrix = pose.parent_from_node[node];
+    if (matrix == scene.nodes[node].parent_from_node) continue;  // of the file, or of an addition
+    const auto edited = viewer.transforms.find(node);
+    const state::NodeTransform parts =
+        edited != viewer.transforms.end() ? edited->second : state::to_transform(matrix);
+    edits.transforms[node] = {matrix, !parts.has_shear, parts.translation, parts.rotation, parts.scale};
+  }
+  const auto name = [&](uint32_t node) {
+    if (node < scene.nodes.size()) edits.names[node] = scene.nodes[node].name;
+  };
+  for (const uint32_t node : edits.hidden) name(node);
+  for (const uint32_t node : edits.removed) name(node);
+  for (const auto& [node, light] : edits.lights) name(node);
+  for (const auto& [node, transform] : edits.transforms) name(node);
+  return edits;
+}
+
+// One for each addition that is not displayed, and thus not exported.
+std::vector<std::string> missing_additions(const state::Additions& additions,
+                                           std::span<const ShownAddition> shown) {
+  std::set<std::string_view> names;
+  for (const ShownAddition& each : shown) names.insert(each.name);
+  std::vector<std::string> messages;
+  for (const auto& [name, addition] : additions) {
+    if (!names.contains(name))
+      messages.push_back(warning("export: node " + quote(name) +
+                                 " is left out: it is not displayed; export again when it is"));
+  }
+  return messages;
+}
+
+// Writes a new file beside the scene; returns messages.
+std::vector<std::string> write_glb(const std::filesystem::path& gltf, const scene::ExportedEdits& edits,
+                                   std::filesystem::path scene) {
+  constexpr int kMaxFiles = 1000;
+  Result<scene::ExportedGlb> exported = scene::export_glb(gltf, edits);
+  if (!exported) return {error_line("no .glb is written: " + exported.error().message)};
+  std::vector<std::string> messages;
+  for (const std::string& note : exported->warnings) messages.push_back(warning("export: " + note));
+  scene.replace_extension();
+  for (int number = 1; number <= kMaxFiles; ++number) {
+    std::filesystem::path path = scene;
+    path += number == 1 ? ".edited.glb" : ".edited-" + std::to_string(number) + ".glb";
+    if (is_there(path)) continue;
+    base::AtomicFileOptions options;
+    options.replaces = false;
+    if (const Result<void> written = base::write_atomically(path, {exported->bytes}, options); !written) {
+      messages.push_back(error_line("no .glb is written: " + written.error().message));
+    } else {
+      messages.push_back("scene exported to " + path.string());
+    }
+    return messages;
+  }
+  messages.push_back(
+      error_line("no .glb is written: there are too many such files beside " + scene.string()));
+  return messages;
+}
+
+}  // namespace
+
+OverlayFile overlay_file(const Options& options, bool scene_is_file) {
+  const std::string scene = options.scene.filename().string();
+  const bool has_variant = !options.variant.empty();
+  if (!options.overlay.empty()) return {options.overlay, scene, true, has_variant, options.assets};
+  if (!scene_is_file || scene.empty()) return {{}, scene, false, has_variant, options.assets};
+  std::filesystem::path path = options.scene;
+  path += ".overlay.json";
+  return {std::move(path), scene, false, has_variant, options.assets};
+}
+
+Result<state::EditDocument> load_overlay(const Options& options) {
+  const bool is_read = !options.overlay.empty() && (options.headless || is_there(options.overlay));
+  Result<state::EditDocument> document =
+      is_read ? state::load_overlay(options.overlay) : Result<state::EditDocument>(state::EditDocument());
+  if (document && !options.variant.empty()) (*document)[state::variant_key()] = options.variant;
+  return document;
+}
+
+SceneEditor::SceneEditor(OverlayFile file, state::EditDocument document)
+    : file_(std::move(file)),
+      may_replace_(file_.was_named),
+      assets_(offered_assets(file_.path, file_.assets)) {
+  history_.reset(std::move(document));
+  history_.mark_saved();
+}
+
+void SceneEditor::begin(gui::Viewer& viewer, const state::EditTargets& targets) {
+  if (!file_.was_named && !file_.path.empty() && is_there(file_.path))
+    notes_.push_back(file_.path.filename().string() + " beside the scene is not applied: --overlay " +
+                     file_.path.string());
+  if (history_.document().empty()) return;
+  unmatched_.emplace();
+  show(viewer, targets, &*unmatched_);
+  if (viewer.additions.empty()) report_start(targets);
+}
+
+void SceneEditor::report_start(const state::EditTargets& targets) {
+  constexpr size_t kMaxReported = 8;
+  if (!unmatched_) return;
+  std::vector<state::EditKey> unmatched = *std::exchange(unmatched_, std::nullopt);
+  std::set<std::string_view> shown, refused;  // names of additions
+  for (const ShownAddition& addition : shown_additions()) shown.insert(addition.name);
+  state::Paths refused_paths;
+  size_t applied = 0;
+  state::TargetIndex index(targets);
+  for (const auto& [key, value] : history_.document()) {
+    const auto* const addition = std::get_if<state::Addition>(&value);
+    if (addition && !shown.contains(key.name)) {
+      refused.insert(key.name);
+      refused_paths.insert(state::path_of(key.name, *addition));
+    } else if (index.find(key, value) != scene::kNone) {
+      // That of --variant is not the file's; if it is missing, the scene's load has failed.
+      applied += file_.has_variant_option && key == state::variant_key() ? 0 : 1;
+    }
+  }
+  // Edits of an addition that was refused have its warning.
+  std::erase_if(unmatched, [&](const state::EditKey& key) {
+    if (key.object == state::EditedObject::node && state::is_at_or_below(key.name, refused_paths))
+      return true;
+    if (key.object == state::EditedObject::material && refused.contains(key.owner)) return true;
+    return index.find(key) != scene::kNone;
+  });
+  const std::string origin = file_.was_named ? file_.path.string() + ": " : std::string();
+  for (size_t i = 0; i < std::min(unmatched.size(), kMaxReported); ++i)
+    notes_.push_back(warning(origin + state::missing_target_text(unmatched[i], targets)));
+  if (unmatched.size() > kMaxReported)
+    notes_.push_back(
+        warning(origin + std::to_string(unmatched.size() - kMaxReported) + " further edits have no effect"));
+  if (file_.was_named && applied != 0)
+    notes_.push_back(counted(applied, "edit") + " of " + file_.path.string() + " applied");
+}
+
+void SceneEditor::show(gui::Viewer& viewer, const state::EditTargets& targets,
+                       std::vector<state::EditKey>* unmatched) {
+  assign_edits(viewer, state::to_edits(history_.document(), targets, edits_of(viewer), unmatched),
+               targets.scene);
+  recorded_ = edits_of(viewer);
+}
+
+// Edits of objects that the scene lacks are not the viewer's, and stay.
+state::EditDocument SceneEditor::current(const gui::Viewer& viewer, const state::EditTargets& targets) const {
+  state::EditDocument document = state::to_document(edits_of(viewer), targets);
+  state::TargetIndex index(targets);
+  for (const auto& [key, value] : history_.document()) {
+    if (index.find(key, value) == scene::kNone) document.emplace(key, value);
+  }
+  return document;
+}
+
+// Of nodes that their paths name.
+state::Paths SceneEditor::shown_paths(const state::EditTargets& targets) const {
+  state::Paths paths;
+  for (const ShownAddition& shown : shown_additions()) {
+    if (shown.root >= targets.scene.nodes.size()) continue;
+    const std::string& path = targets.scene.nodes[shown.root].path;
+    if (targets.names.first_of_path(path) == shown.root) paths.insert(path);
+  }
+  return paths;
+}
+
+void SceneEditor::record(gui::Viewer& viewer, const state::EditTargets& targets) {
+  UserEdits edits = edits_of(viewer);
+  if (edits == recorded_) return;
+  state::EditDocument document = current(viewer, targets);
+  const bool is_less = state::withdraw_removed_additions(document, shown_paths(targets));
+  history_.record(std::move(document));
+  recorded_ = std::move(edits);
+  if (is_less) show(viewer, targets);
+}
+
+void SceneEditor::add(gui::Viewer& viewer, const state::EditTargets& targets, NewObject object) {
+  state::EditDocument document = history_.document();
+  selected_next_ = state::path_of(object.name, object.addition);
+  document[state::key_of_addition(std::move(object.name))] = std::move(object.addition);
+  document.merge(object.edits);
+  history_.record(std::move(document));
+  show(viewer, targets);
+}
+
+// With its edits, and with additions below it. Edits at its path are of another node if there is one.
+void SceneEditor::remove_refused(gui::Viewer& viewer, const state::EditTargets& targets,
+                                 const std::string& name) {
+  state::EditDocument document = history_.document();
+  const auto known = document.find(state::key_of_addition(name));
+  if (known == document.end()) return;
+  const std::string path = state::path_of(name, std::get<state::Addition>(known->second));
+  if (targets.names.first_of_path(path) == scene::kNone) {
+    state::EditKey removed{state::EditedObject::node, path, 0, state::EditedProperty::removed};
+    document[std::move(removed)] = true;
+    (void)state::withdraw_removed_additions(document, {path});
+  } else {
+    document.erase(known);
+    std::erase_if(document, [&](const auto& edit) {
+      return edit.first.object == state::EditedObject::material && edit.first.owner == name;
+    });
+  }
+  history_.record(std::move(document));
+  show(viewer, targets);
+}
+
+void SceneEditor::add_requested(gui::Viewer& viewer, const state::EditTargets& targets,
+                                const ViewPlace& place) {
+  gui::Commands& commands = viewer.commands;
+  if (std::exchange(commands.list_assets, false)) assets_ = offered_assets(file_.path, file_.assets);
+  if (const auto kind = std::exchange(commands.add, std::nullopt))
+    add(viewer, targets, new_object(*kind, place, history_.document(), targets));
+  if (const auto uri = std::exchange(commands.add_asset, std::nullopt))
+    add(viewer, targets, new_asset(*uri, place, history_.document(), targets));
+  if (const auto name = std::exchange(commands.remove_addition, std::nullopt))
+    remove_refused(viewer, targets, *name);
+  if (!std::exchange(commands.duplicate, false) || viewer.selected >= targets.scene.nodes.size()) return;
+  Result<NewObject> copy = duplicate(viewer.selected, place, history_.document(), targets);
+  if (!copy) return notes_.push_back(error_line("the node is not duplicated: " + copy.error().message));
+  add(viewer, targets, std::move(*copy));
+}
+
+void SceneEditor::update(gui::Viewer& viewer, const state::EditTargets& targets, bool is_interacting,
+                         const ViewPlace& place) {
+  if (is_interacting) return;
+  record(viewer, targets);
+  add_requested(viewer, targets, place);
+  gui::Commands& commands = viewer.commands;
+  const bool undone = std::exchange(commands.undo, false) && history_.undo();
+  const bool redone = std::exchange(commands.redo, false) && history_.redo();
+  if (undone || redone) {
+    show(viewer, targets);
+    settings_.restore(viewer, history_);
+  }
+  if (std::exchange(commands.save_overlay, false)) save();
+  if (std::exchange(commands.export_glb, false)) export_glb(viewer, targets);
+}
+
+void SceneEditor::take_shown_variant(const gui::Viewer& viewer, const state::EditTargets& targets) {
+  state::EditDocument document = history_.document();
+  document.erase(state::variant_key());
+  if (viewer.variant < targets.scene.variants.size())
+    document[state::variant_key()] = state::VariantName(targets.scene.variants[viewer.variant]);
+  history_.set_document(std::move(document));
+  if (recorded_) recorded_->variant = viewer.variant;
+}
+
+void SceneEditor::record_settings(const gui::Viewer& viewer, bool is_interacting) {
+  if (!is_interacting) settings_.record(viewer, history_);
+}
+
+void SceneEditor::replace_scene(gui::Viewer& viewer, const scene::Scene& before, const scene::Scene& after,
+                                const state::RobotPose* robot) {
+  const std::span<const state::AddedMaterials> added = added_materials();
+  const std::vector<state::AddedMaterials> added_before =
+      std::exchange(materials_before_, {added.begin(), added.end()});
+  const bool has_document = !history_.document().empty() || edits_of(viewer) != recorded_;
+  if (!has_document && selected_next_.empty() && !refers_to_scene(viewer)) return;
+  const state::NodeNames names_before(before), names_after(after);
+  const state::EditTargets from{before, names_before, robot, added_before};
+  const state::EditTargets to{after, names_after, robot, added};
+  state::EditDocument document;
+  if (has_document) document = current(viewer, from);
+  transfer_by_key(viewer, from, to);
+  if (!selected_next_.empty()) {
+    const uint32_t next = names_after.first_of_path(selected_next_);
+    if (next != scene::kNone) {
+      viewer.selected = next;
+      notes_.push_back("added " + quote(std::exchange(selected_next_, {})));
+    }
+  }
+  if (!has_document) return;
+  // Edits of objects that only one of the scenes has, beside those that were transferred.
+  state::TargetIndex index_before(from), index_after(to);
+  state::EditDocument next = state::to_document(edits_of(viewer), to);
+  for (const auto& [key, value] : document) {
+    const bool was = index_before.find(key, value) != scene::kNone;
+    const bool is = index_after.find(key, value) != scene::kNone;
+    if (!was || !is) next.emplace(key, value);
+  }
+  // What could not be transferred is dropped from the document, without a step.
+  state::EditDocument recorded;
+  for (const auto& [key, value] : history_.document()) {
+    if (next.contains(key) || !document.contains(key)) recorded.emplace(key, value);
+  }
+  history_.set_document(std::move(recorded));
+  assign_edits(viewer, state::to_edits(next, to, edits_of(viewer)), after);
+  recorded_.reset();  // compared by the next update()
+}
+
+// Joints keep their positions by their names.
+void SceneEditor::replace_robot(gui::Viewer& viewer, const scene::Scene& scene,
+                                const state::RobotPose* before, const state::RobotPose* after) {
+  const state::NodeNames names(scene);
+  const state::EditDocument document = current(viewer, {scene, names, before, added_materials()});
+  assign_edits(viewer, state::to_edits(document, {scene, names, after, added_materials()}, edits_of(viewer)),
+               scene);
+  recorded_.reset();  // compared by the next update()
+}
+
+gui::EditFacts SceneEditor::facts() const {
+  return {history_.undo_text(), history_.redo_text(), history_.is_saved(), file_.path.string(), assets_};
+}
+
+// An overlay of an earlier run is not lost by one key press.
+void SceneEditor::save() {
+  if (file_.path.empty())
+    return notes_.push_back(error_line(
+        "the edits are not saved: the scene of a recording has no folder; start with --overlay FILE"));
+  if (!may_replace_ && is_there(file_.path)) {
+    may_replace_ = true;
+    return notes_.push_back(warning(file_.path.string() +
+                                    " exists and was not opened: save again to replace it, or start with "
+                                    "--overlay FILE to go on with it"));
+  }
+  if (const Result<void> saved = state::save_overlay(file_.path, history_.document(), file_.scene); !saved)
+    return notes_.push_back(error_line("the edits are not saved: " + saved.error().message));
+  may_replace_ = true;
+  history_.mark_saved();
+  const std::string saved = counted(history_.document().size(), "edit") + " saved to " + file_.path.string();
+  notes_.push_back(file_.was_named ? saved : saved + "; open it with --overlay " + file_.path.string());
+}
+
+// On a thread of its own: files may be large.
+void SceneEditor::export_glb(const gui::Viewer& viewer, const state::EditTargets& targets) {
+  if (!export_.gltf_file)
+    return notes_.push_back(error_line("no .glb is written: the scene of a recording has no folder"));
+  if (exporting_.valid()) return notes_.push_back(warning("an export is being written already"));
+  const std::span<const ShownAddition> shown = shown_additions();
+  for (std::string& message : missing_additions(viewer.additions, shown))
+    notes_.push_back(std::move(message));
+  exporting_ = std::async(std::launch::async,
+                          [gltf = export_.gltf_file(), edits = exported_edits(viewer, targets, shown),
+                           scene = export_.scene] { return write_glb(gltf, edits, scene); });
+}
+
+std::vector<std::string> SceneEditor::take_log_messages() {
+  const bool is_done =
+      exporting_.valid() && exporting_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+  return is_done ? finish() : std::exchange(notes_, {});
+}
+
+std::vector<std::string> SceneEditor::finish() {
+  std::vector<std::string> messages = std::exchange(notes_, {});
+  if (exporting_.valid()) {
+    for (std::string& message : exporting_.get()) messages.push_back(std::move(message));
+  }
+  return messages;
+}
+
+}  // namespace fire3dv::app

@@ -1,0 +1,124 @@
+// Editor of the displayed scene: the user's edits as a document, its undo history and its overlay file. The
+// panels change gui::Viewer; each finished interaction becomes a step. Independent of window and GPU; main
+// thread only.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <future>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/error.h"
+#include "renderer/live_scene/live_scene.h"
+#include "renderer/app/options/options.h"
+#include "renderer/editing/new_objects.h"
+#include "renderer/editing/render_settings.h"
+#include "renderer/gui/panel_data.h"
+#include "renderer/editing/document_additions.h"
+#include "renderer/editing/edit_document.h"
+#include "renderer/editing/edit_history.h"
+
+namespace fire3dv::app {
+
+// Overlay file of a scene.
+struct OverlayFile {
+  std::filesystem::path path;         // empty: there is nowhere to save
+  std::string scene;                  // name of the scene, for readers of the file
+  bool was_named = false;             // by the user, who wants it replaced
+  bool has_variant_option = false;    // the document's variant is that of --variant, not the file's
+  std::filesystem::path assets = {};  // folder of files that may be added, beside the file's own; empty: none
+};
+// The file of --overlay, else SCENE.overlay.json. scene_is_file: false for the scene of a recording.
+OverlayFile overlay_file(const Options& options, bool scene_is_file);
+
+// Source and name of exported scenes.
+struct GlbExport {
+  std::function<std::filesystem::path()> gltf_file;  // of the displayed scene; null: it has none of its own
+  std::filesystem::path scene;                       // exported as SCENE.edited.glb, without its ending
+};
+
+// Document of --overlay, with the variant of --variant in place of its own; empty without the options. With a
+// window a missing file is no error: it is saved.
+Result<state::EditDocument> load_overlay(const Options& options);
+
+class SceneEditor {
+ public:
+  SceneEditor(OverlayFile file, state::EditDocument document);
+
+  // Makes the document the viewer's edits.
+  void begin(gui::Viewer& viewer, const state::EditTargets& targets);
+  // Reports the edits of the start that were applied, and those of objects that the scene lacks; once. Call
+  // when the document's additions are displayed or refused; without any begin() does.
+  void report_start(const state::EditTargets& targets);
+  // Records finished changes of the viewer as a step, and executes its commands. Call after each layout.
+  // is_interacting: a drag or a text input goes on, whose changes are one step. place: of the view.
+  void update(gui::Viewer& viewer, const state::EditTargets& targets, bool is_interacting,
+              const ViewPlace& place = {});
+  // Takes the viewer's material variant without a step, after the requested one was refused: undo and redo go
+  // on from the shown one.
+  void take_shown_variant(const gui::Viewer& viewer, const state::EditTargets& targets);
+  // Records changed render settings as a step. Call after the renderer has taken or reset them.
+  void record_settings(const gui::Viewer& viewer, bool is_interacting);
+  // Moves selections and edits to the next scene. Edits of objects that a scene lacks stay in the document,
+  // and take effect in a scene that has them. before and after are alive.
+  void replace_scene(gui::Viewer& viewer, const scene::Scene& before, const scene::Scene& after,
+                     const state::RobotPose* robot);
+  // After a reload: the robot of the displayed scene, in its file. null: none.
+  void replace_robot(gui::Viewer& viewer, const scene::Scene& scene, const state::RobotPose* before,
+                     const state::RobotPose* after);
+
+  void set_export(GlbExport glb) { export_ = std::move(glb); }
+  // Additions whose nodes the displayed scene has, and materials of files that were added to it, by the user
+  // and by streams; without a call it has none. replace_scene() asks for those of the next scene.
+  void set_shown_additions(std::function<std::span<const ShownAddition>()> shown,
+                           std::function<std::span<const state::AddedMaterials>()> materials = {}) {
+    shown_additions_ = std::move(shown);
+    added_materials_ = std::move(materials);
+  }
+
+  const state::EditHistory& history() const { return history_; }
+  gui::EditFacts facts() const;
+  std::vector<std::string> take_log_messages();
+  // Waits for an export, and returns its messages, too.
+  std::vector<std::string> finish();
+
+ private:
+  state::EditDocument current(const gui::Viewer& viewer, const state::EditTargets& targets) const;
+  void show(gui::Viewer& viewer, const state::EditTargets& targets,
+            std::vector<state::EditKey>* unmatched = nullptr);
+  std::span<const ShownAddition> shown_additions() const {
+    return shown_additions_ ? shown_additions_() : std::span<const ShownAddition>();
+  }
+  std::span<const state::AddedMaterials> added_materials() const {
+    return added_materials_ ? added_materials_() : std::span<const state::AddedMaterials>();
+  }
+  state::Paths shown_paths(const state::EditTargets& targets) const;
+  void record(gui::Viewer& viewer, const state::EditTargets& targets);
+  void add_requested(gui::Viewer& viewer, const state::EditTargets& targets, const ViewPlace& place);
+  void add(gui::Viewer& viewer, const state::EditTargets& targets, NewObject object);
+  void remove_refused(gui::Viewer& viewer, const state::EditTargets& targets, const std::string& name);
+  void save();
+  void export_glb(const gui::Viewer& viewer, const state::EditTargets& targets);
+
+  OverlayFile file_;
+  bool may_replace_ = false;  // the file is ours, or the user has saved twice
+  state::EditHistory history_;
+  RenderSettingsSteps settings_;
+  std::optional<UserEdits> recorded_;                     // edits of the viewer at the last record
+  std::vector<std::string> assets_;                       // offered ones
+  std::optional<std::vector<state::EditKey>> unmatched_;  // at the start; nullopt: reported
+  std::string selected_next_;  // path of an added node that the scene does not have yet
+  std::vector<std::string> notes_;
+  GlbExport export_;
+  std::function<std::span<const ShownAddition>()> shown_additions_;
+  std::function<std::span<const state::AddedMaterials>()> added_materials_;
+  std::vector<state::AddedMaterials> materials_before_;  // of the scene of the last replace_scene()
+  std::future<std::vector<std::string>> exporting_;      // its messages; last: it blocks the destructor
+};
+
+}  // namespace fire3dv::app

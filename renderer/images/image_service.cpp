@@ -1,0 +1,319 @@
+#include "renderer/images/image_service.h"
+
+#include <algorithm>
+#include <exception>
+
+#include "base/clock.h"
+
+namespace fire3dv::app {
+namespace {
+
+// The pinhole image before lens distortion is larger than the requested one.
+constexpr uint64_t kMaxBytesBehindLens = uint64_t{256} << 20;
+// Limit of a submission while several streams request images, so that turns can end in time.
+constexpr uint64_t kSharedSubmittedBytes = uint64_t{8} << 20;
+
+bool wants_boxes(const wire::ImageRequest& request) {
+  return (request.outputs & (wire::kBoxes2d | wire::kBoxes3d)) != 0;
+}
+
+uint64_t pixels_of(const passes::Intrinsics& drawn) {
+  return uint64_t{drawn.image_px.x} * drawn.image_px.y;
+}
+
+std::optional<CameraRefused> check_pinhole_size(const wire::ImageRequest& request,
+                                                const RequestCamera& camera) {
+  if (camera.lens.model == passes::LensModel::none) return {};
+  const uint32_t outputs = passes::pinhole_outputs(wire::ImageOutputs(request.outputs)).bits();
+  const glm::uvec2 size = camera.pinhole.image_px;
+  const uint64_t bytes = wire::pixel_bytes_of(size.x, size.y, outputs, 0);
+  if (bytes <= kMaxBytesBehindLens) return {};
+  return CameraRefused{wire::ImageRefusal::too_large,
+                       "what stands behind the lens has " + std::to_string(size.x) + " x " +
+                           std::to_string(size.y) + " pixels and " + std::to_string(bytes) +
+                           " bytes; at most " + std::to_string(kMaxBytesBehindLens) +
+                           " are made: ask for a smaller image, or for fewer outputs"};
+}
+
+}  // namespace
+
+std::span<const std::unique_ptr<SecondaryDevice>> ImageService::secondary() const {
+  return secondary_ ? secondary_->all() : std::span<const std::unique_ptr<SecondaryDevice>>();
+}
+
+const gpu::Device& ImageService::device_at(size_t index) const {
+  return index == 0 ? device_ : secondary()[index - 1]->device();
+}
+
+RequestRenderer& ImageService::renderer_at(size_t index) {
+  return index == 0 ? first_ : secondary()[index - 1]->request_renderer();
+}
+
+ImageService::Drawn ImageService::draw_due(gpu::FrameRing& frames) {
+  record_finished();
+  if (first_.is_tracing()) return go_on_tracing(frames);
+  const int64_t begin_ns = monotonic_ns(), end_ns = begin_ns + rules_.slice_ns;
+  std::vector<state::ImageDemand> demands = requests_.demands(begin_ns);
+  scheduler_.note_demands(demands, begin_ns);
+  if (!demands.empty() || requests_.count() == 0) drop_closed_requests();
+  // Poses are constant during this call: all turns render the same poses.
+  RequestRenderer::Moment moment{poses_, nullptr};
+  for (size_t device = 0; device < device_count(); ++device) renderer_at(device).begin_moment();
+  Drawn drawn;
+  while (!demands.empty() && !first_.is_tracing() && !rules_.is_stop_requested()) {
+    if (drawn.any && monotonic_ns() >= end_ns) break;
+    if (!has_room(end_ns)) break;
+    const std::optional<state::RequesterId> requester = scheduler_.next(demands, monotonic_ns());
+    if (!requester) break;
+    drawn.any = true;
+    if (!draw_turn(frames, *requester, moment, end_ns)) break;
+    std::erase_if(demands, [&](const state::ImageDemand& demand) { return demand.requester == *requester; });
+  }
+  drawn.has_more = !demands.empty() || first_.is_tracing();
+  return drawn;
+}
+
+// True if a viewer's image should end early. A simulator's one is traced to its end.
+bool ImageService::do_others_wait(const state::ImageRequestRegistry::Due& traced, int64_t now_ns) {
+  if (!requests_.appearance(traced.requester).shown_samples) return false;
+  const uint64_t own = state::image_cost(traced.request.intrinsics.width, traced.request.intrinsics.height);
+  return std::ranges::any_of(requests_.demands(now_ns), [&](const state::ImageDemand& demand) {
+    return demand.requester != traced.requester || demand.cost > own;
+  });
+}
+
+void ImageService::report_samples() {
+  if (const auto traced = first_.take_traced_samples())
+    requests_.set_samples(traced->requester, traced->request, traced->samples);
+}
+
+// Other due images wait: they are counted by the next call.
+ImageService::Drawn ImageService::go_on_tracing(gpu::FrameRing& frames) {
+  const state::ImageRequestRegistry::Due due = first_.traced();
+  if (!requests_.is_open(due)) {
+    first_.cancel_tracing();
+    return {.any = true, .has_more = true};
+  }
+  const int64_t begin_ns = monotonic_ns();
+  first_.trace(frames, poses_, do_others_wait(due, begin_ns));
+  report_samples();
+  requests_.add_render_time(due.requester, monotonic_ns() - begin_ns);
+  if (!first_.is_tracing()) requests_.mark_rendered(due);
+  forward_refusals(first_);
+  return {.any = true, .has_more = true};
+}
+
+// Returns false if the time slice ended before all due images of the stream were rendered.
+bool ImageService::draw_turn(gpu::FrameRing& frames, state::RequesterId requester,
+                             RequestRenderer::Moment& moment, int64_t end_ns) {
+  const int64_t now_ns = monotonic_ns();
+  std::vector<RequestRenderer::WorkItem> work = resolve(requests_.due(requester, now_ns));
+  const auto needs_boxes = [](const RequestRenderer::WorkItem& a) { return wants_boxes(a.due.request); };
+  if (!moment.boxes && std::ranges::any_of(work, needs_boxes))
+    moment.boxes = std::make_shared<const std::vector<wire::BoxRecord3d>>(
+        passes::boxes_of_instances(scene_.scene(), poses_));
+  distribute(std::move(work));
+  const uint64_t max_bytes =
+      scheduler_.is_alone(requester, now_ns) ? RequestRenderer::kMaxSubmittedBytes : kSharedSubmittedBytes;
+  for (bool is_first = true; has_work() && !first_.is_tracing(); is_first = false) {
+    if (!is_first && (monotonic_ns() >= end_ns || rules_.is_stop_requested() || !has_room(end_ns))) break;
+    uint64_t cost = 0;
+    const Mark before = submitted();
+    draw_round(frames, moment, max_bytes);
+    report_samples();
+    for (size_t device = 0; device < device_count(); ++device)
+      cost = std::max(cost, renderer_at(device).take_cost());
+    if (Mark mark = submitted(); mark != before) {
+      const int64_t submitted_ns = monotonic_ns();
+      scheduler_.submitted(requester, cost, submitted_ns);
+      submissions_.push_back({std::move(mark), requester, submitted_ns});
+    }
+  }
+  const bool is_whole = !has_work();
+  for (size_t device = 0; device < device_count(); ++device) {
+    RequestRenderer& request_renderer = renderer_at(device);
+    std::span<const RequestRenderer::WorkItem> processed = request_renderer.processed();
+    // A traced image is the last one. Its request stays open until it is whole, so that it can be withdrawn.
+    if (request_renderer.is_tracing()) processed = processed.first(processed.size() - 1);
+    for (const RequestRenderer::WorkItem& one : processed) requests_.mark_rendered(one.due);
+    request_renderer.begin({});
+  }
+  return is_whole;
+}
+
+bool ImageService::has_work() {
+  for (size_t device = 0; device < device_count(); ++device) {
+    if (renderer_at(device).has_work()) return true;
+  }
+  return false;
+}
+
+// Charges the device time of finished submissions to their streams.
+void ImageService::record_finished() {
+  while (!submissions_.empty() && is_done(submissions_.front().mark)) {
+    const Submission& submission = submissions_.front();
+    const int64_t now_ns = monotonic_ns();
+    const int64_t begin_ns = std::max(submission.submitted_ns, last_done_ns_);
+    scheduler_.finished(begin_ns, now_ns);
+    requests_.add_render_time(submission.requester, now_ns - begin_ns);
+    last_done_ns_ = now_ns;
+    submissions_.pop_front();
+  }
+}
+
+// Short submissions may overlap. A long submission, or one of unknown duration, is awaited, so that another
+// stream's request waits for at most one of them.
+bool ImageService::has_room(int64_t end_ns) {
+  while (true) {
+    record_finished();
+    const int64_t now_ns = monotonic_ns();
+    const std::optional<int64_t> remaining_ns = scheduler_.remaining_ns(now_ns);
+    if (remaining_ns && *remaining_ns <= rules_.slice_ns / 2) return true;
+    if (now_ns >= end_ns) return false;
+    (void)wait_for(submissions_.front().mark, end_ns - now_ns);
+  }
+}
+
+void ImageService::drop_closed_requests() {
+  const std::vector<Key> open = requests_.open();
+  for (size_t device = 0; device < device_count(); ++device) renderer_at(device).retain_only(open);
+  std::erase_if(assignments_, [&](const auto& entry) {
+    const auto& [key, assignment] = entry;
+    if (std::ranges::binary_search(open, key)) return false;
+    pixels_of_device_[assignment.device] -= assignment.pixels;
+    return true;
+  });
+}
+
+// Resolves cameras; refuses invalid requests.
+std::vector<RequestRenderer::WorkItem> ImageService::resolve(
+    std::vector<state::ImageRequestRegistry::Due>&& due) {
+  std::vector<RequestRenderer::WorkItem> work;
+  bool has_markers = false;
+  for (state::ImageRequestRegistry::Due& one : due) {
+    auto camera = resolve_camera(one.request, requests_.world_from_stream(one.requester), poses_, scene_);
+    if (const auto* possible = std::get_if<RequestCamera>(&camera)) {
+      if (auto too_large = check_pinhole_size(one.request, *possible)) camera = std::move(*too_large);
+    }
+    if (const auto* refused = std::get_if<CameraRefused>(&camera)) {
+      requests_.refuse(one, refused->reason, refused->why);
+    } else {
+      auto& possible = std::get<RequestCamera>(camera);
+      const ImageReplies::Appearance appearance = requests_.appearance(one.requester);
+      possible.ground = appearance.ground;
+      possible.markers =
+          one.request.markers || (appearance.markers && one.request.outputs == wire::kColorSrgb8);
+      has_markers |= possible.markers;
+      if (possible.exposure == 0) possible.exposure = appearance.exposure;
+      possible.shown_samples = appearance.shown_samples;
+      possible.keeps_samples = appearance.keeps_samples;
+      if (possible.thin_lens.is_pinhole()) possible.thin_lens = appearance.lens;
+      work.push_back({std::move(one), possible});
+    }
+  }
+  if (has_markers) scene_.show_markers();
+  return work;
+}
+
+// Assigns a request to the device with the fewest pixels of open requests; round robin among equals.
+size_t ImageService::assign_device(const RequestRenderer::WorkItem& work) {
+  const size_t count = device_count();
+  if (count == 1 || work.camera.markers) return 0;  // the first device has the markers
+  pixels_of_device_.resize(count);
+  const Key key{work.due.requester, work.due.request.id};
+  if (const auto known = assignments_.find(key); known != assignments_.end()) return known->second.device;
+  size_t best = (last_device_ + 1) % count;
+  for (size_t turn = 2; turn <= count; ++turn) {
+    const size_t device = (last_device_ + turn) % count;
+    if (pixels_of_device_[device] < pixels_of_device_[best]) best = device;
+  }
+  const Assignment assignment{best, pixels_of(work.camera.pinhole)};
+  pixels_of_device_[best] += assignment.pixels;
+  assignments_.emplace(key, assignment);
+  last_device_ = best;
+  return best;
+}
+
+void ImageService::distribute(std::vector<RequestRenderer::WorkItem>&& work) {
+  std::vector<std::vector<RequestRenderer::WorkItem>> work_of_device(device_count());
+  for (RequestRenderer::WorkItem& one : work) work_of_device[assign_device(one)].push_back(std::move(one));
+  for (size_t device = 0; device < work_of_device.size(); ++device)
+    renderer_at(device).begin(std::move(work_of_device[device]));
+}
+
+// One submission on each device with work. Finished images are sent first, so that the number of images in
+// flight stays small.
+void ImageService::draw_round(gpu::FrameRing& frames, const RequestRenderer::Moment& moment,
+                              uint64_t max_bytes) {
+  deliver();
+  std::vector<SecondaryDevice*> at_work;
+  for (const std::unique_ptr<SecondaryDevice>& each : secondary()) {
+    if (!each->request_renderer().has_work()) continue;
+    each->begin_drawing(scene_, *settings_, moment, max_bytes);
+    at_work.push_back(each.get());
+  }
+  std::exception_ptr failure;  // first error: all devices must be awaited
+  const auto attempt = [&](auto&& action) {
+    try {
+      action();
+    } catch (...) {
+      failure = std::current_exception();
+    }
+  };
+  attempt([&] { first_.draw(frames, moment, max_bytes); });
+  for (SecondaryDevice* each : at_work) {
+    attempt([&] {
+      if (Result<void> drawn = each->finish(); !drawn)
+        each->request_renderer().refuse_rest(drawn.error().message);
+    });
+  }
+  if (failure) std::rethrow_exception(failure);
+  for (size_t device = 0; device < device_count(); ++device) forward_refusals(renderer_at(device));
+}
+
+void ImageService::forward_refusals(RequestRenderer& request_renderer) {
+  for (const RequestRenderer::Refused& refused : request_renderer.take_refused())
+    requests_.refuse(refused.due, refused.reason, refused.why);
+}
+
+void ImageService::deliver() {
+  const auto send = [&](state::RequesterId requester, const wire::ImageFrame& frame,
+                        const RequestedImage& pixels) {
+    requests_.send(requester, frame, [&](std::span<std::byte> to) { pixels.copy_to(to); });
+  };
+  for (size_t device = 0; device < device_count(); ++device) renderer_at(device).deliver(send);
+}
+
+bool ImageService::in_flight() const {
+  return first_.in_flight() != 0 || std::ranges::any_of(secondary(), [](const auto& each) {
+           return each->request_renderer().in_flight() != 0;
+         });
+}
+
+ImageService::Mark ImageService::submitted() const {
+  Mark mark;
+  for (size_t device = 0; device < device_count(); ++device)
+    mark.push_back(device_at(device).last_submitted());
+  return mark;
+}
+
+bool ImageService::is_done(const Mark& mark) const {
+  for (size_t device = 0; device < mark.size(); ++device) {
+    if (device_at(device).completed() < mark[device]) return false;
+  }
+  return true;
+}
+
+bool ImageService::wait_for(const Mark& mark, int64_t timeout_ns) const {
+  const int64_t end_ns = monotonic_ns() + timeout_ns;
+  for (size_t device = 0; device < mark.size(); ++device) {
+    if (!device_at(device).wait_for(mark[device], end_ns - monotonic_ns())) return false;
+  }
+  return true;
+}
+
+void ImageService::wait(const Mark& mark) const {
+  for (size_t device = 0; device < mark.size(); ++device) device_at(device).wait(mark[device]);
+}
+
+}  // namespace fire3dv::app

@@ -1,0 +1,115 @@
+// Service of image requests: renders the due images of an ImageRequestQueue in fair turns of the streams, on
+// one or several devices. Each image is tagged with the displayed frame and sent back over the queue.
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "renderer/live_scene/live_scene.h"
+#include "renderer/streams/image_requests.h"
+#include "renderer/images/request_renderer.h"
+#include "renderer/images/secondary_devices.h"
+
+namespace fire3dv::app {
+
+class ImageService {
+ public:
+  struct Rules {
+    int64_t slice_ns = TimeSlices{}.image_ns;  // per call of draw_due()
+    bool lockstep = false;                     // turns without time slices
+    std::function<bool()> is_stop_requested = [] { return false; };
+  };
+  // Borrows all arguments, which belong to the primary device.
+  ImageService(gpu::Device& device, passes::SceneRenderer& renderer, const state::PoseState& poses,
+               ImageRequestQueue& requests, LiveScene& scene, Rules rules)
+      : device_(device),
+        poses_(poses),
+        requests_(requests),
+        scene_(scene),
+        rules_(std::move(rules)),
+        first_(device, renderer),
+        scheduler_(rules_.slice_ns, !rules_.lockstep) {}
+
+  // Borrowed. settings: current settings of the primary device.
+  void spread_over(SecondaryDevices& devices, const passes::DrawSettings& settings) {
+    secondary_ = &devices;
+    settings_ = &settings;
+  }
+
+  struct Drawn {
+    bool any = false;       // the primary renderer has the size of the last requested image
+    bool has_more = false;  // due images remain for the next call
+  };
+  // Renders due images of the current frames, in fair order of streams, for at most one time slice. Waits for
+  // submissions no longer, unless the estimate of a submission was too short.
+  Drawn draw_due(gpu::FrameRing& frames);
+
+  // True while the paths of an image are traced: the scene must stay until then, poses may change.
+  bool is_tracing() const { return first_.is_tracing(); }
+
+  // Sends finished images.
+  void deliver();
+  bool in_flight() const;
+  size_t open_requests() const { return requests_.count(); }
+
+  // Submissions of all devices so far.
+  using Mark = std::vector<uint64_t>;  // timeline values
+  Mark submitted() const;
+  bool is_done(const Mark& mark) const;
+  void wait(const Mark& mark) const;
+  bool wait_for(const Mark& mark, int64_t timeout_ns) const;  // true when done
+
+ private:
+  using Key = RequestRenderer::Key;
+  struct Assignment {
+    size_t device = 0;
+    uint64_t pixels = 0;
+  };
+
+  struct Submission {
+    Mark mark;
+    state::RequesterId requester = 0;
+    int64_t submitted_ns = 0;
+  };
+
+  Drawn go_on_tracing(gpu::FrameRing& frames);
+  bool do_others_wait(const state::ImageRequestRegistry::Due& traced, int64_t now_ns);
+  void report_samples();
+  bool draw_turn(gpu::FrameRing& frames, state::RequesterId requester, RequestRenderer::Moment& moment,
+                 int64_t end_ns);
+  void record_finished();
+  bool has_room(int64_t end_ns);
+  std::vector<RequestRenderer::WorkItem> resolve(std::vector<state::ImageRequestRegistry::Due>&& due);
+  void distribute(std::vector<RequestRenderer::WorkItem>&& work);
+  size_t assign_device(const RequestRenderer::WorkItem& work);
+  void draw_round(gpu::FrameRing& frames, const RequestRenderer::Moment& moment, uint64_t max_bytes);
+  bool has_work();
+  void drop_closed_requests();
+  void forward_refusals(RequestRenderer& request_renderer);
+  size_t device_count() const { return 1 + secondary().size(); }
+  std::span<const std::unique_ptr<SecondaryDevice>> secondary() const;
+  const gpu::Device& device_at(size_t index) const;
+  RequestRenderer& renderer_at(size_t index);
+
+  gpu::Device& device_;
+  const state::PoseState& poses_;
+  ImageRequestQueue& requests_;
+  LiveScene& scene_;
+  const Rules rules_;
+  RequestRenderer first_;
+  SecondaryDevices* secondary_ = nullptr;
+  const passes::DrawSettings* settings_ = nullptr;
+  // A request keeps its device, so that its images stay in order.
+  std::map<Key, Assignment> assignments_;
+  std::vector<uint64_t> pixels_of_device_;
+  size_t last_device_ = 0;
+  state::ImageScheduler scheduler_;
+  std::deque<Submission> submissions_;  // unfinished submissions, in the order of scheduler_
+  int64_t last_done_ns_ = 0;
+};
+
+}  // namespace fire3dv::app

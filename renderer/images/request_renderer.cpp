@@ -1,0 +1,346 @@
+#include "renderer/images/request_renderer.h"
+
+#include <algorithm>
+#include <chrono>
+
+namespace fire3dv::app {
+namespace {
+
+// Memory limit of cameras in one submission: visibility flags and cluster lists.
+constexpr uint64_t kMaxBatchViewBytes = uint64_t{64} << 20;
+constexpr auto kTraceTime = std::chrono::milliseconds(10);  // of paths between two looks at the links
+// A viewer's image is sent after this time at the earliest, and with its next sample after the later times.
+constexpr auto kMinViewTime = std::chrono::milliseconds(20);
+constexpr auto kMaxViewTime = std::chrono::milliseconds(1000),
+               kSharedViewTime = std::chrono::milliseconds(100);
+
+passes::ImageOutputs drawn_outputs(const wire::ImageRequest& request) {
+  return passes::with_sources(wire::ImageOutputs(request.outputs));
+}
+
+bool has_lens(const RequestCamera& camera) {
+  return camera.lens.model != passes::LensModel::none;
+}
+
+bool wants_boxes(const wire::ImageRequest& request) {
+  return (request.outputs & (wire::kBoxes2d | wire::kBoxes3d)) != 0;
+}
+
+bool wants_motion(const wire::ImageRequest& request) {
+  return (request.outputs & wire::kMotion) != 0;
+}
+
+// Exact read-back size of `views` views of the request.
+uint64_t read_back_bytes(const wire::ImageRequest& request, uint32_t views) {
+  const passes::ImageOutputs outputs = drawn_outputs(request);
+  const uint32_t width = request.intrinsics.width, height = request.intrinsics.height * views;
+  return (outputs.has(wire::kColorSrgb8) ? uint64_t{4} * width * height : 0) +
+         passes::bytes_of(passes::lay_out_planes(outputs, width, height));
+}
+
+// Outputs that the renderer draws for the request, before lens distortion.
+passes::ImageOutputs outputs_behind(const RequestRenderer::WorkItem& work) {
+  const passes::ImageOutputs outputs = drawn_outputs(work.due.request);
+  return has_lens(work.camera) ? passes::pinhole_outputs(outputs) : outputs;
+}
+
+// Runs an allocation; returns false if the device is out of memory. Rethrows other errors.
+template <typename Take>
+bool has_room_for(Take&& take) {
+  try {
+    take();
+    return true;
+  } catch (const gpu::VulkanFailure& failure) {
+    if (!gpu::is_out_of_memory(failure)) throw;
+    return false;
+  }
+}
+
+// Tangent of half the vertical field of view.
+float half_height(const passes::Intrinsics& camera) {
+  return static_cast<float>(camera.image_px.y) / (2 * camera.fy_px);
+}
+
+VkExtent2D extent_of(glm::uvec2 size) {
+  return {size.x, size.y};
+}
+
+}  // namespace
+
+// Render targets take about 20 times the bytes of the image at 4 samples.
+state::ImageAbilities image_abilities(const passes::SceneRenderer& renderer, bool traces_requests) {
+  state::ImageAbilities abilities{.max_pixel_bytes = uint64_t{64} << 20};
+  abilities.lenses = true;
+  abilities.thin_lenses = renderer.traces_paths() || renderer.can_blur().ok();
+  abilities.outputs = 0;
+  for (uint32_t bit = 0; bit < wire::kImageOutputCount; ++bit) {
+    if (renderer.traces_paths() && !traces_requests && wire::ImageOutputs(1u << bit).shaded()) continue;
+    if (renderer.can_take(passes::with_sources(wire::ImageOutputs(1u << bit))))
+      abilities.outputs |= 1u << bit;
+  }
+  return abilities;
+}
+
+void RequestRenderer::begin(std::vector<WorkItem>&& work) {
+  work_ = std::move(work);
+  next_ = 0;
+}
+
+bool RequestRenderer::draw(gpu::FrameRing& frames, const Moment& moment, uint64_t max_bytes) {
+  gpu::Recorder* recorder = nullptr;
+  uint64_t bytes = 0;
+  while (has_work() && bytes < max_bytes) {
+    const std::span<const WorkItem> rest = std::span(work_).subspan(next_);
+    const std::span<const WorkItem> batch = rest.first(batch_size(rest, max_bytes));
+    if (renderer_.traces_paths() && outputs_behind(batch[0]).shaded()) {
+      if (recorder) break;  // in a submission of its own
+      ++next_;
+      tracing_.emplace(Tracing{batch[0], moment.boxes, std::chrono::steady_clock::now()});
+      const glm::uvec2 size = batch[0].camera.pinhole.image_px;
+      cost_ += state::image_cost(size.x, size.y);
+      trace(frames, moment.poses);
+      return true;
+    }
+    next_ += batch.size();
+    const std::optional<passes::PreparedFrame> prepared = prepare(batch, scene_update_);
+    if (!prepared) continue;
+    if (!recorder) recorder = &frames.begin();
+    record(*prepared, *recorder, frames.staging(), batch, moment);
+    scene_update_ = passes::SceneUpdate::reuse;
+    bytes += read_back_bytes(batch[0].due.request, static_cast<uint32_t>(batch.size()));
+    const glm::uvec2 size = batch[0].camera.pinhole.image_px;
+    cost_ += batch.size() * state::image_cost(size.x, size.y);
+  }
+  if (recorder) readback_.submitted(frames.submit());
+  return recorder != nullptr;
+}
+
+// Twice the samples halve the variance, so that a refining image is sent some 10 times, and then now and
+// then.
+bool RequestRenderer::is_traced(bool others_wait) const {
+  const passes::PathProgress progress = renderer_.path_tracer()->progress();
+  if (progress.is_whole()) return true;
+  const std::optional<uint32_t>& shown = tracing_->work.camera.shown_samples;
+  if (!shown || progress.samples <= *shown) return false;
+  const auto elapsed = std::chrono::steady_clock::now() - tracing_->begun;
+  if (progress.samples >= 2 * *shown) return elapsed >= kMinViewTime;
+  return elapsed >= (others_wait ? kSharedViewTime : kMaxViewTime);
+}
+
+void RequestRenderer::trace(gpu::FrameRing& frames, const state::PoseState& poses, bool others_wait) {
+  const std::span<const WorkItem> image(&tracing_->work, 1);
+  // A view that refines keeps its samples while others take their turns; those of a moving one are of no use.
+  std::optional<uint32_t>& shown = tracing_->work.camera.shown_samples;
+  renderer_.select_paths(tracing_->work.camera.keeps_samples ? image[0].due.requester : 0);
+  const std::optional<passes::PreparedFrame> prepared = prepare(image, tracing_->scene, true);
+  if (!prepared) return cancel_tracing();
+  (void)renderer_.trace_paths(*prepared, poses, view_of(image[0]), {.budget = kTraceTime});
+  tracing_->scene = passes::SceneUpdate::reuse;
+  const uint32_t samples = renderer_.path_tracer()->progress().samples;
+  traced_samples_ = {image[0].due.requester, image[0].due.request.id, samples};
+  if (shown && samples < *shown) shown = 0;  // it has started again
+  if (!is_traced(others_wait)) return;
+  gpu::Recorder& recorder = frames.begin();
+  record(*prepared, recorder, frames.staging(), image, {poses, tracing_->boxes});
+  readback_.submitted(frames.submit());
+  tracing_.reset();
+}
+
+void RequestRenderer::cancel_tracing() {
+  tracing_.reset();
+  // A first sample that is not whole would be made whole with the scene of a later image.
+  if (const passes::PathPass* const paths = renderer_.path_tracer(); paths && paths->progress().samples == 0)
+    renderer_.drop_paths();
+}
+
+scene::ThinLens RequestRenderer::used_lens(const WorkItem& work) const {
+  if (!drawn_outputs(work.due.request).shaded()) return {};
+  if (!renderer_.traces_paths() && !renderer_.can_blur()) return {};
+  const scene::ThinLens& settings = renderer_.lens_of_settings();
+  const scene::ThinLens& own = work.camera.thin_lens;
+  return own.of_stream || settings.is_pinhole() ? own : settings;
+}
+
+passes::View RequestRenderer::view_of(const WorkItem& work) const {
+  const RequestCamera& camera = work.camera;
+  passes::View view = passes::make_view(camera.pinhole, camera.world_from_camera);
+  view.camera = work.due.request.node;
+  view.exposure = camera.exposure;
+  view.ground = camera.ground;
+  view.lens = used_lens(work);
+  view.lens.of_stream = true;  // the settings' lens has been considered
+  // The image behind a distortion is wider, and its focal length shorter; the aperture stays.
+  if (has_lens(camera)) view.lens.f_number *= half_height(camera.intrinsics) / half_height(camera.pinhole);
+  return view;
+}
+
+// Number of consecutive compatible images that fit one submission.
+size_t RequestRenderer::batch_size(std::span<const WorkItem> rest, uint64_t max_bytes) const {
+  const wire::ImageRequest& first = rest[0].due.request;
+  const passes::ImageOutputs outputs = drawn_outputs(first);
+  const bool smoothed = outputs.has(wire::kColorSrgb8) && renderer_.post_settings().fxaa;
+  if (smoothed || has_lens(rest[0].camera) || rest[0].camera.markers || !used_lens(rest[0]).is_pinhole() ||
+      !renderer_.can_take(outputs, 2))
+    return 1;
+  const uint64_t pixel_bytes = uint64_t{8} * static_cast<uint32_t>(renderer_.samples()) *
+                               first.intrinsics.width * first.intrinsics.height;
+  const uint64_t list_bytes = sizeof(uint32_t) * uint64_t{renderer_.gpu_scene().cluster_instance_count};
+  const uint64_t most =
+      std::min<uint64_t>({kMaxBatchViewBytes / std::max(pixel_bytes, list_bytes),
+                          max_bytes / std::max<uint64_t>(read_back_bytes(first, 1), 1),
+                          device_.limits().maxImageDimension2D / first.intrinsics.height, rest.size()});
+  size_t count = 1;
+  while (count < most) {
+    const wire::ImageRequest& next = rest[count].due.request;
+    if (next.intrinsics.width != first.intrinsics.width ||
+        next.intrinsics.height != first.intrinsics.height || next.outputs != first.outputs ||
+        has_lens(rest[count].camera) || rest[count].camera.markers || !used_lens(rest[count]).is_pinhole())
+      break;
+    ++count;
+  }
+  return count;
+}
+
+void RequestRenderer::refuse(std::span<const WorkItem> batch, wire::ImageRefusal reason,
+                             const std::string& why) {
+  for (const WorkItem& work : batch) refused_.push_back({work.due, reason, why});
+}
+
+void RequestRenderer::refuse_rest(const std::string& why) {
+  refuse(std::span(work_).subspan(next_), wire::ImageRefusal::too_large, why);
+  next_ = work_.size();
+}
+
+// Allocates the images' resources. A shortage refuses the images and is no error.
+std::optional<passes::PreparedFrame> RequestRenderer::prepare(std::span<const WorkItem> batch,
+                                                              passes::SceneUpdate scene, bool refines) {
+  const WorkItem& first = batch[0];
+  const wire::ImageRequest& request = first.due.request;
+  const VkExtent2D extent = extent_of(first.camera.pinhole.image_px);
+  const auto views = static_cast<uint32_t>(batch.size());
+  passes::Shortage shortage{};
+  const Result<passes::PreparedFrame> prepared = renderer_.prepare({.extent = extent,
+                                                                    .views = views,
+                                                                    .outputs = outputs_behind(first),
+                                                                    .scene = scene,
+                                                                    .markers = first.camera.markers,
+                                                                    .lens = !used_lens(first).is_pinhole(),
+                                                                    .refines = refines},
+                                                                   &shortage);
+  if (!prepared) {
+    refuse(batch,
+           shortage == passes::Shortage::motion_snapshots ? wire::ImageRefusal::too_many
+                                                          : wire::ImageRefusal::too_large,
+           prepared.error().message);
+    return std::nullopt;
+  }
+  const bool has_room = has_room_for([&] {
+    if (has_lens(first.camera))
+      lens_.make_room(first.camera.pinhole,
+                      {first.camera.intrinsics, first.camera.lens, drawn_outputs(request)});
+    readback_.make_room(read_back_bytes(request, views));
+  });
+  if (has_room) return *prepared;
+  refuse(batch, wire::ImageRefusal::too_large,
+         "the device has no memory for an image of " + std::to_string(extent.width) + " x " +
+             std::to_string(extent.height) + "; ask for a smaller one");
+  return std::nullopt;
+}
+
+void RequestRenderer::record(const passes::PreparedFrame& prepared, gpu::Recorder& recorder,
+                             gpu::StagingRing& staging, std::span<const WorkItem> batch,
+                             const Moment& moment) {
+  const wire::ImageRequest& first = batch[0].due.request;
+  const passes::ImageOutputs outputs = drawn_outputs(first);
+  Tag tag;
+  std::vector<passes::View> views;
+  for (const WorkItem& work : batch) {
+    const state::ImageRequestRegistry::Due& due = work.due;
+    const passes::Intrinsics& used = work.camera.intrinsics;
+    const scene::ThinLens lens = used_lens(work);
+    views.push_back(view_of(work));
+    wire::ImageFrame frame;
+    frame.request = due.request.id;
+    frame.number = due.number;
+    frame.epoch = due.request.epoch;
+    frame.sequence = due.sequence;
+    frame.sim_time_ns = due.sim_time_ns;
+    frame.world_from_camera = affine_of(work.camera.world_from_camera);
+    frame.intrinsics = {used.image_px.x, used.image_px.y,      used.fx_px,
+                        used.fy_px,      used.cx_px,           used.cy_px,
+                        used.near_m,     used.far_m,           due.request.intrinsics.lens,
+                        lens.f_number,   lens.focus_distance_m};
+    tag.images.push_back({due.requester, due.request.outputs, std::move(frame)});
+  }
+  std::vector<passes::CameraHistory> histories = take_histories(batch);
+  renderer_.record(prepared, recorder, staging, moment.poses, views, histories);
+  store_histories(batch, std::move(histories));
+
+  tag.taken.width = first.intrinsics.width;
+  tag.taken.height = first.intrinsics.height;
+  tag.taken.views = static_cast<uint32_t>(batch.size());
+  tag.taken.color_srgb8 = outputs.has(wire::kColorSrgb8);
+  if (wants_boxes(first)) tag.taken.boxes = moment.boxes;
+  if (has_lens(batch[0].camera)) {
+    read_back_through_lens(recorder, staging, batch[0].camera, outputs, std::move(tag));
+  } else {
+    read_back(recorder, outputs, std::move(tag));
+  }
+}
+
+void RequestRenderer::read_back(gpu::Recorder& recorder, const passes::ImageOutputs& outputs, Tag&& tag) {
+  gpu::ReadbackRing<Tag>::Planes planes;
+  if (outputs.has_planes()) {
+    tag.taken.places = renderer_.plane_ranges();
+    planes = {&renderer_.planes(), passes::bytes_of(tag.taken.places)};
+  }
+  gpu::Image* const image = outputs.has(wire::kColorSrgb8) ? &renderer_.image() : nullptr;
+  readback_.record(recorder, image, renderer_.image().extent, planes, std::move(tag));
+}
+
+void RequestRenderer::read_back_through_lens(gpu::Recorder& recorder, gpu::StagingRing& staging,
+                                             const RequestCamera& camera, const passes::ImageOutputs& outputs,
+                                             Tag&& tag) {
+  passes::LensPass::Source source{camera.pinhole, nullptr, nullptr, {}};
+  if (outputs.has(wire::kColorSrgb8)) source.color = &renderer_.image();
+  if (outputs.has_planes()) {
+    source.planes = &renderer_.planes();
+    source.places = renderer_.plane_ranges();
+  }
+  lens_.record(recorder, staging, source, {camera.intrinsics, camera.lens, outputs});
+  tag.taken.places = lens_.places();
+  readback_.record(recorder, nullptr, extent_of(camera.intrinsics.image_px),
+                   {&lens_.result(), lens_.result_bytes()}, std::move(tag));
+}
+
+std::vector<passes::CameraHistory> RequestRenderer::take_histories(std::span<const WorkItem> batch) {
+  std::vector<passes::CameraHistory> histories;
+  if (!wants_motion(batch[0].due.request)) return histories;
+  for (const WorkItem& work : batch)
+    histories.push_back(std::move(histories_[{work.due.requester, work.due.request.id}]));
+  return histories;
+}
+
+void RequestRenderer::store_histories(std::span<const WorkItem> batch,
+                                      std::vector<passes::CameraHistory>&& histories) {
+  for (size_t i = 0; i < histories.size(); ++i)
+    histories_[{batch[i].due.requester, batch[i].due.request.id}] = std::move(histories[i]);
+}
+
+void RequestRenderer::deliver(const Take& take) {
+  readback_.poll([&](Tag tag, VkExtent2D, std::span<const uint8_t> bytes) {
+    for (uint32_t view = 0; view < tag.images.size(); ++view) {
+      Image& image = tag.images[view];
+      const RequestedImage pixels(tag.taken, view, wire::ImageOutputs(image.bits), bytes);
+      pixels.describe_to(image.frame);
+      take(image.requester, image.frame, pixels);
+    }
+  });
+}
+
+void RequestRenderer::retain_only(std::span<const Key> open) {
+  std::erase_if(histories_,
+                [&](const auto& entry) { return !std::ranges::binary_search(open, entry.first); });
+}
+
+}  // namespace fire3dv::app

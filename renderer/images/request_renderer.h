@@ -1,0 +1,148 @@
+// Renderer of image requests on one device, including read-back. Independent of links. Single-threaded.
+#pragma once
+
+#include <chrono>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "renderer/images/requested_image.h"
+#include "renderer/gpu/frame_ring.h"
+#include "renderer/gpu/readback_ring.h"
+#include "renderer/passes/post/lens_pass.h"
+#include "renderer/passes/scene_renderer.h"
+#include "renderer/state/image_requests.h"
+
+namespace fire3dv::app {
+
+// Image requests that this renderer supports. traces_requests: colours by paths, if the renderer traces them;
+// otherwise such a renderer offers no colours.
+state::ImageAbilities image_abilities(const passes::SceneRenderer& renderer, bool traces_requests = false);
+
+class RequestRenderer {
+ public:
+  // Borrows both.
+  RequestRenderer(gpu::Device& device, passes::SceneRenderer& renderer)
+      : device_(device), renderer_(renderer), readback_(device), lens_(device) {}
+
+  struct WorkItem {
+    state::ImageRequestRegistry::Due due;
+    RequestCamera camera;
+  };
+  // Poses of the rendered moment, and the boxes of all instances if requested.
+  struct Moment {
+    const state::PoseState& poses;
+    std::shared_ptr<const std::vector<wire::BoxRecord3d>> boxes;
+  };
+
+  // Starts a new moment: later images show other poses.
+  void begin_moment() { scene_update_ = passes::SceneUpdate::update; }
+  // Replaces the work list; compatible images must be adjacent.
+  void begin(std::vector<WorkItem>&& work);
+  bool has_work() const { return next_ < work_.size(); }
+  // Images that are rendered or refused, or whose paths are being traced.
+  std::span<const WorkItem> processed() const { return std::span(work_).first(next_); }
+
+  // Renders some of the images in one submission, which ends with the image that reaches max_bytes of
+  // read-back. Returns false if nothing was submitted.
+  bool draw(gpu::FrameRing& frames, const Moment& moment, uint64_t max_bytes = kMaxSubmittedBytes);
+  // True after draw() has begun to trace the paths of an image. Until trace() has ended it, nothing else may
+  // be drawn with the renderer, and its scene must stay.
+  bool is_tracing() const { return tracing_.has_value(); }
+  const state::ImageRequestRegistry::Due& traced() const { return tracing_->work.due; }
+  // Adds samples for a short time, and submits the image when it has all of them, or enough for a viewer: it
+  // shows the moment of draw(), whatever the poses are now. others_wait: other images are due.
+  void trace(gpu::FrameRing& frames, const state::PoseState& poses, bool others_wait = false);
+  // Samples of the traced image after the last draw() or trace(); once.
+  struct TracedSamples {
+    state::RequesterId requester = 0;
+    uint64_t request = 0;
+    uint32_t samples = 0;
+  };
+  std::optional<TracedSamples> take_traced_samples() { return std::exchange(traced_samples_, {}); }
+  void cancel_tracing();  // of a request that is not open any more
+  // Limit of one submission: its images stay in host memory until they are sent.
+  static constexpr uint64_t kMaxSubmittedBytes = uint64_t{64} << 20;
+  // Cost of the images rendered since the last call.
+  uint64_t take_cost() { return std::exchange(cost_, 0); }
+
+  // Refuses all remaining images.
+  void refuse_rest(const std::string& why);
+
+  // Images rendered but not delivered.
+  size_t in_flight() const { return readback_.in_flight(); }
+  // Delivers finished images.
+  using Take = std::function<void(state::RequesterId requester, const wire::ImageFrame&,
+                                  const RequestedImage& pixels)>;
+  void deliver(const Take& take);
+
+  // Refusals for lack of device memory since the last call.
+  struct Refused {
+    state::ImageRequestRegistry::Due due;
+    wire::ImageRefusal reason;
+    std::string why;
+  };
+  std::vector<Refused> take_refused() { return std::exchange(refused_, {}); }
+
+  // Drops the state of all requests except these, sorted by requester and id.
+  using Key = std::pair<state::RequesterId, uint64_t>;
+  void retain_only(std::span<const Key> open);
+  // Called for a new scene.
+  void clear_histories() { histories_.clear(); }
+
+ private:
+  struct Image {
+    state::RequesterId requester = 0;
+    uint32_t bits = 0;
+    wire::ImageFrame frame;
+  };
+  struct Tag {
+    ReadbackViews taken;
+    std::vector<Image> images;  // one per view
+  };
+
+  // As it is used for this image; a pinhole where it has no colours, or the device cannot blur.
+  scene::ThinLens used_lens(const WorkItem& work) const;
+  passes::View view_of(const WorkItem& work) const;
+  size_t batch_size(std::span<const WorkItem> rest, uint64_t max_bytes) const;
+  std::optional<passes::PreparedFrame> prepare(std::span<const WorkItem> batch, passes::SceneUpdate scene,
+                                               bool refines = false);
+  void refuse(std::span<const WorkItem> batch, wire::ImageRefusal reason, const std::string& why);
+  void record(const passes::PreparedFrame& prepared, gpu::Recorder& recorder, gpu::StagingRing& staging,
+              std::span<const WorkItem> batch, const Moment& moment);
+  void read_back(gpu::Recorder& recorder, const passes::ImageOutputs& outputs, Tag&& tag);
+  void read_back_through_lens(gpu::Recorder& recorder, gpu::StagingRing& staging, const RequestCamera& camera,
+                              const passes::ImageOutputs& outputs, Tag&& tag);
+  std::vector<passes::CameraHistory> take_histories(std::span<const WorkItem> batch);
+  void store_histories(std::span<const WorkItem> batch, std::vector<passes::CameraHistory>&& histories);
+
+  // Image whose paths are traced.
+  struct Tracing {
+    WorkItem work;
+    std::shared_ptr<const std::vector<wire::BoxRecord3d>> boxes;
+    std::chrono::steady_clock::time_point begun;
+    passes::SceneUpdate scene = passes::SceneUpdate::update;
+  };
+  bool is_traced(bool others_wait) const;
+
+  gpu::Device& device_;
+  passes::SceneRenderer& renderer_;
+  gpu::ReadbackRing<Tag> readback_;
+  passes::LensPass lens_;
+  std::vector<WorkItem> work_;
+  size_t next_ = 0;  // index of the next image in work_
+  uint64_t cost_ = 0;
+  passes::SceneUpdate scene_update_ = passes::SceneUpdate::update;
+  std::optional<Tracing> tracing_;
+  std::optional<TracedSamples> traced_samples_;
+  std::vector<Refused> refused_;
+  std::map<Key, passes::CameraHistory> histories_;  // motion histories of open requests
+};
+
+}  // namespace fire3dv::app

@@ -1,0 +1,180 @@
+#include "renderer/loading/scene_load.h"
+
+#include <algorithm>
+#include <chrono>
+#include <exception>
+#include <new>
+#include <stdexcept>
+
+#include "base/progress.h"
+#include "renderer/scene/gltf/load_gltf.h"
+#include "renderer/scene/model/key_light.h"
+#include "renderer/scene/model/variants.h"
+
+namespace fire3dv::app {
+
+namespace {
+
+constexpr size_t kWarningsShown = 20;
+
+void tell(const std::vector<std::string>& warnings, std::vector<std::string>& notes) {
+  for (size_t i = 0; i < std::min(warnings.size(), kWarningsShown); ++i)
+    notes.push_back("warning: " + warnings[i]);
+  if (warnings.size() > kWarningsShown)
+    notes.push_back("warning: and " + std::to_string(warnings.size() - kWarningsShown) + " more");
+}
+
+// Names the user's file in messages instead of the intermediate one.
+std::string loaded_from(std::string message, const std::filesystem::path& made,
+                        const std::filesystem::path& description) {
+  if (message.starts_with(made.string())) message.replace(0, made.string().size(), description.string());
+  return message;
+}
+
+}  // namespace
+
+SceneLoad::SceneLoad(const std::filesystem::path& path, const ConvertOptions& convert,
+                     scene::SceneCacheSettings cache, scene::Levels levels, LoadedLook look,
+                     std::function<bool()> should_stop)
+    : path_(path),
+      stamp_(scene::stamp_of(path)),
+      convert_(convert),
+      should_stop_(std::move(should_stop)),
+      gltf_(path),
+      cache_settings_(std::move(cache)),
+      cache_(cache_settings_),
+      levels_(levels),
+      look_(std::move(look)),
+      thread_([this] {
+        Result<scene::LoadedScene> loaded = load();
+        const std::lock_guard lock(mutex_);
+        result_.emplace(std::move(loaded));
+        changed_.notify_all();
+      }) {}
+
+Result<scene::LoadedScene> SceneLoad::load() {
+  if (!needs_conversion(path_)) return load_gltf_file();
+  note("converting", 0, 0);
+  Result<ConvertedScene> converted = ConvertedScene::open(path_, convert_, cache_settings_, should_stop_);
+  if (!converted) return converted.error();
+  tell(converted->warnings(), notes_);
+  converted_.emplace(std::move(*converted));
+  gltf_ = converted_->file();
+  if (!converted_->is_on_disk()) cache_ = scene::SceneCache({});
+  Result<scene::LoadedScene> loaded = load_gltf_file();
+  if (!loaded) return Error{"the conversion of " + loaded_from(loaded.error().message, gltf_, path_)};
+  loaded->scene.source = path_;
+  return loaded;
+}
+
+Result<scene::LoadedScene> SceneLoad::load_gltf_file() {
+  Result<scene::LoadedScene> loaded = read_or_find();
+  if (!loaded) return loaded;
+  uint32_t variant = scene::kNone;
+  if (!look_.variant.empty()) {
+    Result<uint32_t> found = scene::find_variant(loaded->scene, look_.variant);
+    if (!found) return Error{gltf_.string() + ": " + found.error().message};
+    variant = *found;
+  } else if (!loaded->scene.variants.empty()) {
+    notes_.push_back("material variants: " + scene::variant_names(loaded->scene));
+  }
+  // An entry of the cache has the variant of the run that wrote it.
+  scene::select_variant(*loaded, variant);
+  return loaded;
+}
+
+Result<scene::LoadedScene> SceneLoad::read_or_find() {
+  const scene::LoadLimits limits;
+  const scene::LoadProgress progress = [this](const char* stage, size_t done, size_t total) {
+    if (should_stop_ && should_stop_()) throw std::runtime_error("it was interrupted");
+    note(stage, done, total);
+  };
+  try {
+    std::optional<scene::LoadedScene> cached = cache_.find(gltf_, limits.max_file_bytes);
+    for (std::string& said : cache_.take_log_messages()) notes_.push_back(std::move(said));
+    // A run with --lod off may have written the cache entry without levels of detail.
+    is_cached_ = cached && (cached->derived.has_levels || !scene::needs_levels(cached->scene, levels_));
+    if (is_cached_) sources_ = cache_.sources();
+    if (is_cached_) {  // written by a run with or without a key light
+      if (!look_.has_key_light) scene::remove_key_light(cached->scene);
+      if (look_.has_key_light) scene::add_key_light(cached->scene);
+      return std::move(*cached);
+    }
+    Result<scene::Scene> scene = scene::load_gltf(gltf_, limits, progress, &sources_, cache_.known());
+    if (!scene) return scene.error();
+    if (look_.has_key_light) scene::add_key_light(*scene);
+    scene::Derived derived = scene::derive(*scene, levels_, progress);
+    return scene::LoadedScene{std::move(*scene), std::move(derived)};
+  } catch (const std::bad_alloc&) {
+    return Error{path_.string() + ": it does not fit into memory"};
+  } catch (const std::exception& fault) {
+    return Error{path_.string() + ": it cannot be loaded: " + fault.what()};
+  }
+}
+
+std::vector<WatchedFile> SceneLoad::watched_files() const {
+  constexpr size_t kMaxWatched = 1000;  // they are looked at twice a second
+  std::vector<WatchedFile> files{{path_, stamp_}};
+  const auto add = [&files](const std::filesystem::path& file) {
+    if (files.size() < kMaxWatched) files.push_back({file, scene::stamp_of(file)});
+  };
+  if (converted_) {
+    for (const std::filesystem::path& file : converted_->sources()) add(file);
+  } else {
+    const scene::AssetFolder folder(path_);
+    for (const scene::SourceFile& source : sources_) {
+      if (source.uri.empty()) continue;
+      if (const Result<std::filesystem::path> file = folder.resolve(source.uri); file) add(*file);
+    }
+  }
+  return files;
+}
+
+void SceneLoad::note(const char* stage, size_t done, size_t total) {
+  const std::lock_guard lock(mutex_);
+  stage_ = stage;
+  done_ = done;
+  total_ = total;
+}
+
+bool SceneLoad::has_failed() const {
+  const std::lock_guard lock(mutex_);
+  return result_ && !result_->ok();
+}
+
+bool SceneLoad::is_done() const {
+  const std::lock_guard lock(mutex_);
+  return result_.has_value();
+}
+
+Result<const scene::LoadedScene*> SceneLoad::wait(const std::function<void()>& meanwhile) {
+  Progress progress("fire3dv", "loading " + path_.filename().string() + ":");
+  std::unique_lock lock(mutex_);
+  while (!changed_.wait_for(lock, std::chrono::milliseconds(100), [this] { return result_.has_value(); })) {
+    progress.update(stage_, done_, total_);
+    if (!meanwhile) continue;
+    lock.unlock();
+    meanwhile();
+    lock.lock();
+  }
+  if (!result_->ok()) return result_->error();
+  return &**result_;
+}
+
+void SceneLoad::begin_caching() {
+  if (is_cached_ || std::exchange(has_stored_, true)) return;
+  thread_ = std::jthread([this] {
+    try {
+      if (Result<void> done = cache_.store(gltf_, **result_, sources_); !done) store_error_ = done.error();
+    } catch (const std::exception& fault) {
+      store_error_ = Error{std::string("the scene could not be cached: ") + fault.what()};
+    }
+  });
+}
+
+std::optional<Error> SceneLoad::finish_caching() {
+  if (thread_.joinable()) thread_.join();
+  return store_error_;
+}
+
+}  // namespace fire3dv::app

@@ -1,0 +1,355 @@
+#include "renderer/window/viewer_control.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "renderer/scene/model/variants.h"
+#include "renderer/editing/target_index.h"
+
+namespace fire3dv::app {
+
+namespace {
+
+using sinks::Button;
+using sinks::InputEvent;
+using sinks::Key;
+
+void change_speed(gui::Viewer& viewer, float steps) {
+  viewer.camera_speed = std::clamp(viewer.camera_speed * std::pow(1.25f, steps), 1.0f / 64, 64.0f);
+}
+
+void hide(gui::Viewer& viewer, bool all_shown) {
+  if (all_shown) {
+    viewer.hidden.clear();
+    viewer.isolated = scene::kNone;
+  } else if (viewer.selected != scene::kNone && viewer.hidden.erase(viewer.selected) == 0) {
+    viewer.hidden.insert(viewer.selected);
+  }
+}
+
+// Keys that act again while they are held.
+bool moves_timeline(Key key) {
+  return key == Key::left || key == Key::right || key == Key::comma || key == Key::period;
+}
+
+void toggle(uint32_t& node, uint32_t selected) {
+  node = node == selected ? scene::kNone : selected;
+}
+
+}  // namespace
+
+CameraMoves ViewerInput::take(const sinks::WindowInput& input, const Owners& owners, gui::Viewer& viewer) {
+  CameraMoves moves;
+  scale_ = input.scale;
+  for (const InputEvent& event : input.events) {
+    if (event.kind != InputEvent::Kind::leave) cursor_px_ = event.cursor_px;
+    switch (event.kind) {
+      case InputEvent::Kind::move:
+        move(event, moves);
+        break;
+      case InputEvent::Kind::button:
+        if (!event.down) {
+          const bool click = dragging_ == Button::left && event.button == Button::left && !dragged_ && !pans_;
+          if (click) moves.click_px = event.cursor_px;
+          if (dragging_ == event.button) dragging_.reset();
+        } else if (owners.view_has_mouse && !dragging_) {
+          dragging_ = event.button;
+          dragged_ = false;
+          pans_ = event.button != Button::left || event.modifiers.shift;
+          pressed_px_ = event.cursor_px;
+        }
+        break;
+      case InputEvent::Kind::wheel:
+        if (!owners.view_has_mouse) break;
+        if (event.modifiers.control) {
+          change_speed(viewer, event.wheel.y);
+        } else {
+          moves.zoom_notches += event.wheel.y;
+        }
+        break;
+      case InputEvent::Kind::key:
+        if (!event.down) {
+          held_.erase(event.key);
+        } else if (owners.view_has_keyboard) {
+          if (!event.modifiers.control && !event.modifiers.alt) held_.insert(event.key);
+          if (!event.repeated || moves_timeline(event.key)) press(event, viewer);
+        }
+        break;
+      case InputEvent::Kind::focus:
+        if (!event.down) held_.clear();
+        break;
+      default:
+        break;
+    }
+  }
+  moves.cursor_px = cursor_px_;
+  const auto axis = [&](char plus, char minus) {
+    return static_cast<float>(held_.contains(sinks::letter(plus))) -
+           static_cast<float>(held_.contains(sinks::letter(minus)));
+  };
+  moves.fly = {axis('d', 'a'), axis('e', 'q'), axis('s', 'w')};
+  return moves;
+}
+
+void ViewerInput::move(const InputEvent& event, CameraMoves& moves) {
+  if (!dragging_) return;
+  constexpr float kTremblePx = 3;
+  const glm::vec2 from = dragged_ ? last_px_ : pressed_px_;
+  if (!dragged_ && glm::length(event.cursor_px - from) <= kTremblePx * scale_) return;
+  dragged_ = true;
+  (pans_ ? moves.pan_px : moves.orbit_px) += event.cursor_px - from;
+  last_px_ = event.cursor_px;
+}
+
+void ViewerInput::press(const InputEvent& event, gui::Viewer& viewer) {
+  if (event.modifiers.control && !event.modifiers.alt && !event.modifiers.super)
+    return press_with_control(event, viewer);
+  if (event.modifiers.control || event.modifiers.alt || event.modifiers.super) return;
+  const bool shift = event.modifiers.shift;
+  const Key key = event.key;
+  if (key >= Key::digit_1 && key <= Key::digit_9)
+    viewer.commands.camera = static_cast<size_t>(key) - static_cast<size_t>(Key::digit_1);
+  if (key == Key::digit_0) viewer.commands.free_camera = true;
+  if (key == sinks::letter('f') && shift)
+    viewer.commands.focus_on_point = true;
+  else if (key == sinks::letter('f'))
+    (viewer.selected == scene::kNone ? viewer.commands.frame_all : viewer.commands.frame_selection) = true;
+  if (key == Key::home) viewer.commands.frame_all = true;
+  if (key == sinks::letter('h')) hide(viewer, shift);
+  if (key == Key::remove && viewer.selected != scene::kNone)
+    viewer.removed.insert(std::exchange(viewer.selected, scene::kNone));
+  if (key == sinks::letter('i')) toggle(viewer.isolated, viewer.selected);
+  if (key == sinks::letter('t')) toggle(viewer.followed, viewer.selected);
+  if (key == sinks::letter('x')) viewer.shows_grid = !viewer.shows_grid;
+  if (key == sinks::letter('k')) viewer.shows_frusta = !viewer.shows_frusta;
+  if (key == sinks::letter('m')) {
+    viewer.measures = !viewer.measures;
+    viewer.measured.clear();
+  }
+  if (key == sinks::letter('p')) viewer.commands.screenshot = true;
+  if (key == sinks::letter('v')) viewer.commands.toggle_video = true;
+  const auto choose_tool = [&](char letter, gui::GizmoTool tool) {
+    if (key == sinks::letter(letter)) viewer.tool = viewer.tool == tool ? gui::GizmoTool::none : tool;
+  };
+  choose_tool('g', gui::GizmoTool::move);
+  choose_tool('r', gui::GizmoTool::rotate);
+  choose_tool('c', gui::GizmoTool::scale);
+  if (key == sinks::letter('l')) viewer.tool_is_local = !viewer.tool_is_local;
+  constexpr double kSkipS = 1, kLongSkipS = 10;
+  if (key == Key::space) viewer.commands.toggle_playback = true;
+  if (key == Key::left) viewer.commands.skip_s -= shift ? kLongSkipS : kSkipS;
+  if (key == Key::right) viewer.commands.skip_s += shift ? kLongSkipS : kSkipS;
+  if (key == Key::comma) --viewer.commands.step_frames;
+  if (key == Key::period) ++viewer.commands.step_frames;
+  if (key == Key::equal) change_speed(viewer, 1);
+  if (key == Key::minus) change_speed(viewer, -1);
+  if (key == Key::f1) viewer.help = !viewer.help;
+  if (key == Key::tab) viewer.gui = !viewer.gui;
+  if (key == Key::escape) {
+    // Escape closes help, ends measuring, then the gizmo, clears the selection, then closes the window.
+    if (std::exchange(viewer.help, false)) return;
+    if (std::exchange(viewer.measures, false)) return viewer.measured.clear();
+    if (std::exchange(viewer.tool, gui::GizmoTool::none) != gui::GizmoTool::none) return;
+    viewer.picked_point.reset();
+    if (std::exchange(viewer.selected, scene::kNone) == scene::kNone) viewer.commands.close = true;
+  }
+}
+
+void ViewerInput::press_with_control(const InputEvent& event, gui::Viewer& viewer) {
+  gui::Commands& commands = viewer.commands;
+  if (event.key == sinks::letter('z')) (event.modifiers.shift ? commands.redo : commands.undo) = true;
+  if (event.key == sinks::letter('y')) commands.redo = true;
+  if (event.key == sinks::letter('d')) commands.duplicate = true;
+  if (event.key == sinks::letter('s'))
+    (event.modifiers.shift ? commands.export_glb : commands.save_overlay) = true;
+}
+
+namespace {
+
+// Maps numbers of objects of one scene to another.
+class ObjectsByKey {
+ public:
+  ObjectsByKey(const state::EditTargets& before, const state::EditTargets& after)
+      : before_(before), after_(after), count_(before.scene.nodes.size()) {}
+
+  uint32_t node(uint32_t number) {
+    return number < count_ ? find(state::EditedObject::node, number, state::EditedProperty::visible) : kNone;
+  }
+  uint32_t find(state::EditedObject object, uint32_t number, state::EditedProperty property) {
+    return after_.find(before_.key_of(object, number, property));
+  }
+
+ private:
+  static constexpr uint32_t kNone = scene::kNone;
+  state::TargetIndex before_, after_;
+  const size_t count_;  // of nodes
+};
+
+}  // namespace
+
+bool refers_to_scene(const gui::Viewer& viewer) {
+  for (const uint32_t node : {viewer.selected, viewer.followed, viewer.isolated, viewer.variant}) {
+    if (node != scene::kNone) return true;
+  }
+  return viewer.picked_point || !viewer.measured.empty() || !viewer.hidden.empty() ||
+         !viewer.removed.empty() || !viewer.lights.empty() || !viewer.materials.empty() ||
+         !viewer.transforms.empty();
+}
+
+void transfer_by_key(gui::Viewer& viewer, const state::EditTargets& from, const state::EditTargets& to) {
+  const scene::Scene &before = from.scene, &after = to.scene;
+  ObjectsByKey objects(from, to);
+  const auto moved = [&](uint32_t node) { return objects.node(node); };
+  for (uint32_t* node : {&viewer.selected, &viewer.followed, &viewer.isolated}) *node = moved(*node);
+  const auto is_lost = [&](gui::SurfacePoint& point) {
+    if (point.node == scene::kNone) return false;
+    point.node = moved(point.node);
+    return point.node == scene::kNone;
+  };
+  if (viewer.picked_point && is_lost(*viewer.picked_point)) viewer.picked_point.reset();
+  std::erase_if(viewer.measured, is_lost);
+  for (std::set<uint32_t>* nodes : {&viewer.hidden, &viewer.removed}) {
+    for (const uint32_t node : std::exchange(*nodes, {})) {
+      if (const uint32_t now = moved(node); now != scene::kNone) nodes->insert(now);
+    }
+  }
+  std::map<uint32_t, scene::Light> lights;
+  for (auto& [node, light] : viewer.lights) {
+    const uint32_t now = moved(node);
+    if (now != scene::kNone && light_type(before, {}, node) == light_type(after, {}, now))
+      lights.emplace(now, std::move(light));
+  }
+  viewer.lights = std::move(lights);
+  for (auto& [number, material] : std::exchange(viewer.materials, {})) {
+    if (number >= before.materials.size()) continue;
+    const uint32_t now = objects.find(state::EditedObject::material, number, state::EditedProperty::factors);
+    if (now != scene::kNone) viewer.materials.emplace(now, std::move(material));
+  }
+  viewer.variant = scene::variant_of_same_name(viewer.variant, before, after);
+  state::NodeTransforms transforms;
+  for (const auto& [node, transform] : viewer.transforms) {
+    if (const uint32_t now = moved(node); now != scene::kNone) transforms.emplace(now, transform);
+  }
+  viewer.transforms = std::move(transforms);
+}
+
+void forget_scene(gui::Viewer& viewer) {
+  viewer.selected = viewer.followed = viewer.isolated = scene::kNone;
+  viewer.hidden.clear();
+  viewer.picked_point.reset();
+  viewer.measured.clear();
+  viewer.removed.clear();
+  viewer.lights.clear();
+  viewer.materials.clear();
+  viewer.transforms.clear();
+  viewer.joints.clear();
+  viewer.variant = scene::kNone;
+  viewer.additions.clear();
+  viewer.streams.clear();
+  viewer.commands = {};
+}
+
+UserEdits edits_of(const gui::Viewer& viewer) {
+  UserEdits edits{viewer.hidden,         viewer.isolated,   viewer.lights, {},
+                  viewer.hidden_markers, viewer.transforms, viewer.joints, viewer.removed,
+                  viewer.variant,        viewer.additions};
+  for (const auto& [number, material] : viewer.materials)
+    edits.materials.emplace(number, scene::factors_of(material));
+  return edits;
+}
+
+passes::Inspection inspection_of(const gui::Viewer& viewer, std::optional<glm::vec2>& clicked_px,
+                                 glm::uvec2 image_px, uint64_t scene_number) {
+  passes::Inspection inspection{viewer.debug_view, viewer.selected, {}};
+  const auto clicked = std::exchange(clicked_px, std::nullopt);
+  if (!clicked || clicked->x < 0 || clicked->y < 0) return inspection;
+  const glm::uvec2 pixel(*clicked);
+  if (pixel.x < image_px.x && pixel.y < image_px.y)
+    inspection.pick = passes::Pick{pixel.x, pixel.y, scene_number};
+  return inspection;
+}
+
+namespace {
+
+// Puts the plane in focus through the picked point; a pinhole gets a lens.
+void focus_on_point(gui::Viewer& viewer, const CameraRig::Placed& placed, const state::PoseState& poses) {
+  if (!viewer.picked_point || placed.camera.orthographic) return;
+  const glm::vec3 eye(placed.world_from_camera[3]);
+  const glm::vec3 look = -glm::normalize(glm::vec3(placed.world_from_camera[2]));
+  const float distance_m = glm::dot(gui::position_world(*viewer.picked_point, poses) - eye, look);
+  if (!(distance_m >= scene::kMinFocusDistanceM && distance_m <= scene::kMaxFocusDistanceM)) return;
+  scene::ThinLens& lens = viewer.draw.post.lens;
+  if (lens.is_pinhole()) lens = scene::kUsualLens;
+  lens.focus_distance_m = distance_m;
+  viewer.paths.lens = lens;
+  if (viewer.draw.path) viewer.draw.path->lens = lens;
+}
+
+}  // namespace
+
+void move_camera(CameraRig& camera, const CameraMoves& moves, gui::Viewer& viewer,
+                 const state::PoseState& poses, glm::uvec2 image_px, float seconds) {
+  constexpr float kOrbitRadPerHeight = 3.0f;
+  constexpr float kRadiiPerSecond = 0.5f;
+  constexpr float kLongestStep_s = 0.1f;  // time step limit: no jump after a pause
+  const glm::vec2 size = glm::max(glm::vec2(image_px), glm::vec2(1));
+  const float aspect = size.x / size.y;
+
+  gui::Commands& commands = viewer.commands;
+  if (const auto chosen = std::exchange(commands.camera, {})) camera.select(*chosen);
+  if (std::exchange(commands.free_camera, false)) camera.let_go(poses);
+  if (std::exchange(commands.focus_on_point, false))
+    focus_on_point(viewer, camera.placed(poses, aspect), poses);
+  if (std::exchange(commands.frame_all, false)) camera.frame_all(aspect);
+  if (std::exchange(commands.frame_selection, false)) {
+    if (viewer.selected == scene::kNone) {
+      camera.frame_all(aspect);
+    } else {
+      camera.frame_node(poses, viewer.selected, aspect);
+    }
+  }
+  camera.follow(poses, viewer.followed);
+
+  if (moves.orbit_px != glm::vec2(0)) {
+    camera.orbit(poses, -moves.orbit_px.x / size.y * kOrbitRadPerHeight,
+                 moves.orbit_px.y / size.y * kOrbitRadPerHeight);
+  }
+  if (moves.pan_px != glm::vec2(0)) camera.pan(poses, -moves.pan_px.x / size.y, moves.pan_px.y / size.y);
+  if (moves.zoom_notches != 0) {
+    const float factor = std::pow(0.85f, moves.zoom_notches);
+    camera.zoom(poses, factor, 2.0f * moves.cursor_px / size - 1.0f, aspect);
+  }
+  if (moves.fly != glm::vec3(0)) {
+    const float step_s = std::clamp(seconds, 0.0f, kLongestStep_s);
+    camera.fly(poses, moves.fly, kRadiiPerSecond * camera.scene_radius_m() * viewer.camera_speed * step_s);
+  }
+}
+
+void control_timeline(gui::Commands& commands, replay::TimelineControl* timeline) {
+  const bool toggles = std::exchange(commands.toggle_playback, false);
+  const int frames = std::exchange(commands.step_frames, 0);
+  const double skip_s = std::exchange(commands.skip_s, 0);
+  if (!timeline) return;
+  const replay::TimelineState now = timeline->timeline();
+  if (toggles) now.playing && !now.at_end ? timeline->pause() : timeline->play();
+  constexpr int kMaxSteps = 30;  // a slow image does not make many of them
+  for (int i = 0; i < std::min(frames, kMaxSteps); ++i) timeline->step();
+  for (int i = 0; i < std::min(-frames, kMaxSteps); ++i) timeline->step_back();
+  if (skip_s == 0) return;
+  const double end = static_cast<double>(std::max(now.end_ns, now.start_ns) - now.start_ns);
+  const double at =
+      static_cast<double>(std::max(now.position_ns, now.start_ns) - now.start_ns) + skip_s * 1e9;
+  timeline->seek(now.start_ns + static_cast<uint64_t>(std::clamp(at, 0.0, end)));
+}
+
+void move_cameras(CameraRig& left, CameraRig* right, CameraMoves moves, gui::Viewer& viewer,
+                  const state::PoseState& poses, glm::uvec2 image_px, float seconds) {
+  const auto width = static_cast<float>(image_px.x);
+  const bool is_right = right && moves.cursor_px.x >= width;
+  if (is_right) moves.cursor_px.x -= width;
+  move_camera(is_right ? *right : left, moves, viewer, poses, image_px, seconds);
+  if (right) (is_right ? left : *right).follow(poses, viewer.followed);
+}
+
+}  // namespace fire3dv::app

@@ -1,0 +1,78 @@
+// Viewer control: maps keys and mouse to camera moves and commands, and applies the user's requests
+// (gui::Viewer) to scene and cameras, once per frame.
+#pragma once
+
+#include <glm/glm.hpp>
+#include <optional>
+#include <set>
+
+#include "protocol/replay/replay_clock.h"
+#include "renderer/live_scene/live_scene.h"
+#include "renderer/camera/camera_rig.h"
+#include "renderer/gui/panel_data.h"
+#include "renderer/passes/debug/inspection.h"
+#include "renderer/window/window_input.h"
+#include "renderer/editing/edit_document.h"
+
+namespace fire3dv::app {
+
+// Camera moves since the last call.
+struct CameraMoves {
+  glm::vec2 orbit_px{0}, pan_px{0};
+  float zoom_notches = 0;  // towards the point under the cursor
+  glm::vec2 cursor_px{0};
+  glm::vec3 fly{0};                   // -1, 0 or 1 along the camera's x, y, z while keys are held
+  std::optional<glm::vec2> click_px;  // left click without a drag
+};
+
+class ViewerInput {
+ public:
+  // Owners of mouse and keyboard: input that panels use does not move the view.
+  struct Owners {
+    bool view_has_mouse = true, view_has_keyboard = true;
+  };
+  CameraMoves take(const sinks::WindowInput& input, const Owners& owners, gui::Viewer& viewer);
+
+ private:
+  void press(const sinks::InputEvent& event, gui::Viewer& viewer);
+  void press_with_control(const sinks::InputEvent& event, gui::Viewer& viewer);
+  void move(const sinks::InputEvent& event, CameraMoves& moves);
+
+  std::set<sinks::Key> held_;
+  std::optional<sinks::Button> dragging_;  // started on the view
+  bool dragged_ = false;                   // exceeds the click tolerance
+  bool pans_ = false;
+  glm::vec2 cursor_px_{0}, pressed_px_{0}, last_px_{0};
+  float scale_ = 1;
+};
+
+// True if selections or edits name objects of the scene.
+bool refers_to_scene(const gui::Viewer& viewer);
+// Transfers selections and edits to another scene by the keys of their objects (state::EditKey); drops those
+// of objects that do not exist there. Lights need a file light of the same kind.
+void transfer_by_key(gui::Viewer& viewer, const state::EditTargets& before, const state::EditTargets& after);
+
+// Clears everything that refers to a scene, for an unrelated scene.
+void forget_scene(gui::Viewer& viewer);
+
+// Edits of the scene.
+UserEdits edits_of(const gui::Viewer& viewer);
+
+// Inspection settings of an image, including picking at a click. scene_number: returned with the picked node,
+// which belongs to that scene.
+passes::Inspection inspection_of(const gui::Viewer& viewer, std::optional<glm::vec2>& clicked_px,
+                                 glm::uvec2 image_px, uint64_t scene_number);
+
+// Moves the camera and executes camera commands. seconds: since the last call.
+void move_camera(CameraRig& camera, const CameraMoves& moves, gui::Viewer& viewer,
+                 const state::PoseState& poses, glm::uvec2 image_px, float seconds);
+
+// Executes the commands for the timeline. timeline: null if there is none.
+void control_timeline(gui::Commands& commands, replay::TimelineControl* timeline);
+
+// Two images of this size side by side: moves the camera under the cursor; both follow the followed node.
+// right: null for a single image.
+void move_cameras(CameraRig& left, CameraRig* right, CameraMoves moves, gui::Viewer& viewer,
+                  const state::PoseState& poses, glm::uvec2 image_px, float seconds);
+
+}  // namespace fire3dv::app
