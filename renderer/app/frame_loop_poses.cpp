@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "renderer/app/frame_loop.h"
-#include "renderer/state/node_transform.h"
+#include "renderer/state/edits/node_transform.h"
 
 namespace fire3dv::app {
 namespace {

@@ -13,7 +13,7 @@
 #include "renderer/metrics/metric_families.h"
 #include "renderer/metrics/metrics_server.h"
 #include "renderer/browser/server/server.h"
-#include "renderer/state/edit_registry.h"
+#include "renderer/state/edits/edit_registry.h"
 
 namespace fire3dv::app {
 

@@ -6,8 +6,8 @@
 #include <set>
 
 #include "renderer/scene/model/scene_edits.h"
-#include "renderer/state/addition.h"
-#include "renderer/state/node_transform.h"
+#include "renderer/state/edits/addition.h"
+#include "renderer/state/edits/node_transform.h"
 #include "renderer/state/marker_registry.h"
 #include "renderer/state/motion/robot_pose.h"
 

@@ -13,7 +13,7 @@
 #include "base/error.h"
 #include "renderer/scene/cache/cache_files.h"
 #include "renderer/scene/files.h"
-#include "renderer/state/edit_registry.h"
+#include "renderer/state/edits/edit_registry.h"
 #include "renderer/editing/edit_document.h"
 
 namespace fire3dv::app {

@@ -20,7 +20,7 @@
 #include "renderer/camera/camera_rig.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/scene/model/scene_edits.h"
-#include "renderer/state/edit_registry.h"
+#include "renderer/state/edits/edit_registry.h"
 #include "renderer/editing/edit_document.h"
 #include "renderer/editing/user_edits.h"
 #include "renderer/state/marker_registry.h"

@@ -26,7 +26,7 @@
 #include "renderer/scene/model/copy_nodes.h"
 #include "renderer/scene/model/loaded_scene.h"
 #include "renderer/scene/model/scene.h"
-#include "renderer/state/edit_registry.h"
+#include "renderer/state/edits/edit_registry.h"
 #include "renderer/state/node_index.h"
 
 namespace fire3dv::app {

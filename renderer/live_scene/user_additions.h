@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "renderer/live_scene/asset_files.h"
-#include "renderer/state/edit_registry.h"
-#include "renderer/state/addition.h"
+#include "renderer/state/edits/edit_registry.h"
+#include "renderer/state/edits/addition.h"
 
 namespace fire3dv::app {
 

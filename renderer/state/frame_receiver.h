@@ -17,7 +17,7 @@
 #include "protocol/stream/scalar_history.h"
 #include "protocol/wire/messages.h"
 #include "renderer/state/playout.h"
-#include "renderer/state/stream_edits.h"
+#include "renderer/state/edits/stream_edits.h"
 #include "renderer/state/stream_timing.h"
 
 namespace fire3dv::state {

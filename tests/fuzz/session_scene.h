@@ -16,7 +16,7 @@
 #include "protocol/wire/decode.h"
 #include "renderer/live_scene/scene_build.h"
 #include "renderer/scene/model/scene_edits.h"
-#include "renderer/state/edit_registry.h"
+#include "renderer/state/edits/edit_registry.h"
 #include "renderer/state/pose_state.h"
 
 namespace fire3dv::fuzz {

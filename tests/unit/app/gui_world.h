@@ -14,7 +14,7 @@
 #include "protocol/robot/robot_file.h"
 #include "renderer/gui/gui.h"
 #include "renderer/scene/model/math.h"
-#include "renderer/state/node_transform.h"
+#include "renderer/state/edits/node_transform.h"
 #include "tests/render/support/scene_builder.h"
 #include "tools/lab/bench/panel_facts.h"
 

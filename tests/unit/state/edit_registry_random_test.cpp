@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "renderer/scene/model/scene_edits.h"
-#include "renderer/state/edit_registry.h"
+#include "renderer/state/edits/edit_registry.h"
 #include "renderer/state/pose_state.h"
 
 namespace fire3dv::state {

@@ -1,5 +1,5 @@
 // Test of scene edits by several streams: precedence, undo, and reports of edits without effect. No GPU.
-#include "renderer/state/edit_registry.h"
+#include "renderer/state/edits/edit_registry.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "renderer/state/edit_registry.h"
+#include "renderer/state/edits/edit_registry.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -8,7 +8,7 @@
 #include "base/log.h"
 #include "renderer/scene/files.h"
 #include "renderer/scene/model/scene_edits.h"
-#include "renderer/state/edit_values.h"
+#include "renderer/state/edits/edit_values.h"
 
 namespace fire3dv::state {
 

@@ -8,7 +8,7 @@
 #include <variant>
 
 #include "renderer/scene/model/scene.h"
-#include "renderer/state/node_transform.h"
+#include "renderer/state/edits/node_transform.h"
 
 namespace fire3dv::state {
 

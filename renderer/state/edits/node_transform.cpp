@@ -1,4 +1,4 @@
-#include "renderer/state/node_transform.h"
+#include "renderer/state/edits/node_transform.h"
 
 #include <algorithm>
 #include <cmath>

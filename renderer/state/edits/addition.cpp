@@ -1,4 +1,4 @@
-#include "renderer/state/addition.h"
+#include "renderer/state/edits/addition.h"
 
 #include "base/text.h"
 

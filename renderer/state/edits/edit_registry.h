@@ -15,7 +15,7 @@
 
 #include "protocol/wire/scene_edit.h"
 #include "renderer/scene/model/scene_edits.h"
-#include "renderer/state/addition.h"
+#include "renderer/state/edits/addition.h"
 #include "renderer/state/pose_state.h"
 
 namespace fire3dv::state {

@@ -1,4 +1,4 @@
-#include "renderer/state/edit_values.h"
+#include "renderer/state/edits/edit_values.h"
 
 #include <variant>
 
