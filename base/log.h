@@ -1,5 +1,6 @@
-// Log lines of all programs on standard error: "PROGRAM: LEVEL: TEXT", with the levels info, warning and error.
-// A message carries its level as its first word, since files, panels and parent processes pass messages on.
+// Log lines of all programs on standard error: "PROGRAM: LEVEL: TEXT", with the levels info, warning and
+// error. A message carries its level as its first word, since files, panels and parent processes pass
+// messages on.
 #pragma once
 
 #include <cstdio>

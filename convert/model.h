@@ -18,8 +18,8 @@
 #include <string_view>
 #include <vector>
 
-#include "renderer/scene/cache/cache_files.h"
 #include "convert/joints.h"
+#include "renderer/scene/cache/cache_files.h"
 
 namespace fire3dv::convert {
 

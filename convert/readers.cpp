@@ -3,10 +3,10 @@
 #include <filesystem>
 #include <system_error>
 
-#include "renderer/scene/files.h"
 #include "convert/description_files.h"
 #include "convert/mesh/mesh_scene.h"
 #include "convert/model.h"
+#include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
 

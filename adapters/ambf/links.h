@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "adapters/ambf/options.h"
-#include "fire3dv/scene.h"
 #include "base/error.h"
+#include "fire3dv/scene.h"
 
 namespace fire3dv::ambf {
 

@@ -132,7 +132,8 @@ class Runner {
     if (!sent) return sent.error();
     // With one renderer, its images acknowledge the frame already.
     if (options_.lockstep && (requests_.empty() || options_.publish.uris.size() > 1)) {
-      if (Result<void> shown = publisher_.wait_shown(options_.ack_timeout_s, stop_requested, log_line); !shown)
+      if (Result<void> shown = publisher_.wait_shown(options_.ack_timeout_s, stop_requested, log_line);
+          !shown)
         return shown;
     }
     if (Result<void> done = store_images(); !done) return done;
@@ -143,9 +144,9 @@ class Runner {
   Result<void> store_images() {
     for (size_t i = 0; i < requests_.size(); ++i) {
       while (true) {
-        const Result<Image> image = options_.lockstep
-                                        ? publisher_.wait_image(requests_[i], options_.ack_timeout_s, stop_requested)
-                                        : publisher_.take_image(requests_[i]);
+        const Result<Image> image =
+            options_.lockstep ? publisher_.wait_image(requests_[i], options_.ack_timeout_s, stop_requested)
+                              : publisher_.take_image(requests_[i]);
         if (!image) return image.error();
         if (!*image) break;
         images_lost_ += (*image)->lost;

@@ -17,8 +17,10 @@ class LimitedLog {
  public:
   void warn(const std::string& kind, const std::string& text) {
     size_t& count = counts_[kind];
-    if (++count <= kMaxLines) log_line(warning(text));
-    else if (count == kMaxLines + 1) log_line(warning("further warnings about " + kind + " are not shown"));
+    if (++count <= kMaxLines)
+      log_line(warning(text));
+    else if (count == kMaxLines + 1)
+      log_line(warning("further warnings about " + kind + " are not shown"));
   }
 
  private:

@@ -7,8 +7,8 @@
 #include <set>
 #include <tuple>
 
-#include "renderer/scene/files.h"
 #include "convert/model.h"
+#include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -5,8 +5,8 @@
 #include <glm/gtc/constants.hpp>
 #include <limits>
 
-#include "renderer/scene/files.h"
 #include "convert/model.h"
+#include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
 namespace {

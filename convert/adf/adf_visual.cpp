@@ -6,9 +6,9 @@
 #include <glm/gtc/constants.hpp>
 #include <sstream>
 
-#include "renderer/scene/files.h"
 #include "convert/description_files.h"
 #include "convert/model.h"
+#include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
 

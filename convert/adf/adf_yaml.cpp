@@ -4,9 +4,9 @@
 #include <array>
 #include <cmath>
 
-#include "renderer/scene/files.h"
 #include "convert/description_files.h"
 #include "convert/model.h"
+#include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
 

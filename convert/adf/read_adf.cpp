@@ -8,13 +8,13 @@
 #include <optional>
 #include <string>
 
-#include "renderer/scene/files.h"
 #include "convert/adf/adf_objects.h"
 #include "convert/adf/adf_visual.h"
 #include "convert/adf/adf_yaml.h"
 #include "convert/description_files.h"
 #include "convert/model.h"
 #include "convert/readers.h"
+#include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
 namespace {

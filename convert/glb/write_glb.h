@@ -26,7 +26,8 @@ struct GlbImage {
 constexpr uint64_t kMaxPixelsInAll = uint64_t{1} << 31;  // limit per file, as in the renderer's loader
 
 // The result may borrow the image's bytes. The image is decodable, except that JPEG files of the usual kinds
-// may have damaged pixels, since only their structure is checked. Its pixels are subtracted from pixels_left. The error has the reason without the image's name.
+// may have damaged pixels, since only their structure is checked. Its pixels are subtracted from pixels_left.
+// The error has the reason without the image's name.
 Result<GlbImage> glb_image(const Image& image, uint64_t& pixels_left);
 
 // Packs two grey images as glTF does: G roughness, B metalness. An empty one stands for white. The size is

@@ -9,10 +9,10 @@
 #include <system_error>
 #include <utility>
 
-#include "renderer/scene/files.h"
 #include "convert/glb/write_glb.h"
 #include "convert/mesh/surfaces.h"
 #include "convert/model.h"
+#include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -35,8 +35,8 @@ class MeshFiles {
   Result<std::vector<Surface>> surfaces(const std::filesystem::path& file,
                                         const glm::dvec3& scale = glm::dvec3(1));
 
-  // Returns the surfaces of the nodes, or else of the nodes' meshes, of that name, as surfaces() does. The error names the nodes that there
-  // are.
+  // Returns the surfaces of the nodes, or else of the nodes' meshes, of that name, as surfaces() does. The
+  // error names the nodes that there are.
   Result<std::vector<Surface>> surfaces_of_node(const std::filesystem::path& file, const std::string& name);
 
   // Returns the file as a scene: nodes, and surfaces with vertex colours in the frames of their nodes. DAE

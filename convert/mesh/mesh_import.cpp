@@ -20,13 +20,13 @@
 #include <string_view>
 #include <utility>
 
-#include "renderer/scene/files.h"
 #include "convert/description_files.h"
 #include "convert/mesh/mesh_store.h"
 #include "convert/mesh/node_frames.h"
 #include "convert/mesh/ply.h"
 #include "convert/mesh/three_mf.h"
 #include "convert/model.h"
+#include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -17,12 +17,12 @@
 #include <unordered_map>
 #include <utility>
 
-#include "renderer/scene/files.h"
-#include "renderer/scene/gltf/foreign_file.h"
 #include "convert/description_files.h"
 #include "convert/mesh/mesh_files.h"
 #include "convert/mesh/mesh_store.h"
 #include "convert/mjcf/assets/mesh_normals.h"
+#include "renderer/scene/files.h"
+#include "renderer/scene/gltf/foreign_file.h"
 
 namespace fire3dv::convert {
 namespace {

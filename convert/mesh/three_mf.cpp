@@ -11,7 +11,6 @@
 #include <utility>
 #include <vector>
 
-#include "renderer/scene/files.h"
 #include "convert/description_files.h"
 #include "convert/mesh/mesh_store.h"
 #include "convert/mesh/node_frames.h"
@@ -19,6 +18,7 @@
 #include "convert/mesh/zip_file.h"
 #include "convert/model.h"
 #include "convert/xml_error.h"
+#include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
 namespace {

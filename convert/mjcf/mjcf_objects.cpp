@@ -4,8 +4,8 @@
 #include <numbers>
 #include <optional>
 
-#include "renderer/scene/files.h"
 #include "convert/mjcf/mjcf_bodies.h"
+#include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <utility>
 
-#include "renderer/scene/files.h"
 #include "convert/mjcf/assets/mjcf_height_field.h"
 #include "convert/mjcf/assets/mjcf_texture.h"
+#include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
 namespace {

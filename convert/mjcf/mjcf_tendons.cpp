@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "renderer/scene/files.h"
 #include "convert/mjcf/tendon_wrap.h"
+#include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
 namespace {

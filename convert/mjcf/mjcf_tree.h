@@ -16,7 +16,7 @@ namespace fire3dv::convert {
 struct MjcfJoint {
   enum class Type { free, ball, slide, hinge };
   Type type = Type::hinge;
-  std::string name;  // empty: none
+  std::string name;                       // empty: none
   glm::dvec3 position{0}, axis{0, 0, 1};  // in the body; the axis has unit length
   double reference = 0;                   // coordinate in the default pose; radians or metres
   size_t first_coordinate = 0;            // index into the model's coordinates (qpos)

@@ -6,7 +6,6 @@
 #include <string_view>
 #include <utility>
 
-#include "renderer/scene/files.h"
 #include "convert/mjcf/deformable/mjcf_flexes.h"
 #include "convert/mjcf/deformable/mjcf_skins.h"
 #include "convert/mjcf/joints/mjcf_joints.h"
@@ -17,6 +16,7 @@
 #include "convert/mjcf/mjcf_tendons.h"
 #include "convert/model.h"
 #include "convert/readers.h"
+#include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
 namespace {

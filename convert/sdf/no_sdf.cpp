@@ -1,7 +1,7 @@
 // Reader for SDF in builds without libsdformat.
-#include "renderer/scene/files.h"
 #include "convert/model.h"
 #include "convert/readers.h"
+#include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
 

@@ -3,7 +3,6 @@
 #include <system_error>
 #include <utility>
 
-#include "renderer/scene/files.h"
 #include "convert/model.h"
 #include "convert/readers.h"
 #include "convert/sdf/add_sdf.h"
@@ -11,6 +10,7 @@
 #include "convert/sdf/files/sdf_files.h"
 #include "convert/sdf/files/sdf_version.h"
 #include "convert/sdf/library/sdf_reader.h"
+#include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
 

@@ -6,9 +6,9 @@
 #include <span>
 #include <sstream>
 
-#include "renderer/scene/files.h"
 #include "convert/description_files.h"
 #include "convert/glb/write_glb.h"
+#include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
 namespace {

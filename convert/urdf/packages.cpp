@@ -7,8 +7,8 @@
 #include <system_error>
 #include <utility>
 
-#include "renderer/scene/files.h"
 #include "convert/description_files.h"
+#include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -14,7 +14,6 @@
 #include <utility>
 #include <vector>
 
-#include "renderer/scene/files.h"
 #include "convert/description_files.h"
 #include "convert/mesh/mesh_files.h"
 #include "convert/mesh/mesh_store.h"
@@ -27,6 +26,7 @@
 #include "convert/xacro/xacro.h"
 #include "convert/xacro/xacro_program.h"
 #include "convert/xml_error.h"
+#include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
-#include "renderer/scene/files.h"
 #include "convert/description_files.h"
 #include "convert/xacro/scope.h"
+#include "renderer/scene/files.h"
 
 namespace fire3dv::convert::xacro {
 namespace {

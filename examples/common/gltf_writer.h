@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "examples/common/mesh.h"
 #include "base/glb.h"
+#include "examples/common/mesh.h"
 
 namespace examples {
 

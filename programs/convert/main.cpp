@@ -16,12 +16,12 @@
 #include "base/log.h"
 #include "base/plural.h"
 #include "base/text.h"
-#include "renderer/scene/cache/cache_files.h"
 #include "convert/glb/glb_joints.h"
 #include "convert/glb/list_gltf.h"
 #include "convert/glb/output.h"
 #include "convert/glb/write_glb.h"
 #include "convert/readers.h"
+#include "renderer/scene/cache/cache_files.h"
 
 namespace fire3dv::convert {
 namespace {

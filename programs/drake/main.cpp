@@ -8,13 +8,13 @@
 #include <string>
 #include <variant>
 
-#include "programs/drake/options.h"
-#include "programs/drake/render/render_thread.h"
 #include "base/log.h"
 #include "base/plural.h"
+#include "programs/drake/options.h"
+#include "programs/drake/render/render_thread.h"
 #include "renderer/app/frame_loop.h"
-#include "renderer/loading/disk_caches.h"
 #include "renderer/app/start.h"
+#include "renderer/loading/disk_caches.h"
 
 namespace fire3dv::drake {
 namespace {

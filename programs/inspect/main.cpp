@@ -22,6 +22,9 @@
 #include "base/plural.h"
 #include "base/progress.h"
 #include "base/text.h"
+#include "programs/inspect/observer.h"
+#include "programs/inspect/recorded_edits.h"
+#include "programs/listener_options.h"
 #include "protocol/record/channels.h"
 #include "protocol/record/damage.h"
 #include "protocol/record/frame_counter.h"
@@ -29,9 +32,6 @@
 #include "protocol/transport/open.h"
 #include "protocol/wire/check.h"
 #include "protocol/wire/decode.h"
-#include "programs/inspect/observer.h"
-#include "programs/inspect/recorded_edits.h"
-#include "programs/listener_options.h"
 
 namespace fire3dv::inspect {
 namespace {

@@ -9,8 +9,8 @@
 #include "base/clock.h"
 #include "base/log.h"
 #include "base/plural.h"
-#include "protocol/wire/check.h"
 #include "programs/inspect/recorded_edits.h"
+#include "protocol/wire/check.h"
 
 namespace fire3dv::inspect {
 namespace {

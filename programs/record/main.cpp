@@ -22,6 +22,7 @@
 #include "base/plural.h"
 #include "base/progress.h"
 #include "base/text.h"
+#include "programs/listener_options.h"
 #include "protocol/record/damage.h"
 #include "protocol/record/log_thread.h"
 #include "protocol/record/mcap/attachments.h"
@@ -29,7 +30,6 @@
 #include "protocol/transport/open.h"
 #include "protocol/wire/decode.h"
 #include "protocol/wire/encode.h"
-#include "programs/listener_options.h"
 
 namespace fire3dv::record {
 namespace {

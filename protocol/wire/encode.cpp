@@ -3,8 +3,8 @@
 #include <bit>
 #include <cstring>
 
-#include "fire3dv_generated.h"
 #include "base/error.h"
+#include "fire3dv_generated.h"
 
 // Tables are built field by field, not by the generated Create functions: their field order depends on the
 // flatc version, and the bytes must not. Defaults are written as well, so that PoseFrameEncoder can patch

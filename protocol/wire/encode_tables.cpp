@@ -3,8 +3,8 @@
 #include <cstring>
 #include <type_traits>
 
-#include "fire3dv_generated.h"
 #include "base/error.h"
+#include "fire3dv_generated.h"
 #include "protocol/wire/encode.h"
 
 namespace fire3dv::wire {

@@ -12,8 +12,8 @@
 #include "base/log.h"
 #include "base/plural.h"
 #include "base/text.h"
-#include "renderer/camera/default_look.h"
 #include "renderer/app/options/stream_options.h"
+#include "renderer/camera/default_look.h"
 #include "renderer/capture/capture.h"
 
 namespace fire3dv::app {

@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "renderer/app/run/run_reports.h"
-#include "renderer/streams/stream_receiver.h"
+#include "renderer/browser/server/server.h"
 #include "renderer/metrics/metric_families.h"
 #include "renderer/metrics/metrics_server.h"
-#include "renderer/browser/server/server.h"
 #include "renderer/state/edits/edit_registry.h"
+#include "renderer/streams/stream_receiver.h"
 
 namespace fire3dv::app {
 

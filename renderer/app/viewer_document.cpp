@@ -1,9 +1,9 @@
 #include "renderer/app/viewer_document.h"
 
 #include "base/log.h"
-#include "renderer/camera/default_look.h"
 #include "renderer/app/frame_loop.h"
 #include "renderer/app/start.h"
+#include "renderer/camera/default_look.h"
 
 namespace fire3dv::app {
 namespace {

@@ -11,10 +11,10 @@
 #include <vector>
 
 #include "protocol/replay/replay_link.h"
-#include "renderer/loading/disk_caches.h"
-#include "renderer/loading/scene_load.h"
 #include "renderer/app/options/options.h"
 #include "renderer/app/recording.h"
+#include "renderer/loading/disk_caches.h"
+#include "renderer/loading/scene_load.h"
 
 namespace fire3dv::app {
 

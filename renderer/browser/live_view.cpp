@@ -9,8 +9,8 @@
 #include "renderer/browser/live_joints.h"
 #include "renderer/browser/live_messages.h"
 #include "renderer/images/requested_image.h"
-#include "renderer/window/viewer_control.h"
 #include "renderer/passes/view.h"
+#include "renderer/window/viewer_control.h"
 
 namespace fire3dv::app {
 namespace {

@@ -16,16 +16,16 @@
 #include "protocol/replay/replay_clock.h"
 #include "renderer/browser/adaptive_quality.h"
 #include "renderer/browser/live_plots.h"
+#include "renderer/browser/server/server.h"
 #include "renderer/browser/viewer_replies.h"
-#include "renderer/live_scene/live_scene.h"
-#include "renderer/streams/stream_receiver.h"
 #include "renderer/camera/camera_rig.h"
 #include "renderer/gui/panel_data.h"
+#include "renderer/live_scene/live_scene.h"
 #include "renderer/passes/path/traced_scene.h"
 #include "renderer/passes/scene_renderer.h"
-#include "renderer/browser/server/server.h"
 #include "renderer/state/motion/robot_pose.h"
 #include "renderer/state/pose_state.h"
+#include "renderer/streams/stream_receiver.h"
 
 namespace fire3dv::app {
 

@@ -5,12 +5,12 @@
 #include <optional>
 
 #include "base/error.h"
-#include "renderer/live_scene/live_scene.h"
 #include "renderer/app/options/options.h"
-#include "renderer/streams/image_requests.h"
 #include "renderer/gpu/device/device.h"
 #include "renderer/gui/panel_data.h"
+#include "renderer/live_scene/live_scene.h"
 #include "renderer/passes/scene_renderer.h"
+#include "renderer/streams/image_requests.h"
 
 namespace fire3dv::app {
 

@@ -13,8 +13,8 @@
 #include <variant>
 #include <vector>
 
-#include "renderer/scene/model/scene.h"
 #include "renderer/editing/user_edits.h"
+#include "renderer/scene/model/scene.h"
 #include "renderer/state/node_index.h"
 
 namespace fire3dv::state {

@@ -5,10 +5,10 @@
 #include <utility>
 
 #include "base/text.h"
+#include "renderer/editing/document_additions.h"
 #include "renderer/gui/gizmo_overlay.h"
 #include "renderer/scene/model/key_light.h"
 #include "renderer/scene/model/loaded_scene.h"
-#include "renderer/editing/document_additions.h"
 
 namespace fire3dv::app {
 namespace {

@@ -11,10 +11,10 @@
 #include <vector>
 
 #include "base/error.h"
-#include "renderer/live_scene/user_additions.h"
 #include "renderer/camera/camera_rig.h"
-#include "renderer/gui/panel_data.h"
 #include "renderer/editing/edit_document.h"
+#include "renderer/gui/panel_data.h"
+#include "renderer/live_scene/user_additions.h"
 
 namespace fire3dv::app {
 

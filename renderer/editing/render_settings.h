@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <map>
 
+#include "renderer/editing/edit_history.h"
 #include "renderer/gui/panel_data.h"
 #include "renderer/passes/scene_renderer.h"
-#include "renderer/editing/edit_history.h"
 
 namespace fire3dv::app {
 

@@ -10,11 +10,11 @@
 #include "base/log.h"
 #include "base/plural.h"
 #include "base/text.h"
-#include "renderer/window/viewer_control.h"
-#include "renderer/scene/gltf/export/export_glb.h"
 #include "renderer/editing/document_additions.h"
 #include "renderer/editing/overlay_file.h"
 #include "renderer/editing/target_index.h"
+#include "renderer/scene/gltf/export/export_glb.h"
+#include "renderer/window/viewer_control.h"
 
 namespace fire3dv::app {
 namespace {

@@ -14,14 +14,14 @@
 #include <vector>
 
 #include "base/error.h"
-#include "renderer/live_scene/live_scene.h"
 #include "renderer/app/options/options.h"
-#include "renderer/editing/new_objects.h"
-#include "renderer/editing/render_settings.h"
-#include "renderer/gui/panel_data.h"
 #include "renderer/editing/document_additions.h"
 #include "renderer/editing/edit_document.h"
 #include "renderer/editing/edit_history.h"
+#include "renderer/editing/new_objects.h"
+#include "renderer/editing/render_settings.h"
+#include "renderer/gui/panel_data.h"
+#include "renderer/live_scene/live_scene.h"
 
 namespace fire3dv::app {
 

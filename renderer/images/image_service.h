@@ -9,10 +9,10 @@
 #include <utility>
 #include <vector>
 
-#include "renderer/live_scene/live_scene.h"
-#include "renderer/streams/image_requests.h"
 #include "renderer/images/request_renderer.h"
 #include "renderer/images/secondary_devices.h"
+#include "renderer/live_scene/live_scene.h"
+#include "renderer/streams/image_requests.h"
 
 namespace fire3dv::app {
 

@@ -12,9 +12,9 @@
 #include <utility>
 #include <vector>
 
-#include "renderer/images/requested_image.h"
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/gpu/readback_ring.h"
+#include "renderer/images/requested_image.h"
 #include "renderer/passes/post/lens_pass.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/state/image_requests.h"

@@ -12,8 +12,8 @@
 
 #include "base/error.h"
 #include "protocol/wire/image.h"
-#include "renderer/live_scene/live_scene.h"
 #include "renderer/capture/capture.h"
+#include "renderer/live_scene/live_scene.h"
 #include "renderer/passes/outputs/planes_and_boxes.h"
 #include "renderer/passes/post/lens_pass.h"
 #include "renderer/state/pose_state.h"

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "renderer/loading/disk_caches.h"
 #include "renderer/app/start.h"
+#include "renderer/loading/disk_caches.h"
 
 namespace fire3dv::app {
 

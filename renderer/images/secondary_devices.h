@@ -11,10 +11,10 @@
 #include <thread>
 #include <vector>
 
-#include "renderer/loading/disk_caches.h"
-#include "renderer/live_scene/live_scene.h"
-#include "renderer/images/request_renderer.h"
 #include "renderer/gpu/device/device.h"
+#include "renderer/images/request_renderer.h"
+#include "renderer/live_scene/live_scene.h"
+#include "renderer/loading/disk_caches.h"
 
 namespace fire3dv::app {
 

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "renderer/live_scene/asset_files.h"
-#include "renderer/state/edits/edit_registry.h"
 #include "renderer/state/edits/addition.h"
+#include "renderer/state/edits/edit_registry.h"
 
 namespace fire3dv::app {
 

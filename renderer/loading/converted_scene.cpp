@@ -24,9 +24,9 @@
 #include <utility>
 #include <vector>
 
-#include "base/process/converter_process.h"
 #include "base/digest.h"
 #include "base/error.h"
+#include "base/process/converter_process.h"
 #include "renderer/scene/cache/cache_files.h"
 #include "renderer/scene/files.h"
 #include "renderer/scene/gltf/foreign_file.h"
@@ -67,7 +67,8 @@ using Clock = std::chrono::steady_clock;
 // Reason to end the converter, or nothing.
 std::optional<std::string> why_end(const ConverterRun& wanted, Clock::time_point until) {
   if (wanted.should_stop && wanted.should_stop()) return kStopped;
-  if (Clock::now() > until) return "it takes longer than " + std::to_string(kLongestConversion.count()) + " minutes";
+  if (Clock::now() > until)
+    return "it takes longer than " + std::to_string(kLongestConversion.count()) + " minutes";
   return std::nullopt;
 }
 
@@ -112,8 +113,7 @@ Result<std::vector<std::string>> run_converter(const ConverterRun& wanted) {
       Descriptor::beyond_standard(wanted.standard_output >= 0 ? wanted.standard_output : writing.get());
   if (writing.get() < 0 || output.get() < 0)
     return Error{std::string("cannot start fire3dv-convert: ") + std::strerror(errno)};
-  const Result<pid_t> child =
-      start_converter(wanted.arguments, output.get(), writing.get(), kMaxOutputBytes);
+  const Result<pid_t> child = start_converter(wanted.arguments, output.get(), writing.get(), kMaxOutputBytes);
   writing.reset();
   output.reset();  // may also be the pipe's
   if (!child) return child.error();
@@ -180,9 +180,9 @@ std::vector<fs::path> sources_of(const scene::ConversionRecord& record) {
 std::optional<CachePaths> cache_paths(const fs::path& description, std::vector<std::string> words,
                                       const scene::SceneCacheSettings& cache) {
   // They decide about URDF's packages and SDF's models.
-  for (const char* variable :
-       {"ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "SDF_PATH",
-        "GAZEBO_MODEL_PATH", "GAZEBO_RESOURCE_PATH", "GZ_FUEL_CACHE_PATH", "IGN_FUEL_CACHE_PATH"}) {
+  for (const char* variable : {"ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH", "GZ_SIM_RESOURCE_PATH",
+                               "IGN_GAZEBO_RESOURCE_PATH", "SDF_PATH", "GAZEBO_MODEL_PATH",
+                               "GAZEBO_RESOURCE_PATH", "GZ_FUEL_CACHE_PATH", "IGN_FUEL_CACHE_PATH"}) {
     const char* value = std::getenv(variable);
     if (value && *value) words.push_back(std::string(variable) + "=" + value);
   }
@@ -205,8 +205,8 @@ std::optional<CachePaths> cache_paths(const fs::path& description, std::vector<s
 }  // namespace
 
 bool needs_conversion(const fs::path& file) {
-  constexpr std::string_view kEndings[] = {".yaml", ".yml", ".urdf", ".xml", ".xacro", ".mjcf", ".sdf",
-                                           ".world", ".obj", ".stl", ".ply", ".dae", ".3mf"};
+  constexpr std::string_view kEndings[] = {".yaml",  ".yml", ".urdf", ".xml", ".xacro", ".mjcf", ".sdf",
+                                           ".world", ".obj", ".stl",  ".ply", ".dae",   ".3mf"};
   std::error_code error;
   if (fs::is_directory(file, error)) return fs::exists(file / "model.config", error);
   std::string ending = file.extension().string();

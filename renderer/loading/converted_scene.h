@@ -1,6 +1,6 @@
-// Conversion of robot and scene description files (AMBF, URDF, MJCF, SDF) and mesh files (OBJ, STL, PLY, DAE, 3MF)
-// to glTF, with a cache of the results. fire3dv-convert beside this program reads them, with limits on its
-// time, memory and output.
+// Conversion of robot and scene description files (AMBF, URDF, MJCF, SDF) and mesh files (OBJ, STL, PLY, DAE,
+// 3MF) to glTF, with a cache of the results. fire3dv-convert beside this program reads them, with limits on
+// its time, memory and output.
 #pragma once
 
 #include <filesystem>

@@ -43,8 +43,8 @@ class SceneLoad {
   // After wait(): messages about cache and conversion, and whether the scene came from the cache.
   const std::vector<std::string>& notes() const { return notes_; }
   bool is_cached() const { return is_cached_; }
-  // After wait(): the glTF file that was loaded; of a description its conversion. Readable for the lifetime of
-  // this object.
+  // After wait(): the glTF file that was loaded; of a description its conversion. Readable for the lifetime
+  // of this object.
   const std::filesystem::path& gltf_file() const { return gltf_; }
   // After wait(): writes a new cache entry on a thread, once. finish_caching() waits for it and returns its
   // error.

@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "base/digest.h"
-#include "renderer/loading/file_watch.h"
 #include "renderer/live_scene/live_scene.h"
+#include "renderer/loading/file_watch.h"
 #include "renderer/loading/scene_load.h"
 
 namespace fire3dv::app {

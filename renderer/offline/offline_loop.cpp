@@ -7,8 +7,8 @@
 #include "base/progress.h"
 #include "protocol/record/mcap/attachments.h"
 #include "protocol/wire/check.h"
-#include "renderer/camera/default_look.h"
 #include "renderer/app/start.h"
+#include "renderer/camera/default_look.h"
 #include "renderer/passes/scene_renderer.h"
 
 namespace fire3dv::offline {

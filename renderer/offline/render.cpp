@@ -11,20 +11,20 @@
 
 #include "base/digest.h"
 #include "protocol/wire/check.h"
-#include "renderer/camera/default_look.h"
 #include "renderer/app/frame_loop.h"
+#include "renderer/app/start.h"
+#include "renderer/camera/default_look.h"
+#include "renderer/editing/new_objects.h"
+#include "renderer/editing/overlay_file.h"
+#include "renderer/editing/target_index.h"
 #include "renderer/live_scene/asset_files.h"
 #include "renderer/loading/disk_caches.h"
-#include "renderer/app/start.h"
-#include "renderer/editing/new_objects.h"
 #include "renderer/offline/frame_folder.h"
 #include "renderer/offline/offline_loop.h"
 #include "renderer/offline/timeline.h"
 #include "renderer/scene/cache/scene_digest.h"
 #include "renderer/scene/model/variants.h"
 #include "renderer/sinks/video/video_sink.h"
-#include "renderer/editing/overlay_file.h"
-#include "renderer/editing/target_index.h"
 
 namespace fire3dv::offline {
 namespace {

@@ -1,5 +1,5 @@
-// Sides of a scene's triangles that a view sees. Triangles of single-sided materials are invisible from behind,
-// so that a view from the wrong side of an open surface shows nothing.
+// Sides of a scene's triangles that a view sees. Triangles of single-sided materials are invisible from
+// behind, so that a view from the wrong side of an open surface shows nothing.
 #pragma once
 
 #include <glm/glm.hpp>

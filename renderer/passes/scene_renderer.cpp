@@ -444,8 +444,7 @@ void SceneRenderer::blur(const Frame& frame) {
   const View& view = frame.views[0];
   const scene::ThinLens& lens = lens_of(view, settings_.post.lens);
   if (view.orthographic || lens.is_pinhole()) return;
-  depth_of_field_->record(frame.recorder, *targets_,
-                          circle_of_confusion(view, lens, frame.request.extent));
+  depth_of_field_->record(frame.recorder, *targets_, circle_of_confusion(view, lens, frame.request.extent));
 }
 
 void SceneRenderer::draw_markers(const Frame& frame) {

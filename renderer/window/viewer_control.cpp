@@ -4,8 +4,8 @@
 #include <cmath>
 #include <utility>
 
-#include "renderer/scene/model/variants.h"
 #include "renderer/editing/target_index.h"
+#include "renderer/scene/model/variants.h"
 
 namespace fire3dv::app {
 

@@ -7,12 +7,12 @@
 #include <set>
 
 #include "protocol/replay/replay_clock.h"
-#include "renderer/live_scene/live_scene.h"
 #include "renderer/camera/camera_rig.h"
+#include "renderer/editing/edit_document.h"
 #include "renderer/gui/panel_data.h"
+#include "renderer/live_scene/live_scene.h"
 #include "renderer/passes/debug/inspection.h"
 #include "renderer/window/window_input.h"
-#include "renderer/editing/edit_document.h"
 
 namespace fire3dv::app {
 

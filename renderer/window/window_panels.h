@@ -9,14 +9,14 @@
 #include <utility>
 #include <vector>
 
-#include "renderer/live_scene/live_scene.h"
 #include "renderer/app/run/run_reports.h"
-#include "renderer/streams/stream_receiver.h"
-#include "renderer/window/viewer_control.h"
 #include "renderer/gui/gui.h"
 #include "renderer/gui/gui_pass.h"
 #include "renderer/gui/panel_data.h"
+#include "renderer/live_scene/live_scene.h"
 #include "renderer/passes/scene_renderer.h"
+#include "renderer/streams/stream_receiver.h"
+#include "renderer/window/viewer_control.h"
 #include "renderer/window/window.h"
 
 namespace fire3dv::app {

@@ -7,8 +7,8 @@
 
 #include "base/log.h"
 #include "base/plural.h"
-#include "renderer/camera/default_look.h"
 #include "renderer/app/options/stream_options.h"
+#include "renderer/camera/default_look.h"
 #include "renderer/images/image_service.h"
 #include "renderer/window/measurement.h"
 #include "renderer/window/viewer_control.h"

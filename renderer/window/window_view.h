@@ -10,22 +10,22 @@
 #include <string>
 #include <vector>
 
-#include "renderer/live_scene/live_scene.h"
 #include "renderer/app/options/options.h"
 #include "renderer/app/options/stream_options.h"
-#include "renderer/streams/image_requests.h"
-#include "renderer/streams/stream_receiver.h"
 #include "renderer/camera/camera_rig.h"
 #include "renderer/editing/scene_editor.h"
+#include "renderer/gpu/frame_ring.h"
+#include "renderer/gui/panel_data.h"
+#include "renderer/live_scene/live_scene.h"
+#include "renderer/passes/scene_renderer.h"
+#include "renderer/streams/image_requests.h"
+#include "renderer/streams/stream_receiver.h"
 #include "renderer/window/overlay_markers.h"
 #include "renderer/window/recent_files.h"
 #include "renderer/window/screenshot_recorder.h"
 #include "renderer/window/viewer_control.h"
-#include "renderer/window/window_panels.h"
-#include "renderer/gpu/frame_ring.h"
-#include "renderer/gui/panel_data.h"
-#include "renderer/passes/scene_renderer.h"
 #include "renderer/window/window.h"
+#include "renderer/window/window_panels.h"
 
 namespace fire3dv::app {
 

@@ -17,7 +17,7 @@
 #define FIRE3DV_BINDING_ENVIRONMENT_IRRADIANCE 3
 #define FIRE3DV_BINDING_ENVIRONMENT_ALBEDO 4
 #define FIRE3DV_ENVIRONMENT_ALBEDO_SIDE 64  // texels a side of its table
-#define FIRE3DV_BINDING_TEXTURES 5  // last, since its count varies
+#define FIRE3DV_BINDING_TEXTURES 5          // last, since its count varies
 
 // set 0 of image filters
 #define FIRE3DV_BINDING_FILTER_IN 0

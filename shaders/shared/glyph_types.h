@@ -1,6 +1,6 @@
-// Text markers in the marker pass: the kind whose elements are glyphs, and the glyph atlas. Of MarkerPush `rotations`
-// has two vec4 per glyph: its rectangle in units of the font size, y up, from the position, and the same corners in
-// the atlas, in texels; `sizes` is the atlas; `segments` its number of rows.
+// Text markers in the marker pass: the kind whose elements are glyphs, and the glyph atlas. Of MarkerPush
+// `rotations` has two vec4 per glyph: its rectangle in units of the font size, y up, from the position, and
+// the same corners in the atlas, in texels; `sizes` is the atlas; `segments` its number of rows.
 #ifndef FIRE3DV_SHARED_GLYPH_TYPES_H
 #define FIRE3DV_SHARED_GLYPH_TYPES_H
 

@@ -45,7 +45,7 @@ struct PostPush {
   // uvec2[pixel]: linear radiance as half floats, for whole-image passes; 0: not requested
   FIRE3DV_ADDRESS linear;
   FIRE3DV_ADDRESS metered;  // float: exposure; 0: `exposure`
-  uint first_x;  // range of processed pixels; end_x and end_y are exclusive
+  uint first_x;             // range of processed pixels; end_x and end_y are exclusive
   uint first_y;
   uint end_x;
   uint end_y;
@@ -97,7 +97,8 @@ struct DepthOfFieldPush {
   float radius_at_zero;
   float radius_per_depth;
   float radius_of_background;
-  vec2 stretch;  // of distances in pixels to those along the longer axis, at least 1: pixels need not be square
+  vec2 stretch;  // of distances in pixels to those along the longer axis, at least 1: pixels need not be
+                 // square
 };
 
 struct CoverageMergePush {

@@ -103,9 +103,9 @@ struct RayList {
 
 struct LightViewsPush {
   FIRE3DV_ADDRESS globals;
-  FIRE3DV_ADDRESS cameras;    // FIRE3DV_ADDRESS[]: globals of each camera
-  FIRE3DV_ADDRESS wanted;     // LightViewRequest[]
-  FIRE3DV_ADDRESS views;      // RasterView[], written
+  FIRE3DV_ADDRESS cameras;         // FIRE3DV_ADDRESS[]: globals of each camera
+  FIRE3DV_ADDRESS wanted;          // LightViewRequest[]
+  FIRE3DV_ADDRESS views;           // RasterView[], written
   FIRE3DV_ADDRESS planar_casters;  // PlanarCasterRecord[]
   uint view_count;
   uint levels_of_detail;  // 1: maps may hold coarser LODs

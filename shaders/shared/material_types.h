@@ -34,7 +34,7 @@ struct TextureUse {
 #define FIRE3DV_MATERIAL_DIFFUSE_TRANSMISSION 8192u
 #define FIRE3DV_MATERIAL_DISPERSION 16384u  // of a volume
 // Compiled into the shaders of scenes that have them.
-#define FIRE3DV_MATERIAL_OPTIONAL                                                                        \
+#define FIRE3DV_MATERIAL_OPTIONAL                                                                       \
   (FIRE3DV_MATERIAL_ANISOTROPY | FIRE3DV_MATERIAL_IRIDESCENCE | FIRE3DV_MATERIAL_DIFFUSE_TRANSMISSION | \
    FIRE3DV_MATERIAL_DISPERSION)
 

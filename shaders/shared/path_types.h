@@ -25,7 +25,8 @@ struct PathState {
   uint is_camera_ray;
   vec3 radiance;
   uint channel;   // 1 to 3: the only colour of a path through dispersive media; 0: all colours
-  uint media[4];  // materials of the volumes that the path is inside of, the last one first; FIRE3DV_NO_INDEX: none
+  uint media[4];  // materials of the volumes that the path is inside of, the last one first;
+                  // FIRE3DV_NO_INDEX: none
 };
 
 // Sums over the samples of a pixel. Display-referred colours are shown without exposure and tone mapping.
@@ -52,7 +53,7 @@ struct PathParameters {
   float focus_distance_m;
   vec3 look_world;
   float near_m;
-  float far_m;  // 0: infinite
+  float far_m;   // 0: infinite
   uint bounces;  // after the first surface
   uint seed;
 };

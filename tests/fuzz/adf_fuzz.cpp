@@ -8,8 +8,8 @@
 #include <iterator>
 #include <set>
 
-#include "tests/fuzz/target.h"
 #include "convert/readers.h"
+#include "tests/fuzz/target.h"
 
 namespace fire3dv::fuzz {
 namespace {

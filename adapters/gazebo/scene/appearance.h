@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "gazebo.pb.h"
 #include "convert/sdf/sdf_scene.h"
+#include "gazebo.pb.h"
 
 namespace fire3dv::gazebo {
 

@@ -4,10 +4,10 @@
 #include <utility>
 
 #include "adapters/gazebo/stream/camera_messages.h"
-#include "gazebo.pb.h"
 #include "base/clock.h"
 #include "base/text.h"
 #include "convert/sdf/sdf_scene.h"
+#include "gazebo.pb.h"
 
 namespace fire3dv::gazebo {
 namespace {

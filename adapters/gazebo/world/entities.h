@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "gazebo.pb.h"
 #include "convert/sdf/names.h"
+#include "gazebo.pb.h"
 
 namespace fire3dv::gazebo {
 

@@ -14,10 +14,10 @@
 #include <string_view>
 #include <vector>
 
-#include "fire3dv/client.h"
-#include "images.h"
 #include "base/clock.h"
 #include "base/error.h"
+#include "fire3dv/client.h"
+#include "images.h"
 #include "protocol/transport/link.h"
 #include "protocol/wire/decode.h"
 #include "protocol/wire/edit_store.h"

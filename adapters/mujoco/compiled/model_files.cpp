@@ -11,9 +11,9 @@
 #include <string_view>
 #include <utility>
 
-#include "renderer/scene/files.h"
 #include "convert/description_files.h"
 #include "convert/xml_error.h"
+#include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -115,10 +115,9 @@ void Discovery::take_publications() {
       std::erase_if(remotes_, [](const auto& entry) { return entry.second.topic.empty(); });
       if (remotes_.size() > kMaxKnown) return;
     }
-    remotes_[info.instance_handle] = {sample.participant_instance_handle,
-                                      printable_text(ros_topic_name(sample.topic_name), kMaxNameBytes),
-                                      printable_text(ros_type_name(sample.type_name), kMaxNameBytes),
-                                      guid_text(sample.key), false};
+    remotes_[info.instance_handle] = {
+        sample.participant_instance_handle, printable_text(ros_topic_name(sample.topic_name), kMaxNameBytes),
+        printable_text(ros_type_name(sample.type_name), kMaxNameBytes), guid_text(sample.key), false};
   });
 }
 
@@ -157,7 +156,8 @@ std::vector<Discovery::News> Discovery::new_publishers(const std::string& topic,
     if (remote.is_reported || remote.topic != topic) continue;
     remote.is_reported = true;
     const std::string publisher = participant_text(remote.participant);
-    if (remote.type == ros_type) news.push_back({topic + " is published by " + publisher, false});
+    if (remote.type == ros_type)
+      news.push_back({topic + " is published by " + publisher, false});
     else
       news.push_back({topic + " has the type " + remote.type + " at " + publisher + ", not " + ros_type +
                           ": nothing is received from there",
@@ -171,9 +171,12 @@ std::string new_incompatible_policy(dds_entity_t reader) {
   if (dds_get_requested_incompatible_qos_status(reader, &status) < 0 || status.total_count_change <= 0)
     return "";
   switch (status.last_policy_id) {
-    case DDS_RELIABILITY_QOS_POLICY_ID: return "reliability";
-    case DDS_DURABILITY_QOS_POLICY_ID: return "durability";
-    default: return "quality of service policy " + std::to_string(status.last_policy_id);
+    case DDS_RELIABILITY_QOS_POLICY_ID:
+      return "reliability";
+    case DDS_DURABILITY_QOS_POLICY_ID:
+      return "durability";
+    default:
+      return "quality of service policy " + std::to_string(status.last_policy_id);
   }
 }
 

@@ -35,8 +35,10 @@ Result<std::string> absolute_namespace(std::string_view ns) {
 }  // namespace
 
 bool is_valid_name(std::string_view name) {
-  if (name.starts_with("~/")) name.remove_prefix(2);
-  else if (name.starts_with('/')) name.remove_prefix(1);
+  if (name.starts_with("~/"))
+    name.remove_prefix(2);
+  else if (name.starts_with('/'))
+    name.remove_prefix(1);
   return are_tokens(name);
 }
 

@@ -23,11 +23,16 @@ constexpr size_t kMaxPeers = 64;
 std::string xml_text(std::string_view text) {
   std::string escaped;
   for (const char c : text) {
-    if (c == '&') escaped += "&amp;";
-    else if (c == '<') escaped += "&lt;";
-    else if (c == '>') escaped += "&gt;";
-    else if (c == '"') escaped += "&quot;";
-    else escaped += c;
+    if (c == '&')
+      escaped += "&amp;";
+    else if (c == '<')
+      escaped += "&lt;";
+    else if (c == '>')
+      escaped += "&gt;";
+    else if (c == '"')
+      escaped += "&quot;";
+    else
+      escaped += c;
   }
   return escaped;
 }
@@ -55,10 +60,14 @@ Result<DiscoveryRange> parse_range(const std::string& text) {
 
 const char* range_text(DiscoveryRange range) {
   switch (range) {
-    case DiscoveryRange::subnet: return "subnet";
-    case DiscoveryRange::localhost: return "this machine (ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST)";
-    case DiscoveryRange::loopback_only: return "loopback (ROS_LOCALHOST_ONLY=1)";
-    case DiscoveryRange::off: break;
+    case DiscoveryRange::subnet:
+      return "subnet";
+    case DiscoveryRange::localhost:
+      return "this machine (ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST)";
+    case DiscoveryRange::loopback_only:
+      return "loopback (ROS_LOCALHOST_ONLY=1)";
+    case DiscoveryRange::off:
+      break;
   }
   return "off (ROS_AUTOMATIC_DISCOVERY_RANGE=OFF)";
 }
@@ -97,8 +106,10 @@ Result<DomainSettings> domain_settings(const GetEnv& get_env, std::optional<uint
   if (!range) return range.error();
   settings.range = *range;
   const std::string only = text_of(get_env, "ROS_LOCALHOST_ONLY");
-  if (only == "1") settings.range = DiscoveryRange::loopback_only;
-  else if (!only.empty() && only != "0") return Error{"ROS_LOCALHOST_ONLY=" + quote(only) + " is not 0 or 1"};
+  if (only == "1")
+    settings.range = DiscoveryRange::loopback_only;
+  else if (!only.empty() && only != "0")
+    return Error{"ROS_LOCALHOST_ONLY=" + quote(only) + " is not 0 or 1"};
   std::string peers = text_of(get_env, "ROS_STATIC_PEERS");
   for (size_t begin = 0; begin < peers.size();) {
     const size_t end = std::min(peers.find(';', begin), peers.size());
@@ -115,14 +126,18 @@ Result<DomainSettings> domain_settings(const GetEnv& get_env, std::optional<uint
 // announcements finds those that start later and announce themselves by multicast where there is none.
 std::string cyclonedds_configuration(const DomainSettings& settings) {
   std::string general = "<MaxMessageSize>65500B</MaxMessageSize><FragmentSize>64000B</FragmentSize>";
-  std::string discovery = "<ParticipantIndex>auto</ParticipantIndex>"
-                          "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
-                          "<SPDPInterval>2s</SPDPInterval>";
+  std::string discovery =
+      "<ParticipantIndex>auto</ParticipantIndex>"
+      "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
+      "<SPDPInterval>2s</SPDPInterval>";
   std::string peers = "<Peer Address=\"localhost\"/>";
   for (const std::string& peer : settings.static_peers) peers += "<Peer Address=\"" + xml_text(peer) + "\"/>";
   switch (settings.range) {
-    case DiscoveryRange::subnet: break;
-    case DiscoveryRange::localhost: general += "<AllowMulticast>false</AllowMulticast>"; break;
+    case DiscoveryRange::subnet:
+      break;
+    case DiscoveryRange::localhost:
+      general += "<AllowMulticast>false</AllowMulticast>";
+      break;
     case DiscoveryRange::loopback_only:
       general += "<Interfaces><NetworkInterface name=\"lo\"/></Interfaces>";
       break;

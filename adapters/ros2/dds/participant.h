@@ -78,9 +78,7 @@ class Participant {
 
  private:
   Participant(DomainSettings settings, Entity domain, Entity participant)
-      : settings_(std::move(settings)),
-        domain_(std::move(domain)),
-        participant_(std::move(participant)) {}
+      : settings_(std::move(settings)), domain_(std::move(domain)), participant_(std::move(participant)) {}
 
   DomainSettings settings_;
   Entity domain_;

@@ -13,34 +13,56 @@ struct Quality {
 
 Quality reader_quality(Profile profile) {
   switch (profile) {
-    case Profile::tf: return {true, false, 100};
-    case Profile::tf_static: return {true, true, kStaticReaderDepth};
-    case Profile::clock: return {false, false, 1};
-    case Profile::joint_states: return {false, false, 5};
-    case Profile::robot_description: return {true, true, 1};
-    case Profile::image: return {true, false, 1};
-    case Profile::markers: return {true, false, 10};
-    case Profile::points: return {false, false, 1};
-    case Profile::path: return {true, false, 1};
-    case Profile::map: return {true, true, 1};
-    case Profile::camera_info: break;
+    case Profile::tf:
+      return {true, false, 100};
+    case Profile::tf_static:
+      return {true, true, kStaticReaderDepth};
+    case Profile::clock:
+      return {false, false, 1};
+    case Profile::joint_states:
+      return {false, false, 5};
+    case Profile::robot_description:
+      return {true, true, 1};
+    case Profile::image:
+      return {true, false, 1};
+    case Profile::markers:
+      return {true, false, 10};
+    case Profile::points:
+      return {false, false, 1};
+    case Profile::path:
+      return {true, false, 1};
+    case Profile::map:
+      return {true, true, 1};
+    case Profile::camera_info:
+      break;
   }
   return {false, false, 5};
 }
 
 Quality writer_quality(Profile profile) {
   switch (profile) {
-    case Profile::tf: return {true, false, 100};
-    case Profile::tf_static: return {true, true, 1};
-    case Profile::clock: return {true, false, 1};
-    case Profile::joint_states: return {true, false, 10};
-    case Profile::robot_description: return {true, true, 1};
-    case Profile::image: return {true, false, 1};
-    case Profile::markers: return {true, false, 10};
-    case Profile::points: return {true, false, 1};
-    case Profile::path: return {true, false, 1};
-    case Profile::map: return {true, true, 1};
-    case Profile::camera_info: break;
+    case Profile::tf:
+      return {true, false, 100};
+    case Profile::tf_static:
+      return {true, true, 1};
+    case Profile::clock:
+      return {true, false, 1};
+    case Profile::joint_states:
+      return {true, false, 10};
+    case Profile::robot_description:
+      return {true, true, 1};
+    case Profile::image:
+      return {true, false, 1};
+    case Profile::markers:
+      return {true, false, 10};
+    case Profile::points:
+      return {true, false, 1};
+    case Profile::path:
+      return {true, false, 1};
+    case Profile::map:
+      return {true, true, 1};
+    case Profile::camera_info:
+      break;
   }
   return {true, false, 5};
 }

@@ -172,8 +172,8 @@ void MarkerStore::drop_oldest_held(const MarkerContext& context) {
   context.warn("markers without a place",
                "/" + oldest.topic + ": " + quote(oldest.marker.name) +
                    " is dropped: markers whose frames are not connected to the fixed frame, such as " +
-                   quote(oldest.marker.frame) + ", take more than " + std::to_string(limits_.held_bytes >> 20) +
-                   " MiB");
+                   quote(oldest.marker.frame) + ", take more than " +
+                   std::to_string(limits_.held_bytes >> 20) + " MiB");
   erase(oldest, context);
 }
 
@@ -187,8 +187,10 @@ void MarkerStore::clear_expired(const MarkerContext& context) {
   std::vector<Entry*> expired;
   for (const auto& [end_ns, sequence, entry] : ends_) {
     const bool has_begun = end_ns - static_cast<int64_t>(entry->marker.lifetime_ns) <= now;
-    if (end_ns < now || !has_begun) expired.push_back(entry);
-    else if (now >= *sim_time_ns_) break;  // time goes on: later ends are in the future, too
+    if (end_ns < now || !has_begun)
+      expired.push_back(entry);
+    else if (now >= *sim_time_ns_)
+      break;  // time goes on: later ends are in the future, too
   }
   for (Entry* const entry : expired) erase(*entry, context);
 }

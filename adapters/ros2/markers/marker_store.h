@@ -42,7 +42,8 @@ class MarkerStore {
  public:
   struct Limits {
     size_t markers_per_topic = 20'000;
-    size_t held_bytes = size_t{256} << 20;  // of markers without a place; shown ones are in the stream's budget
+    size_t held_bytes =
+        size_t{256} << 20;  // of markers without a place; shown ones are in the stream's budget
   };
 
   MarkerStore() = default;
@@ -57,7 +58,7 @@ class MarkerStore {
   void clear(const std::string& topic, const std::string& name, const MarkerContext& context);
   void clear_topic(const std::string& topic, const MarkerContext& context);
 
-  size_t size(const std::string& topic) const;      // shown and held
+  size_t size(const std::string& topic) const;       // shown and held
   size_t held_bytes() const { return held_bytes_; }  // of held markers
 
  private:

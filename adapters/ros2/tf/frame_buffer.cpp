@@ -40,14 +40,22 @@ Insertion check(const Transform& transform) {
 
 const char* insertion_text(Insertion insertion) {
   switch (insertion) {
-    case Insertion::accepted: return "accepted";
-    case Insertion::repeated: return "its stamp was there already";
-    case Insertion::too_old: return "it is more than 10 s older than the newest";
-    case Insertion::bad_name: return "a frame name is empty, longer than 255 bytes or not printable UTF-8";
-    case Insertion::same_frame: return "the frame is its own parent";
-    case Insertion::bad_number: return "a number is NaN, infinite or beyond 1e9";
-    case Insertion::bad_rotation: return "its quaternion has not length 1";
-    case Insertion::too_many_frames: break;
+    case Insertion::accepted:
+      return "accepted";
+    case Insertion::repeated:
+      return "its stamp was there already";
+    case Insertion::too_old:
+      return "it is more than 10 s older than the newest";
+    case Insertion::bad_name:
+      return "a frame name is empty, longer than 255 bytes or not printable UTF-8";
+    case Insertion::same_frame:
+      return "the frame is its own parent";
+    case Insertion::bad_number:
+      return "a number is NaN, infinite or beyond 1e9";
+    case Insertion::bad_rotation:
+      return "its quaternion has not length 1";
+    case Insertion::too_many_frames:
+      break;
   }
   return "there are 65536 frames already";
 }
@@ -113,8 +121,8 @@ void FrameBuffer::note_source(Frame& frame, FrameId id, SourceId source, int64_t
   const bool back_again = source == frame.source && frame.other_source != 0 &&
                           frame.other_arrival_ns > frame.arrival_ns &&
                           arrival_ns - frame.other_arrival_ns < kSilenceNs;
-  const bool in_turn = source != frame.source && source == frame.other_source &&
-                       arrival_ns - frame.arrival_ns < kSilenceNs;
+  const bool in_turn =
+      source != frame.source && source == frame.other_source && arrival_ns - frame.arrival_ns < kSilenceNs;
   if ((back_again || in_turn) && conflicts_.size() < kMaxConflicts)
     conflicts_.push_back({id, source, source == frame.source ? frame.other_source : frame.source});
 }
@@ -131,8 +139,8 @@ Insertion FrameBuffer::insert_moving(Frame& frame, FrameSample&& sample, SourceI
       frame.other_source = source;
       frame.other_arrival_ns = arrival_ns;
     }
-    const bool goes_back = sample.stamp_ns < newest - kJumpBackNs ||
-                           (sample.stamp_ns < kBeginningNs && newest >= kBeginningNs);
+    const bool goes_back =
+        sample.stamp_ns < newest - kJumpBackNs || (sample.stamp_ns < kBeginningNs && newest >= kBeginningNs);
     if (goes_back && !other_is_alive) {
       if (sample.stamp_ns >= frame.back_stamp_ns) frame.has_gone_back = has_gone_back_ = true;
       frame.back_stamp_ns = sample.stamp_ns;
@@ -163,8 +171,8 @@ void FrameBuffer::prune(Frame& frame) const {
   std::deque<FrameSample>& samples = frame.samples;
   const int64_t newest = samples.back().stamp_ns;
   const int64_t oldest = newest >= INT64_MIN + kCacheNs ? newest - kCacheNs : INT64_MIN;
-  while (samples.size() > 1 && (samples[0].stamp_ns < oldest || samples[1].stamp_ns <= oldest_ns_ ||
-                                samples.size() > kMaxSamples))
+  while (samples.size() > 1 &&
+         (samples[0].stamp_ns < oldest || samples[1].stamp_ns <= oldest_ns_ || samples.size() > kMaxSamples))
     samples.pop_front();
 }
 
@@ -208,17 +216,16 @@ std::optional<FrameSample> FrameBuffer::at(const Frame& frame, int64_t time_ns) 
   if (!frame.is_stamped()) return samples.back();
   if (time_ns < samples.front().stamp_ns || time_ns > samples.back().stamp_ns) return std::nullopt;
   if (time_ns == samples.back().stamp_ns) return samples.back();
-  const auto newer =
-      std::upper_bound(samples.begin(), samples.end(), time_ns,
-                       [](int64_t time, const FrameSample& s) { return time < s.stamp_ns; });
+  const auto newer = std::upper_bound(samples.begin(), samples.end(), time_ns,
+                                      [](int64_t time, const FrameSample& s) { return time < s.stamp_ns; });
   const FrameSample& older = *(newer - 1);
   if (older.stamp_ns == time_ns || older.parent != newer->parent) {
     FrameSample sample = older;
     sample.stamp_ns = time_ns;
     return sample;
   }
-  const double share = static_cast<double>(time_ns - older.stamp_ns) /
-                       static_cast<double>(newer->stamp_ns - older.stamp_ns);
+  const double share =
+      static_cast<double>(time_ns - older.stamp_ns) / static_cast<double>(newer->stamp_ns - older.stamp_ns);
   return FrameSample{time_ns, older.parent,
                      interpolate(older.parent_from_frame, newer->parent_from_frame, share)};
 }

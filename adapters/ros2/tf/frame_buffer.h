@@ -32,12 +32,12 @@ struct FrameSample {
 
 struct Frame {
   std::string name;
-  bool is_static = false;           // one value for all times
-  bool has_gone_back = false;        // two samples in a row were more than a second older than the newest
+  bool is_static = false;             // one value for all times
+  bool has_gone_back = false;         // two samples in a row were more than a second older than the newest
   int64_t back_stamp_ns = INT64_MAX;  // the first of them; INT64_MAX: none
-  SourceId source = 0;              // publisher of the newest sample
-  int64_t arrival_ns = 0;           // of the newest sample
-  SourceId other_source = 0;        // another publisher of this frame, if there was one
+  SourceId source = 0;                // publisher of the newest sample
+  int64_t arrival_ns = 0;             // of the newest sample
+  SourceId other_source = 0;          // another publisher of this frame, if there was one
   int64_t other_arrival_ns = 0;
   std::deque<FrameSample> samples;  // oldest first; none: a root
 
@@ -48,12 +48,12 @@ struct Frame {
 
 enum class Insertion {
   accepted,
-  repeated,           // the stamp is there already; tf2 keeps the first value
-  too_old,            // more than 10 s older than the newest
-  bad_name,           // empty, too long, not UTF-8, or with control characters
-  same_frame,         // child and parent are one frame
-  bad_number,         // NaN or infinite
-  bad_rotation,       // the quaternion's length is not 1 within half a percent
+  repeated,      // the stamp is there already; tf2 keeps the first value
+  too_old,       // more than 10 s older than the newest
+  bad_name,      // empty, too long, not UTF-8, or with control characters
+  same_frame,    // child and parent are one frame
+  bad_number,    // NaN or infinite
+  bad_rotation,  // the quaternion's length is not 1 within half a percent
   too_many_frames
 };
 const char* insertion_text(Insertion insertion);  // reason of a refusal, for messages

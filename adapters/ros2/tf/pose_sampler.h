@@ -45,7 +45,7 @@ class PoseSampler {
   void restart();
 
   struct Frame {
-    bool is_new_layout = false;    // node_names() have changed, or a restart: describe, then publish
+    bool is_new_layout = false;  // node_names() have changed, or a restart: describe, then publish
     bool is_discontinuity = false;
     int64_t time_ns = 0;
   };
@@ -82,7 +82,7 @@ class PoseSampler {
   std::optional<std::vector<std::string>> links_;
   FrameTree tree_;
   std::optional<Layout> layout_, pending_;  // pending_: another layout that waits for quiet
-  bool pending_shrinks_ = false;           // it lacks nodes of layout_
+  bool pending_shrinks_ = false;            // it lacks nodes of layout_
   int64_t pending_since_ns_ = 0, first_pending_ns_ = 0, next_plan_ns_ = 0;
   std::optional<uint64_t> planned_version_;
   bool restarts_ = false;

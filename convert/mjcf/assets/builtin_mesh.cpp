@@ -6,8 +6,8 @@
 #include <numbers>
 #include <utility>
 
-#include "renderer/scene/files.h"
 #include "convert/mjcf/assets/convex_hull.h"
+#include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <cstring>
 
-#include "renderer/scene/files.h"
 #include "convert/mjcf/assets/png_pixels.h"
 #include "convert/mjcf/mjcf_source.h"
+#include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
 namespace {

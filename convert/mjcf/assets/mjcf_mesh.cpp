@@ -8,7 +8,6 @@
 #include <tuple>
 #include <utility>
 
-#include "renderer/scene/files.h"
 #include "convert/mesh/mesh_store.h"
 #include "convert/mjcf/assets/builtin_mesh.h"
 #include "convert/mjcf/assets/convex_hull.h"
@@ -16,6 +15,7 @@
 #include "convert/mjcf/assets/mesh_inertia.h"
 #include "convert/mjcf/assets/mesh_normals.h"
 #include "convert/mjcf/mjcf_source.h"
+#include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -4,11 +4,11 @@
 #include <cstring>
 #include <utility>
 
-#include "renderer/scene/files.h"
 #include "convert/glb/write_glb.h"
 #include "convert/mjcf/assets/png_pixels.h"
 #include "convert/mjcf/assets/texture_pattern.h"
 #include "convert/mjcf/mjcf_source.h"
+#include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
 namespace {

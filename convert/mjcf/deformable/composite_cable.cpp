@@ -4,8 +4,8 @@
 #include <numbers>
 #include <sstream>
 
-#include "renderer/scene/files.h"
 #include "convert/mjcf/deformable/composite_parts.h"
+#include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -5,9 +5,9 @@
 #include <map>
 #include <numbers>
 
-#include "renderer/scene/files.h"
 #include "convert/mesh/surfaces.h"
 #include "convert/mjcf/xml/mjcf_attributes.h"
+#include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -1,9 +1,9 @@
 // composite elements: bodies that MuJoCo generates, and the skins over them.
 #include <utility>
 
-#include "renderer/scene/files.h"
 #include "convert/mjcf/deformable/composite.h"
 #include "convert/mjcf/mjcf_bodies.h"
+#include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
 

@@ -7,10 +7,10 @@
 #include <string>
 #include <utility>
 
-#include "renderer/scene/files.h"
 #include "convert/mjcf/assets/mjcf_mesh.h"
 #include "convert/mjcf/deformable/mjcf_flexes.h"
 #include "convert/mjcf/mjcf_bodies.h"
+#include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
 namespace {

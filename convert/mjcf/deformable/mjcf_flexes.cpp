@@ -8,9 +8,9 @@
 #include <string>
 #include <utility>
 
-#include "renderer/scene/files.h"
 #include "convert/mjcf/deformable/mjcf_skins.h"
 #include "convert/mjcf/deformable/skin_data.h"
+#include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "renderer/scene/files.h"
 #include "convert/mjcf/mjcf_source.h"
+#include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -5,9 +5,9 @@
 
 #include <set>
 
-#include "renderer/scene/files.h"
 #include "convert/description_files.h"
 #include "convert/xml_error.h"
+#include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -12,11 +12,11 @@
 #include <system_error>
 #include <utility>
 
-#include "renderer/scene/files.h"
 #include "convert/description_files.h"
 #include "convert/sdf/files/sdf_include_text.h"
 #include "convert/sdf/files/sdf_version.h"
 #include "convert/xml_error.h"
+#include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -10,9 +10,9 @@
 #include <string_view>
 #include <system_error>
 
-#include "renderer/scene/files.h"
 #include "convert/sdf/files/sdf_version.h"
 #include "convert/xml_error.h"
+#include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
 namespace {

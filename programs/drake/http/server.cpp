@@ -6,8 +6,8 @@
 #include <string_view>
 #include <utility>
 
-#include "programs/drake/http/session.h"
 #include "base/text.h"
+#include "programs/drake/http/session.h"
 #include "protocol/transport/http/accept_loop.h"
 
 namespace fire3dv::drake {

@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "programs/drake/request/gltf_scene.h"
 #include "base/log.h"
+#include "programs/drake/request/gltf_scene.h"
 #include "renderer/camera/default_look.h"
 #include "renderer/sinks/png.h"
 

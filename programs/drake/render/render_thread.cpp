@@ -5,8 +5,8 @@
 #include <new>
 #include <utility>
 
-#include "programs/drake/request/form.h"
 #include "base/log.h"
+#include "programs/drake/request/form.h"
 
 namespace fire3dv::drake {
 namespace {

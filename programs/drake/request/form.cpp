@@ -6,10 +6,10 @@
 #include <span>
 #include <vector>
 
-#include "programs/drake/http/multipart.h"
-#include "programs/drake/request/sha256.h"
 #include "base/digest.h"
 #include "base/text.h"
+#include "programs/drake/http/multipart.h"
+#include "programs/drake/request/sha256.h"
 
 namespace fire3dv::drake {
 namespace {

@@ -10,9 +10,9 @@
 #include <stdexcept>
 #include <utility>
 
-#include "programs/drake/request/sha256.h"
 #include "base/glb.h"
 #include "base/text.h"
+#include "programs/drake/request/sha256.h"
 
 namespace fire3dv::drake {
 namespace {

@@ -15,9 +15,9 @@
 #include <string_view>
 #include <vector>
 
-#include "programs/drake/request/form.h"
 #include "base/digest.h"
 #include "base/error.h"
+#include "programs/drake/request/form.h"
 
 namespace fire3dv::drake {
 

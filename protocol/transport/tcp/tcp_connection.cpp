@@ -154,8 +154,8 @@ bool TlsSession::fail() {
   const long verified = ::SSL_get_verify_result(ssl_);
   problem_ = "TLS failed: " + last_reason();
   if (verified != X509_V_OK)
-    problem_ = std::string("the peer's certificate is not trusted: ") +
-               ::X509_verify_cert_error_string(verified);
+    problem_ =
+        std::string("the peer's certificate is not trusted: ") + ::X509_verify_cert_error_string(verified);
   ::ERR_clear_error();
   return false;
 }

@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "base/peer_budget.h"
-#include "renderer/loading/converted_scene.h"
 #include "renderer/app/options/stream_options.h"
 #include "renderer/gui/screenshot_size.h"
+#include "renderer/loading/converted_scene.h"
 #include "renderer/passes/environment/environment.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/window/window.h"

@@ -11,12 +11,12 @@
 #include "renderer/app/options/options.h"
 #include "renderer/app/recording.h"
 #include "renderer/app/renderer_metrics.h"
-#include "renderer/streams/stream_receiver.h"
 #include "renderer/app/viewer_document.h"
-#include "renderer/window/window_view.h"
-#include "renderer/gpu/device/device.h"
 #include "renderer/browser/server/server.h"
+#include "renderer/gpu/device/device.h"
 #include "renderer/sinks/file_sink.h"
+#include "renderer/streams/stream_receiver.h"
+#include "renderer/window/window_view.h"
 
 namespace fire3dv::app {
 

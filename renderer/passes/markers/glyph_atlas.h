@@ -33,8 +33,8 @@ class GlyphAtlas {
   GlyphAtlas(const GlyphAtlas&) = delete;
   GlyphAtlas& operator=(const GlyphAtlas&) = delete;
 
-  // The box of the font for a character that it lacks, and once the atlas has kMaxGlyphs, for one that is new.
-  // ASCII is always there. Valid until the atlas is destroyed.
+  // The box of the font for a character that it lacks, and once the atlas has kMaxGlyphs, for one that is
+  // new. ASCII is always there. Valid until the atlas is destroyed.
   const Glyph& glyph(uint32_t character);
   float ascent() const { return ascent_; }    // of a line, above the baseline
   float descent() const { return descent_; }  // below the baseline, positive

@@ -17,8 +17,8 @@ namespace access = gpu::access;
 constexpr uint32_t kPreparedCapacity = 1u << 18;
 constexpr uint32_t kTileCapacity = 1u << 20;
 constexpr uint32_t kTileSide = 1u << FIRE3DV_TILE_SHIFT;
-// Cluster counts above which groups of 32 threads are faster (measured on an H200): they fill the device, and hardly
-// any triangle exceeds a few pixels.
+// Cluster counts above which groups of 32 threads are faster (measured on an H200): they fill the device, and
+// hardly any triangle exceeds a few pixels.
 constexpr uint32_t kManyInMaps = 1u << 14, kManyInImages = 1u << 17;
 constexpr uint32_t kHugeAtFirst = 1u << 22;  // 32 MiB, for very large scenes only
 constexpr gpu::Access kArgumentsAndCompute{

@@ -21,7 +21,8 @@ constexpr const char* kExportFromBlender = "export it from Blender: File > Expor
 constexpr const char* kMesh = "mesh it in a CAD program such as FreeCAD, and export glTF, OBJ or STL";
 constexpr const char* kConvert = "convert it first: fire3dv-convert FILE -o scene.glb";
 constexpr const char* kByName =
-    "fire3dv-convert converts AMBF, URDF, MJCF and SDF descriptions, recognised by .yaml, .urdf, .xml, .xacro "
+    "fire3dv-convert converts AMBF, URDF, MJCF and SDF descriptions, recognised by .yaml, .urdf, .xml, "
+    ".xacro "
     "or .sdf";
 constexpr const char* kUnpack = "unpack it first";
 constexpr const char* kNameScene = "name a scene in glTF (.glb or .gltf)";
@@ -182,8 +183,8 @@ bool is_text(std::string_view head) {
 
 // Scene in a folder that the user named, for the remedy.
 std::string example_in(const std::filesystem::path& folder) {
-  constexpr std::string_view kScenes[] = {".glb", ".gltf", ".urdf", ".xacro", ".sdf", ".world", ".obj",
-                                          ".dae", ".stl",  ".ply",  ".3mf"};
+  constexpr std::string_view kScenes[] = {".glb", ".gltf", ".urdf", ".xacro", ".sdf", ".world",
+                                          ".obj", ".dae",  ".stl",  ".ply",   ".3mf"};
   constexpr int kMaxEntries = 1000;
   std::error_code error;
   std::string best;

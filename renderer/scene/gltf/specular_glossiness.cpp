@@ -100,9 +100,9 @@ class Converter {
       return {};  // exact with the diffuse texture as base colour
     const Image* diffuse = image_of(source.diffuse);
     const Image* specular = image_of(source.specular_glossiness);
-    const bool can_be_combined =
-        source.diffuse.texture == kNone || source.specular_glossiness.texture == kNone ||
-        same_coordinates(source.diffuse, source.specular_glossiness, scene_);
+    const bool can_be_combined = source.diffuse.texture == kNone ||
+                                 source.specular_glossiness.texture == kNone ||
+                                 same_coordinates(source.diffuse, source.specular_glossiness, scene_);
     if (can_be_combined && (diffuse != nullptr || specular != nullptr))
       return combine(source, diffuse, specular);
     return {};
@@ -205,8 +205,7 @@ MetallicRoughness to_metallic_roughness(const SpecularGlossiness& source) {
       solve_metallic(perceived_brightness(diffuse), perceived_brightness(specular), diffuse_share);
   const glm::vec3 from_diffuse =
       diffuse * (diffuse_share / (1 - kDielectric) / std::max(1 - metallic, kSmallest));
-  const glm::vec3 from_specular =
-      (specular - kDielectric * (1 - metallic)) / std::max(metallic, kSmallest);
+  const glm::vec3 from_specular = (specular - kDielectric * (1 - metallic)) / std::max(metallic, kSmallest);
   const glm::vec3 color = glm::clamp(glm::mix(from_diffuse, from_specular, metallic * metallic), 0.0f, 1.0f);
   return {glm::vec4(color, source.diffuse.a), metallic, 1 - source.glossiness};
 }

@@ -183,7 +183,7 @@ struct Scene {
   std::vector<AnimationChannel> channels;
   std::vector<float> key_times_s;
   std::vector<float> key_values;
-  std::vector<Material> materials;  // [0] is glTF's default material
+  std::vector<Material> materials;    // [0] is glTF's default material
   std::vector<std::string> variants;  // names of material variants; see variants.h
   std::vector<uint32_t> variant_materials;
   std::vector<Texture> textures;

@@ -13,8 +13,8 @@ namespace fire3dv::scene {
 struct Vertices {
   std::vector<glm::vec3> positions;
   std::vector<VertexAttributes> attributes;
-  std::vector<uint32_t> source;  // accessor element of each vertex; empty: identity
-  size_t repaired_normals = 0;   // see repair_normals()
+  std::vector<uint32_t> source;   // accessor element of each vertex; empty: identity
+  size_t repaired_normals = 0;    // see repair_normals()
   bool has_bad_tangents = false;  // not finite in the file; replaced
 };
 

@@ -1,5 +1,6 @@
 // Function table of libav (FFmpeg), loaded at run time when a video is opened. Linking libav would load about
-// a hundred libraries and add a tenth of a second to every start. Only video_file.cpp and stream_encoder.cpp include this header.
+// a hundred libraries and add a tenth of a second to every start. Only video_file.cpp and stream_encoder.cpp
+// include this header.
 #pragma once
 
 extern "C" {

@@ -2,12 +2,12 @@
 // own materials and one with an override, translucent and hidden bodies.
 #include <gtest/gtest.h>
 
+#include "convert/glb/write_glb.h"
+#include "convert/readers.h"
 #include "renderer/scene/gltf/load_gltf.h"
 #include "tests/render/support/render_bench.h"
 #include "tests/support/gltf_builder.h"
 #include "tests/support/image_compare.h"
-#include "convert/glb/write_glb.h"
-#include "convert/readers.h"
 
 namespace fire3dv::test {
 namespace {

@@ -1,11 +1,11 @@
 // Golden image test of small robots from URDF and MJCF description files; the goldens were reviewed by eye.
 #include <gtest/gtest.h>
 
+#include "convert/glb/write_glb.h"
+#include "convert/readers.h"
 #include "renderer/scene/gltf/load_gltf.h"
 #include "tests/render/support/render_bench.h"
 #include "tests/support/image_compare.h"
-#include "convert/glb/write_glb.h"
-#include "convert/readers.h"
 
 namespace fire3dv::test {
 namespace {

@@ -6,11 +6,11 @@
 #include <string>
 #include <string_view>
 
+#include "convert/glb/write_glb.h"
+#include "convert/readers.h"
 #include "renderer/scene/gltf/load_gltf.h"
 #include "tests/render/support/render_bench.h"
 #include "tests/support/gltf_builder.h"
-#include "convert/glb/write_glb.h"
-#include "convert/readers.h"
 
 namespace fire3dv::test {
 namespace {

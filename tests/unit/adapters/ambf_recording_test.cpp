@@ -7,8 +7,8 @@
 #include <map>
 #include <set>
 
-#include "protocol/record/playback.h"
 #include "convert/readers.h"
+#include "protocol/record/playback.h"
 
 namespace fire3dv {
 namespace {

@@ -161,7 +161,8 @@ TEST_P(ClientImage, ARequestArrivesAndItsImageComesBack) {
   EXPECT_EQ(got.parent_from_camera.m[3], 0.5f);
   EXPECT_EQ(got.intrinsics, (wire::Intrinsics{8, 4, 10, 10, 3.5f, 1.5f, 0.01f, 0, {}}));
   EXPECT_EQ(wait(id, FIRE3DV_ERROR_TIMEOUT, 0), nullptr);
-  EXPECT_NE(std::string(fire3dv_last_error()).find("; 1 renderer is reached"), std::string::npos) << fire3dv_last_error();
+  EXPECT_NE(std::string(fire3dv_last_error()).find("; 1 renderer is reached"), std::string::npos)
+      << fire3dv_last_error();
   ASSERT_TRUE(drawer_->answer(got, 1, 1));
   const Image image = wait(id);
   ASSERT_NE(image, nullptr);

@@ -7,10 +7,10 @@
 #include <map>
 #include <span>
 
+#include "convert/readers.h"
 #include "renderer/scene/gltf/load_gltf.h"
 #include "tests/support/gltf_builder.h"
 #include "tests/unit/adapters/mujoco_models.h"
-#include "convert/readers.h"
 
 namespace fire3dv::mujoco {
 namespace {

@@ -7,10 +7,10 @@
 #include <nlohmann/json.hpp>
 
 #include "base/clock.h"
-#include "protocol/wire/encode.h"
-#include "tests/unit/transport/link_fixture.h"
 #include "programs/inspect/observer.h"
 #include "programs/inspect/recorded_edits.h"
+#include "protocol/wire/encode.h"
+#include "tests/unit/transport/link_fixture.h"
 
 namespace fire3dv::inspect {
 namespace {

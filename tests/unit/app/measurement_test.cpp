@@ -12,9 +12,9 @@
 #include <string>
 #include <vector>
 
+#include "renderer/scene/model/math.h"
 #include "renderer/window/overlay_markers.h"
 #include "renderer/window/viewer_control.h"
-#include "renderer/scene/model/math.h"
 #include "tests/unit/geometry/boxes_scene.h"
 
 namespace fire3dv::app {

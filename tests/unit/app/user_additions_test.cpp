@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "renderer/live_scene/asset_files.h"
 #include "renderer/editing/document_additions.h"
+#include "renderer/live_scene/asset_files.h"
 #include "tests/support/gltf_builder.h"
 
 namespace fire3dv::app {

@@ -5,9 +5,9 @@
 
 #include <algorithm>
 
+#include "convert/readers.h"
 #include "tests/support/gltf_builder.h"
 #include "tests/unit/convert/mesh_file_bytes.h"
-#include "convert/readers.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -5,8 +5,8 @@
 
 #include <functional>
 
-#include "tests/support/gltf_builder.h"
 #include "convert/model.h"
+#include "tests/support/gltf_builder.h"
 
 namespace fire3dv::scene {
 namespace {

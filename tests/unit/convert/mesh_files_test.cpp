@@ -7,9 +7,9 @@
 #include <algorithm>
 #include <glm/gtc/epsilon.hpp>
 
+#include "convert/model.h"
 #include "tests/support/gltf_builder.h"
 #include "tests/unit/convert/mesh_file_bytes.h"
-#include "convert/model.h"
 
 namespace fire3dv::convert {
 namespace {

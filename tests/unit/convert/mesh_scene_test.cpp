@@ -9,10 +9,10 @@
 #include <set>
 #include <tuple>
 
-#include "tests/support/gltf_builder.h"
-#include "tests/unit/convert/mesh_file_bytes.h"
 #include "convert/glb/write_glb.h"
 #include "convert/readers.h"
+#include "tests/support/gltf_builder.h"
+#include "tests/unit/convert/mesh_file_bytes.h"
 
 namespace fire3dv::convert {
 namespace {

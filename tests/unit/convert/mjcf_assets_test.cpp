@@ -7,13 +7,13 @@
 #include <string>
 #include <string_view>
 
-#include "tests/unit/convert/mesh_file_bytes.h"
-#include "tests/unit/convert/mjcf_fixture.h"
-#include "tests/unit/scene/model_accessors.h"
 #include "convert/mjcf/assets/convex_hull.h"
 #include "convert/mjcf/assets/mesh_data.h"
 #include "convert/mjcf/assets/png_pixels.h"
 #include "convert/mjcf/assets/texture_pattern.h"
+#include "tests/unit/convert/mesh_file_bytes.h"
+#include "tests/unit/convert/mjcf_fixture.h"
+#include "tests/unit/scene/model_accessors.h"
 
 namespace fire3dv::convert {
 namespace {

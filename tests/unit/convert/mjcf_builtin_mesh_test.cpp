@@ -9,8 +9,8 @@
 #include <string>
 #include <utility>
 
-#include "tests/unit/convert/mjcf_fixture.h"
 #include "convert/mjcf/assets/builtin_mesh.h"
+#include "tests/unit/convert/mjcf_fixture.h"
 
 namespace fire3dv::convert {
 namespace {

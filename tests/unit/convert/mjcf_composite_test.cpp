@@ -7,8 +7,8 @@
 #include <string>
 #include <string_view>
 
-#include "tests/unit/convert/mjcf_fixture.h"
 #include "convert/mjcf/mjcf_reader.h"
+#include "tests/unit/convert/mjcf_fixture.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -9,11 +9,11 @@
 
 #include "adapters/mujoco/compiled/compiled_scene.h"
 #include "adapters/mujoco/compiled/load.h"
-#include "tests/support/gltf_builder.h"
-#include "tests/unit/convert/mjcf_oracle.h"
 #include "convert/mesh/surfaces.h"
 #include "convert/mjcf/mjcf_reader.h"
 #include "convert/readers.h"
+#include "tests/support/gltf_builder.h"
+#include "tests/unit/convert/mjcf_oracle.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -8,9 +8,9 @@
 #include <string>
 #include <string_view>
 
+#include "convert/mjcf/mjcf_reader.h"
 #include "tests/unit/convert/mjcf_fixture.h"
 #include "tests/unit/scene/model_accessors.h"
-#include "convert/mjcf/mjcf_reader.h"
 
 namespace fire3dv::convert {
 namespace {

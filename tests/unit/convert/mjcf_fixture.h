@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "tests/support/gltf_builder.h"
 #include "convert/mjcf/mjcf_reader.h"
 #include "convert/readers.h"
+#include "tests/support/gltf_builder.h"
 
 namespace fire3dv::convert {
 

@@ -8,9 +8,9 @@
 #include <string>
 #include <string_view>
 
-#include "tests/unit/convert/mjcf_fixture.h"
 #include "convert/mesh/surfaces.h"
 #include "convert/mjcf/deformable/flex_shape.h"
+#include "tests/unit/convert/mjcf_fixture.h"
 
 namespace fire3dv::convert {
 namespace {

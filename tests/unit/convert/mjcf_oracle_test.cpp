@@ -9,10 +9,10 @@
 #include <string_view>
 
 #include "adapters/mujoco/compiled/load.h"
+#include "convert/mjcf/mjcf_reader.h"
 #include "tests/support/gltf_builder.h"
 #include "tests/unit/convert/mesh_file_bytes.h"
 #include "tests/unit/convert/mjcf_oracle.h"
-#include "convert/mjcf/mjcf_reader.h"
 
 namespace fire3dv::convert {
 namespace {

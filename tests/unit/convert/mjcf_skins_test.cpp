@@ -6,11 +6,11 @@
 #include <string>
 #include <string_view>
 
-#include "tests/unit/convert/mesh_file_bytes.h"
-#include "tests/unit/convert/mjcf_fixture.h"
 #include "convert/glb/write_glb.h"
 #include "convert/mjcf/deformable/skin_data.h"
 #include "convert/mjcf/mjcf_reader.h"
+#include "tests/unit/convert/mesh_file_bytes.h"
+#include "tests/unit/convert/mjcf_fixture.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -6,9 +6,9 @@
 #include <cstdlib>
 #include <numbers>
 
+#include "convert/readers.h"
 #include "tests/support/gltf_builder.h"
 #include "tests/unit/scene/model_accessors.h"
-#include "convert/readers.h"
 
 namespace fire3dv::convert {
 namespace {

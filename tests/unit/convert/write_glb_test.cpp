@@ -10,9 +10,9 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "convert/mesh/surfaces.h"
 #include "renderer/scene/gltf/load_gltf.h"
 #include "tests/support/gltf_builder.h"
-#include "convert/mesh/surfaces.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -9,8 +9,8 @@
 #include <map>
 #include <string>
 
-#include "tests/support/gltf_builder.h"
 #include "convert/readers.h"
+#include "tests/support/gltf_builder.h"
 
 namespace fire3dv::convert {
 namespace {

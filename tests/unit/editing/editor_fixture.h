@@ -16,10 +16,10 @@
 
 #include "base/plural.h"
 #include "protocol/robot/robot_file.h"
-#include "renderer/editing/scene_editor.h"
-#include "renderer/window/viewer_control.h"
-#include "renderer/scene/model/loaded_scene.h"
 #include "renderer/editing/overlay_file.h"
+#include "renderer/editing/scene_editor.h"
+#include "renderer/scene/model/loaded_scene.h"
+#include "renderer/window/viewer_control.h"
 #include "tests/unit/geometry/boxes_scene.h"
 
 namespace fire3dv::app {

@@ -13,10 +13,10 @@
 #include <utility>
 #include <vector>
 
-#include "tests/support/gltf_builder.h"
 #include "convert/description_files.h"
 #include "convert/glb/write_glb.h"
 #include "convert/sdf/files/sdf_files.h"
+#include "tests/support/gltf_builder.h"
 
 namespace fire3dv::gazebo {
 namespace {

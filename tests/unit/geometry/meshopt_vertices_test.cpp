@@ -1,5 +1,6 @@
 // Test of the parts of KHR_meshopt_compression that this project decodes itself: version 1 of the vertex
-// codec and the filter COLOR. Streams and filtered colours were made once by the encoder of meshoptimizer 1.0.
+// codec and the filter COLOR. Streams and filtered colours were made once by the encoder of
+// meshoptimizer 1.0.
 #include "renderer/scene/gltf/meshes/meshopt_vertices.h"
 
 #include <gtest/gtest.h>
@@ -66,8 +67,14 @@ TEST(MeshoptVertices, StreamOfTheReferenceEncoder) {
 // The example of the extension's text, as byte 0 of sixteen elements of four bytes.
 TEST(MeshoptVertices, ExampleOfTheSpecification) {
   // Header; controls: bit lengths {0, 1, 2, 4}, then zeros; delta mode 3: four bits; tail of 24 bytes.
-  const auto bytes = from_hex("a1" "a8" "03" "175ff0bc77a9210034b5" +
-                              std::string(38, '0') + "00000000" "00");
+  const auto bytes = from_hex(
+      "a1"
+      "a8"
+      "03"
+      "175ff0bc77a9210034b5" +
+      std::string(38, '0') +
+      "00000000"
+      "00");
   std::vector<std::byte> decoded(16 * 4);
   ASSERT_TRUE(decode_vertices_v1(decoded.data(), 16, 4, bytes));
   const std::array<int, 16> deltas{-1, -4, -3, 26, -91, 0, -6, 6, -4, -4, 5, -5, 1, -1, 0, 0};
@@ -122,9 +129,12 @@ Compressed compressed(const std::vector<std::byte>& bytes, size_t count, size_t 
   Compressed file;
   file.view = file.builder.add_view(bytes);
   json& parent = file.builder.root["bufferViews"][file.view];
-  json extension{{"buffer", 0},     {"byteOffset", parent["byteOffset"]},
-                 {"byteLength", bytes.size()}, {"count", count},
-                 {"byteStride", stride},       {"mode", "ATTRIBUTES"}};
+  json extension{{"buffer", 0},
+                 {"byteOffset", parent["byteOffset"]},
+                 {"byteLength", bytes.size()},
+                 {"count", count},
+                 {"byteStride", stride},
+                 {"mode", "ATTRIBUTES"}};
   if (filter != nullptr) extension["filter"] = filter;
   parent = {{"buffer", 1},
             {"byteLength", count * stride},
@@ -145,11 +155,13 @@ GltfBuilder with_placeholder(GltfBuilder builder) {
 TEST(MeshoptVertices, FileWithVersionOne) {
   // The two unsigned shorts of the first channel are x and y of points.
   Compressed file = compressed(stream(), kCount, kStride);
-  json accessor{{"bufferView", file.view}, {"componentType", test::kUnsignedShort},
-                {"type", "VEC3"},          {"count", kCount}};
+  json accessor{{"bufferView", file.view},
+                {"componentType", test::kUnsignedShort},
+                {"type", "VEC3"},
+                {"count", kCount}};
   file.builder.root["accessors"].push_back(accessor);
-  file.builder.add_node("points", {{"mesh", file.builder.add_mesh(
-                                                {{"attributes", {{"POSITION", 0}}}, {"mode", 0}})}});
+  file.builder.add_node("points",
+                        {{"mesh", file.builder.add_mesh({{"attributes", {{"POSITION", 0}}}, {"mode", 0}})}});
   const Scene scene = loaded(with_placeholder(file.builder));
   ASSERT_EQ(scene.positions.size(), kCount);
   for (uint32_t i = 0; i < kCount; ++i) {
@@ -180,12 +192,12 @@ TEST(MeshoptVertices, ColorFilterOfBothWidths) {
   };
   for (const bool wide : {false, true}) {
     const size_t stride = wide ? 8 : 4;
-    Compressed file = compressed(
-        wide ? encoded(8, "0004ff0701fcff0fff070000ff07000c000401f800fc0008000801fc0000ff0f")
-             : encoded(4, "407fc1ff7f007fc04081c08080c100ff"),
-        4, stride, "COLOR");
-    const size_t colors = file.builder.add_accessor(
-        file.view, 4, "VEC4", wide ? test::kUnsignedShort : test::kUnsignedByte, true);
+    Compressed file =
+        compressed(wide ? encoded(8, "0004ff0701fcff0fff070000ff07000c000401f800fc0008000801fc0000ff0f")
+                        : encoded(4, "407fc1ff7f007fc04081c08080c100ff"),
+                   4, stride, "COLOR");
+    const size_t colors = file.builder.add_accessor(file.view, 4, "VEC4",
+                                                    wide ? test::kUnsignedShort : test::kUnsignedByte, true);
     const size_t positions = file.builder.add_positions({0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0});
     file.builder.add_mesh({{"attributes", {{"POSITION", positions}, {"COLOR_0", colors}}}, {"mode", 0}});
     const Scene scene = loaded(with_placeholder(file.builder));
@@ -207,14 +219,17 @@ TEST(MeshoptVertices, ContradictionsAreErrors) {
     const auto scene = load(with_placeholder(file.builder));
     return scene ? std::string("no error") : scene.error().message;
   };
-  EXPECT_NE(error_after([](json& e) { e["EXT_meshopt_compression"] = e["KHR_meshopt_compression"]; })
-                .find("bufferViews[0] has both KHR_meshopt_compression and EXT_meshopt_compression"),
+  EXPECT_NE(error_after([](json& e) {
+              e["EXT_meshopt_compression"] = e["KHR_meshopt_compression"];
+            }).find("bufferViews[0] has both KHR_meshopt_compression and EXT_meshopt_compression"),
             std::string::npos);
-  EXPECT_NE(error_after([](json& e) { e["KHR_meshopt_compression"]["filter"] = "COLOR"; })
-                .find("COLOR does not go with a byteStride of 16"),
+  EXPECT_NE(error_after([](json& e) {
+              e["KHR_meshopt_compression"]["filter"] = "COLOR";
+            }).find("COLOR does not go with a byteStride of 16"),
             std::string::npos);
-  EXPECT_NE(error_after([](json& e) { e["KHR_meshopt_compression"]["byteLength"] = 90; })
-                .find("bufferViews[0].extensions.KHR_meshopt_compression: the compressed bytes are damaged"),
+  EXPECT_NE(error_after([](json& e) {
+              e["KHR_meshopt_compression"]["byteLength"] = 90;
+            }).find("bufferViews[0].extensions.KHR_meshopt_compression: the compressed bytes are damaged"),
             std::string::npos);
   // COLOR is no filter of the older extension.
   EXPECT_NE(error_after([](json& e) {

@@ -138,8 +138,8 @@ TEST(SceneGeometry, NormalsWithoutDirectionAreComputed) {
   const size_t indices = builder.add_indices({0, 1, 2, 0, 1, 3});
   const json attributes{{"POSITION", positions}, {"NORMAL", normals}};
   builder.add_mesh({{"attributes", attributes}, {"indices", indices}});
-  builder.root["meshes"][0]["primitives"].push_back({{"attributes", attributes},
-                                                     {"indices", builder.add_indices({0, 1, 2})}});
+  builder.root["meshes"][0]["primitives"].push_back(
+      {{"attributes", attributes}, {"indices", builder.add_indices({0, 1, 2})}});
   const Scene scene = loaded(builder);
   ASSERT_EQ(scene.warnings.size(), 1u);
   EXPECT_EQ(scene.warnings[0],

@@ -9,10 +9,10 @@
 #include <sstream>
 #include <string>
 
-#include "tests/support/gltf_builder.h"
-#include "tests/unit/robot/robot_handle.h"
 #include "convert/glb/write_glb.h"
 #include "convert/readers.h"
+#include "tests/support/gltf_builder.h"
+#include "tests/unit/robot/robot_handle.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -6,11 +6,11 @@
 #include <numbers>
 #include <string>
 
-#include "tests/support/gltf_builder.h"
-#include "tests/unit/robot/robot_handle.h"
 #include "convert/glb/glb_joints.h"
 #include "convert/glb/write_glb.h"
 #include "convert/readers.h"
+#include "tests/support/gltf_builder.h"
+#include "tests/unit/robot/robot_handle.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -11,10 +11,10 @@
 #include <random>
 #include <sstream>
 
-#include "tests/support/gltf_builder.h"
-#include "tests/unit/robot/robot_handle.h"
 #include "convert/glb/write_glb.h"
 #include "convert/readers.h"
+#include "tests/support/gltf_builder.h"
+#include "tests/unit/robot/robot_handle.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -11,11 +11,11 @@
 #include <span>
 
 #include "adapters/mujoco/compiled/load.h"
+#include "convert/glb/write_glb.h"
+#include "convert/readers.h"
 #include "protocol/robot/robot_file.h"
 #include "tests/support/gltf_builder.h"
 #include "tests/unit/robot/robot_handle.h"
-#include "convert/glb/write_glb.h"
-#include "convert/readers.h"
 
 namespace fire3dv::convert {
 namespace {

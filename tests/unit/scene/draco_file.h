@@ -124,10 +124,9 @@ inline GltfBuilder draco_file(std::span<const std::byte> stream, const SourceMes
       {{"componentType", kUnsignedShort}, {"type", "SCALAR"}, {"count", source.faces.size() * 3}});
   const size_t indices = accessors.size() - 1;
   const nlohmann::json extension{{"bufferView", builder.add_view(stream)}, {"attributes", ids}};
-  const size_t mesh =
-      builder.add_mesh({{"attributes", attributes},
-                        {"indices", indices},
-                        {"extensions", {{"KHR_draco_mesh_compression", extension}}}});
+  const size_t mesh = builder.add_mesh({{"attributes", attributes},
+                                        {"indices", indices},
+                                        {"extensions", {{"KHR_draco_mesh_compression", extension}}}});
   builder.add_node("square", {{"mesh", mesh}});
   builder.root["extensionsUsed"] = {"KHR_draco_mesh_compression"};
   builder.root["extensionsRequired"] = {"KHR_draco_mesh_compression"};

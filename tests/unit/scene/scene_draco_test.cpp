@@ -68,8 +68,8 @@ void expect_like(const SourceMesh& source, const Scene& scene) {
   }
   Faces faces;
   for (size_t i = 0; i < scene.indices.size(); i += 3) {
-    faces.push_back({source_of[scene.indices[i]], source_of[scene.indices[i + 1]],
-                     source_of[scene.indices[i + 2]]});
+    faces.push_back(
+        {source_of[scene.indices[i]], source_of[scene.indices[i + 1]], source_of[scene.indices[i + 2]]});
   }
   EXPECT_EQ(sorted(faces), sorted(source.faces));
 }
@@ -103,8 +103,7 @@ TEST(SceneDraco, AttributeSeamsSplitVertices) {
   const auto mesh = test::draco_mesh(source);
   ASSERT_TRUE(mesh->DeduplicateAttributeValues());
   mesh->DeduplicatePointIds();
-  const auto scene = loaded(
-      test::draco_file(test::encoded(*mesh, draco::MESH_EDGEBREAKER_ENCODING), source));
+  const auto scene = loaded(test::draco_file(test::encoded(*mesh, draco::MESH_EDGEBREAKER_ENCODING), source));
   EXPECT_TRUE(scene.warnings.empty()) << scene.warnings[0];
   ASSERT_EQ(scene.positions.size(), source.positions.size());
   size_t shifted = 0;
@@ -121,8 +120,7 @@ TEST(SceneDraco, IntegersKeepTheirValuesAndAreConverted) {
     source.weights.emplace_back(0.25f, 0.75f, 0, 0);
   }
   for (const bool as_floats : {false, true}) {
-    GltfBuilder builder =
-        test::draco_file(stream_of(source, draco::MESH_SEQUENTIAL_ENCODING), source);
+    GltfBuilder builder = test::draco_file(stream_of(source, draco::MESH_SEQUENTIAL_ENCODING), source);
     const auto color = primitive_of(builder)["attributes"]["COLOR_0"].get<size_t>();
     if (as_floats) {
       builder.root["accessors"][color]["componentType"] = test::kFloat;
@@ -243,8 +241,9 @@ TEST(SceneDraco, CountsOfAccessorsBoundTheStream) {
                  : scene.error().message;
   };
   for (const int method : kMethods) {
-    EXPECT_NE(error_with(method, "indices", 51).find("states 18 triangles, but the accessor of the indices "
-                                                     "has room for 17"),
+    EXPECT_NE(error_with(method, "indices", 51)
+                  .find("states 18 triangles, but the accessor of the indices "
+                        "has room for 17"),
               std::string::npos);
     // Exporters that state the size before compression.
     const std::string warning = error_with(method, "POSITION", 20);
@@ -300,10 +299,9 @@ std::vector<std::byte> header_bytes(int method, std::initializer_list<int> rest)
 TEST(SceneDraco, StatedSizesAreRefusedBeforeMemoryIsTaken) {
   const SourceMesh source = test::bumpy_square(2);
   // 357913941 faces, with room for them in the accessors.
-  for (const auto& stream :
-       {header_bytes(1, {0, 0xff, 0xff, 0xff, 0x7f, 0xd5, 0xaa, 0xd5, 0xaa, 0x01, 0, 0xd5, 0xaa, 0xd5, 0xaa,
-                         0x01, 0}),
-        header_bytes(0, {0xd5, 0xaa, 0xd5, 0xaa, 0x01, 0xff, 0xff, 0xff, 0x7f, 0})}) {
+  for (const auto& stream : {header_bytes(1, {0, 0xff, 0xff, 0xff, 0x7f, 0xd5, 0xaa, 0xd5, 0xaa, 0x01, 0,
+                                              0xd5, 0xaa, 0xd5, 0xaa, 0x01, 0}),
+                             header_bytes(0, {0xd5, 0xaa, 0xd5, 0xaa, 0x01, 0xff, 0xff, 0xff, 0x7f, 0})}) {
     auto header = read_draco_header(stream);
     ASSERT_TRUE(header.ok()) << header.error().message;
     EXPECT_EQ(header->faces, 357913941u);

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "tests/support/gltf_builder.h"
-#include "tests/unit/textures/ktx2_builder.h"
 #include "tests/unit/scene/loaded_scene.h"
+#include "tests/unit/textures/ktx2_builder.h"
 
 namespace fire3dv::scene {
 namespace {

@@ -236,7 +236,8 @@ TEST(Shm, ManyListenersEachGetAllAndEachMayReply) {
   for (int i = 0; i < 17; ++i) {
     listeners[i]->poll();
     EXPECT_EQ(listeners[i]->last(Kind::pose), "pose");
-    EXPECT_EQ(listeners[i]->count(Kind::note), i == 16 ? 1u : 0u) << "the 17th gets a note that it cannot reply";
+    EXPECT_EQ(listeners[i]->count(Kind::note), i == 16 ? 1u : 0u)
+        << "the 17th gets a note that it cannot reply";
     listeners[i]->link->send(listeners[i]->peer(), bytes_of("reply" + std::to_string(i)));
   }
   std::vector<std::byte> message;

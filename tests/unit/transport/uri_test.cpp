@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-
 namespace fire3dv::transport {
 namespace {
 

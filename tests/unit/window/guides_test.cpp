@@ -8,9 +8,9 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <set>
 
+#include "renderer/passes/view.h"
 #include "renderer/window/overlay_colors.h"
 #include "renderer/window/overlay_markers.h"
-#include "renderer/passes/view.h"
 #include "tests/unit/geometry/boxes_scene.h"
 
 namespace fire3dv::app {

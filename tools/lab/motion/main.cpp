@@ -13,9 +13,10 @@
 #include <thread>
 #include <utility>
 
-#include "fire3dv/client.hpp"
 #include "base/clock.h"
 #include "base/command_line.h"
+#include "fire3dv/client.hpp"
+#include "programs/listener_options.h"
 #include "protocol/transport/link.h"
 #include "protocol/transport/open.h"
 #include "protocol/wire/decode.h"
@@ -23,7 +24,6 @@
 #include "renderer/state/pose_state.h"
 #include "tools/lab/motion/score.h"
 #include "tools/lab/options.h"
-#include "programs/listener_options.h"
 
 namespace fire3dv::motion {
 namespace {

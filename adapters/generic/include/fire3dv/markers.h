@@ -13,10 +13,10 @@
  * setting it again replaces it, late renderers receive the newest one, the end of the stream removes it, and
  * all together may take fire3dv_options.scene_budget_bytes. Shown: in the window, in the live view of
  * browsers and in images that the renderer itself writes. Requested images (fire3dv/image.h) have none unless
- * they ask for them, so that sensor data stay free of them. Frames: without a parent, positions are in the stream's frame, like
- * poses. With one, they are in the frame of that scene node, in metres, and a hidden parent hides the marker.
- * Colours: sRGB, shown as they are: no exposure, no tone mapping, no lights. Solids are shaded by their angle
- * to the viewer.
+ * they ask for them, so that sensor data stay free of them. Frames: without a parent, positions are in the
+ * stream's frame, like poses. With one, they are in the frame of that scene node, in metres, and a hidden
+ * parent hides the marker. Colours: sRGB, shown as they are: no exposure, no tone mapping, no lights. Solids
+ * are shaded by their angle to the viewer.
  */
 #ifndef FIRE3DV_MARKERS_H
 #define FIRE3DV_MARKERS_H
@@ -39,8 +39,8 @@ enum {
   FIRE3DV_MARKER_CAPSULES = 8,  /* as cylinders, with a half sphere added at each end */
   FIRE3DV_MARKER_TRIANGLES = 9, /* triples of positions, seen from both sides */
   FIRE3DV_MARKER_TEXTS = 10,    /* texts that face the viewer, centred on their positions */
-  FIRE3DV_MARKER_IMAGES = 11    /* an image on a rectangle, seen from both sides; sizes: width x, height y, z is
-                                 * ignored. Left is at -x, the top at +y */
+  FIRE3DV_MARKER_IMAGES = 11 /* an image on a rectangle, seen from both sides; sizes: width x, height y, z is
+                              * ignored. Left is at -x, the top at +y */
 };
 
 enum { FIRE3DV_MARKER_PIXELS = 0, FIRE3DV_MARKER_LENGTHS = 1 };
@@ -61,19 +61,20 @@ typedef struct fire3dv_marker {
   const float* parent_from_marker; /* 12 floats, row-major; NULL = identity */
   const float* positions;          /* position_count times x y z; no positions: nothing is shown */
   size_t position_count;
-  const float* rotations; /* x y z w; of axes, solids and images. NULL = none, one for all, or one per position */
+  const float*
+      rotations; /* x y z w; of axes, solids and images. NULL = none, one for all, or one per position */
   size_t rotation_count;
   const float* sizes; /* x y z, full extents; of axes, solids and images. One for all, or one per position */
   size_t size_count;
   const uint8_t* colors; /* r g b a, sRGB. NULL = white, one for all, or one per position */
   size_t color_count;
-  /* Of texts: one per position. UTF-8 that ends with NUL, 1024 bytes at most, without control characters except
-   * line feeds; 1 MiB in all. Of other kinds NULL. */
+  /* Of texts: one per position. UTF-8 that ends with NUL, 1024 bytes at most, without control characters
+   * except line feeds; 1 MiB in all. Of other kinds NULL. */
   const char* const* texts;
   size_t text_count;
-  /* Of images: rows from the top without padding, image_width * image_height * image_channels bytes, sRGB, shown as
-   * they are, on each position. 1 to 1024 pixels a side; channels: 1 grey, 3 r g b, 4 r g b a. Of other kinds NULL
-   * and 0. */
+  /* Of images: rows from the top without padding, image_width * image_height * image_channels bytes, sRGB,
+   * shown as they are, on each position. 1 to 1024 pixels a side; channels: 1 grey, 3 r g b, 4 r g b a. Of
+   * other kinds NULL and 0. */
   const uint8_t* image_pixels;
   uint32_t image_width;
   uint32_t image_height;

@@ -165,8 +165,8 @@ size_t append(json& root, const char* array, json value) {
 }
 
 size_t add_accessor(json& root, size_t buffer, size_t offset, size_t bytes, json accessor) {
-  accessor["bufferView"] = append(
-      root, "bufferViews", json{{"buffer", buffer}, {"byteOffset", offset}, {"byteLength", bytes}});
+  accessor["bufferView"] =
+      append(root, "bufferViews", json{{"buffer", buffer}, {"byteOffset", offset}, {"byteLength", bytes}});
   return append(root, "accessors", std::move(accessor));
 }
 

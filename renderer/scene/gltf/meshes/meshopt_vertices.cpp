@@ -125,8 +125,7 @@ bool decode_channel(const Lane* lanes, unsigned mode, size_t count, size_t strid
     for (size_t b = 0; b < 4; b += 2)
       decode_values<uint16_t>(lanes + b, count, stride, to + b, value + b, add);
   } else {
-    for (size_t b = 0; b < 4; ++b)
-      decode_values<uint8_t>(lanes + b, count, stride, to + b, value + b, add);
+    for (size_t b = 0; b < 4; ++b) decode_values<uint8_t>(lanes + b, count, stride, to + b, value + b, add);
   }
   return true;
 }

@@ -1,5 +1,5 @@
-// Decoders of KHR_meshopt_compression that EXT_meshopt_compression lacks, and older versions of meshoptimizer,
-// too: version 1 of the vertex codec, and the filter COLOR.
+// Decoders of KHR_meshopt_compression that EXT_meshopt_compression lacks, and older versions of
+// meshoptimizer, too: version 1 of the vertex codec, and the filter COLOR.
 #pragma once
 
 #include <cstddef>

@@ -194,7 +194,8 @@ TEST_F(Ros2MarkerStore, MarkersWaitForTheirFrame) {
   EXPECT_EQ(store.size(kTopic), 1u) << "a lifetime ends without a place, too";
   go_on(0.2);
   ASSERT_EQ(warnings.size(), 1u);
-  EXPECT_NE(warnings[0].find("frame \"map\" is not connected to the fixed frame \"odom\""), std::string::npos);
+  EXPECT_NE(warnings[0].find("frame \"map\" is not connected to the fixed frame \"odom\""),
+            std::string::npos);
   go_on(10);
   EXPECT_EQ(warnings.size(), 1u) << "once";
   frames["map"] = at(-4);

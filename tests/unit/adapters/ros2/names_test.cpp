@@ -40,8 +40,8 @@ TEST(Ros2Names, RulesSetNamespaceAndNodeAndMayBelongToANode) {
 
 TEST(Ros2Names, RefusesWhatIsNotAName) {
   Names names;
-  for (const char* rule : {"a", "a=b", ":=b", "a:=", "a b:=c", "a:=/", "a//b:=c", "1a:=b",
-                           "__ns:=a-b", "__node:=a/b"})
+  for (const char* rule :
+       {"a", "a=b", ":=b", "a:=", "a b:=c", "a:=/", "a//b:=c", "1a:=b", "__ns:=a-b", "__node:=a/b"})
     EXPECT_FALSE(names.remap(rule).ok()) << rule;
   EXPECT_FALSE(Names::create("a//b", "n").ok());
   EXPECT_FALSE(Names::create("a", "n n").ok());

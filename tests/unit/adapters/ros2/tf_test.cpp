@@ -242,7 +242,7 @@ TEST(Ros2Poses, LoopsAndMissingParentsAreFaultsOfTheirFramesOnly) {
   EXPECT_EQ(loops, 3u);
   EXPECT_EQ(unconnected, 1u);
   EXPECT_TRUE(world.sampler.new_faults(world.buffer, true).empty());  // said once
-  world.moving("map", "b", 1001, 1);  // the loop is opened
+  world.moving("map", "b", 1001, 1);                                  // the loop is opened
   world.after(30);
   ASSERT_TRUE(world.after(300));
   EXPECT_EQ(world.sampler.node_names().size(), 4u);

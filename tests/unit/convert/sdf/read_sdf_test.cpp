@@ -3,8 +3,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "tests/unit/convert/sdf/sdf_fixture.h"
 #include "convert/glb/write_glb.h"
+#include "tests/unit/convert/sdf/sdf_fixture.h"
 
 namespace fire3dv::convert {
 namespace {

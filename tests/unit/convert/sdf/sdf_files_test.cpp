@@ -3,8 +3,8 @@
 #include <new>
 #include <optional>
 
-#include "tests/unit/convert/sdf/sdf_fixture.h"
 #include "convert/sdf/library/sdf_trial.h"
+#include "tests/unit/convert/sdf/sdf_fixture.h"
 
 namespace fire3dv::convert {
 namespace {

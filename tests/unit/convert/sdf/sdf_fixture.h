@@ -9,8 +9,8 @@
 #include <string_view>
 #include <utility>
 
-#include "tests/support/gltf_builder.h"
 #include "convert/readers.h"
+#include "tests/support/gltf_builder.h"
 
 namespace fire3dv::convert {
 

@@ -426,7 +426,8 @@ TEST_F(UdpAttack, ForgedAlertsEndNothing) {
   EXPECT_EQ(listener.count(Kind::disconnected), 0u);
 }
 
-// A port that is closed for a moment, or a forged ICMP error: the listener is probed, and the session continues.
+// A port that is closed for a moment, or a forged ICMP error: the listener is probed, and the session
+// continues.
 TEST_F(UdpAttack, AnIcmpErrorDoesNotEndASealedSession) {
   RawListener raw;
   auto publisher = open_publisher_or_fail(raw.uri(), secured.keyed_publisher('1'));

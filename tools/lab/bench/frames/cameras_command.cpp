@@ -3,9 +3,9 @@
 #include <memory>
 #include <thread>
 
+#include "base/clock.h"
 #include "fire3dv/client.h"
 #include "fire3dv/image.h"
-#include "base/clock.h"
 #include "protocol/wire/image_outputs.h"
 #include "renderer/gpu/readback_ring.h"
 #include "renderer/passes/view.h"

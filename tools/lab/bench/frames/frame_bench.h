@@ -17,7 +17,6 @@
 #include "base/error.h"
 #include "protocol/transport/link.h"
 #include "protocol/wire/messages.h"
-#include "renderer/streams/stream_receiver.h"
 #include "renderer/gpu/device/device.h"
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/gpu/readback_ring.h"
@@ -25,6 +24,7 @@
 #include "renderer/gui/gui_pass.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/sinks/frame.h"
+#include "renderer/streams/stream_receiver.h"
 #include "tools/lab/bench/bench_device.h"
 
 namespace fire3dv::bench {

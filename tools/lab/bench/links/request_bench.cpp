@@ -10,9 +10,9 @@
 #include <thread>
 #include <vector>
 
+#include "base/clock.h"
 #include "fire3dv/client.h"
 #include "fire3dv/image.h"
-#include "base/clock.h"
 #include "protocol/transport/open.h"
 #include "tools/lab/bench/links/simulator.h"
 #include "tools/lab/bench/report/statistics.h"
