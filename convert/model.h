@@ -19,7 +19,7 @@
 #include <vector>
 
 #include "convert/joints.h"
-#include "renderer/scene/cache/cache_files.h"
+#include "renderer/scene/cache_files.h"
 
 namespace fire3dv::convert {
 

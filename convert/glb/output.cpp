@@ -9,7 +9,7 @@
 #include <string>
 
 #include "base/files.h"
-#include "renderer/scene/cache/cache_files.h"
+#include "renderer/scene/cache_files.h"
 #include "renderer/scene/files.h"
 
 namespace fire3dv::convert {

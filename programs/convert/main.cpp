@@ -21,7 +21,7 @@
 #include "convert/glb/output.h"
 #include "convert/glb/write_glb.h"
 #include "convert/readers.h"
-#include "renderer/scene/cache/cache_files.h"
+#include "renderer/scene/cache_files.h"
 
 namespace fire3dv::convert {
 namespace {

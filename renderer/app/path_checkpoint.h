@@ -17,7 +17,7 @@
 #include "renderer/app/options/options.h"
 #include "renderer/gpu/device/device.h"
 #include "renderer/passes/path/path_pass.h"
-#include "renderer/passes/view.h"
+#include "renderer/passes/view/view.h"
 #include "renderer/scene/model/scene.h"
 #include "renderer/state/pose_state.h"
 

@@ -5,8 +5,8 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <utility>
 
-#include "renderer/passes/facing.h"
 #include "renderer/passes/outputs/planes_and_boxes.h"
+#include "renderer/passes/view/facing.h"
 #include "renderer/scene/model/bounds.h"
 #include "renderer/state/motion/animation.h"
 

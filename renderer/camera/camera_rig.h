@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "base/error.h"
-#include "renderer/passes/framing.h"
-#include "renderer/passes/view.h"
+#include "renderer/passes/view/framing.h"
+#include "renderer/passes/view/view.h"
 #include "renderer/scene/model/scene.h"
 #include "renderer/scene/model/scene_edits.h"
 #include "renderer/state/pose_state.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "renderer/passes/facing.h"
+#include "renderer/passes/view/facing.h"
 #include "renderer/scene/model/bounds.h"
 #include "renderer/scene/model/exposure_estimate.h"
 

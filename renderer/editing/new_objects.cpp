@@ -7,8 +7,8 @@
 #include "base/text.h"
 #include "renderer/editing/document_additions.h"
 #include "renderer/gui/gizmo_overlay.h"
-#include "renderer/scene/model/key_light.h"
-#include "renderer/scene/model/loaded_scene.h"
+#include "renderer/scene/derived/key_light.h"
+#include "renderer/scene/derived/loaded_scene.h"
 
 namespace fire3dv::app {
 namespace {

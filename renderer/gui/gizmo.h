@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "renderer/gui/panel_data.h"
-#include "renderer/passes/view.h"
+#include "renderer/passes/view/view.h"
 
 namespace fire3dv::gui {
 

@@ -13,7 +13,7 @@
 #include "renderer/gui/input.h"
 #include "renderer/gui/layout_file.h"
 #include "renderer/gui/panel_data.h"
-#include "renderer/passes/view.h"
+#include "renderer/passes/view/view.h"
 #include "renderer/scene/model/scene_edits.h"
 #include "renderer/state/pose_state.h"
 

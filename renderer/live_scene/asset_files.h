@@ -12,7 +12,7 @@
 #include "base/digest.h"
 #include "base/error.h"
 #include "renderer/editing/edit_document.h"
-#include "renderer/scene/cache/cache_files.h"
+#include "renderer/scene/cache_files.h"
 #include "renderer/scene/files.h"
 #include "renderer/state/edits/edit_registry.h"
 

@@ -10,7 +10,7 @@
 
 #include "base/clock.h"
 #include "renderer/passes/resources/gpu_bytes.h"
-#include "renderer/scene/model/variants.h"
+#include "renderer/scene/derived/variants.h"
 
 namespace fire3dv::app {
 namespace {

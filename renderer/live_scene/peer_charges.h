@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "base/peer_budget.h"
+#include "renderer/scene/derived/loaded_scene.h"
 #include "renderer/scene/gltf/load_gltf.h"
-#include "renderer/scene/model/loaded_scene.h"
 
 namespace fire3dv::app {
 

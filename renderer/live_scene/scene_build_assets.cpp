@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "renderer/live_scene/scene_build.h"
-#include "renderer/scene/model/variants.h"
+#include "renderer/scene/derived/variants.h"
 
 namespace fire3dv::app {
 

@@ -27,7 +27,7 @@
 #include "base/digest.h"
 #include "base/error.h"
 #include "base/process/converter_process.h"
-#include "renderer/scene/cache/cache_files.h"
+#include "renderer/scene/cache_files.h"
 #include "renderer/scene/files.h"
 #include "renderer/scene/gltf/foreign_file.h"
 

@@ -8,7 +8,7 @@
 #include "base/log.h"
 #include "renderer/app/start.h"
 #include "renderer/gpu/pipelines/pipeline.h"
-#include "renderer/scene/cache/cache_files.h"
+#include "renderer/scene/cache_files.h"
 #include "renderer/scene/files.h"
 
 namespace fire3dv::app {

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "renderer/scene/cache/cache_files.h"
+#include "renderer/scene/cache_files.h"
 
 namespace fire3dv::app {
 

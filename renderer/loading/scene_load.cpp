@@ -7,9 +7,9 @@
 #include <stdexcept>
 
 #include "base/progress.h"
+#include "renderer/scene/derived/key_light.h"
+#include "renderer/scene/derived/variants.h"
 #include "renderer/scene/gltf/load_gltf.h"
-#include "renderer/scene/model/key_light.h"
-#include "renderer/scene/model/variants.h"
 
 namespace fire3dv::app {
 

@@ -23,7 +23,7 @@
 #include "renderer/offline/offline_loop.h"
 #include "renderer/offline/timeline.h"
 #include "renderer/scene/cache/scene_digest.h"
-#include "renderer/scene/model/variants.h"
+#include "renderer/scene/derived/variants.h"
 #include "renderer/sinks/video/video_sink.h"
 
 namespace fire3dv::offline {

@@ -268,8 +268,13 @@ void SceneRenderer::record(const PreparedFrame& prepared, gpu::Recorder& recorde
 void SceneRenderer::update_scene(gpu::Recorder& recorder, gpu::StagingRing& staging,
                                  const state::PoseState& poses, bool draws_forward) {
   has_acceleration_structures_ = false;
-  if (edits_ && edit_uploader_.upload(recorder, staging, *gpu_scene_, *scene_, *edits_, shadows_))
-    deform_.invalidate_vertices();
+  if (edits_) {
+    const EditUploader::Changed changed =
+        edit_uploader_.upload(recorder, staging, *gpu_scene_, *scene_, *edits_);
+    if (changed.visibility) shadows_.choose_planar_casters(*scene_, *gpu_scene_);
+    if (changed.lights) shadows_.set_lights_or_drop_shadows(scene::lights_of(*scene_, edits_));
+    if (changed.vertices) deform_.invalidate_vertices();
+  }
   transforms_.record(recorder, staging, *gpu_scene_, poses);
   // Only the raster pipeline sorts draws by winding; compute passes read it from the transforms pass.
   if (path_ == RasterPath::forward || draws_forward)

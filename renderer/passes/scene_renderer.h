@@ -25,7 +25,7 @@
 #include "renderer/passes/resources/gpu_scene.h"
 #include "renderer/passes/resources/pose_passes.h"
 #include "renderer/passes/resources/targets.h"
-#include "renderer/passes/view.h"
+#include "renderer/passes/view/view.h"
 #include "renderer/passes/visibility/visibility_pass.h"
 
 namespace fire3dv::passes {

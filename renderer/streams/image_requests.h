@@ -14,7 +14,7 @@
 #include "base/peer_budget.h"
 #include "protocol/transport/link.h"
 #include "protocol/wire/image.h"
-#include "renderer/passes/view.h"
+#include "renderer/passes/view/view.h"
 #include "renderer/state/image_requests.h"
 
 namespace fire3dv::app {

@@ -6,7 +6,7 @@
 #include <glm/glm.hpp>
 #include <vector>
 
-#include "renderer/passes/view.h"
+#include "renderer/passes/view/view.h"
 
 namespace fire3dv::app {
 

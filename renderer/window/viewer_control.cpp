@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "renderer/editing/target_index.h"
-#include "renderer/scene/model/variants.h"
+#include "renderer/scene/derived/variants.h"
 
 namespace fire3dv::app {
 

@@ -4,8 +4,8 @@
 #include <charconv>
 #include <utility>
 
+#include "renderer/scene/derived/key_light.h"
 #include "renderer/scene/gltf/load_gltf.h"
-#include "renderer/scene/model/key_light.h"
 
 namespace fire3dv::drake {
 namespace {

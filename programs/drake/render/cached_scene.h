@@ -8,7 +8,7 @@
 
 #include "programs/drake/request/gltf_scene.h"
 #include "renderer/passes/scene_renderer.h"
-#include "renderer/scene/model/loaded_scene.h"
+#include "renderer/scene/derived/loaded_scene.h"
 #include "renderer/state/motion/animation.h"
 #include "renderer/state/pose_state.h"
 

@@ -25,7 +25,7 @@
 #include "renderer/images/secondary_devices.h"
 #include "renderer/loading/disk_caches.h"
 #include "renderer/loading/scene_reload.h"
-#include "renderer/scene/model/variants.h"
+#include "renderer/scene/derived/variants.h"
 #include "renderer/sinks/file_sink.h"
 #include "renderer/sinks/frame.h"
 #include "renderer/window/viewer_control.h"

@@ -10,11 +10,11 @@
 #include "renderer/gpu/pipelines/pipeline.h"
 #include "renderer/gpu/readback_ring.h"
 #include "renderer/passes/debug/inspection.h"
+#include "renderer/passes/raster/cluster_raster.h"
 #include "renderer/passes/resources/gpu_scene.h"
 #include "renderer/passes/resources/targets.h"
 #include "renderer/passes/shadows/shadow_pass.h"
-#include "renderer/passes/view.h"
-#include "renderer/passes/visibility/cluster_raster.h"
+#include "renderer/passes/view/view.h"
 
 namespace fire3dv::passes {
 

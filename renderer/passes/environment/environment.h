@@ -14,7 +14,7 @@
 #include "renderer/gpu/device/loader_commands.h"
 #include "renderer/gpu/pipelines/descriptors.h"
 #include "renderer/gpu/resources.h"
-#include "renderer/passes/view.h"
+#include "renderer/passes/view/view.h"
 #include "renderer/scene/textures/environment.h"
 #include "shaders/shared/types.h"
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "renderer/passes/visibility/cluster_raster.h"
+#include "renderer/passes/resources/shader_variant.h"
 #include "shaders/shared/types.h"
 
 namespace fire3dv::passes {

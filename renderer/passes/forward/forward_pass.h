@@ -14,7 +14,7 @@
 #include "renderer/passes/resources/gpu_scene.h"
 #include "renderer/passes/resources/targets.h"
 #include "renderer/passes/shadows/shadow_pass.h"
-#include "renderer/passes/view.h"
+#include "renderer/passes/view/view.h"
 #include "renderer/state/pose_state.h"
 
 namespace fire3dv::passes {

@@ -17,7 +17,7 @@
 #include "renderer/gpu/pipelines/pipeline.h"
 #include "renderer/passes/markers/text_layout.h"
 #include "renderer/passes/resources/targets.h"
-#include "renderer/passes/view.h"
+#include "renderer/passes/view/view.h"
 #include "renderer/scene/model/bounds.h"
 #include "renderer/state/marker_registry.h"
 

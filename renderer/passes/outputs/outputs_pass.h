@@ -13,7 +13,7 @@
 #include "renderer/gpu/pipelines/pipeline.h"
 #include "renderer/passes/outputs/planes_and_boxes.h"
 #include "renderer/passes/resources/gpu_scene.h"
-#include "renderer/passes/view.h"
+#include "renderer/passes/view/view.h"
 #include "shaders/shared/types.h"
 
 namespace fire3dv::passes {

@@ -261,7 +261,7 @@ void PathPass::use_pipeline(const GpuScene& scene) {
   const RayVariant wanted = RayVariant::of(scene);
   if ((pipeline_ || ray_pipeline_) && wanted == variant_) return;
   variant_ = wanted;
-  const auto constants = wanted.constants();
+  const auto constants = wanted.shader.constants();
   const std::string name = wanted.extensions ? "path" : "path_core";
   if (back_end_ == RayBackEnd::query) {
     pipeline_ = gpu::create_compute_pipeline(device_, layout_, name + ".comp", gpu::Compile::next, constants);

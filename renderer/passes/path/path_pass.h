@@ -21,10 +21,10 @@
 #include "renderer/gpu/pipelines/pipeline.h"
 #include "renderer/passes/post/post_pass.h"
 #include "renderer/passes/resources/gpu_scene.h"
-#include "renderer/passes/resources/ray_variant.h"
+#include "renderer/passes/resources/shader_variant.h"
 #include "renderer/passes/resources/targets.h"
 #include "renderer/passes/shadows/shadow_plan.h"
-#include "renderer/passes/view.h"
+#include "renderer/passes/view/view.h"
 #include "renderer/scene/textures/environment.h"
 #include "shaders/shared/types.h"
 

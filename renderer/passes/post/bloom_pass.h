@@ -3,7 +3,6 @@
 #pragma once
 
 #include "renderer/gpu/recorder.h"
-#include "renderer/passes/path/path_pass.h"
 #include "renderer/passes/post/post_pass.h"
 #include "renderer/passes/resources/targets.h"
 

@@ -6,7 +6,7 @@
 #include "renderer/gpu/recorder.h"
 #include "renderer/passes/post/post_pass.h"
 #include "renderer/passes/resources/targets.h"
-#include "renderer/passes/view.h"
+#include "renderer/passes/view/view.h"
 
 namespace fire3dv::passes {
 

@@ -5,7 +5,6 @@
 #include "renderer/gpu/pipelines/descriptors.h"
 #include "renderer/gpu/pipelines/pipeline.h"
 #include "renderer/gpu/recorder.h"
-#include "renderer/passes/path/path_pass.h"
 #include "renderer/passes/post/post_pass.h"
 #include "renderer/passes/resources/targets.h"
 

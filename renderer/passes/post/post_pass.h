@@ -10,7 +10,7 @@
 #include "renderer/gpu/pipelines/pipeline.h"
 #include "renderer/gpu/recorder.h"
 #include "renderer/passes/resources/targets.h"
-#include "renderer/passes/view.h"
+#include "renderer/passes/view/view.h"
 #include "renderer/state/stream_timing.h"
 
 namespace fire3dv::passes {

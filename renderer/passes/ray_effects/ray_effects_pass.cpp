@@ -105,7 +105,7 @@ void RayEffectsPass::use_pipeline(const GpuScene& scene, bool bounces) {
   variant_ = wanted;
   std::array<uint32_t, FIRE3DV_VARIANT_RAY_EFFECTS_COUNT> constants{};
   static_assert(FIRE3DV_VARIANT_BOUNCES == FIRE3DV_VARIANT_COUNT);
-  std::ranges::copy(wanted.scene.constants(), constants.begin());
+  std::ranges::copy(wanted.scene.shader.constants(), constants.begin());
   constants[FIRE3DV_VARIANT_BOUNCES] = wanted.bounces ? 1 : 0;
   const std::string name = std::string(wanted.scene.extensions ? "ray_effects" : "ray_effects_core") +
                            (samples_ == 4 ? "_4" : "_1");

@@ -7,9 +7,9 @@
 #include "renderer/gpu/pipelines/pipeline.h"
 #include "renderer/passes/ray_effects/ray_effect_settings.h"
 #include "renderer/passes/resources/gpu_scene.h"
-#include "renderer/passes/resources/ray_variant.h"
+#include "renderer/passes/resources/shader_variant.h"
 #include "renderer/passes/resources/targets.h"
-#include "renderer/passes/view.h"
+#include "renderer/passes/view/view.h"
 #include "shaders/shared/types.h"
 
 namespace fire3dv::passes {

@@ -50,9 +50,10 @@ void write_vertices(gpu::Patches& patches, const GpuScene& gpu_scene, const Inst
 
 }  // namespace
 
-bool EditUploader::upload(gpu::Recorder& recorder, gpu::StagingRing& staging, GpuScene& gpu_scene,
-                          const scene::Scene& scene, const scene::SceneEdits& edits, ShadowPass& shadows) {
-  if (revisions_ == edits.revisions()) return false;
+EditUploader::Changed EditUploader::upload(gpu::Recorder& recorder, gpu::StagingRing& staging,
+                                           GpuScene& gpu_scene, const scene::Scene& scene,
+                                           const scene::SceneEdits& edits) {
+  if (revisions_ == edits.revisions()) return {};
   Change change{gpu_scene, scene, edits, {}};
   const bool materials = revisions_.materials != edits.revisions().materials;
   if (materials) {
@@ -60,19 +61,19 @@ bool EditUploader::upload(gpu::Recorder& recorder, gpu::StagingRing& staging, Gp
     upload_materials(change);
     std::exchange(change.patches, {}).record(recorder, staging);
   }
-  if (revisions_.visible != edits.revisions().visible) upload_visibility(change, shadows);
+  if (revisions_.visible != edits.revisions().visible) upload_visibility(change);
   if (materials || revisions_.base_color != edits.revisions().base_color) upload_colors(change, materials);
-  if (revisions_.light != edits.revisions().light) upload_lights(change, shadows);
+  if (revisions_.light != edits.revisions().light) upload_lights(change);
   if (revisions_.vertices != edits.revisions().vertices) upload_vertices(change);
   revisions_ = edits.revisions();
   change.patches.record(recorder, staging);
   if (change.draws) gpu_scene.collect_draws(recorder, staging, scene);
-  return change.vertices;
+  return change.changed;
 }
 
 // Hidden parts reuse the flags that exclude parts from drawing and shadows, so shaders need no extra test.
 // Instances hidden from rays are detached from the transforms pass, which would show them again.
-void EditUploader::upload_visibility(Change& change, ShadowPass& shadows) {
+void EditUploader::upload_visibility(Change& change) {
   GpuScene& gpu_scene = change.gpu_scene;
   const scene::Scene& scene = change.scene;
   gpu_scene.has_forward_only = false;
@@ -99,8 +100,7 @@ void EditUploader::upload_visibility(Change& change, ShadowPass& shadows) {
                          (node & 0xffffffu) | (hidden ? 0 : 0xff000000u));
   }
   gpu_scene.hidden = change.edits.hidden();
-  shadows.choose_planar_casters(scene, gpu_scene);
-  change.draws = true;
+  change.draws = change.changed.visibility = true;
 }
 
 // The factors come first in a record; no other data depends on them.
@@ -241,7 +241,7 @@ void EditUploader::set_first_primitive(Change& change, uint32_t node, uint32_t f
   }
 }
 
-void EditUploader::upload_lights(Change& change, ShadowPass& shadows) {
+void EditUploader::upload_lights(Change& change) {
   GpuScene& gpu_scene = change.gpu_scene;
   const std::vector<scene::PlacedLight> lights = scene::lights_of(change.scene, &change.edits);
   std::vector<gpu_types::LightRecord> records;
@@ -261,7 +261,7 @@ void EditUploader::upload_lights(Change& change, ShadowPass& shadows) {
   // The light poses follow the node transforms in the buffer.
   change.patches.reserve(device_, gpu_scene.world_from_node, gpu_scene.light_poses_offset,
                          gpu_scene.light_poses_offset + lights.size() * sizeof(gpu_types::LightPose));
-  shadows.set_lights_or_drop_shadows(lights);
+  change.changed.lights = true;
 }
 
 // Writes into the vertex copies of these nodes. Reverted nodes return to their rest vertices.
@@ -277,7 +277,7 @@ void EditUploader::upload_vertices(Change& change) {
                    wanted ? scene::pose_vertices(change.scene, mesh, *wanted)
                           : scene::rest_vertices(change.scene, mesh));
     shown = std::move(wanted);
-    change.vertices = true;
+    change.changed.vertices = true;
   }
 }
 

@@ -6,7 +6,6 @@
 
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/passes/resources/gpu_scene.h"
-#include "renderer/passes/shadows/shadow_pass.h"
 #include "renderer/scene/model/scene_edits.h"
 
 namespace fire3dv::passes {
@@ -15,9 +14,15 @@ class EditUploader {
  public:
   explicit EditUploader(gpu::Device& device) : device_(device) {}
 
-  // Call it before all other work of the frame. Returns true when vertices were written.
-  bool upload(gpu::Recorder& recorder, gpu::StagingRing& staging, GpuScene& gpu_scene,
-              const scene::Scene& scene, const scene::SceneEdits& edits, ShadowPass& shadows);
+  // Changes that other passes have to follow.
+  struct Changed {
+    bool visibility = false;  // hidden nodes
+    bool lights = false;
+    bool vertices = false;  // written
+  };
+  // Call it before all other work of the frame.
+  Changed upload(gpu::Recorder& recorder, gpu::StagingRing& staging, GpuScene& gpu_scene,
+                 const scene::Scene& scene, const scene::SceneEdits& edits);
   // Resets the state for a new scene, to which all edits are new.
   void reset() {
     revisions_ = {};
@@ -32,14 +37,14 @@ class EditUploader {
     const scene::Scene& scene;
     const scene::SceneEdits& edits;
     gpu::Patches patches;
-    bool draws = false;     // the draws or their primitives changed
-    bool vertices = false;  // vertices were written
+    bool draws = false;  // the draws or their primitives changed
+    Changed changed = {};
   };
   struct Color {
     glm::vec4 base_color{1};
     uint32_t first_material = 0;  // first appended material copy of the node
   };
-  static void upload_visibility(Change& change, ShadowPass& shadows);
+  static void upload_visibility(Change& change);
   void upload_materials(Change& change);
   // recreate: creates new material copies for all nodes with colour edits.
   void upload_colors(Change& change, bool recreate);
@@ -48,7 +53,7 @@ class EditUploader {
   static void restore_materials(Change& change, uint32_t node);
   static void set_part_material(Change& change, uint32_t node, uint32_t i, uint32_t material);
   static void set_first_primitive(Change& change, uint32_t node, uint32_t first_primitive);
-  void upload_lights(Change& change, ShadowPass& shadows);
+  void upload_lights(Change& change);
   void upload_vertices(Change& change);
 
   gpu::Device& device_;

@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-#include "renderer/scene/model/loaded_scene.h"
+#include "renderer/scene/derived/loaded_scene.h"
 #include "renderer/scene/model/scene.h"
 
 namespace fire3dv::passes {

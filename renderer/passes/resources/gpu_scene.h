@@ -13,7 +13,7 @@
 #include "renderer/passes/resources/pose_passes.h"
 #include "renderer/passes/resources/scene_materials.h"
 #include "renderer/passes/resources/scene_parts.h"
-#include "renderer/scene/model/loaded_scene.h"
+#include "renderer/scene/derived/loaded_scene.h"
 #include "renderer/scene/model/scene.h"
 #include "renderer/state/pose_state.h"
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "renderer/scene/clusters/clusters.h"
-#include "renderer/scene/model/loaded_scene.h"
+#include "renderer/scene/derived/loaded_scene.h"
 #include "renderer/scene/model/scene.h"
 #include "shaders/shared/geometry_types.h"
 

@@ -8,9 +8,9 @@
 
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/gpu/pipelines/pipeline.h"
+#include "renderer/passes/raster/cluster_raster.h"
 #include "renderer/passes/resources/targets.h"
 #include "renderer/passes/shadows/shadow_plan.h"
-#include "renderer/passes/visibility/cluster_raster.h"
 
 namespace fire3dv::gpu_types {
 struct Globals;

@@ -5,7 +5,8 @@
 #include <cstddef>
 #include <string>
 
-#include "renderer/passes/visibility/cluster_raster.h"
+#include "renderer/passes/raster/cluster_raster.h"
+#include "renderer/passes/resources/shader_variant.h"
 #include "shaders/shared/bindings.h"
 
 namespace fire3dv::passes {

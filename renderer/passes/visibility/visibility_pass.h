@@ -7,10 +7,10 @@
 
 #include "renderer/gpu/pipelines/descriptors.h"
 #include "renderer/passes/post/post_pass.h"
+#include "renderer/passes/raster/cluster_raster.h"
 #include "renderer/passes/resources/targets.h"
 #include "renderer/passes/shadows/shadow_pass.h"
-#include "renderer/passes/view.h"
-#include "renderer/passes/visibility/cluster_raster.h"
+#include "renderer/passes/view/view.h"
 #include "shaders/shared/types.h"
 
 namespace fire3dv::passes {

@@ -9,9 +9,10 @@
 #include <system_error>
 
 #include "base/parallel.h"
-#include "renderer/scene/cache/cache_files.h"
 #include "renderer/scene/cache/member_bytes.h"
-#include "renderer/scene/model/loaded_scene.h"
+#include "renderer/scene/cache_files.h"
+#include "renderer/scene/derived/derived_fields.h"
+#include "renderer/scene/derived/loaded_scene.h"
 #include "scene_sources_digest.h"
 
 namespace fire3dv::scene {

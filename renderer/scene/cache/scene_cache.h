@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "base/error.h"
-#include "renderer/scene/cache/cache_files.h"
+#include "renderer/scene/cache_files.h"
+#include "renderer/scene/derived/loaded_scene.h"
 #include "renderer/scene/files.h"
-#include "renderer/scene/model/loaded_scene.h"
 #include "renderer/scene/model/scene.h"
 
 namespace fire3dv::scene {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "base/error.h"
-#include "renderer/scene/model/bounds.h"
+#include "renderer/scene/clusters/ray_boxes.h"
 #include "renderer/scene/model/scene.h"
 
 namespace fire3dv::scene {

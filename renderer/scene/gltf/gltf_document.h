@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "base/error.h"
-#include "renderer/scene/cache/cache_files.h"
+#include "renderer/scene/cache_files.h"
 #include "renderer/scene/files.h"
 #include "renderer/scene/gltf/load_gltf.h"
 

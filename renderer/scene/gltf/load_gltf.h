@@ -8,7 +8,7 @@
 #include <span>
 
 #include "base/error.h"
-#include "renderer/scene/cache/cache_files.h"
+#include "renderer/scene/cache_files.h"
 #include "renderer/scene/files.h"
 #include "renderer/scene/model/scene.h"
 

@@ -1,8 +1,7 @@
-// Member lists of Scene and Derived for generic copies and serialisation. A new member needs one line here
+// Member lists of Scene for generic copies and serialisation. A new member needs one line here
 // and a check in check_scene.cpp; older cache files are then refused automatically (scene_cache.cpp).
 #pragma once
 
-#include "renderer/scene/model/loaded_scene.h"
 #include "renderer/scene/model/scene.h"
 
 namespace fire3dv::scene {
@@ -26,17 +25,6 @@ void visit_arrays(Scene& scene, Visit&& visit) {
   visit(scene.key_times_s);
   visit(scene.key_values);
   for (Image& image : scene.images) visit(image.rgba8.stored());
-}
-
-template <typename Visit>
-void visit_arrays(Derived& derived, Visit&& visit) {
-  ClusteredGeometry& clusters = derived.clusters;
-  visit(clusters.source_vertices);
-  visit(clusters.clusters);
-  visit(clusters.level_groups);
-  visit(clusters.ray_boxes);
-  visit(clusters.triangles);
-  visit(clusters.primitives);
 }
 
 // All other members. Visit accepts any number of arguments.
@@ -124,19 +112,9 @@ void visit_members(Camera& c, Visit&& visit) {
 }
 
 template <typename Visit>
-void visit_members(Caster& c, Visit&& visit) {
-  visit(c.shape, c.plane_node);
-}
-
-template <typename Visit>
 void visit_members(Scene& s, Visit&& visit) {
   visit(s.nodes, s.meshes, s.primitives, s.skins, s.animations, s.channels, s.materials, s.variants,
         s.textures, s.images, s.lights, s.cameras, s.bounds_min, s.bounds_max, s.warnings);
-}
-
-template <typename Visit>
-void visit_members(Derived& d, Visit&& visit) {
-  visit(d.casters, d.has_levels);
 }
 
 }  // namespace fire3dv::scene

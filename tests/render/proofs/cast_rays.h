@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "renderer/passes/view.h"
+#include "renderer/passes/view/view.h"
 
 namespace fire3dv::test {
 

@@ -5,7 +5,7 @@
 
 #include <optional>
 
-#include "renderer/passes/view.h"
+#include "renderer/passes/view/view.h"
 #include "renderer/scene/model/scene.h"
 
 namespace fire3dv::test {

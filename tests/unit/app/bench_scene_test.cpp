@@ -6,8 +6,8 @@
 #include <cmath>
 #include <cstring>
 
-#include "renderer/passes/view.h"
-#include "renderer/scene/model/loaded_scene.h"
+#include "renderer/passes/view/view.h"
+#include "renderer/scene/derived/loaded_scene.h"
 #include "renderer/scene/model/vertices.h"
 #include "tools/lab/bench/bench_scene.h"
 #include "tools/lab/bench/shapes.h"

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <numbers>
 
+#include "renderer/scene/derived/key_light.h"
+#include "renderer/scene/derived/loaded_scene.h"
 #include "renderer/scene/model/bounds.h"
 #include "renderer/scene/model/exposure_estimate.h"
-#include "renderer/scene/model/key_light.h"
-#include "renderer/scene/model/loaded_scene.h"
 #include "renderer/scene/textures/environment.h"
 #include "tests/render/support/scene_builder.h"
 

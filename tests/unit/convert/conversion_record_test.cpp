@@ -1,5 +1,5 @@
 // Test of conversion records: a cached conversion is valid while no source file and no result has changed.
-#include "renderer/scene/cache/cache_files.h"
+#include "renderer/scene/cache_files.h"
 
 #include <gtest/gtest.h>
 

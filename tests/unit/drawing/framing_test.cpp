@@ -1,6 +1,6 @@
 // Test of camera placement: all points are inside the margins, and no nearer camera shows them.
-#include "renderer/passes/framing.h"
-#include "renderer/passes/facing.h"
+#include "renderer/passes/view/framing.h"
+#include "renderer/passes/view/facing.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <cmath>
 #include <random>
 
-#include "renderer/passes/view.h"
+#include "renderer/passes/view/view.h"
 
 namespace fire3dv::test {
 namespace {

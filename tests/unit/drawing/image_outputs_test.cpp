@@ -7,7 +7,7 @@
 
 #include "protocol/wire/image_outputs.h"
 #include "renderer/passes/outputs/planes_and_boxes.h"
-#include "renderer/passes/view.h"
+#include "renderer/passes/view/view.h"
 #include "renderer/sinks/file_sink.h"
 #include "renderer/sinks/output_text.h"
 

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "base/digest.h"
-#include "renderer/scene/model/loaded_scene.h"
+#include "renderer/scene/derived/loaded_scene.h"
 #include "tests/unit/geometry/mesh_scenes.h"
 
 namespace fire3dv::scene {

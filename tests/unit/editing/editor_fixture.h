@@ -18,7 +18,7 @@
 #include "protocol/robot/robot_file.h"
 #include "renderer/editing/overlay_file.h"
 #include "renderer/editing/scene_editor.h"
-#include "renderer/scene/model/loaded_scene.h"
+#include "renderer/scene/derived/loaded_scene.h"
 #include "renderer/window/viewer_control.h"
 #include "tests/unit/geometry/boxes_scene.h"
 

@@ -5,9 +5,9 @@
 #include <algorithm>
 
 #include "base/digest.h"
+#include "renderer/scene/derived/loaded_scene.h"
 #include "renderer/scene/gltf/export/export_glb.h"
 #include "renderer/scene/gltf/gltf_container.h"
-#include "renderer/scene/model/loaded_scene.h"
 #include "tests/support/gltf_builder.h"
 
 namespace fire3dv::scene {

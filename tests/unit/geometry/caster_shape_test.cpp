@@ -1,6 +1,6 @@
 // Test of shadow caster classification. A mesh wrongly classified as closed or planar loses its shadow in
 // shadow maps; one wrongly classified as open only costs rays.
-#include "renderer/scene/model/loaded_scene.h"
+#include "renderer/scene/derived/loaded_scene.h"
 
 #include <gtest/gtest.h>
 

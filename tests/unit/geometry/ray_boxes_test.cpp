@@ -1,6 +1,6 @@
 // Test of ray boxes: each LOD 0 triangle is in exactly one box, within its bounds. The order of the boxes
 // gives an efficient tree.
-#include "renderer/scene/model/bounds.h"
+#include "renderer/scene/clusters/ray_boxes.h"
 #include "renderer/scene/model/vertices.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 #include <span>
 
 #include "renderer/scene/clusters/clusters.h"
-#include "renderer/scene/model/loaded_scene.h"
+#include "renderer/scene/derived/loaded_scene.h"
 #include "tests/unit/geometry/mesh_scenes.h"
 
 namespace fire3dv::test {

@@ -1,5 +1,5 @@
 // Test of the digest cache: an unchanged file is hashed once, and again whenever it may have changed.
-#include "renderer/scene/cache/cache_files.h"
+#include "renderer/scene/cache_files.h"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 // order.
 #include <cmath>
 
-#include "renderer/scene/model/loaded_scene.h"
+#include "renderer/scene/derived/loaded_scene.h"
 
 #include "renderer/scene/model/scene_edits.h"
 #include "renderer/scene/model/vertices.h"

@@ -13,9 +13,9 @@
 #include <limits>
 #include <thread>
 
-#include "renderer/scene/cache/cache_files.h"
+#include "renderer/scene/cache_files.h"
+#include "renderer/scene/derived/loaded_scene.h"
 #include "renderer/scene/gltf/load_gltf.h"
-#include "renderer/scene/model/loaded_scene.h"
 #include "renderer/scene/model/scene_fields.h"
 #include "tests/support/gltf_builder.h"
 #include "tests/unit/app/motion_file.h"

@@ -1,7 +1,7 @@
 // Test of material variants (KHR_materials_variants): reading, choice, validation and faults.
 #include <gtest/gtest.h>
 
-#include "renderer/scene/model/variants.h"
+#include "renderer/scene/derived/variants.h"
 #include "tests/support/gltf_builder.h"
 #include "tests/unit/scene/loaded_scene.h"
 

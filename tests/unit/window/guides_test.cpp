@@ -8,7 +8,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <set>
 
-#include "renderer/passes/view.h"
+#include "renderer/passes/view/view.h"
 #include "renderer/window/overlay_colors.h"
 #include "renderer/window/overlay_markers.h"
 #include "tests/unit/geometry/boxes_scene.h"

@@ -5,7 +5,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "base/parallel.h"
-#include "renderer/passes/view.h"
+#include "renderer/passes/view/view.h"
 #include "renderer/scene/model/bounds.h"
 #include "renderer/scene/model/vertices.h"
 #include "tools/lab/bench/shapes.h"

@@ -1,4 +1,4 @@
-#include "renderer/scene/model/variants.h"
+#include "renderer/scene/derived/variants.h"
 
 #include <algorithm>
 

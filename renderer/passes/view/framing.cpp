@@ -1,11 +1,11 @@
-#include "renderer/passes/framing.h"
+#include "renderer/passes/view/framing.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
-#include "renderer/passes/view.h"
+#include "renderer/passes/view/view.h"
 #include "renderer/scene/model/bounds.h"
 
 namespace fire3dv::passes {

@@ -1,4 +1,4 @@
-#include "renderer/scene/model/loaded_scene.h"
+#include "renderer/scene/derived/loaded_scene.h"
 
 #include <algorithm>
 

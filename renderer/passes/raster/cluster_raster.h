@@ -130,22 +130,4 @@ class ClusterRaster {
   uint32_t huge_capacity_ = 1u << 16;
 };
 
-// Specialisation constants of a pipeline (shaders/common/scene_variant.glsl).
-
-struct ShaderVariant {
-  uint32_t shadows = FIRE3DV_SHADOWS_ANY;
-  bool textures = true, masks = true, second_uv = true;
-  uint32_t material_flags = FIRE3DV_MATERIAL_OPTIONAL;  // of them those that a material has
-
-  std::array<uint32_t, FIRE3DV_VARIANT_COUNT> constants() const {
-    std::array<uint32_t, FIRE3DV_VARIANT_COUNT> values{};
-    values[FIRE3DV_VARIANT_SHADOWS] = shadows;
-    values[FIRE3DV_VARIANT_TEXTURES] = textures;
-    values[FIRE3DV_VARIANT_MASKS] = masks;
-    values[FIRE3DV_VARIANT_SECOND_UV] = second_uv;
-    values[FIRE3DV_VARIANT_MATERIAL_FLAGS] = material_flags;
-    return values;
-  }
-};
-
 }  // namespace fire3dv::passes

@@ -1,4 +1,4 @@
-#include "renderer/passes/visibility/cluster_raster.h"
+#include "renderer/passes/raster/cluster_raster.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -6,6 +6,7 @@
 #include <iterator>
 #include <string>
 
+#include "renderer/passes/resources/shader_variant.h"
 #include "shaders/shared/types.h"
 
 namespace fire3dv::passes {

@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "base/error.h"
-#include "renderer/scene/model/loaded_scene.h"
+#include "renderer/scene/derived/loaded_scene.h"
 
 namespace fire3dv::scene {
 

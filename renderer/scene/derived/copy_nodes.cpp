@@ -1,4 +1,4 @@
-#include "renderer/scene/model/copy_nodes.h"
+#include "renderer/scene/derived/copy_nodes.h"
 
 #include <algorithm>
 #include <map>

@@ -1,4 +1,4 @@
-#include "renderer/passes/view.h"
+#include "renderer/passes/view/view.h"
 
 #include <algorithm>
 #include <cmath>

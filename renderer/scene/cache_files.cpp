@@ -1,4 +1,4 @@
-#include "renderer/scene/cache/cache_files.h"
+#include "renderer/scene/cache_files.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>

@@ -1,6 +1,6 @@
-#include "renderer/scene/model/key_light.h"
+#include "renderer/scene/derived/key_light.h"
 
-#include "renderer/scene/model/loaded_scene.h"
+#include "renderer/scene/derived/loaded_scene.h"
 
 namespace fire3dv::scene {
 namespace {

@@ -1,9 +1,9 @@
-#include "renderer/passes/facing.h"
+#include "renderer/passes/view/facing.h"
 
 #include <cmath>
 
-#include "renderer/passes/framing.h"
-#include "renderer/passes/view.h"
+#include "renderer/passes/view/framing.h"
+#include "renderer/passes/view/view.h"
 
 namespace fire3dv::passes {
 namespace {
