@@ -4,7 +4,6 @@
 #include <system_error>
 
 #include "convert/description_files.h"
-#include "convert/mesh/mesh_scene.h"
 #include "convert/model.h"
 #include "renderer/scene/files.h"
 

@@ -67,6 +67,13 @@ Result<Model> read_mjcf(const std::filesystem::path& file, const ReadOptions& op
 // without libsdformat.
 Result<Model> read_sdf(const std::filesystem::path& file, const ReadOptions& options);
 
+// By file extension: OBJ, STL, PLY, DAE, 3MF.
+bool is_mesh_scene_name(const std::filesystem::path& file);
+// Reads a mesh file as a scene, in a child process with limits on time and memory. Nodes, names, materials
+// and vertex colours of the file are kept. Scales of its nodes are in the vertices, so that streams can pose
+// them. Without normals, STL is flat; others are smooth over edges below 37 degrees.
+Result<Model> read_mesh_scene(const std::filesystem::path& file, const ReadOptions& options);
+
 // Detects the format from the contents; mesh files from the name, too. Adds a light to a description without
 // any.
 Result<Model> read_description(const std::filesystem::path& file, const ReadOptions& options);

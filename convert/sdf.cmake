@@ -9,7 +9,7 @@ fire3dv_library(fire3dv_sdf_scene
 pkg_check_modules(sdformat IMPORTED_TARGET sdformat12)
 if(TARGET PkgConfig::sdformat)
   fire3dv_library(fire3dv_sdf_reader
-    SOURCES sdf/read_sdf.cpp sdf/files/sdf_documents.cpp sdf/files/sdf_include_text.cpp
+    SOURCES sdf/library/read_sdf.cpp sdf/files/sdf_documents.cpp sdf/files/sdf_include_text.cpp
             sdf/library/sdf_appearance.cpp sdf/library/sdf_joints.cpp sdf/library/sdf_messages.cpp
             sdf/library/sdf_reader.cpp sdf/library/sdf_trial.cpp
     LINK fire3dv_sdf_scene PkgConfig::sdformat)

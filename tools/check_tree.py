@@ -18,9 +18,11 @@ MAX_FILES_IN_FOLDER = 25
 MAX_MARKDOWN_COLUMNS = 100
 QUESTION = re.compile(r"^(What|Which|Who|Whose|Where|How|From|Does|Do|Whether|Why|When)\b")
 
-# Folder: the folders that its files may include, beside its own. The longest matching prefix counts.
+# Folder: the folders that its files may include, beside its own. The longest matching prefix counts. "a/*" are the files of a
+# alone, without its sub-folders.
 BASE = "base"
 WIRE = BASE + " protocol/wire"
+MODEL = BASE + " renderer/scene convert/*"
 # Rooms of the renderer that the program is made of.
 ROOMS = ("renderer/streams renderer/live_scene renderer/loading renderer/editing renderer/camera renderer/images renderer/browser "
          "renderer/window renderer/app")
@@ -39,7 +41,7 @@ ALLOWED = {
     # The world's scene as glTF.
     "adapters/gazebo": WIRE + " adapters/generic renderer/scene convert",
     "adapters/ros2": WIRE + " adapters/generic",
-    "examples": "adapters/generic",
+    "examples": "adapters/generic examples/common",
     "examples/common": "examples adapters/generic base/glb.h base/command_line.h",
     "shaders": "",
     "renderer/scene": WIRE,
@@ -54,6 +56,21 @@ ALLOWED = {
     "renderer/offline": WIRE + " protocol/record renderer/scene renderer/gpu renderer/state renderer/passes renderer/sinks "
                                "renderer/capture " + ROOMS,
     "convert": BASE + " renderer/scene",
+    "convert/glb": MODEL,
+    "convert/mesh": MODEL + " convert/glb",
+    "convert/adf": MODEL + " convert/mesh",
+    "convert/mjcf/xml": MODEL,
+    "convert/mjcf/scene": MODEL + " convert/mesh",
+    "convert/mjcf/assets": MODEL + " convert/glb convert/mesh convert/mjcf/scene convert/mjcf/xml",
+    "convert/mjcf/bodies": MODEL + " convert/mjcf/assets convert/mjcf/scene convert/mjcf/xml",
+    "convert/mjcf/deformable": MODEL + " convert/mjcf/bodies convert/mjcf/assets convert/mjcf/scene convert/mjcf/xml",
+    "convert/mjcf": MODEL + " convert/mjcf/deformable convert/mjcf/bodies convert/mjcf/assets convert/mjcf/scene convert/mjcf/xml",
+    "convert/sdf/files": MODEL,
+    "convert/sdf": MODEL + " convert/glb convert/mesh convert/sdf/files",
+    "convert/sdf/library": MODEL + " convert/sdf/files convert/sdf/*",
+    "convert/xacro/expression": MODEL,
+    "convert/xacro": MODEL + " convert/xacro/expression",
+    "convert/urdf": MODEL + " convert/mesh convert/xacro",
     # A program that renders by itself, as renderer/offline does.
     "programs/drake": WIRE + " protocol/transport renderer/scene renderer/gpu renderer/state renderer/passes renderer/sinks "
                              "renderer/capture " + ROOMS,
@@ -82,14 +99,22 @@ def within(name, folder):
     return name == folder or name.startswith(folder + "/")
 
 
+def room_of(name):
+    return max((folder for folder in ALLOWED if within(name, folder)), key=len, default=None)
+
+
+def matches(name, folder):
+    return os.path.dirname(name) == folder[:-2] if folder.endswith("/*") else within(name, folder)
+
+
 def include_directions(name, text):
-    room = max((folder for folder in ALLOWED if within(name, folder)), key=len, default=None)
+    room = room_of(name)
     if room is None:
         return
     for target in includes(text):
         if not re.match(r"(base|protocol|renderer|convert|programs|adapters|tools|examples|tests|shaders)/", target):
             continue
-        if not any(within(target, folder) for folder in [room, *ALLOWED[room].split()]):
+        if room_of(target) != room and not any(matches(target, folder) for folder in ALLOWED[room].split()):
             yield f"{name} includes {target}: {room}/ may not depend on it (ARCHITECTURE.md)"
 
 

@@ -13,8 +13,8 @@
 #include <streambuf>
 
 #include "convert/glb/glb_joints.h"
-#include "convert/mesh/surfaces.h"
 #include "convert/model.h"
+#include "convert/surfaces.h"
 
 namespace fire3dv::convert {
 namespace {

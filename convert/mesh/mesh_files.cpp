@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "convert/glb/write_glb.h"
-#include "convert/mesh/surfaces.h"
 #include "convert/model.h"
+#include "convert/surfaces.h"
 #include "renderer/scene/files.h"
 
 namespace fire3dv::convert {

@@ -1,5 +1,3 @@
-#include "convert/mesh/mesh_scene.h"
-
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -19,8 +17,8 @@
 
 #include "convert/description_files.h"
 #include "convert/mesh/mesh_files.h"
+#include "convert/mesh/mesh_normals.h"
 #include "convert/mesh/mesh_store.h"
-#include "convert/mjcf/assets/mesh_normals.h"
 #include "renderer/scene/files.h"
 #include "renderer/scene/gltf/foreign_file.h"
 
@@ -71,7 +69,7 @@ struct HashPosition {
 Surface with_normals(const Surface& surface) {
   std::vector<glm::dvec3> positions;  // without duplicates, which seams of textures have
   std::unordered_map<glm::vec3, uint32_t, HashPosition> index_of;
-  std::vector<MeshData::Triangle> faces(surface.indices.size() / 3);
+  std::vector<std::array<uint32_t, 3>> faces(surface.indices.size() / 3);
   for (size_t i = 0; i < 3 * faces.size(); ++i) {
     const glm::vec3 position = surface.positions[surface.indices[i]] + 0.0f;  // -0 equals 0
     const auto [known, is_new] = index_of.try_emplace(position, static_cast<uint32_t>(positions.size()));

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "base/error.h"
-#include "convert/mjcf/mjcf_scene.h"
+#include "convert/mjcf/scene/mjcf_scene.h"
 #include "convert/model.h"
 
 namespace fire3dv::convert {

@@ -6,14 +6,14 @@
 #include <string_view>
 #include <utility>
 
+#include "convert/mjcf/assets/mjcf_source.h"
+#include "convert/mjcf/bodies/mjcf_bodies.h"
+#include "convert/mjcf/bodies/mjcf_joints.h"
+#include "convert/mjcf/bodies/mjcf_kinematics.h"
+#include "convert/mjcf/bodies/mjcf_tendons.h"
 #include "convert/mjcf/deformable/mjcf_flexes.h"
 #include "convert/mjcf/deformable/mjcf_skins.h"
-#include "convert/mjcf/joints/mjcf_joints.h"
-#include "convert/mjcf/mjcf_bodies.h"
-#include "convert/mjcf/mjcf_kinematics.h"
 #include "convert/mjcf/mjcf_reader.h"
-#include "convert/mjcf/mjcf_source.h"
-#include "convert/mjcf/mjcf_tendons.h"
 #include "convert/model.h"
 #include "convert/readers.h"
 #include "renderer/scene/files.h"

@@ -12,12 +12,12 @@
 #include "base/error.h"
 #include "base/text.h"
 #include "convert/mesh/mesh_store.h"
-#include "convert/mesh/surfaces.h"
 #include "convert/sdf/names.h"
 #include "convert/sdf/sdf_kinematics.h"
 #include "convert/sdf/sdf_materials.h"
 #include "convert/sdf/sdf_shapes.h"
 #include "convert/sdf/sdf_warnings.h"
+#include "convert/surfaces.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "base/text.h"
-#include "convert/mesh/surfaces.h"
 #include "convert/sdf/names.h"
+#include "convert/surfaces.h"
 
 namespace fire3dv::convert {
 namespace {

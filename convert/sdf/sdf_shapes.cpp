@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "base/text.h"
-#include "convert/mesh/surfaces.h"
+#include "convert/surfaces.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -1,8 +1,8 @@
 // Expansion of the elements of a xacro document: properties, macros, blocks, includes and conditions.
 #pragma once
 
-#include "convert/xacro/budget.h"
 #include "convert/xacro/document.h"
+#include "convert/xacro/expression/budget.h"
 #include "convert/xacro/substitution.h"
 
 namespace fire3dv::convert::xacro {

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "convert/model.h"
-#include "convert/urdf/urdf_files.h"
+#include "convert/urdf_files.h"
 #include "convert/xacro/expression/expression.h"
 #include "convert/xacro/scope.h"
 

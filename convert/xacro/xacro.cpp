@@ -3,9 +3,9 @@
 #include <cstddef>
 #include <utility>
 
-#include "convert/xacro/budget.h"
 #include "convert/xacro/document.h"
 #include "convert/xacro/expander.h"
+#include "convert/xacro/expression/budget.h"
 #include "convert/xacro/substitution.h"
 
 namespace fire3dv::convert {

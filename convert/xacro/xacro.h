@@ -14,7 +14,7 @@
 
 #include "base/error.h"
 #include "convert/model.h"
-#include "convert/urdf/urdf_files.h"
+#include "convert/urdf_files.h"
 
 namespace fire3dv::convert {
 

@@ -8,9 +8,9 @@
 #include <cstddef>
 #include <vector>
 
-#include "convert/mjcf/mjcf_names.h"
-#include "convert/mjcf/mjcf_scene.h"
-#include "convert/mjcf/tendon_frames.h"
+#include "convert/mjcf/scene/mjcf_names.h"
+#include "convert/mjcf/scene/mjcf_scene.h"
+#include "convert/mjcf/scene/tendon_frames.h"
 #include "convert/model.h"
 #include "convert/readers.h"
 

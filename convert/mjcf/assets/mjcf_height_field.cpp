@@ -4,8 +4,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "convert/mjcf/assets/mjcf_source.h"
 #include "convert/mjcf/assets/png_pixels.h"
-#include "convert/mjcf/mjcf_source.h"
 #include "renderer/scene/files.h"
 
 namespace fire3dv::convert {

@@ -8,13 +8,13 @@
 #include <tuple>
 #include <utility>
 
+#include "convert/mesh/mesh_normals.h"
 #include "convert/mesh/mesh_store.h"
 #include "convert/mjcf/assets/builtin_mesh.h"
 #include "convert/mjcf/assets/convex_hull.h"
 #include "convert/mjcf/assets/mesh_data.h"
 #include "convert/mjcf/assets/mesh_inertia.h"
-#include "convert/mjcf/assets/mesh_normals.h"
-#include "convert/mjcf/mjcf_source.h"
+#include "convert/mjcf/assets/mjcf_source.h"
 #include "renderer/scene/files.h"
 
 namespace fire3dv::convert {

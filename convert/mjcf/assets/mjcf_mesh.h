@@ -7,7 +7,7 @@
 
 #include "base/error.h"
 #include "convert/mjcf/assets/mesh_data.h"
-#include "convert/mjcf/mjcf_scene.h"
+#include "convert/mjcf/scene/mjcf_scene.h"
 #include "convert/mjcf/xml/mjcf_element.h"
 #include "convert/model.h"
 

@@ -5,9 +5,9 @@
 #include <utility>
 
 #include "convert/glb/write_glb.h"
+#include "convert/mjcf/assets/mjcf_source.h"
 #include "convert/mjcf/assets/png_pixels.h"
 #include "convert/mjcf/assets/texture_pattern.h"
-#include "convert/mjcf/mjcf_source.h"
 #include "renderer/scene/files.h"
 
 namespace fire3dv::convert {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "base/error.h"
-#include "convert/mjcf/mjcf_scene.h"
+#include "convert/mjcf/scene/mjcf_scene.h"
 #include "convert/mjcf/xml/mjcf_element.h"
 
 namespace fire3dv::convert {

@@ -5,8 +5,8 @@
 #include <map>
 #include <numbers>
 
-#include "convert/mesh/surfaces.h"
 #include "convert/mjcf/xml/mjcf_attributes.h"
+#include "convert/surfaces.h"
 #include "renderer/scene/files.h"
 
 namespace fire3dv::convert {

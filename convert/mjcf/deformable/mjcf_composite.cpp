@@ -1,8 +1,8 @@
 // composite elements: bodies that MuJoCo generates, and the skins over them.
 #include <utility>
 
+#include "convert/mjcf/bodies/mjcf_bodies.h"
 #include "convert/mjcf/deformable/composite.h"
-#include "convert/mjcf/mjcf_bodies.h"
 #include "renderer/scene/files.h"
 
 namespace fire3dv::convert {

@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "convert/mjcf/assets/mjcf_mesh.h"
+#include "convert/mjcf/bodies/mjcf_bodies.h"
 #include "convert/mjcf/deformable/mjcf_flexes.h"
-#include "convert/mjcf/mjcf_bodies.h"
 #include "renderer/scene/files.h"
 
 namespace fire3dv::convert {

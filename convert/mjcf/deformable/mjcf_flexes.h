@@ -1,11 +1,11 @@
 // Flexes of MJCF: deformable objects whose vertices are, or follow, bodies.
 #pragma once
 
+#include "convert/mjcf/assets/mjcf_source.h"
+#include "convert/mjcf/bodies/mjcf_kinematics.h"
+#include "convert/mjcf/bodies/mjcf_tree.h"
 #include "convert/mjcf/deformable/flex_shape.h"
-#include "convert/mjcf/mjcf_kinematics.h"
-#include "convert/mjcf/mjcf_scene.h"
-#include "convert/mjcf/mjcf_source.h"
-#include "convert/mjcf/mjcf_tree.h"
+#include "convert/mjcf/scene/mjcf_scene.h"
 
 namespace fire3dv::convert {
 

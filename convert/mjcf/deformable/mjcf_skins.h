@@ -1,10 +1,10 @@
 // Skins of MJCF: meshes whose vertices follow bodies.
 #pragma once
 
-#include "convert/mjcf/mjcf_kinematics.h"
-#include "convert/mjcf/mjcf_scene.h"
-#include "convert/mjcf/mjcf_source.h"
-#include "convert/mjcf/mjcf_tree.h"
+#include "convert/mjcf/assets/mjcf_source.h"
+#include "convert/mjcf/bodies/mjcf_kinematics.h"
+#include "convert/mjcf/bodies/mjcf_tree.h"
+#include "convert/mjcf/scene/mjcf_scene.h"
 
 namespace fire3dv::convert {
 

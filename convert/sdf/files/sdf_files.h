@@ -14,7 +14,7 @@
 #include "base/error.h"
 #include "convert/description_files.h"
 #include "convert/model.h"
-#include "convert/urdf/packages.h"
+#include "convert/packages.h"
 
 namespace fire3dv::convert {
 

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "convert/xacro/budget.h"
+#include "convert/xacro/expression/budget.h"
 #include "convert/xacro/expression/value.h"
 
 namespace fire3dv::convert::xacro {

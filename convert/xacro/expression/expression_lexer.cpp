@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <utility>
 
-#include "convert/xacro/budget.h"
+#include "convert/xacro/expression/budget.h"
 #include "convert/xacro/expression/expression.h"
 
 namespace fire3dv::convert::xacro {

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <set>
 
-#include "convert/xacro/budget.h"
+#include "convert/xacro/expression/budget.h"
 
 namespace fire3dv::convert::xacro {
 namespace {

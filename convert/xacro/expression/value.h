@@ -12,7 +12,7 @@
 #include <variant>
 #include <vector>
 
-#include "convert/xacro/budget.h"
+#include "convert/xacro/expression/budget.h"
 
 namespace fire3dv::convert::xacro {
 

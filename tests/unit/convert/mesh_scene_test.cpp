@@ -1,6 +1,6 @@
 // Test of mesh files as scenes: a unit cube in every format gives the same vertices, colour and outside;
 // units, axes, names, images and hostile files.
-#include "convert/mesh/mesh_scene.h"
+#include "convert/readers.h"
 
 #include <gtest/gtest.h>
 

@@ -9,9 +9,9 @@
 
 #include "adapters/mujoco/compiled/compiled_scene.h"
 #include "adapters/mujoco/compiled/load.h"
-#include "convert/mesh/surfaces.h"
 #include "convert/mjcf/mjcf_reader.h"
 #include "convert/readers.h"
+#include "convert/surfaces.h"
 #include "tests/support/gltf_builder.h"
 #include "tests/unit/convert/mjcf_oracle.h"
 

@@ -8,8 +8,8 @@
 #include <string>
 #include <string_view>
 
-#include "convert/mesh/surfaces.h"
 #include "convert/mjcf/deformable/flex_shape.h"
+#include "convert/surfaces.h"
 #include "tests/unit/convert/mjcf_fixture.h"
 
 namespace fire3dv::convert {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "adapters/mujoco/compiled/compiled_scene.h"
-#include "convert/mjcf/mjcf_scene.h"
+#include "convert/mjcf/scene/mjcf_scene.h"
 
 namespace fire3dv::convert {
 

@@ -10,7 +10,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "convert/mesh/surfaces.h"
+#include "convert/surfaces.h"
 #include "renderer/scene/gltf/load_gltf.h"
 #include "tests/support/gltf_builder.h"
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <utility>
 
-#include "convert/mjcf/mjcf_scene.h"
+#include "convert/mjcf/scene/mjcf_scene.h"
 
 namespace fire3dv::convert {
 

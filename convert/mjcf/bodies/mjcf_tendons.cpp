@@ -1,4 +1,4 @@
-#include "convert/mjcf/mjcf_tendons.h"
+#include "convert/mjcf/bodies/mjcf_tendons.h"
 
 #include <algorithm>
 #include <optional>
@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "convert/mjcf/tendon_wrap.h"
+#include "convert/mjcf/bodies/tendon_wrap.h"
 #include "renderer/scene/files.h"
 
 namespace fire3dv::convert {

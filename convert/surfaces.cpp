@@ -1,4 +1,4 @@
-#include "convert/mesh/surfaces.h"
+#include "convert/surfaces.h"
 
 #include <cmath>
 #include <cstdint>

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "convert/mjcf/mjcf_scene.h"
+#include "convert/mjcf/scene/mjcf_scene.h"
 
 namespace fire3dv::convert {
 

@@ -8,9 +8,9 @@
 #include <memory>
 #include <string>
 
-#include "convert/mjcf/mjcf_scene.h"
-#include "convert/mjcf/mjcf_source.h"
-#include "convert/mjcf/mjcf_tree.h"
+#include "convert/mjcf/assets/mjcf_source.h"
+#include "convert/mjcf/bodies/mjcf_tree.h"
+#include "convert/mjcf/scene/mjcf_scene.h"
 
 namespace fire3dv::convert {
 

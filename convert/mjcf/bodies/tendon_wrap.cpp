@@ -1,4 +1,4 @@
-#include "convert/mjcf/tendon_wrap.h"
+#include "convert/mjcf/bodies/tendon_wrap.h"
 
 #include <algorithm>
 #include <cmath>

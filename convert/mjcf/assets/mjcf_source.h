@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "convert/mjcf/assets/mjcf_mesh.h"
-#include "convert/mjcf/mjcf_scene.h"
+#include "convert/mjcf/scene/mjcf_scene.h"
 #include "convert/mjcf/xml/mjcf_attributes.h"
 #include "convert/mjcf/xml/mjcf_element.h"
 #include "convert/mjcf/xml/mjcf_files.h"

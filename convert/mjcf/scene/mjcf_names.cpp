@@ -1,4 +1,4 @@
-#include "convert/mjcf/mjcf_names.h"
+#include "convert/mjcf/scene/mjcf_names.h"
 
 #include <set>
 

@@ -1,4 +1,4 @@
-#include "convert/mjcf/mjcf_kinematics.h"
+#include "convert/mjcf/bodies/mjcf_kinematics.h"
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 #include <numbers>
 #include <optional>
 
-#include "convert/mjcf/mjcf_bodies.h"
+#include "convert/mjcf/bodies/mjcf_bodies.h"
 #include "renderer/scene/files.h"
 
 namespace fire3dv::convert {

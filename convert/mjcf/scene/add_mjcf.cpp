@@ -5,12 +5,12 @@
 #include <utility>
 
 #include "convert/mesh/mesh_store.h"
-#include "convert/mesh/surfaces.h"
-#include "convert/mjcf/mjcf_appearance.h"
-#include "convert/mjcf/mjcf_names.h"
-#include "convert/mjcf/mjcf_scene.h"
-#include "convert/mjcf/tendon_frames.h"
+#include "convert/mjcf/scene/mjcf_appearance.h"
+#include "convert/mjcf/scene/mjcf_names.h"
+#include "convert/mjcf/scene/mjcf_scene.h"
+#include "convert/mjcf/scene/tendon_frames.h"
 #include "convert/model.h"
+#include "convert/surfaces.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -1,4 +1,4 @@
-#include "convert/mjcf/mjcf_source.h"
+#include "convert/mjcf/assets/mjcf_source.h"
 
 #include <algorithm>
 #include <utility>

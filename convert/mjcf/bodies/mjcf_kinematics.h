@@ -5,8 +5,8 @@
 #include <glm/glm.hpp>
 #include <vector>
 
-#include "convert/mjcf/mjcf_scene.h"
-#include "convert/mjcf/mjcf_tree.h"
+#include "convert/mjcf/bodies/mjcf_tree.h"
+#include "convert/mjcf/scene/mjcf_scene.h"
 
 namespace fire3dv::convert {
 

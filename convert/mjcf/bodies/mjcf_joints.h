@@ -2,7 +2,7 @@
 #pragma once
 
 #include "convert/joints.h"
-#include "convert/mjcf/mjcf_tree.h"
+#include "convert/mjcf/bodies/mjcf_tree.h"
 
 namespace fire3dv::convert {
 

@@ -1,4 +1,4 @@
-#include "convert/mjcf/assets/mesh_normals.h"
+#include "convert/mesh/mesh_normals.h"
 
 #include <cstddef>
 
@@ -12,11 +12,11 @@ constexpr size_t kMaxCompared = 64;
 }  // namespace
 
 std::vector<glm::vec3> corner_normals(const std::vector<glm::dvec3>& vertices,
-                                      const std::vector<MeshData::Triangle>& faces, bool smooth) {
+                                      const std::vector<std::array<uint32_t, 3>>& faces, bool smooth) {
   std::vector<glm::dvec3> areas(faces.size()), units(faces.size()), means(vertices.size(), glm::dvec3(0));
   std::vector<size_t> first(vertices.size() + 1, 0);  // of a vertex in `around`
   for (size_t i = 0; i < faces.size(); ++i) {
-    const MeshData::Triangle& face = faces[i];
+    const std::array<uint32_t, 3>& face = faces[i];
     areas[i] = glm::cross(vertices[face[1]] - vertices[face[0]], vertices[face[2]] - vertices[face[0]]);
     const double length = glm::length(areas[i]);
     units[i] = length > 0 ? areas[i] / length : glm::dvec3(0);

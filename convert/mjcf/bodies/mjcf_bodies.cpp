@@ -1,4 +1,4 @@
-#include "convert/mjcf/mjcf_bodies.h"
+#include "convert/mjcf/bodies/mjcf_bodies.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,9 +1,9 @@
-#include "convert/mjcf/mjcf_appearance.h"
+#include "convert/mjcf/scene/mjcf_appearance.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "convert/mesh/surfaces.h"
+#include "convert/surfaces.h"
 
 namespace fire3dv::convert {
 namespace {

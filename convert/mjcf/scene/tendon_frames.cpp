@@ -1,4 +1,4 @@
-#include "convert/mjcf/tendon_frames.h"
+#include "convert/mjcf/scene/tendon_frames.h"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "convert/urdf/urdf_files.h"
+#include "convert/urdf_files.h"
 
 #include <algorithm>
 #include <charconv>

@@ -1,4 +1,4 @@
-#include "convert/urdf/packages.h"
+#include "convert/packages.h"
 
 #include <algorithm>
 #include <cstdint>

@@ -1,4 +1,4 @@
-#include "convert/mjcf/joints/mjcf_joints.h"
+#include "convert/mjcf/bodies/mjcf_joints.h"
 
 #include <algorithm>
 #include <array>
@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "convert/mjcf/mjcf_source.h"
+#include "convert/mjcf/assets/mjcf_source.h"
 #include "renderer/scene/files.h"
 
 namespace fire3dv::convert {

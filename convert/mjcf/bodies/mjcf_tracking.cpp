@@ -2,7 +2,7 @@
 #include <cstddef>
 #include <optional>
 
-#include "convert/mjcf/mjcf_kinematics.h"
+#include "convert/mjcf/bodies/mjcf_kinematics.h"
 
 namespace fire3dv::convert {
 namespace {
