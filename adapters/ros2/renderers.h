@@ -16,12 +16,13 @@
 
 #include "adapters/ros2/robot/joint_scalars.h"
 #include "base/error.h"
+#include "protocol/wire/limits.h"
 
 namespace fire3dv::ros2 {
 
 class Renderers {
  public:
-  static constexpr size_t kSceneBudgetBytes = size_t{256} << 20;  // of a stream: robot and markers
+  static constexpr size_t kSceneBudgetBytes = wire::kMaxSceneEditBytes;  // of a stream: robot and markers
 
   static Result<Renderers> open(const std::vector<std::string>& uris, const Security& security,
                                 size_t scene_budget_bytes = kSceneBudgetBytes);

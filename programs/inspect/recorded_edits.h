@@ -10,6 +10,7 @@
 
 #include "base/peer_budget.h"
 #include "protocol/stream/scalar_history.h"
+#include "protocol/wire/limits.h"
 #include "protocol/wire/scene_edit.h"
 
 namespace fire3dv::inspect {
@@ -27,8 +28,8 @@ struct MarkerSeen {
 
 class RecordedEdits {
  public:
-  static constexpr size_t kMaxMarkers = 65'536;  // of all streams
-  static constexpr size_t kMaxListed = 64;       // of each stream, in the text
+  static constexpr size_t kMaxMarkers = wire::kMaxSceneEdits;  // of all streams
+  static constexpr size_t kMaxListed = 64;                     // of each stream, in the text
 
   // Takes an edit of a stream, in the order of the file. Repeated ones, as in snapshots, count once. A new
   // epoch begins the statistics of scalars anew; markers keep their counts.

@@ -8,6 +8,7 @@
 #include "protocol/record/foxglove.h"
 #include "protocol/record/foxglove_encoding.h"
 #include "protocol/record/foxglove_entities.h"
+#include "protocol/wire/limits.h"
 #include "scene_update_generated.h"
 
 namespace fire3dv::record {
@@ -18,7 +19,6 @@ using wire::Affine3x4d;
 using wire::Marker;
 using wire::MarkerKind;
 
-constexpr size_t kMaxMarkers = 65'536;  // of a stream, as in renderers
 constexpr size_t kMaxNameBytes = size_t{8} << 20;
 
 // id empty: of all entities of the channel.
@@ -135,7 +135,7 @@ std::vector<FoxgloveMessage> FoxgloveMarkers::set(const std::string& name, const
   if (marker.kind == MarkerKind::images) ++left_out_;            // they have no equivalent
   const bool is_over = end_ns && *end_ns < sim_time_ns_;
   if (!is_convertible || is_over || marker.positions.empty()) return clear(name, time_ns);
-  const bool is_full = shown_.size() >= kMaxMarkers || name_bytes_ + name.size() > kMaxNameBytes;
+  const bool is_full = shown_.size() >= wire::kMaxSceneEdits || name_bytes_ + name.size() > kMaxNameBytes;
   if (most_bytes(marker) > kMaxMarkerBytes || (is_full && !shown_.contains(name))) {
     ++left_out_;
     return clear(name, time_ns);

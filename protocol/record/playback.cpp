@@ -5,13 +5,13 @@
 #include <string_view>
 
 #include "protocol/wire/check.h"
+#include "protocol/wire/limits.h"
 
 namespace fire3dv::record {
 
 namespace {
 
 constexpr size_t kMaxStreams = 8192;  // a recorder stops adding streams when their channels take 4 MiB
-constexpr size_t kMaxKeys = 65'536;   // per stream, the same as in a publisher's store
 constexpr uint64_t kEntryOverhead = 128;
 
 }  // namespace
@@ -87,8 +87,8 @@ bool Playback::take(size_t stream, Role role, std::span<const std::byte> message
     const bool has_key = state.keys.contains({edit->node, edit->property});
     // Names may use at most half of the memory: their values need the rest.
     const uint64_t key_bytes = has_key ? 0 : edit->node.size() + kEntryOverhead;
-    if (!has_key &&
-        (state.keys.size() == kMaxKeys || key_bytes_ + key_bytes > reader_.limits().max_state_bytes() / 2)) {
+    if (!has_key && (state.keys.size() == wire::kMaxSceneEdits ||
+                     key_bytes_ + key_bytes > reader_.limits().max_state_bytes() / 2)) {
       ++refused_;
       return false;
     }
@@ -101,7 +101,7 @@ bool Playback::take(size_t stream, Role role, std::span<const std::byte> message
   }
   if (const auto* edit = std::get_if<wire::UnknownEdit>(&*decoded)) {
     if (edit->epoch != state.epoch || edit->version <= state.version) return false;
-    if (state.unknown_edits == kMaxKeys) {
+    if (state.unknown_edits == wire::kMaxSceneEdits) {
       ++refused_;
       return false;
     }

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "protocol/record/channels.h"
+#include "protocol/wire/limits.h"
 
 namespace fire3dv::record {
 namespace {
@@ -13,7 +14,6 @@ constexpr size_t kMaxStreams = 1024;  // live streams, and ended streams that ar
 // until their channels take a quarter of it.
 constexpr uint64_t kMaxChannelBytes = uint64_t{4} << 20;
 constexpr uint64_t kEditOverhead = 256;
-constexpr size_t kMaxUnknownEdits = 65'536;  // per stream, the same limit as in players
 // A snapshot is repeated after this multiple of all snapshots' bytes has been written since. Snapshots
 // therefore take at most a ninth of the file.
 constexpr uint64_t kSnapshotShare = 8;
@@ -288,7 +288,7 @@ Result<void> StreamLog::take_edit(Stream& stream, const wire::SceneEdit* edit, u
       stream.snapshot_bytes += message.size();
     }
   } else if (stream.seen.live) {
-    if (stream.unknown_edits.size() == kMaxUnknownEdits) {
+    if (stream.unknown_edits.size() == wire::kMaxSceneEdits) {
       ++dropped_edits_;
     } else if (reserve_edit_memory(message.size())) {
       stream.unknown_edits[version].assign(message.begin(), message.end());

@@ -20,6 +20,7 @@
 #include "protocol/record/frame_counter.h"
 #include "protocol/record/mcap/writer.h"
 #include "protocol/wire/decode.h"
+#include "protocol/wire/limits.h"
 
 namespace fire3dv::record {
 
@@ -30,7 +31,7 @@ struct LogOptions {
   uint64_t flush_ns = 1'000'000'000;
   // Memory limit for snapshots: once for descriptions and once for edits. Ended streams are dropped first,
   // the oldest before all.
-  uint64_t max_snapshot_bytes = uint64_t{256} << 20;
+  uint64_t max_snapshot_bytes = wire::kMaxSceneEditBytes;
   // 0: one file. Counts message bytes after the file's initial schema, attachments and snapshots, which may
   // be longer.
   uint64_t split_bytes = 0, split_ns = 0;

@@ -14,6 +14,7 @@
 #include "protocol/replay/replay_clock.h"
 #include "protocol/replay/stream_player.h"
 #include "protocol/transport/link.h"
+#include "protocol/wire/limits.h"
 
 namespace fire3dv::replay {
 
@@ -29,7 +30,7 @@ class QueueLink final : public transport::PublisherLink {
   // Borrows the queue, which must outlive this object.
   QueueLink(std::deque<QueuedEvent>& queue, transport::PeerId peer) : queue_(queue), peer_(peer) {}
 
-  size_t max_pose_message_bytes() const override { return size_t{256} << 20; }  // the limit of decoders
+  size_t max_pose_message_bytes() const override { return wire::kMaxMessageBytes; }
   Result<void> set_description(std::span<const std::byte> message) override {
     put(transport::LinkEvent::Kind::control, {message, {}});
     return {};

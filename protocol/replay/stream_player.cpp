@@ -6,14 +6,13 @@
 
 #include "base/clock.h"
 #include "base/random.h"
+#include "protocol/wire/limits.h"
 
 namespace fire3dv::replay {
 namespace {
 
 constexpr int kMaxRepliesPerPoll = 256;
 // The limits of an adapter.
-constexpr uint64_t kMaxEditBytes = uint64_t{256} << 20;
-constexpr size_t kMaxEditKeys = 65'536;
 
 uint64_t now_ns() {
   return static_cast<uint64_t>(monotonic_ns());
@@ -83,7 +82,8 @@ Result<void> StreamPlayer::play_edit(const record::Played& played) {
   const auto known = edit_bytes_of_key_.find(played.edit_key);
   const bool is_new = known == edit_bytes_of_key_.end();
   const uint64_t rest = edit_bytes_ - (is_new ? 0 : known->second);
-  if ((is_new && edit_bytes_of_key_.size() == kMaxEditKeys) || rest + played.message.size() > kMaxEditBytes) {
+  if ((is_new && edit_bytes_of_key_.size() == wire::kMaxSceneEdits) ||
+      rest + played.message.size() > wire::kMaxSceneEditBytes) {
     ++counts_.dropped_edits;
     return {};
   }

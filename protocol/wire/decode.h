@@ -8,13 +8,14 @@
 #include <span>
 
 #include "base/error.h"
+#include "protocol/wire/limits.h"
 #include "protocol/wire/messages.h"
 
 namespace fire3dv::wire {
 
 // Limits for received messages. The defaults suit a renderer; tests lower them.
 struct DecodeLimits {
-  size_t max_message_bytes = 256u << 20;
+  size_t max_message_bytes = kMaxMessageBytes;
   uint32_t max_nodes = 1u << 20;
   uint32_t max_name_bytes = 1024;  // names of nodes, adapters and renderers
   uint32_t max_text_bytes = 4096;  // URIs and user messages

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "protocol/wire/check.h"
+#include "protocol/wire/limits.h"
 
 namespace fire3dv::wire {
 
@@ -13,8 +14,8 @@ Result<EditStore::Prepared> EditStore::prepare(SceneEdit edit) const {
   Prepared prepared;
   prepared.name = {edit.node, edit.property};
   const auto known = stored_.find(prepared.name);
-  if (known == stored_.end() && stored_.size() >= kMaxKeys)
-    return Error{"SceneEdit.node \"" + printable(edit.node) + "\": " + std::to_string(kMaxKeys) +
+  if (known == stored_.end() && stored_.size() >= kMaxSceneEdits)
+    return Error{"SceneEdit.node \"" + printable(edit.node) + "\": " + std::to_string(kMaxSceneEdits) +
                  " edits exist already; call describe again to clear them, or edit fewer nodes"};
   auto message = std::make_shared<const Bytes>(encode(edit));
   const size_t freed = known == stored_.end() ? 0 : cost_of(known->second.message->size());

@@ -17,8 +17,6 @@ namespace fire3dv::wire {
 class EditStore {
  public:
   static constexpr size_t kDefaultBudgetBytes = size_t{64} << 20;
-  static constexpr size_t kMaxBudgetBytes = size_t{256} << 20;
-  static constexpr size_t kMaxKeys = 65'536;  // limit of readers
 
   explicit EditStore(size_t budget_bytes = kDefaultBudgetBytes) : budget_bytes_(budget_bytes) {}
 

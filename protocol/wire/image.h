@@ -13,6 +13,7 @@
 #include "base/error.h"
 #include "protocol/wire/affine.h"
 #include "protocol/wire/image_outputs.h"
+#include "protocol/wire/limits.h"
 
 namespace fire3dv::wire {
 
@@ -118,7 +119,7 @@ struct ImageRefused {
 constexpr uint32_t kMaxRequestedImageSide = 8192;  // pixels
 constexpr uint32_t kMaxImageRequests = 4096;       // per stream
 // Limit of one image: with its header it fits the largest message.
-constexpr uint64_t kMaxPixelBytes = (uint64_t{256} << 20) - 4096;
+constexpr uint64_t kMaxPixelBytes = kMaxMessageBytes - 4096;
 
 // Memory layout of an image, in network messages and in shared memory: request, header (an encoded
 // ImageFrame), pixels. The header can be read without a copy of the pixels.

@@ -4,6 +4,7 @@
 #include <tuple>
 
 #include "protocol/wire/check.h"
+#include "protocol/wire/limits.h"
 #include "renderer/state/playout.h"
 
 namespace fire3dv::offline {
@@ -12,8 +13,8 @@ namespace {
 
 constexpr int64_t kMaxSimTimeNs = int64_t{1} << 60;  // 36 years: sums of a few such times do not overflow
 
-constexpr uint64_t kMaxPendingBytes = uint64_t{256} << 20;  // edits between two frames; as for a live stream
-constexpr size_t kMaxNameBytes = 2048;                      // room for one name
+constexpr uint64_t kMaxPendingBytes = wire::kMaxSceneEditBytes;  // edits between two frames
+constexpr size_t kMaxNameBytes = 2048;                           // room for one name
 constexpr size_t kMaxNotes = 20;  // messages per call: a file may hold any number of runs
 
 }  // namespace

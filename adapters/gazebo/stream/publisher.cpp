@@ -4,11 +4,10 @@
 #include <utility>
 
 #include "adapters/generic/call_client.h"
+#include "protocol/wire/limits.h"
 
 namespace fire3dv::gazebo {
 namespace {
-
-constexpr size_t kSceneBudget_bytes = size_t{256} << 20;  // the largest that a stream may have
 
 // Rotates Gazebo's Z up to glTF's Y up.
 const std::vector<double> kWorldFromStream = {1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0};
@@ -20,7 +19,7 @@ Result<Publisher> Publisher::open(const std::vector<std::string>& uris, const Se
   Publisher publisher;
   for (const std::string& uri : uris) {
     const Result<void> opened = call_client("cannot publish to", uri, [&] {
-      publisher.targets_.push_back({uri, Stream(uri, name, security, kSceneBudget_bytes)});
+      publisher.targets_.push_back({uri, Stream(uri, name, security, wire::kMaxSceneEditBytes)});
     });
     if (!opened) return opened.error();
   }

@@ -13,6 +13,7 @@
 #include "protocol/transport/core/address.h"
 #include "protocol/transport/open.h"
 #include "protocol/wire/check.h"
+#include "protocol/wire/limits.h"
 #include "stream.h"
 
 using fire3dv::client::fail;
@@ -75,7 +76,7 @@ int open(const char* uri, const fire3dv_options* given, fire3dv_stream** result)
     link_options.tls.ca_file = path_of(options->tls_ca_file);
     link_options.tls.certificate_file = path_of(options->tls_certificate_file);
     link_options.tls.key_file = path_of(options->tls_key_file);
-    if (options->scene_budget_bytes > wire::EditStore::kMaxBudgetBytes)
+    if (options->scene_budget_bytes > wire::kMaxSceneEditBytes)
       return fail(FIRE3DV_ERROR_ARGUMENT, "options.scene_budget_bytes is " +
                                               std::to_string(options->scene_budget_bytes) +
                                               "; at most 256 MiB are allowed");

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/wire/edit_store.h"
+#include "protocol/wire/limits.h"
 #include "scene_edits.h"
 #include "stream.h"
 
@@ -27,7 +27,7 @@ int copy(const char* field, const void* from, size_t count, std::vector<Element>
   const std::string name = std::string("marker.") + field;
   if ((from == nullptr) != (count == 0))
     return fail(FIRE3DV_ERROR_ARGUMENT, name + " and its count must be given together");
-  if (count > wire::EditStore::kMaxBudgetBytes / sizeof(Element))
+  if (count > wire::kMaxSceneEditBytes / sizeof(Element))
     return fail(FIRE3DV_ERROR_BUDGET,
                 name + " has " + std::to_string(count) + " elements; no budget is above 256 MiB: send fewer");
   to.resize(count);

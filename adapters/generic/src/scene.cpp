@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "protocol/wire/check.h"
+#include "protocol/wire/limits.h"
 #include "scene_edits.h"
 #include "stream.h"
 
@@ -73,7 +74,7 @@ int add_node(fire3dv_stream* stream, const char* node, const fire3dv_node* added
     return fail(FIRE3DV_ERROR_ARGUMENT, problem);
   if ((added->asset_glb == nullptr) != (added->asset_glb_bytes == 0))
     return fail(FIRE3DV_ERROR_ARGUMENT, "asset_glb and asset_glb_bytes must be given together");
-  if (added->asset_glb_bytes > wire::EditStore::kMaxBudgetBytes)
+  if (added->asset_glb_bytes > wire::kMaxSceneEditBytes)
     return fail(FIRE3DV_ERROR_BUDGET, "asset_glb_bytes is " + std::to_string(added->asset_glb_bytes) +
                                           "; no budget is above 256 MiB: name a file by asset_uri");
   const wire::DecodeLimits limits = fire3dv::client::outgoing_limits();
@@ -96,7 +97,7 @@ int set_vertices(fire3dv_stream* stream, const char* node, const fire3dv_vertice
     return fail(FIRE3DV_ERROR_ARGUMENT, "vertices.positions is NULL or empty; clear the property instead");
   wire::Vertices value;
   const size_t count = vertices->vertex_count;
-  if (count > wire::EditStore::kMaxBudgetBytes / sizeof value.positions[0])
+  if (count > wire::kMaxSceneEditBytes / sizeof value.positions[0])
     return fail(FIRE3DV_ERROR_BUDGET, "vertices.vertex_count is " + std::to_string(count) +
                                           "; no budget is above 256 MiB: send fewer");
   value.positions.resize(count);

@@ -22,6 +22,7 @@
 #include "adapters/ros2/markers/message_markers.h"
 #include "adapters/ros2/tf/transform.h"
 #include "base/error.h"
+#include "protocol/wire/limits.h"
 
 namespace fire3dv::ros2 {
 
@@ -43,7 +44,7 @@ class MarkerStore {
   struct Limits {
     size_t markers_per_topic = 20'000;
     size_t held_bytes =
-        size_t{256} << 20;  // of markers without a place; shown ones are in the stream's budget
+        wire::kMaxSceneEditBytes;  // of markers without a transform; shown ones are in the stream's budget
   };
 
   MarkerStore() = default;

@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "protocol/transport/link.h"
+#include "protocol/wire/limits.h"
 
 namespace fire3dv::transport {
 
@@ -48,7 +49,6 @@ struct LinkCounters {
   }
 };
 
-// Size limit of a message. 256 MiB hold the poses of 5.5 million nodes.
-constexpr size_t kMaxMessageBytes = size_t{256} << 20;
+using wire::kMaxMessageBytes;
 
 }  // namespace fire3dv::transport

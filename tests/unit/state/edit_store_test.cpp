@@ -84,8 +84,8 @@ TEST(EditStore, WhatNoReaderWouldTakeIsRefusedByName) {
 }
 
 TEST(EditStore, AKeyTooManyIsRefused) {
-  EditStore store(EditStore::kMaxBudgetBytes);
-  for (size_t i = 0; i < EditStore::kMaxKeys; ++i) ASSERT_TRUE(set(store, visible(std::to_string(i), false)));
+  EditStore store(kMaxSceneEditBytes);
+  for (size_t i = 0; i < kMaxSceneEdits; ++i) ASSERT_TRUE(set(store, visible(std::to_string(i), false)));
   EXPECT_FALSE(set(store, visible("one more", false)).ok());
   EXPECT_TRUE(set(store, visible("7", true)).ok());
 }
