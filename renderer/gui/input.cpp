@@ -2,46 +2,48 @@
 
 #include <imgui.h>
 
+#include <algorithm>
 #include <cstddef>
+#include <iterator>
+#include <utility>
 
 namespace fire3dv::gui {
 namespace {
 
-// ImGui keys in the order of Key; 1.89 renamed one.
-#if IMGUI_VERSION_NUM >= 18900
-constexpr int kKeypadEnter = ImGuiKey_KeypadEnter;
-#else
-constexpr int kKeypadEnter = ImGuiKey_KeyPadEnter;
-#endif
-constexpr int kImguiKeys[] = {
-    -1,
-    ImGuiKey_Tab,
-    ImGuiKey_LeftArrow,
-    ImGuiKey_RightArrow,
-    ImGuiKey_UpArrow,
-    ImGuiKey_DownArrow,
-    ImGuiKey_PageUp,
-    ImGuiKey_PageDown,
-    ImGuiKey_Home,
-    ImGuiKey_End,
-    ImGuiKey_Insert,
-    ImGuiKey_Delete,
-    ImGuiKey_Backspace,
-    ImGuiKey_Space,
-    ImGuiKey_Enter,
-    kKeypadEnter,
-    ImGuiKey_Escape,
-    ImGuiKey_A,
-    ImGuiKey_C,
-    ImGuiKey_V,
-    ImGuiKey_X,
-    ImGuiKey_Y,
-    ImGuiKey_Z,
+constexpr std::pair<Key, int> kImguiKeys[] = {
+    {Key::tab, ImGuiKey_Tab},
+    {Key::left, ImGuiKey_LeftArrow},
+    {Key::right, ImGuiKey_RightArrow},
+    {Key::up, ImGuiKey_UpArrow},
+    {Key::down, ImGuiKey_DownArrow},
+    {Key::page_up, ImGuiKey_PageUp},
+    {Key::page_down, ImGuiKey_PageDown},
+    {Key::home, ImGuiKey_Home},
+    {Key::end, ImGuiKey_End},
+    {Key::insert, ImGuiKey_Insert},
+    {Key::remove, ImGuiKey_Delete},
+    {Key::backspace, ImGuiKey_Backspace},
+    {Key::space, ImGuiKey_Space},
+    {Key::enter, ImGuiKey_Enter},
+    {Key::escape, ImGuiKey_Escape},
+    {letter('a'), ImGuiKey_A},
+    {letter('c'), ImGuiKey_C},
+    {letter('v'), ImGuiKey_V},
+    {letter('x'), ImGuiKey_X},
+    {letter('y'), ImGuiKey_Y},
+    {letter('z'), ImGuiKey_Z},
 };
-constexpr auto kKeyCount = static_cast<size_t>(Key::count);
-static_assert(sizeof kImguiKeys / sizeof *kImguiKeys == kKeyCount);
+
+const std::pair<Key, int>* find_key(Key key) {
+  const auto* const found = std::ranges::find(kImguiKeys, key, &std::pair<Key, int>::first);
+  return found == std::end(kImguiKeys) ? nullptr : found;
+}
 
 }  // namespace
+
+bool is_panel_key(Key key) {
+  return find_key(key) != nullptr;
+}
 
 #if IMGUI_VERSION_NUM >= 18900
 
@@ -50,8 +52,7 @@ void set_up_keys(ImGuiIO& io) {
 }
 
 void set_key(ImGuiIO& io, Key key, bool down) {
-  if (key == Key::none || key >= Key::count) return;
-  io.AddKeyEvent(static_cast<ImGuiKey>(kImguiKeys[static_cast<size_t>(key)]), down);
+  if (const auto* const known = find_key(key)) io.AddKeyEvent(static_cast<ImGuiKey>(known->second), down);
 }
 
 void set_modifiers(ImGuiIO& io, bool ctrl, bool shift, bool alt) {
@@ -63,7 +64,7 @@ void set_modifiers(ImGuiIO& io, bool ctrl, bool shift, bool alt) {
 #else
 
 void set_up_keys(ImGuiIO& io) {
-  for (size_t i = 1; i < kKeyCount; ++i) io.KeyMap[kImguiKeys[i]] = static_cast<int>(i);
+  for (const auto& [key, imgui_key] : kImguiKeys) io.KeyMap[imgui_key] = static_cast<int>(key);
 }
 
 void set_key(ImGuiIO& io, Key key, bool down) {

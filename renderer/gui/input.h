@@ -1,5 +1,5 @@
-// Keyboard and mouse events for panels, and their key input into Dear ImGui. Plain structs, filled by the
-// window's owner or by a test.
+// Keys, keyboard and mouse events for panels, and their key input into Dear ImGui. Plain structs, filled by
+// the window's owner or by a test.
 #pragma once
 
 #include <cstdint>
@@ -12,10 +12,23 @@ struct ImGuiIO;
 
 namespace fire3dv::gui {
 
-// Keys that panels handle; text arrives as Text events.
+// Keys by their physical position on a US layout, so that W, A, S, D are in the same place on all keyboards.
 enum class Key : uint8_t {
-  none,
+  other,
+  digit_0,  // digits and letters are contiguous
+  digit_1,
+  digit_9 = digit_0 + 9,
+  a,
+  z = a + 25,
+  f1,
+  f12 = f1 + 11,
+  space,
+  escape,
+  enter,
   tab,
+  backspace,
+  insert,
+  remove,
   left,
   right,
   up,
@@ -24,21 +37,26 @@ enum class Key : uint8_t {
   page_down,
   home,
   end,
-  insert,
-  del,
-  backspace,
-  space,
-  enter,
-  keypad_enter,
-  escape,
-  a,
-  c,
-  v,
-  x,
-  y,
-  z,
+  minus,
+  equal,
+  comma,
+  period,
+  left_shift,
+  right_shift,
+  left_control,
+  right_control,
+  left_alt,
+  right_alt,
+  left_super,
+  right_super,
   count
 };
+
+// Letter key; c is 'a' to 'z'.
+constexpr Key letter(char c) {
+  return static_cast<Key>(static_cast<int>(Key::a) + c - 'a');
+}
+
 enum class Button : uint8_t { left, right, middle };
 
 // Positions are in image pixels from the upper left corner.
@@ -53,7 +71,7 @@ struct MouseWheel {
   glm::vec2 steps{0};
 };
 struct KeyChanged {
-  Key key = Key::none;
+  Key key = Key::other;
   bool down = false;
 };
 struct Text {
@@ -77,6 +95,8 @@ enum class Cursor : uint8_t { arrow, text, resize_horizontal, resize_vertical, h
 // Call set_up_keys() once after the context is created. Disables ImGui's event trickling: the caller spreads
 // events over frames.
 void set_up_keys(ImGuiIO& io);
+// Whether panels handle the key; text arrives as Text events.
+bool is_panel_key(Key key);
 void set_key(ImGuiIO& io, Key key, bool down);
 void set_modifiers(ImGuiIO& io, bool ctrl, bool shift, bool alt);
 

@@ -7,53 +7,13 @@
 #include <glm/glm.hpp>
 #include <vector>
 
+#include "renderer/gui/input.h"
+
 namespace fire3dv::sinks {
 
-// Keys by their physical position on a US layout, so that W, A, S, D are in the same place on all keyboards.
-enum class Key : uint8_t {
-  other,
-  digit_0,  // digits and letters are contiguous
-  digit_1,
-  digit_9 = digit_0 + 9,
-  a,
-  z = a + 25,
-  f1,
-  f12 = f1 + 11,
-  space,
-  escape,
-  enter,
-  tab,
-  backspace,
-  insert,
-  remove,
-  left,
-  right,
-  up,
-  down,
-  page_up,
-  page_down,
-  home,
-  end,
-  minus,
-  equal,
-  comma,
-  period,
-  left_shift,
-  right_shift,
-  left_control,
-  right_control,
-  left_alt,
-  right_alt,
-  left_super,
-  right_super,
-};
-
-// Letter key; c is 'a' to 'z'.
-constexpr Key letter(char c) {
-  return static_cast<Key>(static_cast<int>(Key::a) + c - 'a');
-}
-
-enum class Button : uint8_t { left, right, middle };
+using gui::Button;
+using gui::Key;
+using gui::letter;
 
 struct Modifiers {
   bool shift = false, control = false, alt = false, super = false;

@@ -13,34 +13,6 @@ namespace fire3dv::app {
 
 namespace {
 
-gui::Key panel_key(sinks::Key key) {
-  constexpr std::pair<sinks::Key, gui::Key> kKeys[] = {{sinks::Key::tab, gui::Key::tab},
-                                                       {sinks::Key::left, gui::Key::left},
-                                                       {sinks::Key::right, gui::Key::right},
-                                                       {sinks::Key::up, gui::Key::up},
-                                                       {sinks::Key::down, gui::Key::down},
-                                                       {sinks::Key::page_up, gui::Key::page_up},
-                                                       {sinks::Key::page_down, gui::Key::page_down},
-                                                       {sinks::Key::home, gui::Key::home},
-                                                       {sinks::Key::end, gui::Key::end},
-                                                       {sinks::Key::insert, gui::Key::insert},
-                                                       {sinks::Key::remove, gui::Key::del},
-                                                       {sinks::Key::backspace, gui::Key::backspace},
-                                                       {sinks::Key::space, gui::Key::space},
-                                                       {sinks::Key::enter, gui::Key::enter},
-                                                       {sinks::Key::escape, gui::Key::escape},
-                                                       {sinks::letter('a'), gui::Key::a},
-                                                       {sinks::letter('c'), gui::Key::c},
-                                                       {sinks::letter('v'), gui::Key::v},
-                                                       {sinks::letter('x'), gui::Key::x},
-                                                       {sinks::letter('y'), gui::Key::y},
-                                                       {sinks::letter('z'), gui::Key::z}};
-  for (const auto& [theirs, ours] : kKeys) {
-    if (theirs == key) return ours;
-  }
-  return gui::Key::none;
-}
-
 std::optional<std::filesystem::path> layout_path() {
   return gui::layout_place([](const char* name) { return std::getenv(name); });
 }
@@ -75,14 +47,13 @@ gui::Input panel_input(const sinks::WindowInput& input, glm::uvec2 window_px, fl
         break;
       case Kind::button:
         panel.events.emplace_back(gui::MouseMoved{event.cursor_px});
-        panel.events.emplace_back(gui::MouseButton{static_cast<gui::Button>(event.button), event.down});
+        panel.events.emplace_back(gui::MouseButton{event.button, event.down});
         break;
       case Kind::wheel:
         panel.events.emplace_back(gui::MouseWheel{event.wheel});
         break;
       case Kind::key:
-        if (const gui::Key key = panel_key(event.key); key != gui::Key::none)
-          panel.events.emplace_back(gui::KeyChanged{key, event.down});
+        if (gui::is_panel_key(event.key)) panel.events.emplace_back(gui::KeyChanged{event.key, event.down});
         break;
       case Kind::text:
         panel.events.emplace_back(gui::Text{event.text});
