@@ -19,6 +19,7 @@
 #include "convert/mesh/mesh_files.h"
 #include "convert/mesh/mesh_normals.h"
 #include "convert/mesh/mesh_store.h"
+#include "convert/readers.h"
 #include "renderer/scene/files.h"
 #include "renderer/scene/gltf/foreign_file.h"
 
