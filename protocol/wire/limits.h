@@ -1,4 +1,5 @@
-// Limits that publishers, links, recordings and renderers share. Limits of one part alone are beside its code.
+// Limits that publishers, links, recordings and renderers share. Limits of one part alone are beside its
+// code.
 #pragma once
 
 #include <cstddef>
