@@ -12,6 +12,7 @@
 #include <cstdio>
 #include <cstring>
 #include <string>
+#include <system_error>
 #include <utility>
 
 #include "base/text.h"
@@ -52,6 +53,17 @@ int rename_to_new(const char* from, const char* to) {
 }
 
 }  // namespace
+
+Result<void> create_folder(const std::filesystem::path& folder) {
+  std::error_code fault;
+  std::filesystem::create_directories(folder, fault);
+  if (!fault && !std::filesystem::is_directory(folder, fault) && !fault)
+    fault = std::make_error_code(std::errc::not_a_directory);
+  if (fault)
+    return Error{"cannot make the folder " + folder.string() + ": " + system_reason(fault.value()) +
+                 "; name another one"};
+  return {};
+}
 
 std::string system_reason(int error_number) {
   const std::string reason = std::strerror(error_number);

@@ -77,6 +77,9 @@ int flush_file(const std::filesystem::path& path);
 // folder cannot be opened.
 int flush_folder_of(const std::filesystem::path& path);
 
+// Creates a folder and its parents. An existing folder is no error.
+Result<void> create_folder(const std::filesystem::path& folder);
+
 // Text of an error number, with a remedy for the common ones.
 std::string system_reason(int error_number);
 

@@ -23,10 +23,6 @@ inline const std::string kStreamKey = "fire3dv.stream";
 constexpr std::string_view kMessageSchema = "fire3dv.wire.fbs.Message";
 constexpr std::string_view kEncoding = "flatbuffer";
 
-inline std::string topic_of(std::string_view stream, Role role) {
-  return "/" + std::string(stream) + "/" + std::string(role_name(role));
-}
-
 // Compiled FlatBuffers schemas (reflection.Schema buffers), embedded in recordings for readers without this
 // project.
 std::span<const std::byte> message_schema();       // protocol/schema/fire3dv.fbs

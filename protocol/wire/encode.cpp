@@ -4,7 +4,7 @@
 #include <cstring>
 
 #include "base/error.h"
-#include "fire3dv_generated.h"
+#include "protocol/wire/encode_tables.h"
 
 // Tables are built field by field, not by the generated Create functions: their field order depends on the
 // flatc version, and the bytes must not. Defaults are written as well, so that PoseFrameEncoder can patch
@@ -31,15 +31,6 @@ Offset<Strings> add_strings(FlatBufferBuilder& builder, const std::vector<std::s
 Offset<flatbuffers::Vector<const fbs::Affine3x4*>> add_poses(FlatBufferBuilder& builder,
                                                              std::span<const Affine3x4> poses) {
   return builder.CreateVectorOfStructs(reinterpret_cast<const fbs::Affine3x4*>(poses.data()), poses.size());
-}
-
-Bytes finish(FlatBufferBuilder& builder, fbs::Body type, Offset<void> body) {
-  fbs::MessageBuilder message(builder);
-  message.add_body(body);
-  message.add_body_type(type);
-  builder.Finish(message.Finish(), fbs::MessageIdentifier());
-  const auto* begin = reinterpret_cast<const std::byte*>(builder.GetBufferPointer());
-  return Bytes(begin, begin + builder.GetSize());
 }
 
 // Poses are written first and thus placed last; everything before them is the head.

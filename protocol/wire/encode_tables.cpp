@@ -4,8 +4,7 @@
 #include <type_traits>
 
 #include "base/error.h"
-#include "fire3dv_generated.h"
-#include "protocol/wire/encode.h"
+#include "protocol/wire/encode_tables.h"
 
 namespace fire3dv::wire {
 namespace {
@@ -22,15 +21,6 @@ Struct as_struct(const Array& array) {
   Struct result;
   std::memcpy(static_cast<void*>(&result), &array, sizeof result);
   return result;
-}
-
-Bytes finish(FlatBufferBuilder& builder, fbs::Body type, Offset<void> body) {
-  fbs::MessageBuilder message(builder);
-  message.add_body(body);
-  message.add_body_type(type);
-  builder.Finish(message.Finish(), fbs::MessageIdentifier());
-  const auto* begin = reinterpret_cast<const std::byte*>(builder.GetBufferPointer());
-  return Bytes(begin, begin + builder.GetSize());
 }
 
 Offset<flatbuffers::Vector<const fbs::Vector3*>> add_vectors(

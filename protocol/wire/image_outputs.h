@@ -44,7 +44,6 @@ enum class ImageFormat : uint8_t {
   box2d = 6,
   box3d = 7,
 };
-constexpr uint8_t kImageFormatCount = 7;  // numbered from 1
 
 // 2D bounding box of an instance's visible pixels: min inclusive, max exclusive, in pixels.
 struct BoxRecord2d {

@@ -51,7 +51,6 @@ class Gizmo {
   void place(const GizmoView& view, const glm::mat4& world_from_node, GizmoTool tool, bool is_local,
              float points);
   const std::vector<GizmoHandle>& handles() const { return handles_; }
-  glm::vec2 centre_px() const { return centre_px_; }
   // Index of the handle below the cursor.
   std::optional<size_t> hit(const glm::vec2& cursor_px) const;
 

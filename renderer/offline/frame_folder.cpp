@@ -79,17 +79,6 @@ Error in_the_way(const fs::path& folder, const std::string& why) {
                "): name another folder, or remove this one"};
 }
 
-Result<void> make_folder(const fs::path& folder) {
-  std::error_code fault;
-  fs::create_directories(folder, fault);
-  if (!fault && !fs::is_directory(folder, fault) && !fault)
-    fault = std::make_error_code(std::errc::not_a_directory);
-  if (fault)
-    return Error{"cannot make the folder " + folder.string() + ": " + system_reason(fault.value()) +
-                 "; name another one"};
-  return {};
-}
-
 }  // namespace
 
 Result<std::map<uint64_t, std::string>> listed_frames(const fs::path& folder, const Manifest& manifest) {
@@ -132,7 +121,7 @@ Result<StoredFrame> read_frame(const fs::path& folder, uint64_t frame, const Man
 }
 
 Result<std::unique_ptr<FrameFolder>> FrameFolder::open(const fs::path& folder, const Manifest& manifest) {
-  if (auto made = make_folder(folder); !made) return made.error();
+  if (auto made = base::create_folder(folder); !made) return made.error();
   std::unique_ptr<FrameFolder> result(new FrameFolder(folder, manifest));
   if (auto locked = result->lock(); !locked) return locked.error();
   auto before = read_manifest(folder);

@@ -16,24 +16,11 @@
 
 namespace fire3dv::sinks {
 
-namespace {
-
-Result<void> make_folder(const std::filesystem::path& folder) {
-  std::error_code fault;
-  std::filesystem::create_directories(folder, fault);
-  if (!fault && !std::filesystem::is_directory(folder, fault) && !fault)
-    fault = std::make_error_code(std::errc::not_a_directory);
-  if (fault)
-    return Error{"cannot make the folder " + folder.string() + ": " + system_reason(fault.value()) +
-                 "; name another one"};
-  return {};
-}
-
-}  // namespace
+namespace {}  // namespace
 
 Result<std::unique_ptr<FileSink>> FileSink::open(const FileSinkOptions& options) {
   if (options.folder.empty()) return Error{"no folder is given for the images: name one"};
-  if (auto made = make_folder(options.folder); !made) return made.error();
+  if (auto made = base::create_folder(options.folder); !made) return made.error();
   base::remove_abandoned_temporaries(options.folder, "frame_");
   std::unique_ptr<FileSink> sink(new FileSink(options));
   const std::filesystem::path log_path = options.folder / "frames.jsonl";
@@ -184,7 +171,7 @@ Result<std::filesystem::path> FileSink::folder_of(const std::string& camera) {
                        [&](const auto& entry) { return entry.second == name; });
   };
   for (int number = 2; taken(); ++number) name = base + "_" + std::to_string(number);
-  if (auto made = make_folder(options_.folder / name); !made) return made.error();
+  if (auto made = base::create_folder(options_.folder / name); !made) return made.error();
   return folder_of_camera_[camera] = name;
 }
 

@@ -502,17 +502,13 @@ void UdpListener::send_to(const Address& to, std::span<const std::byte> datagram
 Result<std::unique_ptr<ListenerLink>> make_listener(const Uri& uri, const ListenerOptions& options) {
   if (const auto group = group_of(uri)) return make_group_listener(uri, *group, options);
   if (auto sound = refuse_group_options(uri); !sound) return sound.error();
-  std::shared_ptr<const PreSharedKey> key;
-  if (!options.key_file.empty()) {
-    auto read = PreSharedKey::from_file(options.key_file);
-    if (!read) return Error{uri_text(uri) + ": " + read.error().message};
-    key = *read;
-  }
-  auto bound = bind_listener(uri, SOCK_DGRAM, options.insecure || key != nullptr);
+  auto key = PreSharedKey::from_file(options.key_file, uri);
+  if (!key) return key.error();
+  auto bound = bind_listener(uri, SOCK_DGRAM, options.insecure || *key != nullptr);
   if (!bound) return bound.error();
   Uri chosen = uri;
   chosen.port = bound->address.port();
-  auto listener = std::make_unique<UdpListener>(chosen, options, std::move(bound->fd), std::move(key));
+  auto listener = std::make_unique<UdpListener>(chosen, options, std::move(bound->fd), std::move(*key));
   if (auto started = listener->start(); !started) return started.error();
   return std::unique_ptr<ListenerLink>(std::move(listener));
 }

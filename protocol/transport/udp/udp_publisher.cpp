@@ -535,13 +535,9 @@ void UdpPublisher::handle_payload(Session::Received received, Type type, std::sp
 Result<std::unique_ptr<PublisherLink>> make_publisher(const Uri& uri, const PublisherOptions& options) {
   if (const auto group = group_of(uri)) return make_group_publisher(uri, *group, options);
   if (auto sound = refuse_group_options(uri); !sound) return sound.error();
-  std::shared_ptr<const PreSharedKey> key;
-  if (!options.key_file.empty()) {
-    auto read = PreSharedKey::from_file(options.key_file);
-    if (!read) return Error{uri_text(uri) + ": " + read.error().message};
-    key = *read;
-  }
-  auto publisher = std::make_unique<UdpPublisher>(uri, std::move(key));
+  auto key = PreSharedKey::from_file(options.key_file, uri);
+  if (!key) return key.error();
+  auto publisher = std::make_unique<UdpPublisher>(uri, std::move(*key));
   if (auto started = publisher->start(); !started) return started.error();
   return std::unique_ptr<PublisherLink>(std::move(publisher));
 }

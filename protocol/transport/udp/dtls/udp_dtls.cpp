@@ -144,9 +144,10 @@ Result<std::shared_ptr<const PreSharedKey>> PreSharedKey::from_secret(const Secr
   return created;
 }
 
-Result<std::shared_ptr<const PreSharedKey>> PreSharedKey::from_file(const std::string& path) {
+Result<std::shared_ptr<const PreSharedKey>> PreSharedKey::from_file(const std::string& path, const Uri& uri) {
+  if (path.empty()) return std::shared_ptr<const PreSharedKey>();
   const Result<Secret> secret = read_key_file(path);
-  if (!secret) return secret.error();
+  if (!secret) return Error{uri_text(uri) + ": " + secret.error().message};
   return from_secret(*secret);
 }
 

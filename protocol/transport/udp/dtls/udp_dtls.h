@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "protocol/transport/core/address.h"
 #include "protocol/transport/core/secret.h"
 #include "protocol/transport/udp/dtls/udp_record.h"
 #include "protocol/transport/udp/udp_datagram.h"
@@ -28,7 +29,8 @@ class PreSharedKey : public std::enable_shared_from_this<PreSharedKey> {
  public:
   using Key = std::array<unsigned char, 32>;
 
-  static Result<std::shared_ptr<const PreSharedKey>> from_file(const std::string& path);
+  // Null without a path. The error names the link.
+  static Result<std::shared_ptr<const PreSharedKey>> from_file(const std::string& path, const Uri& uri);
   static Result<std::shared_ptr<const PreSharedKey>> from_secret(const Secret& secret);
   // For tests: any key under any identity.
   static Result<std::shared_ptr<const PreSharedKey>> create(const Key& key, const std::string& identity);
