@@ -21,7 +21,7 @@ done
 # The reader of MJCF, and tests that link all readers, take a seventh of the build with sanitizers. Readers work on the
 # user's own files, in a process of their own.
 sanitized=(-L '^cpu$')
-unsanitized='^(mujoco_.*|mjcf_.*|read_mjcf|read_sdf|mesh_scene|robot_(mujoco|adf|kdl|joints))_test$'
+unsanitized='^(mujoco_.*|mjcf_.*|read_mjcf|read_sdf|mesh_scene|robot_(mujoco.*|adf|kdl|joints))_test$'
 if [ $long = 1 ]; then unsanitized=; else sanitized+=(-E "$unsanitized"); fi
 
 say() { printf '\n== %s\n' "$*"; }

@@ -32,7 +32,7 @@ if(TARGET fire3dv-ros2 AND TARGET fire3dv-convert AND TARGET stream_dump)
   if(TARGET fire3dv)
     add_test(NAME ros2_drawn COMMAND python3 ${CMAKE_CURRENT_LIST_DIR}/ros2/ros2_drawn_test.py $<TARGET_FILE:fire3dv>
              $<TARGET_FILE:fire3dv-ros2> $<TARGET_FILE:e2e_cyclone_publisher>)
-    set_tests_properties(ros2_drawn PROPERTIES LABELS e2e TIMEOUT 900 SKIP_RETURN_CODE 77 RESOURCE_LOCK lavapipe
+    set_tests_properties(ros2_drawn PROPERTIES LABELS e2e TIMEOUT 900 SKIP_RETURN_CODE 77
       ENVIRONMENT "VK_DRIVER_FILES=${FIRE3DV_TEST_VULKAN_DRIVER};VK_ICD_FILENAMES=${FIRE3DV_TEST_VULKAN_DRIVER};PYTHONDONTWRITEBYTECODE=1")
   endif()
 endif()

@@ -6,6 +6,6 @@ if(TARGET fire3dv_passes AND TARGET gallery_scenes_library)
                              FIRE3DV_IMAGE_DIR="${PROJECT_BINARY_DIR}/tests/images")
   foreach(subject assets broken_assets)
     fire3dv_test(render_${subject}_test SOURCES assets/${subject}_test.cpp LINK fire3dv_asset_tests LABELS render
-                 TIMEOUT 900)
+                 TIMEOUT 900 COLLECTION)
   endforeach()
 endif()

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <filesystem>
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "renderer/scene/gltf/load_gltf.h"
@@ -11,6 +10,7 @@
 #include "tests/render/support/bent_bar.h"
 #include "tests/render/support/render_bench.h"
 #include "tests/render/support/scene_builder.h"
+#include "tests/support/asset_collection_folder.h"
 #include "tests/support/image_compare.h"
 
 namespace fire3dv::test {
@@ -157,23 +157,10 @@ std::pair<int, int> covered_and_outside(const sinks::FrameImage& image, const gl
   return {covered, outside};
 }
 
-TEST_F(Deform, AnAnimatedFigureMovesInsideItsBounds) {
-  const std::filesystem::path file =
-      std::filesystem::path(FIRE3DV_SOURCE_DIR) / "../shared/assets/bevy/Fox.glb";
-  scene::Scene scene;
-  std::vector<state::RestPose> poses_shown;
+// Draws the skinned mesh in each pose: it is seen, it moves, and it stays within its bounds.
+void expect_to_move_inside_bounds(const scene::Scene& scene,
+                                  const std::vector<state::RestPose>& poses_shown) {
   uint32_t figure = scene::kNone;
-  if (std::filesystem::exists(file)) {
-    auto loaded = scene::load_gltf(file);
-    ASSERT_TRUE(loaded.ok()) << loaded.error().message;
-    scene = std::move(*loaded);
-    state::AnimationPlayer player(scene, {0});
-    for (const double time_s : {0.0, 0.4, 0.9}) poses_shown.push_back(player.at(time_s));
-  } else {
-    scene = skinned_bar(one_pose());
-    scene.nodes[0].mesh = scene.nodes[4].mesh = scene::kNone;  // the ground, and the bar without a skin
-    for (const BarPose& pose : {one_pose(), other_pose()}) poses_shown.push_back(moved(scene, pose));
-  }
   for (uint32_t n = 0; n < scene.nodes.size(); ++n) {
     if (scene.nodes[n].skin != scene::kNone) figure = n;
   }
@@ -203,6 +190,24 @@ TEST_F(Deform, AnAnimatedFigureMovesInsideItsBounds) {
     }
     EXPECT_FALSE(difference_of(images[0], images[1], Tolerance::colour()).within(Tolerance::colour()));
   }
+}
+
+TEST_F(Deform, SkinnedBarMovesInsideItsBounds) {
+  scene::Scene scene = skinned_bar(one_pose());
+  scene.nodes[0].mesh = scene.nodes[4].mesh = scene::kNone;  // the ground, and the bar without a skin
+  std::vector<state::RestPose> poses_shown;
+  for (const BarPose& pose : {one_pose(), other_pose()}) poses_shown.push_back(moved(scene, pose));
+  expect_to_move_inside_bounds(scene, poses_shown);
+}
+
+TEST_F(Deform, CollectionsFoxMovesInsideItsBounds) {
+  FIRE3DV_NEEDS_ASSETS();
+  const auto scene = scene::load_gltf(asset_collection_folder() / "bevy/Fox.glb");
+  ASSERT_TRUE(scene.ok()) << scene.error().message;
+  state::AnimationPlayer player(*scene, {0});
+  std::vector<state::RestPose> poses_shown;
+  for (const double time_s : {0.0, 0.4, 0.9}) poses_shown.push_back(player.at(time_s));
+  expect_to_move_inside_bounds(*scene, poses_shown);
 }
 
 // All meshes are opaque: rays need triangles only for meshes with per-instance vertices.

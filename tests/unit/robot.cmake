@@ -9,7 +9,7 @@ if(TARGET fire3dv_descriptions)
   # Oracles: MuJoCo and KDL, where they are installed, and Bullet.
   if(TARGET fire3dv_mujoco_compiled)
     fire3dv_test(robot_mujoco_test SOURCES robot/robot_mujoco_test.cpp
-                 LINK fire3dv_robot fire3dv::client fire3dv_mujoco_compiled fire3dv_descriptions fire3dv_test_support LABELS unit)
+                 LINK fire3dv_robot fire3dv::client fire3dv_mujoco_compiled fire3dv_descriptions fire3dv_test_support LABELS unit COLLECTION)
     target_compile_definitions(robot_mujoco_test PRIVATE FIRE3DV_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
   endif()
   find_package(PkgConfig REQUIRED)

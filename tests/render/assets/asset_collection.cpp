@@ -2,10 +2,10 @@
 #include "tests/render/assets/asset_collection.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <fstream>
 
 #include "examples/gallery/scenes.h"
+#include "tests/support/asset_collection_folder.h"
 #include "tests/unit/app/motion_file.h"
 
 namespace fire3dv::test {
@@ -74,8 +74,7 @@ GltfBuilder default_triangle_and_lines() {
 }  // namespace
 
 std::vector<CollectedAsset> collected_assets() {
-  const char* given = std::getenv("FIRE3DV_ASSETS");
-  const fs::path root = given ? fs::path(given) : fs::path(FIRE3DV_SOURCE_DIR) / ".." / "shared" / "assets";
+  const fs::path root = asset_collection_folder();
   std::vector<CollectedAsset> assets;
   std::error_code error;
   if (!fs::is_directory(root, error)) return assets;

@@ -8,6 +8,7 @@
 #include "renderer/scene/gltf/load_gltf.h"
 #include "tests/render/assets/asset_collection.h"
 #include "tests/render/support/render_bench.h"
+#include "tests/support/asset_collection_folder.h"
 #include "tests/unit/app/motion_file.h"
 #include "tools/lab/contact_sheet/asset_drawer.h"
 
@@ -44,13 +45,13 @@ class BrokenAssets : public ValidationIsSilent {
   uint32_t drawn_ = 0, refused_ = 0;
 };
 
-TEST_F(BrokenAssets, PublicOnesAreRefusedOrDrawnSafely) {
-  const std::vector<CollectedAsset> assets = collected_assets();
-  for (const CollectedAsset& asset : assets) {
+TEST_F(BrokenAssets, CollectionIsRefusedOrDrawnSafely) {
+  FIRE3DV_NEEDS_ASSETS();
+  for (const CollectedAsset& asset : collected_assets()) {
     if (asset.faulty) expect_refused_or_drawn(asset.path);
   }
   std::cout << "faulty public assets: " << drawn_ << " drawn, " << refused_ << " refused\n";
-  EXPECT_EQ(refused_ == 0, assets.empty());
+  EXPECT_GT(refused_, 0u);
 }
 
 // Damages the bytes of vertices, joints, weights and keys: the glTF stays valid with arbitrary values.

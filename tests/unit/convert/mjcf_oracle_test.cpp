@@ -3,13 +3,13 @@
 // present.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <string>
 #include <string_view>
 
 #include "adapters/mujoco/compiled/load.h"
 #include "convert/mjcf/mjcf_reader.h"
+#include "tests/support/asset_collection_folder.h"
 #include "tests/support/gltf_builder.h"
 #include "tests/unit/convert/mesh_file_bytes.h"
 #include "tests/unit/convert/mjcf_oracle.h"
@@ -160,14 +160,17 @@ TEST_F(MjcfOracleTest, CompilerSettings) {
       <camera mode="trackcom" pos="1 2 3"/></body></worldbody><keyframe><key qpos="1 2 3 1 1 0 0"/></keyframe>)");
 }
 
-TEST_F(MjcfOracleTest, PublicRobots) {
-  const char* const variable = std::getenv("FIRE3DV_ASSETS");
-  const fs::path assets = variable ? variable : fs::path(FIRE3DV_SOURCE_DIR) / ".." / "shared" / "assets";
+TEST_F(MjcfOracleTest, CollectionRobotsAgree) {
+  FIRE3DV_NEEDS_ASSETS();
   for (const char* model :
        {"franka_emika_panda/scene.xml", "franka_emika_panda/hand.xml", "robotiq_2f85/2f85.xml"}) {
-    const fs::path file = assets / "robots" / model;
-    if (fs::exists(file)) compare(file, model);
+    const fs::path file = test::asset_collection_folder() / "robots" / model;
+    ASSERT_TRUE(fs::exists(file)) << file;
+    compare(file, model);
   }
+}
+
+TEST_F(MjcfOracleTest, RobotsOfTheTreeAgree) {
   for (const char* model : {"arm.xml", "crane.xml"})
     compare(fs::path(FIRE3DV_SOURCE_DIR) / "tests/assets/robots" / model, model);
 }

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <iostream>
 #include <map>
@@ -14,6 +13,7 @@
 #include <random>
 
 #include "renderer/scene/gltf/load_gltf.h"
+#include "tests/support/asset_collection_folder.h"
 #include "tests/support/gltf_builder.h"
 
 namespace fire3dv::scene {
@@ -326,11 +326,6 @@ TEST(SceneTangents, GeneratedOnlyWhereTheyAreUsed) {
   EXPECT_EQ(load("none", true, false), untouched);
 }
 
-fs::path assets() {
-  if (const char* given = std::getenv("FIRE3DV_ASSETS")) return given;
-  return fs::path(FIRE3DV_SOURCE_DIR) / ".." / "shared" / "assets";
-}
-
 struct Agreement {
   size_t corners = 0, within_1 = 0, within_5 = 0, same_sign = 0;
 };
@@ -365,10 +360,24 @@ Agreement agreement(const Scene& scene) {
   return result;
 }
 
+// The comparison itself, with a sphere's tangents, which are known.
+TEST(SceneTangents, GeneratedAgreeWithThemselves) {
+  List list = sphere(64, 32);
+  generate_tangents(list.vertices, list.indices, 0);
+  Scene scene;
+  scene.positions = list.vertices.positions;
+  append_attributes(scene, list.vertices.attributes);
+  scene.indices = list.indices;
+  scene.primitives.push_back({.index_count = static_cast<uint32_t>(list.indices.size()),
+                              .vertex_count = static_cast<uint32_t>(list.vertices.positions.size())});
+  EXPECT_EQ(agreement(scene).within_1, list.indices.size());
+}
+
 // Blender derives tangents from quads before triangulation: bent quads differ by some degrees. The exporter
 // of the older Khronos models uses v downwards, with inverted signs, which glTF now forbids. Suzanne's
 // directions use another average.
-TEST(SceneTangents, ModelsThatBringTheirOwn) {
+TEST(SceneTangents, CollectionBringsTheSame) {
+  FIRE3DV_NEEDS_ASSETS();
   struct Model {
     const char* file;
     double within_1, within_5, same_sign;  // minimum fractions of the vertices
@@ -386,22 +395,8 @@ TEST(SceneTangents, ModelsThatBringTheirOwn) {
       {"gltf-blender-io/05_node_material/05_node_material.gltf", 0.9, 0.99, 0.998},
       {"gltf-blender-io/24_animation_pointer/24_animation_pointer.gltf", 0.9, 0.94, 0.93},
   };
-  std::error_code error;
-  if (!fs::is_directory(assets(), error)) {
-    // Self-test of the comparison: a sphere's tangents are known.
-    List list = sphere(64, 32);
-    generate_tangents(list.vertices, list.indices, 0);
-    Scene scene;
-    scene.positions = list.vertices.positions;
-    append_attributes(scene, list.vertices.attributes);
-    scene.indices = list.indices;
-    scene.primitives.push_back({.index_count = static_cast<uint32_t>(list.indices.size()),
-                                .vertex_count = static_cast<uint32_t>(list.vertices.positions.size())});
-    EXPECT_EQ(agreement(scene).within_1, list.indices.size());
-    return;
-  }
   for (const Model& model : models) {
-    const auto scene = load_gltf(assets() / model.file);
+    const auto scene = load_gltf(test::asset_collection_folder() / model.file);
     ASSERT_TRUE(scene.ok()) << scene.error().message;
     const Agreement found = agreement(*scene);
     const double all = static_cast<double>(found.corners);

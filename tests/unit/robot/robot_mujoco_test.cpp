@@ -1,5 +1,5 @@
 // Test of forward kinematics of MJCF models against mj_kinematics: random coordinates, with anchors,
-// references and several joints of a body. Public robots are compared where shared/assets is present.
+// references and several joints of a body; and of public robots.
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>
 
@@ -14,6 +14,7 @@
 #include "convert/glb/write_glb.h"
 #include "convert/readers.h"
 #include "protocol/robot/robot_file.h"
+#include "tests/support/asset_collection_folder.h"
 #include "tests/support/gltf_builder.h"
 #include "tests/unit/robot/robot_handle.h"
 
@@ -120,13 +121,13 @@ TEST(RobotMujoco, FramesOfMotionCapture) {
     <keyframe><key qpos=".5" mpos="7 8 9" mquat="1 0 0 1"/></keyframe>)");
 }
 
-TEST(RobotMujoco, PublicRobots) {
-  const char* const variable = std::getenv("FIRE3DV_ASSETS");
-  const fs::path assets = variable ? variable : fs::path(FIRE3DV_SOURCE_DIR) / ".." / "shared" / "assets";
+TEST(RobotMujoco, CollectionRobotsAgree) {
+  FIRE3DV_NEEDS_ASSETS();
   for (const char* model :
        {"franka_emika_panda/scene.xml", "franka_emika_panda/hand.xml", "robotiq_2f85/2f85.xml"}) {
-    const fs::path file = assets / "robots" / model;
-    if (fs::exists(file)) compare(file);
+    const fs::path file = test::asset_collection_folder() / "robots" / model;
+    ASSERT_TRUE(fs::exists(file)) << file;
+    compare(file);
   }
 }
 

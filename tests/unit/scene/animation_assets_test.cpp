@@ -8,6 +8,7 @@
 
 #include "renderer/scene/model/bounds.h"
 #include "renderer/state/motion/animation.h"
+#include "tests/support/asset_collection_folder.h"
 #include "tests/unit/app/motion_file.h"
 
 namespace fire3dv::state {
@@ -18,8 +19,7 @@ using nlohmann::json;
 using scene::kNone;
 
 fs::path assets() {
-  if (const char* given = std::getenv("FIRE3DV_ASSETS")) return given;
-  return fs::path(FIRE3DV_SOURCE_DIR) / ".." / "shared" / "assets";
+  return test::asset_collection_folder();
 }
 
 // Returns a vertex in world space, by the formulas of the glTF specification.
@@ -127,15 +127,11 @@ float longest_input(const fs::path& file, size_t animation) {
   return longest;
 }
 
-TEST(AnimatedAssets, PlayAndStayWithinTheirBounds) {
+TEST(AnimatedAssets, CollectionStaysWithinItsBounds) {
+  FIRE3DV_NEEDS_ASSETS();
   const std::vector<const char*> collections{"gltf-asset-generator", "gltf-blender-io", "bevy",
                                              "khronos-sample-models"};
   size_t moving = 0, vertices = 0, durations = 0;
-  std::error_code error;
-  if (!fs::is_directory(assets(), error)) {
-    std::cout << assets() << " is not there: the file made here stands in, above\n";
-    return;
-  }
   for (const char* collection : collections) {
     for (const fs::directory_entry& entry : fs::recursive_directory_iterator(assets() / collection)) {
       const std::string extension = entry.path().extension().string();
@@ -159,13 +155,9 @@ TEST(AnimatedAssets, PlayAndStayWithinTheirBounds) {
 }
 
 // The same rotation as floats, bytes and shorts.
-TEST(AnimatedAssets, ComponentTypesOfOneAnimationAgree) {
+TEST(AnimatedAssets, CollectionsComponentTypesAgree) {
+  FIRE3DV_NEEDS_ASSETS();
   const fs::path folder = assets() / "gltf-asset-generator" / "Animation_SamplerType";
-  std::error_code error;
-  if (!fs::is_directory(folder, error)) {
-    std::cout << folder << " is not there: shorts are tested with the file made here\n";
-    return;
-  }
   std::vector<scene::Scene> scenes;
   for (const char* file :
        {"Animation_SamplerType_00.gltf", "Animation_SamplerType_01.gltf", "Animation_SamplerType_02.gltf"}) {
@@ -194,13 +186,9 @@ TEST(AnimatedAssets, ComponentTypesOfOneAnimationAgree) {
   EXPECT_GT(turned, 0.1f);
 }
 
-TEST(AnimatedAssets, FoxHasItsThreeGaits) {
+TEST(AnimatedAssets, CollectionsFoxHasThreeGaits) {
+  FIRE3DV_NEEDS_ASSETS();
   const fs::path file = assets() / "bevy" / "Fox.glb";
-  std::error_code error;
-  if (!fs::is_regular_file(file, error)) {
-    std::cout << file << " is not there\n";
-    return;
-  }
   const auto scene = scene::load_gltf(file);
   ASSERT_TRUE(scene.ok()) << scene.error().message;
   EXPECT_TRUE(scene->warnings.empty());

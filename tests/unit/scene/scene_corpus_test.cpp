@@ -3,13 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <fstream>
 #include <iostream>
 #include <set>
 
 #include "renderer/scene/gltf/gltf_extensions.h"
 #include "renderer/scene/gltf/load_gltf.h"
+#include "tests/support/asset_collection_folder.h"
 #include "tests/support/gltf_builder.h"
 #include "tests/unit/app/motion_file.h"
 #include "tests/unit/scene/scene_corpus_deviations.h"
@@ -170,11 +170,6 @@ TEST(SceneCorpus, OneFileThatMovesDamagedInEveryByte) {
   damage_every_byte(test::motion_file().glb());
 }
 
-fs::path assets() {
-  if (const char* given = std::getenv("FIRE3DV_ASSETS")) return given;
-  return fs::path(FIRE3DV_SOURCE_DIR) / ".." / "shared" / "assets";
-}
-
 const std::set<std::string>& supported() {
   static const std::set<std::string> names{"KHR_lights_punctual",
                                            "KHR_materials_unlit",
@@ -263,16 +258,9 @@ void expect_as_reported(const std::string& file, const json& result, bool faulty
   }
 }
 
-TEST(SceneCorpus, PublicFilesLoadOrAreRefusedAsTheirReportsSay) {
-  const fs::path root = assets();
-  std::error_code error;
-  if (!fs::is_directory(root, error)) {
-    // The generated file stands in: it is valid, so it must load.
-    const test::ScratchFolder folder;
-    std::cout << root << " is not there: one built file stands in\n";
-    EXPECT_TRUE(load_gltf(folder.write("rich.glb", rich_file().glb())).ok());
-    return;
-  }
+TEST(SceneCorpus, CollectionLoadsAsItsReportsSay) {
+  FIRE3DV_NEEDS_ASSETS();
+  const fs::path root = test::asset_collection_folder();
   const json results = parsed(root / "VALIDATION.json").at("files");
   Counts counts;
   std::set<std::string> seen;

@@ -121,14 +121,28 @@ TEST(ClockOffset, ALongerWayIsFollowedSlowlyAndAShorterOneAtOnce) {
   EXPECT_EQ(clock.soonest_ns(0), 50 * kSecond);
 }
 
-TEST(ClockOffset, WildClocksDoNoHarm) {
-  ClockOffset clock;
+// Wild times of the publisher's clock spoil an estimate only until their samples expire.
+TEST(ClockOffset, WildTimesExpire) {
+  ClockOffset by_frames, by_pongs;
+  by_pongs.on_pong(2, 5, 1);  // an answer that comes before its question
+  EXPECT_EQ(by_pongs.source(), ClockOffset::Source::none);
+  int64_t now_ns = kSecond;
   for (const uint64_t wild : {uint64_t{0}, UINT64_MAX, uint64_t{1} << 63}) {
-    clock.on_frame(wild, INT64_MAX / 2);
-    clock.on_pong(1, wild, INT64_MAX / 2);
-    clock.on_pong(2, wild, 1);
-    (void)clock.local_ns(wild);
+    by_frames.on_frame(wild, now_ns);
+    by_pongs.on_pong(now_ns - 4 * kMs, wild, now_ns);
   }
+  EXPECT_NE(by_frames.local_ns(78 * kSecond), kSecond);
+  EXPECT_NE(by_pongs.local_ns(78 * kSecond), kSecond);
+  for (int i = 0; i < 20; ++i) {  // the publisher's clock is 77 s ahead
+    now_ns += kSecond;
+    const auto published_ns = static_cast<uint64_t>(now_ns + 77 * kSecond);
+    by_frames.on_frame(published_ns, now_ns + 10 * kMs);
+    by_pongs.on_pong(now_ns - 3 * kMs, published_ns, now_ns + 3 * kMs);
+  }
+  EXPECT_EQ(by_frames.local_ns(78 * kSecond), kSecond + 10 * kMs);
+  EXPECT_EQ(by_frames.soonest_ns(78 * kSecond), kSecond + 10 * kMs);
+  EXPECT_EQ(by_pongs.local_ns(78 * kSecond), kSecond);
+  EXPECT_EQ(by_pongs.uncertainty_ns(), 3 * kMs);
 }
 
 class PlayoutTest : public testing::Test {

@@ -148,28 +148,40 @@ TEST(ShmHostile, NoWordOfASegmentIsBelievedBlindly) {
   }
 }
 
-// A live segment whose words change at random during reads: no crash, no hang, no access out of bounds.
-TEST(ShmHostile, ASegmentThatChangesWhileItIsRead) {
+// A live segment whose words change at random during reads: what is delivered has a length that the segment
+// can hold, and the undamaged segment is read again afterwards.
+TEST(ShmHostile, WordsThatChangeDuringReads) {
   const auto sound = sound_segment();
   FakeSegment fake("shaky");
   fake.write(sound);
   void* mapped = ::mmap(nullptr, sound.size(), PROT_READ | PROT_WRITE, MAP_SHARED, fake.fd.get(), 0);
   ASSERT_NE(mapped, MAP_FAILED);
   auto* words = static_cast<uint64_t*>(mapped);
+  const size_t pose_capacity =
+      reinterpret_cast<const shm::SegmentHeader*>(sound.data())->rings[shm::kPoseRing].capacity;
   ListenerOptions options;
   options.delivery = Delivery::all;
   std::mt19937_64 generator(3);
+  uint64_t rejected = 0;
   for (int i = 0; i < 2000; ++i) {
     std::memcpy(mapped, sound.data(), sizeof(shm::SegmentHeader));
     Listener listener(fake.uri, options);
     listener.poll();
-    const size_t place = 256 / 8 + generator() % (sound.size() / 8 - 256 / 8);
-    shm::atomic_word(words[place]).store(generator() >> (generator() % 64), std::memory_order_relaxed);
-    shm::atomic_word(words[256 / 8 + 8 * (generator() % 4)])
-        .store(generator() >> (generator() % 64), std::memory_order_relaxed);
+    ASSERT_TRUE(listener.saw(Kind::control, "description")) << i;
+    ASSERT_TRUE(listener.saw(Kind::pose, "pose")) << i;
+    const size_t changed[] = {256 / 8 + generator() % (sound.size() / 8 - 256 / 8),
+                              256 / 8 + 8 * (generator() % 4)};
+    for (const size_t word : changed)
+      shm::atomic_word(words[word]).store(generator() >> (generator() % 64), std::memory_order_relaxed);
     for (int n = 0; n < 3; ++n) listener.poll();
     listener.link->send(listener.peer(), bytes_of("reply"));
+    for (const Event& event : listener.events)
+      ASSERT_LE(event.text.size(), event.kind == Kind::pose ? pose_capacity : sound.size()) << i;
+    EXPECT_LE(listener.count(Kind::note), 1u) << i;
+    rejected += listener.link->stats().rejected;
+    for (const size_t word : changed) std::memcpy(&words[word], &sound[8 * word], 8);
   }
+  EXPECT_GT(rejected, 0u) << "no change met a read";
   ::munmap(mapped, sound.size());
 }
 
