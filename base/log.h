@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 
+#include "base/error.h"
 #include "base/text.h"
 
 namespace fire3dv {
@@ -28,6 +29,16 @@ inline std::string with_level(std::string_view message) {
 // Prints one line; control characters are escaped.
 inline void print_log_line(const char* program, std::string_view message) {
   std::fprintf(stderr, "%s: %s\n", program, terminal_text(with_level(message)).c_str());
+}
+
+// Prints one line of the renderer.
+inline void log_message(std::string_view message) {
+  print_log_line("fire3dv", message);
+}
+// Prints an error that ends the renderer, and returns its exit code.
+inline int report_failure(const Error& error) {
+  log_message(error_line(error.message));
+  return 1;
 }
 
 }  // namespace fire3dv

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Structure of the tree: include directions, opening comments, folder sizes, Markdown lines, headers that stand alone.
+"""Structure of the tree: include directions, circles of folders, opening comments, folder sizes, Markdown lines, headers that stand alone.
 
     check_tree.py                  all checks; exit 1 and one line for each violation
     check_tree.py --lone-headers   the headers that no source file of the same name includes first
@@ -23,9 +23,9 @@ QUESTION = re.compile(r"^(What|Which|Who|Whose|Where|How|From|Does|Do|Whether|Wh
 BASE = "base"
 WIRE = BASE + " protocol/wire"
 MODEL = BASE + " renderer/scene convert/*"
-# Rooms of the renderer that the program is made of.
-ROOMS = ("renderer/streams renderer/live_scene renderer/loading renderer/editing renderer/camera renderer/images renderer/browser "
-         "renderer/window renderer/app")
+# Rooms of the renderer below its program.
+ROOMS = ("renderer/streams renderer/live_scene renderer/loading renderer/editing renderer/camera renderer/images renderer/browser/* "
+         "renderer/window")
 ALLOWED = {
     "base": "",
     "protocol/wire": BASE,
@@ -54,7 +54,7 @@ ALLOWED = {
     "renderer/gui": BASE + " protocol/robot protocol/replay shaders renderer/gpu renderer/scene renderer/state renderer/editing "
                            "renderer/passes",
     "renderer/offline": WIRE + " protocol/record renderer/scene renderer/gpu renderer/state renderer/passes renderer/sinks "
-                               "renderer/capture " + ROOMS,
+                               "renderer/capture renderer/app " + ROOMS,
     "convert": BASE + " renderer/scene",
     "convert/glb": MODEL,
     "convert/mesh": MODEL + " convert/glb",
@@ -73,12 +73,34 @@ ALLOWED = {
     "convert/urdf": MODEL + " convert/mesh convert/xacro",
     # A program that renders by itself, as renderer/offline does.
     "programs/drake": WIRE + " protocol/transport renderer/scene renderer/gpu renderer/state renderer/passes renderer/sinks "
-                             "renderer/capture " + ROOMS,
+                             "renderer/capture renderer/app " + ROOMS,
 }
-for room in ROOMS.split():
-    ALLOWED[room] = ("base protocol shaders renderer/scene renderer/gpu renderer/state renderer/passes renderer/sinks renderer/capture "
-                     "renderer/metrics renderer/gui " + ROOMS)
-ALLOWED["renderer/browser/server"] = WIRE + " protocol/transport renderer/sinks"
+MODULES = (WIRE + " protocol/robot protocol/transport renderer/scene renderer/gpu renderer/state renderer/passes renderer/sinks "
+                  "renderer/capture renderer/gui ")
+ALLOWED |= {
+    "renderer/camera": BASE + " renderer/scene renderer/state renderer/passes",
+    "renderer/streams": WIRE + " protocol/transport renderer/scene renderer/state renderer/passes",
+    "renderer/live_scene": WIRE + " renderer/scene renderer/state renderer/passes renderer/camera",
+    "renderer/loading": BASE + " renderer/scene renderer/gpu renderer/passes renderer/live_scene",
+    "renderer/images": MODULES + "renderer/streams renderer/live_scene renderer/loading",
+    "renderer/editing": BASE + " protocol/robot renderer/scene renderer/state renderer/passes renderer/gui renderer/camera "
+                               "renderer/live_scene",
+    "renderer/browser/server": WIRE + " protocol/transport renderer/sinks",
+    "renderer/browser": MODULES + "protocol/replay renderer/browser/server renderer/camera renderer/streams renderer/live_scene "
+                                  "renderer/images renderer/editing",
+    "renderer/window": MODULES + "protocol/replay renderer/metrics renderer/camera renderer/streams renderer/live_scene "
+                                 "renderer/images renderer/editing",
+    "renderer/app/options": MODULES + ROOMS,
+    "renderer/app": MODULES + "shaders protocol/record protocol/replay protocol/stream renderer/metrics renderer/browser/server "
+                              "renderer/app/options " + ROOMS,
+    "renderer/app/run": MODULES + "protocol/record protocol/replay renderer/browser/server renderer/app/* renderer/app/options "
+                        + ROOMS,
+}
+
+
+# Folders whose sub-folders still include one another.
+OPEN_CIRCLES = ("renderer/gpu", "renderer/passes", "renderer/scene/gltf", "renderer/state", "protocol/record",
+                "protocol/transport")
 
 
 def git_files():
@@ -116,6 +138,40 @@ def include_directions(name, text):
             continue
         if room_of(target) != room and not any(matches(target, folder) for folder in ALLOWED[room].split()):
             yield f"{name} includes {target}: {room}/ may not depend on it (ARCHITECTURE.md)"
+
+
+def circles(texts):
+    """Folders that include one another (Tarjan's strongly connected components). texts: of files, by name."""
+    edges, example = {}, {}
+    for name, text in texts.items():
+        folder = os.path.dirname(name)
+        for target in includes(text):
+            other = os.path.dirname(target)
+            if target in texts and other != folder:
+                edges.setdefault(folder, set()).add(other)
+                example.setdefault((folder, other), f"{name} includes {target}")
+    number, lowest, stack, found = {}, {}, [], []
+
+    def visit(folder):
+        number[folder] = lowest[folder] = len(number)
+        stack.append(folder)
+        for other in sorted(edges.get(folder, ())):
+            if other not in number:
+                visit(other)
+            if other in stack:
+                lowest[folder] = min(lowest[folder], lowest[other])
+        if lowest[folder] == number[folder]:
+            at = stack.index(folder)
+            found.append(stack[at:])
+            del stack[at:]
+
+    for folder in sorted(edges):
+        if folder not in number:
+            visit(folder)
+    for circle in found:
+        if len(circle) > 1 and not any(all(within(folder, open_one) for folder in circle) for open_one in OPEN_CIRCLES):
+            steps = [text for (a, b), text in sorted(example.items()) if a in circle and b in circle]
+            yield f"{', '.join(sorted(circle))} include one another: {'; '.join(steps)}"
 
 
 def opening_comment(name, text):
@@ -166,6 +222,8 @@ def main():
         print(__doc__, file=sys.stderr)
         return 2
     faults = list(folder_sizes(files))
+    faults += circles({name: read(name) for name in files
+                       if name.endswith((".h", ".hpp", ".c", ".cpp")) and not name.startswith(("tests/", "tools/"))})
     for name in files:
         text = read(name) if name.endswith((*SOURCES, ".md", ".sh", ".cmake", "CMakeLists.txt")) else ""
         if name.endswith((".h", ".hpp", ".c", ".cpp")):

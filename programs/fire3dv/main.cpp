@@ -2,10 +2,11 @@
 #include <exception>
 #include <string_view>
 
+#include "base/log.h"
 #include "renderer/app/drake_command.h"
-#include "renderer/app/frame_loop.h"
 #include "renderer/app/options/options.h"
 #include "renderer/app/start.h"
+#include "renderer/app/stop_signals.h"
 #include "renderer/offline/commands.h"
 
 namespace {
@@ -29,6 +30,6 @@ int main(int argc, char** argv) {
   const std::string_view command = argc > 1 ? argv[1] : "";
   if (command == "render") return run_with(offline::parse_render_options(argc, argv), offline::render);
   if (command == "join") return run_with(offline::parse_join_options(argc, argv), offline::join);
-  if (const auto drake = app::drake_arguments(argc, argv)) return app::fail(app::execute_drake(*drake));
+  if (const auto drake = app::drake_arguments(argc, argv)) return report_failure(app::execute_drake(*drake));
   return run_with(app::parse_options(argc, argv), app::run);
 }

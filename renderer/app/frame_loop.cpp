@@ -1,7 +1,6 @@
 #include "renderer/app/frame_loop.h"
 
 #include <cmath>
-#include <csignal>
 #include <cstdio>
 #include <span>
 #include <sstream>
@@ -12,14 +11,12 @@
 #include "base/log.h"
 #include "base/plural.h"
 #include "base/text.h"
-#include "renderer/app/options/stream_options.h"
+#include "renderer/app/stop_signals.h"
 #include "renderer/camera/default_look.h"
 #include "renderer/capture/capture.h"
 
 namespace fire3dv::app {
 namespace {
-
-volatile std::sig_atomic_t stop_requested = 0;
 
 using Clock = std::chrono::steady_clock;
 
@@ -82,18 +79,6 @@ std::string lacking_ray_effects(const gpu::Device& device, const Options& option
       options.raster != passes::RasterPath::forward && device.report().int64_atomics;
   const Result<void> can = passes::can_trace_ray_effects(device, has_visibility_buffer);
   return can ? "" : "--ray-effects: " + can.error().message;
-}
-
-void install_stop_signals() {
-  struct sigaction action {};
-  action.sa_handler = [](int) { stop_requested = 1; };
-  action.sa_flags = static_cast<int>(SA_RESETHAND);  // a second signal kills the process
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
-}
-
-bool stop_was_requested() {
-  return stop_requested != 0;
 }
 
 FrameLoop::FrameLoop(const FrameLoopContext& context)
@@ -333,7 +318,7 @@ bool FrameLoop::poll_streams() {
 }
 
 bool FrameLoop::done() {
-  if (stop_requested || (window_ && window_->should_close())) return true;
+  if (stop_was_requested() || (window_ && window_->should_close())) return true;
   if (options_.frames && images_ >= options_.frames) return true;
   const bool holds_next = window_ && window_->holds_next();
   if (next_ && !holds_next && next_->is_ready() && (!window_ || window_->may_show_next()))
@@ -456,7 +441,7 @@ void FrameLoop::note_cost(const std::vector<state::FrameTag>& shown, Clock::time
   }
   if (!awaits_stream_) stats_.add(cost);
   if (metrics_) metrics_->drawn(shown, receiver_, cost);
-  if (window_) facts_.drawn(cost);
+  if (window_) facts_.drawn(cost.frame_index + 1, cost.frame_ms, cost.cpu_ms, cost.pose_age_ms);
 }
 
 Result<void> FrameLoop::deliver() {

@@ -9,13 +9,12 @@
 
 #include "base/progress.h"
 #include "protocol/replay/replay_clock.h"
-#include "renderer/app/animation_clock.h"
 #include "renderer/app/animation_timeline.h"
+#include "renderer/app/frame_stats.h"
 #include "renderer/app/options/options.h"
 #include "renderer/app/path_checkpoint.h"
 #include "renderer/app/recording.h"
 #include "renderer/app/renderer_metrics.h"
-#include "renderer/app/run/run_reports.h"
 #include "renderer/app/viewer_document.h"
 #include "renderer/browser/live_view.h"
 #include "renderer/camera/camera_rig.h"
@@ -27,16 +26,13 @@
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/sinks/frame.h"
 #include "renderer/state/motion/animation.h"
+#include "renderer/state/motion/animation_clock.h"
 #include "renderer/state/motion/robot_pose.h"
 #include "renderer/streams/stream_receiver.h"
 #include "renderer/window/window_panels.h"
 #include "renderer/window/window_view.h"
 
 namespace fire3dv::app {
-
-// Installs handlers of SIGINT and SIGTERM, which end the loop in order.
-void install_stop_signals();
-bool stop_was_requested();
 
 // Draw settings of the command line. environment: null for the studio environment.
 passes::DrawSettings draw_settings(const Options& options,
@@ -128,7 +124,7 @@ class FrameLoop {
     bool operator==(const Posed&) const = default;
   };
   Posed posed_;
-  AnimationClock animation_clock_;                       // without a window
+  state::AnimationClock animation_clock_;                // without a window
   std::optional<AnimationTimeline> animation_timeline_;  // in a window with animations
   CameraRig& camera_;
   sinks::FrameSink& sink_;

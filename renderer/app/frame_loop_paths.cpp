@@ -7,6 +7,7 @@
 #include "base/digest.h"
 #include "base/log.h"
 #include "renderer/app/frame_loop.h"
+#include "renderer/app/stop_signals.h"
 
 namespace fire3dv::app {
 namespace {

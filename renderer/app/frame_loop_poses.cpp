@@ -44,7 +44,7 @@ void FrameLoop::animate() {
     set_rest(animations_->at(animation_timeline_->at(poses_.sim_time_ns())));
     return;
   }
-  const double now_s = static_cast<double>(images_) / kHeadlessImagesPerSecond;
+  const double now_s = static_cast<double>(images_) / state::kHeadlessImagesPerSecond;
   set_rest(animations_->at(animation_clock_.at(poses_.sim_time_ns(), now_s)));
 }
 

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "base/log.h"
-#include "renderer/app/start.h"
 #include "renderer/scene/cache/scene_digest.h"
 #include "shaders/shared/types.h"
 
@@ -133,8 +132,8 @@ void PathCheckpoint::attach(const Image& image, passes::PathPass::Hooks& hooks) 
   const Digest digest = digest_of_image(image);
   hooks.resume = load(image, digest);
   if (hooks.resume)
-    say("info: going on after " + std::to_string(hooks.resume->samples) + " of " +
-        std::to_string(settings_.samples_per_pixel) + " samples per pixel, from " + file_.string());
+    log_message("info: going on after " + std::to_string(hooks.resume->samples) + " of " +
+                std::to_string(settings_.samples_per_pixel) + " samples per pixel, from " + file_.string());
   hooks.save_interval = interval_;
   hooks.save = [this, frame = image.frame, extent = image.extent,
                 digest](const passes::PathPass::Checkpoint& sums) { save(frame, extent, digest, sums); };
@@ -145,7 +144,7 @@ std::optional<passes::PathPass::Checkpoint> PathCheckpoint::load(const Image& im
   std::error_code fault;
   if (!std::filesystem::exists(std::filesystem::symlink_status(file_, fault))) return std::nullopt;
   const auto start_again = [&](const std::string& why) {
-    say(warning(file_.string() + " " + why + ": the image starts again"));
+    log_message(warning(file_.string() + " " + why + ": the image starts again"));
     return std::nullopt;
   };
   const uint64_t sum_bytes = uint64_t{image.extent.width} * image.extent.height * sizeof(gpu_types::PathSum);
@@ -184,7 +183,7 @@ void PathCheckpoint::save(uint64_t frame, VkExtent2D extent, const Digest& diges
   head.checksum = checksum.value();
   const Result<void> written = base::write_atomically(file_, {std::as_bytes(std::span(&head, 1)), sums.sums});
   if (written || std::exchange(reported_error_, true)) return;
-  say(warning(written.error().message + "; without a checkpoint an interrupted image starts again"));
+  log_message(warning(written.error().message + "; without a checkpoint an interrupted image starts again"));
 }
 
 void PathCheckpoint::remove() {

@@ -12,7 +12,7 @@
 #include "protocol/record/mcap/attachments.h"
 #include "protocol/record/mcap/reader.h"
 #include "protocol/transport/link.h"
-#include "renderer/app/options/stream_options.h"
+#include "renderer/app/options/recording_options.h"
 
 namespace fire3dv::app {
 

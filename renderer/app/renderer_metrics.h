@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "renderer/app/run/run_reports.h"
+#include "renderer/app/frame_stats.h"
 #include "renderer/browser/server/server.h"
 #include "renderer/metrics/metric_families.h"
 #include "renderer/metrics/metrics_server.h"

@@ -1,5 +1,5 @@
-// Start-up: steps shared by live and offline runs (device, environment, animations, and their messages), and
-// the main function of live runs.
+// Start-up: steps shared by live and offline runs (device, environment, animations), and the main function of
+// live runs.
 #pragma once
 
 #include <filesystem>
@@ -17,11 +17,6 @@
 
 namespace fire3dv::app {
 
-void say(const std::string& text);  // prints to standard error
-int fail(const Error& error);       // same; returns the exit code
-// Reports a cache error, which is not fatal.
-void log_cache_error(const Error& error);
-
 // Opens the device of the options; report: receives its description.
 Result<std::unique_ptr<gpu::Device>> open_device(gpu::Instance& instance, const Options& options,
                                                  gpu::DeviceReport* report = nullptr);
@@ -33,16 +28,6 @@ struct OpenDevices {
 };
 // Opens the devices of the options.
 Result<OpenDevices> open_devices(gpu::Instance& instance, const Options& options);
-
-// Prints warnings and a summary of the scene.
-void describe(const std::filesystem::path& path, const scene::Scene& scene);
-
-// Checks a scene before it replaces another one.
-Result<void> can_show(const gpu::Device& device, const scene::Scene& scene);
-
-// Recreates the renderer if the scene needs more textures than it supports (rare).
-Result<void> make_room(gpu::Device& device, passes::DrawSettings settings, const scene::Scene& scene,
-                       std::optional<passes::SceneRenderer>& renderer);
 
 class SceneLoad;
 // The robot of a loaded file, if it holds one. Reports a damaged one.

@@ -1,8 +1,7 @@
 #include "renderer/app/viewer_document.h"
 
 #include "base/log.h"
-#include "renderer/app/frame_loop.h"
-#include "renderer/app/start.h"
+#include "renderer/app/stop_signals.h"
 #include "renderer/camera/default_look.h"
 
 namespace fire3dv::app {
@@ -42,19 +41,19 @@ Result<std::unique_ptr<ViewerDocument>> ViewerDocument::open(const Options& opti
     if (!extracted) return extracted.error();
     show->recorded_scene_ = std::move(*extracted);
     show->scene_path_ = show->recorded_scene_->path();
-    say("scene \"" + show->recorded_scene_->name() + "\" of " + options.recording.replay);
+    log_message("scene \"" + show->recorded_scene_->name() + "\" of " + options.recording.replay);
   }
-  show->load_.emplace(show->scene_path_, options.convert, places.scenes,
-                      passes::levels_for(options.levels_of_detail),
-                      LoadedLook{wants_key_light(options), options.variant},
-                      [raw = show.get()] { return raw->abandoned_ || stop_was_requested(); });
+  show->load_.emplace(
+      show->scene_path_, options.convert, places.scenes, passes::levels_for(options.levels_of_detail),
+      LoadedLook{wants_key_light(options.key_light, !options.environment.empty()), options.variant},
+      [raw = show.get()] { return raw->abandoned_ || stop_was_requested(); });
   return show;
 }
 
 std::unique_ptr<SceneLoad> ViewerDocument::load_again(std::function<bool()> should_stop) {
   return std::make_unique<SceneLoad>(
       scene_path_, options_.convert, cache_, passes::levels_for(options_.levels_of_detail),
-      LoadedLook{wants_key_light(options_), options_.variant},
+      LoadedLook{wants_key_light(options_.key_light, !options_.environment.empty()), options_.variant},
       [this, stop = std::move(should_stop)] { return abandoned_ || stop_was_requested() || stop(); });
 }
 

@@ -10,7 +10,6 @@
 #include "renderer/browser/live_messages.h"
 #include "renderer/images/requested_image.h"
 #include "renderer/passes/view/view.h"
-#include "renderer/window/viewer_control.h"
 
 namespace fire3dv::app {
 namespace {

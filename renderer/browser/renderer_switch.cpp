@@ -3,22 +3,11 @@
 #include <string>
 
 #include "base/log.h"
-#include "renderer/app/start.h"
 #include "renderer/images/request_renderer.h"
 
 namespace fire3dv::app {
 
-bool traces_requests(const Options& options) {
-  return options.on_request || (options.headless && !options.serve.empty());
-}
-
-std::function<Result<void>(const passes::DrawSettings&)> renderer_switch(const Options& options,
-                                                                         const SwitchedParts& parts) {
-  const bool draws_for_viewers = options.on_request || (options.frames == 0 && options.out.empty() &&
-                                                        options.stats.empty() && !options.lockstep);
-  const bool needs_one_kind = options.outputs != passes::ImageOutputs() || !options.devices.empty();
-  if (!options.headless || !draws_for_viewers || needs_one_kind || !passes::can_trace_paths(parts.device))
-    return {};
+std::function<Result<void>(const passes::DrawSettings&)> renderer_switch(const SwitchedParts& parts) {
   return [parts](const passes::DrawSettings& settings) -> Result<void> {
     FIRE3DV_ASSERT(parts.requests.count() == 0);
     passes::DrawSettings before = parts.viewer.draw;
@@ -42,7 +31,8 @@ std::function<Result<void>(const passes::DrawSettings&)> renderer_switch(const O
     }
     parts.requests.set_abilities(image_abilities(*parts.renderer, true));
     if (result && settings.path) {
-      for (const std::string& limit : passes::path_tracing_limits(parts.scene.scene())) say(warning(limit));
+      for (const std::string& limit : passes::path_tracing_limits(parts.scene.scene()))
+        log_message(warning(limit));
     }
     return result;
   };

@@ -5,7 +5,6 @@
 #include <optional>
 
 #include "base/error.h"
-#include "renderer/app/options/options.h"
 #include "renderer/gpu/device/device.h"
 #include "renderer/gui/panel_data.h"
 #include "renderer/live_scene/live_scene.h"
@@ -13,9 +12,6 @@
 #include "renderer/streams/image_requests.h"
 
 namespace fire3dv::app {
-
-// True if colours of requested images may be path-traced: no image of a window refines meanwhile.
-bool traces_requests(const Options& options);
 
 struct SwitchedParts {
   gpu::Device& device;
@@ -26,8 +22,7 @@ struct SwitchedParts {
 };
 
 // Function that puts a renderer with other settings in the place of the one that is there, which stays after
-// an error. Empty: raster or paths stay, as these options choose. parts: borrowed.
-std::function<Result<void>(const passes::DrawSettings&)> renderer_switch(const Options& options,
-                                                                         const SwitchedParts& parts);
+// an error. parts: borrowed.
+std::function<Result<void>(const passes::DrawSettings&)> renderer_switch(const SwitchedParts& parts);
 
 }  // namespace fire3dv::app

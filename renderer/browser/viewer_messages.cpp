@@ -5,7 +5,7 @@
 
 #include "renderer/browser/live_joints.h"
 #include "renderer/browser/live_messages.h"
-#include "renderer/window/viewer_control.h"
+#include "renderer/editing/viewer_edits.h"
 
 namespace fire3dv::app {
 namespace {

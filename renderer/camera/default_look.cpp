@@ -13,15 +13,15 @@ namespace {
 
 constexpr float kGroundRadii = 2.5f;  // of the scene
 
-std::optional<passes::Ground> ground_below(const Options& options, const scene::Scene& scene) {
+std::optional<passes::Ground> ground_below(const ViewDefaults& defaults, const scene::Scene& scene) {
   // Other backgrounds have a horizon of their own, or are meant to be one colour.
-  const bool is_default = options.background.zenith && !options.background.show_environment;
-  if (options.ground == GroundMode::off || (options.ground == GroundMode::automatic && !is_default))
+  const bool is_default = defaults.background.zenith && !defaults.background.show_environment;
+  if (defaults.ground == GroundMode::off || (defaults.ground == GroundMode::automatic && !is_default))
     return std::nullopt;
   passes::Ground ground;
   ground.radius_m = kGroundRadii * 0.5f * glm::length(scene.bounds_max - scene.bounds_min);
   if (!(ground.radius_m > 0) || !std::isfinite(ground.radius_m)) return std::nullopt;
-  ground.height_m = options.ground == GroundMode::height ? options.ground_height_m : scene.bounds_min.y;
+  ground.height_m = defaults.ground == GroundMode::height ? defaults.ground_height_m : scene.bounds_min.y;
   ground.center_world = {0.5f * (scene.bounds_min.x + scene.bounds_max.x),
                          0.5f * (scene.bounds_min.z + scene.bounds_max.z)};
   return ground;
@@ -47,27 +47,28 @@ Extent extent_of(const std::vector<glm::vec3>& points, const passes::View& view)
 
 }  // namespace
 
-bool wants_key_light(const Options& options) {
-  if (options.key_light != KeyLight::automatic) return options.key_light == KeyLight::on;
-  return options.environment.empty();
+bool wants_key_light(KeyLight wanted, bool has_environment) {
+  if (wanted != KeyLight::automatic) return wanted == KeyLight::on;
+  return !has_environment;
 }
 
-CameraStart camera_start(const Options& options, const scene::Scene& scene, const std::string& camera,
+CameraStart camera_start(const ViewDefaults& defaults, const scene::Scene& scene, const std::string& camera,
                          std::vector<uint32_t> animations) {
-  return {camera, options.frame_all, std::move(animations), ground_below(options, scene)};
+  return {camera, defaults.frame_all, std::move(animations), ground_below(defaults, scene)};
 }
 
-std::string set_exposure(const Options& options, const scene::Scene& scene, passes::DrawSettings& settings) {
-  if (options.exposure) {
-    settings.post.exposure = *options.exposure;
+std::string set_exposure(std::optional<float> exposure, const scene::Scene& scene,
+                         passes::DrawSettings& settings) {
+  if (exposure) {
+    settings.post.exposure = *exposure;
     return "";
   }
   const float radiance =
-      options.environment_intensity *
+      settings.environment_intensity *
       (settings.environment ? scene::mean_radiance(*settings.environment) : scene::kStudioMeanRadiance);
   const scene::ExposureEstimate estimate = scene::estimate_exposure(scene, radiance);
   settings.post.exposure = estimate.exposure;
-  if (estimate.exposure == 1 || options.metered_exposure) return "";
+  if (estimate.exposure == 1 || settings.post.metered) return "";
   char text[160];
   std::snprintf(text, sizeof(text),
                 "exposure %.3g: lights give about %.3g lux at the scene's centre (--exposure X sets another)",

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "renderer/app/options/options.h"
 #include "renderer/camera/camera_rig.h"
+#include "renderer/passes/environment/environment.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/scene/model/scene.h"
 #include "renderer/scene/model/scene_edits.h"
@@ -16,16 +16,30 @@
 
 namespace fire3dv::app {
 
+// Shadow catcher below the scene. automatic: at its lowest point, with the gradient as background.
+enum class GroundMode : uint8_t { automatic, off, height };
+// Key light of scenes that bring no light. automatic: without an environment image.
+enum class KeyLight : uint8_t { automatic, on, off };
+
 // True if a scene without lights gets a key light.
-bool wants_key_light(const Options& options);
+bool wants_key_light(KeyLight wanted, bool has_environment);
+
+// Choices of the user for the start of all views.
+struct ViewDefaults {
+  bool frame_all = false;  // moves the camera so that it shows the whole scene
+  GroundMode ground = GroundMode::automatic;
+  float ground_height_m = 0;  // GroundMode::height: world y
+  passes::Background background = passes::Background::gradient();
+};
 
 // Start of a view with this camera. animations: those that play.
-CameraStart camera_start(const Options& options, const scene::Scene& scene, const std::string& camera,
+CameraStart camera_start(const ViewDefaults& defaults, const scene::Scene& scene, const std::string& camera,
                          std::vector<uint32_t> animations);
 
-// Applies the exposure of the options, or the estimate for the scene. Returns a log line if the estimate
-// differs from 1, else an empty string.
-std::string set_exposure(const Options& options, const scene::Scene& scene, passes::DrawSettings& settings);
+// Applies the user's exposure, or the estimate for the scene, to settings that have their environment.
+// Returns a log line if the estimate differs from 1, else an empty string.
+std::string set_exposure(std::optional<float> exposure, const scene::Scene& scene,
+                         passes::DrawSettings& settings);
 
 // Likely reason why the image shows nothing of the scene; nullopt if something should be visible.
 std::optional<std::string> reason_for_empty_image(const scene::Scene& scene, const scene::SceneEdits* edits,

@@ -13,8 +13,8 @@
 #include <variant>
 #include <vector>
 
-#include "renderer/editing/user_edits.h"
 #include "renderer/scene/model/scene.h"
+#include "renderer/state/edits/user_edits.h"
 #include "renderer/state/node_index.h"
 
 namespace fire3dv::state {
@@ -54,12 +54,6 @@ using EditDocument = std::map<EditKey, EditedValue>;
 inline EditKey variant_key() {
   return {EditedObject::scene, {}, 0, EditedProperty::variant};
 }
-
-// Materials of a file that was added to the scene, as the node of this name.
-struct AddedMaterials {
-  std::string owner;
-  uint32_t first = 0, count = 0;  // of the scene's materials
-};
 
 // Objects that keys name. Borrowed for a call.
 struct EditTargets {

@@ -13,8 +13,8 @@
 #include "renderer/editing/document_additions.h"
 #include "renderer/editing/overlay_file.h"
 #include "renderer/editing/target_index.h"
+#include "renderer/editing/viewer_edits.h"
 #include "renderer/scene/gltf/export/export_glb.h"
-#include "renderer/window/viewer_control.h"
 
 namespace fire3dv::app {
 namespace {
@@ -142,24 +142,6 @@ std::vector<std::string> write_glb(const std::filesystem::path& gltf, const scen
 }
 
 }  // namespace
-
-OverlayFile overlay_file(const Options& options, bool scene_is_file) {
-  const std::string scene = options.scene.filename().string();
-  const bool has_variant = !options.variant.empty();
-  if (!options.overlay.empty()) return {options.overlay, scene, true, has_variant, options.assets};
-  if (!scene_is_file || scene.empty()) return {{}, scene, false, has_variant, options.assets};
-  std::filesystem::path path = options.scene;
-  path += ".overlay.json";
-  return {std::move(path), scene, false, has_variant, options.assets};
-}
-
-Result<state::EditDocument> load_overlay(const Options& options) {
-  const bool is_read = !options.overlay.empty() && (options.headless || is_there(options.overlay));
-  Result<state::EditDocument> document =
-      is_read ? state::load_overlay(options.overlay) : Result<state::EditDocument>(state::EditDocument());
-  if (document && !options.variant.empty()) (*document)[state::variant_key()] = options.variant;
-  return document;
-}
 
 SceneEditor::SceneEditor(OverlayFile file, state::EditDocument document)
     : file_(std::move(file)),

@@ -14,7 +14,6 @@
 #include <vector>
 
 #include "base/error.h"
-#include "renderer/app/options/options.h"
 #include "renderer/editing/document_additions.h"
 #include "renderer/editing/edit_document.h"
 #include "renderer/editing/edit_history.h"
@@ -33,18 +32,12 @@ struct OverlayFile {
   bool has_variant_option = false;    // the document's variant is that of --variant, not the file's
   std::filesystem::path assets = {};  // folder of files that may be added, beside the file's own; empty: none
 };
-// The file of --overlay, else SCENE.overlay.json. scene_is_file: false for the scene of a recording.
-OverlayFile overlay_file(const Options& options, bool scene_is_file);
 
 // Source and name of exported scenes.
 struct GlbExport {
   std::function<std::filesystem::path()> gltf_file;  // of the displayed scene; null: it has none of its own
   std::filesystem::path scene;                       // exported as SCENE.edited.glb, without its ending
 };
-
-// Document of --overlay, with the variant of --variant in place of its own; empty without the options. With a
-// window a missing file is no error: it is saved.
-Result<state::EditDocument> load_overlay(const Options& options);
 
 class SceneEditor {
  public:

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "renderer/app/start.h"
 #include "renderer/loading/disk_caches.h"
+#include "renderer/passes/texture_capacity.h"
 
 namespace fire3dv::app {
 
@@ -90,7 +90,9 @@ Result<void> SecondaryDevice::show(const LiveScene& live, passes::DrawSettings s
   forget_scene();
   try {
     if (other_renderer) make_renderer(settings);
-    if (Result<void> room = make_room(*device_, settings, live.scene(), renderer_); !room) return room;
+    if (Result<void> room = passes::ensure_texture_capacity(*device_, settings, live.scene(), renderer_);
+        !room)
+      return room;
     renderer_->apply(settings);
     renderer_->set_edits(live.edits());
     renderer_->set_scene(live.scene(), live.loaded().derived);

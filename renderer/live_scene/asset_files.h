@@ -11,7 +11,6 @@
 
 #include "base/digest.h"
 #include "base/error.h"
-#include "renderer/editing/edit_document.h"
 #include "renderer/scene/cache_files.h"
 #include "renderer/scene/files.h"
 #include "renderer/state/edits/edit_registry.h"
@@ -68,11 +67,5 @@ class AssetFiles {
   const std::filesystem::path folder_, overlay_;
   std::map<std::string, std::filesystem::path> paths_;  // by URI of the user; empty: not found
 };
-
-// Digest of the contents of all assets that a document adds, with the files that they name; empty: it adds
-// none. A missing or damaged one counts by its error. Loads them one after the other; should_stop: ends that,
-// and the result is of no use.
-std::string digest_of_assets(const state::EditDocument& document, const AssetFiles& files,
-                             const std::function<bool()>& should_stop);
 
 }  // namespace fire3dv::app

@@ -15,14 +15,14 @@
 #include <vector>
 
 #include "renderer/camera/camera_rig.h"
-#include "renderer/editing/edit_document.h"
-#include "renderer/editing/user_edits.h"
 #include "renderer/live_scene/peer_charges.h"
 #include "renderer/live_scene/scene_build.h"
 #include "renderer/live_scene/user_additions.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/scene/model/scene_edits.h"
+#include "renderer/state/edits/addition.h"
 #include "renderer/state/edits/edit_registry.h"
+#include "renderer/state/edits/user_edits.h"
 #include "renderer/state/marker_registry.h"
 #include "renderer/state/motion/animation.h"
 

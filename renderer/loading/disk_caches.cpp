@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "base/log.h"
-#include "renderer/app/start.h"
 #include "renderer/gpu/pipelines/pipeline.h"
 #include "renderer/scene/cache_files.h"
 #include "renderer/scene/files.h"
@@ -93,6 +92,11 @@ std::optional<std::filesystem::path> user_folder(const std::function<const char*
 
 }  // namespace
 
+void log_cache_error(const Error& error) {
+  log_message(warning("cache: " + error.message +
+                      "; the next start will be as slow as this one (--cache names another folder)"));
+}
+
 CacheLocations find_cache_locations(std::string_view wanted,
                                     const std::function<const char*(const char*)>& environment) {
   CacheLocations places;
@@ -152,7 +156,7 @@ std::optional<std::vector<std::byte>> EnvironmentCache::find(const Digest& kind,
   std::error_code error;
   if (!std::filesystem::exists(path, error)) return std::nullopt;
   Result<std::vector<std::byte>> maps = read_cache_file(path, kEnvironmentFiles, kind);
-  if (!maps) say(warning(maps.error().message));
+  if (!maps) log_message(warning(maps.error().message));
   if (!maps || maps->size() != bytes) return std::nullopt;
   scene::touch(path);
   return std::move(*maps);

@@ -24,6 +24,9 @@
 
 namespace fire3dv::app {
 
+// Reports a cache error, which only costs time.
+void log_cache_error(const Error& error);
+
 // --- cache files: key, checksum and data; a read returns exactly the written bytes or an error ---
 
 // Type of the files in a cache folder.

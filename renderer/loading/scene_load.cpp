@@ -6,6 +6,8 @@
 #include <new>
 #include <stdexcept>
 
+#include "base/log.h"
+#include "base/plural.h"
 #include "base/progress.h"
 #include "renderer/scene/derived/key_light.h"
 #include "renderer/scene/derived/variants.h"
@@ -175,6 +177,23 @@ void SceneLoad::begin_caching() {
 std::optional<Error> SceneLoad::finish_caching() {
   if (thread_.joinable()) thread_.join();
   return store_error_;
+}
+
+void log_scene_summary(const std::filesystem::path& path, const scene::Scene& scene) {
+  constexpr size_t kWarningsShown = 20;
+  for (size_t i = 0; i < std::min(scene.warnings.size(), kWarningsShown); ++i)
+    log_message(warning(scene.warnings[i]));
+  if (scene.warnings.size() > kWarningsShown) {
+    log_message(warning("and " + std::to_string(scene.warnings.size() - kWarningsShown) + " more"));
+  }
+  size_t triangles = 0;
+  for (const scene::Primitive& primitive : scene.primitives) triangles += primitive.index_count / 3;
+  const bool has_key_light = !scene.lights.empty() && scene.lights.front().is_default;
+  const size_t added = has_key_light ? 1 : 0;
+  log_message(path.string() + ": " + counted(scene.nodes.size() - added, "node") + ", " +
+              counted(triangles, "triangle") + ", " + counted(scene.lights.size() - added, "light") +
+              (has_key_light ? " (a key light is added), " : ", ") + counted(scene.cameras.size(), "camera") +
+              ", " + counted(scene.textures.size(), "texture"));
 }
 
 }  // namespace fire3dv::app

@@ -24,6 +24,9 @@ struct LoadedLook {
   std::string variant = {};    // name of the scene's material variant; empty: the file's default materials
 };
 
+// Prints the scene's warnings and a summary of its contents.
+void log_scene_summary(const std::filesystem::path& path, const scene::Scene& scene);
+
 class SceneLoad {
  public:
   // Starts loading. should_stop: cancels; called on the loading thread.

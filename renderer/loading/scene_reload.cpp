@@ -4,7 +4,6 @@
 
 #include "base/clock.h"
 #include "base/log.h"
-#include "renderer/app/start.h"
 
 namespace fire3dv::app {
 
@@ -33,7 +32,7 @@ void SceneReload::show(LiveScene& live) {
   reported_.reset();
   for (const std::string& note : next->notes()) messages_.push_back(note);
   messages_.push_back("reloaded " + file_.string() + ", which has changed");
-  describe(file_, scene.scene);
+  log_scene_summary(file_, scene.scene);
   hooks_.keep(std::move(next));
 }
 

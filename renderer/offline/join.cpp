@@ -4,17 +4,15 @@
 #include <map>
 #include <system_error>
 
+#include "base/log.h"
 #include "base/progress.h"
 #include "protocol/wire/check.h"
-#include "renderer/app/frame_loop.h"
-#include "renderer/app/start.h"
+#include "renderer/app/stop_signals.h"
 #include "renderer/offline/frame_folder.h"
 #include "renderer/sinks/video/video_sink.h"
 
 namespace fire3dv::offline {
 namespace {
-
-using app::say;
 
 struct Found {
   std::filesystem::path folder;
@@ -49,9 +47,9 @@ void warn_of_different_machines(const std::vector<std::pair<std::filesystem::pat
   const auto other = std::find_if(machines.begin(), machines.end(),
                                   [&](const auto& each) { return each.second != machines.front().second; });
   if (other == machines.end()) return;
-  say("warning: " + machines.front().first.string() + " was drawn by " + text(machines.front().second) +
-      ", and " + other->first.string() + " by " + text(other->second) +
-      ": frames may differ in a pixel's last digits");
+  log_message("warning: " + machines.front().first.string() + " was drawn by " +
+              text(machines.front().second) + ", and " + other->first.string() + " by " +
+              text(other->second) + ": frames may differ in a pixel's last digits");
 }
 
 // Fails with the first gap, and names the shard that would fill it.
@@ -120,7 +118,7 @@ Result<bool> encode(const Whole& whole, const std::filesystem::path& out, const 
   for (const auto& [frame, found] : whole.frames) {
     if (app::stop_was_requested()) {
       (*sink)->abandon();
-      say("stopped; nothing is left of the video");
+      log_message("stopped; nothing is left of the video");
       return false;
     }
     auto stored = read_frame(found.folder, frame, whole.manifest);
@@ -129,7 +127,7 @@ Result<bool> encode(const Whole& whole, const std::filesystem::path& out, const 
     progress.update_with_end(frame + 1, whole.manifest.times.frames);
   }
   if (auto finished = (*sink)->finish(); !finished) return finished.error();
-  say(std::to_string(whole.frames.size()) + " frames in " + out.string());
+  log_message(std::to_string(whole.frames.size()) + " frames in " + out.string());
   return true;
 }
 
@@ -142,13 +140,13 @@ Result<bool> copy_all(const Whole& whole, const std::filesystem::path& out) {
   for (const auto& [frame, found] : whole.frames) {
     if ((*folder)->has(frame)) continue;
     if (app::stop_was_requested()) {
-      say("stopped; the same command goes on from here");
+      log_message("stopped; the same command goes on from here");
       return false;
     }
     if (auto copied = (*folder)->copy(frame, found.folder, found.line); !copied) return copied.error();
   }
   if (auto finished = (*folder)->finish(); !finished) return finished.error();
-  say(std::to_string(whole.frames.size()) + " frames in " + out.string());
+  log_message(std::to_string(whole.frames.size()) + " frames in " + out.string());
   return true;
 }
 
@@ -156,10 +154,10 @@ Result<bool> copy_all(const Whole& whole, const std::filesystem::path& out) {
 
 int join(const JoinOptions& options) {
   const auto whole = begin_assembly(options.folders);
-  if (!whole) return app::fail(whole.error());
+  if (!whole) return report_failure(whole.error());
   const auto done = sinks::is_video_name(options.out) ? encode(*whole, options.out, options.video)
                                                       : copy_all(*whole, options.out);
-  if (!done) return app::fail(done.error());
+  if (!done) return report_failure(done.error());
   return *done ? 0 : 1;
 }
 

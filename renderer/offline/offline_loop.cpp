@@ -4,10 +4,10 @@
 #include <chrono>
 #include <thread>
 
+#include "base/log.h"
 #include "base/progress.h"
 #include "protocol/record/mcap/attachments.h"
 #include "protocol/wire/check.h"
-#include "renderer/app/start.h"
 #include "renderer/camera/default_look.h"
 #include "renderer/passes/scene_renderer.h"
 
@@ -56,9 +56,10 @@ Result<std::unique_ptr<RecordingScene>> RecordingScene::open(const app::Options&
     scene->title_ = scene->recorded_->name() + " in " + file;
     scene->recording_ = file;
   }
-  scene->load_.emplace(path, options.convert, cache, passes::levels_for(options.levels_of_detail),
-                       app::LoadedLook{app::wants_key_light(options), options.variant},
-                       std::move(should_stop));
+  scene->load_.emplace(
+      path, options.convert, cache, passes::levels_for(options.levels_of_detail),
+      app::LoadedLook{app::wants_key_light(options.key_light, !options.environment.empty()), options.variant},
+      std::move(should_stop));
   return scene;
 }
 
@@ -98,8 +99,8 @@ void OfflineLoop::advance(uint64_t frame) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
     parts_.scene.follow();
   }
-  for (const std::string& note : parts_.streams.take_log_messages()) app::say(note);
-  for (const std::string& note : parts_.scene.take_log_messages()) app::say(note);
+  for (const std::string& note : parts_.streams.take_log_messages()) log_message(note);
+  for (const std::string& note : parts_.scene.take_log_messages()) log_message(note);
   const bool is_new_scene = posed_scene_ != parts_.scene.replaced();
   posed_scene_ = parts_.scene.replaced();
   if (parts_.robot && is_new_scene) parts_.robot->set_scene(parts_.scene.scene(), parts_.poses.names());

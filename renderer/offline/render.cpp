@@ -13,7 +13,9 @@
 #include "protocol/wire/check.h"
 #include "renderer/app/frame_loop.h"
 #include "renderer/app/start.h"
+#include "renderer/app/stop_signals.h"
 #include "renderer/camera/default_look.h"
+#include "renderer/editing/asset_digest.h"
 #include "renderer/editing/new_objects.h"
 #include "renderer/editing/overlay_file.h"
 #include "renderer/editing/target_index.h"
@@ -22,15 +24,13 @@
 #include "renderer/offline/frame_folder.h"
 #include "renderer/offline/offline_loop.h"
 #include "renderer/offline/timeline.h"
+#include "renderer/passes/texture_capacity.h"
 #include "renderer/scene/cache/scene_digest.h"
 #include "renderer/scene/derived/variants.h"
 #include "renderer/sinks/video/video_sink.h"
 
 namespace fire3dv::offline {
 namespace {
-
-using app::fail;
-using app::say;
 
 std::string seconds(int64_t ns) {
   char text[40];
@@ -46,7 +46,7 @@ Result<record::Playback> open_recording(const RenderOptions& options) {
 
 Result<Timeline> read_timeline(record::Playback& playback, const RenderOptions& options) {
   const std::string& damage = playback.reader().index().damage;
-  if (!damage.empty()) say("warning: " + damage + "; what is whole is rendered");
+  if (!damage.empty()) log_message("warning: " + damage + "; what is whole is rendered");
   Progress progress("fire3dv", "reading " + wire::printable(options.recording) + ":");
   auto timeline = Timeline::read(playback, options.clock, [&](uint64_t done, uint64_t total) {
     progress.update("", done, total);
@@ -54,9 +54,9 @@ Result<Timeline> read_timeline(record::Playback& playback, const RenderOptions& 
   });
   if (!timeline) return timeline;
   if (timeline->damaged() != 0)
-    say("warning: " + counted(timeline->damaged(), "damaged chunk") + " left out");
+    log_message("warning: " + counted(timeline->damaged(), "damaged chunk") + " left out");
   if (timeline->unusable() != 0)
-    say("warning: " + counted(timeline->unusable(), "unusable message") + " left out");
+    log_message("warning: " + counted(timeline->unusable(), "unusable message") + " left out");
   return timeline;
 }
 
@@ -167,10 +167,10 @@ Result<Output> open_output(const RenderOptions& options, const Manifest& manifes
 void warn_of_other_machine(const FrameFolder& folder, const Machine& machine) {
   const auto& before = folder.machine_before();
   if (!before || *before == machine || folder.existing_frames() == 0) return;
-  say("warning: the frames that are there were drawn by " + wire::printable(before->device) + " (" +
-      wire::printable(before->driver) + ", " + wire::printable(before->cpu) + "), the others will be by " +
-      machine.device + " (" + machine.driver + ", " + machine.cpu +
-      "): they may differ in a pixel's last digits");
+  log_message("warning: the frames that are there were drawn by " + wire::printable(before->device) + " (" +
+              wire::printable(before->driver) + ", " + wire::printable(before->cpu) +
+              "), the others will be by " + machine.device + " (" + machine.driver + ", " + machine.cpu +
+              "): they may differ in a pixel's last digits");
 }
 
 class Render {
@@ -219,24 +219,24 @@ Result<bool> Render::run() {
   if (!times) return times.error();
   auto loaded = load.wait();
   if (!loaded) return (*scene)->with_title(loaded.error());
-  for (const std::string& note : load.notes()) say(note);
-  app::describe((*scene)->title(), (*loaded)->scene);
+  for (const std::string& note : load.notes()) log_message(note);
+  app::log_scene_summary((*scene)->title(), (*loaded)->scene);
   // Checked before the output is made, so that a mistyped name leaves nothing.
   if (auto camera = app::CameraRig::create((*loaded)->scene, {camera_of_file(), false, {}, {}}); !camera)
     return (*scene)->with_title(camera.error());
   const auto manifest = describe_frames(options_, *timeline, *times, (*loaded)->scene, overlay_);
   if (!manifest) return manifest.error();
   if (app::stop_was_requested()) {
-    say("stopped before the first frame");
+    log_message("stopped before the first frame");
     return false;
   }
   const Part part = manifest->part();
-  say(counted(times->frames, "frame") + ", " + to_text(times->rate) + " a second of \"" +
-      wire::printable(timeline->guide()) + "\"'s time, from " + seconds(times->first_ns) +
-      (options_.shards > 1
-           ? "; shard " + std::to_string(options_.shard) + " of " + std::to_string(options_.shards) +
-                 " has " + std::to_string(part.frames) + ", from frame " + std::to_string(part.first)
-           : ""));
+  log_message(counted(times->frames, "frame") + ", " + to_text(times->rate) + " a second of \"" +
+              wire::printable(timeline->guide()) + "\"'s time, from " + seconds(times->first_ns) +
+              (options_.shards > 1
+                   ? "; shard " + std::to_string(options_.shard) + " of " + std::to_string(options_.shards) +
+                         " has " + std::to_string(part.frames) + ", from frame " + std::to_string(part.first)
+                   : ""));
   auto output = open_output(options_, *manifest);
   if (!output) return output.error();
 
@@ -253,7 +253,7 @@ Result<bool> Render::run() {
     if (part.frames == 0) {
       if (auto begun = output->folder->begin({}); !begun) return begun.error();
     }
-    say("all frames are there already");
+    log_message("all frames are there already");
   }
   if (options_.resume) return encode_and_clear(folder_of(options_), options_.out, options_.video);
   return true;
@@ -274,18 +274,18 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
   if (drawing_.path) {
     if (auto can = passes::can_trace_paths(**device); !can)
       return Error{"--render path: " + can.error().message};
-    for (const std::string& limit : passes::path_tracing_limits(loaded.scene)) say(warning(limit));
+    for (const std::string& limit : passes::path_tracing_limits(loaded.scene)) log_message(warning(limit));
   }
   if (const std::string missing = app::lacking_ray_effects(**device, drawing_); !missing.empty())
-    say(warning(missing));
+    log_message(warning(missing));
   app::PipelineCacheFile pipelines(**device, places_.pipelines);
-  if (pipelines.note()) say(warning(*pipelines.note()));
+  if (pipelines.note()) log_message(warning(*pipelines.note()));
   passes::DrawSettings settings = app::draw_settings(drawing_, std::move(*environment));
-  if (const std::string line = app::set_exposure(drawing_, loaded.scene, settings); !line.empty())
-    say("info: " + line);
+  if (const std::string line = app::set_exposure(drawing_.exposure, loaded.scene, settings); !line.empty())
+    log_message("info: " + line);
   settings.cached_environments = app::environment_store(places_.environments);
   std::optional<passes::SceneRenderer> renderer(std::in_place, **device, settings);
-  if (auto enough = app::make_room(**device, settings, loaded.scene, renderer); !enough)
+  if (auto enough = passes::ensure_texture_capacity(**device, settings, loaded.scene, renderer); !enough)
     return enough.error();
   renderer->set_scene(loaded.scene, loaded.derived);
   if (auto prepared = renderer->prepare({.extent = {drawing_.width, drawing_.height}}); !prepared)
@@ -294,7 +294,7 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
   auto animations = app::open_animations(drawing_, loaded.scene);
   if (!animations) return animations.error();
   auto camera = app::CameraRig::create(
-      loaded.scene, app::camera_start(drawing_, loaded.scene, camera_of_file(),
+      loaded.scene, app::camera_start(app::view_defaults(drawing_), loaded.scene, camera_of_file(),
                                       *animations ? (*animations)->chosen : std::vector<uint32_t>()));
   if (!camera) return camera.error();
   state::PoseState poses(loaded.scene);
@@ -318,10 +318,10 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
   std::vector<state::EditKey> unmatched;
   edit(loaded.scene, &unmatched);
   const bool has_additions = live.await_additions(app::stop_was_requested);
-  for (const std::string& note : live.take_log_messages()) say(note);
+  for (const std::string& note : live.take_log_messages()) log_message(note);
   if (!has_additions) {
-    say(output.folder ? "stopped; the same command goes on from here"
-                      : "stopped; nothing is left of the video");
+    log_message(output.folder ? "stopped; the same command goes on from here"
+                              : "stopped; nothing is left of the video");
     return false;
   }
   if (app::may_add_camera(overlay_, drawing_.camera)) {
@@ -335,7 +335,7 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
   state::TargetIndex index(targets);
   for (const state::EditKey& key : unmatched) {
     if (index.find(key) != scene::kNone) continue;  // of an addition
-    say(warning(drawing_.overlay.string() + ": " + state::missing_target_text(key, targets)));
+    log_message(warning(drawing_.overlay.string() + ": " + state::missing_target_text(key, targets)));
   }
   if (robot) robot->set(live.user_edits().joints);
   auto streams = RecordedStreams::open([&] { return open_recording(options_); }, timeline, poses);
@@ -346,7 +346,7 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
     const Machine machine{report.name, report.driver, cpu_name()};
     warn_of_other_machine(*output.folder, machine);
     if (output.folder->existing_frames() > 0)
-      say(std::to_string(output.folder->existing_frames()) + " frames are there already");
+      log_message(std::to_string(output.folder->existing_frames()) + " frames are there already");
     if (auto begun = output.folder->begin(machine); !begun) return begun.error();
   }
   std::optional<app::PathCheckpoint> checkpoint;
@@ -360,17 +360,17 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
   auto drawn = loop.run(part, is_wanted, app::stop_was_requested);
   if (!drawn) return drawn;
   if (streams->left_out() != 0)
-    say("warning: " + std::to_string(streams->left_out()) +
-        " scene edits were left out: too many stand between two frames");
+    log_message("warning: " + std::to_string(streams->left_out()) +
+                " scene edits were left out: too many stand between two frames");
   // An interrupted folder can be resumed, an interrupted video cannot.
   if (*drawn || output.folder) {
     if (auto finished = output.sink().finish(); !finished) return finished.error();
   }
   if (*drawn && checkpoint) checkpoint->remove();
-  say(counted(loop.images(), "frame") + " drawn for " + options_.out.string());
+  log_message(counted(loop.images(), "frame") + " drawn for " + options_.out.string());
   if (!*drawn)
-    say(output.folder ? "stopped; the same command goes on from here"
-                      : "stopped; nothing is left of the video (--resume keeps what is drawn)");
+    log_message(output.folder ? "stopped; the same command goes on from here"
+                              : "stopped; nothing is left of the video (--resume keeps what is drawn)");
   if (auto cached = pipelines.keep(); !cached) app::log_cache_error(cached.error());
   return drawn;
 }
@@ -381,8 +381,8 @@ int render(const RenderOptions& options) {
   std::signal(SIGXFSZ, SIG_IGN);  // a file size limit becomes a write error, as a full disk
   Render rendering(options);
   const Result<bool> done = rendering.run();
-  if (!rendering.validation_was_silent()) return fail(Error{"validation messages; see above"});
-  if (!done) return fail(done.error());
+  if (!rendering.validation_was_silent()) return report_failure(Error{"validation messages; see above"});
+  if (!done) return report_failure(done.error());
   return *done ? 0 : 1;
 }
 

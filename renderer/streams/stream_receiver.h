@@ -17,10 +17,10 @@
 
 #include "protocol/transport/link.h"
 #include "protocol/wire/decode.h"
-#include "renderer/app/options/stream_options.h"
 #include "renderer/state/pose_state.h"
 #include "renderer/state/stream_timing.h"
 #include "renderer/streams/image_requests.h"
+#include "renderer/streams/playout_options.h"
 
 namespace fire3dv::app {
 

@@ -8,9 +8,7 @@
 
 #include "protocol/replay/replay_clock.h"
 #include "renderer/camera/camera_rig.h"
-#include "renderer/editing/edit_document.h"
 #include "renderer/gui/panel_data.h"
-#include "renderer/live_scene/live_scene.h"
 #include "renderer/passes/debug/inspection.h"
 #include "renderer/window/window_input.h"
 
@@ -45,18 +43,6 @@ class ViewerInput {
   glm::vec2 cursor_px_{0}, pressed_px_{0}, last_px_{0};
   float scale_ = 1;
 };
-
-// True if selections or edits name objects of the scene.
-bool refers_to_scene(const gui::Viewer& viewer);
-// Transfers selections and edits to another scene by the keys of their objects (state::EditKey); drops those
-// of objects that do not exist there. Lights need a file light of the same kind.
-void transfer_by_key(gui::Viewer& viewer, const state::EditTargets& before, const state::EditTargets& after);
-
-// Clears everything that refers to a scene, for an unrelated scene.
-void forget_scene(gui::Viewer& viewer);
-
-// Edits of the scene.
-UserEdits edits_of(const gui::Viewer& viewer);
 
 // Inspection settings of an image, including picking at a click. scene_number: returned with the picked node,
 // which belongs to that scene.

@@ -6,7 +6,6 @@
 
 #include "base/clock.h"
 #include "base/log.h"
-#include "renderer/app/start.h"
 #include "renderer/metrics/metric_families.h"
 
 namespace fire3dv::app {
@@ -84,7 +83,7 @@ WindowPanels::WindowPanels(gpu::Device& device, gui::Viewer& viewer, bool first,
 WindowPanels::~WindowPanels() {
   if (!file_ || gui_.layout() == saved_) return;
   if (Result<void> saved = gui::save_layout(*file_, gui_.layout()); !saved)
-    say(warning(saved.error().message));
+    log_message(warning(saved.error().message));
 }
 
 ViewerInput::Owners WindowPanels::take(sinks::Window& window, const sinks::WindowInput& input,
@@ -181,11 +180,11 @@ void ViewerFacts::note(const std::string& sentence) {
   ++facts_.log_lines;
 }
 
-void ViewerFacts::drawn(const FrameCost& cost) {
-  facts_.frame.images = cost.frame_index + 1;
-  facts_.frame.interval_ms = cost.frame_ms;
-  facts_.frame.cpu_ms = cost.cpu_ms;
-  facts_.frame.pose_age_ms = cost.pose_age_ms;
+void ViewerFacts::drawn(uint64_t images, double frame_ms, double cpu_ms, std::optional<double> pose_age_ms) {
+  facts_.frame.images = images;
+  facts_.frame.interval_ms = frame_ms;
+  facts_.frame.cpu_ms = cpu_ms;
+  facts_.frame.pose_age_ms = pose_age_ms;
 }
 
 void ViewerFacts::add(const gpu::FrameTimes& times) {

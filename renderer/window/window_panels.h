@@ -9,7 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include "renderer/app/run/run_reports.h"
 #include "renderer/gui/gui.h"
 #include "renderer/gui/gui_pass.h"
 #include "renderer/gui/panel_data.h"
@@ -70,7 +69,8 @@ class ViewerFacts {
 
   // Call as events occur.
   void note(const std::string& sentence);
-  void drawn(const FrameCost& cost);
+  // frame_ms: since the previous image; cpu_ms: of recording and submission.
+  void drawn(uint64_t images, double frame_ms, double cpu_ms, std::optional<double> pose_age_ms);
   void add(const gpu::FrameTimes& times);
 
   // scene: the renderer's scene, with a unique scene_number. camera_node: kNone for a free camera.

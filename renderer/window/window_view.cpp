@@ -7,8 +7,7 @@
 
 #include "base/log.h"
 #include "base/plural.h"
-#include "renderer/app/options/stream_options.h"
-#include "renderer/camera/default_look.h"
+#include "renderer/editing/viewer_edits.h"
 #include "renderer/images/image_service.h"
 #include "renderer/window/measurement.h"
 #include "renderer/window/viewer_control.h"
@@ -24,7 +23,8 @@ bool CameraWindow::steer(gui::Viewer& viewer, const state::PoseState& poses, flo
 }
 
 Result<void> CameraWindow::draw(passes::SceneRenderer& renderer, const state::PoseState& poses,
-                                const gui::Viewer& viewer, uint64_t scene_number, StaleOverlay mark_held) {
+                                const gui::Viewer& viewer, uint64_t scene_number,
+                                StaleOverlay stale_overlay) {
   constexpr uint64_t kPatienceNs = 10'000'000;  // acquire timeout: a hidden window must not block the others
   if (!window_.acquire(kPatienceNs)) return {};
   const VkExtent2D extent = window_.framebuffer_extent();
@@ -38,7 +38,7 @@ Result<void> CameraWindow::draw(passes::SceneRenderer& renderer, const state::Po
   if (!prepared) return prepared.error();
   gpu::Recorder& recorder = frames_.begin();
   renderer.record(*prepared, recorder, frames_.staging(), poses, view);
-  renderer.draw_stale_overlay(recorder, stale_condition(poses.streams(), mark_held));
+  renderer.draw_stale_overlay(recorder, stale_condition(poses.streams(), stale_overlay));
   window_.record(recorder, renderer.image());
   renderer.submitted(frames_.submit(window_.waits(), window_.signals()));
   window_.present();
@@ -50,9 +50,9 @@ Result<std::unique_ptr<WindowView>> WindowView::create(const Borrowed& borrowed)
   const scene::Scene& scene = borrowed.scene.scene();
   const auto make_camera = [&](const std::string& name) {
     Result<CameraRig> camera =
-        CameraRig::create(scene, camera_start(borrowed.options, scene, name, borrowed.animations));
+        CameraRig::create(scene, camera_start(borrowed.options.view, scene, name, borrowed.animations));
     if (!camera && !borrowed.insist)
-      camera = CameraRig::create(scene, camera_start(borrowed.options, scene, "", borrowed.animations));
+      camera = CameraRig::create(scene, camera_start(borrowed.options.view, scene, "", borrowed.animations));
     if (camera) camera->set_edits(borrowed.scene.edits());
     return camera;
   };
@@ -75,12 +75,10 @@ WindowView::WindowView(const Borrowed& borrowed)
       captures_(borrowed.device, borrowed.options.screenshots),
       recent_files_(recent_files_place([](const char* name) { return std::getenv(name); })),
       drawn_(borrowed.viewer.draw) {
-  if (borrowed.options.panels && borrowed.options.right_camera.empty())
-    panels_.emplace(borrowed.device, borrowed.viewer, borrowed.insist, borrowed.options.light_panels);
+  if (borrowed.options.has_panels && borrowed.options.right_camera.empty())
+    panels_.emplace(borrowed.device, borrowed.viewer, borrowed.insist, borrowed.options.has_light_panels);
   if (borrowed.insist) borrowed.viewer.screenshot_size = borrowed.options.screenshot_size;
-  const std::string& replay = borrowed.options.recording.replay;
-  if (Result<void> added = recent_files_.add(replay.empty() ? borrowed.options.scene.string() : replay);
-      !added)
+  if (Result<void> added = recent_files_.add(borrowed.options.file); !added)
     notes_.push_back(warning(added.error().message));
   measure();
   borrowed_.scene.on_scene_replaced([this](const scene::Scene&, const scene::Scene& after) {
@@ -94,7 +92,7 @@ void WindowView::measure() {
   VkExtent2D extent = first().framebuffer_extent();
   if (extent.width == 0 || extent.height == 0) {
     if (window_extent_.width != 0) return;
-    extent = {borrowed_.options.width, borrowed_.options.height};
+    extent = borrowed_.options.size;
   }
   window_extent_ = {std::max(extent.width / columns(), 1u), extent.height};
   if (!panels_ || image_extent_.width == 0) image_extent_ = window_extent_;
@@ -108,7 +106,7 @@ void WindowView::place_image() {
   const bool fits = glm::all(glm::lessThanEqual(image_at_px_ + now, window));
   if (captures_.records_video() && fits) return;
   glm::uvec2 low(0), high(window);
-  if (panels_ && borrowed_.options.out.empty()) {
+  if (panels_ && !borrowed_.options.writes_images) {
     const gui::Rect rect = panels_->image_rect();
     low = glm::min(glm::uvec2(glm::max(rect.low, glm::vec2(0))), window - 1u);
     high = glm::clamp(glm::uvec2(glm::max(rect.high, glm::vec2(0))), low + 1u, window);
@@ -169,10 +167,11 @@ std::optional<std::string> WindowView::why_no_paths() {
   if (Result<void> can = passes::can_trace_paths(borrowed_.device); !can) return can.error().message;
   if (columns() > 1 || !others_.empty())
     return "paths refine one view: start the viewer with one --window and without --stereo";
-  if (!borrowed_.options.devices.empty()) return "paths refine on one device: --device instead of --devices";
-  if (!borrowed_.options.serve.empty())
+  if (borrowed_.options.has_secondary_devices)
+    return "paths refine on one device: --device instead of --devices";
+  if (borrowed_.options.has_live_view)
     return "paths refine the image of a window or those of browsers: leave --serve out, or start --headless";
-  if (borrowed_.options.lockstep || !borrowed_.options.out.empty())
+  if (borrowed_.options.is_lockstep || borrowed_.options.writes_images)
     return "paths refine an image, and --lockstep and --out await whole ones: leave them out";
   return std::nullopt;
 }
@@ -192,7 +191,7 @@ void WindowView::apply_draw_settings() {
     }
   }
   if (renderer().needs_new_renderer(requested)) {
-    if (borrowed_.options.outputs != passes::ImageOutputs() || borrowed_.requests.count() != 0) {
+    if (borrowed_.options.has_outputs || borrowed_.requests.count() != 0) {
       notes_.push_back(
           "warning: renderer, samples, raster path and shadows stay while --outputs or a simulator wants "
           "images of one kind");
@@ -358,7 +357,7 @@ Result<void> WindowView::record(gpu::Recorder& recorder, gpu::StagingRing& stagi
   if (!prepared) return prepared.error();
   renderer.record(*prepared, recorder, staging, borrowed_.poses, view);
   renderer.draw_stale_overlay(recorder,
-                              stale_condition(borrowed_.poses.streams(), borrowed_.options.play.mark_held));
+                              stale_condition(borrowed_.poses.streams(), borrowed_.options.stale_overlay));
   first().record(recorder, renderer.image(), 1, columns());
   return {};
 }
@@ -410,14 +409,14 @@ void WindowView::present(uint64_t timeline_value) {
 Result<void> WindowView::draw_others() {
   for (const std::unique_ptr<CameraWindow>& other : others_) {
     Result<void> drawn = other->draw(renderer(), borrowed_.poses, borrowed_.viewer,
-                                     borrowed_.scene.replaced(), borrowed_.options.play.mark_held);
+                                     borrowed_.scene.replaced(), borrowed_.options.stale_overlay);
     if (!drawn) return drawn;
   }
   return {};
 }
 
 std::span<const state::ShownMarker> WindowView::update_overlay() {
-  if (!borrowed_.options.out.empty()) return {};
+  if (borrowed_.options.writes_images) return {};
   const LiveScene& scene = borrowed_.scene;
   return overlay_.update(
       borrowed_.viewer,

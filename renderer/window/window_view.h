@@ -10,15 +10,16 @@
 #include <string>
 #include <vector>
 
-#include "renderer/app/options/options.h"
-#include "renderer/app/options/stream_options.h"
 #include "renderer/camera/camera_rig.h"
+#include "renderer/camera/default_look.h"
 #include "renderer/editing/scene_editor.h"
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/gui/panel_data.h"
+#include "renderer/gui/screenshot_size.h"
 #include "renderer/live_scene/live_scene.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/streams/image_requests.h"
+#include "renderer/streams/playout_options.h"
 #include "renderer/streams/stream_receiver.h"
 #include "renderer/window/overlay_markers.h"
 #include "renderer/window/recent_files.h"
@@ -40,7 +41,7 @@ class CameraWindow {
   bool steer(gui::Viewer& viewer, const state::PoseState& poses, float seconds);
   // Renders and presents; skips the frame if the window cannot be shown.
   Result<void> draw(passes::SceneRenderer& renderer, const state::PoseState& poses, const gui::Viewer& viewer,
-                    uint64_t scene_number, StaleOverlay mark_held);
+                    uint64_t scene_number, StaleOverlay stale_overlay);
 
   const sinks::Window& window() const { return window_; }
   CameraRig& camera() { return camera_; }
@@ -59,9 +60,25 @@ struct OpenWindow {
 };
 using Windows = std::vector<OpenWindow>;
 
+struct WindowViewOptions {
+  bool has_panels = true;                // over the first window's image
+  std::optional<bool> has_light_panels;  // theme; nullopt: as in the last window
+  std::string right_camera;              // second view in the first window; empty: none
+  ViewDefaults view;
+  VkExtent2D size{};                  // of a window that is minimised from the start
+  std::filesystem::path screenshots;  // folder of screenshots and videos
+  gui::ScreenshotSize screenshot_size;
+  std::string file;  // scene or recording, for the list of recent files
+  StaleOverlay stale_overlay = StaleOverlay::interpolated;
+  // Other consumers of the renderer, which the window's settings must not disturb.
+  bool writes_images = false;  // --out
+  bool has_outputs = false;    // --outputs
+  bool has_secondary_devices = false, has_live_view = false, is_lockstep = false;
+};
+
 class WindowView {
  public:
-  // Borrows everything. `camera` belongs to the first window; the others use the options' cameras. windows:
+  // Borrows everything. `camera` belongs to the first window; the others use their own. windows:
   // at least one; closed windows are removed.
   struct Borrowed {
     gpu::Device& device;
@@ -74,7 +91,7 @@ class WindowView {
     Windows& windows;
     gui::Viewer& viewer;
     SceneEditor& editor;
-    const Options& options;
+    WindowViewOptions options;
     std::vector<uint32_t> animations;  // those that play
     std::optional<state::RobotPose>& robot;
     bool insist = true;  // an unknown camera of the options is an error; otherwise another camera is used

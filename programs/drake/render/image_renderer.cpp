@@ -125,7 +125,7 @@ Result<CachedScene*> ImageRenderer::find_or_load(GltfScene& gltf, bool is_color,
   }
   passes::DrawSettings settings = is_color ? color_ : geometry_settings(color_);
   SceneLoading loading;
-  loading.has_key_light = is_color && app::wants_key_light(options_);
+  loading.has_key_light = is_color && app::wants_key_light(options_.key_light, !options_.environment.empty());
   loading.levels = passes::levels_for(settings.levels_of_detail);
   loading.max_bytes = settings_.max_scene_bytes;
   loading.stop_requested = stop_requested_;
@@ -134,7 +134,7 @@ Result<CachedScene*> ImageRenderer::find_or_load(GltfScene& gltf, bool is_color,
   const scene::Scene& scene = (*loaded)->loaded.scene;
   for (size_t i = 0; i < std::min(scene.warnings.size(), kWarningsShown); ++i)
     print_log_line("fire3dv-drake", warning(scene.warnings[i]));
-  if (is_color) (void)app::set_exposure(options_, scene, settings);
+  if (is_color) (void)app::set_exposure(options_.exposure, scene, settings);
   if (scene.textures.size() > settings.max_textures)
     return Error{"the scene has " + std::to_string(scene.textures.size()) + " textures: at most " +
                  std::to_string(settings.max_textures) + " are drawn"};

@@ -14,13 +14,13 @@
 #include <vector>
 
 #include "base/command_line.h"
-#include "renderer/app/animation_clock.h"
 #include "renderer/app/options/config_options.h"
 #include "renderer/app/options/drawing_options.h"
 #include "renderer/app/options/option_values.h"
 #include "renderer/app/options/path_options.h"
 #include "renderer/app/options/window_options.h"
 #include "renderer/passes/frame_plan.h"
+#include "renderer/state/motion/animation_clock.h"
 
 namespace fire3dv::app {
 namespace {
@@ -423,6 +423,10 @@ std::variant<Options, UsageError> parse_words(const std::vector<std::string>& wo
 }
 
 }  // namespace
+
+ViewDefaults view_defaults(const Options& options) {
+  return {options.frame_all, options.ground, options.ground_height_m, options.background};
+}
 
 std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene) {
   const std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);

@@ -10,19 +10,16 @@
 #include <vector>
 
 #include "base/peer_budget.h"
-#include "renderer/app/options/stream_options.h"
+#include "renderer/app/options/recording_options.h"
+#include "renderer/camera/default_look.h"
 #include "renderer/gui/screenshot_size.h"
 #include "renderer/loading/converted_scene.h"
 #include "renderer/passes/environment/environment.h"
 #include "renderer/passes/scene_renderer.h"
+#include "renderer/streams/playout_options.h"
 #include "renderer/window/window.h"
 
 namespace fire3dv::app {
-
-// Shadow catcher below the scene. automatic: at its lowest point, with the gradient as background.
-enum class GroundMode : uint8_t { automatic, off, height };
-// Key light of scenes that bring no light. automatic: without --environment.
-enum class KeyLight : uint8_t { automatic, on, off };
 
 struct Options {
   std::chrono::steady_clock::time_point begun = std::chrono::steady_clock::now();
@@ -102,6 +99,8 @@ struct Options {
   scene::ThinLens lens;                                    // instead of the cameras', unless it is a pinhole
   passes::DebugView debug_view = passes::DebugView::none;  // displayed instead of lighting
 };
+
+ViewDefaults view_defaults(const Options& options);
 
 // Returns the options, or the exit code for a program that ends now (help, or a printed usage error).
 // needs_scene: a scene is required; then the configuration file counts, too (config_options.h).

@@ -1,4 +1,3 @@
-#include "base/log.h"
 #include "renderer/app/start.h"
 
 #include <chrono>
@@ -8,11 +7,14 @@
 #include <optional>
 
 #include "base/files.h"
+#include "base/log.h"
 #include "base/plural.h"
 #include "renderer/app/frame_loop.h"
+#include "renderer/app/options/overlay_options.h"
 #include "renderer/app/recording.h"
 #include "renderer/app/renderer_metrics.h"
 #include "renderer/app/run/run_parts.h"
+#include "renderer/app/stop_signals.h"
 #include "renderer/app/viewer_document.h"
 #include "renderer/browser/live_view.h"
 #include "renderer/browser/renderer_switch.h"
@@ -20,11 +22,13 @@
 #include "renderer/camera/default_look.h"
 #include "renderer/editing/new_objects.h"
 #include "renderer/editing/scene_editor.h"
+#include "renderer/editing/viewer_edits.h"
 #include "renderer/gpu/device/device.h"
 #include "renderer/images/image_service.h"
 #include "renderer/images/secondary_devices.h"
 #include "renderer/loading/disk_caches.h"
 #include "renderer/loading/scene_reload.h"
+#include "renderer/passes/texture_capacity.h"
 #include "renderer/scene/derived/variants.h"
 #include "renderer/sinks/file_sink.h"
 #include "renderer/sinks/frame.h"
@@ -63,7 +67,7 @@ template <typename Value, typename Make>
 Result<Value> make_or_default(const Stage& stage, Options& options, std::string Options::*name, Make&& make) {
   Result<Value> made = make(options);
   if (made || stage.first) return made;
-  say(warning(made.error().message));
+  log_message(warning(made.error().message));
   (options.*name).clear();
   return make(options);
 }
@@ -71,7 +75,8 @@ Result<Value> make_or_default(const Stage& stage, Options& options, std::string 
 // Uploads the scene and allocates render targets of this size.
 Result<void> place_scene(const Stage& stage, const scene::LoadedScene& loaded, VkExtent2D extent) {
   try {
-    if (Result<void> enough = make_room(stage.device, stage.viewer.draw, loaded.scene, stage.renderer);
+    if (Result<void> enough =
+            passes::ensure_texture_capacity(stage.device, stage.viewer.draw, loaded.scene, stage.renderer);
         !enough)
       return enough;
     stage.renderer->set_scene(loaded.scene, loaded.derived);
@@ -111,7 +116,7 @@ std::vector<uint32_t> animations_again(const Options& options, const scene::Scen
   if (options.animate.empty()) return {};
   Result<std::vector<uint32_t>> chosen = state::choose_animations(scene, options.animate);
   if (chosen) return std::move(*chosen);
-  say(warning(chosen.error().message));
+  log_message(warning(chosen.error().message));
   return {};
 }
 
@@ -131,11 +136,11 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   if (!loaded && window && window->should_close()) return std::unique_ptr<ViewerDocument>();
   if (!loaded) return loaded.error();
   stage.note_start(load.is_cached() ? "scene from the cache" : "scene");
-  for (const std::string& note : load.notes()) say(note);
+  for (const std::string& note : load.notes()) log_message(note);
   const scene::Scene* const scene = &(*loaded)->scene;
-  describe(show.title(), *scene);
+  log_scene_summary(show.title(), *scene);
   if (stage.viewer.draw.path) {
-    for (const std::string& limit : passes::path_tracing_limits(*scene)) say(warning(limit));
+    for (const std::string& limit : passes::path_tracing_limits(*scene)) log_message(warning(limit));
   }
 
   using Animations = std::optional<Playing>;
@@ -148,20 +153,20 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   Result<CameraRig> camera =
       make_or_default<CameraRig>(stage, options, &Options::camera, [&](const Options& o) {
         const std::string name = may_add_camera(*overlay, o.camera) ? std::string() : o.camera;
-        return CameraRig::create(*scene, camera_start(o, *scene, name, playing));
+        return CameraRig::create(*scene, camera_start(view_defaults(o), *scene, name, playing));
       });
   if (!camera) return camera.error();
-  if (const std::string line = set_exposure(options, *scene, stage.viewer.draw); !line.empty())
-    say("info: " + line);
+  if (const std::string line = set_exposure(options.exposure, *scene, stage.viewer.draw); !line.empty())
+    log_message("info: " + line);
   state::PoseState poses(*scene);
   StreamReceiver receiver(poses, options.lockstep, options.play, stage.budgets);
   ViewerReplies replies(receiver);
   ImageRequestQueue requests(replies, image_abilities(*stage.renderer, traces_requests(options)));
   receiver.set_image_handler(&requests);
   const auto can_show_everywhere = [&stage](const scene::Scene& other) {
-    Result<void> can = can_show(stage.device, other);
+    Result<void> can = passes::check_texture_count(stage.device, other);
     for (const std::unique_ptr<SecondaryDevice>& each : stage.further.all()) {
-      if (can) can = can_show(each->device(), other);
+      if (can) can = passes::check_texture_count(each->device(), other);
     }
     return can;
   };
@@ -179,7 +184,7 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   std::unique_ptr<replay::ReplayLink> replayed = show.take_replay();
   replay::ReplayLink* const timeline = replayed.get();
   if (timeline) {
-    say("replaying " + timeline->uri());
+    log_message("replaying " + timeline->uri());
     receiver.add(std::move(replayed));
   }
   if (stage.first) {  // one instance counts over all scenes
@@ -234,7 +239,7 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
     hooks.load = [&show](std::function<bool()> stop) { return show.load_again(std::move(stop)); };
     hooks.keep = [&](std::unique_ptr<SceneLoad> shown) {
       if (const auto next_version = shown->wait(); next_version)
-        camera->set_ground(camera_start(options, (*next_version)->scene, {}, {}).ground);
+        camera->set_ground(camera_start(view_defaults(options), (*next_version)->scene, {}, {}).ground);
       if (moves_robot) {
         std::optional<state::RobotPose> next_robot = find_robot(*shown);
         editor.replace_robot(stage.viewer, live.scene(), robot ? &*robot : nullptr,
@@ -261,14 +266,14 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   editor.begin(stage.viewer, {*scene, poses.names(), robot ? &*robot : nullptr});
   live.set_user_edits(edits_of(stage.viewer));
   if (robot) robot->set(stage.viewer.joints);
-  for (const std::string& note : editor.take_log_messages()) say(note);
+  for (const std::string& note : editor.take_log_messages()) log_message(note);
   const bool has_additions = live.await_additions([&] {
     if (window) sinks::Window::poll_events();
     return stop_was_requested() || (window && window->should_close());
   });
   editor.report_start({live.scene(), poses.names(), robot ? &*robot : nullptr, live.added_materials()});
-  for (const std::string& note : live.take_log_messages()) say(note);
-  for (const std::string& note : editor.take_log_messages()) say(note);
+  for (const std::string& note : live.take_log_messages()) log_message(note);
+  for (const std::string& note : editor.take_log_messages()) log_message(note);
   // A stopped run ends with its frame loop, without the camera.
   if (has_additions && may_add_camera(editor.history().document(), options.camera)) {
     if (Result<void> chosen =
@@ -278,9 +283,9 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   }
   std::unique_ptr<WindowView> view;
   if (window) {
-    Result<std::unique_ptr<WindowView>> made =
-        WindowView::create({stage.device, stage.renderer, poses, receiver, requests, live, *camera,
-                            stage.windows, stage.viewer, editor, options, playing, robot, stage.first});
+    Result<std::unique_ptr<WindowView>> made = WindowView::create(
+        {stage.device, stage.renderer, poses, receiver, requests, live, *camera, stage.windows, stage.viewer,
+         editor, window_view_options(options), playing, robot, stage.first});
     if (!made) return made.error();
     view = std::move(*made);
   }
@@ -300,9 +305,11 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   std::optional<LiveView> live_view;
   if (stage.server)
     live_view.emplace(
-        LiveView::Borrowed{
-            *stage.server, replies, receiver, poses, requests, live, stage.viewer, robot, renderer,
-            renderer_switch(options, {stage.device, stage.renderer, stage.viewer, requests, live})},
+        LiveView::Borrowed{*stage.server, replies, receiver, poses, requests, live, stage.viewer, robot,
+                           renderer,
+                           may_switch_renderer(options, stage.device)
+                               ? renderer_switch({stage.device, stage.renderer, stage.viewer, requests, live})
+                               : nullptr},
         *camera, std::filesystem::path(show.title()).filename().string());
   loop.show_in_browsers(live_view ? &*live_view : nullptr);
   loop.report_to(stage.metrics.get());
@@ -314,13 +321,13 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
   loop.spread_images_over(stage.further, stage.viewer.draw);
   before.reset();
   Result<void> finished = loop.run();
-  for (const std::string& note : editor.finish()) say(note);
+  for (const std::string& note : editor.finish()) log_message(note);
   if (*recording) {
-    say((*recording)->finish());
-    if (const std::optional<Error> fault = (*recording)->failure()) stage.exit_code = fail(*fault);
+    log_message((*recording)->finish());
+    if (const std::optional<Error> fault = (*recording)->failure()) stage.exit_code = report_failure(*fault);
   }
   if (const std::optional<Error> fault = load.finish_caching()) log_cache_error(*fault);
-  say(count_images(loop.images(), options, image_folder->get()) + "\n" + stage.stats.summary());
+  log_message(count_images(loop.images(), options, image_folder->get()) + "\n" + stage.stats.summary());
   if (*image_folder) warn_of_stale_frames(options, **image_folder);
   if (!finished) return finished.error();
   return loop.switches_document() ? next.take() : nullptr;
@@ -330,11 +337,12 @@ Result<std::unique_ptr<ViewerDocument>> play(Stage& stage, ViewerDocument& show,
 
 int run(const Options& options) {
   std::signal(SIGXFSZ, SIG_IGN);  // a file size limit then fails the write like a full disk
-  if (Result<void> good = check_scene_file(options); !good) return fail(good.error());
-  if (Result<state::EditDocument> overlay = load_overlay(options); !overlay) return fail(overlay.error());
+  if (Result<void> good = check_scene_file(options); !good) return report_failure(good.error());
+  if (Result<state::EditDocument> overlay = load_overlay(options); !overlay)
+    return report_failure(overlay.error());
   // The window determines the required Vulkan extensions.
   Result<Windows> windows = open_windows(options);
-  if (!windows) return fail(windows.error());
+  if (!windows) return report_failure(windows.error());
   gpu::InstanceOptions instance_options;
   instance_options.validation = options.validation;
   if (!windows->empty()) instance_options.window_extensions = windows->front().window->instance_extensions();
@@ -344,36 +352,37 @@ int run(const Options& options) {
   std::unique_ptr<ViewerDocument> show;
   if (!options.list_devices) {
     Result<std::unique_ptr<ViewerDocument>> opened = ViewerDocument::open(options, places);
-    if (!opened) return fail(opened.error());
+    if (!opened) return report_failure(opened.error());
     show = std::move(*opened);
   }
   Result<std::unique_ptr<gpu::Instance>> instance = gpu::Instance::create(instance_options);
-  if (show && show->load().has_failed()) return fail(show->with_scene_name(show->load().wait().error()));
-  if (!instance) return fail(instance.error());
+  if (show && show->load().has_failed())
+    return report_failure(show->with_scene_name(show->load().wait().error()));
+  if (!instance) return report_failure(instance.error());
   if (options.list_devices) return list_devices(**instance);
 
   int exit_code = 0;
   {
     // Cheap checks come first.
     Result<FrameStats> stats = FrameStats::create(options.stats);
-    if (!stats) return fail(stats.error());
+    if (!stats) return report_failure(stats.error());
     Result<std::shared_ptr<const scene::EnvironmentImage>> environment =
         load_environment(options.environment);
-    if (!environment) return fail(environment.error());
+    if (!environment) return report_failure(environment.error());
 
     // The scene loads while the device opens and pipelines compile.
     Result<OpenDevices> devices = open_devices(**instance, options);
-    if (show->load().has_failed()) return fail(show->with_scene_name(show->load().wait().error()));
-    if (!devices) return fail(devices.error());
+    if (show->load().has_failed()) return report_failure(show->with_scene_name(show->load().wait().error()));
+    if (!devices) return report_failure(devices.error());
     gpu::Device& device = *devices->first;
     if (options.path) {
       if (Result<void> can = passes::can_trace_paths(device); !can)
-        return fail(Error{"--render path: " + can.error().message});
+        return report_failure(Error{"--render path: " + can.error().message});
     }
     if (const std::string missing = lacking_ray_effects(device, options); !missing.empty())
-      say(warning(missing));
+      log_message(warning(missing));
     PipelineCacheFile pipelines(device, places.pipelines);
-    if (pipelines.note()) say(warning(*pipelines.note()));
+    if (pipelines.note()) log_message(warning(*pipelines.note()));
     gui::Viewer viewer;
     viewer.draw = draw_settings(options, std::move(*environment));
     viewer.paths = options.path.value_or(passes::PathSettings());
@@ -382,7 +391,7 @@ int run(const Options& options) {
     std::optional<passes::SceneRenderer> renderer(std::in_place, device, viewer.draw);
     Result<SecondaryDevices> further = SecondaryDevices::open(
         **instance, devices->further, options.async_compute, places, viewer.draw, *renderer);
-    if (!further) return fail(further.error());
+    if (!further) return report_failure(further.error());
     Stage stage{**instance, device,       renderer,
                 *stats,     places,       *windows,
                 viewer,     *further,     BudgetPool::create(options.peer_limits),
@@ -390,12 +399,12 @@ int run(const Options& options) {
                 0,          options.begun};
     stage.note_start("renderer");
     if (Result<void> can = renderer->can_take(passes::with_sources(options.outputs)); !can)
-      return fail(Error{"--outputs: " + can.error().message});
+      return report_failure(Error{"--outputs: " + can.error().message});
     if (Result<void> can = renderer->can_show(options.debug_view); !can)
-      return fail(Error{"--view: " + can.error().message});
+      return report_failure(Error{"--view: " + can.error().message});
     if (!options.lens.is_pinhole() && !options.path) {
       if (Result<void> can = renderer->can_blur(); !can)
-        return fail(Error{"--f-number: " + can.error().message});
+        return report_failure(Error{"--f-number: " + can.error().message});
     }
     viewer.debug_view = options.debug_view;
     std::unique_ptr<ViewerDocument> before;
@@ -410,8 +419,8 @@ int run(const Options& options) {
         show = std::move(before);
         if (Result<void> again = show->restart_epoch(); !again) note += ", but " + again.error().message;
       } else {
-        if (!why_again.empty()) say(error_line(why_again));
-        exit_code = fail(show->with_scene_name(next.error()));
+        if (!why_again.empty()) log_message(error_line(why_again));
+        exit_code = report_failure(show->with_scene_name(next.error()));
         show.reset();
       }
       stage.first = false;
@@ -421,7 +430,7 @@ int run(const Options& options) {
     if (Result<void> stored = pipelines.keep(); !stored) log_cache_error(stored.error());
   }
   if (const uint64_t messages = (*instance)->validation_messages()) {
-    exit_code = fail(Error{counted(messages, "validation message")});
+    exit_code = report_failure(Error{counted(messages, "validation message")});
   }
   return exit_code;
 }

@@ -9,7 +9,6 @@
 #include "base/log.h"
 #include "base/plural.h"
 #include "protocol/transport/open.h"
-#include "renderer/app/start.h"
 #include "renderer/scene/gltf/foreign_file.h"
 
 namespace fire3dv::app {
@@ -17,7 +16,7 @@ namespace fire3dv::app {
 int list_devices(const gpu::Instance& instance) {
   const std::vector<gpu::DeviceReport> reports = gpu::report_devices(instance.handle());
   if (reports.empty()) {
-    return fail(
+    return report_failure(
         Error{"no Vulkan device found: install your GPU's driver, or mesa-vulkan-drivers for the CPU"});
   }
   for (const gpu::DeviceReport& report : reports) std::printf("%s\n", gpu::describe(report).c_str());
@@ -41,7 +40,7 @@ Result<void> open_listeners(const Options& options, bool insist, const std::shar
       continue;
     }
     if (!listener) return listener.error();
-    say("listening on " + (*listener)->uri());
+    log_message("listening on " + (*listener)->uri());
     receiver.add(std::move(*listener));
   }
   return {};
@@ -57,7 +56,7 @@ Result<std::unique_ptr<RendererMetrics>> open_metrics(const Options& options,
   if (options.metrics.empty()) return std::unique_ptr<RendererMetrics>();
   Result<std::unique_ptr<RendererMetrics>> opened =
       RendererMetrics::open(options.metrics, options.insecure, budgets);
-  if (opened) say("metrics at http://" + (*opened)->address() + "/metrics");
+  if (opened) log_message("metrics at http://" + (*opened)->address() + "/metrics");
   return opened;
 }
 
@@ -70,7 +69,7 @@ Result<std::unique_ptr<serve::Server>> open_live_view(const Options& options) {
   server_options.token_file = options.serve_tokens;
   Result<std::unique_ptr<serve::Server>> opened = serve::Server::open(server_options);
   if (!opened) return opened;
-  say("live view; whoever has a link has its rights:");
+  log_message("live view; whoever has a link has its rights:");
   std::fprintf(stderr, "  control  %s\n  view     %s\n", (*opened)->link(serve::Access::control).c_str(),
                (*opened)->link(serve::Access::view).c_str());
   return opened;
@@ -81,6 +80,35 @@ Result<std::unique_ptr<sinks::FileSink>> open_image_folder(const Options& option
   sinks::FileSinkOptions file_options;
   file_options.folder = options.out;
   return sinks::FileSink::open(file_options);
+}
+
+bool traces_requests(const Options& options) {
+  return options.on_request || (options.headless && !options.serve.empty());
+}
+
+bool may_switch_renderer(const Options& options, const gpu::Device& device) {
+  const bool draws_for_viewers = options.on_request || (options.frames == 0 && options.out.empty() &&
+                                                        options.stats.empty() && !options.lockstep);
+  const bool needs_one_kind = options.outputs != passes::ImageOutputs() || !options.devices.empty();
+  return options.headless && draws_for_viewers && !needs_one_kind && passes::can_trace_paths(device).ok();
+}
+
+WindowViewOptions window_view_options(const Options& options) {
+  const std::string& replay = options.recording.replay;
+  return {.has_panels = options.panels,
+          .has_light_panels = options.light_panels,
+          .right_camera = options.right_camera,
+          .view = view_defaults(options),
+          .size = {options.width, options.height},
+          .screenshots = options.screenshots,
+          .screenshot_size = options.screenshot_size,
+          .file = replay.empty() ? options.scene.string() : replay,
+          .stale_overlay = options.play.mark_held,
+          .writes_images = !options.out.empty(),
+          .has_outputs = options.outputs != passes::ImageOutputs(),
+          .has_secondary_devices = !options.devices.empty(),
+          .has_live_view = !options.serve.empty(),
+          .is_lockstep = options.lockstep};
 }
 
 std::string count_images(uint64_t drawn, const Options& options, sinks::FileSink* folder) {
@@ -95,7 +123,7 @@ std::string count_images(uint64_t drawn, const Options& options, sinks::FileSink
 
 void warn_of_stale_frames(const Options& options, const sinks::FileSink& folder) {
   if (const uint64_t stale = folder.count_stale_frames(); stale != 0)
-    say(warning(
+    log_message(warning(
         options.out.string() + " has " + counted(stale, "frame") +
         " of an earlier run beyond the last one of this run; they stay: remove them, or use frames.jsonl"));
 }

@@ -45,6 +45,14 @@ Result<std::unique_ptr<serve::Server>> open_live_view(const Options& options);
 
 Result<std::unique_ptr<sinks::FileSink>> open_image_folder(const Options& options);
 
+// True if colours of requested images may be path-traced: no image of a window refines meanwhile.
+bool traces_requests(const Options& options);
+
+// True if viewers in browsers may switch between raster and paths.
+bool may_switch_renderer(const Options& options, const gpu::Device& device);
+
+WindowViewOptions window_view_options(const Options& options);
+
 // Number of drawn images; with --out, of those that are complete in the folder.
 std::string count_images(uint64_t drawn, const Options& options, sinks::FileSink* folder);
 

@@ -49,4 +49,10 @@ std::string next_name(std::string name, const IsTaken& is_taken) {
   }
 }
 
+// Materials of a file that was added to the scene, as the node of this name.
+struct AddedMaterials {
+  std::string owner;
+  uint32_t first = 0, count = 0;  // of the scene's materials
+};
+
 }  // namespace fire3dv::state

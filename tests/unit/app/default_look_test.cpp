@@ -86,18 +86,18 @@ TEST(Environment, MeanRadiance) {
 
 TEST(DefaultLook, GroundLiesBelowTheSceneWithTheGradientOnly) {
   const scene::Scene scene = built(box_builder());
-  app::Options options;
-  app::CameraStart start = app::camera_start(options, scene, "", {});
+  app::ViewDefaults defaults;
+  app::CameraStart start = app::camera_start(defaults, scene, "", {});
   ASSERT_TRUE(start.ground);
   EXPECT_NEAR(start.ground->height_m, 1, 1e-4f);
-  options.background.zenith.reset();
-  EXPECT_FALSE(app::camera_start(options, scene, "", {}).ground) << "a plain colour stays plain";
-  options.ground = app::GroundMode::height;
-  options.ground_height_m = -2;
-  EXPECT_EQ(app::camera_start(options, scene, "", {}).ground->height_m, -2);
-  options = {};
-  options.ground = app::GroundMode::off;
-  EXPECT_FALSE(app::camera_start(options, scene, "", {}).ground);
+  defaults.background.zenith.reset();
+  EXPECT_FALSE(app::camera_start(defaults, scene, "", {}).ground) << "a plain colour stays plain";
+  defaults.ground = app::GroundMode::height;
+  defaults.ground_height_m = -2;
+  EXPECT_EQ(app::camera_start(defaults, scene, "", {}).ground->height_m, -2);
+  defaults = {};
+  defaults.ground = app::GroundMode::off;
+  EXPECT_FALSE(app::camera_start(defaults, scene, "", {}).ground);
   EXPECT_FALSE(app::camera_start({}, scene::Scene(), "", {}).ground) << "a scene without extent";
 }
 

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "renderer/editing/viewer_edits.h"
 #include "renderer/scene/model/math.h"
 #include "renderer/window/overlay_markers.h"
 #include "renderer/window/viewer_control.h"

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "renderer/editing/asset_digest.h"
 #include "renderer/editing/document_additions.h"
 #include "renderer/live_scene/asset_files.h"
 #include "tests/support/gltf_builder.h"

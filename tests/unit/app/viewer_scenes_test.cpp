@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "renderer/app/viewer_document.h"
-#include "renderer/window/viewer_control.h"
+#include "renderer/editing/viewer_edits.h"
 #include "tests/unit/geometry/boxes_scene.h"
 
 namespace fire3dv::app {

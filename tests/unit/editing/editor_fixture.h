@@ -16,11 +16,11 @@
 
 #include "base/plural.h"
 #include "protocol/robot/robot_file.h"
+#include "renderer/app/options/overlay_options.h"
 #include "renderer/editing/overlay_file.h"
 #include "renderer/editing/scene_editor.h"
+#include "renderer/editing/viewer_edits.h"
 #include "renderer/scene/derived/loaded_scene.h"
-#include "renderer/window/viewer_control.h"
-#include "tests/unit/geometry/boxes_scene.h"
 
 namespace fire3dv::app {
 

@@ -3,9 +3,9 @@
 
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "renderer/app/animation_clock.h"
 #include "renderer/scene/model/math.h"
 #include "renderer/state/motion/animation.h"
+#include "renderer/state/motion/animation_clock.h"
 #include "renderer/state/pose_state.h"
 #include "tests/unit/app/motion_file.h"
 
@@ -176,7 +176,7 @@ TEST(AnimatedPoses, TheSimulatedTimeIsThatOfTheStreamThatCameLast) {
 }
 
 TEST(AnimationClock, SimulatedTimeCountsWhileThereIsOneAndTimeGoesOnAfterIt) {
-  app::AnimationClock clock;
+  state::AnimationClock clock;
   EXPECT_DOUBLE_EQ(clock.at({}, 0), 0);
   EXPECT_DOUBLE_EQ(clock.at({}, 1.5), 1.5);
   EXPECT_DOUBLE_EQ(clock.at(40'000'000'000, 2), 40);

@@ -7,8 +7,8 @@
 #include <deque>
 
 #include "protocol/wire/encode.h"
-#include "renderer/app/options/stream_options.h"
 #include "renderer/streams/image_requests.h"
+#include "renderer/streams/playout_options.h"
 #include "renderer/streams/stream_receiver.h"
 
 namespace fire3dv::app {

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <optional>
 
-namespace fire3dv::app {
+namespace fire3dv::state {
 
 // Image rate of animations without a window: independent of the machine, so that a command reproduces its
 // images.
@@ -24,4 +24,4 @@ class AnimationClock {
   double since_s_ = 0, since_now_s_ = 0;
 };
 
-}  // namespace fire3dv::app
+}  // namespace fire3dv::state

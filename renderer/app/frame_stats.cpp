@@ -1,4 +1,4 @@
-#include "renderer/app/run/run_reports.h"
+#include "renderer/app/frame_stats.h"
 
 #include <algorithm>
 #include <cerrno>

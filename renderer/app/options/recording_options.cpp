@@ -1,4 +1,4 @@
-#include "renderer/app/options/stream_options.h"
+#include "renderer/app/options/recording_options.h"
 
 #include <CLI/CLI.hpp>
 
