@@ -93,8 +93,8 @@ ALLOWED |= {
     "renderer/app/options": MODULES + ROOMS,
     "renderer/app": MODULES + "shaders protocol/record protocol/replay protocol/stream renderer/metrics renderer/browser/server "
                               "renderer/app/options " + ROOMS,
-    "renderer/app/run": MODULES + "protocol/record protocol/replay renderer/browser/server renderer/app/* renderer/app/options "
-                        + ROOMS,
+    "renderer/app/run": MODULES + "protocol/record protocol/replay renderer/browser/server renderer/app/* renderer/app/loop "
+                                  "renderer/app/options " + ROOMS,
 }
 
 

@@ -12,7 +12,6 @@
 #include "base/plural.h"
 #include "programs/drake/options.h"
 #include "programs/drake/render/render_thread.h"
-#include "renderer/app/frame_loop.h"
 #include "renderer/app/start.h"
 #include "renderer/loading/disk_caches.h"
 

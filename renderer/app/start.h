@@ -24,7 +24,7 @@ Result<std::unique_ptr<gpu::Device>> open_device(gpu::Instance& instance, const 
 // Devices of --devices: the first one opened, and the indices of the secondary devices.
 struct OpenDevices {
   std::unique_ptr<gpu::Device> first;
-  std::vector<uint32_t> further;
+  std::vector<uint32_t> secondary;
 };
 // Opens the devices of the options.
 Result<OpenDevices> open_devices(gpu::Instance& instance, const Options& options);
@@ -35,6 +35,12 @@ std::optional<state::RobotPose> find_robot(const SceneLoad& load);
 
 // Null without the option.
 Result<std::shared_ptr<const scene::EnvironmentImage>> load_environment(const std::filesystem::path& path);
+
+// Draw settings of the command line. environment: null for the studio environment.
+passes::DrawSettings draw_settings(const Options& options,
+                                   std::shared_ptr<const scene::EnvironmentImage> environment);
+// Warning for ray effects that the device cannot trace; empty: none.
+std::string lacking_ray_effects(const gpu::Device& device, const Options& options);
 
 struct Playing {
   std::vector<uint32_t> chosen;

@@ -35,7 +35,7 @@ class ImageService {
         scheduler_(rules_.slice_ns, !rules_.lockstep) {}
 
   // Borrowed. settings: current settings of the primary device.
-  void spread_over(SecondaryDevices& devices, const passes::DrawSettings& settings) {
+  void use_secondary_devices(SecondaryDevices& devices, const passes::DrawSettings& settings) {
     secondary_ = &devices;
     settings_ = &settings;
   }

@@ -121,9 +121,9 @@ Result<SecondaryDevices> SecondaryDevices::open(gpu::Instance& instance, std::sp
                                                 gpu::AsyncCompute async_compute, const CacheLocations& places,
                                                 const passes::DrawSettings& settings,
                                                 const passes::SceneRenderer& first) {
-  SecondaryDevices further;
+  SecondaryDevices all;
   for (const uint32_t index : indices) {
-    SecondaryDevice& each = *further.devices_.emplace_back(
+    SecondaryDevice& each = *all.devices_.emplace_back(
         std::make_unique<SecondaryDevice>(instance, index, async_compute, places, settings));
     if (Result<void> opened = each.finish(); !opened) return opened.error();
     const passes::SceneRenderer& renderer = each.renderer();
@@ -139,7 +139,7 @@ Result<SecondaryDevices> SecondaryDevices::open(gpu::Instance& instance, std::sp
           " draws by other means than the first device, so that its images would differ: name devices "
           "of one kind, or set --raster, --samples and --shadows to what all of them have"};
   }
-  return further;
+  return all;
 }
 
 void SecondaryDevices::forget_scene() {

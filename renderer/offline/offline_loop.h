@@ -11,8 +11,8 @@
 
 #include "base/error.h"
 #include "protocol/record/playback.h"
+#include "renderer/app/loop/path_checkpoint.h"
 #include "renderer/app/options/options.h"
-#include "renderer/app/path_checkpoint.h"
 #include "renderer/app/recording.h"
 #include "renderer/camera/camera_rig.h"
 #include "renderer/capture/capture.h"

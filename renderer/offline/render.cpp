@@ -11,7 +11,6 @@
 
 #include "base/digest.h"
 #include "protocol/wire/check.h"
-#include "renderer/app/frame_loop.h"
 #include "renderer/app/start.h"
 #include "renderer/app/stop_signals.h"
 #include "renderer/camera/default_look.h"

@@ -46,9 +46,9 @@ Result<void> open_listeners(const Options& options, bool insist, const std::shar
   return {};
 }
 
-Result<std::unique_ptr<Recording>> open_recording(const Options& options, const ViewerDocument& show) {
+Result<std::unique_ptr<Recording>> open_recording(const Options& options, const Document& document) {
   if (options.recording.record.empty()) return std::unique_ptr<Recording>();
-  return Recording::open(options.recording, show.scene_attachment());
+  return Recording::open(options.recording, document.scene_attachment());
 }
 
 Result<std::unique_ptr<RendererMetrics>> open_metrics(const Options& options,

@@ -8,10 +8,10 @@
 
 #include "base/error.h"
 #include "base/peer_budget.h"
+#include "renderer/app/document.h"
 #include "renderer/app/options/options.h"
 #include "renderer/app/recording.h"
 #include "renderer/app/renderer_metrics.h"
-#include "renderer/app/viewer_document.h"
 #include "renderer/browser/server/server.h"
 #include "renderer/gpu/device/device.h"
 #include "renderer/sinks/file_sink.h"
@@ -35,7 +35,7 @@ Result<void> open_listeners(const Options& options, bool insist, const std::shar
                             StreamReceiver& receiver, DocumentLoader& notes);
 
 // Null without the option; so are the next three.
-Result<std::unique_ptr<Recording>> open_recording(const Options& options, const ViewerDocument& show);
+Result<std::unique_ptr<Recording>> open_recording(const Options& options, const Document& document);
 
 Result<std::unique_ptr<RendererMetrics>> open_metrics(const Options& options,
                                                       const std::shared_ptr<BudgetPool>& budgets);

@@ -1,7 +1,7 @@
 // Test of the timeline of animations: pause, steps, seeks, loops and the simulated time of a stream.
 #include <gtest/gtest.h>
 
-#include "renderer/app/animation_timeline.h"
+#include "renderer/app/loop/animation_timeline.h"
 
 namespace fire3dv::app {
 namespace {

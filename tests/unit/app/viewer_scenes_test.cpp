@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-#include "renderer/app/viewer_document.h"
+#include "renderer/app/document.h"
 #include "renderer/editing/viewer_edits.h"
 #include "tests/unit/geometry/boxes_scene.h"
 
@@ -124,7 +124,7 @@ TEST(Viewers, AFileThatCannotBeShownIsSaidAndNotReady) {
   Options options;
   options.scene = file;
   const CacheLocations places;
-  Result<std::unique_ptr<ViewerDocument>> now = ViewerDocument::open(options, places);
+  Result<std::unique_ptr<Document>> now = Document::open(options, places);
   ASSERT_TRUE(now.ok());
   ASSERT_TRUE((*now)->load().wait().ok());
   bool can = false;

@@ -176,17 +176,17 @@ std::string whole_frames(const Report& report) {
   return text;
 }
 
-enum class ViewerDocument { median, mean };
+enum class Statistic { median, mean };
 
-std::string stages(const Report& report, const char* condition, ViewerDocument show) {
+std::string stages(const Report& report, const char* condition, Statistic statistic) {
   std::vector<std::string> columns{"scene"};
   for (size_t s = 0; s < kStages; ++s) {
     if (static_cast<Stage>(s) != Stage::readback) columns.emplace_back(stage_name(static_cast<Stage>(s)));
   }
   columns.insert(columns.end(), {"beside", "between", "sum", "whole frame", "main pass"});
-  const auto cell = [show](const Summary& summary) {
+  const auto cell = [statistic](const Summary& summary) {
     if (summary.most <= 0) return std::string("-");  // the pass did not run
-    if (show == ViewerDocument::median) return ms_text(summary.median);
+    if (statistic == Statistic::median) return ms_text(summary.median);
     return ms_text(summary.mean) + " ± " + ms_text(summary.deviation);
   };
   std::string text = head(columns);
@@ -240,19 +240,19 @@ std::string markdown_of(const Report& report) {
         "\n## As the product draws\n\nMedians; the main pass is cull, raster and shading of a run without "
         "shadows.\n\n" +
         whole_frames(report) + "\n## Its stages, median ms\n\n" +
-        stages(report, kProduct, ViewerDocument::median) + "\n## Its stages without shadows, median ms\n\n" +
-        stages(report, kProductMain, ViewerDocument::median);
+        stages(report, kProduct, Statistic::median) + "\n## Its stages without shadows, median ms\n\n" +
+        stages(report, kProductMain, Statistic::median);
   }
   for (const char* condition : kRayConditions) {
     if (ran(condition))
       text += "\n## Stages with ray effects: " + std::string(condition) + ", median ms\n\n" +
-              stages(report, condition, ViewerDocument::median);
+              stages(report, condition, Statistic::median);
   }
   if (ran(kPaper)) {
     text += "\n## The paper's conditions (no culling), mean ± standard deviation, ms\n\n" +
-            stages(report, kPaper, ViewerDocument::mean) +
+            stages(report, kPaper, Statistic::mean) +
             "\n## The same without shadows, mean ± standard deviation, ms\n\n" +
-            stages(report, kPaperMain, ViewerDocument::mean);
+            stages(report, kPaperMain, Statistic::mean);
   }
   return text;
 }

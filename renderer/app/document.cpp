@@ -1,4 +1,4 @@
-#include "renderer/app/viewer_document.h"
+#include "renderer/app/document.h"
 
 #include "base/log.h"
 #include "renderer/app/stop_signals.h"
@@ -28,52 +28,51 @@ Result<std::unique_ptr<replay::ReplayLink>> open_replay(const Options& options) 
 
 }  // namespace
 
-Result<std::unique_ptr<ViewerDocument>> ViewerDocument::open(const Options& options,
-                                                             const CacheLocations& places) {
-  std::unique_ptr<ViewerDocument> show(new ViewerDocument(options, places.scenes));
+Result<std::unique_ptr<Document>> Document::open(const Options& options, const CacheLocations& places) {
+  std::unique_ptr<Document> document(new Document(options, places.scenes));
   Result<std::unique_ptr<replay::ReplayLink>> replay = open_replay(options);
   if (!replay) return replay.error();
-  show->replay_ = std::move(*replay);
-  show->scene_path_ = options.scene;
+  document->replay_ = std::move(*replay);
+  document->scene_path_ = options.scene;
   if (options.scene.empty()) {
     Result<std::unique_ptr<RecordedScene>> extracted =
-        RecordedScene::extract(show->replay_->playback().reader());
+        RecordedScene::extract(document->replay_->playback().reader());
     if (!extracted) return extracted.error();
-    show->recorded_scene_ = std::move(*extracted);
-    show->scene_path_ = show->recorded_scene_->path();
-    log_message("scene \"" + show->recorded_scene_->name() + "\" of " + options.recording.replay);
+    document->recorded_scene_ = std::move(*extracted);
+    document->scene_path_ = document->recorded_scene_->path();
+    log_message("scene \"" + document->recorded_scene_->name() + "\" of " + options.recording.replay);
   }
-  show->load_.emplace(
-      show->scene_path_, options.convert, places.scenes, passes::levels_for(options.levels_of_detail),
+  document->load_.emplace(
+      document->scene_path_, options.convert, places.scenes, passes::levels_for(options.levels_of_detail),
       LoadedLook{wants_key_light(options.key_light, !options.environment.empty()), options.variant},
-      [raw = show.get()] { return raw->abandoned_ || stop_was_requested(); });
-  return show;
+      [raw = document.get()] { return raw->abandoned_ || stop_was_requested(); });
+  return document;
 }
 
-std::unique_ptr<SceneLoad> ViewerDocument::load_again(std::function<bool()> should_stop) {
+std::unique_ptr<SceneLoad> Document::load_again(std::function<bool()> should_stop) {
   return std::make_unique<SceneLoad>(
       scene_path_, options_.convert, cache_, passes::levels_for(options_.levels_of_detail),
       LoadedLook{wants_key_light(options_.key_light, !options_.environment.empty()), options_.variant},
       [this, stop = std::move(should_stop)] { return abandoned_ || stop_was_requested() || stop(); });
 }
 
-record::AttachedFile ViewerDocument::scene_attachment() const {
+record::AttachedFile Document::scene_attachment() const {
   std::filesystem::path name = scene_path_.filename();
   if (recorded_scene_) name = std::filesystem::path(recorded_scene_->name()).filename();
   if (recorded_scene_ || needs_conversion(scene_path_)) name.replace_extension(".glb");
   return {load_->gltf_file().string(), name.string()};
 }
 
-std::string ViewerDocument::title() const {
+std::string Document::title() const {
   if (!recorded_scene_) return scene_path_.string();
   return recorded_scene_->with_name(Error{scene_path_.string()}, options_.recording.replay).message;
 }
 
-Error ViewerDocument::with_scene_name(Error error) const {
+Error Document::with_scene_name(Error error) const {
   return recorded_scene_ ? recorded_scene_->with_name(std::move(error), options_.recording.replay) : error;
 }
 
-Result<void> ViewerDocument::restart_epoch() {
+Result<void> Document::restart_epoch() {
   Result<std::unique_ptr<replay::ReplayLink>> replay = open_replay(options_);
   if (!replay) return replay.error();
   replay_ = std::move(*replay);
@@ -107,10 +106,10 @@ void DocumentLoader::open(const std::filesystem::path& file) {
         error_line("--out, --stats, --record, --lockstep and --step allow one scene only: open " +
                    file.string() + " in another fire3dv"));
   Options options = with_file(now, file);
-  Result<std::unique_ptr<ViewerDocument>> opened = ViewerDocument::open(options, places_);
+  Result<std::unique_ptr<Document>> opened = Document::open(options, places_);
   if (!opened && is_recording(file)) {  // no attached scene: the recording may belong to the displayed scene
     options.scene = now.scene;
-    if (!now.scene.empty()) opened = ViewerDocument::open(options, places_);
+    if (!now.scene.empty()) opened = Document::open(options, places_);
   }
   if (!opened) return notes_.push_back(error_line(opened.error().message));
   next_ = std::move(*opened);

@@ -1,4 +1,4 @@
-#include "renderer/app/path_checkpoint.h"
+#include "renderer/app/loop/path_checkpoint.h"
 
 #include <array>
 #include <cstddef>

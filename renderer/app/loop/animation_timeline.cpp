@@ -1,4 +1,4 @@
-#include "renderer/app/animation_timeline.h"
+#include "renderer/app/loop/animation_timeline.h"
 
 #include <algorithm>
 #include <cmath>

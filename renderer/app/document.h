@@ -1,4 +1,4 @@
-// Loaded scene with its optional recording (viewer document). The scene loads on its own thread; a file
+// Document on display: a loaded scene with its optional recording. The scene loads on its own thread; a file
 // dropped on the window replaces it after loading.
 #pragma once
 
@@ -18,13 +18,13 @@
 
 namespace fire3dv::app {
 
-class ViewerDocument {
+class Document {
  public:
   // Opens the recording, if any, and starts loading the scene.
-  static Result<std::unique_ptr<ViewerDocument>> open(const Options& options, const CacheLocations& places);
-  ~ViewerDocument() { abandon(); }
-  ViewerDocument(const ViewerDocument&) = delete;
-  ViewerDocument& operator=(const ViewerDocument&) = delete;
+  static Result<std::unique_ptr<Document>> open(const Options& options, const CacheLocations& places);
+  ~Document() { abandon(); }
+  Document(const Document&) = delete;
+  Document& operator=(const Document&) = delete;
 
   const Options& options() const { return options_; }  // effective options of this document
   const std::filesystem::path& scene_path() const { return scene_path_; }
@@ -48,7 +48,7 @@ class ViewerDocument {
   void abandon() { abandoned_ = true; }
 
  private:
-  ViewerDocument(const Options& options, scene::SceneCacheSettings cache)
+  Document(const Options& options, scene::SceneCacheSettings cache)
       : options_(options), cache_(std::move(cache)) {}
 
   const Options options_;
@@ -67,21 +67,21 @@ class DocumentLoader {
   // Checks before the displayed scene is replaced.
   using CanShow = std::function<Result<void>(const scene::Scene& scene)>;
   // Borrows both, which belong to the displayed scene.
-  DocumentLoader(const ViewerDocument& now, const CacheLocations& places, CanShow can_show)
+  DocumentLoader(const Document& now, const CacheLocations& places, CanShow can_show)
       : now_(now), places_(places), can_show_(std::move(can_show)) {}
 
   // A file that is_ready() is not loaded again.
   void open(const std::filesystem::path& file);
   bool is_ready();  // otherwise reports why it never will be
   void note(std::string text) { notes_.push_back(std::move(text)); }
-  std::unique_ptr<ViewerDocument> take() { return std::move(next_); }
+  std::unique_ptr<Document> take() { return std::move(next_); }
   std::vector<std::string> take_log_messages() { return std::exchange(notes_, {}); }
 
  private:
-  const ViewerDocument& now_;
+  const Document& now_;
   const CacheLocations& places_;
   const CanShow can_show_;
-  std::unique_ptr<ViewerDocument> next_;
+  std::unique_ptr<Document> next_;
   std::filesystem::path file_;  // of next_
   bool is_ready_ = false;
   std::vector<std::string> notes_;
