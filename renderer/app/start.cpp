@@ -8,6 +8,7 @@
 #include "base/text.h"
 #include "protocol/robot/robot_file.h"
 #include "renderer/loading/scene_load.h"
+#include "renderer/passes/ray_effects/ray_effects_pass.h"
 #include "renderer/scene/textures/environment.h"
 
 namespace fire3dv::app {

@@ -9,6 +9,7 @@
 #include "renderer/browser/live_joints.h"
 #include "renderer/browser/live_messages.h"
 #include "renderer/images/requested_image.h"
+#include "renderer/passes/path/path_pass.h"
 #include "renderer/passes/view/view.h"
 
 namespace fire3dv::app {
@@ -126,7 +127,8 @@ void LiveView::poll(replay::TimelineControl* timeline) {
       case serve::Event::Kind::left:
         viewers_.erase(event.viewer);
         viewers_changed_ = true;
-        borrowed_.renderer.forget_paths(kFirstViewer + event.viewer);
+        if (passes::PathPass* const paths = borrowed_.renderer.path_tracer())
+          paths->forget(kFirstViewer + event.viewer);
         borrowed_.requests.on_requester_ended(kFirstViewer + event.viewer);
         break;
       case serve::Event::Kind::message:

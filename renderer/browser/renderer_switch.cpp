@@ -4,6 +4,7 @@
 
 #include "base/log.h"
 #include "renderer/images/request_renderer.h"
+#include "renderer/passes/path/path_pass.h"
 
 namespace fire3dv::app {
 
@@ -11,7 +12,7 @@ std::function<Result<void>(const passes::DrawSettings&)> renderer_switch(const S
   return [parts](const passes::DrawSettings& settings) -> Result<void> {
     FIRE3DV_ASSERT(parts.requests.count() == 0);
     passes::DrawSettings before = parts.viewer.draw;
-    before.max_textures = parts.renderer->max_textures();
+    before.max_textures = parts.renderer->settings().draw().max_textures;
     // Waits for the GPU: a viewer has asked for it.
     const auto replace = [&](const passes::DrawSettings& with) {
       parts.device.wait(parts.device.last_submitted());

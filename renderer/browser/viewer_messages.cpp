@@ -179,7 +179,7 @@ void LiveView::apply_joints(const serve::ClientMessage& message) {
 bool LiveView::can_switch_shadows_on() const {
   passes::DrawSettings wanted = borrowed_.viewer.draw;
   if (wanted.shadows.method == passes::ShadowMethod::off) wanted.shadows.method = shadows_;
-  wanted.max_textures = borrowed_.renderer.max_textures();
+  wanted.max_textures = borrowed_.renderer.settings().draw().max_textures;
   return !borrowed_.renderer.needs_new_renderer(wanted);
 }
 
@@ -202,7 +202,7 @@ void LiveView::switch_paths(serve::ViewerId number, bool on) {
   passes::DrawSettings wanted = draw;
   wanted.path.reset();
   if (on) wanted.path = borrowed_.viewer.paths;
-  wanted.max_textures = borrowed_.renderer.max_textures();
+  wanted.max_textures = borrowed_.renderer.settings().draw().max_textures;
   if (Result<void> replaced = borrowed_.replace_renderer(wanted); !replaced)
     return borrowed_.server.send(number, notice_message(replaced.error().message));
   draw = wanted;

@@ -5,6 +5,7 @@
 
 #include "renderer/browser/live_messages.h"
 #include "renderer/browser/live_view.h"
+#include "renderer/passes/path/path_pass.h"
 
 namespace fire3dv::app {
 namespace {

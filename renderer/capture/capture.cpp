@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "renderer/passes/outputs/planes_and_boxes.h"
+#include "renderer/passes/path/path_pass.h"
 #include "renderer/sinks/output_text.h"
 
 namespace fire3dv::capture {

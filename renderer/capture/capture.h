@@ -11,6 +11,7 @@
 
 #include "protocol/wire/image_outputs.h"
 #include "renderer/gpu/readback_ring.h"
+#include "renderer/passes/outputs/planes_and_boxes.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/scene/model/scene.h"
 #include "renderer/sinks/frame.h"

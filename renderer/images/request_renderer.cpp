@@ -1,4 +1,7 @@
 #include "renderer/images/request_renderer.h"
+#include "renderer/passes/outputs/planes_and_boxes.h"
+#include "renderer/passes/path/path_pass.h"
+#include "renderer/passes/resources/gpu_scene.h"
 
 #include <algorithm>
 #include <chrono>
@@ -131,7 +134,7 @@ void RequestRenderer::trace(gpu::FrameRing& frames, const state::PoseState& pose
   const std::span<const WorkItem> image(&tracing_->work, 1);
   // A view that refines keeps its samples while others take their turns; those of a moving one are of no use.
   std::optional<uint32_t>& shown = tracing_->work.camera.shown_samples;
-  renderer_.select_paths(tracing_->work.camera.keeps_samples ? image[0].due.requester : 0);
+  renderer_.path_tracer()->select(tracing_->work.camera.keeps_samples ? image[0].due.requester : 0);
   const std::optional<passes::PreparedFrame> prepared = prepare(image, tracing_->scene, true);
   if (!prepared) return cancel_tracing();
   (void)renderer_.trace_paths(*prepared, poses, view_of(image[0]), {.budget = kTraceTime});
@@ -149,14 +152,14 @@ void RequestRenderer::trace(gpu::FrameRing& frames, const state::PoseState& pose
 void RequestRenderer::cancel_tracing() {
   tracing_.reset();
   // A first sample that is not whole would be made whole with the scene of a later image.
-  if (const passes::PathPass* const paths = renderer_.path_tracer(); paths && paths->progress().samples == 0)
-    renderer_.drop_paths();
+  if (passes::PathPass* const paths = renderer_.path_tracer(); paths && paths->progress().samples == 0)
+    paths->drop_selected();
 }
 
 scene::ThinLens RequestRenderer::used_lens(const WorkItem& work) const {
   if (!drawn_outputs(work.due.request).shaded()) return {};
   if (!renderer_.traces_paths() && !renderer_.can_blur()) return {};
-  const scene::ThinLens& settings = renderer_.lens_of_settings();
+  const scene::ThinLens& settings = renderer_.settings().lens();
   const scene::ThinLens& own = work.camera.thin_lens;
   return own.of_stream || settings.is_pinhole() ? own : settings;
 }
@@ -178,11 +181,11 @@ passes::View RequestRenderer::view_of(const WorkItem& work) const {
 size_t RequestRenderer::batch_size(std::span<const WorkItem> rest, uint64_t max_bytes) const {
   const wire::ImageRequest& first = rest[0].due.request;
   const passes::ImageOutputs outputs = drawn_outputs(first);
-  const bool smoothed = outputs.has(wire::kColorSrgb8) && renderer_.post_settings().fxaa;
+  const bool smoothed = outputs.has(wire::kColorSrgb8) && renderer_.settings().draw().post.fxaa;
   if (smoothed || has_lens(rest[0].camera) || rest[0].camera.markers || !used_lens(rest[0]).is_pinhole() ||
       !renderer_.can_take(outputs, 2))
     return 1;
-  const uint64_t pixel_bytes = uint64_t{8} * static_cast<uint32_t>(renderer_.samples()) *
+  const uint64_t pixel_bytes = uint64_t{8} * static_cast<uint32_t>(renderer_.settings().samples()) *
                                first.intrinsics.width * first.intrinsics.height;
   const uint64_t list_bytes = sizeof(uint32_t) * uint64_t{renderer_.gpu_scene().cluster_instance_count};
   const uint64_t most =

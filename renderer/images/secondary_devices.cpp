@@ -81,7 +81,7 @@ void SecondaryDevice::begin_drawing(const LiveScene& live, const passes::DrawSet
 // A scene that does not fit refuses the current image requests; the next requests retry.
 Result<void> SecondaryDevice::show(const LiveScene& live, passes::DrawSettings settings) {
   // Keeps a larger texture limit.
-  settings.max_textures = std::max(settings.max_textures, renderer_->max_textures());
+  settings.max_textures = std::max(settings.max_textures, renderer_->settings().draw().max_textures);
   const bool other_renderer = renderer_->needs_new_renderer(settings);
   if (shown_scene_ == live.replaced() && !other_renderer) {
     renderer_->apply(settings);
@@ -127,9 +127,9 @@ Result<SecondaryDevices> SecondaryDevices::open(gpu::Instance& instance, std::sp
         std::make_unique<SecondaryDevice>(instance, index, async_compute, places, settings));
     if (Result<void> opened = each.finish(); !opened) return opened.error();
     const passes::SceneRenderer& renderer = each.renderer();
-    const bool alike = renderer.raster_path() == first.raster_path() &&
-                       renderer.samples() == first.samples() &&
-                       renderer.shadow_technique() == first.shadow_technique() &&
+    const bool alike = renderer.settings().raster_path() == first.settings().raster_path() &&
+                       renderer.settings().samples() == first.settings().samples() &&
+                       renderer.settings().shadow_technique() == first.settings().shadow_technique() &&
                        renderer.ray_effect_back_end() == first.ray_effect_back_end() &&
                        static_cast<bool>(renderer.can_blur()) == static_cast<bool>(first.can_blur()) &&
                        image_abilities(renderer).outputs == image_abilities(first).outputs;

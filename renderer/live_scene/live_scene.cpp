@@ -383,7 +383,7 @@ bool LiveScene::show_variant() {
 
 Result<void> LiveScene::replace_base(const scene::LoadedScene& next, std::vector<uint32_t> animations) {
   FIRE3DV_ASSERT(can_replace_base());
-  if (next.scene.textures.size() > renderer_.max_textures())
+  if (next.scene.textures.size() > renderer_.settings().draw().max_textures)
     return Error{"it has more textures than this run has room for: start fire3dv again"};
   if (Result<void> fits = check_memory(next); !fits) return fits;
   if (Result<void> uploaded = upload_scene(next); !uploaded) return uploaded;
@@ -491,10 +491,10 @@ std::vector<std::string> LiveScene::take_log_messages() {
   std::vector<std::string> messages = registry_.take_log_messages();
   for (std::string& message : markers_.take_log_messages()) messages.push_back(std::move(message));
   for (std::string& message : std::exchange(log_messages_, {})) messages.push_back(std::move(message));
-  const bool lack = renderer_.markers_lack_memory();
+  const bool lack = renderer_.counts().markers_lack_memory;
   if (std::exchange(reported_marker_memory_, lack) != lack && lack)
     messages.push_back("warning: markers are not shown: the device has no memory for them");
-  const uint32_t without = renderer_.lights_without_shadow();
+  const uint32_t without = renderer_.counts().lights_without_shadow;
   if (std::exchange(reported_without_shadow_, without) != without && without > 0)
     messages.push_back("warning: " + std::to_string(without) +
                        " lights cast no shadow: the device has no memory for shadows of more lights");

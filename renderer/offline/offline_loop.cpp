@@ -9,6 +9,7 @@
 #include "protocol/record/mcap/attachments.h"
 #include "protocol/wire/check.h"
 #include "renderer/camera/default_look.h"
+#include "renderer/passes/path/path_pass.h"
 #include "renderer/passes/scene_renderer.h"
 
 namespace fire3dv::offline {
@@ -125,7 +126,7 @@ Result<bool> OfflineLoop::draw(uint64_t frame, const std::function<bool()>& shou
   const passes::View view =
       parts_.camera.view(parts_.poses, static_cast<float>(extent.width) / static_cast<float>(extent.height));
   Progress progress("fire3dv", "frame " + std::to_string(frame) + ": samples per pixel:");
-  passes::PathPass::Hooks hooks{.should_stop = should_stop};
+  passes::PathHooks hooks{.should_stop = should_stop};
   if (const passes::PathPass* const paths = parts_.renderer.path_tracer()) {
     hooks.progress = [&, samples = paths->settings().samples_per_pixel](uint64_t done, uint64_t total) {
       progress.update_with_end(done * samples / total, samples);

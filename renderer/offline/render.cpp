@@ -23,6 +23,7 @@
 #include "renderer/offline/frame_folder.h"
 #include "renderer/offline/offline_loop.h"
 #include "renderer/offline/timeline.h"
+#include "renderer/passes/path/path_pass.h"
 #include "renderer/passes/texture_capacity.h"
 #include "renderer/scene/cache/scene_digest.h"
 #include "renderer/scene/derived/variants.h"
@@ -299,7 +300,7 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
   state::PoseState poses(loaded.scene);
   app::LiveScene live(loaded, poses, *renderer, *camera,
                       {drawing_.assets, passes::levels_for(drawing_.levels_of_detail),
-                       renderer->max_textures(), drawing_.overlay});
+                       renderer->settings().draw().max_textures, drawing_.overlay});
   live.set_shows_markers(drawing_.markers);
   if (*animations) live.set_animations((*animations)->player, (*animations)->chosen);
   if (!drawing_.variant.empty()) {

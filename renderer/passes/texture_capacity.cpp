@@ -2,6 +2,10 @@
 
 #include <string>
 
+#include "renderer/gpu/device/device.h"
+#include "renderer/gpu/pipelines/descriptors.h"
+#include "renderer/scene/model/scene.h"
+
 namespace fire3dv::passes {
 
 Result<void> check_texture_count(const gpu::Device& device, const scene::Scene& scene) {

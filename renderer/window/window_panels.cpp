@@ -7,6 +7,8 @@
 #include "base/clock.h"
 #include "base/log.h"
 #include "renderer/metrics/metric_families.h"
+#include "renderer/passes/path/path_pass.h"
+#include "renderer/passes/resources/gpu_scene.h"
 
 namespace fire3dv::app {
 
@@ -267,16 +269,16 @@ const gui::Facts& ViewerFacts::begin_assembly(const scene::Scene& scene, uint64_
                                               bool recording_video) {
   gui::FrameFacts& frame = facts_.frame;
   set_scene(scene, scene_number, renderer);
-  const bool compute = renderer.raster_path() == passes::RasterPath::visibility;
+  const bool compute = renderer.settings().raster_path() == passes::RasterPath::visibility;
   frame.extent_px = {renderer.extent().width, renderer.extent().height};
   frame.clusters_drawn.reset();
-  if (compute) frame.clusters_drawn = renderer.clusters_drawn().clusters;
-  frame.late_clusters = renderer.clusters_drawn().late_clusters;
-  frame.shadow_rays = renderer.shadow_rays();
+  if (compute) frame.clusters_drawn = renderer.counts().clusters;
+  frame.late_clusters = renderer.counts().late_clusters;
+  frame.shadow_rays = renderer.counts().shadow_rays;
   frame.device = device.report().name;
   frame.raster = compute ? "from a visibility buffer" : "forward";
-  frame.shadows = passes::describe(renderer.shadow_technique());
-  frame.samples = static_cast<uint32_t>(renderer.samples());
+  frame.shadows = passes::describe(renderer.settings().shadow_technique());
+  frame.samples = static_cast<uint32_t>(renderer.settings().samples());
   frame.paths.reset();
   if (const passes::PathPass* const paths = renderer.path_tracer()) {
     frame.paths = paths->progress();

@@ -9,6 +9,7 @@
 #include "base/plural.h"
 #include "renderer/editing/viewer_edits.h"
 #include "renderer/images/image_service.h"
+#include "renderer/passes/path/path_pass.h"
 #include "renderer/window/measurement.h"
 #include "renderer/window/viewer_control.h"
 
@@ -180,7 +181,7 @@ std::optional<std::string> WindowView::why_no_paths() {
 // matter.
 void WindowView::apply_draw_settings() {
   passes::DrawSettings& requested = borrowed_.viewer.draw;
-  requested.max_textures = renderer().max_textures();
+  requested.max_textures = renderer().settings().draw().max_textures;
   if (requested.path && !renderer().traces_paths()) {
     if (const std::optional<std::string> reason = why_no_paths()) {
       notes_.push_back(error_line(*reason));
@@ -368,7 +369,7 @@ void WindowView::record_large_screenshot(gpu::Recorder& recorder, gpu::StagingRi
                                          const ScreenshotRecorder::Tag& shown, glm::uvec2 size) {
   constexpr uint32_t kTileSide_px = 2048;
   const gui::Viewer& viewer = borrowed_.viewer;
-  const passes::PostSettings& post = renderer().post_settings();
+  const passes::PostSettings& post = renderer().settings().draw().post;
   const float aspect = static_cast<float>(size.x) / static_cast<float>(size.y);
   const passes::View whole = borrowed_.camera.view(borrowed_.poses, aspect);
   // Depth of field has the focal length of the whole image, and wide circles.

@@ -137,7 +137,7 @@ TEST_F(Async, NothingIsBuiltWhereNothingIsTraced) {
       const passes::DrawSettings settings = settings_of(raster, untraced.shadows);
       RenderBench bench(untraced.scene, kExtent, settings, forking_device());
       const sinks::FrameImage image = bench.draw_at_rest();
-      EXPECT_FALSE(bench.renderer().traces());
+      EXPECT_FALSE(bench.renderer().traces_shadow_rays());
       const std::vector<gpu::FrameTimes> times = finished_times(bench);
       ASSERT_EQ(times.size(), 1u);
       EXPECT_EQ(passes_of(times[0], true), Names{});

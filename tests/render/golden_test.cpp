@@ -3,6 +3,7 @@
 
 #include <glm/gtc/matrix_transform.hpp>
 
+#include "renderer/scene/model/bounds.h"
 #include "tests/render/support/render_bench.h"
 #include "tests/render/support/scene_builder.h"
 #include "tests/support/image_compare.h"

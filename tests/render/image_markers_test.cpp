@@ -113,10 +113,10 @@ TEST_P(ImageMarkers, TheLargestImageIsUploadedOnce) {
   wire::MarkerImage image{1024, 1024, 4, std::vector<uint8_t>(size_t{4} << 20, 200)};
   show(image_of(image));
   (void)draw();
-  const uint64_t uploaded = bench_.renderer().uploaded_marker_bytes();
+  const uint64_t uploaded = bench_.renderer().counts().uploaded_marker_bytes;
   EXPECT_GE(uploaded, uint64_t{4} << 20);
   (void)draw();
-  EXPECT_EQ(bench_.renderer().uploaded_marker_bytes(), uploaded);
+  EXPECT_EQ(bench_.renderer().counts().uploaded_marker_bytes, uploaded);
 }
 
 TEST_P(ImageMarkers, ColoursOfARequestHaveMarkersAndOtherOutputsDoNot) {
@@ -179,7 +179,7 @@ TEST_P(ImageMarkers, MarkersOutOfViewAreNotDrawnAndNothingInViewIsMissing) {
     for (int i = 0; i < 12; ++i) {
       const Marker marker = random_marker(kind, random);
       const sinks::FrameImage image = draw(marker);
-      if (bench_.renderer().drawn_marker_count() == 0) {
+      if (bench_.renderer().counts().markers == 0) {
         ++culled;
         ASSERT_EQ(image.rgba8, empty.rgba8);
         ASSERT_EQ(draw(with_element_in_view(marker)).rgba8, empty.rgba8) << wire::marker_kind_name(kind) << i;
@@ -200,13 +200,13 @@ TEST_P(ImageMarkers, OfManyMarkersThoseInViewAreDrawn) {
     show(std::move(marker));
   }
   (void)draw();
-  EXPECT_EQ(bench_.renderer().drawn_marker_count(), 4u);
+  EXPECT_EQ(bench_.renderer().counts().markers, 4u);
   shown_.erase(shown_.begin());
   (void)draw();
-  EXPECT_EQ(bench_.renderer().drawn_marker_count(), 3u);
-  const uint64_t uploaded = bench_.renderer().uploaded_marker_bytes();
+  EXPECT_EQ(bench_.renderer().counts().markers, 3u);
+  const uint64_t uploaded = bench_.renderer().counts().uploaded_marker_bytes;
   (void)draw();
-  EXPECT_EQ(bench_.renderer().uploaded_marker_bytes(), uploaded);
+  EXPECT_EQ(bench_.renderer().counts().uploaded_marker_bytes, uploaded);
 }
 
 }  // namespace

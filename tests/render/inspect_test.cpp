@@ -229,8 +229,8 @@ TEST_P(Inspect, UnresolvedShadowsMarkThePixelsOfTheRayList) {
     ASSERT_TRUE(color.x == color.y && color.y == color.z && color.x <= 128) << i;
   }
   EXPECT_GT(marked, 0u);
-  EXPECT_LE(marked, inspected.renderer().shadow_rays());
-  EXPECT_GE(marked * GetParam(), inspected.renderer().shadow_rays());
+  EXPECT_LE(marked, inspected.renderer().counts().shadow_rays);
+  EXPECT_GE(marked * GetParam(), inspected.renderer().counts().shadow_rays);
 }
 
 TEST_P(Inspect, PicksAreWhatThePlanesSay) {

@@ -9,6 +9,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <thread>
 
+#include "renderer/passes/resources/gpu_scene.h"
 #include "renderer/scene/model/bounds.h"
 #include "tests/render/support/render_bench.h"
 #include "tests/render/support/scene_builder.h"

@@ -333,12 +333,12 @@ TEST_P(Markers, OnlyNewValuesAreUploaded) {
   passes::SceneRenderer& renderer = bench_.renderer();
   show(marker_of(MarkerKind::points, std::vector<std::array<float, 3>>(10'000, {-0.1f, 0, -1}), kRed, 9));
   (void)draw();
-  const uint64_t cloud = renderer.uploaded_marker_bytes();
+  const uint64_t cloud = renderer.counts().uploaded_marker_bytes;
   EXPECT_GE(cloud, 120'000u);
   EXPECT_LT(cloud, 121'000u);
   shown_[0].world_from_marker = at({-0.1f, 0, 0});
   EXPECT_EQ(pixel(draw(), 12, kCy), kPureRed) << "its frame moves";
-  EXPECT_EQ(renderer.uploaded_marker_bytes(), cloud);
+  EXPECT_EQ(renderer.counts().uploaded_marker_bytes, cloud);
   for (int i = 0; i < 100; ++i) {  // another marker changes with each image
     shown_.resize(1);
     const std::array<float, 3> place{0.01f * static_cast<float>(i % 10) - 0.3f, 0.1f, -1};
@@ -347,7 +347,7 @@ TEST_P(Markers, OnlyNewValuesAreUploaded) {
     EXPECT_EQ(pixel(image, 12, kCy), kPureRed) << i;
     EXPECT_EQ(pixel(image, 2 + static_cast<uint32_t>(i % 10), 14), kPureGreen) << i;
   }
-  EXPECT_LT(renderer.uploaded_marker_bytes(), 3 * cloud + 100 * 1300) << "the cloud moves seldom";
+  EXPECT_LT(renderer.counts().uploaded_marker_bytes, 3 * cloud + 100 * 1300) << "the cloud moves seldom";
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "renderer/images/image_service.h"
+#include "renderer/passes/path/path_pass.h"
 #include "renderer/passes/view/view.h"
 #include "tests/render/support/path_bench.h"
 #include "tests/render/support/render_bench.h"

@@ -12,6 +12,7 @@
 #include "renderer/app/stop_signals.h"
 #include "renderer/camera/default_look.h"
 #include "renderer/capture/capture.h"
+#include "renderer/passes/path/path_pass.h"
 
 namespace fire3dv::app {
 namespace {
@@ -72,7 +73,7 @@ FrameLoop::FrameLoop(const FrameLoopContext& context)
 
 // Logs how images are drawn.
 void FrameLoop::log_technique() const {
-  const bool compute = context_.renderer.raster_path() == passes::RasterPath::visibility;
+  const bool compute = context_.renderer.settings().raster_path() == passes::RasterPath::visibility;
   if (const passes::PathPass* const paths = context_.renderer.path_tracer()) {
     const passes::PathSettings& settings = paths->settings();
     std::fprintf(stderr, "fire3dv: info: path-traced %s, %s per pixel, %s, seed %u\n",
@@ -82,14 +83,14 @@ void FrameLoop::log_technique() const {
   } else {
     std::fprintf(stderr, "fire3dv: info: drawn %s, %s per pixel, shadows: %s\n",
                  compute ? "from a visibility buffer" : "forward",
-                 counted(static_cast<uint32_t>(context_.renderer.samples()), "sample").c_str(),
-                 passes::describe(context_.renderer.shadow_technique()));
+                 counted(static_cast<uint32_t>(context_.renderer.settings().samples()), "sample").c_str(),
+                 passes::describe(context_.renderer.settings().shadow_technique()));
     if (context_.renderer.traces_ray_effects())
       std::fprintf(stderr, "fire3dv: info: ray effects: %s, %s\n",
                    passes::describe(context_.options.ray_effects).c_str(),
                    passes::describe_path_back_end(context_.renderer.ray_effect_back_end()));
   }
-  if (context_.renderer.traces() && !context_.renderer.traces_paths()) {
+  if (context_.renderer.traces_shadow_rays() && !context_.renderer.traces_paths()) {
     std::fprintf(stderr, "fire3dv: info: acceleration structures are built %s\n",
                  gpu::describe(context_.device.queues().async));
   }

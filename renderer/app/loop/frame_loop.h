@@ -80,7 +80,7 @@ class FrameLoop {
   bool poll_streams();  // polls streams; true if there is a new pose frame
   void steer();         // applies user input
   Result<void> draw();
-  passes::PathPass::Hooks path_hooks(const passes::View& view, Progress& progress);
+  passes::PathHooks path_hooks(const passes::View& view, Progress& progress);
   void report_stopped_paths() const;
   bool refines() const;  // the window's image lacks path-traced samples
   Result<void> finish_served(const ImageService::Drawn& served);

@@ -8,6 +8,7 @@
 #include "base/log.h"
 #include "renderer/app/loop/frame_loop.h"
 #include "renderer/app/stop_signals.h"
+#include "renderer/passes/path/path_pass.h"
 
 namespace fire3dv::app {
 namespace {
@@ -40,8 +41,8 @@ Result<void> FrameLoop::open_checkpoint() {
 }
 
 // A window goes on with other work between samples; without one, an image is whole.
-passes::PathPass::Hooks FrameLoop::path_hooks(const passes::View& view, Progress& progress) {
-  passes::PathPass::Hooks hooks{.should_stop = stop_was_requested};
+passes::PathHooks FrameLoop::path_hooks(const passes::View& view, Progress& progress) {
+  passes::PathHooks hooks{.should_stop = stop_was_requested};
   if (!context_.renderer.traces_paths()) return hooks;
   if (context_.window) {
     hooks.budget = kRefineTime;

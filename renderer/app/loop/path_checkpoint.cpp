@@ -128,19 +128,20 @@ Digest PathCheckpoint::digest_of_image(const Image& image) {
   return inputs.digest();
 }
 
-void PathCheckpoint::attach(const Image& image, passes::PathPass::Hooks& hooks) {
+void PathCheckpoint::attach(const Image& image, passes::PathHooks& hooks) {
   const Digest digest = digest_of_image(image);
   hooks.resume = load(image, digest);
   if (hooks.resume)
     log_message("info: going on after " + std::to_string(hooks.resume->samples) + " of " +
                 std::to_string(settings_.samples_per_pixel) + " samples per pixel, from " + file_.string());
   hooks.save_interval = interval_;
-  hooks.save = [this, frame = image.frame, extent = image.extent,
-                digest](const passes::PathPass::Checkpoint& sums) { save(frame, extent, digest, sums); };
+  hooks.save = [this, frame = image.frame, extent = image.extent, digest](const passes::PathSamples& sums) {
+    save(frame, extent, digest, sums);
+  };
 }
 
 // The file may be anything: it comes from outside.
-std::optional<passes::PathPass::Checkpoint> PathCheckpoint::load(const Image& image, const Digest& digest) {
+std::optional<passes::PathSamples> PathCheckpoint::load(const Image& image, const Digest& digest) {
   std::error_code fault;
   if (!std::filesystem::exists(std::filesystem::symlink_status(file_, fault))) return std::nullopt;
   const auto start_again = [&](const std::string& why) {
@@ -166,12 +167,12 @@ std::optional<passes::PathPass::Checkpoint> PathCheckpoint::load(const Image& im
   if (head.samples == 0 || head.samples > settings_.samples_per_pixel)
     return start_again("has " + std::to_string(head.samples) + " samples per pixel, --spp wants " +
                        std::to_string(settings_.samples_per_pixel));
-  return passes::PathPass::Checkpoint{head.samples, sums};
+  return passes::PathSamples{head.samples, sums};
 }
 
 // A checkpoint that cannot be written does not end the run.
 void PathCheckpoint::save(uint64_t frame, VkExtent2D extent, const Digest& digest,
-                          const passes::PathPass::Checkpoint& sums) {
+                          const passes::PathSamples& sums) {
   Head head;
   head.width = extent.width;
   head.height = extent.height;

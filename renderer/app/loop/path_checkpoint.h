@@ -41,15 +41,14 @@ class PathCheckpoint {
   };
   // Sets `resume` and `save` of the hooks for one image; *this must outlive their use. A file that does not
   // fit is reported and not used.
-  void attach(const Image& image, passes::PathPass::Hooks& hooks);
+  void attach(const Image& image, passes::PathHooks& hooks);
   // Removes the file: all images are written.
   void remove();
 
  private:
   Digest digest_of_image(const Image& image);
-  std::optional<passes::PathPass::Checkpoint> load(const Image& image, const Digest& digest);
-  void save(uint64_t frame, VkExtent2D extent, const Digest& digest,
-            const passes::PathPass::Checkpoint& sums);
+  std::optional<passes::PathSamples> load(const Image& image, const Digest& digest);
+  void save(uint64_t frame, VkExtent2D extent, const Digest& digest, const passes::PathSamples& sums);
 
   const std::filesystem::path file_;
   const passes::PathSettings settings_;

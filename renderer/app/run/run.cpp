@@ -15,6 +15,7 @@
 #include "renderer/app/run/session.h"
 #include "renderer/app/start.h"
 #include "renderer/editing/viewer_edits.h"
+#include "renderer/passes/path/path_pass.h"
 
 namespace fire3dv::app {
 namespace {

@@ -9,6 +9,7 @@
 #include "base/log.h"
 #include "base/plural.h"
 #include "protocol/transport/open.h"
+#include "renderer/passes/path/path_pass.h"
 #include "renderer/scene/gltf/foreign_file.h"
 
 namespace fire3dv::app {

@@ -15,6 +15,7 @@
 #include "renderer/editing/new_objects.h"
 #include "renderer/editing/viewer_edits.h"
 #include "renderer/images/request_renderer.h"
+#include "renderer/passes/path/path_pass.h"
 #include "renderer/passes/texture_capacity.h"
 #include "renderer/scene/derived/variants.h"
 #include "renderer/state/motion/animation.h"
@@ -53,7 +54,7 @@ Result<void> upload_once(const Application& application, const scene::LoadedScen
     if (shortage == passes::Shortage::device_memory)
       return Error{"the device has no memory for images of " + std::to_string(extent.width) + "x" +
                    std::to_string(extent.height) + " with " +
-                   counted(static_cast<uint64_t>(renderer->samples()), "sample") +
+                   counted(static_cast<uint64_t>(renderer->settings().samples()), "sample") +
                    " beside the scene: choose a smaller --size, or fewer --samples"};
     return prepared.error();
   } catch (const gpu::VulkanFailure& failure) {
@@ -225,7 +226,7 @@ void Session::create_scene() {
   const OverlayFile file = overlay_file(options_, document_.has_own_file());
   live_.emplace(*loaded_, *poses_, renderer, *camera_,
                 AssetSettings{options_.assets, passes::levels_for(options_.levels_of_detail),
-                              renderer.max_textures(), file.path});
+                              renderer.settings().draw().max_textures, file.path});
   editor_.emplace(file, std::move(overlay_));
   if (document_.has_own_file())
     editor_->set_export({[this] { return document_.load().gltf_file(); }, options_.scene});

@@ -11,20 +11,13 @@
 
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/gpu/pipelines/pipeline.h"
+#include "renderer/passes/outputs/camera_history.h"
 #include "renderer/passes/outputs/planes_and_boxes.h"
 #include "renderer/passes/resources/gpu_scene.h"
 #include "renderer/passes/view/view.h"
 #include "shaders/shared/types.h"
 
 namespace fire3dv::passes {
-
-// Node transforms at a camera's last image, for motion. The owner has one per camera; histories of one frame
-// share the transforms.
-struct CameraHistory {
-  std::shared_ptr<gpu::Buffer> world_from_node;
-  glm::mat4 clip_from_world{1};
-  uint64_t scene = 0;  // SceneRenderer's count of scenes; 0: no image yet
-};
 
 class OutputsPass {
  public:

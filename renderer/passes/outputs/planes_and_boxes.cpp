@@ -5,6 +5,7 @@
 
 #include "renderer/scene/clusters/clusters.h"
 #include "renderer/scene/model/bounds.h"
+#include "renderer/state/pose_state.h"
 
 namespace fire3dv::passes {
 namespace {

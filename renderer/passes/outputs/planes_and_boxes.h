@@ -8,7 +8,10 @@
 #include "protocol/wire/image.h"
 #include "protocol/wire/image_outputs.h"
 #include "renderer/scene/model/scene.h"
-#include "renderer/state/pose_state.h"
+
+namespace fire3dv::state {
+class PoseState;
+}
 
 namespace fire3dv::passes {
 

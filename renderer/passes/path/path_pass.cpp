@@ -217,7 +217,7 @@ gpu_types::PathParameters PathPass::make_parameters(const gpu_types::Globals& gl
 }
 
 void PathPass::begin(gpu::Recorder& recorder, const gpu_types::Globals& globals, const View& view,
-                     const std::optional<Checkpoint>& resume) {
+                     const std::optional<PathSamples>& resume) {
   const uint32_t pixel_count = globals.width * globals.height;
   const VkDeviceSize sum_bytes = VkDeviceSize{pixel_count} * sizeof(gpu_types::PathSum);
   if (current_.samples() > 0 && last_.sums.size_bytes >= sum_bytes) std::swap(current_, last_);
@@ -302,7 +302,7 @@ void PathPass::record_sample(gpu::Recorder& recorder, GpuScene& scene, gpu_types
   }
 }
 
-void PathPass::save(const Hooks& hooks) {
+void PathPass::save(const PathHooks& hooks) {
   const VkDeviceSize bytes = VkDeviceSize{current_.width} * current_.height * sizeof(gpu_types::PathSum);
   if (saved_.size_bytes < bytes) {
     try {
@@ -325,7 +325,7 @@ void PathPass::save(const Hooks& hooks) {
   hooks.save({current_.samples(), {static_cast<const std::byte*>(saved_.mapped), bytes}});
 }
 
-bool PathPass::trace(GpuScene& scene, const Hooks& hooks) {
+bool PathPass::trace(GpuScene& scene, const PathHooks& hooks) {
   use_pipeline(scene);
   const uint32_t pixel_count = current_.width * current_.height;
   const uint64_t total = uint64_t{current_.bands} * settings_.samples_per_pixel;

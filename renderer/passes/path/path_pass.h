@@ -5,10 +5,8 @@
 // does not matter. So an image may be shown while it refines, and go on later.
 #pragma once
 
-#include <chrono>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -19,6 +17,7 @@
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/gpu/pipelines/descriptors.h"
 #include "renderer/gpu/pipelines/pipeline.h"
+#include "renderer/passes/path/path_hooks.h"
 #include "renderer/passes/post/post_pass.h"
 #include "renderer/passes/resources/gpu_scene.h"
 #include "renderer/passes/resources/shader_variant.h"
@@ -57,24 +56,6 @@ struct PathProgress {
 
 class PathPass {
  public:
-  // Sums after some samples of each pixel, gpu_types::PathSum[pixel] as bytes of this machine. An image that
-  // starts with them ends with the same bytes.
-  struct Checkpoint {
-    uint32_t samples = 0;
-    std::span<const std::byte> sums;
-  };
-  struct Hooks {
-    // Start of a new image, at most as many samples as wanted and of this size. nullopt: without samples.
-    std::optional<Checkpoint> resume = std::nullopt;
-    // Called at each interval, and before should_stop ends the call. null: never.
-    std::function<void(const Checkpoint&)> save = nullptr;
-    std::chrono::steady_clock::duration save_interval{};
-    std::function<void(uint64_t done, uint64_t total)> progress = nullptr;  // null: none
-    std::function<bool()> should_stop = nullptr;                            // null: never
-    // Ends a call of trace() at the first submission after this time. nullopt: with the last sample.
-    std::optional<std::chrono::steady_clock::duration> budget = std::nullopt;
-  };
-
   PathPass(gpu::Device& device, VkPipelineLayout layout, const PathSettings& settings,
            const scene::EnvironmentImage& environment);
 
@@ -95,7 +76,7 @@ class PathPass {
   void allocate(uint64_t pixel_count, bool keeps_last);
   // Records the start of an image into a frame of submissions(). globals: with the addresses of this frame.
   void begin(gpu::Recorder& recorder, const gpu_types::Globals& globals, const View& view,
-             const std::optional<Checkpoint>& resume = std::nullopt);
+             const std::optional<PathSamples>& resume = std::nullopt);
   // True if begin() would start the current image again: same scene buffers, view and settings.
   bool is_current(const gpu_types::Globals& globals, const View& view) const;
   // True if there is an image of this size without a whole first sample.
@@ -109,7 +90,7 @@ class PathPass {
   }
   // Submits samples, each submission short enough for other users of the device. Returns false if should_stop
   // ended it; then there is no image.
-  bool trace(GpuScene& scene, const Hooks& hooks);
+  bool trace(GpuScene& scene, const PathHooks& hooks);
   PathProgress progress() const;
   // Of the image that resolve() shows.
   uint32_t shown_samples() const { return (shows_last() ? last_ : current_).samples(); }
@@ -138,7 +119,7 @@ class PathPass {
   uint32_t band_pixels() const;  // of a large image
   gpu_types::PathParameters make_parameters(const gpu_types::Globals& globals, const View& view) const;
   void use_pipeline(const GpuScene& scene);
-  void save(const Hooks& hooks);
+  void save(const PathHooks& hooks);
   void record_sample(gpu::Recorder& recorder, GpuScene& scene, gpu_types::PathPush push);
 
   gpu::Device& device_;

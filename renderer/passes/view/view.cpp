@@ -33,6 +33,12 @@ glm::mat4 clip_from_camera(const scene::Camera& camera, float image_aspect) {
   return m;
 }
 
+bool any_lens(const scene::Scene& scene) {
+  return std::any_of(scene.cameras.begin(), scene.cameras.end(), [](const scene::Camera& camera) {
+    return !camera.orthographic && !camera.lens.is_pinhole();
+  });
+}
+
 Intrinsics intrinsics_of(const scene::Camera& camera, glm::uvec2 image_px) {
   Intrinsics intrinsics;
   const glm::vec2 size(image_px);

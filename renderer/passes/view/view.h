@@ -41,6 +41,9 @@ inline bool has_thin_lens(const View& view) {
   return !view.orthographic && !view.lens.is_pinhole();
 }
 
+// True if a camera of the scene has a thin lens.
+bool any_lens(const scene::Scene& scene);
+
 // Circle around the visible part of the near plane. Geometry between it and the eye is clipped.
 struct NearWindow {
   glm::vec3 center_world{0};

@@ -120,7 +120,7 @@ TEST_F(Determinism, WhatIsHiddenIsLeftOut) {
     settings.cull = cull;
     RenderBench bench(scene, {160, 120}, settings);
     for (int i = 0; i < 6; ++i) image = bench.draw_at_rest();  // until the counters are read back
-    return bench.renderer().clusters_drawn();
+    return bench.renderer().counts();
   };
   sinks::FrameImage all, in_view, seen;
   const uint32_t all_clusters = clusters_of(passes::Cull::off, all).clusters;
@@ -148,7 +148,7 @@ TEST_F(Determinism, WhatFallsBetweenSamplesIsLeftOut) {
     RenderBench culled(scene, {64, 48}, settings);
     sinks::FrameImage image;
     for (int i = 0; i < 6; ++i) image = culled.draw_at_rest();
-    EXPECT_EQ(culled.renderer().clusters_drawn().clusters, 0u) << samples;
+    EXPECT_EQ(culled.renderer().counts().clusters, 0u) << samples;
     settings.cull = passes::Cull::off;
     RenderBench whole(scene, {64, 48}, settings);
     EXPECT_TRUE(matches_image(image, whole.draw_at_rest(), "determinism_between", Tolerance::exact()));

@@ -110,9 +110,11 @@ class Levels : public ValidationIsSilent {
 
   // Counts the clusters from the last position without culling.
   static uint32_t all_clusters_of(ProofBench& bench) {
-    bench.renderer().set_cull(passes::Cull::off);
+    passes::DrawSettings settings = bench.renderer().settings().draw();
+    settings.cull = passes::Cull::off;
+    bench.renderer().apply(settings);
     for (int i = 0; i < 4; ++i) bench.draw(vec3(20, 23, 66), {0, 0.5f, 0}, 0.8f);  // counters come later
-    return bench.renderer().clusters_drawn().clusters;
+    return bench.renderer().counts().clusters;
   }
 };
 

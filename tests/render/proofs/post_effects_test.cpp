@@ -171,9 +171,9 @@ TEST_F(PostEffects, BloomDependsOnNoEarlierImageAndLeavesLinearColoursAlone) {
   used.renderer().set_scene(scene);
   used.set_size(kSize);
   EXPECT_EQ(used.draw(poses, view).rgba8, with.image.rgba8);
-  used.renderer().post_settings().bloom = 0;
+  used.change_settings([](passes::DrawSettings& s) { s.post.bloom = 0; });
   EXPECT_EQ(used.draw(poses, view).rgba8, plain.draw(poses, view).rgba8);
-  used.renderer().post_settings().bloom = 0.5f;
+  used.change_settings([](passes::DrawSettings& s) { s.post.bloom = 0.5f; });
   EXPECT_EQ(used.draw(poses, view).rgba8, with.image.rgba8);
 }
 

@@ -5,6 +5,7 @@
 
 #include <glm/gtc/matrix_transform.hpp>
 
+#include "renderer/passes/resources/gpu_scene.h"
 #include "tests/render/support/proof_bench.h"
 #include "tests/support/image_compare.h"
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "renderer/gpu/device/loader_commands.h"
+#include "renderer/passes/resources/gpu_scene.h"
 #include "renderer/passes/visibility/visibility_pass.h"
 #include "shaders/shared/types.h"
 #include "tests/render/support/proof_bench.h"

@@ -7,6 +7,8 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <vector>
 
+#include "renderer/passes/path/path_pass.h"
+#include "renderer/passes/resources/gpu_scene.h"
 #include "tests/render/support/path_bench.h"
 #include "tests/render/support/proof_bench.h"
 
@@ -223,9 +225,9 @@ TEST_F(RayEffects, SwitchedOffTheyLeaveTheImageAsItIs) {
   const sinks::FrameImage before = drawn(scene, plain), with = bench.draw_at_rest();
   EXPECT_LT(share_within(with, before, 4), 0.9);
   EXPECT_FALSE(bench.renderer().can_take(passes::ImageOutputs(), 2)) << "one camera at a time";
-  bench.renderer().set_ray_effects({});
+  bench.change_settings([](passes::DrawSettings& s) { s.ray_effects.on = {}; });
   EXPECT_EQ(bench.draw_at_rest().rgba8, before.rgba8);
-  bench.renderer().set_ray_effects(settings.ray_effects.on);
+  bench.change_settings([&](passes::DrawSettings& s) { s.ray_effects.on = settings.ray_effects.on; });
   EXPECT_EQ(bench.draw_at_rest().rgba8, with.rgba8) << "no earlier image matters";
 }
 

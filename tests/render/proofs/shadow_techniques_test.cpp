@@ -78,7 +78,7 @@ TEST_F(ShadowWays, RayQueryAndRayTracingPipelineAgreeToTheBit) {
       query.shadows.back_end = RayBackEnd::query;
       pipeline.shadows.back_end = RayBackEnd::pipeline;
       RenderBench by_pipeline(scene, kExtent, pipeline);
-      EXPECT_EQ(by_pipeline.renderer().shadow_technique().back_end, RayBackEnd::pipeline);
+      EXPECT_EQ(by_pipeline.renderer().settings().shadow_technique().back_end, RayBackEnd::pipeline);
       EXPECT_TRUE(matches_image(by_pipeline.draw_at_rest(), drawn(scene, query), "ways_back_ends",
                                 Tolerance::exact()));
     }
@@ -106,7 +106,7 @@ TEST_F(ShadowWays, HybridTracesFewerRays) {
   for (bool hybrid : {false, true}) {
     RenderBench bench(scene, kExtent, shadowed_by(ShadowMethod::ray, hybrid));
     for (uint32_t i = 0; i < 2 * gpu::kFramesInFlight; ++i) bench.draw_at_rest();
-    rays[hybrid] = bench.renderer().shadow_rays();
+    rays[hybrid] = bench.renderer().counts().shadow_rays;
   }
   EXPECT_GT(rays[0], 5000u);
   EXPECT_LT(rays[1], rays[0] / 2);
@@ -124,7 +124,7 @@ TEST_F(ShadowWays, RoomForFewRaysLosesNone) {
       RenderBench all(scene, kExtent, settings);
       sinks::FrameImage of_all;
       for (uint32_t i = 0; i < 2 * gpu::kFramesInFlight; ++i) of_all = all.draw_at_rest();
-      const auto rays = static_cast<uint32_t>(all.renderer().shadow_rays());
+      const auto rays = static_cast<uint32_t>(all.renderer().counts().shadow_rays);
       ASSERT_GT(rays, 100u);
       for (uint32_t room : {1u, 70u, rays - 1, rays}) {
         SCOPED_TRACE(room);

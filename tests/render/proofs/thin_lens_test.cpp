@@ -197,7 +197,7 @@ class RasterBench {
   // scene: outlives the bench.
   std::vector<double> radiance(const scene::Scene& scene, scene::ThinLens lens) {
     bench_.renderer().set_scene(scene);
-    bench_.renderer().post_settings().lens = lens;
+    bench_.change_settings([&](passes::DrawSettings& s) { s.post.lens = lens; });
     return test::radiance(bench_, scene, size_);
   }
 
@@ -308,7 +308,7 @@ TEST_F(ThinLens, TheRastersLensIsThatOfTheCameraAndDependsOnNoEarlierImage) {
   EXPECT_EQ(used.draw(poses, first_camera_view(scene, poses, kSize)).rgba8, image.rgba8);
   EXPECT_FALSE(used.renderer().can_take(passes::ImageOutputs(), 2)) << "several views share no HDR target";
   EXPECT_TRUE(used.renderer().can_take(passes::ImageOutputs(wire::kDepthF32), 2)) << "depths have no lens";
-  used.renderer().post_settings().lens = {};
+  used.change_settings([](passes::DrawSettings& s) { s.post.lens = {}; });
   const sinks::FrameImage pinhole = used.draw(poses, first_camera_view(scene, poses, kSize));
   EXPECT_NE(pinhole.rgba8, image.rgba8);
 

@@ -1,5 +1,6 @@
 // Test device with validation layers, and image capture.
 #include "tests/render/support/render_bench.h"
+#include "renderer/passes/outputs/planes_and_boxes.h"
 
 #include <cstdio>
 #include <cstdlib>
@@ -78,7 +79,7 @@ passes::PreparedFrame RenderBench::prepare(passes::FrameRequest request) {
 }
 
 void RenderBench::record_and_submit(const state::PoseState& poses, const passes::View& view, bool refines) {
-  passes::PathPass::Hooks hooks;
+  passes::PathHooks hooks;
   if (refines) hooks.budget.emplace(0);
   auto begun = take_or_die(renderer_.begin_next(
       frames_, {.extent = extent_, .markers = shows_markers_, .refines = refines, .keeps_last = refines},

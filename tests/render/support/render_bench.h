@@ -12,8 +12,10 @@
 #include "renderer/gpu/device/device.h"
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/gpu/readback_ring.h"
+#include "renderer/passes/outputs/planes_and_boxes.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/sinks/frame.h"
+#include "renderer/state/marker_registry.h"
 
 namespace fire3dv::test {
 
@@ -72,6 +74,13 @@ class RenderBench {
   void set_size(VkExtent2D extent);
   // Prepares an image of this size; fails the test without memory.
   passes::PreparedFrame prepare(passes::FrameRequest request = {});
+  // Changes settings of later images: change(passes::DrawSettings&).
+  template <typename Change>
+  void change_settings(Change&& change) {
+    passes::DrawSettings settings = renderer_.settings().draw();
+    change(settings);
+    renderer_.apply(settings);
+  }
   passes::SceneRenderer& renderer() { return renderer_; }
   gpu::FrameRing& frames() { return frames_; }
 

@@ -6,6 +6,7 @@
 #include <functional>
 #include <glm/gtc/matrix_transform.hpp>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "tests/render/support/path_bench.h"

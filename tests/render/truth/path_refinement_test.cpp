@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "renderer/passes/path/path_pass.h"
 #include "renderer/state/motion/animation.h"
 #include "tests/render/support/path_bench.h"
 #include "tests/render/support/render_bench.h"
@@ -51,7 +52,7 @@ class PathRefinement : public ValidationIsSilent {
   }
   // Traces the first sample of a selected image, unless it has one.
   void begin_image(uint64_t number) {
-    bench_.renderer().select_paths(number);
+    bench_.renderer().path_tracer()->select(number);
     for (int frame = 0; frame < 1000 && progress().samples == 0; ++frame) (void)bench_.refine(poses_, view_);
     ASSERT_GT(progress().samples, 0u);
   }
@@ -141,7 +142,7 @@ TEST_F(PathRefinement, SelectedImagesKeepTheirSamples) {
   std::vector<uint8_t> images[2];
   for (int turn = 0; turn < 6; ++turn) {
     const size_t number = static_cast<size_t>(turn) % 2;
-    bench_.renderer().select_paths(number + 7);
+    bench_.renderer().path_tracer()->select(number + 7);
     for (int frame = 0; frame < 1000 && progress().samples == samples[number]; ++frame)
       images[number] = bench_.refine(poses_, views[number]).rgba8;
     ASSERT_GT(progress().samples, samples[number]) << "image " << number << " has started again";
@@ -155,23 +156,23 @@ TEST_F(PathRefinement, SelectedImagesKeepTheirSamples) {
     EXPECT_EQ(images[number], whole_image(settings_));
   }
   // Other poses end all of them.
-  bench_.renderer().select_paths(7);
+  bench_.renderer().path_tracer()->select(7);
   EXPECT_TRUE(progress().is_whole());
   poses_.set_rest(moved(scene_, 0, at({0.4f, 0.7f, 0})));
   (void)bench_.refine(poses_, view_);
-  bench_.renderer().select_paths(8);
+  bench_.renderer().path_tracer()->select(8);
   EXPECT_EQ(progress().samples, 0u);
 }
 
 // More images than have room: the one that was selected first has no samples any more.
 TEST_F(PathRefinement, AFewImagesKeepTheirSamples) {
   for (uint64_t image = 1; image <= passes::PathPass::kMaxOtherImages + 2; ++image) begin_image(image);
-  bench_.renderer().select_paths(1);
+  bench_.renderer().path_tracer()->select(1);
   EXPECT_EQ(progress().samples, 0u);
-  bench_.renderer().select_paths(3);
+  bench_.renderer().path_tracer()->select(3);
   EXPECT_GT(progress().samples, 0u);
-  bench_.renderer().forget_paths(4);
-  bench_.renderer().select_paths(4);
+  bench_.renderer().path_tracer()->forget(4);
+  bench_.renderer().path_tracer()->select(4);
   EXPECT_EQ(progress().samples, 0u);
 }
 
@@ -193,10 +194,10 @@ TEST_F(PathRefinement, AnotherImageOfOtherPosesStartsItAgain) {
 TEST_F(PathRefinement, GoesOnAfterACheckpointToTheSameBytes) {
   settings_.path->samples_per_pixel = 8;
   std::vector<std::byte> sums;
-  passes::PathPass::Checkpoint kept;
+  passes::PathSamples kept;
   int saved = 0;
-  passes::PathPass::Hooks hooks;
-  hooks.save = [&](const passes::PathPass::Checkpoint& now) {
+  passes::PathHooks hooks;
+  hooks.save = [&](const passes::PathSamples& now) {
     ++saved;
     sums.assign(now.sums.begin(), now.sums.end());
     kept = {now.samples, sums};

@@ -1,4 +1,5 @@
 #include "tools/lab/contact_sheet/asset_drawer.h"
+#include "renderer/passes/resources/gpu_scene.h"
 
 #include <algorithm>
 #include <cmath>

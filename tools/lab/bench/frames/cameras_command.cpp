@@ -8,6 +8,7 @@
 #include "fire3dv/image.h"
 #include "protocol/wire/image_outputs.h"
 #include "renderer/gpu/readback_ring.h"
+#include "renderer/passes/outputs/planes_and_boxes.h"
 #include "renderer/passes/view/view.h"
 #include "renderer/scene/gltf/load_gltf.h"
 #include "tools/lab/bench/bench_device.h"

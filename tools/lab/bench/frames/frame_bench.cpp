@@ -238,10 +238,12 @@ Result<std::unique_ptr<FrameBench>> FrameBench::open(gpu::Device& device, const 
 }
 
 void FrameBench::apply(const Condition& condition) {
-  renderer_->set_cull(condition.cull);
-  renderer_->set_levels_of_detail(condition.levels_of_detail);
-  renderer_->set_shadows(condition.shadows);
-  renderer_->set_ray_effects(condition.ray_effects);
+  passes::DrawSettings settings = renderer_->settings().draw();
+  settings.cull = condition.cull;
+  settings.levels_of_detail = condition.levels_of_detail;
+  if (!condition.shadows) settings.shadows.method = passes::ShadowMethod::off;
+  settings.ray_effects.on = condition.ray_effects;
+  renderer_->apply(settings);
 }
 
 Result<double> FrameBench::take_new_poses() {

@@ -8,6 +8,7 @@
 #include "base/command_line.h"
 #include "renderer/app/options/option_values.h"
 #include "renderer/passes/frame_plan.h"
+#include "renderer/passes/ray_effects/ray_effects_pass.h"
 #include "renderer/sinks/png.h"
 #include "tools/lab/bench/bench_device.h"
 #include "tools/lab/bench/bench_scene.h"
@@ -221,10 +222,11 @@ Report describe_run(const FrameOptions& options, const gpu::Device& device) {
 
 // Records the settings that the device selected.
 void describe_drawing(const passes::SceneRenderer& renderer, Report& report) {
-  report.samples = static_cast<uint32_t>(renderer.samples());
-  report.raster =
-      renderer.raster_path() == passes::RasterPath::visibility ? "from a visibility buffer" : "forward";
-  report.shadows = passes::describe(renderer.shadow_technique());
+  report.samples = static_cast<uint32_t>(renderer.settings().samples());
+  report.raster = renderer.settings().raster_path() == passes::RasterPath::visibility
+                      ? "from a visibility buffer"
+                      : "forward";
+  report.shadows = passes::describe(renderer.settings().shadow_technique());
 }
 
 void say(const RunSummary& run) {

@@ -91,10 +91,11 @@ Result<void> measure_images(const ImageOptions& options) {
         "| FIRE-3DV | %s | %s, %u samples, shadows: %s, FXAA %s | %ux%u | %zu | %.2f | %.2f | %.2f | %.1f "
         "| %.2f |\n",
         options.scene.stem().c_str(),
-        renderer.raster_path() == passes::RasterPath::visibility ? "visibility" : "forward",
-        static_cast<uint32_t>(renderer.samples()), passes::describe(renderer.shadow_technique()),
-        options.draw.fxaa.c_str(), options.draw.width, options.draw.height, summary.count, summary.median,
-        summary.p95, summary.least, 1000 / summary.median, setup_s);
+        renderer.settings().raster_path() == passes::RasterPath::visibility ? "visibility" : "forward",
+        static_cast<uint32_t>(renderer.settings().samples()),
+        passes::describe(renderer.settings().shadow_technique()), options.draw.fxaa.c_str(),
+        options.draw.width, options.draw.height, summary.count, summary.median, summary.p95, summary.least,
+        1000 / summary.median, setup_s);
     if (!options.png.empty()) {
       const Result<sinks::FrameImage> last = (*bench)->draw(condition);
       if (!last) return last.error();

@@ -1,0 +1,379 @@
+#include "renderer/passes/frame.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "renderer/passes/resources/scene_materials.h"
+#include "renderer/passes/resources/scene_parts.h"
+#include "shaders/shared/types.h"
+
+namespace fire3dv::passes {
+namespace {
+
+scene::EnvironmentImage environment_of(const DrawSettings& settings) {
+  return settings.environment ? *settings.environment : scene::studio_environment();
+}
+
+bool any_soft(const std::vector<scene::PlacedLight>& lights) {
+  return std::any_of(lights.begin(), lights.end(),
+                     [](const scene::PlacedLight& placed) { return is_soft(placed.light); });
+}
+
+// An empty rectangle adds nothing.
+VkRect2D united(const VkRect2D& a, const VkRect2D& b) {
+  if (a.extent.width == 0) return b;
+  if (b.extent.width == 0) return a;
+  const auto right = [](const VkRect2D& r) { return r.offset.x + static_cast<int32_t>(r.extent.width); };
+  const auto bottom = [](const VkRect2D& r) { return r.offset.y + static_cast<int32_t>(r.extent.height); };
+  const VkOffset2D low{std::min(a.offset.x, b.offset.x), std::min(a.offset.y, b.offset.y)};
+  return {low,
+          {static_cast<uint32_t>(std::max(right(a), right(b)) - low.x),
+           static_cast<uint32_t>(std::max(bottom(a), bottom(b)) - low.y)}};
+}
+
+}  // namespace
+
+ScenePasses::ScenePasses(gpu::Device& on, const DrawSettings& wanted, const RendererSettings& settings)
+    : device(on),
+      scene_set_layout(gpu::BindlessTextures::create_layout(device, wanted.max_textures)),
+      layout(gpu::create_pipeline_layout(device, std::array{scene_set_layout.get()})),
+      edit_uploader(device),
+      transforms(device, layout.get()),
+      deform(device, layout.get()),
+      forward(device, layout.get(), settings.samples()),
+      markers(device, layout.get(), settings.samples()),
+      visibility(settings.has_visibility_buffer()
+                     ? std::optional<VisibilityPass>(std::in_place, device, layout.get(),
+                                                     scene_set_layout.get(), settings.compute_samples())
+                     : std::optional<VisibilityPass>()),
+      outputs(
+          settings.raster_path() == RasterPath::visibility
+              ? std::optional<OutputsPass>(std::in_place, device, layout.get(), settings.compute_samples())
+              : std::optional<OutputsPass>()),
+      shadows(device, layout.get(), settings.compute_samples(), settings.shadow_technique()),
+      post(device, settings.samples()),
+      stale_overlay(device),
+      environment(device, environment_of(wanted), wanted.cached_environments.get()) {
+  if (wanted.path)
+    path_tracer = std::make_unique<PathPass>(device, layout.get(), *wanted.path, environment_of(wanted));
+  if (settings.has_ray_effects())
+    ray_effects = std::make_unique<RayEffectsPass>(device, layout.get(), settings.compute_samples(),
+                                                   wanted.ray_effects.back_end);
+}
+
+void ScenePasses::expect_shading(const RendererSettings& settings, const scene::Scene& scene) {
+  if (settings.raster_path() != RasterPath::visibility || path_tracer) return;
+  const PostSettings& post_settings = settings.draw().post;
+  const ShadowTechnique& technique = settings.shadow_technique();
+  VisibilityPass::Shading shading;
+  shading.ray_effects = settings.traces_ray_effects(settings.refracts() && any_transmissive(scene));
+  shading.core_materials = !shading.ray_effects && !any_extended(scene.materials);
+  shading.textures = any_textured(scene.materials);
+  shading.second_uv = any_second_uv(scene.materials);
+  shading.material_flags = optional_flags(scene.materials);
+  shading.writes_samples = any_forward_only(scene, settings.refracts()) || post_settings.reads_samples() ||
+                           any_lens(scene) || !post_settings.lens.is_pinhole();
+  if (shading.writes_samples && !visibility->can_write_samples()) return;
+  // The pipeline expected last is compiled first. Shadows may be switched off at any time, but a CPU takes
+  // too long to precompile that variant.
+  if (!gpu::uses_cpu_variants(device)) visibility->expect(shading);
+  shading.shadows = shadow_mode(settings, technique.method == ShadowMethod::ray);
+  const std::vector<scene::PlacedLight> lights = scene::lights_of(scene, nullptr);
+  shading.tests_maps = settings.shadows_on() && technique.hybrid && !lights.empty() && !any_soft(lights);
+  visibility->expect(shading);
+}
+
+SceneUses ScenePasses::uses_of(const RendererSettings& settings, const scene::Scene& scene) const {
+  const ShadowTechnique& technique = settings.shadow_technique();
+  const bool hits_surfaces = path_tracer || ray_effects;
+  // Maps save most rays, except those to soft lights.
+  const bool has_few_rays = !hits_surfaces && technique.hybrid && !any_soft(scene::lights_of(scene, nullptr));
+  SceneUses uses;
+  uses.anisotropy = settings.draw().anisotropy;
+  uses.rays = has_few_rays ? gpu::Rays::few : gpu::Rays::many;
+  uses.path_traced = path_tracer != nullptr;
+  uses.refracts = settings.refracts();
+  uses.rays_to_boxes =
+      !hits_surfaces && gpu::traces_to_boxes(device) && technique.back_end != RayBackEnd::pipeline;
+  // Without storage of samples, images with effects are drawn forward.
+  uses.drawn_forward = settings.raster_path() != RasterPath::visibility ||
+                       (settings.draw().post.reads_samples() && !visibility->can_write_samples());
+  return uses;
+}
+
+void ScenePasses::use(Targets& targets) {
+  try {
+    if (visibility) visibility->set_targets(targets);
+    shadows.set_targets(targets);
+  } catch (const gpu::VulkanFailure&) {
+    if (visibility) visibility->reset_targets();
+    shadows.reset_targets();
+    throw;
+  }
+}
+
+void ScenePasses::allocate(const RendererSettings& settings, const FrameRequest& request,
+                           const FramePlan& plan, Targets& targets, GpuScene& gpu_scene) {
+  if (outputs) outputs->begin(request.outputs, gpu_scene, request.extent, request.views);
+  if (plan.visibility_buffer)
+    visibility->allocate(gpu_scene, settings.draw().cull, plan.camera_levels_of_detail);
+  if (plan.ray_effects)
+    ray_effects->allocate(targets, gpu_scene.refracts, settings.draw().ray_effects.on.bounce);
+  if (path_tracer && request.outputs.shaded())
+    path_tracer->allocate(uint64_t{request.extent.width} * request.extent.height, request.keeps_last);
+  if (plan.depth_of_field) {
+    if (!depth_of_field) depth_of_field = std::make_unique<DepthOfFieldPass>(device, settings.samples());
+    depth_of_field->allocate(targets);
+  }
+  if (plan.metering) {
+    if (!light_meter)
+      light_meter = std::make_unique<LightMeterPass>(device, settings.samples(), path_tracer != nullptr);
+    light_meter->bind(targets);
+  }
+  if (plan.bloom) {
+    if (!bloom) bloom = std::make_unique<BloomPass>(device, settings.samples(), path_tracer != nullptr);
+    if (bloom->allocate(targets)) {
+      if (path_tracer) {
+        path_tracer->bind_bloom(targets);
+      } else {
+        post.bind_bloom(device, targets);
+      }
+    }
+  }
+}
+
+uint32_t ScenePasses::shadow_mode(const RendererSettings& settings, bool masked) const {
+  return settings.shadows_on() ? shadows.shader_mode(masked) : FIRE3DV_SHADOWS_OFF;
+}
+
+gpu_types::Globals ScenePasses::make_globals(const RendererSettings& settings, const GpuScene& scene,
+                                             const Targets& targets, const View& view,
+                                             bool shadow_mask) const {
+  const DrawSettings& draw = settings.draw();
+  gpu_types::Globals globals{};
+  globals.world_from_node = scene.world_from_node.address;
+  globals.node_facts = scene.node_facts();
+  globals.first_primitive_of_node = scene.first_primitive_of_node.address;
+  globals.draws = scene.draws.address;
+  globals.primitives = scene.primitives.address;
+  globals.materials = scene.materials.address;
+  globals.material_extensions = scene.material_extensions.address;
+  globals.lights = scene.lights.address;
+  globals.light_poses = scene.light_poses();
+  globals.positions = scene.positions.address;
+  globals.frames = scene.frames.address;
+  globals.tangents = scene.tangents.address;
+  globals.uvs = scene.uvs.address;
+  globals.extras = scene.extras.address;
+  globals.indices = scene.indices.address;
+  globals.parts = scene.parts.address;
+  globals.clusters = scene.clusters.address;
+  globals.level_groups = scene.level_groups.address;
+  globals.cluster_triangles = scene.cluster_triangles.address;
+  globals.ray_boxes = scene.ray_boxes.address;
+  globals.ray_box_count = scene.ray_box_count;
+  globals.primitive_count = static_cast<uint32_t>(scene.geometry.size());
+  globals.cluster_instances = scene.cluster_instances.address;
+  globals.clip_from_world = view.clip_from_world;
+  globals.eye_world = view.eye_world;
+  const NearWindow window = near_window(view);
+  globals.near_window = glm::vec4(window.center_world, window.radius_m);
+  globals.near_plane = window.plane_world;
+  globals.light_count = scene.light_count;
+  environment.describe(globals, draw.environment_intensity, draw.environment_rotation_rad);
+  globals.background = draw.background.color;
+  globals.background_zenith = draw.background.zenith.value_or(draw.background.color);
+  if (view.ground && !view.orthographic) {
+    globals.ground_height_m = view.ground->height_m;
+    globals.ground_radius_m = view.ground->radius_m;
+    globals.ground_center = view.ground->center_world;
+  }
+  globals.background_lod =
+      draw.background.show_environment ? environment.background_level(view, targets.extent.height) : -1;
+  globals.world_from_ndc_x = view.world_from_ndc_x;
+  globals.world_from_ndc_y = view.world_from_ndc_y;
+  globals.world_from_ndc_origin = view.world_from_ndc_origin;
+  globals.half_pixel_depth = half_pixel_depth(view, targets.extent.height);
+  globals.part_count = scene.part_count;
+  shadows.write_globals(globals);
+  globals.shadows = shadow_mode(settings, shadow_mask);
+  globals.visibility_generation = targets.visibility.generation();
+  globals.width = targets.extent.width;
+  globals.height = targets.extent.height;
+  return globals;
+}
+
+Frame::Frame(const FrameSource& source, const FramePlan& plan)
+    : source_(source), plan_(plan), passes_(source.passes), recorder_(source.recorder) {
+  const FrameRequest& request = source.request;
+  if (plan.visibility_buffer) passes_.visibility->begin();
+  if (plan.shadow_maps) passes_.shadows.begin_maps();
+  if (passes_.outputs)
+    passes_.outputs->begin(request.outputs, source.gpu_scene, request.extent, request.views);
+  for (const View& view : source.views) {
+    const gpu_types::Globals globals =
+        passes_.make_globals(source.settings, source.gpu_scene, source.targets, view, plan.shadow_mask);
+    globals_.push_back(source.staging.write(std::span<const gpu_types::Globals>(&globals, 1)).address);
+  }
+  const bool is_bounded = plan.compute_shading && plan.forward;
+  forward_area_ = is_bounded ? forward_bounds(source.gpu_scene, source.scene, source.poses, source.views[0],
+                                              request.extent)
+                             : whole_area();
+  if (is_bounded && plan.markers) forward_area_ = united(forward_area_, passes_.markers.bounds());
+  // The linear plane and effects need the samples of all pixels.
+  const bool is_whole =
+      plan.metering || plan.bloom || plan.depth_of_field || request.outputs.has(wire::kColorLinearF16);
+  hdr_area_ = is_whole ? whole_area() : forward_area_;
+}
+
+InspectedView Frame::inspected_view() const {
+  return {source_.scene,    source_.gpu_scene, source_.targets.visibility.buffer,
+          source_.views[0], globals_[0],       source_.targets.extent};
+}
+
+void Frame::rasterise() {
+  std::vector<ClusterRaster*> sets;
+  if (plan_.visibility_buffer) {
+    sets.push_back(&passes_.visibility->prepare(source_.staging, source_.gpu_scene, source_.views,
+                                                globals_[0], source_.settings.draw().cull,
+                                                plan_.camera_levels_of_detail));
+  }
+  if (plan_.shadow_maps) {
+    ClusterRaster* maps =
+        passes_.shadows.prepare_maps(source_.staging, source_.gpu_scene, globals_[0],
+                                     source_.settings.draw().cull, plan_.shadow_map_levels_of_detail);
+    if (maps) sets.push_back(maps);
+  }
+  ClusterRaster::Clear clear = ClusterRaster::clear_of(sets);
+  if (plan_.shadow_maps) {
+    passes_.shadows.fit_map_views(recorder_, source_.staging, source_.gpu_scene, globals_,
+                                  plan_.shadow_map_levels_of_detail, std::move(clear));
+  } else if (!sets.empty()) {
+    recorder_.pass("clear", clear.uses, clear.commands);
+  }
+  if (!sets.empty()) ClusterRaster::record(recorder_, sets);
+}
+
+void Frame::write_planes(std::span<CameraHistory> histories) {
+  passes_.outputs->record(
+      recorder_, source_.staging,
+      {source_.scene, source_.gpu_scene, passes_.visibility->buffer(), source_.views, globals_}, histories);
+}
+
+void Frame::draw_debug_view() {
+  const Inspection& inspection = source_.request.inspection;
+  if (!passes_.inspector)
+    passes_.inspector =
+        std::make_unique<Inspector>(passes_.device, passes_.layout.get(), passes_.scene_set_layout.get(),
+                                    source_.settings.compute_samples());
+  passes_.inspector->draw_on(source_.targets, source_.image);
+  const InspectedView view = inspected_view();
+  if (inspection.pick) passes_.inspector->pick(recorder_, view, *inspection.pick);
+  if (!replaces_shading(inspection.debug_view)) return;
+  passes_.inspector->debug_views().show(recorder_, source_.staging, view, inspection.debug_view,
+                                        {source_.settings.draw().cull, plan_.camera_levels_of_detail},
+                                        source_.image);
+}
+
+void Frame::merge_coverage() {
+  passes_.visibility->merge_coverage(recorder_, source_.gpu_scene, globals_, plan_.shadow_mask);
+}
+
+void Frame::trace_ray_effects() {
+  // Edits may have changed the plan since prepare().
+  passes_.ray_effects->allocate(source_.targets, source_.gpu_scene.refracts,
+                                source_.settings.draw().ray_effects.on.bounce);
+  const float radius_m = 0.5f * glm::length(source_.scene.bounds_max - source_.scene.bounds_min);
+  passes_.ray_effects->record(recorder_,
+                              {source_.gpu_scene, source_.targets, source_.views[0], globals_[0], radius_m},
+                              source_.settings.draw().ray_effects);
+}
+
+void Frame::shade() {
+  const VkRect2D* const hdr_area = plan_.hdr_samples ? &hdr_area_ : nullptr;
+  const uint32_t mode = passes_.shadow_mode(source_.settings, plan_.shadow_mask);
+  if (!plan_.shadow_mask) {
+    passes_.visibility->shade(recorder_, source_.gpu_scene, passes_.shadows, source_.targets,
+                              {0, source_.views, globals_, mode, plan_.ray_effects},
+                              source_.settings.draw().post, hdr_area);
+    return;
+  }
+  // In sequence, since all views share one ray list and one mask.
+  for (uint32_t view = 0; view < source_.views.size(); ++view) {
+    if (view > 0) passes_.shadows.clear_ray_lists(recorder_);
+    const VisibilityPass::Shaded shaded{view, source_.views.subspan(view, 1),
+                                        std::span(globals_).subspan(view, 1), mode, plan_.ray_effects};
+    if (plan_.compute_shading && passes_.shadows.tests_maps_while_shading()) {
+      passes_.visibility->shade_and_trace(recorder_, source_.gpu_scene, passes_.shadows, source_.targets,
+                                          shaded, source_.settings.draw().post, hdr_area);
+      continue;
+    }
+    passes_.shadows.record(recorder_, source_.gpu_scene,
+                           {passes_.visibility->buffer(), passes_.visibility->address_of(view)},
+                           globals_[view]);
+    if (plan_.compute_shading)
+      passes_.visibility->shade(recorder_, source_.gpu_scene, passes_.shadows, source_.targets, shaded,
+                                source_.settings.draw().post, hdr_area);
+  }
+}
+
+void Frame::draw_forward() {
+  if (forward_area_.extent.width == 0) return;  // no forward-only draw is in the image
+  passes_.forward.record(recorder_, source_.staging,
+                         {source_.gpu_scene, source_.scene, source_.poses, source_.targets, source_.views[0],
+                          globals_[0], source_.settings.draw().background, &passes_.shadows,
+                          plan_.compute_shading ? &source_.targets.visibility : nullptr, forward_area_});
+}
+
+void Frame::post_process() {
+  PostSettings post = source_.settings.draw().post;
+  post.exposure = exposure_of(source_.views[0], post);
+  if (!plan_.bloom) post.bloom = 0;
+  if (plan_.fxaa_only) {
+    if (post.fxaa) recorder_.overlap_copies_with_next();
+    passes_.post.smooth(recorder_, source_.targets, post);
+    return;
+  }
+  PostPass::Linear linear;
+  if (source_.request.outputs.has(wire::kColorLinearF16))
+    linear = {&passes_.outputs->planes(), passes_.outputs->address_of(wire::kColorLinearF16)};
+  gpu::Buffer* const sums = plan_.path_resolve ? &passes_.path_tracer->sums() : nullptr;
+  MeteredExposure metered;
+  // A camera with an exposure of its own keeps it.
+  if (plan_.metering && !(source_.views[0].exposure > 0))
+    metered = passes_.light_meter->record(recorder_, source_.targets, post.exposure, sums);
+  if (plan_.bloom) passes_.bloom->record(recorder_, source_.targets, post.exposure, metered, sums);
+  if (plan_.path_resolve) {
+    passes_.path_tracer->resolve(recorder_, source_.targets, post, linear, metered);
+    return;
+  }
+  const bool is_partial = plan_.compute_shading &&
+                          passes_.visibility->tone_maps_other_pixels(source_.gpu_scene, plan_.ray_effects);
+  passes_.post.record(recorder_, source_.targets, post, linear, metered,
+                      is_partial ? hdr_area_ : whole_area());
+}
+
+void Frame::draw_overlays() {
+  const Inspection& inspection = source_.request.inspection;
+  const InspectedView view = inspected_view();
+  if (inspection.debug_view == DebugView::unresolved_shadows)
+    passes_.inspector->debug_views().mark_unresolved(recorder_, view, passes_.shadows, plan_.shadow_mask,
+                                                     source_.image);
+  if (inspection.selected != scene::kNone)
+    passes_.inspector->outline(recorder_, source_.staging, view, inspection.selected, source_.image);
+}
+
+void Frame::blur() {
+  const View& view = source_.views[0];
+  const scene::ThinLens& lens = lens_of(view, source_.settings.draw().post.lens);
+  if (view.orthographic || lens.is_pinhole()) return;
+  passes_.depth_of_field->record(recorder_, source_.targets,
+                                 circle_of_confusion(view, lens, source_.request.extent));
+}
+
+void Frame::draw_markers() {
+  if (forward_area_.extent.width == 0) return;
+  passes_.markers.record(recorder_, {source_.targets, source_.views[0], globals_[0], forward_area_});
+}
+
+}  // namespace fire3dv::passes

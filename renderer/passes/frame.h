@@ -1,0 +1,121 @@
+// Passes of a renderer, and the steps of one image while it is recorded. Internal to SceneRenderer.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "renderer/gpu/frame_ring.h"
+#include "renderer/passes/debug/inspector.h"
+#include "renderer/passes/environment/environment.h"
+#include "renderer/passes/forward/forward_pass.h"
+#include "renderer/passes/frame_plan.h"
+#include "renderer/passes/frame_request.h"
+#include "renderer/passes/markers/marker_pass.h"
+#include "renderer/passes/outputs/outputs_pass.h"
+#include "renderer/passes/path/path_pass.h"
+#include "renderer/passes/path/traced_scene.h"
+#include "renderer/passes/post/bloom_pass.h"
+#include "renderer/passes/post/depth_of_field_pass.h"
+#include "renderer/passes/post/light_meter_pass.h"
+#include "renderer/passes/post/post_pass.h"
+#include "renderer/passes/ray_effects/ray_effects_pass.h"
+#include "renderer/passes/renderer_settings.h"
+#include "renderer/passes/resources/edit_uploader.h"
+#include "renderer/passes/resources/gpu_scene.h"
+#include "renderer/passes/resources/pose_passes.h"
+#include "renderer/passes/resources/target_cache.h"
+#include "renderer/passes/view/view.h"
+#include "renderer/passes/visibility/visibility_pass.h"
+
+namespace fire3dv::passes {
+
+struct ScenePasses {
+  ScenePasses(gpu::Device& device, const DrawSettings& wanted, const RendererSettings& settings);
+
+  // Starts compilation of the shading pipelines that images of the scene will probably use, during its
+  // upload.
+  void expect_shading(const RendererSettings& settings, const scene::Scene& scene);
+  SceneUses uses_of(const RendererSettings& settings, const scene::Scene& scene) const;
+  // Hands the targets to the passes that keep them. On a VulkanFailure none has any.
+  void use(Targets& targets);
+  // Allocates the memory of an image, for targets in use. Edits of the frame may still change the plan;
+  // recording then allocates the rest.
+  void allocate(const RendererSettings& settings, const FrameRequest& request, const FramePlan& plan,
+                Targets& targets, GpuScene& gpu_scene);
+  // Constants of a view. shadow_mask: shading reads it.
+  gpu_types::Globals make_globals(const RendererSettings& settings, const GpuScene& gpu_scene,
+                                  const Targets& targets, const View& view, bool shadow_mask) const;
+  uint32_t shadow_mode(const RendererSettings& settings, bool masked) const;  // FIRE3DV_SHADOWS_*
+
+  gpu::Device& device;
+  gpu::SetLayout scene_set_layout;
+  gpu::PipelineLayout layout;
+  EditUploader edit_uploader;
+  TransformsPass transforms;
+  DeformPass deform;
+  ForwardPass forward;
+  MarkerPass markers;
+  std::optional<VisibilityPass> visibility;
+  std::optional<OutputsPass> outputs;
+  ShadowPass shadows;
+  PostPass post;
+  StaleOverlayPass stale_overlay;
+  std::unique_ptr<LightMeterPass> light_meter;  // created on first use, like bloom
+  std::unique_ptr<BloomPass> bloom;
+  std::unique_ptr<DepthOfFieldPass> depth_of_field;
+  std::unique_ptr<PathPass> path_tracer;        // null: raster
+  TracedScene traced_scene;                     // of the image that refines
+  std::unique_ptr<RayEffectsPass> ray_effects;  // null: not in the settings, or not supported
+  std::unique_ptr<Inspector> inspector;         // created on first use
+  Environment environment;  // last: its wait for the GPU overlaps with pipeline compilation
+};
+
+// Resources and values of the image.
+struct FrameSource {
+  ScenePasses& passes;
+  const RendererSettings& settings;
+  Targets& targets;
+  GpuScene& gpu_scene;
+  const scene::Scene& scene;
+  gpu::Image& image;  // the finished one
+  const FrameRequest& request;
+  gpu::Recorder& recorder;
+  gpu::StagingRing& staging;
+  const state::PoseState& poses;
+  std::span<const View> views;
+};
+
+class Frame {
+ public:
+  // Begins the targets' generations and uploads the constants of each view.
+  Frame(const FrameSource& source, const FramePlan& plan);
+
+  // Steps in their order; see SceneRenderer::record.
+  void rasterise();
+  void write_planes(std::span<CameraHistory> histories);
+  void draw_debug_view();
+  void merge_coverage();
+  void trace_ray_effects();
+  void shade();
+  void draw_forward();
+  void blur();
+  void draw_markers();
+  void post_process();
+  void draw_overlays();
+
+ private:
+  VkRect2D whole_area() const { return {{0, 0}, source_.request.extent}; }
+  InspectedView inspected_view() const;
+
+  const FrameSource& source_;
+  const FramePlan& plan_;
+  ScenePasses& passes_;
+  gpu::Recorder& recorder_;
+  std::vector<VkDeviceAddress> globals_;  // per view
+  VkRect2D forward_area_{};               // bounds of the forward draws
+  VkRect2D hdr_area_{};                   // pixels that the tone-map pass resolves
+};
+
+}  // namespace fire3dv::passes

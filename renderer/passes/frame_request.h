@@ -1,0 +1,57 @@
+// Request of an image, and its preparation.
+#pragma once
+
+#include <cstdint>
+#include <utility>
+
+#include "protocol/wire/image_outputs.h"
+#include "renderer/gpu/device/vk.h"
+#include "renderer/passes/debug/inspection.h"
+
+namespace fire3dv::passes {
+
+using wire::ImageOutput;
+using wire::ImageOutputs;
+
+// Scene state of an image. Later images of a frame reuse its edits, transforms and deformation.
+enum class SceneUpdate : uint8_t { update, reuse };
+
+// Image that a caller wants to record.
+struct FrameRequest {
+  VkExtent2D extent{};  // of a view
+  // Views that are taken together. Image and planes stack them vertically, in order. Several views have no
+  // FXAA and share one set of shadow maps.
+  uint32_t views = 1;
+  ImageOutputs outputs = {};
+  Inspection inspection = {};  // for a single view with colours; unavailable parts are ignored
+  SceneUpdate scene = SceneUpdate::update;
+  bool markers = false;  // shows those of set_markers(); images of several views have none
+  // The view has a lens, which may be new since set_scene(). begin_next() sees it by itself; images of
+  // several views have none.
+  bool lens = false;
+  // Paths: trace_paths() goes on with the last such image while it stays the same; see there.
+  bool refines = false;
+  bool keeps_last = false;  // with refines: the image before it is shown until the first sample is whole
+};
+
+// Resource that prepare() could not provide.
+enum class Shortage : uint8_t {
+  none,
+  unsupported_outputs,
+  motion_snapshots,  // camera histories reference too many transform snapshots
+  device_memory,
+};
+
+// Request with its resources. Valid for one record(), before the next prepare() or set_scene().
+class PreparedFrame {
+ public:
+  const FrameRequest& request() const { return request_; }
+
+ private:
+  friend class SceneRenderer;
+  PreparedFrame(FrameRequest request, uint64_t number) : request_(std::move(request)), number_(number) {}
+  FrameRequest request_;
+  uint64_t number_;
+};
+
+}  // namespace fire3dv::passes

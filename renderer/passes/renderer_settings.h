@@ -1,0 +1,101 @@
+// Draw settings on a device: what they come to there, which of them later frames may change, and which images
+// they allow.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "base/error.h"
+#include "renderer/gpu/device/vk.h"
+#include "renderer/passes/environment/environment.h"
+#include "renderer/passes/frame_plan.h"
+#include "renderer/passes/frame_request.h"
+#include "renderer/passes/path/path_pass.h"
+#include "renderer/passes/post/post_pass.h"
+#include "renderer/passes/ray_effects/ray_effect_settings.h"
+#include "renderer/passes/shadows/shadow_plan.h"
+
+namespace fire3dv::gpu {
+class Device;
+}
+
+namespace fire3dv::passes {
+
+struct DrawSettings {
+  RasterPath raster = RasterPath::automatic;
+  Cull cull = Cull::automatic;
+  LevelsOfDetail levels_of_detail = LevelsOfDetail::automatic;
+  float anisotropy = 1;  // off, so that images are identical on all devices
+  uint32_t samples = 4;
+  ShadowSettings shadows;
+  std::shared_ptr<const scene::EnvironmentImage> environment;  // null: the studio environment
+  std::shared_ptr<EnvironmentStore> cached_environments;       // cache; null: maps are prepared at each start
+  float environment_intensity = 1;
+  float environment_rotation_rad = 0;  // about +Y, counter-clockwise seen from above
+  Background background;
+  PostSettings post;
+  RayEffectSettings ray_effects;  // of raster images, on devices that trace rays; see can_trace_ray_effects()
+  std::optional<PathSettings> path;  // colours by path tracing; the device must support it. nullopt: raster
+  uint32_t max_textures = 1 << 16;   // texture capacity of a scene; larger values slow down every start
+};
+
+// Facts of a scene that limit its images.
+struct SceneLimits {
+  bool may_have_forward_only = false;  // has forward-only draws, hidden or not
+  bool cameras_have_lenses = false;
+  bool refracts = false;  // as GpuScene
+};
+
+class RendererSettings {
+ public:
+  RendererSettings(const gpu::Device& device, const DrawSettings& settings);
+
+  // Of later frames, without the environment image, of which the GPU has a copy.
+  const DrawSettings& draw() const { return draw_; }
+  RasterPath raster_path() const { return path_; }  // never automatic
+  VkSampleCountFlagBits samples() const { return samples_; }
+  uint32_t compute_samples() const { return samples_ == VK_SAMPLE_COUNT_4_BIT ? 4 : 1; }
+  const ShadowTechnique& shadow_technique() const { return shadow_technique_; }
+  bool shadows_on() const { return shadows_on_; }
+  bool traces_paths() const { return draw_.path.has_value(); }
+  // The forward path takes ray origins from a visibility buffer, where its fragment shader cannot trace rays.
+  bool has_visibility_buffer() const;
+  bool can_write_samples() const;  // compute shading writes multisampled HDR colour
+  bool has_ray_effects() const { return has_ray_effects_; }
+  // Transmissive surfaces, by ray effects. Without storage of samples, scenes with blended surfaces are drawn
+  // forward, where no light is refracted.
+  bool refracts() const { return refracts_; }
+  // scene_refracts: GpuScene::refracts.
+  bool traces_ray_effects(bool scene_refracts) const;
+  // Lens of the raster or of paths; a pinhole: none.
+  const scene::ThinLens& lens() const { return draw_.path ? draw_.path->lens : draw_.post.lens; }
+  bool has_depth_of_field(const SceneLimits& scene, bool view_has_lens = false) const;
+
+  // See SceneRenderer.
+  void apply(const DrawSettings& settings);
+  bool needs_new_renderer(const DrawSettings& settings) const;
+  Result<void> can_take(const ImageOutputs& outputs, uint32_t views, const SceneLimits& scene) const;
+  Result<void> can_show(DebugView view) const;
+  Result<void> can_inspect() const;
+  Result<void> can_blur() const;
+
+ private:
+  // What a visibility buffer needs that this raster path lacks, for messages.
+  std::string without_visibility_buffer() const;
+  bool can_refract(const DrawSettings& settings) const;
+
+  const gpu::Device& device_;
+  DrawSettings draw_;
+  std::weak_ptr<const scene::EnvironmentImage> environment_source_;  // empty: the studio
+  bool uses_studio_;
+  RasterPath path_;
+  VkSampleCountFlagBits samples_;
+  ShadowTechnique shadow_technique_;
+  bool shadows_on_ = true;
+  bool has_ray_effects_;
+  bool refracts_;
+};
+
+}  // namespace fire3dv::passes
