@@ -13,4 +13,4 @@ fire3dv_library(fire3dv_mjcf
           mjcf/bodies/mjcf_bodies.cpp mjcf/bodies/mjcf_kinematics.cpp mjcf/bodies/mjcf_objects.cpp mjcf/assets/mjcf_source.cpp mjcf/bodies/mjcf_tendons.cpp
           mjcf/bodies/mjcf_tracking.cpp mjcf/read_mjcf.cpp mjcf/bodies/tendon_wrap.cpp
           mjcf/xml/mjcf_attributes.cpp mjcf/xml/mjcf_element.cpp mjcf/xml/mjcf_files.cpp
-  LINK fire3dv_mjcf_scene fire3dv_description_files PkgConfig::tinyxml2 PNG::PNG)
+  LINK fire3dv_mjcf_scene fire3dv_description_files PkgConfig::tinyxml2)
