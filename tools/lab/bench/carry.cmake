@@ -1,6 +1,6 @@
 # Portable copy of the benchmark program with its libraries:
 #
-#   cmake -DPROGRAM=build/release/bin/fire3dv-bench -DOUT=folder -P tools/lab/bench/carry.cmake
+#   cmake -DPROGRAM=build/lab/bin/fire3dv-bench -DOUT=folder -P tools/lab/bench/carry.cmake
 #
 # The script copies the program and its libraries to OUT/bin/fire3dv-bench and OUT/lib, for a machine
 # that has only a Vulkan driver. The C library and the driver are that machine's own.

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Latency of the live view, from publishing a pose to the pixel on the page's canvas, as rows of a Markdown table.
 
-    live_latency.py --programs build/release/bin --client build/release/lib/libfire3dv-client.so [--seconds 20] [--size 640x480]
+    live_latency.py --programs build/lab/bin --client build/lab/lib/libfire3dv-client.so [--seconds 20] [--size 640x480]
                     [-- OPTIONS OF FIRE3DV]
 
 A bright green box moves between two places in the robot arm's scene. Headless Chromium shows the page on loopback. The script searches

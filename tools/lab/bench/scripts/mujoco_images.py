@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """A step with colour, depth and labels in lockstep, by FIRE-3DV and by MuJoCo's own offscreen renderer, in alternation.
 
-    mujoco_images.py --programs build/release/bin panda/scene.xml humanoid100.xml [--sizes 64x64,640x480] [--blocks 7] [--seconds 200]
+    mujoco_images.py --programs build/lab/bin panda/scene.xml humanoid100.xml [--sizes 64x64,640x480] [--blocks 7] [--seconds 200]
 
 For each model, kind of shadows and size a renderer is started, fire3dv-mujoco-compare takes turns between both, and a row of a Markdown
 table is printed: medians in milliseconds, and the median over turns of MuJoCo's time to ours, above 1 where FIRE-3DV is the faster one. Shadows:
@@ -59,7 +59,7 @@ def rows(arguments, folder):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("models", nargs="+", help="MJCF files")
-    parser.add_argument("--programs", default="build/release/bin", help="folder of the programs (default: %(default)s)")
+    parser.add_argument("--programs", default="build/lab/bin", help="folder of the programs (default: %(default)s)")
     parser.add_argument("--sizes", default="64x64,256x256,640x480")
     parser.add_argument("--shadows", default="off,map,ray")
     parser.add_argument("--blocks", type=int, default=7, help="turns of each renderer")

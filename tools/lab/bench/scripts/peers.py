@@ -10,7 +10,7 @@ A command is a template: {scene} stands for the file. It is run as it stands, wi
 
 A display that the other program needs is started around this script, so that it is not timed:
 
-    xvfb-run -a peers.py --scene 223K.glb --ours "build/release/bin/fire3dv-bench images {scene} --samples 1 --shadows off" \\
+    xvfb-run -a peers.py --scene 223K.glb --ours "build/lab/bin/fire3dv-bench images {scene} --samples 1 --shadows off" \\
              --peer "ogre_bench --scene {scene} --shadows 0" --name "OGRE 1.12"
     xvfb-run -a peers.py --value process --scene 223K.glb --ours "fire3dv {scene} --headless --frames 1 --size 640x480 --out images" \\
              --peer "f3d --quiet --resolution 640,480 --output b.png {scene}" --name "f3d 1.3"

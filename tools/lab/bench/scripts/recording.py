@@ -172,7 +172,7 @@ def check(programs, folder):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--programs", default="build/release/bin", help="folder of the programs")
+    parser.add_argument("--programs", default="build/lab/bin", help="folder of the programs")
     parser.add_argument("--out", help="where the page goes; without, it is printed")
     parser.add_argument("--modules", help="a node_modules folder")
     parser.add_argument("--hour", help="made before: fire3dv-bench record-write FILE --seconds 3600 --motion rest")

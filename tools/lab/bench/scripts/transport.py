@@ -117,7 +117,7 @@ def page(arguments, programs, folder):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--programs", default="build/release/bin", help="folder of the programs")
+    parser.add_argument("--programs", default="build/lab/bin", help="folder of the programs")
     parser.add_argument("--tests", default="build/release/tests", help="folder of the tests, two of which print tables")
     parser.add_argument("--out", help="where the page goes; without, it is printed")
     parser.add_argument("--rounds", type=int, default=5, help="pairs of each row")
