@@ -58,12 +58,12 @@ Character first_of(std::string_view text) {
 
 }  // namespace
 
-std::string sanitize_text(std::string_view text, size_t most_bytes) {
+std::string sanitize_text(std::string_view text, size_t max_bytes) {
   std::string clean;
   while (!text.empty()) {
     const Character character = first_of(text);
     const std::string_view taken = character.fits ? text.substr(0, character.bytes) : "?";
-    if (clean.size() + taken.size() > most_bytes) break;
+    if (clean.size() + taken.size() > max_bytes) break;
     clean += taken;
     text.remove_prefix(character.bytes);
   }

@@ -71,7 +71,7 @@ struct Material {
 };
 
 // Joints that move a vertex, as indices into the skin of its node, and their weights, whose sum is 1. Unused
-// places have the weight 0.
+// slots have the weight 0.
 struct Influences {
   std::array<uint16_t, 8> joints{};
   std::array<float, 8> weights{};
@@ -160,7 +160,7 @@ void add_light_if_none(Model& model);
 
 // Sanitises untrusted text for node names and messages: replaces invalid UTF-8, control characters and
 // bidirectional controls by '?'. Truncates at a character boundary.
-std::string sanitize_text(std::string_view text, size_t most_bytes = 1024);  // default: limit of stream names
+std::string sanitize_text(std::string_view text, size_t max_bytes = 1024);  // default: limit of stream names
 
 // Converts sRGB, as description files use it, to linear light.
 inline glm::vec3 linear_from_srgb(const glm::vec3& displayed) {

@@ -33,8 +33,8 @@ struct ReadOptions {
   std::string xacro_program;  // expands xacro instead of the built-in expander; empty: none runs
   bool dae_up = false;        // URDF, SDF: rotate DAE meshes by their up_axis
   // Limits over all meshes and over all ADF files. What exceeds them is skipped with a warning.
-  size_t most_triangles = 20'000'000;
-  uint64_t most_adf_bytes = uint64_t{64} << 20;
+  size_t max_triangles = 20'000'000;
+  uint64_t max_adf_bytes = uint64_t{64} << 20;
   // MJCF: one node per geom below its body, so that geoms can be hidden, coloured and labelled individually.
   // Without it each body has one mesh, which draws faster.
   bool geoms_apart = false;

@@ -276,7 +276,7 @@ std::string repair(Surface& surface) {
   std::string said;
   const auto say = [&](const std::string& what) { said += (said.empty() ? "" : ", ") + what; };
   if (const size_t lost = leave_out_broken_triangles(surface))
-    say(std::to_string(lost) + " triangles without a place are left out");
+    say(std::to_string(lost) + " triangles with positions that are not finite are left out");
   move_lost_vertices(surface);
   if (surface.normals.size() != surface.positions.size()) surface.normals.clear();
   if (surface.uvs.size() != surface.positions.size()) surface.uvs.clear();

@@ -30,7 +30,7 @@ class UrdfFiles {
   Result<std::filesystem::path> resolve(const std::string& uri, Sources& sources);
   // Returns the folder of a package. A folder with a package.xml becomes an allowed folder.
   Result<std::filesystem::path> package(const std::string& name, Sources& sources);
-  // Notes on guessed places since the last call.
+  // Notes on guessed paths since the last call.
   std::vector<std::string> take_notes() { return std::exchange(notes_, {}); }
 
   // Folders for images: the URDF's, those that the user named, and packages with a package.xml: the URDF's

@@ -12,7 +12,7 @@ namespace fire3dv::ambf {
 namespace {
 
 // Option: words separated by blanks, setter, and accepted values.
-struct Known {
+struct OptionRule {
   const char* words;
   std::function<bool(Options&, const std::string&)> set;
   const char* takes;
@@ -57,8 +57,8 @@ auto file_into(std::string Options::*member) {
   };
 }
 
-const std::vector<Known>& known_options() {
-  static const std::vector<Known> known{
+const std::vector<OptionRule>& known_options() {
+  static const std::vector<OptionRule> known{
       {"uri", [](Options& o, const std::string& text) { return read_uris(text, o.uris); },
        "shm://NAME, tcp://HOST:PORT, tls://HOST:PORT or udp://HOST:PORT, or several with commas between"},
       {"rate", [](Options& o, const std::string& text) { return read_rate(text, o.rate_hz); },
@@ -90,7 +90,7 @@ std::string variable_of(const char* words) {
   return name;
 }
 
-Error refused(const std::string& where, const std::string& text, const Known& option) {
+Error refused(const std::string& where, const std::string& text, const OptionRule& option) {
   return {where + " is '" + text + "'; it takes " + option.takes};
 }
 
@@ -102,10 +102,10 @@ Result<void> read_arguments(const std::vector<std::string>& arguments, Options& 
     const size_t equals = arguments[i].find('=');
     const std::string flag = arguments[i].substr(0, equals);
     const auto option = std::find_if(known_options().begin(), known_options().end(),
-                                     [&](const Known& known) { return flag_of(known.words) == flag; });
+                                     [&](const OptionRule& known) { return flag_of(known.words) == flag; });
     if (option == known_options().end()) {
       std::string all;
-      for (const Known& known : known_options()) all += (all.empty() ? "" : ", ") + flag_of(known.words);
+      for (const OptionRule& known : known_options()) all += (all.empty() ? "" : ", ") + flag_of(known.words);
       return Error{flag + " is no option of the plugin; there are " + all};
     }
     if (equals == std::string::npos && i + 1 == arguments.size())
@@ -126,16 +126,17 @@ Result<Options> read_options(const std::vector<std::string>& arguments,
     const auto& words = entry.first;  // clang 14 captures no structured bindings
     const auto& value = entry.second;
     const auto option = std::find_if(known_options().begin(), known_options().end(),
-                                     [&](const Known& known) { return words == known.words; });
+                                     [&](const OptionRule& known) { return words == known.words; });
     const std::string where = "the launch file's fire3dv: " + words;
     if (option == known_options().end()) {
       std::string all;
-      for (const Known& known : known_options()) all += (all.empty() ? "" : ", ") + std::string(known.words);
+      for (const OptionRule& known : known_options())
+        all += (all.empty() ? "" : ", ") + std::string(known.words);
       return Error{where + " is no option of the plugin; there are " + all};
     }
     if (!option->set(options, value)) return refused(where, value, *option);
   }
-  for (const Known& option : known_options()) {
+  for (const OptionRule& option : known_options()) {
     const std::string variable = variable_of(option.words);
     const char* const value = environment(variable.c_str());
     if (value && !option.set(options, value)) return refused(variable, value, option);

@@ -41,7 +41,7 @@ Transform world_from(ambf::afBaseObject& object) {
 }
 
 // Object at the time of the last description.
-struct Known {
+struct DescribedObject {
   ambf::afBaseObject* object;
   std::string key;
   Kind kind;
@@ -169,7 +169,7 @@ class Plugin : public ambf::afSimulatorPlugin {
 
   // Sends visibility and camera intrinsics of an object.
   void send_appearance(size_t i) {
-    const Known& known = known_[i];
+    const DescribedObject& known = known_[i];
     if (known.kind == Kind::rigid_body || known.kind == Kind::ghost_object) {
       const chai3d::cMultiMesh* const mesh =
           known.kind == Kind::rigid_body ? static_cast<ambf::afRigidBody*>(known.object)->m_visualMesh
@@ -223,7 +223,7 @@ class Plugin : public ambf::afSimulatorPlugin {
   }
 
   std::unique_ptr<Session> session_;
-  std::vector<Known> known_;
+  std::vector<DescribedObject> known_;
   std::vector<ambf::afSoftBody*> soft_bodies_;
   std::vector<float> vertices_;
   bool ours_ = false;  // this plugin owns `running`

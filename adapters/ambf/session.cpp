@@ -226,8 +226,8 @@ void Session::publish(double sim_time_s, int64_t now_ns) {
   if (now_ns - polled_at_ns_ < kPollIntervalNs) return;
   polled_at_ns_ = now_ns;
   links_.poll();
-  if (now_ns - told_at_ns_ < kLogIntervalNs) return;
-  told_at_ns_ = now_ns;
+  if (now_ns - reported_at_ns_ < kLogIntervalNs) return;
+  reported_at_ns_ = now_ns;
   links_.log_answers();
 }
 

@@ -112,7 +112,7 @@ class Session {
   std::vector<float> poses_;
   std::vector<std::string> soft_bodies_;  // names; empty: skipped
   std::set<std::string> removed_;         // soft bodies of the scene file that were removed
-  int64_t polled_at_ns_ = 0, told_at_ns_ = 0;
+  int64_t polled_at_ns_ = 0, reported_at_ns_ = 0;
   std::unique_ptr<EndSignals> signals_;  // last, since its thread uses all members above
 };
 

@@ -126,7 +126,7 @@ class Runner {
 
  private:
   Result<void> publish() {
-    if (Result<void> placed = simulation_.place(); !placed) return placed;
+    if (Result<void> updated = simulation_.update_poses(); !updated) return updated;
     if (!options_.lockstep) wait_until_due();
     const Result<bool> sent = publisher_.publish(simulation_.model(), simulation_.data());
     if (!sent) return sent.error();

@@ -61,18 +61,18 @@ const std::vector<GeomEdit>& GeomAppearance::changes(const mjModel& m) {
 namespace {
 
 // rows: 3x3 matrix, row-major, as in mjData.
-float* put(float* pose, const mjtNum* place, const mjtNum* rows) {
+float* put(float* pose, const mjtNum* position, const mjtNum* rows) {
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column) *pose++ = static_cast<float>(rows[3 * row + column]);
-    *pose++ = static_cast<float>(place[row]);
+    *pose++ = static_cast<float>(position[row]);
   }
   return pose;
 }
 
-float* put(float* pose, const glm::dvec3& place, const glm::dmat3& linear) {
+float* put(float* pose, const glm::dvec3& position, const glm::dmat3& linear) {
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column) *pose++ = static_cast<float>(linear[column][row]);
-    *pose++ = static_cast<float>(place[row]);
+    *pose++ = static_cast<float>(position[row]);
   }
   return pose;
 }
@@ -113,9 +113,9 @@ void StreamedNodes::write(const mjModel& m, const mjData& d, std::vector<float>&
   }
   for (const int tendon : tendons_) {
     convert::tendon_pieces(m, d, tendon, pieces_);
-    convert::tendon_frames(pieces_, convert::most_tendon_points(m, tendon), frames_);
+    convert::tendon_frames(pieces_, convert::max_tendon_points(m, tendon), frames_);
     for (const convert::TendonFrame& frame : frames_) {
-      pose = put(pose, frame.place,
+      pose = put(pose, frame.position,
                  glm::dmat3(frame.scale.x * frame.turn[0], frame.scale.y * frame.turn[1],
                             frame.scale.z * frame.turn[2]));
     }
@@ -232,7 +232,7 @@ Result<void> Publisher::send_joints(const mjData& data) {
 
 Result<void> Publisher::wait_shown(double timeout_s, const std::atomic<bool>& stop,
                                    const std::function<void(const std::string& sentence)>& say) {
-  constexpr std::chrono::seconds kToldWait{3};
+  constexpr std::chrono::seconds kReportedWait{3};
   if (sequence_ == 0) return {};
   const auto begun = Clock::now();
   const auto deadline = begun + std::chrono::duration<double>(timeout_s);
@@ -244,8 +244,8 @@ Result<void> Publisher::wait_shown(double timeout_s, const std::atomic<bool>& st
                                                                                     // is checked
       });
       if (!waited) return waited;
-      if (!shown && !target.has_told_wait && Clock::now() - begun >= kToldWait) {
-        target.has_told_wait = true;
+      if (!shown && !target.has_reported_wait && Clock::now() - begun >= kReportedWait) {
+        target.has_reported_wait = true;
         say("waiting for a renderer at " + target.uri + " to show frame " + std::to_string(sequence_));
       }
       if (!shown && Clock::now() >= deadline)

@@ -130,7 +130,7 @@ class Publisher {
   struct Target {
     std::string uri;
     Stream stream;
-    bool has_told_wait = false;
+    bool has_reported_wait = false;
   };
   Publisher(const mjModel& model, convert::MjcfNames names, const PublishOptions& options);
   Result<void> send_appearance(const mjModel& model);

@@ -63,7 +63,7 @@ Result<void> Simulation::reset() {
           mj_resetData(model_.get(), data_.get());
       },
       &warnings_);
-  return done ? place() : done;
+  return done ? update_poses() : done;
 }
 
 Result<void> Simulation::step() {
@@ -77,7 +77,7 @@ Result<void> Simulation::step() {
   return {};
 }
 
-Result<void> Simulation::place() {
+Result<void> Simulation::update_poses() {
   const Result<void> done = convert::call_mujoco(
       [this] {
         mj_kinematics(model_.get(), data_.get());

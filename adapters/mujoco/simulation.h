@@ -25,11 +25,12 @@ class Simulation {
   static Result<Simulation> load(const std::filesystem::path& file, const std::string& keyframe, Drive drive,
                                  const std::vector<std::filesystem::path>& folders = {});
 
-  // Advances by one step. Poses stay those of the step's start until place(). The error has MuJoCo's message.
+  // Advances by one step. Poses stay those of the step's start until update_poses(). The error has MuJoCo's
+  // message.
   Result<void> step();
   Result<void> reset();
   // Computes poses of bodies, cameras, lights and tendons for the current time. reset() includes it.
-  Result<void> place();
+  Result<void> update_poses();
 
   const mjModel& model() const { return *model_; }
   const mjData& data() const { return *data_; }

@@ -151,7 +151,7 @@ void Bridge::take_transforms(const TfMessage& message, bool is_static, SourceId 
 }
 
 void Bridge::restart(const std::string& reason) {
-  log_line(reason + " went back in time: poses begin anew");
+  log_line(reason + " went back in time: poses start again");
   buffer_.clear_moving();
   sampler_.restart();
   joint_scalars_.restart();

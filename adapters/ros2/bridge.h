@@ -106,7 +106,7 @@ class Bridge {
   size_t publishers_reported_ = 0;
   uint64_t seen_structure_ = 0;
   int64_t structure_since_ns_ = 0;
-  bool has_told_silence_ = false, has_told_fixed_frame_ = false, has_told_links_ = false;
+  bool has_reported_silence_ = false, has_reported_fixed_frame_ = false, has_reported_links_ = false;
 
   std::unique_ptr<ImageOutput> images_;   // null: no cameras
   std::unique_ptr<MarkerInput> markers_;  // null: no topics

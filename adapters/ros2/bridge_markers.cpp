@@ -21,7 +21,7 @@ void Bridge::take_markers() {
   marker_tree_.begin(buffer_, fixed, std::nullopt);
   MarkerContext context;
   context.fixed_frame = buffer_.frames()[fixed].name;
-  context.place = [&](const std::string& frame) {
+  context.find_transform = [&](const std::string& frame) {
     const FrameId id = buffer_.find(frame);
     return id == kNoFrame ? nullptr : marker_tree_.find(id);
   };

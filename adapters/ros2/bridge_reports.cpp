@@ -46,7 +46,7 @@ void Bridge::report_publishers() {
 // Links without a transform stay at rest, as when robot_state_publisher is missing or the prefix is another
 // one.
 void Bridge::report_missing_links() {
-  if (!links_ || has_told_links_ || buffer_.frames().empty()) return;
+  if (!links_ || has_reported_links_ || buffer_.frames().empty()) return;
   size_t missing = 0;
   std::string first;
   for (const std::string& name : link_frames_) {
@@ -54,7 +54,7 @@ void Bridge::report_missing_links() {
     if (missing++ == 0) first = name;
   }
   if (missing == 0) return;
-  has_told_links_ = true;
+  has_reported_links_ = true;
   log_line(warning(std::to_string(missing) + " of " + counted(link_frames_.size(), "link") +
                    " of the robot, such as " + quote(first) +
                    ", have no transform and stay where they are: is robot_state_publisher running, and is "
@@ -75,7 +75,7 @@ void Bridge::report_faults() {
   if (patient) report_missing_links();
   const std::string& wanted = options_.frames.fixed_frame;
   if (patient && !wanted.empty() && !buffer_.frames().empty() && buffer_.find(wanted) == kNoFrame) {
-    if (!std::exchange(has_told_fixed_frame_, true))
+    if (!std::exchange(has_reported_fixed_frame_, true))
       log_line(warning("there is no frame " + quote(wanted) + " (--fixed-frame); another one is " +
                        quote(buffer_.frames().front().name)));
     return;
@@ -111,10 +111,10 @@ void Bridge::report_silence() {
   const bool is_heard = last_transform_ns_ != 0;
   const int64_t silent_ns = now_ns_ - (is_heard ? last_transform_ns_ : begun_ns_);
   if (silent_ns < kPatienceNs) {
-    has_told_silence_ = false;
+    has_reported_silence_ = false;
     return;
   }
-  if (std::exchange(has_told_silence_, true)) return;
+  if (std::exchange(has_reported_silence_, true)) return;
   if (is_heard) {
     // Static frames alone are silent for good.
     for (const Frame& frame : buffer_.frames())

@@ -126,7 +126,7 @@ Result<void> Bridge::use_robot(ConvertedRobot&& robot) {
   if (uses_joints_) buffer_.remove_source(kJointSource);
   uses_joints_ = false;
   first_joint_ns_ = 0;
-  has_told_links_ = false;
+  has_reported_links_ = false;
   link_frames_.clear();
   if (Result<RobotLinks> links = RobotLinks::read(robot.glb)) {
     links_ = std::move(*links);

@@ -78,7 +78,7 @@ class KinematicsBuilder {
 
   void connect(size_t index, std::set<size_t>& used) {
     const AdfJoint& joint = joints_[index];
-    const std::string left_out = joint.place + ": joint " + quote(joint.name) + " is left out: ";
+    const std::string left_out = joint.location + ": joint " + quote(joint.name) + " is left out: ";
     const std::optional<size_t> parent = body_called(joint, joint.parent),
                                 child = body_called(joint, joint.child);
     const bool is_world = joint.parent == "world" || joint.parent == "World" || joint.parent == "WORLD";
@@ -109,7 +109,7 @@ class KinematicsBuilder {
       made.node = bodies_[body].node;
       if (parent_of_[body]) made.parent = body_of_[*parent_of_[body]];
       if (joint_of_[body]) {
-        std::tie(made.translation, made.rotation) = place_of(joints_[*joint_of_[body]], body);
+        std::tie(made.translation, made.rotation) = transform_of(joints_[*joint_of_[body]], body);
       } else {
         made.translation = bodies_[body].translation;
         made.rotation = bodies_[body].rotation;
@@ -124,7 +124,7 @@ class KinematicsBuilder {
   }
 
   // Of the child in its parent, where the position of the joint is 0.
-  std::pair<glm::dvec3, glm::dquat> place_of(const AdfJoint& joint, size_t child) const {
+  std::pair<glm::dvec3, glm::dquat> transform_of(const AdfJoint& joint, size_t child) const {
     if (joint.type == Joint::Type::floating) return {glm::dvec3(0), glm::dquat(1, 0, 0, 0)};
     glm::dquat turn(1, 0, 0, 0);
     if (joint.type != Joint::Type::ball)
@@ -157,7 +157,7 @@ class KinematicsBuilder {
         parent_of_[child] ? bodies_[*parent_of_[child]].rotation : glm::dquat(1, 0, 0, 0);
     const glm::dvec3 at = glm::conjugate(turned) * (bodies_[child].translation - origin);
     const glm::dquat turn = glm::normalize(glm::conjugate(turned) * bodies_[child].rotation);
-    const auto [zero_at, zero_turn] = place_of(joint, child);
+    const auto [zero_at, zero_turn] = transform_of(joint, child);
     switch (joint.type) {
       case Joint::Type::revolute:
         return {signed_angle(glm::conjugate(zero_turn) * turn, joint.child_axis)};
@@ -193,7 +193,7 @@ std::optional<AdfJoint> read_adf_joint(const AdfFile::Block& block, size_t file)
   joint.name = sanitize_text(b["name"].text(block.id));
   joint.parent = b["parent"].text();
   joint.child = b["child"].text();
-  joint.place = b.place();
+  joint.location = b.location();
   joint.file = file;
   const std::string type = b["type"].text();
   if (const std::optional<Joint::Type> known = type_of(type)) {

@@ -16,7 +16,7 @@ namespace fire3dv::convert {
 
 struct AdfJoint {
   std::string name, parent, child;  // bodies as the block names them
-  std::string place;                // file and line, for warnings
+  std::string location;             // file and line, for warnings
   size_t file = 0;                  // model file that it is from
   Joint::Type type = Joint::Type::revolute;
   glm::dvec3 parent_pivot{0}, child_pivot{0};  // metres, without the scales of the bodies

@@ -55,14 +55,14 @@ std::optional<glm::dquat> adf_light_rotation(const glm::dvec3& direction) {
   if (!(glm::dot(direction, direction) >= 0.0001)) return std::nullopt;
   const glm::dvec3 x = glm::normalize(direction);
   // Y or Z, whichever is farther from the direction.
-  const glm::dvec3 aside = std::abs(x.z) < std::abs(x.y) ? glm::dvec3(0, 0, 1) : glm::dvec3(0, 1, 0);
-  const glm::dvec3 y = glm::normalize(glm::cross(x, aside));
+  const glm::dvec3 other_axis = std::abs(x.z) < std::abs(x.y) ? glm::dvec3(0, 0, 1) : glm::dvec3(0, 1, 0);
+  const glm::dvec3 y = glm::normalize(glm::cross(x, other_axis));
   return glm::quat_cast(glm::dmat3(x, y, glm::cross(x, y)));
 }
 
 bool AdfObjects::add(AdfObject object) {
   if (objects_.size() >= kMaxObjects) {
-    report_.warn(object.place + ": this and further objects are left out: there are more than " +
+    report_.warn(object.location + ": this and further objects are left out: there are more than " +
                  std::to_string(kMaxObjects));
     return false;
   }
@@ -89,7 +89,7 @@ void AdfObjects::find_names() {
         const std::string first = name;
         do name += suffix_of(object.kind);
         while (!all.insert(name).second);
-        report_.warn(object.place + ": an object of another kind is called " + quote(first) +
+        report_.warn(object.location + ": an object of another kind is called " + quote(first) +
                      " too; this one's node is " + quote(name));
       }
       names_[i] = std::move(name);
@@ -133,7 +133,7 @@ void AdfObjects::find_parents() {
     comparisons += objects_.size();
     if (comparisons <= kMaxComparisons) parents_[i] = parent_of(i);
     if (!parents_[i]) {
-      report_.warn(objects_[i].place + ": " + quote(names_[i]) + " has the parent " +
+      report_.warn(objects_[i].location + ": " + quote(names_[i]) + " has the parent " +
                    quote(objects_[i].parent) + ", which is not there; its pose is taken as in the world");
     }
   }
@@ -149,7 +149,7 @@ void AdfObjects::drop_loops() {
     }
     if (walk_of[at] == 0) walk_of[at] = start + 1;
     if (!parents_[at] || walk_of[at] != start + 1) continue;
-    report_.warn(objects_[at].place + ": " + quote(names_[at]) +
+    report_.warn(objects_[at].location + ": " + quote(names_[at]) +
                  " is among its own parents' parents; its pose is taken as in the world");
     parents_[at].reset();
   }

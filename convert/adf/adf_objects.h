@@ -22,7 +22,7 @@ struct AdfObject {
   Kind kind = Kind::body;
   std::string identifier;  // namespace and block id
   std::string parent;      // as the block names it; empty: none
-  std::string place;       // file and line, for warnings
+  std::string location;    // file and line, for warnings
   std::string id;          // of the block
   size_t file = 0;         // number of its model file
   double scale = 1;        // of a body; pivots of joints are multiplied with it

@@ -180,7 +180,7 @@ AdfVisuals::Color AdfVisuals::color_of(const AdfValue& block) const {
 }
 
 AdfAppearance AdfVisuals::appearance_of(const AdfValue& block, const std::string& name,
-                                        const AdfSearchPaths& places) {
+                                        const AdfSearchPaths& search_paths) {
   AdfAppearance appearance;
   const Color color = color_of(block);
   // AMBF reads "visible" only where it sets the colour.
@@ -196,8 +196,8 @@ AdfAppearance AdfVisuals::appearance_of(const AdfValue& block, const std::string
   if (shape.is_defined() || compound.is_defined()) {
     surfaces = shape_surfaces(block, scale);
   } else if (!mesh.text().empty()) {
-    key = mesh.text() + '\n' + block["high resolution path"].text() + '\n' + places.visual_path + '\n' +
-          places.file_folder.string() + '\n' + exact(scale) + color.key();
+    key = mesh.text() + '\n' + block["high resolution path"].text() + '\n' + search_paths.visual_path + '\n' +
+          search_paths.file_folder.string() + '\n' + exact(scale) + color.key();
     if (const auto found = meshes_.find(key); found != meshes_.end()) {
       appearance.mesh = found->second;
       appearance.mesh_is_missing = !found->second;
@@ -205,7 +205,7 @@ AdfAppearance AdfVisuals::appearance_of(const AdfValue& block, const std::string
         mesh.warn("of " + quote(name) + " is left out, and its node stays without one, as before");
       return appearance;
     }
-    std::optional<std::vector<Surface>> read = file_surfaces(block, name, places, scale);
+    std::optional<std::vector<Surface>> read = file_surfaces(block, name, search_paths, scale);
     if (!read) {
       meshes_[key] = std::nullopt;
       appearance.mesh_is_missing = true;
@@ -222,13 +222,14 @@ AdfAppearance AdfVisuals::appearance_of(const AdfValue& block, const std::string
 }
 
 std::optional<std::vector<Surface>> AdfVisuals::file_surfaces(const AdfValue& block, const std::string& name,
-                                                              const AdfSearchPaths& places, double scale) {
+                                                              const AdfSearchPaths& search_paths,
+                                                              double scale) {
   const AdfValue mesh = block["mesh"];
   const std::filesystem::path own = block["high resolution path"].text();
   const std::filesystem::path named = own / mesh.text();
   // AMBF appends the block's path to the file's; some files mean the block's path alone.
-  std::vector<std::filesystem::path> candidates{places.file_folder / places.visual_path / named};
-  if (!own.empty()) candidates.push_back(places.file_folder / named);
+  std::vector<std::filesystem::path> candidates{search_paths.file_folder / search_paths.visual_path / named};
+  if (!own.empty()) candidates.push_back(search_paths.file_folder / named);
   model_.sources.add(candidates[0]);
   std::error_code error;
   const bool first = candidates.size() == 1 || std::filesystem::exists(candidates[0], error);

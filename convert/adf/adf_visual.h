@@ -38,17 +38,18 @@ struct AdfAppearance {
 
 class AdfVisuals {
  public:
-  AdfVisuals(Model& model, size_t most_triangles)
-      : model_(model), files_(model), store_(model, most_triangles) {}
+  AdfVisuals(Model& model, size_t max_triangles)
+      : model_(model), files_(model), store_(model, max_triangles) {}
 
-  AdfAppearance appearance_of(const AdfValue& block, const std::string& name, const AdfSearchPaths& places);
+  AdfAppearance appearance_of(const AdfValue& block, const std::string& name,
+                              const AdfSearchPaths& search_paths);
   void allow_images_below(const std::filesystem::path& folder) { files_.allow_images_below(folder); }
 
  private:
   struct Color;
   Color color_of(const AdfValue& block) const;
   std::optional<std::vector<Surface>> file_surfaces(const AdfValue& block, const std::string& name,
-                                                    const AdfSearchPaths& places, double scale);
+                                                    const AdfSearchPaths& search_paths, double scale);
   std::vector<Surface> shape_surfaces(const AdfValue& block, double scale);
   Surface shape_surface(const AdfValue& shape, const AdfValue& geometry, double scale);
   size_t colored(size_t material, const Color& color, const std::string& name);

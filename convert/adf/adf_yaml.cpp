@@ -30,12 +30,12 @@ void AdfReport::finish() {
   if (!unknown_.empty()) {
     std::string sentence = "unknown fields are ignored: ";
     size_t listed = 0;
-    for (const auto& [name, place] : unknown_) {
+    for (const auto& [name, location] : unknown_) {
       if (listed == 30) {
         sentence += " and " + std::to_string(unknown_.size() - listed) + " more";
         break;
       }
-      sentence += (listed++ ? ", " : "") + quote(name) + " (" + place + ")";
+      sentence += (listed++ ? ", " : "") + quote(name) + " (" + location + ")";
     }
     model_.warnings.push_back(std::move(sentence));
   }
@@ -72,13 +72,13 @@ std::vector<AdfValue> AdfValue::items(size_t most) const {
   return items;
 }
 
-std::string AdfValue::place() const {
+std::string AdfValue::location() const {
   const int line = node_.IsDefined() ? node_.Mark().line : -1;
   return line < 0 ? file_ : file_ + ":" + std::to_string(line + 1);
 }
 
 void AdfValue::warn(const std::string& what) const {
-  if (report_) report_->warn(place() + ": " + (name_.empty() ? "" : quote(name_) + " ") + what);
+  if (report_) report_->warn(location() + ": " + (name_.empty() ? "" : quote(name_) + " ") + what);
 }
 
 double AdfValue::number(double otherwise) const {
@@ -182,7 +182,7 @@ void AdfFile::note_unknown_fields() const {
     // Maps are blocks, and lists and scalars are mostly anchors. Without lists of blocks to compare, only
     // scalars count as possible typos.
     if (node.IsScalar() && !is_adf_field(key))
-      report_->unknown_field(sanitize_text(key, 60), AdfValue(node, path_.string(), *report_).place());
+      report_->unknown_field(sanitize_text(key, 60), AdfValue(node, path_.string(), *report_).location());
   }
 }
 
@@ -193,7 +193,7 @@ void AdfFile::note_unknown_fields(const AdfValue& block) const {
     if (left-- == 0) break;
     if (entry.first.IsScalar() && !is_adf_field(entry.first.Scalar()))
       report_->unknown_field(sanitize_text(entry.first.Scalar(), 60),
-                             AdfValue(entry.first, path_.string(), *report_).place());
+                             AdfValue(entry.first, path_.string(), *report_).location());
   }
 }
 

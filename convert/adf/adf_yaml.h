@@ -23,7 +23,9 @@ class AdfReport {
   explicit AdfReport(Model& model) : model_(model) {}
 
   void warn(std::string sentence);
-  void unknown_field(const std::string& name, const std::string& place) { unknown_.emplace(name, place); }
+  void unknown_field(const std::string& name, const std::string& location) {
+    unknown_.emplace(name, location);
+  }
   // Adds the warnings that need the whole scene.
   void finish();
 
@@ -31,7 +33,7 @@ class AdfReport {
   Model& model_;
   size_t left_out_ = 0;
   std::map<std::string, bool> said_;
-  std::map<std::string, std::string> unknown_;  // unknown field to its first place
+  std::map<std::string, std::string> unknown_;  // unknown field to its first location
 };
 
 class AdfValue {
@@ -48,7 +50,7 @@ class AdfValue {
   // Returns at most `most` items of a list; none for other types.
   std::vector<AdfValue> items(size_t most = 200'000) const;
   // "FILE:LINE"
-  std::string place() const;
+  std::string location() const;
 
   double number(double otherwise) const;
   bool flag(bool otherwise) const;

@@ -55,7 +55,7 @@ AdfObject object_of(Kind kind, const AdfFile& file, const AdfFile::Block& block,
   AdfObject object;
   object.kind = kind;
   object.identifier = identifier_of(file, block, reading);
-  object.place = block.value.place();
+  object.location = block.value.location();
   object.id = block.id;
   object.file = reading.files;
   if (kind != Kind::body && kind != Kind::soft_body) object.parent = block.value["parent"].text();
@@ -64,13 +64,13 @@ AdfObject object_of(Kind kind, const AdfFile& file, const AdfFile::Block& block,
 }
 
 bool read_bodies(const AdfFile& file, const char* list, Kind kind, AdfReading& reading) {
-  const AdfSearchPaths places{file.folder(), file["high resolution path"].text()};
+  const AdfSearchPaths search_paths{file.folder(), file["high resolution path"].text()};
   for (const AdfFile::Block& block : file.blocks(list)) {
     AdfObject object = object_of(kind, file, block, reading);
     const AdfValue location = block.value["location"];
     object.translation = location["position"].vector(glm::dvec3(0));
     object.rotation = rotation_of(location["orientation"]);
-    const AdfAppearance appearance = reading.visuals.appearance_of(block.value, block.id, places);
+    const AdfAppearance appearance = reading.visuals.appearance_of(block.value, block.id, search_paths);
     object.mesh = appearance.mesh;
     object.scale = block.value["scale"].number(1);
     object.dropped_by_ambf = appearance.mesh_is_missing;
@@ -175,7 +175,7 @@ class AdfReader {
   AdfReader(const ReadOptions& options, Model& model)
       : model_(model),
         report_(model),
-        visuals_(model, options.most_triangles),
+        visuals_(model, options.max_triangles),
         objects_(report_),
         reading_{report_, visuals_, objects_, options.name_space},
         options_(options) {}
@@ -210,8 +210,8 @@ class AdfReader {
  private:
   Result<AdfFile> open(const std::filesystem::path& path) {
     // A launch file may name one file a hundred thousand times.
-    if (bytes_read_ > options_.most_adf_bytes)
-      return Error{"the files before it have more than " + std::to_string(options_.most_adf_bytes >> 10) +
+    if (bytes_read_ > options_.max_adf_bytes)
+      return Error{"the files before it have more than " + std::to_string(options_.max_adf_bytes >> 10) +
                    " KiB together"};
     model_.sources.add(path);
     std::error_code error;

@@ -90,8 +90,7 @@ std::string fault_of(const Kinematics& kinematics, const std::vector<std::string
   for (const Body& body : kinematics.bodies) {
     if (!names.insert(node_names[body.node]).second)
       return "two bodies are called \"" + node_names[body.node] + "\"";
-    if (!is_finite(body))
-      return "the place of \"" + node_names[body.node] + "\" is not made of finite numbers";
+    if (!is_finite(body)) return "the transform of \"" + node_names[body.node] + "\" is not finite";
   }
   names.clear();
   for (const Joint& joint : kinematics.joints) {

@@ -14,19 +14,19 @@ enum : unsigned {
   kLastRestart = 0xd7
 };
 
-unsigned at(std::span<const std::byte> bytes, size_t place) {
-  return std::to_integer<unsigned>(bytes[place]);
+unsigned at(std::span<const std::byte> bytes, size_t offset) {
+  return std::to_integer<unsigned>(bytes[offset]);
 }
 
 // Position of the next marker after entropy-coded data, or the size.
-size_t after_scan(std::span<const std::byte> bytes, size_t place) {
-  while (place + 1 < bytes.size()) {
-    const void* const found = std::memchr(&bytes[place], 0xff, bytes.size() - place - 1);
+size_t after_scan(std::span<const std::byte> bytes, size_t offset) {
+  while (offset + 1 < bytes.size()) {
+    const void* const found = std::memchr(&bytes[offset], 0xff, bytes.size() - offset - 1);
     if (!found) break;
-    place = static_cast<size_t>(static_cast<const std::byte*>(found) - bytes.data());
-    const unsigned next = at(bytes, place + 1);
-    if (next != 0 && next != 0xff && !(next >= kFirstRestart && next <= kLastRestart)) return place;
-    place += next == 0xff ? 1 : 2;
+    offset = static_cast<size_t>(static_cast<const std::byte*>(found) - bytes.data());
+    const unsigned next = at(bytes, offset + 1);
+    if (next != 0 && next != 0xff && !(next >= kFirstRestart && next <= kLastRestart)) return offset;
+    offset += next == 0xff ? 1 : 2;
   }
   return bytes.size();
 }
@@ -36,19 +36,19 @@ size_t after_scan(std::span<const std::byte> bytes, size_t place) {
 bool is_sound_jpeg(std::span<const std::byte> bytes) {
   if (bytes.size() < 4 || at(bytes, 0) != 0xff || at(bytes, 1) != 0xd8) return false;
   bool has_frame = false, has_quantization = false, has_huffman = false, has_scan = false;
-  for (size_t place = 2; place + 1 < bytes.size();) {
-    if (at(bytes, place) != 0xff) return false;
-    const unsigned marker = at(bytes, place + 1);
+  for (size_t offset = 2; offset + 1 < bytes.size();) {
+    if (at(bytes, offset) != 0xff) return false;
+    const unsigned marker = at(bytes, offset + 1);
     if (marker == 0xff) {  // fill byte
-      ++place;
+      ++offset;
       continue;
     }
     if (marker == kEndOfImage) return has_scan;
-    if (place + 4 > bytes.size()) return false;
-    const size_t length = at(bytes, place + 2) << 8 | at(bytes, place + 3);
-    if (length < 2 || length > bytes.size() - place - 2) return false;
-    const std::span<const std::byte> segment = bytes.subspan(place + 4, length - 2);
-    place += 2 + length;
+    if (offset + 4 > bytes.size()) return false;
+    const size_t length = at(bytes, offset + 2) << 8 | at(bytes, offset + 3);
+    if (length < 2 || length > bytes.size() - offset - 2) return false;
+    const std::span<const std::byte> segment = bytes.subspan(offset + 4, length - 2);
+    offset += 2 + length;
     if (marker == kQuantization) {
       has_quantization = true;
     } else if (marker == kHuffman) {
@@ -62,9 +62,9 @@ bool is_sound_jpeg(std::span<const std::byte> bytes) {
     } else if (marker == kStartOfScan) {
       if (!has_frame || !has_quantization || !has_huffman) return false;
       has_scan = true;
-      place = after_scan(bytes, place);
+      offset = after_scan(bytes, offset);
     } else if (marker < 0xdd || marker == 0xde || marker == 0xdf) {
-      return false;  // arithmetic coding, hierarchical frames, or a marker out of place
+      return false;  // arithmetic coding, hierarchical frames, or a marker out of order
     }
   }
   return false;

@@ -43,12 +43,12 @@ Result<void> write_descriptor(int fd, std::span<const std::byte> bytes) {
 }
 
 Result<void> write_output(const fs::path& path, std::span<const std::byte> bytes) {
-  const fs::path place = followed(path);
+  const fs::path target = followed(path);
   struct stat status {};
-  if (::stat(place.c_str(), &status) != 0) return base::write_atomically(place, {bytes});
+  if (::stat(target.c_str(), &status) != 0) return base::write_atomically(target, {bytes});
   if (S_ISREG(status.st_mode))
-    return base::write_atomically(place, {bytes}, {.exact_mode = status.st_mode & 0777});
-  const int fd = ::open(place.c_str(), O_WRONLY | O_CLOEXEC | O_NOCTTY);
+    return base::write_atomically(target, {bytes}, {.exact_mode = status.st_mode & 0777});
+  const int fd = ::open(target.c_str(), O_WRONLY | O_CLOEXEC | O_NOCTTY);
   if (fd < 0) return cannot_write(path, std::strerror(errno));
   Result<void> done = write_descriptor(fd, bytes);
   if (::close(fd) != 0 && done) done = Error{std::strerror(errno)};

@@ -213,8 +213,8 @@ class Writer {
   }
 
   int material(size_t index) {
-    const auto [place, is_new] = material_of_.try_emplace(index, static_cast<int>(out_.materials.size()));
-    if (!is_new) return place->second;
+    const auto [entry, is_new] = material_of_.try_emplace(index, static_cast<int>(out_.materials.size()));
+    if (!is_new) return entry->second;
     const Material& source = model_.materials.at(index);
     out_.materials.emplace_back();
     tinygltf::Material made;
@@ -242,14 +242,14 @@ class Writer {
     made.doubleSided = source.double_sided;
     made.alphaMode = source.alpha_cutoff ? "MASK" : source.blended ? "BLEND" : "OPAQUE";
     if (source.alpha_cutoff) made.alphaCutoff = std::clamp(*source.alpha_cutoff, 0.0f, 1.0f);
-    out_.materials[static_cast<size_t>(place->second)] = std::move(made);
-    return place->second;
+    out_.materials[static_cast<size_t>(entry->second)] = std::move(made);
+    return entry->second;
   }
 
   // Returns -1 for an undecodable image, with one warning.
   int texture(size_t index) {
-    const auto [place, is_new] = texture_of_.try_emplace(index, -1);
-    if (!is_new) return place->second;
+    const auto [entry, is_new] = texture_of_.try_emplace(index, -1);
+    if (!is_new) return entry->second;
     const Image& source = model_.images.at(index);
     const Result<GlbImage> encoded = glb_image(source, pixels_left_);
     if (!encoded) {
@@ -263,9 +263,9 @@ class Writer {
     tinygltf::Texture made;
     made.source = static_cast<int>(out_.images.size());
     out_.images.push_back(std::move(image));
-    place->second = static_cast<int>(out_.textures.size());
+    entry->second = static_cast<int>(out_.textures.size());
     out_.textures.push_back(std::move(made));
-    return place->second;
+    return entry->second;
   }
 
   void add_camera(const Camera& source) {

@@ -21,7 +21,7 @@ constexpr uint64_t kMaxImageBytes = uint64_t{1} << 28;
 
 // Candidates for an image name: the name as it is, and its last component next to the mesh or where Gazebo's
 // models have it. Many files contain paths of the machine that wrote them.
-std::vector<std::filesystem::path> places_of(const std::filesystem::path& folder, std::string name) {
+std::vector<std::filesystem::path> candidate_paths(const std::filesystem::path& folder, std::string name) {
   std::replace(name.begin(), name.end(), '\\', '/');
   const std::filesystem::path path(name);
   return {folder / path, folder / path.filename(),
@@ -86,12 +86,12 @@ std::optional<size_t> MeshFiles::State::embedded_image(const std::filesystem::pa
     model.warnings.push_back(quote(mesh_file.string()) + ": an embedded image is left out: it is missing");
     return std::nullopt;
   }
-  const std::filesystem::path place = mesh_file / name;  // key of the image, no path
-  if (const auto known = images.find(place); known != images.end()) return known->second;
+  const std::filesystem::path key = mesh_file / name;  // no path of a file
+  if (const auto known = images.find(key); known != images.end()) return known->second;
   EmbeddedImage& image = mesh.images[index];
   model.images.push_back(
       {image.name.empty() ? mesh_file.filename().string() + name : image.name, image.bytes});
-  return images[place] = model.images.size() - 1;
+  return images[key] = model.images.size() - 1;
 }
 
 std::optional<size_t> MeshFiles::State::image(const std::filesystem::path& mesh_file, const std::string& name,
@@ -101,9 +101,9 @@ std::optional<size_t> MeshFiles::State::image(const std::filesystem::path& mesh_
   AllowedFolders may_be_read = allowed;
   may_be_read.add(mesh_file.parent_path());
   bool outside = false;
-  for (const std::filesystem::path& place : places_of(mesh_file.parent_path(), name)) {
-    model.sources.add(place);
-    const Result<std::filesystem::path> found = regular_file(place);
+  for (const std::filesystem::path& candidate : candidate_paths(mesh_file.parent_path(), name)) {
+    model.sources.add(candidate);
+    const Result<std::filesystem::path> found = regular_file(candidate);
     if (!found) continue;
     if (!may_be_read.hold(*found)) {
       outside = true;

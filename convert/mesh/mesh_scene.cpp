@@ -118,7 +118,7 @@ class SceneModel {
     }
     // The importer's root stands for the file, as the root of the model does, unless it has a mesh.
     const bool drops_root = mesh.nodes.size() > 1 && meshes[0].surfaces.empty();
-    MeshStore store(model_, options_.most_triangles);
+    MeshStore store(model_, options_.max_triangles);
     for (size_t i = drops_root ? 1 : 0; i < mesh.nodes.size(); ++i) {
       const int64_t parent = mesh.nodes[i].parent - (drops_root ? 1 : 0);
       Node node;

@@ -39,12 +39,12 @@ uint64_t hash_of(const Mesh& mesh) {
 
 bool MeshStore::take_shape(const Mesh& so_far) {
   if (shapes_ <= kMaxShapes) ++shapes_;
-  return shapes_ <= kMaxShapes && triangles_ + triangles_of(so_far) <= most_triangles_;
+  return shapes_ <= kMaxShapes && triangles_ + triangles_of(so_far) <= max_triangles_;
 }
 
 std::string MeshStore::why_full() const {
   return shapes_ > kMaxShapes ? "there are more than " + std::to_string(kMaxShapes) + " shapes"
-                              : "the scene has more than " + std::to_string(most_triangles_) + " triangles";
+                              : "the scene has more than " + std::to_string(max_triangles_) + " triangles";
 }
 
 std::optional<size_t> MeshStore::add(Mesh mesh) {
@@ -114,14 +114,14 @@ bool SurfaceBuilder::add(const Corner& a, const Corner& b, const Corner& c) {
 uint32_t SurfaceBuilder::vertex(const Corner& corner) {
   if (surface_.positions.size() * 2 >= table_.size()) grow();
   const size_t mask = table_.size() - 1;
-  for (size_t place = hash_of(corner) & mask;; place = (place + 1) & mask) {
-    const uint32_t known = table_[place];
+  for (size_t slot = hash_of(corner) & mask;; slot = (slot + 1) & mask) {
+    const uint32_t known = table_[slot];
     if (known == 0) {
       surface_.positions.push_back(corner.position);
       if (normals_) surface_.normals.push_back(corner.normal);
       if (uvs_) surface_.uvs.push_back(corner.uv);
       if (colors_) surface_.colors.push_back(corner.color);
-      return (table_[place] = static_cast<uint32_t>(surface_.positions.size())) - 1;
+      return (table_[slot] = static_cast<uint32_t>(surface_.positions.size())) - 1;
     }
     const uint32_t v = known - 1;
     if (surface_.positions[v] == corner.position && (!normals_ || surface_.normals[v] == corner.normal) &&
@@ -137,9 +137,9 @@ void SurfaceBuilder::grow() {
   for (uint32_t v = 0; v < surface_.positions.size(); ++v) {
     const Corner corner{surface_.positions[v], normals_ ? surface_.normals[v] : glm::vec3(0),
                         uvs_ ? surface_.uvs[v] : glm::vec2(0), colors_ ? surface_.colors[v] : glm::vec4(1)};
-    size_t place = hash_of(corner) & mask;
-    while (table_[place] != 0) place = (place + 1) & mask;
-    table_[place] = v + 1;
+    size_t slot = hash_of(corner) & mask;
+    while (table_[slot] != 0) slot = (slot + 1) & mask;
+    table_[slot] = v + 1;
   }
 }
 

@@ -18,10 +18,10 @@ namespace fire3dv::convert {
 // Deduplicating mesh store of a model.
 class MeshStore {
  public:
-  // most_triangles: limit of all stored meshes; the mesh that exceeds it is the last.
-  MeshStore(Model& model, size_t most_triangles) : model_(model), most_triangles_(most_triangles) {}
+  // max_triangles: limit of all stored meshes; the mesh that exceeds it is the last.
+  MeshStore(Model& model, size_t max_triangles) : model_(model), max_triangles_(max_triangles) {}
 
-  bool is_full() const { return triangles_ > most_triangles_; }
+  bool is_full() const { return triangles_ > max_triangles_; }
   // Call before each shape of a mesh. Returns false when the shape must be skipped.
   bool take_shape(const Mesh& so_far);
   std::string why_full() const;
@@ -32,7 +32,7 @@ class MeshStore {
 
  private:
   Model& model_;
-  size_t most_triangles_, triangles_ = 0, shapes_ = 0;
+  size_t max_triangles_, triangles_ = 0, shapes_ = 0;
   std::unordered_multimap<uint64_t, size_t> by_hash_;
 };
 

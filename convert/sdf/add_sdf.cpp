@@ -34,7 +34,7 @@ class SceneBuilder {
       : scene_(scene),
         model_(model),
         warnings_(file, model),
-        meshes_(model, options.most_triangles),
+        meshes_(model, options.max_triangles),
         materials_(files, warnings_, model),
         shapes_(files, options.dae_up, materials_, model) {}
 

@@ -59,7 +59,7 @@ Result<void> SdfShapes::add(const SdfItem& visual, Mesh& mesh) {
   if (!are_sizes(shape.size, sizes))
     return Error{"a size of its <geometry> is not positive, or beyond 1e9 m"};
   const double radius = shape.size.x, half_length = shape.size.y / 2;
-  glm::dmat4 place(1);
+  glm::dmat4 transform(1);
   Surface surface;
   switch (shape.type) {
     case Type::box:
@@ -83,11 +83,11 @@ Result<void> SdfShapes::add(const SdfItem& visual, Mesh& mesh) {
     default: {
       const std::optional<glm::dquat> rotation = rotation_from_z(shape.normal);
       if (!rotation) return Error{"the <normal> of its <plane> has no direction"};
-      place = glm::mat4_cast(*rotation);
+      transform = glm::mat4_cast(*rotation);
       surface = rectangle(shape.size.x / 2, shape.size.y / 2, glm::dvec2(1));
     }
   }
-  add_surface(mesh, surface, place, materials_.material(visual));
+  add_surface(mesh, surface, transform, materials_.material(visual));
   return {};
 }
 

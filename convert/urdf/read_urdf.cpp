@@ -124,11 +124,7 @@ Result<urdf::ModelInterfaceSharedPtr> parse(const fs::path& file, std::string te
 class Reader {
  public:
   Reader(const fs::path& file, const ReadOptions& options, UrdfFiles& files, Model& model)
-      : file_(file),
-        files_(files),
-        mesh_files_(model),
-        meshes_(model, options.most_triangles),
-        model_(model) {
+      : file_(file), files_(files), mesh_files_(model), meshes_(model, options.max_triangles), model_(model) {
     if (options.dae_up) mesh_files_.apply_dae_up();
   }
 
@@ -186,12 +182,12 @@ class Reader {
     Node node;
     node.name = link.name;
     node.parent = parent;
-    if (joint) place_by(*joint, node);
+    if (joint) apply_origin(*joint, node);
     node.mesh = mesh_of(link);
     model_.nodes.push_back(std::move(node));
   }
 
-  static void place_by(const urdf::Joint& joint, Node& node) {
+  static void apply_origin(const urdf::Joint& joint, Node& node) {
     const urdf::Pose& origin = joint.parent_to_joint_origin_transform;
     node.translation = vec3(origin.position);
     node.rotation = quat(origin.rotation);
@@ -220,10 +216,10 @@ class Reader {
   }
 
   void add_visual(const urdf::Visual& visual, const urdf::Link& link, Mesh& mesh) {
-    const glm::dmat4 place = matrix_of(vec3(visual.origin.position), quat(visual.origin.rotation));
+    const glm::dmat4 transform = matrix_of(vec3(visual.origin.position), quat(visual.origin.rotation));
     const std::optional<size_t> own = material_of(visual);
     const auto add = [&](const Surface& surface) {
-      add_surface(mesh, surface, place, own ? *own : plain_material());
+      add_surface(mesh, surface, transform, own ? *own : plain_material());
     };
     switch (visual.geometry->type) {
       case urdf::Geometry::BOX:
@@ -237,10 +233,10 @@ class Reader {
       case urdf::Geometry::MESH:
         break;
     }
-    add_mesh(static_cast<const urdf::Mesh&>(*visual.geometry), link, place, own, mesh);
+    add_mesh(static_cast<const urdf::Mesh&>(*visual.geometry), link, transform, own, mesh);
   }
 
-  void add_mesh(const urdf::Mesh& shape, const urdf::Link& link, const glm::dmat4& place,
+  void add_mesh(const urdf::Mesh& shape, const urdf::Link& link, const glm::dmat4& transform,
                 std::optional<size_t> own, Mesh& mesh) {
     const std::string where = "link \"" + link.name + "\": ";
     const Result<fs::path> path = resolve(shape.filename);
@@ -251,7 +247,7 @@ class Reader {
     if (!surfaces) return warn(where + surfaces.error().message);
     const glm::dvec3 scale = vec3(shape.scale);
     if (scale.x == 0 || scale.y == 0 || scale.z == 0) return warn(where + "a scale of 0 is invisible");
-    glm::dmat4 scaled = place;
+    glm::dmat4 scaled = transform;
     for (int axis = 0; axis < 3; ++axis) scaled[axis] *= scale[axis];
     for (const Surface& surface : *surfaces)
       add_surface(mesh, surface, scaled,

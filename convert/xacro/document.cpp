@@ -110,7 +110,7 @@ void Element::set(const std::string& attribute, std::string value) {
   attributes.emplace_back(attribute, std::move(value));
 }
 
-std::string Element::place() const {
+std::string Element::location() const {
   return quote(file ? *file : "") + ", line " + std::to_string(line) + (is_text() ? "" : ", <" + name + ">");
 }
 

@@ -1,4 +1,4 @@
-// Element tree of a xacro document, with the place of each element for messages.
+// Element tree of a xacro document, with the location of each element for messages.
 #pragma once
 
 #include <filesystem>
@@ -27,7 +27,7 @@ struct Element {
   const std::string* attribute(const std::string& wanted) const;
   void set(const std::string& attribute, std::string value);
   // "FILE, line N, <NAME>"
-  std::string place() const;
+  std::string location() const;
 };
 
 // Returns the root element. The error names file and line. Checks the text as xml_root() does.

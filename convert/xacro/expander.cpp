@@ -87,7 +87,7 @@ class Expander {
       try {
         to.attributes.emplace_back(name, substitution_.evaluate_to_text(value, scope));
       } catch (Failure& failure) {
-        failure.locate(from.place() + ", attribute " + name);
+        failure.locate(from.location() + ", attribute " + name);
         throw;
       }
     }
@@ -104,7 +104,7 @@ class Expander {
         else
           expand_element(child, to, scope);
       } catch (Failure& failure) {
-        failure.locate(child.place());
+        failure.locate(child.location());
         throw;
       }
     }
@@ -169,8 +169,8 @@ class Expander {
     return substitution_.evaluate_to_text(value ? *value : otherwise, scope);
   }
 
-  // Moves the evaluated content of a condition, include or macro to the place of its element. Attributes of
-  // the content's own element are dropped, except namespaces where xacro lifts them.
+  // Moves the evaluated content of a condition, include or macro to the position of its element. Attributes
+  // of the content's own element are dropped, except namespaces where xacro lifts them.
   void lift(Element content, Element& to, bool with_namespaces) {
     if (with_namespaces)
       for (auto& [name, value] : content.attributes)
@@ -390,7 +390,7 @@ class Expander {
     lift(std::move(content), to, true);
   }
 
-  // Scopes live as long as the expansion, since a namespace can outlive its place.
+  // Scopes live as long as the expansion, since a namespace can outlive its element.
   Scope& add_scope(Scope* parent, bool is_namespace) {
     budget_.bytes(sizeof(Scope) + 64);
     return scopes_.emplace_back(parent, is_namespace);

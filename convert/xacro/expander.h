@@ -7,7 +7,7 @@
 
 namespace fire3dv::convert::xacro {
 
-// Throws Failure with the place of the element at fault.
+// Throws Failure with the location of the element at fault.
 Element expand(const Element& root, Substitution& substitution, Budget& budget);
 
 }  // namespace fire3dv::convert::xacro

@@ -107,9 +107,9 @@ Value Substitution::evaluate_expression(const std::string& text, Scope& scope) {
     parsed_.erase(known);
     Scope* const outer = std::exchange(scope_, &scope);
     struct Restore {
-      Scope*& place;
+      Scope*& scope_slot;
       Scope* value;
-      ~Restore() { place = value; }
+      ~Restore() { scope_slot = value; }
     } restore{scope_, outer};
     Value value = evaluate(*expression, *this, budget_);
     parsed_[inner] = std::move(expression);

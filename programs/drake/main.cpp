@@ -42,14 +42,14 @@ int run(const Options& options) {
   {
     Result<std::unique_ptr<gpu::Device>> device = app::open_device(**instance, options.drawing);
     if (!device) return fail(device.error());
-    const app::CacheLocations places =
+    const app::CacheLocations cache_locations =
         app::find_cache_locations(options.drawing.cache, [](const char* name) { return std::getenv(name); });
-    app::PipelineCacheFile pipelines(**device, places.pipelines);
+    app::PipelineCacheFile pipelines(**device, cache_locations.pipelines);
     if (pipelines.note()) log(warning(*pipelines.note()));
     if (const std::string missing = app::lacking_ray_effects(**device, options.drawing); !missing.empty())
       log(warning(missing));
     passes::DrawSettings settings = app::draw_settings(options.drawing, std::move(*environment));
-    settings.cached_environments = app::environment_store(places.environments);
+    settings.cached_environments = app::environment_store(cache_locations.environments);
 
     std::atomic<bool> stopping = false;
     ImageRenderer renderer(**device, options.drawing, settings, options.render,

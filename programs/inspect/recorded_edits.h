@@ -32,7 +32,7 @@ class RecordedEdits {
   static constexpr size_t kMaxListed = 64;                     // of each stream, in the text
 
   // Takes an edit of a stream, in the order of the file. Repeated ones, as in snapshots, count once. A new
-  // epoch begins the statistics of scalars anew; markers keep their counts.
+  // epoch restarts the statistics of scalars; markers keep their counts.
   void take(const std::string& stream, const wire::SceneEdit& edit);
 
   // Lines for the stream; empty if it has neither.

@@ -89,7 +89,7 @@ Quaternion rotation_from_x(const Vector& to) {
 class EntityEncoder {
  public:
   EntityEncoder(const Marker& marker, const Affine3x4d& frame_from_marker)
-      : builder_(builder_that_writes_all(std::min<uint64_t>(most_bytes(marker), 1 << 16))),
+      : builder_(builder_that_writes_all(std::min<uint64_t>(max_bytes(marker), 1 << 16))),
         marker_(marker),
         frame_from_marker_(frame_from_marker),
         is_in_pixels_(marker.width_unit == wire::MarkerUnit::pixels),
@@ -147,10 +147,10 @@ class EntityEncoder {
   }
   Offset<foxglove::Pose> pose(const Vector& position, const Quaternion& q) {
     const auto orientation = foxglove::CreateQuaternion(builder_, q[0], q[1], q[2], q[3]);
-    const auto place = vector(position);
-    return foxglove::CreatePose(builder_, place, orientation);
+    const auto origin = vector(position);
+    return foxglove::CreatePose(builder_, origin, orientation);
   }
-  Vector place_of(size_t index) const { return point_at(frame_from_marker_, marker_.positions[index]); }
+  Vector position_of(size_t index) const { return point_at(frame_from_marker_, marker_.positions[index]); }
   template <typename Element>
   static const Element& of(const std::vector<Element>& elements, size_t index) {
     return elements[elements.size() > 1 ? index : 0];
@@ -172,7 +172,7 @@ class EntityEncoder {
     std::vector<Offset<foxglove::Point3>> points;
     std::vector<Offset<foxglove::Color>> colors;
     for (size_t i = 0; i < marker_.positions.size(); ++i) {
-      const Vector p = place_of(i);
+      const Vector p = position_of(i);
       points.push_back(foxglove::CreatePoint3(builder_, p[0], p[1], p[2]));
       if (marker_.colors.size() > 1) colors.push_back(color_of(i));
     }
@@ -198,8 +198,8 @@ class EntityEncoder {
     for (double& value : along) value /= length;
     // The proportions that renderers of ours draw.
     const double head = std::min(2.5 * diameter, 0.5 * length);
-    const auto place = pose(tail, rotation_from_x(along));
-    arrows_.push_back(foxglove::CreateArrowPrimitive(builder_, place, length - head, diameter, head,
+    const auto arrow_pose = pose(tail, rotation_from_x(along));
+    arrows_.push_back(foxglove::CreateArrowPrimitive(builder_, arrow_pose, length - head, diameter, head,
                                                      2 * diameter, arrow_color));
   }
   double shaft_of(double length) const { return is_in_pixels_ ? kShaftOfLength * length : width_; }
@@ -210,7 +210,7 @@ class EntityEncoder {
 
   void add_axes(size_t index) {
     const Axes axes = axes_at(index);
-    const Vector origin = place_of(index);
+    const Vector origin = position_of(index);
     const auto& size = of(marker_.sizes, index);
     for (size_t axis = 0; axis < 3; ++axis) {
       Vector tip = origin;
@@ -219,8 +219,8 @@ class EntityEncoder {
     }
   }
 
-  void add_sphere(const Vector& place, const Quaternion& rotation, const Vector& size, size_t index) {
-    const auto where = pose(place, rotation);
+  void add_sphere(const Vector& position, const Quaternion& rotation, const Vector& size, size_t index) {
+    const auto where = pose(position, rotation);
     const auto extent = vector(size);
     const auto tint = color_of(index);
     spheres_.push_back(foxglove::CreateSpherePrimitive(builder_, where, extent, tint));
@@ -229,11 +229,11 @@ class EntityEncoder {
   void add_solid(size_t index) {
     const Axes axes = axes_at(index);
     const auto& given = of(marker_.sizes, index);
-    const Vector place = place_of(index);
+    const Vector position = position_of(index);
     Vector size;
     for (size_t axis = 0; axis < 3; ++axis) size[axis] = axes.lengths[axis] * double{given[axis]};
-    if (marker_.kind == MarkerKind::spheres) return add_sphere(place, axes.rotation_xyzw, size, index);
-    const auto where = pose(place, axes.rotation_xyzw);
+    if (marker_.kind == MarkerKind::spheres) return add_sphere(position, axes.rotation_xyzw, size, index);
+    const auto where = pose(position, axes.rotation_xyzw);
     const auto extent = vector(size);
     const auto tint = color_of(index);
     if (marker_.kind == MarkerKind::boxes) {
@@ -243,14 +243,14 @@ class EntityEncoder {
     cylinders_.push_back(foxglove::CreateCylinderPrimitive(builder_, where, extent, 1, 1, tint));
     if (marker_.kind != MarkerKind::capsules) return;
     for (const double end : {-0.5, 0.5}) {
-      Vector centre = place;
+      Vector centre = position;
       for (size_t row = 0; row < 3; ++row) centre[row] += axes.linear.m[row * 4 + 2] * end * double{given[2]};
       add_sphere(centre, axes.rotation_xyzw, {size[0], size[1], 0.5 * (size[0] + size[1])}, index);
     }
   }
 
   void add_text(size_t index) {
-    const auto where = pose(place_of(index), {0, 0, 0, 1});
+    const auto where = pose(position_of(index), {0, 0, 0, 1});
     const auto tint = color_of(index);
     const auto text = builder_.CreateString(marker_.texts[index]);
     texts_.push_back(foxglove::CreateTextPrimitive(builder_, where, true, width_, is_in_pixels_, tint, text));
@@ -274,7 +274,7 @@ class EntityEncoder {
         return add_lines(foxglove::LineType::LINE_STRIP);
       case MarkerKind::arrows:
         for (size_t i = 0; i + 1 < count; i += 2) {
-          const Vector tail = place_of(i), tip = place_of(i + 1);
+          const Vector tail = position_of(i), tip = position_of(i + 1);
           add_arrow(tail, tip, shaft_of(distance(tail, tip)), color_of(i));
         }
         break;
@@ -320,7 +320,7 @@ double scale_of(const Affine3x4d& a) {
   return std::cbrt(std::abs(determinant(a)));
 }
 
-uint64_t most_bytes(const Marker& marker) {
+uint64_t max_bytes(const Marker& marker) {
   constexpr uint64_t kHead = 4096;
   // Of one position; by kind.
   constexpr uint64_t kOf[] = {16, 112, 112, 160, 960, 288, 288, 320, 896, 112, 320, 0};

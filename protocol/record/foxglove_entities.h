@@ -14,7 +14,7 @@ namespace fire3dv::record {
 double scale_of(const wire::Affine3x4d& map);
 
 // An upper bound of the encoded marker, of a known kind.
-uint64_t most_bytes(const wire::Marker& marker);
+uint64_t max_bytes(const wire::Marker& marker);
 
 // A SceneUpdate with the marker as its only entity. Points and images have no primitives.
 wire::Bytes encode_entity(const wire::Marker& marker, const std::string& id, const std::string& frame_id,

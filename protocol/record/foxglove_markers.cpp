@@ -65,7 +65,7 @@ void FoxgloveMarkers::describe(const wire::StreamDescription& description) {
   ends_.clear();
 }
 
-FoxgloveMarkers::Place FoxgloveMarkers::place_of(const Marker& marker) const {
+FoxgloveMarkers::EntityFrame FoxgloveMarkers::entity_frame(const Marker& marker) const {
   if (marker.parent.empty())
     return {std::string(kRootFrame), product(root_from_stream_, marker.parent_from_marker)};
   const auto node = nodes_.find(marker.parent);
@@ -136,7 +136,7 @@ std::vector<FoxgloveMessage> FoxgloveMarkers::set(const std::string& name, const
   const bool is_over = end_ns && *end_ns < sim_time_ns_;
   if (!is_convertible || is_over || marker.positions.empty()) return clear(name, time_ns);
   const bool is_full = shown_.size() >= wire::kMaxSceneEdits || name_bytes_ + name.size() > kMaxNameBytes;
-  if (most_bytes(marker) > kMaxMarkerBytes || (is_full && !shown_.contains(name))) {
+  if (max_bytes(marker) > kMaxMarkerBytes || (is_full && !shown_.contains(name))) {
     ++left_out_;
     return clear(name, time_ns);
   }
@@ -149,11 +149,11 @@ std::vector<FoxgloveMessage> FoxgloveMarkers::set(const std::string& name, const
   name_bytes_ += name.size();
   shown_[name] = {is_cloud, end_ns};
   if (end_ns) ends_.insert({*end_ns, name});
-  const Place place = place_of(marker);
+  const EntityFrame entity = entity_frame(marker);
   if (is_cloud)
-    result.push_back({name, encode_cloud(marker, place.frame_id, place.frame_from_marker, time_ns)});
+    result.push_back({name, encode_cloud(marker, entity.frame_id, entity.frame_from_marker, time_ns)});
   else
-    result.push_back({{}, encode_entity(marker, name, place.frame_id, place.frame_from_marker, time_ns)});
+    result.push_back({{}, encode_entity(marker, name, entity.frame_id, entity.frame_from_marker, time_ns)});
   return result;
 }
 

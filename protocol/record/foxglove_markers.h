@@ -51,11 +51,11 @@ class FoxgloveMarkers {
     std::optional<int64_t> end_ns;  // last simulator time that shows it
   };
   // Frame of the entity, and the marker's frame in it.
-  struct Place {
+  struct EntityFrame {
     std::string frame_id;
     wire::Affine3x4d frame_from_marker;
   };
-  Place place_of(const wire::Marker& marker) const;
+  EntityFrame entity_frame(const wire::Marker& marker) const;
   void forget(std::map<std::string, Shown>::iterator entry);
 
   std::vector<std::string> frame_ids_;  // by node

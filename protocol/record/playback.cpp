@@ -40,7 +40,7 @@ Result<Playback> Playback::open(std::unique_ptr<Source> source, const ReadLimits
       stream_of_name[name->second] = stream;  // view into the index, which does not move
     }
     playback.streams_[stream].channels[static_cast<size_t>(*known_role)] = id;
-    playback.places_[id] = {stream, *known_role};
+    playback.channels_[id] = {stream, *known_role};
   }
   if (playback.streams_.empty())
     return Error{wire::printable(playback.reader_.name(), 4096) +
@@ -53,9 +53,9 @@ Result<Playback> Playback::open(std::unique_ptr<Source> source, const ReadLimits
   return playback;
 }
 
-const std::pair<size_t, Role>* Playback::place_of(uint16_t channel) const {
-  const auto found = places_.find(channel);
-  return found == places_.end() ? nullptr : &found->second;
+const std::pair<size_t, Role>* Playback::find_channel(uint16_t channel) const {
+  const auto found = channels_.find(channel);
+  return found == channels_.end() ? nullptr : &found->second;
 }
 
 // Skips a snapshot of known state, unless the file begins with it or the original message is damaged.
@@ -128,8 +128,8 @@ void Playback::rewind() {
 bool Playback::has_state_messages(const ChunkIndex& chunk) const {
   if (chunk.message_indexes.empty()) return true;  // the chunk has no message index
   return std::ranges::any_of(chunk.message_indexes, [&](const auto& index) {
-    const auto* place = place_of(index.first);
-    return place != nullptr && place->second != Role::poses;
+    const auto* channel = find_channel(index.first);
+    return channel != nullptr && channel->second != Role::poses;
   });
 }
 
@@ -141,11 +141,11 @@ bool Playback::describes(size_t chunk, uint64_t until_ns, std::vector<bool>& des
   for (;;) {
     const Reader::Step step = reader_.next(message);
     if (step == Reader::Step::end) break;
-    const auto* place = step == Reader::Step::message ? place_of(message.channel_id) : nullptr;
-    if (place == nullptr || place->second == Role::poses || message.log_time_ns >= until_ns) continue;
+    const auto* channel = step == Reader::Step::message ? find_channel(message.channel_id) : nullptr;
+    if (channel == nullptr || channel->second == Role::poses || message.log_time_ns >= until_ns) continue;
     const auto decoded = decoder_.decode(message.data);
     if (!decoded || !std::holds_alternative<wire::StreamDescription>(*decoded)) continue;
-    described[place->first] = any = true;
+    described[channel->first] = any = true;
   }
   return any;
 }
@@ -190,10 +190,10 @@ void Playback::gather_state(size_t from_chunk, uint64_t until_ns) {
     for (;;) {
       const Reader::Step step = reader_.next(message);
       if (step == Reader::Step::end) break;
-      const auto* place = step == Reader::Step::message ? place_of(message.channel_id) : nullptr;
-      if (place == nullptr || place->second == Role::poses || message.log_time_ns >= until_ns) continue;
-      if (!take(place->first, place->second, message.data, played)) continue;
-      State& state = states_[place->first];
+      const auto* channel = step == Reader::Step::message ? find_channel(message.channel_id) : nullptr;
+      if (channel == nullptr || channel->second == Role::poses || message.log_time_ns >= until_ns) continue;
+      if (!take(channel->first, channel->second, message.data, played)) continue;
+      State& state = states_[channel->first];
       if (played.kind == Played::Kind::description) store_edit_description(state, message.data);
       if (played.kind == Played::Kind::edit) store_edit(state, played.edit_key, message.data);
       if (played.kind == Played::Kind::goodbye) drop_description(state);  // the stream has ended
@@ -243,8 +243,8 @@ Playback::Step Playback::next(Played& played) {
     const Reader::Step step = reader_.next(message);
     if (step == Reader::Step::end) return Step::end;
     if (step == Reader::Step::damaged) return Step::damaged;
-    const auto* place = place_of(message.channel_id);
-    if (place == nullptr || !take(place->first, place->second, message.data, played)) continue;
+    const auto* channel = find_channel(message.channel_id);
+    if (channel == nullptr || !take(channel->first, channel->second, message.data, played)) continue;
     played.log_time_ns = message.log_time_ns;
     return Step::played;
   }

@@ -75,7 +75,7 @@ class Playback {
   explicit Playback(Reader reader) : reader_(std::move(reader)) {}
 
   // Stream and role of a channel; null for foreign channels.
-  const std::pair<size_t, Role>* place_of(uint16_t channel) const;
+  const std::pair<size_t, Role>* find_channel(uint16_t channel) const;
   // Returns true if the message carries news, and describes it in `played`. Poses always do.
   bool take(size_t stream, Role role, std::span<const std::byte> message, Played& played);
   bool has_state_messages(const ChunkIndex& chunk) const;
@@ -89,7 +89,7 @@ class Playback {
   wire::Decoder decoder_;
   std::vector<Stream> streams_;
   std::vector<State> states_;
-  std::map<uint16_t, std::pair<size_t, Role>> places_;
+  std::map<uint16_t, std::pair<size_t, Role>> channels_;
   uint64_t start_ns_ = 0, end_ns_ = 0;
   std::vector<Queued> queue_;  // state messages that precede playback
   size_t next_queued_ = 0;

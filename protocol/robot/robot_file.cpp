@@ -63,13 +63,13 @@ class Nodes {
     const auto found = by_name_.find(name);
     if (found == by_name_.end()) return std::nullopt;
     const Json& node = (*nodes_)[found->second];
-    const std::string place = "node " + in_quotes(name);
-    if (const auto matrix = numbers_of<16>(node, "matrix", place)) {
+    const std::string json_path = "node " + in_quotes(name);
+    if (const auto matrix = numbers_of<16>(node, "matrix", json_path)) {
       const auto& m = *matrix;  // column-major
       return Vector{std::hypot(m[0], m[1], m[2]), std::hypot(m[4], m[5], m[6]),
                     std::hypot(m[8], m[9], m[10])};
     }
-    return numbers_of<3>(node, "scale", place).value_or(Vector{1, 1, 1});
+    return numbers_of<3>(node, "scale", json_path).value_or(Vector{1, 1, 1});
   }
 
  private:
@@ -85,15 +85,15 @@ class Nodes {
 
   Transform local(size_t index) const {
     const Json& node = (*nodes_)[index];
-    const std::string place = "node " + std::to_string(index);
-    if (const auto matrix = numbers_of<16>(node, "matrix", place)) {
+    const std::string json_path = "node " + std::to_string(index);
+    if (const auto matrix = numbers_of<16>(node, "matrix", json_path)) {
       Transform t;
       for (size_t row = 0; row < 3; ++row)
         for (size_t column = 0; column < 4; ++column) t.m[row * 4 + column] = (*matrix)[column * 4 + row];
       return t;
     }
-    Transform t = rigid_of(node, place);
-    const Vector scale = numbers_of<3>(node, "scale", place).value_or(Vector{1, 1, 1});
+    Transform t = rigid_of(node, json_path);
+    const Vector scale = numbers_of<3>(node, "scale", json_path).value_or(Vector{1, 1, 1});
     for (size_t row = 0; row < 3; ++row)
       for (size_t column = 0; column < 3; ++column) t.m[row * 4 + column] *= scale[column];
     return t;
@@ -110,10 +110,10 @@ class Nodes {
 
 const Json& list_of(const Json& robot, const char* name) {
   const Json* const list = member(robot, name);
-  const std::string place = std::string("robot.") + name;
-  if (!list || !list->is_array()) throw Fault(place + " is no list");
+  const std::string json_path = std::string("robot.") + name;
+  if (!list || !list->is_array()) throw Fault(json_path + " is no list");
   if (list->size() > kMaxBodies)
-    throw Fault(place + " has more than " + std::to_string(kMaxBodies) + " entries");
+    throw Fault(json_path + " has more than " + std::to_string(kMaxBodies) + " entries");
   return *list;
 }
 
@@ -122,36 +122,36 @@ std::vector<RobotBody> read_bodies(const Json& robot, const Nodes& nodes,
   const Json& list = list_of(robot, "bodies");
   std::vector<RobotBody> bodies;
   for (size_t i = 0; i < list.size(); ++i) {
-    const std::string place = "robot.bodies[" + std::to_string(i) + "]";
+    const std::string json_path = "robot.bodies[" + std::to_string(i) + "]";
     RobotBody body;
-    body.node = text_of(list[i], "node", place);
+    body.node = text_of(list[i], "node", json_path);
     if (member(list[i], "parent")) {
-      const std::string& parent = text_of(list[i], "parent", place);
+      const std::string& parent = text_of(list[i], "parent", json_path);
       const auto known = index_of.find(parent);
       if (known == index_of.end())
-        throw Fault(place + ".parent is " + in_quotes(parent) + ", which is no body before it");
+        throw Fault(json_path + ".parent is " + in_quotes(parent) + ", which is no body before it");
       body.parent = known->second;
     }
     if (!index_of.emplace(body.node, i).second) throw Fault("there are two bodies " + in_quotes(body.node));
-    body.parent_from_body = rigid_of(list[i], place);
+    body.parent_from_body = rigid_of(list[i], json_path);
     body.scale = nodes.scale_of(body.node);
     bodies.push_back(std::move(body));
   }
   return bodies;
 }
 
-JointType type_of(const std::string& name, const std::string& place) {
+JointType type_of(const std::string& name, const std::string& json_path) {
   for (const JointType type : {JointType::fixed, JointType::revolute, JointType::prismatic, JointType::planar,
                                JointType::ball, JointType::floating})
     if (name == name_of(type)) return type;
-  throw Fault(place + ".type is " + in_quotes(name) + ", which this version does not know");
+  throw Fault(json_path + ".type is " + in_quotes(name) + ", which this version does not know");
 }
 
 bool is_scalar(const RobotJoint& joint) {
   return joint.type == JointType::revolute || joint.type == JointType::prismatic;
 }
 
-std::vector<double> initial_of(const Json& from, const RobotJoint& joint, const std::string& place) {
+std::vector<double> initial_of(const Json& from, const RobotJoint& joint, const std::string& json_path) {
   const size_t count = position_count_of(joint.type);
   std::vector<double> initial(count, 0);
   if (is_scalar(joint)) initial[0] = joint.reference;
@@ -159,33 +159,33 @@ std::vector<double> initial_of(const Json& from, const RobotJoint& joint, const 
   const Json* const given = member(from, "initial");
   if (!given) return initial;
   if (!given->is_array() || given->size() != count)
-    throw Fault(place + ".initial is no list of " + std::to_string(count) + " numbers");
-  for (size_t i = 0; i < count; ++i) initial[i] = number_of((*given)[i], place + ".initial");
+    throw Fault(json_path + ".initial is no list of " + std::to_string(count) + " numbers");
+  for (size_t i = 0; i < count; ++i) initial[i] = number_of((*given)[i], json_path + ".initial");
   return initial;
 }
 
 RobotJoint read_joint(const Json& from, const std::map<std::string, size_t>& bodies,
-                      const std::string& place) {
+                      const std::string& json_path) {
   RobotJoint joint;
-  joint.name = text_of(from, "name", place);
-  joint.type = type_of(text_of(from, "type", place), place);
-  const std::string& node = text_of(from, "node", place);
+  joint.name = text_of(from, "name", json_path);
+  joint.type = type_of(text_of(from, "type", json_path), json_path);
+  const std::string& node = text_of(from, "node", json_path);
   const auto body = bodies.find(node);
-  if (body == bodies.end()) throw Fault(place + ".node is " + in_quotes(node) + ", which is no body");
+  if (body == bodies.end()) throw Fault(json_path + ".node is " + in_quotes(node) + ", which is no body");
   joint.body = body->second;
-  joint.axis = numbers_of<3>(from, "axis", place).value_or(joint.axis);
+  joint.axis = numbers_of<3>(from, "axis", json_path).value_or(joint.axis);
   const double size = length(joint.axis);
-  if (!(size > 1e-9)) throw Fault(place + ".axis has no length");
+  if (!(size > 1e-9)) throw Fault(json_path + ".axis has no length");
   for (double& number : joint.axis) number /= size;
-  joint.anchor = numbers_of<3>(from, "anchor", place).value_or(joint.anchor);
-  joint.reference = number_of(from, "reference", 0, place);
-  if (const auto limits = numbers_of<2>(from, "limits", place); limits && is_scalar(joint)) {
-    if (!((*limits)[0] <= (*limits)[1])) throw Fault(place + ".limits are not in order");
+  joint.anchor = numbers_of<3>(from, "anchor", json_path).value_or(joint.anchor);
+  joint.reference = number_of(from, "reference", 0, json_path);
+  if (const auto limits = numbers_of<2>(from, "limits", json_path); limits && is_scalar(joint)) {
+    if (!((*limits)[0] <= (*limits)[1])) throw Fault(json_path + ".limits are not in order");
     joint.has_limits = true;
     joint.lower = (*limits)[0];
     joint.upper = (*limits)[1];
   }
-  joint.initial = initial_of(from, joint, place);
+  joint.initial = initial_of(from, joint, json_path);
   return joint;
 }
 
@@ -194,22 +194,22 @@ std::vector<RobotJoint> read_joints(const Json& robot, const std::map<std::strin
   const Json& list = list_of(robot, "joints");
   std::vector<RobotJoint> joints;
   std::map<std::string, size_t> index_of;
-  const auto place_of = [](size_t i) { return "robot.joints[" + std::to_string(i) + "]"; };
+  const auto joint_path = [](size_t i) { return "robot.joints[" + std::to_string(i) + "]"; };
   for (size_t i = 0; i < list.size(); ++i) {
-    joints.push_back(read_joint(list[i], bodies, place_of(i)));
+    joints.push_back(read_joint(list[i], bodies, joint_path(i)));
     if (!index_of.emplace(joints[i].name, i).second)
       throw Fault("there are two joints " + in_quotes(joints[i].name));
   }
   for (size_t i = 0; follows_mimic && i < list.size(); ++i) {
     const Json* const mimic = member(list[i], "mimic");
     if (!mimic) continue;
-    const std::string place = place_of(i) + ".mimic";
-    const auto leader = index_of.find(text_of(*mimic, "joint", place));
+    const std::string json_path = joint_path(i) + ".mimic";
+    const auto leader = index_of.find(text_of(*mimic, "joint", json_path));
     if (leader == index_of.end() || !is_scalar(joints[leader->second]) || !is_scalar(joints[i]))
-      throw Fault(place + ": only revolute and prismatic joints follow each other");
+      throw Fault(json_path + ": only revolute and prismatic joints follow each other");
     joints[i].leader = leader->second;
-    joints[i].multiplier = number_of(*mimic, "multiplier", 1, place);
-    joints[i].offset = number_of(*mimic, "offset", 0, place);
+    joints[i].multiplier = number_of(*mimic, "multiplier", 1, json_path);
+    joints[i].offset = number_of(*mimic, "offset", 0, json_path);
   }
   return joints;
 }
@@ -223,16 +223,16 @@ Result<void> add_poses(const Json& robot, Robot& made) {
   size_t count = 0;
   for (const RobotJoint& joint : made.joints()) count += position_count_of(joint.type);
   for (size_t i = 0; i < list.size(); ++i) {
-    const std::string place = "robot.poses[" + std::to_string(i) + "]";
+    const std::string json_path = "robot.poses[" + std::to_string(i) + "]";
     const Json* const given = member(list[i], "positions");
     if (!given || !given->is_array() || given->size() != count)
-      throw Fault(place + ".positions is no list of " + std::to_string(count) + " numbers");
-    NamedPose pose{text_of(list[i], "name", place), {}};
+      throw Fault(json_path + ".positions is no list of " + std::to_string(count) + " numbers");
+    NamedPose pose{text_of(list[i], "name", json_path), {}};
     size_t at = 0;
     for (const RobotJoint& joint : made.joints()) {
       for (size_t k = 0; k < position_count_of(joint.type); ++k, ++at)
         if (joint.position_count != 0)
-          pose.positions.push_back(number_of((*given)[at], place + ".positions"));
+          pose.positions.push_back(number_of((*given)[at], json_path + ".positions"));
     }
     if (Result<void> done = made.add_named_pose(std::move(pose)); !done) return done;
   }

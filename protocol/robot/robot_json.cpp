@@ -97,33 +97,33 @@ const Json* member(const Json& object, const char* name) {
   return found == object.end() ? nullptr : &*found;
 }
 
-double number_of(const Json& value, const std::string& place) {
+double number_of(const Json& value, const std::string& json_path) {
   const double number = value.is_number() ? value.get<double>() : std::nan("");
   if (!std::isfinite(number) || std::abs(number) > kMaxNumber)
-    throw Fault(place + " is no number of at most 1e12");
+    throw Fault(json_path + " is no number of at most 1e12");
   return number;
 }
 
-double number_of(const Json& object, const char* name, double otherwise, const std::string& place) {
+double number_of(const Json& object, const char* name, double otherwise, const std::string& json_path) {
   const Json* const value = member(object, name);
-  return value ? number_of(*value, place + "." + name) : otherwise;
+  return value ? number_of(*value, json_path + "." + name) : otherwise;
 }
 
-const std::string& text_of(const Json& object, const char* name, const std::string& place) {
+const std::string& text_of(const Json& object, const char* name, const std::string& json_path) {
   const Json* const value = member(object, name);
-  if (!value || !value->is_string()) throw Fault(place + "." + name + " is no text");
+  if (!value || !value->is_string()) throw Fault(json_path + "." + name + " is no text");
   const std::string& text = value->get_ref<const std::string&>();
-  if (const Result<void> good = wire::check_text(place + "." + name, text, kMaxNameBytes); !good)
+  if (const Result<void> good = wire::check_text(json_path + "." + name, text, kMaxNameBytes); !good)
     throw Fault(good.error().message);
   return text;
 }
 
-Transform rigid_of(const Json& object, const std::string& place) {
-  Quaternion q = numbers_of<4>(object, "rotation", place).value_or(Quaternion{0, 0, 0, 1});
+Transform rigid_of(const Json& object, const std::string& json_path) {
+  Quaternion q = numbers_of<4>(object, "rotation", json_path).value_or(Quaternion{0, 0, 0, 1});
   const double size = length(q);
-  if (!(size > 1e-9)) throw Fault(place + ".rotation has no length");
+  if (!(size > 1e-9)) throw Fault(json_path + ".rotation has no length");
   for (double& number : q) number /= size;
-  return translation(numbers_of<3>(object, "translation", place).value_or(Vector{0, 0, 0})) * rotation(q);
+  return translation(numbers_of<3>(object, "translation", json_path).value_or(Vector{0, 0, 0})) * rotation(q);
 }
 
 }  // namespace fire3dv::robot

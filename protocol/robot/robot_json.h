@@ -15,7 +15,7 @@ namespace fire3dv::robot {
 
 using Json = nlohmann::json;
 
-// Fault of a file, with the place in it. Readers of files convert it to an Error.
+// Fault of a file, with the JSON path in it. Readers of files convert it to an Error.
 struct Fault : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -29,19 +29,19 @@ Json parse_json(std::span<const std::byte> text, const char* wanted);
 // Null: no object, or no such member.
 const Json* member(const Json& object, const char* name);
 
-// Numbers are finite and of at most 1e12 in magnitude, as in poses. place: for messages. Throw Fault.
-double number_of(const Json& value, const std::string& place);
-double number_of(const Json& object, const char* name, double otherwise, const std::string& place);
+// Numbers are finite and of at most 1e12 in magnitude, as in poses. json_path: for messages. Throw Fault.
+double number_of(const Json& value, const std::string& json_path);
+double number_of(const Json& object, const char* name, double otherwise, const std::string& json_path);
 // Text of at most 1024 bytes, as in names of nodes.
-const std::string& text_of(const Json& object, const char* name, const std::string& place);
+const std::string& text_of(const Json& object, const char* name, const std::string& json_path);
 
 // Empty: no such member.
 template <size_t N>
 std::optional<std::array<double, N>> numbers_of(const Json& object, const char* name,
-                                                const std::string& place) {
+                                                const std::string& json_path) {
   const Json* const value = member(object, name);
   if (!value) return std::nullopt;
-  const std::string here = place + "." + name;
+  const std::string here = json_path + "." + name;
   if (!value->is_array() || value->size() != N)
     throw Fault(here + " is no list of " + std::to_string(N) + " numbers");
   std::array<double, N> numbers;
@@ -50,6 +50,6 @@ std::optional<std::array<double, N>> numbers_of(const Json& object, const char* 
 }
 
 // Of the members translation and rotation, a quaternion of any length but 0.
-Transform rigid_of(const Json& object, const std::string& place);
+Transform rigid_of(const Json& object, const std::string& json_path);
 
 }  // namespace fire3dv::robot

@@ -73,7 +73,7 @@ class ScalarHistory {
     refused,    // over a limit; refusal() says which
   };
   // Applies an edit of a scalar property. When memory for samples ends, new samples replace the oldest ones
-  // earlier. Values of a time before the newest sample begin the group's history anew; values of its time
+  // earlier. Values of a time before the newest sample restart the group's history; values of its time
   // replace it.
   Outcome apply(const wire::SceneEdit& edit);
 

@@ -53,7 +53,8 @@ enum class ImageWhen : uint8_t {
   exactly = 4,    // exactly the frame `sequence`: lockstep
 };
 
-// Adapter to renderer. State with its place as the key: a request replaces the earlier one in its place.
+// Adapter to renderer. State whose key is `place`, a slot of the stream: a request replaces the earlier one
+// of its slot.
 struct ImageRequest {
   uint64_t epoch = 0;  // of the requesting stream
   uint64_t id = 0;     // chosen by the sender, not 0, unique per request

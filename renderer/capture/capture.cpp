@@ -48,8 +48,8 @@ void CaptureQueue::record(gpu::Recorder& recorder, passes::SceneRenderer& render
   Capture capture{outputs, {}, {}, std::move(provenance)};
   gpu::ReadbackRing<Capture>::Planes planes;
   if (wire::with_sources(outputs).has_planes()) {
-    capture.places = renderer.plane_ranges();
-    planes = {&renderer.planes(), passes::bytes_of(capture.places)};
+    capture.plane_ranges = renderer.plane_ranges();
+    planes = {&renderer.planes(), passes::bytes_of(capture.plane_ranges)};
   }
   if (outputs.has_boxes()) capture.boxes = passes::boxes_of_instances(scene, poses);
   gpu::Image* const color = outputs.has(wire::kColorSrgb8) ? &renderer.image() : nullptr;
@@ -83,11 +83,11 @@ sinks::FrameImage CaptureQueue::convert(Capture&& capture, VkExtent2D extent,
   const size_t color_bytes =
       outputs.has(wire::kColorSrgb8) ? size_t{4} * extent.width * extent.height : size_t{0};
   image.rgba8.assign(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(color_bytes));
-  for (const passes::PlaneRange& place : capture.places) {
-    const std::span<const uint8_t> plane = bytes.subspan(color_bytes + place.offset_bytes, place.size_bytes);
-    if (outputs.has(place.output))
-      image.planes.push_back({place.output, std::vector<uint8_t>(plane.begin(), plane.end())});
-    if (place.output != wire::kInstanceU32 || !outputs.has_boxes()) continue;
+  for (const passes::PlaneRange& range : capture.plane_ranges) {
+    const std::span<const uint8_t> plane = bytes.subspan(color_bytes + range.offset_bytes, range.size_bytes);
+    if (outputs.has(range.output))
+      image.planes.push_back({range.output, std::vector<uint8_t>(plane.begin(), plane.end())});
+    if (range.output != wire::kInstanceU32 || !outputs.has_boxes()) continue;
     VisibleBoxes boxes = find_visible_boxes(plane, extent.width, capture.boxes);
     if (outputs.has(wire::kBoxes2d)) image.boxes2d = std::move(boxes.boxes2d);
     if (outputs.has(wire::kBoxes3d)) image.boxes3d = std::move(boxes.boxes3d);

@@ -65,7 +65,7 @@ class CaptureQueue {
  private:
   struct Capture {
     wire::ImageOutputs outputs;
-    std::vector<passes::PlaneRange> places;
+    std::vector<passes::PlaneRange> plane_ranges;
     std::vector<wire::BoxRecord3d> boxes;  // of all instances, if boxes are requested
     Provenance provenance;
   };

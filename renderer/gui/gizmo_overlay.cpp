@@ -152,10 +152,10 @@ void GizmoOverlay::draw_note(const Context& c, const Rect& image, const glm::vec
   const float margin = c.ui.points(4), away = c.ui.points(14);
   const std::string shown = elided(text, std::max(image.high.x - image.low.x - 2 * margin, 1.0f));
   const ImVec2 size = ImGui::CalcTextSize(shown.c_str());
-  const float most_x = std::max(image.high.x - size.x - margin, image.low.x + margin);
-  const float most_y = std::max(image.high.y - size.y - margin, image.low.y + margin);
-  const ImVec2 low{std::round(std::clamp(at.x + away, image.low.x + margin, most_x)),
-                   std::round(std::clamp(at.y + away, image.low.y + margin, most_y))};
+  const float max_x = std::max(image.high.x - size.x - margin, image.low.x + margin);
+  const float max_y = std::max(image.high.y - size.y - margin, image.low.y + margin);
+  const ImVec2 low{std::round(std::clamp(at.x + away, image.low.x + margin, max_x)),
+                   std::round(std::clamp(at.y + away, image.low.y + margin, max_y))};
   list->PushClipRect({image.low.x, image.low.y}, {image.high.x, image.high.y});
   list->AddRectFilled({low.x - margin, low.y - margin}, {low.x + size.x + margin, low.y + size.y + margin},
                       faded(theme::panel(), 0xe0), margin);

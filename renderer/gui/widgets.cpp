@@ -189,7 +189,7 @@ bool Ui::button(const char* label, bool enabled, const char* hint_text, bool pre
 
 bool Ui::check(const char* label, bool& value, const char* hint_text) {
   ImGui::PushID(label);
-  // In a narrow column many labels reach into the place of the box: all boxes are at its edge then.
+  // In a narrow column many labels reach into the column of the box: all boxes are at its edge then.
   constexpr float kNarrowPt = 180;
   const float width = ImGui::GetContentRegionAvail().x, left = ImGui::GetCursorPosX();
   if (width < points(kNarrowPt)) {
@@ -380,18 +380,18 @@ void Ui::plot(std::span<const Curve> curves, float height_pt, float least_top, c
   for (const Curve& curve : curves) {
     const size_t count = curve.values.size();
     const float first_x = at.x + size.x - step_x * static_cast<float>(count - std::min<size_t>(count, 1));
-    const auto place = [&](size_t i) {
+    const auto point_at = [&](size_t i) {
       const float y = at.y + size.y * (1 - std::min(curve.values[i] / top, 1.0f));
       return ImVec2{first_x + step_x * static_cast<float>(i), y};
     };
     const ImU32 fill = (curve.color & ~IM_COL32_A_MASK) | 0x30u << IM_COL32_A_SHIFT;
     // ImGui builds each quad as a separate path, so the line is drawn after all of them.
     for (size_t i = 0; i + 1 < count; ++i) {
-      const ImVec2 a = place(i), b = place(i + 1);
+      const ImVec2 a = point_at(i), b = point_at(i + 1);
       list->AddQuadFilled({a.x, at.y + size.y}, a, b, {b.x, at.y + size.y}, fill);
     }
     list->PathClear();
-    for (size_t i = 0; i < count; ++i) list->PathLineTo(place(i));
+    for (size_t i = 0; i < count; ++i) list->PathLineTo(point_at(i));
     list->PathStroke(curve.color, 0, points(1));
   }
   char label[48];

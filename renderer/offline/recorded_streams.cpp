@@ -19,8 +19,8 @@ constexpr size_t kMaxNotes = 20;  // messages per call: a file may hold any numb
 
 }  // namespace
 
-StreamFrames::Taken StreamFrames::take(const record::Played& played) {
-  Taken taken;
+StreamFrames::Changes StreamFrames::take(const record::Played& played) {
+  Changes taken;
   auto decoded = decoder_.decode(played.message);
   if (!decoded) {
     ++unusable_;
@@ -100,7 +100,7 @@ void StreamCursor::fill() {
     const record::Playback::Step step = playback_.next(played);
     at_end_ = step == record::Playback::Step::end;
     if (step != record::Playback::Step::played || played.stream != stream_) continue;
-    const StreamFrames::Taken taken = frames_.take(played);
+    const StreamFrames::Changes taken = frames_.take(played);
     // Time of a message that no frame follows.
     const auto by_guide = [&] {
       const int64_t after_ns = newest_ns_ == kAlways ? kAlways : newest_ns_ + 1;

@@ -25,14 +25,14 @@ namespace fire3dv::offline {
 class StreamFrames {
  public:
   // Effect of one message. An edit may release a frame that waited for it.
-  struct Taken {
+  struct Changes {
     bool began = false, ended = false;
     bool edited = false;
     bool frame = false;  // header() and poses() have a new frame
     // The frame begins a segment: it is the first of a run, or simulator time went back.
     bool segment = false;
   };
-  Taken take(const record::Played& played);
+  Changes take(const record::Played& played);
 
   const wire::PoseFrameHeader& header() const { return receiver_->header; }
   std::span<const wire::Affine3x4> poses() const { return receiver_->poses; }

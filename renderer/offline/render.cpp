@@ -178,7 +178,7 @@ class Render {
   explicit Render(const RenderOptions& options)
       : options_(options),
         drawing_(options.drawing),
-        places_(
+        cache_locations_(
             app::find_cache_locations(drawing_.cache, [](const char* name) { return std::getenv(name); })) {}
 
   Result<bool> run();  // false: stopped by the user
@@ -195,7 +195,7 @@ class Render {
 
   const RenderOptions& options_;
   const app::Options& drawing_;
-  const app::CacheLocations places_;
+  const app::CacheLocations cache_locations_;
   state::EditDocument overlay_;
   std::unique_ptr<gpu::Instance> instance_;
 };
@@ -210,7 +210,7 @@ Result<bool> Render::run() {
   auto playback = open_recording(options_);
   if (!playback) return playback.error();
   // The scene loads while the recording is read.
-  auto scene = RecordingScene::open(drawing_, places_.scenes, *playback, app::stop_was_requested);
+  auto scene = RecordingScene::open(drawing_, cache_locations_.scenes, *playback, app::stop_was_requested);
   if (!scene) return scene.error();
   app::SceneLoad& load = (*scene)->load();
   auto timeline = read_timeline(*playback, options_);
@@ -278,12 +278,12 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
   }
   if (const std::string missing = app::lacking_ray_effects(**device, drawing_); !missing.empty())
     log_message(warning(missing));
-  app::PipelineCacheFile pipelines(**device, places_.pipelines);
+  app::PipelineCacheFile pipelines(**device, cache_locations_.pipelines);
   if (pipelines.note()) log_message(warning(*pipelines.note()));
   passes::DrawSettings settings = app::draw_settings(drawing_, std::move(*environment));
   if (const std::string line = app::set_exposure(drawing_.exposure, loaded.scene, settings); !line.empty())
     log_message("info: " + line);
-  settings.cached_environments = app::environment_store(places_.environments);
+  settings.cached_environments = app::environment_store(cache_locations_.environments);
   std::optional<passes::SceneRenderer> renderer(std::in_place, **device, settings);
   if (auto enough = passes::ensure_texture_capacity(**device, settings, loaded.scene, renderer); !enough)
     return enough.error();

@@ -30,11 +30,11 @@ std::optional<FrameRate> decimal(const std::string& text) {
     const auto whole = whole_number(text);
     return whole ? std::optional(FrameRate{*whole, 1}) : std::nullopt;
   }
-  const size_t places = text.size() - point - 1;
+  const size_t decimals = text.size() - point - 1;
   const auto digits = whole_number(text.substr(0, point) + text.substr(point + 1));
-  if (places == 0 || places > 3 || !digits) return {};
+  if (decimals == 0 || decimals > 3 || !digits) return {};
   int64_t scale = 1;
-  for (size_t i = 0; i < places; ++i) scale *= 10;
+  for (size_t i = 0; i < decimals; ++i) scale *= 10;
   return FrameRate{*digits, scale};
 }
 
@@ -164,9 +164,9 @@ Result<void> Timeline::Builder::take(const record::Played& played) {
   const size_t stream = played.stream;
   Building& building = streams_[stream];
   StreamTimes& times = line_.streams_[stream];
-  const StreamFrames::Taken taken = building.frames.take(played);
+  const StreamFrames::Changes taken = building.frames.take(played);
   if (taken.began) {
-    if (!room()) return Error{"the recording begins anew too often; render a part of it that does so less"};
+    if (!room()) return Error{"the recording has too many runs; render a part of it (--start, --end)"};
     ++segments_;
     times.runs.emplace_back();
   }
@@ -200,7 +200,8 @@ Error Timeline::Builder::too_far_apart(size_t stream) const {
 }
 
 Result<void> Timeline::Builder::begin_segment(size_t stream, int64_t sim_ns) {
-  if (!room()) return Error{"simulated time begins anew too often in the recording; render a part of it"};
+  if (!room())
+    return Error{"simulated time goes back too often in the recording; render a part of it (--start, --end)"};
   ++segments_;
   Building& building = streams_[stream];
   StreamTimes& times = line_.streams_[stream];

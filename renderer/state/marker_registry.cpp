@@ -38,7 +38,7 @@ uint64_t gpu_bytes(const wire::Marker& marker) {
 constexpr uint64_t kMaxVertices = 200'000'000;  // of a stream
 
 // Upper bound of the vertices that a marker of many elements draws, by the levels of detail of the pass.
-uint64_t most_vertices(const wire::Marker& marker) {
+uint64_t max_vertices(const wire::Marker& marker) {
   constexpr uint64_t kOfElement[] = {3,   3,  6,   45, 18, 36,
                                      144, 72, 180, 1,  6,  6};  // by kind, of more than 10,000
   static_assert(std::size(kOfElement) == wire::kMarkerKindCount);
@@ -117,7 +117,7 @@ void MarkerRegistry::store(StreamEntry& stream, wire::SceneEdit&& edit, BudgetCh
     return report(stream, edit.node,
                   "its kind " + std::to_string(static_cast<int>(value->kind)) +
                       " is of a later version: update the renderer");
-  const uint64_t vertices = most_vertices(*value);
+  const uint64_t vertices = max_vertices(*value);
   if (stream.vertices + vertices > kMaxVertices)
     return report(
         stream, edit.node,

@@ -86,7 +86,7 @@ int64_t difference(int64_t a, int64_t b) {
 
 }  // namespace
 
-PlayoutSchedule::Place PlayoutSchedule::next(int64_t sim_ns, int64_t published_ns, bool jump) {
+PlayoutSchedule::Slot PlayoutSchedule::next(int64_t sim_ns, int64_t published_ns, bool jump) {
   const auto step_ns = static_cast<double>(difference(sim_ns, sim_ns_));
   const auto gap_ns = static_cast<double>(published_ns - published_ns_);
   const bool first = !begun_;
@@ -112,9 +112,9 @@ PlayoutSchedule::Place PlayoutSchedule::next(int64_t sim_ns, int64_t published_n
     return {std::max(from_ns, due_ns_ - static_cast<int64_t>(way_ns)), due_ns_};
   }
   stood_still_ = false;
-  const double place_gain = measure(step_ns, expected_ns, error_ns);
-  const double off_ns = (place_gain - 1) * error_ns;  // due time minus publish time
-  if (std::abs(off_ns) > kMaxOffNs) {                 // new rate: restart the line
+  const double position_gain = measure(step_ns, expected_ns, error_ns);
+  const double off_ns = (position_gain - 1) * error_ns;  // due time minus publish time
+  if (std::abs(off_ns) > kMaxOffNs) {                    // new rate: restart the line
     measured_ = 1;
     ns_per_sim_ns_ = gap_ns / step_ns;
   }
@@ -122,7 +122,7 @@ PlayoutSchedule::Place PlayoutSchedule::next(int64_t sim_ns, int64_t published_n
   return {from_ns, due_ns_};
 }
 
-PlayoutSchedule::Place PlayoutSchedule::begin_at(int64_t due_ns) {
+PlayoutSchedule::Slot PlayoutSchedule::begin_at(int64_t due_ns) {
   due_ns_ = due_ns;
   stood_still_ = false;
   return {due_ns, due_ns};
@@ -185,12 +185,12 @@ bool Playout::add(const wire::PoseFrameHeader& header, std::span<const wire::Aff
         std::exchange(newest_published_ns_, std::max(newest_published_ns_, published_ns));
     queued = !frames_.empty() && received_ns - newest_received_ns_ < (newest_published_ns_ - before_ns) / 4;
     newest_received_ns_ = received_ns;
-    frame.place = schedule_.next(header.sim_time_ns, newest_published_ns_, jumps(header));
+    frame.slot = schedule_.next(header.sim_time_ns, newest_published_ns_, jumps(header));
   } else {
-    frame.place = place_between(*std::prev(later), *later, header, published_ns);
+    frame.slot = slot_between(*std::prev(later), *later, header, published_ns);
   }
   // Frames that queued behind one delayed frame count as one late arrival, not as several.
-  if (!queued) measure(frame.place.due_ns, received_ns);
+  if (!queued) measure(frame.slot.due_ns, received_ns);
   frame.poses.assign(poses.begin(), poses.end());
   frames_.insert(later, std::move(frame));
   while (frames_.size() > kMaxFrames || (frames_.size() > 2 && frames_.size() * poses.size() > kMaxPoses)) {
@@ -217,18 +217,17 @@ std::optional<std::vector<wire::Affine3x4>> Playout::take_memory(size_t pose_cou
 }
 
 // Schedules a frame that arrived out of order: its due time is interpolated between its neighbours.
-PlayoutSchedule::Place Playout::place_between(const Frame& earlier, Frame& later,
-                                              const wire::PoseFrameHeader& header,
-                                              int64_t published_ns) const {
+PlayoutSchedule::Slot Playout::slot_between(const Frame& earlier, Frame& later,
+                                            const wire::PoseFrameHeader& header, int64_t published_ns) const {
   const double whole = sim_step_ns(earlier.header, later.header);
   const double part = sim_step_ns(earlier.header, header);
-  const int64_t begin_ns = earlier.place.due_ns, end_ns = later.place.due_ns;
+  const int64_t begin_ns = earlier.slot.due_ns, end_ns = later.slot.due_ns;
   const bool even = part >= 0 && part <= whole && whole > 0 && !jumps(later.header) && !jumps(header);
   const int64_t due_ns =
       even ? begin_ns + static_cast<int64_t>(static_cast<double>(end_ns - begin_ns) * (part / whole))
            : std::clamp(published_ns, begin_ns, end_ns);
-  const int64_t from_ns = jumps(header) ? due_ns : std::min(due_ns, later.place.from_ns);
-  later.place.from_ns = std::max(later.place.from_ns, due_ns);
+  const int64_t from_ns = jumps(header) ? due_ns : std::min(due_ns, later.slot.from_ns);
+  later.slot.from_ns = std::max(later.slot.from_ns, due_ns);
   return {std::max(from_ns, begin_ns), due_ns};
 }
 
@@ -257,7 +256,7 @@ void Playout::measure(int64_t due_ns, int64_t received_ns) {
 // Mean interval of the buffered frames. Few frames suffice: the value is only added to the delay.
 int64_t Playout::interval_ns() const {
   if (frames_.size() < 2) return 0;
-  const int64_t span = frames_.back().place.due_ns - frames_.front().place.due_ns;
+  const int64_t span = frames_.back().slot.due_ns - frames_.front().slot.due_ns;
   return span / static_cast<int64_t>(frames_.back().header.sequence - frames_.front().header.sequence);
 }
 
@@ -265,13 +264,13 @@ std::optional<Playout::Shown> Playout::at(int64_t now_ns) {
   if (frames_.empty()) return {};
   // A rising delay stops motion; it never moves it backwards.
   moment_ns_ = std::max(moment_ns_, now_ns - delay_ns());
-  while (frames_.size() > 2 && frames_[1].place.due_ns <= moment_ns_) {
+  while (frames_.size() > 2 && frames_[1].slot.due_ns <= moment_ns_) {
     drop_oldest();
   }
   for (; spare_.size() > 8; spare_.pop_back()) memory_.give_back(spare_.back().capacity());
   const Frame& earlier = frames_.front();
   const Frame& later = frames_.size() > 1 ? frames_[1] : earlier;
-  const auto [from_ns, due_ns] = later.place;
+  const auto [from_ns, due_ns] = later.slot;
   const bool alone = &later == &earlier;
   const bool changed = show(earlier, later, alone ? 0 : way(moment_ns_ - from_ns, due_ns - from_ns));
   return Shown{header_, poses_, changed};

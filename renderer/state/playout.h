@@ -25,17 +25,17 @@ wire::Affine3x4 interpolate(const wire::Affine3x4& a, const wire::Affine3x4& b, 
 // smoothed, for simulators faster and slower than real time.
 class PlayoutSchedule {
  public:
-  struct Place {
+  struct Slot {
     int64_t from_ns = 0;  // start of the motion from the previous frame
     int64_t due_ns = 0;   // end of the motion; equal to from_ns for a jump
   };
 
   // Schedules the next frame, in sequence order; published_ns must not decrease. jump: bodies or time jumped.
   // A simulator time that goes back is a jump in any case.
-  Place next(int64_t sim_ns, int64_t published_ns, bool jump);
+  Slot next(int64_t sim_ns, int64_t published_ns, bool jump);
 
  private:
-  Place begin_at(int64_t due_ns);
+  Slot begin_at(int64_t due_ns);
   double measure(double step_ns, double expected_ns, double error_ns);  // returns the position gain
 
   bool begun_ = false;
@@ -79,13 +79,13 @@ class Playout {
   struct Frame {
     wire::PoseFrameHeader header;
     std::vector<wire::Affine3x4> poses;
-    PlayoutSchedule::Place place;
+    PlayoutSchedule::Slot slot;
   };
   using Frames = std::deque<Frame>;
   std::optional<std::vector<wire::Affine3x4>> take_memory(size_t pose_count);
   void drop_oldest();
-  PlayoutSchedule::Place place_between(const Frame& earlier, Frame& later,
-                                       const wire::PoseFrameHeader& header, int64_t published_ns) const;
+  PlayoutSchedule::Slot slot_between(const Frame& earlier, Frame& later, const wire::PoseFrameHeader& header,
+                                     int64_t published_ns) const;
   void measure(int64_t due_ns, int64_t received_ns);
   int64_t interval_ns() const;
   static double way(int64_t into_ns, int64_t span_ns);

@@ -60,7 +60,7 @@ Result<void> Session::run(const std::atomic<bool>& stop) {
       follow_topics();
       request_scene(now_ns);
     }
-    if (node_->was_refused() && !std::exchange(has_told_refused_, true))
+    if (node_->was_refused() && !std::exchange(has_reported_refused_, true))
       log_(
           "warning: the world refuses this connection, so it sends no poses: set GZ_TRANSPORT_USERNAME and "
           "GZ_TRANSPORT_PASSWORD as there, or unset them if it has none");
@@ -92,8 +92,8 @@ Result<void> Session::find_world(int64_t now_ns) {
     if (!chosen) return chosen.error();
     if (*chosen) world_name_ = **chosen;
   }
-  if (world_name_.empty() && !has_told_missing_ && now_ns - begun_ns_ >= kPatience_ns) {
-    has_told_missing_ = true;
+  if (world_name_.empty() && !has_reported_missing_ && now_ns - begun_ns_ >= kPatience_ns) {
+    has_reported_missing_ = true;
     log_("warning: " + missing_world_advice(node_->directory(), options_.world, node_->interfaces()));
   }
   return {};
@@ -168,7 +168,7 @@ Result<void> Session::receive_scene() {
     // Servers answer before their world is loaded. What is deleted later is announced.
     if (scene.model().empty() && scene.light().empty()) {
       needs_scene_ = true;
-      if (!std::exchange(has_told_waiting_, true)) log_("the world is empty so far");
+      if (!std::exchange(has_reported_waiting_, true)) log_("the world is empty so far");
       continue;
     }
     World::Changes changes = world_.update(scene);

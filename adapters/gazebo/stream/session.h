@@ -69,8 +69,8 @@ class Session {
   Cameras cameras_;
   std::string world_name_;
   std::optional<Advertisement> server_;  // its scene/info service
-  bool has_scene_ = false, is_done_ = false, has_told_missing_ = false, has_told_waiting_ = false;
-  bool has_told_refused_ = false;
+  bool has_scene_ = false, is_done_ = false, has_reported_missing_ = false, has_reported_waiting_ = false;
+  bool has_reported_refused_ = false;
   bool needs_scene_ = true, needs_describe_ = false, needs_frame_ = false, is_jump_ = true;
   uint64_t scene_request_ = 0, failed_requests_ = 0, next_added_ = 1, reported_invalid_ = 0;
   int64_t begun_ns_ = 0, next_request_ns_ = 0, sim_time_ns_ = 0;

@@ -38,7 +38,7 @@ std::string text_of(const in_addr& address) {
 }
 
 void send_to(int fd, std::span<const std::byte> datagram, const sockaddr_in& to) {
-  // A datagram may get lost at any place; it is repeated every second.
+  // A datagram may get lost on any path; it is repeated every second.
   (void)::sendto(fd, datagram.data(), datagram.size(), MSG_DONTWAIT | MSG_NOSIGNAL,
                  reinterpret_cast<const sockaddr*>(&to), sizeof to);
 }

@@ -11,8 +11,8 @@ namespace fire3dv::client {
 namespace {
 
 // Link state key of a request slot, apart from the keys of scene edits, which count from 1.
-constexpr uint64_t key_of(uint32_t place) {
-  return uint64_t{1} << 63 | place;
+constexpr uint64_t key_of(uint32_t slot) {
+  return uint64_t{1} << 63 | slot;
 }
 constexpr size_t kMaxRefusals = wire::kMaxImageRequests;
 constexpr uint32_t kMaxBoxes = 4096;  // per image, for the size of reserved slots
@@ -46,13 +46,13 @@ Result<uint64_t> Images::request(transport::PublisherLink& link, wire::ImageRequ
   if (auto room = link.make_room_for_images(longest, requests_to_make_room_for()); !room) return room.error();
 
   request.id = last_id_ + 1;
-  request.place = free_places_.empty() ? next_place_ : free_places_.back();
+  request.place = free_slots_.empty() ? next_slot_ : free_slots_.back();
   if (auto sent = send(link, request); !sent) return sent.error();
   ++last_id_;
-  if (free_places_.empty())
-    ++next_place_;
+  if (free_slots_.empty())
+    ++next_slot_;
   else
-    free_places_.pop_back();
+    free_slots_.pop_back();
   Open& open = open_[last_id_];
   open.request = std::move(request);
   open.block_bytes = block_bytes;
@@ -81,7 +81,7 @@ size_t Images::max_block_bytes() {
 }
 
 void Images::close(std::map<uint64_t, Open>::iterator open) {
-  free_places_.push_back(open->second.request.place);
+  free_slots_.push_back(open->second.request.place);
   if (max_block_bytes_ == open->second.block_bytes) max_block_bytes_.reset();
   open_.erase(open);
 }

@@ -26,7 +26,7 @@ class Images {
     uint64_t lost = 0;
   };
 
-  // Sends the request with a new id and place. On error nothing changes.
+  // Sends the request with a new id and slot. On error nothing changes.
   Result<uint64_t> request(transport::PublisherLink& link, wire::ImageRequest request);
   Result<void> cancel(transport::PublisherLink& link, uint64_t epoch, uint64_t id);
   // Sends periodic requests again for a new epoch and ends the others with a refusal.
@@ -58,8 +58,8 @@ class Images {
                transport::PublisherLink::Image&& keep);
 
   std::map<uint64_t, Open> open_;  // by id
-  std::vector<uint32_t> free_places_;
-  uint32_t next_place_ = 0;
+  std::vector<uint32_t> free_slots_;
+  uint32_t next_slot_ = 0;
   uint64_t last_id_ = 0;
   std::optional<size_t> max_block_bytes_ = 0;  // maximum over open_; empty: recompute
   size_t requests_to_make_room_for();

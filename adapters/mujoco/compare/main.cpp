@@ -165,7 +165,7 @@ Result<void> step(Simulation& simulation, double seconds) {
                  std::to_string(simulation.model().opt.timestep) + " s: choose a smaller --every"};
   for (double taken = 0; taken + 0.5 < steps; ++taken)
     if (Result<void> done = simulation.step(); !done) return done;
-  return simulation.place();
+  return simulation.update_poses();
 }
 
 // Writes FIRE-3DV's image left, MuJoCo's right.

@@ -24,7 +24,7 @@ MjcfNames names_of(const mjModel& m) {
   take(m.nlight, m.name_lightadr, own.lights);
   take(m.ngeom, m.name_geomadr, own.geoms);
   for (int i = 0; i < m.ntendon; ++i)
-    own.tendons.emplace_back(m.names + m.name_tendonadr[i], most_tendon_points(m, i));
+    own.tendons.emplace_back(m.names + m.name_tendonadr[i], max_tendon_points(m, i));
   return MjcfNames(own);
 }
 
@@ -44,7 +44,7 @@ bool is_scene_light(const mjModel& m, int light) {
          std::any_of(diffuse, diffuse + 3, [](float c) { return c > 0; });
 }
 
-size_t most_tendon_points(const mjModel& m, int tendon) {
+size_t max_tendon_points(const mjModel& m, int tendon) {
   const float opacity = compiled_color(m, m.tendon_matid[tendon], m.tendon_rgba + 4 * tendon)[3];
   if (!is_shown_group(m.tendon_group[tendon]) || !(opacity > 0) || !(m.tendon_width[tendon] > 0)) return 0;
   size_t points = 0;

@@ -182,10 +182,10 @@ class CompiledReader {
   void add_tendon(int index) {
     MjcfTendon tendon;
     tendon.name = name(m_.name_tendonadr[index]);
-    tendon.most_points = most_tendon_points(m_, index);
+    tendon.max_points = max_tendon_points(m_, index);
     tendon.rgba = rgba_at(m_.tendon_rgba + 4 * index);
     tendon.material = index_at(m_.tendon_matid[index]);
-    if (tendon.most_points > 0) tendon_pieces(m_, d_, index, tendon.pieces);
+    if (tendon.max_points > 0) tendon_pieces(m_, d_, index, tendon.pieces);
     scene_.tendons.push_back(std::move(tendon));
   }
 

@@ -27,10 +27,10 @@ bool is_scene_light(const mjModel& model, int light);
 
 // Returns the maximum number of points of a drawn tendon; segments are one fewer. 0: not drawn (joint tendon,
 // hidden group, transparent or without width).
-size_t most_tendon_points(const mjModel& model, int tendon);
+size_t max_tendon_points(const mjModel& model, int tendon);
 
 // Requires mj_tendon or more. Overwrites pieces; allocates nothing once it has capacity for
-// most_tendon_points().
+// max_tendon_points().
 void tendon_pieces(const mjModel& model, const mjData& data, int tendon, std::vector<TendonPiece>& pieces);
 
 // In the pose of `data`, which must have been computed (pose_mjcf, mj_forward or more).

@@ -27,9 +27,9 @@ Error too_large(const char* those) {
 }
 
 template <typename T>
-T at(std::string_view bytes, uint64_t place) {
+T at(std::string_view bytes, uint64_t offset) {
   T value;
-  std::memcpy(&value, bytes.data() + place, sizeof value);
+  std::memcpy(&value, bytes.data() + offset, sizeof value);
   return value;
 }
 
@@ -56,9 +56,9 @@ Result<void> check_faces(const std::vector<int32_t>& faces, uint64_t corners) {
 }
 
 // The caller has checked the bounds.
-std::vector<int32_t> faces_at(std::string_view bytes, uint64_t place, uint64_t count) {
+std::vector<int32_t> faces_at(std::string_view bytes, uint64_t offset, uint64_t count) {
   std::vector<int32_t> faces(3 * count);
-  if (count > 0) std::memcpy(faces.data(), bytes.data() + place, 12 * count);
+  if (count > 0) std::memcpy(faces.data(), bytes.data() + offset, 12 * count);
   return faces;
 }
 
@@ -79,9 +79,9 @@ struct Size {
 // Empty: not a PNG; libmujoco reports it.
 std::optional<Size> png_size(std::string_view bytes) {
   if (bytes.size() < 24 || bytes.substr(12, 4) != "IHDR") return std::nullopt;
-  const auto side = [&](uint64_t place) {
+  const auto side = [&](uint64_t offset) {
     uint64_t value = 0;
-    for (uint64_t i = 0; i < 4; ++i) value = value << 8 | static_cast<unsigned char>(bytes[place + i]);
+    for (uint64_t i = 0; i < 4; ++i) value = value << 8 | static_cast<unsigned char>(bytes[offset + i]);
     return value;
   };
   return Size{side(16), side(20)};
@@ -107,8 +107,8 @@ uint64_t texture_bytes(const Size& size, MjcfTotals::Texture kind) {
 Result<void> check_msh(std::string_view bytes) {
   const auto counts = head(bytes);
   if (!counts) return lies();
-  const uint64_t corners = (*counts)[0], normals = (*counts)[1], places = (*counts)[2], faces = (*counts)[3];
-  const uint64_t first_face = 16 + 12 * corners + 12 * normals + 8 * places;
+  const uint64_t corners = (*counts)[0], normals = (*counts)[1], uvs = (*counts)[2], faces = (*counts)[3];
+  const uint64_t first_face = 16 + 12 * corners + 12 * normals + 8 * uvs;
   if (bytes.size() != first_face + 12 * faces) return lies();
   for (uint64_t i = 0; i < 3 * corners; ++i) {
     constexpr float kMaxCoordinate = 1 << 30;  // libmujoco's limit for STL
@@ -121,8 +121,8 @@ Result<void> check_msh(std::string_view bytes) {
 Result<void> check_skn(std::string_view bytes) {
   const auto counts = head(bytes);
   if (!counts) return lies();
-  const uint64_t corners = (*counts)[0], places = (*counts)[1], faces = (*counts)[2], bones = (*counts)[3];
-  const uint64_t first_face = 16 + 12 * corners + 8 * places;
+  const uint64_t corners = (*counts)[0], uvs = (*counts)[1], faces = (*counts)[2], bones = (*counts)[3];
+  const uint64_t first_face = 16 + 12 * corners + 8 * uvs;
   uint64_t end = first_face + 12 * faces;
   if (end > bytes.size()) return lies();
   if (Result<void> done = check_faces(faces_at(bytes, first_face, faces), corners); !done) return done;
@@ -178,7 +178,7 @@ Result<void> MjcfTotals::add_texture(int64_t width, int64_t height, Texture kind
 
 namespace {
 
-enum Kind : size_t { corners, texture_places, normals };
+enum Kind : size_t { corners, texture_coordinates, normals };
 constexpr const char* kNames[] = {"corner", "texture coordinate", "normal"};
 
 bool is_blank(char c) {
@@ -195,7 +195,7 @@ class Faces {
     if (line.size() < 2) return;
     if (line[0] == 'v' && is_blank(line[1])) ++count_[corners];
     if (line.size() > 2 && line[0] == 'v' && is_blank(line[2])) {
-      if (line[1] == 't') ++count_[texture_places];
+      if (line[1] == 't') ++count_[texture_coordinates];
       if (line[1] == 'n') ++count_[normals];
     }
     if ((line[0] == 'f' || line[0] == 'l' || line[0] == 'p') && is_blank(line[1])) {
@@ -206,13 +206,13 @@ class Faces {
   }
 
   Result<void> check() const {
-    for (const Kind kind : {corners, texture_places, normals}) {
+    for (const Kind kind : {corners, texture_coordinates, normals}) {
       if (lowest_[kind] >= 0 && highest_[kind] < count_[kind]) continue;
       const int64_t named = lowest_[kind] < 0 ? lowest_[kind] : highest_[kind] + 1;
       return Error{"names " + std::string(kNames[kind]) + " " + std::to_string(named) + " of " +
                    std::to_string(count_[kind]) + "; export the mesh again"};
     }
-    for (const Kind kind : {texture_places, normals}) {
+    for (const Kind kind : {texture_coordinates, normals}) {
       if (lacks_[kind] && count_[kind] > 0)
         return Error{"has a " + std::string(kNames[kind]) +
                      " for some corners of faces, and none for others; " +
@@ -228,7 +228,7 @@ class Faces {
     if (count_[corners] < kLeastCorners)
       return Error{"has no faces and only " + std::to_string(count_[corners]) +
                    " corners; export the mesh with its faces"};
-    for (const Kind kind : {texture_places, normals}) {
+    for (const Kind kind : {texture_coordinates, normals}) {
       if (count_[kind] != 0 && count_[kind] != count_[corners])
         return Error{"has no faces, " + std::to_string(count_[corners]) + " corners, and " +
                      std::to_string(count_[kind]) + " of the kind " + kNames[kind] +
@@ -245,10 +245,11 @@ class Faces {
     has[corners] = take_number(corners);
     if (take_slash()) {
       const bool none = take_slash();
-      has[texture_places] = !none && take_number(texture_places);
+      has[texture_coordinates] = !none && take_number(texture_coordinates);
       has[normals] = (none || take_slash()) && take_number(normals);
     }
-    for (const Kind kind : {texture_places, normals}) lacks_[kind] = lacks_[kind] || (of_face && !has[kind]);
+    for (const Kind kind : {texture_coordinates, normals})
+      lacks_[kind] = lacks_[kind] || (of_face && !has[kind]);
   }
 
   bool take_slash() {

@@ -135,9 +135,9 @@ class Files {
     const Result<std::vector<std::string>> libraries = obj_material_files(text);
     if (!libraries) return Error{quote(path.string()) + " " + libraries.error().message};
     for (const std::string& library : *libraries) {
-      for (const fs::path& place : obj_material_paths(path.string(), library)) {
-        if (Result<void> done = may_read(place); !done) return done;
-        sources_.add(place);
+      for (const fs::path& candidate : obj_material_paths(path.string(), library)) {
+        if (Result<void> done = may_read(candidate); !done) return done;
+        sources_.add(candidate);
       }
     }
     return {};

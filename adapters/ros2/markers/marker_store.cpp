@@ -70,7 +70,7 @@ void MarkerStore::set(const std::string& topic, ShownMarker marker, const Marker
   entry.marker = std::move(marker);
   entry.sequence = next_sequence_++;
   set_end(entry, context);
-  if (const Transform* const fixed_from_frame = context.place(entry.marker.frame)) {
+  if (const Transform* const fixed_from_frame = context.find_transform(entry.marker.frame)) {
     entry.fixed_from_marker = *fixed_from_frame * entry.marker.frame_from_marker;
     if (entry.marker.lifetime_ns == 0 || entry.end_ns) {
       send(entry, context);
@@ -100,7 +100,7 @@ void MarkerStore::set_end(Entry& entry, const MarkerContext& context) {
   ends_.emplace(*entry.end_ns, entry.sequence, &entry);
 }
 
-// Sends the marker at its place. One that is refused is erased: its old version is out of date.
+// Sends the marker with its transform. One that is refused is erased: its old version is out of date.
 void MarkerStore::send(Entry& entry, const MarkerContext& context) {
   const ShownMarker& marker = entry.marker;
   const std::array<float, 12> pose = matrix_of(entry.fixed_from_marker);
@@ -169,7 +169,7 @@ void MarkerStore::erase(Entry& entry, const MarkerContext& context) {
 
 void MarkerStore::drop_oldest_held(const MarkerContext& context) {
   Entry& oldest = *held_.begin()->second;
-  context.warn("markers without a place",
+  context.warn("markers without a transform",
                "/" + oldest.topic + ": " + quote(oldest.marker.name) +
                    " is dropped: markers whose frames are not connected to the fixed frame, such as " +
                    quote(oldest.marker.frame) + ", take more than " +
@@ -195,12 +195,13 @@ void MarkerStore::clear_expired(const MarkerContext& context) {
   for (Entry* const entry : expired) erase(*entry, context);
 }
 
-// Frames move between a message and now: the place in the old fixed frame is more accurate than a new one by
-// the marker's own frame.
+// Frames move between a message and now: the transform in the old fixed frame is more accurate than a new one
+// by the marker's own frame.
 void MarkerStore::change_fixed_frame(const MarkerContext& context) {
   const std::string old = std::exchange(fixed_frame_, context.fixed_frame);
   std::optional<Transform> new_from_old;
-  if (const Transform* const found = old.empty() ? nullptr : context.place(old)) new_from_old = *found;
+  if (const Transform* const found = old.empty() ? nullptr : context.find_transform(old))
+    new_from_old = *found;
   std::vector<Entry*> shown;
   for (auto& [topic, entries] : topics_)
     for (auto& [name, entry] : entries)
@@ -208,7 +209,7 @@ void MarkerStore::change_fixed_frame(const MarkerContext& context) {
   for (Entry* const entry : shown) {
     if (new_from_old) {
       entry->fixed_from_marker = *new_from_old * entry->fixed_from_marker;
-    } else if (const Transform* const fixed_from_frame = context.place(entry->marker.frame)) {
+    } else if (const Transform* const fixed_from_frame = context.find_transform(entry->marker.frame)) {
       entry->fixed_from_marker = *fixed_from_frame * entry->marker.frame_from_marker;
     } else {
       hold(*entry, context);
@@ -221,7 +222,7 @@ void MarkerStore::change_fixed_frame(const MarkerContext& context) {
 void MarkerStore::show_held(const MarkerContext& context) {
   std::vector<std::string> found;
   for (const auto& [frame, missing] : missing_)
-    if (context.place(frame)) found.push_back(frame);
+    if (context.find_transform(frame)) found.push_back(frame);
   if (found.empty()) return;
   std::vector<Entry*> ready;  // in order of arrival
   for (const auto& [sequence, entry] : held_)
@@ -229,7 +230,7 @@ void MarkerStore::show_held(const MarkerContext& context) {
         std::binary_search(found.begin(), found.end(), entry->marker.frame))
       ready.push_back(entry);
   for (Entry* const entry : ready) {
-    entry->fixed_from_marker = *context.place(entry->marker.frame) * entry->marker.frame_from_marker;
+    entry->fixed_from_marker = *context.find_transform(entry->marker.frame) * entry->marker.frame_from_marker;
     unhold(*entry);
     send(*entry, context);
   }
@@ -244,7 +245,7 @@ void MarkerStore::report_missing_frames(const MarkerContext& context) {
   for (const auto& [sequence, entry] : held_) {
     const std::string& name = entry->marker.frame;
     MissingFrame& frame = missing_.at(name);
-    if (!is_due(frame) || context.place(name)) continue;
+    if (!is_due(frame) || context.find_transform(name)) continue;
     frame.is_reported = true;
     const std::string others =
         frame.markers == 1 ? "" : "; " + counted(frame.markers - 1, "other marker") + " of it, too";

@@ -1,11 +1,10 @@
-// Markers by topic and name, with their places in the fixed frame. No DDS: messages are converted before.
+// Markers by topic and name, with their transforms in the fixed frame. No DDS: messages are converted before.
 //
-// Place: a marker stands where its frame is when its message comes. One whose frame has no path to the fixed
-// frame is held until there is one. A change of the fixed frame places all anew: they stay where they are in
-// the old one.
-// Lifetime: simulated time, that of the published pose frames, as in the renderer; a paused simulator keeps
-// its markers. A marker is cleared when its lifetime is over, or when time goes back. It is held until there
-// is a time.
+// Transform: a marker stands where its frame is when its message comes. One whose frame has no path to the
+// fixed frame is held until there is one. A change of the fixed frame updates all transforms: they stay where
+// they are in the old one. Lifetime: simulated time, that of the published pose frames, as in the renderer; a
+// paused simulator keeps its markers. A marker is cleared when its lifetime is over, or when time goes back.
+// It is held until there is a time.
 #pragma once
 
 #include <fire3dv/markers.h>
@@ -30,7 +29,7 @@ namespace fire3dv::ros2 {
 struct MarkerContext {
   std::string fixed_frame;
   // fixed_from_frame of a frame now; null: it has no path to the fixed frame. Valid until the next call.
-  std::function<const Transform*(const std::string& frame)> place;
+  std::function<const Transform*(const std::string& frame)> find_transform;
   // Sets a marker, or clears it (null), in all renderers.
   std::function<Result<void>(const std::string& name, const fire3dv_marker* marker)> show;
   // kind: of warnings of which a few are enough.
@@ -50,8 +49,8 @@ class MarkerStore {
   MarkerStore() = default;
   explicit MarkerStore(const Limits& limits) : limits_(limits) {}
 
-  // Clears what has expired, places markers anew after a change of the fixed frame, shows held ones that have
-  // a place now, and warns about frames that lack one for 3 s. Call it before messages are taken.
+  // Clears what has expired, updates markers after a change of the fixed frame, shows held ones that have
+  // a transform now, and warns about frames that lack one for 3 s. Call it before messages are taken.
   void update(const MarkerContext& context);
 
   // Sets or replaces the marker of this name. What is not shown is reported, with topic and reason.

@@ -32,9 +32,9 @@ struct Descriptor {
 };
 
 Result<fs::path> make_folder() {
-  const char* place = std::getenv("XDG_RUNTIME_DIR");
-  if (!place || ::access(place, W_OK) != 0) place = std::getenv("TMPDIR");
-  std::string name = (place ? std::string(place) : "/tmp") + "/fire3dv-ros2-XXXXXX";
+  const char* parent_folder = std::getenv("XDG_RUNTIME_DIR");
+  if (!parent_folder || ::access(parent_folder, W_OK) != 0) parent_folder = std::getenv("TMPDIR");
+  std::string name = (parent_folder ? std::string(parent_folder) : "/tmp") + "/fire3dv-ros2-XXXXXX";
   if (!::mkdtemp(name.data())) return Error{"cannot create " + name + ": " + system_reason(errno)};
   return fs::path(name);
 }

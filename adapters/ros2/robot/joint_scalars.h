@@ -41,7 +41,7 @@ class JointScalars {
  public:
   static constexpr size_t kMaxSets = 16;  // sets of joints
 
-  // Of the robot; they decide the units. Groups whose units change are declared anew.
+  // Of the robot; they decide the units. Groups whose units change are declared again.
   void set_joint_types(JointTypes types);
   // The next message may have an earlier stamp: time went back.
   void restart();

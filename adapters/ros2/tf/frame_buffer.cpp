@@ -147,11 +147,11 @@ Insertion FrameBuffer::insert_moving(Frame& frame, FrameSample&& sample, SourceI
     }
     if (source == frame.source) frame.arrival_ns = arrival_ns;
     if (sample.stamp_ns < newest - kCacheNs) return Insertion::too_old;
-    const auto place =
+    const auto position =
         std::lower_bound(samples.begin(), samples.end(), sample.stamp_ns,
                          [](const FrameSample& s, int64_t stamp) { return s.stamp_ns < stamp; });
-    if (place->stamp_ns == sample.stamp_ns) return Insertion::repeated;
-    samples.insert(place, std::move(sample));
+    if (position->stamp_ns == sample.stamp_ns) return Insertion::repeated;
+    samples.insert(position, std::move(sample));
     prune(frame);
     return Insertion::accepted;
   }

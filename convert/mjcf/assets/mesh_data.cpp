@@ -20,9 +20,9 @@ Error has_wrong_size(const char* format) {
 }
 
 template <typename T>
-T value_at(std::string_view bytes, size_t place) {
+T value_at(std::string_view bytes, size_t offset) {
   T value;
-  std::memcpy(&value, bytes.data() + place, sizeof value);
+  std::memcpy(&value, bytes.data() + offset, sizeof value);
   return value;
 }
 
@@ -92,9 +92,9 @@ Result<MeshData> parse_stl(std::string_view bytes) {
       // Adding 0 makes -0 and 0 equal.
       const glm::vec3 v(value_at<float>(bytes, at) + 0.0f, value_at<float>(bytes, at + 4) + 0.0f,
                         value_at<float>(bytes, at + 8) + 0.0f);
-      const auto [place, is_new] = known.emplace(v, static_cast<uint32_t>(mesh.vertices.size()));
+      const auto [entry, is_new] = known.emplace(v, static_cast<uint32_t>(mesh.vertices.size()));
       if (is_new) mesh.vertices.push_back(v);
-      face[k] = place->second;
+      face[k] = entry->second;
     }
     mesh.faces.push_back(face);
   }

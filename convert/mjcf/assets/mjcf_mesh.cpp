@@ -138,9 +138,9 @@ Result<MeshData> read_mjcf_mesh_data(MjcfSource& source, const MjcfElement& elem
   std::vector<glm::vec3> vertices;
   for (const glm::vec3& v : data->vertices) {
     const auto next = static_cast<uint32_t>(vertices.size());
-    const auto [place, is_new] = known.try_emplace({v.x, v.y, v.z}, next);
+    const auto [entry, is_new] = known.try_emplace({v.x, v.y, v.z}, next);
     if (is_new) vertices.push_back(v);
-    shared.push_back(place->second);
+    shared.push_back(entry->second);
   }
   data->vertices = std::move(vertices);
   for (MeshData::Triangle& face : data->faces)

@@ -40,8 +40,8 @@ class TendonReader {
       const auto& color =
           mjcf_color(tendon.rgba, tendon.material ? &scene_.materials[*tendon.material].rgba : nullptr);
       if (is_shown_group(from.integer("group", 0)) && color[3] > 0 && width > 0) {
-        tendon.most_points = count_points(element);
-        if (tendon.most_points > 0) add_path(element, width, tendon);
+        tendon.max_points = count_points(element);
+        if (tendon.max_points > 0) add_path(element, width, tendon);
       }
     }
     scene_.tendons.push_back(std::move(tendon));

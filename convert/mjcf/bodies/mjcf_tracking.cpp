@@ -55,8 +55,8 @@ void pose_scene(const MjcfTree& tree, const MjcfPosedBodies& rest, const MjcfPos
     const MjcfTracked& tracked = tree.camera_tracking[i];
     const MjcfPose in_body = camera.world_pose, at_rest = rest.bodies[camera.body] * in_body;
     camera.world_pose = posed.bodies[camera.body] * in_body;
-    if (const auto place = tracked_position(tracked.mode, camera.body, at_rest.position, rest, posed))
-      camera.world_pose = {*place, at_rest.rotation};
+    if (const auto position = tracked_position(tracked.mode, camera.body, at_rest.position, rest, posed))
+      camera.world_pose = {*position, at_rest.rotation};
     if (const auto point = target_point(tree, tracked, posed))
       camera.world_pose.rotation = looking_at(camera.world_pose.position, *point, camera.world_pose.rotation);
     scene.cameras.push_back(std::move(camera));
@@ -67,8 +67,8 @@ void pose_scene(const MjcfTree& tree, const MjcfPosedBodies& rest, const MjcfPos
     const glm::dvec3 at_rest = rest.bodies[light.body] * light.position, direction = light.direction;
     light.position = posed.bodies[light.body] * light.position;
     light.direction = posed.bodies[light.body].rotation * direction;
-    if (const auto place = tracked_position(tracked.mode, light.body, at_rest, rest, posed)) {
-      light.position = *place;
+    if (const auto position = tracked_position(tracked.mode, light.body, at_rest, rest, posed)) {
+      light.position = *position;
       light.direction = rest.bodies[light.body].rotation * direction;
     }
     if (const auto point = target_point(tree, tracked, posed); point && *point != light.position)

@@ -23,14 +23,14 @@ Result<void> check(const CompositeParts& parts) {
   return {};
 }
 
-std::string place_name(int x, int y) {
+std::string cell_name(int x, int y) {
   return std::to_string(x) + "_" + std::to_string(y);
 }
 
 void set_sheet(const CompositeParts& parts, Composite& to) {
   std::vector<SheetBone> bones;
   for (int x = 0; x < parts.count[0]; ++x)
-    for (int y = 0; y < parts.count[1]; ++y) bones.push_back({parts.prefix + "B" + place_name(x, y), {}});
+    for (int y = 0; y < parts.count[1]; ++y) bones.push_back({parts.prefix + "B" + cell_name(x, y), {}});
   to.skin = sheet_skin(parts.count[0], parts.count[1], bones);
   const std::vector<double> inflation = mjcf_numbers(parts.child("skin")->text("inflate"), 1);
   if (!inflation.empty()) to.inflation = inflation[0];
@@ -46,8 +46,8 @@ void add_slides(const CompositeParts& parts, const std::string& name, MjcfElemen
 bool is_pinned(const CompositeParts& parts, int x, int y) {
   for (const MjcfElement& child : parts.from.element().children) {
     if (child.kind != "pin") continue;
-    const std::vector<double> place = mjcf_numbers(child.text("coord"), 2);
-    if (place.size() == 2 && place[0] == x && place[1] == y) return true;
+    const std::vector<double> cell = mjcf_numbers(child.text("coord"), 2);
+    if (cell.size() == 2 && cell[0] == x && cell[1] == y) return true;
   }
   return false;
 }
@@ -68,15 +68,15 @@ void add_hinges(const CompositeParts& parts, const std::string& name, const glm:
 }
 
 // Numbers after the prefix and B in the name of the root body.
-std::vector<int> root_place(const CompositeParts& parts) {
+std::vector<int> root_cell(const CompositeParts& parts) {
   const std::string start = parts.prefix + "B";
   if (!parts.parent.starts_with(start)) return {};
   std::string rest = parts.parent.substr(start.size());
   std::replace(rest.begin(), rest.end(), '_', ' ');
-  std::vector<int> place;
+  std::vector<int> cell;
   for (const double number : mjcf_numbers(rest, 2))
-    place.push_back(static_cast<int>(std::clamp(number, -1.0, 1e6)));
-  return place;
+    cell.push_back(static_cast<int>(std::clamp(number, -1.0, 1e6)));
+  return cell;
 }
 
 class Cloth {
@@ -85,7 +85,7 @@ class Cloth {
 
   MjcfElement geom(int x, int y) const {
     const double half = std::numbers::sqrt2 / 2;
-    return parts_.geom(parts_.prefix + "G" + place_name(x, y), parts_.geom_type, parts_.geom_size, {},
+    return parts_.geom(parts_.prefix + "G" + cell_name(x, y), parts_.geom_type, parts_.geom_size, {},
                        (x + y) % 2 ? glm::dquat(half, half, 0, 0) : glm::dquat(0.5, 0.5, 0.5, 0.5));
   }
   // Bodies of a column from a row on, upwards or downwards; each holds the next.
@@ -113,10 +113,10 @@ class Cloth {
 
  private:
   MjcfElement made(int x, int y, const glm::dvec3& way) const {
-    MjcfElement body = parts_.body(parts_.prefix + "B" + place_name(x, y), way, kNoTurn);
+    MjcfElement body = parts_.body(parts_.prefix + "B" + cell_name(x, y), way, kNoTurn);
     body.children.push_back(geom(x, y));
-    body.children.push_back(parts_.site(parts_.prefix + "S" + place_name(x, y), {}));
-    add_hinges(parts_, place_name(x, y), -way, way, body);
+    body.children.push_back(parts_.site(parts_.prefix + "S" + cell_name(x, y), {}));
+    add_hinges(parts_, cell_name(x, y), -way, way, body);
     return body;
   }
 
@@ -135,7 +135,7 @@ Result<void> expand_particles(const CompositeParts& parts, Composite& to) {
   for (int x = 0; x < parts.count[0]; ++x)
     for (int y = 0; y < parts.count[1]; ++y)
       for (int z = 0; z < parts.count[2]; ++z) {
-        const std::string name = is_grid ? place_name(x, y) : std::string();
+        const std::string name = is_grid ? cell_name(x, y) : std::string();
         const glm::dvec3 position = offset + spacing_of(parts) * (glm::dvec3(x, y, z) - 0.5 * counts);
         MjcfElement body = parts.body(is_grid ? parts.prefix + "B" + name : name, position, kNoTurn);
         body.children.push_back(
@@ -150,9 +150,9 @@ Result<void> expand_particles(const CompositeParts& parts, Composite& to) {
 
 Result<void> expand_rope(const CompositeParts& parts, Composite& to) {
   if (Result<void> done = check(parts); !done) return done;
-  const std::vector<int> place = root_place(parts);
+  const std::vector<int> cell = root_cell(parts);
   if (parts.dimensions > 1) return Error{"a " + parts.type + " has one dimension"};
-  if (place.empty() || place[0] < 0 || place[0] >= parts.count[0])
+  if (cell.empty() || cell[0] < 0 || cell[0] >= parts.count[0])
     return Error{"the name of its body is not " + quote(parts.prefix + "B") +
                  " and a number below its count"};
   const double half = std::numbers::sqrt2 / 2, angle = 2 * std::numbers::pi / parts.count[0];
@@ -161,12 +161,12 @@ Result<void> expand_rope(const CompositeParts& parts, Composite& to) {
     return parts.geom(parts.prefix + "G" + std::to_string(x), parts.geom_type, parts.geom_size, {},
                       glm::dquat(half, 0, half, 0));
   };
-  to.children.push_back(geom(place[0]));
+  to.children.push_back(geom(cell[0]));
   for (const int step : {1, -1}) {
     const int last = step > 0 ? parts.count[0] - 1 : 0;
     const double way = step * spacing_of(parts);
     std::optional<MjcfElement> inner;
-    for (int x = last; x != place[0]; x -= step) {
+    for (int x = last; x != cell[0]; x -= step) {
       glm::dvec3 position(way, 0, 0);
       glm::dquat rotation = kNoTurn;
       if (is_loop) {
@@ -188,18 +188,18 @@ Result<void> expand_rope(const CompositeParts& parts, Composite& to) {
 
 Result<void> expand_cloth(const CompositeParts& parts, Composite& to) {
   if (Result<void> done = check(parts); !done) return done;
-  const std::vector<int> place = root_place(parts);
+  const std::vector<int> cell = root_cell(parts);
   if (parts.dimensions != 2) return Error{"a cloth has two dimensions"};
-  if (place.size() != 2 || place[0] < 0 || place[0] >= parts.count[0] || place[1] < 0 ||
-      place[1] >= parts.count[1])
+  if (cell.size() != 2 || cell[0] < 0 || cell[0] >= parts.count[0] || cell[1] < 0 ||
+      cell[1] >= parts.count[1])
     return Error{"the name of its body is not " + quote(parts.prefix + "B") +
-                 " and a place in its grid, as in " + quote(parts.prefix + "B0_0")};
+                 " and a cell of its grid, as in " + quote(parts.prefix + "B0_0")};
   const Cloth cloth(parts);
   MjcfElement root = parts.element("body", "");
-  root.children.push_back(cloth.geom(place[0], place[1]));
-  root.children.push_back(parts.site(parts.prefix + "S" + place_name(place[0], place[1]), {}));
-  for (const int step : {1, -1}) cloth.add_column(place[0], place[1], step, root);
-  for (const int step : {1, -1}) cloth.add_row(place[0], place[1], step, root);
+  root.children.push_back(cloth.geom(cell[0], cell[1]));
+  root.children.push_back(parts.site(parts.prefix + "S" + cell_name(cell[0], cell[1]), {}));
+  for (const int step : {1, -1}) cloth.add_column(cell[0], cell[1], step, root);
+  for (const int step : {1, -1}) cloth.add_row(cell[0], cell[1], step, root);
   to.children = std::move(root.children);
   if (parts.child("skin")) set_sheet(parts, to);
   return {};
@@ -215,19 +215,19 @@ Result<void> expand_shell(const CompositeParts& parts, Composite& to) {
   for (int x = 0; x < parts.count[0]; ++x)
     for (int y = 0; y < parts.count[1]; ++y)
       for (int z = 0; z < parts.count[2]; ++z) {
-        glm::dvec3 place = 2.0 * glm::dvec3(x, y, z) / last - 1.0;
-        if (glm::max(std::abs(place.x), glm::max(std::abs(place.y), std::abs(place.z))) < 1 - 1e-9) continue;
+        glm::dvec3 point = 2.0 * glm::dvec3(x, y, z) / last - 1.0;
+        if (glm::max(std::abs(point.x), glm::max(std::abs(point.y), std::abs(point.z))) < 1 - 1e-9) continue;
         if (parts.type == "cylinder") {
-          const double distance = std::max(std::abs(place.x), std::abs(place.y)),
-                       length = std::hypot(place.x, place.y);
-          if (length > 0) place = {place.x * distance / length, place.y * distance / length, place.z};
+          const double distance = std::max(std::abs(point.x), std::abs(point.y)),
+                       length = std::hypot(point.x, point.y);
+          if (length > 0) point = {point.x * distance / length, point.y * distance / length, point.z};
         } else if (parts.type == "ellipsoid") {
-          place = glm::normalize(place);
+          point = glm::normalize(point);
         }
-        place *= half;
-        const std::string name = place_name(x, y) + "_" + std::to_string(z);
+        point *= half;
+        const std::string name = cell_name(x, y) + "_" + std::to_string(z);
         MjcfElement body =
-            parts.body(parts.prefix + "B" + name, place, mjcf_z_rotation(place).value_or(kNoTurn));
+            parts.body(parts.prefix + "B" + name, point, mjcf_z_rotation(point).value_or(kNoTurn));
         const bool is_capsule = parts.geom_type == "capsule";
         const double depth = parts.geom_size.x + (is_capsule ? parts.geom_size.y : 0);
         body.children.push_back(parts.geom(parts.prefix + "G" + name, is_capsule ? "capsule" : "sphere",

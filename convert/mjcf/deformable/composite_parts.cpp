@@ -118,7 +118,7 @@ SkinData sheet_skin(int columns, int rows, const std::vector<SheetBone>& bones) 
           static_cast<float>(i % static_cast<uint32_t>(rows)) / static_cast<float>(rows - 1));
     }
   for (uint32_t i = 0; i < side; ++i)
-    skin.bones.push_back({bones[i].body, -bones[i].place, {1, 0, 0, 0}, {i, side + i}, {1, 1}});
+    skin.bones.push_back({bones[i].body, -bones[i].position, {1, 0, 0, 0}, {i, side + i}, {1, 1}});
   const auto at = [&](int x, int y, bool is_back) {
     return static_cast<uint32_t>(x * rows + y) + (is_back ? side : 0);
   };

@@ -44,11 +44,11 @@ Result<void> expand_rope(const CompositeParts& parts, Composite& to);       // r
 Result<void> expand_cloth(const CompositeParts& parts, Composite& to);
 Result<void> expand_shell(const CompositeParts& parts, Composite& to);  // box, cylinder, ellipsoid
 
-// Two-sided sheet over a grid of bones. bone: of a place in the grid; poses are those of a body at the
+// Two-sided sheet over a grid of bones. bone: of a position in the grid; poses are those of a body at the
 // origin.
 struct SheetBone {
   std::string body;
-  glm::dvec3 place{0};  // of the vertex in the frame of the body
+  glm::dvec3 position{0};  // of the vertex in the frame of the body
 };
 SkinData sheet_skin(int columns, int rows, const std::vector<SheetBone>& bones);
 

@@ -131,11 +131,11 @@ class GridBuilder {
     for (int i = 0; i + 1 < n_[a]; ++i)
       for (int k = 0; k + 1 < n_[b]; ++k) {
         const auto id = [&](int di, int dk) {
-          std::array<int, 3> place{};
-          place[static_cast<size_t>(axis)] = side;
-          place[a] = i + di;
-          place[b] = k + dk;
-          return shell_.at(place);
+          std::array<int, 3> cell{};
+          cell[static_cast<size_t>(axis)] = side;
+          cell[a] = i + di;
+          cell[b] = k + dk;
+          return shell_.at(cell);
         };
         const bool is_upper = side > 0;
         const uint32_t first = id(is_upper, !is_upper), last = id(!is_upper, is_upper);

@@ -83,7 +83,7 @@ Result<FlexShape> shape_of(MjcfSource& source, const MjcfAttributes& from, const
   return shape;
 }
 
-// Marks points of pin elements: by number, or by place in the grid.
+// Marks points of pin elements: by number, or by cell of the grid.
 class Pins {
  public:
   Pins(const MjcfAttributes& from, int dimension, const std::array<int, 3>& count, std::vector<bool>& pinned)
@@ -94,8 +94,8 @@ class Pins {
     const std::vector<double> ranges = numbers(pin, "range");
     for (size_t i = 0; i + 2 <= ranges.size(); i += 2)
       for (double id = std::max(ranges[i], 0.0); id <= std::min(ranges[i + 1], kMaxPins); ++id) mark(id);
-    const std::vector<double> places = numbers(pin, "grid");
-    for (size_t i = 0; i + dimension_ <= places.size(); i += dimension_) mark_grid(&places[i], &places[i]);
+    const std::vector<double> cells = numbers(pin, "grid");
+    for (size_t i = 0; i + dimension_ <= cells.size(); i += dimension_) mark_grid(&cells[i], &cells[i]);
     const std::vector<double> boxes = numbers(pin, "gridrange");
     for (size_t i = 0; i + 2 * dimension_ <= boxes.size(); i += 2 * dimension_)
       mark_grid(&boxes[i], &boxes[i + dimension_]);
@@ -137,16 +137,16 @@ class Pins {
 void compact(FlexShape& shape, std::vector<bool>& pinned) {
   std::vector<bool> used(shape.points.size(), false);
   for (const uint32_t point : shape.elements) used[point] = true;
-  std::vector<uint32_t> place(shape.points.size(), 0);
+  std::vector<uint32_t> new_index(shape.points.size(), 0);
   uint32_t count = 0;
   for (size_t i = 0; i < used.size(); ++i) {
-    place[i] = count;
+    new_index[i] = count;
     if (!used[i]) continue;
     shape.points[count] = shape.points[i];
     pinned[count++] = pinned[i];
   }
   shape.points.resize(count);
-  for (uint32_t& point : shape.elements) point = place[point];
+  for (uint32_t& point : shape.elements) point = new_index[point];
 }
 
 // Weights of the eight nodes of the cell around a point, and their indices.

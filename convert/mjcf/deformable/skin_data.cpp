@@ -149,15 +149,15 @@ Result<SkinData::Bone> inline_bone(const MjcfElement& element) {
 
 // Adds a bone, or replaces the weakest.
 void add_influence(uint16_t joint, float weight, size_t& count, Influences& to) {
-  size_t place = count;
+  size_t slot = count;
   if (count == to.joints.size()) {
-    place = static_cast<size_t>(std::min_element(to.weights.begin(), to.weights.end()) - to.weights.begin());
-    if (to.weights[place] >= weight) return;
+    slot = static_cast<size_t>(std::min_element(to.weights.begin(), to.weights.end()) - to.weights.begin());
+    if (to.weights[slot] >= weight) return;
   } else {
     ++count;
   }
-  to.joints[place] = joint;
-  to.weights[place] = weight;
+  to.joints[slot] = joint;
+  to.weights[slot] = weight;
 }
 
 }  // namespace

@@ -23,7 +23,7 @@ class SceneBuilder {
         model_(model),
         appearance_(scene, model),
         names_(scene),
-        meshes_(model, options.most_triangles) {}
+        meshes_(model, options.max_triangles) {}
 
   void build() {
     add_free_camera();
@@ -164,7 +164,7 @@ class SceneBuilder {
   void add_tendon(size_t index) {
     const MjcfTendon& tendon = scene_.tendons[index];
     std::vector<TendonFrame> frames;
-    tendon_frames(tendon.pieces, tendon.most_points, frames);
+    tendon_frames(tendon.pieces, tendon.max_points, frames);
     if (frames.empty()) return;
     const auto& pieces = names_.tendon_pieces[index];
     const auto& ends = names_.tendon_ends[index];
@@ -175,7 +175,7 @@ class SceneBuilder {
       const bool is_piece = i < pieces.size();
       Node node;
       node.name = is_piece ? pieces[i] : ends[i - pieces.size()];
-      node.translation = frames[i].place;
+      node.translation = frames[i].position;
       node.rotation = glm::quat_cast(frames[i].turn);
       node.scale = frames[i].scale;
       node.mesh = is_piece ? piece_mesh : end_mesh;

@@ -16,7 +16,7 @@ Surface height_field(const MjcfHeightField& field) {
   const int rows = static_cast<int>(field.rows), columns = static_cast<int>(field.columns);
   Surface surface;
   if (rows < 2 || columns < 2) return surface;
-  const auto place = [&](int row, int column) {
+  const auto vertex_at = [&](int row, int column) {
     const auto index = static_cast<size_t>(row) * field.columns + static_cast<size_t>(column);
     return glm::dvec3(field.half.x * (2.0 * column / (columns - 1) - 1),
                       field.half.y * (2.0 * row / (rows - 1) - 1),
@@ -24,13 +24,13 @@ Surface height_field(const MjcfHeightField& field) {
   };
   for (int row = 0; row < rows; ++row) {
     for (int column = 0; column < columns; ++column) {
-      surface.positions.push_back(place(row, column));
+      surface.positions.push_back(vertex_at(row, column));
       surface.uvs.push_back(
           glm::dvec2(static_cast<double>(column) / (columns - 1), 1 - static_cast<double>(row) / (rows - 1)));
       const glm::dvec3 along_x =
-          place(row, std::min(column + 1, columns - 1)) - place(row, std::max(column - 1, 0));
+          vertex_at(row, std::min(column + 1, columns - 1)) - vertex_at(row, std::max(column - 1, 0));
       const glm::dvec3 along_y =
-          place(std::min(row + 1, rows - 1), column) - place(std::max(row - 1, 0), column);
+          vertex_at(std::min(row + 1, rows - 1), column) - vertex_at(std::max(row - 1, 0), column);
       surface.normals.push_back(glm::normalize(glm::cross(along_x, along_y)));
     }
   }
@@ -47,8 +47,8 @@ Surface height_field(const MjcfHeightField& field) {
   for (int c = columns - 2; c >= 0; --c) edge.emplace_back(rows - 1, c);
   for (int r = rows - 2; r >= 0; --r) edge.emplace_back(r, 0);
   for (size_t i = 0; i + 1 < edge.size(); ++i) {
-    const glm::dvec3 from = place(edge[i].first, edge[i].second),
-                     to = place(edge[i + 1].first, edge[i + 1].second);
+    const glm::dvec3 from = vertex_at(edge[i].first, edge[i].second),
+                     to = vertex_at(edge[i + 1].first, edge[i + 1].second);
     const glm::dvec2 way(to - from);
     const glm::vec3 outwards = glm::normalize(glm::dvec3(way.y, -way.x, 0));
     const auto first = static_cast<uint32_t>(surface.positions.size());

@@ -36,7 +36,7 @@ MjcfOwnNames names_in(const MjcfScene& scene) {
   for (const MjcfCamera& camera : scene.cameras) own.cameras.push_back(camera.name);
   for (const MjcfLight& light : scene.lights) own.lights.push_back(light.name);
   for (const MjcfGeom& geom : scene.geoms) own.geoms.push_back(geom.name);
-  for (const MjcfTendon& tendon : scene.tendons) own.tendons.emplace_back(tendon.name, tendon.most_points);
+  for (const MjcfTendon& tendon : scene.tendons) own.tendons.emplace_back(tendon.name, tendon.max_points);
   for (const MjcfSkin& skin : scene.skins) own.skins.push_back(skin.name);
   return own;
 }

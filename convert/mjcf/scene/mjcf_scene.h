@@ -96,7 +96,7 @@ struct TendonPiece {
 
 struct MjcfTendon {
   std::string name;
-  size_t most_points = 0;  // over all poses; 0: not drawn
+  size_t max_points = 0;  // over all poses; 0: not drawn
   std::vector<TendonPiece> pieces;
   std::array<float, 4> rgba{0.5f, 0.5f, 0.5f, 1};
   std::optional<size_t> material;

@@ -13,15 +13,15 @@ namespace fire3dv::convert {
 
 // Transform of a unit cylinder (radius 1, -1 to 1 along Z) or a unit ball.
 struct TendonFrame {
-  glm::dvec3 place{0};
+  glm::dvec3 position{0};
   glm::dmat3 turn{1};
   glm::dvec3 scale{0};
 };
 TendonFrame piece_frame(const TendonPiece& piece);
 
-// Computes the frames of all nodes of a tendon: most_points - 1 segments, then one end per point. Allocates
+// Computes the frames of all nodes of a tendon: max_points - 1 segments, then one end per point. Allocates
 // nothing once `frames` has capacity.
-void tendon_frames(const std::vector<TendonPiece>& pieces, size_t most_points,
+void tendon_frames(const std::vector<TendonPiece>& pieces, size_t max_points,
                    std::vector<TendonFrame>& frames);
 
 }  // namespace fire3dv::convert

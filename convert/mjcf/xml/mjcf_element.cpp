@@ -115,10 +115,10 @@ std::string MjcfElement::text(std::string_view attribute) const {
 }
 
 std::string MjcfElement::where() const {
-  std::string place = file ? quote(file->string()) : std::string("the model");
-  place += ", line " + std::to_string(line) + ": " + kind;
+  std::string location = file ? quote(file->string()) : std::string("the model");
+  location += ", line " + std::to_string(line) + ": " + kind;
   const std::string* const name = find("name");
-  return name && !name->empty() ? place + " " + quote(*name) : place;
+  return name && !name->empty() ? location + " " + quote(*name) : location;
 }
 
 Result<MjcfElement> load_mjcf(const fs::path& file, MjcfFiles& files) {

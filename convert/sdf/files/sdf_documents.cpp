@@ -146,17 +146,17 @@ Result<std::string> SdfDocuments::prepare(Document& document, std::string text, 
       continue;
     }
     const tinyxml2::XMLElement& include = *includes.all[i];
-    const std::string place = document.file.string() + ", line " + std::to_string(include.GetLineNum()) +
-                              ": <include> is left out: ";
+    const std::string location = document.file.string() + ", line " + std::to_string(include.GetLineNum()) +
+                                 ": <include> is left out: ";
     if (const std::optional<std::string> why = why_invalid(include)) {
-      warnings_.push_back(place + *why);
+      warnings_.push_back(location + *why);
       replacements.emplace_back("");
       continue;
     }
     const Result<const Document*> other =
         included(trimmed(include.FirstChildElement("uri")->GetText()), document.file, level);
     if (!other) {
-      warnings_.push_back(place + other.error().message);
+      warnings_.push_back(location + other.error().message);
       replacements.emplace_back("");
       continue;
     }

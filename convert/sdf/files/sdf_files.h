@@ -21,8 +21,8 @@ namespace fire3dv::convert {
 class SdfFiles {
  public:
   // package_folders: contain models or packages, or are some. Reads GZ_SIM_RESOURCE_PATH,
-  // IGN_GAZEBO_RESOURCE_PATH, SDF_PATH, GAZEBO_MODEL_PATH and GAZEBO_RESOURCE_PATH, and the places of Fuel's
-  // cache: GZ_FUEL_CACHE_PATH, IGN_FUEL_CACHE_PATH, HOME. sources: receives every place that was looked at.
+  // IGN_GAZEBO_RESOURCE_PATH, SDF_PATH, GAZEBO_MODEL_PATH and GAZEBO_RESOURCE_PATH, and the folders of Fuel's
+  // cache: GZ_FUEL_CACHE_PATH, IGN_FUEL_CACHE_PATH, HOME. sources: receives every path that was tried.
   SdfFiles(const std::filesystem::path& file, const std::vector<std::filesystem::path>& package_folders,
            Sources& sources);
   // Of a running world, which is no file: no path is relative to one, and whoever reaches its network may

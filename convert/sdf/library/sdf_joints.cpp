@@ -86,7 +86,7 @@ void add_sdf_joints(const sdf::Model& model, size_t item, const std::string& pre
                     std::vector<std::string>& warnings) {
   for (uint64_t i = 0; i < model.JointCount(); ++i) {
     const sdf::Joint& from = *model.JointByIndex(i);
-    const std::string place = where + ", joint " + quote(from.Name()) + ": ";
+    const std::string location = where + ", joint " + quote(from.Name()) + ": ";
     SdfJoint made;
     made.name = from.Name();
     made.model = item;
@@ -95,7 +95,7 @@ void add_sdf_joints(const sdf::Model& model, size_t item, const std::string& pre
     const bool is_parent_known =
         from.ResolveParentLink(parent).empty() && (parent == "world" || links.contains(prefix + parent));
     if (!is_child_known || !is_parent_known) {
-      warnings.push_back(place + "its " + (is_child_known ? "parent " : "child ") +
+      warnings.push_back(location + "its " + (is_child_known ? "parent " : "child ") +
                          quote(is_child_known ? from.ParentLinkName() : from.ChildLinkName()) +
                          " is no link; the joint is left out");
       continue;
@@ -104,7 +104,7 @@ void add_sdf_joints(const sdf::Model& model, size_t item, const std::string& pre
     if (parent != "world") made.parent = links.at(prefix + parent);
     const Kind kind = kind_of(from.Type());
     made.type = kind.type;
-    if (kind.loss) warnings.push_back(place + kind.loss);
+    if (kind.loss) warnings.push_back(location + kind.loss);
     ignition::math::Pose3d pose;
     if (!from.SemanticPose().Resolve(pose, child).empty() || !is_sound(pose)) pose = {};
     made.anchor = vec3(pose.Pos());
@@ -112,7 +112,7 @@ void add_sdf_joints(const sdf::Model& model, size_t item, const std::string& pre
       if (std::optional<SdfJoint::Axis> resolved = axis_of(from, axis, child))
         made.axes.push_back(*resolved);
       else
-        warnings.push_back(place + "an axis has no direction; the joint is fixed about it");
+        warnings.push_back(location + "an axis has no direction; the joint is fixed about it");
     }
     if (kind.axes > 0 && made.axes.empty()) made.type = Joint::Type::fixed;
     scene.joints.push_back(std::move(made));

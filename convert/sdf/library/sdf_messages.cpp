@@ -92,11 +92,11 @@ SdfMessages::~SdfMessages() {
 }
 
 void SdfMessages::add(const sdf::Error& error) {
-  std::string place = error.FilePath().value_or("");
-  if (place.starts_with('<')) place.clear();
-  if (error.LineNumber()) place += ", line " + std::to_string(*error.LineNumber());
-  if (error.XmlPath()) place += (place.empty() ? "" : ", ") + *error.XmlPath();
-  add((place.empty() ? "" : place + ": ") + error.Message());
+  std::string location = error.FilePath().value_or("");
+  if (location.starts_with('<')) location.clear();
+  if (error.LineNumber()) location += ", line " + std::to_string(*error.LineNumber());
+  if (error.XmlPath()) location += (location.empty() ? "" : ", ") + *error.XmlPath();
+  add((location.empty() ? "" : location + ": ") + error.Message());
 }
 
 void SdfMessages::add(std::string message) {

@@ -142,12 +142,12 @@ class Reader {
   void add(const sdf::Visual& visual, size_t link) {
     const std::optional<size_t> item = add_item(SdfEntity::visual, visual, link);
     if (!item) return;
-    const std::string place = where(*item);
+    const std::string location = where(*item);
     if (!visual.CastShadows()) ++without_shadow_;
     SdfItem& made = scene_.items[*item];
     made.transparency = visual.Transparency();
-    if (visual.Geom()) made.shape = sdf_shape(*visual.Geom(), documents_, place, warnings_);
-    if (visual.Material()) made.material = sdf_material(*visual.Material(), documents_, place, warnings_);
+    if (visual.Geom()) made.shape = sdf_shape(*visual.Geom(), documents_, location, warnings_);
+    if (visual.Material()) made.material = sdf_material(*visual.Material(), documents_, location, warnings_);
   }
 
   void add(const sdf::Light& light, std::optional<size_t> parent) {

@@ -29,12 +29,12 @@ class Failure : public std::exception {
     if (!has_expression_ && !located_) message_ = expression + ": " + message_;
     has_expression_ = true;
   }
-  // Puts the place of the innermost element before the message.
-  void locate(const std::string& place) {
-    if (!located_) message_ = place + ": " + message_;
+  // Puts the location of the innermost element before the message.
+  void locate(const std::string& location) {
+    if (!located_) message_ = location + ": " + message_;
     located_ = true;
   }
-  // Adds a macro call around the place.
+  // Adds a macro call around the location.
   void add_call(const std::string& call) {
     constexpr size_t kMaxCalls = 4;
     if (++calls_ <= kMaxCalls) message_ += (calls_ == 1 ? ", in " : ", called by ") + call;

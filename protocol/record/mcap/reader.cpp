@@ -9,7 +9,7 @@
 namespace fire3dv::record {
 namespace {
 
-std::string place_of(const Source& source, const RecordAt& record) {
+std::string location_text(const Source& source, const RecordAt& record) {
   return wire::printable(source.name(), 4096) + ": the chunk at byte " + std::to_string(record.offset);
 }
 
@@ -81,10 +81,10 @@ Result<ChunkHead> read_chunk_head(Source& source, const RecordAt& record) {
       std::span(bytes).first(static_cast<size_t>(std::min<uint64_t>(kMaxChunkHead, record.content_bytes())));
   if (auto good = source.read(record.content_at(), there); !good) return good.error();
   ChunkHead head;
-  if (!parse(there, head)) return Error{place_of(source, record) + " has no sound head; it is skipped"};
+  if (!parse(there, head)) return Error{location_text(source, record) + " has no sound head; it is skipped"};
   const uint64_t head_bytes = 8 + 8 + 8 + 4 + 4 + head.compression.size() + 8;
   if (head.compressed_bytes != record.content_bytes() - head_bytes)
-    return Error{place_of(source, record) + " states another length than it has; it is skipped"};
+    return Error{location_text(source, record) + " states another length than it has; it is skipped"};
   return head;
 }
 
@@ -94,7 +94,7 @@ Result<void> ChunkReader::load(Source& source, const RecordAt& record) {
   auto head = read_chunk_head(source, record);
   if (!head) return head.error();
   head_ = std::move(*head);
-  const std::string where = place_of(source, record);
+  const std::string where = location_text(source, record);
   const auto compression = compression_of(head_.compression);
   if (!compression)
     return Error{where + " is packed with \"" + wire::printable(head_.compression) +

@@ -91,7 +91,7 @@ Result<void> FileIndex::take_memory(uint64_t bytes, const ReadLimits& limits) {
   memory_ += bytes;
   if (memory_ <= limits.max_index_bytes()) return {};
   return Error{"its index takes more than the " + std::to_string(limits.max_index_bytes() >> 20) +
-               " MiB that are set aside for it; raise --memory-mb if you trust the file"};
+               " MiB that are reserved for it; raise --memory-mb if you trust the file"};
 }
 
 Result<void> FileIndex::define(Schema schema, const ReadLimits& limits) {

@@ -37,11 +37,11 @@ bool NoteLimiter::allow(std::optional<Cause> cause, const std::string& key, int6
     window.begins_ns = now_ns;
     window.shown = 0;
     window.unreported += std::exchange(window.suppressed, 0);
-    std::erase_if(window.seen, [&](const Seen& seen) { return now_ns - seen.at_ns >= kWindowNs; });
+    std::erase_if(window.seen, [&](const Occurrence& seen) { return now_ns - seen.at_ns >= kWindowNs; });
   }
   const std::string short_key = key.substr(0, kMaxKeyBytes);
   const auto known = std::find_if(window.seen.begin(), window.seen.end(),
-                                  [&](const Seen& seen) { return seen.key == short_key; });
+                                  [&](const Occurrence& seen) { return seen.key == short_key; });
   if (known != window.seen.end()) known->at_ns = now_ns;
   if (known != window.seen.end() || window.shown == kMaxNotesPerWindow) {
     ++window.suppressed;
@@ -49,8 +49,9 @@ bool NoteLimiter::allow(std::optional<Cause> cause, const std::string& key, int6
     return false;
   }
   if (window.seen.size() == kMaxSeen)
-    window.seen.erase(std::min_element(window.seen.begin(), window.seen.end(),
-                                       [](const Seen& a, const Seen& b) { return a.at_ns < b.at_ns; }));
+    window.seen.erase(
+        std::min_element(window.seen.begin(), window.seen.end(),
+                         [](const Occurrence& a, const Occurrence& b) { return a.at_ns < b.at_ns; }));
   window.seen.push_back({short_key, now_ns});
   ++window.shown;
   return true;

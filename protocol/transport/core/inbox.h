@@ -40,7 +40,7 @@ class NoteLimiter {
   void take_summaries(int64_t now_ns, std::vector<std::string>& summaries);
 
  private:
-  struct Seen {
+  struct Occurrence {
     std::string key;
     int64_t at_ns;
   };
@@ -49,7 +49,7 @@ class NoteLimiter {
     size_t shown = 0;
     uint64_t suppressed = 0;
     uint64_t unreported = 0;  // suppressed in earlier windows
-    std::vector<Seen> seen;
+    std::vector<Occurrence> seen;
   };
   std::array<Window, kCauseCount + 1> windows_;  // by cause; the last one is for notes without a cause
   uint64_t suppressed_ = 0;                      // sum over all windows

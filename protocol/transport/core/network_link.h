@@ -92,7 +92,7 @@ class NetworkListener : public ListenerLink {
   // after the second in any case. Connections are otherwise free for an attacker.
   static constexpr int64_t kSilentPeerNs = 5 * kSecondNs;
   static constexpr int64_t kUndescribedPeerNs = 30 * kSecondNs;
-  static constexpr const char* kEvictionReason = "it has not described itself, and its place was needed";
+  static constexpr const char* kEvictionReason = "it has not described itself, and its slot was needed";
   bool may_evict(PeerId peer, int64_t connected_at_ns, int64_t last_received_ns, int64_t now_ns) const {
     return (now_ns - last_received_ns > kSilentPeerNs || now_ns - connected_at_ns > kUndescribedPeerNs) &&
            !inbox_.is_accepted(peer);

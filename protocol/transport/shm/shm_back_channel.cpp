@@ -31,15 +31,15 @@ std::atomic_ref<uint64_t> word_at(ReaderSlot& slot, uint64_t position) {
 
 }  // namespace
 
-ImageWriter::ImageWriter(std::byte* segment, const RingGeometry& geometry, uint32_t place)
-    : geometry_(geometry), place_(place) {
+ImageWriter::ImageWriter(std::byte* segment, const RingGeometry& geometry, uint32_t reader)
+    : geometry_(geometry), reader_(reader) {
   if (geometry.count == 0) return;
   slots_ = segment + geometry.offset;
   // Greater than all tickets of earlier owners of this reader slot.
   ticket_ = static_cast<uint64_t>(monotonic_ns()) / 1024 & kMaxTicket / 2;
   for (uint32_t slot = 0; slot < geometry_.count; ++slot) {
     uint64_t word = owner(slot).load(relaxed);
-    const uint64_t writing = image_owner(0, place, ImagePhase::writing);
+    const uint64_t writing = image_owner(0, reader, ImagePhase::writing);
     if ((word & 0xffff) == writing) owner(slot).compare_exchange_strong(word, 0, acq_rel);
   }
 }
@@ -49,10 +49,10 @@ std::atomic_ref<uint64_t> ImageWriter::owner(uint32_t slot) const {
 }
 
 std::optional<uint32_t> ImageWriter::take(uint64_t request, bool& overtakes) {
-  const uint64_t ours = image_owner(ticket_, place_, ImagePhase::writing);
+  const uint64_t ours = image_owner(ticket_, reader_, ImagePhase::writing);
   const auto newest = newest_of_request_.find(request);
   if (newest != newest_of_request_.end()) {
-    uint64_t word = image_owner(newest->second.ticket, place_, ImagePhase::complete);
+    uint64_t word = image_owner(newest->second.ticket, reader_, ImagePhase::complete);
     if (owner(newest->second.slot).compare_exchange_strong(word, ours, acq_rel)) {
       overtakes = true;
       return newest->second.slot;
@@ -67,30 +67,30 @@ std::optional<uint32_t> ImageWriter::take(uint64_t request, bool& overtakes) {
   return {};
 }
 
-std::optional<ImageWriter::Place> ImageWriter::begin(uint64_t request, size_t bytes) {
+std::optional<ImageWriter::Reservation> ImageWriter::begin(uint64_t request, size_t bytes) {
   if (slots_ == nullptr || bytes > geometry_.capacity) return {};
-  Place place;
-  place.ticket = ++ticket_;
-  const std::optional<uint32_t> slot = take(request, place.overtakes);
+  Reservation reservation;
+  reservation.ticket = ++ticket_;
+  const std::optional<uint32_t> slot = take(request, reservation.overtakes);
   if (!slot) return {};
   // Only requests with an image in a slot need an entry.
   if (newest_of_request_.size() >= 2 * geometry_.count) newest_of_request_.clear();
-  newest_of_request_[request] = {*slot, place.ticket};
-  place.slot = *slot;
-  place.block = {block_of(slots_, geometry_, *slot), bytes};
-  return place;
+  newest_of_request_[request] = {*slot, reservation.ticket};
+  reservation.slot = *slot;
+  reservation.block = {block_of(slots_, geometry_, *slot), bytes};
+  return reservation;
 }
 
-void ImageWriter::complete(const Place& place) {
-  atomic_word(header_of(slots_, geometry_, place.slot).bytes).store(place.block.size(), relaxed);
-  owner(place.slot).store(image_owner(place.ticket, place_, ImagePhase::complete), release);
+void ImageWriter::complete(const Reservation& reservation) {
+  atomic_word(header_of(slots_, geometry_, reservation.slot).bytes).store(reservation.block.size(), relaxed);
+  owner(reservation.slot).store(image_owner(reservation.ticket, reader_, ImagePhase::complete), release);
 }
 
-void ImageWriter::give_up(const Place& place) {
+void ImageWriter::give_up(const Reservation& reservation) {
   // A complete image may be taken by the publisher concurrently.
   for (const ImagePhase phase : {ImagePhase::writing, ImagePhase::complete}) {
-    uint64_t word = image_owner(place.ticket, place_, phase);
-    owner(place.slot).compare_exchange_strong(word, 0, acq_rel);
+    uint64_t word = image_owner(reservation.ticket, reader_, phase);
+    owner(reservation.slot).compare_exchange_strong(word, 0, acq_rel);
   }
 }
 
@@ -98,13 +98,14 @@ std::atomic_ref<uint64_t> ImageReader::owner(uint32_t slot) const {
   return atomic_word(header_of(slots_, geometry_, slot).owner);
 }
 
-bool ImageReader::is_there(const ImageNotification& notice, uint32_t place) const {
-  return owner(notice.slot).load(relaxed) == image_owner(notice.ticket, place, ImagePhase::complete);
+bool ImageReader::is_there(const ImageNotification& notice, uint32_t reader) const {
+  return owner(notice.slot).load(relaxed) == image_owner(notice.ticket, reader, ImagePhase::complete);
 }
 
-std::optional<std::span<const std::byte>> ImageReader::take(const ImageNotification& notice, uint32_t place) {
-  uint64_t word = image_owner(notice.ticket, place, ImagePhase::complete);
-  const uint64_t reading = image_owner(notice.ticket, place, ImagePhase::reading);
+std::optional<std::span<const std::byte>> ImageReader::take(const ImageNotification& notice,
+                                                            uint32_t reader) {
+  uint64_t word = image_owner(notice.ticket, reader, ImagePhase::complete);
+  const uint64_t reading = image_owner(notice.ticket, reader, ImagePhase::reading);
   if (!owner(notice.slot).compare_exchange_strong(word, reading, acq_rel)) return {};
   const uint64_t bytes = atomic_word(header_of(slots_, geometry_, notice.slot).bytes).load(relaxed);
   if (bytes > geometry_.capacity) {

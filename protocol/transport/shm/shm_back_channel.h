@@ -18,9 +18,9 @@ namespace fire3dv::transport::shm {
 
 enum class ImagePhase : uint64_t { free = 0, writing = 1, complete = 2, reading = 3 };
 
-// Owner word of a slot. place: index of the writing reader in the reader table.
-constexpr uint64_t image_owner(uint64_t ticket, uint32_t place, ImagePhase phase) {
-  return ticket << 16 | uint64_t{place + 1} << 8 | static_cast<uint64_t>(phase);
+// Owner word of a slot. reader: index of the writing reader in the reader table.
+constexpr uint64_t image_owner(uint64_t ticket, uint32_t reader, ImagePhase phase) {
+  return ticket << 16 | uint64_t{reader + 1} << 8 | static_cast<uint64_t>(phase);
 }
 constexpr uint64_t kMaxTicket = (uint64_t{1} << 48) - 1;
 
@@ -28,23 +28,23 @@ constexpr uint64_t kMaxTicket = (uint64_t{1} << 48) - 1;
 class ImageWriter {
  public:
   ImageWriter() = default;
-  // Frees the slots that an earlier owner of the place left unfinished.
-  ImageWriter(std::byte* segment, const RingGeometry& geometry, uint32_t place);
+  // Frees the slots that an earlier owner of the reader slot left unfinished.
+  ImageWriter(std::byte* segment, const RingGeometry& geometry, uint32_t reader);
 
   size_t capacity() const { return geometry_.capacity; }
 
-  struct Place {
+  struct Reservation {
     uint32_t slot = 0;
     uint64_t ticket = 0;
     std::span<std::byte> block;  // has the requested length
     bool overtakes = false;      // replaces an unread older image of the request
   };
   // Reserves a slot; nothing if the publisher has not released enough of them.
-  std::optional<Place> begin(uint64_t request, size_t bytes);
+  std::optional<Reservation> begin(uint64_t request, size_t bytes);
   // Passes the slot to the publisher.
-  void complete(const Place& place);
+  void complete(const Reservation& reservation);
   // Releases the slot if the publisher cannot be notified.
-  void give_up(const Place& place);
+  void give_up(const Reservation& reservation);
 
  private:
   std::atomic_ref<uint64_t> owner(uint32_t slot) const;
@@ -52,7 +52,7 @@ class ImageWriter {
 
   std::byte* slots_ = nullptr;
   RingGeometry geometry_{};
-  uint32_t place_ = 0;
+  uint32_t reader_ = 0;
   uint64_t ticket_ = 0;
   uint32_t next_slot_ = 0;
   struct Filled {
@@ -82,12 +82,12 @@ class ImageReader {
     return notice.slot < geometry_.count && notice.ticket <= kMaxTicket;
   }
   // True if the slot still holds that image.
-  bool is_there(const ImageNotification& notice, uint32_t place) const;
+  bool is_there(const ImageNotification& notice, uint32_t reader) const;
   // Borrows the image's block, unchanged until it is released; nothing if a newer one replaced it.
-  std::optional<std::span<const std::byte>> take(const ImageNotification& notice, uint32_t place);
+  std::optional<std::span<const std::byte>> take(const ImageNotification& notice, uint32_t reader);
   void let_go(uint32_t slot);
-  // Frees slots of dead readers (is_alive(place) is false) that are still being written, and their complete
-  // images without a notification (is_noted(notice, place) is false).
+  // Frees slots of dead readers (is_alive(reader) is false) that are still being written, and their complete
+  // images without a notification (is_noted(notice, reader) is false).
   template <typename IsAlive, typename IsNoted>
   void free_unfinished(IsAlive&& is_alive, IsNoted&& is_noted);
 
@@ -104,10 +104,10 @@ void ImageReader::free_unfinished(IsAlive&& is_alive, IsNoted&& is_noted) {
     uint64_t word = owner(slot).load(std::memory_order_relaxed);
     const auto phase = static_cast<ImagePhase>(word & 0xff);
     if (phase != ImagePhase::writing && phase != ImagePhase::complete) continue;
-    const uint64_t place = (word >> 8 & 0xff) - 1;
-    if (place < kReaderCount && is_alive(static_cast<uint32_t>(place))) continue;
-    if (phase == ImagePhase::complete && place < kReaderCount &&
-        is_noted(ImageNotification{slot, word >> 16}, static_cast<uint32_t>(place)))
+    const uint64_t reader = (word >> 8 & 0xff) - 1;
+    if (reader < kReaderCount && is_alive(static_cast<uint32_t>(reader))) continue;
+    if (phase == ImagePhase::complete && reader < kReaderCount &&
+        is_noted(ImageNotification{slot, word >> 16}, static_cast<uint32_t>(reader)))
       continue;
     owner(slot).compare_exchange_strong(word, 0, std::memory_order_acq_rel);
   }

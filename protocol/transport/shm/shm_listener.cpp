@@ -114,7 +114,7 @@ void ShmListener::attach(Found found, const OnEvent& on_event) {
   }
   if (!reader_->can_reply())
     note(uri() + ": all " + std::to_string(kReaderCount) +
-             " places for readers are taken; poses come, but the simulator hears no reply from this reader",
+             " reader slots are taken; poses come, but the simulator hears no reply from this reader",
          on_event);
 }
 

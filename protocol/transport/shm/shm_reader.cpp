@@ -27,9 +27,9 @@ Reader::Reader(Found found, Delivery delivery, const Progress* before, LinkCount
   const bool saw_carried = before && before->poses == segment_.geometry.poses_before + 1;
   if (saw_carried && segment_.geometry.carried_poses == 1 && poses != 0)
     last_pose_ = std::max<uint64_t>(last_pose_, 1);
-  for (uint32_t i = 0; i < kReaderCount && !place_; ++i) {
+  for (uint32_t i = 0; i < kReaderCount && !reader_index_; ++i) {
     if (!try_lock_byte(segment_.lock_fd.get(), reader_lock_byte(i))) continue;
-    place_ = i;
+    reader_index_ = i;
     ReaderSlot& slot = segment_.reader(i);
     replies_ = ReplyProducer(slot);
     images_ = ImageWriter(segment_.mapping.base(), segment_.geometry.images, i);
@@ -40,9 +40,9 @@ Reader::Reader(Found found, Delivery delivery, const Progress* before, LinkCount
 
 Reader::~Reader() {
   // A forked child must not release its parent's slot.
-  if (!place_ || forked_from_ != fork_generation()) return;
-  atomic_word(segment_.reader(*place_).active).store(0, std::memory_order_release);
-  unlock_byte(segment_.lock_fd.get(), reader_lock_byte(*place_));
+  if (!reader_index_ || forked_from_ != fork_generation()) return;
+  atomic_word(segment_.reader(*reader_index_).active).store(0, std::memory_order_release);
+  unlock_byte(segment_.lock_fd.get(), reader_lock_byte(*reader_index_));
 }
 
 bool Reader::send_image(uint64_t request, std::span<const std::byte> head, size_t pixel_bytes,
@@ -50,23 +50,23 @@ bool Reader::send_image(uint64_t request, std::span<const std::byte> head, size_
   if (forked_from_ != fork_generation()) return false;
   const size_t pixels = wire::pixels_at(head.size());
   // Checked first: begin() may drop an image that the publisher has been notified of.
-  const auto place =
+  const auto reservation =
       replies_.has_room_for_notice() ? images_.begin(request, pixels + pixel_bytes) : std::nullopt;
-  if (!place) {
+  if (!reservation) {
     counters_.images_dropped.add();
     return false;
   }
-  if (place->overtakes) counters_.images_dropped.add();
-  wire::write_image_block_head(place->block, request, head);
-  fill(place->block.subspan(pixels));
-  images_.complete(*place);
-  if (!replies_.push(ImageNotification{place->slot, place->ticket})) {
-    images_.give_up(*place);
+  if (reservation->overtakes) counters_.images_dropped.add();
+  wire::write_image_block_head(reservation->block, request, head);
+  fill(reservation->block.subspan(pixels));
+  images_.complete(*reservation);
+  if (!replies_.push(ImageNotification{reservation->slot, reservation->ticket})) {
+    images_.give_up(*reservation);
     counters_.images_dropped.add();
     return false;
   }
   counters_.images_sent.add();
-  counters_.bytes_sent.add(place->block.size());
+  counters_.bytes_sent.add(reservation->block.size());
   return true;
 }
 

@@ -33,7 +33,7 @@ class Reader {
   Reader& operator=(const Reader&) = delete;
 
   const FileId& id() const { return id_; }
-  bool can_reply() const { return place_.has_value(); }
+  bool can_reply() const { return reader_index_.has_value(); }
   bool reply(std::span<const std::byte> message) {
     return forked_from_ == fork_generation() && replies_.push(message);
   }
@@ -72,7 +72,7 @@ class Reader {
   uint64_t last_description_ = 0;
   uint64_t last_control_ = 0;
   unsigned forked_from_ = fork_generation();
-  std::optional<uint32_t> place_;  // index in the reader table
+  std::optional<uint32_t> reader_index_;  // index in the reader table
   ReplyProducer replies_;
   ImageWriter images_;
   std::vector<std::byte> buffer_;

@@ -219,7 +219,7 @@ Result<Segment> create_segment(const std::string& name, const SegmentSizes& size
   int error = EINTR;
   while (error == EINTR) error = ::posix_fallocate(segment.fd.get(), 0, static_cast<off_t>(bytes));
   if (error == ENOSPC || error == EFBIG || error == ENOMEM) return no_room(name, bytes);
-  if (error != 0) return system_error(name, "cannot set memory aside in /dev/shm", error);
+  if (error != 0) return system_error(name, "cannot reserve memory in /dev/shm", error);
   segment.mapping = Mapping::of(segment.fd.get(), bytes, true);
   if (!segment.mapping) return system_error(name, "cannot map the segment", errno);
   std::memcpy(segment.mapping.base(), &segment.geometry, sizeof(SegmentHeader));

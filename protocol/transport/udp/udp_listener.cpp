@@ -395,7 +395,7 @@ void UdpListener::make_room(int64_t now_ns) {
 
 void UdpListener::add_peer(uint64_t session, Peer&& newcomer, int64_t now_ns) {
   if (const uint64_t earlier = session_at(newcomer.address); earlier != 0)
-    end(earlier, "the publisher started anew");
+    end(earlier, "the publisher was restarted");
   Peer& peer = peers_.emplace(session, std::move(newcomer)).first->second;
   session_at_[peer.address] = session;
   peer.connected_at_ns = peer.last_message_ns = now_ns;

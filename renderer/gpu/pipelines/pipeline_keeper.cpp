@@ -9,8 +9,8 @@ namespace {
 
 template <typename Layout>
 std::optional<std::string> found(const std::map<Layout, std::string>& descriptions, Layout layout) {
-  const auto place = descriptions.find(layout);
-  return place == descriptions.end() ? std::nullopt : std::optional(place->second);
+  const auto entry = descriptions.find(layout);
+  return entry == descriptions.end() ? std::nullopt : std::optional(entry->second);
 }
 
 }  // namespace
@@ -34,8 +34,8 @@ std::optional<std::string> PipelineKeeper::description(VkPipelineLayout layout) 
 }
 
 VkPipelineLayout PipelineKeeper::lasting(VkPipelineLayout layout) const {
-  const auto place = layouts_.find(layout);
-  return place == layouts_.end() ? layout : lasting_.at(place->second);
+  const auto entry = layouts_.find(layout);
+  return entry == layouts_.end() ? layout : lasting_.at(entry->second);
 }
 
 bool PipelineKeeper::holds(VkPipelineLayout layout) const {
@@ -43,8 +43,8 @@ bool PipelineKeeper::holds(VkPipelineLayout layout) const {
 }
 
 std::shared_ptr<PipelineMaking> PipelineKeeper::find(const std::string& key) const {
-  const auto place = kept_.find(key);
-  return place == kept_.end() ? nullptr : place->second;
+  const auto entry = kept_.find(key);
+  return entry == kept_.end() ? nullptr : entry->second;
 }
 
 void PipelineKeeper::keep(const std::string& key, std::shared_ptr<PipelineMaking> making) {

@@ -87,15 +87,14 @@ void draw_help(const Context& context) {
       static_cast<float>(std::size(kCameraLines) + std::size(kTimelineLines) + std::size(kSceneLines) +
                          std::size(kEditLines) + std::size(kWindowLines) + 5);
   const float column = ui.points(270), gap = ui.points(16);
-  const float most_x = std::max(display.x - 2 * margin, 1.0f),
-              most_y = std::max(display.y - 2 * margin, 1.0f);
-  const bool is_high = rows * row + 2 * padding + ui.points(40) <= most_y;
-  const bool is_split = !is_high && 2 * column + gap + 2 * padding <= most_x;
+  const float max_x = std::max(display.x - 2 * margin, 1.0f), max_y = std::max(display.y - 2 * margin, 1.0f);
+  const bool is_high = rows * row + 2 * padding + ui.points(40) <= max_y;
+  const bool is_split = !is_high && 2 * column + gap + 2 * padding <= max_x;
   const float wanted = (is_split ? 2 * column + gap : column) + 2 * padding;
   ImGui::SetNextWindowPos({std::round(display.x / 2), std::round(display.y / 2)}, ImGuiCond_Always,
                           {0.5f, 0.5f});
-  const float width = std::min(wanted, most_x);
-  ImGui::SetNextWindowSizeConstraints({width, 1}, {width, most_y});
+  const float width = std::min(wanted, max_x);
+  ImGui::SetNextWindowSizeConstraints({width, 1}, {width, max_y});
   constexpr ImGuiWindowFlags kFlags = (ImGuiWindowFlags_NoDecoration & ~ImGuiWindowFlags_NoScrollbar) |
                                       ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
                                       ImGuiWindowFlags_AlwaysAutoResize;

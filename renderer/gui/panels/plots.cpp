@@ -325,9 +325,9 @@ void PlotsPanel::move_view(float width, float left, bool hovered, bool held, boo
     fixed_ = view_ = {view_[0] - moved, view_[1] - moved};
   }
   if (hovered && io.MouseWheel != 0) {
-    constexpr double kPerStep = 0.8, kMostSpanNs = 1e19;
+    constexpr double kPerStep = 0.8, kMaxSpanNs = 1e19;
     const double wanted =
-        std::clamp(span * std::pow(kPerStep, static_cast<double>(io.MouseWheel)), kLeastSpanNs, kMostSpanNs);
+        std::clamp(span * std::pow(kPerStep, static_cast<double>(io.MouseWheel)), kLeastSpanNs, kMaxSpanNs);
     const double factor = wanted / span;
     fixed_ = view_ = {under - (under - view_[0]) * factor, under + (view_[1] - under) * factor};
   }
@@ -380,7 +380,7 @@ void PlotsPanel::draw_row(const Context& context, const Entry& entry, std::optio
   ImGui::GetWindowDrawList()->AddText({at.x + room - used, at.y}, entry.chosen ? theme::text() : theme::dim(),
                                       text.c_str());
   if (!clicked) return;
-  // A free place keeps the colours of the others.
+  // A free slot keeps the colours of the others.
   if (const auto chosen = std::ranges::find(chosen_, key); chosen != chosen_.end())
     chosen->clear();
   else if (const auto free = std::ranges::find(chosen_, std::string()); free != chosen_.end())

@@ -20,7 +20,7 @@ struct Encoder {
   const char* name;
   const char* quality;  // option for constant quality; null: lossless
   const char* usual_quality;
-  int most_quality;
+  int max_quality;
   uint32_t least_side;  // minimum size in pixels
   const char* options;  // name=value, separated by commas
 };
@@ -78,8 +78,8 @@ Result<void> check_quality(const VideoSettings& settings, const Encoder& encoder
   if (!settings.crf) return {};
   if (!encoder.quality)
     return Error{"codec " + std::string(encoder.codec) + " loses nothing and takes no --crf"};
-  if (*settings.crf < 0 || *settings.crf > encoder.most_quality)
-    return Error{"--crf must be from 0 to " + std::to_string(encoder.most_quality) + " with codec " +
+  if (*settings.crf < 0 || *settings.crf > encoder.max_quality)
+    return Error{"--crf must be from 0 to " + std::to_string(encoder.max_quality) + " with codec " +
                  encoder.codec};
   return {};
 }
@@ -213,10 +213,9 @@ Result<void> VideoFile::Impl::open_conversion() {
 }
 
 Result<void> VideoFile::Impl::open(const Chosen& chosen) {
-  const uint32_t most_side = 16'384;
-  if (settings.width == 0 || settings.height == 0 || settings.width > most_side ||
-      settings.height > most_side)
-    return Error{"a video has sides of 1 to " + std::to_string(most_side) + " pixels"};
+  const uint32_t max_side = 16'384;
+  if (settings.width == 0 || settings.height == 0 || settings.width > max_side || settings.height > max_side)
+    return Error{"a video has sides of 1 to " + std::to_string(max_side) + " pixels"};
   const bool halved = chosen.encoder->quality && !settings.full_chroma;
   if (halved && (settings.width % 2 != 0 || settings.height % 2 != 0))
     return Error{"a " + std::string(chosen.encoder->codec) +

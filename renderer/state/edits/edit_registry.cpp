@@ -112,8 +112,8 @@ void EditRegistry::unlink(EditInForce& entry) {
 
 void EditRegistry::reserve_node(uint64_t age, uint32_t node) {
   change_editors(node, [&](Editors& editors) {
-    const auto place = std::lower_bound(editors.reserved.begin(), editors.reserved.end(), age);
-    if (place == editors.reserved.end() || *place != age) editors.reserved.insert(place, age);
+    const auto position = std::lower_bound(editors.reserved.begin(), editors.reserved.end(), age);
+    if (position == editors.reserved.end() || *position != age) editors.reserved.insert(position, age);
   });
 }
 

@@ -303,7 +303,7 @@ def times_back(test):
     for i in range(40):
         side.send("tf", ("map", "base", 50 + i / 20, 1000 + i))
         time.sleep(0.01)
-    adapter.wait_err("went back in time: poses begin anew")
+    adapter.wait_err("went back in time: poses start again")
     frame = ros.wait_frame("the second round", lambda f: f[1] <= 52 * SECOND)
     check(frame[0] == 1 and frame[2]["base"][3] >= 1000 and at(frame[2]["laser"], frame[2]["base"][3] + 1), str(frame))
     side.do(f"clock {60 * SECOND}")

@@ -212,7 +212,7 @@ TEST(AdfRefuse, ALaunchFileIsReadNoFurtherThanItIsShown) {
   EXPECT_NE(all_of(*full).find("there are more than 20000"), std::string::npos) << all_of(*full);
   EXPECT_EQ(all_of(*full).find("gone.yaml"), std::string::npos) << all_of(*full);
   // The same file without visible content, listed repeatedly.
-  all.most_adf_bytes = 2500;
+  all.max_adf_bytes = 2500;
   folder.write("one.yaml", "bodies: [b]\nb: {}\n");
   const Result<Model> again = read_adf(
       folder.write("launch.yaml",
@@ -235,7 +235,7 @@ TEST(AdfRefuse, ShapesThatAreAlikeAreOneMeshAndTrianglesAreBounded) {
     text += "c" + std::to_string(i) + ": {shape: BOX, geometry: {x: 2, y: 1, z: " + std::to_string(i + 1) +
             "}}\n";
   ReadOptions options;
-  options.most_triangles = 100;
+  options.max_triangles = 100;
   const Result<Model> model = read_adf(folder.write("model.yaml", std::string_view(text)), options);
   ASSERT_TRUE(model) << model.error().message;
   EXPECT_EQ(model->nodes[0].mesh, model->nodes[1].mesh);

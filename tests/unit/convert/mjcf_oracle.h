@@ -186,7 +186,7 @@ class MjcfOracle {
     const MjcfTendon &a = read_.tendons[i], &b = compiled_.tendons[i];
     const std::string what = "tendon " + std::to_string(i) + " " + b.name;
     same(what + " name", a.name, b.name);
-    if (a.most_points != b.most_points) differ(what + " has another number of points");
+    if (a.max_points != b.max_points) differ(what + " has another number of points");
     if (!count(what + " pieces", a.pieces, b.pieces)) return;
     for (size_t k = 0; k < a.pieces.size(); ++k) {
       near(what + " start", a.pieces[k].from, b.pieces[k].from, 1e-5);

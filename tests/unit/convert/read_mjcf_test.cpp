@@ -131,7 +131,7 @@ TEST_F(Mjcf, TrianglesAreBoundedAndThatIsSaid) {
   for (int i = 0; i < 30; ++i)
     bodies += "<body><geom type='box' size='1 1 " + std::to_string(1 + i / 2) + "'/></body>";
   ReadOptions options;
-  options.most_triangles = 100;
+  options.max_triangles = 100;
   const Model model = checked(try_read("<mujoco><worldbody>" + bodies + "</worldbody></mujoco>", options));
   EXPECT_EQ(model.meshes.size(), 9u) << "12 triangles each, for two bodies each";
   ASSERT_EQ(model.warnings.size(), 1u);

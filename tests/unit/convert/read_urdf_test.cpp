@@ -355,7 +355,7 @@ TEST_F(Urdf, TrianglesAreBoundedAndThatIsSaid) {
     inside += link("l" + std::to_string(i), visual("<box size=\"1 1 " + std::to_string(i) + ".5\"/>")) +
               joint("fixed", "l0", "l" + std::to_string(i));
   ReadOptions options;
-  options.most_triangles = 100;
+  options.max_triangles = 100;
   const Model model = read(inside, options);
   EXPECT_EQ(model.nodes.size(), 30u);
   EXPECT_EQ(model.meshes.size(), 9u) << "12 triangles each";

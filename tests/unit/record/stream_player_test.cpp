@@ -11,8 +11,8 @@ namespace {
 
 class FakeLink final : public transport::PublisherLink {
  public:
-  explicit FakeLink(size_t most_bytes, bool partial) : most_bytes_(most_bytes), partial_(partial) {}
-  size_t max_pose_message_bytes() const override { return most_bytes_; }
+  explicit FakeLink(size_t max_bytes, bool partial) : max_bytes_(max_bytes), partial_(partial) {}
+  size_t max_pose_message_bytes() const override { return max_bytes_; }
   Result<void> set_description(std::span<const std::byte> message) override { return put(message); }
   Result<void> put_state(uint64_t key, transport::SharedBytes message) override {
     keys.push_back(key);
@@ -41,13 +41,13 @@ class FakeLink final : public transport::PublisherLink {
     sent.emplace_back(message.begin(), message.end());
     return {};
   }
-  size_t most_bytes_;
+  size_t max_bytes_;
   bool partial_;
 };
 
 struct OnLink {
-  OnLink(size_t most_bytes, bool partial, bool verbatim) {
-    auto made = std::make_unique<FakeLink>(most_bytes, partial);
+  OnLink(size_t max_bytes, bool partial, bool verbatim) {
+    auto made = std::make_unique<FakeLink>(max_bytes, partial);
     link = made.get();
     player = std::make_unique<replay::StreamPlayer>(std::move(made), verbatim);
   }

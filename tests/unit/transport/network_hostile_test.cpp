@@ -197,7 +197,7 @@ TEST(Hostile, PlacesOfPeersWithoutADescriptionGoToOthers) {
     auto honest = open_publisher_or_fail(victim->listener.link->uri());
     ASSERT_TRUE(honest->set_description(bytes_of("honest")));
     ASSERT_TRUE(victim->listener.poll_until([&] { return victim->listener.saw(Kind::control, "honest"); }));
-    EXPECT_TRUE(victim->listener.saw_part(Kind::disconnected, "its place was needed"));
+    EXPECT_TRUE(victim->listener.saw_part(Kind::disconnected, "its slot was needed"));
     EXPECT_EQ(victim->listener.link->stats().rejected_by_cause[static_cast<size_t>(Cause::silent)], 1u);
     for (const Event& event : victim->listener.events)
       if (event.text == "honest") victim->listener.link->accept(event.peer);

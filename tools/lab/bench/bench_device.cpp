@@ -78,7 +78,7 @@ MemoryUse memory_use(const gpu::Device& device) {
     use.gpu_used_bytes = used;
   }
   use.resident_bytes = status_bytes("VmRSS");
-  use.most_resident_bytes = status_bytes("VmHWM");
+  use.peak_resident_bytes = status_bytes("VmHWM");
   return use;
 }
 

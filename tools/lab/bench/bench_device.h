@@ -25,7 +25,7 @@ struct MemoryUse {
   std::optional<uint64_t> gpu_used_bytes;       // usage of this process as reported by the driver
                                                 // (VK_EXT_memory_budget)
   std::optional<uint64_t> resident_bytes;       // resident set size
-  std::optional<uint64_t> most_resident_bytes;  // peak resident set size
+  std::optional<uint64_t> peak_resident_bytes;  // peak resident set size
 };
 
 MemoryUse memory_use(const gpu::Device& device);

@@ -34,7 +34,7 @@ struct Plan {
 // meshes.
 Plan plan_meshes(const SceneSize& size, uint32_t bodies) {
   const double per_body = static_cast<double>(size.triangles) / bodies;
-  const auto most_unique = static_cast<uint32_t>(std::min(kMaxUniqueTriangles / per_body, 1e9));
+  const auto max_unique = static_cast<uint32_t>(std::min(kMaxUniqueTriangles / per_body, 1e9));
   Plan plan;
   plan.mesh_of_body.resize(bodies);
   std::vector<ShapeKind> kinds(std::min(kSharedMeshes, bodies));
@@ -45,7 +45,7 @@ Plan plan_meshes(const SceneSize& size, uint32_t bodies) {
   }
   uint32_t unique = 0;
   for (uint32_t b = 0; b < bodies; ++b) {
-    const bool shares = b / 2 % 2 == 0 || unique >= most_unique;
+    const bool shares = b / 2 % 2 == 0 || unique >= max_unique;
     const auto kind = b % 2 ? ShapeKind::box : ShapeKind::bumpy_sphere;
     if (shares) {
       plan.mesh_of_body[b] = (b / 2 % (kSharedMeshes / 2) * 2 + b % 2) % static_cast<uint32_t>(kinds.size());
@@ -146,11 +146,11 @@ std::vector<Body> place_bodies(uint32_t count, uint32_t side) {
   std::vector<Body> bodies(count);
   for (uint32_t b = 0; b < count; ++b) {
     Body& body = bodies[b];
-    const auto place = [&](uint32_t cell) {
+    const auto coordinate = [&](uint32_t cell) {
       return kSpacingM * (static_cast<float>(cell) - static_cast<float>(side - 1) / 2) +
              random.uniform(-0.25f, 0.25f);
     };
-    const float x = place(b % side), z = place(b / side);
+    const float x = coordinate(b % side), z = coordinate(b / side);
     body.scale = random.uniform(0.75f, 1.05f);
     body.home_m = {x, 1.25f * body.scale, z};
     body.axis = random.direction();

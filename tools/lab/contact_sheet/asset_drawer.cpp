@@ -75,8 +75,9 @@ passes::View framed_view(const scene::Scene& scene, float image_aspect) {
   float distance_m = 0;
   for (uint32_t corner = 0; corner < 8; ++corner) {
     const glm::vec3 sides(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
-    const glm::vec3 place = camera_from_world * (sides * half_extent);
-    distance_m = std::max(distance_m, place.z + std::max(std::abs(place.x) / right, std::abs(place.y) / up));
+    const glm::vec3 corner = camera_from_world * (sides * half_extent);
+    distance_m =
+        std::max(distance_m, corner.z + std::max(std::abs(corner.x) / right, std::abs(corner.y) / up));
   }
   pose[3] = glm::vec4(center + distance_m * glm::vec3(pose[2]), 1);
   camera.near_m = 0.01f * std::clamp(distance_m, 1e-3f, 1.0f);

@@ -32,7 +32,7 @@ namespace {
 class Watcher {
  public:
   // Allocates the whole recording immediately, so that later memory growth is not the recording's.
-  explicit Watcher(size_t most_frames);
+  explicit Watcher(size_t max_frames);
 
   // Processes pending messages and updates the stream's condition.
   void poll(transport::ListenerLink& link, int64_t now_ns);
@@ -49,7 +49,7 @@ class Watcher {
   void take(transport::PeerId peer, std::span<const std::byte> message, int64_t received_ns);
   void note_condition();
 
-  size_t most_frames_;
+  size_t max_frames_;
   scene::Scene scene_;
   state::PoseState poses_{scene_};
   state::StreamId stream_ = state::kNone;
@@ -64,8 +64,8 @@ class Watcher {
 
 using transport::LinkEvent;
 
-Watcher::Watcher(size_t most_frames) : most_frames_(most_frames) {
-  recording_.assign(most_frames, {});  // touches the pages, so that they are resident
+Watcher::Watcher(size_t max_frames) : max_frames_(max_frames) {
+  recording_.assign(max_frames, {});  // touches the pages, so that they are resident
   recording_.clear();
 }
 
@@ -108,7 +108,7 @@ void Watcher::take(transport::PeerId peer, std::span<const std::byte> message, i
   const wire::PoseFrameHeader& whole = poses_.streams()[stream_].header;
   if (!has_begun()) std::fprintf(stderr, "fire3dv-motion: frames come\n");
   if (has_begun()) frames_missing_ += whole.sequence - recording_.back().sequence - 1;
-  if (recording_.size() < most_frames_)
+  if (recording_.size() < max_frames_)
     recording_.push_back({whole.sequence, whole.sim_time_ns, whole.publish_time_ns, received_ns});
 }
 

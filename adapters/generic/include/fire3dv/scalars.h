@@ -36,7 +36,7 @@ typedef struct fire3dv_scalars {
   size_t count; /* at least 1 */
 } fire3dv_scalars;
 
-/* Declares a group of scalars, or declares it anew. Values set before belong to the old declaration.
+/* Declares a group of scalars, or declares it again. Values set before belong to the old declaration.
  * FIRE3DV_ERROR_ARGUMENT: a name or unit is not valid; FIRE3DV_ERROR_BUDGET: too many scalars, or
  * scene_budget_bytes is used up. After an error the old declaration stays in force. */
 FIRE3DV_API int fire3dv_declare_scalars(fire3dv_stream* stream, const char* group,
@@ -44,7 +44,7 @@ FIRE3DV_API int fire3dv_declare_scalars(fire3dv_stream* stream, const char* grou
 
 /* Sets all values of a group at one simulation time, in the order of the declaration. A value that is NaN or
  * infinite means: no value at this time. Times may repeat; a time before the last one begins the group's
- * history anew. FIRE3DV_ERROR_STATE: the group is not declared; FIRE3DV_ERROR_ARGUMENT: count is not that of
+ * history again. FIRE3DV_ERROR_STATE: the group is not declared; FIRE3DV_ERROR_ARGUMENT: count is not that of
  * the declaration. */
 FIRE3DV_API int fire3dv_set_scalars(fire3dv_stream* stream, const char* group, int64_t sim_time_ns,
                                     const double* values, size_t count);

@@ -53,7 +53,7 @@ class Scalars:
         self.set_scalars(group, sim_time_ns, numbers)
 
     def declare_scalars(self, group: str, names: Iterable[str], units: Optional[Iterable[str]] = None) -> None:
-        """Declares a group of scalars, or declares it anew: values set before belong to the old declaration.
+        """Declares a group of scalars, or declares it again: values set before belong to the old declaration.
 
         names: all different. units: one for each name, such as "rad" or "N m", "" for none; None: no scalar has a unit.
         Raises ArgumentError, or BudgetError for more than 4096 scalars; then the old declaration stays in force.
@@ -76,7 +76,7 @@ class Scalars:
         """Sets all values of a declared group at one simulation time, in the order of its names.
 
         values: (n,) float64 without a copy to Python objects, or any sequence of numbers. A time before the last one
-        begins the group's history anew. Raises StateError if the group is not declared.
+        restarts the group's history. Raises StateError if the group is not declared.
         """
         numbers = Numbers(values, (1,), "values", c_double, "float64")
         check(library().fire3dv_set_scalars(self.handle, encoded(group, "group"),

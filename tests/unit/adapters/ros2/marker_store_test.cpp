@@ -26,7 +26,7 @@ class Ros2MarkerStore : public testing::Test {
   Ros2MarkerStore() {
     context.fixed_frame = "odom";
     context.sim_time_ns = 100 * kSecond;
-    context.place = [this](const std::string& frame) {
+    context.find_transform = [this](const std::string& frame) {
       const auto found = frames.find(frame);
       return found == frames.end() ? nullptr : &found->second;
     };
@@ -36,7 +36,7 @@ class Ros2MarkerStore : public testing::Test {
         drawn.erase(name);
         return {};
       }
-      if (marker->position_count > most_points) return Error{"the budget is spent"};
+      if (marker->position_count > max_points) return Error{"the budget is spent"};
       const float* const pose = marker->parent_from_marker;
       drawn[name] = {{pose[3], pose[7], pose[11]}, marker->lifetime_ns, marker->position_count};
       return {};
@@ -75,7 +75,7 @@ class Ros2MarkerStore : public testing::Test {
   std::map<std::string, Transform> frames;
   std::map<std::string, Drawn> drawn;
   std::vector<std::string> warnings;
-  size_t calls = 0, most_points = 1'000'000;
+  size_t calls = 0, max_points = 1'000'000;
 };
 
 using Place = std::array<float, 3>;
@@ -242,7 +242,7 @@ TEST_F(Ros2MarkerStore, HeldMarkersHaveABudget) {
 }
 
 TEST_F(Ros2MarkerStore, RefusedMarkersAreReportedAndCleared) {
-  most_points = 5;
+  max_points = 5;
   store.update(context);
   set(marker("a", "odom"));
   set(marker("a", "odom", 3 * kSecond, 6));

@@ -201,7 +201,7 @@ TEST_F(UdpAttack, AnotherHandshakeEndsASessionOnlyWhenItHasTheKey) {
   EXPECT_EQ(publisher.hear(), udp::Type::pong) << "until the new one has said hello";
   ASSERT_EQ(publisher.say_hello().type, udp::Type::accept);
   ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::connected) == 2; }));
-  EXPECT_TRUE(listener.saw_part(Kind::disconnected, "started anew"));
+  EXPECT_TRUE(listener.saw_part(Kind::disconnected, "was restarted"));
   EXPECT_EQ(listener.link->stats().peers, 1u);
 }
 

@@ -114,7 +114,7 @@ std::string csv_of(const Report& report) {
       add_bytes("GPU memory", run.memory.gpu_allocated_bytes);
       add_bytes("GPU memory by the driver", run.memory.gpu_used_bytes);
       add_bytes("process memory", run.memory.resident_bytes);
-      add_bytes("process memory at most", run.memory.most_resident_bytes);
+      add_bytes("process memory at most", run.memory.peak_resident_bytes);
     }
   }
   return text;

@@ -115,11 +115,11 @@ std::string tick_text(double ms) {
 
 // Logarithmic axes: scene sizes double, and devices differ by orders of magnitude.
 struct Axes {
-  double least_triangles, most_triangles, least_ms, most_ms;
+  double least_triangles, max_triangles, least_ms, max_ms;
 
   Point at(double triangles, double ms) const {
-    const double x = std::log(triangles / least_triangles) / std::log(most_triangles / least_triangles);
-    const double y = std::log(ms / least_ms) / std::log(most_ms / least_ms);
+    const double x = std::log(triangles / least_triangles) / std::log(max_triangles / least_triangles);
+    const double y = std::log(ms / least_ms) / std::log(max_ms / least_ms);
     return {std::lerp(kLeft, kRight, x), std::lerp(kBottom, kTop, y)};
   }
 };
@@ -140,30 +140,30 @@ Axes axes_of(const Report& report) {
   for (const SceneReport& scene : report.scenes) {
     const auto triangles = static_cast<double>(scene.triangles);
     axes.least_triangles = std::min(axes.least_triangles, triangles / 1.3);
-    axes.most_triangles = std::max(axes.most_triangles, triangles * 1.3);
+    axes.max_triangles = std::max(axes.max_triangles, triangles * 1.3);
     for (const Series& series : kSeries) {
       const RunSummary* run = scene.run(series.condition);
       if (!run) continue;
       axes.least_ms = std::min(axes.least_ms, summary_of(*run, series).median);
-      axes.most_ms = std::max(axes.most_ms, summary_of(*run, series).p95);
+      axes.max_ms = std::max(axes.max_ms, summary_of(*run, series).p95);
     }
   }
   for (const MarkSeries& series : marks_of(report)) {
     for (const Mark& mark : series.marks) {
       axes.least_triangles = std::min(axes.least_triangles, mark.triangles / 1.3);
-      axes.most_triangles = std::max(axes.most_triangles, mark.triangles * 1.3);
+      axes.max_triangles = std::max(axes.max_triangles, mark.triangles * 1.3);
       axes.least_ms = std::min(axes.least_ms, mark.ms);
-      axes.most_ms = std::max(axes.most_ms, mark.ms);
+      axes.max_ms = std::max(axes.max_ms, mark.ms);
     }
   }
   axes.least_ms = round_tick(std::clamp(axes.least_ms, 1e-4, 1e6), false);
-  axes.most_ms = round_tick(std::max(axes.most_ms, axes.least_ms * 1.5), true);
+  axes.max_ms = round_tick(std::max(axes.max_ms, axes.least_ms * 1.5), true);
   return axes;
 }
 
 void draw_axes(Svg& svg, const Axes& axes, const Report& report) {
   constexpr const char* kGrid = "#dddddd";
-  for (double tick = axes.least_ms; tick <= axes.most_ms * 1.001; tick = round_tick(tick * 1.01, true)) {
+  for (double tick = axes.least_ms; tick <= axes.max_ms * 1.001; tick = round_tick(tick * 1.01, true)) {
     const double y = axes.at(axes.least_triangles, tick).y;
     svg.line({kLeft, y}, {kRight, y}, kGrid);
     svg.text({kLeft - 8, y + 4}, tick_text(tick), Svg::Anchor::end);
