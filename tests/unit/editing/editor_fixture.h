@@ -21,6 +21,8 @@
 #include "renderer/editing/scene_editor.h"
 #include "renderer/editing/viewer_edits.h"
 #include "renderer/scene/derived/loaded_scene.h"
+#include "renderer/window/viewer_control.h"
+#include "tests/unit/geometry/boxes_scene.h"
 
 namespace fire3dv::app {
 
