@@ -43,13 +43,6 @@ class QueueLink final : public transport::PublisherLink {
     put(transport::LinkEvent::Kind::pose, message);
     return true;
   }
-  // Every frame is published whole, so that a listener may start at any frame.
-  bool takes_partial_frames() const override { return false; }
-  bool publish_partial(const wire::MessagePieces&,
-                       std::span<const wire::MessagePieces> whole) noexcept override {
-    for (const wire::MessagePieces& piece : whole) put(transport::LinkEvent::Kind::pose, piece);
-    return true;
-  }
   void send_control(std::span<const std::byte> message) noexcept override {
     put(transport::LinkEvent::Kind::control, {message, {}});
   }

@@ -88,13 +88,18 @@ class PublisherLink {
   // A queued message that a newer one replaces is counted later.
   virtual bool publish(const wire::MessagePieces& message, bool last_part = true) noexcept = 0;
 
-  // False: only whole frames are accepted.
-  virtual bool takes_partial_frames() const { return true; }
+  // False: frames are always sent whole, since no base frame can be presumed.
+  virtual bool takes_partial_frames() const { return false; }
   // Publishes one frame in two forms: `partial` has the changes, `whole` all poses, split as for publish().
   // The link sends `partial` only if no base frame can be missing, and makes the last frame before a pause
   // arrive whole. Otherwise same as publish().
-  virtual bool publish_partial(const wire::MessagePieces& partial,
-                               std::span<const wire::MessagePieces> whole) noexcept = 0;
+  virtual bool publish_partial(const wire::MessagePieces& /*partial*/,
+                               std::span<const wire::MessagePieces> whole) noexcept {
+    bool is_taken = true;
+    for (size_t part = 0; part < whole.size(); ++part)
+      is_taken = publish(whole[part], part + 1 == whole.size()) && is_taken;
+    return is_taken;
+  }
 
   // Sends one control message (Ping, Goodbye) to the connected peers. Best effort; never blocks.
   virtual void send_control(std::span<const std::byte> message) noexcept = 0;

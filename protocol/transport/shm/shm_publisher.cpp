@@ -72,12 +72,6 @@ class ShmPublisher final : public PublisherLink {
   Result<void> set_description(std::span<const std::byte> message) override;
   Result<void> put_state(uint64_t key, SharedBytes message) override;
   bool publish(const wire::MessagePieces& message, bool last_part) noexcept override;
-  // Whole frames only: a reader sees a whole frame as soon as it attaches.
-  bool takes_partial_frames() const override { return false; }
-  bool publish_partial(const wire::MessagePieces&,
-                       std::span<const wire::MessagePieces> whole) noexcept override {
-    return publish(whole[0], true);
-  }
   void send_control(std::span<const std::byte> message) noexcept override;
   bool poll(std::vector<std::byte>& message) override;
   Result<void> make_room_for_images(size_t block_bytes, size_t requests) override;

@@ -49,6 +49,7 @@ class UdpPublisher final : public NetworkPublisher {
   Result<void> set_description(std::span<const std::byte> message) override;
   Result<void> put_state(uint64_t key, SharedBytes message) override;
   bool publish(const wire::MessagePieces& message, bool last_part) noexcept override;
+  bool takes_partial_frames() const override { return true; }
   bool publish_partial(const wire::MessagePieces& partial,
                        std::span<const wire::MessagePieces> whole) noexcept override;
   void send_control(std::span<const std::byte> message) noexcept override;

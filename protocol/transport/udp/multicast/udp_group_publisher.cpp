@@ -37,15 +37,6 @@ class GroupPublisher final : public NetworkPublisher {
   Result<void> set_description(std::span<const std::byte> message) override;
   Result<void> put_state(uint64_t key, SharedBytes message) override;
   bool publish(const wire::MessagePieces& message, bool last_part) noexcept override;
-  // No back channel, hence no acknowledgments: frames are always whole.
-  bool takes_partial_frames() const override { return false; }
-  bool publish_partial(const wire::MessagePieces&,
-                       std::span<const wire::MessagePieces> whole) noexcept override {
-    bool taken = true;
-    for (size_t part = 0; part < whole.size(); ++part)
-      taken = publish(whole[part], part + 1 == whole.size()) && taken;
-    return taken;
-  }
   void send_control(std::span<const std::byte> message) noexcept override;
   LinkStats stats() const override;
 
