@@ -125,7 +125,7 @@ TEST_F(Determinism, WhatIsHiddenIsLeftOut) {
   sinks::FrameImage all, in_view, seen;
   const uint32_t all_clusters = clusters_of(passes::Cull::off, all).clusters;
   const uint32_t view_clusters = clusters_of(passes::Cull::view, in_view).clusters;
-  const passes::ClusterRaster::Drawn drawn = clusters_of(passes::Cull::hidden, seen);
+  const passes::RenderCounts drawn = clusters_of(passes::Cull::hidden, seen);
   EXPECT_LT(view_clusters, all_clusters * 9 / 10) << "the far sides of balls are turned away";
   EXPECT_LT(drawn.clusters, view_clusters * 3 / 4) << "a wall hides nearly half of them";
   EXPECT_GT(drawn.clusters, view_clusters / 4);
