@@ -87,11 +87,12 @@ std::string camera_message(const scene::Scene& scene, uint32_t node) {
       {{"type", "camera"}, {"index", known == nodes.end() ? Json() : Json(known - nodes.begin())}});
 }
 
-std::string visibility_message(const gui::Viewer& viewer, uint64_t scene_number) {
-  return text_of({{"type", "visibility"},
-                  {"scene", scene_number},
-                  {"hidden", viewer.hidden},
-                  {"isolated", viewer.isolated == scene::kNone ? Json() : Json(viewer.isolated)}});
+std::string visibility_message(const gui::DocumentState& document, uint64_t scene_number) {
+  return text_of(
+      {{"type", "visibility"},
+       {"scene", scene_number},
+       {"hidden", document.edits.hidden},
+       {"isolated", document.edits.isolated == scene::kNone ? Json() : Json(document.edits.isolated)}});
 }
 
 std::string view_message(const std::optional<CameraRig::FreeView>& view) {

@@ -143,10 +143,11 @@ void LiveView::poll(replay::TimelineControl* timeline) {
     scene_text_ = scene_message(borrowed_.scene.scene(), scene_number_);
     send_to_all(scene_text_);
   }
-  const gui::Viewer& shared = borrowed_.viewer;
-  if (visibility_text_.empty() || shown_hidden_ != shared.hidden || shown_isolated_ != shared.isolated) {
-    shown_hidden_ = shared.hidden;
-    shown_isolated_ = shared.isolated;
+  const gui::DocumentState& shared = borrowed_.document;
+  if (visibility_text_.empty() || shown_hidden_ != shared.edits.hidden ||
+      shown_isolated_ != shared.edits.isolated) {
+    shown_hidden_ = shared.edits.hidden;
+    shown_isolated_ = shared.edits.isolated;
     visibility_text_ = visibility_message(shared, scene_number_);
     send_to_all(visibility_text_);
   }
@@ -185,15 +186,16 @@ void LiveView::send_if_changed(std::string& sent, std::string text) {
 }
 
 void LiveView::send_settings(Clock::time_point now) {
-  if (borrowed_.robot) (void)borrowed_.robot->set(borrowed_.viewer.joints);
+  if (borrowed_.robot) (void)borrowed_.robot->set(borrowed_.document.edits.joints);
   if (now - settings_sent_ < kSettingsPeriod) return;
   settings_sent_ = now;
-  send_if_changed(render_text_, render_message(borrowed_.viewer.draw, can_switch_shadows_on(),
+  send_if_changed(render_text_, render_message(borrowed_.document.draw, can_switch_shadows_on(),
                                                static_cast<bool>(borrowed_.replace_renderer)));
   if (!borrowed_.robot) return;
   if (joints_text_.empty()) send_if_changed(joints_text_, joints_message(*borrowed_.robot, scene_number_));
-  send_if_changed(joint_positions_text_, joint_positions_message(*borrowed_.robot, borrowed_.poses,
-                                                                 borrowed_.viewer.joints, scene_number_));
+  send_if_changed(joint_positions_text_,
+                  joint_positions_message(*borrowed_.robot, borrowed_.poses, borrowed_.document.edits.joints,
+                                          scene_number_));
 }
 
 void LiveView::send_plots(Clock::time_point now) {

@@ -38,8 +38,7 @@ class LiveView final : public ImageReplies {
     const state::PoseState& poses;
     ImageRequestQueue& requests;
     LiveScene& scene;
-    gui::Viewer&
-        viewer;  // hidden and isolated nodes, joints and draw settings: the window's and all viewers'
+    gui::DocumentState& document;  // of the window and all viewers
     std::optional<state::RobotPose>& robot;
     passes::SceneRenderer& renderer;
     // Puts a renderer with these settings at the address of `renderer`, if there are no requests of images.

@@ -11,7 +11,7 @@ namespace fire3dv::app {
 std::function<Result<void>(const passes::DrawSettings&)> renderer_switch(const SwitchedParts& parts) {
   return [parts](const passes::DrawSettings& settings) -> Result<void> {
     FIRE3DV_ASSERT(parts.requests.count() == 0);
-    passes::DrawSettings before = parts.viewer.draw;
+    passes::DrawSettings before = parts.document.draw;
     before.max_textures = parts.renderer->settings().draw().max_textures;
     // Waits for the GPU: a viewer has asked for it.
     const auto replace = [&](const passes::DrawSettings& with) {

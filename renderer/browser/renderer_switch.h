@@ -16,7 +16,7 @@ namespace fire3dv::app {
 struct SwitchedParts {
   gpu::Device& device;
   std::optional<passes::SceneRenderer>& renderer;
-  const gui::Viewer& viewer;  // with the settings of the renderer that is there
+  const gui::DocumentState& document;  // with the settings of the renderer that is there
   ImageRequestQueue& requests;
   LiveScene& scene;
 };

@@ -5,7 +5,6 @@
 
 #include "renderer/browser/live_joints.h"
 #include "renderer/browser/live_messages.h"
-#include "renderer/editing/viewer_edits.h"
 
 namespace fire3dv::app {
 namespace {
@@ -124,21 +123,21 @@ bool LiveView::apply_view(Viewer& viewer, const serve::ClientMessage& message) {
 
 void LiveView::apply_shared(serve::ViewerId number, const serve::ClientMessage& message,
                             replay::TimelineControl* timeline) {
-  gui::Viewer& viewer = borrowed_.viewer;
+  state::UserEdits& edits = borrowed_.document.edits;
   withdraw_refinements(Clock::now());
   switch (message.kind) {
     case Kind::hide:
       if (message.on)
-        viewer.hidden.insert(*message.node);
+        edits.hidden.insert(*message.node);
       else
-        viewer.hidden.erase(*message.node);
+        edits.hidden.erase(*message.node);
       break;
     case Kind::isolate:
-      viewer.isolated = message.node.value_or(scene::kNone);
+      edits.isolated = message.node.value_or(scene::kNone);
       break;
     case Kind::show_all:
-      viewer.hidden.clear();
-      viewer.isolated = scene::kNone;
+      edits.hidden.clear();
+      edits.isolated = scene::kNone;
       break;
     case Kind::joint:
     case Kind::posture:
@@ -149,7 +148,7 @@ void LiveView::apply_shared(serve::ViewerId number, const serve::ClientMessage& 
       if (timeline) apply_timeline(message, *timeline);
       return;
   }
-  borrowed_.scene.set_user_edits(edits_of(viewer));
+  borrowed_.scene.set_user_edits(edits);
 }
 
 void LiveView::apply_timeline(const serve::ClientMessage& message, replay::TimelineControl& timeline) const {
@@ -164,7 +163,7 @@ void LiveView::apply_timeline(const serve::ClientMessage& message, replay::Timel
 void LiveView::apply_joints(const serve::ClientMessage& message) {
   if (!borrowed_.robot || message.scene != scene_number_) return;
   const state::RobotPose& robot = *borrowed_.robot;
-  state::JointPositions& joints = borrowed_.viewer.joints;
+  state::JointPositions& joints = borrowed_.document.edits.joints;
   has_changed_ = true;
   if (message.kind == Kind::joint) {
     (void)move_joint(robot, borrowed_.poses, *message.index, message.x, joints);
@@ -177,7 +176,7 @@ void LiveView::apply_joints(const serve::ClientMessage& message) {
 
 // A renderer that has started without shadows has no passes for them.
 bool LiveView::can_switch_shadows_on() const {
-  passes::DrawSettings wanted = borrowed_.viewer.draw;
+  passes::DrawSettings wanted = borrowed_.document.draw;
   if (wanted.shadows.method == passes::ShadowMethod::off) wanted.shadows.method = shadows_;
   wanted.max_textures = borrowed_.renderer.settings().draw().max_textures;
   return !borrowed_.renderer.needs_new_renderer(wanted);
@@ -185,7 +184,7 @@ bool LiveView::can_switch_shadows_on() const {
 
 // All images that viewers wait for are requested again.
 void LiveView::switch_paths(serve::ViewerId number, bool on) {
-  passes::DrawSettings& draw = borrowed_.viewer.draw;
+  passes::DrawSettings& draw = borrowed_.document.draw;
   if (on == draw.path.has_value() || !borrowed_.replace_renderer) return;
   if (const auto open = borrowed_.requests.open(); !open.empty() && open.front().first < kFirstViewer)
     return borrowed_.server.send(
@@ -201,7 +200,7 @@ void LiveView::switch_paths(serve::ViewerId number, bool on) {
   }
   passes::DrawSettings wanted = draw;
   wanted.path.reset();
-  if (on) wanted.path = borrowed_.viewer.paths;
+  if (on) wanted.path = borrowed_.document.paths;
   wanted.max_textures = borrowed_.renderer.settings().draw().max_textures;
   if (Result<void> replaced = borrowed_.replace_renderer(wanted); !replaced)
     return borrowed_.server.send(number, notice_message(replaced.error().message));
@@ -210,7 +209,7 @@ void LiveView::switch_paths(serve::ViewerId number, bool on) {
 
 void LiveView::apply_render(serve::ViewerId number, const serve::ClientMessage& message) {
   if (message.paths) switch_paths(number, *message.paths);
-  passes::DrawSettings& draw = borrowed_.viewer.draw;
+  passes::DrawSettings& draw = borrowed_.document.draw;
   has_changed_ = true;
   if (draw.path) {  // tone mapping applies to the samples that are there; paths trace all shadows
     draw.post.tone_map = static_cast<passes::ToneMap>(*message.index);

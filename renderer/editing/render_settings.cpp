@@ -34,8 +34,8 @@ bool have_same_image(const RenderSettings& a, const RenderSettings& b) {
   return is_same(a.draw, b.draw) && is_same(a.paths, b.paths);
 }
 
-void RenderSettingsSteps::record(const gui::Viewer& viewer, state::EditHistory& history) {
-  RenderSettings now{viewer.draw, viewer.paths};
+void RenderSettingsSteps::record(const gui::DocumentState& document, state::EditHistory& history) {
+  RenderSettings now{document.draw, document.paths};
   const auto known = values_.find(history.settings());
   if (known == values_.end() || std::exchange(is_restored_, false)) {
     values_.insert_or_assign(history.settings(), std::move(now));
@@ -50,12 +50,12 @@ void RenderSettingsSteps::record(const gui::Viewer& viewer, state::EditHistory& 
   while (values_.size() > state::EditHistory::kMaxSteps + 1) values_.erase(values_.begin());
 }
 
-void RenderSettingsSteps::restore(gui::Viewer& viewer, const state::EditHistory& history) {
+void RenderSettingsSteps::restore(gui::DocumentState& document, const state::EditHistory& history) {
   if (std::exchange(shown_, history.settings()) == history.settings()) return;
   const auto known = values_.find(shown_);
   if (known == values_.end()) return;
-  viewer.draw = known->second.draw;
-  viewer.paths = known->second.paths;
+  document.draw = known->second.draw;
+  document.paths = known->second.paths;
   is_restored_ = true;
 }
 

@@ -23,9 +23,9 @@ class RenderSettingsSteps {
  public:
   // Records changed settings as a step. Call after the renderer has taken or reset them: what it resets after
   // restore() is no step.
-  void record(const gui::Viewer& viewer, state::EditHistory& history);
+  void record(const gui::DocumentState& document, state::EditHistory& history);
   // Sets those of the history, after it was undone or redone.
-  void restore(gui::Viewer& viewer, const state::EditHistory& history);
+  void restore(gui::DocumentState& document, const state::EditHistory& history);
 
  private:
   std::map<uint64_t, RenderSettings> values_;

@@ -32,19 +32,20 @@ class ObjectsByKey {
 }  // namespace
 
 bool refers_to_scene(const gui::Viewer& viewer) {
-  for (const uint32_t node : {viewer.selected, viewer.followed, viewer.isolated, viewer.variant}) {
+  for (const uint32_t node :
+       {viewer.selected, viewer.followed, viewer.edits.isolated, viewer.edits.variant}) {
     if (node != scene::kNone) return true;
   }
-  return viewer.picked_point || !viewer.measured.empty() || !viewer.hidden.empty() ||
-         !viewer.removed.empty() || !viewer.lights.empty() || !viewer.materials.empty() ||
-         !viewer.transforms.empty();
+  return viewer.picked_point || !viewer.measured.empty() || !viewer.edits.hidden.empty() ||
+         !viewer.edits.removed.empty() || !viewer.edits.lights.empty() || !viewer.edits.materials.empty() ||
+         !viewer.edits.transforms.empty();
 }
 
 void transfer_by_key(gui::Viewer& viewer, const state::EditTargets& from, const state::EditTargets& to) {
   const scene::Scene &before = from.scene, &after = to.scene;
   ObjectsByKey objects(from, to);
   const auto moved = [&](uint32_t node) { return objects.node(node); };
-  for (uint32_t* node : {&viewer.selected, &viewer.followed, &viewer.isolated}) *node = moved(*node);
+  for (uint32_t* node : {&viewer.selected, &viewer.followed, &viewer.edits.isolated}) *node = moved(*node);
   const auto is_lost = [&](gui::SurfacePoint& point) {
     if (point.node == scene::kNone) return false;
     point.node = moved(point.node);
@@ -52,54 +53,40 @@ void transfer_by_key(gui::Viewer& viewer, const state::EditTargets& from, const 
   };
   if (viewer.picked_point && is_lost(*viewer.picked_point)) viewer.picked_point.reset();
   std::erase_if(viewer.measured, is_lost);
-  for (std::set<uint32_t>* nodes : {&viewer.hidden, &viewer.removed}) {
+  for (std::set<uint32_t>* nodes : {&viewer.edits.hidden, &viewer.edits.removed}) {
     for (const uint32_t node : std::exchange(*nodes, {})) {
       if (const uint32_t now = moved(node); now != scene::kNone) nodes->insert(now);
     }
   }
   std::map<uint32_t, scene::Light> lights;
-  for (auto& [node, light] : viewer.lights) {
+  for (auto& [node, light] : viewer.edits.lights) {
     const uint32_t now = moved(node);
     if (now != scene::kNone && light_type(before, {}, node) == light_type(after, {}, now))
       lights.emplace(now, std::move(light));
   }
-  viewer.lights = std::move(lights);
-  for (auto& [number, material] : std::exchange(viewer.materials, {})) {
+  viewer.edits.lights = std::move(lights);
+  for (auto& [number, material] : std::exchange(viewer.edits.materials, {})) {
     if (number >= before.materials.size()) continue;
     const uint32_t now = objects.find(state::EditedObject::material, number, state::EditedProperty::factors);
-    if (now != scene::kNone) viewer.materials.emplace(now, std::move(material));
+    if (now != scene::kNone) viewer.edits.materials.emplace(now, std::move(material));
   }
-  viewer.variant = scene::variant_of_same_name(viewer.variant, before, after);
+  viewer.edits.variant = scene::variant_of_same_name(viewer.edits.variant, before, after);
   state::NodeTransforms transforms;
-  for (const auto& [node, transform] : viewer.transforms) {
+  for (const auto& [node, transform] : viewer.edits.transforms) {
     if (const uint32_t now = moved(node); now != scene::kNone) transforms.emplace(now, transform);
   }
-  viewer.transforms = std::move(transforms);
+  viewer.edits.transforms = std::move(transforms);
 }
 
 void forget_scene(gui::Viewer& viewer) {
-  viewer.selected = viewer.followed = viewer.isolated = scene::kNone;
-  viewer.hidden.clear();
+  viewer.selected = viewer.followed = scene::kNone;
   viewer.picked_point.reset();
   viewer.measured.clear();
-  viewer.removed.clear();
-  viewer.lights.clear();
-  viewer.materials.clear();
-  viewer.transforms.clear();
-  viewer.joints.clear();
-  viewer.variant = scene::kNone;
-  viewer.additions.clear();
+  state::UserEdits edits;
+  edits.hidden_markers = std::move(viewer.edits.hidden_markers);
+  viewer.edits = std::move(edits);
   viewer.streams.clear();
   viewer.commands = {};
-}
-
-state::UserEdits edits_of(const gui::Viewer& viewer) {
-  state::UserEdits edits{viewer.hidden,         viewer.isolated,   viewer.lights, {},
-                         viewer.hidden_markers, viewer.transforms, viewer.joints, viewer.removed,
-                         viewer.variant,        viewer.additions};
-  for (const auto& [number, material] : viewer.materials)
-    edits.materials.emplace(number, scene::factors_of(material));
-  return edits;
 }
 
 }  // namespace fire3dv::app

@@ -1,5 +1,4 @@
-// Selections and edits of the viewer: their transfer to another scene, and the edits as the live scene takes
-// them.
+// Selections and edits of the viewer: their transfer to another scene.
 #pragma once
 
 #include "renderer/editing/edit_document.h"
@@ -15,8 +14,5 @@ void transfer_by_key(gui::Viewer& viewer, const state::EditTargets& before, cons
 
 // Clears everything that refers to a scene, for an unrelated scene.
 void forget_scene(gui::Viewer& viewer);
-
-// Edits of the scene.
-state::UserEdits edits_of(const gui::Viewer& viewer);
 
 }  // namespace fire3dv::app

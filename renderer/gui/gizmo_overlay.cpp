@@ -44,7 +44,7 @@ const std::string* direct_driver_of(const state::PoseState& poses, uint32_t node
 }
 
 state::NodeTransform shown_transform(const Shown& shown, const Viewer& viewer, uint32_t node) {
-  if (const auto edited = viewer.transforms.find(node); edited != viewer.transforms.end())
+  if (const auto edited = viewer.edits.transforms.find(node); edited != viewer.edits.transforms.end())
     return edited->second;
   const glm::dmat4 parent_from_world = glm::inverse(glm::dmat4(world_from_parent(shown, node)));
   return state::to_transform(glm::mat4(parent_from_world * glm::dmat4(shown.poses.world_from_node(node))));
@@ -91,9 +91,9 @@ bool GizmoOverlay::follow_drag(const Context& c, const GizmoView& view, const gl
   const state::NodeTransform wanted =
       state::to_transform(glm::mat4(parent_from_world * glm::dmat4(world_from_node)));
   const bool is_moved =
-      c.viewer.transforms.contains(node_) ||
+      c.viewer.edits.transforms.contains(node_) ||
       state::parent_from_node(wanted) != state::parent_from_node(shown_transform(c.shown, c.viewer, node_));
-  if (is_moved && state::is_valid(wanted)) c.viewer.transforms[node_] = wanted;
+  if (is_moved && state::is_valid(wanted)) c.viewer.edits.transforms[node_] = wanted;
   gizmo_.place(view, world_from_node, c.viewer.tool, c.viewer.tool_is_local, c.ui.scale);
   return true;
 }

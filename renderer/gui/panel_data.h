@@ -17,10 +17,7 @@
 #include "renderer/passes/debug/inspection.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/scene/model/scene.h"
-#include "renderer/state/edits/addition.h"
-#include "renderer/state/edits/node_transform.h"
-#include "renderer/state/marker_registry.h"
-#include "renderer/state/motion/robot_pose.h"
+#include "renderer/state/edits/user_edits.h"
 #include "renderer/state/pose_state.h"
 #include "renderer/state/stream_timing.h"
 
@@ -73,34 +70,25 @@ inline glm::vec3 position_world(const SurfacePoint& point, const state::PoseStat
   return poses.world_from_node(point.node) * glm::vec4(point.position_node, 1);
 }
 
-// Requests of the user to the viewer, written by keys, mouse and panels, and executed by the frame loop.
-// Node and material numbers refer to the displayed scene. Another scene inherits the settings of nodes with
-// the same paths.
-struct Viewer {
+// State of the displayed document that the user changes, with and without a window. Another scene inherits
+// the edits of nodes with the same paths.
+struct DocumentState {
+  state::UserEdits edits;
+  passes::DrawSettings draw;   // requested settings; unsupported ones are reported and reset
+  passes::PathSettings paths;  // of draw.path, while it is set
+  passes::DebugView debug_view = passes::DebugView::none;
+};
+
+// State of the window's view and requests of the user, written by keys, mouse and panels, and executed by the
+// frame loop. Node numbers refer to the displayed scene.
+struct Viewer : DocumentState {
   uint32_t selected = scene::kNone;               // node
   uint32_t followed = scene::kNone;               // node that the free camera follows
-  uint32_t isolated = scene::kNone;               // only this node and its descendants are drawn
-  std::set<uint32_t> hidden;                      // including descendants
-  std::set<uint32_t> removed;                     // including descendants and their lights
   std::optional<SurfacePoint> picked_point;       // of the last click on a surface
   bool shows_grid = false, shows_frusta = false;  // ground grid with axes; frusta of the scene's cameras
   bool measures = false;                          // clicks choose points instead of nodes
   std::vector<SurfacePoint> measured;             // at most two
-  // Overrides of the file's and streams' values; erasing an entry restores them.
-  std::map<uint32_t, scene::Light> lights;  // by node
-  // By number: factors only; textures and alpha modes are unchanged.
-  std::map<uint32_t, scene::Material> materials;
-
-  state::NodeTransforms transforms;  // of nodes that no stream drives
-  state::JointPositions joints;      // of the robot, other than the file's
-  uint32_t variant = scene::kNone;   // material variant; kNone: the file's default materials
-  state::Additions additions;
-
-  passes::DrawSettings draw;   // requested settings; unsupported ones are reported and reset
-  passes::PathSettings paths;  // of draw.path, while it is set
-  passes::DebugView debug_view = passes::DebugView::none;
-  std::map<uint64_t, StreamPlayout> streams;  // by epoch
-  state::MarkerNamespaces hidden_markers;
+  std::map<uint64_t, StreamPlayout> streams;      // by epoch
   ScreenshotSize screenshot_size;
   float camera_speed = 1;  // factor on the speed derived from the scene's size
 

@@ -18,10 +18,10 @@ void change_speed(gui::Viewer& viewer, float steps) {
 
 void hide(gui::Viewer& viewer, bool all_shown) {
   if (all_shown) {
-    viewer.hidden.clear();
-    viewer.isolated = scene::kNone;
-  } else if (viewer.selected != scene::kNone && viewer.hidden.erase(viewer.selected) == 0) {
-    viewer.hidden.insert(viewer.selected);
+    viewer.edits.hidden.clear();
+    viewer.edits.isolated = scene::kNone;
+  } else if (viewer.selected != scene::kNone && viewer.edits.hidden.erase(viewer.selected) == 0) {
+    viewer.edits.hidden.insert(viewer.selected);
   }
 }
 
@@ -115,8 +115,8 @@ void ViewerInput::press(const InputEvent& event, gui::Viewer& viewer) {
   if (key == Key::home) viewer.commands.frame_all = true;
   if (key == sinks::letter('h')) hide(viewer, shift);
   if (key == Key::remove && viewer.selected != scene::kNone)
-    viewer.removed.insert(std::exchange(viewer.selected, scene::kNone));
-  if (key == sinks::letter('i')) toggle(viewer.isolated, viewer.selected);
+    viewer.edits.removed.insert(std::exchange(viewer.selected, scene::kNone));
+  if (key == sinks::letter('i')) toggle(viewer.edits.isolated, viewer.selected);
   if (key == sinks::letter('t')) toggle(viewer.followed, viewer.selected);
   if (key == sinks::letter('x')) viewer.shows_grid = !viewer.shows_grid;
   if (key == sinks::letter('k')) viewer.shows_frusta = !viewer.shows_frusta;

@@ -147,13 +147,13 @@ state::EditTargets WindowView::edit_targets() const {
 
 void WindowView::apply_requests() {
   if (borrowed_.scene.take_variant_refusal()) {
-    borrowed_.viewer.variant = borrowed_.scene.variant();
-    borrowed_.editor.take_shown_variant(borrowed_.viewer, edit_targets());
+    borrowed_.viewer.edits.variant = borrowed_.scene.variant();
+    borrowed_.editor.take_shown_variant(edit_targets());
   }
-  borrowed_.scene.set_user_edits(edits_of(borrowed_.viewer));
-  if (borrowed_.robot) borrowed_.robot->set(borrowed_.viewer.joints);
+  borrowed_.scene.set_user_edits(borrowed_.viewer.edits);
+  if (borrowed_.robot) borrowed_.robot->set(borrowed_.viewer.edits.joints);
   apply_draw_settings();
-  borrowed_.editor.record_settings(borrowed_.viewer, is_interacting());
+  borrowed_.editor.record_settings(is_interacting());
   passes::DebugView& view = borrowed_.viewer.debug_view;
   if (Result<void> can = renderer().can_show(view); !can) {
     notes_.push_back(error_line(can.error().message));
@@ -233,7 +233,7 @@ void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::Tim
   CameraMoves moves = input_.take(input, owners, viewer);
   const float aspect = static_cast<float>(image_px.x) / static_cast<float>(std::max(image_px.y, 1u));
   const CameraRig::Placed seen = borrowed_.camera.placed(borrowed_.poses, aspect);
-  borrowed_.editor.update(viewer, edit_targets(), is_interacting(),
+  borrowed_.editor.update(edit_targets(), is_interacting(),
                           {borrowed_.camera.focus(borrowed_.poses, aspect), seen.world_from_camera,
                            seen.camera, &borrowed_.poses});
   moves.cursor_px -= glm::vec2(image_at_px_);
@@ -282,8 +282,8 @@ void WindowView::close_or_open(const sinks::WindowInput& input, bool view_has_mo
 }
 
 bool WindowView::may_discard_edits(const char* request) {
-  SceneEditor& editor = borrowed_.editor;
-  editor.update(borrowed_.viewer, edit_targets(), false);  // with a change that is not finished
+  EditSession& editor = borrowed_.editor;
+  editor.update(edit_targets(), false);  // with a change that is not finished
   const state::EditHistory& history = editor.history();
   if (history.is_saved() || (reported_edits_ == history.document() && reported_request_ == request))
     return true;
@@ -297,7 +297,7 @@ bool WindowView::may_lose_edits() const {
 }
 
 bool WindowView::may_show_next() {
-  borrowed_.editor.update(borrowed_.viewer, edit_targets(), false);  // with a change that is not finished
+  borrowed_.editor.update(edit_targets(), false);  // with a change that is not finished
   if (may_lose_edits()) return true;
   if (!std::exchange(is_next_held_, true)) report_unsaved("open", "the opened file is loaded, but ");
   return false;
@@ -309,7 +309,7 @@ bool WindowView::holds_next() const {
 
 // occasion: beginning of the text.
 void WindowView::report_unsaved(const char* request, const std::string& occasion) {
-  const SceneEditor& editor = borrowed_.editor;
+  const EditSession& editor = borrowed_.editor;
   const state::EditHistory& history = editor.history();
   reported_edits_ = history.document();
   reported_request_ = request;

@@ -12,7 +12,7 @@
 
 #include "renderer/camera/camera_rig.h"
 #include "renderer/camera/default_look.h"
-#include "renderer/editing/scene_editor.h"
+#include "renderer/editing/edit_session.h"
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/gui/panel_data.h"
 #include "renderer/gui/screenshot_size.h"
@@ -90,7 +90,7 @@ class WindowView {
     CameraRig& camera;
     Windows& windows;
     gui::Viewer& viewer;
-    SceneEditor& editor;
+    EditSession& editor;
     WindowViewOptions options;
     std::vector<uint32_t> animations;  // those that play
     std::optional<state::RobotPose>& robot;

@@ -4,7 +4,7 @@
 #include "base/error.h"
 #include "renderer/app/options/options.h"
 #include "renderer/editing/edit_document.h"
-#include "renderer/editing/scene_editor.h"
+#include "renderer/editing/edit_session.h"
 
 namespace fire3dv::app {
 

@@ -227,14 +227,14 @@ void Session::create_scene() {
   live_.emplace(*loaded_, *poses_, renderer, *camera_,
                 AssetSettings{options_.assets, passes::levels_for(options_.levels_of_detail),
                               renderer.settings().draw().max_textures, file.path});
-  editor_.emplace(file, std::move(overlay_));
+  editor_.emplace(viewer, file, std::move(overlay_));
   if (document_.has_own_file())
     editor_->set_export({[this] { return document_.load().gltf_file(); }, options_.scene});
   editor_->set_shown_additions([this] { return std::span(live_->shown_additions()); },
                                [this] { return std::span(live_->added_materials()); });
   live_->on_scene_replaced([this, &viewer](const scene::Scene& before, const scene::Scene& after) {
-    editor_->replace_scene(viewer, before, after, robot());
-    live_->set_user_edits(edits_of(viewer));
+    editor_->replace_scene(before, after, robot());
+    live_->set_user_edits(viewer.edits);
     receiver_->set_scene(&after);
   });
   receiver_->set_scene(&scene());
@@ -265,10 +265,10 @@ void Session::show_reloaded(std::unique_ptr<SceneLoad> load) {
   if (moves_robot_) {
     std::optional<state::RobotPose> next_robot = find_robot(*load);
     gui::Viewer& viewer = application_.viewer;
-    editor_->replace_robot(viewer, live_->scene(), robot(), next_robot ? &*next_robot : nullptr);
+    editor_->replace_robot(live_->scene(), robot(), next_robot ? &*next_robot : nullptr);
     robot_ = std::move(next_robot);
-    if (robot_) (void)robot_->set(viewer.joints);
-    live_->set_user_edits(edits_of(viewer));
+    if (robot_) (void)robot_->set(viewer.edits.joints);
+    live_->set_user_edits(viewer.edits);
   }
   document_.keep(std::move(load));
 }
@@ -276,9 +276,9 @@ void Session::show_reloaded(std::unique_ptr<SceneLoad> load) {
 Result<void> Session::apply_overlay() {
   gui::Viewer& viewer = application_.viewer;
   if (moves_robot_) robot_ = find_robot(load_);
-  editor_->begin(viewer, {scene(), poses_->names(), robot()});
-  live_->set_user_edits(edits_of(viewer));
-  if (robot_) robot_->set(viewer.joints);
+  editor_->begin({scene(), poses_->names(), robot()});
+  live_->set_user_edits(viewer.edits);
+  if (robot_) robot_->set(viewer.edits.joints);
   log_messages(editor_->take_log_messages());
   const bool has_additions = live_->await_additions([this] {
     if (window_) sinks::Window::poll_events();

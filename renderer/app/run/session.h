@@ -17,7 +17,7 @@
 #include "renderer/browser/live_view.h"
 #include "renderer/browser/viewer_replies.h"
 #include "renderer/camera/camera_rig.h"
-#include "renderer/editing/scene_editor.h"
+#include "renderer/editing/edit_session.h"
 #include "renderer/live_scene/live_scene.h"
 #include "renderer/loading/scene_reload.h"
 #include "renderer/sinks/file_sink.h"
@@ -92,7 +92,7 @@ class Session {
   std::optional<state::RobotPose> robot_;  // with a window, viewers or an overlay
   bool moves_robot_ = false;
   std::optional<LiveScene> live_;
-  std::optional<SceneEditor> editor_;
+  std::optional<EditSession> editor_;
   std::optional<SceneReload> reload_;
   std::unique_ptr<WindowView> view_;
   std::optional<LiveView> live_view_;

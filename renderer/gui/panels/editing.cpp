@@ -81,7 +81,7 @@ void draw_removal(const Context& context, uint32_t node) {
     context.viewer.commands.duplicate = true;
   context.ui.same_line();
   if (context.ui.button("Remove", true, "The node and all below it, with their lights  (Del)"))
-    context.viewer.removed.insert(std::exchange(context.viewer.selected, scene::kNone));
+    context.viewer.edits.removed.insert(std::exchange(context.viewer.selected, scene::kNone));
 }
 
 void draw_tools(const Context& context) {
@@ -131,10 +131,10 @@ void draw_transform(const Context& context, uint32_t node) {
     if (ui.numbers("Scale", now.scale, {0.01f, "%.3f"}, "Along the node's own axes"))
       keep_volume(now.scale, before.scale);
   }
-  if (now != before && state::is_valid(now)) viewer.transforms[node] = now;
-  if (viewer.transforms.contains(node) &&
+  if (now != before && state::is_valid(now)) viewer.edits.transforms[node] = now;
+  if (viewer.edits.transforms.contains(node) &&
       ui.button("Reset##transform", true, "Restores the transform of the file"))
-    viewer.transforms.erase(node);
+    viewer.edits.transforms.erase(node);
 }
 
 }  // namespace

@@ -64,31 +64,32 @@ void LightsPanel::draw(const Context& context) {
   }
   constexpr size_t kMaxRows = 64;  // row limit for scrolling
   for (size_t i = 0; i < lights.size() && i < kMaxRows; ++i) {
-    const auto edited = context.viewer.lights.find(lights[i].node);
+    const auto edited = context.viewer.edits.lights.find(lights[i].node);
     const bool is_of_this =
-        edited != context.viewer.lights.end() && edited->second.type == lights[i].light.type;
+        edited != context.viewer.edits.lights.end() && edited->second.type == lights[i].light.type;
     draw_light(context, lights[i].node, is_of_this ? edited->second : lights[i].light);
   }
   if (lights.size() > kMaxRows) ui.note("and " + grouped(lights.size() - kMaxRows) + " more");
-  if (ui.button("Reset all##lights", !context.viewer.lights.empty(),
+  if (ui.button("Reset all##lights", !context.viewer.edits.lights.empty(),
                 "Restores all lights to files and streams"))
-    context.viewer.lights.clear();
+    context.viewer.edits.lights.clear();
 }
 
 void LightsPanel::draw_light(const Context& context, uint32_t node, const scene::Light& light) {
   Ui& ui = context.ui;
   Viewer& viewer = context.viewer;
   ImGui::PushID(static_cast<int>(node));
-  const bool edited = viewer.lights.count(node) != 0;
+  const bool edited = viewer.edits.lights.count(node) != 0;
   const std::string text =
       node_label(context.shown.scene, node) + "  " + type_name(light.type) + (edited ? "  *" : "");
   if (ui.row(text.c_str(), open_ == node, edited ? theme::accent() : theme::text()))
     open_ = open_ == node ? scene::kNone : node;
   if (open_ == node) {
     scene::Light changed = light;
-    if (edit(ui, changed)) viewer.lights[node] = changed;
-    if (ui.button("Reset##light", viewer.lights.count(node) != 0, "Restores the file's or stream's values"))
-      viewer.lights.erase(node);
+    if (edit(ui, changed)) viewer.edits.lights[node] = changed;
+    if (ui.button("Reset##light", viewer.edits.lights.count(node) != 0,
+                  "Restores the file's or stream's values"))
+      viewer.edits.lights.erase(node);
     ui.same_line();
     if (ui.button("Select##light", viewer.selected != node, "Its node in the scene")) viewer.selected = node;
   }
@@ -178,7 +179,7 @@ void MaterialsPanel::draw(const Context& context) {
   if (!ui.header("Materials", context.layout.is_open(Panel::materials))) return;
   Viewer& viewer = context.viewer;
   const scene::Scene& scene = context.shown.scene;
-  choose_variant(ui, scene, viewer.variant);
+  choose_variant(ui, scene, viewer.edits.variant);
   ui.check("Of the selection", of_selection_, "Lists those of the selected node and its descendants");
   list(context);
   if (listed_.empty()) {
@@ -196,7 +197,7 @@ void MaterialsPanel::draw(const Context& context) {
     for (int i = clipper.DisplayStart; i < clipper.DisplayEnd; ++i) {
       const uint32_t material = listed_[static_cast<size_t>(i)];
       ImGui::PushID(static_cast<int>(material));
-      const bool edited = viewer.materials.count(material) != 0;
+      const bool edited = viewer.edits.materials.count(material) != 0;
       const std::string text = label_of(scene, material) + (edited ? "  *" : "");
       if (ui.row(text.c_str(), material == chosen_, edited ? theme::accent() : theme::text()))
         chosen_ = material;
@@ -205,15 +206,17 @@ void MaterialsPanel::draw(const Context& context) {
   }
   ImGui::EndChild();
 
-  const auto edited = viewer.materials.find(chosen_);
-  scene::Material material = edited != viewer.materials.end() ? edited->second : scene.materials[chosen_];
+  const auto edited = viewer.edits.materials.find(chosen_);
+  scene::Material material = scene.materials[chosen_];
+  if (edited != viewer.edits.materials.end()) material = scene::with_factors(material, edited->second);
   ImGui::PushID(static_cast<int>(chosen_));
-  if (edit(ui, material)) viewer.materials[chosen_] = material;
-  if (ui.button("Reset##material", viewer.materials.count(chosen_) != 0, "Restores the file's values"))
-    viewer.materials.erase(chosen_);
+  if (edit(ui, material)) viewer.edits.materials[chosen_] = scene::factors_of(material);
+  if (ui.button("Reset##material", viewer.edits.materials.count(chosen_) != 0, "Restores the file's values"))
+    viewer.edits.materials.erase(chosen_);
   ui.same_line();
-  if (ui.button("Reset all##materials", !viewer.materials.empty(), "Restores all materials to the file"))
-    viewer.materials.clear();
+  if (ui.button("Reset all##materials", !viewer.edits.materials.empty(),
+                "Restores all materials to the file"))
+    viewer.edits.materials.clear();
   ImGui::PopID();
 }
 

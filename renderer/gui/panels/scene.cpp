@@ -147,7 +147,7 @@ void TreePanel::draw_row(const Context& context, const Row& row) {
   }
   ImGui::SameLine(0, 0);
 
-  const bool hidden = viewer.hidden.count(node) != 0;
+  const bool hidden = viewer.edits.hidden.count(node) != 0;
   const bool gone = context.shown.edits && context.shown.edits->is_hidden(node);
   const auto& drives = context.shown.poses.node_drives();
   const bool driven = node < drives.size() && drives[node].stream != state::kNone;
@@ -163,9 +163,9 @@ void TreePanel::draw_row(const Context& context, const Row& row) {
   if (ui.sign(hidden ? "Show" : "Hide", hidden ? "\u25cb" : "\u25cf", hidden ? theme::text() : theme::faint(),
               sign_width)) {
     if (hidden) {
-      viewer.hidden.erase(node);
+      viewer.edits.hidden.erase(node);
     } else {
-      viewer.hidden.insert(node);
+      viewer.edits.hidden.insert(node);
     }
   }
   ImGui::PopID();
@@ -217,18 +217,18 @@ void draw_node_panel(const Context& context) {
   const scene::Scene& scene = context.shown.scene;
   const uint32_t node = viewer.selected;
   const bool any = node < scene.nodes.size();
-  const bool hidden = any && viewer.hidden.count(node) != 0;
+  const bool hidden = any && viewer.edits.hidden.count(node) != 0;
   if (ui.button(hidden ? "Show##hide" : "Hide##hide", any, "The node and all below it  (H)")) {
     if (hidden) {
-      viewer.hidden.erase(node);
+      viewer.edits.hidden.erase(node);
     } else {
-      viewer.hidden.insert(node);
+      viewer.edits.hidden.insert(node);
     }
   }
   ui.same_line();
-  const bool isolated = any && viewer.isolated == node;
+  const bool isolated = any && viewer.edits.isolated == node;
   if (ui.button("Isolate", any, "Shows only this node and its descendants  (I)", isolated))
-    viewer.isolated = isolated ? scene::kNone : node;
+    viewer.edits.isolated = isolated ? scene::kNone : node;
   ui.same_line();
   if (ui.button("Focus", any, "The camera shows the whole of it  (F)"))
     viewer.commands.frame_selection = true;
@@ -236,10 +236,10 @@ void draw_node_panel(const Context& context) {
   const bool followed = any && viewer.followed == node;
   if (ui.button("Follow", any, "The camera moves with it", followed))
     viewer.followed = followed ? scene::kNone : node;
-  if (!viewer.hidden.empty() || viewer.isolated != scene::kNone) {
+  if (!viewer.edits.hidden.empty() || viewer.edits.isolated != scene::kNone) {
     if (ui.button("Show everything", true, "Nothing is hidden or isolated any more")) {
-      viewer.hidden.clear();
-      viewer.isolated = scene::kNone;
+      viewer.edits.hidden.clear();
+      viewer.edits.isolated = scene::kNone;
     }
   }
   if (!any) {

@@ -41,7 +41,7 @@ void draw_markers(const Context& context, const StreamFact& stream) {
   Ui& ui = context.ui;
   if (stream.marker_namespaces.empty()) return;
   ui.note("Markers:");
-  state::MarkerNamespaces& hidden = context.viewer.hidden_markers;
+  state::MarkerNamespaces& hidden = context.viewer.edits.hidden_markers;
   for (size_t i = 0; i < stream.marker_namespaces.size(); ++i) {
     const MarkerFact& fact = stream.marker_namespaces[i];
     const state::MarkerNamespace key{stream.name, fact.name};

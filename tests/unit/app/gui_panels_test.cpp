@@ -26,16 +26,16 @@ std::string numbers(std::initializer_list<double> values) {
 std::string settings_of(const GuiWorld& world) {
   const gui::Viewer& v = world.viewer;
   std::string text =
-      numbers({double(v.selected), double(v.followed), double(v.isolated), v.camera_speed, double(v.gui),
-               double(v.help), double(v.debug_view), double(v.tool), double(v.tool_is_local)});
-  for (const uint32_t node : v.removed) text += "removed " + std::to_string(node) + " ";
-  for (const uint32_t node : v.hidden) text += "hidden " + std::to_string(node) + " ";
-  for (const auto& [node, light] : v.lights) {
+      numbers({double(v.selected), double(v.followed), double(v.edits.isolated), v.camera_speed,
+               double(v.gui), double(v.help), double(v.debug_view), double(v.tool), double(v.tool_is_local)});
+  for (const uint32_t node : v.edits.removed) text += "removed " + std::to_string(node) + " ";
+  for (const uint32_t node : v.edits.hidden) text += "hidden " + std::to_string(node) + " ";
+  for (const auto& [node, light] : v.edits.lights) {
     text += "light " + numbers({double(node), light.color.r, light.color.g, light.color.b, light.intensity,
                                 light.range_m, light.radius_m, light.angular_radius_rad, light.inner_cone_rad,
                                 light.outer_cone_rad, double(light.casts_shadow)});
   }
-  for (const auto& [number, m] : v.materials) {
+  for (const auto& [number, m] : v.edits.materials) {
     text += "material " + numbers({double(number), m.base_color.r, m.base_color.g, m.base_color.b,
                                    m.base_color.a, m.metallic, m.roughness, m.emissive.r, m.emissive.g,
                                    m.emissive.b, m.alpha_cutoff, m.normal_scale});
@@ -65,18 +65,19 @@ std::string settings_of(const GuiWorld& world) {
                    double(v.paths.bounces),
                    d.post.lens.f_number,
                    d.post.lens.focus_distance_m});
-  for (const auto& [joint, position] : v.joints) text += "joint " + numbers({double(joint), position[0]});
+  for (const auto& [joint, position] : v.edits.joints)
+    text += "joint " + numbers({double(joint), position[0]});
   for (const auto& [epoch, playout] : v.streams) {
     text += "stream " +
             numbers({double(epoch), double(playout.interpolate), double(playout.delay_ns.value_or(-1))});
   }
-  for (const auto& [stream, name] : v.hidden_markers) text += "markers " + stream + " " + name + " ";
+  for (const auto& [stream, name] : v.edits.hidden_markers) text += "markers " + stream + " " + name + " ";
   const gui::Commands& c = v.commands;
   text += numbers({double(c.frame_all), double(c.frame_selection), c.camera ? double(*c.camera) : -1,
-                   double(v.variant), double(c.free_camera), double(c.screenshot), double(c.toggle_video),
-                   double(c.close), double(c.undo), double(c.redo), double(c.save_overlay),
-                   double(c.export_glb), c.add ? double(*c.add) : -1, double(c.duplicate),
-                   double(c.list_assets), double(c.focus_on_point)});
+                   double(v.edits.variant), double(c.free_camera), double(c.screenshot),
+                   double(c.toggle_video), double(c.close), double(c.undo), double(c.redo),
+                   double(c.save_overlay), double(c.export_glb), c.add ? double(*c.add) : -1,
+                   double(c.duplicate), double(c.list_assets), double(c.focus_on_point)});
   text +=
       numbers({double(v.shows_grid), double(v.shows_frusta), double(v.measures), double(v.measured.size())});
   text +=
@@ -148,17 +149,17 @@ class GuiPanels : public ::testing::Test {
     viewer.picked_point = gui::SurfacePoint{2, {0.1f, 0, 0}};
     viewer.draw.path = viewer.paths;
     viewer.selected = 2;
-    viewer.hidden = {1};
+    viewer.edits.hidden = {1};
     viewer.followed = 1;
     viewer.help = true;
-    viewer.joints[0] = {0.5};
+    viewer.edits.joints[0] = {0.5};
     viewer.measures = true;
     viewer.screenshot_size.kind = gui::ScreenshotSize::Kind::fixed;
     viewer.measured = {{2, {0.1f, 0, 0}}, {1, {0, 0.2f, 0}}};
     viewer.streams[0x52] = {true, 100'000'000};
-    for (const uint32_t node : {3, 4, 5}) viewer.lights[node] = world().scene.lights[node - 3];
+    for (const uint32_t node : {3, 4, 5}) viewer.edits.lights[node] = world().scene.lights[node - 3];
     for (uint32_t m = 0; m < world().scene.materials.size(); ++m)
-      viewer.materials[m] = world().scene.materials[m];
+      viewer.edits.materials[m] = scene::factors_of(world().scene.materials[m]);
     world().timeline.calls.clear();
     world().clipboard.clear();
     world().settle();
@@ -335,7 +336,7 @@ TEST_F(GuiPanels, JointsThatAStreamDrivesHaveNoSlider) {
   press(within(find("Joints", "swing", Kind::slider), 0.99f, 0.5f));
   world().settle();
   release();
-  EXPECT_EQ(world().viewer.joints.at(1), std::vector<double>{2}) << "the limit, in radians";
+  EXPECT_EQ(world().viewer.edits.joints.at(1), std::vector<double>{2}) << "the limit, in radians";
 }
 
 TEST_F(GuiPanels, NothingElseReactsToTheMouse) {

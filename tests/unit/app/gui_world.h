@@ -161,9 +161,9 @@ struct GuiWorld {
     const gui::Shown shown{scene,  poses,        nullptr,  1,         replays ? &timeline : nullptr,
                            &robot, recent_files, &editing, image_view};
     const ImDrawData& drawn = gui.frame(input, facts, shown, viewer);
-    robot.set(viewer.joints);
+    robot.set(viewer.edits.joints);
     state::RestPose rest = state::rest_pose(scene);
-    state::apply_transforms(viewer.transforms, scene, rest);
+    state::apply_transforms(viewer.edits.transforms, scene, rest);
     poses.set_rest(rest);
     return drawn;
   }

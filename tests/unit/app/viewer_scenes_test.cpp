@@ -30,19 +30,19 @@ TEST(Viewers, KeepWhatHasTheSamePathInAnotherScene) {
   after.nodes.push_back(before.nodes[2]);  // "top/box1" is the last one
   gui::Viewer viewer;
   viewer.selected = 2;
-  viewer.isolated = 0;
+  viewer.edits.isolated = 0;
   viewer.followed = 99;
-  viewer.hidden = {0, 1, 2};
-  viewer.lights[2] = {};
-  viewer.materials[0] = {};
-  viewer.materials[7] = {};
+  viewer.edits.hidden = {0, 1, 2};
+  viewer.edits.lights[2] = {};
+  viewer.edits.materials[0] = {};
+  viewer.edits.materials[7] = {};
   transfer(viewer, before, after);
   EXPECT_EQ(viewer.selected, 3u);
-  EXPECT_EQ(viewer.isolated, scene::kNone);
+  EXPECT_EQ(viewer.edits.isolated, scene::kNone);
   EXPECT_EQ(viewer.followed, scene::kNone);
-  EXPECT_EQ(viewer.hidden, (std::set<uint32_t>{1, 3}));
-  EXPECT_TRUE(viewer.lights.contains(3));
-  EXPECT_EQ(viewer.materials.size(), 1u);
+  EXPECT_EQ(viewer.edits.hidden, (std::set<uint32_t>{1, 3}));
+  EXPECT_TRUE(viewer.edits.lights.contains(3));
+  EXPECT_EQ(viewer.edits.materials.size(), 1u);
 }
 
 TEST(Viewers, KeepNoLightWhereTheFileHasNoneOrAnotherKind) {
@@ -55,10 +55,10 @@ TEST(Viewers, KeepNoLightWhereTheFileHasNoneOrAnotherKind) {
   after.nodes[2].light = scene::kNone;
   after.nodes[3].light = 1;
   gui::Viewer viewer;
-  for (const uint32_t node : {1, 2, 3}) viewer.lights[node] = bulb;
+  for (const uint32_t node : {1, 2, 3}) viewer.edits.lights[node] = bulb;
   transfer(viewer, before, after);
-  ASSERT_EQ(viewer.lights.size(), 1u);
-  EXPECT_TRUE(viewer.lights.contains(1));
+  ASSERT_EQ(viewer.edits.lights.size(), 1u);
+  EXPECT_TRUE(viewer.edits.lights.contains(1));
 }
 
 // Materials of added files, whatever their numbers are, and those of the file itself stay apart.
@@ -74,12 +74,13 @@ TEST(Viewers, KeepMaterialsByTheirFile) {
   const std::vector<state::AddedMaterials> chair{{"chair", 3, 1}};
   gui::Viewer viewer;
   for (const uint32_t material : {0, 1, 2, 3})
-    viewer.materials[material].roughness = static_cast<float>(material) / 4;
+    viewer.edits.materials[material].roughness = static_cast<float>(material) / 4;
   transfer(viewer, before, after, chair_and_table, chair);
-  ASSERT_EQ(viewer.materials.size(), 3u) << "the table is gone, and the file's wood is another material";
-  EXPECT_EQ(viewer.materials.at(0).roughness, 0);
-  EXPECT_EQ(viewer.materials.at(2).roughness, 0.25f);
-  EXPECT_EQ(viewer.materials.at(3).roughness, 0.5f);
+  ASSERT_EQ(viewer.edits.materials.size(), 3u)
+      << "the table is gone, and the file's wood is another material";
+  EXPECT_EQ(viewer.edits.materials.at(0).roughness, 0);
+  EXPECT_EQ(viewer.edits.materials.at(2).roughness, 0.25f);
+  EXPECT_EQ(viewer.edits.materials.at(3).roughness, 0.5f);
 }
 
 // Instances have no path.
@@ -92,10 +93,10 @@ TEST(Viewers, KeepInstancesByTheirNode) {
   const scene::Scene before = with_instances({1, 1, 2}), after = with_instances({2, 1, 1});
   gui::Viewer viewer;
   viewer.selected = 4;
-  viewer.hidden = {5, 6};
+  viewer.edits.hidden = {5, 6};
   transfer(viewer, before, after);
   EXPECT_EQ(viewer.selected, 5u);
-  EXPECT_EQ(viewer.hidden, (std::set<uint32_t>{4, 6}));
+  EXPECT_EQ(viewer.edits.hidden, (std::set<uint32_t>{4, 6}));
 }
 
 TEST(Viewers, IsolatingHidesAllElseAndTakingItBackNothing) {

@@ -300,7 +300,7 @@ TEST_F(Inputs, InputOfPanelsDoesNotMoveTheView) {
   EXPECT_EQ(moves.orbit_px, glm::vec2(0));
   EXPECT_EQ(moves.zoom_notches, 0);
   EXPECT_EQ(moves.fly, glm::vec3(0));
-  EXPECT_TRUE(viewer_.hidden.empty());
+  EXPECT_TRUE(viewer_.edits.hidden.empty());
   press(Button::left, false);
   EXPECT_FALSE(take().click_px);  // it began on a panel
 }
@@ -367,22 +367,22 @@ TEST_F(Inputs, MMeasuresAndEscapeEndsItBeforeTheSelection) {
 TEST_F(Inputs, KeysHideIsolateFollowAndShowAgain) {
   for (const char c : {'h', 'i', 't'}) type(sinks::letter(c));
   take();
-  EXPECT_TRUE(viewer_.hidden.empty());  // nothing is selected
+  EXPECT_TRUE(viewer_.edits.hidden.empty());  // nothing is selected
   viewer_.selected = 5;
   for (const char c : {'h', 'i', 't'}) type(sinks::letter(c));
   take();
-  EXPECT_EQ(viewer_.hidden, std::set<uint32_t>{5});
-  EXPECT_EQ(viewer_.isolated, 5u);
+  EXPECT_EQ(viewer_.edits.hidden, std::set<uint32_t>{5});
+  EXPECT_EQ(viewer_.edits.isolated, 5u);
   EXPECT_EQ(viewer_.followed, 5u);
   type(sinks::letter('h'));
   type(sinks::letter('t'));
   take();
-  EXPECT_TRUE(viewer_.hidden.empty());
+  EXPECT_TRUE(viewer_.edits.hidden.empty());
   EXPECT_EQ(viewer_.followed, scene::kNone);
   modifiers_.shift = true;
   type(sinks::letter('h'));
   take();
-  EXPECT_EQ(viewer_.isolated, scene::kNone);
+  EXPECT_EQ(viewer_.edits.isolated, scene::kNone);
   type(sinks::letter('f'));
   take();
   EXPECT_TRUE(viewer_.commands.focus_on_point);

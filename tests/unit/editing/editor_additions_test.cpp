@@ -14,8 +14,8 @@ scene::Scene with_nodes(scene::Scene scene, std::initializer_list<const char*> n
 }
 
 TEST_F(Editors, WhatIsAddedIsSelectedAndUndone) {
-  SceneEditor editor(file(), {});
-  editor.begin(viewer_, targets());
+  EditSession editor(viewer_, file(), {});
+  editor.begin(targets());
   ViewPlace place;
   place.focus_m = {1, 2, 3};
   place.world_from_camera =
@@ -23,7 +23,7 @@ TEST_F(Editors, WhatIsAddedIsSelectedAndUndone) {
   place.camera.vertical_fov_rad = 0.4f;
   const auto add = [&](gui::ObjectKind kind) {
     viewer_.commands.add = kind;
-    editor.update(viewer_, targets(), false, place);
+    editor.update(targets(), false, place);
   };
   add(gui::ObjectKind::point_light);
   add(gui::ObjectKind::spot_light);
@@ -31,52 +31,52 @@ TEST_F(Editors, WhatIsAddedIsSelectedAndUndone) {
   EXPECT_EQ(editor.history().undo_steps(), 3u);
   EXPECT_EQ(editor.facts().undo, "the addition of node \"camera\"");
   const auto light = [&](const char* name) {
-    return std::get<scene::Light>(viewer_.additions.at(name).content);
+    return std::get<scene::Light>(viewer_.edits.additions.at(name).content);
   };
   EXPECT_EQ(light("spot light").type, scene::LightType::spot);
   EXPECT_GT(light("point light").intensity, 0);
-  EXPECT_EQ(viewer_.additions.at("point light").transform.translation, place.focus_m);
-  const state::Addition& camera = viewer_.additions.at("camera");
+  EXPECT_EQ(viewer_.edits.additions.at("point light").transform.translation, place.focus_m);
+  const state::Addition& camera = viewer_.edits.additions.at("camera");
   EXPECT_EQ(std::get<scene::Camera>(camera.content).vertical_fov_rad, 0.4f);
   EXPECT_LT(glm::length(glm::vec4(state::parent_from_node(camera.transform)[2] - place.world_from_camera[2])),
             1e-6f);
   EXPECT_EQ(camera.transform.translation, glm::vec3(1, 2, 7));
 
   const scene::Scene built = with_nodes(scene_, {"camera", "point light", "spot light"});
-  editor.replace_scene(viewer_, scene_, built, nullptr);
+  editor.replace_scene(scene_, built, nullptr);
   EXPECT_EQ(built.nodes.at(viewer_.selected).name, "camera") << "the newest one";
   viewer_.selected = static_cast<uint32_t>(built.nodes.size() - 2);
   viewer_.commands.duplicate = true;
   const state::NodeNames names(built);
-  editor.update(viewer_, {built, names}, false, place);
+  editor.update({built, names}, false, place);
   EXPECT_EQ(light("point light.1").type, scene::LightType::point) << "not a copy of an addition";
   for (int i = 0; i < 4; ++i) {
     viewer_.commands.undo = true;
-    editor.update(viewer_, {built, names}, false);
+    editor.update({built, names}, false);
   }
-  EXPECT_TRUE(viewer_.additions.empty());
+  EXPECT_TRUE(viewer_.edits.additions.empty());
   viewer_.commands.redo = true;
-  editor.update(viewer_, {built, names}, false);
-  EXPECT_TRUE(viewer_.additions.contains("point light"));
+  editor.update({built, names}, false);
+  EXPECT_TRUE(viewer_.edits.additions.contains("point light"));
 }
 
 TEST_F(Editors, ADuplicateHasThePlaceAndTheEditsOfItsNode) {
-  SceneEditor editor(file(), {});
-  editor.begin(viewer_, targets());
+  EditSession editor(viewer_, file(), {});
+  editor.begin(targets());
   const std::string source = scene_.nodes[2].path;
-  viewer_.transforms[2].translation = {7, 0, 0};
-  viewer_.hidden = {2};
+  viewer_.edits.transforms[2].translation = {7, 0, 0};
+  viewer_.edits.hidden = {2};
   update(editor);
   press('d');
   update(editor);
-  EXPECT_TRUE(viewer_.additions.empty()) << "nothing is selected";
+  EXPECT_TRUE(viewer_.edits.additions.empty()) << "nothing is selected";
   viewer_.selected = 2;
   press('d');
   update(editor);
   press('d');
   update(editor);
-  ASSERT_EQ(viewer_.additions.size(), 2u);
-  const auto& [name, copy] = *viewer_.additions.begin();
+  ASSERT_EQ(viewer_.edits.additions.size(), 2u);
+  const auto& [name, copy] = *viewer_.edits.additions.begin();
   EXPECT_EQ(name, scene_.nodes[2].name + ".1");
   EXPECT_EQ(copy.transform.translation, glm::vec3(7, 0, 0));
   EXPECT_EQ(std::get<state::CopiedNode>(copy.content).path, source);
@@ -85,33 +85,33 @@ TEST_F(Editors, ADuplicateHasThePlaceAndTheEditsOfItsNode) {
   // Removal of an addition leaves nothing of it, and comes back as one step.
   const state::EditDocument with = editor.history().document();
   scene::Scene built = scene_;
-  for (const auto& [of, addition] : viewer_.additions) {
+  for (const auto& [of, addition] : viewer_.edits.additions) {
     const uint32_t parent = scene_.nodes[2].parent;
     (void)scene::add_node(built, of, parent, glm::mat4(1));
   }
-  editor.replace_scene(viewer_, scene_, built, nullptr);
+  editor.replace_scene(scene_, built, nullptr);
   const state::NodeNames names(built);
   const auto first = static_cast<uint32_t>(scene_.nodes.size());
   EXPECT_EQ(viewer_.selected, first + 1);
-  EXPECT_TRUE(viewer_.hidden.contains(first)) << "the copy of a hidden node is hidden";
-  viewer_.removed = {first};
+  EXPECT_TRUE(viewer_.edits.hidden.contains(first)) << "the copy of a hidden node is hidden";
+  viewer_.edits.removed = {first};
   const std::vector<ShownAddition> shown{{built.nodes[first].name, first, {}}};
   editor.set_shown_additions([&] { return std::span(shown); });
-  editor.update(viewer_, {built, names}, false);
-  EXPECT_EQ(viewer_.additions.size(), 1u);
-  EXPECT_TRUE(viewer_.removed.empty());
+  editor.update({built, names}, false);
+  EXPECT_EQ(viewer_.edits.additions.size(), 1u);
+  EXPECT_TRUE(viewer_.edits.removed.empty());
   EXPECT_EQ(editor.history().document().size(), with.size() - 2);
   viewer_.commands.undo = true;
-  editor.update(viewer_, {built, names}, false);
+  editor.update({built, names}, false);
   EXPECT_EQ(editor.history().document(), with);
-  EXPECT_EQ(viewer_.additions.size(), 2u);
+  EXPECT_EQ(viewer_.edits.additions.size(), 2u);
   // Several nodes of one path cannot be told apart.
   scene::Scene twins = scene_;
   twins.nodes[1].path = twins.nodes[2].path;
   twins.nodes[1].name = twins.nodes[2].name;
   viewer_.selected = 2;
   viewer_.commands.duplicate = true;
-  editor.update(viewer_, {twins, state::NodeNames(twins)}, false);
+  editor.update({twins, state::NodeNames(twins)}, false);
   EXPECT_NE(editor.take_log_messages().back().find("several nodes"), std::string::npos);
 }
 
@@ -130,15 +130,15 @@ TEST_F(Editors, AnExportReportsAdditionsThatAreNotDisplayedAndAChangedFile) {
   const fs::path of_part = folder_ / "part.gltf";
   std::ofstream(of_part) << R"({"asset": {"version": "2.0"}, "nodes": [{"name": "inside"}]})";
   const std::vector<ShownAddition> shown{{"lamp", lamp, {}}, {"part", part, {}, {of_part, 1, 1, 1}}};
-  viewer_.additions["part"] = state::Addition{"top", {}, state::AddedAsset{"part.gltf"}};
+  viewer_.edits.additions["part"] = state::Addition{"top", {}, state::AddedAsset{"part.gltf"}};
   for (const char* const name : {"lamp", "waiting"})
-    viewer_.additions[name] = state::Addition{"top", {}, scene::Light()};
-  SceneEditor editor(file(), {});
+    viewer_.edits.additions[name] = state::Addition{"top", {}, scene::Light()};
+  EditSession editor(viewer_, file(), {});
   editor.set_export({[&] { return gltf; }, folder_ / "boxes.glb"});
   editor.set_shown_additions([&] { return std::span(shown); });
   const auto exported = [&] {
     viewer_.commands.export_glb = true;
-    editor.update(viewer_, {built, names}, false);
+    editor.update({built, names}, false);
     std::string text;
     for (const std::string& message : editor.finish()) text += message + "\n";
     return text;
@@ -171,25 +171,25 @@ TEST_F(Editors, EditsOfMaterialsStayWithTheirFileWhenOthersComeAndGo) {
   const auto key = [](const char* owner) {
     return state::EditKey{state::EditedObject::material, "wood", 0, state::EditedProperty::factors, owner};
   };
-  SceneEditor editor(file(), {});
+  EditSession editor(viewer_, file(), {});
   editor.set_shown_additions([] { return std::span<const ShownAddition>(); },
                              [&] { return std::span<const state::AddedMaterials>(added); });
   scene::Scene shown = scene_;
   const auto update_shown = [&] {
     const state::NodeNames names(shown);
-    editor.update(viewer_, {shown, names, nullptr, added}, false);
+    editor.update({shown, names, nullptr, added}, false);
   };
   size_t steps = 0;
   const auto show = [&](std::initializer_list<const char*> files) {
     const scene::Scene before = std::exchange(shown, with_files(files));
-    editor.replace_scene(viewer_, before, shown, nullptr);
+    editor.replace_scene(before, shown, nullptr);
     update_shown();
     EXPECT_EQ(editor.history().undo_steps(), steps) << "a replaced scene is no step";
   };
-  editor.begin(viewer_, targets());
+  editor.begin(targets());
   show({"table"});
-  viewer_.materials[1] = shown.materials[1];
-  viewer_.materials[1].roughness = 0.25f;
+  viewer_.edits.materials[1] = scene::factors_of(shown.materials[1]);
+  viewer_.edits.materials[1].roughness = 0.25f;
   update_shown();
   ++steps;
   const state::EditDocument document = editor.history().document();
@@ -197,68 +197,68 @@ TEST_F(Editors, EditsOfMaterialsStayWithTheirFileWhenOthersComeAndGo) {
   EXPECT_TRUE(document.contains(key("table")));
 
   show({"apple", "table"});
-  ASSERT_EQ(viewer_.materials.size(), 1u);
-  EXPECT_EQ(viewer_.materials.at(2).roughness, 0.25f);
+  ASSERT_EQ(viewer_.edits.materials.size(), 1u);
+  EXPECT_EQ(viewer_.edits.materials.at(2).roughness, 0.25f);
   show({"apple"});
-  EXPECT_TRUE(viewer_.materials.empty()) << "the material of another file";
+  EXPECT_TRUE(viewer_.edits.materials.empty()) << "the material of another file";
   show({});
   show({"table"});
-  EXPECT_EQ(viewer_.materials.at(1).roughness, 0.25f);
+  EXPECT_EQ(viewer_.edits.materials.at(1).roughness, 0.25f);
   EXPECT_EQ(editor.history().document(), document) << "it waits for its file";
   // A missing file's edit is not taken by another one's material.
   show({"apple", "table"});
-  viewer_.materials[1] = shown.materials[1];
-  viewer_.materials[1].roughness = 0.75f;
+  viewer_.edits.materials[1] = scene::factors_of(shown.materials[1]);
+  viewer_.edits.materials[1].roughness = 0.75f;
   update_shown();
   ++steps;
   show({"table"});
-  EXPECT_EQ(viewer_.materials.at(1).roughness, 0.25f);
+  EXPECT_EQ(viewer_.edits.materials.at(1).roughness, 0.25f);
   show({"apple", "table"});
-  EXPECT_EQ(viewer_.materials.at(1).roughness, 0.75f);
-  EXPECT_EQ(viewer_.materials.at(2).roughness, 0.25f);
+  EXPECT_EQ(viewer_.edits.materials.at(1).roughness, 0.75f);
+  EXPECT_EQ(viewer_.edits.materials.at(2).roughness, 0.25f);
   EXPECT_TRUE(editor.history().document().contains(key("apple")));
   // Steps from before the other file came name the same material.
   for (int i = 0; i < 2; ++i) {
     viewer_.commands.undo = true;
     update_shown();
   }
-  EXPECT_TRUE(viewer_.materials.empty());
+  EXPECT_TRUE(viewer_.edits.materials.empty());
   EXPECT_TRUE(editor.history().document().empty());
   for (int i = 0; i < 2; ++i) {
     viewer_.commands.redo = true;
     update_shown();
   }
-  EXPECT_EQ(viewer_.materials.at(1).roughness, 0.75f);
-  EXPECT_EQ(viewer_.materials.at(2).roughness, 0.25f);
+  EXPECT_EQ(viewer_.edits.materials.at(1).roughness, 0.75f);
+  EXPECT_EQ(viewer_.edits.materials.at(2).roughness, 0.25f);
 }
 
 // An edit of an instance lives on after undo, a replaced scene and a restart.
 TEST_F(Editors, EditsOfInstancesAreKept) {
   for (int i = 0; i < 2; ++i) scene_.nodes.emplace_back().parent = 1;
   const auto second = static_cast<uint32_t>(scene_.nodes.size() - 1);
-  SceneEditor editor(file(), {});
-  editor.begin(viewer_, targets());
-  viewer_.hidden = {second};
+  EditSession editor(viewer_, file(), {});
+  editor.begin(targets());
+  viewer_.edits.hidden = {second};
   update(editor);
-  viewer_.hidden.insert(2);
+  viewer_.edits.hidden.insert(2);
   update(editor);
   press('z');
   update(editor);
-  EXPECT_EQ(viewer_.hidden, std::set<uint32_t>{second});
+  EXPECT_EQ(viewer_.edits.hidden, std::set<uint32_t>{second});
   scene::Scene more = scene_;
   more.nodes.insert(more.nodes.begin() + 4, scene::Node{});
   more.nodes[4].path = more.nodes[4].name = "more";
-  editor.replace_scene(viewer_, scene_, more, nullptr);
-  EXPECT_EQ(viewer_.hidden, std::set<uint32_t>{second + 1});
-  SceneEditor again(file(), editor.history().document());
+  editor.replace_scene(scene_, more, nullptr);
+  EXPECT_EQ(viewer_.edits.hidden, std::set<uint32_t>{second + 1});
   gui::Viewer reopened;
-  again.begin(reopened, targets());
-  EXPECT_EQ(reopened.hidden, std::set<uint32_t>{second});
+  EditSession again(reopened, file(), editor.history().document());
+  again.begin(targets());
+  EXPECT_EQ(reopened.edits.hidden, std::set<uint32_t>{second});
   viewer_.selected = second;
   press('d');
   update(editor);
   EXPECT_NE(editor.take_log_messages().back().find("it is an instance of"), std::string::npos);
-  EXPECT_TRUE(viewer_.additions.empty());
+  EXPECT_TRUE(viewer_.edits.additions.empty());
 }
 
 // The user's transform of a driven node waits for the end of the stream.
@@ -276,17 +276,17 @@ TEST_F(Editors, ACopyOfADrivenNodeStandsWhereTheStreamHasPutIt) {
   frame.poses = moved;
   poses.push(stream, frame);
   ASSERT_EQ(poses.world_from_node(2)[3].y, 5);
-  SceneEditor editor(file(), {});
-  editor.begin(viewer_, targets());
-  viewer_.transforms[1].translation = viewer_.transforms[2].translation = {7, 0, 0};
+  EditSession editor(viewer_, file(), {});
+  editor.begin(targets());
+  viewer_.edits.transforms[1].translation = viewer_.edits.transforms[2].translation = {7, 0, 0};
   update(editor);
   ViewPlace place;
   place.poses = &poses;
   const auto copied_to = [&](uint32_t node) {
     viewer_.selected = node;
     press('d');
-    editor.update(viewer_, targets(), false, place);
-    return viewer_.additions.at(scene_.nodes[node].name + ".1").transform.translation;
+    editor.update(targets(), false, place);
+    return viewer_.edits.additions.at(scene_.nodes[node].name + ".1").transform.translation;
   };
   EXPECT_EQ(copied_to(2), glm::vec3(0, 5, 0));
   EXPECT_EQ(copied_to(1), glm::vec3(7, 0, 0));
@@ -298,15 +298,15 @@ TEST_F(Editors, ACopyOfAnAddedFileHasTheEditsOfItsMaterials) {
   built.materials.emplace_back().name = "wood";
   const std::vector<state::AddedMaterials> added{{"chair", 1, 1}};
   const state::NodeNames names(built);
-  viewer_.additions["chair"] = state::Addition{{}, {}, state::AddedAsset{"chair.glb"}};
-  SceneEditor editor(file(), {});
-  editor.begin(viewer_, {built, names, nullptr, added});
-  viewer_.materials[0] = viewer_.materials[1] = built.materials[1];
-  viewer_.materials[1].roughness = 0.25f;
+  viewer_.edits.additions["chair"] = state::Addition{{}, {}, state::AddedAsset{"chair.glb"}};
+  EditSession editor(viewer_, file(), {});
+  editor.begin({built, names, nullptr, added});
+  viewer_.edits.materials[0] = viewer_.edits.materials[1] = scene::factors_of(built.materials[1]);
+  viewer_.edits.materials[1].roughness = 0.25f;
   viewer_.selected = static_cast<uint32_t>(built.nodes.size() - 1);
   press('d');
-  editor.update(viewer_, {built, names, nullptr, added}, false);
-  ASSERT_TRUE(viewer_.additions.contains("chair.1"));
+  editor.update({built, names, nullptr, added}, false);
+  ASSERT_TRUE(viewer_.edits.additions.contains("chair.1"));
   const state::EditDocument document = editor.history().document();
   EXPECT_EQ(document.size(), 5u) << "two additions, three materials";
   const auto of_copy =
@@ -326,18 +326,18 @@ TEST_F(Editors, EditsOfAdditionsAreReportedWhenTheirBuildIsShown) {
   }
   document[{state::EditedObject::node, "refused/leg", 0, state::EditedProperty::visible}] = false;
   document[{state::EditedObject::node, "table/leg", 0, state::EditedProperty::visible}] = false;
-  SceneEditor editor(file(), document);
+  EditSession editor(viewer_, file(), document);
   std::vector<state::AddedMaterials> added;
   std::vector<ShownAddition> shown;
   editor.set_shown_additions([&] { return std::span<const ShownAddition>(shown); },
                              [&] { return std::span<const state::AddedMaterials>(added); });
-  editor.begin(viewer_, targets());
+  editor.begin(targets());
   EXPECT_TRUE(editor.take_log_messages().empty());
   scene::Scene built = with_nodes(scene_, {"table"});
   built.materials.emplace_back().name = "wood";
   added = {{"table", 1, 1}};
   shown = {{"table", static_cast<uint32_t>(built.nodes.size() - 1), {}}};
-  editor.replace_scene(viewer_, scene_, built, nullptr);
+  editor.replace_scene(scene_, built, nullptr);
   const state::NodeNames names(built);
   editor.report_start({built, names, nullptr, added});
   const std::vector<std::string> notes = editor.take_log_messages();
@@ -345,7 +345,7 @@ TEST_F(Editors, EditsOfAdditionsAreReportedWhenTheirBuildIsShown) {
   EXPECT_NE(notes[0].find("\"table/leg\" has no effect"), std::string::npos) << notes[0];
   EXPECT_NE(notes[1].find("\"glass\" of \"table\" has no effect"), std::string::npos) << notes[1];
   EXPECT_EQ(notes[2], "2 edits of " + file().path.string() + " applied");
-  EXPECT_TRUE(viewer_.materials.contains(1));
+  EXPECT_TRUE(viewer_.edits.materials.contains(1));
   editor.report_start({built, names, nullptr, added});
   EXPECT_TRUE(editor.take_log_messages().empty()) << "once";
 }
@@ -368,14 +368,14 @@ TEST_F(Editors, AssetsOfTheOverlayFilesFolderAndOfAnotherAreOffered) {
   fs::create_directories(elsewhere);
   for (const char* name : {"b.glb", "parts/a 1%.gltf", "parts/deep/c.glb", "note.txt"})
     std::ofstream(folder_ / name) << "x";
-  SceneEditor editor(file(), {});
+  EditSession editor(viewer_, file(), {});
   EXPECT_EQ(editor.facts().assets, (std::vector<std::string>{"b.glb", "parts/a 1%25.gltf"}));
-  editor.begin(viewer_, targets());
+  editor.begin(targets());
   viewer_.commands.add_asset = "parts/a 1%25.gltf";
   ViewPlace place;
   place.focus_m = {0, 1, 0};
-  editor.update(viewer_, targets(), false, place);
-  const auto& [name, asset] = *viewer_.additions.begin();
+  editor.update(targets(), false, place);
+  const auto& [name, asset] = *viewer_.edits.additions.begin();
   EXPECT_EQ(name, "a 1%");
   EXPECT_EQ(std::get<state::AddedAsset>(asset.content).uri, "parts/a 1%25.gltf");
   EXPECT_EQ(asset.transform.translation, place.focus_m);
@@ -383,14 +383,14 @@ TEST_F(Editors, AssetsOfTheOverlayFilesFolderAndOfAnotherAreOffered) {
   OverlayFile with_assets = file();
   with_assets.assets = elsewhere;
   for (const char* of : {"b.glb", "d.glb"}) std::ofstream(elsewhere / of) << "x";
-  SceneEditor other(with_assets, {});
+  EditSession other(viewer_, with_assets, {});
   const std::vector<std::string> both{"b.glb", "d.glb", "parts/a 1%25.gltf"};
   EXPECT_EQ(other.facts().assets, both);
   fs::remove(elsewhere / "d.glb");
-  other.update(viewer_, targets(), false);
+  other.update(targets(), false);
   EXPECT_EQ(other.facts().assets, both) << "folders are read on demand";
   viewer_.commands.list_assets = true;
-  other.update(viewer_, targets(), false);
+  other.update(targets(), false);
   EXPECT_EQ(other.facts().assets, (std::vector<std::string>{"b.glb", "parts/a 1%25.gltf"}));
 }
 
@@ -409,8 +409,8 @@ TEST_F(Editors, RefusedAdditionsAreRemovedWithTheirEdits) {
   const std::string parent = path.substr(0, path.size() - std::min(path.size(), taken.size() + 1));
   document[state::key_of_addition(taken)] = state::Addition{parent, {}, scene::Light()};
   ASSERT_EQ(state::path_of(taken, state::Addition{parent, {}, scene::Light()}), path);
-  SceneEditor editor(file(), document);
-  editor.begin(viewer_, targets());
+  EditSession editor(viewer_, file(), document);
+  editor.begin(targets());
   viewer_.commands.remove_addition = "lost";
   update(editor);
   EXPECT_EQ(editor.history().document().size(), 2u);
@@ -420,7 +420,7 @@ TEST_F(Editors, RefusedAdditionsAreRemovedWithTheirEdits) {
   update(editor);
   EXPECT_EQ(editor.history().document().size(), 1u);
   EXPECT_TRUE(editor.history().document().contains(of_scene)) << "the file's node stays hidden";
-  EXPECT_TRUE(viewer_.hidden.contains(2));
+  EXPECT_TRUE(viewer_.edits.hidden.contains(2));
   for (int i = 0; i < 2; ++i) {
     viewer_.commands.undo = true;
     update(editor);

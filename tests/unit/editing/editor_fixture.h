@@ -17,8 +17,8 @@
 #include "base/plural.h"
 #include "protocol/robot/robot_file.h"
 #include "renderer/app/options/overlay_options.h"
+#include "renderer/editing/edit_session.h"
 #include "renderer/editing/overlay_file.h"
-#include "renderer/editing/scene_editor.h"
 #include "renderer/editing/viewer_edits.h"
 #include "renderer/scene/derived/loaded_scene.h"
 #include "renderer/window/viewer_control.h"
@@ -40,9 +40,7 @@ class Editors : public ::testing::Test {
   void TearDown() override { fs::remove_all(folder_); }
 
   state::EditTargets targets() const { return {scene_, names_}; }
-  void update(SceneEditor& editor, bool is_interacting = false) {
-    editor.update(viewer_, targets(), is_interacting);
-  }
+  void update(EditSession& editor, bool is_interacting = false) { editor.update(targets(), is_interacting); }
   void press(char letter, bool shift = false) {
     sinks::WindowInput input;
     sinks::InputEvent event;

@@ -38,7 +38,7 @@ class Gizmos : public ::testing::Test {
     placed.translation = {0.5f, 0.25f, -0.5f};
     placed.rotation = glm::angleAxis(0.6f, glm::normalize(glm::vec3(1, 2, 3)));
     placed.scale = {1, 2, 0.5f};
-    world_.viewer.transforms[kFree] = placed;
+    world_.viewer.edits.transforms[kFree] = placed;
     world_.settle();
   }
 
@@ -254,7 +254,7 @@ TEST_F(Gizmos, ControlSnaps) {
     shown.view = world_.image_view;
     world_.gui.frame(input, world_.facts, shown, world_.viewer);
     state::RestPose rest = state::rest_pose(world_.scene);
-    state::apply_transforms(world_.viewer.transforms, world_.scene, rest);
+    state::apply_transforms(world_.viewer.edits.transforms, world_.scene, rest);
     world_.poses.set_rest(rest);
   };
   frame(gui::MouseMoved{from});
@@ -276,7 +276,7 @@ TEST_F(Gizmos, ADrivenNodeHasNoHandlesAndNamesItsStream) {
   world_.viewer.tool = GizmoTool::move;
   open_edit_panel();
   const gui::Rect image = world_.gui.image_rect();
-  const state::NodeTransforms before = world_.viewer.transforms;
+  const state::NodeTransforms before = world_.viewer.edits.transforms;
   for (float y = image.low.y + 2; y < image.high.y; y += 9) {
     for (float x = image.low.x + 2; x < image.high.x; x += 9) {
       world_.frame({gui::MouseMoved{{x, y}}});
@@ -285,7 +285,7 @@ TEST_F(Gizmos, ADrivenNodeHasNoHandlesAndNamesItsStream) {
   }
   for (const gui::Control& control : world_.gui.controls())
     EXPECT_NE(control.kind, gui::Control::Kind::number);
-  EXPECT_EQ(world_.viewer.transforms, before);
+  EXPECT_EQ(world_.viewer.edits.transforms, before);
   // The same node rests when the stream has left.
   world_.poses.remove_stream(0);
   world_.settle();
@@ -312,7 +312,7 @@ TEST_F(Gizmos, NumbersMoveTurnAndScale) {
     release();
     EXPECT_NE(node(), before) << field.name;
     EXPECT_EQ(field.name.starts_with("Position"), glm::mat3(node()) == glm::mat3(before)) << field.name;
-    EXPECT_TRUE(state::is_valid(world_.viewer.transforms.at(kFree)));
+    EXPECT_TRUE(state::is_valid(world_.viewer.edits.transforms.at(kFree)));
   }
 }
 
@@ -325,13 +325,13 @@ TEST_F(Gizmos, WithoutAToolTheMouseIsTheCameras) {
   world_.viewer.tool = GizmoTool::move;
   world_.settle();
   const glm::vec2 axis = handle(GizmoHandle::Kind::axis, 0);
-  const state::NodeTransforms before = world_.viewer.transforms;
+  const state::NodeTransforms before = world_.viewer.edits.transforms;
   world_.frame({gui::MouseMoved{axis + glm::vec2(0, 120)}});
   world_.frame({gui::MouseButton{gui::Button::left, true}});
   world_.frame({gui::MouseMoved{axis}});
   EXPECT_FALSE(world_.gui.wants_mouse());
   world_.frame({gui::MouseButton{gui::Button::left, false}});
-  EXPECT_EQ(world_.viewer.transforms, before);
+  EXPECT_EQ(world_.viewer.edits.transforms, before);
 }
 
 }  // namespace

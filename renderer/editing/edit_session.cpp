@@ -1,4 +1,4 @@
-#include "renderer/editing/scene_editor.h"
+#include "renderer/editing/edit_session.h"
 
 #include <algorithm>
 #include <chrono>
@@ -18,20 +18,6 @@
 
 namespace fire3dv::app {
 namespace {
-
-// The edits of the viewer that belong to the document.
-void assign_edits(gui::Viewer& viewer, UserEdits&& edits, const scene::Scene& scene) {
-  viewer.hidden = std::move(edits.hidden);
-  viewer.removed = std::move(edits.removed);
-  viewer.variant = edits.variant;
-  viewer.lights = std::move(edits.lights);
-  viewer.transforms = std::move(edits.transforms);
-  viewer.joints = std::move(edits.joints);
-  viewer.additions = std::move(edits.additions);
-  viewer.materials.clear();
-  for (const auto& [number, factors] : edits.materials)
-    viewer.materials.emplace(number, scene::with_factors(scene.materials[number], factors));
-}
 
 bool is_there(const std::filesystem::path& path) {
   std::error_code error;
@@ -61,7 +47,7 @@ void add_exported(const scene::Scene& scene, const ShownAddition& shown, const s
 }
 
 // Edits by number, for a file of the scene's nodes.
-scene::ExportedEdits exported_edits(const gui::Viewer& viewer, const state::EditTargets& targets,
+scene::ExportedEdits exported_edits(const state::UserEdits& user, const state::EditTargets& targets,
                                     std::span<const ShownAddition> additions) {
   const scene::Scene& scene = targets.scene;
   state::RestPose pose = state::rest_pose(scene);
@@ -70,24 +56,24 @@ scene::ExportedEdits exported_edits(const gui::Viewer& viewer, const state::Edit
     robot.set_scene(scene, targets.names);
     robot.apply(pose);
   }
-  state::apply_transforms(viewer.transforms, scene, pose);
+  state::apply_transforms(user.transforms, scene, pose);
   scene::ExportedEdits edits;
-  edits.hidden = viewer.hidden;
-  edits.removed = viewer.removed;
-  edits.variant = viewer.variant;
-  edits.lights = viewer.lights;
-  edits.materials = edits_of(viewer).materials;
+  edits.hidden = user.hidden;
+  edits.removed = user.removed;
+  edits.variant = user.variant;
+  edits.lights = user.lights;
+  edits.materials = user.materials;
   for (const ShownAddition& shown : additions) {
-    const auto known = viewer.additions.find(shown.name);
-    if (known == viewer.additions.end() || shown.root >= scene.nodes.size()) continue;
+    const auto known = user.additions.find(shown.name);
+    if (known == user.additions.end() || shown.root >= scene.nodes.size()) continue;
     add_exported(scene, shown, known->second, edits);
   }
   for (uint32_t node = 0; node < scene.nodes.size(); ++node) {
     const glm::mat4& matrix = pose.parent_from_node[node];
     if (matrix == scene.nodes[node].parent_from_node) continue;  // of the file, or of an addition
-    const auto edited = viewer.transforms.find(node);
+    const auto edited = user.transforms.find(node);
     const state::NodeTransform parts =
-        edited != viewer.transforms.end() ? edited->second : state::to_transform(matrix);
+        edited != user.transforms.end() ? edited->second : state::to_transform(matrix);
     edits.transforms[node] = {matrix, !parts.has_shear, parts.translation, parts.rotation, parts.scale};
   }
   const auto name = [&](uint32_t node) {
@@ -143,25 +129,26 @@ std::vector<std::string> write_glb(const std::filesystem::path& gltf, const scen
 
 }  // namespace
 
-SceneEditor::SceneEditor(OverlayFile file, state::EditDocument document)
-    : file_(std::move(file)),
+EditSession::EditSession(gui::Viewer& viewer, OverlayFile file, state::EditDocument document)
+    : viewer_(viewer),
+      file_(std::move(file)),
       may_replace_(file_.was_named),
       assets_(offered_assets(file_.path, file_.assets)) {
   history_.reset(std::move(document));
   history_.mark_saved();
 }
 
-void SceneEditor::begin(gui::Viewer& viewer, const state::EditTargets& targets) {
+void EditSession::begin(const state::EditTargets& targets) {
   if (!file_.was_named && !file_.path.empty() && is_there(file_.path))
     notes_.push_back(file_.path.filename().string() + " beside the scene is not applied: --overlay " +
                      file_.path.string());
   if (history_.document().empty()) return;
   unmatched_.emplace();
-  show(viewer, targets, &*unmatched_);
-  if (viewer.additions.empty()) report_start(targets);
+  show(targets, &*unmatched_);
+  if (viewer_.edits.additions.empty()) report_start(targets);
 }
 
-void SceneEditor::report_start(const state::EditTargets& targets) {
+void EditSession::report_start(const state::EditTargets& targets) {
   constexpr size_t kMaxReported = 8;
   if (!unmatched_) return;
   std::vector<state::EditKey> unmatched = *std::exchange(unmatched_, std::nullopt);
@@ -197,16 +184,14 @@ void SceneEditor::report_start(const state::EditTargets& targets) {
     notes_.push_back(counted(applied, "edit") + " of " + file_.path.string() + " applied");
 }
 
-void SceneEditor::show(gui::Viewer& viewer, const state::EditTargets& targets,
-                       std::vector<state::EditKey>* unmatched) {
-  assign_edits(viewer, state::to_edits(history_.document(), targets, edits_of(viewer), unmatched),
-               targets.scene);
-  recorded_ = edits_of(viewer);
+void EditSession::show(const state::EditTargets& targets, std::vector<state::EditKey>* unmatched) {
+  viewer_.edits = state::to_edits(history_.document(), targets, viewer_.edits, unmatched);
+  recorded_ = viewer_.edits;
 }
 
 // Edits of objects that the scene lacks are not the viewer's, and stay.
-state::EditDocument SceneEditor::current(const gui::Viewer& viewer, const state::EditTargets& targets) const {
-  state::EditDocument document = state::to_document(edits_of(viewer), targets);
+state::EditDocument EditSession::current(const state::EditTargets& targets) const {
+  state::EditDocument document = state::to_document(viewer_.edits, targets);
   state::TargetIndex index(targets);
   for (const auto& [key, value] : history_.document()) {
     if (index.find(key, value) == scene::kNone) document.emplace(key, value);
@@ -215,7 +200,7 @@ state::EditDocument SceneEditor::current(const gui::Viewer& viewer, const state:
 }
 
 // Of nodes that their paths name.
-state::Paths SceneEditor::shown_paths(const state::EditTargets& targets) const {
+state::Paths EditSession::shown_paths(const state::EditTargets& targets) const {
   state::Paths paths;
   for (const ShownAddition& shown : shown_additions()) {
     if (shown.root >= targets.scene.nodes.size()) continue;
@@ -225,28 +210,27 @@ state::Paths SceneEditor::shown_paths(const state::EditTargets& targets) const {
   return paths;
 }
 
-void SceneEditor::record(gui::Viewer& viewer, const state::EditTargets& targets) {
-  UserEdits edits = edits_of(viewer);
+void EditSession::record(const state::EditTargets& targets) {
+  UserEdits edits = viewer_.edits;
   if (edits == recorded_) return;
-  state::EditDocument document = current(viewer, targets);
+  state::EditDocument document = current(targets);
   const bool is_less = state::withdraw_removed_additions(document, shown_paths(targets));
   history_.record(std::move(document));
   recorded_ = std::move(edits);
-  if (is_less) show(viewer, targets);
+  if (is_less) show(targets);
 }
 
-void SceneEditor::add(gui::Viewer& viewer, const state::EditTargets& targets, NewObject object) {
+void EditSession::add(const state::EditTargets& targets, NewObject object) {
   state::EditDocument document = history_.document();
   selected_next_ = state::path_of(object.name, object.addition);
   document[state::key_of_addition(std::move(object.name))] = std::move(object.addition);
   document.merge(object.edits);
   history_.record(std::move(document));
-  show(viewer, targets);
+  show(targets);
 }
 
 // With its edits, and with additions below it. Edits at its path are of another node if there is one.
-void SceneEditor::remove_refused(gui::Viewer& viewer, const state::EditTargets& targets,
-                                 const std::string& name) {
+void EditSession::remove_refused(const state::EditTargets& targets, const std::string& name) {
   state::EditDocument document = history_.document();
   const auto known = document.find(state::key_of_addition(name));
   if (known == document.end()) return;
@@ -262,78 +246,75 @@ void SceneEditor::remove_refused(gui::Viewer& viewer, const state::EditTargets& 
     });
   }
   history_.record(std::move(document));
-  show(viewer, targets);
+  show(targets);
 }
 
-void SceneEditor::add_requested(gui::Viewer& viewer, const state::EditTargets& targets,
-                                const ViewPlace& place) {
-  gui::Commands& commands = viewer.commands;
+void EditSession::add_requested(const state::EditTargets& targets, const ViewPlace& place) {
+  gui::Commands& commands = viewer_.commands;
   if (std::exchange(commands.list_assets, false)) assets_ = offered_assets(file_.path, file_.assets);
   if (const auto kind = std::exchange(commands.add, std::nullopt))
-    add(viewer, targets, new_object(*kind, place, history_.document(), targets));
+    add(targets, new_object(*kind, place, history_.document(), targets));
   if (const auto uri = std::exchange(commands.add_asset, std::nullopt))
-    add(viewer, targets, new_asset(*uri, place, history_.document(), targets));
-  if (const auto name = std::exchange(commands.remove_addition, std::nullopt))
-    remove_refused(viewer, targets, *name);
-  if (!std::exchange(commands.duplicate, false) || viewer.selected >= targets.scene.nodes.size()) return;
-  Result<NewObject> copy = duplicate(viewer.selected, place, history_.document(), targets);
+    add(targets, new_asset(*uri, place, history_.document(), targets));
+  if (const auto name = std::exchange(commands.remove_addition, std::nullopt)) remove_refused(targets, *name);
+  if (!std::exchange(commands.duplicate, false) || viewer_.selected >= targets.scene.nodes.size()) return;
+  Result<NewObject> copy = duplicate(viewer_.selected, place, history_.document(), targets);
   if (!copy) return notes_.push_back(error_line("the node is not duplicated: " + copy.error().message));
-  add(viewer, targets, std::move(*copy));
+  add(targets, std::move(*copy));
 }
 
-void SceneEditor::update(gui::Viewer& viewer, const state::EditTargets& targets, bool is_interacting,
-                         const ViewPlace& place) {
+void EditSession::update(const state::EditTargets& targets, bool is_interacting, const ViewPlace& place) {
   if (is_interacting) return;
-  record(viewer, targets);
-  add_requested(viewer, targets, place);
-  gui::Commands& commands = viewer.commands;
+  record(targets);
+  add_requested(targets, place);
+  gui::Commands& commands = viewer_.commands;
   const bool undone = std::exchange(commands.undo, false) && history_.undo();
   const bool redone = std::exchange(commands.redo, false) && history_.redo();
   if (undone || redone) {
-    show(viewer, targets);
-    settings_.restore(viewer, history_);
+    show(targets);
+    settings_.restore(viewer_, history_);
   }
   if (std::exchange(commands.save_overlay, false)) save();
-  if (std::exchange(commands.export_glb, false)) export_glb(viewer, targets);
+  if (std::exchange(commands.export_glb, false)) export_glb(targets);
 }
 
-void SceneEditor::take_shown_variant(const gui::Viewer& viewer, const state::EditTargets& targets) {
+void EditSession::take_shown_variant(const state::EditTargets& targets) {
   state::EditDocument document = history_.document();
   document.erase(state::variant_key());
-  if (viewer.variant < targets.scene.variants.size())
-    document[state::variant_key()] = state::VariantName(targets.scene.variants[viewer.variant]);
+  if (viewer_.edits.variant < targets.scene.variants.size())
+    document[state::variant_key()] = state::VariantName(targets.scene.variants[viewer_.edits.variant]);
   history_.set_document(std::move(document));
-  if (recorded_) recorded_->variant = viewer.variant;
+  if (recorded_) recorded_->variant = viewer_.edits.variant;
 }
 
-void SceneEditor::record_settings(const gui::Viewer& viewer, bool is_interacting) {
-  if (!is_interacting) settings_.record(viewer, history_);
+void EditSession::record_settings(bool is_interacting) {
+  if (!is_interacting) settings_.record(viewer_, history_);
 }
 
-void SceneEditor::replace_scene(gui::Viewer& viewer, const scene::Scene& before, const scene::Scene& after,
+void EditSession::replace_scene(const scene::Scene& before, const scene::Scene& after,
                                 const state::RobotPose* robot) {
   const std::span<const state::AddedMaterials> added = added_materials();
   const std::vector<state::AddedMaterials> added_before =
       std::exchange(materials_before_, {added.begin(), added.end()});
-  const bool has_document = !history_.document().empty() || edits_of(viewer) != recorded_;
-  if (!has_document && selected_next_.empty() && !refers_to_scene(viewer)) return;
+  const bool has_document = !history_.document().empty() || viewer_.edits != recorded_;
+  if (!has_document && selected_next_.empty() && !refers_to_scene(viewer_)) return;
   const state::NodeNames names_before(before), names_after(after);
   const state::EditTargets from{before, names_before, robot, added_before};
   const state::EditTargets to{after, names_after, robot, added};
   state::EditDocument document;
-  if (has_document) document = current(viewer, from);
-  transfer_by_key(viewer, from, to);
+  if (has_document) document = current(from);
+  transfer_by_key(viewer_, from, to);
   if (!selected_next_.empty()) {
     const uint32_t next = names_after.first_of_path(selected_next_);
     if (next != scene::kNone) {
-      viewer.selected = next;
+      viewer_.selected = next;
       notes_.push_back("added " + quote(std::exchange(selected_next_, {})));
     }
   }
   if (!has_document) return;
   // Edits of objects that only one of the scenes has, beside those that were transferred.
   state::TargetIndex index_before(from), index_after(to);
-  state::EditDocument next = state::to_document(edits_of(viewer), to);
+  state::EditDocument next = state::to_document(viewer_.edits, to);
   for (const auto& [key, value] : document) {
     const bool was = index_before.find(key, value) != scene::kNone;
     const bool is = index_after.find(key, value) != scene::kNone;
@@ -345,26 +326,25 @@ void SceneEditor::replace_scene(gui::Viewer& viewer, const scene::Scene& before,
     if (next.contains(key) || !document.contains(key)) recorded.emplace(key, value);
   }
   history_.set_document(std::move(recorded));
-  assign_edits(viewer, state::to_edits(next, to, edits_of(viewer)), after);
+  viewer_.edits = state::to_edits(next, to, viewer_.edits);
   recorded_.reset();  // compared by the next update()
 }
 
 // Joints keep their positions by their names.
-void SceneEditor::replace_robot(gui::Viewer& viewer, const scene::Scene& scene,
-                                const state::RobotPose* before, const state::RobotPose* after) {
+void EditSession::replace_robot(const scene::Scene& scene, const state::RobotPose* before,
+                                const state::RobotPose* after) {
   const state::NodeNames names(scene);
-  const state::EditDocument document = current(viewer, {scene, names, before, added_materials()});
-  assign_edits(viewer, state::to_edits(document, {scene, names, after, added_materials()}, edits_of(viewer)),
-               scene);
+  const state::EditDocument document = current({scene, names, before, added_materials()});
+  viewer_.edits = state::to_edits(document, {scene, names, after, added_materials()}, viewer_.edits);
   recorded_.reset();  // compared by the next update()
 }
 
-gui::EditFacts SceneEditor::facts() const {
+gui::EditFacts EditSession::facts() const {
   return {history_.undo_text(), history_.redo_text(), history_.is_saved(), file_.path.string(), assets_};
 }
 
 // An overlay of an earlier run is not lost by one key press.
-void SceneEditor::save() {
+void EditSession::save() {
   if (file_.path.empty())
     return notes_.push_back(error_line(
         "the edits are not saved: the scene of a recording has no folder; start with --overlay FILE"));
@@ -383,25 +363,25 @@ void SceneEditor::save() {
 }
 
 // On a thread of its own: files may be large.
-void SceneEditor::export_glb(const gui::Viewer& viewer, const state::EditTargets& targets) {
+void EditSession::export_glb(const state::EditTargets& targets) {
   if (!export_.gltf_file)
     return notes_.push_back(error_line("no .glb is written: the scene of a recording has no folder"));
   if (exporting_.valid()) return notes_.push_back(warning("an export is being written already"));
   const std::span<const ShownAddition> shown = shown_additions();
-  for (std::string& message : missing_additions(viewer.additions, shown))
+  for (std::string& message : missing_additions(viewer_.edits.additions, shown))
     notes_.push_back(std::move(message));
   exporting_ = std::async(std::launch::async,
-                          [gltf = export_.gltf_file(), edits = exported_edits(viewer, targets, shown),
+                          [gltf = export_.gltf_file(), edits = exported_edits(viewer_.edits, targets, shown),
                            scene = export_.scene] { return write_glb(gltf, edits, scene); });
 }
 
-std::vector<std::string> SceneEditor::take_log_messages() {
+std::vector<std::string> EditSession::take_log_messages() {
   const bool is_done =
       exporting_.valid() && exporting_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
   return is_done ? finish() : std::exchange(notes_, {});
 }
 
-std::vector<std::string> SceneEditor::finish() {
+std::vector<std::string> EditSession::finish() {
   std::vector<std::string> messages = std::exchange(notes_, {});
   if (exporting_.valid()) {
     for (std::string& message : exporting_.get()) messages.push_back(std::move(message));

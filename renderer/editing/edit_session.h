@@ -39,30 +39,29 @@ struct GlbExport {
   std::filesystem::path scene;                       // exported as SCENE.edited.glb, without its ending
 };
 
-class SceneEditor {
+class EditSession {
  public:
-  SceneEditor(OverlayFile file, state::EditDocument document);
+  // Borrows the viewer, whose edits it records and sets.
+  EditSession(gui::Viewer& viewer, OverlayFile file, state::EditDocument document);
 
   // Makes the document the viewer's edits.
-  void begin(gui::Viewer& viewer, const state::EditTargets& targets);
+  void begin(const state::EditTargets& targets);
   // Reports the edits of the start that were applied, and those of objects that the scene lacks; once. Call
   // when the document's additions are displayed or refused; without any begin() does.
   void report_start(const state::EditTargets& targets);
   // Records finished changes of the viewer as a step, and executes its commands. Call after each layout.
   // is_interacting: a drag or a text input goes on, whose changes are one step. place: of the view.
-  void update(gui::Viewer& viewer, const state::EditTargets& targets, bool is_interacting,
-              const ViewPlace& place = {});
+  void update(const state::EditTargets& targets, bool is_interacting, const ViewPlace& place = {});
   // Takes the viewer's material variant without a step, after the requested one was refused: undo and redo go
   // on from the shown one.
-  void take_shown_variant(const gui::Viewer& viewer, const state::EditTargets& targets);
+  void take_shown_variant(const state::EditTargets& targets);
   // Records changed render settings as a step. Call after the renderer has taken or reset them.
-  void record_settings(const gui::Viewer& viewer, bool is_interacting);
+  void record_settings(bool is_interacting);
   // Moves selections and edits to the next scene. Edits of objects that a scene lacks stay in the document,
   // and take effect in a scene that has them. before and after are alive.
-  void replace_scene(gui::Viewer& viewer, const scene::Scene& before, const scene::Scene& after,
-                     const state::RobotPose* robot);
+  void replace_scene(const scene::Scene& before, const scene::Scene& after, const state::RobotPose* robot);
   // After a reload: the robot of the displayed scene, in its file. null: none.
-  void replace_robot(gui::Viewer& viewer, const scene::Scene& scene, const state::RobotPose* before,
+  void replace_robot(const scene::Scene& scene, const state::RobotPose* before,
                      const state::RobotPose* after);
 
   void set_export(GlbExport glb) { export_ = std::move(glb); }
@@ -81,9 +80,8 @@ class SceneEditor {
   std::vector<std::string> finish();
 
  private:
-  state::EditDocument current(const gui::Viewer& viewer, const state::EditTargets& targets) const;
-  void show(gui::Viewer& viewer, const state::EditTargets& targets,
-            std::vector<state::EditKey>* unmatched = nullptr);
+  state::EditDocument current(const state::EditTargets& targets) const;
+  void show(const state::EditTargets& targets, std::vector<state::EditKey>* unmatched = nullptr);
   std::span<const ShownAddition> shown_additions() const {
     return shown_additions_ ? shown_additions_() : std::span<const ShownAddition>();
   }
@@ -91,18 +89,19 @@ class SceneEditor {
     return added_materials_ ? added_materials_() : std::span<const state::AddedMaterials>();
   }
   state::Paths shown_paths(const state::EditTargets& targets) const;
-  void record(gui::Viewer& viewer, const state::EditTargets& targets);
-  void add_requested(gui::Viewer& viewer, const state::EditTargets& targets, const ViewPlace& place);
-  void add(gui::Viewer& viewer, const state::EditTargets& targets, NewObject object);
-  void remove_refused(gui::Viewer& viewer, const state::EditTargets& targets, const std::string& name);
+  void record(const state::EditTargets& targets);
+  void add_requested(const state::EditTargets& targets, const ViewPlace& place);
+  void add(const state::EditTargets& targets, NewObject object);
+  void remove_refused(const state::EditTargets& targets, const std::string& name);
   void save();
-  void export_glb(const gui::Viewer& viewer, const state::EditTargets& targets);
+  void export_glb(const state::EditTargets& targets);
 
+  gui::Viewer& viewer_;
   OverlayFile file_;
   bool may_replace_ = false;  // the file is ours, or the user has saved twice
   state::EditHistory history_;
   RenderSettingsSteps settings_;
-  std::optional<UserEdits> recorded_;                     // edits of the viewer at the last record
+  std::optional<state::UserEdits> recorded_;              // edits of the viewer at the last record
   std::vector<std::string> assets_;                       // offered ones
   std::optional<std::vector<state::EditKey>> unmatched_;  // at the start; nullopt: reported
   std::string selected_next_;  // path of an added node that the scene does not have yet
