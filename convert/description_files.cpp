@@ -26,7 +26,7 @@ Result<std::filesystem::path> regular_file(const std::filesystem::path& path) {
   const std::filesystem::path resolved = std::filesystem::canonical(path, error);
   if (error) return Error{"cannot open " + name + ": " + error.message()};
   for (const char* made_up : {"/proc", "/sys", "/dev"}) {
-    if (is_below(made_up, resolved)) return Error{name + " is no file on a disk"};
+    if (is_below(made_up, resolved)) return Error{name + " is not a file on a disk"};
   }
   const std::filesystem::file_status status = std::filesystem::status(resolved, error);
   if (error) return Error{"cannot open " + name + ": " + error.message()};
@@ -201,7 +201,7 @@ Result<DescriptionKind> kind_of(const std::filesystem::path& file, std::string_v
   const std::optional<scene::FileFormat> other = scene::foreign_format(bytes, file);
   if (text.find('\0') != std::string_view::npos) {
     return Error{other && !other->name.empty() ? name + " is " + other->name + ": " + other->remedy
-                                               : name + " is no text: a description is YAML or XML"};
+                                               : name + " is not text: a description is YAML or XML"};
   }
   const Result<std::string> root = xml_root(text);
   if (!root) return Error{name + ": " + root.error().message};
@@ -219,7 +219,7 @@ Result<DescriptionKind> kind_of(const std::filesystem::path& file, std::string_v
     if (has_key(text, key)) return DescriptionKind::adf;
   if (other && !other->name.empty()) return Error{name + " is " + other->name + ": " + other->remedy};
   return Error{name +
-               " is no supported description file: an AMBF file (YAML with bodies, multibody configs, or "
+               " is not a supported description file: an AMBF file (YAML with bodies, multibody configs, or "
                "a world's lights and cameras), URDF, MJCF or SDF"};
 }
 

@@ -37,7 +37,7 @@ Result<Model> read_description(const std::filesystem::path& file, const ReadOpti
     return read_mesh_scene(file, options);
   }
   if (options.mesh_up || options.mesh_unit_m)
-    return Error{quote(file.string()) + " is no mesh file (OBJ, STL, PLY): remove --up and --unit"};
+    return Error{quote(file.string()) + " is not a mesh file (OBJ, STL, PLY): remove --up and --unit"};
   std::error_code error;
   if (std::filesystem::is_directory(file, error)) {  // a model of Gazebo
     if (!options.launch_indices.empty() || options.launch_all) return not_a_launch_file(file);

@@ -73,7 +73,7 @@ Result<fs::path> UrdfFiles::resolve(const std::string& uri, Sources& sources) {
 Result<fs::path> UrdfFiles::package(const std::string& name, Sources& sources) {
   const bool is_name = name.find_first_of(std::string_view("/\0", 2)) == std::string::npos;
   if (name.empty() || name == "." || name == ".." || !is_name)
-    return Error{quote(name) + " is no name of a package"};
+    return Error{quote(name) + " is not a name of a package"};
   Result<fs::path> folder = packages_.find(name, sources);
   if (folder) allow_if_package(*folder, sources);
   return folder;

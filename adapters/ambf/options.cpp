@@ -106,7 +106,7 @@ Result<void> read_arguments(const std::vector<std::string>& arguments, Options& 
     if (option == known_options().end()) {
       std::string all;
       for (const OptionRule& known : known_options()) all += (all.empty() ? "" : ", ") + flag_of(known.words);
-      return Error{flag + " is no option of the plugin; there are " + all};
+      return Error{flag + " is not an option of the plugin; there are " + all};
     }
     if (equals == std::string::npos && i + 1 == arguments.size())
       return Error{flag + " needs a value: " + option->takes};
@@ -132,7 +132,7 @@ Result<Options> read_options(const std::vector<std::string>& arguments,
       std::string all;
       for (const OptionRule& known : known_options())
         all += (all.empty() ? "" : ", ") + std::string(known.words);
-      return Error{where + " is no option of the plugin; there are " + all};
+      return Error{where + " is not an option of the plugin; there are " + all};
     }
     if (!option->set(options, value)) return refused(where, value, *option);
   }
@@ -249,7 +249,7 @@ Result<LaunchBlock> read_block(const YAML::Node& block) {
   if (!block || block.IsNull()) return options;
   if (!block.IsMap()) return Error{"it takes options and their values, as in fire3dv: {uri: shm://ambf}"};
   for (const auto& option : block) {
-    if (!option.first.IsScalar()) return Error{"an option's name is no text"};
+    if (!option.first.IsScalar()) return Error{"an option's name is not text"};
     const std::string words = option.first.as<std::string>();
     try {
       options[words] = text_of(option.second);

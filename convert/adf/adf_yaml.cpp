@@ -85,7 +85,7 @@ double AdfValue::number(double otherwise) const {
   if (!is_defined()) return otherwise;
   double value = 0;
   if (node_.IsScalar() && YAML::convert<double>::decode(node_, value) && std::isfinite(value)) return value;
-  warn("is no number; taken as " + std::to_string(otherwise));
+  warn("is not a number; taken as " + std::to_string(otherwise));
   return otherwise;
 }
 
@@ -100,7 +100,7 @@ bool AdfValue::flag(bool otherwise) const {
 std::string AdfValue::text(const std::string& otherwise) const {
   if (!is_defined()) return otherwise;
   if (node_.IsScalar()) return node_.Scalar();
-  warn("is no text");
+  warn("is not text");
   return otherwise;
 }
 
@@ -161,7 +161,7 @@ AdfValue AdfFile::operator[](std::string_view key) const {
 std::vector<AdfFile::Block> AdfFile::blocks(std::string_view list) const {
   std::vector<Block> blocks;
   const AdfValue names = (*this)[list];
-  if (names.is_defined() && !names.node_.IsSequence()) names.warn("is no list");
+  if (names.is_defined() && !names.node_.IsSequence()) names.warn("is not a list");
   for (const AdfValue& item : names.items()) {
     const std::string id = item.text();
     if (id.empty()) continue;

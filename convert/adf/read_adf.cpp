@@ -93,7 +93,7 @@ bool read_cameras(const AdfFile& file, AdfReading& reading) {
 
     const double fov = b["field view angle"].number(0.7);
     object.camera.vertical_fov_rad = static_cast<float>(std::clamp(fov, 0.01, 3.1));
-    if (fov < 0.01 || fov > 3.1) b["field view angle"].warn("is no angle that a camera can have");
+    if (fov < 0.01 || fov > 3.1) b["field view angle"].warn("is not an angle that a camera can have");
     double near = b["clipping plane"]["near"].number(0.1), far = b["clipping plane"]["far"].number(10);
     if (!(near >= 1e-6 && far > near && far <= 1e9)) {
       b["clipping plane"].warn("does not hold 0 < near < far; taken as 0.1 and 10");

@@ -177,7 +177,7 @@ Result<std::vector<std::byte>> metallic_roughness_png(std::span<const std::byte>
     int width = 0, height = 0, channels = 0;
     if (!stbi_info_from_memory(data, static_cast<int>(bytes.size()), &width, &height, &channels) ||
         width <= 0 || height <= 0)
-      return Error{"one is no image of a kind that can be decoded"};
+      return Error{"one is not an image of a kind that can be decoded"};
     if (static_cast<uint64_t>(width) * static_cast<uint64_t>(height) > kMaxPixels / 4)
       return Error{"one has too many pixels; make it smaller"};
     images[i].pixels.reset(
@@ -210,7 +210,7 @@ Result<GlbImage> glb_image(const Image& image, uint64_t& pixels_left) {
   const int size = static_cast<int>(bytes.size());
   int width = 0, height = 0, channels = 0;
   if (!stbi_info_from_memory(data, size, &width, &height, &channels) || width <= 0 || height <= 0) {
-    return Error{"it is no image of a kind that can be decoded (PNG, JPEG, BMP, TGA, GIF, PSD, PNM)"};
+    return Error{"it is not an image of a kind that can be decoded (PNG, JPEG, BMP, TGA, GIF, PSD, PNM)"};
   }
   const uint64_t pixels = static_cast<uint64_t>(width) * static_cast<uint64_t>(height);
   if (pixels > kMaxPixels) {

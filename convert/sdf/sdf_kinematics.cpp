@@ -149,7 +149,7 @@ class Tree {
       joint.mimic = Joint::Mimic{leader->second, mimic.multiplier, mimic.offset};
     else
       warnings_.push_back("joint " + quote(joint.name) + " mimics " + quote(mimic.joint) +
-                          ", which is no revolute or prismatic joint of its model; it moves by itself");
+                          ", which is not a revolute or prismatic joint of its model; it moves by itself");
   }
 
   const SdfScene& scene_;

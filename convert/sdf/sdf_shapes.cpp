@@ -106,7 +106,7 @@ Result<void> SdfShapes::add_polylines(const SdfItem& visual, Mesh& mesh) {
                    " points: use meshes"};
     const Surface surface = prism(line.points, line.height);
     if (surface.indices.empty())
-      return Error{"its <polyline> is no polygon of finite size, or crosses itself"};
+      return Error{"its <polyline> is not a polygon of finite size, or crosses itself"};
     add_surface(mesh, surface, glm::dmat4(1), materials_.material(visual));
   }
   if (visual.shape->polylines.size() > 1) notes_.emplace_back("holes of its <polyline> are filled");

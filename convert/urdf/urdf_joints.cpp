@@ -114,7 +114,7 @@ void add_urdf_joints(const urdf::ModelInterface& robot, const std::vector<std::s
     if (leader == index_of.end() || !is_scalar(*robot.joints_.at(leader->first)) ||
         !is_scalar(*robot.joints_.at(name))) {
       warnings.push_back("joint " + quote(name) + " mimics " + quote(mimic->joint_name) +
-                         ", which is no revolute or prismatic joint of the robot; it moves by itself");
+                         ", which is not a revolute or prismatic joint of the robot; it moves by itself");
       continue;
     }
     made.joints[index].mimic = Joint::Mimic{leader->second, mimic->multiplier, mimic->offset};

@@ -189,7 +189,8 @@ class Expander {
 
   void set_property(const Element& from, Scope& scope) {
     const std::string name = substitution_.evaluate_to_text(required(from, "name"), scope);
-    if (!is_identifier(name)) throw Failure(quote(name) + " is no name of a property: letters, digits and _");
+    if (!is_identifier(name))
+      throw Failure(quote(name) + " is not a name of a property: letters, digits and _");
     if (name.starts_with("__")) throw Failure("names of properties do not begin with __");
     const std::string *value = from.attribute("value"), *fallback = from.attribute("default");
     const std::string* where = from.attribute("scope");

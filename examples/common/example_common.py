@@ -14,7 +14,7 @@ MOST_PIXELS_A_SIDE = 8192
 
 def whole(text):
     if not text.isdecimal() or len(text) > 9:
-        raise argparse.ArgumentTypeError(f"{text!r} is no whole number of at most 9 digits")
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at most 9 digits")
     return int(text)
 
 
@@ -29,7 +29,7 @@ def size(text):
     """Width and height."""
     sides = text.split("x")
     if len(sides) != 2 or not all(s.isdecimal() and len(s) < 5 and 1 <= int(s) <= MOST_PIXELS_A_SIDE for s in sides):
-        raise argparse.ArgumentTypeError(f"{text!r} is no size such as 640x480; sides are 1 to {MOST_PIXELS_A_SIDE} pixels")
+        raise argparse.ArgumentTypeError(f"{text!r} is not a size such as 640x480; sides are 1 to {MOST_PIXELS_A_SIDE} pixels")
     return int(sides[0]), int(sides[1])
 
 
@@ -39,7 +39,7 @@ def number(text):
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise argparse.ArgumentTypeError(f"{text!r} is no number")
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number")
     return value
 
 
@@ -54,7 +54,7 @@ def place(text):
     """Three coordinates in metres."""
     parts = text.split(",")
     if len(parts) != 3:
-        raise argparse.ArgumentTypeError(f"{text!r} is no place such as 0,0.5,0")
+        raise argparse.ArgumentTypeError(f"{text!r} is not a position such as 0,0.5,0")
     return np.array([number(part) for part in parts])
 
 

@@ -111,7 +111,7 @@ class Nodes {
 const Json& list_of(const Json& robot, const char* name) {
   const Json* const list = member(robot, name);
   const std::string json_path = std::string("robot.") + name;
-  if (!list || !list->is_array()) throw Fault(json_path + " is no list");
+  if (!list || !list->is_array()) throw Fault(json_path + " is not a list");
   if (list->size() > kMaxBodies)
     throw Fault(json_path + " has more than " + std::to_string(kMaxBodies) + " entries");
   return *list;
@@ -129,7 +129,7 @@ std::vector<RobotBody> read_bodies(const Json& robot, const Nodes& nodes,
       const std::string& parent = text_of(list[i], "parent", json_path);
       const auto known = index_of.find(parent);
       if (known == index_of.end())
-        throw Fault(json_path + ".parent is " + in_quotes(parent) + ", which is no body before it");
+        throw Fault(json_path + ".parent is " + in_quotes(parent) + ", which is not a body before it");
       body.parent = known->second;
     }
     if (!index_of.emplace(body.node, i).second) throw Fault("there are two bodies " + in_quotes(body.node));
@@ -159,7 +159,7 @@ std::vector<double> initial_of(const Json& from, const RobotJoint& joint, const 
   const Json* const given = member(from, "initial");
   if (!given) return initial;
   if (!given->is_array() || given->size() != count)
-    throw Fault(json_path + ".initial is no list of " + std::to_string(count) + " numbers");
+    throw Fault(json_path + ".initial is not a list of " + std::to_string(count) + " numbers");
   for (size_t i = 0; i < count; ++i) initial[i] = number_of((*given)[i], json_path + ".initial");
   return initial;
 }
@@ -171,7 +171,7 @@ RobotJoint read_joint(const Json& from, const std::map<std::string, size_t>& bod
   joint.type = type_of(text_of(from, "type", json_path), json_path);
   const std::string& node = text_of(from, "node", json_path);
   const auto body = bodies.find(node);
-  if (body == bodies.end()) throw Fault(json_path + ".node is " + in_quotes(node) + ", which is no body");
+  if (body == bodies.end()) throw Fault(json_path + ".node is " + in_quotes(node) + ", which is not a body");
   joint.body = body->second;
   joint.axis = numbers_of<3>(from, "axis", json_path).value_or(joint.axis);
   const double size = length(joint.axis);
@@ -226,7 +226,7 @@ Result<void> add_poses(const Json& robot, Robot& made) {
     const std::string json_path = "robot.poses[" + std::to_string(i) + "]";
     const Json* const given = member(list[i], "positions");
     if (!given || !given->is_array() || given->size() != count)
-      throw Fault(json_path + ".positions is no list of " + std::to_string(count) + " numbers");
+      throw Fault(json_path + ".positions is not a list of " + std::to_string(count) + " numbers");
     NamedPose pose{text_of(list[i], "name", json_path), {}};
     size_t at = 0;
     for (const RobotJoint& joint : made.joints()) {

@@ -100,7 +100,7 @@ const Json* member(const Json& object, const char* name) {
 double number_of(const Json& value, const std::string& json_path) {
   const double number = value.is_number() ? value.get<double>() : std::nan("");
   if (!std::isfinite(number) || std::abs(number) > kMaxNumber)
-    throw Fault(json_path + " is no number of at most 1e12");
+    throw Fault(json_path + " is not a number of at most 1e12");
   return number;
 }
 
@@ -111,7 +111,7 @@ double number_of(const Json& object, const char* name, double otherwise, const s
 
 const std::string& text_of(const Json& object, const char* name, const std::string& json_path) {
   const Json* const value = member(object, name);
-  if (!value || !value->is_string()) throw Fault(json_path + "." + name + " is no text");
+  if (!value || !value->is_string()) throw Fault(json_path + "." + name + " is not text");
   const std::string& text = value->get_ref<const std::string&>();
   if (const Result<void> good = wire::check_text(json_path + "." + name, text, kMaxNameBytes); !good)
     throw Fault(good.error().message);

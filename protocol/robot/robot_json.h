@@ -43,7 +43,7 @@ std::optional<std::array<double, N>> numbers_of(const Json& object, const char* 
   if (!value) return std::nullopt;
   const std::string here = json_path + "." + name;
   if (!value->is_array() || value->size() != N)
-    throw Fault(here + " is no list of " + std::to_string(N) + " numbers");
+    throw Fault(here + " is not a list of " + std::to_string(N) + " numbers");
   std::array<double, N> numbers;
   for (size_t i = 0; i < N; ++i) numbers[i] = number_of((*value)[i], here);
   return numbers;

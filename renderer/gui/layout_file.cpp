@@ -107,7 +107,7 @@ Result<Layout> parse_layout(std::string_view text) {
     const size_t equals = line.find('=');
     if (equals == std::string_view::npos ||
         !set(layout, trimmed(line.substr(0, equals)), trimmed(line.substr(equals + 1)))) {
-      return Error{"line " + std::to_string(number) + " is no setting of the window"};
+      return Error{"line " + std::to_string(number) + " is not a setting of the window"};
     }
   }
   return layout;

@@ -32,7 +32,7 @@ Result<glm::uvec2> parse_screenshot_size(std::string_view text) {
   }
   if (is_read && is_valid(size)) return size;
   return Error{"\"" + std::string(text) +
-               "\" is no size of a screenshot: write WxH, such as 7680x4320, with " + limits()};
+               "\" is not a size of a screenshot: write WxH, such as 7680x4320, with " + limits()};
 }
 
 Result<glm::uvec2> screenshot_px(const ScreenshotSize& size, glm::uvec2 window_px) {

@@ -34,7 +34,7 @@ Result<Manifest> manifest_of(const std::filesystem::path& folder) {
   if (!manifest) return manifest.error();
   if (!*manifest)
     return Error{folder.string() + " has no " + kManifestName +
-                 ": it is no folder that fire3dv render has written"};
+                 ": it is not a folder that fire3dv render has written"};
   return std::move(**manifest);
 }
 

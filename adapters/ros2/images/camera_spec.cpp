@@ -134,7 +134,7 @@ Result<void> set(CameraSpec& camera, Given& given, const std::string& key, const
     camera.jpeg_quality = static_cast<uint32_t>(*quality);
     return {};
   }
-  return Error{quote(key) + " is no key of a camera; the keys are " + std::string(kKeys)};
+  return Error{quote(key) + " is not a key of a camera; the keys are " + std::string(kKeys)};
 }
 
 Result<void> check_projection(const CameraSpec& camera) {

@@ -20,7 +20,7 @@ Result<void> MarkerInput::open_topics(const Participant& participant, const Name
                                       const std::vector<std::string>& wanted, Profile profile,
                                       std::vector<Topic<Message>>& topics) {
   for (const std::string& topic : wanted) {
-    if (!is_valid_name(topic)) return Error{quote(topic) + " is no name of a topic"};
+    if (!is_valid_name(topic)) return Error{quote(topic) + " is not a name of a topic"};
     const std::string name = names.resolve(topic);
     auto reader = Reader<Message>::open(participant, name, profile);
     if (!reader) return reader.error();

@@ -49,7 +49,7 @@ Result<std::vector<Vector>> vectors(std::string_view text, const char* attribute
     return Error{std::string(attribute) + " holds something else than numbers"};
   const std::vector<double> numbers = mjcf_numbers(text, kMaxNumbers);
   if (numbers.size() % kLength != 0)
-    return Error{"the count of numbers in " + std::string(attribute) + " is no multiple of " +
+    return Error{"the count of numbers in " + std::string(attribute) + " is not a multiple of " +
                  std::to_string(kLength)};
   std::vector<Vector> made(numbers.size() / kLength);
   for (size_t i = 0; i < numbers.size(); ++i)
@@ -143,7 +143,7 @@ Result<MeshData> parse_inline_mesh(const InlineMesh& text) {
   mesh.uvs = std::move(*uvs);
   if (!is_mjcf_numbers(text.faces, kMaxNumbers)) return Error{"face holds something else than numbers"};
   const std::vector<double> corners = mjcf_numbers(text.faces, kMaxNumbers);
-  if (corners.size() % 3 != 0) return Error{"the count of numbers in face is no multiple of 3"};
+  if (corners.size() % 3 != 0) return Error{"the count of numbers in face is not a multiple of 3"};
   mesh.faces.resize(corners.size() / 3);
   for (size_t i = 0; i < corners.size(); ++i) {
     if (!(corners[i] >= 0 && corners[i] < static_cast<double>(mesh.vertices.size())))

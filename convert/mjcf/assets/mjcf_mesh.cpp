@@ -34,7 +34,7 @@ Result<MeshData> parse_file(const MjcfElement& element, const std::string& name,
   if (type == "model/obj" || (type.empty() && ends_with(name, "obj"))) return parse_obj(text);
   if (type == "model/stl" || (type.empty() && ends_with(name, "stl"))) return parse_stl(text);
   if (type == "model/vnd.mujoco.msh" || (type.empty() && ends_with(name, "msh"))) return parse_msh(text);
-  return Error{quote(name) + " is no mesh of a kind that MuJoCo reads (OBJ, STL, MSH)"};
+  return Error{quote(name) + " is not a mesh of a kind that MuJoCo reads (OBJ, STL, MSH)"};
 }
 
 Result<MeshData> read_data(MjcfSource& source, const MjcfElement& element) {

@@ -19,7 +19,7 @@ double spacing_of(const CompositeParts& parts) {
 Result<void> check(const CompositeParts& parts) {
   if (!(spacing_of(parts) > 0)) return Error{"its spacing is not positive"};
   if (parts.geom_type != "sphere" && parts.geom_type != "capsule" && parts.geom_type != "ellipsoid")
-    return Error{"its geom is no sphere, capsule or ellipsoid"};
+    return Error{"its geom is not a sphere, capsule or ellipsoid"};
   return {};
 }
 

@@ -287,7 +287,7 @@ Result<fs::path> sdf_of_model_folder(const fs::path& folder, unsigned newest, So
   const fs::path config = folder / "model.config";
   sources.add(config);
   const Result<fs::path> file = regular_file(config);
-  if (!file) return Error{quote(folder.string()) + " is no model: it has no model.config"};
+  if (!file) return Error{quote(folder.string()) + " is not a model: it has no model.config"};
   const Result<std::string> text = read_text(*file);
   if (!text) return text.error();
   const std::string name = quote(config.string());

@@ -97,7 +97,7 @@ void add_sdf_joints(const sdf::Model& model, size_t item, const std::string& pre
     if (!is_child_known || !is_parent_known) {
       warnings.push_back(location + "its " + (is_child_known ? "parent " : "child ") +
                          quote(is_child_known ? from.ParentLinkName() : from.ChildLinkName()) +
-                         " is no link; the joint is left out");
+                         " is not a link; the joint is left out");
       continue;
     }
     made.child = links.at(prefix + child);

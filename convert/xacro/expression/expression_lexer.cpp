@@ -58,7 +58,7 @@ Token Lexer::number() {
     while (at_ < text_.size() && (is_digit(text_[at_]) || is_letter(text_[at_]))) ++at_;
     int64_t value = 0;
     if (!parse_integer(text_.substr(first, at_ - first), value, kind == 'x' ? 16 : kind == 'o' ? 8 : 2))
-      throw Failure(std::string(text_.substr(begin, at_ - begin)) + " is no number of 64 bits");
+      throw Failure(std::string(text_.substr(begin, at_ - begin)) + " is not a number of 64 bits");
     return {TokenKind::number, {}, value};
   }
   digits();
@@ -87,7 +87,7 @@ Token Lexer::number() {
   if (leading_zero) throw Failure(digits_only + " has a leading zero, which Python refuses");
   if (!real && parse_integer(digits_only, whole)) return {TokenKind::number, {}, whole};
   if (!real) throw Failure(digits_only + " has more than 64 bits");
-  if (!parse_float(digits_only, value)) throw Failure(digits_only + " is no number");
+  if (!parse_float(digits_only, value)) throw Failure(digits_only + " is not a number");
   return {TokenKind::number, {}, value};
 }
 

@@ -60,7 +60,7 @@ Value make_dict(std::vector<std::pair<Value, Value>> items, Budget& budget) {
   Dict dict;
   for (auto& [key, value] : items) {
     if (key.sequence() || key.dict())
-      throw Failure(std::string("a ") + type_name(key) + " is no key of a dict");
+      throw Failure(std::string("a ") + type_name(key) + " is not a key of a dict");
     dict.depth = deeper(dict.depth, value);
     const auto [known, is_new] = dict.index.try_emplace(repr_of(key, budget), dict.items.size());
     budget.bytes(2 * sizeof(Value));

@@ -235,7 +235,7 @@ class Scan {
         if (*sound) continue;
       }
       note("at byte " + std::to_string(*record ? (*record)->offset : walker_.at()) +
-           " is no whole record: it was cut or damaged, or is still being written; fire3dv-record recover "
+           " is not a whole record: it was cut or damaged, or is still being written; fire3dv-record recover "
            "makes a "
            "whole file of it");
       const auto chunk = find_chunk(source_, buffered_, search_from_);

@@ -146,8 +146,8 @@ def names(test):
             check(listed == {**shown, 3: "", 4: ""}, f"{listed}")
         else:
             check(len(shown) >= 2 and shown.items() <= listed.items(), f"{shown} are not of {listed}")
-    for text, fault in ((b"glTF\2", "is no glTF file"), (b"[]", "its JSON is no object"),
-                        (b'{"nodes":[{"children":[0]}],"scenes":[{"nodes":[3]}]}', "is no valid glTF file")):
+    for text, fault in ((b"glTF\2", "is no glTF file"), (b"[]", "its JSON is not an object"),
+                        (b'{"nodes":[{"children":[0]}],"scenes":[{"nodes":[3]}]}', "is not a valid glTF file")):
         with open(test.path("bad.gltf"), "wb") as file:
             file.write(text)
         raised(fire3dv.ArgumentError, fault, SceneNames(test.path("bad.gltf")).names)

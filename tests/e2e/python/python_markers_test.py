@@ -170,7 +170,7 @@ def arguments(test):
         raised("texts has 2 elements for 3 positions", lambda: stream.text("a", ["x", "y"], cloud))
         raised("texts[1] has a control character at byte 1", lambda: stream.text("a", ["x", "y\t", "z"], cloud))
         raised("texts[0] has 1025 bytes", lambda: stream.text("a", "x" * 1025, [[0, 0, 0]]))
-        raised("texts[0] is no text of Unicode", lambda: stream.text("a", "\ud800", [[0, 0, 0]]))
+        raised("texts[0] is not Unicode text", lambda: stream.text("a", "\ud800", [[0, 0, 0]]))
         raised("texts[1] is of type int", lambda: stream.text("a", ["x", 1], cloud[:2]))
         raised("texts[0] holds a NUL", lambda: stream.text("a", "a\0b", [[0, 0, 0]]))
 

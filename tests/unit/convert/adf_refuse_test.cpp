@@ -54,14 +54,14 @@ TEST(AdfRefuse, OtherFilesAreRefused) {
   EXPECT_NE(refusal(folder.path()).find("is a folder"), std::string::npos);
   ASSERT_EQ(mkfifo((folder.path() / "pipe.yaml").c_str(), 0600), 0);
   EXPECT_NE(refusal(folder.path() / "pipe.yaml").find("not a regular file"), std::string::npos);
-  EXPECT_NE(refusal("/dev/zero").find("no file on a disk"), std::string::npos);
+  EXPECT_NE(refusal("/dev/zero").find("not a file on a disk"), std::string::npos);
 }
 
 TEST(AdfRefuse, OddValuesAreNamedWithTheirLineAndTheRestIsShown) {
   expect_said("bodies: [b]\nb:\n  shape: BOX\n  geometry: {x: wide, y: 1, z: 1}\n",
-              "model.yaml:4: \"x\" is no number");
+              "model.yaml:4: \"x\" is not a number");
   expect_said("bodies: [b]\nb:\n  shape: BOX\n  geometry: {x: .nan, y: 1, z: 1}\n",
-              "model.yaml:4: \"x\" is no number");
+              "model.yaml:4: \"x\" is not a number");
   expect_said("bodies: [b]\nb: {shape: BALL}\n", "model.yaml:2: \"shape\" is none of BOX");
   expect_said("bodies: [b]\nb: {shape: SPHERE, geometry: {radius: 1e300}}\n",
               "has no size that can be drawn");
@@ -73,17 +73,17 @@ TEST(AdfRefuse, OddValuesAreNamedWithTheirLineAndTheRestIsShown) {
               "\"use material\" is neither true nor false");
   expect_said("bodies: [b]\nb: {color components: {diffuse: {r: 1, g: 1, b: 1}}}\n",
               "has no \"transparency\"");
-  expect_said("bodies: [b, [c]]\nb: {}\n", "is no text");
-  expect_said("bodies: b\nb: {}\nghost objects: [g]\ng: {}\n", "\"bodies\" is no list");
+  expect_said("bodies: [b, [c]]\nb: {}\n", "is not text");
+  expect_said("bodies: b\nb: {}\nghost objects: [g]\ng: {}\n", "\"bodies\" is not a list");
   expect_said("bodies: [b]\nb: {}\nb: {}\n", "model.yaml:3: \"b\" is defined twice; the first one applies");
-  expect_said("bodies: [b]\nb: {mesh: /dev/zero}\n", "no file on a disk");
+  expect_said("bodies: [b]\nb: {mesh: /dev/zero}\n", "not a file on a disk");
   expect_said("bodies: [b]\nb: {mesh: /etc/passwd}\n", ".obj, .stl, .ply, .3ds, .dae, .glb and .gltf");
   expect_said("bodies: [b]\nb: {}\ncameras: [c]\nc: {look at: {x: 0, y: 0, z: 1}}\n",
               "its direction is undefined");
   expect_said("bodies: [b]\nb: {}\ncameras: [c]\nc: {clipping plane: {near: 0, far: -1}}\n",
               "0 < near < far");
   expect_said("bodies: [b]\nb: {}\ncameras: [c]\nc: {field view angle: 9}\n",
-              "no angle that a camera can have");
+              "not an angle that a camera can have");
   expect_said("bodies: [b]\nb: {}\nvehicles: [v]\n", "\"vehicles\" is not converted");
 }
 

@@ -35,9 +35,9 @@ TEST(DescriptionKind, RefusalsNameFormatAndRemedy) {
   EXPECT_NE(refused("glTF\2\0\0\0").find("glTF already"), std::string::npos);
   EXPECT_NE(refused("<svg/>").find("\"svg\""), std::string::npos);
   EXPECT_NE(refused("<gazebo version='1.2'/>").find("before version 1.3"), std::string::npos);
-  EXPECT_NE(refused("nobodies: 3\nx: y\n").find("no supported description"), std::string::npos);
+  EXPECT_NE(refused("nobodies: 3\nx: y\n").find("not a supported description"), std::string::npos);
   EXPECT_NE(refused("").find("\"some.file\""), std::string::npos);
-  EXPECT_NE(refused(std::string("bodies: [a]\0", 12)).find("no text"), std::string::npos);
+  EXPECT_NE(refused(std::string("bodies: [a]\0", 12)).find("not text"), std::string::npos);
 }
 
 TEST(DescriptionKind, XmlThatWouldHarmItsReadersIsRefusedWithItsLine) {

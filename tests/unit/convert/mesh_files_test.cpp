@@ -311,7 +311,7 @@ TEST(MeshFiles, RefusalsNameTheFile) {
   };
   says(refusal(folder.path() / "gone.obj"), "No such file");
   says(refusal(folder.path()), "is a folder");
-  says(refusal("/dev/zero"), "no file on a disk");
+  says(refusal("/dev/zero"), "not a file on a disk");
   ASSERT_EQ(mkfifo((folder.path() / "pipe.obj").c_str(), 0600), 0);
   says(refusal(folder.path() / "pipe.obj"), "not a regular file");
   says(refusal(folder.write("a.fbx", "anything")), ".obj, .stl, .ply, .3ds, .dae, .glb and .gltf");

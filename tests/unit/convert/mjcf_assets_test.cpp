@@ -96,7 +96,8 @@ TEST(MjcfMeshFormats, CountsMatchTheContents) {
             std::string::npos);
   EXPECT_NE(reason(parse_inline_mesh({"0 0 0 1 0 0 0 1 0", "", "", "0 1 -1"})).find("vertex -1 of 3"),
             std::string::npos);
-  EXPECT_NE(reason(parse_inline_mesh({"0 0 0 1", "", "", ""})).find("no multiple of 3"), std::string::npos);
+  EXPECT_NE(reason(parse_inline_mesh({"0 0 0 1", "", "", ""})).find("not a multiple of 3"),
+            std::string::npos);
   EXPECT_NE(reason(parse_inline_mesh({"0 0 x", "", "", ""})).find("something else than numbers"),
             std::string::npos);
 }

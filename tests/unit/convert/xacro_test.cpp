@@ -83,7 +83,7 @@ TEST_F(Xacro, PropertiesAreTypedLazyAndScoped) {
   EXPECT_EQ(inside_of("<xacro:property name='pi' value='3'/><l v='${pi}'/>"), "<l v=\"3\"/>");
   expect_error("<xacro:property name='a' value='${b}'/><xacro:property name='b' value='${a}'/><l v='${a}'/>",
                "depends on itself");
-  expect_error("<xacro:property name='2a' value='1'/>", "\"2a\" is no name of a property");
+  expect_error("<xacro:property name='2a' value='1'/>", "\"2a\" is not a name of a property");
 }
 
 TEST_F(Xacro, MacrosTakeParametersDefaultsAndBlocks) {

@@ -57,41 +57,41 @@ TEST(RobotFile, FaultsAreNamedWithTheirPlace) {
   EXPECT_EQ(refusal("[]"), "it has no nodes");
   EXPECT_NE(refusal(R"({"nodes":[{"name":"a"}]})").find("it holds no joints: convert"), std::string::npos);
   EXPECT_NE(refusal_of(kRobot + "/version", 2).find("robot.version is not 1"), std::string::npos);
-  EXPECT_EQ(refusal_of(kRobot + "/bodies", 3), "robot.bodies is no list");
+  EXPECT_EQ(refusal_of(kRobot + "/bodies", 3), "robot.bodies is not a list");
   EXPECT_EQ(refusal_of(kRobot + "/bodies/1/parent", "c"),
-            "robot.bodies[1].parent is \"c\", which is no body before it");
+            "robot.bodies[1].parent is \"c\", which is not a body before it");
   EXPECT_EQ(refusal_of(kRobot + "/bodies/0/parent", "b"),
-            "robot.bodies[0].parent is \"b\", which is no body before it");
+            "robot.bodies[0].parent is \"b\", which is not a body before it");
   EXPECT_EQ(refusal_of(kRobot + "/bodies/1/node", "a"), "there are two bodies \"a\"");
   EXPECT_EQ(refusal_of(kRobot + "/bodies/1/rotation", {0, 0, 0, 0}),
             "robot.bodies[1].rotation has no length");
   EXPECT_EQ(refusal_of(kRobot + "/bodies/1/translation", {0, 0}),
-            "robot.bodies[1].translation is no list of 3 numbers");
+            "robot.bodies[1].translation is not a list of 3 numbers");
   EXPECT_EQ(refusal_of(kRobot + "/bodies/1/translation", {0, 0, 1e13}),
-            "robot.bodies[1].translation is no number of at most 1e12");
+            "robot.bodies[1].translation is not a number of at most 1e12");
   EXPECT_EQ(refusal_of(kRobot + "/joints/1/name", "j"), "there are two joints \"j\"");
   EXPECT_NE(refusal_of(kRobot + "/joints/1/name", "line\nbreak").find("robot.joints[1].name"),
             std::string::npos);
-  EXPECT_EQ(refusal_of(kRobot + "/joints/1/node", "c"), "robot.joints[1].node is \"c\", which is no body");
+  EXPECT_EQ(refusal_of(kRobot + "/joints/1/node", "c"), "robot.joints[1].node is \"c\", which is not a body");
   EXPECT_EQ(refusal_of(kRobot + "/joints/1/type", "screw"),
             "robot.joints[1].type is \"screw\", which this version does not know");
   EXPECT_EQ(refusal_of(kRobot + "/joints/0/axis", {0, 0, 0}), "robot.joints[0].axis has no length");
   EXPECT_EQ(refusal_of(kRobot + "/joints/0/limits", {1, 0}), "robot.joints[0].limits are not in order");
   EXPECT_EQ(refusal_of(kRobot + "/joints/0/initial", {1, 0}),
-            "robot.joints[0].initial is no list of 1 numbers");
+            "robot.joints[0].initial is not a list of 1 numbers");
   EXPECT_EQ(refusal_of(kRobot + "/joints/0/mimic", {{"joint", "j"}}),
             "joint \"j\" mimics itself, over other joints");
   EXPECT_EQ(refusal_of(kRobot + "/joints/0/mimic", {{"joint", "x"}}),
             "robot.joints[0].mimic: only revolute and prismatic joints follow each other");
   EXPECT_EQ(refusal_of(kRobot + "/joints/0/mimic", {{"joint", "k"}, {"offset", "1"}}),
-            "robot.joints[0].mimic.offset is no number of at most 1e12");
-  EXPECT_EQ(refusal_of(kRobot + "/poses", 1), "robot.poses is no list");
+            "robot.joints[0].mimic.offset is not a number of at most 1e12");
+  EXPECT_EQ(refusal_of(kRobot + "/poses", 1), "robot.poses is not a list");
   EXPECT_EQ(refusal_of(kRobot + "/poses", Json::array({{{"name", "home"}, {"positions", {0}}}})),
-            "robot.poses[0].positions is no list of 2 numbers");
+            "robot.poses[0].positions is not a list of 2 numbers");
   EXPECT_NE(refusal_of(kRobot + "/poses", Json::array({{{"positions", {0, 0}}}})).find("robot.poses[0].name"),
             std::string::npos);
   EXPECT_EQ(refusal_of(kRobot + "/poses", Json::array({{{"name", "far"}, {"positions", {0, 1e13}}}})),
-            "robot.poses[0].positions is no number of at most 1e12");
+            "robot.poses[0].positions is not a number of at most 1e12");
   EXPECT_EQ(refusal_of("/nodes/1/extras", valid()["nodes"][0]["extras"]),
             "it holds the joints of several robots: keep one robot in a file");
   EXPECT_EQ(refusal_of("/nodes/1/children", {0}), "its nodes are children of themselves");

@@ -249,7 +249,7 @@ int score_file(const std::string& path) {
   const auto recording = motion::recording_of(file);
   if (!recording) {
     std::cerr << "fire3dv-motion: " << path
-              << " is no recording; make one with fire3dv-motion watch --record\n";
+              << " is not a recording; make one with fire3dv-motion watch --record\n";
     return 1;
   }
   print_score("latest", motion::score(*recording, motion::Way::latest));

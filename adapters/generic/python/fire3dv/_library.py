@@ -221,7 +221,7 @@ def encoded(text: Optional[str], name: str) -> Optional[bytes]:
     try:
         result = text.encode("utf-8")
     except UnicodeEncodeError as fault:
-        raise ArgumentError(ErrorCode.ARGUMENT, f"{name} is no text of Unicode: {fault.reason}") from None
+        raise ArgumentError(ErrorCode.ARGUMENT, f"{name} is not Unicode text: {fault.reason}") from None
     if b"\0" in result:
         raise ArgumentError(ErrorCode.ARGUMENT, f"{name} holds a NUL")
     return result

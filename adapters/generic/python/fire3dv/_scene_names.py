@@ -23,7 +23,7 @@ def _document(data: bytes, scene: str) -> Dict[str, Any]:
             data = data[20:20 + length]
         document = json.loads(data)
         if not isinstance(document, dict):
-            raise ValueError("its JSON is no object")
+            raise ValueError("its JSON is not an object")
         return document
     except (ValueError, struct.error, RecursionError) as fault:
         raise ArgumentError(ErrorCode.ARGUMENT, f"{scene} is no glTF file: {fault}") from None
@@ -109,5 +109,5 @@ class SceneNames:
             try:
                 self._names = _names(_document(data, self._scene))
             except (AttributeError, IndexError, KeyError, StopIteration, TypeError) as fault:
-                raise ArgumentError(ErrorCode.ARGUMENT, f"{self._scene} is no valid glTF file: {fault!r}") from None
+                raise ArgumentError(ErrorCode.ARGUMENT, f"{self._scene} is not a valid glTF file: {fault!r}") from None
         return self._names

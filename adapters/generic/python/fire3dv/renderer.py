@@ -36,7 +36,7 @@ def find_program(program: Optional[Path] = None) -> str:
         source = "program" if program is not None else "the environment variable FIRE3DV"
         found = shutil.which(named)
         if found is None:
-            raise RendererNotFound(ErrorCode.SYSTEM, f"{source} is {named!r}, which is no executable file: correct it")
+            raise RendererNotFound(ErrorCode.SYSTEM, f"{source} is {named!r}, which is not an executable file: correct it")
         return os.path.abspath(found)
     package = os.path.dirname(os.path.abspath(__file__))
     folders = [os.path.join(package, "bin")]
@@ -100,7 +100,7 @@ class Renderer:
         timeout_s = real(start_timeout_s, "start_timeout_s")
         for text in (uri, *command):
             if not isinstance(text, str) or "\0" in text:
-                raise ArgumentError(ErrorCode.ARGUMENT, f"{text!r} is no argument of a program: use a str without NUL")
+                raise ArgumentError(ErrorCode.ARGUMENT, f"{text!r} is not an argument of a program: use a str without NUL")
         try:
             self._process = GuardedProcess(command, environment, log)
         except OSError as fault:

@@ -62,7 +62,7 @@ def commands_for(template, scene):
     try:
         command = shlex.split(template)
     except ValueError as error:
-        fail(f"{template!r} is no command: {error}")
+        fail(f"{template!r} is not a command: {error}")
     if not any("{scene}" in word for word in command):
         fail(f"{template!r} lacks {{scene}}")
     return [word.replace("{scene}", str(scene)) for word in command]
@@ -81,7 +81,7 @@ def main():
         parser.error("--rounds must be 1 to 1000")
     for scene in options.scene:
         if not scene.is_file():
-            fail(f"{scene} is no file")
+            fail(f"{scene} is not a file")
 
     print(f"| scene | FIRE-3DV ms | {options.name} ms | times faster: median of {options.rounds} rounds | from | to |")
     print("|---|---|---|---|---|---|", flush=True)
