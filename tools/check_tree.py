@@ -4,7 +4,7 @@
     check_tree.py                  all checks; exit 1 and one line for each violation
     check_tree.py --lone-headers   the headers that no source file of the same name includes first
 
-Allowed include directions are those of ARCHITECTURE.md. A header is compiled alone when a source file includes it first, before
+ARCHITECTURE.md shows the order of folders; ALLOWED is the exact rule. A header is compiled alone when a source file includes it first, before
 everything else; tests/unit/headers.cmake compiles those of --lone-headers.
 """
 import os
@@ -137,7 +137,7 @@ def include_directions(name, text):
         if not re.match(r"(base|protocol|renderer|convert|programs|adapters|tools|examples|tests|shaders)/", target):
             continue
         if room_of(target) != room and not any(matches(target, folder) for folder in ALLOWED[room].split()):
-            yield f"{name} includes {target}: {room}/ may not depend on it (ARCHITECTURE.md)"
+            yield f"{name} includes {target}: {room}/ may not depend on it (ALLOWED in tools/check_tree.py)"
 
 
 def circles(texts):
