@@ -47,13 +47,14 @@ ALLOWED = {
     "renderer/scene": WIRE,
     "renderer/gpu": BASE + " shaders",
     "renderer/state": WIRE + " protocol/robot protocol/stream renderer/scene",
-    "renderer/passes": WIRE + " shaders renderer/gpu renderer/scene renderer/state",
+    "renderer/settings": BASE + " renderer/scene",
+    "renderer/passes": WIRE + " shaders renderer/gpu renderer/scene renderer/settings renderer/state",
     "renderer/sinks": WIRE + " renderer/gpu renderer/state",
-    "renderer/capture": WIRE + " renderer/gpu renderer/scene renderer/state renderer/passes renderer/sinks",
+    "renderer/capture": WIRE + " renderer/gpu renderer/scene renderer/state renderer/settings renderer/passes renderer/sinks",
     "renderer/metrics": WIRE + " protocol/transport",
     "renderer/gui": BASE + " protocol/robot protocol/replay shaders renderer/gpu renderer/scene renderer/state renderer/editing "
-                           "renderer/passes",
-    "renderer/offline": WIRE + " protocol/record renderer/scene renderer/gpu renderer/state renderer/passes renderer/sinks "
+                           "renderer/settings renderer/passes",
+    "renderer/offline": WIRE + " protocol/record renderer/scene renderer/gpu renderer/state renderer/settings renderer/passes renderer/sinks "
                                "renderer/capture renderer/app " + ROOMS,
     "convert": BASE + " renderer/scene",
     "convert/glb": MODEL,
@@ -72,18 +73,18 @@ ALLOWED = {
     "convert/xacro": MODEL + " convert/xacro/expression",
     "convert/urdf": MODEL + " convert/mesh convert/xacro",
     # A program that renders by itself, as renderer/offline does.
-    "programs/drake": WIRE + " protocol/transport renderer/scene renderer/gpu renderer/state renderer/passes renderer/sinks "
+    "programs/drake": WIRE + " protocol/transport renderer/scene renderer/gpu renderer/state renderer/settings renderer/passes renderer/sinks "
                              "renderer/capture renderer/app " + ROOMS,
 }
-MODULES = (WIRE + " protocol/robot protocol/transport renderer/scene renderer/gpu renderer/state renderer/passes renderer/sinks "
+MODULES = (WIRE + " protocol/robot protocol/transport renderer/scene renderer/gpu renderer/state renderer/settings renderer/passes renderer/sinks "
                   "renderer/capture renderer/gui ")
 ALLOWED |= {
-    "renderer/camera": BASE + " renderer/scene renderer/state renderer/passes",
-    "renderer/streams": WIRE + " protocol/transport renderer/scene renderer/state renderer/passes",
-    "renderer/live_scene": WIRE + " renderer/scene renderer/state renderer/passes renderer/camera",
-    "renderer/loading": BASE + " renderer/scene renderer/gpu renderer/passes renderer/live_scene",
+    "renderer/camera": BASE + " renderer/scene renderer/state renderer/settings renderer/passes",
+    "renderer/streams": WIRE + " protocol/transport renderer/scene renderer/state renderer/settings renderer/passes",
+    "renderer/live_scene": WIRE + " renderer/scene renderer/state renderer/settings renderer/passes renderer/camera",
+    "renderer/loading": BASE + " renderer/scene renderer/gpu renderer/settings renderer/passes renderer/live_scene",
     "renderer/images": MODULES + "renderer/streams renderer/live_scene renderer/loading",
-    "renderer/editing": BASE + " protocol/robot renderer/scene renderer/state renderer/passes renderer/gui renderer/camera "
+    "renderer/editing": BASE + " protocol/robot renderer/scene renderer/state renderer/settings renderer/passes renderer/gui renderer/camera "
                                "renderer/live_scene",
     "renderer/browser/server": WIRE + " protocol/transport renderer/sinks",
     "renderer/browser": MODULES + "protocol/replay renderer/browser/server renderer/camera renderer/streams renderer/live_scene "

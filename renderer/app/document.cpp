@@ -3,6 +3,7 @@
 #include "base/log.h"
 #include "renderer/app/stop_signals.h"
 #include "renderer/camera/default_look.h"
+#include "renderer/passes/scene_renderer.h"
 
 namespace fire3dv::app {
 namespace {

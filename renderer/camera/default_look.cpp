@@ -7,6 +7,7 @@
 #include "renderer/passes/view/facing.h"
 #include "renderer/scene/model/bounds.h"
 #include "renderer/scene/model/exposure_estimate.h"
+#include "renderer/scene/textures/environment.h"
 
 namespace fire3dv::app {
 namespace {

@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "renderer/camera/camera_rig.h"
-#include "renderer/passes/environment/environment.h"
-#include "renderer/passes/scene_renderer.h"
+#include "renderer/passes/view/view.h"
 #include "renderer/scene/model/scene.h"
 #include "renderer/scene/model/scene_edits.h"
+#include "renderer/settings/draw_settings.h"
 #include "renderer/state/pose_state.h"
 
 namespace fire3dv::app {

@@ -7,7 +7,7 @@
 
 #include "renderer/editing/edit_history.h"
 #include "renderer/gui/panel_data.h"
-#include "renderer/passes/scene_renderer.h"
+#include "renderer/settings/draw_settings.h"
 
 namespace fire3dv::app {
 

@@ -14,9 +14,9 @@
 
 #include "base/peer_budget.h"
 #include "renderer/gui/screenshot_size.h"
-#include "renderer/passes/debug/inspection.h"
-#include "renderer/passes/scene_renderer.h"
 #include "renderer/scene/model/scene.h"
+#include "renderer/settings/debug_view.h"
+#include "renderer/settings/draw_settings.h"
 #include "renderer/state/edits/user_edits.h"
 #include "renderer/state/pose_state.h"
 #include "renderer/state/stream_timing.h"

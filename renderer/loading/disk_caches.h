@@ -19,7 +19,7 @@
 #include "base/digest.h"
 #include "base/error.h"
 #include "renderer/gpu/device/device.h"
-#include "renderer/passes/environment/environment.h"
+#include "renderer/passes/environment/environment_store.h"
 #include "renderer/scene/cache/scene_cache.h"
 
 namespace fire3dv::app {

@@ -1,50 +1,15 @@
-// Draw modes with their option names, and the plan of one image: the passes that run. The plan is a value
-// computed from settings, scene facts, outputs and inspection, without Vulkan, so that tests need no GPU.
+// Plan of one image: the passes that run. It is a value computed from settings, scene facts, outputs and
+// inspection, without Vulkan, so that tests need no GPU.
 #pragma once
 
 #include <cstdint>
-#include <string>
-#include <vector>
 
 #include "renderer/passes/debug/inspection.h"
 #include "renderer/passes/outputs/planes_and_boxes.h"
 #include "renderer/passes/shadows/shadow_plan.h"
+#include "renderer/settings/raster_settings.h"
 
 namespace fire3dv::passes {
-
-enum class RasterPath : uint8_t {
-  automatic,   // visibility where the device supports it, otherwise forward
-  forward,     // the raster pipeline: the reference
-  visibility,  // compute, from a visibility buffer
-};
-
-// Use of coarser LODs on the visibility path.
-enum class LevelsOfDetail : uint8_t {
-  off,
-  camera,
-  everywhere,  // also in shadow maps: a quarter of a texel around a shadow's edge may then be lit
-  automatic,   // the camera's, in scenes where they pay
-};
-
-// Culling level. All levels yield the same image.
-enum class Cull : uint8_t {
-  off,
-  view,       // frustum, back-face and small-primitive culling
-  hidden,     // also occlusion culling
-  automatic,  // occlusion culling in large scenes while it pays
-};
-
-// Option names of draw settings, shared by all programs.
-inline const std::vector<std::string> kRasterPathNames{"auto", "forward", "visibility"};
-inline const std::vector<std::string> kCullNames{"on", "off", "view", "hidden"};
-inline const std::vector<std::string> kLevelsOfDetailNames{"auto", "on", "everywhere", "off"};
-inline const std::vector<std::string> kShadowNames{"auto", "ray", "ray-query", "ray-pipeline", "map", "off"};
-
-// name: one of those above; any other string selects the first.
-RasterPath raster_path_named(const std::string& name);
-Cull cull_named(const std::string& name);
-LevelsOfDetail levels_of_detail_named(const std::string& name);
-ShadowSettings shadows_named(const std::string& name);
 
 // Facts of settings, device and scene that decide a plan.
 struct FrameFacts {

@@ -11,19 +11,13 @@
 
 #include "base/error.h"
 #include "renderer/gpu/frame_ring.h"
+#include "renderer/window/present.h"
 #include "renderer/window/window_input.h"
 
 struct GLFWwindow;
 struct GLFWcursor;
 
 namespace fire3dv::sinks {
-
-// Presentation mode of the swapchain.
-enum class Present : uint8_t {
-  vsync,      // FIFO: every image, at the display's refresh rate
-  mailbox,    // the newest image, at the display's refresh rate
-  immediate,  // without waiting; may tear
-};
 
 class Window {
  public:

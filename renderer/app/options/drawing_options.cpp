@@ -4,7 +4,6 @@
 
 #include "base/command_line.h"
 #include "renderer/app/options/option_values.h"
-#include "renderer/passes/frame_plan.h"
 
 namespace fire3dv::app {
 namespace {

@@ -3,8 +3,8 @@
 #include <charconv>
 #include <cmath>
 
-#include "renderer/passes/environment/environment.h"
 #include "renderer/scene/model/appearance.h"
+#include "renderer/settings/draw_settings.h"
 
 namespace fire3dv::app {
 

@@ -19,7 +19,6 @@
 #include "renderer/app/options/option_values.h"
 #include "renderer/app/options/path_options.h"
 #include "renderer/app/options/window_options.h"
-#include "renderer/passes/frame_plan.h"
 #include "renderer/state/motion/animation_clock.h"
 
 namespace fire3dv::app {

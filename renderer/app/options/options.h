@@ -10,14 +10,16 @@
 #include <vector>
 
 #include "base/peer_budget.h"
+#include "protocol/wire/image_outputs.h"
 #include "renderer/app/options/recording_options.h"
 #include "renderer/camera/default_look.h"
+#include "renderer/gpu/device/async_compute.h"
 #include "renderer/gui/screenshot_size.h"
 #include "renderer/loading/converted_scene.h"
-#include "renderer/passes/environment/environment.h"
-#include "renderer/passes/scene_renderer.h"
+#include "renderer/settings/debug_view.h"
+#include "renderer/settings/draw_settings.h"
 #include "renderer/streams/playout_options.h"
-#include "renderer/window/window.h"
+#include "renderer/window/present.h"
 
 namespace fire3dv::app {
 
@@ -63,7 +65,7 @@ struct Options {
   bool watch = true;                                // reload the scene when its file changes
   std::string cache = "auto";                       // auto, off, beside or a folder: see disk_caches.h
   std::filesystem::path out;                        // folder of images; empty = none
-  passes::ImageOutputs outputs;                     // outputs of each image in `out`
+  wire::ImageOutputs outputs;                       // outputs of each image in `out`
   std::filesystem::path stats;                      // CSV of times per frame; empty = none
 
   std::string device;

@@ -9,15 +9,10 @@
 #include <span>
 #include <vector>
 
+#include "renderer/gpu/device/async_compute.h"
 #include "renderer/gpu/device/vk.h"
 
 namespace fire3dv::gpu {
-
-enum class AsyncCompute : uint8_t {
-  automatic,  // an async compute queue where there is one
-  on,         // always; without a second queue the submissions are serialised on the main queue
-  off,        // one queue, one submission a frame
-};
 
 enum class AsyncQueue : uint8_t {
   none,

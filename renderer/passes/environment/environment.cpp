@@ -371,13 +371,6 @@ void Environment::describe(gpu_types::Globals& globals, float intensity, float r
   globals.environment_turn = {std::cos(rotation_rad), std::sin(rotation_rad)};
 }
 
-Background Background::gradient() {
-  Background background;
-  background.color = {0.46f, 0.48f, 0.51f};
-  background.zenith = glm::vec3(0.085f, 0.105f, 0.135f);
-  return background;
-}
-
 float Environment::background_level(const View& view, uint32_t image_height) const {
   const float pixel_rad = 2 * glm::length(view.world_from_ndc_y) / static_cast<float>(image_height);
   const float texel_rad = 3.14159265f / static_cast<float>(background_image_.extent.height);

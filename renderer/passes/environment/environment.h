@@ -14,35 +14,16 @@
 #include "renderer/gpu/device/loader_commands.h"
 #include "renderer/gpu/pipelines/descriptors.h"
 #include "renderer/gpu/resources.h"
+#include "renderer/passes/environment/environment_store.h"
 #include "renderer/passes/view/view.h"
 #include "renderer/scene/textures/environment.h"
 #include "shaders/shared/types.h"
 
 namespace fire3dv::passes {
 
-// Cache of prepared environment maps across runs. Reason: preparation takes two cores a tenth of a second.
-// Called on any thread.
-class EnvironmentStore {
- public:
-  virtual ~EnvironmentStore() = default;
-  // Returns the cached maps of this kind, or nothing if the size differs.
-  virtual std::optional<std::vector<std::byte>> find(const Digest& kind, size_t bytes) = 0;
-  virtual void keep(const Digest& kind, std::span<const std::byte> maps) = 0;
-};
-
 // Cache key of environment maps: image, device, driver, shaders and the recipe with all other parameters.
 Digest environment_kind(const VkPhysicalDeviceProperties& device, const scene::EnvironmentImage& image,
                         std::span<const uint32_t> recipe);
-
-// Background of pixels without geometry. Colours are linear and shown as they are: without exposure and tone
-// mapping.
-struct Background {
-  bool show_environment = false;         // the environment image instead of the colours
-  glm::vec3 color{0.16f, 0.18f, 0.21f};  // towards the ground and the horizon
-  std::optional<glm::vec3> zenith;       // overhead; nullopt: the same colour
-
-  static Background gradient();  // the default of the programs
-};
 
 class Environment {
  public:

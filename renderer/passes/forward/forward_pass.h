@@ -10,11 +10,11 @@
 #include "renderer/gpu/device/vk.h"
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/gpu/pipelines/pipeline.h"
-#include "renderer/passes/environment/environment.h"
 #include "renderer/passes/resources/gpu_scene.h"
 #include "renderer/passes/resources/targets.h"
 #include "renderer/passes/shadows/shadow_pass.h"
 #include "renderer/passes/view/view.h"
+#include "renderer/settings/background.h"
 #include "renderer/state/pose_state.h"
 
 namespace fire3dv::passes {

@@ -25,20 +25,10 @@
 #include "renderer/passes/shadows/shadow_plan.h"
 #include "renderer/passes/view/view.h"
 #include "renderer/scene/textures/environment.h"
+#include "renderer/settings/path_settings.h"
 #include "shaders/shared/types.h"
 
 namespace fire3dv::passes {
-
-struct PathSettings {
-  uint32_t samples_per_pixel = 256;
-  uint32_t bounces = 8;  // after the first surface; 0: direct light
-  uint32_t seed = 0;
-  scene::ThinLens lens;                     // see lens_of()
-  RayBackEnd back_end = RayBackEnd::query;  // preferred; the other one is the fallback
-  // Work of one dispatch; 0: chosen by the device. Without influence on the image.
-  uint32_t pixels_per_dispatch = 0;
-  uint32_t segments_per_dispatch = 0;  // rays of each path
-};
 
 // What paths ignore or approximate in this scene, one sentence each.
 std::vector<std::string> path_tracing_limits(const scene::Scene& scene);
@@ -47,12 +37,6 @@ std::vector<std::string> path_tracing_limits(const scene::Scene& scene);
 Result<void> can_trace_paths(const gpu::Device& device);
 // Text for the user.
 const char* describe_path_back_end(RayBackEnd back_end);
-
-// Samples of each pixel of an image.
-struct PathProgress {
-  uint32_t samples = 0, samples_per_pixel = 0;  // traced; wanted
-  bool is_whole() const { return samples >= samples_per_pixel; }
-};
 
 class PathPass {
  public:

@@ -11,6 +11,7 @@
 #include "renderer/gpu/recorder.h"
 #include "renderer/passes/resources/targets.h"
 #include "renderer/passes/view/view.h"
+#include "renderer/settings/post_settings.h"
 #include "renderer/state/stream_timing.h"
 
 namespace fire3dv::passes {
@@ -52,20 +53,7 @@ class ImageFilter {
   gpu::Sampler sampler_;
 };
 
-enum class ToneMap { reinhard, aces, neutral, none };
-
 uint32_t tone_map_number(ToneMap tone_map);  // FIRE3DV_TONE_MAP_*
-
-struct PostSettings {
-  float exposure = 1;
-  bool metered = false;  // exposure by the light of each image; `exposure` is for images without
-  ToneMap tone_map = ToneMap::reinhard;
-  bool fxaa = true;
-  float bloom = 0;       // share of blurred light, 0 to 1; 0: no bloom passes
-  scene::ThinLens lens;  // of rasterised images, see lens_of()
-  // True for effects that read the samples of all pixels before tone mapping.
-  bool reads_samples() const { return metered || bloom > 0; }
-};
 
 inline float exposure_of(const View& view, const PostSettings& settings) {
   return view.exposure > 0 ? view.exposure : settings.exposure;

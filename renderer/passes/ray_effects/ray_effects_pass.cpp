@@ -13,15 +13,6 @@ namespace {
 using gpu::Use;
 namespace access = gpu::access;
 
-struct NamedEffect {
-  std::string_view name;
-  bool RayEffects::*on;
-};
-constexpr NamedEffect kEffects[] = {{"reflections", &RayEffects::reflections},
-                                    {"ao", &RayEffects::ambient_occlusion},
-                                    {"refraction", &RayEffects::refraction},
-                                    {"bounce", &RayEffects::bounce}};
-
 RayBackEnd choose_back_end(const gpu::Device& device, RayBackEnd preferred) {
   const bool pipeline =
       device.report().ray_tracing_pipeline && (preferred == RayBackEnd::pipeline || !device.ray_query());
@@ -35,38 +26,6 @@ float pixel_angle_rad(const View& view, uint32_t height) {
 }
 
 }  // namespace
-
-bool ray_effects_named(std::string_view names, RayEffects& effects) {
-  effects = {};
-  if (names == "off") return true;
-  while (true) {
-    const size_t comma = names.find(',');
-    const std::string_view name = names.substr(0, comma);
-    bool known = false;
-    for (const NamedEffect& effect : kEffects) {
-      if (name != effect.name && name != "all") continue;
-      effects.*effect.on = true;
-      known = true;
-    }
-    if (!known) return false;
-    if (comma == std::string_view::npos) return true;
-    names.remove_prefix(comma + 1);
-  }
-}
-
-std::string describe(const RayEffects& effects) {
-  std::string names;
-  for (const NamedEffect& effect : kEffects) {
-    if (effects.*effect.on) names += (names.empty() ? "" : ", ") + std::string(effect.name);
-  }
-  return names;
-}
-
-std::string ray_effect_names() {
-  RayEffects all;
-  (void)ray_effects_named("all", all);
-  return describe(all);
-}
 
 Result<void> can_trace_ray_effects(const gpu::Device& device, bool has_visibility_buffer) {
   if (!device.traces_rays())

@@ -5,11 +5,11 @@
 #pragma once
 
 #include "renderer/gpu/pipelines/pipeline.h"
-#include "renderer/passes/ray_effects/ray_effect_settings.h"
 #include "renderer/passes/resources/gpu_scene.h"
 #include "renderer/passes/resources/shader_variant.h"
 #include "renderer/passes/resources/targets.h"
 #include "renderer/passes/view/view.h"
+#include "renderer/settings/ray_effect_settings.h"
 #include "shaders/shared/types.h"
 
 namespace fire3dv::passes {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "renderer/scene/model/scene_edits.h"
+#include "renderer/settings/shadow_settings.h"
 #include "shaders/shared/types.h"
 
 namespace fire3dv::gpu {
@@ -13,18 +14,6 @@ class Device;
 }
 
 namespace fire3dv::passes {
-
-enum class ShadowMethod : uint8_t { automatic, ray, map, off };
-enum class RayBackEnd : uint8_t { none, query, pipeline };
-
-struct ShadowSettings {
-  ShadowMethod method = ShadowMethod::automatic;
-  bool hybrid = true;  // maps first, rays for unresolved pixels; false: a ray for every lit surface
-  RayBackEnd back_end = RayBackEnd::query;  // preferred; the other one is the fallback
-  uint32_t map_side = 0;         // texels along a map, a power of two; 0: chosen by device and image size
-  uint32_t max_listed_rays = 0;  // capacity of the ray list; 0: half of the pixels
-  bool operator==(const ShadowSettings&) const = default;
-};
 
 // Shadow technique that a device supports for the settings.
 struct ShadowTechnique {

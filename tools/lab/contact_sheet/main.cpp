@@ -15,7 +15,6 @@
 #include "base/files.h"
 #include "base/text.h"
 #include "renderer/gpu/device/device.h"
-#include "renderer/passes/frame_plan.h"
 #include "renderer/scene/gltf/load_gltf.h"
 #include "renderer/sinks/frame.h"
 #include "renderer/sinks/output_text.h"

@@ -7,7 +7,6 @@
 #include "base/clock.h"
 #include "base/command_line.h"
 #include "renderer/app/options/option_values.h"
-#include "renderer/passes/frame_plan.h"
 #include "renderer/passes/ray_effects/ray_effects_pass.h"
 #include "renderer/sinks/png.h"
 #include "tools/lab/bench/bench_device.h"

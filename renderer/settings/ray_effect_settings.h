@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "renderer/passes/shadows/shadow_plan.h"
+#include "renderer/settings/shadow_settings.h"
 
 namespace fire3dv::passes {
 

@@ -1,0 +1,18 @@
+// Background of pixels without geometry.
+#pragma once
+
+#include <glm/glm.hpp>
+#include <optional>
+
+namespace fire3dv::passes {
+
+// Colours are linear and shown as they are: without exposure and tone mapping.
+struct Background {
+  bool show_environment = false;         // the environment image instead of the colours
+  glm::vec3 color{0.16f, 0.18f, 0.21f};  // towards the ground and the horizon
+  std::optional<glm::vec3> zenith;       // overhead; nullopt: the same colour
+
+  static Background gradient();  // the default of the programs
+};
+
+}  // namespace fire3dv::passes

@@ -1,0 +1,87 @@
+#include "renderer/settings/draw_settings.h"
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+namespace fire3dv::passes {
+namespace {
+
+struct NamedEffect {
+  std::string_view name;
+  bool RayEffects::*on;
+};
+constexpr NamedEffect kEffects[] = {{"reflections", &RayEffects::reflections},
+                                    {"ao", &RayEffects::ambient_occlusion},
+                                    {"refraction", &RayEffects::refraction},
+                                    {"bounce", &RayEffects::bounce}};
+
+}  // namespace
+
+Background Background::gradient() {
+  Background background;
+  background.color = {0.46f, 0.48f, 0.51f};
+  background.zenith = glm::vec3(0.085f, 0.105f, 0.135f);
+  return background;
+}
+
+RasterPath raster_path_named(const std::string& name) {
+  if (name == "forward") return RasterPath::forward;
+  if (name == "visibility") return RasterPath::visibility;
+  return RasterPath::automatic;
+}
+
+LevelsOfDetail levels_of_detail_named(const std::string& name) {
+  if (name == "off") return LevelsOfDetail::off;
+  if (name == "on") return LevelsOfDetail::camera;
+  return name == "everywhere" ? LevelsOfDetail::everywhere : LevelsOfDetail::automatic;
+}
+
+Cull cull_named(const std::string& name) {
+  if (name == "off") return Cull::off;
+  if (name == "view") return Cull::view;
+  return name == "hidden" ? Cull::hidden : Cull::automatic;
+}
+
+ShadowSettings shadows_named(const std::string& name) {
+  ShadowSettings settings;
+  if (name == "off") settings.method = ShadowMethod::off;
+  if (name == "map") settings.method = ShadowMethod::map;
+  if (name.starts_with("ray")) settings.method = ShadowMethod::ray;
+  if (name == "ray-pipeline") settings.back_end = RayBackEnd::pipeline;
+  return settings;
+}
+
+bool ray_effects_named(std::string_view names, RayEffects& effects) {
+  effects = {};
+  if (names == "off") return true;
+  while (true) {
+    const size_t comma = names.find(',');
+    const std::string_view name = names.substr(0, comma);
+    bool known = false;
+    for (const NamedEffect& effect : kEffects) {
+      if (name != effect.name && name != "all") continue;
+      effects.*effect.on = true;
+      known = true;
+    }
+    if (!known) return false;
+    if (comma == std::string_view::npos) return true;
+    names.remove_prefix(comma + 1);
+  }
+}
+
+std::string describe(const RayEffects& effects) {
+  std::string names;
+  for (const NamedEffect& effect : kEffects) {
+    if (effects.*effect.on) names += (names.empty() ? "" : ", ") + std::string(effect.name);
+  }
+  return names;
+}
+
+std::string ray_effect_names() {
+  RayEffects all;
+  (void)ray_effects_named("all", all);
+  return describe(all);
+}
+
+}  // namespace fire3dv::passes

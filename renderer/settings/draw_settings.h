@@ -1,0 +1,42 @@
+// Draw settings: all that decides how a scene looks in an image, beside scene and view. Values without
+// Vulkan.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "renderer/settings/background.h"
+#include "renderer/settings/path_settings.h"
+#include "renderer/settings/post_settings.h"
+#include "renderer/settings/raster_settings.h"
+#include "renderer/settings/ray_effect_settings.h"
+#include "renderer/settings/shadow_settings.h"
+
+namespace fire3dv::scene {
+struct EnvironmentImage;
+}
+
+namespace fire3dv::passes {
+
+class EnvironmentStore;
+
+struct DrawSettings {
+  RasterPath raster = RasterPath::automatic;
+  Cull cull = Cull::automatic;
+  LevelsOfDetail levels_of_detail = LevelsOfDetail::automatic;
+  float anisotropy = 1;  // off, so that images are identical on all devices
+  uint32_t samples = 4;
+  ShadowSettings shadows;
+  std::shared_ptr<const scene::EnvironmentImage> environment;  // null: the studio environment
+  std::shared_ptr<EnvironmentStore> cached_environments;       // cache; null: maps are prepared at each start
+  float environment_intensity = 1;
+  float environment_rotation_rad = 0;  // about +Y, counter-clockwise seen from above
+  Background background;
+  PostSettings post;
+  RayEffectSettings ray_effects;  // of raster images, on devices that trace rays; see can_trace_ray_effects()
+  std::optional<PathSettings> path;  // colours by path tracing; the device must support it. nullopt: raster
+  uint32_t max_textures = 1 << 16;   // texture capacity of a scene; larger values slow down every start
+};
+
+}  // namespace fire3dv::passes

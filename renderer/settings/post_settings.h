@@ -1,0 +1,23 @@
+// Draw settings of post-processing: exposure, tone mapping, FXAA, bloom, and the lens of raster images.
+#pragma once
+
+#include <cstdint>
+
+#include "renderer/scene/model/appearance.h"
+
+namespace fire3dv::passes {
+
+enum class ToneMap { reinhard, aces, neutral, none };
+
+struct PostSettings {
+  float exposure = 1;
+  bool metered = false;  // exposure by the light of each image; `exposure` is for images without
+  ToneMap tone_map = ToneMap::reinhard;
+  bool fxaa = true;
+  float bloom = 0;       // share of blurred light, 0 to 1; 0: no bloom passes
+  scene::ThinLens lens;  // of rasterised images, see lens_of()
+  // True for effects that read the samples of all pixels before tone mapping.
+  bool reads_samples() const { return metered || bloom > 0; }
+};
+
+}  // namespace fire3dv::passes
