@@ -1,5 +1,5 @@
 // Per-cluster LOD selection for a view; see renderer/scene/clusters/clusters.h.
-// tests/unit/geometry/cluster_levels_test.cpp has the same rule in C++.
+// tests/unit/renderer/scene/clusters/levels_test.cpp has the same rule in C++.
 #ifndef FIRE3DV_LEVEL_CHOICE_GLSL
 #define FIRE3DV_LEVEL_CHOICE_GLSL
 #include "common/buffers.glsl"

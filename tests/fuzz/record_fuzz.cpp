@@ -4,7 +4,7 @@
 #include "protocol/record/damage.h"
 #include "protocol/record/playback.h"
 #include "tests/fuzz/target.h"
-#include "tests/unit/record/record_files.h"
+#include "tests/unit/protocol/record/record_files.h"
 
 namespace fire3dv::fuzz {
 

@@ -1,6 +1,6 @@
 // Render test of frames with work on the async compute queue: byte-identical images, no leaked objects, and
 // each pass waits only for its dependencies. The test driver has one queue, which executes the submissions in
-// order; tests/unit/drawing/forked_submit_test.cpp enumerates the possible orders of two queues.
+// order; tests/unit/renderer/gpu/forked_submit_test.cpp enumerates the possible orders of two queues.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -7,7 +7,7 @@
 
 #include "renderer/gui/gui_pass.h"
 #include "tests/render/support/render_bench.h"
-#include "tests/unit/app/gui_world.h"
+#include "tests/unit/renderer/gui/gui_world.h"
 
 namespace fire3dv::test {
 namespace {

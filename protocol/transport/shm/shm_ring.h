@@ -15,8 +15,9 @@ namespace fire3dv::transport::shm {
 
 // Seqlock steps of writing and reading a slot of a broadcast ring, in the order of SPEC-transport 1.3.
 // Templates over a Memory: the mapped segment (shm_ring.cpp), or a model of the C++ memory model
-// (tests/unit/transport/ring_model.h). The test explores every state that a reader can observe of a stopped
-// writer; verified and production code are the same. Order of accesses: docs/design/shared-memory.md.
+// (tests/unit/protocol/transport/shm/ring_model.h). The test explores every state that a reader can observe
+// of a stopped writer; verified and production code are the same. Order of accesses:
+// docs/design/shared-memory.md.
 
 // Atomic words: three of the slot, and the ring's counter.
 enum class RingWord { sequence, bytes, tag, published };

@@ -11,7 +11,7 @@
 #include "protocol/transport/open.h"
 #include "protocol/wire/decode.h"
 #include "tests/e2e/programs/self_identifying_frames.h"
-#include "tests/unit/transport/child.h"
+#include "tests/unit/protocol/transport/child.h"
 
 namespace fire3dv::test {
 namespace {

@@ -11,7 +11,7 @@
 #include <string>
 
 #include "base/files.h"
-#include "tests/unit/record/record_files.h"
+#include "tests/unit/protocol/record/record_files.h"
 
 namespace {
 

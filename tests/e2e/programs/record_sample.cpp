@@ -8,7 +8,7 @@
 
 #include "protocol/record/stream_log.h"
 #include "protocol/wire/encode.h"
-#include "tests/unit/record/record_files.h"
+#include "tests/unit/protocol/record/record_files.h"
 
 namespace {
 
@@ -63,7 +63,7 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "record_sample: %s\n", sink.error().message.c_str());
     return 1;
   }
-  // The source of tests/unit/recordings/by_mcap_core.mcap.
+  // The source of tests/unit/protocol/record/recordings/by_mcap_core.mcap.
   if (std::strcmp(argv[2], "small") == 0)
     return (*sink)->append(record_test::small_recording(record::Compression::none)).ok() ? 0 : 1;
   record::LogOptions options;

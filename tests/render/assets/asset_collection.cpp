@@ -6,7 +6,7 @@
 
 #include "examples/gallery/scenes.h"
 #include "tests/support/asset_collection_folder.h"
-#include "tests/unit/app/motion_file.h"
+#include "tests/unit/renderer/scene/gltf/motion_file.h"
 
 namespace fire3dv::test {
 namespace {

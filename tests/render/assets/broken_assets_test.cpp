@@ -9,7 +9,7 @@
 #include "tests/render/assets/asset_collection.h"
 #include "tests/render/support/render_bench.h"
 #include "tests/support/asset_collection_folder.h"
-#include "tests/unit/app/motion_file.h"
+#include "tests/unit/renderer/scene/gltf/motion_file.h"
 #include "tools/lab/contact_sheet/asset_drawer.h"
 
 namespace fire3dv::test {

@@ -1,0 +1,465 @@
+// Test of image requests through the C interface: argument checks, the request as the renderer receives it,
+// and its answers.
+#include <atomic>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <random>
+#include <thread>
+
+#include "fire3dv/image.h"
+#include "protocol/wire/image.h"
+#include "tests/unit/adapters/generic/client_fixture.h"
+
+namespace fire3dv::test {
+namespace {
+
+struct Close {
+  void operator()(fire3dv_stream* stream) const { fire3dv_close(&stream); }
+};
+using Stream = std::unique_ptr<fire3dv_stream, Close>;
+
+struct Release {
+  void operator()(fire3dv_image* image) const { fire3dv_release_image(&image); }
+};
+using Image = std::unique_ptr<fire3dv_image, Release>;
+
+const float kPose[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+
+fire3dv_image_request small(int32_t when = 0) {
+  fire3dv_image_request request{};
+  request.struct_size = sizeof request;
+  request.width = 8;
+  request.height = 4;
+  request.fx = request.fy = 10;
+  request.cx = 3.5f;
+  request.cy = 1.5f;
+  request.when = when;
+  return request;
+}
+
+// Fake renderer: receives requests, and answers with images whose pixels encode the sequence.
+struct Drawer {
+  std::unique_ptr<transport::ListenerLink> link;
+  transport::PeerId peer = 0;
+  std::map<uint32_t, wire::ImageRequest> requests;  // by place
+  uint64_t sequence = 0;
+  uint64_t epoch = 0;
+
+  explicit Drawer(const std::string& uri) {
+    auto opened = transport::open_listener(uri);
+    EXPECT_TRUE(opened.ok()) << opened.error().message;
+    if (opened.ok()) link = std::move(*opened);
+  }
+  void poll() {
+    link->wait(std::chrono::milliseconds(1));
+    link->poll([&](const transport::LinkEvent& event) {
+      if (event.kind == transport::LinkEvent::Kind::connected) peer = event.peer;
+      if (event.message.empty()) return;
+      const auto message = decoder_.decode(event.message);
+      ASSERT_TRUE(message.ok()) << message.error().message;
+      if (const auto* m = std::get_if<wire::ImageRequest>(&*message)) requests[m->place] = *m;
+      if (const auto* m = std::get_if<wire::PoseFrameView>(&*message)) sequence = m->header.sequence;
+      if (const auto* m = std::get_if<wire::StreamDescription>(&*message)) {
+        epoch = m->epoch;
+        requests.clear();
+      }
+    });
+  }
+  bool poll_until(const std::function<bool()>& done) {
+    return repeat_until([&] {
+      poll();
+      return done();
+    });
+  }
+  bool answer(const wire::ImageRequest& request, uint64_t number, uint64_t shows) {
+    wire::ImageFrame frame;
+    frame.request = request.id;
+    frame.number = number;
+    frame.epoch = request.epoch;
+    frame.sequence = shows;
+    frame.sim_time_ns = static_cast<int64_t>(shows) * 1000;
+    frame.intrinsics = request.intrinsics;
+    const uint32_t width = frame.intrinsics.width, height = frame.intrinsics.height;
+    frame.planes = {{0, wire::ImageFormat::rgba8, width, height, 4 * width, 0, 4 * width * height}};
+    frame.pixel_bytes = (frame.planes[0].bytes + 63) / 64 * 64;
+    return link->send_image(peer, request.id, wire::encode(frame), frame.pixel_bytes,
+                            [&](std::span<std::byte> pixels) {
+                              for (size_t i = 0; i + 8 <= pixels.size(); i += 8)
+                                std::memcpy(pixels.data() + i, &shows, 8);
+                            });
+  }
+
+ private:
+  wire::Decoder decoder_;
+};
+
+// Returns the sequence that all pixels encode.
+uint64_t drawn_sequence(const fire3dv_image& image) {
+  const fire3dv_image_plane& plane = image.planes[0];
+  uint64_t first = 0;
+  std::memcpy(&first, plane.data, 8);
+  for (size_t i = 0; i < size_t{plane.row_stride} * plane.height; i += 8) {
+    uint64_t one = 0;
+    std::memcpy(&one, static_cast<const std::byte*>(plane.data) + i, 8);
+    EXPECT_EQ(one, first) << "pixels of several images";
+  }
+  return first;
+}
+
+class ClientImage : public ::testing::TestWithParam<std::string> {
+ protected:
+  void SetUp() override {
+    drawer_.emplace(listener_uri(GetParam()));
+    stream_.reset(fire3dv_open(drawer_->link->uri().c_str(), nullptr));
+    ASSERT_NE(stream_, nullptr) << fire3dv_last_error();
+    ASSERT_EQ(describe(stream_.get(), {"node"}), FIRE3DV_OK);
+  }
+  uint64_t send_request(const fire3dv_image_request& request) {
+    uint64_t id = 0;
+    EXPECT_EQ(fire3dv_request_image(stream_.get(), &request, &id), FIRE3DV_OK) << fire3dv_last_error();
+    return id;
+  }
+  // Returns the drawer's copy of the request after its arrival.
+  wire::ImageRequest seen(uint64_t id) {
+    wire::ImageRequest found;
+    EXPECT_TRUE(drawer_->poll_until([&] {
+      for (const auto& [place, request] : drawer_->requests)
+        if (request.id == id) found = request;
+      return found.id == id;
+    }));
+    return found;
+  }
+  Image wait(uint64_t id, int expected = FIRE3DV_OK, uint32_t timeout_ms = 60'000) {
+    fire3dv_image* image = nullptr;
+    EXPECT_EQ(fire3dv_wait_image(stream_.get(), id, timeout_ms, &image), expected) << fire3dv_last_error();
+    return Image(image);
+  }
+  void publish() { ASSERT_EQ(fire3dv_publish(stream_.get(), 0, kPose, 1, 0), FIRE3DV_OK); }
+
+  std::optional<Drawer> drawer_;
+  Stream stream_;
+};
+
+INSTANTIATE_TEST_SUITE_P(Links, ClientImage, ::testing::Values("shm", "tcp"));
+
+TEST_P(ClientImage, ARequestArrivesAndItsImageComesBack) {
+  publish();
+  fire3dv_image_request request = small();
+  request.node = "wrist";
+  const float pose[12] = {1, 0, 0, 0.5f, 0, 1, 0, 0, 0, 0, 1, 2};
+  request.parent_from_camera = pose;
+  request.outputs = FIRE3DV_IMAGE_COLOR_SRGB8 | FIRE3DV_IMAGE_DEPTH_F32;
+  const uint64_t id = send_request(request);
+  const wire::ImageRequest got = seen(id);
+  EXPECT_EQ(got.node, "wrist");
+  EXPECT_EQ(got.epoch, drawer_->epoch);
+  EXPECT_EQ(got.sequence, 1u) << "the newest that was published";
+  EXPECT_EQ(got.outputs, wire::kColorSrgb8 | wire::kDepthF32);
+  EXPECT_FALSE(got.markers);
+  EXPECT_EQ(got.when, wire::ImageWhen::once);
+  EXPECT_EQ(got.parent_from_camera.m[3], 0.5f);
+  EXPECT_EQ(got.intrinsics, (wire::Intrinsics{8, 4, 10, 10, 3.5f, 1.5f, 0.01f, 0, {}}));
+  EXPECT_EQ(wait(id, FIRE3DV_ERROR_TIMEOUT, 0), nullptr);
+  EXPECT_NE(std::string(fire3dv_last_error()).find("; 1 renderer is reached"), std::string::npos)
+      << fire3dv_last_error();
+  ASSERT_TRUE(drawer_->answer(got, 1, 1));
+  const Image image = wait(id);
+  ASSERT_NE(image, nullptr);
+  EXPECT_EQ(image->request, id);
+  EXPECT_EQ(image->sequence, 1u);
+  EXPECT_EQ(image->sim_time_ns, 1000);
+  EXPECT_EQ(image->width, 8u);
+  ASSERT_EQ(image->plane_count, 1u);
+  EXPECT_EQ(image->planes[0].output, uint32_t{FIRE3DV_IMAGE_COLOR_SRGB8});
+  EXPECT_EQ(reinterpret_cast<uintptr_t>(image->planes[0].data) % 16, 0u);
+  EXPECT_EQ(drawn_sequence(*image), 1u);
+  EXPECT_EQ(image->f_number, 0);
+  EXPECT_EQ(wait(id, FIRE3DV_ERROR_ARGUMENT), nullptr) << "once is once";
+  request.markers = 1;
+  EXPECT_TRUE(seen(send_request(request)).markers);
+}
+
+TEST_P(ClientImage, TheLensOfARequestIsThatOfItsImage) {
+  fire3dv_image_request request = small();
+  request.f_number = 1.8f;
+  request.focus_distance_m = 0.75f;
+  const uint64_t id = send_request(request);
+  const wire::ImageRequest got = seen(id);
+  EXPECT_EQ(got.intrinsics.f_number, 1.8f);
+  EXPECT_EQ(got.intrinsics.focus_distance_m, 0.75f);
+  ASSERT_TRUE(drawer_->answer(got, 1, 1));
+  const Image image = wait(id);
+  ASSERT_NE(image, nullptr);
+  EXPECT_EQ(image->f_number, 1.8f);
+  EXPECT_EQ(image->focus_distance_m, 0.75f);
+  // Programs built before fields were appended pass smaller sizes; f_number lies where 1.6 had padding.
+  request.markers = 1;
+  request.struct_size = offsetof(fire3dv_image_request, markers) + 8;
+  const wire::ImageRequest of_1_6 = seen(send_request(request));
+  EXPECT_TRUE(of_1_6.markers);
+  EXPECT_EQ(of_1_6.intrinsics.f_number, 0);
+  request.struct_size = offsetof(fire3dv_image_request, markers);
+  const wire::ImageRequest of_1_5 = seen(send_request(request));
+  EXPECT_FALSE(of_1_5.markers);
+  EXPECT_EQ(of_1_5.intrinsics.focus_distance_m, 0);
+}
+
+TEST_P(ClientImage, WithRandomDepthInFlightEveryImageIsOfTheSequenceThatItClaims) {
+  constexpr uint64_t kRequests = 1000;
+  std::atomic<bool> stop{false};
+  std::thread draws([&] {
+    std::mt19937 random(3);
+    uint64_t answered = 0;
+    while (!stop) {
+      drawer_->poll();
+      // Answers the due requests in random order.
+      std::vector<wire::ImageRequest> open;
+      for (const auto& [place, request] : drawer_->requests)
+        if (request.id != 0 && request.sequence <= drawer_->sequence) open.push_back(request);
+      std::shuffle(open.begin(), open.end(), random);
+      for (const wire::ImageRequest& request : open) {
+        if (random() % 3 == 0) continue;
+        if (drawer_->answer(request, 1, drawer_->sequence)) ++answered;
+        drawer_->requests[request.place].id = 0;
+      }
+    }
+    EXPECT_GE(answered, kRequests);
+  });
+  std::mt19937 random(5);
+  std::map<uint64_t, uint64_t> requested_at;  // of each open request
+  uint64_t sent_requests = 0, published = 0;
+  while (sent_requests < kRequests || !requested_at.empty()) {
+    const size_t depth = sent_requests < kRequests ? random() % 40 : 0;
+    while (sent_requests < kRequests && requested_at.size() <= depth) {
+      publish();
+      ++published;
+      requested_at[send_request(small())] = published;
+      ++sent_requests;
+    }
+    const Image image = wait(random() % 2 != 0 ? requested_at.begin()->first : 0);
+    if (image == nullptr) break;
+    EXPECT_EQ(drawn_sequence(*image), image->sequence);
+    EXPECT_GE(image->sequence, requested_at.at(image->request)) << "older than its request";
+    EXPECT_LE(image->sequence, published);
+    requested_at.erase(image->request);
+  }
+  stop = true;
+  draws.join();
+  EXPECT_TRUE(requested_at.empty());
+}
+
+TEST_P(ClientImage, WhatAStandingRequestLostIsCounted) {
+  publish();
+  const uint64_t id = send_request(small(FIRE3DV_IMAGE_EVERY_NTH));
+  const wire::ImageRequest got = seen(id);
+  EXPECT_EQ(got.every, 1u);
+  for (const uint64_t number : {1u, 2u, 5u}) drawer_->answer(got, number, number);
+  uint64_t last = 0, lost = 0, taken = 0;
+  while (last < 5) {
+    const Image image = wait(id);
+    ASSERT_NE(image, nullptr);
+    EXPECT_GT(image->number, last);
+    last = image->number;
+    lost += image->lost;
+    ++taken;
+  }
+  EXPECT_EQ(lost + taken, 5u);
+}
+
+TEST_P(ClientImage, ARefusalIsToldOnceInTheRenderersWords) {
+  const uint64_t id = send_request(small());
+  const wire::ImageRequest got = seen(id);
+  drawer_->link->send(drawer_->peer,
+                      wire::encode(wire::ImageRefused{got.epoch, id, wire::ImageRefusal::unknown_camera,
+                                                      "no node is called \"wrist\""}));
+  EXPECT_EQ(wait(0, FIRE3DV_ERROR_REFUSED), nullptr);
+  EXPECT_NE(std::string(fire3dv_last_error()).find("wrist"), std::string::npos);
+  EXPECT_EQ(wait(id, FIRE3DV_ERROR_ARGUMENT), nullptr);
+  EXPECT_EQ(wait(0, FIRE3DV_ERROR_STATE), nullptr);
+}
+
+TEST_P(ClientImage, CancelTakesBack) {
+  const uint64_t id = send_request(small(FIRE3DV_IMAGE_EVERY_NTH));
+  const wire::ImageRequest got = seen(id);
+  drawer_->answer(got, 1, 1);
+  ASSERT_NE(wait(id), nullptr);
+  ASSERT_EQ(fire3dv_cancel_image(stream_.get(), id), FIRE3DV_OK);
+  EXPECT_EQ(wait(id, FIRE3DV_ERROR_ARGUMENT), nullptr);
+  EXPECT_TRUE(
+      drawer_->poll_until([&] { return drawer_->requests[got.place].when == wire::ImageWhen::never; }));
+  const uint64_t next = send_request(small());
+  EXPECT_EQ(seen(next).place, got.place) << "places are used again";
+  drawer_->answer(got, 2, 2);  // too late
+  drawer_->answer(seen(next), 1, 3);
+  const Image image = wait(0);
+  ASSERT_NE(image, nullptr);
+  EXPECT_EQ(image->request, next);
+  EXPECT_EQ(fire3dv_cancel_image(stream_.get(), 12345), FIRE3DV_OK);
+}
+
+TEST_P(ClientImage, ANewDescriptionKeepsWhatStandsAndEndsTheRest) {
+  const uint64_t standing = send_request(small(FIRE3DV_IMAGE_EVERY_NTH)), once = send_request(small());
+  seen(once);
+  const uint64_t first_epoch = drawer_->epoch;
+  ASSERT_EQ(describe(stream_.get(), {"node", "other"}), FIRE3DV_OK);
+  EXPECT_EQ(wait(once, FIRE3DV_ERROR_REFUSED), nullptr);
+  EXPECT_NE(std::string(fire3dv_last_error()).find("described again"), std::string::npos);
+  ASSERT_TRUE(drawer_->poll_until([&] { return drawer_->epoch != first_epoch; }));
+  const wire::ImageRequest again = seen(standing);
+  EXPECT_EQ(again.epoch, drawer_->epoch);
+  drawer_->answer(again, 1, 1);
+  EXPECT_NE(wait(standing), nullptr);
+}
+
+TEST_P(ClientImage, ARendererThatComesLaterGetsTheRequest) {
+  const uint64_t id = send_request(small(FIRE3DV_IMAGE_EVERY_NTH));
+  const wire::ImageRequest got = seen(id);
+  for (uint64_t number = 1; number <= 3; ++number) {
+    drawer_->answer(got, number, number);
+    ASSERT_NE(wait(id), nullptr);
+  }
+  const std::string uri = drawer_->link->uri();
+  drawer_.reset();
+  drawer_.emplace(uri);
+  drawer_->answer(seen(id), 1, 4);  // the next renderer counts its own images
+  const Image image = wait(id);
+  ASSERT_NE(image, nullptr);
+  EXPECT_EQ(drawn_sequence(*image), 4u);
+  EXPECT_EQ(image->lost, 0u);
+}
+
+TEST_P(ClientImage, WhatIsKeptOfRequestsThatAreOverLeavesRoomForMore) {
+  std::vector<Image> kept;
+  for (int i = 0; i < 40; ++i) {
+    const uint64_t id = send_request(small());
+    drawer_->answer(seen(id), 1, static_cast<uint64_t>(i) + 1);
+    kept.push_back(wait(id));
+    ASSERT_NE(kept.back(), nullptr) << "image " << i;
+  }
+  for (int i = 0; i < 40; ++i)
+    EXPECT_EQ(drawn_sequence(*kept[static_cast<size_t>(i)]), static_cast<uint64_t>(i) + 1);
+}
+
+TEST_P(ClientImage, WhatNobodyTakesLeavesRoomForMore) {
+  for (int i = 0; i < 40; ++i) {
+    const uint64_t id = send_request(small());
+    drawer_->answer(seen(id), 1, 1);
+  }
+  const uint64_t id = send_request(small());
+  drawer_->answer(seen(id), 1, 1);
+  EXPECT_NE(wait(id), nullptr);
+}
+
+TEST_P(ClientImage, NonsenseFromARendererIsDropped) {
+  const uint64_t id = send_request(small());
+  const wire::ImageRequest got = seen(id);
+  const auto fill = [](std::span<std::byte>) {};
+  const auto peer = drawer_->peer;
+  drawer_->link->send_image(peer, id, wire::encode(wire::Ack{1, 2}), 64, fill);
+  drawer_->link->send_image(peer, id + 1, std::vector<std::byte>(100), 64, fill);
+  wire::ImageRequest stranger = got;
+  stranger.id = 999;
+  drawer_->answer(stranger, 1, 1);
+  stranger = got;
+  stranger.epoch ^= 1;
+  drawer_->answer(stranger, 1, 1);
+  wire::ImageFrame beyond;  // its planes lie beyond the received pixels
+  beyond.request = id;
+  beyond.number = 1;
+  beyond.epoch = got.epoch;
+  beyond.intrinsics = got.intrinsics;
+  beyond.planes = {{0, wire::ImageFormat::rgba8, 8, 4, 32, 64, 128}};
+  beyond.pixel_bytes = 192;
+  drawer_->link->send_image(peer, id, wire::encode(beyond), 64, fill);
+  drawer_->link->send(peer,
+                      wire::encode(wire::ImageRefused{got.epoch ^ 1, id, wire::ImageRefusal::too_many, "x"}));
+  // The link keeps the newest message only, so the valid answer follows after the others were read.
+  EXPECT_EQ(wait(id, FIRE3DV_ERROR_TIMEOUT, 50), nullptr);
+  drawer_->answer(got, 1, 7);
+  const Image image = wait(id);
+  ASSERT_NE(image, nullptr);
+  EXPECT_EQ(drawn_sequence(*image), 7u);
+}
+
+TEST_P(ClientImage, ManyRequestsAreOpenAtOnceAndOneMoreIsRefused) {
+  std::vector<uint64_t> ids;
+  for (uint32_t i = 0; i < wire::kMaxImageRequests; ++i) ids.push_back(send_request(small()));
+  fire3dv_image_request request = small();
+  uint64_t id = 0;
+  EXPECT_EQ(fire3dv_request_image(stream_.get(), &request, &id), FIRE3DV_ERROR_SYSTEM);
+  EXPECT_NE(std::string(fire3dv_last_error()).find("4096"), std::string::npos) << fire3dv_last_error();
+  ASSERT_TRUE(drawer_->poll_until([&] { return drawer_->requests.size() == wire::kMaxImageRequests; }));
+  for (const auto& [place, one] : drawer_->requests) EXPECT_TRUE(drawer_->answer(one, 1, 1)) << place;
+  for (const uint64_t open : ids) ASSERT_NE(wait(open), nullptr);
+}
+
+TEST(ClientImageArguments, AreCheckedBeforeAnythingIsSent) {
+  Stream stream(fire3dv_open(unique_shm_uri().c_str(), nullptr));
+  fire3dv_image_request request = small();
+  uint64_t id = 0;
+  const auto expect = [&](int code, const char* text) {
+    EXPECT_EQ(fire3dv_request_image(stream.get(), &request, &id), code);
+    EXPECT_NE(std::string(fire3dv_last_error()).find(text), std::string::npos) << fire3dv_last_error();
+    request = small();
+  };
+  expect(FIRE3DV_ERROR_STATE, "fire3dv_describe");
+  ASSERT_EQ(describe(stream.get(), {"node"}), FIRE3DV_OK);
+  EXPECT_EQ(fire3dv_request_image(nullptr, &request, &id), FIRE3DV_ERROR_ARGUMENT);
+  EXPECT_EQ(fire3dv_request_image(stream.get(), nullptr, &id), FIRE3DV_ERROR_ARGUMENT);
+  EXPECT_EQ(fire3dv_request_image(stream.get(), &request, nullptr), FIRE3DV_ERROR_ARGUMENT);
+  request.struct_size = 8;
+  expect(FIRE3DV_ERROR_ARGUMENT, "struct_size is 8");
+  request.width = 0;
+  expect(FIRE3DV_ERROR_ARGUMENT, "width is 0");
+  request.height = 1u << 30;
+  expect(FIRE3DV_ERROR_ARGUMENT, "height");
+  request.fx = NAN;
+  expect(FIRE3DV_ERROR_ARGUMENT, "fx is nan");
+  request.fx = request.fy = 0;
+  expect(FIRE3DV_ERROR_ARGUMENT, "names no camera");
+  request.far_m = 0.001f;
+  expect(FIRE3DV_ERROR_ARGUMENT, "far_m");
+  request.when = 5;
+  expect(FIRE3DV_ERROR_ARGUMENT, "when is 5");
+  request.when = FIRE3DV_IMAGE_RATE;
+  expect(FIRE3DV_ERROR_ARGUMENT, "rate_hz is 0");
+  request.when = FIRE3DV_IMAGE_EXACTLY;
+  expect(FIRE3DV_ERROR_ARGUMENT, "sequence is 0");
+  request.outputs = 1u << 9;
+  expect(FIRE3DV_ERROR_ARGUMENT, "outputs is 512");
+  request.markers = 2;
+  expect(FIRE3DV_ERROR_ARGUMENT, "markers is 2");
+  request.markers = 1;
+  request.outputs = FIRE3DV_IMAGE_DEPTH_F32;
+  expect(FIRE3DV_ERROR_ARGUMENT, "markers is set");
+  request.f_number = 2;
+  expect(FIRE3DV_ERROR_ARGUMENT, "focus_distance_m is 0 beside f_number 2; a lens needs both");
+  request.f_number = 2;
+  request.focus_distance_m = NAN;
+  expect(FIRE3DV_ERROR_ARGUMENT, "focus_distance_m is nan");
+  request.lens = 3;
+  expect(FIRE3DV_ERROR_ARGUMENT, "lens is 3");
+  request.node = "a\nb";
+  expect(FIRE3DV_ERROR_ARGUMENT, "node");
+  request.width = request.height = 8192;
+  expect(FIRE3DV_ERROR_SYSTEM, "8192 x 8192");
+  fire3dv_image* image = nullptr;
+  EXPECT_EQ(fire3dv_wait_image(stream.get(), 0, 0, &image), FIRE3DV_ERROR_STATE);
+  EXPECT_EQ(fire3dv_wait_image(nullptr, 0, 0, &image), FIRE3DV_ERROR_ARGUMENT);
+  EXPECT_EQ(fire3dv_wait_image(stream.get(), 0, 0, nullptr), FIRE3DV_ERROR_ARGUMENT);
+  fire3dv_release_image(nullptr);
+  fire3dv_release_image(&image);
+}
+
+TEST(ClientImageArguments, NoImageComesOverUdp) {
+  Stream stream(fire3dv_open(silent_uri("udp").c_str(), nullptr));
+  ASSERT_EQ(describe(stream.get(), {"node"}), FIRE3DV_OK);
+  const fire3dv_image_request request = small();
+  uint64_t id = 0;
+  EXPECT_EQ(fire3dv_request_image(stream.get(), &request, &id), FIRE3DV_ERROR_SYSTEM);
+  EXPECT_NE(std::string(fire3dv_last_error()).find("tcp://"), std::string::npos) << fire3dv_last_error();
+}
+
+}  // namespace
+}  // namespace fire3dv::test

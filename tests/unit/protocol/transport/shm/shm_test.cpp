@@ -1,0 +1,324 @@
+// Test of the shared-memory link within one process: delivery, joining, restarts, growth, replies.
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+
+#include <atomic>
+#include <filesystem>
+#include <thread>
+
+#include "protocol/transport/core/fork_guard.h"
+#include "tests/unit/protocol/transport/link_fixture.h"
+
+namespace fire3dv::transport::test {
+namespace {
+
+// The fork starts between open and registration. The child must keep neither the file nor its locks.
+TEST(ForkGuard, AChildForkedWhileADescriptorIsOpenedDoesNotKeepIt) {
+  const std::string path = testing::TempDir() + "fork-guard-" + std::to_string(::getpid());
+  std::atomic<bool> begins{false};
+  int status = -1;
+  std::thread forker;
+  const UnforkableFd guarded = UnforkableFd::open([&] {
+    const int fd = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+    forker = std::thread([&, fd] {
+      begins = true;
+      const pid_t child = ::fork();
+      if (child == 0) {
+        struct stat info {};
+        ::_exit(::fstat(fd, &info) == 0 && S_ISREG(info.st_mode) ? 1 : 0);
+      }
+      ::waitpid(child, &status, 0);
+    });
+    while (!begins) ::usleep(100);
+    ::usleep(100'000);  // without the guard, the fork is over by now
+    return fd;
+  });
+  forker.join();
+  std::filesystem::remove(path);
+  ASSERT_TRUE(guarded);
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 0) << "the child has the file";
+}
+
+TEST(Shm, JoinerGetsTheDescriptionThenTheNewestPose) {
+  const std::string uri = unique_shm_uri("join");
+  auto publisher = open_publisher_or_fail(uri);
+  ASSERT_TRUE(publisher->set_description(bytes_of("description")));
+  for (const char* pose : {"one", "two", "three"}) EXPECT_TRUE(publisher->publish(message_of(pose)));
+  Listener listener(uri);
+  listener.poll();
+  ASSERT_EQ(listener.events.size(), 3u);
+  EXPECT_EQ(listener.events[0].kind, Kind::connected);
+  EXPECT_EQ(listener.events[1].kind, Kind::control);
+  EXPECT_EQ(listener.events[1].text, "description");
+  EXPECT_EQ(listener.events[2].kind, Kind::pose);
+  EXPECT_EQ(listener.events[2].text, "three");
+  listener.poll();
+  EXPECT_EQ(listener.events.size(), 3u) << "nothing is handed on twice";
+}
+
+TEST(Shm, APausedPeerIsReadLater) {
+  const std::string uri = unique_shm_uri("pause");
+  Listener listener(uri);
+  auto publisher = open_publisher_or_fail(uri);
+  ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::connected) == 1; }));
+  listener.link->pause_peer(listener.peer(), true);
+  publisher->publish(message_of("pose"));
+  for (int i = 0; i < 10; ++i) listener.poll();
+  EXPECT_EQ(listener.count(Kind::pose), 0u);
+  publisher.reset();
+  listener.poll();
+  EXPECT_EQ(listener.count(Kind::disconnected), 0u) << "not before its messages";
+  listener.link->pause_peer(listener.peer(), false);
+  ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::disconnected) == 1; }));
+  EXPECT_TRUE(listener.saw(Kind::pose, "pose"));
+}
+
+TEST(Shm, NewestSkipsAndCounts) {
+  const std::string uri = unique_shm_uri("newest");
+  Listener listener(uri);
+  auto publisher = open_publisher_or_fail(uri);
+  ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::connected) == 1; }));
+  for (int i = 1; i <= 100; ++i) publisher->publish(message_of(std::to_string(i)));
+  listener.poll();
+  EXPECT_EQ(listener.count(Kind::pose), 1u);
+  EXPECT_EQ(listener.last(Kind::pose), "100");
+  EXPECT_EQ(listener.link->stats().poses_dropped, 99u);
+}
+
+TEST(Shm, AllKeepsOrderAndCountsWhatWasLapped) {
+  const std::string uri = unique_shm_uri("all");
+  ListenerOptions options;
+  options.delivery = Delivery::all;
+  Listener listener(uri, options);
+  auto publisher = open_publisher_or_fail(uri);
+  ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::connected) == 1; }));
+  int next = 1;
+  for (int round = 0; round < 5; ++round) {
+    for (int i = 0; i < 6; ++i) publisher->publish(message_of(std::to_string(next++)));
+    listener.poll();
+  }
+  EXPECT_EQ(listener.count(Kind::pose), 30u);
+  for (int i = 0; i < 30; ++i) publisher->publish(message_of(std::to_string(next++)));
+  listener.poll();
+  const size_t got = listener.count(Kind::pose);
+  EXPECT_EQ(got + listener.link->stats().poses_dropped, 60u);
+  int last = 0;
+  for (const Event& event : listener.events) {
+    if (event.kind != Kind::pose) continue;
+    EXPECT_GT(std::stoi(event.text), last);
+    last = std::stoi(event.text);
+  }
+  EXPECT_EQ(last, 60);
+}
+
+TEST(Shm, PieceBoundariesDoNotShow) {
+  const std::string uri = unique_shm_uri("pieces");
+  auto publisher = open_publisher_or_fail(uri);
+  Listener listener(uri);
+  std::string whole;
+  for (int i = 0; i < 61; ++i) whole += static_cast<char>('A' + i % 26);
+  for (size_t total = 0; total <= whole.size(); ++total) {
+    for (size_t cut = 0; cut <= total; ++cut) {
+      const std::string_view text(whole.data(), total);
+      ASSERT_TRUE(publisher->publish({bytes_of(text.substr(0, cut)), bytes_of(text.substr(cut))}));
+      listener.poll();
+      ASSERT_EQ(listener.last(Kind::pose), text);
+      listener.events.clear();
+    }
+  }
+}
+
+TEST(Shm, GrowsForLargerFramesAndDescriptionsWithoutLosingThePeer) {
+  const std::string uri = unique_shm_uri("grow");
+  ListenerOptions options;
+  options.delivery = Delivery::all;
+  Listener listener(uri, options);
+  auto publisher = open_publisher_or_fail(uri);
+  ASSERT_TRUE(publisher->set_description(bytes_of("small")));
+  EXPECT_TRUE(publisher->publish(message_of("before")));
+  listener.poll_until([&] { return listener.count(Kind::pose) == 1; });
+  const std::string large(300'000, 'p');
+  const std::string description(200'000, 'd');
+  EXPECT_TRUE(publisher->publish(message_of("last of the small")));
+  EXPECT_TRUE(publisher->publish(message_of(large)));
+  publisher->send_control(bytes_of("ping"));
+  ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::pose) == 3; }));
+  ASSERT_TRUE(publisher->set_description(bytes_of(description)));
+  EXPECT_TRUE(publisher->publish(message_of("after")));
+  ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::pose) == 4; }));
+  EXPECT_TRUE(listener.saw(Kind::pose, large));
+  EXPECT_TRUE(listener.saw(Kind::control, description));
+  EXPECT_TRUE(listener.saw(Kind::control, "ping"));
+  EXPECT_EQ(listener.count(Kind::control), 3u) << "the small description is not repeated";
+  EXPECT_EQ(listener.count(Kind::connected), 1u);
+  EXPECT_EQ(listener.count(Kind::disconnected), 0u);
+  EXPECT_EQ(listener.link->stats().poses_dropped, 0u);
+}
+
+// The carried-over pose was published in a segment that the reader never saw, or in one that it saw.
+TEST(Shm, WhoMissedASegmentGetsThePoseThatCameThroughIt) {
+  for (const Delivery delivery : {Delivery::newest, Delivery::all}) {
+    const std::string uri = unique_shm_uri("growtwice");
+    Listener listener(uri, {.delivery = delivery});
+    auto publisher = open_publisher_or_fail(uri);
+    ASSERT_TRUE(publisher->set_description(bytes_of("d")).ok());
+    publisher->publish(message_of("one"));
+    ASSERT_TRUE(listener.poll_until([&] { return listener.saw(Kind::pose, "one"); }));
+    ASSERT_TRUE(publisher->make_room_for_images(4096, 1).ok());
+    publisher->publish(message_of("two"));
+    ASSERT_TRUE(publisher->make_room_for_images(100'000, 1).ok());
+    EXPECT_TRUE(listener.poll_until([&] { return listener.saw(Kind::pose, "two"); }));
+    ASSERT_TRUE(publisher->make_room_for_images(1'000'000, 1).ok());
+    ASSERT_TRUE(publisher->make_room_for_images(2'000'000, 1).ok());
+    publisher->publish(message_of("three"));
+    EXPECT_TRUE(listener.poll_until([&] { return listener.saw(Kind::pose, "three"); }));
+    EXPECT_EQ(listener.count(Kind::pose), 3u) << "and none that it has seen";
+    EXPECT_EQ(listener.count(Kind::connected), 1u);
+  }
+}
+
+TEST(Shm, AReplyThatWasOnItsWayWhenTheSegmentGrewArrives) {
+  const std::string uri = unique_shm_uri("growreply");
+  Listener listener(uri);
+  auto publisher = open_publisher_or_fail(uri);
+  ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::connected) == 1; }));
+  EXPECT_TRUE(publisher->publish(message_of(std::string(100'000, 'x'))));
+  listener.link->send(listener.peer(), bytes_of("into the old one"));
+  EXPECT_TRUE(poll_until_reply(*publisher, "into the old one"));
+}
+
+TEST(Shm, PublisherRestarts) {
+  const std::string uri = unique_shm_uri("restart");
+  Listener listener(uri);
+  PeerId earlier = 0;
+  for (int run = 0; run < 3; ++run) {
+    auto publisher = open_publisher_or_fail(uri);
+    ASSERT_TRUE(publisher->set_description(bytes_of("the same")));
+    ASSERT_TRUE(publish_until_seen(*publisher, listener, "pose"));
+    EXPECT_EQ(listener.count(Kind::control), 1u)
+        << "a new peer's description is handed on even when it is the same";
+    EXPECT_GT(listener.peer(), earlier);
+    earlier = listener.peer();
+    publisher->send_control(bytes_of("goodbye"));
+    publisher.reset();
+    ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::disconnected) == 1; }));
+    EXPECT_EQ(listener.events[listener.events.size() - 2].text, "goodbye");
+    listener.events.clear();
+  }
+}
+
+TEST(Shm, ListenerRestartsAndThePublisherNeedNotKnow) {
+  const std::string uri = unique_shm_uri("relisten");
+  auto publisher = open_publisher_or_fail(uri);
+  ASSERT_TRUE(publisher->set_description(bytes_of("d")));
+  for (int run = 0; run < 20; ++run) {  // more often than there are reader places
+    Listener listener(uri);
+    ASSERT_TRUE(publish_until_seen(*publisher, listener, "pose"));
+    listener.link->send(listener.peer(), bytes_of("reply" + std::to_string(run)));
+    ASSERT_TRUE(poll_until_reply(*publisher, "reply" + std::to_string(run)));
+    EXPECT_EQ(listener.count(Kind::note), 0u);
+  }
+}
+
+TEST(Shm, ManyListenersEachGetAllAndEachMayReply) {
+  const std::string uri = unique_shm_uri("many");
+  auto publisher = open_publisher_or_fail(uri);
+  std::vector<std::unique_ptr<Listener>> listeners;
+  for (int i = 0; i < 17; ++i) {
+    listeners.push_back(std::make_unique<Listener>(uri));
+    listeners.back()->poll();
+  }
+  publisher->publish(message_of("pose"));
+  for (int i = 0; i < 17; ++i) {
+    listeners[i]->poll();
+    EXPECT_EQ(listeners[i]->last(Kind::pose), "pose");
+    EXPECT_EQ(listeners[i]->count(Kind::note), i == 16 ? 1u : 0u)
+        << "the 17th gets a note that it cannot reply";
+    listeners[i]->link->send(listeners[i]->peer(), bytes_of("reply" + std::to_string(i)));
+  }
+  std::vector<std::byte> message;
+  size_t replies = 0;
+  while (publisher->poll(message)) ++replies;
+  EXPECT_EQ(replies, 16u);
+  EXPECT_EQ(publisher->stats().peers, 16u);
+}
+
+TEST(Shm, ABackChannelThatNobodyReadsIsBoundedAndCounted) {
+  const std::string uri = unique_shm_uri("backfull");
+  auto publisher = open_publisher_or_fail(uri);
+  Listener listener(uri);
+  listener.poll();
+  const std::string reply(1000, 'r');
+  for (int i = 0; i < 100; ++i) listener.link->send(listener.peer(), bytes_of(reply));
+  EXPECT_GT(listener.link->stats().rejected, 0u);
+  std::vector<std::byte> message;
+  uint64_t got = 0;
+  for (; publisher->poll(message); ++got) EXPECT_EQ(text_of(message), reply);
+  EXPECT_EQ(got + listener.link->stats().rejected, 100u);
+  listener.link->send(listener.peer(), bytes_of("room again"));
+  EXPECT_TRUE(poll_until_reply(*publisher, "room again"));
+}
+
+TEST(Shm, ALivePublishersNameIsRefused) {
+  const std::string uri = unique_shm_uri("busy");
+  auto publisher = open_publisher_or_fail(uri);
+  const auto second = open_publisher(uri);
+  ASSERT_FALSE(second.ok());
+  EXPECT_NE(second.error().message.find(uri + " is being published by process " + std::to_string(::getpid())),
+            std::string::npos)
+      << second.error().message;
+  publisher.reset();
+  EXPECT_TRUE(open_publisher(uri).ok());
+}
+
+TEST(Shm, AFrameThatIsTooLargeIsDroppedAndCounted) {
+  const std::string uri = unique_shm_uri("huge");
+  auto publisher = open_publisher_or_fail(uri);
+  const std::vector<std::byte> huge(publisher->max_pose_message_bytes() + 1);
+  EXPECT_FALSE(publisher->publish({huge, {}}));
+  EXPECT_EQ(publisher->stats().poses_dropped, 1u);
+  EXPECT_TRUE(publisher->publish(message_of("still fine")));
+}
+
+// A file size limit replaces a full /dev/shm: the same call fails.
+struct FileSizeLimit {
+  explicit FileSizeLimit(rlim_t bytes) {
+    ::signal(SIGXFSZ, SIG_IGN);
+    ::getrlimit(RLIMIT_FSIZE, &before);
+    rlimit limit = before;
+    limit.rlim_cur = bytes;
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~FileSizeLimit() { ::setrlimit(RLIMIT_FSIZE, &before); }
+  rlimit before{};
+};
+
+TEST(Shm, NoRoomIsAnErrorAndNotASignal) {
+  const FileSizeLimit limit(1 << 20);
+  const auto publisher = open_publisher(unique_shm_uri("full"));
+  ASSERT_FALSE(publisher.ok());
+  EXPECT_NE(publisher.error().message.find("no room"), std::string::npos) << publisher.error().message;
+}
+
+TEST(Shm, NoRoomToGrowDropsTheLargeFrameAndGoesOn) {
+  const std::string uri = unique_shm_uri("fullgrow");
+  auto publisher = open_publisher_or_fail(uri);
+  Listener listener(uri);
+  listener.poll();
+  {
+    const FileSizeLimit limit(4 << 20);
+    EXPECT_FALSE(publisher->publish(message_of(std::string(2'000'000, 'x'))));
+    EXPECT_EQ(publisher->stats().poses_dropped, 1u);
+    EXPECT_FALSE(publisher->set_description(bytes_of(std::string(3'000'000, 'd'))).ok());
+  }
+  EXPECT_TRUE(publisher->publish(message_of("small")));
+  listener.poll();
+  EXPECT_EQ(listener.last(Kind::pose), "small");
+}
+
+}  // namespace
+}  // namespace fire3dv::transport::test
