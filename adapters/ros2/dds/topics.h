@@ -42,29 +42,41 @@ struct MessageType {
   std::string_view hash;  // 64 hexadecimal digits of RIHS01; empty: not announced
 };
 template <typename Message>
-const MessageType& message_type();
+inline constexpr MessageType kMessageType{};
 template <>
-const MessageType& message_type<TfMessage>();
+inline constexpr MessageType kMessageType<TfMessage>{
+    &tf2_msgs_msg_dds__TFMessage__desc, "e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087"};
 template <>
-const MessageType& message_type<StringMessage>();
+inline constexpr MessageType kMessageType<StringMessage>{
+    &std_msgs_msg_dds__String__desc, "df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"};
 template <>
-const MessageType& message_type<ClockMessage>();
+inline constexpr MessageType kMessageType<ClockMessage>{
+    &rosgraph_msgs_msg_dds__Clock__desc, "692f7a66e93a3c83e71765d033b60349ba68023a8c689a79e48078bcb5c58564"};
 template <>
-const MessageType& message_type<JointStateMessage>();
+inline constexpr MessageType kMessageType<JointStateMessage>{
+    &sensor_msgs_msg_dds__JointState__desc,
+    "a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e"};
 template <>
-const MessageType& message_type<ImageMessage>();
+inline constexpr MessageType kMessageType<ImageMessage>{
+    &sensor_msgs_msg_dds__Image__desc, "d31d41a9a4c4bc8eae9be757b0beed306564f7526c88ea6a4588fb9582527d47"};
 template <>
-const MessageType& message_type<CompressedImageMessage>();
+inline constexpr MessageType kMessageType<CompressedImageMessage>{
+    &sensor_msgs_msg_dds__CompressedImage__desc,
+    "15640771531571185e2efc8a100baf923961a4d15d5569652e6cb6691e8e371a"};
 template <>
-const MessageType& message_type<CameraInfoMessage>();
+inline constexpr MessageType kMessageType<CameraInfoMessage>{
+    &sensor_msgs_msg_dds__CameraInfo__desc,
+    "b3dfd68ff46c9d56c80fd3bd4ed22c7a4ddce8c8348f2f59c299e73118e7e275"};
 template <>
-const MessageType& message_type<MarkerArrayMessage>();
+inline constexpr MessageType kMessageType<MarkerArrayMessage>{
+    &visualization_msgs_msg_dds__MarkerArray__desc,
+    "86cb8800b6fb05b5eff1abd7a56f62a5641d3ae9a1c29e78e67e704f1d067dcf"};
 template <>
-const MessageType& message_type<PointCloudMessage>();
+inline constexpr MessageType kMessageType<PointCloudMessage>{&sensor_msgs_msg_dds__PointCloud2__desc, ""};
 template <>
-const MessageType& message_type<PathMessage>();
+inline constexpr MessageType kMessageType<PathMessage>{&nav_msgs_msg_dds__Path__desc, ""};
 template <>
-const MessageType& message_type<MapMessage>();
+inline constexpr MessageType kMessageType<MapMessage>{&nav_msgs_msg_dds__OccupancyGrid__desc, ""};
 
 // Quality of service of a topic's ends. Readers are no more demanding than the usual writers, writers meet
 // reliable and best-effort readers.
@@ -96,8 +108,8 @@ template <typename Message>
 class Reader {
  public:
   static Result<Reader> open(const Participant& participant, const std::string& name, Profile profile) {
-    const UniqueQos qos = reader_qos(profile, message_type<Message>());
-    Result<Entity> entity = create_reader(participant, name, message_type<Message>(), qos.get());
+    const UniqueQos qos = reader_qos(profile, kMessageType<Message>);
+    Result<Entity> entity = create_reader(participant, name, kMessageType<Message>, qos.get());
     if (!entity) return entity.error();
     return Reader(std::move(*entity));
   }
@@ -130,8 +142,8 @@ template <typename Message>
 class Writer {
  public:
   static Result<Writer> open(const Participant& participant, const std::string& name, Profile profile) {
-    const UniqueQos qos = writer_qos(profile, message_type<Message>());
-    Result<Entity> entity = create_writer(participant, name, message_type<Message>(), qos.get());
+    const UniqueQos qos = writer_qos(profile, kMessageType<Message>);
+    Result<Entity> entity = create_writer(participant, name, kMessageType<Message>, qos.get());
     if (!entity) return entity.error();
     return Writer(std::move(*entity));
   }

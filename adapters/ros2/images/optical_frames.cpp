@@ -8,7 +8,7 @@
 namespace fire3dv::ros2 {
 
 Result<OpticalFrames> OpticalFrames::open(const Participant& participant, const Names& names) {
-  const MessageType& type = message_type<TfMessage>();
+  const MessageType& type = kMessageType<TfMessage>;
   const UniqueQos qos = writer_qos(Profile::tf_static, type);
   // Frames that this program reads again would be nodes of its own stream.
   dds_qset_ignorelocal(qos.get(), DDS_IGNORELOCAL_PARTICIPANT);

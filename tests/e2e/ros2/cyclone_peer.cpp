@@ -172,7 +172,7 @@ void read(const Participant& participant, const std::string& topic, bool transie
                        DDS_SECS(1));
   dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, 100);
   if (transient_local) dds_qset_durability(qos.get(), DDS_DURABILITY_TRANSIENT_LOCAL);
-  const Entity reader = take(create_reader(participant, topic, message_type<Message>(), qos.get()));
+  const Entity reader = take(create_reader(participant, topic, kMessageType<Message>, qos.get()));
   Printer printer(folder);
   bool has_matched = false;
   while (true) {

@@ -216,7 +216,7 @@ TEST_F(CameraTopicsTest, OpticalFramesAreOneMessageThatLateReadersGet) {
   auto own = reader<TfMessage>("/tf_static", Profile::tf_static);  // of the program itself
   // Another participant of the process and the domain.
   const Entity participant(dds_create_participant(91, nullptr, nullptr));
-  const MessageType& type = message_type<TfMessage>();
+  const MessageType& type = kMessageType<TfMessage>;
   const Entity topic(dds_create_topic(participant.get(), type.descriptor, "rt/tf_static", nullptr, nullptr));
   const UniqueQos qos = reader_qos(Profile::tf_static, type);
   const Entity late(dds_create_reader(participant.get(), topic.get(), qos.get(), nullptr));
