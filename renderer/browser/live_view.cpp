@@ -76,10 +76,10 @@ void LiveView::on_scene_replaced(const scene::Scene& after) {
     if (viewer.framing && *viewer.framing) viewer.framing.reset();  // so has its node
   }
   scene_number_ = random_scene_number();
-  scene_text_.clear();
-  visibility_text_.clear();
-  joints_text_.clear();
-  joint_positions_text_.clear();
+  sent_.scene.clear();
+  sent_.visibility.clear();
+  sent_.joints.clear();
+  sent_.joint_positions.clear();
 }
 
 LiveView::Viewer* LiveView::find(state::RequesterId requester) {
@@ -97,7 +97,7 @@ void LiveView::join(serve::ViewerId number, serve::Access access) {
   borrowed_.server.send(number, welcome_message(title_, access == serve::Access::control,
                                                 view_link.substr(view_link.find('#') + 1)));
   for (const std::string* text :
-       {&scene_text_, &visibility_text_, &render_text_, &joints_text_, &joint_positions_text_})
+       {&sent_.scene, &sent_.visibility, &sent_.render, &sent_.joints, &sent_.joint_positions})
     if (!text->empty()) borrowed_.server.send(number, *text);
   reported_ = {};
   viewers_changed_ = true;
@@ -139,17 +139,17 @@ void LiveView::poll(replay::TimelineControl* timeline) {
   }
   if (viewers_.empty()) return;
   if (viewers_changed_) send_viewers();
-  if (scene_text_.empty()) {
-    scene_text_ = scene_message(borrowed_.scene.scene(), scene_number_);
-    send_to_all(scene_text_);
+  if (sent_.scene.empty()) {
+    sent_.scene = scene_message(borrowed_.scene.scene(), scene_number_);
+    send_to_all(sent_.scene);
   }
   const gui::DocumentState& shared = borrowed_.document;
-  if (visibility_text_.empty() || shown_hidden_ != shared.edits.hidden ||
-      shown_isolated_ != shared.edits.isolated) {
-    shown_hidden_ = shared.edits.hidden;
-    shown_isolated_ = shared.edits.isolated;
-    visibility_text_ = visibility_message(shared, scene_number_);
-    send_to_all(visibility_text_);
+  if (sent_.visibility.empty() || sent_.hidden != shared.edits.hidden ||
+      sent_.isolated != shared.edits.isolated) {
+    sent_.hidden = shared.edits.hidden;
+    sent_.isolated = shared.edits.isolated;
+    sent_.visibility = visibility_message(shared, scene_number_);
+    send_to_all(sent_.visibility);
   }
   send_settings(now);
   send_plots(now);
@@ -189,11 +189,11 @@ void LiveView::send_settings(Clock::time_point now) {
   if (borrowed_.robot) (void)borrowed_.robot->set(borrowed_.document.edits.joints);
   if (now - settings_sent_ < kSettingsPeriod) return;
   settings_sent_ = now;
-  send_if_changed(render_text_, render_message(borrowed_.document.draw, can_switch_shadows_on(),
+  send_if_changed(sent_.render, render_message(borrowed_.document.draw, can_switch_shadows_on(),
                                                static_cast<bool>(borrowed_.replace_renderer)));
   if (!borrowed_.robot) return;
-  if (joints_text_.empty()) send_if_changed(joints_text_, joints_message(*borrowed_.robot, scene_number_));
-  send_if_changed(joint_positions_text_,
+  if (sent_.joints.empty()) send_if_changed(sent_.joints, joints_message(*borrowed_.robot, scene_number_));
+  send_if_changed(sent_.joint_positions,
                   joint_positions_message(*borrowed_.robot, borrowed_.poses, borrowed_.document.edits.joints,
                                           scene_number_));
 }

@@ -153,18 +153,20 @@ class LiveView final : public ImageReplies {
   std::map<serve::ViewerId, Viewer> viewers_;
   bool viewers_changed_ = false;  // since send_viewers()
   uint64_t scene_number_ = 0;     // of the node numbers in messages
-  std::string scene_text_;        // empty: to be written
-  std::string visibility_text_;   // of shown_hidden_ and shown_isolated_; empty: to be written
-  std::string joints_text_, joint_positions_text_, render_text_;  // as sent
+  // Messages as sent to all viewers; empty: to be written.
+  struct Sent {
+    std::string scene, visibility, render, joints, joint_positions;
+    std::set<uint32_t> hidden;  // in visibility
+    uint32_t isolated = scene::kNone;
+  };
+  Sent sent_;
   Clock::time_point settings_sent_{};
   ScalarList scalars_;
   passes::ShadowMethod shadows_ = passes::ShadowMethod::automatic;  // before they were switched off
   bool has_changed_ = false;                                        // since take_change()
   std::array<uint64_t, 2> revisions_{};                             // of what images show: poses and scene
   passes::TracedScene moment_;                                      // paths: poses and edits of revisions_
-  std::set<uint32_t> shown_hidden_;
-  uint32_t shown_isolated_ = scene::kNone;
-  Clock::time_point next_framing_{};  // see frame_one()
+  Clock::time_point next_framing_{};                                // see frame_one()
   Clock::time_point reported_{};
   std::map<uint64_t, uint64_t> frames_of_stream_;  // by epoch, at reported_
 };

@@ -73,6 +73,7 @@ Result<std::unique_ptr<WindowView>> WindowView::create(const Borrowed& borrowed)
 
 WindowView::WindowView(const Borrowed& borrowed)
     : borrowed_(borrowed),
+      unsaved_(borrowed.editor),
       captures_(borrowed.device, borrowed.options.screenshots),
       recent_files_(recent_files_place([](const char* name) { return std::getenv(name); })),
       drawn_(borrowed.viewer.draw) {
@@ -217,7 +218,7 @@ void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::Tim
   if (panels_) {
     const LiveScene& scene = borrowed_.scene;
     gui::EditFacts editing = borrowed_.editor.facts();
-    editing.notice = notice_;
+    editing.notice = unsaved_.notice();
     constexpr size_t kMaxRefused = 8;  // the next ones follow when these are removed
     for (auto& [name, reason] : scene.refused_additions(kMaxRefused))
       editing.refused.push_back({std::move(name), std::move(reason)});
@@ -261,65 +262,33 @@ void WindowView::close_or_open(const sinks::WindowInput& input, bool view_has_mo
   const auto is_press = [](const sinks::InputEvent& event) {
     return event.kind == sinks::InputEvent::Kind::button && event.down;
   };
-  const state::EditHistory& history = borrowed_.editor.history();
-  if (reported_edits_ && ((view_has_mouse && std::ranges::any_of(input.events, is_press)) ||
-                          history.is_saved() || *reported_edits_ != history.document())) {
-    reported_edits_.reset();
-    notice_.clear();
-  }
+  unsaved_.update(view_has_mouse && std::ranges::any_of(input.events, is_press));
   gui::Commands& commands = borrowed_.viewer.commands;
   if (std::exchange(commands.close, false) || first().should_close()) {
-    closing_ = closing_ || may_discard_edits("close");
+    if (!closing_) record_unfinished_edits();
+    closing_ = closing_ || unsaved_.may_discard("close");
     if (!closing_) first().keep_open();
   }
   if (!input.dropped.empty()) commands.open = input.dropped.front();
-  if (const auto file = std::exchange(commands.open, std::nullopt); file && may_discard_edits("open")) {
+  if (const auto file = std::exchange(commands.open, std::nullopt)) {
+    record_unfinished_edits();
+    if (!unsaved_.may_discard("open")) return;
     opened_ = file;
-    is_next_held_ = false;
-    given_up_.reset();
-    if (!history.is_saved()) given_up_ = history.document();
+    unsaved_.open_document();
   }
 }
 
-bool WindowView::may_discard_edits(const char* request) {
-  EditSession& editor = borrowed_.editor;
-  editor.update(edit_targets(), false);  // with a change that is not finished
-  const state::EditHistory& history = editor.history();
-  if (history.is_saved() || (reported_edits_ == history.document() && reported_request_ == request))
-    return true;
-  report_unsaved(request, "");
-  return false;
-}
-
-bool WindowView::may_lose_edits() const {
-  const state::EditHistory& history = borrowed_.editor.history();
-  return history.is_saved() || given_up_ == history.document();
+void WindowView::record_unfinished_edits() {
+  borrowed_.editor.update(edit_targets(), false);
 }
 
 bool WindowView::may_show_next() {
-  borrowed_.editor.update(edit_targets(), false);  // with a change that is not finished
-  if (may_lose_edits()) return true;
-  if (!std::exchange(is_next_held_, true)) report_unsaved("open", "the opened file is loaded, but ");
-  return false;
+  record_unfinished_edits();
+  return unsaved_.may_replace_document();
 }
 
 bool WindowView::holds_next() const {
-  return is_next_held_ && (is_interacting() || !may_lose_edits());
-}
-
-// occasion: beginning of the text.
-void WindowView::report_unsaved(const char* request, const std::string& occasion) {
-  const EditSession& editor = borrowed_.editor;
-  const state::EditHistory& history = editor.history();
-  reported_edits_ = history.document();
-  reported_request_ = request;
-  const size_t count = history.unsaved_count();
-  const bool is_one = count == 1;
-  notice_ =
-      occasion + counted(count, "edit") + (is_one ? " is" : " are") + " not saved: " +
-      (editor.facts().file.empty() ? "a recording's scene needs --overlay FILE to save" : "Ctrl+S saves") +
-      (is_one ? " it; " : " them; ") + request + " again to discard " + (is_one ? "it" : "them");
-  notes_.push_back(warning(notice_));
+  return unsaved_.holds_document(is_interacting());
 }
 
 void WindowView::request_screenshot() {
@@ -443,6 +412,7 @@ void WindowView::deliver() {
 
 std::vector<std::string> WindowView::take_log_messages() {
   std::vector<std::string> notes = std::exchange(notes_, {});
+  std::ranges::move(unsaved_.take_log_messages(), std::back_inserter(notes));
   std::ranges::move(captures_.take_log_messages(), std::back_inserter(notes));
   std::ranges::move(borrowed_.editor.take_log_messages(), std::back_inserter(notes));
   if (panels_) std::ranges::move(panels_->take_log_messages(), std::back_inserter(notes));

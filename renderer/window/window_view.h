@@ -23,7 +23,8 @@
 #include "renderer/streams/stream_receiver.h"
 #include "renderer/window/overlay_markers.h"
 #include "renderer/window/recent_files.h"
-#include "renderer/window/screenshot_recorder.h"
+#include "renderer/window/screenshots/screenshot_recorder.h"
+#include "renderer/window/unsaved_edits.h"
 #include "renderer/window/viewer_control.h"
 #include "renderer/window/window.h"
 #include "renderer/window/window_panels.h"
@@ -120,7 +121,6 @@ class WindowView {
   // Of each image in the first window: the rectangle that its panels leave.
   VkExtent2D image_extent() const { return image_extent_; }
   bool acquire() { return first().acquire(); }  // false: the window cannot be shown now
-  static void wait_events(double timeout_s) { sinks::Window::wait_events(timeout_s); }
 
   // Markers that the window adds to its next image; none while images are written to files (--out).
   std::span<const state::ShownMarker> update_overlay();
@@ -146,9 +146,7 @@ class WindowView {
                                const ScreenshotRecorder::Tag& shown, glm::uvec2 size);
   void place_image();
   state::EditTargets edit_targets() const;
-  bool may_discard_edits(const char* request);
-  void report_unsaved(const char* request, const std::string& occasion);
-  bool may_lose_edits() const;  // for the file that was opened last
+  void record_unfinished_edits();
   void close_or_open(const sinks::WindowInput& input, bool view_has_mouse);
   void apply_requests();
   std::optional<std::string> why_no_paths();
@@ -157,6 +155,7 @@ class WindowView {
   passes::SceneRenderer& renderer() { return *borrowed_.renderer; }
 
   const Borrowed borrowed_;
+  UnsavedEdits unsaved_;
   ViewerInput input_;
   std::optional<CameraRig> right_camera_;  // second view of the first window
   std::vector<std::unique_ptr<CameraWindow>> others_;
@@ -172,13 +171,8 @@ class WindowView {
   passes::DrawSettings drawn_;  // last valid settings
   bool closing_ = false;
   std::optional<glm::uvec2> large_screenshot_px_;  // to draw next: not of the size in the window
-  // Unsaved edits for which a request was refused, and the text: until they change, or the user goes on.
-  std::optional<state::EditDocument> reported_edits_;
-  std::string reported_request_, notice_;
   std::vector<std::string> notes_;
   std::optional<std::filesystem::path> opened_;
-  std::optional<state::EditDocument> given_up_;  // unsaved edits that opened_ may discard
-  bool is_next_held_ = false;
   std::chrono::steady_clock::time_point steered_ = std::chrono::steady_clock::now();
   bool has_picked_ = false;  // since the last take_activity()
 };

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "renderer/window/screenshot_tiles.h"
+#include "renderer/window/screenshots/screenshot_tiles.h"
 #include "tests/render/support/render_bench.h"
 #include "tests/render/support/scene_builder.h"
 

@@ -149,7 +149,7 @@ Result<void> FrameLoop::run() {
     }
     if (context_.window && !context_.window->acquire()) {
       if (Result<void> delivered = deliver(); !delivered) return delivered;
-      context_.window->wait_events(0.05);
+      sinks::Window::wait_events(0.05);
       continue;
     }
     // The display wait took time: poll again to show the newest poses.

@@ -1,6 +1,6 @@
 // Tests of large screenshots: limits of their size; tiles cover each pixel once with a margin around it, and
 // a point has the same pixel and depth in a tile as in the whole image.
-#include "renderer/window/screenshot_tiles.h"
+#include "renderer/window/screenshots/screenshot_tiles.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "renderer/window/screenshot_recorder.h"
+#include "renderer/window/screenshots/screenshot_recorder.h"
 
 #include <fcntl.h>
 #include <unistd.h>

@@ -1,4 +1,4 @@
-#include "renderer/window/screenshot_tiles.h"
+#include "renderer/window/screenshots/screenshot_tiles.h"
 
 #include <algorithm>
 

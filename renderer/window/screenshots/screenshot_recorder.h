@@ -15,7 +15,7 @@
 #include "renderer/capture/capture.h"
 #include "renderer/gpu/device/device.h"
 #include "renderer/sinks/video/video_sink.h"
-#include "renderer/window/screenshot_tiles.h"
+#include "renderer/window/screenshots/screenshot_tiles.h"
 
 namespace fire3dv::app {
 
