@@ -36,7 +36,7 @@ ALLOWED = {
     "protocol/replay": WIRE + " protocol/stream protocol/record protocol/transport",
     "adapters/generic": WIRE + " protocol/robot protocol/transport",
     "adapters/ambf": WIRE + " adapters/generic",
-    # The model's scene and images: to be reduced to the converter.
+    # The model's scene by the converter, and images as files.
     "adapters/mujoco": WIRE + " adapters/generic renderer/scene renderer/sinks convert",
     # The world's scene as glTF.
     "adapters/gazebo": WIRE + " adapters/generic renderer/scene convert",
