@@ -80,8 +80,8 @@ MODULES = (WIRE + " protocol/robot protocol/transport renderer/scene renderer/gp
                   "renderer/capture renderer/gui ")
 ALLOWED |= {
     "renderer/camera": BASE + " renderer/scene renderer/state renderer/settings renderer/passes",
-    "renderer/streams": WIRE + " protocol/transport renderer/scene renderer/state renderer/settings renderer/passes",
-    "renderer/live_scene": WIRE + " renderer/scene renderer/state renderer/settings renderer/passes renderer/camera",
+    "renderer/streams": WIRE + " protocol/transport renderer/scene renderer/state",
+    "renderer/live_scene": WIRE + " shaders renderer/scene renderer/state",
     "renderer/loading": BASE + " renderer/scene renderer/gpu renderer/settings renderer/passes renderer/live_scene",
     "renderer/images": MODULES + "renderer/streams renderer/live_scene renderer/loading",
     "renderer/editing": BASE + " protocol/robot renderer/scene renderer/state renderer/settings renderer/passes renderer/gui renderer/camera "

@@ -19,7 +19,8 @@ std::function<Result<void>(const passes::DrawSettings&)> renderer_switch(const S
       parts.renderer.reset();
       parts.device.retire_all_now();
       parts.renderer.emplace(parts.device, with);
-      parts.scene.on_renderer_replaced();
+      parts.renderer->set_edits(parts.scene.edits());
+      parts.renderer->set_scene(parts.scene.scene(), parts.scene.loaded().derived);
       parts.renderer->apply(with);
     };
     Result<void> result;

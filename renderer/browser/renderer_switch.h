@@ -9,7 +9,7 @@
 #include "renderer/gui/panel_data.h"
 #include "renderer/live_scene/live_scene.h"
 #include "renderer/passes/scene_renderer.h"
-#include "renderer/streams/image_requests.h"
+#include "renderer/streams/image_request_queue.h"
 
 namespace fire3dv::app {
 

@@ -1,7 +1,7 @@
 // Replies to image requests of streams and of viewers of the live view, by the requester's number.
 #pragma once
 
-#include "renderer/streams/image_requests.h"
+#include "renderer/streams/image_request_queue.h"
 
 namespace fire3dv::app {
 

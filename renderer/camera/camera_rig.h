@@ -20,8 +20,8 @@ struct CameraStart {
   std::string name;  // of a node or camera; "auto": a free camera that frames the scene; empty: the scene's
                      // first camera, or auto
   bool frame_all = false;  // keeps direction and lens of the named camera, but shows the whole scene
-  std::vector<uint32_t> animations;      // framed over their whole time
-  std::optional<passes::Ground> ground;  // of all views
+  std::vector<uint32_t> animations;     // framed over their whole time
+  std::optional<scene::Ground> ground;  // of all views
 };
 
 class CameraRig {
@@ -37,7 +37,7 @@ class CameraRig {
   // chosen another view meanwhile.
   void set_scene(const scene::Scene& scene);
 
-  void set_ground(const std::optional<passes::Ground>& ground) { ground_ = ground; }
+  void set_ground(const std::optional<scene::Ground>& ground) { ground_ = ground; }
 
   passes::View view(const state::PoseState& poses, float image_aspect) const;
   // The camera of view(), and its pose.
@@ -46,7 +46,7 @@ class CameraRig {
     glm::mat4 world_from_camera;
   };
   Placed placed(const state::PoseState& poses, float image_aspect) const;
-  const std::optional<passes::Ground>& ground() const { return ground_; }
+  const std::optional<scene::Ground>& ground() const { return ground_; }
 
   // Point that the view turns about.
   glm::vec3 focus(const state::PoseState& poses, float image_aspect) const;
@@ -95,7 +95,7 @@ class CameraRig {
   scene::Camera free_camera_;
   glm::mat4 framing_orientation_ = passes::default_orientation();
   std::vector<uint32_t> animations_;
-  std::optional<passes::Ground> ground_;
+  std::optional<scene::Ground> ground_;
   mutable bool framed_ = true;  // free camera not framed yet for the image's aspect ratio
   mutable glm::mat4 world_from_free_{1};
   mutable float focus_distance_m_ = 1;

@@ -14,12 +14,12 @@ namespace {
 
 constexpr float kGroundRadii = 2.5f;  // of the scene
 
-std::optional<passes::Ground> ground_below(const ViewDefaults& defaults, const scene::Scene& scene) {
+std::optional<scene::Ground> ground_below(const ViewDefaults& defaults, const scene::Scene& scene) {
   // Other backgrounds have a horizon of their own, or are meant to be one colour.
   const bool is_default = defaults.background.zenith && !defaults.background.show_environment;
   if (defaults.ground == GroundMode::off || (defaults.ground == GroundMode::automatic && !is_default))
     return std::nullopt;
-  passes::Ground ground;
+  scene::Ground ground;
   ground.radius_m = kGroundRadii * 0.5f * glm::length(scene.bounds_max - scene.bounds_min);
   if (!(ground.radius_m > 0) || !std::isfinite(ground.radius_m)) return std::nullopt;
   ground.height_m = defaults.ground == GroundMode::height ? defaults.ground_height_m : scene.bounds_min.y;

@@ -12,7 +12,8 @@
 #include "renderer/images/request_renderer.h"
 #include "renderer/images/secondary_devices.h"
 #include "renderer/live_scene/live_scene.h"
-#include "renderer/streams/image_requests.h"
+#include "renderer/state/image_scheduler.h"
+#include "renderer/streams/image_request_queue.h"
 
 namespace fire3dv::app {
 

@@ -17,7 +17,7 @@
 #include "renderer/images/requested_image.h"
 #include "renderer/passes/post/lens_pass.h"
 #include "renderer/passes/scene_renderer.h"
-#include "renderer/state/image_requests.h"
+#include "renderer/state/image_request_registry.h"
 
 namespace fire3dv::app {
 

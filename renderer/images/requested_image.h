@@ -65,7 +65,7 @@ struct RequestCamera {
   glm::mat4 world_from_camera{1};  // rigid transform
   float exposure = 0;              // 0: from the draw settings
   scene::ThinLens thin_lens;       // of the request, else of the node's camera
-  std::optional<passes::Ground> ground;
+  std::optional<scene::Ground> ground;
   bool markers = false;
   // Paths: the image has more than so many samples, and is sent early. nullopt: it is sent when it is whole.
   std::optional<uint32_t> shown_samples;

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "base/clock.h"
-#include "renderer/passes/resources/gpu_bytes.h"
 #include "renderer/scene/derived/variants.h"
 
 namespace fire3dv::app {
@@ -33,16 +32,14 @@ std::optional<scene::LightType> light_type(const scene::Scene& scene, const scen
   return scene.lights[light].type;
 }
 
-LiveScene::LiveScene(const scene::LoadedScene& base, state::PoseState& poses, passes::SceneRenderer& renderer,
-                     CameraRig& camera, AssetSettings assets)
+LiveScene::LiveScene(const scene::LoadedScene& base, state::PoseState& poses, SceneUploader& uploader,
+                     AssetSettings assets)
     : base_(&base),
       poses_(poses),
-      renderer_(renderer),
-      camera_(camera),
+      uploader_(uploader),
       file_of_additions_(assets.overlay.empty() ? std::string() : assets.overlay.string() + ": "),
       build_(base, std::move(assets)) {
-  renderer.set_edits(edits_);
-  camera.set_edits(edits_);
+  uploader.set_edits(edits_);
   poses.load_assets_asynchronously();
 }
 
@@ -66,11 +63,6 @@ void LiveScene::set_user_edits(const UserEdits& edits) {
   user_ = edits;
   ++user_revision_;
   ++updates_;
-}
-
-void LiveScene::on_renderer_replaced() {
-  renderer_.set_edits(edits_);
-  renderer_.set_scene(scene(), shown().derived);
 }
 
 bool LiveScene::follow() {
@@ -335,7 +327,6 @@ bool LiveScene::show_built() {
 void LiveScene::notify_replaced(const scene::Scene& before) {
   for (const Replaced& replaced : on_replaced_) replaced(before, scene());
   poses_.set_scene(scene());
-  camera_.set_scene(scene());
   if (player_) player_->emplace(scene(), animations_);
   ++replaced_;
 }
@@ -357,12 +348,12 @@ bool LiveScene::show_variant() {
     try {
       next_base = with_variant(base());
       if (merged_) next_merged = with_variant(*merged_);
-      placed = check_memory(next_merged ? *next_merged : *next_base);
+      placed = uploader_.check_memory(next_merged ? *next_merged : *next_base);
     } catch (const std::bad_alloc&) {
       placed = Error{"the scene with it does not fit into memory"};
     }
   }
-  if (placed) placed = upload_scene(next_merged ? *next_merged : *next_base);
+  if (placed) placed = uploader_.upload(next_merged ? *next_merged : *next_base);
   if (!placed) {
     requested_variant_ = user_.variant = variant_;
     is_variant_refused_ = true;
@@ -383,10 +374,10 @@ bool LiveScene::show_variant() {
 
 Result<void> LiveScene::replace_base(const scene::LoadedScene& next, std::vector<uint32_t> animations) {
   FIRE3DV_ASSERT(can_replace_base());
-  if (next.scene.textures.size() > renderer_.settings().draw().max_textures)
+  if (next.scene.textures.size() > uploader_.max_textures())
     return Error{"it has more textures than this run has room for: start fire3dv again"};
-  if (Result<void> fits = check_memory(next); !fits) return fits;
-  if (Result<void> uploaded = upload_scene(next); !uploaded) return uploaded;
+  if (Result<void> fits = uploader_.check_memory(next); !fits) return fits;
+  if (Result<void> uploaded = uploader_.upload(next); !uploaded) return uploaded;
   // The old scenes outlive their users in this function.
   const std::unique_ptr<const scene::LoadedScene> merged = std::exchange(merged_, nullptr);
   const scene::LoadedScene& before_base = base();
@@ -413,7 +404,6 @@ Result<void> LiveScene::replace_base(const scene::LoadedScene& next, std::vector
   animations_ = std::move(animations);
   for (const Replaced& replaced : on_replaced_) replaced(before, scene());
   poses_.set_scene(scene(), static_cast<uint32_t>(scene().nodes.size()));
-  camera_.set_scene(scene());
   if (player_) player_->emplace(scene(), animations_);
   ++replaced_;
   ++updates_;
@@ -426,36 +416,9 @@ Result<void> LiveScene::replace_base(const scene::LoadedScene& next, std::vector
 // After an error the previous scene stays.
 Result<void> LiveScene::upload_built(const SceneBuild::Built& built) {
   if (!built.scene && !merged_) return {};
-  if (!built.scene) return upload_scene(base());
-  if (Result<void> fits = check_memory(*built.scene); !fits) return fits;
-  return upload_scene(*built.scene);
-}
-
-Result<void> LiveScene::upload_scene(const scene::LoadedScene& next) {
-  try {
-    renderer_.set_scene(next.scene, next.derived);
-    return {};
-  } catch (const gpu::VulkanFailure& failure) {
-    if (!gpu::is_out_of_memory(failure)) throw;
-    return Error{"the device has no memory for the scene with it"};
-  }
-}
-
-// The displayed scene keeps its memory until the next one is uploaded.
-Result<void> LiveScene::check_memory(const scene::LoadedScene& next) const {
-  const uint64_t bytes = passes::estimate_gpu_bytes(next.scene, next.derived);
-  const auto check = [&](const gpu::Device& device) -> Result<void> {
-    const uint64_t available = device.available_bytes();
-    if (bytes <= available) return {};
-    return Error{"the scene with it takes about " + std::to_string(bytes >> 20) + " MiB, but " +
-                 device.report().name + " has " + std::to_string(available >> 20) +
-                 " MiB of memory left beside what is shown"};
-  };
-  Result<void> fits = check(renderer_.device());
-  for (const gpu::Device* device : secondary_devices_) {
-    if (fits) fits = check(*device);
-  }
-  return fits;
+  if (!built.scene) return uploader_.upload(base());
+  if (Result<void> fits = uploader_.check_memory(*built.scene); !fits) return fits;
+  return uploader_.upload(*built.scene);
 }
 
 void LiveScene::refuse_new(SceneBuild::Built&& built, const std::string& reason) {
@@ -479,22 +442,22 @@ void LiveScene::refuse_new(SceneBuild::Built&& built, const std::string& reason)
 
 void LiveScene::show_markers(std::span<const state::ShownMarker> overlay) {
   shown_markers_.assign(overlay.begin(), overlay.end());
-  if (!shows_markers_) return renderer_.set_markers(shown_markers_);
+  if (!shows_markers_) return uploader_.set_markers(shown_markers_);
   const std::vector<state::ShownMarker>& of_streams =
       markers_.resolve(poses_, edits_, settled(), user_.hidden_markers);
-  if (overlay.empty()) return renderer_.set_markers(of_streams);
+  if (overlay.empty()) return uploader_.set_markers(of_streams);
   shown_markers_.insert(shown_markers_.begin(), of_streams.begin(), of_streams.end());
-  renderer_.set_markers(shown_markers_);
+  uploader_.set_markers(shown_markers_);
 }
 
 std::vector<std::string> LiveScene::take_log_messages() {
   std::vector<std::string> messages = registry_.take_log_messages();
   for (std::string& message : markers_.take_log_messages()) messages.push_back(std::move(message));
   for (std::string& message : std::exchange(log_messages_, {})) messages.push_back(std::move(message));
-  const bool lack = renderer_.counts().markers_lack_memory;
+  const bool lack = uploader_.lacks_markers();
   if (std::exchange(reported_marker_memory_, lack) != lack && lack)
     messages.push_back("warning: markers are not shown: the device has no memory for them");
-  const uint32_t without = renderer_.counts().lights_without_shadow;
+  const uint32_t without = uploader_.lights_without_shadow();
   if (std::exchange(reported_without_shadow_, without) != without && without > 0)
     messages.push_back("warning: " + std::to_string(without) +
                        " lights cast no shadow: the device has no memory for shadows of more lights");

@@ -14,11 +14,10 @@
 #include <utility>
 #include <vector>
 
-#include "renderer/camera/camera_rig.h"
 #include "renderer/live_scene/peer_charges.h"
 #include "renderer/live_scene/scene_build.h"
+#include "renderer/live_scene/scene_uploader.h"
 #include "renderer/live_scene/user_additions.h"
-#include "renderer/passes/scene_renderer.h"
 #include "renderer/scene/model/scene_edits.h"
 #include "renderer/state/edits/addition.h"
 #include "renderer/state/edits/edit_registry.h"
@@ -36,9 +35,9 @@ std::optional<scene::LightType> light_type(const scene::Scene& scene, const scen
 
 class LiveScene {
  public:
-  // Borrows all arguments except `assets`. poses, renderer and camera refer to the base scene.
-  LiveScene(const scene::LoadedScene& base, state::PoseState& poses, passes::SceneRenderer& renderer,
-            CameraRig& camera, AssetSettings assets);
+  // Borrows all arguments except `assets`. poses and uploader refer to the base scene.
+  LiveScene(const scene::LoadedScene& base, state::PoseState& poses, SceneUploader& uploader,
+            AssetSettings assets);
 
   // Animations of the file, whose player is replaced with the scene. Borrowed.
   void set_animations(std::optional<state::AnimationPlayer>& player, std::vector<uint32_t> animations);
@@ -79,9 +78,6 @@ class LiveScene {
   // displayed scene stays.
   Result<void> replace_base(const scene::LoadedScene& next, std::vector<uint32_t> animations);
 
-  // Must be called when another renderer has been created at the address of the borrowed one.
-  void on_renderer_replaced();
-
   // Applies the edits since the last call; called between two frames. Returns true if a pose frame that
   // waited for its edits is shown now.
   bool follow();
@@ -95,7 +91,7 @@ class LiveScene {
   const scene::LoadedScene& loaded() const { return shown(); }
   const scene::SceneEdits& edits() const { return edits_; }
   // Makes the markers of streams, for the poses shown now, and those of the viewer's overlay those of the
-  // renderer's next images.
+  // next images.
   void show_markers(std::span<const state::ShownMarker> overlay = {});
   const state::MarkerRegistry& markers() const { return markers_; }
   void set_shows_markers(bool shows) { shows_markers_ = shows; }
@@ -106,10 +102,6 @@ class LiveScene {
   uint64_t request_lists_made() const { return request_lists_made_; }
   // Log messages since the last call.
   std::vector<std::string> take_log_messages();
-  // Secondary devices that draw this scene. Nodes that exceed the memory of one of them are refused.
-  void set_secondary_devices(std::vector<const gpu::Device*> devices) {
-    secondary_devices_ = std::move(devices);
-  }
 
  private:
   // Contents of a merged scene beyond the file.
@@ -127,8 +119,6 @@ class LiveScene {
   void notify_replaced(const scene::Scene& before);
   bool show_built();
   Result<void> upload_built(const SceneBuild::Built& built);
-  Result<void> upload_scene(const scene::LoadedScene& next);
-  Result<void> check_memory(const scene::LoadedScene& next) const;
   void refuse_new(SceneBuild::Built&& built, const std::string& reason);
   void apply_edits(std::vector<state::SceneChanges> changes);
   bool is_build_due(const ReplacementShares::Peer& peer) const;
@@ -150,8 +140,7 @@ class LiveScene {
   bool is_variant_refused_ = false;
   std::unique_ptr<const scene::LoadedScene> merged_;  // null: the base scene is shown
   state::PoseState& poses_;
-  passes::SceneRenderer& renderer_;
-  CameraRig& camera_;
+  SceneUploader& uploader_;
   std::optional<state::AnimationPlayer>* player_ = nullptr;
   std::vector<uint32_t> animations_;
   state::EditRegistry registry_;
@@ -183,7 +172,6 @@ class LiveScene {
   int64_t merge_ns_ = 0, list_ns_ = 0;  // of the last build: merging, and listing its nodes
   int64_t replacement_ns_ = 0;          // least pause between two replacements
   EditTime edit_time_;
-  std::vector<const gpu::Device*> secondary_devices_;
   uint32_t reported_without_shadow_ = 0;
   uint32_t reported_asset_warnings_ = 0;
   std::vector<std::string> log_messages_;

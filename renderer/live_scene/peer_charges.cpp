@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <mutex>
 
-#include "renderer/passes/resources/gpu_bytes.h"
+#include "renderer/live_scene/gpu_bytes.h"
 #include "renderer/scene/cache/scene_cache.h"
 
 namespace fire3dv::app {
@@ -26,7 +26,7 @@ Result<void> take(BudgetCharge& charge, const std::shared_ptr<PeerBudget>& budge
 AssetSize measure(const scene::LoadedScene& asset) {
   AssetSize size;
   size.host_bytes = scene::array_bytes(asset);
-  size.gpu_bytes = passes::estimate_gpu_bytes(asset.scene, asset.derived);
+  size.gpu_bytes = estimate_gpu_bytes(asset.scene, asset.derived);
   size.nodes = asset.scene.nodes.size();
   size.deformed_corners = scene::deformed_corners(asset.scene);
   for (const scene::Node& node : asset.scene.nodes) {

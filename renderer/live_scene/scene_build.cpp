@@ -7,7 +7,7 @@
 
 #include "base/clock.h"
 #include "base/text.h"
-#include "renderer/passes/resources/gpu_bytes.h"
+#include "renderer/live_scene/gpu_bytes.h"
 #include "renderer/scene/clusters/clusters.h"
 #include "renderer/scene/derived/loaded_scene.h"
 #include "renderer/scene/model/bounds.h"
@@ -428,7 +428,7 @@ void SceneBuild::give_own_vertices(const Request& request, Merge& merge, Built& 
       continue;
     }
     const UseKey key(vertex_node.name, vertex_node.budget.get());
-    const uint64_t bytes = passes::estimate_deformed_bytes(scene, merge.to->derived, node);
+    const uint64_t bytes = estimate_deformed_bytes(scene, merge.to->derived, node);
     const auto known = before.find(key);
     Result<BudgetCharge> charge = known != before.end() && known->second.amount() == bytes
                                       ? Result<BudgetCharge>(std::move(known->second))

@@ -11,6 +11,7 @@
 
 #include "base/digest.h"
 #include "protocol/wire/check.h"
+#include "renderer/app/device_uploader.h"
 #include "renderer/app/start.h"
 #include "renderer/app/stop_signals.h"
 #include "renderer/camera/default_look.h"
@@ -298,9 +299,12 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
                                       *animations ? (*animations)->chosen : std::vector<uint32_t>()));
   if (!camera) return camera.error();
   state::PoseState poses(loaded.scene);
-  app::LiveScene live(loaded, poses, *renderer, *camera,
+  app::DeviceUploader uploader(*renderer);
+  app::LiveScene live(loaded, poses, uploader,
                       {drawing_.assets, passes::levels_for(drawing_.levels_of_detail),
                        renderer->settings().draw().max_textures, drawing_.overlay});
+  camera->set_edits(live.edits());
+  live.on_scene_replaced([&](const scene::Scene&, const scene::Scene& after) { camera->set_scene(after); });
   live.set_shows_markers(drawing_.markers);
   if (*animations) live.set_animations((*animations)->player, (*animations)->chosen);
   if (!drawing_.variant.empty()) {

@@ -19,7 +19,7 @@
 #include "protocol/wire/decode.h"
 #include "renderer/state/pose_state.h"
 #include "renderer/state/stream_timing.h"
-#include "renderer/streams/image_requests.h"
+#include "renderer/streams/image_request_queue.h"
 #include "renderer/streams/playout_options.h"
 
 namespace fire3dv::app {

@@ -10,6 +10,7 @@
 #include "renderer/editing/viewer_edits.h"
 #include "renderer/images/image_service.h"
 #include "renderer/passes/path/path_pass.h"
+#include "renderer/streams/playout_options.h"
 #include "renderer/window/measurement.h"
 #include "renderer/window/viewer_control.h"
 
@@ -202,7 +203,8 @@ void WindowView::apply_draw_settings() {
     }
     borrowed_.device.wait(borrowed_.device.last_submitted());
     borrowed_.renderer.emplace(borrowed_.device, requested);
-    borrowed_.scene.on_renderer_replaced();
+    renderer().set_edits(borrowed_.scene.edits());
+    renderer().set_scene(borrowed_.scene.scene(), borrowed_.scene.loaded().derived);
     borrowed_.requests.set_abilities(image_abilities(renderer()));
   }
   renderer().apply(requested);

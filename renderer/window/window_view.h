@@ -18,7 +18,7 @@
 #include "renderer/gui/screenshot_size.h"
 #include "renderer/live_scene/live_scene.h"
 #include "renderer/passes/scene_renderer.h"
-#include "renderer/streams/image_requests.h"
+#include "renderer/streams/image_request_queue.h"
 #include "renderer/streams/playout_options.h"
 #include "renderer/streams/stream_receiver.h"
 #include "renderer/window/overlay_markers.h"

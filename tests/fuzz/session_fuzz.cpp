@@ -9,7 +9,7 @@
 #include <cstdio>
 #include <map>
 
-#include "renderer/streams/image_requests.h"
+#include "renderer/streams/image_request_queue.h"
 #include "renderer/streams/stream_receiver.h"
 #include "tests/fuzz/session_peer.h"
 #include "tests/fuzz/session_scene.h"

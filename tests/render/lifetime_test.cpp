@@ -2,7 +2,7 @@
 // of the renderer. A failed allocation leaves the old scene.
 #include <gtest/gtest.h>
 
-#include "renderer/passes/resources/gpu_bytes.h"
+#include "renderer/live_scene/gpu_bytes.h"
 #include "tests/render/support/render_bench.h"
 #include "tests/render/support/scene_builder.h"
 
@@ -124,7 +124,7 @@ TEST_F(Lifetime, TheEstimateIsNoLessThanWhatASceneTakes) {
   bench.renderer().set_scene(empty);  // allocates the shadow maps for this image size
   const uint64_t before = settled_bytes();
   bench.renderer().set_scene(large, derived);
-  const uint64_t taken = settled_bytes() - before, estimate = passes::estimate_gpu_bytes(large, derived);
+  const uint64_t taken = settled_bytes() - before, estimate = app::estimate_gpu_bytes(large, derived);
   RecordProperty("taken_bytes", std::to_string(taken));
   RecordProperty("estimated_bytes", std::to_string(estimate));
   EXPECT_GE(estimate, taken - taken / 8);

@@ -9,6 +9,8 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <thread>
 
+#include "renderer/app/device_uploader.h"
+#include "renderer/camera/camera_rig.h"
 #include "renderer/passes/resources/gpu_scene.h"
 #include "renderer/scene/model/bounds.h"
 #include "tests/render/support/render_bench.h"
@@ -89,7 +91,12 @@ class ViewerDocument {
         bench_(base_.scene, kExtent, settings_of(way)),
         poses_(base_.scene),
         camera_(*app::CameraRig::create(base_.scene)),
-        live_(base_, poses_, bench_.renderer(), camera_, {}) {}
+        uploader_(bench_.renderer()),
+        live_(base_, poses_, uploader_, {}) {
+    camera_.set_edits(live_.edits());
+    live_.on_scene_replaced(
+        [this](const scene::Scene&, const scene::Scene& after) { camera_.set_scene(after); });
+  }
 
   void join(std::vector<std::string> names) {
     wire::StreamDescription description;
@@ -139,6 +146,7 @@ class ViewerDocument {
   RenderBench bench_;
   state::PoseState poses_;
   app::CameraRig camera_;
+  app::DeviceUploader uploader_;
   app::LiveScene live_;
   uint64_t epoch_ = 0, version_ = 0;
   state::StreamId stream_ = state::kNone;

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "renderer/app/device_uploader.h"
 #include "renderer/images/image_service.h"
 #include "renderer/passes/path/path_pass.h"
 #include "renderer/passes/view/view.h"
@@ -117,8 +118,8 @@ class PathRequests : public ValidationIsSilent {
   passes::DrawSettings settings_ = path_settings(kEndless, 1);
   RenderBench bench_{scene_.scene, {kWidth, kHeight}, settings_};
   state::PoseState poses_{scene_.scene};
-  app::CameraRig camera_{*app::CameraRig::create(scene_.scene)};
-  app::LiveScene live_{scene_, poses_, bench_.renderer(), camera_, {}};
+  app::DeviceUploader uploader_{bench_.renderer()};
+  app::LiveScene live_{scene_, poses_, uploader_, {}};
   uint64_t last_request_ = 100;
   Client client_;
   app::ImageRequestQueue requests_{client_, app::image_abilities(bench_.renderer(), true)};

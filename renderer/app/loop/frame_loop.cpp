@@ -64,10 +64,6 @@ FrameLoop::FrameLoop(const FrameLoopContext& context)
   if (context_.window) frame_extent_ = context_.window->image_extent();
   if (context_.window || draws_for_browsers_only_) motion_.use_timeline();
   image_service_.use_secondary_devices(context.secondary_devices, context.settings);
-  std::vector<const gpu::Device*> devices;
-  for (const std::unique_ptr<SecondaryDevice>& each : context.secondary_devices.all())
-    devices.push_back(&each->device());
-  context_.scene.set_secondary_devices(std::move(devices));
   log_technique();
 }
 

@@ -80,7 +80,7 @@ void add_view(const passes::View& view, Inputs& inputs) {
   inputs.add(view.lens.of_stream);
   for (const glm::vec3& ray : {view.world_from_ndc_x, view.world_from_ndc_y, view.world_from_ndc_origin})
     inputs.add(ray);
-  const passes::Ground ground = view.ground.value_or(passes::Ground());
+  const scene::Ground ground = view.ground.value_or(scene::Ground());
   inputs.add(view.ground.has_value());
   inputs.add(ground.height_m);
   inputs.add(ground.radius_m);

@@ -221,12 +221,18 @@ Result<void> Session::upload() {
 }
 
 void Session::create_scene() {
-  passes::SceneRenderer& renderer = *application_.renderer;
   gui::Viewer& viewer = application_.viewer;
+  std::vector<const gpu::Device*> secondary;
+  for (const std::unique_ptr<SecondaryDevice>& each : application_.secondary_devices.all())
+    secondary.push_back(&each->device());
+  uploader_.emplace(*application_.renderer, std::move(secondary));
   const OverlayFile file = overlay_file(options_, document_.has_own_file());
-  live_.emplace(*loaded_, *poses_, renderer, *camera_,
+  live_.emplace(*loaded_, *poses_, *uploader_,
                 AssetSettings{options_.assets, passes::levels_for(options_.levels_of_detail),
-                              renderer.settings().draw().max_textures, file.path});
+                              uploader_->max_textures(), file.path});
+  camera_->set_edits(live_->edits());
+  live_->on_scene_replaced(
+      [this](const scene::Scene&, const scene::Scene& after) { camera_->set_scene(after); });
   editor_.emplace(viewer, file, std::move(overlay_));
   if (document_.has_own_file())
     editor_->set_export({[this] { return document_.load().gltf_file(); }, options_.scene});

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "renderer/app/device_uploader.h"
 #include "renderer/app/document.h"
 #include "renderer/app/loop/frame_loop.h"
 #include "renderer/app/options/options.h"
@@ -91,6 +92,7 @@ class Session {
   std::optional<AttachedWindows> attached_;
   std::optional<state::RobotPose> robot_;  // with a window, viewers or an overlay
   bool moves_robot_ = false;
+  std::optional<DeviceUploader> uploader_;
   std::optional<LiveScene> live_;
   std::optional<EditSession> editor_;
   std::optional<SceneReload> reload_;

@@ -6,16 +6,10 @@
 #include <string>
 
 #include "base/error.h"
+#include "renderer/scene/model/ground.h"
 #include "renderer/scene/model/scene.h"
 
 namespace fire3dv::passes {
-
-// Shadow catcher of a view: a horizontal disc below the scene that shows shadows on the background.
-struct Ground {
-  float height_m = 0;         // world y
-  float radius_m = 0;         // shadows fade out towards it
-  glm::vec2 center_world{0};  // x and z
-};
 
 struct View {
   std::string camera;  // name, for the image's tag
@@ -30,7 +24,7 @@ struct View {
   // Direction of a pixel's ray: x * ndc.x + y * ndc.y + origin, not normalised. It excludes the eye position,
   // so precision does not depend on the distance from the world's origin.
   glm::vec3 world_from_ndc_x{0}, world_from_ndc_y{0}, world_from_ndc_origin{0, 0, -1};
-  std::optional<Ground> ground;  // perspective views only; nullopt: none
+  std::optional<scene::Ground> ground;  // perspective views only; nullopt: none
 };
 
 // Lens of an image: that of a stream, else of the settings, else of the camera.

@@ -106,7 +106,7 @@ TEST_F(DefaultLook, TheGroundShowsShadowsOnTheBackground) {
     RenderBench bench(scene, kExtent, settings);
     passes::View view = view_from({0, 0.6f, 4}, {0, 0, 0});
     const sinks::FrameImage without = bench.draw(poses, view);
-    view.ground = passes::Ground{0, 20, {0, 0}};
+    view.ground = scene::Ground{0, 20, {0, 0}};
     const bool has_planes = path == passes::RasterPath::visibility;
     const Taken with =
         bench.take(poses, view,
@@ -124,7 +124,7 @@ TEST_F(DefaultLook, TheGroundShowsShadowsOnTheBackground) {
     }
     passes::View below = view_from({0, -0.6f, 4}, {0, 0.2f, 0});
     const sinks::FrameImage from_below = bench.draw(poses, below);
-    below.ground = passes::Ground{0, 20, {0, 0}};
+    below.ground = scene::Ground{0, 20, {0, 0}};
     EXPECT_EQ(bench.draw(poses, below).rgba8, from_below.rgba8) << "seen from below";
   }
 }

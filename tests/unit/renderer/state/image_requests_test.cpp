@@ -1,5 +1,5 @@
 // Test of the image request queue: due times, refusals, and limits per stream.
-#include "renderer/state/image_requests.h"
+#include "renderer/state/image_request_registry.h"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <map>
 
-#include "renderer/state/image_requests.h"
+#include "renderer/state/image_scheduler.h"
 
 namespace fire3dv::state {
 namespace {

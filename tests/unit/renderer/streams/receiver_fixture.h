@@ -7,7 +7,7 @@
 #include <deque>
 
 #include "protocol/wire/encode.h"
-#include "renderer/streams/image_requests.h"
+#include "renderer/streams/image_request_queue.h"
 #include "renderer/streams/playout_options.h"
 #include "renderer/streams/stream_receiver.h"
 

@@ -7,7 +7,7 @@
 #include "renderer/scene/derived/loaded_scene.h"
 #include "renderer/scene/model/scene.h"
 
-namespace fire3dv::passes {
+namespace fire3dv::app {
 
 // Bytes of a whole scene: textures with mip levels, vertices, indices, clusters, acceleration structures, and
 // copies of deformed nodes. An upper bound: it assumes that rays are traced to triangles.
@@ -17,4 +17,4 @@ uint64_t estimate_gpu_bytes(const scene::Scene& scene, const scene::Derived& der
 // structure.
 uint64_t estimate_deformed_bytes(const scene::Scene& scene, const scene::Derived& derived, uint32_t node);
 
-}  // namespace fire3dv::passes
+}  // namespace fire3dv::app

@@ -1,4 +1,4 @@
-#include "renderer/passes/resources/gpu_bytes.h"
+#include "renderer/live_scene/gpu_bytes.h"
 
 #include <algorithm>
 #include <set>
@@ -7,7 +7,7 @@
 #include "renderer/scene/clusters/clusters.h"
 #include "shaders/shared/types.h"
 
-namespace fire3dv::passes {
+namespace fire3dv::app {
 namespace {
 
 // Vulkan gives exact sizes of acceleration structures only for a device
@@ -99,4 +99,4 @@ uint64_t estimate_gpu_bytes(const scene::Scene& scene, const scene::Derived& der
   return bytes;
 }
 
-}  // namespace fire3dv::passes
+}  // namespace fire3dv::app

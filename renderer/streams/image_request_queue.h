@@ -14,8 +14,10 @@
 #include "base/peer_budget.h"
 #include "protocol/transport/link.h"
 #include "protocol/wire/image.h"
-#include "renderer/passes/view/view.h"
-#include "renderer/state/image_requests.h"
+#include "renderer/scene/model/ground.h"
+#include "renderer/scene/model/scene.h"
+#include "renderer/state/image_request_registry.h"
+#include "renderer/state/image_scheduler.h"
 
 namespace fire3dv::app {
 
@@ -36,7 +38,7 @@ class ImageReplies {
   virtual ~ImageReplies() = default;
   // Appearance that no request names: that of the renderer's own images, for viewers of the live view.
   struct Appearance {
-    std::optional<passes::Ground> ground;
+    std::optional<scene::Ground> ground;
     float exposure = 0;    // of the camera; 0: as in the settings
     scene::ThinLens lens;  // of the camera
     bool markers = false;  // on the first device
