@@ -35,55 +35,30 @@ if(FIRE3DV_SANITIZE)
 endif()
 target_include_directories(fire3dv_flags INTERFACE ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR})
 
-# Parsing the standard library takes a third of a full build. Precompiled headers pay off for full builds (the CI
-# presets); otherwise they only defeat compiler caches. Every file still includes what it uses. GCC accepts a
-# precompiled header only with identical options, hence one set for libraries (-fPIC), programs (-fPIE) and tests.
-option(FIRE3DV_PRECOMPILE "Precompile the standard library's headers: whole builds are quicker" OFF)
-set(fire3dv_common_headers algorithm array atomic bit charconv chrono cmath cstdint cstring deque filesystem fstream functional
-    iostream limits map memory mutex numbers numeric optional random set span sstream string string_view thread tuple
-    unordered_map utility variant vector glm/glm.hpp)
-function(fire3dv_precompiled name)
-  cmake_parse_arguments(arg "" "" "HEADERS;OPTIONS;LINK" ${ARGN})
-  file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/precompiled/${name}.cpp CONTENT "// What is wanted of it is its headers.\n")
-  add_library(${name} OBJECT ${PROJECT_BINARY_DIR}/precompiled/${name}.cpp)
-  target_link_libraries(${name} PRIVATE fire3dv_flags ${arg_LINK})
-  target_compile_options(${name} PRIVATE ${arg_OPTIONS})
-  list(TRANSFORM arg_HEADERS REPLACE "(.+)" "$<$<COMPILE_LANGUAGE:CXX>:<\\1>>")
-  target_precompile_headers(${name} PRIVATE ${arg_HEADERS})
-  set_target_properties(${name} PROPERTIES PCH_WARN_INVALID OFF)  # targets with other definitions compile without it
-endfunction()
-function(fire3dv_reuse_precompiled name set)
-  if(TARGET ${set})
-    target_precompile_headers(${name} REUSE_FROM ${set})
-    set_target_properties(${name} PROPERTIES PCH_WARN_INVALID OFF)
+# Unity builds compile several sources of a target as one, so that their headers are parsed once. A whole build takes half
+# of the time; a change of one file, a little longer. Names in anonymous namespaces are therefore unique within a target.
+option(FIRE3DV_UNITY "Compile several sources of a target at once: whole builds are quicker" OFF)
+set(FIRE3DV_UNITY_SOURCES 8 CACHE STRING "Sources that a unity build compiles at once")
+mark_as_advanced(FIRE3DV_UNITY_SOURCES)
+function(fire3dv_unity name)
+  if(FIRE3DV_UNITY)
+    set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${FIRE3DV_UNITY_SOURCES})
   endif()
 endfunction()
-if(FIRE3DV_PRECOMPILE)
-  # A precompiled header alone exceeds the heap size from which g++ collects garbage, which then takes a tenth of the
-  # time. Unit: KiB.
-  target_compile_options(fire3dv_flags INTERFACE
-    "$<$<COMPILE_LANG_AND_ID:CXX,GNU>:SHELL:--param ggc-min-heapsize=600000>")
-  # Threads::Threads adds this option, which defines a macro: headers compiled without it are refused.
-  target_compile_options(fire3dv_flags INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-pthread>)
-  fire3dv_precompiled(fire3dv_library_headers HEADERS ${fire3dv_common_headers})
-  fire3dv_precompiled(fire3dv_program_headers HEADERS ${fire3dv_common_headers} OPTIONS $<$<COMPILE_LANGUAGE:CXX>:-fPIE>)
-  set_target_properties(fire3dv_program_headers PROPERTIES POSITION_INDEPENDENT_CODE OFF)
-endif()
 
 function(fire3dv_library name)
   cmake_parse_arguments(arg "" "" "SOURCES;LINK" ${ARGN})
   add_library(${name} STATIC ${arg_SOURCES})
+  fire3dv_unity(${name})
   target_link_libraries(${name} PUBLIC fire3dv_flags ${arg_LINK})
-  fire3dv_reuse_precompiled(${name} fire3dv_library_headers)
 endfunction()
 
 function(fire3dv_program name)
-  cmake_parse_arguments(arg "" "PRECOMPILED" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(arg "TEST" "" "SOURCES;LINK" ${ARGN})
   add_executable(${name} ${arg_SOURCES})
+  fire3dv_unity(${name})
   target_link_libraries(${name} PRIVATE fire3dv_flags ${arg_LINK})
-  if(NOT arg_PRECOMPILED)
-    target_link_libraries(${name} PRIVATE fire3dv_build_info)  # for --version; not in tests
-    set(arg_PRECOMPILED fire3dv_program_headers)
+  if(NOT arg_TEST)
+    target_link_libraries(${name} PRIVATE fire3dv_build_info)  # for --version
   endif()
-  fire3dv_reuse_precompiled(${name} ${arg_PRECOMPILED})
 endfunction()

@@ -9,7 +9,7 @@ set -euo pipefail
 
 packages=(
   # build
-  build-essential cmake ninja-build pkg-config git ca-certificates
+  build-essential cmake ninja-build pkg-config git ca-certificates ccache
   glslang-tools spirv-tools flatbuffers-compiler
   # libraries; CONTRIBUTING.md lists their uses
   libvulkan-dev libglm-dev libtinygltf-dev libflatbuffers-dev libasio-dev libboost-dev libpng-dev libglfw3-dev
@@ -36,8 +36,8 @@ optional_packages=(libmujoco-dev libegl-dev libopengl-dev liborocos-kdl-dev libs
   libzmq3-dev libprotobuf-dev protobuf-compiler cyclonedds-dev cyclonedds-tools)
 # With --peers: programs and libraries of others that tests talk to, where the distribution has them. ignition-transport
 # for adapters/gazebo; Fast DDS, ROS 2's other DDS library, and tf2 of ROS 1 as oracle for adapters/ros2; Chromium for the
-# live view's page.
-peer_packages=(libignition-transport-dev libignition-msgs-dev libfastrtps-dev libtf2-dev chromium)
+# live view's page; clang-format 14 for the formatting check (Debian 12).
+peer_packages=(libignition-transport-dev libignition-msgs-dev libfastrtps-dev libtf2-dev chromium clang-format-14)
 mesa_packages=(mesa-vulkan-drivers)
 
 check=0

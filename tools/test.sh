@@ -2,10 +2,10 @@
 # Installs packages, builds and runs the tests. Starts from a bare machine; tools/setup.sh lists supported systems.
 #
 #   tools/test.sh          runs the tests that CI runs
-#   tools/test.sh --long   also runs the long tests, and all CPU-side tests with sanitizers
+#   tools/test.sh --long   also runs the long tests, and the CPU-side tests in both builds
 #
-# All tests run in a Release build with warnings as errors, the CPU-side tests then in a build with AddressSanitizer and
-# UndefinedBehaviorSanitizer. The last lines are CTest's summary of the first run.
+# Tests that draw, and those of whole programs, run in a Release build; the CPU-side tests (label cpu) in a build with
+# AddressSanitizer and UndefinedBehaviorSanitizer. Warnings are errors in both. The last lines are CTest's summaries.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -17,22 +17,55 @@ for argument in "$@"; do
     *) echo "test.sh: unknown option $argument (there is --long)" >&2; exit 2 ;;
   esac
 done
-[ $long = 1 ] && selection=() || selection=(-LE '^long$')
-# The reader of MJCF, and tests that link all readers, take a seventh of the build with sanitizers. Readers work on the
-# user's own files, in a process of their own.
-sanitized=(-L '^cpu$')
-unsanitized='^(mujoco_.*|mjcf_.*|read_mjcf|read_sdf|mesh_scene|robot_(mujoco.*|adf|kdl|joints))_test$'
-if [ $long = 1 ]; then unsanitized=; else sanitized+=(-E "$unsanitized"); fi
+# Labels that each build leaves out. The Release build leaves the CPU-side tests to the sanitizers; those with the label
+# heavy, which take long to build with sanitizers, have the label cpu in the sanitizer build alone.
+if [ $long = 1 ]; then
+  cpu_tests=ON release_without=none sanitizers_without=none
+else
+  cpu_tests=OFF release_without='cpu|long' sanitizers_without='heavy|long'
+fi
 
 say() { printf '\n== %s\n' "$*"; }
-now() { date +%s.%N; }
-seconds_since() { awk -v from="$1" -v to="$(now)" 'BEGIN { printf "%.1f", to - from }'; }
 jobs=$(nproc)
+times=build/ci/times.txt  # NAME CPU_SECONDS WALL_SECONDS of each part
+mkdir -p build/ci && rm -f "$times"
+
+# Runs a command as a part of the time table.
+part() {
+  local name=$1 start status=0
+  shift
+  start=$(date +%s.%N)
+  (
+    "$@" || status=$?
+    # The last line has the processor time of finished child processes: user, system. Not in a pipe: that is a process
+    # of its own, without children.
+    times > "$times.$name"
+    awk -v name="$name" -v start="$start" -v end="$(date +%s.%N)" '
+      function seconds(text) { split(text, p, /[ms]/); return p[1] * 60 + p[2] }
+      END { print name, seconds($1) + seconds($2), end - start }' "$times.$name" >> "$times"
+    exit $status
+  )
+}
+
+# Runs CTest and stores its summary, which is printed at the end. A test that fails runs once more: some depend on the
+# load of the machine. Such tests are listed as unsteady.
+failed=() logs=() summaries=()
+tests() {
+  local name=$1 log=$2/$1.log
+  summaries+=("$2/$1.summary") logs+=("$log")
+  shift
+  part "$name" run_ctest "$log" "${summaries[-1]}" --test-dir "$@" || failed+=("$name tests")
+}
+run_ctest() {
+  local log=$1 summary=$2
+  shift 2
+  rm -f "$summary"
+  ctest "$@" --repeat until-pass:2 --output-on-failure --no-tests=error 2>&1 | tee "$log" |
+    awk -v summary="$summary" '/^[0-9]+% tests passed/ { held = 1 } held { print > summary; next } { print; fflush() }'
+}
 
 say "set-up"
-start=$(now)
-tools/setup.sh --peers
-setup_seconds=$(seconds_since "$start")
+part set-up tools/setup.sh --peers
 
 say "prerequisites of the tests"
 tools/check_test_machine.sh
@@ -43,58 +76,50 @@ tools/check_includes.py
 say "structure: include directions, opening comments, folder sizes, Markdown lines"
 tools/check_tree.py
 
+say "format: .clang-format"
+tools/check_format.sh
+
 say "build: Release, warnings are errors"
-start=$(now)
-cmake --preset ci
-cmake --build --preset ci
+cmake --preset ci -DFIRE3DV_CPU_TESTS=$cpu_tests
+part build cmake --build --preset ci
 
 # The second build uses what the tests leave of the processors: many of them wait.
 say "build: the CPU-side tests with AddressSanitizer and UndefinedBehaviorSanitizer, beside the tests"
 cmake --preset dev -DCMAKE_CXX_FLAGS_DEBUG="-Og -g1"  # line numbers for stack traces; full -g takes a tenth longer
-mapfile -t targets < <(tools/test_times.py --targets-of cpu ${unsanitized:+--without "$unsanitized"} build/dev)
+mapfile -t targets < <(tools/test_times.py --targets-of cpu --without "$sanitizers_without" build/dev)
 [ ${#targets[@]} -gt 0 ] || { echo "test.sh: no test has the label cpu" >&2; exit 1; }
 sanitizer_build=build/dev/build.txt
-nice -n 19 cmake --build --preset dev --target "${targets[@]}" > "$sanitizer_build" 2>&1 &
+part sanitizer-build nice -n 19 cmake --build --preset dev --target "${targets[@]}" > "$sanitizer_build" 2>&1 &
 sanitizer_build_pid=$!
 trap 'kill "$sanitizer_build_pid" 2> /dev/null || true' EXIT
-build_seconds=$(seconds_since "$start")
 
-# A test that fails runs once more: some depend on the load of the machine. Such tests are listed as unsteady.
-say "tests: all"
-failed=()
-# CTest's summary is printed after the time table, at the end of the output.
-summary=build/ci/tests/summary.txt
-log=build/ci/tests/log.txt
-rm -f "$summary" "$log"
-ctest --test-dir build/ci -j "$jobs" "${selection[@]}" --repeat until-pass:2 --output-on-failure --no-tests=error 2>&1 |
-  tee "$log" |
-  awk -v summary="$summary" '/^[0-9]+% tests passed/ { held = 1 } held { print > summary; next } { print; fflush() }' ||
-  failed+=("tests")
+# End-to-end tests wait for programs, windows and networks most of the time.
+say "tests: end to end"
+tests e2e build/ci -L '^e2e$' -LE "^($release_without)\$" -j $((jobs + 1))
+say "tests: images"
+tests render build/ci -L '^render$' -LE "^(e2e|$release_without)\$" -j "$jobs"
+say "tests: others of the Release build"
+tests unit build/ci -LE "^(render|e2e|$release_without)\$" -j "$jobs"
 
 say "tests: CPU side, sanitizers"
-start=$(now)
 wait "$sanitizer_build_pid" || { tail -n 100 "$sanitizer_build"; echo "test.sh: failed: build with sanitizers"; exit 1; }
 trap - EXIT
-build_seconds=$(awk -v begun="$build_seconds" -v waited="$(seconds_since "$start")" 'BEGIN { print begun + waited }')
-start=$(now)
-sanitizer_log=build/dev/tests/log.txt
-ctest --test-dir build/dev -j "$jobs" "${sanitized[@]}" "${selection[@]}" --repeat until-pass:2 --output-on-failure \
-  --no-tests=error 2>&1 | tee "$sanitizer_log" || failed+=("tests with sanitizers")
-sanitizer_seconds=$(seconds_since "$start")
+tests sanitizers build/dev -L '^cpu$' -LE "^($sanitizers_without)\$" -j "$jobs"
 
-tools/test_times.py --setup "$setup_seconds" --builds "$build_seconds" --sanitizers "$sanitizer_seconds" \
-  --log "$log" build/ci || failed+=("the table of times")
-unsteady=$(for each in "$sanitizer_log" "$log"; do
+tools/test_times.py --budget "$times" || failed+=("the table of times")
+unsteady=$(for each in "${logs[@]}"; do
   awk '/\*\*\*(Failed|Timeout)/ { for (i = 1; i < NF; ++i) if ($i ~ /^#[0-9]+:$/) print $(i + 1) }' "$each" | sort | uniq -c |
     awk '$1 == 1 { printf " %s", $2 }'
 done)
 [ -z "$unsteady" ] || say "unsteady, failed at the first try:$unsteady"
+# Tests that did not run come first, so that the output ends with the counts.
+for each in "${summaries[@]}"; do
+  [ ! -f "$each" ] || awk '/^The following tests did not run:/ { rest = 1 } rest' "$each"
+done
+for each in "${summaries[@]}"; do
+  [ ! -f "$each" ] || awk '/^The following tests did not run:/ { exit } NF' "$each"
+done
 if [ ${#failed[@]} -gt 0 ]; then
-  [ -f "$summary" ] && cat "$summary"
   (IFS=,; echo "test.sh: failed: ${failed[*]}")
   exit 1
 fi
-echo
-# Tests that did not run come first, so that the output ends with the counts.
-awk '/^The following tests did not run:/ { rest = 1 } rest' "$summary"
-awk '/^The following tests did not run:/ { exit } NF' "$summary"

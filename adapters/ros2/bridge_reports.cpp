@@ -8,7 +8,7 @@
 namespace fire3dv::ros2 {
 namespace {
 
-constexpr int64_t kSecond = 1'000'000'000, kPatienceNs = 3 * kSecond;
+constexpr int64_t kReportSecondNs = 1'000'000'000, kReportPatienceNs = 3 * kReportSecondNs;
 constexpr size_t kMaxPublishersReported = 50;
 
 }  // namespace
@@ -71,7 +71,7 @@ void Bridge::report_faults() {
     seen_structure_ = buffer_.structure_version();
     structure_since_ns_ = now_ns_;
   }
-  const bool patient = now_ns_ - structure_since_ns_ >= kPatienceNs;
+  const bool patient = now_ns_ - structure_since_ns_ >= kReportPatienceNs;
   if (patient) report_missing_links();
   const std::string& wanted = options_.frames.fixed_frame;
   if (patient && !wanted.empty() && !buffer_.frames().empty() && buffer_.find(wanted) == kNoFrame) {
@@ -110,7 +110,7 @@ void Bridge::report_faults() {
 void Bridge::report_silence() {
   const bool is_heard = last_transform_ns_ != 0;
   const int64_t silent_ns = now_ns_ - (is_heard ? last_transform_ns_ : begun_ns_);
-  if (silent_ns < kPatienceNs) {
+  if (silent_ns < kReportPatienceNs) {
     has_reported_silence_ = false;
     return;
   }

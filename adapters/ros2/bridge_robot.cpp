@@ -12,7 +12,7 @@
 namespace fire3dv::ros2 {
 namespace {
 
-constexpr int64_t kSecond = 1'000'000'000;
+constexpr int64_t kRobotSecondNs = 1'000'000'000;
 constexpr size_t kMaxDescriptionBytes = size_t{64} << 20;
 
 }  // namespace
@@ -79,7 +79,7 @@ void Bridge::choose_source_of_links() {
     log_line("the robot's links are published on /tf now: joint states are not used");
     buffer_.remove_source(kJointSource);
   }
-  if (!tf_has_links && !uses_joints_ && now_ns_ - first_joint_ns_ > kSecond) {
+  if (!tf_has_links && !uses_joints_ && now_ns_ - first_joint_ns_ > kRobotSecondNs) {
     log_line("no link of the robot is published on /tf: its poses are computed from joint states");
     uses_joints_ = true;
   }
@@ -100,7 +100,7 @@ void Bridge::take_description(const char* text) {
 void Bridge::start_conversion() {
   if (conversion_ || !is_description_new_ || now_ns_ < next_conversion_ns_) return;
   is_description_new_ = false;
-  next_conversion_ns_ = now_ns_ + 2 * kSecond;
+  next_conversion_ns_ = now_ns_ + 2 * kRobotSecondNs;
   Result<Conversion> started = Conversion::start(description_, options_.package_folders, description_topic());
   if (started)
     conversion_ = std::move(*started);

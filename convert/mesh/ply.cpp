@@ -17,7 +17,7 @@
 namespace fire3dv::convert {
 namespace {
 
-constexpr size_t kMaxTriangles = 20'000'000, kMaxProperties = 100;
+constexpr size_t kMaxPlyTriangles = 20'000'000, kMaxProperties = 100;
 
 enum class Format { ascii, little, big };
 
@@ -100,9 +100,9 @@ class Numbers {
   bool ok_ = true;
 };
 
-class Reader {
+class PlyReader {
  public:
-  explicit Reader(Nodes nodes) : keeps_nodes_(nodes == Nodes::keep) {}
+  explicit PlyReader(Nodes nodes) : keeps_nodes_(nodes == Nodes::keep) {}
 
   Result<ImportedMesh> read(std::string_view bytes) {
     if (Result<void> header = read_header(bytes); !header) return header.error();
@@ -116,8 +116,8 @@ class Reader {
         else
           read_other(element, numbers);
         if (!numbers.ok()) return cut_short();
-        if (triangles_.size() / 3 > kMaxTriangles)
-          return Error{"it has more than " + std::to_string(kMaxTriangles) + " triangles"};
+        if (triangles_.size() / 3 > kMaxPlyTriangles)
+          return Error{"it has more than " + std::to_string(kMaxPlyTriangles) + " triangles"};
       }
     }
     return mesh();
@@ -274,7 +274,7 @@ class Reader {
 }  // namespace
 
 Result<ImportedMesh> import_ply(std::string_view bytes, Nodes nodes) {
-  return Reader(nodes).read(bytes);
+  return PlyReader(nodes).read(bytes);
 }
 
 }  // namespace fire3dv::convert

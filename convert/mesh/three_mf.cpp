@@ -24,8 +24,8 @@ namespace fire3dv::convert {
 namespace {
 
 constexpr uint64_t kMaxFileBytes = uint64_t{1} << 28, kMaxModelBytes = uint64_t{1} << 29;
-constexpr uint64_t kMaxTriangles = 20'000'000;
-constexpr size_t kMaxNodes = 100'000, kMaxDepth = 100, kMaxModels = 1000;
+constexpr uint64_t kMax3mfTriangles = 20'000'000;
+constexpr size_t kMax3mfNodes = 100'000, kMaxDepth = 100, kMaxModels = 1000;
 
 // Properties that triangles name: one of the lists is filled.
 struct PropertyGroup {
@@ -42,9 +42,9 @@ struct ModelFile {
   std::map<uint32_t, PropertyGroup> groups;
 };
 
-class Reader {
+class ThreeMfReader {
  public:
-  explicit Reader(const ZipFile& zip) : zip_(zip) {}
+  explicit ThreeMfReader(const ZipFile& zip) : zip_(zip) {}
 
   Result<ImportedMesh> read() {
     mesh_.materials.emplace_back();
@@ -202,7 +202,7 @@ class Reader {
     if (!transform) return transform.error();
     if (depth >= kMaxDepth)
       return at_line(reference, "components are nested too deep, or contain themselves");
-    if (mesh_.nodes.size() >= kMaxNodes) return at_line(reference, "there are too many components");
+    if (mesh_.nodes.size() >= kMax3mfNodes) return at_line(reference, "there are too many components");
     const glm::dmat4 file_from_object = file_from_parent * *transform;
     const size_t node = mesh_.nodes.size();
     const std::string name = attribute(*object->second, "name").value_or("object " + std::to_string(*id));
@@ -237,8 +237,8 @@ class Reader {
     const std::optional<uint32_t> object_group = index_of(object, "pid");
     const uint32_t object_property = index_of(object, "pindex").value_or(0);
     return each(child_of(shape, "triangles"), "triangle", [&](const XMLElement& triangle) -> Result<void> {
-      if (++triangles_ > kMaxTriangles)
-        return Error{"it has more than " + std::to_string(kMaxTriangles) + " triangles"};
+      if (++triangles_ > kMax3mfTriangles)
+        return Error{"it has more than " + std::to_string(kMax3mfTriangles) + " triangles"};
       SurfaceBuilder::Corner corners[3];
       constexpr std::string_view kVertices[] = {"v1", "v2", "v3"}, kProperties[] = {"p1", "p2", "p3"};
       for (size_t i = 0; i < 3; ++i) {
@@ -300,7 +300,7 @@ Result<ImportedMesh> import_3mf(const std::filesystem::path& file) {
   if (!bytes) return bytes.error();
   const Result<ZipFile> zip = ZipFile::open({reinterpret_cast<const char*>(bytes->data.get()), bytes->size});
   if (!zip) return zip.error();
-  return Reader(*zip).read();
+  return ThreeMfReader(*zip).read();
 }
 
 }  // namespace fire3dv::convert

@@ -13,7 +13,7 @@
 namespace fire3dv::convert {
 namespace {
 
-glm::dvec3 vec3(const urdf::Vector3& v) {
+glm::dvec3 joint_vec3(const urdf::Vector3& v) {
   return {v.x, v.y, v.z};
 }
 
@@ -58,14 +58,14 @@ Joint joint_of(const urdf::Joint& from, size_t body, std::vector<std::string>& w
   made.name = from.name;
   made.body = body;
   made.type = type_of(from);
-  const double length = glm::length(vec3(from.axis));
+  const double length = glm::length(joint_vec3(from.axis));
   const bool needs_axis = is_scalar(from) || made.type == Joint::Type::planar;
   if (needs_axis && !(length > 0)) {
     warnings.push_back("joint " + quote(from.name) + " has an axis without length; it is fixed");
     made.type = Joint::Type::fixed;
     return made;
   }
-  if (needs_axis) made.axis = vec3(from.axis) / length;
+  if (needs_axis) made.axis = joint_vec3(from.axis) / length;
   made.limits = limits_of(from);
   made.initial = initial_of(from);
   return made;
@@ -74,7 +74,7 @@ Joint joint_of(const urdf::Joint& from, size_t body, std::vector<std::string>& w
 }  // namespace
 
 double urdf_rest_position(const urdf::Joint& joint) {
-  const bool has_axis = glm::length(vec3(joint.axis)) > 0;
+  const bool has_axis = glm::length(joint_vec3(joint.axis)) > 0;
   const bool limited = joint.type == urdf::Joint::REVOLUTE || joint.type == urdf::Joint::PRISMATIC;
   if (!limited || !has_axis || !joint.limits || !(joint.limits->lower <= joint.limits->upper)) return 0;
   return std::clamp(0.0, joint.limits->lower, joint.limits->upper);
@@ -93,7 +93,7 @@ void add_urdf_joints(const urdf::ModelInterface& robot, const std::vector<std::s
     if (model.nodes[node].parent) body.parent = body_of_node.at(*model.nodes[node].parent);
     if (const urdf::JointSharedPtr& joint = link->second->parent_joint) {
       const urdf::Pose& origin = joint->parent_to_joint_origin_transform;
-      body.translation = vec3(origin.position);
+      body.translation = joint_vec3(origin.position);
       body.rotation = {origin.rotation.w, origin.rotation.x, origin.rotation.y, origin.rotation.z};
     }
     body_of_node[node] = made.bodies.size();

@@ -6,10 +6,10 @@
 namespace fire3dv::convert::xacro {
 namespace {
 
-constexpr std::string_view kSpace = " \t\r\n";
+constexpr std::string_view kParameterSpace = " \t\r\n";
 
 bool is_space_or_end(std::string_view text, size_t at) {
-  return at >= text.size() || kSpace.find(text[at]) != std::string_view::npos;
+  return at >= text.size() || kParameterSpace.find(text[at]) != std::string_view::npos;
 }
 
 // Length of a default value at the start of the text: ${...} or $(...) before white space, or words in which
@@ -37,14 +37,16 @@ size_t length_of_default(std::string_view text) {
 std::vector<Parameter> parse_parameters(const std::string& text) {
   std::vector<Parameter> parameters;
   std::string_view rest = text;
-  const auto skip_space = [&] { rest.remove_prefix(std::min(rest.find_first_not_of(kSpace), rest.size())); };
+  const auto skip_space = [&] {
+    rest.remove_prefix(std::min(rest.find_first_not_of(kParameterSpace), rest.size()));
+  };
   for (skip_space(); !rest.empty(); skip_space()) {
     Parameter parameter;
     const size_t end = std::min(rest.find_first_of(" \t\r\n:="), rest.size());
     if (end == 0) throw Failure("params has no name before '" + std::string(rest.substr(0, 20)) + "'");
     parameter.name = rest.substr(0, end);
     std::string_view after = rest.substr(end);
-    after.remove_prefix(std::min(after.find_first_not_of(kSpace), after.size()));
+    after.remove_prefix(std::min(after.find_first_not_of(kParameterSpace), after.size()));
     if (after.starts_with(':')) after.remove_prefix(1);
     if (after.starts_with('=')) {
       parameter.has_default = true;

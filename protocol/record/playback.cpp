@@ -11,7 +11,7 @@ namespace fire3dv::record {
 
 namespace {
 
-constexpr size_t kMaxStreams = 8192;  // a recorder stops adding streams when their channels take 4 MiB
+constexpr size_t kMaxPlayedStreams = 8192;  // a recorder stops adding streams when their channels take 4 MiB
 constexpr uint64_t kEntryOverhead = 128;
 
 }  // namespace
@@ -32,7 +32,7 @@ Result<Playback> Playback::open(std::unique_ptr<Source> source, const ReadLimits
         std::ranges::find_if(kRoles, [&](Role each) { return role_name(each) == role->second; });
     if (known_role == kRoles.end()) continue;
     const auto known_stream = stream_of_name.find(name->second);
-    if (known_stream == stream_of_name.end() && playback.streams_.size() == kMaxStreams) continue;
+    if (known_stream == stream_of_name.end() && playback.streams_.size() == kMaxPlayedStreams) continue;
     const size_t stream =
         known_stream == stream_of_name.end() ? playback.streams_.size() : known_stream->second;
     if (stream == playback.streams_.size()) {

@@ -12,7 +12,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr size_t kMaxNameBytes = 200;
+constexpr size_t kMaxListNameBytes = 200;
 constexpr size_t kMaxStreams = 64;
 
 std::string text_of(const Json& message) {
@@ -20,7 +20,7 @@ std::string text_of(const Json& message) {
 }
 
 std::string shown_name(const std::string& name, const char* kind, uint32_t number) {
-  return name.empty() ? kind + (" " + std::to_string(number)) : printable_text(name, kMaxNameBytes);
+  return name.empty() ? kind + (" " + std::to_string(number)) : printable_text(name, kMaxListNameBytes);
 }
 
 Json json_of(const replay::TimelineState& timeline) {
@@ -44,7 +44,7 @@ const state::Stream* driver_of(const state::PoseState& poses, uint32_t node) {
 
 std::string welcome_message(const std::string& title, bool can_control, const std::string& view_token) {
   return text_of({{"type", "welcome"},
-                  {"title", printable_text(title, kMaxNameBytes)},
+                  {"title", printable_text(title, kMaxListNameBytes)},
                   {"control", can_control},
                   {"view_token", view_token}});
 }
@@ -132,7 +132,7 @@ std::string status_message(const state::PoseState& poses, double seconds,
     const uint64_t came = before == frames.end() || stream.frames_received < before->second
                               ? 0
                               : stream.frames_received - before->second;
-    streams.push_back({{"name", printable_text(stream.name, kMaxNameBytes)},
+    streams.push_back({{"name", printable_text(stream.name, kMaxListNameBytes)},
                        {"condition", state::condition_name(stream.condition)},
                        {"rate_hz", seconds > 0 ? static_cast<double>(came) / seconds : 0.0},
                        {"frames", stream.frames_received},
@@ -155,12 +155,12 @@ std::string picked_message(const char* type, const scene::Scene& scene, const st
   const state::Stream* const stream = driver_of(poses, *node);
   message["node"] = *node;
   message["name"] = shown_name(scene.nodes[*node].name, "node", *node);
-  message["path"] = printable_text(scene.nodes[*node].path, 4 * kMaxNameBytes);
+  message["path"] = printable_text(scene.nodes[*node].path, 4 * kMaxListNameBytes);
   message["position_m"] = {pose[3].x, pose[3].y, pose[3].z};
   Json rows = Json::array();
   for (int row = 0; row < 3; ++row) rows.push_back({pose[0][row], pose[1][row], pose[2][row], pose[3][row]});
   message["world_from_node"] = std::move(rows);
-  message["stream"] = stream ? Json(printable_text(stream->name, kMaxNameBytes)) : Json();
+  message["stream"] = stream ? Json(printable_text(stream->name, kMaxListNameBytes)) : Json();
   return text_of(message);
 }
 

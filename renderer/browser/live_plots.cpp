@@ -12,7 +12,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr size_t kMaxNameBytes = 100, kMaxUnitBytes = 20;
+constexpr size_t kMaxPlotNameBytes = 100, kMaxUnitBytes = 20;
 constexpr auto kPeriod = std::chrono::milliseconds(100);
 constexpr auto kFullPeriod = std::chrono::milliseconds(50), kListPeriod = std::chrono::milliseconds(250);
 constexpr auto kFast = std::chrono::milliseconds(80), kSlow = std::chrono::milliseconds(200);
@@ -68,9 +68,9 @@ bool ScalarList::update(const state::PoseState& poses) {
   ++number_;
   Json scalars = Json::array();
   for (const Entry& entry : entries_)
-    scalars.push_back({printable_text(entry.stream, kMaxNameBytes),
-                       printable_text(entry.group, kMaxNameBytes), printable_text(entry.name, kMaxNameBytes),
-                       printable_text(entry.unit, kMaxUnitBytes)});
+    scalars.push_back(
+        {printable_text(entry.stream, kMaxPlotNameBytes), printable_text(entry.group, kMaxPlotNameBytes),
+         printable_text(entry.name, kMaxPlotNameBytes), printable_text(entry.unit, kMaxUnitBytes)});
   const Json message = {
       {"type", "scalars"}, {"list", number_}, {"scalars", std::move(scalars)}, {"omitted", omitted_}};
   message_ = message.dump(-1, ' ', false, Json::error_handler_t::replace);

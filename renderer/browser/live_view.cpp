@@ -18,7 +18,7 @@ namespace {
 // Larger canvases get smaller images, which the browser scales.
 constexpr double kMaxImagePixels = 4'194'304;
 constexpr uint32_t kMinImageSide = 16;
-constexpr auto kBusyTime = std::chrono::seconds(1);
+constexpr auto kViewerBusyTime = std::chrono::seconds(1);
 constexpr auto kReportPeriod = std::chrono::milliseconds(500);
 constexpr auto kSettingsPeriod = std::chrono::milliseconds(100);
 
@@ -213,7 +213,7 @@ bool LiveView::is_busy() const {
   const Clock::time_point now = Clock::now();
   return std::ranges::any_of(viewers_, [&](const auto& entry) {
     const Viewer& viewer = entry.second;
-    return viewer.flight || viewer.pick || viewer.framing || now - viewer.changed < kBusyTime;
+    return viewer.flight || viewer.pick || viewer.framing || now - viewer.changed < kViewerBusyTime;
   });
 }
 

@@ -10,7 +10,7 @@ namespace {
 
 constexpr VkDeviceSize kMaxCopiedInSoftware = 8 << 20;
 
-VkDeviceAddress align_up(VkDeviceAddress value, VkDeviceAddress alignment) {
+VkDeviceAddress align_scratch(VkDeviceAddress value, VkDeviceAddress alignment) {
   return (value + alignment - 1) / alignment * alignment;
 }
 
@@ -164,7 +164,7 @@ void MeshBuilds::record(size_t build) {
   AccelerationStructure& structure = built_[mesh_of_build_[build]];
   mesh.info.dstAccelerationStructure = structure.handle.get();
   mesh.info.pGeometries = mesh.geometries.data();  // the vector of builds has moved them
-  mesh.info.scratchData.deviceAddress = align_up(scratch_.address, scratch_alignment(device_));
+  mesh.info.scratchData.deviceAddress = align_scratch(scratch_.address, scratch_alignment(device_));
   const VkAccelerationStructureBuildRangeInfoKHR* ranges = mesh.ranges.data();
   std::vector<Use> uses{Use(scratch_, access::build_write), Use(structure.storage, access::build_write)};
   for (Buffer* input : inputs_) uses.emplace_back(*input, access::build_input);
@@ -232,7 +232,7 @@ TopLevel::TopLevel(Device& device, uint32_t max_instances, Rays rays) : device_(
   const VkDeviceSize alignment = scratch_alignment(device);
   scratch_ = create_buffer(device, sizes.buildScratchSize + alignment, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
                            Memory::device);
-  scratch_address_ = align_up(scratch_.address, alignment);
+  scratch_address_ = align_scratch(scratch_.address, alignment);
 }
 
 void TopLevel::record_build(VkCommandBuffer commands, VkDeviceAddress instances, uint32_t count) const {
@@ -258,8 +258,8 @@ DeformedLevels::DeformedLevels(Device& device, const std::vector<std::vector<Tri
     mesh_of_build.push_back(m);
     offsets.push_back(storage_size);
     scratch_offsets.push_back(scratch_size);
-    storage_size += align_up(sizes.accelerationStructureSize, kStructureAlignment);
-    scratch_size += align_up(std::max(sizes.buildScratchSize, sizes.updateScratchSize), alignment);
+    storage_size += align_scratch(sizes.accelerationStructureSize, kStructureAlignment);
+    scratch_size += align_scratch(std::max(sizes.buildScratchSize, sizes.updateScratchSize), alignment);
   }
   if (builds_.empty()) return;
   storage_ = create_buffer(device, storage_size, VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR,
@@ -283,7 +283,7 @@ DeformedLevels::DeformedLevels(Device& device, const std::vector<std::vector<Tri
     MeshBuild& build = builds_[b];
     build.info.pGeometries = build.geometries.data();  // the vector of builds has moved them
     build.info.dstAccelerationStructure = handle;
-    build.info.scratchData.deviceAddress = align_up(scratch_.address, alignment) + scratch_offsets[b];
+    build.info.scratchData.deviceAddress = align_scratch(scratch_.address, alignment) + scratch_offsets[b];
   }
 }
 

@@ -17,7 +17,7 @@ namespace fire3dv::app {
 namespace {
 
 constexpr size_t kNamesInLog = 5;
-constexpr size_t kMaxNameBytes = 1024 + 8;  // per name, including list overhead
+constexpr size_t kMaxStreamNameBytes = 1024 + 8;  // per name, including list overhead
 // Per list of a Welcome or Status: a reply must fit every link's back channel.
 constexpr size_t kNameBytesInReply = 16 << 10;
 // Grace time of the slot of a stream that lost its link or sent a new description.
@@ -27,7 +27,7 @@ constexpr int64_t kSilentNs = 2'000'000'000, kAnswerNs = 500'000'000, kRefusedNs
 constexpr uint32_t kReportsPerSecond = 20;  // of changed bindings, per stream
 
 std::string list_names(const state::PoseState& poses, state::StreamId id, const state::IndexSet& indices) {
-  const std::vector<std::string> names = poses.names_at(id, indices, kNamesInLog * kMaxNameBytes);
+  const std::vector<std::string> names = poses.names_at(id, indices, kNamesInLog * kMaxStreamNameBytes);
   const size_t shown = std::min(names.size(), kNamesInLog);
   std::string text;
   for (size_t i = 0; i < shown; ++i) text += (i ? ", \"" : "\"") + names[i] + "\"";
@@ -58,7 +58,7 @@ std::string list_scene_nodes(const scene::Scene& scene) {
   constexpr size_t kNames = 3;
   std::vector<std::string> names;
   for (const scene::Node& node : scene.nodes) {
-    if (node.name.empty() || node.name.size() > kMaxNameBytes) continue;
+    if (node.name.empty() || node.name.size() > kMaxStreamNameBytes) continue;
     names.push_back(quote(node.name));
     if (names.size() == kNames) break;
   }

@@ -20,7 +20,7 @@
 namespace fire3dv::gazebo {
 namespace {
 
-constexpr size_t kMaxDatagram = 65536;
+constexpr size_t kMaxDatagramBytes = 65536;
 constexpr size_t kMaxRelays = 64;  // hosts add themselves
 
 sockaddr_in address_of(const std::string& ip, uint16_t port) {
@@ -101,7 +101,7 @@ Descriptor& Descriptor::operator=(Descriptor&& other) noexcept {
 Result<DiscoverySocket> DiscoverySocket::open(uint16_t port, const std::vector<std::string>& interfaces) {
   DiscoverySocket socket;
   socket.port_ = port;
-  socket.buffer_.resize(kMaxDatagram);
+  socket.buffer_.resize(kMaxDatagramBytes);
   socket.receiver_ = Descriptor(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   const int receiver = socket.receiver_.get();
   if (receiver < 0) return system_error("cannot open a socket for Gazebo's discovery");

@@ -17,6 +17,7 @@
 #include "stream.h"
 
 using fire3dv::client::fail;
+using fire3dv::client::fail_null_stream;
 using fire3dv::client::guarded;
 namespace wire = fire3dv::wire;
 
@@ -35,10 +36,6 @@ int fail_struct(const char* name, size_t struct_size, size_t known_size) {
   return fail(FIRE3DV_ERROR_ARGUMENT, text + "; set it to sizeof(fire3dv_" + name + ") (" +
                                           std::to_string(known_size) +
                                           " in this version of the library), and leave unknown fields 0");
-}
-
-int fail_null_stream() {
-  return fail(FIRE3DV_ERROR_ARGUMENT, "stream is NULL");
 }
 
 // Checks flags and pose values of a whole or partial frame.

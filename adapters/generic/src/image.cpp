@@ -15,6 +15,7 @@
 #include "stream.h"
 
 using fire3dv::client::fail;
+using fire3dv::client::fail_null_stream;
 using fire3dv::client::guarded;
 namespace wire = fire3dv::wire;
 
@@ -34,10 +35,6 @@ struct BorrowedImage : fire3dv_image {
   std::vector<fire3dv_image_plane> planes;
   fire3dv::transport::PublisherLink::Image keep;
 };
-
-int fail_null_stream() {
-  return fail(FIRE3DV_ERROR_ARGUMENT, "stream is NULL");
-}
 
 wire::ImageRequest read_request(const fire3dv_image_request& given, uint64_t newest_sequence) {
   wire::ImageRequest request;

@@ -38,6 +38,10 @@ inline int fail(int code, std::string_view sentence) noexcept {
   return code;
 }
 
+inline int fail_null_stream() noexcept {
+  return fail(FIRE3DV_ERROR_ARGUMENT, "stream is NULL");
+}
+
 inline const char* last_error() noexcept {
   return last_error_text;
 }

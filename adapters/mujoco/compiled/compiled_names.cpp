@@ -8,7 +8,7 @@ namespace {
 
 constexpr int kPulley = -2;  // marker in mjData::wrap_obj: the path restarts behind it
 
-glm::dvec3 vec3(const mjtNum* v) {
+glm::dvec3 to_vec3(const mjtNum* v) {
   return {v[0], v[1], v[2]};
 }
 
@@ -61,7 +61,7 @@ void tendon_pieces(const mjModel& m, const mjData& d, int tendon, std::vector<Te
   for (int i = first; i + 1 < end; ++i) {
     if (d.wrap_obj[i] == kPulley || d.wrap_obj[i + 1] == kPulley) continue;
     const bool lies_on_geom = d.wrap_obj[i] >= 0 && d.wrap_obj[i + 1] >= 0;
-    pieces.push_back({vec3(d.wrap_xpos + 3 * i), vec3(d.wrap_xpos + 3 * (i + 1)),
+    pieces.push_back({to_vec3(d.wrap_xpos + 3 * i), to_vec3(d.wrap_xpos + 3 * (i + 1)),
                       m.tendon_width[tendon] * (lies_on_geom ? 0.5 : 1)});
   }
 }

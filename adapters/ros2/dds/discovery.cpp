@@ -12,7 +12,7 @@
 namespace fire3dv::ros2 {
 namespace {
 
-constexpr size_t kMaxListed = 10, kMaxKnown = 10000, kMaxNameBytes = 256;
+constexpr size_t kMaxListed = 10, kMaxKnown = 10000, kMaxTopicNameBytes = 256;
 
 std::string guid_text(const dds_guid_t& guid) {
   std::string text;
@@ -27,7 +27,7 @@ std::string guid_text(const dds_guid_t& guid) {
 std::string property(const dds_qos_t* qos, const char* name) {
   char* value = nullptr;
   if (!qos || !dds_qget_prop(qos, name, &value) || !value) return "";
-  std::string text = printable_text(value, kMaxNameBytes);
+  std::string text = printable_text(value, kMaxTopicNameBytes);
   dds_free(value);
   return text;
 }
@@ -35,7 +35,7 @@ std::string property(const dds_qos_t* qos, const char* name) {
 std::string entity_name(const dds_qos_t* qos) {
   char* value = nullptr;
   if (!qos || !dds_qget_entity_name(qos, &value) || !value) return "";
-  std::string text = printable_text(value, kMaxNameBytes);
+  std::string text = printable_text(value, kMaxTopicNameBytes);
   dds_free(value);
   return text;
 }
@@ -115,9 +115,10 @@ void Discovery::take_publications() {
       std::erase_if(remotes_, [](const auto& entry) { return entry.second.topic.empty(); });
       if (remotes_.size() > kMaxKnown) return;
     }
-    remotes_[info.instance_handle] = {
-        sample.participant_instance_handle, printable_text(ros_topic_name(sample.topic_name), kMaxNameBytes),
-        printable_text(ros_type_name(sample.type_name), kMaxNameBytes), guid_text(sample.key), false};
+    remotes_[info.instance_handle] = {sample.participant_instance_handle,
+                                      printable_text(ros_topic_name(sample.topic_name), kMaxTopicNameBytes),
+                                      printable_text(ros_type_name(sample.type_name), kMaxTopicNameBytes),
+                                      guid_text(sample.key), false};
   });
 }
 

@@ -16,8 +16,6 @@ constexpr std::string_view kKeys =
     "labels, "
     "compressed, quality";
 
-constexpr size_t kMaxTopicBytes = 200;  // DDS names end at 255 characters; ROS and the topics add to the base
-
 bool is_space(char c) {
   return c == ' ' || c == '\t' || c == '\n' || c == '\r';
 }

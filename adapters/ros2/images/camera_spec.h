@@ -19,6 +19,8 @@
 
 namespace fire3dv::ros2 {
 
+constexpr size_t kMaxTopicBytes = 200;  // DDS names end at 255 characters; ROS and the topics add to the base
+
 enum class LabelSource { none, instance, semantic };
 enum class Lens { none, plumb_bob, equidistant };
 

@@ -210,7 +210,6 @@ class SensorReader {
       topic = std::string(space) + (space.empty() || space.ends_with('/') ? "" : "/") +
               (name.empty() ? topic_from_name(spec.name) : std::string(name));
     }
-    constexpr size_t kMaxTopicBytes = 200;
     if (!topic.empty() && (!is_valid_name(topic) || topic.size() > kMaxTopicBytes)) {
       warn("topic " + quote(topic) + " is not a topic name; " + topic_from_name(spec.name) + " is used");
       topic.clear();

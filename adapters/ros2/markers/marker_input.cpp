@@ -7,7 +7,7 @@
 namespace fire3dv::ros2 {
 namespace {
 
-constexpr int kMaxBatches = 16;  // of one topic, before poses are published
+constexpr int kMaxMarkerBatches = 16;  // of one topic, before poses are published
 
 void refuse(const MarkerContext& context, const std::string& topic, const char* what, const Error& reason) {
   context.warn("markers of /" + topic, "/" + topic + ": " + what + " is not shown: " + reason.message);
@@ -89,7 +89,7 @@ void MarkerInput::take(const MarkerContext& context) {
       for (uint32_t i = 0; i < message.markers._length; ++i)
         take_one(topic.name, message.markers._buffer[i], context);
     };
-    for (int batch = 0; batch < kMaxBatches && topic.reader.take(take_all) > 0; ++batch) {
+    for (int batch = 0; batch < kMaxMarkerBatches && topic.reader.take(take_all) > 0; ++batch) {
     }
   }
   take_single(points_, context);

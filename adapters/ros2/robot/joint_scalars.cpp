@@ -13,14 +13,14 @@ namespace fire3dv::ros2 {
 namespace {
 
 constexpr int64_t kJumpBackNs = 1'000'000'000;
-constexpr size_t kMaxNameBytes = 1024;  // of a scalar
+constexpr size_t kMaxJointNameBytes = 1024;  // of a scalar
 constexpr std::array<const char*, 3> kGroups = {"joint_positions", "joint_velocities", "joint_efforts"};
 constexpr std::array<const char*, 3> kTurning = {"rad", "rad/s", "N m"}, kSliding = {"m", "m/s", "N"};
 
 Result<void> check_names(const JointStateView& state, std::span<const size_t> order) {
   for (size_t i = 0; i < order.size(); ++i) {
     const std::string_view name = state.names[order[i]];
-    if (name.empty() || name.size() > kMaxNameBytes)
+    if (name.empty() || name.size() > kMaxJointNameBytes)
       return Error{"a joint has a name of " + std::to_string(name.size()) + " bytes instead of 1 to 1024"};
     if (i > 0 && name == state.names[order[i - 1]])
       return Error{"joint " + quote(std::string(name)) + " is twice in one message"};

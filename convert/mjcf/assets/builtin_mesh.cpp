@@ -12,7 +12,7 @@
 namespace fire3dv::convert {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+constexpr double kMeshPi = std::numbers::pi;
 
 // Grid of vertices with rows that are closed or open, and its triangles.
 class Grid {
@@ -114,9 +114,9 @@ MeshData supersphere(uint32_t resolution, double east_west, double north_south) 
   MeshData mesh;
   const uint32_t south = add(mesh, {0, 0, -1});
   for (uint32_t row = 1; row < resolution; ++row) {
-    const double v = kPi * (static_cast<double>(row) / resolution - 0.5);
+    const double v = kMeshPi * (static_cast<double>(row) / resolution - 0.5);
     for (uint32_t i = 0; i < resolution; ++i) {
-      const double u = kPi * (2.0 * i / resolution - 1), wide = power(std::cos(v), north_south);
+      const double u = kMeshPi * (2.0 * i / resolution - 1), wide = power(std::cos(v), north_south);
       add(mesh, {wide * power(std::cos(u), east_west), wide * power(std::sin(u), east_west),
                  power(std::sin(v), north_south)});
     }
@@ -133,9 +133,9 @@ MeshData supersphere(uint32_t resolution, double east_west, double north_south) 
 MeshData supertorus(uint32_t resolution, double radius, double minor, double major) {
   MeshData mesh;
   for (uint32_t row = 0; row < resolution; ++row) {  // around the tube
-    const double v = 2 * kPi * row / resolution, wide = 1 + radius * power(std::cos(v), minor);
+    const double v = 2 * kMeshPi * row / resolution, wide = 1 + radius * power(std::cos(v), minor);
     for (uint32_t i = 0; i < resolution; ++i) {
-      const double u = 2 * kPi * i / resolution;
+      const double u = 2 * kMeshPi * i / resolution;
       add(mesh, {wide * power(std::cos(u), major), wide * power(std::sin(u), major),
                  radius * power(std::sin(v), minor)});
     }
@@ -176,7 +176,7 @@ MeshData cone(uint32_t edges, double top) {
   MeshData mesh;
   const auto ring = [&](double radius, double z) {
     for (uint32_t i = 0; i < edges; ++i) {
-      const double angle = 2 * kPi * i / edges;
+      const double angle = 2 * kMeshPi * i / edges;
       add(mesh, {radius * std::cos(angle), radius * std::sin(angle), z});
     }
   };

@@ -15,7 +15,7 @@
 namespace fire3dv::convert {
 namespace {
 
-constexpr size_t kMaxChecks = 10'000'000;  // of couplings, over all copies
+constexpr size_t kMaxJointChecks = 10'000'000;  // of couplings, over all copies
 
 // Numbers of a joint, with quaternions as x y z w.
 std::vector<double> position_of(const MjcfJoint& joint, const MjcfCoordinates& coordinates) {
@@ -128,7 +128,7 @@ class KinematicsBuilder {
         for (const MjcfElement& element : section.children) {
           if (element.kind != "joint") continue;
           checks += names_.size() + 1;
-          if (checks > kMaxChecks) return;
+          if (checks > kMaxJointChecks) return;
           add_coupling(element, copy);
         }
       }

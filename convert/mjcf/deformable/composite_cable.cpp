@@ -10,8 +10,8 @@
 namespace fire3dv::convert {
 namespace {
 
-constexpr size_t kMaxVertices = 1001;
-constexpr double kMinLength = 1e-14;
+constexpr size_t kMaxCableVertices = 1001;
+constexpr double kMinCableLength = 1e-14;
 
 Result<std::vector<glm::dvec3>> curve_of(const CompositeParts& parts) {
   std::istringstream words(parts.from.text("curve"));
@@ -25,8 +25,9 @@ Result<std::vector<glm::dvec3>> curve_of(const CompositeParts& parts) {
   const std::vector<double> sizes = mjcf_numbers(parts.from.text("size"), 3);
   for (size_t k = 0; k < sizes.size(); ++k) size[static_cast<int>(k)] = sizes[k];
   const glm::dvec4 q = parts.from.vec4("quat").value_or(glm::dvec4(1, 0, 0, 0));
-  const glm::dquat rotation =
-      glm::length(q) > kMinLength ? glm::normalize(glm::dquat(q.x, q.y, q.z, q.w)) : glm::dquat(1, 0, 0, 0);
+  const glm::dquat rotation = glm::length(q) > kMinCableLength
+                                  ? glm::normalize(glm::dquat(q.x, q.y, q.z, q.w))
+                                  : glm::dquat(1, 0, 0, 0);
   std::vector<glm::dvec3> points;
   for (int i = 0; i < parts.count[0]; ++i) {
     const double share = static_cast<double>(i) / (parts.count[0] - 1);
@@ -46,12 +47,12 @@ Result<std::vector<glm::dvec3>> curve_of(const CompositeParts& parts) {
 Result<std::vector<glm::dvec3>> vertices_of(const CompositeParts& parts) {
   const std::string text = parts.from.text("vertex");
   if (text.empty() && parts.count[0] < 2) return Error{"its count is less than 2"};
-  if (text.empty() && static_cast<size_t>(parts.count[0]) > kMaxVertices)
-    return Error{"it has more than " + std::to_string(kMaxVertices) + " vertices"};
+  if (text.empty() && static_cast<size_t>(parts.count[0]) > kMaxCableVertices)
+    return Error{"it has more than " + std::to_string(kMaxCableVertices) + " vertices"};
   if (text.empty()) return curve_of(parts);
-  const std::vector<double> numbers = mjcf_numbers(text, 3 * kMaxVertices + 1);
-  if (numbers.size() % 3 != 0 || numbers.size() < 6 || !is_mjcf_numbers(text, 3 * kMaxVertices + 1))
-    return Error{"vertex is not three numbers for each of 2 to " + std::to_string(kMaxVertices) +
+  const std::vector<double> numbers = mjcf_numbers(text, 3 * kMaxCableVertices + 1);
+  if (numbers.size() % 3 != 0 || numbers.size() < 6 || !is_mjcf_numbers(text, 3 * kMaxCableVertices + 1))
+    return Error{"vertex is not three numbers for each of 2 to " + std::to_string(kMaxCableVertices) +
                  " vertices"};
   std::vector<glm::dvec3> points;
   for (size_t i = 0; i < numbers.size(); i += 3)
@@ -75,7 +76,7 @@ std::vector<glm::dquat> frames_of(const std::vector<glm::dvec3>& points) {
     } else {
       const glm::dvec3 axis = glm::cross(before, tangent);
       const double sine = glm::length(axis);
-      if (sine > kMinLength)
+      if (sine > kMinCableLength)
         normal = glm::angleAxis(std::atan2(sine, glm::dot(before, tangent)), axis / sine) * normal;
       normal = glm::normalize(normal - tangent * glm::dot(tangent, normal));
     }
@@ -106,7 +107,7 @@ Result<void> expand_cable(const CompositeParts& parts, Composite& to) {
   const Result<std::vector<glm::dvec3>> points = vertices_of(parts);
   if (!points) return points.error();
   for (size_t i = 0; i + 1 < points->size(); ++i)
-    if (!(glm::distance((*points)[i], (*points)[i + 1]) > kMinLength))
+    if (!(glm::distance((*points)[i], (*points)[i + 1]) > kMinCableLength))
       return Error{"two of its vertices are equal"};
   const std::vector<glm::dquat> frames = frames_of(*points);
   const std::string initial = parts.from.text("initial");

@@ -12,7 +12,7 @@
 namespace fire3dv::convert {
 namespace {
 
-constexpr int64_t kMaxPoints = 250'000;
+constexpr int64_t kMaxFlexPoints = 250'000;
 
 class GridBuilder {
  public:
@@ -217,13 +217,13 @@ Result<FlexShape> flex_grid(const FlexGrid& grid, int dimension) {
   for (int k = 0; k < used; ++k) {
     const int count = grid.count[static_cast<size_t>(k)];
     if (count < (type == "circle" ? 4 : 2)) return Error{"count is too small in a direction"};
-    if (count > kMaxPoints || points > kMaxPoints * 100) return Error{"count is too large"};
+    if (count > kMaxFlexPoints || points > kMaxFlexPoints * 100) return Error{"count is too large"};
     if (!(grid.spacing[k] > 0 && grid.spacing[k] < 1e6)) return Error{"spacing is not positive"};
     points *= count;
     inside *= count - 2;
   }
-  if ((is_shell ? points - inside : points) > kMaxPoints)
-    return Error{"it has more than " + std::to_string(kMaxPoints) + " points"};
+  if ((is_shell ? points - inside : points) > kMaxFlexPoints)
+    return Error{"it has more than " + std::to_string(kMaxFlexPoints) + " points"};
   GridBuilder builder(grid, is_sheet ? 2 : dimension);
   if (is_shell) return builder.shell();
   if (is_sheet) return builder.sheet(type == "disc");

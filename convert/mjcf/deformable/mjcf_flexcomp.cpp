@@ -15,7 +15,7 @@
 namespace fire3dv::convert {
 namespace {
 
-constexpr size_t kMaxPoints = 250'000, kMaxBones = 65'535;
+constexpr size_t kMaxGridPoints = 250'000, kMaxGridBones = 65'535;
 constexpr double kMaxPins = 1e6;
 
 std::array<int, 3> counts_of(const MjcfAttributes& from, const char* name, int otherwise) {
@@ -71,8 +71,8 @@ Result<FlexShape> shape_of(MjcfSource& source, const MjcfAttributes& from, const
   } else {
     return flex_grid({type, count, from.vec3("spacing").value_or(glm::dvec3(0.02))}, dimension);
   }
-  if (shape.points.size() > kMaxPoints)
-    return Error{"it has more than " + std::to_string(kMaxPoints) + " points"};
+  if (shape.points.size() > kMaxGridPoints)
+    return Error{"it has more than " + std::to_string(kMaxGridPoints) + " points"};
   if (shape.elements.empty()) return Error{"it has no elements"};
   for (const uint32_t point : shape.elements)
     if (point >= shape.points.size())
@@ -104,7 +104,7 @@ class Pins {
  private:
   std::vector<double> numbers(const MjcfElement& pin, const char* attribute) const {
     const std::string* const text = pin.find(attribute);
-    return text ? mjcf_numbers(*text, kMaxPoints) : std::vector<double>();
+    return text ? mjcf_numbers(*text, kMaxGridPoints) : std::vector<double>();
   }
 
   void mark(double id) {
@@ -232,7 +232,8 @@ Result<void> MjcfBodyReader::read_flexcomp(const MjcfElement& element, const Sco
       cell *= order;
       nodes *= static_cast<size_t>(cell) + 1;
     }
-    if (nodes > kMaxBones) return leave_out("it has more than " + std::to_string(kMaxBones) + " nodes");
+    if (nodes > kMaxGridBones)
+      return leave_out("it has more than " + std::to_string(kMaxGridBones) + " nodes");
   }
   const bool is_rigid = from.flag("rigid", false);
   std::vector<bool> pinned(std::max(shape.points.size(), nodes), is_rigid);
@@ -253,8 +254,8 @@ Result<void> MjcfBodyReader::read_flexcomp(const MjcfElement& element, const Sco
     const Result<size_t> body =
         add_flex_body(name + own, position, axes, from.number("mass", 1) / static_cast<double>(all), scope);
     if (!body) return body.error();
-    if (skin.bones.size() > kMaxBones) {
-      from.warn("more than " + std::to_string(kMaxBones) +
+    if (skin.bones.size() > kMaxGridBones) {
+      from.warn("more than " + std::to_string(kMaxGridBones) +
                 " of its points are bodies; the others do not move");
       return uint16_t{0};
     }

@@ -15,8 +15,8 @@
 namespace fire3dv::convert {
 namespace {
 
-constexpr size_t kMaxNumbers = 60'000'000, kMaxFlexes = 10'000, kMaxBones = 65'535;
-constexpr double kMaxCoordinate = 1 << 30;
+constexpr size_t kMaxFlexNumbers = 60'000'000, kMaxFlexes = 10'000, kMaxBones = 65'535;
+constexpr double kMaxFlexCoordinate = 1 << 30;
 
 class FlexReader {
  public:
@@ -99,9 +99,9 @@ MjcfSkin flex_appearance(MjcfSource& source, const MjcfAttributes& from, MjcfSce
 Result<std::vector<double>> flex_numbers(const MjcfAttributes& from, const char* attribute) {
   const std::string* const text = from.find(attribute);
   if (!text) return std::vector<double>();
-  if (!is_mjcf_numbers(*text, kMaxNumbers))
+  if (!is_mjcf_numbers(*text, kMaxFlexNumbers))
     return Error{std::string(attribute) + " holds something else than numbers"};
-  return mjcf_numbers(*text, kMaxNumbers);
+  return mjcf_numbers(*text, kMaxFlexNumbers);
 }
 
 Result<void> read_flex_shape(const MjcfAttributes& from, const char* points, FlexShape& shape) {
@@ -117,8 +117,8 @@ Result<void> read_flex_shape(const MjcfAttributes& from, const char* points, Fle
     return Error{"element is not " + std::to_string(corners) + " numbers for each element"};
   for (size_t i = 0; i + 3 <= coordinates->size(); i += 3) {
     const glm::dvec3 point((*coordinates)[i], (*coordinates)[i + 1], (*coordinates)[i + 2]);
-    if (!(std::abs(point.x) <= kMaxCoordinate && std::abs(point.y) <= kMaxCoordinate &&
-          std::abs(point.z) <= kMaxCoordinate))
+    if (!(std::abs(point.x) <= kMaxFlexCoordinate && std::abs(point.y) <= kMaxFlexCoordinate &&
+          std::abs(point.z) <= kMaxFlexCoordinate))
       return Error{"a vertex is not finite, or beyond 2^30"};
     shape.points.push_back(point);
   }

@@ -13,13 +13,13 @@
 namespace fire3dv::convert {
 namespace {
 
-constexpr size_t kMaxNumbers = 60'000'000, kMaxBones = 65'535;
-constexpr float kMaxCoordinate = 1 << 30;
+constexpr size_t kMaxSkinNumbers = 60'000'000, kMaxSkinBones = 65'535;
+constexpr float kMaxSkinCoordinate = 1 << 30;
 constexpr double kMinWeight = 1e-15;
 
 bool is_in_bounds(const glm::vec3& v) {
-  return std::abs(v.x) <= kMaxCoordinate && std::abs(v.y) <= kMaxCoordinate &&
-         std::abs(v.z) <= kMaxCoordinate;
+  return std::abs(v.x) <= kMaxSkinCoordinate && std::abs(v.y) <= kMaxSkinCoordinate &&
+         std::abs(v.z) <= kMaxSkinCoordinate;
 }
 
 Result<void> check_bone(SkinData::Bone& bone, size_t vertices) {
@@ -43,7 +43,8 @@ Result<void> check_bone(SkinData::Bone& bone, size_t vertices) {
 Result<SkinData> checked(SkinData data) {
   if (data.vertices.empty() || data.faces.empty() || data.bones.empty())
     return Error{"it lacks vertices, faces or bones"};
-  if (data.bones.size() > kMaxBones) return Error{"it has more than " + std::to_string(kMaxBones) + " bones"};
+  if (data.bones.size() > kMaxSkinBones)
+    return Error{"it has more than " + std::to_string(kMaxSkinBones) + " bones"};
   if (!data.uvs.empty() && data.uvs.size() != data.vertices.size())
     return Error{"it has " + std::to_string(data.uvs.size()) + " texture coordinates for " +
                  std::to_string(data.vertices.size()) + " vertices"};
@@ -106,8 +107,8 @@ bool take_bone(Bytes& bytes, SkinData::Bone& bone) {
 std::optional<std::vector<double>> numbers_of(const MjcfElement& element, std::string_view attribute) {
   const std::string* const text = element.find(attribute);
   if (!text) return std::vector<double>();
-  if (!is_mjcf_numbers(*text, kMaxNumbers)) return std::nullopt;
-  return mjcf_numbers(*text, kMaxNumbers);
+  if (!is_mjcf_numbers(*text, kMaxSkinNumbers)) return std::nullopt;
+  return mjcf_numbers(*text, kMaxSkinNumbers);
 }
 
 // Vectors of an attribute, or the reason why it has none.

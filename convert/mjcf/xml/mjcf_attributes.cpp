@@ -10,32 +10,32 @@
 namespace fire3dv::convert {
 namespace {
 
-constexpr std::string_view kBlanks = " \t\r\n";
-constexpr double kMinLength = 1e-14;
+constexpr std::string_view kXmlBlanks = " \t\r\n";
+constexpr double kMinVectorLength = 1e-14;
 
 // Parses numbers and returns how much of the text they are.
 size_t parse_numbers(std::string_view text, size_t most, std::vector<double>& to) {
   size_t at = 0;
   while (to.size() < most) {
-    const size_t begin = text.find_first_not_of(kBlanks, at);
+    const size_t begin = text.find_first_not_of(kXmlBlanks, at);
     if (begin == text.npos) return text.size();
     const char* from = text.data() + begin + (text[begin] == '+' ? 1 : 0);
     double value = 0;
     const auto [end, error] = std::from_chars(from, text.data() + text.size(), value);
     if (error != std::errc() || !std::isfinite(value)) return begin;
     at = static_cast<size_t>(end - text.data());
-    if (at < text.size() && kBlanks.find(text[at]) == kBlanks.npos) return begin;
+    if (at < text.size() && kXmlBlanks.find(text[at]) == kXmlBlanks.npos) return begin;
     to.push_back(value);
   }
-  const size_t rest = text.find_first_not_of(kBlanks, at);
+  const size_t rest = text.find_first_not_of(kXmlBlanks, at);
   return rest == text.npos ? text.size() : rest;
 }
 
 std::optional<glm::dquat> frame_quat(glm::dvec3 x, glm::dvec3 y) {
-  if (glm::length(x) < kMinLength) return std::nullopt;
+  if (glm::length(x) < kMinVectorLength) return std::nullopt;
   x = glm::normalize(x);
   y -= x * glm::dot(x, y);
-  if (glm::length(y) < kMinLength) return std::nullopt;
+  if (glm::length(y) < kMinVectorLength) return std::nullopt;
   y = glm::normalize(y);
   return glm::quat_cast(glm::dmat3(x, y, glm::cross(x, y)));
 }
@@ -201,7 +201,7 @@ std::optional<glm::dquat> MjcfAttributes::alternative(const MjcfElement& from,
   std::optional<glm::dquat> made;
   if (const auto v = values("axisangle", 4)) {
     const glm::dvec3 axis((*v)[0], (*v)[1], (*v)[2]);
-    if (glm::length(axis) >= kMinLength)
+    if (glm::length(axis) >= kMinVectorLength)
       made = glm::angleAxis(compiler.radians((*v)[3]), glm::normalize(axis));
     else
       warn("the axis of axisangle has no direction");
@@ -223,12 +223,12 @@ glm::dquat MjcfAttributes::rotation(const MjcfCompiler& compiler) const {
     if (const auto made = alternative(*layer, compiler)) return *made;
   const std::optional<glm::dvec4> own = vec4("quat");
   if (!own) return {1, 0, 0, 0};
-  if (glm::length(*own) < kMinLength) return {1, 0, 0, 0};
+  if (glm::length(*own) < kMinVectorLength) return {1, 0, 0, 0};
   return glm::normalize(glm::dquat(own->x, own->y, own->z, own->w));
 }
 
 std::optional<glm::dquat> mjcf_z_rotation(const glm::dvec3& z) {
-  if (glm::length(z) < kMinLength) return std::nullopt;
+  if (glm::length(z) < kMinVectorLength) return std::nullopt;
   glm::dvec3 axis = glm::cross(glm::dvec3(0, 0, 1), glm::normalize(z));
   const double sine = glm::length(axis);
   axis = sine < 1e-10 ? glm::dvec3(1, 0, 0) : axis / sine;

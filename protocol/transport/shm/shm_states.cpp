@@ -9,21 +9,21 @@
 namespace fire3dv::transport::shm {
 namespace {
 
-constexpr auto relaxed = std::memory_order_relaxed;
+constexpr auto relaxed_order = std::memory_order_relaxed;
 constexpr auto acquire = std::memory_order_acquire;
-constexpr auto release = std::memory_order_release;
+constexpr auto release_order = std::memory_order_release;
 
-constexpr size_t kRecordHeaderBytes = 24;  // u64 length | u64 number | u64 tag
+constexpr size_t kStateRecordHeaderBytes = 24;  // u64 length | u64 number | u64 tag
 constexpr int kTries = 4;
 
 }  // namespace
 
 size_t state_record_bytes(size_t message_bytes) {
-  return kRecordHeaderBytes + (message_bytes + 7) / 8 * 8;
+  return kStateRecordHeaderBytes + (message_bytes + 7) / 8 * 8;
 }
 
 size_t state_bytes(const KeyedStates& states) {
-  return states.bytes() + states.count() * (kRecordHeaderBytes + 7);
+  return states.bytes() + states.count() * (kStateRecordHeaderBytes + 7);
 }
 
 StatesWriter::StatesWriter(std::byte* segment, const StatesGeometry& geometry, StatesWords& words)
@@ -31,12 +31,12 @@ StatesWriter::StatesWriter(std::byte* segment, const StatesGeometry& geometry, S
 
 size_t StatesWriter::append(std::byte* to, const KeyedState& state, uint64_t tag) const {
   const wire::Bytes& message = *state.message;
-  std::byte header[kRecordHeaderBytes];
+  std::byte header[kStateRecordHeaderBytes];
   put_le<uint64_t>(header, message.size());
   put_le<uint64_t>(header + 8, state.number);
   put_le<uint64_t>(header + 16, tag);
   copy_to_shared(to, header, sizeof header);
-  copy_to_shared(to + kRecordHeaderBytes, message.data(), message.size());
+  copy_to_shared(to + kStateRecordHeaderBytes, message.data(), message.size());
   return state_record_bytes(message.size());
 }
 
@@ -45,18 +45,18 @@ void StatesWriter::put(const KeyedStates& states, uint64_t tag) noexcept {
   if (generation_ == 0 || state_record_bytes(newest.message->size()) > half_bytes_ - used_)
     return restart_epoch(states, tag);
   used_ += append(half(generation_) + used_, newest, tag);
-  atomic_word(words_->committed[generation_ & 1].value).store(used_, release);
+  atomic_word(words_->committed[generation_ & 1].value).store(used_, release_order);
 }
 
 void StatesWriter::restart_epoch(const KeyedStates& states, uint64_t tag) noexcept {
   FIRE3DV_ASSERT(state_bytes(states) <= half_bytes_);
   const uint64_t generation = ++generation_;
-  atomic_word(words_->begun[generation & 1].value).store(generation, relaxed);
-  std::atomic_thread_fence(release);
+  atomic_word(words_->begun[generation & 1].value).store(generation, relaxed_order);
+  std::atomic_thread_fence(release_order);
   used_ = 0;
   for (const auto& [number, state] : states.in_order()) used_ += append(half(generation) + used_, state, tag);
-  atomic_word(words_->committed[generation & 1].value).store(used_, release);
-  atomic_word(words_->generation.value).store(generation, release);
+  atomic_word(words_->committed[generation & 1].value).store(used_, release_order);
+  atomic_word(words_->generation.value).store(generation, release_order);
 }
 
 StatesReader::StatesReader(std::byte* segment, const StatesGeometry& geometry, StatesWords& words)
@@ -66,7 +66,8 @@ bool StatesReader::has_unread() const {
   if (half_bytes_ == 0) return false;
   const uint64_t generation = atomic_word(words_->generation.value).load(acquire);
   return generation != generation_ ||
-         (generation != 0 && atomic_word(words_->committed[generation & 1].value).load(relaxed) != read_);
+         (generation != 0 &&
+          atomic_word(words_->committed[generation & 1].value).load(relaxed_order) != read_);
 }
 
 // Copies unread records of the half before `generation` into copy_. Returns false if there are none, or if
@@ -79,7 +80,7 @@ bool StatesReader::finish_previous_half(uint64_t generation) {
   copy_.resize(end - read_);
   copy_from_shared(copy_.data(), region_ + half * half_bytes_ + read_, copy_.size());
   std::atomic_thread_fence(acquire);
-  if (atomic_word(words_->begun[half].value).load(relaxed) != generation_) return false;
+  if (atomic_word(words_->begun[half].value).load(relaxed_order) != generation_) return false;
   read_ = end;
   return true;
 }
@@ -101,7 +102,7 @@ StatesReader::Look StatesReader::look() {
     copy_from_shared(copy_.data(), region_ + (generation & 1) * half_bytes_ + read_, copy_.size());
   }
   std::atomic_thread_fence(acquire);
-  if (atomic_word(words_->begun[generation & 1].value).load(relaxed) != generation) return Look::lapped;
+  if (atomic_word(words_->begun[generation & 1].value).load(relaxed_order) != generation) return Look::lapped;
   if (!fits) return Look::corrupt;
   read_ = end;
   return copy_.empty() ? Look::nothing : Look::news;
@@ -128,7 +129,7 @@ StatesReader::Outcome StatesReader::drain(uint64_t& last, const OnState& on_stat
 StatesReader::Outcome StatesReader::hand_on(uint64_t& last, const OnState& on_state) const {
   std::span<const std::byte> left(copy_);
   while (!left.empty()) {
-    if (left.size() < kRecordHeaderBytes) return Outcome::corrupt;
+    if (left.size() < kStateRecordHeaderBytes) return Outcome::corrupt;
     const uint64_t bytes = get_le<uint64_t>(left.data());
     const uint64_t number = get_le<uint64_t>(left.data() + 8);
     const uint64_t tag = get_le<uint64_t>(left.data() + 16);
@@ -136,7 +137,7 @@ StatesReader::Outcome StatesReader::hand_on(uint64_t& last, const OnState& on_st
     // A new log repeats records that its reader has already received.
     if (number > last) {
       last = number;
-      if (!on_state(tag, left.subspan(kRecordHeaderBytes, bytes))) return Outcome::corrupt;
+      if (!on_state(tag, left.subspan(kStateRecordHeaderBytes, bytes))) return Outcome::corrupt;
     }
     left = left.subspan(state_record_bytes(bytes));
   }

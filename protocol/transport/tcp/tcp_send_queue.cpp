@@ -8,7 +8,7 @@
 namespace fire3dv::transport::tcp {
 namespace {
 
-constexpr size_t kMaxReplyBytes = 4 << 20;
+constexpr size_t kMaxQueuedReplyBytes = 4 << 20;
 constexpr size_t kMaxReplies = 4096;
 
 }  // namespace
@@ -32,7 +32,7 @@ bool SendQueue::add_reply(std::vector<std::byte>&& framed) {
     charge = BudgetCharge::take(budget_, Resource::queued_bytes, framed.size());
   const std::lock_guard lock(mutex_);
   if (is_closed_) return true;
-  if (reply_bytes_ + framed.size() > kMaxReplyBytes || replies_.size() >= kMaxReplies) return false;
+  if (reply_bytes_ + framed.size() > kMaxQueuedReplyBytes || replies_.size() >= kMaxReplies) return false;
   reply_bytes_ += framed.size();
   // An image in transit may use the whole limit; replies may then exceed it by at most 4 MiB.
   replies_.push_back({std::move(framed), charge ? std::move(*charge) : BudgetCharge()});

@@ -189,24 +189,24 @@ std::optional<Ack> ControlReceiver::ack() const {
 
 namespace {
 
-constexpr size_t kRecordHeaderBytes = 8;
+constexpr size_t kStateHeaderBytes = 8;
 constexpr size_t kBundleBytes = 64 << 10;  // about one window of fragments; cheap to copy and hash
 
 // Length of the first record's message, or nothing if the record is invalid.
 std::optional<size_t> first_message_bytes(std::span<const std::byte> bundle) {
-  if (bundle.size() < kRecordHeaderBytes) return {};
+  if (bundle.size() < kStateHeaderBytes) return {};
   const size_t bytes = get_le<uint32_t>(bundle.data());
-  if (bytes < kLeastStateBytes || bytes > bundle.size() - kRecordHeaderBytes) return {};
+  if (bytes < kLeastStateBytes || bytes > bundle.size() - kStateHeaderBytes) return {};
   return bytes;
 }
 
 }  // namespace
 
 KeyedState make_record(const wire::Bytes& message) {
-  auto record = std::make_shared<wire::Bytes>(kRecordHeaderBytes + message.size());
+  auto record = std::make_shared<wire::Bytes>(kStateHeaderBytes + message.size());
   put_le<uint32_t>(record->data(), static_cast<uint32_t>(message.size()));
   put_le<uint32_t>(record->data() + 4, 0);
-  if (!message.empty()) std::memcpy(record->data() + kRecordHeaderBytes, message.data(), message.size());
+  if (!message.empty()) std::memcpy(record->data() + kStateHeaderBytes, message.data(), message.size());
   const uint64_t hash = fnv1a_64(*record);
   return {0, std::move(record), hash};
 }
@@ -242,15 +242,15 @@ std::optional<std::vector<std::vector<std::byte>>> open_bundle(std::span<const s
   for (std::span<const std::byte> rest = bundle; !rest.empty(); ++records) {
     const auto bytes = first_message_bytes(rest);
     if (!bytes || records == kMaxBundleRecords) return {};
-    rest = rest.subspan(kRecordHeaderBytes + *bytes);
+    rest = rest.subspan(kStateHeaderBytes + *bytes);
   }
   std::vector<std::vector<std::byte>> messages;
   messages.reserve(records);
   while (!bundle.empty()) {
     const std::span<const std::byte> message =
-        bundle.subspan(kRecordHeaderBytes, *first_message_bytes(bundle));
+        bundle.subspan(kStateHeaderBytes, *first_message_bytes(bundle));
     messages.emplace_back(message.begin(), message.end());
-    bundle = bundle.subspan(kRecordHeaderBytes + message.size());
+    bundle = bundle.subspan(kStateHeaderBytes + message.size());
   }
   return messages;
 }

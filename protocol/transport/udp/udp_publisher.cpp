@@ -29,7 +29,7 @@ constexpr int64_t kLostAfterNs = 3500 * kMillisecondNs;
 // ends only if no sealed datagram arrives within the timeout.
 constexpr int64_t kProbeTimeoutNs = kSecondNs;
 constexpr int64_t kProbePingNs = 200 * kMillisecondNs;
-constexpr int64_t kTickNs = 10 * kMillisecondNs;
+constexpr int64_t kPublisherTickNs = 10 * kMillisecondNs;
 constexpr int64_t kIdleTickNs = 50 * kMillisecondNs;
 constexpr size_t kMaxQueuedBytes = 16 << 20;
 constexpr size_t kMaxReplyBytes = 4 << 20;
@@ -417,7 +417,7 @@ bool UdpPublisher::tick(int fd, int64_t now_ns, int64_t& next_ns) {
     next_ping_ns_ = now_ns + (probing_since_ns_ != 0 ? kProbePingNs : kKeepaliveNs);
   }
   const bool idle = session_->sender().idle() && session_->state_sender().idle();
-  next_ns = now_ns + (idle ? kIdleTickNs : kTickNs);
+  next_ns = now_ns + (idle ? kIdleTickNs : kPublisherTickNs);
   if (const auto due = described_ ? poses_.due_at_ns() : std::nullopt)
     next_ns = std::clamp(*due, now_ns + kMillisecondNs, next_ns);
   return true;

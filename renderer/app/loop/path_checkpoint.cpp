@@ -20,7 +20,7 @@ constexpr std::array<char, 8> kMagic{'F', '3', 'D', 'V', 'P', 'A', 'T', 'H'};
 constexpr uint32_t kVersion = 1;
 
 // Little-endian, like the sums behind it.
-struct Head {
+struct CheckpointHead {
   std::array<char, 8> magic = kMagic;
   uint32_t version = kVersion;
   uint32_t width = 0, height = 0;
@@ -29,7 +29,7 @@ struct Head {
   Digest digest{};        // of the inputs
   uint64_t checksum = 0;  // of the sums
 };
-static_assert(std::has_unique_object_representations_v<Head>);
+static_assert(std::has_unique_object_representations_v<CheckpointHead>);
 
 class Inputs {
  public:
@@ -149,18 +149,18 @@ std::optional<passes::PathSamples> PathCheckpoint::load(const Image& image, cons
     return std::nullopt;
   };
   const uint64_t sum_bytes = uint64_t{image.extent.width} * image.extent.height * sizeof(gpu_types::PathSum);
-  Result<FileBytes> bytes = read_file(file_, sizeof(Head) + sum_bytes);
+  Result<FileBytes> bytes = read_file(file_, sizeof(CheckpointHead) + sum_bytes);
   if (!bytes) return start_again("is no checkpoint of this image (" + bytes.error().message + ")");
   loaded_ = std::move(*bytes);
-  Head head;
-  if (loaded_.size < sizeof(Head)) return start_again("is no checkpoint");
-  std::memcpy(&head, loaded_.data.get(), sizeof(Head));
+  CheckpointHead head;
+  if (loaded_.size < sizeof(CheckpointHead)) return start_again("is no checkpoint");
+  std::memcpy(&head, loaded_.data.get(), sizeof(CheckpointHead));
   if (head.magic != kMagic || head.version != kVersion)
     return start_again("is no checkpoint of this version of fire3dv");
   if (head.frame != image.frame) return std::nullopt;  // of an image that comes, or that is complete
   if (head.width != image.extent.width || head.height != image.extent.height || head.digest != digest)
     return start_again("is of another scene, camera, size, setting, seed or device");
-  const std::span<const std::byte> sums = loaded_.view().subspan(sizeof(Head));
+  const std::span<const std::byte> sums = loaded_.view().subspan(sizeof(CheckpointHead));
   Checksum checksum;
   checksum.add(sums);
   if (sums.size() != sum_bytes || checksum.value() != head.checksum) return start_again("is damaged");
@@ -173,7 +173,7 @@ std::optional<passes::PathSamples> PathCheckpoint::load(const Image& image, cons
 // A checkpoint that cannot be written does not end the run.
 void PathCheckpoint::save(uint64_t frame, VkExtent2D extent, const Digest& digest,
                           const passes::PathSamples& sums) {
-  Head head;
+  CheckpointHead head;
   head.width = extent.width;
   head.height = extent.height;
   head.samples = sums.samples;

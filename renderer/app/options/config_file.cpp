@@ -9,8 +9,8 @@
 namespace fire3dv::app {
 namespace {
 
-constexpr uint64_t kMaxBytes = 256 << 10;
-constexpr size_t kMaxLines = 100;  // each may cause a parse of all
+constexpr uint64_t kMaxConfigBytes = 256 << 10;
+constexpr size_t kMaxConfigLines = 100;  // each may cause a parse of all
 constexpr std::string_view kBlank = " \t\r";
 
 std::string_view trimmed(std::string_view text) {
@@ -45,8 +45,8 @@ Result<std::vector<ConfigLine>> parse_config(std::string_view text, const std::s
     const bool is_assigned = rest.starts_with('=');
     if (is_assigned) rest = trimmed(rest.substr(1));
     if (is_assigned || !rest.empty()) parsed.value = with_home(rest, home);
-    if (lines.size() == kMaxLines)
-      return Error{std::to_string(number) + ": more than " + std::to_string(kMaxLines) + " options"};
+    if (lines.size() == kMaxConfigLines)
+      return Error{std::to_string(number) + ": more than " + std::to_string(kMaxConfigLines) + " options"};
     lines.push_back(std::move(parsed));
   }
   return lines;
@@ -74,7 +74,7 @@ Result<std::vector<ConfigLine>> read_config(const ConfigPlace& place, const std:
   std::error_code error;
   if (place.file.empty() || (!place.must_exist && !std::filesystem::exists(place.file, error)))
     return std::vector<ConfigLine>();
-  const Result<std::vector<uint8_t>> bytes = read_whole_file(place.file, kMaxBytes);
+  const Result<std::vector<uint8_t>> bytes = read_whole_file(place.file, kMaxConfigBytes);
   if (!bytes) return bytes.error();
   Result<std::vector<ConfigLine>> lines =
       parse_config({reinterpret_cast<const char*>(bytes->data()), bytes->size()}, home);

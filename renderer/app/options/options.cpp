@@ -24,7 +24,7 @@
 namespace fire3dv::app {
 namespace {
 
-constexpr int kUsageError = 2;
+constexpr int kUsageExitCode = 2;
 constexpr uint64_t kMaxFrames = 1'000'000'000'000;
 
 gpu::AsyncCompute async_compute_named(const std::string& name) {
@@ -297,14 +297,14 @@ std::variant<Options, UsageError> parse_words(const std::vector<std::string>& wo
   } catch (const CLI::ParseError& error) {
     const bool asked_for = error.get_exit_code() == 0;  // --help, --version
     if (asked_for) return UsageError{app.exit(error), ""};
-    return UsageError{kUsageError, usage_text(app, error)};
+    return UsageError{kUsageExitCode, usage_text(app, error)};
   }
   if (given_options) {
     list_given(app, *given_options);
     given_options->config = texts.config;
   }
   if (checks == OptionChecks::words) return options;
-  const auto usage_error = [](const std::string& text) { return UsageError{kUsageError, text}; };
+  const auto usage_error = [](const std::string& text) { return UsageError{kUsageExitCode, text}; };
   if (!texts.drake.empty()) return usage_error("--drake is an option of fire3dv alone");
   if (!parse_image_size(texts.size, options.width, options.height)) {
     return usage_error("--size " + texts.size + ": must be WxH with sides of 1 to " +

@@ -18,7 +18,7 @@ ImU32 color_of_curve(size_t chosen) {
   return colors[chosen];
 }
 constexpr float kHeightPt = 170;
-constexpr int kMaxRows = 9;         // a longer list scrolls
+constexpr int kMaxPlotRows = 9;     // a longer list scrolls
 constexpr size_t kSearchFrom = 12;  // scalars
 constexpr double kLeastSpanNs = 1e3;
 
@@ -351,7 +351,7 @@ void PlotsPanel::draw_list(const Context& context) {
   }
   const float row = ImGui::GetTextLineHeightWithSpacing();
   const int rows = static_cast<int>(listed_.size());
-  ImGui::BeginChild("scalars", {0, row * static_cast<float>(std::clamp(rows, 1, kMaxRows))});
+  ImGui::BeginChild("scalars", {0, row * static_cast<float>(std::clamp(rows, 1, kMaxPlotRows))});
   ImGuiListClipper clipper;
   clipper.Begin(rows, row);
   while (clipper.Step())

@@ -12,7 +12,7 @@ namespace {
 using gpu::Use;
 namespace access = gpu::access;
 
-constexpr uint32_t kTileSide = 64;  // pixels of a workgroup
+constexpr uint32_t kMeterTileSide = 64;  // pixels of a workgroup
 constexpr VkDeviceSize kHistogramBytes = FIRE3DV_METER_BINS * sizeof(uint32_t);
 static_assert(FIRE3DV_METER_BINS % 256 == 0, "each lane of light_meter_resolve.comp has the same number");
 
@@ -81,8 +81,8 @@ MeteredExposure LightMeterPass::record(gpu::Recorder& recorder, Targets& targets
       vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, layout_.get(), 0, 1,
                               &targets.light_meter_set.get(), 0, nullptr);
     vkCmdPushConstants(commands, layout_.get(), VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
-    vkCmdDispatch(commands, (push.width + kTileSide - 1) / kTileSide,
-                  (push.height + kTileSide - 1) / kTileSide, 1);
+    vkCmdDispatch(commands, (push.width + kMeterTileSide - 1) / kMeterTileSide,
+                  (push.height + kMeterTileSide - 1) / kMeterTileSide, 1);
   });
   const gpu_types::LightMeterResolvePush resolve{histogram_.address, exposure_.address, fallback};
   recorder.pass(

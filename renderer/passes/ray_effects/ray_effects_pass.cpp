@@ -13,7 +13,7 @@ namespace {
 using gpu::Use;
 namespace access = gpu::access;
 
-RayBackEnd choose_back_end(const gpu::Device& device, RayBackEnd preferred) {
+RayBackEnd choose_effect_back_end(const gpu::Device& device, RayBackEnd preferred) {
   const bool pipeline =
       device.report().ray_tracing_pipeline && (preferred == RayBackEnd::pipeline || !device.ray_query());
   return pipeline ? RayBackEnd::pipeline : RayBackEnd::query;
@@ -43,7 +43,7 @@ RayEffectsPass::RayEffectsPass(gpu::Device& device, VkPipelineLayout layout, uin
     : device_(device),
       layout_(layout),
       samples_(samples),
-      back_end_(choose_back_end(device, preferred)),
+      back_end_(choose_effect_back_end(device, preferred)),
       trace_command_(gpu::create_buffer(
           device, sizeof(VkTraceRaysIndirectCommandKHR),
           VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT, gpu::Memory::device)) {}

@@ -17,12 +17,12 @@ constexpr float kMaxRadii = 4;
 constexpr uint32_t kFewTriangles = 16;  // ... or while it has fewer triangles than this
 constexpr float kRankAlone = 0.5f;
 
-using Corners = std::array<uint32_t, 3>;
+using MeshletCorners = std::array<uint32_t, 3>;
 
 // Triangles incident to each vertex.
-class Neighbours {
+class TriangleNeighbours {
  public:
-  Neighbours(std::span<const uint32_t> indices, size_t vertex_count) : first_(vertex_count + 1, 0) {
+  TriangleNeighbours(std::span<const uint32_t> indices, size_t vertex_count) : first_(vertex_count + 1, 0) {
     for (const uint32_t vertex : indices) ++first_[vertex + 1];
     for (size_t v = 0; v < vertex_count; ++v) first_[v + 1] += first_[v];
     triangles_.resize(indices.size());
@@ -156,20 +156,20 @@ class Growth {
   }
 
  private:
-  Corners corners(uint32_t triangle) const {
+  MeshletCorners corners(uint32_t triangle) const {
     const uint32_t* corner = &indices_[size_t{3} * triangle];
     return {corner[0], corner[1], corner[2]};
   }
   glm::vec3 center_of(uint32_t triangle) const {
-    const Corners c = corners(triangle);
+    const MeshletCorners c = corners(triangle);
     return (positions_[c[0]] + positions_[c[1]] + positions_[c[2]]) / 3.0f;
   }
   glm::vec3 double_area_normal(uint32_t triangle) const {
-    const Corners c = corners(triangle);
+    const MeshletCorners c = corners(triangle);
     return glm::cross(positions_[c[1]] - positions_[c[0]], positions_[c[2]] - positions_[c[0]]);
   }
   double area_of(uint32_t triangle) const {  // double, since squares of valid coordinates overflow float
-    const Corners c = corners(triangle);
+    const MeshletCorners c = corners(triangle);
     const glm::dvec3 a(positions_[c[0]]), b(positions_[c[1]]), d(positions_[c[2]]);
     return 0.5 * glm::length(glm::cross(b - a, d - a));
   }
@@ -311,7 +311,7 @@ class Growth {
   std::span<const uint32_t> indices_;
   std::span<const glm::vec3> positions_;
   const GrowthLimits limits_;
-  Neighbours neighbours_;
+  TriangleNeighbours neighbours_;
   Candidates candidates_;
   std::vector<uint8_t> taken_;
   std::vector<uint8_t> slot_;  // per vertex: its slot in the open cluster

@@ -80,7 +80,7 @@ constexpr double kLengthShare = 1e-6;
 // Minimum cosine between the normals of a triangle before and after a collapse.
 constexpr double kLeastTurnCosine = 0.8;
 
-using Corners = std::array<uint32_t, 3>;
+using PatchCorners = std::array<uint32_t, 3>;
 
 // Half-edge collapse simplifier over welded positions. Each pass collapses the cheapest edges onto one end;
 // no collapse of a pass touches the neighbourhood of another one.
@@ -90,8 +90,8 @@ class Collapser {
       : piece_(piece) {
     number_places(place);
     for (size_t t = 0; t + 2 < piece.indices.size(); t += 3) {
-      const Corners vertices{piece.indices[t], piece.indices[t + 1], piece.indices[t + 2]};
-      const Corners places{place_[vertices[0]], place_[vertices[1]], place_[vertices[2]]};
+      const PatchCorners vertices{piece.indices[t], piece.indices[t + 1], piece.indices[t + 2]};
+      const PatchCorners places{place_[vertices[0]], place_[vertices[1]], place_[vertices[2]]};
       if (places[0] == places[1] || places[1] == places[2] || places[2] == places[0]) continue;
       for (uint32_t p : places) triangles_at_[p].push_back(static_cast<uint32_t>(vertices_.size()));
       vertices_.push_back(vertices);
@@ -130,8 +130,8 @@ class Collapser {
 
   static constexpr uint32_t kSeveral = kNone - 1;
 
-  static bool is_gone(const Corners& c) { return c[0] == c[1]; }
-  static bool has(const Corners& c, uint32_t p) { return c[0] == p || c[1] == p || c[2] == p; }
+  static bool is_gone(const PatchCorners& c) { return c[0] == c[1]; }
+  static bool has(const PatchCorners& c, uint32_t p) { return c[0] == p || c[1] == p || c[2] == p; }
 
   void number_places(std::span<const uint32_t> place) {
     std::vector<uint32_t> order(place.size());
@@ -153,7 +153,7 @@ class Collapser {
   // Locks ends of edges without exactly two triangles: borders and non-manifold edges.
   void lock_borders() {
     std::vector<uint64_t> edges;
-    for (const Corners& c : places_) {
+    for (const PatchCorners& c : places_) {
       for (size_t i = 0; i < 3; ++i) {
         const uint32_t a = c[i], b = c[(i + 1) % 3];
         edges.push_back(uint64_t{std::min(a, b)} << 32 | std::max(a, b));
@@ -188,8 +188,8 @@ class Collapser {
     quadrics_.resize(points_.size());
     attribute_quadrics_.resize(values_.size());
     for (size_t t = 0; t < places_.size(); ++t) {
-      const Corners& c = places_[t];
-      const Corners& v = vertices_[t];
+      const PatchCorners& c = places_[t];
+      const PatchCorners& v = vertices_[t];
       const glm::dvec3 n = normal_of(c);
       const double size = glm::length(n);
       if (!(size > 0)) continue;
@@ -203,11 +203,11 @@ class Collapser {
     }
   }
 
-  glm::dvec3 normal_of(const Corners& c) const {
+  glm::dvec3 normal_of(const PatchCorners& c) const {
     return glm::cross(points_[c[1]] - points_[c[0]], points_[c[2]] - points_[c[0]]);
   }
 
-  static uint32_t vertex_at(const Corners& vertices, const Corners& places, uint32_t p) {
+  static uint32_t vertex_at(const PatchCorners& vertices, const PatchCorners& places, uint32_t p) {
     return places[0] == p ? vertices[0] : places[1] == p ? vertices[1] : vertices[2];
   }
 
@@ -283,14 +283,14 @@ class Collapser {
     };
     uint32_t of_edge = 0, twice_common = 0;
     for (uint32_t t : triangles_at_[from]) {
-      const Corners& c = places_[t];
+      const PatchCorners& c = places_[t];
       if (is_gone(c)) continue;
       for (uint32_t p : c) twice_common += p != from && p != to && is_neighbour(p) ? 1 : 0;
       if (has(c, to)) {
         ++of_edge;
         continue;
       }
-      Corners moved = c;
+      PatchCorners moved = c;
       for (uint32_t& p : moved) p = p == from ? to : p;
       const glm::dvec3 before = normal_of(c), after = normal_of(moved);
       const double size2 = glm::dot(before, before) * glm::dot(after, after);
@@ -308,7 +308,7 @@ class Collapser {
   Collapse best_of(uint32_t from) {
     options_.clear();
     for (uint32_t t : triangles_at_[from]) {
-      const Corners& c = places_[t];
+      const PatchCorners& c = places_[t];
       if (is_gone(c)) continue;
       // Each neighbour follows `from` in exactly one triangle.
       const uint32_t to = c[0] == from ? c[1] : c[1] == from ? c[2] : c[0];
@@ -352,7 +352,7 @@ class Collapser {
     touch_around(from);
     touch_around(to);
     for (uint32_t t : triangles_at_[from]) {
-      Corners& c = places_[t];
+      PatchCorners& c = places_[t];
       if (is_gone(c)) continue;
       if (has(c, to)) {
         c = {0, 0, 0};
@@ -387,7 +387,7 @@ class Collapser {
   const SurfacePatch& piece_;
   std::vector<uint32_t> place_;                      // welded position of each vertex of the piece
   std::vector<glm::dvec3> points_;                   // per position, relative to the centre
-  std::vector<Corners> vertices_, places_;           // per triangle
+  std::vector<PatchCorners> vertices_, places_;      // per triangle
   std::vector<std::vector<uint32_t>> triangles_at_;  // per position
   std::vector<uint32_t> only_vertex_;                // per position
   std::vector<bool> locked_;

@@ -27,10 +27,10 @@ struct Container {
 
 static_assert(std::endian::native == std::endian::little, "glTF's numbers are read as they are in memory");
 
-constexpr uint32_t kMagic = 0x46546C67;      // "glTF"
+constexpr uint32_t kGlbMagic = 0x46546C67;   // "glTF"
 constexpr uint32_t kJsonChunk = 0x4E4F534A;  // "JSON"
 constexpr uint32_t kBinChunk = 0x004E4942;   // "BIN\0"
-constexpr size_t kHeaderBytes = 12, kChunkHeaderBytes = 8;
+constexpr size_t kGlbHeaderBytes = 12, kChunkHeaderBytes = 8;
 
 uint32_t word_at(std::span<const std::byte> bytes, size_t offset) {
   uint32_t word;
@@ -45,20 +45,20 @@ std::string_view as_text(std::span<const std::byte> bytes) {
 // A GLB is detected by its magic, independent of the file name; other files are JSON.
 Result<Container> split_container(std::span<const std::byte> file) {
   Container container;
-  if (file.size() < 4 || word_at(file, 0) != kMagic) {
+  if (file.size() < 4 || word_at(file, 0) != kGlbMagic) {
     container.json = as_text(file);
     if (container.json.starts_with("\xEF\xBB\xBF")) container.json.remove_prefix(3);
     return container;
   }
-  if (file.size() < kHeaderBytes) return Error{"the GLB header is cut short"};
+  if (file.size() < kGlbHeaderBytes) return Error{"the GLB header is cut short"};
   if (word_at(file, 4) != 2)
     return Error{"GLB version " + std::to_string(word_at(file, 4)) + " is not supported: only 2 is"};
   const size_t length = word_at(file, 8);
-  if (length > file.size() || length < kHeaderBytes) {
+  if (length > file.size() || length < kGlbHeaderBytes) {
     return Error{"the GLB header states " + std::to_string(length) + " bytes, but the file holds " +
                  std::to_string(file.size())};
   }
-  for (size_t offset = kHeaderBytes, chunk = 0; offset < length; ++chunk) {
+  for (size_t offset = kGlbHeaderBytes, chunk = 0; offset < length; ++chunk) {
     const std::string name = "GLB chunk " + std::to_string(chunk);
     if (length - offset < kChunkHeaderBytes) return Error{name + " is cut short"};
     const size_t chunk_length = word_at(file, offset);

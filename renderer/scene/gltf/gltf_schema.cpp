@@ -25,10 +25,10 @@ enum Shape : unsigned {
   kIndices = 32,  // array of kIndex
   kNumbers = 64,  // array of numbers
   kObject = 128,
-  kObjects = 256,      // array of objects
-  kIndexMap = 512,     // object of kIndex: attributes
-  kExtensions = 1024,  // object, reduced to supported extensions
-  kIndexMaps = 2048,   // array of kIndexMap: morph targets
+  kObjects = 256,         // array of objects
+  kIndexMap = 512,        // object of kIndex: attributes
+  kExtensionList = 1024,  // object, reduced to supported extensions
+  kIndexMaps = 2048,      // array of kIndexMap: morph targets
 };
 
 const std::unordered_map<std::string_view, unsigned>& shapes() {
@@ -156,7 +156,7 @@ const std::unordered_map<std::string_view, unsigned>& shapes() {
       {"input", kIndex},
       {"output", kIndex},
       {"interpolation", kText},
-      {"extensions", kExtensions},
+      {"extensions", kExtensionList},
   };
   return table;
 }
@@ -200,7 +200,7 @@ bool fits(json& value, unsigned shape, double largest_size = kLargestSize) {
   }
   if (value.is_object()) {
     if ((shape & kIndexMap)) return all_of(value, is_index);
-    return shape & (kObject | kExtensions);
+    return shape & (kObject | kExtensionList);
   }
   return false;
 }
@@ -285,7 +285,7 @@ Result<void> reduce(json& object, const std::string& where) {
       return Error{where + ": " + member.key() + " is not of the type that glTF requires"};
     if (member.key() == "variants") {
       if (auto done = reduce_variants(value, where); !done) return done;
-    } else if (known->second == kExtensions) {
+    } else if (known->second == kExtensionList) {
       if (auto done = reduce_extensions(value, where + ".extensions"); !done) return done;
     } else if (known->second == kObjects) {
       for (size_t i = 0; i < value.size(); ++i) {

@@ -16,7 +16,7 @@ namespace fire3dv::scene {
 namespace {
 
 constexpr float kDielectric = 0.04f;  // reflectance of metallic-roughness dielectrics
-constexpr float kSmallest = 1e-6f;
+constexpr float kSmallestFactor = 1e-6f;
 
 float perceived_brightness(const glm::vec3& color) {
   return std::sqrt(glm::dot(glm::vec3(0.299f, 0.587f, 0.114f), color * color));
@@ -204,8 +204,9 @@ MetallicRoughness to_metallic_roughness(const SpecularGlossiness& source) {
   const float metallic =
       solve_metallic(perceived_brightness(diffuse), perceived_brightness(specular), diffuse_share);
   const glm::vec3 from_diffuse =
-      diffuse * (diffuse_share / (1 - kDielectric) / std::max(1 - metallic, kSmallest));
-  const glm::vec3 from_specular = (specular - kDielectric * (1 - metallic)) / std::max(metallic, kSmallest);
+      diffuse * (diffuse_share / (1 - kDielectric) / std::max(1 - metallic, kSmallestFactor));
+  const glm::vec3 from_specular =
+      (specular - kDielectric * (1 - metallic)) / std::max(metallic, kSmallestFactor);
   const glm::vec3 color = glm::clamp(glm::mix(from_diffuse, from_specular, metallic * metallic), 0.0f, 1.0f);
   return {glm::vec4(color, source.diffuse.a), metallic, 1 - source.glossiness};
 }

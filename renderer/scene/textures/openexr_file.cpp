@@ -20,7 +20,7 @@
 namespace fire3dv::scene {
 namespace {
 
-constexpr std::array<uint8_t, 4> kMagic{0x76, 0x2f, 0x31, 0x01};
+constexpr std::array<uint8_t, 4> kOpenExrMagic{0x76, 0x2f, 0x31, 0x01};
 constexpr size_t kPrologueBytes = 8;  // magic number and version
 constexpr uint32_t kMultiPart = 0x1000;
 // OpenEXR holds some rows of all channels, also of those that are not read.
@@ -51,7 +51,7 @@ class MemoryStream : public Imf::IStream {
 // state.
 bool headers_fit(std::span<const std::byte> bytes) {
   uint32_t version = 0;
-  std::memcpy(&version, bytes.data() + kMagic.size(), sizeof version);
+  std::memcpy(&version, bytes.data() + kOpenExrMagic.size(), sizeof version);
   std::span<const std::byte> rest = bytes.subspan(kPrologueBytes);
   const auto take_text = [&]() -> std::optional<size_t> {  // its length
     const auto end = std::find(rest.begin(), rest.end(), std::byte{0});
@@ -104,7 +104,7 @@ struct Layout {
 };
 
 Result<Layout> read_layout(MemoryStream& stream, const std::string& name) {
-  stream.seekg(kMagic.size());
+  stream.seekg(kOpenExrMagic.size());
   int version = 0;
   stream.read(reinterpret_cast<char*>(&version), sizeof version);
   Imf::Header header;
@@ -185,7 +185,8 @@ EnvironmentImage packed(const Layout& layout, const std::vector<glm::vec3>& pixe
 }  // namespace
 
 bool is_openexr_file(std::span<const std::byte> bytes) {
-  return bytes.size() >= kPrologueBytes && std::memcmp(bytes.data(), kMagic.data(), kMagic.size()) == 0;
+  return bytes.size() >= kPrologueBytes &&
+         std::memcmp(bytes.data(), kOpenExrMagic.data(), kOpenExrMagic.size()) == 0;
 }
 
 Result<EnvironmentImage> decode_openexr_file(std::span<const std::byte> bytes, const std::string& name) {

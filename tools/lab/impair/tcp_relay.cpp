@@ -19,8 +19,8 @@ using transport::Address;
 namespace {
 
 constexpr size_t kMaxConnections = 256;
-constexpr size_t kMaxWaitingBytes = 1 << 20;      // per direction; beyond it the sender must wait
-constexpr int64_t kLongestQueueNs = 200'000'000;  // limit for rate-limited links
+constexpr size_t kMaxWaitingBytes = 1 << 20;         // per direction; beyond it the sender must wait
+constexpr int64_t kLongestTcpQueueNs = 200'000'000;  // limit for rate-limited links
 constexpr size_t kSegmentBytes = 1448;
 constexpr int64_t kPollNs = 10'000'000;  // poll period for events that poll() does not report, such as
                                          // the end of an outage
@@ -45,7 +45,7 @@ struct Way {
   bool closed = false;  // the destination has been notified
 
   bool has_room(int64_t now_ns) const {
-    return !ended && waiting_bytes < kMaxWaitingBytes && free_at_ns - now_ns < kLongestQueueNs;
+    return !ended && waiting_bytes < kMaxWaitingBytes && free_at_ns - now_ns < kLongestTcpQueueNs;
   }
   bool is_due(int64_t now_ns) const { return !waiting.empty() && waiting.front().due_ns <= now_ns; }
 };

@@ -13,11 +13,11 @@
 namespace fire3dv::transport::udp {
 namespace {
 
-constexpr int64_t kPeerTimeoutNs = 10 * kSecondNs;
+constexpr int64_t kGroupPeerTimeoutNs = 10 * kSecondNs;
 constexpr size_t kMaxUnpolledMessages = 128;
-constexpr int64_t kTickNs = 100 * kMillisecondNs;
+constexpr int64_t kGroupTickNs = 100 * kMillisecondNs;
 
-struct Peer {
+struct GroupPeer {
   PeerId id = 0;
   Address address;
   size_t datagram_bytes = 0;
@@ -41,7 +41,7 @@ class GroupListener final : public NetworkListener {
   void send(PeerId, std::span<const std::byte>) override {}
 
  private:
-  using Peers = std::list<Peer>;  // one for each publisher of the group
+  using Peers = std::list<GroupPeer>;  // one for each publisher of the group
 
   void run();
   void end_silent(int64_t now_ns);
@@ -50,7 +50,7 @@ class GroupListener final : public NetworkListener {
   Peers::iterator add_peer(const Header& header, const Address& from, std::span<const std::byte> datagram,
                            int64_t now_ns);
   // Returns a cause if the peer must be disconnected for `reason`.
-  std::optional<Cause> control(Peer& peer, const Header& header, std::span<const std::byte> payload,
+  std::optional<Cause> control(GroupPeer& peer, const Header& header, std::span<const std::byte> payload,
                                std::string& reason);
   void end(Peers::iterator peer, const std::string& reason);
 
@@ -67,7 +67,7 @@ Result<void> GroupListener::start() {
 void GroupListener::run() {
   while (!thread_.stopping()) {
     try {
-      if (thread_.wait(fd_.get(), POLLIN, kTickNs) != 0)
+      if (thread_.wait(fd_.get(), POLLIN, kGroupTickNs) != 0)
         receive_all(fd_.get(), counters_,
                     [this](const Address& from, std::span<std::byte> datagram, int64_t at_ns) {
                       handle(from, datagram, at_ns);
@@ -82,14 +82,14 @@ void GroupListener::run() {
 void GroupListener::end_silent(int64_t now_ns) {
   for (auto peer = peers_.begin(); peer != peers_.end();) {
     const auto current = peer++;
-    if (now_ns - current->session.last_received_ns() <= kPeerTimeoutNs) continue;
+    if (now_ns - current->session.last_received_ns() <= kGroupPeerTimeoutNs) continue;
     counters_.reject(Cause::silent);
     end(current, "nothing came from it for 10 seconds");
   }
 }
 
 GroupListener::Peers::iterator GroupListener::find(const Header& header, const Address& from) {
-  return std::find_if(peers_.begin(), peers_.end(), [&](const Peer& peer) {
+  return std::find_if(peers_.begin(), peers_.end(), [&](const GroupPeer& peer) {
     return peer.session.id() == header.session && peer.address == from;
   });
 }
@@ -162,7 +162,7 @@ GroupListener::Peers::iterator GroupListener::add_peer(const Header& header, con
   return std::prev(peers_.end());
 }
 
-std::optional<Cause> GroupListener::control(Peer& peer, const Header& header,
+std::optional<Cause> GroupListener::control(GroupPeer& peer, const Header& header,
                                             std::span<const std::byte> payload, std::string& reason) {
   if (header.type == Type::group) {
     GroupOffer offer;

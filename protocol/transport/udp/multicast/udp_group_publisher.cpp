@@ -16,9 +16,9 @@ namespace {
 // Minimum duration of a round: upper bound of a joiner's wait for a short carousel.
 constexpr int64_t kRoundNs = kSecondNs;
 // About 30 Mbit/s with default datagrams: the carousel runs permanently beside the poses.
-constexpr int kBurst = 16;
-constexpr int64_t kBurstEveryNs = 5 * kMillisecondNs;
-constexpr int64_t kIdleTickNs = 50 * kMillisecondNs;
+constexpr int kGroupBurst = 16;
+constexpr int64_t kGroupBurstEveryNs = 5 * kMillisecondNs;
+constexpr int64_t kGroupIdleTickNs = 50 * kMillisecondNs;
 
 // The simulator's thread sends pose datagrams itself; the link's thread sends the carousel and repeats the
 // newest frame. All sends are non-blocking, so that the lock is never held across a wait.
@@ -192,18 +192,18 @@ int64_t GroupPublisher::tick(int64_t now_ns) {
       write_group_offer(offer, carousel_.offer());
       send(Type::group, offer, {});
     }
-    for (int i = 0; i < kBurst; ++i) {
+    for (int i = 0; i < kGroupBurst; ++i) {
       const auto fragment = carousel_.next();
       if (!fragment) break;
       std::byte head[kFragmentHeaderBytes];
       write_fragment_header(head, fragment->header);
       send(Type::fragment, head, fragment->data);
     }
-    next_burst_ns_ = now_ns + kBurstEveryNs;
+    next_burst_ns_ = now_ns + kGroupBurstEveryNs;
   }
   poses_.emit_due(fd_, session_, now_ns);
   int64_t next_ns =
-      carousel_.round_is_over() ? std::min(next_round_ns_, now_ns + kIdleTickNs) : next_burst_ns_;
+      carousel_.round_is_over() ? std::min(next_round_ns_, now_ns + kGroupIdleTickNs) : next_burst_ns_;
   if (const auto due_ns = poses_.due_at_ns()) next_ns = std::min(next_ns, *due_ns);
   return std::max(next_ns - now_ns, kMillisecondNs);
 }

@@ -19,7 +19,7 @@ namespace {
 using nlohmann::json;
 
 constexpr size_t kMaxInstances = size_t{1} << 20;  // as in the loader
-constexpr const char* kLights = "KHR_lights_punctual";
+constexpr const char* kLightsExtension = "KHR_lights_punctual";
 constexpr const char* kVisibility = "KHR_node_visibility";
 constexpr const char* kSpecularGlossinessName = "KHR_materials_pbrSpecularGlossiness";
 
@@ -159,7 +159,7 @@ void GlbExport::hide(const std::set<uint32_t>& sources) {
 }
 
 bool GlbExport::has_light(uint32_t node) const {
-  return extension(root_.at("nodes").at(node), kLights) != nullptr;
+  return extension(root_.at("nodes").at(node), kLightsExtension) != nullptr;
 }
 
 bool GlbExport::is_lit_below(uint32_t node) {
@@ -231,11 +231,11 @@ void GlbExport::set_light(uint32_t node, const Light& light) {
   if (!light.casts_shadow)
     warnings_.push_back("the light of node " + quote(at.value("name", std::string())) +
                         " casts shadows in the file: glTF cannot say that it does not");
-  json& lights = root_["extensions"][kLights]["lights"];
+  json& lights = root_["extensions"][kLightsExtension]["lights"];
   if (!lights.is_array()) lights = json::array();
-  at["extensions"][kLights]["light"] = lights.size();
+  at["extensions"][kLightsExtension]["light"] = lights.size();
   lights.push_back(std::move(text));
-  use_extension(kLights);
+  use_extension(kLightsExtension);
 }
 
 void GlbExport::set_factors(json& material, const MaterialFactors& factors) {

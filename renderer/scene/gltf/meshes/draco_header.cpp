@@ -7,7 +7,7 @@
 namespace fire3dv::scene {
 namespace {
 
-constexpr size_t kHeaderBytes = 11;  // "DRACO", version, encoder type and method, flags
+constexpr size_t kDracoHeaderBytes = 11;  // "DRACO", version, encoder type and method, flags
 constexpr size_t kFlagsOffset = 9;
 constexpr unsigned kMetadataFlag = 0x80;  // in the high byte of the flags
 constexpr unsigned kTriangularMesh = 1, kSequential = 0, kEdgebreaker = 1;
@@ -95,14 +95,14 @@ uint64_t DracoHeader::connectivity_bytes() const {
 }
 
 Result<DracoHeader> read_draco_header(std::span<const std::byte> stream) {
-  if (stream.size() < kHeaderBytes) return cut_short();
+  if (stream.size() < kDracoHeaderBytes) return cut_short();
   if (std::memcmp(stream.data(), "DRACO", 5) != 0)
     return Error{"its bytes are no Draco stream: they do not begin with DRACO"};
   ByteReader reader(stream);
   reader.skip(5);
   const unsigned major = reader.byte(), minor = reader.byte(), version = major << 8 | minor;
   const unsigned geometry = reader.byte(), method = reader.byte();
-  reader.skip(kHeaderBytes - kFlagsOffset);
+  reader.skip(kDracoHeaderBytes - kFlagsOffset);
   if (version < 0x100 || version > 0x202)
     return Error{"the Draco version " + std::to_string(major) + "." + std::to_string(minor) +
                  " is not supported: 1.0 to 2.2 are"};
@@ -111,7 +111,7 @@ Result<DracoHeader> read_draco_header(std::span<const std::byte> stream) {
     return Error{"the Draco stream has the unknown encoding " + std::to_string(method)};
 
   DracoHeader header;
-  header.stream.assign(stream.begin(), stream.begin() + kHeaderBytes);
+  header.stream.assign(stream.begin(), stream.begin() + kDracoHeaderBytes);
   std::byte& flags = header.stream[kFlagsOffset + 1];
   if (version >= 0x103 && (std::to_integer<unsigned>(flags) & kMetadataFlag) != 0) {
     flags &= ~std::byte{kMetadataFlag};

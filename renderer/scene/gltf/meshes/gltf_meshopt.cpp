@@ -15,7 +15,7 @@ namespace {
 using nlohmann::json;
 
 // The first is the successor of the second. Both have the same members.
-constexpr std::array<const char*, 2> kExtensions{"KHR_meshopt_compression", "EXT_meshopt_compression"};
+constexpr std::array<const char*, 2> kMeshoptExtensions{"KHR_meshopt_compression", "EXT_meshopt_compression"};
 // Upper bound of the compression ratio, reached by equal elements of four bytes. Views that share bytes could
 // otherwise claim any amount of memory.
 constexpr uint64_t kMaxDecodedPerByte = 1024;
@@ -45,7 +45,7 @@ struct Compression {
 // Null members: the object is not compressed.
 Result<Compression> compression_of(const json& object, const std::string& where) {
   Compression found;
-  for (const char* name : kExtensions) {
+  for (const char* name : kMeshoptExtensions) {
     const json* members = extension_of(object, name);
     if (members == nullptr) continue;
     if (found.members != nullptr)
@@ -118,7 +118,7 @@ Result<CompressedView> compressed_view(const json& parent, const Compression& co
   view.mode = extension["mode"].get<std::string>();
   if (view.count == 0) return Error{where + " has a count of 0"};
   auto filter = filter_of(extension.value("filter", std::string("NONE")), view.stride,
-                          compression.name == kExtensions[0], where);
+                          compression.name == kMeshoptExtensions[0], where);
   if (!filter) return filter.error();
   view.filter = *filter;
   if (auto ok = check_shape(view, where); !ok) return ok.error();
@@ -161,7 +161,7 @@ Result<FileBytes> decoded(const CompressedView& view, const std::string& where) 
 }  // namespace
 
 bool is_meshopt_fallback(const json& buffer) {
-  return std::any_of(kExtensions.begin(), kExtensions.end(), [&](const char* name) {
+  return std::any_of(kMeshoptExtensions.begin(), kMeshoptExtensions.end(), [&](const char* name) {
     const json* extension = extension_of(buffer, name);
     return extension != nullptr && extension->value("fallback", false);
   });

@@ -8,7 +8,7 @@
 namespace fire3dv::scene::ktx2 {
 namespace {
 
-constexpr size_t kHeaderBytes = 20, kImageBytes = 20;
+constexpr size_t kBasisHeaderBytes = 20, kImageBytes = 20;
 constexpr uint32_t kIsPFrame = 2;
 
 struct ImageDescription {
@@ -23,14 +23,14 @@ struct GlobalData {
 };
 
 std::optional<GlobalData> read_global_data(std::span<const std::byte> bytes, uint32_t level_count) {
-  const size_t first = kHeaderBytes + kImageBytes * level_count;
+  const size_t first = kBasisHeaderBytes + kImageBytes * level_count;
   if (bytes.size() < first) return std::nullopt;
   GlobalData data;
   std::array<uint32_t, 4> lengths{};  // endpoints, selectors, tables, extended
   std::memcpy(&data.endpoint_count, bytes.data(), 2);
   std::memcpy(&data.selector_count, bytes.data() + 2, 2);
   std::memcpy(lengths.data(), bytes.data() + 4, sizeof lengths);
-  std::memcpy(&data.image, bytes.data() + kHeaderBytes, sizeof data.image);
+  std::memcpy(&data.image, bytes.data() + kBasisHeaderBytes, sizeof data.image);
   const uint64_t whole = uint64_t{lengths[0]} + lengths[1] + lengths[2];
   if (whole > bytes.size() - first) return std::nullopt;
   data.endpoints = bytes.subspan(first, lengths[0]);

@@ -16,7 +16,7 @@
 namespace fire3dv::bench {
 namespace {
 
-constexpr float kTurnRadPerStep = 0.05f;
+constexpr float kImageTurnRadPerStep = 0.05f;
 
 // Returns nodes with a mesh and a unique name, except the first: scenes begin with their ground.
 std::vector<uint32_t> moving_nodes(const scene::Scene& scene) {
@@ -33,7 +33,7 @@ std::vector<uint32_t> moving_nodes(const scene::Scene& scene) {
 PoseFeed::PoseAt turning(const scene::Scene& scene, const std::vector<uint32_t>& nodes) {
   return [&scene, nodes](uint64_t step, std::vector<wire::Affine3x4>& poses) {
     poses.resize(nodes.size());
-    const float angle = kTurnRadPerStep * static_cast<float>(step);
+    const float angle = kImageTurnRadPerStep * static_cast<float>(step);
     for (size_t i = 0; i < nodes.size(); ++i) {
       const glm::mat4 turned = glm::rotate(scene.nodes[nodes[i]].world_from_node, angle, glm::vec3(0, 1, 0));
       for (int row = 0; row < 3; ++row)

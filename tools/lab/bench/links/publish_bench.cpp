@@ -30,9 +30,9 @@ namespace {
 
 namespace bip = boost::interprocess;
 
-constexpr size_t kSlots = 8;
+constexpr size_t kPublishSlots = 8;
 constexpr size_t kSlotBytes = 64 << 10;
-constexpr int kCallsARound = 200;
+constexpr int kCallsPerRound = 200;
 
 // Baseline without a ring: a map from names to matrices in a managed segment, protected by its mutex.
 class LockedMap {
@@ -76,8 +76,8 @@ double median(std::vector<double> values) {
 
 double ns_per_call(const std::function<void()>& call) {
   const int64_t start = fire3dv::monotonic_ns();
-  for (int i = 0; i < kCallsARound; ++i) call();
-  return static_cast<double>(fire3dv::monotonic_ns() - start) / kCallsARound;
+  for (int i = 0; i < kCallsPerRound; ++i) call();
+  return static_cast<double>(fire3dv::monotonic_ns() - start) / kCallsPerRound;
 }
 
 struct Method {
@@ -93,7 +93,7 @@ int publish_bench(int rounds) {
   std::printf(
       "One publish over shm://, spinning publisher, no reader; medians of %d rounds of %d calls.\n\n"
       "| poses | way | ns a call | ratio |\n|---|---|---|---|\n",
-      rounds, kCallsARound);
+      rounds, kCallsPerRound);
   for (const size_t count : {size_t{1}, size_t{100}, size_t{1000}}) {
     const std::string name = "bench-" + std::to_string(::getpid());
     auto link = transport::open_publisher("shm://" + name);
@@ -108,7 +108,7 @@ int publish_bench(int rounds) {
     frame.node_count = static_cast<uint32_t>(count);
     frame.poses = poses;
     const std::span<const std::byte> bytes = std::as_bytes(std::span(poses));
-    void* const memory = ::mmap(nullptr, kSlots * kSlotBytes, PROT_READ | PROT_WRITE,
+    void* const memory = ::mmap(nullptr, kPublishSlots * kSlotBytes, PROT_READ | PROT_WRITE,
                                 MAP_SHARED | MAP_ANONYMOUS | MAP_POPULATE, -1, 0);
     if (memory == MAP_FAILED) return 1;
     LockedMap map("fire3dv-" + name, count);
@@ -117,7 +117,8 @@ int publish_bench(int rounds) {
     Method methods[] = {
         {"memcpy into a slot of a ring",
          [&] {
-           copy(static_cast<std::byte*>(memory) + slot++ % kSlots * kSlotBytes, bytes.data(), bytes.size());
+           copy(static_cast<std::byte*>(memory) + slot++ % kPublishSlots * kSlotBytes, bytes.data(),
+                bytes.size());
          },
          {},
          {}},
@@ -141,7 +142,7 @@ int publish_bench(int rounds) {
     for (const Method& method : methods)
       std::printf("| %zu | %s | %.1f | %.2f |\n", count, method.name, median(method.ns),
                   median(method.ratio));
-    ::munmap(memory, kSlots * kSlotBytes);
+    ::munmap(memory, kPublishSlots * kSlotBytes);
   }
   return 0;
 }
