@@ -9,10 +9,10 @@ namespace {
 
 using namespace wire;
 
-constexpr uint64_t kEpoch = 0x0123456789abcdef;
+constexpr uint64_t kEditEpoch = 0x0123456789abcdef;
 
-SceneEdit edit(Property property, EditValue value) {
-  return {kEpoch, 7, "robot/link 1", property, std::move(value)};
+SceneEdit edit_case(Property property, EditValue value) {
+  return {kEditEpoch, 7, "robot/link 1", property, std::move(value)};
 }
 
 constexpr Light kSpot{LightKind::spot, {1, 0.5f, 0.25f}, 800, 12.5f, 0.25f, 0.5f, false};
@@ -74,11 +74,11 @@ Marker image_marker() {
 }
 
 SceneEdit marker_edit(Marker marker) {
-  return {kEpoch, 9, "contacts/left foot", Property::marker, std::move(marker)};
+  return {kEditEpoch, 9, "contacts/left foot", Property::marker, std::move(marker)};
 }
 
 PoseFrameView partial(std::span<const Affine3x4> poses, std::span<const uint32_t> indices) {
-  return {{kEpoch, 2, 1000000, 2000000, 7, 0}, 100, 0, poses, indices};
+  return {{kEditEpoch, 2, 1000000, 2000000, 7, 0}, 100, 0, poses, indices};
 }
 
 }  // namespace
@@ -88,30 +88,30 @@ std::vector<Case> edit_cases() {
   const auto add = [&](std::string name, Bytes bytes) {
     result.push_back({std::move(name), std::move(bytes), true, {}});
   };
-  add("scene_edit-cleared", encode(edit(Property::light, Cleared{})));
-  add("scene_edit-hidden", encode(edit(Property::visible, Visible{false})));
-  add("scene_edit-base_color", encode(edit(Property::base_color, BaseColor{{1, 0.5f, 0, 0.25f}})));
-  add("scene_edit-light", encode(edit(Property::light, kSpot)));
-  add("scene_edit-camera", encode(edit(Property::camera, kCamera)));
+  add("scene_edit-cleared", encode(edit_case(Property::light, Cleared{})));
+  add("scene_edit-hidden", encode(edit_case(Property::visible, Visible{false})));
+  add("scene_edit-base_color", encode(edit_case(Property::base_color, BaseColor{{1, 0.5f, 0, 0.25f}})));
+  add("scene_edit-light", encode(edit_case(Property::light, kSpot)));
+  add("scene_edit-camera", encode(edit_case(Property::camera, kCamera)));
   Camera with_lens = kCamera;
   with_lens.f_number = 2.8f;
   with_lens.focus_distance_m = 1.5f;
-  add("scene_edit-camera_lens", encode(edit(Property::camera, with_lens)));
+  add("scene_edit-camera_lens", encode(edit_case(Property::camera, with_lens)));
   NodeAdded node = added();
-  add("scene_edit-node_added_empty", encode(edit(Property::node, node)));
+  add("scene_edit-node_added_empty", encode(edit_case(Property::node, node)));
   node.asset_uri = "parts/K\u00f6rper.glb";
-  add("scene_edit-node_added_by_uri", encode(edit(Property::node, node)));
+  add("scene_edit-node_added_by_uri", encode(edit_case(Property::node, node)));
   node.variant = "midnight blue";
-  add("scene_edit-node_added_variant", encode(edit(Property::node, node)));
+  add("scene_edit-node_added_variant", encode(edit_case(Property::node, node)));
   node.variant.clear();
   node.asset_uri.clear();
   node.asset_glb = {std::byte{'g'}, std::byte{'l'}, std::byte{'T'}, std::byte{'F'}, std::byte{2}};
-  add("scene_edit-node_added_embedded", encode(edit(Property::node, node)));
-  add("scene_edit-node_removed", encode(edit(Property::node, NodeRemoved{})));
+  add("scene_edit-node_added_embedded", encode(edit_case(Property::node, node)));
+  add("scene_edit-node_removed", encode(edit_case(Property::node, NodeRemoved{})));
   Vertices vertices{{{0, 0, 0}, {1, 0, 0}, {0, -2.5f, 1e6f}}, {}};
-  add("scene_edit-vertices", encode(edit(Property::vertices, vertices)));
+  add("scene_edit-vertices", encode(edit_case(Property::vertices, vertices)));
   vertices.normals = {{0, 0, 1}, {0, 1, 0}, {1, 0, 0}};
-  add("scene_edit-vertices_with_normals", encode(edit(Property::vertices, vertices)));
+  add("scene_edit-vertices_with_normals", encode(edit_case(Property::vertices, vertices)));
   add("scene_edit-marker_points", encode(marker_edit(points_marker())));
   add("scene_edit-marker_boxes", encode(marker_edit(boxes_marker())));
   add("scene_edit-marker_texts", encode(marker_edit(texts_marker())));
@@ -125,13 +125,14 @@ std::vector<Case> edit_cases() {
   marker = points_marker();
   marker.kind = static_cast<MarkerKind>(200);
   add("scene_edit-marker_of_later_version", encode(marker_edit(marker)));
-  add("scene_edit-marker_cleared", encode({kEpoch, 9, "contacts/left foot", Property::marker, Cleared{}}));
+  add("scene_edit-marker_cleared",
+      encode({kEditEpoch, 9, "contacts/left foot", Property::marker, Cleared{}}));
   const std::vector<Affine3x4> poses(2);
   const std::vector<uint32_t> indices{3, 99};
   add("pose_frame-partial", encode(partial(poses, indices)));
   StreamDescription description;
   description.adapter_name = "conformance";
-  description.epoch = kEpoch;
+  description.epoch = kEditEpoch;
   description.protocol_minor = 1;
   add("stream_description-minor_1", encode(description));
   return result;
@@ -142,7 +143,7 @@ std::vector<Case> later_edit_cases() {
   const auto wind = later::CreateWind(builder, 3);
   const auto node = builder.CreateString("robot");
   const auto body =
-      later::CreateSceneEdit(builder, kEpoch, 8, node, 40, later::EditValue::Wind, wind.Union());
+      later::CreateSceneEdit(builder, kEditEpoch, 8, node, 40, later::EditValue::Wind, wind.Union());
   builder.Finish(later::CreateMessage(builder, later::Body::SceneEdit, body.Union()),
                  later::MessageIdentifier());
   const auto* begin = reinterpret_cast<const std::byte*>(builder.GetBufferPointer());
@@ -157,29 +158,29 @@ std::vector<Case> refused_edit_cases() {
   const auto add_light = [&](std::string name, std::string refused, auto change) {
     Light light = kSpot;
     change(light);
-    add("light_" + std::move(name), edit(Property::light, light), std::move(refused));
+    add("light_" + std::move(name), edit_case(Property::light, light), std::move(refused));
   };
   const auto add_camera = [&](std::string name, std::string refused, auto change) {
     Camera camera = kCamera;
     change(camera);
-    add("camera_" + std::move(name), edit(Property::camera, camera), std::move(refused));
+    add("camera_" + std::move(name), edit_case(Property::camera, camera), std::move(refused));
   };
-  SceneEdit bad = edit(Property::visible, Visible{});
+  SceneEdit bad = edit_case(Property::visible, Visible{});
   bad.epoch = 0;
   add("epoch_zero", bad, "epoch");
-  bad = edit(Property::visible, Visible{});
+  bad = edit_case(Property::visible, Visible{});
   bad.version = 0;
   add("version_zero", bad, "version");
-  bad = edit(Property::visible, Visible{});
+  bad = edit_case(Property::visible, Visible{});
   bad.node = "";
   add("node_empty", bad, "node");
   bad.node = "\x1b[2J";
   add("node_control_character", bad, "node");
   bad.node = std::string(1025, 'x');
   add("node_too_long", bad, "node");
-  add("value_of_other_property", edit(Property::light, Visible{}), "value");
-  add("color_nan", edit(Property::base_color, BaseColor{{0, NAN, 0, 1}}), "rgba[1]");
-  add("color_above_one", edit(Property::base_color, BaseColor{{0, 0, 0, 1.5f}}), "rgba[3]");
+  add("value_of_other_property", edit_case(Property::light, Visible{}), "value");
+  add("color_nan", edit_case(Property::base_color, BaseColor{{0, NAN, 0, 1}}), "rgba[1]");
+  add("color_above_one", edit_case(Property::base_color, BaseColor{{0, 0, 0, 1.5f}}), "rgba[3]");
   add_light("kind", "kind", [](Light& l) { l.kind = static_cast<LightKind>(3); });
   add_light("negative", "intensity", [](Light& l) { l.intensity = -1; });
   add_light("color_infinite", "color_rgb[2]", [](Light& l) { l.color_rgb[2] = INFINITY; });
@@ -205,20 +206,22 @@ std::vector<Case> refused_edit_cases() {
   add_lens("focus_infinite", "focus_distance_m", 2.8f, INFINITY);
   NodeAdded node = added();
   node.parent = "a\nb";
-  add("parent_newline", edit(Property::node, node), "parent");
+  add("parent_newline", edit_case(Property::node, node), "parent");
   node = added();
   node.parent_from_node.m[0] = NAN;
-  add("parent_from_node_nan", edit(Property::node, node), "parent_from_node");
+  add("parent_from_node_nan", edit_case(Property::node, node), "parent_from_node");
   node = added();
   node.asset_uri = "a.glb";
   node.asset_glb = {std::byte{1}};
-  add("asset_twice", edit(Property::node, node), "asset_uri");
+  add("asset_twice", edit_case(Property::node, node), "asset_uri");
   node = added();
   node.variant = "red";
-  add("variant_without_asset", edit(Property::node, node), "variant");
-  add("vertices_none", edit(Property::vertices, Vertices{}), "positions");
-  add("vertices_nan", edit(Property::vertices, Vertices{{{0, 0, 0}, {0, NAN, 0}}, {}}), "positions[1][1]");
-  add("normals_count", edit(Property::vertices, Vertices{{{0, 0, 0}}, {{0, 0, 1}, {0, 0, 1}}}), "normals");
+  add("variant_without_asset", edit_case(Property::node, node), "variant");
+  add("vertices_none", edit_case(Property::vertices, Vertices{}), "positions");
+  add("vertices_nan", edit_case(Property::vertices, Vertices{{{0, 0, 0}, {0, NAN, 0}}, {}}),
+      "positions[1][1]");
+  add("normals_count", edit_case(Property::vertices, Vertices{{{0, 0, 0}}, {{0, 0, 1}, {0, 0, 1}}}),
+      "normals");
 
   const auto add_marker = [&](std::string name, std::string refused, Marker marker, auto change) {
     change(marker);
@@ -228,7 +231,7 @@ std::vector<Case> refused_edit_cases() {
   bad = marker_edit(points);
   bad.node = "";
   add("marker_name_empty", bad, "node");
-  add("marker_of_other_property", edit(Property::vertices, points), "value");
+  add("marker_of_other_property", edit_case(Property::vertices, points), "value");
   add_marker("unit", "width_unit", points, [](Marker& m) { m.width_unit = static_cast<MarkerUnit>(2); });
   add_marker("width_nan", "width", points, [](Marker& m) { m.width = NAN; });
   add_marker("width_negative", "width", points, [](Marker& m) { m.width = -1; });

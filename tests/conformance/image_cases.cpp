@@ -8,7 +8,7 @@ namespace {
 
 using namespace wire;
 
-constexpr uint64_t kEpoch = 0x0123456789abcdef;
+constexpr uint64_t kImageEpoch = 0x0123456789abcdef;
 
 Intrinsics camera() {
   return {640, 480, 500.5f, 499.5f, 319.5f, 239.25f, 0.05f, 100, {}};
@@ -16,7 +16,7 @@ Intrinsics camera() {
 
 ImageRequest request() {
   ImageRequest result;
-  result.epoch = kEpoch;
+  result.epoch = kImageEpoch;
   result.id = 0x1122334455667788;
   result.place = 3;
   result.parent_from_camera.m[11] = 2.5f;
@@ -25,11 +25,11 @@ ImageRequest request() {
   return result;
 }
 
-ImageFrame frame() {
+ImageFrame image_case() {
   ImageFrame result;
   result.request = 0x1122334455667788;
   result.number = 4;
-  result.epoch = kEpoch;
+  result.epoch = kImageEpoch;
   result.sequence = 12;
   result.sim_time_ns = -5;
   result.world_from_camera.m[3] = 1.5f;
@@ -74,7 +74,7 @@ std::vector<Case> image_cases() {
   r.intrinsics.focus_distance_m = 0.75f;
   add("image_request-with_lens", encode(r));
   ImageRequest back;
-  back.epoch = kEpoch;
+  back.epoch = kImageEpoch;
   back.id = 7;
   back.when = ImageWhen::never;
   add("image_request-taken_back", encode(back));
@@ -82,20 +82,21 @@ std::vector<Case> image_cases() {
   r.outputs |= 1u << 20;
   r.when = static_cast<ImageWhen>(9);
   add("image_request-of_later_version", encode(r));  // decodable, so that the renderer can answer it
-  add("image_frame-color_and_depth", encode(frame()));
-  ImageFrame blurred = frame();
+  add("image_frame-color_and_depth", encode(image_case()));
+  ImageFrame blurred = image_case();
   blurred.intrinsics.f_number = 1.8f;
   blurred.intrinsics.focus_distance_m = 0.75f;
   add("image_frame-with_lens", encode(blurred));
-  ImageFrame boxes = frame();
+  ImageFrame boxes = image_case();
   boxes.planes = {{7, ImageFormat::box2d, 3, 1, 96, 0, 96}, {8, ImageFormat::box3d, 0, 1, 0, 128, 0}};
   add("image_frame-boxes", encode(boxes));
-  ImageFrame none = frame();
+  ImageFrame none = image_case();
   none.sequence = 0;
   none.planes.clear();
   none.pixel_bytes = 0;
   add("image_frame-no_planes", encode(none));
-  add("image_refused", encode(ImageRefused{kEpoch, 7, ImageRefusal::unknown_camera, "no node \"wrist\""}));
+  add("image_refused",
+      encode(ImageRefused{kImageEpoch, 7, ImageRefusal::unknown_camera, "no node \"wrist\""}));
   return result;
 }
 
@@ -157,7 +158,7 @@ std::vector<Case> refused_image_cases() {
   });
 
   const auto add_frame = [&](std::string name, std::string refused, auto change) {
-    ImageFrame bad = frame();
+    ImageFrame bad = image_case();
     change(bad);
     result.push_back(
         {"refused-image_frame_" + std::move(name), encode(bad), false, "ImageFrame." + std::move(refused)});
@@ -181,10 +182,10 @@ std::vector<Case> refused_image_cases() {
   add_frame("plane_outside", "planes[1].offset", [](ImageFrame& f) { f.planes[1].offset = 192; });
   add_frame("offset_wraps", "planes[1].offset", [](ImageFrame& f) { f.planes[1].offset = ~uint64_t{63}; });
   result.push_back({"refused-image_refused_message_escape",
-                    encode(ImageRefused{kEpoch, 7, ImageRefusal::too_many, "\x1b[2J"}), false,
+                    encode(ImageRefused{kImageEpoch, 7, ImageRefusal::too_many, "\x1b[2J"}), false,
                     "ImageRefused.message"});
   result.push_back({"refused-image_refused_request_zero",
-                    encode(ImageRefused{kEpoch, 0, ImageRefusal::too_many, ""}), false,
+                    encode(ImageRefused{kImageEpoch, 0, ImageRefusal::too_many, ""}), false,
                     "ImageRefused.request"});
   return result;
 }

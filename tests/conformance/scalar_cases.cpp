@@ -8,7 +8,7 @@ namespace {
 
 using namespace wire;
 
-constexpr uint64_t kEpoch = 0x0123456789abcdef;
+constexpr uint64_t kScalarEpoch = 0x0123456789abcdef;
 
 Scalars joints() {
   return {{"shoulder", "elbow", "K\u00f6rper/\u00b0"}, {"rad", "", "N\u00b7m"}};
@@ -19,19 +19,22 @@ ScalarValues values() {
   return {41, -1'500'000'000, {0.1, kNoValue, -1e300}};
 }
 
-SceneEdit edit(Property property, EditValue value) {
-  return {kEpoch, 42, "arm/joints", property, std::move(value)};
+SceneEdit scalar_case(Property property, EditValue value) {
+  return {kScalarEpoch, 42, "arm/joints", property, std::move(value)};
 }
 
 }  // namespace
 
 std::vector<Case> scalar_cases() {
   return {
-      {"scene_edit-scalars", encode(edit(Property::scalars, joints())), true, {}},
-      {"scene_edit-scalars_one", encode(edit(Property::scalars, Scalars{{"energy"}, {"J"}})), true, {}},
-      {"scene_edit-scalars_cleared", encode(edit(Property::scalars, Cleared{})), true, {}},
-      {"scene_edit-scalar_values", encode(edit(Property::scalar_values, values())), true, {}},
-      {"scene_edit-scalar_values_cleared", encode(edit(Property::scalar_values, Cleared{})), true, {}},
+      {"scene_edit-scalars", encode(scalar_case(Property::scalars, joints())), true, {}},
+      {"scene_edit-scalars_one",
+       encode(scalar_case(Property::scalars, Scalars{{"energy"}, {"J"}})),
+       true,
+       {}},
+      {"scene_edit-scalars_cleared", encode(scalar_case(Property::scalars, Cleared{})), true, {}},
+      {"scene_edit-scalar_values", encode(scalar_case(Property::scalar_values, values())), true, {}},
+      {"scene_edit-scalar_values_cleared", encode(scalar_case(Property::scalar_values, Cleared{})), true, {}},
   };
 }
 
@@ -43,7 +46,7 @@ std::vector<Case> refused_scalar_cases() {
   const auto add_scalars = [&](std::string name, std::string refused, auto change) {
     Scalars scalars = joints();
     change(scalars);
-    add("scalars_" + std::move(name), edit(Property::scalars, scalars), std::move(refused));
+    add("scalars_" + std::move(name), scalar_case(Property::scalars, scalars), std::move(refused));
   };
   add_scalars("none", "names is empty", [](Scalars& s) { s = {}; });
   add_scalars("too_many", "names holds 4097", [](Scalars& s) { s.names.assign(kMaxScalars + 1, "x"); });
@@ -55,18 +58,18 @@ std::vector<Case> refused_scalar_cases() {
   add_scalars("units_count", "units holds 2", [](Scalars& s) { s.units.pop_back(); });
   add_scalars("unit_too_long", "units[1]", [](Scalars& s) { s.units[1] = std::string(65, 'x'); });
   add_scalars("unit_escape", "units[0]", [](Scalars& s) { s.units[0] = "\x1b[2J"; });
-  SceneEdit bad = edit(Property::scalars, joints());
+  SceneEdit bad = scalar_case(Property::scalars, joints());
   bad.node = "";
   add("scalars_group_empty", bad, "node is empty");
-  add("scalars_of_other_property", edit(Property::scalar_values, joints()), "value");
+  add("scalars_of_other_property", scalar_case(Property::scalar_values, joints()), "value");
   ScalarValues scalars = values();
   scalars.declaration = 0;
-  add("scalar_values_declaration_zero", edit(Property::scalar_values, scalars), "declaration");
+  add("scalar_values_declaration_zero", scalar_case(Property::scalar_values, scalars), "declaration");
   scalars = values();
   scalars.values.clear();
-  add("scalar_values_none", edit(Property::scalar_values, scalars), "values is empty");
+  add("scalar_values_none", scalar_case(Property::scalar_values, scalars), "values is empty");
   scalars.values.resize(kMaxScalars + 1);
-  add("scalar_values_too_many", edit(Property::scalar_values, scalars), "values holds 4097");
+  add("scalar_values_too_many", scalar_case(Property::scalar_values, scalars), "values holds 4097");
   return result;
 }
 

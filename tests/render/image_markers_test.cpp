@@ -12,7 +12,7 @@
 namespace fire3dv::test {
 namespace {
 
-const glm::ivec3 kBlack(0);
+const glm::ivec3 kBlackMarker(0);
 
 // On 0.4 x 0.2 m at 1 m: 40 x 20 pixels from (2, 14) to (42, 34).
 Marker image_of(wire::MarkerImage image) {
@@ -55,10 +55,10 @@ TEST_P(ImageMarkers, PixelsAreShownAsTheyAreOnBothSides) {
     for (uint32_t column = 0; column < 4; ++column)
       EXPECT_EQ(pixel(front, 7 + 10 * column, 19 + 10 * row), kColors[4 * row + column]) << column << row;
   EXPECT_EQ(pixel(front, 3, 14 + 1), kColors[0]) << "edges repeat";
-  EXPECT_EQ(pixel(front, 1, 19), kBlack);
-  EXPECT_EQ(pixel(front, 7, 12), kBlack);
-  EXPECT_EQ(pixel(front, 7, 36), kBlack);
-  EXPECT_NE(pixel(front, 41, 19), kBlack);
+  EXPECT_EQ(pixel(front, 1, 19), kBlackMarker);
+  EXPECT_EQ(pixel(front, 7, 12), kBlackMarker);
+  EXPECT_EQ(pixel(front, 7, 36), kBlackMarker);
+  EXPECT_NE(pixel(front, 41, 19), kBlackMarker);
   EXPECT_NE(pixel(front, 43, 19), kColors[3]);
   marker.rotations = {{0, 1, 0, 0}};  // half a turn about y
   const sinks::FrameImage back = draw(marker);
@@ -73,7 +73,7 @@ TEST_P(ImageMarkers, GreyAndAlphaAreOfPixels) {
   wire::MarkerImage clear{4, 1, 4, {}};
   for (const uint8_t alpha : {0, 128, 255, 255}) clear.pixels.insert(clear.pixels.end(), {255, 0, 0, alpha});
   const sinks::FrameImage blended = draw(image_of(clear));
-  EXPECT_EQ(pixel(blended, 4, 24), kBlack);
+  EXPECT_EQ(pixel(blended, 4, 24), kBlackMarker);
   EXPECT_NEAR(pixel(blended, 17, 24).r, 255 * (1.055 * std::pow(128.0 / 255.0, 1 / 2.4) - 0.055), 1);
   EXPECT_EQ(pixel(blended, 32, 24), glm::ivec3(255, 0, 0));
 }
@@ -106,7 +106,7 @@ TEST_P(ImageMarkers, SurfacesHideImagesUnlessOverlaid) {
   const sinks::FrameImage two = draw(marker);
   EXPECT_EQ(pixel(two, 8, 14), glm::ivec3(255, 0, 0));
   EXPECT_EQ(pixel(two, 33, 34), glm::ivec3(255, 0, 0));
-  EXPECT_EQ(pixel(two, 28, 34), kBlack);
+  EXPECT_EQ(pixel(two, 28, 34), kBlackMarker);
 }
 
 TEST_P(ImageMarkers, TheLargestImageIsUploadedOnce) {

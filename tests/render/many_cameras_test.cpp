@@ -12,11 +12,11 @@
 namespace fire3dv::test {
 namespace {
 
-constexpr VkExtent2D kExtent{48, 40};
+constexpr VkExtent2D kCamerasExtent{48, 40};
 constexpr uint32_t kViews = 7;
 
 // Opaque and alpha-masked objects, small and large triangles, and a light.
-scene::Scene stage() {
+scene::Scene cameras_stage() {
   SceneBuilder builder;
   scene::Material sieve = matte({0.9f, 0.8f, 0.2f});
   sieve.alpha_mode = scene::AlphaMode::mask;
@@ -45,7 +45,7 @@ std::vector<passes::View> views() {
     k.fx_px = k.fy_px = 40 + 5 * static_cast<float>(i);
     k.cx_px = 20 + static_cast<float>(i);
     k.cy_px = 20;
-    k.image_px = {kExtent.width, kExtent.height};
+    k.image_px = {kCamerasExtent.width, kCamerasExtent.height};
     views.push_back(passes::make_view(
         k, passes::look_at_pose({distance_m * std::sin(angle), 1.5f, distance_m * std::cos(angle)},
                                 {0, 0.6f, 0})));
@@ -76,20 +76,20 @@ class ManyCameras : public ValidationIsSilent, public ::testing::WithParamInterf
 class MoreCameras : public ValidationIsSilent {};
 
 TEST_P(ManyCameras, EachHasWhatItHasAlone) {
-  const scene::Scene scene = stage();
+  const scene::Scene scene = cameras_stage();
   state::PoseState poses(scene);
   state::RestPose moved = state::rest_pose(scene);
   moved.parent_from_node[1] = moved.world_from_node[1] = at({0.3f, 0.9f, 0.2f});
   const std::vector<passes::View> views = test::views();
   wire::ImageOutputs outputs = wire::ImageOutputs::all_planes();
   outputs.remove(wire::kColorLinearF16);
-  RenderBench one(scene, kExtent, settings_of(GetParam().samples, GetParam().shadows));
-  RenderBench many(scene, kExtent, settings_of(GetParam().samples, GetParam().shadows));
+  RenderBench one(scene, kCamerasExtent, settings_of(GetParam().samples, GetParam().shadows));
+  RenderBench many(scene, kCamerasExtent, settings_of(GetParam().samples, GetParam().shadows));
   std::vector<passes::CameraHistory> histories(kViews), histories_alone(kViews);
   for (int image = 0; image < 2; ++image) {
     const Taken all = many.take(poses, views, outputs, histories);
-    ASSERT_EQ(all.image.height, kExtent.height * kViews);
-    constexpr size_t kPixels = size_t{kExtent.width} * kExtent.height;
+    ASSERT_EQ(all.image.height, kCamerasExtent.height * kViews);
+    constexpr size_t kPixels = size_t{kCamerasExtent.width} * kCamerasExtent.height;
     for (uint32_t v = 0; v < kViews; ++v) {
       SCOPED_TRACE(v);
       const Taken alone = one.take(poses, views[v], outputs, &histories_alone[v]);
@@ -112,14 +112,14 @@ INSTANTIATE_TEST_SUITE_P(Ways, ManyCameras,
 
 // Two sizes and two sets of outputs in one submission; the first needs no shadows.
 TEST_F(MoreCameras, OneFrameHasImagesOfSeveralSizes) {
-  const scene::Scene scene = stage();
+  const scene::Scene scene = cameras_stage();
   const state::PoseState poses(scene);
   const std::vector<passes::View> views = test::views();
   wire::ImageOutputs labels;
   labels.remove(wire::kColorSrgb8);
   labels.add(wire::kInstanceU32);
   const passes::DrawSettings settings = settings_of(4, passes::ShadowMethod::ray);
-  RenderBench alone(scene, kExtent, settings), bench(scene, kExtent, settings);
+  RenderBench alone(scene, kCamerasExtent, settings), bench(scene, kCamerasExtent, settings);
   const Taken labels_alone = alone.take(poses, views[1], labels);
   const sinks::FrameImage first_alone = alone.draw(poses, views[2]);
   const sinks::FrameImage second_alone = alone.draw(poses, views[4]);
@@ -129,8 +129,8 @@ TEST_F(MoreCameras, OneFrameHasImagesOfSeveralSizes) {
   gpu::Recorder& recorder = bench.frames().begin();
   gpu::StagingRing& staging = bench.frames().staging();
   renderer.record(bench.prepare({.outputs = labels}), recorder, staging, poses, views[1]);
-  readback.record(recorder, nullptr, kExtent, {&renderer.planes(), passes::bytes_of(renderer.plane_ranges())},
-                  0);
+  readback.record(recorder, nullptr, kCamerasExtent,
+                  {&renderer.planes(), passes::bytes_of(renderer.plane_ranges())}, 0);
   const std::vector<passes::View> two{views[2], views[4]};
   const passes::PreparedFrame prepared = bench.prepare({.views = 2, .scene = passes::SceneUpdate::reuse});
   renderer.record(prepared, recorder, staging, poses, two);
@@ -154,7 +154,7 @@ TEST_F(MoreCameras, WhatTheyCannotTakeIsSaid) {
   builder.mesh_node("pane", builder.quad(builder.material(glass), 1), glm::mat4(1));
   builder.camera_node("camera", {0, 2, 5}, {0, 0, 0});
   const scene::Scene scene = builder.build();
-  RenderBench bench(scene, kExtent);
+  RenderBench bench(scene, kCamerasExtent);
   EXPECT_TRUE(bench.renderer().can_take({}, 1));
   EXPECT_FALSE(bench.renderer().can_take({}, 2));
   // The next recorded frame may show hidden nodes again.

@@ -9,7 +9,7 @@
 namespace fire3dv::test {
 namespace {
 
-constexpr VkExtent2D kExtent{120, 90};
+constexpr VkExtent2D kEditsExtent{120, 90};
 
 // Material indices; 0 is the default material.
 constexpr uint32_t kClay = 1, kLeaf = 2, kGround = 3;
@@ -71,9 +71,9 @@ TEST_P(Wishes, EditedMaterialsLookAsLoadedOnes) {
   const scene::Scene scene = garden();
   const state::PoseState poses(scene);
   scene::SceneEdits edits;
-  RenderBench bench(scene, kExtent, settings);
+  RenderBench bench(scene, kEditsExtent, settings);
   bench.renderer().set_edits(edits);
-  const passes::View view = first_camera_view(scene, poses, kExtent);
+  const passes::View view = first_camera_view(scene, poses, kEditsExtent);
   const auto draw = [&] { return bench.draw(poses, view).rgba8; };
   const std::vector<uint8_t> as_loaded = draw();
 
@@ -136,7 +136,7 @@ TEST_F(Settings, OnesThatAreAppliedLookAsThoseOfANewRenderer) {
   wanted.background.show_environment = false;
   wanted.background.color = {0.1f, 0.2f, 0.4f};
 
-  RenderBench bench(scene, kExtent, first);
+  RenderBench bench(scene, kEditsExtent, first);
   const std::vector<uint8_t> before = bench.draw_at_rest().rgba8;
   EXPECT_FALSE(bench.renderer().needs_new_renderer(wanted));
   bench.renderer().apply(wanted);
@@ -145,13 +145,13 @@ TEST_F(Settings, OnesThatAreAppliedLookAsThoseOfANewRenderer) {
   EXPECT_FALSE(bench.renderer().needs_new_renderer(first));
   bench.renderer().apply(first);
   EXPECT_EQ(bench.draw_at_rest().rgba8, before);
-  EXPECT_EQ(RenderBench(scene, kExtent, wanted).draw_at_rest().rgba8, applied);
+  EXPECT_EQ(RenderBench(scene, kEditsExtent, wanted).draw_at_rest().rgba8, applied);
 }
 
 TEST_F(Settings, WhatNeedsAnotherRendererIsSaid) {
   const scene::Scene scene = garden();
   const passes::DrawSettings first;
-  RenderBench bench(scene, kExtent, first);
+  RenderBench bench(scene, kEditsExtent, first);
   const auto needs = [&](const std::function<void(passes::DrawSettings&)>& change) {
     passes::DrawSettings wanted = first;
     change(wanted);
@@ -175,14 +175,14 @@ TEST_F(Settings, WhatNeedsAnotherRendererIsSaid) {
   EXPECT_TRUE(bench.renderer().can_show(passes::DebugView::unresolved_shadows).ok());
   passes::DrawSettings maps = first;
   maps.shadows.method = passes::ShadowMethod::map;
-  RenderBench with_maps(scene, kExtent, maps);
+  RenderBench with_maps(scene, kEditsExtent, maps);
   EXPECT_TRUE(with_maps.renderer().can_show(passes::DebugView::overdraw).ok());
   const Result<void> unresolved = with_maps.renderer().can_show(passes::DebugView::unresolved_shadows);
   ASSERT_FALSE(unresolved.ok());
   EXPECT_NE(unresolved.error().message.find("shadow maps"), std::string::npos) << unresolved.error().message;
   passes::DrawSettings forward = first;
   forward.raster = passes::RasterPath::forward;
-  RenderBench drawn_forward(scene, kExtent, forward);
+  RenderBench drawn_forward(scene, kEditsExtent, forward);
   const Result<void> inspect = drawn_forward.renderer().can_inspect();
   ASSERT_FALSE(inspect.ok());
   EXPECT_NE(inspect.error().message.find("--raster forward"), std::string::npos) << inspect.error().message;

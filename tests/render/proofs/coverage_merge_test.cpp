@@ -8,7 +8,7 @@
 namespace fire3dv::test {
 namespace {
 
-constexpr VkExtent2D kExtent{128, 96};
+constexpr VkExtent2D kMergeExtent{128, 96};
 
 class MergedSurfaces : public ValidationIsSilent {
  protected:
@@ -24,7 +24,7 @@ class MergedSurfaces : public ValidationIsSilent {
     builder.light_node(sun({1, 1, 1}, 3), shining_towards({-1, -1, -0.5f}));
     builder.camera_node("camera", {0, 0, 3}, {0, 0, 0});
     const scene::Scene scene = builder.build();
-    RenderBench bench(scene, kExtent, settings);
+    RenderBench bench(scene, kMergeExtent, settings);
     Drawn result{bench.draw_at_rest()};
     for (const gpu::FrameTimes& times : bench.frames().take_finished()) {
       for (const gpu::PassTime& pass : times.passes)

@@ -15,7 +15,7 @@
 namespace fire3dv::test {
 namespace {
 
-constexpr VkExtent2D kSize{32, 24};
+constexpr VkExtent2D kBounceSize{32, 24};
 
 passes::RayEffects effects(const char* names) {
   passes::RayEffects on;
@@ -29,7 +29,7 @@ class Series {
   explicit Series(const passes::DrawSettings& settings)
       : scene_(std::make_unique<scene::Scene>(SceneBuilder().build())),
         settings_(settings),
-        bench_(*scene_, kSize, settings) {}
+        bench_(*scene_, kBounceSize, settings) {}
 
   void set(float environment_intensity, const char* on = "off", uint32_t rays = 8) {
     settings_.environment_intensity = environment_intensity;
@@ -43,7 +43,7 @@ class Series {
     scene_ = std::move(shown);
     return draw_again();
   }
-  std::vector<glm::dvec3> draw_again() { return linear_image(bench_, *scene_, kSize); }
+  std::vector<glm::dvec3> draw_again() { return linear_image(bench_, *scene_, kBounceSize); }
 
  private:
   std::unique_ptr<scene::Scene> scene_;
@@ -166,11 +166,11 @@ TEST_F(DiffuseBounce, ALuminousSquareLightsTheFloorByItsFormFactor) {
   const scene::Scene scene = lamp_above_floor(true);
   const std::vector<glm::dvec3> seen = drawn().draw(scene);
   const state::PoseState poses(scene);
-  const passes::View view = first_camera_view(scene, poses, kSize);
+  const passes::View view = first_camera_view(scene, poses, kBounceSize);
   std::vector<glm::dvec3> truth;
-  for (uint32_t i = 0; i < kSize.width * kSize.height; ++i) {
-    const glm::vec2 ndc((static_cast<float>(i % kSize.width) + 0.5f) / kSize.width * 2 - 1,
-                        (static_cast<float>(i / kSize.width) + 0.5f) / kSize.height * 2 - 1);
+  for (uint32_t i = 0; i < kBounceSize.width * kBounceSize.height; ++i) {
+    const glm::vec2 ndc((static_cast<float>(i % kBounceSize.width) + 0.5f) / kBounceSize.width * 2 - 1,
+                        (static_cast<float>(i / kBounceSize.width) + 0.5f) / kBounceSize.height * 2 - 1);
     const glm::vec3 ray =
         view.world_from_ndc_x * ndc.x + view.world_from_ndc_y * ndc.y + view.world_from_ndc_origin;
     const glm::vec3 place = view.eye_world - ray * (view.eye_world.y / ray.y);

@@ -14,7 +14,7 @@ namespace {
 
 using gpu::Use;
 
-constexpr VkExtent2D kExtent{96, 96};
+constexpr VkExtent2D kVariantsExtent{96, 96};
 constexpr uint32_t kRoom = 4096;  // capacity for large triangles, of each kind
 
 // Outputs of a raster shader.
@@ -40,7 +40,7 @@ class RasterVariants : public ValidationIsSilent {
     builder.mesh_node("floor", builder.box(grey, {40, 0.1f, 40}), at({0, -1, 0}));  // passes below the eye
     builder.camera_node("camera", {0, 0.3f, 3}, {0, 0, 0});
     scene_ = builder.build();
-    bench_ = std::make_unique<RenderBench>(scene_, kExtent, settings_);
+    bench_ = std::make_unique<RenderBench>(scene_, kVariantsExtent, settings_);
     bench_->draw_at_rest();
     const passes::GpuScene& scene = bench_->renderer().gpu_scene();
     globals_.world_from_node = scene.world_from_node.address;
@@ -57,12 +57,12 @@ class RasterVariants : public ValidationIsSilent {
     globals_.clusters = scene.clusters.address;
     globals_.cluster_triangles = scene.cluster_triangles.address;
     globals_.cluster_instances = scene.cluster_instances.address;
-    globals_.width = kExtent.width;
-    globals_.height = kExtent.height;
+    globals_.width = kVariantsExtent.width;
+    globals_.height = kVariantsExtent.height;
     const state::PoseState poses(scene_);
-    const passes::View view = first_camera_view(scene_, poses, kExtent);
+    const passes::View view = first_camera_view(scene_, poses, kVariantsExtent);
     globals_.clip_from_world = view.clip_from_world;
-    view_ = passes::raster_view(view, kExtent, false);
+    view_ = passes::raster_view(view, kVariantsExtent, false);
     view_.depth_m = 0.1f;  // depth range of a spot light's map
     view_.texel_m = 0.01f;
   }
@@ -95,7 +95,7 @@ class RasterVariants : public ValidationIsSilent {
     for (uint32_t i = 0; i < cluster_count(); ++i) list.push_back(i | (i % 2 ? FIRE3DV_LISTED_ONE_SIDE : 0));
     gpu_types::ViewWork work{};
     work.solid = {cluster_count(), 1, 1, 0};
-    const VkDeviceSize texels = VkDeviceSize{kExtent.width} * kExtent.height;
+    const VkDeviceSize texels = VkDeviceSize{kVariantsExtent.width} * kVariantsExtent.height;
     const gpu::Buffer views = uploaded(std::vector{view_}), lists = uploaded(list),
                       works = uploaded(std::vector{work}),
                       large = written_by_shaders(sizeof(gpu_types::LargeWork)),

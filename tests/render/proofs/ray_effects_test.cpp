@@ -17,7 +17,7 @@ namespace {
 
 class RayEffects : public ValidationIsSilent {};
 
-constexpr VkExtent2D kSize{96, 64};
+constexpr VkExtent2D kRayEffectsSize{96, 64};
 
 scene::Material metal(float roughness) {
   scene::Material material = matte(glm::vec3(1));
@@ -101,8 +101,8 @@ sinks::FrameImage flipped(const sinks::FrameImage& image, VkExtent2D size) {
   return result;
 }
 
-sinks::FrameImage drawn(const scene::Scene& scene, const passes::DrawSettings& settings) {
-  return RenderBench(scene, kSize, settings).draw_at_rest();
+sinks::FrameImage drawn_with_rays(const scene::Scene& scene, const passes::DrawSettings& settings) {
+  return RenderBench(scene, kRayEffectsSize, settings).draw_at_rest();
 }
 
 TEST_F(RayEffects, AFlatMirrorShowsWhatAMirroredCameraSees) {
@@ -112,24 +112,25 @@ TEST_F(RayEffects, AFlatMirrorShowsWhatAMirroredCameraSees) {
   add_bodies(builder);
   const glm::vec3 flip(1, 1, -1);
   builder.camera_node("camera", flip * kEye, flip * kLooksAt, 0.6f);
-  const sinks::FrameImage truth = flipped(drawn(builder.build(), traced({})), kSize);
+  const sinks::FrameImage truth = flipped(drawn_with_rays(builder.build(), traced({})), kRayEffectsSize);
   const scene::Scene scene = mirror_scene(0);
   const state::PoseState poses(scene);
-  const sinks::FrameImage without = drawn(scene, traced({}));
+  const sinks::FrameImage without = drawn_with_rays(scene, traced({}));
   // Only pixels of the mirror: the label plane tells them apart.
   for (const passes::RayBackEnd back_end : {passes::RayBackEnd::query, passes::RayBackEnd::pipeline}) {
-    RenderBench bench(scene, kSize, traced(reflections(), back_end));
+    RenderBench bench(scene, kRayEffectsSize, traced(reflections(), back_end));
     ASSERT_EQ(bench.renderer().ray_effect_back_end(), back_end);
     passes::ImageOutputs outputs(wire::kColorSrgb8 | wire::kDepthF32);
-    const Taken taken = bench.take(poses, first_camera_view(scene, poses, kSize), outputs);
+    const Taken taken = bench.take(poses, first_camera_view(scene, poses, kRayEffectsSize), outputs);
     const std::vector<float> depth = taken.plane<float>(wire::kDepthF32);
     const glm::vec3 look = glm::normalize(kLooksAt - kEye);
     size_t mirror = 0, good = 0, changed = 0;
     for (size_t i = 0; i < depth.size(); ++i) {
       // Depth of the mirror's plane along the pixel's ray.
-      const passes::View view = first_camera_view(scene, poses, kSize);
-      const glm::vec2 ndc((static_cast<float>(i % kSize.width) + 0.5f) / kSize.width * 2 - 1,
-                          (static_cast<float>(i / kSize.width) + 0.5f) / kSize.height * 2 - 1);
+      const passes::View view = first_camera_view(scene, poses, kRayEffectsSize);
+      const glm::vec2 ndc(
+          (static_cast<float>(i % kRayEffectsSize.width) + 0.5f) / kRayEffectsSize.width * 2 - 1,
+          (static_cast<float>(i / kRayEffectsSize.width) + 0.5f) / kRayEffectsSize.height * 2 - 1);
       const glm::vec3 ray =
           view.world_from_ndc_x * ndc.x + view.world_from_ndc_y * ndc.y + view.world_from_ndc_origin;
       const float plane_depth = kEye.z / -ray.z * glm::dot(ray, look);
@@ -143,7 +144,7 @@ TEST_F(RayEffects, AFlatMirrorShowsWhatAMirroredCameraSees) {
       good += worst <= 2;
       changed += change > 10;
     }
-    EXPECT_GT(mirror, kSize.width * kSize.height / 4);
+    EXPECT_GT(mirror, kRayEffectsSize.width * kRayEffectsSize.height / 4);
     EXPECT_GT(static_cast<double>(changed), 0.3 * static_cast<double>(mirror))
         << "the mirror shows more than the sky";
     EXPECT_GE(static_cast<double>(good), 0.99 * static_cast<double>(mirror))
@@ -169,8 +170,8 @@ TEST_F(RayEffects, AMirroredTextureIsAsSmoothAsTheTextureItself) {
     builder.camera_node("camera", flip * glm::vec3(0, 0, 1), flip * glm::vec3(0, -0.3f, 0), 0.5f);
     return builder.build();
   };
-  const sinks::FrameImage truth = flipped(drawn(scene_of(false), traced({})), kSize);
-  const sinks::FrameImage seen = drawn(scene_of(true), traced(reflections()));
+  const sinks::FrameImage truth = flipped(drawn_with_rays(scene_of(false), traced({})), kRayEffectsSize);
+  const sinks::FrameImage seen = drawn_with_rays(scene_of(true), traced(reflections()));
   EXPECT_GT(share_within(seen, truth, 12), 0.95);
 }
 
@@ -215,14 +216,14 @@ TEST_F(RayEffects, ABodyBeforeTheSkyAloneIsUnchanged) {
   passes::DrawSettings settings = traced(all_effects()), plain = traced({});
   settings.environment = plain.environment = nullptr;  // the studio
   // Two shaders with the same arithmetic: a driver may round them differently.
-  EXPECT_EQ(share_within(drawn(scene, settings), drawn(scene, plain), 1), 1);
+  EXPECT_EQ(share_within(drawn_with_rays(scene, settings), drawn_with_rays(scene, plain), 1), 1);
 }
 
 TEST_F(RayEffects, SwitchedOffTheyLeaveTheImageAsItIs) {
   const scene::Scene scene = mirror_scene(0.3f);
   passes::DrawSettings settings = traced(all_effects()), plain = traced({});
-  RenderBench bench(scene, kSize, settings);
-  const sinks::FrameImage before = drawn(scene, plain), with = bench.draw_at_rest();
+  RenderBench bench(scene, kRayEffectsSize, settings);
+  const sinks::FrameImage before = drawn_with_rays(scene, plain), with = bench.draw_at_rest();
   EXPECT_LT(share_within(with, before, 4), 0.9);
   EXPECT_FALSE(bench.renderer().can_take(passes::ImageOutputs(), 2)) << "one camera at a time";
   bench.change_settings([](passes::DrawSettings& s) { s.ray_effects.on = {}; });
@@ -244,17 +245,17 @@ TEST_F(RayEffects, BothBackEndsAgreeAndNoEarlierImageMatters) {
   passes::DrawSettings by_query = traced(all_effects()),
                        by_pipeline = traced(all_effects(), passes::RayBackEnd::pipeline);
   by_query.samples = by_pipeline.samples = 4;
-  RenderBench bench(scene, kSize, by_query), pipeline_bench(scene, kSize, by_pipeline);
+  RenderBench bench(scene, kRayEffectsSize, by_query), pipeline_bench(scene, kRayEffectsSize, by_pipeline);
   const sinks::FrameImage alone = bench.draw_at_rest();
   EXPECT_EQ(share_within(alone, pipeline_bench.draw_at_rest(), 1), 1);
   // Other poses and other sizes in between.
   state::PoseState moved(scene);
-  const passes::View view = first_camera_view(scene, moved, kSize);
+  const passes::View view = first_camera_view(scene, moved, kRayEffectsSize);
   bench.set_size({64, 48});
   passes::View other = view;
   other.eye_world.x += 0.5f;
   (void)bench.draw(moved, other);
-  bench.set_size(kSize);
+  bench.set_size(kRayEffectsSize);
   EXPECT_EQ(bench.draw(moved, view).rgba8, alone.rgba8);
 }
 
@@ -326,18 +327,18 @@ TEST_F(RayEffects, RefractionAgreesWithPaths) {
 TEST_F(RayEffects, WithoutRefractionGlassIsDrawnForward) {
   const scene::Scene scene = glass_scene();
   passes::DrawSettings settings = traced(reflections());
-  RenderBench plain(scene, kSize, settings);
+  RenderBench plain(scene, kRayEffectsSize, settings);
   EXPECT_TRUE(plain.renderer().gpu_scene().has_forward_only);
   EXPECT_FALSE(plain.renderer().needs_new_renderer(settings));
   settings.ray_effects.on.refraction = true;
   EXPECT_TRUE(plain.renderer().needs_new_renderer(settings));
-  RenderBench refracting(scene, kSize, settings);
+  RenderBench refracting(scene, kRayEffectsSize, settings);
   EXPECT_FALSE(refracting.renderer().gpu_scene().has_forward_only);
   EXPECT_FALSE(refracting.renderer().needs_new_renderer(settings));
   // Scenes without glass have nothing to refract.
   const scene::Scene opaque = mirror_scene(0);
   settings.ray_effects.on.reflections = false;
-  EXPECT_FALSE(RenderBench(opaque, kSize, settings).renderer().traces_ray_effects());
+  EXPECT_FALSE(RenderBench(opaque, kRayEffectsSize, settings).renderer().traces_ray_effects());
 }
 
 // A narrow view of the floor at a distance from a wall of this height; white, in a white environment.

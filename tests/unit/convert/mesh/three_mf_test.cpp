@@ -58,8 +58,8 @@ std::string model(const std::string& resources, const std::string& build, const 
          resources + "</resources><build>" + build + "</build></model>";
 }
 
-Result<Model> read(const test::ScratchFolder& folder, const std::string& name,
-                   const std::vector<File>& files) {
+Result<Model> read_3mf(const test::ScratchFolder& folder, const std::string& name,
+                       const std::vector<File>& files) {
   return read_description(folder.write(name, zip(files)), {});
 }
 
@@ -77,9 +77,9 @@ TEST(ThreeMf, UnitTreeNamesAndMaterialsAreKept) {
       "<component objectid=\"1\" transform=\"1 0 0 0 1 0 0 0 1 10 0 0\"/>"
       "<component objectid=\"1\" transform=\"0 2 0 -2 0 0 0 0 2 0 20 0\"/></components></object>";
   const Result<Model> read_model =
-      read(folder, "a.3mf",
-           {{"3D/3dmodel.model",
-             model(resources, "<item objectid=\"2\" transform=\"1 0 0 0 1 0 0 0 1 0 0 5\"/>")}});
+      read_3mf(folder, "a.3mf",
+               {{"3D/3dmodel.model",
+                 model(resources, "<item objectid=\"2\" transform=\"1 0 0 0 1 0 0 0 1 0 0 5\"/>")}});
   ASSERT_TRUE(read_model.ok()) << read_model.error().message;
   const Model& m = *read_model;
   EXPECT_TRUE(m.warnings.empty());
@@ -136,14 +136,14 @@ TEST(ThreeMf, ColoursTexturesAndFurtherModelsAreRead) {
       "<object id=\"9\" name=\"all\"><components><component p:path=\"/3D/Objects/part.model\" "
       "objectid=\"1\"/></components></object>",
       "<item objectid=\"9\"/>", "millimeter");
-  const Result<Model> m = read(folder, "a.3mf",
-                               {{"_rels/.rels",
-                                 "<Relationships><Relationship Target=\"/3D/root.model\" Id=\"r\" "
-                                 "Type=\"http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel\"/>"
-                                 "</Relationships>"},
-                                {"3D/root.model", root},
-                                {"3D/Objects/part.model", model(resources, "", "millimeter")},
-                                {"3D/Textures/a.png", image}});
+  const Result<Model> m = read_3mf(folder, "a.3mf",
+                                   {{"_rels/.rels",
+                                     "<Relationships><Relationship Target=\"/3D/root.model\" Id=\"r\" "
+                                     "Type=\"http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel\"/>"
+                                     "</Relationships>"},
+                                    {"3D/root.model", root},
+                                    {"3D/Objects/part.model", model(resources, "", "millimeter")},
+                                    {"3D/Textures/a.png", image}});
   ASSERT_TRUE(m.ok()) << m.error().message;
   ASSERT_EQ(m->nodes.size(), 2u);
   ASSERT_TRUE(m->nodes[1].mesh);

@@ -15,7 +15,7 @@
 namespace fire3dv::convert {
 namespace {
 
-double volume(const Surface& surface) {
+double flex_volume(const Surface& surface) {
   double sum = 0;
   for (size_t i = 0; i + 3 <= surface.indices.size(); i += 3) {
     const glm::dvec3 a(surface.positions[surface.indices[i]]), b(surface.positions[surface.indices[i + 1]]),
@@ -30,7 +30,7 @@ TEST(MjcfFlexShape, SurfacesEncloseTheVolumeOfTheirFormula) {
     const char* type;
     int dimension;
     std::array<int, 3> count;
-    double volume, tolerance;
+    double flex_volume, tolerance;
     size_t points;
   } shapes[] = {{"box", 3, {4, 3, 5}, 0.3 * 0.2 * 0.4, 1e-6, 1 + 60 - 2 * 1 * 3},
                 {"box", 2, {4, 3, 5}, 0.3 * 0.2 * 0.4, 1e-6, 60 - 2 * 1 * 3},
@@ -42,7 +42,8 @@ TEST(MjcfFlexShape, SurfacesEncloseTheVolumeOfTheirFormula) {
     ASSERT_TRUE(shape.ok()) << each.type << ": " << shape.error().message;
     EXPECT_EQ(shape->points.size(), each.points) << each.type;
     EXPECT_EQ(shape->uvs.size(), each.points) << each.type;
-    EXPECT_NEAR(volume(flex_surface(*shape, 0.01, false).surface), each.volume, each.tolerance) << each.type;
+    EXPECT_NEAR(flex_volume(flex_surface(*shape, 0.01, false).surface), each.volume, each.tolerance)
+        << each.type;
   }
 }
 

@@ -40,7 +40,7 @@ std::string skn() {
 }
 
 template <typename Parsed>
-std::string reason(const Result<Parsed>& result) {
+std::string skin_refusal(const Result<Parsed>& result) {
   return result.ok() ? "none" : result.error().message;
 }
 
@@ -66,10 +66,10 @@ TEST(MjcfSkinFormat, BinaryFilesHaveBonesWithWeights) {
 TEST(MjcfSkinFormat, EveryTruncationIsAnError) {
   const std::string whole = skn();
   for (size_t length = 0; length < whole.size(); ++length)
-    EXPECT_EQ(reason(parse_skn(std::string_view(whole).substr(0, length))),
+    EXPECT_EQ(skin_refusal(parse_skn(std::string_view(whole).substr(0, length))),
               "the SKN file has counts that differ from its contents; export it again")
         << length;
-  EXPECT_NE(reason(parse_skn(whole + "x")), "none");
+  EXPECT_NE(skin_refusal(parse_skn(whole + "x")), "none");
 }
 
 TEST(MjcfSkinFormat, CountsAndIndicesAreChecked) {
@@ -77,7 +77,7 @@ TEST(MjcfSkinFormat, CountsAndIndicesAreChecked) {
     std::string text = skn();
     const uint32_t huge = 0xffffffff;
     std::memcpy(text.data() + 4 * count, &huge, sizeof huge);
-    EXPECT_NE(reason(parse_skn(text)).find("counts that differ"), std::string::npos) << count;
+    EXPECT_NE(skin_refusal(parse_skn(text)).find("counts that differ"), std::string::npos) << count;
   }
   const struct {
     size_t word;
@@ -91,15 +91,15 @@ TEST(MjcfSkinFormat, CountsAndIndicesAreChecked) {
   for (const auto& fault : faults) {
     std::string text = skn();
     std::memcpy(text.data() + 4 * fault.word, &fault.value, sizeof fault.value);
-    EXPECT_NE(reason(parse_skn(text)).find(fault.part), std::string::npos)
-        << fault.word << ": " << reason(parse_skn(text));
+    EXPECT_NE(skin_refusal(parse_skn(text)).find(fault.part), std::string::npos)
+        << fault.word << ": " << skin_refusal(parse_skn(text));
   }
 }
 
 TEST(MjcfSkinFormat, VerticesNeedABone) {
   SkinData data = *parse_skn(skn());
   data.bones[0].weights = {0.5f, 0, 0.5f};
-  EXPECT_NE(reason(bind_skin(data, 0)).find("vertex 1 has no bone"), std::string::npos);
+  EXPECT_NE(skin_refusal(bind_skin(data, 0)).find("vertex 1 has no bone"), std::string::npos);
 }
 
 TEST(MjcfSkinFormat, TheGreatestOfManyWeightsAreUsed) {

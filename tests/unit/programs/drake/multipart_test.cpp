@@ -6,13 +6,13 @@
 namespace fire3dv::drake {
 namespace {
 
-const std::string kType = "multipart/form-data; boundary=XyZ";
+const std::string kMultipartType = "multipart/form-data; boundary=XyZ";
 
 std::string field(const std::string& name, const std::string& value) {
   return "--XyZ\r\nContent-Disposition: form-data; name=\"" + name + "\"\r\n\r\n" + value + "\r\n";
 }
 
-std::string fault_of(const std::string& body, const std::string& type = kType) {
+std::string fault_of(const std::string& body, const std::string& type = kMultipartType) {
   const auto parts = parse_multipart(body, type);
   return parts ? "" : parts.error().message;
 }
@@ -22,7 +22,7 @@ TEST(Multipart, ReadsPartsAsCurlWritesThem) {
       field("width", "640") + field("empty", "") +
       "--XyZ\r\nContent-Disposition: form-data; name=\"scene\"; filename=\"../../1.gltf\"\r\n"
       "Content-Type: model/gltf+json\r\n\r\n{\r\n--XyW\r\n}\r\n--XyZ--\r\n";
-  const auto parts = parse_multipart(body, kType);
+  const auto parts = parse_multipart(body, kMultipartType);
   ASSERT_TRUE(parts) << parts.error().message;
   ASSERT_EQ(parts->size(), 3u);
   EXPECT_EQ((*parts)[0].name, "width");
@@ -47,7 +47,7 @@ TEST(Multipart, AcceptsWhatTheStandardAllows) {
   EXPECT_EQ((*parts)[0].name, "plain");
   EXPECT_EQ((*parts)[0].data, "1");
   EXPECT_EQ((*parts)[1].name, "a\"b");
-  const auto none = parse_multipart("--XyZ--", kType);
+  const auto none = parse_multipart("--XyZ--", kMultipartType);
   ASSERT_TRUE(none);
   EXPECT_TRUE(none->empty());
 }

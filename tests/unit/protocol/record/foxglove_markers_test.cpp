@@ -22,7 +22,7 @@ using wire::MarkerKind;
 
 constexpr uint64_t kNow_ns = 5'000'000'007;
 
-wire::StreamDescription zed_up_in_millimetres() {
+wire::StreamDescription z_up_in_millimetres_markers() {
   wire::StreamDescription result;
   result.epoch = 7;
   result.adapter_name = "arm";
@@ -31,7 +31,7 @@ wire::StreamDescription zed_up_in_millimetres() {
   return result;
 }
 
-FoxgloveMarkers described(const wire::StreamDescription& description = zed_up_in_millimetres()) {
+FoxgloveMarkers described(const wire::StreamDescription& description = z_up_in_millimetres_markers()) {
   FoxgloveMarkers markers;
   markers.describe(description);
   return markers;
@@ -209,7 +209,7 @@ TEST(FoxgloveMarkers, SolidsHaveExtentsInMetresAndOneColourEach) {
 }
 
 TEST(FoxgloveMarkers, MirroredAndStretchedSolidsLieAlongTheirAxes) {
-  wire::StreamDescription description = zed_up_in_millimetres();
+  wire::StreamDescription description = z_up_in_millimetres_markers();
   description.world_from_stream = {};
   FoxgloveMarkers markers = described(description);
   Marker box = marker(MarkerKind::boxes, {{0, 0, 0}});
@@ -247,7 +247,7 @@ TEST(FoxgloveMarkers, TrianglesAndTextsKeepWhatTheySay) {
 }
 
 TEST(FoxgloveMarkers, AParentsFrameTakesTheScaleThatItsTransformLacks) {
-  wire::StreamDescription description = zed_up_in_millimetres();
+  wire::StreamDescription description = z_up_in_millimetres_markers();
   description.body_from_node = {{{{2, 0, 0, 10, 0, 2, 0, 0, 0, 0, 2, 0}}}};
   FoxgloveMarkers markers = described(description);
   Marker line = marker(MarkerKind::lines, {{0, 0, 0}, {1000, 0, 0}});

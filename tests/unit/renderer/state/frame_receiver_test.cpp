@@ -12,7 +12,7 @@
 namespace fire3dv::state {
 namespace {
 
-constexpr uint64_t kEpoch = 42;
+constexpr uint64_t kReceiverEpoch = 42;
 constexpr uint32_t kNodes = 3;
 
 // Poses [first, first + count) of a frame; every pose contains the frame's sequence.
@@ -21,7 +21,7 @@ bool push(FrameReceiver& receiver, uint64_t sequence, uint64_t scene_version = 0
   std::vector<wire::Affine3x4> poses(count);
   for (wire::Affine3x4& pose : poses) pose.m[3] = static_cast<float>(sequence);
   wire::PoseFrameView frame;
-  frame.header.epoch = kEpoch;
+  frame.header.epoch = kReceiverEpoch;
   frame.header.sequence = sequence;
   frame.header.scene_version = scene_version;
   frame.node_count = kNodes;
@@ -31,11 +31,11 @@ bool push(FrameReceiver& receiver, uint64_t sequence, uint64_t scene_version = 0
 }
 
 wire::SceneEdit edit(uint64_t version, wire::EditValue value) {
-  return {kEpoch, version, "node", wire::Property::node, std::move(value)};
+  return {kReceiverEpoch, version, "node", wire::Property::node, std::move(value)};
 }
 
 TEST(FrameReceiver, APartIsShownWithTheOthersOfItsFrame) {
-  FrameReceiver receiver(kEpoch, kNodes);
+  FrameReceiver receiver(kReceiverEpoch, kNodes);
   EXPECT_FALSE(push(receiver, 1, 0, 0, 1));
   EXPECT_FALSE(push(receiver, 2, 0, 1, 2));
   EXPECT_EQ(receiver.header.sequence, 0u);
@@ -48,9 +48,9 @@ TEST(FrameReceiver, APartIsShownWithTheOthersOfItsFrame) {
 }
 
 TEST(FrameReceiver, EverySampleOfScalarsCounts) {
-  FrameReceiver receiver(kEpoch, kNodes);
+  FrameReceiver receiver(kReceiverEpoch, kNodes);
   const auto scalars = [](uint64_t version, wire::Property property, wire::EditValue value) {
-    return wire::SceneEdit{kEpoch, version, "arm", property, std::move(value)};
+    return wire::SceneEdit{kReceiverEpoch, version, "arm", property, std::move(value)};
   };
   receiver.apply(scalars(2, wire::Property::scalars, wire::Scalars{{"energy"}, {"J"}}));
   for (uint64_t i = 0; i < 10; ++i)
@@ -67,7 +67,7 @@ TEST(FrameReceiver, EverySampleOfScalarsCounts) {
 }
 
 TEST(FrameReceiver, AFrameWaitsForItsEdits) {
-  FrameReceiver receiver(kEpoch, kNodes);
+  FrameReceiver receiver(kReceiverEpoch, kNodes);
   receiver.load_assets_asynchronously();
   EXPECT_FALSE(push(receiver, 1, 5));
   EXPECT_FALSE(receiver.has_new_edits());
@@ -83,7 +83,7 @@ TEST(FrameReceiver, AFrameWaitsForItsEdits) {
 }
 
 TEST(FrameReceiver, OtherEpochsAndNodeCountsAreCountedAndDropped) {
-  FrameReceiver other_epoch(kEpoch + 1, kNodes), other_count(kEpoch, kNodes + 1);
+  FrameReceiver other_epoch(kReceiverEpoch + 1, kNodes), other_count(kReceiverEpoch, kNodes + 1);
   EXPECT_FALSE(push(other_epoch, 1));
   EXPECT_FALSE(push(other_count, 1));
   EXPECT_EQ(other_epoch.frames_stale, 1u);
@@ -96,7 +96,7 @@ TEST(FrameReceiver, ARefusalIsReportedOnceForEachResource) {
   PeerLimits limits;
   limits.of(Resource::pose_bytes) = 1;
   limits.of(Resource::edits) = 0;
-  FrameReceiver receiver(kEpoch, kNodes, BudgetPool::create(limits)->add_peer("peer"));
+  FrameReceiver receiver(kReceiverEpoch, kNodes, BudgetPool::create(limits)->add_peer("peer"));
   for (uint64_t sequence = 1; sequence <= 3; ++sequence) EXPECT_FALSE(push(receiver, sequence));
   for (uint64_t version = 1; version <= 3; ++version) receiver.apply(edit(version, wire::NodeRemoved{}));
   const std::vector<FrameReceiver::Refusal> refusals = receiver.take_refusals();

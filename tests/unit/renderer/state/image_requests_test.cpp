@@ -8,14 +8,14 @@
 namespace fire3dv::state {
 namespace {
 
-constexpr uint64_t kEpoch = 77;
+constexpr uint64_t kRequestsEpoch = 77;
 constexpr int64_t kMillisecondNs = 1'000'000;
 
 class ImageBookTest : public ::testing::Test {
  protected:
   static wire::ImageRequest request(uint64_t id, wire::ImageWhen when, uint64_t sequence = 0) {
     wire::ImageRequest r;
-    r.epoch = kEpoch;
+    r.epoch = kRequestsEpoch;
     r.id = id;
     r.place = static_cast<uint32_t>(id);
     r.intrinsics = {64, 48, 50, 50, 31.5f, 23.5f, 0.01f, 0, {}};
@@ -29,7 +29,7 @@ class ImageBookTest : public ::testing::Test {
     std::vector<uint64_t> ids;
     const auto shown = [&](RequesterId requester) -> std::optional<ImageRequestRegistry::Shown> {
       if (requester != 1) return {};
-      return ImageRequestRegistry::Shown{kEpoch, sequence, static_cast<int64_t>(sequence) * 10};
+      return ImageRequestRegistry::Shown{kRequestsEpoch, sequence, static_cast<int64_t>(sequence) * 10};
     };
     last_.clear();
     for (const ImageDemand& demand : requests_.demands(shown, now_ns, refused_)) {
@@ -125,7 +125,7 @@ TEST_F(ImageBookTest, StreamsAreApart) {
 
 TEST_F(ImageBookTest, ARequestOfAnEarlierEpochIsNeverDue) {
   wire::ImageRequest old = request(1, wire::ImageWhen::once);
-  old.epoch = kEpoch - 1;
+  old.epoch = kRequestsEpoch - 1;
   ASSERT_FALSE(requests_.add(1, old));
   EXPECT_EQ(due(1), Ids{});
 }
@@ -135,7 +135,7 @@ TEST_F(ImageBookTest, WhatIsNotMadeIsRefusedWithAReason) {
     const auto refused = requests_.add(1, r);
     ASSERT_TRUE(refused);
     EXPECT_EQ(refused->answer.request, r.id);
-    EXPECT_EQ(refused->answer.epoch, kEpoch);
+    EXPECT_EQ(refused->answer.epoch, kRequestsEpoch);
     EXPECT_EQ(refused->answer.reason, reason);
     EXPECT_NE(refused->answer.message.find(text), std::string::npos) << refused->answer.message;
   };
@@ -201,7 +201,7 @@ TEST_F(ImageBookTest, ImagesStayDueUntilTheyAreMade) {
   ASSERT_FALSE(requests_.add(1, request(3, wire::ImageWhen::every_nth)));
   const auto due_of = [&](uint64_t sequence) {
     Ids ids;
-    for (const ImageRequestRegistry::Due& one : last_ = requests_.due(1, {kEpoch, sequence, 0}, 0)) {
+    for (const ImageRequestRegistry::Due& one : last_ = requests_.due(1, {kRequestsEpoch, sequence, 0}, 0)) {
       ids.push_back(one.request.id);
       EXPECT_EQ(one.sequence, sequence) << "the tag names the frame that is shown now";
     }
@@ -223,7 +223,7 @@ TEST_F(ImageBookTest, ADemandHasTheCostOfWhatIsDue) {
   ASSERT_FALSE(requests_.add(1, request(1, wire::ImageWhen::once)));
   ASSERT_FALSE(requests_.add(1, request(2, wire::ImageWhen::once)));
   ASSERT_FALSE(requests_.add(1, request(3, wire::ImageWhen::once, 9)));
-  const auto shown = [](RequesterId) { return ImageRequestRegistry::Shown{kEpoch, 1, 0}; };
+  const auto shown = [](RequesterId) { return ImageRequestRegistry::Shown{kRequestsEpoch, 1, 0}; };
   const std::vector<ImageDemand> demands = requests_.demands(shown, 0, refused_);
   ASSERT_EQ(demands.size(), 1u);
   EXPECT_EQ(demands[0].cost, 2 * image_cost(64, 48));

@@ -10,14 +10,14 @@
 namespace fire3dv::state {
 namespace {
 
-constexpr int64_t kMs = 1'000'000;
-constexpr int64_t kSecond = 1000 * kMs;
+constexpr int64_t kScheduleMs = 1'000'000;
+constexpr int64_t kScheduleSecond = 1000 * kScheduleMs;
 
 // Simulator with regular steps and irregular publish times.
 struct Source {
   double ns_per_sim_ns = 1;
-  int64_t step_ns = 10 * kMs;
-  int64_t sim_ns = 500 * kSecond, clock_ns = 40 * kSecond;
+  int64_t step_ns = 10 * kScheduleMs;
+  int64_t sim_ns = 500 * kScheduleSecond, clock_ns = 40 * kScheduleSecond;
 
   PlayoutSchedule::Place next(PlayoutSchedule& schedule, int64_t unevenness_ns = 0) {
     sim_ns += step_ns;
@@ -30,18 +30,19 @@ TEST(PlayoutSchedule, UnevenPublishingDoesNotMakeUnevenMotion) {
   PlayoutSchedule schedule;
   Source source;
   std::mt19937 generator(5);
-  std::uniform_int_distribution<int64_t> jitter(0, 8 * kMs);
+  std::uniform_int_distribution<int64_t> jitter(0, 8 * kScheduleMs);
   int64_t before = 0;
   double worst = 0;
   for (int i = 0; i < 600; ++i) {
     const PlayoutSchedule::Place place = source.next(schedule, jitter(generator));
-    if (i > 100) worst = std::max(worst, std::abs(static_cast<double>(place.due_ns - before - 10 * kMs)));
+    if (i > 100)
+      worst = std::max(worst, std::abs(static_cast<double>(place.due_ns - before - 10 * kScheduleMs)));
     if (i > 0) {
       EXPECT_EQ(place.from_ns, before);
     }
     before = place.due_ns;
   }
-  EXPECT_LT(worst, 1.5 * kMs) << "of steps of 10 ms that were published with 8 ms of unevenness";
+  EXPECT_LT(worst, 1.5 * kScheduleMs) << "of steps of 10 ms that were published with 8 ms of unevenness";
 }
 
 TEST(PlayoutSchedule, StepsThatArePublishedInBurstsAreSpreadOut) {
@@ -49,10 +50,10 @@ TEST(PlayoutSchedule, StepsThatArePublishedInBurstsAreSpreadOut) {
   Source source;
   int64_t before = 0;
   for (int i = 0; i < 800; ++i) {
-    const int64_t wait = 10 * kMs * (3 - i % 4);  // four at once, when the last of them is done
+    const int64_t wait = 10 * kScheduleMs * (3 - i % 4);  // four at once, when the last of them is done
     const PlayoutSchedule::Place place = source.next(schedule, wait);
     if (i > 200) {
-      EXPECT_NEAR(static_cast<double>(place.due_ns - before), 10.0 * kMs, 4.0 * kMs) << i;
+      EXPECT_NEAR(static_cast<double>(place.due_ns - before), 10.0 * kScheduleMs, 4.0 * kScheduleMs) << i;
     }
     before = place.due_ns;
   }
@@ -65,8 +66,10 @@ TEST(PlayoutSchedule, FasterAndSlowerThanTheClockIsFollowed) {
     source.ns_per_sim_ns = pace;
     PlayoutSchedule::Place place;
     for (int i = 0; i < 300; ++i) place = source.next(schedule);
-    EXPECT_NEAR(static_cast<double>(place.due_ns), static_cast<double>(source.clock_ns), 0.1 * kMs) << pace;
-    EXPECT_NEAR(static_cast<double>(place.due_ns - place.from_ns), pace * 10 * kMs, 0.01 * pace * 10 * kMs);
+    EXPECT_NEAR(static_cast<double>(place.due_ns), static_cast<double>(source.clock_ns), 0.1 * kScheduleMs)
+        << pace;
+    EXPECT_NEAR(static_cast<double>(place.due_ns - place.from_ns), pace * 10 * kScheduleMs,
+                0.01 * pace * 10 * kScheduleMs);
   }
 }
 
@@ -79,10 +82,11 @@ TEST(PlayoutSchedule, AChangeOfPaceIsFollowed) {
     PlayoutSchedule::Place place;
     for (int i = 0; i < 400; ++i) {
       place = source.next(schedule);
-      EXPECT_LE(std::abs(place.due_ns - source.clock_ns), 50 * kMs) << pace << " " << i;
+      EXPECT_LE(std::abs(place.due_ns - source.clock_ns), 50 * kScheduleMs) << pace << " " << i;
       EXPECT_LE(place.from_ns, place.due_ns);
     }
-    EXPECT_NEAR(static_cast<double>(place.due_ns), static_cast<double>(source.clock_ns), 5.0 * kMs) << pace;
+    EXPECT_NEAR(static_cast<double>(place.due_ns), static_cast<double>(source.clock_ns), 5.0 * kScheduleMs)
+        << pace;
   }
 }
 
@@ -91,13 +95,14 @@ TEST(PlayoutSchedule, AfterAPauseTheBodyLeavesWhenItHasTo) {
   Source source;
   PlayoutSchedule::Place before;
   for (int i = 0; i < 300; ++i) before = source.next(schedule);
-  source.clock_ns += 20 * kSecond;
+  source.clock_ns += 20 * kScheduleSecond;
   const PlayoutSchedule::Place place = source.next(schedule);
   EXPECT_EQ(place.due_ns, source.clock_ns);
-  EXPECT_NEAR(static_cast<double>(place.due_ns - place.from_ns), 10.0 * kMs, 0.1 * kMs)
+  EXPECT_NEAR(static_cast<double>(place.due_ns - place.from_ns), 10.0 * kScheduleMs, 0.1 * kScheduleMs)
       << "and not 20 s for one step";
   const PlayoutSchedule::Place after = source.next(schedule);
-  EXPECT_NEAR(static_cast<double>(after.due_ns - after.from_ns), 10.0 * kMs, 0.1 * kMs) << "as before";
+  EXPECT_NEAR(static_cast<double>(after.due_ns - after.from_ns), 10.0 * kScheduleMs, 0.1 * kScheduleMs)
+      << "as before";
 }
 
 TEST(PlayoutSchedule, WhileTheSimulatorStandsStillTheClockCounts) {
@@ -105,12 +110,12 @@ TEST(PlayoutSchedule, WhileTheSimulatorStandsStillTheClockCounts) {
   Source source;
   for (int i = 0; i < 100; ++i) (void)source.next(schedule);
   for (int i = 0; i < 100; ++i) {
-    source.clock_ns += 10 * kMs;
+    source.clock_ns += 10 * kScheduleMs;
     const PlayoutSchedule::Place place = schedule.next(source.sim_ns, source.clock_ns, false);
-    EXPECT_NEAR(static_cast<double>(place.due_ns), static_cast<double>(source.clock_ns), 0.1 * kMs);
+    EXPECT_NEAR(static_cast<double>(place.due_ns), static_cast<double>(source.clock_ns), 0.1 * kScheduleMs);
   }
   const PlayoutSchedule::Place place = source.next(schedule);
-  EXPECT_NEAR(static_cast<double>(place.due_ns), static_cast<double>(source.clock_ns), 0.1 * kMs);
+  EXPECT_NEAR(static_cast<double>(place.due_ns), static_cast<double>(source.clock_ns), 0.1 * kScheduleMs);
 }
 
 TEST(PlayoutSchedule, IntoAJumpNothingMoves) {
@@ -121,8 +126,8 @@ TEST(PlayoutSchedule, IntoAJumpNothingMoves) {
   PlayoutSchedule::Place place = source.next(schedule);
   EXPECT_EQ(place.from_ns, place.due_ns);
   place = source.next(schedule);
-  EXPECT_NEAR(static_cast<double>(place.due_ns - place.from_ns), 10.0 * kMs, 0.1 * kMs);
-  place = schedule.next(source.sim_ns += 10 * kMs, source.clock_ns += 10 * kMs, true);
+  EXPECT_NEAR(static_cast<double>(place.due_ns - place.from_ns), 10.0 * kScheduleMs, 0.1 * kScheduleMs);
+  place = schedule.next(source.sim_ns += 10 * kScheduleMs, source.clock_ns += 10 * kScheduleMs, true);
   EXPECT_EQ(place.from_ns, place.due_ns) << "nor where the simulator says that bodies jump";
 }
 
@@ -131,27 +136,27 @@ TEST(PlayoutSchedule, WildTimesDoNoHarm) {
   std::mt19937_64 generator(8);
   int64_t due = INT64_MIN;
   for (int i = 0; i < 20'000; ++i) {
-    const int64_t clock = int64_t{i} * kMs;
+    const int64_t clock = int64_t{i} * kScheduleMs;
     const auto sim = generator() % 3 ? static_cast<int64_t>(generator()) : int64_t{i};
     const PlayoutSchedule::Place place = schedule.next(sim, clock, generator() % 7 == 0);
     EXPECT_GE(place.due_ns, due) << "frames stay in order";
     EXPECT_LE(place.from_ns, place.due_ns);
-    EXPECT_LE(std::abs(place.due_ns - clock), 300 * kMs);
+    EXPECT_LE(std::abs(place.due_ns - clock), 300 * kScheduleMs);
     due = place.due_ns;
   }
 }
 
 // End to end: a body at speed 1 in simulated time, published in bursts by a simulator at half real time.
 TEST(Playout, MovesInSimulatedTime) {
-  Playout playout(100 * kMs);
+  Playout playout(100 * kScheduleMs);
   wire::PoseFrameHeader header;
   header.epoch = 1;
   double last_x = 0, least = 1e9, most = 0;
-  for (int64_t now = 0; now < 6 * kSecond; now += 5 * kMs) {
-    if (now % (80 * kMs) == 0) {
+  for (int64_t now = 0; now < 6 * kScheduleSecond; now += 5 * kScheduleMs) {
+    if (now % (80 * kScheduleMs) == 0) {
       for (int i = 0; i < 4; ++i) {
         ++header.sequence;
-        header.sim_time_ns += 10 * kMs;
+        header.sim_time_ns += 10 * kScheduleMs;
         wire::Affine3x4 pose;
         pose.m = {1, 0, 0, static_cast<float>(static_cast<double>(header.sim_time_ns) * 1e-9), 0, 1, 0, 0, 0,
                   0, 1, 0};
@@ -161,7 +166,7 @@ TEST(Playout, MovesInSimulatedTime) {
     const auto shown = playout.at(now);
     if (!shown) continue;
     const double x = static_cast<double>(shown->poses[0].m[3]);
-    if (now > 3 * kSecond) {
+    if (now > 3 * kScheduleSecond) {
       least = std::min(least, (x - last_x) / 0.005);
       most = std::max(most, (x - last_x) / 0.005);
     }
@@ -177,13 +182,14 @@ TEST(Playout, ADelayThatRisesMakesMotionWaitAndNotGoBack) {
   std::mt19937 generator(4);
   wire::PoseFrameHeader header;
   double last_x = -1;
-  for (int64_t now = 0; now < 4 * kSecond; now += 10 * kMs) {
+  for (int64_t now = 0; now < 4 * kScheduleSecond; now += 10 * kScheduleMs) {
     wire::Affine3x4 pose;
-    pose.m[3] = static_cast<float>(now / kMs);
+    pose.m[3] = static_cast<float>(now / kScheduleMs);
     ++header.sequence;
     header.sim_time_ns = now;
     // After two seconds the network latency rises abruptly.
-    playout.add(header, {&pose, 1}, now - (now > 2 * kSecond ? 150 * kMs : 5 * kMs), now);
+    playout.add(header, {&pose, 1}, now - (now > 2 * kScheduleSecond ? 150 * kScheduleMs : 5 * kScheduleMs),
+                now);
     const auto shown = playout.at(now);
     ASSERT_TRUE(shown);
     EXPECT_GE(static_cast<double>(shown->poses[0].m[3]), last_x - 21) << "beyond what was carried on";
@@ -193,25 +199,25 @@ TEST(Playout, ADelayThatRisesMakesMotionWaitAndNotGoBack) {
 
 TEST(Liveness, SilenceIsLateAndThenLost) {
   Liveness stream;
-  EXPECT_EQ(stream.at(100 * kSecond), Condition::live) << "nothing is held that never came";
-  int64_t now = kSecond;
-  for (int i = 0; i < 100; ++i) stream.on_frame(now += 16 * kMs);
-  EXPECT_EQ(stream.at(now + 200 * kMs), Condition::live);
-  EXPECT_EQ(stream.at(now + 300 * kMs), Condition::late);
-  EXPECT_EQ(stream.at(now + 3100 * kMs), Condition::lost);
-  stream.on_frame(now += 10 * kSecond);
+  EXPECT_EQ(stream.at(100 * kScheduleSecond), Condition::live) << "nothing is held that never came";
+  int64_t now = kScheduleSecond;
+  for (int i = 0; i < 100; ++i) stream.on_frame(now += 16 * kScheduleMs);
+  EXPECT_EQ(stream.at(now + 200 * kScheduleMs), Condition::live);
+  EXPECT_EQ(stream.at(now + 300 * kScheduleMs), Condition::late);
+  EXPECT_EQ(stream.at(now + 3100 * kScheduleMs), Condition::lost);
+  stream.on_frame(now += 10 * kScheduleSecond);
   EXPECT_EQ(stream.at(now), Condition::live);
-  stream.on_frame(now += 16 * kMs);
-  EXPECT_EQ(stream.at(now + 300 * kMs), Condition::late) << "one pause does not make a slow stream";
+  stream.on_frame(now += 16 * kScheduleMs);
+  EXPECT_EQ(stream.at(now + 300 * kScheduleMs), Condition::late) << "one pause does not make a slow stream";
 }
 
 TEST(Liveness, ASlowStreamIsNotLateBetweenItsFrames) {
   Liveness stream;
-  int64_t now = kSecond;
-  for (int i = 0; i < 20; ++i) stream.on_frame(now += 800 * kMs);
-  EXPECT_EQ(stream.at(now + 1000 * kMs), Condition::live);
-  EXPECT_EQ(stream.at(now + 4000 * kMs), Condition::late);
-  EXPECT_EQ(stream.at(now + 8 * kSecond), Condition::lost);
+  int64_t now = kScheduleSecond;
+  for (int i = 0; i < 20; ++i) stream.on_frame(now += 800 * kScheduleMs);
+  EXPECT_EQ(stream.at(now + 1000 * kScheduleMs), Condition::live);
+  EXPECT_EQ(stream.at(now + 4000 * kScheduleMs), Condition::late);
+  EXPECT_EQ(stream.at(now + 8 * kScheduleSecond), Condition::lost);
 }
 
 }  // namespace

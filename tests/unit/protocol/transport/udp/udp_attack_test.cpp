@@ -17,14 +17,14 @@
 namespace fire3dv::transport::test {
 namespace {
 
-constexpr const char* kAnyPort = "udp://127.0.0.1:0";
+constexpr const char* kAnyAttackPort = "udp://127.0.0.1:0";
 
 // State of a relay's filter is declared before the relay, whose thread ends last.
 
 struct UdpAttack : testing::Test {
   Secured secured;
   std::unique_ptr<impair::UdpRelay> relay_to(const Listener& listener) {
-    auto relay = impair::UdpRelay::open(kAnyPort, listener.link->uri(), {});
+    auto relay = impair::UdpRelay::open(kAnyAttackPort, listener.link->uri(), {});
     EXPECT_TRUE(relay.ok()) << relay.error().message;
     return std::move(*relay);
   }
@@ -34,7 +34,7 @@ struct UdpAttack : testing::Test {
 
 // The flights that a listener has sent to somebody else are of no use: each handshake has its own randoms.
 TEST_F(UdpAttack, AReplayedFlightOfTheListenerIsRefused) {
-  Listener listener(kAnyPort, secured.keyed_listener('1'));
+  Listener listener(kAnyAttackPort, secured.keyed_listener('1'));
   std::vector<std::byte> recorded;
   std::atomic<int> replayed{0};
   auto relay = relay_to(listener);
@@ -58,7 +58,7 @@ TEST_F(UdpAttack, AReplayedFlightOfTheListenerIsRefused) {
 }
 
 TEST_F(UdpAttack, AnAcceptInTheOpenDoesNotUnsealAPublisher) {
-  Listener listener(kAnyPort);  // takes every session, unsealed
+  Listener listener(kAnyAttackPort);  // takes every session, unsealed
   std::atomic<int> accepts{0}, readable{0};
   auto relay = relay_to(listener);
   relay->set_filter([&](bool to_target, std::span<std::byte> datagram) {
@@ -101,7 +101,7 @@ TEST_F(UdpAttack, ARefusalFromOffPathIsNotHeard) {
 // Version, suites, extensions, randoms, public keys, the key's name: the last message of the handshake holds
 // them.
 TEST_F(UdpAttack, AChangedHandshakeMakesNoPeer) {
-  Listener listener(kAnyPort, secured.keyed_listener('1'));
+  Listener listener(kAnyAttackPort, secured.keyed_listener('1'));
   for (const size_t from_end : {size_t{1}, size_t{5}, size_t{40}}) {
     for (const bool of_publisher : {true, false}) {
       SCOPED_TRACE(testing::Message()
@@ -126,7 +126,7 @@ TEST_F(UdpAttack, AChangedHandshakeMakesNoPeer) {
 }
 
 TEST_F(UdpAttack, NobodyWithoutTheKeyBecomesAPeer) {
-  Listener listener(kAnyPort, secured.keyed_listener('1'));
+  Listener listener(kAnyAttackPort, secured.keyed_listener('1'));
   RawPublisher publisher(listener.link->uri());
   publisher.key = guess_of('1');
   EXPECT_FALSE(publisher.shake_hands(300)) << "the last message does not open";
@@ -154,7 +154,7 @@ TEST_F(UdpAttack, NobodyWithoutTheKeyBecomesAPeer) {
 }
 
 TEST_F(UdpAttack, AReplayedClientHelloMakesNoPeer) {
-  Listener listener(kAnyPort, secured.keyed_listener('1'));
+  Listener listener(kAnyAttackPort, secured.keyed_listener('1'));
   RawPublisher publisher(listener.link->uri());
   ASSERT_NO_FATAL_FAILURE(publisher.greet());
   publisher.ping();
@@ -186,7 +186,7 @@ TEST_F(UdpAttack, AReplayedClientHelloMakesNoPeer) {
 
 // RFC 6347, 4.2.8: a forged greeting must not end the session of its address.
 TEST_F(UdpAttack, AnotherHandshakeEndsASessionOnlyWhenItHasTheKey) {
-  Listener listener(kAnyPort, secured.keyed_listener('1'));
+  Listener listener(kAnyAttackPort, secured.keyed_listener('1'));
   RawPublisher publisher(listener.link->uri());
   ASSERT_NO_FATAL_FAILURE(publisher.greet());
   publisher.key = guess_of('1');
@@ -206,7 +206,7 @@ TEST_F(UdpAttack, AnotherHandshakeEndsASessionOnlyWhenItHasTheKey) {
 }
 
 TEST_F(UdpAttack, AnotherAddressDoesNotTakeASessionOver) {
-  Listener listener(kAnyPort, secured.keyed_listener('1'));
+  Listener listener(kAnyAttackPort, secured.keyed_listener('1'));
   RawPublisher publisher(listener.link->uri());
   ASSERT_NO_FATAL_FAILURE(publisher.greet());
   publisher.ping();
@@ -228,7 +228,7 @@ TEST_F(UdpAttack, AnotherAddressDoesNotTakeASessionOver) {
 TEST_F(UdpAttack, NoMorePeersThanAllowedHoweverTheirSessionsBegin) {
   ListenerOptions options = secured.keyed_listener('1');
   options.max_peers = 1;
-  Listener listener(kAnyPort, options);
+  Listener listener(kAnyAttackPort, options);
   RawPublisher first(listener.link->uri()), second(listener.link->uri());
   ASSERT_TRUE(first.shake_hands());
   ASSERT_TRUE(second.shake_hands()) << "nobody has said hello yet";
@@ -244,7 +244,7 @@ TEST_F(UdpAttack, NoMorePeersThanAllowedHoweverTheirSessionsBegin) {
 }
 
 TEST_F(UdpAttack, SealedParametersThatAreNotTakenAreRefused) {
-  Listener listener(kAnyPort, secured.keyed_listener('1'));
+  Listener listener(kAnyAttackPort, secured.keyed_listener('1'));
   struct Case {
     udp::Parameters parameters;
     uint64_t refusal;
@@ -266,7 +266,7 @@ TEST_F(UdpAttack, SealedParametersThatAreNotTakenAreRefused) {
 
 // Each of both sides' flights is lost once, and comes again.
 TEST_F(UdpAttack, ALostFlightIsRepeated) {
-  Listener listener(kAnyPort, secured.keyed_listener('1'));
+  Listener listener(kAnyAttackPort, secured.keyed_listener('1'));
   std::set<std::pair<bool, size_t>> lost;
   auto relay = relay_to(listener);
   relay->set_filter([&](bool to_target, std::span<std::byte> datagram) {
@@ -286,7 +286,7 @@ TEST_F(UdpAttack, NoAnswerIsLongerThanItsQuestion) {
   client->handshake({});
   const std::vector<std::byte> client_hello = client->take_outgoing().at(0);
   for (const bool keyed : {false, true}) {
-    Listener listener(kAnyPort, keyed ? secured.keyed_listener('1') : ListenerOptions());
+    Listener listener(kAnyAttackPort, keyed ? secured.keyed_listener('1') : ListenerOptions());
     RawSocket socket(listener.link->uri(), SOCK_DGRAM);
     const udp::Hello hello = udp::write_hello(9, 0);
     const auto ask = [&](std::span<const std::byte> question) {
@@ -345,7 +345,7 @@ TEST_F(UdpAttack, NoAnswerIsLongerThanItsQuestion) {
 // --- sessions
 
 TEST_F(UdpAttack, NoRecordNumberIsSealedTwice) {
-  Listener listener(kAnyPort, secured.keyed_listener('1'));
+  Listener listener(kAnyAttackPort, secured.keyed_listener('1'));
   std::mutex mutex;
   std::set<std::pair<bool, uint64_t>> numbers;
   size_t datagrams = 0;
@@ -377,7 +377,7 @@ TEST_F(UdpAttack, NoRecordNumberIsSealedTwice) {
 
 // Alerts of DTLS, in the open and not, fatal and not: nobody heeds them.
 TEST_F(UdpAttack, ForgedAlertsEndNothing) {
-  Listener listener(kAnyPort, secured.keyed_listener('1'));
+  Listener listener(kAnyAttackPort, secured.keyed_listener('1'));
   std::atomic<int> forged{0};
   auto relay = relay_to(listener);
   // Each fourth datagram of both directions becomes an alert with its record number, handshakes included.
@@ -481,7 +481,7 @@ int in_child(const std::function<int()>& body) {
 
 TEST_F(UdpAttack, AForkedChildSealsNothing) {
   for (const bool keyed : {false, true}) {
-    Listener listener(kAnyPort, keyed ? secured.keyed_listener('1') : ListenerOptions());
+    Listener listener(kAnyAttackPort, keyed ? secured.keyed_listener('1') : ListenerOptions());
     auto publisher = open_publisher_or_fail(listener.link->uri(),
                                             keyed ? secured.keyed_publisher('1') : PublisherOptions());
     ASSERT_TRUE(publish_until_seen(*publisher, listener, "before"));
@@ -541,7 +541,7 @@ TEST_F(UdpAttack, RandomsDifferInAForkedChild) {
 
 // One record that is no message makes its bundle damaged: nothing of it is handed on, and the peer ends once.
 TEST_F(UdpAttack, ABundleOfEmptyStatesEndsItsSenderOnce) {
-  Listener listener(kAnyPort, secured.keyed_listener('1'));
+  Listener listener(kAnyAttackPort, secured.keyed_listener('1'));
   RawPublisher publisher(listener.link->uri());
   ASSERT_NO_FATAL_FAILURE(publisher.greet());
   publisher.session->state_sender().push(udp::ControlSender::prepare(std::vector<std::byte>(1 << 20)),

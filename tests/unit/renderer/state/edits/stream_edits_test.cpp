@@ -7,15 +7,15 @@
 namespace fire3dv::state {
 namespace {
 
-constexpr uint64_t kEpoch = 42;
+constexpr uint64_t kEditsEpoch = 42;
 
-wire::SceneEdit visible(uint64_t version, const std::string& node, bool shown, uint64_t epoch = kEpoch) {
+wire::SceneEdit visible(uint64_t version, const std::string& node, bool shown, uint64_t epoch = kEditsEpoch) {
   return {epoch, version, node, wire::Property::visible, wire::Visible{shown}};
 }
 
 class StateEdits : public testing::Test {
  protected:
-  StateEdits() { id_ = add_stream(kEpoch); }
+  StateEdits() { id_ = add_stream(kEditsEpoch); }
 
   StreamId add_stream(uint64_t epoch) {
     wire::StreamDescription description;
@@ -32,7 +32,7 @@ class StateEdits : public testing::Test {
 
   wire::PoseFrameView frame(uint64_t sequence, uint64_t version) {
     wire::PoseFrameView result;
-    result.header.epoch = kEpoch;
+    result.header.epoch = kEditsEpoch;
     result.header.sequence = sequence;
     result.header.scene_version = version;
     result.node_count = 4;
@@ -112,7 +112,7 @@ TEST_F(StateEdits, WhatIsTakenIsTheNewestOfEachKeyByVersion) {
   state_.apply(id_, visible(1, "a", false));
   state_.apply(id_, visible(2, "b", false));
   state_.apply(id_, visible(3, "a", true));
-  state_.apply(id_, {kEpoch, 4, "a", wire::Property::base_color, wire::BaseColor{}});
+  state_.apply(id_, {kEditsEpoch, 4, "a", wire::Property::base_color, wire::BaseColor{}});
   auto changes = state_.take_scene_changes();
   ASSERT_EQ(changes.size(), 1u);
   ASSERT_EQ(changes[0].edits.size(), 3u);
@@ -121,7 +121,7 @@ TEST_F(StateEdits, WhatIsTakenIsTheNewestOfEachKeyByVersion) {
   EXPECT_EQ(changes[0].edits[2].version, 4u);
   EXPECT_TRUE(state_.take_scene_changes().empty());
   state_.apply(id_, visible(4, "a", false));
-  state_.apply(id_, visible(5, "a", false, kEpoch + 1));
+  state_.apply(id_, visible(5, "a", false, kEditsEpoch + 1));
   EXPECT_TRUE(state_.take_scene_changes().empty());
   EXPECT_EQ(stream().edits_stale, 2u);
   EXPECT_EQ(stream().edits_received, 4u);
@@ -129,52 +129,52 @@ TEST_F(StateEdits, WhatIsTakenIsTheNewestOfEachKeyByVersion) {
 
 TEST_F(StateEdits, AnEditOfALaterVersionHasNoEffectButCounts) {
   EXPECT_FALSE(push(1, 1));
-  EXPECT_TRUE(state_.apply(id_, wire::UnknownEdit{kEpoch, 1}));
+  EXPECT_TRUE(state_.apply(id_, wire::UnknownEdit{kEditsEpoch, 1}));
   EXPECT_TRUE(state_.take_scene_changes().empty());
 }
 
 TEST_F(StateEdits, AStreamThatEndsIsToldToWhomItsEditsWereGiven) {
-  const StreamId second = add_stream(kEpoch + 1);
-  state_.apply(second, visible(1, "a", false, kEpoch + 1));
+  const StreamId second = add_stream(kEditsEpoch + 1);
+  state_.apply(second, visible(1, "a", false, kEditsEpoch + 1));
   state_.apply(id_, visible(1, "b", false));
   auto changes = state_.take_scene_changes();
   ASSERT_EQ(changes.size(), 2u);
   EXPECT_EQ(changes[0].stream, id_) << "the older one first";
   state_.remove_stream(id_);
-  id_ = add_stream(kEpoch + 2);
-  state_.apply(id_, visible(1, "c", false, kEpoch + 2));
+  id_ = add_stream(kEditsEpoch + 2);
+  state_.apply(id_, visible(1, "c", false, kEditsEpoch + 2));
   changes = state_.take_scene_changes();
   ASSERT_EQ(changes.size(), 2u);
   EXPECT_TRUE(changes[0].ended);
-  EXPECT_EQ(changes[0].epoch, kEpoch);
-  EXPECT_EQ(changes[1].epoch, kEpoch + 2);
+  EXPECT_EQ(changes[0].epoch, kEditsEpoch);
+  EXPECT_EQ(changes[1].epoch, kEditsEpoch + 2);
   EXPECT_GT(changes[1].age, changes[0].age);
   state_.remove_stream(second);
-  const StreamId third = add_stream(kEpoch + 3);
-  state_.apply(third, visible(1, "c", false, kEpoch + 3));
+  const StreamId third = add_stream(kEditsEpoch + 3);
+  state_.apply(third, visible(1, "c", false, kEditsEpoch + 3));
   state_.remove_stream(third);  // none of its edits was delivered
   changes = state_.take_scene_changes();
   ASSERT_EQ(changes.size(), 1u);
-  EXPECT_EQ(changes[0].epoch, kEpoch + 1);
+  EXPECT_EQ(changes[0].epoch, kEditsEpoch + 1);
 }
 
 TEST_F(StateEdits, AFrameWaitsForAnAssetThatIsLoadedAside) {
   state_.remove_stream(id_);
   state_.load_assets_asynchronously();
-  id_ = add_stream(kEpoch);
+  id_ = add_stream(kEditsEpoch);
   wire::NodeAdded node;
   node.asset_uri = "a.glb";
-  state_.apply(id_, {kEpoch, 1, "n", wire::Property::node, node});
+  state_.apply(id_, {kEditsEpoch, 1, "n", wire::Property::node, node});
   EXPECT_FALSE(push(1, 1));
   state_.apply(id_, visible(2, "a", false));
   EXPECT_EQ(shown(), 0u);
-  EXPECT_FALSE(state_.finish_edit(id_, kEpoch + 1, 1));
-  EXPECT_TRUE(state_.finish_edit(id_, kEpoch, 1));
+  EXPECT_FALSE(state_.finish_edit(id_, kEditsEpoch + 1, 1));
+  EXPECT_TRUE(state_.finish_edit(id_, kEditsEpoch, 1));
   EXPECT_EQ(shown(), 1u);
   // An edit replaced before its delivery is never loaded.
-  state_.apply(id_, {kEpoch, 3, "m", wire::Property::node, node});
+  state_.apply(id_, {kEditsEpoch, 3, "m", wire::Property::node, node});
   EXPECT_FALSE(push(2, 3));
-  EXPECT_TRUE(state_.apply(id_, {kEpoch, 4, "m", wire::Property::node, wire::Cleared{}}));
+  EXPECT_TRUE(state_.apply(id_, {kEditsEpoch, 4, "m", wire::Property::node, wire::Cleared{}}));
   EXPECT_EQ(shown(), 2u);
 }
 
@@ -189,7 +189,8 @@ TEST_F(StateEdits, ALimitIsCountedAndStopsNoFrame) {
   EXPECT_EQ(edits.applied(), 3u);
   wire::Vertices vertices;
   vertices.positions.resize(1000);
-  EXPECT_EQ(edits.add({kEpoch, 4, "a", wire::Property::vertices, vertices}), StreamEdits::Outcome::refused);
+  EXPECT_EQ(edits.add({kEditsEpoch, 4, "a", wire::Property::vertices, vertices}),
+            StreamEdits::Outcome::refused);
   EXPECT_EQ(edits.add(visible(5, "a", true)), StreamEdits::Outcome::accepted);
   EXPECT_EQ(edits.take().edits.size(), 2u);
 }
@@ -202,14 +203,14 @@ TEST_F(StateEdits, EditsInForceAreCharged) {
   const auto budget = BudgetPool::create(limits)->add_peer("peer");
   state_.remove_stream(id_);
   wire::StreamDescription description;
-  description.epoch = kEpoch;
+  description.epoch = kEditsEpoch;
   id_ = state_.add_stream(description, budget);
   wire::Vertices vertices;
   vertices.positions.resize(8192);  // 96 KiB
   std::vector<SceneChanges> in_force;
   uint64_t version = 0;
   const auto set = [&](const std::string& node, wire::EditValue value) {
-    state_.apply(id_, {kEpoch, ++version, node, wire::Property::vertices, std::move(value)});
+    state_.apply(id_, {kEditsEpoch, ++version, node, wire::Property::vertices, std::move(value)});
     for (SceneChanges& changes : state_.take_scene_changes()) in_force.push_back(std::move(changes));
   };
   for (int i = 0; i < 30; ++i) set("nobody " + std::to_string(i), vertices);
@@ -231,13 +232,13 @@ TEST_F(StateEdits, EditsInForceAreCharged) {
   for (int i = 0; i < 1000; ++i) set("never set " + std::to_string(i), wire::Cleared{});
   EXPECT_EQ(budget->used(Resource::edits), 0u);
   for (int i = 0; i < 100; ++i)
-    state_.apply(id_, {kEpoch, ++version, std::to_string(i), wire::Property::visible, wire::Visible{}});
+    state_.apply(id_, {kEditsEpoch, ++version, std::to_string(i), wire::Property::visible, wire::Visible{}});
   EXPECT_EQ(budget->used(Resource::edits), 60u);
   EXPECT_EQ(state_.take_refusals().size(), 1u);
   // At the limit an existing value can be replaced.
   const uint64_t refused = stream().edits_refused;
   (void)state_.take_scene_changes();
-  state_.apply(id_, {kEpoch, ++version, "5", wire::Property::visible, wire::Visible{false}});
+  state_.apply(id_, {kEditsEpoch, ++version, "5", wire::Property::visible, wire::Visible{false}});
   EXPECT_EQ(stream().edits_refused, refused);
   state_.remove_stream(id_);
   EXPECT_EQ(budget->used(Resource::edits), 0u);

@@ -16,7 +16,7 @@ namespace {
 using nlohmann::json;
 
 // "arm" with a texture, and "lamp".
-test::GltfBuilder arm_file() {
+test::GltfBuilder arm_with_assets() {
   test::GltfBuilder builder;
   const size_t material = builder.add_textured_material(test::png(2, 2, 0xff2080c0));
   const size_t mesh = builder.add_triangle_mesh();
@@ -121,7 +121,7 @@ class ExportedAssets : public ::testing::Test {
   }
 
   test::ScratchFolder folder_;
-  std::filesystem::path file_ = folder_.write("arm.glb", arm_file().glb());
+  std::filesystem::path file_ = folder_.write("arm.glb", arm_with_assets().glb());
   std::filesystem::path table_path_ = folder_.write("parts/table.glb", table_file().glb());
   Digest table_digest_ = digest_of_file(table_path_, 1 << 20).value();
   LoadedScene merged_{*load_gltf(file_), {}}, table_{*load_gltf(table_path_), {}};
@@ -271,7 +271,7 @@ TEST_F(ExportedAssets, FilesThatCannotBeReadOrHaveChangedAreLeftOut) {
 
 // The file displays all nodes without parents, the exported one only those that were displayed.
 TEST_F(ExportedAssets, AFileWithoutScenesGetsOne) {
-  test::GltfBuilder builder = arm_file();
+  test::GltfBuilder builder = arm_with_assets();
   builder.root.erase("scenes");
   builder.root.erase("scene");
   file_ = folder_.write("arm.glb", builder.glb());
