@@ -40,6 +40,10 @@ target_include_directories(fire3dv_flags INTERFACE ${PROJECT_SOURCE_DIR} ${PROJE
 option(FIRE3DV_UNITY "Compile several sources of a target at once: whole builds are quicker" OFF)
 set(FIRE3DV_UNITY_SOURCES 8 CACHE STRING "Sources that a unity build compiles at once")
 mark_as_advanced(FIRE3DV_UNITY_SOURCES)
+if(FIRE3DV_UNITY)
+  # g++ takes a .cpp file that a unity source includes for a header, whose classes should not use anonymous namespaces.
+  target_compile_options(fire3dv_flags INTERFACE $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-Wno-subobject-linkage>)
+endif()
 function(fire3dv_unity name)
   if(FIRE3DV_UNITY)
     set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${FIRE3DV_UNITY_SOURCES})

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/text.h"
+#include "renderer/browser/json_text.h"
 
 namespace fire3dv::app {
 namespace {
@@ -27,10 +28,6 @@ const state::Stream* driver_of(const state::RobotPose& robot, const state::PoseS
   const auto& drives = poses.node_drives();
   if (node >= drives.size() || drives[node].stream >= poses.streams().size()) return nullptr;
   return &poses.streams()[drives[node].stream];
-}
-
-std::string text_of(const Json& message) {
-  return message.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/text.h"
+#include "renderer/browser/json_text.h"
 #include "renderer/browser/live_plots.h"
 
 namespace fire3dv::app {
@@ -14,10 +15,6 @@ using Json = nlohmann::json;
 
 constexpr size_t kMaxListNameBytes = 200;
 constexpr size_t kMaxStreams = 64;
-
-std::string text_of(const Json& message) {
-  return message.dump(-1, ' ', false, Json::error_handler_t::replace);
-}
 
 std::string shown_name(const std::string& name, const char* kind, uint32_t number) {
   return name.empty() ? kind + (" " + std::to_string(number)) : printable_text(name, kMaxListNameBytes);

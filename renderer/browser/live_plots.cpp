@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/text.h"
+#include "renderer/browser/json_text.h"
 
 namespace fire3dv::app {
 namespace {
@@ -73,7 +74,7 @@ bool ScalarList::update(const state::PoseState& poses) {
          printable_text(entry.name, kMaxPlotNameBytes), printable_text(entry.unit, kMaxUnitBytes)});
   const Json message = {
       {"type", "scalars"}, {"list", number_}, {"scalars", std::move(scalars)}, {"omitted", omitted_}};
-  message_ = message.dump(-1, ' ', false, Json::error_handler_t::replace);
+  message_ = text_of(message);
   return true;
 }
 

@@ -13,10 +13,6 @@ constexpr uint64_t kMaxBytesBehindLens = uint64_t{256} << 20;
 // Limit of a submission while several streams request images, so that turns can end in time.
 constexpr uint64_t kSharedSubmittedBytes = uint64_t{8} << 20;
 
-bool wants_boxes(const wire::ImageRequest& request) {
-  return (request.outputs & (wire::kBoxes2d | wire::kBoxes3d)) != 0;
-}
-
 uint64_t pixels_of(const passes::Intrinsics& drawn) {
   return uint64_t{drawn.image_px.x} * drawn.image_px.y;
 }

@@ -25,10 +25,6 @@ bool has_lens(const RequestCamera& camera) {
   return camera.lens.model != passes::LensModel::none;
 }
 
-bool wants_boxes(const wire::ImageRequest& request) {
-  return (request.outputs & (wire::kBoxes2d | wire::kBoxes3d)) != 0;
-}
-
 bool wants_motion(const wire::ImageRequest& request) {
   return (request.outputs & wire::kMotion) != 0;
 }

@@ -21,6 +21,10 @@
 
 namespace fire3dv::app {
 
+inline bool wants_boxes(const wire::ImageRequest& request) {
+  return (request.outputs & (wire::kBoxes2d | wire::kBoxes3d)) != 0;
+}
+
 // Image requests that this renderer supports. traces_requests: colours by paths, if the renderer traces them;
 // otherwise such a renderer offers no colours.
 state::ImageAbilities image_abilities(const passes::SceneRenderer& renderer, bool traces_requests = false);

@@ -18,10 +18,6 @@ constexpr float kLift = 1.0f / 2000;  // in cells: a floor at height 0 does not 
 constexpr uint32_t kGridColor = marker_color(0x808890, 0x70), kTenthColor = marker_color(0x808890, 0xd0);
 constexpr uint32_t kFrustumColor = marker_color(0x4aa3df), kSelectedColor = marker_color(0xffa020);
 
-std::array<float, 3> floats(const glm::vec3& v) {
-  return {v.x, v.y, v.z};
-}
-
 float radius_m(const scene::Scene& scene) {
   const float radius = 0.5f * glm::length(scene.bounds_max - scene.bounds_min);
   constexpr float kLeast = 1e-6f, kMost = 1e12f;
@@ -30,7 +26,7 @@ float radius_m(const scene::Scene& scene) {
 
 void add_line(Marker& marker, const glm::vec3& from, const glm::vec3& to, uint32_t color) {
   for (const glm::vec3& end : {from, to}) {
-    marker.positions.push_back(floats(end));
+    marker.positions.push_back(marker_point(end));
     marker.colors.push_back(color);
   }
 }
@@ -39,7 +35,7 @@ Marker text_at(const glm::vec3& at, std::string text, uint32_t color, float disp
   Marker marker;
   marker.kind = MarkerKind::texts;
   marker.width = 12 * display_scale;
-  marker.positions = {floats(at)};
+  marker.positions = {marker_point(at)};
   marker.colors = {color};
   marker.texts = {std::move(text)};
   return marker;

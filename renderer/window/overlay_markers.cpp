@@ -30,10 +30,6 @@ glm::mat4 without_scale(glm::mat4 world_from_camera) {
   return world_from_camera;
 }
 
-std::array<float, 3> floats(const glm::vec3& v) {
-  return {v.x, v.y, v.z};
-}
-
 }  // namespace
 
 const std::vector<state::ShownMarker>& OverlayMarkers::update(const gui::Viewer& viewer, const Seen& seen) {
@@ -97,19 +93,19 @@ void OverlayMarkers::add_measurement(const gui::Viewer& viewer, const state::Pos
     marker.width = 1.5f * display_scale;
     for (size_t axis = 0; axis < 3; ++axis) {
       for (const size_t end : {axis, axis + 1}) {
-        marker.positions.push_back(floats(path[end]));
+        marker.positions.push_back(marker_point(path[end]));
         marker.colors.push_back(kAxisColors[axis]);
       }
     }
     add(kMeasuredPath, marker);
     marker.width = 2.5f * display_scale;
-    marker.positions = {floats(from), floats(to)};
+    marker.positions = {marker_point(from), marker_point(to)};
     marker.colors = {kMeasureColor};
     add(kMeasuredLine, marker);
     Marker text = marker;
     text.kind = MarkerKind::texts;
     text.width = 15 * display_scale;
-    text.positions = {floats(0.5f * (from + to))};
+    text.positions = {marker_point(0.5f * (from + to))};
     text.texts = {metres_text(glm::distance(from, to)) + "\n"};  // the empty line lifts it above the middle
     add(kMeasuredText, std::move(text));
   }
@@ -117,7 +113,7 @@ void OverlayMarkers::add_measurement(const gui::Viewer& viewer, const state::Pos
   marker.width = 9 * display_scale;
   marker.colors = {kMeasureColor};
   marker.positions.clear();
-  for (const glm::vec3& point : points) marker.positions.push_back(floats(point));
+  for (const glm::vec3& point : points) marker.positions.push_back(marker_point(point));
   add(kMeasuredPoints, std::move(marker));
 }
 
