@@ -75,6 +75,14 @@ Memory filled_memory(const Device& device);
 // empty scene needs no special case.
 Buffer create_buffer(Device& device, VkDeviceSize size_bytes, VkBufferUsageFlags usage, Memory memory);
 
+// Replaces a storage buffer in device memory that is too small, without its contents. Returns true if it did.
+inline bool grow_storage_buffer(Device& device, Buffer& buffer, VkDeviceSize size_bytes,
+                                VkBufferUsageFlags more_usage = 0) {
+  if (buffer && buffer.size_bytes >= size_bytes) return false;
+  buffer = create_buffer(device, size_bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | more_usage, Memory::device);
+  return true;
+}
+
 struct ImageInfo {
   VkFormat format = VK_FORMAT_R8G8B8A8_UNORM;
   VkExtent2D extent{};

@@ -191,7 +191,7 @@ std::string end_line(std::string_view text) {
 }
 
 // Returns a complete record without its last line (the checksum), else an empty string.
-std::string read_whole(const std::filesystem::path& file) {
+std::string read_complete_record(const std::filesystem::path& file) {
   const Result<FileBytes> bytes = read_file(file, kMaxDigestsBytes);
   if (!bytes) return {};
   const std::string_view text(reinterpret_cast<const char*>(bytes->data.get()), bytes->size);
@@ -203,7 +203,7 @@ std::string read_whole(const std::filesystem::path& file) {
 // Returns all digests of a valid record, else none.
 std::map<std::string, StampedDigest> read_record(const std::filesystem::path& file,
                                                  const std::string& asset) {
-  std::istringstream lines(read_whole(file));
+  std::istringstream lines(read_complete_record(file));
   std::string text;
   if (!std::getline(lines, text) || text != kDigestsFirstLine) return {};
   if (!std::getline(lines, text) || unescaped(text) != asset) return {};

@@ -21,7 +21,7 @@ scene::Box bounds_of_mesh(const scene::Scene& scene, const scene::Mesh& mesh) {
   return box;
 }
 
-std::array<float, 12> rows_of(const glm::mat4& m) {
+std::array<float, 12> box_rows(const glm::mat4& m) {
   std::array<float, 12> rows{};
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 4; ++column) rows[static_cast<size_t>(4 * row + column)] = m[column][row];
@@ -83,7 +83,7 @@ std::vector<wire::BoxRecord3d> boxes_of_instances(const scene::Scene& scene, con
                                     : bounds_of_mesh(scene, scene.meshes[node.mesh]);
     if (box.empty()) continue;
     const glm::mat4 world_from_box = deformed ? from_cube(box) : world_from_node[n] * from_cube(box);
-    boxes.push_back({n + 1, node.semantic, rows_of(world_from_box), {}});
+    boxes.push_back({n + 1, node.semantic, box_rows(world_from_box), {}});
   }
   return boxes;
 }

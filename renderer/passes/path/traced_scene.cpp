@@ -1,15 +1,11 @@
 #include "renderer/passes/path/traced_scene.h"
 
-#include <cstring>
+#include "base/vectors.h"
 
 namespace fire3dv::passes {
 namespace {
 
-// Of plain numbers without padding. A change of sign of a zero counts.
-template <typename T>
-bool same_bytes(const std::vector<T>& a, const std::vector<T>& b) {
-  return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
-}
+// Compared by bytes.
 static_assert(sizeof(state::NodeDrive) == 2 * sizeof(uint32_t) + sizeof(wire::Affine3x4));
 
 // Cameras move by the view.

@@ -15,11 +15,6 @@ uint32_t tiles_along(uint32_t pixels) {
   return (pixels + FIRE3DV_BLUR_TILE - 1) / FIRE3DV_BLUR_TILE;
 }
 
-void grow(gpu::Device& device, gpu::Buffer& buffer, VkDeviceSize bytes) {
-  if (buffer.size_bytes < bytes)
-    buffer = gpu::create_buffer(device, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
-}
-
 }  // namespace
 
 CircleOfConfusion circle_of_confusion(const View& view, const scene::ThinLens& lens, VkExtent2D image) {
@@ -59,9 +54,11 @@ DepthOfFieldPass::DepthOfFieldPass(gpu::Device& device, VkSampleCountFlagBits sa
 
 void DepthOfFieldPass::allocate(Targets& targets) {
   const VkExtent2D extent = targets.extent;
-  grow(device_, texels_, VkDeviceSize{extent.width} * extent.height * sizeof(gpu_types::BlurTexel));
-  grow(device_, tiles_,
-       VkDeviceSize{tiles_along(extent.width)} * tiles_along(extent.height) * sizeof(gpu_types::BlurTile));
+  gpu::grow_storage_buffer(device_, texels_,
+                           VkDeviceSize{extent.width} * extent.height * sizeof(gpu_types::BlurTexel));
+  gpu::grow_storage_buffer(
+      device_, tiles_,
+      VkDeviceSize{tiles_along(extent.width)} * tiles_along(extent.height) * sizeof(gpu_types::BlurTile));
   if (targets.depth_of_field_set.get() == VK_NULL_HANDLE)
     targets.depth_of_field_set = gather_.bind(nullptr, targets.hdr);
 }

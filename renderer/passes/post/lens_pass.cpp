@@ -188,11 +188,6 @@ VkDeviceAddress address_of(VkDeviceAddress first, std::span<const PlaneRange> pl
   return 0;
 }
 
-void grow(gpu::Device& device, gpu::Buffer& buffer, VkDeviceSize bytes) {
-  if (buffer && buffer.size_bytes >= bytes) return;
-  buffer = gpu::create_buffer(device, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
-}
-
 }  // namespace
 
 ImageOutputs pinhole_outputs(ImageOutputs outputs) {
@@ -265,8 +260,9 @@ void LensPass::make_room(const Intrinsics& pinhole, const Wanted& wanted) {
   places_ = lay_out_planes(with_sources(wanted.outputs), size.x, size.y);
   result_bytes_ =
       (wanted.outputs.has(wire::kColorSrgb8) ? uint64_t{4} * size.x * size.y : 0) + bytes_of(places_);
-  grow(device_, result_, result_bytes_);
-  if (wanted.outputs.has(wire::kColorSrgb8)) grow(device_, color_, VkDeviceSize{4} * behind.x * behind.y);
+  gpu::grow_storage_buffer(device_, result_, result_bytes_);
+  if (wanted.outputs.has(wire::kColorSrgb8))
+    gpu::grow_storage_buffer(device_, color_, VkDeviceSize{4} * behind.x * behind.y);
 }
 
 void LensPass::record(gpu::Recorder& recorder, gpu::StagingRing& staging, const Source& source,

@@ -26,14 +26,6 @@ constexpr gpu::Access kArgumentsAndCompute{
     VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT,
     VK_ACCESS_2_SHADER_READ_BIT | VK_ACCESS_2_SHADER_WRITE_BIT | VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT, true};
 
-// Returns true when the buffer is new.
-bool grow(gpu::Device& device, gpu::Buffer& buffer, VkDeviceSize bytes, VkBufferUsageFlags more_usage = 0) {
-  if (buffer && buffer.size_bytes >= bytes) return false;
-  buffer =
-      gpu::create_buffer(device, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | more_usage, gpu::Memory::device);
-  return true;
-}
-
 // Break-even: occlusion culling costs about as much as drawing this many clusters.
 constexpr uint32_t kMinClustersForOcclusion = 1u << 14;
 constexpr float kMaxVisibleShare = 0.85f;  // maximum share of visible clusters for which occlusion culling
@@ -189,18 +181,21 @@ void ClusterRaster::allocate(const Job& job) {
   // Room for every triangle of all but the largest scenes, so that the first image is complete.
   while (huge_capacity_ < kHugeAtFirst && huge_capacity_ < entries * scene::kClusterTriangles)
     huge_capacity_ *= 2;
-  grow(device_, lists_, entries * sizeof(uint32_t));
-  grow(device_, work_, view_work_at(2, job.view_count), VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT);
-  grow(device_, huge_, VkDeviceSize{huge_capacity_} * sizeof(gpu_types::HugeTriangle));
-  grow(device_, prepared_, VkDeviceSize{kPreparedCapacity} * sizeof(gpu_types::PreparedTriangle));
-  grow(device_, tile_entries_, VkDeviceSize{kTileCapacity} * sizeof(gpu_types::TileEntry));
+  gpu::grow_storage_buffer(device_, lists_, entries * sizeof(uint32_t));
+  gpu::grow_storage_buffer(device_, work_, view_work_at(2, job.view_count),
+                           VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT);
+  gpu::grow_storage_buffer(device_, huge_, VkDeviceSize{huge_capacity_} * sizeof(gpu_types::HugeTriangle));
+  gpu::grow_storage_buffer(device_, prepared_,
+                           VkDeviceSize{kPreparedCapacity} * sizeof(gpu_types::PreparedTriangle));
+  gpu::grow_storage_buffer(device_, tile_entries_,
+                           VkDeviceSize{kTileCapacity} * sizeof(gpu_types::TileEntry));
   if (tile_by_tile_) {
-    grow(device_, tile_lists_, 2 * tile_list_bytes(job));
-    grow(device_, tile_next_, VkDeviceSize{kTileCapacity} * sizeof(uint32_t));
+    gpu::grow_storage_buffer(device_, tile_lists_, 2 * tile_list_bytes(job));
+    gpu::grow_storage_buffer(device_, tile_next_, VkDeviceSize{kTileCapacity} * sizeof(uint32_t));
   }
   if (culls_occluded(job)) {
-    was_visible_is_new_ |= grow(device_, was_visible_, instances * sizeof(uint32_t));
-    grow(device_, hiz_, hiz_texel_count(job.extent) * sizeof(float));
+    was_visible_is_new_ |= gpu::grow_storage_buffer(device_, was_visible_, instances * sizeof(uint32_t));
+    gpu::grow_storage_buffer(device_, hiz_, hiz_texel_count(job.extent) * sizeof(float));
   }
 }
 

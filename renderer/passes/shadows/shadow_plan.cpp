@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "base/vectors.h"
 #include "renderer/gpu/device/device.h"
 
 namespace fire3dv::passes {
@@ -75,11 +76,6 @@ void fit_map_views(ShadowPlan& plan) {
     view.first_texel = static_cast<uint32_t>(plan.texels);
     plan.texels += uint64_t{plan.sizes.maps_of_view} * view.size * view.size;
   }
-}
-
-template <typename T>
-bool same_bytes(const std::vector<T>& a, const std::vector<T>& b) {
-  return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/parallel.h"
+#include "base/vectors.h"
 #include "renderer/scene/clusters/meshlets.h"
 
 namespace fire3dv::scene {
@@ -53,11 +54,6 @@ Piece cut_primitive(const Scene& scene, const Primitive& source) {
   }
   out.ray_boxes = ray_boxes_of(out.clusters, out.triangles, out.source_vertices, scene.positions);
   return out;
-}
-
-template <typename T>
-void append(std::vector<T>& to, const std::vector<T>& from) {
-  to.insert(to.end(), from.begin(), from.end());
 }
 
 ClusteredPrimitive append(ClusteredGeometry& out, Piece piece) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/text.h"
+#include "base/vectors.h"
 #include "renderer/scene/clusters/clusters.h"
 
 namespace fire3dv::scene {
@@ -46,11 +47,6 @@ namespace {
 // Instances of acceleration structures name nodes by 24 bits; all other indices have 32, and kNone is not
 // one.
 constexpr uint64_t kMaxNodes = (uint64_t{1} << 24) - 1;
-
-template <typename T>
-void append(std::vector<T>& to, const std::vector<T>& from) {
-  to.insert(to.end(), from.begin(), from.end());
-}
 
 template <typename T>
 uint32_t size_of(const std::vector<T>& values) {

@@ -31,11 +31,6 @@ using udp::Session;
 
 constexpr size_t kJumboBytes = 8192;
 
-void sleep_until(int64_t until_ns) {
-  const timespec until{until_ns / fire3dv::kSecondNs, until_ns % fire3dv::kSecondNs};
-  ::clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr);
-}
-
 using Payloads = std::vector<std::vector<std::byte>>;
 
 // Returns the plaintext of each datagram of a frame: pose header and message.

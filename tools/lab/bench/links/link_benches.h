@@ -2,6 +2,8 @@
 // benchmark. Each benchmark prints tables in Markdown and returns the exit code.
 #pragma once
 
+#include <time.h>
+
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -9,6 +11,7 @@
 #include <memory>
 #include <string>
 
+#include "base/clock.h"
 #include "base/error.h"
 
 namespace fire3dv::bench {
@@ -100,5 +103,11 @@ struct IngestOptions {
 
 // Poses per second that a renderer receives, decodes, checks and binds to nodes.
 int ingest_bench(const IngestOptions& options);
+
+// Waits until a time of base/clock.h.
+inline void sleep_until(int64_t until_ns) {
+  const timespec until{until_ns / kSecondNs, until_ns % kSecondNs};
+  ::clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr);
+}
 
 }  // namespace fire3dv::bench

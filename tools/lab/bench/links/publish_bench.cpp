@@ -162,11 +162,6 @@ Input poll_input() {
   return Input::line;
 }
 
-void sleep_until(int64_t until_ns) {
-  const timespec until{until_ns / fire3dv::kSecondNs, until_ns % fire3dv::kSecondNs};
-  ::clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr);
-}
-
 void answer(std::vector<double>& call_ns, const transport::LinkStats& stats) {
   const Summary summary = summarise(call_ns);
   std::printf(

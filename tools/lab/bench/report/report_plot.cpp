@@ -8,14 +8,14 @@ namespace fire3dv::bench {
 
 namespace {
 
-std::string number(double value) {
+std::string coordinate_text(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.2f", value);
   return text;
 }
 
 std::string attribute(const char* name, double value) {
-  return std::string(" ") + name + "=\"" + number(value) + "\"";
+  return std::string(" ") + name + "=\"" + coordinate_text(value) + "\"";
 }
 
 std::string escaped(const std::string& words) {
@@ -41,8 +41,8 @@ std::string escaped(const std::string& words) {
 }  // namespace
 
 Svg::Svg(double width, double height)
-    : body_("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 " + number(width) + " " +
-            number(height) + "\"" + attribute("width", width) + attribute("height", height) +
+    : body_("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 " + coordinate_text(width) + " " +
+            coordinate_text(height) + "\"" + attribute("width", width) + attribute("height", height) +
             " font-family=\"sans-serif\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n") {}
 
 void Svg::line(Point from, Point to, const std::string& colour, double width) {
@@ -52,7 +52,7 @@ void Svg::line(Point from, Point to, const std::string& colour, double width) {
 
 void Svg::polyline(const std::vector<Point>& points, const std::string& colour, bool dashed) {
   body_ += "<polyline points=\"";
-  for (const Point& point : points) body_ += number(point.x) + "," + number(point.y) + " ";
+  for (const Point& point : points) body_ += coordinate_text(point.x) + "," + coordinate_text(point.y) + " ";
   body_ += "\" fill=\"none\" stroke-width=\"2\" stroke=\"" + colour + "\"" +
            (dashed ? " stroke-dasharray=\"6 4\"" : "") + "/>\n";
 }
