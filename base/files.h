@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/text.h"
 
 namespace fire3dv::base {
 
@@ -122,5 +123,10 @@ Result<void> write_whole_file(const std::filesystem::path& path, std::span<const
 Result<std::vector<uint8_t>> read_whole_file(const std::filesystem::path& path, uint64_t max_bytes);
 
 using base::system_reason;
+
+// Extension in lower case, with its dot: ".glb".
+inline std::string lower_extension(const std::filesystem::path& path) {
+  return lower_case(path.extension().string());
+}
 
 }  // namespace fire3dv

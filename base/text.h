@@ -9,6 +9,14 @@
 
 namespace fire3dv {
 
+// ASCII letters only, whatever the locale.
+inline std::string lower_case(std::string text) {
+  for (char& c : text) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c + ('a' - 'A'));
+  }
+  return text;
+}
+
 constexpr uint32_t kInvalidCharacter = UINT32_MAX;
 
 // Decodes the character at `at` and advances `at` past it. Invalid UTF-8 yields kInvalidCharacter and

@@ -1,11 +1,11 @@
 #include "convert/glb/list_gltf.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cstddef>
 #include <cstdint>
 #include <utility>
 
+#include "base/files.h"
 #include "renderer/scene/gltf/load_gltf.h"
 
 namespace fire3dv::convert {
@@ -23,8 +23,7 @@ uint64_t triangles_of(const scene::Scene& scene, const scene::Mesh& mesh) {
 }  // namespace
 
 bool is_gltf_name(const std::filesystem::path& file) {
-  std::string extension = file.extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const std::string extension = lower_extension(file);
   return extension == ".glb" || extension == ".gltf";
 }
 

@@ -10,7 +10,6 @@
 #include <assimp/IOStream.hpp>
 #include <assimp/IOSystem.hpp>
 #include <assimp/Importer.hpp>
-#include <cctype>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -20,6 +19,7 @@
 #include <string_view>
 #include <utility>
 
+#include "base/files.h"
 #include "convert/description_files.h"
 #include "convert/mesh/mesh_store.h"
 #include "convert/mesh/node_frames.h"
@@ -103,12 +103,6 @@ Assimp::IOStream* ImportFiles::Open(const char* name, const char* mode) {
 
 constexpr uint64_t kMaxTriangles = 20'000'000;
 constexpr size_t kMaxNodes = 1'000'000;
-
-std::string extension_of(const std::filesystem::path& file) {
-  std::string extension = file.extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return extension;
-}
 
 // Library message about an untrusted file, as one printable line.
 std::string one_line(const char* text) {
@@ -357,16 +351,16 @@ Result<void> add_images(const aiScene& scene, ImportedMesh& to) {
 }  // namespace
 
 bool is_mesh_file_name(const std::filesystem::path& file) {
-  const std::string extension = extension_of(file);
+  const std::string extension = lower_extension(file);
   constexpr std::string_view kExtensions[] = {".obj", ".stl", ".ply", ".3ds", ".dae", ".glb", ".gltf"};
   return std::find(std::begin(kExtensions), std::end(kExtensions), extension) != std::end(kExtensions);
 }
 
 Result<ImportedMesh> import_mesh(const std::filesystem::path& file, ImportRequest request) {
-  if (request.nodes == Nodes::keep && extension_of(file) == ".3mf") return import_3mf(file);
+  if (request.nodes == Nodes::keep && lower_extension(file) == ".3mf") return import_3mf(file);
   if (!is_mesh_file_name(file))
     return Error{"its name ends in none of .obj, .stl, .ply, .3ds, .dae, .glb and .gltf"};
-  const std::string extension = extension_of(file);
+  const std::string extension = lower_extension(file);
   if (extension == ".ply") {
     const Result<FileBytes> bytes = read_file(file, kMaxBytes);
     if (!bytes) return bytes.error();

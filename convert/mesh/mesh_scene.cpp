@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -15,6 +14,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "base/files.h"
 #include "convert/description_files.h"
 #include "convert/mesh/mesh_files.h"
 #include "convert/mesh/mesh_normals.h"
@@ -27,12 +27,6 @@ namespace fire3dv::convert {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string extension_of(const fs::path& file) {
-  std::string extension = file.extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return extension;
-}
 
 bool says_its_frame(const std::string& extension) {
   return extension == ".dae" || extension == ".3mf";
@@ -98,7 +92,7 @@ Surface with_normals(const Surface& surface) {
 class SceneModel {
  public:
   SceneModel(const fs::path& file, const ReadOptions& options, Model& model)
-      : file_(file), extension_(extension_of(file)), options_(options), model_(model) {
+      : file_(file), extension_(lower_extension(file)), options_(options), model_(model) {
     model_.name = sanitize_text(file.stem().string());
     unit_m_ = options.mesh_unit_m.value_or(1);
     const bool is_y_up = options.mesh_up ? *options.mesh_up == MeshUp::y : extension_ == ".obj";
@@ -210,15 +204,15 @@ Result<void> check_format(const fs::path& file, const std::string& extension) {
 
 bool is_mesh_scene_name(const fs::path& file) {
   constexpr std::string_view kExtensions[] = {".obj", ".stl", ".ply", ".dae", ".3mf"};
-  const std::string extension = extension_of(file);
+  const std::string extension = lower_extension(file);
   return std::find(std::begin(kExtensions), std::end(kExtensions), extension) != std::end(kExtensions);
 }
 
 Result<Model> read_mesh_scene(const fs::path& file, const ReadOptions& options) {
-  if ((options.mesh_up || options.mesh_unit_m) && says_its_frame(extension_of(file)))
+  if ((options.mesh_up || options.mesh_unit_m) && says_its_frame(lower_extension(file)))
     return Error{quote(file.string()) + " names its own unit and axes: remove --up and --unit"};
   if (const Result<fs::path> resolved = regular_file(file); !resolved) return resolved.error();
-  if (Result<void> fits = check_format(file, extension_of(file)); !fits) return fits.error();
+  if (Result<void> fits = check_format(file, lower_extension(file)); !fits) return fits.error();
   Model model;
   Result<ImportedMesh> mesh = MeshFiles(model).scene(file);
   if (!mesh) return mesh.error();

@@ -7,7 +7,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
@@ -26,6 +25,7 @@
 
 #include "base/digest.h"
 #include "base/error.h"
+#include "base/files.h"
 #include "base/process/converter_process.h"
 #include "renderer/scene/cache_files.h"
 #include "renderer/scene/files.h"
@@ -209,9 +209,7 @@ bool needs_conversion(const fs::path& file) {
                                            ".world", ".obj", ".stl",  ".ply", ".dae",   ".3mf"};
   std::error_code error;
   if (fs::is_directory(file, error)) return fs::exists(file / "model.config", error);
-  std::string ending = file.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string ending = lower_extension(file);
   return std::find(std::begin(kEndings), std::end(kEndings), ending) != std::end(kEndings) &&
          !scene::is_binary_gltf(file);
 }

@@ -3,13 +3,13 @@
 #include <tinyxml2.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cstddef>
 #include <cstdlib>
 #include <optional>
 #include <string_view>
 #include <system_error>
 
+#include "base/text.h"
 #include "convert/sdf/files/sdf_version.h"
 #include "convert/xml_error.h"
 #include "renderer/scene/files.h"
@@ -44,11 +44,6 @@ std::vector<fs::path> absolute_folders(std::string_view list) {
     list.remove_prefix(std::min(colon + 1, list.size()));
   }
   return folders;
-}
-
-std::string lower(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
 }
 
 bool leaves_its_folder(const fs::path& below) {
@@ -207,7 +202,7 @@ std::optional<fs::path> SdfFiles::find_model_in_fuel_cache(const std::string& mo
   for (const fs::path& cache : caches_) {
     for (const fs::path& server : entries_of(cache)) {
       for (const fs::path& owner : entries_of(server)) {
-        const std::optional<fs::path> version = newest_version(owner / "models" / lower(model));
+        const std::optional<fs::path> version = newest_version(owner / "models" / lower_case(model));
         if (!version || !exists(*version / below)) continue;
         image_folders_.add(*version);
         return *version / below;
@@ -241,7 +236,7 @@ Result<fs::path> SdfFiles::find_in_fuel_cache(const std::string& uri) {
   fs::path below;
   for (; next < parts.size(); ++next) below /= parts[next];
   for (const fs::path& cache : caches_) {
-    const fs::path model = cache / parts[0] / lower(parts[2]) / parts[3] / lower(parts[4]);
+    const fs::path model = cache / parts[0] / lower_case(parts[2]) / parts[3] / lower_case(parts[4]);
     if (sources_) sources_->add(model);
     const std::optional<fs::path> folder = version.empty() ? newest_version(model) : model / version;
     if (!folder || !exists(*folder / below)) continue;

@@ -1,11 +1,11 @@
 #include "renderer/gpu/device/device_choice.h"
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <fstream>
 #include <set>
 
+#include "base/text.h"
 #include "renderer/gpu/device/device_features.h"
 #include "renderer/gpu/device/queues.h"
 
@@ -27,12 +27,6 @@ DeviceType device_type(const VkPhysicalDeviceProperties& properties) {
     default:
       return DeviceType::other;
   }
-}
-
-std::string lower(std::string_view text) {
-  std::string result(text);
-  for (char& c : result) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return result;
 }
 
 std::string join(const std::vector<std::string>& parts) {
@@ -202,8 +196,8 @@ Result<DeviceChoice> choose_device(const std::vector<DeviceReport>& reports, std
     const auto [end, parsed] = std::from_chars(wanted.data(), wanted.data() + wanted.size(), index);
     const bool is_index = parsed == std::errc() && end == wanted.data() + wanted.size();
     for (const DeviceReport& report : reports) {
-      const bool match =
-          is_index ? report.index == index : lower(report.name).find(lower(wanted)) != std::string::npos;
+      const bool match = is_index ? report.index == index
+                                  : lower_case(report.name).find(lower_case(wanted)) != std::string::npos;
       if (match) candidates.push_back(&report);
     }
     if (candidates.empty()) {

@@ -73,10 +73,10 @@ ClusteredPrimitive append(ClusteredGeometry& out, Piece piece) {
     box.first_vertex += primitive.first_vertex;
     box.triangles += first_triangle;
   }
-  append(out.ray_boxes, piece.ray_boxes);
-  append(out.source_vertices, piece.source_vertices);
-  append(out.clusters, piece.clusters);
-  append(out.triangles, piece.triangles);
+  append_all(out.ray_boxes, piece.ray_boxes);
+  append_all(out.source_vertices, piece.source_vertices);
+  append_all(out.clusters, piece.clusters);
+  append_all(out.triangles, piece.triangles);
   return primitive;
 }
 

@@ -115,7 +115,7 @@ void append_vertices(std::vector<T>& to_values, const std::vector<T>& from_value
                      const Scene& from, const T& without) {
   if (to_values.empty() && from_values.empty()) return;
   to_values.resize(to.positions.size(), without);
-  append(to_values, from_values);
+  append_all(to_values, from_values);
   to_values.resize(to.positions.size() + from.positions.size(), without);
 }
 
@@ -137,15 +137,15 @@ void add_geometry(Scene& to, const Scene& from) {
   }
   append_vertices(to.tangents, from.tangents, to, from, kNoTangent);
   append_vertices(to.extras, from.extras, to, from, VertexExtras());
-  append(to.positions, from.positions);
-  append(to.frames, from.frames);
-  append(to.uvs, from.uvs);
-  append(to.indices, from.indices);
-  append(to.vertex_sources, from.vertex_sources);
-  append(to.influences, from.influences);
-  append(to.morph_deltas, from.morph_deltas);
-  append(to.joint_bounds, from.joint_bounds);
-  append(to.morph_weights, from.morph_weights);
+  append_all(to.positions, from.positions);
+  append_all(to.frames, from.frames);
+  append_all(to.uvs, from.uvs);
+  append_all(to.indices, from.indices);
+  append_all(to.vertex_sources, from.vertex_sources);
+  append_all(to.influences, from.influences);
+  append_all(to.morph_deltas, from.morph_deltas);
+  append_all(to.joint_bounds, from.joint_bounds);
+  append_all(to.morph_weights, from.morph_weights);
 }
 
 void add_skins(Scene& to, const Scene& from, uint32_t first_node) {
@@ -168,9 +168,9 @@ void add_looks(Scene& to, const Scene& from) {
     texture.image += size_of(to.images);
     to.textures.push_back(texture);
   }
-  append(to.images, from.images);
-  append(to.lights, from.lights);
-  append(to.cameras, from.cameras);
+  append_all(to.images, from.images);
+  append_all(to.lights, from.lights);
+  append_all(to.cameras, from.cameras);
 }
 
 void add_derived(Derived& to, const Derived& from, uint32_t first_vertex) {
@@ -198,9 +198,9 @@ void add_derived(Derived& to, const Derived& from, uint32_t first_vertex) {
     a.ray_boxes.push_back(box);
   }
   for (const uint32_t vertex : b.source_vertices) a.source_vertices.push_back(vertex + first_vertex);
-  append(a.level_groups, b.level_groups);
-  append(a.triangles, b.triangles);
-  append(to.casters, from.casters);
+  append_all(a.level_groups, b.level_groups);
+  append_all(a.triangles, b.triangles);
+  append_all(to.casters, from.casters);
   to.has_levels |= from.has_levels;
 }
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cstdint>
 #include <cstring>
 #include <iterator>
@@ -128,12 +127,6 @@ constexpr Extension kExtensions[] = {
     {".mjcf", "an MJCF model", kByName},
     {".sdf", "an SDF description", kByName},
 };
-
-std::string lower_extension(const std::filesystem::path& file) {
-  std::string extension = file.extension().string();
-  std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
-  return extension;
-}
 
 std::optional<FileFormat> format_by_extension(const std::filesystem::path& file) {
   const std::string extension = lower_extension(file);

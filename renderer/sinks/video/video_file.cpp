@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cerrno>
 #include <cstdlib>
 #include <optional>
@@ -33,19 +32,13 @@ constexpr std::array kEncoders{
     Encoder{"ffv1", "ffv1", nullptr, nullptr, 0, 1, "level=3,slicecrc=1"},
 };
 
-std::string lower_ending(const std::filesystem::path& path) {
-  std::string ending = path.extension().string();
-  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return ending;
-}
-
 std::string codec_of(const VideoSettings& settings) {
   if (!settings.codec.empty()) return settings.codec;
-  return lower_ending(settings.path) == ".webm" ? "av1" : "h264";
+  return lower_extension(settings.path) == ".webm" ? "av1" : "h264";
 }
 
 const char* container_of(const std::filesystem::path& path) {
-  const std::string ending = lower_ending(path);
+  const std::string ending = lower_extension(path);
   return ending == ".mp4" ? "mp4" : ending == ".webm" ? "webm" : "matroska";
 }
 
@@ -58,7 +51,8 @@ struct Chosen {
 Result<Chosen> choose(const Libav& av, const VideoSettings& settings) {
   const std::string wanted = codec_of(settings);
   const AVOutputFormat* const format = av.av_guess_format(container_of(settings.path), nullptr, nullptr);
-  if (!format) return Error{"the libav of this system writes no " + lower_ending(settings.path) + " files"};
+  if (!format)
+    return Error{"the libav of this system writes no " + lower_extension(settings.path) + " files"};
   std::string there;
   for (const Encoder& encoder : kEncoders) {
     const AVCodec* const codec = av.avcodec_find_encoder_by_name(encoder.name);
@@ -70,7 +64,7 @@ Result<Chosen> choose(const Libav& av, const VideoSettings& settings) {
     if (there.find(encoder.codec) == std::string::npos)
       there += (there.empty() ? "" : ", ") + std::string(encoder.codec);
   }
-  return Error{"codec " + wanted + " is not available for " + lower_ending(settings.path) +
+  return Error{"codec " + wanted + " is not available for " + lower_extension(settings.path) +
                " files here; these are: " + (there.empty() ? "none" : there)};
 }
 
@@ -87,14 +81,14 @@ Result<void> check_quality(const VideoSettings& settings, const Encoder& encoder
 }  // namespace
 
 bool is_video_name(const std::filesystem::path& path) {
-  const std::string ending = lower_ending(path);
+  const std::string ending = lower_extension(path);
   return ending == ".mp4" || ending == ".mkv" || ending == ".webm";
 }
 
 bool is_foreign_video_name(const std::filesystem::path& path) {
   constexpr std::array kForeign{".avi",  ".mov", ".gif", ".m4v", ".mpg",
                                 ".mpeg", ".ts",  ".wmv", ".flv", ".ogv"};
-  const std::string ending = lower_ending(path);
+  const std::string ending = lower_extension(path);
   return std::any_of(kForeign.begin(), kForeign.end(),
                      [&](const char* foreign) { return ending == foreign; });
 }
@@ -112,7 +106,7 @@ Result<void> check_video_settings(const VideoSettings& settings) {
   // Matroska time stamps have millisecond resolution.
   if (container_of(settings.path) != std::string_view("mp4") &&
       settings.fps_numerator > 1000 * settings.fps_denominator)
-    return Error{"a " + lower_ending(settings.path) +
+    return Error{"a " + lower_extension(settings.path) +
                  " video has at most 1000 frames a second: choose a lower --fps, or .mp4"};
   return {};
 }
