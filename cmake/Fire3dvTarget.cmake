@@ -42,7 +42,9 @@ set(FIRE3DV_UNITY_SOURCES 8 CACHE STRING "Sources that a unity build compiles at
 mark_as_advanced(FIRE3DV_UNITY_SOURCES)
 if(FIRE3DV_UNITY)
   # g++ takes a .cpp file that a unity source includes for a header, whose classes should not use anonymous namespaces.
-  target_compile_options(fire3dv_flags INTERFACE $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-Wno-subobject-linkage>)
+  # Local names may be those of another file.
+  target_compile_options(fire3dv_flags INTERFACE
+    "$<$<COMPILE_LANG_AND_ID:CXX,GNU>:SHELL:-Wno-subobject-linkage -Wno-shadow -Wshadow=local>")
 endif()
 function(fire3dv_unity name)
   if(FIRE3DV_UNITY)

@@ -20,7 +20,7 @@
 #include "base/error.h"
 #include "base/log.h"
 #include "base/plural.h"
-#include "base/progress.h"
+#include "base/process/progress.h"
 #include "base/text.h"
 #include "programs/inspect/observer.h"
 #include "programs/inspect/recorded_edits.h"

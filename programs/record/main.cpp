@@ -20,7 +20,7 @@
 #include "base/command_line.h"
 #include "base/log.h"
 #include "base/plural.h"
-#include "base/progress.h"
+#include "base/process/progress.h"
 #include "base/text.h"
 #include "programs/listener_options.h"
 #include "protocol/record/damage.h"

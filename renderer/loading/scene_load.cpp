@@ -8,7 +8,7 @@
 
 #include "base/log.h"
 #include "base/plural.h"
-#include "base/progress.h"
+#include "base/process/progress.h"
 #include "renderer/scene/derived/key_light.h"
 #include "renderer/scene/derived/variants.h"
 #include "renderer/scene/gltf/load_gltf.h"

@@ -5,7 +5,7 @@
 #include <system_error>
 
 #include "base/log.h"
-#include "base/progress.h"
+#include "base/process/progress.h"
 #include "protocol/wire/check.h"
 #include "renderer/app/stop_signals.h"
 #include "renderer/offline/frame_folder.h"

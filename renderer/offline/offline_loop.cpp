@@ -5,7 +5,7 @@
 #include <thread>
 
 #include "base/log.h"
-#include "base/progress.h"
+#include "base/process/progress.h"
 #include "protocol/record/mcap/attachments.h"
 #include "protocol/wire/check.h"
 #include "renderer/camera/default_look.h"

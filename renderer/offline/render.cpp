@@ -1,6 +1,6 @@
 #include "base/log.h"
 #include "base/plural.h"
-#include "base/progress.h"
+#include "base/process/progress.h"
 #include "renderer/offline/commands.h"
 
 #include <cmath>

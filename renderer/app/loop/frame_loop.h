@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "base/progress.h"
+#include "base/process/progress.h"
 #include "protocol/replay/replay_clock.h"
 #include "renderer/app/document.h"
 #include "renderer/app/frame_stats.h"
