@@ -196,8 +196,9 @@ Result<DeviceChoice> choose_device(const std::vector<DeviceReport>& reports, std
     const auto [end, parsed] = std::from_chars(wanted.data(), wanted.data() + wanted.size(), index);
     const bool is_index = parsed == std::errc() && end == wanted.data() + wanted.size();
     for (const DeviceReport& report : reports) {
-      const bool match = is_index ? report.index == index
-                                  : lower_case(report.name).find(lower_case(wanted)) != std::string::npos;
+      const bool match =
+          is_index ? report.index == index
+                   : lower_case(report.name).find(lower_case(std::string(wanted))) != std::string::npos;
       if (match) candidates.push_back(&report);
     }
     if (candidates.empty()) {
