@@ -11,8 +11,6 @@
 namespace fire3dv::app {
 namespace {
 
-constexpr int kUsageError = 2;
-
 using Lines = std::vector<ConfigLine>;
 
 bool contains(const std::vector<std::string>& names, const std::string& name) {
@@ -34,11 +32,11 @@ std::optional<UsageError> check_lines(const ParseWords& parse, const Lines& line
     const std::string place = file + ":" + std::to_string(line.number) + ": ";
     for (const char* name : {"config", "drake", "help", "version", "h"}) {
       if (line.name == name)
-        return UsageError{kUsageError, place + "--" + name + " is an option of command lines only"};
+        return UsageError{kUsageExitCode, place + "--" + name + " is an option of command lines only"};
     }
     const auto alone = parse({line.argument()}, OptionChecks::words, nullptr);
     if (const auto* error = std::get_if<UsageError>(&alone))
-      return UsageError{kUsageError, place + error->text};
+      return UsageError{kUsageExitCode, place + error->text};
     std::vector<std::string> same;
     const ConfigLine* first = nullptr;
     for (size_t k = 0; k <= i; ++k) {
@@ -48,8 +46,8 @@ std::optional<UsageError> check_lines(const ParseWords& parse, const Lines& line
     }
     if (same.size() == 1) continue;
     if (std::holds_alternative<UsageError>(parse(same, OptionChecks::words, nullptr)))
-      return UsageError{kUsageError, place + "--" + line.name + " is set in line " +
-                                         std::to_string(first->number) + " already; remove one"};
+      return UsageError{kUsageExitCode, place + "--" + line.name + " is set in line " +
+                                            std::to_string(first->number) + " already; remove one"};
   }
   return std::nullopt;
 }
@@ -126,7 +124,7 @@ std::variant<Options, UsageError> parse_with_config(
   const ConfigPlace place = config_place(given.config, environment);
   const char* const home = environment("HOME");
   Result<Lines> lines = read_config(place, home ? home : "");
-  if (!lines) return UsageError{kUsageError, lines.error().message + "; --config none reads no file"};
+  if (!lines) return UsageError{kUsageExitCode, lines.error().message + "; --config none reads no file"};
   if (auto wrong = check_lines(parse, *lines, place.file.string())) return std::move(*wrong);
   std::erase_if(*lines, [&](const ConfigLine& line) {
     return contains(given.present, line.name) || contains(given.excluded, line.name);

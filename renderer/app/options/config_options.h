@@ -11,6 +11,8 @@
 
 namespace fire3dv::app {
 
+constexpr int kUsageExitCode = 2;
+
 struct UsageError {
   int exit_code = 0;
   std::string text;  // empty: help or version was printed

@@ -24,7 +24,6 @@
 namespace fire3dv::app {
 namespace {
 
-constexpr int kUsageExitCode = 2;
 constexpr uint64_t kMaxFrames = 1'000'000'000'000;
 
 gpu::AsyncCompute async_compute_named(const std::string& name) {
