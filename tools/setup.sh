@@ -21,7 +21,7 @@ packages=(
   # example simulator
   libbullet-dev
   # tests
-  libgtest-dev vulkan-validationlayers vulkan-tools xvfb xauth xdotool strace python3
+  libgtest-dev vulkan-validationlayers vulkan-tools xvfb xauth libxtst6 strace python3
   iproute2 openssl  # network namespaces, two hosts on one machine, and their certificate
   python3-numpy python3-pip python3-setuptools python3-venv python3-wheel  # Python package: arrays, installation with pip
   go-md2man  # manual pages
@@ -66,7 +66,7 @@ Install by hand, then run again with FIRE3DV_SKIP_SETUP=1:
     CLI11 2, assimp 5.2, yaml-cpp 0.7, urdfdom 3 or 4, console_bridge 1, TinyXML-2 9,
     FFmpeg 5.1 (libavformat, libavcodec, libavutil, libswscale; with x264, x265, SVT-AV1)
   - optional: go-md2man for the manual pages; Eclipse Cyclone DDS 0.10 with idlc for ROS 2; libsdformat 12 for SDF files
-  - for the example and the tests: Bullet 3, GoogleTest, Vulkan validation layers, Xvfb, xdotool, strace, Python 3 with NumPy, pip, setuptools and venv, iproute2, openssl, ffmpeg; for the comparison with MuJoCo's renderer: EGL and libOpenGL
+  - for the example and the tests: Bullet 3, GoogleTest, Vulkan validation layers, Xvfb, libXtst, strace, Python 3 with NumPy, pip, setuptools and venv, iproute2, openssl, ffmpeg; for the comparison with MuJoCo's renderer: EGL and libOpenGL
   - without a GPU: Mesa's lavapipe 24.1 or newer (ray queries)
 TEXT
   exit 1

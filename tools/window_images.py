@@ -2,7 +2,7 @@
 """Makes the images of docs/ that show the window, the debug views and two simulators:
 tools/window_images.py BIN FOLDER [NAME ...]
 
-BIN is the folder of the built programs, NAME an image such as editing.png (default: all). Needs Xvfb, xdotool and ffmpeg, as the tests of the window do.
+BIN is the folder of the built programs, NAME an image such as editing.png (default: all). Needs Xvfb, libXtst and ffmpeg.
 """
 import os
 import shutil
@@ -38,8 +38,8 @@ def window(programs, folder, name, size, dpi, link):
         Program(test, "bullet_arm", [f"{programs}/bullet_arm", "--to", uri])
         viewer.wait_err("accepted")
         time.sleep(8)  # the arm has begun to work
-        screen.xdotool("mousemove", "--window", shown, *link, "click", 1)
-        screen.xdotool("mousemove", "--window", shown, int(size[0] * 0.4), 2)
+        screen.click(shown, *link)
+        screen.move(shown, int(size[0] * 0.4), 2)
         time.sleep(6)
         wait_until("a screenshot", lambda: write_png(screen.picture(shown), os.path.join(folder, name)) is None)
     finally:
@@ -73,15 +73,15 @@ def editing(programs, folder, name, size, dpi, body):
                          env=screen.env)
         shown = screen.window(viewer)
         settled(screen, shown)
-        screen.xdotool("mousemove", "--window", shown, *body, "click", 1)
+        screen.click(shown, *body)
         settled(screen, shown)
-        screen.xdotool("key", "g")
+        screen.key("g")
         settled(screen, shown)
-        screen.xdotool("mousemove", "--window", shown, *body, "mousedown", 1)
+        screen.press(shown, *body)
         for step in range(1, 9):
-            screen.xdotool("mousemove", "--window", shown, body[0] - dpi * step // 24, body[1] - dpi * step // 12)
-        screen.xdotool("mouseup", 1)
-        screen.xdotool("mousemove", "--window", shown, int(size[0] * 0.4), 4)
+            screen.move(shown, body[0] - dpi * step // 24, body[1] - dpi * step // 12)
+        screen.release()
+        screen.move(shown, int(size[0] * 0.4), 4)
         picture = settled(screen, shown)
         write_png(picture, os.path.join(folder, name))
     finally:

@@ -53,16 +53,16 @@ def check_image(image, least, most):
     check(image.sim_time_ns == 1000 * image.sequence, f"frame {image.sequence} says {image.sim_time_ns} ns")
 
 
-def random_depth(test, link, *arguments):
+def random_depth(test, link, *arguments, requests=REQUESTS):
     """Requests with random depth in flight, while the simulator goes on."""
     uri = test.fresh_uri(link)
     renderer = renderer_of(test, uri, "--on-request", *arguments)
     source = random.Random(11)
     with open_stream(uri) as stream:
         open_requests, asked, published = {}, 0, 0
-        while asked < REQUESTS or open_requests:
-            depth = source.randrange(24) if asked < REQUESTS else 0
-            while asked < REQUESTS and len(open_requests) <= depth:
+        while asked < requests or open_requests:
+            depth = source.randrange(24) if asked < requests else 0
+            while asked < requests and len(open_requests) <= depth:
                 if source.randrange(3):
                     published = stream.publish(1000 * (published + 1), barcode.poses_of(published + 1))
                 request = stream.request_image(*barcode.SIZE, node=barcode.CAMERA)
@@ -111,17 +111,17 @@ def paths(test, link):
     stop(renderer)
 
 
-def lockstep(test, link, *arguments):
+def lockstep(test, link, *arguments, steps=STEPS):
     uri = test.fresh_uri(link)
     renderer = renderer_of(test, uri, "--on-request", "--lockstep", *arguments)
     with open_stream(uri) as stream:
         with stream.request_image(*barcode.SIZE, node=barcode.CAMERA, when="every_nth") as camera:
-            for number in range(1, STEPS + 1):
+            for number in range(1, steps + 1):
                 [image] = stream.step(1000 * number, barcode.poses_of(number), [camera], HANG_S)
                 check_image(image, number, number)
                 check(image.lost == 0, f"{image.lost} images were lost in lockstep")
         # A request for a frame number may precede or follow the publication of the frame.
-        for number in range(STEPS + 1, STEPS + 21, 2):
+        for number in range(steps + 1, steps + 21, 2):
             ahead = stream.request_image(*barcode.SIZE, node=barcode.CAMERA, when="exactly", sequence=number)
             stream.publish(1000 * number, barcode.poses_of(number))
             check_image(ahead.wait(HANG_S), number, number)
@@ -217,8 +217,8 @@ def many_cameras(test, link):
 def several_devices(test, link):
     """The same with two devices, here one device opened twice; the images of each request arrive in order."""
     many_cameras_of(test, link, "--fxaa", "off", "--devices", "0,0")
-    lockstep(test, link, "--devices", "0,0")
-    random_depth(test, link, "--devices", "0,0")
+    lockstep(test, link, "--devices", "0,0", steps=40)
+    random_depth(test, link, "--devices", "0,0", requests=200)
     uri = test.fresh_uri(link)
     renderer = renderer_of(test, uri, "--on-request", "--lockstep", "--devices", "0,0,0")
     with open_stream(uri) as stream:

@@ -18,4 +18,5 @@ if(TARGET fire3dv AND TARGET two_simulators_mujoco)
     set_tests_properties(two_simulators_${cases} PROPERTIES LABELS e2e TIMEOUT 900
       ENVIRONMENT "VK_DRIVER_FILES=${FIRE3DV_TEST_VULKAN_DRIVER};VK_ICD_FILENAMES=${FIRE3DV_TEST_VULKAN_DRIVER};PYTHONDONTWRITEBYTECODE=1")
   endforeach()
+  set_tests_properties(two_simulators_shm two_simulators_udp PROPERTIES LABELS long)  # transports are proved elsewhere
 endif()

@@ -269,9 +269,10 @@ def cases():
     result = {"any_no_listen": any_no_listen, "any_two_renderers": any_two_renderers,
               "any_all_transports": any_all_transports, "any_stream_timeout": any_stream_timeout}
     for transport in TRANSPORTS:
-        for run in (renderer_first, adapter_first, adapter_rests, described_anew, two_adapters, two_frames, names, no_adapter,
-                    waits_for_stream):
+        for run in (renderer_first, adapter_first, adapter_rests, two_adapters, names):
             result[f"{transport}_{run.__name__}"] = lambda test, t=transport, r=run: r(test, t)
+        for run in (described_anew, two_frames, no_adapter, waits_for_stream):
+            result[f"streams_{transport}_{run.__name__}"] = lambda test, t=transport, r=run: r(test, t)
         for run in (adapter_restarted, renderer_restarted):
             for kill in (False, True):
                 result[f"{transport}_{run.__name__}{'_killed' if kill else ''}"] = (

@@ -8,7 +8,7 @@ import os
 
 import fire3dv
 from harness import main, wait_until
-from image_reader import check, write_scene
+from image_reader import check, ranges_about, write_scene
 from screen import on_a_screen
 
 SIZE = (900, 600)
@@ -42,16 +42,15 @@ def plots(test, screen):
 
         def curve():
             """x -> y of the curve's pixels."""
-            picture = screen.picture(window)
             near = {}
-            for y in range(top, bottom):
-                for x in range(left, right):
-                    if all(abs(a - b) < 24 for a, b in zip(picture.pixel(x, y), ACCENT)):
+            for y, row in enumerate(screen.picture(window).matches(ranges_about(ACCENT, 24), left, right)[top:bottom], top):
+                for x, is_near in enumerate(row, left):
+                    if is_near:
                         near.setdefault(x, []).append(y)
             return {x: sum(ys) / len(ys) for x, ys in near.items()}
 
         def choose():
-            screen.xdotool("mousemove", "--window", window, *FIRST_ROW, "click", 1)
+            screen.click(window, *FIRST_ROW)
             return wait_until("the curve", lambda: (lambda found: len(found) > 100 and found)(curve()))
 
         wait_until("the stream", lambda: renderer.find_err("pendulum"))
@@ -61,14 +60,14 @@ def plots(test, screen):
             phase = (x - left) / (right - left)
             expected = top + height * (0.5 - 0.5 / 1.1 * math.sin(2 * math.pi * phase))
             check(abs(y - expected) < 6, f"the curve is at ({x}, {y}), not at {expected:.1f}")
-        screen.xdotool("mousemove", "--window", window, *EXPORT, "click", 1)
+        screen.click(window, *EXPORT)
         path = renderer.wait_err(r"scalars (\S+\.csv)").group(1)
         with open(path, encoding="utf-8", newline="") as file:
             lines = file.read().split("\r\n")
         check(os.path.dirname(path) == folder and lines[0] == 'sim_time_s,"joints/hinge [rad]"', f"{path}: {lines[0]}")
         rows = [tuple(map(float, line.split(","))) for line in lines[1:-1]]
         check(rows == [(time_ns / 1e9, value) for time_ns, value in zip(times, values)], f"{path} has {rows}")
-    screen.x11.close(int(window))
+    screen.x11.close(window)
     renderer.expect_exit(0)
 
 

@@ -1,4 +1,5 @@
 """Headless Chromium, driven by the DevTools protocol over a WebSocket, with the standard library alone."""
+import atexit
 import base64
 import json
 import os
@@ -6,6 +7,7 @@ import shutil
 import socket
 import struct
 import subprocess
+import tempfile
 import time
 import urllib.request
 
@@ -164,6 +166,8 @@ class Page:
 
 
 class Chromium:
+    """A browser. Each test closes its pages; they have the renderer's address as origin and so share no state."""
+
     def __init__(self, folder, *options):
         program = shutil.which("chromium") or shutil.which("chromium-browser")
         check(program, "chromium is not installed")
@@ -179,11 +183,28 @@ class Chromium:
             time.sleep(0.05)
         self.port = int(open(port_file).read().split("\n")[0])
 
-    def page(self):
-        request = urllib.request.Request(f"http://127.0.0.1:{self.port}/json/new?about:blank", method="PUT")
+    def _get(self, command, method="GET", text=False):
+        request = urllib.request.Request(f"http://127.0.0.1:{self.port}/json/{command}", method=method)
         with urllib.request.urlopen(request, timeout=HANG_S) as answer:
-            return Page(self, json.load(answer))
+            return answer.read() if text else json.load(answer)
+
+    def page(self):
+        return Page(self, self._get("new?about:blank", method="PUT"))
+
+    def close_pages(self):
+        for target in self._get("list"):
+            if target["type"] == "page" and target["url"] != "about:blank":
+                self._get(f"close/{target['id']}", text=True)
 
     def end(self):
         self.process.kill()
         self.process.wait()
+
+
+def shared_chromium(*options, browsers={}):
+    """One browser for all tests of this process that want these options: its start takes longer than most of them."""
+    if options not in browsers:
+        folder = tempfile.mkdtemp(prefix="fire3dv-chromium-")
+        browsers[options] = browser = Chromium(folder, *options)
+        atexit.register(lambda: (browser.end(), shutil.rmtree(folder, ignore_errors=True)))
+    return browsers[options]

@@ -88,24 +88,44 @@ class Picture:
     def columns(self, first, count):
         return Picture(count, self.height, [row[3 * first:3 * (first + count)] for row in self.rows], self.text)
 
+    def matches(self, ranges, first=0, end=None):
+        """For each row, one byte a pixel of the columns: 1 where red, green and blue are in their ranges. Fast enough to poll."""
+        tables = [bytes(low <= value <= high for value in range(256)) for low, high in ranges]
+        width = (self.width if end is None else end) - first
+        found = []
+        for row in self.rows:
+            planes = [int.from_bytes(row[3 * first + i:3 * (first + width):3].translate(tables[i]), "big") for i in range(3)]
+            found.append((planes[0] & planes[1] & planes[2]).to_bytes(width, "big"))
+        return found
+
+    def box_of(self, ranges, first=0, end=None):
+        """Returns left, top, right and bottom of the pixels in these ranges, or None."""
+        found = self.matches(ranges, first, end)
+        rows = [y for y, row in enumerate(found) if 1 in row]
+        if not rows:
+            return None
+        return (first + min(found[y].find(1) for y in rows), rows[0], first + max(found[y].rfind(1) for y in rows) + 1, rows[-1] + 1)
+
     def row_of(self, name):
         """Returns the centre of the rows that show this colour, or None."""
-        wanted = SQUARES[name][0]
-        rows = [y for y, row in enumerate(self.rows) if any(
-            all((row[3 * x + i] > 200) if wanted[i] else (row[3 * x + i] < 60) for i in range(3))
-            for x in range(self.width))]
-        return (rows[0] + rows[-1] + 1) / 2 if rows else None
+        box = self.box_of(ranges_of(name))
+        return (box[1] + box[3]) / 2 if box else None
 
     def place_of_square(self, name):
         """Returns the centre of the square along x in units, or None if it is not in the image."""
-        wanted = SQUARES[name][0]
         row = self.rows[int((SIZE[1] / 2 - SQUARES[name][1]) * self.height / SIZE[1])]
-        columns = [x for x in range(self.width)
-                   if all((row[3 * x + i] > 200) if wanted[i] else (row[3 * x + i] < 60) for i in range(3))]
-        if not columns:
-            return None
-        middle = (columns[0] + columns[-1] + 1) / 2
-        return (middle - self.width / 2) * SIZE[0] / self.width
+        box = Picture(self.width, 1, [row]).box_of(ranges_of(name))
+        return ((box[0] + box[2]) / 2 - self.width / 2) * SIZE[0] / self.width if box else None
+
+
+def ranges_of(name, high=200, low=60):
+    """Ranges of the channels of a square's colour, as it is drawn."""
+    return [(high + 1, 255) if channel else (0, low - 1) for channel in SQUARES[name][0]]
+
+
+def ranges_about(colour, distance):
+    """Ranges of the channels of a colour that differ by less than the distance."""
+    return [(channel - distance + 1, channel + distance - 1) for channel in colour]
 
 
 def read_png(path):
@@ -133,20 +153,37 @@ def read_png(path):
     return Picture(width, height, unfilter(zlib.decompress(pixels), width, height, 3 if colour == 2 else 4), text)
 
 
+def added(a, b):
+    """Sums of bytes, modulo 256."""
+    length = len(a)
+    low = int.from_bytes(b"\x7f" * length, "little")
+    x, y = int.from_bytes(a, "little"), int.from_bytes(b, "little")
+    return bytearray((((x & low) + (y & low)) ^ ((x ^ y) & ~low)).to_bytes(length, "little"))
+
+
+def sums(line, size):
+    """Each byte plus all bytes before it of the same channel, modulo 256."""
+    step = size
+    while step < len(line):
+        line = added(line, bytes(step) + line[:-step])
+        step *= 2
+    return line
+
+
 def unfilter(raw, width, height, size):
     """Undoes the five PNG filters and drops an alpha channel."""
     stride, rows, above = width * size, [], bytearray(width * size)
     for y in range(height):
         kind = raw[y * (stride + 1)]
         line = bytearray(raw[y * (stride + 1) + 1:(y + 1) * (stride + 1)])
-        for i in range(stride if kind else 0):
+        if kind == 1:  # Sub and Up, which fire3dv writes, as sums of whole rows
+            line = sums(line, size)
+        elif kind == 2:
+            line = added(line, above)
+        for i in range(stride if kind > 2 else 0):
             a = line[i - size] if i >= size else 0
             b, c = above[i], above[i - size] if i >= size else 0
-            if kind == 1:
-                add = a
-            elif kind == 2:
-                add = b
-            elif kind == 3:
+            if kind == 3:
                 add = (a + b) // 2
             else:
                 p = a + b - c

@@ -4,7 +4,7 @@ import math
 import os
 import subprocess
 
-from chromium import Chromium, WebSocketClient
+from chromium import WebSocketClient, shared_chromium
 from glb_edit import edit_glb
 from harness import Program, vulkan_environment
 from image_reader import check
@@ -63,7 +63,7 @@ class Session(LiveRenderer):
 
     def __init__(self, test, *arguments, browser=(), **options):
         super().__init__(test, *arguments, **options)
-        self.browser = Chromium(test.folder, *browser)
+        self.browser = shared_chromium(*browser)
 
     def page(self, link=None, embed=True, size=(WIDTH, HEIGHT), **options):
         page = self.browser.page()
@@ -73,7 +73,7 @@ class Session(LiveRenderer):
         return page
 
     def end(self):
-        self.browser.end()
+        self.browser.close_pages()
 
 
 def image_after(page, number):

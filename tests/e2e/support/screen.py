@@ -5,7 +5,7 @@ FIRE3DV_KEEP_SCREENSHOTS=DIR stores the screenshots as PPM.
 import os
 import subprocess
 
-from harness import HANG_S, vulkan_environment, wait_until
+from harness import vulkan_environment, wait_until
 from image_reader import Picture, check
 from x11 import X11
 
@@ -40,16 +40,6 @@ class Screen:
         self.server.wait()
         self.log.close()
 
-    def xdotool(self, *arguments):
-        result = subprocess.run(["xdotool", *map(str, arguments)], env=self.env, capture_output=True, text=True,
-                                timeout=HANG_S, check=False)
-        check(result.returncode == 0, f"xdotool {arguments}: {result.stderr}")
-        return result.stdout.strip()
-
-    def windows(self, name="^FIRE-3DV"):
-        return subprocess.run(["xdotool", "search", "--onlyvisible", "--name", name], env=self.env,
-                              capture_output=True, text=True, timeout=HANG_S, check=False).stdout.split()
-
     def window(self, program, name="^FIRE-3DV"):
         def look():
             check(program.alive(), f"{program.name} ended:\n{program.stderr_text()}")
@@ -57,28 +47,63 @@ class Screen:
             return found[0] if found else None
         return wait_until("a window", look)
 
+    def windows(self, name="^FIRE-3DV"):
+        return self.x11.windows(name)
+
     def size_of(self, window):
-        shell = dict(line.split("=") for line in self.xdotool("getwindowgeometry", "--shell", window).splitlines())
-        return int(shell["WIDTH"]), int(shell["HEIGHT"])
+        return self.x11.area(window)[2:]
 
     def picture(self, window):
         """Returns a screenshot of the window's area."""
-        shell = dict(line.split("=") for line in self.xdotool("getwindowgeometry", "--shell", window).splitlines())
-        x, y, width, height = (int(shell[key]) for key in ("X", "Y", "WIDTH", "HEIGHT"))
-        grab = subprocess.run(["ffmpeg", "-nostdin", "-v", "error", "-f", "x11grab", "-draw_mouse", "0", "-video_size",
-                               f"{width}x{height}", "-i", f"{self.display}+{x},{y}", "-frames:v", "1", "-f", "rawvideo",
-                               "-pix_fmt", "rgb24", "-"], capture_output=True, timeout=HANG_S, check=False, env=self.env)
-        check(len(grab.stdout) == 3 * width * height, f"no screenshot: {grab.stderr.decode()}")
-        keep(width, height, grab.stdout)
-        return Picture(width, height, [grab.stdout[3 * width * y:3 * width * (y + 1)] for y in range(height)])
+        x, y, width, height = self.x11.area(window)
+        rows = self.x11.pixels(x, y, width, height)
+        keep(width, height, rows)
+        return Picture(width, height, rows)
+
+    def key(self, *chords):
+        """Presses and releases each chord, such as "h" or "ctrl+shift+s"; the window under the pointer gets them."""
+        for chord in chords:
+            names = chord.split("+")
+            for name in names:
+                self.x11.key(name, True)
+            for name in reversed(names):
+                self.x11.key(name, False)
+
+    def key_down(self, name):
+        self.x11.key(name, True)
+
+    def key_up(self, name):
+        self.x11.key(name, False)
+
+    def move(self, window, x, y):
+        """Moves the pointer to this position in the window."""
+        self.x11.move(window, x, y)
+
+    def click(self, window, x, y, button=1):
+        self.press(window, x, y, button)
+        self.release(button)
+
+    def click_here(self, button=1):
+        self.x11.button(button, True)
+        self.x11.button(button, False)
+
+    def press(self, window, x, y, button=1):
+        self.x11.move(window, x, y)
+        self.x11.button(button, True)
+
+    def press_here(self, button=1):
+        self.x11.button(button, True)
+
+    def release(self, button=1):
+        self.x11.button(button, False)
 
 
-def keep(width, height, data, seen=[]):
+def keep(width, height, rows, seen=[]):
     folder = os.environ.get("FIRE3DV_KEEP_SCREENSHOTS")
     if folder:
         seen.append(width)
         with open(os.path.join(folder, f"screen{len(seen):03}.ppm"), "wb") as file:
-            file.write(b"P6 %d %d 255\n" % (width, height) + data)
+            file.write(b"P6 %d %d 255\n" % (width, height) + b"".join(rows))
 
 
 def on_a_screen(body, **options):

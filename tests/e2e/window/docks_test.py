@@ -4,40 +4,20 @@ import glob
 import os
 
 from harness import main, wait_until
-from image_reader import SQUARES, check, read_png, write_scene
+from image_reader import check, ranges_about, ranges_of, read_png, write_scene
 from screen import on_a_screen
 
 WINDOW = (640, 400)
 BACKGROUND = (32, 64, 128)  # no panel has this colour
 
 
-def box_of(picture, is_wanted):
-    """Returns left, top, right and bottom of the pixels, or None."""
-    rows = [[x for x in range(picture.width) if is_wanted(picture.pixel(x, y))] for y in range(picture.height)]
-    seen = [y for y, row in enumerate(rows) if row]
-    if not seen:
-        return None
-    return min(rows[y][0] for y in seen), seen[0], max(rows[y][-1] for y in seen) + 1, seen[-1] + 1
-
-
 def uncovered(picture):
-    """Returns the bounds of the background, found as bytes: fast enough to poll."""
-    wanted, left, right, rows = bytes(BACKGROUND), picture.width, 0, []
-    for y, row in enumerate(picture.rows):
-        first, last = row.find(wanted), row.rfind(wanted)
-        while first % 3 and first >= 0:
-            first = row.find(wanted, first + 1)
-        while last % 3 and last >= 0:
-            last = row.rfind(wanted, 0, last + 2)
-        if first >= 0 and last >= 0:
-            left, right = min(left, first // 3), max(right, last // 3 + 1)
-            rows.append(y)
-    return (left, rows[0], right, rows[-1] + 1) if rows else None
+    """Returns the bounds of the background."""
+    return picture.box_of(ranges_about(BACKGROUND, 1))
 
 
 def centre_of_square(picture, name):
-    wanted = SQUARES[name][0]
-    box = box_of(picture, lambda p: all(p[i] > 200 if wanted[i] else p[i] < 60 for i in range(3)))
+    box = picture.box_of(ranges_of(name))
     return box and ((box[0] + box[2]) / 2, (box[1] + box[3]) / 2)
 
 
@@ -73,64 +53,64 @@ def image_beside_panels(test, screen):
     renderer, window, box = open_window(test, screen)
     check(box[0] > 150 and box[2] < WINDOW[0] - 150 and box[3] < WINDOW[1] - 20, f"panels leave {box}")
     x, y = centre_of_square(screen.picture(window), "green")
-    screen.xdotool("mousemove", "--window", window, int(x), int(y), "click", 1)
+    screen.click(window, int(x), int(y))
     before = screen.picture(window).rows
     wait_until("an outline", lambda: screen.picture(window).rows != before)
-    screen.xdotool("key", "f")
+    screen.key("f")
     wait_until("green in the middle of the rectangle", lambda: is_centred(screen, window, "green", box))
-    screen.xdotool("key", "p")
+    screen.key("p")
     path = renderer.wait_err(r"screenshot (.*\.png)").group(1)
     taken = read_png(path)
     check((taken.width, taken.height) == (box[2] - box[0], box[3] - box[1]), f"{taken.width}x{taken.height} of {box}")
-    screen.xdotool("key", "Tab")
+    screen.key("Tab")
     whole = (0, 0, *WINDOW)
     wait_until("an image in the whole window", lambda: uncovered(screen.picture(window)) == whole)
-    screen.xdotool("key", "f")
+    screen.key("f")
     wait_until("green in the middle of the window", lambda: is_centred(screen, window, "green", whole))
-    screen.x11.close(int(window))
+    screen.x11.close(window)
     renderer.expect_exit(0)
 
 
 def splitters(test, screen):
     """A splitter follows the mouse, its handle folds the dock, and both are kept for the next run."""
     renderer, window, box = open_window(test, screen)
-    screen.xdotool("mousemove", "--window", window, box[2] + 3, 60, "mousedown", 1)
+    screen.press(window, box[2] + 3, 60)
     for x in range(box[2] + 3, box[2] - 38, -5):  # into the image: the column is at its limit already
-        screen.xdotool("mousemove", "--window", window, x, 60)
+        screen.move(window, x, 60)
     for x in range(box[2] - 37, box[2] + 10, 3):
-        screen.xdotool("mousemove", "--window", window, x, 60)
-    screen.xdotool("mouseup", 1)
+        screen.move(window, x, 60)
+    screen.release()
     moved = wait_until("a narrower right column", lambda: (lambda now: now and now[2] > box[2] and now)(
         uncovered(screen.picture(window))))
     check(moved[:2] == box[:2], f"{moved}, not {box}")
     # The handle is in the middle of the splitter.
-    screen.xdotool("mousemove", "--window", window, box[0] - 3, WINDOW[1] // 2, "click", 1)
+    screen.click(window, box[0] - 3, WINDOW[1] // 2)
     folded = wait_until("a folded left column", lambda: (lambda now: now and now[0] < 20 and now)(
         uncovered(screen.picture(window))))
-    screen.x11.close(int(window))
+    screen.x11.close(window)
     renderer.expect_exit(0)
     renderer, window, again = open_window(test, screen)
     check(again == settled(screen, window) and again[0] == folded[0] and abs(again[2] - moved[2]) < 2, f"{again} after {folded}")
-    screen.xdotool("mousemove", "--window", window, again[0] - 5, WINDOW[1] // 2, "click", 1)
+    screen.click(window, again[0] - 5, WINDOW[1] // 2)
     wait_until("the left column again", lambda: (uncovered(screen.picture(window)) or (0,))[0] == box[0])
-    screen.x11.close(int(window))
+    screen.x11.close(window)
     renderer.expect_exit(0)
 
 
 def videos(test, screen):
     """A video goes on while panels are hidden and shown."""
     renderer, window, box = open_window(test, screen)
-    screen.xdotool("key", "v")
+    screen.key("v")
     renderer.wait_err(r"recording .*\.mp4")
-    screen.xdotool("key", "Tab")
+    screen.key("Tab")
     wait_until("no panels beside the image", lambda: screen.picture(window).pixel(4, 4) == (0, 0, 0))
     check(uncovered(screen.picture(window)) == box, "the image of the video moved")
-    screen.xdotool("key", "v")
+    screen.key("v")
     renderer.wait_err(r"video .*\.mp4")
     check(not renderer.find_err("the video ends"), renderer.stderr_text())
     check(all(os.path.getsize(path) for path in glob.glob(test.path("taken/*.mp4"))), "the video is empty")
     wait_until("an image in the whole window", lambda: uncovered(screen.picture(window)) == (0, 0, *WINDOW))
-    screen.x11.close(int(window))
+    screen.x11.close(window)
     renderer.expect_exit(0)
 
 
@@ -140,13 +120,13 @@ def double_scale(test, screen):
     renderer, window, box = open_window(test, screen, size)
     check(box[2] - box[0] >= 0.39 * size[0] and box[3] - box[1] >= 0.59 * size[1], f"panels leave {box}")
     check(box[0] > 300, f"panels have the size of scale 1: {box}")
-    screen.xdotool("key", "F1")
+    screen.key("F1")
     # Its two columns are wider than the image.
     wait_until("help over the image", lambda: all(BACKGROUND not in {screen.picture(window).pixel(x, 360)}
                                                   for x in range(box[0], box[2], 40)))
-    screen.xdotool("key", "F1")
+    screen.key("F1")
     wait_until("the image again", lambda: uncovered(screen.picture(window)) == box)
-    screen.x11.close(int(window))
+    screen.x11.close(window)
     renderer.expect_exit(0)
 
 

@@ -9,7 +9,7 @@ import os
 import fire3dv
 from glb_edit import edit_glb
 from harness import main, wait_until
-from image_reader import SQUARES, check, read_png, write_scene
+from image_reader import SQUARES, Picture, check, ranges_about, read_png, write_scene
 from screen import on_a_screen
 
 WINDOW = (1280, 720)
@@ -58,10 +58,10 @@ class Window:
 
     def key(self, *names):
         for name in names:
-            self.screen.xdotool("key", name)
+            self.screen.key(name)
 
     def click(self, at, button=1):
-        self.screen.xdotool("mousemove", "--window", self.window, *at, "click", button)
+        self.screen.click(self.window, *at, button=button)
 
     def toggle(self, panel):
         """Opens or closes a panel, and waits until what is below its title has changed."""
@@ -85,21 +85,18 @@ class Window:
         self.click(item)
 
     def drag(self, begin, end):
-        self.screen.xdotool("mousemove", "--window", self.window, *begin)
-        self.screen.xdotool("mousedown", 1)
+        self.screen.move(self.window, *begin)
+        self.screen.press_here()
         for step in range(1, 6):
-            self.screen.xdotool("mousemove", "--window", self.window, *(b + (e - b) * step // 5 for b, e in zip(begin, end)))
-        self.screen.xdotool("mouseup", 1)
+            self.screen.move(self.window, *(b + (e - b) * step // 5 for b, e in zip(begin, end)))
+        self.screen.release()
 
     def square(self, name):
         """Centre of a square in units from the centre of the image, y up, or None."""
-        wanted = tuple(255 * c for c in SQUARES[name][0])  # unlit
-        found = [(x, y) for y, row in enumerate(self.image()) if bytes(wanted) in row
-                 for x, pixel in enumerate(zip(*[iter(row)] * 3)) if pixel == wanted]
-        if not found:
-            return None
-        xs, ys = zip(*found)
-        return ((min(xs) + max(xs) + 1 - IMAGE[2] + IMAGE[0]) / 2 / UNIT_PX, (IMAGE[3] - min(ys) - max(ys)) / 2 / UNIT_PX)
+        left, top, right, bottom = IMAGE
+        image = Picture(right - left, bottom - top, self.image())
+        box = image.box_of(ranges_about([255 * c for c in SQUARES[name][0]], 1))  # unlit
+        return box and ((box[0] + box[2] - image.width) / 2 / UNIT_PX, (image.height - box[1] - box[3] + 1) / 2 / UNIT_PX)
 
     def wait_square(self, name, x, y):
         def is_there():
@@ -176,10 +173,8 @@ def plots(window):
     (left, top), (right, bottom) = PLOT
 
     def has_curve():
-        rows = window.picture().rows[top:bottom]
-        columns = {x for row in rows for x in range(left, right)
-                   if all(abs(row[3 * x + i] - ACCENT[i]) < 24 for i in range(3))}
-        return len(columns) > (right - left) // 2
+        rows = window.picture().matches(ranges_about(ACCENT, 24), left, right)[top:bottom]
+        return sum(map(any, zip(*rows))) > (right - left) // 2
     for _ in range(4):
         window.click((1100, 107), button=5)
     wait_until("the end of the column", lambda: window.picture().pixel(*BELOW_PLOT) == PANEL)
@@ -199,7 +194,7 @@ def screenshot_and_theme(window, program):
         return [row[3 * (x - 80):3 * (x + 50)] for row in window.picture().rows[y - 10:y + 10]]
     before = chosen()
     window.choose(SIZE_CHOICE, SIZE_TWICE)
-    window.screen.xdotool("mousemove", "--window", window.window, 640, 700)
+    window.screen.move(window.window, 640, 700)
     wait_until("another size", lambda: chosen() != before)
     window.key("p")
     taken = read_png(program.wait_err(r"screenshot (.*\.png)").group(1))
@@ -240,7 +235,7 @@ def everything(test, screen):
     window.toggle("scene")
     window.choose(FILES, SECOND_FILE)
     wait_until("the other scene", lambda: window.square("red") is None and window.square("green"))
-    screen.x11.close(int(window.window))
+    screen.x11.close(window.window)
     program.expect_exit(0)
     with open(layout, encoding="ascii") as file:
         check("theme = light" in file.read(), "the theme is not stored")

@@ -8,22 +8,17 @@ import os
 
 from glb_edit import add_variants, edit_glb
 from harness import main, wait_until
-from image_reader import SIZE, check, read_png, write_scene
+from image_reader import SIZE, check, ranges_about, ranges_of, read_png, write_scene
 from screen import on_a_screen
 
 WINDOW = (1000, 640)
-COLOURS = {"red": (1, 0, 0), "blue": (0, 0, 1)}
+ACCENT = (0x4a, 0xa3, 0xdf)  # of the theme, in which grabs of sliders are drawn
 
 
 def centre_of(picture, name, columns):
     """Centre of the pixels of this colour within these columns, or None."""
-    wanted = COLOURS[name]
-    found = [(x, y) for y in range(picture.height) for x in columns
-             if all(c > 220 if w else c < 40 for c, w in zip(picture.pixel(x, y), wanted))]
-    if not found:
-        return None
-    xs, ys = zip(*found)
-    return (min(xs) + max(xs)) / 2, (min(ys) + max(ys)) / 2
+    box = picture.box_of(ranges_of(name, high=220, low=40), columns.start, columns.stop)
+    return box and ((box[0] + box[2] - 1) / 2, (box[1] + box[3] - 1) / 2)
 
 
 def gizmo(test, screen):
@@ -40,39 +35,39 @@ def gizmo(test, screen):
     # All nodes are at the world's origin, the centre of the image; the squares are at rows 30 and -10.
     origin = at_rest[0], at_rest[1] + (blue[1] - at_rest[1]) * 30 / 40
     plain = screen.picture(window).rows
-    screen.xdotool("mousemove", "--window", window, round(at_rest[0]), round(at_rest[1]), "click", 1)
+    screen.click(window, round(at_rest[0]), round(at_rest[1]))
     wait_until("an outline", lambda: screen.picture(window).rows != plain)
     outlined = screen.picture(window).rows
-    screen.xdotool("key", "g")
+    screen.key("g")
     wait_until("the gizmo", lambda: screen.picture(window).rows != outlined)
     way = 60, 40
     start = [round(c) for c in origin]
-    screen.xdotool("mousemove", "--window", window, *start)
-    screen.xdotool("mousedown", 1)
+    screen.move(window, *start)
+    screen.press_here()
     for step in range(1, 11):
-        screen.xdotool("mousemove", "--window", window, *(s + w * step // 10 for s, w in zip(start, way)))
+        screen.move(window, *(s + w * step // 10 for s, w in zip(start, way)))
     moved = [a + w for a, w in zip(at_rest, way)]
 
     def is_at(place):
         now = red()
         return now is not None and all(abs(a - b) <= 1.5 for a, b in zip(now, place))
     wait_until(lambda: f"the square at {moved}, not {red()}", lambda: is_at(moved))
-    screen.xdotool("mouseup", 1)
-    screen.xdotool("key", "ctrl+z")
+    screen.release()
+    screen.key("ctrl+z")
     wait_until(lambda: f"the square at rest, not {red()}", lambda: is_at(at_rest))
-    screen.xdotool("key", "ctrl+y")
+    screen.key("ctrl+y")
     wait_until("the square moved again", lambda: is_at(moved))
-    screen.xdotool("key", "ctrl+s")
+    screen.key("ctrl+s")
     renderer.wait_err(r"1 edit saved to .*squares\.glb\.overlay\.json")
-    screen.xdotool("key", "ctrl+shift+s")
+    screen.key("ctrl+shift+s")
     exported = renderer.wait_err(r"scene exported to (.*squares\.edited\.glb)").group(1)
-    screen.xdotool("key", "Escape")
-    screen.xdotool("key", "Escape")  # no gizmo, no selection
-    screen.xdotool("mousemove", "--window", window, columns[5], 20)
-    screen.xdotool("key", "p")
+    screen.key("Escape")
+    screen.key("Escape")  # no gizmo, no selection
+    screen.move(window, columns[5], 20)
+    screen.key("p")
     taken = renderer.wait_err(r"screenshot (.*\.png)").group(1)
     picture = wait_until("the screenshot", lambda: os.path.exists(taken) and os.path.getsize(taken) and read_png(taken))
-    screen.x11.close(int(window))
+    screen.x11.close(window)
     renderer.expect_exit(0)
     overlay = scene + ".overlay.json"
     with open(overlay, encoding="utf-8") as file:
@@ -106,25 +101,23 @@ def render_settings(test, screen):
 
     def exposure_grab():
         """Centre of the uppermost slider grab, in the accent colour of the theme."""
-        picture = screen.picture(window)
-        for y in range(picture.height):
-            xs = [x for x in range(440, 640) if all(abs(picture.pixel(x, y)[i] - (0x4a, 0xa3, 0xdf)[i]) < 12 for i in range(3))]
-            if 4 <= len(xs) <= 16:
-                return sum(xs) // len(xs), y + 4
+        for y, row in enumerate(screen.picture(window).matches(ranges_about(ACCENT, 12), 440, 640)):
+            if 4 <= row.count(1) <= 16:
+                return 440 + (row.find(1) + row.rfind(1)) // 2, y + 4
         return None
     before = wait_until("a red square", lambda: (lambda now: now if now > 60 else None)(brightness()))
     x, y = wait_until("a slider", exposure_grab)
-    screen.xdotool("mousemove", "--window", window, x, y, "mousedown", 1)
+    screen.press(window, x, y)
     for step in range(1, 7):
-        screen.xdotool("mousemove", "--window", window, x - 5 * step, y)
-    screen.xdotool("mouseup", 1)
+        screen.move(window, x - 5 * step, y)
+    screen.release()
     wait_until("a darker square", lambda: brightness() < before / 2)
-    screen.xdotool("mousemove", "--window", window, 200, 300)
-    screen.xdotool("key", "ctrl+z")
+    screen.move(window, 200, 300)
+    screen.key("ctrl+z")
     wait_until(lambda: f"the square as it was, {before}, not {brightness()}", lambda: brightness() == before)
-    screen.xdotool("key", "ctrl+y")
+    screen.key("ctrl+y")
     wait_until("a darker square again", lambda: brightness() < before / 2)
-    screen.x11.close(int(window))
+    screen.x11.close(window)
     renderer.expect_exit(0)
 
 
@@ -142,40 +135,38 @@ def adding(test, screen):
 
     def reds():
         """Left and right edge of the red pixels of the square's row, or None."""
-        picture = screen.picture(window)
-        found = [x for x in columns if all(c > 220 if w else c < 40 for c, w in
-                                           zip(picture.pixel(x, round(at_rest[1])), COLOURS["red"]))]
-        return (min(found), max(found)) if found else None
+        row = screen.picture(window).matches(ranges_of("red", high=220, low=40), columns.start, columns.stop)[round(at_rest[1])]
+        return (columns.start + row.find(1), columns.start + row.rfind(1)) if 1 in row else None
     left, right = reds()
     blue = centre_of(screen.picture(window), "blue", columns)
     origin = round(at_rest[0]), round(at_rest[1] + (blue[1] - at_rest[1]) * 30 / 40)
     plain = screen.picture(window).rows
-    screen.xdotool("mousemove", "--window", window, round(at_rest[0]), round(at_rest[1]), "click", 1)
+    screen.click(window, round(at_rest[0]), round(at_rest[1]))
     wait_until("an outline", lambda: screen.picture(window).rows != plain)
-    screen.xdotool("key", "ctrl+d")
+    screen.key("ctrl+d")
     renderer.wait_err(r'added "red\.1"')
     outlined = screen.picture(window).rows
-    screen.xdotool("key", "g")
+    screen.key("g")
     wait_until("the gizmo", lambda: screen.picture(window).rows != outlined)
-    screen.xdotool("mousemove", "--window", window, *origin)
-    screen.xdotool("mousedown", 1)
+    screen.move(window, *origin)
+    screen.press_here()
     for step in range(1, 11):
-        screen.xdotool("mousemove", "--window", window, origin[0] + 8 * step, origin[1])
-    screen.xdotool("mouseup", 1)
+        screen.move(window, origin[0] + 8 * step, origin[1])
+    screen.release()
 
     def is_wide():
         now = reds()
         return now is not None and abs(now[0] - left) <= 1 and abs(now[1] - right - 80) <= 2
     wait_until(lambda: f"two red squares from {left} to {right + 80}, not {reds()}", is_wide)
-    screen.xdotool("key", "Delete")
+    screen.key("Delete")
     wait_until(lambda: f"one red square, not {reds()}", lambda: reds() == (left, right))
-    screen.xdotool("key", "ctrl+z")
+    screen.key("ctrl+z")
     wait_until(lambda: f"both squares again, not {reds()}", is_wide)
-    screen.xdotool("key", "ctrl+s")
+    screen.key("ctrl+s")
     renderer.wait_err(r"2 edits saved to .*bodies\.glb\.overlay\.json")
-    screen.xdotool("key", "ctrl+shift+s")
+    screen.key("ctrl+shift+s")
     exported = renderer.wait_err(r"scene exported to (.*bodies\.edited\.glb)").group(1)
-    screen.x11.close(int(window))
+    screen.x11.close(window)
     renderer.expect_exit(0)
     of_overlay = image_of(test, scene, "--overlay", scene + ".overlay.json")[1].rows
     check(of_overlay == image_of(test, exported)[1].rows, "the exported scene has another image than the overlay")
@@ -202,22 +193,22 @@ def unsaved(test, screen):
     window = screen.window(renderer)
     at = wait_until("the red square", red)
     plain = image()
-    screen.xdotool("mousemove", "--window", window, *map(round, at), "click", 1)
+    screen.click(window, *map(round, at))
     wait_until("an outline", lambda: image() != plain)
-    screen.xdotool("key", "h", "key", "Escape")  # no selection
+    screen.key("h", "Escape")  # no selection
     wait_until("no red", lambda: not red())
     top = image()[:60]
-    screen.xdotool("key", "Escape")
+    screen.key("Escape")
     wait_until("the warning", lambda: told(1))
     wait_until("the notice", lambda: image()[:60] != top)
-    screen.xdotool("key", "ctrl+z")
+    screen.key("ctrl+z")
     wait_until("red again", red)
-    screen.xdotool("key", "ctrl+y")
+    screen.key("ctrl+y")
     wait_until("no red", lambda: not red())
-    screen.x11.close(int(window))
+    screen.x11.close(window)
     wait_until("the warning again: the edits have changed", lambda: told(2))
     check(renderer.alive(), "closed with unsaved edits")
-    screen.x11.close(int(window))
+    screen.x11.close(window)
     renderer.expect_exit(0)
     check(not os.path.exists(scene + ".overlay.json") and told(2), renderer.stderr_text())
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """End-to-end test of the joint sliders: a slider of the window, dragged by the mouse, moves the robot's body."""
 from harness import main, wait_until
-from image_reader import check
+from image_reader import ranges_about
 from screen import on_a_screen
 
 WINDOW = (1280, 720)
@@ -14,31 +14,25 @@ URDF = """<robot name="lift"><link name="base"><visual><geometry><box size="1 1 
 """
 
 
-def is_red(pixel):
-    return pixel[0] > 90 and pixel[1] < 60 and pixel[2] < 60
+ACCENT = (0x4a, 0xa3, 0xdf)  # of the theme, in which grabs of sliders are drawn
 
 
 def top_of_the_car(picture):
-    x = picture.width // 2
-    return next((y for y in range(picture.height) if is_red(picture.pixel(x, y))), None)
-
-
-def is_grab(pixel):
-    """The accent colour of the theme, in which grabs of sliders are drawn."""
-    return all(abs(pixel[i] - (0x4a, 0xa3, 0xdf)[i]) < 12 for i in range(3))
+    middle = picture.width // 2
+    box = picture.box_of([(91, 255), (0, 59), (0, 59)], middle, middle + 1)
+    return box[1] if box else None
 
 
 def grabs(picture):
     """Centres of the slider grabs in the left column, from the top."""
     found = []
-    for y in range(picture.height):
-        xs = [x for x in range(100, 250) if is_grab(picture.pixel(x, y))]
-        if len(xs) < 4:
+    for y, row in enumerate(picture.matches(ranges_about(ACCENT, 12), 100, 250)):
+        if row.count(1) < 4:
             continue
         if found and y - found[-1][1] < 8:
             found[-1][1] = y
         else:
-            found.append([sum(xs) // len(xs), y])
+            found.append([100 + (row.find(1) + row.rfind(1)) // 2, y])
     return [(x, y - 5) for x, y in found]
 
 
@@ -51,14 +45,14 @@ def drag(test, screen):
     before = wait_until("the car", lambda: top_of_the_car(screen.picture(window)))
     # Two sliders: the joint's, and the speed of the camera below it.
     joint = wait_until("two sliders", lambda: (lambda now: now and len(now) == 2 and now)(grabs(screen.picture(window))))[0]
-    screen.xdotool("mousemove", "--window", window, *joint, "mousedown", 1)
+    screen.press(window, *joint)
     for x in range(joint[0], 246, 12):
-        screen.xdotool("mousemove", "--window", window, x, joint[1])
-    screen.xdotool("mouseup", 1)
+        screen.move(window, x, joint[1])
+    screen.release()
     wait_until("a car that has risen", lambda: (top_of_the_car(screen.picture(window)) or before) < before - 60)
-    screen.x11.close(int(window))
+    screen.x11.close(window)
     renderer.wait_err("close again to discard it")
-    screen.x11.close(int(window))
+    screen.x11.close(window)
     renderer.expect_exit(0)
 
 

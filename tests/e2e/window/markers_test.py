@@ -36,9 +36,9 @@ def check_boxes(test, screen):
         stream.publish(0, [])
         wait_until("both markers", lambda: stream.poll() and shown_in(screen.picture(window)) == {"left", "right"})
         for name, others in (("left", {"right"}), ("right", set()), ("left", {"left"}), ("right", {"left", "right"})):
-            screen.xdotool("mousemove", "--window", window, *CHECKS[name], "click", 1)
+            screen.click(window, *CHECKS[name])
             wait_until(f"markers {others} after a click at {name}", lambda o=others: shown_in(screen.picture(window)) == o)
-    screen.x11.close(int(window))
+    screen.x11.close(window)
     renderer.expect_exit(0)
 
 

@@ -20,7 +20,7 @@ def arguments_of(values):
 def take_screenshot(test, screen, renderer, folder):
     """Presses P; returns the new file's picture."""
     before = set(glob.glob(os.path.join(folder, "*.png")))
-    screen.xdotool("key", "p")
+    screen.key("p")
 
     def new():
         found = set(glob.glob(os.path.join(folder, "*.png"))) - before
@@ -52,7 +52,7 @@ def refines(test, screen):
     renderer = test.viewer(scene, "--gui", "off", "--screenshots", folder, "--listen", uri, "--metrics", "127.0.0.1:0",
                            *arguments_of(PATHS), env=screen.env, size=SIZE)
     window = screen.window(renderer)
-    screen.xdotool("mousemove", "--window", window, 100, 80)
+    screen.move(window, 100, 80)
     url = url_of(renderer)
     picture = whole_screenshot(test, screen, renderer, folder)
     check(picture.rows == wanted.rows, "the refined image differs from the headless one")
@@ -70,7 +70,7 @@ def refines(test, screen):
         whole_screenshot(test, screen, renderer, folder)))
     check(again.rows == wanted.rows, "the image at rest is another one than before")
     settled(url)
-    screen.xdotool("key", "Escape")
+    screen.key("Escape")
     renderer.expect_exit(0)
 
 
@@ -92,7 +92,7 @@ def switches(test, screen):
     window = screen.window(renderer)
 
     def screenshot(samples):
-        screen.xdotool("mousemove", "--window", window, *VIEW)
+        screen.move(window, *VIEW)
 
         def look():
             picture = take_screenshot(test, screen, renderer, folder)
@@ -100,11 +100,11 @@ def switches(test, screen):
         return wait_until(f"a screenshot of {samples} samples", look)
 
     def choose(item):
-        screen.xdotool("mousemove", "--window", window, *RENDERER)
+        screen.move(window, *RENDERER)
         closed = screen.picture(window).rows[RASTER[1]:PATHS_ITEM[1]]
-        screen.xdotool("click", 1)
+        screen.click_here()
         wait_until("the choices", lambda: screen.picture(window).rows[RASTER[1]:PATHS_ITEM[1]] != closed)
-        screen.xdotool("mousemove", "--window", window, *item, "click", 1)
+        screen.click(window, *item)
 
     paths = screenshot("3")
     choose(RASTER)
@@ -112,7 +112,7 @@ def switches(test, screen):
     check(raster.rows != paths.rows, "the raster's image is the paths'")
     choose(PATHS_ITEM)
     check(screenshot("3").rows == paths.rows, "paths show another image after the raster")
-    screen.x11.close(int(window))
+    screen.x11.close(window)
     renderer.expect_exit(0)
 
 

@@ -7,7 +7,7 @@ import time
 
 from glb_edit import add_slide, add_variants
 from harness import main, wait_until
-from image_reader import SQUARES, check, place_of
+from image_reader import check, place_of, ranges_of
 from screen import SIZE, all_squares, on_a_screen
 
 FIRST_PLACE, LAST_PLACE, DURATION_S = -120.0, 120.0, 8.0
@@ -18,7 +18,7 @@ def place(screen, window, name="red"):
     return screen.picture(window).place_of_square(name)
 
 
-REST_S = 1.0  # longer than a frame takes on a busy machine
+REST_S = 0.5  # longer than a frame takes on a busy machine
 
 
 def rests(screen, window):
@@ -40,7 +40,7 @@ def moves(screen, window):
 
 
 def goes_to(screen, window, key, wanted):
-    screen.xdotool("key", key)
+    screen.key(key)
     wait_until(lambda: f"{key} to show red at {wanted}, not at {place(screen, window)}",
                lambda: abs((place(screen, window) or 1e9) - wanted) < 1.1)
     return rests(screen, window)
@@ -53,7 +53,7 @@ def animations(test, screen):
     window = screen.window(renderer)
     wait_until("all squares on the screen", lambda: all_squares(screen.picture(window)))
     moves(screen, window)
-    screen.xdotool("key", "space")
+    screen.key("space")
     at = rests(screen, window)
     while not -45 < at < 45:  # the image ends at 80: room for a skip in both directions
         key, by = ("Right", UNITS_PER_S) if at < 0 else ("Left", -UNITS_PER_S)
@@ -61,13 +61,13 @@ def animations(test, screen):
     check(abs(goes_to(screen, window, "Right", at + UNITS_PER_S) - at - UNITS_PER_S) < 1.1, "one second forwards")
     check(abs(goes_to(screen, window, "Left", at) - at) < 1.1, "one second back")
     step = UNITS_PER_S / 30
-    screen.xdotool("key", *["period"] * 5)
+    screen.key(*["period"] * 5)
     goes_to(screen, window, "period", at + 6 * step)
-    screen.xdotool("key", *["comma"] * 11)
+    screen.key(*["comma"] * 11)
     goes_to(screen, window, "comma", at - 6 * step)
-    screen.xdotool("key", "space")
+    screen.key("space")
     moves(screen, window)
-    screen.x11.close(int(window))
+    screen.x11.close(window)
     renderer.expect_exit(0)
 
 
@@ -87,12 +87,12 @@ def replays(test, screen):
                    lambda: abs((place(screen, window) or 1e9) - place_of(sequence)) < 0.6)
     shows(frames)
     for key, sequence in (("comma", frames - 1), ("comma", frames - 2), ("comma", frames - 3), ("period", frames - 2)):
-        screen.xdotool("key", key)
+        screen.key(key)
         shows(sequence)
         rests(screen, window)
-    screen.xdotool("key", "space")
+    screen.key("space")
     shows(frames)
-    screen.x11.close(int(window))
+    screen.x11.close(window)
     renderer.expect_exit(0)
 
 
@@ -117,9 +117,8 @@ def variants(test, screen):
 
     def columns_of(colour):
         """Columns of the image with this colour: at rest all bodies are outside of it."""
-        row = screen.picture(window).rows[58]  # of red's body
-        wanted = SQUARES[colour][0]
-        return [x for x in range(20, 440) if all(row[3 * x + i] > 200 if wanted[i] else row[3 * x + i] < 60 for i in range(3))]
+        row = screen.picture(window).matches(ranges_of(colour), 20, 440)[58]  # of red's body
+        return [20 + x for x, is_wanted in enumerate(row) if is_wanted]
     wait_until("an image", lambda: screen.picture(window).pixel(200, 200) != (0, 0, 0))
     publisher.do("publish 20")
     place = wait_until("a blue body", lambda: columns_of("blue"))
@@ -127,12 +126,12 @@ def variants(test, screen):
     def choose(row, colour):
         def column():
             return screen.picture(window).columns(COLUMN_X, PANELS_SIZE[0] - COLUMN_X).rows
-        screen.xdotool("mousemove", "--window", window, *COMBO)
+        screen.move(window, *COMBO)
         time.sleep(0.5)
         closed = column()
-        screen.xdotool("click", 1)
+        screen.click_here()
         wait_until("a list of variants", lambda: column() != closed)
-        screen.xdotool("mousemove", "--window", window, COMBO[0], int(FIRST_ROW_Y + ROW_PX * row), "click", 1)
+        screen.click(window, COMBO[0], int(FIRST_ROW_Y + ROW_PX * row))
         wait_until(f"{colour} where the stream put it", lambda: columns_of(colour) == place)
     choose(1, "green")
     choose(2, "blue")
@@ -140,10 +139,10 @@ def variants(test, screen):
     publisher.do("publish 4")
     wait_until("a new frame of the stream", lambda: (lambda now: now and now[0] > place[0] + 20)(columns_of("red")))
     check(not renderer.find_err("error:|stream .*(lost|ended)"), renderer.stderr_text())
-    screen.x11.close(int(window))
+    screen.x11.close(window)
     wait_until("the end, or a refusal", lambda: not renderer.alive() or renderer.find_err("close again to discard"))
     if renderer.alive():
-        screen.x11.close(int(window))  # the variant is an edit
+        screen.x11.close(window)  # the variant is an edit
     renderer.expect_exit(0)
     publisher.quit()
 

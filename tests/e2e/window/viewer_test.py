@@ -45,7 +45,7 @@ def selects(test, screen):
     at_rest = screen.picture(window).rows
 
     def click(x, y):
-        screen.xdotool("mousemove", "--window", window, x, y, "click", 1)
+        screen.click(window, x, y)
 
     def shows(names):
         wait_until(lambda: f"{names} on the screen, not {seen(screen.picture(window))}",
@@ -57,27 +57,27 @@ def selects(test, screen):
     check(seen(outlined) == set(AT), f"selecting changed what is seen: {seen(outlined)}")
     changed = {y for y in range(SIZE[1]) if outlined.rows[y] != at_rest[y]}
     check(changed and all(abs(y - AT["green"][1]) < 16 for y in changed), f"the outline is in rows {sorted(changed)}")
-    screen.xdotool("key", "h")
+    screen.key("h")
     shows({"red", "blue"})
-    screen.xdotool("key", "h")
+    screen.key("h")
     shows(AT)
-    screen.xdotool("key", "i")
+    screen.key("i")
     shows({"green"})
-    screen.xdotool("key", "shift+h")
+    screen.key("shift+h")
     shows(AT)
     click(*AT["red"])
     wait_until("the other to be outlined", lambda: screen.picture(window).rows[AT["green"][1] - 12:] == at_rest[AT["green"][1] - 12:])
-    screen.xdotool("key", "h")
+    screen.key("h")
     shows({"green", "blue"})
-    screen.xdotool("key", "h", "key", "f")
+    screen.key("h", "f")
     wait_until("red in the middle", lambda: abs((screen.picture(window).row_of("red") or 0) - SIZE[1] / 2) < 3)
-    screen.xdotool("key", "1", "key", "Escape")
+    screen.key("1", "Escape")
     wait_until("what was there at first", lambda: screen.picture(window).rows == at_rest)
     click(*AT["blue"])
     wait_until("an outline again", lambda: screen.picture(window).rows != at_rest)
     click(100, 90)  # background
     wait_until("no outline", lambda: screen.picture(window).rows == at_rest)
-    screen.xdotool("key", "Escape")
+    screen.key("Escape")
     renderer.expect_exit(0)
 
 
@@ -87,9 +87,9 @@ def measures(test, screen):
     window = screen.window(renderer)
     wait_until("all squares on the screen", lambda: all_squares(screen.picture(window)))
     at_rest = screen.picture(window).rows
-    screen.xdotool("key", "m")
+    screen.key("m")
     for name in ("red", "blue"):
-        screen.xdotool("mousemove", "--window", window, *AT[name], "click", 1)
+        screen.click(window, *AT[name])
         wait_until(f"a mark on {name}", lambda n=name: screen.picture(window).pixel(*AT[n]) == MEASURE_COLOUR)
     words = renderer.wait_err(r"distance (\S+) m from (\S+) (\S+) \S+ to (\S+) (\S+) \S+; along x y z: (\S+) (\S+) \S+").groups()
     length, *rest = (float(word) for word in words)
@@ -100,10 +100,10 @@ def measures(test, screen):
           f"the first point is at {words}")
     middle = (AT["red"][0], (AT["red"][1] + AT["blue"][1]) // 2 - 12)
     wait_until("the line", lambda: screen.picture(window).pixel(*middle) == MEASURE_COLOUR)
-    screen.xdotool("key", "Escape")
+    screen.key("Escape")
     wait_until("what was there at first", lambda: screen.picture(window).rows == at_rest)
     check(renderer.alive(), "Escape closed the window instead")
-    screen.xdotool("key", "Escape")
+    screen.key("Escape")
     renderer.expect_exit(0)
 
 
@@ -118,18 +118,18 @@ def focuses(test, screen):
     sharp = screen.picture(window)
     y = int(sharp.row_of("green"))
     x = next(x for x in range(SIZE[0]) if sharp.pixel(x, y)[1] > 200 > sharp.pixel(x, y)[0])
-    screen.x11.close(int(window))
+    screen.x11.close(window)
     renderer.expect_exit(0)
 
     renderer, window = open_window("--f-number", "0.1", "--focus-distance", "1")
     wait_until("a blurred image", lambda: len({bytes(row) for row in screen.picture(window).rows}) > 20)
     check(not seen_anywhere(screen.picture(window)), "squares out of focus are sharp")
     blurred = screen.picture(window).rows
-    screen.xdotool("mousemove", "--window", window, x + 4, y, "click", 1)
+    screen.click(window, x + 4, y)
     wait_until("an outline", lambda: screen.picture(window).rows != blurred)
-    screen.xdotool("key", "shift+f")
+    screen.key("shift+f")
     wait_until("the squares in focus", lambda: len(seen_anywhere(screen.picture(window))) == 3)
-    screen.xdotool("key", "Escape", "key", "Escape")
+    screen.key("Escape", "Escape")
     renderer.expect_exit(0)
 
 
@@ -147,7 +147,7 @@ def guides(test, screen):
         def changed_rows(before=at_rest):
             return sum(row != other for row, other in zip(screen.picture(window).rows, before))
         for key, rows in (("x", 60), ("k", 10)):
-            screen.xdotool("key", key)
+            screen.key(key)
             if writes:
                 at = len(renderer.frames())
                 wait_until("images after that", lambda a=at: len(renderer.frames()) > a + 1)
@@ -155,9 +155,9 @@ def guides(test, screen):
             else:
                 wait_until(f"what {key} shows", lambda r=rows: changed_rows() > r)
                 check(len(seen_anywhere(screen.picture(window))) == 3, f"{key} hides the scene")
-            screen.xdotool("key", key)
+            screen.key(key)
             wait_until("what was there at first", lambda: screen.picture(window).rows == at_rest)
-        screen.x11.close(int(window))
+        screen.x11.close(window)
         renderer.expect_exit(0)
 
 
@@ -169,16 +169,16 @@ FRAME_HEADER, LIGHTS_ROW, COLOUR, INTENSITY, DARKER = (470, 24), (475, 135), (57
 
 def drag(screen, window, begin, end):
     """Drags with a pause after the press and images between the moves, as a user does."""
-    screen.xdotool("mousemove", "--window", window, *begin)
+    screen.move(window, *begin)
     time.sleep(0.3)
-    screen.xdotool("mousedown", 1)
+    screen.press_here()
     time.sleep(0.3)
     steps = max(abs(end[0] - begin[0]) // 6, 1)
     for step in range(1, steps + 1):
         x, y = (b + (e - b) * step // steps for b, e in zip(begin, end))
-        screen.xdotool("mousemove", "--window", window, x, y)
+        screen.move(window, x, y)
         time.sleep(0.05)
-    screen.xdotool("mouseup", 1)
+    screen.release()
 
 
 def panels(test, screen):
@@ -198,20 +198,20 @@ def panels(test, screen):
     red = (320, 66)
     wait_until("the red square between the panels", lambda: pixel(*red)[0] > 150 and pixel(*red)[1] < 60)
     before, panel = pixel(*red)[0], pixel(600, 300)
-    screen.xdotool("mousemove", "--window", window, *LIGHTS_ROW, "click", 1)
+    screen.click(window, *LIGHTS_ROW)
     wait_until("the light's colour, which is white", lambda: min(pixel(*COLOUR)) > 200)
     drag(screen, window, INTENSITY, DARKER)
     wait_until("a darker square where it was", lambda: 20 < pixel(*red)[0] < before - 20)
     check(pixel(red[0], red[1] + 30)[0] == pixel(red[0] + 40, red[1])[0], "the view moved")
-    screen.xdotool("key", "Tab")
+    screen.key("Tab")
     wait_until("no panels", lambda: pixel(600, 300) != panel)
-    screen.xdotool("key", "Tab")
+    screen.key("Tab")
     wait_until("panels again", lambda: pixel(600, 300) == panel)
-    screen.xdotool("mousemove", "--window", window, *FRAME_HEADER, "click", 1)
+    screen.click(window, *FRAME_HEADER)
     wait_until("the other panel to open above it", lambda: min(pixel(*COLOUR)) < 200)
-    screen.x11.close(int(window))
+    screen.x11.close(window)
     renderer.wait_err("close again to discard it")  # the light
-    screen.x11.close(int(window))
+    screen.x11.close(window)
     renderer.expect_exit(0)
     with open(arrangement, encoding="ascii") as file:
         text = file.read()
@@ -226,9 +226,9 @@ def captures(test, screen):
     publisher = test.publisher(uri)
     publisher.do("publish 3")
     renderer.wait_frame("a frame of the stream", lambda f: f["streams"])
-    screen.xdotool("mousemove", "--window", window, 100, 80)
+    screen.move(window, 100, 80)
     for _ in range(2):  # one at a time: key presses between two images count once
-        screen.xdotool("key", "p")
+        screen.key("p")
         renderer.wait_err(r"screenshot .*\.png")
     pictures = wait_until("two pictures", lambda: (lambda found: len(found) == 2 and found)(
         [path for path in glob.glob(os.path.join(folder, "*.png")) if os.path.getsize(path)]))
@@ -237,11 +237,11 @@ def captures(test, screen):
         check((picture.width, picture.height) == SIZE and seen(picture) == set(AT), f"{path} shows {seen(picture)}")
         frame = next(f for f in renderer.frames() if str(f["frame"]) == picture.text["Frame"])
         check_tags(picture.text, {**frame, "file": path})
-    screen.xdotool("key", "v")
+    screen.key("v")
     began = renderer.wait_err(r"recording (.*\.mp4)").group(1)
     at = len(renderer.frames())
     wait_until("images for the video", lambda: len(renderer.frames()) > at + 3)
-    screen.xdotool("key", "v")
+    screen.key("v")
     renderer.wait_err(r"video .*\.mp4")
     check(os.path.getsize(began) > 0, "the video is empty")
     with open(began + ".jsonl", encoding="utf-8") as log:
@@ -260,13 +260,13 @@ def large_screenshot(test, screen):
     window = screen.window(renderer)
     wait_until("all squares on the screen", lambda: all_squares(screen.picture(window)))
     at_rest = screen.picture(window).rows
-    screen.xdotool("key", "p")
+    screen.key("p")
     renderer.wait_err(r"screenshot .*\.png")
     (path,) = glob.glob(os.path.join(folder, "*.png"))
     picture = read_png(path)
     check((picture.width, picture.height) == (640, 360) and seen(picture) == set(AT), f"{path} shows {seen(picture)}")
     wait_until("what was there at first", lambda: screen.picture(window).rows == at_rest)
-    screen.xdotool("key", "Escape")
+    screen.key("Escape")
     renderer.expect_exit(0)
 
 
@@ -279,14 +279,14 @@ def screenshot_above_the_device(test, screen):
     window = screen.window(renderer)
     wait_until("all squares on the screen", lambda: len(seen_anywhere(screen.picture(window))) == 3)
     shown = screen.picture(window)
-    screen.xdotool("key", "p")
+    screen.key("p")
     path = renderer.wait_err(r"screenshot (.*\.png)").group(1)
     taken = read_png(path)
     check((taken.width, taken.height) == (4, side), f"{taken.width}x{taken.height}")
     for name in AT:
         at, expected = taken.row_of(name), shown.row_of(name) * side / SIZE[1]
         check(at is not None and abs(at - expected) <= side / SIZE[1], f"{name} is in row {at}, not {expected}")
-    screen.xdotool("key", "Escape")
+    screen.key("Escape")
     renderer.expect_exit(0)
 
 
@@ -295,17 +295,17 @@ def several(test, screen):
     renderer = test.renderer("--window", "front", "--window", "camera of front", headless=False, size=SIZE, env=screen.env)
     first = screen.window(renderer, "^FIRE-3DV front$")
     second = screen.window(renderer, "^FIRE-3DV camera of front$")
-    screen.xdotool("windowmove", second, 300, 240)
+    screen.x11.place(second, 300, 240)
     for window in (first, second):
         wait_until("all squares on the screen", lambda w=window: all_squares(screen.picture(w)))
-    screen.xdotool("mousemove", "--window", second, 100, 80, "click", 4)
+    screen.click(second, 100, 80, button=4)
     wait_until("the second to zoom", lambda: not all_squares(screen.picture(second)))
     check(all_squares(screen.picture(first)), "the wheel in one window moved the other")
-    screen.x11.close(int(second))
+    screen.x11.close(second)
     wait_until("one window", lambda: screen.windows() == [first])
     at = len(renderer.frames())
     wait_until("images after that", lambda: len(renderer.frames()) > at + 1)
-    screen.x11.close(int(first))
+    screen.x11.close(first)
     renderer.expect_exit(0)
 
 
@@ -317,14 +317,14 @@ def cameras_of_windows(test, screen):
     cameras = ("front", "away", "camera of front")
     renderer = test.viewer(scene, "--gui", "off", *(a for c in cameras for a in ("--window", c)), env=screen.env, size=SIZE)
     first, second, third = (screen.window(renderer, f"^FIRE-3DV {camera}$") for camera in cameras)
-    screen.xdotool("windowmove", third, 300, 240)
+    screen.x11.place(third, 300, 240)
     wait_until("all squares in the third", lambda: all_squares(screen.picture(third)))
-    screen.x11.close(int(second))
+    screen.x11.close(second)
     wait_until("two windows", lambda: second not in screen.windows())
-    screen.x11.drop(int(first), other, HANG_S)
+    screen.x11.drop(first, other, HANG_S)
     for window in (first, third):
         wait_until("red alone", lambda w=window: seen(screen.picture(w)) == {"red"})
-    screen.x11.close(int(first))
+    screen.x11.close(first)
     renderer.expect_exit(0)
 
 
@@ -333,10 +333,11 @@ def tiny(test, screen):
     folder = test.path("taken")
     renderer = test.viewer(test.scene, "--screenshots", folder, env=screen.env, size=(1, 200))
     window = screen.window(renderer)
-    screen.xdotool("mousemove", "--window", window, 0, 100, "key", "v")
+    screen.move(window, 0, 100)
+    screen.key("v")
     renderer.wait_err(r"the video ends: a side of the window")
     wait_until("no file of it", lambda: not os.listdir(folder))
-    screen.x11.close(int(window))
+    screen.x11.close(window)
     renderer.expect_exit(0)
 
 
@@ -348,7 +349,7 @@ def stereo(test, screen):
     def half(right):
         return all_squares(screen.picture(window).columns(320 * right, 320))
     wait_until("all squares in both halves", lambda: half(0) and half(1))
-    screen.xdotool("mousemove", "--window", window, 420, 80, "click", 4)
+    screen.click(window, 420, 80, button=4)
     wait_until("the right half to zoom", lambda: not half(1))
     check(half(0), "the wheel in the right half moved the left one")
     renderer.stop()
@@ -365,19 +366,19 @@ def drop(test, screen):
     renderer = test.viewer(test.scene, "--gui", "off", "--listen", test.fresh_uri("udp"), "--key-file", key, env=screen.env, size=SIZE)
     window = screen.window(renderer)
     wait_until("all squares on the screen", lambda: all_squares(screen.picture(window)))
-    screen.x11.drop(int(window), broken, HANG_S)
+    screen.x11.drop(window, broken, HANG_S)
     renderer.wait_err(r"broken\.glb: ")
     check(all_squares(screen.picture(window)), "a broken file took the scene away")
-    screen.x11.drop(int(window), other, HANG_S)
+    screen.x11.drop(window, other, HANG_S)
     wait_until("red alone", lambda: seen(screen.picture(window)) == {"red"})
     with open(test.path("state/fire3dv/recent"), encoding="utf-8") as file:
         recent = file.read().splitlines()
     check(recent == [other, test.scene], f"recent files: {recent}")
     os.unlink(key)
-    screen.x11.drop(int(window), test.scene, HANG_S)
+    screen.x11.drop(window, test.scene, HANG_S)
     wait_until("all squares again", lambda: all_squares(screen.picture(window)))
     renderer.wait_err(r"key file .*no simulator can connect there now")
-    screen.x11.close(int(window))
+    screen.x11.close(window)
     renderer.expect_exit(0)
 
 
@@ -397,11 +398,11 @@ def opens_recent(test, screen):
     window = screen.window(renderer)
     wait_until("red alone", lambda: seen_anywhere(screen.picture(window)) == {"red"})
     closed = screen.picture(window).rows
-    screen.xdotool("mousemove", "--window", window, *FILE_CHOICE, "click", 1)
+    screen.click(window, *FILE_CHOICE)
     wait_until("the list of files", lambda: screen.picture(window).rows[SECOND_FILE[1]] != closed[SECOND_FILE[1]])
-    screen.xdotool("mousemove", "--window", window, *SECOND_FILE, "click", 1)
+    screen.click(window, *SECOND_FILE)
     wait_until("all squares", lambda: len(seen_anywhere(screen.picture(window))) == 3)
-    screen.x11.close(int(window))
+    screen.x11.close(window)
     renderer.expect_exit(0)
     with open(test.path("state/fire3dv/recent"), encoding="utf-8") as file:
         check(file.read().splitlines() == [test.scene, red], "the list is in another order")
@@ -413,7 +414,7 @@ def closed_while_loading(test, screen):
     write_large_scene(large)
     renderer = test.renderer("--lod", "off", headless=False, size=SIZE, scene=large, env=screen.env)
     window = screen.window(renderer)
-    screen.x11.close(int(window))
+    screen.x11.close(window)
     renderer.expect_exit(0)
     check(not renderer.frames(), "it drew the scene first")
 

@@ -46,16 +46,16 @@ def memory(test, screen):
     window = screen.window(renderer)
     wait_until("all squares on the screen", lambda: all_squares(screen.picture(window)))
     lose(0)
-    screen.x11.drop(int(window), other, HANG_S)
+    screen.x11.drop(window, other, HANG_S)
     renderer.wait_err(r"other\.glb: the device has no memory for it; the previous scene is shown again")
     wait_until("all squares again", lambda: all_squares(screen.picture(window)))
     os.remove(full)
     # One failure: memory is available once the shown scene is released.
     lose(1)
-    screen.x11.drop(int(window), other, HANG_S)
+    screen.x11.drop(window, other, HANG_S)
     wait_until("red alone", shows_red_alone)
     check(not os.path.exists(full), "nothing was lost")
-    screen.x11.close(int(window))
+    screen.x11.close(window)
     renderer.expect_exit(0)
 
 

@@ -29,15 +29,16 @@ def streams(test, screen):
 
     publisher.do("stream 60")
     for step in range(50):  # a dragged window border; no wait for an image of each size
-        screen.xdotool("windowsize", window, 300 + step % 10 * 10, 200 + step * 2)
+        screen.x11.resize(window, 300 + step % 10 * 10, 200 + step * 2)
     for size in ((400, 220), (200, 300), (64, 64), (360, 200)):
-        screen.xdotool("windowsize", window, *size)
+        screen.x11.resize(window, *size)
         wait_until(f"a window of {size}", lambda s=size: screen.size_of(window) == s)
         frame = renderer.wait_frame(f"an image of {size}", lambda f, s=size: (f["width"], f["height"]) == s,
                                     len(renderer.frames()) - 1)
         check(shown(frame, "arm"), "the stream was lost")
     wait_until("a picture in the last size", lambda: screen.picture(window).place_of_square("green") is not None)
-    screen.xdotool("key", "--window", window, "Escape")
+    screen.move(window, 20, 20)
+    screen.key("Escape")
     renderer.expect_exit(0)
     check(publisher.do("status")["calls"] > 13 and publisher.alive(), "the adapter ended with the window")
     publisher.quit()
@@ -52,13 +53,13 @@ def mouse(test, screen):
     at_rest = screen.picture(window).rows
 
     def drag(button):
-        screen.xdotool("mousemove", "--window", window, 160, 90, "mousedown", button)
+        screen.press(window, 160, 90, button=button)
         for x in range(165, 185, 5):
-            screen.xdotool("mousemove", "--window", window, x, 95)
-        screen.xdotool("mouseup", button)
+            screen.move(window, x, 95)
+        screen.release(button)
 
     def back_at_rest():
-        screen.xdotool("key", "1")
+        screen.key("1")
         return screen.picture(window).rows == at_rest
 
     def changes(what, act):
@@ -68,16 +69,16 @@ def mouse(test, screen):
 
     changes("a left drag", lambda: drag(1))
     changes("a right drag", lambda: drag(3))
-    changes("the wheel", lambda: screen.xdotool("mousemove", "--window", window, 100, 80, "click", 4))
-    screen.xdotool("keydown", "shift")
+    changes("the wheel", lambda: screen.click(window, 100, 80, button=4))
+    screen.key_down("shift")
     changes("a drag with Shift", lambda: drag(1))
-    screen.xdotool("keyup", "shift")
+    screen.key_up("shift")
     for key in "wasdqe":
-        changes(f"the key {key}", lambda k=key: screen.xdotool("keydown", k))
-        screen.xdotool("keyup", key)
-    changes("the key F", lambda: screen.xdotool("key", "f"))
+        changes(f"the key {key}", lambda k=key: screen.key_down(k))
+        screen.key_up(key)
+    changes("the key F", lambda: screen.key("f"))
     wait_until("the scene's camera at last", back_at_rest)
-    screen.xdotool("key", "Escape")
+    screen.key("Escape")
     renderer.expect_exit(0)
 
 
@@ -86,7 +87,7 @@ def minimized(test, screen):
     renderer = test.renderer(headless=False, size=SIZE, env=screen.env)
     window = screen.window(renderer)
     wait_until("all squares on the screen", lambda: all_squares(screen.picture(window)))
-    screen.x11.set_minimized(int(window), True)
+    screen.x11.set_minimized(window, True)
 
     def images():
         count = len(renderer.frames())
@@ -102,7 +103,7 @@ def minimized(test, screen):
     time.sleep(seconds)
     used = core_seconds() - before
     check(used < 0.5 * seconds, f"{used} s of a core in {seconds} s while minimised")
-    screen.x11.set_minimized(int(window), False)
+    screen.x11.set_minimized(window, False)
     wait_until("all squares again", lambda: all_squares(screen.picture(window)))
     renderer.stop()
 
