@@ -39,7 +39,7 @@ std::string finite_number(const std::string& text) {
 namespace {
 
 // bounds: text of the two bounds.
-std::string number_between(const std::string& text, float least, float most, const char* bounds) {
+std::string number_in_range(const std::string& text, float least, float most, const char* bounds) {
   float value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   const bool good = error == std::errc() && end == text.data() + text.size() && value >= least &&
@@ -50,19 +50,19 @@ std::string number_between(const std::string& text, float least, float most, con
 }  // namespace
 
 std::string share_number(const std::string& text) {
-  return number_between(text, 0, 1, "0 to 1");
+  return number_in_range(text, 0, 1, "0 to 1");
 }
 
 std::string f_number(const std::string& text) {
-  return number_between(text, scene::kMinFNumber, scene::kMaxFNumber, "0.1 to 1000");
+  return number_in_range(text, scene::kMinFNumber, scene::kMaxFNumber, "0.1 to 1000");
 }
 
 std::string focus_distance_m(const std::string& text) {
-  return number_between(text, scene::kMinFocusDistanceM, scene::kMaxFocusDistanceM, "0.001 to 1000000");
+  return number_in_range(text, scene::kMinFocusDistanceM, scene::kMaxFocusDistanceM, "0.001 to 1000000");
 }
 
 std::string anisotropy_number(const std::string& text) {
-  return number_between(text, 1, 16, "1 to 16");
+  return number_in_range(text, 1, 16, "1 to 16");
 }
 
 bool parse_background(std::string_view text, passes::Background& background) {
