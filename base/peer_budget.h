@@ -131,11 +131,8 @@ class PeerBudget {
   std::string name() const;
   void set_name(std::string name);  // called after the peer has sent its description
 
-  // Time that shared threads have spent for this peer. The scheduler serves the peer with the least time
-  // first.
-  void add_render_ns(int64_t ns) { render_ns_.fetch_add(ns, std::memory_order_relaxed); }
+  // Time that scene builds have spent for this peer.
   void add_build_ns(int64_t ns) { build_ns_.fetch_add(ns, std::memory_order_relaxed); }
-  int64_t render_ns() const { return render_ns_.load(std::memory_order_relaxed); }
   int64_t build_ns() const { return build_ns_.load(std::memory_order_relaxed); }
 
  private:
@@ -145,7 +142,7 @@ class PeerBudget {
   const std::shared_ptr<BudgetPool> pool_;
   std::string name_;  // guarded by the pool's mutex, like used_ and refused_
   std::array<uint64_t, kResourceCount> used_{}, refused_{};
-  std::atomic<int64_t> render_ns_{0}, build_ns_{0};
+  std::atomic<int64_t> build_ns_{0};
 };
 
 // RAII charge: an amount that stays charged to a budget for the lifetime of this object. Movable; empty by

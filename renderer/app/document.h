@@ -27,7 +27,6 @@ class Document {
   Document& operator=(const Document&) = delete;
 
   const Options& options() const { return options_; }  // effective options of this document
-  const std::filesystem::path& scene_path() const { return scene_path_; }
   // The newest load that keep() took, else the first one.
   SceneLoad& load() { return reloaded_ ? *reloaded_ : *load_; }
   // Loads the scene's file again. This object outlives the result. should_stop: cancels, in addition.

@@ -67,7 +67,6 @@ class LiveView final : public ImageReplies {
   void refuse_image(state::RequesterId requester, const wire::ImageRefused& refused, bool is_logged) override;
   bool send_image(state::RequesterId requester, const wire::ImageFrame& frame,
                   const transport::ListenerLink::FillPixels& fill) override;
-  void add_render_time(state::RequesterId, int64_t) override {}
   void set_samples(state::RequesterId requester, uint64_t request, uint32_t samples) override;
 
  private:

@@ -28,9 +28,6 @@ class ViewerReplies final : public ImageReplies {
     ImageReplies* const of = target(requester);
     return of && of->send_image(requester, frame, fill);
   }
-  void add_render_time(state::RequesterId requester, int64_t ns) override {
-    if (ImageReplies* const of = target(requester)) of->add_render_time(requester, ns);
-  }
   void set_samples(state::RequesterId requester, uint64_t request, uint32_t samples) override {
     if (ImageReplies* const of = target(requester)) of->set_samples(requester, request, samples);
   }

@@ -90,10 +90,8 @@ ImageService::Drawn ImageService::go_on_tracing(gpu::FrameRing& frames) {
     first_.cancel_tracing();
     return {.any = true, .has_more = true};
   }
-  const int64_t begin_ns = monotonic_ns();
-  first_.trace(frames, poses_, do_others_wait(due, begin_ns));
+  first_.trace(frames, poses_, do_others_wait(due, monotonic_ns()));
   report_samples();
-  requests_.add_render_time(due.requester, monotonic_ns() - begin_ns);
   if (!first_.is_tracing()) requests_.mark_rendered(due);
   forward_refusals(first_);
   return {.any = true, .has_more = true};
@@ -122,7 +120,7 @@ bool ImageService::draw_turn(gpu::FrameRing& frames, state::RequesterId requeste
     if (Mark mark = submitted(); mark != before) {
       const int64_t submitted_ns = monotonic_ns();
       scheduler_.submitted(requester, cost, submitted_ns);
-      submissions_.push_back({std::move(mark), requester, submitted_ns});
+      submissions_.push_back({std::move(mark), submitted_ns});
     }
   }
   const bool is_whole = !has_work();
@@ -144,14 +142,12 @@ bool ImageService::has_work() {
   return false;
 }
 
-// Charges the device time of finished submissions to their streams.
+// Reports the device time of finished submissions to the scheduler.
 void ImageService::record_finished() {
   while (!submissions_.empty() && is_done(submissions_.front().mark)) {
     const Submission& submission = submissions_.front();
     const int64_t now_ns = monotonic_ns();
-    const int64_t begin_ns = std::max(submission.submitted_ns, last_done_ns_);
-    scheduler_.finished(begin_ns, now_ns);
-    requests_.add_render_time(submission.requester, now_ns - begin_ns);
+    scheduler_.finished(std::max(submission.submitted_ns, last_done_ns_), now_ns);
     last_done_ns_ = now_ns;
     submissions_.pop_front();
   }

@@ -73,7 +73,6 @@ class ImageService {
 
   struct Submission {
     Mark mark;
-    state::RequesterId requester = 0;
     int64_t submitted_ns = 0;
   };
 

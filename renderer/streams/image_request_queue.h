@@ -59,8 +59,6 @@ class ImageReplies {
   // Returns false if the image is lost, since the peer is too slow or disconnected.
   virtual bool send_image(state::RequesterId requester, const wire::ImageFrame& frame,
                           const transport::ListenerLink::FillPixels& fill) = 0;
-  // Charges device time to the requester's peer.
-  virtual void add_render_time(state::RequesterId requester, int64_t ns) = 0;
   // The requested image has so many path-traced samples now.
   virtual void set_samples(state::RequesterId, uint64_t /*request*/, uint32_t /*samples*/) {}
 };
@@ -99,7 +97,6 @@ class ImageRequestQueue final : public ImageRequestHandler {
   bool is_open(const Due& due) const {
     return replies_.shown(due.requester) && registry_.is_open(due.requester, due.request.id);
   }
-  void add_render_time(state::RequesterId requester, int64_t ns) { replies_.add_render_time(requester, ns); }
   void set_samples(state::RequesterId requester, uint64_t request, uint32_t samples) {
     replies_.set_samples(requester, request, samples);
   }

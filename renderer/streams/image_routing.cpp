@@ -71,11 +71,4 @@ bool StreamReceiver::send_image(state::RequesterId requester, const wire::ImageF
   return listeners_[listener]->send_image(peer, frame.request, wire::encode(frame), frame.pixel_bytes, fill);
 }
 
-void StreamReceiver::add_render_time(state::RequesterId requester, int64_t ns) {
-  const auto* entry = find_requester(requester);
-  if (!entry) return;
-  if (const auto state = peers_.find(entry->first); state != peers_.end() && state->second.budget)
-    state->second.budget->add_render_ns(ns);
-}
-
 }  // namespace fire3dv::app

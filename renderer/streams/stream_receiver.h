@@ -73,7 +73,6 @@ class StreamReceiver final : public ImageReplies {
   void refuse_image(state::RequesterId requester, const wire::ImageRefused& refused, bool is_logged) override;
   bool send_image(state::RequesterId requester, const wire::ImageFrame& frame,
                   const transport::ListenerLink::FillPixels& fill) override;
-  void add_render_time(state::RequesterId requester, int64_t ns) override;
 
   // Called for a new scene: notifies adapters whose bindings have changed.
   void notify_bindings();

@@ -56,7 +56,6 @@ class Client final : public app::ImageReplies {
     fill(images.back().pixels);
     return true;
   }
-  void add_render_time(state::RequesterId, int64_t) override {}
   void set_samples(state::RequesterId, uint64_t request, uint32_t count) override {
     samples[request] = count;
   }
