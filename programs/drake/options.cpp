@@ -16,7 +16,6 @@ constexpr int kUsageError = 2;
 // Values that parse_options() converts after the whole command line is known.
 struct Texts {
   std::string depth = "32f";
-  app::DrawingTexts drawing;
   uint64_t request_mib = 0, scene_mib = 0;
   uint32_t timeout_s = 0;
 };
@@ -64,10 +63,7 @@ void add_device_options(CLI::App& app, app::Options& drawing) {
       ->group(kGroup);
 }
 
-// Returns an error message for invalid values.
-std::string convert(const Texts& texts, Options& options) {
-  if (std::string wrong = app::take_drawing_texts(texts.drawing, options.drawing); !wrong.empty())
-    return wrong;
+void convert(const Texts& texts, Options& options) {
   options.drawing.headless = true;
   options.render.depth_format = texts.depth == "16u" ? DepthFormat::uint16_mm : DepthFormat::float32_m;
   options.render.max_scene_bytes = texts.scene_mib << 20;
@@ -76,7 +72,6 @@ std::string convert(const Texts& texts, Options& options) {
   options.render.max_cached_bytes = options.http.max_total_bytes;
   options.http.body_timeout = std::chrono::seconds(texts.timeout_s);
   options.http.header_timeout = std::min(options.http.header_timeout, options.http.body_timeout);
-  return "";
 }
 
 }  // namespace
@@ -101,7 +96,7 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
       ->type_name("32f|16u")
       ->capture_default_str()
       ->group(app::kDrawingGroup);
-  app::add_drawing_options(app, options.drawing, texts.drawing);
+  app::add_drawing_options(app, passes::kByDrake, options.drawing);
   add_device_options(app, options.drawing);
   const auto usage_error = [](const std::string& text) {
     std::cerr << "fire3dv-drake: error: " << text << " (see fire3dv-drake --help)\n";
@@ -113,7 +108,7 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
     if (error.get_exit_code() == 0) return app.exit(error);
     return usage_error(usage_text(app, error));
   }
-  if (const std::string wrong = convert(texts, options); !wrong.empty()) return usage_error(wrong);
+  convert(texts, options);
   return options;
 }
 

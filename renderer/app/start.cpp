@@ -71,36 +71,10 @@ Result<std::shared_ptr<const scene::EnvironmentImage>> load_environment(const st
       std::make_shared<scene::EnvironmentImage>(std::move(*image)));
 }
 
-passes::DrawSettings draw_settings(const Options& options,
-                                   std::shared_ptr<const scene::EnvironmentImage> environment) {
-  passes::DrawSettings settings;
-  settings.environment = std::move(environment);
-  settings.environment_intensity = options.environment_intensity;
-  settings.environment_rotation_rad = glm::radians(options.environment_rotation_deg);
-  settings.background = options.background;
-  settings.samples = options.samples;
-  settings.raster = options.raster;
-  settings.cull = options.cull;
-  settings.levels_of_detail = options.levels_of_detail;
-  settings.anisotropy = options.anisotropy;
-  settings.shadows = options.shadows;
-  settings.ray_effects.on = options.ray_effects;
-  settings.ray_effects.set_rays(options.ray_effect_rays);
-  settings.ray_effects.back_end = options.shadows.back_end;
-  settings.path = options.path;
-  settings.post.exposure = options.exposure.value_or(1);  // set_exposure() replaces it
-  settings.post.metered = options.metered_exposure;
-  settings.post.tone_map = options.tone_map;
-  settings.post.fxaa = options.fxaa;
-  settings.post.bloom = options.bloom;
-  settings.post.lens = options.lens;
-  return settings;
-}
-
 std::string lacking_ray_effects(const gpu::Device& device, const Options& options) {
-  if (!options.ray_effects.any()) return "";
+  if (!options.draw.ray_effects.on.any()) return "";
   const bool has_visibility_buffer =
-      options.raster != passes::RasterPath::forward && device.report().int64_atomics;
+      options.draw.raster != passes::RasterPath::forward && device.report().int64_atomics;
   const Result<void> can = passes::can_trace_ray_effects(device, has_visibility_buffer);
   return can ? "" : "--ray-effects: " + can.error().message;
 }

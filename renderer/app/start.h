@@ -36,9 +36,6 @@ std::optional<state::RobotPose> find_robot(const SceneLoad& load);
 // Null without the option.
 Result<std::shared_ptr<const scene::EnvironmentImage>> load_environment(const std::filesystem::path& path);
 
-// Draw settings of the command line. environment: null for the studio environment.
-passes::DrawSettings draw_settings(const Options& options,
-                                   std::shared_ptr<const scene::EnvironmentImage> environment);
 // Warning for ray effects that the device cannot trace; empty: none.
 std::string lacking_ray_effects(const gpu::Device& device, const Options& options);
 

@@ -58,10 +58,10 @@ CameraStart camera_start(const ViewDefaults& defaults, const scene::Scene& scene
   return {camera, defaults.frame_all, std::move(animations), ground_below(defaults, scene)};
 }
 
-std::string set_exposure(std::optional<float> exposure, const scene::Scene& scene,
+std::string set_exposure(const passes::PostSettings& wanted, const scene::Scene& scene,
                          passes::DrawSettings& settings) {
-  if (exposure) {
-    settings.post.exposure = *exposure;
+  if (!wanted.estimated) {
+    settings.post.exposure = wanted.exposure;
     return "";
   }
   const float radiance =

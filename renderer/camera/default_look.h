@@ -36,9 +36,9 @@ struct ViewDefaults {
 CameraStart camera_start(const ViewDefaults& defaults, const scene::Scene& scene, const std::string& camera,
                          std::vector<uint32_t> animations);
 
-// Applies the user's exposure, or the estimate for the scene, to settings that have their environment.
+// Applies the wanted exposure, or the estimate for the scene, to settings that have their environment.
 // Returns a log line if the estimate differs from 1, else an empty string.
-std::string set_exposure(std::optional<float> exposure, const scene::Scene& scene,
+std::string set_exposure(const passes::PostSettings& wanted, const scene::Scene& scene,
                          passes::DrawSettings& settings);
 
 // Likely reason why the image shows nothing of the scene; nullopt if something should be visible.

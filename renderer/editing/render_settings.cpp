@@ -3,35 +3,12 @@
 #include <iterator>
 #include <utility>
 
+#include "renderer/settings/setting_table.h"
+
 namespace fire3dv::app {
-namespace {
-
-bool is_same(const passes::PathSettings& a, const passes::PathSettings& b) {
-  return a.samples_per_pixel == b.samples_per_pixel && a.bounces == b.bounces && a.lens == b.lens;
-}
-
-bool is_same(const passes::PostSettings& a, const passes::PostSettings& b) {
-  return a.exposure == b.exposure && a.metered == b.metered && a.tone_map == b.tone_map && a.fxaa == b.fxaa &&
-         a.bloom == b.bloom && a.lens == b.lens;
-}
-
-bool is_same(const passes::Background& a, const passes::Background& b) {
-  return a.show_environment == b.show_environment && a.color == b.color && a.zenith == b.zenith;
-}
-
-bool is_same(const passes::DrawSettings& a, const passes::DrawSettings& b) {
-  return a.raster == b.raster && a.cull == b.cull && a.levels_of_detail == b.levels_of_detail &&
-         a.samples == b.samples && a.shadows == b.shadows && a.ray_effects.on == b.ray_effects.on &&
-         a.environment_intensity == b.environment_intensity &&
-         a.environment_rotation_rad == b.environment_rotation_rad && is_same(a.background, b.background) &&
-         is_same(a.post, b.post) && a.path.has_value() == b.path.has_value() &&
-         (!a.path || is_same(*a.path, *b.path));
-}
-
-}  // namespace
-
 bool have_same_image(const RenderSettings& a, const RenderSettings& b) {
-  return is_same(a.draw, b.draw) && is_same(a.paths, b.paths);
+  return a.paths == b.paths &&
+         passes::have_same_values(a.draw, b.draw, passes::kByWindow | passes::kByBrowser);
 }
 
 void RenderSettingsSteps::record(const gui::DocumentState& document, state::EditHistory& history) {

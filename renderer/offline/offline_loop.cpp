@@ -58,7 +58,7 @@ Result<std::unique_ptr<RecordingScene>> RecordingScene::open(const app::Options&
     scene->recording_ = file;
   }
   scene->load_.emplace(
-      path, options.convert, cache, passes::levels_for(options.levels_of_detail),
+      path, options.convert, cache, passes::levels_for(options.draw.levels_of_detail),
       app::LoadedLook{app::wants_key_light(options.key_light, !options.environment.empty()), options.variant},
       std::move(should_stop));
   return scene;

@@ -272,7 +272,7 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
   gpu::DeviceReport report;
   auto device = app::open_device(*instance_, drawing_, &report);
   if (!device) return device.error();
-  if (drawing_.path) {
+  if (drawing_.draw.path) {
     if (auto can = passes::can_trace_paths(**device); !can)
       return Error{"--render path: " + can.error().message};
     for (const std::string& limit : passes::path_tracing_limits(loaded.scene)) log_message(warning(limit));
@@ -281,8 +281,9 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
     log_message(warning(missing));
   app::PipelineCacheFile pipelines(**device, cache_locations_.pipelines);
   if (pipelines.note()) log_message(warning(*pipelines.note()));
-  passes::DrawSettings settings = app::draw_settings(drawing_, std::move(*environment));
-  if (const std::string line = app::set_exposure(drawing_.exposure, loaded.scene, settings); !line.empty())
+  passes::DrawSettings settings = drawing_.draw;
+  settings.environment = std::move(*environment);
+  if (const std::string line = app::set_exposure(drawing_.draw.post, loaded.scene, settings); !line.empty())
     log_message("info: " + line);
   settings.cached_environments = app::environment_store(cache_locations_.environments);
   std::optional<passes::SceneRenderer> renderer(std::in_place, **device, settings);
@@ -301,7 +302,7 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
   state::PoseState poses(loaded.scene);
   app::DeviceUploader uploader(*renderer);
   app::LiveScene live(loaded, poses, uploader,
-                      {drawing_.assets, passes::levels_for(drawing_.levels_of_detail),
+                      {drawing_.assets, passes::levels_for(drawing_.draw.levels_of_detail),
                        renderer->settings().draw().max_textures, drawing_.overlay});
   camera->set_edits(live.edits());
   live.on_scene_replaced([&](const scene::Scene&, const scene::Scene& after) { camera->set_scene(after); });
@@ -354,7 +355,7 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
     if (auto begun = output.folder->begin(machine); !begun) return begun.error();
   }
   std::optional<app::PathCheckpoint> checkpoint;
-  if (drawing_.path && output.folder && drawing_.checkpoint_interval_s > 0)
+  if (drawing_.draw.path && output.folder && drawing_.checkpoint_interval_s > 0)
     checkpoint.emplace(folder_of(options_), drawing_, report, "", inputs_of(manifest));
   OfflineLoop loop(
       {**device, *renderer, poses, *streams, live, *animations ? &(*animations)->player : nullptr, *camera,

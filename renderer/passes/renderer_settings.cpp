@@ -4,6 +4,7 @@
 
 #include "renderer/gpu/device/device.h"
 #include "renderer/passes/ray_effects/ray_effects_pass.h"
+#include "renderer/settings/setting_table.h"
 
 namespace fire3dv::passes {
 namespace {
@@ -65,14 +66,9 @@ bool RendererSettings::has_depth_of_field(const SceneLimits& scene, bool view_ha
 }
 
 void RendererSettings::apply(const DrawSettings& settings) {
-  draw_.cull = settings.cull;
-  draw_.levels_of_detail = settings.levels_of_detail;
-  draw_.environment_intensity = settings.environment_intensity;
-  draw_.environment_rotation_rad = settings.environment_rotation_rad;
-  draw_.background = settings.background;
+  copy_applicable(settings, draw_);
   shadows_on_ = settings.shadows.method != ShadowMethod::off;
-  draw_.ray_effects = settings.ray_effects;
-  draw_.post = settings.post;
+  draw_.ray_effects.occlusion_distance_m = settings.ray_effects.occlusion_distance_m;
   if (!traces_paths()) return;
   draw_.post.fxaa = false;
   if (settings.path) draw_.path = settings.path;
@@ -81,23 +77,26 @@ void RendererSettings::apply(const DrawSettings& settings) {
 bool RendererSettings::needs_new_renderer(const DrawSettings& settings) const {
   const RasterPath path = choose_path(device_, settings.raster);
   const bool compute = path == RasterPath::visibility;
-  const bool other_shadows = !traces_paths() && settings.shadows.method != ShadowMethod::off &&
-                             choose_shadow_technique(device_, settings.shadows, compute) != shadow_technique_;
   const bool other_environment = settings.environment
                                      ? uses_studio_ || environment_source_.lock() != settings.environment
                                      : !uses_studio_;
   // Without storage of samples, effects draw the whole scene forward, which set_scene() must know.
   const bool other_draws = has_visibility_buffer() && !can_write_samples() &&
                            settings.post.reads_samples() != draw_.post.reads_samples();
-  const bool other_renderer = settings.path.has_value() != traces_paths();
   // Rays that hit surfaces need triangles where shadow rays may have boxes.
   const bool lacks_ray_effects = settings.ray_effects.on.any() && !traces_paths() && !has_ray_effects_ &&
                                  can_trace_ray_effects(device_, compute);
   const bool other_refraction = has_ray_effects_ && can_refract(settings) != refracts_;
-  return other_renderer || path != path_ || other_shadows || other_environment || other_draws ||
-         lacks_ray_effects || other_refraction ||
+  if (other_environment || other_draws || lacks_ray_effects || other_refraction ||
+      settings.max_textures > draw_.max_textures)
+    return true;
+  if (!passes::needs_new_renderer(draw_, settings)) return false;
+  // Different settings may come to the same on this device.
+  const bool other_shadows = !traces_paths() && settings.shadows.method != ShadowMethod::off &&
+                             choose_shadow_technique(device_, settings.shadows, compute) != shadow_technique_;
+  return settings.path.has_value() != traces_paths() || path != path_ || other_shadows ||
          choose_samples(device_, path, settings.samples) != samples_ ||
-         settings.anisotropy != draw_.anisotropy || settings.max_textures > draw_.max_textures;
+         settings.anisotropy != draw_.anisotropy;
 }
 
 std::string RendererSettings::without_visibility_buffer() const {

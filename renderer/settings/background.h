@@ -12,6 +12,7 @@ struct Background {
   glm::vec3 color{0.16f, 0.18f, 0.21f};  // towards the ground and the horizon
   std::optional<glm::vec3> zenith;       // overhead; nullopt: the same colour
 
+  bool operator==(const Background&) const = default;
   static Background gradient();  // the default of the programs
 };
 

@@ -17,6 +17,7 @@ struct PathSettings {
   // Work of one dispatch; 0: chosen by the device. Without influence on the image.
   uint32_t pixels_per_dispatch = 0;
   uint32_t segments_per_dispatch = 0;  // rays of each path
+  bool operator==(const PathSettings&) const = default;
 };
 
 // Samples of each pixel of an image.

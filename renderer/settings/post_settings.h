@@ -11,7 +11,8 @@ enum class ToneMap { reinhard, aces, neutral, none };
 
 struct PostSettings {
   float exposure = 1;
-  bool metered = false;  // exposure by the light of each image; `exposure` is for images without
+  bool metered = false;    // exposure by the light of each image; `exposure` is for images without
+  bool estimated = false;  // exposure by the lights of the scene, which set_exposure() computes
   ToneMap tone_map = ToneMap::reinhard;
   bool fxaa = true;
   float bloom = 0;       // share of blurred light, 0 to 1; 0: no bloom passes

@@ -1,9 +1,7 @@
-// Draw settings of the raster: path, culling and levels of detail, with their option names.
+// Draw settings of the raster: path, culling and levels of detail.
 #pragma once
 
 #include <cstdint>
-#include <string>
-#include <vector>
 
 namespace fire3dv::passes {
 
@@ -28,15 +26,5 @@ enum class Cull : uint8_t {
   hidden,     // also occlusion culling
   automatic,  // occlusion culling in large scenes while it pays
 };
-
-// Option names, shared by all programs.
-inline const std::vector<std::string> kRasterPathNames{"auto", "forward", "visibility"};
-inline const std::vector<std::string> kCullNames{"on", "off", "view", "hidden"};
-inline const std::vector<std::string> kLevelsOfDetailNames{"auto", "on", "everywhere", "off"};
-
-// name: one of those above; any other string selects the first.
-RasterPath raster_path_named(const std::string& name);
-Cull cull_named(const std::string& name);
-LevelsOfDetail levels_of_detail_named(const std::string& name);
 
 }  // namespace fire3dv::passes

@@ -2,8 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
-#include <vector>
 
 namespace fire3dv::passes {
 
@@ -18,10 +16,5 @@ struct ShadowSettings {
   uint32_t max_listed_rays = 0;  // capacity of the ray list; 0: half of the pixels
   bool operator==(const ShadowSettings&) const = default;
 };
-
-// Option names, shared by all programs.
-inline const std::vector<std::string> kShadowNames{"auto", "ray", "ray-query", "ray-pipeline", "map", "off"};
-// name: one of those; any other string selects the first.
-ShadowSettings shadows_named(const std::string& name);
 
 }  // namespace fire3dv::passes

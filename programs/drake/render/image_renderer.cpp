@@ -20,7 +20,7 @@ constexpr size_t kWarningsShown = 5;  // of a loaded scene
 // Settings of depth and label images: geometry only, one sample.
 passes::DrawSettings geometry_settings(passes::DrawSettings settings) {
   settings.samples = 1;
-  settings.shadows = passes::shadows_named("off");
+  settings.shadows.method = passes::ShadowMethod::off;
   settings.levels_of_detail = passes::LevelsOfDetail::off;
   settings.post.fxaa = false;
   return settings;
@@ -134,7 +134,7 @@ Result<CachedScene*> ImageRenderer::find_or_load(GltfScene& gltf, bool is_color,
   const scene::Scene& scene = (*loaded)->loaded.scene;
   for (size_t i = 0; i < std::min(scene.warnings.size(), kWarningsShown); ++i)
     print_log_line("fire3dv-drake", warning(scene.warnings[i]));
-  if (is_color) (void)app::set_exposure(options_.exposure, scene, settings);
+  if (is_color) (void)app::set_exposure(options_.draw.post, scene, settings);
   if (scene.textures.size() > settings.max_textures)
     return Error{"the scene has " + std::to_string(scene.textures.size()) + " textures: at most " +
                  std::to_string(settings.max_textures) + " are drawn"};

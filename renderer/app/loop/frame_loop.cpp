@@ -83,7 +83,7 @@ void FrameLoop::log_technique() const {
                  passes::describe(context_.renderer.settings().shadow_technique()));
     if (context_.renderer.traces_ray_effects())
       std::fprintf(stderr, "fire3dv: info: ray effects: %s, %s\n",
-                   passes::describe(context_.options.ray_effects).c_str(),
+                   passes::describe(context_.options.draw.ray_effects.on).c_str(),
                    passes::describe_path_back_end(context_.renderer.ray_effect_back_end()));
   }
   if (context_.renderer.traces_shadow_rays() && !context_.renderer.traces_paths()) {

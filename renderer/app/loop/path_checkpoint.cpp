@@ -92,13 +92,14 @@ std::string inputs_of_run(const Options& options, const gpu::DeviceReport& devic
   Inputs inputs;
   for (const std::string& text : {std::string(FIRE3DV_VERSION), device.name, device.driver, environment, run})
     inputs.add(text);
-  inputs.add(options.environment_intensity);
-  inputs.add(options.environment_rotation_deg);
-  inputs.add(options.background.show_environment);
-  inputs.add(options.background.color);
-  inputs.add(options.background.zenith.value_or(options.background.color));
-  inputs.add(options.anisotropy);
-  const passes::PathSettings& path = *options.path;
+  const passes::DrawSettings& draw = options.draw;
+  inputs.add(draw.environment_intensity);
+  inputs.add(draw.environment_rotation_rad);
+  inputs.add(draw.background.show_environment);
+  inputs.add(draw.background.color);
+  inputs.add(draw.background.zenith.value_or(draw.background.color));
+  inputs.add(draw.anisotropy);
+  const passes::PathSettings& path = *draw.path;
   inputs.add(path.bounces);
   inputs.add(path.seed);
   inputs.add(path.lens.f_number);
@@ -112,7 +113,7 @@ std::string inputs_of_run(const Options& options, const gpu::DeviceReport& devic
 PathCheckpoint::PathCheckpoint(std::filesystem::path folder, const Options& options,
                                const gpu::DeviceReport& device, std::string environment, std::string run)
     : file_(std::move(folder) / "paths.checkpoint"),
-      settings_(*options.path),
+      settings_(*options.draw.path),
       interval_(std::chrono::duration_cast<std::chrono::steady_clock::duration>(
           std::chrono::duration<double>(options.checkpoint_interval_s))),
       inputs_(inputs_of_run(options, device, environment, run)) {}

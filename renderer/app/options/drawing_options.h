@@ -1,7 +1,5 @@
-// Options about the look of images, the same for all programs that draw.
+// Options of command lines for draw settings, from their table (renderer/settings/setting_table.h).
 #pragma once
-
-#include <string>
 
 #include "renderer/app/options/options.h"
 
@@ -13,16 +11,11 @@ namespace fire3dv::app {
 
 constexpr const char* kDrawingGroup = "Drawing";
 
-// Values that take_drawing_texts() converts after the whole command line is known.
-struct DrawingTexts {
-  std::string background, exposure = "auto", key_light = "auto";
-  std::string shadows = "auto", shadow_rays = "hybrid", tone_map = "neutral", fxaa = "on",
-              ray_effects = "off";
-};
-
-// Both arguments outlive the parsing.
-void add_drawing_options(CLI::App& app, Options& options, DrawingTexts& texts);
-// Returns an error message for invalid values, else an empty text.
-std::string take_drawing_texts(const DrawingTexts& texts, Options& options);
+// Adds the settings of a group that this user sets. The defaults are those of `draw`, which outlives the
+// parsing. title: of the section in --help.
+void add_draw_settings(CLI::App& app, passes::SettingUser user, passes::SettingGroup group, const char* title,
+                       passes::DrawSettings& draw);
+// Adds those of the look of images, with environment map and key light. options: outlives the parsing.
+void add_drawing_options(CLI::App& app, passes::SettingUser user, Options& options);
 
 }  // namespace fire3dv::app

@@ -38,10 +38,7 @@ struct Texts {
   std::string play = "auto", mark_stale = "auto", watch = "auto", markers = "on";
   std::string size = "1280x720";
   std::string drake, stream_timeout, outputs, async_compute = "auto";
-  std::string raster = "auto", cull = "on", levels_of_detail = "auto";
   std::string ground = "auto", debug_view = "none";
-  DrawingTexts drawing;
-  PathTexts path;
   WindowTexts window;
   std::string config;  // file of options
   double delay_ms = 0;
@@ -196,22 +193,7 @@ void add_performance_options(CLI::App& app, Options& options, Texts& texts) {
       ->type_name("LIST|all")
       ->excludes(const_cast<CLI::Option*>(device))
       ->group(kGroup);
-  app.add_option("--raster", texts.raster, names_text("raster path: ", passes::kRasterPathNames))
-      ->check(one_of(passes::kRasterPathNames))
-      ->type_name("NAME")
-      ->capture_default_str()
-      ->group(kGroup);
-  app.add_option("--cull", texts.cull, names_text("cluster culling: ", passes::kCullNames))
-      ->check(one_of(passes::kCullNames))
-      ->type_name("NAME")
-      ->capture_default_str()
-      ->group(kGroup);
-  app.add_option("--lod", texts.levels_of_detail,
-                 names_text("level of detail: ", passes::kLevelsOfDetailNames))
-      ->check(one_of(passes::kLevelsOfDetailNames))
-      ->type_name("NAME")
-      ->capture_default_str()
-      ->group(kGroup);
+  add_draw_settings(app, passes::kByCommandLine, passes::SettingGroup::raster, kGroup, options.draw);
   app.add_option("--async-compute", texts.async_compute, "build acceleration structures on an async queue")
       ->check(one_of({"auto", "on", "off"}))
       ->type_name("auto|on|off")
@@ -278,8 +260,8 @@ std::variant<Options, UsageError> parse_words(const std::vector<std::string>& wo
   add_recording_options(app, options.recording);
   add_image_options(app, options, texts, given);
   add_window_options(app, options, texts.window);
-  add_drawing_options(app, options, texts.drawing);
-  add_path_options(app, texts.path);
+  add_drawing_options(app, passes::kByCommandLine, options);
+  add_path_options(app, options);
   app.add_option("--ground", texts.ground, "shadows below the scene, or at a height")
       ->type_name("auto|off|Y")
       ->capture_default_str()
@@ -309,8 +291,6 @@ std::variant<Options, UsageError> parse_words(const std::vector<std::string>& wo
     return usage_error("--size " + texts.size + ": must be WxH with sides of 1 to " +
                        std::to_string(kMaxImageSide) + ", such as 1280x720");
   }
-  if (const std::string wrong = take_drawing_texts(texts.drawing, options); !wrong.empty())
-    return usage_error(wrong);
   if (given.animate->count() > 0 &&
       options.scene.empty()) {  // "--animate SCENE": the scene is no animation's name
     options.scene = std::exchange(options.animate, "all");
@@ -318,7 +298,7 @@ std::variant<Options, UsageError> parse_words(const std::vector<std::string>& wo
   if (given.animate->count() > 0 && options.animate.empty()) options.animate = "all";
   options.wait_for_stream = given.wait_for_stream->count() > 0;
   if (!texts.stream_timeout.empty()) {
-    if (const std::string wrong = positive_number(texts.stream_timeout); wrong.empty()) {
+    if (const std::string wrong = passes::positive_number(texts.stream_timeout); wrong.empty()) {
       options.stream_timeout = std::chrono::duration<double>(std::stod(texts.stream_timeout));
     } else if (options.scene.empty()) {  // "--wait-for-stream SCENE": the scene is not a number
       options.scene = texts.stream_timeout;
@@ -383,9 +363,6 @@ std::variant<Options, UsageError> parse_words(const std::vector<std::string>& wo
   if (const auto wrong = take_window_options(texts.window, options)) return usage_error(*wrong);
   if ((given.camera->count() > 0) + texts.window.chooses_cameras() > 1)
     return usage_error("--camera, --window and --stereo exclude one another");
-  options.raster = passes::raster_path_named(texts.raster);
-  options.cull = passes::cull_named(texts.cull);
-  options.levels_of_detail = passes::levels_of_detail_named(texts.levels_of_detail);
   if (texts.play == "latest") options.play.mode = PlayOptions::Mode::latest;
   if (texts.play == "interpolate") options.play.mode = PlayOptions::Mode::interpolate;
   options.markers = texts.markers != "off";
@@ -404,7 +381,7 @@ std::variant<Options, UsageError> parse_words(const std::vector<std::string>& wo
   options.async_compute = async_compute_named(texts.async_compute);
   if (texts.ground == "off") options.ground = GroundMode::off;
   if (texts.ground != "auto" && texts.ground != "off") {
-    if (const std::string wrong = finite_number(texts.ground); !wrong.empty())
+    if (const std::string wrong = passes::finite_number(texts.ground); !wrong.empty())
       return usage_error("--ground: " + wrong + ", auto or off");
     options.ground = GroundMode::height;
     options.ground_height_m = std::stof(texts.ground);
@@ -416,14 +393,14 @@ std::variant<Options, UsageError> parse_words(const std::vector<std::string>& wo
         "--view shows something else than light: --outputs needs color and not linear beside it");
   if (!shows_light && options.on_request)
     return usage_error("--view is for images that are drawn unasked, and --on-request draws none");
-  if (const auto wrong = take_path_options(texts.path, !needs_scene, options)) return usage_error(*wrong);
+  if (const auto wrong = check_path_options(app, !needs_scene, options)) return usage_error(*wrong);
   return options;
 }
 
 }  // namespace
 
 ViewDefaults view_defaults(const Options& options) {
-  return {options.frame_all, options.ground, options.ground_height_m, options.background};
+  return {options.frame_all, options.ground, options.ground_height_m, options.draw.background};
 }
 
 std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene) {

@@ -18,6 +18,7 @@
 #include "renderer/loading/converted_scene.h"
 #include "renderer/settings/debug_view.h"
 #include "renderer/settings/draw_settings.h"
+#include "renderer/settings/setting_table.h"
 #include "renderer/streams/playout_options.h"
 #include "renderer/window/present.h"
 
@@ -76,29 +77,12 @@ struct Options {
   bool validation = false;
 
   std::filesystem::path environment;  // Radiance HDR or OpenEXR image; empty: studio environment
-  float environment_rotation_deg = 0;
-  float environment_intensity = 1;
-  passes::Background background = passes::Background::gradient();
   GroundMode ground = GroundMode::automatic;
   float ground_height_m = 0;  // GroundMode::height: world y
   KeyLight key_light = KeyLight::automatic;
 
-  uint32_t samples = 4;
-  passes::RasterPath raster = passes::RasterPath::automatic;
-  passes::Cull cull = passes::Cull::automatic;
-  passes::LevelsOfDetail levels_of_detail = passes::LevelsOfDetail::automatic;
-  float anisotropy = 1;
-  passes::ShadowSettings shadows;
-  passes::RayEffects ray_effects;
-  uint32_t ray_effect_rays = 4;              // of an effect in a pixel; smooth surfaces take one
-  std::optional<passes::PathSettings> path;  // nullopt: raster
-  double checkpoint_interval_s = 60;         // of path-traced images without a window; 0: no checkpoints
-  std::optional<float> exposure;             // nullopt: estimated from the scene
-  bool metered_exposure = false;             // of each image; the estimate is for images without light
-  passes::ToneMap tone_map = passes::ToneMap::neutral;
-  bool fxaa = true;
-  float bloom = 0;                                         // share of blurred light
-  scene::ThinLens lens;                                    // instead of the cameras', unless it is a pinhole
+  passes::DrawSettings draw = passes::default_settings();  // without the environment image
+  double checkpoint_interval_s = 60;  // of path-traced images without a window; 0: no checkpoints
   passes::DebugView debug_view = passes::DebugView::none;  // displayed instead of lighting
 };
 

@@ -2,66 +2,39 @@
 
 #include <CLI/CLI.hpp>
 
-#include "base/command_line.h"
 #include "renderer/app/options/drawing_options.h"
-#include "renderer/app/options/option_values.h"
 
 namespace fire3dv::app {
+
+void add_path_options(CLI::App& app, Options& options) {
+  add_draw_settings(app, passes::kByCommandLine, passes::SettingGroup::paths, kDrawingGroup, options.draw);
+  app.add_option("--checkpoint", options.checkpoint_interval_s, "path: seconds between checkpoints; 0: none")
+      ->check(CLI::Range(0.0, 1e6).description(""))
+      ->type_name("S")
+      ->capture_default_str()
+      ->group(kDrawingGroup);
+}
+
 namespace {
 
-constexpr uint32_t kMaxSamplesPerPixel = 1 << 20, kMaxBounces = 1024;
+// Name of an option that needs path tracing, if one was given.
+std::optional<std::string> option_of_paths(const CLI::App& app) {
+  for (const passes::DrawSetting& setting : passes::draw_setting_table()) {
+    if (setting.needs_paths && app.count("--" + setting.name) > 0) return "--" + setting.name;
+  }
+  return app.count("--checkpoint") > 0 ? std::optional<std::string>("--checkpoint") : std::nullopt;
+}
 
 }  // namespace
 
-void add_path_options(CLI::App& app, PathTexts& texts) {
-  constexpr const char* kGroup = kDrawingGroup;
-  app.add_option("--render", texts.render, "raster, or paths: a reference image (docs/truth.md)")
-      ->check(one_of({"raster", "path"}))
-      ->type_name("raster|path")
-      ->capture_default_str()
-      ->group(kGroup);
-  texts.samples_per_pixel =
-      app.add_option("--spp", texts.settings.samples_per_pixel, "path: samples per pixel")
-          ->check(CLI::Range(1u, kMaxSamplesPerPixel).description(""))
-          ->type_name("N")
-          ->capture_default_str()
-          ->group(kGroup);
-  texts.bounces = app.add_option("--bounces", texts.settings.bounces, "path: bounces after the first surface")
-                      ->check(CLI::Range(0u, kMaxBounces).description(""))
-                      ->type_name("N")
-                      ->capture_default_str()
-                      ->group(kGroup);
-  texts.seed = app.add_option("--seed", texts.settings.seed, "path: seed of the random numbers")
-                   ->check(CLI::Range(uint64_t{0}, uint64_t{UINT32_MAX}).description(""))
-                   ->type_name("N")
-                   ->capture_default_str()
-                   ->group(kGroup);
-  texts.f_number = app.add_option("--f-number", texts.settings.lens.f_number, "aperture of the lens")
-                       ->check(f_number)
-                       ->type_name("N")
-                       ->group(kGroup);
-  texts.focus_distance =
-      app.add_option("--focus-distance", texts.settings.lens.focus_distance_m, "metres to the plane in focus")
-          ->check(focus_distance_m)
-          ->type_name("M")
-          ->group(kGroup);
-  texts.checkpoint = app.add_option("--checkpoint", texts.checkpoint_interval_s,
-                                    "path: seconds between checkpoints; 0: none")
-                         ->check(CLI::Range(0.0, 1e6).description(""))
-                         ->type_name("S")
-                         ->capture_default_str()
-                         ->group(kGroup);
-}
-
-std::optional<std::string> take_path_options(const PathTexts& texts, bool offline, Options& options) {
-  if (texts.f_number->count() != texts.focus_distance->count())
+std::optional<std::string> check_path_options(const CLI::App& app, bool offline, const Options& options) {
+  if (app.count("--f-number") != app.count("--focus-distance"))
     return "--f-number and --focus-distance belong together: set both";
-  options.lens = texts.settings.lens;
-  if (texts.render != "path") {
-    for (const CLI::Option* option : {texts.samples_per_pixel, texts.bounces, texts.seed, texts.checkpoint}) {
-      if (option->count() > 0) return option->get_name() + " needs --render path";
-    }
-    if (!options.lens.is_pinhole() && options.raster == passes::RasterPath::forward)
+  const passes::DrawSettings& draw = options.draw;
+  if (!draw.path) {
+    if (const std::optional<std::string> option = option_of_paths(app))
+      return *option + " needs --render path";
+    if (!draw.post.lens.is_pinhole() && draw.raster == passes::RasterPath::forward)
       return "--f-number needs the depths of the visibility buffer: leave --raster forward out";
     return std::nullopt;
   }
@@ -89,14 +62,12 @@ std::optional<std::string> take_path_options(const PathTexts& texts, bool offlin
       return "--render path refines one view: name one --window and no --stereo";
   }
   if (options.debug_view != passes::DebugView::none) return "--render path and --view exclude each other";
-  if (options.shadows != passes::ShadowSettings())
+  if (draw.shadows != passes::ShadowSettings())
     return "--render path traces all shadows: leave --shadows and --shadow-rays out";
-  if (options.ray_effects.any()) return "--render path traces all light: leave --ray-effects out";
+  if (draw.ray_effects.on.any()) return "--render path traces all light: leave --ray-effects out";
   if (!offline && !in_window && !options.on_request && !is_served && options.frames == 0 &&
       !options.list_devices && options.recording.replay.empty())
     return "--render path would draw the same image again and again: add --frames 1";
-  options.path = texts.settings;
-  options.checkpoint_interval_s = texts.checkpoint_interval_s;
   return std::nullopt;
 }
 

@@ -102,7 +102,7 @@ int run(const Options& options) {
       return report_failure(document->with_scene_name(document->load().wait().error()));
     if (!devices) return report_failure(devices.error());
     gpu::Device& device = *devices->first;
-    if (options.path) {
+    if (options.draw.path) {
       if (Result<void> can = passes::can_trace_paths(device); !can)
         return report_failure(Error{"--render path: " + can.error().message});
     }
@@ -111,9 +111,10 @@ int run(const Options& options) {
     PipelineCacheFile pipelines(device, caches.pipelines);
     if (pipelines.note()) log_message(warning(*pipelines.note()));
     gui::Viewer viewer;
-    viewer.draw = draw_settings(options, std::move(*environment));
-    viewer.paths = options.path.value_or(passes::PathSettings());
-    viewer.paths.lens = options.lens;
+    viewer.draw = options.draw;
+    viewer.draw.environment = std::move(*environment);
+    viewer.paths = options.draw.path.value_or(passes::PathSettings());
+    viewer.paths.lens = options.draw.post.lens;
     viewer.draw.cached_environments = environment_store(caches.environments);
     std::optional<passes::SceneRenderer> renderer(std::in_place, device, viewer.draw);
     Result<SecondaryDevices> secondary_devices = SecondaryDevices::open(
@@ -134,7 +135,7 @@ int run(const Options& options) {
       return report_failure(Error{"--outputs: " + can.error().message});
     if (Result<void> can = renderer->can_show(options.debug_view); !can)
       return report_failure(Error{"--view: " + can.error().message});
-    if (!options.lens.is_pinhole() && !options.path) {
+    if (!options.draw.post.lens.is_pinhole() && !options.draw.path) {
       if (Result<void> can = renderer->can_blur(); !can)
         return report_failure(Error{"--f-number: " + can.error().message});
     }

@@ -159,7 +159,7 @@ Result<void> Session::choose_camera() {
       });
   if (!camera) return camera.error();
   camera_.emplace(std::move(*camera));
-  if (const std::string line = set_exposure(options_.exposure, scene(), application_.viewer.draw);
+  if (const std::string line = set_exposure(options_.draw.post, scene(), application_.viewer.draw);
       !line.empty())
     log_message("info: " + line);
   return {};
@@ -228,7 +228,7 @@ void Session::create_scene() {
   uploader_.emplace(*application_.renderer, std::move(secondary));
   const OverlayFile file = overlay_file(options_, document_.has_own_file());
   live_.emplace(*loaded_, *poses_, *uploader_,
-                AssetSettings{options_.assets, passes::levels_for(options_.levels_of_detail),
+                AssetSettings{options_.assets, passes::levels_for(options_.draw.levels_of_detail),
                               uploader_->max_textures(), file.path});
   camera_->set_edits(live_->edits());
   live_->on_scene_replaced(

@@ -16,6 +16,7 @@
 #include "base/text.h"
 #include "renderer/gpu/device/device.h"
 #include "renderer/scene/gltf/load_gltf.h"
+#include "renderer/settings/setting_table.h"
 #include "renderer/sinks/frame.h"
 #include "renderer/sinks/output_text.h"
 #include "renderer/sinks/png.h"
@@ -208,8 +209,8 @@ Result<scene::Scene> load(const fs::path& file, const passes::DrawSettings& sett
 
 Result<void> draw_all(const std::vector<fs::path>& files, const Options& options, gpu::Device& device) {
   passes::DrawSettings settings;
-  settings.raster = passes::raster_path_named(options.raster);
-  settings.shadows = passes::shadows_named(options.shadows);
+  (void)passes::draw_setting("raster").set(options.raster, settings);
+  (void)passes::draw_setting("shadows").set(options.shadows, settings);
   AssetDrawer drawer(device, {options.layout.width, options.layout.height}, settings);
   Pages pages(options.out, options.layout);
   size_t refused = 0;
@@ -287,12 +288,14 @@ int main(int argc, char** argv) {
   add_number("--rows", options.layout.rows, "rows per page, 1 to 32", 1, 32);
   add_number("--width", options.layout.width, "width of a thumbnail in pixels, 16 to 512", 16, 512);
   add_number("--height", options.layout.height, "height of a thumbnail in pixels, 16 to 512", 16, 512);
-  add_value(app, "--raster", options.raster, "NAME", "raster path: auto, forward or visibility")
-      ->group(kDrawing)
-      ->check(CLI::IsMember(fire3dv::passes::kRasterPathNames).description(""));
-  add_value(app, "--shadows", options.shadows, "NAME", "by auto, ray, ray-query, ray-pipeline, map or off")
-      ->group(kDrawing)
-      ->check(CLI::IsMember(fire3dv::passes::kShadowNames).description(""));
+  const auto add_setting = [&](const char* name, std::string& value) {
+    const fire3dv::passes::DrawSetting& setting = fire3dv::passes::draw_setting(name);
+    add_value(app, ("--" + setting.name).c_str(), value, setting.value_name.c_str(), setting.help.c_str())
+        ->group(kDrawing)
+        ->check(fire3dv::one_of(setting.names));
+  };
+  add_setting("raster", options.raster);
+  add_setting("shadows", options.shadows);
   app.add_option("--device", options.device, "Vulkan device")->type_name("INDEX|NAME")->group(kDrawing);
   app.add_flag("--validation", options.validation, "Vulkan validation; a finding is an error")
       ->group(kDrawing);

@@ -116,18 +116,18 @@ TEST_F(Config, SetsOptionsThatTheCommandLineOverrules) {
   Options parsed = options(lines, {"scene.glb"});
   EXPECT_EQ(parsed.scene, "scene.glb");
   EXPECT_EQ(parsed.width, 640u);
-  EXPECT_EQ(parsed.samples, 1u);
-  EXPECT_FALSE(parsed.fxaa);
+  EXPECT_EQ(parsed.draw.samples, 1u);
+  EXPECT_FALSE(parsed.draw.post.fxaa);
   EXPECT_TRUE(parsed.insecure);
   EXPECT_EQ(parsed.listen, (std::vector<std::string>{"shm://a", "shm://b"}));
   EXPECT_EQ(printed_, "");
   parsed = options(lines, {"scene.glb", "--size", "10x20", "--listen", "shm://c"});
   EXPECT_EQ(parsed.width, 10u);
   EXPECT_EQ(parsed.listen, (std::vector<std::string>{"shm://c"}));
-  EXPECT_EQ(parsed.samples, 1u);
+  EXPECT_EQ(parsed.draw.samples, 1u);
   parsed = options(lines, {"scene.glb", "--config", "none"});
   EXPECT_EQ(parsed.width, 1280u);
-  EXPECT_TRUE(parsed.fxaa);
+  EXPECT_TRUE(parsed.draw.post.fxaa);
 }
 
 TEST_F(Config, AnOptionWithoutItsValueDoesNotTakeTheScene) {

@@ -185,7 +185,7 @@ struct Bench {
         scene(of),
         extent{draw.width, draw.height},
         outputs(wanted),
-        renderer(on, draw_settings(draw)),
+        renderer(on, draw.settings),
         frames(on),
         readback(on) {
     renderer.set_scene(scene);
@@ -276,8 +276,8 @@ Result<void> measure_all(const CamerasOptions& options) {
 
 void add_cameras_options(CLI::App& app, CamerasOptions& options) {
   options.draw.resolution = "64x64";
-  options.draw.fxaa = "off";
-  options.draw.shadows = "off";
+  options.draw.settings.post.fxaa = false;
+  options.draw.settings.shadows.method = passes::ShadowMethod::off;
   add_draw_options(app, options.draw);
   app.add_option("scene", options.scene, "glTF 2.0 scene (.glb or .gltf)")->required();
   app.add_option("--cameras", options.cameras, "numbers of cameras (default: 1,8,64)")

@@ -6,6 +6,7 @@
 
 #include "base/clock.h"
 #include "base/command_line.h"
+#include "renderer/app/options/drawing_options.h"
 #include "renderer/app/options/option_values.h"
 #include "renderer/passes/ray_effects/ray_effects_pass.h"
 #include "renderer/sinks/png.h"
@@ -39,20 +40,8 @@ void add_draw_options(CLI::App& app, DrawOptions& options) {
   app.add_flag("--validation,!--no-validation", options.validation,
                "Vulkan validation; a finding is an error")
       ->group(kGroup);
-  add_value(app, "--samples", options.samples, "N", "samples per pixel at most, 1 to 64")
-      ->group(kGroup)
-      ->check(in_range(1, 64));
-  add("--raster", options.raster, "NAME", "raster path: auto, forward or visibility")
-      ->check(CLI::IsMember(passes::kRasterPathNames).description(""));
-  add("--cull", options.cull, "NAME", "cluster culling: on, off, view or hidden")
-      ->check(CLI::IsMember(passes::kCullNames).description(""));
-  add("--lod", options.levels_of_detail, "NAME", "level of detail: auto, on, everywhere or off")
-      ->check(CLI::IsMember(passes::kLevelsOfDetailNames).description(""));
-  add("--shadows", options.shadows, "NAME", "by auto, ray, ray-query, ray-pipeline, map or off")
-      ->check(CLI::IsMember(passes::kShadowNames).description(""));
-  add("--shadow-rays", options.shadow_rays, "hybrid|all", "rays for uncertain pixels, or for all lit ones")
-      ->check(one_of({"hybrid", "all"}));
-  add("--fxaa", options.fxaa, "on|off", "post-process antialiasing")->check(one_of({"on", "off"}));
+  for (const passes::SettingGroup group : {passes::SettingGroup::image, passes::SettingGroup::raster})
+    app::add_draw_settings(app, passes::kByBench, group, kGroup, options.settings);
 }
 
 Result<void> check_draw_options(DrawOptions& options) {
@@ -66,18 +55,6 @@ Result<void> check_draw_options(DrawOptions& options) {
 gpu::AsyncCompute async_compute(const DrawOptions& options) {
   if (options.async_compute == "on") return gpu::AsyncCompute::on;
   return options.async_compute == "off" ? gpu::AsyncCompute::off : gpu::AsyncCompute::automatic;
-}
-
-passes::DrawSettings draw_settings(const DrawOptions& options) {
-  passes::DrawSettings settings;
-  settings.samples = options.samples;
-  settings.raster = passes::raster_path_named(options.raster);
-  settings.cull = passes::cull_named(options.cull);
-  settings.levels_of_detail = passes::levels_of_detail_named(options.levels_of_detail);
-  settings.shadows = passes::shadows_named(options.shadows);
-  settings.shadows.hybrid = options.shadow_rays == "hybrid";
-  settings.post.fxaa = options.fxaa == "on";
-  return settings;
 }
 
 void add_frame_options(CLI::App& app, FrameOptions& options) {
@@ -181,7 +158,7 @@ Result<void> make_folder(const char* option, const std::filesystem::path& folder
 
 std::vector<Condition> conditions_of(const FrameOptions& options) {
   std::vector<Condition> conditions;
-  const passes::DrawSettings product = draw_settings(options.draw);
+  const passes::DrawSettings product = options.draw.settings;
   if (options.conditions != "paper") {
     conditions.push_back({kProduct, product.cull, true, product.levels_of_detail});
     conditions.push_back({kProductMain, product.cull, false, product.levels_of_detail});
@@ -215,7 +192,7 @@ Report describe_run(const FrameOptions& options, const gpu::Device& device) {
   report.texture_side = options.texture_side;
   report.warm_up = options.warm_up;
   report.frames = options.frames;
-  report.fxaa = options.draw.fxaa == "on";
+  report.fxaa = options.draw.settings.post.fxaa;
   return report;
 }
 
@@ -256,7 +233,7 @@ Result<SceneReport> measure_scene(const FrameOptions& options, gpu::Device& devi
   const auto pose_at = [&bodies = made.bodies](uint64_t step, std::vector<wire::Affine3x4>& poses) {
     pose_bodies(bodies, step, poses);
   };
-  passes::DrawSettings settings = draw_settings(options.draw);
+  passes::DrawSettings settings = options.draw.settings;
   if (options.conditions == "rays") {
     FIRE3DV_ASSERT(passes::ray_effects_named("all", settings.ray_effects.on));
     settings.ray_effects.back_end = settings.shadows.back_end;

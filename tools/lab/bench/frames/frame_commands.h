@@ -20,14 +20,11 @@ struct DrawOptions {
   uint32_t width = 1920, height = 1080;
   std::string device, async_compute = "auto";
   bool validation = false;
-  uint32_t samples = 4;
-  std::string raster = "auto", cull = "on", levels_of_detail = "auto", shadows = "auto",
-              shadow_rays = "hybrid", fxaa = "on";
+  passes::DrawSettings settings;
 };
 void add_draw_options(CLI::App& app, DrawOptions& options);
 Result<void> check_draw_options(DrawOptions& options);
 gpu::AsyncCompute async_compute(const DrawOptions& options);
-passes::DrawSettings draw_settings(const DrawOptions& options);
 
 // Options of `fire3dv-bench frame`.
 struct FrameOptions {

@@ -61,7 +61,7 @@ Result<void> measure_images(const ImageOptions& options) {
   const std::vector<uint32_t> nodes = moving_nodes(*scene);
   if (nodes.empty())
     return Error{options.scene.string() + ": no node with a mesh and a name that could be moved"};
-  passes::DrawSettings settings = draw_settings(options.draw);
+  passes::DrawSettings settings = options.draw.settings;
   const size_t textures = scene->textures.size();
   if (textures > gpu::BindlessTextures::most(*open->device)) {
     return Error{options.scene.string() + " has " + std::to_string(textures) + " textures, more than " +
@@ -93,7 +93,7 @@ Result<void> measure_images(const ImageOptions& options) {
         options.scene.stem().c_str(),
         renderer.settings().raster_path() == passes::RasterPath::visibility ? "visibility" : "forward",
         static_cast<uint32_t>(renderer.settings().samples()),
-        passes::describe(renderer.settings().shadow_technique()), options.draw.fxaa.c_str(),
+        passes::describe(renderer.settings().shadow_technique()), settings.post.fxaa ? "on" : "off",
         options.draw.width, options.draw.height, summary.count, summary.median, summary.p95, summary.least,
         1000 / summary.median, setup_s);
     if (!options.png.empty()) {

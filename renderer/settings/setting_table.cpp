@@ -1,0 +1,564 @@
+#include "renderer/settings/setting_table.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstddef>
+#include <cstdio>
+#include <limits>
+#include <optional>
+#include <system_error>
+#include <utility>
+
+#include "base/error.h"
+
+namespace fire3dv::passes {
+namespace {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr float kMaxFinite = 1e6f;
+
+template <typename Value>
+std::optional<Value> parse_number(std::string_view text) {
+  Value value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+// Shortest text without exponent that is read as the same number.
+std::string number_text(float value) {
+  std::array<char, 128> text;
+  const auto [end, error] =
+      std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed);
+  FIRE3DV_ASSERT(error == std::errc());
+  return {text.data(), end};
+}
+
+// Without digits that rounding adds, for bounds and degrees.
+std::string short_text(float value) {
+  char text[32];
+  std::snprintf(text, sizeof(text), "%.7g", static_cast<double>(value));
+  return text;
+}
+
+// Bounds of a number, and the words of its error.
+struct NumberRange {
+  float least, most;
+};
+
+std::string check_number_in(const std::string& text, const NumberRange& range) {
+  const std::optional<float> value = parse_number<float>(text);
+  if (value && std::isfinite(*value) && *value >= range.least && *value <= range.most) return "";
+  if (range.most == kInfinity) return text + " is not a number above 0";
+  if (range.least == -range.most)
+    return text + " is not a number between " + short_text(range.least) + " and " + short_text(range.most);
+  return text + " is not a number from " + short_text(range.least) + " to " + short_text(range.most);
+}
+
+std::string list_text(std::string label, const std::vector<std::string>& names) {
+  for (size_t i = 0; i < names.size(); ++i)
+    label += (i == 0 ? "" : i + 1 == names.size() ? " or " : ", ") + names[i];
+  return label;
+}
+
+// --- kinds of rows. field: function that returns a reference to the value in DrawSettings ---
+
+template <typename Field>
+void set_access(DrawSetting& row, Field field) {
+  row.is_same = [field](const DrawSettings& a, const DrawSettings& b) { return field(a) == field(b); };
+  row.copy = [field](const DrawSettings& from, DrawSettings& to) { field(to) = field(from); };
+}
+
+template <typename Value>
+struct NamedValue {
+  const char* name;
+  Value value;
+};
+
+// Choice of names; each one stands for a value. set_value writes it, and what belongs to it.
+template <typename Value>
+DrawSetting choice(std::vector<NamedValue<Value>> values, std::function<Value(const DrawSettings&)> value_of,
+                   std::function<void(const Value&, DrawSettings&)> set_value) {
+  DrawSetting row;
+  row.kind = SettingKind::choice;
+  for (const NamedValue<Value>& named : values) row.names.emplace_back(named.name);
+  row.value_name = "NAME";
+  row.text = [values, value_of](const DrawSettings& draw) {
+    const auto named = std::find_if(values.begin(), values.end(), [&](const NamedValue<Value>& candidate) {
+      return candidate.value == value_of(draw);
+    });
+    return std::string((named == values.end() ? values.front() : *named).name);
+  };
+  row.set = [values, set_value, names = row.names](const std::string& text, DrawSettings& draw) {
+    for (const NamedValue<Value>& named : values) {
+      if (text != named.name) continue;
+      set_value(named.value, draw);
+      return std::string();
+    }
+    return list_text(text + " is not ", names);
+  };
+  row.is_same = [value_of](const DrawSettings& a, const DrawSettings& b) {
+    return value_of(a) == value_of(b);
+  };
+  row.copy = [value_of, set_value](const DrawSettings& from, DrawSettings& to) {
+    set_value(value_of(from), to);
+  };
+  return row;
+}
+
+template <typename Value, typename Field>
+DrawSetting choice(std::vector<NamedValue<Value>> values, Field field) {
+  return choice<Value>(
+      std::move(values), [field](const DrawSettings& draw) { return field(draw); },
+      [field](const Value& value, DrawSettings& draw) { field(draw) = value; });
+}
+
+template <typename Field>
+DrawSetting flag(Field field) {
+  DrawSetting row = choice<bool>({{"on", true}, {"off", false}}, field);
+  row.value_name = "on|off";
+  return row;
+}
+
+template <typename Field>
+DrawSetting count(uint32_t least, uint32_t most, Field field) {
+  DrawSetting row;
+  row.kind = SettingKind::count;
+  row.value_name = "N";
+  row.min_count = least;
+  row.max_count = most;
+  row.text = [field](const DrawSettings& draw) { return std::to_string(field(draw)); };
+  row.set = [field, least, most](const std::string& text, DrawSettings& draw) {
+    const std::optional<uint32_t> value = parse_number<uint32_t>(text);
+    if (!value || *value < least || *value > most)
+      return text + " is not a whole number from " + std::to_string(least) + " to " + std::to_string(most);
+    field(draw) = *value;
+    return std::string();
+  };
+  set_access(row, field);
+  return row;
+}
+
+template <typename Field>
+DrawSetting number(const NumberRange& range, Field field) {
+  DrawSetting row;
+  row.kind = SettingKind::number;
+  row.value_name = "X";
+  row.text = [field](const DrawSettings& draw) { return number_text(field(draw)); };
+  row.set = [field, range](const std::string& text, DrawSettings& draw) {
+    std::string wrong = check_number_in(text, range);
+    if (wrong.empty()) field(draw) = *parse_number<float>(text);
+    return wrong;
+  };
+  set_access(row, field);
+  return row;
+}
+
+// --- rows of their own kind ---
+
+DrawSetting environment_rotation() {
+  DrawSetting row = number(
+      {-kMaxFinite, kMaxFinite}, [](auto& draw) -> auto& { return draw.environment_rotation_rad; });
+  row.text = [](const DrawSettings& draw) { return short_text(glm::degrees(draw.environment_rotation_rad)); };
+  row.set = [degrees = row.set](const std::string& text, DrawSettings& draw) {
+    std::string wrong = degrees(text, draw);
+    if (wrong.empty()) draw.environment_rotation_rad = glm::radians(draw.environment_rotation_rad);
+    return wrong;
+  };
+  return row;
+}
+
+float linear_of(float srgb) {
+  return srgb <= 0.04045f ? srgb / 12.92f : std::pow((srgb + 0.055f) / 1.055f, 2.4f);
+}
+float srgb_of(float linear) {
+  return linear <= 0.0031308f ? linear * 12.92f : 1.055f * std::pow(linear, 1 / 2.4f) - 0.055f;
+}
+
+// Digits of an sRGB colour.
+std::optional<glm::vec3> parse_color(std::string_view text) {
+  if (text.starts_with('#')) text.remove_prefix(1);  // optional: shells treat # as a comment
+  uint32_t rgb = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), rgb, 16);
+  if (error != std::errc() || end != text.data() + text.size() || text.size() != 6) return std::nullopt;
+  glm::vec3 color;
+  for (int c = 0; c < 3; ++c) color[c] = linear_of(static_cast<float>(rgb >> (16 - 8 * c) & 0xff) / 255);
+  return color;
+}
+
+std::string background_text(const DrawSettings& draw) {
+  const Background& background = draw.background;
+  if (background.show_environment) return "environment";
+  if (background == Background::gradient()) return "gradient";
+  std::array<int, 3> rgb;
+  for (int c = 0; c < 3; ++c)
+    rgb[static_cast<size_t>(c)] =
+        static_cast<int>(std::lround(255 * std::clamp(srgb_of(background.color[c]), 0.0f, 1.0f)));
+  char text[8];
+  std::snprintf(text, sizeof(text), "%02x%02x%02x", rgb[0], rgb[1], rgb[2]);
+  return text;
+}
+
+std::string set_background(const std::string& text, DrawSettings& draw) {
+  if (text == "environment") {
+    draw.background.show_environment = true;
+  } else if (text == "gradient") {
+    draw.background = Background::gradient();
+  } else if (const std::optional<glm::vec3> color = parse_color(text)) {
+    draw.background = {false, *color, std::nullopt};
+  } else {
+    return "must be gradient, environment or a colour such as 20a0ff";
+  }
+  return "";
+}
+
+DrawSetting background() {
+  DrawSetting row;
+  row.value_name = "COLOR";
+  row.shows_default = false;
+  row.text = background_text;
+  row.set = set_background;
+  set_access(
+      row, [](auto& draw) -> auto& { return draw.background; });
+  return row;
+}
+
+DrawSetting exposure() {
+  DrawSetting row;
+  row.kind = SettingKind::number;
+  row.value_name = "X|auto|metered";
+  row.text = [](const DrawSettings& draw) {
+    if (draw.post.metered) return std::string("metered");
+    return draw.post.estimated ? std::string("auto") : number_text(draw.post.exposure);
+  };
+  row.set = [](const std::string& text, DrawSettings& draw) {
+    PostSettings& post = draw.post;
+    const bool is_number = text != "auto" && text != "metered";
+    if (is_number) {
+      if (const std::string wrong = positive_number(text); !wrong.empty()) return wrong + ", auto or metered";
+      post.exposure = *parse_number<float>(text);
+    }
+    post.metered = text == "metered";
+    post.estimated = !is_number;
+    return std::string();
+  };
+  row.is_same = [](const DrawSettings& a, const DrawSettings& b) {
+    return a.post.exposure == b.post.exposure && a.post.metered == b.post.metered &&
+           a.post.estimated == b.post.estimated;
+  };
+  row.copy = [](const DrawSettings& from, DrawSettings& to) {
+    to.post.exposure = from.post.exposure;
+    to.post.metered = from.post.metered;
+    to.post.estimated = from.post.estimated;
+  };
+  return row;
+}
+
+using ShadowChoice = std::pair<ShadowMethod, RayBackEnd>;
+
+// The back end of shadow rays is that of ray effects, too.
+DrawSetting shadows() {
+  DrawSetting row = choice<ShadowChoice>(
+      {{"auto", {ShadowMethod::automatic, RayBackEnd::query}},
+       {"ray", {ShadowMethod::ray, RayBackEnd::query}},
+       {"ray-query", {ShadowMethod::ray, RayBackEnd::query}},
+       {"ray-pipeline", {ShadowMethod::ray, RayBackEnd::pipeline}},
+       {"map", {ShadowMethod::map, RayBackEnd::query}},
+       {"off", {ShadowMethod::off, RayBackEnd::query}}},
+      [](const DrawSettings& draw) { return ShadowChoice(draw.shadows.method, draw.shadows.back_end); },
+      [](const ShadowChoice& value, DrawSettings& draw) {
+        draw.shadows.method = value.first;
+        draw.shadows.back_end = draw.ray_effects.back_end = value.second;
+      });
+  row.help = list_text("by ", row.names);
+  return row;
+}
+
+DrawSetting ray_effects() {
+  DrawSetting row;
+  row.value_name = "LIST";
+  row.text = [](const DrawSettings& draw) {
+    std::string names = describe(draw.ray_effects.on);
+    std::erase(names, ' ');
+    return names.empty() ? "off" : names;
+  };
+  row.set = [](const std::string& text, DrawSettings& draw) {
+    RayEffects on;
+    if (!ray_effects_named(text, on))
+      return "must be off, all, or names separated by commas: " + ray_effect_names();
+    draw.ray_effects.on = on;
+    return std::string();
+  };
+  set_access(
+      row, [](auto& draw) -> auto& { return draw.ray_effects.on; });
+  return row;
+}
+
+DrawSetting ray_effect_rays() {
+  DrawSetting row = count(
+      1, 16, [](auto& draw) -> auto& { return draw.ray_effects.reflection_rays; });
+  const auto set_all = [](DrawSettings& draw) {
+    draw.ray_effects.set_rays(draw.ray_effects.reflection_rays);
+  };
+  row.set = [set_all, set = row.set](const std::string& text, DrawSettings& draw) {
+    std::string wrong = set(text, draw);
+    if (wrong.empty()) set_all(draw);
+    return wrong;
+  };
+  row.is_same = [](const DrawSettings& a, const DrawSettings& b) {
+    return a.ray_effects.reflection_rays == b.ray_effects.reflection_rays &&
+           a.ray_effects.occlusion_rays == b.ray_effects.occlusion_rays &&
+           a.ray_effects.bounce_rays == b.ray_effects.bounce_rays;
+  };
+  row.copy = [](const DrawSettings& from, DrawSettings& to) {
+    to.ray_effects.reflection_rays = from.ray_effects.reflection_rays;
+    to.ray_effects.occlusion_rays = from.ray_effects.occlusion_rays;
+    to.ray_effects.bounce_rays = from.ray_effects.bounce_rays;
+  };
+  return row;
+}
+
+DrawSetting render() {
+  DrawSetting row = choice<bool>(
+      {{"raster", false}, {"path", true}}, [](const DrawSettings& draw) { return draw.path.has_value(); },
+      [](bool traces, DrawSettings& draw) {
+        if (traces == draw.path.has_value()) return;
+        draw.path.reset();
+        if (traces) draw.path.emplace().lens = draw.post.lens;
+      });
+  row.value_name = "raster|path";
+  row.copy = [](const DrawSettings& from, DrawSettings& to) {
+    if (from.path.has_value() != to.path.has_value()) to.path = from.path;
+  };
+  return row;
+}
+
+// Number of the path tracer, which is the default while the raster draws.
+DrawSetting path_count(uint32_t least, uint32_t most, uint32_t PathSettings::*value) {
+  DrawSetting row = count(
+      least, most, [](auto& draw) -> auto& { return draw.samples; });
+  row.needs_paths = true;
+  const auto value_of = [value](const DrawSettings& draw) {
+    return draw.path.value_or(PathSettings()).*value;
+  };
+  row.text = [value_of](const DrawSettings& draw) { return std::to_string(value_of(draw)); };
+  row.set = [value, set = row.set](const std::string& text, DrawSettings& draw) {
+    DrawSettings parsed;
+    std::string wrong = set(text, parsed);
+    if (wrong.empty() && draw.path) (*draw.path).*value = parsed.samples;
+    return wrong;
+  };
+  row.is_same = [value_of](const DrawSettings& a, const DrawSettings& b) {
+    return !a.path || !b.path || value_of(a) == value_of(b);
+  };
+  row.copy = [value](const DrawSettings& from, DrawSettings& to) {
+    if (from.path && to.path) (*to.path).*value = (*from.path).*value;
+  };
+  return row;
+}
+
+// Number of the lens, which raster and paths share.
+DrawSetting lens_number(const NumberRange& range, float scene::ThinLens::*value) {
+  DrawSetting row = number(
+      range, [value](auto& draw) -> auto& { return draw.post.lens.*value; });
+  row.shows_default = false;
+  const auto share = [value](DrawSettings& draw) {
+    if (draw.path) draw.path->lens.*value = draw.post.lens.*value;
+  };
+  row.set = [share, set = row.set](const std::string& text, DrawSettings& draw) {
+    std::string wrong = set(text, draw);
+    if (wrong.empty()) share(draw);
+    return wrong;
+  };
+  row.is_same = [value, post = row.is_same](const DrawSettings& a, const DrawSettings& b) {
+    return post(a, b) && (!a.path || !b.path || a.path->lens.*value == b.path->lens.*value);
+  };
+  row.copy = [value, post = row.copy](const DrawSettings& from, DrawSettings& to) {
+    post(from, to);
+    if (from.path && to.path) to.path->lens.*value = from.path->lens.*value;
+  };
+  return row;
+}
+
+// Adds rows of a group to the table.
+class Rows {
+ public:
+  Rows(std::vector<DrawSetting>& table, SettingGroup group) : table_(table), group_(group) {}
+
+  DrawSetting& add(const char* name, const char* help, Invalidates invalidates, int users, DrawSetting row) {
+    row.name = name;
+    if (help) row.help = help;
+    row.group = group_;
+    row.invalidates = invalidates;
+    row.users = static_cast<uint8_t>(users);
+    return table_.emplace_back(std::move(row));
+  }
+
+ private:
+  std::vector<DrawSetting>& table_;
+  SettingGroup group_;
+};
+
+constexpr int kByPrograms = kByCommandLine | kByDrake;
+
+std::vector<DrawSetting> make_table() {
+  std::vector<DrawSetting> table;
+  Rows environment(table, SettingGroup::environment);
+  DrawSetting* row = &environment.add("environment-rotation", "degrees, counter-clockwise",
+                                      Invalidates::shading, kByPrograms | kByWindow, environment_rotation());
+  row->value_name = "DEG";
+  row->control = {"  turned", nullptr, {}, -180, 180, "%.0f \u00b0"};
+  row = &environment.add("environment-intensity", "factor on its light", Invalidates::shading,
+                         kByPrograms | kByWindow,
+                         number(
+                             {0, kInfinity}, [](auto& draw) -> auto& { return draw.environment_intensity; }));
+  row->control = {"Environment", "Factor on its light", {}, 0, 8, "%.2f x"};
+  environment.add("background", "gradient, environment, or a colour such as 20a0ff", Invalidates::shading,
+                  kByPrograms | kByWindow, background());
+
+  Rows image(table, SettingGroup::image);
+  image.add("exposure", "factor on all light; metered: by each image", Invalidates::post,
+            kByPrograms | kByWindow, exposure());
+  row = &image.add("tone-map", "neutral, aces, reinhard or none", Invalidates::post,
+                   kByPrograms | kByWindow | kByBrowser,
+                   choice<ToneMap>(
+                       {{"reinhard", ToneMap::reinhard},
+                        {"aces", ToneMap::aces},
+                        {"neutral", ToneMap::neutral},
+                        {"none", ToneMap::none}},
+                       [](auto& draw) -> auto& { return draw.post.tone_map; }));
+  row->control = {"Tone mapping", nullptr, {"Reinhard", "ACES", "neutral", "none"}};
+  image.add("shadows", nullptr, Invalidates::renderer, kByPrograms | kByWindow | kByBrowser | kByBench,
+            shadows());
+  row = &image.add(
+      "shadow-rays", "rays for uncertain pixels, or for all lit ones", Invalidates::renderer,
+      kByPrograms | kByWindow | kByBench,
+      choice<bool>(
+          {{"hybrid", true}, {"all", false}}, [](auto& draw) -> auto& { return draw.shadows.hybrid; }));
+  row->value_name = "hybrid|all";
+  image.add("samples", "samples per pixel at most, 1 to 64", Invalidates::renderer,
+            kByPrograms | kByWindow | kByBench,
+            count(
+                1, 64, [](auto& draw) -> auto& { return draw.samples; }));
+  row = &image.add("fxaa", "post-process antialiasing", Invalidates::post, kByPrograms | kByWindow | kByBench,
+                   flag([](auto& draw) -> auto& { return draw.post.fxaa; }));
+  row->control = {"FXAA", "Smooths edges of the finished image"};
+  row = &image.add("bloom", "share of light that a lens scatters, 0 to 1", Invalidates::post, kByPrograms,
+                   number(
+                       {0, 1}, [](auto& draw) -> auto& { return draw.post.bloom; }));
+  row->value_name = "STRENGTH";
+  image.add("ray-effects", "off, all, or some of reflections,ao,refraction,bounce", Invalidates::pipelines,
+            kByPrograms | kByWindow, ray_effects());
+  image.add("ray-effect-rays", "rays of an effect in a pixel, 1 to 16", Invalidates::shading, kByPrograms,
+            ray_effect_rays());
+  row = &image.add("anisotropy", "anisotropic texture filtering, 1 to 16", Invalidates::renderer, kByPrograms,
+                   number(
+                       {1, 16}, [](auto& draw) -> auto& { return draw.anisotropy; }));
+  row->value_name = "N";
+
+  Rows paths(table, SettingGroup::paths);
+  paths.add("render", "raster, or paths: a reference image (docs/truth.md)", Invalidates::renderer,
+            kByCommandLine | kByWindow | kByBrowser, render());
+  paths.add("spp", "path: samples per pixel", Invalidates::shading, kByCommandLine | kByWindow,
+            path_count(1, 1 << 20, &PathSettings::samples_per_pixel));
+  paths.add("bounces", "path: bounces after the first surface", Invalidates::shading,
+            kByCommandLine | kByWindow, path_count(0, 1024, &PathSettings::bounces));
+  paths.add("seed", "path: seed of the random numbers", Invalidates::shading, kByCommandLine,
+            path_count(0, UINT32_MAX, &PathSettings::seed));
+  row = &paths.add("f-number", "aperture of the lens", Invalidates::shading, kByCommandLine | kByWindow,
+                   lens_number({scene::kMinFNumber, scene::kMaxFNumber}, &scene::ThinLens::f_number));
+  row->value_name = "N";
+  row = &paths.add("focus-distance", "metres to the plane in focus", Invalidates::shading,
+                   kByCommandLine | kByWindow,
+                   lens_number({scene::kMinFocusDistanceM, scene::kMaxFocusDistanceM},
+                               &scene::ThinLens::focus_distance_m));
+  row->value_name = "M";
+
+  Rows raster(table, SettingGroup::raster);
+  row = &raster.add("raster", nullptr, Invalidates::renderer, kByCommandLine | kByWindow | kByBench,
+                    choice<RasterPath>(
+                        {{"auto", RasterPath::automatic},
+                         {"forward", RasterPath::forward},
+                         {"visibility", RasterPath::visibility}},
+                        [](auto& draw) -> auto& { return draw.raster; }));
+  row->help = list_text("raster path: ", row->names);
+  row->control = {"Raster path", nullptr, {"automatic", "forward", "visibility"}};
+  row = &raster.add(
+      "cull", nullptr, Invalidates::nothing, kByCommandLine | kByWindow | kByBench,
+      choice<Cull>(
+          {{"on", Cull::automatic}, {"off", Cull::off}, {"view", Cull::view}, {"hidden", Cull::hidden}},
+          [](auto& draw) -> auto& { return draw.cull; }));
+  row->help = list_text("cluster culling: ", row->names);
+  row->control = {"Culling",
+                  "Skips invisible clusters; the image stays the same",
+                  {"automatic", "off", "out of view", "hidden, too"}};
+  row = &raster.add("lod", nullptr, Invalidates::shading, kByCommandLine | kByWindow | kByBench,
+                    choice<LevelsOfDetail>(
+                        {{"auto", LevelsOfDetail::automatic},
+                         {"on", LevelsOfDetail::camera},
+                         {"everywhere", LevelsOfDetail::everywhere},
+                         {"off", LevelsOfDetail::off}},
+                        [](auto& draw) -> auto& { return draw.levels_of_detail; }));
+  row->help = list_text("level of detail: ", row->names);
+  row->control = {"Level of detail",
+                  "Coarser triangles where the difference is less than a pixel",
+                  {"automatic", "camera", "everywhere", "off"}};
+  return table;
+}
+
+}  // namespace
+
+const std::vector<DrawSetting>& draw_setting_table() {
+  static const std::vector<DrawSetting> table = make_table();
+  return table;
+}
+
+const DrawSetting& draw_setting(std::string_view name) {
+  const std::vector<DrawSetting>& table = draw_setting_table();
+  const auto row = std::find_if(table.begin(), table.end(),
+                                [&](const DrawSetting& setting) { return setting.name == name; });
+  FIRE3DV_ASSERT(row != table.end());
+  return *row;
+}
+
+DrawSettings default_settings() {
+  DrawSettings settings;
+  settings.background = Background::gradient();
+  settings.post.tone_map = ToneMap::neutral;
+  settings.post.estimated = true;
+  return settings;
+}
+
+Invalidates compare(const DrawSettings& from, const DrawSettings& to) {
+  Invalidates most = Invalidates::nothing;
+  for (const DrawSetting& setting : draw_setting_table()) {
+    if (!setting.is_same(from, to)) most = std::max(most, setting.invalidates);
+  }
+  return most;
+}
+
+void copy_applicable(const DrawSettings& from, DrawSettings& to) {
+  for (const DrawSetting& setting : draw_setting_table()) {
+    if (setting.invalidates != Invalidates::renderer) setting.copy(from, to);
+  }
+}
+
+bool have_same_values(const DrawSettings& a, const DrawSettings& b, uint8_t users) {
+  const std::vector<DrawSetting>& table = draw_setting_table();
+  return std::all_of(table.begin(), table.end(), [&](const DrawSetting& setting) {
+    return !(setting.users & users) || setting.is_same(a, b);
+  });
+}
+
+std::string positive_number(const std::string& text) {
+  std::string wrong = check_number_in(text, {0, kInfinity});
+  return wrong.empty() && *parse_number<float>(text) == 0 ? text + " is not a number above 0" : wrong;
+}
+
+std::string finite_number(const std::string& text) {
+  return check_number_in(text, {-kMaxFinite, kMaxFinite});
+}
+
+}  // namespace fire3dv::passes

@@ -1,0 +1,147 @@
+// Test of the table of draw settings: every row round-trips, refuses bad values and has its declared effect.
+#include "renderer/settings/setting_table.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <set>
+#include <string>
+
+namespace fire3dv::passes {
+namespace {
+
+// Two values of each row; the first one differs from the default.
+const std::map<std::string, std::pair<std::string, std::string>> kValues{
+    {"environment-rotation", {"90", "-30"}},
+    {"environment-intensity", {"0.25", "3"}},
+    {"background", {"20a0ff", "environment"}},
+    {"exposure", {"2.5", "metered"}},
+    {"tone-map", {"aces", "reinhard"}},
+    {"shadows", {"ray-pipeline", "off"}},
+    {"shadow-rays", {"all", "hybrid"}},
+    {"samples", {"1", "16"}},
+    {"fxaa", {"off", "on"}},
+    {"bloom", {"0.1", "1"}},
+    {"ray-effects", {"reflections,bounce", "ao"}},
+    {"ray-effect-rays", {"1", "16"}},
+    {"anisotropy", {"16", "2"}},
+    {"render", {"path", "raster"}},
+    {"spp", {"64", "1048576"}},
+    {"bounces", {"0", "12"}},
+    {"seed", {"7", "4294967295"}},
+    {"f-number", {"2.8", "0.1"}},
+    {"focus-distance", {"1.5", "1000000"}},
+    {"raster", {"forward", "visibility"}},
+    {"cull", {"view", "off"}},
+    {"lod", {"everywhere", "off"}},
+};
+
+DrawSettings with_paths() {
+  DrawSettings settings = default_settings();
+  settings.path.emplace();
+  return settings;
+}
+
+// Defaults that the row can change.
+DrawSettings settings_for(const DrawSetting& row) {
+  return row.needs_paths ? with_paths() : default_settings();
+}
+
+TEST(SettingTable, RowsRoundTrip) {
+  for (const DrawSetting& row : draw_setting_table()) {
+    SCOPED_TRACE(row.name);
+    const auto values = kValues.find(row.name);
+    ASSERT_NE(values, kValues.end()) << "add two values of the new row to this test";
+    for (const std::string& text : {values->second.first, values->second.second}) {
+      DrawSettings settings = settings_for(row);
+      EXPECT_EQ(row.set(text, settings), "");
+      EXPECT_EQ(row.text(settings), text);
+      DrawSettings copy = settings_for(row);
+      row.copy(settings, copy);
+      EXPECT_TRUE(row.is_same(settings, copy));
+      EXPECT_EQ(row.text(copy), text);
+    }
+  }
+  EXPECT_EQ(draw_setting_table().size(), kValues.size());
+}
+
+TEST(SettingTable, RowsChangeNoOtherRow) {
+  for (const DrawSetting& row : draw_setting_table()) {
+    DrawSettings settings = settings_for(row);
+    ASSERT_EQ(row.set(kValues.at(row.name).first, settings), "");
+    for (const DrawSetting& other : draw_setting_table())
+      EXPECT_EQ(other.is_same(settings, settings_for(row)), &other != &row) << row.name << ", " << other.name;
+  }
+}
+
+TEST(SettingTable, DefaultsAreThoseOfDrawSettings) {
+  const std::set<std::string> of_the_default_look{"background", "exposure", "tone-map"};
+  for (const DrawSetting& row : draw_setting_table()) {
+    EXPECT_EQ(row.is_same(DrawSettings(), default_settings()), !of_the_default_look.count(row.name))
+        << row.name;
+    if (row.kind != SettingKind::choice) continue;
+    EXPECT_EQ(std::set<std::string>(row.names.begin(), row.names.end()).count(row.text(DrawSettings())), 1u);
+  }
+  EXPECT_EQ(draw_setting("exposure").text(default_settings()), "auto");
+  EXPECT_EQ(draw_setting("tone-map").text(default_settings()), "neutral");
+  EXPECT_EQ(draw_setting("background").text(default_settings()), "gradient");
+}
+
+TEST(SettingTable, InvalidValuesChangeNothing) {
+  for (const DrawSetting& row : draw_setting_table()) {
+    for (const char* text : {"", "nonsense", "nan", "inf", "-3000000"}) {
+      DrawSettings settings = settings_for(row);
+      EXPECT_NE(row.set(text, settings), "") << row.name << " " << text;
+      EXPECT_EQ(compare(settings, settings_for(row)), Invalidates::nothing) << row.name << " " << text;
+      EXPECT_TRUE(row.is_same(settings, settings_for(row))) << row.name << " " << text;
+    }
+  }
+  DrawSettings settings;
+  EXPECT_EQ(draw_setting("bloom").set("1.5", settings), "1.5 is not a number from 0 to 1");
+  EXPECT_EQ(draw_setting("f-number").set("0", settings), "0 is not a number from 0.1 to 1000");
+  EXPECT_EQ(draw_setting("focus-distance").set("x", settings), "x is not a number from 0.001 to 1000000");
+  EXPECT_EQ(draw_setting("environment-intensity").set("-1", settings), "-1 is not a number above 0");
+  EXPECT_EQ(draw_setting("environment-rotation").set("1e9", settings),
+            "1e9 is not a number between -1000000 and 1000000");
+  EXPECT_EQ(draw_setting("exposure").set("0", settings), "0 is not a number above 0, auto or metered");
+  EXPECT_EQ(draw_setting("samples").set("65", settings), "65 is not a whole number from 1 to 64");
+}
+
+TEST(SettingTable, NewRendererExactlyWhereDeclared) {
+  for (const DrawSetting& row : draw_setting_table()) {
+    const DrawSettings before = settings_for(row);
+    DrawSettings after = before;
+    ASSERT_EQ(row.set(kValues.at(row.name).first, after), "");
+    EXPECT_EQ(compare(before, after), row.invalidates) << row.name;
+    EXPECT_EQ(needs_new_renderer(before, after), row.invalidates == Invalidates::renderer) << row.name;
+    DrawSettings applied = before;
+    copy_applicable(after, applied);
+    EXPECT_EQ(row.is_same(applied, after), row.invalidates != Invalidates::renderer) << row.name;
+  }
+}
+
+TEST(SettingTable, EqualityIsThatOfTheUsers) {
+  for (const DrawSetting& row : draw_setting_table()) {
+    const DrawSettings before = settings_for(row);
+    DrawSettings after = before;
+    ASSERT_EQ(row.set(kValues.at(row.name).first, after), "");
+    EXPECT_EQ(have_same_values(before, after, kByWindow), !(row.users & kByWindow)) << row.name;
+    EXPECT_TRUE(have_same_values(before, before, 0xff)) << row.name;
+  }
+}
+
+TEST(SettingTable, LensAndBackEndAreShared) {
+  DrawSettings settings = with_paths();
+  ASSERT_EQ(draw_setting("f-number").set("4", settings), "");
+  EXPECT_EQ(settings.post.lens.f_number, 4);
+  EXPECT_EQ(settings.path->lens.f_number, 4);
+  ASSERT_EQ(draw_setting("shadows").set("ray-pipeline", settings), "");
+  EXPECT_EQ(settings.shadows.back_end, RayBackEnd::pipeline);
+  EXPECT_EQ(settings.ray_effects.back_end, RayBackEnd::pipeline);
+  ASSERT_EQ(draw_setting("ray-effect-rays").set("9", settings), "");
+  EXPECT_EQ(settings.ray_effects.occlusion_rays, 9u);
+  EXPECT_EQ(settings.ray_effects.bounce_rays, 9u);
+}
+
+}  // namespace
+}  // namespace fire3dv::passes
