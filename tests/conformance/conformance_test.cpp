@@ -59,7 +59,7 @@ TEST(Conformance, BytesMeanWhatTheJsonSays) {
 }
 
 // Aligned bytes are decoded without a copy, others after one; both results are those of decode().
-TEST(Conformance, DecodesInPlaceLikeFromACopy) {
+TEST(Conformance, DecodesInPlaceLikeFromCopy) {
   wire::Decoder decoder;
   for (const Golden& golden : all_golden()) {
     const auto from_copy = decoder.decode(golden.bytes);
@@ -89,7 +89,7 @@ TEST(Conformance, TheJsonEncodesToTheBytes) {
   }
 }
 
-TEST(Conformance, WhatMustBeRefusedIsRefusedByNameOfTheField) {
+TEST(Conformance, RefusalsNameTheField) {
   wire::Decoder decoder;
   for (const Golden& golden : all_golden()) {
     if (!golden.meaning.contains("refused")) continue;
@@ -102,7 +102,7 @@ TEST(Conformance, WhatMustBeRefusedIsRefusedByNameOfTheField) {
   }
 }
 
-TEST(Conformance, ACutMessageIsRefusedAtEveryByte) {
+TEST(Conformance, EveryTruncationIsRefused) {
   wire::Decoder decoder;
   for (const Golden& golden : all_golden()) {
     // A reader of this version ignores these fields, so their absence goes unnoticed.

@@ -159,7 +159,7 @@ TEST_F(Analytic, ShadowsScaleWithTheScene) {
 }
 
 // An unlit surface shows its colour. Linear images have the nearest half float.
-TEST_F(Analytic, LinearImagesAreRoundedToTheNearestHalf) {
+TEST_F(Analytic, LinearImagesRoundToNearestHalf) {
   constexpr float kStep = 1.0f / 4096;  // between halves from 0.25 to 0.5
   const glm::vec3 color(1366.75f * kStep, 1366.25f * kStep, 1366.5f * kStep);  // the last is a tie: to even
   const glm::vec3 nearest(1367 * kStep, 1366 * kStep, 1366 * kStep);

@@ -90,7 +90,7 @@ scene::Material metal(float f0, float roughness, float strength, float rotation_
 
 class Anisotropy : public ValidationIsSilent {};
 
-TEST_F(Anisotropy, LampsShowTheBrdfInRasterAndPaths) {
+TEST_F(Anisotropy, LampHighlightsMatchBrdf) {
   struct Case {
     float f0, roughness, strength, rotation_rad;
   };
@@ -162,7 +162,7 @@ TEST_F(Anisotropy, ARotationTurnsTheHighlight) {
 }
 
 // Bounds: docs/design/materials.md.
-TEST_F(Anisotropy, WhiteMetalInAWhiteFurnaceShowsNearlyTheFurnace) {
+TEST_F(Anisotropy, WhiteMetalReflectsWhiteFurnace) {
   std::vector<Tile> tiles;
   for (const float roughness : {0.1f, 0.3f, 0.6f}) {
     for (const float strength : {0.4f, 0.7f, 1.0f})
@@ -233,7 +233,7 @@ TEST_F(Anisotropy, BrushedMetalInTheStudio) {
 }
 
 // The raster's look-ups along the tangent are an approximation, which the mean of the image keeps.
-TEST_F(Anisotropy, AnEnvironmentLightsABallAsPathsDoOnAverage) {
+TEST_F(Anisotropy, EnvironmentLightMatchesPaths) {
   for (const float roughness : {0.15f, 0.4f}) {
     SceneBuilder builder;
     builder.mesh_node("ball", builder.sphere(builder.material(metal(0.8f, roughness, 0.7f)), 1, 64),

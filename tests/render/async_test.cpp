@@ -65,7 +65,7 @@ Names passes_of(const gpu::FrameTimes& times, bool async_compute) {
 
 class Async : public ValidationIsSilent {};
 
-TEST_F(Async, FiftyFramesAreTheSameToTheByte) {
+TEST_F(Async, FiftyFramesAreSameToByte) {
   const scene::Scene scene = skinned_bar({});
   const std::vector<state::RestPose> moved = poses_of(scene, 50);
   const passes::DrawSettings settings = settings_of(RasterPath::visibility, {ShadowMethod::ray, false});
@@ -86,7 +86,7 @@ TEST_F(Async, FiftyFramesAreTheSameToTheByte) {
   for (const gpu::FrameTimes& times : finished_times(whole)) EXPECT_EQ(passes_of(times, true), Names{});
 }
 
-TEST_F(Async, EveryWayOfDrawingGivesTheSameImages) {
+TEST_F(Async, AllConfigurationsDrawTheSame) {
   const scene::Scene scene = skinned_bar({});
   const std::vector<state::RestPose> moved = poses_of(scene, 4);
   for (const RasterPath raster : {RasterPath::visibility, RasterPath::forward}) {
@@ -104,7 +104,7 @@ TEST_F(Async, EveryWayOfDrawingGivesTheSameImages) {
   }
 }
 
-TEST_F(Async, TheFrameWaitsWhereRaysAreTracedAndNotBefore) {
+TEST_F(Async, FrameWaitsBeforeRayTracing) {
   const scene::Scene scene = skinned_bar({});
   RenderBench bench(scene, kExtent, settings_of(RasterPath::visibility, {ShadowMethod::ray}),
                     forking_device());
@@ -123,7 +123,7 @@ TEST_F(Async, TheFrameWaitsWhereRaysAreTracedAndNotBefore) {
   EXPECT_GE(times[0].total_ms, longest) << "the frame's span leaves something out";
 }
 
-TEST_F(Async, NothingIsBuiltWhereNothingIsTraced) {
+TEST_F(Async, NoTracingBuildsNothing) {
   const scene::Scene scene = skinned_bar({});
   scene::Scene dark = scene;
   for (scene::Node& node : dark.nodes) node.light = scene::kNone;
@@ -223,7 +223,7 @@ class AsidePasses : public ValidationIsSilent {
   gpu::Buffer &a_ = buffers_[0], &b_ = buffers_[1], &c_ = buffers_[2], &d_ = buffers_[3];
 };
 
-TEST_F(AsidePasses, AReaderWaitsForWhatIsWrittenAside) {
+TEST_F(AsidePasses, ReaderWaitsForAsyncWrite) {
   gpu::Recorder& recorder = begin();
   recorder.async_compute("wait", [&] { fill(recorder, "fill a", a_, 1); });
   fill(recorder, "fill b", b_, 2);
@@ -233,7 +233,7 @@ TEST_F(AsidePasses, AReaderWaitsForWhatIsWrittenAside) {
   EXPECT_EQ(value(c_), 1u);
 }
 
-TEST_F(AsidePasses, AWriterWaitsForWhatIsReadAsideAndAReaderDoesNot) {
+TEST_F(AsidePasses, WriterWaitsForAsyncRead) {
   gpu::Recorder& recorder = begin();
   fill(recorder, "fill a", a_, 1);
   recorder.async_compute("wait", [&] { copy(recorder, "async copy", a_, b_); });
@@ -245,7 +245,7 @@ TEST_F(AsidePasses, AWriterWaitsForWhatIsReadAsideAndAReaderDoesNot) {
   EXPECT_EQ(value(c_), 1u);
 }
 
-TEST_F(AsidePasses, AFrameIsTimedAsAWholeOrPassByPass) {
+TEST_F(AsidePasses, TimingPerFrameOrPass) {
   const auto draw = [&](bool forks) {
     gpu::Recorder& recorder = begin();
     if (forks) recorder.async_compute("wait", [&] { fill(recorder, "fill a", a_, 1); });
@@ -268,7 +268,7 @@ TEST_F(AsidePasses, AFrameIsTimedAsAWholeOrPassByPass) {
 }
 
 // A copy for the host at the end of the frame reads the buffer as it was at the call.
-TEST_F(AsidePasses, CopiesComeBeforeWhatTheyReadIsOverwritten) {
+TEST_F(AsidePasses, CopyPrecedesOverwrite) {
   gpu::Recorder& recorder = begin();
   fill(recorder, "fill a", a_, 1);
   recorder.copy_at_end(a_, b_, {{0, 0, kBytes}});
@@ -280,7 +280,7 @@ TEST_F(AsidePasses, CopiesComeBeforeWhatTheyReadIsOverwritten) {
 }
 
 // The copy may overlap the next pass if that does not write its source; a later writer waits.
-TEST_F(AsidePasses, CopiesGoBesideTheNextPass) {
+TEST_F(AsidePasses, CopiesGoBesideNextPass) {
   uint32_t number = 0;
   for (const gpu::Timed timed : {gpu::Timed::frame, gpu::Timed::passes}) {
     frames_.time(timed);
@@ -302,7 +302,7 @@ TEST_F(AsidePasses, CopiesGoBesideTheNextPass) {
   }
 }
 
-TEST_F(AsidePasses, CopiesComeTogetherAtTheEndAndTheLastIntoABufferCounts) {
+TEST_F(AsidePasses, CopiesAreMergedAtEnd) {
   gpu::Recorder& recorder = begin();
   fill(recorder, "fill a", a_, 1);
   fill(recorder, "fill b", b_, 2);
@@ -319,7 +319,7 @@ TEST_F(AsidePasses, CopiesComeTogetherAtTheEndAndTheLastIntoABufferCounts) {
   EXPECT_EQ(value(c_), 2u);
 }
 
-TEST_F(AsidePasses, TheFrameEndsBehindWhatIsAside) {
+TEST_F(AsidePasses, FrameEndsBehindWhatIsAside) {
   gpu::Recorder& recorder = begin();
   recorder.async_compute("wait", [&] {
     fill(recorder, "fill a", a_, 1);
@@ -351,7 +351,7 @@ class WithoutASideQueue : public AsidePasses {
   WithoutASideQueue() : AsidePasses(device()) {}
 };
 
-TEST_F(WithoutASideQueue, WhatIsAsideStandsWhereItWasRecorded) {
+TEST_F(WithoutASideQueue, AsyncPassesKeepRecordedOrder) {
   ASSERT_EQ(device().queues().async, gpu::AsyncQueue::none);
   gpu::Recorder& recorder = begin();
   recorder.async_compute("wait", [&] { fill(recorder, "fill a", a_, 1); });

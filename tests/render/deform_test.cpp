@@ -69,7 +69,7 @@ BarPose other_pose() {
 
 class Deform : public ValidationIsSilent {};
 
-TEST_F(Deform, ABarBendsAsComputedInEveryWayOfDrawing) {
+TEST_F(Deform, SkinnedBarMatchesComputedBend) {
   const scene::Scene skinned = skinned_bar(one_pose());
   const scene::Scene computed = computed_bar(one_pose()), computed_later = computed_bar(other_pose());
   for (const Way& way : kConfigurations) {
@@ -90,7 +90,7 @@ TEST_F(Deform, ABarBendsAsComputedInEveryWayOfDrawing) {
 }
 
 // A mirroring transform flips the winding, and front faces stay front faces.
-TEST_F(Deform, AFigureMirroredByItsJointsIsDrawnAsComputed) {
+TEST_F(Deform, MirroredJointsMatchComputedShape) {
   BarPose pose = one_pose();
   pose.world_from_root = pose.world_from_root * glm::scale(glm::mat4(1), {-1, 1, 1});
   const scene::Scene skinned = skinned_bar(pose), computed = computed_bar(pose);
@@ -103,7 +103,7 @@ TEST_F(Deform, AFigureMirroredByItsJointsIsDrawnAsComputed) {
   }
 }
 
-TEST_F(Deform, AMorphTargetWeighsWhatItIsSaidTo) {
+TEST_F(Deform, MorphWeightsMatchComputedShape) {
   const scene::Scene morphed = morphed_bar(1);
   for (const Way& way : {kConfigurations[0], kConfigurations[1]}) {
     SCOPED_TRACE(way.name);
@@ -211,7 +211,7 @@ TEST_F(Deform, CollectionsFoxMovesInsideItsBounds) {
 }
 
 // All meshes are opaque: rays need triangles only for meshes with per-instance vertices.
-TEST_F(Deform, WhatMayChangeCastsItsShadowAmongWhatCannot) {
+TEST_F(Deform, ChangingMeshCastsShadow) {
   const auto scene_with = [](bool box, bool has_instance_vertices) {
     SceneBuilder builder;
     const uint32_t material = builder.material(matte(glm::vec3(0.6f)));

@@ -147,7 +147,7 @@ class Edits : public ValidationIsSilent, public ::testing::WithParamInterface<Wa
   std::optional<RenderBench> bench_;
 };
 
-TEST_P(Edits, WhatIsHiddenIsNotThereAndComesBack) {
+TEST_P(Edits, HiddenNodeReappears) {
   const scene::Scene scene = room({});
   Edited edited(scene, GetParam());
   const sinks::FrameImage before = edited.draw({});
@@ -168,7 +168,7 @@ TEST_P(Edits, WhatIsHiddenIsNotThereAndComesBack) {
   EXPECT_TRUE(matches_image(edited.draw({}), before, file("shown_again"), Tolerance::exact()));
 }
 
-TEST_P(Edits, AColourIsOfOneNodeAloneAndIsGivenBack) {
+TEST_P(Edits, NodeColourIsRestored) {
   const scene::Scene scene = room({});
   Edited edited(scene, GetParam());
   const sinks::FrameImage before = edited.draw({});
@@ -216,7 +216,7 @@ TEST_P(Edits, LightsChangeComeAndGo) {
   EXPECT_TRUE(matches_image(edited.draw({}), before, file("own_lights_again"), Tolerance::exact()));
 }
 
-TEST_P(Edits, ALightWithoutShadowsShinesThroughEverything) {
+TEST_P(Edits, LightWithoutShadowsShinesThroughEverything) {
   const scene::Scene scene = room({});
   Edited edited(scene, GetParam());
   scene::Light light = Room{}.sun;
@@ -285,7 +285,7 @@ TEST_F(EditsOnce, NothingIsLeftBehind) {
   EXPECT_EQ(device().allocated_bytes(), bytes_before);
 }
 
-TEST_F(EditsOnce, ASceneThatIsSetAnewIsEditedAnew) {
+TEST_F(EditsOnce, NewSceneGetsEdits) {
   const scene::Scene scene = room({});
   RenderBench bench(scene, kExtent, settings_of(kConfigurations[0]));
   scene::SceneEdits edits;

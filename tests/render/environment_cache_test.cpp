@@ -33,7 +33,7 @@ class Shelf : public passes::EnvironmentStore {
 };
 
 // Coated materials of several roughnesses in an environment without symmetry.
-TEST_F(CachedEnvironment, CachedMapsGiveTheSameBytes) {
+TEST_F(CachedEnvironment, CachedMapsGiveSameBytes) {
   SceneBuilder builder;
   for (int i = 0; i < 3; ++i) {
     scene::Material material = matte({0.9f, 0.6f, 0.3f});
@@ -68,7 +68,7 @@ TEST_F(CachedEnvironment, CachedMapsGiveTheSameBytes) {
   EXPECT_EQ(shelf->size(), 2u);
 }
 
-TEST(KeptEnvironments, TheKindFollowsDevicePictureSizeAndRecipe) {
+TEST(KeptEnvironments, KeyFollowsDeviceSizeAndRecipe) {
   VkPhysicalDeviceProperties device{};
   scene::EnvironmentImage image{4, 2, std::vector<uint32_t>(8, 7), 1};
   std::vector<uint32_t> recipe{1, 23};

@@ -117,7 +117,7 @@ void lay_over(std::vector<glm::vec3>& image, std::vector<float>& near, const ImD
   }
 }
 
-TEST_F(GuiPicture, PixelsAreWhatTheTrianglesSay) {
+TEST_F(GuiPicture, PixelsAreWhatTrianglesSay) {
   GuiWorld world;
   world.display_px = {kWidth, kHeight};
   world.viewer.help = true;
@@ -207,7 +207,7 @@ TEST_F(GuiPicture, SeamsAreNotSeen) {
   }
 }
 
-TEST_F(GuiPicture, NothingIsLeftWhenItIsGone) {
+TEST_F(GuiPicture, RemovedPanelLeavesNothing) {
   device().retire_all_now();
   const gpu::LiveObjects before = device().live_objects();
   const uint64_t bytes = device().allocated_bytes();

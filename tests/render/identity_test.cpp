@@ -208,16 +208,16 @@ TEST_F(Identity, OverUdp) {
 }
 
 // Negative controls: on each transport a single wrong bit changes exactly one image.
-TEST_F(Identity, OneWrongBitIsSeenInProcess) {
+TEST_F(Identity, WrongBitIsDetectedInProcess) {
   EXPECT_EQ(count_different(play_in_process(flip_one_bit)), 1u);
 }
-TEST_F(Identity, OneWrongBitIsSeenOverSharedMemory) {
+TEST_F(Identity, WrongBitIsDetectedOverShm) {
   EXPECT_EQ(count_different(play_over(shm_uri(), flip_one_bit)), 1u);
 }
-TEST_F(Identity, OneWrongBitIsSeenOverTcp) {
+TEST_F(Identity, WrongBitIsDetectedOverTcp) {
   EXPECT_EQ(count_different(play_over("tcp://127.0.0.1:0", flip_one_bit)), 1u);
 }
-TEST_F(Identity, OneWrongBitIsSeenOverUdp) {
+TEST_F(Identity, WrongBitIsDetectedOverUdp) {
   EXPECT_EQ(count_different(play_over("udp://127.0.0.1:0", flip_one_bit)), 1u);
 }
 

@@ -98,7 +98,7 @@ class ImageBasedLighting : public ValidationIsSilent {
   }
 };
 
-TEST_F(ImageBasedLighting, AWhiteBallAmongWhiteVanishes) {
+TEST_F(ImageBasedLighting, WhiteBallAmongWhiteVanishes) {
   for (const float roughness : {0.0f, 0.1f, 0.3f, 0.6f, 1.0f}) {
     expect_to_vanish(surface(glm::vec3(1), 1, roughness), "metal of roughness " + std::to_string(roughness));
     expect_to_vanish(surface(glm::vec3(1), 0, roughness),
@@ -124,7 +124,7 @@ TEST_F(ImageBasedLighting, CoatsAndFibresAddNoLight) {
   }
 }
 
-TEST_F(ImageBasedLighting, MetalsReflectAtNormalIncidenceWhatTablesSay) {
+TEST_F(ImageBasedLighting, MetalReflectanceMatchesTables) {
   struct {
     const char* name;
     glm::vec3 f0;  // linear sRGB
@@ -159,7 +159,7 @@ TEST_F(ImageBasedLighting, DielectricsReflectByTheirIndex) {
 
 // Radiance y above the horizon: a Lambert surface reflects 2/3 of the zenith's radiance when it faces up, 2 /
 // (3 pi) sideways.
-TEST_F(ImageBasedLighting, MatteSurfacesScatterTheCosineWeightedMean) {
+TEST_F(ImageBasedLighting, MatteSurfacesScatterCosineWeightedMean) {
   scene::Material lambert = matte(glm::vec3(1));
   lambert.specular = 0;
   const passes::DrawSettings settings =
@@ -171,7 +171,7 @@ TEST_F(ImageBasedLighting, MatteSurfacesScatterTheCosineWeightedMean) {
 
 // A light source of 3 degrees: the irradiance of a matte surface follows from its solid angle. Prefiltering
 // must not lose energy between texels.
-TEST_F(ImageBasedLighting, ASmallSunKeepsItsLight) {
+TEST_F(ImageBasedLighting, SmallSunKeepsItsLight) {
   scene::Material lambert = matte(glm::vec3(1));
   lambert.specular = 0;
   const float radius = 3 * kPi / 180, radiance = 60;
@@ -267,7 +267,7 @@ TEST_F(ImageBasedLighting, RotationIsCounterClockwiseFromAbove) {
   }
 }
 
-TEST_F(ImageBasedLighting, BackgroundShowsTheImageInItsDirections) {
+TEST_F(ImageBasedLighting, BackgroundShowsImageInItsDirections) {
   // Red encodes x, green y.
   passes::DrawSettings settings =
       lit_by([](const glm::vec3& d) { return glm::vec3(0.5f + 0.5f * d.x, 0.5f + 0.5f * d.y, 0); });
@@ -423,7 +423,7 @@ TEST_F(ImageBasedLighting, GlassCastsNoShadow) {
 }
 
 // Maps use a shared exponent: a mantissa that rounds up to one bit more must become the next power of two.
-TEST_F(ImageBasedLighting, LightBesideAPowerOfTwoIsThatLight) {
+TEST_F(ImageBasedLighting, SharedExponentKeepsRadiance) {
   for (const float radiance : {0.9997f, 0.4999f, 0.50001f, 0.25f}) {
     const glm::vec3 seen = seen_of_wall(surface(glm::vec3(1), 1, 0.5f), lit_evenly(radiance));
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(seen[c], radiance, 0.01f) << radiance;

@@ -48,7 +48,7 @@ INSTANTIATE_TEST_SUITE_P(Paths, ImageMarkers,
                            return test.param == passes::RasterPath::forward ? "forward" : "visibility";
                          });
 
-TEST_P(ImageMarkers, PixelsAreShownAsTheyAreOnBothSides) {
+TEST_P(ImageMarkers, BothSidesShowExactPixels) {
   Marker marker = image_of(eight_colors());
   const sinks::FrameImage front = draw(marker);
   for (uint32_t row = 0; row < 2; ++row)
@@ -78,7 +78,7 @@ TEST_P(ImageMarkers, GreyAndAlphaAreOfPixels) {
   EXPECT_EQ(pixel(blended, 32, 24), glm::ivec3(255, 0, 0));
 }
 
-TEST_P(ImageMarkers, ManyPixelsOfTheImageInOneAreTheirMean) {
+TEST_P(ImageMarkers, MinifiedPixelsAreAveraged) {
   wire::MarkerImage board{256, 128, 1, {}};  // 6.4 pixels of it in each pixel
   for (uint32_t i = 0; i < 256 * 128; ++i) board.pixels.push_back((i % 256 / 4 + i / 256 / 4) % 2 ? 255 : 0);
   const sinks::FrameImage image = draw(image_of(board));
@@ -109,7 +109,7 @@ TEST_P(ImageMarkers, SurfacesHideImagesUnlessOverlaid) {
   EXPECT_EQ(pixel(two, 28, 34), kBlackMarker);
 }
 
-TEST_P(ImageMarkers, TheLargestImageIsUploadedOnce) {
+TEST_P(ImageMarkers, LargestImageIsUploadedOnce) {
   wire::MarkerImage image{1024, 1024, 4, std::vector<uint8_t>(size_t{4} << 20, 200)};
   show(image_of(image));
   (void)draw();
@@ -119,7 +119,7 @@ TEST_P(ImageMarkers, TheLargestImageIsUploadedOnce) {
   EXPECT_EQ(bench_.renderer().counts().uploaded_marker_bytes, uploaded);
 }
 
-TEST_P(ImageMarkers, ColoursOfARequestHaveMarkersAndOtherOutputsDoNot) {
+TEST_P(ImageMarkers, OnlyColourOutputsHaveMarkers) {
   if (GetParam() == passes::RasterPath::forward) return;  // has colours only
   const passes::ImageOutputs outputs(wire::kColorSrgb8 | wire::kDepthF32 | wire::kInstanceU32);
   const Taken without = bench_.take(poses_, view(), outputs);
@@ -169,7 +169,7 @@ Marker with_element_in_view(Marker marker) {
   return marker;
 }
 
-TEST_P(ImageMarkers, MarkersOutOfViewAreNotDrawnAndNothingInViewIsMissing) {
+TEST_P(ImageMarkers, CullingKeepsVisibleMarkers) {
   std::mt19937 random(7);
   size_t culled = 0, seen = 0;
   const sinks::FrameImage empty = draw();
@@ -192,7 +192,7 @@ TEST_P(ImageMarkers, MarkersOutOfViewAreNotDrawnAndNothingInViewIsMissing) {
   EXPECT_GT(seen, 20u);
 }
 
-TEST_P(ImageMarkers, OfManyMarkersThoseInViewAreDrawn) {
+TEST_P(ImageMarkers, VisibleOfManyAreDrawn) {
   for (int i = 0; i < 1000; ++i) {
     Marker marker;
     marker.width = 1;

@@ -139,7 +139,7 @@ bool within(const glm::ivec3& a, const glm::ivec3& b, int most) {
 
 class Inspect : public ValidationIsSilent, public ::testing::WithParamInterface<uint32_t> {};
 
-TEST_P(Inspect, ViewsShowWhatTheImageIsMadeOf) {
+TEST_P(Inspect, DebugViewsMatchImage) {
   Inspected inspected(desk(), GetParam());
   const sinks::FrameImage before = inspected.draw({});
   const Taken planes = inspected.planes();
@@ -213,7 +213,7 @@ TEST_P(Inspect, ViewsShowWhatTheImageIsMadeOf) {
   EXPECT_EQ(inspected.draw({}).rgba8, before.rgba8);
 }
 
-TEST_P(Inspect, UnresolvedShadowsMarkThePixelsOfTheRayList) {
+TEST_P(Inspect, UnresolvedShadowsMarkRayPixels) {
   Inspected inspected(desk(), GetParam());
   ASSERT_TRUE(inspected.renderer().can_show(DebugView::unresolved_shadows).ok());
   sinks::FrameImage image;
@@ -277,7 +277,7 @@ TEST_P(Inspect, PicksAreWhatThePlanesSay) {
 }
 
 // The selected node keeps its appearance, the outline lies beside it, and distant pixels stay unchanged.
-TEST_P(Inspect, TheOutlineIsAroundTheSelectedNodeAlone) {
+TEST_P(Inspect, OutlineIsAroundSelectedNodeAlone) {
   Inspected inspected(desk(), GetParam());
   const sinks::FrameImage before = inspected.draw({});
   const auto instance = inspected.planes().plane<uint32_t>(wire::kInstanceU32);

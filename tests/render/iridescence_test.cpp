@@ -63,7 +63,7 @@ class Iridescence : public ValidationIsSilent {};
 
 // At the mirror direction of a smooth surface the facets' term dominates. Its quotient by that of a white
 // metal, whose reflectance is 1, is the reflectance of the film.
-TEST_F(Iridescence, HighlightsShowTheFilmInRasterAndPaths) {
+TEST_F(Iridescence, HighlightsMatchThinFilm) {
   struct Case {
     float f0, ior, thickness_nm;
   };
@@ -100,7 +100,7 @@ TEST_F(Iridescence, HighlightsShowTheFilmInRasterAndPaths) {
 
 // Exact optics: a film of the root of the base's index and a quarter of the wavelength inside reflects
 // nothing of that wavelength; one of half the wavelength reflects as the bare base.
-TEST_F(Iridescence, AQuarterWaveIsAntireflectiveAndAHalfWaveIsNot) {
+TEST_F(Iridescence, QuarterWaveFilmIsAntireflective) {
   const double base_ior = 2.25, ior = 1.5, quarter_nm = 550 / (4 * ior);
   const double f0 = std::pow((base_ior - 1) / (base_ior + 1), 2);
   std::vector<Tile> tiles;
@@ -146,7 +146,7 @@ TEST_F(Iridescence, NoThicknessIsNoIridescence) {
 
 // A slab of glass with a film on both faces, which reflects inside as much as outside. What the brightest
 // channel does not reflect enters; all reflections between the faces add up.
-TEST_F(Iridescence, AFilmOnGlassReflectsToBothSidesAlike) {
+TEST_F(Iridescence, FilmReflectsOnBothSides) {
   const double ior = 1.7, film_ior = 1.35, thickness_nm = 380, f0 = std::pow((ior - 1) / (ior + 1), 2);
   scene::Material material = coated(1, 0, 0, static_cast<float>(film_ior), static_cast<float>(thickness_nm));
   material.ior = static_cast<float>(ior);
@@ -183,7 +183,7 @@ TEST_F(Iridescence, AFilmOnGlassReflectsToBothSidesAlike) {
 
 // A film absorbs nothing. The base below it is weighted by the largest channel, as the extension asks, so
 // that the other channels lose light. Bounds: docs/design/materials.md.
-TEST_F(Iridescence, WhiteSurfacesInAWhiteFurnaceGainNoLight) {
+TEST_F(Iridescence, WhiteFurnaceGainsNoLight) {
   std::vector<Tile> tiles;
   for (const float metallic : {1.0f, 0.0f}) {
     for (const float roughness : {0.1f, 0.5f, 1.0f}) {
@@ -245,7 +245,7 @@ TEST_F(Iridescence, BallsInTheStudio) {
 }
 
 // A dielectric and a metal, so far apart that neither hides much of the environment from the other.
-TEST_F(Iridescence, AnEnvironmentLightsBallsAsPathsDoOnAverage) {
+TEST_F(Iridescence, EnvironmentLightMatchesPaths) {
   SceneBuilder builder;
   for (const float metallic : {0.0f, 1.0f})
     builder.mesh_node("ball",

@@ -46,7 +46,7 @@ class Lifetime : public ValidationIsSilent {
   }
 };
 
-TEST_F(Lifetime, NothingIsLeftWhenTheRendererIsGone) {
+TEST_F(Lifetime, DestroyedRendererLeavesNothing) {
   const gpu::LiveObjects before = settled();
   const uint64_t bytes_before = device().allocated_bytes();
   {
@@ -84,7 +84,7 @@ TEST_F(Lifetime, ReloadAndResizeLeaveNothingBehind) {
 }
 
 // Fails each allocation of a new scene in turn; the old scene then gives the same bytes.
-TEST_F(Lifetime, ASceneWithoutMemoryLeavesTheOldOne) {
+TEST_F(Lifetime, SceneWithoutMemoryLeavesOldOne) {
   const scene::Scene first = small_scene(2), second = small_scene(4);
   RenderBench bench(first, {64, 48});
   const sinks::FrameImage before = bench.draw_at_rest();
@@ -108,7 +108,7 @@ TEST_F(Lifetime, ASceneWithoutMemoryLeavesTheOldOne) {
   EXPECT_LE(settled_bytes(), bytes + (uint64_t{1} << 20)) << "nothing is left of what failed";
 }
 
-TEST_F(Lifetime, TheEstimateIsNoLessThanWhatASceneTakes) {
+TEST_F(Lifetime, MemoryEstimateIsUpperBound) {
   SceneBuilder builder;
   scene::Material material = matte({1, 1, 1});
   material.base_color_texture.texture =
@@ -132,7 +132,7 @@ TEST_F(Lifetime, TheEstimateIsNoLessThanWhatASceneTakes) {
   EXPECT_GT(device().available_bytes(), 0u);
 }
 
-TEST_F(Lifetime, TargetsOfAFewSizesAreKeptAndNoMore) {
+TEST_F(Lifetime, TargetCacheIsBounded) {
   const scene::Scene scene = small_scene(1);
   RenderBench bench(scene, {64, 48});
   gpu::LiveObjects after_many{};
@@ -143,7 +143,7 @@ TEST_F(Lifetime, TargetsOfAFewSizesAreKeptAndNoMore) {
   EXPECT_EQ(difference(after_many, settled()), "");
 }
 
-TEST_F(Lifetime, AnObjectOutlivesTheFramesThatUseIt) {
+TEST_F(Lifetime, ObjectOutlivesFramesThatUseIt) {
   const gpu::LiveObjects before = settled();
   const auto buffers = static_cast<size_t>(gpu::ObjectKind::buffer);
   gpu::FrameRing frames(device());

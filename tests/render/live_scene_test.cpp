@@ -171,7 +171,7 @@ wire::NodeAdded sail_at(const glm::mat4& parent_from_node) {
 class UsersLights : public ValidationIsSilent {};
 
 // The user can change existing lights; a withdrawn light of a stream stays withdrawn.
-TEST_F(UsersLights, CountWhereThereIsOneOfTheirKind) {
+TEST_F(UsersLights, OneLightPerKindCounts) {
   ViewerDocument show(kConfigurations[1]);
   const uint32_t block = show.poses().names().find("block");
   ASSERT_NE(block, scene::kNone);
@@ -198,7 +198,7 @@ TEST_F(UsersLights, CountWhereThereIsOneOfTheirKind) {
   EXPECT_EQ(shines(), 0);
 }
 
-TEST_P(LiveScenes, ANodeComesIsMovedAndGoes) {
+TEST_P(LiveScenes, NodeComesIsMovedAndGoes) {
   ViewerDocument show(GetParam());
   const sinks::FrameImage before = show.draw();
   show.join({"sail"});
@@ -288,7 +288,7 @@ TEST_F(UsersNodes, KeepTheirNames) {
   EXPECT_EQ(show.poses().world_from_node(sail)[3][0], 3) << "streams may move it";
 }
 
-TEST_P(LiveScenes, AVariantIsShownWithAddedNodesAndWithout) {
+TEST_P(LiveScenes, VariantAppliesToAddedNodes) {
   ViewerDocument show(GetParam());
   const sinks::FrameImage before = show.draw();
   const glm::mat4 place = at({0.3f, 0.1f, 0.8f});
@@ -322,7 +322,7 @@ TEST_P(LiveScenes, AVariantIsShownWithAddedNodesAndWithout) {
   EXPECT_TRUE(matches_image(show.draw(), before, file("blue_again"), Tolerance::exact()));
 }
 
-TEST_P(LiveScenes, VerticesAreReplacedMovedAgainAndGivenBack) {
+TEST_P(LiveScenes, ReplacedVerticesAreRestored) {
   ViewerDocument show(GetParam());
   const sinks::FrameImage before = show.draw();
   const scene::Scene base = harbour({});
@@ -383,7 +383,7 @@ TEST_F(LiveScenesOnce, NothingIsLeftBehind) {
 }
 
 // Images of the scene before are shared, not uploaded again; changed pixels are other ones.
-TEST_F(LiveScenesOnce, ImagesStayOnTheDevice) {
+TEST_F(LiveScenesOnce, ImagesStayOnDevice) {
   SceneBuilder builder;
   scene::Material checked = matte({1, 1, 1});
   checked.base_color_texture.texture = builder.texture(16, 16, true, [](float u, float v) {
@@ -410,7 +410,7 @@ TEST_F(LiveScenesOnce, ImagesStayOnTheDevice) {
 
 // The device has no memory for what one stream adds: the node is refused, the image stays as it was, and what
 // comes later is shown.
-TEST_F(LiveScenesOnce, WithoutMemoryNodesAreRefusedAndTheImageStays) {
+TEST_F(LiveScenesOnce, OutOfMemoryKeepsImage) {
   ViewerDocument show(kConfigurations[0]);
   show.join({"sail"});
   show.edit("mast", wire::Property::node, sail_at(at({1, 0.5f, 0})));
@@ -441,7 +441,7 @@ TEST_F(LiveScenesOnce, WithoutMemoryNodesAreRefusedAndTheImageStays) {
 
 // Each node's parent is in the asset of the other stream, so the node whose asset is loaded first waits for
 // the next turn. When both streams have left, that asset is released although no scene is built any more.
-TEST_F(LiveScenesOnce, AnAssetThatWaitsForAnotherTurnEndsWithItsStream) {
+TEST_F(LiveScenesOnce, WaitingAssetEndsWithStream) {
   ViewerDocument show(kConfigurations[1]);
   const std::shared_ptr<BudgetPool> pool = BudgetPool::create();
   const auto add_stream = [&](uint64_t epoch, const std::string& node, const std::string& parent) {
@@ -471,7 +471,7 @@ TEST_F(LiveScenesOnce, AnAssetThatWaitsForAnotherTurnEndsWithItsStream) {
 }
 
 // Hiding and showing one of many added nodes builds no scene and does not rebuild the list of added nodes.
-TEST_F(LiveScenesOnce, VisibilityOfAnAddedNodeBuildsNothing) {
+TEST_F(LiveScenesOnce, VisibilityOfAddedNodeBuildsNothing) {
   ViewerDocument show(kConfigurations[1]);
   show.join({"sail"});
   for (int i = 0; i < 500; ++i)

@@ -111,7 +111,7 @@ INSTANTIATE_TEST_SUITE_P(Ways, ManyCameras,
                                            Case{1, passes::ShadowMethod::ray}));
 
 // Two sizes and two sets of outputs in one submission; the first needs no shadows.
-TEST_F(MoreCameras, OneFrameHasImagesOfSeveralSizes) {
+TEST_F(MoreCameras, FrameHasSeveralImageSizes) {
   const scene::Scene scene = cameras_stage();
   const state::PoseState poses(scene);
   const std::vector<passes::View> views = test::views();

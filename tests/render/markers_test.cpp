@@ -54,7 +54,7 @@ double covered(const sinks::FrameImage& image, int channel, uint32_t x0, uint32_
   return sum;
 }
 
-TEST_P(Markers, APointIsADiscOfItsDiameterInPixels) {
+TEST_P(Markers, PointDiameterIsInPixels) {
   const sinks::FrameImage image = draw(marker_of(MarkerKind::points, {{-0.1f, 0, -1}}, kRed, 9));
   for (uint32_t x = 18; x <= 26; ++x) EXPECT_EQ(pixel(image, x, kCy), kPureRed) << x;
   for (uint32_t y = 20; y <= 28; ++y) EXPECT_EQ(pixel(image, 22, y), kPureRed) << y;
@@ -64,7 +64,7 @@ TEST_P(Markers, APointIsADiscOfItsDiameterInPixels) {
   EXPECT_NEAR(covered(image, 0, 0, 0, 32, 49), std::numbers::pi * 4.5 * 4.5, 1);
 }
 
-TEST_P(Markers, ASizeInLengthsShrinksWithTheDistance) {
+TEST_P(Markers, SizeInLengthsShrinksWithDistance) {
   Marker marker = marker_of(MarkerKind::points, {{-0.1f, 0, -1}, {-0.1f, 0.2f, -2}}, kRed, 0.1f);
   marker.width_unit = wire::MarkerUnit::lengths;
   const sinks::FrameImage image = draw(marker);
@@ -77,7 +77,7 @@ TEST_P(Markers, ASizeInLengthsShrinksWithTheDistance) {
       << "the marker's frame has a unit of 2 metres";
 }
 
-TEST_P(Markers, ALineHasItsWidthAndEndsAtItsPositions) {
+TEST_P(Markers, LineHasWidthAndEnds) {
   Marker marker = marker_of(MarkerKind::lines, {{-0.2f, 0, -1}, {-0.1f, 0, -1}}, kGreen, 5);
   const sinks::FrameImage image = draw(marker);
   for (uint32_t y = 22; y <= 26; ++y) EXPECT_EQ(pixel(image, 17, y), kPureGreen) << y;
@@ -101,7 +101,7 @@ TEST_P(Markers, ALineHasItsWidthAndEndsAtItsPositions) {
   EXPECT_NEAR(covered(strip, 1, 0, 0, 32, 49), 42, 1.5);
 }
 
-TEST_P(Markers, ALineIsCutAtTheNearPlane) {
+TEST_P(Markers, LineIsCutAtNearPlane) {
   const sinks::FrameImage image =
       draw(marker_of(MarkerKind::lines, {{-0.1f, 0, -1}, {-0.1f, 0, 1}}, kGreen, 3));
   EXPECT_EQ(pixel(image, 21, kCy), kPureGreen);
@@ -142,7 +142,7 @@ TEST_P(Markers, ColorsAreOfElementsAndBlend) {
   EXPECT_EQ(pixel(draw(marker), 12, kCy), glm::ivec3(255));
 }
 
-TEST_P(Markers, ABoxHasItsSizeAndIsShadedByItsAngle) {
+TEST_P(Markers, BoxIsSizedAndShaded) {
   const sinks::FrameImage image = draw(solid(MarkerKind::boxes, {0.4f, 0.2f, 0.4f}), at({-0.25f, 0, -1.2f}));
   // Front at 1 m: 40 x 20 pixels around (7, 24), of which 27 columns are in the image.
   // Seen under the angle atan(0.25): 0.3 + 0.7 cos of the light, encoded.
@@ -203,7 +203,7 @@ TEST_P(Markers, SolidsAreClosedAndFaceOutwards) {
   }
 }
 
-TEST_P(Markers, AnArrowReachesFromItsTailToItsTip) {
+TEST_P(Markers, ArrowSpansTailToTip) {
   const sinks::FrameImage image =
       draw(marker_of(MarkerKind::arrows, {{-0.3f, 0, -1}, {-0.1f, 0, -1}}, kRed, 4));
   const auto height = [&](uint32_t x) { return covered(image, 0, x, 0, x + 1, 49); };
@@ -244,7 +244,7 @@ Marker text_of(const char* text, float size, uint32_t color = kRed) {
 
 // The outline of DejaVu Sans's I: a bar from x = 201 to 403 of its advance of 604, from y = 0 to 1493, of
 // 2048 units per em. A line reaches from 1901 above the baseline to 483 below it.
-TEST_P(Markers, ATextHasTheOutlineOfItsFont) {
+TEST_P(Markers, TextHasOutlineOfItsFont) {
   const sinks::FrameImage image = draw(text_of("I", 40));
   // 3.9 x 29.2 pixels, from x = 20.0 to 24.0 and from y = 8.7 to 37.8.
   for (uint32_t y = 10; y <= 36; ++y)
@@ -287,7 +287,7 @@ TEST_P(Markers, SurfacesHideTextsUnlessOverlaid) {
   EXPECT_EQ(pixel(draw(behind), 47, kCy), kPureRed);
 }
 
-TEST_P(Markers, CharactersWithoutAGlyphAreBoxesAndSpacesAreNothing) {
+TEST_P(Markers, MissingGlyphsAreBoxes) {
   const sinks::FrameImage box = draw(text_of("\xf4\x8f\xbf\xbd", 30));  // U+10FFFD
   EXPECT_GT(covered(box, 0, 0, 0, 33, 49), 20);
   EXPECT_EQ(draw(text_of("\xf3\xb0\x80\x80", 30)).rgba8, box.rgba8) << "U+F0000";

@@ -127,7 +127,7 @@ passes::DrawSettings with_samples(uint32_t samples) {
 class Outputs : public ValidationIsSilent, public ::testing::WithParamInterface<uint32_t> {};
 class MoreOutputs : public ValidationIsSilent {};
 
-TEST_P(Outputs, EachPixelShowsWhatItsRayMeets) {
+TEST_P(Outputs, PixelsMatchRayHits) {
   const Stage stage = test::stage();
   const Eye eye = eye_of(stage.scene);
   RenderBench bench(stage.scene, kExtent, with_samples(GetParam()));
@@ -205,7 +205,7 @@ TEST_P(Outputs, ABallIsRound) {
 }
 
 // A crop of a larger image, drawn by its own camera, equals that part of the image.
-TEST_P(Outputs, ACameraOffItsMiddleTakesAPieceOfTheWhole) {
+TEST_P(Outputs, OffCentreCameraCropsImage) {
   const Stage stage = test::stage();
   const Eye whole = eye_of(stage.scene);
   constexpr glm::uvec2 kFrom{37, 22}, kSize{64, 48};
@@ -240,7 +240,7 @@ TEST_P(Outputs, ACameraOffItsMiddleTakesAPieceOfTheWhole) {
   EXPECT_LE(other_colors, 30u);
 }
 
-TEST_F(MoreOutputs, MotionIsWhatTheCameraAndTheBodiesMoved) {
+TEST_F(MoreOutputs, MotionMatchesCameraAndBodies) {
   const Stage before = test::stage();
   std::vector<glm::mat4> poses_now = poses_of(before.scene);
   const Eye eye_before = eye_of(before.scene);
@@ -286,7 +286,7 @@ TEST_F(MoreOutputs, MotionIsWhatTheCameraAndTheBodiesMoved) {
 }
 
 // Requested outputs are independent: colours with and without planes, planes with and without colours.
-TEST_P(Outputs, PlanesAndColoursDoNotTouchEachOther) {
+TEST_P(Outputs, PlanesLeaveColoursUnchanged) {
   const Stage stage = test::stage();
   const passes::View view = view_of(eye_of(stage.scene));
   const state::PoseState poses(stage.scene);
@@ -404,7 +404,7 @@ TEST_F(MoreOutputs, BoxesHoldWhatIsSeen) {
   }
 }
 
-TEST_F(MoreOutputs, AnotherSceneHasItsOwnLabelsAndNoPast) {
+TEST_F(MoreOutputs, NewSceneResetsLabelsAndMotion) {
   const Stage first = test::stage();
   SceneBuilder builder;
   builder.mesh_node("empty", scene::kNone, glm::mat4(1));
@@ -421,7 +421,7 @@ TEST_F(MoreOutputs, AnotherSceneHasItsOwnLabelsAndNoPast) {
   EXPECT_EQ(taken.plane<glm::vec2>(wire::kMotion).back(), glm::vec2(0));
 }
 
-TEST_F(MoreOutputs, TheForwardPathSaysThatItHasNone) {
+TEST_F(MoreOutputs, ForwardPathReportsNoOutputs) {
   const Stage stage = test::stage();
   passes::DrawSettings settings = with_samples(1);
   settings.raster = passes::RasterPath::forward;

@@ -125,7 +125,7 @@ class PathRequests : public ValidationIsSilent {
   app::ImageService service_{device(), bench_.renderer(), poses_, requests_, live_, {}};
 };
 
-TEST_F(PathRequests, AWithdrawnImageEndsAtTheNextSubmission) {
+TEST_F(PathRequests, WithdrawnImageEndsAtNextSubmission) {
   const wire::ImageRequest endless = request(1, 0, {0.5f, 1.6f, 3});
   begin_endless(endless);
   wire::ImageRequest withdrawal = endless;
@@ -145,7 +145,7 @@ TEST_F(PathRequests, AWithdrawnImageEndsAtTheNextSubmission) {
   EXPECT_EQ(client_.images.size(), 1u);
 }
 
-TEST_F(PathRequests, AnImageWhosePlaceIsTakenEnds) {
+TEST_F(PathRequests, ImageWhosePlaceIsTakenEnds) {
   begin_endless(request(1, 0, {0.5f, 1.6f, 3}));
   ask(request(2, 0, {-0.5f, 1.6f, 3}));
   set_samples(3);
@@ -155,7 +155,7 @@ TEST_F(PathRequests, AnImageWhosePlaceIsTakenEnds) {
 }
 
 // Until its image is whole, so that it can be withdrawn.
-TEST_F(PathRequests, ARequestIsOpenWhileItsImageIsTraced) {
+TEST_F(PathRequests, RequestStaysOpenWhileTracing) {
   begin_endless(request(1, 0, {0.5f, 1.6f, 3}));
   EXPECT_EQ(requests_.count(), 1u);
   set_samples(samples() + 3);
@@ -190,7 +190,7 @@ TEST_F(PathRequests, ViewsOfViewersRefineInTurns) {
   EXPECT_GT(view(kOtherViewer, other_eye).samples, other_before);
 }
 
-TEST_F(PathRequests, AWholeImageOfAViewerIsThatOfAClient) {
+TEST_F(PathRequests, ViewerImageMatchesClientImage) {
   const glm::vec3 eye{0.5f, 1.6f, 3};
   set_samples(40);
   Client::Image image;

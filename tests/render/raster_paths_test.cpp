@@ -55,13 +55,13 @@ scene::Scene shapes(bool coat = false) {
   return builder.build();
 }
 
-TEST_F(RasterPaths, ShapesOnGroundThatPassesTheEye) {
+TEST_F(RasterPaths, ShapesOnGroundThatPassesEye) {
   expect_same(shapes());
 }
 
 // Scenes with core glTF materials use a specialised shading shader (on CPU devices with another order of
 // work). It must match the general one.
-TEST_F(RasterPaths, CoreMaterialsAreShadedAsAllOthers) {
+TEST_F(RasterPaths, CoreMaterialsMatchGeneralShading) {
   for (uint32_t samples : {1u, 4u}) {
     for (const passes::ShadowMethod shadows : {passes::ShadowMethod::off, passes::ShadowMethod::map}) {
       SCOPED_TRACE(std::to_string(samples) + (shadows == passes::ShadowMethod::map ? ", maps" : ""));
@@ -73,7 +73,7 @@ TEST_F(RasterPaths, CoreMaterialsAreShadedAsAllOthers) {
 }
 
 // Blended boxes at the centre, at the image's edge, far apart, out of view, and around the eye.
-TEST_F(RasterPaths, WhatGoesOnTopIsSeenWhereverItIs) {
+TEST_F(RasterPaths, ForwardOnlyDrawsAreVisible) {
   struct Case {
     std::vector<glm::vec3> places;
     float half_side_m;

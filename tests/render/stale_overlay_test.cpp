@@ -33,7 +33,7 @@ sinks::FrameImage drawn(const scene::Scene& scene, Condition condition, bool fxa
   return bench.draw_at_rest();
 }
 
-TEST_F(StaleOverlay, FrameAndBadgeAreSeenAndTheRestIsLeftAlone) {
+TEST_F(StaleOverlay, FrameAndBadgeLeaveRest) {
   for (const float light : {0.0f, 0.5f, 1.0f}) {
     const scene::Scene scene = wall(light);
     const sinks::FrameImage live = drawn(scene, Condition::live);
@@ -67,7 +67,7 @@ TEST_F(StaleOverlay, LateAndLostLookUnlike) {
   EXPECT_TRUE(matches_golden(drawn(scene, Condition::lost), "held_lost", Tolerance::exact()));
 }
 
-TEST_F(StaleOverlay, AnImageOfOnePixelIsMarked) {
+TEST_F(StaleOverlay, ImageOfOnePixelIsMarked) {
   const scene::Scene scene = wall(0.5f);
   RenderBench bench(scene, {1, 1});
   bench.set_condition(Condition::lost);

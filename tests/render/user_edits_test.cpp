@@ -123,7 +123,7 @@ INSTANTIATE_TEST_SUITE_P(Paths, Wishes,
 
 class Settings : public ValidationIsSilent {};
 
-TEST_F(Settings, OnesThatAreAppliedLookAsThoseOfANewRenderer) {
+TEST_F(Settings, AppliedSettingsMatchNewRenderer) {
   const scene::Scene scene = garden();
   const passes::DrawSettings first;
   passes::DrawSettings wanted;

@@ -147,7 +147,7 @@ std::vector<Tile> tiles_of(float roughness) {
 
 class WhiteFurnace : public ValidationIsSilent {};
 
-TEST_F(WhiteFurnace, WhiteSurfacesUnderLampsShowTheRadianceOfTheLamps) {
+TEST_F(WhiteFurnace, WhiteSurfacesShowLampRadiance) {
   for (const float roughness : {0.1f, 0.3f, 0.5f, 0.7f, 1.0f}) {
     const std::vector<Tile> tiles = tiles_of(roughness);
     for (const double degrees : {10.0, 45.0, 66.0, 81.0, 86.0}) {

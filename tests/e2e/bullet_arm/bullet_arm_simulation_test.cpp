@@ -129,7 +129,7 @@ TEST(BulletArm, JointsMoveAtTheirVelocities) {
   EXPECT_GT(largest, 0.5) << "the arm rests";
 }
 
-TEST(BulletArm, SameSeedSamePosesOtherSeedOtherPoses) {
+TEST(BulletArm, SeedDeterminesPoses) {
   Simulation first(kSeed, kRate_hz), second(kSeed, kRate_hz), other(kSeed + 1, kRate_hz), slower(kSeed, 239);
   const uint64_t hash = run(first, 400).hash;
   EXPECT_EQ(hash, run(second, 400).hash);
@@ -159,7 +159,7 @@ TEST(BulletArm, ContactsAreWhereBodiesStand) {
   EXPECT_GE(dominoes, 30);
 }
 
-TEST(BulletArm, NamesAreUniqueAndOfTheStatedNumber) {
+TEST(BulletArm, NodeNamesAreUnique) {
   const Simulation simulation(kSeed, kRate_hz);
   const std::set<std::string> names(simulation.names().begin(), simulation.names().end());
   EXPECT_EQ(names.size(), simulation.names().size());

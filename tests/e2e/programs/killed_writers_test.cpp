@@ -93,7 +93,7 @@ double milliseconds_at(const std::vector<int64_t>& sorted_ns, double fraction) {
          1e6;
 }
 
-TEST(KilledWriters, AThousandAreFollowedAndNoFrameIsTorn) {
+TEST(KilledWriters, KilledWritersLeaveWholeFrames) {
   const std::string uri = "shm://test-killed-writers-" + std::to_string(::getpid());
   Follower follower(uri);
   std::mt19937 generator(20261);

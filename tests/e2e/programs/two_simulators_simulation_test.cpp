@@ -27,7 +27,7 @@ void expect_finite(const Simulator& simulator) {
   for (const float element : simulator.poses()) ASSERT_TRUE(std::isfinite(element));
 }
 
-TEST(Heap, IsStirredAndStaysInItsTray) {
+TEST(Heap, StirredBodiesStayInTray) {
   Heap heap;
   const std::vector<float> first = heap.poses();
   ASSERT_EQ(first.size(), heap.names().size() * 12);

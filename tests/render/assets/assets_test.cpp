@@ -166,7 +166,7 @@ class Assets : public ValidationIsSilent {
   uint32_t coverages_computed_ = 0;
 };
 
-TEST_F(Assets, MadeHereLookAsTheTableSays) {
+TEST_F(Assets, MadeHereLookAsTableSays) {
   const MadeAssets made;
   for (const CollectedAsset& asset : made.assets()) check(asset);
   EXPECT_GT(coverages_computed_, 0u);
@@ -186,7 +186,7 @@ TEST_F(Assets, CollectionLooksAsTheTableSays) {
 }
 
 // The same model in several formats: <model>/glTF, <model>/glTF-Binary, <model>/glTF-Embedded.
-TEST_F(Assets, CollectionLooksTheSameInEachPacking) {
+TEST_F(Assets, CollectionLooksSameInEachPacking) {
   FIRE3DV_NEEDS_ASSETS();
   std::map<std::string, std::pair<std::string, sinks::FrameImage>> first_of_model;
   uint32_t compared = 0;

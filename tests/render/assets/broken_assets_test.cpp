@@ -55,7 +55,7 @@ TEST_F(BrokenAssets, CollectionIsRefusedOrDrawnSafely) {
 }
 
 // Damages the bytes of vertices, joints, weights and keys: the glTF stays valid with arbitrary values.
-TEST_F(BrokenAssets, OnesMadeHereAndDamagedAreRefusedOrDrawnSafely) {
+TEST_F(BrokenAssets, DamagedFilesAreRefusedOrDrawn) {
   const ScratchFolder folder;
   const GltfBuilder good = motion_file();
   for (size_t i = 0; i < good.bin.size(); i += 5) {

@@ -51,7 +51,7 @@ TEST_F(Descriptions, MjcfLooksAsItsGolden) {
   EXPECT_TRUE(matches_golden(drawn(read("arm.xml")), "description_mjcf", Tolerance::colour()));
 }
 
-TEST_F(Descriptions, MjcfIsSeenByTheCamerasOfItsBodies) {
+TEST_F(Descriptions, BodyCamerasSeeMjcf) {
   convert::Model model = read("arm.xml");
   model.nodes.front().camera.reset();  // the free camera
   EXPECT_TRUE(matches_golden(drawn(model), "description_mjcf_wrist", Tolerance::colour()));

@@ -34,7 +34,7 @@ class MergedSurfaces : public ValidationIsSilent {
   }
 };
 
-TEST_F(MergedSurfaces, OfManyTrianglesShowTheSameImage) {
+TEST_F(MergedSurfaces, OfManyTrianglesShowSameImage) {
   passes::DrawSettings settings = plain_settings(4);
   const Drawn merged = drawn(128, settings);  // several triangles in each pixel
   EXPECT_TRUE(merged.merged);
@@ -44,7 +44,7 @@ TEST_F(MergedSurfaces, OfManyTrianglesShowTheSameImage) {
   EXPECT_TRUE(matches_image(merged.image, reference.image, "merged_surfaces", Tolerance::colour()));
 }
 
-TEST_F(MergedSurfaces, AreNotLookedForAmongFewTriangles) {
+TEST_F(MergedSurfaces, FewTrianglesAreNotMerged) {
   EXPECT_FALSE(drawn(12, plain_settings(4)).merged);
 }
 

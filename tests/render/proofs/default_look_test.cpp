@@ -81,7 +81,7 @@ TEST_F(DefaultLook, TheGradientFollowsTheElevation) {
 }
 
 // A box hovers above the plane; the sun shines straight down, so that its shadow is the box's outline.
-TEST_F(DefaultLook, TheGroundShowsShadowsOnTheBackground) {
+TEST_F(DefaultLook, GroundShowsShadowsOnBackground) {
   SceneBuilder builder;
   builder.mesh_node("box", builder.box(builder.material(matte({0.5f, 0.5f, 0.5f})), {0.5f, 0.1f, 0.5f}),
                     at({0, 1, 0}));

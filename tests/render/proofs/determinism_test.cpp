@@ -135,7 +135,7 @@ TEST_F(Determinism, WhatIsHiddenIsLeftOut) {
 }
 
 // A dense ball so far away that it lies between the samples of one pixel.
-TEST_F(Determinism, WhatFallsBetweenSamplesIsLeftOut) {
+TEST_F(Determinism, TrianglesBetweenSamplesAreDropped) {
   SceneBuilder builder;
   const uint32_t white = builder.material(matte({0.8f, 0.8f, 0.8f}));
   builder.mesh_node("far", builder.sphere(white, 0.01f, 64), at({0.02f, 0.01f, -20}));
@@ -156,7 +156,7 @@ TEST_F(Determinism, WhatFallsBetweenSamplesIsLeftOut) {
 }
 
 // More triangles lie behind the eye than the list of near-plane triangles holds initially.
-TEST_F(Determinism, TheFirstImageHasAllThatLaterOnesHave) {
+TEST_F(Determinism, FirstImageIsComplete) {
   SceneBuilder builder;
   const uint32_t white = builder.material(matte({1, 1, 1}));
   builder.mesh_node("fine", builder.sphere(white, 1, 512), glm::mat4(1));

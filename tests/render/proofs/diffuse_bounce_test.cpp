@@ -139,7 +139,7 @@ double brightest(const std::vector<glm::dvec3>& pixels) {
   return most;
 }
 
-TEST_F(DiffuseBounce, AnIntegratingSphereHasTwoTermsOfItsSeries) {
+TEST_F(DiffuseBounce, IntegratingSphereMatchesTwoTerms) {
   // I / (pi R^2) (p + p^2), and p alone without the bounce.
   drawn().set(0, "bounce");
   const double seen = estimate(drawn().draw(integrating_sphere(96))).mean;
@@ -161,7 +161,7 @@ double floor_light(glm::dvec2 place) {
   return sum / kPi;
 }
 
-TEST_F(DiffuseBounce, ALuminousSquareLightsTheFloorByItsFormFactor) {
+TEST_F(DiffuseBounce, EmissiveSquareMatchesFormFactor) {
   drawn().set(0, "bounce", 32);  // few of the rays hit it
   const scene::Scene scene = lamp_above_floor(true);
   const std::vector<glm::dvec3> seen = drawn().draw(scene);
@@ -181,7 +181,7 @@ TEST_F(DiffuseBounce, ALuminousSquareLightsTheFloorByItsFormFactor) {
   EXPECT_EQ(brightest(drawn().draw(lamp_above_floor(false))), 0) << "its back is dark";
 }
 
-TEST_F(DiffuseBounce, RoomsAgreeWithPathsOfOneBounce) {
+TEST_F(DiffuseBounce, RoomsMatchOneBouncePaths) {
   for (const int lamps : {1, 6}) {
     drawn().set(0, "bounce");
     paths().set(0);
@@ -201,7 +201,7 @@ TEST_F(DiffuseBounce, RoomsAgreeWithPathsOfOneBounce) {
 }
 
 // Rays that hit nothing leave the environment's light as it is, whatever the material.
-TEST_F(DiffuseBounce, AConvexBodyShowsTheEnvironmentAsWithoutRays) {
+TEST_F(DiffuseBounce, ConvexBodyMatchesEnvironmentOnly) {
   SceneBuilder builder;
   scene::Material cloth = matte({0.8f, 0.5f, 0.3f});
   cloth.roughness = 0.7f;

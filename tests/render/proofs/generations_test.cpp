@@ -82,7 +82,7 @@ struct Case {
 };
 class Generations : public ValidationIsSilent, public ::testing::WithParamInterface<Case> {};
 
-TEST_P(Generations, WhatWasDrawnBeforeIsNotSeen) {
+TEST_P(Generations, EarlierDrawsAreInvisible) {
   const Case& c = GetParam();
   const scene::Scene scene = yard(c.glass);
   passes::DrawSettings settings = shadowed_by(c.shadows, c.hybrid, c.samples);
@@ -113,7 +113,7 @@ INSTANTIATE_TEST_SUITE_P(Ways, Generations,
                                            Case{4, ShadowMethod::ray, false, false}));
 
 // A body whose scale overflows its vertices to infinity or NaN leaves no trace in later frames.
-TEST_P(Generations, WhatIsNoNumberIsGoneInTheNextFrame) {
+TEST_P(Generations, NanIsGoneInNextFrame) {
   const Case& c = GetParam();
   const scene::Scene scene = yard(c.glass);
   const passes::DrawSettings settings = shadowed_by(c.shadows, c.hybrid, c.samples);
@@ -141,7 +141,7 @@ TEST_P(Generations, WhatIsNoNumberIsGoneInTheNextFrame) {
   }
 }
 
-TEST(ClusterTargets, AreEmptiedWhenGenerationsRunOutAndWhereNoneHasBeen) {
+TEST(ClusterTargets, GenerationOverflowClearsTargets) {
   passes::ClusterTarget target;
   std::vector<bool> emptied;
   std::vector<uint32_t> generations;

@@ -118,7 +118,7 @@ class Levels : public ValidationIsSilent {
   }
 };
 
-TEST_F(Levels, AZoomLooksAsWithEveryTriangle) {
+TEST_F(Levels, ZoomLooksAsWithEveryTriangle) {
   for (uint32_t samples : {1u, 4u}) {
     const auto [with, without] = samples == 1
                                      ? zoom(settings(samples, LevelsOfDetail::everywhere), 40, 1.09f)
@@ -128,7 +128,7 @@ TEST_F(Levels, AZoomLooksAsWithEveryTriangle) {
   }
 }
 
-TEST_F(Levels, ShadowsOfMapsAloneAndOfRaysAloneStayToo) {
+TEST_F(Levels, ShadowsStayPerTechnique) {
   passes::DrawSettings maps = settings(1, LevelsOfDetail::everywhere);
   maps.shadows.method = passes::ShadowMethod::map;
   zoom(maps, 8, 1.5f);

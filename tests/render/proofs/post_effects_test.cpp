@@ -74,7 +74,7 @@ int largest_difference(const sinks::FrameImage& a, const sinks::FrameImage& b) {
   return largest;
 }
 
-TEST_F(PostEffects, BloomConservesTheEnergyOfABrightPixel) {
+TEST_F(PostEffects, BloomConservesEnergyOfBrightPixel) {
   constexpr float kRadiance = 24;
   const scene::Scene scene = bright_pixel(kRadiance, 0, 0);
   const sinks::FrameImage image = drawn(scene, bloom_settings(1));
@@ -89,7 +89,7 @@ TEST_F(PostEffects, BloomConservesTheEnergyOfABrightPixel) {
   EXPECT_NEAR(kept, 0.5 * 1.6 + 0.5 * 1.6 / kRadiance * decode(peak.g), 0.01);
 }
 
-TEST_F(PostEffects, BloomAtTheEdgeOfAnImageKeepsMostOfTheEnergyOnBothSides) {
+TEST_F(PostEffects, BloomAtEdgeConservesEnergy) {
   constexpr float kRadiance = 12;
   for (const float side : {-1.0f, 1.0f}) {
     const double found = energy(drawn(bright_pixel(kRadiance, side * 49, side * 36), bloom_settings(1)));
@@ -97,7 +97,7 @@ TEST_F(PostEffects, BloomAtTheEdgeOfAnImageKeepsMostOfTheEnergyOnBothSides) {
   }
 }
 
-TEST_F(PostEffects, BloomLeavesAnEvenImageAsItIs) {
+TEST_F(PostEffects, BloomKeepsUniformImage) {
   SceneBuilder builder = plane_camera();
   builder.mesh_node("wall", builder.quad(builder.material(glowing({0.1f, 0.4f, 0.7f})), 10), glm::mat4(1));
   const scene::Scene scene = builder.build();
@@ -130,7 +130,7 @@ scene::Scene lamps(bool with_pane) {
   return builder.build();
 }
 
-TEST_F(PostEffects, RasterPathsAndPathTracerHaveTheSameBloom) {
+TEST_F(PostEffects, BloomMatchesAcrossRenderers) {
   for (const bool with_pane : {false, true}) {
     const scene::Scene scene = lamps(with_pane);
     for (const uint32_t samples : {1u, 4u}) {
@@ -153,7 +153,7 @@ TEST_F(PostEffects, RasterPathsAndPathTracerHaveTheSameBloom) {
   }
 }
 
-TEST_F(PostEffects, BloomDependsOnNoEarlierImageAndLeavesLinearColoursAlone) {
+TEST_F(PostEffects, BloomIsStatelessAndSkipsLinear) {
   const scene::Scene scene = lamps(true), other = bright_pixel(1000, 5, 5);
   passes::ImageOutputs outputs(wire::kColorSrgb8 | wire::kColorLinearF16 | wire::kDepthF32);
   const state::PoseState poses(scene);
@@ -197,7 +197,7 @@ scene::Scene wall_and_lamp(float wall, float lamp, float share) {
 
 constexpr double kMiddleGrey = 117.65;  // 255 times the sRGB encoding of 0.18
 
-TEST_F(PostEffects, MeteredExposureBringsEvenImagesOfAnyRadianceToMiddleGrey) {
+TEST_F(PostEffects, MeteringMapsUniformToMiddleGrey) {
   for (const float radiance : {3e-4f, 0.05f, 1.0f, 17.0f, 6000.0f}) {
     const scene::Scene scene = wall_and_lamp(radiance, 0, 0);
     for (const uint32_t samples : {1u, 4u}) {
@@ -211,7 +211,7 @@ TEST_F(PostEffects, MeteredExposureBringsEvenImagesOfAnyRadianceToMiddleGrey) {
   }
 }
 
-TEST_F(PostEffects, MeteredExposureIsTheLogAverageWithoutTheEndsOfTheHistogram) {
+TEST_F(PostEffects, MeteringTrimsHistogramEnds) {
   // Lamps of few pixels and small black holes do not count, however bright they are.
   for (const float lamp : {0.0f, 1e-6f, 5000.0f})
     EXPECT_NEAR(pixel(drawn(wall_and_lamp(0.3f, lamp, 0.04f), metered_settings()), 5, 5).g, kMiddleGrey, 1);
@@ -223,7 +223,7 @@ TEST_F(PostEffects, MeteredExposureIsTheLogAverageWithoutTheEndsOfTheHistogram) 
   EXPECT_NEAR(decode(pixel(image, 5, 5).g), 0.18 * kWall / mean, 0.003);
 }
 
-TEST_F(PostEffects, MeteredExposureDependsOnNoEarlierImageAndLeavesLinearColoursAlone) {
+TEST_F(PostEffects, MeteringIsStatelessAndSkipsLinear) {
   const scene::Scene scene = wall_and_lamp(0.4f, 30, 0.2f), bright = wall_and_lamp(5000, 0, 0);
   const passes::ImageOutputs outputs(wire::kColorSrgb8 | wire::kColorLinearF16);
   const state::PoseState poses(scene);
@@ -250,7 +250,7 @@ TEST_F(PostEffects, MeteredExposureDependsOnNoEarlierImageAndLeavesLinearColours
   EXPECT_FALSE(used.renderer().can_take(passes::ImageOutputs(wire::kColorSrgb8), 2));
 }
 
-TEST_F(PostEffects, ImagesWithoutLightKeepTheExposureOfTheSettings) {
+TEST_F(PostEffects, BlackImageKeepsExposure) {
   SceneBuilder builder = plane_camera();
   scene::Material unlit = matte({0.5f, 0.25f, 1});
   unlit.unlit = true;

@@ -66,7 +66,7 @@ TEST_F(Post, AcesIsAFilmLikeCurve) {
   EXPECT_EQ(grey(30), 1);
 }
 
-TEST_F(Post, ToneMapsDifferInHowTheyTreatColour) {
+TEST_F(Post, ToneMapsDifferInColour) {
   const glm::vec3 bright_red(6, 0.3f, 0.2f);
   EXPECT_GT(shown(bright_red, passes::ToneMap::none).r, 250);
   // Neutral desaturates overexposed colours; Reinhard per channel desaturates red less.
@@ -91,7 +91,7 @@ scene::Scene slanted_shapes() {
   return builder.build();
 }
 
-TEST_F(Post, FxaaImprovesEdgesAndLeavesFlatRegionsAlone) {
+TEST_F(Post, FxaaKeepsFlatRegions) {
   constexpr uint32_t kWidth = 200, kHeight = 120, kFiner = 8;
   const scene::Scene scene = slanted_shapes();
   passes::DrawSettings settings;
@@ -134,7 +134,7 @@ TEST_F(Post, FxaaImprovesEdgesAndLeavesFlatRegionsAlone) {
 }
 
 // A pattern with periods of 13 and 11 pixels, so that copies fall at different places of a workgroup.
-TEST_F(Post, FxaaIsTheSameWhereverAPixelLies) {
+TEST_F(Post, FxaaIsSameWhereverPixelLies) {
   constexpr uint32_t kRight = 13, kDown = 11, kWidth = 8 * kRight, kHeight = 8 * kDown;
   SceneBuilder builder;
   std::vector<uint32_t> tiles;

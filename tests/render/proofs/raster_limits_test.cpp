@@ -95,7 +95,7 @@ TEST_F(RasterLimits, OddSizes) {
 }
 
 // More visible cluster instances than one row of workgroups: each is drawn.
-TEST_F(RasterLimits, MoreClustersThanARowOfWorkgroups) {
+TEST_F(RasterLimits, MoreClustersThanRowOfWorkgroups) {
   constexpr int kSide = 264;  // 69,696 boxes of one cluster each
   SceneBuilder builder;
   scene::Material glowing = matte({1, 1, 1});

@@ -187,17 +187,17 @@ class RasterVariants : public ValidationIsSilent {
   ShaderPipelines pipelines_{settings_.max_textures};
 };
 
-TEST_F(RasterVariants, OfAnImageDrawTheSameToTheBit) {
+TEST_F(RasterVariants, OfImageDrawSameToBit) {
   expect_same("raster_4.comp", "raster_narrow_4.comp", "raster_4_cpu.comp", 4);
   expect_same("raster_1.comp", "raster_narrow_1.comp", "raster_1_cpu.comp", 1);
 }
 
-TEST_F(RasterVariants, OfALightsMapsDrawTheSameToTheBit) {
+TEST_F(RasterVariants, LightMapVariantsAreIdentical) {
   expect_same("raster_light.comp", "raster_narrow_light.comp", "raster_light_cpu.comp", 0);
   expect_same("raster_center.comp", "raster_narrow_center.comp", "raster_center_cpu.comp", 0);
 }
 
-TEST_F(RasterVariants, AreGivenTheSameClustersInOneRowOrSeveral) {
+TEST_F(RasterVariants, ClusterRowsAreEquivalent) {
   const std::vector<uint32_t> one_row = listed(true);
   EXPECT_EQ(one_row, listed(false));
   EXPECT_GT(one_row.size(), 10u);

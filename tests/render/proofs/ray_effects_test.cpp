@@ -105,7 +105,7 @@ sinks::FrameImage drawn_with_rays(const scene::Scene& scene, const passes::DrawS
   return RenderBench(scene, kRayEffectsSize, settings).draw_at_rest();
 }
 
-TEST_F(RayEffects, AFlatMirrorShowsWhatAMirroredCameraSees) {
+TEST_F(RayEffects, FlatMirrorMatchesMirroredCamera) {
   // The camera looks at the mirror from above the bodies, which its own view shows beside their mirror
   // images; the camera of the mirror image is behind the mirror, without it.
   SceneBuilder builder;
@@ -154,7 +154,7 @@ TEST_F(RayEffects, AFlatMirrorShowsWhatAMirroredCameraSees) {
 
 // Textures of mirrored surfaces have the mip levels of the distance by way of the mirror. Its sharpest level,
 // read at single points, would be noise.
-TEST_F(RayEffects, AMirroredTextureIsAsSmoothAsTheTextureItself) {
+TEST_F(RayEffects, MirroredTextureIsFiltered) {
   const auto scene_of = [](bool mirrored) {
     SceneBuilder builder;
     scene::Material checks = matte(glm::vec3(0));
@@ -203,7 +203,7 @@ TEST_F(RayEffects, RoughReflectionsAgreeWithPaths) {
   EXPECT_LT(error, 0.12 * sum) << "noise of the paths, and a blur of 4 pixels of 24: " << error / sum;
 }
 
-TEST_F(RayEffects, ABodyBeforeTheSkyAloneIsUnchanged) {
+TEST_F(RayEffects, BodyBeforeSkyAloneIsUnchanged) {
   SceneBuilder builder;
   scene::Material coated = metal(0.2f);
   coated.metallic = 0.5f;
@@ -219,7 +219,7 @@ TEST_F(RayEffects, ABodyBeforeTheSkyAloneIsUnchanged) {
   EXPECT_EQ(share_within(drawn_with_rays(scene, settings), drawn_with_rays(scene, plain), 1), 1);
 }
 
-TEST_F(RayEffects, SwitchedOffTheyLeaveTheImageAsItIs) {
+TEST_F(RayEffects, DisabledEffectsKeepImage) {
   const scene::Scene scene = mirror_scene(0.3f);
   passes::DrawSettings settings = traced(all_effects()), plain = traced({});
   RenderBench bench(scene, kRayEffectsSize, settings);
@@ -232,7 +232,7 @@ TEST_F(RayEffects, SwitchedOffTheyLeaveTheImageAsItIs) {
   EXPECT_EQ(bench.draw_at_rest().rgba8, with.rgba8) << "no earlier image matters";
 }
 
-TEST_F(RayEffects, BothBackEndsAgreeAndNoEarlierImageMatters) {
+TEST_F(RayEffects, BackEndsAgreeWithoutHistory) {
   SceneBuilder builder;
   add_bodies(builder);
   scene::Material pane = matte({0.2f, 0.8f, 0.3f});  // drawn forward, over the samples
@@ -360,7 +360,7 @@ double open_share(float distance_m, float height_m, float wall_m) {
   return sum;
 }
 
-TEST_F(RayEffects, OcclusionFollowsTheFormFactorOfAWall) {
+TEST_F(RayEffects, OcclusionFollowsFormFactorOfWall) {
   // Beside an edge half of the sky is hidden; further off, 1/2 (1 - cos) of it, by the wall's angle.
   EXPECT_NEAR(open_share(0.005f, 400, 500), 0.5, 0.02);
   EXPECT_NEAR(open_share(2, 2, 500), 1 - 0.5 * (1 - std::sqrt(0.5)), 0.02);

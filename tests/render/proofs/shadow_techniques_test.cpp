@@ -67,7 +67,7 @@ passes::DrawSettings forward(passes::DrawSettings settings) {
 
 class ShadowWays : public ValidationIsSilent {};
 
-TEST_F(ShadowWays, RayQueryAndRayTracingPipelineAgreeToTheBit) {
+TEST_F(ShadowWays, RayBackEndsAreIdentical) {
   ASSERT_TRUE(device().report().ray_tracing_pipeline)
       << "this driver has no ray-tracing pipeline; install a newer Mesa";
   for (float radius : {0.0f, 0.08f}) {
@@ -137,7 +137,7 @@ TEST_F(ShadowWays, RoomForFewRaysLosesNone) {
 
 // A 1 m box on the ground, the sun at 45 degrees: its shadow extends 1 m from its side. Seen from above, in
 // metres: the image shows 4 x 3 m.
-TEST_F(ShadowWays, ABoxsShadowLiesWhereGeometrySays) {
+TEST_F(ShadowWays, BoxsShadowLiesWhereGeometrySays) {
   SceneBuilder builder;
   const uint32_t white = builder.material(matte({1, 1, 1}));
   builder.mesh_node("ground", builder.quad(white, 10), glm::mat4(1));
@@ -172,7 +172,7 @@ TEST_F(ShadowWays, ABoxsShadowLiesWhereGeometrySays) {
 }
 
 // A half plane 1 m above the ground under a vertical sun of 0.05 rad radius: the penumbra is 0.1 m wide.
-TEST_F(ShadowWays, APenumbraIsAsWideAsGeometrySays) {
+TEST_F(ShadowWays, PenumbraWidthMatchesGeometry) {
   SceneBuilder builder;
   const uint32_t white = builder.material(matte({1, 1, 1}));
   builder.mesh_node("ground", builder.quad(white, 10), glm::mat4(1));
@@ -235,7 +235,7 @@ TEST_F(ShadowWays, SizesDoNotMatter) {
   }
 }
 
-TEST_F(ShadowWays, MaskedThingsCastTheSameShadowByMaps) {
+TEST_F(ShadowWays, MaskedCastersMatchInMaps) {
   SceneBuilder builder;
   builder.mesh_node("ground", builder.quad(builder.material(matte({1, 1, 1})), 4), glm::mat4(1));
   builder.mesh_node("fence", fence(builder), at({0, 0.5f, 0}));
@@ -253,7 +253,7 @@ TEST_F(ShadowWays, MaskedThingsCastTheSameShadowByMaps) {
 }
 
 // A clearcoat normal map may face a light that the base surface turns away from.
-TEST_F(ShadowWays, ACoatWithNormalsOfItsOwnIsShadowed) {
+TEST_F(ShadowWays, CoatNormalsAreShadowed) {
   SceneBuilder builder;
   scene::Material coated = matte({0, 0, 0});
   coated.clearcoat = 1;
@@ -278,7 +278,7 @@ TEST_F(ShadowWays, ACoatWithNormalsOfItsOwnIsShadowed) {
 }
 
 // Faces at 20 degrees share pixels; one faces away from the light, the other lies in shadow.
-TEST_F(ShadowWays, AnEdgeBetweenFacesIsNotLitInShadow) {
+TEST_F(ShadowWays, FaceEdgeStaysShadowed) {
   SceneBuilder builder;
   const uint32_t white = builder.material(matte({1, 1, 1}));
   std::vector<vec3> positions;
@@ -309,7 +309,7 @@ TEST_F(ShadowWays, AnEdgeBetweenFacesIsNotLitInShadow) {
 }
 
 // In an orthographic view, faces at the image's border face the view direction but not the eye point.
-TEST_F(ShadowWays, ParallelViewsSeeTheSameSides) {
+TEST_F(ShadowWays, ParallelViewsSeeSameSides) {
   SceneBuilder builder;
   scene::Material sheet = matte({0.8f, 0.6f, 0.4f});
   const uint32_t one_sided = builder.material(sheet);
@@ -337,7 +337,7 @@ TEST_F(ShadowWays, ParallelViewsSeeTheSameSides) {
 }
 
 // Holes and bars at least two texels wide transmit light and shadow completely.
-TEST_F(ShadowWays, GrillesLoseLightOnlyInHolesNarrowerThanTwoTexels) {
+TEST_F(ShadowWays, GrillesLoseLightBelowTwoTexels) {
   // The caster is 2 m wide: a texel of its map is 2.02 m / 2048, slightly below 1 mm.
   const float texel_m = 2 * 1.01f / kFineMapSide * 1.001f;
   for (float hole_texels : {0.5f, 1.0f, 2.9f, 4.0f, 8.0f}) {

@@ -88,7 +88,7 @@ scene::Scene turned_square(bool by_joint) {
 
 class Tangents : public ValidationIsSilent {};
 
-TEST_F(Tangents, TurnWhatANormalMapSaysIntoTheWorld) {
+TEST_F(Tangents, NormalMapIsRotatedToWorld) {
   for (const float eye_z : {1.0f, -1.0f}) {
     const scene::Scene mapped = squares(true, eye_z), tilted = squares(false, eye_z);
     for (const passes::RasterPath path : {passes::RasterPath::visibility, passes::RasterPath::forward}) {
@@ -102,7 +102,7 @@ TEST_F(Tangents, TurnWhatANormalMapSaysIntoTheWorld) {
   }
 }
 
-TEST_F(Tangents, FollowJointsThoughTheSceneKeepsNone) {
+TEST_F(Tangents, FollowJointsThoughSceneKeepsNone) {
   const scene::Scene posed = turned_square(true), still = turned_square(false);
   ASSERT_TRUE(posed.tangents.empty());
   RenderBench bench(posed, kExtent, plain_settings(1)), reference(still, kExtent, plain_settings(1));

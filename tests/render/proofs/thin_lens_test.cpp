@@ -106,7 +106,7 @@ Spot spot_of(const std::vector<double>& pixels) {
   return spot;
 }
 
-TEST_F(ThinLens, ABallOffFocusIsAsLargeAsTheCircleOfConfusion) {
+TEST_F(ThinLens, DefocusMatchesCircleOfConfusion) {
   constexpr float kFNumber = 0.2f, kFocusM = 2;
   for (const float distance_m : {1.3f, 1.6f, 3.0f, 8.0f}) {
     const float radius_m = 0.008f * distance_m;
@@ -131,7 +131,7 @@ TEST_F(ThinLens, ABallOffFocusIsAsLargeAsTheCircleOfConfusion) {
 }
 
 // With fx and fy that differ, circles of confusion are ellipses of pixels.
-TEST_F(ThinLens, PixelsThatAreNotSquareHaveEllipsesInTheRaster) {
+TEST_F(ThinLens, AnisotropicPixelsHaveEllipses) {
   const scene::Scene scene = ball(4, 0.03f);
   const state::PoseState poses(scene);
   RenderBench bench(scene, kSize, raster_settings(0.1f, 2));
@@ -157,7 +157,7 @@ TEST_F(ThinLens, PixelsThatAreNotSquareHaveEllipsesInTheRaster) {
   }
 }
 
-TEST_F(ThinLens, ABallInFocusIsThatOfAPinhole) {
+TEST_F(ThinLens, InFocusMatchesPinhole) {
   const scene::Scene scene = ball(2, 0.1f);
   const std::vector<double> pinhole = radiance(scene, lens_settings(0, 0));
   const Spot sharp = spot_of(pinhole), focused = spot_of(radiance(scene, lens_settings(0.5f, 2)));
@@ -168,7 +168,7 @@ TEST_F(ThinLens, ABallInFocusIsThatOfAPinhole) {
   EXPECT_NEAR(blurred.energy, sharp.energy, 0.04 * sharp.energy) << "blur spreads light and loses none";
 }
 
-TEST_F(ThinLens, ANarrowLensIsAPinholeAndItsImageRepeats) {
+TEST_F(ThinLens, NarrowLensMatchesPinhole) {
   const scene::Scene scene = ball(3, 0.3f);
   const std::vector<double> narrow = radiance(scene, lens_settings(1000, 1, 16));
   EXPECT_EQ(narrow, radiance(scene, lens_settings(1000, 1, 16)));
@@ -207,7 +207,7 @@ class RasterBench {
 };
 
 // Blurred by the raster: 2 r f |1 / s - 1 / d| pixels.
-TEST_F(ThinLens, TheRasterSpreadsADotOverTheCircleOfConfusion) {
+TEST_F(ThinLens, RasterSpreadsDotOverCircle) {
   constexpr float kFNumber = 0.2f, kFocusM = 2;
   const float distances_m[] = {1.3f, 3.0f, 8.0f};
   std::vector<scene::Scene> scenes;
@@ -260,7 +260,7 @@ scene::Scene occluder_before_wall(float occluder_m, float wall_m) {
   return builder.build();
 }
 
-TEST_F(ThinLens, TheRasterShowsAnOccluderBeforeAWallAsPathsDo) {
+TEST_F(ThinLens, RasterOccluderMatchesPaths) {
   constexpr VkExtent2D kSmall{48, 32};
   struct Case {
     const char* name;
@@ -281,7 +281,7 @@ TEST_F(ThinLens, TheRasterShowsAnOccluderBeforeAWallAsPathsDo) {
   }
 }
 
-TEST_F(ThinLens, TheRasterLeavesThePlaneInFocusAsItIs) {
+TEST_F(ThinLens, RasterKeepsFocalPlane) {
   const scene::Scene wall = occluder_before_wall(0, 3);
   for (const uint32_t samples : {1u, 4u}) {
     RasterBench bench(wall, kSize, samples);
@@ -293,7 +293,7 @@ TEST_F(ThinLens, TheRasterLeavesThePlaneInFocusAsItIs) {
   }
 }
 
-TEST_F(ThinLens, TheRastersLensIsThatOfTheCameraAndDependsOnNoEarlierImage) {
+TEST_F(ThinLens, RasterLensHasNoHistory) {
   scene::Scene scene = occluder_before_wall(2, 6);
   passes::DrawSettings settings = raster_settings(0.4f, 2);
   settings.post.bloom = 0.1f;

@@ -153,7 +153,7 @@ class Tiles : public ValidationIsSilent {
 };
 
 // Tens of overlapping triangles, so that most are hidden somewhere.
-TEST_F(Tiles, OneByOneAreTheSameToTheBit) {
+TEST_F(Tiles, SingleTilesAreIdentical) {
   ASSERT_TRUE(gpu::uses_cpu_variants(device())) << "these tests are for lavapipe";
   for (uint32_t seed = 1; seed <= 6; ++seed) {
     SCOPED_TRACE(seed);
@@ -164,7 +164,7 @@ TEST_F(Tiles, OneByOneAreTheSameToTheBit) {
 }
 
 // A floor below the eye: areas above 2^48, and edge functions beyond 54 bits.
-TEST_F(Tiles, ThatReachFarBeyondTheImageAreTheSameToTheBit) {
+TEST_F(Tiles, OversizedTilesAreIdentical) {
   ASSERT_TRUE(gpu::uses_cpu_variants(device())) << "these tests are for lavapipe";
   for (uint32_t seed = 1; seed <= 6; ++seed) {
     SCOPED_TRACE(seed);
@@ -179,7 +179,7 @@ TEST_F(Tiles, ThatReachFarBeyondTheImageAreTheSameToTheBit) {
 }
 
 // A single triangle shows all its depths instead of the nearest of many.
-TEST_F(Tiles, EachAloneIsTheSameToTheBit) {
+TEST_F(Tiles, EachAloneIsSameToBit) {
   ASSERT_TRUE(gpu::uses_cpu_variants(device())) << "these tests are for lavapipe";
   for (int reach : {60, 3000, 100'000, 520'000}) {
     SCOPED_TRACE(reach);

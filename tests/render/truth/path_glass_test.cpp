@@ -73,7 +73,7 @@ TEST_F(Glass, AWhiteFurnaceHidesABall) {
 }
 
 // Layers and partial transparency keep the energy, too.
-TEST_F(Glass, AWhiteFurnaceHidesLayersAndPartsOfGlass) {
+TEST_F(Glass, WhiteFurnaceHidesGlassLayers) {
   for (const auto& [name, coat, share, metallic] : {std::tuple("half transparent", 0.0f, 0.5f, 0.0f),
                                                     {"coated", 1.0f, 1.0f, 0.0f},
                                                     {"half a metal", 0.0f, 0.7f, 0.5f},
@@ -96,7 +96,7 @@ TEST_F(Glass, AWhiteFurnaceHidesLayersAndPartsOfGlass) {
 }
 
 // Light that a slab lets pass and reflects, with all reflections between its faces.
-TEST_F(Glass, ASlabFollowsFresnelAndBeerLambert) {
+TEST_F(Glass, SlabFollowsFresnelAndBeerLambert) {
   const glm::dvec3 color(0.9, 0.5, 0.2);
   const double distance = 1.3, thickness = 2;
   for (const double ior : {1.0, 1.7}) {
@@ -128,7 +128,7 @@ TEST_F(Glass, ASlabFollowsFresnelAndBeerLambert) {
 }
 
 // Environment samples (MIS) count once: a rough slab passes what it does not reflect.
-TEST_F(Glass, ARoughSlabPassesWhatItDoesNotReflect) {
+TEST_F(Glass, RoughSlabConservesEnergy) {
   SceneBuilder builder;
   builder.mesh_node("slab", builder.box(builder.material(glass(1.5f, 0.5f)), {100, 1, 100}), glm::mat4(1));
   look_at_origin(builder, {1, 1, 0});
@@ -165,7 +165,7 @@ double seen_through_prism(double angle, double n, double gradient = 0.5) {
   return f1 * 0.6 + (1 - f1) * (1 - f2) * (0.6 + gradient * std::sin(turned));
 }
 
-TEST_F(Glass, APrismTurnsLightBySnellsLaw) {
+TEST_F(Glass, PrismTurnsLightBySnellsLaw) {
   const double angle = glm::radians(30.0);
   for (const double ior : {1.2, 1.5, 1.8}) {
     SceneBuilder builder;
@@ -213,7 +213,7 @@ TEST_F(Glass, APrismDispersesByCauchysFormula) {
   }
 }
 
-TEST_F(Glass, AWhiteFurnaceHidesADispersiveBall) {
+TEST_F(Glass, WhiteFurnaceHidesDispersiveBall) {
   scene::Material material = glass();
   material.dispersion = 1;
   SceneBuilder builder;
@@ -234,7 +234,7 @@ TEST_F(Glass, APrismReflectsTotally) {
 }
 
 // Radiance is proportional to the square of the index.
-TEST_F(Glass, ALampInsideShowsItsRadianceBySquareOfTheIndex) {
+TEST_F(Glass, EnclosedLampScalesByIndexSquared) {
   SceneBuilder builder;
   scene::Material lamp = lambert(glm::vec3(0));
   lamp.emissive = glm::vec3(1);
@@ -245,7 +245,7 @@ TEST_F(Glass, ALampInsideShowsItsRadianceBySquareOfTheIndex) {
 }
 
 // Volumes in volumes: each replaces the one around it. Hollow ones are left and entered again.
-TEST_F(Glass, TheLengthInsideIsOfEachVolume) {
+TEST_F(Glass, LengthInsideIsOfEachVolume) {
   scene::Material outer = glass(1);
   outer.attenuation_color = glm::vec3(0.5f, 0.6f, 0.7f);
   outer.attenuation_distance_m = 1;
@@ -288,7 +288,7 @@ TEST_F(Glass, ACameraInsideSeesAbsorbedLight) {
 }
 
 // Lamps do not shine through volumes; the environment does, by sampled directions.
-TEST_F(Glass, AVolumeBlocksLampsAndPassesTheEnvironment) {
+TEST_F(Glass, VolumeBlocksLampsAndPassesEnvironment) {
   SceneBuilder builder;
   builder.mesh_node("slab", builder.box(builder.material(glass(1)), {500, 0.1f, 500}), at({0, 1, 0}));
   builder.mesh_node("plane", builder.quad(builder.material(lambert(glm::vec3(0.5f))), 400), glm::mat4(1));
@@ -319,7 +319,7 @@ TEST_F(Glass, ALeafPassesDiffuseLight) {
 }
 
 // The same in the raster, by all shadow techniques; light from behind does not enter a closed body.
-TEST_F(Glass, ALeafPassesDiffuseLightInTheRaster) {
+TEST_F(Glass, LeafPassesDiffuseLightInRaster) {
   scene::Material leaf = lambert({0.8f, 0.6f, 0.4f});
   leaf.diffuse_transmission = 0.25f;
   leaf.diffuse_transmission_color = {0.2f, 0.9f, 0.5f};
@@ -357,7 +357,7 @@ TEST_F(Glass, ALeafPassesDiffuseLightInTheRaster) {
 }
 
 // Light of the ground alone, seen from above, and of the sky alone.
-TEST_F(Glass, ALeafPassesTheEnvironmentBehindItInTheRaster) {
+TEST_F(Glass, LeafPassesEnvironmentInRaster) {
   scene::Material leaf = lambert({0.8f, 0.6f, 0.4f});
   leaf.diffuse_transmission = 0.25f;
   leaf.diffuse_transmission_color = {0.2f, 0.9f, 0.5f};
@@ -422,7 +422,7 @@ scene::Scene glass_over_floor() {
   return builder.build();
 }
 
-TEST_F(Glass, TheSeedDeterminesTheBytesNotTheSplitNorTheBackEnd) {
+TEST_F(Glass, SeedAloneDeterminesBytes) {
   const scene::Scene scene = glass_over_floor();
   const auto image = [&](uint32_t pixels, uint32_t segments, passes::RayBackEnd back_end) {
     passes::DrawSettings settings = path_settings(5, 6, 7);

@@ -69,7 +69,7 @@ class PathRefinement : public ValidationIsSilent {
   passes::View view_ = first_camera_view(scene_, poses_, kExtent);
 };
 
-TEST_F(PathRefinement, HasTheBytesOfTheWholeImage) {
+TEST_F(PathRefinement, HasBytesOfWholeImage) {
   (void)bench_.refine(poses_, view_);
   EXPECT_EQ(progress().samples, 0u) << "one submission traced a whole sample";
   const std::vector<uint8_t> refined = refine_to_end().rgba8;
@@ -86,7 +86,7 @@ TEST_F(PathRefinement, HasTheBytesOfTheWholeImage) {
   EXPECT_EQ(refine_to_end().rgba8, whole_image(settings_));
 }
 
-TEST_F(PathRefinement, ShowsTheLastImageUntilTheFirstSampleIsWhole) {
+TEST_F(PathRefinement, LastImageStaysUntilFirstSample) {
   const std::vector<uint8_t> last = refine_to_end().rgba8;
   const passes::View from_camera = view_;
   view_ = from_above();
@@ -101,7 +101,7 @@ TEST_F(PathRefinement, ShowsTheLastImageUntilTheFirstSampleIsWhole) {
   EXPECT_EQ(refine_to_end().rgba8, last);
 }
 
-TEST_F(PathRefinement, StartsAgainWhenThePosesChangeAndNotWhenTheyAreTheSame) {
+TEST_F(PathRefinement, PoseChangeRestarts) {
   const std::vector<uint8_t> at_rest = refine_to_end().rgba8;
   const uint64_t revision = poses_.revision();
   poses_.set_rest(state::rest_pose(scene_));
@@ -117,7 +117,7 @@ TEST_F(PathRefinement, StartsAgainWhenThePosesChangeAndNotWhenTheyAreTheSame) {
   EXPECT_EQ(after, whole_image(settings_));
 }
 
-TEST_F(PathRefinement, StartsAgainAfterAChangeOfLightAndNotOfExposure) {
+TEST_F(PathRefinement, LightChangeRestartsExposureDoesNot) {
   const std::vector<uint8_t> dark = refine_to_end().rgba8;
   settings_.post.exposure = 0.5f;
   bench_.renderer().apply(settings_);
@@ -165,7 +165,7 @@ TEST_F(PathRefinement, SelectedImagesKeepTheirSamples) {
 }
 
 // More images than have room: the one that was selected first has no samples any more.
-TEST_F(PathRefinement, AFewImagesKeepTheirSamples) {
+TEST_F(PathRefinement, FewImagesKeepTheirSamples) {
   for (uint64_t image = 1; image <= passes::PathPass::kMaxOtherImages + 2; ++image) begin_image(image);
   bench_.renderer().path_tracer()->select(1);
   EXPECT_EQ(progress().samples, 0u);
@@ -177,7 +177,7 @@ TEST_F(PathRefinement, AFewImagesKeepTheirSamples) {
 }
 
 // An image of other poses in between, as of a client's request: no band of the image mixes both.
-TEST_F(PathRefinement, AnotherImageOfOtherPosesStartsItAgain) {
+TEST_F(PathRefinement, ImageOfOtherPosesRestarts) {
   (void)refine_to_end();
   view_ = from_above();
   (void)bench_.refine(poses_, view_);
@@ -191,7 +191,7 @@ TEST_F(PathRefinement, AnotherImageOfOtherPosesStartsItAgain) {
 }
 
 // A run that is stopped at its second checkpoint, and another one that starts with it.
-TEST_F(PathRefinement, GoesOnAfterACheckpointToTheSameBytes) {
+TEST_F(PathRefinement, CheckpointResumesToSameBytes) {
   settings_.path->samples_per_pixel = 8;
   std::vector<std::byte> sums;
   passes::PathSamples kept;

@@ -16,7 +16,7 @@ namespace {
 
 class Paths : public ValidationIsSilent {};
 
-TEST_F(Paths, WhiteSurfacesInAWhiteFurnaceShowTheFurnace) {
+TEST_F(Paths, WhiteFurnaceHidesWhiteSurfaces) {
   struct Surface {
     std::string name;
     scene::Material material;
@@ -74,7 +74,7 @@ TEST_F(Paths, WhiteSurfacesInAWhiteFurnaceShowTheFurnace) {
   }
 }
 
-TEST_F(Paths, ADiffusePlaneReflectsItsAlbedoOfAConstantEnvironment) {
+TEST_F(Paths, DiffusePlaneReflectsAlbedo) {
   SceneBuilder builder;
   builder.mesh_node("plane", builder.quad(builder.material(lambert({0.2f, 0.5f, 0.8f})), 100), glm::mat4(1));
   builder.camera_node("camera", {0, 2, 2}, {0, 0, 0});
@@ -88,7 +88,7 @@ TEST_F(Paths, ADiffusePlaneReflectsItsAlbedoOfAConstantEnvironment) {
 }
 
 // A small sun in a dark sky, by quadrature of the image as it is shown: bilinear between texels.
-TEST_F(Paths, ASunInTheEnvironmentLightsAPlane) {
+TEST_F(Paths, SunInEnvironmentLightsPlane) {
   const uint32_t width = 64, height = 32;
   const glm::vec3 towards_sun = glm::normalize(glm::vec3(0.4f, 0.8f, -0.3f));
   const auto image = std::make_shared<scene::EnvironmentImage>(
@@ -197,7 +197,7 @@ void expect_raster(const scene::Scene& scene, uint32_t least_compared, double me
   testing::Test::RecordProperty(what + ", largest difference", std::to_string(largest));
 }
 
-TEST_F(Paths, DirectLightEqualsTheRasterOffEdges) {
+TEST_F(Paths, DirectLightEqualsRasterOffEdges) {
   expect_raster(lit_ball(false), 700, 5e-4, "plastic");
   expect_raster(lit_ball(true), 700, 5e-4, "metal");
   scene::Scene brushed = lit_ball(true);
@@ -241,7 +241,7 @@ TEST_F(Paths, CamerasAreThoseOfTheRaster) {
 
 // A convex object hides nothing of its surroundings from itself. The raster's prefiltered environment is an
 // approximation (split sum), which the means of the image keep.
-TEST_F(Paths, AnEnvironmentLightsABallAsInTheRasterOnAverage) {
+TEST_F(Paths, EnvironmentMatchesRasterOnAverage) {
   const struct {
     float metallic, roughness;
     double tolerance;
@@ -267,7 +267,7 @@ TEST_F(Paths, AnEnvironmentLightsABallAsInTheRasterOnAverage) {
 }
 
 // L after b bounces = I / (pi R^2) * sum of albedo^k, k = 1 .. b + 1.
-TEST_F(Paths, AnIntegratingSphereShowsTheGeometricSeries) {
+TEST_F(Paths, IntegratingSphereShowsGeometricSeries) {
   const scene::Scene scene = integrating_sphere(128);
   for (const auto& [bounces, series] : {std::pair(0u, 0.5), {1u, 0.75}, {3u, 0.9375}, {64u, 1.0}}) {
     expect_equal(estimate(linear_image(scene, {16, 16}, path_settings(128, bounces))), 10 / kPi * series,
@@ -276,7 +276,7 @@ TEST_F(Paths, AnIntegratingSphereShowsTheGeometricSeries) {
 }
 
 // Error of a pixel against the closed form.
-TEST_F(Paths, ErrorFallsAsTheRootOfTheSampleCount) {
+TEST_F(Paths, ErrorFallsWithRootOfSamples) {
   const scene::Scene scene = integrating_sphere(128);
   const double few = estimate(linear_image(scene, {32, 32}, path_settings(16, 64))).deviation;
   const double many = estimate(linear_image(scene, {32, 32}, path_settings(64, 64, 2))).deviation;
@@ -325,7 +325,7 @@ TEST_F(Paths, ACornellCubeShowsItsRadiosity) {
 }
 
 // The irradiance of a spherical lamp above the horizon does not depend on its radius.
-TEST_F(Paths, ABallLampLightsAsAPoint) {
+TEST_F(Paths, BallLampLightsAsPoint) {
   for (const float radius : {0.0f, 0.1f, 0.6f}) {
     SceneBuilder builder;
     builder.mesh_node("plane", builder.quad(builder.material(lambert(glm::vec3(0.5f))), 10), glm::mat4(1));
@@ -379,7 +379,7 @@ TEST_F(Paths, AlphaAttenuates) {
 }
 
 // Single-sided surfaces are invisible from behind to the camera, and opaque to all other rays.
-TEST_F(Paths, TheCameraLooksThroughTheBackOfSingleSidedSurfaces) {
+TEST_F(Paths, CameraSeesThroughSingleSidedBacks) {
   for (const bool faces_up : {false, true}) {
     SceneBuilder builder;
     scene::Material wall = lambert(glm::vec3(0.5f));
@@ -399,7 +399,7 @@ TEST_F(Paths, TheCameraLooksThroughTheBackOfSingleSidedSurfaces) {
   }
 }
 
-TEST_F(Paths, TheSeedDeterminesTheBytesNotTheSplitNorTheBackEnd) {
+TEST_F(Paths, SeedAloneDeterminesBytes) {
   const scene::Scene scene = lit_ball(true);
   const VkExtent2D extent{24, 16};
   const auto image = [&](uint32_t seed, uint32_t pixels, uint32_t segments,

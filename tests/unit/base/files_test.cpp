@@ -32,7 +32,7 @@ class AtomicFiles : public testing::Test {
   fs::path folder_;
 };
 
-TEST_F(AtomicFiles, WritersOfOnePathHaveAFileEach) {
+TEST_F(AtomicFiles, WritersHaveSeparateFiles) {
   const fs::path path = folder_ / "shared";
   auto first = AtomicFile::create(path), second = AtomicFile::create(path);
   ASSERT_TRUE(first.ok() && second.ok());
@@ -47,7 +47,7 @@ TEST_F(AtomicFiles, WritersOfOnePathHaveAFileEach) {
   EXPECT_EQ(files(), 1u);
 }
 
-TEST_F(AtomicFiles, NothingIsLeftWithoutACommit) {
+TEST_F(AtomicFiles, NothingIsLeftWithoutCommit) {
   {
     auto file = AtomicFile::create(folder_ / "half");
     ASSERT_TRUE(file.ok());
@@ -79,7 +79,7 @@ TEST_F(AtomicFiles, TemporariesOfKilledWritersAreRemoved) {
   EXPECT_TRUE(fs::exists(folder_ / "frame_3"));
 }
 
-TEST_F(AtomicFiles, AFileThatExistsIsReplacedOnlyIfThatIsMeant) {
+TEST_F(AtomicFiles, ExistingFileNeedsOption) {
   const fs::path path = folder_ / "file";
   ASSERT_TRUE(write_atomically(path, {bytes("o"), bytes("ld")}).ok());
   const auto refused = write_atomically(path, {bytes("new")}, {.replaces = false});
@@ -96,7 +96,7 @@ TEST_F(AtomicFiles, AFileThatExistsIsReplacedOnlyIfThatIsMeant) {
   EXPECT_EQ(text_of(path), "new");
 }
 
-TEST_F(AtomicFiles, ModesAreThoseOfTheOptions) {
+TEST_F(AtomicFiles, ModesAreThoseOfOptions) {
   const auto mode_of = [&](const AtomicFileOptions& options) {
     struct stat status {};
     EXPECT_TRUE(write_atomically(folder_ / "file", {}, options).ok());

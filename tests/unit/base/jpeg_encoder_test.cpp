@@ -58,7 +58,7 @@ TEST_P(JpegEncoderChroma, ImagesOfChangingSizesDecode) {
   }
 }
 
-TEST_P(JpegEncoderChroma, QualityChangesTheSizeAndABadSizeIsAnError) {
+TEST_P(JpegEncoderChroma, InvalidSizeIsAnError) {
   JpegEncoder encoder;
   std::vector<uint8_t> noise(4 * 128 * 128);
   uint32_t state = 1;
@@ -77,7 +77,7 @@ TEST_P(JpegEncoderChroma, QualityChangesTheSizeAndABadSizeIsAnError) {
 }
 
 // Red and blue columns of one pixel: half the resolution mixes them.
-TEST(JpegEncoder, FullChromaKeepsColoursOfSinglePixels) {
+TEST(JpegEncoder, FullChromaKeepsPixelColours) {
   constexpr uint32_t kSide = 32;
   std::vector<uint8_t> pixels;
   for (uint32_t i = 0; i < kSide * kSide; ++i)

@@ -54,7 +54,7 @@ TEST(Parallel, EachTurnOnce) {
   }
 }
 
-TEST(Parallel, AnExceptionComesThroughAndEndsTheRest) {
+TEST(Parallel, ExceptionComesThroughAndEndsRest) {
   std::atomic<size_t> begun{0};
   std::atomic<bool> thrown{false};
   EXPECT_THROW(parallel_for(100'000,
@@ -78,7 +78,7 @@ bool same_bytes(const std::vector<T>& a, const std::vector<T>& b) {
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0;
 }
 
-TEST(Parallel, ClustersAndCastersDoNotDependOnTheNumberOfCores) {
+TEST(Parallel, ResultIsIndependentOfCores) {
   Scene scene;
   // Several meshes, some of them open.
   for (uint32_t i = 0; i < 9; ++i) {

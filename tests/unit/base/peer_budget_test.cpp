@@ -22,7 +22,7 @@ PeerLimits small_limits() {
   return limits;
 }
 
-TEST(PeerBudget, RefusesBeyondThePeersLimitAndNamesLimitUseAndOption) {
+TEST(PeerBudget, RefusalNamesLimitAndOption) {
   const auto pool = BudgetPool::create(small_limits());
   const auto peer = pool->add_peer("a");
   ASSERT_TRUE(peer->take(kNodes, 60));
@@ -47,7 +47,7 @@ TEST(PeerBudget, HugeAmountsDoNotWrapAround) {
   EXPECT_EQ(peer->used(kNodes), 100u);
 }
 
-TEST(PeerBudget, ReservedAmountIsThereWhateverOthersUse) {
+TEST(PeerBudget, ReservationIsGuaranteed) {
   const auto pool = BudgetPool::create(small_limits());
   const auto a = pool->add_peer("a"), b = pool->add_peer("b"), c = pool->add_peer("c");
   ASSERT_TRUE(a->take(kNodes, 100));      // 90 of the shared amount

@@ -14,7 +14,7 @@ std::string refused(const std::string& text) {
   return kind ? "" : kind.error().message;
 }
 
-TEST(DescriptionKind, IsSeenByWhatTheFileHolds) {
+TEST(DescriptionKind, IsSeenByWhatFileHolds) {
   const auto kind = [](const std::string& text) {
     const auto found = kind_of("some.file", text);
     EXPECT_TRUE(found.ok()) << found.error().message;
@@ -40,7 +40,7 @@ TEST(DescriptionKind, RefusalsNameFormatAndRemedy) {
   EXPECT_NE(refused(std::string("bodies: [a]\0", 12)).find("not text"), std::string::npos);
 }
 
-TEST(DescriptionKind, XmlThatWouldHarmItsReadersIsRefusedWithItsLine) {
+TEST(DescriptionKind, HarmfulXmlIsRefusedByLine) {
   EXPECT_NE(refused("<!DOCTYPE r [\n<!ENTITY a \"aaaa\">\n<!ENTITY b \"&a;&a;\">\n]>\n<robot>&b;</robot>")
                 .find("entities"),
             std::string::npos);
@@ -55,7 +55,7 @@ TEST(DescriptionKind, XmlThatWouldHarmItsReadersIsRefusedWithItsLine) {
 }
 
 // XML that readers parse differently: for one of them it ends earlier, and hidden elements appear.
-TEST(DescriptionKind, XmlThatReadersReadDifferentlyIsRefused) {
+TEST(DescriptionKind, AmbiguousXmlIsRefused) {
   const std::string robot = "<robot name='q'><link name='l'/></robot>";
   std::string deep;
   for (int i = 0; i < 200; ++i) deep += "<a>";

@@ -55,7 +55,7 @@ TEST_F(ImageCompare, TheSameImagePassesBoth) {
   EXPECT_FALSE(fs::exists(folder_ / "images")) << "nothing is written for an image that is right";
 }
 
-TEST_F(ImageCompare, ExactCatchesOneBitInOneChannel) {
+TEST_F(ImageCompare, ExactCatchesOneBit) {
   bless(grey(100, 100), "bit");
   for (const size_t byte : {size_t{0}, size_t{3}, size_t{4 * 100 * 100 - 1}}) {
     FrameImage image = grey(100, 100);
@@ -67,7 +67,7 @@ TEST_F(ImageCompare, ExactCatchesOneBitInOneChannel) {
   }
 }
 
-TEST_F(ImageCompare, ColourLetsRoundingPassAndCatchesAShift) {
+TEST_F(ImageCompare, ColourCatchesShift) {
   bless(grey(100, 100), "shift");
   FrameImage image = grey(100, 100);
   for (uint8_t& byte : image.rgba8) byte = 128 + 5;
@@ -76,7 +76,7 @@ TEST_F(ImageCompare, ColourLetsRoundingPassAndCatchesAShift) {
   EXPECT_FALSE(matches_golden(image, "shift", Tolerance::colour()));
 }
 
-TEST_F(ImageCompare, ColourLetsTenPixelsOfTenThousandDifferAndNotEleven) {
+TEST_F(ImageCompare, ColourAllowsTenInTenThousand) {
   bless(grey(100, 100), "edge");
   FrameImage image = grey(100, 100);
   for (size_t pixel = 0; pixel < 10; ++pixel) image.rgba8[4 * (997 * pixel) + 1] = 255;
@@ -95,7 +95,7 @@ TEST_F(ImageCompare, ColourLetsTenPixelsOfTenThousandDifferAndNotEleven) {
   EXPECT_EQ(difference->image.rgba8[4 * 5000], 0);
 }
 
-TEST_F(ImageCompare, AMissingGoldenIsWrittenBesideTheBuildAndFails) {
+TEST_F(ImageCompare, MissingGoldenFails) {
   const auto result = matches_golden(grey(8, 8), "unheard_of", Tolerance::colour());
   EXPECT_FALSE(result);
   EXPECT_TRUE(evidence("unheard_of.new.png"));

@@ -50,7 +50,7 @@ class AmbfPluginEnd : public testing::Test {
   AmbfRenderer renderer_;
 };
 
-TEST_F(AmbfPluginEnd, SigtermLeavesNothingAndEndsTheProcess) {
+TEST_F(AmbfPluginEnd, SigtermLeavesNothingAndEndsProcess) {
   for (const int number : {SIGTERM, SIGHUP}) {
     const pid_t child = start_ambf(uri_, [] {
       ::signal(SIGTERM, SIG_DFL);
@@ -67,7 +67,7 @@ TEST_F(AmbfPluginEnd, SigtermLeavesNothingAndEndsTheProcess) {
   }
 }
 
-TEST_F(AmbfPluginEnd, AHandlerThatWasThereIsCalled) {
+TEST_F(AmbfPluginEnd, HandlerThatWasThereIsCalled) {
   const pid_t child = start_ambf(uri_, [] { ::signal(SIGTERM, [](int) { ::_exit(kHandlerRan); }); });
   ASSERT_TRUE(comes());
   ::kill(child, SIGTERM);

@@ -21,7 +21,7 @@ class AmbfCameras : public testing::Test {
   std::string name_space_;
 };
 
-TEST_F(AmbfCameras, AreReadWithAnchorsNamespacesAndDefaults) {
+TEST_F(AmbfCameras, FilesResolveAnchorsNamespacesDefaults) {
   const auto found = read(R"(
 namespace: /ambf//env/
 cameras: [main camera, side]
@@ -67,7 +67,7 @@ eye: {namespace: /absolute/, name: eye, location: {x: 0, y: 0, z: 1}, look at: {
   EXPECT_DOUBLE_EQ(found.cameras[2].parent_from_camera.m[0][0], -1) << "it looks along +X";
 }
 
-TEST_F(AmbfCameras, TheSurroundingsHaveCamerasTooAndANamespaceStandsBefore) {
+TEST_F(AmbfCameras, WorldCamerasAreNamespaced) {
   scratch_.write("floor.yaml",
                  std::string_view("namespace: /f/\ncameras: [c]\nc: {location: {x: 1, y: 0, z: 0}}\n"));
   name_space_ = "/pre";
@@ -77,7 +77,7 @@ TEST_F(AmbfCameras, TheSurroundingsHaveCamerasTooAndANamespaceStandsBefore) {
   EXPECT_EQ(found.cameras[1].key, "/pred") << "as AMBF joins them";
 }
 
-TEST_F(AmbfCameras, ComeWithAllThatFilesListInTheOrderInWhichItIsAdded) {
+TEST_F(AmbfCameras, ListedCamerasKeepOrder) {
   scratch_.write("floor.yaml", std::string_view("bodies: [BODY a]\nBODY a: {name: a}\n"));
   const auto found = read(R"(
 environment: floor.yaml
@@ -104,7 +104,7 @@ c: {location: {x: 1, y: 0, z: 0}}
   EXPECT_TRUE(found.warnings.empty());
 }
 
-TEST_F(AmbfCameras, ABrokenOneCostsItselfAlone) {
+TEST_F(AmbfCameras, BrokenOneCostsItselfAlone) {
   const auto found = read(R"(
 cameras: [none, bad, good]
 bad: {location: {x: here, y: 0, z: 0}}
@@ -118,7 +118,7 @@ good: {location: {x: 1, y: 0, z: 0}}
   EXPECT_NE(found.warnings[1].find("model.yaml"), std::string::npos);
 }
 
-TEST(AmbfNodes, AParentIsFoundByItsKeyOrAPartOfIt) {
+TEST(AmbfNodes, ParentMatchesKeyOrPart) {
   const std::vector<Object> objects{{Kind::rigid_body, "/a/BODY Head lamp", ""},
                                     {Kind::rigid_body, "/a/BODY Head", ""},
                                     {Kind::soft_body, "/a/SOFT Hat", ""},
@@ -142,7 +142,7 @@ TEST(AmbfNodes, AParentIsFoundByItsKeyOrAPartOfIt) {
   EXPECT_EQ(parent(eye_last, ""), std::nullopt);
 }
 
-TEST(AmbfNodes, NamesThatRenderersRefuseAreLeftOut) {
+TEST(AmbfNodes, InvalidNamesAreSkipped) {
   const std::vector<Object> objects{{Kind::rigid_body, "/a/BODY one", "/a/same"},
                                     {Kind::ghost_object, "/a/BODY one", "/a/other"},
                                     {Kind::rigid_body, "/a/\x1b[2J", "/a/same"},

@@ -37,7 +37,7 @@ TEST(AmbfOptions, HaveDefaults) {
   EXPECT_EQ(options->names, Options::Names::key);
 }
 
-TEST(AmbfOptions, TheCommandLineWinsThenTheEnvironment) {
+TEST(AmbfOptions, CommandLineWinsThenEnvironment) {
   const Variables variables{{"FIRE3DV_AMBF_RATE", "60"}, {"FIRE3DV_AMBF_KEY_FILE", "/env"}};
   const LaunchBlock launch{{"rate", "30"}, {"key file", "/launch"}, {"uri", "shm://a,udp://127.0.0.1:7000"}};
   const auto options =
@@ -49,7 +49,7 @@ TEST(AmbfOptions, TheCommandLineWinsThenTheEnvironment) {
   EXPECT_EQ(options->names, Options::Names::name);
 }
 
-TEST(AmbfOptions, WhatIsWrongIsNamedWithItsRemedy) {
+TEST(AmbfOptions, ErrorsNameTheRemedy) {
   EXPECT_NE(refusal({"a", "--fire3dv-rate", "fast"}).find("--fire3dv-rate is 'fast'; it takes frames"),
             std::string::npos);
   EXPECT_NE(refusal({"a", "--fire3dv-rate=-1"}), "");
@@ -93,7 +93,7 @@ fire3dv: {uri: [shm://x, "tcp://127.0.0.1:7001"], rate: 60}
   std::filesystem::path file_;
 };
 
-TEST_F(AmbfLaunch, ModelsArePickedAsAmbfPicksThem) {
+TEST_F(AmbfLaunch, ModelSelectionMatchesAmbf) {
   using Names = std::vector<std::string>;
   EXPECT_EQ(models({"-l", "2,0"}), (Names{"c.yaml", "first.yaml"}));
   EXPECT_EQ(models({"-l2, 1"}), (Names{"c.yaml", "second one.yaml"}));
@@ -104,7 +104,7 @@ TEST_F(AmbfLaunch, ModelsArePickedAsAmbfPicksThem) {
   EXPECT_EQ(models({"-l", "0,7,-3,99999999999999999999"}), Names{"first.yaml"});
 }
 
-TEST_F(AmbfLaunch, ABeginningOfAnOptionIsTheOptionWhereItIsTheOnlyOne) {
+TEST_F(AmbfLaunch, UniqueOptionPrefixIsAccepted) {
   const auto launch = read_launch({"a", "--lau", file_.string(), "--ns", "/pre", "-l", "0"}, "/nowhere");
   ASSERT_TRUE(launch.ok()) << launch.error().message;
   EXPECT_EQ(launch->name_space, "/pre");
@@ -113,7 +113,7 @@ TEST_F(AmbfLaunch, ABeginningOfAnOptionIsTheOptionWhereItIsTheOnlyOne) {
   EXPECT_FALSE(read_launch({"a", "--l", file_.string()}, "/nowhere").ok()) << "that may be three";
 }
 
-TEST_F(AmbfLaunch, AFaultInItsBlockIsNotPassedOver) {
+TEST_F(AmbfLaunch, BlockErrorIsReported) {
   const auto fault = [&](const char* block) {
     const auto file =
         scratch_.write("faulty.yaml", "world config: w.yaml\nfire3dv: " + std::string(block) + "\n");
@@ -129,7 +129,7 @@ TEST_F(AmbfLaunch, AFaultInItsBlockIsNotPassedOver) {
   EXPECT_NE(fault("{[a]: 1}").find("name"), std::string::npos);
 }
 
-TEST_F(AmbfLaunch, AFileThatCannotBeReadIsNamed) {
+TEST_F(AmbfLaunch, UnreadableFileIsNamed) {
   const auto missing = read_launch({"a", "--launch_file", "no/such.yaml"}, "/nowhere");
   ASSERT_FALSE(missing.ok());
   EXPECT_NE(missing.error().message.find("no/such.yaml"), std::string::npos);
@@ -139,7 +139,7 @@ TEST_F(AmbfLaunch, AFileThatCannotBeReadIsNamed) {
   EXPECT_NE(read.error().message.find("line"), std::string::npos) << read.error().message;
 }
 
-TEST(AmbfRateLimit, KeepsItsRateBesideStepsThatDoNotDivideIt) {
+TEST(AmbfRateLimit, OddStepsKeepTheRate) {
   RateLimit limit(120);
   int published = 0;
   for (int64_t step = 0; step < 10'000; ++step) published += limit.due(step * 1'000'000);
@@ -148,7 +148,7 @@ TEST(AmbfRateLimit, KeepsItsRateBesideStepsThatDoNotDivideIt) {
   EXPECT_TRUE(every.due(5) && every.due(5));
 }
 
-TEST(AmbfRateLimit, DoesNotMakeUpForAPause) {
+TEST(AmbfRateLimit, DoesNotMakeUpForPause) {
   RateLimit limit(100);
   EXPECT_TRUE(limit.due(0));
   EXPECT_TRUE(limit.due(1'000'000'000));

@@ -25,7 +25,7 @@ class AmbfPlugin : public testing::Test {
   AmbfWorld ambf_;
 };
 
-TEST_F(AmbfPlugin, SendsPosesAsTheyStandUnderTheirKeys) {
+TEST_F(AmbfPlugin, PosesAreSentByKey) {
   auto* const one = ambf_.body("/ambf/env/BODY one");
   auto* const two = ambf_.body("/ambf/env/BODY two");
   one->local = odd_frame(1);
@@ -46,7 +46,7 @@ TEST_F(AmbfPlugin, SendsPosesAsTheyStandUnderTheirKeys) {
   EXPECT_EQ((std::array<double, 3>{basis[2], basis[6], basis[10]}), (std::array<double, 3>{0, 1, 0}));
 }
 
-TEST_F(AmbfPlugin, WhatHasAParentIsSentWhereItStandsInTheWorld) {
+TEST_F(AmbfPlugin, ChildPosesAreInWorld) {
   auto* const head = ambf_.body("head");
   auto* const ghost = ambf_.add<ambf::afGhostObject>(ambf_.world.ghosts, "ghost");
   auto* const light = ambf_.add<ambf::afLight>(ambf_.world.lights, "light");
@@ -66,7 +66,7 @@ TEST_F(AmbfPlugin, WhatHasAParentIsSentWhereItStandsInTheWorld) {
   ASSERT_NO_FATAL_FAILURE(step());
 }
 
-TEST_F(AmbfPlugin, CamerasHaveLensesAndLensesMayChange) {
+TEST_F(AmbfPlugin, LensChangesAreSent) {
   ambf_.world.headless = false;
   auto* const camera = ambf_.add<ambf::afCamera>(ambf_.world.cameras, "eye");
   auto* const flat = ambf_.add<ambf::afCamera>(ambf_.world.cameras, "flat");
@@ -88,7 +88,7 @@ TEST_F(AmbfPlugin, CamerasHaveLensesAndLensesMayChange) {
   EXPECT_EQ(renderer_.edits.count({"flat#view", wire::Property::camera}), 0u) << "no lens is like its";
 }
 
-TEST_F(AmbfPlugin, WhatIsHiddenIsSaidAndWhatIsShownAgainToo) {
+TEST_F(AmbfPlugin, VisibilityChangesAreSent) {
   auto* const body = ambf_.body("door");
   auto* const ghost = ambf_.add<ambf::afGhostObject>(ambf_.world.ghosts, "ghost");
   ambf_.body("bare")->m_visualMesh = nullptr;
@@ -109,7 +109,7 @@ TEST_F(AmbfPlugin, WhatIsHiddenIsSaidAndWhatIsShownAgainToo) {
   EXPECT_TRUE(renderer_.poll_until([&] { return visible("door"); }));
 }
 
-TEST_F(AmbfPlugin, ModelsThatComeAndGoAreDescribedAnew) {
+TEST_F(AmbfPlugin, ModelChangesAreDescribedAgain) {
   ambf_.body("a");
   ASSERT_EQ(ambf_.init(), ambf::SUCCESS);
   step();
@@ -127,7 +127,7 @@ TEST_F(AmbfPlugin, ModelsThatComeAndGoAreDescribedAnew) {
   EXPECT_EQ(renderer_.names(), (std::vector<std::string>{"b", "c"}));
 }
 
-TEST_F(AmbfPlugin, WhatIsGoneIsHiddenAndIsAsItWasSentWhenItIsBack) {
+TEST_F(AmbfPlugin, ReturningNodeIsRestored) {
   auto* const door = ambf_.body("door");
   ambf_.body("wall");
   ASSERT_EQ(ambf_.init(), ambf::SUCCESS);
@@ -155,7 +155,7 @@ TEST_F(AmbfPlugin, WhatIsGoneIsHiddenAndIsAsItWasSentWhenItIsBack) {
       << "what hides them outlives a description";
 }
 
-TEST_F(AmbfPlugin, AResetIsAJumpAndAPauseIsGoneOnWithByTheWindow) {
+TEST_F(AmbfPlugin, ResetIsDiscontinuity) {
   auto* const body = ambf_.body("a");
   ASSERT_EQ(ambf_.init(), ambf::SUCCESS);
   for (int i = 0; i < 3; ++i) step();
@@ -177,7 +177,7 @@ TEST_F(AmbfPlugin, AResetIsAJumpAndAPauseIsGoneOnWithByTheWindow) {
   EXPECT_EQ(place_of(renderer_.pose("a")), (Place{1, 2, 3}));
 }
 
-TEST_F(AmbfPlugin, SoftBodiesBringTheirMeshAndTheirVerticesFollow) {
+TEST_F(AmbfPlugin, SoftBodyVerticesFollow) {
   auto* const cloth = ambf_.add<ambf::afSoftBody>(ambf_.world.soft_bodies, "a/cloth");
   ambf_.body("a");
   btSoftBody soft;
@@ -202,7 +202,7 @@ TEST_F(AmbfPlugin, SoftBodiesBringTheirMeshAndTheirVerticesFollow) {
   EXPECT_FALSE(added.asset_glb.empty());
 }
 
-TEST_F(AmbfPlugin, WhatIsSentOfASoftBodyGoesWithItAndOneWithoutAMeshSendsNothing) {
+TEST_F(AmbfPlugin, MeshlessSoftBodySendsNothing) {
   auto* const cloth = ambf_.add<ambf::afSoftBody>(ambf_.world.soft_bodies, "cloth");
   auto* const points = ambf_.add<ambf::afSoftBody>(ambf_.world.soft_bodies, "points");
   ambf_.body("a");
@@ -236,7 +236,7 @@ TEST_F(AmbfPlugin, WhatIsSentOfASoftBodyGoesWithItAndOneWithoutAMeshSendsNothing
   EXPECT_TRUE(has.operator()<wire::NodeRemoved>("cloth.name", Property::node)) << "AMBF does not show it";
 }
 
-TEST_F(AmbfPlugin, StartsWithoutARendererAndSaysWhatItCannotDo) {
+TEST_F(AmbfPlugin, StartWithoutRendererReportsGaps) {
   ambf_.body("a");
   testing::internal::CaptureStderr();
   EXPECT_EQ(ambf_.init({"--fire3dv-rate=often"}), ambf::ERROR);
@@ -257,7 +257,7 @@ TEST_F(AmbfPlugin, StartsWithoutARendererAndSaysWhatItCannotDo) {
   for (int i = 0; i < 10; ++i) nobody_listens.step();
 }
 
-TEST_F(AmbfPlugin, IsLoadedOnceInAProcess) {
+TEST_F(AmbfPlugin, IsLoadedOnceInProcess) {
   ambf_.body("a");
   ASSERT_EQ(ambf_.init(), ambf::SUCCESS);
   AmbfWorld again(ambf_uri());

@@ -73,7 +73,7 @@ double largest_difference(const wire::Affine3x4& pose, const glm::dmat4& place) 
   return largest;
 }
 
-TEST(AmbfRecording, AConvertedSceneHasWhatAmbfMovesAndWhereItBegins) {
+TEST(AmbfRecording, ConvertedSceneMatchesAmbf) {
   convert::ReadOptions options;
   options.launch_indices = {0, 1, 2, 3};
   const auto model = convert::read_adf(kScene / "launch.yaml", options);

@@ -65,7 +65,7 @@ class AmbfSession : public testing::Test {
   std::unique_ptr<Session> session_;
 };
 
-TEST_F(AmbfSession, CamerasOfFilesStandOnWhatTheyStandOn) {
+TEST_F(AmbfSession, CameraParentsAreResolved) {
   Transform quarter;  // about Z
   quarter.m[0][0] = quarter.m[1][1] = 0;
   quarter.m[0][1] = 1;
@@ -87,7 +87,7 @@ TEST_F(AmbfSession, CamerasOfFilesStandOnWhatTheyStandOn) {
   EXPECT_EQ(place_of(4), (Place{0, 7, 0}));
 }
 
-TEST_F(AmbfSession, AWorldsCameraStandsOnTheFirstThatFilesAddAfterIt) {
+TEST_F(AmbfSession, WorldCameraUsesNextBody) {
   listed_ = {{Kind::camera, "eye"}, {Kind::soft_body, "z tool"}, {Kind::rigid_body, "a tool"}};
   start({camera("eye", "tool", at(0, 0, 1))},
         {{Kind::rigid_body, "a tool", ""}, {Kind::soft_body, "z tool", ""}});
@@ -98,7 +98,7 @@ TEST_F(AmbfSession, AWorldsCameraStandsOnTheFirstThatFilesAddAfterIt) {
   EXPECT_EQ(place_of(1), (std::array<float, 3>{2, 0, 1})) << "soft bodies count, and are no nodes";
 }
 
-TEST_F(AmbfSession, ABodyWithoutANumberStaysAndTheOthersGoOn) {
+TEST_F(AmbfSession, InvalidPoseKeepsLastPose) {
   start({}, {{Kind::rigid_body, "a", "a"}, {Kind::rigid_body, "b", "b"}});
   session_->set_pose(0, at(1, 2, 3));
   session_->set_pose(1, at(4, 5, 6));
@@ -113,7 +113,7 @@ TEST_F(AmbfSession, ABodyWithoutANumberStaysAndTheOthersGoOn) {
   EXPECT_EQ(place_of(0), (std::array<float, 3>{1, 2, 3}));
 }
 
-TEST_F(AmbfSession, HasOneTurnAtATimeAndNoneAfterItsEnd) {
+TEST_F(AmbfSession, TurnsAreExclusive) {
   start({}, {{Kind::rigid_body, "a", "a"}});
   show();
   ASSERT_TRUE(session_->begin_turn(0));
@@ -127,7 +127,7 @@ TEST_F(AmbfSession, HasOneTurnAtATimeAndNoneAfterItsEnd) {
   }));
 }
 
-TEST(AmbfLinks, SayEachFailureOnceAlsoWhereTwoAlternate) {
+TEST(AmbfLinks, AlternatingFailuresAreLoggedOnce) {
   const std::string uri = test::unique_shm_uri();
   Options options;
   options.uris = {uri};
@@ -144,7 +144,7 @@ TEST(AmbfLinks, SayEachFailureOnceAlsoWhereTwoAlternate) {
   EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 2) << said;
 }
 
-TEST(AmbfSoftMesh, IsAGltfFileWithVerticesInTheOrderOfPhysics) {
+TEST(AmbfSoftMesh, GltfKeepsPhysicsVertexOrder) {
   SoftMesh mesh;
   mesh.name = "/a/\"BODY\" cloth";
   mesh.positions = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 3};
@@ -160,7 +160,7 @@ TEST(AmbfSoftMesh, IsAGltfFileWithVerticesInTheOrderOfPhysics) {
   EXPECT_NEAR(scene->bounds_min.z, -1, 1e-5);
 }
 
-TEST(AmbfSoftMesh, WithoutASurfaceThereIsNone) {
+TEST(AmbfSoftMesh, WithoutSurfaceThereIsNone) {
   SoftMesh mesh;
   EXPECT_TRUE(soft_mesh_glb(mesh).empty());
   mesh.positions = {0, 0, 0, 1, 0, 0, 0, 1, 0};

@@ -53,7 +53,7 @@ TEST(Client, OpenRefusesWhatIsNoLink) {
   EXPECT_NE(std::string(fire3dv_last_error()).find("adapter_name"), std::string::npos);
 }
 
-TEST(Client, TakesALongerStructWhoseNewFieldsAreUnused) {
+TEST(Client, LongerStructIsAccepted) {
   struct Later {
     fire3dv_options known;
     uint64_t unknown;
@@ -67,7 +67,7 @@ TEST(Client, TakesALongerStructWhoseNewFieldsAreUnused) {
   EXPECT_EQ(fire3dv_open(uri.c_str(), &later.known), nullptr);
 }
 
-TEST(Client, TakesTheStructOfTheFirstVersion) {
+TEST(Client, TakesStructOfFirstVersion) {
   fire3dv_options options{};
   options.struct_size = offsetof(fire3dv_options, key_file);
   options.key_file = "/nowhere";  // bytes beyond the caller's struct are not read
@@ -82,7 +82,7 @@ TEST(Client, TakesTheStructOfTheFirstVersion) {
   fire3dv_close(&stream);
 }
 
-TEST(Client, KeyFilesAreReadWhenTheStreamIsOpened) {
+TEST(Client, KeyFileIsReadOnOpen) {
   fire3dv_options options{};
   options.struct_size = sizeof options;
   options.key_file = "/nowhere";
@@ -91,7 +91,7 @@ TEST(Client, KeyFilesAreReadWhenTheStreamIsOpened) {
       << fire3dv_last_error();
 }
 
-TEST(Client, NullStreamsAreErrorsAndNothingElse) {
+TEST(Client, NullStreamIsAnError) {
   fire3dv_status status{};
   status.struct_size = sizeof status;
   fire3dv_description description{};
@@ -104,7 +104,7 @@ TEST(Client, NullStreamsAreErrorsAndNothingElse) {
   fire3dv_close(&none);
 }
 
-TEST(Client, DescribeRefusesWhatNoRendererWouldTake) {
+TEST(Client, DescribeRefusesInvalidNames) {
   const Stream stream = open(unique_shm_uri());
   const char* names[] = {"a", "b"};
   const fire3dv_description good = [&] {
@@ -144,7 +144,7 @@ TEST(Client, DescribeRefusesWhatNoRendererWouldTake) {
   EXPECT_EQ(fire3dv_describe(stream.get(), &good), FIRE3DV_OK) << fire3dv_last_error();
 }
 
-TEST(Client, PublishRefusesBadFramesAndGoesOn) {
+TEST(Client, PublishRefusesInvalidFrames) {
   const Stream stream = open(unique_shm_uri());
   ASSERT_EQ(describe(stream.get(), {"a", "b"}), FIRE3DV_OK);
   std::vector<float> poses = identity_poses(2);
@@ -169,7 +169,7 @@ TEST(Client, PublishRefusesBadFramesAndGoesOn) {
                  "no renderer has shown frame 1");
 }
 
-TEST(Client, ANewDescriptionIsANewEpoch) {
+TEST(Client, NewDescriptionIsNewEpoch) {
   const Stream stream = open(unique_shm_uri());
   const std::vector<float> poses = identity_poses(2);
   ASSERT_EQ(describe(stream.get(), {"a", "b"}), FIRE3DV_OK);
@@ -313,7 +313,7 @@ TEST_P(ClientOver, HoldsAWholeConversation) {
   }));
 }
 
-TEST_P(ClientOver, CarriesAFrameOfNoNodes) {
+TEST_P(ClientOver, CarriesFrameOfNoNodes) {
   Renderer renderer(listener_uri(GetParam()));
   ASSERT_NE(renderer.link, nullptr);
   const Stream stream = open(renderer.link->uri());

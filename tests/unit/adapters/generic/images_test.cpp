@@ -143,7 +143,7 @@ class ClientImage : public ::testing::TestWithParam<std::string> {
 
 INSTANTIATE_TEST_SUITE_P(Links, ClientImage, ::testing::Values("shm", "tcp"));
 
-TEST_P(ClientImage, ARequestArrivesAndItsImageComesBack) {
+TEST_P(ClientImage, RequestReturnsItsImage) {
   publish();
   fire3dv_image_request request = small();
   request.node = "wrist";
@@ -180,7 +180,7 @@ TEST_P(ClientImage, ARequestArrivesAndItsImageComesBack) {
   EXPECT_TRUE(seen(send_request(request)).markers);
 }
 
-TEST_P(ClientImage, TheLensOfARequestIsThatOfItsImage) {
+TEST_P(ClientImage, ImageHasRequestedLens) {
   fire3dv_image_request request = small();
   request.f_number = 1.8f;
   request.focus_distance_m = 0.75f;
@@ -205,7 +205,7 @@ TEST_P(ClientImage, TheLensOfARequestIsThatOfItsImage) {
   EXPECT_EQ(of_1_5.intrinsics.focus_distance_m, 0);
 }
 
-TEST_P(ClientImage, WithRandomDepthInFlightEveryImageIsOfTheSequenceThatItClaims) {
+TEST_P(ClientImage, RandomDepthKeepsSequences) {
   constexpr uint64_t kRequests = 1000;
   std::atomic<bool> stop{false};
   std::thread draws([&] {
@@ -249,7 +249,7 @@ TEST_P(ClientImage, WithRandomDepthInFlightEveryImageIsOfTheSequenceThatItClaims
   EXPECT_TRUE(requested_at.empty());
 }
 
-TEST_P(ClientImage, WhatAStandingRequestLostIsCounted) {
+TEST_P(ClientImage, WhatStandingRequestLostIsCounted) {
   publish();
   const uint64_t id = send_request(small(FIRE3DV_IMAGE_EVERY_NTH));
   const wire::ImageRequest got = seen(id);
@@ -267,7 +267,7 @@ TEST_P(ClientImage, WhatAStandingRequestLostIsCounted) {
   EXPECT_EQ(lost + taken, 5u);
 }
 
-TEST_P(ClientImage, ARefusalIsToldOnceInTheRenderersWords) {
+TEST_P(ClientImage, RefusalIsReportedOnce) {
   const uint64_t id = send_request(small());
   const wire::ImageRequest got = seen(id);
   drawer_->link->send(drawer_->peer,
@@ -298,7 +298,7 @@ TEST_P(ClientImage, CancelTakesBack) {
   EXPECT_EQ(fire3dv_cancel_image(stream_.get(), 12345), FIRE3DV_OK);
 }
 
-TEST_P(ClientImage, ANewDescriptionKeepsWhatStandsAndEndsTheRest) {
+TEST_P(ClientImage, NewDescriptionKeepsStandingRequests) {
   const uint64_t standing = send_request(small(FIRE3DV_IMAGE_EVERY_NTH)), once = send_request(small());
   seen(once);
   const uint64_t first_epoch = drawer_->epoch;
@@ -312,7 +312,7 @@ TEST_P(ClientImage, ANewDescriptionKeepsWhatStandsAndEndsTheRest) {
   EXPECT_NE(wait(standing), nullptr);
 }
 
-TEST_P(ClientImage, ARendererThatComesLaterGetsTheRequest) {
+TEST_P(ClientImage, RendererThatComesLaterGetsRequest) {
   const uint64_t id = send_request(small(FIRE3DV_IMAGE_EVERY_NTH));
   const wire::ImageRequest got = seen(id);
   for (uint64_t number = 1; number <= 3; ++number) {
@@ -329,7 +329,7 @@ TEST_P(ClientImage, ARendererThatComesLaterGetsTheRequest) {
   EXPECT_EQ(image->lost, 0u);
 }
 
-TEST_P(ClientImage, WhatIsKeptOfRequestsThatAreOverLeavesRoomForMore) {
+TEST_P(ClientImage, ClosedRequestsFreeMemory) {
   std::vector<Image> kept;
   for (int i = 0; i < 40; ++i) {
     const uint64_t id = send_request(small());
@@ -341,7 +341,7 @@ TEST_P(ClientImage, WhatIsKeptOfRequestsThatAreOverLeavesRoomForMore) {
     EXPECT_EQ(drawn_sequence(*kept[static_cast<size_t>(i)]), static_cast<uint64_t>(i) + 1);
 }
 
-TEST_P(ClientImage, WhatNobodyTakesLeavesRoomForMore) {
+TEST_P(ClientImage, UntakenImagesFreeMemory) {
   for (int i = 0; i < 40; ++i) {
     const uint64_t id = send_request(small());
     drawer_->answer(seen(id), 1, 1);
@@ -351,7 +351,7 @@ TEST_P(ClientImage, WhatNobodyTakesLeavesRoomForMore) {
   EXPECT_NE(wait(id), nullptr);
 }
 
-TEST_P(ClientImage, NonsenseFromARendererIsDropped) {
+TEST_P(ClientImage, NonsenseFromRendererIsDropped) {
   const uint64_t id = send_request(small());
   const wire::ImageRequest got = seen(id);
   const auto fill = [](std::span<std::byte>) {};
@@ -382,7 +382,7 @@ TEST_P(ClientImage, NonsenseFromARendererIsDropped) {
   EXPECT_EQ(drawn_sequence(*image), 7u);
 }
 
-TEST_P(ClientImage, ManyRequestsAreOpenAtOnceAndOneMoreIsRefused) {
+TEST_P(ClientImage, RequestsBeyondLimitAreRefused) {
   std::vector<uint64_t> ids;
   for (uint32_t i = 0; i < wire::kMaxImageRequests; ++i) ids.push_back(send_request(small()));
   fire3dv_image_request request = small();

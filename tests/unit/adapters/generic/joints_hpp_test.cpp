@@ -66,7 +66,7 @@ TEST_F(RobotHpp, PublishesWhatItComputes) {
   EXPECT_FLOAT_EQ(renderer.poses[1].m[0], static_cast<float>(std::cos(0.75)));
 }
 
-TEST_F(RobotHpp, SetsItsPositionsAsScalarsWithUnits) {
+TEST_F(RobotHpp, PositionsAreSentAsScalars) {
   std::ofstream(file_) << R"({"asset":{"version":"2.0"},"nodes":[{"name":"robot","children":[1,2,3,4,5,6],
     "extras":{"fire3dv":{"robot":{"version":1,
       "bodies":[{"node":"a"},{"node":"b"},{"node":"c"},{"node":"d"},{"node":"e"},{"node":"f"}],

@@ -52,7 +52,7 @@ constexpr fire3dv_scalars kArm{sizeof(fire3dv_scalars), kNames, kUnits, 3};
 
 class ClientScalars : public testing::TestWithParam<const char*> {};
 
-TEST_P(ClientScalars, ArriveAndFramesDoNotWaitForThem) {
+TEST_P(ClientScalars, FramesDoNotWait) {
   const std::string scheme = GetParam();
   ScalarRenderer renderer(listener_uri(scheme));
   Stream stream(renderer.link->uri());

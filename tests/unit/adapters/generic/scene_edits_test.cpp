@@ -187,7 +187,7 @@ TEST_P(ClientScene, CarriesMarkers) {
   EXPECT_EQ(renderer.at("gone", P::marker), wire::EditValue(wire::Cleared{}));
 }
 
-TEST_P(ClientScene, APartialFrameMovesSomeNodes) {
+TEST_P(ClientScene, PartialFrameMovesSomeNodes) {
   const std::string scheme = GetParam();
   SceneRenderer renderer(listener_uri(scheme));
   Stream stream(renderer.link->uri());
@@ -261,7 +261,7 @@ TEST(ClientSceneErrors, WhatIsWrongIsNamed) {
   EXPECT_EQ(fire3dv_set_camera(stream.get(), "n", &camera), kArgument) << "struct_size is not set";
 }
 
-TEST(ClientSceneErrors, WhatIsWrongWithAMarkerIsNamed) {
+TEST(ClientSceneErrors, MarkerErrorsAreNamed) {
   Stream stream(unique_shm_uri(), "test", {}, 100'000);
   const std::vector<float> positions(30'000);
   const auto expect_refused = [&](int code, const std::string& text, auto change) {

@@ -10,7 +10,7 @@ namespace fire3dv::convert {
 namespace {
 
 // libmujoco would read beyond the end of the mesh.
-TEST_F(CompiledMjcf, MeshesHaveAllThatTheirFacesName) {
+TEST_F(CompiledMjcf, FacesMatchVertices) {
   constexpr const char* kModel = "<mujoco><asset><mesh name='m' file='m.obj'/></asset><worldbody/></mujoco>";
   const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n", sides = "f 1 3 2\nf 1 2 4\nf 1 4 3\n";
   const auto fault = [&](const std::string& last, const std::string& first = "") {
@@ -47,7 +47,7 @@ TEST_F(CompiledMjcf, MeshesHaveAllThatTheirFacesName) {
 
 // Without faces libmujoco builds a convex hull of the vertices, and assumes that all attributes have their
 // count.
-TEST_F(CompiledMjcf, MeshesWithoutFacesHaveEnoughVerticesForAHull) {
+TEST_F(CompiledMjcf, FacelessMeshHasHull) {
   const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
   const auto fault = [&](const std::string& text) {
     folder_.write("m.obj", std::string_view(text));

@@ -78,7 +78,7 @@ void expect_point(const std::array<float, 3>& point, double x, double y, double 
   EXPECT_NEAR(point[2], z, 1e-6);
 }
 
-TEST_F(MujocoMarkers, ForcesOfBodiesAtRestCarryTheirWeight) {
+TEST_F(MujocoMarkers, RestForcesCarryWeight) {
   Simulation simulation = load(kAtRest);
   for (int step = 0; step < 2000; ++step) ASSERT_TRUE(simulation.step().ok());
   ASSERT_TRUE(simulation.place().ok());
@@ -120,7 +120,7 @@ TEST_F(MujocoMarkers, ContactsThatEndVanishOnce) {
   EXPECT_FALSE(markers.update(simulation.model(), simulation.data()).at(0).is_changed);
 }
 
-TEST_F(MujocoMarkers, JointsCentresOfMassAndTendonsLieWhereTheModelHasThem) {
+TEST_F(MujocoMarkers, MarkersMatchTheModel) {
   const ByName markers = markers_of(load(kMechanism));
   ASSERT_EQ(markers.size(), 7u);
   const auto& hinges = markers.at("joints/hinges").positions;
@@ -147,7 +147,7 @@ TEST_F(MujocoMarkers, JointsCentresOfMassAndTendonsLieWhereTheModelHasThem) {
   EXPECT_EQ(tendons.colors.at(1), (std::array<uint8_t, 4>{0, 0, 255, 255}));
 }
 
-TEST_F(MujocoMarkers, ElementsWithoutAFinitePlaceAreLeftOut) {
+TEST_F(MujocoMarkers, NonFiniteElementsAreSkipped) {
   Simulation simulation = load(kMechanism);
   mjData& d = const_cast<mjData&>(simulation.data());  // like a simulation that has diverged
   d.xaxis[0] = std::nan("");
@@ -158,7 +158,7 @@ TEST_F(MujocoMarkers, ElementsWithoutAFinitePlaceAreLeftOut) {
   EXPECT_EQ(markers.at("com/trees").positions.size(), 2u);
 }
 
-TEST_F(MujocoMarkers, PublisherSendsThemBeforeTheFrame) {
+TEST_F(MujocoMarkers, PublisherSendsThemBeforeFrame) {
   auto link = std::move(transport::open_listener(test::listener_uri("shm")).value());
   Simulation simulation = load(kAtRest);
   for (int step = 0; step < 3; ++step) ASSERT_TRUE(simulation.step().ok());

@@ -11,7 +11,7 @@ namespace fire3dv::convert {
 namespace {
 
 // Security: an untrusted model names files outside of its folder, in several disguises; none of them is read.
-TEST_F(CompiledMjcf, FilesOutsideTheModelsFolderNeedAnOption) {
+TEST_F(CompiledMjcf, FilesOutsideModelsFolderNeedOption) {
   namespace fs = std::filesystem;
   const fs::path model = folder_.path() / "model", ours = folder_.path() / "ours";
   fs::create_directories(model / "assets");
@@ -98,7 +98,7 @@ TEST_F(CompiledMjcf, FilesOutsideTheModelsFolderNeedAnOption) {
 }
 
 // libmujoco concatenates folder and file names as text, and has its own rule for absolute paths.
-TEST_F(CompiledMjcf, WhereTheProgramWasStartedLiesOutsideToo) {
+TEST_F(CompiledMjcf, WorkingFolderIsOutside) {
   namespace fs = std::filesystem;
   constexpr std::string_view kTetrahedron =
       "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";

@@ -18,7 +18,7 @@
 namespace fire3dv::mujoco {
 namespace {
 
-TEST(FrameClock, KeepsTheRateWhateverTheStepIs) {
+TEST(FrameClock, KeepsRateWhateverStepIs) {
   for (const double step_s : {0.001, 0.002, 0.005, 1.0 / 240}) {
     for (const double rate_hz : {24.0, 60.0, 100.0, 0.0}) {
       FrameClock clock(rate_hz);
@@ -36,7 +36,7 @@ TEST(FrameClock, KeepsTheRateWhateverTheStepIs) {
   }
 }
 
-TEST(Pace, NothingIsDueBeforeItsTimeHoweverFarAwayItIs) {
+TEST(Pace, NothingIsDueEarly) {
   using namespace std::chrono_literals;
   const Pace::Clock::time_point start{1h};
   for (const double speed : {0.1, 1.0, 10.0}) {
@@ -78,7 +78,7 @@ TEST(ImageNames, CamerasMayHaveColonsAndSizes) {
   EXPECT_NE(spec("").find("names no camera"), std::string::npos);
 }
 
-TEST(ImageNames, OutputsAreThoseOfTheRenderer) {
+TEST(ImageNames, OutputsAreThoseOfRenderer) {
   EXPECT_EQ(*image_outputs("color"), uint32_t{FIRE3DV_IMAGE_COLOR_SRGB8});
   EXPECT_EQ(*image_outputs("color,linear,depth,instance,semantic,normal,motion,boxes2d,boxes3d"), 511u);
   for (const char* wrong : {"", "colour", "color,", ",color", "color,color", "Depth", "color depth"})
@@ -140,7 +140,7 @@ struct Seen {
   std::vector<wire::Affine3x4> poses;
 };
 
-TEST(MujocoAdapter, WhatIsPublishedComesWithRateResetsAndLooks) {
+TEST(MujocoAdapter, PublishingSendsRateAndResets) {
   for (const char* scheme : {"shm", "tcp"}) {
     Seen seen(test::listener_uri(scheme));
     Simulation simulation = loaded(in_tree(kCrane));
@@ -202,7 +202,7 @@ TEST(MujocoAdapter, WhatIsPublishedComesWithRateResetsAndLooks) {
   }
 }
 
-TEST(MujocoAdapter, JointsComeAsScalarsOfTheirUnits) {
+TEST(MujocoAdapter, JointScalarsHaveUnits) {
   Seen seen(test::listener_uri("tcp"));
   Simulation simulation = loaded(in_tree(kCrane));
   const mjModel& m = simulation.model();
@@ -245,7 +245,7 @@ TEST(MujocoAdapter, JointsComeAsScalarsOfTheirUnits) {
 }
 
 // An image that is too late for its frame counts as lost: the wait is for the image of the last frame.
-TEST(MujocoAdapter, OnlyTheImageOfTheLastFrameIsWaitedFor) {
+TEST(MujocoAdapter, LastImageIsAwaited) {
   for (const bool is_stopped : {false, true}) {
     Seen seen(test::listener_uri("tcp"));
     Simulation simulation = loaded(in_tree(kCrane));

@@ -77,7 +77,7 @@ TEST(MujocoAdapter, PosesAreThoseOfMjData) {
   }
 }
 
-TEST(MujocoAdapter, TendonsRunAsMuJoCoHasThem) {
+TEST(MujocoAdapter, TendonsMatchMuJoCo) {
   Simulation simulation = loaded(in_tree(kCrane));
   const mjModel& m = simulation.model();
   const mjData& d = simulation.data();
@@ -125,7 +125,7 @@ std::map<std::string, glm::dmat4> at_rest(const convert::Model& model) {
   return by_name;
 }
 
-TEST(MujocoAdapter, EveryNameIsANodeOfTheSceneAndRestsWhereItIsPublished) {
+TEST(MujocoAdapter, NamesMatchTheScene) {
   for (const fs::path& file : models()) {
     const auto model = convert::read_mjcf(file, {});
     ASSERT_TRUE(model.ok()) << model.error().message;
@@ -139,7 +139,7 @@ TEST(MujocoAdapter, EveryNameIsANodeOfTheSceneAndRestsWhereItIsPublished) {
   }
 }
 
-TEST(MujocoAdapter, GeomsApartAreWhereMjDataHasThem) {
+TEST(MujocoAdapter, SeparateGeomsMatchMjData) {
   Simulation simulation = loaded(in_tree(kCrane));
   convert::ReadOptions options;
   options.geoms_apart = true;
@@ -167,7 +167,7 @@ TEST(MujocoAdapter, GeomsApartAreWhereMjDataHasThem) {
   EXPECT_TRUE(warnings.empty()) << warnings.front();
 }
 
-TEST(Simulation, DrivesWithinTheRangesAndResetsToItsKeyframe) {
+TEST(Simulation, DriveStaysInRange) {
   Simulation arm = loaded(in_tree("tests/assets/robots/arm.xml"));
   const std::vector<mjtNum> first(arm.data().qpos, arm.data().qpos + arm.model().nq);
   EXPECT_EQ(first[0], 0.5) << "the first keyframe is where it begins";
@@ -197,7 +197,7 @@ TEST(Simulation, DrivesWithinTheRangesAndResetsToItsKeyframe) {
 
 void (*const kErrorAtStart)(const char*) = mju_user_error;
 
-TEST(Simulation, WhatMuJoCoWarnsOfLaterIsItsOwnersAgain) {
+TEST(Simulation, WarningHandlerIsRestored) {
   static int warned = 0;
   mju_user_warning = [](const char*) { ++warned; };
   std::vector<std::string> warnings;
@@ -213,7 +213,7 @@ TEST(Simulation, WhatMuJoCoWarnsOfLaterIsItsOwnersAgain) {
 }
 
 // The linked MuJoCo may be older than the model, which then is shown but not stepped.
-TEST(Simulation, AModelThatMuJoCoRefusesNamesTheLinkedVersion) {
+TEST(Simulation, RefusedModelNamesLinkedVersion) {
   test::ScratchFolder folder;
   const auto file = folder.write(
       "new.xml",
@@ -228,7 +228,7 @@ TEST(Simulation, AModelThatMuJoCoRefusesNamesTheLinkedVersion) {
   EXPECT_EQ(shown->meshes.size(), 1u);
 }
 
-TEST(Simulation, WhatMuJoCoGivesUpOnEndsNothingElse) {
+TEST(Simulation, FatalErrorEndsOneCall) {
   const test::ScratchFolder folder;
   std::string bodies;  // falling bodies, whose contacts exceed the arena memory
   for (int i = 1; i <= 12; ++i)

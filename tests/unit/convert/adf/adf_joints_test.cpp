@@ -134,7 +134,7 @@ TEST_F(RobotAdf, PositionsAreThoseThatBulletMeasures) {
     }
 }
 
-TEST_F(RobotAdf, BeginsWithThePoseOfTheFile) {
+TEST_F(RobotAdf, BeginsWithPoseOfFile) {
   // b hangs 0.4 rad turned on the end of a, whose pivot is scaled: 2 * (0, 0, 1).
   const double angle = 0.4;
   const Vec at{1, 2, 5};

@@ -76,7 +76,7 @@ void expect_color(const glm::vec4& linear, const glm::vec3& displayed, float opa
   EXPECT_FLOAT_EQ(linear.a, opacity);
 }
 
-TEST(AdfScene, NodesAreInAmbfsOrderByAmbfsNames) {
+TEST(AdfScene, NodesKeepAmbfOrder) {
   std::vector<std::string> names;
   for (const Node& n : scene().nodes)
     if (n.name.find('#') == std::string::npos) names.push_back(n.name);
@@ -113,7 +113,7 @@ TEST(AdfScene, LaunchIndicesAreAmbfs) {
       << none.error().message;
 }
 
-TEST(AdfScene, PosesAreThoseOfTheFormula) {
+TEST(AdfScene, PosesAreThoseOfFormula) {
   expect_pose("/ambf/env/shapes/BODY box", {-0.5, -0.3, 0}, rotation(0.3, -0.4, 0.9));
   expect_pose("/ambf/env/BODY lost", {1, 2, 3}, rotation(0.1, 0.2, 0.3));
   expect_pose("/ambf/env/parts/BODY hex nut1", {-0.4, 0.15, 0}, rotation(0.4, 0.3, -0.5));

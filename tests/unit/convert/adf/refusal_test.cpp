@@ -57,7 +57,7 @@ TEST(AdfRefuse, OtherFilesAreRefused) {
   EXPECT_NE(refusal("/dev/zero").find("not a file on a disk"), std::string::npos);
 }
 
-TEST(AdfRefuse, OddValuesAreNamedWithTheirLineAndTheRestIsShown) {
+TEST(AdfRefuse, InvalidValuesAreNamedByLine) {
   expect_said("bodies: [b]\nb:\n  shape: BOX\n  geometry: {x: wide, y: 1, z: 1}\n",
               "model.yaml:4: \"x\" is not a number");
   expect_said("bodies: [b]\nb:\n  shape: BOX\n  geometry: {x: .nan, y: 1, z: 1}\n",
@@ -155,7 +155,7 @@ TEST(AdfRefuse, LoopsEnd) {
               "among its own parents");
 }
 
-TEST(AdfRefuse, ParentsAreFoundAsAmbfFindsThem) {
+TEST(AdfRefuse, ParentLookupMatchesAmbf) {
   const test::ScratchFolder folder;
   const Result<Model> model =
       read_adf(folder.write("model.yaml",
@@ -198,7 +198,7 @@ TEST(AdfRefuse, BombsAreBounded) {
   expect_said(parts + "]}\n", "there are more than 100000");
 }
 
-TEST(AdfRefuse, ALaunchFileIsReadNoFurtherThanItIsShown) {
+TEST(AdfRefuse, LaunchReadsOnlyShownModels) {
   const test::ScratchFolder folder;
   std::string many = "bodies: [";
   for (int i = 0; i < 20'001; ++i) many += "b,";
@@ -226,7 +226,7 @@ TEST(AdfRefuse, ALaunchFileIsReadNoFurtherThanItIsShown) {
       << all_of(*again);
 }
 
-TEST(AdfRefuse, ShapesThatAreAlikeAreOneMeshAndTrianglesAreBounded) {
+TEST(AdfRefuse, EqualShapesShareMesh) {
   const test::ScratchFolder folder;
   std::string text = "bodies: [a, b";
   for (int i = 0; i < 9; ++i) text += ", c" + std::to_string(i);

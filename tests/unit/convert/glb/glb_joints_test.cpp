@@ -53,7 +53,7 @@ std::string joint(const std::string& name, const std::string& type, const std::s
          "\"/><child link=\"" + child + "\"/>" + inside + "</joint>\n";
 }
 
-TEST_F(RobotJoints, OfUrdfInTheOrderOfTheFile) {
+TEST_F(RobotJoints, OfUrdfInOrderOfFile) {
   const std::string limit = "<limit lower=\"0.5\" upper=\"2\" effort=\"1\" velocity=\"1\"/>";
   const Model model = urdf(
       link("base") + link("a") + link("b") + link("c") + link("d") + link("e") + link("f") +
@@ -89,7 +89,7 @@ TEST_F(RobotJoints, OfUrdfInTheOrderOfTheFile) {
   EXPECT_NEAR(description.world_from_stream[9], -1, 1e-15);
 }
 
-TEST_F(RobotJoints, ThatMimicInLoopsOrMimicNothingMoveByThemselves) {
+TEST_F(RobotJoints, InvalidMimicIsIndependent) {
   const Model model = urdf(link("base") + link("a") + link("b") + link("c") +
                            joint("j", "continuous", "base", "a", "<mimic joint=\"k\"/>") +
                            joint("k", "continuous", "a", "b", "<mimic joint=\"j\"/>") +
@@ -100,7 +100,7 @@ TEST_F(RobotJoints, ThatMimicInLoopsOrMimicNothingMoveByThemselves) {
   EXPECT_EQ(fire3dv_position_count(robot.get()), 2u);
 }
 
-TEST_F(RobotJoints, OfFilesWithoutAnyAreNotWritten) {
+TEST_F(RobotJoints, JointlessFilesHaveNone) {
   const Model model = urdf(link("base") + link("a") + joint("j", "fixed", "base", "a"));
   const std::vector<std::byte> file = glb(model);
   fire3dv_robot* robot = fire3dv_read_robot(file.data(), file.size(), 0);
@@ -119,7 +119,7 @@ const char* const kMjcf = R"(<compiler angle="degree"/>
   <equality><joint joint1="finger" joint2="shoulder" polycoef="0.01 0.5 0 0 0"/>
     <joint joint1="thumb" joint2="finger" polycoef="0 1 2 0 0"/></equality>)";
 
-TEST_F(RobotJoints, OfMjcfWithAnchorsReferencesAndCouplings) {
+TEST_F(RobotJoints, MjcfJointsHaveAnchors) {
   const Model model = mjcf(kMjcf);
   const RobotHandle robot(glb(model));
   EXPECT_EQ(robot.joint_names(),
@@ -142,7 +142,7 @@ TEST_F(RobotJoints, OfMjcfWithAnchorsReferencesAndCouplings) {
   EXPECT_NEAR(initial[7], kPi / 6, 1e-15);
 }
 
-TEST_F(RobotJoints, OfReplicasAndAttachedModelsAreCoupledWithinTheirCopy) {
+TEST_F(RobotJoints, CopiedJointsStayCoupled) {
   folder_.write("gripper.xml", std::string_view(R"(<mujoco model="gripper"><worldbody><body name="grip">
       <joint name="left" type="slide"/><joint name="right" type="slide"/><geom size=".1"/></body></worldbody>
     <equality><joint joint1="right" joint2="left" polycoef="0 -1"/></equality></mujoco>)"));

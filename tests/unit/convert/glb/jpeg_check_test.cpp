@@ -43,7 +43,7 @@ TEST(JpegCheck, WholeFilesAreCopied) {
   EXPECT_EQ(pixels_left, 36u);
 }
 
-TEST(JpegCheck, BytesBehindTheEndAreAllowed) {
+TEST(JpegCheck, BytesBehindEndAreAllowed) {
   std::vector<std::byte> bytes = jpeg();
   bytes.resize(bytes.size() + 1000, std::byte{7});
   EXPECT_TRUE(is_sound_jpeg(bytes));
@@ -55,7 +55,7 @@ TEST(JpegCheck, NoTruncatedFileIsSound) {
     EXPECT_FALSE(is_sound_jpeg(std::span(bytes).first(size))) << size;
 }
 
-TEST(JpegCheck, OtherKindsAndMissingTablesAreNotSound) {
+TEST(JpegCheck, UnsupportedJpegsAreInvalid) {
   const std::vector<std::byte> bytes = jpeg();
   const auto changed = [&](size_t place, unsigned value) {
     std::vector<std::byte> copy = bytes;

@@ -66,7 +66,7 @@ const scene::Node& node_named(const scene::Scene& scene, std::string_view name) 
   return scene.nodes.front();
 }
 
-TEST(WriteGlb, NodesStandWhereTheModelSaysUnderOneRootThatTurnsItUp) {
+TEST(WriteGlb, NodesStandUnderOneRoot) {
   Model model = model_of(triangle());
   model.nodes[0].translation = {1, 2, 3};
   model.nodes[0].rotation = glm::angleAxis(0.5, glm::dvec3(0, 0, 1));
@@ -87,7 +87,7 @@ TEST(WriteGlb, NodesStandWhereTheModelSaysUnderOneRootThatTurnsItUp) {
   EXPECT_LT(glm::distance(glm::vec3(tool.world_from_node[3]), glm::vec3(1, 7, -2)), 1e-5f);
 }
 
-TEST(WriteGlb, TheRootHasANameOfItsOwn) {
+TEST(WriteGlb, RootHasNameOfItsOwn) {
   Model model = model_of(triangle());
   model.name = "body";
   const scene::Scene scene = loaded(model);
@@ -95,7 +95,7 @@ TEST(WriteGlb, TheRootHasANameOfItsOwn) {
   EXPECT_EQ(scene.nodes[1].name, "body");
 }
 
-TEST(WriteGlb, MeshesAreSharedAndKeepTheirVertices) {
+TEST(WriteGlb, SharedMeshesKeepVertices) {
   Model model = model_of(triangle());
   Surface with_all = triangle(1);
   with_all.normals.assign(3, {0, 0, 1});
@@ -169,7 +169,7 @@ std::vector<std::byte> bmp() {
   return {first, first + bytes.size()};
 }
 
-TEST(WriteGlb, ImagesOfOtherKindsBecomePngAndBrokenOnesAreLeftOut) {
+TEST(WriteGlb, OtherImagesBecomePng) {
   Model model = model_of(triangle());
   model.meshes[0].surfaces[0].uvs.assign(3, {0.5f, 0.5f});
   model.images.push_back({"colour.png", test::png(3, 1, 0x102030ff)});
@@ -198,7 +198,7 @@ TEST(WriteGlb, ImagesOfOtherKindsBecomePngAndBrokenOnesAreLeftOut) {
   EXPECT_NE(warnings[1].find("\"text.png\""), std::string::npos) << warnings[1];
 }
 
-TEST(WriteGlb, AnImageThatTheRendererCouldNotDecodeIsLeftOut) {
+TEST(WriteGlb, UndecodableImageIsSkipped) {
   std::vector<std::byte> garbage = test::png(64, 64, 0x405060ff);
   const std::string_view data = "IDAT";
   const auto* name = reinterpret_cast<const std::byte*>(data.data());
@@ -220,7 +220,7 @@ TEST(WriteGlb, AnImageThatTheRendererCouldNotDecodeIsLeftOut) {
   EXPECT_NE(too_many.error().message.find("too many pixels"), std::string::npos) << too_many.error().message;
 }
 
-TEST(WriteGlb, PngFilesAreCopiedAsTheyAreIfTheirPixelsAreComplete) {
+TEST(WriteGlb, CompletePngIsCopied) {
   std::vector<uint8_t> pixels(size_t{300} * 200 * 4);
   uint32_t random = 1;
   for (uint8_t& value : pixels) value = static_cast<uint8_t>((random = random * 1664525 + 1013904223) >> 24);
@@ -252,7 +252,7 @@ TEST(WriteGlb, PngFilesAreCopiedAsTheyAreIfTheirPixelsAreComplete) {
   }
 }
 
-TEST(WriteGlb, WhatGltfForbidsIsRepairedAndSaid) {
+TEST(WriteGlb, ForbiddenValuesAreRepaired) {
   Surface surface;
   surface.positions = {{0, 0, 0}, {2, 0, 0}, {0, 1, 0}, {kNan, 0, 0}, {0, HUGE_VALF, 0}};
   surface.normals = {{0, 0, 5}, {0, 0, 0}, {kNan, 0, 1}, {0, 0, 1}, {0, 0, 1}};
@@ -274,7 +274,7 @@ TEST(WriteGlb, WhatGltfForbidsIsRepairedAndSaid) {
   for (uint32_t v = 0; v < 3; ++v) EXPECT_EQ(scene::normal_of(scene->frames[v]), glm::vec3(0, 0, 1));
 }
 
-TEST(WriteGlb, TheFileKeepsToTheRulesOfTheStandard) {
+TEST(WriteGlb, FileKeepsToRulesOfStandard) {
   Model model = model_of(triangle());
   model.materials.emplace_back();  // unused
   model.images.push_back({"unused", test::png(1, 1, 0xff)});
@@ -302,7 +302,7 @@ TEST(WriteGlb, TheFileKeepsToTheRulesOfTheStandard) {
   EXPECT_EQ(positions["max"], (std::vector<double>{2, 1, 0}));
 }
 
-TEST(WriteGlb, APoseThatIsNoNumberIsRefusedByTheNameOfItsNode) {
+TEST(WriteGlb, NanPoseIsRefusedByNode) {
   Model model = model_of(triangle());
   model.nodes[0].translation.y = kNan;
   const auto glb = write_glb(model);
@@ -321,7 +321,7 @@ double volume(const Surface& surface) {
 }
 
 // Volume test: closed and outward if the volume is right; polygons have slightly less than circles.
-TEST(Shapes, HaveTheVolumeOfWhatTheyStandFor) {
+TEST(Shapes, ShapesHaveExactVolume) {
   constexpr double pi = 3.14159265358979;
   EXPECT_NEAR(volume(box({1, 2, 3})), 48, 1e-4);
   EXPECT_NEAR(volume(ellipsoid({1, 2, 3})) / (4 * pi / 3 * 6), 0.99, 0.01);
@@ -329,7 +329,7 @@ TEST(Shapes, HaveTheVolumeOfWhatTheyStandFor) {
   EXPECT_NEAR(volume(capsule(0.5, 2)) / (pi * 0.25 * 4 + 4 * pi / 3 * 0.125), 0.99, 0.01);
 }
 
-TEST(Shapes, StayTurnedOutwardsWhenTheyAreMirrored) {
+TEST(Shapes, MirroredShapesFaceOutwards) {
   Mesh mesh;
   add_surface(mesh, box({1, 1, 1}), glm::dmat4(glm::dmat3(-2, 0, 0, 0, 1, 0, 0, 0, 1)), 0);
   add_surface(mesh, box({1, 1, 1}), matrix_of({10, 0, 0}, {1, 0, 0, 0}), 0);

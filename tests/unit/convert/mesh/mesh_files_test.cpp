@@ -38,7 +38,7 @@ glm::vec3 face_normal(const Surface& s, size_t triangle = 0) {
   return glm::normalize(glm::cross(b - a, c - a));
 }
 
-TEST(MeshFiles, ObjHasItsMaterialsAndOnlyTriangles) {
+TEST(MeshFiles, ObjIsTriangulated) {
   const test::ScratchFolder folder;
   folder.write("some colours.mtl", test::kMtl);
   folder.write("the image.png", "an image's bytes");
@@ -77,7 +77,7 @@ TEST(MeshFiles, ObjHasItsMaterialsAndOnlyTriangles) {
   EXPECT_EQ(loaded.model.materials[glass.material].roughness, 1);  // no specular highlight
 }
 
-TEST(MeshFiles, AMapIsNotHiddenByABlackColour) {
+TEST(MeshFiles, BlackColourKeepsMap) {
   const test::ScratchFolder folder;
   folder.write("a.png", "an image's bytes");
   folder.write("some colours.mtl", "newmtl red one\nKd 0 0 0\nmap_Kd a.png\nnewmtl glass\nKd 0 0 0\n");
@@ -124,7 +124,7 @@ TEST(MeshFiles, MirroredMeshesKeepTheirOutside) {
   }
 }
 
-TEST(MeshFiles, AxesAreTheFilesOwnAndUnitsAreMetres) {
+TEST(MeshFiles, AxesAreNativeUnitsMetres) {
   const test::ScratchFolder folder;
   const Loaded dae = load(folder.write("a.dae", test::kDae));
   ASSERT_TRUE(dae.surfaces) << dae.surfaces.error().message;
@@ -149,7 +149,7 @@ TEST(MeshFiles, AxesAreTheFilesOwnAndUnitsAreMetres) {
   for (const glm::vec3& at : max.surfaces->front().positions) EXPECT_NEAR(at.y, 0, 1e-6);
 }
 
-TEST(MeshFiles, GltfHasItsMaterialAndEmbeddedImage) {
+TEST(MeshFiles, GltfKeepsMaterialAndImage) {
   const test::ScratchFolder folder;
   const Loaded loaded = load(folder.write("a.glb", test::glb("an image's bytes", "BLEND")));
   ASSERT_TRUE(loaded.surfaces) << loaded.surfaces.error().message;
@@ -207,7 +207,7 @@ TEST(MeshFiles, PlyIsRead) {
   }
 }
 
-TEST(MeshFiles, MaterialsThatStandForNoneAreKnown) {
+TEST(MeshFiles, PlaceholderMaterialsAreIgnored) {
   const test::ScratchFolder folder;
   const auto is_default = [&](const std::filesystem::path& file) {
     Model model;

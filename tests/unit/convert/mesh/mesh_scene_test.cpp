@@ -165,7 +165,7 @@ Model read(const std::filesystem::path& file, const ReadOptions& options = {}) {
 
 const glm::vec4 kOrange(1, 0.21404114f, 0, 1);  // sRGB 1, 0.5, 0 in linear light
 
-TEST(MeshScene, ACubeIsTheSameInEveryFormat) {
+TEST(MeshScene, CubeIsSameInEveryFormat) {
   const test::ScratchFolder folder;
   folder.write("cube.mtl", "newmtl orange paint\nKd 1 0.5 0\n");
   struct Case {
@@ -290,7 +290,7 @@ TEST(MeshScene, SmoothSurfacesGetSmoothNormals) {
   }
 }
 
-TEST(MeshScene, RefusalsNameTheFileAndTheReason) {
+TEST(MeshScene, RefusalsNameFileAndReason) {
   const test::ScratchFolder folder;
   struct Case {
     std::string file, bytes, reason;

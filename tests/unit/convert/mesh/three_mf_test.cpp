@@ -63,7 +63,7 @@ Result<Model> read_3mf(const test::ScratchFolder& folder, const std::string& nam
   return read_description(folder.write(name, zip(files)), {});
 }
 
-TEST(ThreeMf, UnitTreeNamesAndMaterialsAreKept) {
+TEST(ThreeMf, TreeAndMaterialsAreKept) {
   const test::ScratchFolder folder;
   const std::string resources =
       "<basematerials id=\"5\"><base name=\"Red plastic\" displaycolor=\"#FF8000\"/><base name=\"Glass\" "
@@ -115,7 +115,7 @@ TEST(ThreeMf, UnitTreeNamesAndMaterialsAreKept) {
   EXPECT_TRUE(write_glb(m).ok());
 }
 
-TEST(ThreeMf, ColoursTexturesAndFurtherModelsAreRead) {
+TEST(ThreeMf, ColoursTexturesModelsAreRead) {
   const test::ScratchFolder folder;
   const std::vector<uint8_t> white = {255, 255, 255};
   const auto png = png_of(white, 1, 1, 3);

@@ -31,7 +31,7 @@ std::string reason(const Result<Parsed>& result) {
   return result.ok() ? "none" : result.error().message;
 }
 
-TEST(MjcfMeshFormats, ObjFacesMayNameVerticesInAllWays) {
+TEST(MjcfMeshFormats, ObjFaceFormsAreRead) {
   const std::string corners = "v 0 0 0\nv +1 0 0 0.5 0.5 0.5\nv 0 1 0\r\nv 0 0 1e-50\n";
   const Result<MeshData> mesh = parse_obj("# comment\nmtllib none.mtl\n" + corners +
                                           "f 1 2 3\n f\t-4 -3 -2 -1\nl 1 2\nf 1 2 5\nv 2 2 2\n");
@@ -199,7 +199,7 @@ TEST_F(Mjcf, HeightFieldsAreBoundedAndChecked) {
   EXPECT_NE(fault(size + "file='h.bin'").find("not finite"), std::string::npos);
 }
 
-TEST_F(Mjcf, NormalsAreSmoothAcrossFlatEdgesOnly) {
+TEST_F(Mjcf, SharpEdgesSplitNormals) {
   // A cube of twelve triangles with shared vertices: each side keeps its own normal unless the mesh is
   // smooth.
   const std::string cube =

@@ -43,7 +43,7 @@ MeshData made(const std::string& kind, const std::vector<double>& parameters) {
   return mesh ? std::move(*mesh) : MeshData();
 }
 
-TEST(MjcfBuiltinMesh, ClosedShapesHaveTheVolumeOfTheirFormula) {
+TEST(MjcfBuiltinMesh, ClosedShapesHaveExactVolume) {
   const struct {
     const char* kind;
     std::vector<double> parameters;
@@ -79,7 +79,7 @@ TEST(MjcfBuiltinMesh, CountsAreThoseOfMujoco) {
   EXPECT_EQ(made("plate", {4, 3}).faces.size(), 2u * 3 * 2);
 }
 
-TEST(MjcfBuiltinMesh, PlatesAndWedgesHaveCentresOfCells) {
+TEST(MjcfBuiltinMesh, PlatesHaveCellCentres) {
   const MeshData plate = made("plate", {4, 2});
   EXPECT_EQ(plate.vertices.front(), glm::vec3(-0.75, -0.5, -1));
   EXPECT_EQ(plate.vertices.back(), glm::vec3(0.75, 0.5, -1));
@@ -114,7 +114,7 @@ TEST(MjcfBuiltinMesh, ParametersOutOfRangeAreErrors) {
 
 class MjcfBuiltin : public Mjcf {};
 
-TEST_F(MjcfBuiltin, MeshesAreScaledLikeThoseOfFiles) {
+TEST_F(MjcfBuiltin, MeshesAreScaled) {
   const Result<Model> model = try_read(
       "<mujoco><asset><mesh name='c' builtin='cone' params='4 1' scale='1 2 3'/>"
       "<mesh name='w' builtin='wedge' params='9 9 60 30 .5'/><mesh name='bad' builtin='cone' "

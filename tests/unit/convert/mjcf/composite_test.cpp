@@ -80,7 +80,7 @@ TEST_F(MjcfComposite, FreeCablesAndFrames) {
   expect_near(made.bodies[2].world_pose.position, {0, 1, 5});
 }
 
-TEST_F(MjcfComposite, LongChainsAreReadWithinTheLimit) {
+TEST_F(MjcfComposite, LongChainsAreReadWithinLimit) {
   EXPECT_EQ(cable("curve='s' count='1001 1 1' size='1'", "<geom type='capsule' size='.01'/>").bodies.size(),
             1002u);
   cable("curve='s' count='1002 1 1' size='1'", "<geom type='capsule' size='.01'/>");
@@ -88,7 +88,7 @@ TEST_F(MjcfComposite, LongChainsAreReadWithinTheLimit) {
   EXPECT_NE(warnings_[0].find("more than 1001 vertices"), std::string::npos) << warnings_[0];
 }
 
-TEST_F(MjcfComposite, MalformedOnesAreLeftOutWithAReason) {
+TEST_F(MjcfComposite, MalformedAreSkippedWithReason) {
   const std::string sphere = "<geom size='.1'/>", capsule = "<geom type='capsule' size='.1'/>";
   const struct {
     std::string attributes, inside;

@@ -108,7 +108,7 @@ TEST_F(MjcfDeformableOracle, SkinsWithBlendedBones) {
           4);
 }
 
-TEST_F(MjcfDeformableOracle, InflatedSkinsWithOneBoneForEachVertex) {
+TEST_F(MjcfDeformableOracle, InflatedSkinsMatchMuJoCo) {
   compare(
       std::string(
           R"(<asset><skin name="s" inflate=".03" vertex="0 0 0  .1 0 .2  0 .1 .4  -.1 0 .6" face="0 1 2 0 2 3">
@@ -144,7 +144,7 @@ TEST_F(MjcfDeformableOracle, RopesAndLoops) {
                         "<geom type='capsule' size='.03 .06'/></composite></body></worldbody>");
 }
 
-TEST_F(MjcfDeformableOracle, ClothWithAndWithoutASkin) {
+TEST_F(MjcfDeformableOracle, ClothWithAndWithoutSkin) {
   const std::string start =
                         "<worldbody><body name='XB2_1' pos='1 0 1' euler='20 0 0'><freejoint/><composite "
                         "prefix='X' type='cloth' "

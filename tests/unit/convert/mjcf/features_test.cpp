@@ -38,7 +38,7 @@ void expect_near(const glm::dvec3& a, const glm::dvec3& b) {
   EXPECT_LT(glm::distance(a, b), 1e-9) << a.x << " " << a.y << " " << a.z;
 }
 
-TEST_F(MjcfFeatures, FramesMoveAllThatIsInThem) {
+TEST_F(MjcfFeatures, FramesMoveChildren) {
   const MjcfScene made =
       scene(R"(<default><default class="big"><geom size="3"/></default></default><worldbody>
     <frame pos="1 0 0" euler="0 0 90"><geom name="g" size="1" pos="1 0 0"/>
@@ -74,7 +74,7 @@ TEST_F(MjcfFeatures, ReplicasHaveNumberedNames) {
   expect_near(geom(made, "n2-1").pose.position, {1, 2, 0});
 }
 
-TEST_F(MjcfFeatures, ModelsAreAttachedWithTheirOwnSettings) {
+TEST_F(MjcfFeatures, AttachedModelsKeepSettings) {
   folder_.write("t.obj", std::string_view("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"));
   folder_.write("child.xml", std::string_view(R"(<mujoco model="child"><compiler angle="radian"/>
     <default><geom rgba="1 0 0 1"/><default class="thick"><geom size=".5"/></default></default><asset><mesh file="t.obj"/></asset>
@@ -117,7 +117,7 @@ TEST_F(MjcfFeatures, TendonsAreCopiedWithTheirSites) {
   EXPECT_NE(warnings_[0].find("spatial \"z\" is left out"), std::string::npos) << warnings_[0];
 }
 
-TEST_F(MjcfFeatures, AModelThatAttachesItselfEnds) {
+TEST_F(MjcfFeatures, ModelThatAttachesItselfEnds) {
   const MjcfScene made =
       scene(R"(<worldbody><body name="a"><geom size="1"/><attach body="a" prefix="p"/></body></worldbody>)");
   EXPECT_EQ(made.geoms.size(), 21u);
@@ -154,7 +154,7 @@ TEST_F(MjcfFeatures, CamerasWithIntrinsicsAndLightTypes) {
   EXPECT_EQ(warnings_.size(), 2u) << "orthographic, image";
 }
 
-TEST_F(MjcfFeatures, ElementsOfTheSimulationAreIgnoredWithoutAWord) {
+TEST_F(MjcfFeatures, SimulationElementsAreIgnored) {
   scene(
       R"(<option timestep=".01"/><size njmax="1"/><custom/><extension><plugin plugin="x"/></extension><worldbody><body name="b"><joint name="j"/>
       <geom name="g" size="1"/><site name="s"/><plugin plugin="y"/></body></worldbody>
@@ -166,7 +166,7 @@ TEST_F(MjcfFeatures, ElementsOfTheSimulationAreIgnoredWithoutAWord) {
   EXPECT_EQ(warnings_.size(), 5u);
 }
 
-TEST_F(MjcfFeatures, PrimitivesEncloseTheBoundsOfAMesh) {
+TEST_F(MjcfFeatures, PrimitivesEncloseBoundsOfMesh) {
   const std::string block = "vertex='0 0 0 4 0 0 4 3 0 0 3 0 0 0 2 4 0 2 4 3 2 0 3 2'";
   const MjcfScene made = scene("<compiler fitaabb='true'/><asset><mesh name='m' " + block +
                                "/></asset><worldbody><geom name='b' type='box' mesh='m' pos='0 0 1'/>"
@@ -199,7 +199,7 @@ TEST_F(MjcfFeatures, KeyframesOfAnotherSizeAreReported) {
   EXPECT_NE(warnings_[0].find("key \"home\": qpos has not 1 numbers"), std::string::npos) << warnings_[0];
 }
 
-TEST_F(MjcfFeatures, IncludesAreRelativeToTheModelOrTheIncludingFile) {
+TEST_F(MjcfFeatures, IncludesResolveBothFolders) {
   std::filesystem::create_directories(folder_.path() / "parts/meshes");
   folder_.write("parts/meshes/t.obj", std::string_view("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"));
   folder_.write("parts/arm.xml", std::string_view(R"(<mujocoinclude><asset><mesh file="meshes/t.obj"/></asset>

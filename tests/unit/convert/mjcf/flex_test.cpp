@@ -25,7 +25,7 @@ double flex_volume(const Surface& surface) {
   return sum;
 }
 
-TEST(MjcfFlexShape, SurfacesEncloseTheVolumeOfTheirFormula) {
+TEST(MjcfFlexShape, SurfacesEncloseVolumeOfTheirFormula) {
   const struct {
     const char* type;
     int dimension;
@@ -63,7 +63,7 @@ TEST(MjcfFlexShape, LinesAreCapsules) {
   EXPECT_NEAR(length, 0.6, 1e-6);
 }
 
-TEST(MjcfFlexShape, CountsThatAreTooSmallOrHugeAreErrors) {
+TEST(MjcfFlexShape, InvalidCountsAreErrors) {
   for (const char* type : {"grid", "box", "disc", "circle", "ball"})
     for (const int count : {-1, 0, 1, 1'000'000})
       for (int dimension = 1; dimension <= 3; ++dimension)
@@ -113,7 +113,7 @@ class MjcfFlex : public Mjcf {
   }
 };
 
-TEST_F(MjcfFlex, GridsHaveABodyForEachPointThatIsNotPinned) {
+TEST_F(MjcfFlex, UnpinnedGridPointsAreBodies) {
   // Points: (-1 -1), (-1 1), (1 -1), (1 1), turned by 90 degrees; the last three move in the keyframe.
   const Model model = read(
       "<worldbody><body name='p' pos='0 0 5'><flexcomp name='f' type='grid' dim='2' count='2 2 1' spacing='2 "
@@ -148,7 +148,7 @@ TEST_F(MjcfFlex, LatticesBlendTheirNodes) {
   EXPECT_TRUE(contains(all, {0, 0, 0}));
 }
 
-TEST_F(MjcfFlex, DirectPointsWithoutElementsAreLeftOut) {
+TEST_F(MjcfFlex, ElementlessPointsAreSkipped) {
   const Model model = read(
       "<worldbody><body name='p'><flexcomp name='f' type='direct' dim='2' scale='2 2 2' "
       "point='9 9 9 0 0 0 1 0 0 8 8 8 0 1 0' element='1 2 4'/>"
@@ -174,7 +174,7 @@ TEST_F(MjcfFlex, MeshesShareEqualVertices) {
   EXPECT_EQ(vertices(model, "f").size(), 4u);
 }
 
-TEST_F(MjcfFlex, ElementsHaveVerticesInTheFramesOfTheirBodies) {
+TEST_F(MjcfFlex, VerticesAreInBodyFrames) {
   const Model model = read(
       "<worldbody><body name='a' pos='0 0 1' euler='0 0 90'/><body name='b' pos='5 0 "
       "0'/></worldbody><deformable>"
@@ -189,7 +189,7 @@ TEST_F(MjcfFlex, ElementsHaveVerticesInTheFramesOfTheirBodies) {
   EXPECT_FALSE(vertices(model, "centred").empty());
 }
 
-TEST_F(MjcfFlex, MalformedOnesAreLeftOutWithAReason) {
+TEST_F(MjcfFlex, MalformedAreSkippedWithReason) {
   const struct {
     const char *attributes, *part;
   } faults[] = {

@@ -36,7 +36,7 @@ constexpr const char* kArm = R"(<mujoco model="arm">
   <keyframe><key qpos="1.5707963267948966 0"/></keyframe>
 </mujoco>)";
 
-TEST_F(Mjcf, BodiesAreNodesInTheFirstKeyframesPose) {
+TEST_F(Mjcf, BodiesRestInFirstKeyframe) {
   const Model model = checked(try_read(kArm));
   EXPECT_EQ(node(model, "world").parent, std::nullopt);
   const Node& shoulder = node(model, "shoulder");
@@ -48,7 +48,7 @@ TEST_F(Mjcf, BodiesAreNodesInTheFirstKeyframesPose) {
   EXPECT_LT(glm::distance(unnamed.translation, glm::dvec3(1, 0, 0)), 1e-9);  // relative to its parent
 }
 
-TEST_F(Mjcf, GeomsOfTheGroupsThatAreShownHaveTheirSizes) {
+TEST_F(Mjcf, VisibleGeomGroupsHaveSizes) {
   const Model model = checked(try_read(kArm));
   const auto [box_low, box_high] = bounds(model.meshes[*node(model, "shoulder").mesh]);
   EXPECT_LT(glm::distance(box_low, glm::vec3(-0.1f, -0.2f, 0)), 1e-6f);
@@ -59,7 +59,7 @@ TEST_F(Mjcf, GeomsOfTheGroupsThatAreShownHaveTheirSizes) {
   EXPECT_GT(bounds(model.meshes[*node(model, "world").mesh]).second.x, 5);  // an infinite plane
 }
 
-TEST_F(Mjcf, CamerasAndLightsBelongToTheirBodies) {
+TEST_F(Mjcf, BodiesOwnCamerasAndLights) {
   const Model model = checked(try_read(kArm));
   EXPECT_EQ(model.nodes.front().name, "free camera");
   const Node& eye = node(model, "shoulder camera");  // a body already has the name
@@ -76,7 +76,7 @@ TEST_F(Mjcf, CamerasAndLightsBelongToTheirBodies) {
   EXPECT_LT(glm::distance(lamp.rotation * glm::dvec3(0, 0, -1), glm::dvec3(0, 1, 0)), 1e-9);
 }
 
-TEST_F(Mjcf, MaterialsMeshesAndTexturesAreThoseOfTheModel) {
+TEST_F(Mjcf, MaterialsMatchTheModel) {
   std::filesystem::create_directories(folder_.path() / "assets");
   folder_.write("assets/t.obj",
                 std::string_view("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"));
@@ -116,7 +116,7 @@ TEST_F(Mjcf, MaterialsMeshesAndTexturesAreThoseOfTheModel) {
     EXPECT_TRUE(model.sources.contains(folder_.path() / file)) << file;
 }
 
-TEST_F(Mjcf, AHeightFieldIsItsTopAndItsWalls) {
+TEST_F(Mjcf, HeightFieldHasTopAndWalls) {
   const Model model =
       checked(try_read(R"(<mujoco><asset><hfield name="h" nrow="2" ncol="3" size="3 2 1 0.5"/></asset>
     <worldbody><geom type="hfield" hfield="h"/></worldbody></mujoco>)"));
@@ -126,7 +126,7 @@ TEST_F(Mjcf, AHeightFieldIsItsTopAndItsWalls) {
   EXPECT_EQ(model.meshes[0].surfaces[0].indices.size() / 3, 4u + 2 * 6u);
 }
 
-TEST_F(Mjcf, TrianglesAreBoundedAndThatIsSaid) {
+TEST_F(Mjcf, TriangleLimitIsReported) {
   std::string bodies;
   for (int i = 0; i < 30; ++i)
     bodies += "<body><geom type='box' size='1 1 " + std::to_string(1 + i / 2) + "'/></body>";
@@ -140,7 +140,7 @@ TEST_F(Mjcf, TrianglesAreBoundedAndThatIsSaid) {
       << model.warnings[0];
 }
 
-TEST_F(Mjcf, ErrorsAndWarningsNameFileAndLine) {
+TEST_F(Mjcf, ErrorsNameFileAndLine) {
   const auto error_of = [&](const std::string& text) {
     const auto model = try_read(text);
     EXPECT_FALSE(model.ok()) << text;
@@ -173,7 +173,7 @@ TEST_F(Mjcf, ErrorsAndWarningsNameFileAndLine) {
 }
 
 // Security: an untrusted model names files outside of its folder, in several disguises; none of them is read.
-TEST_F(Mjcf, FilesOutsideTheModelsFolderNeedAnOption) {
+TEST_F(Mjcf, FilesOutsideModelsFolderNeedOption) {
   namespace fs = std::filesystem;
   const fs::path model = folder_.path() / "model", ours = folder_.path() / "ours";
   fs::create_directories(model / "assets");

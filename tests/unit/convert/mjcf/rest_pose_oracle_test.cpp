@@ -58,7 +58,7 @@ TEST_F(MjcfOracleTest, Orientations) {
                "<geom size='1'/></body></worldbody><keyframe><key qpos='1.1'/></keyframe>");
 }
 
-TEST_F(MjcfOracleTest, JointsInTheFirstKeyframe) {
+TEST_F(MjcfOracleTest, JointsInFirstKeyframe) {
   compare_text("joints", R"(<worldbody>
     <body name="free" pos="1 0 0"><freejoint/><geom size=".1"/>
       <body name="ball" pos="0 1 0" euler="0 30 0"><joint type="ball" pos=".1 .2 .3"/><geom size=".1"/>
@@ -170,7 +170,7 @@ TEST_F(MjcfOracleTest, CollectionRobotsAgree) {
   }
 }
 
-TEST_F(MjcfOracleTest, RobotsOfTheTreeAgree) {
+TEST_F(MjcfOracleTest, RobotsOfTreeAgree) {
   for (const char* model : {"arm.xml", "crane.xml"})
     compare(fs::path(FIRE3DV_SOURCE_DIR) / "tests/assets/robots" / model, model);
 }

@@ -63,7 +63,7 @@ TEST(MjcfSkinFormat, BinaryFilesHaveBonesWithWeights) {
   EXPECT_EQ(bound->surface.positions[1], glm::vec3(1, 0, 0.25)) << "inflated along the normal";
 }
 
-TEST(MjcfSkinFormat, EveryTruncationIsAnError) {
+TEST(MjcfSkinFormat, EveryTruncationIsError) {
   const std::string whole = skn();
   for (size_t length = 0; length < whole.size(); ++length)
     EXPECT_EQ(skin_refusal(parse_skn(std::string_view(whole).substr(0, length))),
@@ -102,7 +102,7 @@ TEST(MjcfSkinFormat, VerticesNeedABone) {
   EXPECT_NE(skin_refusal(bind_skin(data, 0)).find("vertex 1 has no bone"), std::string::npos);
 }
 
-TEST(MjcfSkinFormat, TheGreatestOfManyWeightsAreUsed) {
+TEST(MjcfSkinFormat, GreatestOfManyWeightsAreUsed) {
   SkinData data = *parse_skn(skn());
   data.bones.clear();
   for (size_t i = 0; i < 10; ++i)
@@ -128,7 +128,7 @@ class MjcfSkins : public Mjcf {
   const std::string body_ = "<body name='a' pos='0 0 2'><freejoint/><geom size='.1'/></body>";
 };
 
-TEST_F(MjcfSkins, AreSkinnedMeshesWhoseJointsAreBodies) {
+TEST_F(MjcfSkins, SkinJointsAreBodies) {
   folder_.write("arm.skn", std::string_view(skn()));
   const Result<Model> model = try_read("<mujoco><asset><skin file='arm.skn'/></asset><worldbody>" + body_ +
                                        "<body name='b'><geom size='.1'/></body></worldbody></mujoco>");
@@ -164,7 +164,7 @@ TEST_F(MjcfSkins, OfAttachedModelsFollowTheirCopies) {
   EXPECT_EQ(model->nodes[model->skins[1].joints[0].node].name, "r-a");
 }
 
-TEST_F(MjcfSkins, ThatCannotBeReadAreLeftOut) {
+TEST_F(MjcfSkins, UnreadableAreSkipped) {
   folder_.write("broken.skn", std::string_view("broken"));
   const Result<Model> model = try_read(
       "<mujoco><asset><skin file='broken.skn'/><skin name='none' file='none.skn'/><skin file='a.obj'/>"

@@ -8,7 +8,7 @@
 namespace fire3dv::convert {
 namespace {
 
-TEST(SdfNames, JoinTheNamesOfModelsLinksAndVisuals) {
+TEST(SdfNames, NamesAreJoined) {
   const std::string robot = scoped_sdf_name("", "robot", SdfEntity::model);
   const std::string arm = scoped_sdf_name(robot, "arm", SdfEntity::model);
   const std::string wrist = scoped_sdf_name(arm, "wrist", SdfEntity::link);
@@ -17,7 +17,7 @@ TEST(SdfNames, JoinTheNamesOfModelsLinksAndVisuals) {
   EXPECT_EQ(scoped_sdf_name(wrist, "", SdfEntity::light), "robot/arm/wrist/light");
 }
 
-TEST(SdfNames, EscapeSlashesSoThatLevelsStayDistinct) {
+TEST(SdfNames, SlashesAreEscaped) {
   EXPECT_EQ(scoped_sdf_name("a", "b/c", SdfEntity::link), "a/b~1c");
   EXPECT_EQ(scoped_sdf_name("a", "b~1c", SdfEntity::link), "a/b~01c");
   EXPECT_EQ(scoped_sdf_name("", "x::y z", SdfEntity::model), "x::y z");
@@ -38,7 +38,7 @@ TEST(SdfNames, AreUnique) {
   EXPECT_EQ(names.take("a/lamp", SdfEntity::link), "a/lamp");
 }
 
-TEST(SdfNames, AreFoundInATimeThatGrowsWithTheirCount) {
+TEST(SdfNames, LookUpIsLinear) {
   SdfNames names;
   std::string last;
   for (int i = 0; i < 200'000; ++i)

@@ -24,7 +24,7 @@ TEST_F(Sdf, EntitiesAreNodesWithScopedNames) {
   EXPECT_EQ(warnings(model), "");
 }
 
-TEST_F(Sdf, PosesAreRelativeToTheirEntitiesOrFrames) {
+TEST_F(Sdf, PosesAreRelativeToFrames) {
   // Fixed axes: roll, pitch, yaw. The second link stands 2 m along the X of the first, which points along Y.
   const Model model =
       read(model_of("m", "<pose>1 0 0 0 0 1.5707963267948966</pose>" +
@@ -56,7 +56,7 @@ TEST_F(Sdf, ShapesHaveTheirSizes) {
   expect_near(size("<cone><radius>0.5</radius><length>3</length></cone>"), {1, 1, 3});  // of SDF 1.11
 }
 
-TEST_F(Sdf, PlanesAreSeenFromTheirNormalOnly) {
+TEST_F(Sdf, PlanesAreSingleSided) {
   const Model model = read(shape("<plane><normal>1 0 0</normal><size>2 2</size></plane>"));
   const Surface& plane = surface(model, "m/l/v");
   for (const glm::vec3& normal : plane.normals) expect_near(glm::dvec3(normal), {1, 0, 0});
@@ -77,7 +77,7 @@ TEST_F(Sdf, PolylinesArePrisms) {
   EXPECT_NEAR(volume, 6, 1e-5);
 }
 
-TEST_F(Sdf, MeshesAreScaledAndPickedByNode) {
+TEST_F(Sdf, MeshScaleAndNode) {
   write("meshes/two.obj",
         "o first\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\no second\nv 4 0 0\nv 6 0 0\nv 4 2 0\nf 4 5 6\n");
   const auto range = [&](const std::string& more) {
@@ -95,7 +95,7 @@ TEST_F(Sdf, MeshesAreScaledAndPickedByNode) {
       << warnings(model);
 }
 
-TEST_F(Sdf, SubmeshesOfDaeAreNodesOrGeometries) {
+TEST_F(Sdf, DaeSubmeshesAreFound) {
   std::string geometries, nodes;
   for (const std::string name : {"left", "right"}) {
     const std::string id = "g-" + name, x = name == "left" ? "0" : "5";
@@ -135,7 +135,7 @@ TEST_F(Sdf, SubmeshesOfDaeAreNodesOrGeometries) {
   expect_near(size_of("<submesh><name>left</name></submesh>"), {0, 1, 2});
 }
 
-TEST_F(Sdf, ColoursAreLinearAndMultipliedWithTransparency) {
+TEST_F(Sdf, ColoursAreLinear) {
   const Model model = read(shape(kBox,
                                  "<transparency>0.5</transparency><material><diffuse>0.5 0.25 1 0.5</diffuse>"
                                  "<emissive>0 0.125 0 1</emissive></material>"));
@@ -145,7 +145,7 @@ TEST_F(Sdf, ColoursAreLinearAndMultipliedWithTransparency) {
   EXPECT_TRUE(material.blended);
 }
 
-TEST_F(Sdf, WhatIsWhollyTransparentHasNoMesh) {
+TEST_F(Sdf, FullTransparencyHasNoMesh) {
   const Model model = read(shape(kBox, "<transparency>1</transparency>"));
   ASSERT_TRUE(node(model, "m/l/v"));
   EXPECT_FALSE(node(model, "m/l/v")->mesh);
@@ -178,7 +178,7 @@ TEST_F(Sdf, MaterialsAreThoseOfGazebo) {
   EXPECT_TRUE(warns(read(shape(kBox, script + "Unheard</name></script></material>")), "Gazebo/Unheard"));
 }
 
-TEST_F(Sdf, MetalnessAndRoughnessMapsArePackedAsInGltf) {
+TEST_F(Sdf, MetallicRoughnessIsPacked) {
   const auto grey = [](uint8_t level) { return std::vector<uint8_t>{level, level, level}; };
   const auto png = [&](uint8_t level) { return png_of(grey(level), 1, 1, 3); };
   const auto metal = png(51), rough = png(204), albedo = png_of(std::vector<uint8_t>{1, 2, 3, 4}, 1, 1, 4);
@@ -245,7 +245,7 @@ TEST_F(Sdf, LightsShineAlongTheirDirection) {
   expect_near(glm::dvec3(pose_of(model, "sun")[3]), {0, 0, 5});
 }
 
-TEST_F(Sdf, CamerasLookAlongXOfTheirSensor) {
+TEST_F(Sdf, CamerasLookAlongX) {
   const std::string camera =
       "<sensor name='c' type='camera'><pose>1 0 0 0 0 0</pose><camera><horizontal_fov>1.5707963267948966"
       "</horizontal_fov><image><width>400</width><height>200</height></image><clip><near>0.2</near><far>50</"

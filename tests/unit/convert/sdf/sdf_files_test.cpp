@@ -43,7 +43,7 @@ class SdfIncludes : public Sdf {
   }
 };
 
-TEST_F(SdfIncludes, AreFoundByTheVariablesOfGazebo) {
+TEST_F(SdfIncludes, AreFoundByVariablesOfGazebo) {
   write_crate("assets/crate");
   for (const char* name :
        {"GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "SDF_PATH", "GAZEBO_MODEL_PATH"}) {
@@ -57,7 +57,7 @@ TEST_F(SdfIncludes, AreFoundByTheVariablesOfGazebo) {
   }
 }
 
-TEST_F(SdfIncludes, AreFoundBesideTheFileAndBelowNamedFolders) {
+TEST_F(SdfIncludes, FoldersAreSearched) {
   write_crate("models/crate");
   EXPECT_EQ(warnings(read(include("models/crate"))), "");
   EXPECT_EQ(warnings(read(include("file://models/crate/model.sdf"))), "");
@@ -87,7 +87,7 @@ TEST_F(SdfIncludes, OfDownloadedModelsNeedNoOwner) {
   EXPECT_EQ(warnings(read(include("https://fuel.gazebosim.org/Some One/models/Big Crate/2"))), "");
 }
 
-TEST_F(SdfIncludes, OfAnotherMachineAreFoundByTheEndOfTheirPath) {
+TEST_F(SdfIncludes, ForeignPathsMatchBySuffix) {
   write_crate("models/crate");
   write("models/model.sdf", "no description");
   const Variable path("GZ_SIM_RESOURCE_PATH", (folder_.path() / "models").string());
@@ -100,7 +100,7 @@ TEST_F(SdfIncludes, OfAnotherMachineAreFoundByTheEndOfTheirPath) {
   EXPECT_TRUE(warns(read(include("/home/somebody/model.sdf")), "its end is not found in"));
 }
 
-TEST_F(SdfIncludes, ThatAreMissingNameTheFoldersAndTheRemedy) {
+TEST_F(SdfIncludes, MissingNamesFoldersAndRemedy) {
   const Variable path("GZ_SIM_RESOURCE_PATH", "/nowhere/a:/nowhere/b");
   const Model model = read("\n" + include("model://gone"));
   const std::string said = warnings(model);
@@ -146,7 +146,7 @@ TEST_F(SdfIncludes, ThatMultiplyAreRefused) {
   EXPECT_TRUE(warns(model, "has, with what it includes, more than 200000 elements")) << warnings(model);
 }
 
-TEST_F(SdfIncludes, ThatCrashTheLibraryAreErrors) {
+TEST_F(SdfIncludes, ThatCrashLibraryAreErrors) {
   write("p.sdf", "<sdf version='1.9'><model name='p'>" + link("l") + "</model></sdf>");
   const Model model = read(include("p.sdf", "<pose bogus='1'>0 0 0 0 0 0</pose>"));
   EXPECT_TRUE(warns(model, "its <pose> has the unknown attribute \"bogus\"")) << warnings(model);
@@ -172,7 +172,7 @@ TEST_F(SdfIncludes, OfBrokenFormAreLeftOut) {
   EXPECT_TRUE(warns(model, "its <name> is empty")) << warnings(model);
 }
 
-TEST_F(Sdf, ImagesOfOtherFoldersAreLeftOut) {
+TEST_F(Sdf, OutsideImagesAreSkipped) {
   write("secret/a.png", "x");
   write("scene/own/a.png", "x");
   const auto read_scene = [&](const std::string& map) {
@@ -221,7 +221,7 @@ TEST_F(Sdf, MessagesOfTheLibraryAreWarnings) {
             std::string::npos);
 }
 
-TEST_F(Sdf, NumbersOfHostileFilesDoNoHarm) {
+TEST_F(Sdf, HostileNumbersAreHarmless) {
   const Model model = read(
       model_of("m",
                link("far", "<pose>1e300 0 0 0 0 0</pose>") +

@@ -30,7 +30,7 @@ class SdfJoints : public Sdf {
   }
 };
 
-TEST_F(SdfJoints, HaveAxesAndAnchorsInTheFrameOfTheirChild) {
+TEST_F(SdfJoints, AxesAreInChildFrame) {
   // The child is turned by 90 degrees about Z: X of the model is -Y of the child. The joint is turned
   // further.
   const Model model = read(model_of(
@@ -74,7 +74,7 @@ TEST_F(SdfJoints, OfAllTypes) {
       << warnings(model);
 }
 
-TEST_F(SdfJoints, OfNestedModelsAndTheWorld) {
+TEST_F(SdfJoints, OfNestedModelsAndWorld) {
   const Model model = read(
       model_of("m", link("a") + model_of("n", link("b") + link("c") + joint("j", "revolute", "b", "c", kZ)) +
                         joint("j", "prismatic", "a", "n::b", kZ) + joint("root", "fixed", "world", "a")));
@@ -84,7 +84,7 @@ TEST_F(SdfJoints, OfNestedModelsAndTheWorld) {
   EXPECT_TRUE(body_of(model, "m/n/b").parent);
 }
 
-TEST_F(SdfJoints, ThatCloseALoopAreLeftOut) {
+TEST_F(SdfJoints, ThatCloseLoopAreLeftOut) {
   const Model model =
       read(model_of("m", link("a") + link("b") + link("c") + joint("ab", "revolute", "a", "b", kZ) +
                              joint("bc", "revolute", "b", "c", kZ) + joint("ca", "revolute", "c", "a", kZ) +

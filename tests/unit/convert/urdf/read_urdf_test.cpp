@@ -63,7 +63,7 @@ TEST_F(Urdf, WherePackagesAreMissingIsRecorded) {
   }
 }
 
-TEST_F(Urdf, LinksStandUnderEachOtherWhereTheirJointsRest) {
+TEST_F(Urdf, LinksRestAtJoints) {
   const std::string limits = "<limit lower=\"0.5\" upper=\"2\" effort=\"1\" velocity=\"1\"/>";
   const Model model =
       read(link("base") + link("turned") + link("limited") + link("pushed") +
@@ -84,7 +84,7 @@ TEST_F(Urdf, LinksStandUnderEachOtherWhereTheirJointsRest) {
   EXPECT_LT(glm::distance(node(model, "pushed").translation, glm::dvec3(0.5, 0, 0)), 1e-9);
 }
 
-TEST_F(Urdf, ShapesHaveTheSizesThatUrdfMeans) {
+TEST_F(Urdf, ShapesHaveSizesThatUrdfMeans) {
   const Model model = read(link("a", visual("<box size=\"1 2 3\"/>")) +
                            link("b", visual("<cylinder radius=\"0.5\" length=\"3\"/>")) +
                            link("c", visual("<sphere radius=\"0.25\"/>")) + joint("fixed", "a", "b") +
@@ -97,7 +97,7 @@ TEST_F(Urdf, ShapesHaveTheSizesThatUrdfMeans) {
             std::make_pair(glm::vec3(-0.25f, -0.25f, 0.75f), glm::vec3(0.25f, 0.25f, 1.25f)));
 }
 
-TEST_F(Urdf, MaterialsAreFoundByNameAndColoursBecomeLight) {
+TEST_F(Urdf, MaterialsResolveByName) {
   const Model model =
       read("<material name=\"half\"><color rgba=\"0.5 1 0 0.25\"/></material>\n" +
            link("a", visual("<box size=\"1 1 1\"/>", "<material name=\"half\"/>") +
@@ -115,7 +115,7 @@ TEST_F(Urdf, MaterialsAreFoundByNameAndColoursBecomeLight) {
   EXPECT_FALSE(own.blended);
 }
 
-TEST_F(Urdf, MeshesComeFromPackagesFromBesideTheFileAndFromFileUris) {
+TEST_F(Urdf, MeshUrisAreResolved) {
   write("arm_description/meshes/t.obj", kTetrahedron);
   write("elsewhere/tools/meshes/t.obj", kTetrahedron);
   write("arm_description/urdf/t.obj", kTetrahedron);
@@ -143,7 +143,7 @@ TEST_F(Urdf, MeshesComeFromPackagesFromBesideTheFileAndFromFileUris) {
 }
 
 // The rule of RViz.
-TEST_F(Urdf, MaterialsOfMeshFilesWinOverThoseOfLinks) {
+TEST_F(Urdf, MeshMaterialsOverrideLinks) {
   write("arm_description/urdf/with.obj", "mtllib a.mtl\nusemtl red\n" + std::string(kTetrahedron));
   write("arm_description/urdf/without.obj", kTetrahedron);
   write("arm_description/urdf/a.mtl", "newmtl red\nKd 1 0 0\n");
@@ -159,7 +159,7 @@ TEST_F(Urdf, MaterialsOfMeshFilesWinOverThoseOfLinks) {
   EXPECT_EQ(color("b"), glm::vec4(0, 0, 1, 1));
 }
 
-TEST_F(Urdf, MissingFilesAreNamedAndTheirLinksStay) {
+TEST_F(Urdf, MissingFilesKeepLinks) {
   const Model model =
       read(link("base", visual("<box size=\"1 1 1\"/>") + visual("<mesh filename=\"gone.stl\"/>")) +
            link("bare", visual("<mesh filename=\"package://nowhere/x.dae\"/>")) +
@@ -185,7 +185,7 @@ std::string manifest(const std::string& name) {
   return text.replace(text.find("%s"), 2, name);
 }
 
-TEST_F(Urdf, PackagesAreFoundByTheirManifestsAndByRosVariables) {
+TEST_F(Urdf, PackagesResolveByManifest) {
   write("arm_description/package.xml", manifest("real_arm"));  // the folder's name differs
   write("arm_description/meshes/t.obj", kTetrahedron);
   write("gripper-master/package.xml", manifest("gripper"));  // beside the URDF's package
@@ -226,7 +226,7 @@ TEST_F(Urdf, PackagesAreFoundByTheirManifestsAndByRosVariables) {
   unsetenv("AMENT_PREFIX_PATH");
 }
 
-TEST_F(Urdf, FilesOfUnknownPackagesAreGuessedByTheEndOfTheirPathAndThatIsSaid) {
+TEST_F(Urdf, UnknownPackagesMatchBySuffix) {
   write("arm_description/meshes/t.obj", kTetrahedron);
   const auto first_warning = [&](const std::string& uri) {
     const Model model = read(
@@ -264,7 +264,7 @@ TEST_F(Urdf, ValuesThatOthersAcceptAreRepaired) {
   EXPECT_NE(model->warnings[1].find("joint \"ab\" should have a <limit>"), std::string::npos);
 }
 
-TEST_F(Urdf, NothingToDrawIsSaidWithItsReason) {
+TEST_F(Urdf, EmptyResultNamesReason) {
   const auto last_warning = [&](const std::string& inside) {
     const Model model = read(inside);
     EXPECT_TRUE(model.meshes.empty());
@@ -337,7 +337,7 @@ TEST_F(Urdf, TexturesOfOthersAreNotRead) {
   EXPECT_FALSE(read_texture("link.png"));
 }
 
-TEST_F(Urdf, LinksThatLookAlikeShareAMesh) {
+TEST_F(Urdf, LinksThatLookAlikeShareMesh) {
   const std::string grey = "<material name=\"grey\"><color rgba=\"0.5 0.5 0.5 1\"/></material>";
   const Model model = read(
       link("a", visual("<sphere radius=\"1\"/>", grey)) + link("b", visual("<sphere radius=\"1\"/>", grey)) +
@@ -349,7 +349,7 @@ TEST_F(Urdf, LinksThatLookAlikeShareAMesh) {
   EXPECT_NE(node(model, "a").mesh, node(model, "d").mesh) << "another material";
 }
 
-TEST_F(Urdf, TrianglesAreBoundedAndThatIsSaid) {
+TEST_F(Urdf, TriangleLimitIsReported) {
   std::string inside = link("l0", visual("<box size=\"1 1 1\"/>"));
   for (int i = 1; i < 30; ++i)
     inside += link("l" + std::to_string(i), visual("<box size=\"1 1 " + std::to_string(i) + ".5\"/>")) +
@@ -380,7 +380,7 @@ TEST_F(Urdf, ErrorsNameFileAndLine) {
       std::string::npos);
 }
 
-TEST_F(Urdf, AChainOfManyLinksIsNoChainOfCalls) {
+TEST_F(Urdf, LongChainDoesNotRecurse) {
   std::string inside = link("l0");
   for (int i = 1; i < 5000; ++i)
     inside +=

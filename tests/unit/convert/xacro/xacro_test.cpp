@@ -153,7 +153,7 @@ TEST_F(Xacro, ArgumentsAndEnvironment) {
   expect_error("<l a='${1'/>", "'${1' has no closing }");
 }
 
-TEST_F(Xacro, FilesAreIncludedAndYamlIsLoaded) {
+TEST_F(Xacro, IncludesAndYamlAreRead) {
   write("arm/urdf/part.xacro",
         "<x xmlns:k='k'><xacro:macro name='p' params='v'><p v='${v}'/></xacro:macro><q f='${f}'/></x>");
   write("arm/config/a.yaml",
@@ -238,7 +238,7 @@ TEST_F(Xacro, OnlyElementsMakeAFileXacro) {
   EXPECT_FALSE(has_xacro_element("<robot xmlns:xacro='x'><!-- <xacro:m/> --><![CDATA[<xacro:m/>]]></robot>"));
 }
 
-TEST_F(Xacro, TheProgramRunsOnlyWhereItIsNamed) {
+TEST_F(Xacro, ProgramNeedsOption) {
   write("arm/urdf/arm.urdf.xacro", "<robot><xacro:m/></robot>");
   const fs::path program = folder_.path() / "xacro program";
   folder_.write("xacro program", std::string_view("#!/bin/sh\n[ \"$2\" = 'a:=b c' ] || exit 3\n"

@@ -67,7 +67,7 @@ TEST(DrakeForm, ReadsTheFieldsOfDrake) {
   EXPECT_EQ(request->scene, "{}");
 }
 
-TEST(DrakeForm, RefusesWhatIsNotARequest) {
+TEST(DrakeForm, RefusesWhatIsNotRequest) {
   const struct {
     const char *name, *value, *fault;
   } cases[] = {{"width", "0", "\"width\" is \"0\""},
@@ -124,7 +124,7 @@ std::string scene_at(double box, double camera, const std::string& color = "[0.2
     "buffers":[{"byteLength":3,"uri":"data:application/octet-stream;base64,AAAA"}]})";
 }
 
-TEST(DrakeScene, ContentIsIndependentOfTransformsAndCamera) {
+TEST(DrakeScene, DigestIgnoresTransforms) {
   const auto first = GltfScene::read(scene_at(1, 2), ImageType::color);
   const auto moved = GltfScene::read(scene_at(5, 7), ImageType::color);
   const auto painted = GltfScene::read(scene_at(1, 2, "[0.2, 0.5, 0, 1]"), ImageType::color);
@@ -162,7 +162,7 @@ TEST(DrakeScene, AMatrixReplacesOtherParts) {
   EXPECT_EQ(scene->parent_from_node()[0][0], glm::dvec4(1, 0, 0, 0));
 }
 
-TEST(DrakeScene, LabelsAreTheColoursOfMaterials) {
+TEST(DrakeScene, LabelsAreColoursOfMaterials) {
   // 51 and 102 of 255, as Drake writes label 26163.
   const auto scene = GltfScene::read(scene_at(1, 4), ImageType::label);
   ASSERT_TRUE(scene) << scene.error().message;
@@ -199,7 +199,7 @@ TEST(DrakeScene, RefusesBrokenScenes) {
 }
 
 // Data URIs are found without a JSON parser; the result is that of one.
-TEST(DrakeScene, FindsDataUrisAsAParserDoes) {
+TEST(DrakeScene, FindsDataUrisAsParserDoes) {
   const std::string data = "data:application/octet-stream;base64,AAAA";
   const std::string text = scene_at(1, 4);
   const auto glb_of = [](const std::string& from) {

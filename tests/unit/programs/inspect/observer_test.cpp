@@ -131,7 +131,7 @@ wire::Marker marker_of(wire::MarkerKind kind, size_t positions) {
   return marker;
 }
 
-TEST(RecordedEdits, ListsScalarsAndMarkersOfEachStream) {
+TEST(RecordedEdits, ScalarsAndMarkersAreListed) {
   using wire::Property;
   RecordedEdits edits;
   edits.take("arm", edit_of(5, 1, "joints", Property::scalars, wire::Scalars{{"elbow"}, {"rad"}}));
@@ -165,7 +165,7 @@ TEST(RecordedEdits, ListsScalarsAndMarkersOfEachStream) {
   EXPECT_EQ(edits.text("arm").find("elbow"), std::string::npos);
 }
 
-TEST(RecordedEdits, NamesOfAHostileFileAreBounded) {
+TEST(RecordedEdits, NamesOfHostileFileAreBounded) {
   RecordedEdits edits;
   for (uint64_t i = 1; i <= RecordedEdits::kMaxMarkers + 3; ++i)
     edits.take("arm", edit_of(5, i, "m" + std::to_string(i), wire::Property::marker,

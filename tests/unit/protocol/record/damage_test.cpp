@@ -33,7 +33,7 @@ bool same_but_channels(const std::vector<Heard>& a, const std::vector<Heard>& b)
   });
 }
 
-TEST(RecordDamage, AFileThatIsCutAnywhereGivesEveryWholeChunk) {
+TEST(RecordDamage, TruncationKeepsWholeChunks) {
   const Bytes file = small_recording(Compression::zstd, 24);
   auto whole = Reader::open(source_of(file));
   ASSERT_TRUE(whole.ok());
@@ -70,7 +70,7 @@ TEST(RecordDamage, AFileThatIsCutAnywhereGivesEveryWholeChunk) {
   }
 }
 
-TEST(RecordDamage, AFlippedBitIsDetectedOrHarmless) {
+TEST(RecordDamage, FlippedBitIsDetectedOrHarmless) {
   std::mt19937_64 generator(7);
   for (const Compression compression : {Compression::zstd, Compression::none, Compression::lz4}) {
     const Bytes file = small_recording(compression, 24);
@@ -105,7 +105,7 @@ TEST(RecordDamage, AFlippedBitIsDetectedOrHarmless) {
   }
 }
 
-TEST(RecordDamage, AChunkInTheMiddleTakesOnlyItsOwnMessagesWithIt) {
+TEST(RecordDamage, DamagedChunkCostsItselfAlone) {
   const Bytes file = small_recording(Compression::zstd, 60);
   auto whole = Reader::open(source_of(file));
   ASSERT_TRUE(whole.ok());
@@ -176,7 +176,7 @@ TEST(RecordHostile, HugeLengthsTakeNoMemory) {
   }
 }
 
-TEST(RecordHostile, ADecompressionBombIsNotUnpacked) {
+TEST(RecordHostile, DecompressionBombIsNotUnpacked) {
   record::Compressor compressor;
   const Bytes zeros(size_t{15} << 20);
   for (const Compression compression : {Compression::zstd, Compression::lz4}) {
@@ -194,7 +194,7 @@ TEST(RecordHostile, ADecompressionBombIsNotUnpacked) {
   }
 }
 
-TEST(RecordHostile, ChunksInChunksAndStrangeRecordsAreRefused) {
+TEST(RecordHostile, NestedChunksAreRefused) {
   Bytes inner;
   record::append(inner, record::ChunkHead{1, 1, 0, 0, "", 0});
   Bytes file = begun_file();
@@ -217,7 +217,7 @@ TEST(RecordHostile, ChunksInChunksAndStrangeRecordsAreRefused) {
   EXPECT_NE(read_hostile(file).second.find("only zstd, lz4 and none"), std::string::npos);
 }
 
-TEST(RecordHostile, AnIndexThatLeadsInCirclesIsNotFollowed) {
+TEST(RecordHostile, CircularIndexIsRefused) {
   for (const uint64_t where : {uint64_t{8}, uint64_t{0}, UINT64_MAX - 20}) {
     Bytes file = begun_file();
     Bytes message;
@@ -237,7 +237,7 @@ TEST(RecordHostile, AnIndexThatLeadsInCirclesIsNotFollowed) {
   }
 }
 
-TEST(RecordHostile, AnIndexThatIsTooLongIsSaid) {
+TEST(RecordHostile, LongIndexIsReported) {
   Bytes file = begun_file();
   Bytes empty;
   record::append(empty, record::ChunkHead{1, 1, 0, 0, "", 0});
@@ -274,7 +274,7 @@ TEST(RecordHostile, LongNamesAreCharged) {
   }
 }
 
-TEST(RecordHostile, OnlyAnEndOfDataEndsAScan) {
+TEST(RecordHostile, OnlyEndOfDataEndsScan) {
   Bytes file = begun_file();
   record::put(file, static_cast<uint8_t>(Kind::data_end));
   record::put(file, uint64_t{60});
@@ -313,7 +313,7 @@ class CountingSource final : public record::Source {
 };
 
 // Nested chunks, each in a record that leads to the same long run of records with damage behind it.
-TEST(RecordDamage, ChunksThatAreHiddenInOneAnotherAreNoLongWay) {
+TEST(RecordDamage, OverlappingChunksAreFast) {
   Bytes one;
   {
     const Bytes file = small_recording(Compression::none, 1);

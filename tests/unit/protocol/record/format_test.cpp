@@ -31,7 +31,7 @@ TEST(Crc32, IsThatOfZlib) {
 }
 
 // Long inputs use another code path than short ones.
-TEST(Crc32, IsTheSameInPiecesOfAnyLength) {
+TEST(Crc32, PiecesGiveSameChecksum) {
   Bytes bytes(700);
   uint32_t random = 1;
   for (std::byte& byte : bytes) byte = static_cast<std::byte>((random = random * 1664525 + 1013904223) >> 24);
@@ -48,7 +48,7 @@ class RecordFormat : public testing::TestWithParam<Compression> {};
 INSTANTIATE_TEST_SUITE_P(Compressions, RecordFormat,
                          testing::Values(Compression::none, Compression::zstd, Compression::lz4));
 
-TEST_P(RecordFormat, EveryMessageComesBackAsItWas) {
+TEST_P(RecordFormat, MessagesRoundTrip) {
   Bytes file;
   record::WriterOptions options{GetParam(), 4096};
   auto writer = record::Writer::open(std::make_unique<record::MemorySink>(file), options);
@@ -138,7 +138,7 @@ TEST_P(RecordFormat, SeeksByTime) {
   }
 }
 
-TEST(RecordFormatOf, AnEmptyRecordingIsOne) {
+TEST(RecordFormatOf, EmptyRecordingIsOne) {
   MemoryLog memory;
   ASSERT_TRUE(memory.log.finish().ok());
   auto reader = Reader::open(source_of(*memory.files.at(0)));
@@ -168,7 +168,7 @@ class FullSink final : public record::Sink {
   size_t room_;
 };
 
-TEST(RecordFormatOf, AFileThatTakesNoHeaderIsAskedForOnce) {
+TEST(RecordFormatOf, HeaderErrorIsReportedOnce) {
   Bytes file;
   // Like the recorder: the first file exists before any message, and its sink is handed over once.
   auto sink = std::make_shared<std::unique_ptr<record::Sink>>(std::make_unique<FullSink>(file, 4));
@@ -180,7 +180,7 @@ TEST(RecordFormatOf, AFileThatTakesNoHeaderIsAskedForOnce) {
   EXPECT_EQ(log.files(), 0u);
 }
 
-TEST(RecordFormatOf, AFullDiskKeepsEveryWholeChunk) {
+TEST(RecordFormatOf, FullDiskKeepsEveryWholeChunk) {
   constexpr uint64_t kFrames = 200;
   constexpr size_t kChunkBytes = 16'384;  // longer than the summary
   const Bytes whole = small_recording(Compression::none, kFrames, kChunkBytes);
@@ -229,7 +229,7 @@ TEST(RecordFormatOf, AFullDiskKeepsEveryWholeChunk) {
 // A file of MCAP's own writer with the messages of small_recording (npm's @mcap/core 2.2.2, by
 // tests/e2e/record/mcap_oracle.mjs write): another order, another layout of the summary, and chunks with
 // their schemas and channels.
-TEST(RecordFormat, WhatMcapsOwnWriterWroteIsRead) {
+TEST(RecordFormat, McapReferenceFileIsRead) {
   const std::string path = std::string(FIRE3DV_RECORDINGS) + "/by_mcap_core.mcap";
   auto source = record::open_source(path);
   ASSERT_TRUE(source.ok()) << source.error().message;

@@ -74,7 +74,7 @@ std::array<double, 3> rotated(const foxglove::Quaternion& q, std::array<double, 
           v[2] + q.w() * t[2] + q.x() * t[1] - q.y() * t[0]};
 }
 
-TEST(FoxgloveMarkers, PointsAreAPackedCloudWithColours) {
+TEST(FoxgloveMarkers, PointsArePackedCloudWithColours) {
   FoxgloveMarkers markers = described();
   Marker points = marker(MarkerKind::points, {{1000, 2000, 3000}, {0, 0, -500}});
   points.colors = {0x80332211, 0xffffffff};
@@ -179,7 +179,7 @@ TEST(FoxgloveMarkers, AxesAreArrowsInTheirColours) {
   }
 }
 
-TEST(FoxgloveMarkers, SolidsHaveExtentsInMetresAndOneColourEach) {
+TEST(FoxgloveMarkers, SolidsHaveMetresAndColour) {
   FoxgloveMarkers markers = described();
   for (const MarkerKind kind :
        {MarkerKind::boxes, MarkerKind::spheres, MarkerKind::cylinders, MarkerKind::capsules}) {
@@ -208,7 +208,7 @@ TEST(FoxgloveMarkers, SolidsHaveExtentsInMetresAndOneColourEach) {
   }
 }
 
-TEST(FoxgloveMarkers, MirroredAndStretchedSolidsLieAlongTheirAxes) {
+TEST(FoxgloveMarkers, MirroredSolidsKeepAxes) {
   wire::StreamDescription description = z_up_in_millimetres_markers();
   description.world_from_stream = {};
   FoxgloveMarkers markers = described(description);
@@ -224,7 +224,7 @@ TEST(FoxgloveMarkers, MirroredAndStretchedSolidsLieAlongTheirAxes) {
   EXPECT_NEAR(std::abs(y[2]), 1, 1e-6);
 }
 
-TEST(FoxgloveMarkers, TrianglesAndTextsKeepWhatTheySay) {
+TEST(FoxgloveMarkers, TrianglesAndTextsAreKept) {
   FoxgloveMarkers markers = described();
   Marker triangles = marker(MarkerKind::triangles, {{0, 0, 0}, {1000, 0, 0}, {0, 1000, 0}});
   triangles.colors = {0x40ff0000};
@@ -246,7 +246,7 @@ TEST(FoxgloveMarkers, TrianglesAndTextsKeepWhatTheySay) {
   expect_at(text->pose()->position(), 0, 0, 1);
 }
 
-TEST(FoxgloveMarkers, AParentsFrameTakesTheScaleThatItsTransformLacks) {
+TEST(FoxgloveMarkers, ParentFrameCarriesScale) {
   wire::StreamDescription description = z_up_in_millimetres_markers();
   description.body_from_node = {{{{2, 0, 0, 10, 0, 2, 0, 0, 0, 0, 2, 0}}}};
   FoxgloveMarkers markers = described(description);
@@ -266,7 +266,7 @@ TEST(FoxgloveMarkers, AParentsFrameTakesTheScaleThatItsTransformLacks) {
   }
 }
 
-TEST(FoxgloveMarkers, ReplacementsAndEndsDeleteWhatIsNoLongerShown) {
+TEST(FoxgloveMarkers, ReplacementsDeleteEntities) {
   FoxgloveMarkers markers = described();
   (void)markers.set("a", marker(MarkerKind::points, {{0, 0, 0}}), kNow_ns);
   auto messages = markers.set("a", marker(MarkerKind::boxes, {{0, 0, 0}}), kNow_ns);
@@ -290,7 +290,7 @@ TEST(FoxgloveMarkers, ReplacementsAndEndsDeleteWhatIsNoLongerShown) {
   EXPECT_TRUE(markers.clear_all(kNow_ns).empty());
 }
 
-TEST(FoxgloveMarkers, LifetimesEndWithTheFrameAfterThem) {
+TEST(FoxgloveMarkers, LifetimesEndWithFrameAfterThem) {
   FoxgloveMarkers markers = described();
   Marker box = marker(MarkerKind::boxes, {{0, 0, 0}});
   box.sim_time_ns = 100;
@@ -307,7 +307,7 @@ TEST(FoxgloveMarkers, LifetimesEndWithTheFrameAfterThem) {
   EXPECT_TRUE(markers.set("late", box, kNow_ns).empty());
 }
 
-TEST(FoxgloveMarkers, HostileCountsAreLeftOutAndCounted) {
+TEST(FoxgloveMarkers, HostileCountsAreSkipped) {
   FoxgloveMarkers markers = described();
   constexpr auto kKinds = static_cast<size_t>(MarkerKind::images);
   for (size_t kind = 0; kind < kKinds; ++kind) {
@@ -370,7 +370,7 @@ Topics topics_of(const Bytes& file) {
   return result;
 }
 
-TEST(FoxgloveMarkers, EachFileOfASeriesHasTheMarkersInForce) {
+TEST(FoxgloveMarkers, EachFileHasCurrentMarkers) {
   record::LogOptions options;
   options.foxglove = true;
   options.split_ns = 50 * kMs;
@@ -402,7 +402,7 @@ TEST(FoxgloveMarkers, EachFileOfASeriesHasTheMarkersInForce) {
   EXPECT_EQ(memory.log.unconverted_markers(), 0u);
 }
 
-TEST(FoxgloveMarkers, NamesOfCloudsDoNotFillTheFile) {
+TEST(FoxgloveMarkers, CloudNamesAreBounded) {
   record::LogOptions options;
   options.foxglove = true;
   MemoryLog memory(options);
@@ -416,7 +416,7 @@ TEST(FoxgloveMarkers, NamesOfCloudsDoNotFillTheFile) {
   EXPECT_EQ(topics.messages.at("/arm/control").size(), 301u);  // nothing of ours is lost by it
 }
 
-TEST(FoxgloveMarkers, ANewRunBeginsWithoutMarkers) {
+TEST(FoxgloveMarkers, NewRunBeginsWithoutMarkers) {
   record::LogOptions options;
   options.foxglove = true;
   MemoryLog memory(options);

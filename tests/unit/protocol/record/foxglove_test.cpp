@@ -56,7 +56,7 @@ TEST(RigidPart, RotationsAreThemselvesWhateverTheirScale) {
   }
 }
 
-TEST(RigidPart, OfEverythingElseItIsTheNearestRotation) {
+TEST(RigidPart, NonRigidGivesNearestRotation) {
   const std::vector<Affine3x4d> maps{
       {{2, 0, 0, 0, 0, 1, 0, 0, 0, 0, 5, 0}},       // non-uniform scale
       {{1, 0.7, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}},     // sheared
@@ -109,7 +109,7 @@ const foxglove::FrameTransforms* transforms_in(std::span<const std::byte> bytes)
   return flatbuffers::GetRoot<foxglove::FrameTransforms>(bytes.data());
 }
 
-TEST(Foxglove, TransformsAreInMetresOfAWorldWithZUp) {
+TEST(Foxglove, TransformsAreMetresZUp) {
   record::FoxgloveTransforms transforms;
   transforms.describe(zed_up_in_millimetres());
   std::vector<wire::Affine3x4> poses(3);
@@ -154,7 +154,7 @@ TEST(Foxglove, TransformsAreInMetresOfAWorldWithZUp) {
 
 // Viewers rotate a glTF model by 90 degrees about X on load: a node at rest must coincide with the model
 // then.
-TEST(Foxglove, ANodeLiesWhereViewersHaveItInTheModel) {
+TEST(Foxglove, NodesMatchModelFrames) {
   record::FoxgloveTransforms transforms;
   wire::StreamDescription of_the_scene = zed_up_in_millimetres();
   of_the_scene.world_from_stream = wire::StreamDescription{}.world_from_stream;
@@ -172,7 +172,7 @@ TEST(Foxglove, ANodeLiesWhereViewersHaveItInTheModel) {
   EXPECT_NEAR(node->rotation()->w(), std::sqrt(0.5), 1e-12);
 }
 
-TEST(Foxglove, NothingIsLeftToAReadersDefaults) {
+TEST(Foxglove, NothingIsLeftToReadersDefaults) {
   record::FoxgloveTransforms transforms;
   transforms.describe(zed_up_in_millimetres());
   const std::vector<wire::Affine3x4> poses(3);
@@ -186,7 +186,7 @@ TEST(Foxglove, NothingIsLeftToAReadersDefaults) {
   for (const flatbuffers::voffset_t field : {4, 6, 8, 10}) EXPECT_TRUE(rotation->CheckField(field));
 }
 
-TEST(Foxglove, ARecordingHasItsChannelsBesideOurs) {
+TEST(Foxglove, RecordingHasItsChannelsBesideOurs) {
   record::LogOptions options;
   options.writer.chunk_bytes = 2000;
   options.foxglove = true;
@@ -258,7 +258,7 @@ wire::PoseFrameView part(uint64_t sequence, uint32_t first, uint32_t count) {
   return view;
 }
 
-TEST(FrameCounter, PosesCountOnceHoweverOftenTheyArrive) {
+TEST(FrameCounter, RepeatedPosesCountOnce) {
   record::FrameCounter tally;
   tally.take(part(1, 0, 5));
   tally.take(part(1, 0, 5));  // repeated

@@ -65,7 +65,7 @@ std::vector<uint64_t> sequences_in(const Bytes& file) {
   return result;
 }
 
-TEST(Flushes, ComeAtTheIntervalAndHoldWhatIsOlder) {
+TEST(Flushes, IntervalFlushesOlderData) {
   Disk disk;
   record::LogOptions options = small_chunks();
   options.flush_ns = 50 * kMs;
@@ -91,7 +91,7 @@ TEST(Flushes, ComeAtTheIntervalAndHoldWhatIsOlder) {
   EXPECT_EQ(sequences_in(disk.flushed).size(), 402u);
 }
 
-TEST(Flushes, ComeOnlyAtTheEndWithoutAnInterval) {
+TEST(Flushes, ComeOnlyAtEndWithoutInterval) {
   Disk disk;
   record::LogOptions options = small_chunks();
   options.flush_ns = 0;
@@ -104,7 +104,7 @@ TEST(Flushes, ComeOnlyAtTheEndWithoutAnInterval) {
   EXPECT_EQ(disk.flushed, disk.bytes);
 }
 
-TEST(Flushes, AnErrorEndsTheRecordingAndIsReported) {
+TEST(Flushes, ErrorEndsRecordingAndIsReported) {
   Disk disk;
   disk.fails_to_flush = true;
   record::LogOptions options;
@@ -128,7 +128,7 @@ TEST(Flushes, AnErrorEndsTheRecordingAndIsReported) {
 }
 
 // After a failure the counts equal the messages in the file, wherever the disk was full.
-TEST(Counts, AreOfTheMessagesInTheFile) {
+TEST(Counts, AreOfMessagesInFile) {
   Disk head;  // start of the file
   ASSERT_TRUE(log_on(head, small_chunks(2500)).take(1, description(7), kBegun_ns).ok());
   for (uint64_t more_bytes = 1'000; more_bytes < 50'000; more_bytes += 1'717) {
@@ -199,7 +199,7 @@ TEST(Slots, OfEndedStreamsAreReclaimed) {
   EXPECT_EQ(frames["visitor 1"], 2);
 }
 
-TEST(Slots, AStreamThatIsNotRecordedIsReported) {
+TEST(Slots, UnrecordedStreamIsReported) {
   MemoryLog memory;
   constexpr uint64_t kSlots = 1024;
   for (uint64_t stream = 1; stream <= kSlots; ++stream)
@@ -217,7 +217,7 @@ TEST(Slots, AStreamThatIsNotRecordedIsReported) {
 
 // Readers hold the channels of a file in memory. A series continues in a new file; a single file accepts no
 // further streams.
-TEST(Slots, AFileHasNoMoreChannelsThanReadersTake) {
+TEST(Slots, ChannelsAreBounded) {
   for (const uint64_t split_ns : {uint64_t{0}, 3'600'000 * kMs}) {
     record::LogOptions options;
     options.split_ns = split_ns;

@@ -27,7 +27,7 @@ std::vector<Bytes> two_streams(MemoryLog& memory, uint64_t frames) {
   return sent;
 }
 
-TEST(RecordStream, ARecordingIsTheStreamByteByByte) {
+TEST(RecordStream, RecordingIsStreamByteByByte) {
   MemoryLog memory(small_chunks());
   const std::vector<Bytes> sent = two_streams(memory, 300);
   ASSERT_TRUE(memory.log.finish().ok());
@@ -69,7 +69,7 @@ TEST(RecordStream, EveryValueOfScalarsIsPlayed) {
   EXPECT_EQ(got, sent);
 }
 
-TEST(RecordStream, SeekingGivesWhatIsInForceFirst) {
+TEST(RecordStream, SeekStartsWithState) {
   MemoryLog memory(small_chunks());
   two_streams(memory, 300);
   ASSERT_TRUE(memory.log.finish().ok());
@@ -97,7 +97,7 @@ TEST(RecordStream, SeekingGivesWhatIsInForceFirst) {
   EXPECT_EQ(end[0].message, description(8, "crane", 2));
 }
 
-TEST(RecordStream, FilesThatWereBegunInTheMiddleStandAlone) {
+TEST(RecordStream, LaterFilesStandAlone) {
   record::LogOptions options = small_chunks();
   options.split_bytes = 12'000;
   MemoryLog memory(options);
@@ -120,7 +120,7 @@ TEST(RecordStream, FilesThatWereBegunInTheMiddleStandAlone) {
   EXPECT_EQ(got, sent);
 }
 
-TEST(RecordStream, SeekingKeepsNoMoreThanItMay) {
+TEST(RecordStream, SeekMemoryIsBounded) {
   MemoryLog memory;
   constexpr uint64_t kEdits = 8000;
   ASSERT_TRUE(memory.take(description(7), 0));
@@ -140,7 +140,7 @@ TEST(RecordStream, SeekingKeepsNoMoreThanItMay) {
   EXPECT_GT(playback->refused(), 0u);
 }
 
-TEST(RecordStream, ADamagedDescriptionIsRepairedByTheNextSnapshot) {
+TEST(RecordStream, SnapshotRepairsDescription) {
   MemoryLog memory(small_chunks());
   two_streams(memory, 300);
   ASSERT_TRUE(memory.log.finish().ok());

@@ -39,7 +39,7 @@ TEST(StreamLog, WhatIsAttachedFillsNoFile) {
 
 // Each file of a series describes a stream before its other messages, in the order of the original
 // descriptions.
-TEST(StreamLog, NoFrameIsInAFileWithoutItsDescription) {
+TEST(StreamLog, FramesFollowDescriptions) {
   record::LogOptions options;  // one chunk per file: a returning stream starts in the middle of a chunk
   options.split_bytes = 4'000;
   MemoryLog memory(options);
@@ -64,7 +64,7 @@ TEST(StreamLog, NoFrameIsInAFileWithoutItsDescription) {
   EXPECT_EQ(of_arm, (std::vector<Bytes>{description(7), edit(7, 1, "link_0", false), frame(7, 2)}));
 }
 
-TEST(StreamLog, AStreamDescribesItselfBeforeASnapshotDoes) {
+TEST(StreamLog, StreamDescribesItselfBeforeSnapshotDoes) {
   MemoryLog memory(small_chunks(1));  // each message starts a chunk
   constexpr uint64_t kLongest = 400;
   ASSERT_TRUE(memory.take(description(1, "long", kLongest), 0, 1));
@@ -91,7 +91,7 @@ TEST(StreamLog, AStreamDescribesItselfBeforeASnapshotDoes) {
   EXPECT_EQ(described.size(), 41u);
 }
 
-TEST(StreamLog, SnapshotsOfManyStreamsTakeNoMoreThanANinth) {
+TEST(StreamLog, SnapshotsTakeANinthAtMost) {
   MemoryLog memory(small_chunks());
   constexpr uint64_t kStreams = 30;
   for (uint64_t stream = 1; stream <= kStreams; ++stream)
@@ -139,7 +139,7 @@ TEST(StreamLog, StreamsThatEndedGiveWay) {
   EXPECT_EQ(memory.log.refused(), refused);
 }
 
-TEST(StreamLog, AnOldChunkEndsAndATickEndsIt) {
+TEST(StreamLog, TickEndsOldChunk) {
   MemoryLog memory;  // chunks of a megabyte or a second
   ASSERT_TRUE(memory.take(description(7), 0));
   ASSERT_TRUE(memory.take(frame(7, 1), 1));
@@ -196,7 +196,7 @@ Bytes unknown_edit(uint64_t epoch, uint64_t version) {
   return known;
 }
 
-TEST(StreamLog, EditsThatNobodyKnowsAreInSnapshotsToo) {
+TEST(StreamLog, UnknownEditsAreInSnapshots) {
   record::LogOptions options = small_chunks();
   options.split_bytes = 8'000;
   MemoryLog memory(options);
@@ -219,7 +219,7 @@ TEST(StreamLog, EditsThatNobodyKnowsAreInSnapshotsToo) {
 }
 
 // A stream that another connection took over does not end with its previous connection.
-TEST(StreamLog, WhoTakesAStreamOverHasItAlone) {
+TEST(StreamLog, TakeoverIsExclusive) {
   MemoryLog memory;
   ASSERT_TRUE(memory.take(description(7), 0, 1));
   ASSERT_TRUE(memory.take(wire::encode(wire::Goodbye{7}), 1, 1));  // and stays connected
@@ -264,7 +264,7 @@ class StuckSink final : public record::Sink {
   std::string name_ = "stuck";
 };
 
-TEST(LogThread, WhatIsBeingWrittenCountsAsWaiting) {
+TEST(LogThread, WritesInProgressAreWaiting) {
   StuckSink::State disk;
   record::LogThread log(record::StreamLog(
                             [&](uint32_t) -> Result<std::unique_ptr<record::Sink>> {

@@ -94,7 +94,7 @@ uint64_t at_ms(uint64_t ms) {
   return kBegun_ns + ms * kMs;
 }
 
-TEST(ReplayLink, EachFrameComesOnceWithWhatBelongsToIt) {
+TEST(ReplayLink, FramesComeOnceWithState) {
   const auto link = open(forty_frames(), each_frame());
   for (uint64_t s = 1; s <= 40; ++s) {
     const std::vector<Said> said = poll(*link);
@@ -112,7 +112,7 @@ TEST(ReplayLink, EachFrameComesOnceWithWhatBelongsToIt) {
   EXPECT_EQ(link->timeline().frames, 40u);
 }
 
-TEST(ReplayLink, StreamsEndWhereThatIsAskedFor) {
+TEST(ReplayLink, StreamsEndOnRequest) {
   ReplayOptions options = each_frame();
   options.end_streams = true;
   const auto link = open(forty_frames(), options);
@@ -122,7 +122,7 @@ TEST(ReplayLink, StreamsEndWhereThatIsAskedFor) {
   EXPECT_EQ(of_kind(said, "goodbye").size(), 1u);
 }
 
-TEST(ReplayLink, SeekingShowsTheNewestFrameUpToThatMoment) {
+TEST(ReplayLink, SeekShowsNewestFrame) {
   const auto link = open(forty_frames(), each_frame());
   link->pause();
   std::vector<uint64_t> epochs;
@@ -152,7 +152,7 @@ TEST(ReplayLink, SeekingShowsTheNewestFrameUpToThatMoment) {
   EXPECT_EQ(sequences(poll(*link)), std::vector<uint64_t>{25}) << "and on from there";
 }
 
-TEST(ReplayLink, SeekingEndsStreamsThatWereNotThereYet) {
+TEST(ReplayLink, SeekBackEndsLaterStreams) {
   MemoryLog memory;
   ASSERT_TRUE(memory.take(description(7), 0));
   ASSERT_TRUE(memory.take(frame(7, 1), 1));
@@ -193,7 +193,7 @@ TEST(ReplayLink, StepsPlayOneFrameEach) {
   EXPECT_EQ(link->timeline().start_ns, at_ms(0));
 }
 
-TEST(ReplayLink, StepsBackShowTheFrameBefore) {
+TEST(ReplayLink, StepsBackShowFrameBefore) {
   ReplayOptions options;
   options.speed = 1e-6;  // effectively paused
   const auto link = open(forty_frames(), options);
@@ -218,7 +218,7 @@ TEST(ReplayLink, StepsBackShowTheFrameBefore) {
   EXPECT_EQ(sequences(poll(*link)), std::vector<uint64_t>{2});
 }
 
-TEST(ReplayLink, SpeedAndPauseMoveThePosition) {
+TEST(ReplayLink, SpeedAndPauseMovePosition) {
   ReplayOptions options;
   options.speed = 0;
   const auto link = open(forty_frames(), options);
@@ -233,7 +233,7 @@ TEST(ReplayLink, SpeedAndPauseMoveThePosition) {
   EXPECT_EQ(link->timeline().frames, 40u);
 }
 
-TEST(ReplayLink, PacedFramesComeNoEarlierThanTheirTime) {
+TEST(ReplayLink, PacedFramesAreNotEarly) {
   const auto link = open(forty_frames(), {});
   poll(*link);
   const auto begun = std::chrono::steady_clock::now();
@@ -250,7 +250,7 @@ TEST(ReplayLink, PacedFramesComeNoEarlierThanTheirTime) {
   EXPECT_EQ(came.size(), 40u);
 }
 
-TEST(ReplayLink, ALoopIsANewRun) {
+TEST(ReplayLink, LoopIsNewRun) {
   ReplayOptions options = each_frame();
   options.loop = true;
   options.start_s = 0.0101;
@@ -269,7 +269,7 @@ TEST(ReplayLink, ALoopIsANewRun) {
 }
 
 // For any number of messages: progress must not depend on the interval of time checks.
-TEST(ReplayLink, ALoopAsFastAsCanBeIsARoundAPollAtMost) {
+TEST(ReplayLink, FastLoopIsOneRoundPerPoll) {
   for (uint64_t frames = 1; frames <= 32; ++frames) {
     MemoryLog memory;
     ASSERT_TRUE(memory.take(description(7), 0));
@@ -305,7 +305,7 @@ class SlowSource final : public record::Source {
   record::MemorySource memory_;
 };
 
-TEST(ReplayLink, ALoopThatBeginsInTheMiddleIsLookedForPieceByPiece) {
+TEST(ReplayLink, LateLoopStartIsIncremental) {
   ReplayOptions options;
   options.loop = true;
   options.speed = 0;
@@ -333,7 +333,7 @@ TEST(ReplayLink, ALoopThatBeginsInTheMiddleIsLookedForPieceByPiece) {
   EXPECT_EQ(of_kind(said, "description").size(), 1u);
 }
 
-TEST(ReplayLink, PartsAndPartialFramesComeAsWholeOnes) {
+TEST(ReplayLink, PartsBecomeWholeFrames) {
   MemoryLog memory;
   ASSERT_TRUE(memory.take(description(7), 0));
   std::vector<wire::Affine3x4> poses(3);
@@ -396,7 +396,7 @@ TEST(ReplayLink, StreamsAreChosenByName) {
       << none.error().message;
 }
 
-TEST(ReplayLink, WhatNobodyChoseComesInItsTimeToo) {
+TEST(ReplayLink, UnselectedStreamsKeepTime) {
   MemoryLog memory;
   ASSERT_TRUE(memory.take(description(7), 0));
   ASSERT_TRUE(memory.take(frame(7, 1), 0));
@@ -429,7 +429,7 @@ TEST(ReplayLink, FindsSimulatedTimes) {
   EXPECT_EQ(link->timeline().position_ns, at_ms(1)) << "where it was";
 }
 
-TEST(ReplayLink, DamageIsSaidOnceAndPassedOver) {
+TEST(ReplayLink, DamageIsReportedOnce) {
   Bytes file = small_recording(record::Compression::zstd, 300, 1000);
   size_t chunks = 0;
   {
@@ -447,7 +447,7 @@ TEST(ReplayLink, DamageIsSaidOnceAndPassedOver) {
   EXPECT_LT(sequences(said).size(), 300u);
 }
 
-TEST(ReplayLink, APollDoesNotReadThroughAllDamage) {
+TEST(ReplayLink, PollSkipsBoundedDamage) {
   Bytes file = small_recording(record::Compression::none, 300, 1000);
   size_t chunks = 0;
   {

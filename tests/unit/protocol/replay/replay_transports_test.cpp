@@ -83,7 +83,7 @@ class ReplayLinks : public testing::TestWithParam<const char*> {
   transport::test::Secured secured_;
 };
 
-TEST_P(ReplayLinks, AFrameWithMissingPartsIsNeverShown) {
+TEST_P(ReplayLinks, IncompleteFrameIsNotShown) {
   const Ends ends = this->ends();
   transport::test::Listener listener(ends.uri, ends.listener);
   ASSERT_TRUE(listener.link);

@@ -77,7 +77,7 @@ TEST(StreamPlayer, VerbatimIsWhatWasRecorded) {
   EXPECT_EQ(on.player->counts().skipped, 1u);
 }
 
-TEST(StreamPlayer, ElseTimesAreThoseOfNowAndNothingElseChanges) {
+TEST(StreamPlayer, TimesAreRebasedAlone) {
   OnLink on(1 << 20, true, false);
   on.play(description(7), Played::Kind::description);
   on.play(frame(7, 3));
@@ -94,7 +94,7 @@ TEST(StreamPlayer, ElseTimesAreThoseOfNowAndNothingElseChanges) {
   EXPECT_NE(std::get<wire::StreamDescription>(*told).clock.boot_id, "boot");
 }
 
-TEST(StreamPlayer, ALinkIsGivenSoManyEditsAndNoMore) {
+TEST(StreamPlayer, EditsPerLinkAreBounded) {
   OnLink on(1 << 20, true, true);
   on.play(description(7), Played::Kind::description);
   const Bytes one = edit(7, 1, "link_0", false);
@@ -108,7 +108,7 @@ TEST(StreamPlayer, ALinkIsGivenSoManyEditsAndNoMore) {
   EXPECT_EQ(on.link->keys.size(), 65'538u);
 }
 
-TEST(StreamPlayer, ALoopIsANewRunAndSaysThatItJumped) {
+TEST(StreamPlayer, LoopIsMarkedDiscontinuity) {
   OnLink on(1 << 20, true, true);
   for (int pass = 0; pass < 2; ++pass) {
     if (pass != 0) on.player->jump(true);
@@ -129,7 +129,7 @@ TEST(StreamPlayer, ALoopIsANewRunAndSaysThatItJumped) {
   EXPECT_EQ(std::get<wire::SceneEdit>(*edited).epoch, epoch);
 }
 
-TEST(StreamPlayer, FramesAreCutAndPutTogetherAsTheLinkNeeds) {
+TEST(StreamPlayer, FramesFitTheLink) {
   constexpr uint32_t kNodes = 50;
   const Bytes whole = frame(7, 1, kNodes);
   OnLink datagrams(1148, true, true);
@@ -166,7 +166,7 @@ wire::PoseFrameView part_view(uint64_t sequence, uint32_t first, std::span<const
   return view;
 }
 
-TEST(StreamPlayer, PartsWithOtherHeadersAreOfNoFrame) {
+TEST(StreamPlayer, ForeignPartsAreDropped) {
   const std::vector<wire::Affine3x4> poses(3);
   OnLink on(1 << 20, false, true);
   on.play(description(7, "arm", 6), Played::Kind::description);
@@ -180,7 +180,7 @@ TEST(StreamPlayer, PartsWithOtherHeadersAreOfNoFrame) {
   EXPECT_EQ(on.player->counts().frames, 1u);
 }
 
-TEST(StreamPlayer, WhatIsGatheredIsTheNewestWholeFrame) {
+TEST(StreamPlayer, NewestWholeFrameIsGathered) {
   std::vector<wire::Affine3x4> poses(6);
   OnLink on(1 << 20, false, true);
   on.play(description(7, "arm", 6), Played::Kind::description);
@@ -225,7 +225,7 @@ TEST(StreamPlayer, PartialFramesBuildOnWholeOnes) {
   }
 }
 
-TEST(StreamPlayer, APartialFrameDoesNotBuildOnAnIncompleteOne) {
+TEST(StreamPlayer, PartialNeedsCompleteFrame) {
   const std::vector<uint32_t> indices{1};
   const std::vector<wire::Affine3x4> poses(6);
   OnLink on(1 << 20, false, true);

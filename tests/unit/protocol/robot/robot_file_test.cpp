@@ -139,7 +139,7 @@ TEST(RobotFile, DamagedFilesAreReadOrRefused) {
   EXPECT_GT(read, 200u);
 }
 
-TEST(RobotFile, ALongChainOfBodiesIsNoRecursion) {
+TEST(RobotFile, LongBodyChainIsIterative) {
   Json file = valid();
   Json bodies = Json::array({{{"node", "a"}}});
   for (int i = 1; i < 50'000; ++i)

@@ -38,7 +38,7 @@ TEST(Robot, TwoRevoluteJointsInAPlane) {
               kTolerance, "end");
 }
 
-TEST(Robot, AnchorAndReferenceOfARevoluteJoint) {
+TEST(Robot, AnchorAndReferenceOfRevoluteJoint) {
   // A door: its hinge is at (1, 0, 0) of the body, and it is not displaced at 0.5.
   RobotHandle robot(scene(R"({"node":"a","translation":[5,0,0]})",
                           R"({"name":"hinge","type":"revolute","node":"a","axis":[0,0,1],"anchor":[1,0,0],
@@ -85,7 +85,7 @@ TEST(Robot, BallAndFloatingJoints) {
   EXPECT_NEAR(robot.positions()[5], h, kTolerance);
 }
 
-TEST(Robot, SeveralJointsMoveABodyInTheirOrder) {
+TEST(Robot, JointsApplyInOrder) {
   RobotHandle robot(scene(R"({"node":"a"})", R"({"name":"turn","type":"revolute","node":"a","axis":[0,0,1]},
       {"name":"slide","type":"prismatic","node":"a","axis":[1,0,0]})"));
   robot.set({kPi / 2, 3});  // the slide's axis has turned with the body
@@ -173,7 +173,7 @@ TEST(Robot, BaseMovesAllBodies) {
   expect_near(robot.pose("a"), {1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0}, kTolerance, "without a base");
 }
 
-TEST(Robot, DescriptionHasTheFrameAndTheScalesOfTheScene) {
+TEST(Robot, DescriptionHasSceneFrame) {
   // The root turns Z up to Y up and makes metres of millimetres; node a has a scale of its own, one side of
   // it 0.
   const std::string root =

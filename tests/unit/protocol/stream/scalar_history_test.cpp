@@ -126,7 +126,7 @@ TEST(ScalarHistory, IsBoundedAndCharged) {
   EXPECT_EQ(poor.apply(values(2, "b", 0, {1})), Outcome::accepted);
 }
 
-TEST(ScalarHistory, KeepsStatisticsOnlyIfThatIsMeant) {
+TEST(ScalarHistory, StatisticsAreOptional) {
   ScalarHistory history(nullptr, ScalarHistory::Keep::statistics);
   history.apply(declaration(1, "a", 1));
   for (int64_t t = 0; t < 100; ++t)

@@ -79,7 +79,7 @@ class Images : public ::testing::TestWithParam<std::string> {
 
 INSTANTIATE_TEST_SUITE_P(Links, Images, ::testing::Values("shm", "tcp"));
 
-TEST_P(Images, ComeAsTheyWereSentWithRepliesBetween) {
+TEST_P(Images, ImagesAndRepliesInterleave) {
   make_room(4);
   for (uint64_t number = 1; number <= 200; ++number) {
     ASSERT_TRUE(send(number, number));
@@ -95,7 +95,7 @@ TEST_P(Images, ComeAsTheyWereSentWithRepliesBetween) {
   EXPECT_EQ(publisher_->stats().images_received, 200u);
 }
 
-TEST_P(Images, WithRandomDepthInFlightAndImagesHeldNothingIsMixedUp) {
+TEST_P(Images, HeldImagesAreNotMixed) {
   constexpr uint64_t kImages = 1000, kRequests = 16;
   make_room(kRequests);
   std::mt19937_64 random(7);
@@ -133,7 +133,7 @@ TEST_P(Images, WithRandomDepthInFlightAndImagesHeldNothingIsMixedUp) {
   }
 }
 
-TEST_P(Images, OfARequestThatNobodyReadsTheNewestStays) {
+TEST_P(Images, UnreadRequestKeepsNewest) {
   make_room(1);
   // More images than shared memory has notices for; a lost notice must not lose the image before it.
   uint64_t newest = 0;
@@ -153,7 +153,7 @@ TEST_P(Images, OfARequestThatNobodyReadsTheNewestStays) {
   EXPECT_TRUE(send(9, 6001)) << "there is room again";
 }
 
-TEST_P(Images, ThatContradictThemselvesAreDroppedAndCounted) {
+TEST_P(Images, ContradictoryImagesAreDropped) {
   make_room(2);
   const std::string head = "head";
   ASSERT_TRUE(
@@ -195,7 +195,7 @@ TEST_P(Images, ToWhoIsGoneAreLost) {
   for (uint64_t number = 1; number <= 100; ++number) send(1, number);
 }
 
-TEST(ShmImages, HeldSlotsAreNotTakenAndLostImagesAreCounted) {
+TEST(ShmImages, HeldSlotsAreNotReused) {
   Listener listener(unique_shm_uri("held"));
   auto publisher = open_publisher_or_fail(listener.link->uri());
   ASSERT_TRUE(publisher->set_description(bytes_of("d")).ok());
@@ -219,7 +219,7 @@ TEST(ShmImages, HeldSlotsAreNotTakenAndLostImagesAreCounted) {
       << "longer than a slot";
 }
 
-TEST(ShmImages, ALaterRendererFindsThePoseThatWasPublishedBeforeTheRequest) {
+TEST(ShmImages, LaterRendererGetsEarlierPose) {
   const std::string uri = unique_shm_uri("paused");
   auto publisher = open_publisher_or_fail(uri);
   ASSERT_TRUE(publisher->set_description(bytes_of("d")).ok());
@@ -229,7 +229,7 @@ TEST(ShmImages, ALaterRendererFindsThePoseThatWasPublishedBeforeTheRequest) {
   EXPECT_TRUE(later.poll_until([&] { return later.saw(Kind::pose, "paused"); }));
 }
 
-TEST(ShmImages, WhoReadOnDoesNotSeeThatPoseTwice) {
+TEST(ShmImages, PoseIsNotRepeated) {
   const std::string uri = unique_shm_uri("carried");
   Listener listener(uri, {.delivery = Delivery::all});
   auto publisher = open_publisher_or_fail(uri);
@@ -243,7 +243,7 @@ TEST(ShmImages, WhoReadOnDoesNotSeeThatPoseTwice) {
 }
 
 // A renderer killed during a write leaves an incomplete slot.
-TEST(ShmImages, WhatADeadRendererWasWritingIsFreed) {
+TEST(ShmImages, DeadRenderersSlotIsFreed) {
   const std::string uri = unique_shm_uri("dead");
   auto publisher = open_publisher_or_fail(uri);
   ASSERT_TRUE(publisher->set_description(bytes_of("d")).ok());
@@ -266,7 +266,7 @@ TEST(ShmImages, WhatADeadRendererWasWritingIsFreed) {
 }
 
 // The renderer changes the length of the head after the publisher's check (TOCTOU).
-TEST(ImageBlock, IsConsistentWhileAnotherThreadChangesIt) {
+TEST(ImageBlock, ConcurrentChangesAreConsistent) {
   constexpr size_t kTurns = 200'000;
   std::vector<std::byte> block(wire::max_block_bytes(4096));
   const std::string head(100, 'h');
@@ -292,7 +292,7 @@ TEST(ImageBlock, IsConsistentWhileAnotherThreadChangesIt) {
   EXPECT_GT(refused, 0u);
 }
 
-TEST(ImageQueue, KeepsTheNewestOfEachWithinItsBound) {
+TEST(ImageQueue, NewestAreKeptWithinBound) {
   using Block = std::vector<std::byte>;
   ImageQueue<Block> queue(100, 3);
   EXPECT_EQ(queue.push(1, Block(40)).size(), 0u);

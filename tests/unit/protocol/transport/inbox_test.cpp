@@ -47,7 +47,7 @@ PeerLimits small_limits() {
   return limits;
 }
 
-TEST(Inbox, UnreadMessagesOfOnePeerNeverCostAnotherPeersMessages) {
+TEST(Inbox, PeersDoNotStealMessages) {
   Inboxed all(small_limits());
   for (PeerId peer = 1; peer <= 4; ++peer) all.connect(peer);
   for (PeerId peer = 1; peer <= 3; ++peer)
@@ -78,7 +78,7 @@ TEST(Inbox, ChargesEndWithTheirPeer) {
   EXPECT_EQ(all.inbox.entries(), 0u);
 }
 
-TEST(Inbox, ChargesOfMessagesThatACallbackThrewAwayAreGivenBack) {
+TEST(Inbox, DiscardedMessagesAreRefunded) {
   Inboxed all;
   for (PeerId peer = 1; peer <= 3; ++peer) {
     all.connect(peer);
@@ -88,7 +88,7 @@ TEST(Inbox, ChargesOfMessagesThatACallbackThrewAwayAreGivenBack) {
   EXPECT_LE(all.pool->used(Resource::received_bytes), uint64_t{3 * 64} << 10);
 }
 
-TEST(Inbox, KeepsTheOrderOfPosesAndControlMessages) {
+TEST(Inbox, PoseAndControlOrderIsKept) {
   Inboxed all;
   all.connect(1);
   all.inbox.pose_part(1, message("9"), 9, true);
@@ -103,7 +103,7 @@ TEST(Inbox, KeepsTheOrderOfPosesAndControlMessages) {
   EXPECT_EQ(order, " 9 a 8 b 9b end ");
 }
 
-TEST(Inbox, APausedPeerKeepsItsMessagesAndIsFull) {
+TEST(Inbox, PausedPeerKeepsMessages) {
   Inboxed all;
   all.connect(1);
   all.connect(2);
@@ -136,13 +136,13 @@ uint64_t examined_for(uint64_t waiting, uint64_t frames) {
   return all.inbox.examined_messages() - before;
 }
 
-TEST(Inbox, DroppingOlderPartsCostsWhatIsDropped) {
+TEST(Inbox, DroppedPartsAreRefunded) {
   EXPECT_EQ(examined_for(100, 200), 199u);
   EXPECT_EQ(examined_for(400, 200), 199u) << "does not grow with the messages that wait";
   EXPECT_EQ(examined_for(100, 800), 799u);
 }
 
-TEST(Inbox, AFloodOfNotesHidesNoOtherCause) {
+TEST(Inbox, FloodedNotesKeepOtherCauses) {
   Inboxed all;
   for (int i = 0; i < 80; ++i) {
     const std::string text = "bad " + std::to_string(i);
@@ -154,7 +154,7 @@ TEST(Inbox, AFloodOfNotesHidesNoOtherCause) {
   EXPECT_EQ(all.events.back().text, "test://: other version");
 }
 
-TEST(NoteLimiter, AllowsAFewNotesPerCauseAndWindow) {
+TEST(NoteLimiter, NotesPerCauseAreLimited) {
   NoteLimiter limiter;
   std::vector<std::string> summaries;
   const auto allow = [&](int i, int64_t at_s) {
@@ -173,7 +173,7 @@ TEST(NoteLimiter, AllowsAFewNotesPerCauseAndWindow) {
   EXPECT_TRUE(allow(1000, 111)) << "a later note of the same cause";
 }
 
-TEST(NoteLimiter, CountsEqualNotesFromManyAddressesOnce) {
+TEST(NoteLimiter, EqualNotesCountOnce) {
   NoteLimiter limiter;
   std::vector<std::string> summaries;
   size_t shown = 0;

@@ -44,7 +44,7 @@ class States : public testing::TestWithParam<const char*> {
   }
 };
 
-TEST_P(States, AJoinerGetsTheNewestOfEachKeyAfterTheDescriptionAndBeforePoses) {
+TEST_P(States, JoinerGetsStatesBeforePoses) {
   Listener listener(listener_uri());
   auto publisher = open_publisher_or_fail(listener.link->uri());
   ASSERT_TRUE(publisher->set_description(bytes_of("d")));
@@ -84,7 +84,7 @@ TEST_P(States, WhoComesLaterGetsASnapshot) {
   ASSERT_TRUE(second.poll_until([&] { return second.saw(Kind::control, padded("100")); }));
 }
 
-TEST_P(States, NoNumberOfThemIsTooManyForOneThatPollsSeldom) {
+TEST_P(States, SlowPollerGetsAllStates) {
   Listener listener(listener_uri());
   auto publisher = open_publisher_or_fail(listener.link->uri());
   ASSERT_TRUE(publisher->set_description(bytes_of("d")));
@@ -111,7 +111,7 @@ TEST_P(States, ADescriptionEndsThem) {
   EXPECT_EQ(texts(listener), (std::vector<std::string>{"d", "1", "2", "e", "1 again"}));
 }
 
-TEST_P(States, APartialFrameIsSentWhereAWholeOneWentBefore) {
+TEST_P(States, PartialFollowsWholeFrame) {
   Listener listener(listener_uri());
   auto publisher = open_publisher_or_fail(listener.link->uri());
   ASSERT_TRUE(publisher->set_description(bytes_of("d")));
@@ -145,7 +145,7 @@ TEST_P(States, APartialFrameIsSentWhereAWholeOneWentBefore) {
 INSTANTIATE_TEST_SUITE_P(Links, States, testing::Values("shm", "tcp", "udp"),
                          [](const auto& test) { return std::string(test.param); });
 
-TEST(StatesTcp, AQueueThatGivesUpAPartialFrameSendsTheWholeOne) {
+TEST(StatesTcp, DroppedPartialBecomesWhole) {
   Listener listener("tcp://127.0.0.1:0");
   auto publisher = open_publisher_or_fail(listener.link->uri());
   ASSERT_TRUE(publisher->set_description(bytes_of("d")));
@@ -165,7 +165,7 @@ TEST(StatesTcp, AQueueThatGivesUpAPartialFrameSendsTheWholeOne) {
   EXPECT_FALSE(listener.saw(Kind::pose, "all of 1"));
 }
 
-TEST(StatesBatches, ABatchEndsHoweverFastKeysChange) {
+TEST(StatesBatches, BatchEndsHoweverFastKeysChange) {
   KeyedStates states;
   StateBatches batches;
   const auto put = [&](uint64_t key, std::string_view text) { states.put(key, shared(text)); };
@@ -193,7 +193,7 @@ wire::Bytes bundle_of(size_t records, size_t message_bytes) {
   return bundle;
 }
 
-TEST(StatesUdp, ADamagedBundleIsNotOpened) {
+TEST(StatesUdp, DamagedBundleIsNotOpened) {
   wire::Bytes two = bundle_of(2, 13);
   const auto opened = udp::open_bundle(two);
   ASSERT_TRUE(opened);
@@ -207,7 +207,7 @@ TEST(StatesUdp, ADamagedBundleIsNotOpened) {
   EXPECT_FALSE(udp::open_bundle(two));
 }
 
-TEST(StatesUdp, ABundleHoldsAtMost256RecordsThatCanBeMessages) {
+TEST(StatesUdp, BundleHolds256RecordsAtMost) {
   EXPECT_EQ(udp::open_bundle(bundle_of(256, 12))->size(), 256u);
   EXPECT_FALSE(udp::open_bundle(bundle_of(257, 12)));
   EXPECT_FALSE(udp::open_bundle(bundle_of(1, 11)));
@@ -215,7 +215,7 @@ TEST(StatesUdp, ABundleHoldsAtMost256RecordsThatCanBeMessages) {
   EXPECT_EQ(udp::open_bundle(bundle_of(1, 1 << 20))->size(), 1u) << "long states are states";
 }
 
-TEST(StatesUdp, ABundleIsFilledUpTo256Records) {
+TEST(StatesUdp, BundleIsFilledUpTo256Records) {
   KeyedStates states;
   for (uint64_t key = 0; key < 1000; ++key) {
     KeyedState record = udp::make_record(wire::Bytes(12, std::byte{7}));
@@ -234,7 +234,7 @@ TEST(StatesUdp, ABundleIsFilledUpTo256Records) {
 }
 
 // Values of one key come as a series if the reader polls before the log has been compacted twice.
-TEST(StatesShm, AReaderThatKeepsUpHasEachValue) {
+TEST(StatesShm, FastReaderGetsEachValue) {
   Listener listener(unique_shm_uri("series"));
   auto publisher = open_publisher_or_fail(listener.link->uri());
   ASSERT_TRUE(publisher->set_description(bytes_of("d")));
@@ -253,7 +253,7 @@ TEST(StatesShm, AReaderThatKeepsUpHasEachValue) {
   EXPECT_EQ(got, expected);
 }
 
-TEST(StatesShm, AReaderThatIsLappedHasWhatIsNewestInTheEnd) {
+TEST(StatesShm, LappedReaderGetsNewest) {
   const std::string uri = unique_shm_uri("lap");
   Listener listener(uri);
   auto publisher = open_publisher_or_fail(uri);
@@ -279,7 +279,7 @@ TEST(StatesShm, AReaderThatIsLappedHasWhatIsNewestInTheEnd) {
   EXPECT_EQ(listener.count(Kind::disconnected), 0u);
 }
 
-TEST(StatesShm, AWriterKilledAnywhereLeavesWholeStatesInOrder) {
+TEST(StatesShm, KilledWriterLeavesOrder) {
   const std::string uri = unique_shm_uri("kill-states");
   std::mt19937 generator(11);
   for (uint64_t run = 0; run < 20; ++run) {

@@ -9,7 +9,7 @@
 namespace fire3dv::transport::test {
 namespace {
 
-TEST(LinkLocal, EveryLinkTakesTheInterfaceWithTheAddress) {
+TEST(LinkLocal, EveryLinkTakesInterfaceWithAddress) {
   const Secured secured;
   const std::string host = "[" + std::string(OwnNetwork::kLinkLocal) + "%" + OwnNetwork::interface() + "]";
   if (OwnNetwork::interface() != "f3d0") GTEST_SKIP() << "needs a namespace with a network of its own";
@@ -28,7 +28,7 @@ TEST(LinkLocal, EveryLinkTakesTheInterfaceWithTheAddress) {
   }
 }
 
-TEST(LinkLocal, TheSameAddressOnTwoLinksIsTwoPeers) {
+TEST(LinkLocal, SameAddressOnTwoLinks) {
   const auto address = [](uint32_t scope) {
     Address made;
     auto& v6 = reinterpret_cast<sockaddr_in6&>(made.storage);

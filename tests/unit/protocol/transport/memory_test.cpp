@@ -42,7 +42,7 @@ std::shared_ptr<BudgetPool> small_budgets(uint64_t per_peer, uint64_t reserved, 
 }
 constexpr uint64_t kMiB = 1 << 20;
 
-TEST(Memory, AnUnfinishedMessageBeyondTheBudgetEndsItsPeerAlone) {
+TEST(Memory, UnfinishedMessageEndsItsPeer) {
   ListenerOptions options;
   options.budgets = small_budgets(8 * kMiB, kMiB, 2 * kMiB);
   Listener listener("tcp://127.0.0.1:0", options);
@@ -60,7 +60,7 @@ TEST(Memory, AnUnfinishedMessageBeyondTheBudgetEndsItsPeerAlone) {
   EXPECT_TRUE(publish_until_seen(*publisher, listener, frame)) << "within its reserve";
 }
 
-TEST(Memory, APoseBeyondTheBudgetIsSkipped) {
+TEST(Memory, PoseBeyondBudgetIsSkipped) {
   ListenerOptions options;
   options.budgets = small_budgets(kMiB, kMiB, kMiB);
   Listener listener("tcp://127.0.0.1:0", options);
@@ -78,7 +78,7 @@ TEST(Memory, APoseBeyondTheBudgetIsSkipped) {
 
 // Images of 512 KiB to peers that do not read fill their budgets and the shared amount. Each image of a third
 // peer arrives, from its reserve.
-TEST(Memory, PeersThatDoNotReadTheirImagesTakeNoOthersRoom) {
+TEST(Memory, UnreadImagesUseOwnBudget) {
   constexpr size_t kPixels = 512 << 10, kImages = 25, kRequests = 40;
   ListenerOptions options;
   options.budgets = small_budgets(16 * kMiB, 2 * kMiB, 20 * kMiB);
@@ -121,7 +121,7 @@ TEST(Memory, PeersThatDoNotReadTheirImagesTakeNoOthersRoom) {
   }));
 }
 
-TEST(Memory, APeerWhoseMessageFindsNoMemoryIsEndedAndOthersGoOn) {
+TEST(Memory, OutOfMemoryEndsOnePeer) {
   Listener listener("tcp://127.0.0.1:0");
   Claimer claimer(listener.link->uri(), 100u << 20);
   {
@@ -136,7 +136,7 @@ TEST(Memory, APeerWhoseMessageFindsNoMemoryIsEndedAndOthersGoOn) {
   EXPECT_TRUE(publish_until_seen(*publisher, listener, "pose"));
 }
 
-TEST(Memory, MessagesThatNobodyPollsAreBoundedPerPeer) {
+TEST(Memory, UnpolledMessagesAreBounded) {
   ListenerOptions options;
   options.budgets = small_budgets(kMiB, kMiB, kMiB);
   options.delivery = Delivery::all;
@@ -161,7 +161,7 @@ TEST(Memory, MessagesThatNobodyPollsAreBoundedPerPeer) {
   EXPECT_LE(listener.count(Kind::pose), 4u + 1u);
 }
 
-TEST(Memory, ADescriptionThatFindsNoMemoryLeavesTheEarlierOneInForce) {
+TEST(Memory, OutOfMemoryKeepsDescription) {
   const std::string uri = unique_shm_uri("memory");
   auto publisher = open_publisher_or_fail(uri);
   ASSERT_TRUE(publisher->set_description(bytes_of("first")));

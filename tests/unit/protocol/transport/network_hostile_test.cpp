@@ -45,7 +45,7 @@ TEST(TcpHostile, RandomBytes) {
   EXPECT_LT(victim.listener.count(Kind::note), 25u) << "equal notes are counted, not repeated";
 }
 
-TEST(TcpHostile, AnotherVersionIsAnsweredAndThenClosed) {
+TEST(TcpHostile, OtherVersionIsAnsweredAndClosed) {
   Victim victim(kTcp);
   RawSocket stranger(victim.listener.link->uri(), SOCK_STREAM);
   tcp::Preface preface;
@@ -88,7 +88,7 @@ TEST(TcpHostile, BrokenFramesEndThatConnectionAlone) {
   victim.expect_alive();
 }
 
-TEST(TcpHostile, AClaimedLengthTakesNoMemory) {
+TEST(TcpHostile, ClaimedLengthTakesNoMemory) {
   Victim victim(kTcp);
   std::vector<RawSocket> strangers;
   for (int i = 0; i < 20; ++i) {
@@ -105,7 +105,7 @@ TEST(TcpHostile, AClaimedLengthTakesNoMemory) {
   EXPECT_LT(resident_pages * 4096, 1000ul << 20) << "20 claims of 255 MiB";
 }
 
-TEST(TcpHostile, AFloodOfControlMessagesEndsThatConnectionAlone) {
+TEST(TcpHostile, ControlFloodEndsOneConnection) {
   Victim victim(kTcp);
   RawSocket stranger = let_in(victim);
   std::vector<std::byte> flood;
@@ -130,7 +130,7 @@ TEST(TcpHostile, SilentConnectionsMakeRoomForOthers) {
   victim.expect_alive();
 }
 
-TEST(TcpHostile, AnUnknownKindIsPassedOver) {
+TEST(TcpHostile, UnknownKindIsPassedOver) {
   Victim victim(kTcp);
   RawSocket stranger = let_in(victim);
   stranger.send(tcp::write_frame_header(static_cast<tcp::FrameKind>(77), 5));
@@ -142,7 +142,7 @@ TEST(TcpHostile, AnUnknownKindIsPassedOver) {
 }
 
 // An invalid server must not keep a publisher from finding the right one later.
-TEST(TcpHostile, APublisherOutlivesAServerThatAnswersNonsense) {
+TEST(TcpHostile, PublisherOutlivesServerThatAnswersNonsense) {
   std::string uri;
   {
     Listener taken(kTcp);
@@ -171,7 +171,7 @@ TEST(TcpHostile, APublisherOutlivesAServerThatAnswersNonsense) {
 }
 
 // A greeting and a frame cost an attacker nothing, so only an accepted description holds a place.
-TEST(Hostile, PlacesOfPeersWithoutADescriptionGoToOthers) {
+TEST(Hostile, UndescribedPeersAreReplaced) {
   ListenerOptions two;
   two.max_peers = 2;
   Victim tcp(kTcp, two), udp(kUdp, two);
@@ -276,7 +276,7 @@ TEST(UdpHostile, RandomDatagrams) {
   victim.expect_alive();
 }
 
-TEST(UdpHostile, AnAnswerIsNeverLongerThanTheQuestion) {
+TEST(UdpHostile, AnswerIsNeverLongerThanQuestion) {
   Victim victim(kUdp);
   RawSocket stranger(victim.listener.link->uri(), SOCK_DGRAM);
   for (size_t bytes = 0; bytes <= udp::kHelloBytes; bytes += 8) {
@@ -299,7 +299,7 @@ std::optional<uint64_t> number_of(const std::vector<std::byte>& answer, udp::Typ
   return udp::read_number(std::span(answer).subspan(udp::kHeaderBytes));
 }
 
-TEST(UdpHostile, ACookieIsGoodForItsAddressAndNonceAlone) {
+TEST(UdpHostile, CookieBindsAddressAndNonce) {
   Victim victim(kUdp);
   RawSocket first(victim.listener.link->uri(), SOCK_DGRAM);
   RawSocket second(victim.listener.link->uri(), SOCK_DGRAM);

@@ -81,7 +81,7 @@ TEST_P(Network, ListenerRestarts) {
 }
 
 // A renderer that connects later gets the last pose of a paused or lockstep simulator.
-TEST_P(Network, TheNextListenerGetsTheLastPoseThoughItWasDelivered) {
+TEST_P(Network, NextListenerGetsLastPose) {
   auto listener = std::make_unique<Listener>(any_port(), listener_options());
   const std::string uri = listener->link->uri();
   auto publisher = open_publisher_or_fail(uri, publisher_options());
@@ -107,7 +107,7 @@ TEST_P(Network, TheNextListenerGetsTheLastPoseThoughItWasDelivered) {
   EXPECT_EQ(publisher->stats().frames_dropped, 0u);
 }
 
-TEST_P(Network, RepliesAndControlMessagesKeepTheirOrder) {
+TEST_P(Network, ReplyOrderIsKept) {
   ListenerOptions options = listener_options();
   options.delivery = Delivery::all;
   Listener listener(any_port(), options);
@@ -139,7 +139,7 @@ TEST_P(Network, ALargeDescriptionArrivesWhole) {
   EXPECT_TRUE(listener.saw(Kind::control, "another"));
 }
 
-TEST_P(Network, ASlowListenerGetsTheNewestAndThePublisherNeverWaits) {
+TEST_P(Network, SlowListenerGetsNewest) {
   Listener listener(any_port(), listener_options());
   auto publisher = open_publisher_or_fail(listener.link->uri(), publisher_options());
   ASSERT_TRUE(publisher->set_description(bytes_of("d")));
@@ -189,7 +189,7 @@ TEST_P(Network, ByName) {
   EXPECT_TRUE(publish_until_seen(*publisher, listener, "pose"));
 }
 
-TEST_P(Network, APortInUseIsAnErrorThatNamesTheUri) {
+TEST_P(Network, UsedPortNamesUri) {
   Listener listener(any_port(), listener_options());
   const auto second = open_listener(listener.link->uri(), listener_options());
   ASSERT_FALSE(second.ok());
@@ -210,7 +210,7 @@ TEST_P(Network, OnlyLoopbackWithoutInsecure) {
   }
 }
 
-TEST_P(Network, AddressesThatAreNotOursAreRefused) {
+TEST_P(Network, ForeignAddressesAreRefused) {
   ListenerOptions insecure = listener_options();
   insecure.insecure = true;
   const auto refused = open_listener(scheme() + "://192.0.2.1:0", insecure);
@@ -236,7 +236,7 @@ TEST_P(Network, NoMorePeersThanAllowed) {
 
 // Frames of many parts, as large scenes have them on a datagram link: whole frames supersede, and no part is
 // missing.
-TEST(UdpFrames, APollGivesAllPartsOfTheNewestWholeFrame) {
+TEST(UdpFrames, PollGivesNewestWholeFrame) {
   Listener listener("udp://127.0.0.1:0");
   auto publisher = open_publisher_or_fail(listener.link->uri());
   ASSERT_TRUE(publisher->set_description(bytes_of("d")));

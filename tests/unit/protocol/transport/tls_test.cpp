@@ -24,7 +24,7 @@ struct Tls : testing::Test {
   }
 };
 
-TEST_F(Tls, ACertificateThatIsNotTrustedIsRefusedByThePublisher) {
+TEST_F(Tls, UntrustedCertificateIsRefused) {
   Listener listener(kAnyPort, secured.tls_listener());
   PublisherOptions options;
   options.tls.ca_file = secured.credentials.authority("stranger").certificate_file;
@@ -34,7 +34,7 @@ TEST_F(Tls, ACertificateThatIsNotTrustedIsRefusedByThePublisher) {
   EXPECT_GT(rejected(publisher->stats(), Cause::bad_key), 0u);
 }
 
-TEST_F(Tls, ACertificateOfAnotherHostIsRefusedByThePublisher) {
+TEST_F(Tls, ForeignHostCertificateIsRefused) {
   ListenerOptions options = secured.tls_listener();
   const auto other = secured.credentials.identity("other", "DNS:renderer.example", secured.authority);
   options.tls.certificate_file = other.certificate_file;
@@ -44,7 +44,7 @@ TEST_F(Tls, ACertificateOfAnotherHostIsRefusedByThePublisher) {
   expect_refused(listener, *publisher, "certificate is not trusted");
 }
 
-TEST_F(Tls, AClientWithoutTheRightCertificateIsRefusedByTheListener) {
+TEST_F(Tls, ClientCertificateIsRequired) {
   ListenerOptions options = secured.tls_listener();
   options.tls.client_ca_file = secured.authority.certificate_file;
   Listener listener(kAnyPort, options);
@@ -83,7 +83,7 @@ TEST_F(Tls, PlainTcpIsNotLetIn) {
   EXPECT_EQ(listener.count(Kind::connected), 0u);
 }
 
-TEST_F(Tls, APublisherWithTlsSendsNothingToAListenerWithout) {
+TEST_F(Tls, PlainListenerGetsNothing) {
   Listener listener("tcp://127.0.0.1:0");
   const std::string uri = listener.link->uri();
   auto publisher = open_publisher_or_fail("tls" + uri.substr(3), secured.tls_publisher());
@@ -162,7 +162,7 @@ TEST_F(Tls, PendingHandshakesDelayNoEstablishedPeer) {
 }
 
 // Connections without a greeting: the address with the most of them loses one.
-TEST_F(Tls, AHostWithManyUnfinishedHandshakesKeepsNoOtherHostOut) {
+TEST_F(Tls, UnfinishedHandshakesAreLimitedPerHost) {
   ListenerOptions options = secured.tls_listener();
   options.max_peers = 16;
   Listener listener(kAnyPort, options);
@@ -187,7 +187,7 @@ TEST_F(Tls, AHostWithManyUnfinishedHandshakesKeepsNoOtherHostOut) {
   EXPECT_EQ(errno, EAGAIN);
 }
 
-TEST_F(Tls, FilesThatAreNotRightAreErrorsThatNameThem) {
+TEST_F(Tls, InvalidFilesAreNamed) {
   const auto error_of = [](const ListenerOptions& options) {
     const auto opened = open_listener(kAnyPort, options);
     EXPECT_FALSE(opened.ok());

@@ -41,7 +41,7 @@ TEST(Uri, OptionsOfUdp) {
     EXPECT_EQ(uri_text(*parse_uri(text)), text);
 }
 
-TEST(Uri, EveryRefusalNamesTheUriAndTheForms) {
+TEST(Uri, EveryRefusalNamesUriAndForms) {
   const std::string nul("tcp://a\0b:1", 11);
   for (const std::string& text : {std::string(),
                                   std::string("demo"),

@@ -30,7 +30,7 @@ SceneEdit decoded(const EditStore::Stored& stored) {
   return std::get<SceneEdit>(*message);
 }
 
-TEST(EditStore, KeepsTheNewestOfEachKeyByVersion) {
+TEST(EditStore, NewestVersionOfKeyStays) {
   EditStore store;
   EXPECT_EQ(store.version(), 0u);
   ASSERT_TRUE(set(store, visible("a", false)));
@@ -75,7 +75,7 @@ TEST(EditStore, OverTheBudgetNothingChanges) {
   EXPECT_FALSE(set(store, vertices("a", 1000)));
 }
 
-TEST(EditStore, WhatNoReaderWouldTakeIsRefusedByName) {
+TEST(EditStore, InvalidEditsAreRefused) {
   EditStore store;
   const auto refused = set(store, {0, 0, "a", Property::base_color, BaseColor{{2, 0, 0, 1}}});
   ASSERT_FALSE(refused.ok());
@@ -83,7 +83,7 @@ TEST(EditStore, WhatNoReaderWouldTakeIsRefusedByName) {
   EXPECT_EQ(store.version(), 0u);
 }
 
-TEST(EditStore, AKeyTooManyIsRefused) {
+TEST(EditStore, KeyTooManyIsRefused) {
   EditStore store(kMaxSceneEditBytes);
   for (size_t i = 0; i < kMaxSceneEdits; ++i) ASSERT_TRUE(set(store, visible(std::to_string(i), false)));
   EXPECT_FALSE(set(store, visible("one more", false)).ok());

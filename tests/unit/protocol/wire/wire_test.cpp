@@ -73,7 +73,7 @@ TEST(PoseFrameEncoder, PiecesAreTheMessage) {
   }
 }
 
-TEST(PoseFrameEncoder, LaysOutWhatTheSpecificationDraws) {
+TEST(PoseFrameEncoder, LaysOutWhatSpecificationDraws) {
   const std::vector<Affine3x4> poses = poses_of(2);
   PoseFrameView frame = frame_of(poses, 42);
   frame.node_count = 9;
@@ -94,7 +94,7 @@ TEST(PoseFrameEncoder, LaysOutWhatTheSpecificationDraws) {
   EXPECT_EQ(std::memcmp(bytes.data() + kPoseFrameHead, poses.data(), 96), 0);
 }
 
-TEST(PoseFrameEncoder, AllocatesNothingAfterTheFirstFrame) {
+TEST(PoseFrameEncoder, AllocatesNothingAfterFirstFrame) {
   PoseFrameEncoder encoder;
   const std::vector<Affine3x4> poses = poses_of(1000);
   size_t bytes = encoder.encode(frame_of(poses)).size();
@@ -105,7 +105,7 @@ TEST(PoseFrameEncoder, AllocatesNothingAfterTheFirstFrame) {
   EXPECT_GT(bytes, 1000u * kPoseFrameHead);
 }
 
-TEST(Decoder, AllocatesNothingForPoseFramesAfterTheFirst) {
+TEST(Decoder, PoseFramesDoNotAllocate) {
   Decoder decoder;
   const Bytes bytes = encode(frame_of(poses_of(1000)));
   ASSERT_TRUE(decoder.decode(bytes).ok());
@@ -114,7 +114,7 @@ TEST(Decoder, AllocatesNothingForPoseFramesAfterTheFirst) {
   EXPECT_EQ(test::allocations_of_this_thread() - before, 0u);
 }
 
-TEST(PosesPerPart, FillsAMessageAndNoMore) {
+TEST(PosesPerPart, FillsMessageAndNoMore) {
   const std::vector<Affine3x4> poses = poses_of(100);
   for (const size_t limit : {168u, 200u, 508u, 1200u, 1472u}) {
     const uint32_t count = poses_per_part(limit);
@@ -126,7 +126,7 @@ TEST(PosesPerPart, FillsAMessageAndNoMore) {
   EXPECT_EQ(poses_per_part(167), 0u);
 }
 
-TEST(Decoder, KeepsAPrivateCopyAtAnyAlignment) {
+TEST(Decoder, KeepsPrivateCopyAtAnyAlignment) {
   const std::vector<Affine3x4> poses = poses_of(5);
   const Bytes bytes = encode(frame_of(poses));
   Decoder decoder;
@@ -175,7 +175,7 @@ TEST(Decoder, HoldsToItsLimits) {
   EXPECT_NE(message.error().message.find("at most 100"), std::string::npos) << message.error().message;
 }
 
-TEST(Decoder, RefusesCountsThatPointOutOfTheMessage) {
+TEST(Decoder, CountsOutsideAreRefused) {
   const Bytes good = encode(frame_of(poses_of(3)));
   Decoder decoder;
   ASSERT_TRUE(decoder.decode(good).ok());
@@ -264,7 +264,7 @@ TEST(Decoder, GoesOnAfterARefusal) {
   }
 }
 
-TEST(Printable, NeverCutsACharacterNorPassesAControl) {
+TEST(Printable, NeverCutsCharacterNorPassesControl) {
   EXPECT_EQ(printable("plain"), "plain");
   EXPECT_EQ(printable("a\x1b[2Jb\n"), "a?[2Jb?");
   EXPECT_EQ(printable("\xff\xc3"), "??");

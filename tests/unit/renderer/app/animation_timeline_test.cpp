@@ -33,7 +33,7 @@ TEST(AnimationTimeline, PlaysUntilItIsPaused) {
   EXPECT_EQ(t.timeline.timeline().speed, 1);
 }
 
-TEST(AnimationTimeline, StepsWrapAroundInALoop) {
+TEST(AnimationTimeline, StepsWrapAroundInLoop) {
   Timeline t;
   t.timeline.step();
   EXPECT_NEAR(t.at(), 1.0 / 30, 1e-6);
@@ -62,7 +62,7 @@ TEST(AnimationTimeline, SeeksStayWithinTheAnimations) {
   EXPECT_EQ(empty.timeline().position_ns, 0u);
 }
 
-TEST(AnimationTimeline, GoesOnFromTheTimeOfAStream) {
+TEST(AnimationTimeline, GoesOnFromTimeOfStream) {
   Timeline t;
   EXPECT_NEAR(t.timeline.at(-3 * kSecond), -3, 1e-9);
   EXPECT_NEAR(t.timeline.at(kSecond), 1, 1e-9);

@@ -13,7 +13,7 @@
 namespace fire3dv::app {
 namespace {
 
-TEST(ConfigLines, AreNamesWithAnOptionalValue) {
+TEST(ConfigLines, AreNamesWithOptionalValue) {
   const Result<std::vector<ConfigLine>> lines = parse_config(
       "# comment\n\nsize = 640x480\r\n  --lod off\nheadless\nxacro-arg a=b\nxacro-arg = c = d\nout=~/x y "
       "\nwatch=\n",
@@ -30,7 +30,7 @@ TEST(ConfigLines, AreNamesWithAnOptionalValue) {
   EXPECT_EQ((*lines)[2].argument(), "--headless");
 }
 
-TEST(ConfigLines, WithoutANameAndTooManyAreErrors) {
+TEST(ConfigLines, InvalidLinesAreErrors) {
   for (const char* text : {"a\n= 3\n", "a\n--\n", "a\n---b\n", "a\n-h\n"}) {
     const auto lines = parse_config(text, "");
     ASSERT_FALSE(lines) << text;
@@ -42,7 +42,7 @@ TEST(ConfigLines, WithoutANameAndTooManyAreErrors) {
   EXPECT_FALSE(parse_config(many, ""));
 }
 
-TEST(ConfigPlaces, AreTheOptionTheVariableAndTheUsersFolder) {
+TEST(ConfigPlaces, AreOptionVariableAndUsersFolder) {
   std::map<std::string, std::string> variables;
   const auto place = [&](const std::string& option) {
     return config_place(option, [&](const char* name) -> const char* {
@@ -110,7 +110,7 @@ class Config : public ::testing::Test {
   std::string printed_;
 };
 
-TEST_F(Config, SetsOptionsThatTheCommandLineOverrules) {
+TEST_F(Config, SetsOptionsThatCommandLineOverrules) {
   const std::string lines =
       "size 640x480\nsamples = 1\nlisten shm://a\nlisten shm://b\ninsecure\nfxaa = off\n";
   Options parsed = options(lines, {"scene.glb"});
@@ -130,7 +130,7 @@ TEST_F(Config, SetsOptionsThatTheCommandLineOverrules) {
   EXPECT_TRUE(parsed.draw.post.fxaa);
 }
 
-TEST_F(Config, AnOptionWithoutItsValueDoesNotTakeTheScene) {
+TEST_F(Config, ValuelessOptionKeepsScene) {
   const Options parsed = options("animate\n", {"scene.glb"});
   EXPECT_EQ(parsed.scene, "scene.glb");
   EXPECT_EQ(options("animate walk\n", {"--", "scene.glb"}).animate, "walk");
@@ -155,7 +155,7 @@ TEST_F(Config, ErrorsNameTheLine) {
   EXPECT_NE(testing::internal::GetCapturedStderr().find(file_.string()), std::string::npos);
 }
 
-TEST_F(Config, ALineThatContradictsTheCommandLineIsLeftOut) {
+TEST_F(Config, ContradictingLineIsSkipped) {
   Options parsed =
       options("window front\nlisten shm://a\nscreenshots /tmp\nserve-tokens t\nserve 127.0.0.1:1\n",
               {"a.glb", "--headless"});
@@ -171,7 +171,7 @@ TEST_F(Config, ALineThatContradictsTheCommandLineIsLeftOut) {
   EXPECT_EQ(printed_, "");
 }
 
-TEST_F(Config, AnErrorOfTheCommandLineAloneStays) {
+TEST_F(Config, ErrorOfCommandLineAloneStays) {
   expect_error("", {}, "name a scene");
   expect_error("lockstep\n", {}, "name a scene");
 }

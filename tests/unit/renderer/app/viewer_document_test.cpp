@@ -23,7 +23,7 @@ void transfer(gui::Viewer& viewer, const scene::Scene& before, const scene::Scen
                   {after, names_after, nullptr, added_after});
 }
 
-TEST(Viewers, KeepWhatHasTheSamePathInAnotherScene) {
+TEST(Viewers, SamePathIsKeptInNextScene) {
   const scene::Scene before = boxes_at({{0, 0, 0}, {1, 0, 0}});
   scene::Scene after = boxes_at({{0, 0, 0}});
   after.nodes[0].path = "other";           // at the index of "top"
@@ -45,7 +45,7 @@ TEST(Viewers, KeepWhatHasTheSamePathInAnotherScene) {
   EXPECT_EQ(viewer.edits.materials.size(), 1u);
 }
 
-TEST(Viewers, KeepNoLightWhereTheFileHasNoneOrAnotherKind) {
+TEST(Viewers, LightOfOtherKindIsDropped) {
   scene::Scene before = boxes_at({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}});
   scene::Light bulb, sun;
   sun.type = scene::LightType::directional;
@@ -99,7 +99,7 @@ TEST(Viewers, KeepInstancesByTheirNode) {
   EXPECT_EQ(viewer.edits.hidden, (std::set<uint32_t>{4, 6}));
 }
 
-TEST(Viewers, IsolatingHidesAllElseAndTakingItBackNothing) {
+TEST(Viewers, IsolationHidesOthersAndIsUndone) {
   const scene::Scene scene = boxes_at({{0, 0, 0}, {1, 0, 0}});
   scene::SceneEdits edits;
   scene::NodeEdits of_streams;
@@ -117,7 +117,7 @@ TEST(Viewers, IsolatingHidesAllElseAndTakingItBackNothing) {
 }
 
 // A dropped file is loaded and checked before it replaces the shown document.
-TEST(Viewers, AFileThatCannotBeShownIsSaidAndNotReady) {
+TEST(Viewers, UnreadableFileIsReported) {
   const std::filesystem::path file =
       std::filesystem::path(::testing::TempDir()) / "fire3dv_viewer_test_dropped.gltf";
   std::ofstream(file) << R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
@@ -160,7 +160,7 @@ TEST(Viewers, AFileThatCannotBeShownIsSaidAndNotReady) {
   std::filesystem::remove(file);
 }
 
-TEST(Viewers, ADroppedFileTakesThePlaceOfItsKind) {
+TEST(Viewers, DroppedFileReplacesItsKind) {
   Options options;
   options.scene = "arm.glb";
   options.recording.replay = "run.mcap";
@@ -177,7 +177,7 @@ TEST(Viewers, ADroppedFileTakesThePlaceOfItsKind) {
 }
 
 // Changes the playout of a running stream: no frame is lost or incomplete.
-TEST(Viewers, AStreamIsShownInAnotherWayFromNowOn) {
+TEST(Viewers, StreamDisplayModeIsSwitched) {
   const scene::Scene scene = boxes_at({{0, 0, 0}, {1, 0, 0}});
   state::PoseState poses(scene);
   wire::StreamDescription description;

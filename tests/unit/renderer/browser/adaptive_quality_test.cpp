@@ -6,7 +6,7 @@
 namespace fire3dv::app {
 namespace {
 
-TEST(AdaptiveQuality, SlowImagesBecomeSmallerAndFastOnesRecover) {
+TEST(AdaptiveQuality, SlowImagesShrinkAndRecover) {
   AdaptiveQuality quality;
   EXPECT_EQ(quality.step().scale, 1);
   for (int i = 0; i < 20; ++i) quality.on_shown(1);
@@ -38,7 +38,7 @@ TEST(AdaptiveQuality, RelapsesBecomeRare) {
   EXPECT_LT(slow_late, 12);
 }
 
-TEST(AdaptiveQuality, ARefusedSizeIsNotTriedAgain) {
+TEST(AdaptiveQuality, RefusedSizeIsNotTriedAgain) {
   AdaptiveQuality quality;
   float scale = quality.step().scale;
   int sizes = 1;

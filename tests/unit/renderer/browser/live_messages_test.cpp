@@ -10,7 +10,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-TEST(LiveMessages, ListsABoundedNumberOfNodesAndCameras) {
+TEST(LiveMessages, NodesAndCamerasAreBounded) {
   scene::Scene scene;
   scene.nodes.resize(kMaxListedNodes + 5);
   scene.cameras.resize(kMaxListedCameras + 7);
@@ -31,13 +31,13 @@ TEST(LiveMessages, ListsABoundedNumberOfNodesAndCameras) {
   EXPECT_EQ(small["cameras_omitted"], 0);
 }
 
-TEST(LiveMessages, ListsViewersAndMarksTheOwnOne) {
+TEST(LiveMessages, ListsViewersAndMarksOwnOne) {
   const Json message = Json::parse(viewers_message({{3, true}, {8, false}}, 8));
   EXPECT_EQ(message, Json::parse(R"({"type": "viewers", "viewers": [
       {"number": 3, "control": true, "own": false}, {"number": 8, "control": false, "own": true}]})"));
 }
 
-TEST(LiveMessages, AFreeViewComesBackUnchanged) {
+TEST(LiveMessages, FreeViewComesBackUnchanged) {
   scene::Scene scene;
   scene.bounds_min = glm::vec3(-1);
   scene.bounds_max = glm::vec3(1);

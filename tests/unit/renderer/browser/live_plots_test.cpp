@@ -65,7 +65,7 @@ struct World {
   std::map<std::string, uint64_t> declarations_;
 };
 
-TEST(LivePlots, ListsABoundedNumberOfScalars) {
+TEST(LivePlots, ListsBoundedNumberOfScalars) {
   World world;
   world.declare("joints", {{"hin\xffge"}, {"rad"}});
   EXPECT_TRUE(world.list.update(world.poses));
@@ -84,7 +84,7 @@ TEST(LivePlots, ListsABoundedNumberOfScalars) {
   EXPECT_EQ(message["omitted"], 4);
 }
 
-TEST(LivePlots, APageGetsTheListOnceAndWithoutHaste) {
+TEST(LivePlots, ListIsSentOnceAndRateLimited) {
   World world;
   world.declare("joints", {{"hinge"}, {""}});
   (void)world.list.update(world.poses);
@@ -101,7 +101,7 @@ TEST(LivePlots, APageGetsTheListOnceAndWithoutHaste) {
   EXPECT_TRUE(world.take().is_null());
 }
 
-TEST(LivePlots, SamplesComeOnceInOrderWithAllDigits) {
+TEST(LivePlots, SamplesKeepOrderAndDigits) {
   World world;
   world.declare("joints", {{"hinge", "speed"}, {"rad", ""}});
   for (int i = 0; i < 3; ++i) world.sample("joints", kBaseNs + i, {0.1 * i, i == 1 ? NAN : 1.0});
@@ -133,7 +133,7 @@ TEST(LivePlots, SamplesComeOnceInOrderWithAllDigits) {
     EXPECT_EQ(curve["scalar"], 0);
 }
 
-TEST(LivePlots, OneMessageIsInFlightAndItsSizeFollowsThePage) {
+TEST(LivePlots, OneMessageIsInFlight) {
   World world;
   world.declare("joints", {{"hinge"}, {""}});
   for (int i = 0; i < 10'000; ++i) world.sample("joints", i, {1.0 * i});
@@ -177,7 +177,7 @@ state::RobotPose make_robot(const World& world) {
   return robot;
 }
 
-TEST(LiveJoints, AreListedAndMovedWithinTheirLimits) {
+TEST(LiveJoints, JointsAreClamped) {
   World world;
   state::RobotPose robot = make_robot(world);
   EXPECT_EQ(Json::parse(joints_message(robot, 5)), Json::parse(R"({"type": "joints", "scene": 5,
@@ -195,7 +195,7 @@ TEST(LiveJoints, AreListedAndMovedWithinTheirLimits) {
   EXPECT_EQ(Json::parse(joint_positions_message(robot, world.poses, set, 5))["posture"], 0);
 }
 
-TEST(LiveJoints, AStreamThatDrivesTheNodeKeepsIt) {
+TEST(LiveJoints, StreamThatDrivesNodeKeepsIt) {
   World world;
   const state::RobotPose robot = make_robot(world);
   wire::StreamDescription description;

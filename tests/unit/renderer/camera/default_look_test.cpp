@@ -30,7 +30,7 @@ SceneBuilder box_builder(const scene::Material& material = matte({0.5f, 0.5f, 0.
   return builder;
 }
 
-TEST(KeyLight, IsAddedOnlyToScenesWithoutLightsAndTakenAway) {
+TEST(KeyLight, LightlessScenesGetAKeyLight) {
   scene::Scene scene = built(box_builder());
   const size_t nodes = scene.nodes.size();
   scene::add_key_light(scene);
@@ -52,7 +52,7 @@ TEST(KeyLight, IsAddedOnlyToScenesWithoutLightsAndTakenAway) {
   EXPECT_EQ(own.lights.size(), 1u) << "the file's own light stays";
 }
 
-TEST(ExposureEstimate, UsualScenesStayAndExtremeOnesAreScaled) {
+TEST(ExposureEstimate, ExtremeScenesAreScaled) {
   EXPECT_EQ(scene::estimate_exposure(built(box_builder()), 0.3f).exposure, 1);
   SceneBuilder daylight = box_builder();
   daylight.light_node(sun({1, 1, 1}, 100'000), shining_towards({0, -1, 0}));
@@ -84,7 +84,7 @@ TEST(Environment, MeanRadiance) {
   EXPECT_NEAR(scene::mean_radiance(scene::studio_environment()), scene::kStudioMeanRadiance, 0.002f);
 }
 
-TEST(DefaultLook, GroundLiesBelowTheSceneWithTheGradientOnly) {
+TEST(DefaultLook, GroundFollowsGradient) {
   const scene::Scene scene = built(box_builder());
   app::ViewDefaults defaults;
   app::CameraStart start = app::camera_start(defaults, scene, "", {});

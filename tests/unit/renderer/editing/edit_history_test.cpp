@@ -88,7 +88,7 @@ class Editing : public ::testing::Test {
   EditTargets targets_{scene_, names_};
 };
 
-TEST_F(Editing, AThousandEditsUndoneAreTheOriginalBytes) {
+TEST_F(Editing, ThousandEditsUndoneAreOriginalBytes) {
   UserEdits edits;
   for (int i = 0; i < 20; ++i) edit(edits);
   EditHistory history;
@@ -118,7 +118,7 @@ TEST_F(Editing, AThousandEditsUndoneAreTheOriginalBytes) {
   EXPECT_FALSE(history.redo());
 }
 
-TEST_F(Editing, TheOldestStepsAreForgottenAndANewOneEndsRedo) {
+TEST_F(Editing, OldestStepsAreDropped) {
   EditHistory history;
   UserEdits edits;
   for (int i = 0; i < 250; ++i) {
@@ -138,7 +138,7 @@ TEST_F(Editing, TheOldestStepsAreForgottenAndANewOneEndsRedo) {
   EXPECT_TRUE(history.is_saved()) << "the document is empty as at first";
 }
 
-TEST_F(Editing, ObjectsOfOneNameAreToldApart) {
+TEST_F(Editing, EqualNamesAreDistinguished) {
   UserEdits edits;
   edits.hidden = {1, 4};
   edits.transforms[2] = transform();
@@ -162,7 +162,7 @@ TEST_F(Editing, ObjectsOfOneNameAreToldApart) {
 }
 
 // Materials of added files are counted within their file, those of the scene's file without them.
-TEST_F(Editing, MaterialsOfAddedFilesHaveKeysOfTheirOwn) {
+TEST_F(Editing, AddedMaterialsHaveOwnKeys) {
   scene_.materials.resize(8);
   for (const size_t steel : {5, 6, 7}) scene_.materials[steel].name = "steel";
   const std::vector<AddedMaterials> chair_and_table{{"chair", 5, 1}, {"table", 6, 2}};
@@ -200,7 +200,7 @@ TEST_F(Editing, MaterialsOfAddedFilesHaveKeysOfTheirOwn) {
 }
 
 // Instances, and unnamed roots of the file and of added ones, have no path.
-TEST_F(Editing, NodesWithoutAPathHaveKeysOfTheirOwn) {
+TEST_F(Editing, PathlessNodesHaveOwnKeys) {
   const auto add = [&](uint32_t parent) {
     scene_.nodes.emplace_back().parent = parent;
     return static_cast<uint32_t>(scene_.nodes.size() - 1);
@@ -235,7 +235,7 @@ TEST_F(Editing, NodesWithoutAPathHaveKeysOfTheirOwn) {
   EXPECT_EQ(parse_overlay(std::as_bytes(std::span(text))).value(), document);
 }
 
-TEST_F(Editing, AVariantIsChosenByItsName) {
+TEST_F(Editing, VariantIsChosenByItsName) {
   UserEdits edits;
   edits.variant = 1;
   const EditDocument document = to_document(edits, targets_);
@@ -252,7 +252,7 @@ TEST_F(Editing, AVariantIsChosenByItsName) {
   EXPECT_EQ(describe(unmatched[0]), "the material variant \"night\"");
 }
 
-TEST_F(Editing, MatricesAreSplitIntoPartsThatMakeThemAgain) {
+TEST_F(Editing, MatricesSplitAndRejoin) {
   for (int i = 0; i < 1000; ++i) {
     const glm::mat4 matrix = parent_from_node(transform());
     const NodeTransform parts = to_transform(matrix);
@@ -269,7 +269,7 @@ TEST_F(Editing, MatricesAreSplitIntoPartsThatMakeThemAgain) {
   EXPECT_FALSE(is_valid(to_transform(glm::mat4(0))));
 }
 
-TEST_F(Editing, NodesBelowAMovedNodeMoveWithIt) {
+TEST_F(Editing, ChildrenFollowMovedNode) {
   scene_.nodes[1].parent_from_node[3] = {0, 2, 0, 1};
   RestPose pose = rest_pose(scene_);
   NodeTransform moved;
@@ -308,7 +308,7 @@ Addition copy_of(const std::string& path, const std::string& parent = {}) {
   return addition;
 }
 
-TEST_F(Editing, AdditionsAreStepsThatTheSceneNeedNotHave) {
+TEST_F(Editing, AdditionsAreSteps) {
   UserEdits edits;
   EditHistory history;
   edits.additions["arm.1"] = copy_of("arm");
@@ -362,7 +362,7 @@ TEST(DocumentAdditions, ARemovedAdditionIsWithdrawn) {
   EXPECT_EQ(document, before);
 }
 
-TEST(DocumentAdditions, ACopyHasTheEditsOfItsSource) {
+TEST(DocumentAdditions, CopyHasEditsOfItsSource) {
   EditDocument document;
   const auto hide = [&](EditDocument& in, const char* path, uint32_t occurrence = 0) {
     in[{EditedObject::node, path, occurrence, EditedProperty::visible}] = false;
@@ -383,7 +383,7 @@ TEST(DocumentAdditions, ACopyHasTheEditsOfItsSource) {
 }
 
 // Each addition of a file has materials of its own.
-TEST(DocumentAdditions, ACopyOfAnAddedFileHasTheEditsOfItsMaterials) {
+TEST(DocumentAdditions, CopiedFileKeepsMaterialEdits) {
   const auto key = [](const char* owner, uint32_t occurrence) {
     return EditKey{EditedObject::material, "steel", occurrence, EditedProperty::factors, owner};
   };

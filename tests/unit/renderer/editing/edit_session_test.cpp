@@ -7,7 +7,7 @@
 namespace fire3dv::app {
 namespace {
 
-TEST_F(Editors, ADragIsOneStepAndKeysUndoIt) {
+TEST_F(Editors, DragIsOneUndoStep) {
   EditSession editor(viewer_, file(), {});
   editor.begin(targets());
   update(editor);
@@ -73,7 +73,7 @@ TEST_F(Editors, WhatIsSavedIsOpenedAgain) {
   EXPECT_EQ(bytes_of(file().path), text);
 }
 
-TEST_F(Editors, AFileThatWasNotOpenedIsReplacedOnlyWhenAskedTwice) {
+TEST_F(Editors, UnopenedFileNeedsConfirmation) {
   std::ofstream(file().path) << "of yesterday";
   EditSession editor(viewer_, file(false), {});
   editor.begin(targets());
@@ -100,7 +100,7 @@ TEST_F(Editors, AFileThatWasNotOpenedIsReplacedOnlyWhenAskedTwice) {
 }
 
 // A node that a scene lacks keeps its edits for a scene that has it.
-TEST_F(Editors, EditsOfMissingNodesWaitAndAreReported) {
+TEST_F(Editors, EditsOfMissingNodesWait) {
   EditSession editor(viewer_, file(), {});
   editor.begin(targets());
   viewer_.edits.hidden = {1, 3};
@@ -131,7 +131,7 @@ TEST_F(Editors, EditsOfMissingNodesWaitAndAreReported) {
   EXPECT_TRUE(viewer.edits.hidden.empty());
 }
 
-TEST_F(Editors, JointsKeepTheirPositionsByNameWhenTheFileIsReloaded) {
+TEST_F(Editors, ReloadKeepsJointPositions) {
   const auto robot_with = [](const char* joints) {
     const std::string file =
         R"({"nodes": [{"name": "world", "extras": {"fire3dv": {"robot": {"version": 1,
@@ -162,7 +162,7 @@ TEST_F(Editors, JointsKeepTheirPositionsByNameWhenTheFileIsReloaded) {
   EXPECT_EQ(viewer_.edits.joints, (state::JointPositions{{0, {0.5}}})) << "an edit without its joint waits";
 }
 
-TEST_F(Editors, TheOverlayFileIsBesideTheSceneUnlessNamed) {
+TEST_F(Editors, OverlayFileIsBesideScene) {
   Options options;
   options.scene = folder_ / "demo.glb";
   EXPECT_EQ(overlay_file(options, true).path, folder_ / "demo.glb.overlay.json");

@@ -13,7 +13,7 @@ scene::Scene with_nodes(scene::Scene scene, std::initializer_list<const char*> n
   return scene;
 }
 
-TEST_F(Editors, WhatIsAddedIsSelectedAndUndone) {
+TEST_F(Editors, AdditionIsSelectedAndUndone) {
   EditSession editor(viewer_, file(), {});
   editor.begin(targets());
   ViewPlace place;
@@ -60,7 +60,7 @@ TEST_F(Editors, WhatIsAddedIsSelectedAndUndone) {
   EXPECT_TRUE(viewer_.edits.additions.contains("point light"));
 }
 
-TEST_F(Editors, ADuplicateHasThePlaceAndTheEditsOfItsNode) {
+TEST_F(Editors, DuplicateKeepsPoseAndEdits) {
   EditSession editor(viewer_, file(), {});
   editor.begin(targets());
   const std::string source = scene_.nodes[2].path;
@@ -115,7 +115,7 @@ TEST_F(Editors, ADuplicateHasThePlaceAndTheEditsOfItsNode) {
   EXPECT_NE(editor.take_log_messages().back().find("several nodes"), std::string::npos);
 }
 
-TEST_F(Editors, AnExportReportsAdditionsThatAreNotDisplayedAndAChangedFile) {
+TEST_F(Editors, ExportReportsWhatIsMissing) {
   const fs::path gltf = folder_ / "boxes.gltf";
   const auto write = [&](const std::string& name) {
     std::ofstream(gltf) << R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
@@ -156,7 +156,7 @@ TEST_F(Editors, AnExportReportsAdditionsThatAreNotDisplayedAndAChangedFile) {
 }
 
 // Added files are merged in the order of their names, so that materials get other numbers.
-TEST_F(Editors, EditsOfMaterialsStayWithTheirFileWhenOthersComeAndGo) {
+TEST_F(Editors, MaterialEditsStayWithFile) {
   std::vector<state::AddedMaterials> added;
   const auto with_files = [&](std::initializer_list<const char*> files) {
     scene::Scene scene = scene_;
@@ -262,7 +262,7 @@ TEST_F(Editors, EditsOfInstancesAreKept) {
 }
 
 // The user's transform of a driven node waits for the end of the stream.
-TEST_F(Editors, ACopyOfADrivenNodeStandsWhereTheStreamHasPutIt) {
+TEST_F(Editors, CopyOfDrivenNodeKeepsPose) {
   state::PoseState poses(scene_);
   wire::StreamDescription description;
   description.epoch = 7;
@@ -293,7 +293,7 @@ TEST_F(Editors, ACopyOfADrivenNodeStandsWhereTheStreamHasPutIt) {
 }
 
 // Each addition of a file has materials of its own.
-TEST_F(Editors, ACopyOfAnAddedFileHasTheEditsOfItsMaterials) {
+TEST_F(Editors, CopiedFileKeepsMaterialEdits) {
   scene::Scene built = with_nodes(scene_, {"chair"});
   built.materials.emplace_back().name = "wood";
   const std::vector<state::AddedMaterials> added{{"chair", 1, 1}};
@@ -316,7 +316,7 @@ TEST_F(Editors, ACopyOfAnAddedFileHasTheEditsOfItsMaterials) {
 }
 
 // An added file brings its materials with its build.
-TEST_F(Editors, EditsOfAdditionsAreReportedWhenTheirBuildIsShown) {
+TEST_F(Editors, AdditionEditsAreReportedWhenShown) {
   state::EditDocument document;
   for (const char* const name : {"table", "refused"}) {
     document[state::key_of_addition(name)] = state::Addition{{}, {}, state::AddedAsset{"table.glb"}};
@@ -350,7 +350,7 @@ TEST_F(Editors, EditsOfAdditionsAreReportedWhenTheirBuildIsShown) {
   EXPECT_TRUE(editor.take_log_messages().empty()) << "once";
 }
 
-TEST_F(Editors, AnAddedCameraIsChosenIfItIsDisplayed) {
+TEST_F(Editors, AddedCameraIsSelected) {
   const scene::Scene built = with_nodes(scene_, {"table"});
   const std::vector<ShownAddition> shown{{"table", static_cast<uint32_t>(built.nodes.size() - 1), {}}};
   CameraRig camera = *CameraRig::create(built);
@@ -362,7 +362,7 @@ TEST_F(Editors, AnAddedCameraIsChosenIfItIsDisplayed) {
   EXPECT_NE(fault("lost").find("is not displayed"), std::string::npos) << fault("lost");
 }
 
-TEST_F(Editors, AssetsOfTheOverlayFilesFolderAndOfAnotherAreOffered) {
+TEST_F(Editors, NearbyAssetsAreOffered) {
   fs::create_directories(folder_ / "parts" / "deep");
   const fs::path elsewhere = folder_ / "parts" / "deep" / "elsewhere";
   fs::create_directories(elsewhere);
@@ -395,7 +395,7 @@ TEST_F(Editors, AssetsOfTheOverlayFilesFolderAndOfAnotherAreOffered) {
 }
 
 // They have no node that could be removed.
-TEST_F(Editors, RefusedAdditionsAreRemovedWithTheirEdits) {
+TEST_F(Editors, RefusedAdditionsLoseEdits) {
   state::EditDocument document;
   document[state::key_of_addition("lost")] = state::Addition{"nowhere", {}, scene::Light()};
   document[state::key_of_addition("below")] = state::Addition{"nowhere/lost", {}, scene::Light()};
@@ -428,7 +428,7 @@ TEST_F(Editors, RefusedAdditionsAreRemovedWithTheirEdits) {
   EXPECT_EQ(editor.history().document(), document);
 }
 
-TEST_F(Editors, OnlyFilesThatCanBeReadAreOffered) {
+TEST_F(Editors, OnlyReadableFilesAreOffered) {
   const fs::path inside = folder_ / "inside";
   fs::create_directories(inside / "c:d");
   const std::string latin = std::string("t") + char(0xfc) + "r.glb";  // no UTF-8

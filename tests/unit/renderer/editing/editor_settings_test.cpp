@@ -4,7 +4,7 @@
 namespace fire3dv::app {
 namespace {
 
-TEST_F(Editors, AVariantIsAStepAndKeepsItsName) {
+TEST_F(Editors, VariantIsAnUndoStep) {
   scene_.variants = {"day", "night"};
   EditSession editor(viewer_, file(), {});
   editor.begin(targets());
@@ -78,7 +78,7 @@ TEST_F(Editors, AVariantIsAStepAndKeepsItsName) {
   EXPECT_TRUE(missing.take_log_messages().empty());
 }
 
-TEST_F(Editors, ARefusedVariantIsNoStepAndBlocksNoUndo) {
+TEST_F(Editors, RefusedVariantIsNoStep) {
   scene_.variants = {"day", "night"};
   EditSession editor(viewer_, file(), {});
   editor.begin(targets());
@@ -196,7 +196,7 @@ TEST_F(Editors, RenderSettingsAreStepsAmongEdits) {
   EXPECT_TRUE(viewer_.edits.hidden.empty());
 }
 
-TEST_F(Editors, ManyRenderSettingsAreUndoneToTheOldestStep) {
+TEST_F(Editors, RenderSettingsUndoToOldest) {
   EditSession editor(viewer_, file(), {});
   editor.begin(targets());
   for (int i = 0; i <= 250; ++i) {

@@ -89,7 +89,7 @@ TEST(OverlayFiles, FaultsAreNamedByTheirMember) {
             std::string::npos);
 }
 
-TEST(OverlayFiles, AdditionsAreReadBackAsTheyWere) {
+TEST(OverlayFiles, AdditionsRoundTrip) {
   EditDocument document;
   const auto add = [&](const char* name, Addition addition) {
     document[key_of_addition(name)] = std::move(addition);

@@ -36,7 +36,7 @@ TEST(DeviceChoice, TheBestUsableDeviceWins) {
   EXPECT_TRUE(choice->notes.empty());
 }
 
-TEST(DeviceChoice, ASoftwareDeviceIsNamedAndTheReasonIsSaid) {
+TEST(DeviceChoice, SoftwareDeviceIsReported) {
   const auto choice = choose_device({report(0, "Old GPU", DeviceType::discrete, {"dynamicRendering"}),
                                      report(1, "llvmpipe", DeviceType::software)},
                                     "");
@@ -47,7 +47,7 @@ TEST(DeviceChoice, ASoftwareDeviceIsNamedAndTheReasonIsSaid) {
   EXPECT_TRUE(mentions(choice->notes[1], "Old GPU was not taken: it lacks dynamicRendering"));
 }
 
-TEST(DeviceChoice, AWishIsMetOrAnError) {
+TEST(DeviceChoice, WishIsMetOrError) {
   const std::vector<DeviceReport> reports{report(0, "Big GPU", DeviceType::discrete),
                                           report(1, "llvmpipe (LLVM)", DeviceType::software),
                                           report(2, "Old GPU", DeviceType::discrete, {"Vulkan 1.3"})};
@@ -70,7 +70,7 @@ std::vector<uint32_t> indices_of(const Result<std::vector<DeviceChoice>>& choice
   return indices;
 }
 
-TEST(DeviceChoice, SeveralAreNamedInTheirOrderOrAllOfTheBestKind) {
+TEST(DeviceChoice, SeveralDevicesKeepOrder) {
   const std::vector<DeviceReport> reports{
       report(0, "llvmpipe", DeviceType::software), report(1, "Big GPU", DeviceType::discrete),
       report(2, "Old GPU", DeviceType::discrete, {"Vulkan 1.3"}), report(3, "Big GPU", DeviceType::discrete)};
@@ -87,7 +87,7 @@ TEST(DeviceChoice, SeveralAreNamedInTheirOrderOrAllOfTheBestKind) {
   EXPECT_FALSE(choose_devices({}, "all").ok());
 }
 
-TEST(DeviceChoice, AGpuWithoutADriverIsNamed) {
+TEST(DeviceChoice, GpuWithoutDriverIsNamed) {
   const std::vector<DeviceReport> software{report(0, "llvmpipe", DeviceType::software)};
   const auto choice = choose_device(software, "", {0x10de});
   ASSERT_EQ(choice->notes.size(), 2u);
@@ -108,7 +108,7 @@ TEST(DeviceChoice, AGpuWithoutADriverIsNamed) {
   EXPECT_TRUE(graphics_vendors_present(root).empty());
 }
 
-TEST(DeviceChoice, NoDeviceIsAnErrorWithARemedy) {
+TEST(DeviceChoice, NoDeviceIsErrorWithRemedy) {
   const auto choice = choose_device({}, "");
   ASSERT_FALSE(choice.ok());
   EXPECT_TRUE(mentions(choice.error().message, "install"));

@@ -140,7 +140,7 @@ TEST(ForkedSubmit, PiecesWaitForWhatTheyNeed) {
   }
 }
 
-TEST(ForkedSubmit, TheNextFrameOverwritesNothingThatIsRead) {
+TEST(ForkedSubmit, NextFrameOverwritesNothingRead) {
   for (const Queues::State& state : submitted(2, 1).all_states()) {
     if (state.has_started(batch_of(1, kBefore))) {
       EXPECT_TRUE(state.has_ended(batch_of(0, kAside))) << "instances are written while they are read";
@@ -164,12 +164,12 @@ TEST(ForkedSubmit, BothQueuesMayRunAtOnce) {
   EXPECT_TRUE(aside_first);
 }
 
-TEST(ForkedSubmit, OneQueueForAllDoesNotHang) {
+TEST(ForkedSubmit, SingleQueueDoesNotHang) {
   const std::set<Queues::State> states = submitted(3, 0).all_states();
   EXPECT_TRUE(states.contains({(1u << 12) - 1, (1u << 12) - 1}));
 }
 
-TEST(ForkedSubmit, TheLastPieceTakesWhatTheCallerWaitsForAndSignals) {
+TEST(ForkedSubmit, LastPieceSignalsTheCaller) {
   const auto acquired = fake<VkSemaphore>(7), rendered = fake<VkSemaphore>(8);
   const ForkedSubmit fork({}, kForkTimeline, 5, {semaphore_submit(acquired, 0)},
                           {semaphore_submit(rendered, 0), semaphore_submit(kFrameTimeline, 9)});

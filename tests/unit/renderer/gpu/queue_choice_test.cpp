@@ -19,7 +19,7 @@ VkQueueFamilyProperties family(VkQueueFlags flags, uint32_t count) {
   return properties;
 }
 
-TEST(QueueChoice, AFamilyThatOnlyComputesComesFirst) {
+TEST(QueueChoice, FamilyThatOnlyComputesComesFirst) {
   const std::vector families{family(VK_QUEUE_TRANSFER_BIT, 2), family(kDraws, 16), family(kComputes, 8)};
   const auto choice = choose_queues(families, AsyncCompute::automatic);
   ASSERT_TRUE(choice);
@@ -31,7 +31,7 @@ TEST(QueueChoice, AFamilyThatOnlyComputesComesFirst) {
   EXPECT_EQ(choose_queues(families, AsyncCompute::on)->async, AsyncQueue::compute_family);
 }
 
-TEST(QueueChoice, ElseASecondQueueOfTheMainFamily) {
+TEST(QueueChoice, ElseSecondQueueOfMainFamily) {
   const std::vector families{family(kDraws, 2), family(kComputes, 0), family(VK_QUEUE_TRANSFER_BIT, 1)};
   const auto choice = choose_queues(families, AsyncCompute::automatic);
   ASSERT_TRUE(choice);
@@ -60,7 +60,7 @@ TEST(QueueChoice, OffIsOffWhateverThereIs) {
   EXPECT_FALSE(choice->two_families());
 }
 
-TEST(QueueChoice, ADeviceThatCannotDrawAndComputeOnOneQueueHasNone) {
+TEST(QueueChoice, IncompleteDeviceHasNone) {
   EXPECT_FALSE(choose_queues({}, AsyncCompute::automatic));
   const std::vector apart{family(VK_QUEUE_GRAPHICS_BIT, 1), family(kComputes, 1), family(kDraws, 0)};
   EXPECT_FALSE(choose_queues(apart, AsyncCompute::on));

@@ -95,7 +95,7 @@ TEST(GuiDocks, SplittersMoveTheUncoveredRectangle) {
 }
 
 // A slow image takes all events of a drag at once.
-TEST(GuiDocks, ADragBetweenTwoFramesIsNotLost) {
+TEST(GuiDocks, DragBetweenFramesCounts) {
   DockWorld world;
   const float before = world.gui.image_rect().low.x;
   const glm::vec2 from = DockWorld::center(world.find("edge of the left column", Kind::edge));
@@ -127,7 +127,7 @@ TEST(GuiDocks, HandlesFoldAndUnfold) {
   EXPECT_EQ(world.gui.image_rect().high, before.high);
 }
 
-TEST(GuiDocks, TheWholeWindowIsTheImageWithoutPanels) {
+TEST(GuiDocks, WholeWindowIsImageWithoutPanels) {
   DockWorld world;
   world.viewer.gui = false;
   world.settle();
@@ -165,7 +165,7 @@ size_t cut_glyphs(const ImDrawData& data) {
   return count;
 }
 
-TEST(GuiDocks, SmallWindowsAndLargeScalesCutNoText) {
+TEST(GuiDocks, TextFitsSmallWindows) {
   struct Case {
     glm::vec2 size_px;
     float scale;

@@ -101,7 +101,7 @@ class Gizmos : public ::testing::Test {
 };
 
 // Along an axis the cursor stays on the axis's line, at the distance at which it grabbed it.
-TEST_F(Gizmos, AnAxisMovesTheNodeBelowTheCursor) {
+TEST_F(Gizmos, AxisMovesNodeBelowCursor) {
   for (const bool orthographic : {false, true}) {
     is_orthographic_ = orthographic;
     for (const bool local : {false, true}) {
@@ -138,7 +138,7 @@ TEST_F(Gizmos, AnAxisMovesTheNodeBelowTheCursor) {
   }
 }
 
-TEST_F(Gizmos, APlaneAndTheCentreKeepTheNodeBelowTheCursor) {
+TEST_F(Gizmos, PlaneAndCentreFollowCursor) {
   for (int axis = 0; axis < 4; ++axis) {
     world_.viewer.tool = GizmoTool::move;
     world_.settle();
@@ -164,7 +164,7 @@ TEST_F(Gizmos, APlaneAndTheCentreKeepTheNodeBelowTheCursor) {
   }
 }
 
-TEST_F(Gizmos, ARingTurnsTheNodeWithTheCursor) {
+TEST_F(Gizmos, RingTurnsNodeWithCursor) {
   for (const bool local : {false, true}) {
     for (int axis = 0; axis < 3; ++axis) {
       world_.viewer.tool = GizmoTool::rotate;
@@ -202,7 +202,7 @@ TEST_F(Gizmos, ARingTurnsTheNodeWithTheCursor) {
   }
 }
 
-TEST_F(Gizmos, AHandleScalesOneAxisAndTheCentreAll) {
+TEST_F(Gizmos, HandlesScaleAxisOrAll) {
   for (int axis = 0; axis < 3; ++axis) {
     world_.viewer.tool = GizmoTool::scale;
     world_.settle();
@@ -271,7 +271,7 @@ TEST_F(Gizmos, ControlSnaps) {
   frame(gui::MouseButton{gui::Button::left, false});
 }
 
-TEST_F(Gizmos, ADrivenNodeHasNoHandlesAndNamesItsStream) {
+TEST_F(Gizmos, DrivenNodeHasNoHandles) {
   world_.viewer.selected = kDriven;
   world_.viewer.tool = GizmoTool::move;
   open_edit_panel();
@@ -316,7 +316,7 @@ TEST_F(Gizmos, NumbersMoveTurnAndScale) {
   }
 }
 
-TEST_F(Gizmos, WithoutAToolTheMouseIsTheCameras) {
+TEST_F(Gizmos, WithoutToolMouseIsCameras) {
   world_.viewer.tool = GizmoTool::none;
   world_.settle();
   world_.frame({gui::MouseMoved{pixel(glm::vec3(node()[3]))}});

@@ -69,7 +69,7 @@ TEST_F(GuiLayout, UnknownSettingsAreNamedByLine) {
   }
 }
 
-TEST_F(GuiLayout, IsStoredBelowTheUsersFolder) {
+TEST_F(GuiLayout, IsStoredBelowUsersFolder) {
   std::map<std::string, const char*> variables;
   const auto environment = [&](const char* name) -> const char* {
     const auto found = variables.find(name);
@@ -84,7 +84,7 @@ TEST_F(GuiLayout, IsStoredBelowTheUsersFolder) {
   EXPECT_EQ(*layout_place(environment), "/configs/fire3dv/window.conf");
 }
 
-TEST_F(GuiLayout, FilesAreSavedWholeAndDamageIsReported) {
+TEST_F(GuiLayout, FilesAreAtomicAndDamageReported) {
   const std::filesystem::path file = folder / "below" / "window.conf";
   const Result<Layout> none = load_layout(file);
   ASSERT_TRUE(none);

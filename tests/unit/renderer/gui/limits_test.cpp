@@ -59,7 +59,7 @@ size_t glyphs_in(const ImDrawData& data, const gui::Rect& rect) {
 }
 
 // The fill below a flat curve of many values covers its rectangle once: columns do not overlap.
-TEST(GuiPlots, ALevelCurveIsFilledAsARectangleIs) {
+TEST(GuiPlots, LevelCurveIsFilled) {
   OddWorld world;
   world.facts.streams.at(0).gaps_ms.assign(9, 4.0f);
   world.facts.streams.resize(1);
@@ -123,7 +123,7 @@ TEST(GuiLimits, TwoHundredStreamsHaveTheirPanel) {
   EXPECT_GT(offsets, 0u);
 }
 
-TEST(GuiLimits, AWindowMayBeOfAnySize) {
+TEST(GuiLimits, WindowMayBeOfAnySize) {
   OddWorld world;
   for (const float scale : {1.0f, 1.25f, 2.0f}) {
     world.scale = scale;
@@ -142,7 +142,7 @@ TEST(GuiLimits, AWindowMayBeOfAnySize) {
   world.settle();
 }
 
-TEST(GuiLimits, AScaleThatIsNoNumberIsOne) {
+TEST(GuiLimits, NanScaleIsOne) {
   OddWorld world;
   const uint64_t fonts = world.gui.fonts_number();
   for (const float scale :
@@ -153,7 +153,7 @@ TEST(GuiLimits, AScaleThatIsNoNumberIsOne) {
   EXPECT_EQ(world.gui.fonts_number(), fonts);
 }
 
-TEST(GuiLimits, NamesAreShownWholeAndInOneLine) {
+TEST(GuiLimits, NamesStayOnOneLine) {
   scene::Scene scene = gui_scene();
   const std::string plain = "xxxxxxxx", marked = "xx##xxxx", broken = "xx\nxxx\rx";
   scene.nodes[0].name = plain;
@@ -192,7 +192,7 @@ TEST(GuiLimits, TextsBreakAtSpaces) {
 }
 
 // At a display scale of 2 the fields of a transform are below their label, side by side and equally wide.
-TEST(GuiLimits, NumbersHaveRoomInANarrowColumn) {
+TEST(GuiLimits, NumbersHaveRoomInNarrowColumn) {
   for (const float scale : {1.0f, 2.0f}) {
     OddWorld world;
     std::vector<gui::Rect> headers;

@@ -328,7 +328,7 @@ TEST_F(GuiPanels, EveryControlDoesSomething) {
   EXPECT_GT(driven, 120u);
 }
 
-TEST_F(GuiPanels, JointsThatAStreamDrivesHaveNoSlider) {
+TEST_F(GuiPanels, DrivenJointsHaveNoSlider) {
   std::vector<std::string> names;
   for (const Control& control : world().gui.controls())
     if (control.panel == "Joints" && control.kind == Kind::slider) names.push_back(control.name);
@@ -339,7 +339,7 @@ TEST_F(GuiPanels, JointsThatAStreamDrivesHaveNoSlider) {
   EXPECT_EQ(world().viewer.edits.joints.at(1), std::vector<double>{2}) << "the limit, in radians";
 }
 
-TEST_F(GuiPanels, NothingElseReactsToTheMouse) {
+TEST_F(GuiPanels, NothingElseReactsToMouse) {
   std::set<std::string> strangers;
   for (float y = 3; y < world().display_px.y; y += 9) {
     for (float x = 3; x < world().display_px.x; x += 21) {
@@ -359,7 +359,7 @@ TEST_F(GuiPanels, NothingElseReactsToTheMouse) {
   EXPECT_EQ(places, "") << "what is there reacts, and is no control of ours";
 }
 
-TEST_F(GuiPanels, TheMouseOnTheImageIsNotWanted) {
+TEST_F(GuiPanels, MouseOnImageIsNotWanted) {
   world().display_px = {1280, 720};
   world().viewer.help = false;
   world().settle();
@@ -386,7 +386,7 @@ TEST_F(GuiPanels, TheMouseOnTheImageIsNotWanted) {
   EXPECT_FALSE(world().gui.wants_mouse());
 }
 
-TEST_F(GuiPanels, AClickBetweenTwoFramesIsNotLost) {
+TEST_F(GuiPanels, ClickBetweenFramesCounts) {
   const Control screenshot = find("Render", "Screenshot", Kind::button);
   world().frame({gui::MouseMoved{center_of(screenshot)}, gui::MouseButton{gui::Button::left, true},
                  gui::MouseButton{gui::Button::left, false}, gui::MouseMoved{{700, 10}}});
@@ -394,7 +394,7 @@ TEST_F(GuiPanels, AClickBetweenTwoFramesIsNotLost) {
   EXPECT_TRUE(world().viewer.commands.screenshot);
 }
 
-TEST_F(GuiPanels, SizesFollowTheScaleOfTheDisplay) {
+TEST_F(GuiPanels, SizesFollowScaleOfDisplay) {
   const Control once = find("Render", "Screenshot", Kind::button);
   const uint64_t fonts = world().gui.fonts_number();
   world().scale = 2;
@@ -417,7 +417,7 @@ scene::Scene large_scene(uint32_t nodes) {
   return scene;
 }
 
-TEST(GuiTree, LaysOutOnlyVisibleRowsOfAHundredThousandNodes) {
+TEST(GuiTree, OnlyVisibleRowsAreLaidOut) {
   GuiWorld world(large_scene(100'000));
   world.display_px = {1280, 800};  // room for the rows that the search finds
   world.gui.note_controls(true);
@@ -455,7 +455,7 @@ TEST(GuiTree, LaysOutOnlyVisibleRowsOfAHundredThousandNodes) {
   EXPECT_EQ(world.gui.tree_rows(), 11u);
 }
 
-TEST(GuiTree, ManyMaterialsAndLogLinesAreLaidOutAsFarAsTheyAreSeen) {
+TEST(GuiTree, OnlyVisibleLinesAreLaidOut) {
   GuiWorld world;
   for (int i = 0; i < 50'000; ++i) world.facts.log.push_back({double(i), "line"});
   world.facts.log_lines = world.facts.log.size();

@@ -75,7 +75,7 @@ class ScalarPlots : public ::testing::Test {
   GuiWorld world;
 };
 
-TEST_F(ScalarPlots, ACurveGoesThroughItsSamples) {
+TEST_F(ScalarPlots, CurveGoesThroughItsSamples) {
   EXPECT_TRUE(vertices(gui::theme::accent()).empty()) << "nothing is chosen yet";
   click_row("arm/elbow");  // rises evenly from 0 to 1
   const std::vector<glm::vec2> curve = vertices(gui::theme::accent());
@@ -100,7 +100,7 @@ TEST_F(ScalarPlots, ACurveGoesThroughItsSamples) {
   EXPECT_FALSE(vertices(gui::theme::warning()).empty()) << "and keeps it";
 }
 
-TEST_F(ScalarPlots, TheWheelOverThePlotDoesNotScrollTheColumn) {
+TEST_F(ScalarPlots, WheelOverPlotKeepsColumn) {
   world.display_px = {1280, 360};
   world.settle();
   click(middle(find("Frame", Kind::header)));
@@ -163,7 +163,7 @@ TEST_F(ScalarPlots, ExportsTheShownRange) {
   EXPECT_EQ(exported().size(), 102u);
 }
 
-TEST_F(ScalarPlots, APauseHoldsTheRangeAndARestartBeginsAnew) {
+TEST_F(ScalarPlots, PauseHoldsRange) {
   click_row("arm/elbow");
   click_button("Pause##plots");
   world.sample("arm", 2'000'000'000, {0, 5});
@@ -230,7 +230,7 @@ TEST(ScalarTable, MergesTimesAndQuotesNames) {
 }
 
 // Once for all runs: the layout file has it.
-TEST(GuiPlots, TheFirstScalarsUnfoldThePanelUnlessTheUserFoldedItLater) {
+TEST(GuiPlots, FirstScalarsUnfoldPanel) {
   GuiWorld world;
   gui::Input input;
   input.display_px = {1280, 720};

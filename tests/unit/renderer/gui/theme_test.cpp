@@ -53,7 +53,7 @@ std::set<ImU32> colors(const ImDrawData& data) {
   return found;
 }
 
-TEST(GuiTheme, TheOtherPaletteIsTakenAtOnceAndAgain) {
+TEST(GuiTheme, PaletteSwitchesImmediately) {
   GuiWorld world;
   for (const bool is_light : {false, true, false}) {
     gui::Layout layout;

@@ -17,7 +17,7 @@ class ReplacementSharesTest : public testing::Test {
   ReplacementShares shares_;
 };
 
-TEST_F(ReplacementSharesTest, AGreedyPeerTakesAQuarterAndOthersDoNotWaitForIt) {
+TEST_F(ReplacementSharesTest, GreedyPeerIsLimitedToQuarter) {
   const std::vector honest{ReplacementShares::Cause{honest_, 0, 1}};
   const std::vector greedy{ReplacementShares::Cause{greedy_, 200, 1}};
   shares_.add({honest, 0, 10, 1000, false});
@@ -27,7 +27,7 @@ TEST_F(ReplacementSharesTest, AGreedyPeerTakesAQuarterAndOthersDoNotWaitForIt) {
   EXPECT_EQ(shares_.earliest_ns(honest_), 1030) << "it has not caused this";
 }
 
-TEST_F(ReplacementSharesTest, APeerThatIsAloneTakesHalf) {
+TEST_F(ReplacementSharesTest, PeerThatIsAloneTakesHalf) {
   const std::vector causes{ReplacementShares::Cause{greedy_, 200, 1}};
   shares_.add({causes, 50, 400, 2000, true});
   EXPECT_EQ(shares_.earliest_ns(greedy_), 2400);
@@ -43,7 +43,7 @@ TEST_F(ReplacementSharesTest, WhoLoadedMoreRestsLonger) {
 }
 
 // Else whoever connects again would not rest at all.
-TEST_F(ReplacementSharesTest, ANewPeerWaitsAsLongAsTheLastReplacementTook) {
+TEST_F(ReplacementSharesTest, NewPeerWaitsForLastReplacement) {
   EXPECT_EQ(shares_.earliest_ns(honest_), 0);
   const std::vector causes{ReplacementShares::Cause{greedy_, 0, 1}};
   shares_.add({causes, 0, 400, 2000, false});
@@ -53,7 +53,7 @@ TEST_F(ReplacementSharesTest, ANewPeerWaitsAsLongAsTheLastReplacementTook) {
 }
 
 // Streams that have ended, or have no budget, share one rest.
-TEST_F(ReplacementSharesTest, APeerWithoutABudgetRestsAsOthersDo) {
+TEST_F(ReplacementSharesTest, UnbudgetedPeerRestsToo) {
   const std::vector causes{ReplacementShares::Cause{nullptr, 0, 1}};
   shares_.add({causes, 0, 400, 2000, false});
   EXPECT_EQ(shares_.earliest_ns(nullptr), 3200);

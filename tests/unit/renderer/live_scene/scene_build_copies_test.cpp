@@ -76,7 +76,7 @@ TEST_F(SceneBuildCopies, InstancesHaveNoPaths) {
   EXPECT_EQ(scene::path_bytes_of_copy(base_.scene, sources, "c"), bytes);
 }
 
-TEST_F(SceneBuildCopies, TakeMemoryWithTheAssets) {
+TEST_F(SceneBuildCopies, TakeMemoryWithAssets) {
   scene::Scene& scene = base_.scene;
   scene.nodes[0].morph_weight_count = 1000;
   scene.morph_weights.resize(1000);
@@ -112,7 +112,7 @@ TEST_F(SceneBuildCopies, TakeMemoryWithTheAssets) {
   EXPECT_EQ(merged.nodes[root + 2].skin, 1u) << "its joint is outside";
 }
 
-TEST_F(SceneBuildCopies, DeformedVerticesAreCountedWithThoseOfOtherCopies) {
+TEST_F(SceneBuildCopies, DeformedVerticesCountWithCopies) {
   scene::Scene& scene = base_.scene;
   scene.nodes[0].morph_weight_count = 1;
   scene.morph_weights = {0.5f};
@@ -125,7 +125,7 @@ TEST_F(SceneBuildCopies, DeformedVerticesAreCountedWithThoseOfOtherCopies) {
   EXPECT_EQ(scene::deformed_corners(built.scene->scene), scene::kMaxDeformedCorners);
 }
 
-TEST_F(SceneBuildCopies, AreOfPathsAndNotOfNames) {
+TEST_F(SceneBuildCopies, CopiesAreByPath) {
   scene::add_node(base_.scene, "leaf", 0, glm::mat4(1));
   const std::string leaf = std::string(kTop) + "/leaf";
   const SceneBuild::Built built =

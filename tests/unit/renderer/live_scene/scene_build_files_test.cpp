@@ -51,7 +51,7 @@ class SceneBuildFiles : public testing::Test {
   std::optional<SceneBuild> build_;
 };
 
-TEST_F(SceneBuildFiles, AReloadReadsChangedFilesAgain) {
+TEST_F(SceneBuildFiles, ReloadReadsChangedFilesAgain) {
   folder_.write("part.glb", with_node("old").glb());
   SceneBuild::Built built = build("part.glb");
   EXPECT_EQ(last_path(built), "part/old");
@@ -79,7 +79,7 @@ TEST_F(SceneBuildFiles, AReloadReadsChangedFilesAgain) {
   EXPECT_FALSE(build("part.gltf").load_ns.empty());
 }
 
-TEST_F(SceneBuildFiles, ADamagedFileIsNotLoadedAgainBeforeItChanges) {
+TEST_F(SceneBuildFiles, DamagedFileIsRetriedOnChange) {
   folder_.write("part.glb", std::string_view("glTF no more"));
   SceneBuild::Built built = build("part.glb");
   ASSERT_EQ(built.refused.size(), 1u);

@@ -56,7 +56,7 @@ class SceneBuildTest : public testing::Test {
   uint64_t version_ = 0;
 };
 
-TEST_F(SceneBuildTest, FilesComeFromTheNamedFolderAlone) {
+TEST_F(SceneBuildTest, FilesComeFromNamedFolderAlone) {
   EXPECT_EQ(refusal_of({folder_}, from_uri("n", "inside.glb")), "");
   const std::pair<const char*, const char*> refused[] = {{"../outside.glb", "leaves"},
                                                          {"/etc/passwd", "absolute"},
@@ -80,7 +80,7 @@ TEST_F(SceneBuildTest, FilesComeFromTheNamedFolderAlone) {
   EXPECT_EQ(asset.first_material, base_.scene.materials.size());
 }
 
-TEST_F(SceneBuildTest, AnEmbeddedAssetReadsNoFiles) {
+TEST_F(SceneBuildTest, EmbeddedAssetReadsNoFiles) {
   wire::NodeAdded what;
   what.asset_glb = test::triangle_file().glb();
   EXPECT_EQ(refusal_of({}, wanted("n", what)), "");
@@ -112,7 +112,7 @@ TEST_F(SceneBuildTest, AnEmbeddedAssetReadsNoFiles) {
   EXPECT_NE(refusal_of({folder_}, wanted("n", what)), "");
 }
 
-TEST_F(SceneBuildTest, EachNodeHasItsOwnVariantOfAnAsset) {
+TEST_F(SceneBuildTest, NodesHaveOwnVariants) {
   test::GltfBuilder car = test::triangle_file();
   car.root["materials"] = {{{"name", "grey"}}, {{"name", "red"}}};
   car.root["extensionsUsed"] = {"KHR_materials_variants"};
@@ -152,7 +152,7 @@ TEST_F(SceneBuildTest, EachNodeHasItsOwnVariantOfAnAsset) {
             "the asset \"car.glb\": there is no material variant \"gloomy\"; choose one of \"festive\"");
 }
 
-TEST_F(SceneBuildTest, ParentsMayBeAddedTooInAnyOrder) {
+TEST_F(SceneBuildTest, ParentsMayFollow) {
   wire::NodeAdded below;
   below.parent = "above";
   wire::NodeAdded in_asset;
@@ -189,7 +189,7 @@ TEST_F(SceneBuildTest, ParentsMayBeAddedTooInAnyOrder) {
 }
 
 // A chain of copies in reverse order of their names, of nodes of the file and of added ones.
-TEST_F(SceneBuildTest, TheUserAddsLightsCamerasAndCopies) {
+TEST_F(SceneBuildTest, UserAddsLightsCamerasAndCopies) {
   base_.scene.nodes[0].semantic = 7;
   const std::string file_node = base_.scene.nodes[0].path;
   const uint32_t below_it = scene::add_node(base_.scene, "below", 0, glm::mat4(1));
@@ -299,7 +299,7 @@ TEST_F(SceneBuildTest, ParentsAreFoundInOnePass) {
   EXPECT_LE(lookups(400), 800u);
 }
 
-TEST_F(SceneBuildTest, NoNodeTakesAPathThatExists) {
+TEST_F(SceneBuildTest, NoNodeTakesPathThatExists) {
   wire::NodeAdded below;
   below.parent = "n";
   SceneBuild build(base_, {folder_});
@@ -327,7 +327,7 @@ class SceneBuildBudget : public SceneBuildTest {
   std::vector<std::shared_ptr<BudgetPool>> pools_;
 };
 
-TEST_F(SceneBuildBudget, NodesArePaidForAndGivenBack) {
+TEST_F(SceneBuildBudget, NodesAreChargedAndRefunded) {
   const auto budget = peer({"nodes=5"});
   SceneBuild build(base_, {folder_});
   std::vector<state::RequestedNode> nodes;
@@ -350,7 +350,7 @@ TEST_F(SceneBuildBudget, NodesArePaidForAndGivenBack) {
   EXPECT_EQ(budget->used(Resource::gpu_bytes), 0u);
 }
 
-TEST_F(SceneBuildBudget, AnAssetCountsOnceForEachPeer) {
+TEST_F(SceneBuildBudget, AssetCountsOnceForEachPeer) {
   const auto one = peer(), other = peer();
   SceneBuild build(base_, {folder_});
   (void)finished(build, {{of(from_uri("a", "inside.glb"), one)}, {}});
@@ -367,7 +367,7 @@ TEST_F(SceneBuildBudget, AnAssetCountsOnceForEachPeer) {
 }
 
 // 4 MiB of decoded pixels in a file of some KB.
-TEST_F(SceneBuildBudget, PixelsArePaidForBeforeTheyAreDecoded) {
+TEST_F(SceneBuildBudget, PixelsAreChargedBeforeDecoding) {
   test::GltfBuilder textured = test::triangle_file();
   const size_t material = textured.add_textured_material(test::png(1024, 1024, 0xffffffff));
   textured.root["meshes"][0]["primitives"][0]["material"] = material;
@@ -445,7 +445,7 @@ TEST_F(SceneBuildBudget, PeersTakeTurnsAtLoading) {
   EXPECT_EQ(order, "g1 s1 s2 g2 g3 g4 ");
 }
 
-TEST_F(SceneBuildBudget, PeersThatWaitAtTheSameTimeAlternate) {
+TEST_F(SceneBuildBudget, WaitingPeersAlternate) {
   const auto one = peer(), other = peer();
   std::string order;
   int64_t now_ns = 0;
@@ -464,7 +464,7 @@ TEST_F(SceneBuildBudget, PeersThatWaitAtTheSameTimeAlternate) {
   EXPECT_EQ(order, "a1 b1 a2 b2 a3 b3 ");
 }
 
-TEST_F(SceneBuildBudget, LightsBeyondTheLimitAreRefusedAndShadowsLeftOut) {
+TEST_F(SceneBuildBudget, LightsBeyondLimitAreRefused) {
   test::GltfBuilder lit = test::triangle_file();
   lit.root["extensionsUsed"] = {"KHR_lights_punctual"};
   lit.root["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}}};

@@ -28,7 +28,7 @@ state::RequestedNode with_asset(const std::string& uri, bool is_of_user, const s
   return node;
 }
 
-TEST(AssetFiles, NamesOfOneFileHaveOneKey) {
+TEST(AssetFiles, FileAliasesShareAKey) {
   test::ScratchFolder folder;
   std::filesystem::create_directory(folder.path() / "sub");
   folder.write("sub/a.glb", "a");
@@ -42,7 +42,7 @@ TEST(AssetFiles, NamesOfOneFileHaveOneKey) {
   EXPECT_NE(files.key(with_asset("sub/a.glb", false)), key) << "a stream's folder is another one";
 }
 
-TEST(AssetFiles, AFileThatComesLaterIsFoundAfterForgetMissing) {
+TEST(AssetFiles, LaterFileIsFoundAfterForget) {
   test::ScratchFolder folder;
   AssetFiles files({}, folder.path() / "scene.overlay.json");
   const std::string missing = files.key(with_asset("a.glb", true));
@@ -55,7 +55,7 @@ TEST(AssetFiles, AFileThatComesLaterIsFoundAfterForgetMissing) {
   EXPECT_EQ(files.key(with_asset("./a.glb", true)), found);
 }
 
-TEST(AssetFiles, TheDigestOfAssetsIsThatOfTheirContents) {
+TEST(AssetFiles, DigestIsOfContents) {
   test::ScratchFolder folder;
   const AssetFiles files({}, folder.path() / "scene.overlay.json");
   const auto never = [] { return false; };
@@ -120,7 +120,7 @@ TEST_F(RefusedAdditions, AreTriedAgainWhenOthersChange) {
   EXPECT_FALSE(requests_.refuse(request("lamp"), "no parent")) << "reported already";
 }
 
-TEST_F(RefusedAdditions, ThatLackedMemoryWaitForTheEndOfOthers) {
+TEST_F(RefusedAdditions, OutOfMemoryWaitsForEnd) {
   requests_.refuse(request("rock"), "too large", true);
   additions_["other"].content = scene::Light();
   requests_.set(additions_);

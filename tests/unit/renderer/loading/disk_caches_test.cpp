@@ -35,7 +35,7 @@ TEST(CacheLocations, FollowTheXdgSpecification) {
   }
 }
 
-TEST(CacheLocations, WithoutAHomeNothingIsCached) {
+TEST(CacheLocations, WithoutHomeNothingIsCached) {
   for (const auto& environment : {std::map<std::string, const char*>{}, {{"HOME", "not/absolute"}}}) {
     const CacheLocations found = places("auto", environment);
     EXPECT_FALSE(found.pipelines);
@@ -77,7 +77,7 @@ TEST_F(PipelineFiles, ComeBackAsTheyWere) {
   EXPECT_EQ(*read, data_);
 }
 
-TEST_F(PipelineFiles, OfAnotherDeviceOrBuildAreRefused) {
+TEST_F(PipelineFiles, OtherDeviceOrBuildIsRefused) {
   ASSERT_TRUE(store_cache_file(path_, kPipelineFiles, kind_, data_).ok());
   const auto read = read_cache_file(path_, kPipelineFiles, fire3dv::Digest{1, 2, 4});
   ASSERT_FALSE(read.ok());
@@ -101,7 +101,7 @@ TEST_F(PipelineFiles, DamagedAreRefused) {
   EXPECT_FALSE(read_cache_file(path_, kPipelineFiles, kind_).ok());
 }
 
-TEST_F(PipelineFiles, TheKindFollowsDeviceAndDriver) {
+TEST_F(PipelineFiles, KindFollowsDeviceAndDriver) {
   VkPhysicalDeviceProperties device{};
   const fire3dv::Digest before = pipeline_kind(device);
   EXPECT_EQ(pipeline_kind(device), before);
@@ -142,7 +142,7 @@ TEST_F(EnvironmentFolders, GiveNothingThatIsNotTheirs) {
   EXPECT_FALSE(cache_.find(kind_, data_.size()));
 }
 
-TEST_F(EnvironmentFolders, AFolderThatCannotBeMadeIsNoFault) {
+TEST_F(EnvironmentFolders, UnwritableFolderIsNoError) {
   write("a file");
   EnvironmentCache in_a_file(path_ / "environments");
   in_a_file.keep(kind_, data_);

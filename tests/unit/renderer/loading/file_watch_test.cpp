@@ -27,7 +27,7 @@ class FileWatchTest : public testing::Test {
   int64_t now_ns_ = 1;
 };
 
-TEST_F(FileWatchTest, ReportsAChangeOnceItIsQuiet) {
+TEST_F(FileWatchTest, ReportsChangeOnceItIsQuiet) {
   folder_.write("a.glb", "first");
   FileWatch watch({watched("a.glb")});
   EXPECT_EQ(poll_for(watch, 3'000'000'000), 0);
@@ -41,7 +41,7 @@ TEST_F(FileWatchTest, ReportsAChangeOnceItIsQuiet) {
   EXPECT_EQ(poll_for(watch, 3'000'000'000), 0) << "once";
 }
 
-TEST_F(FileWatchTest, SeesRenamesAndWaitsForMissingFiles) {
+TEST_F(FileWatchTest, RenamesAndMissingFilesAreSeen) {
   folder_.write("a.glb", "first");
   FileWatch watch({watched("a.glb")});
   folder_.write("b.glb", "other");  // of the same size
@@ -53,7 +53,7 @@ TEST_F(FileWatchTest, SeesRenamesAndWaitsForMissingFiles) {
   EXPECT_EQ(poll_for(watch, 1'500'000'000), 1);
 }
 
-TEST_F(FileWatchTest, WatchesTheFilesThatTheSceneNames) {
+TEST_F(FileWatchTest, WatchesFilesThatSceneNames) {
   folder_.write("a.gltf", "scene");
   folder_.write("a.bin", "buffer");
   FileWatch watch({watched("a.gltf"), watched("a.bin"), watched("gone.png")});

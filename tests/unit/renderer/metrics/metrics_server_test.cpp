@@ -77,7 +77,7 @@ TEST(PeerUse, IsListedByPeerAndResource) {
   has("fire3dv_peer_refusals_total{" + name + "\",resource=\"lights\"} 2");
 }
 
-TEST(PeerUse, ListsABoundedNumberOfPeers) {
+TEST(PeerUse, ListsBoundedNumberOfPeers) {
   PeerLimits limits;
   std::vector<PeerUse> peers;
   for (uint64_t i = 0; i < 500; ++i) {
@@ -159,7 +159,7 @@ struct Server : testing::Test {
   }
 };
 
-TEST_F(Server, AnswersWithALengthThatIsRight) {
+TEST_F(Server, AnswersWithLengthThatIsRight) {
   const std::string text = ask("GET /metrics HTTP/1.1\r\nHost: a\r\n\r\n");
   const size_t body_at = text.find("\r\n\r\n") + 4;
   EXPECT_NE(text.find("Content-Length: " + std::to_string(text.size() - body_at) + "\r\n"), std::string::npos)
@@ -167,7 +167,7 @@ TEST_F(Server, AnswersWithALengthThatIsRight) {
   EXPECT_NE(text.find("Content-Type: text/plain; version=0.0.4; charset=utf-8\r\n"), std::string::npos);
 }
 
-TEST_F(Server, ARequestMayComeByteByByte) {
+TEST_F(Server, RequestMayComeByteByByte) {
   RawSocket socket(uri, SOCK_STREAM);
   for (const char c : std::string("GET /metrics HTTP/1.0\r\n\r\n")) {
     ASSERT_TRUE(socket.send(bytes_of(std::string_view(&c, 1))));
@@ -176,7 +176,7 @@ TEST_F(Server, ARequestMayComeByteByByte) {
   EXPECT_TRUE(all_of(socket).starts_with("HTTP/1.0 200 OK\r\n"));
 }
 
-TEST_F(Server, OtherRequestsGetAnAnswerAndNoPage) {
+TEST_F(Server, OtherRequestsGetNoPage) {
   const std::pair<std::string, int> requests[] = {{"GET / HTTP/1.0\r\n\r\n", 404},
                                                   {"POST /metrics HTTP/1.0\r\n\r\nbody", 405},
                                                   {"F3DV\x01\x01\n\n", 400},
@@ -204,7 +204,7 @@ TEST_F(Server, RandomBytesAndVisitorsWhoLeave) {
   expect_served();
 }
 
-TEST_F(Server, WhoSaysNothingMakesRoomAndIsSentAwayInTheEnd) {
+TEST_F(Server, SilentConnectionIsClosed) {
   std::vector<RawSocket> silent;
   for (int i = 0; i < 200; ++i) silent.emplace_back(uri, SOCK_STREAM);
   silent.back().send(bytes_of("GET /metr"));
@@ -216,7 +216,7 @@ TEST_F(Server, WhoSaysNothingMakesRoomAndIsSentAwayInTheEnd) {
   EXPECT_EQ(page.find("sent_away_total{cause=\"slow\"} 0\n"), std::string::npos) << page;
 }
 
-TEST(ServerAddress, LoopbackOnlyUnlessAllOptionsAllowMore) {
+TEST(ServerAddress, LoopbackUnlessOptionsAllowMore) {
   const auto error_of = [](const std::string& at) {
     auto opened = MetricsServer::open(at, false, [](Exposition&) {});
     EXPECT_FALSE(opened.ok()) << at;

@@ -97,7 +97,7 @@ TEST_F(OfflineFolder, IsGoneOnWith) {
   }
 }
 
-TEST_F(OfflineFolder, IncompleteOrUnlistedFramesAreDrawnAgain) {
+TEST_F(OfflineFolder, IncompleteFramesAreDrawnAgain) {
   run(0, kFrames);
   const std::string whole = text_of(kFrameListName);
   fs::remove(folder_ / frame_file_name(3));
@@ -113,7 +113,7 @@ TEST_F(OfflineFolder, IncompleteOrUnlistedFramesAreDrawnAgain) {
   EXPECT_FALSE(fs::is_symlink(folder_ / frame_file_name(8)));
 }
 
-TEST_F(OfflineFolder, FramesOfAnotherRunAreNotTouched) {
+TEST_F(OfflineFolder, OtherRunsFramesStay) {
   run(0, 2);
   Manifest other = manifest_of();
   other.settings[1].second = "--tone-map aces";
@@ -139,7 +139,7 @@ TEST_F(OfflineFolder, TwoRunsDoNotShareOne) {
   EXPECT_EQ(refused(manifest_of()), "");
 }
 
-TEST_F(OfflineFolder, AShardHoldsItsPartAlone) {
+TEST_F(OfflineFolder, ShardHoldsItsPartAlone) {
   const Manifest manifest = manifest_of(2, 3);
   EXPECT_EQ(manifest.part(), (Part{4, 4}));
   run(4, 8, manifest);
@@ -149,7 +149,7 @@ TEST_F(OfflineFolder, AShardHoldsItsPartAlone) {
   EXPECT_EQ(frames->begin()->first, 4u);
 }
 
-TEST_F(OfflineFolder, AListThatIsNoneHoldsNothingUp) {
+TEST_F(OfflineFolder, InvalidListIsIgnored) {
   run(0, 2);
   write(kFrameListName, std::string(3 << 20, 'x'));
   EXPECT_NE(refused(manifest_of()).find("frames.jsonl is not what fire3dv render writes"), std::string::npos);
@@ -160,7 +160,7 @@ TEST_F(OfflineFolder, AListThatIsNoneHoldsNothingUp) {
   EXPECT_EQ(refused(manifest_of()), "");
 }
 
-TEST_F(OfflineFolder, AFrameIsCopiedWhenItIsTheOneThatItsNameSays) {
+TEST_F(OfflineFolder, FrameMustMatchItsName) {
   run(0, kFrames);
   fs::copy_file(folder_ / frame_file_name(3), folder_ / frame_file_name(5),
                 fs::copy_options::overwrite_existing);
@@ -183,7 +183,7 @@ TEST_F(OfflineFolder, AFrameIsCopiedWhenItIsTheOneThatItsNameSays) {
   EXPECT_EQ(listed_frames(root_ / "joined", manifest_of())->size(), 1u);
 }
 
-TEST_F(OfflineFolder, ADiskThatIsFullIsSaid) {
+TEST_F(OfflineFolder, DiskThatIsFullIsSaid) {
   auto folder = FrameFolder::open(folder_, manifest_of());
   ASSERT_TRUE(folder.ok());
   ASSERT_TRUE((*folder)->begin(kMachine).ok());
@@ -199,7 +199,7 @@ TEST_F(OfflineFolder, ADiskThatIsFullIsSaid) {
   EXPECT_EQ(frames->size(), 2u);
 }
 
-TEST_F(OfflineFolder, AManifestIsReadBackAndBelievedInNothing) {
+TEST_F(OfflineFolder, ManifestIsValidated) {
   fs::create_directories(folder_);
   Manifest manifest = manifest_of(2, 3);
   manifest.machine = kMachine;
@@ -229,7 +229,7 @@ TEST_F(OfflineFolder, AManifestIsReadBackAndBelievedInNothing) {
 }
 
 // Command-line paths are arbitrary bytes of arbitrary number.
-TEST_F(OfflineFolder, AnySettingIsReadBackAsItWasWritten) {
+TEST_F(OfflineFolder, SettingsRoundTrip) {
   const std::string lengthy = "--assets /" + std::string(6000, 'a');
   const std::vector<std::string> values{"--assets /data/caf\xe9", "--assets /data/caf\xe8", lengthy,
                                         lengthy + "b"};

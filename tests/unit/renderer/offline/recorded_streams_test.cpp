@@ -133,7 +133,7 @@ TEST(FrameTimes, RatesAreFractionsAndTimesExact) {
   EXPECT_EQ(times.at_ns(99'999'999), 5 + 3336666633300000);
 }
 
-TEST(FrameTimes, TheLastFrameIsAtTheEndAndShardsAreAllOfIt) {
+TEST(FrameTimes, LastFrameIsAtEnd) {
   EXPECT_EQ(frame_times(0, kSecondNs, {30, 1})->frames, 31u);
   EXPECT_EQ(frame_times(0, kSecondNs - 1, {30, 1})->frames, 30u);
   EXPECT_EQ(frame_times(7, 7, {30, 1})->frames, 1u);
@@ -152,7 +152,7 @@ TEST(FrameTimes, TheLastFrameIsAtTheEndAndShardsAreAllOfIt) {
   }
 }
 
-TEST(RecordedStreams, AtARecordedFrameItIsThatFrameAndBetweenTwoItIsBetween) {
+TEST(RecordedStreams, BetweenFramesIsInterpolated) {
   ViewerDocument show;
   show.take(described(7), 0);
   for (uint64_t i = 1; i <= 30; ++i) show.take(frame_of({7, i, static_cast<int64_t>(10 * i)}), 10 * i);
@@ -222,7 +222,7 @@ TEST(RecordedStreams, RunsFollowOneAnother) {
   EXPECT_EQ(show.at({220}).tags[0].sim_time_ns, 0);
 }
 
-TEST(RecordedStreams, StreamsOfOneClockAreReadByIt) {
+TEST(RecordedStreams, SharedClockIsUsed) {
   ViewerDocument show;
   show.take(described(7), 0, 1);
   show.take(described(9, "crane", "other"), 0, 2);
@@ -236,7 +236,7 @@ TEST(RecordedStreams, StreamsOfOneClockAreReadByIt) {
   EXPECT_EQ(seen.poses[1], state::interpolate(pose_of(9, 2), pose_of(9, 3), 0.5));
 }
 
-TEST(RecordedStreams, AnotherClockIsLaidWhereItBegan) {
+TEST(RecordedStreams, ForeignClockIsAligned) {
   ViewerDocument show;
   show.take(described(9, "crane", "other"), 0, 2);
   show.take(described(7), 0, 1);
@@ -260,7 +260,7 @@ TEST(RecordedStreams, AnotherClockIsLaidWhereItBegan) {
   EXPECT_EQ(show.read().guide(), "crane");
 }
 
-TEST(RecordedStreams, AnEditComesWithTheFrameBehindIt) {
+TEST(RecordedStreams, EditComesWithFrameBehindIt) {
   ViewerDocument show;
   show.take(described(7), 0);
   show.take(frame_of({7, 1, 10}), 10);
@@ -275,7 +275,7 @@ TEST(RecordedStreams, AnEditComesWithTheFrameBehindIt) {
             std::vector<std::string>{});  // the end of the stream withdraws its edits
 }
 
-TEST(RecordedStreams, AFrameWaitsForItsEdits) {
+TEST(RecordedStreams, FrameWaitsForItsEdits) {
   ViewerDocument show;
   show.take(described(7), 0);
   show.take(frame_of({7, 1, 10}), 10);
@@ -321,7 +321,7 @@ TEST(RecordedStreams, DependsOnTheMomentAlone) {
   }
 }
 
-TEST(RecordedStreams, TimesThatNoClockShowsAreLeftOut) {
+TEST(RecordedStreams, UncoveredTimesAreSkipped) {
   ViewerDocument show;
   show.take(described(7), 0);
   show.take(frame_of({7, 1, 10}), 10);
@@ -340,7 +340,7 @@ TEST(RecordedStreams, TimesThatNoClockShowsAreLeftOut) {
 }
 
 // Segments before the guide's first frame are laid out one before the other.
-TEST(Timeline, TimesThatAreTooFarApartAreRefused) {
+TEST(Timeline, DistantTimesAreRefused) {
   constexpr int64_t kFarMs = (int64_t{1} << 60) / kMsNs - 1;
   record_test::MemoryLog log;
   ASSERT_TRUE(log.take(described(7, "arm"), 0, 1));

@@ -45,7 +45,7 @@ std::vector<bool> mirrored_of(const scene::Scene& scene) {
   return mirrored;
 }
 
-TEST(DrawList, EveryPrimitiveOfEveryNodeOnceAndBinsShareAllState) {
+TEST(DrawList, PrimitivesAppearOnceInBins) {
   const scene::Scene scene = shuffled_scene(1);
   const DrawList list = DrawList::collect(scene, mirrored_of(scene));
   std::set<std::pair<uint32_t, uint32_t>> drawn;
@@ -69,7 +69,7 @@ TEST(DrawList, EveryPrimitiveOfEveryNodeOnceAndBinsShareAllState) {
   EXPECT_EQ(list.draws.size(), expected);
 }
 
-TEST(DrawList, TrianglesLinesAndPointsHaveBinsOfTheirOwn) {
+TEST(DrawList, TopologiesHaveOwnBins) {
   scene::Scene scene = shuffled_scene(3);
   scene.primitives[0].topology = scene::Topology::lines;
   scene.primitives[1].topology = scene::Topology::points;
@@ -83,7 +83,7 @@ TEST(DrawList, TrianglesLinesAndPointsHaveBinsOfTheirOwn) {
   EXPECT_EQ(seen.size(), 3u);
 }
 
-TEST(DrawList, OpaqueThenMaskThenBlendAndMaterialsTogether) {
+TEST(DrawList, OpaqueMaskBlendOrder) {
   const scene::Scene scene = shuffled_scene(2);
   const DrawList list = DrawList::collect(scene, mirrored_of(scene));
   for (size_t i = 1; i < list.bins.size(); ++i)

@@ -28,7 +28,7 @@ scene::EnvironmentImage sky_with_sun(uint32_t width, uint32_t height) {
   });
 }
 
-TEST(EnvironmentCells, TheTableDrawsCellsByTheirDensity) {
+TEST(EnvironmentCells, TableDrawsCellsByTheirDensity) {
   for (const uint32_t width : {64u, 2048u}) {
     const EnvironmentCells table = make_environment_cells(sky_with_sun(width, width / 2));
     EXPECT_EQ(table.size, glm::uvec2(std::min(width, 1024u), std::min(width, 1024u) / 2));

@@ -21,7 +21,7 @@ ImageOutputs only(wire::ImageOutput output) {
   return ImageOutputs(output);
 }
 
-TEST(FramePlan, ColoursUseMapsRaysAndComputeShading) {
+TEST(FramePlan, ColoursUseMapsRaysCompute) {
   const FramePlan plan = plan_frame(lit_scene(), {}, {});
   EXPECT_TRUE(plan.visibility_buffer && plan.shadow_maps && plan.acceleration_structures);
   EXPECT_TRUE(plan.shadow_mask && plan.compute_shading && plan.fxaa_only);
@@ -29,7 +29,7 @@ TEST(FramePlan, ColoursUseMapsRaysAndComputeShading) {
   EXPECT_FALSE(plan.surface_planes || plan.inspection);
 }
 
-TEST(FramePlan, PlanesAloneNeedNoShadingAndNoShadowRays) {
+TEST(FramePlan, PlanesAloneNeedNoShading) {
   const FramePlan plan = plan_frame(lit_scene(), only(wire::kDepthF32), {});
   EXPECT_TRUE(plan.visibility_buffer && plan.surface_planes && plan.camera_levels_of_detail);
   EXPECT_FALSE(plan.shading || plan.coverage_merge || plan.compute_shading || plan.forward);
@@ -37,13 +37,13 @@ TEST(FramePlan, PlanesAloneNeedNoShadingAndNoShadowRays) {
   EXPECT_FALSE(plan.shadows || plan.shadow_maps || plan.shadow_mask || plan.acceleration_structures);
 }
 
-TEST(FramePlan, LinearColoursAreShadedAndResolvedInTheToneMapPass) {
+TEST(FramePlan, LinearColoursResolveInToneMap) {
   const FramePlan plan = plan_frame(lit_scene(), only(wire::kColorLinearF16), {});
   EXPECT_TRUE(plan.compute_shading && plan.hdr_samples && plan.tone_map);
   EXPECT_FALSE(plan.forward || plan.fxaa_only || plan.surface_planes);
 }
 
-TEST(FramePlan, RayEffectsPrecedeComputeShadingOfOneView) {
+TEST(FramePlan, RayEffectsPrecedeShading) {
   FrameFacts facts = lit_scene();
   EXPECT_FALSE(plan_frame(facts, {}, {}).ray_effects);
   facts.ray_effects = true;
@@ -59,7 +59,7 @@ TEST(FramePlan, RayEffectsPrecedeComputeShadingOfOneView) {
   EXPECT_FALSE(plan_frame(facts, {}, {}).ray_effects);
 }
 
-TEST(FramePlan, ForwardOnlyDrawsContinueTheSamplesOfComputeShading) {
+TEST(FramePlan, ForwardDrawsContinueSamples) {
   FrameFacts facts = lit_scene();
   facts.has_forward_only = true;
   FramePlan plan = plan_frame(facts, {}, {});
@@ -70,7 +70,7 @@ TEST(FramePlan, ForwardOnlyDrawsContinueTheSamplesOfComputeShading) {
   EXPECT_FALSE(plan.compute_shading || plan.hdr_samples || plan.visibility_buffer || plan.shadow_mask);
 }
 
-TEST(FramePlan, MarkersAreDrawnOverTheSamplesOfComputeShading) {
+TEST(FramePlan, MarkersDrawOverSamples) {
   FrameFacts facts = lit_scene();
   EXPECT_FALSE(plan_frame(facts, {}, {}).markers);
   facts.has_markers = true;
@@ -86,7 +86,7 @@ TEST(FramePlan, MarkersAreDrawnOverTheSamplesOfComputeShading) {
   EXPECT_FALSE(plan.compute_shading);
 }
 
-TEST(FramePlan, BloomReadsTheSamplesOfComputeShading) {
+TEST(FramePlan, BloomReadsSamplesOfComputeShading) {
   FrameFacts facts = lit_scene();
   EXPECT_FALSE(plan_frame(facts, {}, {}).bloom);
   facts.bloom = true;
@@ -108,7 +108,7 @@ TEST(FramePlan, BloomReadsTheSamplesOfComputeShading) {
   EXPECT_FALSE(plan.shading || plan.tone_map);
 }
 
-TEST(FramePlan, MeteredExposureReadsTheSamplesOfComputeShading) {
+TEST(FramePlan, MeteringReadsComputeSamples) {
   FrameFacts facts = lit_scene();
   facts.metered = true;
   const FramePlan plan = plan_frame(facts, {}, {});
@@ -117,7 +117,7 @@ TEST(FramePlan, MeteredExposureReadsTheSamplesOfComputeShading) {
   EXPECT_FALSE(plan_frame(facts, only(wire::kColorLinearF16), {}).metering);
 }
 
-TEST(FramePlan, DepthOfFieldBlursTheSamplesOfComputeShading) {
+TEST(FramePlan, DepthOfFieldReadsComputeSamples) {
   FrameFacts facts = lit_scene();
   EXPECT_FALSE(plan_frame(facts, {}, {}).depth_of_field);
   facts.depth_of_field = true;
@@ -130,7 +130,7 @@ TEST(FramePlan, DepthOfFieldBlursTheSamplesOfComputeShading) {
   EXPECT_FALSE(plan_frame(facts, {}, {}, 2).depth_of_field);
 }
 
-TEST(FramePlan, TheForwardPathHasNoVisibilityBufferExceptForARayTracingPipeline) {
+TEST(FramePlan, ForwardPathHasNoVisibilityBuffer) {
   FrameFacts facts = lit_scene();
   facts.raster_path = RasterPath::forward;
   FramePlan plan = plan_frame(facts, {}, {});
@@ -142,7 +142,7 @@ TEST(FramePlan, TheForwardPathHasNoVisibilityBufferExceptForARayTracingPipeline)
   EXPECT_FALSE(plan.compute_shading || plan.camera_levels_of_detail) << "forward draws use LOD 0 only";
 }
 
-TEST(FramePlan, ShadowsOffOrWithoutLightsBuildNoAccelerationStructures) {
+TEST(FramePlan, NoShadowsBuildNothing) {
   FrameFacts facts = lit_scene();
   facts.has_lights = false;
   EXPECT_FALSE(plan_frame(facts, {}, {}).acceleration_structures);
@@ -153,7 +153,7 @@ TEST(FramePlan, ShadowsOffOrWithoutLightsBuildNoAccelerationStructures) {
   EXPECT_FALSE(plan.shadows || plan.shadow_maps || plan.shadow_mask || plan.acceleration_structures);
 }
 
-TEST(FramePlan, ADebugViewReplacesShadingButNotPlanes) {
+TEST(FramePlan, DebugViewKeepsPlanes) {
   Inspection inspection;
   inspection.debug_view = DebugView::normals;
   ImageOutputs outputs;
@@ -166,7 +166,7 @@ TEST(FramePlan, ADebugViewReplacesShadingButNotPlanes) {
   EXPECT_TRUE(plan.shading && plan.shadow_mask) << "it marks pixels of the shaded image";
 }
 
-TEST(FramePlan, PathTracedColoursAreResolvedInsteadOfShaded) {
+TEST(FramePlan, PathTracingReplacesShading) {
   FrameFacts facts = lit_scene();
   facts.is_path_traced = true;
   ImageOutputs outputs;
@@ -185,7 +185,7 @@ TEST(FramePlan, SeveralViewsEndWithComputeShading) {
   EXPECT_FALSE(plan.forward || plan.tone_map || plan.fxaa_only);
 }
 
-TEST(FramePlan, ShadowMapsUseCoarseLevelsOnlyEverywhere) {
+TEST(FramePlan, MapsUseCoarseLevelsEverywhere) {
   FrameFacts facts = lit_scene();
   EXPECT_FALSE(plan_frame(facts, {}, {}).shadow_map_levels_of_detail);
   facts.levels_of_detail = LevelsOfDetail::everywhere;

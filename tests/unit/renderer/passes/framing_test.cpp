@@ -34,7 +34,7 @@ Extent extent_of(const scene::Camera& camera, float aspect, const glm::mat4& pos
   return extent;
 }
 
-TEST(Framing, PointsTouchTheMarginsOnOppositeSides) {
+TEST(Framing, PointsTouchMarginsOnOppositeSides) {
   constexpr double kEdge = 1 - 2 * static_cast<double>(passes::kFramingMargin);
   std::mt19937 random(7);
   std::uniform_real_distribution<float> unit(-1, 1);
@@ -66,12 +66,12 @@ TEST(Framing, PointsTouchTheMarginsOnOppositeSides) {
   }
 }
 
-TEST(Framing, WithoutPointsTheCameraStaysAtTheOrigin) {
+TEST(Framing, WithoutPointsCameraStaysAtOrigin) {
   const glm::mat4 pose = passes::fit_into_view(scene::Camera(), 1, passes::default_orientation(), {});
   EXPECT_EQ(glm::vec3(pose[3]), glm::vec3(0));
 }
 
-TEST(Framing, ScaleAndPositionOfTheOrientationDoNotCount) {
+TEST(Framing, ScaleAndPositionAreIgnored) {
   const std::vector<glm::vec3> points{{-1, 0, 0}, {1, 0.5f, 0}, {0, 0, 1}};
   glm::mat4 scaled = passes::default_orientation() * 3.0f;
   scaled[3] = glm::vec4(5, 6, 7, 1);
@@ -108,7 +108,7 @@ TEST(Framing, PointsOfAScene) {
 }
 
 // A triangle in the plane z = 0 whose front is towards +z, at several transforms of its node.
-TEST(Facing, TheDefaultViewIsFromTheFront) {
+TEST(Facing, DefaultViewIsFromFront) {
   scene::Scene scene;
   scene.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   scene.indices = {0, 1, 2};

@@ -64,7 +64,7 @@ const struct {
       {-75.773338470, 293.634272503}}},
 };
 
-TEST(Lens, PutsPointsWhereOpenCvPutsThem) {
+TEST(Lens, PointsMatchOpenCv) {
   for (size_t number = 0; number < std::size(kByOpenCv); ++number) {
     const auto& [lens, pixels] = kByOpenCv[number];
     for (size_t i = 0; i < std::size(kPoints); ++i) {

@@ -49,7 +49,7 @@ TEST(Intrinsics, ProjectAsTheirFormulaSays) {
 }
 
 // Both overloads of make_view() against glTF's formula of a perspective camera.
-TEST(Intrinsics, OfASceneCameraProjectAsGltfSays) {
+TEST(Intrinsics, SceneCameraMatchesGltf) {
   scene::Camera camera;
   camera.vertical_fov_rad = 0.8f;
   camera.near_m = 0.2f;
@@ -84,7 +84,7 @@ TEST(Intrinsics, OfASceneCameraProjectAsGltfSays) {
 }
 
 // The pixel size is independent of the principal point.
-TEST(Intrinsics, HalfAPixelDoesNotDependOnTheMiddle) {
+TEST(Intrinsics, HalfPixelIsIndependentOfCentre) {
   passes::Intrinsics middle = calibrated(), aside = calibrated();
   middle.cx_px = 319.5f, middle.cy_px = 239.5f;
   aside.cx_px = -500, aside.cy_px = 900;
@@ -93,7 +93,7 @@ TEST(Intrinsics, HalfAPixelDoesNotDependOnTheMiddle) {
               passes::half_pixel_depth(passes::make_view(aside, pose), 480).x, 1e-8);
 }
 
-TEST(Intrinsics, ThatNoImageCanBeTakenWithAreRefused) {
+TEST(Intrinsics, UnusableAreRefused) {
   EXPECT_TRUE(passes::check(calibrated()));
   const float nan = std::nanf("");
   const auto refuses = [](auto&& change, const char* names) {
@@ -112,7 +112,7 @@ TEST(Intrinsics, ThatNoImageCanBeTakenWithAreRefused) {
 }
 
 // The table of SPEC.md section 13, with command-line names and NumPy types.
-TEST(ImageOutputTable, IsThatOfTheSpecification) {
+TEST(ImageOutputTable, IsThatOfSpecification) {
   struct Row {
     uint32_t bit;
     const char *api_name, *cli_name;
@@ -191,7 +191,7 @@ TEST(ImageOutputs, SayWhatTheyNeed) {
   EXPECT_EQ(ImageOutputs::all_planes().bits(), 127u);
 }
 
-TEST(ImageOutputs, PlanesLieOneBehindTheOther) {
+TEST(ImageOutputs, PlanesLieOneBehindOther) {
   wire::ImageOutputs outputs;
   EXPECT_EQ(passes::bytes_of(passes::lay_out_planes(outputs, 100, 100)), 0u);
   outputs = wire::ImageOutputs::all_planes();

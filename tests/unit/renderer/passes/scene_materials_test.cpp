@@ -62,7 +62,7 @@ TEST(MaterialRecords, EachExtensionIsSeen) {
   EXPECT_TRUE(any_textured(materials));  // tangents are read
 }
 
-TEST(MaterialRecords, VolumesAbsorbTheirColorAfterTheirDistance) {
+TEST(MaterialRecords, VolumesAbsorbByDistance) {
   std::vector<scene::Material> materials(6);
   for (scene::Material& material : materials) {
     material.transmission = 1;
@@ -124,7 +124,7 @@ TEST(MaterialRecords, TexturesSayTheirSizes) {
   EXPECT_FALSE(any_second_uv(materials));
 }
 
-TEST(MaterialRecords, WhatLightGoesThroughIsDrawnBlended) {
+TEST(MaterialRecords, TransmissiveIsBlended) {
   scene::Material material;
   EXPECT_EQ(scene::drawn_alpha_mode(material), scene::AlphaMode::opaque);
   material.transmission = 0.5f;

@@ -21,7 +21,7 @@ TEST(ShadowPlan, FewLightsHaveAllTheirMaps) {
 }
 
 // 87,500 point lights have 525,000 maps of two times 64 x 64 texels: beyond 32 bits.
-TEST(ShadowPlan, MapsOfAnyNumberOfLightsStayWithinTheRoom) {
+TEST(ShadowPlan, MapsStayWithinBudget) {
   const ShadowLimits limits;
   const ShadowPlan plan = plan_shadows(point_lights(87'500), 4, true, {}, limits);
   EXPECT_LE(plan.texels, limits.max_texels);

@@ -36,12 +36,12 @@ TEST_F(ConversionRecords, HoldWhileNothingChanges) {
   EXPECT_TRUE(still_holds());
 }
 
-TEST_F(ConversionRecords, EndWhenASourceIsWritten) {
+TEST_F(ConversionRecords, EndWhenSourceIsWritten) {
   change_ = [&] { folder_.write(source_.filename(), std::string_view("other")); };  // of the same size
   EXPECT_FALSE(still_holds());
 }
 
-TEST_F(ConversionRecords, EndWhenASourceIsReplacedByOneWithTheSameTime) {
+TEST_F(ConversionRecords, ReplacedSourceEndsRecord) {
   change_ = [&] {
     const auto time = std::filesystem::last_write_time(source_);
     const auto other = folder_.write("other", std::string_view("other"));
@@ -51,14 +51,14 @@ TEST_F(ConversionRecords, EndWhenASourceIsReplacedByOneWithTheSameTime) {
   EXPECT_FALSE(still_holds());
 }
 
-TEST_F(ConversionRecords, EndWhenASourceGoesOrComes) {
+TEST_F(ConversionRecords, EndWhenSourceGoesOrComes) {
   change_ = [&] { folder_.write("missing.stl", std::string_view("there")); };
   EXPECT_FALSE(still_holds());
   change_ = [&] { std::filesystem::remove(source_); };
   EXPECT_FALSE(still_holds());
 }
 
-TEST_F(ConversionRecords, EndWhenTheResultIsAnotherOne) {
+TEST_F(ConversionRecords, EndWhenResultIsAnotherOne) {
   change_ = [&] {
     const auto other = folder_.write("other.glb", std::string_view("glTF"));
     std::filesystem::rename(other, result_);
@@ -68,14 +68,14 @@ TEST_F(ConversionRecords, EndWhenTheResultIsAnotherOne) {
   EXPECT_FALSE(still_holds());
 }
 
-TEST_F(ConversionRecords, DoNotVouchForWhatWasWrittenMeanwhile) {
+TEST_F(ConversionRecords, ConcurrentWriteEndsRecord) {
   const int64_t begun_ns = stamp_of(source_).modified_ns;
   EXPECT_FALSE(holds(record_of(result_, sources(), begun_ns), result_));
   EXPECT_TRUE(holds(record_of(result_, sources(), kLater), result_));
 }
 
 // A folder that replaces another one contains files with old time stamps.
-TEST_F(ConversionRecords, EndWhenAFolderWasReplacedWhileItWasRead) {
+TEST_F(ConversionRecords, ReplacedFolderEndsRecord) {
   for (const char* folder : {"meshes", "other"}) {
     std::filesystem::create_directory(folder_.path() / folder);
     folder_.write(std::filesystem::path(folder) / "part.stl", std::string_view(folder));

@@ -65,7 +65,7 @@ std::vector<nlohmann::json> lines_of(const fs::path& path) {
   return lines;
 }
 
-TEST_F(FileSinkTest, WritesEveryFrameInOrderAndLists) {
+TEST_F(FileSinkTest, FramesAreWrittenInOrder) {
   auto sink = FileSink::open({.folder = folder_ / "made" / "by the sink", .queue_limit = 2});
   ASSERT_TRUE(sink.ok()) << sink.error().message;
   for (uint64_t i = 0; i < 40; ++i) ASSERT_TRUE((*sink)->consume(frame(i)).ok());
@@ -90,7 +90,7 @@ TEST_F(FileSinkTest, WritesEveryFrameInOrderAndLists) {
   EXPECT_TRUE(fs::exists(out / "frame_000039.png"));
 }
 
-TEST_F(FileSinkTest, ALongQueueIsWrittenBeforeTheSinkEnds) {
+TEST_F(FileSinkTest, QueueIsFlushedAtEnd) {
   {
     auto sink = FileSink::open({.folder = folder_, .queue_limit = 100});
     ASSERT_TRUE(sink.ok());
@@ -99,7 +99,7 @@ TEST_F(FileSinkTest, ALongQueueIsWrittenBeforeTheSinkEnds) {
   EXPECT_EQ(lines_of(folder_ / "frames.jsonl").size(), 30u);
 }
 
-TEST_F(FileSinkTest, CamerasGetAFolderEachAndStayInside) {
+TEST_F(FileSinkTest, CamerasHaveOwnFolders) {
   auto sink = FileSink::open({.folder = folder_ / "out", .folder_per_camera = true});
   ASSERT_TRUE(sink.ok());
   for (const char* camera : {"front", "../../escape", "top view", "top_view", ""})
@@ -116,7 +116,7 @@ TEST_F(FileSinkTest, CamerasGetAFolderEachAndStayInside) {
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1) << "nothing beside the folder";
 }
 
-TEST_F(FileSinkTest, TwoCamerasInOneFolderAreRefusedNotMixed) {
+TEST_F(FileSinkTest, SharedFolderIsRefused) {
   auto sink = FileSink::open({.folder = folder_});
   ASSERT_TRUE(sink.ok());
   ASSERT_TRUE((*sink)->consume(frame(0, "front")).ok());
@@ -126,7 +126,7 @@ TEST_F(FileSinkTest, TwoCamerasInOneFolderAreRefusedNotMixed) {
   EXPECT_NE(finished.error().message.find("frame 0"), std::string::npos);
 }
 
-TEST_F(FileSinkTest, AFolderThatCannotBeMadeIsNamed) {
+TEST_F(FileSinkTest, UnwritableFolderIsNamed) {
   std::ofstream(folder_ / "file") << "in the way";
   for (const fs::path& bad :
        {folder_ / "file", folder_ / "file" / "below", fs::path("/proc/fire3dv/out"), fs::path()}) {
@@ -136,14 +136,14 @@ TEST_F(FileSinkTest, AFolderThatCannotBeMadeIsNamed) {
   }
 }
 
-TEST_F(FileSinkTest, AListThatCannotBeWrittenIsNamed) {
+TEST_F(FileSinkTest, UnwritableListIsNamed) {
   fs::create_directories(folder_ / "frames.jsonl");
   const auto sink = FileSink::open({.folder = folder_});
   ASSERT_FALSE(sink.ok());
   EXPECT_NE(sink.error().message.find("frames.jsonl"), std::string::npos);
 }
 
-TEST_F(FileSinkTest, AWriteThatFailsIsToldOnceAndLeavesNoHalfFile) {
+TEST_F(FileSinkTest, FailedWriteLeavesNoFile) {
   auto sink = FileSink::open({.folder = folder_, .queue_limit = 2});
   ASSERT_TRUE(sink.ok());
   ASSERT_TRUE((*sink)->consume(frame(0)).ok());
@@ -171,7 +171,7 @@ TEST_F(FileSinkTest, AWriteThatFailsIsToldOnceAndLeavesNoHalfFile) {
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 2) << "frame 0 and the list, no .part";
 }
 
-TEST_F(FileSinkTest, LinksInTheFolderAreNotFollowed) {
+TEST_F(FileSinkTest, LinksInFolderAreNotFollowed) {
   const fs::path outside = folder_ / "outside", out = folder_ / "out";
   fs::create_directories(out);
   std::ofstream(outside) << "mine";
@@ -187,7 +187,7 @@ TEST_F(FileSinkTest, LinksInTheFolderAreNotFollowed) {
   EXPECT_TRUE(read_png(out / "frame_000001.png").ok());
 }
 
-TEST_F(FileSinkTest, WritersOfOneFileDoNotCollide) {
+TEST_F(FileSinkTest, WritersDoNotCollide) {
   constexpr size_t kWriters = 4, kWrites = 100, kBytes = 20'000;
   fs::create_directories(folder_);
   std::atomic<size_t> failures = 0;
@@ -207,7 +207,7 @@ TEST_F(FileSinkTest, WritersOfOneFileDoNotCollide) {
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1) << "no temporary file";
 }
 
-TEST_F(FileSinkTest, FramesOfAnEarlierRunAreNotInTheList) {
+TEST_F(FileSinkTest, EarlierFramesAreNotListed) {
   for (const uint64_t count : {5u, 2u}) {
     auto sink = FileSink::open({.folder = folder_});
     ASSERT_TRUE(sink.ok());

@@ -83,7 +83,7 @@ TEST(Png, PixelsComeBackBitForBit) {
   }
 }
 
-TEST(Png, TheSameImageGivesTheSameBytes) {
+TEST(Png, SameImageGivesSameBytes) {
   EXPECT_EQ(*encode_png(gradient(64, 64, 255)), *encode_png(gradient(64, 64, 255)));
 }
 
@@ -136,7 +136,7 @@ TEST(Png, ASceneAtRestSaysSo) {
   EXPECT_TRUE(file->image.shown.empty());
 }
 
-TEST(Png, APathTracedImageNamesItsSettings) {
+TEST(Png, PathTracedImageNamesItsSettings) {
   FrameImage image = gradient(4, 4, 255);
   image.path_traced = PathTraced{256, 8, 4294967295u};
   const auto file = decode_png(*encode_png(image));
@@ -182,7 +182,7 @@ TEST(PngReader, EveryCutIsRefused) {
   }
 }
 
-TEST(PngReader, EveryFlippedBitInAChunkIsRefusedOrHarmless) {
+TEST(PngReader, FlippedBitsAreHarmless) {
   std::vector<uint8_t> bytes = *encode_png(gradient(16, 16, 200));
   size_t refused = 0;
   for (size_t bit = 0; bit < 8 * bytes.size(); ++bit) {
@@ -193,7 +193,7 @@ TEST(PngReader, EveryFlippedBitInAChunkIsRefusedOrHarmless) {
   EXPECT_GT(refused, 8 * bytes.size() * 9 / 10) << "CRCs cover nearly all of the file";
 }
 
-TEST(PngReader, RandomBytesBehindAHeaderAreRefused) {
+TEST(PngReader, RandomBytesBehindHeaderAreRefused) {
   std::mt19937 random(7);
   for (int round = 0; round < 2000; ++round) {
     std::vector<uint8_t> bytes = png_claiming(16, 16);
@@ -204,7 +204,7 @@ TEST(PngReader, RandomBytesBehindAHeaderAreRefused) {
   }
 }
 
-TEST(PngReader, ASizeThatIsClaimedButTooLargeAllocatesNothing) {
+TEST(PngReader, ClaimedSizeAllocatesNothing) {
   for (const auto& [width, height] :
        {std::pair{0x7fffffffu, 0x7fffffffu}, {32769u, 1u}, {1u, 32769u}, {30000u, 30000u}, {0u, 4u}}) {
     const auto file = decode_png(png_claiming(width, height));
@@ -215,7 +215,7 @@ TEST(PngReader, ASizeThatIsClaimedButTooLargeAllocatesNothing) {
   EXPECT_TRUE(decode_png(*encode_png(gradient(16, 16, 255)), PngLimits{.max_pixels = 256}).ok());
 }
 
-TEST(PngReader, AChunkThatClaimsMoreThanThereIsIsRefusedBeforeLibpng) {
+TEST(PngReader, LongChunkIsRefusedEarly) {
   std::vector<uint8_t> bytes = png_claiming(16, 16);
   for (const char* type : {"tEXt", "iTXt", "zTXt", "iCCP", "PLTE", "IDAT", "abCd"}) {
     std::vector<uint8_t> claim(bytes.begin(), bytes.begin() + 33);
@@ -227,7 +227,7 @@ TEST(PngReader, AChunkThatClaimsMoreThanThereIsIsRefusedBeforeLibpng) {
   }
 }
 
-TEST(PngReader, MoreStreamsThanTextIsNotBelieved) {
+TEST(PngReader, StreamCountIsChecked) {
   FrameImage image;
   apply_text({{"Streams", "99999999999"}, {"Stream.3", "x"}}, image);
   EXPECT_TRUE(image.shown.empty());
@@ -238,7 +238,7 @@ TEST(PngReader, MoreStreamsThanTextIsNotBelieved) {
   EXPECT_EQ(image.shown[1].sequence, 0u) << "a number with something behind it is no number";
 }
 
-TEST(PngFiles, AFileIsWholeOrAbsentAndErrorsNameIt) {
+TEST(PngFiles, FilesAreWholeOrAbsent) {
   const auto folder = std::filesystem::temp_directory_path() / ("fire3dv_png_" + std::to_string(getpid()));
   std::filesystem::create_directories(folder);
   const auto path = folder / "image.png";
@@ -257,7 +257,7 @@ TEST(PngFiles, AFileIsWholeOrAbsentAndErrorsNameIt) {
   std::filesystem::remove_all(folder);
 }
 
-TEST(SinkText, FileNamesCannotLeaveTheFolder) {
+TEST(SinkText, FileNamesCannotLeaveFolder) {
   EXPECT_EQ(safe_file_name("camera_front"), "camera_front");
   EXPECT_EQ(safe_file_name("../../etc/passwd"), "_.._.._etc_passwd");
   EXPECT_EQ(safe_file_name(".."), "_..");

@@ -162,7 +162,7 @@ TEST_F(Video, LosslessIsEveryPixel) {
   for (uint64_t frame = 0; frame < kFrames; ++frame) EXPECT_EQ(decoded.frames[frame], ramp(frame)) << frame;
 }
 
-TEST_F(Video, TheUsualOneIsCloseAndSaysWhatItIs) {
+TEST_F(Video, DefaultVideoIsClose) {
   const Decoded decoded = encoded(settings("ramp.mp4"));
   ASSERT_EQ(decoded.frames.size(), kFrames);
   EXPECT_EQ(decoded.codec, AV_CODEC_ID_H264);
@@ -176,7 +176,7 @@ TEST_F(Video, TheUsualOneIsCloseAndSaysWhatItIs) {
 }
 
 // The remaining error is the rounding to YUV.
-TEST_F(Video, QualityAndChromaAreWhatWasAskedFor) {
+TEST_F(Video, QualityAndChromaAreApplied) {
   VideoSettings best = settings("best.mkv");
   best.crf = 0;
   best.full_chroma = true;
@@ -198,7 +198,7 @@ TEST_F(Video, TheOtherCodecsAreReadBack) {
   }
 }
 
-TEST_F(Video, TheSameFramesAreTheSameBytes) {
+TEST_F(Video, SameFramesAreSameBytes) {
   encoded(settings("one.mp4"));
   encoded(settings("two.mp4"));
   EXPECT_EQ(bytes_of(folder_ / "one.mp4"), bytes_of(folder_ / "two.mp4"));
@@ -248,7 +248,7 @@ TEST_F(Video, WhatCannotBeWrittenIsSaid) {
   EXPECT_EQ(files(), 0u);
 }
 
-TEST_F(Video, WhatWouldFailAtTheEndIsSaidAtTheBeginning) {
+TEST_F(Video, LateFailuresAreReportedEarly) {
   const auto told = [](const VideoSettings& settings) {
     const auto good = check_video_settings(settings);
     return good ? "" : good.error().message;
@@ -266,7 +266,7 @@ TEST_F(Video, WhatWouldFailAtTheEndIsSaidAtTheBeginning) {
   EXPECT_EQ(told(wrong), "");
 }
 
-TEST_F(Video, AnOddSizeIsFineWithoutLoss) {
+TEST_F(Video, OddSizeIsFineWithoutLoss) {
   VideoSettings odd = settings("odd.mkv");
   odd.codec = "ffv1";
   odd.width = 63;
@@ -291,7 +291,7 @@ TEST_F(Video, LinksBesideItAreNotFollowed) {
   EXPECT_EQ(files(), 3u) << "the links";
 }
 
-TEST_F(Video, ASinkWritesVideoAndListOrNothing) {
+TEST_F(Video, VideoAndListOrNothing) {
   const auto take = [&](VideoSink& sink) {
     for (uint64_t frame = 0; frame < kFrames; ++frame) {
       FrameImage image;

@@ -34,7 +34,7 @@ wire::SceneEdit edit(uint64_t version, wire::EditValue value) {
   return {kReceiverEpoch, version, "node", wire::Property::node, std::move(value)};
 }
 
-TEST(FrameReceiver, APartIsShownWithTheOthersOfItsFrame) {
+TEST(FrameReceiver, PartsShowTogether) {
   FrameReceiver receiver(kReceiverEpoch, kNodes);
   EXPECT_FALSE(push(receiver, 1, 0, 0, 1));
   EXPECT_FALSE(push(receiver, 2, 0, 1, 2));
@@ -66,7 +66,7 @@ TEST(FrameReceiver, EverySampleOfScalarsCounts) {
   EXPECT_TRUE(push(receiver, 1, 20)) << "a frame that waits for their version is shown";
 }
 
-TEST(FrameReceiver, AFrameWaitsForItsEdits) {
+TEST(FrameReceiver, FrameWaitsForItsEdits) {
   FrameReceiver receiver(kReceiverEpoch, kNodes);
   receiver.load_assets_asynchronously();
   EXPECT_FALSE(push(receiver, 1, 5));
@@ -82,7 +82,7 @@ TEST(FrameReceiver, AFrameWaitsForItsEdits) {
   EXPECT_EQ(receiver.frames_queued, 1u);
 }
 
-TEST(FrameReceiver, OtherEpochsAndNodeCountsAreCountedAndDropped) {
+TEST(FrameReceiver, OtherEpochsAreDropped) {
   FrameReceiver other_epoch(kReceiverEpoch + 1, kNodes), other_count(kReceiverEpoch, kNodes + 1);
   EXPECT_FALSE(push(other_epoch, 1));
   EXPECT_FALSE(push(other_count, 1));
@@ -92,7 +92,7 @@ TEST(FrameReceiver, OtherEpochsAndNodeCountsAreCountedAndDropped) {
   EXPECT_EQ(other_epoch.edits_stale, 1u);
 }
 
-TEST(FrameReceiver, ARefusalIsReportedOnceForEachResource) {
+TEST(FrameReceiver, RefusalIsReportedPerResource) {
   PeerLimits limits;
   limits.of(Resource::pose_bytes) = 1;
   limits.of(Resource::edits) = 0;

@@ -52,7 +52,7 @@ class ImageBookTest : public ::testing::Test {
   std::vector<ImageRequestRegistry::Due> last_;
 };
 
-TEST_F(ImageBookTest, OnceIsTheFirstFrameFromItsSequenceOn) {
+TEST_F(ImageBookTest, OnceIsFirstFrameAfter) {
   ASSERT_FALSE(requests_.add(1, request(5, wire::ImageWhen::once, 3)));
   EXPECT_EQ(due(2), Ids{});
   EXPECT_EQ(due(4), Ids{5});
@@ -61,12 +61,12 @@ TEST_F(ImageBookTest, OnceIsTheFirstFrameFromItsSequenceOn) {
   EXPECT_EQ(requests_.count(), 0u);
 }
 
-TEST_F(ImageBookTest, OnceWithoutASequenceNeedsNoFrame) {
+TEST_F(ImageBookTest, OnceWithoutSequenceNeedsNoFrame) {
   ASSERT_FALSE(requests_.add(1, request(5, wire::ImageWhen::once)));
   EXPECT_EQ(due(0), Ids{5});
 }
 
-TEST_F(ImageBookTest, EveryNthGoesByWhatWasPublished) {
+TEST_F(ImageBookTest, EveryNthCountsPublished) {
   wire::ImageRequest r = request(1, wire::ImageWhen::every_nth, 2);
   r.every = 3;
   ASSERT_FALSE(requests_.add(1, r));
@@ -77,7 +77,7 @@ TEST_F(ImageBookTest, EveryNthGoesByWhatWasPublished) {
   EXPECT_EQ(last_[0].number, 4u);
 }
 
-TEST_F(ImageBookTest, ARateIsOfNewerFramesAndOfTheRenderersClock) {
+TEST_F(ImageBookTest, RateUsesRenderersClock) {
   wire::ImageRequest r = request(1, wire::ImageWhen::rate);
   r.rate_hz = 100;
   ASSERT_FALSE(requests_.add(1, r));
@@ -101,7 +101,7 @@ TEST_F(ImageBookTest, ExactlyIsThatFrameOrNone) {
   EXPECT_EQ(requests_.count(), 0u);
 }
 
-TEST_F(ImageBookTest, APlaceHasOneRequest) {
+TEST_F(ImageBookTest, PlaceHasOneRequest) {
   ASSERT_FALSE(requests_.add(1, request(1, wire::ImageWhen::every_nth)));
   wire::ImageRequest other = request(2, wire::ImageWhen::every_nth);
   other.place = 1;
@@ -123,14 +123,14 @@ TEST_F(ImageBookTest, StreamsAreApart) {
   EXPECT_EQ(requests_.count(), 0u);
 }
 
-TEST_F(ImageBookTest, ARequestOfAnEarlierEpochIsNeverDue) {
+TEST_F(ImageBookTest, EarlierEpochIsNeverDue) {
   wire::ImageRequest old = request(1, wire::ImageWhen::once);
   old.epoch = kRequestsEpoch - 1;
   ASSERT_FALSE(requests_.add(1, old));
   EXPECT_EQ(due(1), Ids{});
 }
 
-TEST_F(ImageBookTest, WhatIsNotMadeIsRefusedWithAReason) {
+TEST_F(ImageBookTest, UnmadeImageIsRefused) {
   const auto expect_refused = [&](const wire::ImageRequest& r, wire::ImageRefusal reason, const char* text) {
     const auto refused = requests_.add(1, r);
     ASSERT_TRUE(refused);
@@ -158,7 +158,7 @@ TEST_F(ImageBookTest, WhatIsNotMadeIsRefusedWithAReason) {
   expect_refused(r, wire::ImageRefusal::too_large, "8192 x 8192");
 }
 
-TEST_F(ImageBookTest, ARefusedRequestLeavesItsPlaceEmpty) {
+TEST_F(ImageBookTest, RefusedRequestLeavesItsPlaceEmpty) {
   ASSERT_FALSE(requests_.add(1, request(1, wire::ImageWhen::every_nth)));
   wire::ImageRequest bad = request(2, wire::ImageWhen::once);
   bad.place = 1;
@@ -167,7 +167,7 @@ TEST_F(ImageBookTest, ARefusedRequestLeavesItsPlaceEmpty) {
   EXPECT_EQ(due(1), Ids{});
 }
 
-TEST_F(ImageBookTest, AnIdIsUsedOnce) {
+TEST_F(ImageBookTest, IdIsUsedOnce) {
   ASSERT_FALSE(requests_.add(1, request(1, wire::ImageWhen::every_nth)));
   EXPECT_FALSE(requests_.add(1, request(1, wire::ImageWhen::every_nth))) << "a link may say it twice";
   wire::ImageRequest other = request(1, wire::ImageWhen::every_nth);
@@ -179,7 +179,7 @@ TEST_F(ImageBookTest, AnIdIsUsedOnce) {
   EXPECT_EQ(last_[0].request.intrinsics.width, 64u);
 }
 
-TEST_F(ImageBookTest, AStreamsImagesAreBoundedTogetherAndOneSizeComesAfterTheOther) {
+TEST_F(ImageBookTest, StreamsImagesAreBounded) {
   const auto sized = [&](uint64_t id, uint32_t side) {
     wire::ImageRequest r = request(id, wire::ImageWhen::every_nth);
     r.intrinsics.width = r.intrinsics.height = side;
@@ -195,7 +195,7 @@ TEST_F(ImageBookTest, AStreamsImagesAreBoundedTogetherAndOneSizeComesAfterTheOth
   EXPECT_FALSE(requests_.add(1, sized(id, 64))) << "small ones still fit";
 }
 
-TEST_F(ImageBookTest, ImagesStayDueUntilTheyAreMade) {
+TEST_F(ImageBookTest, ImagesStayDue) {
   ASSERT_FALSE(requests_.add(1, request(1, wire::ImageWhen::once)));
   ASSERT_FALSE(requests_.add(1, request(2, wire::ImageWhen::exactly, 5)));
   ASSERT_FALSE(requests_.add(1, request(3, wire::ImageWhen::every_nth)));
@@ -219,7 +219,7 @@ TEST_F(ImageBookTest, ImagesStayDueUntilTheyAreMade) {
   EXPECT_EQ(refused_[0].answer.request, 2u);
 }
 
-TEST_F(ImageBookTest, ADemandHasTheCostOfWhatIsDue) {
+TEST_F(ImageBookTest, DemandCostsDueImages) {
   ASSERT_FALSE(requests_.add(1, request(1, wire::ImageWhen::once)));
   ASSERT_FALSE(requests_.add(1, request(2, wire::ImageWhen::once)));
   ASSERT_FALSE(requests_.add(1, request(3, wire::ImageWhen::once, 9)));
@@ -230,7 +230,7 @@ TEST_F(ImageBookTest, ADemandHasTheCostOfWhatIsDue) {
   EXPECT_EQ(demands[0].largest, image_cost(64, 48));
 }
 
-TEST_F(ImageBookTest, TheBudgetBoundsOpenRequests) {
+TEST_F(ImageBookTest, BudgetBoundsOpenRequests) {
   PeerLimits limits;
   ASSERT_TRUE(set_limit("requests=3", limits).ok());
   ASSERT_TRUE(set_limit("request-bytes=40KiB", limits).ok());

@@ -77,7 +77,7 @@ class Device {
 constexpr Peer kVictim{.image_cost = 100, .image_ns = kMsNs, .pause_ns = kMsNs};
 constexpr Peer kGreedy{.image_cost = 100'000, .image_ns = kSecondNs, .images = 16};
 
-TEST(ImageScheduler, APeerKeepsHalfOfItsRateBesideHugeImages) {
+TEST(ImageScheduler, PeerKeepsHalfItsRate) {
   Device device;
   device.peers[1] = kVictim;
   const uint64_t alone = device.made_within(1, kSecondNs);
@@ -97,7 +97,7 @@ TEST(ImageScheduler, MoreGreedyPeersTakeNoMore) {
   for (uint64_t peer = 2; peer < 6; ++peer) EXPECT_GE(device.peers[peer].made, 3u) << peer;
 }
 
-TEST(ImageScheduler, ManySmallImagesAreATurnOfOneSlice) {
+TEST(ImageScheduler, SmallImagesShareASlice) {
   Device device;
   device.peers[1] = kVictim;
   const uint64_t alone = device.made_within(1, kSecondNs);
@@ -106,7 +106,7 @@ TEST(ImageScheduler, ManySmallImagesAreATurnOfOneSlice) {
   EXPECT_GE(device.peers[2].made, 6'000u);
 }
 
-TEST(ImageScheduler, LikePeersDoNotWaitForOneAnother) {
+TEST(ImageScheduler, EqualPeersDoNotWait) {
   Device device;
   for (uint64_t peer = 1; peer <= 4; ++peer)
     device.peers[peer] = {.image_cost = 100, .image_ns = kMsNs, .pause_ns = 30 * kMsNs};
@@ -114,7 +114,7 @@ TEST(ImageScheduler, LikePeersDoNotWaitForOneAnother) {
   for (uint64_t peer = 1; peer <= 4; ++peer) EXPECT_GE(device.made_within(peer, kSecondNs), 28u) << peer;
 }
 
-TEST(ImageScheduler, APeerWithRareImagesCostsOthersNoTime) {
+TEST(ImageScheduler, RarePeersCostNothing) {
   Device device;
   device.peers[1] = {.image_cost = 100, .image_ns = kMsNs, .pause_ns = 99 * kMsNs};
   device.peers[2] = {.image_cost = 2000, .image_ns = 20 * kMsNs};
@@ -123,7 +123,7 @@ TEST(ImageScheduler, APeerWithRareImagesCostsOthersNoTime) {
   EXPECT_GE(device.peers[1].made, 90u);
 }
 
-TEST(ImageScheduler, APeerThatPausedHasNoClaimOnTheTimeBefore) {
+TEST(ImageScheduler, PausedPeerHasNoCredit) {
   Device device;
   device.peers[1] = {.image_cost = 100, .image_ns = 10 * kMsNs};
   device.run(10 * kSecondNs);
@@ -134,7 +134,7 @@ TEST(ImageScheduler, APeerThatPausedHasNoClaimOnTheTimeBefore) {
   EXPECT_NEAR(static_cast<double>(of_first), static_cast<double>(device.order.size()) / 2, 10);
 }
 
-TEST(ImageScheduler, APeerAloneAndALockstepNeverWait) {
+TEST(ImageScheduler, PeerAloneAndLockstepNeverWait) {
   Device device;
   device.peers[2] = kGreedy;
   EXPECT_EQ(device.made_within(2, 16 * kSecondNs), 16u);

@@ -72,7 +72,7 @@ class MarkerRegistryTest : public testing::Test {
   uint64_t version_ = 0, sequence_ = 0;
 };
 
-TEST_F(MarkerRegistryTest, ShowsTheNewestValueOfEachNameUntilItIsCleared) {
+TEST_F(MarkerRegistryTest, NewestValueStaysUntilCleared) {
   const StreamId id = stream(1);
   edit(id, "cloud", points(1));
   edit(id, "b", points(2));
@@ -92,7 +92,7 @@ TEST_F(MarkerRegistryTest, ShowsTheNewestValueOfEachNameUntilItIsCleared) {
   EXPECT_EQ(log(), "");
 }
 
-TEST_F(MarkerRegistryTest, HidesNamespacesOfAStream) {
+TEST_F(MarkerRegistryTest, HidesNamespacesOfStream) {
   const StreamId first = stream(1), second = stream(2);
   for (const char* name : {"a/1", "a/2/3", "a", "ab/1", "/b"}) edit(first, name, points());
   edit(second, "a/1", points(7));
@@ -119,7 +119,7 @@ TEST_F(MarkerRegistryTest, HidesNamespacesOfAStream) {
   EXPECT_EQ(markers_.namespaces(1), (std::map<std::string, size_t, std::less<>>{{"", 2}, {"a", 1}}));
 }
 
-TEST_F(MarkerRegistryTest, LeavesOtherEditsInTheChanges) {
+TEST_F(MarkerRegistryTest, LeavesOtherEditsInChanges) {
   const StreamId id = stream(1);
   edit(id, "arm", points());
   poses_.apply(id, {1, ++version_, "arm", wire::Property::visible, wire::Visible{false}});
@@ -143,7 +143,7 @@ TEST_F(MarkerRegistryTest, EndsWithItsStream) {
   EXPECT_TRUE(markers_.empty());
 }
 
-TEST_F(MarkerRegistryTest, IsInTheStreamsFrameOrInThatOfItsParent) {
+TEST_F(MarkerRegistryTest, FrameIsStreamOrParent) {
   const StreamId id = stream(1);
   wire::Marker marker = points();
   marker.parent_from_marker.m[7] = 5;  // y
@@ -163,7 +163,7 @@ TEST_F(MarkerRegistryTest, IsInTheStreamsFrameOrInThatOfItsParent) {
   EXPECT_TRUE(shown()[0].marker->parent.empty());
 }
 
-TEST_F(MarkerRegistryTest, LivesForItsLifetimeOfSimulatorTime) {
+TEST_F(MarkerRegistryTest, LifetimeIsSimulatedTime) {
   const StreamId id = stream(1);
   wire::Marker marker = points();
   marker.sim_time_ns = 1000;
@@ -212,7 +212,7 @@ TEST_F(MarkerRegistryTest, ReportsWhatIsNotShown) {
   EXPECT_EQ(shown().size(), 1u);
 }
 
-TEST_F(MarkerRegistryTest, BoundsTheVerticesOfAStream) {
+TEST_F(MarkerRegistryTest, BoundsVerticesOfStream) {
   const StreamId id = stream(1);
   publish(id, 0);
   wire::Marker capsules;
@@ -233,7 +233,7 @@ TEST_F(MarkerRegistryTest, BoundsTheVerticesOfAStream) {
   EXPECT_EQ(shown().size(), 2u);
 }
 
-TEST_F(MarkerRegistryTest, BoundsTheGlyphsOfAStream) {
+TEST_F(MarkerRegistryTest, BoundsGlyphsOfStream) {
   const StreamId id = stream(1);
   publish(id, 0);
   wire::Marker texts;

@@ -86,14 +86,14 @@ TEST(PoseBinding, ByUniqueNameThenByPath) {
   EXPECT_EQ(stream.scene_node_of_pose, (std::vector<uint32_t>{3, 2, kNone, kNone, kNone, 4}));
 }
 
-TEST(PoseBinding, TwoNodesOfOnePathBindNothing) {
+TEST(PoseBinding, DuplicatePathsBindNothing) {
   const scene::Scene scene = make_scene({{"arm", scene::kNone}, {"bolt", 0}, {"bolt", 0}});
   PoseState state(scene);
   const StreamId id = state.add_stream(stream_of({"arm/bolt"}));
   EXPECT_EQ(names(state, id, &Stream::unmatched_names), Names{"arm/bolt"});
 }
 
-TEST(PoseBinding, OneNodeUnderTwoNamesOfOneStreamIsAConflict) {
+TEST(PoseBinding, DuplicateNamesConflict) {
   const scene::Scene scene = make_scene({{"arm", scene::kNone}, {"hand", 0}});
   PoseState state(scene);
   const StreamId id = state.add_stream(stream_of({"hand", "arm/hand"}));
@@ -102,7 +102,7 @@ TEST(PoseBinding, OneNodeUnderTwoNamesOfOneStreamIsAConflict) {
   EXPECT_EQ(origin_of(state, 1), glm::vec3(0, 5, 0));
 }
 
-TEST(PoseBinding, NodesRestUntilAFrameIsShown) {
+TEST(PoseBinding, NodesRestUntilFrameIsShown) {
   const scene::Scene scene = make_scene({{"arm", scene::kNone}, {"hand", 0}});
   PoseState state(scene);
   const StreamId id = state.add_stream(stream_of({"arm"}));
@@ -118,7 +118,7 @@ TEST(PoseBinding, NodesRestUntilAFrameIsShown) {
   EXPECT_EQ(state.drive_revision(), after) << "poses changed, bindings did not";
 }
 
-TEST(PoseBinding, ADrivenChildIsAbsoluteAndItsChildrenFollowIt) {
+TEST(PoseBinding, DrivenChildIsAbsolute) {
   const scene::Scene scene =
       make_scene({{"arm", scene::kNone}, {"elbow", 0}, {"hand", 1}, {"finger", 2}, {"base", scene::kNone}});
   PoseState state(scene);
@@ -134,7 +134,7 @@ TEST(PoseBinding, ADrivenChildIsAbsoluteAndItsChildrenFollowIt) {
   EXPECT_EQ(state.node_drives()[4].stream, kNone);
 }
 
-TEST(PoseBinding, WorldFromStreamAndBodyFromNode) {
+TEST(PoseBinding, StreamAndBodyTransformsApply) {
   const scene::Scene scene = make_scene({{"arm", scene::kNone}, {"hand", 0}, {"base", scene::kNone}});
   // The stream is Z up, in centimetres.
   wire::StreamDescription description = stream_of({"base", "arm"});
@@ -160,7 +160,7 @@ TEST(PoseBinding, OneBodyFromNodeServesAll) {
   EXPECT_EQ(origin_of(state, 1), glm::vec3(0, 1, 2));
 }
 
-TEST(PoseBinding, TheOlderStreamKeepsANodeAndGivesItBack) {
+TEST(PoseBinding, OlderStreamKeepsNode) {
   const scene::Scene scene = make_scene({{"a", scene::kNone}, {"b", scene::kNone}, {"c", scene::kNone}});
   PoseState state(scene);
   const StreamId first = state.add_stream(stream_of({"a", "b"}, 1));
@@ -185,7 +185,7 @@ TEST(PoseBinding, TheOlderStreamKeepsANodeAndGivesItBack) {
   EXPECT_EQ(state.shown()[0].stream, "adapter 2");
 }
 
-TEST(PoseBinding, AContestedNodeIsNamedOnceAndAsItsDriverNamesIt) {
+TEST(PoseBinding, ContestedNodeIsNamedOnce) {
   const scene::Scene scene = make_scene({{"arm", scene::kNone}, {"hand", 0}});
   PoseState state(scene);
   const StreamId first = state.add_stream(stream_of({"arm/hand", "hand"}, 1));
@@ -197,7 +197,7 @@ TEST(PoseBinding, AContestedNodeIsNamedOnceAndAsItsDriverNamesIt) {
   EXPECT_EQ(names(state, first, &Stream::contested_names), Names{"arm/hand"});
 }
 
-TEST(PoseBinding, ASlotGivenOutAgainDoesNotMakeItsStreamTheOldest) {
+TEST(PoseBinding, ReusedSlotIsYoungest) {
   const scene::Scene scene = make_scene({{"a", scene::kNone}});
   PoseState state(scene);
   const StreamId first = state.add_stream(stream_of({"a"}, 1));
@@ -214,7 +214,7 @@ TEST(PoseBinding, ASlotGivenOutAgainDoesNotMakeItsStreamTheOldest) {
   EXPECT_TRUE(state.streams()[second].conflicting_names.empty());
 }
 
-TEST(PoseBinding, AStreamCostsItsOwnNamesWhateverOthersHold) {
+TEST(PoseBinding, NamesCostTheirStream) {
   const scene::Scene scene = make_scene({{"a", scene::kNone}});
   PoseState state(scene);
   Names unmatched;
@@ -236,7 +236,7 @@ TEST(PoseBinding, AStreamCostsItsOwnNamesWhateverOthersHold) {
       << "a list is bounded";
 }
 
-TEST(PoseBinding, AStreamThatReturnsToItsPlaceFindsItsNodes) {
+TEST(PoseBinding, ReturningStreamFindsNodes) {
   const scene::Scene scene = make_scene({{"a", scene::kNone}, {"b", scene::kNone}});
   PoseState state(scene);
   StreamId first = state.add_stream(stream_of({"a", "b"}, 1));
@@ -264,7 +264,7 @@ TEST(PoseBinding, AStreamThatReturnsToItsPlaceFindsItsNodes) {
   EXPECT_EQ(names(state, late, &Stream::conflicting_names), Names{"a"});
 }
 
-TEST(PoseBinding, PlacesAreBoundedAndTheOldestKeepTheirs) {
+TEST(PoseBinding, OldestReservationsStay) {
   const scene::Scene scene = make_scene({{"a", scene::kNone}});
   PoseState state(scene);
   const uint64_t oldest = state.suspend_stream(state.add_stream(stream_of({"a"}, 1)), 5);
@@ -276,7 +276,7 @@ TEST(PoseBinding, PlacesAreBoundedAndTheOldestKeepTheirs) {
 }
 
 // Added nodes follow the file's own.
-TEST(PoseBinding, AnAddedNodeTakesNoNameAndNoNodeAway) {
+TEST(PoseBinding, AddedNodeKeepsNames) {
   const scene::Scene file = make_scene({{"arm", scene::kNone}, {"hand", 0}});
   const scene::Scene tool = make_scene({{"arm", scene::kNone}, {"hand", 0}, {"tool", 1}, {"tip", 2}});
   const scene::Scene more = make_scene({{"arm", scene::kNone},
@@ -303,7 +303,7 @@ TEST(PoseBinding, AnAddedNodeTakesNoNameAndNoNodeAway) {
   EXPECT_EQ(names(state, id, &Stream::unmatched_names), (Names{"tip", "tool"}));
 }
 
-TEST(PoseBinding, StreamsFindTheirNodesInAnotherVersionOfTheFile) {
+TEST(PoseBinding, NextVersionKeepsBindings) {
   const scene::Scene before = make_scene({{"arm", scene::kNone}, {"hand", 0}, {"old", scene::kNone}});
   // Other order, another parent of the hand, and a node that was missing.
   const scene::Scene after = make_scene(
@@ -329,7 +329,7 @@ TEST(PoseBinding, StreamsFindTheirNodesInAnotherVersionOfTheFile) {
   EXPECT_EQ(state.streams()[id].scene_node_of_pose, (std::vector<uint32_t>{0, 1, 2, kNone}));
 }
 
-TEST(PoseBinding, AChangedSceneCostsItsChangesWhateverIsUnmatched) {
+TEST(PoseBinding, SceneChangeCostsItsChanges) {
   const scene::Scene file = make_scene({{"arm", scene::kNone}});
   const scene::Scene tool = make_scene({{"arm", scene::kNone}, {"tool 7", 0}});
   PoseState state(file);
@@ -365,7 +365,7 @@ Names colliding_names(size_t count) {
   return names;
 }
 
-TEST(PoseBinding, ChosenNamesDoNotFillOneBucket) {
+TEST(PoseBinding, ChosenNamesSpreadOverBuckets) {
   const Names names = colliding_names(4096);
 #ifdef __GLIBCXX__
   for (const std::string& name : names)

@@ -26,7 +26,7 @@ struct Source {
   }
 };
 
-TEST(PlayoutSchedule, UnevenPublishingDoesNotMakeUnevenMotion) {
+TEST(PlayoutSchedule, UnevenPublishingIsSmooth) {
   PlayoutSchedule schedule;
   Source source;
   std::mt19937 generator(5);
@@ -45,7 +45,7 @@ TEST(PlayoutSchedule, UnevenPublishingDoesNotMakeUnevenMotion) {
   EXPECT_LT(worst, 1.5 * kScheduleMs) << "of steps of 10 ms that were published with 8 ms of unevenness";
 }
 
-TEST(PlayoutSchedule, StepsThatArePublishedInBurstsAreSpreadOut) {
+TEST(PlayoutSchedule, BurstsAreSpreadOut) {
   PlayoutSchedule schedule;
   Source source;
   int64_t before = 0;
@@ -59,7 +59,7 @@ TEST(PlayoutSchedule, StepsThatArePublishedInBurstsAreSpreadOut) {
   }
 }
 
-TEST(PlayoutSchedule, FasterAndSlowerThanTheClockIsFollowed) {
+TEST(PlayoutSchedule, OtherRatesAreFollowed) {
   for (const double pace : {0.02, 0.5, 1.0, 4.0, 300.0}) {  // clock seconds per simulated second
     PlayoutSchedule schedule;
     Source source;
@@ -73,7 +73,7 @@ TEST(PlayoutSchedule, FasterAndSlowerThanTheClockIsFollowed) {
   }
 }
 
-TEST(PlayoutSchedule, AChangeOfPaceIsFollowed) {
+TEST(PlayoutSchedule, ChangeOfPaceIsFollowed) {
   PlayoutSchedule schedule;
   Source source;
   for (int i = 0; i < 300; ++i) (void)source.next(schedule);
@@ -90,7 +90,7 @@ TEST(PlayoutSchedule, AChangeOfPaceIsFollowed) {
   }
 }
 
-TEST(PlayoutSchedule, AfterAPauseTheBodyLeavesWhenItHasTo) {
+TEST(PlayoutSchedule, PauseEndsOnTime) {
   PlayoutSchedule schedule;
   Source source;
   PlayoutSchedule::Place before;
@@ -105,7 +105,7 @@ TEST(PlayoutSchedule, AfterAPauseTheBodyLeavesWhenItHasTo) {
       << "as before";
 }
 
-TEST(PlayoutSchedule, WhileTheSimulatorStandsStillTheClockCounts) {
+TEST(PlayoutSchedule, WhileSimulatorStandsStillClockCounts) {
   PlayoutSchedule schedule;
   Source source;
   for (int i = 0; i < 100; ++i) (void)source.next(schedule);
@@ -177,7 +177,7 @@ TEST(Playout, MovesInSimulatedTime) {
   EXPECT_LT(most, 0.8) << "nor hurries";
 }
 
-TEST(Playout, ADelayThatRisesMakesMotionWaitAndNotGoBack) {
+TEST(Playout, RisingDelayNeverGoesBack) {
   Playout playout;
   std::mt19937 generator(4);
   wire::PoseFrameHeader header;
@@ -211,7 +211,7 @@ TEST(Liveness, SilenceIsLateAndThenLost) {
   EXPECT_EQ(stream.at(now + 300 * kScheduleMs), Condition::late) << "one pause does not make a slow stream";
 }
 
-TEST(Liveness, ASlowStreamIsNotLateBetweenItsFrames) {
+TEST(Liveness, SlowStreamIsNotLate) {
   Liveness stream;
   int64_t now = kScheduleSecond;
   for (int i = 0; i < 20; ++i) stream.on_frame(now += 800 * kScheduleMs);

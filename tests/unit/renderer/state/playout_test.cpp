@@ -37,7 +37,7 @@ void expect_near(const wire::Affine3x4& a, const wire::Affine3x4& b, float most 
   for (size_t i = 0; i < 12; ++i) EXPECT_NEAR(a.m[i], b.m[i], most) << i;
 }
 
-TEST(Interpolate, RotationTurnsEvenlyAndScaleAndPlaceMoveEvenly) {
+TEST(Interpolate, TransformsInterpolateEvenly) {
   const wire::Affine3x4 a = turned(0.2, 1, 1), b = turned(1.8, 3, 5);
   EXPECT_EQ(interpolate(a, b, 0), a);
   EXPECT_EQ(interpolate(a, b, 1), b);
@@ -51,7 +51,7 @@ TEST(Interpolate, MirrorsStayMirrors) {
   expect_near(interpolate(a, b, 0.5), turned(0.6, -3));
 }
 
-TEST(Interpolate, WhatIsNoRotationMovesElementByElement) {
+TEST(Interpolate, NonRigidInterpolatesByElement) {
   wire::Affine3x4 sheared = turned(0), flat = turned(0), mirrored = turned(0, -1);
   sheared.m[1] = 1;
   flat.m[0] = 0;
@@ -61,7 +61,7 @@ TEST(Interpolate, WhatIsNoRotationMovesElementByElement) {
   }
 }
 
-TEST(ClockOffset, PingsFindItWithinHalfTheirShortestRoundTrip) {
+TEST(ClockOffset, PingsBoundTheError) {
   ClockOffset clock;
   EXPECT_EQ(clock.source(), ClockOffset::Source::none);
   const int64_t offset = 123 * kSecond + 456;
@@ -80,7 +80,7 @@ TEST(ClockOffset, PingsFindItWithinHalfTheirShortestRoundTrip) {
   EXPECT_LE(clock.uncertainty_ns(), 12 * kMs) << "the least disturbed of the last ones counts";
 }
 
-TEST(ClockOffset, FramesAloneBoundItByTheFastest) {
+TEST(ClockOffset, FramesAloneBoundItByFastest) {
   ClockOffset clock;
   std::mt19937 generator(2);
   std::uniform_int_distribution<int64_t> way(10 * kMs, 60 * kMs);
@@ -100,7 +100,7 @@ TEST(ClockOffset, FramesAloneBoundItByTheFastest) {
   EXPECT_EQ(clock.soonest_ns(5), 5);
 }
 
-TEST(ClockOffset, ALongerWayIsFollowedSlowlyAndAShorterOneAtOnce) {
+TEST(ClockOffset, LongerDelayIsFollowedSlowly) {
   ClockOffset clock;
   int64_t before = 0;
   for (int64_t i = 1; i < 6000; ++i) {  // one minute, then two with 100 ms more latency
@@ -227,7 +227,7 @@ TEST_F(PlayoutTest, AFixedDelayIsKept) {
   EXPECT_EQ(shown->header.sequence, 11u);
 }
 
-TEST_F(PlayoutTest, WithoutNewFramesTheMotionGoesOnAWhileAndComesBackToTheLastOne) {
+TEST_F(PlayoutTest, MotionContinuesBriefly) {
   Playout playout(0);
   for (int64_t i = 0; i < 5; ++i) add(playout, static_cast<uint64_t>(i + 1), i * 10 * kMs, i * 10 * kMs);
   expect_near(playout.at(50 * kMs)->poses[0], truth(50 * kMs), 1e-3f);
@@ -239,7 +239,7 @@ TEST_F(PlayoutTest, WithoutNewFramesTheMotionGoesOnAWhileAndComesBackToTheLastOn
   EXPECT_FALSE(playout.at(300 * kMs)->changed);
 }
 
-TEST_F(PlayoutTest, NothingIsInterpolatedIntoAJump) {
+TEST_F(PlayoutTest, NothingIsInterpolatedIntoJump) {
   Playout playout(0);
   add(playout, 1, 0, 0);
   add(playout, 2, 10 * kMs, 10 * kMs);
@@ -249,7 +249,7 @@ TEST_F(PlayoutTest, NothingIsInterpolatedIntoAJump) {
   EXPECT_EQ(playout.at(29 * kMs)->poses[0], truth(20 * kMs)) << "nor beyond it";
 }
 
-TEST_F(PlayoutTest, LateAndRepeatedFramesFindTheirPlaceOrNone) {
+TEST_F(PlayoutTest, LateFramesAreOrdered) {
   Playout playout(30 * kMs);
   EXPECT_FALSE(playout.at(0));
   EXPECT_TRUE(add(playout, 1, 0, 0));
@@ -263,7 +263,7 @@ TEST_F(PlayoutTest, LateAndRepeatedFramesFindTheirPlaceOrNone) {
 }
 
 // The same through the pose state that the renderer draws.
-TEST_F(PlayoutTest, AnInterpolatedStreamMovesByTimeAndNotByFrames) {
+TEST_F(PlayoutTest, MotionFollowsTime) {
   scene::Scene scene;
   PoseState state(scene);
   wire::StreamDescription description;
@@ -295,7 +295,7 @@ TEST_F(PlayoutTest, AnInterpolatedStreamMovesByTimeAndNotByFrames) {
   EXPECT_EQ(state.streams()[id].poses[0], truth(50 * kMs));
 }
 
-TEST_F(PlayoutTest, MemoryIsBoundedAndWildTimesDoNoHarm) {
+TEST_F(PlayoutTest, MemoryIsBounded) {
   Playout playout;
   std::mt19937_64 generator(9);
   for (uint64_t i = 1; i < 20'000; ++i) {

@@ -98,7 +98,7 @@ TEST_F(PoseFrames, WrongCountsAreRefused) {
   EXPECT_EQ(stream().header.sequence, 0u);
 }
 
-TEST_F(PoseFrames, PartsInAnyOrderMakeAFrame) {
+TEST_F(PoseFrames, PartsInAnyOrderMakeFrame) {
   EXPECT_FALSE(push(1, 3, 1));
   EXPECT_FALSE(push(1, 0, 2));
   EXPECT_TRUE(state_.shown().empty()) << "never half a frame";
@@ -126,7 +126,7 @@ TEST_F(PoseFrames, PartsOfTwoFramesMayInterleave) {
   EXPECT_EQ(stream().frames_incomplete, 0u);
 }
 
-TEST_F(PoseFrames, ANewerWholeFrameClosesOlderOnes) {
+TEST_F(PoseFrames, NewerWholeFrameClosesOlderOnes) {
   EXPECT_FALSE(push(1, 0, 2));
   EXPECT_FALSE(push(2, 0, 2));
   EXPECT_TRUE(push(3));
@@ -136,7 +136,7 @@ TEST_F(PoseFrames, ANewerWholeFrameClosesOlderOnes) {
   expect_shown(3);
 }
 
-TEST_F(PoseFrames, FramesThatNeverBecomeWholeMakeRoomAndAreCounted) {
+TEST_F(PoseFrames, IncompleteFramesAreDropped) {
   for (uint64_t sequence = 1; sequence <= 100; ++sequence) EXPECT_FALSE(push(sequence, 0, 3));
   EXPECT_GE(stream().frames_incomplete, 90u);
   EXPECT_FALSE(push(1, 3, 1)) << "long given up";
@@ -145,7 +145,7 @@ TEST_F(PoseFrames, FramesThatNeverBecomeWholeMakeRoomAndAreCounted) {
   EXPECT_EQ(stream().frames_incomplete, 99u);
 }
 
-TEST_F(PoseFrames, PartsOfDifferentStepsAreNotMixed) {
+TEST_F(PoseFrames, StepsAreNotMixed) {
   EXPECT_FALSE(push(1, 0, 2, kEpoch, 4, 1000));
   EXPECT_FALSE(push(1, 2, 2, kEpoch, 4, 2000));
   EXPECT_EQ(stream().frames_refused, 1u);
@@ -153,7 +153,7 @@ TEST_F(PoseFrames, PartsOfDifferentStepsAreNotMixed) {
   EXPECT_TRUE(push(1, 2, 2, kEpoch, 4, 1000));
 }
 
-TEST_F(PoseFrames, AStreamWithoutNodesStillHasFrames) {
+TEST_F(PoseFrames, StreamWithoutNodesStillHasFrames) {
   wire::StreamDescription description;
   description.epoch = 3;
   const StreamId id = state_.add_stream(description);
@@ -165,7 +165,7 @@ TEST_F(PoseFrames, AStreamWithoutNodesStillHasFrames) {
 }
 
 // Four parts of one pose each are charged for these poses, not for the claimed frame size.
-TEST(PoseMemory, FollowsThePosesThatHaveArrived) {
+TEST(PoseMemory, FollowsPosesThatHaveArrived) {
   PeerLimits limits;
   limits.of(Resource::pose_bytes) = uint64_t{120} << 20;
   const auto budget = BudgetPool::create(limits)->add_peer("peer");

@@ -9,7 +9,7 @@
 namespace fire3dv::app {
 namespace {
 
-TEST_F(StreamReceiverTest, ImagesGoBackToWhoAskedForThem) {
+TEST_F(StreamReceiverTest, ImagesReturnToRequester) {
   ImageRequestQueue requests(receiver_, {});
   receiver_.set_image_handler(&requests);
   link_->deliver(1, LinkEvent::Kind::control, description(42));
@@ -56,7 +56,7 @@ TEST_F(StreamReceiverTest, ImagesGoBackToWhoAskedForThem) {
   EXPECT_EQ(log.back(), "warning: image request of stream \"adapter\" refused: no such node");
 }
 
-TEST_F(StreamReceiverTest, ImagesThatCannotBeHadAreRefusedWithAReason) {
+TEST_F(StreamReceiverTest, ImpossibleImagesAreRefused) {
   const auto last_refusal = [&] {
     receiver_.poll();
     const auto refused = answers<wire::ImageRefused>(1);
@@ -98,7 +98,7 @@ TEST_F(StreamReceiverTest, ImagesThatCannotBeHadAreRefusedWithAReason) {
   EXPECT_EQ(receiver_.refusals()[static_cast<size_t>(Refusal::before_description)], 1u);
 }
 
-TEST_F(StreamReceiverTest, ReportsNodesThatLoseTheirScaleOnce) {
+TEST_F(StreamReceiverTest, LostScaleIsReportedOnce) {
   scene_.nodes[0].world_from_node = scene_.nodes[0].parent_from_node =
       glm::mat4(glm::mat3(0.01f));  // a mesh in centimetres
   link_->deliver(1, LinkEvent::Kind::control, description(42));
@@ -119,7 +119,7 @@ TEST_F(StreamReceiverTest, ReportsNodesThatLoseTheirScaleOnce) {
   EXPECT_NE(statuses[0].message.find("without the scale of the scene file: \"arm\""), std::string::npos);
 }
 
-TEST_F(StreamReceiverTest, ReportsStalledStreamsUnlessAReplayStands) {
+TEST_F(StreamReceiverTest, ReportsStalledStreamsUnlessReplayStands) {
   const auto stalled = [&] {
     receiver_.poll();
     return count_of(receiver_.take_log_messages(), "stalled");
@@ -154,7 +154,7 @@ TEST_F(StreamReceiverTest, ReportsPosesOfZerosOnce) {
   EXPECT_NE(statuses[0].message.find("ones on its diagonal"), std::string::npos);
 }
 
-TEST_F(StreamReceiverTest, PosesWithTheScaleOfTheSceneAreNotReported) {
+TEST_F(StreamReceiverTest, SceneScaleIsNotReported) {
   scene_.nodes[0].world_from_node = scene_.nodes[0].parent_from_node = glm::mat4(glm::mat3(0.01f));
   wire::Affine3x4 scaled;
   scaled.m = {0, -0.01f, 0, 5, 0.01f, 0, 0, 0, 0, 0, 0.01f, 0};
@@ -181,7 +181,7 @@ TEST_F(StreamReceiverTest, PosesWithTheScaleOfTheSceneAreNotReported) {
   EXPECT_EQ(count_of(receiver_.take_log_messages(), "without the scale"), 0u);
 }
 
-TEST_F(StreamReceiverTest, BadConnectionsDoNotHideWhatOthersSay) {
+TEST_F(StreamReceiverTest, BadConnectionsHideNothing) {
   for (PeerId peer = 1; peer <= 80; ++peer)
     link_->deliver(peer, LinkEvent::Kind::control, wire::Bytes(100, std::byte{0x5a}));
   for (uint64_t epoch = 1; epoch <= 1000; ++epoch)
@@ -201,7 +201,7 @@ TEST_F(StreamReceiverTest, BadConnectionsDoNotHideWhatOthersSay) {
 
 // Whoever mistypes all names sees names that exist: with the first frame, since a stream may add nodes
 // before.
-TEST_F(StreamReceiverTest, AStreamThatMovesNothingIsAWarningWithNodesOfTheScene) {
+TEST_F(StreamReceiverTest, MotionlessStreamIsWarned) {
   receiver_.set_scene(&scene_);
   link_->deliver(1, LinkEvent::Kind::control, description(1, "lost", {"base"}));
   link_->deliver(2, LinkEvent::Kind::control, description(2, "half", {"base", "arm"}));
@@ -224,7 +224,7 @@ TEST_F(StreamReceiverTest, AStreamThatMovesNothingIsAWarningWithNodesOfTheScene)
   EXPECT_EQ(statuses[0].message, "this stream" + text);
 }
 
-TEST_F(StreamReceiverTest, AFrameIsShownTogetherWithItsSceneEdits) {
+TEST_F(StreamReceiverTest, FrameShowsWithItsEdits) {
   const wire::SceneEdit edit{7, 3, "arm", wire::Property::visible, wire::Visible{false}};
   link_->deliver(1, LinkEvent::Kind::control, wire::encode(edit));
   EXPECT_FALSE(receiver_.poll());
@@ -248,7 +248,7 @@ TEST_F(StreamReceiverTest, AFrameIsShownTogetherWithItsSceneEdits) {
   EXPECT_EQ(changes[0].edits, std::vector<wire::SceneEdit>{edit});
 }
 
-TEST_F(StreamReceiverTest, AFrameIsAcknowledgedOnceHoweverManyImagesShowIt) {
+TEST_F(StreamReceiverTest, FrameIsAcknowledgedOnce) {
   link_->deliver(1, LinkEvent::Kind::control, description(7));
   link_->deliver(1, LinkEvent::Kind::pose, frame(7, 1));
   receiver_.poll();
@@ -262,7 +262,7 @@ TEST_F(StreamReceiverTest, AFrameIsAcknowledgedOnceHoweverManyImagesShowIt) {
   EXPECT_EQ(acks[1].sequence, 2u);
 }
 
-TEST_F(StreamReceiverTest, WhatCannotBeReadIsAnsweredAndCounted) {
+TEST_F(StreamReceiverTest, UnreadableMessageIsAnswered) {
   link_->deliver(1, LinkEvent::Kind::control, wire::Bytes(100, std::byte{0x5a}));
   receiver_.poll();
   EXPECT_EQ(receiver_.rejected_messages(), 1u);
@@ -279,7 +279,7 @@ TEST_F(StreamReceiverTest, WhatCannotBeReadIsAnsweredAndCounted) {
       << "a peer's first invalid message is logged, not the others";
 }
 
-TEST_F(StreamReceiverTest, HostileLensesAreRefusedAndCountedAndHarmNobody) {
+TEST_F(StreamReceiverTest, HostileLensesAreRefused) {
   link_->deliver(1, LinkEvent::Kind::control, description(7, "hostile", {"leg"}));
   link_->deliver(2, LinkEvent::Kind::control, description(8));
   receiver_.poll();
@@ -302,7 +302,7 @@ TEST_F(StreamReceiverTest, HostileLensesAreRefusedAndCountedAndHarmNobody) {
   EXPECT_EQ(std::get<wire::Camera>(changes[0].edits[0].value).f_number, 2.8f);
 }
 
-TEST_F(StreamReceiverTest, UnreadableMessagesOfOnePollGetOneAnswer) {
+TEST_F(StreamReceiverTest, UnreadableMessagesShareAnswer) {
   for (int i = 0; i < 1000; ++i) link_->deliver(1, LinkEvent::Kind::control, wire::Bytes(12));
   link_->deliver(2, LinkEvent::Kind::control, wire::Bytes(12));
   receiver_.poll();
@@ -334,7 +334,7 @@ TEST_F(StreamReceiverTest, LogMessagesAreBounded) {
 }
 
 // Another boot id means another machine: its frames are shown with a delay, and pings measure its clock.
-TEST_F(StreamReceiverTest, WhatComesFromAnotherMachineIsInterpolatedOnItsClock) {
+TEST_F(StreamReceiverTest, RemoteStreamIsInterpolated) {
   wire::StreamDescription d;
   d.epoch = 3;
   d.adapter_name = "remote";
@@ -354,7 +354,7 @@ TEST_F(StreamReceiverTest, WhatComesFromAnotherMachineIsInterpolatedOnItsClock) 
   EXPECT_EQ(receiver_.rejected_messages(), 0u);
 }
 
-TEST(StaleOverlay, TheWorstOfTheStreamsThatAreToBeMarked) {
+TEST(StaleOverlay, WorstStreamIsMarked) {
   using state::Condition;
   std::vector<state::Stream> streams(4);
   for (state::Stream& stream : streams) {

@@ -4,7 +4,7 @@
 namespace fire3dv::app {
 namespace {
 
-TEST_F(StreamReceiverTest, APeerWithManyMessagesDelaysOthersByOneSlice) {
+TEST_F(StreamReceiverTest, BusyPeerCostsOneSlice) {
   link_->deliver(1, LinkEvent::Kind::control, description(1, "busy", {"nothing"}));
   link_->deliver(2, LinkEvent::Kind::connected);
   receiver_.poll();
@@ -40,7 +40,7 @@ TEST_F(StreamReceiverTest, APeerWithManyMessagesDelaysOthersByOneSlice) {
   EXPECT_EQ(budget->used(Resource::received_bytes), 0u);
 }
 
-TEST_F(StreamReceiverTest, ALinkKeepsTheMessagesOfAPeerWhoseMessagesWait) {
+TEST_F(StreamReceiverTest, LinkKeepsDeferredMessages) {
   link_->deliver(1, LinkEvent::Kind::control, description(1, "busy", {"nothing"}));
   link_->deliver(2, LinkEvent::Kind::connected);
   receiver_.poll();
@@ -59,7 +59,7 @@ TEST_F(StreamReceiverTest, ALinkKeepsTheMessagesOfAPeerWhoseMessagesWait) {
   EXPECT_EQ(link_->pauses, (Pauses{{1, true}, {1, false}}));
 }
 
-TEST_F(StreamReceiverTest, OfPosesThatWaitTheNewestIsHandled) {
+TEST_F(StreamReceiverTest, NewestWaitingPoseIsHandled) {
   link_->deliver(1, LinkEvent::Kind::control, description(1));
   link_->deliver(2, LinkEvent::Kind::connected);
   receiver_.poll();
@@ -78,7 +78,7 @@ TEST_F(StreamReceiverTest, OfPosesThatWaitTheNewestIsHandled) {
   EXPECT_EQ(poses_.streams()[0].frames_received, 1u);
 }
 
-TEST_F(StreamReceiverTest, InLockstepAllIsHandledInOrder) {
+TEST_F(StreamReceiverTest, LockstepHandlesAllInOrder) {
   state::PoseState poses(scene_);
   StreamReceiver receiver(poses, true);
   auto listener = std::make_unique<ScriptedListener>();
@@ -101,7 +101,7 @@ TEST_F(StreamReceiverTest, InLockstepAllIsHandledInOrder) {
   EXPECT_FALSE(receiver.poll());
 }
 
-TEST_F(StreamReceiverTest, APeerThatDescribesItselfAThousandTimesDelaysNobody) {
+TEST_F(StreamReceiverTest, RepeatedDescriptionsDelayNobody) {
   step_ns_ = 1'000'000;
   link_->deliver(2, LinkEvent::Kind::control, description(5000));
   receiver_.poll();
@@ -117,7 +117,7 @@ TEST_F(StreamReceiverTest, APeerThatDescribesItselfAThousandTimesDelaysNobody) {
   EXPECT_LE(answers<wire::Status>(2).size(), 10u) << "the other one hears of it once a poll at most";
 }
 
-TEST_F(StreamReceiverTest, APeerWithLongMessagesRestsAfterEach) {
+TEST_F(StreamReceiverTest, LongMessagesRestAfterEach) {
   link_->deliver(2, LinkEvent::Kind::control, description(5000));
   receiver_.poll();
   link_->deliver(1, LinkEvent::Kind::control, description(1, "large"));
@@ -137,7 +137,7 @@ TEST_F(StreamReceiverTest, APeerWithLongMessagesRestsAfterEach) {
   EXPECT_EQ(receiver_.deferred_messages(), 0u);
 }
 
-TEST_F(StreamReceiverTest, APeerRestsAfterLongEdits) {
+TEST_F(StreamReceiverTest, PeerRestsAfterLongEdits) {
   link_->deliver(1, LinkEvent::Kind::control, description(1, "editor", {"nothing"}));
   link_->deliver(2, LinkEvent::Kind::control, description(2));
   receiver_.poll();
@@ -156,7 +156,7 @@ TEST_F(StreamReceiverTest, APeerRestsAfterLongEdits) {
   EXPECT_EQ(poses_.streams()[0].edits_received, 2u);
 }
 
-TEST_F(StreamReceiverTest, ADescriptionBeyondTheBudgetIsRefused) {
+TEST_F(StreamReceiverTest, DescriptionBeyondBudgetIsRefused) {
   PeerLimits limits;
   limits.of(Resource::names) = 10;
   state::PoseState poses(scene_);

@@ -4,7 +4,7 @@
 namespace fire3dv::app {
 namespace {
 
-TEST_F(StreamReceiverTest, AStreamThatComesBackOverAnotherConnectionKeepsItsNodes) {
+TEST_F(StreamReceiverTest, ReconnectKeepsNodes) {
   link_->deliver(1, LinkEvent::Kind::control, description(42));
   link_->deliver(1, LinkEvent::Kind::pose, frame(42, 1));
   EXPECT_TRUE(receiver_.poll());
@@ -38,7 +38,7 @@ TEST_F(StreamReceiverTest, AStreamThatComesBackOverAnotherConnectionKeepsItsNode
   EXPECT_EQ(driver(), 42u);
 }
 
-TEST_F(StreamReceiverTest, AnEpochIsNotEnoughToTakeAStreamOver) {
+TEST_F(StreamReceiverTest, EpochAloneTakesNothing) {
   link_->deliver(1, LinkEvent::Kind::control, description(42));
   link_->deliver(1, LinkEvent::Kind::pose, frame(42, 1));
   receiver_.poll();
@@ -73,7 +73,7 @@ TEST_F(StreamReceiverTest, AnEpochIsNotEnoughToTakeAStreamOver) {
   EXPECT_EQ(answers<wire::Welcome>(3).back().status, wire::WelcomeStatus::refused);
 }
 
-TEST_F(StreamReceiverTest, AStreamThatLosesItsLinkFindsItsPlaceAgain) {
+TEST_F(StreamReceiverTest, LostLinkResumesReservation) {
   link_->deliver(1, LinkEvent::Kind::control, description(1));
   link_->deliver(2, LinkEvent::Kind::control, description(2, "waits"));
   link_->deliver(1, LinkEvent::Kind::disconnected, {}, "reset");
@@ -95,7 +95,7 @@ TEST_F(StreamReceiverTest, AStreamThatLosesItsLinkFindsItsPlaceAgain) {
   EXPECT_EQ(driver(), 2u) << "who says goodbye leaves no place";
 }
 
-TEST_F(StreamReceiverTest, APublisherThatIsStartedAgainHasThePlaceUntilTheRunBeforeReturns) {
+TEST_F(StreamReceiverTest, RestartHoldsUntilPredecessorReturns) {
   link_->deliver(1, LinkEvent::Kind::control, description(1));
   link_->deliver(2, LinkEvent::Kind::control, description(2, "waits"));
   link_->deliver(1, LinkEvent::Kind::disconnected, {}, "reset");
@@ -120,7 +120,7 @@ TEST_F(StreamReceiverTest, APublisherThatIsStartedAgainHasThePlaceUntilTheRunBef
 }
 
 // Over UDP a killed publisher times out only after seconds.
-TEST_F(StreamReceiverTest, APublisherThatIsStartedAgainBeforeItsEndIsNoticedGetsTheNodesAtOnce) {
+TEST_F(StreamReceiverTest, EarlyRestartTakesNodes) {
   link_->deliver(1, LinkEvent::Kind::control, description(1));
   link_->deliver(2, LinkEvent::Kind::control, description(2, "waits"));
   link_->deliver(3, LinkEvent::Kind::control, description(3));
@@ -136,7 +136,7 @@ TEST_F(StreamReceiverTest, APublisherThatIsStartedAgainBeforeItsEndIsNoticedGets
   EXPECT_EQ(receiver_.active_streams(), 2u);
 }
 
-TEST_F(StreamReceiverTest, AStreamThatDescribesItselfAnewKeepsItsNodes) {
+TEST_F(StreamReceiverTest, NewDescriptionKeepsNodes) {
   link_->deliver(1, LinkEvent::Kind::control, description(1));
   link_->deliver(2, LinkEvent::Kind::control, description(2));
   for (uint64_t epoch = 3; epoch < 20; ++epoch) {
@@ -147,7 +147,7 @@ TEST_F(StreamReceiverTest, AStreamThatDescribesItselfAnewKeepsItsNodes) {
   EXPECT_EQ(answers<wire::Welcome>(2).size(), 1u) << "nothing changed for the one that waits";
 }
 
-TEST_F(StreamReceiverTest, ASegmentHasOnePublisherThatMayStartAgain) {
+TEST_F(StreamReceiverTest, SegmentPublisherMayRestart) {
   link_->address = "shm://robot";
   link_->deliver(1, LinkEvent::Kind::control, description(1));
   link_->deliver(9, LinkEvent::Kind::control, description(9, "waits"));
@@ -158,7 +158,7 @@ TEST_F(StreamReceiverTest, ASegmentHasOnePublisherThatMayStartAgain) {
 }
 
 // The disconnected stream keeps its nodes for a grace time.
-TEST_F(StreamReceiverTest, AnotherStreamOnTheSameNodeIsToldAndGetsItWhenItIsFree) {
+TEST_F(StreamReceiverTest, ContenderGetsFreedNode) {
   link_->deliver(1, LinkEvent::Kind::control, description(1));
   link_->deliver(2, LinkEvent::Kind::control, description(2, "another"));
   receiver_.poll();
@@ -173,7 +173,7 @@ TEST_F(StreamReceiverTest, AnotherStreamOnTheSameNodeIsToldAndGetsItWhenItIsFree
   EXPECT_TRUE(answers<wire::Welcome>(2)[1].conflicting_names.empty());
 }
 
-TEST_F(StreamReceiverTest, WhoeverKeepsANodeHearsThatAnotherStreamAsksForIt) {
+TEST_F(StreamReceiverTest, DriverHearsContention) {
   link_->deliver(1, LinkEvent::Kind::control, description(1));
   receiver_.poll();
   EXPECT_TRUE(answers<wire::Status>(1).empty()) << "nobody else is there";
@@ -197,7 +197,7 @@ TEST_F(StreamReceiverTest, WhoeverKeepsANodeHearsThatAnotherStreamAsksForIt) {
 }
 
 // On a multicast group every host sees the epoch of a stream.
-TEST_F(StreamReceiverTest, AnEpochSeenElsewhereDoesNotTakeAStreamOver) {
+TEST_F(StreamReceiverTest, SeenEpochTakesNothing) {
   auto other = std::make_unique<ScriptedListener>();
   ScriptedListener* const open_link = other.get();
   receiver_.add(std::move(other));

@@ -30,7 +30,7 @@ glm::vec3 position(const Marker& marker, size_t i) {
   return {marker.positions[i][0], marker.positions[i][1], marker.positions[i][2]};
 }
 
-TEST(Guides, CellsAreOneTwoOrFiveTimesAPowerOfTen) {
+TEST(Guides, CellsAreOneTwoFive) {
   for (float radius = 3e-4f; radius < 3e6f; radius *= 1.37f) {
     const float side = radius / std::sqrt(3.0f);
     const float cell = grid_cell_m(scene_of(glm::vec3(-side), glm::vec3(side)));
@@ -45,7 +45,7 @@ TEST(Guides, CellsAreOneTwoOrFiveTimesAPowerOfTen) {
   EXPECT_EQ(grid_cell_m(scene_of(glm::vec3(-kInfinity), glm::vec3(kInfinity))), 0.2f);
 }
 
-TEST(Guides, GridLinesLieOnMultiplesOfACellAndThoseThroughTheOriginAreColoured) {
+TEST(Guides, GridLinesMatchCells) {
   const scene::Scene scene = scene_of({27, -1, -1}, {41, 1, 3});  // centre (34, 0, 1)
   const std::vector<Marker> markers = ground_grid(scene, 2);
   ASSERT_EQ(markers.size(), 3u);
@@ -78,7 +78,7 @@ TEST(Guides, GridLinesLieOnMultiplesOfACellAndThoseThroughTheOriginAreColoured) 
 }
 
 // The far corners of a frustum are those of the camera's image.
-TEST(Guides, FrustaEndInTheCornersOfTheImage) {
+TEST(Guides, FrustaEndInCornersOfImage) {
   constexpr float kAspect = 1.5f, kDepth = 4;
   for (const bool orthographic : {false, true}) {
     scene::Camera camera;
@@ -118,7 +118,7 @@ TEST(Guides, LongNamesEndBetweenTwoCharacters) {
   EXPECT_EQ(text.size(), 1 + 2 + 62u);
 }
 
-TEST(Guides, FrustaFollowTheirNodesAndLeaveOutTheImagesCamera) {
+TEST(Guides, FrustaFollowNodes) {
   scene::Scene scene = boxes_at({{1, 2, 3}});
   scene.nodes[1].camera = 0;  // the box carries a camera, "eye" is the other one
   state::PoseState poses(scene);

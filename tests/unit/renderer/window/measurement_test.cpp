@@ -60,7 +60,7 @@ class Measurements : public ::testing::Test {
   gui::Viewer viewer_;
 };
 
-TEST_F(Measurements, APickedPointMovesWithItsNode) {
+TEST_F(Measurements, PickedPointMovesWithItsNode) {
   EXPECT_FALSE(click({-2.5f, 1.25f, 0.5f}));
   EXPECT_EQ(viewer_.selected, 1u);
   ASSERT_TRUE(viewer_.picked_point);
@@ -74,7 +74,7 @@ TEST_F(Measurements, APickedPointMovesWithItsNode) {
   EXPECT_FALSE(viewer_.picked_point);
 }
 
-TEST_F(Measurements, TheLensFocusesOnThePickedPointAlongTheViewDirection) {
+TEST_F(Measurements, FocusIsAlongViewDirection) {
   CameraRig rig = *CameraRig::create(scene_);
   rig.set_free_view({.position_m = {0, 0, 10}, .focus_distance_m = 10});
   const auto focus = [&] {
@@ -96,7 +96,7 @@ TEST_F(Measurements, TheLensFocusesOnThePickedPointAlongTheViewDirection) {
   EXPECT_FLOAT_EQ(focus().focus_distance_m, 14.5f) << "behind the camera";
 }
 
-TEST_F(Measurements, APointOfANodeWithoutInverseRestsInTheWorld) {
+TEST_F(Measurements, SingularNodeRestsInWorld) {
   passes::Picked picked;
   picked.node = 1;
   picked.position_world = {1, 2, 3};
@@ -106,7 +106,7 @@ TEST_F(Measurements, APointOfANodeWithoutInverseRestsInTheWorld) {
   EXPECT_EQ(gui::position_world(point, poses_), glm::vec3(1, 2, 3));
 }
 
-TEST_F(Measurements, TwoClicksMakeADistanceAndAThirdBeginsAnew) {
+TEST_F(Measurements, TwoClicksMeasureDistance) {
   viewer_.measures = true;
   viewer_.selected = 2;
   EXPECT_FALSE(click({-3, 1, 0.5f}));
@@ -120,7 +120,7 @@ TEST_F(Measurements, TwoClicksMakeADistanceAndAThirdBeginsAnew) {
   EXPECT_EQ(viewer_.measured.size(), 1u);
 }
 
-TEST_F(Measurements, MarkersShowTheDistanceAndKeepTheirIdsWhileNothingMoves) {
+TEST_F(Measurements, MarkersKeepIds) {
   OverlayMarkers overlay;
   EXPECT_TRUE(overlay.update(viewer_, seen()).empty());
   viewer_.measures = true;
@@ -156,7 +156,7 @@ TEST_F(Measurements, MarkersShowTheDistanceAndKeepTheirIdsWhileNothingMoves) {
   for (size_t i = 0; i < 4; ++i) EXPECT_FLOAT_EQ(large[i].marker->width, 2 * moved[i].marker->width);
 }
 
-TEST_F(Measurements, AnotherSceneKeepsThePointsOfItsNodes) {
+TEST_F(Measurements, SceneChangeKeepsPoints) {
   viewer_.measures = true;
   click({-3, 1, 0});
   click({2, -1, 1}, 2);

@@ -26,7 +26,7 @@ class Recent : public ::testing::Test {
   std::filesystem::path folder_, place_;
 };
 
-TEST_F(Recent, TheNewestIsFirstAndTenAreKept) {
+TEST_F(Recent, NewestOfTenIsFirst) {
   for (int i = 0; i < 12; ++i) {
     RecentFiles window(place_);  // each in a window of its own
     ASSERT_TRUE(window.add("/models/" + std::to_string(i) + ".glb"));
@@ -61,7 +61,7 @@ TEST_F(Recent, ADamagedListBeginsAnew) {
   EXPECT_EQ(window.files(), Paths{"/f.glb"});
 }
 
-TEST_F(Recent, AFolderThatCannotBeMadeIsReported) {
+TEST_F(Recent, UnwritableFolderIsReported) {
   std::ofstream(folder_ / "new") << "a file";
   RecentFiles window(place_);
   const Result<void> added = window.add("/a.glb");
@@ -71,7 +71,7 @@ TEST_F(Recent, AFolderThatCannotBeMadeIsReported) {
   EXPECT_TRUE(RecentFiles(std::nullopt).add("/a.glb")) << "without a home nothing is kept";
 }
 
-TEST_F(Recent, ThePlaceIsInTheUsersStateFolder) {
+TEST_F(Recent, PlaceIsInUsersStateFolder) {
   std::map<std::string, std::string> variables;
   const auto place = [&] {
     return recent_files_place([&](const char* name) -> const char* {

@@ -13,7 +13,7 @@
 namespace fire3dv::app {
 namespace {
 
-TEST(ScreenshotTiles, CoverEachPixelOnceWithAMargin) {
+TEST(ScreenshotTiles, CoverEachPixelOnceWithMargin) {
   constexpr uint32_t kSide = 100;
   for (const glm::uvec2 image :
        {glm::uvec2(100, 40), {101, 40}, {136, 100}, {137, 300}, {1, 1000}, {555, 333}}) {
@@ -61,7 +61,7 @@ TEST(ScreenshotSize, HasLimitsThatItsErrorsName) {
   EXPECT_NE(large.error().message.find("4 times 8192x8192"), std::string::npos) << large.error().message;
 }
 
-TEST(ScreenshotTiles, APointHasThePixelDepthAndRayOfTheWholeImage) {
+TEST(ScreenshotTiles, PointsMatchWholeImage) {
   constexpr glm::uvec2 kImage{300, 200};
   for (const bool orthographic : {false, true}) {
     scene::Camera camera;

@@ -40,7 +40,7 @@ class Cameras : public ::testing::Test {
   }
 };
 
-TEST_F(Cameras, ZoomKeepsThePointBelowTheCursor) {
+TEST_F(Cameras, ZoomKeepsPointBelowCursor) {
   // At the depth of the focus, the centre of the scene.
   const glm::vec3 below(2.5f, -1.25f, 0);
   const glm::vec2 cursor = ndc_of(rig_.view(poses_, kAspect), below);
@@ -55,7 +55,7 @@ TEST_F(Cameras, ZoomKeepsThePointBelowTheCursor) {
 }
 
 // The eye is nearer to its focus than the next float.
-TEST_F(Cameras, OrbitsFarFromTheOriginAndCloseToTheFocus) {
+TEST_F(Cameras, OrbitWorksFarAndClose) {
   rig_.set_free_view({{1000, 1000, 1000}, glm::quat(1, 0, 0, 0), 1e-6f, 0.8f});
   rig_.orbit(poses_, 0.5f, 0);
   const passes::View view = rig_.view(poses_, kAspect);
@@ -65,7 +65,7 @@ TEST_F(Cameras, OrbitsFarFromTheOriginAndCloseToTheFocus) {
 }
 
 // As in a reload of the file: the scene is first shown without the nodes that the user has added.
-TEST_F(Cameras, ALostCameraIsShownAgainByTheNextSceneThatHasIt) {
+TEST_F(Cameras, LostCameraReturns) {
   const auto with_cameras = [&](const std::vector<std::string>& paths) {
     scene::Scene scene = scene_;
     for (scene::Node& node : scene.nodes) node.camera = scene::kNone;
@@ -108,7 +108,7 @@ TEST_F(Cameras, ZoomEndsBeforeTheFocus) {
   EXPECT_LT(glm::length(rig_.view(poses_, kAspect).eye_world), 2e3f * rig_.scene_radius_m());
 }
 
-TEST_F(Cameras, ANodeIsFramedWholeInTheCenterFromWhereTheCameraLooks) {
+TEST_F(Cameras, FramedNodeIsCentred) {
   const glm::vec3 look = rig_.view(poses_, kAspect).look_world;
   for (const float aspect : {kAspect, 0.4f}) {
     rig_.frame_node(poses_, 2, aspect);
@@ -138,7 +138,7 @@ TEST_F(Cameras, ParentsAreFramedWithTheirChildren) {
   }
 }
 
-TEST_F(Cameras, AFreeCameraGoesWithTheNodeItFollows) {
+TEST_F(Cameras, FreeCameraFollowsNode) {
   rig_.let_go(poses_);
   rig_.follow(poses_, 1);
   const glm::vec3 before = rig_.view(poses_, kAspect).eye_world;
@@ -154,7 +154,7 @@ TEST_F(Cameras, AFreeCameraGoesWithTheNodeItFollows) {
   EXPECT_EQ(rig_.view(poses_, kAspect).eye_world, before + step);
 }
 
-TEST_F(Cameras, ASceneCameraStaysWhereItIsWhileANodeIsFollowed) {
+TEST_F(Cameras, SceneCameraStaysWhileFollowing) {
   const glm::vec3 before = rig_.view(poses_, kAspect).eye_world;
   rig_.follow(poses_, 1);
   rig_.follow(poses_, 1);
@@ -163,7 +163,7 @@ TEST_F(Cameras, ASceneCameraStaysWhereItIsWhileANodeIsFollowed) {
 }
 
 // Both cameras follow the node, wherever the mouse is.
-TEST_F(Cameras, BothOfTwoSideBySideGoWithANodeAndOneIsMoved) {
+TEST_F(Cameras, StereoCamerasFollowNode) {
   CameraRig left = rig_, right = rig_;
   left.let_go(poses_);
   right.let_go(poses_);
@@ -191,7 +191,7 @@ TEST_F(Cameras, BothOfTwoSideBySideGoWithANodeAndOneIsMoved) {
   EXPECT_NE(left.view(poses_, kAspect).eye_world, left_stays);
 }
 
-TEST_F(Cameras, FlyingFollowsTheScenesSizeAndTheUsersSpeed) {
+TEST_F(Cameras, FlySpeedFollowsScene) {
   const auto flown = [&](float speed) {
     gui::Viewer viewer;
     viewer.camera_speed = speed;
@@ -255,7 +255,7 @@ class Inputs : public ::testing::Test {
   glm::vec2 cursor_{0};
 };
 
-TEST_F(Inputs, AClickIsNoDragAndADragNoClick) {
+TEST_F(Inputs, ClickIsNoDrag) {
   move(100, 50);
   press(Button::left, true);
   move(102, 51);  // jitter of the hand
@@ -289,7 +289,7 @@ TEST_F(Inputs, TheRightButtonAndShiftPan) {
   EXPECT_FALSE(moves.click_px);
 }
 
-TEST_F(Inputs, InputOfPanelsDoesNotMoveTheView) {
+TEST_F(Inputs, PanelInputKeepsView) {
   press(Button::left, true);
   move(50, 50);
   add({.kind = Kind::wheel, .wheel = {0, 2}});
@@ -305,7 +305,7 @@ TEST_F(Inputs, InputOfPanelsDoesNotMoveTheView) {
   EXPECT_FALSE(take().click_px);  // it began on a panel
 }
 
-TEST_F(Inputs, AHeldKeyEndsWithItsReleaseAlsoInAPanel) {
+TEST_F(Inputs, ReleaseEndsHeldKey) {
   key(sinks::letter('w'));
   EXPECT_EQ(take().fly, glm::vec3(0, 0, -1));
   EXPECT_EQ(take().fly, glm::vec3(0, 0, -1));
@@ -344,7 +344,7 @@ TEST_F(Inputs, XAndKShowGuides) {
   EXPECT_TRUE(viewer_.shows_frusta);
 }
 
-TEST_F(Inputs, MMeasuresAndEscapeEndsItBeforeTheSelection) {
+TEST_F(Inputs, EscapeEndsMeasuringFirst) {
   viewer_.selected = 1;
   type(sinks::letter('m'));
   take();
@@ -364,7 +364,7 @@ TEST_F(Inputs, MMeasuresAndEscapeEndsItBeforeTheSelection) {
   EXPECT_TRUE(viewer_.measured.empty());
 }
 
-TEST_F(Inputs, KeysHideIsolateFollowAndShowAgain) {
+TEST_F(Inputs, KeysHideIsolateFollow) {
   for (const char c : {'h', 'i', 't'}) type(sinks::letter(c));
   take();
   EXPECT_TRUE(viewer_.edits.hidden.empty());  // nothing is selected
@@ -446,7 +446,7 @@ TEST_F(Inputs, KeysDriveTheTimeline) {
 }
 
 // Also between events: panels read the modifiers in every frame.
-TEST_F(Inputs, AModifierThatIsHeldIsSoInEveryFrame) {
+TEST_F(Inputs, HeldModifierPersists) {
   sinks::Modifiers held;
   modifiers_.shift = true;
   key(Key::left_shift);
@@ -460,7 +460,7 @@ TEST_F(Inputs, AModifierThatIsHeldIsSoInEveryFrame) {
   EXPECT_FALSE(panel_input({}, kImage, 0, held).shift);
 }
 
-TEST_F(Inputs, TheWheelZoomsAndWithControlSetsTheSpeed) {
+TEST_F(Inputs, WheelZoomsOrSetsSpeed) {
   add({.kind = Kind::wheel, .wheel = {0, 2}});
   EXPECT_EQ(take().zoom_notches, 2);
   modifiers_.control = true;

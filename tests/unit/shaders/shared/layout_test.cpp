@@ -71,7 +71,7 @@ class ShaderLayout : public ::testing::Test {
 #define EXPECT_SAME_OFFSET(structure, member) \
   expect_offset(#structure, #member, offsetof(gpu_types::structure, member))
 
-TEST_F(ShaderLayout, TheFirstAndLastMembersAndAllThatFollowAGapLieAlike) {
+TEST_F(ShaderLayout, MembersMatchInCppAndGlsl) {
   EXPECT_SAME_OFFSET(AffineRows, row0);
   EXPECT_SAME_OFFSET(AffineRows, row2);
   EXPECT_SAME_OFFSET(NodeSource, stream);

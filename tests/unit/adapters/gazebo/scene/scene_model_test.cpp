@@ -77,7 +77,7 @@ double volume(const convert::Mesh& mesh) {
   return sum / 6;
 }
 
-TEST(GazeboScene, HasShapesOfTheRightSize) {
+TEST(GazeboScene, HasShapesOfRightSize) {
   OneLink world;
   pb::Vector3d& size = *world.add(0, "box").mutable_geometry()->mutable_box()->mutable_size();
   size.set_x(1), size.set_y(2), size.set_z(3);
@@ -196,7 +196,7 @@ TEST(GazeboScene, HasMaterialsSeenFromBothSides) {
   EXPECT_TRUE(is_double_sided(2));
 }
 
-TEST(GazeboScene, HasColoursOfScriptsAndSpecularMaterials) {
+TEST(GazeboScene, ScriptAndSpecularMaterialsAreRead) {
   OneLink world;
   pb::Visual& script = world.add(2, "script");
   script.mutable_geometry()->mutable_sphere()->set_radius(1);
@@ -346,7 +346,7 @@ TEST_F(GazeboFiles, DoNotLeaveTheirFolders) {
   EXPECT_LT(endless.error().message.size(), 200u);
 }
 
-TEST_F(GazeboFiles, AreFoundInTheFuelCache) {
+TEST_F(GazeboFiles, AreFoundInFuelCache) {
   for (const char* version : {"2", "10", "9"})
     write(
         std::string("cache/fuel.gazebosim.org/openrobotics/models/gas station/") + version + "/meshes/m.dae",
@@ -402,7 +402,7 @@ TEST_F(GazeboFiles, GiveMeshesAndTextures) {
 }
 
 // As of SDF files: an albedo map with opacity cuts, occlusion is the map's, and a scale of 0 is invisible.
-TEST_F(GazeboFiles, AreUsedByTheRulesOfSdfFiles) {
+TEST_F(GazeboFiles, SdfRulesLimitFiles) {
   const std::vector<uint8_t> pixels = {255, 0, 0, 128};
   const std::vector<std::byte> png = *convert::png_of(pixels, 1, 1, 4);
   write("models/cart/map.png", std::string(reinterpret_cast<const char*>(png.data()), png.size()));
@@ -441,7 +441,7 @@ std::string dae_geometry(const std::string& name, const std::string& x) {
          "-v' offset='0'/><p>0 1 2</p></triangles></mesh></geometry>";
 }
 
-TEST_F(GazeboFiles, HaveSubmeshesInTheFrameOfTheWholeMesh) {
+TEST_F(GazeboFiles, SubmeshesKeepMeshFrame) {
   write("models/pair/pair.dae",
         "<?xml version='1.0'?><COLLADA xmlns='http://www.collada.org/2005/11/COLLADASchema' version='1.4.1'>"
         "<asset><up_axis>Y_UP</up_axis></asset><library_geometries>" +

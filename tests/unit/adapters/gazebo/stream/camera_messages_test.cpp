@@ -81,7 +81,7 @@ TEST_F(GazeboCameras, HaveTopicsOfTheirSensors) {
   EXPECT_FALSE(found[3]);
 }
 
-TEST_F(GazeboCameras, HaveTheOutputsOfTheirTypes) {
+TEST_F(GazeboCameras, HaveOutputsOfTheirTypes) {
   add("a", "c");
   add("b", "c").set_type("depth_camera");
   add("c", "c").set_type("rgbd_camera");
@@ -103,7 +103,7 @@ TEST_F(GazeboCameras, HaveTheOutputsOfTheirTypes) {
   EXPECT_EQ(found[3]->info_topic, "/head/camera_info");
 }
 
-TEST_F(GazeboCameras, AreRefusedWithTypesThatAreNotRendered) {
+TEST_F(GazeboCameras, UnsupportedTypesAreRefused) {
   add("a", "c").set_type("thermal_camera");
   add("b", "c").set_type("segmentation_camera");
   add("c", "c").set_type("wide_angle_camera");
@@ -144,7 +144,7 @@ TEST(GazeboCameraMessages, HaveTightRows) {
   EXPECT_TRUE(image_message(image, FIRE3DV_IMAGE_NORMAL, "f").empty());
 }
 
-TEST_F(GazeboCameras, HaveTheProjectionOfTheirSensors) {
+TEST_F(GazeboCameras, HaveProjectionOfTheirSensors) {
   pb::Sensor& eye = add("m", "eye");
   eye.set_update_rate(20);
   eye.mutable_camera()->set_near_clip(0.5);
@@ -168,7 +168,7 @@ TEST_F(GazeboCameras, HaveTheProjectionOfTheirSensors) {
   EXPECT_EQ(found[0]->period_ns, 50'000'000);
 }
 
-TEST_F(GazeboCameras, AreRefusedWithoutASizeOrView) {
+TEST_F(GazeboCameras, AreRefusedWithoutSizeOrView) {
   add("a", "wide").mutable_camera()->mutable_image_size()->set_x(8193);
   add("b", "none").mutable_camera()->mutable_image_size()->set_y(NAN);
   add("c", "flat").mutable_camera()->set_horizontal_fov(0);

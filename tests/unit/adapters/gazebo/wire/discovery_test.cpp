@@ -114,7 +114,7 @@ TEST(GazeboDiscovery, MarksRelays) {
   EXPECT_FALSE(read->is_no_relay);
 }
 
-TEST(GazeboDiscovery, RefusesEveryCutAndTheWrongLength) {
+TEST(GazeboDiscovery, RefusesEveryCutAndWrongLength) {
   const std::vector<std::byte> whole = bytes_of_hex(kAdvertiseService);
   for (size_t size = 0; size < whole.size(); ++size)
     EXPECT_FALSE(decode_discovery(std::span(whole).first(size))) << size;
@@ -187,7 +187,7 @@ TEST(GazeboDirectory, GivesUpSilentProcesses) {
   EXPECT_EQ(directory.take_gone(1).size(), 1u);
 }
 
-TEST(GazeboDirectory, HasANewVersionAfterChangesOnly) {
+TEST(GazeboDirectory, HasNewVersionAfterChangesOnly) {
   Directory directory("test");
   DiscoveryMessage message = decoded(kAdvertiseTopic);
   uint64_t version = directory.version();

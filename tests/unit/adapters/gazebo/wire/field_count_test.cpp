@@ -30,7 +30,7 @@ TEST(GazeboFields, CountsAllLevels) {
   EXPECT_TRUE(has_at_most("\x0a\x05hello", 10));
 }
 
-TEST(GazeboFields, RefusesManyEmptyMessagesAndBytesThatAreNone) {
+TEST(GazeboFields, EmptyMessagesAreRefused) {
   std::string_view pair{"\x12\x00", 2};
   std::string many;
   for (int i = 0; i < 1000; ++i) many += pair;

@@ -86,7 +86,7 @@ TEST(GazeboWorld, ComposesPosesOfNestedModels) {
   EXPECT_NEAR(wrist[2], 1, 1e-6);
 }
 
-TEST(GazeboWorld, TakesMissingFieldsAsZeroAndIdentity) {
+TEST(GazeboWorld, MissingFieldsAreIdentity) {
   pb::Scene scene;
   add_model(scene, "m", 10).mutable_pose()->mutable_position()->set_x(3);
   World world;
@@ -137,7 +137,7 @@ TEST(GazeboWorld, ReportsTimeThatGoesBack) {
   EXPECT_FALSE(world.apply(stamped(1, 1), PoseTopic::full, 4).is_reset);
 }
 
-TEST(GazeboWorld, DoesNotMixStampsOfBothTopics) {
+TEST(GazeboWorld, TopicStampsStaySeparate) {
   pb::Scene scene;
   add_model(scene, "moving", 10);
   add_model(scene, "fixed", 20);
@@ -193,7 +193,7 @@ TEST(GazeboWorld, KeepsEqualModelsUnderOtherIds) {
   EXPECT_EQ(world.items()[0].entities[1].name, "b/link");
 }
 
-TEST(GazeboWorld, BringsNodesOfTheSceneFileBack) {
+TEST(GazeboWorld, BringsNodesOfSceneFileBack) {
   pb::Scene scene;
   add_model(scene, "a", 10);
   World world;
@@ -214,7 +214,7 @@ TEST(GazeboWorld, BringsNodesOfTheSceneFileBack) {
   EXPECT_EQ(world.items()[0].entities[0].name, "a model");
 }
 
-TEST(GazeboWorld, NamesNodesOfAddedAssetsByPath) {
+TEST(GazeboWorld, AddedNodesHavePathNames) {
   pb::Scene scene;
   pb::Model& robot = add_model(scene, "a/b", 10);
   robot.add_model()->set_name("arm");
@@ -264,7 +264,7 @@ TEST(GazeboWorld, TakesRepeatedIdsAndNames) {
 }
 
 // Its digest is that of the whole model, its entities are not.
-TEST(GazeboWorld, AModelThatIsCutIsAnotherModel) {
+TEST(GazeboWorld, TruncatedModelDiffers) {
   const auto add = [](pb::Scene& scene, const std::string& name, uint32_t id, int visuals) {
     pb::Model& model = add_model(scene, name, id);
     for (int i = 0; i < visuals; ++i) model.mutable_link(0)->add_visual()->set_id(id + 2);

@@ -29,7 +29,7 @@ TEST(Ros2Names, TheFirstMatchingRuleCounts) {
   EXPECT_EQ(names.resolve("/joint_states"), "/joint_states");
 }
 
-TEST(Ros2Names, RulesSetNamespaceAndNodeAndMayBelongToANode) {
+TEST(Ros2Names, RulesSetNamespaceAndNode) {
   Names names = make("", {"tf2:=/x", "__ns:=/fleet", "__node:=eye", "eye:a:=b", "mouth:a:=c"});
   EXPECT_EQ(names.ns(), "/fleet");
   EXPECT_EQ(names.node(), "eye");
@@ -38,7 +38,7 @@ TEST(Ros2Names, RulesSetNamespaceAndNodeAndMayBelongToANode) {
   EXPECT_EQ(names.resolve("~/a"), "/fleet/eye/a");
 }
 
-TEST(Ros2Names, RefusesWhatIsNotAName) {
+TEST(Ros2Names, RefusesWhatIsNotName) {
   Names names;
   for (const char* rule :
        {"a", "a=b", ":=b", "a:=", "a b:=c", "a:=/", "a//b:=c", "1a:=b", "__ns:=a-b", "__node:=a/b"})

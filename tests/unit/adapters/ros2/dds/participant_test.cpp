@@ -65,7 +65,7 @@ TEST(Ros2Domain, RangesChangeMulticastInterfacesAndPeers) {
 }
 
 // Two ends in one process, by loopback alone: a late reader receives the whole static set.
-TEST(Ros2Domain, ALateReaderReceivesTheLastStaticMessage) {
+TEST(Ros2Domain, LateReaderReceivesLastStaticMessage) {
   DomainSettings settings;
   settings.domain_id = 97;
   settings.range = DiscoveryRange::off;
@@ -96,7 +96,7 @@ TEST(Ros2Domain, ALateReaderReceivesTheLastStaticMessage) {
   EXPECT_EQ(received, 1);
 }
 
-TEST(Ros2Domain, AWrongConfigurationIsAnError) {
+TEST(Ros2Domain, WrongConfigurationIsError) {
   DomainSettings settings;
   settings.domain_id = 98;
   settings.cyclonedds_uri = "<CycloneDDS><Domain><Nonsense/></Domain></CycloneDDS>";

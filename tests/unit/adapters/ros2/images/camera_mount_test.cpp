@@ -44,7 +44,7 @@ void expect_near(const Matrix34& matrix, const Matrix34& expected) {
   for (size_t i = 0; i < matrix.size(); ++i) EXPECT_NEAR(matrix[i], expected[i], 1e-6) << i;
 }
 
-TEST_F(CameraMountTest, ClimbsStaticTransformsToANode) {
+TEST_F(CameraMountTest, ClimbsStaticTransformsToNode) {
   nodes_["arm"];
   add("map", "arm", {{5, 0, 0}, {0, 0, 0, 1}}, false);
   add("arm", "bracket", {{0, 0, 1}, {0, 0, kHalf, kHalf}}, true);  // turned left
@@ -56,7 +56,7 @@ TEST_F(CameraMountTest, ClimbsStaticTransformsToANode) {
   EXPECT_EQ(find("arm")->node_from_frame, CameraMount{}.node_from_frame);
 }
 
-TEST_F(CameraMountTest, TheFixedFrameIsTheStreams) {
+TEST_F(CameraMountTest, FixedFrameIsStreams) {
   add("map", "tripod", {{1, 2, 3}, {0, 0, 0, 1}}, true);
   const auto mount = find("tripod");
   ASSERT_TRUE(mount);
@@ -65,7 +65,7 @@ TEST_F(CameraMountTest, TheFixedFrameIsTheStreams) {
   EXPECT_EQ(find("map")->node, "");
 }
 
-TEST_F(CameraMountTest, PrefixesAreStrippedAndForeignFramesAreNoNodes) {
+TEST_F(CameraMountTest, ForeignFramesAreNoNodes) {
   prefix_ = "robot1/";
   nodes_["arm"];
   add("map", "robot1/arm", {}, false);
@@ -76,7 +76,7 @@ TEST_F(CameraMountTest, PrefixesAreStrippedAndForeignFramesAreNoNodes) {
   EXPECT_FALSE(find("arm"));
 }
 
-TEST_F(CameraMountTest, AScaledNodeIsUndone) {
+TEST_F(CameraMountTest, ScaledNodeIsUndone) {
   nodes_["mesh"] = Pose{0.001f, 0, 0, 0, 0, 0.001f, 0, 0, 0, 0, 0.001f, 0.5f};
   add("map", "mesh", {}, false);
   add("mesh", "eye", {{1, 0, 0}, {0, 0, 0, 1}}, true);
@@ -90,7 +90,7 @@ TEST_F(CameraMountTest, AScaledNodeIsUndone) {
   EXPECT_FALSE(find("eye"));
 }
 
-TEST_F(CameraMountTest, WhatCannotBeFollowedHasNoMount) {
+TEST_F(CameraMountTest, UnresolvableFrameHasNoMount) {
   nodes_["arm"];
   EXPECT_FALSE(find("nowhere"));
   EXPECT_FALSE(find(""));

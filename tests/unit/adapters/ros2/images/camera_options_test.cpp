@@ -91,7 +91,7 @@ TEST(CameraOptions, AllSensors) {
 }
 
 // The direction of a pixel's ray, hence what is seen, stays when the size changes.
-TEST(CameraOptions, ASizeScalesTheProjectionOfASensor) {
+TEST(CameraOptions, SizeScalesProjectionOfSensor) {
   constexpr const char* kWithIntrinsics =
       "<robot name='r'><link name='l'/><gazebo reference='l'><sensor name='eye' type='camera'><camera><image>"
       "<width>320</width><height>240</height></image><lens><intrinsics><fx>200</fx><cx>159.5</cx>"

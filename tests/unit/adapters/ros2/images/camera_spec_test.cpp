@@ -25,7 +25,7 @@ std::string refusal(std::string_view text) {
   return option ? "accepted" : option.error().message;
 }
 
-TEST(CameraSpec, NameAloneIsACameraOnTheFrameOfThatName) {
+TEST(CameraSpec, NameAloneUsesItsFrame) {
   const CameraSpec spec = camera("front");
   EXPECT_EQ(spec.topic, "front");
   EXPECT_EQ(spec.parent_frame, "front");
@@ -64,7 +64,7 @@ TEST(CameraSpec, AllKeys) {
   EXPECT_EQ(spec.jpeg_quality, 80u);
 }
 
-TEST(CameraSpec, OpticalAloneIsAFrameThatTfHas) {
+TEST(CameraSpec, OpticalFrameComesFromTf) {
   const CameraSpec spec = camera("front,optical=camera_color_optical_frame");
   EXPECT_EQ(spec.parent_frame, "camera_color_optical_frame");
   EXPECT_EQ(spec.optical_frame, "camera_color_optical_frame");
@@ -170,7 +170,7 @@ TEST(CameraModel, CameraInfoNumbers) {
   EXPECT_EQ(fish.d, (std::vector<double>{.1, .2, .3, .4}));
 }
 
-TEST(CameraModel, OpticalFrameOfABodyFrame) {
+TEST(CameraModel, OpticalFrameOfBodyFrame) {
   CameraSpec spec;
   spec.parent_frame = "base";
   spec.xyz = {1, 2, 3};

@@ -189,7 +189,7 @@ TEST_F(CameraTopicsTest, CompressedImage) {
   EXPECT_EQ(count, 1u);
 }
 
-TEST_F(CameraTopicsTest, AStoppedReaderHoldsNobodyUp) {
+TEST_F(CameraTopicsTest, StoppedReaderHoldsNobodyUp) {
   CameraTopics topics = open(camera_);
   auto stopped = reader<ImageMessage>("/cam/front/image_raw", Profile::image);  // takes nothing until the end
   for (int64_t i = 1; i <= 1000; ++i) {
@@ -202,7 +202,7 @@ TEST_F(CameraTopicsTest, AStoppedReaderHoldsNobodyUp) {
   EXPECT_EQ(count, 1u);
 }
 
-TEST_F(CameraTopicsTest, OpticalFramesAreOneMessageThatLateReadersGet) {
+TEST_F(CameraTopicsTest, OpticalFramesReachLateReaders) {
   CameraSpec left = camera_, foreign = camera_;
   left.name = "left";
   left.optical_frame = "left_optical_frame";

@@ -80,7 +80,7 @@ class Ros2MarkerStore : public testing::Test {
 
 using Place = std::array<float, 3>;
 
-TEST_F(Ros2MarkerStore, AMarkerStandsWhereItsFrameWas) {
+TEST_F(Ros2MarkerStore, MarkerStandsWhereItsFrameWas) {
   frames["base"] = at(5);
   store.update(context);
   set(marker("a", "base"));
@@ -113,7 +113,7 @@ TEST_F(Ros2MarkerStore, ExpiredMarkersMakeRoom) {
   EXPECT_EQ(drawn.size(), 1u);
 }
 
-TEST_F(Ros2MarkerStore, AReplacementHasALifetimeOfItsOwn) {
+TEST_F(Ros2MarkerStore, ReplacementHasLifetimeOfItsOwn) {
   store.update(context);
   set(marker("a", "odom", 1 * kSecond));
   set(marker("b", "odom", 1 * kSecond));
@@ -139,7 +139,7 @@ TEST_F(Ros2MarkerStore, LifetimesAreOfSimulatedTime) {
   EXPECT_EQ(store.size(kTopic), 0u);
 }
 
-TEST_F(Ros2MarkerStore, LifetimesBeginWithTheFirstTime) {
+TEST_F(Ros2MarkerStore, LifetimesBeginWithFirstTime) {
   context.sim_time_ns.reset();
   store.update(context);
   set(marker("a", "odom", 1 * kSecond));
@@ -222,7 +222,7 @@ TEST_F(Ros2MarkerStore, TheNewestMessageCounts) {
   EXPECT_TRUE(warnings.empty()) << warnings[0];
 }
 
-TEST_F(Ros2MarkerStore, HeldMarkersHaveABudget) {
+TEST_F(Ros2MarkerStore, HeldMarkersHaveBudget) {
   store = MarkerStore({.markers_per_topic = 100, .held_bytes = size_t{3} << 20});
   store.update(context);
   const size_t points = 80'000;  // 960 kB

@@ -39,7 +39,7 @@ struct TestMarker {
   }
 };
 
-TEST(Ros2Markers, ASolidHasItsExtentAndColour) {
+TEST(Ros2Markers, SolidHasItsExtentAndColour) {
   TestMarker cube(1);
   cube.message.pose.position = {1, 2, 3};
   cube.message.lifetime = {2, 5};
@@ -56,7 +56,7 @@ TEST(Ros2Markers, ASolidHasItsExtentAndColour) {
   EXPECT_EQ(marker.lifetime_ns, 2'000'000'005u);
 }
 
-TEST(Ros2Markers, ATextHasTheHeightOfItsCapitals) {
+TEST(Ros2Markers, TextHasHeightOfItsCapitals) {
   TestMarker label(9);
   std::string text = "pump\n2 bar";
   label.message.text = text.data();
@@ -88,7 +88,7 @@ TEST(Ros2Markers, ListsHavePointsAndTheirColours) {
 }
 
 // As in rviz: scale multiplies the points, and colours are of vertices or of triangles.
-TEST(Ros2Markers, TrianglesHaveAScaleAndColoursOfFaces) {
+TEST(Ros2Markers, TrianglesHaveFaceColours) {
   TestMarker triangles(11);
   triangles.message.scale = {2, 3, 4};
   triangles.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 1}, {0, 0, -1}};
@@ -111,7 +111,7 @@ TEST(Ros2Markers, TrianglesHaveAScaleAndColoursOfFaces) {
   EXPECT_FALSE(triangles.update());
 }
 
-TEST(Ros2Markers, ArrowsAreOfTwoFormsInTheMessage) {
+TEST(Ros2Markers, BothArrowFormsAreRead) {
   TestMarker arrow(0);
   arrow.message.scale = {2, 0.1, 0.2};
   Result<MarkerUpdate> update = arrow.update();
@@ -233,7 +233,7 @@ void expect_empty_at_once(Convert&& convert) {
   EXPECT_EQ(marker->colors.size(), 4u);
 }
 
-TEST(Ros2Markers, CloudsWithoutPointsAreEmptyAtOnce) {
+TEST(Ros2Markers, EmptyCloudsReturnAtOnce) {
   TestCloud cloud(0, 0);
   cloud.message.height = 0xffffffff;
   expect_empty_at_once([&] { return cloud.marker(); });
@@ -242,7 +242,7 @@ TEST(Ros2Markers, CloudsWithoutPointsAreEmptyAtOnce) {
   expect_empty_at_once([&] { return cloud.marker(); });
 }
 
-TEST(Ros2Markers, MapsWithoutCellsAreEmptyAtOnce) {
+TEST(Ros2Markers, EmptyMapsReturnAtOnce) {
   MapMessage map{};
   map.info.resolution = 0.5f;
   map.info.origin.orientation.w = 1;

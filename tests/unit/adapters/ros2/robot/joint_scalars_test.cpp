@@ -25,7 +25,7 @@ std::vector<ScalarGroup*> taken(JointScalars& scalars, const Names& names, const
   return groups.ok() ? *groups : std::vector<ScalarGroup*>();
 }
 
-TEST(JointScalars, HaveTheUnitsOfTheJointAndTheOrderOfTheFirstMessage) {
+TEST(JointScalars, UnitsFollowJointTypes) {
   JointScalars scalars;
   scalars.set_joint_types({{"turn", FIRE3DV_JOINT_REVOLUTE}, {"lift", FIRE3DV_JOINT_PRISMATIC}});
   auto groups = taken(scalars, {"turn", "lift", "alien"}, {1, 2, 3}, 5, {4, 5, 6}, {7, 8, 9});
@@ -53,7 +53,7 @@ TEST(JointScalars, HaveTheUnitsOfTheJointAndTheOrderOfTheFirstMessage) {
   EXPECT_EQ(groups[0]->units, (std::vector<std::string>{"m", "", ""}));
 }
 
-TEST(JointScalars, OfSeveralPublishersHaveTheirOwnTimes) {
+TEST(JointScalars, PublishersKeepTheirTimes) {
   JointScalars scalars;
   EXPECT_EQ(taken(scalars, {"a"}, {1}, 10 * kSecond).at(0)->name, "joint_positions");
   EXPECT_EQ(taken(scalars, {"b"}, {1}, 9 * kSecond).at(0)->name, "joint_positions 2");
@@ -69,7 +69,7 @@ TEST(JointScalars, OfSeveralPublishersHaveTheirOwnTimes) {
   EXPECT_EQ(taken(scalars, {"b"}, {5}, 9 * kSecond + 2).size(), 1u);
 }
 
-TEST(JointScalars, OfWrongMessagesAreRefusedByReason) {
+TEST(JointScalars, InvalidMessagesAreRefused) {
   JointScalars scalars;
   const auto fault = [&](const Names& names) {
     const Numbers numbers(names.size());

@@ -20,7 +20,7 @@ std::vector<uint8_t> glb(const std::string& json) {
   return bytes;
 }
 
-TEST(Ros2Robot, NodePathsAreEscapedAndLoopsEnd) {
+TEST(Ros2Robot, NodePathsAreEscaped) {
   const auto paths = node_paths(glb(R"json({"nodes": [
       {"name": "r (scene)", "children": [1, 2]}, {"name": "a/b", "children": [3]}, {"name": "c~d"},
       {"name": "e", "children": [1, 3, 99, -1, "x"]}, {"name": "f"}]})json"));
@@ -31,7 +31,7 @@ TEST(Ros2Robot, NodePathsAreEscapedAndLoopsEnd) {
 }
 
 // The stream goes on without a robot that is larger than its budget, and says so once.
-TEST(Ros2Robot, ThatIsTooLargeIsNotSent) {
+TEST(Ros2Robot, OversizedRobotIsNotSent) {
   const std::string uri = "shm://fire3dv-ros2-robot-" + std::to_string(::getpid());
   Result<Renderers> renderers = Renderers::open({uri}, {}, 1 << 20);
   ASSERT_TRUE(renderers) << renderers.error().message;
@@ -54,7 +54,7 @@ TEST(Ros2Robot, ThatIsTooLargeIsNotSent) {
   EXPECT_TRUE(lines.empty());
 }
 
-TEST(Ros2Robot, NodePathsOfOtherBytesAreNone) {
+TEST(Ros2Robot, InvalidBytesHaveNoPath) {
   EXPECT_TRUE(node_paths({}).empty());
   EXPECT_TRUE(node_paths(glb("[]")).empty());
   EXPECT_TRUE(node_paths(glb(R"json({"nodes":{"a":1}})json")).empty());
@@ -67,7 +67,7 @@ TEST(Ros2Robot, NodePathsOfOtherBytesAreNone) {
   for (size_t size = 0; size < bytes.size(); ++size) node_paths(std::span(bytes).first(size));
 }
 
-TEST(Ros2Clock, GoesBackByASecondOrToTheBeginning) {
+TEST(Ros2Clock, LargeStepBackIsReset) {
   constexpr int64_t kMs = 1'000'000;
   using Event = ClockWatch::Event;
   ClockWatch clock;
@@ -81,7 +81,7 @@ TEST(Ros2Clock, GoesBackByASecondOrToTheBeginning) {
   EXPECT_EQ(clock.add(99 * kMs, 1, 7), Event::jumped_back);
 }
 
-TEST(Ros2Clock, TheFirstOfTwoPublishersCountsUntilItIsSilent) {
+TEST(Ros2Clock, FirstPublisherCountsUntilSilent) {
   constexpr int64_t kSecond = 1'000'000'000;
   using Event = ClockWatch::Event;
   ClockWatch clock;

@@ -41,7 +41,7 @@ struct World {
   int64_t now_ns = 1000 * kSecond;
 };
 
-TEST(Ros2Tf, AStaticFrameBecomesMovingAndTheOtherWayRound) {
+TEST(Ros2Tf, StaticFrameMayBecomeMoving) {
   World world;
   world.fixed("a", "b", 1);
   EXPECT_TRUE(world.buffer.frames()[world.buffer.find("b")].is_static);
@@ -76,7 +76,7 @@ TEST(Ros2Tf, FramesAndSamplesAreBounded) {
   EXPECT_LE(buffer.frames()[buffer.find("f0")].samples.size(), FrameBuffer::kMaxSamples);
 }
 
-TEST(Ros2Poses, ShareTheOldestOfTheNewestStamps) {
+TEST(Ros2Poses, ShareOldestOfNewestStamps) {
   World world;
   world.moving("map", "odom", 2000, 100);  // stamped ahead
   world.moving("map", "odom", 1000, 50);
@@ -99,7 +99,7 @@ TEST(Ros2Poses, ShareTheOldestOfTheNewestStamps) {
   EXPECT_FLOAT_EQ(world.x("laser"), 77.5);
 }
 
-TEST(Ros2Poses, ASilentFrameIsHeldAndHoldsNobodyUp) {
+TEST(Ros2Poses, SilentFrameIsHeld) {
   World world;
   world.moving("map", "a", 1000, 1);
   world.moving("map", "b", 1000, 1);
@@ -120,7 +120,7 @@ TEST(Ros2Poses, ASilentFrameIsHeldAndHoldsNobodyUp) {
   EXPECT_EQ(world.after(1)->time_ns, 4000 * kMs);
 }
 
-TEST(Ros2Poses, AGrowingSetWaitsForQuietAndAtMostTwoSeconds) {
+TEST(Ros2Poses, GrowingSetWaitsForQuiet) {
   World world;
   int layouts = 0;
   for (int i = 0; i < 50; ++i) {
@@ -147,7 +147,7 @@ TEST(Ros2Poses, AGrowingSetWaitsForQuietAndAtMostTwoSeconds) {
   EXPECT_FALSE(world.after(1));
 }
 
-TEST(Ros2Poses, TimeThatGoesBackIsANewDescription) {
+TEST(Ros2Poses, TimeReversalDescribesAgain) {
   World world;
   for (int t = 0; t < 50; ++t) {
     world.moving("map", "a", 5000 + 10 * t, t);
@@ -178,7 +178,7 @@ TEST(Ros2Poses, TimeThatGoesBackIsANewDescription) {
   EXPECT_FLOAT_EQ(world.x("b"), 9);
 }
 
-TEST(Ros2Poses, OneOldSampleOfTheOnlyFrameIsNoJump) {
+TEST(Ros2Poses, OldSampleIsNoJump) {
   World world;
   world.moving("map", "a", 50'000, 1);
   world.moving("map", "a", 10'000, 2);
@@ -190,7 +190,7 @@ TEST(Ros2Poses, OneOldSampleOfTheOnlyFrameIsNoJump) {
   EXPECT_TRUE(world.buffer.has_jumped_back(world.now_ns));
 }
 
-TEST(Ros2Poses, ARestartedSimulatorIsAJumpOnceTheOldOneIsSilent) {
+TEST(Ros2Poses, RestartIsJumpAfterSilence) {
   World world;
   world.moving("map", "a", 50'000, 1, 1);
   world.moving("map", "a", 10, 2, 2);
@@ -202,7 +202,7 @@ TEST(Ros2Poses, ARestartedSimulatorIsAJumpOnceTheOldOneIsSilent) {
   EXPECT_TRUE(world.buffer.has_jumped_back(world.now_ns));
 }
 
-TEST(Ros2Poses, TwoPublishersOfAFrameAreNamed) {
+TEST(Ros2Poses, TwoPublishersOfFrameAreNamed) {
   World world;
   for (int i = 0; i < 4; ++i) {
     world.moving("map", "a", 1000 + i, 0, 1 + static_cast<SourceId>(i % 2));
@@ -220,7 +220,7 @@ TEST(Ros2Poses, TwoPublishersOfAFrameAreNamed) {
   EXPECT_TRUE(restarted.buffer.take_conflicts().empty());
 }
 
-TEST(Ros2Poses, LoopsAndMissingParentsAreFaultsOfTheirFramesOnly) {
+TEST(Ros2Poses, FaultsStayWithTheirFrames) {
   World world;
   world.moving("map", "good", 1000, 1);
   world.moving("b", "a", 1000, 1);
@@ -248,7 +248,7 @@ TEST(Ros2Poses, LoopsAndMissingParentsAreFaultsOfTheirFramesOnly) {
   EXPECT_EQ(world.sampler.node_names().size(), 4u);
 }
 
-TEST(Ros2Poses, AnotherClockDoesNotStopTheOthers) {
+TEST(Ros2Poses, AnotherClockDoesNotStopOthers) {
   World world;
   int64_t time_ns = 0;
   for (int i = 0; i < 4; ++i) {
@@ -266,7 +266,7 @@ TEST(Ros2Poses, AnotherClockDoesNotStopTheOthers) {
   EXPECT_EQ(world.buffer.frames()[faults[0].frame].name, "wall");
 }
 
-TEST(Ros2Poses, AFrameWithoutStampCountsAlways) {
+TEST(Ros2Poses, FrameWithoutStampCountsAlways) {
   World world;
   world.moving("map", "a", 0, 1);
   world.moving("map", "b", 1000, 1);

@@ -124,7 +124,7 @@ TEST(ShmModel, FourSlotsAreSound) {
   expect_sound({4, 2}, 7);
 }
 
-TEST(ShmModel, AWriteTakesTheSameStepsWhateverWasWrittenBefore) {
+TEST(ShmModel, WriteStepsAreIndependent) {
   const int steps = WrittenRing({2, 2}, 1, {}).steps_of_a_write();
   EXPECT_EQ(WrittenRing({2, 2}, 9, {}).steps_of_a_write(), steps);
 }
@@ -134,7 +134,7 @@ TEST(ShmModel, AWriteTakesTheSameStepsWhateverWasWrittenBefore) {
 const Shape kSmall{2, 2};
 constexpr uint64_t kFew = 4;
 
-TEST(ShmModel, EveryStepOfAWriteIsNeeded) {
+TEST(ShmModel, EveryStepOfWriteIsNeeded) {
   const int steps = WrittenRing(kSmall, 1, {}).steps_of_a_write();
   EXPECT_EQ(steps, 7);
   for (int step = 0; step < steps; ++step) {
@@ -144,7 +144,7 @@ TEST(ShmModel, EveryStepOfAWriteIsNeeded) {
   }
 }
 
-TEST(ShmModel, EveryStepOfAReadIsNeeded) {
+TEST(ShmModel, EveryStepOfReadIsNeeded) {
   const WrittenRing ring(kSmall, kFew, {});
   ModelReader reader(kSmall, ring, ring.stores().size(), {});
   const Knowledge nothing{View(kSmall.places(), 0), View(kSmall.places(), 0)};

@@ -32,7 +32,7 @@ bool is_uniform(const std::string& frame) {
   return frame.size() == kFrameBytes && frame.find_first_not_of(frame[0]) == std::string::npos;
 }
 
-TEST(ShmCrash, NoTornFrameWhileWritersAreKilledAtRandom) {
+TEST(ShmCrash, KilledWritersLeaveWholeFrames) {
   const std::string uri = unique_shm_uri("kill");
   Listener listener(uri);
   std::mt19937 generator(7345);
@@ -111,7 +111,7 @@ TEST(ShmCrash, DeadReadersPlacesAreFreeAgain) {
   EXPECT_EQ(publisher->stats().peers, 0u);
 }
 
-TEST(ShmCrash, AStoppedReaderCostsTheWriterNothing) {
+TEST(ShmCrash, StoppedReaderCostsWriterNothing) {
   const std::string uri = unique_shm_uri("stopreader");
   auto publisher = open_publisher_or_fail(uri);
   Child reader([&] {
@@ -135,7 +135,7 @@ TEST(ShmCrash, AStoppedReaderCostsTheWriterNothing) {
 }
 
 // A simulator forks a helper and dies: the helper keeps no lock of the link.
-TEST(ShmCrash, AForkedChildDoesNotKeepItsDeadParentsSegmentAlive) {
+TEST(ShmCrash, ForkedChildReleasesSegment) {
   const std::string uri = unique_shm_uri("fork");
   int ready[2];
   ASSERT_EQ(::pipe2(ready, O_CLOEXEC), 0);
@@ -170,7 +170,7 @@ TEST(ShmCrash, AForkedChildDoesNotKeepItsDeadParentsSegmentAlive) {
 
 // While a publisher takes the name over from a dead one, readers attach at every moment: none of them
 // attaches to the dead segment.
-TEST(ShmCrash, NoReaderAttachesToTheDeadPublishersSegmentWhileItsNameIsTaken) {
+TEST(ShmCrash, DeadSegmentIsNotAttached) {
   const std::string uri = unique_shm_uri("takeover");
   for (int run = 0; run < 60; ++run) {
     {

@@ -55,7 +55,7 @@ void expect_one_note(const std::string& uri, std::string_view what) {
   EXPECT_EQ(listener.link->stats().rejected, 1u);
 }
 
-TEST(ShmHostile, ACopyOfASoundSegmentIsRead) {
+TEST(ShmHostile, CopyOfSoundSegmentIsRead) {
   FakeSegment fake("copy");
   fake.write(sound_segment());
   Listener listener(fake.uri);
@@ -90,7 +90,7 @@ TEST(ShmHostile, AnotherVersionAndUnsafeModes) {
   expect_one_note(fake.uri, "other users");
 }
 
-TEST(ShmHostile, ADirectoryOrALinkUnderTheName) {
+TEST(ShmHostile, DirectoryOrLinkUnderName) {
   FakeSegment fake("link");
   const std::string path = shm::segment_path(fake.name);
   ASSERT_EQ(::symlink("/etc/hostname", path.c_str()), 0);
@@ -103,7 +103,7 @@ TEST(ShmHostile, ADirectoryOrALinkUnderTheName) {
   ::rmdir(path.c_str());
 }
 
-TEST(ShmHostile, ADeadPublishersGarbageIsReplacedAndThenRead) {
+TEST(ShmHostile, DeadPublishersGarbageIsReplaced) {
   FakeSegment fake("replace");
   fake.write(random_bytes(5000, 2));
   Listener listener(fake.uri);
@@ -116,7 +116,7 @@ TEST(ShmHostile, ADeadPublishersGarbageIsReplacedAndThenRead) {
 }
 
 // Overwrites each word of the header and of the slot heads with values that overflow arithmetic.
-TEST(ShmHostile, NoWordOfASegmentIsBelievedBlindly) {
+TEST(ShmHostile, EveryWordIsValidated) {
   const auto sound = sound_segment();
   FakeSegment fake("words");
   const auto* header = reinterpret_cast<const shm::SegmentHeader*>(sound.data());
@@ -185,7 +185,7 @@ TEST(ShmHostile, WordsThatChangeDuringReads) {
   ::munmap(mapped, sound.size());
 }
 
-TEST(ShmHostile, RepliesThatMakeNoSenseAreSkippedAndCounted) {
+TEST(ShmHostile, InvalidRepliesAreCounted) {
   const std::string uri = unique_shm_uri("replies");
   auto publisher = open_publisher_or_fail(uri);
   Listener listener(uri);

@@ -81,11 +81,11 @@ void expect_whole_at_instructions(size_t bytes, int every) {
   open_publisher_or_fail(uri);  // its destructor removes the dead publisher's file
 }
 
-TEST(ShmSteps, FramesAreWholeAtEveryInstructionOfAPublish) {
+TEST(ShmSteps, FramesAreWholeAtEachInstruction) {
   expect_whole_at_instructions(600, 1);
 }
 
-TEST(ShmSteps, AndAtManyOfOneThatIsCopiedByTheBytes) {
+TEST(ShmSteps, LongCopiesAreWholeAtEachStep) {
   // From 2 KiB on glibc copies with `rep movsb` on fast CPUs: each byte is a step.
   expect_whole_at_instructions(5000, 7);
 }
@@ -166,11 +166,11 @@ void expect_followed_after_each_system_call(const char* what, bool dead_before, 
   EXPECT_EQ(listener.link->stats().rejected, 0u);
 }
 
-TEST(ShmSteps, AnHeirIsFollowedWhateverSystemCallItsPredecessorWasKilledAt) {
+TEST(ShmSteps, SuccessorIsFollowedAfterKill) {
   expect_followed_after_each_system_call("life", false, 1);
 }
 
-TEST(ShmSteps, AndWhenThatOneHadTakenTheNameFromTheDead) {
+TEST(ShmSteps, HeirOfTakenNameIsFollowed) {
   expect_followed_after_each_system_call("inherit", true, 2);
 }
 

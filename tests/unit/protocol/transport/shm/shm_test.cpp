@@ -16,7 +16,7 @@ namespace fire3dv::transport::test {
 namespace {
 
 // The fork starts between open and registration. The child must keep neither the file nor its locks.
-TEST(ForkGuard, AChildForkedWhileADescriptorIsOpenedDoesNotKeepIt) {
+TEST(ForkGuard, ForkedChildClosesDescriptor) {
   const std::string path = testing::TempDir() + "fork-guard-" + std::to_string(::getpid());
   std::atomic<bool> begins{false};
   int status = -1;
@@ -43,7 +43,7 @@ TEST(ForkGuard, AChildForkedWhileADescriptorIsOpenedDoesNotKeepIt) {
   EXPECT_EQ(WEXITSTATUS(status), 0) << "the child has the file";
 }
 
-TEST(Shm, JoinerGetsTheDescriptionThenTheNewestPose) {
+TEST(Shm, JoinerGetsDescriptionThenNewestPose) {
   const std::string uri = unique_shm_uri("join");
   auto publisher = open_publisher_or_fail(uri);
   ASSERT_TRUE(publisher->set_description(bytes_of("description")));
@@ -89,7 +89,7 @@ TEST(Shm, NewestSkipsAndCounts) {
   EXPECT_EQ(listener.link->stats().poses_dropped, 99u);
 }
 
-TEST(Shm, AllKeepsOrderAndCountsWhatWasLapped) {
+TEST(Shm, AllKeepsOrderAndCountsLapped) {
   const std::string uri = unique_shm_uri("all");
   ListenerOptions options;
   options.delivery = Delivery::all;
@@ -132,7 +132,7 @@ TEST(Shm, PieceBoundariesDoNotShow) {
   }
 }
 
-TEST(Shm, GrowsForLargerFramesAndDescriptionsWithoutLosingThePeer) {
+TEST(Shm, GrowthKeepsPeer) {
   const std::string uri = unique_shm_uri("grow");
   ListenerOptions options;
   options.delivery = Delivery::all;
@@ -160,7 +160,7 @@ TEST(Shm, GrowsForLargerFramesAndDescriptionsWithoutLosingThePeer) {
 }
 
 // The carried-over pose was published in a segment that the reader never saw, or in one that it saw.
-TEST(Shm, WhoMissedASegmentGetsThePoseThatCameThroughIt) {
+TEST(Shm, MissedSegmentsPoseArrives) {
   for (const Delivery delivery : {Delivery::newest, Delivery::all}) {
     const std::string uri = unique_shm_uri("growtwice");
     Listener listener(uri, {.delivery = delivery});
@@ -181,7 +181,7 @@ TEST(Shm, WhoMissedASegmentGetsThePoseThatCameThroughIt) {
   }
 }
 
-TEST(Shm, AReplyThatWasOnItsWayWhenTheSegmentGrewArrives) {
+TEST(Shm, ReplyDuringGrowthArrives) {
   const std::string uri = unique_shm_uri("growreply");
   Listener listener(uri);
   auto publisher = open_publisher_or_fail(uri);
@@ -211,7 +211,7 @@ TEST(Shm, PublisherRestarts) {
   }
 }
 
-TEST(Shm, ListenerRestartsAndThePublisherNeedNotKnow) {
+TEST(Shm, ListenerRestartIsTransparent) {
   const std::string uri = unique_shm_uri("relisten");
   auto publisher = open_publisher_or_fail(uri);
   ASSERT_TRUE(publisher->set_description(bytes_of("d")));
@@ -224,7 +224,7 @@ TEST(Shm, ListenerRestartsAndThePublisherNeedNotKnow) {
   }
 }
 
-TEST(Shm, ManyListenersEachGetAllAndEachMayReply) {
+TEST(Shm, ListenersGetAllAndReply) {
   const std::string uri = unique_shm_uri("many");
   auto publisher = open_publisher_or_fail(uri);
   std::vector<std::unique_ptr<Listener>> listeners;
@@ -247,7 +247,7 @@ TEST(Shm, ManyListenersEachGetAllAndEachMayReply) {
   EXPECT_EQ(publisher->stats().peers, 16u);
 }
 
-TEST(Shm, ABackChannelThatNobodyReadsIsBoundedAndCounted) {
+TEST(Shm, UnreadBackChannelIsBounded) {
   const std::string uri = unique_shm_uri("backfull");
   auto publisher = open_publisher_or_fail(uri);
   Listener listener(uri);
@@ -275,7 +275,7 @@ TEST(Shm, ALivePublishersNameIsRefused) {
   EXPECT_TRUE(open_publisher(uri).ok());
 }
 
-TEST(Shm, AFrameThatIsTooLargeIsDroppedAndCounted) {
+TEST(Shm, OversizedFrameIsDropped) {
   const std::string uri = unique_shm_uri("huge");
   auto publisher = open_publisher_or_fail(uri);
   const std::vector<std::byte> huge(publisher->max_pose_message_bytes() + 1);
@@ -297,14 +297,14 @@ struct FileSizeLimit {
   rlimit before{};
 };
 
-TEST(Shm, NoRoomIsAnErrorAndNotASignal) {
+TEST(Shm, FullMemoryIsAnError) {
   const FileSizeLimit limit(1 << 20);
   const auto publisher = open_publisher(unique_shm_uri("full"));
   ASSERT_FALSE(publisher.ok());
   EXPECT_NE(publisher.error().message.find("no room"), std::string::npos) << publisher.error().message;
 }
 
-TEST(Shm, NoRoomToGrowDropsTheLargeFrameAndGoesOn) {
+TEST(Shm, FailedGrowthDropsFrame) {
   const std::string uri = unique_shm_uri("fullgrow");
   auto publisher = open_publisher_or_fail(uri);
   Listener listener(uri);

@@ -33,7 +33,7 @@ struct UdpAttack : testing::Test {
 // --- handshake
 
 // The flights that a listener has sent to somebody else are of no use: each handshake has its own randoms.
-TEST_F(UdpAttack, AReplayedFlightOfTheListenerIsRefused) {
+TEST_F(UdpAttack, ReplayedFlightOfListenerIsRefused) {
   Listener listener(kAnyAttackPort, secured.keyed_listener('1'));
   std::vector<std::byte> recorded;
   std::atomic<int> replayed{0};
@@ -57,7 +57,7 @@ TEST_F(UdpAttack, AReplayedFlightOfTheListenerIsRefused) {
   EXPECT_EQ(replayed, 1);
 }
 
-TEST_F(UdpAttack, AnAcceptInTheOpenDoesNotUnsealAPublisher) {
+TEST_F(UdpAttack, PlainAcceptIsIgnored) {
   Listener listener(kAnyAttackPort);  // takes every session, unsealed
   std::atomic<int> accepts{0}, readable{0};
   auto relay = relay_to(listener);
@@ -81,7 +81,7 @@ TEST_F(UdpAttack, AnAcceptInTheOpenDoesNotUnsealAPublisher) {
 }
 
 // A sender that has not seen the ClientHello does not know its random.
-TEST_F(UdpAttack, ARefusalFromOffPathIsNotHeard) {
+TEST_F(UdpAttack, OffPathRefusalIsIgnored) {
   RawListener raw;
   auto publisher = open_publisher_or_fail(raw.uri(), secured.keyed_publisher('1'));
   ASSERT_EQ(raw.receive(), RecordKind::client_hello);
@@ -100,7 +100,7 @@ TEST_F(UdpAttack, ARefusalFromOffPathIsNotHeard) {
 
 // Version, suites, extensions, randoms, public keys, the key's name: the last message of the handshake holds
 // them.
-TEST_F(UdpAttack, AChangedHandshakeMakesNoPeer) {
+TEST_F(UdpAttack, ChangedHandshakeMakesNoPeer) {
   Listener listener(kAnyAttackPort, secured.keyed_listener('1'));
   for (const size_t from_end : {size_t{1}, size_t{5}, size_t{40}}) {
     for (const bool of_publisher : {true, false}) {
@@ -125,7 +125,7 @@ TEST_F(UdpAttack, AChangedHandshakeMakesNoPeer) {
   EXPECT_EQ(listener.count(Kind::connected), 0u);
 }
 
-TEST_F(UdpAttack, NobodyWithoutTheKeyBecomesAPeer) {
+TEST_F(UdpAttack, NobodyWithoutKeyBecomesPeer) {
   Listener listener(kAnyAttackPort, secured.keyed_listener('1'));
   RawPublisher publisher(listener.link->uri());
   publisher.key = guess_of('1');
@@ -153,7 +153,7 @@ TEST_F(UdpAttack, NobodyWithoutTheKeyBecomesAPeer) {
   EXPECT_EQ(honest->stats().peers, 0u);
 }
 
-TEST_F(UdpAttack, AReplayedClientHelloMakesNoPeer) {
+TEST_F(UdpAttack, ReplayedClientHelloMakesNoPeer) {
   Listener listener(kAnyAttackPort, secured.keyed_listener('1'));
   RawPublisher publisher(listener.link->uri());
   ASSERT_NO_FATAL_FAILURE(publisher.greet());
@@ -185,7 +185,7 @@ TEST_F(UdpAttack, AReplayedClientHelloMakesNoPeer) {
 }
 
 // RFC 6347, 4.2.8: a forged greeting must not end the session of its address.
-TEST_F(UdpAttack, AnotherHandshakeEndsASessionOnlyWhenItHasTheKey) {
+TEST_F(UdpAttack, SessionEndsOnlyWithKey) {
   Listener listener(kAnyAttackPort, secured.keyed_listener('1'));
   RawPublisher publisher(listener.link->uri());
   ASSERT_NO_FATAL_FAILURE(publisher.greet());
@@ -205,7 +205,7 @@ TEST_F(UdpAttack, AnotherHandshakeEndsASessionOnlyWhenItHasTheKey) {
   EXPECT_EQ(listener.link->stats().peers, 1u);
 }
 
-TEST_F(UdpAttack, AnotherAddressDoesNotTakeASessionOver) {
+TEST_F(UdpAttack, ForeignAddressIsIgnored) {
   Listener listener(kAnyAttackPort, secured.keyed_listener('1'));
   RawPublisher publisher(listener.link->uri());
   ASSERT_NO_FATAL_FAILURE(publisher.greet());
@@ -225,7 +225,7 @@ TEST_F(UdpAttack, AnotherAddressDoesNotTakeASessionOver) {
   EXPECT_EQ(listener.count(Kind::disconnected), 0u);
 }
 
-TEST_F(UdpAttack, NoMorePeersThanAllowedHoweverTheirSessionsBegin) {
+TEST_F(UdpAttack, PeersAreLimited) {
   ListenerOptions options = secured.keyed_listener('1');
   options.max_peers = 1;
   Listener listener(kAnyAttackPort, options);
@@ -243,7 +243,7 @@ TEST_F(UdpAttack, NoMorePeersThanAllowedHoweverTheirSessionsBegin) {
   EXPECT_EQ(rejected(listener.link->stats(), Cause::full), 1u);
 }
 
-TEST_F(UdpAttack, SealedParametersThatAreNotTakenAreRefused) {
+TEST_F(UdpAttack, InvalidParametersAreRefused) {
   Listener listener(kAnyAttackPort, secured.keyed_listener('1'));
   struct Case {
     udp::Parameters parameters;
@@ -281,7 +281,7 @@ TEST_F(UdpAttack, ALostFlightIsRepeated) {
 }
 
 // Requests of each kind from an unproved address: no answer is longer than its request.
-TEST_F(UdpAttack, NoAnswerIsLongerThanItsQuestion) {
+TEST_F(UdpAttack, AnswersDoNotAmplify) {
   const auto client = key_of('1')->connect();
   client->handshake({});
   const std::vector<std::byte> client_hello = client->take_outgoing().at(0);
@@ -428,7 +428,7 @@ TEST_F(UdpAttack, ForgedAlertsEndNothing) {
 
 // A port that is closed for a moment, or a forged ICMP error: the listener is probed, and the session
 // continues.
-TEST_F(UdpAttack, AnIcmpErrorDoesNotEndASealedSession) {
+TEST_F(UdpAttack, IcmpErrorKeepsSession) {
   RawListener raw;
   auto publisher = open_publisher_or_fail(raw.uri(), secured.keyed_publisher('1'));
   for (int attempt = 0; attempt < 20; ++attempt) {
@@ -452,7 +452,7 @@ TEST_F(UdpAttack, AnIcmpErrorDoesNotEndASealedSession) {
 }
 
 // A restarted listener answers each ping by a reset.
-TEST_F(UdpAttack, ResetsAreNotAnsweredOneByOne) {
+TEST_F(UdpAttack, ResetsAreRateLimited) {
   RawListener raw;
   auto publisher = open_publisher_or_fail(raw.uri(), secured.keyed_publisher('1'));
   raw.accept();
@@ -508,14 +508,14 @@ TEST_F(UdpAttack, AForkedChildSealsNothing) {
   }
 }
 
-TEST_F(UdpAttack, AForkedChildPublishesToNoGroup) {
+TEST_F(UdpAttack, ForkedChildPublishesToNoGroup) {
   auto publisher = open_publisher_or_fail("udp://239.255.11.7:7399");
   EXPECT_TRUE(publisher->publish(message_of("of the parent"))) << "kept, if it cannot be sent";
   EXPECT_EQ(in_child([&] { return publisher->publish(message_of("of the child")) ? 1 : 0; }), 0);
 }
 
 // The handshake's randoms and secrets are OpenSSL's.
-TEST_F(UdpAttack, RandomsDifferInAForkedChild) {
+TEST_F(UdpAttack, RandomsDifferInForkedChild) {
   using Random = std::array<unsigned char, 32>;
   const auto make_random = [] {
     Random random{};
@@ -540,7 +540,7 @@ TEST_F(UdpAttack, RandomsDifferInAForkedChild) {
 // --- scene edits
 
 // One record that is no message makes its bundle damaged: nothing of it is handed on, and the peer ends once.
-TEST_F(UdpAttack, ABundleOfEmptyStatesEndsItsSenderOnce) {
+TEST_F(UdpAttack, EmptyBundleEndsSender) {
   Listener listener(kAnyAttackPort, secured.keyed_listener('1'));
   RawPublisher publisher(listener.link->uri());
   ASSERT_NO_FATAL_FAILURE(publisher.greet());

@@ -39,7 +39,7 @@ std::vector<std::string> round_to(Carousel& carousel, CarouselReceiver& receiver
   return got;
 }
 
-TEST(Carousel, AJoinerGetsAllInOrderWhateverTheLoss) {
+TEST(Carousel, JoinerGetsAllInOrder) {
   std::mt19937 random(3);
   Carousel carousel(kDatagramBytes);
   const std::string description(20'000, 'd');
@@ -61,7 +61,7 @@ TEST(Carousel, AJoinerGetsAllInOrderWhateverTheLoss) {
   }
 }
 
-TEST(Carousel, ANewDescriptionReplacesAllBeforeIt) {
+TEST(Carousel, NewDescriptionReplacesAllBeforeIt) {
   std::mt19937 random(4);
   Carousel carousel(kDatagramBytes);
   CarouselReceiver receiver(udp::fragment_bytes_of(kDatagramBytes));
@@ -76,7 +76,7 @@ TEST(Carousel, ANewDescriptionReplacesAllBeforeIt) {
   EXPECT_EQ(round_to(carousel, receiver, 0, random), std::vector<std::string>{"of the second"});
 }
 
-TEST(Carousel, WhatIsTooMuchToRepeatGoesAndIsCounted) {
+TEST(Carousel, OverflowIsCounted) {
   std::mt19937 random(5);
   Carousel carousel(kDatagramBytes);
   CarouselReceiver early(udp::fragment_bytes_of(kDatagramBytes)), late = early;
@@ -108,7 +108,7 @@ TEST(Carousel, WhatIsTooMuchToRepeatGoesAndIsCounted) {
   EXPECT_EQ(heavy.offer().first, heavy.offer().last);
 }
 
-TEST(Carousel, OfEachKeyTheNewestIsRepeatedForEver) {
+TEST(Carousel, NewestOfEachKeyRepeats) {
   std::mt19937 random(7);
   Carousel carousel(kDatagramBytes);
   CarouselReceiver early(udp::fragment_bytes_of(kDatagramBytes));
@@ -139,7 +139,7 @@ TEST(Carousel, OfEachKeyTheNewestIsRepeatedForEver) {
   EXPECT_TRUE(carousel.put(3, prepared("again")));
 }
 
-TEST(Carousel, WhoJoinsGetsStatesInTheOrderInWhichTheyWerePut) {
+TEST(Carousel, StatesKeepPutOrder) {
   std::mt19937 random(13);
   Carousel carousel(kDatagramBytes);
   carousel.describe(prepared("d"));
@@ -163,7 +163,7 @@ TEST(Carousel, WhoJoinsGetsStatesInTheOrderInWhichTheyWerePut) {
   }
 }
 
-TEST(Carousel, AKeyThatChangesFasterThanItIsSentIsSeenToChange) {
+TEST(Carousel, FastKeyIsSeenToChange) {
   std::mt19937 random(11);
   Carousel carousel(kDatagramBytes);
   CarouselReceiver receiver(udp::fragment_bytes_of(kDatagramBytes));
@@ -191,7 +191,7 @@ TEST(Carousel, AKeyThatChangesFasterThanItIsSentIsSeenToChange) {
   EXPECT_EQ(got.back(), large + "199");
 }
 
-TEST(Carousel, NumbersBeginAnewBeforeTheyRunOut) {
+TEST(Carousel, NumbersRestartInTime) {
   constexpr uint32_t kMaxNumbers = 500;
   std::mt19937 random(17);
   Carousel carousel(kDatagramBytes, kMaxNumbers);
@@ -223,7 +223,7 @@ TEST(Carousel, NumbersBeginAnewBeforeTheyRunOut) {
   for (const char* once : {"d", "still", "said once"}) EXPECT_EQ(std::count(got.begin(), got.end(), once), 1);
 }
 
-TEST(Carousel, WhoContradictsItselfIsCorruptAndMemoryIsBounded) {
+TEST(Carousel, ContradictionIsCorrupt) {
   using Outcome = CarouselReceiver::Outcome;
   constexpr size_t kPiece = udp::fragment_bytes_of(kDatagramBytes);
   const std::vector<std::byte> piece(kPiece);

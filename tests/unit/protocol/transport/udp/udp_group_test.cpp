@@ -28,7 +28,7 @@ struct Group : testing::TestWithParam<const char*> {
   }
 };
 
-TEST_P(Group, EveryListenerGetsEverythingWhenItJoinsAndNothingIsSentBack) {
+TEST_P(Group, JoiningListenersGetEverything) {
   Listener early(uri, insecure());
   auto publisher = open_publisher_or_fail(uri);
   const std::string description(300'000, 'd');
@@ -57,7 +57,7 @@ TEST_P(Group, EveryListenerGetsEverythingWhenItJoinsAndNothingIsSentBack) {
   ASSERT_TRUE(early.poll_until([&] { return early.saw_part(Kind::disconnected, "closed the link"); }));
 }
 
-TEST_P(Group, WhoeverJoinsGetsTheNewestOfEachKey) {
+TEST_P(Group, JoinerGetsNewestOfEachKey) {
   const auto shared = [](std::string_view text) {
     const auto bytes = bytes_of(text);
     return std::make_shared<const wire::Bytes>(bytes.begin(), bytes.end());
@@ -84,7 +84,7 @@ TEST_P(Group, WhoeverJoinsGetsTheNewestOfEachKey) {
   EXPECT_EQ(late.count(Kind::control), 5u);
 }
 
-TEST_P(Group, APublisherWhoseNumbersAreUsedUpGoesOnAsAnotherPeer) {
+TEST_P(Group, ExhaustedNumbersMakeNewPeer) {
   constexpr uint32_t kMaxNumbers = 40;
   Listener listener(uri, insecure());
   const auto parsed = parse_uri(uri);
@@ -105,7 +105,7 @@ TEST_P(Group, APublisherWhoseNumbersAreUsedUpGoesOnAsAnotherPeer) {
   EXPECT_EQ(listener.link->stats().peers, 1u);
 }
 
-TEST_P(Group, PublishersComeAndGoAndFramesOfManyPartsArriveWhole) {
+TEST_P(Group, LargeFramesArriveWhole) {
   Listener listener(uri, insecure());
   for (int life = 1; life <= 2; ++life) {
     auto publisher = open_publisher_or_fail(uri + "&mtu=576");
@@ -180,7 +180,7 @@ TEST_P(Group, StrangersAreCountedAndHarmNobody) {
 INSTANTIATE_TEST_SUITE_P(Transport, Group, testing::Values("239.255.77.3", "[ff15::f3d]"),
                          [](const auto& which) { return std::string(which.param[0] == '[' ? "v6" : "v4"); });
 
-TEST(GroupRules, NoKeyNoPortNoConsentNoLink) {
+TEST(GroupRules, KeyPortAndConsentAreRequired) {
   const Secured secured;
   const auto listener_error = [](const std::string& uri, const ListenerOptions& options) {
     const auto opened = open_listener(uri, options);

@@ -30,7 +30,7 @@ struct UdpKey : testing::Test {
   }
 };
 
-TEST_F(UdpKey, AnotherKeyIsRefusedAndBothSidesSaySo) {
+TEST_F(UdpKey, WrongKeyIsReportedOnBothSides) {
   Listener listener(kAnyPort, secured.keyed_listener('1'));
   auto publisher = open_publisher_or_fail(listener.link->uri(), secured.keyed_publisher('2'));
   publisher->publish(message_of("pose"));
@@ -50,14 +50,14 @@ TEST_F(UdpKey, NoKeyIsRefused) {
   EXPECT_EQ(listener.count(Kind::connected), 0u);
 }
 
-TEST_F(UdpKey, APublisherWithAKeyDoesNotTalkToAListenerWithout) {
+TEST_F(UdpKey, KeyedPublisherNeedsKeyedListener) {
   Listener listener(kAnyPort);
   auto publisher = open_publisher_or_fail(listener.link->uri(), secured.keyed_publisher('1'));
   EXPECT_NE(struct_error(*publisher).find("another key or none"), std::string::npos) << publisher->problem();
   EXPECT_EQ(listener.count(Kind::connected), 0u);
 }
 
-TEST_F(UdpKey, NothingOfAMessageIsReadableOnTheWay) {
+TEST_F(UdpKey, MessagesAreEncrypted) {
   Listener listener(kAnyPort, secured.keyed_listener('1'));
   auto relay = relay_to(listener);
   std::atomic<int> readable{0}, seen{0};
@@ -75,7 +75,7 @@ TEST_F(UdpKey, NothingOfAMessageIsReadableOnTheWay) {
   EXPECT_EQ(readable, 0);
 }
 
-TEST_F(UdpKey, FlippedBitsAreCountedAndNothingElse) {
+TEST_F(UdpKey, FlippedBitsAreCounted) {
   Listener listener(kAnyPort, secured.keyed_listener('1'));
   auto relay = relay_to(listener);
   std::atomic<uint32_t> number{0}, flipped{0};
@@ -117,7 +117,7 @@ TEST_F(UdpKey, WhatIsReplayedIsDropped) {
 
 // Ping and pong have the same length: the publisher's own sealed datagram comes back to it instead of the
 // answer.
-TEST_F(UdpKey, ASendersOwnDatagramsAreForgeriesToIt) {
+TEST_F(UdpKey, ReflectedDatagramsAreForgeries) {
   Listener listener(kAnyPort, secured.keyed_listener('1'));
   std::vector<std::byte> ping;  // outlives the relay, whose thread writes it
   auto relay = relay_to(listener);
@@ -134,7 +134,7 @@ TEST_F(UdpKey, ASendersOwnDatagramsAreForgeriesToIt) {
 }
 
 // Anyone can write the two words of a reset. A sealed session probes the key holder.
-TEST_F(UdpKey, AForgedResetDoesNotEndASealedSession) {
+TEST_F(UdpKey, ForgedResetKeepsSession) {
   Listener listener(kAnyPort, secured.keyed_listener('1'));
   auto relay = relay_to(listener);
   std::atomic<int> forged{0};
@@ -182,7 +182,7 @@ TEST_F(UdpKey, RandomAndCutDatagramsAreCounted) {
   EXPECT_EQ(listener.count(Kind::connected), 0u);
 }
 
-TEST_F(UdpKey, KeyFilesThatAreNotRightAreErrorsThatNameThem) {
+TEST_F(UdpKey, InvalidKeyFilesAreNamed) {
   const auto error_of = [](const std::string& file) {
     ListenerOptions options;
     options.key_file = file;

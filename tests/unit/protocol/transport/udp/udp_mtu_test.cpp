@@ -28,7 +28,7 @@ struct Lengths {
   }
 };
 
-TEST_P(UdpMtu, BothDirectionsKeepToWhatThePublisherSaid) {
+TEST_P(UdpMtu, PublishersMtuIsKept) {
   for (const size_t mtu : {size_t{576}, size_t{1200}, size_t{8952}, size_t{9000}}) {
     SCOPED_TRACE(mtu);
     Listener listener("udp://127.0.0.1:0", listener_options());
@@ -58,7 +58,7 @@ TEST_P(UdpMtu, BothDirectionsKeepToWhatThePublisherSaid) {
   }
 }
 
-TEST_P(UdpMtu, AListenerRefusesMoreThanItTakesAndBothSidesSayHowMuchThatIs) {
+TEST_P(UdpMtu, LargerMtuIsRefusedOnBothSides) {
   Listener listener("udp://127.0.0.1:0?mtu=1000", listener_options());
   EXPECT_TRUE(listener.link->uri().ends_with("?mtu=1000")) << "who copies this address gets in";
   const std::string bare = listener.link->uri().substr(0, listener.link->uri().find('?'));
@@ -80,7 +80,7 @@ INSTANTIATE_TEST_SUITE_P(Transport, UdpMtu, testing::Bool(),
                          [](const auto& which) { return std::string(which.param ? "sealed" : "open"); });
 
 // Lengths that no publisher of ours would name, and datagrams that are longer than was said.
-TEST(UdpMtuHostile, WildLengthsAreRefusedAndLongerDatagramsDropped) {
+TEST(UdpMtuHostile, InvalidLengthsAreDropped) {
   Listener listener("udp://127.0.0.1:0");
   RawSocket stranger(listener.link->uri(), SOCK_DGRAM);
   const auto greet = [&](uint64_t nonce, uint16_t datagram_bytes) {

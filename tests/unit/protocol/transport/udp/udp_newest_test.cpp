@@ -38,7 +38,7 @@ struct Behind {
   }
 };
 
-TEST(UdpNewest, AFrameThatWasLostComesThoughNoOtherFollows) {
+TEST(UdpNewest, LastLostFrameIsRepaired) {
   Behind behind;
   auto publisher = behind.publisher();
   behind.poses_to_lose = 3;
@@ -48,7 +48,7 @@ TEST(UdpNewest, AFrameThatWasLostComesThoughNoOtherFollows) {
   EXPECT_EQ(publisher->stats().frames_dropped, 0u);
 }
 
-TEST(UdpNewest, AFrameOfManyPartsComesThroughABurstThatOverflowed) {
+TEST(UdpNewest, LargeFrameSurvivesOverflow) {
   Behind behind;
   auto publisher = behind.publisher();
   constexpr int kParts = 500;
@@ -79,7 +79,7 @@ TEST(UdpNewest, EachNewSessionGetsIt) {
 }
 
 // Losses in buffers and on the network are detected by gaps in the frame numbers.
-TEST(UdpNewest, FramesThatDidNotComeAreCountedWhereTheyShouldHave) {
+TEST(UdpNewest, MissingFramesAreCounted) {
   Behind behind;
   auto publisher = behind.publisher();
   constexpr uint64_t kFrames = 20;
@@ -102,7 +102,7 @@ TEST(UdpNewest, FramesThatDidNotComeAreCountedWhereTheyShouldHave) {
 
 // Unacknowledged frames are repeated at least every 250 ms: half a second without one means that it is
 // acknowledged.
-TEST(UdpNewest, WhatHasArrivedIsNotRepeatedForEver) {
+TEST(UdpNewest, ArrivedFramesAreNotRepeated) {
   Behind behind;
   auto publisher = behind.publisher();
   publisher->publish(message_of("the last one"));

@@ -20,7 +20,7 @@ std::vector<std::byte> pattern(size_t bytes, uint32_t seed) {
 }
 
 // Vector of the reference implementation: key 00..0f, message 00..0e.
-TEST(UdpCookie, SipHashIsTheReferenceFunction) {
+TEST(UdpCookie, SipHashIsReferenceFunction) {
   std::vector<std::byte> message;
   for (int i = 0; i < 15; ++i) message.push_back(static_cast<std::byte>(i));
   EXPECT_EQ(siphash({0x0706050403020100, 0x0f0e0d0c0b0a0908}, message), 0xa129ca6149be45e5u);
@@ -37,7 +37,7 @@ struct Wire {
   std::vector<std::byte> data;
 };
 
-TEST(UdpControl, MessagesArriveWholeAndInOrderWhateverTheLoss) {
+TEST(UdpControl, LossKeepsOrder) {
   for (const double loss : {0.0, 0.05, 0.2, 0.5}) {
     std::mt19937 generator(42);
     std::uniform_real_distribution<double> chance(0, 1);
@@ -81,7 +81,7 @@ TEST(UdpControl, MessagesArriveWholeAndInOrderWhateverTheLoss) {
   }
 }
 
-TEST(UdpControl, AClaimedLengthTakesNoMemory) {
+TEST(UdpControl, ClaimedLengthTakesNoMemory) {
   ControlReceiver receiver;
   FragmentHeader header{1, 255, 59'000, 59'000 * static_cast<uint32_t>(kFragmentBytes), 1};
   const auto data = pattern(kFragmentBytes, 1);
@@ -94,7 +94,7 @@ TEST(UdpControl, AClaimedLengthTakesNoMemory) {
   EXPECT_EQ(receiver.fragment(header, data, 0), ControlReceiver::Outcome::ignored) << "over the budget";
 }
 
-TEST(UdpControl, ASenderThatContradictsItselfIsCorrupt) {
+TEST(UdpControl, SenderThatContradictsItselfIsCorrupt) {
   using Outcome = ControlReceiver::Outcome;
   const auto data = pattern(kFragmentBytes, 1);
   const FragmentHeader sound{1, 0, 2, static_cast<uint32_t>(kFragmentBytes) + 5, 1};
@@ -158,7 +158,7 @@ TEST(UdpWindow, EachCounterPassesOnce) {
   EXPECT_FALSE(first_time(window, 100'001)) << "too old to be known";
 }
 
-TEST(UdpWindow, AFrameIsWholeWithAllItsParts) {
+TEST(UdpWindow, AllPartsMakeAFrame) {
   using Outcome = FrameTracker::Outcome;
   FrameTracker tracker;
   EXPECT_EQ(tracker.part(1, 2, true), Outcome::part);

@@ -78,7 +78,7 @@ struct Door {
   }
 };
 
-TEST(UdpSealed, AHandshakeNeedsItsCookieAndItsKey) {
+TEST(UdpSealed, HandshakeNeedsCookieAndKey) {
   Door door(4);
   const Address from = address_of(1, 1000);
   auto publisher = key_of('1')->connect();
@@ -169,7 +169,7 @@ TEST(UdpSealed, OneVersionAndOneSuiteAlone) {
 }
 
 // Junk that its sender repeats for as long as it likes: each handshake hears only so much of it.
-TEST(UdpSealed, AHandshakeHearsABoundedNumberOfDatagrams) {
+TEST(UdpSealed, HandshakeHearsBoundedNumberOfDatagrams) {
   Door door(4);
   for (const int epoch : {0, 1}) {
     const Address from = address_of(1, static_cast<uint16_t>(1000 + epoch));
@@ -190,7 +190,7 @@ TEST(UdpSealed, AHandshakeHearsABoundedNumberOfDatagrams) {
 }
 
 // Strangers' handshakes get a share of the thread that receives, and no more.
-TEST(UdpSealed, HandshakesWaitWhenTheirTimeIsUsedUp) {
+TEST(UdpSealed, HandshakeTimeIsLimited) {
   Door door(1000);
   std::vector<std::pair<Address, Datagrams>> greetings;
   for (uint16_t port = 1; port <= 500; ++port) {
@@ -240,7 +240,7 @@ struct Pair {
 };
 
 // OpenSSL's window has 64 records: one that is overtaken by 63 is taken, one that is overtaken by 64 is late.
-TEST(UdpSealed, ARecordThatIsOvertakenByMoreThan63IsLate) {
+TEST(UdpSealed, RecordBeyondWindowIsLate) {
   Pair pair;
   for (const size_t distance : {1, 8, 32, 63, 64, 65, 128, 512}) {
     Datagrams datagrams;
@@ -252,7 +252,7 @@ TEST(UdpSealed, ARecordThatIsOvertakenByMoreThan63IsLate) {
 }
 
 // Shuffled within blocks of 64, everything arrives, and once.
-TEST(UdpSealed, EachRecordOpensOnceInAnyOrderWithinTheWindow) {
+TEST(UdpSealed, RecordsOpenOnceWithinWindow) {
   Pair pair;
   std::mt19937 generator(7);
   for (int block = 0; block < 50; ++block) {
@@ -271,7 +271,7 @@ TEST(UdpSealed, EachRecordOpensOnceInAnyOrderWithinTheWindow) {
 }
 
 // Anything at all, sealed by nobody, in the middle of a session.
-TEST(UdpSealed, RandomRecordsDoNotBreakASession) {
+TEST(UdpSealed, RandomRecordsDoNotBreakSession) {
   Pair pair;
   for (uint32_t i = 0; i < 20'000; ++i) {
     auto datagram = random_bytes(13 + i % 90, i);

@@ -20,7 +20,7 @@ std::filesystem::path fresh_file(const char* name) {
   return file;
 }
 
-TEST(Tokens, AreRandomAndGiveTheirRightsOnly) {
+TEST(Tokens, TokensGrantTheirRightsOnly) {
   const Tokens tokens = random_tokens(), others = random_tokens();
   EXPECT_EQ(tokens.control.size(), 32u);
   EXPECT_NE(tokens.control, tokens.view);

@@ -167,7 +167,7 @@ std::string get(const Server& server, const std::string& target, const std::stri
   return client.read_to_end();
 }
 
-TEST(LiveServer, ServesThePageUnderAStrictPolicy) {
+TEST(LiveServer, ServesPageUnderStrictPolicy) {
   const auto server = open_server();
   const std::string page = get(*server, "/", host_of(*server));
   EXPECT_TRUE(page.starts_with("HTTP/1.1 200")) << page;
@@ -184,7 +184,7 @@ TEST(LiveServer, ServesThePageUnderAStrictPolicy) {
             std::string::npos);
 }
 
-TEST(LiveServer, RefusesForeignHostsAndOriginsAndGarbage) {
+TEST(LiveServer, ForeignOriginsAreRefused) {
   const auto server = open_server();
   const std::string host = host_of(*server);
   EXPECT_TRUE(get(*server, "/", "evil.example:80").starts_with("HTTP/1.1 421"));
@@ -263,7 +263,7 @@ TEST(LiveServer, BadMessagesEndTheirViewerOnly) {
   EXPECT_EQ(server->viewers(), 1u);
 }
 
-TEST(LiveServer, SendsTextsAndTheNewestImage) {
+TEST(LiveServer, SendsTextsAndNewestImage) {
   const auto server = open_server();
   Client client(*server);
   join(client, *server);
@@ -285,7 +285,7 @@ TEST(LiveServer, SendsTextsAndTheNewestImage) {
 }
 
 // A JPEG has 65,500 pixels a side at most: the viewer does not wait for an image that never comes.
-TEST(LiveServer, AnImageThatCannotBeEncodedEndsItsViewersConnection) {
+TEST(LiveServer, EncodingFailureClosesConnection) {
   const auto server = open_server();
   Client client(*server);
   join(client, *server);
@@ -300,7 +300,7 @@ TEST(LiveServer, AnImageThatCannotBeEncodedEndsItsViewersConnection) {
   EXPECT_EQ(events[0].viewer, viewer);
 }
 
-TEST(LiveServer, LimitsOfViewersAndConnectionsAndTime) {
+TEST(LiveServer, ViewersConnectionsAndTimeAreLimited) {
   ServerLimits limits;
   limits.max_viewers = 1;
   limits.max_connections = 4;
@@ -329,7 +329,7 @@ TEST(LiveServer, LimitsOfViewersAndConnectionsAndTime) {
   EXPECT_EQ(server->viewers(), 1u);
 }
 
-TEST(LiveServer, ASlowReaderIsDisconnectedAndAFastWriterIsPaused) {
+TEST(LiveServer, SlowReaderIsDisconnected) {
   ServerLimits limits;
   limits.max_queued_bytes = 1 << 20;
   limits.max_pending_messages = 8;
@@ -358,7 +358,7 @@ TEST(LiveServer, ASlowReaderIsDisconnectedAndAFastWriterIsPaused) {
 }
 
 // Silent connections, garbage, halves of requests, and WebSockets without a token, 100 of them at a time.
-TEST(LiveServer, TenThousandHostileConnectionsLeaveAViewerAlone) {
+TEST(LiveServer, HostileConnectionsLeaveViewer) {
   const auto server = open_server();
   Client viewer(*server);
   join(viewer, *server);

@@ -104,12 +104,12 @@ TEST_F(DigestCacheTest, ChangedFilesAreReadAgain) {
   EXPECT_FALSE(DigestCache(cache_, asset_).of(asset_, kMax).ok());
 }
 
-TEST_F(DigestCacheTest, FilesAboveTheLimitAreRefused) {
+TEST_F(DigestCacheTest, FilesAboveLimitAreRefused) {
   store_settled();
   EXPECT_FALSE(DigestCache(cache_, asset_).of(asset_, 3).ok());
 }
 
-TEST_F(DigestCacheTest, ADamagedRecordIsNone) {
+TEST_F(DigestCacheTest, DamagedRecordIsNone) {
   store_settled();
   const std::string whole = text();
   for (size_t length = 0; length < whole.size(); ++length) {
@@ -155,7 +155,7 @@ TEST_F(DigestCacheTest, NoTimeIsTooFarAway) {
   }
 }
 
-TEST_F(DigestCacheTest, WithoutAFolderNothingIsCached) {
+TEST_F(DigestCacheTest, WithoutFolderNothingIsCached) {
   DigestCache cache;
   EXPECT_TRUE(cache.of(asset_, kMax).ok());
   cache.store();

@@ -94,7 +94,7 @@ std::string written(const ScratchFolder& folder, const LoadedScene& scene) {
 }
 
 // A cached digest stands for the file until the file is written again.
-TEST(SceneCache, AKnownDigestHoldsUntilTheFileIsWrittenAgain) {
+TEST(SceneCache, DigestHoldsUntilFileChanges) {
   const ScratchFolder folder;
   const fs::path path = folder.write("rich.glb", rich_file().glb());
   auto known = stamped_digest_of(path, 1 << 30);
@@ -135,7 +135,7 @@ TEST(SceneCache, ReadsReturnWhatWasStored) {
   EXPECT_EQ(files_in(settings.folder), 2u) << "the scene and its digest";
 }
 
-TEST(SceneCache, StoringASceneStoresItsDigest) {
+TEST(SceneCache, StoringSceneStoresItsDigest) {
   const ScratchFolder folder;
   const fs::path asset = folder.write("rich.glb", rich_file().glb());
   const Loaded loaded = load(asset);
@@ -146,7 +146,7 @@ TEST(SceneCache, StoringASceneStoresItsDigest) {
   EXPECT_EQ(files_in(settings.folder), 2u);
 }
 
-TEST(SceneCache, EqualBytesAreTheSameSceneUnderAnyName) {
+TEST(SceneCache, EqualBytesShareAnEntry) {
   const ScratchFolder folder;
   const fs::path asset = folder.write("rich.glb", rich_file().glb());
   const Loaded loaded = load(asset);
@@ -158,7 +158,7 @@ TEST(SceneCache, EqualBytesAreTheSameSceneUnderAnyName) {
   EXPECT_EQ(cached->scene.source.filename(), "other.glb");
 }
 
-TEST(SceneCache, AChangedFileIsLoadedAgain) {
+TEST(SceneCache, ChangedFileIsLoadedAgain) {
   const ScratchFolder folder;
   test::GltfBuilder b = rich_file();
   const std::vector<std::byte> image = test::png(4, 4, 0xff0000ff);
@@ -195,7 +195,7 @@ TEST(SceneCache, AChangedFileIsLoadedAgain) {
   EXPECT_FALSE(find(settings, asset)) << "the asset's own file has changed";
 }
 
-TEST(SceneCache, AMissingImageThatAppearsIsLoaded) {
+TEST(SceneCache, MissingImageThatAppearsIsLoaded) {
   const ScratchFolder folder;
   test::GltfBuilder b = rich_file();
   b.root["images"][0] = {{"uri", "colour.png"}};
@@ -221,7 +221,7 @@ TEST(SceneCache, AMissingImageThatAppearsIsLoaded) {
   EXPECT_FALSE(find(settings, asset)) << "it is gone";
 }
 
-TEST(SceneCache, BesideTheAssetOnlyOnRequest) {
+TEST(SceneCache, BesideAssetOnlyOnRequest) {
   const ScratchFolder folder;
   const fs::path asset = folder.write("rich.glb", rich_file().glb());
   const Loaded loaded = load(asset);
@@ -245,7 +245,7 @@ TEST(SceneCache, SmallScenesAreNotCached) {
   EXPECT_FALSE(fs::exists(settings.folder));
 }
 
-TEST(SceneCache, TheLeastRecentlyUsedGoFirst) {
+TEST(SceneCache, LeastRecentlyUsedGoFirst) {
   const ScratchFolder folder;
   const auto add = [&](const char* name, int hours_ago) {
     write(folder.path() / name, std::string(100, 'x'));
@@ -268,7 +268,7 @@ TEST(SceneCache, TheLeastRecentlyUsedGoFirst) {
   EXPECT_TRUE(fs::exists(folder.path() / "e.scene.part-abcdef")) << "someone may be writing it";
 }
 
-TEST(SceneCache, AFolderThatCannotBeWrittenIsAnErrorThatNamesIt) {
+TEST(SceneCache, UnwritableFolderIsNamed) {
   const ScratchFolder folder;
   const fs::path asset = folder.write("rich.glb", rich_file().glb());
   const Loaded loaded = load(asset);
@@ -284,7 +284,7 @@ TEST(SceneCache, AFolderThatCannotBeWrittenIsAnErrorThatNamesIt) {
   EXPECT_EQ(files_in(folder.path()), 2u) << "no temporary file is left";
 }
 
-TEST(SceneCache, WritersAndReadersAtTheSameTime) {
+TEST(SceneCache, WritersAndReadersAtSameTime) {
   const ScratchFolder folder;
   const fs::path asset = folder.write("rich.glb", rich_file().glb());
   const Loaded loaded = load(asset);
@@ -498,7 +498,7 @@ TEST_F(DamagedSceneFile, HeadersAreCheckedAgainstContents) {
   }
 }
 
-TEST_F(DamagedSceneFile, SourcesAreFollowedNoFurtherThanTheAssetsFolder) {
+TEST_F(DamagedSceneFile, SourcesStayInAssetFolder) {
   const ScratchFolder elsewhere;
   const fs::path secret = elsewhere.write("secret", std::string_view("key"));
   const SceneCacheSettings settings = in_folder(folder_.path() / "cache");

@@ -75,7 +75,7 @@ TEST(Clusters, IndicesAreTheSameInPieces) {
   }
 }
 
-TEST(Clusters, EachTriangleIsThereOnceAsItWasWound) {
+TEST(Clusters, TrianglesKeepWinding) {
   const Scene scene = mixed_scene();
   const ClusteredGeometry cut = scene::cut_clusters(scene);
   const std::vector<uint32_t> indices = indices_of(scene, cut);
@@ -118,7 +118,7 @@ TEST(Clusters, EachTriangleIsThereOnceAsItWasWound) {
   }
 }
 
-TEST(Clusters, AreRunsWithinTheLimitsOfAWorkgroup) {
+TEST(Clusters, AreRunsWithinLimitsOfWorkgroup) {
   const Scene scene = mixed_scene();
   const ClusteredGeometry cut = scene::cut_clusters(scene);
   uint32_t next_vertex = 0, next_triangle = 0, next_cluster = 0, next_index = 0;
@@ -189,7 +189,7 @@ TEST(Clusters, SpheresHoldAllVertices) {
 }
 
 // The guarantee of Cluster::cone_axis, for eyes all around and close by, and for orthographic views.
-TEST(Clusters, ACulledConeHasNoTriangleThatFacesTheEye) {
+TEST(Clusters, CulledConeFacesAway) {
   Scene scene;
   add_primitive(scene, ball_triangles(1, 96));
   add_primitive(scene, ball_triangles(1, 64, 0.4f));

@@ -149,7 +149,7 @@ std::vector<int> depths_of(const ClusteredGeometry& geometry) {
   return depths;
 }
 
-TEST(ClusterLevels, EachHasAboutHalfTheTrianglesOfTheOneBefore) {
+TEST(ClusterLevels, LevelsHalveTriangles) {
   const Scene scene = scene_of(ball_triangles(1, 160));
   const ClusteredGeometry geometry = levels_of(scene);
   const std::vector<int> depths = depths_of(geometry);
@@ -167,7 +167,7 @@ TEST(ClusterLevels, EachHasAboutHalfTheTrianglesOfTheOneBefore) {
   EXPECT_LT(coarsest, 400u) << "of " << triangles[0];
 }
 
-TEST(ClusterLevels, ClustersAreWithinTheLimitsOfAWorkgroupAndTheirBounds) {
+TEST(ClusterLevels, ClustersStayWithinLimits) {
   const Scene scene = scene_of(ball_triangles(1, 96, 0.3f));
   const ClusteredGeometry own = scene::cut_clusters(scene), geometry = levels_of(scene);
   ASSERT_GT(geometry.clusters.size(), own.clusters.size());
@@ -195,7 +195,7 @@ TEST(ClusterLevels, ClustersAreWithinTheLimitsOfAWorkgroupAndTheirBounds) {
   }
 }
 
-TEST(ClusterLevels, ErrorsAndSpheresOfCoarserOnesHoldThoseOfFinerOnes) {
+TEST(ClusterLevels, CoarserErrorsContainFiner) {
   const Scene scene = scene_of(ball_triangles(2, 128, 0.2f));
   const ClusteredGeometry geometry = levels_of(scene);
   int used = 0;
@@ -261,7 +261,7 @@ float distance_to_triangle(const glm::vec3& p, const glm::vec3* t) {
   return static_cast<float>(best);
 }
 
-TEST(ClusterLevels, TheSurfaceIsNoFartherAwayThanItSays) {
+TEST(ClusterLevels, SurfaceErrorIsBounded) {
   for (float bump : {0.0f, 0.25f}) {
     const Scene scene = scene_of(ball_triangles(1, 72, bump));
     const ClusteredGeometry geometry = levels_of(scene);
@@ -296,7 +296,7 @@ TEST(ClusterLevels, TheSurfaceIsNoFartherAwayThanItSays) {
 
 // Shadow maps select by surface error alone. Neither surface is farther from the other than allowed, although
 // the builder measures samples only.
-TEST(ClusterLevels, ChoiceBySurfaceErrorIsCoarserAndCloseEnough) {
+TEST(ClusterLevels, ErrorChoiceIsCoarser) {
   const Scene scene = scene_of(ball_triangles(1, 72, 0.02f));
   const ClusteredGeometry geometry = levels_of(scene);
   std::vector<glm::vec3> own;
@@ -381,7 +381,7 @@ TEST(ClusterLevels, FlatShadedMeshesHaveThemToo) {
   EXPECT_EQ(open_edges_of(scene, geometry, clusters), 0u);
 }
 
-TEST(ClusterLevels, BlendedDeformedAndLineMeshesHaveNone) {
+TEST(ClusterLevels, UnsupportedMeshesHaveNoLevels) {
   Scene scene;
   add_primitive(scene, ball_triangles(1, 64));  // of a mesh with a morphed node only
   add_node(scene);

@@ -68,7 +68,7 @@ Triangles shuffled(Triangles mesh) {
   return mesh;
 }
 
-TEST(ClusterGrowth, OfAGridTheyAreFullAndCompact) {
+TEST(ClusterGrowth, GridClustersAreFull) {
   // In grid order and shuffled.
   for (const Triangles& grid : {flat_grid(128), shuffled(flat_grid(128))}) {
     const auto clusters = clusters_of(grid);
@@ -84,7 +84,7 @@ TEST(ClusterGrowth, OfAGridTheyAreFullAndCompact) {
   }
 }
 
-TEST(ClusterGrowth, PartsThatLieFarApartShareNone) {
+TEST(ClusterGrowth, DistantPartsShareNone) {
   Triangles islands;
   const Triangles island = flat_grid(8);  // half a cluster's number of triangles
   for (uint32_t i = 0; i < 40; ++i) {
@@ -115,7 +115,7 @@ TEST(ClusterGrowth, OfSeparateTrianglesNeighboursAreGathered) {
 }
 
 // An algorithm that visits all triangles of a vertex for each of them takes hours here.
-TEST(ClusterGrowth, AVertexWithHalfAMillionTrianglesIsNoTrap) {
+TEST(ClusterGrowth, HugeFanIsFast) {
   Triangles fan;
   constexpr uint32_t kBlades = 500'000;
   fan.positions.emplace_back(0, 0, 0);

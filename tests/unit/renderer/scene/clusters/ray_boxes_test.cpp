@@ -82,7 +82,7 @@ TEST(RayBoxes, HoldEachTriangleOnce) {
   expect_each_triangle_once(scene, geometry);
 }
 
-TEST(RayBoxes, AreTheFilesOwnTrianglesWhereThereAreCoarserOnes) {
+TEST(RayBoxes, BoxesHoldFullDetail) {
   const Scene scene = scene_of_all_kinds();
   ClusteredGeometry geometry = scene::cut_clusters(scene);
   scene::add_cluster_levels(scene, geometry);
@@ -90,7 +90,7 @@ TEST(RayBoxes, AreTheFilesOwnTrianglesWhereThereAreCoarserOnes) {
   expect_each_triangle_once(scene, geometry);
 }
 
-TEST(RayBoxes, AreMovedWithWhatTheyHoldWhenAnAssetJoins) {
+TEST(RayBoxes, BoxesFollowMergedAssets) {
   scene::LoadedScene both{scene_of_all_kinds(), {}};
   both.derived.clusters = scene::cut_clusters(both.scene);
   scene::add_cluster_levels(both.scene, both.derived.clusters);  // LOD triangles follow those of LOD 0
@@ -125,7 +125,7 @@ Scene large_ball() {
   return scene;
 }
 
-TEST(RayBoxes, LieInAnOrderThatKeepsTheTreesBoxesSmall) {
+TEST(RayBoxes, OrderKeepsTreeBoxesSmall) {
   const Scene scene = large_ball();
   const ClusteredGeometry geometry = scene::cut_clusters(scene);
   std::vector<RayAabb> boxes = geometry.ray_boxes;

@@ -36,7 +36,7 @@ TEST(CasterShape, SolidsAreClosed) {
   EXPECT_EQ(shape(ball_triangles(1, 32, 0.3f)), CasterShape::closed);
 }
 
-TEST(CasterShape, SidesOfSeveralPrimitivesMakeOneSolid) {
+TEST(CasterShape, PrimitivesFormOneSolid) {
   const Triangles box = box_triangles({1, 1, 1});
   Triangles half = box, other_half = box;
   half.indices.resize(18);
@@ -59,7 +59,7 @@ TEST(CasterShape, ZeroIsZeroWhateverItsSign) {
   EXPECT_EQ(shape(box), CasterShape::closed);
 }
 
-TEST(CasterShape, AMissingOrFlippedTriangleLeavesItOpen) {
+TEST(CasterShape, DefectiveMeshIsOpen) {
   for (size_t missing = 0; missing < 36; missing += 3) {
     Triangles box = box_triangles({1, 1, 1});
     const auto first = box.indices.begin() + static_cast<std::ptrdiff_t>(missing);
@@ -142,7 +142,7 @@ TEST(CasterShape, MaskedAndBlendedAreOpen) {
   }
 }
 
-TEST(CasterShape, AFlatMeshHasItsPlane) {
+TEST(CasterShape, FlatMeshHasItsPlane) {
   const scene::Caster flat = caster(quad());
   EXPECT_EQ(flat.shape, CasterShape::planar);
   EXPECT_NEAR(std::abs(flat.plane_node.y), 1, 1e-6);

@@ -84,7 +84,7 @@ TEST(MergeScenes, HoldsBothAndIsRight) {
   EXPECT_EQ(clusters.clusters[cut.first_cluster].first_vertex, cut.first_vertex);
 }
 
-TEST(MergeScenes, OfVerticesWithExtrasAndWithoutEachKeepsItsOwn) {
+TEST(MergeScenes, VerticesKeepTheirExtras) {
   const LoadedScene plain = loaded_whole(quad_file());
   LoadedScene colored = plain;
   colored.scene.extras.resize(colored.scene.positions.size());
@@ -108,7 +108,7 @@ TEST(MergeScenes, OfVerticesWithExtrasAndWithoutEachKeepsItsOwn) {
   }
 }
 
-TEST(ReplacedVertices, AreCountedAsTheFileCountsThem) {
+TEST(ReplacedVertices, AreCountedAsFileCountsThem) {
   const Scene scene = loaded(quad_file());
   const Mesh& mesh = scene.meshes[0];
   ASSERT_EQ(scene.primitives[0].vertex_count, 6u) << "the loader has given each corner its own";

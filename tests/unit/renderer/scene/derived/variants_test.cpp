@@ -67,7 +67,7 @@ TEST(SceneVariants, ShadowCastersFollowTheMaterials) {
   EXPECT_EQ(loaded.derived.casters[0].shape, CasterShape::planar);
 }
 
-TEST(SceneVariants, UnknownNamesListTheKnownOnes) {
+TEST(SceneVariants, UnknownNamesListKnownOnes) {
   const Scene scene = loaded(with_variants());
   const auto unknown = find_variant(scene, "dawn");
   ASSERT_FALSE(unknown.ok());
@@ -79,7 +79,7 @@ TEST(SceneVariants, UnknownNamesListTheKnownOnes) {
 }
 
 // All variants share the vertices.
-TEST(SceneVariants, ANormalMapOfAVariantNeedsTangents) {
+TEST(SceneVariants, NormalMapOfVariantNeedsTangents) {
   GltfBuilder builder = with_variants();
   const auto image = test::png(1, 1, 0xffff8080);
   builder.root["images"] = {{{"bufferView", builder.add_view(image)}, {"mimeType", "image/png"}}};

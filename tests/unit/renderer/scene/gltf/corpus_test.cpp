@@ -166,7 +166,7 @@ TEST(SceneCorpus, OneFileDamagedInEveryByte) {
   damage_every_byte(rich_file().glb());
 }
 
-TEST(SceneCorpus, OneFileThatMovesDamagedInEveryByte) {
+TEST(SceneCorpus, MovingFileSurvivesDamage) {
   damage_every_byte(test::motion_file().glb());
 }
 

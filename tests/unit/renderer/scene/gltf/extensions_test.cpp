@@ -21,7 +21,7 @@ GltfBuilder with_extensions(const char* member, json names) {
   return builder;
 }
 
-TEST(SceneExtensions, RequiredAppearanceIsLeftOutWithAWarning) {
+TEST(SceneExtensions, RequiredAppearanceIsWarned) {
   for (const char* name : {"KHR_materials_volume_scatter", "VENDOR_materials_glitter", "EXT_texture_avif",
                            "EXT_lights_image_based", "EXT_lights_ies", "KHR_xmp", "KHR_xmp_json_ld",
                            "KHR_animation_pointer", "KHR_node_selectability", "MSFT_lod", "KHR_audio_emitter",
@@ -64,7 +64,7 @@ TEST(SceneExtensions, ListsOfOtherTypesAreErrors) {
   EXPECT_FALSE(load(with_extensions("extensionsRequired", {3})).ok());
 }
 
-TEST(SceneExtensions, PointerChannelsAreReportedOnceForTheFile) {
+TEST(SceneExtensions, PointerChannelsWarnOnce) {
   GltfBuilder builder = with_extensions("extensionsUsed", {"KHR_animation_pointer"});
   const size_t times = builder.add_data(std::vector<float>{0, 1}, "SCALAR", test::kFloat, 1);
   json channel{{"sampler", 0},

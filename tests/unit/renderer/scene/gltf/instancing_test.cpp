@@ -24,7 +24,7 @@ GltfBuilder field(GltfBuilder builder, json attributes) {
   return builder;
 }
 
-TEST(SceneInstancing, EachInstanceIsANodeBelowWithTheMesh) {
+TEST(SceneInstancing, InstancesAreChildNodes) {
   GltfBuilder builder;
   const size_t translation = builder.add_positions({1, 0, 0, 0, 2, 0});
   const size_t rotation = builder.add_data<float>({0, 0, 0, 1, 0, 0, 1, 0}, "VEC4", test::kFloat, 4);
@@ -48,7 +48,7 @@ TEST(SceneInstancing, EachInstanceIsANodeBelowWithTheMesh) {
   EXPECT_EQ(scene->bounds_max.x, 12);
 }
 
-TEST(SceneInstancing, TheNodeKeepsItsNameAndTheInstancesHaveNone) {
+TEST(SceneInstancing, InstancesAreUnnamed) {
   GltfBuilder builder;
   const size_t translation = builder.add_positions({1, 0, 0, 0, 2, 0});
   builder = field(builder, {{"TRANSLATION", translation}});
@@ -73,7 +73,7 @@ TEST(SceneInstancing, RotationsOfEveryComponentType) {
   }
 }
 
-TEST(SceneInstancing, ANodeWithoutAMeshHasNoInstances) {
+TEST(SceneInstancing, NodeWithoutMeshHasNoInstances) {
   GltfBuilder builder;
   const size_t translation = builder.add_positions({1, 0, 0});
   builder.add_node(
@@ -110,7 +110,7 @@ TEST(SceneInstancing, FaultsByName) {
   }
 }
 
-TEST(SceneInstancing, ManyNodesOfManyInstancesAreNotBelieved) {
+TEST(SceneInstancing, InstanceCountIsBounded) {
   GltfBuilder builder;
   const size_t mesh = builder.add_triangle_mesh();
   // All zeros without data in the file; the loader allows up to a million such elements.

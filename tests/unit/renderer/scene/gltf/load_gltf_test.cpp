@@ -33,7 +33,7 @@ TEST(SceneLoad, TriangleInABinaryFile) {
   EXPECT_TRUE(scene.warnings.empty());
 }
 
-TEST(SceneLoad, TheSameFileAsTextWithDataOrExternalBuffer) {
+TEST(SceneLoad, AllContainersAreEqual) {
   const GltfBuilder builder = test::triangle_file();
   const test::ScratchFolder folder;
   folder.write("sub/my buffer.bin", builder.bin);
@@ -45,7 +45,7 @@ TEST(SceneLoad, TheSameFileAsTextWithDataOrExternalBuffer) {
   }
 }
 
-TEST(SceneLoad, ParentsStandBeforeTheirChildrenAndPathsAreEscaped) {
+TEST(SceneLoad, ParentsPrecedeChildren) {
   GltfBuilder builder;
   builder.root["nodes"] = json::array({{{"name", "leaf"}, {"translation", {0, 0, 3}}},
                                        {{"name", "a/b~c"}, {"children", {0}}, {"translation", {0, 2, 0}}},
@@ -62,7 +62,7 @@ TEST(SceneLoad, ParentsStandBeforeTheirChildrenAndPathsAreEscaped) {
   EXPECT_EQ(glm::vec3(leaf->world_from_node[3]), glm::vec3(1, 2, 3));
 }
 
-TEST(SceneLoad, TransformsFromPartsAndFromAMatrix) {
+TEST(SceneLoad, TransformsFromPartsAndFromMatrix) {
   GltfBuilder builder;
   const double half = 0.70710678118654752;  // a quarter turn about Z, not exactly normalised
   builder.add_node(
@@ -80,7 +80,7 @@ TEST(SceneLoad, TransformsFromPartsAndFromAMatrix) {
   EXPECT_EQ(scene.nodes[1].parent_from_node[0][1], 2);
 }
 
-TEST(SceneLoad, OnlyTheDefaultSceneAndAllRootsWithoutOne) {
+TEST(SceneLoad, DefaultSceneOrAllRoots) {
   GltfBuilder builder;
   builder.add_node("first");
   builder.root["nodes"].push_back({{"name", "second"}});
@@ -94,7 +94,7 @@ TEST(SceneLoad, OnlyTheDefaultSceneAndAllRootsWithoutOne) {
   EXPECT_EQ(loaded(builder).nodes.size(), 2u);
 }
 
-TEST(SceneLoad, ASceneThatListsAChildShowsItOnceAndSaysSo) {
+TEST(SceneLoad, ListedChildAppearsOnce) {
   GltfBuilder builder;
   const size_t parent = builder.add_node("parent");
   const size_t child = builder.add_child(parent, "child");
@@ -135,7 +135,7 @@ TEST(SceneLoad, LightsAndCameras) {
   EXPECT_EQ(camera_nodes(scene), (std::vector<uint32_t>{1, 2}));
 }
 
-TEST(SceneLoad, LightsOfALaterTypeAreDark) {
+TEST(SceneLoad, LightsOfLaterTypeAreDark) {
   test::GltfBuilder builder = test::triangle_file();
   builder.root["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "laser"}, {"intensity", 5}}};
   const Scene scene = loaded(builder);
@@ -157,7 +157,7 @@ TEST(SceneLoad, WhatIsNotUsedIsSaid) {
   EXPECT_NE(scene.warnings[0].find("EXT_unheard_of"), std::string::npos);
 }
 
-TEST(SceneLoad, TenThousandNodesAndSixtyFourLights) {
+TEST(SceneLoad, LargeSceneLoads) {
   GltfBuilder builder;
   const size_t mesh = builder.add_triangle_mesh();
   builder.root["extensionsUsed"] = {"KHR_lights_punctual"};
@@ -180,7 +180,7 @@ TEST(SceneLoad, TenThousandNodesAndSixtyFourLights) {
   EXPECT_EQ(node_named(scene, "chain 4999")->world_from_node[3].z, 5000);
 }
 
-TEST(SceneLoad, ProgressCountsUpToTheWhole) {
+TEST(SceneLoad, ProgressCountsUpToWhole) {
   GltfBuilder builder = test::triangle_file();
   builder.root["meshes"][0]["primitives"][0]["material"] =
       builder.add_textured_material(test::png(2, 2, 0xffffffff));

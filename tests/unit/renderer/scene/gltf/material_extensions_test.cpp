@@ -128,7 +128,7 @@ TEST(SceneMaterialExtensions, EveryMemberOfEachLayer) {
 }
 
 // Rays measure the thickness, so that its texture has no effect and its image is not loaded.
-TEST(SceneMaterialExtensions, ThicknessTexturesAreCheckedAndNotLoaded) {
+TEST(SceneMaterialExtensions, ThicknessTexturesAreOnlyChecked) {
   const Scene scene = loaded(with_extensions(
       {{"KHR_materials_volume", {{"thicknessFactor", 0.5}, {"thicknessTexture", {{"index", 0}}}}}}));
   EXPECT_EQ(scene.materials[1].thickness, 0.5f);
@@ -170,7 +170,7 @@ TEST(SceneMaterialExtensions, EmptyOnesChangeNothing) {
   EXPECT_EQ(material.clearcoat_normal_texture.texture, kNone);
 }
 
-TEST(SceneMaterialExtensions, FactorsOutOfRangeAreBroughtIntoItAndSaid) {
+TEST(SceneMaterialExtensions, FactorsAreClamped) {
   const Scene scene = loaded(with_extensions(
       {{"KHR_materials_ior", {{"ior", 0.5}}},
        {"KHR_materials_specular", {{"specularFactor", -1}, {"specularColorFactor", {-2, 5, 0}}}},
@@ -213,7 +213,7 @@ TEST(SceneMaterialExtensions, FactorsOutOfRangeAreBroughtIntoItAndSaid) {
   EXPECT_TRUE(warned(scene, "KHR_materials_ior.ior is less than 1"));
 }
 
-TEST(SceneMaterialExtensions, AnIorOfZeroStaysZero) {
+TEST(SceneMaterialExtensions, IorOfZeroStaysZero) {
   const Scene scene = loaded(with_extensions({{"KHR_materials_ior", {{"ior", 0}}}}));
   EXPECT_EQ(scene.materials[1].ior, 0);
   EXPECT_TRUE(scene.warnings.empty());
@@ -256,7 +256,7 @@ TEST(SceneMaterialExtensions, FaultsByName) {
 }
 
 // Triangles without tangents and texture coordinates have no direction.
-TEST(SceneMaterialExtensions, AnisotropyWithoutADirectionIsReported) {
+TEST(SceneMaterialExtensions, AnisotropyWithoutDirectionIsReported) {
   for (const bool has_coordinates : {false, true}) {
     GltfBuilder builder = with_extensions({{"KHR_materials_anisotropy", {{"anisotropyStrength", 0.5}}}});
     json attributes{{"POSITION", builder.add_positions({0, 0, 0, 1, 0, 0, 0, 1, 0})}};

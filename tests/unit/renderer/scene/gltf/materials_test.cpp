@@ -42,7 +42,7 @@ TEST(SceneMaterials, FactorsAndExtensions) {
   EXPECT_FALSE(plain.unlit);
 }
 
-TEST(SceneMaterials, AnImageUsedAsColourAndAsDataIsTwoTexturesOfOneImage) {
+TEST(SceneMaterials, SharedImageMakesTwoTextures) {
   GltfBuilder builder;
   builder.add_textured_material(test::png(3, 2, 0xff336699));
   builder.root["materials"][0]["normalTexture"] = {{"index", 0}, {"scale", 0.5}, {"texCoord", 1}};
@@ -85,7 +85,7 @@ TEST(SceneMaterials, TextureTransform) {
   EXPECT_EQ(ref.uv_set, 1u);
 }
 
-TEST(SceneMaterials, ATextureWithoutAReadableImageIsLeftOutWithAWarning) {
+TEST(SceneMaterials, UnreadableImageIsWarned) {
   GltfBuilder builder;
   builder.root["textures"] = {{{"extensions", {{"MSFT_texture_dds", {{"source", 0}}}}}}};
   builder.root["materials"] = {{{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}}};
@@ -94,7 +94,7 @@ TEST(SceneMaterials, ATextureWithoutAReadableImageIsLeftOutWithAWarning) {
   EXPECT_EQ(scene.warnings.size(), 1u);
 }
 
-TEST(SceneMaterials, ImagesOfManyFilesKeepTheirOrder) {
+TEST(SceneMaterials, ImagesKeepTheirOrder) {
   GltfBuilder builder;
   const test::ScratchFolder folder;
   for (int i = 0; i < 20; ++i) {

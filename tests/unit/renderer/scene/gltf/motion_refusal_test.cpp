@@ -187,7 +187,7 @@ const std::vector<Fault>& left_out() {
   return list;
 }
 
-TEST(SceneMotionRefuse, ChannelsThatCannotPlayAreLeftOutWithASentence) {
+TEST(SceneMotionRefuse, UnplayableChannelsAreReported) {
   for (const Fault& fault : left_out()) {
     GltfBuilder builder = test::motion_file();
     fault.plant(builder);
@@ -198,7 +198,7 @@ TEST(SceneMotionRefuse, ChannelsThatCannotPlayAreLeftOutWithASentence) {
   }
 }
 
-TEST(SceneMotionRefuse, ASkinThatDeformsNothingIsSaid) {
+TEST(SceneMotionRefuse, SkinThatDeformsNothingIsSaid) {
   GltfBuilder builder = test::motion_file();
   attributes(builder).erase("JOINTS_0");
   attributes(builder).erase("WEIGHTS_0");
@@ -210,7 +210,7 @@ TEST(SceneMotionRefuse, ASkinThatDeformsNothingIsSaid) {
   EXPECT_EQ(scene.nodes[0].skin, kNone);
 }
 
-TEST(SceneMotionRefuse, SharedBytesCannotAskForAnyAmountOfMemory) {
+TEST(SceneMotionRefuse, SharedBytesBoundMemory) {
   GltfBuilder builder = test::motion_file();
   // 5,000 targets of 100,000 vertices each, without data.
   for (const size_t accessor :
@@ -228,7 +228,7 @@ TEST(SceneMotionRefuse, SharedBytesCannotAskForAnyAmountOfMemory) {
 }
 
 // Each node has its own copy of the deformed vertices.
-TEST(SceneMotionRefuse, ManyNodesOfOneMeshCannotAskForAnyAmountOfMemory) {
+TEST(SceneMotionRefuse, ManyNodesBoundMemory) {
   GltfBuilder builder = test::motion_file();
   for (const size_t accessor :
        {test::kPositions, test::kNormals, test::kJoints, test::kWeights, test::kTargetA}) {

@@ -279,7 +279,7 @@ const std::vector<Fault>& faults() {
   return list;
 }
 
-TEST(SceneRefuse, TheFileWithoutAFaultLoads) {
+TEST(SceneRefuse, FileWithoutFaultLoads) {
   EXPECT_EQ(refusal(test::triangle_file().glb()), "loaded");
 }
 

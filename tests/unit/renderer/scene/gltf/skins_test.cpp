@@ -30,7 +30,7 @@ TEST(SceneSkins, JointsAndInverseBindMatrices) {
   EXPECT_EQ(scene.nodes[0].skin, 0u);
 }
 
-TEST(SceneSkins, JointsAreTheShownScenesNodes) {
+TEST(SceneSkins, JointsAreShownScenesNodes) {
   GltfBuilder builder = test::motion_file();
   builder.root["scenes"][0]["nodes"] = {1, 0};  // scene indices differ from file indices
   const Scene scene = test::loaded_scene(builder);
@@ -46,7 +46,7 @@ TEST(SceneSkins, JointsAreTheShownScenesNodes) {
   EXPECT_NE(without.warnings[0].find("not part of the shown scene"), std::string::npos);
 }
 
-TEST(SceneSkins, WithoutInverseBindMatricesTheyAreIdentity) {
+TEST(SceneSkins, MissingBindMatricesAreIdentity) {
   GltfBuilder builder = test::motion_file();
   builder.root["skins"][0].erase("inverseBindMatrices");
   const Scene scene = test::loaded_scene(builder);
@@ -54,7 +54,7 @@ TEST(SceneSkins, WithoutInverseBindMatricesTheyAreIdentity) {
   EXPECT_EQ(scene.joints[1].joint_from_mesh, glm::mat4(1));
 }
 
-TEST(SceneSkins, WeightsAddUpToOneAndUnusedPlacesAreEmpty) {
+TEST(SceneSkins, WeightsAreNormalized) {
   const Scene scene = test::loaded_scene(test::motion_file());
   const Primitive& primitive = scene.primitives[0];
   ASSERT_EQ(primitive.influence_sets, 1u);
@@ -69,7 +69,7 @@ TEST(SceneSkins, WeightsAddUpToOneAndUnusedPlacesAreEmpty) {
   EXPECT_EQ(third.weights[0], 1) << "200 of 255 was its whole weight";
 }
 
-TEST(SceneSkins, EightJointsAVertexOfAnyComponentType) {
+TEST(SceneSkins, EightJointsOfAnyType) {
   GltfBuilder builder = test::motion_file();
   const size_t joints =
       builder.add_data<uint16_t>({0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0}, "VEC4", test::kUnsignedShort, 4);
@@ -111,7 +111,7 @@ TEST(SceneSkins, SparseWeights) {
   EXPECT_EQ(scene.influences[2].weights[1], 1);
 }
 
-TEST(SceneSkins, InfluencesFollowTheirVertexWhereNormalsAreMissing) {
+TEST(SceneSkins, SplitVerticesKeepInfluences) {
   GltfBuilder builder = test::motion_file();
   primitive(builder)["attributes"].erase("NORMAL");
   primitive(builder)["indices"] = builder.add_indices({2, 0, 1, 1, 0, 2});
@@ -127,7 +127,7 @@ TEST(SceneSkins, InfluencesFollowTheirVertexWhereNormalsAreMissing) {
   }
 }
 
-TEST(SceneSkins, GeneratedTangentsKeepInfluencesWithTheirVertices) {
+TEST(SceneSkins, GeneratedTangentsKeepInfluences) {
   GltfBuilder builder = test::motion_file();
   const size_t uv = builder.add_data<float>({0, 0, 1, 0, 0, 1}, "VEC2", test::kFloat, 2);
   const size_t material = builder.add_textured_material(test::png(2, 2, 0xffff8080));
@@ -142,7 +142,7 @@ TEST(SceneSkins, GeneratedTangentsKeepInfluencesWithTheirVertices) {
   }
 }
 
-TEST(SceneSkins, PrimitivesThatDifferInInfluencesAloneShareNothingWrong) {
+TEST(SceneSkins, DifferentInfluencesAreSeparate) {
   GltfBuilder builder = test::motion_file();
   json plain = primitive(builder);
   plain["attributes"].erase("JOINTS_0");
@@ -171,7 +171,7 @@ TEST(SceneMorphs, DeltasLieByTargetThenVertex) {
   EXPECT_EQ(deltas[4].normal, glm::vec3(0.5f, 0, 0));
 }
 
-TEST(SceneMorphs, ANodesWeightsComeBeforeItsMeshes) {
+TEST(SceneMorphs, NodesWeightsComeBeforeItsMeshes) {
   GltfBuilder builder = test::motion_file();
   builder.add_node("own", {{"mesh", 0}, {"weights", {0.5, 1}}});
   Scene scene = test::loaded_scene(builder);
@@ -192,7 +192,7 @@ TEST(SceneMorphs, ANodesWeightsComeBeforeItsMeshes) {
   EXPECT_TRUE(weights("tip").empty());
 }
 
-TEST(SceneMorphs, FlatNormalsAreComputedForEachTarget) {
+TEST(SceneMorphs, TargetsHaveFlatNormals) {
   GltfBuilder builder = test::motion_file();
   primitive(builder)["attributes"].erase("NORMAL");
   const size_t lifted = builder.add_data<float>({0, 0, 0, 0, 0, 1, 0, 0, 0}, "VEC3", test::kFloat, 3);
@@ -209,7 +209,7 @@ TEST(SceneMorphs, FlatNormalsAreComputedForEachTarget) {
   }
 }
 
-TEST(SceneMorphs, OtherAttributesOfTargetsAreSaidToBeLeftOut) {
+TEST(SceneMorphs, OtherTargetAttributesAreReported) {
   GltfBuilder builder = test::motion_file();
   primitive(builder)["targets"][0]["COLOR_0"] = test::kTargetA;
   const Scene scene = test::loaded_scene(builder);

@@ -100,7 +100,7 @@ TEST(SpecularGlossiness, TexturesAreConvertedPerTexel) {
   EXPECT_EQ(made.height, 4u);
 }
 
-TEST(SpecularGlossiness, DiffuseTexturesOfPlasticStayAsTheyAre) {
+TEST(SpecularGlossiness, PlasticKeepsDiffuseTexture) {
   GltfBuilder builder = with_material({{"diffuseTexture", {{"index", 0}}},
                                        {"specularFactor", {0, 0, 0}},
                                        {"diffuseFactor", {0.48, 0.48, 0.48, 1}}});
@@ -112,7 +112,7 @@ TEST(SpecularGlossiness, DiffuseTexturesOfPlasticStayAsTheyAre) {
   EXPECT_EQ(material.metallic, 0);
 }
 
-TEST(SpecularGlossiness, TexturesWithOtherCoordinatesAreNotCombined) {
+TEST(SpecularGlossiness, OtherCoordinatesAreNotCombined) {
   GltfBuilder builder = with_material({});
   const size_t specular = add_texture(builder, 2, 2, 0x33bc00ff);
   builder.root["materials"][0]["extensions"]["KHR_materials_pbrSpecularGlossiness"] = {

@@ -58,7 +58,7 @@ List square() {
   return list;
 }
 
-TEST(SceneTangents, AnUprightImageIsNotMirrored) {
+TEST(SceneTangents, UprightImageIsNotMirrored) {
   List list = square();
   generate_tangents(list.vertices, list.indices, 0);
   EXPECT_EQ(list.vertices.positions.size(), 4u);
@@ -82,7 +82,7 @@ List butterfly() {
   return list;
 }
 
-TEST(SceneTangents, MirroredHalvesSplitTheVerticesBetweenThem) {
+TEST(SceneTangents, MirroredHalvesSplitVerticesBetweenThem) {
   List list = butterfly();
   const List before = list;
   generate_tangents(list.vertices, list.indices, 0);
@@ -99,7 +99,7 @@ TEST(SceneTangents, MirroredHalvesSplitTheVerticesBetweenThem) {
   }
 }
 
-TEST(SceneTangents, EqualVerticesShareAFrameHoweverTheyAreIndexed) {
+TEST(SceneTangents, EqualVerticesShareAFrame) {
   // A roof: two squares at an angle, with one normal along the ridge.
   List shared;
   const glm::vec3 up(0, 0, 1), left = glm::normalize(glm::vec3(-1, 0, 1)),
@@ -125,7 +125,7 @@ TEST(SceneTangents, EqualVerticesShareAFrameHoweverTheyAreIndexed) {
   expect_frames(shared);
 }
 
-TEST(SceneTangents, TrianglesThatOnlyTouchDoNotShareAFrame) {
+TEST(SceneTangents, TouchingTrianglesStaySeparate) {
   // Triangles around one vertex without common edges; u rotates with the triangle.
   List list;
   const uint32_t centre = list.add({0, 0, 0}, {0, 0});
@@ -182,7 +182,7 @@ List sphere(int columns, int rows) {
   return list;
 }
 
-TEST(SceneTangents, OnASphereTheyRunAlongTheLatitudes) {
+TEST(SceneTangents, OnSphereTheyRunAlongLatitudes) {
   List list = sphere(64, 32);
   generate_tangents(list.vertices, list.indices, 0);
   expect_frames(list);
@@ -201,7 +201,7 @@ TEST(SceneTangents, OnASphereTheyRunAlongTheLatitudes) {
   EXPECT_LT(worst, 2.82);
 }
 
-TEST(SceneTangents, TheOrderOfTrianglesDoesNotMatter) {
+TEST(SceneTangents, OrderOfTrianglesDoesNotMatter) {
   List list = sphere(24, 12), shuffled = list;
   std::mt19937 random(7);
   std::vector<uint32_t> order(list.indices.size() / 3);
@@ -221,7 +221,7 @@ TEST(SceneTangents, TheOrderOfTrianglesDoesNotMatter) {
   }
 }
 
-TEST(SceneTangents, CollapsedAndUndecidedTrianglesTakeTheirNeighboursFrames) {
+TEST(SceneTangents, CollapsedTrianglesUseNeighbours) {
   List list = square();
   const uint32_t flat = list.add({2, 0, 0}, {1, 1});            // its triangle has no area in texture space
   list.indices.insert(list.indices.end(), {0, 0, 1, 1, 3, 1});  // degenerate triangles
@@ -233,7 +233,7 @@ TEST(SceneTangents, CollapsedAndUndecidedTrianglesTakeTheirNeighboursFrames) {
   expect_frames(list);
 }
 
-TEST(SceneTangents, AnUndecidedTriangleBetweenMirroredHalvesBelongsToOne) {
+TEST(SceneTangents, UndecidedTriangleTakesOneHalf) {
   List list = butterfly();
   // A sliver without area in texture space along the common edge, between the halves.
   const uint32_t tip = list.add({1, 0.5f, 1}, {1, 0.5f});
@@ -244,7 +244,7 @@ TEST(SceneTangents, AnUndecidedTriangleBetweenMirroredHalvesBelongsToOne) {
   EXPECT_EQ(list.tangent(11).w, -1);
 }
 
-TEST(SceneTangents, WithoutCoordinatesAnyDirectionInTheSurface) {
+TEST(SceneTangents, WithoutCoordinatesAnyDirectionInSurface) {
   List list = square();
   for (VertexAttributes& vertex : list.vertices.attributes) vertex.uv0 = glm::vec2(0.5f);
   generate_tangents(list.vertices, list.indices, 0);
@@ -262,7 +262,7 @@ TEST(SceneTangents, ExtremeNumbersStayNumbers) {
   }
 }
 
-TEST(SceneTangents, ManyTrianglesAtOneVertexOrOneEdgeAreNoTrap) {
+TEST(SceneTangents, HugeFanIsFast) {
   std::mt19937 random(3);
   std::uniform_real_distribution<float> anywhere(-1, 1);
   List fan, book;

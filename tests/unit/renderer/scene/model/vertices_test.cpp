@@ -69,7 +69,7 @@ TEST(PackedVertices, ZeroVectorsGetADirection) {
   EXPECT_EQ(packed_and_back({0, -kLargest, 0}, {0, 0, kLargest, 1}).tangent, glm::vec4(0, 0, 1, 1));
 }
 
-TEST(PackedVertices, TangentsAreStoredOnceAVertexHasOne) {
+TEST(PackedVertices, TangentsAreStoredOnDemand) {
   Scene scene;
   VertexAttributes plain, other;
   other.tangent = {0, -1, 0, -1};
@@ -82,7 +82,7 @@ TEST(PackedVertices, TangentsAreStoredOnceAVertexHasOne) {
   EXPECT_EQ(tangent_of(scene, 3), other.tangent);
 }
 
-TEST(PackedVertices, ExtrasAreStoredOnceAVertexHasSome) {
+TEST(PackedVertices, ExtrasAreStoredOnDemand) {
   Scene scene;
   VertexAttributes plain;
   plain.uv0 = {0.25f, -3};

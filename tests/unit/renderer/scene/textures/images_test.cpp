@@ -43,7 +43,7 @@ void expect_placeholder(const GltfBuilder& builder, const std::string& warning,
   EXPECT_EQ(image.rgba8, placeholder_image("").rgba8);
 }
 
-TEST(SceneImages, ThePlaceholderIsACheckerOfMagentaAndBlack) {
+TEST(SceneImages, PlaceholderIsACheckerboard) {
   const Image image = placeholder_image("bark");
   EXPECT_EQ(image.name, "bark");
   ASSERT_EQ(image.width, 64u);
@@ -60,7 +60,7 @@ TEST(SceneImages, ThePlaceholderIsACheckerOfMagentaAndBlack) {
   EXPECT_EQ(texel(63, 63), magenta);
 }
 
-TEST(SceneImages, EachFaultIsAPlaceholderAndAWarningWithTheReason) {
+TEST(SceneImages, FaultsBecomePlaceholders) {
   struct Fault {
     const char* name;
     std::function<void(GltfBuilder&)> plant;
@@ -179,7 +179,7 @@ TEST(SceneImages, PlaceholdersOfDataAreLeftOut) {
   EXPECT_TRUE(data_only.warnings[0].ends_with("No such file or directory; it is left out"));
 }
 
-TEST(SceneImages, OtherImagesOfTheFileAreRead) {
+TEST(SceneImages, OtherImagesOfFileAreRead) {
   GltfBuilder builder = textured_file();
   builder.add_textured_material({});
   builder.add_textured_material(test::png(5, 1, 0xff00ff00));
@@ -192,7 +192,7 @@ TEST(SceneImages, OtherImagesOfTheFileAreRead) {
   EXPECT_EQ(scene.warnings.size(), 1u);
 }
 
-TEST(SceneImages, OfUriAndBufferViewTheViewIsRead) {
+TEST(SceneImages, ViewPrecedesUri) {
   GltfBuilder builder = textured_file();
   builder.root["images"][0]["uri"] = "missing.png";
   const Scene scene = loaded(builder);
@@ -201,7 +201,7 @@ TEST(SceneImages, OfUriAndBufferViewTheViewIsRead) {
   EXPECT_EQ(scene.warnings[0], "images[0] has both a uri and a bufferView; the bufferView is read");
 }
 
-TEST(SceneImages, LimitsOfTheLoadStillRefuseIt) {
+TEST(SceneImages, LimitsOfLoadStillRefuseIt) {
   GltfBuilder builder = textured_file();
   builder.add_textured_material({});
   builder.root["images"][1] = {{"uri", "wood.png"}};

@@ -22,7 +22,7 @@ double code_of(double light) {
   return 255 * (light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1 / 2.4) - 0.055);
 }
 
-TEST(MipLevels, HalveBothSidesDownToOneTexel) {
+TEST(MipLevels, SidesHalveToOne) {
   const auto sizes = [](uint32_t width, uint32_t height) {
     std::vector<size_t> texels;
     for (const std::vector<uint8_t>& level : generate_mip_levels(
@@ -42,7 +42,7 @@ TEST(MipLevels, AreMeansOfLight) {
   EXPECT_EQ(generate_mip_levels(image, true)[0], (std::vector<uint8_t>{188, 10, 255, 128}));
 }
 
-TEST(MipLevels, OfAnOddSideEachTexelCountsTheSame) {
+TEST(MipLevels, OddTexelsWeighEqually) {
   const Image row = image_of(5, 1, {100, 0, 0, 0, 0, 100, 0, 0, 0, 0, 100, 0, 0, 0, 0, 100, 50, 50, 50, 50});
   EXPECT_EQ(generate_mip_levels(row, false)[0], (std::vector<uint8_t>{40, 40, 20, 0, 20, 20, 40, 60}));
 }

@@ -134,7 +134,7 @@ void expect_near(const glm::vec3& found, const glm::vec3& expected, float share)
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(found[c], expected[c], most);
 }
 
-TEST(OpenExrFile, IsTheSameImageAsRadiance) {
+TEST(OpenExrFile, IsSameImageAsRadiance) {
   const std::vector<glm::vec3> pixels = picture(37, 21);
   const auto from_radiance = decode_radiance_file(radiance(37, 21, pixels), "test.hdr");
   ASSERT_TRUE(from_radiance.ok()) << from_radiance.error().message;
@@ -174,7 +174,7 @@ TEST(OpenExrFile, AFileOfFfmpeg) {
   }
 }
 
-TEST(OpenExrFile, ASunBrighterThanTheFormatKeepsItsLight) {
+TEST(OpenExrFile, ClampedSunKeepsEnergy) {
   const auto image = decoded(exr({2, 1}, {{200000, 1, 0}, {1, 0, 0}}));
   ASSERT_TRUE(image.ok()) << image.error().message;
   EXPECT_GT(image->scale, 1);
@@ -187,7 +187,7 @@ TEST(OpenExrFile, ASunBrighterThanTheFormatKeepsItsLight) {
   EXPECT_EQ(at(*odd, 0), glm::vec3(kMaxRgb9e5 * odd->scale, 0, 0));
 }
 
-TEST(OpenExrFile, TheDisplayWindowIsTheImage) {
+TEST(OpenExrFile, DisplayWindowIsImage) {
   Written written{3, 2};
   written.first = {-1, 4};
   written.display = Imath::Box2i({0, 3}, {3, 4});
@@ -200,7 +200,7 @@ TEST(OpenExrFile, TheDisplayWindowIsTheImage) {
   for (size_t i = 0; i < expected.size(); ++i) EXPECT_EQ(at(*image, i), glm::vec3(expected[i])) << i;
 }
 
-TEST(OpenExrFile, ChannelsOfALayerOrGrey) {
+TEST(OpenExrFile, ChannelsOfLayerOrGrey) {
   const std::vector<glm::vec3> pixels{{1, 2, 4}};
   Written layer{1, 1};
   layer.channels = {"Sky.Combined.R", "Sky.Combined.G", "Sky.Combined.B"};
@@ -214,7 +214,7 @@ TEST(OpenExrFile, ChannelsOfALayerOrGrey) {
   EXPECT_EQ(at(*decoded(exr(with_alpha, pixels)), 0), glm::vec3(1, 2, 4));
 }
 
-TEST(OpenExrFile, WhatCannotBeAnEnvironmentIsRefused) {
+TEST(OpenExrFile, WhatCannotBeEnvironmentIsRefused) {
   const std::vector<glm::vec3> pixels = picture(1, 6);
   const auto reason = [&](const Written& written) {
     const auto image = decoded(exr(written, pixels));
@@ -242,7 +242,7 @@ TEST(OpenExrFile, WhatCannotBeAnEnvironmentIsRefused) {
   EXPECT_TRUE(written.ok()) << "its first bytes tell the format";
 }
 
-TEST(OpenExrFile, AttributesLieInsideOfTheFile) {
+TEST(OpenExrFile, AttributesLieInsideOfFile) {
   const std::string text("\x76\x2f\x31\x01\x02\0\0\0name\0string\0\xff\xff\xff\x7f", 24);
   const auto bytes = std::as_bytes(std::span(text));
   const auto image = decoded({bytes.begin(), bytes.end()});

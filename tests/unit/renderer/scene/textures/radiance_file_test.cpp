@@ -71,7 +71,7 @@ TEST(RadianceFile, ExposureIsTakenOut) {
   EXPECT_EQ(unpack_rgb9e5(image->rgb9e5[0]), glm::vec3(1));
 }
 
-TEST(RadianceFile, ASunBrighterThanTheFormatKeepsItsLight) {
+TEST(RadianceFile, ClampedSunKeepsEnergy) {
   const Result<EnvironmentImage> image = decode(sized(2, 1) + bytes({200, 100, 0, 145, 128, 0, 0, 129}));
   ASSERT_TRUE(image.ok()) << image.error().message;
   EXPECT_GT(image->scale, 1);
@@ -83,7 +83,7 @@ TEST(RadianceFile, ASunBrighterThanTheFormatKeepsItsLight) {
   EXPECT_EQ(unpack_rgb9e5(extreme->rgb9e5[0]), glm::vec3(kMaxRgb9e5));
 }
 
-TEST(RadianceFile, HeadersThatCannotBeReadAreRefused) {
+TEST(RadianceFile, InvalidHeadersAreRefused) {
   expect_refused("", "is not a Radiance image");
   expect_refused("\x89PNG\r\n", "is not a Radiance image");
   expect_refused("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n", "the header does not end");
@@ -126,7 +126,7 @@ TEST(RadianceFile, DamagedRowsAreRefused) {
   expect_refused(sized(1, 2) + bytes({9, 9, 9, 9, 9, 9, 9}), "row 1 is damaged");
 }
 
-TEST(RadianceFile, FilesThatAreNotThereAreNamed) {
+TEST(RadianceFile, MissingFilesAreNamed) {
   const test::ScratchFolder folder;
   const Result<EnvironmentImage> missing = load_environment(folder.path() / "none.hdr");
   ASSERT_FALSE(missing.ok());
@@ -140,7 +140,7 @@ TEST(RadianceFile, FilesThatAreNotThereAreNamed) {
       << neither.error().message;
 }
 
-TEST(EnvironmentImage, PackingRoundsToNineBitsAndCleansNumbers) {
+TEST(EnvironmentImage, PackingRoundsToNineBits) {
   for (const float value : {1.0f, 0.5f, 1e-4f, 0.7f, 3.14159f, 1000.0f, 65000.0f}) {
     const glm::vec3 color(value, value * 0.5f, value * 0.25f);
     const glm::vec3 back = unpack_rgb9e5(pack_rgb9e5(color));
@@ -152,7 +152,7 @@ TEST(EnvironmentImage, PackingRoundsToNineBitsAndCleansNumbers) {
   EXPECT_EQ(unpack_rgb9e5(pack_rgb9e5(glm::vec3(0.99999f))), glm::vec3(1));  // one bit more after rounding
 }
 
-TEST(EnvironmentImage, TheCenterLiesAheadAndTheRightToTheRight) {
+TEST(EnvironmentImage, CentreIsAhead) {
   EXPECT_NEAR(glm::distance(environment_direction(0.5f, 0.5f), {0, 0, -1}), 0, 1e-6f);
   EXPECT_NEAR(glm::distance(environment_direction(0.75f, 0.5f), {1, 0, 0}), 0, 1e-6f);
   EXPECT_NEAR(glm::distance(environment_direction(0.3f, 0), {0, 1, 0}), 0, 1e-6f);

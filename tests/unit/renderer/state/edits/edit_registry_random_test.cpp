@@ -340,7 +340,7 @@ class RandomEdits : public testing::TestWithParam<uint32_t> {
   int64_t now_ns_ = 0;
 };
 
-TEST_P(RandomEdits, IncrementalStateIsThatOfAFullRecomputation) {
+TEST_P(RandomEdits, IncrementalMatchesRecomputation) {
   constexpr int kOperations = 4000;
   for (int i = 0; i < kOperations; ++i) {
     for (uint32_t batch = 1 + below(3); batch-- > 0;) operate();
@@ -355,7 +355,7 @@ TEST_P(RandomEdits, IncrementalStateIsThatOfAFullRecomputation) {
 INSTANTIATE_TEST_SUITE_P(Seeds, RandomEdits, testing::Range(1u, 9u));
 
 // Thousands of edits in force do not make a further one longer.
-TEST(EditBookCost, AChangedKeyResolvesItsNodeAlone) {
+TEST(EditBookCost, ChangedKeyResolvesItsNodeAlone) {
   constexpr uint32_t kNodes = 5000;
   scene::Scene scene;
   for (uint32_t i = 0; i < kNodes; ++i) {

@@ -56,7 +56,7 @@ class EditRegistryTest : public testing::Test {
   uint64_t version_ = 0;
 };
 
-TEST(EditRegistry, ReportsAlphaOfOpaqueMaterialsOnceForEachNode) {
+TEST(EditRegistry, OpaqueAlphaIsReportedOnce) {
   scene::Scene scene = room();
   scene.nodes[kCup].mesh = 1;
   scene.meshes.emplace_back();
@@ -90,7 +90,7 @@ TEST(EditRegistry, ReportsAlphaOfOpaqueMaterialsOnceForEachNode) {
   EXPECT_TRUE(paint("ball", 0.2f).empty()) << "once";
 }
 
-TEST_F(EditRegistryTest, WhatIsBelowAHiddenNodeIsHiddenUntilItIsShownAgain) {
+TEST_F(EditRegistryTest, HiddenParentHidesChildren) {
   const StreamId id = stream(1);
   hide(id, "table");
   EXPECT_TRUE(resolved().is_hidden(kTable));
@@ -108,7 +108,7 @@ TEST_F(EditRegistryTest, WhatIsBelowAHiddenNodeIsHiddenUntilItIsShownAgain) {
   EXPECT_EQ(edits_.revisions(), (scene::EditRevisions{.visible = 3}));
 }
 
-TEST_F(EditRegistryTest, LightsTakeWhatTheWireSaysAndKeepTheRest) {
+TEST_F(EditRegistryTest, LightsMergeWireValues) {
   const StreamId id = stream(1);
   wire::Light light;
   light.kind = wire::LightKind::spot;
@@ -139,7 +139,7 @@ TEST_F(EditRegistryTest, LightsTakeWhatTheWireSaysAndKeepTheRest) {
   EXPECT_EQ(scene::lights_of(scene_, nullptr).size(), 1u);
 }
 
-TEST_F(EditRegistryTest, ARemovedNodeTakesLightsWithItAndAClearedOneIsThereAgain) {
+TEST_F(EditRegistryTest, RemovedNodeRemovesLights) {
   const StreamId id = stream(1);
   edit(id, "table", wire::Property::node, wire::NodeRemoved{});
   EXPECT_TRUE(resolved().is_hidden(kCup));
@@ -150,7 +150,7 @@ TEST_F(EditRegistryTest, ARemovedNodeTakesLightsWithItAndAClearedOneIsThereAgain
   EXPECT_EQ(scene::lights_of(scene_, &edits_).size(), 1u);
 }
 
-TEST_F(EditRegistryTest, ColoursAndCamerasAreOfTheirNode) {
+TEST_F(EditRegistryTest, ColoursAndCamerasStayWithNode) {
   const StreamId id = stream(1);
   edit(id, "ball", wire::Property::base_color, wire::BaseColor{{0.1f, 0.2f, 0.3f, 0.4f}});
   edit(id, "cup", wire::Property::camera, wire::Camera{1.1f, 0.2f, 50, 2});
@@ -172,7 +172,7 @@ TEST_F(EditRegistryTest, ColoursAndCamerasAreOfTheirNode) {
   EXPECT_EQ(edits_.revisions(), (scene::EditRevisions{.base_color = 1, .camera = 2}));
 }
 
-TEST_F(EditRegistryTest, TheOlderStreamKeepsANodeAndGivesItBack) {
+TEST_F(EditRegistryTest, OlderStreamKeepsNode) {
   const StreamId older = stream(1), younger = stream(2);
   hide(younger, "ball");
   EXPECT_TRUE(resolved().is_hidden(kBall));
@@ -193,7 +193,7 @@ TEST_F(EditRegistryTest, TheOlderStreamKeepsANodeAndGivesItBack) {
   EXPECT_TRUE(registry_.empty());
 }
 
-TEST_F(EditRegistryTest, WhoMovesANodeIsAskedToo) {
+TEST_F(EditRegistryTest, WhoMovesNodeIsAskedToo) {
   const StreamId driver = stream(1, {"ball"}), other = stream(2);
   hide(other, "ball");
   EXPECT_FALSE(resolved().is_hidden(kBall));
@@ -204,7 +204,7 @@ TEST_F(EditRegistryTest, WhoMovesANodeIsAskedToo) {
   EXPECT_TRUE(resolved().is_hidden(kBall)) << "the other one's, now";
 }
 
-TEST_F(EditRegistryTest, AYoungerStreamHidesNothingThatAnOlderOneHasBelow) {
+TEST_F(EditRegistryTest, YoungerStreamHidesNothingOlder) {
   const StreamId driver = stream(1, {"cup"}), editor = stream(2), younger = stream(3);
   hide(younger, "table");
   EXPECT_FALSE(resolved().is_hidden(kCup)) << "the cup is driven by an older stream";
@@ -228,7 +228,7 @@ TEST_F(EditRegistryTest, AYoungerStreamHidesNothingThatAnOlderOneHasBelow) {
   EXPECT_TRUE(resolved().is_hidden(kCup)) << "who comes later accepts what is hidden";
 }
 
-TEST_F(EditRegistryTest, AnOlderStreamMayHideTheNodesOfAYoungerOne) {
+TEST_F(EditRegistryTest, OlderStreamHidesYounger) {
   const StreamId older = stream(1);
   stream(2, {"cup"});
   hide(older, "table");
@@ -236,7 +236,7 @@ TEST_F(EditRegistryTest, AnOlderStreamMayHideTheNodesOfAYoungerOne) {
   EXPECT_EQ(registry_.faults().conflicting, 0u);
 }
 
-TEST_F(EditRegistryTest, NodesAreReservedForAStreamThatMayReturn) {
+TEST_F(EditRegistryTest, NodesAreReservedForReturn) {
   const StreamId older = stream(1), younger = stream(2);
   hide(younger, "ball");
   hide(older, "ball", true);
@@ -262,7 +262,7 @@ TEST_F(EditRegistryTest, NodesAreReservedForAStreamThatMayReturn) {
 }
 
 // The file has two feet below the table.
-TEST_F(EditRegistryTest, AnAddedNodeDoesNotTakeANameOfTheFile) {
+TEST_F(EditRegistryTest, AddedNodeKeepsFileNames) {
   scene::Scene file = room();
   for (int i = 0; i < 2; ++i) {
     scene::Node& foot = file.nodes.emplace_back();
@@ -298,7 +298,7 @@ TEST_F(EditRegistryTest, AnAddedNodeDoesNotTakeANameOfTheFile) {
   EXPECT_EQ(registry_.faults().refused, 5u);
 }
 
-TEST_F(EditRegistryTest, EditsStayWithTheirNodesWhenTheSceneIsReplaced) {
+TEST_F(EditRegistryTest, EditsSurviveSceneReplacement) {
   const StreamId id = stream(1);
   scene::Scene with_fork = room(), with_forks = room();
   for (scene::Scene* scene : {&with_fork, &with_forks}) {
@@ -320,7 +320,7 @@ TEST_F(EditRegistryTest, EditsStayWithTheirNodesWhenTheSceneIsReplaced) {
   EXPECT_EQ(registry_.faults().unmatched, 0u);
 }
 
-TEST_F(EditRegistryTest, WhatHasNoNodeIsCountedAndDoesNoHarm) {
+TEST_F(EditRegistryTest, NodelessEditsAreCounted) {
   const StreamId id = stream(1);
   hide(id, "nobody");
   hide(id, "ball");
@@ -347,7 +347,7 @@ scene::Scene with_triangle(bool own) {
   return scene;
 }
 
-TEST_F(EditRegistryTest, VerticesAreFinishedOnceTheNodeHasThemToItself) {
+TEST_F(EditRegistryTest, VerticesFinishWithNode) {
   const scene::Scene shared = with_triangle(false), own = with_triangle(true);
   poses_.set_scene(shared);
   const StreamId id = stream(1);
@@ -386,7 +386,7 @@ TEST_F(EditRegistryTest, VerticesAreFinishedOnceTheNodeHasThemToItself) {
   EXPECT_EQ(registry_.take_finished().size(), 1u);
 }
 
-TEST_F(EditRegistryTest, WantedNodesAreThoseThatWereNotRefusedOrReplaced) {
+TEST_F(EditRegistryTest, WantedNodesExcludeRefused) {
   const StreamId older = stream(1), younger = stream(2);
   wire::NodeAdded node;
   node.parent = "table";
@@ -422,7 +422,7 @@ TEST_F(EditRegistryTest, WantedNodesAreThoseThatWereNotRefusedOrReplaced) {
 }
 
 // Ids are given out again.
-TEST_F(EditRegistryTest, AStreamThatTakesThePlaceOfAnotherHasNoneOfItsEdits) {
+TEST_F(EditRegistryTest, SuccessorStartsWithoutEdits) {
   const StreamId first = stream(1);
   hide(first, "ball");
   resolved();
@@ -436,7 +436,7 @@ TEST_F(EditRegistryTest, AStreamThatTakesThePlaceOfAnotherHasNoneOfItsEdits) {
 
 // The lamp has a light with a shadow in the file, which costs no more. Of the others one casts a shadow, and
 // the last one is refused; a cleared one makes room.
-TEST_F(EditRegistryTest, LightsOfAPeerAreLimited) {
+TEST_F(EditRegistryTest, LightsOfPeerAreLimited) {
   PeerLimits limits;
   ASSERT_TRUE(set_limit("lights=2", limits).ok());
   ASSERT_TRUE(set_limit("shadow-lights=1", limits).ok());
@@ -472,7 +472,7 @@ TEST_F(EditRegistryTest, LightsOfAPeerAreLimited) {
   EXPECT_EQ(budget->used(Resource::shadow_lights), 0u);
 }
 
-TEST_F(EditRegistryTest, WantedNodesAreListedAnewOnlyWhenTheyChange) {
+TEST_F(EditRegistryTest, WantedNodesChangeOnDemand) {
   const StreamId id = stream(1);
   edit(id, "added", wire::Property::node, wire::NodeAdded{});
   (void)resolved();

@@ -269,7 +269,7 @@ void EditsProperty::run(uint32_t seed) {
   EXPECT_EQ(reader->stream()->edits_refused, 0u);
 }
 
-TEST_P(EditsProperty, WhenAllIsQuietTheRendererHasWhatTheSimulatorSet) {
+TEST_P(EditsProperty, QuietStateMatchesSimulator) {
   // A renderer that is started anew is found again sooner where nothing is lost on the way.
   const uint32_t runs = std::string(GetParam()) == "udp" ? 3 : 8;
   for (uint32_t seed = 1; seed <= runs && !HasFailure(); ++seed) run(seed);
@@ -280,7 +280,7 @@ INSTANTIATE_TEST_SUITE_P(Links, EditsProperty, testing::Values("shm", "tcp", "ud
 
 // Body 0 moves for the last time in a frame that is lost; what comes after it does not speak of body 0, and
 // then nothing comes at all.
-TEST(EditsConverge, WhenTheLastMovingFrameIsLost) {
+TEST(EditsConverge, WhenLastMovingFrameIsLost) {
   Reader reader("udp://127.0.0.1:0");
   auto opened = impair::UdpRelay::open("udp://127.0.0.1:0", reader.uri(), {});
   ASSERT_TRUE(opened.ok()) << opened.error().message;

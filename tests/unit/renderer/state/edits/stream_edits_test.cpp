@@ -73,7 +73,7 @@ class StateEdits : public testing::Test {
   int64_t now_ns_ = 1;
 };
 
-TEST_F(StateEdits, AFrameWaitsForItsEdits) {
+TEST_F(StateEdits, FrameWaitsForItsEdits) {
   EXPECT_TRUE(push(1, 0));
   EXPECT_FALSE(push(2, 2));
   EXPECT_EQ(shown(), 1u);
@@ -86,7 +86,7 @@ TEST_F(StateEdits, AFrameWaitsForItsEdits) {
   EXPECT_TRUE(push(3, 1)) << "newer edits are no reason to wait";
 }
 
-TEST_F(StateEdits, OfWaitingFramesTheNextThatCanBeShownAndTheNewestAreKept) {
+TEST_F(StateEdits, WaitingKeepsNextAndNewest) {
   push(1, 0);
   for (uint64_t i = 2; i <= 9; ++i) EXPECT_FALSE(push(i, i));
   EXPECT_EQ(stream().frames_superseded, 6u);
@@ -97,7 +97,7 @@ TEST_F(StateEdits, OfWaitingFramesTheNextThatCanBeShownAndTheNewestAreKept) {
   EXPECT_EQ(shown(), 9u);
 }
 
-TEST_F(StateEdits, AStreamWhoseEditsAreAlwaysBehindIsShownAllTheSame) {
+TEST_F(StateEdits, LaggingEditsStillShow) {
   push(1, 0);
   uint64_t changes = 0, applied = 0;
   // Publishes one frame and one edit at a time; every second edit arrives.
@@ -108,7 +108,7 @@ TEST_F(StateEdits, AStreamWhoseEditsAreAlwaysBehindIsShownAllTheSame) {
   EXPECT_GT(changes, 3u) << "the picture stood still";
 }
 
-TEST_F(StateEdits, WhatIsTakenIsTheNewestOfEachKeyByVersion) {
+TEST_F(StateEdits, NewestVersionIsTaken) {
   state_.apply(id_, visible(1, "a", false));
   state_.apply(id_, visible(2, "b", false));
   state_.apply(id_, visible(3, "a", true));
@@ -127,13 +127,13 @@ TEST_F(StateEdits, WhatIsTakenIsTheNewestOfEachKeyByVersion) {
   EXPECT_EQ(stream().edits_received, 4u);
 }
 
-TEST_F(StateEdits, AnEditOfALaterVersionHasNoEffectButCounts) {
+TEST_F(StateEdits, LaterVersionIsCounted) {
   EXPECT_FALSE(push(1, 1));
   EXPECT_TRUE(state_.apply(id_, wire::UnknownEdit{kEditsEpoch, 1}));
   EXPECT_TRUE(state_.take_scene_changes().empty());
 }
 
-TEST_F(StateEdits, AStreamThatEndsIsToldToWhomItsEditsWereGiven) {
+TEST_F(StateEdits, EndedStreamIsReported) {
   const StreamId second = add_stream(kEditsEpoch + 1);
   state_.apply(second, visible(1, "a", false, kEditsEpoch + 1));
   state_.apply(id_, visible(1, "b", false));
@@ -158,7 +158,7 @@ TEST_F(StateEdits, AStreamThatEndsIsToldToWhomItsEditsWereGiven) {
   EXPECT_EQ(changes[0].epoch, kEditsEpoch + 1);
 }
 
-TEST_F(StateEdits, AFrameWaitsForAnAssetThatIsLoadedAside) {
+TEST_F(StateEdits, FrameWaitsForAsset) {
   state_.remove_stream(id_);
   state_.load_assets_asynchronously();
   id_ = add_stream(kEditsEpoch);
@@ -178,7 +178,7 @@ TEST_F(StateEdits, AFrameWaitsForAnAssetThatIsLoadedAside) {
   EXPECT_EQ(shown(), 2u);
 }
 
-TEST_F(StateEdits, ALimitIsCountedAndStopsNoFrame) {
+TEST_F(StateEdits, LimitStopsNoFrame) {
   PeerLimits limits;
   limits.of(Resource::edits) = 2;
   limits.of(Resource::edit_bytes) = 4096;
@@ -244,7 +244,7 @@ TEST_F(StateEdits, EditsInForceAreCharged) {
   EXPECT_EQ(budget->used(Resource::edits), 0u);
 }
 
-TEST_F(StateEdits, APartialFrameStandsOnTheNewestOne) {
+TEST_F(StateEdits, PartialFrameStandsOnNewestOne) {
   EXPECT_FALSE(push_partial(1, {0}));
   EXPECT_EQ(stream().frames_without_base, 1u);
   push(2, 0);
@@ -260,7 +260,7 @@ TEST_F(StateEdits, APartialFrameStandsOnTheNewestOne) {
   EXPECT_EQ(shown_x(), (std::vector<float>{5, 4, 4, 4}));
 }
 
-TEST_F(StateEdits, AWholeFrameRepairsThePartialOneOfItsSequence) {
+TEST_F(StateEdits, WholeRepairsPartial) {
   push(1, 0);
   push_partial(3, {1});  // 2 was lost; it moved node 0
   EXPECT_FALSE(push_part(3, 0, 2));
@@ -271,7 +271,7 @@ TEST_F(StateEdits, AWholeFrameRepairsThePartialOneOfItsSequence) {
   EXPECT_EQ(stream().frames_incomplete, 0u);
 }
 
-TEST_F(StateEdits, AnInterpolatedStreamIsRepairedToo) {
+TEST_F(StateEdits, InterpolatedStreamIsRepairedToo) {
   state_.interpolate(id_, 0);
   now_ns_ = 1'000'000'000;
   push(1, 0);

@@ -83,7 +83,7 @@ size_t expect_bounded_while_playing(const scene::Scene& scene, const std::string
   return looked_at;
 }
 
-TEST(AnimatedBounds, HoldForTheFileMadeHere) {
+TEST(AnimatedBounds, HoldForFileMadeHere) {
   const scene::Scene scene = test::loaded_scene(test::motion_file());
   EXPECT_GT(expect_bounded_while_playing(scene, "motion_file"), 50u);
   // The first weight reaches 1, which lifts all vertices to z = 2; the second reaches 0.5, which moves one to
@@ -97,7 +97,7 @@ TEST(AnimatedBounds, HoldForTheFileMadeHere) {
   EXPECT_NEAR(tip.bounds_max.x, 3, 1e-3f);
 }
 
-TEST(AnimatedBounds, HoldWhereASplineOvershootsItsKeys) {
+TEST(AnimatedBounds, HoldWhereSplineOvershootsItsKeys) {
   test::GltfBuilder builder = test::motion_file();
   json& sampler = builder.root["animations"][0]["samplers"][2];
   sampler["interpolation"] = "CUBICSPLINE";
@@ -110,7 +110,7 @@ TEST(AnimatedBounds, HoldWhereASplineOvershootsItsKeys) {
   EXPECT_GT(expect_bounded_while_playing(scene, "spline"), 50u);
 }
 
-TEST(AnimatedBounds, TheWorldsBoundsAtRestAreOfThePosedFigure) {
+TEST(AnimatedBounds, RestBoundsFollowPose) {
   const scene::Scene scene = test::loaded_scene(test::motion_file());
   EXPECT_LT(scene.bounds_max.x, 50)
       << "the figure's own node stands at x = 100, which has no part in a skinned mesh";

@@ -56,7 +56,7 @@ TEST(AnimationPlayer, MovesNodesTheirDescendantsAndWeights) {
   expect_near(origin(pose.world_from_node[kTip]), {0, -4, 0});
 }
 
-TEST(AnimationPlayer, LoopsAndDependsOnTheTimeAlone) {
+TEST(AnimationPlayer, LoopsAndDependsOnTimeAlone) {
   const scene::Scene scene = test::loaded_scene(test::motion_file());
   EXPECT_EQ(scene.animations[0].duration_s, 4);
   AnimationPlayer player(scene, {0}), other(scene, {0});
@@ -70,7 +70,7 @@ TEST(AnimationPlayer, LoopsAndDependsOnTheTimeAlone) {
   EXPECT_EQ(other.at(3.1).world_from_node, player.at(3.1).world_from_node);
 }
 
-TEST(AnimationPlayer, WhatIsNotAnimatedRestsAsTheFileSays) {
+TEST(AnimationPlayer, UnanimatedNodesRest) {
   test::GltfBuilder builder = test::motion_file();
   builder.root["animations"][0]["channels"].erase(1);  // the rotation of "root"
   builder.root["nodes"][2]["rotation"] = {0, 0, 1, 0};
@@ -82,7 +82,7 @@ TEST(AnimationPlayer, WhatIsNotAnimatedRestsAsTheFileSays) {
   EXPECT_EQ(player.at(0.5).parent_from_node[kTip], expected);
 }
 
-TEST(AnimationPlayer, OfTwoThatMoveOneThingTheLastCounts) {
+TEST(AnimationPlayer, LastAnimationWins) {
   test::GltfBuilder builder = test::motion_file();
   json& animations = builder.root["animations"];
   animations.push_back(animations[0]);
@@ -94,7 +94,7 @@ TEST(AnimationPlayer, OfTwoThatMoveOneThingTheLastCounts) {
   EXPECT_EQ(origin(player.at(0.5).parent_from_node[kTip]), glm::vec3(9, 0, 0));
 }
 
-TEST(AnimationChoice, ByNameByIndexOrAllThatAgree) {
+TEST(AnimationChoice, SelectionByNameIndexOrAll) {
   test::GltfBuilder builder = test::motion_file();
   json& animations = builder.root["animations"];
   const json channels = animations[0]["channels"];
@@ -127,7 +127,7 @@ TEST(AnimationChoice, ByNameByIndexOrAllThatAgree) {
   EXPECT_FALSE(choose_animations(scene::Scene{}, "all").ok());
 }
 
-TEST(AnimatedPoses, UndrivenNodesFollowTheAnimationAndDrivenOnesTheirStream) {
+TEST(AnimatedPoses, UndrivenNodesFollowAnimation) {
   const scene::Scene scene = test::loaded_scene(test::motion_file());
   PoseState poses(scene);
   AnimationPlayer player(scene, {0});
@@ -158,7 +158,7 @@ TEST(AnimatedPoses, UndrivenNodesFollowTheAnimationAndDrivenOnesTheirStream) {
   expect_near(origin(poses.world_from_node(kTip)), {0, -4, 0});
 }
 
-TEST(AnimatedPoses, TheSimulatedTimeIsThatOfTheStreamThatCameLast) {
+TEST(AnimatedPoses, SimulatedTimeIsNewestStreams) {
   const scene::Scene scene = test::loaded_scene(test::motion_file());
   PoseState poses(scene);
   EXPECT_FALSE(poses.sim_time_ns());
@@ -175,7 +175,7 @@ TEST(AnimatedPoses, TheSimulatedTimeIsThatOfTheStreamThatCameLast) {
   EXPECT_EQ(poses.sim_time_ns(), 200);
 }
 
-TEST(AnimationClock, SimulatedTimeCountsWhileThereIsOneAndTimeGoesOnAfterIt) {
+TEST(AnimationClock, ClockContinuesAfterStream) {
   state::AnimationClock clock;
   EXPECT_DOUBLE_EQ(clock.at({}, 0), 0);
   EXPECT_DOUBLE_EQ(clock.at({}, 1.5), 1.5);

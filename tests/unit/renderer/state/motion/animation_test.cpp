@@ -68,7 +68,7 @@ TEST(AnimationSample, LinearBetweenKeysAndHeldOutside) {
   EXPECT_EQ(track.at(1e9), (std::vector<float>{6, 4, 2}));
 }
 
-TEST(AnimationSample, StepHoldsAKeyUntilTheNextOne) {
+TEST(AnimationSample, StepHoldsKeyUntilNextOne) {
   const Track track(AnimationPath::scale, Interpolation::step, 3, {0, 1, 2}, {1, 1, 1, 2, 2, 2, 3, 3, 3});
   EXPECT_EQ(track.at(0.999)[0], 1);
   EXPECT_EQ(track.at(1)[0], 2);
@@ -86,7 +86,7 @@ TEST(AnimationSample, OneKeyIsAConstant) {
   for (const double time : {0.0, 3.0, 9.0}) EXPECT_EQ(spline.at(time), (std::vector<float>{1, 2, 3}));
 }
 
-TEST(AnimationSample, RotationsTurnAtAConstantRate) {
+TEST(AnimationSample, RotationsTurnAtConstantRate) {
   const Track track(AnimationPath::rotation, Interpolation::linear, 4, {0, 3},
                     joined({about_z(0), about_z(120)}));
   for (const double time : {0.0, 0.5, 1.0, 2.0, 2.75}) expect_rotation(track.at(time), about_z(40 * time));
@@ -100,7 +100,7 @@ TEST(AnimationSample, RotationsTakeTheShorterWay) {
   expect_rotation(track.at(1.0 / 3), about_z(30));
 }
 
-TEST(AnimationSample, RotationsThatHardlyDifferStayOfLengthOne) {
+TEST(AnimationSample, NearlyEqualRotationsStayUnit) {
   const Track track(AnimationPath::rotation, Interpolation::linear, 4, {0, 1},
                     joined({about_z(10), about_z(10.001)}));
   const std::vector<float> value = track.at(0.5);
@@ -120,7 +120,7 @@ double de_casteljau(double from, double out, double in, double to, double second
   return p[0];
 }
 
-TEST(AnimationSample, SplinesScaleTheirTangentsByTheTimeBetweenKeys) {
+TEST(AnimationSample, SplineTangentsScaleByTime) {
   // In-tangent, value, out-tangent at 1 s, 3 s and 3.5 s.
   const std::vector<float> values{7, 1, 2, -3, 5, 4, 1, -2, 8};
   const Track track(AnimationPath::weights, Interpolation::cubic_spline, 1, {1, 3, 3.5f}, values);

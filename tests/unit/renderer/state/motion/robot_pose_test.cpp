@@ -74,7 +74,7 @@ TEST_F(RobotPoses, JointsThatMove) {
   EXPECT_EQ(pose_.node_of(3), scene::kNone) << "the scene has no node of this body";
 }
 
-TEST_F(RobotPoses, BodiesMoveWithWhatIsBelowThem) {
+TEST_F(RobotPoses, BodiesMoveTheirChildren) {
   const double shoulder = 0.4, elbow = 0.9, slide = 0.25;
   EXPECT_FALSE(pose_.is_moved());
   EXPECT_TRUE(pose_.set({{0, {shoulder}}, {1, {elbow}}, {2, {slide}}}));
@@ -99,7 +99,7 @@ TEST_F(RobotPoses, BodiesMoveWithWhatIsBelowThem) {
   EXPECT_EQ(rest.world_from_node[1], before.world_from_node[1]) << "no part of the robot has moved";
 }
 
-TEST_F(RobotPoses, PositionsAreClampedToTheLimitsAndReturnHome) {
+TEST_F(RobotPoses, PositionsAreClamped) {
   EXPECT_TRUE(pose_.set({{1, {7}}, {5, {1}}, {99, {1}}}));
   EXPECT_EQ(pose_.robot().positions()[1], 2);
   EXPECT_TRUE(pose_.set({}));

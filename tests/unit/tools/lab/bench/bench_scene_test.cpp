@@ -60,7 +60,7 @@ TEST(BenchScene, SharesHalfOfItsBodies) {
   EXPECT_LT(made.unique_triangles, 2 * made.triangles / 3);
 }
 
-TEST(BenchScene, IsTheSameToTheByteEachTime) {
+TEST(BenchScene, IsSameToByteEachTime) {
   const BenchScene a = make_bench_scene({50'000}, surfaces(), kAspect);
   const BenchScene b = make_bench_scene({50'000}, make_surfaces(32), kAspect);
   EXPECT_TRUE(same_bytes(a.scene.positions, b.scene.positions));
@@ -81,7 +81,7 @@ TEST(BenchScene, IsTheSameToTheByteEachTime) {
   EXPECT_TRUE(same_bytes(at_a, at_b));
 }
 
-TEST(BenchScene, KeepsEveryVertexInViewWhereverBodiesMove) {
+TEST(BenchScene, VerticesStayInView) {
   for (const float aspect : {kAspect, 4.0f / 3, 0.5f}) {
     const BenchScene made = make_bench_scene({20'000}, surfaces(), aspect);
     const scene::Scene& scene = made.scene;
@@ -119,7 +119,7 @@ glm::dmat3 rotation_about(const glm::dvec3& axis, double angle_rad) {
   return glm::dmat3(1) + std::sin(angle_rad) * cross + (1 - std::cos(angle_rad)) * cross * cross;
 }
 
-TEST(BenchScene, BodiesTurnAboutTheirAxisAndOscillateVertically) {
+TEST(BenchScene, BodiesTurnAndOscillate) {
   const BenchScene made = make_bench_scene({5'000}, surfaces(), kAspect);
   std::vector<wire::Affine3x4> poses;
   for (const uint64_t step : {0u, 1u, 4u, 5u, 63u, 400u}) {

@@ -46,7 +46,7 @@ TEST(Stages, AddUpToTheWholeFrame) {
   EXPECT_DOUBLE_EQ(stages->frame_ms, 130);
 }
 
-TEST(Stages, OnTheSideQueueTakeNoneOfTheFrame) {
+TEST(Stages, AsyncStagesTakeNoFrameTime) {
   gpu::FrameTimes times;
   times.passes = {{"tlas", 4, true}, {"raster", 8, false}, {"tlas wait", 1, false}};
   times.total_ms = 10;
@@ -58,7 +58,7 @@ TEST(Stages, OnTheSideQueueTakeNoneOfTheFrame) {
   EXPECT_DOUBLE_EQ(stages->between_ms, 1);
 }
 
-TEST(Stages, RefuseAPassThatTheyDoNotKnow) {
+TEST(Stages, UnknownPassIsRefused) {
   gpu::FrameTimes times;
   times.passes = {{"tlas", 1, false}, {"a pass of tomorrow", 1, false}};
   const Result<StageTimes> stages = stage_times(times);
@@ -139,7 +139,7 @@ Report report_of_two_scenes() {
   return report;
 }
 
-TEST(Csv, HasARowForEachQuantityAndNothingOfADeviceNameBreaksIt) {
+TEST(Csv, QuantitiesHaveRows) {
   std::istringstream text(csv_of(report_of_two_scenes()));
   std::string line;
   std::getline(text, line);
@@ -209,14 +209,14 @@ TEST(Plot, HasAllSeriesInsideTheImage) {
   }
 }
 
-TEST(Plot, OfACpuShowsNoGpuBesideIt) {
+TEST(Plot, CpuShowsNoGpu) {
   Report report = report_of_two_scenes();
   report.on_cpu = true;
   EXPECT_EQ(plot_of(report).find("RTX"), std::string::npos);
   EXPECT_NE(plot_of(report_of_two_scenes()).find("RTX 4090"), std::string::npos);
 }
 
-TEST(Plot, IsAnImageWithoutFramesOrTimes) {
+TEST(Plot, IsImageWithoutFramesOrTimes) {
   EXPECT_NE(plot_of(Report()).find("</svg>"), std::string::npos);
   Report report;
   SceneReport scene;

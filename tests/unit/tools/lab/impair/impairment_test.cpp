@@ -25,7 +25,7 @@ std::vector<DatagramChannel::Fate> fates(const Impairment& impairment, int count
   return drawn;
 }
 
-TEST(DatagramChannel, ChancesAreAsSaidAndASeedRepeatsThem) {
+TEST(DatagramChannel, SeedRepeatsChances) {
   Impairment impairment;
   impairment.loss = 0.05;
   impairment.duplicate = 0.1;
@@ -55,7 +55,7 @@ TEST(DatagramChannel, ChancesAreAsSaidAndASeedRepeatsThem) {
   EXPECT_NE(fates(impairment)[7].due_ns, drawn[7].due_ns);
 }
 
-TEST(DatagramChannel, ALimitedLinkQueuesForAWhileAndThenLoses) {
+TEST(DatagramChannel, LimitedLinkQueuesThenLoses) {
   Impairment impairment;
   impairment.bits_per_second = 1'000'000;  // 250 datagrams of 500 bytes a second; the test sends 1000
   const auto drawn = fates(impairment, 5000);
@@ -157,7 +157,7 @@ class TcpRelayTest : public ::testing::Test {
   UniqueFd client_, server_;
 };
 
-TEST_F(TcpRelayTest, WhatIsDelayedAndStalledComesWholeAndInOrderBothWays) {
+TEST_F(TcpRelayTest, DelayedBytesKeepOrder) {
   Impairment impairment;
   impairment.delay_ns = 3 * kMs;
   impairment.jitter_ns = 3 * kMs;
@@ -179,7 +179,7 @@ TEST_F(TcpRelayTest, WhatIsDelayedAndStalledComesWholeAndInOrderBothWays) {
   EXPECT_EQ(relay_->counts().resets, 0u);
 }
 
-TEST_F(TcpRelayTest, AConnectionIsResetAfterItsBytes) {
+TEST_F(TcpRelayTest, ConnectionIsResetAfterItsBytes) {
   Impairment impairment;
   impairment.reset_after_bytes = 20'000;
   connect(impairment);
@@ -198,7 +198,7 @@ TEST_F(TcpRelayTest, AConnectionIsResetAfterItsBytes) {
   EXPECT_EQ(relay_->counts().resets, 1u);
 }
 
-TEST_F(TcpRelayTest, NothingPassesWhileTheLinkIsDownAndNothingIsLost) {
+TEST_F(TcpRelayTest, LinkDownLosesNothing) {
   connect({});
   Impairment down;
   down.down = true;

@@ -64,7 +64,7 @@ Recording over(const Network& network, int64_t length_ns = 40 * kSecond) {
   return recording;
 }
 
-TEST(MotionScore, OnAGoodNetworkBothAreRight) {
+TEST(MotionScore, OnGoodNetworkBothAreRight) {
   const Recording recording = over({"good", with(0, 5, 0)});
   const Score interpolated = score(recording, Way::interpolated);
   EXPECT_LT(interpolated.rms_mm, 0.05);
@@ -73,14 +73,14 @@ TEST(MotionScore, OnAGoodNetworkBothAreRight) {
   EXPECT_GT(interpolated.samples, 2000u);
 }
 
-TEST(MotionScore, AConstantDelayIsNoError) {
+TEST(MotionScore, ConstantDelayIsNoError) {
   const Score near = score(over({"near", with(0, 5, 0)}), Way::interpolated);
   const Score far = score(over({"far", with(0, 300, 0)}), Way::interpolated);
   EXPECT_NEAR(near.rms_mm, far.rms_mm, 0.01);
   EXPECT_NEAR(near.behind_ms, far.behind_ms, 0.1) << "the way itself is not counted";
 }
 
-TEST(MotionScore, JitterIsTakenOutByTwoThirdsAtLeast) {
+TEST(MotionScore, JitterDropsByTwoThirds) {
   const Network networks[] = {
       {"20 ms of jitter", with(0, 50, 20)},
       {"1 % lost", with(0.01, 50, 20)},
@@ -106,7 +106,7 @@ TEST(MotionScore, JitterIsTakenOutByTwoThirdsAtLeast) {
   }
 }
 
-TEST(MotionScore, ARecordingIsReadAsItWasWritten) {
+TEST(MotionScore, RecordingRoundTrips) {
   const Recording recording = over({"jitter", with(0.05, 50, 20)}, 5 * kSecond);
   std::istringstream text(text_of(recording));
   const auto again = recording_of(text);

@@ -128,7 +128,7 @@ class ExportedAssets : public ::testing::Test {
   ExportedEdits edits_;
 };
 
-TEST_F(ExportedAssets, AnAddedFileIsReadBackAsDisplayed) {
+TEST_F(ExportedAssets, AddedFileRoundTrips) {
   edits_.added.push_back(add_table("table", kNone));
   edits_.added.push_back(add_table("table.1", kNone));
   const ExportedGlb made = exported();
@@ -160,7 +160,7 @@ TEST_F(ExportedAssets, AnAddedFileIsReadBackAsDisplayed) {
   EXPECT_EQ(again.images.size(), 3u) << "data are written once";
 }
 
-TEST_F(ExportedAssets, EditsOfOneAdditionAreNotThoseOfAnother) {
+TEST_F(ExportedAssets, AdditionEditsStaySeparate) {
   const ExportedNode first = add_table("table", 0), second = add_table("table.1", kNone);
   edits_.added = {first, second};
   const auto node = [&](const std::string& path) {
@@ -198,7 +198,7 @@ TEST_F(ExportedAssets, EditsOfOneAdditionAreNotThoseOfAnother) {
 }
 
 // Instances are made by the loader; nodes of streams are not in the file.
-TEST_F(ExportedAssets, ChildrenOfACopyThatAStreamAddedAreReported) {
+TEST_F(ExportedAssets, StreamedChildrenAreReported) {
   ExportedNode table = add_table("table", kNone);
   Scene& scene = merged_.scene;
   const auto of_stream = add_node(scene, "of a stream", 0, glm::mat4(1));
@@ -213,7 +213,7 @@ TEST_F(ExportedAssets, ChildrenOfACopyThatAStreamAddedAreReported) {
 }
 
 // Files of an added .gltf lie in its own folder; the exported file names none.
-TEST_F(ExportedAssets, BuffersAndImagesOfAnAddedFileAreInside) {
+TEST_F(ExportedAssets, BuffersAndImagesAreEmbedded) {
   test::GltfBuilder builder = table_file();
   folder_.write("parts/table.bin", builder.bin);
   folder_.write("parts/wood.png", test::png(2, 2, 0xff00c040));
@@ -236,7 +236,7 @@ TEST_F(ExportedAssets, BuffersAndImagesOfAnAddedFileAreInside) {
   EXPECT_EQ(load(without).nodes.size(), again.nodes.size());
 }
 
-TEST_F(ExportedAssets, FilesThatCannotBeReadOrHaveChangedAreLeftOut) {
+TEST_F(ExportedAssets, ChangedFilesAreSkipped) {
   edits_.added.push_back(add_table("table", kNone));
   edits_.transforms.clear();
   const size_t node_count = load_gltf(file_)->nodes.size();
@@ -270,7 +270,7 @@ TEST_F(ExportedAssets, FilesThatCannotBeReadOrHaveChangedAreLeftOut) {
 }
 
 // The file displays all nodes without parents, the exported one only those that were displayed.
-TEST_F(ExportedAssets, AFileWithoutScenesGetsOne) {
+TEST_F(ExportedAssets, FileWithoutScenesGetsOne) {
   test::GltfBuilder builder = arm_with_assets();
   builder.root.erase("scenes");
   builder.root.erase("scene");

@@ -56,7 +56,7 @@ class Exports : public ::testing::Test {
   Scene scene_ = *load_gltf(file_);
 };
 
-TEST_F(Exports, AFileWithoutEditsIsTheSameScene) {
+TEST_F(Exports, FileWithoutEditsIsSameScene) {
   const ExportedGlb made = exported({});
   EXPECT_TRUE(made.warnings.empty());
   const Scene again = load(made);
@@ -68,7 +68,7 @@ TEST_F(Exports, AFileWithoutEditsIsTheSameScene) {
   }
 }
 
-TEST_F(Exports, BuffersAndImagesOfOtherFilesAreInside) {
+TEST_F(Exports, BuffersAndImagesAreEmbedded) {
   test::GltfBuilder builder = arm_file();
   folder_.write("part/arm.bin", builder.bin);
   folder_.write("part/skin.png", test::png(2, 2, 0xff2080c0));
@@ -84,7 +84,7 @@ TEST_F(Exports, BuffersAndImagesOfOtherFilesAreInside) {
   EXPECT_EQ(exported({}).warnings.size(), 1u);
 }
 
-TEST_F(Exports, TransformsAreReadBackBitByBit) {
+TEST_F(Exports, TransformsRoundTripExactly) {
   ExportedEdits edits;
   const glm::quat turn = glm::angleAxis(0.7f, glm::normalize(glm::vec3(1, -2, 0.5f)));
   ExportedTransform& arm = edits.transforms[0];
@@ -103,7 +103,7 @@ TEST_F(Exports, TransformsAreReadBackBitByBit) {
   expect_same_geometry(again, scene_);
 }
 
-TEST_F(Exports, AVariantBecomesTheDefaultAndTheOthersStay) {
+TEST_F(Exports, VariantBecomesDefaultAndOthersStay) {
   test::GltfBuilder builder = arm_file();
   const json mappings = {{{"material", 1}, {"variants", {0}}}, {{"material", 2}, {"variants", {1, 2}}}};
   for (const char* const name : {"red", "blue"}) builder.root["materials"].push_back({{"name", name}});
@@ -133,7 +133,7 @@ TEST_F(Exports, AVariantBecomesTheDefaultAndTheOthersStay) {
   EXPECT_EQ(materials(2), (std::vector<uint32_t>{3, 2, 0, 2}));
 }
 
-TEST_F(Exports, MaterialsAndLightsAreReadBackBitByBit) {
+TEST_F(Exports, MaterialsAndLightsRoundTrip) {
   ExportedEdits edits;
   MaterialFactors steel = factors_of(scene_.materials[1]);
   steel.base_color = {0.1f, 0.2f, 1 / 3.0f, 1};
@@ -166,7 +166,7 @@ TEST_F(Exports, MaterialsAndLightsAreReadBackBitByBit) {
 }
 
 // As the merged scene has them: the copy of "arm", a light below "hand", a camera.
-TEST_F(Exports, AddedNodesAreReadBackBitByBit) {
+TEST_F(Exports, AddedNodesRoundTrip) {
   ExportedEdits edits;
   const uint32_t first = static_cast<uint32_t>(scene_.nodes.size());
   edits.added = {{first, kNone, "arm.1", 0}, {first + 1, first, {}, 1}, {first + 2, first, {}, 2}};
@@ -215,7 +215,7 @@ TEST_F(Exports, AddedNodesAreReadBackBitByBit) {
 }
 
 // A skin of a copy follows the joints of the copy, if it has them all.
-TEST_F(Exports, SkinsOfCopiesHaveTheirOwnJoints) {
+TEST_F(Exports, CopiedSkinsHaveJoints) {
   test::GltfBuilder builder = arm_file();
   builder.root["skins"] = {{{"joints", {1, 2}}}, {{"joints", {3}}}};
   builder.root["nodes"][0]["skin"] = 0;
@@ -233,7 +233,7 @@ TEST_F(Exports, SkinsOfCopiesHaveTheirOwnJoints) {
 }
 
 // Ours keeps the lights of hidden nodes, glTF does not.
-TEST_F(Exports, HiddenNodesKeepTheirLightsAndRemovedOnesDoNot) {
+TEST_F(Exports, HiddenNodesKeepLights) {
   ExportedEdits edits;
   edits.hidden = {0};
   Scene again = load(exported(edits));
@@ -249,7 +249,7 @@ TEST_F(Exports, HiddenNodesKeepTheirLightsAndRemovedOnesDoNot) {
   EXPECT_NE(again.nodes[3].mesh, kNone);
 }
 
-TEST_F(Exports, WhatTheFileLacksIsReportedAndAChangedFileRefused) {
+TEST_F(Exports, MissingObjectsAreReported) {
   ExportedEdits edits;
   edits.transforms[17] = {};
   edits.materials[9] = {};

@@ -74,7 +74,7 @@ void expect_like(const SourceMesh& source, const Scene& scene) {
   EXPECT_EQ(sorted(faces), sorted(source.faces));
 }
 
-TEST(SceneDraco, StreamsOfBothEncodingsAreLikeTheirSource) {
+TEST(SceneDraco, BothEncodingsMatchSource) {
   const SourceMesh source = test::bumpy_square(8);
   for (const int method : kMethods) {
     const Scene scene = loaded(test::draco_file(stream_of(source, method), source));
@@ -111,7 +111,7 @@ TEST(SceneDraco, AttributeSeamsSplitVertices) {
   EXPECT_EQ(shifted, 5u);
 }
 
-TEST(SceneDraco, IntegersKeepTheirValuesAndAreConverted) {
+TEST(SceneDraco, IntegersAreConverted) {
   SourceMesh source = test::bumpy_square(3);
   for (uint32_t v = 0; v < source.positions.size(); ++v) {
     const auto byte = static_cast<uint8_t>(v * 10);
@@ -153,7 +153,7 @@ TEST(SceneDraco, MorphTargetsStayUncompressed) {
     EXPECT_EQ(scene.morph_deltas[v].position.z, static_cast<float>(v));
 }
 
-TEST(SceneDraco, OtherAttributesAreReadFromTheirAccessors) {
+TEST(SceneDraco, OtherAttributesUseAccessors) {
   const SourceMesh source = test::bumpy_square(2);
   GltfBuilder builder = test::draco_file(stream_of(source, draco::MESH_SEQUENTIAL_ENCODING), source);
   std::vector<float> colors(source.positions.size() * 3, 0.5f);
@@ -203,7 +203,7 @@ TEST(SceneDraco, DamagedStreamNamesThePrimitive) {
       << scene.error().message;
 }
 
-TEST(SceneDraco, DamagedStreamFallsBackToPlainAccessors) {
+TEST(SceneDraco, DamagedStreamFallsBack) {
   const SourceMesh source = test::bumpy_square(3);
   std::vector<std::byte> stream = stream_of(source, draco::MESH_EDGEBREAKER_ENCODING);
   stream.resize(stream.size() / 2);
@@ -229,7 +229,7 @@ TEST(SceneDraco, UndamagedStreamWinsOverPlainAccessors) {
   expect_like(source, loaded(builder));
 }
 
-TEST(SceneDraco, CountsOfAccessorsBoundTheStream) {
+TEST(SceneDraco, CountsOfAccessorsBoundStream) {
   const SourceMesh source = test::bumpy_square(3);
   const auto error_with = [&](int method, const char* accessor, size_t count) {
     GltfBuilder builder = test::draco_file(stream_of(source, method), source);
@@ -296,7 +296,7 @@ std::vector<std::byte> header_bytes(int method, std::initializer_list<int> rest)
   return bytes;
 }
 
-TEST(SceneDraco, StatedSizesAreRefusedBeforeMemoryIsTaken) {
+TEST(SceneDraco, SizesAreCheckedFirst) {
   const SourceMesh source = test::bumpy_square(2);
   // 357913941 faces, with room for them in the accessors.
   for (const auto& stream : {header_bytes(1, {0, 0xff, 0xff, 0xff, 0x7f, 0xd5, 0xaa, 0xd5, 0xaa, 0x01, 0,

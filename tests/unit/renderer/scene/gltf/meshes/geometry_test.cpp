@@ -29,7 +29,7 @@ std::array<glm::vec3, 3> triangle(const Scene& scene, size_t index) {
 
 const std::vector<float> kSquare{0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0};  // in strip order
 
-TEST(SceneGeometry, StripsAndFansBecomeTrianglesOfTheSameWinding) {
+TEST(SceneGeometry, StripsAndFansKeepWinding) {
   const std::vector<std::pair<int, std::vector<uint16_t>>> modes{
       {4, {0, 1, 2, 1, 3, 2}}, {5, {0, 1, 2, 3}}, {6, {0, 1, 3, 2}}};
   for (const auto& [mode, indices] : modes) {
@@ -48,7 +48,7 @@ TEST(SceneGeometry, StripsAndFansBecomeTrianglesOfTheSameWinding) {
   }
 }
 
-TEST(SceneGeometry, StripsMayRepeatIndicesToJoinPieces) {
+TEST(SceneGeometry, RepeatedStripIndicesAreDegenerate) {
   GltfBuilder builder;
   const size_t positions = builder.add_positions({0, 0, 0, 1, 0, 0, 0, 1, 0, 5, 0, 0, 6, 0, 0, 5, 1, 0});
   const size_t indices = builder.add_indices({0, 1, 2, 2, 3, 3, 4, 5});
@@ -56,7 +56,7 @@ TEST(SceneGeometry, StripsMayRepeatIndicesToJoinPieces) {
   EXPECT_EQ(loaded(builder).primitives[0].index_count, 6u);
 }
 
-TEST(SceneGeometry, WithoutIndicesVerticesAreTakenInOrder) {
+TEST(SceneGeometry, MissingIndicesUseOrder) {
   GltfBuilder builder;
   builder.add_mesh({{"attributes", {{"POSITION", builder.add_positions({0, 0, 0, 1, 0, 0, 0, 1, 0})}}}});
   const Scene scene = loaded(builder);
@@ -98,7 +98,7 @@ TEST(SceneGeometry, LinesWithNormalsAreLit) {
   EXPECT_TRUE(loaded(builder).primitives[0].lit);
 }
 
-TEST(SceneGeometry, TooFewIndicesForAnElementDrawNothingAndSaySo) {
+TEST(SceneGeometry, TooFewIndicesAreReported) {
   const std::vector<std::pair<int, std::vector<uint16_t>>> modes{{1, {0}},    {2, {0}},    {3, {0}},
                                                                  {4, {0, 1}}, {5, {0, 1}}, {6, {0, 1}}};
   for (const auto& [mode, indices] : modes) {
@@ -120,7 +120,7 @@ TEST(SceneGeometry, TooFewIndicesForAnElementDrawNothingAndSaySo) {
   EXPECT_EQ(scene.warnings.size(), 1u);
 }
 
-TEST(SceneGeometry, WithoutPositionsNothingIsDrawnAndThatIsSaid) {
+TEST(SceneGeometry, MissingPositionsAreReported) {
   GltfBuilder builder = test::triangle_file();
   builder.root["meshes"][0]["primitives"][0]["attributes"] = json::object();
   const Scene scene = loaded(builder);
@@ -167,7 +167,7 @@ TEST(SceneGeometry, TangentsThatAreNotFinite) {
   EXPECT_EQ(tangent_of(scene, 2), glm::vec4(0, 1, 0, 1));
 }
 
-TEST(SceneGeometry, AccessorsWithoutBufferViewAreZeroOrSparse) {
+TEST(SceneGeometry, ViewlessAccessorsAreZero) {
   GltfBuilder builder;
   json& accessors = builder.root["accessors"];
   // Positions: zeros but for two; normals: zeros; indices: zeros but for two of each triangle.
@@ -245,7 +245,7 @@ TEST(SceneGeometry, DegenerateTrianglesHaveFiniteNumbers) {
   }
 }
 
-TEST(SceneGeometry, MissingNormalsAreFlatAndSplitTheVertices) {
+TEST(SceneGeometry, MissingNormalsAreFlat) {
   GltfBuilder builder;
   const size_t positions = builder.add_positions({0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1});
   builder.add_mesh(
@@ -302,7 +302,7 @@ TEST(SceneGeometry, InterleavedVertices) {
   EXPECT_EQ(normal_of(scene.frames.at(2)), glm::vec3(1, 0, 0));
 }
 
-TEST(SceneGeometry, SparseOverABaseAndOverZeros) {
+TEST(SceneGeometry, SparseOverBaseAndOverZeros) {
   for (const bool over_zeros : {false, true}) {
     GltfBuilder builder = test::triangle_file();
     const std::vector<uint8_t> sparse_indices{1, 2};
@@ -332,7 +332,7 @@ TEST(SceneGeometry, IndicesOfEveryWidth) {
   check(builder, builder.add_data<uint32_t>({2, 0, 1}, "SCALAR", test::kUnsignedInt, 1));
 }
 
-TEST(SceneGeometry, PrimitivesOfOneVertexBufferShareItsVertices) {
+TEST(SceneGeometry, PrimitivesShareVertices) {
   GltfBuilder builder;
   const size_t positions = builder.add_positions(kSquare);
   const size_t normals =

@@ -260,7 +260,7 @@ std::vector<std::byte> file_of(const char* base64) {
   return {view.begin(), view.end()};
 }
 
-TEST(BasisLz, FilesOfTheEncoderAsItsTranscoderDecodesThem) {
+TEST(BasisLz, EncoderFilesMatchTranscoder) {
   for (const auto& [text, expected] : {std::pair(ktx2_test::kRgbFile, ktx2_test::kRgbChecksum),
                                        std::pair(ktx2_test::kRgbaFile, ktx2_test::kRgbaChecksum)}) {
     const Result<Image> image = decoded(file_of(text));

@@ -130,7 +130,7 @@ TEST(Ktx2, ChannelsAndSwizzle) {
   EXPECT_EQ(texel(builder, 0), (std::vector<uint8_t>{1, 2, 3, 4}));
 }
 
-TEST(Ktx2, OrientationIsBroughtToRightAndDown) {
+TEST(Ktx2, OrientationIsNormalized) {
   struct Case {
     const char* orientation;
     std::vector<size_t> sources;

@@ -146,7 +146,7 @@ void expect_block(const Layout& layout, uint32_t pattern, std::string_view parti
       << "mode " << layout.mode << ", pattern " << pattern;
 }
 
-TEST(Uastc, EveryModeAndPatternByTheTablesOfTheSpecification) {
+TEST(Uastc, ModesMatchTheSpecification) {
   std::mt19937 random(1);
   for (const Layout& layout : kLayouts) {
     const std::vector<std::string_view> partitions = partitions_of(layout);
@@ -157,7 +157,7 @@ TEST(Uastc, EveryModeAndPatternByTheTablesOfTheSpecification) {
 }
 
 // First texels of the subsets, from a table of its own in the specification.
-TEST(Uastc, PartitionsHaveTheAnchorsOfTheSpecification) {
+TEST(Uastc, PartitionsHaveAnchorsOfSpecification) {
   const auto anchors = [](const auto& partitions) {
     std::string all;
     for (const std::string_view partition : partitions) {
@@ -183,7 +183,7 @@ TEST(Uastc, OneColour) {
     EXPECT_EQ(texel, (Rgba8{10, 20, 30, 40}));
 }
 
-TEST(Uastc, WhatIsNoBlockHasTheErrorColour) {
+TEST(Uastc, InvalidBlockIsErrorColour) {
   const auto expect_error = [](const BitWriter& writer) {
     for (const Rgba8& texel : decode_uastc(padded(writer.bytes()), false)) EXPECT_EQ(texel, kUastcError);
   };
@@ -219,7 +219,7 @@ std::vector<std::byte> blocks_of(const Layout& layout, size_t count) {
 
 // The checksums are those of the pixels of three.js's build of the Basis Universal transcoder (RGBA32) for
 // the same blocks in a KTX 2.0 file of 32 x 32 texels.
-TEST(Uastc, RandomBlocksAsBasisUniversalDecodesThem) {
+TEST(Uastc, RandomBlocksMatchBasisUniversal) {
   const std::vector<uint64_t> checksums{
       0xe98f00371dcc91ae, 0x10a32dab63666759, 0x9f0408eda6d8d1bf, 0xe3938511d04d4fe5, 0xc1c26e241aa32d61,
       0x2f89d9ea75598a63, 0x80e4e71df87dd185, 0xc6f5503d706e6282, 0xa7e0c26acbce912d, 0xd6bc5c49c2bd9e2b,
