@@ -80,7 +80,7 @@ void RendererMetrics::add(const gpu::FrameTimes& times) {
 
 void RendererMetrics::tell(const StreamReceiver& receiver, size_t open_image_requests,
                            const state::PoseState& poses, const state::EditFaults& faults,
-                           const ViewerNumbers& viewers) {
+                           const BrowserNumbers& viewers) {
   const int64_t now_ns = monotonic_ns();
   if (now_ns < next_ns_) return;
   next_ns_ = now_ns + kPublishEveryNs;
@@ -158,7 +158,7 @@ void RendererMetrics::write_page(metrics::Exposition& page) const {
   metrics::write_peer_use(page, budgets_->limits(), numbers->peers);
 }
 
-void RendererMetrics::write_viewers(metrics::Exposition& page, const ViewerNumbers& viewers) {
+void RendererMetrics::write_viewers(metrics::Exposition& page, const BrowserNumbers& viewers) {
   page.family("fire3dv_viewers", "gauge", "Viewers of the live view that are connected, by their rights.");
   page.sample({{"access", "control"}}, viewers.control);
   page.sample({{"access", "view"}}, viewers.view);

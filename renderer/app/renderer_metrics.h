@@ -18,7 +18,7 @@
 namespace fire3dv::app {
 
 // Viewers of the live view, and the images that were encoded for them.
-struct ViewerNumbers {
+struct BrowserNumbers {
   uint64_t control = 0, view = 0;  // by their rights
   serve::EncodeTotals jpeg, h264, vp8;
 };
@@ -37,7 +37,7 @@ class RendererMetrics {
   void add(const gpu::FrameTimes& times);
   // Call once per image: publishes a snapshot if the interval has elapsed.
   void tell(const StreamReceiver& receiver, size_t open_image_requests, const state::PoseState& poses,
-            const state::EditFaults& faults, const ViewerNumbers& viewers);
+            const state::EditFaults& faults, const BrowserNumbers& viewers);
 
  private:
   struct Drawn {
@@ -72,12 +72,12 @@ class RendererMetrics {
     std::vector<StreamNumbers> streams;
     state::EditFaults edit_faults;
     uint64_t image_requests = 0, image_requests_refused = 0;
-    ViewerNumbers viewers;
+    BrowserNumbers viewers;
     std::vector<metrics::PeerUse> peers;
   };
   RendererMetrics() = default;
   void write_page(metrics::Exposition& page) const;  // server thread
-  static void write_viewers(metrics::Exposition& page, const ViewerNumbers& viewers);
+  static void write_viewers(metrics::Exposition& page, const BrowserNumbers& viewers);
   static void write_images(metrics::Exposition& page, const Numbers& numbers);
   static void write_links(metrics::Exposition& page, const Numbers& numbers);
   static void write_streams(metrics::Exposition& page, const Numbers& numbers, int64_t now_ns);

@@ -13,7 +13,7 @@
 #include "renderer/editing/document_additions.h"
 #include "renderer/editing/overlay_file.h"
 #include "renderer/editing/target_index.h"
-#include "renderer/editing/viewer_edits.h"
+#include "renderer/editing/view_transfer.h"
 #include "renderer/scene/gltf/export/export_glb.h"
 
 namespace fire3dv::app {
@@ -129,7 +129,7 @@ std::vector<std::string> write_glb(const std::filesystem::path& gltf, const scen
 
 }  // namespace
 
-EditSession::EditSession(gui::Viewer& viewer, OverlayFile file, state::EditDocument document)
+EditSession::EditSession(gui::ViewState& viewer, OverlayFile file, state::EditDocument document)
     : viewer_(viewer),
       file_(std::move(file)),
       may_replace_(file_.was_named),

@@ -1,5 +1,5 @@
 // Editor of the displayed scene: the user's edits as a document, its undo history and its overlay file. The
-// panels change gui::Viewer; each finished interaction becomes a step. Independent of window and GPU; main
+// panels change gui::ViewState; each finished interaction becomes a step. Independent of window and GPU; main
 // thread only.
 #pragma once
 
@@ -42,7 +42,7 @@ struct GlbExport {
 class EditSession {
  public:
   // Borrows the viewer, whose edits it records and sets.
-  EditSession(gui::Viewer& viewer, OverlayFile file, state::EditDocument document);
+  EditSession(gui::ViewState& viewer, OverlayFile file, state::EditDocument document);
 
   // Makes the document the viewer's edits.
   void begin(const state::EditTargets& targets);
@@ -96,7 +96,7 @@ class EditSession {
   void save();
   void export_glb(const state::EditTargets& targets);
 
-  gui::Viewer& viewer_;
+  gui::ViewState& viewer_;
   OverlayFile file_;
   bool may_replace_ = false;  // the file is ours, or the user has saved twice
   state::EditHistory history_;

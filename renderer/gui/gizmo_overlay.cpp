@@ -43,7 +43,7 @@ const std::string* direct_driver_of(const state::PoseState& poses, uint32_t node
   return itself ? &stream.name : nullptr;
 }
 
-state::NodeTransform shown_transform(const Shown& shown, const Viewer& viewer, uint32_t node) {
+state::NodeTransform shown_transform(const Shown& shown, const ViewState& viewer, uint32_t node) {
   if (const auto edited = viewer.edits.transforms.find(node); edited != viewer.edits.transforms.end())
     return edited->second;
   const glm::dmat4 parent_from_world = glm::inverse(glm::dmat4(world_from_parent(shown, node)));

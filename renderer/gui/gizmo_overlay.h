@@ -1,5 +1,5 @@
 // Manipulator of the selected node, over the image: draws the gizmo, and turns drags of its handles into the
-// node's transform (Viewer::transforms). A node that a stream drives has no handles: the overlay names the
+// node's transform (ViewState::transforms). A node that a stream drives has no handles: the overlay names the
 // stream instead.
 #pragma once
 
@@ -15,7 +15,7 @@ struct Context;
 // The stream that drives this node itself; null: none. A node below a driven one can be moved.
 const std::string* direct_driver_of(const state::PoseState& poses, uint32_t node);
 // Transform relative to its parent as shown now: the user's, else that of the pose.
-state::NodeTransform shown_transform(const Shown& shown, const Viewer& viewer, uint32_t node);
+state::NodeTransform shown_transform(const Shown& shown, const ViewState& viewer, uint32_t node);
 
 class GizmoOverlay {
  public:

@@ -136,7 +136,7 @@ void Gui::Panels::take_events(ImGuiIO& io) {
   }
 }
 
-const ImDrawData& Gui::frame(const Input& input, const Facts& facts, const Shown& shown, Viewer& viewer) {
+const ImDrawData& Gui::frame(const Input& input, const Facts& facts, const Shown& shown, ViewState& viewer) {
   Panels& panels = *panels_;
   ImGui::SetCurrentContext(panels.context);
   ImGuiIO& io = ImGui::GetIO();

@@ -61,8 +61,8 @@ class Gui {
   Gui& operator=(const Gui&) = delete;
 
   // Processes the input and lays out the panels; call once per frame, before the camera moves. The list is
-  // valid until the next call. With Viewer::gui off, draws only the help and captures no input.
-  const ImDrawData& frame(const Input& input, const Facts& facts, const Shown& shown, Viewer& viewer);
+  // valid until the next call. With ViewState::gui off, draws only the help and captures no input.
+  const ImDrawData& frame(const Input& input, const Facts& facts, const Shown& shown, ViewState& viewer);
 
   // Input capture in the last frame: mouse over or held by a panel; keys used as text. A click that began on
   // the image is never captured.

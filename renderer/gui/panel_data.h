@@ -41,7 +41,7 @@ struct Commands {
   bool frame_all = false, frame_selection = false;
   std::optional<size_t> camera;  // index of the scene's camera
   bool free_camera = false;      // switches to the free camera at the current pose
-  bool focus_on_point = false;   // the lens, on Viewer::picked_point
+  bool focus_on_point = false;   // the lens, on ViewState::picked_point
   bool screenshot = false;
   bool toggle_video = false;
   std::optional<std::string> export_csv;  // table to write into a file
@@ -81,7 +81,7 @@ struct DocumentState {
 
 // State of the window's view and requests of the user, written by keys, mouse and panels, and executed by the
 // frame loop. Node numbers refer to the displayed scene.
-struct Viewer : DocumentState {
+struct ViewState : DocumentState {
   uint32_t selected = scene::kNone;               // node
   uint32_t followed = scene::kNone;               // node that the free camera follows
   std::optional<SurfacePoint> picked_point;       // of the last click on a surface

@@ -1,4 +1,4 @@
-// Panel classes. Each reads Shown and Facts and writes the user's requests to Viewer; members hold only UI
+// Panel classes. Each reads Shown and Facts and writes the user's requests to ViewState; members hold only UI
 // state.
 #pragma once
 
@@ -20,7 +20,7 @@ struct Context {
   Ui& ui;
   const Facts& facts;
   const Shown& shown;
-  Viewer& viewer;
+  ViewState& viewer;
   Layout& layout;
 };
 

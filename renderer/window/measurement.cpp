@@ -33,7 +33,7 @@ gui::SurfacePoint surface_point(const passes::Picked& picked) {
   return {picked.node, position_node};
 }
 
-std::optional<std::string> take_pick(gui::Viewer& viewer, const passes::Picked& picked,
+std::optional<std::string> take_pick(gui::ViewState& viewer, const passes::Picked& picked,
                                      const state::PoseState& poses) {
   const bool is_surface = picked.node != scene::kNone;
   if (!viewer.measures) {

@@ -16,7 +16,7 @@ gui::SurfacePoint surface_point(const passes::Picked& picked);
 
 // Applies a click on the image: it selects the node, or with the measuring tool chooses the next of two
 // points; a third one begins anew. Returns the log message of a complete measurement.
-std::optional<std::string> take_pick(gui::Viewer& viewer, const passes::Picked& picked,
+std::optional<std::string> take_pick(gui::ViewState& viewer, const passes::Picked& picked,
                                      const state::PoseState& poses);
 
 // "1.2346 m"

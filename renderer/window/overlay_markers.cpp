@@ -32,7 +32,8 @@ glm::mat4 without_scale(glm::mat4 world_from_camera) {
 
 }  // namespace
 
-const std::vector<state::ShownMarker>& OverlayMarkers::update(const gui::Viewer& viewer, const Seen& seen) {
+const std::vector<state::ShownMarker>& OverlayMarkers::update(const gui::ViewState& viewer,
+                                                              const Seen& seen) {
   last_ = std::exchange(known_, {});
   shown_.clear();
   if (viewer.shows_grid) {
@@ -45,7 +46,7 @@ const std::vector<state::ShownMarker>& OverlayMarkers::update(const gui::Viewer&
 }
 
 // Without the camera of the image, whose frustum is the image's border.
-void OverlayMarkers::add_frusta(const gui::Viewer& viewer, const Seen& seen) {
+void OverlayMarkers::add_frusta(const gui::ViewState& viewer, const Seen& seen) {
   if (listed_scene_ != seen.scene_number) {
     listed_scene_ = seen.scene_number;
     cameras_ = scene::camera_nodes(seen.scene);  // visits every node
@@ -79,7 +80,7 @@ void OverlayMarkers::add(uint64_t key, Marker marker, const glm::mat4& world_fro
 }
 
 // The line between the points, the way along the world's axes, and the distance above its middle.
-void OverlayMarkers::add_measurement(const gui::Viewer& viewer, const state::PoseState& poses,
+void OverlayMarkers::add_measurement(const gui::ViewState& viewer, const state::PoseState& poses,
                                      float display_scale) {
   std::vector<glm::vec3> points;
   for (const gui::SurfacePoint& point : viewer.measured) points.push_back(position_world(point, poses));

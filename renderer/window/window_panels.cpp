@@ -72,7 +72,7 @@ gui::Input panel_input(const sinks::WindowInput& input, glm::uvec2 window_px, fl
   return panel;
 }
 
-WindowPanels::WindowPanels(gpu::Device& device, gui::Viewer& viewer, bool first,
+WindowPanels::WindowPanels(gpu::Device& device, gui::ViewState& viewer, bool first,
                            std::optional<bool> light_panels)
     : file_(layout_path()),
       saved_(load(file_, notes_)),
@@ -88,9 +88,9 @@ WindowPanels::~WindowPanels() {
     log_message(warning(saved.error().message));
 }
 
-ViewerInput::Owners WindowPanels::take(sinks::Window& window, const sinks::WindowInput& input,
-                                       glm::uvec2 window_px, float seconds, const gui::Facts& facts,
-                                       const gui::Shown& shown, gui::Viewer& viewer) {
+ViewInput::Owners WindowPanels::take(sinks::Window& window, const sinks::WindowInput& input,
+                                     glm::uvec2 window_px, float seconds, const gui::Facts& facts,
+                                     const gui::Shown& shown, gui::ViewState& viewer) {
   laid_out_ = &gui_.frame(panel_input(input, window_px, seconds, held_), facts, shown, viewer);
   window.set_cursor(static_cast<sinks::Window::Cursor>(gui_.cursor()));
   return {!gui_.wants_mouse(), !gui_.wants_keyboard()};
@@ -174,7 +174,7 @@ std::vector<gui::UseFact> notable_uses(const PeerBudget* budget) {
 
 }  // namespace
 
-void ViewerFacts::note(const std::string& sentence) {
+void PanelFacts::note(const std::string& sentence) {
   // Drops half at once: removing single lines would move all others each time.
   if (facts_.log.size() == kMaxLines)
     facts_.log.erase(facts_.log.begin(), facts_.log.begin() + kMaxLines / 2);
@@ -182,14 +182,14 @@ void ViewerFacts::note(const std::string& sentence) {
   ++facts_.log_lines;
 }
 
-void ViewerFacts::drawn(uint64_t images, double frame_ms, double cpu_ms, std::optional<double> pose_age_ms) {
+void PanelFacts::drawn(uint64_t images, double frame_ms, double cpu_ms, std::optional<double> pose_age_ms) {
   facts_.frame.images = images;
   facts_.frame.interval_ms = frame_ms;
   facts_.frame.cpu_ms = cpu_ms;
   facts_.frame.pose_age_ms = pose_age_ms;
 }
 
-void ViewerFacts::add(const gpu::FrameTimes& times) {
+void PanelFacts::add(const gpu::FrameTimes& times) {
   facts_.frame.gpu_ms = times.total_ms;
   facts_.frame.passes.clear();
   for (const gpu::PassTime& pass : times.passes)
@@ -197,8 +197,8 @@ void ViewerFacts::add(const gpu::FrameTimes& times) {
 }
 
 // Iterates over the scene only if the draw list changed.
-void ViewerFacts::set_scene(const scene::Scene& scene, uint64_t scene_number,
-                            const passes::SceneRenderer& renderer) {
+void PanelFacts::set_scene(const scene::Scene& scene, uint64_t scene_number,
+                           const passes::SceneRenderer& renderer) {
   const passes::GpuScene& gpu_scene = renderer.gpu_scene();
   const std::pair now(scene_number, gpu_scene.draw_list_revision);
   if (counted_ == now) return;
@@ -211,7 +211,7 @@ void ViewerFacts::set_scene(const scene::Scene& scene, uint64_t scene_number,
   facts_.frame.clusters = gpu_scene.lod0_cluster_instance_count;
 }
 
-double ViewerFacts::rate_of(uint64_t epoch, uint64_t sequence) {
+double PanelFacts::rate_of(uint64_t epoch, uint64_t sequence) {
   Rate& rate = rates_[epoch];
   const Clock::time_point now = Clock::now();
   if (!rate.is_known) rate = {sequence, now, 0, true};
@@ -221,9 +221,8 @@ double ViewerFacts::rate_of(uint64_t epoch, uint64_t sequence) {
   return rate.hz;
 }
 
-gui::StreamFact ViewerFacts::stream_fact(const StreamReceiver::Report& report, const StreamReceiver& receiver,
-                                         const state::PoseState& poses,
-                                         const state::MarkerRegistry& markers) {
+gui::StreamFact PanelFacts::stream_fact(const StreamReceiver::Report& report, const StreamReceiver& receiver,
+                                        const state::PoseState& poses, const state::MarkerRegistry& markers) {
   const state::Stream& stream = poses.streams()[report.id];
   gui::StreamFact fact;
   fact.epoch = stream.epoch;
@@ -261,12 +260,11 @@ gui::StreamFact ViewerFacts::stream_fact(const StreamReceiver::Report& report, c
   return fact;
 }
 
-const gui::Facts& ViewerFacts::begin_assembly(const scene::Scene& scene, uint64_t scene_number,
-                                              const StreamReceiver& receiver, const state::PoseState& poses,
-                                              const state::MarkerRegistry& markers,
-                                              const passes::SceneRenderer& renderer,
-                                              const gpu::Device& device, uint32_t camera_node,
-                                              bool recording_video) {
+const gui::Facts& PanelFacts::begin_assembly(const scene::Scene& scene, uint64_t scene_number,
+                                             const StreamReceiver& receiver, const state::PoseState& poses,
+                                             const state::MarkerRegistry& markers,
+                                             const passes::SceneRenderer& renderer, const gpu::Device& device,
+                                             uint32_t camera_node, bool recording_video) {
   gui::FrameFacts& frame = facts_.frame;
   set_scene(scene, scene_number, renderer);
   const bool compute = renderer.settings().raster_path() == passes::RasterPath::visibility;

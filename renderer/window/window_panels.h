@@ -15,7 +15,7 @@
 #include "renderer/live_scene/live_scene.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/streams/stream_receiver.h"
-#include "renderer/window/viewer_control.h"
+#include "renderer/window/view_control.h"
 #include "renderer/window/window.h"
 
 namespace fire3dv::app {
@@ -24,15 +24,15 @@ class WindowPanels {
  public:
   // first: loads the layout file, once per process. Later instances start from the viewer's state.
   // light_panels: theme in place of the file's.
-  WindowPanels(gpu::Device& device, gui::Viewer& viewer, bool first, std::optional<bool> light_panels);
+  WindowPanels(gpu::Device& device, gui::ViewState& viewer, bool first, std::optional<bool> light_panels);
   ~WindowPanels();  // saves the layout if it changed
   WindowPanels(const WindowPanels&) = delete;
   WindowPanels& operator=(const WindowPanels&) = delete;
 
   // Routes input and lays out the panels. Input that the panels use does not move the view.
-  ViewerInput::Owners take(sinks::Window& window, const sinks::WindowInput& input, glm::uvec2 window_px,
-                           float seconds, const gui::Facts& facts, const gui::Shown& shown,
-                           gui::Viewer& viewer);
+  ViewInput::Owners take(sinks::Window& window, const sinks::WindowInput& input, glm::uvec2 window_px,
+                         float seconds, const gui::Facts& facts, const gui::Shown& shown,
+                         gui::ViewState& viewer);
   // Part of the window that the last layout left to the image.
   gui::Rect image_rect() const { return gui_.image_rect(); }
   // A drag or a text input goes on.
@@ -63,9 +63,9 @@ gui::Input panel_input(const sinks::WindowInput& input, glm::uvec2 window_px, fl
                        sinks::Modifiers& held);
 
 // Collector of the data that the window's panels display, once per image.
-class ViewerFacts {
+class PanelFacts {
  public:
-  explicit ViewerFacts(std::chrono::steady_clock::time_point begun) : begun_(begun) {}
+  explicit PanelFacts(std::chrono::steady_clock::time_point begun) : begun_(begun) {}
 
   // Call as events occur.
   void note(const std::string& sentence);

@@ -7,16 +7,16 @@
 
 #include "base/log.h"
 #include "base/plural.h"
-#include "renderer/editing/viewer_edits.h"
+#include "renderer/editing/view_transfer.h"
 #include "renderer/images/image_service.h"
 #include "renderer/passes/path/path_pass.h"
 #include "renderer/streams/playout_options.h"
 #include "renderer/window/measurement.h"
-#include "renderer/window/viewer_control.h"
+#include "renderer/window/view_control.h"
 
 namespace fire3dv::app {
 
-bool CameraWindow::steer(gui::Viewer& viewer, const state::PoseState& poses, float seconds) {
+bool CameraWindow::steer(gui::ViewState& viewer, const state::PoseState& poses, float seconds) {
   const VkExtent2D extent = window_.framebuffer_extent();
   const CameraMoves moves = input_.take(window_.take_input(), {}, viewer);
   if (moves.click_px) clicked_px_ = moves.click_px;
@@ -25,7 +25,7 @@ bool CameraWindow::steer(gui::Viewer& viewer, const state::PoseState& poses, flo
 }
 
 Result<void> CameraWindow::draw(passes::SceneRenderer& renderer, const state::PoseState& poses,
-                                const gui::Viewer& viewer, uint64_t scene_number,
+                                const gui::ViewState& viewer, uint64_t scene_number,
                                 StaleOverlay stale_overlay) {
   constexpr uint64_t kPatienceNs = 10'000'000;  // acquire timeout: a hidden window must not block the others
   if (!window_.acquire(kPatienceNs)) return {};
@@ -213,10 +213,10 @@ void WindowView::apply_draw_settings() {
 
 void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::TimelineControl* timeline) {
   measure();
-  gui::Viewer& viewer = borrowed_.viewer;
+  gui::ViewState& viewer = borrowed_.viewer;
   const sinks::WindowInput input = first().take_input();
   display_scale_ = input.scale;
-  ViewerInput::Owners owners;
+  ViewInput::Owners owners;
   if (panels_) {
     const LiveScene& scene = borrowed_.scene;
     gui::EditFacts editing = borrowed_.editor.facts();
@@ -339,7 +339,7 @@ Result<void> WindowView::record(gpu::Recorder& recorder, gpu::StagingRing& stagi
 void WindowView::record_large_screenshot(gpu::Recorder& recorder, gpu::StagingRing& staging,
                                          const ScreenshotRecorder::Tag& shown, glm::uvec2 size) {
   constexpr uint32_t kTileSide_px = 2048;
-  const gui::Viewer& viewer = borrowed_.viewer;
+  const gui::ViewState& viewer = borrowed_.viewer;
   const passes::PostSettings& post = renderer().settings().draw().post;
   const float aspect = static_cast<float>(size.x) / static_cast<float>(size.y);
   const passes::View whole = borrowed_.camera.view(borrowed_.poses, aspect);

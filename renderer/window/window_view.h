@@ -25,7 +25,7 @@
 #include "renderer/window/recent_files.h"
 #include "renderer/window/screenshots/screenshot_recorder.h"
 #include "renderer/window/unsaved_edits.h"
-#include "renderer/window/viewer_control.h"
+#include "renderer/window/view_control.h"
 #include "renderer/window/window.h"
 #include "renderer/window/window_panels.h"
 
@@ -39,10 +39,10 @@ class CameraWindow {
       : window_(window), camera_(std::move(camera)), frames_(device) {}
 
   // Handles the window's input, including global commands. Returns false if the window is to be closed.
-  bool steer(gui::Viewer& viewer, const state::PoseState& poses, float seconds);
+  bool steer(gui::ViewState& viewer, const state::PoseState& poses, float seconds);
   // Renders and presents; skips the frame if the window cannot be shown.
-  Result<void> draw(passes::SceneRenderer& renderer, const state::PoseState& poses, const gui::Viewer& viewer,
-                    uint64_t scene_number, StaleOverlay stale_overlay);
+  Result<void> draw(passes::SceneRenderer& renderer, const state::PoseState& poses,
+                    const gui::ViewState& viewer, uint64_t scene_number, StaleOverlay stale_overlay);
 
   const sinks::Window& window() const { return window_; }
   CameraRig& camera() { return camera_; }
@@ -50,7 +50,7 @@ class CameraWindow {
  private:
   sinks::Window& window_;
   CameraRig camera_;
-  ViewerInput input_;
+  ViewInput input_;
   gpu::FrameRing frames_;
   std::optional<glm::vec2> clicked_px_;
 };
@@ -90,7 +90,7 @@ class WindowView {
     LiveScene& scene;
     CameraRig& camera;
     Windows& windows;
-    gui::Viewer& viewer;
+    gui::ViewState& viewer;
     EditSession& editor;
     WindowViewOptions options;
     std::vector<uint32_t> animations;  // those that play
@@ -156,7 +156,7 @@ class WindowView {
 
   const Borrowed borrowed_;
   UnsavedEdits unsaved_;
-  ViewerInput input_;
+  ViewInput input_;
   std::optional<CameraRig> right_camera_;  // second view of the first window
   std::vector<std::unique_ptr<CameraWindow>> others_;
   ScreenshotRecorder captures_;

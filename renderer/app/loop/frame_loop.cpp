@@ -103,7 +103,7 @@ Result<void> FrameLoop::run() {
 
     if (context_.metrics)
       context_.metrics->tell(context_.receiver, image_service_.open_requests(), context_.poses,
-                             context_.scene.faults(), viewer_numbers());
+                             context_.scene.faults(), browser_numbers());
 
     // User input.
     const bool is_due = has_changed();
@@ -285,7 +285,7 @@ void FrameLoop::steer() {
     context_.next->open(*file);
 }
 
-ViewerNumbers FrameLoop::viewer_numbers() const {
+BrowserNumbers FrameLoop::browser_numbers() const {
   if (!context_.live_view) return {};
   return {context_.live_view->count_viewers(serve::Access::control),
           context_.live_view->count_viewers(serve::Access::view),

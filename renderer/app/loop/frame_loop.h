@@ -73,7 +73,7 @@ class FrameLoop {
 
  private:
   void log_technique() const;
-  ViewerNumbers viewer_numbers() const;
+  BrowserNumbers browser_numbers() const;
   bool done();
   Result<void> await_stream();  // clears awaits_stream_ at the first pose frame; fails after the timeout
   void log_notes();
@@ -98,7 +98,7 @@ class FrameLoop {
   IdleDetection idle_;
   bool draws_for_browsers_only_ = false;  // nobody receives an image of its own
   bool switches_document_ = false;
-  ViewerFacts facts_;  // for panels, if there is a window
+  PanelFacts facts_;  // for panels, if there is a window
 
   gpu::FrameRing frames_;
   std::optional<PathCheckpoint> checkpoint_;  // of path-traced images in files

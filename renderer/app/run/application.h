@@ -25,7 +25,7 @@ struct Application {
   FrameStats& stats;
   const CacheLocations& caches;
   Windows& windows;
-  gui::Viewer& viewer;
+  gui::ViewState& viewer;
   SecondaryDevices& secondary_devices;
   const std::shared_ptr<BudgetPool> budgets;  // of all adapters
   const std::chrono::steady_clock::time_point begun;

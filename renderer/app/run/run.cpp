@@ -14,7 +14,7 @@
 #include "renderer/app/run/run_parts.h"
 #include "renderer/app/run/session.h"
 #include "renderer/app/start.h"
-#include "renderer/editing/viewer_edits.h"
+#include "renderer/editing/view_transfer.h"
 #include "renderer/passes/path/path_pass.h"
 
 namespace fire3dv::app {
@@ -110,7 +110,7 @@ int run(const Options& options) {
       log_message(warning(missing));
     PipelineCacheFile pipelines(device, caches.pipelines);
     if (pipelines.note()) log_message(warning(*pipelines.note()));
-    gui::Viewer viewer;
+    gui::ViewState viewer;
     viewer.draw = options.draw;
     viewer.draw.environment = std::move(*environment);
     viewer.paths = options.draw.path.value_or(passes::PathSettings());

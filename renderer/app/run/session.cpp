@@ -13,7 +13,7 @@
 #include "renderer/browser/renderer_switch.h"
 #include "renderer/camera/default_look.h"
 #include "renderer/editing/new_objects.h"
-#include "renderer/editing/viewer_edits.h"
+#include "renderer/editing/view_transfer.h"
 #include "renderer/images/request_renderer.h"
 #include "renderer/passes/path/path_pass.h"
 #include "renderer/passes/texture_capacity.h"
@@ -221,7 +221,7 @@ Result<void> Session::upload() {
 }
 
 void Session::create_scene() {
-  gui::Viewer& viewer = application_.viewer;
+  gui::ViewState& viewer = application_.viewer;
   std::vector<const gpu::Device*> secondary;
   for (const std::unique_ptr<SecondaryDevice>& each : application_.secondary_devices.all())
     secondary.push_back(&each->device());
@@ -270,7 +270,7 @@ void Session::show_reloaded(std::unique_ptr<SceneLoad> load) {
     camera_->set_ground(camera_start(view_defaults(options_), (*loaded)->scene, {}, {}).ground);
   if (moves_robot_) {
     std::optional<state::RobotPose> next_robot = find_robot(*load);
-    gui::Viewer& viewer = application_.viewer;
+    gui::ViewState& viewer = application_.viewer;
     editor_->replace_robot(live_->scene(), robot(), next_robot ? &*next_robot : nullptr);
     robot_ = std::move(next_robot);
     if (robot_) (void)robot_->set(viewer.edits.joints);
@@ -280,7 +280,7 @@ void Session::show_reloaded(std::unique_ptr<SceneLoad> load) {
 }
 
 Result<void> Session::apply_overlay() {
-  gui::Viewer& viewer = application_.viewer;
+  gui::ViewState& viewer = application_.viewer;
   if (moves_robot_) robot_ = find_robot(load_);
   editor_->begin({scene(), poses_->names(), robot()});
   live_->set_user_edits(viewer.edits);

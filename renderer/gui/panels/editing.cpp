@@ -86,7 +86,7 @@ void draw_removal(const Context& context, uint32_t node) {
 
 void draw_tools(const Context& context) {
   Ui& ui = context.ui;
-  Viewer& viewer = context.viewer;
+  ViewState& viewer = context.viewer;
   const auto tool = [&](const char* label, GizmoTool which, const char* hint) {
     const bool is_on = viewer.tool == which;
     if (ui.button(label, true, hint, is_on)) viewer.tool = is_on ? GizmoTool::none : which;
@@ -110,7 +110,7 @@ void keep_volume(glm::vec3& scale, const glm::vec3& before) {
 
 void draw_transform(const Context& context, uint32_t node) {
   Ui& ui = context.ui;
-  Viewer& viewer = context.viewer;
+  ViewState& viewer = context.viewer;
   if (const std::string* const driver = direct_driver_of(context.shown.poses, node)) {
     ui.note("Driven by " + one_line(*driver) + ": it cannot be moved by hand meanwhile.");
     return;

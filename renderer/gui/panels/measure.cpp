@@ -58,7 +58,7 @@ glm::vec3 without_rounding(glm::vec3 vector) {
 
 void draw_measure_panel(const Context& c) {
   if (!c.ui.header("Measure", c.layout.is_open(Panel::measure))) return;
-  Viewer& viewer = c.viewer;
+  ViewState& viewer = c.viewer;
   if (c.ui.button("Distance", true, "Between two points that you click in the image  (M)", viewer.measures)) {
     viewer.measures = !viewer.measures;
     viewer.measured.clear();

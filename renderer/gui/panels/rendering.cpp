@@ -77,7 +77,7 @@ void LightsPanel::draw(const Context& context) {
 
 void LightsPanel::draw_light(const Context& context, uint32_t node, const scene::Light& light) {
   Ui& ui = context.ui;
-  Viewer& viewer = context.viewer;
+  ViewState& viewer = context.viewer;
   ImGui::PushID(static_cast<int>(node));
   const bool edited = viewer.edits.lights.count(node) != 0;
   const std::string text =
@@ -177,7 +177,7 @@ void MaterialsPanel::list(const Context& context) {
 void MaterialsPanel::draw(const Context& context) {
   Ui& ui = context.ui;
   if (!ui.header("Materials", context.layout.is_open(Panel::materials))) return;
-  Viewer& viewer = context.viewer;
+  ViewState& viewer = context.viewer;
   const scene::Scene& scene = context.shown.scene;
   choose_variant(ui, scene, viewer.edits.variant);
   ui.check("Of the selection", of_selection_, "Lists those of the selected node and its descendants");
@@ -263,7 +263,7 @@ void choose_renderer(const Context& context) {
 // Lens of the raster and of paths.
 void choose_lens(const Context& context) {
   Ui& ui = context.ui;
-  Viewer& viewer = context.viewer;
+  ViewState& viewer = context.viewer;
   scene::ThinLens& lens = viewer.draw.post.lens;
   bool has_lens = !lens.is_pinhole();
   if (ui.check("Lens", has_lens, "Depth of field; off: the lens of the camera, if it has one"))
@@ -308,7 +308,7 @@ void choose_shadows(Ui& ui, ShadowSettings& shadows) {
 void draw_render_panel(const Context& context) {
   Ui& ui = context.ui;
   if (!ui.header("Render", context.layout.is_open(Panel::render))) return;
-  Viewer& viewer = context.viewer;
+  ViewState& viewer = context.viewer;
   DrawSettings& draw = viewer.draw;
   if (ui.button("Screenshot", true, "A PNG file of the image, without panels  (P)"))
     viewer.commands.screenshot = true;

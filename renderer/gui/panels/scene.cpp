@@ -125,7 +125,7 @@ void TreePanel::draw(const Context& context, float height_px) {
 
 void TreePanel::draw_row(const Context& context, const Row& row) {
   Ui& ui = context.ui;
-  Viewer& viewer = context.viewer;
+  ViewState& viewer = context.viewer;
   const scene::Scene& scene = context.shown.scene;
   const uint32_t node = row.node;
   ++rows_drawn_;
@@ -213,7 +213,7 @@ void show_pose(const Context& context, uint32_t node) {
 void draw_node_panel(const Context& context) {
   Ui& ui = context.ui;
   if (!ui.header("Node", context.layout.is_open(Panel::node))) return;
-  Viewer& viewer = context.viewer;
+  ViewState& viewer = context.viewer;
   const scene::Scene& scene = context.shown.scene;
   const uint32_t node = viewer.selected;
   const bool any = node < scene.nodes.size();
@@ -276,7 +276,7 @@ void draw_node_panel(const Context& context) {
 void CamerasPanel::draw(const Context& context) {
   Ui& ui = context.ui;
   if (!ui.header("Cameras", context.layout.is_open(Panel::cameras))) return;
-  Viewer& viewer = context.viewer;
+  ViewState& viewer = context.viewer;
   const scene::Scene& scene = context.shown.scene;
   const std::optional<size_t> now = context.facts.camera;
   if (scene_number_ != context.shown.scene_number) {

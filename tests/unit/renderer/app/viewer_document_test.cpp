@@ -9,13 +9,13 @@
 #include <vector>
 
 #include "renderer/app/document.h"
-#include "renderer/editing/viewer_edits.h"
+#include "renderer/editing/view_transfer.h"
 #include "tests/unit/renderer/scene/clusters/boxes_scene.h"
 
 namespace fire3dv::app {
 namespace {
 
-void transfer(gui::Viewer& viewer, const scene::Scene& before, const scene::Scene& after,
+void transfer(gui::ViewState& viewer, const scene::Scene& before, const scene::Scene& after,
               std::span<const state::AddedMaterials> added_before = {},
               std::span<const state::AddedMaterials> added_after = {}) {
   const state::NodeNames names_before(before), names_after(after);
@@ -28,7 +28,7 @@ TEST(Viewers, SamePathIsKeptInNextScene) {
   scene::Scene after = boxes_at({{0, 0, 0}});
   after.nodes[0].path = "other";           // at the index of "top"
   after.nodes.push_back(before.nodes[2]);  // "top/box1" is the last one
-  gui::Viewer viewer;
+  gui::ViewState viewer;
   viewer.selected = 2;
   viewer.edits.isolated = 0;
   viewer.followed = 99;
@@ -54,7 +54,7 @@ TEST(Viewers, LightOfOtherKindIsDropped) {
   scene::Scene after = before;
   after.nodes[2].light = scene::kNone;
   after.nodes[3].light = 1;
-  gui::Viewer viewer;
+  gui::ViewState viewer;
   for (const uint32_t node : {1, 2, 3}) viewer.edits.lights[node] = bulb;
   transfer(viewer, before, after);
   ASSERT_EQ(viewer.edits.lights.size(), 1u);
@@ -72,7 +72,7 @@ TEST(Viewers, KeepMaterialsByTheirFile) {
   after.materials[1].name = "wood";  // of the file itself
   const std::vector<state::AddedMaterials> chair_and_table{{"chair", 2, 1}, {"table", 3, 1}};
   const std::vector<state::AddedMaterials> chair{{"chair", 3, 1}};
-  gui::Viewer viewer;
+  gui::ViewState viewer;
   for (const uint32_t material : {0, 1, 2, 3})
     viewer.edits.materials[material].roughness = static_cast<float>(material) / 4;
   transfer(viewer, before, after, chair_and_table, chair);
@@ -91,7 +91,7 @@ TEST(Viewers, KeepInstancesByTheirNode) {
     return scene;
   };
   const scene::Scene before = with_instances({1, 1, 2}), after = with_instances({2, 1, 1});
-  gui::Viewer viewer;
+  gui::ViewState viewer;
   viewer.selected = 4;
   viewer.edits.hidden = {5, 6};
   transfer(viewer, before, after);

@@ -60,7 +60,7 @@ TEST_F(Editors, WhatIsSavedIsOpenedAgain) {
   options.overlay = file().path;
   Result<state::EditDocument> document = load_overlay(options);
   ASSERT_TRUE(document.ok()) << document.error().message;
-  gui::Viewer reopened;
+  gui::ViewState reopened;
   EditSession again(reopened, file(), *document);
   again.begin(targets());
   EXPECT_EQ(again.take_log_messages().at(0),
@@ -124,7 +124,7 @@ TEST_F(Editors, EditsOfMissingNodesWait) {
 
   state::EditDocument document;
   document[{state::EditedObject::node, "nobody", 0, state::EditedProperty::visible}] = false;
-  gui::Viewer viewer;
+  gui::ViewState viewer;
   EditSession opened(viewer, file(), document);
   opened.begin(targets());
   EXPECT_NE(opened.take_log_messages().at(0).find("nobody"), std::string::npos);

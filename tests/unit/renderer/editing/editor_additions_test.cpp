@@ -250,7 +250,7 @@ TEST_F(Editors, EditsOfInstancesAreKept) {
   more.nodes[4].path = more.nodes[4].name = "more";
   editor.replace_scene(scene_, more, nullptr);
   EXPECT_EQ(viewer_.edits.hidden, std::set<uint32_t>{second + 1});
-  gui::Viewer reopened;
+  gui::ViewState reopened;
   EditSession again(reopened, file(), editor.history().document());
   again.begin(targets());
   EXPECT_EQ(reopened.edits.hidden, std::set<uint32_t>{second});

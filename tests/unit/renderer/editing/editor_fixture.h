@@ -19,9 +19,9 @@
 #include "renderer/app/options/overlay_options.h"
 #include "renderer/editing/edit_session.h"
 #include "renderer/editing/overlay_file.h"
-#include "renderer/editing/viewer_edits.h"
+#include "renderer/editing/view_transfer.h"
 #include "renderer/scene/derived/loaded_scene.h"
-#include "renderer/window/viewer_control.h"
+#include "renderer/window/view_control.h"
 #include "tests/unit/renderer/scene/clusters/boxes_scene.h"
 
 namespace fire3dv::app {
@@ -64,8 +64,8 @@ class Editors : public ::testing::Test {
   fs::path folder_;
   scene::Scene scene_ = boxes_at({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}});
   state::NodeNames names_{scene_};
-  gui::Viewer viewer_;
-  ViewerInput keys_;
+  gui::ViewState viewer_;
+  ViewInput keys_;
 };
 
 }  // namespace fire3dv::app

@@ -50,7 +50,7 @@ TEST_F(Editors, VariantIsAnUndoStep) {
   options.overlay = file().path;
   Result<state::EditDocument> saved = load_overlay(options);
   ASSERT_TRUE(saved.ok()) << saved.error().message;
-  gui::Viewer viewer;
+  gui::ViewState viewer;
   EditSession reopened(viewer, file(), *saved);
   reopened.begin(targets());
   EXPECT_EQ(viewer.edits.variant, scene::kNone);

@@ -99,7 +99,7 @@ struct GuiWorld {
   state::RobotPose robot = gui_robot();
   FakeTimeline timeline;
   gui::Facts facts;
-  gui::Viewer viewer;
+  gui::ViewState viewer;
   gui::EditFacts editing{"the light of node \"lamp\"",
                          "the transform of node \"arm\"",
                          false,

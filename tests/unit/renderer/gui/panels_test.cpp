@@ -24,7 +24,7 @@ std::string numbers(std::initializer_list<double> values) {
 
 // All state that the program acts on, as text.
 std::string settings_of(const GuiWorld& world) {
-  const gui::Viewer& v = world.viewer;
+  const gui::ViewState& v = world.viewer;
   std::string text =
       numbers({double(v.selected), double(v.followed), double(v.edits.isolated), v.camera_speed,
                double(v.gui), double(v.help), double(v.debug_view), double(v.tool), double(v.tool_is_local)});
@@ -143,7 +143,7 @@ class GuiPanels : public ::testing::Test {
 
   // Resets the user's requests, so that every control can have an effect.
   void reset() {
-    gui::Viewer& viewer = world().viewer;
+    gui::ViewState& viewer = world().viewer;
     viewer = {};
     viewer.draw.post.lens = {2.8f, 2};
     viewer.picked_point = gui::SurfacePoint{2, {0.1f, 0, 0}};

@@ -124,7 +124,7 @@ TEST(Guides, FrustaFollowNodes) {
   state::PoseState poses(scene);
   scene::SceneEdits edits;
   OverlayMarkers overlay;
-  gui::Viewer viewer;
+  gui::ViewState viewer;
   viewer.shows_frusta = true;
   const auto shown = [&](uint32_t camera_node) {
     return overlay.update(viewer, {scene, edits, poses, 1, camera_node, 1, 1});

@@ -12,10 +12,10 @@
 #include <string>
 #include <vector>
 
-#include "renderer/editing/viewer_edits.h"
+#include "renderer/editing/view_transfer.h"
 #include "renderer/scene/model/math.h"
 #include "renderer/window/overlay_markers.h"
-#include "renderer/window/viewer_control.h"
+#include "renderer/window/view_control.h"
 #include "tests/unit/renderer/scene/clusters/boxes_scene.h"
 
 namespace fire3dv::app {
@@ -57,7 +57,7 @@ class Measurements : public ::testing::Test {
   scene::Scene scene_ = boxes_at({{-3, 1, 0}, {2, -1, 1}});
   state::PoseState poses_{scene_};
   scene::SceneEdits edits_;
-  gui::Viewer viewer_;
+  gui::ViewState viewer_;
 };
 
 TEST_F(Measurements, PickedPointMovesWithItsNode) {

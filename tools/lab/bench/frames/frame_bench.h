@@ -149,7 +149,7 @@ class FrameBench {
     explicit Panels(gpu::Device& device) : pass(device) {}
     gui::Gui gui;
     gui::GuiPass pass;
-    gui::Viewer viewer;
+    gui::ViewState viewer;
     float scale = 1;
   };
   std::unique_ptr<Panels> panels_;  // null: no panels

@@ -1,4 +1,4 @@
-#include "renderer/window/viewer_control.h"
+#include "renderer/window/view_control.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,11 +12,11 @@ using sinks::Button;
 using sinks::InputEvent;
 using sinks::Key;
 
-void change_speed(gui::Viewer& viewer, float steps) {
+void change_speed(gui::ViewState& viewer, float steps) {
   viewer.camera_speed = std::clamp(viewer.camera_speed * std::pow(1.25f, steps), 1.0f / 64, 64.0f);
 }
 
-void hide(gui::Viewer& viewer, bool all_shown) {
+void hide(gui::ViewState& viewer, bool all_shown) {
   if (all_shown) {
     viewer.edits.hidden.clear();
     viewer.edits.isolated = scene::kNone;
@@ -36,7 +36,7 @@ void toggle(uint32_t& node, uint32_t selected) {
 
 }  // namespace
 
-CameraMoves ViewerInput::take(const sinks::WindowInput& input, const Owners& owners, gui::Viewer& viewer) {
+CameraMoves ViewInput::take(const sinks::WindowInput& input, const Owners& owners, gui::ViewState& viewer) {
   CameraMoves moves;
   scale_ = input.scale;
   for (const InputEvent& event : input.events) {
@@ -89,7 +89,7 @@ CameraMoves ViewerInput::take(const sinks::WindowInput& input, const Owners& own
   return moves;
 }
 
-void ViewerInput::move(const InputEvent& event, CameraMoves& moves) {
+void ViewInput::move(const InputEvent& event, CameraMoves& moves) {
   if (!dragging_) return;
   constexpr float kTremblePx = 3;
   const glm::vec2 from = dragged_ ? last_px_ : pressed_px_;
@@ -99,7 +99,7 @@ void ViewerInput::move(const InputEvent& event, CameraMoves& moves) {
   last_px_ = event.cursor_px;
 }
 
-void ViewerInput::press(const InputEvent& event, gui::Viewer& viewer) {
+void ViewInput::press(const InputEvent& event, gui::ViewState& viewer) {
   if (event.modifiers.control && !event.modifiers.alt && !event.modifiers.super)
     return press_with_control(event, viewer);
   if (event.modifiers.control || event.modifiers.alt || event.modifiers.super) return;
@@ -153,7 +153,7 @@ void ViewerInput::press(const InputEvent& event, gui::Viewer& viewer) {
   }
 }
 
-void ViewerInput::press_with_control(const InputEvent& event, gui::Viewer& viewer) {
+void ViewInput::press_with_control(const InputEvent& event, gui::ViewState& viewer) {
   gui::Commands& commands = viewer.commands;
   if (event.key == sinks::letter('z')) (event.modifiers.shift ? commands.redo : commands.undo) = true;
   if (event.key == sinks::letter('y')) commands.redo = true;
@@ -162,7 +162,7 @@ void ViewerInput::press_with_control(const InputEvent& event, gui::Viewer& viewe
     (event.modifiers.shift ? commands.export_glb : commands.save_overlay) = true;
 }
 
-passes::Inspection inspection_of(const gui::Viewer& viewer, std::optional<glm::vec2>& clicked_px,
+passes::Inspection inspection_of(const gui::ViewState& viewer, std::optional<glm::vec2>& clicked_px,
                                  glm::uvec2 image_px, uint64_t scene_number) {
   passes::Inspection inspection{viewer.debug_view, viewer.selected, {}};
   const auto clicked = std::exchange(clicked_px, std::nullopt);
@@ -176,7 +176,7 @@ passes::Inspection inspection_of(const gui::Viewer& viewer, std::optional<glm::v
 namespace {
 
 // Puts the plane in focus through the picked point; a pinhole gets a lens.
-void focus_on_point(gui::Viewer& viewer, const CameraRig::Placed& placed, const state::PoseState& poses) {
+void focus_on_point(gui::ViewState& viewer, const CameraRig::Placed& placed, const state::PoseState& poses) {
   if (!viewer.picked_point || placed.camera.orthographic) return;
   const glm::vec3 eye(placed.world_from_camera[3]);
   const glm::vec3 look = -glm::normalize(glm::vec3(placed.world_from_camera[2]));
@@ -191,7 +191,7 @@ void focus_on_point(gui::Viewer& viewer, const CameraRig::Placed& placed, const 
 
 }  // namespace
 
-void move_camera(CameraRig& camera, const CameraMoves& moves, gui::Viewer& viewer,
+void move_camera(CameraRig& camera, const CameraMoves& moves, gui::ViewState& viewer,
                  const state::PoseState& poses, glm::uvec2 image_px, float seconds) {
   constexpr float kOrbitRadPerHeight = 3.0f;
   constexpr float kRadiiPerSecond = 0.5f;
@@ -246,7 +246,7 @@ void control_timeline(gui::Commands& commands, replay::TimelineControl* timeline
   timeline->seek(now.start_ns + static_cast<uint64_t>(std::clamp(at, 0.0, end)));
 }
 
-void move_cameras(CameraRig& left, CameraRig* right, CameraMoves moves, gui::Viewer& viewer,
+void move_cameras(CameraRig& left, CameraRig* right, CameraMoves moves, gui::ViewState& viewer,
                   const state::PoseState& poses, glm::uvec2 image_px, float seconds) {
   const auto width = static_cast<float>(image_px.x);
   const bool is_right = right && moves.cursor_px.x >= width;

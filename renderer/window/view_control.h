@@ -1,5 +1,5 @@
-// Viewer control: maps keys and mouse to camera moves and commands, and applies the user's requests
-// (gui::Viewer) to scene and cameras, once per frame.
+// View control: maps keys and mouse to camera moves and commands, and applies the user's requests
+// (gui::ViewState) to scene and cameras, once per frame.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -23,17 +23,17 @@ struct CameraMoves {
   std::optional<glm::vec2> click_px;  // left click without a drag
 };
 
-class ViewerInput {
+class ViewInput {
  public:
   // Owners of mouse and keyboard: input that panels use does not move the view.
   struct Owners {
     bool view_has_mouse = true, view_has_keyboard = true;
   };
-  CameraMoves take(const sinks::WindowInput& input, const Owners& owners, gui::Viewer& viewer);
+  CameraMoves take(const sinks::WindowInput& input, const Owners& owners, gui::ViewState& viewer);
 
  private:
-  void press(const sinks::InputEvent& event, gui::Viewer& viewer);
-  void press_with_control(const sinks::InputEvent& event, gui::Viewer& viewer);
+  void press(const sinks::InputEvent& event, gui::ViewState& viewer);
+  void press_with_control(const sinks::InputEvent& event, gui::ViewState& viewer);
   void move(const sinks::InputEvent& event, CameraMoves& moves);
 
   std::set<sinks::Key> held_;
@@ -46,11 +46,11 @@ class ViewerInput {
 
 // Inspection settings of an image, including picking at a click. scene_number: returned with the picked node,
 // which belongs to that scene.
-passes::Inspection inspection_of(const gui::Viewer& viewer, std::optional<glm::vec2>& clicked_px,
+passes::Inspection inspection_of(const gui::ViewState& viewer, std::optional<glm::vec2>& clicked_px,
                                  glm::uvec2 image_px, uint64_t scene_number);
 
 // Moves the camera and executes camera commands. seconds: since the last call.
-void move_camera(CameraRig& camera, const CameraMoves& moves, gui::Viewer& viewer,
+void move_camera(CameraRig& camera, const CameraMoves& moves, gui::ViewState& viewer,
                  const state::PoseState& poses, glm::uvec2 image_px, float seconds);
 
 // Executes the commands for the timeline. timeline: null if there is none.
@@ -58,7 +58,7 @@ void control_timeline(gui::Commands& commands, replay::TimelineControl* timeline
 
 // Two images of this size side by side: moves the camera under the cursor; both follow the followed node.
 // right: null for a single image.
-void move_cameras(CameraRig& left, CameraRig* right, CameraMoves moves, gui::Viewer& viewer,
+void move_cameras(CameraRig& left, CameraRig* right, CameraMoves moves, gui::ViewState& viewer,
                   const state::PoseState& poses, glm::uvec2 image_px, float seconds);
 
 }  // namespace fire3dv::app

@@ -1,4 +1,4 @@
-#include "renderer/editing/viewer_edits.h"
+#include "renderer/editing/view_transfer.h"
 
 #include <utility>
 
@@ -31,7 +31,7 @@ class ObjectsByKey {
 
 }  // namespace
 
-bool refers_to_scene(const gui::Viewer& viewer) {
+bool refers_to_scene(const gui::ViewState& viewer) {
   for (const uint32_t node :
        {viewer.selected, viewer.followed, viewer.edits.isolated, viewer.edits.variant}) {
     if (node != scene::kNone) return true;
@@ -41,7 +41,7 @@ bool refers_to_scene(const gui::Viewer& viewer) {
          !viewer.edits.transforms.empty();
 }
 
-void transfer_by_key(gui::Viewer& viewer, const state::EditTargets& from, const state::EditTargets& to) {
+void transfer_by_key(gui::ViewState& viewer, const state::EditTargets& from, const state::EditTargets& to) {
   const scene::Scene &before = from.scene, &after = to.scene;
   ObjectsByKey objects(from, to);
   const auto moved = [&](uint32_t node) { return objects.node(node); };
@@ -78,7 +78,7 @@ void transfer_by_key(gui::Viewer& viewer, const state::EditTargets& from, const 
   viewer.edits.transforms = std::move(transforms);
 }
 
-void forget_scene(gui::Viewer& viewer) {
+void forget_scene(gui::ViewState& viewer) {
   viewer.selected = viewer.followed = scene::kNone;
   viewer.picked_point.reset();
   viewer.measured.clear();

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "renderer/window/viewer_control.h"
+#include "renderer/window/view_control.h"
 #include "renderer/window/window_panels.h"
 #include "tests/unit/renderer/scene/clusters/boxes_scene.h"
 
@@ -167,7 +167,7 @@ TEST_F(Cameras, StereoCamerasFollowNode) {
   CameraRig left = rig_, right = rig_;
   left.let_go(poses_);
   right.let_go(poses_);
-  gui::Viewer viewer;
+  gui::ViewState viewer;
   viewer.followed = 1;
   CameraMoves moves;
   moves.cursor_px = {1.5f * kImage.x, 10};  // on the right one
@@ -193,7 +193,7 @@ TEST_F(Cameras, StereoCamerasFollowNode) {
 
 TEST_F(Cameras, FlySpeedFollowsScene) {
   const auto flown = [&](float speed) {
-    gui::Viewer viewer;
+    gui::ViewState viewer;
     viewer.camera_speed = speed;
     CameraRig rig = *CameraRig::create(scene_);
     CameraMoves moves;
@@ -211,7 +211,7 @@ TEST_F(Cameras, FlySpeedFollowsScene) {
 }
 
 TEST_F(Cameras, CommandsAreDoneOnce) {
-  gui::Viewer viewer;
+  gui::ViewState viewer;
   viewer.selected = 2;
   viewer.commands.frame_selection = true;
   move_camera(rig_, {}, viewer, poses_, kImage, 0);
@@ -244,12 +244,12 @@ class Inputs : public ::testing::Test {
     key(k);
     key(k, false);
   }
-  CameraMoves take(ViewerInput::Owners owners = {}) {
+  CameraMoves take(ViewInput::Owners owners = {}) {
     return input_.take(std::exchange(pending_, {}), owners, viewer_);
   }
 
-  gui::Viewer viewer_;
-  ViewerInput input_;
+  gui::ViewState viewer_;
+  ViewInput input_;
   sinks::WindowInput pending_;
   sinks::Modifiers modifiers_;
   glm::vec2 cursor_{0};
