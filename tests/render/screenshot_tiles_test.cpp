@@ -12,7 +12,7 @@
 namespace fire3dv::test {
 namespace {
 
-constexpr VkExtent2D kExtent{240, 150};
+constexpr VkExtent2D kWholeExtent{240, 150};
 constexpr uint32_t kSide = 120;
 
 scene::Scene still_life() {
@@ -42,22 +42,22 @@ struct Difference {
 Difference difference_of_tiles(const passes::DrawSettings& settings) {
   const scene::Scene scene = still_life();
   const state::PoseState poses(scene);
-  RenderBench bench(scene, kExtent, settings);
-  const passes::View view = first_camera_view(scene, poses, kExtent);
+  RenderBench bench(scene, kWholeExtent, settings);
+  const passes::View view = first_camera_view(scene, poses, kWholeExtent);
   const sinks::FrameImage whole = bench.draw(poses, view);
   std::vector<uint8_t> joined(whole.rgba8.size());
   const std::vector<app::ScreenshotTile> tiles =
-      app::screenshot_tiles({kExtent.width, kExtent.height}, kSide);
+      app::screenshot_tiles({kWholeExtent.width, kWholeExtent.height}, kSide);
   EXPECT_GT(tiles.size(), 4u);
   for (const app::ScreenshotTile& tile : tiles) {
     bench.set_size({tile.drawn_size.x, tile.drawn_size.y});
     const sinks::FrameImage part =
-        bench.draw(poses, app::view_of_tile(view, {kExtent.width, kExtent.height}, tile));
+        bench.draw(poses, app::view_of_tile(view, {kWholeExtent.width, kWholeExtent.height}, tile));
     const glm::uvec2 offset = tile.kept_low - tile.drawn_low;
     for (uint32_t y = 0; y < tile.kept_size.y; ++y) {
       std::copy_n(part.rgba8.data() + 4 * (size_t{offset.y + y} * tile.drawn_size.x + offset.x),
                   4 * size_t{tile.kept_size.x},
-                  joined.data() + 4 * (size_t{tile.kept_low.y + y} * kExtent.width + tile.kept_low.x));
+                  joined.data() + 4 * (size_t{tile.kept_low.y + y} * kWholeExtent.width + tile.kept_low.x));
     }
   }
   Difference found;
@@ -73,7 +73,7 @@ Difference difference_of_tiles(const passes::DrawSettings& settings) {
 // Vertices and the origins of shadow rays have other last bits in a tile: its projection and its rays are
 // other floats. Rarely a vertex rounds to another subpixel, or a ray from an edge meets another surface.
 TEST_F(ScreenshotTilesImage, AreTheWholeImage) {
-  const size_t bytes = 4 * size_t{kExtent.width} * kExtent.height;
+  const size_t bytes = 4 * size_t{kWholeExtent.width} * kWholeExtent.height;
   passes::DrawSettings maps;
   maps.shadows.method = passes::ShadowMethod::map;
   const Difference without_rays = difference_of_tiles(maps);
