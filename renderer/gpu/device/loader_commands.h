@@ -5,6 +5,7 @@
 #include <functional>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "renderer/gpu/device/device.h"
 #include "renderer/gpu/recorder.h"
@@ -56,5 +57,14 @@ class LoaderCommands {
   std::optional<Recorder> recorder_;
   uint64_t submitted_ = 0;  // timeline value not waited for yet; 0: none
 };
+
+// New buffer with these values.
+template <typename T>
+Buffer upload_array(Device& device, LoaderCommands& loader, const std::vector<T>& values,
+                    VkBufferUsageFlags usage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT) {
+  Buffer buffer = create_buffer(device, values.size() * sizeof(T), usage, filled_memory(device));
+  loader.upload(buffer, std::span<const T>(values));
+  return buffer;
+}
 
 }  // namespace fire3dv::gpu

@@ -30,7 +30,7 @@ VkDeviceSize aligned(VkDeviceSize bytes) {
 }
 
 template <typename Element>
-std::span<const std::byte> bytes_of(const std::vector<Element>& elements) {
+std::span<const std::byte> element_bytes(const std::vector<Element>& elements) {
   return std::as_bytes(std::span(elements));
 }
 
@@ -175,22 +175,22 @@ glm::vec4 row_of(const glm::mat4& matrix, int row) {
 
 MarkerPass::Elements MarkerPass::elements_of(const state::ShownMarker& shown, Made& made) {
   const Marker& marker = *shown.marker;
-  Elements elements{bytes_of(marker.positions), bytes_of(marker.rotations), bytes_of(marker.sizes),
-                    bytes_of(marker.colors)};
+  Elements elements{element_bytes(marker.positions), element_bytes(marker.rotations),
+                    element_bytes(marker.sizes), element_bytes(marker.colors)};
   if (marker.kind == MarkerKind::images) {
     auto found = made.texels.find(shown.id);
     if (found == made.texels.end()) found = made.texels.emplace(shown.id, texels_of(marker.image)).first;
-    elements.colors = bytes_of(found->second);
+    elements.colors = element_bytes(found->second);
   }
   if (marker.kind != MarkerKind::texts) return elements;
   if (!atlas_) atlas_ = std::make_unique<GlyphAtlas>();
   auto found = made.texts.find(shown.id);
   if (found == made.texts.end()) found = made.texts.emplace(shown.id, lay_out(marker, *atlas_)).first;
   const TextGlyphs& glyphs = found->second;
-  return {bytes_of(glyphs.positions),
-          bytes_of(glyphs.rectangles),
+  return {element_bytes(glyphs.positions),
+          element_bytes(glyphs.rectangles),
           {},
-          bytes_of(glyphs.colors),
+          element_bytes(glyphs.colors),
           static_cast<uint32_t>(glyphs.positions.size()),
           glyphs.reach};
 }

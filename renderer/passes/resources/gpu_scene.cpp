@@ -17,15 +17,6 @@ namespace {
 
 using gpu::Access;
 
-template <typename T>
-gpu::Buffer upload_array(gpu::Device& device, gpu::LoaderCommands& loader, const std::vector<T>& values,
-                         VkBufferUsageFlags usage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT) {
-  gpu::Buffer buffer =
-      gpu::create_buffer(device, values.size() * sizeof(T), usage, gpu::filled_memory(device));
-  loader.upload(buffer, std::span<const T>(values));
-  return buffer;
-}
-
 // Uploads the values in another order. All cores write straight to the target: a second host copy would cost
 // its page faults.
 template <typename T>

@@ -28,14 +28,6 @@ gpu_types::AffineRows to_rows(const wire::Affine3x4d& affine) {
 
 constexpr uint32_t kGroupVertices = 64;  // threads of deform/deform.comp
 
-template <typename T>
-gpu::Buffer upload_array(gpu::Device& device, gpu::LoaderCommands& loader, const std::vector<T>& values) {
-  gpu::Buffer buffer = gpu::create_buffer(device, values.size() * sizeof(T),
-                                          VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::filled_memory(device));
-  loader.upload(buffer, std::span<const T>(values));
-  return buffer;
-}
-
 gpu_types::AffineRows rows_of(const glm::mat4& matrix) {
   const glm::mat4 rows = glm::transpose(matrix);
   return {rows[0], rows[1], rows[2]};
