@@ -146,6 +146,8 @@ DrawSetting number(const NumberRange& range, Field field) {
   DrawSetting row;
   row.kind = SettingKind::number;
   row.value_name = "X";
+  row.min_number = range.least;
+  row.max_number = range.most;
   row.text = [field](const DrawSettings& draw) { return number_text(field(draw)); };
   row.set = [field, range](const std::string& text, DrawSettings& draw) {
     std::string wrong = check_number_in(text, range);

@@ -59,6 +59,7 @@ struct DrawSetting {
   Invalidates invalidates = Invalidates::shading;
   uint8_t users = 0;                      // SettingUser
   std::vector<std::string> names;         // of a choice
+  float min_number = 0, max_number = 0;   // of a number
   uint32_t min_count = 0, max_count = 0;  // of a count
   bool shows_default = true;              // in --help
   bool needs_paths = false;               // has no effect without path tracing

@@ -377,14 +377,9 @@ void PathPass::resolve(gpu::Recorder& recorder, Targets& targets, const PostSett
                        const PostPass::Linear& linear, const MeteredExposure& metered) {
   if (targets.path_set.get() == VK_NULL_HANDLE) targets.path_set = resolve_.bind(nullptr, targets.display);
   gpu::Buffer& sums = shown().sums;
-  const gpu_types::PathResolvePush push{sums.address,
-                                        linear.address,
-                                        metered.address,
-                                        targets.extent.width,
-                                        targets.extent.height,
-                                        post.exposure,
-                                        tone_map_number(post.tone_map),
-                                        post.bloom};
+  const gpu_types::PathResolvePush push{
+      sums.address,          linear.address, metered.address,       targets.extent.width,
+      targets.extent.height, post.exposure,  tone_map_number(post), post.bloom};
   std::vector<Use> buffers{Use(sums, access::compute_read)};
   if (linear.buffer) buffers.emplace_back(*linear.buffer, access::compute_write);
   if (metered.buffer) buffers.emplace_back(*metered.buffer, access::compute_read);

@@ -75,8 +75,8 @@ void ImageFilter::record(gpu::Recorder& recorder, const char* name, const Images
   });
 }
 
-uint32_t tone_map_number(ToneMap tone_map) {
-  switch (tone_map) {
+uint32_t tone_map_number(const PostSettings& settings) {
+  switch (settings.tone_map) {
     case ToneMap::reinhard:
       return FIRE3DV_TONE_MAP_REINHARD;
     case ToneMap::aces:
@@ -122,7 +122,7 @@ void PostPass::record(gpu::Recorder& recorder, Targets& targets, const PostSetti
   push.end_y = push.first_y + part.extent.height;
   push.samples = targets.samples;
   push.exposure = settings.exposure;
-  push.tone_map = tone_map_number(settings.tone_map);
+  push.tone_map = tone_map_number(settings);
   push.bloom = settings.bloom;
   std::vector<Use> buffers;
   if (linear.buffer) buffers.emplace_back(*linear.buffer, access::compute_write);

@@ -53,7 +53,7 @@ class ImageFilter {
   gpu::Sampler sampler_;
 };
 
-uint32_t tone_map_number(ToneMap tone_map);  // FIRE3DV_TONE_MAP_*
+uint32_t tone_map_number(const PostSettings& settings);  // FIRE3DV_TONE_MAP_*
 
 inline float exposure_of(const View& view, const PostSettings& settings) {
   return view.exposure > 0 ? view.exposure : settings.exposure;

@@ -190,7 +190,7 @@ gpu_types::ShadePush VisibilityPass::shade_push(const Shaded& shaded, size_t ind
   push.globals = shaded.globals[index];
   push.visibility = address_of(view);
   push.exposure = exposure_of(shaded.views[index], settings);
-  push.tone_map = tone_map_number(settings.tone_map);
+  push.tone_map = tone_map_number(settings);
   push.first_row = view * extent_.height;
   if (shaded.ray_effects) push.ray_effects = targets_->ray_effects.address;
   return push;
