@@ -27,15 +27,6 @@ std::optional<Value> parse_number(std::string_view text) {
   return value;
 }
 
-// Shortest text without exponent that is read as the same number.
-std::string number_text(float value) {
-  std::array<char, 128> text;
-  const auto [end, error] =
-      std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed);
-  FIRE3DV_ASSERT(error == std::errc());
-  return {text.data(), end};
-}
-
 // Without digits that rounding adds, for bounds and degrees.
 std::string short_text(float value) {
   char text[32];
@@ -552,6 +543,14 @@ bool have_same_values(const DrawSettings& a, const DrawSettings& b, uint8_t user
   return std::all_of(table.begin(), table.end(), [&](const DrawSetting& setting) {
     return !(setting.users & users) || setting.is_same(a, b);
   });
+}
+
+std::string number_text(float value) {
+  std::array<char, 128> text;
+  const auto [end, error] =
+      std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed);
+  FIRE3DV_ASSERT(error == std::errc());
+  return {text.data(), end};
 }
 
 std::string positive_number(const std::string& text) {

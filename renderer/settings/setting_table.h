@@ -91,6 +91,8 @@ void copy_applicable(const DrawSettings& from, DrawSettings& to);
 // True if all settings of the table are the same that these users change. users: SettingUser bits.
 bool have_same_values(const DrawSettings& a, const DrawSettings& b, uint8_t users);
 
+// Shortest text without exponent that is read as the same number.
+std::string number_text(float value);
 // Checks of numbers, which accept neither NaN nor infinity. They return an error text, or an empty one.
 std::string positive_number(const std::string& text);
 std::string finite_number(const std::string& text);

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <numbers>
+#include <string>
 
 #include "renderer/gui/panels.h"
+#include "renderer/settings/setting_table.h"
 
 namespace fire3dv::gui {
 
@@ -234,6 +236,32 @@ void choose(Ui& ui, const char* label, Value& value, const char* const (&names)[
   if (ui.choice(label, chosen, names, hint)) value = static_cast<Value>(chosen);
 }
 
+// Control of a row of the table of settings.
+void draw_setting_row(Ui& ui, const DrawSetting& setting, DrawSettings& draw) {
+  const SettingControl& control = setting.control;
+  const std::string text = setting.text(draw);
+  if (setting.kind == SettingKind::number) {
+    float value = std::stof(text);
+    if (ui.slider(control.label, value, {control.least, control.most, control.format}, control.hint))
+      (void)setting.set(number_text(value), draw);
+  } else if (control.names.empty()) {
+    bool is_set = text == setting.names.front();
+    if (ui.check(control.label, is_set, control.hint))
+      (void)setting.set(is_set ? setting.names.front() : setting.names.back(), draw);
+  } else {
+    size_t chosen = static_cast<size_t>(std::find(setting.names.begin(), setting.names.end(), text) -
+                                        setting.names.begin());
+    if (ui.choice(control.label, chosen, control.names, control.hint))
+      (void)setting.set(setting.names[chosen], draw);
+  }
+}
+
+void draw_setting_rows(Ui& ui, SettingGroup group, DrawSettings& draw) {
+  for (const DrawSetting& setting : draw_setting_table()) {
+    if (setting.group == group && setting.control.label) draw_setting_row(ui, setting, draw);
+  }
+}
+
 void choose_samples(Ui& ui, uint32_t& samples) {
   constexpr const char* kNames[] = {"1", "4"};
   size_t chosen = samples > 1 ? 1 : 0;
@@ -333,9 +361,7 @@ void draw_render_panel(const Context& context) {
   } else {
     ui.slider("Exposure", draw.post.exposure, {1.0f / 64, 64, "%.2f x", true});
   }
-  constexpr const char* kToneMaps[] = {"Reinhard", "ACES", "neutral", "none"};
-  choose(ui, "Tone mapping", draw.post.tone_map, kToneMaps);
-  ui.check("FXAA", draw.post.fxaa, "Smooths edges of the finished image");
+  draw_setting_rows(ui, SettingGroup::image, draw);
   ui.check("Reflections by rays", draw.ray_effects.on.reflections,
            "Smooth surfaces mirror bodies; needs rays on the device");
   ui.check("Ambient occlusion", draw.ray_effects.on.ambient_occlusion,
@@ -343,19 +369,11 @@ void draw_render_panel(const Context& context) {
   ui.check("Refraction", draw.ray_effects.on.refraction, "Glass bends light; needs rays on the device");
   ui.check("Diffuse bounce", draw.ray_effects.on.bounce,
            "Surfaces light each other; needs rays on the device");
-  constexpr const char* kPaths[] = {"automatic", "forward", "visibility"};
-  choose(ui, "Raster path", draw.raster, kPaths);
   choose_samples(ui, draw.samples);
   choose_shadows(ui, draw.shadows);
-  constexpr const char* kCulls[] = {"off", "out of view", "hidden, too", "automatic"};
-  choose(ui, "Culling", draw.cull, kCulls, "Skips invisible clusters; the image stays the same");
-  constexpr const char* kLevels[] = {"off", "camera", "everywhere", "automatic"};
-  choose(ui, "Level of detail", draw.levels_of_detail, kLevels,
-         "Coarser triangles where the difference is less than a pixel");
-  ui.slider("Environment", draw.environment_intensity, {0, 8, "%.2f x"}, "Factor on its light");
-  float degrees = glm::degrees(draw.environment_rotation_rad);
-  if (ui.slider("  turned", degrees, {-180, 180, "%.0f \u00b0"}))
-    draw.environment_rotation_rad = glm::radians(degrees);
+  draw_setting_rows(ui, SettingGroup::raster, draw);
+  draw_setting_row(ui, draw_setting("environment-intensity"), draw);
+  draw_setting_row(ui, draw_setting("environment-rotation"), draw);
   ui.check("  seen", draw.background.show_environment, "Behind the scene, instead of a colour");
   if (draw.background.show_environment) return;
   ui.color("Background", draw.background.color);
