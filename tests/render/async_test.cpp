@@ -319,7 +319,7 @@ TEST_F(AsidePasses, CopiesAreMergedAtEnd) {
   EXPECT_EQ(value(c_), 2u);
 }
 
-TEST_F(AsidePasses, FrameEndsBehindWhatIsAside) {
+TEST_F(AsidePasses, FrameWaitsForAsyncPasses) {
   gpu::Recorder& recorder = begin();
   recorder.async_compute("wait", [&] {
     fill(recorder, "fill a", a_, 1);

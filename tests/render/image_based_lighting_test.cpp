@@ -98,7 +98,7 @@ class ImageBasedLighting : public ValidationIsSilent {
   }
 };
 
-TEST_F(ImageBasedLighting, WhiteBallAmongWhiteVanishes) {
+TEST_F(ImageBasedLighting, WhiteBallVanishesInFurnace) {
   for (const float roughness : {0.0f, 0.1f, 0.3f, 0.6f, 1.0f}) {
     expect_to_vanish(surface(glm::vec3(1), 1, roughness), "metal of roughness " + std::to_string(roughness));
     expect_to_vanish(surface(glm::vec3(1), 0, roughness),
@@ -111,7 +111,7 @@ TEST_F(ImageBasedLighting, WhiteBallAmongWhiteVanishes) {
   expect_to_vanish(dense, "ior 2.4");
 }
 
-TEST_F(ImageBasedLighting, CoatsAndFibresAddNoLight) {
+TEST_F(ImageBasedLighting, CoatsAndSheenGainNothing) {
   for (const float roughness : {0.0f, 0.3f, 0.7f, 1.0f}) {
     scene::Material coated = surface(glm::vec3(1), 0, 0.5f);
     coated.clearcoat = 1;
@@ -137,7 +137,7 @@ TEST_F(ImageBasedLighting, MetalReflectanceMatchesTables) {
   }
 }
 
-TEST_F(ImageBasedLighting, DielectricsReflectByTheirIndex) {
+TEST_F(ImageBasedLighting, DielectricsFollowTheirIndex) {
   // Black base, so that the pixel is the specular reflection alone: ((n - 1) / (n + 1))^2.
   struct {
     float ior, f0;
@@ -159,7 +159,7 @@ TEST_F(ImageBasedLighting, DielectricsReflectByTheirIndex) {
 
 // Radiance y above the horizon: a Lambert surface reflects 2/3 of the zenith's radiance when it faces up, 2 /
 // (3 pi) sideways.
-TEST_F(ImageBasedLighting, MatteSurfacesScatterCosineWeightedMean) {
+TEST_F(ImageBasedLighting, MatteMatchesCosineMean) {
   scene::Material lambert = matte(glm::vec3(1));
   lambert.specular = 0;
   const passes::DrawSettings settings =
@@ -171,7 +171,7 @@ TEST_F(ImageBasedLighting, MatteSurfacesScatterCosineWeightedMean) {
 
 // A light source of 3 degrees: the irradiance of a matte surface follows from its solid angle. Prefiltering
 // must not lose energy between texels.
-TEST_F(ImageBasedLighting, SmallSunKeepsItsLight) {
+TEST_F(ImageBasedLighting, SmallSunKeepsEnergy) {
   scene::Material lambert = matte(glm::vec3(1));
   lambert.specular = 0;
   const float radius = 3 * kPi / 180, radiance = 60;
@@ -192,7 +192,7 @@ TEST_F(ImageBasedLighting, SmallSunKeepsItsLight) {
 }
 
 // Light of 400 lamps all around and image-based lighting evaluate the same integral with different code.
-TEST_F(ImageBasedLighting, LampsAllAroundAndEnvironmentAgree) {
+TEST_F(ImageBasedLighting, LampRingMatchesEnvironment) {
   constexpr int kLamps = 400;
   scene::Material coated = surface({0.6f, 0.2f, 0.2f}, 0, 0.6f);
   coated.clearcoat = 1;
@@ -244,7 +244,7 @@ TEST_F(ImageBasedLighting, LampsAllAroundAndEnvironmentAgree) {
   }
 }
 
-TEST_F(ImageBasedLighting, RotationIsCounterClockwiseFromAbove) {
+TEST_F(ImageBasedLighting, RotationIsCounterClockwise) {
   const glm::vec3 red(0.8f, 0, 0), green(0, 0.8f, 0), blue(0, 0, 0.8f), white(0.8f, 0.8f, 0.8f);
   passes::DrawSettings settings = lit_by([&](const glm::vec3& d) {
     if (std::abs(d.x) > std::abs(d.z)) return d.x > 0 ? green : white;
@@ -267,7 +267,7 @@ TEST_F(ImageBasedLighting, RotationIsCounterClockwiseFromAbove) {
   }
 }
 
-TEST_F(ImageBasedLighting, BackgroundShowsImageInItsDirections) {
+TEST_F(ImageBasedLighting, BackgroundMatchesDirections) {
   // Red encodes x, green y.
   passes::DrawSettings settings =
       lit_by([](const glm::vec3& d) { return glm::vec3(0.5f + 0.5f * d.x, 0.5f + 0.5f * d.y, 0); });
@@ -381,7 +381,7 @@ TEST_F(ImageBasedLighting, LayersOfMaterials) {
 
 // A pane of coloured glass before an emissive wall: the wall tinted per channel, minus the reflected part,
 // plus the reflected environment. Glass casts no shadow.
-TEST_F(ImageBasedLighting, ThinGlassTintsWhatLiesBehind) {
+TEST_F(ImageBasedLighting, ThinGlassTintsBackground) {
   const glm::vec3 tint(1, 0.5f, 0.25f), wall_light(0.8f);
   for (const float coverage : {1.0f, 0.5f}) {
     SceneBuilder builder;

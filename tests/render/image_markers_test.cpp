@@ -66,7 +66,7 @@ TEST_P(ImageMarkers, BothSidesShowExactPixels) {
     EXPECT_EQ(pixel(back, 7 + 10 * column, 19), kColors[3 - column]) << column;
 }
 
-TEST_P(ImageMarkers, GreyAndAlphaAreOfPixels) {
+TEST_P(ImageMarkers, GreyAndAlphaFormats) {
   wire::MarkerImage grey{4, 1, 1, {0, 90, 200, 255}};
   const sinks::FrameImage image = draw(image_of(grey));
   for (uint32_t i = 0; i < 4; ++i) EXPECT_EQ(pixel(image, 7 + 10 * i, 24), glm::ivec3(grey.pixels[i])) << i;

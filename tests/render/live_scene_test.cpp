@@ -198,7 +198,7 @@ TEST_F(UsersLights, OneLightPerKindCounts) {
   EXPECT_EQ(shines(), 0);
 }
 
-TEST_P(LiveScenes, NodeComesIsMovedAndGoes) {
+TEST_P(LiveScenes, NodeIsAddedMovedRemoved) {
   ViewerDocument show(GetParam());
   const sinks::FrameImage before = show.draw();
   show.join({"sail"});
@@ -471,7 +471,7 @@ TEST_F(LiveScenesOnce, WaitingAssetEndsWithStream) {
 }
 
 // Hiding and showing one of many added nodes builds no scene and does not rebuild the list of added nodes.
-TEST_F(LiveScenesOnce, VisibilityOfAddedNodeBuildsNothing) {
+TEST_F(LiveScenesOnce, AddedVisibilityBuildsNothing) {
   ViewerDocument show(kConfigurations[1]);
   show.join({"sail"});
   for (int i = 0; i < 500; ++i)

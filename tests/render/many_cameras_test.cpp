@@ -75,7 +75,7 @@ struct Case {
 class ManyCameras : public ValidationIsSilent, public ::testing::WithParamInterface<Case> {};
 class MoreCameras : public ValidationIsSilent {};
 
-TEST_P(ManyCameras, EachHasWhatItHasAlone) {
+TEST_P(ManyCameras, BatchMatchesSingleImages) {
   const scene::Scene scene = cameras_stage();
   state::PoseState poses(scene);
   state::RestPose moved = state::rest_pose(scene);
@@ -146,7 +146,7 @@ TEST_F(MoreCameras, FrameHasSeveralImageSizes) {
   EXPECT_EQ(part(taken[1], 1, half), second_alone.rgba8);
 }
 
-TEST_F(MoreCameras, WhatTheyCannotTakeIsSaid) {
+TEST_F(MoreCameras, ImpossibleImagesAreRefused) {
   SceneBuilder builder;
   scene::Material glass = matte({1, 1, 1});
   glass.alpha_mode = scene::AlphaMode::blend;

@@ -125,7 +125,7 @@ class PathRequests : public ValidationIsSilent {
   app::ImageService service_{device(), bench_.renderer(), poses_, requests_, live_, {}};
 };
 
-TEST_F(PathRequests, WithdrawnImageEndsAtNextSubmission) {
+TEST_F(PathRequests, CancelledImageEndsAtSubmission) {
   const wire::ImageRequest endless = request(1, 0, {0.5f, 1.6f, 3});
   begin_endless(endless);
   wire::ImageRequest withdrawal = endless;
@@ -145,7 +145,7 @@ TEST_F(PathRequests, WithdrawnImageEndsAtNextSubmission) {
   EXPECT_EQ(client_.images.size(), 1u);
 }
 
-TEST_F(PathRequests, ImageWhosePlaceIsTakenEnds) {
+TEST_F(PathRequests, ReplacedImageEnds) {
   begin_endless(request(1, 0, {0.5f, 1.6f, 3}));
   ask(request(2, 0, {-0.5f, 1.6f, 3}));
   set_samples(3);
@@ -165,7 +165,7 @@ TEST_F(PathRequests, RequestStaysOpenWhileTracing) {
 }
 
 // Two viewers with views of their own: images come early, each with more samples of the same image.
-TEST_F(PathRequests, ViewsOfViewersRefineInTurns) {
+TEST_F(PathRequests, ViewersRefineInTurns) {
   const glm::vec3 eye{0.5f, 1.6f, 3}, other_eye{-0.5f, 1.6f, 3};
   uint32_t before = 0, other_before = 0;
   for (int turn = 0; turn < 3; ++turn) {

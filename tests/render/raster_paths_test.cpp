@@ -55,7 +55,7 @@ scene::Scene shapes(bool coat = false) {
   return builder.build();
 }
 
-TEST_F(RasterPaths, ShapesOnGroundThatPassesEye) {
+TEST_F(RasterPaths, GroundPassesTheEye) {
   expect_same(shapes());
 }
 

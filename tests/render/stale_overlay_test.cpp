@@ -67,7 +67,7 @@ TEST_F(StaleOverlay, LateAndLostLookUnlike) {
   EXPECT_TRUE(matches_golden(drawn(scene, Condition::lost), "held_lost", Tolerance::exact()));
 }
 
-TEST_F(StaleOverlay, ImageOfOnePixelIsMarked) {
+TEST_F(StaleOverlay, OnePixelImageIsMarked) {
   const scene::Scene scene = wall(0.5f);
   RenderBench bench(scene, {1, 1});
   bench.set_condition(Condition::lost);

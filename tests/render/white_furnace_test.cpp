@@ -166,7 +166,7 @@ TEST_F(WhiteFurnace, WhiteSurfacesShowLampRadiance) {
 }
 
 // Helmholtz reciprocity: the lamp and the eye can change places.
-TEST_F(WhiteFurnace, LampAndEyeCanChangePlaces) {
+TEST_F(WhiteFurnace, LampAndEyeAreReciprocal) {
   for (const float roughness : {0.3f, 0.8f}) {
     const std::vector<Tile> tiles = tiles_of(roughness);
     const struct {

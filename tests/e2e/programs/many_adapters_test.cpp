@@ -148,7 +148,7 @@ class Reader {
 
 class ManyAdapters : public testing::TestWithParam<const char*> {};
 
-TEST_P(ManyAdapters, NothingPilesUpAndNobodyStarves) {
+TEST_P(ManyAdapters, BacklogAndStarvationAreBounded) {
   auto* const board =
       new (::mmap(nullptr, sizeof(Board), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0)) Board{};
   Reader reader(GetParam());

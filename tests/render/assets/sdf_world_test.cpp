@@ -74,7 +74,7 @@ TEST_F(SdfWorld, ShowsBoxesWhereTheyStand) {
   EXPECT_EQ(pixel(image, 120 - 46 - 27, 90), background);
 }
 
-TEST_F(SdfWorld, IsLitAlongDirectionOfLight) {
+TEST_F(SdfWorld, LightDirectionIsRight) {
   const Pixel front = pixel(drawn("1 0 0"), 120 - 46, 90), back = pixel(drawn("-1 0 0"), 120 - 46, 90);
   EXPECT_GT(front[0], back[0] + 50);
 }

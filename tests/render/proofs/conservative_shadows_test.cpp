@@ -102,7 +102,7 @@ scene::Material white_sheet() {
   return material;
 }
 
-TEST_F(ShadowTruth, ThreadsAtAllAnglesOverGround) {
+TEST_F(ShadowTruth, ThinWiresOverGround) {
   SceneBuilder builder;
   const uint32_t white = builder.material(white_sheet());
   builder.mesh_node("ground", builder.quad(white, 3), mat4(1));
@@ -255,7 +255,7 @@ TEST_F(ShadowTruth, InsideAClosedRoom) {
 }
 
 // The near plane cuts the wall away: the camera sees the inside of a closed mesh from an eye outside of it.
-TEST_F(ShadowTruth, ClosedMeshCutByNearPlane) {
+TEST_F(ShadowTruth, NearPlaneCutsMesh) {
   const scene::Scene dark_room = room(false);
   expect_never_falsely_lit(dark_room, {{{0, 0, 3}, {0, 0, 0}, 0.7f, 2.3f},
                                        {{1.8f, 1.2f, 1.8f}, {0, -0.4f, 0}, 1.2f, 1.6f},
@@ -283,7 +283,7 @@ TEST_F(ShadowTruth, ParallelViewNearPlaneCutsClosedMesh) {
   }
 }
 
-TEST_F(ShadowTruth, PointLightShadowsInAllDirections) {
+TEST_F(ShadowTruth, PointLightCoversAllDirections) {
   SceneBuilder builder;
   const uint32_t white = builder.material(white_sheet());
   scene::Material inside = white_sheet();

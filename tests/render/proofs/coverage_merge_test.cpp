@@ -34,7 +34,7 @@ class MergedSurfaces : public ValidationIsSilent {
   }
 };
 
-TEST_F(MergedSurfaces, OfManyTrianglesShowSameImage) {
+TEST_F(MergedSurfaces, MergedImageIsIdentical) {
   passes::DrawSettings settings = plain_settings(4);
   const Drawn merged = drawn(128, settings);  // several triangles in each pixel
   EXPECT_TRUE(merged.merged);

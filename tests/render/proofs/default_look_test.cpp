@@ -39,7 +39,7 @@ scene::Scene unlit_wall(bool with_glass) {
 
 // Unlit materials and plain backgrounds have the file's and the option's colours, whatever exposure and tone
 // mapping are, on all raster paths.
-TEST_F(DefaultLook, UnlitAndBackgroundColoursAreExact) {
+TEST_F(DefaultLook, UnlitColoursAreExact) {
   for (const bool with_glass : {false, true}) {
     const scene::Scene scene = unlit_wall(with_glass);
     for (const passes::RasterPath path : {passes::RasterPath::visibility, passes::RasterPath::forward}) {

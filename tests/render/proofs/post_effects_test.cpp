@@ -74,7 +74,7 @@ int largest_difference(const sinks::FrameImage& a, const sinks::FrameImage& b) {
   return largest;
 }
 
-TEST_F(PostEffects, BloomConservesEnergyOfBrightPixel) {
+TEST_F(PostEffects, BloomConservesEnergy) {
   constexpr float kRadiance = 24;
   const scene::Scene scene = bright_pixel(kRadiance, 0, 0);
   const sinks::FrameImage image = drawn(scene, bloom_settings(1));
@@ -263,7 +263,7 @@ TEST_F(PostEffects, BlackImageKeepsExposure) {
   EXPECT_EQ(drawn(wall_and_lamp(0, 0, 0), settings).rgba8, drawn(wall_and_lamp(0, 0, 0), fixed).rgba8);
 }
 
-TEST_F(PostEffects, ImagesOfOnePixelHaveEffects) {
+TEST_F(PostEffects, OnePixelImagesWork) {
   const scene::Scene scene = lamps(false);
   passes::DrawSettings settings = metered_settings(4);
   settings.post.bloom = 0.5f;

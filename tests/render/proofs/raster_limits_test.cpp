@@ -55,7 +55,7 @@ TEST_F(RasterLimits, FortyPointLights) {
   RenderBench(scene, extent, shadowed_by(ShadowMethod::map)).draw_at_rest();
 }
 
-TEST_F(RasterLimits, NoLightsAndNothingToSee) {
+TEST_F(RasterLimits, EmptySceneDraws) {
   for (ShadowMethod method : {ShadowMethod::ray, ShadowMethod::map, ShadowMethod::off}) {
     for (uint32_t samples : {1u, 4u}) {
       passes::DrawSettings settings = shadowed_by(method, true, samples);
@@ -95,7 +95,7 @@ TEST_F(RasterLimits, OddSizes) {
 }
 
 // More visible cluster instances than one row of workgroups: each is drawn.
-TEST_F(RasterLimits, MoreClustersThanRowOfWorkgroups) {
+TEST_F(RasterLimits, ClustersExceedOneRow) {
   constexpr int kSide = 264;  // 69,696 boxes of one cluster each
   SceneBuilder builder;
   scene::Material glowing = matte({1, 1, 1});
@@ -123,7 +123,7 @@ TEST_F(RasterLimits, MoreClustersThanRowOfWorkgroups) {
   EXPECT_EQ(seen, static_cast<uint32_t>(kSide * kSide));
 }
 
-TEST_F(RasterLimits, ReloadAndResizeLeaveNothingBehind) {
+TEST_F(RasterLimits, ReloadLeavesNothing) {
   const scene::Scene first = stage(3), second = stage(1, scene::LightType::spot), dark = stage(0);
   auto objects = [] {
     device().retire_all_now();

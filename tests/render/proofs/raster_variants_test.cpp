@@ -187,7 +187,7 @@ class RasterVariants : public ValidationIsSilent {
   ShaderPipelines pipelines_{settings_.max_textures};
 };
 
-TEST_F(RasterVariants, OfImageDrawSameToBit) {
+TEST_F(RasterVariants, ImageVariantsAreIdentical) {
   expect_same("raster_4.comp", "raster_narrow_4.comp", "raster_4_cpu.comp", 4);
   expect_same("raster_1.comp", "raster_narrow_1.comp", "raster_1_cpu.comp", 1);
 }

@@ -203,7 +203,7 @@ TEST_F(RayEffects, RoughReflectionsAgreeWithPaths) {
   EXPECT_LT(error, 0.12 * sum) << "noise of the paths, and a blur of 4 pixels of 24: " << error / sum;
 }
 
-TEST_F(RayEffects, BodyBeforeSkyAloneIsUnchanged) {
+TEST_F(RayEffects, BodyBeforeSkyIsUnchanged) {
   SceneBuilder builder;
   scene::Material coated = metal(0.2f);
   coated.metallic = 0.5f;
@@ -324,7 +324,7 @@ TEST_F(RayEffects, RefractionAgreesWithPaths) {
     EXPECT_NEAR(by_query[middle][c], truth[middle][c], 0.03 * truth[middle][c] + 0.01) << c;
 }
 
-TEST_F(RayEffects, WithoutRefractionGlassIsDrawnForward) {
+TEST_F(RayEffects, UnrefractedGlassIsForward) {
   const scene::Scene scene = glass_scene();
   passes::DrawSettings settings = traced(reflections());
   RenderBench plain(scene, kRayEffectsSize, settings);
@@ -360,14 +360,14 @@ double open_share(float distance_m, float height_m, float wall_m) {
   return sum;
 }
 
-TEST_F(RayEffects, OcclusionFollowsFormFactorOfWall) {
+TEST_F(RayEffects, OcclusionMatchesFormFactor) {
   // Beside an edge half of the sky is hidden; further off, 1/2 (1 - cos) of it, by the wall's angle.
   EXPECT_NEAR(open_share(0.005f, 400, 500), 0.5, 0.02);
   EXPECT_NEAR(open_share(2, 2, 500), 1 - 0.5 * (1 - std::sqrt(0.5)), 0.02);
   EXPECT_NEAR(open_share(2, 0.01f, 500), 1, 0.005);
 }
 
-TEST(RayEffectNames, AreCheckedOneByOne) {
+TEST(RayEffectNames, NamesAreChecked) {
   passes::RayEffects on;
   EXPECT_TRUE(passes::ray_effects_named("bounce,ao,refraction,reflections", on));
   EXPECT_EQ(on, all_effects());

@@ -114,7 +114,7 @@ TEST_F(ShadowWays, HybridTracesFewerRays) {
 }
 
 // Rays beyond the capacity of the ray list are traced per pixel.
-TEST_F(ShadowWays, RoomForFewRaysLosesNone) {
+TEST_F(ShadowWays, FewRaysFitTheBuffer) {
   const scene::Scene scene = yard(0);
   for (RayBackEnd back_end : {RayBackEnd::query, RayBackEnd::pipeline}) {
     for (uint32_t samples : {1u, 4u}) {
@@ -137,7 +137,7 @@ TEST_F(ShadowWays, RoomForFewRaysLosesNone) {
 
 // A 1 m box on the ground, the sun at 45 degrees: its shadow extends 1 m from its side. Seen from above, in
 // metres: the image shows 4 x 3 m.
-TEST_F(ShadowWays, BoxsShadowLiesWhereGeometrySays) {
+TEST_F(ShadowWays, BoxShadowMatchesGeometry) {
   SceneBuilder builder;
   const uint32_t white = builder.material(matte({1, 1, 1}));
   builder.mesh_node("ground", builder.quad(white, 10), glm::mat4(1));

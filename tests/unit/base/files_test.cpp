@@ -58,7 +58,7 @@ TEST_F(AtomicFiles, NothingIsLeftWithoutCommit) {
   EXPECT_EQ(files(), 0u);
 }
 
-TEST_F(AtomicFiles, TemporariesOfKilledWritersAreRemoved) {
+TEST_F(AtomicFiles, StaleTemporariesAreRemoved) {
   const pid_t child = ::fork();
   if (child == 0) {
     auto file = AtomicFile::create(folder_ / "frame_1");
@@ -110,7 +110,7 @@ TEST_F(AtomicFiles, ModesAreThoseOfOptions) {
   ::umask(mask);
 }
 
-TEST_F(AtomicFiles, LinksAreReplacedAndNotFollowed) {
+TEST_F(AtomicFiles, LinksAreReplaced) {
   ASSERT_TRUE(write_atomically(folder_ / "outside", {bytes("theirs")}).ok());
   fs::create_symlink(folder_ / "outside", folder_ / "link");
   ASSERT_TRUE(write_atomically(folder_ / "link", {bytes("ours")}).ok());

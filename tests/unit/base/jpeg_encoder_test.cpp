@@ -24,7 +24,7 @@ struct FreeImage {
   void operator()(unsigned char* pixels) const { stbi_image_free(pixels); }
 };
 
-TEST_P(JpegEncoderChroma, ImagesOfChangingSizesDecode) {
+TEST_P(JpegEncoderChroma, ChangingSizesDecode) {
   JpegEncoder encoder;
   for (const auto& [width, height] : {std::pair{64u, 48u}, {7u, 5u}, {300u, 200u}, {1u, 1u}}) {
     const size_t stride = 4 * width + 12;

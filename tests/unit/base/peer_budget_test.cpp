@@ -38,7 +38,7 @@ TEST(PeerBudget, RefusalNamesLimitAndOption) {
   EXPECT_EQ(pool->used(kNodes), 0u);
 }
 
-TEST(PeerBudget, HugeAmountsDoNotWrapAround) {
+TEST(PeerBudget, HugeAmountsDoNotWrap) {
   const auto pool = BudgetPool::create(small_limits());
   const auto peer = pool->add_peer("a");
   ASSERT_TRUE(peer->take(kNodes, 100));
@@ -74,7 +74,7 @@ TEST(PeerBudget, GoneWithItsPeer) {
   EXPECT_TRUE(again->take(kNodes, 100));
 }
 
-TEST(BudgetCharge, MovesResizesAndReturnsItsAmount) {
+TEST(BudgetCharge, AmountMovesAndResizes) {
   const auto pool = BudgetPool::create(small_limits());
   const auto peer = pool->add_peer("a");
   {

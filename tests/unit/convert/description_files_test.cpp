@@ -14,7 +14,7 @@ std::string refused(const std::string& text) {
   return kind ? "" : kind.error().message;
 }
 
-TEST(DescriptionKind, IsSeenByWhatFileHolds) {
+TEST(DescriptionKind, ContentDecidesKind) {
   const auto kind = [](const std::string& text) {
     const auto found = kind_of("some.file", text);
     EXPECT_TRUE(found.ok()) << found.error().message;

@@ -72,7 +72,7 @@ TEST(SettingTable, RowsChangeNoOtherRow) {
   }
 }
 
-TEST(SettingTable, DefaultsAreThoseOfDrawSettings) {
+TEST(SettingTable, DefaultsMatchDrawSettings) {
   const std::set<std::string> of_the_default_look{"background", "exposure", "tone-map"};
   for (const DrawSetting& row : draw_setting_table()) {
     EXPECT_EQ(row.is_same(DrawSettings(), default_settings()), !of_the_default_look.count(row.name))
@@ -118,7 +118,7 @@ TEST(SettingTable, NewRendererExactlyWhereDeclared) {
   }
 }
 
-TEST(SettingTable, EqualityIsThatOfTheUsers) {
+TEST(SettingTable, EqualityMatchesUsers) {
   for (const DrawSetting& row : draw_setting_table()) {
     const DrawSettings before = settings_for(row);
     DrawSettings after = before;
@@ -128,7 +128,7 @@ TEST(SettingTable, EqualityIsThatOfTheUsers) {
   }
 }
 
-TEST(SettingTable, LensAndBackEndAreShared) {
+TEST(SettingTable, LensIsShared) {
   DrawSettings settings = with_paths();
   ASSERT_EQ(draw_setting("f-number").set("4", settings), "");
   EXPECT_EQ(settings.post.lens.f_number, 4);

@@ -50,7 +50,7 @@ class AmbfPluginEnd : public testing::Test {
   AmbfRenderer renderer_;
 };
 
-TEST_F(AmbfPluginEnd, SigtermLeavesNothingAndEndsProcess) {
+TEST_F(AmbfPluginEnd, SigtermEndsCleanly) {
   for (const int number : {SIGTERM, SIGHUP}) {
     const pid_t child = start_ambf(uri_, [] {
       ::signal(SIGTERM, SIG_DFL);
@@ -67,7 +67,7 @@ TEST_F(AmbfPluginEnd, SigtermLeavesNothingAndEndsProcess) {
   }
 }
 
-TEST_F(AmbfPluginEnd, HandlerThatWasThereIsCalled) {
+TEST_F(AmbfPluginEnd, EarlierHandlerIsCalled) {
   const pid_t child = start_ambf(uri_, [] { ::signal(SIGTERM, [](int) { ::_exit(kHandlerRan); }); });
   ASSERT_TRUE(comes());
   ::kill(child, SIGTERM);
@@ -76,7 +76,7 @@ TEST_F(AmbfPluginEnd, HandlerThatWasThereIsCalled) {
   EXPECT_FALSE(std::filesystem::exists(file_of(uri_)));
 }
 
-TEST_F(AmbfPluginEnd, WhoeverIgnoresItGoesOn) {
+TEST_F(AmbfPluginEnd, IgnoredSignalStaysIgnored) {
   const pid_t child = start_ambf(uri_, [] { ::signal(SIGTERM, SIG_IGN); });
   ASSERT_TRUE(comes());
   ::kill(child, SIGTERM);
@@ -87,7 +87,7 @@ TEST_F(AmbfPluginEnd, WhoeverIgnoresItGoesOn) {
   std::filesystem::remove(file_of(uri_));
 }
 
-TEST_F(AmbfPluginEnd, ClosingPutsBackWhatWasThere) {
+TEST_F(AmbfPluginEnd, CloseRestoresHandlers) {
   const auto handler = [](int) {};
   ::signal(SIGHUP, handler);
   {

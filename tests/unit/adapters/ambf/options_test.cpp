@@ -148,7 +148,7 @@ TEST(AmbfRateLimit, OddStepsKeepTheRate) {
   EXPECT_TRUE(every.due(5) && every.due(5));
 }
 
-TEST(AmbfRateLimit, DoesNotMakeUpForPause) {
+TEST(AmbfRateLimit, PauseIsNotMadeUp) {
   RateLimit limit(100);
   EXPECT_TRUE(limit.due(0));
   EXPECT_TRUE(limit.due(1'000'000'000));

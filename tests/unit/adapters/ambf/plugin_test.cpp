@@ -268,7 +268,7 @@ TEST_F(AmbfPlugin, IsLoadedOnceInProcess) {
   EXPECT_EQ(ambf_.init(), ambf::SUCCESS) << "the end makes room";
 }
 
-TEST_F(AmbfPlugin, NamesMayBeThoseOfTopics) {
+TEST_F(AmbfPlugin, TopicNamesAreAccepted) {
   ambf_.body("/ambf/env/BODY one");
   ASSERT_EQ(ambf_.init({"--fire3dv-names", "name"}), ambf::SUCCESS);
   step();

@@ -160,7 +160,7 @@ TEST(AmbfSoftMesh, GltfKeepsPhysicsVertexOrder) {
   EXPECT_NEAR(scene->bounds_min.z, -1, 1e-5);
 }
 
-TEST(AmbfSoftMesh, WithoutSurfaceThereIsNone) {
+TEST(AmbfSoftMesh, SurfacelessBodyHasNone) {
   SoftMesh mesh;
   EXPECT_TRUE(soft_mesh_glb(mesh).empty());
   mesh.positions = {0, 0, 0, 1, 0, 0, 0, 1, 0};

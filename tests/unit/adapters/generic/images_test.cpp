@@ -249,7 +249,7 @@ TEST_P(ClientImage, RandomDepthKeepsSequences) {
   EXPECT_TRUE(requested_at.empty());
 }
 
-TEST_P(ClientImage, WhatStandingRequestLostIsCounted) {
+TEST_P(ClientImage, LostImagesAreCounted) {
   publish();
   const uint64_t id = send_request(small(FIRE3DV_IMAGE_EVERY_NTH));
   const wire::ImageRequest got = seen(id);
@@ -312,7 +312,7 @@ TEST_P(ClientImage, NewDescriptionKeepsStandingRequests) {
   EXPECT_NE(wait(standing), nullptr);
 }
 
-TEST_P(ClientImage, RendererThatComesLaterGetsRequest) {
+TEST_P(ClientImage, LateRendererGetsRequest) {
   const uint64_t id = send_request(small(FIRE3DV_IMAGE_EVERY_NTH));
   const wire::ImageRequest got = seen(id);
   for (uint64_t number = 1; number <= 3; ++number) {
@@ -394,7 +394,7 @@ TEST_P(ClientImage, RequestsBeyondLimitAreRefused) {
   for (const uint64_t open : ids) ASSERT_NE(wait(open), nullptr);
 }
 
-TEST(ClientImageArguments, AreCheckedBeforeAnythingIsSent) {
+TEST(ClientImageArguments, ChecksPrecedeSending) {
   Stream stream(fire3dv_open(unique_shm_uri().c_str(), nullptr));
   fire3dv_image_request request = small();
   uint64_t id = 0;
@@ -452,7 +452,7 @@ TEST(ClientImageArguments, AreCheckedBeforeAnythingIsSent) {
   fire3dv_release_image(&image);
 }
 
-TEST(ClientImageArguments, NoImageComesOverUdp) {
+TEST(ClientImageArguments, UdpHasNoImages) {
   Stream stream(fire3dv_open(silent_uri("udp").c_str(), nullptr));
   ASSERT_EQ(describe(stream.get(), {"node"}), FIRE3DV_OK);
   const fire3dv_image_request request = small();

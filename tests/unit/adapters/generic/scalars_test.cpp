@@ -108,7 +108,7 @@ TEST_P(ClientScalars, FramesDoNotWait) {
 INSTANTIATE_TEST_SUITE_P(Links, ClientScalars, testing::Values("shm", "tcp", "udp"),
                          [](const auto& test) { return std::string(test.param); });
 
-TEST(ClientScalarErrors, WhatIsWrongIsNamed) {
+TEST(ClientScalarErrors, ErrorsNameTheArgument) {
   Stream stream(unique_shm_uri());
   const auto expect = [](int code, int expected, const std::string& text) {
     EXPECT_EQ(code, expected) << text;

@@ -217,7 +217,7 @@ void expect_thrown(int code, const std::string& text, Call call) {
   }
 }
 
-TEST(ClientSceneErrors, WhatIsWrongIsNamed) {
+TEST(ClientSceneErrors, ErrorsNameTheArgument) {
   Stream stream(unique_shm_uri(), "test", {}, 100'000);
   constexpr int kArgument = FIRE3DV_ERROR_ARGUMENT;
   expect_thrown(kArgument, "rgba[2]", [&] { stream.set_base_color("n", {0, 0, 2, 1}); });

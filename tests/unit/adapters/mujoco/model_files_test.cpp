@@ -11,7 +11,7 @@ namespace fire3dv::convert {
 namespace {
 
 // Security: an untrusted model names files outside of its folder, in several disguises; none of them is read.
-TEST_F(CompiledMjcf, FilesOutsideModelsFolderNeedOption) {
+TEST_F(CompiledMjcf, OutsideFilesNeedOption) {
   namespace fs = std::filesystem;
   const fs::path model = folder_.path() / "model", ours = folder_.path() / "ours";
   fs::create_directories(model / "assets");

@@ -60,7 +60,7 @@ TEST(Pace, NothingIsDueEarly) {
   EXPECT_EQ(Pace(0).sleep_before(1e9, start), 0s);
 }
 
-TEST(ImageNames, CamerasMayHaveColonsAndSizes) {
+TEST(ImageNames, ColonsAndSizesAreParsed) {
   const auto spec = [](const std::string& text) {
     const Result<ImageSpec> parsed = image_spec(text);
     return parsed

@@ -44,7 +44,7 @@ glm::dmat4 matrix_of(const mjtNum* place, const mjtNum* rows) {
   return matrix;
 }
 
-TEST(MujocoAdapter, PosesAreThoseOfMjData) {
+TEST(MujocoAdapter, PosesMatchMjData) {
   for (const fs::path& file : models()) {
     Simulation simulation = loaded(file);
     run(simulation, 300);

@@ -94,7 +94,7 @@ std::pair<btTransform, btTransform> frames(const JointBlock& joint, const btVect
       btTransform(child_in_parent.inverse() * offset.inverse() * joint_in_parent, joint.child_pivot.bt())};
 }
 
-TEST_F(RobotAdf, PositionsAreThoseThatBulletMeasures) {
+TEST_F(RobotAdf, PositionsMatchBullet) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> number(-1, 1);
   const auto vec = [&] { return Vec{number(random), number(random), number(random)}; };
@@ -151,7 +151,7 @@ TEST_F(RobotAdf, BeginsWithPoseOfFile) {
   EXPECT_NEAR(robot.pose("BODY b")[4], std::sin(angle), 1e-12);
 }
 
-TEST_F(RobotAdf, OtherTypesLoopsAndUnknownBodies) {
+TEST_F(RobotAdf, UnsupportedJointsAreReported) {
   const JointBlock ball{"p2p", {0, 0, 1}, {0, 0, -1}, {0, 0, 1}, {0, 0, 1}, 0};
   const auto with = [&](const char* type) {
     JointBlock joint = ball;

@@ -238,7 +238,7 @@ TEST(AdfScene, ShapesHaveAmbfsSizes) {
   EXPECT_EQ(triangles, 4u + 12u + 4u);
 }
 
-TEST(AdfScene, WhatIsMissingIsSaidOnce) {
+TEST(AdfScene, MissingFilesReportOnce) {
   const auto count = [](const std::string& part) {
     return std::count_if(scene().warnings.begin(), scene().warnings.end(),
                          [&](const std::string& w) { return w.find(part) != std::string::npos; });

@@ -87,7 +87,7 @@ TEST(AdfRefuse, InvalidValuesAreNamedByLine) {
   expect_said("bodies: [b]\nb: {}\nvehicles: [v]\n", "\"vehicles\" is not converted");
 }
 
-TEST(AdfRefuse, OpacityStaysBetweenNothingAndAll) {
+TEST(AdfRefuse, OpacityIsClamped) {
   const test::ScratchFolder folder;
   for (const auto& [alpha, expected] : {std::pair{"0.25", 0.25f}, {"-3", 0.0f}, {"1.5", 1.0f}}) {
     const Result<Model> model = read_adf(
@@ -118,7 +118,7 @@ TEST(AdfRefuse, NamesAreFitForStreams) {
 }
 
 // AMBF drops a body without its mesh, and gives its name to the next one.
-TEST(AdfRefuse, NamesOfDroppedBodiesAreFree) {
+TEST(AdfRefuse, DroppedNamesAreFree) {
   const test::ScratchFolder folder;
   folder.write("part.stl", test::binary_stl());
   const Result<Model> model =

@@ -53,7 +53,7 @@ std::string joint(const std::string& name, const std::string& type, const std::s
          "\"/><child link=\"" + child + "\"/>" + inside + "</joint>\n";
 }
 
-TEST_F(RobotJoints, OfUrdfInOrderOfFile) {
+TEST_F(RobotJoints, UrdfOrderIsKept) {
   const std::string limit = "<limit lower=\"0.5\" upper=\"2\" effort=\"1\" velocity=\"1\"/>";
   const Model model = urdf(
       link("base") + link("a") + link("b") + link("c") + link("d") + link("e") + link("f") +

@@ -72,7 +72,7 @@ TEST(JpegCheck, UnsupportedJpegsAreInvalid) {
   EXPECT_FALSE(changed(21, 0xe1)) << "no quantization table";
 }
 
-TEST(JpegCheck, DamagedFilesAreReadWithinBounds) {
+TEST(JpegCheck, DamageStaysWithinBounds) {
   const std::vector<std::byte> bytes = jpeg();
   size_t sound = 0;
   for (size_t place = 0; place < bytes.size(); ++place)

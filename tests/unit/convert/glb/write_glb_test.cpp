@@ -87,7 +87,7 @@ TEST(WriteGlb, NodesStandUnderOneRoot) {
   EXPECT_LT(glm::distance(glm::vec3(tool.world_from_node[3]), glm::vec3(1, 7, -2)), 1e-5f);
 }
 
-TEST(WriteGlb, RootHasNameOfItsOwn) {
+TEST(WriteGlb, RootNameIsUnique) {
   Model model = model_of(triangle());
   model.name = "body";
   const scene::Scene scene = loaded(model);
@@ -117,7 +117,7 @@ TEST(WriteGlb, SharedMeshesKeepVertices) {
   }
 }
 
-TEST(WriteGlb, MaterialsLightsAndCamerasComeBack) {
+TEST(WriteGlb, MaterialsAndLightsRoundTrip) {
   Model model = model_of(triangle());
   Material& material = model.materials[0];
   material.name = "glass";
@@ -274,7 +274,7 @@ TEST(WriteGlb, ForbiddenValuesAreRepaired) {
   for (uint32_t v = 0; v < 3; ++v) EXPECT_EQ(scene::normal_of(scene->frames[v]), glm::vec3(0, 0, 1));
 }
 
-TEST(WriteGlb, FileKeepsToRulesOfStandard) {
+TEST(WriteGlb, FileIsValidGltf) {
   Model model = model_of(triangle());
   model.materials.emplace_back();  // unused
   model.images.push_back({"unused", test::png(1, 1, 0xff)});

@@ -225,7 +225,7 @@ TEST(MeshFiles, PlaceholderMaterialsAreIgnored) {
   EXPECT_FALSE(is_default(folder.write("b.obj", test::kObj)));
 }
 
-TEST(MeshFiles, DaeAxesAreAppliedOnRequest) {
+TEST(MeshFiles, DaeAxesAreOptional) {
   const test::ScratchFolder folder;
   std::string y_up = test::kDae;
   y_up.replace(y_up.find("Z_UP"), 4, "Y_UP");

@@ -165,7 +165,7 @@ Model read(const std::filesystem::path& file, const ReadOptions& options = {}) {
 
 const glm::vec4 kOrange(1, 0.21404114f, 0, 1);  // sRGB 1, 0.5, 0 in linear light
 
-TEST(MeshScene, CubeIsSameInEveryFormat) {
+TEST(MeshScene, FormatsAgreeOnACube) {
   const test::ScratchFolder folder;
   folder.write("cube.mtl", "newmtl orange paint\nKd 1 0.5 0\n");
   struct Case {
@@ -203,7 +203,7 @@ TEST(MeshScene, CubeIsSameInEveryFormat) {
   }
 }
 
-TEST(MeshScene, UnitAndAxesCanBeChosen) {
+TEST(MeshScene, UnitAndAxesAreOptions) {
   const test::ScratchFolder folder;
   const auto file = folder.write("c.stl", ascii_stl_cube());
   ReadOptions options;
@@ -219,7 +219,7 @@ TEST(MeshScene, UnitAndAxesCanBeChosen) {
   EXPECT_NE(refusal(folder.write("a.urdf", "<robot name=\"r\"/>")).find("remove --up"), std::string::npos);
 }
 
-TEST(MeshScene, NodesKeepTheirTreeWithoutScales) {
+TEST(MeshScene, TreeHasNoScales) {
   const test::ScratchFolder folder;
   const Model model = read(folder.write("c.dae", dae_cube()));
   ASSERT_EQ(model.nodes.size(), 2u);
@@ -229,7 +229,7 @@ TEST(MeshScene, NodesKeepTheirTreeWithoutScales) {
   EXPECT_EQ(model.name, "c");
 }
 
-TEST(MeshScene, WhatIsLeftOutIsReported) {
+TEST(MeshScene, OmissionsAreReported) {
   const test::ScratchFolder folder;
   std::string text = dae_cube();
   const std::string light =
@@ -242,7 +242,7 @@ TEST(MeshScene, WhatIsLeftOutIsReported) {
   EXPECT_NE(model.warnings[0].find("its lights are left out"), std::string::npos) << model.warnings[0];
 }
 
-TEST(MeshScene, MtlPropertiesAndImagesAreKept) {
+TEST(MeshScene, MtlPropertiesAreKept) {
   const test::ScratchFolder folder;
   const std::vector<uint8_t> grey = {64, 64, 64};
   const auto png = png_of(grey, 1, 1, 3);

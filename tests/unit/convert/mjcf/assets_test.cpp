@@ -126,7 +126,7 @@ TEST(MjcfHull, EnclosesAllPoints) {
   EXPECT_FALSE(convex_hull(std::vector<glm::vec3>(10, glm::vec3(1))).ok());
 }
 
-TEST(MjcfPatterns, AreThoseOfMuJoCo) {
+TEST(MjcfPatterns, PatternsMatchMuJoCo) {
   TexturePattern pattern{"checker", "", {1, 0, 0}, {0, 0, 1}, {0, 1, 0}, 0.01, 4, 2};
   const auto pixel = [&](size_t row, size_t column) {
     const std::vector<uint8_t> rgb = draw_pattern(pattern);

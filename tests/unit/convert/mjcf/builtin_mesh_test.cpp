@@ -69,7 +69,7 @@ TEST(MjcfBuiltinMesh, ClosedShapesHaveExactVolume) {
   }
 }
 
-TEST(MjcfBuiltinMesh, CountsAreThoseOfMujoco) {
+TEST(MjcfBuiltinMesh, CountsMatchMuJoCo) {
   EXPECT_EQ(made("sphere", {3}).faces.size(), 20u * 64);
   EXPECT_EQ(made("hemisphere", {5}).vertices.size(), 1u + 2 * 6 * 7 + 1);
   EXPECT_EQ(made("hemisphere", {5}).faces.size(), 4u * 6 * 6 + 4 * 6);
@@ -91,7 +91,7 @@ TEST(MjcfBuiltinMesh, PlatesHaveCellCentres) {
   EXPECT_TRUE(wedge.faces.empty()) << "its convex hull is drawn";
 }
 
-TEST(MjcfBuiltinMesh, ParametersOutOfRangeAreErrors) {
+TEST(MjcfBuiltinMesh, InvalidParametersAreErrors) {
   const struct {
     const char* kind;
     std::vector<double> parameters;

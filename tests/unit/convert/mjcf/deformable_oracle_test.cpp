@@ -144,7 +144,7 @@ TEST_F(MjcfDeformableOracle, RopesAndLoops) {
                         "<geom type='capsule' size='.03 .06'/></composite></body></worldbody>");
 }
 
-TEST_F(MjcfDeformableOracle, ClothWithAndWithoutSkin) {
+TEST_F(MjcfDeformableOracle, ClothMatchesMuJoCo) {
   const std::string start =
                         "<worldbody><body name='XB2_1' pos='1 0 1' euler='20 0 0'><freejoint/><composite "
                         "prefix='X' type='cloth' "

@@ -97,7 +97,7 @@ TEST_F(MjcfFeatures, AttachedModelsKeepSettings) {
   EXPECT_EQ(made.meshes.size(), 1u) << "assets are shared by all copies";
 }
 
-TEST_F(MjcfFeatures, TendonsAreCopiedWithTheirSites) {
+TEST_F(MjcfFeatures, TendonsCopyTheirSites) {
   folder_.write("child.xml",
                 std::string_view(R"(<mujoco model="leg"><worldbody><body name="b"><site name="a"/>
     <site name="c" pos="0 0 1"/></body></worldbody><tendon><spatial name="t"><site site="a"/><site site="c"/></spatial></tendon></mujoco>)"));
@@ -140,7 +140,7 @@ TEST_F(MjcfFeatures, MaterialLayersAndPhysicalAttributes) {
   EXPECT_NE(read->warnings[0].find("role \"occlusion\""), std::string::npos) << read->warnings[0];
 }
 
-TEST_F(MjcfFeatures, CamerasWithIntrinsicsAndLightTypes) {
+TEST_F(MjcfFeatures, CameraIntrinsicsAreRead) {
   const MjcfScene made = scene(R"(<worldbody><camera focal="2 3" sensorsize="4 6" resolution="10 10"/>
       <camera focalpixel="50 50" sensorsize="4 6" resolution="100 100"/><camera fovy="70"/><camera projection="orthographic" fovy="3"/>
       <light type="point"/><light type="directional"/><light type="spot" cutoff="20"/><light type="image" texture="t"/></worldbody>)");
@@ -179,7 +179,7 @@ TEST_F(MjcfFeatures, PrimitivesEncloseBoundsOfMesh) {
   EXPECT_NEAR(geom(made, "s").size.x, 4, 1e-9);
 }
 
-TEST_F(MjcfFeatures, SignedDistanceFieldsAreTheirMeshes) {
+TEST_F(MjcfFeatures, DistanceFieldsAreMeshes) {
   const MjcfScene made = scene(
       "<asset><mesh name='m' builtin='cone' params='4 0'/><mesh name='p'><plugin "
       "instance='torus'/></mesh></asset>"
@@ -190,7 +190,7 @@ TEST_F(MjcfFeatures, SignedDistanceFieldsAreTheirMeshes) {
   EXPECT_NE(warnings_[0].find("computed by a plugin"), std::string::npos) << warnings_[0];
 }
 
-TEST_F(MjcfFeatures, KeyframesOfAnotherSizeAreReported) {
+TEST_F(MjcfFeatures, ForeignKeyframesAreReported) {
   const MjcfScene made =
       scene(R"(<worldbody><body name="b"><joint type="slide"/><geom size="1"/></body></worldbody>
     <keyframe><key name="home" qpos="1 2"/></keyframe>)");

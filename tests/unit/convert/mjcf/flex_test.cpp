@@ -25,7 +25,7 @@ double flex_volume(const Surface& surface) {
   return sum;
 }
 
-TEST(MjcfFlexShape, SurfacesEncloseVolumeOfTheirFormula) {
+TEST(MjcfFlexShape, SurfacesHaveExactVolume) {
   const struct {
     const char* type;
     int dimension;

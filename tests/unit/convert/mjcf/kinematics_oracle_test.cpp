@@ -98,7 +98,7 @@ void compare_text(const std::string& text) {
   compare(folder.write("robot.xml", std::string_view("<mujoco>" + text + "</mujoco>")));
 }
 
-TEST(RobotMujoco, JointsOfAllTypesInTree) {
+TEST(RobotMujoco, AllJointTypesMatch) {
   compare_text(R"(<compiler eulerseq="zyx"/><default><joint axis="0 1 0"/></default><worldbody>
     <body name="free" pos="1 2 3" euler="10 20 30"><freejoint name="root"/><geom size=".1"/>
       <body name="ball" pos="0 1 0" euler="0 30 0"><joint type="ball" pos=".1 .2 .3"/><geom size=".1"/>

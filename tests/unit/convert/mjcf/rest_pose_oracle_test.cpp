@@ -80,7 +80,7 @@ TEST_F(MjcfOracleTest, DefaultClasses) {
     <keyframe><key qpos=".3"/></keyframe>)");
 }
 
-TEST_F(MjcfOracleTest, CamerasAndLightsThatTrack) {
+TEST_F(MjcfOracleTest, TrackingMatchesMuJoCo) {
   compare_text("tracking",
                R"(<worldbody><light name="sun" directional="true" dir="0 1 -1" mode="targetbody" target="b"/>
     <camera name="at_b" pos="5 5 5" mode="targetbody" target="b"/><camera name="at_mass" pos="5 -5 5" mode="targetbodycom" target="a"/>
@@ -116,7 +116,7 @@ TEST_F(MjcfOracleTest, MeshesAndTheirPrimitives) {
   compare_text("inertia", extent + model);
 }
 
-TEST_F(MjcfOracleTest, HeightFieldsMaterialsAndTextures) {
+TEST_F(MjcfOracleTest, MaterialsMatchMuJoCo) {
   folder_.write("map.png", test::png(4, 4, 0x00ff00ff));
   std::string field = test::raw<uint32_t>(2) + test::raw<uint32_t>(3);
   for (const float f : {1.f, 2.f, 3.f, 4.f, 5.f, 7.f}) field += test::raw(f);

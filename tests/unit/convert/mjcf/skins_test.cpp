@@ -44,7 +44,7 @@ std::string skin_refusal(const Result<Parsed>& result) {
   return result.ok() ? "none" : result.error().message;
 }
 
-TEST(MjcfSkinFormat, BinaryFilesHaveBonesWithWeights) {
+TEST(MjcfSkinFormat, BonesHaveWeights) {
   const Result<SkinData> data = parse_skn(skn());
   ASSERT_TRUE(data.ok()) << data.error().message;
   EXPECT_EQ(data->vertices[1], glm::vec3(1, 0, 0));
@@ -72,7 +72,7 @@ TEST(MjcfSkinFormat, EveryTruncationIsError) {
   EXPECT_NE(skin_refusal(parse_skn(whole + "x")), "none");
 }
 
-TEST(MjcfSkinFormat, CountsAndIndicesAreChecked) {
+TEST(MjcfSkinFormat, IndicesAreChecked) {
   for (size_t count = 0; count < 4; ++count) {
     std::string text = skn();
     const uint32_t huge = 0xffffffff;
@@ -102,7 +102,7 @@ TEST(MjcfSkinFormat, VerticesNeedABone) {
   EXPECT_NE(skin_refusal(bind_skin(data, 0)).find("vertex 1 has no bone"), std::string::npos);
 }
 
-TEST(MjcfSkinFormat, GreatestOfManyWeightsAreUsed) {
+TEST(MjcfSkinFormat, GreatestWeightsAreUsed) {
   SkinData data = *parse_skn(skn());
   data.bones.clear();
   for (size_t i = 0; i < 10; ++i)
@@ -150,7 +150,7 @@ TEST_F(MjcfSkins, SkinJointsAreBodies) {
   EXPECT_EQ(text.find("JOINTS_1"), std::string_view::npos) << "no vertex has more than four bones";
 }
 
-TEST_F(MjcfSkins, OfAttachedModelsFollowTheirCopies) {
+TEST_F(MjcfSkins, AttachedSkinsFollowCopies) {
   folder_.write("child.xml", std::string_view("<mujoco model='child'><deformable>" + inline_skin("s", "a") +
                                               "</deformable><worldbody>" + body_ + "</worldbody></mujoco>"));
   const Result<Model> model = try_read(

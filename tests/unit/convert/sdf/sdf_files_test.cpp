@@ -43,7 +43,7 @@ class SdfIncludes : public Sdf {
   }
 };
 
-TEST_F(SdfIncludes, AreFoundByVariablesOfGazebo) {
+TEST_F(SdfIncludes, GazeboVariablesAreSearched) {
   write_crate("assets/crate");
   for (const char* name :
        {"GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "SDF_PATH", "GAZEBO_MODEL_PATH"}) {
@@ -80,7 +80,7 @@ TEST_F(SdfIncludes, AreFoundInFuelsCache) {
 }
 
 // By model://, and by a URI without the version of the interface.
-TEST_F(SdfIncludes, OfDownloadedModelsNeedNoOwner) {
+TEST_F(SdfIncludes, DownloadedModelsNeedNoOwner) {
   write_crate("fuel/fuel.gazebosim.org/some one/models/big crate/2");
   const Variable cache("GZ_FUEL_CACHE_PATH", (folder_.path() / "fuel").string());
   EXPECT_EQ(warnings(read(include("model://Big Crate"))), "");
@@ -113,7 +113,7 @@ TEST_F(SdfIncludes, MissingNamesFoldersAndRemedy) {
   EXPECT_TRUE(model.sources.contains("/nowhere/a/gone"));
 }
 
-TEST_F(SdfIncludes, OfModelsInModelsAreMerged) {
+TEST_F(SdfIncludes, NestedModelsAreMerged) {
   write("part/model.config", "<model><sdf version='1.9'>p.sdf</sdf></model>");
   write("part/p.sdf",
         "<sdf version='1.9'><model name='part'>" + link("inner", visual("<sphere/>")) + "</model></sdf>");
@@ -161,7 +161,7 @@ TEST_F(SdfIncludes, ThatCrashLibraryAreErrors) {
   expect_near(glm::dvec3(pose_of(*old, "p")[3]), {0, 0, 3});
 }
 
-TEST_F(SdfIncludes, OfBrokenFormAreLeftOut) {
+TEST_F(SdfIncludes, MalformedAreSkipped) {
   write("urdf.sdf", "<robot name='r'/>");
   const Model model =
       read("<include/>\n<include><uri/></include>\n<!-- <include/> -->\n" + include("urdf.sdf") +

@@ -84,7 +84,7 @@ TEST_F(SdfJoints, OfNestedModelsAndWorld) {
   EXPECT_TRUE(body_of(model, "m/n/b").parent);
 }
 
-TEST_F(SdfJoints, ThatCloseLoopAreLeftOut) {
+TEST_F(SdfJoints, LoopsAreSkipped) {
   const Model model =
       read(model_of("m", link("a") + link("b") + link("c") + joint("ab", "revolute", "a", "b", kZ) +
                              joint("bc", "revolute", "b", "c", kZ) + joint("ca", "revolute", "c", "a", kZ) +

@@ -151,7 +151,7 @@ TEST(XacroExpression, WhatPythonRefusesIsRefused) {
     EXPECT_NE(value_of(text).find(reason), std::string::npos) << text << " -> " << value_of(text);
 }
 
-TEST(XacroExpression, OtherPythonIsRefusedAsSuch) {
+TEST(XacroExpression, OtherPythonIsRefused) {
   for (const char* text : {"lambda x: x", "[x for x in [1]]", "(x for x in [1])", "len(*[1])", "''.__class__",
                            "__import__('os')", "f'{1}'", "'a'.encode()", "math.gamma(2)", "python.eval('1')"})
     EXPECT_NE(value_of(text).find("is Python that fire3dv-convert does not evaluate"), std::string::npos)

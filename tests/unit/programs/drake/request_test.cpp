@@ -199,7 +199,7 @@ TEST(DrakeScene, RefusesBrokenScenes) {
 }
 
 // Data URIs are found without a JSON parser; the result is that of one.
-TEST(DrakeScene, FindsDataUrisAsParserDoes) {
+TEST(DrakeScene, DataUrisMatchAParser) {
   const std::string data = "data:application/octet-stream;base64,AAAA";
   const std::string text = scene_at(1, 4);
   const auto glb_of = [](const std::string& from) {
@@ -242,7 +242,7 @@ uint32_t tag(const std::string& file, uint16_t wanted) {
   return UINT32_MAX;
 }
 
-TEST(DrakeDepth, WritesTiffInMetresOrMillimetres) {
+TEST(DrakeDepth, TiffIsMetresOrMillimetres) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   const std::vector<float> depths{kInfinity, 5.0f, 4.9999f, 1.2344f, 0.1f, 0.05f};
   const std::string metres = encode_depth(depths, 3, 2, {0.1, 5}, DepthFormat::float32_m);

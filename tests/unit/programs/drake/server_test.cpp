@@ -120,7 +120,7 @@ TEST(DrakeServer, AnswersFromOtherThreads) {
   EXPECT_EQ(right, 160);
 }
 
-TEST(DrakeServer, KeepsConnectionsAndReadsPipelinedRequests) {
+TEST(DrakeServer, PipelinedRequestsAreRead) {
   EchoServer server;
   const std::string answers = server.exchange(request("one", "") + request("two", "") + request("three"));
   EXPECT_NE(answers.find("\r\n\r\nONEHTTP/1.1 200"), std::string::npos) << answers;

@@ -165,7 +165,7 @@ TEST(RecordedEdits, ScalarsAndMarkersAreListed) {
   EXPECT_EQ(edits.text("arm").find("elbow"), std::string::npos);
 }
 
-TEST(RecordedEdits, NamesOfHostileFileAreBounded) {
+TEST(RecordedEdits, HostileNamesAreBounded) {
   RecordedEdits edits;
   for (uint64_t i = 1; i <= RecordedEdits::kMaxMarkers + 3; ++i)
     edits.take("arm", edit_of(5, i, "m" + std::to_string(i), wire::Property::marker,

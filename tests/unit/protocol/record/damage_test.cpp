@@ -70,7 +70,7 @@ TEST(RecordDamage, TruncationKeepsWholeChunks) {
   }
 }
 
-TEST(RecordDamage, FlippedBitIsDetectedOrHarmless) {
+TEST(RecordDamage, FlippedBitsAreDetected) {
   std::mt19937_64 generator(7);
   for (const Compression compression : {Compression::zstd, Compression::none, Compression::lz4}) {
     const Bytes file = small_recording(compression, 24);
@@ -274,7 +274,7 @@ TEST(RecordHostile, LongNamesAreCharged) {
   }
 }
 
-TEST(RecordHostile, OnlyEndOfDataEndsScan) {
+TEST(RecordHostile, ScanNeedsEndOfData) {
   Bytes file = begun_file();
   record::put(file, static_cast<uint8_t>(Kind::data_end));
   record::put(file, uint64_t{60});
@@ -285,7 +285,7 @@ TEST(RecordHostile, OnlyEndOfDataEndsScan) {
   EXPECT_EQ(read_hostile(file).first, 1u);
 }
 
-TEST(RecordHostile, WhatIsNoRecordingIsNamed) {
+TEST(RecordHostile, OtherFilesAreNamed) {
   for (const std::string_view text : {"", "glTF", "not an MCAP file at all, but longer than its magic"}) {
     const auto bytes = std::as_bytes(std::span(text));
     const auto reader = Reader::open(source_of(Bytes(bytes.begin(), bytes.end())));

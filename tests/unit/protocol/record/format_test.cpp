@@ -180,7 +180,7 @@ TEST(RecordFormatOf, HeaderErrorIsReportedOnce) {
   EXPECT_EQ(log.files(), 0u);
 }
 
-TEST(RecordFormatOf, FullDiskKeepsEveryWholeChunk) {
+TEST(RecordFormatOf, FullDiskKeepsChunks) {
   constexpr uint64_t kFrames = 200;
   constexpr size_t kChunkBytes = 16'384;  // longer than the summary
   const Bytes whole = small_recording(Compression::none, kFrames, kChunkBytes);

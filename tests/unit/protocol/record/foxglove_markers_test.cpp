@@ -74,7 +74,7 @@ std::array<double, 3> rotated(const foxglove::Quaternion& q, std::array<double, 
           v[2] + q.w() * t[2] + q.x() * t[1] - q.y() * t[0]};
 }
 
-TEST(FoxgloveMarkers, PointsArePackedCloudWithColours) {
+TEST(FoxgloveMarkers, PointsArePackedClouds) {
   FoxgloveMarkers markers = described();
   Marker points = marker(MarkerKind::points, {{1000, 2000, 3000}, {0, 0, -500}});
   points.colors = {0x80332211, 0xffffffff};
@@ -113,7 +113,7 @@ TEST(FoxgloveMarkers, PointsArePackedCloudWithColours) {
   EXPECT_TRUE(markers.clear("scan", kNow_ns).empty());
 }
 
-TEST(FoxgloveMarkers, LinesHaveTheirWidthsAndColours) {
+TEST(FoxgloveMarkers, LinesKeepWidths) {
   FoxgloveMarkers markers = described();
   Marker lines = marker(MarkerKind::lines, {{0, 0, 0}, {1000, 0, 0}});
   lines.width = 3;
@@ -139,7 +139,7 @@ TEST(FoxgloveMarkers, LinesHaveTheirWidthsAndColours) {
   EXPECT_NEAR(line->thickness(), 0.003, 1e-9);
 }
 
-TEST(FoxgloveMarkers, ArrowsPointFromTailToTip) {
+TEST(FoxgloveMarkers, ArrowsPointToTip) {
   FoxgloveMarkers markers = described();
   // The fifth points along -x, where the shortest rotation from +x is not unique; the last has no length.
   Marker arrows =
@@ -160,7 +160,7 @@ TEST(FoxgloveMarkers, ArrowsPointFromTailToTip) {
   }
 }
 
-TEST(FoxgloveMarkers, AxesAreArrowsInTheirColours) {
+TEST(FoxgloveMarkers, AxesAreColouredArrows) {
   FoxgloveMarkers markers = described();
   Marker axes = marker(MarkerKind::axes, {{0, 0, 0}});
   axes.rotations = {{0, 0, 2, 2}};  // a left turn about z, not of length 1
@@ -290,7 +290,7 @@ TEST(FoxgloveMarkers, ReplacementsDeleteEntities) {
   EXPECT_TRUE(markers.clear_all(kNow_ns).empty());
 }
 
-TEST(FoxgloveMarkers, LifetimesEndWithFrameAfterThem) {
+TEST(FoxgloveMarkers, LifetimesEndWithFrames) {
   FoxgloveMarkers markers = described();
   Marker box = marker(MarkerKind::boxes, {{0, 0, 0}});
   box.sim_time_ns = 100;

@@ -41,7 +41,7 @@ Affine3x4d rotation(double x, double y, double z, double angle, double scale) {
            scale * r[6], scale * r[7], scale * r[8], 3}};
 }
 
-TEST(RigidPart, RotationsAreThemselvesWhateverTheirScale) {
+TEST(RigidPart, RotationsIgnoreScale) {
   for (double angle = -3.2; angle < 3.3; angle += 0.1)
     for (const double scale : {1e-6, 1.0, 1000.0}) {
       const Affine3x4d map = rotation(angle, 1, 0.3, angle, scale);
@@ -275,7 +275,7 @@ TEST(FrameCounter, RepeatedPosesCountOnce) {
   EXPECT_EQ(tally.counts().late, 3u);
 }
 
-TEST(FrameCounter, PartsOfSeveralFramesMayCross) {
+TEST(FrameCounter, FramePartsMayCross) {
   record::FrameCounter tally;
   EXPECT_TRUE(tally.take(part(1, 0, 5)));
   EXPECT_TRUE(tally.take(part(2, 0, 5)));

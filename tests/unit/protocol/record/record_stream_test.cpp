@@ -27,7 +27,7 @@ std::vector<Bytes> two_streams(MemoryLog& memory, uint64_t frames) {
   return sent;
 }
 
-TEST(RecordStream, RecordingIsStreamByteByByte) {
+TEST(RecordStream, RecordingMatchesStream) {
   MemoryLog memory(small_chunks());
   const std::vector<Bytes> sent = two_streams(memory, 300);
   ASSERT_TRUE(memory.log.finish().ok());
@@ -47,7 +47,7 @@ TEST(RecordStream, RecordingIsStreamByteByByte) {
 }
 
 // Of a key only the newest value is in force, but a recording has each value in between.
-TEST(RecordStream, EveryValueOfScalarsIsPlayed) {
+TEST(RecordStream, ScalarsArePlayed) {
   MemoryLog memory(small_chunks());
   std::vector<Bytes> sent{description(7)};
   const auto add = [&](uint64_t version, wire::Property property, wire::EditValue value) {

@@ -14,7 +14,7 @@
 namespace fire3dv::record_test {
 namespace {
 
-TEST(StreamLog, WhatIsAttachedFillsNoFile) {
+TEST(StreamLog, AttachmentsHaveLimits) {
   std::vector<std::unique_ptr<Bytes>> files;
   record::LogOptions options = small_chunks();
   options.split_bytes = 12'000;
@@ -64,7 +64,7 @@ TEST(StreamLog, FramesFollowDescriptions) {
   EXPECT_EQ(of_arm, (std::vector<Bytes>{description(7), edit(7, 1, "link_0", false), frame(7, 2)}));
 }
 
-TEST(StreamLog, StreamDescribesItselfBeforeSnapshotDoes) {
+TEST(StreamLog, DescriptionPrecedesSnapshot) {
   MemoryLog memory(small_chunks(1));  // each message starts a chunk
   constexpr uint64_t kLongest = 400;
   ASSERT_TRUE(memory.take(description(1, "long", kLongest), 0, 1));
@@ -91,7 +91,7 @@ TEST(StreamLog, StreamDescribesItselfBeforeSnapshotDoes) {
   EXPECT_EQ(described.size(), 41u);
 }
 
-TEST(StreamLog, SnapshotsTakeANinthAtMost) {
+TEST(StreamLog, SnapshotsStayBelowANinth) {
   MemoryLog memory(small_chunks());
   constexpr uint64_t kStreams = 30;
   for (uint64_t stream = 1; stream <= kStreams; ++stream)

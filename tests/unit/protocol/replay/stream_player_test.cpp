@@ -196,7 +196,7 @@ TEST(StreamPlayer, NewestWholeFrameIsGathered) {
   EXPECT_EQ(sent.poses[0].m[3], wire::Affine3x4{}.m[3]) << "of the frame that is not whole";
 }
 
-TEST(StreamPlayer, PartialFramesBuildOnWholeOnes) {
+TEST(StreamPlayer, PartialsExtendWholeFrames) {
   const std::vector<uint32_t> indices{1};
   std::vector<wire::Affine3x4> poses(1);
   poses[0].m[3] = 99;

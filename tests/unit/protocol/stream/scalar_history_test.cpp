@@ -64,7 +64,7 @@ TEST(ScalarHistory, KeepsSamplesAndStatistics) {
   EXPECT_TRUE(history.groups().empty());
 }
 
-TEST(ScalarHistory, BeginsAnewWhenTimeGoesBack) {
+TEST(ScalarHistory, TimeReversalClears) {
   ScalarHistory history;
   history.apply(declaration(1, "a", 1));
   history.apply(declaration(2, "b", 1));

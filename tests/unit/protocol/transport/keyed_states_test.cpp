@@ -165,7 +165,7 @@ TEST(StatesTcp, DroppedPartialBecomesWhole) {
   EXPECT_FALSE(listener.saw(Kind::pose, "all of 1"));
 }
 
-TEST(StatesBatches, BatchEndsHoweverFastKeysChange) {
+TEST(StatesBatches, BatchAlwaysEnds) {
   KeyedStates states;
   StateBatches batches;
   const auto put = [&](uint64_t key, std::string_view text) { states.put(key, shared(text)); };
@@ -215,7 +215,7 @@ TEST(StatesUdp, BundleHolds256RecordsAtMost) {
   EXPECT_EQ(udp::open_bundle(bundle_of(1, 1 << 20))->size(), 1u) << "long states are states";
 }
 
-TEST(StatesUdp, BundleIsFilledUpTo256Records) {
+TEST(StatesUdp, BundleHolds256) {
   KeyedStates states;
   for (uint64_t key = 0; key < 1000; ++key) {
     KeyedState record = udp::make_record(wire::Bytes(12, std::byte{7}));

@@ -9,7 +9,7 @@
 namespace fire3dv::transport::test {
 namespace {
 
-TEST(LinkLocal, EveryLinkTakesInterfaceWithAddress) {
+TEST(LinkLocal, LinksAcceptInterfaceSuffix) {
   const Secured secured;
   const std::string host = "[" + std::string(OwnNetwork::kLinkLocal) + "%" + OwnNetwork::interface() + "]";
   if (OwnNetwork::interface() != "f3d0") GTEST_SKIP() << "needs a namespace with a network of its own";

@@ -71,7 +71,7 @@ RawSocket let_in(Victim& victim) {
   return stranger;
 }
 
-TEST(TcpHostile, BrokenFramesEndThatConnectionAlone) {
+TEST(TcpHostile, BrokenFramesEndTheirConnection) {
   Victim victim(kTcp);
   RawSocket oversize = let_in(victim);
   oversize.send(tcp::write_frame_header(tcp::FrameKind::pose, UINT32_MAX));
@@ -120,7 +120,7 @@ TEST(TcpHostile, ControlFloodEndsOneConnection) {
   victim.expect_alive();
 }
 
-TEST(TcpHostile, SilentConnectionsMakeRoomForOthers) {
+TEST(TcpHostile, SilentConnectionsAreReplaced) {
   Victim victim(kTcp);
   std::vector<RawSocket> silent;
   for (int i = 0; i < 200; ++i) silent.emplace_back(victim.listener.link->uri(), SOCK_STREAM);
@@ -142,7 +142,7 @@ TEST(TcpHostile, UnknownKindIsPassedOver) {
 }
 
 // An invalid server must not keep a publisher from finding the right one later.
-TEST(TcpHostile, PublisherOutlivesServerThatAnswersNonsense) {
+TEST(TcpHostile, PublisherSurvivesNonsense) {
   std::string uri;
   {
     Listener taken(kTcp);
@@ -210,7 +210,7 @@ TEST(Hostile, UndescribedPeersAreReplaced) {
 }
 
 // A hostile server in place of a renderer: excessive replies end its connection and use no memory.
-TEST(TcpHostile, RepliesWithoutMeasureEndThatConnection) {
+TEST(TcpHostile, ExcessRepliesEndConnection) {
   const UniqueFd server(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
   sockaddr_in address{};
   address.sin_family = AF_INET;
@@ -246,7 +246,7 @@ TEST(TcpHostile, RepliesWithoutMeasureEndThatConnection) {
 }
 
 // Many whole unread replies: the oldest are dropped.
-TEST(TcpHostile, UnreadRepliesAreBoundedInBytes) {
+TEST(TcpHostile, UnreadRepliesAreBounded) {
   Listener listener(kTcp);
   auto publisher = open_publisher_or_fail(listener.link->uri());
   ASSERT_TRUE(publisher->set_description(bytes_of("d")));
@@ -276,7 +276,7 @@ TEST(UdpHostile, RandomDatagrams) {
   victim.expect_alive();
 }
 
-TEST(UdpHostile, AnswerIsNeverLongerThanQuestion) {
+TEST(UdpHostile, AnswersDoNotAmplify) {
   Victim victim(kUdp);
   RawSocket stranger(victim.listener.link->uri(), SOCK_DGRAM);
   for (size_t bytes = 0; bytes <= udp::kHelloBytes; bytes += 8) {

@@ -73,7 +73,7 @@ TEST(PoseFrameEncoder, PiecesAreTheMessage) {
   }
 }
 
-TEST(PoseFrameEncoder, LaysOutWhatSpecificationDraws) {
+TEST(PoseFrameEncoder, LayoutMatchesSpecification) {
   const std::vector<Affine3x4> poses = poses_of(2);
   PoseFrameView frame = frame_of(poses, 42);
   frame.node_count = 9;
@@ -94,7 +94,7 @@ TEST(PoseFrameEncoder, LaysOutWhatSpecificationDraws) {
   EXPECT_EQ(std::memcmp(bytes.data() + kPoseFrameHead, poses.data(), 96), 0);
 }
 
-TEST(PoseFrameEncoder, AllocatesNothingAfterFirstFrame) {
+TEST(PoseFrameEncoder, LaterFramesDoNotAllocate) {
   PoseFrameEncoder encoder;
   const std::vector<Affine3x4> poses = poses_of(1000);
   size_t bytes = encoder.encode(frame_of(poses)).size();
@@ -114,7 +114,7 @@ TEST(Decoder, PoseFramesDoNotAllocate) {
   EXPECT_EQ(test::allocations_of_this_thread() - before, 0u);
 }
 
-TEST(PosesPerPart, FillsMessageAndNoMore) {
+TEST(PosesPerPart, MessageIsFilled) {
   const std::vector<Affine3x4> poses = poses_of(100);
   for (const size_t limit : {168u, 200u, 508u, 1200u, 1472u}) {
     const uint32_t count = poses_per_part(limit);

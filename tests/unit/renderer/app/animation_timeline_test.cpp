@@ -62,7 +62,7 @@ TEST(AnimationTimeline, SeeksStayWithinTheAnimations) {
   EXPECT_EQ(empty.timeline().position_ns, 0u);
 }
 
-TEST(AnimationTimeline, GoesOnFromTimeOfStream) {
+TEST(AnimationTimeline, StreamTimeContinues) {
   Timeline t;
   EXPECT_NEAR(t.timeline.at(-3 * kSecond), -3, 1e-9);
   EXPECT_NEAR(t.timeline.at(kSecond), 1, 1e-9);

@@ -42,7 +42,7 @@ TEST(ConfigLines, InvalidLinesAreErrors) {
   EXPECT_FALSE(parse_config(many, ""));
 }
 
-TEST(ConfigPlaces, AreOptionVariableAndUsersFolder) {
+TEST(ConfigPlaces, OptionVariableThenFolder) {
   std::map<std::string, std::string> variables;
   const auto place = [&](const std::string& option) {
     return config_place(option, [&](const char* name) -> const char* {

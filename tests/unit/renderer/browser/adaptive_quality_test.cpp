@@ -38,7 +38,7 @@ TEST(AdaptiveQuality, RelapsesBecomeRare) {
   EXPECT_LT(slow_late, 12);
 }
 
-TEST(AdaptiveQuality, RefusedSizeIsNotTriedAgain) {
+TEST(AdaptiveQuality, RefusedSizeIsFinal) {
   AdaptiveQuality quality;
   float scale = quality.step().scale;
   int sizes = 1;

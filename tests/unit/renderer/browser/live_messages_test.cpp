@@ -31,7 +31,7 @@ TEST(LiveMessages, NodesAndCamerasAreBounded) {
   EXPECT_EQ(small["cameras_omitted"], 0);
 }
 
-TEST(LiveMessages, ListsViewersAndMarksOwnOne) {
+TEST(LiveMessages, OwnViewerIsMarked) {
   const Json message = Json::parse(viewers_message({{3, true}, {8, false}}, 8));
   EXPECT_EQ(message, Json::parse(R"({"type": "viewers", "viewers": [
       {"number": 3, "control": true, "own": false}, {"number": 8, "control": false, "own": true}]})"));

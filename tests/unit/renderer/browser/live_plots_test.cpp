@@ -195,7 +195,7 @@ TEST(LiveJoints, JointsAreClamped) {
   EXPECT_EQ(Json::parse(joint_positions_message(robot, world.poses, set, 5))["posture"], 0);
 }
 
-TEST(LiveJoints, StreamThatDrivesNodeKeepsIt) {
+TEST(LiveJoints, DrivingStreamKeepsNode) {
   World world;
   const state::RobotPose robot = make_robot(world);
   wire::StreamDescription description;

@@ -127,7 +127,7 @@ TEST(DefaultLook, ReasonsForAnEmptyImage) {
             "the scene has no meshes");
 }
 
-TEST(DefaultLook, CamerasByNameAutoAndFramed) {
+TEST(DefaultLook, CamerasByName) {
   SceneBuilder builder = box_builder();
   builder.camera_node("near", {0, 3, 3}, {0, 3, 0});
   const scene::Scene scene = built(builder);

@@ -362,7 +362,7 @@ TEST(DocumentAdditions, ARemovedAdditionIsWithdrawn) {
   EXPECT_EQ(document, before);
 }
 
-TEST(DocumentAdditions, CopyHasEditsOfItsSource) {
+TEST(DocumentAdditions, CopyKeepsEdits) {
   EditDocument document;
   const auto hide = [&](EditDocument& in, const char* path, uint32_t occurrence = 0) {
     in[{EditedObject::node, path, occurrence, EditedProperty::visible}] = false;

@@ -18,7 +18,7 @@ std::string fault_of(const std::string& edits, const std::string& version = "1")
   return read.ok() ? "" : read.error().message;
 }
 
-TEST(OverlayFiles, FaultsAreNamedByTheirMember) {
+TEST(OverlayFiles, FaultsNameTheMember) {
   const std::pair<const char*, const char*> kFaults[] = {
       {R"([{"node": "a"}])", "edits[0] changes nothing"},
       {R"([{"node": "a", "visible": 1}])", "edits[0].visible"},
@@ -130,7 +130,7 @@ TEST(OverlayFiles, AdditionsRoundTrip) {
 }
 
 // Every truncation and every changed byte of a file is read or refused.
-TEST(OverlayFiles, DamagedFilesAreRefusedOrRead) {
+TEST(OverlayFiles, DamagedFilesAreSafe) {
   std::mt19937 random(11);
   EditDocument document;
   document[{EditedObject::node, "arm", 0, EditedProperty::transform}] = NodeTransform{};

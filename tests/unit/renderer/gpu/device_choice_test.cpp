@@ -108,7 +108,7 @@ TEST(DeviceChoice, GpuWithoutDriverIsNamed) {
   EXPECT_TRUE(graphics_vendors_present(root).empty());
 }
 
-TEST(DeviceChoice, NoDeviceIsErrorWithRemedy) {
+TEST(DeviceChoice, MissingDeviceNamesRemedy) {
   const auto choice = choose_device({}, "");
   ASSERT_FALSE(choice.ok());
   EXPECT_TRUE(mentions(choice.error().message, "install"));

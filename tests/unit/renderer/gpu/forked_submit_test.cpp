@@ -126,7 +126,7 @@ Queues submitted(uint32_t frames, uint32_t async_queue) {
   return queues;
 }
 
-TEST(ForkedSubmit, PiecesWaitForWhatTheyNeed) {
+TEST(ForkedSubmit, PiecesWaitForInputs) {
   for (const Queues::State& state : submitted(2, 1).all_states()) {
     for (uint32_t frame = 0; frame < 2; ++frame) {
       if (state.has_started(batch_of(frame, kAside))) {
@@ -151,7 +151,7 @@ TEST(ForkedSubmit, NextFrameOverwritesNothingRead) {
   }
 }
 
-TEST(ForkedSubmit, BothQueuesMayRunAtOnce) {
+TEST(ForkedSubmit, QueuesRunConcurrently) {
   bool together = false, beside_first = false, aside_first = false;
   for (const Queues::State& state : submitted(1, 1).all_states()) {
     together |= state.has_started(kAside) && !state.has_ended(kAside) && state.has_started(kBeside) &&

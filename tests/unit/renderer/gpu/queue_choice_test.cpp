@@ -19,7 +19,7 @@ VkQueueFamilyProperties family(VkQueueFlags flags, uint32_t count) {
   return properties;
 }
 
-TEST(QueueChoice, FamilyThatOnlyComputesComesFirst) {
+TEST(QueueChoice, ComputeFamilyIsPreferred) {
   const std::vector families{family(VK_QUEUE_TRANSFER_BIT, 2), family(kDraws, 16), family(kComputes, 8)};
   const auto choice = choose_queues(families, AsyncCompute::automatic);
   ASSERT_TRUE(choice);
@@ -31,7 +31,7 @@ TEST(QueueChoice, FamilyThatOnlyComputesComesFirst) {
   EXPECT_EQ(choose_queues(families, AsyncCompute::on)->async, AsyncQueue::compute_family);
 }
 
-TEST(QueueChoice, ElseSecondQueueOfMainFamily) {
+TEST(QueueChoice, SecondMainQueueIsNext) {
   const std::vector families{family(kDraws, 2), family(kComputes, 0), family(VK_QUEUE_TRANSFER_BIT, 1)};
   const auto choice = choose_queues(families, AsyncCompute::automatic);
   ASSERT_TRUE(choice);
@@ -51,7 +51,7 @@ TEST(QueueChoice, ElseNoneUnlessAskedFor) {
   EXPECT_FALSE(asked_for->two_families());
 }
 
-TEST(QueueChoice, OffIsOffWhateverThereIs) {
+TEST(QueueChoice, OffIsOff) {
   const std::vector families{family(kDraws, 16), family(kComputes, 8)};
   const auto choice = choose_queues(families, AsyncCompute::off);
   ASSERT_TRUE(choice);

@@ -127,7 +127,7 @@ TEST(GuiDocks, HandlesFoldAndUnfold) {
   EXPECT_EQ(world.gui.image_rect().high, before.high);
 }
 
-TEST(GuiDocks, WholeWindowIsImageWithoutPanels) {
+TEST(GuiDocks, HiddenPanelsFreeWindow) {
   DockWorld world;
   world.viewer.gui = false;
   world.settle();

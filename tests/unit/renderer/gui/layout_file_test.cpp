@@ -60,7 +60,7 @@ TEST_F(GuiLayout, NumbersStayWithinBounds) {
   EXPECT_GT(read->camera_speed, 0);
 }
 
-TEST_F(GuiLayout, UnknownSettingsAreNamedByLine) {
+TEST_F(GuiLayout, UnknownSettingsNameLine) {
   for (const char* text : {"left 300", "left = wide", "left = nan", "left = 3 4", "scene = ajar",
                            "window = open", "= 3", "left =", "\x01\x02\xff"}) {
     const Result<Layout> read = parse_layout("right = 300\n" + std::string(text));

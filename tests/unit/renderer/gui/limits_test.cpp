@@ -93,7 +93,7 @@ TEST(GuiPlots, LevelCurveIsFilled) {
   EXPECT_NEAR(area / all, 1, 0.1);  // edges are anti-aliased
 }
 
-TEST(GuiLimits, TwoHundredStreamsHaveTheirPanel) {
+TEST(GuiLimits, ManyStreamsFit) {
   OddWorld world;
   const gui::StreamFact one = world.facts.streams.at(0);
   for (uint64_t i = 0; i < 200; ++i) {
@@ -123,7 +123,7 @@ TEST(GuiLimits, TwoHundredStreamsHaveTheirPanel) {
   EXPECT_GT(offsets, 0u);
 }
 
-TEST(GuiLimits, WindowMayBeOfAnySize) {
+TEST(GuiLimits, AnyWindowSizeWorks) {
   OddWorld world;
   for (const float scale : {1.0f, 1.25f, 2.0f}) {
     world.scale = scale;
@@ -192,7 +192,7 @@ TEST(GuiLimits, TextsBreakAtSpaces) {
 }
 
 // At a display scale of 2 the fields of a transform are below their label, side by side and equally wide.
-TEST(GuiLimits, NumbersHaveRoomInNarrowColumn) {
+TEST(GuiLimits, NumbersFitNarrowColumn) {
   for (const float scale : {1.0f, 2.0f}) {
     OddWorld world;
     std::vector<gui::Rect> headers;
@@ -221,7 +221,7 @@ TEST(GuiLimits, NumbersHaveRoomInNarrowColumn) {
   }
 }
 
-TEST(GuiLimits, WhatKeysSetIsKeptToo) {
+TEST(GuiLimits, KeySettingsAreKept) {
   OddWorld world;
   world.viewer.camera_speed = 2.5f;
   world.settle();

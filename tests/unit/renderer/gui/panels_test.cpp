@@ -359,7 +359,7 @@ TEST_F(GuiPanels, NothingElseReactsToMouse) {
   EXPECT_EQ(places, "") << "what is there reacts, and is no control of ours";
 }
 
-TEST_F(GuiPanels, MouseOnImageIsNotWanted) {
+TEST_F(GuiPanels, ImageMouseIsIgnored) {
   world().display_px = {1280, 720};
   world().viewer.help = false;
   world().settle();

@@ -27,13 +27,13 @@ TEST_F(ReplacementSharesTest, GreedyPeerIsLimitedToQuarter) {
   EXPECT_EQ(shares_.earliest_ns(honest_), 1030) << "it has not caused this";
 }
 
-TEST_F(ReplacementSharesTest, PeerThatIsAloneTakesHalf) {
+TEST_F(ReplacementSharesTest, LonePeerTakesHalf) {
   const std::vector causes{ReplacementShares::Cause{greedy_, 200, 1}};
   shares_.add({causes, 50, 400, 2000, true});
   EXPECT_EQ(shares_.earliest_ns(greedy_), 2400);
 }
 
-TEST_F(ReplacementSharesTest, WhoLoadedMoreRestsLonger) {
+TEST_F(ReplacementSharesTest, LargerLoadRestsLonger) {
   constexpr int64_t kLoadNs = 98'000'000, kShownNs = 50'000'000;
   const std::vector causes{ReplacementShares::Cause{greedy_, kLoadNs, 0},
                            ReplacementShares::Cause{honest_, 0, 0}};

@@ -51,7 +51,7 @@ class SceneBuildFiles : public testing::Test {
   std::optional<SceneBuild> build_;
 };
 
-TEST_F(SceneBuildFiles, ReloadReadsChangedFilesAgain) {
+TEST_F(SceneBuildFiles, ReloadReadsChanges) {
   folder_.write("part.glb", with_node("old").glb());
   SceneBuild::Built built = build("part.glb");
   EXPECT_EQ(last_path(built), "part/old");

@@ -56,7 +56,7 @@ class SceneBuildTest : public testing::Test {
   uint64_t version_ = 0;
 };
 
-TEST_F(SceneBuildTest, FilesComeFromNamedFolderAlone) {
+TEST_F(SceneBuildTest, FilesStayInFolder) {
   EXPECT_EQ(refusal_of({folder_}, from_uri("n", "inside.glb")), "");
   const std::pair<const char*, const char*> refused[] = {{"../outside.glb", "leaves"},
                                                          {"/etc/passwd", "absolute"},
@@ -80,7 +80,7 @@ TEST_F(SceneBuildTest, FilesComeFromNamedFolderAlone) {
   EXPECT_EQ(asset.first_material, base_.scene.materials.size());
 }
 
-TEST_F(SceneBuildTest, EmbeddedAssetReadsNoFiles) {
+TEST_F(SceneBuildTest, EmbeddedAssetReadsNothing) {
   wire::NodeAdded what;
   what.asset_glb = test::triangle_file().glb();
   EXPECT_EQ(refusal_of({}, wanted("n", what)), "");
@@ -189,7 +189,7 @@ TEST_F(SceneBuildTest, ParentsMayFollow) {
 }
 
 // A chain of copies in reverse order of their names, of nodes of the file and of added ones.
-TEST_F(SceneBuildTest, UserAddsLightsCamerasAndCopies) {
+TEST_F(SceneBuildTest, UserAdditionsAreBuilt) {
   base_.scene.nodes[0].semantic = 7;
   const std::string file_node = base_.scene.nodes[0].path;
   const uint32_t below_it = scene::add_node(base_.scene, "below", 0, glm::mat4(1));
@@ -243,7 +243,7 @@ TEST_F(SceneBuildTest, UserAddsLightsCamerasAndCopies) {
 }
 
 // Copies of copies do not double the scene each time.
-TEST_F(SceneBuildTest, CopiesLeaveOtherAdditionsOut) {
+TEST_F(SceneBuildTest, CopiesExcludeAdditions) {
   std::vector<state::RequestedNode> nodes;
   std::vector<std::string> paths{base_.scene.nodes[0].path};
   for (size_t i = 0; i < 40; ++i) {
@@ -282,7 +282,7 @@ TEST_F(SceneBuildTest, LimitsAndVertices) {
 }
 
 // A chain of nodes in reverse order: one lookup each, and one more after the parent's arrival.
-TEST_F(SceneBuildTest, ParentsAreFoundInOnePass) {
+TEST_F(SceneBuildTest, ParentLookUpIsLinear) {
   const auto lookups = [&](int length) {
     std::vector<state::RequestedNode> nodes;
     for (int i = length; i-- > 0;) {
@@ -299,7 +299,7 @@ TEST_F(SceneBuildTest, ParentsAreFoundInOnePass) {
   EXPECT_LE(lookups(400), 800u);
 }
 
-TEST_F(SceneBuildTest, NoNodeTakesPathThatExists) {
+TEST_F(SceneBuildTest, ExistingPathsAreKept) {
   wire::NodeAdded below;
   below.parent = "n";
   SceneBuild build(base_, {folder_});
@@ -350,7 +350,7 @@ TEST_F(SceneBuildBudget, NodesAreChargedAndRefunded) {
   EXPECT_EQ(budget->used(Resource::gpu_bytes), 0u);
 }
 
-TEST_F(SceneBuildBudget, AssetCountsOnceForEachPeer) {
+TEST_F(SceneBuildBudget, AssetCountsPerPeer) {
   const auto one = peer(), other = peer();
   SceneBuild build(base_, {folder_});
   (void)finished(build, {{of(from_uri("a", "inside.glb"), one)}, {}});
@@ -409,7 +409,7 @@ TEST_F(SceneBuildBudget, PathsAreBytes) {
 }
 
 // A peer with many slow assets and one with a small asset alternate.
-TEST_F(SceneBuildBudget, PeersTakeTurnsAtLoading) {
+TEST_F(SceneBuildBudget, PeersAlternateLoading) {
   const auto greedy = peer(), small = peer();
   std::string order;
   int64_t now_ns = 0;
@@ -485,7 +485,7 @@ TEST_F(SceneBuildBudget, LightsBeyondLimitAreRefused) {
   EXPECT_FALSE(lights.back().casts_shadow);
 }
 
-TEST_F(SceneBuildBudget, ReplacedVerticesTakeDeviceMemory) {
+TEST_F(SceneBuildBudget, VerticesTakeDeviceMemory) {
   const auto poor = peer({"gpu-bytes=16"}), rich = peer();
   const std::string name = base_.scene.nodes[0].name;
   SceneBuild build(base_, {});

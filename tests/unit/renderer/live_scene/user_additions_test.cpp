@@ -104,7 +104,7 @@ class RefusedAdditions : public testing::Test {
   UserAdditions requests_;
 };
 
-TEST_F(RefusedAdditions, AreTriedAgainWhenOthersChange) {
+TEST_F(RefusedAdditions, ChangesRetryThem) {
   EXPECT_TRUE(requests_.refused(9).empty());
   EXPECT_TRUE(requests_.refuse(request("lamp"), "no parent"));
   EXPECT_EQ(requests_.refused(9), (std::vector{std::pair<std::string, std::string>("lamp", "no parent")}));
@@ -130,7 +130,7 @@ TEST_F(RefusedAdditions, OutOfMemoryWaitsForEnd) {
   EXPECT_EQ(requested(), (Names{"other", "rock"}));
 }
 
-TEST_F(RefusedAdditions, AreLargeIfAssetsOrCopies) {
+TEST_F(RefusedAdditions, AssetsAndCopiesAreLarge) {
   EXPECT_FALSE(UserAdditions::may_be_large(request("lamp")));
   EXPECT_TRUE(UserAdditions::may_be_large(request("rock")));
   EXPECT_FALSE(UserAdditions::may_be_large(with_asset("rock.glb", false))) << "streams have budgets";

@@ -126,7 +126,7 @@ TEST_F(EnvironmentFolders, ReturnStoredEntries) {
   EXPECT_FALSE(cache_.find(kind_, data_.size() + 1));
 }
 
-TEST_F(EnvironmentFolders, GiveNothingThatIsNotTheirs) {
+TEST_F(EnvironmentFolders, ForeignFilesAreIgnored) {
   // Under the right file name: an entry of pipelines, one with another key, one with a changed byte.
   fs::create_directories(cache_path_.parent_path());
   ASSERT_TRUE(store_cache_file(cache_path_, kPipelineFiles, kind_, data_).ok());

@@ -27,7 +27,7 @@ class FileWatchTest : public testing::Test {
   int64_t now_ns_ = 1;
 };
 
-TEST_F(FileWatchTest, ReportsChangeOnceItIsQuiet) {
+TEST_F(FileWatchTest, QuietChangesAreReported) {
   folder_.write("a.glb", "first");
   FileWatch watch({watched("a.glb")});
   EXPECT_EQ(poll_for(watch, 3'000'000'000), 0);
@@ -53,7 +53,7 @@ TEST_F(FileWatchTest, RenamesAndMissingFilesAreSeen) {
   EXPECT_EQ(poll_for(watch, 1'500'000'000), 1);
 }
 
-TEST_F(FileWatchTest, WatchesFilesThatSceneNames) {
+TEST_F(FileWatchTest, SceneFilesAreWatched) {
   folder_.write("a.gltf", "scene");
   folder_.write("a.bin", "buffer");
   FileWatch watch({watched("a.gltf"), watched("a.bin"), watched("gone.png")});

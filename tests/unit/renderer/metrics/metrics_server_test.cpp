@@ -59,7 +59,7 @@ TEST(Histogram, CountsUpToEachBound) {
       << page.text();
 }
 
-TEST(PeerUse, IsListedByPeerAndResource) {
+TEST(PeerUse, UseIsListed) {
   PeerLimits limits;
   PeerUse peer{"tcp://[::1]:7346 \"arm\"\n\xff", "3", {}, {}};
   peer.used[static_cast<size_t>(Resource::names)] = 12;

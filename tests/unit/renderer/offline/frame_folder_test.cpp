@@ -131,7 +131,7 @@ TEST_F(OfflineFolder, OtherRunsFramesStay) {
   EXPECT_TRUE(fs::exists(folder_ / frame_file_name(1)));
 }
 
-TEST_F(OfflineFolder, TwoRunsDoNotShareOne) {
+TEST_F(OfflineFolder, TwoRunsAreExclusive) {
   auto first = FrameFolder::open(folder_, manifest_of());
   ASSERT_TRUE(first.ok());
   EXPECT_NE(refused(manifest_of()).find("another run is writing to"), std::string::npos);
@@ -183,7 +183,7 @@ TEST_F(OfflineFolder, FrameMustMatchItsName) {
   EXPECT_EQ(listed_frames(root_ / "joined", manifest_of())->size(), 1u);
 }
 
-TEST_F(OfflineFolder, DiskThatIsFullIsSaid) {
+TEST_F(OfflineFolder, FullDiskIsReported) {
   auto folder = FrameFolder::open(folder_, manifest_of());
   ASSERT_TRUE(folder.ok());
   ASSERT_TRUE((*folder)->begin(kMachine).ok());

@@ -119,7 +119,7 @@ class ViewerDocument {
   std::optional<Timeline> timeline_;
 };
 
-TEST(FrameTimes, RatesAreFractionsAndTimesExact) {
+TEST(FrameTimes, RatesAreExact) {
   EXPECT_EQ(*parse_frame_rate("29.97"), (FrameRate{2997, 100}));
   EXPECT_EQ(*parse_frame_rate("30000/1001"), (FrameRate{30000, 1001}));
   EXPECT_EQ(*parse_frame_rate("60/2"), (FrameRate{30, 1}));
@@ -260,7 +260,7 @@ TEST(RecordedStreams, ForeignClockIsAligned) {
   EXPECT_EQ(show.read().guide(), "crane");
 }
 
-TEST(RecordedStreams, EditComesWithFrameBehindIt) {
+TEST(RecordedStreams, EditsPrecedeTheirFrame) {
   ViewerDocument show;
   show.take(described(7), 0);
   show.take(frame_of({7, 1, 10}), 10);

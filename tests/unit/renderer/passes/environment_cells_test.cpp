@@ -28,7 +28,7 @@ scene::EnvironmentImage sky_with_sun(uint32_t width, uint32_t height) {
   });
 }
 
-TEST(EnvironmentCells, TableDrawsCellsByTheirDensity) {
+TEST(EnvironmentCells, TableMatchesDensity) {
   for (const uint32_t width : {64u, 2048u}) {
     const EnvironmentCells table = make_environment_cells(sky_with_sun(width, width / 2));
     EXPECT_EQ(table.size, glm::uvec2(std::min(width, 1024u), std::min(width, 1024u) / 2));
@@ -48,7 +48,7 @@ TEST(EnvironmentCells, TableDrawsCellsByTheirDensity) {
 }
 
 // Bilinear filtering carries a texel's light half a texel beyond its border: those cells are drawn, too.
-TEST(EnvironmentCells, NeighboursOfBrightTexelsAreDrawn) {
+TEST(EnvironmentCells, BrightNeighboursAreDrawn) {
   const uint32_t width = 16, height = 8;
   scene::EnvironmentImage image;
   image.width = width;

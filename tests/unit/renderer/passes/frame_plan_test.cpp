@@ -86,7 +86,7 @@ TEST(FramePlan, MarkersDrawOverSamples) {
   EXPECT_FALSE(plan.compute_shading);
 }
 
-TEST(FramePlan, BloomReadsSamplesOfComputeShading) {
+TEST(FramePlan, BloomReadsComputeSamples) {
   FrameFacts facts = lit_scene();
   EXPECT_FALSE(plan_frame(facts, {}, {}).bloom);
   facts.bloom = true;
@@ -179,7 +179,7 @@ TEST(FramePlan, PathTracingReplacesShading) {
   EXPECT_FALSE(plan_frame(lit_scene(), outputs, {}).path_resolve);
 }
 
-TEST(FramePlan, SeveralViewsEndWithComputeShading) {
+TEST(FramePlan, SeveralViewsShadeInCompute) {
   const FramePlan plan = plan_frame(lit_scene(), {}, {}, 3);
   EXPECT_TRUE(plan.visibility_buffer && plan.compute_shading);
   EXPECT_FALSE(plan.forward || plan.tone_map || plan.fxaa_only);

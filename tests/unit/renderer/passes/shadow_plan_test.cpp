@@ -12,7 +12,7 @@ std::vector<scene::PlacedLight> point_lights(uint32_t count) {
   return lights;
 }
 
-TEST(ShadowPlan, FewLightsHaveAllTheirMaps) {
+TEST(ShadowPlan, FewLightsHaveAllMaps) {
   const ShadowPlan plan = plan_shadows(point_lights(8), 4, true, {});
   EXPECT_EQ(plan.views.size(), 48u);
   EXPECT_EQ(plan.mask_words, 1u);
@@ -38,7 +38,7 @@ TEST(ShadowPlan, MapsStayWithinBudget) {
   }
 }
 
-TEST(ShadowPlan, MaskWordsAndViewsAreLimited) {
+TEST(ShadowPlan, MasksAndViewsAreLimited) {
   ShadowLimits limits;
   limits.max_mask_words = 2;
   ShadowPlan plan = plan_shadows(point_lights(100), 4, true, {}, limits);

@@ -51,14 +51,14 @@ TEST_F(ConversionRecords, ReplacedSourceEndsRecord) {
   EXPECT_FALSE(still_holds());
 }
 
-TEST_F(ConversionRecords, EndWhenSourceGoesOrComes) {
+TEST_F(ConversionRecords, SourceChangeEndsRecord) {
   change_ = [&] { folder_.write("missing.stl", std::string_view("there")); };
   EXPECT_FALSE(still_holds());
   change_ = [&] { std::filesystem::remove(source_); };
   EXPECT_FALSE(still_holds());
 }
 
-TEST_F(ConversionRecords, EndWhenResultIsAnotherOne) {
+TEST_F(ConversionRecords, OtherResultEndsRecord) {
   change_ = [&] {
     const auto other = folder_.write("other.glb", std::string_view("glTF"));
     std::filesystem::rename(other, result_);

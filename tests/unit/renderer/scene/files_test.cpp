@@ -58,7 +58,7 @@ TEST_F(SceneFiles, PathsInFolderAreRead) {
   }
 }
 
-TEST_F(SceneFiles, PathsOutOfFolderAreNot) {
+TEST_F(SceneFiles, OutsidePathsAreRefused) {
   const std::string secret = (folder_.path() / "secret.bin").string();
   for (const std::string& uri : {std::string("../secret.bin"),
                                  std::string("sub/../../secret.bin"),
@@ -90,7 +90,7 @@ TEST_F(SceneFiles, PathsOutOfFolderAreNot) {
   EXPECT_FALSE(fs::exists(folder_.path() / "asset/pwned"));
 }
 
-TEST_F(SceneFiles, LinksAreFollowedInsideFolderOnly) {
+TEST_F(SceneFiles, InsideLinksAreFollowed) {
   fs::create_symlink("inside.bin", folder_.path() / "asset/good.bin");
   fs::create_symlink("../secret.bin", folder_.path() / "asset/bad.bin");
   fs::create_directory_symlink("..", folder_.path() / "asset/up");
@@ -118,7 +118,7 @@ TEST_F(SceneFiles, DataUris) {
   }
 }
 
-TEST_F(SceneFiles, DataUrisOfPercentEncodedBytes) {
+TEST_F(SceneFiles, PercentEncodedDataUris) {
   std::string uri = "data:application/octet-stream,";
   for (const std::byte byte : builder_.bin) {
     char escape[4];
@@ -160,7 +160,7 @@ TEST(SceneFilesMissing, TheFileItself) {
   EXPECT_NE(scene.error().message.find("No such file"), std::string::npos);
 }
 
-TEST(SceneFilesMissing, MessagesShowNoControlCharacters) {
+TEST(SceneFilesMissing, MessagesHaveNoControls) {
   EXPECT_EQ(quote("a\nb\x1b[31m"), "\"a?b?[31m\"");
   EXPECT_EQ(quote("C1 \xC2\x9B"
                   "31m, turned \xE2\x80\xAE"

@@ -171,7 +171,7 @@ TEST_F(FileSinkTest, FailedWriteLeavesNoFile) {
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 2) << "frame 0 and the list, no .part";
 }
 
-TEST_F(FileSinkTest, LinksInFolderAreNotFollowed) {
+TEST_F(FileSinkTest, LinksAreNotFollowed) {
   const fs::path outside = folder_ / "outside", out = folder_ / "out";
   fs::create_directories(out);
   std::ofstream(outside) << "mine";

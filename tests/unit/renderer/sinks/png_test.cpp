@@ -193,7 +193,7 @@ TEST(PngReader, FlippedBitsAreHarmless) {
   EXPECT_GT(refused, 8 * bytes.size() * 9 / 10) << "CRCs cover nearly all of the file";
 }
 
-TEST(PngReader, RandomBytesBehindHeaderAreRefused) {
+TEST(PngReader, RandomBytesAreRefused) {
   std::mt19937 random(7);
   for (int round = 0; round < 2000; ++round) {
     std::vector<uint8_t> bytes = png_claiming(16, 16);

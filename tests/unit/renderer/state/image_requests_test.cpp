@@ -61,7 +61,7 @@ TEST_F(ImageBookTest, OnceIsFirstFrameAfter) {
   EXPECT_EQ(requests_.count(), 0u);
 }
 
-TEST_F(ImageBookTest, OnceWithoutSequenceNeedsNoFrame) {
+TEST_F(ImageBookTest, UnsequencedOnceNeedsNothing) {
   ASSERT_FALSE(requests_.add(1, request(5, wire::ImageWhen::once)));
   EXPECT_EQ(due(0), Ids{5});
 }
@@ -88,7 +88,7 @@ TEST_F(ImageBookTest, RateUsesRenderersClock) {
   EXPECT_EQ(due(4, 40 * kMillisecondNs), Ids{1});
 }
 
-TEST_F(ImageBookTest, ExactlyIsThatFrameOrNone) {
+TEST_F(ImageBookTest, ExactlyOrNever) {
   ASSERT_FALSE(requests_.add(1, request(1, wire::ImageWhen::exactly, 5)));
   ASSERT_FALSE(requests_.add(1, request(2, wire::ImageWhen::exactly, 7)));
   EXPECT_EQ(due(4), Ids{});
@@ -158,7 +158,7 @@ TEST_F(ImageBookTest, UnmadeImageIsRefused) {
   expect_refused(r, wire::ImageRefusal::too_large, "8192 x 8192");
 }
 
-TEST_F(ImageBookTest, RefusedRequestLeavesItsPlaceEmpty) {
+TEST_F(ImageBookTest, RefusedRequestFreesSlot) {
   ASSERT_FALSE(requests_.add(1, request(1, wire::ImageWhen::every_nth)));
   wire::ImageRequest bad = request(2, wire::ImageWhen::once);
   bad.place = 1;

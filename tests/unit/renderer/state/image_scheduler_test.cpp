@@ -88,7 +88,7 @@ TEST(ImageScheduler, PeerKeepsHalfItsRate) {
   EXPECT_GE(device.peers[2].made, 6u) << "the greedy peer has its share";
 }
 
-TEST(ImageScheduler, MoreGreedyPeersTakeNoMore) {
+TEST(ImageScheduler, GreedyPeersShareALimit) {
   Device device;
   device.peers[1] = kVictim;
   const uint64_t alone = device.made_within(1, kSecondNs);
@@ -134,7 +134,7 @@ TEST(ImageScheduler, PausedPeerHasNoCredit) {
   EXPECT_NEAR(static_cast<double>(of_first), static_cast<double>(device.order.size()) / 2, 10);
 }
 
-TEST(ImageScheduler, PeerAloneAndLockstepNeverWait) {
+TEST(ImageScheduler, LonePeerNeverWaits) {
   Device device;
   device.peers[2] = kGreedy;
   EXPECT_EQ(device.made_within(2, 16 * kSecondNs), 16u);

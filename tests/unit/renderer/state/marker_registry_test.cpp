@@ -119,7 +119,7 @@ TEST_F(MarkerRegistryTest, HidesNamespacesOfStream) {
   EXPECT_EQ(markers_.namespaces(1), (std::map<std::string, size_t, std::less<>>{{"", 2}, {"a", 1}}));
 }
 
-TEST_F(MarkerRegistryTest, LeavesOtherEditsInChanges) {
+TEST_F(MarkerRegistryTest, OtherEditsStay) {
   const StreamId id = stream(1);
   edit(id, "arm", points());
   poses_.apply(id, {1, ++version_, "arm", wire::Property::visible, wire::Visible{false}});
@@ -186,7 +186,7 @@ TEST_F(MarkerRegistryTest, LifetimeIsSimulatedTime) {
   }
 }
 
-TEST_F(MarkerRegistryTest, ReportsWhatIsNotShown) {
+TEST_F(MarkerRegistryTest, HiddenMarkersAreReported) {
   const StreamId id = stream(1);
   wire::Marker marker = points();
   marker.kind = static_cast<wire::MarkerKind>(77);

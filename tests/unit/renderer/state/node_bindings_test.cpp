@@ -69,7 +69,7 @@ TEST(SceneMath, ConversionsKeepRowsAndColumns) {
   EXPECT_EQ(scene::to_affine(matrix), affine);
 }
 
-TEST(PoseBinding, ByUniqueNameThenByPath) {
+TEST(PoseBinding, UniqueNameThenPath) {
   const scene::Scene scene = make_scene({{"left", scene::kNone},
                                          {"finger", 0},
                                          {"right", scene::kNone},
@@ -102,7 +102,7 @@ TEST(PoseBinding, DuplicateNamesConflict) {
   EXPECT_EQ(origin_of(state, 1), glm::vec3(0, 5, 0));
 }
 
-TEST(PoseBinding, NodesRestUntilFrameIsShown) {
+TEST(PoseBinding, NodesRestUntilFrame) {
   const scene::Scene scene = make_scene({{"arm", scene::kNone}, {"hand", 0}});
   PoseState state(scene);
   const StreamId id = state.add_stream(stream_of({"arm"}));
@@ -150,7 +150,7 @@ TEST(PoseBinding, StreamAndBodyTransformsApply) {
   EXPECT_NEAR(glm::distance(origin_of(state, 2), glm::vec3(3, 0, 0)), 0, 1e-6);
 }
 
-TEST(PoseBinding, OneBodyFromNodeServesAll) {
+TEST(PoseBinding, OneBodyServesAll) {
   const scene::Scene scene = make_scene({{"a", scene::kNone}, {"b", scene::kNone}});
   wire::StreamDescription description = stream_of({"a", "b"});
   description.body_from_node = {scene::to_affine(moved(0, 1, 0))};

@@ -105,7 +105,7 @@ TEST(PlayoutSchedule, PauseEndsOnTime) {
       << "as before";
 }
 
-TEST(PlayoutSchedule, WhileSimulatorStandsStillClockCounts) {
+TEST(PlayoutSchedule, StoppedSimulatorUsesClock) {
   PlayoutSchedule schedule;
   Source source;
   for (int i = 0; i < 100; ++i) (void)source.next(schedule);

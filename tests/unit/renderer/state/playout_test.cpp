@@ -80,7 +80,7 @@ TEST(ClockOffset, PingsBoundTheError) {
   EXPECT_LE(clock.uncertainty_ns(), 12 * kMs) << "the least disturbed of the last ones counts";
 }
 
-TEST(ClockOffset, FramesAloneBoundItByFastest) {
+TEST(ClockOffset, FastestFrameBoundsOffset) {
   ClockOffset clock;
   std::mt19937 generator(2);
   std::uniform_int_distribution<int64_t> way(10 * kMs, 60 * kMs);

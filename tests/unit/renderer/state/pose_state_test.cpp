@@ -58,7 +58,7 @@ TEST_F(PoseFrames, NothingIsShownAtFirst) {
   EXPECT_FALSE(push(0)) << "sequences start at 1";
 }
 
-TEST_F(PoseFrames, WholeFramesAreShownAndTagged) {
+TEST_F(PoseFrames, WholeFramesAreTagged) {
   const uint64_t before = stream().revision;
   EXPECT_TRUE(push(5, 0, 4, kEpoch, 4, 123));
   expect_shown(5);
@@ -71,7 +71,7 @@ TEST_F(PoseFrames, WholeFramesAreShownAndTagged) {
   EXPECT_EQ(state_.shown()[0].sim_time_ns, 123);
 }
 
-TEST_F(PoseFrames, OlderAndRepeatedFramesAreStale) {
+TEST_F(PoseFrames, OlderFramesAreStale) {
   push(5);
   const uint64_t revision = stream().revision;
   EXPECT_FALSE(push(5));
@@ -98,7 +98,7 @@ TEST_F(PoseFrames, WrongCountsAreRefused) {
   EXPECT_EQ(stream().header.sequence, 0u);
 }
 
-TEST_F(PoseFrames, PartsInAnyOrderMakeFrame) {
+TEST_F(PoseFrames, PartOrderIsFree) {
   EXPECT_FALSE(push(1, 3, 1));
   EXPECT_FALSE(push(1, 0, 2));
   EXPECT_TRUE(state_.shown().empty()) << "never half a frame";
@@ -116,7 +116,7 @@ TEST_F(PoseFrames, RepeatedPartsCountOnce) {
   expect_shown(1);
 }
 
-TEST_F(PoseFrames, PartsOfTwoFramesMayInterleave) {
+TEST_F(PoseFrames, FramesMayInterleave) {
   EXPECT_FALSE(push(1, 0, 2));
   EXPECT_FALSE(push(2, 0, 2));
   EXPECT_TRUE(push(1, 2, 2));
@@ -126,7 +126,7 @@ TEST_F(PoseFrames, PartsOfTwoFramesMayInterleave) {
   EXPECT_EQ(stream().frames_incomplete, 0u);
 }
 
-TEST_F(PoseFrames, NewerWholeFrameClosesOlderOnes) {
+TEST_F(PoseFrames, NewerFrameClosesOlder) {
   EXPECT_FALSE(push(1, 0, 2));
   EXPECT_FALSE(push(2, 0, 2));
   EXPECT_TRUE(push(3));
@@ -153,7 +153,7 @@ TEST_F(PoseFrames, StepsAreNotMixed) {
   EXPECT_TRUE(push(1, 2, 2, kEpoch, 4, 1000));
 }
 
-TEST_F(PoseFrames, StreamWithoutNodesStillHasFrames) {
+TEST_F(PoseFrames, NodelessFramesCount) {
   wire::StreamDescription description;
   description.epoch = 3;
   const StreamId id = state_.add_stream(description);

@@ -137,7 +137,7 @@ TEST_F(StreamReceiverTest, LongMessagesRestAfterEach) {
   EXPECT_EQ(receiver_.deferred_messages(), 0u);
 }
 
-TEST_F(StreamReceiverTest, PeerRestsAfterLongEdits) {
+TEST_F(StreamReceiverTest, LongEditsMakeRests) {
   link_->deliver(1, LinkEvent::Kind::control, description(1, "editor", {"nothing"}));
   link_->deliver(2, LinkEvent::Kind::control, description(2));
   receiver_.poll();
@@ -156,7 +156,7 @@ TEST_F(StreamReceiverTest, PeerRestsAfterLongEdits) {
   EXPECT_EQ(poses_.streams()[0].edits_received, 2u);
 }
 
-TEST_F(StreamReceiverTest, DescriptionBeyondBudgetIsRefused) {
+TEST_F(StreamReceiverTest, OversizedDescriptionIsRefused) {
   PeerLimits limits;
   limits.of(Resource::names) = 10;
   state::PoseState poses(scene_);

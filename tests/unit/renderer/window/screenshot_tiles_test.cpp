@@ -13,7 +13,7 @@
 namespace fire3dv::app {
 namespace {
 
-TEST(ScreenshotTiles, CoverEachPixelOnceWithMargin) {
+TEST(ScreenshotTiles, TilesCoverEachPixel) {
   constexpr uint32_t kSide = 100;
   for (const glm::uvec2 image :
        {glm::uvec2(100, 40), {101, 40}, {136, 100}, {137, 300}, {1, 1000}, {555, 333}}) {
@@ -40,7 +40,7 @@ TEST(ScreenshotTiles, CoverEachPixelOnceWithMargin) {
   }
 }
 
-TEST(ScreenshotSize, HasLimitsThatItsErrorsName) {
+TEST(ScreenshotSize, LimitsAreNamed) {
   EXPECT_EQ(gui::parse_screenshot_size("7680x4320").value(), glm::uvec2(7680, 4320));
   EXPECT_EQ(gui::parse_screenshot_size("65536x4096").value(), glm::uvec2(65'536, 4096));
   for (const char* text : {"", "x", "640", "640x", "x480", "0x480", "640x0", "-1x9", "640x480x3", " 640x480",

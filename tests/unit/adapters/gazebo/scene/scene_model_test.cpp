@@ -177,7 +177,7 @@ TEST(GazeboScene, HasMaterialsAndTransparency) {
 }
 
 // As of SDF files: planes are seen from their normal only, all other shapes from both sides.
-TEST(GazeboScene, HasMaterialsSeenFromBothSides) {
+TEST(GazeboScene, MaterialsAreDoubleSided) {
   OneLink world;
   for (const bool is_double_sided : {false, true}) {
     pb::Visual& plane = world.add(3, is_double_sided ? "both" : "one");

@@ -49,7 +49,7 @@ class GazeboCameras : public testing::Test {
   pb::Scene scene_;
 };
 
-TEST_F(GazeboCameras, HaveTopicsOfTheirUniqueNames) {
+TEST_F(GazeboCameras, TopicNamesAreUnique) {
   add("m", "eye");
   add("m", "eye");
   scene_.mutable_model(0)->mutable_link(0)->add_visual()->set_name("eye");  // takes the name first
@@ -168,7 +168,7 @@ TEST_F(GazeboCameras, HaveProjectionOfTheirSensors) {
   EXPECT_EQ(found[0]->period_ns, 50'000'000);
 }
 
-TEST_F(GazeboCameras, AreRefusedWithoutSizeOrView) {
+TEST_F(GazeboCameras, SizelessCamerasAreRefused) {
   add("a", "wide").mutable_camera()->mutable_image_size()->set_x(8193);
   add("b", "none").mutable_camera()->mutable_image_size()->set_y(NAN);
   add("c", "flat").mutable_camera()->set_horizontal_fov(0);

@@ -114,7 +114,7 @@ TEST(GazeboDiscovery, MarksRelays) {
   EXPECT_FALSE(read->is_no_relay);
 }
 
-TEST(GazeboDiscovery, RefusesEveryCutAndWrongLength) {
+TEST(GazeboDiscovery, TruncationsAreRefused) {
   const std::vector<std::byte> whole = bytes_of_hex(kAdvertiseService);
   for (size_t size = 0; size < whole.size(); ++size)
     EXPECT_FALSE(decode_discovery(std::span(whole).first(size))) << size;
@@ -123,7 +123,7 @@ TEST(GazeboDiscovery, RefusesEveryCutAndWrongLength) {
   EXPECT_FALSE(decode_discovery(longer));
 }
 
-TEST(GazeboDiscovery, RefusesLongTextsAndUnknownTypes) {
+TEST(GazeboDiscovery, LongTextsAreRefused) {
   DiscoveryMessage message = decoded(kAdvertiseTopic);
   message.advertisement->address = std::string(5000, 'x');
   EXPECT_FALSE(decode_discovery(encode_discovery(message)));
@@ -158,7 +158,7 @@ TEST(GazeboDiscovery, ConnectsToTcpAddressesOnly) {
     EXPECT_FALSE(is_tcp_endpoint(wrong)) << wrong;
 }
 
-TEST(GazeboDirectory, KeepsOnePartitionAndNamesOthers) {
+TEST(GazeboDirectory, OnePartitionIsKept) {
   Directory directory("test");
   EXPECT_TRUE(directory.take(decoded(kAdvertiseTopic), true, 0));
   EXPECT_FALSE(directory.take(decoded(kAdvertiseTopic), true, 0));  // again
@@ -187,7 +187,7 @@ TEST(GazeboDirectory, GivesUpSilentProcesses) {
   EXPECT_EQ(directory.take_gone(1).size(), 1u);
 }
 
-TEST(GazeboDirectory, HasNewVersionAfterChangesOnly) {
+TEST(GazeboDirectory, ChangesMakeVersions) {
   Directory directory("test");
   DiscoveryMessage message = decoded(kAdvertiseTopic);
   uint64_t version = directory.version();

@@ -174,7 +174,7 @@ TEST(GazeboWorld, AsksForUnknownIdsOnce) {
   EXPECT_FALSE(world.apply(poses, PoseTopic::full, 0).has_unknown);
 }
 
-TEST(GazeboWorld, KeepsEqualModelsUnderOtherIds) {
+TEST(GazeboWorld, EqualModelsStaySeparate) {
   pb::Scene scene;
   add_model(scene, "a", 10);
   add_model(scene, "b", 20);
@@ -193,7 +193,7 @@ TEST(GazeboWorld, KeepsEqualModelsUnderOtherIds) {
   EXPECT_EQ(world.items()[0].entities[1].name, "b/link");
 }
 
-TEST(GazeboWorld, BringsNodesOfSceneFileBack) {
+TEST(GazeboWorld, SceneNodesReturn) {
   pb::Scene scene;
   add_model(scene, "a", 10);
   World world;

@@ -13,7 +13,7 @@ Names make(std::string_view ns, std::initializer_list<const char*> rules = {}) {
   return *names;
 }
 
-TEST(Ros2Names, ExpandsRelativeAbsoluteAndPrivateNames) {
+TEST(Ros2Names, NamesAreExpanded) {
   EXPECT_EQ(make("").resolve("joint_states"), "/joint_states");
   EXPECT_EQ(make("robot1").resolve("joint_states"), "/robot1/joint_states");
   EXPECT_EQ(make("/a/b").resolve("/tf"), "/tf");
@@ -49,7 +49,7 @@ TEST(Ros2Names, RefusesWhatIsNotName) {
   for (const char* name : {"", "/", "a/", "~", "~a", "a b", "ä"}) EXPECT_FALSE(is_valid_name(name)) << name;
 }
 
-TEST(Ros2Names, MapsTopicsAndTypesToDds) {
+TEST(Ros2Names, TopicsMapToDds) {
   EXPECT_EQ(dds_topic_name("/a/b"), "rt/a/b");
   EXPECT_EQ(ros_topic_name("rt/a/b"), "/a/b");
   EXPECT_EQ(ros_topic_name("rq/a/bRequest"), "");

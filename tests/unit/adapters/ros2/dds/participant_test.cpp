@@ -47,7 +47,7 @@ TEST(Ros2Domain, TheOptionReplacesTheVariable) {
   EXPECT_FALSE(read({}, 233).ok());
 }
 
-TEST(Ros2Domain, RangesChangeMulticastInterfacesAndPeers) {
+TEST(Ros2Domain, RangesChangeDiscovery) {
   const auto xml = [](std::map<std::string, std::string> environment) {
     const Result<DomainSettings> settings = read(environment);
     return settings ? cyclonedds_configuration(*settings) : settings.error().message;
@@ -65,7 +65,7 @@ TEST(Ros2Domain, RangesChangeMulticastInterfacesAndPeers) {
 }
 
 // Two ends in one process, by loopback alone: a late reader receives the whole static set.
-TEST(Ros2Domain, LateReaderReceivesLastStaticMessage) {
+TEST(Ros2Domain, LateReaderGetsStatic) {
   DomainSettings settings;
   settings.domain_id = 97;
   settings.range = DiscoveryRange::off;

@@ -44,7 +44,7 @@ void expect_near(const Matrix34& matrix, const Matrix34& expected) {
   for (size_t i = 0; i < matrix.size(); ++i) EXPECT_NEAR(matrix[i], expected[i], 1e-6) << i;
 }
 
-TEST_F(CameraMountTest, ClimbsStaticTransformsToNode) {
+TEST_F(CameraMountTest, StaticTransformsAreClimbed) {
   nodes_["arm"];
   add("map", "arm", {{5, 0, 0}, {0, 0, 0, 1}}, false);
   add("arm", "bracket", {{0, 0, 1}, {0, 0, kHalf, kHalf}}, true);  // turned left

@@ -189,7 +189,7 @@ TEST_F(CameraTopicsTest, CompressedImage) {
   EXPECT_EQ(count, 1u);
 }
 
-TEST_F(CameraTopicsTest, StoppedReaderHoldsNobodyUp) {
+TEST_F(CameraTopicsTest, StoppedReaderBlocksNobody) {
   CameraTopics topics = open(camera_);
   auto stopped = reader<ImageMessage>("/cam/front/image_raw", Profile::image);  // takes nothing until the end
   for (int64_t i = 1; i <= 1000; ++i) {
@@ -248,7 +248,7 @@ TEST_F(CameraTopicsTest, OpticalFramesReachLateReaders) {
       << "own frames are not read again";
 }
 
-TEST_F(CameraTopicsTest, CamerasThatCollideAreRefused) {
+TEST_F(CameraTopicsTest, CollidingCamerasAreRefused) {
   auto images = CameraImages::open(*participant_, names_, [](const std::string&) {});
   ASSERT_TRUE(images) << images.error().message;
   ASSERT_TRUE((*images)->add(camera_));
@@ -269,7 +269,7 @@ TEST_F(CameraTopicsTest, CamerasThatCollideAreRefused) {
   EXPECT_TRUE((*images)->has("other"));
 }
 
-TEST(RosTime, RoundsDownAndStaysInRange) {
+TEST(RosTime, TimeRoundsDown) {
   const auto is = [](int64_t ns, int32_t sec, uint32_t nanosec) {
     const auto time = ros_time(ns);
     return time.sec == sec && time.nanosec == nanosec;

@@ -80,7 +80,7 @@ class Ros2MarkerStore : public testing::Test {
 
 using Place = std::array<float, 3>;
 
-TEST_F(Ros2MarkerStore, MarkerStandsWhereItsFrameWas) {
+TEST_F(Ros2MarkerStore, MarkerUsesFramesPose) {
   frames["base"] = at(5);
   store.update(context);
   set(marker("a", "base"));
@@ -113,7 +113,7 @@ TEST_F(Ros2MarkerStore, ExpiredMarkersMakeRoom) {
   EXPECT_EQ(drawn.size(), 1u);
 }
 
-TEST_F(Ros2MarkerStore, ReplacementHasLifetimeOfItsOwn) {
+TEST_F(Ros2MarkerStore, ReplacementHasOwnLifetime) {
   store.update(context);
   set(marker("a", "odom", 1 * kSecond));
   set(marker("b", "odom", 1 * kSecond));
@@ -127,7 +127,7 @@ TEST_F(Ros2MarkerStore, ReplacementHasLifetimeOfItsOwn) {
   EXPECT_TRUE(drawn.contains("viz/b"));
 }
 
-TEST_F(Ros2MarkerStore, LifetimesAreOfSimulatedTime) {
+TEST_F(Ros2MarkerStore, LifetimesUseSimulatedTime) {
   store.update(context);
   set(marker("a", "odom", 1 * kSecond));
   context.now_ns += 1000 * kSecond;  // a paused simulator
@@ -139,7 +139,7 @@ TEST_F(Ros2MarkerStore, LifetimesAreOfSimulatedTime) {
   EXPECT_EQ(store.size(kTopic), 0u);
 }
 
-TEST_F(Ros2MarkerStore, LifetimesBeginWithFirstTime) {
+TEST_F(Ros2MarkerStore, LifetimesStartWithTime) {
   context.sim_time_ns.reset();
   store.update(context);
   set(marker("a", "odom", 1 * kSecond));
@@ -155,7 +155,7 @@ TEST_F(Ros2MarkerStore, LifetimesBeginWithFirstTime) {
   EXPECT_TRUE(warnings.empty());
 }
 
-TEST_F(Ros2MarkerStore, AnotherFixedFramePlacesAllAnew) {
+TEST_F(Ros2MarkerStore, FixedFrameMovesAll) {
   frames["base"] = at(5);
   store.update(context);
   set(marker("a", "base"));
@@ -183,7 +183,7 @@ TEST_F(Ros2MarkerStore, AnotherFixedFramePlacesAllAnew) {
   EXPECT_EQ(drawn.at("viz/c").place, (Place{7, 0, 1}));
 }
 
-TEST_F(Ros2MarkerStore, MarkersWaitForTheirFrame) {
+TEST_F(Ros2MarkerStore, MarkersAwaitFrames) {
   store.update(context);
   set(marker("map", "map"));
   set(marker("short", "map", 1 * kSecond));
@@ -241,7 +241,7 @@ TEST_F(Ros2MarkerStore, HeldMarkersHaveBudget) {
   EXPECT_EQ(drawn.size(), 1u);
 }
 
-TEST_F(Ros2MarkerStore, RefusedMarkersAreReportedAndCleared) {
+TEST_F(Ros2MarkerStore, RefusalsAreReported) {
   max_points = 5;
   store.update(context);
   set(marker("a", "odom"));

@@ -39,7 +39,7 @@ struct TestMarker {
   }
 };
 
-TEST(Ros2Markers, SolidHasItsExtentAndColour) {
+TEST(Ros2Markers, SolidHasExtentAndColour) {
   TestMarker cube(1);
   cube.message.pose.position = {1, 2, 3};
   cube.message.lifetime = {2, 5};
@@ -56,7 +56,7 @@ TEST(Ros2Markers, SolidHasItsExtentAndColour) {
   EXPECT_EQ(marker.lifetime_ns, 2'000'000'005u);
 }
 
-TEST(Ros2Markers, TextHasHeightOfItsCapitals) {
+TEST(Ros2Markers, TextHeightIsCapitals) {
   TestMarker label(9);
   std::string text = "pump\n2 bar";
   label.message.text = text.data();
@@ -72,7 +72,7 @@ TEST(Ros2Markers, TextHasHeightOfItsCapitals) {
   EXPECT_EQ(label.update()->marker.texts, std::vector<std::string>{""});
 }
 
-TEST(Ros2Markers, ListsHavePointsAndTheirColours) {
+TEST(Ros2Markers, ListsHaveColours) {
   TestMarker lines(5);
   lines.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 2, 0}};
   lines.colors.assign(4, {0, 0, 1, 0.5f});
@@ -202,7 +202,7 @@ TEST(Ros2Markers, CloudsKeepFinitePoints) {
   EXPECT_EQ(marker->colors, (std::vector<uint8_t>{255, 128, 0, 255, 0, 0, 255, 255}));
 }
 
-TEST(Ros2Markers, CloudsWithoutTheirBytesAreRefused) {
+TEST(Ros2Markers, ShortCloudsAreRefused) {
   TestCloud cloud(2, 2);
   cloud.data.resize(63);
   EXPECT_FALSE(cloud.marker());

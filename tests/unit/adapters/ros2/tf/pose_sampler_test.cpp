@@ -202,7 +202,7 @@ TEST(Ros2Poses, RestartIsJumpAfterSilence) {
   EXPECT_TRUE(world.buffer.has_jumped_back(world.now_ns));
 }
 
-TEST(Ros2Poses, TwoPublishersOfFrameAreNamed) {
+TEST(Ros2Poses, DuplicatePublishersAreNamed) {
   World world;
   for (int i = 0; i < 4; ++i) {
     world.moving("map", "a", 1000 + i, 0, 1 + static_cast<SourceId>(i % 2));
@@ -248,7 +248,7 @@ TEST(Ros2Poses, FaultsStayWithTheirFrames) {
   EXPECT_EQ(world.sampler.node_names().size(), 4u);
 }
 
-TEST(Ros2Poses, AnotherClockDoesNotStopOthers) {
+TEST(Ros2Poses, ClocksAreIndependent) {
   World world;
   int64_t time_ns = 0;
   for (int i = 0; i < 4; ++i) {

@@ -134,7 +134,7 @@ TEST(ShmModel, WriteStepsAreIndependent) {
 const Shape kSmall{2, 2};
 constexpr uint64_t kFew = 4;
 
-TEST(ShmModel, EveryStepOfWriteIsNeeded) {
+TEST(ShmModel, EachWriteStepMatters) {
   const int steps = WrittenRing(kSmall, 1, {}).steps_of_a_write();
   EXPECT_EQ(steps, 7);
   for (int step = 0; step < steps; ++step) {
@@ -144,7 +144,7 @@ TEST(ShmModel, EveryStepOfWriteIsNeeded) {
   }
 }
 
-TEST(ShmModel, EveryStepOfReadIsNeeded) {
+TEST(ShmModel, EachReadStepMatters) {
   const WrittenRing ring(kSmall, kFew, {});
   ModelReader reader(kSmall, ring, ring.stores().size(), {});
   const Knowledge nothing{View(kSmall.places(), 0), View(kSmall.places(), 0)};

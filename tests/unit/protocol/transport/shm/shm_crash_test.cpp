@@ -84,7 +84,7 @@ TEST(ShmCrash, AStoppedWriterIsAlive) {
   open_publisher_or_fail(uri);
 }
 
-TEST(ShmCrash, DeadReadersPlacesAreFreeAgain) {
+TEST(ShmCrash, DeadReadersSlotsAreFreed) {
   const std::string uri = unique_shm_uri("readers");
   auto publisher = open_publisher_or_fail(uri);
   for (int run = 0; run < 20; ++run) {

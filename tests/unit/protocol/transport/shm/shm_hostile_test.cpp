@@ -55,7 +55,7 @@ void expect_one_note(const std::string& uri, std::string_view what) {
   EXPECT_EQ(listener.link->stats().rejected, 1u);
 }
 
-TEST(ShmHostile, CopyOfSoundSegmentIsRead) {
+TEST(ShmHostile, SoundCopyIsRead) {
   FakeSegment fake("copy");
   fake.write(sound_segment());
   Listener listener(fake.uri);

@@ -81,11 +81,11 @@ void expect_whole_at_instructions(size_t bytes, int every) {
   open_publisher_or_fail(uri);  // its destructor removes the dead publisher's file
 }
 
-TEST(ShmSteps, FramesAreWholeAtEachInstruction) {
+TEST(ShmSteps, EachInstructionLeavesWholeFrames) {
   expect_whole_at_instructions(600, 1);
 }
 
-TEST(ShmSteps, LongCopiesAreWholeAtEachStep) {
+TEST(ShmSteps, LongCopiesLeaveWholeFrames) {
   // From 2 KiB on glibc copies with `rep movsb` on fast CPUs: each byte is a step.
   expect_whole_at_instructions(5000, 7);
 }
@@ -170,7 +170,7 @@ TEST(ShmSteps, SuccessorIsFollowedAfterKill) {
   expect_followed_after_each_system_call("life", false, 1);
 }
 
-TEST(ShmSteps, HeirOfTakenNameIsFollowed) {
+TEST(ShmSteps, TakenNamesHeirIsFollowed) {
   expect_followed_after_each_system_call("inherit", true, 2);
 }
 

@@ -33,7 +33,7 @@ struct UdpAttack : testing::Test {
 // --- handshake
 
 // The flights that a listener has sent to somebody else are of no use: each handshake has its own randoms.
-TEST_F(UdpAttack, ReplayedFlightOfListenerIsRefused) {
+TEST_F(UdpAttack, ReplayedFlightIsRefused) {
   Listener listener(kAnyAttackPort, secured.keyed_listener('1'));
   std::vector<std::byte> recorded;
   std::atomic<int> replayed{0};
@@ -153,7 +153,7 @@ TEST_F(UdpAttack, NobodyWithoutKeyBecomesPeer) {
   EXPECT_EQ(honest->stats().peers, 0u);
 }
 
-TEST_F(UdpAttack, ReplayedClientHelloMakesNoPeer) {
+TEST_F(UdpAttack, ReplayedHelloIsRefused) {
   Listener listener(kAnyAttackPort, secured.keyed_listener('1'));
   RawPublisher publisher(listener.link->uri());
   ASSERT_NO_FATAL_FAILURE(publisher.greet());
@@ -344,7 +344,7 @@ TEST_F(UdpAttack, AnswersDoNotAmplify) {
 
 // --- sessions
 
-TEST_F(UdpAttack, NoRecordNumberIsSealedTwice) {
+TEST_F(UdpAttack, RecordNumbersAreUnique) {
   Listener listener(kAnyAttackPort, secured.keyed_listener('1'));
   std::mutex mutex;
   std::set<std::pair<bool, uint64_t>> numbers;
@@ -508,7 +508,7 @@ TEST_F(UdpAttack, AForkedChildSealsNothing) {
   }
 }
 
-TEST_F(UdpAttack, ForkedChildPublishesToNoGroup) {
+TEST_F(UdpAttack, ForkedChildPublishesNothing) {
   auto publisher = open_publisher_or_fail("udp://239.255.11.7:7399");
   EXPECT_TRUE(publisher->publish(message_of("of the parent"))) << "kept, if it cannot be sent";
   EXPECT_EQ(in_child([&] { return publisher->publish(message_of("of the child")) ? 1 : 0; }), 0);

@@ -116,7 +116,7 @@ TEST(UdpNewest, ArrivedFramesAreNotRepeated) {
   EXPECT_EQ(behind.poses_seen, before);
 }
 
-TEST(UdpNewest, DroppedFramesAreCountedAsFrames) {
+TEST(UdpNewest, DroppedFramesAreCounted) {
   auto publisher = open_publisher_or_fail("udp://127.0.0.1:9");
   ASSERT_TRUE(publisher->set_description(bytes_of("d")));
   constexpr int kParts = 20, kFrames = 10;

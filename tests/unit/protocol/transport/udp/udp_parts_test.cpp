@@ -94,7 +94,7 @@ TEST(UdpControl, ClaimedLengthTakesNoMemory) {
   EXPECT_EQ(receiver.fragment(header, data, 0), ControlReceiver::Outcome::ignored) << "over the budget";
 }
 
-TEST(UdpControl, SenderThatContradictsItselfIsCorrupt) {
+TEST(UdpControl, ContradictionIsCorrupt) {
   using Outcome = ControlReceiver::Outcome;
   const auto data = pattern(kFragmentBytes, 1);
   const FragmentHeader sound{1, 0, 2, static_cast<uint32_t>(kFragmentBytes) + 5, 1};

@@ -99,7 +99,7 @@ TEST(UdpSealed, HandshakeNeedsCookieAndKey) {
   EXPECT_EQ(door.acceptor.size(), 1u);
 }
 
-TEST(UdpSealed, PendingHandshakesAreBoundedAndEnd) {
+TEST(UdpSealed, PendingHandshakesAreBounded) {
   Door door(8);
   const Address honest = address_of(1, 1000);
   auto publisher = door.begin(honest);
@@ -121,7 +121,7 @@ TEST(UdpSealed, PendingHandshakesAreBoundedAndEnd) {
 }
 
 // Offers of our ClientHello, and a listener's choice from a foreign one.
-TEST(UdpSealed, OneVersionAndOneSuiteAlone) {
+TEST(UdpSealed, OneVersionAndSuite) {
   constexpr size_t kVersionAt = 25, kSessionAt = 59;
   constexpr std::array kOurs{std::byte{0xcc}, std::byte{0xac}};
   const auto suites_at = [](const std::vector<std::byte>& hello) {
@@ -169,7 +169,7 @@ TEST(UdpSealed, OneVersionAndOneSuiteAlone) {
 }
 
 // Junk that its sender repeats for as long as it likes: each handshake hears only so much of it.
-TEST(UdpSealed, HandshakeHearsBoundedNumberOfDatagrams) {
+TEST(UdpSealed, HandshakeDatagramsAreBounded) {
   Door door(4);
   for (const int epoch : {0, 1}) {
     const Address from = address_of(1, static_cast<uint16_t>(1000 + epoch));
@@ -271,7 +271,7 @@ TEST(UdpSealed, RecordsOpenOnceWithinWindow) {
 }
 
 // Anything at all, sealed by nobody, in the middle of a session.
-TEST(UdpSealed, RandomRecordsDoNotBreakSession) {
+TEST(UdpSealed, RandomRecordsAreHarmless) {
   Pair pair;
   for (uint32_t i = 0; i < 20'000; ++i) {
     auto datagram = random_bytes(13 + i % 90, i);

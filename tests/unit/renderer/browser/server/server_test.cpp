@@ -245,7 +245,7 @@ TEST(LiveServer, ATokenGivesAccess) {
   EXPECT_EQ(server->take_events().size(), 2u);
 }
 
-TEST(LiveServer, BadMessagesEndTheirViewerOnly) {
+TEST(LiveServer, BadMessagesEndViewer) {
   const auto server = open_server();
   Client good(*server);
   join(good, *server);

@@ -77,13 +77,13 @@ class DigestCacheTest : public ::testing::Test {
   }
 };
 
-TEST_F(DigestCacheTest, CachedDigestsAreNotReadAgain) {
+TEST_F(DigestCacheTest, CachedDigestsAreReused) {
   store_settled();
   EXPECT_NE(true_, other_);
   EXPECT_EQ(found(), other_);
 }
 
-TEST_F(DigestCacheTest, FreshFilesAreReadAgain) {
+TEST_F(DigestCacheTest, FreshFilesAreReread) {
   DigestCache cache(cache_, asset_);
   const Digest before = cache.of(asset_, kMax)->digest;
   cache.store();
@@ -92,7 +92,7 @@ TEST_F(DigestCacheTest, FreshFilesAreReadAgain) {
   EXPECT_NE(found(), before);
 }
 
-TEST_F(DigestCacheTest, ChangedFilesAreReadAgain) {
+TEST_F(DigestCacheTest, ChangedFilesAreReread) {
   store_settled();
   fs::last_write_time(asset_, fs::last_write_time(asset_) + std::chrono::seconds(1));
   EXPECT_EQ(found(), true_);
@@ -104,7 +104,7 @@ TEST_F(DigestCacheTest, ChangedFilesAreReadAgain) {
   EXPECT_FALSE(DigestCache(cache_, asset_).of(asset_, kMax).ok());
 }
 
-TEST_F(DigestCacheTest, FilesAboveLimitAreRefused) {
+TEST_F(DigestCacheTest, LargeFilesAreRefused) {
   store_settled();
   EXPECT_FALSE(DigestCache(cache_, asset_).of(asset_, 3).ok());
 }
@@ -133,7 +133,7 @@ TEST_F(DigestCacheTest, DamagedRecordIsNone) {
   EXPECT_EQ(found(), true_);
 }
 
-TEST_F(DigestCacheTest, AnotherAssetsRecordIsNotBelieved) {
+TEST_F(DigestCacheTest, ForeignRecordIsRefused) {
   store_settled();
   std::string text = body();
   const size_t line = text.find('\n') + 1;
@@ -142,7 +142,7 @@ TEST_F(DigestCacheTest, AnotherAssetsRecordIsNotBelieved) {
   EXPECT_EQ(found(), true_);
 }
 
-TEST_F(DigestCacheTest, NoTimeIsTooFarAway) {
+TEST_F(DigestCacheTest, FarTimesAreAccepted) {
   store_settled();
   const std::string whole = body();
   const size_t digest = whole.find(hex(other_)), taken = whole.rfind(' ', digest - 2) + 1;
@@ -155,7 +155,7 @@ TEST_F(DigestCacheTest, NoTimeIsTooFarAway) {
   }
 }
 
-TEST_F(DigestCacheTest, WithoutFolderNothingIsCached) {
+TEST_F(DigestCacheTest, NoFolderCachesNothing) {
   DigestCache cache;
   EXPECT_TRUE(cache.of(asset_, kMax).ok());
   cache.store();

@@ -195,7 +195,7 @@ TEST(SceneCache, ChangedFileIsLoadedAgain) {
   EXPECT_FALSE(find(settings, asset)) << "the asset's own file has changed";
 }
 
-TEST(SceneCache, MissingImageThatAppearsIsLoaded) {
+TEST(SceneCache, AppearingImageIsLoaded) {
   const ScratchFolder folder;
   test::GltfBuilder b = rich_file();
   b.root["images"][0] = {{"uri", "colour.png"}};
@@ -284,7 +284,7 @@ TEST(SceneCache, UnwritableFolderIsNamed) {
   EXPECT_EQ(files_in(folder.path()), 2u) << "no temporary file is left";
 }
 
-TEST(SceneCache, WritersAndReadersAtSameTime) {
+TEST(SceneCache, ConcurrentAccessIsSafe) {
   const ScratchFolder folder;
   const fs::path asset = folder.write("rich.glb", rich_file().glb());
   const Loaded loaded = load(asset);
@@ -350,7 +350,7 @@ TEST_F(DamagedSceneFile, IsRefusedOutsideOfPadding) {
 }
 
 // Entries with valid checksums, as an untrusted bundle could contain them.
-TEST_F(DamagedSceneFile, NumbersOutOfRangeAreRefused) {
+TEST_F(DamagedSceneFile, InvalidNumbersAreRefused) {
   const float infinity = std::numeric_limits<float>::infinity(), nan = std::nanf("");
   const std::pair<const char*, std::function<void(Scene&)>> faults[] = {
       {"light colour", [&](Scene& s) { s.lights[0].color.y = nan; }},
@@ -387,7 +387,7 @@ TEST_F(DamagedSceneFile, NumbersOutOfRangeAreRefused) {
   }
 }
 
-TEST_F(DamagedSceneFile, CutShortOrTooLong) {
+TEST_F(DamagedSceneFile, WrongLengthIsRefused) {
   for (size_t size = 0; size < good_.size(); size += 1 + good_.size() / 97) {
     write(path_, good_.substr(0, size));
     EXPECT_FALSE(read_scene_file(path_).ok()) << size;
@@ -411,7 +411,7 @@ TEST_F(DamagedSceneFile, RubbishIsRefused) {
 }
 
 // Entries with valid checksums and inconsistent contents, made on purpose.
-TEST_F(DamagedSceneFile, HeadersAreCheckedAgainstContents) {
+TEST_F(DamagedSceneFile, HeadersMatchContents) {
   using Change = std::function<void(LoadedScene&)>;
   const std::vector<std::pair<const char*, Change>> changes = {
       {"index of a vertex", [](LoadedScene& l) { l.scene.indices[0] = 1000; }},

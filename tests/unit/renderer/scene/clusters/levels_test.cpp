@@ -365,7 +365,7 @@ TEST(ClusterLevels, OnlyVisibleDifferencesCost) {
   EXPECT_GT(largest_error(painted, &LevelGroup::error), 0.02f) << "colours";
 }
 
-TEST(ClusterLevels, FlatShadedMeshesHaveThemToo) {
+TEST(ClusterLevels, FlatMeshesHaveLevels) {
   const Triangles ball = ball_triangles(1, 96);
   Triangles apart;
   for (uint32_t index : ball.indices) {

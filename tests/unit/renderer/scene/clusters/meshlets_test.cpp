@@ -99,7 +99,7 @@ TEST(ClusterGrowth, DistantPartsShareNone) {
 }
 
 // Neighbouring triangles share a cluster without common vertices.
-TEST(ClusterGrowth, OfSeparateTrianglesNeighboursAreGathered) {
+TEST(ClusterGrowth, SeparateTrianglesAreGrouped) {
   Triangles grid = flat_grid(64), separate;
   for (uint32_t i = 0; i < grid.indices.size(); ++i) {
     separate.positions.push_back(grid.positions[grid.indices[i]]);

@@ -49,7 +49,7 @@ TEST(CasterShape, PrimitivesFormOneSolid) {
   EXPECT_EQ(scene::classify_caster(scene, scene.meshes[0]).shape, CasterShape::closed);
 }
 
-TEST(CasterShape, ZeroIsZeroWhateverItsSign) {
+TEST(CasterShape, SignOfZeroIsIgnored) {
   Triangles box = box_triangles({1, 1, 1});
   for (size_t i = 0; i < box.positions.size(); ++i) {
     glm::vec3& p = box.positions[i];
@@ -74,7 +74,7 @@ TEST(CasterShape, DefectiveMeshIsOpen) {
   }
 }
 
-TEST(CasterShape, MeshesSplitByRoundingAreClosed) {
+TEST(CasterShape, RoundedSeamsAreClosed) {
   Triangles box = box_triangles({1, 1, 1});
   box.positions[0].x = std::nextafter(box.positions[0].x, 2.0f);
   EXPECT_EQ(shape(box), CasterShape::closed);
@@ -111,7 +111,7 @@ TEST(CasterShape, InsideOutIsOpen) {
   EXPECT_EQ(shape(far_off), CasterShape::open);
 }
 
-TEST(CasterShape, EachPieceHasToFaceOutwards) {
+TEST(CasterShape, PiecesFaceOutwards) {
   Triangles two = box_triangles({1, 1, 1});
   two.add(box_triangles({0.5f, 0.5f, 0.5f}), {3, 0, 0});
   EXPECT_EQ(shape(two), CasterShape::closed);
@@ -122,7 +122,7 @@ TEST(CasterShape, EachPieceHasToFaceOutwards) {
   EXPECT_EQ(shape(solid_and_room), CasterShape::open);
 }
 
-TEST(CasterShape, TrianglesWithoutAreaDoNotMatter) {
+TEST(CasterShape, EmptyTrianglesAreIgnored) {
   Triangles box = box_triangles({1, 1, 1});
   box.indices.insert(box.indices.end(), {0, 0, 1, 2, 2, 2});
   EXPECT_EQ(shape(box), CasterShape::closed);

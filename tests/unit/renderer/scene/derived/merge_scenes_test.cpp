@@ -108,7 +108,7 @@ TEST(MergeScenes, VerticesKeepTheirExtras) {
   }
 }
 
-TEST(ReplacedVertices, AreCountedAsFileCountsThem) {
+TEST(ReplacedVertices, CountsMatchTheFile) {
   const Scene scene = loaded(quad_file());
   const Mesh& mesh = scene.meshes[0];
   ASSERT_EQ(scene.primitives[0].vertex_count, 6u) << "the loader has given each corner its own";

@@ -79,7 +79,7 @@ TEST(SceneVariants, UnknownNamesListKnownOnes) {
 }
 
 // All variants share the vertices.
-TEST(SceneVariants, NormalMapOfVariantNeedsTangents) {
+TEST(SceneVariants, VariantNormalMapNeedsTangents) {
   GltfBuilder builder = with_variants();
   const auto image = test::png(1, 1, 0xffff8080);
   builder.root["images"] = {{{"bufferView", builder.add_view(image)}, {"mimeType", "image/png"}}};

@@ -162,7 +162,7 @@ void damage_every_byte(const std::vector<std::byte>& good) {
   EXPECT_GT(refused, good.size() / 4);
 }
 
-TEST(SceneCorpus, OneFileDamagedInEveryByte) {
+TEST(SceneCorpus, DamageInEveryByte) {
   damage_every_byte(rich_file().glb());
 }
 

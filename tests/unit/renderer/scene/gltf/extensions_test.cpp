@@ -34,7 +34,7 @@ TEST(SceneExtensions, RequiredAppearanceIsWarned) {
   }
 }
 
-TEST(SceneExtensions, RequiredGeometryAndDataAreRefused) {
+TEST(SceneExtensions, RequiredGeometryIsRefused) {
   for (const char* name : {"KHR_gaussian_splatting", "EXT_mesh_primitive_restart", "KHR_accessor_float64",
                            "MPEG_accessor_timed", "VENDOR_terrain", "KHR_draco_point_compression"}) {
     const auto scene = load(with_extensions("extensionsRequired", {name}));
@@ -59,7 +59,7 @@ TEST(SceneExtensions, UsedExtensionsAreOneWarning) {
   EXPECT_TRUE(loaded(with_extensions("extensionsUsed", json::array())).warnings.empty());
 }
 
-TEST(SceneExtensions, ListsOfOtherTypesAreErrors) {
+TEST(SceneExtensions, WrongTypesAreErrors) {
   EXPECT_FALSE(load(with_extensions("extensionsUsed", "KHR_xmp")).ok());
   EXPECT_FALSE(load(with_extensions("extensionsRequired", {3})).ok());
 }

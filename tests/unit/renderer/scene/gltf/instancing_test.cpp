@@ -73,7 +73,7 @@ TEST(SceneInstancing, RotationsOfEveryComponentType) {
   }
 }
 
-TEST(SceneInstancing, NodeWithoutMeshHasNoInstances) {
+TEST(SceneInstancing, MeshlessNodeHasNone) {
   GltfBuilder builder;
   const size_t translation = builder.add_positions({1, 0, 0});
   builder.add_node(

@@ -62,7 +62,7 @@ TEST(SceneLoad, ParentsPrecedeChildren) {
   EXPECT_EQ(glm::vec3(leaf->world_from_node[3]), glm::vec3(1, 2, 3));
 }
 
-TEST(SceneLoad, TransformsFromPartsAndFromMatrix) {
+TEST(SceneLoad, PartsAndMatrixAgree) {
   GltfBuilder builder;
   const double half = 0.70710678118654752;  // a quarter turn about Z, not exactly normalised
   builder.add_node(
@@ -135,7 +135,7 @@ TEST(SceneLoad, LightsAndCameras) {
   EXPECT_EQ(camera_nodes(scene), (std::vector<uint32_t>{1, 2}));
 }
 
-TEST(SceneLoad, LightsOfLaterTypeAreDark) {
+TEST(SceneLoad, UnknownLightsAreDark) {
   test::GltfBuilder builder = test::triangle_file();
   builder.root["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "laser"}, {"intensity", 5}}};
   const Scene scene = loaded(builder);
@@ -145,7 +145,7 @@ TEST(SceneLoad, LightsOfLaterTypeAreDark) {
   EXPECT_NE(scene.warnings[0].find("the unknown type \"laser\""), std::string::npos) << scene.warnings[0];
 }
 
-TEST(SceneLoad, WhatIsNotUsedIsSaid) {
+TEST(SceneLoad, UnusedPartsAreReported) {
   GltfBuilder builder = test::triangle_file();
   builder.root["extensionsUsed"] = {"EXT_unheard_of"};
   builder.root["extras"] = {{"mesh", "anything"}};

@@ -38,7 +38,7 @@ void expect_texture(const Scene& scene, const TextureRef& ref, float offset, boo
   EXPECT_EQ(ref.uv_set, 1u);
 }
 
-TEST(SceneMaterialExtensions, EveryMemberOfEachLayer) {
+TEST(SceneMaterialExtensions, EveryMemberIsRead) {
   GltfBuilder builder = with_extensions(
       {{"KHR_materials_ior", {{"ior", 1.33}}},
        {"KHR_materials_specular",
@@ -213,7 +213,7 @@ TEST(SceneMaterialExtensions, FactorsAreClamped) {
   EXPECT_TRUE(warned(scene, "KHR_materials_ior.ior is less than 1"));
 }
 
-TEST(SceneMaterialExtensions, IorOfZeroStaysZero) {
+TEST(SceneMaterialExtensions, ZeroIorStays) {
   const Scene scene = loaded(with_extensions({{"KHR_materials_ior", {{"ior", 0}}}}));
   EXPECT_EQ(scene.materials[1].ior, 0);
   EXPECT_TRUE(scene.warnings.empty());
@@ -256,7 +256,7 @@ TEST(SceneMaterialExtensions, FaultsByName) {
 }
 
 // Triangles without tangents and texture coordinates have no direction.
-TEST(SceneMaterialExtensions, AnisotropyWithoutDirectionIsReported) {
+TEST(SceneMaterialExtensions, DirectionlessAnisotropyIsReported) {
   for (const bool has_coordinates : {false, true}) {
     GltfBuilder builder = with_extensions({{"KHR_materials_anisotropy", {{"anisotropyStrength", 0.5}}}});
     json attributes{{"POSITION", builder.add_positions({0, 0, 0, 1, 0, 0, 0, 1, 0})}};

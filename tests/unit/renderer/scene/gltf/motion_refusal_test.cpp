@@ -155,7 +155,7 @@ const std::vector<Fault>& refused() {
   return list;
 }
 
-TEST(SceneMotionRefuse, EachFaultWithItsSentence) {
+TEST(SceneMotionRefuse, FaultsHaveSentences) {
   for (const Fault& fault : refused()) {
     GltfBuilder builder = test::motion_file();
     fault.plant(builder);
@@ -198,7 +198,7 @@ TEST(SceneMotionRefuse, UnplayableChannelsAreReported) {
   }
 }
 
-TEST(SceneMotionRefuse, SkinThatDeformsNothingIsSaid) {
+TEST(SceneMotionRefuse, IdleSkinIsReported) {
   GltfBuilder builder = test::motion_file();
   attributes(builder).erase("JOINTS_0");
   attributes(builder).erase("WEIGHTS_0");

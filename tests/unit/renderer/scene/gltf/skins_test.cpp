@@ -158,7 +158,7 @@ TEST(SceneSkins, DifferentInfluencesAreSeparate) {
   EXPECT_EQ(scene.influences.size(), 3u);
 }
 
-TEST(SceneMorphs, DeltasLieByTargetThenVertex) {
+TEST(SceneMorphs, DeltasAreTargetMajor) {
   const Scene scene = test::loaded_scene(test::motion_file());
   const Primitive& primitive = scene.primitives[0];
   ASSERT_EQ(primitive.morph_target_count, 2u);
@@ -171,7 +171,7 @@ TEST(SceneMorphs, DeltasLieByTargetThenVertex) {
   EXPECT_EQ(deltas[4].normal, glm::vec3(0.5f, 0, 0));
 }
 
-TEST(SceneMorphs, NodesWeightsComeBeforeItsMeshes) {
+TEST(SceneMorphs, NodeWeightsPrecedeMeshes) {
   GltfBuilder builder = test::motion_file();
   builder.add_node("own", {{"mesh", 0}, {"weights", {0.5, 1}}});
   Scene scene = test::loaded_scene(builder);

@@ -14,7 +14,7 @@ namespace {
 using nlohmann::json;
 using test::GltfBuilder;
 
-TEST(SpecularGlossiness, PlasticAndMetalKeepTheirColours) {
+TEST(SpecularGlossiness, ColoursAreKept) {
   const MetallicRoughness plastic =
       to_metallic_roughness({{0.2f, 0.5f, 0.8f, 0.7f}, glm::vec3(0.04f), 0.75f});
   EXPECT_NEAR(plastic.metallic, 0, 1e-4f);

@@ -82,7 +82,7 @@ List butterfly() {
   return list;
 }
 
-TEST(SceneTangents, MirroredHalvesSplitVerticesBetweenThem) {
+TEST(SceneTangents, MirroredHalvesAreSplit) {
   List list = butterfly();
   const List before = list;
   generate_tangents(list.vertices, list.indices, 0);
@@ -182,7 +182,7 @@ List sphere(int columns, int rows) {
   return list;
 }
 
-TEST(SceneTangents, OnSphereTheyRunAlongLatitudes) {
+TEST(SceneTangents, SphereTangentsFollowLatitudes) {
   List list = sphere(64, 32);
   generate_tangents(list.vertices, list.indices, 0);
   expect_frames(list);
@@ -201,7 +201,7 @@ TEST(SceneTangents, OnSphereTheyRunAlongLatitudes) {
   EXPECT_LT(worst, 2.82);
 }
 
-TEST(SceneTangents, OrderOfTrianglesDoesNotMatter) {
+TEST(SceneTangents, TriangleOrderIsIrrelevant) {
   List list = sphere(24, 12), shuffled = list;
   std::mt19937 random(7);
   std::vector<uint32_t> order(list.indices.size() / 3);
@@ -244,7 +244,7 @@ TEST(SceneTangents, UndecidedTriangleTakesOneHalf) {
   EXPECT_EQ(list.tangent(11).w, -1);
 }
 
-TEST(SceneTangents, WithoutCoordinatesAnyDirectionInSurface) {
+TEST(SceneTangents, MissingCoordinatesUseAny) {
   List list = square();
   for (VertexAttributes& vertex : list.vertices.attributes) vertex.uv0 = glm::vec2(0.5f);
   generate_tangents(list.vertices, list.indices, 0);
@@ -293,7 +293,7 @@ TEST(SceneTangents, OfTrianglesWithoutNormals) {
   expect_frames(list);
 }
 
-TEST(SceneTangents, GeneratedOnlyWhereTheyAreUsed) {
+TEST(SceneTangents, TangentsAreOnDemand) {
   const auto load = [](const char* normal_texture, bool with_normals, bool with_tangents) {
     test::GltfBuilder builder;
     builder.add_textured_material(test::png(1, 1, 0xffff8080));

@@ -132,7 +132,7 @@ TEST(SceneImages, DamagedFilesArePlaceholders) {
   }
 }
 
-TEST(SceneImages, TooManyPixelsOfOneImage) {
+TEST(SceneImages, PixelLimitIsEnforced) {
   GltfBuilder builder = test::triangle_file();
   builder.add_textured_material(test::png(8, 8, 0));
   LoadLimits limits;
@@ -149,7 +149,7 @@ TEST(SceneImages, TooManyPixelsOfOneImage) {
 
 // A checker of magenta as normal map or as roughness looks like another material; without the texture the
 // factors remain.
-TEST(SceneImages, PlaceholdersOfDataAreLeftOut) {
+TEST(SceneImages, DataPlaceholdersAreSkipped) {
   GltfBuilder builder = textured_file();
   builder.root["images"][0] = {{"uri", "wood.png"}};
   json& material = builder.root["materials"][0];
@@ -179,7 +179,7 @@ TEST(SceneImages, PlaceholdersOfDataAreLeftOut) {
   EXPECT_TRUE(data_only.warnings[0].ends_with("No such file or directory; it is left out"));
 }
 
-TEST(SceneImages, OtherImagesOfFileAreRead) {
+TEST(SceneImages, OtherImagesAreRead) {
   GltfBuilder builder = textured_file();
   builder.add_textured_material({});
   builder.add_textured_material(test::png(5, 1, 0xff00ff00));
@@ -201,7 +201,7 @@ TEST(SceneImages, ViewPrecedesUri) {
   EXPECT_EQ(scene.warnings[0], "images[0] has both a uri and a bufferView; the bufferView is read");
 }
 
-TEST(SceneImages, LimitsOfLoadStillRefuseIt) {
+TEST(SceneImages, LoadLimitsStillRefuse) {
   GltfBuilder builder = textured_file();
   builder.add_textured_material({});
   builder.root["images"][1] = {{"uri", "wood.png"}};

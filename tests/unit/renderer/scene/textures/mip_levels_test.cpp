@@ -48,7 +48,7 @@ TEST(MipLevels, OddTexelsWeighEqually) {
 }
 
 // All sizes of both kinds, each level from the one before.
-TEST(MipLevels, AreAsComputedInDoublePrecision) {
+TEST(MipLevels, LevelsMatchDoublePrecision) {
   std::mt19937 random(5);
   for (uint32_t width = 1; width < 12; ++width) {
     for (uint32_t height = 1; height < 12; ++height) {

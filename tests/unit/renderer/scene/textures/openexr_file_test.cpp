@@ -134,7 +134,7 @@ void expect_near(const glm::vec3& found, const glm::vec3& expected, float share)
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(found[c], expected[c], most);
 }
 
-TEST(OpenExrFile, IsSameImageAsRadiance) {
+TEST(OpenExrFile, ImageMatchesRadiance) {
   const std::vector<glm::vec3> pixels = picture(37, 21);
   const auto from_radiance = decode_radiance_file(radiance(37, 21, pixels), "test.hdr");
   ASSERT_TRUE(from_radiance.ok()) << from_radiance.error().message;
@@ -200,7 +200,7 @@ TEST(OpenExrFile, DisplayWindowIsImage) {
   for (size_t i = 0; i < expected.size(); ++i) EXPECT_EQ(at(*image, i), glm::vec3(expected[i])) << i;
 }
 
-TEST(OpenExrFile, ChannelsOfLayerOrGrey) {
+TEST(OpenExrFile, LayerOrGreyChannels) {
   const std::vector<glm::vec3> pixels{{1, 2, 4}};
   Written layer{1, 1};
   layer.channels = {"Sky.Combined.R", "Sky.Combined.G", "Sky.Combined.B"};
@@ -214,7 +214,7 @@ TEST(OpenExrFile, ChannelsOfLayerOrGrey) {
   EXPECT_EQ(at(*decoded(exr(with_alpha, pixels)), 0), glm::vec3(1, 2, 4));
 }
 
-TEST(OpenExrFile, WhatCannotBeEnvironmentIsRefused) {
+TEST(OpenExrFile, UnsuitableFilesAreRefused) {
   const std::vector<glm::vec3> pixels = picture(1, 6);
   const auto reason = [&](const Written& written) {
     const auto image = decoded(exr(written, pixels));
@@ -242,7 +242,7 @@ TEST(OpenExrFile, WhatCannotBeEnvironmentIsRefused) {
   EXPECT_TRUE(written.ok()) << "its first bytes tell the format";
 }
 
-TEST(OpenExrFile, AttributesLieInsideOfFile) {
+TEST(OpenExrFile, AttributesStayInside) {
   const std::string text("\x76\x2f\x31\x01\x02\0\0\0name\0string\0\xff\xff\xff\x7f", 24);
   const auto bytes = std::as_bytes(std::span(text));
   const auto image = decoded({bytes.begin(), bytes.end()});
@@ -250,7 +250,7 @@ TEST(OpenExrFile, AttributesLieInsideOfFile) {
   EXPECT_EQ(image.error().message, "test.exr: the header ends early; copy or save the file again");
 }
 
-TEST(OpenExrFile, DamagedFilesAreRefusedOrDecoded) {
+TEST(OpenExrFile, DamagedFilesAreSafe) {
   const std::vector<glm::vec3> pixels = picture(9, 5);
   for (const bool is_tiled : {false, true}) {
     for (const Imf::Compression compression :

@@ -48,7 +48,7 @@ TEST(RadianceFile, FlatPixelsAreRead) {
   EXPECT_EQ(unpack_rgb9e5(image->rgb9e5[3]), glm::vec3(1, 2, 4) / 256.0f);
 }
 
-TEST(RadianceFile, RunsOfBothKindsAreRead) {
+TEST(RadianceFile, BothRunKindsAreRead) {
   // Planar run lengths: a run of 8, then 8 single values, then both mixed.
   const std::string planes =
       bytes({2, 2, 0, 8, 136, 128, 8, 1, 2, 3, 4, 5, 6, 7, 8, 132, 7, 4, 1, 2, 3, 4, 136, 136});

@@ -355,7 +355,7 @@ TEST_P(RandomEdits, IncrementalMatchesRecomputation) {
 INSTANTIATE_TEST_SUITE_P(Seeds, RandomEdits, testing::Range(1u, 9u));
 
 // Thousands of edits in force do not make a further one longer.
-TEST(EditBookCost, ChangedKeyResolvesItsNodeAlone) {
+TEST(EditBookCost, ChangedKeyResolvesItself) {
   constexpr uint32_t kNodes = 5000;
   scene::Scene scene;
   for (uint32_t i = 0; i < kNodes; ++i) {

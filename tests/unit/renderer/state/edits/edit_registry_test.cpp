@@ -193,7 +193,7 @@ TEST_F(EditRegistryTest, OlderStreamKeepsNode) {
   EXPECT_TRUE(registry_.empty());
 }
 
-TEST_F(EditRegistryTest, WhoMovesNodeIsAskedToo) {
+TEST_F(EditRegistryTest, MovingStreamHearsToo) {
   const StreamId driver = stream(1, {"ball"}), other = stream(2);
   hide(other, "ball");
   EXPECT_FALSE(resolved().is_hidden(kBall));
@@ -436,7 +436,7 @@ TEST_F(EditRegistryTest, SuccessorStartsWithoutEdits) {
 
 // The lamp has a light with a shadow in the file, which costs no more. Of the others one casts a shadow, and
 // the last one is refused; a cleared one makes room.
-TEST_F(EditRegistryTest, LightsOfPeerAreLimited) {
+TEST_F(EditRegistryTest, LightsAreLimited) {
   PeerLimits limits;
   ASSERT_TRUE(set_limit("lights=2", limits).ok());
   ASSERT_TRUE(set_limit("shadow-lights=1", limits).ok());

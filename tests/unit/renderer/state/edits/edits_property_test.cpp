@@ -280,7 +280,7 @@ INSTANTIATE_TEST_SUITE_P(Links, EditsProperty, testing::Values("shm", "tcp", "ud
 
 // Body 0 moves for the last time in a frame that is lost; what comes after it does not speak of body 0, and
 // then nothing comes at all.
-TEST(EditsConverge, WhenLastMovingFrameIsLost) {
+TEST(EditsConverge, LastFrameIsLost) {
   Reader reader("udp://127.0.0.1:0");
   auto opened = impair::UdpRelay::open("udp://127.0.0.1:0", reader.uri(), {});
   ASSERT_TRUE(opened.ok()) << opened.error().message;

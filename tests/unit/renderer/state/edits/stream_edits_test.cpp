@@ -244,7 +244,7 @@ TEST_F(StateEdits, EditsInForceAreCharged) {
   EXPECT_EQ(budget->used(Resource::edits), 0u);
 }
 
-TEST_F(StateEdits, PartialFrameStandsOnNewestOne) {
+TEST_F(StateEdits, PartialExtendsNewest) {
   EXPECT_FALSE(push_partial(1, {0}));
   EXPECT_EQ(stream().frames_without_base, 1u);
   push(2, 0);

@@ -97,7 +97,7 @@ TEST(AnimatedBounds, HoldForFileMadeHere) {
   EXPECT_NEAR(tip.bounds_max.x, 3, 1e-3f);
 }
 
-TEST(AnimatedBounds, HoldWhereSplineOvershootsItsKeys) {
+TEST(AnimatedBounds, SplineOvershootIsBounded) {
   test::GltfBuilder builder = test::motion_file();
   json& sampler = builder.root["animations"][0]["samplers"][2];
   sampler["interpolation"] = "CUBICSPLINE";

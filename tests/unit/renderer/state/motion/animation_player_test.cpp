@@ -44,7 +44,7 @@ void show(PoseState& poses, StreamId id, uint64_t sequence, int64_t sim_time_ns,
   EXPECT_TRUE(poses.push(id, frame));
 }
 
-TEST(AnimationPlayer, MovesNodesTheirDescendantsAndWeights) {
+TEST(AnimationPlayer, DescendantsAndWeightsMove) {
   const scene::Scene scene = test::loaded_scene(test::motion_file());
   AnimationPlayer player(scene, {0});
   const RestPose& pose = player.at(0.5);
@@ -56,7 +56,7 @@ TEST(AnimationPlayer, MovesNodesTheirDescendantsAndWeights) {
   expect_near(origin(pose.world_from_node[kTip]), {0, -4, 0});
 }
 
-TEST(AnimationPlayer, LoopsAndDependsOnTimeAlone) {
+TEST(AnimationPlayer, LoopDependsOnTime) {
   const scene::Scene scene = test::loaded_scene(test::motion_file());
   EXPECT_EQ(scene.animations[0].duration_s, 4);
   AnimationPlayer player(scene, {0}), other(scene, {0});

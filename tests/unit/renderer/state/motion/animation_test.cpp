@@ -56,7 +56,7 @@ void expect_rotation(const std::vector<float>& value, const std::vector<float>& 
   for (size_t i = 0; i < 4; ++i) EXPECT_NEAR(value[i], std::copysign(1.0, dot) * expected[i], 1e-6) << i;
 }
 
-TEST(AnimationSample, LinearBetweenKeysAndHeldOutside) {
+TEST(AnimationSample, LinearIsHeldOutside) {
   const Track track(AnimationPath::translation, Interpolation::linear, 3, {1, 2, 4},
                     {0, 0, 0, 2, 4, 6, 6, 4, 2});
   EXPECT_EQ(track.at(-5), (std::vector<float>{0, 0, 0}));
@@ -68,7 +68,7 @@ TEST(AnimationSample, LinearBetweenKeysAndHeldOutside) {
   EXPECT_EQ(track.at(1e9), (std::vector<float>{6, 4, 2}));
 }
 
-TEST(AnimationSample, StepHoldsKeyUntilNextOne) {
+TEST(AnimationSample, StepHoldsKey) {
   const Track track(AnimationPath::scale, Interpolation::step, 3, {0, 1, 2}, {1, 1, 1, 2, 2, 2, 3, 3, 3});
   EXPECT_EQ(track.at(0.999)[0], 1);
   EXPECT_EQ(track.at(1)[0], 2);

@@ -60,7 +60,7 @@ TEST(BenchScene, SharesHalfOfItsBodies) {
   EXPECT_LT(made.unique_triangles, 2 * made.triangles / 3);
 }
 
-TEST(BenchScene, IsSameToByteEachTime) {
+TEST(BenchScene, SceneIsDeterministic) {
   const BenchScene a = make_bench_scene({50'000}, surfaces(), kAspect);
   const BenchScene b = make_bench_scene({50'000}, make_surfaces(32), kAspect);
   EXPECT_TRUE(same_bytes(a.scene.positions, b.scene.positions));
@@ -157,7 +157,7 @@ TEST(BenchScene, BodiesRestAtStepZero) {
 }
 
 // Shadow maps treat closed meshes specially.
-TEST(BenchScene, MeshesAreClosedAndShadedSmoothly) {
+TEST(BenchScene, MeshesAreClosed) {
   const BenchScene made = make_bench_scene({9'000, 12}, surfaces(), kAspect);
   for (size_t m = 1; m < made.scene.meshes.size(); ++m)
     EXPECT_EQ(scene::classify_caster(made.scene, made.scene.meshes[m]).shape, scene::CasterShape::closed)

@@ -179,7 +179,7 @@ TEST_F(TcpRelayTest, DelayedBytesKeepOrder) {
   EXPECT_EQ(relay_->counts().resets, 0u);
 }
 
-TEST_F(TcpRelayTest, ConnectionIsResetAfterItsBytes) {
+TEST_F(TcpRelayTest, ConnectionResetsAfterBytes) {
   Impairment impairment;
   impairment.reset_after_bytes = 20'000;
   connect(impairment);

@@ -64,7 +64,7 @@ Recording over(const Network& network, int64_t length_ns = 40 * kSecond) {
   return recording;
 }
 
-TEST(MotionScore, OnGoodNetworkBothAreRight) {
+TEST(MotionScore, GoodNetworkIsExact) {
   const Recording recording = over({"good", with(0, 5, 0)});
   const Score interpolated = score(recording, Way::interpolated);
   EXPECT_LT(interpolated.rms_mm, 0.05);

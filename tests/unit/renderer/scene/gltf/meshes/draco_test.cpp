@@ -162,7 +162,7 @@ TEST(SceneDraco, OtherAttributesUseAccessors) {
   EXPECT_NEAR(attributes_of(scene, 4).color.g, 0.5f, 1e-4f);
 }
 
-TEST(SceneDraco, PrimitivesOfOneStreamShareGeometry) {
+TEST(SceneDraco, StreamSharesGeometry) {
   const SourceMesh source = test::bumpy_square(3);
   GltfBuilder builder = test::draco_file(stream_of(source, draco::MESH_EDGEBREAKER_ENCODING), source);
   json& primitives = builder.root["meshes"][0]["primitives"];
@@ -221,7 +221,7 @@ TEST(SceneDraco, DamagedStreamFallsBack) {
   EXPECT_NE(scene.warnings[0].find("the uncompressed accessors are drawn"), std::string::npos);
 }
 
-TEST(SceneDraco, UndamagedStreamWinsOverPlainAccessors) {
+TEST(SceneDraco, StreamPrecedesAccessors) {
   const SourceMesh source = test::bumpy_square(3);
   GltfBuilder builder = test::draco_file(stream_of(source, draco::MESH_EDGEBREAKER_ENCODING), source);
   const size_t zeros = builder.add_view(std::vector<std::byte>(source.positions.size() * 12));
@@ -322,7 +322,7 @@ TEST(SceneDraco, SizesAreCheckedFirst) {
 }
 
 // libdraco exports an older tinygltf under the same names. It must not take the place of the right one.
-TEST(SceneDraco, TinygltfIsNotThatOfDraco) {
+TEST(SceneDraco, TinygltfCopiesAreDistinct) {
   Dl_info found{};
   const auto function = &tinygltf::TinyGLTF::LoadASCIIFromString;
   void* address = nullptr;

@@ -202,7 +202,7 @@ TEST(SceneGeometry, ViewlessAccessorsAreZero) {
   EXPECT_EQ(normal_of(scene.frames[2]), glm::vec3(0, 0, 1));
 }
 
-TEST(SceneGeometry, ValuesThatShadingCouldNotUse) {
+TEST(SceneGeometry, UnusableValuesAreReplaced) {
   GltfBuilder builder;
   const size_t positions = builder.add_positions({0, 0, 0, 1, 0, 0, 0, 1, 0});
   const size_t normals = builder.add_positions({0, 0, 0, 0, 0, 1, 0, 2, 0});
@@ -302,7 +302,7 @@ TEST(SceneGeometry, InterleavedVertices) {
   EXPECT_EQ(normal_of(scene.frames.at(2)), glm::vec3(1, 0, 0));
 }
 
-TEST(SceneGeometry, SparseOverBaseAndOverZeros) {
+TEST(SceneGeometry, SparseOverridesBase) {
   for (const bool over_zeros : {false, true}) {
     GltfBuilder builder = test::triangle_file();
     const std::vector<uint8_t> sparse_indices{1, 2};

@@ -95,7 +95,7 @@ TEST(MeshoptVertices, InvalidChannelModesAreRefused) {
   }
 }
 
-TEST(MeshoptVertices, DamagedStreamsAreRefusedOrDecoded) {
+TEST(MeshoptVertices, DamagedStreamsAreSafe) {
   std::vector<std::byte> decoded;
   for (size_t length = 0; length < stream().size(); ++length) {
     const std::vector<std::byte> cut(stream().begin(), stream().begin() + static_cast<ptrdiff_t>(length));

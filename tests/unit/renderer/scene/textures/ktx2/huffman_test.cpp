@@ -25,7 +25,7 @@ std::vector<uint32_t> symbols_of(const std::vector<std::byte>& bytes, size_t cou
   return symbols;
 }
 
-TEST(BasisLzHuffman, CodesAreThoseOfDeflate) {
+TEST(BasisLzHuffman, CodesMatchDeflate) {
   // Lengths 2, 1, 3, 3 of A, B, C, D: the codes 10, 0, 110, 111 (RFC 1951, section 3.2.2).
   BitWriter writer;
   writer.table_head(4);
