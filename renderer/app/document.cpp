@@ -29,8 +29,8 @@ Result<std::unique_ptr<replay::ReplayLink>> open_replay(const Options& options) 
 
 }  // namespace
 
-Result<std::unique_ptr<Document>> Document::open(const Options& options, const CacheLocations& places) {
-  std::unique_ptr<Document> document(new Document(options, places.scenes));
+Result<std::unique_ptr<Document>> Document::open(const Options& options, const CacheLocations& caches) {
+  std::unique_ptr<Document> document(new Document(options, caches.scenes));
   Result<std::unique_ptr<replay::ReplayLink>> replay = open_replay(options);
   if (!replay) return replay.error();
   document->replay_ = std::move(*replay);
@@ -44,7 +44,7 @@ Result<std::unique_ptr<Document>> Document::open(const Options& options, const C
     log_message("scene \"" + document->recorded_scene_->name() + "\" of " + options.recording.replay);
   }
   document->load_.emplace(
-      document->scene_path_, options.convert, places.scenes,
+      document->scene_path_, options.convert, caches.scenes,
       passes::levels_for(options.draw.levels_of_detail),
       LoadedLook{wants_key_light(options.key_light, !options.environment.empty()), options.variant},
       [raw = document.get()] { return raw->abandoned_ || stop_was_requested(); });
@@ -108,10 +108,10 @@ void DocumentLoader::open(const std::filesystem::path& file) {
         error_line("--out, --stats, --record, --lockstep and --step allow one scene only: open " +
                    file.string() + " in another fire3dv"));
   Options options = with_file(now, file);
-  Result<std::unique_ptr<Document>> opened = Document::open(options, places_);
+  Result<std::unique_ptr<Document>> opened = Document::open(options, caches_);
   if (!opened && is_recording(file)) {  // no attached scene: the recording may belong to the displayed scene
     options.scene = now.scene;
-    if (!now.scene.empty()) opened = Document::open(options, places_);
+    if (!now.scene.empty()) opened = Document::open(options, caches_);
   }
   if (!opened) return notes_.push_back(error_line(opened.error().message));
   next_ = std::move(*opened);

@@ -21,7 +21,7 @@ namespace fire3dv::app {
 class Document {
  public:
   // Opens the recording, if any, and starts loading the scene.
-  static Result<std::unique_ptr<Document>> open(const Options& options, const CacheLocations& places);
+  static Result<std::unique_ptr<Document>> open(const Options& options, const CacheLocations& caches);
   ~Document() { abandon(); }
   Document(const Document&) = delete;
   Document& operator=(const Document&) = delete;
@@ -66,8 +66,8 @@ class DocumentLoader {
   // Checks before the displayed scene is replaced.
   using CanShow = std::function<Result<void>(const scene::Scene& scene)>;
   // Borrows both, which belong to the displayed scene.
-  DocumentLoader(const Document& now, const CacheLocations& places, CanShow can_show)
-      : now_(now), places_(places), can_show_(std::move(can_show)) {}
+  DocumentLoader(const Document& now, const CacheLocations& caches, CanShow can_show)
+      : now_(now), caches_(caches), can_show_(std::move(can_show)) {}
 
   // A file that is_ready() is not loaded again.
   void open(const std::filesystem::path& file);
@@ -78,7 +78,7 @@ class DocumentLoader {
 
  private:
   const Document& now_;
-  const CacheLocations& places_;
+  const CacheLocations& caches_;
   const CanShow can_show_;
   std::unique_ptr<Document> next_;
   std::filesystem::path file_;  // of next_

@@ -77,7 +77,7 @@ void FrameStats::add(const gpu::FrameTimes& times) {
   gpu_ms_.push_back(times.total_ms);
   for (const gpu::PassTime& pass : times.passes) {
     pass_ms_[pass.name].push_back(pass.milliseconds);
-    if (pass.async_compute) aside_.insert(pass.name);
+    if (pass.async_compute) async_passes_.insert(pass.name);
   }
   const auto cost = waiting_.find(times.frame_index);
   if (cost == waiting_.end()) return;
@@ -104,9 +104,9 @@ void FrameStats::write_row(const FrameCost& cost, const gpu::FrameTimes& times) 
     }
     std::fprintf(file_.get(), ",%.4f", sum);
   }
-  double aside = 0;
-  for (const gpu::PassTime& pass : times.passes) aside += pass.async_compute ? pass.milliseconds : 0;
-  std::fprintf(file_.get(), ",%.4f\n", aside);
+  double async_ms = 0;
+  for (const gpu::PassTime& pass : times.passes) async_ms += pass.async_compute ? pass.milliseconds : 0;
+  std::fprintf(file_.get(), ",%.4f\n", async_ms);
 }
 
 Result<void> FrameStats::finish() {
@@ -123,7 +123,7 @@ std::string FrameStats::summary() const {
   for (const char* column : kColumns) {
     const auto pass = pass_ms_.find(column);
     if (pass == pass_ms_.end()) continue;
-    const char* where = aside_.count(column) ? ", aside" : "";
+    const char* where = async_passes_.count(column) ? ", aside" : "";
     text += line((std::string("  ") + column + where).c_str(), pass->second);
   }
   if (!pose_age_ms_.values().empty()) text += line("pose age", pose_age_ms_);

@@ -63,7 +63,7 @@ class FrameStats {
   std::map<uint64_t, FrameCost> waiting_;  // costs without GPU times yet
   RecentTimes frame_ms_, cpu_ms_, gpu_ms_, pose_age_ms_;
   std::map<std::string, RecentTimes> pass_ms_;
-  std::set<std::string> aside_;  // passes on the async compute queue
+  std::set<std::string> async_passes_;  // passes on the async compute queue
 };
 
 }  // namespace fire3dv::app

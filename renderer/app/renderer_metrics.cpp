@@ -72,7 +72,7 @@ void RendererMetrics::add(const gpu::FrameTimes& times) {
   gathered_.gpu.add(times.total_ms * 1e-3);
   for (const gpu::PassTime& time : times.passes) {
     PassNumbers& pass = gathered_.passes[time.name];
-    pass.aside = time.async_compute;
+    pass.is_async = time.async_compute;
     ++pass.count;
     pass.sum_s += time.milliseconds * 1e-3;
   }
@@ -187,7 +187,7 @@ void RendererMetrics::write_images(metrics::Exposition& page, const Numbers& num
   page.family("fire3dv_pass_gpu_seconds", "summary",
               "Spent on each pass; passes on the side queue run beside others.");
   for (const auto& [name, pass] : numbers.passes)
-    page.summary({{"pass", name}, {"queue", pass.aside ? "side" : "main"}}, pass.count, pass.sum_s);
+    page.summary({{"pass", name}, {"queue", pass.is_async ? "side" : "main"}}, pass.count, pass.sum_s);
 }
 
 void RendererMetrics::write_links(metrics::Exposition& page, const Numbers& numbers) {

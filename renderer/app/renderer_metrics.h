@@ -58,7 +58,7 @@ class RendererMetrics {
     uint64_t edits_received = 0, edits_stale = 0, edits_refused = 0;
   };
   struct PassNumbers {
-    bool aside = false;
+    bool is_async = false;
     uint64_t count = 0;
     double sum_s = 0;
   };

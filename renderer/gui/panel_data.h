@@ -103,7 +103,7 @@ struct ViewState : DocumentState {
 struct PassFact {
   std::string name;
   double ms = 0;
-  bool aside = false;  // on the async compute queue
+  bool is_async = false;  // on the async compute queue
 };
 
 struct FrameFacts {

@@ -290,8 +290,8 @@ void RequestRenderer::record(const passes::PreparedFrame& prepared, gpu::Recorde
 void RequestRenderer::read_back(gpu::Recorder& recorder, const passes::ImageOutputs& outputs, Tag&& tag) {
   gpu::ReadbackRing<Tag>::Planes planes;
   if (outputs.has_planes()) {
-    tag.taken.places = renderer_.plane_ranges();
-    planes = {&renderer_.planes(), passes::bytes_of(tag.taken.places)};
+    tag.taken.ranges = renderer_.plane_ranges();
+    planes = {&renderer_.planes(), passes::bytes_of(tag.taken.ranges)};
   }
   gpu::Image* const image = outputs.has(wire::kColorSrgb8) ? &renderer_.image() : nullptr;
   readback_.record(recorder, image, renderer_.image().extent, planes, std::move(tag));
@@ -307,7 +307,7 @@ void RequestRenderer::read_back_through_lens(gpu::Recorder& recorder, gpu::Stagi
     source.places = renderer_.plane_ranges();
   }
   lens_.record(recorder, staging, source, {camera.intrinsics, camera.lens, outputs});
-  tag.taken.places = lens_.places();
+  tag.taken.ranges = lens_.places();
   readback_.record(recorder, nullptr, extent_of(camera.intrinsics.image_px),
                    {&lens_.result(), lens_.result_bytes()}, std::move(tag));
 }

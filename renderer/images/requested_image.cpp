@@ -20,11 +20,11 @@ RequestedImage::RequestedImage(const ReadbackViews& readback, uint32_t view, wir
     add(wire::kColorSrgb8, width, height, bytes.subspan(view * color_bytes, color_bytes));
   const std::span<const uint8_t> planes = bytes.subspan(readback.views * color_bytes);
   std::span<const uint8_t> instances;
-  for (const passes::PlaneRange& place : readback.places) {
-    const size_t size = wire::info_of(place.output).element_bytes * pixels;
-    const std::span<const uint8_t> plane = planes.subspan(place.offset_bytes + view * size, size);
-    if (place.output == wire::kInstanceU32) instances = plane;
-    if (outputs.has(place.output)) add(place.output, width, height, plane);
+  for (const passes::PlaneRange& range : readback.ranges) {
+    const size_t size = wire::info_of(range.output).element_bytes * pixels;
+    const std::span<const uint8_t> plane = planes.subspan(range.offset_bytes + view * size, size);
+    if (range.output == wire::kInstanceU32) instances = plane;
+    if (outputs.has(range.output)) add(range.output, width, height, plane);
   }
   if (!outputs.has_boxes()) return;
   FIRE3DV_ASSERT(readback.boxes);

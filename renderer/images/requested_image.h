@@ -20,12 +20,12 @@
 
 namespace fire3dv::app {
 
-// Read-back of `views` cameras with equal image size: optional colours, then the planes at `places`. Views
+// Read-back of `views` cameras with equal image size: optional colours, then the planes at `ranges`. Views
 // are stacked vertically.
 struct ReadbackViews {
   uint32_t width = 0, height = 0, views = 1;
   bool color_srgb8 = false;
-  std::vector<passes::PlaneRange> places;
+  std::vector<passes::PlaneRange> ranges;
   std::shared_ptr<const std::vector<wire::BoxRecord3d>> boxes;  // of all instances; null if not requested
 };
 

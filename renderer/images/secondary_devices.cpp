@@ -8,10 +8,10 @@
 namespace fire3dv::app {
 
 SecondaryDevice::SecondaryDevice(gpu::Instance& instance, uint32_t index, gpu::AsyncCompute async_compute,
-                                 const CacheLocations& places, const passes::DrawSettings& settings)
+                                 const CacheLocations& caches, const passes::DrawSettings& settings)
     : thread_([this](const std::stop_token& stop) { work(stop); }) {
-  begin([this, &instance, index, async_compute, &places, settings] {
-    result_ = open(instance, index, async_compute, places, settings);
+  begin([this, &instance, index, async_compute, &caches, settings] {
+    result_ = open(instance, index, async_compute, caches, settings);
   });
 }
 
@@ -56,13 +56,13 @@ Result<void> SecondaryDevice::finish() {
 }
 
 Result<void> SecondaryDevice::open(gpu::Instance& instance, uint32_t index, gpu::AsyncCompute async_compute,
-                                   const CacheLocations& places, const passes::DrawSettings& settings) {
+                                   const CacheLocations& caches, const passes::DrawSettings& settings) {
   Result<std::unique_ptr<gpu::Device>> device =
       gpu::Device::create(instance, index, /*present=*/false, async_compute);
   if (!device) return device.error();
   device_ = std::move(*device);
   // The first device stores the compiled pipelines if it is of the same kind.
-  const PipelineCacheFile pipelines(*device_, places.pipelines);
+  const PipelineCacheFile pipelines(*device_, caches.pipelines);
   renderer_.emplace(*device_, settings);
   frames_.emplace(*device_);
   request_renderer_.emplace(*device_, *renderer_);
@@ -118,13 +118,13 @@ void SecondaryDevice::forget_scene() {
 }
 
 Result<SecondaryDevices> SecondaryDevices::open(gpu::Instance& instance, std::span<const uint32_t> indices,
-                                                gpu::AsyncCompute async_compute, const CacheLocations& places,
+                                                gpu::AsyncCompute async_compute, const CacheLocations& caches,
                                                 const passes::DrawSettings& settings,
                                                 const passes::SceneRenderer& first) {
   SecondaryDevices all;
   for (const uint32_t index : indices) {
     SecondaryDevice& each = *all.devices_.emplace_back(
-        std::make_unique<SecondaryDevice>(instance, index, async_compute, places, settings));
+        std::make_unique<SecondaryDevice>(instance, index, async_compute, caches, settings));
     if (Result<void> opened = each.finish(); !opened) return opened.error();
     const passes::SceneRenderer& renderer = each.renderer();
     const bool alike = renderer.settings().raster_path() == first.settings().raster_path() &&

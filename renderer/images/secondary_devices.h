@@ -24,7 +24,7 @@ class SecondaryDevice {
  public:
   // Starts opening the device.
   SecondaryDevice(gpu::Instance& instance, uint32_t index, gpu::AsyncCompute async_compute,
-                  const CacheLocations& places, const passes::DrawSettings& settings);
+                  const CacheLocations& caches, const passes::DrawSettings& settings);
   ~SecondaryDevice();
   SecondaryDevice(const SecondaryDevice&) = delete;
   SecondaryDevice& operator=(const SecondaryDevice&) = delete;
@@ -46,7 +46,7 @@ class SecondaryDevice {
   void begin(std::function<void()> job);
   void work(const std::stop_token& stop);
   Result<void> open(gpu::Instance& instance, uint32_t index, gpu::AsyncCompute async_compute,
-                    const CacheLocations& places, const passes::DrawSettings& settings);
+                    const CacheLocations& caches, const passes::DrawSettings& settings);
   Result<void> show(const LiveScene& live, passes::DrawSettings settings);
   void make_renderer(const passes::DrawSettings& settings);
 
@@ -72,7 +72,7 @@ class SecondaryDevices {
   // four devices at once. indices: as listed by the instance. Fails for a device with other image abilities
   // than the first.
   static Result<SecondaryDevices> open(gpu::Instance& instance, std::span<const uint32_t> indices,
-                                       gpu::AsyncCompute async_compute, const CacheLocations& places,
+                                       gpu::AsyncCompute async_compute, const CacheLocations& caches,
                                        const passes::DrawSettings& settings,
                                        const passes::SceneRenderer& first);
   void forget_scene();

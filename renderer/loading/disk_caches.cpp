@@ -99,19 +99,19 @@ void log_cache_error(const Error& error) {
 
 CacheLocations find_cache_locations(std::string_view wanted,
                                     const std::function<const char*(const char*)>& environment) {
-  CacheLocations places;
-  if (wanted == "off") return places;
+  CacheLocations caches;
+  if (wanted == "off") return caches;
   const bool named = wanted != "auto" && wanted != "beside";
   const std::optional<std::filesystem::path> folder =
       named ? std::optional<std::filesystem::path>(wanted) : user_folder(environment);
   if (folder) {
-    places.pipelines = *folder / "pipelines";
-    places.environments = *folder / "environments";
-    places.scenes.place = Place::folder;
-    places.scenes.folder = *folder / "scenes";
+    caches.pipelines = *folder / "pipelines";
+    caches.environments = *folder / "environments";
+    caches.scenes.place = Place::folder;
+    caches.scenes.folder = *folder / "scenes";
   }
-  if (wanted == "beside") places.scenes.place = Place::beside_the_asset;
-  return places;
+  if (wanted == "beside") caches.scenes.place = Place::beside_the_asset;
+  return caches;
 }
 
 const CacheFileType kPipelineFiles{{"F3DVPIP\0", 8}, ".pipelines", "pipelines"};

@@ -20,8 +20,8 @@ constexpr uint32_t kFrustumColor = marker_color(0x4aa3df), kSelectedColor = mark
 
 float radius_m(const scene::Scene& scene) {
   const float radius = 0.5f * glm::length(scene.bounds_max - scene.bounds_min);
-  constexpr float kLeast = 1e-6f, kMost = 1e12f;
-  return radius >= kLeast && radius <= kMost ? radius : 1;
+  constexpr float kMin = 1e-6f, kMax = 1e12f;
+  return radius >= kMin && radius <= kMax ? radius : 1;
 }
 
 void add_line(Marker& marker, const glm::vec3& from, const glm::vec3& to, uint32_t color) {

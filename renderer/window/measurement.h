@@ -15,7 +15,7 @@ namespace fire3dv::app {
 gui::SurfacePoint surface_point(const passes::Picked& picked);
 
 // Applies a click on the image: it selects the node, or with the measuring tool chooses the next of two
-// points; a third one begins anew. Returns the log message of a complete measurement.
+// points; a third one starts again. Returns the log message of a complete measurement.
 std::optional<std::string> take_pick(gui::ViewState& viewer, const passes::Picked& picked,
                                      const state::PoseState& poses);
 

@@ -13,7 +13,7 @@ constexpr uint64_t kMaxBytes = 64 << 10;
 
 }  // namespace
 
-std::optional<std::filesystem::path> recent_files_place(
+std::optional<std::filesystem::path> recent_files_path(
     const std::function<const char*(const char*)>& environment) {
   // The XDG specification requires that relative paths are ignored.
   const auto absolute = [&](const char* name) {

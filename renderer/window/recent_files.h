@@ -13,7 +13,7 @@
 namespace fire3dv::app {
 
 // Below XDG_STATE_HOME or ~/.local/state; nothing if neither is known.
-std::optional<std::filesystem::path> recent_files_place(
+std::optional<std::filesystem::path> recent_files_path(
     const std::function<const char*(const char*)>& environment);
 
 class RecentFiles {
@@ -24,7 +24,7 @@ class RecentFiles {
   explicit RecentFiles(std::optional<std::filesystem::path> place) : place_(std::move(place)) {}
 
   // Puts a file at the front of the list, and writes it atomically. Reads it first, since other windows add
-  // to it. A list that cannot be read begins anew.
+  // to it. A list that cannot be read starts empty.
   Result<void> add(const std::filesystem::path& shown);
   // Of the last add().
   const std::vector<std::filesystem::path>& files() const { return files_; }

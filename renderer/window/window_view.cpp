@@ -76,7 +76,7 @@ WindowView::WindowView(const Borrowed& borrowed)
     : borrowed_(borrowed),
       unsaved_(borrowed.editor),
       captures_(borrowed.device, borrowed.options.screenshots),
-      recent_files_(recent_files_place([](const char* name) { return std::getenv(name); })),
+      recent_files_(recent_files_path([](const char* name) { return std::getenv(name); })),
       drawn_(borrowed.viewer.draw) {
   if (borrowed.options.has_panels && borrowed.options.right_camera.empty())
     panels_.emplace(borrowed.device, borrowed.viewer, borrowed.insist, borrowed.options.has_light_panels);
@@ -122,9 +122,9 @@ void WindowView::steer(const gui::Facts& facts, replay::TimelineControl* timelin
   sinks::Window::poll_events();
   const auto now = std::chrono::steady_clock::now();
   // The time without input does not move cameras.
-  constexpr float kMostSeconds = 0.25f;
+  constexpr float kMaxSeconds = 0.25f;
   const float seconds =
-      std::min(std::chrono::duration<float>(now - std::exchange(steered_, now)).count(), kMostSeconds);
+      std::min(std::chrono::duration<float>(now - std::exchange(steered_, now)).count(), kMaxSeconds);
   steer_first(seconds, facts, timeline);
   std::erase_if(others_, [&](const std::unique_ptr<CameraWindow>& other) {
     if (other->steer(borrowed_.viewer, borrowed_.poses, seconds)) return false;

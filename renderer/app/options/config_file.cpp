@@ -52,8 +52,8 @@ Result<std::vector<ConfigLine>> parse_config(std::string_view text, const std::s
   return lines;
 }
 
-ConfigPlace config_place(const std::string& option,
-                         const std::function<const char*(const char*)>& environment) {
+ConfigPath config_path(const std::string& option,
+                       const std::function<const char*(const char*)>& environment) {
   const auto value_of = [&](const char* name) {
     const char* const value = environment(name);
     return std::string(value ? value : "");
@@ -70,15 +70,15 @@ ConfigPlace config_place(const std::string& option,
   return {};
 }
 
-Result<std::vector<ConfigLine>> read_config(const ConfigPlace& place, const std::string& home) {
+Result<std::vector<ConfigLine>> read_config(const ConfigPath& path, const std::string& home) {
   std::error_code error;
-  if (place.file.empty() || (!place.must_exist && !std::filesystem::exists(place.file, error)))
+  if (path.file.empty() || (!path.must_exist && !std::filesystem::exists(path.file, error)))
     return std::vector<ConfigLine>();
-  const Result<std::vector<uint8_t>> bytes = read_whole_file(place.file, kMaxConfigBytes);
+  const Result<std::vector<uint8_t>> bytes = read_whole_file(path.file, kMaxConfigBytes);
   if (!bytes) return bytes.error();
   Result<std::vector<ConfigLine>> lines =
       parse_config({reinterpret_cast<const char*>(bytes->data()), bytes->size()}, home);
-  if (!lines) return Error{place.file.string() + ":" + lines.error().message};
+  if (!lines) return Error{path.file.string() + ":" + lines.error().message};
   return lines;
 }
 

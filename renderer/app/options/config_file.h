@@ -28,15 +28,14 @@ struct ConfigLine {
 Result<std::vector<ConfigLine>> parse_config(std::string_view text, const std::string& home);
 
 // Place of the file without --config: FIRE3DV_CONFIG, else below XDG_CONFIG_HOME or ~/.config.
-struct ConfigPlace {
+struct ConfigPath {
   std::filesystem::path file;  // empty: none
   bool must_exist = false;
 };
 // option: value of --config; empty: not given.
-ConfigPlace config_place(const std::string& option,
-                         const std::function<const char*(const char*)>& environment);
+ConfigPath config_path(const std::string& option, const std::function<const char*(const char*)>& environment);
 
 // The lines of the file; none if it does not exist and need not. The error names the file.
-Result<std::vector<ConfigLine>> read_config(const ConfigPlace& place, const std::string& home);
+Result<std::vector<ConfigLine>> read_config(const ConfigPath& place, const std::string& home);
 
 }  // namespace fire3dv::app

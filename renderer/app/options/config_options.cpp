@@ -29,14 +29,14 @@ std::vector<std::string> joined(const std::vector<std::string>& words, const Lin
 std::optional<UsageError> check_lines(const ParseWords& parse, const Lines& lines, const std::string& file) {
   for (size_t i = 0; i < lines.size(); ++i) {
     const ConfigLine& line = lines[i];
-    const std::string place = file + ":" + std::to_string(line.number) + ": ";
+    const std::string position = file + ":" + std::to_string(line.number) + ": ";
     for (const char* name : {"config", "drake", "help", "version", "h"}) {
       if (line.name == name)
-        return UsageError{kUsageExitCode, place + "--" + name + " is an option of command lines only"};
+        return UsageError{kUsageExitCode, position + "--" + name + " is an option of command lines only"};
     }
     const auto alone = parse({line.argument()}, OptionChecks::words, nullptr);
     if (const auto* error = std::get_if<UsageError>(&alone))
-      return UsageError{kUsageExitCode, place + error->text};
+      return UsageError{kUsageExitCode, position + error->text};
     std::vector<std::string> same;
     const ConfigLine* first = nullptr;
     for (size_t k = 0; k <= i; ++k) {
@@ -46,7 +46,7 @@ std::optional<UsageError> check_lines(const ParseWords& parse, const Lines& line
     }
     if (same.size() == 1) continue;
     if (std::holds_alternative<UsageError>(parse(same, OptionChecks::words, nullptr)))
-      return UsageError{kUsageExitCode, place + "--" + line.name + " is set in line " +
+      return UsageError{kUsageExitCode, position + "--" + line.name + " is set in line " +
                                             std::to_string(first->number) + " already; remove one"};
   }
   return std::nullopt;
@@ -119,13 +119,13 @@ std::variant<Options, UsageError> parse_with_config(
     const ParseWords& parse, const std::vector<std::string>& words,
     const std::function<const char*(const char*)>& environment, std::vector<std::string>& notes) {
   GivenOptions given;
-  auto of_words = parse(words, OptionChecks::words, &given);
-  if (std::holds_alternative<UsageError>(of_words)) return of_words;
-  const ConfigPlace place = config_place(given.config, environment);
+  auto command_line = parse(words, OptionChecks::words, &given);
+  if (std::holds_alternative<UsageError>(command_line)) return command_line;
+  const ConfigPath path = config_path(given.config, environment);
   const char* const home = environment("HOME");
-  Result<Lines> lines = read_config(place, home ? home : "");
+  Result<Lines> lines = read_config(path, home ? home : "");
   if (!lines) return UsageError{kUsageExitCode, lines.error().message + "; --config none reads no file"};
-  if (auto wrong = check_lines(parse, *lines, place.file.string())) return std::move(*wrong);
+  if (auto wrong = check_lines(parse, *lines, path.file.string())) return std::move(*wrong);
   std::erase_if(*lines, [&](const ConfigLine& line) {
     return contains(given.present, line.name) || contains(given.excluded, line.name);
   });
@@ -135,7 +135,7 @@ std::variant<Options, UsageError> parse_with_config(
   Parsed agreed = agreement.find();
   if (is_error(agreed)) return agreed;
   for (const ConfigLine& line : agreement.left_out()) {
-    notes.push_back(place.file.string() + ":" + std::to_string(line.number) + ": --" + line.name +
+    notes.push_back(path.file.string() + ":" + std::to_string(line.number) + ": --" + line.name +
                     " is left out: " + agreement.reason(line));
   }
   return agreed;

@@ -12,12 +12,12 @@ struct Span {
 // Along one axis.
 std::vector<Span> spans(uint32_t image_px, uint32_t max_side_px) {
   if (image_px <= max_side_px) return {{0, image_px, 0, image_px}};
-  const uint32_t most_kept = max_side_px - 2 * kTileMargin_px;
+  const uint32_t max_kept_px = max_side_px - 2 * kTileMargin_px;
   std::vector<Span> found;
-  for (uint32_t low = 0; low < image_px; low += most_kept) {
+  for (uint32_t low = 0; low < image_px; low += max_kept_px) {
     const uint32_t margin_low = low - std::min(low, kTileMargin_px);
     found.push_back({std::min(margin_low, image_px - max_side_px), max_side_px, low,
-                     std::min(most_kept, image_px - low)});
+                     std::min(max_kept_px, image_px - low)});
   }
   return found;
 }

@@ -45,7 +45,7 @@ TEST(ConfigLines, InvalidLinesAreErrors) {
 TEST(ConfigPlaces, OptionVariableThenFolder) {
   std::map<std::string, std::string> variables;
   const auto place = [&](const std::string& option) {
-    return config_place(option, [&](const char* name) -> const char* {
+    return config_path(option, [&](const char* name) -> const char* {
       const auto found = variables.find(name);
       return found == variables.end() ? nullptr : found->second.c_str();
     });

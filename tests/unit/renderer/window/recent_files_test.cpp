@@ -74,7 +74,7 @@ TEST_F(Recent, UnwritableFolderIsReported) {
 TEST_F(Recent, PlaceIsInUsersStateFolder) {
   std::map<std::string, std::string> variables;
   const auto place = [&] {
-    return recent_files_place([&](const char* name) -> const char* {
+    return recent_files_path([&](const char* name) -> const char* {
       const auto found = variables.find(name);
       return found == variables.end() ? nullptr : found->second.c_str();
     });
