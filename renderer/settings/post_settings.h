@@ -14,6 +14,7 @@ struct PostSettings {
   bool metered = false;    // exposure by the light of each image; `exposure` is for images without
   bool estimated = false;  // exposure by the lights of the scene, which set_exposure() computes
   ToneMap tone_map = ToneMap::reinhard;
+  float saturation = 1;  // of scene-referred colours after tone mapping; 0: grey
   bool fxaa = true;
   float bloom = 0;       // share of blurred light, 0 to 1; 0: no bloom passes
   scene::ThinLens lens;  // of rasterised images, see lens_of()

@@ -423,6 +423,11 @@ std::vector<DrawSetting> make_table() {
                         {"none", ToneMap::none}},
                        [](auto& draw) -> auto& { return draw.post.tone_map; }));
   row->control = {"Tone mapping", nullptr, {"Reinhard", "ACES", "neutral", "none"}};
+  row = &image.add("saturation", "factor on the saturation of colours, 0 (grey) to 2", Invalidates::post,
+                   kByCommandLine | kByWindow,
+                   number(
+                       {0, 2}, [](auto& draw) -> auto& { return draw.post.saturation; }));
+  row->control = {"Saturation", "Of colours after tone mapping", {}, 0, 2, "%.2f x"};
   image.add("shadows", nullptr, Invalidates::renderer, kByPrograms | kByWindow | kByBrowser | kByBench,
             shadows());
   row = &image.add(

@@ -38,15 +38,23 @@ vec3 encode_srgb(vec3 linear) {
   return mix(high, low, lessThanEqual(linear, vec3(0.0031308)));
 }
 
-// Display-linear colour after exposure and tone mapping, 0 to 1.
-vec3 display_linear(vec3 color, float exposure, uint tone_map) {
-  color = clamp(color * exposure, vec3(0), vec3(65504));
-  switch (tone_map) {
+vec3 apply_tone_map(vec3 color, uint curve) {
+  switch (curve) {
     case FIRE3DV_TONE_MAP_REINHARD: return tone_map_reinhard(color);
     case FIRE3DV_TONE_MAP_ACES: return tone_map_aces(color);
     case FIRE3DV_TONE_MAP_NEUTRAL: return tone_map_neutral(color);
   }
   return min(color, vec3(1));
+}
+
+// Display-linear colour after exposure, tone mapping and saturation, 0 to 1. tone_map: FIRE3DV_TONE_MAP_* in the low
+// byte; above it the saturation in steps of 1/1024, plus one. 0: unchanged.
+vec3 display_linear(vec3 color, float exposure, uint tone_map) {
+  const vec3 shown = apply_tone_map(clamp(color * exposure, vec3(0), vec3(65504)), tone_map & 0xffu);
+  const uint saturation = tone_map >> 8;
+  if (saturation == 0u) return shown;
+  const float luminance = dot(shown, vec3(0.2126, 0.7152, 0.0722));
+  return clamp(mix(vec3(luminance), shown, float(saturation - 1u) / 1024), 0, 1);
 }
 
 // Display-referred colours (unlit materials, plain backgrounds) are shown as they are.

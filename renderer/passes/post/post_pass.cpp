@@ -1,6 +1,7 @@
 #include "renderer/passes/post/post_pass.h"
 
 #include <array>
+#include <cmath>
 #include <vector>
 
 #include "shaders/shared/bindings.h"
@@ -75,8 +76,10 @@ void ImageFilter::record(gpu::Recorder& recorder, const char* name, const Images
   });
 }
 
-uint32_t tone_map_number(const PostSettings& settings) {
-  switch (settings.tone_map) {
+namespace {
+
+uint32_t curve_number(ToneMap tone_map) {
+  switch (tone_map) {
     case ToneMap::reinhard:
       return FIRE3DV_TONE_MAP_REINHARD;
     case ToneMap::aces:
@@ -87,6 +90,14 @@ uint32_t tone_map_number(const PostSettings& settings) {
       return FIRE3DV_TONE_MAP_NONE;
   }
   return FIRE3DV_TONE_MAP_NONE;
+}
+
+}  // namespace
+
+// Layout: see display_linear() in tone_map.glsl.
+uint32_t tone_map_number(const PostSettings& settings) {
+  const auto saturation = static_cast<uint32_t>(std::lround(settings.saturation * 1024));
+  return curve_number(settings.tone_map) | (saturation == 1024 ? 0 : (saturation + 1) << 8);
 }
 
 PostPass::PostPass(gpu::Device& device, VkSampleCountFlagBits samples)

@@ -1,6 +1,7 @@
 // Render test of post-processing: tone mapping against its formulas, FXAA against a supersampled reference.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
 
@@ -16,7 +17,8 @@ float encode(float linear) {
 }
 
 // An emissive wall that fills the image.
-glm::ivec3 shown(glm::vec3 light, passes::ToneMap tone_map) {
+glm::ivec3 shown(glm::vec3 light, passes::ToneMap tone_map, float saturation = 1,
+                 passes::RasterPath raster = passes::RasterPath::automatic) {
   SceneBuilder builder;
   scene::Material material = matte({0, 0, 0});
   material.emissive = light;
@@ -25,6 +27,8 @@ glm::ivec3 shown(glm::vec3 light, passes::ToneMap tone_map) {
   passes::DrawSettings settings;
   settings.environment_intensity = 0;
   settings.post.tone_map = tone_map;
+  settings.post.saturation = saturation;
+  settings.raster = raster;
   const scene::Scene scene = builder.build();
   RenderBench bench(scene, {8, 8}, settings);
   return pixel(bench.draw_at_rest(), 4, 4);
@@ -74,6 +78,20 @@ TEST_F(Post, ToneMapsDifferInColour) {
   EXPECT_GT(neutral.g, shown(glm::vec3(0.6f, 0.03f, 0.02f), passes::ToneMap::neutral).g);
   EXPECT_NE(neutral, shown(bright_red, passes::ToneMap::aces));
   EXPECT_NE(neutral, shown(bright_red, passes::ToneMap::reinhard));
+}
+
+TEST_F(Post, SaturationScalesTheDistanceFromGrey) {
+  const glm::vec3 light(0.5f, 0.2f, 0.1f);
+  const float grey = glm::dot(light, glm::vec3(0.2126f, 0.7152f, 0.0722f));
+  for (const passes::RasterPath raster : {passes::RasterPath::automatic, passes::RasterPath::forward}) {
+    for (const float saturation : {0.0f, 0.5f, 1.0f, 1.5f}) {
+      const glm::ivec3 color = shown(light, passes::ToneMap::none, saturation, raster);
+      for (int c = 0; c < 3; ++c) {
+        const float expected = std::clamp(grey + saturation * (light[c] - grey), 0.0f, 1.0f);
+        EXPECT_NEAR(color[c], 255 * encode(expected), 1.1f) << saturation << " channel " << c;
+      }
+    }
+  }
 }
 
 scene::Scene slanted_shapes() {
