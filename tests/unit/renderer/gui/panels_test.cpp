@@ -8,6 +8,7 @@
 #include <set>
 
 #include "renderer/gui/layout_file.h"
+#include "renderer/settings/setting_table.h"
 #include "tests/unit/renderer/gui/gui_world.h"
 
 namespace fire3dv::test {
@@ -41,30 +42,9 @@ std::string settings_of(const GuiWorld& world) {
                                    m.emissive.b, m.alpha_cutoff, m.normal_scale});
   }
   const passes::DrawSettings& d = v.draw;
-  text += numbers({double(d.raster),
-                   double(d.cull),
-                   double(d.levels_of_detail),
-                   double(d.samples),
-                   double(d.shadows.method),
-                   double(d.shadows.hybrid),
-                   d.environment_intensity,
-                   d.environment_rotation_rad,
-                   double(d.background.show_environment),
-                   d.background.color.r,
-                   d.background.color.g,
-                   d.background.color.b,
-                   d.post.exposure,
-                   double(d.post.tone_map),
-                   double(d.post.fxaa),
-                   double(d.ray_effects.on.reflections),
-                   double(d.ray_effects.on.ambient_occlusion),
-                   double(d.ray_effects.on.refraction),
-                   double(d.ray_effects.on.bounce),
-                   double(d.path.has_value()),
-                   double(v.paths.samples_per_pixel),
-                   double(v.paths.bounces),
-                   d.post.lens.f_number,
-                   d.post.lens.focus_distance_m});
+  for (const passes::DrawSetting& setting : passes::draw_setting_table()) text += setting.text(d) + " ";
+  text += numbers({d.background.color.r, d.background.color.g, d.background.color.b,
+                   double(v.paths.samples_per_pixel), double(v.paths.bounces)});
   for (const auto& [joint, position] : v.edits.joints)
     text += "joint " + numbers({double(joint), position[0]});
   for (const auto& [epoch, playout] : v.streams) {
