@@ -100,8 +100,7 @@ ALLOWED |= {
 
 
 # Folders whose sub-folders still include one another.
-OPEN_CIRCLES = ("renderer/gpu", "renderer/passes", "renderer/scene/gltf", "renderer/state", "protocol/record",
-                "protocol/transport")
+OPEN_CIRCLES = ("renderer/gpu", "renderer/passes")
 
 
 def git_files():

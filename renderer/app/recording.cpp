@@ -13,7 +13,7 @@
 #include "base/clock.h"
 #include "base/log.h"
 #include "base/plural.h"
-#include "protocol/record/mcap/attachments.h"
+#include "protocol/record/attachments.h"
 #include "protocol/wire/check.h"
 
 namespace fire3dv::app {

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "protocol/record/attachments.h"
 #include "protocol/record/log_thread.h"
-#include "protocol/record/mcap/attachments.h"
 #include "protocol/record/mcap/reader.h"
 #include "protocol/transport/link.h"
 #include "renderer/app/options/recording_options.h"

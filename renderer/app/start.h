@@ -13,7 +13,7 @@
 #include "renderer/gpu/device/device.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/state/motion/animation.h"
-#include "renderer/state/motion/robot_pose.h"
+#include "renderer/state/robot_pose.h"
 
 namespace fire3dv::app {
 

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <string>
 
-#include "renderer/state/motion/robot_pose.h"
 #include "renderer/state/pose_state.h"
+#include "renderer/state/robot_pose.h"
 
 namespace fire3dv::app {
 

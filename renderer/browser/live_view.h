@@ -23,8 +23,8 @@
 #include "renderer/live_scene/live_scene.h"
 #include "renderer/passes/path/traced_scene.h"
 #include "renderer/passes/scene_renderer.h"
-#include "renderer/state/motion/robot_pose.h"
 #include "renderer/state/pose_state.h"
+#include "renderer/state/robot_pose.h"
 #include "renderer/streams/stream_receiver.h"
 
 namespace fire3dv::app {

@@ -6,7 +6,7 @@
 
 #include "base/log.h"
 #include "base/process/progress.h"
-#include "protocol/record/mcap/attachments.h"
+#include "protocol/record/attachments.h"
 #include "protocol/wire/check.h"
 #include "renderer/camera/default_look.h"
 #include "renderer/passes/path/path_pass.h"

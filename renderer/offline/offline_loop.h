@@ -25,7 +25,7 @@
 #include "renderer/scene/cache/scene_cache.h"
 #include "renderer/sinks/frame.h"
 #include "renderer/state/motion/animation.h"
-#include "renderer/state/motion/robot_pose.h"
+#include "renderer/state/robot_pose.h"
 
 namespace fire3dv::offline {
 

@@ -16,8 +16,8 @@
 #include "protocol/stream/frame_assembler.h"
 #include "protocol/stream/scalar_history.h"
 #include "protocol/wire/messages.h"
-#include "renderer/state/edits/stream_edits.h"
 #include "renderer/state/playout.h"
+#include "renderer/state/stream_edits.h"
 #include "renderer/state/stream_timing.h"
 
 namespace fire3dv::state {

@@ -5,11 +5,11 @@
 
 #include "base/error.h"
 #include "protocol/transport/core/byte_order.h"
-#include "protocol/transport/udp/dtls/udp_dtls.h"
-#include "protocol/transport/udp/dtls/udp_record.h"
 #include "protocol/transport/udp/multicast/udp_group.h"
+#include "protocol/transport/udp/udp_dtls.h"
 #include "protocol/transport/udp/udp_handshake.h"
 #include "protocol/transport/udp/udp_poses.h"
+#include "protocol/transport/udp/udp_record.h"
 #include "protocol/transport/udp/udp_session.h"
 #include "tests/fuzz/target.h"
 

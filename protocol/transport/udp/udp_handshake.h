@@ -15,8 +15,8 @@
 
 #include "base/clock.h"
 #include "protocol/transport/core/address.h"
-#include "protocol/transport/udp/dtls/udp_dtls.h"
 #include "protocol/transport/udp/udp_datagram.h"
+#include "protocol/transport/udp/udp_dtls.h"
 
 namespace fire3dv::transport::udp {
 

@@ -11,9 +11,9 @@
 #include "base/clock.h"
 #include "base/random.h"
 #include "protocol/transport/core/network_link.h"
-#include "protocol/transport/udp/dtls/udp_dtls.h"
-#include "protocol/transport/udp/multicast/udp_group_socket.h"
 #include "protocol/transport/udp/udp_control.h"
+#include "protocol/transport/udp/udp_dtls.h"
+#include "protocol/transport/udp/udp_group_socket.h"
 #include "protocol/transport/udp/udp_handshake.h"
 #include "protocol/transport/udp/udp_poses.h"
 

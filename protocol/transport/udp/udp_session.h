@@ -5,9 +5,9 @@
 #include <functional>
 #include <memory>
 
-#include "protocol/transport/udp/dtls/udp_dtls.h"
 #include "protocol/transport/udp/udp_control.h"
 #include "protocol/transport/udp/udp_datagram.h"
+#include "protocol/transport/udp/udp_dtls.h"
 
 namespace fire3dv::transport::udp {
 

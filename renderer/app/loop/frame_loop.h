@@ -28,7 +28,7 @@
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/sinks/frame.h"
 #include "renderer/state/motion/animation.h"
-#include "renderer/state/motion/robot_pose.h"
+#include "renderer/state/robot_pose.h"
 #include "renderer/streams/stream_receiver.h"
 #include "renderer/window/window_panels.h"
 #include "renderer/window/window_view.h"

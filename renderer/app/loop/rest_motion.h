@@ -9,8 +9,8 @@
 #include "renderer/live_scene/live_scene.h"
 #include "renderer/state/motion/animation.h"
 #include "renderer/state/motion/animation_clock.h"
-#include "renderer/state/motion/robot_pose.h"
 #include "renderer/state/pose_state.h"
+#include "renderer/state/robot_pose.h"
 
 namespace fire3dv::app {
 

@@ -8,9 +8,9 @@
 
 #include "base/error.h"
 #include "base/text.h"
+#include "renderer/scene/gltf/gltf_accessors.h"
 #include "renderer/scene/gltf/gltf_document.h"
 #include "renderer/scene/gltf/gltf_parts.h"
-#include "renderer/scene/gltf/meshes/gltf_accessors.h"
 #include "renderer/scene/model/scene.h"
 
 namespace fire3dv::scene {

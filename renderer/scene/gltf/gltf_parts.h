@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "base/error.h"
+#include "renderer/scene/gltf/gltf_accessors.h"
 #include "renderer/scene/gltf/gltf_document.h"
-#include "renderer/scene/gltf/meshes/gltf_accessors.h"
 #include "renderer/scene/gltf/specular_glossiness.h"
 #include "renderer/scene/model/scene.h"
 

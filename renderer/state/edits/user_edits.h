@@ -9,7 +9,7 @@
 #include "renderer/state/edits/addition.h"
 #include "renderer/state/edits/node_transform.h"
 #include "renderer/state/marker_registry.h"
-#include "renderer/state/motion/robot_pose.h"
+#include "renderer/state/robot_pose.h"
 
 namespace fire3dv::state {
 

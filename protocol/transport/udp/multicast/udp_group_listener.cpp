@@ -6,7 +6,7 @@
 #include "base/clock.h"
 #include "protocol/transport/core/network_link.h"
 #include "protocol/transport/udp/multicast/udp_group.h"
-#include "protocol/transport/udp/multicast/udp_group_socket.h"
+#include "protocol/transport/udp/udp_group_socket.h"
 #include "protocol/transport/udp/udp_poses.h"
 #include "protocol/transport/udp/udp_session.h"
 

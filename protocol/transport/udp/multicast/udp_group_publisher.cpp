@@ -7,7 +7,7 @@
 #include "base/random.h"
 #include "protocol/transport/core/network_link.h"
 #include "protocol/transport/udp/multicast/udp_group.h"
-#include "protocol/transport/udp/multicast/udp_group_socket.h"
+#include "protocol/transport/udp/udp_group_socket.h"
 #include "protocol/transport/udp/udp_poses.h"
 
 namespace fire3dv::transport::udp {

@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "base/text.h"
-#include "renderer/scene/gltf/meshes/gltf_accessors.h"
+#include "renderer/scene/gltf/gltf_accessors.h"
 
 namespace fire3dv::scene {
 namespace {

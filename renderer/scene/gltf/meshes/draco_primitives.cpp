@@ -7,8 +7,8 @@
 #include <tuple>
 #include <utility>
 
+#include "renderer/scene/gltf/gltf_accessors.h"
 #include "renderer/scene/gltf/gltf_document.h"
-#include "renderer/scene/gltf/meshes/gltf_accessors.h"
 
 namespace fire3dv::scene {
 namespace {

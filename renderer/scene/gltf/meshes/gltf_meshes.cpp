@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "base/parallel.h"
-#include "renderer/scene/gltf/meshes/gltf_accessors.h"
+#include "renderer/scene/gltf/gltf_accessors.h"
 #include "renderer/scene/model/vertices.h"
 
 namespace fire3dv::scene {

@@ -6,7 +6,7 @@
 
 #include "protocol/transport/core/link_factories.h"
 #include "protocol/transport/udp/multicast/udp_group.h"
-#include "protocol/transport/udp/multicast/udp_group_socket.h"
+#include "protocol/transport/udp/udp_group_socket.h"
 #include "tests/unit/protocol/transport/network_namespace.h"
 #include "tests/unit/protocol/transport/raw_socket.h"
 #include "tests/unit/protocol/transport/secure_fixture.h"

@@ -6,8 +6,8 @@
 #include <mutex>
 #include <utility>
 
-#include "protocol/transport/udp/dtls/udp_record.h"
 #include "protocol/transport/udp/udp_datagram.h"
+#include "protocol/transport/udp/udp_record.h"
 #include "tests/unit/protocol/transport/raw_socket.h"
 #include "tests/unit/protocol/transport/secure_fixture.h"
 #include "tools/lab/impair/relay.h"

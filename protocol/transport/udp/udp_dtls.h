@@ -15,8 +15,8 @@
 #include "base/error.h"
 #include "protocol/transport/core/address.h"
 #include "protocol/transport/core/secret.h"
-#include "protocol/transport/udp/dtls/udp_record.h"
 #include "protocol/transport/udp/udp_datagram.h"
+#include "protocol/transport/udp/udp_record.h"
 
 struct ssl_ctx_st;
 struct ssl_st;

@@ -1,4 +1,4 @@
-#include "renderer/state/motion/robot_pose.h"
+#include "renderer/state/robot_pose.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "renderer/state/edits/stream_edits.h"
+#include "renderer/state/stream_edits.h"
 
 #include <algorithm>
 

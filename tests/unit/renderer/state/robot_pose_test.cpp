@@ -1,5 +1,5 @@
 // Test of the rest poses of a robot whose joints are set by hand, against forward kinematics written out.
-#include "renderer/state/motion/robot_pose.h"
+#include "renderer/state/robot_pose.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "protocol/transport/udp/multicast/udp_group_socket.h"
+#include "protocol/transport/udp/udp_group_socket.h"
 
 #include <net/if.h>
 #include <netinet/in.h>

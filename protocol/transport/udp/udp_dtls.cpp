@@ -1,4 +1,4 @@
-#include "protocol/transport/udp/dtls/udp_dtls.h"
+#include "protocol/transport/udp/udp_dtls.h"
 
 #include <openssl/err.h>
 #include <openssl/evp.h>

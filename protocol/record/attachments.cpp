@@ -1,4 +1,4 @@
-#include "protocol/record/mcap/attachments.h"
+#include "protocol/record/attachments.h"
 
 #include <algorithm>
 #include <filesystem>

@@ -1,4 +1,4 @@
-#include "protocol/transport/udp/dtls/udp_record.h"
+#include "protocol/transport/udp/udp_record.h"
 
 #include <openssl/bio.h>
 

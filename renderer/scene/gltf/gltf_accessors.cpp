@@ -1,4 +1,4 @@
-#include "renderer/scene/gltf/meshes/gltf_accessors.h"
+#include "renderer/scene/gltf/gltf_accessors.h"
 
 #include <algorithm>
 #include <cmath>
