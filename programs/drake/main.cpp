@@ -14,6 +14,7 @@
 #include "programs/drake/render/render_thread.h"
 #include "renderer/app/start.h"
 #include "renderer/loading/disk_caches.h"
+#include "renderer/scene/textures/environment.h"
 
 namespace fire3dv::drake {
 namespace {

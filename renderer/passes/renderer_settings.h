@@ -9,11 +9,7 @@
 
 #include "base/error.h"
 #include "renderer/gpu/device/vk.h"
-#include "renderer/passes/environment/environment.h"
-#include "renderer/passes/frame_plan.h"
 #include "renderer/passes/frame_request.h"
-#include "renderer/passes/path/path_pass.h"
-#include "renderer/passes/post/post_pass.h"
 #include "renderer/passes/shadows/shadow_plan.h"
 #include "renderer/settings/debug_view.h"
 #include "renderer/settings/draw_settings.h"

@@ -7,6 +7,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/gtc/packing.hpp>
 
+#include "renderer/scene/textures/environment.h"
 #include "tests/render/support/material_tiles.h"
 #include "tests/render/support/render_bench.h"
 #include "tests/support/image_compare.h"

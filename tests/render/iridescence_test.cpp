@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "renderer/scene/textures/environment.h"
 #include "tests/render/support/material_tiles.h"
 #include "tests/render/support/path_bench.h"
 #include "tests/render/support/render_bench.h"

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "renderer/scene/model/scene_edits.h"
+#include "renderer/scene/textures/environment.h"
 #include "tests/render/support/render_bench.h"
 #include "tests/render/support/scene_builder.h"
 

@@ -4,6 +4,7 @@
 #include <charconv>
 #include <utility>
 
+#include "renderer/gpu/device/device.h"
 #include "renderer/scene/derived/key_light.h"
 #include "renderer/scene/gltf/load_gltf.h"
 

@@ -4,6 +4,7 @@
 #include <glm/gtc/packing.hpp>
 #include <memory>
 
+#include "renderer/scene/textures/environment.h"
 #include "tests/render/support/render_bench.h"
 
 namespace fire3dv::test {

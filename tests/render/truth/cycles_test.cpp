@@ -14,6 +14,7 @@
 
 #include "examples/gallery/reference_scenes.h"
 #include "renderer/scene/gltf/load_gltf.h"
+#include "renderer/scene/textures/environment.h"
 #include "tests/render/support/path_bench.h"
 #include "tests/render/truth/ggx_further_bounces.h"
 #include "tests/support/gltf_builder.h"

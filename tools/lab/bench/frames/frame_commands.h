@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "base/error.h"
-#include "renderer/gpu/device/queues.h"
-#include "renderer/passes/scene_renderer.h"
+#include "renderer/gpu/device/async_compute.h"
+#include "renderer/settings/draw_settings.h"
 
 namespace fire3dv::bench {
 
