@@ -7,6 +7,7 @@
 #include "base/text.h"
 #include "renderer/browser/json_text.h"
 #include "renderer/browser/live_plots.h"
+#include "renderer/settings/setting_table.h"
 
 namespace fire3dv::app {
 namespace {
@@ -108,7 +109,7 @@ std::string render_message(const passes::DrawSettings& settings, bool can_shade,
                   {"can_shade", can_shade},
                   {"paths", settings.path.has_value()},
                   {"can_switch", can_switch},
-                  {"tone_map", static_cast<int>(settings.post.tone_map)}});
+                  {"tone_map", passes::chosen_index(passes::draw_setting("tone-map"), settings)}});
 }
 
 std::string paths_message(const passes::PathProgress& progress, bool waits) {

@@ -5,6 +5,7 @@
 
 #include "renderer/browser/live_joints.h"
 #include "renderer/browser/live_messages.h"
+#include "renderer/settings/setting_table.h"
 
 namespace fire3dv::app {
 namespace {
@@ -210,15 +211,15 @@ void LiveView::switch_paths(serve::ViewerId number, bool on) {
 void LiveView::apply_render(serve::ViewerId number, const serve::ClientMessage& message) {
   if (message.paths) switch_paths(number, *message.paths);
   passes::DrawSettings& draw = borrowed_.document.draw;
+  const passes::DrawSetting& tone_map = passes::draw_setting("tone-map");
+  (void)tone_map.set(tone_map.names[*message.index], draw);
   has_changed_ = true;
   if (draw.path) {  // tone mapping applies to the samples that are there; paths trace all shadows
-    draw.post.tone_map = static_cast<passes::ToneMap>(*message.index);
     borrowed_.renderer.apply(draw);
     for (auto& [of, viewer] : viewers_) (viewer.is_refined ? viewer.is_retouched : viewer.has_moved) = true;
     return;
   }
   const bool has_shadows = draw.shadows.method != passes::ShadowMethod::off;
-  draw.post.tone_map = static_cast<passes::ToneMap>(*message.index);
   if (has_shadows && !message.on) {
     shadows_ = draw.shadows.method;
     draw.shadows.method = passes::ShadowMethod::off;

@@ -521,6 +521,12 @@ const DrawSetting& draw_setting(std::string_view name) {
   return *row;
 }
 
+size_t chosen_index(const DrawSetting& choice, const DrawSettings& settings) {
+  const auto name = std::find(choice.names.begin(), choice.names.end(), choice.text(settings));
+  FIRE3DV_ASSERT(name != choice.names.end());
+  return static_cast<size_t>(name - choice.names.begin());
+}
+
 DrawSettings default_settings() {
   DrawSettings settings;
   settings.background = Background::gradient();

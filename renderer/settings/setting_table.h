@@ -3,6 +3,7 @@
 // (setting_table.cpp).
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -75,6 +76,9 @@ struct DrawSetting {
 const std::vector<DrawSetting>& draw_setting_table();
 // name: that of a row.
 const DrawSetting& draw_setting(std::string_view name);
+
+// Index of a choice among its names.
+size_t chosen_index(const DrawSetting& choice, const DrawSettings& settings);
 
 // Defaults of the programs: DrawSettings{} with tone mapping, background and exposure of the default look.
 DrawSettings default_settings();

@@ -239,20 +239,19 @@ void choose(Ui& ui, const char* label, Value& value, const char* const (&names)[
 // Control of a row of the table of settings.
 void draw_setting_row(Ui& ui, const DrawSetting& setting, DrawSettings& draw) {
   const SettingControl& control = setting.control;
-  const std::string text = setting.text(draw);
   if (setting.kind == SettingKind::number) {
-    float value = std::stof(text);
+    float value = std::stof(setting.text(draw));
     if (ui.slider(control.label, value, {control.least, control.most, control.format}, control.hint))
       (void)setting.set(number_text(value), draw);
-  } else if (control.names.empty()) {
-    bool is_set = text == setting.names.front();
-    if (ui.check(control.label, is_set, control.hint))
-      (void)setting.set(is_set ? setting.names.front() : setting.names.back(), draw);
-  } else {
-    size_t chosen = static_cast<size_t>(std::find(setting.names.begin(), setting.names.end(), text) -
-                                        setting.names.begin());
-    if (ui.choice(control.label, chosen, control.names, control.hint))
-      (void)setting.set(setting.names[chosen], draw);
+    return;
+  }
+  size_t chosen = chosen_index(setting, draw);
+  if (control.names.empty()) {
+    bool is_first = chosen == 0;
+    if (ui.check(control.label, is_first, control.hint))
+      (void)setting.set(setting.names[is_first ? 0 : 1], draw);
+  } else if (ui.choice(control.label, chosen, control.names, control.hint)) {
+    (void)setting.set(setting.names[chosen], draw);
   }
 }
 
