@@ -73,8 +73,8 @@ passes::View framed_view(const scene::Scene& scene, float image_aspect) {
   // Smallest distance at which all corners of the bounding box are visible, with a small margin.
   const float up = 0.94f * std::tan(camera.vertical_fov_rad / 2), right = up * image_aspect;
   float distance_m = 0;
-  for (uint32_t corner = 0; corner < 8; ++corner) {
-    const glm::vec3 sides(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
+  for (uint32_t i = 0; i < 8; ++i) {
+    const glm::vec3 sides(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1);
     const glm::vec3 corner = camera_from_world * (sides * half_extent);
     distance_m =
         std::max(distance_m, corner.z + std::max(std::abs(corner.x) / right, std::abs(corner.y) / up));
