@@ -22,8 +22,8 @@ namespace fire3dv::bench {
 
 namespace {
 
-using asio::ip::tcp;
-using asio::ip::udp;
+using AsioUdp = asio::ip::udp;
+using AsioTcp = asio::ip::tcp;
 using fire3dv::monotonic_ns;
 
 constexpr size_t kSlots = 8;
@@ -75,7 +75,7 @@ unsigned short received_port(const WayBoard& board) {
 // One write and one read per frame, of the same size as tcp:// apart from 100 bytes of encoding.
 struct TcpSender final : Sender {
   asio::io_context io;
-  tcp::socket socket{io};
+  AsioTcp::socket socket{io};
   std::array<std::byte, kOneWayBytes> frame{};
 
   void prepare(uint32_t index) override { std::memcpy(frame.data(), &index, sizeof index); }
@@ -87,8 +87,8 @@ struct TcpSender final : Sender {
 
 struct TcpReceiver final : Receiver {
   asio::io_context io;
-  tcp::acceptor acceptor{io, tcp::endpoint(asio::ip::address_v4::loopback(), 0)};
-  tcp::socket socket{io};
+  AsioTcp::acceptor acceptor{io, AsioTcp::endpoint(asio::ip::address_v4::loopback(), 0)};
+  AsioTcp::socket socket{io};
   std::array<std::byte, kOneWayBytes> frame{};
 
   void receive(WayBoard& board) override {
@@ -113,7 +113,7 @@ using Datagram = std::array<std::byte, transport::udp::kDatagramBytes - transpor
 
 struct UdpSender final : Sender {
   asio::io_context io;
-  udp::socket socket{io};
+  AsioUdp::socket socket{io};
   Datagram datagram{};
 
   void prepare(uint32_t index) override { std::memcpy(datagram.data(), &index, sizeof index); }
@@ -125,7 +125,7 @@ struct UdpSender final : Sender {
 
 struct UdpReceiver final : Receiver {
   asio::io_context io;
-  udp::socket socket{io, udp::endpoint(asio::ip::address_v4::loopback(), 0)};
+  AsioUdp::socket socket{io, AsioUdp::endpoint(asio::ip::address_v4::loopback(), 0)};
   Datagram datagram{};
   uint32_t index = 0;
   size_t came = 0;
@@ -183,7 +183,7 @@ Way bare_tcp() {
             return caught("TCP", [&]() -> Result<std::unique_ptr<Sender>> {
               auto sender = std::make_unique<TcpSender>();
               sender->socket.connect({asio::ip::address_v4::loopback(), received_port(board)});
-              sender->socket.set_option(tcp::no_delay(true));
+              sender->socket.set_option(AsioTcp::no_delay(true));
               return std::unique_ptr<Sender>(std::move(sender));
             });
           }};
