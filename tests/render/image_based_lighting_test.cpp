@@ -5,6 +5,7 @@
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
 
+#include "renderer/scene/textures/environment.h"
 #include "tests/render/support/render_bench.h"
 #include "tests/render/support/scene_builder.h"
 #include "tests/support/image_compare.h"

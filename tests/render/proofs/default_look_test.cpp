@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "renderer/scene/textures/environment.h"
 #include "tests/render/support/proof_bench.h"
 
 namespace fire3dv::test {

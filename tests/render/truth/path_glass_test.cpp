@@ -9,6 +9,7 @@
 #include <tuple>
 #include <vector>
 
+#include "renderer/scene/textures/environment.h"
 #include "tests/render/support/path_bench.h"
 
 namespace fire3dv::test {

@@ -6,6 +6,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <string>
 
+#include "renderer/scene/textures/environment.h"
 #include "tests/render/support/path_bench.h"
 #include "tests/render/support/render_bench.h"
 #include "tests/render/support/scene_builder.h"
