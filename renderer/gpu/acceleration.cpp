@@ -18,22 +18,32 @@ VkDeviceSize scratch_alignment(const Device& device) {
   return std::max(1u, device.acceleration_limits().minAccelerationStructureScratchOffsetAlignment);
 }
 
-AccelerationStructure create_structure(Device& device, VkAccelerationStructureTypeKHR type, VkDeviceSize size,
-                                       Memory memory = Memory::device) {
-  AccelerationStructure structure;
-  structure.storage =
-      create_buffer(device, size, VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR, memory);
+AccelerationHandle create_handle(Device& device, const Buffer& storage, VkDeviceSize offset,
+                                 VkDeviceSize size, VkAccelerationStructureTypeKHR type) {
   VkAccelerationStructureCreateInfoKHR info{VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR};
-  info.buffer = structure.storage.get();
+  info.buffer = storage.get();
+  info.offset = offset;
   info.size = size;
   info.type = type;
   VkAccelerationStructureKHR handle = VK_NULL_HANDLE;
   FIRE3DV_VK(device.functions().create_acceleration_structure(device.handle(), &info, nullptr, &handle));
-  structure.handle = AccelerationHandle(device, handle);
-  VkAccelerationStructureDeviceAddressInfoKHR address{
+  return AccelerationHandle(device, handle);
+}
+
+VkDeviceAddress address_of(Device& device, const AccelerationHandle& structure) {
+  VkAccelerationStructureDeviceAddressInfoKHR info{
       VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DEVICE_ADDRESS_INFO_KHR};
-  address.accelerationStructure = handle;
-  structure.address = device.functions().get_acceleration_structure_address(device.handle(), &address);
+  info.accelerationStructure = structure.get();
+  return device.functions().get_acceleration_structure_address(device.handle(), &info);
+}
+
+AccelerationStructure create_bottom_level(Device& device, VkDeviceSize size, Memory memory = Memory::device) {
+  AccelerationStructure structure;
+  structure.storage =
+      create_buffer(device, size, VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR, memory);
+  structure.handle =
+      create_handle(device, structure.storage, 0, size, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+  structure.address = address_of(device, structure.handle);
   return structure;
 }
 
@@ -148,8 +158,7 @@ void MeshBuilds::create(std::span<const std::vector<TriangleGeometry>> meshes) {
     mesh_of_build_.push_back(i);
     const VkAccelerationStructureBuildSizesInfoKHR& sizes = builds_.back().sizes;
     scratch_size = std::max(scratch_size, sizes.buildScratchSize);
-    built_[i] = create_structure(device_, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
-                                 sizes.accelerationStructureSize, filled_memory(device_));
+    built_[i] = create_bottom_level(device_, sizes.accelerationStructureSize, filled_memory(device_));
     if (in_software) to_be_written.emplace_back(built_[i].storage.mapped, built_[i].storage.size_bytes);
   }
   if (builds_.empty()) return;
@@ -202,8 +211,7 @@ void MeshBuilds::compact(BlasBuildReport& report) {
                                    VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT));
   for (size_t b = 0; b < builds_.size(); ++b) {
     AccelerationStructure& structure = built_[mesh_of_build_[b]];
-    AccelerationStructure smaller =
-        create_structure(device_, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, sizes[b]);
+    AccelerationStructure smaller = create_bottom_level(device_, sizes[b]);
     loader_.recorder().pass(
         "blas compact",
         {Use(structure.storage, access::build_read), Use(smaller.storage, access::build_write)},
@@ -220,29 +228,47 @@ void MeshBuilds::compact(BlasBuildReport& report) {
   loader_.finish();
 }
 
-TopLevel::TopLevel(Device& device, uint32_t max_instances, Rays rays) : device_(&device), rays_(rays) {
+TopLevels::TopLevels(Device& device, uint32_t worlds, uint32_t max_instances, Rays rays)
+    : device_(&device), rays_(rays) {
   const VkAccelerationStructureGeometryKHR geometry = instance_geometry(0);
   const VkAccelerationStructureBuildGeometryInfoKHR info = top_level_info(geometry, rays);
   VkAccelerationStructureBuildSizesInfoKHR sizes{
       VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
   device.functions().get_build_sizes(device.handle(), VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, &info,
                                      &max_instances, &sizes);
-  structure_ = create_structure(device, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR,
-                                std::max<VkDeviceSize>(sizes.accelerationStructureSize, 64));
+  const VkDeviceSize size = std::max<VkDeviceSize>(sizes.accelerationStructureSize, 64);
+  const VkDeviceSize stride = align_scratch(size, kStructureAlignment);
+  storage_ = create_buffer(device, (worlds - 1) * stride + size,
+                           VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR, Memory::device);
+  for (uint32_t world = 0; world < worlds; ++world) {
+    Structure& structure = structures_.emplace_back();
+    structure.handle =
+        create_handle(device, storage_, world * stride, size, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR);
+    structure.address = address_of(device, structure.handle);
+  }
   const VkDeviceSize alignment = scratch_alignment(device);
-  scratch_ = create_buffer(device, sizes.buildScratchSize + alignment, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
-                           Memory::device);
+  scratch_stride_ = align_scratch(sizes.buildScratchSize, alignment);
+  scratch_ = create_buffer(device, (worlds - 1) * scratch_stride_ + sizes.buildScratchSize + alignment,
+                           VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, Memory::device);
   scratch_address_ = align_scratch(scratch_.address, alignment);
 }
 
-void TopLevel::record_build(VkCommandBuffer commands, VkDeviceAddress instances, uint32_t count) const {
-  const VkAccelerationStructureGeometryKHR geometry = instance_geometry(instances);
-  VkAccelerationStructureBuildGeometryInfoKHR info = top_level_info(geometry, rays_);
-  info.dstAccelerationStructure = structure_.handle.get();
-  info.scratchData.deviceAddress = scratch_address_;
+void TopLevels::record_build(VkCommandBuffer commands, VkDeviceAddress instances, uint32_t count) const {
   const VkAccelerationStructureBuildRangeInfoKHR range{count, 0, 0, 0};
-  const VkAccelerationStructureBuildRangeInfoKHR* ranges = &range;
-  device_->functions().cmd_build_acceleration_structures(commands, 1, &info, &ranges);
+  std::vector<VkAccelerationStructureGeometryKHR> geometries;
+  std::vector<VkAccelerationStructureBuildGeometryInfoKHR> infos;
+  geometries.reserve(structures_.size());  // the infos point to them
+  for (uint32_t world = 0; world < structures_.size(); ++world) {
+    geometries.push_back(instance_geometry(instances + VkDeviceSize{world} * count *
+                                                           sizeof(VkAccelerationStructureInstanceKHR)));
+    VkAccelerationStructureBuildGeometryInfoKHR& info =
+        infos.emplace_back(top_level_info(geometries.back(), rays_));
+    info.dstAccelerationStructure = structures_[world].handle.get();
+    info.scratchData.deviceAddress = scratch_address_ + world * scratch_stride_;
+  }
+  const std::vector<const VkAccelerationStructureBuildRangeInfoKHR*> ranges(infos.size(), &range);
+  device_->functions().cmd_build_acceleration_structures(commands, static_cast<uint32_t>(infos.size()),
+                                                         infos.data(), ranges.data());
 }
 
 DeformedLevels::DeformedLevels(Device& device, const std::vector<std::vector<TriangleGeometry>>& meshes)
@@ -267,22 +293,12 @@ DeformedLevels::DeformedLevels(Device& device, const std::vector<std::vector<Tri
   scratch_ =
       create_buffer(device, scratch_size + alignment, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, Memory::device);
   for (size_t b = 0; b < builds_.size(); ++b) {
-    VkAccelerationStructureCreateInfoKHR info{VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR};
-    info.buffer = storage_.get();
-    info.offset = offsets[b];
-    info.size = builds_[b].sizes.accelerationStructureSize;
-    info.type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR;
-    VkAccelerationStructureKHR handle = VK_NULL_HANDLE;
-    FIRE3DV_VK(device.functions().create_acceleration_structure(device.handle(), &info, nullptr, &handle));
-    handles_.emplace_back(device, handle);
-    VkAccelerationStructureDeviceAddressInfoKHR address{
-        VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DEVICE_ADDRESS_INFO_KHR};
-    address.accelerationStructure = handle;
-    addresses_[mesh_of_build[b]] =
-        device.functions().get_acceleration_structure_address(device.handle(), &address);
+    handles_.push_back(create_handle(device, storage_, offsets[b], builds_[b].sizes.accelerationStructureSize,
+                                     VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR));
+    addresses_[mesh_of_build[b]] = address_of(device, handles_.back());
     MeshBuild& build = builds_[b];
     build.info.pGeometries = build.geometries.data();  // the vector of builds has moved them
-    build.info.dstAccelerationStructure = handle;
+    build.info.dstAccelerationStructure = handles_.back().get();
     build.info.scratchData.deviceAddress = align_scratch(scratch_.address, alignment) + scratch_offsets[b];
   }
 }

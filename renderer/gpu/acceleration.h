@@ -1,5 +1,6 @@
 // Acceleration structures: one compacted bottom-level structure per mesh, built once; one per deformed mesh,
-// refitted; and one top-level structure, rebuilt every frame from instances that a shader has written.
+// refitted; and one top-level structure per world, rebuilt every frame from instances that a shader has
+// written.
 #pragma once
 
 #include <span>
@@ -86,23 +87,31 @@ class MeshBuilds {
 // Build preference of a per-frame structure. few: fast build. many: fast trace.
 enum class Rays : uint8_t { few, many };
 
-class TopLevel {
+// Top-level structures of the worlds of a scene, in one allocation.
+class TopLevels {
  public:
-  TopLevel() = default;
-  TopLevel(Device& device, uint32_t max_instances, Rays rays);
+  TopLevels() = default;
+  TopLevels(Device& device, uint32_t worlds, uint32_t max_instances, Rays rays);
 
-  VkAccelerationStructureKHR handle() const { return structure_.handle.get(); }
-  Buffer& storage() { return structure_.storage; }
+  VkDeviceAddress address(uint32_t world) const { return structures_[world].address; }
+  bool empty() const { return structures_.empty(); }
+  Buffer& storage() { return storage_; }
   Buffer& scratch() { return scratch_; }
-  // The caller declares storage() and scratch() as build_write and the instances as build_input.
+  // instances: those of each world, `count` of them, follow those of the world before. The caller declares
+  // storage() and scratch() as build_write and the instances as build_input.
   void record_build(VkCommandBuffer commands, VkDeviceAddress instances, uint32_t count) const;
 
  private:
+  struct Structure {
+    AccelerationHandle handle;
+    VkDeviceAddress address = 0;
+  };
   Device* device_ = nullptr;
   Rays rays_ = Rays::many;
-  AccelerationStructure structure_;
-  Buffer scratch_;
+  std::vector<Structure> structures_;  // by world
+  Buffer storage_, scratch_;           // separate ranges, so that all builds run in parallel
   VkDeviceAddress scratch_address_ = 0;
+  VkDeviceSize scratch_stride_ = 0;
 };
 
 // Bottom-level acceleration structures of deformed meshes. The first frame builds them, later frames update

@@ -147,39 +147,16 @@ uint32_t ScenePasses::shadow_mode(const RendererSettings& settings, bool masked)
 }
 
 gpu_types::Globals ScenePasses::make_globals(const RendererSettings& settings, const GpuScene& scene,
-                                             const Targets& targets, const View& view,
-                                             bool shadow_mask) const {
+                                             const Targets& targets, const View& view, bool shadow_mask,
+                                             uint32_t map_set) const {
   const DrawSettings& draw = settings.draw();
   gpu_types::Globals globals{};
-  globals.world_from_node = scene.world_from_node.address;
-  globals.node_facts = scene.node_facts();
-  globals.first_primitive_of_node = scene.first_primitive_of_node.address;
-  globals.draws = scene.draws.address;
-  globals.primitives = scene.primitives.address;
-  globals.materials = scene.materials.address;
-  globals.material_extensions = scene.material_extensions.address;
-  globals.lights = scene.lights.address;
-  globals.light_poses = scene.light_poses();
-  globals.positions = scene.positions.address;
-  globals.frames = scene.frames.address;
-  globals.tangents = scene.tangents.address;
-  globals.uvs = scene.uvs.address;
-  globals.extras = scene.extras.address;
-  globals.indices = scene.indices.address;
-  globals.parts = scene.parts.address;
-  globals.clusters = scene.clusters.address;
-  globals.level_groups = scene.level_groups.address;
-  globals.cluster_triangles = scene.cluster_triangles.address;
-  globals.ray_boxes = scene.ray_boxes.address;
-  globals.ray_box_count = scene.ray_box_count;
-  globals.primitive_count = static_cast<uint32_t>(scene.geometry.size());
-  globals.cluster_instances = scene.cluster_instances.address;
+  scene.write_globals(globals, view.world);
   globals.clip_from_world = view.clip_from_world;
   globals.eye_world = view.eye_world;
   const NearWindow window = near_window(view);
   globals.near_window = glm::vec4(window.center_world, window.radius_m);
   globals.near_plane = window.plane_world;
-  globals.light_count = scene.light_count;
   environment.describe(globals, draw.environment_intensity, draw.environment_rotation_rad);
   globals.background = draw.background.color;
   globals.background_zenith = draw.background.zenith.value_or(draw.background.color);
@@ -194,8 +171,7 @@ gpu_types::Globals ScenePasses::make_globals(const RendererSettings& settings, c
   globals.world_from_ndc_y = view.world_from_ndc_y;
   globals.world_from_ndc_origin = view.world_from_ndc_origin;
   globals.half_pixel_depth = half_pixel_depth(view, targets.extent.height);
-  globals.part_count = scene.part_count;
-  shadows.write_globals(globals);
+  shadows.write_globals(globals, map_set);
   globals.shadows = shadow_mode(settings, shadow_mask);
   globals.visibility_generation = targets.visibility.generation();
   globals.width = targets.extent.width;
@@ -206,24 +182,41 @@ gpu_types::Globals ScenePasses::make_globals(const RendererSettings& settings, c
 Frame::Frame(const FrameSource& source, const FramePlan& plan)
     : source_(source), plan_(plan), passes_(source.passes), recorder_(source.recorder) {
   const FrameRequest& request = source.request;
+  constexpr uint32_t kNoSet = UINT32_MAX;
+  std::vector<uint32_t> set_of_world(source.gpu_scene.world_count, kNoSet);
+  for (const View& view : source.views) {
+    uint32_t& set = set_of_world[view.world];
+    if (set == kNoSet) {
+      set = static_cast<uint32_t>(map_sets_.size());
+      map_sets_.emplace_back();
+    }
+    map_set_of_.push_back(set);
+  }
   if (plan.visibility_buffer) passes_.visibility->begin();
-  if (plan.shadow_maps) passes_.shadows.begin_maps();
+  if (plan.shadow_maps) passes_.shadows.begin_maps(map_sets_.size());
   if (passes_.outputs)
     passes_.outputs->begin(request.outputs, source.gpu_scene, request.extent, request.views);
-  for (const View& view : source.views) {
-    const gpu_types::Globals globals =
-        passes_.make_globals(source.settings, source.gpu_scene, source.targets, view, plan.shadow_mask);
-    globals_.push_back(source.staging.write(std::span<const gpu_types::Globals>(&globals, 1)).address);
-  }
+  upload_globals();
   const bool is_bounded = plan.compute_shading && plan.forward;
-  forward_area_ = is_bounded ? forward_bounds(source.gpu_scene, source.scene, source.poses, source.views[0],
-                                              request.extent)
-                             : whole_area();
+  forward_area_ = is_bounded
+                      ? forward_bounds(source.gpu_scene, source.scene, source.poses_of(source.views[0]),
+                                       source.views[0], request.extent)
+                      : whole_area();
   if (is_bounded && plan.markers) forward_area_ = united(forward_area_, passes_.markers.bounds());
   // The linear plane and effects need the samples of all pixels.
   const bool is_whole =
       plan.metering || plan.bloom || plan.depth_of_field || request.outputs.has(wire::kColorLinearF16);
   hdr_area_ = is_whole ? whole_area() : forward_area_;
+}
+
+void Frame::upload_globals() {
+  for (size_t v = 0; v < source_.views.size(); ++v) {
+    const gpu_types::Globals globals =
+        passes_.make_globals(source_.settings, source_.gpu_scene, source_.targets, source_.views[v],
+                             plan_.shadow_mask, map_set_of_[v]);
+    globals_.push_back(source_.staging.write(std::span<const gpu_types::Globals>(&globals, 1)).address);
+    map_sets_[map_set_of_[v]].push_back(globals_.back());
+  }
 }
 
 InspectedView Frame::inspected_view() const {
@@ -234,19 +227,19 @@ InspectedView Frame::inspected_view() const {
 void Frame::rasterise() {
   std::vector<ClusterRaster*> sets;
   if (plan_.visibility_buffer) {
-    sets.push_back(&passes_.visibility->prepare(source_.staging, source_.gpu_scene, source_.views,
-                                                globals_[0], source_.settings.draw().cull,
+    sets.push_back(&passes_.visibility->prepare(source_.staging, source_.gpu_scene, source_.views, globals_,
+                                                map_sets_.size() > 1, source_.settings.draw().cull,
                                                 plan_.camera_levels_of_detail));
   }
   if (plan_.shadow_maps) {
     ClusterRaster* maps =
-        passes_.shadows.prepare_maps(source_.staging, source_.gpu_scene, globals_[0],
+        passes_.shadows.prepare_maps(source_.staging, source_.gpu_scene, map_sets_,
                                      source_.settings.draw().cull, plan_.shadow_map_levels_of_detail);
     if (maps) sets.push_back(maps);
   }
   ClusterRaster::Clear clear = ClusterRaster::clear_of(sets);
   if (plan_.shadow_maps) {
-    passes_.shadows.fit_map_views(recorder_, source_.staging, source_.gpu_scene, globals_,
+    passes_.shadows.fit_map_views(recorder_, source_.staging, source_.gpu_scene, map_sets_,
                                   plan_.shadow_map_levels_of_detail, std::move(clear));
   } else if (!sets.empty()) {
     recorder_.pass("clear", clear.uses, clear.commands);
@@ -319,10 +312,11 @@ void Frame::shade() {
 
 void Frame::draw_forward() {
   if (forward_area_.extent.width == 0) return;  // no forward-only draw is in the image
-  passes_.forward.record(recorder_, source_.staging,
-                         {source_.gpu_scene, source_.scene, source_.poses, source_.targets, source_.views[0],
-                          globals_[0], source_.settings.draw().background, &passes_.shadows,
-                          plan_.compute_shading ? &source_.targets.visibility : nullptr, forward_area_});
+  passes_.forward.record(
+      recorder_, source_.staging,
+      {source_.gpu_scene, source_.scene, source_.poses_of(source_.views[0]), source_.targets,
+       source_.views[0], globals_[0], source_.settings.draw().background, &passes_.shadows,
+       plan_.compute_shading ? &source_.targets.visibility : nullptr, forward_area_});
 }
 
 void Frame::post_process() {

@@ -44,9 +44,10 @@ struct ScenePasses {
   // recording then allocates the rest.
   void allocate(const RendererSettings& settings, const FrameRequest& request, const FramePlan& plan,
                 Targets& targets, GpuScene& gpu_scene);
-  // Constants of a view. shadow_mask: shading reads it.
+  // Constants of a view. shadow_mask: shading reads it. map_set: see ShadowPass.
   gpu_types::Globals make_globals(const RendererSettings& settings, const GpuScene& gpu_scene,
-                                  const Targets& targets, const View& view, bool shadow_mask) const;
+                                  const Targets& targets, const View& view, bool shadow_mask,
+                                  uint32_t map_set) const;
   uint32_t shadow_mode(const RendererSettings& settings, bool masked) const;  // FIRE3DV_SHADOWS_*
 
   gpu::Device& device;
@@ -83,8 +84,10 @@ struct FrameSource {
   const FrameRequest& request;
   gpu::Recorder& recorder;
   gpu::StagingRing& staging;
-  const state::PoseState& poses;
+  PosesOfWorlds poses;
   std::span<const View> views;
+
+  const state::PoseState& poses_of(const View& view) const { return *poses[view.world]; }
 };
 
 class Frame {
@@ -113,7 +116,11 @@ class Frame {
   const FramePlan& plan_;
   ScenePasses& passes_;
   gpu::Recorder& recorder_;
+  void upload_globals();
+
   std::vector<VkDeviceAddress> globals_;  // per view
+  ShadowPass::MapSets map_sets_;          // of the shown worlds
+  std::vector<uint32_t> map_set_of_;      // by view
   VkRect2D forward_area_{};               // bounds of the forward draws
   VkRect2D hdr_area_{};                   // pixels that the tone-map pass resolves
 };

@@ -31,17 +31,18 @@ void SceneRenderer::apply(const DrawSettings& settings) {
   if (passes_->path_tracer) passes_->path_tracer->set(*settings_.draw().path);
 }
 
-void SceneRenderer::set_scene(const scene::Scene& scene) {
-  set_scene(scene, scene::derive(scene, levels_for(settings_.draw().levels_of_detail)));
+void SceneRenderer::set_scene(const scene::Scene& scene, uint32_t worlds) {
+  set_scene(scene, scene::derive(scene, levels_for(settings_.draw().levels_of_detail)), worlds);
 }
 
-void SceneRenderer::set_scene(const scene::Scene& scene, const scene::Derived& derived) {
+void SceneRenderer::set_scene(const scene::Scene& scene, const scene::Derived& derived, uint32_t worlds) {
   passes_->expect_shading(settings_, scene);
   if (any_masked(scene)) {
     if (passes_->visibility) passes_->visibility->expect_masks();
     passes_->shadows.expect_masks();
   }
-  const SceneUses uses = passes_->uses_of(settings_, scene);
+  SceneUses uses = passes_->uses_of(settings_, scene);
+  uses.worlds = worlds;
   auto gpu_scene = std::make_unique<GpuScene>(device_, scene, derived, passes_->scene_set_layout.get(),
                                               passes_->environment.textures(), uses, gpu_scene_.get());
   passes_->shadows.set_scene(scene, *gpu_scene);
@@ -103,19 +104,19 @@ Result<PreparedFrame> SceneRenderer::prepare(const FrameRequest& request, Shorta
 }
 
 void SceneRenderer::record(const PreparedFrame& prepared, gpu::Recorder& recorder, gpu::StagingRing& staging,
-                           const state::PoseState& poses, std::span<const View> views,
+                           PosesOfWorlds poses, std::span<const View> views,
                            std::span<CameraHistory> histories) {
   const FrameRequest& request = prepared.request();
   FIRE3DV_ASSERT(prepared.number_ == prepared_ && targets_->current() &&
-                 views.size() == targets_->current()->views);
+                 views.size() == targets_->current()->views && poses.size() == gpu_scene_->world_count);
   // Edits, transforms and deformed vertices. Edits may show other draws and lights, so the plan comes later.
   const bool draws_samples =
       gpu_scene_->has_forward_only || shows_markers(request) || settings_.draw().post.reads_samples();
   const bool is_updated = passes_->path_tracer && request.refines;  // by trace_paths()
   if (request.scene == SceneUpdate::update && !is_updated) {
-    if (passes_->path_tracer && !passes_->traced_scene.equals(poses, edit_revisions()))
+    if (passes_->path_tracer && !passes_->traced_scene.equals(*poses[views[0].world], edit_revisions()))
       passes_->path_tracer->drop();
-    update_scene(recorder, staging, poses, draws_samples);
+    update_scene(recorder, staging, poses, views[0], draws_samples);
   }
   const FramePlan plan = plan_frame(facts(request), request.outputs, request.inspection, request.views);
   // Markers that are new since the last image.
@@ -160,8 +161,8 @@ void SceneRenderer::record(const PreparedFrame& prepared, gpu::Recorder& recorde
   if (plan.inspection) frame.draw_overlays();
 }
 
-void SceneRenderer::update_scene(gpu::Recorder& recorder, gpu::StagingRing& staging,
-                                 const state::PoseState& poses, bool draws_forward) {
+void SceneRenderer::update_scene(gpu::Recorder& recorder, gpu::StagingRing& staging, PosesOfWorlds poses,
+                                 const View& view, bool draws_forward) {
   has_acceleration_structures_ = false;
   if (edits_) {
     const EditUploader::Changed changed =
@@ -173,7 +174,7 @@ void SceneRenderer::update_scene(gpu::Recorder& recorder, gpu::StagingRing& stag
   passes_->transforms.record(recorder, staging, *gpu_scene_, poses);
   // Only the raster pipeline sorts draws by winding; compute passes read it from the transforms pass.
   if (settings_.raster_path() == RasterPath::forward || draws_forward)
-    gpu_scene_->update_winding(recorder, staging, *scene_, poses);
+    gpu_scene_->update_winding(recorder, staging, *scene_, view.world, *poses[view.world]);
   passes_->deform.record(recorder, staging, *gpu_scene_, poses);
 }
 
@@ -197,9 +198,9 @@ void SceneRenderer::record_acceleration_structures(gpu::Recorder& recorder) {
 bool SceneRenderer::trace_paths(const PreparedFrame& prepared, const state::PoseState& poses,
                                 const View& view, const PathHooks& hooks) {
   FIRE3DV_ASSERT(passes_->path_tracer && prepared.number_ == prepared_ && targets_->current() &&
-                 targets_->current()->views == 1);
+                 targets_->current()->views == 1 && gpu_scene_->world_count == 1);
   const auto globals_of = [&] {
-    return passes_->make_globals(settings_, *gpu_scene_, *targets_->current(), view, false);
+    return passes_->make_globals(settings_, *gpu_scene_, *targets_->current(), view, false, 0);
   };
   const gpu_types::Globals globals = globals_of();
   const FrameRequest& request = prepared.request();
@@ -212,7 +213,8 @@ bool SceneRenderer::trace_paths(const PreparedFrame& prepared, const state::Pose
     if (!is_same_scene) passes_->path_tracer->drop();
     gpu::FrameRing& ring = passes_->path_tracer->submissions();
     gpu::Recorder& recorder = ring.begin();
-    update_scene(recorder, ring.staging(), poses, false);
+    const state::PoseState* const world = &poses;
+    update_scene(recorder, ring.staging(), std::span(&world, 1), view, false);
     passes_->shadows.upload_changes(recorder, ring.staging());
     record_acceleration_structures(recorder);
     // The edits of this update may have replaced buffers.

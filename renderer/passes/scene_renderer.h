@@ -63,8 +63,9 @@ class SceneRenderer {
 
   // The scene must respect max_textures and outlive its use here. Repeated calls are allowed: the old
   // scene's resources retire. Throws VulkanFailure when memory is short; the earlier scene then stays in use.
-  void set_scene(const scene::Scene& scene);
-  void set_scene(const scene::Scene& scene, const scene::Derived& derived);
+  // worlds: copies of the scene that differ in their poses alone and share its geometry; each view shows one.
+  void set_scene(const scene::Scene& scene, uint32_t worlds = 1);
+  void set_scene(const scene::Scene& scene, const scene::Derived& derived, uint32_t worlds = 1);
   // Edits of the current scene, read in each frame. Call it once, before the first frame.
   void set_edits(const scene::SceneEdits& edits) { edits_ = &edits; }
   // Markers of later images that request them. They are read by prepare() and record().
@@ -85,20 +86,27 @@ class SceneRenderer {
   Result<void> can_blur() const { return settings_.can_blur(); }
 
   // Records the passes. Requested colours are in image(), planes in planes(), ready to be read. views: as
-  // many as requested. histories: one per view, for motion, or none.
+  // many as requested. histories: one per view, for motion, or none. poses: of each world.
+  void record(const PreparedFrame& frame, gpu::Recorder& recorder, gpu::StagingRing& staging,
+              std::span<const state::PoseState* const> poses, std::span<const View> views,
+              std::span<CameraHistory> histories = {});
+  // The same for a scene with one world.
   void record(const PreparedFrame& frame, gpu::Recorder& recorder, gpu::StagingRing& staging,
               const state::PoseState& poses, std::span<const View> views,
-              std::span<CameraHistory> histories = {});
+              std::span<CameraHistory> histories = {}) {
+    const state::PoseState* const world = &poses;
+    record(frame, recorder, staging, std::span(&world, 1), views, histories);
+  }
   // The same for one view.
   void record(const PreparedFrame& frame, gpu::Recorder& recorder, gpu::StagingRing& staging,
               const state::PoseState& poses, const View& view, CameraHistory* history = nullptr) {
     record(frame, recorder, staging, poses, std::span(&view, 1), std::span(history, history ? 1 : 0));
   }
-  // Traces the paths of an image, in submissions of its own. With DrawSettings::path, record() of the same
-  // frame and view follows and resolves them. Returns false if should_stop ended it; then nothing may be
-  // recorded. A frame that refines adds samples to the last such image. If scene, view or settings have
-  // changed, the image starts again, but not before its first sample is whole; until then record() shows the
-  // image before it.
+  // Traces the paths of an image of a scene with one world, in submissions of its own. With
+  // DrawSettings::path, record() of the same frame and view follows and resolves them. Returns false if
+  // should_stop ended it; then nothing may be recorded. A frame that refines adds samples to the last such
+  // image. If scene, view or settings have changed, the image starts again, but not before its first sample
+  // is whole; until then record() shows the image before it.
   bool trace_paths(const PreparedFrame& frame, const state::PoseState& poses, const View& view,
                    const PathHooks& hooks = {});
   // prepare(), trace_paths() if the settings trace the requested colours, and FrameRing::begin(). record()
@@ -149,8 +157,9 @@ class SceneRenderer {
   SceneLimits limits() const;
   bool shows_markers(const FrameRequest& request) const;
   Inspection available(Inspection inspection, const ImageOutputs& outputs) const;
-  void update_scene(gpu::Recorder& recorder, gpu::StagingRing& staging, const state::PoseState& poses,
-                    bool draws_forward);
+  // view: of the first image.
+  void update_scene(gpu::Recorder& recorder, gpu::StagingRing& staging,
+                    std::span<const state::PoseState* const> poses, const View& view, bool draws_forward);
   void build_acceleration_structures(gpu::Recorder& recorder);
   void record_acceleration_structures(gpu::Recorder& recorder);
   scene::EditRevisions edit_revisions() const;

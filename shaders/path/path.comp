@@ -6,7 +6,6 @@
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { PathPush push; };
-layout(set = 0, binding = FIRE3DV_BINDING_TOP_LEVEL) uniform accelerationStructureEXT top_level;
 
 bool accepts_candidate(GlobalsRef globals, rayQueryEXT query, bool is_camera_ray, uvec4 random) {
   return accepts_hit(globals, rayQueryGetIntersectionInstanceCustomIndexEXT(query, false),
@@ -18,7 +17,8 @@ bool accepts_candidate(GlobalsRef globals, rayQueryEXT query, bool is_camera_ray
 // Camera rays test the side of every surface, and so ask for all candidates.
 Hit closest_hit(GlobalsRef globals, vec3 origin, float near_m, vec3 direction, float far_m, bool is_camera_ray, uvec4 random) {
   rayQueryEXT query;
-  rayQueryInitializeEXT(query, top_level, is_camera_ray ? gl_RayFlagsNoOpaqueEXT : gl_RayFlagsNoneEXT, 0xff, origin, near_m,
+  rayQueryInitializeEXT(query, accelerationStructureEXT(globals.value.top_level),
+                        is_camera_ray ? gl_RayFlagsNoOpaqueEXT : gl_RayFlagsNoneEXT, 0xff, origin, near_m,
                         direction, far_m);
   while (rayQueryProceedEXT(query)) {
     if (accepts_candidate(globals, query, is_camera_ray, random)) rayQueryConfirmIntersectionEXT(query);
@@ -36,7 +36,8 @@ Hit closest_hit(GlobalsRef globals, vec3 origin, float near_m, vec3 direction, f
 
 bool is_blocked(GlobalsRef globals, vec3 origin, vec3 direction, float distance_m, uvec4 random) {
   rayQueryEXT query;
-  rayQueryInitializeEXT(query, top_level, gl_RayFlagsTerminateOnFirstHitEXT, 0xff, origin, 0, direction, distance_m);
+  rayQueryInitializeEXT(query, accelerationStructureEXT(globals.value.top_level), gl_RayFlagsTerminateOnFirstHitEXT,
+                        0xff, origin, 0, direction, distance_m);
   while (rayQueryProceedEXT(query)) {
     if (accepts_candidate(globals, query, false, random)) rayQueryConfirmIntersectionEXT(query);
   }

@@ -6,7 +6,6 @@
 #include "ray_effects/ray_effects.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(set = 0, binding = FIRE3DV_BINDING_TOP_LEVEL) uniform accelerationStructureEXT top_level;
 
 bool accepts_candidate(GlobalsRef globals, rayQueryEXT query, bool meets_all) {
   return accepts_effect_hit(globals, rayQueryGetIntersectionInstanceCustomIndexEXT(query, false),
@@ -17,7 +16,8 @@ bool accepts_candidate(GlobalsRef globals, rayQueryEXT query, bool meets_all) {
 
 bool is_shadowed(GlobalsRef globals, vec3 origin, vec3 direction, float distance_m) {
   rayQueryEXT query;
-  rayQueryInitializeEXT(query, top_level, gl_RayFlagsTerminateOnFirstHitEXT, 0xff, origin, 0, direction, distance_m);
+  rayQueryInitializeEXT(query, accelerationStructureEXT(globals.value.top_level), gl_RayFlagsTerminateOnFirstHitEXT,
+                        0xff, origin, 0, direction, distance_m);
   while (rayQueryProceedEXT(query)) {
     if (accepts_candidate(globals, query, false)) rayQueryConfirmIntersectionEXT(query);
   }
@@ -27,7 +27,8 @@ bool is_shadowed(GlobalsRef globals, vec3 origin, vec3 direction, float distance
 Hit closest_hit(vec3 origin, vec3 direction, float distance_m, bool meets_all) {
   GlobalsRef globals = GlobalsRef(push.globals);
   rayQueryEXT query;
-  rayQueryInitializeEXT(query, top_level, gl_RayFlagsNoneEXT, 0xff, origin, 0, direction, distance_m);
+  rayQueryInitializeEXT(query, accelerationStructureEXT(globals.value.top_level), gl_RayFlagsNoneEXT, 0xff, origin, 0,
+                        direction, distance_m);
   while (rayQueryProceedEXT(query)) {
     if (accepts_candidate(globals, query, meets_all)) rayQueryConfirmIntersectionEXT(query);
   }

@@ -8,11 +8,11 @@
 #include "shading/ray_aabbs.glsl"
 #endif
 
-layout(set = 0, binding = FIRE3DV_BINDING_TOP_LEVEL) uniform accelerationStructureEXT top_level;
 
 bool is_shadowed(GlobalsRef globals, vec3 origin, vec3 direction, float distance_m) {
   rayQueryEXT query;
-  rayQueryInitializeEXT(query, top_level, gl_RayFlagsTerminateOnFirstHitEXT, 0xff, origin, 0, direction, distance_m);
+  rayQueryInitializeEXT(query, accelerationStructureEXT(globals.value.top_level), gl_RayFlagsTerminateOnFirstHitEXT,
+                        0xff, origin, 0, direction, distance_m);
   while (rayQueryProceedEXT(query)) {
     if (rayQueryGetIntersectionTypeEXT(query, false) != gl_RayQueryCandidateIntersectionTriangleEXT) {
 #ifdef FIRE3DV_RAY_BOXES

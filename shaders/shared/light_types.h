@@ -110,6 +110,7 @@ struct LightViewsPush {
   uint view_count;
   uint levels_of_detail;  // 1: maps may hold coarser LODs
   uint camera_count;
+  uint first_texel;  // of the world's maps
 };
 
 // A light's view before it is fitted to the visible casters.

@@ -93,6 +93,8 @@ struct RasterSet {
   FIRE3DV_ADDRESS target;       // uint64_t[pixel][sample] of the camera; uint[] of the lights
   FIRE3DV_ADDRESS was_visible;  // uint[cluster instance]: 1 = visible in the last frame
   FIRE3DV_ADDRESS hiz;          // float[]: HiZ pyramid, see visibility/hiz.glsl
+  FIRE3DV_ADDRESS
+  view_globals;  // FIRE3DV_ADDRESS[view]: Globals of the view's world, where there are several
   uint instance_count;
   uint huge_capacity;
   uint prepared_capacity;
@@ -119,8 +121,8 @@ struct HizPush {
 };
 
 struct RasterPush {
-  FIRE3DV_ADDRESS globals;
-  FIRE3DV_ADDRESS set;  // RasterSet
+  FIRE3DV_ADDRESS globals;  // of all views, or with several worlds of `view`
+  FIRE3DV_ADDRESS set;      // RasterSet
   uint view;
 };
 

@@ -44,6 +44,7 @@ struct Globals {
   FIRE3DV_ADDRESS light_views;              // RasterView[]
   FIRE3DV_ADDRESS shadow_maps;       // uint[], encode_depth(): per view, the centre map, then the outer map
   FIRE3DV_ADDRESS shadow_mask;       // uint[pixel][mask_words]
+  FIRE3DV_ADDRESS top_level;         // acceleration structure of the world; 0: rays cannot be traced
   FIRE3DV_ADDRESS planar_casters;    // PlanarCasterPlane[]
   FIRE3DV_ADDRESS backface_casters;  // uint[part]: 1 = see casts_by_back_faces()
   mat4 clip_from_world;

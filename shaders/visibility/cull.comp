@@ -74,6 +74,7 @@ void main() {
   }
   const uint index = group * 64 + gl_LocalInvocationIndex;
   const uint view_index = gl_GlobalInvocationID.z;
+  if (kSeveralWorlds) globals = globals_of_view(set, view_index);
   bool wanted = index < set.instance_count;
   bool masked = false, one_side = false;
   if (wanted) {

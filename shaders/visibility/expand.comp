@@ -64,6 +64,7 @@ void main() {
   const uint entry = gl_WorkGroupID.x + gl_WorkGroupID.y * 65535;
   if (entry >= min(LargeWorkRef(set.large).value.expand.count, set.huge_capacity)) return;
   const HugeTriangle huge = HugeTriangleRef(set.huge).at[entry];
+  if (kSeveralWorlds) globals = globals_of_view(set, huge.view);
   const VisibleTriangle triangle = visible_triangle(globals, huge.id);
   const RasterView view = RasterViewRef(set.views).at[huge.view];
   const ivec2 size = ivec2(view.width, view.height);

@@ -145,8 +145,8 @@ void main() {
   view.planes_world[5] = inward(z);
   view.width = wanted.size;
   view.height = wanted.size;
-  view.first_texel = wanted.first_texel;
-  view.first_tile = wanted.first_texel >> (2 * FIRE3DV_TILE_SHIFT);
+  view.first_texel = push.first_texel + wanted.first_texel;
+  view.first_tile = view.first_texel >> (2 * FIRE3DV_TILE_SHIFT);
   const float texels_per_m = 0.5 * wanted.size * max(length(x.xyz), length(y.xyz));
   view.level_scale = push.levels_of_detail != 0 ? texels_per_m / kLevelTexels : 0;
   RasterViewOut(push.views).at[gl_WorkGroupID.x] = view;

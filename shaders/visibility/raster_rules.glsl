@@ -22,6 +22,9 @@ uint list_of_tile(RasterView view, ivec2 tile) {
 const float kGuardPixels = 1048576;
 const ivec2 kNowhere = ivec2(-2147483647);
 
+// Globals of a view's world, in sets of several worlds.
+GlobalsRef globals_of_view(RasterSet set, uint view) { return globals_at(AddressRef(set.view_globals).at[view]); }
+
 struct ScreenVertex {
   ivec2 xy;  // 1/256 pixel
   float z;   // reversed depth

@@ -14,6 +14,7 @@ void main() {
   if (place >= min(LargeWorkRef(set.large).value.tiles.count, set.tile_capacity)) return;
   const TileEntry entry = TileEntryRef(set.tiles).at[place];
   const PreparedTriangle prepared = PreparedTriangleRef(set.prepared).at[entry.prepared];
+  if (kSeveralWorlds) globals = globals_of_view(set, prepared.view);
   const RasterView view = RasterViewRef(set.views).at[prepared.view];
   const TileTriangle triangle = tile_triangle(prepared);
   const ivec2 origin = ivec2(entry.tile & 0xffffu, entry.tile >> 16) << kTileShift;

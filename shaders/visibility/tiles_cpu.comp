@@ -156,6 +156,7 @@ void main() {
   globals = globals_at(push.globals);
   const RasterSet set = RasterSetRef(push.set).value;
   const uvec3 group = layers_group();
+  if (kSeveralWorlds) globals = globals_of_view(set, group.z);
   view = view_for_all(set.views, group.z);
   first_sample = view.first_texel;
   visibility = set.target;

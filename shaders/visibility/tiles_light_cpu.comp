@@ -111,6 +111,7 @@ void main() {
   globals = globals_at(push.globals);
   set = RasterSetRef(push.set).value;
   const uvec3 group = layers_group();
+  if (kSeveralWorlds) globals = globals_of_view(set, group.z);
   view = view_for_all(set.views, group.z);
   const ivec2 tile = ivec2(group.xy);
   tile_pixel = tile << kTileShift;

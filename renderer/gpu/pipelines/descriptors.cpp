@@ -74,11 +74,6 @@ SetLayout BindlessTextures::create_layout(Device& device, uint32_t capacity) {
   std::vector<VkDescriptorSetLayoutBinding> bindings;
   std::vector<VkDescriptorBindingFlags> flags;
   const VkShaderStageFlags stages = kStages | (device.report().ray_tracing_pipeline ? kRayStages : 0);
-  if (device.traces_rays()) {
-    bindings.push_back(
-        {FIRE3DV_BINDING_TOP_LEVEL, VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR, 1, stages, nullptr});
-    flags.push_back(VK_DESCRIPTOR_BINDING_PARTIALLY_BOUND_BIT);
-  }
   for (uint32_t i = 0; i < std::tuple_size_v<EnvironmentTextures>; ++i) {
     bindings.push_back({FIRE3DV_BINDING_ENVIRONMENT_BACKGROUND + i, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
                         1, stages, nullptr});
@@ -105,12 +100,10 @@ SetLayout BindlessTextures::create_layout(Device& device, uint32_t capacity) {
 
 BindlessTextures::BindlessTextures(Device& device, VkDescriptorSetLayout layout,
                                    std::span<const SampledTexture> textures,
-                                   const EnvironmentTextures& environment,
-                                   VkAccelerationStructureKHR top_level) {
+                                   const EnvironmentTextures& environment) {
   const uint32_t count = std::max<uint32_t>(1, static_cast<uint32_t>(textures.size()));
   std::vector<VkDescriptorPoolSize> sizes{
       {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, count + static_cast<uint32_t>(environment.size())}};
-  if (device.traces_rays()) sizes.push_back({VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR, 1});
   VkDescriptorPoolCreateInfo pool_info{VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO};
   pool_info.flags = VK_DESCRIPTOR_POOL_CREATE_UPDATE_AFTER_BIND_BIT;
   pool_info.maxSets = 1;
@@ -151,19 +144,6 @@ BindlessTextures::BindlessTextures(Device& device, VkDescriptorSetLayout layout,
   for (uint32_t i = 0; i < fixed; ++i) write_images(FIRE3DV_BINDING_ENVIRONMENT_BACKGROUND + i, i, 1);
   if (!textures.empty())
     write_images(FIRE3DV_BINDING_TEXTURES, fixed, static_cast<uint32_t>(textures.size()));
-  VkWriteDescriptorSetAccelerationStructureKHR structures{
-      VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET_ACCELERATION_STRUCTURE_KHR};
-  if (top_level) {
-    structures.accelerationStructureCount = 1;
-    structures.pAccelerationStructures = &top_level;
-    VkWriteDescriptorSet& write =
-        writes.emplace_back(VkWriteDescriptorSet{VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET});
-    write.pNext = &structures;
-    write.dstSet = set_;
-    write.dstBinding = FIRE3DV_BINDING_TOP_LEVEL;
-    write.descriptorCount = 1;
-    write.descriptorType = VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR;
-  }
   vkUpdateDescriptorSets(device.handle(), static_cast<uint32_t>(writes.size()), writes.data(), 0, nullptr);
 }
 

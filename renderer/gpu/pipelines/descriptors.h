@@ -37,16 +37,15 @@ struct SampledTexture {
 using EnvironmentTextures =
     std::array<SampledTexture, FIRE3DV_BINDING_TEXTURES - FIRE3DV_BINDING_ENVIRONMENT_BACKGROUND>;
 
-// Bindless descriptor set 0, shared by all passes. It holds the scene's textures, the environment images and,
-// with ray queries, the top-level acceleration structure.
+// Bindless descriptor set 0, shared by all passes and worlds. It holds the scene's textures and the
+// environment images. Shaders find acceleration structures by their addresses.
 class BindlessTextures {
  public:
   BindlessTextures() = default;
   // layout: from create_layout, with room for the textures. environment: bindings from
-  // FIRE3DV_BINDING_ENVIRONMENT_BACKGROUND on. top_level may be VK_NULL_HANDLE. The set does not own the
-  // objects that it points to.
+  // FIRE3DV_BINDING_ENVIRONMENT_BACKGROUND on. The set does not own the objects that it points to.
   BindlessTextures(Device& device, VkDescriptorSetLayout layout, std::span<const SampledTexture> textures,
-                   const EnvironmentTextures& environment, VkAccelerationStructureKHR top_level);
+                   const EnvironmentTextures& environment);
 
   // Creates the set layout for pipeline layouts, before any scene is loaded. Keep capacity small: lavapipe
   // clears 256 bytes for each descriptor of a layout.

@@ -13,7 +13,7 @@ constexpr VkDeviceSize kMaxSnapshotBytes = VkDeviceSize{256} << 20;
 constexpr size_t kMinSnapshots = 8;
 
 VkDeviceSize snapshot_bytes(const GpuScene& scene) {
-  return scene.node_facts_offset;
+  return (scene.world_count - 1) * scene.node_bytes + scene.node_facts_offset;
 }
 
 std::vector<gpu_types::PartLabels> label_parts(const scene::Scene& scene, const GpuScene& gpu_scene) {
@@ -99,7 +99,8 @@ gpu_types::OutputsWanted OutputsPass::make_parameters(const Source& source, uint
   parameters.normal = address(wire::kNormal);
   parameters.motion = address(wire::kMotion);
   parameters.labels = labels_.address;
-  parameters.last_world_from_node = last ? last->world_from_node->address : 0;
+  parameters.last_world_from_node =
+      last ? last->world_from_node->address + source.views[view].world * source.gpu_scene.node_bytes : 0;
   parameters.last_clip_from_world = last ? last->clip_from_world : glm::mat4(1);
   parameters.look_world = source.views[view].look_world;
   parameters.orthographic = source.views[view].orthographic ? 1 : 0;

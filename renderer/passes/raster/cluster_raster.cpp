@@ -108,14 +108,11 @@ ClusterRaster::ClusterRaster(gpu::Device& device, VkPipelineLayout layout, Raste
       tile_by_tile_(kind != RasterKind::camera_counts && gpu::uses_cpu_variants(device)) {
   const std::string suffix = suffix_of(kind);
   const bool counting = kind == RasterKind::camera_counts;
-  cull_ = gpu::create_compute_pipeline(device, layout,
-                                       "cull" + (is_of_lights(kind) ? "_light.comp"
-                                                 : counting         ? "_1.comp"
-                                                                    : suffix));
+  make_cull(false, gpu::Compile::immediately);
   raster_ = gpu::create_compute_pipeline(device, layout, "raster" + suffix);
   if (!tile_by_tile_ && !counting)
     raster_narrow_ = gpu::create_compute_pipeline(device, layout, "raster_narrow" + suffix);
-  large_ = make_large(false, gpu::Compile::immediately);
+  make_large(false, false, gpu::Compile::immediately);
   if (!is_of_lights(kind) && !counting)
     hiz_pipeline_ = gpu::create_compute_pipeline(device, layout, "hiz" + suffix);
   for (gpu::Buffer& counts : counts_) {
@@ -124,19 +121,34 @@ ClusterRaster::ClusterRaster(gpu::Device& device, VkPipelineLayout layout, Raste
   }
 }
 
-ClusterRaster::LargePipelines ClusterRaster::make_large(bool masks, gpu::Compile when) const {
+void ClusterRaster::make_cull(bool worlds, gpu::Compile when) {
+  if (cull_[worlds]) return;
+  ShaderVariant variant;
+  variant.several_worlds = worlds;
+  cull_[worlds] =
+      gpu::create_compute_pipeline(device_, layout_,
+                                   "cull" + (is_of_lights(kind_)                  ? "_light.comp"
+                                             : kind_ == RasterKind::camera_counts ? "_1.comp"
+                                                                                  : suffix_of(kind_)),
+                                   when, variant.constants());
+}
+
+void ClusterRaster::make_large(bool masks, bool worlds, gpu::Compile when) {
+  LargePipelines& large = large_[masks][worlds];
+  if (large.tiles) return;
   ShaderVariant variant;
   variant.masks = masks;
+  variant.several_worlds = worlds;
   const auto make = [&](const char* shader) {
     return gpu::create_compute_pipeline(device_, layout_, shader + suffix_of(kind_), when,
                                         variant.constants());
   };
-  return {make("expand"), make("tiles")};
+  large = {make("expand"), make("tiles")};
 }
 
 void ClusterRaster::expect_masks() {
   if (raster_mask_) return;
-  large_masked_ = make_large(true, gpu::Compile::next);
+  make_large(true, false, gpu::Compile::next);
   raster_mask_ =
       gpu::create_compute_pipeline(device_, layout_, "raster_mask" + suffix_of(kind_), gpu::Compile::next);
 }
@@ -204,6 +216,10 @@ void ClusterRaster::begin(gpu::StagingRing& staging, const Job& job) {
   round_count_ = culls_occluded(job) ? 2 : 1;
   read_counts();
   allocate(job);
+  if (job.has_several_worlds()) {
+    make_cull(true, gpu::Compile::next);
+    make_large(job.scene->has_masked, true, gpu::Compile::next);
+  }
   gpu_types::RasterSet set{};
   set.views = job.views;
   set.lists = lists_.address;
@@ -215,6 +231,8 @@ void ClusterRaster::begin(gpu::StagingRing& staging, const Job& job) {
   set.generation = job.target->generation();
   set.was_visible = was_visible_.address;
   set.hiz = hiz_.address;
+  if (job.has_several_worlds())
+    set.view_globals = staging.write(std::span<const VkDeviceAddress>(job.globals_of_views)).address;
   set.instance_count = job.instance_count();
   set.huge_capacity = huge_capacity_;
   set.prepared_capacity = kPreparedCapacity;
@@ -274,7 +292,8 @@ void ClusterRaster::bind(VkCommandBuffer commands, const gpu::Pipeline& pipeline
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.get());
   const VkDescriptorSet set = job_.scene->textures.set();
   vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, layout_, 0, 1, &set, 0, nullptr);
-  const gpu_types::RasterPush push{job_.globals, round_sets_[round], view};
+  const VkDeviceAddress globals = job_.has_several_worlds() ? job_.globals_of_views[view] : job_.globals;
+  const gpu_types::RasterPush push{globals, round_sets_[round], view};
   vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
 }
 
@@ -290,7 +309,7 @@ VkDeviceSize ClusterRaster::clear_quads(uint32_t round) const {
 }
 
 void ClusterRaster::cull(VkCommandBuffer commands, uint32_t round) const {
-  bind(commands, cull_, round, 0);
+  bind(commands, cull_[job_.has_several_worlds()], round, 0);
   // Each view has its culling groups and a share of the groups that clear the common target.
   const VkDeviceSize quads_of_row = VkDeviceSize{64} * FIRE3DV_CLEAR_QUADS * job_.view_count;
   const uint32_t groups =

@@ -49,12 +49,14 @@ class ClusterRaster {
     ClusterTarget* target = nullptr;       // begin(target_bytes) was called
     VkDeviceSize target_bytes = 0;
     VkDeviceAddress views = 0;
-    VkDeviceAddress globals = 0;
+    VkDeviceAddress globals = 0;                    // of all views
+    std::vector<VkDeviceAddress> globals_of_views;  // instead, of views of several worlds
     uint32_t view_count = 1;
     VkExtent2D extent{};  // of the camera's image, or of the largest shadow map
     Cull cull = Cull::automatic;
     bool levels_of_detail = false;  // false: LOD 0 clusters only
 
+    bool has_several_worlds() const { return !globals_of_views.empty(); }
     uint32_t instance_count() const {
       return levels_of_detail ? scene->cluster_instance_count : scene->lod0_cluster_instance_count;
     }
@@ -104,15 +106,20 @@ class ClusterRaster {
   VkPipelineLayout layout_;
   const RasterKind kind_;
   const bool tile_by_tile_;  // on a CPU: one workgroup per tile of the image, not per triangle
-  // Large masked triangles need pipelines with an alpha test; most scenes have none.
   struct LargePipelines {
     gpu::Pipeline expand, tiles;
   };
-  LargePipelines make_large(bool masks, gpu::Compile when) const;
-  const LargePipelines& large() const { return job_.scene->has_masked ? large_masked_ : large_; }
+  void make_cull(bool worlds, gpu::Compile when);
+  void make_large(bool masks, bool worlds, gpu::Compile when);
+  const LargePipelines& large() const {
+    return large_[job_.scene->has_masked ? 1 : 0][job_.has_several_worlds() ? 1 : 0];
+  }
 
-  gpu::Pipeline cull_, raster_, raster_narrow_, raster_mask_, hiz_pipeline_;
-  LargePipelines large_, large_masked_;
+  gpu::Pipeline raster_, raster_narrow_, raster_mask_, hiz_pipeline_;
+  gpu::Pipeline cull_[2];  // for one world; for several
+  // Large masked triangles need pipelines with an alpha test; most scenes have none. Second index as in
+  // cull_.
+  LargePipelines large_[2][2];
   Job job_;
   uint32_t round_count_ = 1;
   std::array<VkDeviceAddress, 2> round_sets_{};  // RasterSet

@@ -25,7 +25,7 @@ const scene::Mesh* mesh_of(const scene::Scene& scene, uint32_t node) {
 }
 
 // Writes vertices in the order of the GPU's arrays.
-void write_vertices(gpu::Patches& patches, const GpuScene& gpu_scene, const InstanceVertices& own,
+void write_vertices(gpu::Patches& patches, GpuScene& gpu_scene, const InstanceVertices& own,
                     const scene::Scene& scene, const scene::PosedVertices& posed) {
   std::vector<glm::vec3> positions;
   std::vector<scene::TangentFrame> frames;
@@ -34,17 +34,21 @@ void write_vertices(gpu::Patches& patches, const GpuScene& gpu_scene, const Inst
     frames.push_back(
         scene::packed_frame(posed.normals[own.mesh_vertices[i]], scene::tangent_of(scene, own.vertices[i])));
   }
-  patches.write(gpu_scene.positions, own.first_vertex * sizeof(glm::vec3),
-                std::span<const glm::vec3>(positions));
-  patches.write(gpu_scene.frames, own.first_vertex * sizeof(scene::TangentFrame),
-                std::span<const scene::TangentFrame>(frames));
+  for (VertexBuffers& vertices : gpu_scene.vertices) {
+    patches.write(vertices.positions, own.first_vertex * sizeof(glm::vec3),
+                  std::span<const glm::vec3>(positions));
+    patches.write(vertices.frames, own.first_vertex * sizeof(scene::TangentFrame),
+                  std::span<const scene::TangentFrame>(frames));
+  }
   const scene::Mesh& mesh = *mesh_of(scene, own.node);
   for (uint32_t i = 0; i < mesh.primitive_count; ++i) {
     const VkDeviceSize primitive = gpu_scene.primitive_at(own.node, mesh.first_primitive + i);
     static_assert(offsetof(PrimitiveRecord, mesh_radius) ==
                   offsetof(PrimitiveRecord, mesh_center) + sizeof(glm::vec3));
-    patches.write(gpu_scene.primitives,
-                  primitive * sizeof(PrimitiveRecord) + offsetof(PrimitiveRecord, mesh_center), posed.sphere);
+    for (VertexBuffers& vertices : gpu_scene.vertices)
+      patches.write(vertices.primitives,
+                    primitive * sizeof(PrimitiveRecord) + offsetof(PrimitiveRecord, mesh_center),
+                    posed.sphere);
   }
 }
 
@@ -95,9 +99,11 @@ void EditUploader::upload_visibility(Change& change) {
     const bool moves = !hidden && transform_index_of(scene, node) == node;
     change.patches.write(gpu_scene.instance_of_node, node * sizeof(uint32_t),
                          moves ? instance : FIRE3DV_NO_INDEX);
-    change.patches.write(gpu_scene.instances,
-                         instance * sizeof(VkAccelerationStructureInstanceKHR) + kIndexAndMask,
-                         (node & 0xffffffu) | (hidden ? 0 : 0xff000000u));
+    for (uint32_t world = 0; world < gpu_scene.world_count; ++world)
+      change.patches.write(gpu_scene.instances,
+                           world * gpu_scene.instance_bytes +
+                               instance * sizeof(VkAccelerationStructureInstanceKHR) + kIndexAndMask,
+                           (node & 0xffffffu) | (hidden ? 0 : 0xff000000u));
   }
   gpu_scene.hidden = change.edits.hidden();
   change.draws = change.changed.visibility = true;
@@ -169,9 +175,10 @@ void EditUploader::reserve_colors(Change& change) {
   change.patches.reserve(device_, gpu_scene.materials,
                          gpu_scene.scene_material_count * sizeof(MaterialRecord),
                          materials * sizeof(MaterialRecord));
-  change.patches.reserve(device_, gpu_scene.primitives,
-                         gpu_scene.scene_primitive_count * sizeof(PrimitiveRecord),
-                         primitives * sizeof(PrimitiveRecord));
+  for (VertexBuffers& vertices : gpu_scene.vertices)
+    change.patches.reserve(device_, vertices.primitives,
+                           gpu_scene.scene_primitive_count * sizeof(PrimitiveRecord),
+                           primitives * sizeof(PrimitiveRecord));
 }
 
 void EditUploader::assign_edited_materials(Change& change) {
@@ -193,15 +200,14 @@ void EditUploader::assign_edited_materials(Change& change) {
       set_part_material(change, node, i, color.first_material + i);
       if (scene::is_deformed(scene.nodes[node])) {
         const uint32_t primitive = gpu_scene.primitive_at(node, mesh.first_primitive + i);
-        change.patches.write(gpu_scene.primitives,
-                             primitive * sizeof(PrimitiveRecord) + offsetof(PrimitiveRecord, material),
-                             color.first_material + i);
+        write_primitives(change, primitive * sizeof(PrimitiveRecord) + offsetof(PrimitiveRecord, material),
+                         color.first_material + i);
         continue;
       }
       gpu_scene.geometry.push_back(gpu_scene.geometry[mesh.first_primitive + i]);
       PrimitiveRecord record = primitive_record(scene, mesh, gpu_scene.geometry.back(), i);
       record.material = color.first_material + i;
-      change.patches.write(gpu_scene.primitives, (first_copy + i) * sizeof(PrimitiveRecord), record);
+      write_primitives(change, (first_copy + i) * sizeof(PrimitiveRecord), record);
     }
     if (!scene::is_deformed(scene.nodes[node])) set_first_primitive(change, node, first_copy);
   }
@@ -217,10 +223,10 @@ void EditUploader::restore_materials(Change& change, uint32_t node) {
   }
   for (uint32_t i = 0; i < mesh.primitive_count; ++i) {
     const uint32_t p = mesh.first_primitive + i;
-    change.patches.write(change.gpu_scene.primitives,
-                         change.gpu_scene.primitive_at(node, p) * sizeof(PrimitiveRecord) +
-                             offsetof(PrimitiveRecord, material),
-                         change.scene.primitives[p].material);
+    write_primitives(change,
+                     change.gpu_scene.primitive_at(node, p) * sizeof(PrimitiveRecord) +
+                         offsetof(PrimitiveRecord, material),
+                     change.scene.primitives[p].material);
   }
 }
 
@@ -259,8 +265,9 @@ void EditUploader::upload_lights(Change& change) {
   gpu_scene.light_at_node = std::move(light_at_node);
   gpu_scene.light_count = static_cast<uint32_t>(lights.size());
   // The light poses follow the node transforms in the buffer.
-  change.patches.reserve(device_, gpu_scene.world_from_node, gpu_scene.light_poses_offset,
-                         gpu_scene.light_poses_offset + lights.size() * sizeof(gpu_types::LightPose));
+  gpu_scene.light_bytes = lights.size() * sizeof(gpu_types::LightPose);
+  change.patches.reserve(device_, gpu_scene.world_from_node, gpu_scene.light_poses_offset(),
+                         gpu_scene.light_poses_offset() + gpu_scene.world_count * gpu_scene.light_bytes);
   change.changed.lights = true;
 }
 

@@ -50,6 +50,12 @@ class EditUploader {
   void upload_colors(Change& change, bool recreate);
   void reserve_colors(Change& change);
   void assign_edited_materials(Change& change);
+  // Of each world.
+  template <typename T>
+  static void write_primitives(Change& change, VkDeviceSize offset, const T& value) {
+    for (VertexBuffers& vertices : change.gpu_scene.vertices)
+      change.patches.write(vertices.primitives, offset, value);
+  }
   static void restore_materials(Change& change, uint32_t node);
   static void set_part_material(Change& change, uint32_t node, uint32_t i, uint32_t material);
   static void set_first_primitive(Change& change, uint32_t node, uint32_t first_primitive);

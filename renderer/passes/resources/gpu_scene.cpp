@@ -162,9 +162,10 @@ gpu_types::PrimitiveRecord primitive_record(const scene::Scene& scene, const sce
 }
 
 void GpuScene::update_winding(gpu::Recorder& recorder, gpu::StagingRing& staging, const scene::Scene& scene,
-                              const state::PoseState& poses) {
-  if (winding_revision == poses.revision()) return;
+                              uint32_t world, const state::PoseState& poses) {
+  if (winding_revision == poses.revision() && winding_world == world) return;
   winding_revision = poses.revision();
+  winding_world = world;
   std::vector<bool> now = find_mirrored(scene, poses);
   if (now == mirrored) return;
   mirrored = std::move(now);
@@ -188,29 +189,65 @@ void GpuScene::create_node_buffer(gpu::Device& device, gpu::LoaderCommands& load
   facts.push_back(FIRE3DV_NODE_EVEN);
   facts.push_back(FIRE3DV_NODE_EVEN | FIRE3DV_NODE_MIRRORED);
   const auto padded = [](size_t bytes) { return (bytes + 255) / 256 * 256; };
-  const size_t facts_at = padded(transforms.size() * sizeof(transforms[0]));
-  const size_t places_at = facts_at + padded(facts.size() * sizeof(facts[0]));
-  std::vector<std::byte> bytes(places_at + light_count * sizeof(gpu_types::LightPose));
-  std::memcpy(bytes.data(), transforms.data(), transforms.size() * sizeof(transforms[0]));
-  std::memcpy(bytes.data() + facts_at, facts.data(), facts.size() * sizeof(facts[0]));
+  node_facts_offset = padded(transforms.size() * sizeof(transforms[0]));
+  node_bytes = node_facts_offset + padded(facts.size() * sizeof(facts[0]));
+  light_bytes = light_count * sizeof(gpu_types::LightPose);
+  std::vector<std::byte> bytes(world_count * (node_bytes + light_bytes));
+  for (uint32_t world = 0; world < world_count; ++world) {
+    std::byte* const nodes = bytes.data() + world * node_bytes;
+    std::memcpy(nodes, transforms.data(), transforms.size() * sizeof(transforms[0]));
+    std::memcpy(nodes + node_facts_offset, facts.data(), facts.size() * sizeof(facts[0]));
+  }
   world_from_node = upload_array(device, loader, bytes);
-  node_facts_offset = facts_at;
-  light_poses_offset = places_at;
 }
 
 void GpuScene::add_reads(std::vector<gpu::Use>& uses, const gpu::Access& access) {
-  for (gpu::Buffer* written : {&world_from_node, &positions, &frames, &primitives})
-    uses.emplace_back(*written, access);
-  if (tangents) uses.emplace_back(tangents, access);
+  uses.emplace_back(world_from_node, access);
+  for (VertexBuffers& of_world : vertices) {
+    for (gpu::Buffer* written : {&of_world.positions, &of_world.frames, &of_world.primitives})
+      uses.emplace_back(*written, access);
+    if (of_world.tangents) uses.emplace_back(of_world.tangents, access);
+  }
+}
+
+void GpuScene::write_globals(gpu_types::Globals& globals, uint32_t world) const {
+  const VertexBuffers& of_world = vertices_of(world);
+  globals.world_from_node = nodes_of(world);
+  globals.node_facts = node_facts_of(world);
+  globals.light_poses = light_poses_of(world);
+  globals.top_level = top_level.empty() ? 0 : top_level.address(world);
+  globals.positions = of_world.positions.address;
+  globals.frames = of_world.frames.address;
+  globals.tangents = of_world.tangents.address;
+  globals.primitives = of_world.primitives.address;
+  globals.first_primitive_of_node = first_primitive_of_node.address;
+  globals.draws = draws.address;
+  globals.materials = materials.address;
+  globals.material_extensions = material_extensions.address;
+  globals.lights = lights.address;
+  globals.uvs = uvs.address;
+  globals.extras = extras.address;
+  globals.indices = indices.address;
+  globals.parts = parts.address;
+  globals.clusters = clusters.address;
+  globals.level_groups = level_groups.address;
+  globals.cluster_triangles = cluster_triangles.address;
+  globals.ray_boxes = ray_boxes.address;
+  globals.ray_box_count = ray_box_count;
+  globals.primitive_count = static_cast<uint32_t>(geometry.size());
+  globals.cluster_instances = cluster_instances.address;
+  globals.light_count = light_count;
+  globals.part_count = part_count;
 }
 
 GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::Derived& derived,
                    VkDescriptorSetLayout textures_layout, const gpu::EnvironmentTextures& environment,
-                   const SceneUses& uses, const GpuScene* before)
-    : refracts(uses.refracts && any_transmissive(scene)),
-      mirrored(mirrored_at_rest(scene)),
-      draw_list(DrawList::collect(scene, mirrored, {}, refracts)) {
+                   const SceneUses& uses, const GpuScene* before) {
   gpu::LoaderCommands loader(device);
+  world_count = uses.worlds;
+  refracts = uses.refracts && any_transmissive(scene);
+  mirrored = mirrored_at_rest(scene);
+  draw_list = DrawList::collect(scene, mirrored, {}, refracts);
   is_path_traced = uses.path_traced;
   node_count = static_cast<uint32_t>(scene.nodes.size());
 
@@ -221,8 +258,13 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
     deformed_nodes = scene::add_deformed_copies(scene, with_copies);
   }
   const scene::ClusteredGeometry& clustered = deformed_nodes.empty() ? derived.clusters : with_copies;
+  vertices.resize(deformed_nodes.empty() ? 1 : world_count);
   instance_vertices = find_instance_vertices(scene, deformed_nodes, clustered);
   deformed = DeformedShapes(device, loader, scene, std::move(deformed_nodes), clustered);
+  if (!deformed.nodes.empty()) {
+    for (uint32_t world = 0; world < world_count; ++world)
+      deformed_worlds.emplace_back().weights = upload_array(device, loader, scene.morph_weights);
+  }
   geometry = clustered.primitives;
   const VkBufferUsageFlags geometry_usage =
       VK_BUFFER_USAGE_STORAGE_BUFFER_BIT |
@@ -230,7 +272,9 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
   // A turn after each large array.
   TextureUploads texture_uploads(device, scene, uses.anisotropy, before ? &before->scene_textures : nullptr);
   texture_uploads.submit_some();
-  positions = upload_in_order(device, loader, scene.positions, clustered.source_vertices, geometry_usage);
+  for (VertexBuffers& of_world : vertices)
+    of_world.positions =
+        upload_in_order(device, loader, scene.positions, clustered.source_vertices, geometry_usage);
   texture_uploads.submit_some();
   const uint64_t index_count =
       needs_indices(scene, clustered, uses, device.traces_rays()) ? scene::index_count(clustered) : 0;
@@ -239,7 +283,7 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
   // A software device builds these for long; the builds run on another thread.
   std::optional<gpu::MeshBuilds> mesh_builds;
   if (device.traces_rays()) {
-    std::vector<gpu::Buffer*> inputs{&positions, &indices};
+    std::vector<gpu::Buffer*> inputs{&vertices[0].positions, &indices};
     static_assert(sizeof(scene::RayAabb) == sizeof(gpu_types::RayBoxRecord) &&
                   sizeof(scene::RayAabb) == gpu::kBoxStride);
     if (uses.rays_to_boxes && !clustered.ray_boxes.empty()) {
@@ -257,14 +301,16 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
     return upload_in_order(device, loader, values, clustered.source_vertices,
                            VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
   };
-  frames = upload_vertices(scene.frames);
-  texture_uploads.submit_some();
-  if (!scene.tangents.empty()) {
-    tangents = upload_vertices(scene.tangents);
-  } else if (deformed.record_count > 0) {
-    // Deformation writes tangents, even where the file's are not worth storing.
-    const std::vector<scene::TangentXy> room(clustered.source_vertices.size(), scene::kNoTangent);
-    tangents = upload_array(device, loader, room);
+  for (VertexBuffers& of_world : vertices) {
+    of_world.frames = upload_vertices(scene.frames);
+    texture_uploads.submit_some();
+    if (!scene.tangents.empty()) {
+      of_world.tangents = upload_vertices(scene.tangents);
+    } else if (deformed.record_count > 0) {
+      // Deformation writes tangents, even where the file's are not worth storing.
+      const std::vector<scene::TangentXy> room(clustered.source_vertices.size(), scene::kNoTangent);
+      of_world.tangents = upload_array(device, loader, room);
+    }
   }
   uvs = upload_vertices(scene.uvs);
   texture_uploads.submit_some();
@@ -290,7 +336,8 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
         shape.first_primitive - scene.meshes[scene.nodes[shape.node].mesh].first_primitive;
   }
   const std::vector<gpu_types::PrimitiveRecord> primitive_records = make_primitive_records(scene, *this);
-  primitives = upload_array(device, loader, primitive_records);
+  for (VertexBuffers& of_world : vertices)
+    of_world.primitives = upload_array(device, loader, primitive_records);
 
   std::vector<gpu_types::LightRecord> light_records;
   const std::vector<scene::PlacedLight> placed_lights = scene::lights_of(scene, nullptr);
@@ -333,15 +380,15 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
     loader.submit();  // keeps the order of recording
     blas_of_mesh = mesh_builds->finish(blas_report);
     mesh_builds.reset();
-    deformed.levels = gpu::DeformedLevels(device, deformed_geometry(scene, *this));
+    for (uint32_t world = 0; world < deformed_worlds.size(); ++world)
+      deformed_worlds[world].levels = gpu::DeformedLevels(device, deformed_geometry(scene, *this, world));
     std::vector<VkDeviceAddress> blas_of_node(node_count, 0);
     for (uint32_t n = 0; n < node_count; ++n) {
       const scene::Node& node = scene.nodes[n];
       if (node.mesh != scene::kNone) blas_of_node[n] = blas_of_mesh[node.mesh].address;
     }
-    for (size_t i = 0; i < deformed.nodes.size(); ++i) {
-      blas_of_node[deformed.nodes[i].node] = deformed.levels.address(i);
-    }
+    for (size_t i = 0; i < deformed.nodes.size(); ++i)
+      blas_of_node[deformed.nodes[i].node] = deformed_worlds[0].levels.address(i);
     const std::vector<gpu_types::AffineRows> transforms = first_transforms(node_count);
     std::vector<VkAccelerationStructureInstanceKHR> instance_records;
     instance_at_node.assign(node_count, FIRE3DV_NO_INDEX);
@@ -355,14 +402,25 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
                   sizeof(VkTransformMatrixKHR));
     }
     instance_count = static_cast<uint32_t>(instance_records.size());
+    instance_bytes = instance_count * sizeof(instance_records[0]);
+    instance_records.resize(size_t{world_count} * instance_count);
+    for (uint32_t world = 1; world < world_count; ++world) {
+      VkAccelerationStructureInstanceKHR* const of_world =
+          instance_records.data() + size_t{world} * instance_count;
+      std::copy_n(instance_records.begin(), instance_count, of_world);
+      for (size_t i = 0; i < deformed.nodes.size(); ++i) {
+        const uint32_t instance = instance_at_node[deformed.nodes[i].node];
+        if (instance != FIRE3DV_NO_INDEX)
+          of_world[instance].accelerationStructureReference = deformed_worlds[world].levels.address(i);
+      }
+    }
     instances = upload_array(device, loader, instance_records, geometry_usage);
-    top_level = gpu::TopLevel(device, instance_count, uses.rays);
+    top_level = gpu::TopLevels(device, world_count, instance_count, uses.rays);
   }
   instance_of_node = upload_array(device, loader, instance_indices);
   scene_textures = texture_uploads.finish();
   loader.finish();
-  textures =
-      gpu::BindlessTextures(device, textures_layout, scene_textures.sampled, environment, top_level.handle());
+  textures = gpu::BindlessTextures(device, textures_layout, scene_textures.sampled, environment);
 }
 
 }  // namespace fire3dv::passes

@@ -1,5 +1,5 @@
-// GPU copy of a Scene: derived, never edited. Geometry, materials and textures are uploaded once; the
-// transforms pass writes all moving data.
+// GPU copy of a Scene: the geometry that its worlds share, and the state of the worlds. Geometry, materials
+// and textures are uploaded once; the transforms pass writes all moving data.
 #pragma once
 
 #include <array>
@@ -16,19 +16,21 @@
 #include "renderer/scene/derived/loaded_scene.h"
 #include "renderer/scene/model/scene.h"
 #include "renderer/state/pose_state.h"
+#include "shaders/shared/types.h"
 
 namespace fire3dv::passes {
 
 // Per-instance vertices of a node whose vertices an edit replaces.
 struct InstanceVertices {
   uint32_t node = 0;
-  uint32_t first_vertex = 0;            // in GpuScene::positions
+  uint32_t first_vertex = 0;            // in VertexBuffers
   std::vector<uint32_t> vertices;       // scene indices, in the GPU's order
   std::vector<uint32_t> mesh_vertices;  // the same, relative to the mesh's first vertex
 };
 
 // Draw settings that decide which resources the GPU scene needs.
 struct SceneUses {
+  uint32_t worlds = 1;
   float anisotropy = 1;  // maximum anisotropy of smooth samplers, in texels; 1: none
   gpu::Rays rays = gpu::Rays::many;
   bool rays_to_boxes = false;  // gpu::traces_to_boxes(), and no ray-tracing pipeline
@@ -37,33 +39,18 @@ struct SceneUses {
   bool drawn_forward = true;   // whole scene on the forward path, not only its forward-only draws
 };
 
-struct GpuScene {
-  // textures_layout: see gpu::BindlessTextures. before: the copy of another scene on the device; images of
-  // the same pixels are shared with it.
-  GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::Derived& derived,
-           VkDescriptorSetLayout textures_layout, const gpu::EnvironmentTextures& environment,
-           const SceneUses& uses, const GpuScene* before = nullptr);
+// Vertices, and the primitives whose spheres enclose them.
+struct VertexBuffers {
+  // In cluster order. tangents is null where no vertex has any or can get any.
+  gpu::Buffer positions, frames, tangents;
+  gpu::Buffer primitives;
+};
 
-  // Sorts the draws again when poses or bindings have changed the winding of a node.
-  void update_winding(gpu::Recorder& recorder, gpu::StagingRing& staging, const scene::Scene& scene,
-                      const state::PoseState& poses);
-  // Collects the current draws: visible nodes with their current primitives.
-  void collect_draws(gpu::Recorder& recorder, gpu::StagingRing& staging, const scene::Scene& scene);
-
-  // Adds the scene buffers that this frame may have written to a pass's reads.
-  void add_reads(std::vector<gpu::Use>& uses, const gpu::Access& access);
-  // Primitive of a node: per-instance where the node is deformed.
-  uint32_t primitive_at(uint32_t node, uint32_t primitive) const {
-    return primitive + primitive_shift_of_node[node];
-  }
-  const scene::ClusteredPrimitive& geometry_of(const Draw& draw) const {
-    return geometry[primitive_at(draw.node, draw.primitive)];
-  }
-  bool is_hidden(uint32_t node) const { return node < hidden.size() && hidden[node]; }
-
+// What all worlds of a scene share: uploaded once, then only edits change it.
+struct SceneGeometry {
   uint32_t node_count = 0;
   uint32_t light_count = 0, part_count = 0, ray_box_count = 0;
-  uint32_t instance_count = 0;               // of the top-level acceleration structure
+  uint32_t instance_count = 0;               // of a world's top-level acceleration structure
   uint32_t cluster_instance_count = 0;       // all LODs
   uint32_t lod0_cluster_instance_count = 0;  // LOD 0 only; these come first
   uint64_t lod0_triangle_count = 0;          // LOD 0 triangles
@@ -76,29 +63,18 @@ struct GpuScene {
   bool is_path_traced = false;  // as in SceneUses
   bool refracts = false;        // as in SceneUses, in a scene with transmissive surfaces
 
-  // Vertices in cluster order. tangents and extras are null where no vertex has any or can get any.
-  gpu::Buffer positions, frames, tangents, uvs, extras;
-  gpu::Buffer indices;    // as in scene::ClusterIndices; null where no pass reads them
-  gpu::Buffer ray_boxes;  // scene::RayAabb[], where rays are traced to boxes
+  gpu::Buffer uvs, extras;  // in cluster order; extras is null where no vertex has any
+  gpu::Buffer indices;      // as in scene::ClusterIndices; null where no pass reads them
+  gpu::Buffer ray_boxes;    // scene::RayAabb[], where rays are traced to boxes
   gpu::Buffer parts, clusters, cluster_triangles, cluster_instances, level_groups;
   std::vector<scene::ClusteredPrimitive> geometry;  // per primitive of the scene, then of deformed nodes
   std::vector<uint32_t> primitive_shift_of_node;    // offset from a scene primitive to the node's; mostly 0
   DeformedShapes deformed;
-  gpu::Buffer materials, material_extensions, primitives, lights;
+  gpu::Buffer materials, material_extensions, lights;
   gpu::Buffer draws;                    // DrawRecord[], in the order of the draw list
   gpu::Buffer first_primitive_of_node;  // uint[]
   gpu::Buffer instance_of_node;         // uint[]
-  gpu::Buffer instances;                // VkAccelerationStructureInstanceKHR[]
   gpu::Buffer light_of_node;            // uint[]
-  // Written by the transforms pass: AffineRows[], then the static transforms of skinned parts, node facts and
-  // light poses.
-  gpu::Buffer world_from_node;
-  VkDeviceSize node_facts_offset = 0;   // uint[]: FIRE3DV_NODE_*
-  VkDeviceSize light_poses_offset = 0;  // LightPose[], last
-  VkDeviceAddress node_facts() const { return world_from_node.address + node_facts_offset; }
-  VkDeviceAddress light_poses() const { return world_from_node.address + light_poses_offset; }
-
-  void create_node_buffer(gpu::Device& device, gpu::LoaderCommands& loader);
 
   // State that scene edits refer to, see edit_uploader.h.
   std::vector<InstanceVertices> instance_vertices;
@@ -111,15 +87,82 @@ struct GpuScene {
 
   std::vector<uint32_t> first_part_of_node;
   std::vector<PlanarCaster> planar_casters;  // sorted by rest-pose size, largest first
-  std::vector<bool> mirrored;                // per node, as in the draw list
+  SceneTextures scene_textures;
+  std::vector<gpu::AccelerationStructure> blas_of_mesh;
+  gpu::BindlessTextures textures;
+  gpu::BlasBuildReport blas_report;
+
+  // Primitive of a node: per-instance where the node is deformed.
+  uint32_t primitive_at(uint32_t node, uint32_t primitive) const {
+    return primitive + primitive_shift_of_node[node];
+  }
+  const scene::ClusteredPrimitive& geometry_of(const Draw& draw) const {
+    return geometry[primitive_at(draw.node, draw.primitive)];
+  }
+  bool is_hidden(uint32_t node) const { return node < hidden.size() && hidden[node]; }
+};
+
+// What moves in the worlds of a scene: copies of the scene that differ in their poses. One allocation holds
+// the data of all worlds, at a stride.
+struct WorldState {
+  uint32_t world_count = 1;
+  // Written by the transforms pass. Of each world: AffineRows[], then the static transforms of skinned parts,
+  // then node facts. Then the light poses of each world.
+  gpu::Buffer world_from_node;
+  VkDeviceSize node_bytes = 0;         // stride of the worlds' nodes
+  VkDeviceSize node_facts_offset = 0;  // in a world's nodes; uint[]: FIRE3DV_NODE_*
+  VkDeviceSize light_bytes = 0;        // stride of the worlds' LightPose[]
+  gpu::Buffer instances;            // VkAccelerationStructureInstanceKHR[world][], where rays can be traced
+  VkDeviceSize instance_bytes = 0;  // stride of the worlds' instances
+  gpu::TopLevels top_level;
+  // By world where vertices are deformed or replaced; otherwise one entry for all.
+  std::vector<VertexBuffers> vertices;
+  std::vector<DeformedWorld> deformed_worlds;  // by world, where vertices are deformed
+
+  // Draws of one world, sorted by its winding.
+  std::vector<bool> mirrored;  // per node, as in the draw list
   DrawList draw_list;
   uint64_t draw_list_revision = 0;  // +1 whenever the list changes
   uint64_t winding_revision = UINT64_MAX;
-  SceneTextures scene_textures;
-  std::vector<gpu::AccelerationStructure> blas_of_mesh;
-  gpu::TopLevel top_level;  // where rays can be traced
-  gpu::BindlessTextures textures;
-  gpu::BlasBuildReport blas_report;
+  uint32_t winding_world = 0;
+
+  VertexBuffers& vertices_of(uint32_t world) { return vertices.size() > 1 ? vertices[world] : vertices[0]; }
+  const VertexBuffers& vertices_of(uint32_t world) const {
+    return vertices.size() > 1 ? vertices[world] : vertices[0];
+  }
+  VkDeviceAddress nodes_of(uint32_t world) const { return world_from_node.address + world * node_bytes; }
+  VkDeviceAddress node_facts_of(uint32_t world) const { return nodes_of(world) + node_facts_offset; }
+  VkDeviceAddress instances_of(uint32_t world) const {
+    return instances ? instances.address + world * instance_bytes : 0;
+  }
+  VkDeviceSize light_poses_offset() const { return world_count * node_bytes; }
+  VkDeviceAddress light_poses_of(uint32_t world) const {
+    return world_from_node.address + light_poses_offset() + world * light_bytes;
+  }
+};
+
+// GPU copy of a Scene: derived, never edited, with one or more worlds that share its geometry.
+struct GpuScene : SceneGeometry, WorldState {
+  // textures_layout: see gpu::BindlessTextures. before: the copy of another scene on the device; images of
+  // the same pixels are shared with it.
+  GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::Derived& derived,
+           VkDescriptorSetLayout textures_layout, const gpu::EnvironmentTextures& environment,
+           const SceneUses& uses, const GpuScene* before = nullptr);
+
+  // Sorts the draws again when the world, poses or bindings have changed the winding of a node. poses: of the
+  // world.
+  void update_winding(gpu::Recorder& recorder, gpu::StagingRing& staging, const scene::Scene& scene,
+                      uint32_t world, const state::PoseState& poses);
+  // Collects the current draws: visible nodes with their current primitives.
+  void collect_draws(gpu::Recorder& recorder, gpu::StagingRing& staging, const scene::Scene& scene);
+
+  // Adds the scene buffers that this frame may have written to a pass's reads.
+  void add_reads(std::vector<gpu::Use>& uses, const gpu::Access& access);
+  // Addresses of a world's buffers, for its views.
+  void write_globals(gpu_types::Globals& globals, uint32_t world) const;
+
+ private:
+  void create_node_buffer(gpu::Device& device, gpu::LoaderCommands& loader);
 };
 
 // i: index within the mesh.

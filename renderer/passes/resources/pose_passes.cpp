@@ -120,6 +120,28 @@ class Tables {
   std::map<uint32_t, uint32_t> first_source_;  // of the scene's primitives
 };
 
+struct BufferCopy {
+  VkBuffer from, to;
+  VkBufferCopy region;
+};
+
+void add_copy(std::vector<BufferCopy>& copies, std::vector<Use>& uses, const gpu::StagingRing::Piece& from,
+              gpu::Buffer& to, VkDeviceSize bytes) {
+  copies.push_back({from.buffer, to.get(), {from.offset, 0, bytes}});
+  uses.emplace_back(to, access::transfer_write);
+}
+
+// One pass for all copies, since timestamp queries are limited.
+void record_copies(gpu::Recorder& recorder, const char* name, const std::vector<Use>& uses,
+                   const std::vector<BufferCopy>& copies) {
+  if (copies.empty()) return;
+  recorder.pass(name, uses, [&](VkCommandBuffer commands) {
+    for (const BufferCopy& copy : copies) {
+      if (copy.region.size) vkCmdCopyBuffer(commands, copy.from, copy.to, 1, &copy.region);
+    }
+  });
+}
+
 // Rows of 65535 groups, the guaranteed minimum of all devices.
 void dispatch(VkCommandBuffer commands, uint32_t groups) {
   if (groups) vkCmdDispatch(commands, std::min(groups, 65535u), (groups + 65534) / 65535, 1);
@@ -132,96 +154,91 @@ TransformsPass::TransformsPass(gpu::Device& device, VkPipelineLayout layout)
       layout_(layout),
       pipeline_(gpu::create_compute_pipeline(device, layout, "transforms.comp")) {}
 
-void TransformsPass::invalidate() {
-  uploaded_drives_ = UINT64_MAX;
-  streams_.clear();
-}
-
-void TransformsPass::upload_drives(gpu::Recorder& recorder, gpu::StagingRing& staging,
-                                   const state::PoseState& poses) {
-  if (uploaded_drives_ == poses.drive_revision()) return;
-  std::vector<gpu_types::NodeSource> sources;
-  sources.reserve(poses.node_drives().size());
-  for (const state::NodeDrive& drive : poses.node_drives()) {
-    sources.push_back({to_rows(drive.body_from_node), drive.stream, drive.pose_index});
-  }
-  const VkDeviceSize bytes = sources.size() * sizeof(gpu_types::NodeSource);
-  if (!sources_ || sources_.size_bytes < bytes) {
-    sources_ = gpu::create_buffer(device_, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
-  }
-  const gpu::StagingRing::Piece piece = staging.write(std::span<const gpu_types::NodeSource>(sources));
-  recorder.pass("pose sources", {Use(sources_, access::transfer_write)}, [&](VkCommandBuffer commands) {
-    const VkBufferCopy copy{piece.offset, 0, bytes};
-    if (bytes) vkCmdCopyBuffer(commands, piece.buffer, sources_.get(), 1, &copy);
-  });
-  uploaded_drives_ = poses.drive_revision();
-}
-
-void TransformsPass::upload_poses(gpu::Recorder& recorder, gpu::StagingRing& staging,
-                                  const state::PoseState& poses) {
-  const std::vector<state::Stream>& streams = poses.streams();
-  streams_.resize(streams.size());
-  struct Copy {
-    VkBuffer from, to;
-    VkBufferCopy region;
-  };
-  std::vector<Copy> copies;
+void TransformsPass::upload_drives(gpu::Recorder& recorder, gpu::StagingRing& staging, PosesOfWorlds poses) {
+  std::vector<BufferCopy> copies;
   std::vector<Use> uses;
-  for (size_t s = 0; s < streams.size(); ++s) {
-    StreamPoses& uploaded = streams_[s];
-    const state::Stream& stream = streams[s];
-    if (stream.poses.empty() || (uploaded.epoch == stream.epoch && uploaded.revision == stream.revision))
-      continue;
-    const VkDeviceSize bytes = stream.poses.size() * sizeof(wire::Affine3x4);
-    if (!uploaded.poses || uploaded.poses.size_bytes < bytes) {
-      uploaded.poses =
+  for (size_t w = 0; w < poses.size(); ++w) {
+    World& world = worlds_[w];
+    if (world.drives == poses[w]->drive_revision()) continue;
+    world.drives = poses[w]->drive_revision();
+    std::vector<gpu_types::NodeSource> sources;
+    sources.reserve(poses[w]->node_drives().size());
+    for (const state::NodeDrive& drive : poses[w]->node_drives()) {
+      sources.push_back({to_rows(drive.body_from_node), drive.stream, drive.pose_index});
+    }
+    const VkDeviceSize bytes = sources.size() * sizeof(gpu_types::NodeSource);
+    if (!world.sources || world.sources.size_bytes < bytes) {
+      world.sources =
           gpu::create_buffer(device_, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
     }
-    const gpu::StagingRing::Piece piece = staging.write(std::span<const wire::Affine3x4>(stream.poses));
-    copies.push_back({piece.buffer, uploaded.poses.get(), {piece.offset, 0, bytes}});
-    uses.emplace_back(uploaded.poses, access::transfer_write);
-    uploaded.epoch = stream.epoch;
-    uploaded.revision = stream.revision;
+    add_copy(copies, uses, staging.write(std::span<const gpu_types::NodeSource>(sources)), world.sources,
+             bytes);
   }
-  if (copies.empty()) return;
-  recorder.pass("poses", uses,
-                [&](VkCommandBuffer commands) {  // one pass for all streams, since timestamp queries are
-                                                 // limited
-                  for (const Copy& copy : copies)
-                    vkCmdCopyBuffer(commands, copy.from, copy.to, 1, &copy.region);
-                });
+  record_copies(recorder, "pose sources", uses, copies);
+}
+
+void TransformsPass::upload_poses(gpu::Recorder& recorder, gpu::StagingRing& staging, PosesOfWorlds poses) {
+  std::vector<BufferCopy> copies;
+  std::vector<Use> uses;
+  for (size_t w = 0; w < poses.size(); ++w) {
+    const std::vector<state::Stream>& streams = poses[w]->streams();
+    worlds_[w].streams.resize(streams.size());
+    for (size_t s = 0; s < streams.size(); ++s) {
+      StreamPoses& uploaded = worlds_[w].streams[s];
+      const state::Stream& stream = streams[s];
+      if (stream.poses.empty() || (uploaded.epoch == stream.epoch && uploaded.revision == stream.revision))
+        continue;
+      const VkDeviceSize bytes = stream.poses.size() * sizeof(wire::Affine3x4);
+      if (!uploaded.poses || uploaded.poses.size_bytes < bytes) {
+        uploaded.poses =
+            gpu::create_buffer(device_, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
+      }
+      add_copy(copies, uses, staging.write(std::span<const wire::Affine3x4>(stream.poses)), uploaded.poses,
+               bytes);
+      uploaded.epoch = stream.epoch;
+      uploaded.revision = stream.revision;
+    }
+  }
+  record_copies(recorder, "poses", uses, copies);
 }
 
 void TransformsPass::record(gpu::Recorder& recorder, gpu::StagingRing& staging, GpuScene& scene,
-                            const state::PoseState& poses) {
+                            PosesOfWorlds poses) {
+  worlds_.resize(poses.size());
   upload_drives(recorder, staging, poses);
   upload_poses(recorder, staging, poses);
   if (scene.node_count == 0) return;
 
-  std::vector<gpu_types::StreamSource> stream_sources;
-  std::vector<Use> uses{Use(sources_, access::compute_read),
-                        Use(scene.world_from_node, access::compute_write)};
-  for (size_t s = 0; s < streams_.size(); ++s) {
-    stream_sources.push_back({streams_[s].poses.address, to_rows(poses.streams()[s].world_from_stream)});
-    if (streams_[s].poses) uses.emplace_back(streams_[s].poses, access::compute_read);
+  std::vector<gpu_types::TransformsPush> pushes;
+  std::vector<Use> uses{Use(scene.world_from_node, access::compute_write)};
+  for (uint32_t w = 0; w < poses.size(); ++w) {
+    World& world = worlds_[w];
+    uses.emplace_back(world.sources, access::compute_read);
+    std::vector<gpu_types::StreamSource> stream_sources;
+    for (size_t s = 0; s < world.streams.size(); ++s) {
+      stream_sources.push_back(
+          {world.streams[s].poses.address, to_rows(poses[w]->streams()[s].world_from_stream)});
+      if (world.streams[s].poses) uses.emplace_back(world.streams[s].poses, access::compute_read);
+    }
+    gpu_types::TransformsPush& push = pushes.emplace_back();
+    push.sources = world.sources.address;
+    push.streams = staging.write(std::span<const gpu_types::StreamSource>(stream_sources)).address;
+    push.world_from_node = scene.nodes_of(w);
+    push.instance_of_node = scene.instance_of_node.address;
+    push.instances = scene.instances_of(w);
+    push.node_facts = scene.node_facts_of(w);
+    push.light_of_node = scene.light_of_node.address;
+    push.lights = scene.lights.address;
+    push.light_poses = scene.light_poses_of(w);
+    push.node_count = scene.node_count;
   }
   if (scene.instances) uses.emplace_back(scene.instances, access::compute_write);
-
-  gpu_types::TransformsPush push{};
-  push.sources = sources_.address;
-  push.streams = staging.write(std::span<const gpu_types::StreamSource>(stream_sources)).address;
-  push.world_from_node = scene.world_from_node.address;
-  push.instance_of_node = scene.instance_of_node.address;
-  push.instances = scene.instances.address;
-  push.node_facts = scene.node_facts();
-  push.light_of_node = scene.light_of_node.address;
-  push.lights = scene.lights.address;
-  push.light_poses = scene.light_poses();
-  push.node_count = scene.node_count;
   recorder.pass("transforms", uses, [&](VkCommandBuffer commands) {
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_.get());
-    vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
-    vkCmdDispatch(commands, (scene.node_count + 63) / 64, 1, 1);
+    for (const gpu_types::TransformsPush& push : pushes) {
+      vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
+      vkCmdDispatch(commands, (scene.node_count + 63) / 64, 1, 1);
+    }
   });
 }
 
@@ -249,7 +266,6 @@ DeformedShapes::DeformedShapes(gpu::Device& device, gpu::LoaderCommands& loader,
   joints = upload_array(device, loader, joint_records(scene));
   static_assert(sizeof(scene::MorphDelta) == sizeof(gpu_types::MorphDeltaRecord));
   deltas = upload_array(device, loader, scene.morph_deltas);
-  weights = upload_array(device, loader, scene.morph_weights);
 }
 
 DeformPass::DeformPass(gpu::Device& device, VkPipelineLayout layout)
@@ -258,71 +274,86 @@ DeformPass::DeformPass(gpu::Device& device, VkPipelineLayout layout)
       bounds_(
           gpu::create_compute_pipeline(device, layout, "deform_bounds.comp", gpu::Compile::on_first_use)) {}
 
-void DeformPass::upload_weights(gpu::Recorder& recorder, gpu::StagingRing& staging, DeformedShapes& shapes,
-                                const state::PoseState& poses) {
-  if (weights_revision_ == poses.drive_revision()) return;
-  weights_revision_ = poses.drive_revision();
-  const std::vector<float>& weights = poses.morph_weights();
-  if (weights.empty()) return;
-  const gpu::StagingRing::Piece piece = staging.write(std::span<const float>(weights));
-  recorder.pass("morph weights", {Use(shapes.weights, access::transfer_write)},
-                [&](VkCommandBuffer commands) {
-                  const VkBufferCopy copy{piece.offset, 0, weights.size() * sizeof(float)};
-                  vkCmdCopyBuffer(commands, piece.buffer, shapes.weights.get(), 1, &copy);
-                });
+void DeformPass::upload_weights(gpu::Recorder& recorder, gpu::StagingRing& staging, GpuScene& scene,
+                                PosesOfWorlds poses) {
+  std::vector<BufferCopy> copies;
+  std::vector<Use> uses;
+  for (size_t w = 0; w < poses.size(); ++w) {
+    if (worlds_[w].weights == poses[w]->drive_revision()) continue;
+    worlds_[w].weights = poses[w]->drive_revision();
+    const std::vector<float>& weights = poses[w]->morph_weights();
+    if (weights.empty()) continue;
+    add_copy(copies, uses, staging.write(std::span<const float>(weights)), scene.deformed_worlds[w].weights,
+             weights.size() * sizeof(float));
+  }
+  record_copies(recorder, "morph weights", uses, copies);
 }
 
 void DeformPass::record(gpu::Recorder& recorder, gpu::StagingRing& staging, GpuScene& scene,
-                        const state::PoseState& poses) {
-  DeformedShapes& shapes = scene.deformed;
-  if (shapes.record_count == 0 || poses_revision_ == poses.revision()) return;
-  poses_revision_ = poses.revision();
-  upload_weights(recorder, staging, shapes, poses);
+                        PosesOfWorlds poses) {
+  const DeformedShapes& shapes = scene.deformed;
+  worlds_.resize(poses.size());
+  bool has_changed = false;
+  for (size_t w = 0; w < poses.size(); ++w) has_changed |= worlds_[w].poses != poses[w]->revision();
+  if (shapes.record_count == 0 || !has_changed) return;
+  upload_weights(recorder, staging, scene, poses);
 
-  gpu_types::DeformPush push{};
-  push.records = shapes.records.address;
-  push.groups = shapes.groups.address;
-  push.sources = shapes.sources.address;
-  push.influences = shapes.influences.address;
-  push.joints = shapes.joints.address;
-  push.joint_bounds = shapes.joint_bounds.address;
-  push.deltas = shapes.deltas.address;
-  push.weights = shapes.weights.address;
-  push.world_from_node = scene.world_from_node.address;
-  push.positions = scene.positions.address;
-  push.frames = scene.frames.address;
-  push.tangents = scene.tangents.address;
-  push.primitives = scene.primitives.address;
-  std::vector<Use> uses{Use(shapes.weights, access::compute_read),
-                        Use(scene.world_from_node, access::compute_read),
-                        Use(scene.positions, access::compute_write), Use(scene.frames, access::compute_write),
-                        Use(scene.primitives, access::compute_write)};
-  if (scene.tangents) uses.emplace_back(scene.tangents, access::compute_write);
+  std::vector<gpu_types::DeformPush> pushes;
+  std::vector<Use> uses{Use(scene.world_from_node, access::compute_read)};
+  for (uint32_t w = 0; w < poses.size(); ++w) {
+    if (worlds_[w].poses == poses[w]->revision()) continue;
+    worlds_[w].poses = poses[w]->revision();
+    VertexBuffers& vertices = scene.vertices_of(w);
+    uses.emplace_back(scene.deformed_worlds[w].weights, access::compute_read);
+    for (gpu::Buffer* written : {&vertices.positions, &vertices.frames, &vertices.primitives})
+      uses.emplace_back(*written, access::compute_write);
+    if (vertices.tangents) uses.emplace_back(vertices.tangents, access::compute_write);
+    gpu_types::DeformPush& push = pushes.emplace_back();
+    push.records = shapes.records.address;
+    push.groups = shapes.groups.address;
+    push.sources = shapes.sources.address;
+    push.influences = shapes.influences.address;
+    push.joints = shapes.joints.address;
+    push.joint_bounds = shapes.joint_bounds.address;
+    push.deltas = shapes.deltas.address;
+    push.weights = scene.deformed_worlds[w].weights.address;
+    push.world_from_node = scene.nodes_of(w);
+    push.positions = vertices.positions.address;
+    push.frames = vertices.frames.address;
+    push.tangents = vertices.tangents.address;
+    push.primitives = vertices.primitives.address;
+  }
   recorder.pass("deform", uses, [&](VkCommandBuffer commands) {
-    push.group_count = shapes.group_count;
-    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, deform_.get());
-    vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
-    dispatch(commands, shapes.group_count);
-    push.group_count = shapes.record_count;
-    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, bounds_.get());
-    vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
-    dispatch(commands, shapes.record_count);
+    const auto run = [&](const gpu::Pipeline& pipeline, uint32_t group_count) {
+      vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.get());
+      for (gpu_types::DeformPush& push : pushes) {
+        push.group_count = group_count;
+        vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
+        dispatch(commands, group_count);
+      }
+    };
+    run(deform_, shapes.group_count);
+    run(bounds_, shapes.record_count);
   });
   levels_outdated_ = true;
 }
 
 void DeformPass::record_levels(gpu::Recorder& recorder, GpuScene& scene) {
-  DeformedShapes& shapes = scene.deformed;
-  if (shapes.levels.empty() || !levels_outdated_) return;
+  if (scene.deformed_worlds.empty() || scene.deformed_worlds[0].levels.empty() || !levels_outdated_) return;
   levels_outdated_ = false;
-  // Rays of the last frame read these through the top-level structure, which therefore stands in for them
+  // Rays of the last frame read these through the top-level structures, which therefore stand in for them
   // here.
-  recorder.pass(
-      "deformed blas",
-      {Use(scene.positions, access::build_input), Use(scene.indices, access::build_input),
-       Use(shapes.levels.scratch(), access::build_write), Use(shapes.levels.storage(), access::build_write),
-       Use(scene.top_level.storage(), access::build_write)},
-      [&](VkCommandBuffer commands) { shapes.levels.record(commands); });
+  std::vector<Use> uses{Use(scene.indices, access::build_input),
+                        Use(scene.top_level.storage(), access::build_write)};
+  for (uint32_t world = 0; world < scene.world_count; ++world) {
+    gpu::DeformedLevels& levels = scene.deformed_worlds[world].levels;
+    uses.emplace_back(scene.vertices_of(world).positions, access::build_input);
+    uses.emplace_back(levels.scratch(), access::build_write);
+    uses.emplace_back(levels.storage(), access::build_write);
+  }
+  recorder.pass("deformed blas", uses, [&](VkCommandBuffer commands) {
+    for (DeformedWorld& world : scene.deformed_worlds) world.levels.record(commands);
+  });
 }
 
 }  // namespace fire3dv::passes

@@ -75,7 +75,8 @@ bool meets_rays(const scene::Scene& scene, const GpuScene& gpu_scene, uint32_t p
 
 // first_primitive: first of the primitives that represent the mesh.
 std::vector<gpu::TriangleGeometry> ray_geometry(const scene::Scene& scene, const GpuScene& gpu_scene,
-                                                const scene::Mesh& mesh, uint32_t first_primitive) {
+                                                uint32_t world, const scene::Mesh& mesh,
+                                                uint32_t first_primitive) {
   std::vector<gpu::TriangleGeometry> geometries;
   for (uint32_t i = 0; i < mesh.primitive_count; ++i) {
     const uint32_t p = mesh.first_primitive + i;
@@ -85,7 +86,8 @@ std::vector<gpu::TriangleGeometry> ray_geometry(const scene::Scene& scene, const
     const scene::AlphaMode alpha_mode =
         gpu_scene.is_path_traced ? material.alpha_mode : scene::drawn_alpha_mode(material);
     gpu::TriangleGeometry geometry;
-    geometry.positions = gpu_scene.positions.address + uint64_t{primitive.first_vertex} * sizeof(glm::vec3);
+    geometry.positions =
+        gpu_scene.vertices_of(world).positions.address + uint64_t{primitive.first_vertex} * sizeof(glm::vec3);
     geometry.indices = gpu_scene.indices.address + uint64_t{primitive.first_index} * sizeof(uint32_t);
     geometry.vertex_count = primitive.vertex_count;
     // An empty geometry preserves the indices of the others.
@@ -111,7 +113,8 @@ bool has_boxes_for_all(const scene::Scene& scene, std::span<const scene::Cluster
 // The same as boxes, where rays are traced to boxes. Deformed meshes keep their triangles.
 std::vector<gpu::TriangleGeometry> still_geometry(const scene::Scene& scene, const GpuScene& gpu_scene,
                                                   const scene::Mesh& mesh) {
-  std::vector<gpu::TriangleGeometry> geometries = ray_geometry(scene, gpu_scene, mesh, mesh.first_primitive);
+  std::vector<gpu::TriangleGeometry> geometries =
+      ray_geometry(scene, gpu_scene, 0, mesh, mesh.first_primitive);
   if (!gpu_scene.ray_boxes || !has_boxes_for_all(scene, gpu_scene.geometry, mesh)) return geometries;
   for (size_t i = 0; i < geometries.size(); ++i) {
     const scene::ClusteredPrimitive& primitive = gpu_scene.geometry[mesh.first_primitive + i];
@@ -291,11 +294,11 @@ std::vector<std::vector<gpu::TriangleGeometry>> static_geometry(const scene::Sce
 }
 
 std::vector<std::vector<gpu::TriangleGeometry>> deformed_geometry(const scene::Scene& scene,
-                                                                  const GpuScene& gpu_scene) {
+                                                                  const GpuScene& gpu_scene, uint32_t world) {
   std::vector<std::vector<gpu::TriangleGeometry>> meshes;
   for (const scene::DeformedNode& shape : gpu_scene.deformed.nodes) {
     const scene::Mesh& mesh = scene.meshes[scene.nodes[shape.node].mesh];
-    meshes.push_back(ray_geometry(scene, gpu_scene, mesh, shape.first_primitive));
+    meshes.push_back(ray_geometry(scene, gpu_scene, world, mesh, shape.first_primitive));
   }
   return meshes;
 }

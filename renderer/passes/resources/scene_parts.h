@@ -105,8 +105,8 @@ bool needs_indices(const scene::Scene& scene, const scene::ClusteredGeometry& cl
 // its positions, indices and boxes; empty for a mesh that only deformed nodes use.
 std::vector<std::vector<gpu::TriangleGeometry>> static_geometry(const scene::Scene& scene,
                                                                 const GpuScene& gpu_scene);
-// Geometries of each deformed node.
+// Geometries of each deformed node in a world.
 std::vector<std::vector<gpu::TriangleGeometry>> deformed_geometry(const scene::Scene& scene,
-                                                                  const GpuScene& gpu_scene);
+                                                                  const GpuScene& gpu_scene, uint32_t world);
 
 }  // namespace fire3dv::passes

@@ -13,6 +13,7 @@ namespace fire3dv::passes {
 struct ShaderVariant {
   uint32_t shadows = FIRE3DV_SHADOWS_ANY;
   bool textures = true, masks = true, second_uv = true;
+  bool several_worlds = false;                          // in one dispatch
   uint32_t material_flags = FIRE3DV_MATERIAL_OPTIONAL;  // of them those that a material has
   bool operator==(const ShaderVariant&) const = default;
 
@@ -22,6 +23,7 @@ struct ShaderVariant {
     values[FIRE3DV_VARIANT_TEXTURES] = textures;
     values[FIRE3DV_VARIANT_MASKS] = masks;
     values[FIRE3DV_VARIANT_SECOND_UV] = second_uv;
+    values[FIRE3DV_VARIANT_WORLDS] = several_worlds;
     values[FIRE3DV_VARIANT_MATERIAL_FLAGS] = material_flags;
     return values;
   }
@@ -35,7 +37,7 @@ struct RayVariant {
 
   static RayVariant of(const GpuScene& scene) {
     return {scene.has_extensions,
-            {FIRE3DV_SHADOWS_ANY, scene.has_textures, scene.has_masked, scene.has_second_uv,
+            {FIRE3DV_SHADOWS_ANY, scene.has_textures, scene.has_masked, scene.has_second_uv, false,
              scene.material_flags}};
   }
 };

@@ -91,8 +91,9 @@ ShadowLimits ShadowPass::shadow_limits() const {
   }
   const uint64_t memory = device_.memory_bytes();
   // Each view has a cluster list; see ClusterRaster.
-  limits.max_views =
-      memory / kListShare / (sizeof(uint32_t) * std::max<uint64_t>(state_.cluster_count, 1024));
+  limits.max_views = memory / kListShare / state_.worlds /
+                     (sizeof(uint32_t) * std::max<uint64_t>(state_.cluster_count, 1024));
+  limits.max_texels /= state_.worlds;
   if (!targets_ || technique_.method != ShadowMethod::ray) return limits;
   const uint64_t pixels = uint64_t{targets_->extent.width} * targets_->extent.height;
   const uint64_t word_bytes =
@@ -132,7 +133,7 @@ void ShadowPass::set_lights(const std::vector<scene::PlacedLight>& lights, const
   const uint32_t view_count = state_.needs_maps ? static_cast<uint32_t>(plan.views.size()) : 0;
   gpu::Buffer light_shadows = table(device_, plan.shadows.size() * sizeof(plan.shadows[0])),
               view_requests = table(device_, plan.views.size() * sizeof(plan.views[0])), maps;
-  const VkDeviceSize map_bytes = plan.texels * sizeof(uint32_t);
+  const VkDeviceSize map_bytes = state_.worlds * plan.texels * sizeof(uint32_t);
   if (view_count && state_.maps.buffer.size_bytes < map_bytes) maps = table(device_, map_bytes);
   ViewsLayout views = layout_views(view_count, state_.planar_caster_count);
   allocate_mask(plan);
@@ -174,11 +175,12 @@ void ShadowPass::choose_planar_casters(const scene::Scene& scene, const GpuScene
 ShadowPass::ViewsLayout ShadowPass::layout_views(uint32_t view_count, uint32_t planar_caster_count) const {
   const auto padded = [](VkDeviceSize size) { return (size + 255) / 256 * 256; };
   ViewsLayout layout;
-  layout.planar_casters_offset = padded(view_count * sizeof(gpu_types::RasterView));
-  layout.backface_casters_offset =
-      layout.planar_casters_offset + padded(planar_caster_count * sizeof(gpu_types::PlanarCasterPlane));
+  layout.planar_casters_offset = padded(state_.worlds * view_count * sizeof(gpu_types::RasterView));
+  layout.planar_casters_bytes = padded(planar_caster_count * sizeof(gpu_types::PlanarCasterPlane));
+  layout.backface_casters_offset = layout.planar_casters_offset + state_.worlds * layout.planar_casters_bytes;
+  layout.backface_casters_bytes = padded(state_.part_count * sizeof(uint32_t));
   const VkDeviceSize bytes =
-      layout.backface_casters_offset + padded(state_.part_count * sizeof(uint32_t)) + 256;
+      layout.backface_casters_offset + state_.worlds * layout.backface_casters_bytes + 256;
   if (state_.needs_maps && (!state_.views || state_.views.size_bytes != bytes))
     layout.buffer = table(device_, bytes);
   return layout;
@@ -187,7 +189,9 @@ ShadowPass::ViewsLayout ShadowPass::layout_views(uint32_t view_count, uint32_t p
 void ShadowPass::use_views(ViewsLayout&& layout) {
   if (layout.buffer) state_.views = std::move(layout.buffer);
   state_.planar_casters_offset = layout.planar_casters_offset;
+  state_.planar_casters_bytes = layout.planar_casters_bytes;
   state_.backface_casters_offset = layout.backface_casters_offset;
+  state_.backface_casters_bytes = layout.backface_casters_bytes;
 }
 
 void ShadowPass::set_scene(const scene::Scene& scene, const GpuScene& gpu_scene) {
@@ -196,6 +200,7 @@ void ShadowPass::set_scene(const scene::Scene& scene, const GpuScene& gpu_scene)
     // Forward-only draws have no mask; without ray queries they need maps.
     state_.needs_maps = technique_.method == ShadowMethod::map || technique_.hybrid ||
                         (technique_.back_end == RayBackEnd::pipeline && gpu_scene.has_forward_only);
+    state_.worlds = gpu_scene.world_count;
     state_.part_count = gpu_scene.part_count;
     state_.cluster_count = gpu_scene.cluster_instance_count;
     choose_planar_casters(scene, gpu_scene);
@@ -243,14 +248,15 @@ void ShadowPass::allocate_mask(const ShadowPlan& plan) {
   targets_->shadow_mask = std::move(mask);
 }
 
-void ShadowPass::write_globals(gpu_types::Globals& globals) const {
+void ShadowPass::write_globals(gpu_types::Globals& globals, uint32_t map_set) const {
+  const VkDeviceAddress views = state_.views.address;
   globals.light_shadows = state_.light_shadows.address;
-  globals.light_views = state_.views.address;
+  globals.light_views = views + VkDeviceSize{map_set} * state_.view_count * sizeof(gpu_types::RasterView);
   globals.shadow_maps = state_.maps.buffer.address;
   globals.map_generation = state_.maps.generation();
   globals.shadow_mask = targets_->shadow_mask.address;
-  globals.planar_casters = state_.views.address + state_.planar_casters_offset;
-  globals.backface_casters = state_.views.address + state_.backface_casters_offset;
+  globals.planar_casters = views + state_.planar_casters_offset + map_set * state_.planar_casters_bytes;
+  globals.backface_casters = views + state_.backface_casters_offset + map_set * state_.backface_casters_bytes;
   globals.planar_caster_count = state_.planar_caster_count;
   globals.mask_words = state_.plan.mask_words;
 }
@@ -266,17 +272,21 @@ uint32_t ShadowPass::shader_mode(bool masked) const {
   }
 }
 
-ClusterRaster* ShadowPass::prepare_maps(gpu::StagingRing& staging, GpuScene& scene, VkDeviceAddress globals,
+ClusterRaster* ShadowPass::prepare_maps(gpu::StagingRing& staging, GpuScene& scene, const MapSets& sets,
                                         Cull cull, bool levels_of_detail) {
   if (state_.view_count == 0) return nullptr;
   ClusterRaster::Job job;
   job.scene = &scene;
   job.views_written = &state_.views;
   job.target = &state_.maps;
-  job.target_bytes = map_bytes();
+  job.target_bytes = map_bytes(sets.size());
   job.views = state_.views.address;
-  job.globals = globals;
-  job.view_count = state_.view_count;
+  job.globals = sets[0][0];
+  job.view_count = static_cast<uint32_t>(sets.size()) * state_.view_count;
+  if (sets.size() > 1) {
+    for (const std::vector<VkDeviceAddress>& cameras : sets)
+      job.globals_of_views.insert(job.globals_of_views.end(), state_.view_count, cameras[0]);
+  }
   for (const gpu_types::LightViewRequest& view : state_.plan.views)
     job.extent = {std::max(job.extent.width, view.size), std::max(job.extent.height, view.size)};
   job.cull = cull;
@@ -286,25 +296,28 @@ ClusterRaster* ShadowPass::prepare_maps(gpu::StagingRing& staging, GpuScene& sce
 }
 
 void ShadowPass::fit_map_views(gpu::Recorder& recorder, gpu::StagingRing& staging, GpuScene& scene,
-                               std::span<const VkDeviceAddress> globals, bool levels_of_detail,
-                               ClusterRaster::Clear clear) {
+                               const MapSets& sets, bool levels_of_detail, ClusterRaster::Clear clear) {
   std::vector<Use> uses = std::move(clear.uses);
   uses.emplace_back(state_.views, access::compute_write);
   scene.add_reads(uses, access::compute_read);
   recorder.pass("light views", uses, [&](VkCommandBuffer commands) {
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, light_views_.get());
-    gpu_types::LightViewsPush push{};
-    push.globals = globals[0];
-    push.cameras = staging.write(globals).address;
-    push.wanted = state_.view_requests.address;
-    push.views = state_.views.address;
-    push.planar_casters = state_.planar_casters.address;
-    push.view_count = state_.view_count;
-    push.levels_of_detail = levels_of_detail ? 1 : 0;
-    push.camera_count = static_cast<uint32_t>(globals.size());
-    vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
-    constexpr uint32_t kThreads = FIRE3DV_LIGHT_VIEW_THREADS;
-    vkCmdDispatch(commands, state_.view_count + (scene.part_count + kThreads - 1) / kThreads, 1, 1);
+    for (size_t set = 0; set < sets.size(); ++set) {
+      const std::span<const VkDeviceAddress> cameras(sets[set]);
+      gpu_types::LightViewsPush push{};
+      push.globals = cameras[0];
+      push.cameras = staging.write(cameras).address;
+      push.wanted = state_.view_requests.address;
+      push.views = state_.views.address + set * state_.view_count * sizeof(gpu_types::RasterView);
+      push.planar_casters = state_.planar_casters.address;
+      push.view_count = state_.view_count;
+      push.levels_of_detail = levels_of_detail ? 1 : 0;
+      push.camera_count = static_cast<uint32_t>(cameras.size());
+      push.first_texel = static_cast<uint32_t>(set * state_.plan.texels);
+      vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
+      constexpr uint32_t kThreads = FIRE3DV_LIGHT_VIEW_THREADS;
+      vkCmdDispatch(commands, state_.view_count + (scene.part_count + kThreads - 1) / kThreads, 1, 1);
+    }
     clear.commands(commands);
   });
 }

@@ -40,21 +40,22 @@ class ShadowPass {
   // Targets are borrowed until the next call.
   void set_targets(Targets& targets);
   void reset_targets() { targets_ = nullptr; }
-  void write_globals(gpu_types::Globals& globals) const;
+  // map_set: see prepare_maps().
+  void write_globals(gpu_types::Globals& globals, uint32_t map_set) const;
   // FIRE3DV_SHADOWS_*. masked: shading reads the mask; otherwise it traces inline or reads maps.
   uint32_t shader_mode(bool masked) const;
 
   bool needs_maps() const { return state_.needs_maps; }
+  // Each world that a frame shows has a set of maps: globals of its cameras.
+  using MapSets = std::vector<std::vector<VkDeviceAddress>>;
   // Call it before this frame's maps are described.
-  void begin_maps() { state_.maps.begin(map_bytes()); }
+  void begin_maps(size_t sets) { state_.maps.begin(map_bytes(sets)); }
   // Prepares the shadow maps, which are drawn together with the camera's view. Null without lights.
-  ClusterRaster* prepare_maps(gpu::StagingRing& staging, GpuScene& scene, VkDeviceAddress globals, Cull cull,
+  ClusterRaster* prepare_maps(gpu::StagingRing& staging, GpuScene& scene, const MapSets& sets, Cull cull,
                               bool levels_of_detail);
   // Computes the maps' views and per-part shadow data. clear: clear that overlaps with this small dispatch.
-  // globals: of each camera.
-  void fit_map_views(gpu::Recorder& recorder, gpu::StagingRing& staging, GpuScene& scene,
-                     std::span<const VkDeviceAddress> globals, bool levels_of_detail,
-                     ClusterRaster::Clear clear);
+  void fit_map_views(gpu::Recorder& recorder, gpu::StagingRing& staging, GpuScene& scene, const MapSets& sets,
+                     bool levels_of_detail, ClusterRaster::Clear clear);
   // Visibility buffer of one view.
   struct Visibility {
     gpu::Buffer& buffer;
@@ -97,13 +98,14 @@ class ShadowPass {
   void set_lights(const std::vector<scene::PlacedLight>& lights, const ShadowLimits& limits);
   struct ViewsLayout {
     gpu::Buffer buffer;  // null: keeps the old buffer
-    VkDeviceSize planar_casters_offset = 0, backface_casters_offset = 0;
+    VkDeviceSize planar_casters_offset = 0, planar_casters_bytes = 0;
+    VkDeviceSize backface_casters_offset = 0, backface_casters_bytes = 0;
   };
   ViewsLayout layout_views(uint32_t view_count, uint32_t planar_caster_count) const;
   void use_views(ViewsLayout&& layout);
   MapSizes map_sizes() const;
   ShadowLimits shadow_limits() const;
-  VkDeviceSize map_bytes() const { return VkDeviceSize{state_.plan.texels} * sizeof(uint32_t); }
+  VkDeviceSize map_bytes(size_t sets) const { return sets * state_.plan.texels * sizeof(uint32_t); }
   void allocate_mask(const ShadowPlan& plan);
   gpu_types::ShadowPush push(const Visibility& visibility, VkDeviceAddress globals) const;
   void trace(gpu::Recorder& recorder, GpuScene& scene, const Visibility& visibility, VkDeviceAddress globals,
@@ -125,13 +127,16 @@ class ShadowPass {
   struct State {
     bool needs_maps = false;
     uint32_t max_mask_words = 0;  // as in the plan
-    uint32_t view_count = 0, light_count = 0, planar_caster_count = 0, part_count = 0, cluster_count = 0;
+    uint32_t worlds = 1;
+    uint32_t view_count = 0;  // of a world
+    uint32_t light_count = 0, planar_caster_count = 0, part_count = 0, cluster_count = 0;
     ShadowPlan plan;
     std::vector<scene::PlacedLight> lights;
     gpu::Buffer light_shadows, view_requests, views, planar_casters;
     ClusterTarget maps;
-    VkDeviceSize planar_casters_offset = 0,
-                 backface_casters_offset = 0;  // in views: PlanarCasterPlane[], uint[part]
+    // In views, behind those of all sets; of each set PlanarCasterPlane[], then of each set uint[part].
+    VkDeviceSize planar_casters_offset = 0, planar_casters_bytes = 0;
+    VkDeviceSize backface_casters_offset = 0, backface_casters_bytes = 0;
     std::vector<gpu_types::PlanarCasterRecord> planar_caster_records;
     bool lights_changed = false, planar_casters_changed = false;  // pending uploads
   };

@@ -1,6 +1,7 @@
 // View of an image: camera transforms and parameters. Depth is reversed; without a far plane it is infinite.
 #pragma once
 
+#include <cstdint>
 #include <glm/glm.hpp>
 #include <optional>
 #include <string>
@@ -12,6 +13,7 @@
 namespace fire3dv::passes {
 
 struct View {
+  uint32_t world = 0;  // that it shows, see SceneRenderer::set_scene()
   std::string camera;  // name, for the image's tag
   glm::mat4 clip_from_world{1};
   glm::vec3 eye_world{0};

@@ -109,8 +109,8 @@ void VisibilityPass::allocate(GpuScene& scene, Cull cull, bool levels_of_detail)
 }
 
 ClusterRaster& VisibilityPass::prepare(gpu::StagingRing& staging, GpuScene& scene,
-                                       std::span<const View> views, VkDeviceAddress globals, Cull cull,
-                                       bool levels_of_detail) {
+                                       std::span<const View> views, std::span<const VkDeviceAddress> globals,
+                                       bool several_worlds, Cull cull, bool levels_of_detail) {
   std::vector<gpu_types::RasterView> rasters;
   rasters.reserve(views.size());
   const VkExtent2D tiles = tiles_of(extent_);
@@ -122,7 +122,8 @@ ClusterRaster& VisibilityPass::prepare(gpu::StagingRing& staging, GpuScene& scen
   }
   ClusterRaster::Job job = job_of(scene, cull, levels_of_detail);
   job.views = staging.write(std::span<const gpu_types::RasterView>(rasters)).address;
-  job.globals = globals;
+  job.globals = globals[0];
+  if (several_worlds) job.globals_of_views.assign(globals.begin(), globals.end());
   raster_.begin(staging, job);
   return raster_;
 }

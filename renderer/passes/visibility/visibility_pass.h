@@ -44,9 +44,10 @@ class VisibilityPass {
   void allocate(GpuScene& scene, Cull cull, bool levels_of_detail);
   // Call it before the parameters of this frame's drawing are described.
   void begin() { targets_->visibility.begin(targets_->visibility.buffer.size_bytes); }
-  // Prepares the cameras' part of ClusterRaster::record, with the targets' number of views.
+  // Prepares the cameras' part of ClusterRaster::record, with the targets' number of views. globals: of each.
   ClusterRaster& prepare(gpu::StagingRing& staging, GpuScene& scene, std::span<const View> views,
-                         VkDeviceAddress globals, Cull cull, bool levels_of_detail);
+                         std::span<const VkDeviceAddress> globals, bool several_worlds, Cull cull,
+                         bool levels_of_detail);
   // Coverage merge: neighbouring triangles of a pixel become one shading sample. Runs only where it pays,
   // before all users of the ids. traced: rays may start from merged surfaces.
   void merge_coverage(gpu::Recorder& recorder, GpuScene& scene, std::span<const VkDeviceAddress> globals,

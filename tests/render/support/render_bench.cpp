@@ -127,9 +127,15 @@ Taken RenderBench::take(const state::PoseState& poses, const passes::View& view,
 
 Taken RenderBench::take(const state::PoseState& poses, std::span<const passes::View> views,
                         const passes::ImageOutputs& outputs, std::span<passes::CameraHistory> histories) {
+  const state::PoseState* const world = &poses;
+  return take(std::span(&world, 1), views, outputs, histories);
+}
+
+Taken RenderBench::take(std::span<const state::PoseState* const> poses, std::span<const passes::View> views,
+                        const passes::ImageOutputs& outputs, std::span<passes::CameraHistory> histories) {
   const passes::PreparedFrame prepared =
       prepare({.views = static_cast<uint32_t>(views.size()), .outputs = outputs, .markers = shows_markers_});
-  if (renderer_.traces_paths()) renderer_.trace_paths(prepared, poses, views[0]);
+  if (renderer_.traces_paths()) renderer_.trace_paths(prepared, *poses[views[0].world], views[0]);
   gpu::Recorder& recorder = frames_.begin();
   renderer_.record(prepared, recorder, frames_.staging(), poses, views, histories);
   Taken taken;

@@ -59,6 +59,9 @@ class RenderBench {
   // Draws several views, stacked vertically.
   Taken take(const state::PoseState& poses, std::span<const passes::View> views,
              const passes::ImageOutputs& outputs, std::span<passes::CameraHistory> histories = {});
+  // The same with poses of several worlds.
+  Taken take(std::span<const state::PoseState* const> poses, std::span<const passes::View> views,
+             const passes::ImageOutputs& outputs, std::span<passes::CameraHistory> histories = {});
   // Draws the scene at rest from its first camera.
   sinks::FrameImage draw_at_rest();
   // Draws one image per pose from the first camera, with frames in flight.
