@@ -109,12 +109,12 @@ ClusterRaster::ClusterRaster(gpu::Device& device, VkPipelineLayout layout, Raste
   const std::string suffix = suffix_of(kind);
   const bool counting = kind == RasterKind::camera_counts;
   make_cull(false, gpu::Compile::immediately);
-  raster_ = gpu::create_compute_pipeline(device, layout, "raster" + suffix);
+  pipelines_.raster = gpu::create_compute_pipeline(device, layout, "raster" + suffix);
   if (!tile_by_tile_ && !counting)
-    raster_narrow_ = gpu::create_compute_pipeline(device, layout, "raster_narrow" + suffix);
+    pipelines_.raster_narrow = gpu::create_compute_pipeline(device, layout, "raster_narrow" + suffix);
   make_large(false, false, gpu::Compile::immediately);
   if (!is_of_lights(kind) && !counting)
-    hiz_pipeline_ = gpu::create_compute_pipeline(device, layout, "hiz" + suffix);
+    pipelines_.hiz = gpu::create_compute_pipeline(device, layout, "hiz" + suffix);
   for (gpu::Buffer& counts : counts_) {
     counts = gpu::create_buffer(device, sizeof(Counts), 0, gpu::Memory::readback);
     std::memset(counts.mapped, 0, sizeof(Counts));
@@ -122,10 +122,10 @@ ClusterRaster::ClusterRaster(gpu::Device& device, VkPipelineLayout layout, Raste
 }
 
 void ClusterRaster::make_cull(bool worlds, gpu::Compile when) {
-  if (cull_[worlds]) return;
+  if (pipelines_.cull[worlds]) return;
   ShaderVariant variant;
   variant.several_worlds = worlds;
-  cull_[worlds] =
+  pipelines_.cull[worlds] =
       gpu::create_compute_pipeline(device_, layout_,
                                    "cull" + (is_of_lights(kind_)                  ? "_light.comp"
                                              : kind_ == RasterKind::camera_counts ? "_1.comp"
@@ -134,7 +134,7 @@ void ClusterRaster::make_cull(bool worlds, gpu::Compile when) {
 }
 
 void ClusterRaster::make_large(bool masks, bool worlds, gpu::Compile when) {
-  LargePipelines& large = large_[masks][worlds];
+  LargePipelines& large = pipelines_.large[masks][worlds];
   if (large.tiles) return;
   ShaderVariant variant;
   variant.masks = masks;
@@ -147,15 +147,15 @@ void ClusterRaster::make_large(bool masks, bool worlds, gpu::Compile when) {
 }
 
 void ClusterRaster::expect_masks() {
-  if (raster_mask_) return;
+  if (pipelines_.raster_mask) return;
   make_large(true, false, gpu::Compile::next);
-  raster_mask_ =
+  pipelines_.raster_mask =
       gpu::create_compute_pipeline(device_, layout_, "raster_mask" + suffix_of(kind_), gpu::Compile::next);
 }
 
 // Measures both modes periodically and selects the faster one. The image is the same.
 bool ClusterRaster::culls_occluded(const Job& job) const {
-  if (!hiz_pipeline_ || job.view_count > 1) return false;
+  if (!pipelines_.hiz || job.view_count > 1) return false;
   if (job.cull != Cull::automatic) return job.cull == Cull::hidden;
   if (job.scene->lod0_cluster_instance_count < kMinClustersForOcclusion) return false;
   const uint64_t step = frame_ % kTrialPeriod;
@@ -309,7 +309,7 @@ VkDeviceSize ClusterRaster::clear_quads(uint32_t round) const {
 }
 
 void ClusterRaster::cull(VkCommandBuffer commands, uint32_t round) const {
-  bind(commands, cull_[job_.has_several_worlds()], round, 0);
+  bind(commands, pipelines_.cull[job_.has_several_worlds()], round, 0);
   // Each view has its culling groups and a share of the groups that clear the common target.
   const VkDeviceSize quads_of_row = VkDeviceSize{64} * FIRE3DV_CLEAR_QUADS * job_.view_count;
   const uint32_t groups =
@@ -318,14 +318,14 @@ void ClusterRaster::cull(VkCommandBuffer commands, uint32_t round) const {
 }
 
 void ClusterRaster::raster(VkCommandBuffer commands, uint32_t round) const {
-  const bool narrow =
-      raster_narrow_ && job_.instance_count() >= (is_of_lights(kind_) ? kManyInMaps : kManyInImages);
+  const bool narrow = pipelines_.raster_narrow &&
+                      job_.instance_count() >= (is_of_lights(kind_) ? kManyInMaps : kManyInImages);
   for (uint32_t view = 0; view < job_.view_count; ++view) {
     const VkDeviceSize work = view_work_at(round, job_.view_count) + view * sizeof(gpu_types::ViewWork);
-    bind(commands, narrow ? raster_narrow_ : raster_, round, view);
+    bind(commands, narrow ? pipelines_.raster_narrow : pipelines_.raster, round, view);
     vkCmdDispatchIndirect(commands, work_.get(), work + offsetof(gpu_types::ViewWork, solid));
     if (!job_.scene->has_masked) continue;
-    bind(commands, raster_mask_, round, view);
+    bind(commands, pipelines_.raster_mask, round, view);
     vkCmdDispatchIndirect(commands, work_.get(), work + offsetof(gpu_types::ViewWork, masked));
   }
 }
@@ -345,7 +345,7 @@ void ClusterRaster::draw_tiles(VkCommandBuffer commands, uint32_t round) const {
 }
 
 void ClusterRaster::build_hiz(VkCommandBuffer commands) const {
-  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, hiz_pipeline_.get());
+  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipelines_.hiz.get());
   const gpu_types::HizPush push{job_.target->buffer.address, hiz_.address, job_.target->generation(),
                                 job_.extent.width, job_.extent.height};
   vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);

@@ -112,14 +112,17 @@ class ClusterRaster {
   void make_cull(bool worlds, gpu::Compile when);
   void make_large(bool masks, bool worlds, gpu::Compile when);
   const LargePipelines& large() const {
-    return large_[job_.scene->has_masked ? 1 : 0][job_.has_several_worlds() ? 1 : 0];
+    return pipelines_.large[job_.scene->has_masked ? 1 : 0][job_.has_several_worlds() ? 1 : 0];
   }
 
-  gpu::Pipeline raster_, raster_narrow_, raster_mask_, hiz_pipeline_;
-  gpu::Pipeline cull_[2];  // for one world; for several
-  // Large masked triangles need pipelines with an alpha test; most scenes have none. Second index as in
-  // cull_.
-  LargePipelines large_[2][2];
+  struct Pipelines {
+    gpu::Pipeline raster, raster_narrow, raster_mask, hiz;
+    gpu::Pipeline cull[2];  // for one world; for several
+    // Large masked triangles need pipelines with an alpha test; most scenes have none. Second index as in
+    // cull.
+    LargePipelines large[2][2];
+  };
+  Pipelines pipelines_;
   Job job_;
   uint32_t round_count_ = 1;
   std::array<VkDeviceAddress, 2> round_sets_{};  // RasterSet

@@ -32,7 +32,7 @@ ShadowPass::ShadowPass(gpu::Device& device, VkPipelineLayout layout, uint32_t sa
                        const ShadowTechnique& technique)
     : device_(device), layout_(layout), samples_(samples), technique_(technique) {
   if (technique.method != ShadowMethod::off) {
-    light_views_ = gpu::create_compute_pipeline(device, layout, "light_views.comp");
+    pipelines_.light_views = gpu::create_compute_pipeline(device, layout, "light_views.comp");
     map_raster_.emplace(device, layout,
                         technique.hybrid ? RasterKind::lights : RasterKind::lights_center_only);
   }
@@ -48,8 +48,8 @@ ShadowPass::ShadowPass(gpu::Device& device, VkPipelineLayout layout, uint32_t sa
           gpu::RayPipeline(device, layout, "trace" + variant + ".rgen", "trace.rmiss", "trace.rahit");
     }
   };
-  prepare(trace_pixels_, suffix);
-  if (technique.hybrid) prepare(trace_listed_, "_listed");
+  prepare(pipelines_.trace_pixels, suffix);
+  if (technique.hybrid) prepare(pipelines_.trace_listed, "_listed");
   lists_ = gpu::create_buffer(device, sizeof(kEmptyLists),
                               VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT,
                               gpu::Memory::device);
@@ -77,7 +77,7 @@ MapSizes ShadowPass::map_sizes() const {
 }
 
 void ShadowPass::make_classify() {
-  classify_ =
+  pipelines_.classify =
       gpu::create_compute_pipeline(device_, layout_, samples_ == 4 ? "classify_4.comp" : "classify_1.comp");
 }
 
@@ -129,7 +129,7 @@ void ShadowPass::set_lights(const std::vector<scene::PlacedLight>& lights, const
     return;
   }
   const bool traces = technique_.method == ShadowMethod::ray && !lights.empty();
-  if (traces && !can_test_maps_while_shading(plan) && !classify_) make_classify();
+  if (traces && !can_test_maps_while_shading(plan) && !pipelines_.classify) make_classify();
   const uint32_t view_count = state_.needs_maps ? static_cast<uint32_t>(plan.views.size()) : 0;
   gpu::Buffer light_shadows = table(device_, plan.shadows.size() * sizeof(plan.shadows[0])),
               view_requests = table(device_, plan.views.size() * sizeof(plan.views[0])), maps;
@@ -301,7 +301,7 @@ void ShadowPass::fit_map_views(gpu::Recorder& recorder, gpu::StagingRing& stagin
   uses.emplace_back(state_.views, access::compute_write);
   scene.add_reads(uses, access::compute_read);
   recorder.pass("light views", uses, [&](VkCommandBuffer commands) {
-    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, light_views_.get());
+    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipelines_.light_views.get());
     for (size_t set = 0; set < sets.size(); ++set) {
       const std::span<const VkDeviceAddress> cameras(sets[set]);
       gpu_types::LightViewsPush push{};
@@ -351,7 +351,7 @@ void ShadowPass::bind(VkCommandBuffer commands, VkPipelineBindPoint point, VkPip
 void ShadowPass::record(gpu::Recorder& recorder, GpuScene& scene, const Visibility& visibility,
                         VkDeviceAddress globals) {
   if (!traces()) return;
-  if (!classify_)
+  if (!pipelines_.classify)
     make_classify();  // for the forward path, in configurations where shading usually resolves
                       // shadows
   std::vector<Use> uses{Use(visibility.buffer, access::compute_read), Use(lists_, access::compute_write),
@@ -359,7 +359,8 @@ void ShadowPass::record(gpu::Recorder& recorder, GpuScene& scene, const Visibili
   scene.add_reads(uses, access::compute_read);
   add_map_reads(uses, access::compute_read);
   recorder.pass("classify", uses, [&](VkCommandBuffer commands) {
-    bind(commands, VK_PIPELINE_BIND_POINT_COMPUTE, classify_.get(), scene, push(visibility, globals));
+    bind(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipelines_.classify.get(), scene,
+         push(visibility, globals));
     vkCmdDispatch(commands, (targets_->extent.width + 7) / 8, (targets_->extent.height + 7) / 8,
                   state_.plan.mask_words);
   });
@@ -413,8 +414,9 @@ void ShadowPass::trace(gpu::Recorder& recorder, GpuScene& scene, const Visibilit
   if (listed) uses.emplace_back(targets_->listed_rays, read);
   recorder.pass("trace", uses, [&](VkCommandBuffer commands) {
     const gpu_types::ShadowPush what = push(visibility, globals);
-    if (listed) record_trace(commands, trace_listed_, FIRE3DV_LIST_RAYS, scene, what);
-    record_trace(commands, trace_pixels_, listed ? FIRE3DV_LIST_OVERFLOW : FIRE3DV_LIST_PIXELS, scene, what);
+    if (listed) record_trace(commands, pipelines_.trace_listed, FIRE3DV_LIST_RAYS, scene, what);
+    record_trace(commands, pipelines_.trace_pixels, listed ? FIRE3DV_LIST_OVERFLOW : FIRE3DV_LIST_PIXELS,
+                 scene, what);
   });
   gpu::Buffer& seen = list_readbacks_[frame_++ % gpu::kFramesInFlight];
   gpu_types::RayList last[FIRE3DV_RAY_LISTS];

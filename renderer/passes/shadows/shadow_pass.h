@@ -119,8 +119,11 @@ class ShadowPass {
   VkPipelineLayout layout_;
   uint32_t samples_;
   ShadowTechnique technique_;
-  gpu::Pipeline light_views_, classify_;
-  Tracing trace_pixels_, trace_listed_;
+  struct Pipelines {
+    gpu::Pipeline light_views, classify;
+    Tracing trace_pixels, trace_listed;
+  };
+  Pipelines pipelines_;
   std::optional<ClusterRaster> map_raster_;
   Targets* targets_ = nullptr;
   // State that depends on scene and lights. It is replaced as a whole, so that a failure keeps the old one.
