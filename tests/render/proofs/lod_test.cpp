@@ -7,7 +7,7 @@
 
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "renderer/scene/model/loaded_scene.h"
+#include "renderer/scene/derived/loaded_scene.h"
 #include "tests/render/support/proof_bench.h"
 #include "tests/support/image_compare.h"
 

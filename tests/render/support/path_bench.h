@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "renderer/scene/textures/environment.h"
 #include "tests/render/support/render_bench.h"
 #include "tests/render/support/scene_builder.h"
 
