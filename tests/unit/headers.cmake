@@ -42,7 +42,7 @@ else()
   string(REPLACE "\n" ";" lone_headers "${lone_headers}")
 endif()
 list(FILTER lone_headers EXCLUDE REGEX "^convert/sdf/library/")  # libsdformat's include folders are its own
-list(FILTER lone_headers EXCLUDE REGEX "^protocol/record/foxglove_encoding.h$")  # flatc's headers are private there
+list(FILTER lone_headers EXCLUDE REGEX "^protocol/(record/foxglove_encoding|wire/encode_tables).h$")  # flatc's headers are private there
 set(header_sources)
 foreach(header ${lone_headers})
   header_source(source ${header} cpp)

@@ -5,11 +5,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <glm/glm.hpp>
+#include <glm/gtc/quaternion.hpp>
 #include <span>
 #include <string>
 #include <type_traits>
 #include <vector>
 
+#include "base/digest.h"
 #include "renderer/scene/model/scene_fields.h"
 
 namespace fire3dv::scene {
