@@ -4,10 +4,13 @@ FIRE3DV_KEEP_SCREENSHOTS=DIR stores the screenshots as PPM.
 """
 import os
 import subprocess
+import time
 
 from harness import vulkan_environment, wait_until
 from image_reader import Picture, check
 from x11 import X11
+
+PRESS_PAUSE_S = 1  # longer than an image of a slow CPU device
 
 SCREEN = (640, 480)
 SIZE = (320, 180)
@@ -92,7 +95,11 @@ class Screen:
         self.x11.button(button, True)
 
     def press_here(self, button=1):
+        """Presses a button before a drag. A hand is slower than an image: a panel or handle under the pointer gets the
+        press only if it is drawn between the motion, the press and the drag."""
+        time.sleep(PRESS_PAUSE_S)
         self.x11.button(button, True)
+        time.sleep(PRESS_PAUSE_S)
 
     def release(self, button=1):
         self.x11.button(button, False)
