@@ -37,6 +37,7 @@ LiveScene::LiveScene(const scene::LoadedScene& base, state::PoseState& poses, Sc
     : base_(&base),
       poses_(poses),
       uploader_(uploader),
+      now_ns_(assets.now_ns ? assets.now_ns : monotonic_ns),
       file_of_additions_(assets.overlay.empty() ? std::string() : assets.overlay.string() + ": "),
       build_(base, std::move(assets)) {
   uploader.set_edits(edits_);
@@ -66,7 +67,7 @@ void LiveScene::set_user_edits(const UserEdits& edits) {
 }
 
 bool LiveScene::follow() {
-  const int64_t begin_ns = monotonic_ns();
+  const int64_t begin_ns = now_ns_();
   const bool built = !build_.idle() && show_built();
   const bool varied = show_variant();
   std::vector<state::SceneChanges> changes = poses_.take_scene_changes();
@@ -82,13 +83,13 @@ bool LiveScene::follow() {
   bindings_seen_ = poses_.binding_revision();
   // The cost of a replaced scene or of new drivers is not charged to streams.
   if (built || varied || rebound) (void)registry_.resolve(scene(), poses_, false);
-  if (built) charge_replacement(monotonic_ns() - begin_ns);
+  if (built) charge_replacement(now_ns_() - begin_ns);
   apply_edits(std::move(changes));
   pending_.merge(registry_.take_changed_budgets());
-  const int64_t list_begin_ns = monotonic_ns();
+  const int64_t list_begin_ns = now_ns_();
   if (can_build()) update_request_list();
   resolve();
-  if (built) list_ns_ += monotonic_ns() - list_begin_ns;
+  if (built) list_ns_ += now_ns_() - list_begin_ns;
   begin_build_if_changed();
   bool shown = false;
   for (const state::EditRegistry::Finished& edit : registry_.take_finished())
@@ -99,19 +100,20 @@ bool LiveScene::follow() {
 // Streams are applied one by one to measure the time of each.
 void LiveScene::apply_edits(std::vector<state::SceneChanges> changes) {
   for (state::SceneChanges& change : changes) {
-    const int64_t begin_ns = monotonic_ns();
+    const int64_t begin_ns = now_ns_();
     const state::StreamId stream = change.stream;
     const bool is_charged = edit_time_ && !change.ended;
+    if (edit_observer_) edit_observer_(change);
     std::vector<state::SceneChanges> one;
     one.push_back(std::move(change));
     registry_.apply(std::move(one), &poses_.names());
     (void)registry_.resolve(scene(), poses_, false);
-    if (is_charged) edit_time_(stream, monotonic_ns() - begin_ns);
+    if (is_charged) edit_time_(stream, now_ns_() - begin_ns);
   }
 }
 
 bool LiveScene::is_build_due(const ReplacementShares::Peer& peer) const {
-  return shares_.earliest_ns(peer) <= monotonic_ns();
+  return shares_.earliest_ns(peer) <= now_ns_();
 }
 
 bool LiveScene::can_build() const {
@@ -199,7 +201,7 @@ void LiveScene::begin_build_if_changed() {
   if (!build_.idle()) return;
   find_vertex_changes();
   if (!can_build()) return;
-  const int64_t begin_ns = monotonic_ns();
+  const int64_t begin_ns = now_ns_();
   update_request_list();
   std::vector<ReplacementShares::Cause> causes;
   std::erase_if(pending_, [&](const auto& peer) {
@@ -236,7 +238,7 @@ void LiveScene::begin_build_if_changed() {
   causes_ = std::move(causes);
   ++builds_begun_;
   build_.begin(std::move(request));
-  list_ns_ += monotonic_ns() - begin_ns;
+  list_ns_ += now_ns_() - begin_ns;
 }
 
 // Charges the last replacement to the peers that caused it.
@@ -247,7 +249,7 @@ void LiveScene::charge_replacement(int64_t shown_ns) {
   }
   const bool is_alone = active.size() <= 1;
   shown_ns += std::exchange(list_ns_, 0);
-  shares_.add({std::exchange(causes_, {}), merge_ns_, shown_ns, monotonic_ns(), is_alone});
+  shares_.add({std::exchange(causes_, {}), merge_ns_, shown_ns, now_ns_(), is_alone});
   replacement_ns_ = merge_ns_ + (is_alone ? 1 : ReplacementShares::kRestOfShown) * shown_ns;
 }
 

@@ -49,6 +49,9 @@ class LiveScene {
   // Called with the time that the edits of a stream took in follow().
   using EditTime = std::function<void(state::StreamId stream, int64_t ns)>;
   void charge_edit_time(EditTime edit_time) { edit_time_ = std::move(edit_time); }
+  // Called with each change of a stream before follow() applies it.
+  using EditObserver = std::function<void(const state::SceneChanges& change)>;
+  void observe_edits(EditObserver observer) { edit_observer_ = std::move(observer); }
   // In effect after the next follow(); additions when their build is shown.
   void set_user_edits(const UserEdits& edits);
   const UserEdits& user_edits() const { return user_; }
@@ -84,6 +87,9 @@ class LiveScene {
   // Waits until the user's additions are displayed or refused. should_stop: ends the wait; called many times
   // a second. Returns false if it ended the wait.
   bool await_additions(const std::function<bool()>& should_stop = {});
+  // A finished build is shown by the next follow().
+  bool is_building() const { return !build_.idle(); }
+  bool has_finished_build() const { return build_.is_finished(); }
   // True if no build is running or due. Valid after follow().
   bool settled() const { return build_.idle() && pending_.empty(); }
 
@@ -96,6 +102,8 @@ class LiveScene {
   const state::MarkerRegistry& markers() const { return markers_; }
   void set_shows_markers(bool shows) { shows_markers_ = shows; }
   const state::EditFaults& faults() const { return registry_.faults(); }
+  // Added nodes of the displayed scene that nobody requests any more: they are hidden.
+  const std::set<uint32_t>& withdrawn_nodes() const { return withdrawn_; }
   uint64_t replaced() const { return replaced_; }  // number of replacements of the scene
   uint64_t updates() const { return updates_; }    // rises whenever follow() may have changed the scene
   uint64_t builds_begun() const { return builds_begun_; }
@@ -152,6 +160,7 @@ class LiveScene {
   UserEdits user_;
   bool user_changed_ = false;
   uint64_t user_revision_ = 0;
+  const std::function<int64_t()> now_ns_;
   UserAdditions additions_;
   const std::string file_of_additions_;  // beginning of messages about them
   std::vector<ShownAddition> shown_additions_;
@@ -172,6 +181,7 @@ class LiveScene {
   int64_t merge_ns_ = 0, list_ns_ = 0;  // of the last build: merging, and listing its nodes
   int64_t replacement_ns_ = 0;          // least pause between two replacements
   EditTime edit_time_;
+  EditObserver edit_observer_;
   uint32_t reported_without_shadow_ = 0;
   uint32_t reported_asset_warnings_ = 0;
   std::vector<std::string> log_messages_;

@@ -97,7 +97,7 @@ void SceneBuild::begin(Request request) {
 }
 
 std::optional<SceneBuild::Built> SceneBuild::take() {
-  if (idle() || !finished_) return std::nullopt;
+  if (!is_finished()) return std::nullopt;
   thread_.join();
   thread_ = {};
   return std::exchange(built_, {});
@@ -120,6 +120,7 @@ void SceneBuild::retain_only(std::span<const state::RequestedNode> nodes) {
 }
 
 SceneBuild::Built SceneBuild::build(Request request, const std::stop_token& stop) {
+  const int64_t begun = settings_.now_ns();
   Built built;
   for (const VertexNode& node : request.vertex_nodes) built.vertex_nodes.push_back(node.name);
   asset_files_.forget_missing();
@@ -135,7 +136,6 @@ SceneBuild::Built SceneBuild::build(Request request, const std::stop_token& stop
   Merge merge(*base_names_);
   load_assets(request, stop, merge, built);
   if (stop.stop_requested()) return built;
-  const int64_t begun = settings_.now_ns();
   merge.to = std::make_unique<scene::LoadedScene>(*base_);
   merge.path_bytes = base_path_bytes_;
   merge.deformed_corners = scene::deformed_corners(base_->scene);
@@ -149,6 +149,7 @@ SceneBuild::Built SceneBuild::build(Request request, const std::stop_token& stop
   // Refused nodes are not charged.
   retain_only(merge.charged);
   built.merge_ns = settings_.now_ns() - begun;
+  for (const auto& [peer, load_ns] : built.load_ns) built.merge_ns -= load_ns;
   return built;
 }
 

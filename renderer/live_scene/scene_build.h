@@ -89,6 +89,7 @@ class SceneBuild {
 
   bool idle() const { return !thread_.joinable(); }
   void begin(Request request);  // when idle
+  bool is_finished() const { return !idle() && finished_; }
   // Returns a finished build once; nullopt: none. Never waits.
   std::optional<Built> take();
   // When idle: releases all assets and charges except those of these nodes.

@@ -6,13 +6,16 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cstdio>
 #include <map>
+#include <thread>
 
+#include "renderer/live_scene/live_scene.h"
 #include "renderer/streams/image_request_queue.h"
 #include "renderer/streams/stream_receiver.h"
+#include "tests/fuzz/session_doubles.h"
 #include "tests/fuzz/session_peer.h"
-#include "tests/fuzz/session_scene.h"
 #include "tests/fuzz/target.h"
 
 namespace fire3dv::fuzz {
@@ -49,13 +52,17 @@ class Session {
       : choices_(input),
         lockstep_(choices_.one_in(4)),
         poses_(base_scene().scene),
-        scene_(poses_),
+        scene_(base_scene(), poses_, uploader_, assets()),
         receiver_(poses_, lockstep_, play(), budgets_),
         requests_(receiver_, abilities()) {
     auto link = std::make_unique<SessionLink>(!choices_.one_in(8));
     link_ = link.get();
     receiver_.add(std::move(link));
-    receiver_.set_clock([this] { return now_ns_; });
+    receiver_.set_clock([this] { return clock_.now_ns(); });
+    uploader_.set_choices(&choices_);
+    scene_.observe_edits([this](const state::SceneChanges& change) { hiding_.add(change); });
+    scene_.charge_edit_time(
+        [this](state::StreamId stream, int64_t ns) { receiver_.add_edit_time(stream, ns); });
     receiver_.set_image_handler(&requests_);
   }
 
@@ -67,10 +74,11 @@ class Session {
     }
     for (int i = 0; i < 20; ++i) turn(true);
     check_requests();
+    uploader_.set_choices(nullptr);
     for (size_t i = 0; i < kPeers; ++i)
       if (peers_[i].is_connected) disconnect(i);
     for (int i = 0; i < 1000 && (i < 20 || !is_over()); ++i) {
-      now_ns_ += 1'000'000'000;  // beyond all grace times
+      clock_.advance(1'000'000'000);  // beyond all grace times
       turn(true);
     }
     check_released();
@@ -86,6 +94,25 @@ class Session {
     app::PlayOptions play;
     if (choices_.one_in(3)) play.mode = app::PlayOptions::Mode::interpolate;
     return play;
+  }
+
+  app::AssetSettings assets() {
+    app::AssetSettings settings;
+    settings.now_ns = [this] { return clock_.now_ns(); };
+    return settings;
+  }
+
+  // finish_build: a running build ends and is shown.
+  bool follow(bool finish_build) {
+    if (finish_build && scene_.is_building()) {
+      clock_.set_open(true);
+      while (!scene_.has_finished_build()) std::this_thread::sleep_for(std::chrono::microseconds(20));
+      clock_.set_open(false);
+    }
+    const bool shown = scene_.follow();
+    scene_.show_markers();
+    (void)scene_.take_log_messages();
+    return shown;
   }
 
   void act(size_t index) {
@@ -172,12 +199,13 @@ class Session {
 
   // One iteration of the frame loop.
   void turn(bool finish = false) {
-    now_ns_ += choices_.one_of<int64_t>({0, 1'000, 1'000'000, 1'000'000, 100'000'000, 6'000'000'000});
+    clock_.advance(choices_.one_of<int64_t>({0, 1'000, 1'000'000, 1'000'000, 100'000'000, 6'000'000'000}));
+    const int64_t now_ns = clock_.now_ns();
     receiver_.poll();
-    const bool replaced = scene_.follow(finish || choices_.one_in(2));
+    const bool replaced = follow(finish || choices_.one_in(2));
     if (replaced || choices_.one_in(4)) receiver_.notify_bindings();
-    for (const state::ImageDemand& demand : requests_.demands(now_ns_)) {
-      for (const state::ImageRequestRegistry::Due& due : requests_.due(demand.requester, now_ns_)) draw(due);
+    for (const state::ImageDemand& demand : requests_.demands(now_ns)) {
+      for (const state::ImageRequestRegistry::Due& due : requests_.due(demand.requester, now_ns)) draw(due);
     }
     if (choices_.one_in(2)) receiver_.acknowledge(poses_.shown());
     (void)receiver_.take_log_messages();
@@ -230,6 +258,13 @@ class Session {
     return false;
   }
 
+  // By an edit, not since its own stream has withdrawn it.
+  bool is_hidden(uint32_t node) const {
+    const auto edit = scene_.edits().nodes().find(node);
+    if (edit == scene_.edits().nodes().end() || scene_.withdrawn_nodes().contains(node)) return false;
+    return edit->second.hidden || edit->second.removed;
+  }
+
   // Nodes that an older stream drives keep their driver, their paths and their visibility.
   void check_rights() {
     const std::vector<scene::Node>& nodes = scene_.scene().nodes;
@@ -250,8 +285,8 @@ class Session {
         const uint64_t age = *poses_.age_of_driver(node);
         owned_[nodes[node].path] = {id, streams[id].epoch, age};
         for (uint32_t at = node; at != scene::kNone; at = nodes[at].parent) {
-          if (!scene_.hidden().contains(at)) continue;
-          const std::optional<uint64_t> hider = scene_.oldest_hider(at);
+          if (!is_hidden(at)) continue;
+          const std::optional<uint64_t> hider = hiding_.oldest_hider(at, scene_.scene(), poses_.names());
           FIRE3DV_ASSERT(hider && state::age_rank(*hider) <= state::age_rank(age));
         }
       }
@@ -282,7 +317,7 @@ class Session {
 
   bool is_over() const {
     return link_->idle() && receiver_.deferred_messages() == 0 && receiver_.active_streams() == 0 &&
-           scene_.is_settled();
+           scene_.settled();
   }
 
   // After all peers have left.
@@ -297,7 +332,10 @@ class Session {
   const bool lockstep_;
   const std::shared_ptr<BudgetPool> budgets_ = BudgetPool::create(small_limits());
   state::PoseState poses_;
-  SessionScene scene_;
+  BuildGate clock_;
+  SessionUploader uploader_;
+  HidingEdits hiding_;
+  app::LiveScene scene_;
   app::StreamReceiver receiver_;
   app::ImageRequestQueue requests_;
   SessionLink* link_ = nullptr;
@@ -306,8 +344,7 @@ class Session {
   transport::PeerId last_id_ = 0;
   std::set<uint64_t> contested_;  // epochs whose streams two connected peers have described
   const size_t heap_bytes_ = ::mallinfo2().uordblks;  // sanitizers report 0
-  int64_t now_ns_ = 1'000'000'000;
-  std::map<std::string, Owned> owned_;  // by path, as of the last turn
+  std::map<std::string, Owned> owned_;                // by path, as of the last turn
 };
 
 }  // namespace

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "tests/fuzz/session_scene.h"
+#include "tests/fuzz/session_doubles.h"
 
 namespace fire3dv::fuzz {
 namespace {

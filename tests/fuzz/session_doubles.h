@@ -1,23 +1,29 @@
-// Listener link and edited scene of a fuzzed session: app::LiveScene without renderer and camera. The caller
-// ends the builds, so equal inputs give equal sessions.
+// Surroundings of a fuzzed session: listener link, scene uploader without devices, clock, and the oracle of
+// edits that hide nodes.
 #pragma once
 
+#include <condition_variable>
+#include <cstddef>
+#include <cstdint>
 #include <deque>
 #include <map>
-#include <memory>
+#include <mutex>
 #include <optional>
-#include <set>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
 #include "base/error.h"
 #include "protocol/transport/link.h"
 #include "protocol/wire/decode.h"
-#include "renderer/live_scene/scene_build.h"
+#include "renderer/live_scene/scene_uploader.h"
+#include "renderer/scene/derived/loaded_scene.h"
 #include "renderer/scene/model/scene_edits.h"
-#include "renderer/state/edits/edit_registry.h"
+#include "renderer/state/marker_registry.h"
+#include "renderer/state/node_index.h"
 #include "renderer/state/pose_state.h"
+#include "tests/fuzz/session_peer.h"
 
 namespace fire3dv::fuzz {
 
@@ -86,38 +92,51 @@ class SessionLink final : public transport::ListenerLink {
 std::vector<std::byte> small_glb();
 const scene::LoadedScene& base_scene();
 
-class SessionScene {
+// Refuses some scenes for memory, as choices say.
+class SessionUploader final : public app::SceneUploader {
  public:
-  explicit SessionScene(state::PoseState& poses);
+  // choices: borrowed; null: all scenes fit from now on.
+  void set_choices(Choices* choices) { choices_ = choices; }
 
-  // Applies the pending edits of streams, as app::LiveScene::follow() does between two frames.
-  bool follow(bool finish_build);
-
-  bool is_settled() const { return build_.idle() && registry_.empty(); }
-  const scene::Scene& scene() const { return merged_ ? merged_->scene : base_scene().scene; }
-  // Returns the nodes hidden or removed by an edit, except for those that their own stream has withdrawn.
-  const std::set<uint32_t>& hidden() const { return hidden_; }
-  // Returns the smallest age of a stream with an edit that hides or removes this node; nothing if there is
-  // none.
-  std::optional<uint64_t> oldest_hider(uint32_t node) const;
+  Result<void> check_memory(const scene::LoadedScene& next) const override;
+  Result<void> upload(const scene::LoadedScene& next) override;
+  uint32_t max_textures() const override { return UINT32_MAX; }
+  void set_edits(const scene::SceneEdits&) override {}
+  void set_markers(const std::vector<state::ShownMarker>& markers) override;
+  bool lacks_markers() const override { return false; }
+  uint32_t lights_without_shadow() const override { return 0; }
 
  private:
-  using Keys = std::vector<std::pair<uint64_t, uint64_t>>;
-  void note_hiding(const std::vector<state::SceneChanges>& changes);
-  bool show_built(app::SceneBuild::Built&& built);
-  void begin_build(std::vector<state::RequestedNode> wanted, const std::vector<std::string>& vertex_nodes);
-  void resolve(const std::vector<state::RequestedNode>& wanted);
+  Choices* choices_ = nullptr;
+};
 
-  state::PoseState& poses_;
-  state::EditRegistry registry_;
-  scene::SceneEdits edits_;
-  std::unique_ptr<const scene::LoadedScene> merged_;
-  std::vector<state::RequestedNode> added_;
-  Keys nodes_;
-  std::vector<std::string> vertex_nodes_;
+// Clock of a session. Background builds read it at their beginning and wait there while the gate is closed:
+// the caller ends the builds, so equal inputs give equal sessions.
+class BuildGate {
+ public:
+  int64_t now_ns();
+  void set_open(bool is_open);
+  void advance(int64_t ns);
+
+ private:
+  const std::thread::id owner_ = std::this_thread::get_id();
+  std::mutex mutex_;
+  std::condition_variable opened_;
+  bool is_open_ = false;
+  int64_t now_ns_ = 1'000'000'000;
+};
+
+// Edits in force that hide or remove nodes.
+class HidingEdits {
+ public:
+  void add(const state::SceneChanges& change);
+  // Returns the smallest age of a stream with an edit that hides or removes this node; nothing if there is
+  // none.
+  std::optional<uint64_t> oldest_hider(uint32_t node, const scene::Scene& scene,
+                                       const state::NodeNames& names) const;
+
+ private:
   std::map<uint64_t, std::map<std::pair<std::string, wire::Property>, bool>> hiding_;  // by age
-  std::set<uint32_t> hidden_;
-  app::SceneBuild build_;
 };
 
 }  // namespace fire3dv::fuzz
