@@ -227,7 +227,9 @@ void LiveScene::begin_build_if_changed() {
     contents.vertex_nodes.push_back(name);
     request.vertex_nodes.push_back({name, std::move(budget)});
   }
-  if (contents == contents_ || contents == failed_contents_) {
+  // The base scene was displayed before, so it is tried again.
+  const bool has_failed = contents == failed_contents_ && contents != Contents{};
+  if (contents == contents_ || has_failed) {
     // A stream may have left whose assets waited for a further turn: no build comes that would release them.
     build_.retain_only(requested_);
     return;
@@ -436,6 +438,7 @@ void LiveScene::refuse_new(SceneBuild::Built&& built, const std::string& reason)
   for (auto node = is_tried_again ? large.begin() : built.added.begin(); node != built.added.end(); ++node)
     refuse(*node, reason, true);
   build_.retain_only(added_);
+  build_.retain_vertices_only(contents_.vertex_nodes);
   if (is_tried_again) return;
   std::map<std::string, std::string> vertex_refusals;
   for (const std::string& name : built.vertex_nodes) vertex_refusals[name] = reason;

@@ -119,6 +119,11 @@ void SceneBuild::retain_only(std::span<const state::RequestedNode> nodes) {
   std::erase_if(uses_, [&](const auto& entry) { return !uses.contains(entry.first); });
 }
 
+void SceneBuild::retain_vertices_only(std::span<const std::string> nodes) {
+  std::erase_if(vertex_charges_,
+                [&](const auto& entry) { return !std::ranges::binary_search(nodes, entry.first.first); });
+}
+
 SceneBuild::Built SceneBuild::build(Request request, const std::stop_token& stop) {
   const int64_t begun = settings_.now_ns();
   Built built;

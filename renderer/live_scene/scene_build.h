@@ -94,6 +94,8 @@ class SceneBuild {
   std::optional<Built> take();
   // When idle: releases all assets and charges except those of these nodes.
   void retain_only(std::span<const state::RequestedNode> nodes);
+  // When idle: releases the charges of replaced vertices except those of these nodes, by sorted name.
+  void retain_vertices_only(std::span<const std::string> nodes);
 
  private:
   struct Asset {
