@@ -8,7 +8,7 @@
 #include "base/random.h"
 #include "renderer/browser/live_joints.h"
 #include "renderer/browser/live_messages.h"
-#include "renderer/images/requested_image.h"
+#include "renderer/images/image_camera.h"
 #include "renderer/passes/path/path_pass.h"
 #include "renderer/passes/view/view.h"
 

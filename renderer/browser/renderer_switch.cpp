@@ -3,7 +3,7 @@
 #include <string>
 
 #include "base/log.h"
-#include "renderer/images/request_renderer.h"
+#include "renderer/images/image_batch_renderer.h"
 #include "renderer/passes/path/path_pass.h"
 
 namespace fire3dv::app {

@@ -18,7 +18,7 @@ uint64_t pixels_of(const passes::Intrinsics& drawn) {
 }
 
 std::optional<CameraRefused> check_pinhole_size(const wire::ImageRequest& request,
-                                                const RequestCamera& camera) {
+                                                const ImageCamera& camera) {
   if (camera.lens.model == passes::LensModel::none) return {};
   const uint32_t outputs = passes::pinhole_outputs(wire::ImageOutputs(request.outputs)).bits();
   const glm::uvec2 size = camera.pinhole.image_px;
@@ -41,8 +41,8 @@ const gpu::Device& ImageService::device_at(size_t index) const {
   return index == 0 ? device_ : secondary()[index - 1]->device();
 }
 
-RequestRenderer& ImageService::renderer_at(size_t index) {
-  return index == 0 ? first_ : secondary()[index - 1]->request_renderer();
+ImageBatchRenderer& ImageService::renderer_at(size_t index) {
+  return index == 0 ? first_ : secondary()[index - 1]->batch_renderer();
 }
 
 ImageService::Drawn ImageService::draw_due(gpu::FrameRing& frames) {
@@ -53,7 +53,7 @@ ImageService::Drawn ImageService::draw_due(gpu::FrameRing& frames) {
   scheduler_.note_demands(demands, begin_ns);
   if (!demands.empty() || requests_.count() == 0) drop_closed_requests();
   // Poses are constant during this call: all turns render the same poses.
-  RequestRenderer::Moment moment{poses_, nullptr};
+  ImageBatchRenderer::Moment moment{poses_, nullptr};
   for (size_t device = 0; device < device_count(); ++device) renderer_at(device).begin_moment();
   Drawn drawn;
   while (!demands.empty() && !first_.is_tracing() && !rules_.is_stop_requested()) {
@@ -99,16 +99,16 @@ ImageService::Drawn ImageService::go_on_tracing(gpu::FrameRing& frames) {
 
 // Returns false if the time slice ended before all due images of the stream were rendered.
 bool ImageService::draw_turn(gpu::FrameRing& frames, state::RequesterId requester,
-                             RequestRenderer::Moment& moment, int64_t end_ns) {
+                             ImageBatchRenderer::Moment& moment, int64_t end_ns) {
   const int64_t now_ns = monotonic_ns();
-  std::vector<RequestRenderer::WorkItem> work = resolve(requests_.due(requester, now_ns));
-  const auto needs_boxes = [](const RequestRenderer::WorkItem& a) { return wants_boxes(a.due.request); };
+  std::vector<ImageBatchRenderer::WorkItem> work = resolve(requests_.due(requester, now_ns));
+  const auto needs_boxes = [](const ImageBatchRenderer::WorkItem& a) { return wants_boxes(a.due.request); };
   if (!moment.boxes && std::ranges::any_of(work, needs_boxes))
     moment.boxes = std::make_shared<const std::vector<wire::BoxRecord3d>>(
         passes::boxes_of_instances(scene_.scene(), poses_));
   distribute(std::move(work));
   const uint64_t max_bytes =
-      scheduler_.is_alone(requester, now_ns) ? RequestRenderer::kMaxSubmittedBytes : kSharedSubmittedBytes;
+      scheduler_.is_alone(requester, now_ns) ? ImageBatchRenderer::kMaxSubmittedBytes : kSharedSubmittedBytes;
   for (bool is_first = true; has_work() && !first_.is_tracing(); is_first = false) {
     if (!is_first && (monotonic_ns() >= end_ns || rules_.is_stop_requested() || !has_room(end_ns))) break;
     uint64_t cost = 0;
@@ -125,12 +125,12 @@ bool ImageService::draw_turn(gpu::FrameRing& frames, state::RequesterId requeste
   }
   const bool is_whole = !has_work();
   for (size_t device = 0; device < device_count(); ++device) {
-    RequestRenderer& request_renderer = renderer_at(device);
-    std::span<const RequestRenderer::WorkItem> processed = request_renderer.processed();
+    ImageBatchRenderer& batch_renderer = renderer_at(device);
+    std::span<const ImageBatchRenderer::WorkItem> processed = batch_renderer.processed();
     // A traced image is the last one. Its request stays open until it is whole, so that it can be withdrawn.
-    if (request_renderer.is_tracing()) processed = processed.first(processed.size() - 1);
-    for (const RequestRenderer::WorkItem& one : processed) requests_.mark_rendered(one.due);
-    request_renderer.begin({});
+    if (batch_renderer.is_tracing()) processed = processed.first(processed.size() - 1);
+    for (const ImageBatchRenderer::WorkItem& one : processed) requests_.mark_rendered(one.due);
+    batch_renderer.begin({});
   }
   return is_whole;
 }
@@ -178,19 +178,19 @@ void ImageService::drop_closed_requests() {
 }
 
 // Resolves cameras; refuses invalid requests.
-std::vector<RequestRenderer::WorkItem> ImageService::resolve(
+std::vector<ImageBatchRenderer::WorkItem> ImageService::resolve(
     std::vector<state::ImageRequestRegistry::Due>&& due) {
-  std::vector<RequestRenderer::WorkItem> work;
+  std::vector<ImageBatchRenderer::WorkItem> work;
   bool has_markers = false;
   for (state::ImageRequestRegistry::Due& one : due) {
     auto camera = resolve_camera(one.request, requests_.world_from_stream(one.requester), poses_, scene_);
-    if (const auto* possible = std::get_if<RequestCamera>(&camera)) {
+    if (const auto* possible = std::get_if<ImageCamera>(&camera)) {
       if (auto too_large = check_pinhole_size(one.request, *possible)) camera = std::move(*too_large);
     }
     if (const auto* refused = std::get_if<CameraRefused>(&camera)) {
       requests_.refuse(one, refused->reason, refused->why);
     } else {
-      auto& possible = std::get<RequestCamera>(camera);
+      auto& possible = std::get<ImageCamera>(camera);
       const ImageReplies::Appearance appearance = requests_.appearance(one.requester);
       possible.ground = appearance.ground;
       possible.markers =
@@ -208,7 +208,7 @@ std::vector<RequestRenderer::WorkItem> ImageService::resolve(
 }
 
 // Assigns a request to the device with the fewest pixels of open requests; round robin among equals.
-size_t ImageService::assign_device(const RequestRenderer::WorkItem& work) {
+size_t ImageService::assign_device(const ImageBatchRenderer::WorkItem& work) {
   const size_t count = device_count();
   if (count == 1 || work.camera.markers) return 0;  // the first device has the markers
   pixels_of_device_.resize(count);
@@ -226,21 +226,21 @@ size_t ImageService::assign_device(const RequestRenderer::WorkItem& work) {
   return best;
 }
 
-void ImageService::distribute(std::vector<RequestRenderer::WorkItem>&& work) {
-  std::vector<std::vector<RequestRenderer::WorkItem>> work_of_device(device_count());
-  for (RequestRenderer::WorkItem& one : work) work_of_device[assign_device(one)].push_back(std::move(one));
+void ImageService::distribute(std::vector<ImageBatchRenderer::WorkItem>&& work) {
+  std::vector<std::vector<ImageBatchRenderer::WorkItem>> work_of_device(device_count());
+  for (ImageBatchRenderer::WorkItem& one : work) work_of_device[assign_device(one)].push_back(std::move(one));
   for (size_t device = 0; device < work_of_device.size(); ++device)
     renderer_at(device).begin(std::move(work_of_device[device]));
 }
 
 // One submission on each device with work. Finished images are sent first, so that the number of images in
 // flight stays small.
-void ImageService::draw_round(gpu::FrameRing& frames, const RequestRenderer::Moment& moment,
+void ImageService::draw_round(gpu::FrameRing& frames, const ImageBatchRenderer::Moment& moment,
                               uint64_t max_bytes) {
   deliver();
   std::vector<SecondaryDevice*> at_work;
   for (const std::unique_ptr<SecondaryDevice>& each : secondary()) {
-    if (!each->request_renderer().has_work()) continue;
+    if (!each->batch_renderer().has_work()) continue;
     each->begin_drawing(scene_, *settings_, moment, max_bytes);
     at_work.push_back(each.get());
   }
@@ -256,15 +256,15 @@ void ImageService::draw_round(gpu::FrameRing& frames, const RequestRenderer::Mom
   for (SecondaryDevice* each : at_work) {
     attempt([&] {
       if (Result<void> drawn = each->finish(); !drawn)
-        each->request_renderer().refuse_rest(drawn.error().message);
+        each->batch_renderer().refuse_rest(drawn.error().message);
     });
   }
   if (failure) std::rethrow_exception(failure);
   for (size_t device = 0; device < device_count(); ++device) forward_refusals(renderer_at(device));
 }
 
-void ImageService::forward_refusals(RequestRenderer& request_renderer) {
-  for (const RequestRenderer::Refused& refused : request_renderer.take_refused())
+void ImageService::forward_refusals(ImageBatchRenderer& batch_renderer) {
+  for (const ImageBatchRenderer::Refused& refused : batch_renderer.take_refused())
     requests_.refuse(refused.due, refused.reason, refused.why);
 }
 
@@ -278,7 +278,7 @@ void ImageService::deliver() {
 
 bool ImageService::in_flight() const {
   return first_.in_flight() != 0 || std::ranges::any_of(secondary(), [](const auto& each) {
-           return each->request_renderer().in_flight() != 0;
+           return each->batch_renderer().in_flight() != 0;
          });
 }
 

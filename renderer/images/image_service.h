@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "renderer/images/request_renderer.h"
+#include "renderer/images/image_batch_renderer.h"
 #include "renderer/images/secondary_devices.h"
 #include "renderer/live_scene/live_scene.h"
 #include "renderer/state/image_scheduler.h"
@@ -65,7 +65,7 @@ class ImageService {
   bool wait_for(const Mark& mark, int64_t timeout_ns) const;  // true when done
 
  private:
-  using Key = RequestRenderer::Key;
+  using Key = ImageBatchRenderer::Key;
   struct Assignment {
     size_t device = 0;
     uint64_t pixels = 0;
@@ -79,28 +79,28 @@ class ImageService {
   Drawn go_on_tracing(gpu::FrameRing& frames);
   bool do_others_wait(const state::ImageRequestRegistry::Due& traced, int64_t now_ns);
   void report_samples();
-  bool draw_turn(gpu::FrameRing& frames, state::RequesterId requester, RequestRenderer::Moment& moment,
+  bool draw_turn(gpu::FrameRing& frames, state::RequesterId requester, ImageBatchRenderer::Moment& moment,
                  int64_t end_ns);
   void record_finished();
   bool has_room(int64_t end_ns);
-  std::vector<RequestRenderer::WorkItem> resolve(std::vector<state::ImageRequestRegistry::Due>&& due);
-  void distribute(std::vector<RequestRenderer::WorkItem>&& work);
-  size_t assign_device(const RequestRenderer::WorkItem& work);
-  void draw_round(gpu::FrameRing& frames, const RequestRenderer::Moment& moment, uint64_t max_bytes);
+  std::vector<ImageBatchRenderer::WorkItem> resolve(std::vector<state::ImageRequestRegistry::Due>&& due);
+  void distribute(std::vector<ImageBatchRenderer::WorkItem>&& work);
+  size_t assign_device(const ImageBatchRenderer::WorkItem& work);
+  void draw_round(gpu::FrameRing& frames, const ImageBatchRenderer::Moment& moment, uint64_t max_bytes);
   bool has_work();
   void drop_closed_requests();
-  void forward_refusals(RequestRenderer& request_renderer);
+  void forward_refusals(ImageBatchRenderer& batch_renderer);
   size_t device_count() const { return 1 + secondary().size(); }
   std::span<const std::unique_ptr<SecondaryDevice>> secondary() const;
   const gpu::Device& device_at(size_t index) const;
-  RequestRenderer& renderer_at(size_t index);
+  ImageBatchRenderer& renderer_at(size_t index);
 
   gpu::Device& device_;
   const state::PoseState& poses_;
   ImageRequestQueue& requests_;
   LiveScene& scene_;
   const Rules rules_;
-  RequestRenderer first_;
+  ImageBatchRenderer first_;
   SecondaryDevices* secondary_ = nullptr;
   const passes::DrawSettings* settings_ = nullptr;
   // A request keeps its device, so that its images stay in order.

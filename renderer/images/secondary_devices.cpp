@@ -65,15 +65,15 @@ Result<void> SecondaryDevice::open(gpu::Instance& instance, uint32_t index, gpu:
   const PipelineCacheFile pipelines(*device_, caches.pipelines);
   renderer_.emplace(*device_, settings);
   frames_.emplace(*device_);
-  request_renderer_.emplace(*device_, *renderer_);
+  batch_renderer_.emplace(*device_, *renderer_);
   return {};
 }
 
 void SecondaryDevice::begin_drawing(const LiveScene& live, const passes::DrawSettings& settings,
-                                    const RequestRenderer::Moment& moment, uint64_t max_bytes) {
+                                    const ImageBatchRenderer::Moment& moment, uint64_t max_bytes) {
   begin([this, &live, &settings, &moment, max_bytes] {
     result_ = show(live, settings);
-    if (result_) request_renderer_->draw(*frames_, moment, max_bytes);
+    if (result_) batch_renderer_->draw(*frames_, moment, max_bytes);
     (void)frames_->take_finished();
   });
 }
@@ -114,7 +114,7 @@ void SecondaryDevice::make_renderer(const passes::DrawSettings& settings) {
 
 void SecondaryDevice::forget_scene() {
   shown_scene_.reset();
-  request_renderer_->clear_histories();
+  batch_renderer_->clear_histories();
 }
 
 Result<SecondaryDevices> SecondaryDevices::open(gpu::Instance& instance, std::span<const uint32_t> indices,

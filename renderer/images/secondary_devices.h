@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "renderer/gpu/device/device.h"
-#include "renderer/images/request_renderer.h"
+#include "renderer/images/image_batch_renderer.h"
 #include "renderer/live_scene/live_scene.h"
 #include "renderer/loading/disk_caches.h"
 
@@ -31,14 +31,14 @@ class SecondaryDevice {
 
   // Starts one submission of the request renderer's work, with the scene of `live` and the given settings.
   void begin_drawing(const LiveScene& live, const passes::DrawSettings& settings,
-                     const RequestRenderer::Moment& moment, uint64_t max_bytes);
+                     const ImageBatchRenderer::Moment& moment, uint64_t max_bytes);
   // Waits for the started job and rethrows its exceptions.
   Result<void> finish();
 
   // The following require an open device.
   gpu::Device& device() { return *device_; }
   const passes::SceneRenderer& renderer() const { return *renderer_; }
-  RequestRenderer& request_renderer() { return *request_renderer_; }
+  ImageBatchRenderer& batch_renderer() { return *batch_renderer_; }
   // Must be called before the displayed scene is destroyed.
   void forget_scene();
 
@@ -53,7 +53,7 @@ class SecondaryDevice {
   std::unique_ptr<gpu::Device> device_;
   std::optional<passes::SceneRenderer> renderer_;
   std::optional<gpu::FrameRing> frames_;
-  std::optional<RequestRenderer> request_renderer_;
+  std::optional<ImageBatchRenderer> batch_renderer_;
   std::optional<uint64_t> shown_scene_;  // its LiveScene::replaced()
 
   std::mutex mutex_;

@@ -14,7 +14,7 @@
 #include "renderer/camera/default_look.h"
 #include "renderer/editing/new_objects.h"
 #include "renderer/editing/view_transfer.h"
-#include "renderer/images/request_renderer.h"
+#include "renderer/images/image_batch_renderer.h"
 #include "renderer/passes/path/path_pass.h"
 #include "renderer/passes/texture_capacity.h"
 #include "renderer/scene/derived/variants.h"

@@ -1,4 +1,4 @@
-#include "renderer/images/request_renderer.h"
+#include "renderer/images/image_batch_renderer.h"
 #include "renderer/passes/outputs/planes_and_boxes.h"
 #include "renderer/passes/path/path_pass.h"
 #include "renderer/passes/resources/gpu_scene.h"
@@ -21,7 +21,7 @@ passes::ImageOutputs drawn_outputs(const wire::ImageRequest& request) {
   return passes::with_sources(wire::ImageOutputs(request.outputs));
 }
 
-bool has_lens(const RequestCamera& camera) {
+bool has_lens(const ImageCamera& camera) {
   return camera.lens.model != passes::LensModel::none;
 }
 
@@ -38,7 +38,7 @@ uint64_t read_back_bytes(const wire::ImageRequest& request, uint32_t views) {
 }
 
 // Outputs that the renderer draws for the request, before lens distortion.
-passes::ImageOutputs outputs_behind(const RequestRenderer::WorkItem& work) {
+passes::ImageOutputs outputs_behind(const ImageBatchRenderer::WorkItem& work) {
   const passes::ImageOutputs outputs = drawn_outputs(work.due.request);
   return has_lens(work.camera) ? passes::pinhole_outputs(outputs) : outputs;
 }
@@ -80,12 +80,12 @@ state::ImageAbilities image_abilities(const passes::SceneRenderer& renderer, boo
   return abilities;
 }
 
-void RequestRenderer::begin(std::vector<WorkItem>&& work) {
+void ImageBatchRenderer::begin(std::vector<WorkItem>&& work) {
   work_ = std::move(work);
   next_ = 0;
 }
 
-bool RequestRenderer::draw(gpu::FrameRing& frames, const Moment& moment, uint64_t max_bytes) {
+bool ImageBatchRenderer::draw(gpu::FrameRing& frames, const Moment& moment, uint64_t max_bytes) {
   gpu::Recorder* recorder = nullptr;
   uint64_t bytes = 0;
   while (has_work() && bytes < max_bytes) {
@@ -116,7 +116,7 @@ bool RequestRenderer::draw(gpu::FrameRing& frames, const Moment& moment, uint64_
 
 // Twice the samples halve the variance, so that a refining image is sent some 10 times, and then now and
 // then.
-bool RequestRenderer::is_traced(bool others_wait) const {
+bool ImageBatchRenderer::is_traced(bool others_wait) const {
   const passes::PathProgress progress = renderer_.path_tracer()->progress();
   if (progress.is_whole()) return true;
   const std::optional<uint32_t>& shown = tracing_->work.camera.shown_samples;
@@ -126,7 +126,7 @@ bool RequestRenderer::is_traced(bool others_wait) const {
   return elapsed >= (others_wait ? kSharedViewTime : kMaxViewTime);
 }
 
-void RequestRenderer::trace(gpu::FrameRing& frames, const state::PoseState& poses, bool others_wait) {
+void ImageBatchRenderer::trace(gpu::FrameRing& frames, const state::PoseState& poses, bool others_wait) {
   const std::span<const WorkItem> image(&tracing_->work, 1);
   // A view that refines keeps its samples while others take their turns; those of a moving one are of no use.
   std::optional<uint32_t>& shown = tracing_->work.camera.shown_samples;
@@ -145,14 +145,14 @@ void RequestRenderer::trace(gpu::FrameRing& frames, const state::PoseState& pose
   tracing_.reset();
 }
 
-void RequestRenderer::cancel_tracing() {
+void ImageBatchRenderer::cancel_tracing() {
   tracing_.reset();
   // A first sample that is not whole would be made whole with the scene of a later image.
   if (passes::PathPass* const paths = renderer_.path_tracer(); paths && paths->progress().samples == 0)
     paths->drop_selected();
 }
 
-scene::ThinLens RequestRenderer::used_lens(const WorkItem& work) const {
+scene::ThinLens ImageBatchRenderer::used_lens(const WorkItem& work) const {
   if (!drawn_outputs(work.due.request).shaded()) return {};
   if (!renderer_.traces_paths() && !renderer_.can_blur()) return {};
   const scene::ThinLens& settings = renderer_.settings().lens();
@@ -160,8 +160,8 @@ scene::ThinLens RequestRenderer::used_lens(const WorkItem& work) const {
   return own.of_stream || settings.is_pinhole() ? own : settings;
 }
 
-passes::View RequestRenderer::view_of(const WorkItem& work) const {
-  const RequestCamera& camera = work.camera;
+passes::View ImageBatchRenderer::view_of(const WorkItem& work) const {
+  const ImageCamera& camera = work.camera;
   passes::View view = passes::make_view(camera.pinhole, camera.world_from_camera);
   view.camera = work.due.request.node;
   view.exposure = camera.exposure;
@@ -174,7 +174,7 @@ passes::View RequestRenderer::view_of(const WorkItem& work) const {
 }
 
 // Number of consecutive compatible images that fit one submission.
-size_t RequestRenderer::batch_size(std::span<const WorkItem> rest, uint64_t max_bytes) const {
+size_t ImageBatchRenderer::batch_size(std::span<const WorkItem> rest, uint64_t max_bytes) const {
   const wire::ImageRequest& first = rest[0].due.request;
   const passes::ImageOutputs outputs = drawn_outputs(first);
   const bool smoothed = outputs.has(wire::kColorSrgb8) && renderer_.settings().draw().post.fxaa;
@@ -200,19 +200,19 @@ size_t RequestRenderer::batch_size(std::span<const WorkItem> rest, uint64_t max_
   return count;
 }
 
-void RequestRenderer::refuse(std::span<const WorkItem> batch, wire::ImageRefusal reason,
-                             const std::string& why) {
+void ImageBatchRenderer::refuse(std::span<const WorkItem> batch, wire::ImageRefusal reason,
+                                const std::string& why) {
   for (const WorkItem& work : batch) refused_.push_back({work.due, reason, why});
 }
 
-void RequestRenderer::refuse_rest(const std::string& why) {
+void ImageBatchRenderer::refuse_rest(const std::string& why) {
   refuse(std::span(work_).subspan(next_), wire::ImageRefusal::too_large, why);
   next_ = work_.size();
 }
 
 // Allocates the images' resources. A shortage refuses the images and is no error.
-std::optional<passes::PreparedFrame> RequestRenderer::prepare(std::span<const WorkItem> batch,
-                                                              passes::SceneUpdate scene, bool refines) {
+std::optional<passes::PreparedFrame> ImageBatchRenderer::prepare(std::span<const WorkItem> batch,
+                                                                 passes::SceneUpdate scene, bool refines) {
   const WorkItem& first = batch[0];
   const wire::ImageRequest& request = first.due.request;
   const VkExtent2D extent = extent_of(first.camera.pinhole.image_px);
@@ -246,9 +246,9 @@ std::optional<passes::PreparedFrame> RequestRenderer::prepare(std::span<const Wo
   return std::nullopt;
 }
 
-void RequestRenderer::record(const passes::PreparedFrame& prepared, gpu::Recorder& recorder,
-                             gpu::StagingRing& staging, std::span<const WorkItem> batch,
-                             const Moment& moment) {
+void ImageBatchRenderer::record(const passes::PreparedFrame& prepared, gpu::Recorder& recorder,
+                                gpu::StagingRing& staging, std::span<const WorkItem> batch,
+                                const Moment& moment) {
   const wire::ImageRequest& first = batch[0].due.request;
   const passes::ImageOutputs outputs = drawn_outputs(first);
   Tag tag;
@@ -287,7 +287,7 @@ void RequestRenderer::record(const passes::PreparedFrame& prepared, gpu::Recorde
   }
 }
 
-void RequestRenderer::read_back(gpu::Recorder& recorder, const passes::ImageOutputs& outputs, Tag&& tag) {
+void ImageBatchRenderer::read_back(gpu::Recorder& recorder, const passes::ImageOutputs& outputs, Tag&& tag) {
   gpu::ReadbackRing<Tag>::Planes planes;
   if (outputs.has_planes()) {
     tag.taken.ranges = renderer_.plane_ranges();
@@ -297,9 +297,9 @@ void RequestRenderer::read_back(gpu::Recorder& recorder, const passes::ImageOutp
   readback_.record(recorder, image, renderer_.image().extent, planes, std::move(tag));
 }
 
-void RequestRenderer::read_back_through_lens(gpu::Recorder& recorder, gpu::StagingRing& staging,
-                                             const RequestCamera& camera, const passes::ImageOutputs& outputs,
-                                             Tag&& tag) {
+void ImageBatchRenderer::read_back_through_lens(gpu::Recorder& recorder, gpu::StagingRing& staging,
+                                                const ImageCamera& camera,
+                                                const passes::ImageOutputs& outputs, Tag&& tag) {
   passes::LensPass::Source source{camera.pinhole, nullptr, nullptr, {}};
   if (outputs.has(wire::kColorSrgb8)) source.color = &renderer_.image();
   if (outputs.has_planes()) {
@@ -312,7 +312,7 @@ void RequestRenderer::read_back_through_lens(gpu::Recorder& recorder, gpu::Stagi
                    {&lens_.result(), lens_.result_bytes()}, std::move(tag));
 }
 
-std::vector<passes::CameraHistory> RequestRenderer::take_histories(std::span<const WorkItem> batch) {
+std::vector<passes::CameraHistory> ImageBatchRenderer::take_histories(std::span<const WorkItem> batch) {
   std::vector<passes::CameraHistory> histories;
   if (!wants_motion(batch[0].due.request)) return histories;
   for (const WorkItem& work : batch)
@@ -320,13 +320,13 @@ std::vector<passes::CameraHistory> RequestRenderer::take_histories(std::span<con
   return histories;
 }
 
-void RequestRenderer::store_histories(std::span<const WorkItem> batch,
-                                      std::vector<passes::CameraHistory>&& histories) {
+void ImageBatchRenderer::store_histories(std::span<const WorkItem> batch,
+                                         std::vector<passes::CameraHistory>&& histories) {
   for (size_t i = 0; i < histories.size(); ++i)
     histories_[{batch[i].due.requester, batch[i].due.request.id}] = std::move(histories[i]);
 }
 
-void RequestRenderer::deliver(const Take& take) {
+void ImageBatchRenderer::deliver(const Take& take) {
   readback_.poll([&](Tag tag, VkExtent2D, std::span<const uint8_t> bytes) {
     for (uint32_t view = 0; view < tag.images.size(); ++view) {
       Image& image = tag.images[view];
@@ -337,7 +337,7 @@ void RequestRenderer::deliver(const Take& take) {
   });
 }
 
-void RequestRenderer::retain_only(std::span<const Key> open) {
+void ImageBatchRenderer::retain_only(std::span<const Key> open) {
   std::erase_if(histories_,
                 [&](const auto& entry) { return !std::ranges::binary_search(open, entry.first); });
 }

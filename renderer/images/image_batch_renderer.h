@@ -14,6 +14,7 @@
 
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/gpu/readback_ring.h"
+#include "renderer/images/image_camera.h"
 #include "renderer/images/requested_image.h"
 #include "renderer/passes/post/lens_pass.h"
 #include "renderer/passes/scene_renderer.h"
@@ -29,15 +30,15 @@ inline bool wants_boxes(const wire::ImageRequest& request) {
 // otherwise such a renderer offers no colours.
 state::ImageAbilities image_abilities(const passes::SceneRenderer& renderer, bool traces_requests = false);
 
-class RequestRenderer {
+class ImageBatchRenderer {
  public:
   // Borrows both.
-  RequestRenderer(gpu::Device& device, passes::SceneRenderer& renderer)
+  ImageBatchRenderer(gpu::Device& device, passes::SceneRenderer& renderer)
       : device_(device), renderer_(renderer), readback_(device), lens_(device) {}
 
   struct WorkItem {
     state::ImageRequestRegistry::Due due;
-    RequestCamera camera;
+    ImageCamera camera;
   };
   // Poses of the rendered moment, and the boxes of all instances if requested.
   struct Moment {
@@ -121,7 +122,7 @@ class RequestRenderer {
   void record(const passes::PreparedFrame& prepared, gpu::Recorder& recorder, gpu::StagingRing& staging,
               std::span<const WorkItem> batch, const Moment& moment);
   void read_back(gpu::Recorder& recorder, const passes::ImageOutputs& outputs, Tag&& tag);
-  void read_back_through_lens(gpu::Recorder& recorder, gpu::StagingRing& staging, const RequestCamera& camera,
+  void read_back_through_lens(gpu::Recorder& recorder, gpu::StagingRing& staging, const ImageCamera& camera,
                               const passes::ImageOutputs& outputs, Tag&& tag);
   std::vector<passes::CameraHistory> take_histories(std::span<const WorkItem> batch);
   void store_histories(std::span<const WorkItem> batch, std::vector<passes::CameraHistory>&& histories);
