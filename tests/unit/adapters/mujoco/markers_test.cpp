@@ -81,7 +81,7 @@ void expect_point(const std::array<float, 3>& point, double x, double y, double 
 TEST_F(MujocoMarkers, RestForcesCarryWeight) {
   Simulation simulation = load(kAtRest);
   for (int step = 0; step < 2000; ++step) ASSERT_TRUE(simulation.step().ok());
-  ASSERT_TRUE(simulation.place().ok());
+  ASSERT_TRUE(simulation.update_poses().ok());
   const ByName markers = markers_of(simulation, kShowContacts | kShowForces);
   ASSERT_EQ(markers.size(), 2u);
   const SimulationMarker& forces = markers.at("contacts/forces");
@@ -162,7 +162,7 @@ TEST_F(MujocoMarkers, PublisherSendsThemBeforeFrame) {
   auto link = std::move(transport::open_listener(test::listener_uri("shm")).value());
   Simulation simulation = load(kAtRest);
   for (int step = 0; step < 3; ++step) ASSERT_TRUE(simulation.step().ok());
-  ASSERT_TRUE(simulation.place().ok());
+  ASSERT_TRUE(simulation.update_poses().ok());
   Result<Publisher> publisher = Publisher::open(
       simulation.model(), {.uris = {link->uri()}, .show = kShowContacts | kShowCentresOfMass});
   ASSERT_TRUE(publisher.ok()) << publisher.error().message;

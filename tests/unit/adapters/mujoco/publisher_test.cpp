@@ -156,7 +156,7 @@ TEST(MujocoAdapter, PublishingSendsRateAndResets) {
     }));
     uint64_t frames = 0;
     const auto publish = [&] {
-      ASSERT_TRUE(simulation.place().ok());
+      ASSERT_TRUE(simulation.update_poses().ok());
       const Result<bool> sent = publisher->publish(m, simulation.data());
       ASSERT_TRUE(sent.ok()) << sent.error().message;
       if (!*sent) return;

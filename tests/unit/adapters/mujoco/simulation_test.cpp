@@ -32,14 +32,14 @@ void run(Simulation& simulation, int steps) {
     const Result<void> done = simulation.step();
     ASSERT_TRUE(done.ok()) << done.error().message;
   }
-  ASSERT_TRUE(simulation.place().ok());
+  ASSERT_TRUE(simulation.update_poses().ok());
 }
 
-glm::dmat4 matrix_of(const mjtNum* place, const mjtNum* rows) {
+glm::dmat4 matrix_at(const mjtNum* position, const mjtNum* rows) {
   glm::dmat4 matrix(1);
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column) matrix[column][row] = rows[3 * row + column];
-    matrix[3][row] = place[row];
+    matrix[3][row] = position[row];
   }
   return matrix;
 }
@@ -53,7 +53,7 @@ TEST(MujocoAdapter, PosesMatchMjData) {
     const auto poses = poses_of(simulation);
     double farthest = 1;
     for (int body = 1; body < m.nbody; ++body) {
-      const glm::dmat4 meant = matrix_of(d.xpos + 3 * body, d.xmat + 9 * body);
+      const glm::dmat4 meant = matrix_at(d.xpos + 3 * body, d.xmat + 9 * body);
       for (int i = 0; i < 3; ++i) farthest = std::max(farthest, std::abs(meant[3][i]));
       const std::string name = m.names + m.name_bodyadr[body];
       const auto found = poses.find(name.empty() ? "body_" + std::to_string(body) : name);
@@ -63,7 +63,7 @@ TEST(MujocoAdapter, PosesMatchMjData) {
     for (int camera = 0; camera < m.ncam; ++camera) {
       const auto found = poses.find(convert::names_of(m).cameras[static_cast<size_t>(camera)]);
       ASSERT_NE(found, poses.end());
-      EXPECT_LE(apart(found->second, matrix_of(d.cam_xpos + 3 * camera, d.cam_xmat + 9 * camera)), 1e-6)
+      EXPECT_LE(apart(found->second, matrix_at(d.cam_xpos + 3 * camera, d.cam_xmat + 9 * camera)), 1e-6)
           << file;
     }
     for (int light = 0; light < m.nlight; ++light) {
@@ -156,7 +156,7 @@ TEST(MujocoAdapter, SeparateGeomsMatchMjData) {
     EXPECT_EQ(found != rest.end(), m.geom_group[geom] < 3) << geom;
     if (found == rest.end()) continue;
     ++shown;
-    EXPECT_LT(apart(found->second, matrix_of(d.geom_xpos + 3 * geom, d.geom_xmat + 9 * geom)), 1e-9) << geom;
+    EXPECT_LT(apart(found->second, matrix_at(d.geom_xpos + 3 * geom, d.geom_xmat + 9 * geom)), 1e-9) << geom;
   }
   EXPECT_EQ(shown, 6);
   std::vector<std::string> warnings;

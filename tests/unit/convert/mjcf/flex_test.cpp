@@ -30,7 +30,7 @@ TEST(MjcfFlexShape, SurfacesHaveExactVolume) {
     const char* type;
     int dimension;
     std::array<int, 3> count;
-    double flex_volume, tolerance;
+    double volume, tolerance;
     size_t points;
   } shapes[] = {{"box", 3, {4, 3, 5}, 0.3 * 0.2 * 0.4, 1e-6, 1 + 60 - 2 * 1 * 3},
                 {"box", 2, {4, 3, 5}, 0.3 * 0.2 * 0.4, 1e-6, 60 - 2 * 1 * 3},
