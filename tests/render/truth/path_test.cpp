@@ -126,7 +126,7 @@ TEST_F(Paths, SunInEnvironmentLightsPlane) {
   expect_equal(estimate(linear_image(builder.build(), {16, 16}, settings)), 0.5 * irradiance / kPi, "sun");
 }
 
-scene::Scene lit_ball(bool smooth) {
+scene::Scene glossy_ball(bool smooth) {
   SceneBuilder builder;
   scene::Material ball = matte({0.8f, 0.4f, 0.2f});
   ball.roughness = smooth ? 0.4f : 0.8f;
@@ -199,15 +199,15 @@ void expect_raster(const scene::Scene& scene, uint32_t least_compared, double me
 }
 
 TEST_F(Paths, DirectLightEqualsRasterOffEdges) {
-  expect_raster(lit_ball(false), 700, 5e-4, "plastic");
-  expect_raster(lit_ball(true), 700, 5e-4, "metal");
-  scene::Scene brushed = lit_ball(true);
+  expect_raster(glossy_ball(false), 700, 5e-4, "plastic");
+  expect_raster(glossy_ball(true), 700, 5e-4, "metal");
+  scene::Scene brushed = glossy_ball(true);
   for (scene::Material& material : brushed.materials) {
     material.anisotropy = 0.7f;
     material.anisotropy_rotation_rad = 0.5f;
   }
   expect_raster(brushed, 600, 5e-4, "anisotropic metal and plastic");
-  scene::Scene filmed = lit_ball(true);
+  scene::Scene filmed = glossy_ball(true);
   for (scene::Material& material : filmed.materials) {
     material.iridescence = 0.8f;
     material.iridescence_ior = 1.7f;
@@ -231,7 +231,7 @@ TEST_F(Paths, DirectLightEqualsRasterOffEdges) {
 
 // The near plane cuts the ball, the far plane the floor.
 TEST_F(Paths, CamerasAreThoseOfTheRaster) {
-  scene::Scene scene = lit_ball(false);
+  scene::Scene scene = glossy_ball(false);
   scene.cameras[0].near_m = 2.9f;
   scene.cameras[0].far_m = 4.4f;
   expect_raster(scene, 150, 2e-3, "perspective between planes");
@@ -401,7 +401,7 @@ TEST_F(Paths, CameraSeesThroughSingleSidedBacks) {
 }
 
 TEST_F(Paths, SeedAloneDeterminesBytes) {
-  const scene::Scene scene = lit_ball(true);
+  const scene::Scene scene = glossy_ball(true);
   const VkExtent2D extent{24, 16};
   const auto image = [&](uint32_t seed, uint32_t pixels, uint32_t segments,
                          passes::RayBackEnd back_end = passes::RayBackEnd::query) {
@@ -432,7 +432,7 @@ TEST_F(Paths, SeedAloneDeterminesBytes) {
 
 // Depth, labels and normals beside path-traced colours are those of the raster.
 TEST_F(Paths, PlanesAreThoseOfTheRaster) {
-  const scene::Scene scene = lit_ball(false);
+  const scene::Scene scene = glossy_ball(false);
   const state::PoseState poses(scene);
   const VkExtent2D extent{32, 32};
   passes::ImageOutputs outputs;
