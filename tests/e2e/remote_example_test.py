@@ -36,6 +36,8 @@ def main():
     with tempfile.TemporaryDirectory(prefix="fire3dv-remote-") as folder:
         os.makedirs(os.path.join(folder, "build", "release"))
         os.symlink(bin_dir, os.path.join(folder, "build", "release", "bin"))
+        os.makedirs(os.path.join(folder, "build", "lab"))
+        os.symlink(bin_dir, os.path.join(folder, "build", "lab", "bin"))
         # Namespace names are files in /run: a private /run keeps them separate and removes them with the
         # test.
         script = "mount -t tmpfs tmpfs /run\nset -eu\n" + commands_of(readme)

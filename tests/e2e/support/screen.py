@@ -16,6 +16,9 @@ SCREEN = (640, 480)
 SIZE = (320, 180)
 
 
+OUTLINE = bytes((255, 140, 13))  # colour of the outline of selected objects
+
+
 class Screen:
     """Xvfb on the first free display number. dpi: of a desktop's settings; 192 makes a content scale of 2."""
 
@@ -62,6 +65,21 @@ class Screen:
         rows = self.x11.pixels(x, y, width, height)
         keep(width, height, rows)
         return Picture(width, height, rows)
+
+    def wait_outline(self, window, columns):
+        """Waits for the outline of a selection; returns the image of these columns (first, count), which rests. Panels beside
+        it count frames: they change all the time."""
+        def outlined():
+            image = self.picture(window).columns(*columns)
+            return any(OUTLINE in row for row in image.rows) and image
+
+        image = wait_until("an outline", outlined)
+        while True:
+            time.sleep(0.4)  # several images
+            following = self.picture(window).columns(*columns)
+            if following.rows == image.rows:
+                return image
+            image = following
 
     def key(self, *chords):
         """Presses and releases each chord, such as "h" or "ctrl+shift+s"; the window under the pointer gets them."""

@@ -54,8 +54,7 @@ def image_beside_panels(test, screen):
     check(box[0] > 150 and box[2] < WINDOW[0] - 150 and box[3] < WINDOW[1] - 20, f"panels leave {box}")
     x, y = centre_of_square(screen.picture(window), "green")
     screen.click(window, int(x), int(y))
-    before = screen.picture(window).rows
-    wait_until("an outline", lambda: screen.picture(window).rows != before)
+    screen.wait_outline(window, (box[0], box[2] - box[0]))
     screen.key("f")
     wait_until("green in the middle of the rectangle", lambda: is_centred(screen, window, "green", box))
     screen.key("p")

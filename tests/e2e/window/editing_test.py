@@ -34,12 +34,10 @@ def gizmo(test, screen):
     blue = centre_of(screen.picture(window), "blue", columns)
     # All nodes are at the world's origin, the centre of the image; the squares are at rows 30 and -10.
     origin = at_rest[0], at_rest[1] + (blue[1] - at_rest[1]) * 30 / 40
-    plain = screen.picture(window).rows
     screen.click(window, round(at_rest[0]), round(at_rest[1]))
-    wait_until("an outline", lambda: screen.picture(window).rows != plain)
-    outlined = screen.picture(window).rows
+    outlined = screen.wait_outline(window, (280, 400)).rows
     screen.key("g")
-    wait_until("the gizmo", lambda: screen.picture(window).rows != outlined)
+    wait_until("the gizmo", lambda: screen.picture(window).columns(280, 400).rows != outlined)
     way = 60, 40
     start = [round(c) for c in origin]
     screen.move(window, *start)
@@ -140,14 +138,13 @@ def adding(test, screen):
     left, right = reds()
     blue = centre_of(screen.picture(window), "blue", columns)
     origin = round(at_rest[0]), round(at_rest[1] + (blue[1] - at_rest[1]) * 30 / 40)
-    plain = screen.picture(window).rows
     screen.click(window, round(at_rest[0]), round(at_rest[1]))
-    wait_until("an outline", lambda: screen.picture(window).rows != plain)
+    screen.wait_outline(window, (280, 400))
     screen.key("ctrl+d")
     renderer.wait_err(r'added "red\.1"')
-    outlined = screen.picture(window).rows
+    outlined = screen.wait_outline(window, (280, 400)).rows
     screen.key("g")
-    wait_until("the gizmo", lambda: screen.picture(window).rows != outlined)
+    wait_until("the gizmo", lambda: screen.picture(window).columns(280, 400).rows != outlined)
     screen.move(window, *origin)
     screen.press_here()
     for step in range(1, 11):
@@ -192,9 +189,8 @@ def unsaved(test, screen):
     renderer = test.viewer(scene, env=screen.env, size=WINDOW)
     window = screen.window(renderer)
     at = wait_until("the red square", red)
-    plain = image()
     screen.click(window, *map(round, at))
-    wait_until("an outline", lambda: image() != plain)
+    screen.wait_outline(window, (280, 400))
     screen.key("h", "Escape")  # no selection
     wait_until("no red", lambda: not red())
     top = image()[:60]
