@@ -19,7 +19,7 @@ struct Source {
   int64_t step_ns = 10 * kScheduleMs;
   int64_t sim_ns = 500 * kScheduleSecond, clock_ns = 40 * kScheduleSecond;
 
-  PlayoutSchedule::Place next(PlayoutSchedule& schedule, int64_t unevenness_ns = 0) {
+  PlayoutSchedule::Slot next(PlayoutSchedule& schedule, int64_t unevenness_ns = 0) {
     sim_ns += step_ns;
     clock_ns += static_cast<int64_t>(ns_per_sim_ns * static_cast<double>(step_ns));
     return schedule.next(sim_ns, clock_ns + unevenness_ns, false);
@@ -34,13 +34,13 @@ TEST(PlayoutSchedule, UnevenPublishingIsSmooth) {
   int64_t before = 0;
   double worst = 0;
   for (int i = 0; i < 600; ++i) {
-    const PlayoutSchedule::Place place = source.next(schedule, jitter(generator));
+    const PlayoutSchedule::Slot slot = source.next(schedule, jitter(generator));
     if (i > 100)
-      worst = std::max(worst, std::abs(static_cast<double>(place.due_ns - before - 10 * kScheduleMs)));
+      worst = std::max(worst, std::abs(static_cast<double>(slot.due_ns - before - 10 * kScheduleMs)));
     if (i > 0) {
-      EXPECT_EQ(place.from_ns, before);
+      EXPECT_EQ(slot.from_ns, before);
     }
-    before = place.due_ns;
+    before = slot.due_ns;
   }
   EXPECT_LT(worst, 1.5 * kScheduleMs) << "of steps of 10 ms that were published with 8 ms of unevenness";
 }
@@ -51,11 +51,11 @@ TEST(PlayoutSchedule, BurstsAreSpreadOut) {
   int64_t before = 0;
   for (int i = 0; i < 800; ++i) {
     const int64_t wait = 10 * kScheduleMs * (3 - i % 4);  // four at once, when the last of them is done
-    const PlayoutSchedule::Place place = source.next(schedule, wait);
+    const PlayoutSchedule::Slot slot = source.next(schedule, wait);
     if (i > 200) {
-      EXPECT_NEAR(static_cast<double>(place.due_ns - before), 10.0 * kScheduleMs, 4.0 * kScheduleMs) << i;
+      EXPECT_NEAR(static_cast<double>(slot.due_ns - before), 10.0 * kScheduleMs, 4.0 * kScheduleMs) << i;
     }
-    before = place.due_ns;
+    before = slot.due_ns;
   }
 }
 
@@ -64,11 +64,11 @@ TEST(PlayoutSchedule, OtherRatesAreFollowed) {
     PlayoutSchedule schedule;
     Source source;
     source.ns_per_sim_ns = pace;
-    PlayoutSchedule::Place place;
-    for (int i = 0; i < 300; ++i) place = source.next(schedule);
-    EXPECT_NEAR(static_cast<double>(place.due_ns), static_cast<double>(source.clock_ns), 0.1 * kScheduleMs)
+    PlayoutSchedule::Slot slot;
+    for (int i = 0; i < 300; ++i) slot = source.next(schedule);
+    EXPECT_NEAR(static_cast<double>(slot.due_ns), static_cast<double>(source.clock_ns), 0.1 * kScheduleMs)
         << pace;
-    EXPECT_NEAR(static_cast<double>(place.due_ns - place.from_ns), pace * 10 * kScheduleMs,
+    EXPECT_NEAR(static_cast<double>(slot.due_ns - slot.from_ns), pace * 10 * kScheduleMs,
                 0.01 * pace * 10 * kScheduleMs);
   }
 }
@@ -79,13 +79,13 @@ TEST(PlayoutSchedule, ChangeOfPaceIsFollowed) {
   for (int i = 0; i < 300; ++i) (void)source.next(schedule);
   for (const double pace : {2.0, 0.25, 60.0, 1.0}) {
     source.ns_per_sim_ns = pace;
-    PlayoutSchedule::Place place;
+    PlayoutSchedule::Slot slot;
     for (int i = 0; i < 400; ++i) {
-      place = source.next(schedule);
-      EXPECT_LE(std::abs(place.due_ns - source.clock_ns), 50 * kScheduleMs) << pace << " " << i;
-      EXPECT_LE(place.from_ns, place.due_ns);
+      slot = source.next(schedule);
+      EXPECT_LE(std::abs(slot.due_ns - source.clock_ns), 50 * kScheduleMs) << pace << " " << i;
+      EXPECT_LE(slot.from_ns, slot.due_ns);
     }
-    EXPECT_NEAR(static_cast<double>(place.due_ns), static_cast<double>(source.clock_ns), 5.0 * kScheduleMs)
+    EXPECT_NEAR(static_cast<double>(slot.due_ns), static_cast<double>(source.clock_ns), 5.0 * kScheduleMs)
         << pace;
   }
 }
@@ -93,14 +93,14 @@ TEST(PlayoutSchedule, ChangeOfPaceIsFollowed) {
 TEST(PlayoutSchedule, PauseEndsOnTime) {
   PlayoutSchedule schedule;
   Source source;
-  PlayoutSchedule::Place before;
+  PlayoutSchedule::Slot before;
   for (int i = 0; i < 300; ++i) before = source.next(schedule);
   source.clock_ns += 20 * kScheduleSecond;
-  const PlayoutSchedule::Place place = source.next(schedule);
-  EXPECT_EQ(place.due_ns, source.clock_ns);
-  EXPECT_NEAR(static_cast<double>(place.due_ns - place.from_ns), 10.0 * kScheduleMs, 0.1 * kScheduleMs)
+  const PlayoutSchedule::Slot slot = source.next(schedule);
+  EXPECT_EQ(slot.due_ns, source.clock_ns);
+  EXPECT_NEAR(static_cast<double>(slot.due_ns - slot.from_ns), 10.0 * kScheduleMs, 0.1 * kScheduleMs)
       << "and not 20 s for one step";
-  const PlayoutSchedule::Place after = source.next(schedule);
+  const PlayoutSchedule::Slot after = source.next(schedule);
   EXPECT_NEAR(static_cast<double>(after.due_ns - after.from_ns), 10.0 * kScheduleMs, 0.1 * kScheduleMs)
       << "as before";
 }
@@ -111,11 +111,11 @@ TEST(PlayoutSchedule, StoppedSimulatorUsesClock) {
   for (int i = 0; i < 100; ++i) (void)source.next(schedule);
   for (int i = 0; i < 100; ++i) {
     source.clock_ns += 10 * kScheduleMs;
-    const PlayoutSchedule::Place place = schedule.next(source.sim_ns, source.clock_ns, false);
-    EXPECT_NEAR(static_cast<double>(place.due_ns), static_cast<double>(source.clock_ns), 0.1 * kScheduleMs);
+    const PlayoutSchedule::Slot slot = schedule.next(source.sim_ns, source.clock_ns, false);
+    EXPECT_NEAR(static_cast<double>(slot.due_ns), static_cast<double>(source.clock_ns), 0.1 * kScheduleMs);
   }
-  const PlayoutSchedule::Place place = source.next(schedule);
-  EXPECT_NEAR(static_cast<double>(place.due_ns), static_cast<double>(source.clock_ns), 0.1 * kScheduleMs);
+  const PlayoutSchedule::Slot slot = source.next(schedule);
+  EXPECT_NEAR(static_cast<double>(slot.due_ns), static_cast<double>(source.clock_ns), 0.1 * kScheduleMs);
 }
 
 TEST(PlayoutSchedule, IntoAJumpNothingMoves) {
@@ -123,12 +123,12 @@ TEST(PlayoutSchedule, IntoAJumpNothingMoves) {
   Source source;
   for (int i = 0; i < 100; ++i) (void)source.next(schedule);
   source.sim_ns = 0;  // restarts without a discontinuity flag
-  PlayoutSchedule::Place place = source.next(schedule);
-  EXPECT_EQ(place.from_ns, place.due_ns);
-  place = source.next(schedule);
-  EXPECT_NEAR(static_cast<double>(place.due_ns - place.from_ns), 10.0 * kScheduleMs, 0.1 * kScheduleMs);
-  place = schedule.next(source.sim_ns += 10 * kScheduleMs, source.clock_ns += 10 * kScheduleMs, true);
-  EXPECT_EQ(place.from_ns, place.due_ns) << "nor where the simulator says that bodies jump";
+  PlayoutSchedule::Slot slot = source.next(schedule);
+  EXPECT_EQ(slot.from_ns, slot.due_ns);
+  slot = source.next(schedule);
+  EXPECT_NEAR(static_cast<double>(slot.due_ns - slot.from_ns), 10.0 * kScheduleMs, 0.1 * kScheduleMs);
+  slot = schedule.next(source.sim_ns += 10 * kScheduleMs, source.clock_ns += 10 * kScheduleMs, true);
+  EXPECT_EQ(slot.from_ns, slot.due_ns) << "nor where the simulator says that bodies jump";
 }
 
 TEST(PlayoutSchedule, WildTimesDoNoHarm) {
@@ -138,11 +138,11 @@ TEST(PlayoutSchedule, WildTimesDoNoHarm) {
   for (int i = 0; i < 20'000; ++i) {
     const int64_t clock = int64_t{i} * kScheduleMs;
     const auto sim = generator() % 3 ? static_cast<int64_t>(generator()) : int64_t{i};
-    const PlayoutSchedule::Place place = schedule.next(sim, clock, generator() % 7 == 0);
-    EXPECT_GE(place.due_ns, due) << "frames stay in order";
-    EXPECT_LE(place.from_ns, place.due_ns);
-    EXPECT_LE(std::abs(place.due_ns - clock), 300 * kScheduleMs);
-    due = place.due_ns;
+    const PlayoutSchedule::Slot slot = schedule.next(sim, clock, generator() % 7 == 0);
+    EXPECT_GE(slot.due_ns, due) << "frames stay in order";
+    EXPECT_LE(slot.from_ns, slot.due_ns);
+    EXPECT_LE(std::abs(slot.due_ns - clock), 300 * kScheduleMs);
+    due = slot.due_ns;
   }
 }
 
