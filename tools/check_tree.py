@@ -100,7 +100,7 @@ ALLOWED |= {
 
 
 # Folders whose sub-folders still include one another.
-OPEN_CIRCLES = ("renderer/gpu", "renderer/passes")
+OPEN_CIRCLES = ("renderer/gpu",)
 
 
 def git_files():

@@ -15,9 +15,9 @@
 
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/gpu/pipelines/pipeline.h"
-#include "renderer/passes/frame_plan.h"
 #include "renderer/passes/resources/gpu_scene.h"
 #include "renderer/passes/resources/targets.h"
+#include "renderer/settings/raster_settings.h"
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/types.h"
 
