@@ -18,7 +18,7 @@ def place(screen, window, name="red"):
     return screen.picture(window).place_of_square(name)
 
 
-REST_S = 0.5  # longer than a frame takes on a busy machine
+REST_S = 1.0  # longer than a frame takes on a busy machine
 
 
 def rests(screen, window):
