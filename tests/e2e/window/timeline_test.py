@@ -39,10 +39,10 @@ def moves(screen, window):
     wait_until("red to move", lambda: abs((place(screen, window) or at) - at) > 1)
 
 
-def goes_to(screen, window, key, wanted):
+def goes_to(screen, window, key, wanted, tolerance=1.1):
     screen.key(key)
     wait_until(lambda: f"{key} to show red at {wanted}, not at {place(screen, window)}",
-               lambda: abs((place(screen, window) or 1e9) - wanted) < 1.1)
+               lambda: abs((place(screen, window) or 1e9) - wanted) < tolerance)
     return rests(screen, window)
 
 
@@ -55,9 +55,11 @@ def animations(test, screen):
     moves(screen, window)
     screen.key("space")
     at = rests(screen, window)
-    while not -45 < at < 45:  # the image ends at 80: room for a skip in both directions
+    tolerance = 8  # the image at rest may show a frame beside the moment of the pause: 0.27 s on a busy machine
+    while tolerance > 2 or not -45 < at < 45:  # the image ends at 80: room for a skip in both directions
         key, by = ("Right", UNITS_PER_S) if at < 0 else ("Left", -UNITS_PER_S)
-        at = goes_to(screen, window, key, at + by)
+        at = goes_to(screen, window, key, at + by, tolerance)
+        tolerance = 1.1
     check(abs(goes_to(screen, window, "Right", at + UNITS_PER_S) - at - UNITS_PER_S) < 1.1, "one second forwards")
     check(abs(goes_to(screen, window, "Left", at) - at) < 1.1, "one second back")
     step = UNITS_PER_S / 30
