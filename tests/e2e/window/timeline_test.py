@@ -55,7 +55,7 @@ def animations(test, screen):
     moves(screen, window)
     screen.key("space")
     at = rests(screen, window)
-    tolerance = 8  # the image at rest may show a frame beside the moment of the pause: 0.27 s on a busy machine
+    tolerance = 8  # a square at the edge of the image is cut off: the centre of what is left is further inside
     while tolerance > 2 or not -45 < at < 45:  # the image ends at 80: room for a skip in both directions
         key, by = ("Right", UNITS_PER_S) if at < 0 else ("Left", -UNITS_PER_S)
         at = goes_to(screen, window, key, at + by, tolerance)
