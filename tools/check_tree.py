@@ -99,10 +99,6 @@ ALLOWED |= {
 }
 
 
-# Folders whose sub-folders still include one another.
-OPEN_CIRCLES = ("renderer/gpu",)
-
-
 def git_files():
     listed = subprocess.run(["git", "-C", ROOT, "ls-files", "-z"], capture_output=True, text=True, check=True)
     return [name for name in listed.stdout.split("\0") if name and os.path.isfile(os.path.join(ROOT, name))]
@@ -169,7 +165,7 @@ def circles(texts):
         if folder not in number:
             visit(folder)
     for circle in found:
-        if len(circle) > 1 and not any(all(within(folder, open_one) for folder in circle) for open_one in OPEN_CIRCLES):
+        if len(circle) > 1:
             steps = [text for (a, b), text in sorted(example.items()) if a in circle and b in circle]
             yield f"{', '.join(sorted(circle))} include one another: {'; '.join(steps)}"
 

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "renderer/gpu/device/resources.h"
 #include "renderer/gpu/pipelines/pipeline.h"
-#include "renderer/gpu/resources.h"
 
 namespace fire3dv::gpu {
 namespace {

@@ -7,8 +7,8 @@
 #include <thread>
 #include <vector>
 
-#include "renderer/gpu/device/loader_commands.h"
-#include "renderer/gpu/resources.h"
+#include "renderer/gpu/device/resources.h"
+#include "renderer/gpu/loader_commands.h"
 
 namespace fire3dv::gpu {
 

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "renderer/gpu/device/device.h"
+#include "renderer/gpu/device/resources.h"
 #include "renderer/gpu/recorder.h"
-#include "renderer/gpu/resources.h"
 
 namespace fire3dv::gpu {
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "renderer/gpu/device/queues.h"
-#include "renderer/gpu/resources.h"
+#include "renderer/gpu/device/resources.h"
 
 namespace fire3dv::gpu {
 

@@ -12,11 +12,11 @@
 
 #include "base/error.h"
 #include "renderer/gpu/device/device_choice.h"
+#include "renderer/gpu/device/handle.h"
+#include "renderer/gpu/device/pipeline_builder.h"
+#include "renderer/gpu/device/pipeline_keeper.h"
 #include "renderer/gpu/device/queues.h"
 #include "renderer/gpu/device/vk.h"
-#include "renderer/gpu/handle.h"
-#include "renderer/gpu/pipelines/pipeline_builder.h"
-#include "renderer/gpu/pipelines/pipeline_keeper.h"
 
 struct VmaAllocator_T;
 

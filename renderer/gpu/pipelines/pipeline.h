@@ -9,7 +9,7 @@
 
 #include "base/digest.h"
 #include "renderer/gpu/device/device.h"
-#include "renderer/gpu/resources.h"
+#include "renderer/gpu/device/resources.h"
 
 namespace fire3dv::gpu {
 

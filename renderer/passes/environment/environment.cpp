@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "renderer/gpu/device/loader_commands.h"
+#include "renderer/gpu/loader_commands.h"
 #include "renderer/gpu/pipelines/descriptors.h"
 #include "renderer/gpu/pipelines/pipeline.h"
 #include "shaders/shared/bindings.h"

@@ -11,9 +11,9 @@
 
 #include "base/digest.h"
 #include "renderer/gpu/device/device.h"
-#include "renderer/gpu/device/loader_commands.h"
+#include "renderer/gpu/device/resources.h"
+#include "renderer/gpu/loader_commands.h"
 #include "renderer/gpu/pipelines/descriptors.h"
-#include "renderer/gpu/resources.h"
 #include "renderer/passes/environment/environment_store.h"
 #include "renderer/passes/view/view.h"
 #include "renderer/scene/textures/environment.h"

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "renderer/gpu/acceleration.h"
+#include "renderer/gpu/device/resources.h"
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/gpu/pipelines/descriptors.h"
-#include "renderer/gpu/resources.h"
 #include "renderer/passes/resources/pose_passes.h"
 #include "renderer/passes/resources/scene_materials.h"
 #include "renderer/passes/resources/scene_parts.h"

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "renderer/gpu/acceleration.h"
-#include "renderer/gpu/device/loader_commands.h"
 #include "renderer/gpu/frame_ring.h"
+#include "renderer/gpu/loader_commands.h"
 #include "renderer/gpu/pipelines/pipeline.h"
 #include "renderer/scene/clusters/clusters.h"
 #include "renderer/state/pose_state.h"

@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "renderer/gpu/device/loader_commands.h"
+#include "renderer/gpu/device/resources.h"
+#include "renderer/gpu/loader_commands.h"
 #include "renderer/gpu/pipelines/descriptors.h"
-#include "renderer/gpu/resources.h"
 #include "renderer/scene/model/scene.h"
 #include "shaders/shared/types.h"
 

@@ -5,8 +5,8 @@
 #include <optional>
 #include <vector>
 
+#include "renderer/gpu/device/resources.h"
 #include "renderer/gpu/pipelines/descriptors.h"
-#include "renderer/gpu/resources.h"
 #include "shaders/shared/raster_types.h"
 
 namespace fire3dv::passes {

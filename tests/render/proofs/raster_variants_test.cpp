@@ -3,7 +3,7 @@
 // triangles. Culling must list the same clusters in one row of workgroups or several.
 #include <algorithm>
 
-#include "renderer/gpu/device/loader_commands.h"
+#include "renderer/gpu/loader_commands.h"
 #include "renderer/passes/resources/gpu_scene.h"
 #include "renderer/passes/visibility/visibility_pass.h"
 #include "shaders/shared/types.h"

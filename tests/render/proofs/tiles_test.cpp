@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-#include "renderer/gpu/device/loader_commands.h"
+#include "renderer/gpu/loader_commands.h"
 #include "renderer/passes/resources/gpu_scene.h"
 #include "shaders/shared/types.h"
 #include "tests/render/support/proof_bench.h"

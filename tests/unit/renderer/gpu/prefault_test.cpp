@@ -1,5 +1,5 @@
 // Test of memory prefaulting: pages become resident, and their contents stay, also with concurrent writers.
-#include "renderer/gpu/resources.h"
+#include "renderer/gpu/device/resources.h"
 
 #include <gtest/gtest.h>
 #include <sys/mman.h>

@@ -1,8 +1,8 @@
-#include "renderer/gpu/pipelines/pipeline_keeper.h"
+#include "renderer/gpu/device/pipeline_keeper.h"
 
 #include <utility>
 
-#include "renderer/gpu/pipelines/pipeline_builder.h"
+#include "renderer/gpu/device/pipeline_builder.h"
 
 namespace fire3dv::gpu {
 namespace {

@@ -8,8 +8,8 @@
 #include <thread>
 #include <vector>
 
+#include "renderer/gpu/device/handle.h"
 #include "renderer/gpu/device/vk.h"
-#include "renderer/gpu/handle.h"
 
 namespace fire3dv::gpu {
 

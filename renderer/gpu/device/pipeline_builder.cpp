@@ -1,4 +1,4 @@
-#include "renderer/gpu/pipelines/pipeline_builder.h"
+#include "renderer/gpu/device/pipeline_builder.h"
 
 #include <algorithm>
 #include <system_error>

@@ -1,4 +1,4 @@
-#include "renderer/gpu/resources.h"
+#include "renderer/gpu/device/resources.h"
 
 #include <sys/mman.h>
 #include <unistd.h>

@@ -1,4 +1,4 @@
-#include "renderer/gpu/device/loader_commands.h"
+#include "renderer/gpu/loader_commands.h"
 
 #include <algorithm>
 #include <cstring>

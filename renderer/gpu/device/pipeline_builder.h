@@ -11,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-#include "renderer/gpu/handle.h"
+#include "renderer/gpu/device/handle.h"
 
 namespace fire3dv::gpu {
 
