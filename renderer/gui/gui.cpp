@@ -285,6 +285,9 @@ bool Gui::wants_keyboard() const {
 bool Gui::is_interacting() const {
   return panels_->is_interacting;
 }
+size_t Gui::waiting_events() const {
+  return panels_->waiting.size();
+}
 Cursor Gui::cursor() const {
   return panels_->cursor;
 }

@@ -70,6 +70,8 @@ class Gui {
   bool wants_keyboard() const;
   // A drag or a text input went on in the last frame: changes meanwhile are one step.
   bool is_interacting() const;
+  // Events that wait for one of the next frames: a press and its release, for example, need one each.
+  size_t waiting_events() const;
   Cursor cursor() const;
   // Part of the window that no panel covers, in whole pixels: the image belongs there. Empty in a window of a
   // few pixels. Help, popups and tooltips may lie over it.

@@ -33,15 +33,14 @@ gui::Layout with_theme(gui::Layout layout, std::optional<bool> is_light) {
 
 }  // namespace
 
-gui::Input panel_input(const sinks::WindowInput& input, glm::uvec2 window_px, float seconds,
-                       sinks::Modifiers& held) {
+gui::Input PanelInput::convert(const sinks::WindowInput& input, glm::uvec2 window_px, float seconds) {
   using Kind = sinks::InputEvent::Kind;
   gui::Input panel;
   panel.display_px = glm::vec2(window_px);
   panel.scale = input.scale;
   panel.delta_s = seconds;
   for (const sinks::InputEvent& event : input.events) {
-    held = event.modifiers;
+    held_ = event.modifiers;
     switch (event.kind) {
       case Kind::move:
         panel.events.emplace_back(gui::MouseMoved{event.cursor_px});
@@ -65,11 +64,20 @@ gui::Input panel_input(const sinks::WindowInput& input, glm::uvec2 window_px, fl
       case Kind::focus:
         break;
     }
+    waiting_.emplace_back(event, converted_ + panel.events.size());
   }
-  panel.ctrl = held.control;
-  panel.shift = held.shift;
-  panel.alt = held.alt;
+  converted_ += panel.events.size();
+  panel.ctrl = held_.control;
+  panel.shift = held_.shift;
+  panel.alt = held_.alt;
   return panel;
+}
+
+std::vector<sinks::InputEvent> PanelInput::take_seen(size_t unseen) {
+  std::vector<sinks::InputEvent> seen;
+  for (; !waiting_.empty() && waiting_.front().second + unseen <= converted_; waiting_.pop_front())
+    seen.push_back(waiting_.front().first);
+  return seen;
 }
 
 WindowPanels::WindowPanels(gpu::Device& device, gui::ViewState& viewer, bool first,
@@ -88,10 +96,11 @@ WindowPanels::~WindowPanels() {
     log_message(warning(saved.error().message));
 }
 
-ViewInput::Owners WindowPanels::take(sinks::Window& window, const sinks::WindowInput& input,
-                                     glm::uvec2 window_px, float seconds, const gui::Facts& facts,
-                                     const gui::Shown& shown, gui::ViewState& viewer) {
-  laid_out_ = &gui_.frame(panel_input(input, window_px, seconds, held_), facts, shown, viewer);
+ViewInput::Owners WindowPanels::take(sinks::Window& window, sinks::WindowInput& input, glm::uvec2 window_px,
+                                     float seconds, const gui::Facts& facts, const gui::Shown& shown,
+                                     gui::ViewState& viewer) {
+  laid_out_ = &gui_.frame(input_.convert(input, window_px, seconds), facts, shown, viewer);
+  input.events = input_.take_seen(gui_.waiting_events());
   window.set_cursor(static_cast<sinks::Window::Cursor>(gui_.cursor()));
   return {!gui_.wants_mouse(), !gui_.wants_keyboard()};
 }

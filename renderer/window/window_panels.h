@@ -2,6 +2,9 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -20,6 +23,21 @@
 
 namespace fire3dv::app {
 
+// Conversion of window input to panel input. Panels spread events over frames; the view gets each event in
+// the frame of the panels, so that a key acts on what the clicks before it have set.
+class PanelInput {
+ public:
+  gui::Input convert(const sinks::WindowInput& input, glm::uvec2 window_px, float seconds);
+  // Takes the events that the panels have seen. unseen: converted events that they have not
+  // (Gui::waiting_events).
+  std::vector<sinks::InputEvent> take_seen(size_t unseen);
+
+ private:
+  sinks::Modifiers held_;  // modifier keys of the last event, valid until the next one
+  std::deque<std::pair<sinks::InputEvent, uint64_t>> waiting_;  // with the converted events up to its own
+  uint64_t converted_ = 0;                                      // events, of all calls
+};
+
 class WindowPanels {
  public:
   // first: loads the layout file, once per process. Later instances start from the viewer's state.
@@ -29,14 +47,17 @@ class WindowPanels {
   WindowPanels(const WindowPanels&) = delete;
   WindowPanels& operator=(const WindowPanels&) = delete;
 
-  // Routes input and lays out the panels. Input that the panels use does not move the view.
-  ViewInput::Owners take(sinks::Window& window, const sinks::WindowInput& input, glm::uvec2 window_px,
+  // Routes input and lays out the panels. Input that the panels use does not move the view. Replaces the
+  // events of the input by those of the view's frame.
+  ViewInput::Owners take(sinks::Window& window, sinks::WindowInput& input, glm::uvec2 window_px,
                          float seconds, const gui::Facts& facts, const gui::Shown& shown,
                          gui::ViewState& viewer);
   // Part of the window that the last layout left to the image.
   gui::Rect image_rect() const { return gui_.image_rect(); }
   // A drag or a text input goes on.
   bool is_interacting() const { return gui_.is_interacting(); }
+  // Events wait for the next frame.
+  bool has_waiting_events() const { return gui_.waiting_events() > 0; }
   // Draws the last layout and returns the content of the window: onto the image if it fills the window, else
   // onto a canvas of the window's size with the image at `at`.
   gpu::Image& record(gpu::Recorder& recorder, gpu::StagingRing& staging, gpu::Image& image, glm::uvec2 at,
@@ -54,13 +75,9 @@ class WindowPanels {
   gui::GuiPass pass_;
   gpu::Device& device_;
   gpu::Image canvas_;  // of the window's size; created when needed
-  sinks::Modifiers held_;
+  PanelInput input_;
   const ImDrawData* laid_out_ = nullptr;
 };
-
-// Converts window input to panel input. held: modifier keys of the last event, valid until the next one.
-gui::Input panel_input(const sinks::WindowInput& input, glm::uvec2 window_px, float seconds,
-                       sinks::Modifiers& held);
 
 // Collector of the data that the window's panels display, once per image.
 class PanelFacts {

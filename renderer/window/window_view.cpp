@@ -137,7 +137,8 @@ void WindowView::steer(const gui::Facts& facts, replay::TimelineControl* timelin
 
 bool WindowView::take_activity() {
   sinks::Window::poll_events();
-  bool is_active = std::exchange(has_picked_, false) || captures_.records_video();
+  bool is_active = std::exchange(has_picked_, false) || captures_.records_video() ||
+                   (panels_ && panels_->has_waiting_events());
   for (const OpenWindow& open : borrowed_.windows) is_active |= open.window->take_activity();
   return is_active;
 }
@@ -214,7 +215,7 @@ void WindowView::apply_draw_settings() {
 void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::TimelineControl* timeline) {
   measure();
   gui::ViewState& viewer = borrowed_.viewer;
-  const sinks::WindowInput input = first().take_input();
+  sinks::WindowInput input = first().take_input();
   display_scale_ = input.scale;
   ViewInput::Owners owners;
   if (panels_) {

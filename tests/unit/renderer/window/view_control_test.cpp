@@ -447,17 +447,42 @@ TEST_F(Inputs, KeysDriveTheTimeline) {
 
 // Also between events: panels read the modifiers in every frame.
 TEST_F(Inputs, HeldModifierPersists) {
-  sinks::Modifiers held;
+  PanelInput panels;
   modifiers_.shift = true;
   key(Key::left_shift);
-  EXPECT_TRUE(panel_input(std::exchange(pending_, {}), kImage, 0, held).shift);
-  const gui::Input without_events = panel_input({}, kImage, 0, held);
+  EXPECT_TRUE(panels.convert(std::exchange(pending_, {}), kImage, 0).shift);
+  const gui::Input without_events = panels.convert({}, kImage, 0);
   EXPECT_TRUE(without_events.shift);
   EXPECT_FALSE(without_events.ctrl);
   modifiers_.shift = false;
   key(Key::left_shift, false);
-  EXPECT_FALSE(panel_input(std::exchange(pending_, {}), kImage, 0, held).shift);
-  EXPECT_FALSE(panel_input({}, kImage, 0, held).shift);
+  EXPECT_FALSE(panels.convert(std::exchange(pending_, {}), kImage, 0).shift);
+  EXPECT_FALSE(panels.convert({}, kImage, 0).shift);
+}
+
+// Panels see a press a frame after the move to its position, and the release a frame later.
+TEST_F(Inputs, KeyWaitsForClicksBeforeIt) {
+  const scene::Scene scene = boxes_at({{0, 0, 0}});
+  const state::PoseState poses(scene);
+  const gui::Shown shown{.scene = scene, .poses = poses};
+  gui::Gui gui;
+  PanelInput panels;
+  const auto frame = [&] {
+    gui.frame(panels.convert(std::exchange(pending_, {}), kImage, 0.01f), {}, shown, viewer_);
+    pending_.events = panels.take_seen(gui.waiting_events());
+    return take({!gui.wants_mouse(), !gui.wants_keyboard()}).click_px.has_value();
+  };
+  frame();
+  move(450, 300);
+  press(Button::left, true);
+  press(Button::left, false);
+  type(sinks::letter('p'));
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_FALSE(frame()) << i;
+    EXPECT_FALSE(viewer_.commands.screenshot) << i;
+  }
+  EXPECT_TRUE(frame());
+  EXPECT_TRUE(viewer_.commands.screenshot);
 }
 
 TEST_F(Inputs, WheelZoomsOrSetsSpeed) {
