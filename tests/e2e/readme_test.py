@@ -102,7 +102,7 @@ def c_snippet(test):
 def python_snippet(test):
     with open(README, encoding="utf-8") as file:
         snippet = code_blocks(file.read(), "python")[0]
-    write_scene(test.path("scene.glb"), squares={"arm": ((1, 0, 0), 0)})
+    subprocess.run([test.programs_at["bullet_arm"], "--write-scene", test.path("arm.glb")], timeout=HANG_S, check=True)
     env = {**vulkan_environment(), "FIRE3DV": test.programs_at["fire3dv"]}
     done = subprocess.run([sys.executable, "-W", "error", "-c", "import fire3dv\n" + snippet], cwd=test.folder,
                           capture_output=True, text=True, timeout=HANG_S, check=False, env=env)
