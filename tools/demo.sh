@@ -78,7 +78,7 @@ trap stop_children EXIT
 trap 'exit 130' INT
 trap 'exit 143' TERM
 
-say "scene"
+say "scene: a robot arm, blocks and cans"
 scene=$out/bullet_arm.glb
 "$bin/bullet_arm" --write-scene "$scene"
 echo "$scene"
@@ -91,10 +91,12 @@ if [ $window = 1 ]; then
   exit
 fi
 
-say "the arm for $seconds simulated seconds over $uri, at $size"
-# 240 steps per second, every sixteenth published and drawn: 15 images per second, and one for the start.
+say "simulation of $seconds s, drawn in another process"
+echo "bullet_arm publishes the poses of its bodies over $uri; fire3dv draws $((15 * seconds + 1)) images of $size."
+# 240 steps per second, every sixteenth published and drawn: 15 images per second, and one for the start. The table of
+# times per pass is in the log and in stats.csv.
 "$bin/fire3dv" "$scene" --listen "$uri" --headless --lockstep --exit-when-done --size "$size" --camera "$camera" \
-  --out "$out" --stats "$out/stats.csv" &
+  --out "$out" --stats "$out/stats.csv" 2> >(tee "$out/fire3dv.log" | sed -u '/^  /d; /: info: images/!{/: info: /d}') &
 renderer=$!
 children+=("$renderer")
 "$bin/bullet_arm" --to "$uri" --seconds "$seconds" --rate 240 --lockstep --lockstep-every 16 --publish-every 16 \
@@ -126,5 +128,9 @@ ffmpeg -nostdin -v error -y -f concat -i "$out/frames.ffconcat" \
 
 images=("$out"/frame_*.png)
 say "done"
-echo "images: ${#images[@]}, $out/frame_000000.png and on; frames.jsonl there says what each shows"
 echo "video:  $video"
+echo "images: ${#images[@]}, $out/frame_000000.png and on"
+echo "times:  of an image, and from the simulator's call to the submission of the image with its poses (pose age):"
+grep -E '^  (image|pose age) ' "$out/fire3dv.log"
+echo "files:  frames.jsonl names the simulation step of each image, stats.csv its times; *.log is what the programs said"
+echo "next:   tools/demo.sh --window opens a window (with a display); docs/tour.md shows what it can do"
