@@ -5,7 +5,7 @@
 
 BIN is the folder of the built programs, OUT is docs/images/gallery_truth.png. Prints the table of docs/gallery.md.
 Columns: raster, with ray effects if this build has them, paths, Cycles if Blender 3.4 is given, then the difference of
-the raster from the paths, and of the paths from Cycles. Renders in DIR are used again. Needs NumPy and ffmpeg.
+the raster from the paths, and of the paths from Cycles; with Blender only scenes that Cycles draws. Renders in DIR are used again. Needs NumPy and ffmpeg.
 """
 import argparse
 import os
@@ -89,8 +89,7 @@ def write_sheet(path, rows):
     sheet = np.ones((len(rows) * (height + GAP) - GAP, columns * (width + GAP) - GAP, 3))
     for r, row in enumerate(rows):
         for c, tile in enumerate(row):
-            if tile is not None:
-                sheet[r * (height + GAP):][:height, c * (width + GAP):][:, :width] = tile
+            sheet[r * (height + GAP):][:height, c * (width + GAP):][:, :width] = tile
     subprocess.run(["ffmpeg", "-y", "-v", "error", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{sheet.shape[1]}x{sheet.shape[0]}",
                     "-i", "-", "-frames:v", "1", "-compression_level", "9", "-pred", "mixed", path],
                    input=(4 * np.rint(63.75 * sheet)).clip(0, 255).astype(np.uint8).tobytes(), check=True)
@@ -123,12 +122,13 @@ def main():
         for name, other, image, reference in comparisons:
             bias, relative, psnr = errors(image, reference, exposure)
             print(f"| {scene} | {name}, {other} | {100 * bias:+.1f} % | {100 * relative:.1f} % | {psnr:.1f} dB |")
-        tiles = [*images.values(), paths] + ([cycles] if options.blender else [])
-        row = [None if tile is None else shown(tile, exposure) for tile in tiles]
+        tiles = [*images.values(), paths] + ([cycles] if cycles is not None else [])
+        row = [shown(tile, exposure) for tile in tiles]
         row.append(heat(images["raster"], paths))
-        if options.blender:
-            row.append(None if cycles is None else heat(paths, cycles))
-        rows.append(row)
+        if cycles is not None:
+            row.append(heat(paths, cycles))
+        if cycles is not None or not options.blender:
+            rows.append(row)
     write_sheet(options.out, rows)
 
 
