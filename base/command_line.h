@@ -100,6 +100,12 @@ inline std::string usage_text(const CLI::App& app, const CLI::Error& error) {
   return "unexpected argument \"" + rest.front() + "\"; write names with spaces in quotes";
 }
 
+// Sets the format of --help. usage: what follows the name of the program.
+inline void set_help(CLI::App& app, std::string usage) {
+  app.formatter(std::make_shared<HelpFormatter>(std::move(usage)));
+  app.set_help_flag("-h,--help", "print this help and exit");
+}
+
 // Sets --help, --version and the text of usage errors of a program, not of its subcommands. Call it when the
 // program's name is set.
 inline void set_program_flags(CLI::App& app) {
@@ -112,22 +118,69 @@ inline void set_program_flags(CLI::App& app) {
   });
 }
 
-// Options of a client's security: names of files.
-inline void add_client_security(CLI::App& app, std::string& udp_key, std::string& tls_ca,
-                                std::string& tls_certificate, std::string& tls_key,
-                                const char* group = "Security") {
-  const auto add_file = [&](const char* name, std::string& file, const char* help) {
-    app.add_option(name, file, help)->type_name("FILE")->group(group);
-  };
-  add_file("--key-file", udp_key, "udp: pre-shared key, 64 hexadecimal digits");
-  add_file("--tls-ca", tls_ca, "tls: trusted certificates (PEM)");
-  add_file("--tls-cert", tls_certificate, "tls: client certificate (PEM)");
-  add_file("--tls-key", tls_key, "tls: private key of that certificate (PEM)");
-}
-
 // One of these words. `type_name` of the option lists them.
 inline CLI::Validator one_of(std::vector<std::string> words) {
   return CLI::IsMember(std::move(words)).description("");
+}
+
+// A number in this range, which --help does not print.
+template <typename T>
+CLI::Validator in_range(T least, T most) {
+  return CLI::Range(least, most).description("");
+}
+
+// Options of one section of --help. Values are the defaults, and outlive the parsing; type_name stands for
+// the value in --help.
+class OptionGroup {
+ public:
+  // title: of the section; empty: that of options without one.
+  explicit OptionGroup(CLI::App& app, std::string title = "") : app_(app), title_(std::move(title)) {}
+
+  // --help shows the default unless it is empty or 0.
+  template <typename T>
+  CLI::Option* add(const char* names, T& value, const std::string& type_name, const std::string& help) {
+    CLI::Option* const option = in_section(app_.add_option(names, value, help)->type_name(type_name));
+    if constexpr (requires { value.empty(); }) {
+      if (!value.empty()) option->capture_default_str();
+    } else if constexpr (requires { value != T{}; }) {
+      if (value != T{}) option->capture_default_str();
+    }
+    return option;
+  }
+  // Each use of the option adds one value.
+  template <typename T>
+  CLI::Option* add_repeatable(const char* names, std::vector<T>& values, const std::string& type_name,
+                              const std::string& help) {
+    return add(names, values, type_name, help)->allow_extra_args(false);
+  }
+  // words: "on|off".
+  CLI::Option* add_choice(const char* names, std::string& value, const std::string& words,
+                          const std::string& help) {
+    return add(names, value, words, help)->check(one_of(CLI::detail::split(words, '|')));
+  }
+  template <typename T>
+  CLI::Option* add_flag(const char* names, T& value, const std::string& help) {
+    return in_section(app_.add_flag(names, value, help));
+  }
+
+ private:
+  CLI::Option* in_section(CLI::Option* option) const {
+    return title_.empty() ? option : option->group(title_);
+  }
+
+  CLI::App& app_;
+  std::string title_;
+};
+
+// Options of a client's security: names of files.
+inline void add_client_security(CLI::App& app, std::string& udp_key, std::string& tls_ca,
+                                std::string& tls_certificate, std::string& tls_key,
+                                const char* title = "Security") {
+  OptionGroup group(app, title);
+  group.add("--key-file", udp_key, "FILE", "udp: pre-shared key, 64 hexadecimal digits");
+  group.add("--tls-ca", tls_ca, "FILE", "tls: trusted certificates (PEM)");
+  group.add("--tls-cert", tls_certificate, "FILE", "tls: client certificate (PEM)");
+  group.add("--tls-key", tls_key, "FILE", "tls: private key of that certificate (PEM)");
 }
 
 inline std::function<std::string(const std::string&)> number_between(double least, double most) {

@@ -62,61 +62,47 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
   Options options;
   options.publish.rate_hz = 60;
   CLI::App app{"Steps a MuJoCo model and publishes its poses to FIRE-3DV renderers.", "fire3dv-mujoco"};
-  app.formatter(std::make_shared<HelpFormatter>("MODEL.xml --to URI [OPTIONS]"));
+  set_help(app, "MODEL.xml --to URI [OPTIONS]");
   app.footer(
       "Standard input: pause, go, step, reset, quit. Exit status: 0 done, 1 error, 2 wrong usage.\n"
       "Details: man fire3dv-mujoco.");
   set_program_flags(app);
   app.add_option("model", options.model, "MJCF file")->required();
-  app.add_option("--to", options.publish.uris, "shm://NAME, or tcp, tls, udp://HOST:PORT; repeatable")
-      ->type_name("URI")
-      ->allow_extra_args(false);
-  app.add_option("--scene", options.scene, "write the scene first, one node for each geom")
-      ->type_name("OUT.glb");
-  app.add_option("--package-path", options.package_folders, "further folder of the model's files; repeatable")
-      ->type_name("DIR")
-      ->allow_extra_args(false)
+  OptionGroup group(app);
+  group.add_repeatable("--to", options.publish.uris, "URI",
+                       "shm://NAME, or tcp, tls, udp://HOST:PORT; repeatable");
+  group.add("--scene", options.scene, "OUT.glb", "write the scene first, one node for each geom");
+  group
+      .add_repeatable("--package-path", options.package_folders, "DIR",
+                      "further folder of the model's files; repeatable")
       ->check(CLI::ExistingDirectory.description(""));
-  app.add_option("--rate", options.publish.rate_hz, "frames per simulated second; 0: every step")
-      ->check(check_number)
-      ->type_name("HZ")
-      ->capture_default_str();
-  app.add_option("--speed", options.speed, "simulated seconds per second; 0: unpaced")
-      ->check(check_number)
-      ->type_name("X")
-      ->capture_default_str();
-  app.add_option("--duration", options.duration_s, "simulated seconds; 0: until interrupted")
-      ->check(check_number)
-      ->type_name("SECONDS")
-      ->capture_default_str();
-  app.add_option("--key", options.keyframe, "initial keyframe (default: the first, if any)")
-      ->type_name("NAME|N");
+  group.add("--rate", options.publish.rate_hz, "HZ", "frames per simulated second; 0: every step")
+      ->check(check_number);
+  group.add("--speed", options.speed, "X", "simulated seconds per second; 0: unpaced")->check(check_number);
+  group.add("--duration", options.duration_s, "SECONDS", "simulated seconds; 0: until interrupted")
+      ->check(check_number);
+  group.add("--key", options.keyframe, "NAME|N", "initial keyframe (default: the first, if any)");
   const std::map<std::string, Drive> drives{
       {"hold", Drive::hold}, {"sin", Drive::sine}, {"zero", Drive::zero}};
-  app.add_option("--ctrl", options.drive, "actuators: hold controls, a sine around them, or zero")
+  group
+      .add("--ctrl", options.drive, "hold|sin|zero", "actuators: hold controls, a sine around them, or zero")
       ->transform(CLI::CheckedTransformer(drives).description(""))
-      ->type_name("hold|sin|zero")
       ->default_str("hold");
   std::string show;
   const CLI::Option* const show_option =
-      app.add_option("--show", show, "markers: contacts,forces,joints,com,tendons")->type_name("LIST");
-  app.add_flag("--joint-scalars", options.publish.joint_scalars,
-               "send joint positions, velocities and efforts as scalars for plots");
-  app.add_flag("--paused", options.paused, "start paused, with one frame published");
-  app.add_flag("--lockstep", options.lockstep, "wait until a renderer has drawn each frame");
-  app.add_option("--ack-timeout", options.ack_timeout_s, "limit of one wait of --lockstep")
-      ->check(number_between(0.1, 86400))
-      ->type_name("SECONDS")
-      ->capture_default_str();
+      group.add("--show", show, "LIST", "markers: contacts,forces,joints,com,tendons");
+  group.add_flag("--joint-scalars", options.publish.joint_scalars,
+                 "send joint positions, velocities and efforts as scalars for plots");
+  group.add_flag("--paused", options.paused, "start paused, with one frame published");
+  group.add_flag("--lockstep", options.lockstep, "wait until a renderer has drawn each frame");
+  group.add("--ack-timeout", options.ack_timeout_s, "SECONDS", "limit of one wait of --lockstep")
+      ->check(number_between(0.1, 86400));
   std::vector<std::string> cameras;
   std::string outputs = "color";
-  app.add_option("--images", cameras, "request images of this camera (640x480); repeatable")
-      ->type_name("CAMERA[:WxH]")
-      ->allow_extra_args(false);
-  app.add_option("--outputs", outputs, "their outputs, as fire3dv --outputs")
-      ->type_name("LIST")
-      ->capture_default_str();
-  app.add_option("--out", options.out, "folder of the images: PNG, .npy and a list")->type_name("DIR");
+  group.add_repeatable("--images", cameras, "CAMERA[:WxH]",
+                       "request images of this camera (640x480); repeatable");
+  group.add("--outputs", outputs, "LIST", "their outputs, as fire3dv --outputs");
+  group.add("--out", options.out, "DIR", "folder of the images: PNG, .npy and a list");
   add_client_security(app, options.publish.security.key_file, options.publish.security.tls_ca_file,
                       options.publish.security.tls_certificate_file, options.publish.security.tls_key_file);
   try {

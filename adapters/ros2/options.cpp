@@ -37,45 +37,31 @@ Result<void> take_ros_arguments(std::vector<std::string>& words, std::vector<std
 
 void add_input_options(CLI::App& app, Options& options, std::string& ns, bool& no_description,
                        bool& no_joints, bool& is_parsed_before) {
-  app.add_option("--domain", options.domain_id, "DDS domain, 0 to 232 (default: ROS_DOMAIN_ID, or 0)")
-      ->check(CLI::Range(0, 232).description(""))
-      ->type_name("N")
-      ->group("ROS 2");
-  app.add_option("--namespace", ns, "namespace of relative topics, as __ns:=NAME")
-      ->type_name("NAME")
-      ->group("ROS 2");
-  app.add_flag("--ros-args", is_parsed_before, "remapping until --: -r FROM:=TO, -r __ns:=NAME")
-      ->group("ROS 2");
-  app.add_option("--fixed-frame", options.frames.fixed_frame,
-                 "frame that stands still (default: map, odom, world or the root)")
-      ->type_name("FRAME")
-      ->group("Frames");
-  app.add_option("--frame-prefix", options.frames.frame_prefix,
-                 "prefix of the robot's frames, such as robot1/")
-      ->type_name("TEXT")
-      ->group("Frames");
-  app.add_option("--write-scene", options.scene_file,
-                 "write the robot to this file instead of sending it to the renderer")
-      ->type_name("OUT.glb")
-      ->group("Robot");
-  app.add_option("--package-path", options.package_folders, "folder of packages of meshes; repeatable")
-      ->type_name("DIR")
-      ->allow_extra_args(false)
-      ->check(CLI::ExistingDirectory.description(""))
-      ->group("Robot");
-  app.add_flag("--no-description", no_description, "send the poses of all frames, and no robot")
-      ->group("Robot");
-  app.add_flag("--no-joint-scalars", no_joints, "send no joint states as scalars for plots")->group("Robot");
+  OptionGroup ros(app, "ROS 2"), frames(app, "Frames"), robot(app, "Robot");
+  ros.add("--domain", options.domain_id, "N", "DDS domain, 0 to 232 (default: ROS_DOMAIN_ID, or 0)")
+      ->check(in_range(0, 232));
+  ros.add("--namespace", ns, "NAME", "namespace of relative topics, as __ns:=NAME");
+  ros.add_flag("--ros-args", is_parsed_before, "remapping until --: -r FROM:=TO, -r __ns:=NAME");
+  frames.add("--fixed-frame", options.frames.fixed_frame, "FRAME",
+             "frame that stands still (default: map, odom, world or the root)");
+  frames.add("--frame-prefix", options.frames.frame_prefix, "TEXT",
+             "prefix of the robot's frames, such as robot1/");
+  robot.add("--write-scene", options.scene_file, "OUT.glb",
+            "write the robot to this file instead of sending it to the renderer");
+  robot
+      .add_repeatable("--package-path", options.package_folders, "DIR",
+                      "folder of packages of meshes; repeatable")
+      ->check(CLI::ExistingDirectory.description(""));
+  robot.add_flag("--no-description", no_description, "send the poses of all frames, and no robot");
+  robot.add_flag("--no-joint-scalars", no_joints, "send no joint states as scalars for plots");
 }
 
 void add_marker_options(CLI::App& app, MarkerTopics& topics) {
-  const auto add_topics = [&](const char* name, std::vector<std::string>& list, const char* help) {
-    app.add_option(name, list, help)->type_name("TOPIC")->allow_extra_args(false)->group("Markers");
-  };
-  add_topics("--markers", topics.markers, "show a MarkerArray topic; repeatable");
-  add_topics("--points", topics.points, "show a PointCloud2 topic; repeatable");
-  add_topics("--path", topics.paths, "show a Path topic; repeatable");
-  add_topics("--map", topics.maps, "show an OccupancyGrid topic; repeatable");
+  OptionGroup group(app, "Markers");
+  group.add_repeatable("--markers", topics.markers, "TOPIC", "show a MarkerArray topic; repeatable");
+  group.add_repeatable("--points", topics.points, "TOPIC", "show a PointCloud2 topic; repeatable");
+  group.add_repeatable("--path", topics.paths, "TOPIC", "show a Path topic; repeatable");
+  group.add_repeatable("--map", topics.maps, "TOPIC", "show an OccupancyGrid topic; repeatable");
 }
 
 void add_security_options(CLI::App& app, Security& security) {
@@ -100,17 +86,16 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   bool no_description = false, no_joints = false;
   CLI::App app{"Publishes the transforms and the robot of a ROS 2 system to FIRE-3DV renderers.",
                "fire3dv-ros2"};
-  app.formatter(std::make_shared<HelpFormatter>("--to URI [OPTIONS] [--ros-args -r FROM:=TO ...]"));
+  set_help(app, "--to URI [OPTIONS] [--ros-args -r FROM:=TO ...]");
   app.footer(
       "Two commands show a robot:\n"
       "  fire3dv-ros2 --to shm://robot --write-scene robot.glb\n"
       "  fire3dv robot.glb --listen shm://robot\n"
       "Details: man fire3dv-ros2, or docs/man/fire3dv-ros2.1.md.");
   set_program_flags(app);
-  app.add_option("--to", options.uris, "shm://NAME, or tcp, tls, udp://HOST:PORT; repeatable")
-      ->type_name("URI")
-      ->required()
-      ->allow_extra_args(false);
+  OptionGroup(app)
+      .add_repeatable("--to", options.uris, "URI", "shm://NAME, or tcp, tls, udp://HOST:PORT; repeatable")
+      ->required();
   bool ros_arguments = false;  // for the help; take_ros_arguments() reads them
   add_input_options(app, options, ns, no_description, no_joints, ros_arguments);
   CameraArguments cameras;

@@ -12,7 +12,7 @@
 namespace examples {
 
 void set_help(CLI::App& app, const std::string& usage) {
-  app.formatter(std::make_shared<fire3dv::HelpFormatter>(usage));
+  fire3dv::set_help(app, usage);
   fire3dv::set_program_flags(app);
 }
 

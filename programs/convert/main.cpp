@@ -214,42 +214,32 @@ int main(int argc, char** argv) {
   using namespace fire3dv::convert;
   CLI::App app{"Converts AMBF, URDF, MJCF, SDF, OBJ, STL, PLY, DAE and 3MF files to a binary glTF scene.",
                "fire3dv-convert"};
-  app.formatter(std::make_shared<fire3dv::HelpFormatter>("FILE --out OUT.glb [OPTIONS]"));
+  fire3dv::set_help(app, "FILE --out OUT.glb [OPTIONS]");
   app.footer("Exit status: 0 written, 1 failed, 2 wrong usage. Details: man fire3dv-convert.");
   fire3dv::set_program_flags(app);
   Options options;
   app.add_option("file", options.file, "description, by its contents, or mesh file, by its name")->required();
-  app.add_option("--out,-o", options.out, "file to write; -: standard output")->type_name("OUT.glb");
+  fire3dv::OptionGroup group(app);
+  group.add("--out,-o", options.out, "OUT.glb", "file to write; -: standard output");
   CLI::Option* launch =
-      app.add_option("--models,-l", options.launch, "AMBF: models of the launch file, by index")
-          ->type_name("0,1,...");
-  app.add_flag("--all", options.read.launch_all, "AMBF: all models of the launch file")->excludes(launch);
-  app.add_option("--ns", options.read.name_space, "AMBF: namespace of the names")->type_name("NAME");
-  app.add_option("--package-path", options.package_folders,
-                 "folder of package://, model:// and MJCF files; repeatable")
-      ->type_name("DIR")
-      ->allow_extra_args(false);
-  app.add_option("--up", options.up, "OBJ, STL, PLY: up axis of the file (default: y for OBJ, else z)")
-      ->type_name("y|z")
-      ->check(CLI::IsMember({"y", "z"}).description(""));
-  app.add_option("--unit", options.unit, "OBJ, STL, PLY: unit of the file (default: m)")
-      ->type_name("m|cm|mm|in")
-      ->check(CLI::IsMember({"m", "cm", "mm", "in"}).description(""));
-  app.add_option("--dae-up", options.dae_up, "URDF, SDF: up_axis of DAE meshes; auto: ignored, as by RViz")
-      ->type_name("auto|apply|ignore")
-      ->check(CLI::IsMember({"auto", "apply", "ignore"}).description(""));
-  app.add_option("--xacro-arg", options.xacro_arguments, "xacro: value of an argument; repeatable")
-      ->type_name("NAME=VALUE")
-      ->allow_extra_args(false);
-  app.add_option("--xacro", options.read.xacro_program, "xacro: program that expands the file")
-      ->type_name("PROGRAM");
-  app.add_option("--expanded", options.expanded, "xacro: write the expanded URDF; -: standard output")
-      ->type_name("OUT.urdf");
-  app.add_flag("--geoms", options.read.geoms_apart, "MJCF: one node for each geom");
-  app.add_flag("--list", options.list, "print the names of the nodes; also of glTF files");
-  app.add_flag("--joints", options.joints, "print the joints: name, type, node, limits");
-  app.add_option("--sources", options.sources, "write the list of source files and their times")
-      ->type_name("FILE");
+      group.add("--models,-l", options.launch, "0,1,...", "AMBF: models of the launch file, by index");
+  group.add_flag("--all", options.read.launch_all, "AMBF: all models of the launch file")->excludes(launch);
+  group.add("--ns", options.read.name_space, "NAME", "AMBF: namespace of the names");
+  group.add_repeatable("--package-path", options.package_folders, "DIR",
+                       "folder of package://, model:// and MJCF files; repeatable");
+  group.add_choice("--up", options.up, "y|z",
+                   "OBJ, STL, PLY: up axis of the file (default: y for OBJ, else z)");
+  group.add_choice("--unit", options.unit, "m|cm|mm|in", "OBJ, STL, PLY: unit of the file (default: m)");
+  group.add_choice("--dae-up", options.dae_up, "auto|apply|ignore",
+                   "URDF, SDF: up_axis of DAE meshes; auto: ignored, as by RViz");
+  group.add_repeatable("--xacro-arg", options.xacro_arguments, "NAME=VALUE",
+                       "xacro: value of an argument; repeatable");
+  group.add("--xacro", options.read.xacro_program, "PROGRAM", "xacro: program that expands the file");
+  group.add("--expanded", options.expanded, "OUT.urdf", "xacro: write the expanded URDF; -: standard output");
+  group.add_flag("--geoms", options.read.geoms_apart, "MJCF: one node for each geom");
+  group.add_flag("--list", options.list, "print the names of the nodes; also of glTF files");
+  group.add_flag("--joints", options.joints, "print the joints: name, type, node, limits");
+  group.add("--sources", options.sources, "FILE", "write the list of source files and their times");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -21,46 +21,27 @@ struct Texts {
 };
 
 void add_server_options(CLI::App& app, Options& options, Texts& texts) {
-  constexpr const char* kGroup = "Server";
+  OptionGroup group(app, "Server");
   app.add_option("address", options.address, "address to serve, such as 127.0.0.1:8000")->required();
-  app.add_flag("--insecure", options.drawing.insecure, "allow addresses beyond loopback")->group(kGroup);
-  app.add_option("--connections", options.http.max_connections, "limit of connections, 1 to 1000")
-      ->check(CLI::Range(1, 1000).description(""))
-      ->type_name("N")
-      ->capture_default_str()
-      ->group(kGroup);
-  app.add_option("--timeout", texts.timeout_s, "time in which a request must arrive, 1 to 3600")
-      ->check(CLI::Range(1, 3600).description(""))
-      ->type_name("SECONDS")
-      ->capture_default_str()
-      ->group(kGroup);
-  app.add_option("--max-request", texts.request_mib, "limit of one request, 1 to 2047")
-      ->check(CLI::Range(1, 2047).description(""))
-      ->type_name("MIB")
-      ->capture_default_str()
-      ->group(kGroup);
-  app.add_option("--max-scene", texts.scene_mib, "limit of one loaded scene in memory")
-      ->check(CLI::Range(1, 1 << 20).description(""))
-      ->type_name("MIB")
-      ->capture_default_str()
-      ->group(kGroup);
-  app.add_option("--scenes", options.render.max_scenes, "scenes that stay loaded, 1 to 64")
-      ->check(CLI::Range(1, 64).description(""))
-      ->type_name("N")
-      ->capture_default_str()
-      ->group(kGroup);
+  group.add_flag("--insecure", options.drawing.insecure, "allow addresses beyond loopback");
+  group.add("--connections", options.http.max_connections, "N", "limit of connections, 1 to 1000")
+      ->check(in_range(1, 1000));
+  group.add("--timeout", texts.timeout_s, "SECONDS", "time in which a request must arrive, 1 to 3600")
+      ->check(in_range(1, 3600));
+  group.add("--max-request", texts.request_mib, "MIB", "limit of one request, 1 to 2047")
+      ->check(in_range(1, 2047));
+  group.add("--max-scene", texts.scene_mib, "MIB", "limit of one loaded scene in memory")
+      ->check(in_range(1, 1 << 20));
+  group.add("--scenes", options.render.max_scenes, "N", "scenes that stay loaded, 1 to 64")
+      ->check(in_range(1, 64));
 }
 
 void add_device_options(CLI::App& app, app::Options& drawing) {
-  constexpr const char* kGroup = "Device";
-  app.add_option("--device", drawing.device, "Vulkan device")->type_name("INDEX|NAME")->group(kGroup);
-  app.add_option("--cache", drawing.cache, "start-up cache of pipelines: auto, off or a folder")
-      ->type_name("WHERE")
-      ->capture_default_str()
-      ->group(kGroup);
-  app.add_flag("--validation,!--no-validation", drawing.validation,
-               "Vulkan validation; a finding is an error (off: --no-...)")
-      ->group(kGroup);
+  OptionGroup group(app, "Device");
+  group.add("--device", drawing.device, "INDEX|NAME", "Vulkan device");
+  group.add("--cache", drawing.cache, "WHERE", "start-up cache of pipelines: auto, off or a folder");
+  group.add_flag("--validation,!--no-validation", drawing.validation,
+                 "Vulkan validation; a finding is an error (off: --no-...)");
 }
 
 void convert(const Texts& texts, Options& options) {
@@ -87,15 +68,12 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   texts.timeout_s = static_cast<uint32_t>(options.http.body_timeout.count());
   CLI::App app{"Renders images for Drake's RenderEngineGltfClient, over HTTP."};
   app.name("fire3dv-drake");
-  app.formatter(std::make_shared<HelpFormatter>("HOST:PORT [OPTIONS]"));
+  set_help(app, "HOST:PORT [OPTIONS]");
   app.footer("Details: man fire3dv-drake, or docs/man/fire3dv-drake.1.md.");
   set_program_flags(app);
   add_server_options(app, options, texts);
-  app.add_option("--depth", texts.depth, "depths as float metres, or as 16-bit millimetres")
-      ->check(one_of({"32f", "16u"}))
-      ->type_name("32f|16u")
-      ->capture_default_str()
-      ->group(app::kDrawingGroup);
+  OptionGroup(app, app::kDrawingGroup)
+      .add_choice("--depth", texts.depth, "32f|16u", "depths as float metres, or as 16-bit millimetres");
   app::add_drawing_options(app, passes::kByDrake, options.drawing);
   add_device_options(app, options.drawing);
   const auto usage_error = [](const std::string& text) {

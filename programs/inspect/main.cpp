@@ -290,7 +290,7 @@ int inspect_recordings(const std::vector<std::string>& files, bool as_json, uint
 int main(int argc, char** argv) {
   using namespace fire3dv;
   CLI::App app{"Prints streams of links or recordings: rates, losses and ages of frames.", "fire3dv-inspect"};
-  app.formatter(std::make_shared<HelpFormatter>("URI|FILE.mcap... [OPTIONS]"));
+  set_help(app, "URI|FILE.mcap... [OPTIONS]");
   app.footer("Details: man fire3dv-inspect.");
   set_program_flags(app);
   std::vector<std::string> uris;
@@ -300,15 +300,11 @@ int main(int argc, char** argv) {
   bool as_json = false;
   uint64_t memory_mb = 64;
   app.add_option("uri", uris, "shm://NAME, or tcp, tls, udp://HOST:PORT; or recordings")->required();
-  app.add_option("--seconds", seconds, "duration of the measurement")
-      ->check(number_between(0.1, 86400))
-      ->type_name("N")
-      ->capture_default_str();
-  app.add_flag("--json", as_json, "print one JSON object for each URI, one a line");
-  app.add_option("--memory-mb", memory_mb, "memory for the index of a recording, in MB")
-      ->check(CLI::Range(16u, 16'384u).description(""))
-      ->type_name("N")
-      ->capture_default_str();
+  OptionGroup group(app);
+  group.add("--seconds", seconds, "N", "duration of the measurement")->check(number_between(0.1, 86400));
+  group.add_flag("--json", as_json, "print one JSON object for each URI, one a line");
+  group.add("--memory-mb", memory_mb, "N", "memory for the index of a recording, in MB")
+      ->check(in_range(16u, 16'384u));
   add_listener_options(app, options);
   try {
     app.parse(argc, argv);

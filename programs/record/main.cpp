@@ -164,30 +164,18 @@ int fail(const std::string& message) {
 }
 
 void add_options(CLI::App& app, Options& options) {
-  app.add_option("--from", options.from, "shm://NAME, or tcp, tls, udp://HOST:PORT; several into one file")
-      ->type_name("URI");
-  app.add_option("--out", options.out, "file to write; with --split-*: FILE_0000.mcap and so on")
-      ->type_name("FILE");
-  app.add_option("--attach", options.attach, "files to attach, such as the scene")->type_name("FILE");
-  app.add_flag("--foxglove", options.foxglove, "add Foxglove's transforms and attached .glb models");
-  app.add_option("--compression", options.compression, "compression of chunks")
-      ->check(one_of({"zstd", "lz4", "none"}))
-      ->type_name("zstd|lz4|none")
-      ->capture_default_str();
-  app.add_option("--split-mb", options.split_mb, "start a new file after N megabytes")
-      ->check(check_number)
-      ->type_name("N");
-  app.add_option("--split-s", options.split_s, "start a new file after N seconds")
-      ->check(check_number)
-      ->type_name("N");
-  app.add_option("--sync", options.sync_s, "interval of disk flushes; 0: only at the end")
-      ->check(check_number)
-      ->type_name("SECONDS")
-      ->capture_default_str();
-  app.add_option("--seconds", options.seconds, "duration; 0: until interrupted")
-      ->check(check_number)
-      ->type_name("N");
-  app.add_flag("--until-end", options.until_end, "exit when all streams have ended");
+  OptionGroup group(app);
+  group.add("--from", options.from, "URI", "shm://NAME, or tcp, tls, udp://HOST:PORT; several into one file");
+  group.add("--out", options.out, "FILE", "file to write; with --split-*: FILE_0000.mcap and so on");
+  group.add("--attach", options.attach, "FILE", "files to attach, such as the scene");
+  group.add_flag("--foxglove", options.foxglove, "add Foxglove's transforms and attached .glb models");
+  group.add_choice("--compression", options.compression, "zstd|lz4|none", "compression of chunks");
+  group.add("--split-mb", options.split_mb, "N", "start a new file after N megabytes")->check(check_number);
+  group.add("--split-s", options.split_s, "N", "start a new file after N seconds")->check(check_number);
+  group.add("--sync", options.sync_s, "SECONDS", "interval of disk flushes; 0: only at the end")
+      ->check(check_number);
+  group.add("--seconds", options.seconds, "N", "duration; 0: until interrupted")->check(check_number);
+  group.add_flag("--until-end", options.until_end, "exit when all streams have ended");
   add_listener_options(app, options.listener);
 }
 
@@ -330,7 +318,7 @@ int record_streams(const Options& options) {
 
 int main(int argc, char** argv) {
   CLI::App app{"Records the streams that are published at a URI into an MCAP file.", "fire3dv-record"};
-  app.formatter(std::make_shared<HelpFormatter>("--from URI... --out FILE.mcap [OPTIONS]"));
+  set_help(app, "--from URI... --out FILE.mcap [OPTIONS]");
   app.footer("Rescue a damaged recording: fire3dv-record recover --help. Details: man fire3dv-record.");
   set_program_flags(app);
   Options options;
@@ -338,11 +326,11 @@ int main(int argc, char** argv) {
   options.listener.delivery = transport::Delivery::all;
   CLI::App* const recover =
       app.add_subcommand("recover", "rescue the complete parts of a truncated or damaged recording");
-  recover->formatter(std::make_shared<HelpFormatter>("FILE.mcap --out FILE.mcap [OPTIONS]"));
+  set_help(*recover, "FILE.mcap --out FILE.mcap [OPTIONS]");
   recover->add_option("file", options.recover.from, "damaged recording")->required();
   recover->add_option("-o,--out", options.recover.to, "file to write")->type_name("FILE")->required();
   recover->add_option("--memory-mb", options.recover.memory_mb, "memory for the index of the file, in MB")
-      ->check(CLI::Range(16u, 16'384u).description(""))
+      ->check(in_range(16u, 16'384u))
       ->type_name("N")
       ->capture_default_str();
   try {

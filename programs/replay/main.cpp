@@ -235,34 +235,25 @@ int replay_file(const Options& options) {
 
 int main(int argc, char** argv) {
   CLI::App app{"Publishes the streams of a recording with their recorded timing.", "fire3dv-replay"};
-  app.formatter(std::make_shared<HelpFormatter>("FILE.mcap --to URI [OPTIONS]"));
+  set_help(app, "FILE.mcap --to URI [OPTIONS]");
   app.footer("Details: man fire3dv-replay.");
   set_program_flags(app);
   Options options;
   app.add_option("file", options.file, "recording (.mcap)")->required();
-  app.add_option("--to", options.to, "shm://NAME, or tcp, tls, udp://HOST:PORT; once, or once a stream")
-      ->type_name("URI")
+  OptionGroup group(app);
+  group.add("--to", options.to, "URI", "shm://NAME, or tcp, tls, udp://HOST:PORT; once, or once a stream")
       ->required();
-  app.add_option("--stream", options.streams, "play these streams only, in the order of --to")
-      ->type_name("NAME");
-  app.add_option("--speed", options.speed, "factor on the recorded speed; 0: unpaced")
-      ->check(check_number)
-      ->type_name("X")
-      ->capture_default_str();
-  app.add_flag("--loop", options.loop, "repeat, each time as a new run of the stream");
-  app.add_option("--start", options.start_s, "begin SECONDS into the recording")
-      ->check(check_number)
-      ->type_name("SECONDS");
-  app.add_option("--end", options.end_s, "end SECONDS into the recording; 0: at its end")
-      ->check(check_number)
-      ->type_name("SECONDS");
-  app.add_flag("--step", options.step, "publish one frame for each line of standard input");
-  app.add_flag("--wait", options.wait, "begin when a renderer has connected");
-  app.add_flag("--verbatim", options.verbatim, "keep recorded publish times and clocks");
-  app.add_option("--memory-mb", options.memory_mb, "memory for the index of the file, in MB")
-      ->check(CLI::Range(16u, 16'384u).description(""))
-      ->type_name("N")
-      ->capture_default_str();
+  group.add("--stream", options.streams, "NAME", "play these streams only, in the order of --to");
+  group.add("--speed", options.speed, "X", "factor on the recorded speed; 0: unpaced")->check(check_number);
+  group.add_flag("--loop", options.loop, "repeat, each time as a new run of the stream");
+  group.add("--start", options.start_s, "SECONDS", "begin SECONDS into the recording")->check(check_number);
+  group.add("--end", options.end_s, "SECONDS", "end SECONDS into the recording; 0: at its end")
+      ->check(check_number);
+  group.add_flag("--step", options.step, "publish one frame for each line of standard input");
+  group.add_flag("--wait", options.wait, "begin when a renderer has connected");
+  group.add_flag("--verbatim", options.verbatim, "keep recorded publish times and clocks");
+  group.add("--memory-mb", options.memory_mb, "N", "memory for the index of the file, in MB")
+      ->check(in_range(16u, 16'384u));
   add_client_security(app, options.publisher.key_file, options.publisher.tls.ca_file,
                       options.publisher.tls.certificate_file, options.publisher.tls.key_file);
   try {

@@ -78,15 +78,11 @@ std::string look_of(const std::vector<std::string>& words, const std::string& sc
 }
 
 void add_video_options(CLI::App& app, VideoOptions& video) {
-  constexpr const char* kGroup = "Video";
-  app.add_option("--codec", video.codec,
-                 "h264 (default), h265, av1 (default of .webm), or lossless ffv1 (.mkv)")
-      ->type_name("NAME")
-      ->group(kGroup);
-  app.add_option("--crf", video.crf, "quality: 0 is best; h264 and h265 to 51, av1 to 63")
-      ->type_name("N")
-      ->group(kGroup);
-  app.add_flag("--full-chroma", video.full_chroma, "4:4:4 chroma, which few players decode")->group(kGroup);
+  OptionGroup group(app, "Video");
+  group.add("--codec", video.codec, "NAME",
+            "h264 (default), h265, av1 (default of .webm), or lossless ffv1 (.mkv)");
+  group.add("--crf", video.crf, "N", "quality: 0 is best; h264 and h265 to 51, av1 to 63");
+  group.add_flag("--full-chroma", video.full_chroma, "4:4:4 chroma, which few players decode");
 }
 
 std::optional<std::string> check_out(const std::filesystem::path& out, const VideoOptions& video) {
@@ -151,24 +147,19 @@ std::variant<RenderOptions, int> parse_render_options(int argc, char** argv) {
   RenderOptions options;
   CLI::App app{"Renders a recording: each frame of the video once, at its simulated time."};
   app.name("fire3dv render");
-  app.formatter(std::make_shared<HelpFormatter>("FILE.mcap [SCENE] --out VIDEO|DIR [OPTIONS]"));
+  set_help(app, "FILE.mcap [SCENE] --out VIDEO|DIR [OPTIONS]");
   app.footer("Options of images, drawing and devices are those of fire3dv. Details: man fire3dv-render.");
   set_program_flags(app);
   std::string fps = "30", shard;
-  app.add_option("--out", options.out, "video (.mp4, .mkv, .webm), or folder of PNG files")
-      ->type_name("VIDEO|DIR");
-  app.add_option("--fps", fps, "frames per second of simulated time, also 30000/1001")
-      ->type_name("RATE")
-      ->capture_default_str();
-  app.add_option("--start", options.start_s, "begin SECONDS after the first recorded frame")
-      ->type_name("SECONDS")
-      ->capture_default_str();
-  app.add_option("--end", options.end_s, "end SECONDS after it (default: last frame)")->type_name("SECONDS");
-  app.add_option("--clock", options.clock, "stream whose simulated time the video follows (default: first)")
-      ->type_name("STREAM");
-  app.add_option("--shard", shard, "render part I of N into a folder; fire3dv join merges them")
-      ->type_name("I/N");
-  app.add_flag("--resume", options.resume, "keep finished frames, so that an interrupted run continues");
+  OptionGroup group(app);
+  group.add("--out", options.out, "VIDEO|DIR", "video (.mp4, .mkv, .webm), or folder of PNG files");
+  group.add("--fps", fps, "RATE", "frames per second of simulated time, also 30000/1001");
+  group.add("--start", options.start_s, "SECONDS", "begin SECONDS after the first recorded frame");
+  group.add("--end", options.end_s, "SECONDS", "end SECONDS after it (default: last frame)");
+  group.add("--clock", options.clock, "STREAM",
+            "stream whose simulated time the video follows (default: first)");
+  group.add("--shard", shard, "I/N", "render part I of N into a folder; fire3dv join merges them");
+  group.add_flag("--resume", options.resume, "keep finished frames, so that an interrupted run continues");
   add_video_options(app, options.video);
   Words words = split(argc, argv);
   try {
@@ -221,7 +212,7 @@ std::variant<JoinOptions, int> parse_join_options(int argc, char** argv) {
   CLI::App app{
       "Puts the frames of fire3dv render --shard together, after a check that each is there exactly once."};
   app.name("fire3dv join");
-  app.formatter(std::make_shared<HelpFormatter>("DIR... --out VIDEO|DIR [OPTIONS]"));
+  set_help(app, "DIR... --out VIDEO|DIR [OPTIONS]");
   set_program_flags(app);
   app.add_option("folders", options.folders, "what the shards wrote, in any order")->required();
   app.add_option("--out", options.out, "a video (.mp4, .mkv, .webm), or a folder for all frames");

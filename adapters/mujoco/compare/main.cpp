@@ -48,42 +48,33 @@ std::optional<CompareOptions> parse_compare_options(int argc, char** argv, int* 
   std::string images = "free camera:640x480";
   CLI::App app{"Compares images and step times of FIRE-3DV and MuJoCo's offscreen renderer.",
                "fire3dv-mujoco-compare"};
-  app.formatter(std::make_shared<HelpFormatter>("MODEL.xml --to URI [OPTIONS]"));
+  set_help(app, "MODEL.xml --to URI [OPTIONS]");
   set_program_flags(app);
   app.footer(
       "Exit status: 0 done, 1 error, 2 wrong usage, 77 no OpenGL without a display.\n"
       "Details: man fire3dv-mujoco-compare.");
-  const auto add = [&](const char* name, auto& value, const char* type, const char* text, const char* group) {
-    return app.add_option(name, value, text)->type_name(type)->group(group)->capture_default_str();
-  };
-  constexpr const char *kImages = "Images", *kSpeed = "Speed";
+  fire3dv::OptionGroup group(app), pictures(app, "Images"), speeds(app, "Speed");
   app.add_option("model", options.model, "MJCF file")->required();
-  app.add_option("--to", options.uri, "URI of a fire3dv --headless --on-request")
-      ->type_name("URI")
-      ->required();
-  add("--timeout", options.timeout_s, "SECONDS", "limit of the wait for one image", "Options")
+  group.add("--to", options.uri, "URI", "URI of a fire3dv --headless --on-request")->required();
+  group.add("--timeout", options.timeout_s, "SECONDS", "limit of the wait for one image")
       ->check(number_between(0.1, 86400));
-  add("--images", images, "CAMERA[:WxH]", "camera and image size", kImages);
-  add("--frames", options.frames, "N", "compared images; with --speed, images per round", kImages)
+  pictures.add("--images", images, "CAMERA[:WxH]", "camera and image size");
+  pictures.add("--frames", options.frames, "N", "compared images; with --speed, images per round")
       ->check(number_between(1, 1e6));
   CLI::Option* const speed =
-      app.add_flag("--speed", options.speed, "time steps with images, alternately with MuJoCo")
-          ->group(kSpeed);
-  add("--every", options.every_s, "SECONDS", "simulated time between compared images", kImages)
+      speeds.add_flag("--speed", options.speed, "time steps with images, alternately with MuJoCo");
+  pictures.add("--every", options.every_s, "SECONDS", "simulated time between compared images")
       ->excludes(speed)
       ->check(check_number);
   bool no_reflections = false;
-  app.add_flag("--no-reflections", no_reflections, "no reflections of MuJoCo's floors")->group(kImages);
-  app.add_option("--pictures", options.pictures, "folder for both images side by side")
-      ->excludes(speed)
-      ->type_name("DIR")
-      ->group(kImages);
-  add("--blocks", options.blocks, "N", "rounds", kSpeed)->needs(speed)->check(number_between(1, 1e6));
-  add("--samples", options.view.samples, "N", "MuJoCo's samples per pixel", kSpeed)
+  pictures.add_flag("--no-reflections", no_reflections, "no reflections of MuJoCo's floors");
+  pictures.add("--pictures", options.pictures, "DIR", "folder for both images side by side")->excludes(speed);
+  speeds.add("--blocks", options.blocks, "N", "rounds")->needs(speed)->check(number_between(1, 1e6));
+  speeds.add("--samples", options.view.samples, "N", "MuJoCo's samples per pixel")
       ->needs(speed)
       ->check(number_between(0, 16));
-  add("--shadow-texels", options.view.shadow_texels, "N", "side of MuJoCo's shadow maps; 0: no shadows",
-      kSpeed)
+  speeds
+      .add("--shadow-texels", options.view.shadow_texels, "N", "side of MuJoCo's shadow maps; 0: no shadows")
       ->needs(speed)
       ->check(number_between(0, 16384));
   try {

@@ -35,36 +35,22 @@ std::string names_of(const std::vector<CameraSpec>& cameras) {
 }  // namespace
 
 void add_camera_options(CLI::App& app, CameraArguments& arguments) {
-  constexpr const char* kGroup = "Images";
-  app.add_option("--camera", arguments.cameras, "publish images of a camera at a tf frame; repeatable")
-      ->type_name("NAME[:=TOPIC][,KEY=VALUE]...")
-      ->allow_extra_args(false)
-      ->group(kGroup);
-  app.add_flag("--sensors", arguments.all_sensors, "publish all cameras of the robot description (<sensor>)")
-      ->group(kGroup);
-  app.add_option("--sensor", arguments.sensors, "publish this camera of the robot description; repeatable")
-      ->type_name("NAME[:=TOPIC][,KEY=VALUE]...")
-      ->allow_extra_args(false)
-      ->group(kGroup);
-  app.add_option("--image-size", arguments.size, "size of all images (default: 640x480, or the sensor's)")
-      ->type_name("WxH")
-      ->group(kGroup);
-  app.add_option("--image-rate", arguments.rate_hz,
-                 "images per second; 0: every pose frame (default: 0, or the sensor's)")
-      ->check(check_number)
-      ->type_name("HZ")
-      ->group(kGroup);
-  app.add_flag("--depth", arguments.depth, "publish depth, too: 32FC1, metres")->group(kGroup);
-  app.add_option("--labels", arguments.labels, "publish labels, too: 32SC1")
-      ->check(one_of({"instance", "semantic"}))
-      ->type_name("instance|semantic")
-      ->group(kGroup);
-  app.add_flag("--compressed", arguments.compressed, "publish JPEG, too")->group(kGroup);
-  app.add_option("--jpeg-quality", arguments.jpeg_quality, "1 to 100")
-      ->check(number_between(1, 100))
-      ->type_name("N")
-      ->capture_default_str()
-      ->group(kGroup);
+  OptionGroup group(app, "Images");
+  group.add_repeatable("--camera", arguments.cameras, "NAME[:=TOPIC][,KEY=VALUE]...",
+                       "publish images of a camera at a tf frame; repeatable");
+  group.add_flag("--sensors", arguments.all_sensors,
+                 "publish all cameras of the robot description (<sensor>)");
+  group.add_repeatable("--sensor", arguments.sensors, "NAME[:=TOPIC][,KEY=VALUE]...",
+                       "publish this camera of the robot description; repeatable");
+  group.add("--image-size", arguments.size, "WxH", "size of all images (default: 640x480, or the sensor's)");
+  group
+      .add("--image-rate", arguments.rate_hz, "HZ",
+           "images per second; 0: every pose frame (default: 0, or the sensor's)")
+      ->check(check_number);
+  group.add_flag("--depth", arguments.depth, "publish depth, too: 32FC1, metres");
+  group.add_choice("--labels", arguments.labels, "instance|semantic", "publish labels, too: 32SC1");
+  group.add_flag("--compressed", arguments.compressed, "publish JPEG, too");
+  group.add("--jpeg-quality", arguments.jpeg_quality, "N", "1 to 100")->check(number_between(1, 100));
 }
 
 Result<ImageOptions> image_options(const CameraArguments& arguments) {

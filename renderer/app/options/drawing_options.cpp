@@ -14,7 +14,7 @@ CLI::Option* add_setting(CLI::App& app, const passes::DrawSetting& setting, pass
   if (setting.kind == passes::SettingKind::count) {
     const auto set = [&setting, &draw](uint32_t count) { setting.set(std::to_string(count), draw); };
     return app.add_option_function<uint32_t>(name, set, setting.help)
-        ->check(CLI::Range(setting.min_count, setting.max_count).description(""));
+        ->check(in_range(setting.min_count, setting.max_count));
   }
   const auto set = [&setting, &draw, name](const std::string& text) {
     const std::string wrong = setting.set(text, draw);
@@ -43,10 +43,9 @@ void add_draw_settings(CLI::App& app, passes::SettingUser user, passes::SettingG
 }
 
 void add_drawing_options(CLI::App& app, passes::SettingUser user, Options& options) {
-  app.add_option("--environment", options.environment,
-                 "environment map, equirectangular .hdr or .exr (default: studio)")
-      ->type_name("FILE")
-      ->group(kDrawingGroup);
+  OptionGroup group(app, kDrawingGroup);
+  group.add("--environment", options.environment, "FILE",
+            "environment map, equirectangular .hdr or .exr (default: studio)");
   add_draw_settings(app, user, passes::SettingGroup::environment, kDrawingGroup, options.draw);
   const auto set_key_light = [&options](const std::string& text) {
     options.key_light = text == "on" ? KeyLight::on : text == "off" ? KeyLight::off : KeyLight::automatic;

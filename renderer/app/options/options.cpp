@@ -51,178 +51,101 @@ struct Given {
 };
 
 void add_input_options(CLI::App& app, Options& options, Texts& texts, Given& given) {
-  constexpr const char* kGroup = "Input";
+  OptionGroup group(app, "Input");
   app.add_option("scene", options.scene,
                  "scene: glTF, URDF, xacro, SDF, MJCF, AMBF, OBJ, STL, PLY, DAE or 3MF");
-  given.models = app.add_option("--models", options.convert.models, "AMBF: models of the launch file")
-                     ->type_name("0,1,...|all")
-                     ->group(kGroup);
-  given.name_space = app.add_option("--ns", options.convert.name_space, "AMBF: namespace of the names")
-                         ->type_name("NAME")
-                         ->group(kGroup);
-  given.package_path = app.add_option("--package-path", options.convert.package_folders,
-                                      "folder of package://, model:// and MJCF files; repeatable")
-                           ->allow_extra_args(false)
-                           ->check(CLI::ExistingDirectory.description(""))
-                           ->type_name("DIR")
-                           ->group(kGroup);
-  given.xacro_argument = app.add_option("--xacro-arg", options.convert.xacro_arguments,
-                                        "xacro: value of an argument; repeatable")
-                             ->allow_extra_args(false)
-                             ->type_name("NAME=VALUE")
-                             ->group(kGroup);
-  given.up = app.add_option("--up", options.convert.up, "OBJ, STL, PLY: up axis (default: y for OBJ, else z)")
-                 ->check(one_of({"y", "z"}))
-                 ->type_name("y|z")
-                 ->group(kGroup);
-  given.unit = app.add_option("--unit", options.convert.unit, "OBJ, STL, PLY: unit (default: m)")
-                   ->check(one_of({"m", "cm", "mm", "in"}))
-                   ->type_name("m|cm|mm|in")
-                   ->group(kGroup);
-  app.add_option("--assets", options.assets, "folder of glTF files that streams and overlays may add")
-      ->check(CLI::ExistingDirectory.description(""))
-      ->type_name("DIR")
-      ->group(kGroup);
-  given.animate =
-      app.add_option("--animate", options.animate, "loop an animation of the scene (default: all)")
-          ->expected(0, 1)
-          ->type_name("[NAME|INDEX|all]")
-          ->group(kGroup);
-  app.add_option("--watch", texts.watch, "reload the scene when its file changes")
-      ->check(one_of({"auto", "on", "off"}))
-      ->type_name("auto|on|off")
-      ->capture_default_str()
-      ->group(kGroup);
-  app.add_option("--overlay", options.overlay, "apply the edits of a scene in this file (docs/editing.md)")
-      ->type_name("FILE")
-      ->group(kGroup);
-  app.add_option("--variant", options.variant, "material variant of the scene (default: none)")
-      ->type_name("NAME")
-      ->group(kGroup);
+  given.models =
+      group.add("--models", options.convert.models, "0,1,...|all", "AMBF: models of the launch file");
+  given.name_space = group.add("--ns", options.convert.name_space, "NAME", "AMBF: namespace of the names");
+  given.package_path = group
+                           .add_repeatable("--package-path", options.convert.package_folders, "DIR",
+                                           "folder of package://, model:// and MJCF files; repeatable")
+                           ->check(CLI::ExistingDirectory.description(""));
+  given.xacro_argument = group.add_repeatable("--xacro-arg", options.convert.xacro_arguments, "NAME=VALUE",
+                                              "xacro: value of an argument; repeatable");
+  given.up = group.add_choice("--up", options.convert.up, "y|z",
+                              "OBJ, STL, PLY: up axis (default: y for OBJ, else z)");
+  given.unit =
+      group.add_choice("--unit", options.convert.unit, "m|cm|mm|in", "OBJ, STL, PLY: unit (default: m)");
+  group.add("--assets", options.assets, "DIR", "folder of glTF files that streams and overlays may add")
+      ->check(CLI::ExistingDirectory.description(""));
+  given.animate = group
+                      .add("--animate", options.animate, "[NAME|INDEX|all]",
+                           "loop an animation of the scene (default: all)")
+                      ->expected(0, 1);
+  group.add_choice("--watch", texts.watch, "auto|on|off", "reload the scene when its file changes");
+  group.add("--overlay", options.overlay, "FILE",
+            "apply the edits of a scene in this file (docs/editing.md)");
+  group.add("--variant", options.variant, "NAME", "material variant of the scene (default: none)");
 }
 
 void add_stream_options(CLI::App& app, Options& options, Texts& texts, Given& given) {
-  constexpr const char* kGroup = "Streams";
-  app.add_option("--listen", options.listen, "shm://NAME, or tcp, tls, udp://HOST:PORT; repeatable")
-      ->allow_extra_args(false)
-      ->type_name("URI")
-      ->group(kGroup);
-  app.add_option("--drake", texts.drake, "serve Drake's render client instead (man fire3dv-drake)")
-      ->type_name("HOST:PORT")
-      ->group(kGroup);
-  app.add_flag("--insecure", options.insecure, "allow unprotected links beyond loopback")->group(kGroup);
-  app.add_option("--key-file", options.key_file, "udp: pre-shared key, 64 hexadecimal digits")
-      ->type_name("FILE")
-      ->group(kGroup);
-  app.add_option("--tls-cert", options.tls_certificate, "tls: certificate of this renderer (PEM)")
-      ->type_name("FILE")
-      ->group(kGroup);
-  app.add_option("--tls-key", options.tls_key, "tls: private key of that certificate (PEM)")
-      ->type_name("FILE")
-      ->group(kGroup);
-  app.add_option("--tls-client-ca", options.tls_client_ca, "tls: require client certificates of this CA")
-      ->type_name("FILE")
-      ->group(kGroup);
-  app.add_option("--serve", options.serve, "live view in browsers (see docs/browser.md)")
-      ->type_name("HOST:PORT")
-      ->group(kGroup);
-  app.add_option("--serve-tokens", options.serve_tokens, "file that keeps the links of --serve valid")
-      ->type_name("FILE")
-      ->group(kGroup);
-  app.add_option("--peer-limit", texts.peer_limits, "NAME=VALUE, limit of one peer (see SPEC 14); repeatable")
-      ->allow_extra_args(false)
-      ->type_name("LIMIT")
-      ->group(kGroup);
-  app.add_option("--play", texts.play, "newest frame, or a little late and even")
-      ->check(one_of({"auto", "latest", "interpolate"}))
-      ->type_name("latest|interpolate")
-      ->capture_default_str()
-      ->group(kGroup);
-  given.delay = app.add_option("--delay", texts.delay_ms, "delay of interpolated streams (default: adaptive)")
-                    ->type_name("MS")
-                    ->group(kGroup);
-  app.add_option("--mark-stale,--mark-held", texts.mark_stale, "mark images of stalled streams")
-      ->check(one_of({"auto", "on", "off"}))
-      ->type_name("auto|on|off")
-      ->capture_default_str()
-      ->group(kGroup);
-  app.add_option("--markers", texts.markers, "show points, lines and shapes of streams")
-      ->check(one_of({"on", "off", "all"}))
-      ->type_name("on|off|all")
-      ->capture_default_str()
-      ->group(kGroup);
-  app.add_flag("--lockstep", options.lockstep, "draw and acknowledge every pose frame")->group(kGroup);
-  given.wait_for_stream = app.add_option("--wait-for-stream", texts.stream_timeout,
-                                         "wait for the first pose frame; fail after SECONDS")
-                              ->expected(0, 1)
-                              ->type_name("[SECONDS]")
-                              ->group(kGroup);
-  app.add_flag("--exit-when-done", options.exit_when_done, "exit when the last stream has ended")
-      ->group(kGroup);
+  OptionGroup group(app, "Streams");
+  group.add_repeatable("--listen", options.listen, "URI",
+                       "shm://NAME, or tcp, tls, udp://HOST:PORT; repeatable");
+  group.add("--drake", texts.drake, "HOST:PORT", "serve Drake's render client instead (man fire3dv-drake)");
+  group.add_flag("--insecure", options.insecure, "allow unprotected links beyond loopback");
+  group.add("--key-file", options.key_file, "FILE", "udp: pre-shared key, 64 hexadecimal digits");
+  group.add("--tls-cert", options.tls_certificate, "FILE", "tls: certificate of this renderer (PEM)");
+  group.add("--tls-key", options.tls_key, "FILE", "tls: private key of that certificate (PEM)");
+  group.add("--tls-client-ca", options.tls_client_ca, "FILE", "tls: require client certificates of this CA");
+  group.add("--serve", options.serve, "HOST:PORT", "live view in browsers (see docs/browser.md)");
+  group.add("--serve-tokens", options.serve_tokens, "FILE", "file that keeps the links of --serve valid");
+  group.add_repeatable("--peer-limit", texts.peer_limits, "LIMIT",
+                       "NAME=VALUE, limit of one peer (see SPEC 14); repeatable");
+  group
+      .add_choice("--play", texts.play, "auto|latest|interpolate", "newest frame, or a little late and even")
+      ->type_name("latest|interpolate");
+  given.delay =
+      group.add("--delay", texts.delay_ms, "MS", "delay of interpolated streams (default: adaptive)");
+  group.add_choice("--mark-stale,--mark-held", texts.mark_stale, "auto|on|off",
+                   "mark images of stalled streams");
+  group.add_choice("--markers", texts.markers, "on|off|all", "show points, lines and shapes of streams");
+  group.add_flag("--lockstep", options.lockstep, "draw and acknowledge every pose frame");
+  given.wait_for_stream = group
+                              .add("--wait-for-stream", texts.stream_timeout, "[SECONDS]",
+                                   "wait for the first pose frame; fail after SECONDS")
+                              ->expected(0, 1);
+  group.add_flag("--exit-when-done", options.exit_when_done, "exit when the last stream has ended");
 }
 
 void add_image_options(CLI::App& app, Options& options, Texts& texts, Given& given) {
-  constexpr const char* kGroup = "Images";
-  app.add_flag("--headless", options.headless, "open no window")->group(kGroup);
-  app.add_flag("--on-request", options.on_request, "draw only images that clients request (headless)")
-      ->group(kGroup);
-  app.add_option("--size", texts.size, "image size in pixels")
-      ->type_name("WxH")
-      ->capture_default_str()
-      ->group(kGroup);
-  given.camera = app.add_option("--camera", options.camera, "camera by node or camera name, or auto")
-                     ->type_name("NAME|auto")
-                     ->group(kGroup);
-  app.add_flag("--frame-all", options.frame_all, "move the camera so that it shows the whole scene")
-      ->group(kGroup);
-  app.add_option("--frames", options.frames, "exit after N images")
-      ->check(CLI::Range(uint64_t{0}, kMaxFrames).description(""))  // a minus sign would wrap around
-      ->type_name("N")
-      ->group(kGroup);
-  app.add_option("--out", options.out, "folder for one PNG per image")->type_name("DIR")->group(kGroup);
-  given.outputs = app.add_option("--outputs", texts.outputs, "images to write (default: color; see manual)")
-                      ->type_name("LIST")
-                      ->group(kGroup);
+  OptionGroup group(app, "Images");
+  group.add_flag("--headless", options.headless, "open no window");
+  group.add_flag("--on-request", options.on_request, "draw only images that clients request (headless)");
+  group.add("--size", texts.size, "WxH", "image size in pixels");
+  given.camera = group.add("--camera", options.camera, "NAME|auto", "camera by node or camera name, or auto");
+  group.add_flag("--frame-all", options.frame_all, "move the camera so that it shows the whole scene");
+  group.add("--frames", options.frames, "N", "exit after N images")
+      ->check(in_range(uint64_t{0}, kMaxFrames));  // a minus sign would wrap around
+  group.add("--out", options.out, "DIR", "folder for one PNG per image");
+  given.outputs =
+      group.add("--outputs", texts.outputs, "LIST", "images to write (default: color; see manual)");
 }
 
 void add_performance_options(CLI::App& app, Options& options, Texts& texts) {
-  constexpr const char* kGroup = "Performance";
-  const CLI::Option* const device =
-      app.add_option("--device", options.device, "Vulkan device")->type_name("INDEX|NAME")->group(kGroup);
-  app.add_option("--devices", options.devices, "spread requested images over several devices")
-      ->type_name("LIST|all")
-      ->excludes(const_cast<CLI::Option*>(device))
-      ->group(kGroup);
-  add_draw_settings(app, passes::kByCommandLine, passes::SettingGroup::raster, kGroup, options.draw);
-  app.add_option("--async-compute", texts.async_compute, "build acceleration structures on an async queue")
-      ->check(one_of({"auto", "on", "off"}))
-      ->type_name("auto|on|off")
-      ->capture_default_str()
-      ->group(kGroup);
-  app.add_option("--cache", options.cache, "start-up cache: auto, beside, off or a folder")
-      ->type_name("WHERE")
-      ->capture_default_str()
-      ->group(kGroup);
+  OptionGroup group(app, "Performance");
+  const CLI::Option* const device = group.add("--device", options.device, "INDEX|NAME", "Vulkan device");
+  group.add("--devices", options.devices, "LIST|all", "spread requested images over several devices")
+      ->excludes(const_cast<CLI::Option*>(device));
+  add_draw_settings(app, passes::kByCommandLine, passes::SettingGroup::raster, "Performance", options.draw);
+  group.add_choice("--async-compute", texts.async_compute, "auto|on|off",
+                   "build acceleration structures on an async queue");
+  group.add("--cache", options.cache, "WHERE", "start-up cache: auto, beside, off or a folder");
 }
 
 void add_diagnostics_options(CLI::App& app, Options& options, Texts& texts) {
-  constexpr const char* kGroup = "Diagnostics";
-  app.add_option("--metrics", options.metrics, "serve /metrics over HTTP (Prometheus)")
-      ->type_name("HOST:PORT")
-      ->group(kGroup);
-  app.add_option("--stats", options.stats, "CSV file of times per image")->type_name("FILE")->group(kGroup);
-  app.add_option("--view", texts.debug_view, "debug view instead of light (see docs/views.md)")
+  OptionGroup group(app, "Diagnostics");
+  group.add("--metrics", options.metrics, "HOST:PORT", "serve /metrics over HTTP (Prometheus)");
+  group.add("--stats", options.stats, "FILE", "CSV file of times per image");
+  group.add("--view", texts.debug_view, "NAME", "debug view instead of light (see docs/views.md)")
       ->transform([](const std::string& name) {  // its name in an earlier version
         return name == "shadow-doubt" ? std::string("unresolved-shadows") : name;
       })
-      ->check(one_of(passes::kDebugViewNames))
-      ->type_name("NAME")
-      ->capture_default_str()
-      ->group(kGroup);
-  app.add_flag("--validation,!--no-validation", options.validation,
-               "Vulkan validation; a finding is an error (off: --no-...)")
-      ->group(kGroup);
-  app.add_flag("--list-devices", options.list_devices, "list the Vulkan devices and exit")->group(kGroup);
+      ->check(one_of(passes::kDebugViewNames));
+  group.add_flag("--validation,!--no-validation", options.validation,
+                 "Vulkan validation; a finding is an error (off: --no-...)");
+  group.add_flag("--list-devices", options.list_devices, "list the Vulkan devices and exit");
 }
 
 void list_given(const CLI::App& app, GivenOptions& given) {
@@ -245,7 +168,7 @@ std::variant<Options, UsageError> parse_words(const std::vector<std::string>& wo
 #endif
   CLI::App app{"Renders a glTF scene whose nodes move as simulators publish poses."};
   app.name("fire3dv");
-  app.formatter(std::make_shared<HelpFormatter>("[SCENE] [OPTIONS]"));
+  set_help(app, "[SCENE] [OPTIONS]");
   app.footer(
       "Examples:\n"
       "  fire3dv arm.glb                                    view a file; F1 lists keys and mouse\n"
@@ -262,15 +185,12 @@ std::variant<Options, UsageError> parse_words(const std::vector<std::string>& wo
   add_window_options(app, options, texts.window);
   add_drawing_options(app, passes::kByCommandLine, options);
   add_path_options(app, options);
-  app.add_option("--ground", texts.ground, "shadows below the scene, or at a height")
-      ->type_name("auto|off|Y")
-      ->capture_default_str()
-      ->group(kDrawingGroup);
+  OptionGroup(app, kDrawingGroup)
+      .add("--ground", texts.ground, "auto|off|Y", "shadows below the scene, or at a height");
   add_performance_options(app, options, texts);
   add_diagnostics_options(app, options, texts);
-  app.add_option("--config", texts.config, "file of options (default: ~/.config/fire3dv/config)")
-      ->type_name("FILE|none")
-      ->group("Input");
+  OptionGroup(app, "Input")
+      .add("--config", texts.config, "FILE|none", "file of options (default: ~/.config/fire3dv/config)");
 
   try {
     std::vector<std::string> backwards(words.rbegin(), words.rend());  // as CLI11 takes them

@@ -8,11 +8,9 @@ namespace fire3dv::app {
 
 void add_path_options(CLI::App& app, Options& options) {
   add_draw_settings(app, passes::kByCommandLine, passes::SettingGroup::paths, kDrawingGroup, options.draw);
-  app.add_option("--checkpoint", options.checkpoint_interval_s, "path: seconds between checkpoints; 0: none")
-      ->check(CLI::Range(0.0, 1e6).description(""))
-      ->type_name("S")
-      ->capture_default_str()
-      ->group(kDrawingGroup);
+  OptionGroup group(app, kDrawingGroup);
+  group.add("--checkpoint", options.checkpoint_interval_s, "S", "path: seconds between checkpoints; 0: none")
+      ->check(in_range(0.0, 1e6));
 }
 
 namespace {

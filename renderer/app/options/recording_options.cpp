@@ -12,41 +12,23 @@ constexpr double kMaxNumber = 1e6;  // eleven days of a recording, or the speed 
 }  // namespace
 
 void add_recording_options(CLI::App& app, RecordingOptions& options) {
-  constexpr const char* kGroup = "Recordings";
+  OptionGroup group(app, "Recordings");
   const auto number = number_between(0, kMaxNumber);
-  app.add_option("--replay", options.replay, "replay a recording (.mcap); without a scene, the one inside")
-      ->type_name("FILE")
-      ->group(kGroup);
-  app.add_option("--stream", options.streams, "replay this stream only; repeatable")
-      ->allow_extra_args(false)
-      ->type_name("NAME")
-      ->group(kGroup);
-  app.add_option("--speed", options.speed, "factor on the recorded speed; 0: unpaced")
-      ->check(number)
-      ->type_name("X")
-      ->capture_default_str()
-      ->group(kGroup);
-  app.add_option("--start", options.start_s, "begin SECONDS into the recording")
-      ->check(number)
-      ->type_name("SECONDS")
-      ->group(kGroup);
-  app.add_option("--end", options.end_s, "end SECONDS into the recording; 0: at its end")
-      ->check(number)
-      ->type_name("SECONDS")
-      ->group(kGroup);
-  app.add_flag("--loop", options.loop, "replay again and again")->group(kGroup);
-  app.add_flag("--step", options.step, "draw each recorded frame exactly once, unpaced")->group(kGroup);
-  app.add_option("--record", options.record, "record the received streams (.mcap)")
-      ->type_name("FILE")
-      ->group(kGroup);
-  app.add_option("--record-sync", options.record_sync_s, "interval of disk flushes; 0: only at the end")
-      ->check(number)
-      ->type_name("SECONDS")
-      ->capture_default_str()
-      ->group(kGroup);
-  app.add_flag("--record-scene", options.attach_scene, "attach the scene to the recording (.glb)")
-      ->group(kGroup);
-  app.add_flag("--foxglove", options.foxglove, "add Foxglove's scene and transform messages")->group(kGroup);
+  group.add("--replay", options.replay, "FILE",
+            "replay a recording (.mcap); without a scene, the one inside");
+  group.add_repeatable("--stream", options.streams, "NAME", "replay this stream only; repeatable");
+  group.add("--speed", options.speed, "X", "factor on the recorded speed; 0: unpaced")->check(number);
+  group.add("--start", options.start_s, "SECONDS", "begin SECONDS into the recording")->check(number);
+  group.add("--end", options.end_s, "SECONDS", "end SECONDS into the recording; 0: at its end")
+      ->check(number);
+  group.add_flag("--loop", options.loop, "replay again and again");
+  group.add_flag("--step", options.step, "draw each recorded frame exactly once, unpaced");
+  group.add("--record", options.record, "FILE", "record the received streams (.mcap)");
+  group
+      .add("--record-sync", options.record_sync_s, "SECONDS", "interval of disk flushes; 0: only at the end")
+      ->check(number);
+  group.add_flag("--record-scene", options.attach_scene, "attach the scene to the recording (.glb)");
+  group.add_flag("--foxglove", options.foxglove, "add Foxglove's scene and transform messages");
 }
 
 std::optional<std::string> check_recording_options(const RecordingOptions& options) {

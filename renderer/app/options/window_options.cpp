@@ -13,37 +13,21 @@ int WindowTexts::chooses_cameras() const {
 }
 
 void add_window_options(CLI::App& app, Options& options, WindowTexts& texts) {
-  constexpr const char* kGroup = "Window";
-  texts.windows = app.add_option("--window", options.window_cameras, "window of this camera; repeatable")
-                      ->type_name("CAMERA")
-                      ->allow_extra_args(false)
-                      ->group(kGroup);
-  app.add_option("--stereo", texts.stereo, "two cameras side by side in one window")
-      ->type_name("LEFT,RIGHT")
-      ->group(kGroup);
-  app.add_option("--gui", texts.gui, "panels over the image; Tab toggles them")
-      ->check(one_of({"on", "off"}))
-      ->type_name("on|off")
-      ->capture_default_str()
-      ->group(kGroup);
-  app.add_option("--theme", texts.theme, "theme of the panels; last: as in the last window")
-      ->check(one_of({"last", "dark", "light"}))
-      ->type_name("last|dark|light")
-      ->capture_default_str()
-      ->group(kGroup);
-  app.add_option("--present", texts.present, "present mode: vsync, mailbox or immediate")
-      ->check(one_of({"vsync", "mailbox", "immediate"}))
-      ->type_name("MODE")
-      ->capture_default_str()
-      ->group(kGroup);
-  app.add_option("--screenshot-size", texts.screenshot_size, "of screenshots, also above the device's limit")
-      ->type_name("WxH|window")
-      ->capture_default_str()
-      ->group(kGroup);
-  texts.screenshots = app.add_option("--screenshots", options.screenshots, "folder of screenshots and videos")
-                          ->type_name("DIR")
-                          ->capture_default_str()
-                          ->group(kGroup);
+  OptionGroup group(app, "Window");
+  texts.windows =
+      group.add_repeatable("--window", options.window_cameras, "CAMERA", "window of this camera; repeatable");
+  group.add("--stereo", texts.stereo, "LEFT,RIGHT", "two cameras side by side in one window");
+  group.add_choice("--gui", texts.gui, "on|off", "panels over the image; Tab toggles them");
+  group.add_choice("--theme", texts.theme, "last|dark|light",
+                   "theme of the panels; last: as in the last window");
+  group
+      .add_choice("--present", texts.present, "vsync|mailbox|immediate",
+                  "present mode: vsync, mailbox or immediate")
+      ->type_name("MODE");
+  group.add("--screenshot-size", texts.screenshot_size, "WxH|window",
+            "of screenshots, also above the device's limit");
+  texts.screenshots =
+      group.add("--screenshots", options.screenshots, "DIR", "folder of screenshots and videos");
 }
 
 std::optional<std::string> take_window_options(const WindowTexts& texts, Options& options) {

@@ -4,18 +4,17 @@
 #include <exception>
 #include <iostream>
 
+#include "base/command_line.h"
 #include "tools/lab/bench/links/link_benches.h"
 #include "tools/lab/bench/record_bench.h"
-#include "tools/lab/options.h"
 #ifdef FIRE3DV_BENCH_FRAMES
 #include "tools/lab/bench/frames/frame_commands.h"
 #endif
 
 namespace {
 
-using fire3dv::one_of;
-using fire3dv::lab::add_value;
-using fire3dv::lab::in_range;
+using fire3dv::in_range;
+using fire3dv::OptionGroup;
 
 constexpr int kUsageError = 2;
 
@@ -42,50 +41,49 @@ std::string commands_of(const CLI::App& app) {
 
 CLI::App* add_command(CLI::App& app, const char* name, const char* text, const std::string& usage) {
   CLI::App* const command = app.add_subcommand(name, text);
-  fire3dv::lab::set_help(*command, usage);
+  fire3dv::set_help(*command, usage);
   return command;
 }
 
 void add_one_way(CLI::App& app, fire3dv::bench::OneWayOptions& options) {
-  add_value(app, "--rounds", options.rounds, "N", "rounds of each link")->check(in_range(1, 100'000));
-  add_value(app, "--frames", options.frames, "N", "frames per round")->check(in_range(1, 10'000));
-  add_value(app, "--rate", options.rate_hz, "HZ", "frames per second")->check(in_range(1.0, 100'000.0));
-  const auto add_file = [&](const char* name, std::string& file, const char* text) {
-    app.add_option(name, file, text)->type_name("FILE");
-  };
-  add_file("--key-file", options.security.udp_key_file, "adds a row for udp:// with this key");
-  add_file("--tls-cert", options.security.tls_certificate_file,
-           "adds a row for tls:// (self-signed, localhost)");
-  add_file("--tls-key", options.security.tls_key_file, "private key of that certificate (PEM)");
+  OptionGroup group(app);
+  group.add("--rounds", options.rounds, "N", "rounds of each link")->check(in_range(1, 100'000));
+  group.add("--frames", options.frames, "N", "frames per round")->check(in_range(1, 10'000));
+  group.add("--rate", options.rate_hz, "HZ", "frames per second")->check(in_range(1.0, 100'000.0));
+  group.add("--key-file", options.security.udp_key_file, "FILE", "adds a row for udp:// with this key");
+  group.add("--tls-cert", options.security.tls_certificate_file, "FILE",
+            "adds a row for tls:// (self-signed, localhost)");
+  group.add("--tls-key", options.security.tls_key_file, "FILE", "private key of that certificate (PEM)");
 }
 
 void add_record_write(CLI::App& app, fire3dv::bench::RecordWriteOptions& options) {
   app.add_option("file", options.file, "recording to write (.mcap)")->required();
-  add_value(app, "--seconds", options.seconds, "S", "length of the recording")
-      ->check(in_range(0.01, 86'400.0));
-  add_value(app, "--poses", options.nodes, "N", "poses per frame")->check(in_range(1, 1'000'000));
-  add_value(app, "--rate", options.rate_hz, "HZ", "frames per second")->check(in_range(1.0, 100'000.0));
-  add_value(app, "--compression", options.compression, "NAME", "zstd, lz4 or none")
-      ->check(one_of({"zstd", "lz4", "none"}));
-  add_value(app, "--layout", options.layout, "NAME", "messages: frames, poses, or raw bytes")
-      ->check(one_of({"frames", "poses", "raw"}));
-  add_value(app, "--motion", options.motion, "NAME", "arm: every pose changes; rest: few do")
-      ->check(one_of({"arm", "rest"}));
-  app.add_flag("--foxglove", options.foxglove, "add Foxglove's channels");
+  OptionGroup group(app);
+  group.add("--seconds", options.seconds, "S", "length of the recording")->check(in_range(0.01, 86'400.0));
+  group.add("--poses", options.nodes, "N", "poses per frame")->check(in_range(1, 1'000'000));
+  group.add("--rate", options.rate_hz, "HZ", "frames per second")->check(in_range(1.0, 100'000.0));
+  group.add_choice("--compression", options.compression, "zstd|lz4|none", "zstd, lz4 or none")
+      ->type_name("NAME");
+  group.add_choice("--layout", options.layout, "frames|poses|raw", "messages: frames, poses, or raw bytes")
+      ->type_name("NAME");
+  group.add_choice("--motion", options.motion, "arm|rest", "arm: every pose changes; rest: few do")
+      ->type_name("NAME");
+  group.add_flag("--foxglove", options.foxglove, "add Foxglove's channels");
 }
 
 void add_record_read(CLI::App& app, fire3dv::bench::RecordReadOptions& options) {
   app.add_option("file", options.file, "recording to read (.mcap)")->required();
-  add_value(app, "--seeks", options.seeks, "N", "number of seeks")->check(in_range(1, 100'000));
-  app.add_flag("!--seek-only", options.reads_all, "measure seeks only");
-  add_value(app, "--memory-mb", options.memory_mb, "N", "memory of the reader, in MB")
+  OptionGroup group(app);
+  group.add("--seeks", options.seeks, "N", "number of seeks")->check(in_range(1, 100'000));
+  group.add_flag("!--seek-only", options.reads_all, "measure seeks only");
+  group.add("--memory-mb", options.memory_mb, "N", "memory of the reader, in MB")
       ->check(in_range(16u, 16'384u));
 }
 
 int run(int argc, char** argv) {
   CLI::App app{"Measures rendering, transports and recordings of FIRE-3DV on this machine."};
   app.name("fire3dv-bench");
-  fire3dv::lab::set_help(app, "COMMAND [OPTIONS]");
+  fire3dv::set_help(app, "COMMAND [OPTIONS]");
   fire3dv::set_program_flags(app);
   app.footer("Options of a command: fire3dv-bench COMMAND --help. Details: man fire3dv-bench.");
   app.require_subcommand(0, 1);
@@ -102,21 +100,26 @@ int run(int argc, char** argv) {
   fire3dv::bench::DtlsOptions dtls_options;
   CLI::App* const dtls =
       add_command(app, "dtls", "cost of udp:// with a key, beside udp:// without", "[OPTIONS]");
-  add_value(*dtls, "--rounds", dtls_options.rounds, "N", "number of rounds")->check(in_range(1, 100'000));
-  add_value(*dtls, "--rate", dtls_options.rate_hz, "HZ", "frames per second; 0: unpaced")
+  OptionGroup(*dtls)
+      .add("--rounds", dtls_options.rounds, "N", "number of rounds")
+      ->check(in_range(1, 100'000));
+  OptionGroup(*dtls)
+      .add("--rate", dtls_options.rate_hz, "HZ", "frames per second; 0: unpaced")
       ->check(in_range(0.0, 100'000.0));
   fire3dv::bench::PublishOptions publish_options;
   CLI::App* const publish = add_command(
       app, "publish", "publish at a fixed rate; print call times per input line", "URI [OPTIONS]");
   publish->add_option("uri", publish_options.uri, "shm://NAME, or tcp, tls, udp://HOST:PORT")->required();
-  add_value(*publish, "--poses", publish_options.poses, "N", "poses per frame")
+  OptionGroup(*publish)
+      .add("--poses", publish_options.poses, "N", "poses per frame")
       ->check(in_range(1, 1'000'000));
-  add_value(*publish, "--rate", publish_options.rate_hz, "HZ", "frames per second")
+  OptionGroup(*publish)
+      .add("--rate", publish_options.rate_hz, "HZ", "frames per second")
       ->check(in_range(1.0, 100'000.0));
   int request_rounds = 301;
   CLI::App* const request =
       add_command(app, "request", "cost of an image request, beside a publish", "[OPTIONS]");
-  add_value(*request, "--rounds", request_rounds, "N", "number of rounds")->check(in_range(1, 100'000));
+  OptionGroup(*request).add("--rounds", request_rounds, "N", "number of rounds")->check(in_range(1, 100'000));
   fire3dv::bench::RecordWriteOptions write_options;
   CLI::App* const record_write =
       add_command(app, "record-write", "write a recording; print speed and size", "FILE.mcap [OPTIONS]");
@@ -133,7 +136,8 @@ int run(int argc, char** argv) {
   fire3dv::bench::IngestOptions ingest_options;
   CLI::App* const ingest =
       add_command(app, "ingest", "poses per second that a receiver accepts on one core", "[OPTIONS]");
-  add_value(*ingest, "--seconds", ingest_options.seconds, "S", "duration of each row")
+  OptionGroup(*ingest)
+      .add("--seconds", ingest_options.seconds, "S", "duration of each row")
       ->check(in_range(0.01, 3600.0));
   fire3dv::bench::ImageOptions image_options;
   CLI::App* const images =

@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/command_line.h"
 #include "base/files.h"
 #include "base/text.h"
 #include "renderer/gpu/device/device.h"
@@ -21,7 +22,6 @@
 #include "renderer/sinks/output_text.h"
 #include "renderer/sinks/png.h"
 #include "tools/lab/contact_sheet/asset_drawer.h"
-#include "tools/lab/options.h"
 
 namespace fire3dv::contact_sheet {
 namespace {
@@ -270,19 +270,18 @@ Result<void> run(const Options& options) {
 
 int main(int argc, char** argv) {
   using namespace fire3dv::contact_sheet;
-  using fire3dv::lab::add_value;
   CLI::App app{"Draws every glTF file of a folder and its subfolders on pages of thumbnails.",
                "fire3dv-contact-sheet"};
-  fire3dv::lab::set_help(app, "FOLDER [OPTIONS]");
+  fire3dv::set_help(app, "FOLDER [OPTIONS]");
   fire3dv::set_program_flags(app);
   app.footer("Details: man fire3dv-contact-sheet.");
   Options options;
   app.add_option("folder", options.folder, "folder of .gltf and .glb files")->required();
-  constexpr const char *kImages = "Images", *kDrawing = "Drawing";
-  add_value(app, "--out", options.out, "DIR", "folder of the pages and index.txt")->group(kImages);
+  fire3dv::OptionGroup images(app, "Images"), drawing(app, "Drawing");
+  images.add("--out", options.out, "DIR", "folder of the pages and index.txt");
   const auto add_number = [&](const char* name, uint32_t& value, const char* text, uint32_t least,
                               uint32_t most) {
-    add_value(app, name, value, "N", text)->group(kImages)->check(fire3dv::lab::in_range(least, most));
+    images.add(name, value, "N", text)->check(fire3dv::in_range(least, most));
   };
   add_number("--columns", options.layout.columns, "thumbnails per row, 1 to 32", 1, 32);
   add_number("--rows", options.layout.rows, "rows per page, 1 to 32", 1, 32);
@@ -290,15 +289,13 @@ int main(int argc, char** argv) {
   add_number("--height", options.layout.height, "height of a thumbnail in pixels, 16 to 512", 16, 512);
   const auto add_setting = [&](const char* name, std::string& value) {
     const fire3dv::passes::DrawSetting& setting = fire3dv::passes::draw_setting(name);
-    add_value(app, ("--" + setting.name).c_str(), value, setting.value_name.c_str(), setting.help.c_str())
-        ->group(kDrawing)
+    drawing.add(("--" + setting.name).c_str(), value, setting.value_name.c_str(), setting.help.c_str())
         ->check(fire3dv::one_of(setting.names));
   };
   add_setting("raster", options.raster);
   add_setting("shadows", options.shadows);
-  app.add_option("--device", options.device, "Vulkan device")->type_name("INDEX|NAME")->group(kDrawing);
-  app.add_flag("--validation", options.validation, "Vulkan validation; a finding is an error")
-      ->group(kDrawing);
+  drawing.add("--device", options.device, "INDEX|NAME", "Vulkan device");
+  drawing.add_flag("--validation", options.validation, "Vulkan validation; a finding is an error");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -10,7 +10,6 @@
 #include "base/command_line.h"
 #include "tools/lab/impair/impairment.h"
 #include "tools/lab/impair/relay.h"
-#include "tools/lab/options.h"
 
 namespace {
 
@@ -27,44 +26,31 @@ struct Settings {
 };
 
 void add_options(CLI::App& app, Settings& settings, fire3dv::impair::Impairment& impairment) {
-  using fire3dv::lab::add_value;
   const auto percent = fire3dv::number_between(0, 100), milliseconds = fire3dv::number_between(0, 60'000);
-  const CLI::Validator amount = fire3dv::lab::in_range(uint64_t{0}, uint64_t{1'000'000'000'000});
-  constexpr const char *kDatagrams = "Datagrams", *kStreams = "Streams", *kBoth = "Both";
-  add_value(app, "--loss", settings.loss_percent, "PERCENT", "datagrams that are lost")
-      ->group(kDatagrams)
+  const CLI::Validator amount = fire3dv::in_range(uint64_t{0}, uint64_t{1'000'000'000'000});
+  fire3dv::OptionGroup datagrams(app, "Datagrams"), streams(app, "Streams"), both(app, "Both");
+  datagrams.add("--loss", settings.loss_percent, "PERCENT", "datagrams that are lost")->check(percent);
+  datagrams.add("--duplicate", settings.duplicate_percent, "PERCENT", "datagrams that arrive twice")
       ->check(percent);
-  add_value(app, "--duplicate", settings.duplicate_percent, "PERCENT", "datagrams that arrive twice")
-      ->group(kDatagrams)
+  datagrams.add("--reorder", settings.reorder_percent, "PERCENT", "datagrams that pass without delay")
       ->check(percent);
-  add_value(app, "--reorder", settings.reorder_percent, "PERCENT", "datagrams that pass without delay")
-      ->group(kDatagrams)
-      ->check(percent);
-  add_value(app, "--stall-after", impairment.stall_after_bytes, "BYTES",
-            "mean bytes between stalls, each way; 0: none")
-      ->group(kStreams)
+  streams
+      .add("--stall-after", impairment.stall_after_bytes, "BYTES",
+           "mean bytes between stalls, each way; 0: none")
       ->check(amount);
-  add_value(app, "--stall-for", settings.stall_ms, "MS", "duration of a stall")
-      ->group(kStreams)
+  streams.add("--stall-for", settings.stall_ms, "MS", "duration of a stall")->check(milliseconds);
+  streams
+      .add("--reset-after", impairment.reset_after_bytes, "BYTES",
+           "mean bytes before a connection is reset; 0: never")
+      ->check(amount);
+  both.add("--delay", settings.delay_ms, "MS", "delay, each way")->check(milliseconds);
+  both.add("--jitter", settings.jitter_ms, "MS", "uniform variation of the delay, plus or minus")
       ->check(milliseconds);
-  add_value(app, "--reset-after", impairment.reset_after_bytes, "BYTES",
-            "mean bytes before a connection is reset; 0: never")
-      ->group(kStreams)
+  both.add("--rate", impairment.bits_per_second, "BITS", "bits per second, each way; 0: no limit")
       ->check(amount);
-  add_value(app, "--delay", settings.delay_ms, "MS", "delay, each way")->group(kBoth)->check(milliseconds);
-  add_value(app, "--jitter", settings.jitter_ms, "MS", "uniform variation of the delay, plus or minus")
-      ->group(kBoth)
-      ->check(milliseconds);
-  add_value(app, "--rate", impairment.bits_per_second, "BITS", "bits per second, each way; 0: no limit")
-      ->group(kBoth)
-      ->check(amount);
-  app.add_option("--down", settings.down, "outage: seconds after the start, and its length; repeatable")
-      ->type_name("AT:FOR")
-      ->group(kBoth)
-      ->allow_extra_args(false);
-  add_value(app, "--seed", impairment.seed, "N", "random seed")
-      ->group(kBoth)
-      ->check(fire3dv::lab::in_range(uint64_t{0}, UINT64_MAX));
+  both.add_repeatable("--down", settings.down, "AT:FOR",
+                      "outage: seconds after the start, and its length; repeatable");
+  both.add("--seed", impairment.seed, "N", "random seed")->check(fire3dv::in_range(uint64_t{0}, UINT64_MAX));
 }
 
 void print_counts(const std::string& uri, const fire3dv::impair::RelayCounts& counts) {
@@ -83,7 +69,7 @@ int main(int argc, char** argv) {
   using namespace fire3dv;
   CLI::App app{"Relays datagrams or streams and emulates a bad network, in both directions alike.",
                "fire3dv-impair"};
-  lab::set_help(app, "FROM TO [OPTIONS]");
+  set_help(app, "FROM TO [OPTIONS]");
   set_program_flags(app);
   app.footer("SIGUSR1 takes the link down, SIGUSR2 up again. Details: man fire3dv-impair.");
   std::string from, to;

@@ -23,7 +23,6 @@
 #include "renderer/scene/model/scene.h"
 #include "renderer/state/pose_state.h"
 #include "tools/lab/motion/score.h"
-#include "tools/lab/options.h"
 
 namespace fire3dv::motion {
 namespace {
@@ -260,26 +259,22 @@ int score_file(const std::string& path) {
 void add_send(CLI::App& app, SendOptions& options) {
   app.add_option("uri", options.uri, "URI of the watcher: udp, tcp or tls://HOST:PORT, or shm://NAME")
       ->required();
-  lab::add_value(app, "--rate", options.rate_hz, "HZ", "frames per second")->check(number_between(0.1, 1000));
-  lab::add_value(app, "--seconds", options.seconds, "S", "duration; 0: until interrupted")
+  OptionGroup group(app), security(app, "Security");
+  group.add("--rate", options.rate_hz, "HZ", "frames per second")->check(number_between(0.1, 1000));
+  group.add("--seconds", options.seconds, "S", "duration; 0: until interrupted")
       ->check(number_between(0, 1e6));
-  lab::add_value(app, "--nodes", options.nodes, "N", "bodies, all with the same motion")
-      ->check(lab::in_range(1u, 100'000u));
-  constexpr const char* kGroup = "Security";
-  app.add_option("--key-file", options.security.key_file, "udp: pre-shared key, 64 hexadecimal digits")
-      ->type_name("FILE")
-      ->group(kGroup);
-  app.add_option("--tls-ca", options.security.tls_ca_file, "tls: trusted certificates (PEM)")
-      ->type_name("FILE")
-      ->group(kGroup);
+  group.add("--nodes", options.nodes, "N", "bodies, all with the same motion")->check(in_range(1u, 100'000u));
+  security.add("--key-file", options.security.key_file, "FILE", "udp: pre-shared key, 64 hexadecimal digits");
+  security.add("--tls-ca", options.security.tls_ca_file, "FILE", "tls: trusted certificates (PEM)");
 }
 
 void add_watch(CLI::App& app, WatchOptions& options) {
   app.add_option("uri", options.uri, "URI to listen at, as fire3dv --listen")->required();
-  lab::add_value(app, "--seconds", options.seconds, "S", "duration from the first frame")
+  OptionGroup group(app);
+  group.add("--seconds", options.seconds, "S", "duration from the first frame")
       ->check(number_between(0.1, 3600));
-  app.add_option("--record", options.record, "write the arrival times of frames")->type_name("FILE");
-  app.add_flag("--json", options.as_json, "print one JSON object");
+  group.add("--record", options.record, "FILE", "write the arrival times of frames");
+  group.add_flag("--json", options.as_json, "print one JSON object");
   add_listener_options(app, options.listener);
 }
 
@@ -288,13 +283,13 @@ void add_watch(CLI::App& app, WatchOptions& options) {
 int main(int argc, char** argv) try {
   CLI::App app{"Measures the motion error that a network causes, with the newest frame and interpolated.",
                "fire3dv-motion"};
-  lab::set_help(app, "COMMAND [OPTIONS]");
+  set_help(app, "COMMAND [OPTIONS]");
   set_program_flags(app);
   app.footer("Options of a command: fire3dv-motion COMMAND --help. Details: man fire3dv-motion.");
   app.require_subcommand(1);
   const auto add_command = [&](const char* name, const char* text, const char* usage) {
     CLI::App* const command = app.add_subcommand(name, text);
-    lab::set_help(*command, usage);
+    set_help(*command, usage);
     return command;
   };
   SendOptions sending;

@@ -170,18 +170,14 @@ int run(int argc, char** argv) {
   Settings settings;
   std::string size = "640x480", read_raw, read_compressed;
   CLI::App app{"Measures what publishing images over DDS costs.", "fire3dv-ros2-bench"};
-  app.formatter(std::make_shared<HelpFormatter>("[OPTIONS]"));
+  set_help(app, "[OPTIONS]");
   app.footer("Each row has a reader in another process. Details: docs/benchmarks/ros2.md.");
   set_program_flags(app);
-  app.add_option("--size", size, "of the images")->type_name("WxH")->capture_default_str();
-  app.add_option("--rate", settings.rate_hz, "images per second of the paced rows")
-      ->type_name("HZ")
-      ->check(number_between(0.1, 10000))
-      ->capture_default_str();
-  app.add_option("--seconds", settings.seconds, "duration of a row")
-      ->type_name("SECONDS")
-      ->check(number_between(0.1, 3600))
-      ->capture_default_str();
+  fire3dv::OptionGroup group(app);
+  group.add("--size", size, "WxH", "of the images");
+  group.add("--rate", settings.rate_hz, "HZ", "images per second of the paced rows")
+      ->check(number_between(0.1, 10000));
+  group.add("--seconds", settings.seconds, "SECONDS", "duration of a row")->check(number_between(0.1, 3600));
   app.add_option("--read", read_raw, "")->group("");
   app.add_option("--read-compressed", read_compressed, "")->group("");
   try {

@@ -4,6 +4,7 @@
 #include <thread>
 
 #include "base/clock.h"
+#include "base/command_line.h"
 #include "fire3dv/client.h"
 #include "fire3dv/image.h"
 #include "protocol/wire/image_outputs.h"
@@ -18,7 +19,6 @@
 #include "tools/lab/bench/bench_scene.h"
 #include "tools/lab/bench/frames/frame_commands.h"
 #include "tools/lab/bench/report/statistics.h"
-#include "tools/lab/options.h"
 
 namespace fire3dv::bench {
 
@@ -283,16 +283,14 @@ void add_cameras_options(CLI::App& app, CamerasOptions& options) {
   options.draw.settings.shadows.method = passes::ShadowMethod::off;
   add_draw_options(app, options.draw);
   app.add_option("scene", options.scene, "glTF 2.0 scene (.glb or .gltf)")->required();
-  app.add_option("--cameras", options.cameras, "numbers of cameras (default: 1,8,64)")
-      ->type_name("LIST")
+  OptionGroup group(app);
+  group.add("--cameras", options.cameras, "LIST", "numbers of cameras (default: 1,8,64)")
       ->delimiter(',')
-      ->check(lab::in_range(1, 100'000));
-  app.add_option("--to", options.to, "request the images from a fire3dv --lockstep at this URI")
-      ->type_name("URI");
-  lab::add_value(app, "--outputs", options.outputs, "LIST", "outputs of each image, as fire3dv --outputs");
-  lab::add_value(app, "--frames", options.frames, "N", "timed rounds")->check(lab::in_range(1, 100'000));
-  lab::add_value(app, "--warm-up", options.warm_up, "N", "untimed rounds before them")
-      ->check(lab::in_range(0, 100'000));
+      ->check(in_range(1, 100'000));
+  group.add("--to", options.to, "URI", "request the images from a fire3dv --lockstep at this URI");
+  group.add("--outputs", options.outputs, "LIST", "outputs of each image, as fire3dv --outputs");
+  group.add("--frames", options.frames, "N", "timed rounds")->check(in_range(1, 100'000));
+  group.add("--warm-up", options.warm_up, "N", "untimed rounds before them")->check(in_range(0, 100'000));
 }
 
 int run_cameras(const CamerasOptions& options) {

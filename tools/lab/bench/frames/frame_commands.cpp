@@ -14,12 +14,8 @@
 #include "tools/lab/bench/bench_scene.h"
 #include "tools/lab/bench/report/build_info.h"
 #include "tools/lab/bench/report/report.h"
-#include "tools/lab/options.h"
 
 namespace fire3dv::bench {
-
-using lab::add_value;
-using lab::in_range;
 
 namespace {
 
@@ -28,20 +24,15 @@ constexpr uint64_t kMaxTriangles = 200'000'000;
 }  // namespace
 
 void add_draw_options(CLI::App& app, DrawOptions& options) {
-  constexpr const char* kGroup = "Drawing";
-  const auto add = [&](const char* name, std::string& value, const char* type, const char* text) {
-    return add_value(app, name, value, type, text)->group(kGroup);
-  };
-  add("--resolution", options.resolution, "WxH", "image size in pixels");
-  app.add_option("--device", options.device, "Vulkan device")->type_name("INDEX|NAME")->group(kGroup);
-  add("--async-compute", options.async_compute, "auto|on|off",
-      "build acceleration structures on an async queue")
-      ->check(one_of({"auto", "on", "off"}));
-  app.add_flag("--validation,!--no-validation", options.validation,
-               "Vulkan validation; a finding is an error")
-      ->group(kGroup);
-  for (const passes::SettingGroup group : {passes::SettingGroup::image, passes::SettingGroup::raster})
-    app::add_draw_settings(app, passes::kByBench, group, kGroup, options.settings);
+  OptionGroup group(app, "Drawing");
+  group.add("--resolution", options.resolution, "WxH", "image size in pixels");
+  group.add("--device", options.device, "INDEX|NAME", "Vulkan device");
+  group.add_choice("--async-compute", options.async_compute, "auto|on|off",
+                   "build acceleration structures on an async queue");
+  group.add_flag("--validation,!--no-validation", options.validation,
+                 "Vulkan validation; a finding is an error");
+  for (const passes::SettingGroup settings : {passes::SettingGroup::image, passes::SettingGroup::raster})
+    app::add_draw_settings(app, passes::kByBench, settings, "Drawing", options.settings);
 }
 
 Result<void> check_draw_options(DrawOptions& options) {
@@ -59,41 +50,25 @@ gpu::AsyncCompute async_compute(const DrawOptions& options) {
 
 void add_frame_options(CLI::App& app, FrameOptions& options) {
   add_draw_options(app, options.draw);
-  constexpr const char* kScene = "Scenes";
-  add_value(app, "--sizes", options.sizes, "LIST", "triangles of the scenes")->group(kScene);
-  add_value(app, "--bodies", options.bodies, "N", "moving bodies; 0: more in larger scenes")
-      ->group(kScene)
+  OptionGroup scene(app, "Scenes"), run(app, "Measurement"), output(app, "Output");
+  scene.add("--sizes", options.sizes, "LIST", "triangles of the scenes");
+  scene.add("--bodies", options.bodies, "N", "moving bodies; 0: more in larger scenes")
       ->check(in_range(0, 100'000));
-  add_value(app, "--lights", options.lights, "N", "lights with shadows")
-      ->group(kScene)
-      ->check(in_range(0, 16));
-  add_value(app, "--texture-size", options.texture_side, "N", "side of the textures in pixels; 0: none")
-      ->group(kScene)
+  scene.add("--lights", options.lights, "N", "lights with shadows")->check(in_range(0, 16));
+  scene.add("--texture-size", options.texture_side, "N", "side of the textures in pixels; 0: none")
       ->check(in_range(0, 4096));
-  constexpr const char* kRun = "Measurement";
-  add_value(app, "--frames", options.frames, "N", "timed frames per row")
-      ->group(kRun)
-      ->check(in_range(1, 100'000));
-  add_value(app, "--warm-up", options.warm_up, "N", "untimed frames before them")
-      ->group(kRun)
-      ->check(in_range(1, 100'000));
-  add_value(app, "--conditions", options.conditions, "NAME",
-            "product, paper, all (both) or rays (ray effects)")
-      ->group(kRun)
-      ->check(one_of({"all", "product", "paper", "rays"}));
-  add_value(app, "--ray-effect-rays", options.ray_effect_rays, "N", "rays of an effect in a pixel")
-      ->group(kRun)
+  run.add("--frames", options.frames, "N", "timed frames per row")->check(in_range(1, 100'000));
+  run.add("--warm-up", options.warm_up, "N", "untimed frames before them")->check(in_range(1, 100'000));
+  run.add_choice("--conditions", options.conditions, "all|product|paper|rays",
+                 "product, paper, all (both) or rays (ray effects)")
+      ->type_name("NAME");
+  run.add("--ray-effect-rays", options.ray_effect_rays, "N", "rays of an effect in a pixel")
       ->check(in_range(1, 16));
-  app.add_flag("--gui", options.gui, "draw the window's panels over the images")->group(kRun);
-  add_value(app, "--gui-scale", options.gui_scale, "X", "scale of the panels")
-      ->group(kRun)
-      ->check(number_between(0.5, 4));
-  constexpr const char* kOutput = "Output";
-  add_value(app, "--out", options.out, "DIR", "folder of table, CSV file and plot")->group(kOutput);
-  add_value(app, "--name", options.name, "NAME", "their file name without ending")->group(kOutput);
-  app.add_option("--image", options.images, "folder for a PNG of each scene")
-      ->type_name("DIR")
-      ->group(kOutput);
+  run.add_flag("--gui", options.gui, "draw the window's panels over the images");
+  run.add("--gui-scale", options.gui_scale, "X", "scale of the panels")->check(number_between(0.5, 4));
+  output.add("--out", options.out, "DIR", "folder of table, CSV file and plot");
+  output.add("--name", options.name, "NAME", "their file name without ending");
+  output.add("--image", options.images, "DIR", "folder for a PNG of each scene");
 }
 
 Result<void> check_frame_options(FrameOptions& options) {

@@ -5,13 +5,13 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "base/clock.h"
+#include "base/command_line.h"
 #include "renderer/scene/gltf/load_gltf.h"
 #include "renderer/sinks/png.h"
 #include "tools/lab/bench/bench_device.h"
 #include "tools/lab/bench/frames/frame_bench.h"
 #include "tools/lab/bench/frames/frame_commands.h"
 #include "tools/lab/bench/report/statistics.h"
-#include "tools/lab/options.h"
 
 namespace fire3dv::bench {
 namespace {
@@ -111,10 +111,10 @@ void add_image_options(CLI::App& app, ImageOptions& options) {
   options.draw.resolution = "640x480";
   add_draw_options(app, options.draw);
   app.add_option("scene", options.scene, "glTF 2.0 scene (.glb or .gltf)")->required();
-  lab::add_value(app, "--frames", options.frames, "N", "timed images")->check(lab::in_range(1, 100'000));
-  lab::add_value(app, "--warm-up", options.warm_up, "N", "untimed images before them")
-      ->check(lab::in_range(0, 100'000));
-  app.add_option("--png", options.png, "write the last image to this file")->type_name("FILE");
+  OptionGroup group(app);
+  group.add("--frames", options.frames, "N", "timed images")->check(in_range(1, 100'000));
+  group.add("--warm-up", options.warm_up, "N", "untimed images before them")->check(in_range(0, 100'000));
+  group.add("--png", options.png, "FILE", "write the last image to this file");
 }
 
 int run_images(const ImageOptions& options) {
