@@ -97,15 +97,6 @@ int run(int argc, char** argv) {
   CLI::App* const one_way =
       add_command(app, "one-way", "cost and latency of a publish over each link", "[OPTIONS]");
   add_one_way(*one_way, way_options);
-  fire3dv::bench::DtlsOptions dtls_options;
-  CLI::App* const dtls =
-      add_command(app, "dtls", "cost of udp:// with a key, beside udp:// without", "[OPTIONS]");
-  OptionGroup(*dtls)
-      .add("--rounds", dtls_options.rounds, "N", "number of rounds")
-      ->check(in_range(1, 100'000));
-  OptionGroup(*dtls)
-      .add("--rate", dtls_options.rate_hz, "HZ", "frames per second; 0: unpaced")
-      ->check(in_range(0.0, 100'000.0));
   fire3dv::bench::PublishOptions publish_options;
   CLI::App* const publish = add_command(
       app, "publish", "publish at a fixed rate; print call times per input line", "URI [OPTIONS]");
@@ -130,8 +121,7 @@ int run(int argc, char** argv) {
   add_record_read(*record_read, read_options);
 #ifdef FIRE3DV_BENCH_FRAMES
   fire3dv::bench::FrameOptions frame_options;
-  CLI::App* const frame =
-      add_command(app, "frame", "frame times by stage: table, CSV file and plot", "[OPTIONS]");
+  CLI::App* const frame = add_command(app, "frame", "frame times by stage: table and CSV file", "[OPTIONS]");
   fire3dv::bench::add_frame_options(*frame, frame_options);
   fire3dv::bench::IngestOptions ingest_options;
   CLI::App* const ingest =
@@ -158,7 +148,6 @@ int run(int argc, char** argv) {
   if (app.get_subcommands().empty()) return usage_error("name a command: " + commands_of(app));
   if (*transport) return fire3dv::bench::publish_bench(rounds);
   if (*one_way) return fire3dv::bench::one_way_bench(way_options);
-  if (*dtls) return fire3dv::bench::dtls_cost(dtls_options);
   if (*publish) return fire3dv::bench::publish_command(publish_options);
   if (*request) return fire3dv::bench::request_bench(request_rounds);
   if (*record_write) return fire3dv::bench::record_write(write_options);

@@ -66,7 +66,7 @@ void add_frame_options(CLI::App& app, FrameOptions& options) {
       ->check(in_range(1, 16));
   run.add_flag("--gui", options.gui, "draw the window's panels over the images");
   run.add("--gui-scale", options.gui_scale, "X", "scale of the panels")->check(number_between(0.5, 4));
-  output.add("--out", options.out, "DIR", "folder of table, CSV file and plot");
+  output.add("--out", options.out, "DIR", "folder of table and CSV file");
   output.add("--name", options.name, "NAME", "their file name without ending");
   output.add("--image", options.images, "DIR", "folder for a PNG of each scene");
 }
@@ -160,7 +160,6 @@ Report describe_run(const FrameOptions& options, const gpu::Device& device) {
   report.date = today();
   report.device = device.report().name;
   report.driver = device.report().driver;
-  report.on_cpu = device.report().type == gpu::DeviceType::software;
   report.width = options.draw.width;
   report.height = options.draw.height;
   report.lights = options.lights;

@@ -76,14 +76,6 @@ struct OneWayOptions {
 // kind.
 int one_way_bench(const OneWayOptions& options);
 
-struct DtlsOptions {
-  int rounds = 301;
-  double rate_hz = 1000;  // frames per second; 0: unlimited
-};
-
-// udp:// with a key (DTLS 1.2) and without: bytes, round trips and memory of a handshake, time to publish.
-int dtls_cost(const DtlsOptions& options);
-
 // Cost of an image request without a wait, against publishing a frame.
 int request_bench(int rounds);
 

@@ -48,8 +48,8 @@ const RunSummary* SceneReport::run(const std::string& condition) const {
 
 Result<void> write_report(const Report& report, const std::filesystem::path& folder,
                           const std::string& name) {
-  const std::pair<const char*, std::string> files[] = {
-      {".md", markdown_of(report)}, {".csv", csv_of(report)}, {".svg", plot_of(report)}};
+  const std::pair<const char*, std::string> files[] = {{".md", markdown_of(report)},
+                                                       {".csv", csv_of(report)}};
   for (const auto& [ending, text] : files) {
     if (Result<void> written = fire3dv::write_whole_file(folder / (name + ending), bytes_of(text)); !written)
       return written;

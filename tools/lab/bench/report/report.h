@@ -35,7 +35,6 @@ struct SceneReport {
 
 struct Report {
   std::string command, commit, date, device, driver;
-  bool on_cpu = false;
   uint32_t width = 0, height = 0, samples = 0, lights = 0, texture_side = 0, warm_up = 0, frames = 0;
   std::string raster, shadows;
   bool fxaa = true;
@@ -51,30 +50,8 @@ inline constexpr const char* kRayConditions[] = {"reflections", "ao", "bounce", 
 
 std::string markdown_of(const Report& report);
 std::string csv_of(const Report& report);
-std::string plot_of(const Report& report);  // SVG
 
-// Writes NAME.md, NAME.csv and NAME.svg to an existing folder.
+// Writes NAME.md and NAME.csv to an existing folder.
 Result<void> write_report(const Report& report, const std::filesystem::path& folder, const std::string& name);
-
-struct Point {
-  double x = 0, y = 0;
-};
-
-// SVG writer of the report's plot. Coordinates are pixels, y down.
-class Svg {
- public:
-  Svg(double width, double height);
-
-  void line(Point from, Point to, const std::string& colour, double width = 1);
-  void polyline(const std::vector<Point>& points, const std::string& colour, bool dashed);
-  void circle(Point center, double radius, const std::string& colour);
-  enum class Anchor { start, middle, end };
-  void text(Point at, const std::string& words, Anchor anchor = Anchor::start, double size = 13);
-
-  std::string finish() const { return body_ + "</svg>\n"; }
-
- private:
-  std::string body_;
-};
 
 }  // namespace fire3dv::bench

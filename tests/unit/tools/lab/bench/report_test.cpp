@@ -1,4 +1,4 @@
-// Test of benchmark statistics and report files (CSV, Markdown, SVG plots).
+// Test of benchmark statistics and report files (CSV, Markdown).
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -187,45 +187,6 @@ TEST(Markdown, NamesTheMeasurement) {
       EXPECT_EQ(bars, cells) << line;
     }
   }
-}
-
-TEST(Plot, HasAllSeriesInsideTheImage) {
-  const std::string text = plot_of(report_of_two_scenes());
-  EXPECT_NE(text.find("A \"fast\" &lt;device&gt; &amp; more"), std::string::npos);
-  const auto count = [&](const std::string& part) {
-    size_t found = 0;
-    for (size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++found;
-    return found;
-  };
-  EXPECT_EQ(count("<circle"),
-            8u + 8u);  // a point for each scene and series; five of the paper, and their legend
-  EXPECT_EQ(count("<polyline"), 8u);  // four lines and their legend
-  EXPECT_EQ(text.find("nan"), std::string::npos);
-  EXPECT_EQ(text.find("inf"), std::string::npos);
-  for (size_t at = text.find("cy=\""); at != std::string::npos; at = text.find("cy=\"", at + 1)) {
-    const double y = std::stod(text.substr(at + 4));
-    EXPECT_GE(y, 60);
-    EXPECT_LE(y, 460);
-  }
-}
-
-TEST(Plot, CpuShowsNoGpu) {
-  Report report = report_of_two_scenes();
-  report.on_cpu = true;
-  EXPECT_EQ(plot_of(report).find("RTX"), std::string::npos);
-  EXPECT_NE(plot_of(report_of_two_scenes()).find("RTX 4090"), std::string::npos);
-}
-
-TEST(Plot, IsImageWithoutFramesOrTimes) {
-  EXPECT_NE(plot_of(Report()).find("</svg>"), std::string::npos);
-  Report report;
-  SceneReport scene;
-  scene.triangles = 1000;
-  scene.runs.push_back(summarise_run({kProduct, passes::Cull::automatic, true}, FrameSamples()));
-  report.scenes.push_back(scene);
-  const std::string text = plot_of(report);
-  EXPECT_NE(text.find("</svg>"), std::string::npos);
-  EXPECT_EQ(text.find("nan"), std::string::npos) << text;
 }
 
 }  // namespace
