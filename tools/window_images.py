@@ -25,22 +25,32 @@ def write_png(picture, path):
                    input=b"".join(picture.rows), check=True)
 
 
+def await_images(screen, shown, count):
+    """Waits until the window has shown so many further images of the moving arm, however slow the machine is."""
+    before = None
+    while count > 0:
+        time.sleep(0.3)
+        now = screen.picture(shown).rows
+        if any(any(row) for row in now) and now != before:
+            before, count = now, count - 1
+
+
 def window(programs, folder, name, size, dpi, link):
     """A screenshot of the window while bullet_arm moves the scene. link: where to click for a selected link."""
     test = Test({})
     screen = Screen(test, size=size, dpi=dpi)
     try:
-        arm, uri = test.path("arm.glb"), test.fresh_uri("shm")
+        arm, uri = test.path("arm.glb"), "shm://demo"  # shown in the panel, as a user has it
         subprocess.run([f"{programs}/bullet_arm", "--write-scene", arm], check=True, stdout=subprocess.DEVNULL)
         viewer = Program(test, "fire3dv", [f"{programs}/fire3dv", arm, "--listen", uri, "--size", f"{size[0]}x{size[1]}",
                                           "--shadows", "map"], env=screen.env)
         shown = screen.window(viewer)
-        Program(test, "bullet_arm", [f"{programs}/bullet_arm", "--to", uri])
+        Program(test, "bullet_arm", [f"{programs}/bullet_arm", "--to", uri, "--realtime", "--loop"])
         viewer.wait_err("accepted")
-        time.sleep(8)  # the arm has begun to work
+        await_images(screen, shown, 25)  # the arm has begun to work
         screen.click(shown, *link)
         screen.move(shown, int(size[0] * 0.4), 2)
-        time.sleep(6)
+        await_images(screen, shown, 5)  # panels show the selected body
         wait_until("a screenshot", lambda: write_png(screen.picture(shown), os.path.join(folder, name)) is None)
     finally:
         test.end()
