@@ -13,7 +13,7 @@
 namespace fire3dv::gazebo {
 namespace {
 
-constexpr int64_t kSettle_ns = 1'200 * kMillisecondNs;  // one heartbeat of other worlds
+constexpr int64_t kSettle_ns = 1'200 * kMillisecondNs;  // from the first world on: one heartbeat of others
 constexpr int64_t kPatience_ns = 3 * kSecondNs;         // until the user hears why nothing happens
 constexpr int64_t kRequestPeriod_ns = 500 * kMillisecondNs;
 constexpr int64_t kResponsePatience_ns = 3 * kSecondNs;
@@ -86,8 +86,12 @@ void Session::log_totals() {
 }
 
 Result<void> Session::find_world(int64_t now_ns) {
-  const bool is_settled = now_ns - begun_ns_ >= kSettle_ns;
-  if ((!options_.world.empty() || is_settled) && has_news(searched_for_world_)) {
+  if (!world_seen_ns_ && has_news(searched_for_world_) && !world_names(node_->directory()).empty())
+    world_seen_ns_ = now_ns;
+  // A named world waits for no others.
+  const bool is_settled =
+      world_seen_ns_ && (!options_.world.empty() || now_ns - *world_seen_ns_ >= kSettle_ns);
+  if (is_settled && has_news(chosen_from_)) {
     const Result<std::optional<std::string>> chosen = choose_world(node_->directory(), options_.world);
     if (!chosen) return chosen.error();
     if (*chosen) world_name_ = **chosen;

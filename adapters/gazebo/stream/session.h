@@ -75,8 +75,9 @@ class Session {
   uint64_t scene_request_ = 0, failed_requests_ = 0, next_added_ = 1, reported_invalid_ = 0;
   int64_t begun_ns_ = 0, next_request_ns_ = 0, sim_time_ns_ = 0;
   std::vector<float> poses_;
+  std::optional<int64_t> world_seen_ns_;  // the first one, of any name
   // Versions of the directory that were searched; empty: none.
-  std::optional<uint64_t> searched_for_world_, searched_for_server_, searched_for_topics_;
+  std::optional<uint64_t> searched_for_world_, chosen_from_, searched_for_server_, searched_for_topics_;
 };
 
 }  // namespace fire3dv::gazebo
