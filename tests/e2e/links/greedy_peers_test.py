@@ -21,7 +21,7 @@ from image_reader import Failure, check
 LEAST_RATIO = 0.5
 NOISY_RATIO = 0.3
 TRIES = 4
-BEFORE_S, DURING_S, AFTER_S = 0.8, 1.5, 0.3
+BEFORE_S, DURING_S, AFTER_S = 0.5, 1.5, 0.3
 MOST_DURING_S = 12  # where the attack takes longer to be sent
 STOP_S = 20  # from SIGTERM to the end
 MOST_MIB = 600  # above the idle renderer, unless an attack has another bound
