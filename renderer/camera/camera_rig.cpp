@@ -7,6 +7,7 @@
 
 #include "renderer/passes/outputs/planes_and_boxes.h"
 #include "renderer/passes/view/facing.h"
+#include "renderer/scene/derived/key_light.h"
 #include "renderer/scene/model/bounds.h"
 #include "renderer/state/motion/animation.h"
 
@@ -148,6 +149,15 @@ void CameraRig::frame_scene(float image_aspect) const {
                                     ? passes::default_orientation(*scene_, world_from_node)
                                     : framing_orientation_;
   world_from_free_ = passes::fit_into_view(camera, image_aspect, orientation, points);
+  // Not cut at the image's border: the shadows on the ground below the scene.
+  if (const std::optional<glm::vec3> light = scene::key_light_direction(*scene_);
+      light && ground_ && std::abs(ground_->height_m - low.y) < 0.02f * glm::length(high - low)) {
+    const std::vector<glm::vec3> shadows = passes::shadows_on_ground(points, ground_->height_m, *light);
+    if (!passes::shows_all(camera, image_aspect, world_from_free_, shadows)) {
+      points.insert(points.end(), shadows.begin(), shadows.end());
+      world_from_free_ = passes::fit_into_view(camera, image_aspect, orientation, points);
+    }
+  }
   const glm::vec3 eye(world_from_free_[3]);
   focus_distance_m_ = std::max(glm::dot(0.5f * (low + high) - eye, -glm::vec3(world_from_free_[2])),
                                1e-3f * scene_radius_m());

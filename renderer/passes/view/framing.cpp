@@ -7,6 +7,7 @@
 
 #include "renderer/passes/view/view.h"
 #include "renderer/scene/model/bounds.h"
+#include "renderer/scene/model/surface_area.h"
 
 namespace fire3dv::passes {
 namespace {
@@ -47,34 +48,127 @@ void add_joint_corners(const scene::Scene& scene, uint32_t skinned_node,
   }
 }
 
-// Floors: flat, level, and several times as wide as everything else together. A camera that shows all of a
-// floor shows nothing of what stands on it.
-std::vector<bool> find_floors(const scene::Scene& scene, std::span<const glm::mat4> world_from_node) {
-  constexpr float kFlat = 0.02f, kWide = 3;
-  std::vector<bool> is_floor(scene.nodes.size(), false);
-  std::vector<std::pair<uint32_t, float>> flat;  // nodes and their widths
-  scene::Box others;
+struct NodeBox {
+  uint32_t node;
+  scene::Box world;
+  double area_m2;  // of the mesh's surface
+
+  glm::vec3 size() const { return world.high - world.low; }
+};
+
+std::vector<NodeBox> boxes_of_meshes(const scene::Scene& scene, std::span<const glm::mat4> world_from_node) {
+  std::vector<NodeBox> boxes;
   for (uint32_t n = 0; n < scene.nodes.size(); ++n) {
     if (scene.nodes[n].mesh == scene::kNone) continue;
     const scene::Box box = scene::bounds_in_world(scene, n, world_from_node);
-    if (box.empty() || !is_finite(box.low) || !is_finite(box.high)) continue;
-    const glm::vec3 size = box.high - box.low;
-    const float width = std::max(size.x, size.z);
-    if (size.y <= kFlat * width)
-      flat.emplace_back(n, width);
-    else
-      others.add(box);
+    if (!box.empty() && is_finite(box.low) && is_finite(box.high))
+      boxes.push_back({n, box, scene::surface_area(scene, scene.nodes[n], world_from_node[n])});
   }
-  if (others.empty()) return is_floor;
+  return boxes;
+}
+
+// Floors: flat, level, and several times as wide as everything else together. A camera that shows all of a
+// floor shows nothing of what stands on it.
+void leave_out_floors(std::vector<NodeBox>& boxes) {
+  constexpr float kFlat = 0.02f, kWide = 3;
+  const auto width_of = [](const NodeBox& box) { return std::max(box.size().x, box.size().z); };
+  const auto is_flat = [&](const NodeBox& box) { return box.size().y <= kFlat * width_of(box); };
+  scene::Box others;
+  for (const NodeBox& box : boxes) {
+    if (!is_flat(box)) others.add(box.world);
+  }
+  if (others.empty()) return;
   const glm::vec3 size = others.high - others.low;
-  for (const auto& [node, width] : flat) is_floor[node] = width > kWide * std::max({size.x, size.y, size.z});
-  return is_floor;
+  const float widest = kWide * std::max({size.x, size.y, size.z});
+  std::erase_if(boxes, [&](const NodeBox& box) { return is_flat(box) && width_of(box) > widest; });
+}
+
+// Outliers: a few small or thin meshes, such as a tool that is parked far away or the axes of a motion
+// capture marker, without which everything else is shown at least 1.4 times as large. Removes, again and
+// again, the mesh whose absence shrinks the bounding box most.
+void leave_out_outliers(std::vector<NodeBox>& boxes) {
+  constexpr double kMaxAreaShare = 0.05;
+  constexpr float kMaxNodeShare = 0.34f, kMinGain = 1.4f;
+  constexpr size_t kMaxRemoved = 32;
+  const auto diagonal_of = [](const std::vector<NodeBox>& of, size_t without) {
+    scene::Box box;
+    for (size_t i = 0; i < of.size(); ++i) {
+      if (i != without) box.add(of[i].world);
+    }
+    return box.empty() ? 0.0f : glm::length(box.high - box.low);
+  };
+  const size_t max_removed =
+      std::min(kMaxRemoved, static_cast<size_t>(kMaxNodeShare * static_cast<float>(boxes.size())));
+  std::vector<NodeBox> rest = boxes, best;
+  double area = 0, removed_area = 0;
+  for (const NodeBox& box : boxes) area += box.area_m2;
+  const float whole = diagonal_of(boxes, boxes.size());
+  float wanted = whole / kMinGain;
+  for (size_t removed = 0; removed < max_removed; ++removed) {
+    // Only meshes at a side of the bounding box can shrink it.
+    std::vector<size_t> at_sides;
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto lower = [axis](const NodeBox& a, const NodeBox& b) {
+        return a.world.low[axis] < b.world.low[axis];
+      };
+      const auto higher = [axis](const NodeBox& a, const NodeBox& b) {
+        return a.world.high[axis] < b.world.high[axis];
+      };
+      at_sides.push_back(
+          static_cast<size_t>(std::min_element(rest.begin(), rest.end(), lower) - rest.begin()));
+      at_sides.push_back(
+          static_cast<size_t>(std::max_element(rest.begin(), rest.end(), higher) - rest.begin()));
+    }
+    size_t chosen = rest.size();
+    float smallest = std::numeric_limits<float>::max();
+    for (const size_t candidate : at_sides) {
+      if (removed_area + rest[candidate].area_m2 > kMaxAreaShare * area) continue;
+      const float diagonal = diagonal_of(rest, candidate);
+      if (diagonal < smallest) smallest = diagonal, chosen = candidate;
+    }
+    if (chosen == rest.size()) break;
+    removed_area += rest[chosen].area_m2;
+    rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(chosen));
+    if (smallest > wanted) continue;
+    best = rest;
+    wanted = 0.9f * smallest;  // further meshes are left out only for a further gain
+  }
+  if (!best.empty()) boxes = std::move(best);
+}
+
+// Marks the nodes that the default view need not show.
+std::vector<bool> find_left_out(const scene::Scene& scene, std::span<const glm::mat4> world_from_node) {
+  std::vector<NodeBox> boxes = boxes_of_meshes(scene, world_from_node);
+  std::vector<bool> is_left_out(scene.nodes.size(), false);
+  for (const NodeBox& box : boxes) is_left_out[box.node] = true;
+  leave_out_floors(boxes);
+  leave_out_outliers(boxes);
+  for (const NodeBox& box : boxes) is_left_out[box.node] = false;
+  return is_left_out;
 }
 
 }  // namespace
 
+scene::Box bounds_without_outliers(const scene::Scene& scene, std::span<const glm::mat4> world_from_node) {
+  std::vector<NodeBox> boxes = boxes_of_meshes(scene, world_from_node);
+  const std::vector<NodeBox> all = boxes;
+  leave_out_floors(boxes);
+  std::vector<NodeBox> subject = boxes;
+  leave_out_outliers(subject);
+  scene::Box bounds;
+  for (const NodeBox& box : subject) bounds.add(box.world);
+  const auto is_among = [](const std::vector<NodeBox>& of, uint32_t node) {
+    return std::binary_search(of.begin(), of.end(), NodeBox{node, {}, 0},
+                              [](const NodeBox& a, const NodeBox& b) { return a.node < b.node; });
+  };
+  for (const NodeBox& box : all) {
+    if (!is_among(boxes, box.node)) bounds.add(box.world);  // a floor
+  }
+  return bounds;
+}
+
 std::vector<glm::vec3> framing_points(const scene::Scene& scene, std::span<const glm::mat4> world_from_node) {
-  const std::vector<bool> is_floor = find_floors(scene, world_from_node);
+  const std::vector<bool> is_left_out = find_left_out(scene, world_from_node);
   size_t primitives = 0;
   for (const scene::Node& node : scene.nodes) {
     if (node.mesh != scene::kNone) primitives += scene.meshes[node.mesh].primitive_count;
@@ -93,7 +187,7 @@ std::vector<glm::vec3> framing_points(const scene::Scene& scene, std::span<const
   scene::Box all;
   for (uint32_t n = 0; n < scene.nodes.size(); ++n) {
     const scene::Node& node = scene.nodes[n];
-    if (node.mesh == scene::kNone || is_floor[n]) continue;
+    if (node.mesh == scene::kNone || is_left_out[n]) continue;
     if (primitives > kMaxPrimitives) {
       const scene::Box box = scene::bounds_in_world(scene, n, world_from_node);
       if (!box.empty() && is_finite(box.low) && is_finite(box.high)) all.add(box);
@@ -118,6 +212,29 @@ std::vector<glm::vec3> framing_points(const scene::Scene& scene, std::span<const
   if (primitives > kMaxPrimitives && !all.empty()) add_corners(all.low, all.high, glm::mat4(1), points);
   return points;
 }
+
+namespace {
+
+// Position of the eye along an axis of the image, within `slack` of eye[axis], that leaves equally wide
+// borders on both sides. In camera axes relative to origin.
+double centred(int axis, const glm::dvec3& eye, double slack, const glm::dmat3& camera_from_world,
+               const glm::dvec3& origin, std::span<const glm::vec3> points) {
+  double low = eye[axis] - slack, high = eye[axis] + slack;
+  for (int step = 0; step < 16; ++step) {
+    const double middle = 0.5 * (low + high);
+    double least = std::numeric_limits<double>::max(), most = std::numeric_limits<double>::lowest();
+    for (const glm::vec3& point : points) {
+      const glm::dvec3 p = camera_from_world * (glm::dvec3(point) - origin);
+      const double at = (p[axis] - middle) / (eye.z - p.z);
+      least = std::min(least, at);
+      most = std::max(most, at);
+    }
+    (least + most > 0 ? low : high) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
+}  // namespace
 
 // Each point gives four half-spaces of camera positions that show it. In camera axes with z backwards, a
 // point (x, y, z) is inside the right margin of an eye at (ex, ez) if x - ex <= a (ez - z), where a is the
@@ -150,8 +267,34 @@ glm::mat4 fit_into_view(const scene::Camera& camera, float image_aspect, const g
   glm::dvec3 eye(0.5 * (above[0] - below[0]), 0.5 * (above[1] - below[1]), 0);
   eye.z = std::max({(above[0] + below[0]) / (2 * a[0]), (above[1] + below[1]) / (2 * a[1]),
                     nearest + static_cast<double>(camera.near_m)});
+  for (int axis = 0; axis < 2; ++axis) {
+    const double slack = a[axis] * eye.z - 0.5 * (above[axis] + below[axis]);
+    if (slack > 0) eye[axis] = centred(axis, eye, slack, camera_from_world, origin, points);
+  }
   pose[3] = glm::vec4(glm::vec3(origin + glm::dmat3(pose) * eye), 1);
   return pose;
+}
+
+bool shows_all(const scene::Camera& camera, float image_aspect, const glm::mat4& world_from_camera,
+               std::span<const glm::vec3> points) {
+  const glm::dmat3 camera_from_world = glm::transpose(glm::dmat3(world_from_camera));
+  const glm::dvec3 eye(world_from_camera[3]);
+  const double up = std::tan(0.5 * camera.vertical_fov_rad), right = up * image_aspect;
+  return std::all_of(points.begin(), points.end(), [&](const glm::vec3& point) {
+    const glm::dvec3 p = camera_from_world * (glm::dvec3(point) - eye);
+    return p.z < 0 && std::abs(p.x) <= -right * p.z && std::abs(p.y) <= -up * p.z;
+  });
+}
+
+std::vector<glm::vec3> shadows_on_ground(std::span<const glm::vec3> points, float height_m,
+                                         const glm::vec3& light_direction) {
+  std::vector<glm::vec3> shadows;
+  if (!(light_direction.y < 0)) return shadows;
+  for (const glm::vec3& point : points) {
+    const float above_m = point.y - height_m;
+    if (above_m > 0) shadows.push_back(point - light_direction * (above_m / light_direction.y));
+  }
+  return shadows;
 }
 
 glm::mat4 default_orientation() {

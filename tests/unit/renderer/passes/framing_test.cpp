@@ -167,5 +167,47 @@ TEST(Framing, WideFloorsDoNotCount) {
   EXPECT_EQ(points(20).size(), 8u);
 }
 
+// Equal borders above and below points of different depths, where the width decides the distance.
+TEST(Framing, PointsAreCentred) {
+  const std::vector<glm::vec3> floor{{-1, 0, -1}, {1, 0, -1}, {-1, 0, 1}, {1, 0, 1}};
+  scene::Camera camera;
+  const glm::mat4 pose = passes::fit_into_view(camera, 1.5f, passes::default_orientation(), floor);
+  const Extent extent = extent_of(camera, 1.5f, pose, floor);
+  for (int axis = 0; axis < 2; ++axis) EXPECT_NEAR(extent.low[axis], -extent.high[axis], 1e-3) << axis;
+  EXPECT_LT(extent.high.y, 0.8);
+}
+
+// A robot of ten boxes; a tool far away and a thin axis are left out, a second robot is not.
+TEST(Framing, OutliersDoNotCount) {
+  scene::Scene scene;
+  scene.primitives.resize(1);
+  scene.primitives[0].bounds_min = glm::vec3(-0.5f);
+  scene.primitives[0].bounds_max = glm::vec3(0.5f);
+  scene.primitives[0].vertex_count = 8;
+  for (int i = 0; i < 8; ++i)
+    scene.positions.emplace_back((i & 1) - 0.5f, (i >> 1 & 1) - 0.5f, (i >> 2 & 1) - 0.5f);
+  scene.indices = {0, 1, 3, 0, 3, 2, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4,
+                   2, 3, 7, 2, 7, 6, 0, 2, 6, 0, 6, 4, 1, 3, 7, 1, 7, 5};
+  scene.primitives[0].index_count = static_cast<uint32_t>(scene.indices.size());
+  scene.meshes.resize(1);
+  scene.meshes[0] = {"box", 0, 1, 0};
+  const auto points = [&](const std::vector<std::pair<glm::vec3, glm::vec3>>& others) {
+    std::vector<glm::mat4> world;
+    for (int i = 0; i < 10; ++i)
+      world.push_back(glm::translate(glm::mat4(1), {i % 2, 0.5f * static_cast<float>(i), 0}));
+    for (const auto& [at, size] : others) world.push_back(glm::scale(glm::translate(glm::mat4(1), at), size));
+    scene.nodes.assign(world.size(), {});
+    for (scene::Node& node : scene.nodes) node.mesh = 0;
+    const scene::Box bounds = passes::bounds_without_outliers(scene, world);
+    EXPECT_EQ(bounds.low.y, others.size() == 1 && others[0].second.y > 1 ? -1.5f : -0.5f);
+    return passes::framing_points(scene, world).size() / 8;
+  };
+  EXPECT_EQ(points({}), 10u);
+  EXPECT_EQ(points({{{30, 0, 0}, glm::vec3(0.2f)}, {{31, 0, 0}, glm::vec3(0.3f)}}), 10u) << "a tool far away";
+  EXPECT_EQ(points({{{0, 0, 0}, {12, 0.01f, 0.01f}}, {{0, 0, 0}, {0.01f, 0.01f, 12}}}), 10u) << "thin axes";
+  EXPECT_EQ(points({{{4, 0, 0}, glm::vec3(0.2f)}}), 11u) << "a tool beside the robot";
+  EXPECT_EQ(points({{{30, 0, 0}, glm::vec3(3)}}), 11u) << "as large as the rest";
+}
+
 }  // namespace
 }  // namespace fire3dv::test
