@@ -14,18 +14,33 @@ namespace {
 
 constexpr float kGroundRadii = 2.5f;  // of the scene
 
+// The eye, or with w 0 the direction towards an orthographic camera.
+glm::vec4 eye_of(const passes::View& view) {
+  return view.orthographic ? glm::vec4(-view.look_world, 0) : glm::vec4(view.eye_world, 1);
+}
+
 std::optional<scene::Ground> ground_below(const ViewDefaults& defaults, const scene::Scene& scene) {
   // Other backgrounds have a horizon of their own, or are meant to be one colour.
   const bool is_default = defaults.background.zenith && !defaults.background.show_environment;
   if (defaults.ground == GroundMode::off || (defaults.ground == GroundMode::automatic && !is_default))
     return std::nullopt;
+  const scene::Box box = passes::bounds_without_outliers(scene, state::rest_pose(scene).world_from_node);
+  if (box.empty()) return std::nullopt;
   scene::Ground ground;
-  ground.radius_m = kGroundRadii * 0.5f * glm::length(scene.bounds_max - scene.bounds_min);
+  ground.radius_m = kGroundRadii * 0.5f * glm::length(box.high - box.low);
   if (!(ground.radius_m > 0) || !std::isfinite(ground.radius_m)) return std::nullopt;
-  ground.height_m = defaults.ground == GroundMode::height ? defaults.ground_height_m : scene.bounds_min.y;
-  ground.center_world = {0.5f * (scene.bounds_min.x + scene.bounds_max.x),
-                         0.5f * (scene.bounds_min.z + scene.bounds_max.z)};
+  ground.height_m = defaults.ground == GroundMode::height ? defaults.ground_height_m : box.low.y;
+  ground.center_world = {0.5f * (box.low.x + box.high.x), 0.5f * (box.low.z + box.high.z)};
   return ground;
+}
+
+// The view that the scene has without options, at rest. Exposure does not depend on --camera, so that all
+// cameras of a scene agree.
+scene::SeenFrom default_view(const scene::Scene& scene) {
+  constexpr float kAspect = 4.0f / 3;
+  const Result<CameraRig> rig = CameraRig::create(scene);
+  const passes::View view = rig ? rig->view(state::PoseState(scene), kAspect) : passes::View();
+  return {view.clip_from_world, eye_of(view)};
 }
 
 // Image-space extent of the points in front of the camera, in normalised device coordinates.
@@ -67,12 +82,12 @@ std::string set_exposure(const passes::PostSettings& wanted, const scene::Scene&
   const float radiance =
       settings.environment_intensity *
       (settings.environment ? scene::mean_radiance(*settings.environment) : scene::kStudioMeanRadiance);
-  const scene::ExposureEstimate estimate = scene::estimate_exposure(scene, radiance);
+  const scene::ExposureEstimate estimate =
+      scene::estimate_exposure(scene, radiance, [&] { return default_view(scene); });
   settings.post.exposure = estimate.exposure;
   if (estimate.exposure == 1 || settings.post.metered) return "";
   char text[160];
-  std::snprintf(text, sizeof(text),
-                "exposure %.3g: lights give about %.3g lux at the scene's centre (--exposure X sets another)",
+  std::snprintf(text, sizeof(text), "exposure %.3g: lights give about %.3g lux (--exposure X sets another)",
                 static_cast<double>(estimate.exposure), static_cast<double>(estimate.illuminance_lux));
   return text;
 }
@@ -99,9 +114,7 @@ std::optional<std::string> reason_for_empty_image(const scene::Scene& scene, con
   const std::string camera = view.camera.empty() ? "the camera" : "camera \"" + view.camera + "\"";
   const Extent extent = extent_of(points, view);
   if (extent.in_front == 0) return "everything is behind " + camera + "; --camera auto shows the whole scene";
-  const glm::vec4 eye_world =
-      view.orthographic ? glm::vec4(-view.look_world, 0) : glm::vec4(view.eye_world, 1);
-  if (passes::front_facing_share(scene, edits, world_from_node, eye_world) == 0)
+  if (passes::front_facing_share(scene, edits, world_from_node, eye_of(view)) == 0)
     return "only backs of single-sided triangles are towards " + camera +
            "; look from the other side (--camera auto), or make the material double-sided";
   if (extent.in_front < points.size()) return std::nullopt;  // partly behind: the extent is unknown

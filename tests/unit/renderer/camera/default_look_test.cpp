@@ -3,8 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include "renderer/scene/derived/key_light.h"
 #include "renderer/scene/derived/loaded_scene.h"
@@ -52,26 +54,66 @@ TEST(KeyLight, LightlessScenesGetAKeyLight) {
   EXPECT_EQ(own.lights.size(), 1u) << "the file's own light stays";
 }
 
+scene::SeenFrom default_view(const scene::Scene& scene) {
+  const passes::View view = app::CameraRig::create(scene)->view(state::PoseState(scene), 4.0f / 3);
+  return {view.clip_from_world, glm::vec4(view.eye_world, 1)};
+}
+
+scene::ExposureEstimate estimate(const scene::Scene& scene, float environment_radiance) {
+  return scene::estimate_exposure(scene, environment_radiance, [&] { return default_view(scene); });
+}
+
+scene::Light bulb(float candela) {
+  scene::Light light;
+  light.intensity = candela;
+  return light;
+}
+
 TEST(ExposureEstimate, ExtremeScenesAreScaled) {
-  EXPECT_EQ(scene::estimate_exposure(built(box_builder()), 0.3f).exposure, 1);
+  EXPECT_EQ(estimate(built(box_builder()), 0.3f).exposure, 1);
   SceneBuilder daylight = box_builder();
   daylight.light_node(sun({1, 1, 1}, 100'000), shining_towards({0, -1, 0}));
-  const scene::ExposureEstimate day = scene::estimate_exposure(built(daylight), 0);
+  const scene::ExposureEstimate day = estimate(built(daylight), 0);
   EXPECT_FLOAT_EQ(day.illuminance_lux, 100'000);
   EXPECT_NEAR(day.exposure * 0.5f * 100'000 / kPi, 1.2f, 1e-3f) << "a grey surface is bright, not white";
 
   SceneBuilder lamp = box_builder();
-  scene::Light bulb;
-  bulb.intensity = 1e6f;
-  lamp.light_node(bulb, at({0, 13, 0}));
-  EXPECT_NEAR(scene::estimate_exposure(built(lamp), 0).illuminance_lux, 1e4f, 1);
+  lamp.light_node(bulb(1e6f), at({0, 13, 0}));
+  EXPECT_NEAR(estimate(built(lamp), 0).illuminance_lux, 1e4f, 1);
 
   scene::Material glowing = matte({0, 0, 0});
   glowing.emissive = glm::vec3(50);
-  EXPECT_NEAR(scene::estimate_exposure(built(box_builder(glowing)), 0.3f).exposure, 1.2f / 50.15f, 1e-4f);
-  EXPECT_GT(scene::estimate_exposure(built(box_builder()), 0.01f).exposure, 10);
-  EXPECT_EQ(scene::estimate_exposure(built(box_builder()), 0).exposure, 1) << "no light at all";
-  EXPECT_EQ(scene::estimate_exposure(scene::Scene(), 0).exposure, 1);
+  EXPECT_NEAR(estimate(built(box_builder(glowing)), 0.3f).exposure, 1.2f / 50.15f, 1e-4f);
+  EXPECT_GT(estimate(built(box_builder()), 0.01f).exposure, 10);
+  EXPECT_EQ(estimate(built(box_builder()), 0).exposure, 1) << "no light at all";
+  EXPECT_EQ(estimate(scene::Scene(), 0).exposure, 1);
+}
+
+// A bulb lights the inside of its shade, which the camera does not see, and hardly its metal foot.
+TEST(ExposureEstimate, LampInAShadeDoesNotDarkenTheImage) {
+  SceneBuilder builder;
+  scene::Material bronze = matte({0.5f, 0.3f, 0.1f});
+  bronze.metallic = 1;
+  builder.mesh_node("foot", builder.box(builder.material(bronze), {0.3f, 0.7f, 0.3f}), at({0, 0.7f, 0}));
+  builder.mesh_node("shade", builder.box(builder.material(matte({0.8f, 0.8f, 0.8f})), {0.5f, 0.3f, 0.5f}),
+                    at({0, 1.9f, 0}));
+  builder.light_node(bulb(180), at({0, 1.8f, 0}));
+  const scene::ExposureEstimate lamp = estimate(built(builder), scene::kStudioMeanRadiance);
+  EXPECT_EQ(lamp.exposure, 1) << lamp.illuminance_lux;
+}
+
+// A floor and two walls of 4 m around a lamp: all that the camera sees is lit.
+TEST(ExposureEstimate, LampOfARoomCounts) {
+  SceneBuilder builder;
+  const uint32_t grey = builder.material(matte({0.5f, 0.5f, 0.5f}));
+  builder.mesh_node("floor", builder.box(grey, {2, 0.01f, 2}), at({0, -0.01f, 0}));
+  builder.mesh_node("back", builder.box(grey, {2, 2, 0.01f}), at({0, 2, -2.01f}));
+  builder.mesh_node("left", builder.box(grey, {0.01f, 2, 2}), at({-2.01f, 2, 0}));
+  builder.light_node(bulb(2000), at({0, 2, 0}));
+  const scene::ExposureEstimate room = estimate(built(builder), scene::kStudioMeanRadiance);
+  // A wall of side 4 m at 2 m receives a sixth of the lamp's 4 pi 2000 lumens.
+  EXPECT_NEAR(room.illuminance_lux, 4 * kPi * 2000 / 6 / 16, 0.25f * 4 * kPi * 2000 / 6 / 16);
+  EXPECT_LT(room.exposure, 0.1f);
 }
 
 TEST(Environment, MeanRadiance) {
@@ -125,6 +167,41 @@ TEST(DefaultLook, ReasonsForAnEmptyImage) {
   const state::PoseState none(nothing);
   EXPECT_EQ(app::reason_for_empty_image(nothing, nullptr, none, passes::View(), 480),
             "the scene has no meshes");
+}
+
+// The shadow of a tall box ends inside the image, and the box is not made smaller without need.
+TEST(DefaultLook, GroundShadowsAreInTheImage) {
+  const auto lowest_shadow = [](const scene::Scene& scene, bool has_ground, glm::vec3* eye) {
+    app::ViewDefaults defaults;
+    if (!has_ground) defaults.ground = app::GroundMode::off;
+    const app::CameraRig rig = *app::CameraRig::create(scene, app::camera_start(defaults, scene, "auto", {}));
+    const passes::View view = rig.view(state::PoseState(scene), 1.5f);
+    *eye = view.eye_world;
+    const std::vector<glm::vec3> corners{scene.bounds_min,
+                                         scene.bounds_max,
+                                         {scene.bounds_max.x, scene.bounds_max.y, scene.bounds_min.z},
+                                         {scene.bounds_min.x, scene.bounds_max.y, scene.bounds_max.z}};
+    float most = 0;
+    for (const glm::vec3& shadow :
+         passes::shadows_on_ground(corners, scene.bounds_min.y, *scene::key_light_direction(scene))) {
+      const glm::vec4 clip = view.clip_from_world * glm::vec4(shadow, 1);
+      most = std::max({most, std::abs(clip.x / clip.w), std::abs(clip.y / clip.w)});
+    }
+    return most;
+  };
+  SceneBuilder wide, flat;
+  wide.mesh_node("box", wide.box(wide.material(matte({0.5f, 0.5f, 0.5f})), {4, 1, 0.5f}), at({0, 1, 0}));
+  flat.mesh_node("box", flat.box(flat.material(matte({0.5f, 0.5f, 0.5f})), {1, 0.05f, 1}), at({0, 1, 0}));
+  scene::Scene scene = built(wide);
+  scene::add_key_light(scene);
+  glm::vec3 with, without;
+  EXPECT_GT(lowest_shadow(scene, false, &without), 1);
+  EXPECT_LT(lowest_shadow(scene, true, &with), 1);
+  scene = built(flat);
+  scene::add_key_light(scene);
+  EXPECT_LT(lowest_shadow(scene, true, &with), 1);
+  EXPECT_LT(lowest_shadow(scene, false, &without), 1);
+  EXPECT_EQ(with, without);
 }
 
 TEST(DefaultLook, CamerasByName) {
