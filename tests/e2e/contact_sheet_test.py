@@ -55,7 +55,7 @@ def pages(test):
                         "page_002.png row 1 column 1: below/c.glb: 6 triangles"], f"{index}")
     check(len(index) == 4 and index[3].startswith("refused: broken.gltf: ") and "asset" in index[3], f"{index}")
     first, second = (read_png(os.path.join(out, name)) for name in ("page_001.png", "page_002.png"))
-    check((first.width, first.height) == (6 + 2 * 86, 6 + 60 + 30 + 6), f"{first.width} x {first.height}")
+    check((first.width, first.height) == (6 + 2 * 86, 6 + 60 + 32 + 6), f"{first.width} x {first.height}")
     for page, left, there in ((first, 6, True), (first, 92, True), (second, 6, True), (second, 92, False)):
         inside = [page.pixel(x, y) for y in range(6, 66) for x in range(left, left + 80)]
         for channel in range(3):
@@ -63,7 +63,7 @@ def pages(test):
             check(seen == there, f"the square of channel {channel} at {left}: {seen}")
         check(there or set(inside) == {PAPER}, "something is drawn where there is no asset")
         label = {page.pixel(x, y) for y in range(68, 78) for x in range(left, left + 80)}
-        check((len(label) == 2) == there, f"the label at {left}: {label}")
+        check((len(label) > 1) == there, f"the label at {left}: {label}")
 
 
 def too_many_textures(test):

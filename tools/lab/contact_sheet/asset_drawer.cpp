@@ -1,14 +1,16 @@
 #include "tools/lab/contact_sheet/asset_drawer.h"
-#include "renderer/passes/resources/gpu_scene.h"
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
+#include "renderer/camera/default_look.h"
+#include "renderer/passes/resources/gpu_scene.h"
+
 namespace fire3dv::contact_sheet {
 
 AssetDrawer::AssetDrawer(gpu::Device& device, VkExtent2D extent, const passes::DrawSettings& settings)
-    : frames_(device), renderer_(device, settings), readback_(device), extent_(extent) {
+    : frames_(device), renderer_(device, settings), readback_(device), settings_(settings), extent_(extent) {
   nothing_.materials.emplace_back();
   renderer_.set_scene(nothing_);
 }
@@ -34,6 +36,15 @@ sinks::FrameImage AssetDrawer::draw(const scene::Scene& scene, const passes::Vie
 
 sinks::FrameImage AssetDrawer::draw_framed(const scene::Scene& scene) {
   return draw(scene, framed_view(scene, aspect()));
+}
+
+sinks::FrameImage AssetDrawer::draw_by_default(const scene::Scene& scene) {
+  passes::DrawSettings settings = settings_;
+  (void)app::set_exposure(settings_.post, scene, settings);
+  renderer_.apply(settings);
+  const Result<app::CameraRig> rig = app::CameraRig::create(scene, app::camera_start({}, scene, "auto", {}));
+  if (!rig) throw std::runtime_error(rig.error().message);
+  return draw(scene, rig->view(state::PoseState(scene), aspect()));
 }
 
 sinks::FrameImage AssetDrawer::draw_nothing() {

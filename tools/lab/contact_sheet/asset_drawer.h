@@ -22,6 +22,9 @@ class AssetDrawer {
   // Draws the scene at rest and waits for the image. Throws std::runtime_error when memory is short.
   sinks::FrameImage draw(const scene::Scene& scene, const passes::View& view);
   sinks::FrameImage draw_framed(const scene::Scene& scene);
+  // The image of `fire3dv FILE` without options: its camera, ground shadows and exposure. The settings must
+  // be default_settings(), but for their techniques.
+  sinks::FrameImage draw_by_default(const scene::Scene& scene);
   sinks::FrameImage draw_nothing();
   DrawnCounts counts() const;  // counts of the last drawn scene, which must still exist
   float aspect() const;
@@ -32,6 +35,7 @@ class AssetDrawer {
   gpu::FrameRing frames_;
   passes::SceneRenderer renderer_;
   gpu::ReadbackRing<int> readback_;
+  const passes::DrawSettings settings_;
   const VkExtent2D extent_;
 };
 
