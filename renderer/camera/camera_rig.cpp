@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
+#include <span>
 #include <utility>
+#include <vector>
 
 #include "renderer/passes/outputs/planes_and_boxes.h"
 #include "renderer/passes/view/facing.h"
-#include "renderer/scene/derived/key_light.h"
 #include "renderer/scene/model/bounds.h"
 #include "renderer/state/motion/animation.h"
 
@@ -30,6 +31,21 @@ scene::Box visible_bounds(const scene::Scene& scene, const state::PoseState& pos
     }
   }
   return box;
+}
+
+// By all lights of the file, or the key light, at rest.
+std::vector<glm::vec3> ground_shadows(const scene::Scene& scene, std::span<const glm::vec3> points,
+                                      float height_m) {
+  std::vector<glm::vec3> shadows;
+  for (const scene::PlacedLight& placed : scene::lights_of(scene, nullptr)) {
+    if (!placed.light.casts_shadow || placed.light.intensity <= 0) continue;
+    const glm::mat4& pose = scene.nodes[placed.node].world_from_node;
+    const bool is_lamp = placed.light.type != scene::LightType::directional;
+    const std::vector<glm::vec3> of_light =
+        passes::shadows_on_ground(points, height_m, is_lamp ? pose[3] : glm::vec4(glm::vec3(pose[2]), 0));
+    shadows.insert(shadows.end(), of_light.begin(), of_light.end());
+  }
+  return shadows;
 }
 
 }  // namespace
@@ -149,13 +165,17 @@ void CameraRig::frame_scene(float image_aspect) const {
                                     ? passes::default_orientation(*scene_, world_from_node)
                                     : framing_orientation_;
   world_from_free_ = passes::fit_into_view(camera, image_aspect, orientation, points);
-  // Not cut at the image's border: the shadows on the ground below the scene.
-  if (const std::optional<glm::vec3> light = scene::key_light_direction(*scene_);
-      light && ground_ && std::abs(ground_->height_m - low.y) < 0.02f * glm::length(high - low)) {
-    const std::vector<glm::vec3> shadows = passes::shadows_on_ground(points, ground_->height_m, *light);
+  if (ground_ && std::abs(ground_->height_m - low.y) < 0.02f * glm::length(high - low)) {
+    // Not cut at the image's border: shadows on the ground below the scene, unless they are very long.
+    constexpr float kMaxFurther = 1.4f;
+    const std::vector<glm::vec3> shadows = ground_shadows(*scene_, points, ground_->height_m);
     if (!passes::shows_all(camera, image_aspect, world_from_free_, shadows)) {
       points.insert(points.end(), shadows.begin(), shadows.end());
-      world_from_free_ = passes::fit_into_view(camera, image_aspect, orientation, points);
+      const glm::mat4 pose = passes::fit_into_view(camera, image_aspect, orientation, points);
+      const glm::vec3 middle = 0.5f * (low + high);
+      if (glm::distance(glm::vec3(pose[3]), middle) <
+          kMaxFurther * glm::distance(glm::vec3(world_from_free_[3]), middle))
+        world_from_free_ = pose;
     }
   }
   const glm::vec3 eye(world_from_free_[3]);

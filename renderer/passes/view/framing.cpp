@@ -287,12 +287,12 @@ bool shows_all(const scene::Camera& camera, float image_aspect, const glm::mat4&
 }
 
 std::vector<glm::vec3> shadows_on_ground(std::span<const glm::vec3> points, float height_m,
-                                         const glm::vec3& light_direction) {
+                                         const glm::vec4& light) {
   std::vector<glm::vec3> shadows;
-  if (!(light_direction.y < 0)) return shadows;
   for (const glm::vec3& point : points) {
     const float above_m = point.y - height_m;
-    if (above_m > 0) shadows.push_back(point - light_direction * (above_m / light_direction.y));
+    const glm::vec3 to_light = glm::vec3(light) - light.w * point;
+    if (above_m > 0 && to_light.y > 0) shadows.push_back(point - to_light * (above_m / to_light.y));
   }
   return shadows;
 }

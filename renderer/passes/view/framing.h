@@ -32,10 +32,10 @@ glm::mat4 fit_into_view(const scene::Camera& camera, float image_aspect, const g
 bool shows_all(const scene::Camera& camera, float image_aspect, const glm::mat4& world_from_camera,
                std::span<const glm::vec3> points);
 
-// Shadows of points on the horizontal plane y = height_m, along the direction of light; of those above it.
-// Empty for light from below.
+// Shadows of points on the horizontal plane y = height_m, of those above it and below the light. light: its
+// position, or with w 0 the direction towards it.
 std::vector<glm::vec3> shadows_on_ground(std::span<const glm::vec3> points, float height_m,
-                                         const glm::vec3& light_direction);
+                                         const glm::vec4& light);
 
 // Orientation of the default view: from the right, in front and above, looking at the origin.
 glm::mat4 default_orientation();

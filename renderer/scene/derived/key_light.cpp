@@ -32,14 +32,6 @@ void add_key_light(Scene& scene) {
   scene.nodes[node].light = 0;
 }
 
-std::optional<glm::vec3> key_light_direction(const Scene& scene) {
-  for (const Node& node : scene.nodes) {
-    if (node.light != kNone && scene.lights[node.light].is_default)
-      return -glm::normalize(glm::vec3(node.world_from_node[2]));
-  }
-  return std::nullopt;
-}
-
 void remove_key_light(Scene& scene) {
   if (scene.lights.size() != 1 || !scene.lights[0].is_default) return;
   if (scene.nodes.empty() || scene.nodes.back().light != 0) return;

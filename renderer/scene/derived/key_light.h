@@ -2,9 +2,6 @@
 // that an environment map alone does not give.
 #pragma once
 
-#include <glm/glm.hpp>
-#include <optional>
-
 #include "renderer/scene/model/scene.h"
 
 namespace fire3dv::scene {
@@ -15,9 +12,6 @@ constexpr float kKeyLightLux = 1.7f;
 
 // Appends a root node "key light" if the scene has no light. Derived data stay valid.
 void add_key_light(Scene& scene);
-
-// Direction in which the key light shines, at rest; nullopt if the scene has none.
-std::optional<glm::vec3> key_light_direction(const Scene& scene);
 
 // Removes what add_key_light() appended, if it is the last node.
 void remove_key_light(Scene& scene);

@@ -182,8 +182,8 @@ TEST(DefaultLook, GroundShadowsAreInTheImage) {
                                          {scene.bounds_max.x, scene.bounds_max.y, scene.bounds_min.z},
                                          {scene.bounds_min.x, scene.bounds_max.y, scene.bounds_max.z}};
     float most = 0;
-    for (const glm::vec3& shadow :
-         passes::shadows_on_ground(corners, scene.bounds_min.y, *scene::key_light_direction(scene))) {
+    for (const glm::vec3& shadow : passes::shadows_on_ground(
+             corners, scene.bounds_min.y, glm::vec4(glm::vec3(scene.nodes.back().world_from_node[2]), 0))) {
       const glm::vec4 clip = view.clip_from_world * glm::vec4(shadow, 1);
       most = std::max({most, std::abs(clip.x / clip.w), std::abs(clip.y / clip.w)});
     }
@@ -197,6 +197,11 @@ TEST(DefaultLook, GroundShadowsAreInTheImage) {
   glm::vec3 with, without;
   EXPECT_GT(lowest_shadow(scene, false, &without), 1);
   EXPECT_LT(lowest_shadow(scene, true, &with), 1);
+  SceneBuilder low_sun = wide;
+  low_sun.light_node(sun({1, 1, 1}, 2), shining_towards({-1, -0.03f, 0}));
+  scene = built(low_sun);
+  EXPECT_GT(lowest_shadow(scene, true, &with), 1) << "a shadow of 30 times the height";
+  EXPECT_EQ(with, without);
   scene = built(flat);
   scene::add_key_light(scene);
   EXPECT_LT(lowest_shadow(scene, true, &with), 1);
