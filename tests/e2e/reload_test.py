@@ -122,4 +122,4 @@ def unwatched(test):
 
 
 if __name__ == "__main__":
-    main({f.__name__: f for f in (broken_then_whole, mesh_files, unwatched)}, ["fire3dv", "publisher"])
+    main({f.__name__: f for f in (broken_then_whole, mesh_files, unwatched)}, ["fire3dv", "publisher"], plain_images=True)

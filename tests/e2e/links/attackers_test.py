@@ -369,4 +369,4 @@ CASES = {
 }
 
 if __name__ == "__main__":
-    main(CASES, ["fire3dv", "publisher", "attacker"])
+    main(CASES, ["fire3dv", "publisher", "attacker"], plain_images=True)

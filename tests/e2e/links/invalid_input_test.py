@@ -170,4 +170,4 @@ CASES = {
 }
 
 if __name__ == "__main__":
-    main(CASES, ["fire3dv", "publisher", "rude_client"])
+    main(CASES, ["fire3dv", "publisher", "rude_client"], plain_images=True)

@@ -49,4 +49,4 @@ def shm_killed(test):
 
 
 if __name__ == "__main__":
-    main({"shm_killed": shm_killed}, ["fire3dv", "publisher"])
+    main({"shm_killed": shm_killed}, ["fire3dv", "publisher"], plain_images=True)

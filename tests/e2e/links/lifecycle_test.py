@@ -281,4 +281,4 @@ def cases():
 
 
 if __name__ == "__main__":
-    main(cases(), ["fire3dv", "publisher"])
+    main(cases(), ["fire3dv", "publisher"], plain_images=True)

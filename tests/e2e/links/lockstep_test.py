@@ -41,4 +41,4 @@ def outlives_its_renderer(test, transport):
 
 if __name__ == "__main__":
     main({f"{transport}_outlives_its_renderer": lambda test, t=transport: outlives_its_renderer(test, t)
-          for transport in TRANSPORTS}, ["fire3dv", "publisher"])
+          for transport in TRANSPORTS}, ["fire3dv", "publisher"], plain_images=True)

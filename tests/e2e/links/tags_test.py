@@ -86,4 +86,4 @@ def tags_of_two_streams(test, transport):
 if __name__ == "__main__":
     main({f"{transport}_{run.__name__}": lambda test, t=transport, r=run: r(test, t)
           for transport in TRANSPORTS for run in (tags_in_lockstep, tags_while_streaming, tags_of_two_streams)},
-         ["fire3dv", "publisher"])
+         ["fire3dv", "publisher"], plain_images=True)

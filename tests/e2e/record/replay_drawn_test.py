@@ -77,7 +77,7 @@ def full_disk(test):
     publisher = test.publisher(uri)
     publisher.do("stream 500")
     # The driver writes files of its own before: the limit applies once the program draws.
-    renderer = Program(test, "fire3dv", [test.programs_at["fire3dv"], test.scene, "--headless", "--size", "32x18", "--cache",
+    renderer = Program(test, "fire3dv", [test.programs_at["fire3dv"], test.scene, "--headless", "--size", "32x18", "--shadows", "off", "--cache",
                                          "off", "--listen", uri, "--record", path],
                        {**vulkan_environment(), "MESA_SHADER_CACHE_DISABLE": "true"})
     wait_until("a chunk", lambda: os.path.exists(path) and os.path.getsize(path) > 1000 and McapFile(path, whole=False).chunks)
@@ -100,7 +100,7 @@ def full_disk(test):
 def full_image_folder(test):
     """An image that cannot be written ends the run with an error, and the reported count is that of the list."""
     folder = test.path("full")
-    renderer = Program(test, "fire3dv", [test.programs_at["fire3dv"], test.scene, "--headless", "--size", "32x18", "--cache",
+    renderer = Program(test, "fire3dv", [test.programs_at["fire3dv"], test.scene, "--headless", "--size", "32x18", "--shadows", "off", "--cache",
                                          "off", "--out", folder, "--outputs", "color,depth"],
                        {**vulkan_environment(), "MESA_SHADER_CACHE_DISABLE": "true"})
     log = os.path.join(folder, "frames.jsonl")
@@ -138,4 +138,4 @@ def usage(test):
 
 
 if __name__ == "__main__":
-    main({f.__name__: f for f in (live_is_replay, full_disk, full_image_folder, usage)}, ["fire3dv", "publisher"])
+    main({f.__name__: f for f in (live_is_replay, full_disk, full_image_folder, usage)}, ["fire3dv", "publisher"], plain_images=True)

@@ -121,6 +121,7 @@ class Renderer(Program):
         command = [test.programs_at["fire3dv"], scene or test.scene, "--validation", "--tone-map", "none", "--ground", "off",
                    "--size", f"{size[0]}x{size[1]}", "--out", self.folder]
         command += ["--headless"] if headless else ["--gui", "off"]
+        command += ["--shadows", "off", "--samples", "1"] if test.plain_images else []
         command += [] if "--cache" in arguments else ["--cache", "off"]  # tests leave no cache entries behind
         for uri in listen:
             command += ["--listen", uri]
@@ -237,8 +238,8 @@ class Publisher(Program):
 class Test:
     """Temporary folder with the scene, and the programs, which end with the test in every case."""
 
-    def __init__(self, programs_at):
-        self.programs_at = programs_at
+    def __init__(self, programs_at, plain_images=False):
+        self.programs_at, self.plain_images = programs_at, plain_images
         self.programs, self.hosts, self.counter, self._names = [], [], 0, []
         self.folder = tempfile.mkdtemp(prefix="fire3dv-e2e-")
         self.scene = os.path.join(self.folder, "squares.glb")
@@ -295,8 +296,10 @@ def shown(frame, name):
     return next((s for s in frame["streams"] if s["stream"] == name), None)
 
 
-def main(cases, programs):
-    """Runs the cases that the command line names after the programs, or all: PROGRAM... [CASE...]."""
+def main(cases, programs, plain_images=False):
+    """Runs the cases that the command line names after the programs, or all: PROGRAM... [CASE...]. plain_images: renderers
+    draw one sample and no shadows, a third less work where the test is not about images.
+    """
     paths = dict(zip(programs, sys.argv[1:]))
     check(len(paths) == len(programs), f"give the programs: {' '.join(programs)}")
     wanted = sys.argv[1 + len(programs):]
@@ -305,7 +308,7 @@ def main(cases, programs):
         if wanted and not any(name == w or name.startswith(w + "_") for w in wanted):
             continue
         begin = time.monotonic()
-        test = Test(paths)
+        test = Test(paths, plain_images)
         try:
             run(test)
             print(f"passed {name} ({time.monotonic() - begin:.1f} s)", flush=True)
