@@ -7,6 +7,8 @@
 #include <charconv>
 #include <optional>
 
+#include "base/numbers.h"
+
 namespace fire3dv::ambf {
 
 namespace {
@@ -24,12 +26,10 @@ constexpr double kLowestRateHz = 1e-3, kHighestRateHz = 1e6;
 
 // Parses with a decimal point, independent of the locale of the AMBF process.
 bool read_rate(const std::string& text, double& rate_hz) {
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !(value >= 0 && value <= kHighestRateHz))
-    return false;
-  if (value > 0 && value < kLowestRateHz) return false;
-  rate_hz = value;
+  const std::optional<double> value = parse_number<double>(text);
+  if (!value || !(*value >= 0 && *value <= kHighestRateHz)) return false;
+  if (*value > 0 && *value < kLowestRateHz) return false;
+  rate_hz = *value;
   return true;
 }
 

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "base/glb.h"
+#include "base/srgb.h"
 #include "base/text.h"
 
 namespace fire3dv::ambf {
@@ -13,9 +14,8 @@ namespace {
 
 constexpr const char* kVerticesName = "vertices";
 
-float linear_from_srgb(float value) {
-  const float v = std::clamp(value, 0.0f, 1.0f);
-  return v <= 0.04045f ? v / 12.92f : std::pow((v + 0.055f) / 1.055f, 2.4f);
+float linear(float value) {
+  return linear_from_srgb(std::clamp(value, 0.0f, 1.0f));
 }
 
 nlohmann::json view_json(const base::GlbBuffer::View& view) {
@@ -65,15 +65,14 @@ std::vector<std::byte> soft_mesh_glb(const SoftMesh& mesh) {
   root["meshes"] = nlohmann::json::array(
       {{{"primitives",
          nlohmann::json::array({{{"attributes", {{"POSITION", 0}}}, {"indices", 1}, {"material", 0}}})}}});
-  root["materials"] =
-      nlohmann::json::array({{{"doubleSided", true},
-                              {"alphaMode", color[3] < 1 ? "BLEND" : "OPAQUE"},
-                              {"pbrMetallicRoughness",
-                               {{"baseColorFactor",
-                                 {linear_from_srgb(color[0]), linear_from_srgb(color[1]),
-                                  linear_from_srgb(color[2]), std::clamp(color[3], 0.0f, 1.0f)}},
-                                {"metallicFactor", 0},
-                                {"roughnessFactor", 0.6}}}}});
+  root["materials"] = nlohmann::json::array(
+      {{{"doubleSided", true},
+        {"alphaMode", color[3] < 1 ? "BLEND" : "OPAQUE"},
+        {"pbrMetallicRoughness",
+         {{"baseColorFactor",
+           {linear(color[0]), linear(color[1]), linear(color[2]), std::clamp(color[3], 0.0f, 1.0f)}},
+          {"metallicFactor", 0},
+          {"roughnessFactor", 0.6}}}}});
   root["accessors"] = nlohmann::json::array(
       {{{"bufferView", 0},
         {"componentType", 5126},

@@ -1,29 +1,16 @@
 #include "adapters/mujoco/options.h"
 
 #include <CLI/CLI.hpp>
-#include <charconv>
 #include <iostream>
 #include <map>
 #include <memory>
 
 #include "base/command_line.h"
+#include "base/numbers.h"
 #include "base/text.h"
 #include "protocol/wire/image_outputs.h"
 
 namespace fire3dv::mujoco {
-
-namespace {
-
-// Parses "320x240" exactly.
-bool parse_size(std::string_view text, uint32_t& width, uint32_t& height) {
-  const char* const end = text.data() + text.size();
-  const auto [cross, width_error] = std::from_chars(text.data(), end, width);
-  if (width_error != std::errc() || cross == end || *cross != 'x') return false;
-  const auto [rest, height_error] = std::from_chars(cross + 1, end, height);
-  return height_error == std::errc() && rest == end;
-}
-
-}  // namespace
 
 Result<uint32_t> image_outputs(std::string_view text) {
   uint32_t bits = 0;
@@ -46,8 +33,9 @@ Result<ImageSpec> image_spec(const std::string& text) {
   ImageSpec spec;
   spec.camera = text;
   const size_t colon = text.rfind(':');
-  uint32_t width = 0, height = 0;
-  if (colon != text.npos && parse_size(std::string_view(text).substr(colon + 1), width, height)) {
+  if (const auto size = parse_pair<uint32_t>(std::string_view(text).substr(colon + 1), 'x');
+      colon != text.npos && size) {
+    const auto [width, height] = *size;
     if (width == 0 || height == 0 || width > kMaxSide || height > kMaxSide)
       return Error{quote(text) + ": sides are 1 to " + std::to_string(kMaxSide) + " pixels"};
     spec.camera = text.substr(0, colon);

@@ -1,7 +1,6 @@
 #include "adapters/mujoco/publisher.h"
 
 #include <algorithm>
-#include <charconv>
 #include <chrono>
 #include <cmath>
 #include <fire3dv/client.hpp>
@@ -12,6 +11,7 @@
 #include "adapters/generic/call_client.h"
 #include "adapters/mujoco/compiled/compiled_scene.h"
 #include "base/error.h"
+#include "base/numbers.h"
 #include "convert/glb/write_glb.h"
 #include "convert/model.h"
 
@@ -287,10 +287,8 @@ Result<std::string> camera_node(const mjModel& m, const convert::MjcfNames& name
   if (const int found = mj_name2id(&m, mjOBJ_CAMERA, camera.c_str()); found >= 0)
     return names.cameras[static_cast<size_t>(found)];
   if (camera == names.free_camera) return names.free_camera;
-  size_t number = 0;
-  const auto [end, error] = std::from_chars(camera.data(), camera.data() + camera.size(), number);
-  if (error == std::errc() && end == camera.data() + camera.size() && number < names.cameras.size())
-    return names.cameras[number];
+  if (const auto number = parse_number<size_t>(camera); number && *number < names.cameras.size())
+    return names.cameras[*number];
   std::string known = "\"" + names.free_camera + "\"";
   for (const std::string& name : names.cameras) known += ", \"" + name + "\"";
   return Error{"the model has no camera \"" + camera + "\"; it has " + known};

@@ -1,12 +1,12 @@
 #include "adapters/mujoco/simulation.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <numbers>
 #include <utility>
 
 #include "adapters/mujoco/compiled/model_files.h"
+#include "base/numbers.h"
 #include "base/text.h"
 
 namespace fire3dv::mujoco {
@@ -20,10 +20,7 @@ constexpr double kPhaseApart_rad = 0.7;  // phase between neighbouring actuators
 
 Result<int> keyframe_of(const mjModel& m, const std::string& text) {
   if (text.empty()) return m.nkey > 0 ? 0 : -1;
-  int number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error == std::errc() && end == text.data() + text.size() && number >= 0 && number < m.nkey)
-    return number;
+  if (const auto number = parse_number<int>(text); number && *number >= 0 && *number < m.nkey) return *number;
   if (const int found = mj_name2id(&m, mjOBJ_KEY, text.c_str()); found >= 0) return found;
   return Error{"the model has no keyframe " + quote(text) + "; it has " + std::to_string(m.nkey) +
                ", the first is 0"};

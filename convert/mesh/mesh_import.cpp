@@ -20,6 +20,7 @@
 #include <utility>
 
 #include "base/files.h"
+#include "base/srgb.h"
 #include "convert/description_files.h"
 #include "convert/mesh/mesh_store.h"
 #include "convert/mesh/node_frames.h"
@@ -144,10 +145,7 @@ float roughness_of(const aiMaterial& from, const std::string& extension) {
 // Inverse of linear_from_srgb: glTF's factors are linear.
 glm::vec3 srgb_from_linear(const glm::vec3& linear) {
   glm::vec3 displayed;
-  for (int i = 0; i < 3; ++i) {
-    const float c = std::clamp(linear[i], 0.0f, 1.0f);
-    displayed[i] = c <= 0.0031308f ? c * 12.92f : 1.055f * std::pow(c, 1 / 2.4f) - 0.055f;
-  }
+  for (int i = 0; i < 3; ++i) displayed[i] = fire3dv::srgb_from_linear(std::clamp(linear[i], 0.0f, 1.0f));
   return displayed;
 }
 

@@ -1,11 +1,11 @@
 #include "renderer/gui/layout_file.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 
 #include "base/files.h"
+#include "base/numbers.h"
 
 namespace fire3dv::gui {
 namespace {
@@ -41,11 +41,9 @@ std::string_view trimmed(std::string_view text) {
 bool set(Layout& layout, std::string_view name, std::string_view value) {
   for (const Number& number : kNumbers) {
     if (name != number.name) continue;
-    float parsed = 0;
-    const char* const end = value.data() + value.size();
-    const auto [stop, error] = std::from_chars(value.data(), end, parsed);
-    if (error != std::errc() || stop != end || !std::isfinite(parsed)) return false;
-    layout.*number.member = std::clamp(parsed, number.least, number.most);
+    const std::optional<float> parsed = parse_number<float>(value);
+    if (!parsed || !std::isfinite(*parsed)) return false;
+    layout.*number.member = std::clamp(*parsed, number.least, number.most);
     return true;
   }
   if (name == kThemeName) {

@@ -1,6 +1,6 @@
 #include "renderer/gui/screenshot_size.h"
 
-#include <charconv>
+#include "base/numbers.h"
 
 namespace fire3dv::gui {
 namespace {
@@ -22,15 +22,9 @@ std::string limits() {
 }  // namespace
 
 Result<glm::uvec2> parse_screenshot_size(std::string_view text) {
-  glm::uvec2 size(0);
-  const char* const end = text.data() + text.size();
-  const auto width = std::from_chars(text.data(), end, size.x);
-  bool is_read = width.ec == std::errc() && width.ptr != end && *width.ptr == 'x';
-  if (is_read) {
-    const auto height = std::from_chars(width.ptr + 1, end, size.y);
-    is_read = height.ec == std::errc() && height.ptr == end;
-  }
-  if (is_read && is_valid(size)) return size;
+  const auto sides = parse_pair<uint32_t>(text, 'x');
+  if (const glm::uvec2 size = sides ? glm::uvec2(sides->first, sides->second) : glm::uvec2(0); is_valid(size))
+    return size;
   return Error{"\"" + std::string(text) +
                "\" is not a size of a screenshot: write WxH, such as 7680x4320, with " + limits()};
 }

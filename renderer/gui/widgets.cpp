@@ -9,18 +9,13 @@
 #include <cstdlib>
 #include <utility>
 
+#include "base/srgb.h"
+
 namespace fire3dv::gui {
 
 namespace {
 
 constexpr float kLabelShare = 0.4f;
-
-float encoded(float linear) {
-  return linear <= 0.0031308f ? 12.92f * linear : 1.055f * std::pow(linear, 1 / 2.4f) - 0.055f;
-}
-float decoded(float srgb) {
-  return srgb <= 0.04045f ? srgb / 12.92f : std::pow((srgb + 0.055f) / 1.055f, 2.4f);
-}
 
 }  // namespace
 
@@ -284,7 +279,7 @@ bool Ui::color(const char* label, glm::vec3& linear, const char* hint_text) {
   ImGui::PushID(label);
   const float width = begin_row(label);
   // Edits sRGB-encoded values, as displayed. Values brighter than the display stay in range.
-  glm::vec3 shown(encoded(linear.r), encoded(linear.g), encoded(linear.b));
+  glm::vec3 shown(srgb_from_linear(linear.r), srgb_from_linear(linear.g), srgb_from_linear(linear.b));
   const ImVec4 swatch{std::min(shown.r, 1.0f), std::min(shown.g, 1.0f), std::min(shown.b, 1.0f), 1};
   constexpr ImGuiColorEditFlags kFlags = ImGuiColorEditFlags_NoAlpha | ImGuiColorEditFlags_NoTooltip;
   if (ImGui::ColorButton("##", swatch, kFlags, {width, ImGui::GetFrameHeight()})) ImGui::OpenPopup("color");
@@ -297,7 +292,7 @@ bool Ui::color(const char* label, glm::vec3& linear, const char* hint_text) {
                                             ImGuiColorEditFlags_DisplayRGB | ImGuiColorEditFlags_InputRGB;
     ImGui::SetNextItemWidth(points(200));
     if (ImGui::ColorPicker3("##", &shown.x, kPicker)) {
-      linear = {decoded(shown.r), decoded(shown.g), decoded(shown.b)};
+      linear = {linear_from_srgb(shown.r), linear_from_srgb(shown.g), linear_from_srgb(shown.b)};
       changed = true;
     }
     note_control(Control::Kind::color, (std::string(label) + "/picker").c_str());

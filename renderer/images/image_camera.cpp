@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "renderer/scene/model/math.h"
 
 namespace fire3dv::app {
 namespace {
@@ -12,20 +13,6 @@ using Reason = wire::ImageRefusal;
 
 constexpr uint32_t kMaxPinholeSide = 4096;
 constexpr float kMaxDistance_m = 1e12f;  // that images can name
-
-glm::mat4 matrix_of(const wire::Affine3x4& affine) {
-  glm::mat4 matrix(1);
-  for (int row = 0; row < 3; ++row)
-    for (int column = 0; column < 4; ++column)
-      matrix[column][row] = affine.m[static_cast<size_t>(row * 4 + column)];
-  return matrix;
-}
-
-glm::mat4 matrix_of(const wire::Affine3x4d& affine) {
-  wire::Affine3x4 single;
-  for (size_t i = 0; i < 12; ++i) single.m[i] = static_cast<float>(affine.m[i]);
-  return matrix_of(single);
-}
 
 // Removes scale and shear: Z keeps its direction, Y defines the up plane, X follows. Returns nothing for
 // degenerate axes and positions that images cannot name.
@@ -74,7 +61,7 @@ std::variant<ImageCamera, CameraRefused> resolve_camera(const wire::ImageRequest
   const scene::Camera* own = nullptr;
   glm::mat4 world_from_parent(1);
   if (request.node.empty()) {
-    world_from_parent = matrix_of(world_from_stream);
+    world_from_parent = glm::mat4(scene::to_dmat4(world_from_stream));
   } else {
     const uint32_t node = poses.names().find(request.node);
     if (node == scene::kNone)
@@ -84,7 +71,7 @@ std::variant<ImageCamera, CameraRefused> resolve_camera(const wire::ImageRequest
     own = live.edits().camera_at(node);
     if (!own && scene.nodes[node].camera != scene::kNone) own = &scene.cameras[scene.nodes[node].camera];
   }
-  const auto pose = rigid(world_from_parent * matrix_of(request.parent_from_camera));
+  const auto pose = rigid(world_from_parent * scene::to_mat4(request.parent_from_camera));
   if (!pose)
     return CameraRefused{
         Reason::bad_request,

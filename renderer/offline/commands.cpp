@@ -3,13 +3,14 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <iostream>
 #include <memory>
 #include <string_view>
+#include <tuple>
 
 #include "base/command_line.h"
+#include "base/numbers.h"
 #include "renderer/sinks/video/video_file.h"
 
 namespace fire3dv::offline {
@@ -96,11 +97,10 @@ std::optional<std::string> check_out(const std::filesystem::path& out, const Vid
 }
 
 bool parse_shard(const std::string& text, uint32_t& index, uint32_t& count) {
-  const char* const end = text.data() + text.size();
-  const auto first = std::from_chars(text.data(), end, index);
-  if (first.ec != std::errc() || first.ptr == end || *first.ptr != '/') return false;
-  const auto second = std::from_chars(first.ptr + 1, end, count);
-  return second.ec == std::errc() && second.ptr == end && index >= 1 && index <= count && count <= kMaxShards;
+  const auto parts = parse_pair<uint32_t>(text, '/');
+  if (!parts) return false;
+  std::tie(index, count) = *parts;
+  return index >= 1 && index <= count && count <= kMaxShards;
 }
 
 std::string for_live_streams(const std::string& option) {

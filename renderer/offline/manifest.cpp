@@ -8,6 +8,7 @@
 
 #include "base/digest.h"
 #include "base/files.h"
+#include "base/text.h"
 #include "protocol/wire/check.h"
 #include "renderer/app/options/option_values.h"
 #include "renderer/sinks/output_text.h"
@@ -98,7 +99,7 @@ bool parse(const ordered_json& json, Manifest& manifest) {
 
 std::string setting_text(const std::string& value) {
   constexpr size_t kMaxBytes = 4000;
-  std::string text = sinks::printable_utf8(value, kMaxBytes);
+  std::string text = printable_text(value, kMaxBytes);
   if (text == value) return text;
   return text + " (" + hex(digest_of(std::as_bytes(std::span(value)))).substr(0, 32) + ")";
 }
@@ -149,7 +150,7 @@ Result<void> write_manifest(const std::filesystem::path& folder, const Manifest&
   json["format"] = kFormat;
   json["version"] = kVersion;
   ordered_json& settings = json["settings"] = ordered_json::object();
-  for (const auto& [name, value] : manifest.settings) settings[name] = sinks::printable_utf8(value, 4096);
+  for (const auto& [name, value] : manifest.settings) settings[name] = printable_text(value, 4096);
   json["fps"] = to_text(manifest.times.rate);
   json["first_ns"] = manifest.times.first_ns;
   json["frames"] = manifest.times.frames;
@@ -157,9 +158,9 @@ Result<void> write_manifest(const std::filesystem::path& folder, const Manifest&
   json["height"] = manifest.height;
   json["shard"] = manifest.shard;
   json["shards"] = manifest.shards;
-  json["machine"] = {{"device", sinks::printable_utf8(manifest.machine.device, 256)},
-                     {"driver", sinks::printable_utf8(manifest.machine.driver, 256)},
-                     {"cpu", sinks::printable_utf8(manifest.machine.cpu, 256)}};
+  json["machine"] = {{"device", printable_text(manifest.machine.device, 256)},
+                     {"driver", printable_text(manifest.machine.driver, 256)},
+                     {"cpu", printable_text(manifest.machine.cpu, 256)}};
   const std::string text = json.dump(2) + "\n";
   const auto* const first = reinterpret_cast<const uint8_t*>(text.data());
   return write_whole_file(folder / kManifestName, {first, text.size()});

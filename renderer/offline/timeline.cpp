@@ -1,11 +1,11 @@
 #include "renderer/offline/timeline.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cstdlib>
 #include <numeric>
 #include <optional>
 
+#include "base/numbers.h"
 #include "protocol/wire/check.h"
 #include "renderer/offline/recorded_streams.h"
 
@@ -17,10 +17,7 @@ namespace {
 constexpr int64_t kMaxNumerator = 1'000'000'000, kMaxDenominator = 100'000;
 
 std::optional<int64_t> whole_number(std::string_view text) {
-  int64_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (text.empty() || text[0] == '-' || error != std::errc() || end != text.data() + text.size()) return {};
-  return value;
+  return text.starts_with('-') ? std::nullopt : parse_number<int64_t>(text);
 }
 
 // Parses "29.97" as 2997/100.

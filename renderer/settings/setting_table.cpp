@@ -12,20 +12,14 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/numbers.h"
+#include "base/srgb.h"
 
 namespace fire3dv::passes {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kMaxFinite = 1e6f;
-
-template <typename Value>
-std::optional<Value> parse_number(std::string_view text) {
-  Value value{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value;
-}
 
 // Without digits that rounding adds, for bounds and degrees.
 std::string short_text(float value) {
@@ -163,21 +157,14 @@ DrawSetting environment_rotation() {
   return row;
 }
 
-float linear_of(float srgb) {
-  return srgb <= 0.04045f ? srgb / 12.92f : std::pow((srgb + 0.055f) / 1.055f, 2.4f);
-}
-float srgb_of(float linear) {
-  return linear <= 0.0031308f ? linear * 12.92f : 1.055f * std::pow(linear, 1 / 2.4f) - 0.055f;
-}
-
 // Digits of an sRGB colour.
 std::optional<glm::vec3> parse_color(std::string_view text) {
   if (text.starts_with('#')) text.remove_prefix(1);  // optional: shells treat # as a comment
-  uint32_t rgb = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), rgb, 16);
-  if (error != std::errc() || end != text.data() + text.size() || text.size() != 6) return std::nullopt;
+  const std::optional<uint32_t> rgb = parse_number<uint32_t>(text, 16);
+  if (!rgb || text.size() != 6) return std::nullopt;
   glm::vec3 color;
-  for (int c = 0; c < 3; ++c) color[c] = linear_of(static_cast<float>(rgb >> (16 - 8 * c) & 0xff) / 255);
+  for (int c = 0; c < 3; ++c)
+    color[c] = linear_from_srgb(static_cast<float>(*rgb >> (16 - 8 * c) & 0xff) / 255);
   return color;
 }
 
@@ -188,7 +175,7 @@ std::string background_text(const DrawSettings& draw) {
   std::array<int, 3> rgb;
   for (int c = 0; c < 3; ++c)
     rgb[static_cast<size_t>(c)] =
-        static_cast<int>(std::lround(255 * std::clamp(srgb_of(background.color[c]), 0.0f, 1.0f)));
+        static_cast<int>(std::lround(255 * std::clamp(srgb_from_linear(background.color[c]), 0.0f, 1.0f)));
   char text[8];
   std::snprintf(text, sizeof(text), "%02x%02x%02x", rgb[0], rgb[1], rgb[2]);
   return text;

@@ -11,10 +11,6 @@
 
 namespace fire3dv::sinks {
 
-// Returns valid UTF-8 without control characters, cut to max_bytes between characters. Invalid bytes become
-// '?'.
-std::string printable_utf8(std::string_view text, size_t max_bytes);
-
 // Returns a quoted JSON string.
 std::string json_string(std::string_view text);
 

@@ -7,13 +7,14 @@
 #include <png.h>
 
 #include <algorithm>
-#include <charconv>
 #include <csetjmp>
 #include <cstdio>
 #include <cstring>
 #include <string_view>
 
 #include "base/files.h"
+#include "base/numbers.h"
+#include "base/text.h"
 #include "renderer/sinks/output_text.h"
 
 namespace fire3dv::sinks {
@@ -203,7 +204,7 @@ Result<std::vector<uint8_t>> encode_png(const FrameImage& image) {
   std::vector<png_text> text(chunks.size());
   char no_language[] = "";
   for (size_t i = 0; i < chunks.size(); ++i) {
-    chunks[i].second = printable_utf8(chunks[i].second, kMaxTextBytes);
+    chunks[i].second = printable_text(chunks[i].second, kMaxTextBytes);
     std::string& value = chunks[i].second;
     const bool ascii =
         std::all_of(value.begin(), value.end(), [](char c) { return static_cast<uint8_t>(c) < 0x80; });
@@ -261,9 +262,7 @@ namespace {
 
 template <typename T>
 void read_number(std::string_view text, T& value, int base = 10) {
-  T parsed{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), parsed, base);
-  if (error == std::errc{} && end == text.data() + text.size()) value = parsed;
+  if (const std::optional<T> parsed = parse_number<T>(text, base)) value = *parsed;
 }
 
 void apply_stream_field(std::string_view field, std::string_view text, state::FrameTag& tag) {

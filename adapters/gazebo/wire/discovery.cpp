@@ -2,10 +2,10 @@
 
 #include <arpa/inet.h>
 
-#include <charconv>
 #include <cstring>
 #include <utility>
 
+#include "base/numbers.h"
 #include "gazebo.pb.h"
 
 namespace fire3dv::gazebo {
@@ -145,10 +145,7 @@ bool is_tcp_endpoint(std::string_view address) {
   const std::string host(address.substr(0, colon));
   in_addr parsed{};
   if (inet_pton(AF_INET, host.c_str(), &parsed) != 1) return false;
-  const std::string_view port_text = address.substr(colon + 1);
-  uint16_t port = 0;
-  const auto [end, error] = std::from_chars(port_text.data(), port_text.data() + port_text.size(), port);
-  return error == std::errc() && end == port_text.data() + port_text.size() && port != 0;
+  return parse_number<uint16_t>(address.substr(colon + 1)).value_or(0) != 0;
 }
 
 bool is_valid_partition(std::string_view text) {

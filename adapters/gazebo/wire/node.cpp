@@ -7,13 +7,13 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <utility>
 
 #include "base/clock.h"
+#include "base/numbers.h"
 #include "base/random.h"
 #include "base/text.h"
 
@@ -386,11 +386,9 @@ std::optional<Response> Node::next_response() {
     if (!parts) break;
     // Identity of the service's socket, topic, node, request, data, result.
     if (parts->size() < 6 || (*parts)[2] != node_uuid_) continue;
-    const std::string& text = (*parts)[3];
-    uint64_t id = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), id);
-    if (error != std::errc() || end != text.data() + text.size() || requests_.erase(id) == 0) continue;
-    return Response{id, (*parts)[5] == "1", bytes_of((*parts)[4])};
+    const std::optional<uint64_t> id = parse_number<uint64_t>((*parts)[3]);
+    if (!id || requests_.erase(*id) == 0) continue;
+    return Response{*id, (*parts)[5] == "1", bytes_of((*parts)[4])};
   }
   return std::nullopt;
 }

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <span>
 #include <vector>
 
 #include "base/digest.h"
+#include "base/numbers.h"
 #include "base/text.h"
 #include "programs/drake/http/multipart.h"
 #include "programs/drake/request/sha256.h"
@@ -41,20 +41,16 @@ class Fields {
   }
   double positive_number(const char* name) {
     const std::string_view digits = text(name);
-    double value = 0;
-    const auto [end, fault] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-    if (fault == std::errc() && end == digits.data() + digits.size() && value > 0 && value <= kMaxNumber)
-      return value;
+    const std::optional<double> value = parse_number<double>(digits);
+    if (value && *value > 0 && *value <= kMaxNumber) return *value;
     fail("the field \"" + std::string(name) + "\" is \"" + printable_text(digits, 40) +
          "\": it must be a number above 0 and at most 1e9");
     return 0;
   }
   uint32_t pixels(const char* name, uint32_t most) {
     const std::string_view digits = text(name);
-    uint32_t value = 0;
-    const auto [end, fault] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-    if (fault == std::errc() && end == digits.data() + digits.size() && value >= 1 && value <= most)
-      return value;
+    const std::optional<uint32_t> value = parse_number<uint32_t>(digits);
+    if (value && *value >= 1 && *value <= most) return *value;
     fail("the field \"" + std::string(name) + "\" is \"" + printable_text(digits, 40) +
          "\": it must be a whole number of pixels from 1 to " + std::to_string(most));
     return 0;

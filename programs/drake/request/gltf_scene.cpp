@@ -1,7 +1,6 @@
 #include "programs/drake/request/gltf_scene.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/gtc/quaternion.hpp>
@@ -11,6 +10,7 @@
 #include <utility>
 
 #include "base/glb.h"
+#include "base/numbers.h"
 #include "base/text.h"
 #include "programs/drake/request/sha256.h"
 
@@ -62,12 +62,9 @@ ShortText shorten(std::string_view text) {
 std::optional<std::string_view> data_uri_of(std::string_view uri,
                                             const std::vector<std::string_view>& data_uris) {
   if (uri.starts_with("data:")) return uri;
-  size_t index = 0;
-  const char* const end = uri.data() + uri.size();
-  if (!uri.starts_with('@')) return std::nullopt;
-  const auto [last, fault] = std::from_chars(uri.data() + 1, end, index);
-  if (fault != std::errc() || last != end || index >= data_uris.size()) return std::nullopt;
-  return data_uris[index];
+  const auto index = uri.starts_with('@') ? parse_number<size_t>(uri.substr(1)) : std::nullopt;
+  if (!index || *index >= data_uris.size()) return std::nullopt;
+  return data_uris[*index];
 }
 
 Result<Json> parse(std::string_view text) {

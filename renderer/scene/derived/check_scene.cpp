@@ -59,7 +59,7 @@ bool all_below(std::span<const uint32_t> indices, uint32_t limit) {
   return indices.empty() || largest < limit;
 }
 
-bool deformation_is_right(const Scene& scene, const Primitive& p) {
+bool is_valid_deformation(const Scene& scene, const Primitive& p) {
   if (p.morph_target_count > 0 &&
       !in_range(p.first_morph_delta, uint64_t{p.morph_target_count} * p.vertex_count,
                 scene.morph_deltas.size()))
@@ -97,14 +97,14 @@ bool variants_are_right(const Scene& scene, const Primitive& p) {
                    static_cast<uint32_t>(scene.materials.size()));
 }
 
-bool primitive_is_right(const Scene& scene, const Primitive& p) {
+bool is_valid_primitive(const Scene& scene, const Primitive& p) {
   if (p.topology > Topology::points) return false;
   const uint32_t corners = p.topology == Topology::triangles ? 3 : p.topology == Topology::lines ? 2 : 1;
   return in_range(p.first_index, p.index_count, scene.indices.size()) && p.index_count % corners == 0 &&
          in_range(p.first_vertex, p.vertex_count, scene.positions.size()) &&
          p.material < scene.materials.size() && is_finite(p.bounds_min) && is_finite(p.bounds_max) &&
          all_below(std::span(scene.indices).subspan(p.first_index, p.index_count), p.vertex_count) &&
-         sources_are_right(scene, p) && variants_are_right(scene, p) && deformation_is_right(scene, p);
+         sources_are_right(scene, p) && variants_are_right(scene, p) && is_valid_deformation(scene, p);
 }
 
 bool is_valid_node(const Scene& scene, uint32_t index) {
@@ -129,7 +129,7 @@ bool is_valid_node(const Scene& scene, uint32_t index) {
   return skin.joint_count > 0;
 }
 
-bool channel_is_right(const Scene& scene, const AnimationChannel& c) {
+bool is_valid_channel(const Scene& scene, const AnimationChannel& c) {
   const size_t values = c.interpolation == Interpolation::cubic_spline ? 3 : 1;
   if (c.path > AnimationPath::weights || c.interpolation > Interpolation::cubic_spline ||
       c.node >= scene.nodes.size() || c.key_count == 0 ||
@@ -144,7 +144,7 @@ bool channel_is_right(const Scene& scene, const AnimationChannel& c) {
          std::adjacent_find(times.begin(), times.end(), std::greater_equal<>()) == times.end();
 }
 
-bool material_is_right(const Scene& scene, const Material& m) {
+bool is_valid_material(const Scene& scene, const Material& m) {
   for (const TextureRef* ref :
        {&m.base_color_texture, &m.metallic_roughness_texture, &m.normal_texture, &m.occlusion_texture,
         &m.emissive_texture, &m.specular_texture, &m.specular_color_texture, &m.clearcoat_texture,
@@ -197,26 +197,26 @@ bool is_valid_light(const Light& light) {
          (light.type != LightType::spot || (cone && light.outer_cone_rad <= kWidestCone));
 }
 
-bool lens_is_right(const ThinLens& lens) {
+bool is_valid_lens(const ThinLens& lens) {
   return lens == ThinLens() ||
          (lens.f_number >= kMinFNumber && lens.f_number <= kMaxFNumber &&
           lens.focus_distance_m >= kMinFocusDistanceM && lens.focus_distance_m <= kMaxFocusDistanceM);
 }
 
-bool camera_is_right(const Camera& camera) {
+bool is_valid_camera(const Camera& camera) {
   return std::isfinite(camera.vertical_fov_rad) && std::isfinite(camera.aspect) && camera.aspect >= 0 &&
          std::isfinite(camera.near_m) && std::isfinite(camera.far_m) && is_finite(camera.half_extent_m) &&
-         std::isfinite(camera.exposure) && camera.exposure >= 0 && lens_is_right(camera.lens) &&
+         std::isfinite(camera.exposure) && camera.exposure >= 0 && is_valid_lens(camera.lens) &&
          (camera.orthographic || (camera.vertical_fov_rad > 0 &&
                                   camera.vertical_fov_rad < std::numbers::pi_v<float> && camera.near_m > 0));
 }
 
-bool image_is_right(const Image& image) {
+bool is_valid_image(const Image& image) {
   return image.width > 0 && image.height > 0 && image.rgba8.size() / 4 / image.width == image.height &&
          image.rgba8.size() == uint64_t{image.width} * image.height * 4;
 }
 
-bool cluster_is_right(const ClusteredGeometry& geometry, const Cluster& c) {
+bool is_valid_cluster(const ClusteredGeometry& geometry, const Cluster& c) {
   const auto none_or_group = [&](uint32_t group) {
     return group == kNone || group < geometry.level_groups.size();
   };
@@ -233,13 +233,13 @@ bool cluster_is_right(const ClusteredGeometry& geometry, const Cluster& c) {
   return c.triangle_count == 0 || largest < c.vertex_count;
 }
 
-bool own_cluster_is_right(const ClusteredGeometry& geometry, const ClusteredPrimitive& p, const Cluster& c) {
+bool is_valid_own_cluster(const ClusteredGeometry& geometry, const ClusteredPrimitive& p, const Cluster& c) {
   return c.first_vertex >= p.first_vertex &&
          in_range(c.first_vertex - p.first_vertex, c.vertex_count, p.vertex_count) && c.made_by == kNone &&
-         cluster_is_right(geometry, c);
+         is_valid_cluster(geometry, c);
 }
 
-bool ray_box_is_right(const ClusteredGeometry& geometry, const ClusteredPrimitive& p, const RayAabb& box) {
+bool is_valid_ray_box(const ClusteredGeometry& geometry, const ClusteredPrimitive& p, const RayAabb& box) {
   if (!is_finite(box.low) || !is_finite(box.high) || box.first_vertex < p.first_vertex ||
       box.first_vertex - p.first_vertex >= p.vertex_count ||
       !in_range(box.first_triangle(), box.triangle_count(), geometry.triangles.size()))
@@ -270,7 +270,7 @@ bool has_all_triangles(const ClusteredGeometry& geometry, const ClusteredPrimiti
   return corners == p.index_count;
 }
 
-bool geometry_is_right(const ClusteredGeometry& geometry, const ClusteredPrimitive& p,
+bool is_valid_geometry(const ClusteredGeometry& geometry, const ClusteredPrimitive& p,
                        const Primitive& source) {
   if (p.index_count != source.index_count ||
       !in_range(p.first_vertex, p.vertex_count, geometry.source_vertices.size()) ||
@@ -285,11 +285,11 @@ bool geometry_is_right(const ClusteredGeometry& geometry, const ClusteredPrimiti
   const auto coarser = std::span(geometry.clusters).subspan(p.first_level_cluster, p.level_cluster_count);
   const auto boxes = std::span(geometry.ray_boxes).subspan(p.first_ray_box, p.ray_box_count);
   return std::all_of(boxes.begin(), boxes.end(),
-                     [&](const RayAabb& b) { return ray_box_is_right(geometry, p, b); }) &&
+                     [&](const RayAabb& b) { return is_valid_ray_box(geometry, p, b); }) &&
          std::all_of(own.begin(), own.end(),
-                     [&](const Cluster& c) { return own_cluster_is_right(geometry, p, c); }) &&
+                     [&](const Cluster& c) { return is_valid_own_cluster(geometry, p, c); }) &&
          std::all_of(coarser.begin(), coarser.end(), [&](const Cluster& c) {
-           return cluster_is_right(geometry, c) &&
+           return is_valid_cluster(geometry, c) &&
                   vertices_are_of(geometry, c.first_vertex, c.vertex_count, source);
          });
 }
@@ -324,7 +324,7 @@ Result<void> check_scene(const Scene& s) {
     return Error{"it holds texture coordinates that are not finite"};
   }
   if (!is_finite(s.bounds_min) || !is_finite(s.bounds_max)) return Error{"its bounds are not finite"};
-  const auto primitive = [&](size_t i) { return primitive_is_right(s, s.primitives[i]); };
+  const auto primitive = [&](size_t i) { return is_valid_primitive(s, s.primitives[i]); };
   if (auto done = check_all("primitives", s.primitives.size(), primitive); !done) return done;
   const auto mesh = [&](size_t i) {
     const Mesh& m = s.meshes[i];
@@ -344,7 +344,7 @@ Result<void> check_scene(const Scene& s) {
   if (auto done = check_all("joints", s.joints.size(), joint); !done) return done;
   const auto node = [&](size_t i) { return is_valid_node(s, static_cast<uint32_t>(i)); };
   if (auto done = check_all("nodes", s.nodes.size(), node); !done) return done;
-  const auto channel = [&](size_t i) { return channel_is_right(s, s.channels[i]); };
+  const auto channel = [&](size_t i) { return is_valid_channel(s, s.channels[i]); };
   if (auto done = check_all("channels", s.channels.size(), channel); !done) return done;
   const auto animation = [&](size_t i) {
     return in_range(s.animations[i].first_channel, s.animations[i].channel_count, s.channels.size()) &&
@@ -357,13 +357,13 @@ Result<void> check_scene(const Scene& s) {
            t.sampler.wrap_v <= Wrap::clamp_to_edge;
   };
   if (auto done = check_all("textures", s.textures.size(), texture); !done) return done;
-  const auto image = [&](size_t i) { return image_is_right(s.images[i]); };
+  const auto image = [&](size_t i) { return is_valid_image(s.images[i]); };
   if (auto done = check_all("images", s.images.size(), image); !done) return done;
-  const auto material = [&](size_t i) { return material_is_right(s, s.materials[i]); };
+  const auto material = [&](size_t i) { return is_valid_material(s, s.materials[i]); };
   if (auto done = check_all("materials", s.materials.size(), material); !done) return done;
   const auto light = [&](size_t i) { return is_valid_light(s.lights[i]); };
   if (auto done = check_all("lights", s.lights.size(), light); !done) return done;
-  const auto camera = [&](size_t i) { return camera_is_right(s.cameras[i]); };
+  const auto camera = [&](size_t i) { return is_valid_camera(s.cameras[i]); };
   if (auto done = check_all("cameras", s.cameras.size(), camera); !done) return done;
   return check_deformed_copies(s);
 }
@@ -373,7 +373,7 @@ Result<void> check_derived(const Scene& scene, const Derived& derived) {
   if (geometry.primitives.size() != scene.primitives.size() || derived.casters.size() != scene.meshes.size())
     return Error{"the derived data belong to another scene"};
   const auto primitive = [&](size_t i) {
-    return geometry_is_right(geometry, geometry.primitives[i], scene.primitives[i]);
+    return is_valid_geometry(geometry, geometry.primitives[i], scene.primitives[i]);
   };
   if (auto done = check_all("clusters", scene.primitives.size(), primitive); !done) return done;
   uint64_t next_index = 0;

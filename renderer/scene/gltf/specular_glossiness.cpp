@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/parallel.h"
+#include "base/srgb.h"
 #include "renderer/scene/model/scene_fields.h"
 
 namespace fire3dv::scene {
@@ -32,22 +33,18 @@ float solve_metallic(float diffuse, float specular, float diffuse_share) {
   return std::clamp((root - b) / (2 * kDielectric), 0.0f, 1.0f);
 }
 
-float linear_of(float srgb) {
-  return srgb <= 0.04045f ? srgb / 12.92f : std::pow((srgb + 0.055f) / 1.055f, 2.4f);
-}
-
 uint8_t unit_byte(float value) {
   return static_cast<uint8_t>(std::lround(std::clamp(value, 0.0f, 1.0f) * 255));
 }
 
 uint8_t srgb_byte(float linear) {
-  return unit_byte(linear <= 0.0031308f ? linear * 12.92f : 1.055f * std::pow(linear, 1 / 2.4f) - 0.055f);
+  return unit_byte(srgb_from_linear(linear));
 }
 
 const std::array<float, 256>& linear_of_byte() {
   static const std::array<float, 256> table = [] {
     std::array<float, 256> values{};
-    for (size_t i = 0; i < values.size(); ++i) values[i] = linear_of(static_cast<float>(i) / 255);
+    for (size_t i = 0; i < values.size(); ++i) values[i] = linear_from_srgb(static_cast<float>(i) / 255);
     return values;
   }();
   return table;

@@ -1,11 +1,11 @@
 #include "renderer/state/motion/animation.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <set>
 #include <utility>
 
+#include "base/numbers.h"
 #include "renderer/scene/files.h"
 
 namespace fire3dv::state {
@@ -141,11 +141,8 @@ Result<std::vector<uint32_t>> choose_animations(const scene::Scene& scene, const
     if (all.empty()) return Error{"--animate: the scene's animations move nothing that is shown"};
     return all;
   }
-  uint32_t index = 0;
-  const char* end = argument.data() + argument.size();
-  const auto parsed = std::from_chars(argument.data(), end, index);
-  if (parsed.ec == std::errc() && parsed.ptr == end && index < scene.animations.size())
-    return std::vector<uint32_t>{index};
+  const std::optional<uint32_t> index = parse_number<uint32_t>(argument);
+  if (index && *index < scene.animations.size()) return std::vector<uint32_t>{*index};
   return Error{"--animate " + quote(argument) + ": no animation has that name or index" + there_are};
 }
 

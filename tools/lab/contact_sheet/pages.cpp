@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "base/files.h"
+#include "base/text.h"
 #include "renderer/sinks/output_text.h"
 #include "renderer/sinks/png.h"
 
@@ -27,7 +28,7 @@ std::string page_name(uint32_t number) {
 // Sanitises untrusted text to one line of the index.
 std::string one_line(const std::string& text) {
   constexpr size_t kLongest = 1000;
-  return sinks::printable_utf8(text, kLongest);
+  return printable_text(text, kLongest);
 }
 
 }  // namespace

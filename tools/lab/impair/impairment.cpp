@@ -1,8 +1,9 @@
 #include "tools/lab/impair/impairment.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
+
+#include "base/numbers.h"
 
 namespace fire3dv::impair {
 namespace {
@@ -14,11 +15,8 @@ constexpr double kMaxBytes = 1e18;
 constexpr double kMaxSeconds = 1e6;
 
 std::optional<double> seconds(std::string_view text) {
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return {};
-  if (!(value >= 0 && value <= kMaxSeconds)) return {};
-  return value;
+  const std::optional<double> value = parse_number<double>(text);
+  return value && *value >= 0 && *value <= kMaxSeconds ? value : std::nullopt;
 }
 
 }  // namespace

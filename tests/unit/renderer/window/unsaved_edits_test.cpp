@@ -36,7 +36,7 @@ TEST_F(UnsavedEditsTest, RepeatedRequestDiscards) {
   EXPECT_TRUE(unsaved_->may_discard("open"));
 }
 
-TEST_F(UnsavedEditsTest, NoticeEndsWithAnotherEditOrAClick) {
+TEST_F(UnsavedEditsTest, NoticeEndsWithNextEditOrClick) {
   hide(1);
   EXPECT_FALSE(unsaved_->may_discard("close"));
   unsaved_->update(false);
@@ -50,7 +50,7 @@ TEST_F(UnsavedEditsTest, NoticeEndsWithAnotherEditOrAClick) {
   EXPECT_FALSE(unsaved_->may_discard("close"));
 }
 
-TEST_F(UnsavedEditsTest, LoadedDocumentWaitsForEditsSinceItsRequest) {
+TEST_F(UnsavedEditsTest, LoadedDocumentWaitsForNewerEdits) {
   hide(1);
   unsaved_->open_document();
   EXPECT_TRUE(unsaved_->may_replace_document()) << "the user gave these edits up";
