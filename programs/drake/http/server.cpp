@@ -1,30 +1,28 @@
 #include "programs/drake/http/server.h"
 
+#include <boost/asio/post.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <csignal>
+#include <limits>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string_view>
 #include <utility>
 
 #include "base/text.h"
-#include "programs/drake/http/session.h"
-#include "protocol/transport/http/accept_loop.h"
 
 namespace fire3dv::drake {
 namespace {
 
 namespace asio = boost::asio;
-using asio::ip::tcp;
+namespace beast = boost::beast::http;
+namespace http = transport::http;
 
 constexpr size_t kMaxMessageBytes = 2000;
 constexpr uint16_t kExamplePort = 8000;
 
-// Refusal of a connection beyond the limit, as it is sent.
-constexpr std::string_view kBusy =
-    "HTTP/1.1 503 Service Unavailable\r\nContent-Type: application/json\r\nContent-Length: 78\r\n"
-    "Connection: close\r\n\r\n"
-    R"({"error":true,"message":"too many connections; ask again later","code":503}   )";
-static_assert(kBusy.size() - kBusy.find("\r\n\r\n") - 4 == 78);
+constexpr std::string_view kAbout =
+    "FIRE-3DV renders here for Drake: RenderEngineGltfClient posts its scenes to /render.\n";
 
 }  // namespace
 
@@ -34,19 +32,50 @@ HttpAnswer http_error(unsigned status, const std::string& message) {
   return {status, "application/json", body.dump() + "\n"};
 }
 
-struct HttpServer::State final : transport::http::ConnectionOwner {
-  Sessions sessions;  // outlives the accept loop, whose handlers own the sessions
-  std::unique_ptr<transport::http::AcceptLoop> loop;
+struct HttpServer::State final : http::SessionOwner {
+  State(const HttpLimits& http_limits, Handler request_handler)
+      : SessionOwner({http_limits.max_body_bytes, std::numeric_limits<int>::max(), http_limits.header_timeout,
+                      http_limits.body_timeout, http_limits.write_timeout}),
+        max_total_bytes(http_limits.max_total_bytes),
+        handler(std::move(request_handler)) {}
 
-  size_t open_connections() const override { return sessions.open.size(); }
-  void evict() override { sessions.evict_idle(); }
-  void serve(tcp::socket&& socket) override {
-    std::make_shared<Session>(std::move(socket), sessions)->start();
+  const uint64_t max_total_bytes;
+  const Handler handler;
+  std::unique_ptr<http::AcceptLoop> loop;  // destroyed first: its handlers own the sessions
+
+  http::Answer refusal(unsigned status, const std::string& text) const override {
+    return http_error(status, text + (status == 413 ? "; raise it with --max-request" : ""));
   }
-  void refuse(tcp::socket& socket) override {
-    boost::system::error_code ignored;
-    socket.non_blocking(true, ignored);
-    socket.write_some(asio::buffer(kBusy.data(), kBusy.size()), ignored);
+  void on_header(http::Session& session) override {
+    const std::string_view path = session.path();
+    const auto method = session.request().method();
+    const std::string type = lower_case(std::string(session.field(beast::field::content_type)));
+    const std::optional<uint64_t> length = session.content_length();
+    const auto refuse = [&](unsigned status, const char* text) { session.answer(http_error(status, text)); };
+    if (path == "/" && method == beast::verb::get)
+      return session.answer({200, "text/plain; charset=utf-8", std::string(kAbout)});
+    if (path != "/render") return refuse(404, "the only endpoint is /render");
+    if (method != beast::verb::post) {
+      http::Answer answer = http_error(405, "/render takes POST only");
+      answer.fields = {{"Allow", "POST"}};
+      return session.answer(std::move(answer));
+    }
+    if (!type.starts_with("multipart/form-data"))
+      return refuse(415, "the Content-Type must be multipart/form-data");
+    if (!length) return refuse(411, "the request must have a Content-Length");
+    if (*length > max_total_bytes - body_bytes)
+      return refuse(503, "too many requests are being received; ask again later");
+    session.read_body();
+  }
+  // The session is handed on as a whole, so that it ends on this thread.
+  void on_body(http::Session& session) override {
+    HttpRequest request{std::string(session.field(beast::field::content_type)), session.take_body()};
+    handler(std::move(request), [self = session.shared_from_this()](HttpAnswer&& answer) mutable {
+      const auto executor = self->executor();
+      asio::post(executor, [self = std::move(self), answer = std::move(answer)]() mutable {
+        self->answer(std::move(answer));
+      });
+    });
   }
 };
 
@@ -55,17 +84,15 @@ HttpServer::~HttpServer() = default;
 
 Result<std::unique_ptr<HttpServer>> HttpServer::open(const std::string& at, bool insecure,
                                                      const HttpLimits& limits, Handler handler) {
-  auto state = std::make_unique<State>();
-  state->sessions.limits = limits;
-  state->sessions.handler = std::move(handler);
-  transport::http::ListenOptions listen;
+  auto state = std::make_unique<State>(limits, std::move(handler));
+  http::ListenOptions listen;
   listen.at = at;
   listen.option = "the address";
   listen.example_port = kExamplePort;
   listen.may_be_public = insecure;
   listen.risk = "it is open to the network, where anyone could render";
   listen.max_connections = limits.max_connections;
-  auto loop = transport::http::AcceptLoop::open(listen, *state);
+  auto loop = http::AcceptLoop::open(listen, *state);
   if (!loop) return loop.error();
   state->loop = std::move(*loop);
   return std::unique_ptr<HttpServer>(new HttpServer(std::move(state)));

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "base/error.h"
+#include "protocol/transport/http/session.h"
 
 namespace fire3dv::drake {
 
@@ -26,10 +27,7 @@ struct HttpRequest {
   std::string content_type, body;
 };
 
-struct HttpAnswer {
-  unsigned status = 200;
-  std::string content_type, body;
-};
+using HttpAnswer = transport::http::Answer;
 // Error answer in the form of Drake's own server, shorter than the 8,192 bytes that its client shows.
 HttpAnswer http_error(unsigned status, const std::string& message);
 

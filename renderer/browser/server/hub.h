@@ -12,24 +12,16 @@
 
 namespace fire3dv::serve {
 
-class Connection;
 class ViewerSocket;
 
 struct Hub {
   // Constant after the start.
   ServerLimits limits;
   Tokens tokens;
-  std::string own_host;  // as the user wrote it
-  bool tls = false;
 
   // Owned by the server's thread.
-  std::map<uint64_t, std::weak_ptr<Connection>> connections;  // without viewers; by age, oldest first
-  std::map<ViewerId, std::weak_ptr<ViewerSocket>> sockets;    // with and without a token; by age
-  uint64_t next_connection = 1;
+  std::map<ViewerId, std::weak_ptr<ViewerSocket>> sockets;  // with and without a token; by age
   ViewerId next_viewer = 1;
-
-  // Counts of sockets, for limits.
-  size_t open() const { return connections.size() + sockets.size(); }
 
   // Events to the frame loop.
   struct Viewer {

@@ -5,48 +5,91 @@
 #include <boost/asio/post.hpp>
 #include <new>
 #include <optional>
+#include <string_view>
 #include <utility>
 
 #include "protocol/transport/core/link_thread.h"
-#include "protocol/transport/http/accept_loop.h"
+#include "protocol/transport/http/session.h"
 #include "protocol/transport/tcp/tcp_connection.h"
-#include "renderer/browser/server/connection.h"
 #include "renderer/browser/server/encoder.h"
 #include "renderer/browser/server/hub.h"
+#include "renderer/browser/server/page_files.h"
 #include "renderer/browser/server/viewer_socket.h"
 
 namespace fire3dv::serve {
 namespace {
 
 namespace asio = boost::asio;
-using asio::ip::tcp;
+
+namespace beast = boost::beast::http;
+namespace http = transport::http;
 
 constexpr uint16_t kExamplePort = 8080;
+constexpr const char* kText = "text/plain";
+
+// Scripts, styles and connections of this server only; nothing inline. Only ?embed=1 allows other local
+// pages, such as a notebook's, to show the page in a frame.
+constexpr std::string_view kPolicy =
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; connect-src "
+    "'self'; base-uri 'none'; form-action 'none'; frame-ancestors ";
+constexpr std::string_view kLocalPages =
+    "'self' http://localhost:* http://127.0.0.1:* https://localhost:* https://127.0.0.1:*";
+
+const char* type_of(std::string_view name) {
+  if (name.ends_with(".js")) return "text/javascript; charset=utf-8";
+  if (name.ends_with(".css")) return "text/css; charset=utf-8";
+  if (name.ends_with(".svg")) return "image/svg+xml";
+  return "text/html; charset=utf-8";
+}
+
+bool is_embedded(std::string_view target) {
+  const size_t query = target.find('?');
+  if (query == std::string_view::npos) return false;
+  return ("&" + std::string(target.substr(query + 1)) + "&").find("&embed=1&") != std::string::npos;
+}
+
+http::Answer secured(unsigned status, const char* type, std::string_view body, bool is_in_frame = false) {
+  return {status,
+          type,
+          std::string(body),
+          {{"Content-Security-Policy",
+            std::string(kPolicy) + std::string(is_in_frame ? kLocalPages : std::string_view("'none'"))},
+           {"Referrer-Policy", "no-referrer"},
+           {"Cross-Origin-Resource-Policy", "same-origin"}}};
+}
 
 }  // namespace
 
-struct Server::State final : transport::http::ConnectionOwner {
-  std::string address;
+struct Server::State final : http::SessionOwner {
+  explicit State(const ServerLimits& server_limits)
+      : SessionOwner({0, 64, server_limits.handshake, server_limits.handshake, server_limits.handshake}) {
+    hub.limits = server_limits;
+  }
+
+  std::string address, own_host;
   Hub hub;  // outlives the accept loop, whose handlers own the connections
   std::optional<asio::ssl::context> tls;
-  std::unique_ptr<transport::http::AcceptLoop> loop;
+  std::unique_ptr<http::AcceptLoop> loop;
   transport::LinkThread thread;
   std::optional<Encoder> encoder;  // posts to the loop
 
-  size_t open_connections() const override { return hub.open(); }
+  void use_tls(SSL_CTX* context) { tls_context = &tls.emplace(context); }
+  size_t open_connections() const override { return SessionOwner::open_connections() + hub.sockets.size(); }
   void evict() override;
-  void serve(tcp::socket&& socket) override;
+  void on_header(http::Session& session) override;
+  http::Answer refusal(unsigned status, const std::string& text) const override {
+    return secured(status, kText, text + "\n");
+  }
+
+ private:
+  http::Answer answer_to(const http::Session& session) const;
 };
 
 // The oldest connection without a token makes room for a new one.
 void Server::State::evict() {
-  if (!hub.connections.empty()) {
-    const auto oldest = hub.connections.begin();
-    const std::shared_ptr<Connection> connection = oldest->second.lock();
-    hub.connections.erase(oldest);
-    if (connection) connection->close();
-    return;
-  }
+  const size_t before = open_connections();
+  SessionOwner::evict();
+  if (open_connections() < before) return;
   for (const auto& [number, known] : hub.sockets) {
     const std::shared_ptr<ViewerSocket> socket = known.lock();
     if (!socket || socket->has_joined()) continue;
@@ -55,8 +98,33 @@ void Server::State::evict() {
   }
 }
 
-void Server::State::serve(tcp::socket&& socket) {
-  std::make_shared<Connection>(std::move(socket), tls ? &*tls : nullptr, hub)->start();
+void Server::State::on_header(http::Session& session) {
+  const std::string_view host = session.field(beast::field::host);
+  if (!is_host_allowed(host, own_host, tls.has_value()))
+    return session.answer(
+        refusal(421, "the Host header must be an IP address, localhost or the host of --serve"));
+  if (session.path() != "/socket" || !boost::beast::websocket::is_upgrade(session.request()))
+    return session.answer(answer_to(session));
+  if (!is_origin_allowed(session.field(beast::field::origin), host, tls.has_value()))
+    return session.answer(refusal(403, "another web site may not connect"));
+  std::make_shared<ViewerSocket>(session.release_stream(), hub)->start(session.request());
+}
+
+http::Answer Server::State::answer_to(const http::Session& session) const {
+  if (session.request().method() != beast::verb::get) {
+    http::Answer answer = refusal(405, "only GET is answered");
+    answer.fields.emplace_back("Allow", "GET");
+    return answer;
+  }
+  const std::string_view path = session.path();
+  if (path == "/socket") return refusal(426, "this is a WebSocket");
+  for (const PageFile& file : page_files()) {
+    const bool is_start = path == "/" && file.name == "index.html";
+    if (is_start || (path.size() > 1 && path.substr(1) == file.name))
+      return secured(200, type_of(file.name), file.content,
+                     is_embedded(http::view_of(session.request().target())));
+  }
+  return refusal(404, "there is no such page");
 }
 
 Server::Server(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -68,29 +136,28 @@ Server::~Server() {
 }
 
 Result<std::unique_ptr<Server>> Server::open(const ServerOptions& options) {
-  auto state = std::make_unique<State>();
+  auto state = std::make_unique<State>(options.limits);
   Hub& hub = state->hub;
-  hub.limits = options.limits;
-  hub.tls = !options.tls.certificate_file.empty();
-  transport::http::ListenOptions listen;
+  const bool has_tls = !options.tls.certificate_file.empty();
+  http::ListenOptions listen;
   listen.at = options.at;
   listen.option = "--serve";
   listen.example_port = kExamplePort;
-  listen.may_be_public = options.insecure || hub.tls;
+  listen.may_be_public = options.insecure || has_tls;
   listen.risk = "images and links would cross the network unprotected";
   listen.remedy = "add --tls-cert and --tls-key";
   listen.max_connections = hub.limits.max_connections;
-  auto loop = transport::http::AcceptLoop::open(listen, *state);
+  auto loop = http::AcceptLoop::open(listen, *state);
   if (!loop) return loop.error();
   state->loop = std::move(*loop);
-  hub.own_host = state->loop->host();
-  state->address = (hub.tls ? "https://" : "http://") + state->loop->address();
-  if (hub.tls) {
+  state->own_host = state->loop->host();
+  state->address = (has_tls ? "https://" : "http://") + state->loop->address();
+  if (has_tls) {
     Result<transport::tcp::TlsContext> context =
         transport::tcp::make_server_context("--serve " + options.at, options.tls);
     if (!context) return context.error();
     ::SSL_CTX_up_ref(context->get());
-    state->tls.emplace(context->get());
+    state->use_tls(context->get());
   }
   if (options.token_file.empty()) {
     hub.tokens = random_tokens();

@@ -12,7 +12,7 @@ using Clock = std::chrono::steady_clock;
 
 }  // namespace
 
-ViewerSocket::ViewerSocket(std::unique_ptr<Stream> stream, Hub& hub)
+ViewerSocket::ViewerSocket(std::unique_ptr<transport::http::Stream> stream, Hub& hub)
     : hub_(hub),
       number_(hub.next_viewer++),
       stream_(std::move(stream)),
@@ -26,7 +26,7 @@ ViewerSocket::~ViewerSocket() {
   hub_.leave(number_);
 }
 
-void ViewerSocket::start(const boost::beast::http::request<boost::beast::http::empty_body>& request) {
+void ViewerSocket::start(const transport::http::Session::Request& request) {
   hub_.sockets[number_] = weak_from_this();
   websocket::stream_base::timeout timeout;
   timeout.handshake_timeout = hub_.limits.handshake;

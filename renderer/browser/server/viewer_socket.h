@@ -12,20 +12,20 @@
 #include <string>
 #include <vector>
 
+#include "protocol/transport/http/session.h"
 #include "renderer/browser/server/hub.h"
-#include "renderer/browser/server/stream.h"
 
 namespace fire3dv::serve {
 
 class ViewerSocket : public std::enable_shared_from_this<ViewerSocket> {
  public:
-  ViewerSocket(std::unique_ptr<Stream> stream, Hub& hub);
+  ViewerSocket(std::unique_ptr<transport::http::Stream> stream, Hub& hub);
   ~ViewerSocket();
   ViewerSocket(const ViewerSocket&) = delete;
   ViewerSocket& operator=(const ViewerSocket&) = delete;
 
   // request: the upgrade request, whose headers have been checked.
-  void start(const boost::beast::http::request<boost::beast::http::empty_body>& request);
+  void start(const transport::http::Session::Request& request);
   void send(std::string&& text);
   void send(std::vector<uint8_t>&& binary);
   void resume();  // reading, after the frame loop took the messages
@@ -54,8 +54,8 @@ class ViewerSocket : public std::enable_shared_from_this<ViewerSocket> {
 
   Hub& hub_;
   const ViewerId number_;
-  const std::unique_ptr<Stream> stream_;
-  boost::beast::websocket::stream<Stream&> socket_;
+  const std::unique_ptr<transport::http::Stream> stream_;
+  boost::beast::websocket::stream<transport::http::Stream&> socket_;
   boost::asio::steady_timer timer_;  // for the token, then for the rate
   boost::beast::flat_buffer buffer_;
   Access access_ = Access::none;

@@ -8,7 +8,7 @@
 #include <optional>
 #include <utility>
 
-namespace fire3dv::serve {
+namespace fire3dv::transport::http {
 
 class Stream {
  public:
@@ -66,4 +66,4 @@ inline void beast_close_socket(Stream& stream) {
   stream.socket().close(ignored);
 }
 
-}  // namespace fire3dv::serve
+}  // namespace fire3dv::transport::http

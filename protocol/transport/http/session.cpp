@@ -1,0 +1,222 @@
+#include "protocol/transport/http/session.h"
+
+#include <algorithm>
+#include <sstream>
+
+namespace fire3dv::transport::http {
+namespace {
+
+namespace beast = boost::beast::http;
+
+constexpr uint32_t kMaxHeaderBytes = 16 << 10;
+constexpr size_t kReadBytes = 4 << 10, kMaxBufferBytes = 1 << 20;
+constexpr std::chrono::seconds kDrainTime{2};
+constexpr const char* kText = "text/plain; charset=utf-8";
+
+using Response = beast::response<beast::string_body>;
+
+Response response_of(Answer&& answer, bool keep_alive) {
+  Response response(static_cast<beast::status>(answer.status), 11);
+  response.set(beast::field::content_type, answer.content_type);
+  // Bodies may hold untrusted text, which browsers must not take for HTML.
+  response.set("X-Content-Type-Options", "nosniff");
+  response.set(beast::field::cache_control, "no-store");
+  for (const auto& [name, value] : answer.fields) response.set(name, value);
+  response.keep_alive(keep_alive);
+  response.body() = std::move(answer.body);
+  response.prepare_payload();
+  return response;
+}
+
+// Bytes of other protocols, and lines that end by a line feed alone: the parser could wait for more of them.
+bool is_other_protocol(std::string_view header, bool is_start) {
+  if (is_start && (header.front() < 0x20 || header.front() > 0x7e)) return true;
+  for (size_t end = header.find('\n'); end != std::string_view::npos; end = header.find('\n', end + 1)) {
+    if (end == 0 || header[end - 1] != '\r') return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+void SessionOwner::evict() {
+  const auto idle = std::ranges::find_if(open_, [](const auto& each) { return each.second->is_idle(); });
+  if (idle == open_.end()) return;
+  Session* const session = idle->second;
+  open_.erase(idle);
+  ++evicted;
+  session->close();
+}
+
+void SessionOwner::serve(boost::asio::ip::tcp::socket&& socket) {
+  std::make_shared<Session>(std::move(socket), *this)->start();
+}
+
+void SessionOwner::refuse(boost::asio::ip::tcp::socket& socket) {
+  std::ostringstream text;
+  text << response_of(refusal(503, "too many connections; ask again later"), false);
+  boost::system::error_code ignored;
+  socket.non_blocking(true, ignored);
+  if (!tls_context) socket.write_some(boost::asio::buffer(text.str()), ignored);
+}
+
+Answer SessionOwner::refusal(unsigned status, const std::string& text) const {
+  return {status, kText, text + "\n"};
+}
+
+Session::Session(boost::asio::ip::tcp::socket&& socket, SessionOwner& owner)
+    : owner_(owner),
+      number_(owner.next_number_++),
+      stream_(std::make_unique<Stream>(std::move(socket), owner.tls_context)),
+      deadline_(stream_->get_executor()),
+      buffer_(kMaxBufferBytes) {
+  owner_.open_.emplace(number_, this);
+}
+
+Session::~Session() {
+  owner_.body_bytes -= charged_bytes_;
+  owner_.open_.erase(number_);
+}
+
+void Session::start() {
+  limit_time(owner_.limits.header_timeout);
+  stream_->async_handshake([self = shared_from_this()](ErrorCode error) {
+    if (!error) self->read_header();
+  });
+}
+
+void Session::close() {
+  deadline_.cancel();
+  ErrorCode ignored;
+  if (stream_) stream_->socket().close(ignored);
+}
+
+// Ends the pending read or write after this time.
+void Session::limit_time(std::chrono::seconds time) {
+  is_over_time_ = false;
+  deadline_.set(time, weak_from_this(), [](Session& self) {
+    self.is_over_time_ = true;
+    ErrorCode ignored;
+    if (self.stream_) self.stream_->socket().cancel(ignored);
+  });
+}
+
+std::string_view Session::path() const {
+  const std::string_view target = view_of(request().target());
+  return target.substr(0, target.find('?'));
+}
+
+std::string_view Session::field(beast::field name) const {
+  return view_of(request()[name]);
+}
+
+std::optional<uint64_t> Session::content_length() const {
+  const auto length = parser_->content_length();
+  return length && !parser_->chunked() ? std::optional<uint64_t>(*length) : std::nullopt;
+}
+
+std::unique_ptr<Stream> Session::release_stream() {
+  deadline_.cancel();
+  owner_.open_.erase(number_);
+  return std::move(stream_);
+}
+
+void Session::read_header() {
+  is_idle_ = true;
+  parser_.emplace();
+  parser_->header_limit(kMaxHeaderBytes);
+  parser_->body_limit(owner_.limits.max_body_bytes);
+  limit_time(owner_.limits.header_timeout);
+  parse_header();
+}
+
+void Session::parse_header() {
+  if (buffer_.size() > 0) {
+    const std::string_view bytes(static_cast<const char*>(buffer_.data().data()), buffer_.size());
+    const size_t end = bytes.find("\r\n\r\n");
+    if (is_other_protocol(bytes.substr(0, end), !parser_->got_some()))
+      return refuse(beast::error::bad_method);
+    ErrorCode error;
+    buffer_.consume(parser_->put(buffer_.data(), error));
+    // The parser waits for a version of full length, even if the header ends before.
+    if (error == beast::error::need_more && end != std::string_view::npos)
+      error = beast::error::bad_line_ending;
+    if (error && error != beast::error::need_more) return refuse(error);
+    if (!error) {
+      is_idle_ = false;
+      return owner_.on_header(*this);
+    }
+  }
+  stream_->async_read_some(buffer_.prepare(kReadBytes),
+                           [self = shared_from_this()](ErrorCode error, size_t count) {
+                             if (error) return self->on_read_error(error);
+                             self->buffer_.commit(count);
+                             self->parse_header();
+                           });
+}
+
+void Session::read_body() {
+  charged_bytes_ = content_length().value_or(0);
+  owner_.body_bytes += charged_bytes_;
+  limit_time(owner_.limits.body_timeout);
+  beast::async_read(*stream_, buffer_, *parser_, [self = shared_from_this()](ErrorCode error, size_t) {
+    if (error) return self->on_read_error(error);
+    self->deadline_.cancel();
+    self->owner_.on_body(*self);
+  });
+}
+
+void Session::on_read_error(ErrorCode error) {
+  if (is_over_time_) {
+    if (parser_->got_some() || buffer_.size() > 0)
+      return answer(owner_.refusal(408, "the request did not arrive in time"));
+    owner_.timed_out += requests_ == 0 ? 1 : 0;
+    return;
+  }
+  const bool is_fault = error.category() == beast::make_error_code(beast::error::bad_method).category();
+  if (is_fault && error != beast::error::end_of_stream && error != beast::error::partial_message)
+    refuse(error);  // else the connection has ended
+}
+
+void Session::refuse(ErrorCode error) {
+  const auto refused = [&](unsigned status, const std::string& text) {
+    answer(owner_.refusal(status, text));
+  };
+  if (error == beast::error::header_limit)
+    return refused(431, "the request's header exceeds " + std::to_string(kMaxHeaderBytes) + " bytes");
+  if (error == beast::error::body_limit)
+    return refused(413, "the request exceeds the limit of " +
+                            std::to_string(owner_.limits.max_body_bytes >> 20) + " MiB");
+  if (error == beast::error::bad_version) return refused(505, "the request is not HTTP/1.1");
+  refused(400, "the request is not HTTP/1.1: " + error.message());
+}
+
+void Session::answer(Answer&& answer) {
+  owner_.body_bytes -= std::exchange(charged_bytes_, 0);
+  ++owner_.answered[answer.status];
+  is_idle_ = false;
+  const bool keeps_alive =
+      ++requests_ < owner_.limits.max_requests && parser_->is_done() && parser_->get().keep_alive();
+  response_ = response_of(std::move(answer), keeps_alive);
+  limit_time(owner_.limits.write_timeout);
+  beast::async_write(*stream_, *response_, [self = shared_from_this(), keeps_alive](ErrorCode error, size_t) {
+    if (error) return;
+    if (keeps_alive) return self->read_header();
+    ErrorCode ignored;
+    self->stream_->socket().shutdown(Stream::Socket::shutdown_send, ignored);
+    self->limit_time(kDrainTime);
+    self->is_idle_ = true;
+    self->drain();
+  });
+}
+
+// Reads what the client still sends, for a moment: a reset could overtake the answer.
+void Session::drain() {
+  buffer_.clear();
+  stream_->async_read_some(buffer_.prepare(kMaxBufferBytes),
+                           [self = shared_from_this()](ErrorCode error, size_t) {
+                             if (!error) self->drain();
+                           });
+}
+
+}  // namespace fire3dv::transport::http
