@@ -161,9 +161,6 @@ bool Window::should_close() const {
 void Window::keep_open() {
   glfwSetWindowShouldClose(window_, GLFW_FALSE);
 }
-void Window::set_title(const std::string& title) {
-  glfwSetWindowTitle(window_, title.c_str());
-}
 
 VkExtent2D Window::framebuffer_extent() const {
   int width = 0, height = 0;

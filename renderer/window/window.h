@@ -43,7 +43,6 @@ class Window {
   // True if there was input since the last call, the window's size or contents changed, it is to be closed,
   // or a key or button is held down. Independent of take_input().
   bool take_activity() { return std::exchange(is_active_, false) || held_ > 0; }
-  void set_title(const std::string& title);
   enum class Cursor : uint8_t { arrow, text, resize_x, resize_y, hand };
   void set_cursor(Cursor cursor);
   static std::string clipboard();

@@ -4,12 +4,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <boost/container/string.hpp>
-#include <boost/interprocess/allocators/allocator.hpp>
-#include <boost/interprocess/managed_shared_memory.hpp>
-#include <boost/interprocess/sync/interprocess_mutex.hpp>
-#include <boost/interprocess/sync/scoped_lock.hpp>
-#include <boost/unordered_map.hpp>
 #include <cstdio>
 #include <cstring>
 #include <functional>
@@ -28,45 +22,9 @@ namespace fire3dv::bench {
 
 namespace {
 
-namespace bip = boost::interprocess;
-
 constexpr size_t kPublishSlots = 8;
 constexpr size_t kSlotBytes = 64 << 10;
 constexpr int kCallsPerRound = 200;
-
-// Baseline without a ring: a map from names to matrices in a managed segment, protected by its mutex.
-class LockedMap {
- public:
-  LockedMap(const std::string& name, size_t nodes) : name_(name) {
-    bip::shared_memory_object::remove(name.c_str());
-    segment_ = bip::managed_shared_memory(bip::create_only, name.c_str(), 4 << 20);
-    mutex_ = segment_.construct<bip::interprocess_mutex>("mutex")();
-    map_ = segment_.construct<Map>("map")(nodes, boost::hash<Name>(), std::equal_to<Name>(),
-                                          segment_.get_allocator<Map::value_type>());
-    for (size_t i = 0; i < nodes; ++i) names_.push_back("a_body_of_the_scene_" + std::to_string(i));
-  }
-  ~LockedMap() { bip::shared_memory_object::remove(name_.c_str()); }
-
-  void publish(std::span<const wire::Affine3x4> poses) {
-    const bip::scoped_lock lock(*mutex_);
-    for (size_t i = 0; i < poses.size(); ++i) {
-      const Name key(names_[i].c_str(), segment_.get_segment_manager());
-      (*map_)[key] = poses[i];
-    }
-  }
-
- private:
-  using Characters = bip::allocator<char, bip::managed_shared_memory::segment_manager>;
-  using Name = boost::container::basic_string<char, std::char_traits<char>, Characters>;
-  using Entry = std::pair<const Name, wire::Affine3x4>;
-  using Map = boost::unordered_map<Name, wire::Affine3x4, boost::hash<Name>, std::equal_to<Name>,
-                                   bip::allocator<Entry, bip::managed_shared_memory::segment_manager>>;
-  std::string name_;
-  bip::managed_shared_memory segment_;
-  bip::interprocess_mutex* mutex_ = nullptr;
-  Map* map_ = nullptr;
-  std::vector<std::string> names_;
-};
 
 double median(std::vector<double> values) {
   std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
@@ -111,7 +69,6 @@ int publish_bench(int rounds) {
     void* const memory = ::mmap(nullptr, kPublishSlots * kSlotBytes, PROT_READ | PROT_WRITE,
                                 MAP_SHARED | MAP_ANONYMOUS | MAP_POPULATE, -1, 0);
     if (memory == MAP_FAILED) return 1;
-    LockedMap map("fire3dv-" + name, count);
     size_t slot = 0;
     void* (*volatile copy)(void*, const void*, size_t) = std::memcpy;
     Method methods[] = {
@@ -131,7 +88,6 @@ int publish_bench(int rounds) {
          },
          {},
          {}},
-        {"map of names under a mutex (Boost.Interprocess)", [&] { map.publish(poses); }, {}, {}},
     };
     for (int round = 0; round < rounds; ++round) {
       for (Method& method : methods) {
