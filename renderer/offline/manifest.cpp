@@ -11,7 +11,6 @@
 #include "base/text.h"
 #include "protocol/wire/check.h"
 #include "renderer/app/options/option_values.h"
-#include "renderer/sinks/output_text.h"
 
 namespace fire3dv::offline {
 namespace {

@@ -15,7 +15,6 @@
 #include "base/files.h"
 #include "base/numbers.h"
 #include "base/text.h"
-#include "renderer/sinks/output_text.h"
 
 namespace fire3dv::sinks {
 

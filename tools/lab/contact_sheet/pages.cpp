@@ -6,7 +6,6 @@
 
 #include "base/files.h"
 #include "base/text.h"
-#include "renderer/sinks/output_text.h"
 #include "renderer/sinks/png.h"
 
 namespace fire3dv::contact_sheet {
