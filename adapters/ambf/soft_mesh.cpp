@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
+#include "base/color/srgb.h"
 #include "base/glb.h"
-#include "base/srgb.h"
 #include "base/text.h"
 
 namespace fire3dv::ambf {

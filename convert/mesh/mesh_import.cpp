@@ -19,8 +19,8 @@
 #include <string_view>
 #include <utility>
 
+#include "base/color/srgb.h"
 #include "base/files.h"
-#include "base/srgb.h"
 #include "convert/description_files.h"
 #include "convert/mesh/mesh_store.h"
 #include "convert/mesh/node_frames.h"

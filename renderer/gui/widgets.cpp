@@ -9,7 +9,7 @@
 #include <cstdlib>
 #include <utility>
 
-#include "base/srgb.h"
+#include "base/color/srgb.h"
 
 namespace fire3dv::gui {
 

@@ -11,9 +11,9 @@
 #include <system_error>
 #include <utility>
 
+#include "base/color/srgb.h"
 #include "base/error.h"
 #include "base/numbers.h"
-#include "base/srgb.h"
 
 namespace fire3dv::passes {
 namespace {

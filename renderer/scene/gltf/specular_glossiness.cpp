@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/color/srgb.h"
 #include "base/parallel.h"
-#include "base/srgb.h"
 #include "renderer/scene/model/scene_fields.h"
 
 namespace fire3dv::scene {
