@@ -120,7 +120,8 @@ void ScenePasses::allocate(const RendererSettings& settings, const FrameRequest&
   if (plan.ray_effects)
     ray_effects->allocate(targets, gpu_scene.refracts, settings.draw().ray_effects.on.bounce);
   if (path_tracer && request.outputs.shaded())
-    path_tracer->allocate(uint64_t{request.extent.width} * request.extent.height, request.keeps_last);
+    path_tracer->allocate(uint64_t{request.extent.width} * request.extent.height,
+                          request.shows_previous_image);
   if (plan.depth_of_field) {
     if (!depth_of_field) depth_of_field = std::make_unique<DepthOfFieldPass>(device, settings.samples());
     depth_of_field->allocate(targets);

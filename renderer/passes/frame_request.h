@@ -31,7 +31,8 @@ struct FrameRequest {
   bool lens = false;
   // Paths: trace_paths() goes on with the last such image while it stays the same; see there.
   bool refines = false;
-  bool keeps_last = false;  // with refines: the image before it is shown until the first sample is whole
+  bool shows_previous_image =
+      false;  // with refines: the image before it is shown until the first sample is whole
 };
 
 // Resource that prepare() could not provide.

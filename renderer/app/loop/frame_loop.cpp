@@ -304,7 +304,7 @@ Result<void> FrameLoop::draw() {
   request.markers = !context_.options.outputs.has_planes() || context_.options.markers_in_data_sets;
   request.inspection = context_.window ? context_.window->take_inspection()
                                        : passes::Inspection{context_.options.debug_view, scene::kNone, {}};
-  request.refines = request.keeps_last = context_.window != nullptr;
+  request.refines = request.shows_previous_image = context_.window != nullptr;
   const passes::View view = context_.camera.view(
       context_.poses, static_cast<float>(extent.width) / static_cast<float>(extent.height));
   Progress progress("fire3dv", "samples per pixel:");

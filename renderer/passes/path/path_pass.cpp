@@ -158,7 +158,7 @@ uint32_t PathPass::band_pixels() const {
   return device_.report().type == gpu::DeviceType::software ? kBandPixelsOnCpu : kBandPixels;
 }
 
-void PathPass::allocate(uint64_t pixel_count, bool keeps_last) {
+void PathPass::allocate(uint64_t pixel_count, bool shows_previous_image) {
   const VkDeviceSize sum_bytes = pixel_count * sizeof(gpu_types::PathSum);
   const VkDeviceSize state_bytes =
       std::min<uint64_t>(band_pixels(), pixel_count) * sizeof(gpu_types::PathState);
@@ -173,7 +173,7 @@ void PathPass::allocate(uint64_t pixel_count, bool keeps_last) {
     image = std::move(next);
   };
   grow(current_);
-  if (keeps_last) grow(last_);
+  if (shows_previous_image) grow(last_);
   if (states_.size_bytes >= state_bytes) return;
   drop();  // their paths are in the old buffer
   states_ = create_storage(device_, state_bytes);

@@ -55,9 +55,9 @@ class PathPass {
   void select(uint64_t image);
   // Frees an image that is not selected.
   void forget(uint64_t image);
-  // Allocates the buffers of an image. keeps_last: also those of the image before it, which is shown until
-  // the first sample is whole. Throws VulkanFailure when memory is short; then there is no image.
-  void allocate(uint64_t pixel_count, bool keeps_last);
+  // Allocates the buffers of an image. shows_previous_image: also those of the image before it, which is
+  // shown until the first sample is whole. Throws VulkanFailure when memory is short; then there is no image.
+  void allocate(uint64_t pixel_count, bool shows_previous_image);
   // Records the start of an image into a frame of submissions(). globals: with the addresses of this frame.
   void begin(gpu::Recorder& recorder, const gpu_types::Globals& globals, const View& view,
              const std::optional<PathSamples>& resume = std::nullopt);

@@ -82,7 +82,8 @@ void RenderBench::record_and_submit(const state::PoseState& poses, const passes:
   passes::PathHooks hooks;
   if (refines) hooks.budget.emplace(0);
   auto begun = take_or_die(renderer_.begin_next(
-      frames_, {.extent = extent_, .markers = shows_markers_, .refines = refines, .keeps_last = refines},
+      frames_,
+      {.extent = extent_, .markers = shows_markers_, .refines = refines, .shows_previous_image = refines},
       poses, view, hooks));
   gpu::Recorder& recorder = begun->recorder;
   renderer_.record(begun->prepared, recorder, frames_.staging(), poses, view);
