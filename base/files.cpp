@@ -8,14 +8,10 @@
 
 #include <array>
 #include <cerrno>
-#include <cstdint>
 #include <cstdio>
 #include <cstring>
-#include <string>
 #include <system_error>
 #include <utility>
-
-#include "base/text.h"
 
 namespace fire3dv::base {
 namespace {

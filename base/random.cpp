@@ -5,8 +5,6 @@
 #include <array>
 #include <cstring>
 
-#include "base/error.h"
-
 namespace fire3dv {
 namespace {
 

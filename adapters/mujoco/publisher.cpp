@@ -3,14 +3,10 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <fire3dv/client.hpp>
-#include <string>
 #include <tuple>
 #include <utility>
 
 #include "adapters/generic/call_client.h"
-#include "adapters/mujoco/compiled/compiled_scene.h"
-#include "base/error.h"
 #include "base/numbers.h"
 #include "convert/glb/write_glb.h"
 #include "convert/model.h"

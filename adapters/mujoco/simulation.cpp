@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <utility>
 
 #include "adapters/mujoco/compiled/model_files.h"
 #include "base/numbers.h"

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "base/clock.h"
-#include "protocol/record/playback.h"
 #include "protocol/wire/check.h"
 
 namespace fire3dv::replay {

@@ -3,7 +3,6 @@
 #include <utility>
 
 #include "base/clock.h"
-#include "renderer/metrics/metric_families.h"
 
 namespace fire3dv::app {
 namespace {

@@ -3,7 +3,6 @@
 #include <cstring>
 #include <utility>
 
-#include "renderer/passes/outputs/planes_and_boxes.h"
 #include "renderer/passes/path/path_pass.h"
 #include "renderer/sinks/output_text.h"
 

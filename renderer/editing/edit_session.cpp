@@ -10,7 +10,6 @@
 #include "base/log.h"
 #include "base/plural.h"
 #include "base/text.h"
-#include "renderer/editing/document_additions.h"
 #include "renderer/editing/overlay_file.h"
 #include "renderer/editing/target_index.h"
 #include "renderer/editing/view_transfer.h"

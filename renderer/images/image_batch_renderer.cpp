@@ -4,7 +4,6 @@
 #include "renderer/passes/resources/gpu_scene.h"
 
 #include <algorithm>
-#include <chrono>
 
 namespace fire3dv::app {
 namespace {

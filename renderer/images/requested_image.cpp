@@ -7,7 +7,6 @@
 #include <optional>
 
 #include "base/error.h"
-#include "renderer/passes/outputs/planes_and_boxes.h"
 
 namespace fire3dv::app {
 

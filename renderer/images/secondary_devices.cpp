@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "renderer/loading/disk_caches.h"
 #include "renderer/passes/texture_capacity.h"
 
 namespace fire3dv::app {

@@ -13,18 +13,13 @@
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
-#include <filesystem>
-#include <functional>
 #include <iterator>
 #include <optional>
-#include <string>
 #include <string_view>
 #include <thread>
 #include <utility>
-#include <vector>
 
 #include "base/digest.h"
-#include "base/error.h"
 #include "base/files.h"
 #include "base/process/converter_process.h"
 #include "renderer/scene/cache_files.h"

@@ -1,7 +1,6 @@
 #include "renderer/loading/disk_caches.h"
 
 #include <algorithm>
-#include <string>
 #include <system_error>
 #include <utility>
 

@@ -1,7 +1,5 @@
 #include "renderer/loading/scene_reload.h"
 
-#include <utility>
-
 #include "base/clock.h"
 #include "base/log.h"
 

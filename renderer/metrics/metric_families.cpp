@@ -10,7 +10,6 @@
 #include <cstdio>
 #include <memory>
 #include <set>
-#include <utility>
 
 #include "protocol/wire/check.h"
 

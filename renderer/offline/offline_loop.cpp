@@ -10,7 +10,6 @@
 #include "protocol/wire/check.h"
 #include "renderer/camera/default_look.h"
 #include "renderer/passes/path/path_pass.h"
-#include "renderer/passes/scene_renderer.h"
 
 namespace fire3dv::offline {
 

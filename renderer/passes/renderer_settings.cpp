@@ -1,7 +1,5 @@
 #include "renderer/passes/renderer_settings.h"
 
-#include <string>
-
 #include "renderer/gpu/device/device.h"
 #include "renderer/passes/ray_effects/ray_effects_pass.h"
 #include "renderer/settings/setting_table.h"

@@ -9,7 +9,6 @@
 #include <istream>
 #include <ostream>
 #include <sstream>
-#include <string>
 #include <system_error>
 #include <utility>
 

@@ -7,8 +7,6 @@
 #include <system_error>
 #include <utility>
 
-#include "base/text.h"
-
 namespace fire3dv::scene {
 namespace {
 

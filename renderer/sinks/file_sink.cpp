@@ -6,11 +6,9 @@
 #include <charconv>
 #include <cstdio>
 #include <set>
-#include <string>
 #include <string_view>
 #include <system_error>
 
-#include "base/files.h"
 #include "renderer/sinks/output_text.h"
 #include "renderer/sinks/png.h"
 

@@ -12,7 +12,6 @@
 #include <cstring>
 #include <string_view>
 
-#include "base/files.h"
 #include "base/numbers.h"
 #include "base/text.h"
 

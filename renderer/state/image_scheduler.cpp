@@ -1,7 +1,6 @@
 #include "renderer/state/image_scheduler.h"
 
 #include <algorithm>
-#include <utility>
 
 #include "base/error.h"
 

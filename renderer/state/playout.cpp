@@ -4,7 +4,6 @@
 #include <cmath>
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
-#include <optional>
 #include <utility>
 
 namespace fire3dv::state {

@@ -1,7 +1,5 @@
 #include "renderer/state/stream_edits.h"
 
-#include <algorithm>
-
 namespace fire3dv::state {
 namespace {
 

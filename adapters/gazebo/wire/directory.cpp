@@ -2,7 +2,6 @@
 
 #include <iterator>
 #include <optional>
-#include <utility>
 
 namespace fire3dv::gazebo {
 namespace {

@@ -8,7 +8,6 @@
 #include <cstring>
 #include <map>
 #include <set>
-#include <string_view>
 #include <utility>
 
 #include "convert/description_files.h"

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "base/clock.h"
-
 namespace fire3dv::transport {
 
 using Kind = LinkEvent::Kind;

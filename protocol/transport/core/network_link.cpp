@@ -1,9 +1,5 @@
 #include "protocol/transport/core/network_link.h"
 
-#include <algorithm>
-
-#include "base/clock.h"
-
 namespace fire3dv::transport {
 namespace {
 

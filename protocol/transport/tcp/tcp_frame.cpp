@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <utility>
 
 #include "protocol/transport/core/byte_order.h"
 #include "protocol/transport/core/link_counters.h"

@@ -1,8 +1,5 @@
 #include "protocol/transport/tcp/tcp_send_queue.h"
 
-#include <cstdint>
-#include <utility>
-
 #include "protocol/wire/image.h"
 
 namespace fire3dv::transport::tcp {

@@ -2,14 +2,11 @@
 
 #include <algorithm>
 #include <bit>
-#include <cstddef>
 #include <cstring>
 #include <iterator>
 #include <new>
 #include <utility>
-#include <vector>
 
-#include "base/clock.h"
 #include "base/random.h"
 #include "protocol/transport/core/byte_order.h"
 

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <vector>
 
 #include "base/clock.h"
 #include "protocol/transport/udp/udp_datagram.h"

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <cstdio>
 #include <span>
-#include <utility>
 
 #include "base/files.h"
 #include "base/log.h"
@@ -11,7 +10,6 @@
 #include "base/text.h"
 #include "renderer/app/stop_signals.h"
 #include "renderer/camera/default_look.h"
-#include "renderer/capture/capture.h"
 #include "renderer/passes/path/path_pass.h"
 
 namespace fire3dv::app {

@@ -6,7 +6,6 @@
 #include <span>
 #include <system_error>
 #include <type_traits>
-#include <utility>
 #include <vector>
 
 #include "base/log.h"

@@ -4,9 +4,7 @@
 #include <cstddef>
 #include <iterator>
 #include <optional>
-#include <string>
 #include <utility>
-#include <vector>
 
 namespace fire3dv::app {
 namespace {

@@ -1,6 +1,5 @@
 #include "renderer/browser/server/message.h"
 
-#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <utility>

@@ -6,13 +6,9 @@
 #include <cmath>
 #include <string>
 #include <string_view>
-#include <vector>
 
-#include "renderer/gpu/loader_commands.h"
-#include "renderer/gpu/pipelines/descriptors.h"
 #include "renderer/gpu/pipelines/pipeline.h"
 #include "shaders/shared/bindings.h"
-#include "shaders/shared/types.h"
 
 namespace fire3dv::passes {
 namespace {

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <span>
-#include <utility>
 
 #include "base/plural.h"
 #include "renderer/passes/path/environment_cells.h"

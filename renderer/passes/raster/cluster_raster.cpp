@@ -7,7 +7,6 @@
 #include <string>
 
 #include "renderer/passes/resources/shader_variant.h"
-#include "shaders/shared/types.h"
 
 namespace fire3dv::passes {
 namespace {

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "renderer/passes/resources/scene_materials.h"
-#include "renderer/scene/model/scene_edits.h"
 #include "renderer/scene/model/vertices.h"
 #include "shaders/shared/types.h"
 

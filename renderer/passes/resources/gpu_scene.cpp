@@ -5,12 +5,9 @@
 #include <optional>
 
 #include "base/parallel.h"
-#include "renderer/passes/resources/scene_materials.h"
-#include "renderer/passes/resources/scene_parts.h"
 #include "renderer/scene/clusters/clusters.h"
 #include "renderer/scene/model/math.h"
 #include "renderer/scene/model/scene_edits.h"
-#include "shaders/shared/types.h"
 
 namespace fire3dv::passes {
 namespace {

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstddef>
 #include <glm/gtc/packing.hpp>
-#include <span>
 
 #include "renderer/scene/textures/images.h"
 

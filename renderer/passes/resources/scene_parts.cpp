@@ -1,7 +1,6 @@
 #include "renderer/passes/resources/scene_parts.h"
 
 #include <algorithm>
-#include <span>
 #include <tuple>
 
 #include "renderer/passes/resources/gpu_scene.h"

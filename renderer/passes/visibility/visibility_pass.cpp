@@ -1,11 +1,9 @@
 #include "renderer/passes/visibility/visibility_pass.h"
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <string>
 
-#include "renderer/passes/raster/cluster_raster.h"
 #include "renderer/passes/resources/shader_variant.h"
 #include "shaders/shared/bindings.h"
 

@@ -4,7 +4,6 @@
 
 #include "base/text.h"
 #include "base/vectors.h"
-#include "renderer/scene/clusters/clusters.h"
 
 namespace fire3dv::scene {
 

@@ -2,15 +2,11 @@
 
 #include <bit>
 #include <climits>
-#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <nlohmann/json.hpp>
-#include <span>
-#include <string>
 #include <string_view>
 
-#include "base/error.h"
 #include "base/json/json_fault.h"
 #include "renderer/scene/gltf/foreign_file.h"
 #include "renderer/scene/gltf/gltf_container.h"

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstddef>
 #include <span>
-#include <utility>
 
 #include "base/error.h"
 #include "renderer/scene/model/bounds.h"

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <new>
-#include <string>
 
 #include "base/parallel.h"
 #include "renderer/scene/files.h"

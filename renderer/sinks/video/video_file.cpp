@@ -4,7 +4,6 @@
 #include <array>
 #include <cerrno>
 #include <cstdlib>
-#include <optional>
 
 #include "base/files.h"
 #include "renderer/sinks/video/bt709.h"

@@ -7,7 +7,6 @@
 
 #include "base/log.h"
 #include "renderer/scene/files.h"
-#include "renderer/scene/model/scene_edits.h"
 #include "renderer/state/edits/edit_values.h"
 
 namespace fire3dv::state {

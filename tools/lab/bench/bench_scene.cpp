@@ -8,7 +8,6 @@
 #include "renderer/passes/view/view.h"
 #include "renderer/scene/model/bounds.h"
 #include "renderer/scene/model/vertices.h"
-#include "tools/lab/bench/shapes.h"
 
 namespace fire3dv::bench {
 

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstdio>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "base/clock.h"

@@ -7,8 +7,6 @@
 #include <vector>
 
 #include "base/clock.h"
-#include "protocol/transport/core/address.h"
-#include "tools/lab/impair/impairment.h"
 
 namespace fire3dv::impair {
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "renderer/state/playout.h"
 #include "renderer/state/stream_timing.h"

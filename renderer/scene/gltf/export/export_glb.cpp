@@ -4,7 +4,6 @@
 #include <exception>
 #include <new>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <span>
 #include <string_view>
 #include <utility>

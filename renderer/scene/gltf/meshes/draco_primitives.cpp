@@ -3,7 +3,6 @@
 #include <climits>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <string>
 #include <tuple>
 #include <utility>
 

@@ -4,8 +4,6 @@
 
 #include <fstream>
 #include <random>
-#include <string>
-#include <thread>
 #include <utility>
 
 #include "base/clock.h"
