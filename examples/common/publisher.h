@@ -30,7 +30,7 @@ void set_help(CLI::App& app, const std::string& usage);
 // A range that --help does not print.
 template <typename T>
 CLI::Validator in_range(T least, T most) {
-  return in_range(least, most);
+  return CLI::Range(least, most).description("");
 }
 
 // Returns --to.

@@ -35,7 +35,7 @@ struct MetricsServer::State final : http::SessionOwner {
     if (!std::all_of(target.begin(), target.end(), [](char c) { return c >= 0x20 && c <= 0x7e; }))
       return session.answer(refusal(400, "the target has bytes that are not ASCII"));
     if (session.request().method() != boost::beast::http::verb::get)
-      return session.answer({405, kPlain, "only GET is answered\n", {{"Allow", "GET"}}});
+      return session.answer({405, kPlain, "use GET\n", {{"Allow", "GET"}}});
     // Scrapers may add query parameters; they are ignored.
     if (session.path() != "/metrics") return session.answer({404, kPlain, "metrics are at /metrics\n"});
     session.answer({200, "text/plain; version=0.0.4; charset=utf-8", write_page()});
