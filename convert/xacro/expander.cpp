@@ -250,6 +250,7 @@ class Expander {
   }
 
   // Finds NAME, or NAME in a namespace: A.B.NAME. The macro of a namespace sees the namespace's properties.
+  // Null for an unknown macro that is ignored.
   std::pair<const Macro*, Scope*> find_macro(const std::string& full_name, Scope& scope) {
     if (const auto* macro = scope.macro(full_name)) return {keep(*macro), &scope};
     Scope* at = &scope;
@@ -263,7 +264,11 @@ class Expander {
     }
     if (begin > 0)
       if (const auto* macro = at->macro(full_name.substr(begin))) return {keep(*macro), at};
-    throw Failure("there is no macro " + quote(full_name) + "; is the file that defines it included?");
+    const std::string message =
+        "there is no macro " + quote(full_name) + "; is the file that defines it included?";
+    if (!substitution_.ignores_unknown_macros()) throw Failure(message);
+    substitution_.warn(message + " The element is left out");
+    return {nullptr, nullptr};
   }
 
   // A macro may be redefined while it is called.
@@ -281,8 +286,10 @@ class Expander {
     const std::string name =
         is_dynamic ? substitution_.evaluate_to_text(required(from, "macro"), caller) : from.name.substr(6);
     const auto [macro, definition_scope] = find_macro(name, caller);
-    Scope& symbols = *definition_scope;
-    Scope& local = add_scope(&symbols, false);
+    if (!macro) return;
+    // Arguments, blocks and defaults are the caller's, as in xacro 2.1; the body sees the namespace of the
+    // macro.
+    Scope& local = add_scope(definition_scope, false);
 
     std::vector<const Parameter*> left;
     for (const Parameter& parameter : macro->parameters) left.push_back(&parameter);
@@ -293,10 +300,10 @@ class Expander {
                        [&, &wanted = attribute](const Parameter* p) { return p->name == wanted; });
       if (parameter == left.end()) throw Failure("the macro has no parameter " + quote(attribute));
       left.erase(parameter);
-      store(local, attribute, substitution_.evaluate_text(value, symbols), false);
+      store(local, attribute, substitution_.evaluate_text(value, caller), false);
     }
-    take_blocks(from, left, local, symbols);
-    for (const Parameter* parameter : left) set_default(*parameter, local, symbols);
+    take_blocks(from, left, local, caller);
+    for (const Parameter* parameter : left) set_default(*parameter, local, caller);
 
     Element content;
     try {
@@ -313,9 +320,9 @@ class Expander {
   }
 
   // Assigns the evaluated child elements of a call to the block parameters in order.
-  void take_blocks(const Element& from, std::vector<const Parameter*>& left, Scope& local, Scope& symbols) {
+  void take_blocks(const Element& from, std::vector<const Parameter*>& left, Scope& local, Scope& caller) {
     Element content;
-    expand_children(from, content, symbols);
+    expand_children(from, content, caller);
     std::erase_if(content.children, [](const Element& child) { return child.is_text(); });
     size_t next = 0;
     std::erase_if(left, [&](const Parameter* parameter) {
@@ -335,16 +342,16 @@ class Expander {
       throw Failure("the macro takes no block <" + content.children[next].name + ">");
   }
 
-  void set_default(const Parameter& parameter, Scope& local, Scope& symbols) {
+  void set_default(const Parameter& parameter, Scope& local, Scope& caller) {
     const std::string& name = parameter.name;
     if (parameter.is_forwarded) {
-      if (std::optional<Value> value = property_of(symbols, name))
+      if (std::optional<Value> value = property_of(caller, name))
         return store(local, name, std::move(*value), false);
       if (!parameter.fallback)
         throw Failure("the caller has no property " + name + " for the parameter of that name");
     }
     if (!parameter.fallback) throw Failure("the parameter " + name + " has no value");
-    store(local, name, substitution_.evaluate_text(*parameter.fallback, symbols), false);
+    store(local, name, substitution_.evaluate_text(*parameter.fallback, caller), false);
   }
 
   void insert_block(const Element& from, Element& to, Scope& scope) {

@@ -122,7 +122,9 @@ Value Substitution::evaluate_expression(const std::string& text, Scope& scope) {
 
 std::string Substitution::evaluate_command(const std::string& text, Scope& scope) {
   const Budget::Level level(budget_);
-  const std::vector<std::string> words = words_of(evaluate_to_text(text, scope));
+  const std::string evaluated = evaluate_to_text(text, scope);
+  if (evaluated.starts_with("eval ")) return evaluate_arguments(evaluated.substr(5));
+  const std::vector<std::string> words = words_of(evaluated);
   const std::string command = words.empty() ? "" : words[0];
   if (command == "cwd" && words.size() == 1) return fs::current_path().string();
   if (command == "dirname" && words.size() == 1) return fs::absolute(current_file()).parent_path().string();
@@ -140,10 +142,42 @@ std::string Substitution::evaluate_command(const std::string& text, Scope& scope
     for (size_t i = 2; i < words.size(); ++i) otherwise += (i > 2 ? " " : "") + words[i];
     return otherwise;
   }
-  if (command == "eval" || command == "anon") refuse_python("$(" + command + " ...)");
+  if (command == "anon") refuse_python("$(anon ...)");
   throw Failure("$(" + text.substr(0, 60) +
                 ") is none of $(arg NAME), $(find PACKAGE), $(env NAME), $(optenv NAME "
                 "DEFAULT), $(dirname) and $(cwd)");
+}
+
+// $(eval EXPRESSION): names are arguments of the file, with the types of their texts.
+std::string Substitution::evaluate_arguments(const std::string& text) {
+  class Arguments : public Environment {
+   public:
+    explicit Arguments(Substitution& owner) : owner_(owner) {}
+    std::optional<Value> property(Scope*, const std::string& name) override {
+      if (owner_.has_argument(name)) return literal(owner_.argument(name));
+      if (name == "true" || name == "false") return Value(name == "true");
+      return std::nullopt;
+    }
+    std::string argument(const std::string& name) override { return owner_.argument(name); }
+    Value load_yaml(const std::string& path) override { return owner_.load_yaml(path); }
+    std::string absolute_path(const std::string& path) override { return owner_.absolute_path(path); }
+    void message(const std::string& level, const std::string& words) override {
+      owner_.message(level, words);
+    }
+
+   private:
+    Substitution& owner_;
+  } arguments(*this);
+  try {
+    return text_of(evaluate(*parse_expression(text), arguments, budget_), budget_);
+  } catch (Failure& failure) {
+    failure.add_expression("$(eval " + text.substr(0, 200) + ")");
+    throw;
+  }
+}
+
+bool Substitution::has_argument(const std::string& name) const {
+  return given_arguments_.contains(name) || default_arguments_.contains(name);
 }
 
 // A package that is not found may serve simulation only. Its $(find) stays, and UrdfFiles resolves it later.

@@ -42,6 +42,9 @@ class Substitution : public Environment {
   // Resolves a pattern with * and ? in its last part; a name without them is the only result.
   std::vector<std::string> expand_pattern(const std::string& pattern);
 
+  // A file that is not named as xacro may have left-over elements of xacro, which readers of URDF ignore.
+  bool ignores_unknown_macros() const { return open_files_.front().extension() != ".xacro"; }
+
   void warn(const std::string& text);
   std::vector<std::string> take_warnings();
 
@@ -54,6 +57,8 @@ class Substitution : public Environment {
  private:
   Value evaluate_expression(const std::string& text, Scope& scope);
   std::string evaluate_command(const std::string& text, Scope& scope);
+  std::string evaluate_arguments(const std::string& text);
+  bool has_argument(const std::string& name) const;
   std::string package_folder(const std::string& name);
 
   std::vector<std::filesystem::path> open_files_;

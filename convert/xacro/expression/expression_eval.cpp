@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <limits>
+#include <set>
 
 #include "convert/xacro/expression/expression.h"
 #include "convert/xacro/expression/functions.h"
@@ -112,6 +113,19 @@ Value repeated(const Value& what, int64_t count, Budget& budget) {
   return make_sequence(std::move(items), sequence->is_tuple, budget);
 }
 
+// Union, intersection, difference and symmetric difference.
+Value set_operator(const std::string& name, const Sequence& a, const Sequence& b, Budget& budget) {
+  std::set<std::string> in_a, in_b;
+  for (const Value& item : a.items) in_a.insert(repr_of(item, budget));
+  for (const Value& item : b.items) in_b.insert(repr_of(item, budget));
+  std::vector<Value> items;
+  for (const Value& item : a.items)
+    if (name == "|" || in_b.contains(repr_of(item, budget)) == (name == "&")) items.push_back(item);
+  for (const Value& item : b.items)
+    if (name == "|" || (name == "^" && !in_a.contains(repr_of(item, budget)))) items.push_back(item);
+  return make_set(items, budget);
+}
+
 class Evaluator {
  public:
   Evaluator(Environment& environment, Budget& budget) : environment_(environment), budget_(budget) {}
@@ -206,7 +220,7 @@ class Evaluator {
       if (const Value* value = find(*dict, at, budget_)) return *value;
       throw Failure("the dict has no key " + repr_of(at, budget_));
     }
-    if (const Sequence* sequence = object.sequence())
+    if (const Sequence* sequence = object.sequence(); sequence && !sequence->is_set)
       return sequence->items[position(at, sequence->items.size())];
     if (const std::string* text = object.as<std::string>())
       return std::string(1, (*text)[position(at, text->size())]);
@@ -217,6 +231,7 @@ class Evaluator {
     const Value object = value_of(*e.children[0]);
     const std::string* text = object.as<std::string>();
     const Sequence* sequence = object.sequence();
+    if (sequence && sequence->is_set) sequence = nullptr;
     if (!text && !sequence) throw Failure(std::string("a ") + type_name(object) + " has no items");
     const auto size = static_cast<int64_t>(text ? text->size() : sequence->items.size());
     const auto bound = [&](size_t child, int64_t otherwise) {
@@ -315,14 +330,17 @@ Value apply_operator(const std::string& name, const Value& a, const Value& b, Bu
     return *a.as<std::string>() + *b.as<std::string>();
   }
   const Sequence *x = a.sequence(), *y = b.sequence();
-  if (name == "+" && x && y && x->is_tuple == y->is_tuple) {
+  const bool has_set = (x && x->is_set) || (y && y->is_set);
+  if (x && y && x->is_set && y->is_set && (name == "|" || name == "&" || name == "-" || name == "^"))
+    return set_operator(name, *x, *y, budget);
+  if (name == "+" && x && y && !has_set && x->is_tuple == y->is_tuple) {
     std::vector<Value> items = x->items;
     items.insert(items.end(), y->items.begin(), y->items.end());
     return make_sequence(std::move(items), x->is_tuple, budget);
   }
-  if (name == "*" && b.is_integer() && (x || a.as<std::string>()))
+  if (name == "*" && b.is_integer() && !has_set && (x || a.as<std::string>()))
     return repeated(a, integer(b, name), budget);
-  if (name == "*" && a.is_integer() && (y || b.as<std::string>()))
+  if (name == "*" && a.is_integer() && !has_set && (y || b.as<std::string>()))
     return repeated(b, integer(a, name), budget);
   throw Failure("a " + std::string(type_name(a)) + " and a " + type_name(b) + " have no operator " + name +
                 (name == "+" ? ": convert with str() or float()" : ""));

@@ -158,6 +158,10 @@ Value python(const std::string& name, Arguments arguments, const std::vector<std
     return make_sequence(arguments.empty() ? std::vector<Value>() : items_of(arguments[0], budget),
                          name == "tuple", budget);
   }
+  if (name == "set" || name == "frozenset") {
+    expect_count(arguments, 0, 1, name);
+    return make_set(arguments.empty() ? std::vector<Value>() : items_of(arguments[0], budget), budget);
+  }
   if (name == "min" || name == "max") return extreme(name, arguments, budget);
   if (name == "map" || name == "isinstance") expect_count(arguments, 2, 2, name);
   if (name == "map") {
@@ -258,7 +262,8 @@ std::optional<Value> module_value(const std::string& module, const std::string& 
     if (const std::optional<double> constant = math_constant(name)) return *constant;
     if (is_math_function(name)) return Function{"math." + name, nullptr};
   }
-  if (module == "python" && kPython.contains(name)) return Function{name, nullptr};
+  if (module == "python" && (kPython.contains(name) || name == "set" || name == "frozenset"))
+    return Function{name, nullptr};
   if (module == "xacro" && kXacro.contains(name)) return Function{"xacro." + name, nullptr};
   return std::nullopt;
 }

@@ -157,7 +157,8 @@ std::string formatted_one(std::string form, char kind, const Value& value, Budge
 
 bool is_method(const Value& object, const std::string& name) {
   return (object.as<std::string>() && kTextMethods.contains(name)) ||
-         (object.dict() && kDictMethods.contains(name)) || (object.sequence() && kListMethods.contains(name));
+         (object.dict() && kDictMethods.contains(name)) ||
+         (object.sequence() && !object.sequence()->is_set && kListMethods.contains(name));
 }
 
 Value call_method(const Value& object, const std::string& name, const std::vector<Value>& arguments,

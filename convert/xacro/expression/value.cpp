@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
+#include <set>
 
 namespace fire3dv::convert::xacro {
 namespace {
@@ -56,6 +57,22 @@ Value make_sequence(std::vector<Value> items, bool is_tuple, Budget& budget) {
   return std::make_shared<const Sequence>(Sequence{is_tuple, std::move(items), depth});
 }
 
+Value make_set(const std::vector<Value>& items, Budget& budget) {
+  Sequence set;
+  set.is_set = true;
+  std::set<std::string> known;
+  for (const Value& item : items) {
+    if (item.dict() || (item.sequence() && !item.sequence()->is_tuple))
+      throw Failure(std::string("a ") + type_name(item) + " is not an item of a set");
+    budget.step();
+    if (!known.insert(repr_of(item, budget)).second) continue;
+    set.depth = deeper(set.depth, item);
+    budget.bytes(sizeof(Value));
+    set.items.push_back(item);
+  }
+  return std::make_shared<const Sequence>(std::move(set));
+}
+
 Value make_dict(std::vector<std::pair<Value, Value>> items, Budget& budget) {
   Dict dict;
   for (auto& [key, value] : items) {
@@ -78,7 +95,8 @@ const Value* find(const Dict& dict, const Value& key, Budget& budget) {
 }
 
 const char* type_name(const Value& value) {
-  if (const Sequence* sequence = value.sequence()) return sequence->is_tuple ? "tuple" : "list";
+  if (const Sequence* sequence = value.sequence())
+    return sequence->is_tuple ? "tuple" : sequence->is_set ? "set" : "list";
   constexpr const char* kNames[] = {"None", "bool", "int",      "float",  "str",
                                     "list", "dict", "function", "module", "namespace"};
   return kNames[value.data.index()];
@@ -160,6 +178,7 @@ std::string repr_of(const Value& value, Budget& budget) {
     for (const Value& item : sequence->items) out += (out.empty() ? "" : ", ") + repr_of(item, budget);
     if (sequence->is_tuple) return "(" + out + (sequence->items.size() == 1 ? ",)" : ")");
     budget.bytes(out.size());
+    if (sequence->is_set) return out.empty() ? "set()" : "{" + out + "}";
     return "[" + out + "]";
   }
   if (const Dict* dict = value.dict()) {
@@ -181,7 +200,13 @@ bool equal(const Value& a, const Value& b, Budget& budget) {
   if (const std::string* text = a.as<std::string>()) return *text == *b.as<std::string>();
   if (const Sequence* x = a.sequence()) {
     const Sequence* y = b.sequence();
-    if (x->is_tuple != y->is_tuple || x->items.size() != y->items.size()) return false;
+    if (x->is_tuple != y->is_tuple || x->is_set != y->is_set || x->items.size() != y->items.size())
+      return false;
+    if (x->is_set)
+      return std::all_of(x->items.begin(), x->items.end(), [&](const Value& item) {
+        return std::any_of(y->items.begin(), y->items.end(),
+                           [&](const Value& other) { return equal(item, other, budget); });
+      });
     for (size_t i = 0; i < x->items.size(); ++i)
       if (!equal(x->items[i], y->items[i], budget)) return false;
     return true;
@@ -204,7 +229,7 @@ std::partial_ordering compare(const Value& a, const Value& b, Budget& budget) {
   if (a.is_number() && b.is_number()) return number(a, "<") <=> number(b, "<");
   if (a.as<std::string>() && b.as<std::string>()) return *a.as<std::string>() <=> *b.as<std::string>();
   const Sequence *x = a.sequence(), *y = b.sequence();
-  if (!x || !y || x->is_tuple != y->is_tuple)
+  if (!x || !y || x->is_tuple != y->is_tuple || x->is_set || y->is_set)
     throw Failure(std::string("a ") + type_name(a) + " and a " + type_name(b) + " have no order");
   for (size_t i = 0; i < std::min(x->items.size(), y->items.size()); ++i)
     if (!equal(x->items[i], y->items[i], budget)) return compare(x->items[i], y->items[i], budget);

@@ -23,6 +23,7 @@ struct Sequence {
   bool is_tuple = false;
   std::vector<Value> items;
   size_t depth = 1;
+  bool is_set = false;  // items differ, in the order of their insertion
 };
 
 // In order of insertion, as in Python.
@@ -81,6 +82,8 @@ struct Value {
 
 // Nesting of lists and dicts is limited, since they are destroyed recursively.
 Value make_sequence(std::vector<Value> items, bool is_tuple, Budget& budget);
+// Drops items that are equal to earlier ones.
+Value make_set(const std::vector<Value>& items, Budget& budget);
 // Later values replace earlier ones of the same key.
 Value make_dict(std::vector<std::pair<Value, Value>> items, Budget& budget);
 // Null if there is none.

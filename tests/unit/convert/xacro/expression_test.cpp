@@ -113,6 +113,15 @@ constexpr std::pair<const char*, const char*> kValues[] = {
     {"u'text'", "text"},
     {"'a' 'b'", "ab"},
     {"python.isinstance('a', str)", "True"},
+    {"python.set([3, 1, 3])", "{3, 1}"},
+    {"python.set()", "set()"},
+    {"python.set('ab') - python.set('b')", "{'a'}"},
+    {"python.set([1, 2]) & python.set([2, 3])", "{2}"},
+    {"python.set([1]) | python.set([2])", "{1, 2}"},
+    {"python.set([1, 2]) ^ python.set([2, 3])", "{1, 3}"},
+    {"python.set([1, 2]) == python.set([2, 1])", "True"},
+    {"2 in python.set([1, 2])", "True"},
+    {"len(python.set([1, 1]))", "1"},
     {"1_000", "1000"},
 };
 

@@ -147,7 +147,10 @@ TEST_F(Xacro, ArgumentsAndEnvironment) {
                "line 2, <l>, attribute a: the argument b has no value: give one with --xacro-arg b=");
   expect_error("<l a='$(env HOME)'/>",
                "environment variables are not read; give its value with --xacro-arg HOME=");
-  expect_error("<l a='$(eval 1)'/>",
+  EXPECT_EQ(inside_of("<xacro:arg name='n' default='2'/><l a='$(eval n * 3 + 1)' b='$(eval n == 2)'/>"),
+            "<l a=\"7\" b=\"True\"/>");
+  expect_error("<l a='$(eval x)'/>", "$(eval x): the name x is not defined");
+  expect_error("<l a='$(anon 1)'/>",
                "does not evaluate; expand the file with the program xacro: xacro arm.urdf.xacro > "
                "arm.expanded.urdf, or name the program with --xacro PROGRAM");
   expect_error("<l a='${1'/>", "'${1' has no closing }");
