@@ -8,10 +8,10 @@
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
 #include <string_view>
 
 #include "adapters/ros2/dds/topics.h"
-#include "base/numbers.h"
 #include "base/text.h"
 
 namespace fire3dv::ros2 {
@@ -43,10 +43,12 @@ std::string text_of(const GetEnv& get_env, const char* name) {
 }
 
 Result<uint32_t> parse_domain(const std::string& text) {
-  const std::optional<uint32_t> id = parse_number<uint32_t>(text);
-  if (!id || *id > kMaxDomain)
+  uint32_t id = 0;
+  const char* const end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(text.data(), end, id);
+  if (error != std::errc() || rest != end || id > kMaxDomain)
     return Error{"ROS_DOMAIN_ID=" + quote(text) + " is not a number from 0 to 232"};
-  return *id;
+  return id;
 }
 
 Result<DiscoveryRange> parse_range(const std::string& text) {

@@ -46,8 +46,7 @@ void add_camera_options(CLI::App& app, CameraArguments& arguments) {
   group
       .add("--image-rate", arguments.rate_hz, "HZ",
            "images per second; 0: every pose frame (default: 0, or the sensor's)")
-      ->check(check_number)
-      ->default_str("");
+      ->check(check_number);
   group.add_flag("--depth", arguments.depth, "publish depth, too: 32FC1, metres");
   group.add_choice("--labels", arguments.labels, "instance|semantic", "publish labels, too: 32SC1");
   group.add_flag("--compressed", arguments.compressed, "publish JPEG, too");

@@ -6,7 +6,6 @@
 #include <numbers>
 
 #include "adapters/ros2/dds/names.h"
-#include "base/numbers.h"
 #include "base/text.h"
 
 namespace fire3dv::ros2 {
@@ -176,10 +175,15 @@ void set_image_size(CameraSpec& camera, uint32_t width, uint32_t height) {
 }
 
 Result<std::pair<uint32_t, uint32_t>> parse_image_size(std::string_view text) {
-  const auto size = parse_pair<uint32_t>(text, 'x');
-  if (size && std::min(size->first, size->second) >= 1 &&
-      std::max(size->first, size->second) <= kMaxImageSide)
-    return *size;
+  uint32_t width = 0, height = 0;
+  const char* const end = text.data() + text.size();
+  const auto [cross, width_error] = std::from_chars(text.data(), end, width);
+  if (width_error == std::errc() && cross != end && *cross == 'x') {
+    const auto [rest, height_error] = std::from_chars(cross + 1, end, height);
+    if (height_error == std::errc() && rest == end && width >= 1 && height >= 1 && width <= kMaxImageSide &&
+        height <= kMaxImageSide)
+      return std::pair{width, height};
+  }
   return Error{quote(text) + ": expected WIDTHxHEIGHT, each from 1 to " + std::to_string(kMaxImageSide) +
                " pixels"};
 }

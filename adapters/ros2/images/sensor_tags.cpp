@@ -7,6 +7,7 @@
 #include <initializer_list>
 #include <numbers>
 #include <set>
+#include <string>
 #include <utility>
 
 #include "adapters/ros2/dds/names.h"

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -14,7 +15,9 @@ namespace {
 
 constexpr int64_t kPatienceNs = 3 * kSecondNs;
 constexpr int64_t kLookPeriodNs = 100 * kMillisecondNs;  // between looks for frames of held markers
-constexpr size_t kMaxFrameBytes = 255;                   // as the transforms' frames
+constexpr int64_t kFollowPeriodNs =
+    kSecondNs / 30;                     // between updates of locked markers, which are sent whole
+constexpr size_t kMaxFrameBytes = 255;  // as the transforms' frames
 
 std::string kind_of(const std::string& topic) {
   return "markers of /" + topic;
@@ -46,6 +49,10 @@ void MarkerStore::update(const MarkerContext& context) {
   const bool has_first_time = context.sim_time_ns && !sim_time_ns_;
   sim_time_ns_ = context.sim_time_ns;
   if (is_changed) change_fixed_frame(context);
+  if (!locked_.empty() && (is_changed || context.now_ns >= next_follow_ns_)) {
+    next_follow_ns_ = context.now_ns + kFollowPeriodNs;
+    follow_frames(context);
+  }
   if (held_.empty() || (!is_changed && !has_first_time && context.now_ns < next_look_ns_)) return;
   next_look_ns_ = context.now_ns + kLookPeriodNs;
   show_held(context);
@@ -68,6 +75,7 @@ void MarkerStore::set(const std::string& topic, ShownMarker marker, const Marker
   entry.topic = topic;
   entry.marker = std::move(marker);
   entry.sequence = next_sequence_++;
+  if (entry.marker.is_frame_locked) locked_.emplace(entry.sequence, &entry);
   set_end(entry, context);
   if (const Transform* const fixed_from_frame = context.find_transform(entry.marker.frame)) {
     entry.fixed_from_marker = *fixed_from_frame * entry.marker.frame_from_marker;
@@ -149,6 +157,7 @@ void MarkerStore::hold(Entry& entry, const MarkerContext& context) {
 void MarkerStore::release(Entry& entry) {
   if (entry.end_ns) ends_.erase({*entry.end_ns, entry.sequence, &entry});
   entry.end_ns.reset();
+  locked_.erase(entry.sequence);
   unhold(entry);
 }
 
@@ -192,6 +201,21 @@ void MarkerStore::clear_expired(const MarkerContext& context) {
       break;  // time goes on: later ends are in the future, too
   }
   for (Entry* const entry : expired) erase(*entry, context);
+}
+
+// A marker whose frame has no path to the fixed frame stays where it was.
+void MarkerStore::follow_frames(const MarkerContext& context) {
+  std::vector<Entry*> moved;
+  for (const auto& [sequence, entry] : locked_) {
+    const Transform* const fixed_from_frame =
+        entry->is_shown ? context.find_transform(entry->marker.frame) : nullptr;
+    if (!fixed_from_frame) continue;
+    const Transform now = *fixed_from_frame * entry->marker.frame_from_marker;
+    if (matrix_of(now) == matrix_of(entry->fixed_from_marker)) continue;
+    entry->fixed_from_marker = now;
+    moved.push_back(entry);
+  }
+  for (Entry* const entry : moved) send(*entry, context);
 }
 
 // Frames move between a message and now: the transform in the old fixed frame is more accurate than a new one

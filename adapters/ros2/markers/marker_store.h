@@ -1,6 +1,7 @@
 // Markers by topic and name, with their transforms in the fixed frame. No DDS: messages are converted before.
 //
-// Transform: a marker stands where its frame is when its message comes. One whose frame has no path to the
+// Transform: a marker stands where its frame is when its message comes, and a locked one follows its frame,
+// in steps of a 30th of a second. One whose frame has no path to the
 // fixed frame is held until there is one. A change of the fixed frame updates all transforms: they stay where
 // they are in the old one. Lifetime: simulated time, that of the published pose frames, as in the renderer; a
 // paused simulator keeps its markers. A marker is cleared when its lifetime is over, or when time goes back.
@@ -86,20 +87,22 @@ class MarkerStore {
   void drop_oldest_held(const MarkerContext& context);
   void set_end(Entry& entry, const MarkerContext& context);
   void clear_expired(const MarkerContext& context);
+  void follow_frames(const MarkerContext& context);
   void change_fixed_frame(const MarkerContext& context);
   void show_held(const MarkerContext& context);
   void report_missing_frames(const MarkerContext& context);
 
   Limits limits_;
   std::map<std::string, Entries> topics_;
-  std::map<uint64_t, Entry*> held_;  // by sequence
+  std::map<uint64_t, Entry*> held_;    // by sequence
+  std::map<uint64_t, Entry*> locked_;  // by sequence: they follow their frames
   std::map<std::string, MissingFrame> missing_;
   std::set<std::tuple<int64_t, uint64_t, Entry*>> ends_;  // end_ns, sequence
   size_t held_bytes_ = 0;
   uint64_t next_sequence_ = 0;
   std::string fixed_frame_;
   std::optional<int64_t> sim_time_ns_;
-  int64_t next_look_ns_ = 0;
+  int64_t next_look_ns_ = 0, next_follow_ns_ = 0;
 };
 
 }  // namespace fire3dv::ros2

@@ -125,6 +125,7 @@ Result<MarkerUpdate> update_of(const std::string& topic, const MarkerMessage& me
     if (!is_coordinate(side) || side < 0) return Error{"its scale is negative or not finite"};
   marker.frame = frame_of(message.header);
   marker.frame_from_marker = *pose;
+  marker.is_frame_locked = message.frame_locked;
   if (message.lifetime.sec > 0 || (message.lifetime.sec == 0 && message.lifetime.nanosec > 0))
     marker.lifetime_ns =
         static_cast<uint64_t>(message.lifetime.sec) * 1'000'000'000 + message.lifetime.nanosec;

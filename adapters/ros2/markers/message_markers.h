@@ -22,6 +22,7 @@ struct ShownMarker {
   int32_t kind = FIRE3DV_MARKER_POINTS;
   float width_m = 0;
   uint64_t lifetime_ns = 0;
+  bool is_frame_locked = false;         // follows its frame
   std::vector<float> positions, sizes;  // x y z each; one size, or one per position
   std::vector<uint8_t> colors;          // r g b a each, sRGB; one, or one per position
   std::vector<std::string> texts;       // of FIRE3DV_MARKER_TEXTS, one per position

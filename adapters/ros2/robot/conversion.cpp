@@ -7,6 +7,7 @@
 
 #include <cerrno>
 #include <cstdlib>
+#include <string>
 #include <utility>
 
 #include "base/files.h"
@@ -49,7 +50,7 @@ Result<Conversion> Conversion::start(const std::string& urdf, const std::vector<
   const std::span<const uint8_t> bytes(reinterpret_cast<const uint8_t*>(urdf.data()), urdf.size());
   if (Result<void> written = write_whole_file(file, bytes, base::Durability::contents); !written)
     return written.error();
-  std::vector<std::string> arguments = {file.string(), "-o", (*folder / "robot.glb").string()};
+  std::vector<std::string> arguments = {file.string(), "--confined", "-o", (*folder / "robot.glb").string()};
   for (const std::string& package : package_folders)
     arguments.insert(arguments.end(), {"--package-path", fs::absolute(package).string()});
   // 3 and above, also where this program was started without standard streams.

@@ -96,6 +96,38 @@ TEST_F(Ros2MarkerStore, MarkerUsesFramesPose) {
   EXPECT_TRUE(warnings.empty());
 }
 
+TEST_F(Ros2MarkerStore, LockedMarkersFollowTheirFrames) {
+  frames["base"] = at(5);
+  store.update(context);
+  ShownMarker locked = marker("a", "base");
+  locked.is_frame_locked = true;
+  set(ShownMarker(locked));
+  set(marker("b", "base"));
+  go_on(1);
+  const size_t before = calls;
+  go_on(1);
+  EXPECT_EQ(calls, before);  // the frame rests
+  frames["base"] = at(6);
+  go_on(1);
+  EXPECT_EQ(drawn.at("viz/a").place, (Place{6, 0, 1}));
+  EXPECT_EQ(drawn.at("viz/b").place, (Place{5, 0, 1}));
+  frames.erase("base");
+  go_on(1);
+  EXPECT_EQ(drawn.at("viz/a").place, (Place{6, 0, 1}));
+  frames["base"] = at(7);
+  locked.is_frame_locked = false;  // a message replaces it
+  set(ShownMarker(locked));
+  frames["base"] = at(8);
+  go_on(1);
+  EXPECT_EQ(drawn.at("viz/a").place, (Place{7, 0, 1}));
+  locked.is_frame_locked = true;
+  set(ShownMarker(locked));
+  store.clear(kTopic, "viz/a", context);
+  frames["base"] = at(9);
+  go_on(1);
+  EXPECT_FALSE(drawn.contains("viz/a"));
+}
+
 TEST_F(Ros2MarkerStore, ExpiredMarkersMakeRoom) {
   store = MarkerStore({.markers_per_topic = 3, .held_bytes = 1 << 20});
   store.update(context);
