@@ -10,7 +10,10 @@
 #include <map>
 #include <numbers>
 #include <ostream>
+#include <span>
 #include <streambuf>
+#include <string_view>
+#include <utility>
 
 #include "convert/glb/glb_joints.h"
 #include "convert/model.h"
@@ -58,6 +61,23 @@ class Bytes : public std::streambuf {
   std::vector<std::byte> bytes_;
 };
 
+// tinygltf writes an absent far plane as 0, which glTF forbids: blanks replace the member in the JSON chunk.
+// Quotes inside of texts are escaped, so that only the member has this form.
+void remove_zero_far_planes(std::vector<std::byte>& glb) {
+  constexpr size_t kJsonBegin = 20;  // header of the file and of the chunk
+  if (glb.size() < kJsonBegin) return;
+  uint32_t length = 0;
+  std::memcpy(&length, glb.data() + 12, sizeof length);
+  const std::span<char> json(reinterpret_cast<char*>(glb.data()) + kJsonBegin,
+                             std::min<size_t>(length, glb.size() - kJsonBegin));
+  constexpr std::string_view kMember = "\"zfar\":0.0,";
+  for (auto at = json.begin();; at += kMember.size()) {
+    at = std::search(at, json.end(), kMember.begin(), kMember.end());
+    if (at == json.end()) return;
+    std::fill_n(at, kMember.size(), ' ');
+  }
+}
+
 class Writer {
  public:
   Writer(const Model& model, std::vector<std::string>* warnings) : model_(model), warnings_(warnings) {
@@ -81,7 +101,9 @@ class Writer {
     std::ostream stream(&bytes);
     tinygltf::TinyGLTF gltf;
     if (!gltf.WriteGltfSceneToStream(&out_, stream, false, true)) return Error{"glTF could not be written"};
-    return bytes.take();
+    std::vector<std::byte> glb = bytes.take();
+    remove_zero_far_planes(glb);
+    return glb;
   }
 
  private:
@@ -189,7 +211,7 @@ class Writer {
     if (!surface.influences.empty()) add_influences(surface.influences, primitive);
     if (!surface.colors.empty()) primitive.attributes["COLOR_0"] = add_colors(surface.colors);
     primitive.indices = add_indices(surface.indices, surface.positions.size());
-    primitive.material = material(surface.material);
+    primitive.material = material(surface.material, !surface.uvs.empty());
     mesh.primitives.push_back(std::move(primitive));
   }
 
@@ -212,8 +234,10 @@ class Writer {
     }
   }
 
-  int material(size_t index) {
-    const auto [entry, is_new] = material_of_.try_emplace(index, static_cast<int>(out_.materials.size()));
+  // Surfaces without texture coordinates get the material without its textures.
+  int material(size_t index, bool has_uvs) {
+    const auto [entry, is_new] =
+        material_of_.try_emplace({index, has_uvs}, static_cast<int>(out_.materials.size()));
     if (!is_new) return entry->second;
     const Material& source = model_.materials.at(index);
     out_.materials.emplace_back();
@@ -223,13 +247,13 @@ class Writer {
     made.pbrMetallicRoughness.baseColorFactor = {color.r, color.g, color.b, color.a};
     made.pbrMetallicRoughness.metallicFactor = std::clamp(source.metallic, 0.0f, 1.0f);
     made.pbrMetallicRoughness.roughnessFactor = std::clamp(source.roughness, 0.0f, 1.0f);
-    if (source.base_color_image)
+    if (has_uvs && source.base_color_image)
       made.pbrMetallicRoughness.baseColorTexture.index = texture(*source.base_color_image);
-    if (source.normal_image) made.normalTexture.index = texture(*source.normal_image);
-    if (source.emission_image) made.emissiveTexture.index = texture(*source.emission_image);
-    if (source.metallic_roughness_image)
+    if (has_uvs && source.normal_image) made.normalTexture.index = texture(*source.normal_image);
+    if (has_uvs && source.emission_image) made.emissiveTexture.index = texture(*source.emission_image);
+    if (has_uvs && source.metallic_roughness_image)
       made.pbrMetallicRoughness.metallicRoughnessTexture.index = texture(*source.metallic_roughness_image);
-    if (source.occlusion_image) made.occlusionTexture.index = texture(*source.occlusion_image);
+    if (has_uvs && source.occlusion_image) made.occlusionTexture.index = texture(*source.occlusion_image);
     const glm::vec3 emission = glm::max(source.emission, 0.0f);
     const float strength = std::max({emission.r, emission.g, emission.b, 1.0f});
     made.emissiveFactor = list(emission / strength);
@@ -369,7 +393,8 @@ class Writer {
   std::vector<std::string>* warnings_;
   tinygltf::Model out_;
   std::vector<int> mesh_of_;
-  std::map<size_t, int> material_of_, texture_of_;
+  std::map<std::pair<size_t, bool>, int> material_of_;
+  std::map<size_t, int> texture_of_;
   uint64_t pixels_left_ = kMaxPixelsInAll;
 };
 
