@@ -1,6 +1,8 @@
 #include "convert/description_files.h"
 
 #include <algorithm>
+#include <array>
+#include <fstream>
 #include <optional>
 #include <regex>
 #include <span>
@@ -34,6 +36,20 @@ Result<std::filesystem::path> regular_file(const std::filesystem::path& path) {
     return Error{name + (std::filesystem::is_directory(status) ? " is a folder" : " is not a regular file")};
   }
   return resolved;
+}
+
+std::optional<Error> git_lfs_pointer(const std::filesystem::path& file) {
+  constexpr std::string_view kBegin = "version https://git-lfs";
+  std::array<char, kBegin.size()> head{};
+  std::ifstream in(file, std::ios::binary);
+  in.read(head.data(), head.size());
+  if (!in || std::string_view(head.data(), head.size()) != kBegin) return std::nullopt;
+  return Error{"it is a pointer of Git LFS, not the file itself: fetch that with git lfs pull"};
+}
+
+Result<FileBytes> read_asset(const std::filesystem::path& file, uint64_t max_bytes) {
+  if (std::optional<Error> pointer = git_lfs_pointer(file)) return *std::move(pointer);
+  return read_file(file, max_bytes);
 }
 
 std::filesystem::path tidy_path(const std::filesystem::path& path) {
@@ -140,9 +156,22 @@ Result<std::string> read_text(const std::filesystem::path& file) {
   return text;
 }
 
+std::string_view without_extra_ends(std::string_view text) {
+  constexpr std::string_view kEnd = "</mujoco>";
+  for (;;) {
+    const std::string_view whole = text.substr(0, text.find_last_not_of(kSpace) + 1);  // npos + 1 is 0
+    if (!whole.ends_with(kEnd)) return text;
+    std::string_view before = whole.substr(0, whole.size() - kEnd.size());
+    before = before.substr(0, before.find_last_not_of(kSpace) + 1);
+    if (!before.ends_with(kEnd)) return text;
+    text = before;
+  }
+}
+
 // Parsers differ on where unusual constructs end. Text inside a comment for one parser would be elements for
 // another, so only constructs that all parsers read alike are accepted.
 Result<std::string> xml_root(std::string_view text) {
+  text = without_extra_ends(text);
   std::string root;
   int depth = 0;
   const size_t first = text.find_first_not_of(kSpace);

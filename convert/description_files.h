@@ -4,11 +4,13 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "base/error.h"
+#include "base/files.h"
 
 namespace fire3dv::convert {
 
@@ -18,6 +20,12 @@ namespace fire3dv::convert {
 // Returns the path with resolved links. Refuses anything but regular files, and kernel file systems (/proc,
 // /sys, /dev). The error names the path and the reason.
 Result<std::filesystem::path> regular_file(const std::filesystem::path& path);
+
+// The error of a pointer that Git LFS left instead of the file: it says how to fetch the file. Nothing for
+// others.
+std::optional<Error> git_lfs_pointer(const std::filesystem::path& file);
+// Reads a file that a description names; a pointer of Git LFS is an error.
+Result<FileBytes> read_asset(const std::filesystem::path& file, uint64_t max_bytes);
 
 // Removes "." components, for messages. ".." stays, since its meaning depends on symbolic links.
 std::filesystem::path tidy_path(const std::filesystem::path& path);
@@ -42,6 +50,10 @@ Result<std::string> read_text(const std::filesystem::path& file);
 
 // The error names the file and, where known, its real format (xacro, glTF).
 Result<DescriptionKind> kind_of(const std::filesystem::path& file, std::string_view text);
+
+// The text without ends of <mujoco> behind the last one that is needed: MuJoCo reads a model whose root ends
+// twice.
+std::string_view without_extra_ends(std::string_view text);
 
 // Returns the name of the root element. Refuses more than 100 nested elements, entity definitions and
 // constructs that parsers read differently. Empty: not XML. The error names the line.

@@ -3,7 +3,7 @@
 //
 // File access: meshes may lie anywhere. Images must lie below the folder of their mesh, of the description
 // (for URDF also of its packages, for SDF of its models and search paths), or a folder that the user named.
-// All files of MJCF must lie below its folder or a named one. Only regular files are opened.
+// Files of MJCF may lie anywhere, unless is_confined. Only regular files are opened.
 #pragma once
 
 #include <cstdint>
@@ -32,6 +32,11 @@ struct ReadOptions {
   std::map<std::string, std::string> xacro_arguments;
   std::string xacro_program;  // expands xacro instead of the built-in expander; empty: none runs
   bool dae_up = false;        // URDF, SDF: rotate DAE meshes by their up_axis
+  // URDF, SDF: rotate glTF meshes to +Z up. Empty: URDF does, as RViz and Drake; SDF does not, as Gazebo.
+  std::optional<bool> gltf_up;
+  // MJCF: files must lie below the model's folder or a named one, for models that the user has not chosen.
+  // Otherwise they may lie anywhere, as in MuJoCo.
+  bool is_confined = false;
   // Limits over all meshes and over all ADF files. What exceeds them is skipped with a warning.
   size_t max_triangles = 20'000'000;
   uint64_t max_adf_bytes = uint64_t{64} << 20;

@@ -21,7 +21,8 @@ bool begins_with_scheme(const std::string& uri) {
   return mark != std::string::npos && mark < uri.find('/');
 }
 
-// Decodes %20 and such.
+}  // namespace
+
 std::string percent_decoded(const std::string& text) {
   std::string decoded;
   for (size_t i = 0; i < text.size(); ++i) {
@@ -36,6 +37,12 @@ std::string percent_decoded(const std::string& text) {
     }
   }
   return decoded;
+}
+
+namespace {
+
+std::string without_leading_slashes(const std::string& text) {
+  return text.substr(std::min(text.find_first_not_of('/'), text.size()));
 }
 
 fs::path folder_of(const fs::path& urdf) {
@@ -79,10 +86,21 @@ Result<fs::path> UrdfFiles::package(const std::string& name, Sources& sources) {
   return folder;
 }
 
+// A copied package without package.xml: a folder above the description with folders of its meshes or images.
+// Other folders of that name, such as /home, are none.
+bool UrdfFiles::is_own_folder(const fs::path& folder) const {
+  std::error_code error;
+  const fs::path resolved = fs::canonical(folder, error);
+  const fs::path below = folder_.lexically_relative(resolved);
+  if (error || below.empty() || *below.begin() == "..") return false;
+  const auto has = [&](const char* name) { return fs::is_directory(resolved / name, error); };
+  return has("meshes") || has("materials") || has("textures") || has("media");
+}
+
 bool UrdfFiles::allow_if_package(const fs::path& folder, Sources& sources) {
   const fs::path mark = folder / "package.xml";
   sources.add(mark);
-  if (!regular_file(mark)) return false;
+  if (!regular_file(mark) && !is_own_folder(folder)) return false;
   image_folders_.add(folder);
   return true;
 }
@@ -98,10 +116,12 @@ Result<fs::path> UrdfFiles::find(std::string uri, Sources& sources) {
   }
   for (const std::string scheme : {"package://", "model://"}) {
     if (!uri.starts_with(scheme)) continue;
-    const std::string below = uri.substr(scheme.size());
+    // Readers of ROS accept further slashes: package:///NAME/PATH, package://NAME//PATH.
+    const std::string below = without_leading_slashes(uri.substr(scheme.size()));
     const size_t slash = below.find('/');
     if (slash == std::string::npos) return Error{name + " names no file of a package"};
-    return find_in_package(below.substr(0, slash), below.substr(slash + 1), name, sources);
+    return find_in_package(below.substr(0, slash), without_leading_slashes(below.substr(slash)), name,
+                           sources);
   }
   if (uri.starts_with("file://")) uri.erase(0, 7);
   if (begins_with_scheme(uri)) return Error{name + ": only package://, model://, file:// and paths are read"};

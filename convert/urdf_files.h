@@ -16,6 +16,9 @@
 
 namespace fire3dv::convert {
 
+// Decodes %20 and such.
+std::string percent_decoded(const std::string& text);
+
 class UrdfFiles {
  public:
   // package_folders: contain packages or are packages.
@@ -35,7 +38,7 @@ class UrdfFiles {
 
   // Folders for images: the URDF's, those that the user named, and packages with a package.xml: the URDF's
   // own and those it has referenced so far. Without package.xml, an untrusted URDF could declare any folder a
-  // package, such as /home.
+  // package, such as /home: then only a folder above the URDF with its meshes or images counts.
   const AllowedFolders& image_folders() const { return image_folders_; }
 
  private:
@@ -45,6 +48,7 @@ class UrdfFiles {
   // Returns the path with the longest common end that exists in a folder above the description; empty if
   // there is none.
   std::filesystem::path find_by_end(const std::filesystem::path& path, size_t fewest_parts) const;
+  bool is_own_folder(const std::filesystem::path& folder) const;
   bool allow_if_package(const std::filesystem::path& folder, Sources& sources);
   // Adds a note, one of each kind.
   void note(const std::string& kind, const std::string& sentence);

@@ -92,7 +92,7 @@ namespace {
 
 constexpr rlim_t kMaxCpuSeconds = 60;
 constexpr rlim_t kMaxMemory = rlim_t{4} << 30;
-constexpr uint32_t kComplete = 0x464d4533;  // end marker of a complete answer
+constexpr uint32_t kComplete = 0x464d4534;  // end marker of a complete answer
 
 void lower_limit(__rlimit_resource resource, rlim_t most) {
   rlimit limit{};
@@ -132,7 +132,8 @@ std::vector<std::byte> encode(const Result<ImportedMesh>& result) {
       out.put(m.opacity);
       out.put(m.roughness);
       out.put(m.metallic);
-      out.put<uint8_t>(m.is_default);
+      for (const bool flag : {m.is_default, m.is_blended, m.is_exact}) out.put<uint8_t>(flag);
+      out.put(m.alpha_cutoff);
       out.put_string(m.diffuse_image);
       out.put_string(m.normal_image);
       for (const std::string* name : {&m.emission_image, &m.roughness_image, &m.metallic_image})
@@ -167,8 +168,10 @@ std::vector<std::byte> encode(const Result<ImportedMesh>& result) {
       out.put_string(node.mesh_name);
     }
     out.put_array(result->surface_nodes);
-    out.put(result->losses.size());
-    for (const std::string& loss : result->losses) out.put_string(loss);
+    for (const auto* texts : {&result->losses, &result->warnings}) {
+      out.put(texts->size());
+      for (const std::string& text : *texts) out.put_string(text);
+    }
   }
   out.put(kComplete);
   return out.take();
@@ -182,15 +185,17 @@ bool decode(ByteReader in, std::string& refusal, ImportedMesh& mesh) {
     if (!in.get(count)) return false;
     for (size_t i = 0; i < count; ++i) {
       ImportedMaterial m;
-      uint8_t is_default = 0;
+      uint8_t is_default = 0, is_blended = 0, is_exact = 0;
       if (!in.get_string(m.name) || !in.get(m.diffuse) || !in.get(m.emission) || !in.get(m.opacity) ||
-          !in.get(m.roughness) || !in.get(m.metallic) || !in.get(is_default) ||
-          !in.get_string(m.diffuse_image) || !in.get_string(m.normal_image) ||
-          !in.get_string(m.emission_image) || !in.get_string(m.roughness_image) ||
-          !in.get_string(m.metallic_image)) {
+          !in.get(m.roughness) || !in.get(m.metallic) || !in.get(is_default) || !in.get(is_blended) ||
+          !in.get(is_exact) || !in.get(m.alpha_cutoff) || !in.get_string(m.diffuse_image) ||
+          !in.get_string(m.normal_image) || !in.get_string(m.emission_image) ||
+          !in.get_string(m.roughness_image) || !in.get_string(m.metallic_image)) {
         return false;
       }
       m.is_default = is_default != 0;
+      m.is_blended = is_blended != 0;
+      m.is_exact = is_exact != 0;
       mesh.materials.push_back(std::move(m));
     }
     if (!in.get(count)) return false;
@@ -228,11 +233,14 @@ bool decode(ByteReader in, std::string& refusal, ImportedMesh& mesh) {
         return false;
       mesh.nodes.push_back(std::move(node));
     }
-    if (!in.get_array(mesh.surface_nodes) || !in.get(count)) return false;
-    for (size_t i = 0; i < count; ++i) {
-      std::string loss;
-      if (!in.get_string(loss)) return false;
-      mesh.losses.push_back(std::move(loss));
+    if (!in.get_array(mesh.surface_nodes)) return false;
+    for (auto* texts : {&mesh.losses, &mesh.warnings}) {
+      if (!in.get(count)) return false;
+      for (size_t i = 0; i < count; ++i) {
+        std::string text;
+        if (!in.get_string(text)) return false;
+        texts->push_back(std::move(text));
+      }
     }
   }
   uint32_t last = 0;

@@ -67,6 +67,7 @@ struct MeshFiles::State {
   MeshImportProcess child;
   AllowedFolders allowed;
   DaeUp dae_up = DaeUp::ignore;
+  GltfUp gltf_up = GltfUp::ignore;
   std::set<size_t> defaults;  // materials that stand for none
   // Surfaces read, or the error.
   std::map<std::filesystem::path, Result<std::vector<Surface>>> surfaces;
@@ -110,7 +111,7 @@ std::optional<size_t> MeshFiles::State::image(const std::filesystem::path& mesh_
       continue;
     }
     if (const auto known = images.find(*found); known != images.end()) return known->second;
-    Result<FileBytes> bytes = read_file(*found, kMaxImageBytes);
+    Result<FileBytes> bytes = read_asset(*found, kMaxImageBytes);
     if (!bytes) {
       model.warnings.push_back(where + " is left out: " + bytes.error().message);
       return std::nullopt;
@@ -134,7 +135,7 @@ void MeshFiles::State::add_surface_images(const std::filesystem::path& mesh_file
   };
   to.emission_image = find(from.emission_image);
   // Exporters write black, or 0, beside a map that is meant to replace it.
-  if (to.emission_image && to.emission == glm::vec3(0)) to.emission = glm::vec3(1);
+  if (to.emission_image && to.emission == glm::vec3(0) && !from.is_exact) to.emission = glm::vec3(1);
   const std::optional<size_t> roughness = find(from.roughness_image), metallic = find(from.metallic_image);
   if (!roughness && !metallic) return;
   const std::pair<std::optional<size_t>, std::optional<size_t>> both(roughness, metallic);
@@ -157,7 +158,7 @@ void MeshFiles::State::add_surface_images(const std::filesystem::path& mesh_file
     }
   }
   metallic_roughness[both] = to.metallic_roughness_image;
-  if (metallic && to.metallic_roughness_image && to.metallic == 0) to.metallic = 1;
+  if (metallic && to.metallic_roughness_image && to.metallic == 0 && !from.is_exact) to.metallic = 1;
 }
 
 size_t MeshFiles::State::material(const std::filesystem::path& mesh_file, const ImportedMaterial& from,
@@ -168,7 +169,10 @@ size_t MeshFiles::State::material(const std::filesystem::path& mesh_file, const 
   to.emission = linear_from_srgb(from.emission);
   to.roughness = from.roughness;
   to.metallic = from.metallic;
-  to.blended = from.opacity < 1;
+  if (from.alpha_cutoff >= 0)
+    to.alpha_cutoff = from.alpha_cutoff;
+  else
+    to.blended = from.opacity < 1 || from.is_blended;
   if (!from.diffuse_image.empty()) to.base_color_image = image(mesh_file, from.diffuse_image, mesh);
   if (!from.normal_image.empty()) to.normal_image = image(mesh_file, from.normal_image, mesh);
   add_surface_images(mesh_file, from, mesh, to);
@@ -179,7 +183,7 @@ size_t MeshFiles::State::material(const std::filesystem::path& mesh_file, const 
 
 Result<std::vector<Surface>> MeshFiles::State::read(const std::filesystem::path& resolved,
                                                     const std::filesystem::path& shown) {
-  Result<ImportedMesh> mesh = import(resolved, shown, {.dae_up = dae_up});
+  Result<ImportedMesh> mesh = import(resolved, shown, {.dae_up = dae_up, .gltf_up = gltf_up});
   if (!mesh) return mesh.error();
   return std::move(mesh->surfaces);
 }
@@ -189,6 +193,8 @@ Result<ImportedMesh> MeshFiles::State::import(const std::filesystem::path& resol
                                               const std::filesystem::path& shown, ImportRequest request) {
   Result<ImportedMesh> mesh = child.import(resolved, request);
   if (!mesh) return mesh;
+  for (const std::string& warning : mesh->warnings)
+    model.warnings.push_back(quote(shown.string()) + ": " + warning);
   const std::vector<Sources::Source>& besides = mesh->besides.all();
   for (const Sources::Source& source : besides) model.sources.add(source);
   // The first entry is the name in the file; importers then try other names.
@@ -233,6 +239,10 @@ void MeshFiles::apply_dae_up() {
   state_->dae_up = DaeUp::apply;
 }
 
+void MeshFiles::apply_gltf_up() {
+  state_->gltf_up = GltfUp::apply;
+}
+
 bool MeshFiles::is_default(size_t material) const {
   return state_->defaults.contains(material);
 }
@@ -273,7 +283,7 @@ Result<std::vector<Surface>> MeshFiles::surfaces_of_node(const std::filesystem::
   if (!resolved) return resolved.error();
   auto known = state_->nodes.find(*resolved);
   if (known == state_->nodes.end()) {
-    const ImportRequest request{.dae_up = state_->dae_up, .nodes = Nodes::keep};
+    const ImportRequest request{.dae_up = state_->dae_up, .nodes = Nodes::keep, .gltf_up = state_->gltf_up};
     known = state_->nodes.emplace(*resolved, state_->import(*resolved, file, request)).first;
   }
   if (!known->second) return known->second.error();

@@ -26,6 +26,8 @@ class MeshFiles {
 
   // Rotates DAE files by their up_axis. Without it the axes are the file's.
   void apply_dae_up();
+  // Rotates glTF files from +Y up to +Z up. Without it the axes are the file's.
+  void apply_gltf_up();
   // True for a material of the model that stands for none in a mesh file.
   bool is_default(size_t material) const;
 

@@ -1,6 +1,5 @@
 #include "convert/mesh/mesh_import.h"
 
-#include <assimp/GltfMaterial.h>
 #include <assimp/config.h>
 #include <assimp/material.h>
 #include <assimp/mesh.h>
@@ -22,6 +21,7 @@
 #include "base/color/srgb.h"
 #include "base/files.h"
 #include "convert/description_files.h"
+#include "convert/mesh/gltf_mesh.h"
 #include "convert/mesh/mesh_store.h"
 #include "convert/mesh/node_frames.h"
 #include "convert/mesh/ply.h"
@@ -142,33 +142,6 @@ float roughness_of(const aiMaterial& from, const std::string& extension) {
   return std::sqrt(2 / (std::max(shininess, 0.0f) + 2));
 }
 
-// Inverse of linear_from_srgb: glTF's factors are linear.
-glm::vec3 srgb_from_linear(const glm::vec3& linear) {
-  glm::vec3 displayed;
-  for (int i = 0; i < 3; ++i) displayed[i] = fire3dv::srgb_from_linear(std::clamp(linear[i], 0.0f, 1.0f));
-  return displayed;
-}
-
-ImportedMaterial gltf_material_of(const aiMaterial& from, ImportedMaterial to) {
-  aiColor4D base(1, 1, 1, 1);
-  from.Get(AI_MATKEY_BASE_COLOR, base);
-  to.diffuse = srgb_from_linear({or_zero(base.r), or_zero(base.g), or_zero(base.b)});
-  aiString mode;
-  const bool is_opaque =
-      from.Get(AI_MATKEY_GLTF_ALPHAMODE, mode) != AI_SUCCESS || std::string_view(mode.C_Str()) != "BLEND";
-  to.opacity = is_opaque ? 1 : std::clamp(or_zero(base.a), 0.0f, 1.0f);
-  to.emission = srgb_from_linear(color(from, AI_MATKEY_COLOR_EMISSIVE).value_or(glm::vec3(0)));
-  from.Get(AI_MATKEY_ROUGHNESS_FACTOR, to.roughness);
-  from.Get(AI_MATKEY_METALLIC_FACTOR, to.metallic);
-  to.roughness = std::clamp(or_zero(to.roughness), 0.0f, 1.0f);
-  to.metallic = std::clamp(or_zero(to.metallic), 0.0f, 1.0f);
-  to.diffuse_image = image_name(from, aiTextureType_BASE_COLOR);
-  // Without its map, a metal would be a mirror.
-  if (!image_name(from, aiTextureType_METALNESS).empty()) to.metallic = 0;
-  to.normal_image = image_name(from, aiTextureType_NORMALS);
-  return to;
-}
-
 // Physical properties of MTL files: Pr, Pm, map_Pr, map_Pm, map_Ke.
 void add_pbr(const aiMaterial& from, ImportedMaterial& to) {
   to.emission_image = image_name(from, aiTextureType_EMISSIVE);
@@ -191,7 +164,6 @@ ImportedMaterial material_of(const aiMaterial& from, const std::string& extensio
   to.diffuse =
       to.is_default ? glm::vec3(0.7f) : color(from, AI_MATKEY_COLOR_DIFFUSE).value_or(glm::vec3(0.8f));
   if (to.is_default) return to;
-  if (extension == ".glb" || extension == ".gltf") return gltf_material_of(from, std::move(to));
   to.emission = color(from, AI_MATKEY_COLOR_EMISSIVE).value_or(glm::vec3(0));
   if (float opacity; from.Get(AI_MATKEY_OPACITY, opacity) == AI_SUCCESS)
     to.opacity = std::clamp(or_zero(opacity), 0.0f, 1.0f);
@@ -359,6 +331,8 @@ Result<ImportedMesh> import_mesh(const std::filesystem::path& file, ImportReques
   if (!is_mesh_file_name(file))
     return Error{"its name ends in none of .obj, .stl, .ply, .3ds, .dae, .glb and .gltf"};
   const std::string extension = lower_extension(file);
+  if (std::optional<Error> pointer = git_lfs_pointer(file)) return *std::move(pointer);
+  if (extension == ".glb" || extension == ".gltf") return import_gltf(file, request);
   if (extension == ".ply") {
     const Result<FileBytes> bytes = read_file(file, kMaxBytes);
     if (!bytes) return bytes.error();
@@ -406,7 +380,7 @@ Result<void> check_imported(const ImportedMesh& mesh) {
   };
   for (const ImportedMaterial& m : mesh.materials) {
     if (!finite(m.diffuse) || !finite(m.emission) || !std::isfinite(m.opacity) ||
-        !std::isfinite(m.roughness) || !std::isfinite(m.metallic))
+        !std::isfinite(m.roughness) || !std::isfinite(m.metallic) || !std::isfinite(m.alpha_cutoff))
       return Error{"a number of a material is not finite"};
   }
   for (const Surface& s : mesh.surfaces) {

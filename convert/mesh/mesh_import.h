@@ -1,5 +1,5 @@
-// Mesh import through assimp: one file to surfaces, directly or in a child process. Parsers of this many
-// formats have memory faults, so readers use the child process.
+// Mesh import through assimp, glTF by the renderer's loader: one file to surfaces, directly or in a child
+// process. Parsers of this many formats have memory faults, so readers use the child process.
 #pragma once
 
 #include <sys/types.h>
@@ -25,6 +25,9 @@ struct ImportedMaterial {
   bool is_default = false;                  // the file defines no material for its surfaces
   std::string diffuse_image, normal_image;  // empty: none; *N: embedded image N
   std::string emission_image, roughness_image, metallic_image;  // of scenes; the last two are grey
+  float alpha_cutoff = -1;  // opacities below are invisible, others opaque; negative: none
+  bool is_blended = false;  // by an image, whatever the opacity is
+  bool is_exact = false;    // factors beside images are meant, also if they are 0
 };
 
 // Encoded image file inside the mesh file (GLB).
@@ -44,20 +47,26 @@ struct ImportedNode {
 // up_axis of a DAE file.
 enum class DaeUp : uint8_t { ignore, apply };
 
-// merge: surfaces in the frame of the file, without vertex colours. keep: surfaces in the frames of their
+// apply: glTF's +Y up becomes +Z up, as in RViz since 2025 and Drake. ignore: as in the file, for Gazebo.
+enum class GltfUp : uint8_t { ignore, apply };
+
+// merge: surfaces in the frame of the file, with vertex colours of glTF
+// only. keep: surfaces in the frames of their
 // nodes, with vertex colours.
 enum class Nodes : uint8_t { merge, keep };
 
 struct ImportRequest {
   DaeUp dae_up = DaeUp::ignore;
   Nodes nodes = Nodes::merge;
+  GltfUp gltf_up = GltfUp::ignore;
 };
 
 struct ImportedMesh {
   std::vector<ImportedMaterial> materials;
   std::vector<Surface> surfaces;  // material: index into materials
   std::vector<EmbeddedImage> images;
-  Sources besides;  // further files that were read or requested
+  std::vector<std::string> warnings;  // parts of the file that are not as in the file
+  Sources besides;                    // further files that were read or requested
   // Nodes::keep:
   std::vector<ImportedNode> nodes;
   std::vector<size_t> surface_nodes;  // of each surface

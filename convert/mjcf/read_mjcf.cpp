@@ -42,6 +42,7 @@ void read_visual(const MjcfSource& source, MjcfScene& scene) {
     for (const MjcfElement& child : section.children) {
       const MjcfAttributes from = source.attributes(child, MjcfDefaults::kMain);
       if (child.kind == "global") {
+        scene.is_view_given = true;
         scene.azimuth_deg = from.number("azimuth", scene.azimuth_deg);
         scene.elevation_deg = from.number("elevation", scene.elevation_deg);
         const double fovy = from.number("fovy", scene.vertical_fov_deg);
@@ -57,6 +58,7 @@ void read_visual(const MjcfSource& source, MjcfScene& scene) {
 void read_statistic(const MjcfSource& source, MjcfScene& scene) {
   for (const MjcfElement& section : source.root().children) {
     if (section.kind != "statistic") continue;
+    scene.is_view_given = true;
     const MjcfAttributes from = source.attributes(section, MjcfDefaults::kMain);
     const double extent = from.number("extent", scene.extent);
     if (extent > 0) scene.extent = extent;
@@ -147,11 +149,10 @@ void read_keyframe(const MjcfSource& source, const MjcfTree& tree, MjcfCoordinat
 
 }  // namespace
 
-Result<MjcfScene> read_mjcf_scene(const std::filesystem::path& file,
-                                  const std::vector<std::filesystem::path>& folders, Sources& sources,
-                                  std::vector<std::string>& warnings) {
+Result<MjcfScene> read_mjcf_scene(const std::filesystem::path& file, const ReadOptions& options,
+                                  Sources& sources, std::vector<std::string>& warnings) {
   MjcfMessages messages(warnings);
-  MjcfFiles files(file, folders, sources);
+  MjcfFiles files(file, options.package_folders, options.is_confined, sources);
   sources.add(file);
   Result<std::unique_ptr<MjcfSource>> source = MjcfSource::open(file, files, messages);
   if (!source) return source.error();
@@ -167,6 +168,7 @@ Result<MjcfScene> read_mjcf_scene(const std::filesystem::path& file,
   const MjcfExtent extent = extent_of(tree, rest);
   scene.centre = extent.centre;
   scene.extent = extent.extent;
+  scene.is_view_given = false;
   read_statistic(**source, scene);
   read_visual(**source, scene);
   pose_scene(tree, rest, posed, scene);
@@ -181,8 +183,7 @@ Result<MjcfScene> read_mjcf_scene(const std::filesystem::path& file,
 Result<Model> read_mjcf(const std::filesystem::path& file, const ReadOptions& options) {
   Model model;
   model.name = file.stem().string();
-  const Result<MjcfScene> scene =
-      read_mjcf_scene(file, options.package_folders, model.sources, model.warnings);
+  const Result<MjcfScene> scene = read_mjcf_scene(file, options, model.sources, model.warnings);
   if (!scene) return scene.error();
   add_mjcf(*scene, options, model);
   return model;

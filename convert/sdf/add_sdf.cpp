@@ -36,7 +36,7 @@ class SceneBuilder {
         warnings_(file, model),
         meshes_(model, options.max_triangles),
         materials_(files, warnings_, model),
-        shapes_(files, options.dae_up, materials_, model) {}
+        shapes_(files, options, materials_, model) {}
 
   void build() {
     name_items();

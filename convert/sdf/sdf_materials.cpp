@@ -70,6 +70,10 @@ Material SdfMaterials::made(const SdfItem& visual) {
   if (!from.script.empty()) {
     to.name = printable_text(from.script, 200);
     if (const std::optional<SdfScriptColors> colors = sdf_script_colors(from.script)) {
+      if (glm::vec3(diffuse) != glm::vec3(0) && glm::vec3(diffuse) != glm::vec3(colors->diffuse))
+        warn("the material script " + quote(from.script) +
+             " replaces the <diffuse> beside it, as in gz-sim; Gazebo Classic shows the <diffuse>: remove "
+             "one of them");
       diffuse = colors->diffuse;
       emissive = colors->emissive;
     } else if (!from.is_pbr) {
@@ -116,7 +120,7 @@ std::optional<size_t> SdfMaterials::image(const SdfUri& uri, const char* map) {
   if (const auto known = images_.find(*file); known != images_.end()) return known->second;
   if (!files_.image_folders().hold(*file)) return left_out(files_.outside_image_folders());
   constexpr uint64_t kMaxBytes = uint64_t{1} << 28;
-  const Result<FileBytes> bytes = read_file(*file, kMaxBytes);
+  const Result<FileBytes> bytes = read_asset(*file, kMaxBytes);
   if (!bytes) return left_out(bytes.error().message);
   model_.images.push_back(
       {sanitize_text(file->filename().string()), {bytes->view().begin(), bytes->view().end()}});

@@ -43,9 +43,10 @@ void move_to_centre(std::vector<Surface>& surfaces) {
 
 }  // namespace
 
-SdfShapes::SdfShapes(SdfFiles& files, bool dae_up, SdfMaterials& materials, Model& model)
+SdfShapes::SdfShapes(SdfFiles& files, const ReadOptions& options, SdfMaterials& materials, Model& model)
     : files_(files), materials_(materials), mesh_files_(model) {
-  if (dae_up) mesh_files_.apply_dae_up();
+  if (options.dae_up) mesh_files_.apply_dae_up();
+  if (options.gltf_up.value_or(false)) mesh_files_.apply_gltf_up();
 }
 
 Result<void> SdfShapes::add(const SdfItem& visual, Mesh& mesh) {

@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "convert/mesh/mesh_files.h"
 #include "convert/model.h"
+#include "convert/readers.h"
 #include "convert/sdf/files/sdf_files.h"
 #include "convert/sdf/sdf_materials.h"
 #include "convert/sdf/sdf_scene.h"
@@ -17,8 +18,8 @@ namespace fire3dv::convert {
 
 class SdfShapes {
  public:
-  // dae_up: rotates DAE meshes by their up_axis.
-  SdfShapes(SdfFiles& files, bool dae_up, SdfMaterials& materials, Model& model);
+  // options: rotations of DAE and glTF meshes.
+  SdfShapes(SdfFiles& files, const ReadOptions& options, SdfMaterials& materials, Model& model);
 
   // Adds the surfaces of a visual to its mesh. The error is a reason without the name of the visual.
   Result<void> add(const SdfItem& visual, Mesh& mesh);

@@ -112,7 +112,13 @@ Result<urdf::ModelInterfaceSharedPtr> parse(const fs::path& file, std::string te
   } catch (const std::exception& fault) {
     return Error{name + ": " + fault.what()};
   }
-  if (model && model->getRoot()) return model;
+  if (model && model->getRoot()) {
+    for (std::string& lost : messages.errors) {
+      std::replace(lost.begin(), lost.end(), '\n', ' ');
+      warnings.push_back(file.string() + ": " + sanitize_text(lost));
+    }
+    return model;
+  }
   std::string why = "no robot is found in it";
   if (!messages.errors.empty()) {
     why = messages.errors.front();
@@ -126,6 +132,7 @@ class Reader {
   Reader(const fs::path& file, const ReadOptions& options, UrdfFiles& files, Model& model)
       : file_(file), files_(files), mesh_files_(model), meshes_(model, options.max_triangles), model_(model) {
     if (options.dae_up) mesh_files_.apply_dae_up();
+    if (options.gltf_up.value_or(true)) mesh_files_.apply_gltf_up();
   }
 
   void read(const urdf::ModelInterface& robot, const std::vector<std::string>& joint_names) {
@@ -290,7 +297,7 @@ class Reader {
           "--package-path; copy it next to the URDF, or name its folder with --package-path");
     if (const auto known = images_.find(*file); known != images_.end()) return known->second;
     constexpr uint64_t kMaxBytes = uint64_t{1} << 30;
-    const Result<FileBytes> bytes = read_file(*file, kMaxBytes);
+    const Result<FileBytes> bytes = read_asset(*file, kMaxBytes);
     if (!bytes) return left_out(bytes.error().message);
     images_[*file] = model_.images.size();
     model_.images.push_back({file->filename().string(), {bytes->view().begin(), bytes->view().end()}});

@@ -1,6 +1,7 @@
 #include "convert/urdf/urdf_repair.h"
 
 #include <cstddef>
+#include <string>
 #include <string_view>
 
 #include "renderer/scene/files.h"
@@ -31,6 +32,38 @@ void repair_scales(tinyxml2::XMLElement& link) {
   }
 }
 
+// Numbers in the text.
+size_t words_in(std::string_view text) {
+  constexpr std::string_view kSpace = " \t\r\n";
+  size_t words = 0;
+  for (size_t at = text.find_first_not_of(kSpace); at != std::string_view::npos; ++words) {
+    const size_t end = text.find_first_of(kSpace, at);
+    at = end == std::string_view::npos ? end : text.find_first_not_of(kSpace, end);
+  }
+  return words;
+}
+
+// urdfdom drops a visual whose material has no name, and one whose colour has no opacity.
+void repair_materials(tinyxml2::XMLElement& parent, size_t& unnamed) {
+  tinyxml2::XMLElement* next = nullptr;
+  for (tinyxml2::XMLElement* material = parent.FirstChildElement("material"); material; material = next) {
+    next = material->NextSiblingElement("material");
+    for (tinyxml2::XMLElement* color = material->FirstChildElement("color"); color;
+         color = material->FirstChildElement("color")) {
+      const char* rgba = color->Attribute("rgba");
+      const size_t numbers = words_in(rgba ? rgba : "");
+      if (numbers == 3) color->SetAttribute("rgba", (std::string(rgba) + " 1").c_str());
+      if (numbers == 3 || numbers == 4) break;
+      material->DeleteChild(color);
+    }
+    if (material->Attribute("name")) continue;
+    if (material->FirstChildElement())
+      material->SetAttribute("name", ("unnamed material " + std::to_string(++unnamed)).c_str());
+    else
+      parent.DeleteChild(material);
+  }
+}
+
 // Returns true if the joint lacks limits.
 bool repair_limits(tinyxml2::XMLElement& joint) {
   const char* type = joint.Attribute("type");
@@ -52,9 +85,14 @@ std::vector<std::string> repair_urdf(tinyxml2::XMLElement& robot, const std::str
     notes.push_back("the robot has no name; it is called " + quote(name));
   }
   for (const char* unused : {"transmission", "gazebo"}) remove_children(robot, unused);
+  size_t unnamed = 0;
+  repair_materials(robot, unnamed);
   for (tinyxml2::XMLElement* link = robot.FirstChildElement("link"); link;
        link = link->NextSiblingElement("link")) {
     remove_children(*link, "inertial");
+    for (tinyxml2::XMLElement* visual = link->FirstChildElement("visual"); visual;
+         visual = visual->NextSiblingElement("visual"))
+      repair_materials(*visual, unnamed);
     repair_scales(*link);
   }
   size_t without = 0;

@@ -13,6 +13,7 @@ namespace fire3dv::convert {
 // - A mesh scale of one number is that of all axes.
 // - A robot without a name gets `name`.
 // - Revolute and prismatic joints without <limit> rest at 0; a limit without effort or velocity gets 0.
+// - A <material> without a name gets one, and a colour of three numbers is opaque.
 // - <inertial>, <transmission> and <gazebo> are removed.
 std::vector<std::string> repair_urdf(tinyxml2::XMLElement& robot, const std::string& name);
 

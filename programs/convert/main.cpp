@@ -30,7 +30,7 @@ namespace fs = std::filesystem;
 constexpr int kFailed = 1, kUsageError = 2;
 
 struct Options {
-  std::string file, out, sources, launch, expanded, dae_up, up, unit;
+  std::string file, out, sources, launch, expanded, dae_up, gltf_up, up, unit;
   std::vector<std::string> package_folders, xacro_arguments;
   bool list = false, joints = false;
   ReadOptions read;
@@ -232,6 +232,10 @@ int main(int argc, char** argv) {
   group.add_choice("--unit", options.unit, "m|cm|mm|in", "OBJ, STL, PLY: unit of the file (default: m)");
   group.add_choice("--dae-up", options.dae_up, "auto|apply|ignore",
                    "URDF, SDF: up_axis of DAE meshes; auto: ignored, as by RViz");
+  group.add_choice("--gltf-up", options.gltf_up, "auto|apply|ignore",
+                   "URDF, SDF: turn glTF meshes to Z up; auto: for URDF, as RViz, not for SDF, as Gazebo");
+  group.add_flag("--confined", options.read.is_confined,
+                 "MJCF of unknown origin: read no file outside its folder and --package-path");
   group.add_repeatable("--xacro-arg", options.xacro_arguments, "NAME=VALUE",
                        "xacro: value of an argument; repeatable");
   group.add("--xacro", options.read.xacro_program, "PROGRAM", "xacro: program that expands the file");
@@ -267,6 +271,8 @@ int main(int argc, char** argv) {
                                : options.unit == "mm" ? 0.001
                                                       : 0.0254;
   options.read.dae_up = options.dae_up == "apply";
+  if (options.gltf_up == "apply" || options.gltf_up == "ignore")
+    options.read.gltf_up = options.gltf_up == "apply";
   options.read.package_folders.assign(options.package_folders.begin(), options.package_folders.end());
   try {
     return run(options);

@@ -133,6 +133,22 @@ double field_of_view(const MjcfAttributes& from) {
     const double pixels = from.vec2("focalpixel").value_or(glm::dvec2(0)).y;
     const double resolution = from.vec2("resolution").value_or(glm::dvec2(1)).y;
     if (pixels > 0 && resolution > 0) focal = pixels * sensor.y / resolution;
+    if (const auto offset =
+            from.find("principalpixel") ? from.vec2("principalpixel") : from.vec2("principal");
+        offset && *offset != glm::dvec2(0))
+      from.warn("the principal point is not shown: the image is centred");
+    // Pixels are square in images: the horizontal field of view follows from the vertical one and the
+    // resolution.
+    const glm::dvec2 size = from.vec2("resolution").value_or(glm::dvec2(0));
+    const glm::dvec2 in_pixels = from.vec2("focalpixel").value_or(glm::dvec2(0));
+    const glm::dvec2 focals = in_pixels.x > 0 && in_pixels.y > 0 && size.x > 0 && size.y > 0
+                                  ? in_pixels * sensor / size
+                                  : from.vec2("focal").value_or(glm::dvec2(0));
+    if (size.x > 1 && size.y > 1 && focals.x > 0 && focals.y > 0) {
+      const double wanted = (sensor.x / focals.x) / (sensor.y / focals.y), shown = size.x / size.y;
+      if (std::abs(wanted - shown) > 1e-3 * shown)
+        from.warn("unequal focal lengths are not shown: the vertical field of view and the resolution count");
+    }
     if (focal > 0) fovy = glm::degrees(2 * std::atan2(sensor.y / 2, focal));
   }
   if (from.text("projection") == "orthographic" || from.text("orthographic") == "true") {

@@ -42,6 +42,7 @@ class SceneBuilder {
       for (size_t i = 0; i < scene_.geoms.size(); ++i) add_geom(i);
     for (size_t tendon = 0; tendon < scene_.tendons.size(); ++tendon) add_tendon(tendon);
     for (size_t skin = 0; skin < scene_.skins.size(); ++skin) add_skin(skin);
+    if (!scene_.is_view_given) frame_free_camera();
     if (model_.meshes.empty()) model_.warnings.push_back("no geoms of the groups 0 to 2: nothing is visible");
   }
 
@@ -63,6 +64,33 @@ class SceneBuilder {
     node.camera = model_.cameras.size();
     model_.cameras.push_back(camera);
     model_.nodes.push_back(node);
+  }
+
+  // Moves the free camera so that all but planes is in its image. Robots face +X.
+  void frame_free_camera() {
+    const double radius = glm::length(high_ - low_) / 2;
+    if (!(low_.x <= high_.x) || !std::isfinite(radius) || !(radius > 0)) return;
+    const glm::dvec3 from_centre = glm::normalize(glm::dvec3(1, -0.75, 0.45));
+    const glm::dvec3 right = glm::normalize(glm::cross(glm::dvec3(0, 0, 1), from_centre));
+    const double half_fov = glm::radians(scene_.vertical_fov_deg) / 2;
+    // A sphere around a box has room at its sides.
+    constexpr double kFill = 0.9;
+    Node& node = model_.nodes[first_body_ - 1];
+    node.translation = (low_ + high_) / 2.0 + kFill * radius / std::sin(half_fov) * from_centre;
+    node.rotation = glm::quat_cast(glm::dmat3(right, glm::cross(from_centre, right), from_centre));
+    const double nearest = 1e-3 * radius;
+    model_.cameras[*node.camera].near_m = static_cast<float>(std::max(nearest, 1e-5));
+  }
+
+  // Extends the bounds of what is framed. Planes are ground.
+  void add_to_bounds(const MjcfGeom& geom, const Surface& surface) {
+    if (geom.shape == MjcfShape::plane) return;
+    const MjcfPose pose = scene_.bodies[geom.body].world_pose * geom.pose;
+    for (const glm::vec3& position : surface.positions) {
+      const glm::dvec3 at = pose * glm::dvec3(position);
+      low_ = glm::min(low_, at);
+      high_ = glm::max(high_, at);
+    }
   }
 
   float near_m() const { return static_cast<float>(scene_.near_per_extent * scene_.extent); }
@@ -104,6 +132,7 @@ class SceneBuilder {
       if (!has_room(mesh)) break;
       const Surface surface = appearance_.surface(geom);
       if (surface.indices.empty()) continue;
+      if (!scene_.is_view_given) add_to_bounds(geom, surface);
       const glm::dmat4 mesh_from_geom =
           options_.geoms_apart ? glm::dmat4(1) : matrix_of(geom.pose.position, geom.pose.rotation);
       add_surface(mesh, surface, mesh_from_geom, appearance_.material(geom));
@@ -225,6 +254,7 @@ class SceneBuilder {
   const MjcfNames names_;
   MeshStore meshes_;
   size_t first_body_ = 0;
+  glm::dvec3 low_{1e30}, high_{-1e30};  // of the geoms in the world, without planes
   bool reported_full_ = false;
 };
 

@@ -117,6 +117,17 @@ glm::dvec2 MjcfAppearance::repeats(const MjcfGeom& geom, const glm::dvec2& half)
   return material.texture_is_uniform ? material.texture_repeats * half : material.texture_repeats;
 }
 
+// A mesh without coordinates shows a 2D texture from above, once over its extent, or per two units of length.
+void MjcfAppearance::project_texture(const MjcfGeom& geom, Surface& surface) const {
+  const MjcfMaterial& material = scene_.materials[*geom.material];
+  glm::vec2 half(0);
+  for (const glm::vec3& position : surface.positions) half = glm::max(half, glm::abs(glm::vec2(position)));
+  glm::vec2 scale = 0.5f * glm::vec2(material.texture_repeats);
+  if (!material.texture_is_uniform) scale /= glm::max(half, glm::vec2(1e-6f));
+  for (const glm::vec3& position : surface.positions)
+    surface.uvs.emplace_back(0.5f + scale.x * position.x, 0.5f - scale.y * position.y);
+}
+
 Surface MjcfAppearance::surface(const MjcfGeom& geom) const {
   if (geom.shape == MjcfShape::plane) {
     const double endless = std::max(scene_.extent, 0.1) * kInfinitePlaneExtents;
@@ -131,12 +142,19 @@ Surface MjcfAppearance::surface(const MjcfGeom& geom) const {
   if (geom.shape == MjcfShape::mesh) {
     const auto& mesh = geom.data ? scene_.meshes[*geom.data] : nullptr;
     if (mesh) surface = *mesh;
-    if (!surface.uvs.empty() && geom.material) {
+    if (surface.uvs.empty() && has_flat_texture(geom)) {
+      project_texture(geom, surface);
+    } else if (!surface.uvs.empty() && geom.material) {
       const glm::vec2 scale(scene_.materials[*geom.material].texture_repeats);
       for (glm::vec2& uv : surface.uvs) uv *= scale;
     }
   } else {
     surface = primitive(geom);
+    // MuJoCo 3.12 and newer: repeats, and for uniform ones also the size, multiply the coordinates of
+    // primitives.
+    const double second = geom.size.y > 0 ? geom.size.y : geom.size.x;
+    const glm::vec2 scale(repeats(geom, {geom.size.x, second}));
+    for (glm::vec2& uv : surface.uvs) uv *= scale;
   }
   return surface;
 }

@@ -34,6 +34,8 @@ class MjcfAppearance {
   size_t material(std::optional<size_t> index, const std::array<float, 4>& rgba);
   std::optional<size_t> image(size_t texture);
   glm::dvec2 repeats(const MjcfGeom& geom, const glm::dvec2& half) const;
+  void project_texture(const MjcfGeom& geom, Surface& surface) const;
+  bool has_flat_texture(const MjcfGeom& geom) const;
 
   const MjcfScene& scene_;
   Model& model_;

@@ -134,6 +134,9 @@ struct MjcfScene {
   // Initial view of MuJoCo's viewer.
   double azimuth_deg = 90, elevation_deg = -45, vertical_fov_deg = 45;
   double near_per_extent = 0.01;
+  // The file sets <global> or <statistic>. Otherwise the initial view frames what is drawn, from
+  // three-quarter front.
+  bool is_view_given = true;
 };
 
 // Groups 0 to 2, as in MuJoCo's viewer at start. By convention, collision geoms are in groups 3 and higher.

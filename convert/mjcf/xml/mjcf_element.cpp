@@ -4,6 +4,7 @@
 #include <tinyxml2.h>
 
 #include <set>
+#include <string>
 
 #include "convert/description_files.h"
 #include "convert/xml_error.h"
@@ -38,8 +39,9 @@ class Loader {
 
  private:
   Result<void> parse(const fs::path& file, MjcfElement& to, bool is_model, int depth) {
-    const Result<std::string> text = read_text(file);
+    Result<std::string> text = read_text(file);
     if (!text) return text.error();
+    text->resize(without_extra_ends(*text).size());
     bytes_ += text->size();
     if (bytes_ > kMaxBytes) return Error{"the files of the model have more than 256 MiB of text"};
     const Result<std::string> root_name = xml_root(*text);

@@ -31,8 +31,9 @@ void MjcfMessages::warn(std::string message) {
   warnings_.push_back(std::move(message));
 }
 
-MjcfFiles::MjcfFiles(const fs::path& model, const std::vector<fs::path>& folders, Sources& sources)
-    : sources_(sources) {
+MjcfFiles::MjcfFiles(const fs::path& model, const std::vector<fs::path>& folders, bool is_confined,
+                     Sources& sources)
+    : is_confined_(is_confined), sources_(sources) {
   allowed_.add(model.parent_path());
   std::error_code error;
   const fs::path own = fs::canonical(model, error);  // target folder, if the model is a symbolic link
@@ -59,7 +60,7 @@ Result<fs::path> MjcfFiles::find(std::string name, const std::vector<fs::path>& 
     const Result<fs::path> resolved = regular_file(candidate);
     if (!resolved)
       refused = resolved.error();
-    else if (allowed_.hold(*resolved))
+    else if (may_read(*resolved))
       return candidate;
     else
       refused =
@@ -75,8 +76,8 @@ Result<FileBytes> MjcfFiles::read(const fs::path& file) const {
   // Checked again, since links may have changed since find().
   const Result<fs::path> resolved = regular_file(file);
   if (!resolved) return resolved.error();
-  if (!allowed_.hold(*resolved)) return Error{quote(file.string()) + " lies outside the model's folder"};
-  return read_file(*resolved, kMaxFileBytes);
+  if (!may_read(*resolved)) return Error{quote(file.string()) + " lies outside the model's folder"};
+  return read_asset(*resolved, kMaxFileBytes);
 }
 
 }  // namespace fire3dv::convert

@@ -1,5 +1,5 @@
-// File access of the MJCF reader: names are resolved as in MuJoCo, and only regular files below the model's
-// folder and the folders that the user named are opened.
+// File access of the MJCF reader: names are resolved as in MuJoCo, and only regular files are opened. Files
+// of a confined model lie below its folder and those that the user named.
 #pragma once
 
 #include <cstdint>
@@ -34,8 +34,9 @@ class MjcfMessages {
 class MjcfFiles {
  public:
   // sources: receives every path that is tried.
+  // is_confined: files must lie below the model's folder or one of `folders`.
   MjcfFiles(const std::filesystem::path& model, const std::vector<std::filesystem::path>& folders,
-            Sources& sources);
+            bool is_confined, Sources& sources);
 
   // Returns the first existing regular file: an absolute name itself, otherwise the name below each folder.
   // Backslashes separate folders. The error names the file and says why it is refused.
@@ -45,7 +46,12 @@ class MjcfFiles {
   Result<FileBytes> read(const std::filesystem::path& file) const;
 
  private:
+  bool may_read(const std::filesystem::path& resolved) const {
+    return !is_confined_ || allowed_.hold(resolved);
+  }
+
   AllowedFolders allowed_;
+  const bool is_confined_;
   Sources& sources_;
 };
 

@@ -11,6 +11,7 @@
 
 #include "base/text.h"
 #include "convert/sdf/files/sdf_version.h"
+#include "convert/urdf_files.h"
 #include "convert/xml_error.h"
 #include "renderer/scene/files.h"
 
@@ -128,6 +129,8 @@ Result<fs::path> SdfFiles::resolve(const std::string& uri, const fs::path& from)
     return Error{quote(uri) + " is not searched: " + std::to_string(kMaxMissing) +
                  " files were not found before"};
   Result<fs::path> found = find(uri, from);
+  if (const std::string decoded = percent_decoded(uri); !found && decoded != uri)
+    if (Result<fs::path> second = find(decoded, from)) found = std::move(second);
   if (!found) ++missing_;
   if (found) allow_model_of(*found);
   return found;
@@ -157,9 +160,27 @@ Result<fs::path> SdfFiles::find(const std::string& uri, const fs::path& from) {
   }
   for (const Folder& folder : folders_)
     if (!leaves_its_folder(path) && exists(folder.path / path)) return folder.path / path;
+  if (std::optional<fs::path> found = find_above(path)) return *std::move(found);
+  // <uri>NAME</uri> of a model, and file://models/NAME below the folders of models.
+  if (const Result<fs::path> model = find_in_models(path, uri)) return *model;
+  if (const std::string_view models = "models/"; path.starts_with(models))
+    if (const Result<fs::path> model = find_in_models(path.substr(models.size()), uri)) return *model;
   return Error{quote(uri) + " is " +
                (from.empty() ? "not found in " : "neither beside " + quote(from.string()) + " nor in ") +
                searched()};
+}
+
+// A path below a folder above the file, or below `models` in one: worlds/ beside models/ is Gazebo's usual
+// layout.
+std::optional<fs::path> SdfFiles::find_above(const fs::path& path) {
+  constexpr int kMaxLevels = 4;
+  if (folder_.empty() || leaves_its_folder(path)) return std::nullopt;
+  fs::path above = folder_;
+  for (int level = 0; level < kMaxLevels && above != above.parent_path();
+       ++level, above = above.parent_path())
+    for (const fs::path& folder : {above, above / "models"})
+      if (exists(folder / path)) return folder / path;
+  return std::nullopt;
 }
 
 // The longest end of at least two components that one of the folders holds.
@@ -188,6 +209,7 @@ Result<fs::path> SdfFiles::find_in_models(const std::string& below, const std::s
         folder.path.has_filename() ? folder.path.filename() : folder.path.parent_path().filename();
     if (last == name && exists(folder.path / rest)) return folder.path / rest;
   }
+  if (std::optional<fs::path> found = find_above(path)) return *std::move(found);
   // Folders above the description, and packages by their package.xml.
   Sources unrecorded;
   if (const Result<fs::path> package = packages_.find(name, sources_ ? *sources_ : unrecorded);

@@ -50,6 +50,7 @@ class SdfFiles {
   void add_folders(const std::vector<std::filesystem::path>& package_folders);
   Result<std::filesystem::path> find(const std::string& uri, const std::filesystem::path& from);
   Result<std::filesystem::path> find_in_models(const std::string& below, const std::string& uri);
+  std::optional<std::filesystem::path> find_above(const std::filesystem::path& path);
   std::optional<std::filesystem::path> find_by_end(const std::filesystem::path& path);
   Result<std::filesystem::path> find_in_fuel_cache(const std::string& uri);
   std::optional<std::filesystem::path> find_model_in_fuel_cache(const std::string& model,

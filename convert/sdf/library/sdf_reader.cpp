@@ -194,6 +194,7 @@ Result<SdfScene> read(const std::string& copy, const SdfDocuments& documents,
       if (!each.starts_with('/') && !each.starts_with(path)) each = path + ": " + each;
     if (root.WorldCount() == 0 && !root.Model() && !root.Light() && !root.Actor()) {
       std::string reasons;
+      said.insert(said.begin(), warnings.begin(), warnings.end());  // includes that were left out
       constexpr size_t kMaxReasons = 5;
       for (size_t i = 0; i < said.size() && i < kMaxReasons; ++i) reasons += (i > 0 ? "; " : "") + said[i];
       return Error{file + " has no world and no model that can be read" +

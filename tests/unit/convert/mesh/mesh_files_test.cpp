@@ -151,7 +151,9 @@ TEST(MeshFiles, AxesAreNativeUnitsMetres) {
 
 TEST(MeshFiles, GltfKeepsMaterialAndImage) {
   const test::ScratchFolder folder;
-  const Loaded loaded = load(folder.write("a.glb", test::glb("an image's bytes", "BLEND")));
+  const auto png = test::png(2, 2, 0x00ff00ff);
+  const std::string image(reinterpret_cast<const char*>(png.data()), png.size());
+  const Loaded loaded = load(folder.write("a.glb", test::glb(image, "BLEND")));
   ASSERT_TRUE(loaded.surfaces) << loaded.surfaces.error().message;
   EXPECT_TRUE(loaded.model.warnings.empty()) << loaded.model.warnings[0];
   ASSERT_EQ(loaded.surfaces->size(), 1u);
@@ -169,8 +171,10 @@ TEST(MeshFiles, GltfKeepsMaterialAndImage) {
   EXPECT_FLOAT_EQ(m.metallic, 0.75f);
   EXPECT_FLOAT_EQ(m.roughness, 0.125f);
   ASSERT_TRUE(m.base_color_image);
-  EXPECT_EQ(loaded.model.images[*m.base_color_image].bytes.size(), 16u);
-  const Loaded opaque = load(folder.write("b.glb", test::glb("an image's bytes", "OPAQUE")));
+  const std::vector<std::byte>& stored = loaded.model.images[*m.base_color_image].bytes;
+  ASSERT_GT(stored.size(), 8u);
+  EXPECT_EQ(static_cast<char>(stored[1]), 'P');
+  const Loaded opaque = load(folder.write("b.glb", test::glb(image, "OPAQUE")));
   ASSERT_TRUE(opaque.surfaces);
   EXPECT_EQ(opaque.model.materials[opaque.surfaces->front().material].base_color.a, 1);
 }

@@ -172,8 +172,8 @@ TEST_F(Mjcf, ErrorsNameFileAndLine) {
         "more than 1000000");
 }
 
-// Security: an untrusted model names files outside of its folder, in several disguises; none of them is read.
-TEST_F(Mjcf, FilesOutsideModelsFolderNeedOption) {
+// Security: a confined model names files outside of its folder, in several disguises; none of them is read.
+TEST_F(Mjcf, ConfinedModelsNameFilesOfTheirFoldersOnly) {
   namespace fs = std::filesystem;
   const fs::path model = folder_.path() / "model", ours = folder_.path() / "ours";
   fs::create_directories(model / "assets");
@@ -217,11 +217,12 @@ TEST_F(Mjcf, FilesOutsideModelsFolderNeedOption) {
        "prefix='x'/></worldbody>",
        "ours/parts.xml"},
   };
-  ReadOptions named;
+  ReadOptions confined, named;
+  confined.is_confined = named.is_confined = true;
   named.package_folders = {ours};
   for (const auto& [text, name] : cases) {
     const fs::path file = folder_.write("model/model.xml", std::string_view("<mujoco>" + text + "</mujoco>"));
-    const Model read = checked(read_mjcf(file, {}));
+    const Model read = checked(read_mjcf(file, confined));
     const bool is_reported =
         std::any_of(read.warnings.begin(), read.warnings.end(), [&, &part = name](const std::string& w) {
           return w.find(part + "\" lies outside the model's folder") != std::string::npos &&
@@ -235,7 +236,7 @@ TEST_F(Mjcf, FilesOutsideModelsFolderNeedOption) {
   for (const char* include : {"../ours/parts.xml", "link/parts.xml"}) {
     const std::string text = "<mujoco><Include file='" + std::string(include) + "'/></mujoco>";
     const fs::path file = folder_.write("model/model.xml", std::string_view(text));
-    const Result<Model> read = read_mjcf(file, {});
+    const Result<Model> read = read_mjcf(file, confined);
     ASSERT_FALSE(read.ok()) << include;
     EXPECT_NE(read.error().message.find("lies outside the model's folder"), std::string::npos)
         << read.error().message;
@@ -248,7 +249,7 @@ TEST_F(Mjcf, FilesOutsideModelsFolderNeedOption) {
   fs::create_directories(folder_.path() / "tree");
   fs::create_symlink(below, folder_.path() / "tree/model.xml");
   fs::create_symlink(model / "t.obj", folder_.path() / "tree/t.obj");
-  EXPECT_TRUE(checked(read_mjcf(folder_.path() / "tree/model.xml", {})).warnings.empty());
+  EXPECT_TRUE(checked(read_mjcf(folder_.path() / "tree/model.xml", confined)).warnings.empty());
 }
 
 }  // namespace
