@@ -26,6 +26,7 @@ class SceneBuilder {
         meshes_(model, options.max_triangles) {}
 
   void build() {
+    if (!scene_.is_view_given) add_overview();
     add_free_camera();
     first_body_ = model_.nodes.size();
     size_t geom = 0;
@@ -42,7 +43,7 @@ class SceneBuilder {
       for (size_t i = 0; i < scene_.geoms.size(); ++i) add_geom(i);
     for (size_t tendon = 0; tendon < scene_.tendons.size(); ++tendon) add_tendon(tendon);
     for (size_t skin = 0; skin < scene_.skins.size(); ++skin) add_skin(skin);
-    if (!scene_.is_view_given) frame_free_camera();
+    if (!scene_.is_view_given) frame_overview();
     if (model_.meshes.empty()) model_.warnings.push_back("no geoms of the groups 0 to 2: nothing is visible");
   }
 
@@ -66,8 +67,21 @@ class SceneBuilder {
     model_.nodes.push_back(node);
   }
 
-  // Moves the free camera so that all but planes is in its image. Robots face +X.
-  void frame_free_camera() {
+  // Adds the first camera of a model without a view of its own; frame_overview() places it.
+  void add_overview() {
+    Camera camera;
+    camera.name = "overview";
+    camera.vertical_fov_rad = static_cast<float>(glm::radians(scene_.vertical_fov_deg));
+    Node node;
+    node.name = names_.overview;
+    node.camera = model_.cameras.size();
+    overview_ = model_.nodes.size();
+    model_.cameras.push_back(std::move(camera));
+    model_.nodes.push_back(std::move(node));
+  }
+
+  // Places the overview so that all but planes is in its image. Robots face +X.
+  void frame_overview() {
     const double radius = glm::length(high_ - low_) / 2;
     if (!(low_.x <= high_.x) || !std::isfinite(radius) || !(radius > 0)) return;
     const glm::dvec3 from_centre = glm::normalize(glm::dvec3(1, -0.75, 0.45));
@@ -75,7 +89,7 @@ class SceneBuilder {
     const double half_fov = glm::radians(scene_.vertical_fov_deg) / 2;
     // A sphere around a box has room at its sides.
     constexpr double kFill = 0.9;
-    Node& node = model_.nodes[first_body_ - 1];
+    Node& node = model_.nodes[overview_];
     node.translation = (low_ + high_) / 2.0 + kFill * radius / std::sin(half_fov) * from_centre;
     node.rotation = glm::quat_cast(glm::dmat3(right, glm::cross(from_centre, right), from_centre));
     const double nearest = 1e-3 * radius;
@@ -253,7 +267,7 @@ class SceneBuilder {
   MjcfAppearance appearance_;
   const MjcfNames names_;
   MeshStore meshes_;
-  size_t first_body_ = 0;
+  size_t first_body_ = 0, overview_ = 0;
   glm::dvec3 low_{1e30}, high_{-1e30};  // of the geoms in the world, without planes
   bool reported_full_ = false;
 };

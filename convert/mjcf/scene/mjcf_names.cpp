@@ -67,6 +67,7 @@ MjcfNames::MjcfNames(const MjcfOwnNames& own)
   for (size_t i = 0; i < own.geoms.size(); ++i) geoms.push_back(names.free(own.geoms[i], "geom", i));
   // Last, so that skins, which no stream moves, do not change names that publishers know.
   for (size_t i = 0; i < own.skins.size(); ++i) skins.push_back(names.free(own.skins[i], "skin", i));
+  overview = names.free("overview", "camera");
 }
 
 }  // namespace fire3dv::convert

@@ -25,6 +25,7 @@ struct MjcfNames {
 
   std::vector<std::string> bodies;  // "body_3" for an unnamed body
   std::string free_camera;          // initial view of MuJoCo's viewer
+  std::string overview;             // camera that frames what is drawn, in models without a view of their own
   std::vector<std::string> cameras;
   std::vector<std::string> lights;
   // By tendon: straight segments of its path, "NAME#0", and balls at their ends, "NAME#end 0", for the

@@ -134,7 +134,7 @@ struct MjcfScene {
   // Initial view of MuJoCo's viewer.
   double azimuth_deg = 90, elevation_deg = -45, vertical_fov_deg = 45;
   double near_per_extent = 0.01;
-  // The file sets <global> or <statistic>. Otherwise the initial view frames what is drawn, from
+  // The file sets <global> or <statistic>. Otherwise a camera before the free one frames what is drawn, from
   // three-quarter front.
   bool is_view_given = true;
 };

@@ -140,6 +140,60 @@ TEST_F(MjcfFeatures, MaterialLayersAndPhysicalAttributes) {
   EXPECT_NE(read->warnings[0].find("role \"occlusion\""), std::string::npos) << read->warnings[0];
 }
 
+TEST_F(MjcfFeatures, ModelsWithoutViewsAreFramed) {
+  const std::string body =
+      "<worldbody><geom type='plane' size='50 50 .1'/><geom type='box' size='1 2 .5' pos='9 0 "
+      ".5'/></worldbody>";
+  const Result<Model> framed = try_read("<mujoco>" + body + "</mujoco>");
+  ASSERT_TRUE(framed.ok());
+  const Node& overview = framed->nodes.front();
+  EXPECT_EQ(overview.name, "overview");
+  EXPECT_EQ(framed->nodes[1].name, "free camera");
+  const double half_fov = framed->cameras[*overview.camera].vertical_fov_rad / 2;
+  double widest = 0;
+  for (const double x : {8., 10.})
+    for (const double y : {-2., 2.})
+      for (const double z : {0., 1.}) {
+        const glm::dvec3 seen =
+            glm::conjugate(overview.rotation) * (glm::dvec3(x, y, z) - overview.translation);
+        ASSERT_LT(seen.z, 0);
+        widest = std::max({widest, std::abs(seen.x / seen.z), std::abs(seen.y / seen.z)});
+      }
+  EXPECT_LT(widest, std::tan(half_fov));
+  EXPECT_GT(widest, 0.5 * std::tan(half_fov));
+  EXPECT_GT(overview.translation.x, 9) << "from the front";
+  EXPECT_LT(overview.translation.y, 0);
+  for (const std::string view : {"<statistic extent='3'/>", "<visual><global azimuth='10'/></visual>"}) {
+    const Result<Model> given = try_read("<mujoco>" + view + body + "</mujoco>");
+    ASSERT_TRUE(given.ok());
+    EXPECT_EQ(given->nodes.front().name, "free camera");
+  }
+}
+
+TEST_F(MjcfFeatures, PrimitivesRepeatTexturesAndMeshesShowThem) {
+  const std::string text =
+      R"(<mujoco><asset><texture name="t" type="2d" builtin="checker" width="8" height="8"/>
+      <mesh name="m" vertex="-1 -1 0  1 -1 0  1 1 0  0 0 1"/><material name="r" texture="t" texrepeat="4 2"/>
+      <material name="u" texture="t" texrepeat="4 2" texuniform="true"/></asset><worldbody>
+      <body name="b"><geom type="box" size=".5 3 1" material="r"/></body><body name="c"><geom type="box" size=".5 3 1" material="u"/></body>
+      <body name="d"><geom type="mesh" mesh="m" material="r"/></body></worldbody></mujoco>)";
+  const Result<Model> model = try_read(text);
+  ASSERT_TRUE(model.ok());
+  const auto extent = [&](const std::string& name) {
+    glm::vec2 low(1e9f), high(-1e9f);
+    for (const Node& node : model->nodes)
+      if (node.name == name && node.mesh)
+        for (const glm::vec2& uv : model->meshes[*node.mesh].surfaces[0].uvs)
+          low = glm::min(low, uv), high = glm::max(high, uv);
+    return high - low;
+  };
+  EXPECT_NEAR(extent("b").x, 4, 1e-5f);
+  EXPECT_NEAR(extent("b").y, 2, 1e-5f);
+  EXPECT_NEAR(extent("c").x, 4 * 0.5f, 1e-5f);
+  EXPECT_NEAR(extent("c").y, 2 * 3, 1e-5f);
+  EXPECT_GT(extent("d").x, 2) << "projected, with repeats";
+}
+
 TEST_F(MjcfFeatures, CameraIntrinsicsAreRead) {
   const MjcfScene made = scene(R"(<worldbody><camera focal="2 3" sensorsize="4 6" resolution="10 10"/>
       <camera focalpixel="50 50" sensorsize="4 6" resolution="100 100"/><camera fovy="70"/><camera projection="orthographic" fovy="3"/>

@@ -61,7 +61,8 @@ TEST_F(Mjcf, VisibleGeomGroupsHaveSizes) {
 
 TEST_F(Mjcf, BodiesOwnCamerasAndLights) {
   const Model model = checked(try_read(kArm));
-  EXPECT_EQ(model.nodes.front().name, "free camera");
+  EXPECT_EQ(model.nodes[0].name, "overview");
+  EXPECT_EQ(model.nodes[1].name, "free camera");
   const Node& eye = node(model, "shoulder camera");  // a body already has the name
   EXPECT_EQ(model.nodes[*eye.parent].name, "body_2");
   EXPECT_EQ(model.cameras[*eye.camera].name, "shoulder");
