@@ -87,10 +87,8 @@ class SceneBuilder {
     const glm::dvec3 from_centre = glm::normalize(glm::dvec3(1, -0.75, 0.45));
     const glm::dvec3 right = glm::normalize(glm::cross(glm::dvec3(0, 0, 1), from_centre));
     const double half_fov = glm::radians(scene_.vertical_fov_deg) / 2;
-    // A sphere around a box has room at its sides.
-    constexpr double kFill = 0.9;
     Node& node = model_.nodes[overview_];
-    node.translation = (low_ + high_) / 2.0 + kFill * radius / std::sin(half_fov) * from_centre;
+    node.translation = (low_ + high_) / 2.0 + radius / std::sin(half_fov) * from_centre;
     node.rotation = glm::quat_cast(glm::dmat3(right, glm::cross(from_centre, right), from_centre));
     const double nearest = 1e-3 * radius;
     model_.cameras[*node.camera].near_m = static_cast<float>(std::max(nearest, 1e-5));
