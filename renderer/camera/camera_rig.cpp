@@ -278,9 +278,12 @@ void CameraRig::frame_node(const state::PoseState& poses, uint32_t node, float i
   (void)view(poses, image_aspect);  // places a free camera that is not placed yet
   scene::Box box = visible_bounds(*scene_, poses, node);
   const glm::vec3 origin(poses.world_from_node(node)[3]);
+  // An empty node gets room in proportion to the scene. The radius of the scene does not follow edits: an
+  // added file may be scaled far below its own size.
+  const float least_radius = (box.empty() ? 1e-2f : 1e-5f) * scene_radius_m();
   if (box.empty()) box.add(origin);
   const glm::vec3 center = 0.5f * (box.low + box.high);
-  const float radius = std::max(0.5f * glm::length(box.high - box.low), 0.01f * scene_radius_m());
+  const float radius = std::max(0.5f * glm::length(box.high - box.low), least_radius);
   const float half_fov = 0.5f * free_camera_.vertical_fov_rad;
   const float half_width = std::atan(std::tan(half_fov) * std::max(image_aspect, 1e-3f));
   constexpr float kRoom = 1.2f;

@@ -46,6 +46,7 @@ struct Commands {
   bool toggle_video = false;
   std::optional<std::string> export_csv;  // table to write into a file
   bool undo = false, redo = false, save_overlay = false, export_glb = false;
+  std::optional<std::filesystem::path> save_as;  // overlay file of this save and the next ones
   std::optional<ObjectKind> add;
   bool duplicate = false;                      // the selected node
   std::optional<std::string> add_asset;        // URI of a glTF file, one of EditFacts::assets
@@ -61,12 +62,12 @@ struct Commands {
 
 // Point of a surface. It moves with its node.
 struct SurfacePoint {
-  uint32_t node = scene::kNone;  // kNone: at rest; position_node is in the world
+  uint32_t node = scene::kNone;  // kNone: at rest, position_node is in the world
   glm::vec3 position_node{0};
   bool operator==(const SurfacePoint&) const = default;
 };
 inline glm::vec3 position_world(const SurfacePoint& point, const state::PoseState& poses) {
-  if (point.node == scene::kNone) return point.position_node;
+  if (point.node >= poses.node_drives().size()) return point.position_node;
   return poses.world_from_node(point.node) * glm::vec4(point.position_node, 1);
 }
 
@@ -94,6 +95,7 @@ struct ViewState : DocumentState {
 
   GizmoTool tool = GizmoTool::none;
   bool tool_is_local = false;  // handles have the axes of the node, not of the world
+  std::string save_path;       // text of the field beside "Save as"
   bool gui = true, help = false;
   Commands commands;
 };

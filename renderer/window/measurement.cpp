@@ -27,7 +27,8 @@ std::string metres_text(float metres) {
 }
 
 gui::SurfacePoint surface_point(const passes::Picked& picked) {
-  const glm::dmat4 node_from_world = glm::inverse(glm::dmat4(picked.world_from_node));
+  if (!picked.world_from_node) return {scene::kNone, picked.position_world};
+  const glm::dmat4 node_from_world = glm::inverse(glm::dmat4(*picked.world_from_node));
   const glm::vec3 position_node(node_from_world * glm::dvec4(picked.position_world, 1));
   if (!is_finite(position_node)) return {scene::kNone, picked.position_world};
   return {picked.node, position_node};
@@ -35,9 +36,9 @@ gui::SurfacePoint surface_point(const passes::Picked& picked) {
 
 std::optional<std::string> take_pick(gui::ViewState& viewer, const passes::Picked& picked,
                                      const state::PoseState& poses) {
-  const bool is_surface = picked.node != scene::kNone;
+  const bool is_surface = picked.node < poses.node_drives().size();
   if (!viewer.measures) {
-    viewer.selected = picked.node;
+    viewer.selected = is_surface ? picked.node : scene::kNone;
     viewer.picked_point.reset();
     if (is_surface) viewer.picked_point = surface_point(picked);
     return std::nullopt;

@@ -43,7 +43,7 @@ vec3 shown_color(GlobalsRef globals, Shown shown) {
   if (push.view == FIRE3DV_DEBUG_NORMALS) return normal_of(globals, shown) * 0.5 + 0.5;
   if (push.view == FIRE3DV_DEBUG_DEPTH) return brightness_of(shown.depth_m);
   if (push.view == FIRE3DV_DEBUG_CLUSTERS) return color_of(shown.id >> 7);
-  return color_of(PartRef(globals.value.parts).at[part_of_id(globals, shown.id)].node);
+  return color_of(UintRef(push.nodes).at[part_of_id(globals, shown.id)]);
 }
 
 void main() {

@@ -26,8 +26,8 @@ float share_of(GlobalsRef globals, ivec2 pixel) {
   for (int s = 0; s < FIRE3DV_SAMPLES; ++s) {
     const uint id = id_of_sample(ids, s);
     if (id == 0) continue;
-    const uint node = PartRef(globals.value.parts).at[part_of_id(globals, id)].node;
-    count += float(UintRef(push.selected).at[node >> 5] >> (node & 31) & 1);
+    const uint part = part_of_id(globals, id);
+    count += float(UintRef(push.selected).at[part >> 5] >> (part & 31) & 1);
   }
   return count / FIRE3DV_SAMPLES;
 }

@@ -1,4 +1,4 @@
-// Picking at one pixel: node and its transform, depth and world position. Variants: FIRE3DV_SAMPLES 1 or 4.
+// Picking at one pixel: primitive instance and its transform, depth and world position. Variants: FIRE3DV_SAMPLES 1 or 4.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shading/shown_surface.glsl"
@@ -12,10 +12,11 @@ void main() {
   const Eye eye = Eye(push.visibility, push.look_world, push.orthographic);
   const Shown shown = shown_in(globals, eye, uvec2(push.x, push.y));
   const AffineRows nowhere = AffineRows(vec4(1, 0, 0, 0), vec4(0, 1, 0, 0), vec4(0, 0, 1, 0));
-  PickedSurface picked = PickedSurface(nowhere, vec3(0), kInfinity, FIRE3DV_NO_INDEX);
+  PickedSurface picked = PickedSurface(nowhere, vec3(0), kInfinity, FIRE3DV_NO_INDEX, FIRE3DV_NO_INDEX);
   if (shown.id != 0) {
     const VisibleTriangle t = visible_triangle(globals, shown.id);
-    picked.node = t.part.node;
+    picked.part = part_of_id(globals, shown.id);
+    picked.transform = t.part.node;
     picked.world_from_node = t.world_from_node;
     picked.depth_m = shown.depth_m;
     if (push.orthographic != 0) {

@@ -9,8 +9,9 @@ FIRE3DV_SHARED_BEGIN
 struct PickedSurface {
   AffineRows world_from_node;  // of the picked image
   vec3 world;
-  float depth_m;  // along the view direction; infinite for the background
-  uint node;      // FIRE3DV_NO_INDEX: the background
+  float depth_m;   // along the view direction; infinite for the background
+  uint part;       // primitive instance; FIRE3DV_NO_INDEX: the background
+  uint transform;  // PartRecord::node
 };
 
 struct PickPush {
@@ -41,6 +42,7 @@ struct DebugViewPush {
   FIRE3DV_ADDRESS visibility;  // uint64_t[pixel][sample]
   FIRE3DV_ADDRESS counts;      // uint64_t[pixel], overdraw counts
   FIRE3DV_ADDRESS range;       // DepthRange
+  FIRE3DV_ADDRESS nodes;       // uint[part], in the view of instances
   vec3 look_world;             // unit view direction
   uint orthographic;
   uint view;  // FIRE3DV_DEBUG_*
@@ -57,7 +59,7 @@ struct UnresolvedPixelsPush {
 struct OutlinePush {
   FIRE3DV_ADDRESS globals;
   FIRE3DV_ADDRESS visibility;  // uint64_t[pixel][sample]
-  FIRE3DV_ADDRESS selected;    // uint[]: one bit per node
+  FIRE3DV_ADDRESS selected;    // uint[]: one bit per part
 };
 
 FIRE3DV_SHARED_END

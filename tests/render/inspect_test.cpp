@@ -10,6 +10,7 @@
 #include <set>
 #include <tuple>
 
+#include "tests/render/support/bent_bar.h"
 #include "tests/render/support/render_bench.h"
 #include "tests/render/support/scene_builder.h"
 
@@ -233,9 +234,17 @@ TEST_P(Inspect, UnresolvedShadowsMarkRayPixels) {
   EXPECT_GE(marked * GetParam(), inspected.renderer().counts().shadow_rays);
 }
 
+// A bent bar beside the same mesh without a skin.
+scene::Scene skinned_group() {
+  BarPose pose;
+  pose.root_from_tip = glm::rotate(at({0, 1, 0}), 0.6f, glm::vec3(0, 0, 1));
+  return skinned_bar(pose);
+}
+
 TEST_P(Inspect, PicksAreWhatThePlanesSay) {
-  for (const bool orthographic : {false, true}) {
-    Inspected inspected(desk(orthographic), GetParam());
+  for (scene::Scene scene : {desk(), desk(true), skinned_group(), morphed_bar(0.5f)}) {
+    const size_t least_nodes = scene.nodes.size() > 10 ? 5 : 2;
+    Inspected inspected(std::move(scene), GetParam());
     const Taken planes = inspected.planes();
     const auto instance = planes.plane<uint32_t>(wire::kInstanceU32);
     const auto depth = planes.plane<float>(wire::kDepthF32);
@@ -267,12 +276,51 @@ TEST_P(Inspect, PicksAreWhatThePlanesSay) {
       if (one.node == scene::kNone) continue;
       EXPECT_NEAR(glm::dot(one.position_world - view.eye_world, view.look_world), one.depth_m,
                   (GetParam() == 1 ? 1e-4f : 2e-2f) * one.depth_m);
-      ASSERT_EQ(one.world_from_node, inspected.poses().world_from_node(one.node));
+      const bool is_skinned = inspected.scene().nodes[one.node].skin != scene::kNone;
+      ASSERT_EQ(one.world_from_node.has_value(), !is_skinned);
+      if (one.world_from_node) {
+        ASSERT_EQ(*one.world_from_node, inspected.poses().world_from_node(one.node));
+      }
       const glm::vec2 place = inspected.pixel_of(one.position_world);
       EXPECT_NEAR(place.x, static_cast<float>(x) + 0.5f, GetParam() == 1 ? 0.02f : 0.5f);
       EXPECT_NEAR(place.y, static_cast<float>(y) + 0.5f, GetParam() == 1 ? 0.02f : 0.5f);
     }
-    EXPECT_GE(nodes.size(), 5u);
+    EXPECT_GE(nodes.size(), least_nodes);
+  }
+}
+
+// Skinned nodes share the transform of their parts, but are selected and coloured each by itself.
+TEST_P(Inspect, SkinnedNodeIsOutlined) {
+  Inspected inspected(skinned_group(), GetParam());
+  const uint32_t bar = named(inspected.scene(), "bar");
+  const auto instance = inspected.planes().plane<uint32_t>(wire::kInstanceU32);
+  const sinks::FrameImage instances = inspected.draw({DebugView::instances});
+  const sinks::FrameImage before = inspected.draw({});
+  const sinks::FrameImage outlined = inspected.draw({DebugView::none, bar});
+  std::map<uint32_t, glm::ivec3> color_of_node;
+  uint32_t lines = 0, far_lines = 0;
+  for (size_t i = 0; i < instance.size(); ++i) {
+    if (instance[i] != 0) color_of_node.try_emplace(instance[i] - 1, at_index(instances, i));
+    if (at_index(outlined, i) == at_index(before, i)) continue;
+    ++lines;
+    bool is_near = false;
+    const int x = static_cast<int>(i % kExtent.width), y = static_cast<int>(i / kExtent.width);
+    for (int dy = -5; dy <= 5; ++dy) {
+      for (int dx = -5; dx <= 5; ++dx) {
+        const int px = std::clamp(x + dx, 0, static_cast<int>(kExtent.width) - 1),
+                  py = std::clamp(y + dy, 0, static_cast<int>(kExtent.height) - 1);
+        is_near |= instance[static_cast<size_t>(py) * kExtent.width + static_cast<size_t>(px)] == bar + 1;
+      }
+    }
+    far_lines += is_near ? 0 : 1;
+  }
+  EXPECT_GT(lines, 40u);
+  EXPECT_EQ(far_lines, 0u);
+  ASSERT_TRUE(color_of_node.contains(bar));
+  for (const auto& [node, color] : color_of_node) {
+    if (node != bar) {
+      EXPECT_NE(color, color_of_node[bar]) << node;
+    }
   }
 }
 

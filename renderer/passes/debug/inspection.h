@@ -21,8 +21,9 @@ struct Picked {
   uint64_t tag = 0;
   uint32_t node = scene::kNone;  // of the scene that was set at the time; kNone: the background
   glm::vec3 position_world{0};
-  float depth_m = 0;             // along the view direction; infinite for the background
-  glm::mat4 world_from_node{1};  // of the picked image
+  float depth_m = 0;  // along the view direction; infinite for the background
+  // Of the picked image. Empty: the surface does not move with the node, because joints move it.
+  std::optional<glm::mat4> world_from_node = glm::mat4(1);
 };
 
 // Requests for one image.

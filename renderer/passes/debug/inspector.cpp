@@ -37,13 +37,18 @@ void dispatch_pixels(VkCommandBuffer commands, VkExtent2D extent) {
   vkCmdDispatch(commands, (extent.width + 7) / 8, (extent.height + 7) / 8, 1);
 }
 
-// Bit mask of a node and its descendants. Parents precede their children.
-std::vector<uint32_t> bits_of_all_below(const scene::Scene& scene, uint32_t selected) {
-  std::vector<uint32_t> bits(scene.nodes.size() / 32 + 1, 0);
-  const auto is_set = [&](uint32_t node) { return (bits[node / 32] >> (node % 32) & 1) != 0; };
+// Bit mask of the parts of a node and its descendants. Parents precede their children.
+std::vector<uint32_t> bits_of_all_below(const scene::Scene& scene, const GpuScene& gpu_scene,
+                                        uint32_t selected) {
+  std::vector<bool> is_selected(scene.nodes.size(), false);
   for (uint32_t node = selected; node < scene.nodes.size(); ++node) {
     const uint32_t parent = scene.nodes[node].parent;
-    if (node == selected || (parent != scene::kNone && is_set(parent))) bits[node / 32] |= 1u << (node % 32);
+    is_selected[node] = node == selected || (parent != scene::kNone && is_selected[parent]);
+  }
+  const std::vector<uint32_t> nodes = gpu_scene.nodes_of_parts();
+  std::vector<uint32_t> bits(nodes.size() / 32 + 1, 0);
+  for (uint32_t part = 0; part < nodes.size(); ++part) {
+    if (is_selected[nodes[part]]) bits[part / 32] |= 1u << (part % 32);
   }
   return bits;
 }
@@ -107,18 +112,26 @@ void PickPass::record(gpu::Recorder& recorder, const InspectedView& seen, const 
     vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
     vkCmdDispatch(commands, 1, 1, 1);
   });
-  belt_.record(recorder, nullptr, {0, 0}, {&picked_, sizeof(gpu_types::PickedSurface)}, pick.tag);
+  belt_.record(recorder, nullptr, {0, 0}, {&picked_, sizeof(gpu_types::PickedSurface)},
+               {pick.tag, seen.gpu_scene.nodes_of_parts(), seen.gpu_scene.node_count});
 }
 
 std::vector<Picked> PickPass::take_picked() {
   std::vector<Picked> found;
-  belt_.poll([&](uint64_t tag, VkExtent2D, std::span<const uint8_t> bytes) {
+  belt_.poll([&](const Pending& pending, VkExtent2D, std::span<const uint8_t> bytes) {
     gpu_types::PickedSurface surface;
     std::memcpy(&surface, bytes.data(), sizeof(surface));
-    static_assert(scene::kNone == FIRE3DV_NO_INDEX);
+    Picked& picked = found.emplace_back();
+    picked.tag = pending.tag;
+    picked.depth_m = surface.depth_m;
+    if (surface.part >= pending.nodes_of_parts.size()) return;  // the background
+    picked.node = pending.nodes_of_parts[surface.part];
+    picked.position_world = surface.world;
     const gpu_types::AffineRows& rows = surface.world_from_node;
-    found.push_back({tag, surface.node, surface.world, surface.depth_m,
-                     glm::transpose(glm::mat4(rows.row0, rows.row1, rows.row2, glm::vec4(0, 0, 0, 1)))});
+    picked.world_from_node.reset();
+    if (surface.transform < pending.node_count)
+      picked.world_from_node =
+          glm::transpose(glm::mat4(rows.row0, rows.row1, rows.row2, glm::vec4(0, 0, 0, 1)));
   });
   return found;
 }
@@ -184,6 +197,8 @@ void DebugViews::show(gpu::Recorder& recorder, gpu::StagingRing& staging, const 
   push.look_world = seen.view.look_world;
   push.orthographic = seen.view.orthographic ? 1 : 0;
   push.view = number_of(view);
+  if (view == DebugView::instances)
+    push.nodes = staging.write(std::span<const uint32_t>(seen.gpu_scene.nodes_of_parts())).address;
   if (view == DebugView::depth) find_range(recorder, seen, view_, push, image);
   std::vector<Use> uses{Use(seen.visibility, access::compute_read), Use(range_, access::compute_read),
                         Use(image, access::compute_write, true)};
@@ -241,7 +256,7 @@ void Inspector::outline(gpu::Recorder& recorder, gpu::StagingRing& staging, cons
   if (!outline_)
     outline_ = gpu::create_compute_pipeline(device_, overlay_.layout(),
                                             samples_ == 4 ? "outline_4.comp" : "outline_1.comp");
-  const std::vector<uint32_t> bits = bits_of_all_below(seen.scene, selected);
+  const std::vector<uint32_t> bits = bits_of_all_below(seen.scene, seen.gpu_scene, selected);
   const gpu_types::OutlinePush push{seen.globals, seen.visibility.address,
                                     staging.write(std::span<const uint32_t>(bits)).address};
   std::vector<Use> uses{Use(seen.visibility, access::compute_read), Use(image, access::compute_write)};

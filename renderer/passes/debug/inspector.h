@@ -69,7 +69,12 @@ class PickPass {
   VkPipelineLayout layout_;
   gpu::Pipeline pipeline_;
   gpu::Buffer picked_;  // PickedSurface
-  gpu::ReadbackRing<uint64_t> belt_;
+  struct Pending {
+    uint64_t tag = 0;
+    std::vector<uint32_t> nodes_of_parts;  // of the picked scene, which may be replaced meanwhile
+    uint32_t node_count = 0;
+  };
+  gpu::ReadbackRing<Pending> belt_;
 };
 
 // See DebugView.

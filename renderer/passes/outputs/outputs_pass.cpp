@@ -17,13 +17,9 @@ VkDeviceSize snapshot_bytes(const GpuScene& scene) {
 }
 
 std::vector<gpu_types::PartLabels> label_parts(const scene::Scene& scene, const GpuScene& gpu_scene) {
-  std::vector<gpu_types::PartLabels> labels(gpu_scene.part_count);
-  for (uint32_t n = 0; n < scene.nodes.size(); ++n) {
-    const uint32_t end =
-        n + 1 < scene.nodes.size() ? gpu_scene.first_part_of_node[n + 1] : gpu_scene.part_count;
-    for (uint32_t part = gpu_scene.first_part_of_node[n]; part < end; ++part)
-      labels[part] = {n + 1, scene.nodes[n].semantic};
-  }
+  std::vector<gpu_types::PartLabels> labels;
+  for (const uint32_t node : gpu_scene.nodes_of_parts())
+    labels.push_back({node + 1, scene.nodes[node].semantic});
   return labels;
 }
 

@@ -158,6 +158,15 @@ gpu_types::PrimitiveRecord primitive_record(const scene::Scene& scene, const sce
           geometry.first_ray_box};
 }
 
+std::vector<uint32_t> SceneGeometry::nodes_of_parts() const {
+  std::vector<uint32_t> nodes(part_count);
+  for (uint32_t node = 0; node < first_part_of_node.size(); ++node) {
+    const uint32_t end = node + 1 < first_part_of_node.size() ? first_part_of_node[node + 1] : part_count;
+    std::fill(nodes.begin() + first_part_of_node[node], nodes.begin() + end, node);
+  }
+  return nodes;
+}
+
 void GpuScene::update_winding(gpu::Recorder& recorder, gpu::StagingRing& staging, const scene::Scene& scene,
                               uint32_t world, const state::PoseState& poses) {
   if (winding_revision == poses.revision() && winding_world == world) return;

@@ -99,6 +99,8 @@ struct SceneGeometry {
   const scene::ClusteredPrimitive& geometry_of(const Draw& draw) const {
     return geometry[primitive_at(draw.node, draw.primitive)];
   }
+  // Node of each part. Parts of skinned nodes hold a static transform instead.
+  std::vector<uint32_t> nodes_of_parts() const;
   bool is_hidden(uint32_t node) const { return node < hidden.size() && hidden[node]; }
 };
 

@@ -106,6 +106,38 @@ TEST_F(Measurements, SingularNodeRestsInWorld) {
   EXPECT_EQ(gui::position_world(point, poses_), glm::vec3(1, 2, 3));
 }
 
+TEST_F(Measurements, SkinnedSurfaceRestsInWorld) {
+  passes::Picked picked;
+  picked.node = 1;
+  picked.position_world = {1, 2, 3};
+  picked.world_from_node.reset();
+  EXPECT_FALSE(take_pick(viewer_, picked, poses_));
+  EXPECT_EQ(viewer_.selected, 1u);
+  ASSERT_TRUE(viewer_.picked_point);
+  EXPECT_EQ(*viewer_.picked_point, (gui::SurfacePoint{scene::kNone, {1, 2, 3}}));
+}
+
+// Numbers come from a device.
+TEST_F(Measurements, UnknownNodeIsBackground) {
+  passes::Picked picked;
+  picked.node = static_cast<uint32_t>(scene_.nodes.size());
+  picked.position_world = {1, 2, 3};
+  EXPECT_FALSE(take_pick(viewer_, picked, poses_));
+  EXPECT_EQ(viewer_.selected, scene::kNone);
+  EXPECT_FALSE(viewer_.picked_point);
+  EXPECT_EQ(gui::position_world({picked.node, {1, 2, 3}}, poses_), glm::vec3(1, 2, 3));
+}
+
+// An added file may be scaled far below its own size, which bounds the scene.
+TEST_F(Measurements, SmallNodeFillsView) {
+  scene_.bounds_min = glm::vec3(-1000);
+  scene_.bounds_max = glm::vec3(1000);
+  CameraRig rig = *CameraRig::create(scene_);
+  rig.frame_node(poses_, 1, 1);
+  const glm::vec3 eye(rig.placed(poses_, 1).world_from_camera[3]);
+  EXPECT_LT(glm::length(eye - glm::vec3(poses_.world_from_node(1)[3])), 10);
+}
+
 TEST_F(Measurements, TwoClicksMeasureDistance) {
   viewer_.measures = true;
   viewer_.selected = 2;

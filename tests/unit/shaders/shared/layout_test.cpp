@@ -152,7 +152,8 @@ TEST_F(ShaderLayout, MembersMatchInCppAndGlsl) {
   EXPECT_SAME_OFFSET(RayEffectRecord, normal);
   EXPECT_SAME_OFFSET(BouncedRecord, all);
   EXPECT_SAME_OFFSET(PathResolvePush, tone_map);
-  EXPECT_SAME_OFFSET(PickedSurface, node);
+  EXPECT_SAME_OFFSET(PickedSurface, part);
+  EXPECT_SAME_OFFSET(PickedSurface, transform);
   EXPECT_SAME_OFFSET(PickPush, y);
   EXPECT_SAME_OFFSET(DepthRange, farthest);
   EXPECT_SAME_OFFSET(DebugViewPush, view);
