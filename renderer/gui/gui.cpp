@@ -1,6 +1,7 @@
 #include "renderer/gui/gui.h"
 
 #include <imgui.h>
+#include <imgui_internal.h>
 
 #include <algorithm>
 #include <array>
@@ -8,9 +9,11 @@
 #include <cmath>
 #include <deque>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <variant>
+#include <vector>
 
 #include "renderer/gui/docks.h"
 #include "renderer/gui/gizmo_overlay.h"
@@ -51,7 +54,11 @@ struct Gui::Panels {
   glm::vec2 cursor_px{-1};  // ImGui rounds its own
   std::string clipboard;    // last text returned to ImGui, which keeps the pointer
   Cursor cursor = Cursor::arrow;
-  bool wants_mouse = false, wants_keyboard = false, is_interacting = false;
+  bool wants_mouse = false, is_interacting = false;
+  bool wants_text = false, is_widget_active = false;  // after the last frame
+  bool closes_popup = false;
+  std::array<bool, static_cast<size_t>(Key::count)> key_changed{};
+  std::vector<bool> key_uses;  // of the keys that this frame processes
   Rect image_rect;
   float left_rest_px = 0;    // height of the left column without the tree
   float bottom_rest_px = 0;  // height of the bottom row without the lines of the log; 0: unknown
@@ -68,6 +75,8 @@ struct Gui::Panels {
 
   ~Panels() { ImGui::DestroyContext(context); }
   void take_events(ImGuiIO& io);
+  bool take_key(ImGuiIO& io, const KeyChanged& key, std::optional<HeldKeys>& held);
+  bool owns_keys() const;
   void lay_out(const Context& context);
   static bool begin_dock(const char* name, const DockAreas::Area& area, int flags);
   float bottom_px(const Context& context) const;
@@ -101,10 +110,14 @@ Gui::~Gui() = default;
 // Spreads events over frames, since ImGui sees only the state per frame. A press and its release, or a press
 // and a later move, need separate frames. A press also waits for the frame after the move to its position:
 // ImGui 1.90 ignores it on rows that were not hovered in the previous frame. A release waits likewise: it
-// would end a drag before the last move.
+// would end a drag before the last move. Keys and text wait for the frame after a press, which may activate a
+// text field, and for the frame after a key with other modifiers.
 void Gui::Panels::take_events(ImGuiIO& io) {
   bool mouse_moved = false, button_changed = false;
-  std::array<bool, static_cast<size_t>(Key::count)> key_changed{};
+  std::optional<HeldKeys> held;
+  key_uses.clear();
+  key_changed = {};
+  closes_popup = false;
   while (!waiting.empty()) {
     const Event& event = waiting.front();
     if (const auto* moved = std::get_if<MouseMoved>(&event)) {
@@ -114,26 +127,48 @@ void Gui::Panels::take_events(ImGuiIO& io) {
       mouse_moved |= to.x != io.MousePos.x || to.y != io.MousePos.y;
       io.MousePos = to;
     } else if (const auto* button = std::get_if<MouseButton>(&event)) {
-      if (button_changed || mouse_moved) return;
+      if (button_changed || mouse_moved || (held && *held != button->held)) return;
+      held = button->held;
+      set_modifiers(io, *held);
       io.MouseDown[static_cast<size_t>(button->button)] = button->down;
       button_changed = true;
     } else if (const auto* wheel = std::get_if<MouseWheel>(&event)) {
       io.MouseWheelH += wheel->steps.x;
       io.MouseWheel += wheel->steps.y;
     } else if (const auto* key = std::get_if<KeyChanged>(&event)) {
-      if (key->key < Key::count) {
-        const auto number = static_cast<size_t>(key->key);
-        if (key_changed[number]) return;
-        key_changed[number] = true;
-        set_key(io, key->key, key->down);
-      }
+      if (button_changed || closes_popup || !take_key(io, *key, held)) return;
     } else if (const auto* text = std::get_if<Text>(&event)) {
+      if (button_changed || closes_popup) return;
       io.AddInputCharacter(text->character);
     } else {
       io.MousePos = {-FLT_MAX, -FLT_MAX};
     }
     waiting.pop_front();
   }
+}
+
+// Text fields, open lists and pickers, and widgets that the mouse holds.
+bool Gui::Panels::owns_keys() const {
+  return wants_text || context->OpenPopupStack.Size > 0 || is_widget_active;
+}
+
+// False: the key waits for the next frame. ImGui repeats held keys itself.
+bool Gui::Panels::take_key(ImGuiIO& io, const KeyChanged& key, std::optional<HeldKeys>& held) {
+  const bool is_used = key.down && owns_keys();
+  const bool is_seen = key.key < Key::count && !key.repeated && (is_used || !key.down);
+  if (is_seen) {
+    bool& is_changed = key_changed[static_cast<size_t>(key.key)];
+    if (is_changed || (is_used && held && *held != key.held)) return false;
+    is_changed = true;
+    if (is_used) {
+      held = key.held;
+      set_modifiers(io, *held);
+    }
+    set_key(io, key.key, key.down);
+    closes_popup = is_used && key.key == Key::escape && !wants_text && context->OpenPopupStack.Size > 0;
+  }
+  key_uses.push_back(is_used);
+  return true;
 }
 
 const ImDrawData& Gui::frame(const Input& input, const Facts& facts, const Shown& shown, ViewState& viewer) {
@@ -154,10 +189,11 @@ const ImDrawData& Gui::frame(const Input& input, const Facts& facts, const Shown
   io.DisplaySize = {std::max(input.display_px.x, 1.0f), std::max(input.display_px.y, 1.0f)};
   constexpr float kLeastDeltaS = 1e-4f;  // ImGui rejects a time step of 0
   io.DeltaTime = std::max(input.delta_s, kLeastDeltaS);
-  set_modifiers(io, input.ctrl, input.shift, input.alt);
+  set_modifiers(io, input.held);
   panels.waiting.insert(panels.waiting.end(), input.events.begin(), input.events.end());
   panels.take_events(io);
   ImGui::NewFrame();
+  if (panels.closes_popup) ImGui::ClosePopupToLevel(panels.context->OpenPopupStack.Size - 1, true);
   panels.ui.begin_frame(scale);
 
   const Context context{panels.ui, facts, shown, viewer, layout_};
@@ -170,8 +206,9 @@ const ImDrawData& Gui::frame(const Input& input, const Facts& facts, const Shown
 
   ImGui::Render();
   panels.wants_mouse = io.WantCaptureMouse || panels.gizmo.takes_mouse();
-  panels.wants_keyboard = io.WantTextInput;
-  panels.is_interacting = ImGui::IsAnyItemActive() || panels.gizmo.is_dragging();
+  panels.wants_text = panels.context->WantTextInputNextFrame == 1;
+  panels.is_widget_active = ImGui::IsAnyItemActive();
+  panels.is_interacting = panels.is_widget_active || panels.gizmo.is_dragging();
   panels.cursor = cursor_of(ImGui::GetMouseCursor());
   layout_.camera_speed = viewer.camera_speed;  // keys change it as well
   return *ImGui::GetDrawData();
@@ -280,7 +317,10 @@ bool Gui::wants_mouse() const {
   return panels_->wants_mouse;
 }
 bool Gui::wants_keyboard() const {
-  return panels_->wants_keyboard;
+  return panels_->owns_keys();
+}
+std::vector<bool> Gui::key_uses() const {
+  return panels_->key_uses;
 }
 bool Gui::is_interacting() const {
   return panels_->is_interacting;

@@ -68,6 +68,9 @@ class Gui {
   // the image is never captured.
   bool wants_mouse() const;
   bool wants_keyboard() const;
+  // Of each key event that the last frame processed, in order: whether a widget used it. Later events follow
+  // in the next frames. Nobody else acts on a used key.
+  std::vector<bool> key_uses() const;
   // A drag or a text input went on in the last frame: changes meanwhile are one step.
   bool is_interacting() const;
   // Events that wait for one of the next frames: a press and its release, for example, need one each.

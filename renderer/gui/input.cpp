@@ -34,16 +34,7 @@ constexpr std::pair<Key, int> kImguiKeys[] = {
     {letter('z'), ImGuiKey_Z},
 };
 
-const std::pair<Key, int>* find_key(Key key) {
-  const auto* const found = std::ranges::find(kImguiKeys, key, &std::pair<Key, int>::first);
-  return found == std::end(kImguiKeys) ? nullptr : found;
-}
-
 }  // namespace
-
-bool is_panel_key(Key key) {
-  return find_key(key) != nullptr;
-}
 
 #if IMGUI_VERSION_NUM >= 18900
 
@@ -52,13 +43,14 @@ void set_up_keys(ImGuiIO& io) {
 }
 
 void set_key(ImGuiIO& io, Key key, bool down) {
-  if (const auto* const known = find_key(key)) io.AddKeyEvent(static_cast<ImGuiKey>(known->second), down);
+  const auto* const known = std::ranges::find(kImguiKeys, key, &std::pair<Key, int>::first);
+  if (known != std::end(kImguiKeys)) io.AddKeyEvent(static_cast<ImGuiKey>(known->second), down);
 }
 
-void set_modifiers(ImGuiIO& io, bool ctrl, bool shift, bool alt) {
-  io.AddKeyEvent(ImGuiMod_Ctrl, ctrl);
-  io.AddKeyEvent(ImGuiMod_Shift, shift);
-  io.AddKeyEvent(ImGuiMod_Alt, alt);
+void set_modifiers(ImGuiIO& io, const HeldKeys& held) {
+  io.AddKeyEvent(ImGuiMod_Ctrl, held.ctrl);
+  io.AddKeyEvent(ImGuiMod_Shift, held.shift);
+  io.AddKeyEvent(ImGuiMod_Alt, held.alt);
 }
 
 #else
@@ -71,10 +63,10 @@ void set_key(ImGuiIO& io, Key key, bool down) {
   if (key < Key::count) io.KeysDown[static_cast<size_t>(key)] = down;
 }
 
-void set_modifiers(ImGuiIO& io, bool ctrl, bool shift, bool alt) {
-  io.KeyCtrl = ctrl;
-  io.KeyShift = shift;
-  io.KeyAlt = alt;
+void set_modifiers(ImGuiIO& io, const HeldKeys& held) {
+  io.KeyCtrl = held.ctrl;
+  io.KeyShift = held.shift;
+  io.KeyAlt = held.alt;
 }
 
 #endif

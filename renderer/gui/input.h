@@ -63,16 +63,22 @@ enum class Button : uint8_t { left, right, middle };
 struct MouseMoved {
   glm::vec2 at_px{0};
 };
+struct HeldKeys {
+  bool ctrl = false, shift = false, alt = false;
+  bool operator==(const HeldKeys&) const = default;
+};
 struct MouseButton {
   Button button = Button::left;
   bool down = false;
+  HeldKeys held = {};
 };
 struct MouseWheel {
   glm::vec2 steps{0};
 };
 struct KeyChanged {
   Key key = Key::other;
-  bool down = false;
+  bool down = false, repeated = false;
+  HeldKeys held = {};
 };
 struct Text {
   char32_t character = 0;
@@ -82,9 +88,9 @@ using Event = std::variant<MouseMoved, MouseButton, MouseWheel, KeyChanged, Text
 
 struct Input {
   glm::vec2 display_px{0};
-  float scale = 1;    // UI scale: 2 on a display with twice the density
-  float delta_s = 0;  // since the last frame
-  bool ctrl = false, shift = false, alt = false;
+  float scale = 1;            // UI scale: 2 on a display with twice the density
+  float delta_s = 0;          // since the last frame
+  HeldKeys held;              // after the events
   std::vector<Event> events;  // since the last frame, in order
 };
 
@@ -95,9 +101,8 @@ enum class Cursor : uint8_t { arrow, text, resize_horizontal, resize_vertical, h
 // Call set_up_keys() once after the context is created. Disables ImGui's event trickling: the caller spreads
 // events over frames.
 void set_up_keys(ImGuiIO& io);
-// Whether panels handle the key; text arrives as Text events.
-bool is_panel_key(Key key);
+// Ignores keys that no widget handles; text arrives as Text events.
 void set_key(ImGuiIO& io, Key key, bool down);
-void set_modifiers(ImGuiIO& io, bool ctrl, bool shift, bool alt);
+void set_modifiers(ImGuiIO& io, const HeldKeys& held);
 
 }  // namespace fire3dv::gui

@@ -36,7 +36,7 @@ void toggle(uint32_t& node, uint32_t selected) {
 
 }  // namespace
 
-CameraMoves ViewInput::take(const sinks::WindowInput& input, const Owners& owners, gui::ViewState& viewer) {
+CameraMoves ViewInput::take(const sinks::WindowInput& input, bool view_has_mouse, gui::ViewState& viewer) {
   CameraMoves moves;
   scale_ = input.scale;
   for (const InputEvent& event : input.events) {
@@ -50,7 +50,7 @@ CameraMoves ViewInput::take(const sinks::WindowInput& input, const Owners& owner
           const bool click = dragging_ == Button::left && event.button == Button::left && !dragged_ && !pans_;
           if (click) moves.click_px = event.cursor_px;
           if (dragging_ == event.button) dragging_.reset();
-        } else if (owners.view_has_mouse && !dragging_) {
+        } else if (view_has_mouse && !dragging_) {
           dragging_ = event.button;
           dragged_ = false;
           pans_ = event.button != Button::left || event.modifiers.shift;
@@ -58,7 +58,7 @@ CameraMoves ViewInput::take(const sinks::WindowInput& input, const Owners& owner
         }
         break;
       case InputEvent::Kind::wheel:
-        if (!owners.view_has_mouse) break;
+        if (!view_has_mouse) break;
         if (event.modifiers.control) {
           change_speed(viewer, event.wheel.y);
         } else {
@@ -68,7 +68,7 @@ CameraMoves ViewInput::take(const sinks::WindowInput& input, const Owners& owner
       case InputEvent::Kind::key:
         if (!event.down) {
           held_.erase(event.key);
-        } else if (owners.view_has_keyboard) {
+        } else {
           if (!event.modifiers.control && !event.modifiers.alt) held_.insert(event.key);
           if (!event.repeated || moves_timeline(event.key)) press(event, viewer);
         }
@@ -144,17 +144,19 @@ void ViewInput::press(const InputEvent& event, gui::ViewState& viewer) {
   if (key == Key::f1) viewer.help = !viewer.help;
   if (key == Key::tab) viewer.gui = !viewer.gui;
   if (key == Key::escape) {
-    // Escape closes help, ends measuring, then the gizmo, clears the selection, then closes the window.
+    // Escape closes help, ends measuring, then the gizmo, then clears the selection. It never closes the
+    // window.
     if (std::exchange(viewer.help, false)) return;
     if (std::exchange(viewer.measures, false)) return viewer.measured.clear();
     if (std::exchange(viewer.tool, gui::GizmoTool::none) != gui::GizmoTool::none) return;
     viewer.picked_point.reset();
-    if (std::exchange(viewer.selected, scene::kNone) == scene::kNone) viewer.commands.close = true;
+    viewer.selected = scene::kNone;
   }
 }
 
 void ViewInput::press_with_control(const InputEvent& event, gui::ViewState& viewer) {
   gui::Commands& commands = viewer.commands;
+  if (event.key == sinks::letter('q')) commands.close = true;
   if (event.key == sinks::letter('z')) (event.modifiers.shift ? commands.redo : commands.undo) = true;
   if (event.key == sinks::letter('y')) commands.redo = true;
   if (event.key == sinks::letter('d')) commands.duplicate = true;

@@ -25,11 +25,8 @@ struct CameraMoves {
 
 class ViewInput {
  public:
-  // Owners of mouse and keyboard: input that panels use does not move the view.
-  struct Owners {
-    bool view_has_mouse = true, view_has_keyboard = true;
-  };
-  CameraMoves take(const sinks::WindowInput& input, const Owners& owners, gui::ViewState& viewer);
+  // view_has_mouse: no panel uses it.
+  CameraMoves take(const sinks::WindowInput& input, bool view_has_mouse, gui::ViewState& viewer);
 
  private:
   void press(const sinks::InputEvent& event, gui::ViewState& viewer);

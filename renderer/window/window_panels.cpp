@@ -31,6 +31,10 @@ gui::Layout with_theme(gui::Layout layout, std::optional<bool> is_light) {
   return layout;
 }
 
+gui::HeldKeys held_keys(const sinks::Modifiers& modifiers) {
+  return {modifiers.control, modifiers.shift, modifiers.alt};
+}
+
 }  // namespace
 
 gui::Input PanelInput::convert(const sinks::WindowInput& input, glm::uvec2 window_px, float seconds) {
@@ -47,13 +51,13 @@ gui::Input PanelInput::convert(const sinks::WindowInput& input, glm::uvec2 windo
         break;
       case Kind::button:
         panel.events.emplace_back(gui::MouseMoved{event.cursor_px});
-        panel.events.emplace_back(gui::MouseButton{event.button, event.down});
+        panel.events.emplace_back(gui::MouseButton{event.button, event.down, held_keys(held_)});
         break;
       case Kind::wheel:
         panel.events.emplace_back(gui::MouseWheel{event.wheel});
         break;
       case Kind::key:
-        if (gui::is_panel_key(event.key)) panel.events.emplace_back(gui::KeyChanged{event.key, event.down});
+        panel.events.emplace_back(gui::KeyChanged{event.key, event.down, event.repeated, held_keys(held_)});
         break;
       case Kind::text:
         panel.events.emplace_back(gui::Text{event.text});
@@ -67,16 +71,20 @@ gui::Input PanelInput::convert(const sinks::WindowInput& input, glm::uvec2 windo
     waiting_.emplace_back(event, converted_ + panel.events.size());
   }
   converted_ += panel.events.size();
-  panel.ctrl = held_.control;
-  panel.shift = held_.shift;
-  panel.alt = held_.alt;
+  panel.held = held_keys(held_);
   return panel;
 }
 
-std::vector<sinks::InputEvent> PanelInput::take_seen(size_t unseen) {
+std::vector<sinks::InputEvent> PanelInput::take_seen(const gui::Gui& gui) {
   std::vector<sinks::InputEvent> seen;
-  for (; !waiting_.empty() && waiting_.front().second + unseen <= converted_; waiting_.pop_front())
-    seen.push_back(waiting_.front().first);
+  const size_t unseen = gui.waiting_events();
+  const std::vector<bool> key_uses = gui.key_uses();
+  size_t keys = 0;
+  for (; !waiting_.empty() && waiting_.front().second + unseen <= converted_; waiting_.pop_front()) {
+    const sinks::InputEvent& event = waiting_.front().first;
+    if (event.kind == sinks::InputEvent::Kind::key && key_uses.at(keys++)) continue;
+    seen.push_back(event);
+  }
   return seen;
 }
 
@@ -96,13 +104,12 @@ WindowPanels::~WindowPanels() {
     log_message(warning(saved.error().message));
 }
 
-ViewInput::Owners WindowPanels::take(sinks::Window& window, sinks::WindowInput& input, glm::uvec2 window_px,
-                                     float seconds, const gui::Facts& facts, const gui::Shown& shown,
-                                     gui::ViewState& viewer) {
+bool WindowPanels::take(sinks::Window& window, sinks::WindowInput& input, glm::uvec2 window_px, float seconds,
+                        const gui::Facts& facts, const gui::Shown& shown, gui::ViewState& viewer) {
   laid_out_ = &gui_.frame(input_.convert(input, window_px, seconds), facts, shown, viewer);
-  input.events = input_.take_seen(gui_.waiting_events());
+  input.events = input_.take_seen(gui_);
   window.set_cursor(static_cast<sinks::Window::Cursor>(gui_.cursor()));
-  return {!gui_.wants_mouse(), !gui_.wants_keyboard()};
+  return !gui_.wants_mouse();
 }
 
 gpu::Image& WindowPanels::record(gpu::Recorder& recorder, gpu::StagingRing& staging, gpu::Image& image,

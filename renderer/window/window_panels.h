@@ -28,9 +28,8 @@ namespace fire3dv::app {
 class PanelInput {
  public:
   gui::Input convert(const sinks::WindowInput& input, glm::uvec2 window_px, float seconds);
-  // Takes the events that the panels have seen. unseen: converted events that they have not
-  // (Gui::waiting_events).
-  std::vector<sinks::InputEvent> take_seen(size_t unseen);
+  // Takes the events that the panels have seen by their last frame, without keys that a widget used.
+  std::vector<sinks::InputEvent> take_seen(const gui::Gui& gui);
 
  private:
   sinks::Modifiers held_;  // modifier keys of the last event, valid until the next one
@@ -47,11 +46,10 @@ class WindowPanels {
   WindowPanels(const WindowPanels&) = delete;
   WindowPanels& operator=(const WindowPanels&) = delete;
 
-  // Routes input and lays out the panels. Input that the panels use does not move the view. Replaces the
-  // events of the input by those of the view's frame.
-  ViewInput::Owners take(sinks::Window& window, sinks::WindowInput& input, glm::uvec2 window_px,
-                         float seconds, const gui::Facts& facts, const gui::Shown& shown,
-                         gui::ViewState& viewer);
+  // Lays out the panels. Replaces the events of the input by those of the view's frame, without keys that a
+  // widget used. Returns false if panels use the mouse.
+  bool take(sinks::Window& window, sinks::WindowInput& input, glm::uvec2 window_px, float seconds,
+            const gui::Facts& facts, const gui::Shown& shown, gui::ViewState& viewer);
   // Part of the window that the last layout left to the image.
   gui::Rect image_rect() const { return gui_.image_rect(); }
   // A drag or a text input goes on.

@@ -18,10 +18,10 @@ namespace fire3dv::app {
 
 bool CameraWindow::steer(gui::ViewState& viewer, const state::PoseState& poses, float seconds) {
   const VkExtent2D extent = window_.framebuffer_extent();
-  const CameraMoves moves = input_.take(window_.take_input(), {}, viewer);
+  const CameraMoves moves = input_.take(window_.take_input(), true, viewer);
   if (moves.click_px) clicked_px_ = moves.click_px;
   move_camera(camera_, moves, viewer, poses, {extent.width, extent.height}, seconds);
-  return !std::exchange(viewer.commands.close, false) && !window_.should_close();
+  return !window_.should_close();
 }
 
 Result<void> CameraWindow::draw(passes::SceneRenderer& renderer, const state::PoseState& poses,
@@ -217,7 +217,7 @@ void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::Tim
   gui::ViewState& viewer = borrowed_.viewer;
   sinks::WindowInput input = first().take_input();
   display_scale_ = input.scale;
-  ViewInput::Owners owners;
+  bool view_has_mouse = true;
   if (panels_) {
     const LiveScene& scene = borrowed_.scene;
     gui::EditFacts editing = borrowed_.editor.facts();
@@ -226,7 +226,7 @@ void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::Tim
     for (auto& [name, reason] : scene.refused_additions(kMaxRefused))
       editing.refused.push_back({std::move(name), std::move(reason)});
     const auto view = [this](float aspect) { return borrowed_.camera.view(borrowed_.poses, aspect); };
-    owners =
+    view_has_mouse =
         panels_->take(first(), input, {window_extent_.width, window_extent_.height}, seconds, facts,
                       {scene.scene(), borrowed_.poses, &scene.edits(), scene.replaced(), timeline,
                        borrowed_.robot ? &*borrowed_.robot : nullptr, recent_files_.files(), &editing, view},
@@ -234,7 +234,7 @@ void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::Tim
     place_image();
   }
   const glm::uvec2 image_px(image_extent_.width, image_extent_.height);
-  CameraMoves moves = input_.take(input, owners, viewer);
+  CameraMoves moves = input_.take(input, view_has_mouse, viewer);
   const float aspect = static_cast<float>(image_px.x) / static_cast<float>(std::max(image_px.y, 1u));
   const CameraRig::Placed seen = borrowed_.camera.placed(borrowed_.poses, aspect);
   borrowed_.editor.update(edit_targets(), is_interacting(),
@@ -257,7 +257,7 @@ void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::Tim
   if (std::exchange(commands.screenshot, false)) request_screenshot();
   if (std::exchange(commands.toggle_video, false)) captures_.toggle_video();
   if (commands.export_csv) captures_.export_csv(*std::exchange(commands.export_csv, std::nullopt));
-  close_or_open(input, owners.view_has_mouse);
+  close_or_open(input, view_has_mouse);
 }
 
 // A request that would lose unsaved edits is refused once.

@@ -171,7 +171,7 @@ def adding(test, screen):
 
 
 def unsaved(test, screen):
-    """Edits that are not saved: the first Escape or close says so in the window and leaves it open, the second closes it."""
+    """Edits that are not saved: the first Ctrl+Q or close says so in the window and leaves it open, the second closes it."""
     scene = test.path("squares.glb")
     write_scene(scene, place=0)
 
@@ -194,7 +194,7 @@ def unsaved(test, screen):
     screen.key("h", "Escape")  # no selection
     wait_until("no red", lambda: not red())
     top = image()[:60]
-    screen.key("Escape")
+    screen.key("ctrl+q")
     wait_until("the warning", lambda: told(1))
     wait_until("the notice", lambda: image()[:60] != top)
     screen.key("ctrl+z")

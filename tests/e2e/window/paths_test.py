@@ -70,7 +70,7 @@ def refines(test, screen):
         whole_screenshot(test, screen, renderer, folder)))
     check(again.rows == wanted.rows, "the image at rest is another one than before")
     settled(url)
-    screen.key("Escape")
+    screen.key("ctrl+q")
     renderer.expect_exit(0)
 
 

@@ -40,7 +40,7 @@ def open_viewer(test, screen, *arguments, **options):
 
 
 def selects(test, screen):
-    """A click selects a body, keys hide and isolate it; Escape clears the selection and then closes the window."""
+    """A click selects a body, keys hide and isolate it; Escape clears the selection and never closes the window, Ctrl+Q does."""
     renderer, window = open_viewer(test, screen)
     at_rest = screen.picture(window).rows
 
@@ -77,7 +77,10 @@ def selects(test, screen):
     wait_until("an outline again", lambda: screen.picture(window).rows != at_rest)
     click(100, 90)  # background
     wait_until("no outline", lambda: screen.picture(window).rows == at_rest)
-    screen.key("Escape")
+    screen.key("Escape", "Escape")
+    time.sleep(0.5)  # several images
+    check(renderer.alive(), "Escape closed the window")
+    screen.key("ctrl+q")
     renderer.expect_exit(0)
 
 
@@ -103,7 +106,7 @@ def measures(test, screen):
     screen.key("Escape")
     wait_until("what was there at first", lambda: screen.picture(window).rows == at_rest)
     check(renderer.alive(), "Escape closed the window instead")
-    screen.key("Escape")
+    screen.key("ctrl+q")
     renderer.expect_exit(0)
 
 
@@ -129,7 +132,7 @@ def focuses(test, screen):
     wait_until("an outline", lambda: screen.picture(window).rows != blurred)
     screen.key("shift+f")
     wait_until("the squares in focus", lambda: len(seen_anywhere(screen.picture(window))) == 3)
-    screen.key("Escape", "Escape")
+    screen.key("ctrl+q")
     renderer.expect_exit(0)
 
 
@@ -266,7 +269,7 @@ def large_screenshot(test, screen):
     picture = read_png(path)
     check((picture.width, picture.height) == (640, 360) and seen(picture) == set(AT), f"{path} shows {seen(picture)}")
     wait_until("what was there at first", lambda: screen.picture(window).rows == at_rest)
-    screen.key("Escape")
+    screen.key("ctrl+q")
     renderer.expect_exit(0)
 
 
@@ -286,7 +289,7 @@ def screenshot_above_the_device(test, screen):
     for name in AT:
         at, expected = taken.row_of(name), shown.row_of(name) * side / SIZE[1]
         check(at is not None and abs(at - expected) <= side / SIZE[1], f"{name} is in row {at}, not {expected}")
-    screen.key("Escape")
+    screen.key("ctrl+q")
     renderer.expect_exit(0)
 
 
@@ -399,7 +402,15 @@ def opens_recent(test, screen):
     wait_until("red alone", lambda: seen_anywhere(screen.picture(window)) == {"red"})
     closed = screen.picture(window).rows
     screen.click(window, *FILE_CHOICE)
-    wait_until("the list of files", lambda: screen.picture(window).rows[SECOND_FILE[1]] != closed[SECOND_FILE[1]])
+
+    def list_is_open():
+        return screen.picture(window).rows[SECOND_FILE[1]] != closed[SECOND_FILE[1]]
+    wait_until("the list of files", list_is_open)
+    screen.key("Escape")
+    wait_until("no list", lambda: not list_is_open())
+    check(renderer.alive(), "Escape in a list closed the window")
+    screen.click(window, *FILE_CHOICE)
+    wait_until("the list of files", list_is_open)
     screen.click(window, *SECOND_FILE)
     wait_until("all squares", lambda: len(seen_anywhere(screen.picture(window))) == 3)
     screen.x11.close(window)

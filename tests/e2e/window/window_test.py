@@ -8,7 +8,7 @@ from image_reader import check, place_of
 from screen import SIZE, all_squares, on_a_screen
 
 def streams(test, screen):
-    """Poses move the shown bodies, through resizes, until Escape ends the program normally."""
+    """Poses move the shown bodies, through resizes, until Ctrl+Q ends the program normally."""
     uri = test.fresh_uri("shm")
     renderer = test.renderer(headless=False, listen=[uri], size=SIZE, env=screen.env)
     window = screen.window(renderer)
@@ -38,7 +38,7 @@ def streams(test, screen):
         check(shown(frame, "arm"), "the stream was lost")
     wait_until("a picture in the last size", lambda: screen.picture(window).place_of_square("green") is not None)
     screen.move(window, 20, 20)
-    screen.key("Escape")
+    screen.key("ctrl+q")
     renderer.expect_exit(0)
     check(publisher.do("status")["calls"] > 13 and publisher.alive(), "the adapter ended with the window")
     publisher.quit()
@@ -78,7 +78,7 @@ def mouse(test, screen):
         screen.key_up(key)
     changes("the key F", lambda: screen.key("f"))
     wait_until("the scene's camera at last", back_at_rest)
-    screen.key("Escape")
+    screen.key("ctrl+q")
     renderer.expect_exit(0)
 
 

@@ -245,7 +245,7 @@ TEST_F(Gizmos, ControlSnaps) {
   gui::Input input;
   const auto frame = [&](gui::Event event) {
     input.display_px = world_.display_px;
-    input.ctrl = true;
+    input.held.ctrl = true;
     input.events = {event};
     input.delta_s = 0.016f;
     gui::Shown shown{world_.scene, world_.poses, nullptr, 1,

@@ -53,16 +53,17 @@ std::string settings_of(const GuiWorld& world) {
   }
   for (const auto& [stream, name] : v.edits.hidden_markers) text += "markers " + stream + " " + name + " ";
   const gui::Commands& c = v.commands;
-  text += numbers({double(c.frame_all), double(c.frame_selection), c.camera ? double(*c.camera) : -1,
-                   double(v.edits.variant), double(c.free_camera), double(c.screenshot),
-                   double(c.toggle_video), double(c.close), double(c.undo), double(c.redo),
-                   double(c.save_overlay), double(c.export_glb), c.add ? double(*c.add) : -1,
-                   double(c.duplicate), double(c.list_assets), double(c.focus_on_point)});
+  text +=
+      numbers({double(c.frame_all), double(c.frame_selection), c.camera ? double(*c.camera) : -1,
+               double(v.edits.variant), double(c.free_camera), double(c.screenshot), double(c.toggle_video),
+               double(c.close), double(c.undo), double(c.redo), double(c.save_overlay),
+               double(c.save_as.has_value()), double(c.export_glb), c.add ? double(*c.add) : -1,
+               double(c.duplicate), double(c.list_assets), double(c.focus_on_point)});
   text +=
       numbers({double(v.shows_grid), double(v.shows_frusta), double(v.measures), double(v.measured.size())});
   text +=
       c.open.value_or("").string() + " " + c.export_csv.value_or("") + " " + c.add_asset.value_or("") + " ";
-  text += c.remove_addition.value_or("") + " ";
+  text += v.save_path + " " + c.remove_addition.value_or("") + " ";
   text += v.screenshot_size.fixed_px + " " + numbers({double(v.screenshot_size.kind)});
   for (const std::string& call : world.timeline.calls) text += call + " ";
   return text + world.clipboard + layout_text(world.gui.layout());
@@ -364,6 +365,66 @@ TEST_F(GuiPanels, ImageMouseIsIgnored) {
   world().frame();
   EXPECT_EQ(nothing.TotalVtxCount, 0);
   EXPECT_FALSE(world().gui.wants_mouse());
+}
+
+// A key is used by a widget or by the view, never by both.
+TEST_F(GuiPanels, OpenListOwnsKeys) {
+  const auto tap = [&](gui::Key key) {
+    world().frame({gui::KeyChanged{key, true}, gui::KeyChanged{key, false}});
+    const std::vector<bool> uses = world().gui.key_uses();
+    EXPECT_FALSE(uses.empty());
+    world().settle();
+    return !uses.empty() && uses.front();
+  };
+  EXPECT_FALSE(tap(gui::Key::escape));
+  uint32_t lists = 0;
+  const std::vector<Control> controls = world().gui.controls();
+  for (const Control& control : controls) {
+    if (control.kind != Kind::choice && control.kind != Kind::color) continue;
+    const Control shown = find(control.panel, control.name, control.kind);
+    click_at(center_of(shown));
+    if (!world().gui.wants_keyboard()) continue;
+    EXPECT_TRUE(tap(gui::letter('h'))) << control.name;
+    EXPECT_TRUE(world().gui.wants_keyboard()) << control.name;
+    EXPECT_TRUE(tap(gui::Key::escape)) << control.name;
+    EXPECT_FALSE(world().gui.wants_keyboard()) << control.name << ": Escape closes the list";
+    EXPECT_FALSE(tap(gui::Key::escape)) << control.name;
+    ++lists;
+  }
+  EXPECT_GT(lists, 3u);
+}
+
+// A slow image gets the click into the field, and what is typed, at once.
+TEST_F(GuiPanels, TextFieldOwnsKeysAfterClick) {
+  const Control search = find("Scene", "Search", Kind::text);
+  const gui::HeldKeys control{.ctrl = true};
+  const auto type = [](gui::Key key, gui::HeldKeys held = {}) {
+    return std::vector<gui::Event>{gui::KeyChanged{key, true, false, held},
+                                   gui::KeyChanged{key, false, false, held}};
+  };
+  std::vector<gui::Event> events{gui::MouseMoved{center_of(search)},
+                                 gui::MouseButton{gui::Button::left, true},
+                                 gui::MouseButton{gui::Button::left, false}};
+  const auto append = [&](const std::vector<gui::Event>& more) {
+    events.insert(events.end(), more.begin(), more.end());
+  };
+  append(type(gui::letter('h')));
+  events.emplace_back(gui::Text{U'h'});
+  append(type(gui::letter('a')));
+  events.emplace_back(gui::Text{U'a'});
+  append(type(gui::letter('a'), control));  // selects all of the text
+  append(type(gui::Key::backspace));
+  std::vector<bool> uses;
+  world().frame(events);
+  for (int i = 0; i < 20; ++i) {
+    const std::vector<bool> now = world().gui.key_uses();
+    uses.insert(uses.end(), now.begin(), now.end());
+    world().frame();
+  }
+  ASSERT_EQ(uses.size(), 8u);
+  for (size_t i = 0; i < uses.size(); i += 2) EXPECT_TRUE(uses[i]) << i;
+  EXPECT_EQ(ImGui::GetInputTextState(ImGui::GetActiveID())->CurLenW, 0);
+  close_popups();
 }
 
 TEST_F(GuiPanels, ClickBetweenFramesCounts) {
