@@ -128,10 +128,36 @@ std::vector<std::string> write_glb(const std::filesystem::path& gltf, const scen
 
 }  // namespace
 
+namespace {
+
+bool adds_files(const state::Additions& additions) {
+  return std::ranges::any_of(additions, [](const auto& entry) {
+    return std::holds_alternative<state::AddedAsset>(entry.second.content);
+  });
+}
+
+bool is_same_folder(const std::filesystem::path& a, const std::filesystem::path& b) {
+  std::error_code error;
+  const auto folder = [&](const std::filesystem::path& file) {
+    return std::filesystem::weakly_canonical(std::filesystem::absolute(file, error).parent_path(), error);
+  };
+  return folder(a) == folder(b);
+}
+
+}  // namespace
+
+std::optional<Digest> digest_of_overlay(const std::filesystem::path& path) {
+  if (path.empty() || !is_there(path)) return std::nullopt;
+  const Result<Digest> digest = digest_of_file(path, state::kMaxOverlayBytes);
+  return digest ? *digest : Digest{};
+}
+
 EditSession::EditSession(gui::ViewState& viewer, OverlayFile file, state::EditDocument document)
     : viewer_(viewer),
       file_(std::move(file)),
-      may_replace_(file_.was_named),
+      asset_names_from_(file_.path),
+      replaceable_(file_.digest),
+      is_known_(file_.was_named),
       assets_(offered_assets(file_.path, file_.assets)) {
   history_.reset(std::move(document));
   history_.mark_saved();
@@ -274,6 +300,7 @@ void EditSession::update(const state::EditTargets& targets, bool is_interacting,
     settings_.restore(viewer_, history_);
   }
   if (std::exchange(commands.save_overlay, false)) save();
+  if (const auto path = std::exchange(commands.save_as, std::nullopt)) save_as(*path);
   if (std::exchange(commands.export_glb, false)) export_glb(targets);
 }
 
@@ -342,23 +369,42 @@ gui::EditFacts EditSession::facts() const {
   return {history_.undo_text(), history_.redo_text(), history_.is_saved(), file_.path.string(), assets_};
 }
 
-// An overlay of an earlier run is not lost by one key press.
+// An overlay of an earlier run, or of another program, is not lost by one key press.
 void EditSession::save() {
   if (file_.path.empty())
     return notes_.push_back(error_line(
         "the edits are not saved: the scene of a recording has no folder; start with --overlay FILE"));
-  if (!may_replace_ && is_there(file_.path)) {
-    may_replace_ = true;
-    return notes_.push_back(warning(file_.path.string() +
-                                    " exists and was not opened: save again to replace it, or start with "
-                                    "--overlay FILE to go on with it"));
+  if (adds_files(viewer_.edits.additions) && !is_same_folder(file_.path, asset_names_from_))
+    return notes_.push_back(
+        error_line("the edits are not saved: the files that they add are named from the "
+                   "folder of " +
+                   asset_names_from_.string() + "; choose a name in that folder"));
+  if (const std::optional<Digest> now = digest_of_overlay(file_.path); now && now != replaceable_) {
+    replaceable_ = now;
+    return notes_.push_back(warning(
+        file_.path.string() +
+        (is_known_ ? " was changed by another program: save again to replace its edits, or save under "
+                     "another name"
+                   : " exists and was not opened: save again to replace it, save under another name, or "
+                     "start with --overlay FILE to go on with it")));
   }
   if (const Result<void> saved = state::save_overlay(file_.path, history_.document(), file_.scene); !saved)
     return notes_.push_back(error_line("the edits are not saved: " + saved.error().message));
-  may_replace_ = true;
+  replaceable_ = digest_of_overlay(file_.path);
+  is_known_ = true;
   history_.mark_saved();
   const std::string saved = counted(history_.document().size(), "edit") + " saved to " + file_.path.string();
   notes_.push_back(file_.was_named ? saved : saved + "; open it with --overlay " + file_.path.string());
+}
+
+void EditSession::save_as(const std::filesystem::path& path) {
+  if (path != file_.path) {
+    file_.path = path;
+    file_.was_named = true;
+    replaceable_.reset();
+    is_known_ = false;
+  }
+  save();
 }
 
 // On a thread of its own: files may be large.

@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/digest.h"
 #include "base/error.h"
 #include "renderer/editing/document_additions.h"
 #include "renderer/editing/edit_document.h"
@@ -31,7 +32,11 @@ struct OverlayFile {
   bool was_named = false;             // by the user, who wants it replaced
   bool has_variant_option = false;    // the document's variant is that of --variant, not the file's
   std::filesystem::path assets = {};  // folder of files that may be added, beside the file's own; empty: none
+  std::optional<Digest> digest = {};  // of a named file before it was read; nullopt: there was none
 };
+
+// nullopt: no file. An unreadable one has the digest 0.
+std::optional<Digest> digest_of_overlay(const std::filesystem::path& path);
 
 // Source and name of exported scenes.
 struct GlbExport {
@@ -94,11 +99,17 @@ class EditSession {
   void add(const state::EditTargets& targets, NewObject object);
   void remove_refused(const state::EditTargets& targets, const std::string& name);
   void save();
+  void save_as(const std::filesystem::path& path);
   void export_glb(const state::EditTargets& targets);
 
   gui::ViewState& viewer_;
   OverlayFile file_;
-  bool may_replace_ = false;  // the file is ours, or the user has saved twice
+  std::filesystem::path
+      asset_names_from_;  // overlay file of the start; URIs of added files are relative to it
+  // Digest of the file that the next save may replace: as it was read or saved last, or as the user was
+  // warned of. nullopt: no file.
+  std::optional<Digest> replaceable_;
+  bool is_known_ = false;  // it was read or saved by this session
   state::EditHistory history_;
   RenderSettingsSteps settings_;
   std::optional<state::UserEdits> recorded_;              // edits of the viewer at the last record

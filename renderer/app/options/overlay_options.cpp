@@ -19,7 +19,8 @@ bool overlay_exists(const std::filesystem::path& path) {
 OverlayFile overlay_file(const Options& options, bool scene_is_file) {
   const std::string scene = options.scene.filename().string();
   const bool has_variant = !options.variant.empty();
-  if (!options.overlay.empty()) return {options.overlay, scene, true, has_variant, options.assets};
+  if (!options.overlay.empty())
+    return {options.overlay, scene, true, has_variant, options.assets, digest_of_overlay(options.overlay)};
   if (!scene_is_file || scene.empty()) return {{}, scene, false, has_variant, options.assets};
   std::filesystem::path path = options.scene;
   path += ".overlay.json";

@@ -149,6 +149,7 @@ Result<void> Session::choose_camera() {
                                   [&](const Options& options) { return open_animations(options, scene()); });
   if (!animations) return animations.error();
   if (*animations) animations_.emplace(std::move(**animations));
+  overlay_file_ = overlay_file(options_, document_.has_own_file());
   Result<state::EditDocument> overlay = load_overlay(options_);
   if (!overlay) return overlay.error();
   overlay_ = std::move(*overlay);
@@ -226,14 +227,13 @@ void Session::create_scene() {
   for (const std::unique_ptr<SecondaryDevice>& each : application_.secondary_devices.all())
     secondary.push_back(&each->device());
   uploader_.emplace(*application_.renderer, std::move(secondary));
-  const OverlayFile file = overlay_file(options_, document_.has_own_file());
   live_.emplace(*loaded_, *poses_, *uploader_,
                 AssetSettings{options_.assets, passes::levels_for(options_.draw.levels_of_detail),
-                              uploader_->max_textures(), file.path});
+                              uploader_->max_textures(), overlay_file_.path});
   camera_->set_edits(live_->edits());
   live_->on_scene_replaced(
       [this](const scene::Scene&, const scene::Scene& after) { camera_->set_scene(after); });
-  editor_.emplace(viewer, file, std::move(overlay_));
+  editor_.emplace(viewer, overlay_file_, std::move(overlay_));
   if (document_.has_own_file())
     editor_->set_export({[this] { return document_.load().gltf_file(); }, options_.scene});
   editor_->set_shown_additions([this] { return std::span(live_->shown_additions()); },

@@ -78,6 +78,7 @@ class Session {
   sinks::Window* const window_;  // the first one; null: headless
   const scene::LoadedScene* loaded_ = nullptr;
   std::optional<Playing> animations_;
+  OverlayFile overlay_file_;  // before the overlay is read
   state::EditDocument overlay_;
   std::optional<CameraRig> camera_;
   std::optional<state::PoseState> poses_;

@@ -32,6 +32,10 @@ void draw_history(const Context& context) {
   ui.same_line();
   if (ui.button("Export", true, "The edited scene, as a new .glb beside the scene  (Ctrl+Shift+S)"))
     commands.export_glb = true;
+  std::string& path = context.viewer.save_path;
+  if (ui.button("Save as", !path.empty(), "All edits, to the overlay file below, now and by Ctrl+S"))
+    commands.save_as = path;
+  ui.text("Overlay file", "Path of another overlay file", path);
 }
 
 // Objects in front of the view, and files of the offered folders.

@@ -99,6 +99,72 @@ TEST_F(Editors, UnopenedFileNeedsConfirmation) {
   EXPECT_NE(nowhere.take_log_messages().at(0).find("--overlay"), std::string::npos);
 }
 
+// Two windows with one overlay file: the second learns of the edits of the first before it replaces them.
+TEST_F(Editors, FileOfAnotherProgramNeedsConfirmation) {
+  for (const bool exists : {false, true}) {
+    fs::remove(file().path);
+    if (exists) {
+      ASSERT_TRUE(state::save_overlay(file().path, {}, "boxes.glb").ok());
+    }
+    gui::ViewState others_viewer;
+    EditSession first(viewer_, file(), {}), second(others_viewer, file(), {});
+    first.begin(targets());
+    second.begin(targets());
+    viewer_.edits.hidden = {1};
+    viewer_.commands.save_overlay = true;
+    update(first);
+    const std::string saved = bytes_of(file().path);
+    first.take_log_messages();
+    viewer_.commands.save_overlay = true;
+    update(first);
+    EXPECT_NE(first.take_log_messages().at(0).find("1 edit saved"), std::string::npos) << "its own file";
+    second.take_log_messages();
+    others_viewer.edits.hidden = {2};
+    others_viewer.commands.save_overlay = true;
+    update(second);
+    EXPECT_EQ(bytes_of(file().path), saved);
+    EXPECT_FALSE(second.facts().is_saved);
+    EXPECT_NE(second.take_log_messages().at(0).find("save again to replace"), std::string::npos);
+    // Another change needs another confirmation.
+    viewer_.edits.hidden = {1, 3};
+    viewer_.commands.save_overlay = true;
+    update(first);
+    const std::string saved_again = bytes_of(file().path);
+    EXPECT_NE(saved_again, saved);
+    others_viewer.commands.save_overlay = true;
+    update(second);
+    EXPECT_EQ(bytes_of(file().path), saved_again);
+    others_viewer.commands.save_overlay = true;
+    update(second);
+    EXPECT_NE(bytes_of(file().path), saved_again);
+    EXPECT_TRUE(second.facts().is_saved);
+    viewer_.edits.hidden.clear();
+  }
+}
+
+TEST_F(Editors, SaveAsChoosesAnotherFile) {
+  EditSession editor(viewer_, {folder_ / "no such folder" / "a.json", "a", true}, {});
+  editor.begin(targets());
+  viewer_.edits.hidden = {1};
+  viewer_.commands.save_overlay = true;
+  update(editor);
+  EXPECT_FALSE(editor.facts().is_saved);
+  std::ofstream(folder_ / "b.json") << "of yesterday";
+  viewer_.commands.save_as = folder_ / "b.json";
+  update(editor);
+  EXPECT_EQ(bytes_of(folder_ / "b.json"), "of yesterday") << "confirmed by a second request";
+  viewer_.commands.save_as = folder_ / "b.json";
+  update(editor);
+  EXPECT_NE(bytes_of(folder_ / "b.json"), "of yesterday");
+  EXPECT_TRUE(editor.facts().is_saved);
+  EXPECT_EQ(editor.facts().file, (folder_ / "b.json").string());
+  const std::string saved = bytes_of(folder_ / "b.json");
+  viewer_.edits.hidden = {1, 2};
+  viewer_.commands.save_overlay = true;
+  update(editor);
+  EXPECT_NE(bytes_of(folder_ / "b.json"), saved);
+}
+
 // A node that a scene lacks keeps its edits for a scene that has it.
 TEST_F(Editors, EditsOfMissingNodesWait) {
   EditSession editor(viewer_, file(), {});

@@ -50,7 +50,7 @@ class Editors : public ::testing::Test {
     event.modifiers.shift = shift;
     event.down = true;
     input.events.push_back(event);
-    const CameraMoves moves = keys_.take(input, {}, viewer_);
+    const CameraMoves moves = keys_.take(input, true, viewer_);
     EXPECT_EQ(moves.fly, glm::vec3(0)) << "Ctrl does not fly";
   }
   static std::string bytes_of(const fs::path& file) {
@@ -58,7 +58,8 @@ class Editors : public ::testing::Test {
     return {std::istreambuf_iterator<char>(in), {}};
   }
   OverlayFile file(bool was_named = true) const {
-    return {folder_ / "boxes.overlay.json", "boxes.glb", was_named};
+    const fs::path path = folder_ / "boxes.overlay.json";
+    return {path, "boxes.glb", was_named, false, {}, was_named ? digest_of_overlay(path) : std::nullopt};
   }
 
   fs::path folder_;
