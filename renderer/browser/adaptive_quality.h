@@ -8,7 +8,9 @@
 namespace fire3dv::app {
 
 // Steps from the best to the smallest images. Slow images go one step down at once; several fast ones in a
-// row go one step up, and after each relapse more of them are needed.
+// row go one step up, and after each relapse more of them are needed. Sides of half the canvas are the least:
+// where the renderer is slow, smaller images look worse and are hardly faster. Only memory makes them
+// smaller.
 class AdaptiveQuality {
  public:
   struct Step {
@@ -22,10 +24,16 @@ class AdaptiveQuality {
   static constexpr double kSlow_s = 0.15, kFast_s = 0.07;
 
   const Step& step() const { return kSteps[step_]; }
+  // Sharp: images of full size, however slow.
+  void prefer_sharp(bool is_sharp) {
+    least_ = is_sharp ? kLeastSharp : kLeastSmooth;
+    step_ = std::min(step_, least_);
+    fast_ = 0;
+  }
   // An image with step() was requested, and displayed this much later.
   void on_shown(double seconds) {
     if (seconds > kSlow_s) {
-      if (step_ + 1 < kSteps.size()) ++step_;
+      if (step_ < least_) ++step_;
       needed_ = std::min(2 * needed_, kMaxNeeded);
       fast_ = 0;
     } else if (seconds < kFast_s && ++fast_ >= needed_) {
@@ -44,7 +52,8 @@ class AdaptiveQuality {
 
  private:
   static constexpr int kMinNeeded = 5, kMaxNeeded = 80;
-  size_t step_ = 0;
+  static constexpr size_t kLeastSharp = 1, kLeastSmooth = 4;
+  size_t step_ = 0, least_ = kLeastSmooth;
   int fast_ = 0, needed_ = kMinNeeded;
 };
 

@@ -36,6 +36,11 @@ void LiveView::apply(serve::ViewerId number, Viewer& viewer, const serve::Client
     viewer.has_moved = true;
     return;
   }
+  if (message.kind == Kind::quality) {
+    viewer.quality.prefer_sharp(message.on);
+    viewer.has_moved = true;
+    return;
+  }
   if (message.kind == Kind::plotted) return viewer.plots.on_plotted(message.number, now);
   if (message.kind != Kind::inspect) viewer.changed = now;
   const bool is_other_scene = message.node && message.scene != scene_number_;

@@ -25,6 +25,7 @@ std::vector<Input> seeds() {
         R"({"type":"isolate"})",
         R"({"type":"inspect","node":2,"scene":1})",
         R"({"type":"codec","h264":true,"vp8":false})",
+        R"({"type":"quality","sharp":true})",
         R"({"type":"show_all"})",
         R"({"type":"play","playing":true})",
         R"({"type":"step","forwards":false})",

@@ -6,7 +6,7 @@ import {Input} from "./input.js";
 import {Joints} from "./joints.js";
 import {Link} from "./link.js";
 import {Nodes} from "./nodes.js";
-import {quaternion} from "./rotation.js";
+import {degrees} from "./rotation.js";
 import {Plots} from "./plots.js";
 import {Statistics, Timeline, drawStreams, drawViewers} from "./status.js";
 
@@ -58,10 +58,10 @@ const inspect = () => { if (selected !== null) send({type: "inspect", node: sele
 setInterval(inspect, 500);  // its pose may change
 
 function describe(details) {
-  const rounded = (values) => values.map((value) => value.toFixed(3)).join(", ");
+  const rounded = (values, digits = 3) => values.map((value) => value.toFixed(digits).replace(/^-(0\.0*)$/, "$1")).join(", ");
   at("picked-path").textContent = details?.path ?? "";
   at("picked-position").textContent = details ? `${rounded(details.position_m)} m` : "";
-  at("picked-rotation").textContent = details ? rounded(quaternion(details.world_from_node)) : "";
+  at("picked-rotation").textContent = details ? `${rounded(degrees(details.world_from_node), 1)} °` : "";
   at("picked-stream").textContent = details?.stream ?? (details ? "none" : "");
 }
 
@@ -89,6 +89,7 @@ async function share() {
 }
 
 const sendRender = () => control({type: "render", shadows: at("shadows").checked, paths: at("renderer").value === "paths", tone_map: Number(at("tone-map").value)});
+const sendQuality = () => send({type: "quality", sharp: at("quality").value === "sharp"});
 const togglePanel = () => document.body.classList.toggle("no-panel");
 
 function useCamera(index) {
@@ -110,6 +111,7 @@ const messages = {
     display.report();
     plots.reconnect();
     display.offerVideo();
+    sendQuality();
   },
   scene(message) {
     const path = link.node;
@@ -127,7 +129,10 @@ const messages = {
     at("cameras").replaceChildren(...options);
     at("cameras").value = camera;
   },
-  viewers: (message) => drawViewers(at("viewers"), message.viewers),
+  viewers(message) {
+    drawViewers(at("viewers"), message.viewers);
+    statistics.viewers = message.viewers.length;
+  },
   camera(message) {
     camera = message.index === null ? "" : String(message.index);
     at("cameras").value = camera;
@@ -152,7 +157,7 @@ const messages = {
     drawVisibility();
   },
   status(message) {
-    drawStreams(at("streams"), message.streams);
+    drawStreams(at("streams"), message.streams, message.timeline && !message.timeline.playing);
     plots.setCount(message.scalars);
     timeline.draw(message.timeline, mayControl);
   },
@@ -214,6 +219,7 @@ at("cameras").onchange = () => { useCamera(at("cameras").value === "" ? null : N
 for (const [id, action] of [["frame-all", () => send({type: "frame"})], ["screenshot", screenshot], ["record", record], ["share", share], ["toggle-panel", togglePanel], ["frame-node", frame],
                             ["hide", hide], ["isolate", isolate], ["show-all", () => control({type: "show_all"})], ["deselect", () => select(null)]])
   at(id).onclick = action;
+at("quality").onchange = sendQuality;
 at("record").hidden = Recorder.type() === undefined;
 at("shadows").onchange = at("tone-map").onchange = at("renderer").onchange = sendRender;
 if (matchMedia("(max-width: 700px)").matches) document.body.classList.add("no-panel");

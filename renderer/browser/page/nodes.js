@@ -13,6 +13,9 @@ export class Nodes {
     this.selected = null;
     this.names = [];
     elements.search.addEventListener("input", () => this.draw());
+    elements.search.addEventListener("keydown", (event) => {
+      if (event.key === "Enter" && this.found?.length > 0) this.handlers.select(this.found[0]);
+    });
   }
 
   setScene(message) {
@@ -74,8 +77,10 @@ export class Nodes {
       const found = [];
       for (let node = 0; node < this.names.length && found.length < MAX_FOUND; ++node)
         if (this.names[node].toLowerCase().includes(wanted)) found.push(node);
+      this.found = found;
       this.elements.tree.replaceChildren(...found.map((node) => this.row(node, false)));
     } else {
+      this.found = [];
       this.elements.tree.replaceChildren(...(this.roots ?? []).map((node) => this.branch(node)));
     }
     this.elements.tree.scrollTop = scrolled;
@@ -110,7 +115,7 @@ export class Nodes {
     }
     const label = button("label", this.names[node], this.names[node]);
     label.onclick = () => this.handlers.select(node);
-    const eye = button("eye control", "", this.hidden.has(node) ? "Show" : "Hide");
+    const eye = button("eye control", "", `${this.hidden.has(node) ? "Show" : "Hide"} ${this.names[node]}`);
     eye.append(icon(EYE));
     eye.onclick = () => this.handlers.hide(node, !this.hidden.has(node));
     row.append(label, eye);

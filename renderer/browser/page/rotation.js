@@ -1,3 +1,11 @@
+// Angles about x, y and z in degrees, of a pose's three rows: turns about x, then y, then z of the world.
+export function degrees(rows) {
+  const [x, y, z, w] = quaternion(rows);
+  const angles = [Math.atan2(2 * (y * z + w * x), w * w - x * x - y * y + z * z), Math.asin(Math.min(Math.max(-2 * (x * z - w * y), -1), 1)),
+                  Math.atan2(2 * (x * y + w * z), w * w + x * x - y * y - z * z)];
+  return angles.map((angle) => angle * 180 / Math.PI);
+}
+
 // Quaternion x, y, z, w of a pose's three rows. Scales are left out.
 export function quaternion(rows) {
   const columns = [0, 1, 2].map((column) => rows.map((row) => row[column]));

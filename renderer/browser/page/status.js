@@ -13,13 +13,15 @@ function element(tag, className, text) {
   return made;
 }
 
-export function drawStreams(parent, streams) {
+// isPaused: of the timeline, on which no frame is late.
+export function drawStreams(parent, streams, isPaused) {
   parent.replaceChildren(...streams.map((stream) => {
     const row = element("div", "stream", "");
-    row.append(element("span", `dot ${stream.condition}`, ""), element("span", "name", stream.name),
+    const condition = isPaused ? "paused" : stream.condition;
+    row.append(element("span", `dot ${condition}`, ""), element("span", "name", stream.name),
                element("span", "number", `${stream.rate_hz.toFixed(1)} Hz`));
     const unmatched = stream.unmatched > 0 ? `, ${stream.unmatched} without a node` : "";
-    row.append(element("span", "facts dim", `${stream.condition}, ${counted(stream.frames, "frame")}, ${counted(stream.nodes, "pose")}${unmatched}, t = ${stream.sim_time_s.toFixed(2)} s`));
+    row.append(element("span", "facts dim", `${condition}, ${counted(stream.frames, "frame")}, ${counted(stream.nodes, "pose")}${unmatched}, t = ${stream.sim_time_s.toFixed(2)} s`));
     return row;
   }));
 }
@@ -63,11 +65,12 @@ export class Timeline {
   }
 }
 
-const samplesText = (message) => `${message.samples} / ${message.samples_per_pixel} samples${message.waits ? ", other views refine first" : ""}`;
+const samplesText = (message, viewers) => `${message.samples} / ${message.samples_per_pixel} samples${message.waits && viewers > 1 ? ", other views refine first" : ""}`;
 
 // Samples of the image, and images and bytes a second of the display.
 export class Statistics {
   constructor(parent, display) {
+    this.viewers = 1;
     this.samples = parent.appendChild(element("div", "", ""));
     this.samples.id = "samples";
     const rates = parent.appendChild(element("div", "", ""));
@@ -82,5 +85,5 @@ export class Statistics {
   }
 
   // Of a path-traced image; the raster has none.
-  setPaths(message) { this.samples.textContent = message.samples_per_pixel > 0 ? samplesText(message) : ""; }
+  setPaths(message) { this.samples.textContent = message.samples_per_pixel > 0 ? samplesText(message, this.viewers) : ""; }
 }

@@ -10,15 +10,16 @@ namespace {
 using Kind = ClientMessage::Kind;
 using Json = nlohmann::json;
 
-constexpr std::array<std::pair<std::string_view, Kind>, 24> kKinds{{
-    {"hello", Kind::hello},   {"size", Kind::size},       {"shown", Kind::shown},
-    {"orbit", Kind::orbit},   {"pan", Kind::pan},         {"zoom", Kind::zoom},
-    {"fly", Kind::fly},       {"frame", Kind::frame},     {"codec", Kind::codec},
-    {"camera", Kind::camera}, {"pick", Kind::pick},       {"inspect", Kind::inspect},
-    {"view", Kind::view},     {"plot", Kind::plot},       {"plotted", Kind::plotted},
-    {"hide", Kind::hide},     {"isolate", Kind::isolate}, {"show_all", Kind::show_all},
-    {"play", Kind::play},     {"step", Kind::step},       {"seek", Kind::seek},
-    {"joint", Kind::joint},   {"posture", Kind::posture}, {"render", Kind::render},
+constexpr std::array<std::pair<std::string_view, Kind>, 25> kKinds{{
+    {"hello", Kind::hello},     {"size", Kind::size},       {"shown", Kind::shown},
+    {"orbit", Kind::orbit},     {"pan", Kind::pan},         {"zoom", Kind::zoom},
+    {"fly", Kind::fly},         {"frame", Kind::frame},     {"codec", Kind::codec},
+    {"camera", Kind::camera},   {"pick", Kind::pick},       {"inspect", Kind::inspect},
+    {"view", Kind::view},       {"plot", Kind::plot},       {"plotted", Kind::plotted},
+    {"hide", Kind::hide},       {"isolate", Kind::isolate}, {"show_all", Kind::show_all},
+    {"play", Kind::play},       {"step", Kind::step},       {"seek", Kind::seek},
+    {"joint", Kind::joint},     {"posture", Kind::posture}, {"render", Kind::render},
+    {"quality", Kind::quality},
 }};
 
 // Reader of the fields of one message; remembers the first fault.
@@ -143,6 +144,8 @@ void read_fields(Fields& fields, ClientMessage& message) {
     case Kind::codec:
       fields.flag("h264", message.on);
       return fields.optional_flag("vp8", message.vp8);
+    case Kind::quality:
+      return fields.flag("sharp", message.on);
     case Kind::camera:
       return fields.optional("index", message.index);
     case Kind::pick:

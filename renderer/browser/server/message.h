@@ -30,6 +30,7 @@ struct ClientMessage {
     zoom,     // z: factor on the focus distance; x, y: fixed point in NDC
     fly,      // x: right, y: up, z: back, in radii of the scene
     frame,    // node, or the whole scene
+    quality,  // on: sharp images instead of smooth motion
     codec,    // on, vp8: the page decodes H.264, VP8; also asks for a key frame
     camera,   // index of the scene's camera; none: a free camera at its pose
     pick,     // x, y: pixel as a fraction of the image

@@ -147,7 +147,7 @@ def nodes(test):
         name = page.wait("the picked node", "document.getElementById('selection').hidden ? '' : document.getElementById('picked-name').textContent")
         before = canvas(page)[2]
         page.wait("its position", "document.getElementById('picked-position').textContent.endsWith(' m')")
-        page.wait("its rotation", "Math.abs(Math.hypot(...document.getElementById('picked-rotation').textContent.split(',').map(Number)) - 1) < 0.01")
+        page.wait("its rotation", "/^(-?[0-9.]+, ){2}-?[0-9.]+ °$/.test(document.getElementById('picked-rotation').textContent)")
         page.key("h")
         page.wait("it to be hidden", "document.querySelector('.node.selected.gone') !== null")
         at = image_after(page, at)

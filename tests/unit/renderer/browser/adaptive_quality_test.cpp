@@ -10,7 +10,7 @@ TEST(AdaptiveQuality, SlowImagesShrinkAndRecover) {
   AdaptiveQuality quality;
   EXPECT_EQ(quality.step().scale, 1);
   for (int i = 0; i < 20; ++i) quality.on_shown(1);
-  EXPECT_EQ(quality.step().scale, AdaptiveQuality::kSteps.back().scale);
+  EXPECT_EQ(quality.step().scale, 0.5f) << "a slow renderer does not blur the image further";
   EXPECT_EQ(quality.step().quality, AdaptiveQuality::kSteps.back().quality);
   for (int i = 0; i < 1000; ++i) quality.on_shown(0.01);
   EXPECT_EQ(quality.step().scale, 1);
@@ -48,6 +48,20 @@ TEST(AdaptiveQuality, RefusedSizeIsFinal) {
   }
   EXPECT_EQ(sizes, 4);
   EXPECT_EQ(scale, AdaptiveQuality::kSteps.back().scale);
+}
+
+TEST(AdaptiveQuality, SharpImagesKeepTheirSize) {
+  AdaptiveQuality quality;
+  for (int i = 0; i < 20; ++i) quality.on_shown(1);
+  quality.prefer_sharp(true);
+  EXPECT_EQ(quality.step().scale, 1);
+  for (int i = 0; i < 20; ++i) quality.on_shown(1);
+  EXPECT_EQ(quality.step().scale, 1);
+  EXPECT_TRUE(quality.on_refused()) << "no memory for the size";
+  EXPECT_LT(quality.step().scale, 1);
+  quality.prefer_sharp(false);
+  for (int i = 0; i < 20; ++i) quality.on_shown(1);
+  EXPECT_EQ(quality.step().scale, 0.5f);
 }
 
 }  // namespace

@@ -32,6 +32,7 @@ TEST(ClientMessage, EachKindIsRead) {
   EXPECT_EQ(frame.node, 3u);
   EXPECT_EQ(frame.scene, 9u);
   EXPECT_FALSE(read(R"({"type":"frame","node":null})").node);
+  EXPECT_TRUE(read(R"({"type":"quality","sharp":true})").on);
   EXPECT_TRUE(read(R"({"type":"codec","h264":true})").on);
   EXPECT_TRUE(read(R"({"type":"codec","h264":false,"vp8":true})").vp8);
   EXPECT_EQ(read(R"({"type":"camera","index":1})").index, 1u);
@@ -85,6 +86,7 @@ TEST(ClientMessage, BadOnesAreRefused) {
         std::string(R"({"type":"frame","node":4294967295,"scene":0})"),
         std::string(R"({"type":"hide","scene":0,"hidden":true})"),
         std::string(R"({"type":"play","playing":1})"),
+        std::string(R"({"type":"quality","sharp":1})"),
         std::string(R"({"type":"codec","h264":true,"vp8":1})"),
         std::string(R"({"type":"shown","image":0})"),
         std::string(R"({"type":"view","position":[1,2],"rotation":[0,0,0,1],"distance":1,"fov":1})"),
@@ -113,9 +115,9 @@ TEST(ClientMessage, SharedStateNeedsControl) {
   for (const Kind kind : {Kind::hide, Kind::isolate, Kind::show_all, Kind::play, Kind::step, Kind::seek,
                           Kind::joint, Kind::posture, Kind::render})
     EXPECT_TRUE(needs_control(kind));
-  for (const Kind kind :
-       {Kind::hello, Kind::size, Kind::shown, Kind::orbit, Kind::pan, Kind::zoom, Kind::fly, Kind::frame,
-        Kind::codec, Kind::camera, Kind::pick, Kind::inspect, Kind::view, Kind::plot, Kind::plotted})
+  for (const Kind kind : {Kind::hello, Kind::size, Kind::shown, Kind::orbit, Kind::pan, Kind::zoom, Kind::fly,
+                          Kind::frame, Kind::codec, Kind::quality, Kind::camera, Kind::pick, Kind::inspect,
+                          Kind::view, Kind::plot, Kind::plotted})
     EXPECT_FALSE(needs_control(kind));
 }
 
