@@ -174,11 +174,12 @@ void Report::print(double sim_time_s, const std::vector<Publisher::Link>& links)
   printed_messages_.resize(links.size());
   for (size_t i = 0; i < links.size(); ++i) {
     const fire3dv_status& status = links[i].status;
-    std::fprintf(stderr, "  %s: renderers %u, published %llu, shown %llu, dropped %llu, unmatched names %u\n",
-                 links[i].uri.c_str(), status.renderers,
-                 static_cast<unsigned long long>(status.frames_published),
-                 static_cast<unsigned long long>(status.acked_sequence),
-                 static_cast<unsigned long long>(status.frames_dropped), status.unmatched_names);
+    std::fprintf(
+        stderr,
+        "  %s: renderers %u, published %llu, newest shown is frame %llu, dropped %llu, unmatched names %u\n",
+        links[i].uri.c_str(), status.renderers, static_cast<unsigned long long>(status.frames_published),
+        static_cast<unsigned long long>(status.acked_sequence),
+        static_cast<unsigned long long>(status.frames_dropped), status.unmatched_names);
     if (status.welcome_message[0] != '\0' && printed_messages_[i] != status.welcome_message) {
       printed_messages_[i] = status.welcome_message;
       // Without a renderer the message is the link's own, such as its verdict on a certificate.

@@ -42,6 +42,9 @@ struct ListenerOptions {
   std::string key_file;  // udp: same key as the publishers
 };
 
+// Checks the form of an address of a link, without opening it.
+Result<void> check_uri(std::string_view uri);
+
 // Opens a publisher. Succeeds without a renderer: the link keeps connecting in the background.
 Result<std::unique_ptr<PublisherLink>> open_publisher(std::string_view uri,
                                                       const PublisherOptions& options = {});

@@ -388,7 +388,7 @@ std::vector<DrawSetting> make_table() {
   DrawSetting* row = &environment.add("environment-rotation", "degrees, counter-clockwise",
                                       Invalidates::shading, kByPrograms | kByWindow, environment_rotation());
   row->value_name = "DEG";
-  row->control = {"  turned", nullptr, {}, -180, 180, "%.0f \u00b0"};
+  row->control = {"  rotation", nullptr, {}, -180, 180, "%.0f \u00b0"};
   row = &environment.add("environment-intensity", "factor on its light", Invalidates::shading,
                          kByPrograms | kByWindow,
                          number(

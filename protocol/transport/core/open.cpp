@@ -20,6 +20,12 @@ Result<std::unique_ptr<Link>> without_exceptions(std::string_view uri, Open open
 
 }  // namespace
 
+Result<void> check_uri(std::string_view uri) {
+  const Result<Uri> parsed = parse_uri(uri);
+  if (!parsed) return parsed.error();
+  return {};
+}
+
 Result<std::unique_ptr<PublisherLink>> open_publisher(std::string_view text,
                                                       const PublisherOptions& options) {
   return without_exceptions<PublisherLink>(text, [&]() -> Result<std::unique_ptr<PublisherLink>> {

@@ -156,7 +156,7 @@ Result<void> FrameLoop::run() {
 
     // Finished images.
     if (Result<void> delivered = deliver(); !delivered) return delivered;
-    progress_.update(images_, context_.options.frames);
+    if (context_.options.frames != 0) progress_.update(images_, context_.options.frames);
   }
   image_service_.wait(image_service_.submitted());
   if (Result<void> delivered = deliver(); !delivered) return delivered;
@@ -339,9 +339,19 @@ Result<void> FrameLoop::draw() {
   context_.renderer.submitted(done_at);
   captures_.submitted(done_at);
   unacknowledged_.push_back({image_service_.submitted(), shown});
+  if (images_ + uncounted_images_ == 0) report_slow_start(done_at);
   note_cost(shown, begun);
   ++(awaits_stream_ ? uncounted_images_ : images_);
   return context_.window ? context_.window->draw_others() : Result<void>();
+}
+
+// The first images take long where the driver compiles shaders.
+void FrameLoop::report_slow_start(uint64_t done_at) {
+  constexpr int64_t kPatienceNs = 1'000'000'000;
+  if (!context_.device.wait_for(done_at, kPatienceNs))
+    print_log_line("fire3dv",
+                   "info: the driver compiles shaders for the first image, which may take half a minute; later "
+                   "starts are faster");
 }
 
 // Once, for the first image; with adapters, for the first image of one of their frames.

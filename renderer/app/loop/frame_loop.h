@@ -86,6 +86,7 @@ class FrameLoop {
   Result<void> finish_served(const ImageService::Drawn& served);
   Result<void> deliver();  // passes finished images to the sink
   Result<void> list_instances();
+  void report_slow_start(uint64_t done_at);
   void warn_of_empty_image(const passes::View& view, const std::vector<state::FrameTag>& shown);
   void note_cost(const std::vector<state::FrameTag>& shown, std::chrono::steady_clock::time_point begun);
   bool has_changed();  // false: the next image need not be drawn; call once a turn

@@ -8,6 +8,7 @@
 
 #include "base/log.h"
 #include "base/plural.h"
+#include "protocol/transport/open.h"
 #include "renderer/app/document.h"
 #include "renderer/app/options/overlay_options.h"
 #include "renderer/app/run/application.h"
@@ -66,12 +67,10 @@ int run(const Options& options) {
   if (Result<void> good = check_scene_file(options); !good) return report_failure(good.error());
   if (Result<state::EditDocument> overlay = load_overlay(options); !overlay)
     return report_failure(overlay.error());
-  // The window determines the required Vulkan extensions.
-  Result<Windows> windows = open_windows(options);
-  if (!windows) return report_failure(windows.error());
-  gpu::InstanceOptions instance_options;
-  instance_options.validation = options.validation;
-  if (!windows->empty()) instance_options.window_extensions = windows->front().window->instance_extensions();
+  for (const std::string& uri : options.listen) {
+    if (Result<void> good = transport::check_uri(uri); !good)
+      return report_failure(Error{"--listen: " + good.error().message});
+  }
   // Opens the scene before all slow steps.
   const CacheLocations caches =
       find_cache_locations(options.cache, [](const char* name) { return std::getenv(name); });
@@ -81,6 +80,12 @@ int run(const Options& options) {
     if (!opened) return report_failure(opened.error());
     document = std::move(*opened);
   }
+  // The window determines the required Vulkan extensions.
+  Result<Windows> windows = open_windows(options);
+  if (!windows) return report_failure(windows.error());
+  gpu::InstanceOptions instance_options;
+  instance_options.validation = options.validation;
+  if (!windows->empty()) instance_options.window_extensions = windows->front().window->instance_extensions();
   Result<std::unique_ptr<gpu::Instance>> instance = gpu::Instance::create(instance_options);
   if (document && document->load().has_failed())
     return report_failure(document->with_scene_name(document->load().wait().error()));

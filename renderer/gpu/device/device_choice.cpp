@@ -57,6 +57,19 @@ const char* vendor_name(uint32_t vendor_id) {
 }
 
 // Preference among device types; a lower value is better.
+constexpr const char* kVulkan13 = "Vulkan 1.3";
+
+// Where a driver of Mesa is too old: how to update it. Starts with a separator.
+std::string mesa_update(std::span<const DeviceReport> reports) {
+  const bool is_old = std::ranges::any_of(reports, [](const DeviceReport& report) {
+    return report.driver.find("Mesa") != std::string::npos &&
+           std::ranges::find(report.missing, kVulkan13) != report.missing.end();
+  });
+  return is_old
+             ? "\nMesa is too old; update it: sudo apt-get update && sudo apt-get install mesa-vulkan-drivers"
+             : "";
+}
+
 int rank(DeviceType type) {
   switch (type) {
     case DeviceType::discrete:
@@ -109,7 +122,7 @@ DeviceReport report_device(VkPhysicalDevice device, uint32_t index) {
     if (samples & count) report.max_samples = count;
   }
   if (report.api_version < VK_API_VERSION_1_3) {
-    report.missing.push_back("Vulkan 1.3");
+    report.missing.push_back(kVulkan13);
     return report;  // an older driver does not know the feature structures below
   }
 
@@ -209,7 +222,8 @@ Result<DeviceChoice> choose_device(const std::vector<DeviceReport>& reports, std
         std::any_of(candidates.begin(), candidates.end(), [](auto* r) { return r->usable(); });
     if (!any_usable) {
       return Error{"--device " + std::string(wanted) + ": " + candidates[0]->name +
-                   " cannot be used, it lacks: " + join(candidates[0]->missing)};
+                   " cannot be used, it lacks: " + join(candidates[0]->missing) +
+                   mesa_update({candidates[0], 1})};
     }
   } else {
     for (const DeviceReport& report : reports) candidates.push_back(&report);
@@ -219,7 +233,8 @@ Result<DeviceChoice> choose_device(const std::vector<DeviceReport>& reports, std
   for (const DeviceReport* candidate : candidates) {
     if (candidate->usable() && (!best || rank(candidate->type) < rank(best->type))) best = candidate;
   }
-  if (!best) return Error{"no Vulkan device can be used; there are:" + listing(reports)};
+  if (!best)
+    return Error{"no Vulkan device can be used; there are:" + listing(reports) + mesa_update(reports)};
 
   DeviceChoice choice;
   choice.index = best->index;

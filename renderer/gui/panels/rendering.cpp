@@ -310,7 +310,7 @@ void choose_screenshot_size(const Context& context) {
   Ui& ui = context.ui;
   ScreenshotSize& size = context.viewer.screenshot_size;
   constexpr const char* kNames[] = {"image", "image x 2", "image x 4", "other"};
-  choose(ui, "  of size", size.kind, kNames, "Of screenshots, as the image in the window or larger");
+  choose(ui, "  size", size.kind, kNames, "Of screenshots, as the image in the window or larger");
   if (size.kind == ScreenshotSize::Kind::fixed)
     ui.text("Screenshot size", "width x height, such as 7680x4320", size.fixed_px);
   const Result<glm::uvec2> pixels = screenshot_px(size, context.facts.frame.extent_px);
@@ -373,10 +373,10 @@ void draw_render_panel(const Context& context) {
   draw_setting_rows(ui, SettingGroup::raster, draw);
   draw_setting_row(ui, draw_setting("environment-intensity"), draw);
   draw_setting_row(ui, draw_setting("environment-rotation"), draw);
-  ui.check("  seen", draw.background.show_environment, "Behind the scene, instead of a colour");
+  ui.check("  as background", draw.background.show_environment, "Behind the scene, instead of a colour");
   if (draw.background.show_environment) return;
   ui.color("Background", draw.background.color);
-  if (draw.background.zenith) ui.color("  overhead", *draw.background.zenith);
+  if (draw.background.zenith) ui.color("  at zenith", *draw.background.zenith);
 }
 
 }  // namespace fire3dv::gui

@@ -96,8 +96,8 @@ void TreePanel::draw(const Context& context, float height_px) {
   const scene::Scene& scene = context.shown.scene;
   take_scene(scene, context.shown.scene_number);
   if (context.viewer.selected != revealed_) reveal(scene, context.viewer.selected);
-  const std::string of = " of " + grouped(scene.nodes.size()) + " nodes";
-  if (ui.text("Search", ("Search" + of).c_str(), search_)) rows_are_old_ = true;
+  const std::string hint = "Search " + grouped(scene.nodes.size()) + " nodes";
+  if (ui.text("Search", hint.c_str(), search_)) rows_are_old_ = true;
   if (rows_are_old_) list_rows(scene);
 
   const float row_height = ImGui::GetTextLineHeightWithSpacing();

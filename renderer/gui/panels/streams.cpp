@@ -79,8 +79,8 @@ void StreamsPanel::draw(const Context& context) {
       // Newer poses overtake older ones whenever a simulator is faster than the display: no reason to worry.
       const bool is_lossy = link.frames_dropped + link.rejected > 0;
       ui.value("  dropped", is_lossy ? theme::warning() : theme::dim(),
-               grouped(link.poses_dropped) + " overtaken, " + grouped(link.frames_dropped) + " incomplete, " +
-                   grouped(link.rejected) + " refused");
+               grouped(link.poses_dropped) + " replaced by newer ones, " + grouped(link.frames_dropped) +
+                   " incomplete, " + grouped(link.rejected) + " refused");
     }
   }
 }

@@ -197,7 +197,7 @@ def in_lockstep(test, scheme):
     renderer = stage.renderer(render)
     for program in simulators:
         program.expect_exit(0)
-        check(program.find_err("published 10, shown 10, dropped 0"), f"not all were waited for:\n{program.stderr_text()}")
+        check(program.find_err("published 10, newest shown is frame 10, dropped 0"), f"not all were waited for:\n{program.stderr_text()}")
     renderer.stop()
     sequences, drawn = {BULLET: 0, MUJOCO: 0}, {BULLET: [], MUJOCO: []}
     for frame in renderer.frames():
