@@ -27,6 +27,7 @@ export function drawStreams(parent, streams, isPaused) {
 }
 
 export function drawViewers(parent, viewers) {
+  parent.hidden = false;
   parent.querySelector("summary").textContent = viewers.length === 1 ? "1 viewer" : `${viewers.length} viewers`;
   parent.querySelector("ul").replaceChildren(...viewers.map((viewer) => {
     const row = element("li", viewer.own ? "viewer own" : "viewer", "");
