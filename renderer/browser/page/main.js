@@ -180,7 +180,8 @@ const connection = new Connection(link.token, {
     display.show(image);
     plots.dirty();
   },
-  lost(text) {
+  lost(text, isFinal) {
+    if (isFinal) for (const element of document.querySelectorAll("button, select, input")) element.disabled = true;
     at("badge").textContent = text;
     at("badge").hidden = false;
   },
