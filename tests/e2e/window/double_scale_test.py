@@ -165,7 +165,7 @@ def editing(window, program, overlay):
     with open(overlay, encoding="utf-8") as file:
         edits = json.load(file)["fire3dv_overlay"]["edits"]
     check({key for edit in edits for key in ("node", "joint") if key in edit} == {"node", "joint"}, f"{edits}")
-    window.key("ctrl+q")
+    window.key("Escape", "Escape")
 
 
 def plots(window):
