@@ -32,10 +32,6 @@ void draw_history(const Context& context) {
   ui.same_line();
   if (ui.button("Export", true, "The edited scene, as a new .glb beside the scene  (Ctrl+Shift+S)"))
     commands.export_glb = true;
-  std::string& path = context.viewer.save_path;
-  if (ui.button("Save as", !path.empty(), "All edits, to the overlay file below, now and by Ctrl+S"))
-    commands.save_as = path;
-  ui.text("Overlay file", "Path of another overlay file", path);
 }
 
 // Objects in front of the view, and files of the offered folders.
@@ -141,6 +137,13 @@ void draw_transform(const Context& context, uint32_t node) {
     viewer.edits.transforms.erase(node);
 }
 
+void draw_save_as(const Context& context) {
+  std::string& path = context.viewer.save_path;
+  context.ui.text("Overlay file", "Path of another overlay file", path);
+  if (context.ui.button("Save as", !path.empty(), "All edits, to this overlay file, now and by Ctrl+S"))
+    context.viewer.commands.save_as = path;
+}
+
 }  // namespace
 
 void draw_edit_panel(const Context& context) {
@@ -152,6 +155,7 @@ void draw_edit_panel(const Context& context) {
   const uint32_t node = context.viewer.selected;
   draw_removal(context, node);
   if (node < context.shown.scene.nodes.size()) draw_transform(context, node);
+  draw_save_as(context);
 }
 
 }  // namespace fire3dv::gui

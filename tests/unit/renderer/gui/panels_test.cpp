@@ -137,6 +137,7 @@ class GuiPanels : public ::testing::Test {
     viewer.measures = true;
     viewer.screenshot_size.kind = gui::ScreenshotSize::Kind::fixed;
     viewer.measured = {{2, {0.1f, 0, 0}}, {1, {0, 0.2f, 0}}};
+    viewer.save_path = "other.json";
     viewer.streams[0x52] = {true, 100'000'000};
     for (const uint32_t node : {3, 4, 5}) viewer.edits.lights[node] = world().scene.lights[node - 3];
     for (uint32_t m = 0; m < world().scene.materials.size(); ++m)
