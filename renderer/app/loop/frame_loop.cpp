@@ -349,9 +349,10 @@ Result<void> FrameLoop::draw() {
 void FrameLoop::report_slow_start(uint64_t done_at) {
   constexpr int64_t kPatienceNs = 1'000'000'000;
   if (!context_.device.wait_for(done_at, kPatienceNs))
-    print_log_line("fire3dv",
-                   "info: the driver compiles shaders for the first image, which may take half a minute; later "
-                   "starts are faster");
+    print_log_line(
+        "fire3dv",
+        "info: the driver compiles shaders for the first image, which may take half a minute; later "
+        "starts are faster");
 }
 
 // Once, for the first image; with adapters, for the first image of one of their frames.

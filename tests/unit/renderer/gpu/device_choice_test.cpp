@@ -40,7 +40,8 @@ TEST(DeviceChoice, OldMesaIsUpdated) {
   DeviceReport old = report(0, "llvmpipe", DeviceType::software, {"Vulkan 1.3"});
   old.driver = "llvmpipe Mesa 20.3.5";
   for (const char* wanted : {"", "llvmpipe"})
-    EXPECT_TRUE(mentions(choose_device({old}, wanted).error().message, "apt-get install mesa-vulkan-drivers"));
+    EXPECT_TRUE(
+        mentions(choose_device({old}, wanted).error().message, "apt-get install mesa-vulkan-drivers"));
   old.driver = "NVIDIA 450";
   EXPECT_FALSE(mentions(choose_device({old}, "").error().message, "apt-get"));
 }
