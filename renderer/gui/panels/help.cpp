@@ -24,7 +24,7 @@ constexpr Line kCameraLines[] = {
     {"W A S D  Q E", "fly"},
     {"Ctrl wheel", "faster, slower"},
     {"1 - 9, 0", "cameras of the scene, the free one"},
-    {"Home  F  Shift F", "frame all, frame it, focus the lens"},
+    {"Home  F  Shift F", "all; it; focus lens"},
 };
 constexpr Line kTimelineLines[] = {
     {nullptr, "Timeline"},
@@ -35,24 +35,26 @@ constexpr Line kTimelineLines[] = {
 constexpr Line kSceneLines[] = {
     {nullptr, "Scene"},
     {"click", "select a body"},
-    {"H  Shift H", "hide or show it; show all"},
+    {"H  Shift H", "hide or show; show all"},
     {"I  T", "isolate it; follow it"},
     {"M", "measure a distance"},
     {"X  K", "grid; camera frusta"},
-    {"Esc", "close help or list, end tool, deselect"},
+    {"Esc", "close; end; deselect"},
 };
 constexpr Line kEditLines[] = {
     {nullptr, "Edit"},
     {"G  R  C", "move, rotate, scale it"},
-    {"L  Ctrl", "local axes; snap while held"},
+    {"L  Ctrl", "local axes; snap"},
     {"Ctrl Z  Ctrl Y", "undo, redo"},
     {"Ctrl S", "save the edits"},
     {"Ctrl Shift S", "save a new .glb"},
     {"Ctrl D  Del", "duplicate, remove it"},
 };
 constexpr Line kWindowLines[] = {
-    {nullptr, "Window"},           {"F1", "this help"}, {"Tab", "panels on and off"},
-    {"P  V", "screenshot, video"}, {"Ctrl Q", "quit"},
+    {nullptr, "Window"},
+    {"F1  Ctrl Q", "this help; quit"},
+    {"Tab", "panels on and off"},
+    {"P  V", "screenshot, video"},
 };
 
 void draw_lines(Ui& ui, std::span<const Line> lines, float left_px, float width_px) {
