@@ -186,13 +186,15 @@ std::string Look::text(const record::Report& report) const {
     text += "  attachment \"" + wire::printable(attachment.name) +
             "\": " + counted(attachment.data_bytes, "byte") + ", " + wire::printable(attachment.media_type) +
             '\n';
+  if (const std::string& remark = reader_.index().remark; !remark.empty()) text += "  note: " + remark + '\n';
   for (const std::string& problem : report.problems) text += "  problem: " + problem + '\n';
   if (report.problem_count > report.problems.size())
     text += "  and " + counted(report.problem_count - report.problems.size(), "more problem") + '\n';
   const bool has_frames = frames() != 0;
   if (!has_frames) text += "no frames: nothing to replay\n";
   if (!report.sound())
-    text += counted(report.damaged_chunks, "chunk") + " damaged; fire3dv-record recover saves the rest\n";
+    text += counted(report.problem_count, "problem") + ", " +
+            counted(report.damaged_chunks, "damaged chunk") + "; fire3dv-record recover saves the rest\n";
   else if (has_frames)
     text += report.data_crc_given ? "all checksums are right\n" : "all checksums in the file are right\n";
   return text;

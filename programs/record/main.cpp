@@ -128,8 +128,6 @@ int recover_file(const RecoverOptions& options) {
               counted(result->attachments, "attachment").c_str(),
               counted(result->damaged_chunks, "chunk").c_str(),
               counted(result->damaged_attachments, "attachment").c_str());
-  if (const uint64_t loose = reader->index().loose_messages; loose != 0)
-    std::printf("skipped %s outside of chunks\n", counted(loose, "message").c_str());
   if (!result->first_damage.empty())
     std::printf("first damage: %s\n", terminal_text(result->first_damage).c_str());
   if (result->messages == 0 && result->attachments == 0) return fail(Error{"nothing could be saved"});

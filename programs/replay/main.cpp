@@ -170,8 +170,12 @@ Result<bool> Replay::run_once(bool again) {
     if (options_.step) {
       if (is_pose && !wait_for_line()) break;
       player->poll();
-    } else if (!wait(pacer_.wait_ns(played.log_time_ns, fire3dv::monotonic_ns()))) {
-      break;
+    } else {
+      const int64_t wait_ns = pacer_.wait_ns(played.log_time_ns, fire3dv::monotonic_ns());
+      if (wait_ns > replay::kLongWaitNs)
+        print_log_line("fire3dv-replay",
+                       "info: " + replay::long_wait_text(wait_ns, played.log_time_ns - playback_.start_ns()));
+      if (!wait(wait_ns)) break;
     }
     if (auto good = player->play(played); !good) return good.error();
     any = any || is_pose;

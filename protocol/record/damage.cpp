@@ -44,10 +44,8 @@ Result<Report> Verifier::run(const std::function<void(const Message&)>& on_messa
   if (!seen) return seen.error();
   seen_ = std::move(*seen);
   if (!seen_.damage.empty()) problem(seen_.damage);
-  if (!reader_.index().has_summary && reader_.index().damage != seen_.damage) problem(reader_.index().damage);
-  if (seen_.loose_messages != 0)
-    problem(std::to_string(seen_.loose_messages) +
-            " messages lie outside of chunks, where they are not read");
+  if (const std::string& damage = reader_.index().damage; !damage.empty() && damage != seen_.damage)
+    problem(damage);
   take_messages(on_message);
   for (const ChunkIndex& chunk : seen_.chunks)
     if (auto good = check_message_indexes(chunk); !good) return good.error();
@@ -62,7 +60,7 @@ Result<Report> Verifier::run(const std::function<void(const Message&)>& on_messa
 }
 
 void Verifier::take_messages(const std::function<void(const Message&)>& on_message) {
-  reader_.seek_chunk(0);
+  reader_.rewind();
   Message message;
   for (;;) {
     const Reader::Step step = reader_.next(message);
@@ -86,7 +84,7 @@ void Verifier::take_messages(const std::function<void(const Message&)>& on_messa
 }
 
 Result<void> Verifier::check_message_indexes(const ChunkIndex& chunk) {
-  if (chunk.message_indexes.empty()) return {};  // message indexes are optional
+  if (chunk.message_indexes.empty() || chunk.loose) return {};  // message indexes are optional
   ChunkReader unpacked(reader_.limits().max_chunk_bytes());
   if (!unpacked.load(source_, {Kind::chunk, chunk.offset, chunk.length})) return {};  // reported already
   chunk_messages_.clear();
@@ -158,14 +156,16 @@ void Verifier::check_summary() {
           known == stated.schemas.end() || known->second != schema)
         problem("schema " + std::to_string(id) + " is another one in the summary");
   }
-  std::vector<ChunkIndex> chunks = seen_.chunks;
+  std::vector<ChunkIndex> chunks = seen_.chunks, stated_chunks = stated.chunks;
   for (ChunkIndex& chunk : chunks) std::sort(chunk.message_indexes.begin(), chunk.message_indexes.end());
-  if (stated.chunks.size() != chunks.size())
-    problem("the summary lists " + std::to_string(stated.chunks.size()) + " chunks; there are " +
+  std::sort(stated_chunks.begin(), stated_chunks.end(),
+            [](const auto& a, const auto& b) { return a.offset < b.offset; });
+  if (stated_chunks.size() != chunks.size())
+    problem("the summary lists " + std::to_string(stated_chunks.size()) + " chunks; there are " +
             std::to_string(chunks.size()));
   else
     for (size_t i = 0; i < chunks.size(); ++i)
-      if (stated.chunks[i] != chunks[i])
+      if (stated_chunks[i] != chunks[i])
         problem("the summary's entry of the chunk at byte " + std::to_string(chunks[i].offset) + " is wrong");
   if (stated.attachments != seen_.attachments) problem("the summary lists other attachments than there are");
   if (stated.metadata != seen_.metadata) problem("the summary lists other metadata than there are");
@@ -266,7 +266,7 @@ Result<uint16_t> Recovery::channel_of(uint16_t id) {
 Result<void> Recovery::copy_messages() {
   Message message;
   std::optional<size_t> chunk;
-  reader_.seek_chunk(0);  // the reader may stand anywhere
+  reader_.rewind();  // the reader may stand anywhere
   for (;;) {
     const Reader::Step step = reader_.next(message);
     if (step == Reader::Step::end) return {};
@@ -275,8 +275,9 @@ Result<void> Recovery::copy_messages() {
       note(reader_.problem());
       continue;
     }
-    // Preserves the chunk boundaries, so that players can seek as before.
-    if (chunk != reader_.chunk()) {
+    // Preserves the chunk boundaries, so that players can seek as before. Chunks that overlap in time
+    // alternate.
+    if (!chunk || reader_.chunk() > *chunk) {
       if (auto good = writer_.end_chunk(); !good) return good;
       chunk = reader_.chunk();
       if (on_chunk_) on_chunk_(*chunk, reader_.index().chunks.size());

@@ -43,8 +43,8 @@ Result<Playback> Playback::open(std::unique_ptr<Source> source, const ReadLimits
     playback.channels_[id] = {stream, *known_role};
   }
   if (playback.streams_.empty())
-    return Error{wire::printable(playback.reader_.name(), 4096) +
-                 " holds no stream of this protocol; record one with fire3dv-record"};
+    return Error{wire::printable(playback.reader_.name(), 4096) + " holds no stream of this protocol" +
+                 (index.damage.empty() ? "; record one with fire3dv-record" : ": " + index.damage)};
   playback.states_.resize(playback.streams_.size());
   for (const ChunkIndex& chunk : index.chunks) {
     if (playback.end_ns_ == 0 || chunk.start_ns < playback.start_ns_) playback.start_ns_ = chunk.start_ns;
@@ -122,7 +122,7 @@ void Playback::rewind() {
   state_bytes_ = 0;
   queue_.clear();
   next_queued_ = 0;
-  reader_.seek_chunk(0);
+  reader_.rewind();
 }
 
 bool Playback::has_state_messages(const ChunkIndex& chunk) const {
@@ -136,7 +136,7 @@ bool Playback::has_state_messages(const ChunkIndex& chunk) const {
 // Marks the streams with a description in this chunk before until_ns. Returns false if there is none.
 bool Playback::describes(size_t chunk, uint64_t until_ns, std::vector<bool>& described) {
   bool any = false;
-  reader_.seek_chunk(chunk, true);
+  reader_.seek_chunk(chunk);
   Message message;
   for (;;) {
     const Reader::Step step = reader_.next(message);
@@ -180,41 +180,37 @@ void Playback::drop_description(State& state) {
   state.description = Bytes();
 }
 
-void Playback::gather_state(size_t from_chunk, uint64_t until_ns) {
-  const auto& chunks = reader_.index().chunks;
+void Playback::gather_state(uint64_t from_ns, uint64_t until_ns) {
+  reader_.seek(from_ns, [this, until_ns](const ChunkIndex& chunk) {
+    return chunk.start_ns < until_ns && has_state_messages(chunk);
+  });
   Message message;
   Played played;
-  for (size_t chunk = from_chunk; chunk < chunks.size() && chunks[chunk].start_ns < until_ns; ++chunk) {
-    if (!has_state_messages(chunks[chunk])) continue;
-    reader_.seek_chunk(chunk, true);
-    for (;;) {
-      const Reader::Step step = reader_.next(message);
-      if (step == Reader::Step::end) break;
-      const auto* channel = step == Reader::Step::message ? find_channel(message.channel_id) : nullptr;
-      if (channel == nullptr || channel->second == Role::poses || message.log_time_ns >= until_ns) continue;
-      if (!take(channel->first, channel->second, message.data, played)) continue;
-      State& state = states_[channel->first];
-      if (played.kind == Played::Kind::description) store_edit_description(state, message.data);
-      if (played.kind == Played::Kind::edit) store_edit(state, played.edit_key, message.data);
-      if (played.kind == Played::Kind::goodbye) drop_description(state);  // the stream has ended
-    }
+  for (;;) {
+    const Reader::Step step = reader_.next(message);
+    if (step == Reader::Step::end) return;
+    const auto* channel = step == Reader::Step::message ? find_channel(message.channel_id) : nullptr;
+    if (channel == nullptr || channel->second == Role::poses || message.log_time_ns >= until_ns) continue;
+    if (!take(channel->first, channel->second, message.data, played)) continue;
+    State& state = states_[channel->first];
+    if (played.kind == Played::Kind::description) store_edit_description(state, message.data);
+    if (played.kind == Played::Kind::edit) store_edit(state, played.edit_key, message.data);
+    if (played.kind == Played::Kind::goodbye) drop_description(state);  // the stream has ended
   }
 }
 
 void Playback::seek(uint64_t log_time_ns) {
   rewind();
   const auto& chunks = reader_.index().chunks;
-  size_t first = 0;
-  while (first < chunks.size() && chunks[first].end_ns < log_time_ns) ++first;
   std::vector<bool> described(streams_.size(), false);
-  size_t from = std::min(first, chunks.empty() ? 0 : chunks.size() - 1);
-  for (size_t chunk = from + 1; chunk-- > 0 && !chunks.empty();) {
+  uint64_t from_ns = log_time_ns;
+  for (size_t chunk = chunks.size(); chunk-- > 0;) {
     if (chunks[chunk].start_ns >= log_time_ns || !has_state_messages(chunks[chunk])) continue;
     if (!describes(chunk, log_time_ns, described)) continue;
-    from = chunk;
+    from_ns = std::min(from_ns, chunks[chunk].start_ns);
     if (std::ranges::all_of(described, [](bool one) { return one; })) break;
   }
-  gather_state(from, log_time_ns);
+  if (from_ns < log_time_ns) gather_state(from_ns, log_time_ns);
   queue_time_ns_ = log_time_ns;
   for (size_t stream = 0; stream < states_.size(); ++stream) {
     State& state = states_[stream];
@@ -267,7 +263,7 @@ bool may_have(const ChunkIndex& chunk, uint16_t channel) {
 std::optional<FrameAt> frame_in(Reader& reader, wire::Decoder& decoder, size_t chunk, uint16_t channel,
                                 int64_t from_sim_ns) {
   if (!may_have(reader.index().chunks[chunk], channel)) return {};
-  reader.seek_chunk(chunk, true);
+  reader.seek_chunk(chunk);
   Message message;
   for (;;) {
     const Reader::Step step = reader.next(message);

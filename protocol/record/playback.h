@@ -83,7 +83,7 @@ class Playback {
   void drop_description(State& state);
   bool describes(size_t chunk, uint64_t until_ns, std::vector<bool>& described);
   void store_edit(State& state, uint64_t key, std::span<const std::byte> message);
-  void gather_state(size_t from_chunk, uint64_t until_ns);
+  void gather_state(uint64_t from_ns, uint64_t until_ns);
 
   Reader reader_;
   wire::Decoder decoder_;

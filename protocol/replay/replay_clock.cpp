@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 namespace fire3dv::replay {
 
@@ -37,6 +38,16 @@ void ReplayClock::set_playing(bool playing, int64_t now_ns) {
 void ReplayClock::set_speed(double speed, int64_t now_ns) {
   set_position(position_ns(now_ns), now_ns);
   speed_ = std::isfinite(speed) && speed >= 0 ? speed : 1;
+}
+
+std::string long_wait_text(int64_t wait_ns, uint64_t position_ns) {
+  char text[200];
+  std::snprintf(
+      text, sizeof text,
+      "the recording has no message for a while: the next one comes in %.1f s; seek, or begin behind "
+      "the pause with --start %.1f",
+      static_cast<double>(wait_ns) * 1e-9, static_cast<double>(position_ns) * 1e-9);
+  return text;
 }
 
 int64_t Pacer::wait_ns(uint64_t log_time_ns, int64_t now_ns) {

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 
 #include "base/error.h"
 
@@ -50,6 +51,11 @@ class Pacer {
   double speed_;
   std::optional<Begun> begun_;
 };
+
+// A pause of a recording that is reported when the replay comes to it.
+constexpr int64_t kLongWaitNs = 10'000'000'000;
+// wait_ns: until the next message; position_ns: its time from the start of the recording.
+std::string long_wait_text(int64_t wait_ns, uint64_t position_ns);
 
 struct TimelineState {
   uint64_t start_ns = 0, end_ns = 0;  // played range: all of the recording or a part

@@ -305,7 +305,13 @@ void ReplayLink::run() {
       return;  // at most one round per poll: unpaced loops would otherwise never return
     }
     const bool paced = !each_frame_ && !step_ && !clock_.unpaced();
-    if (paced && pending_->log_time_ns > clock_.position_ns(monotonic_ns())) return;
+    if (paced && pending_->log_time_ns > clock_.position_ns(monotonic_ns())) {
+      const int64_t wait_ns = clock_.due_ns(pending_->log_time_ns) - monotonic_ns();
+      if (wait_ns > kLongWaitNs &&
+          std::exchange(long_wait_for_ns_, pending_->log_time_ns) != pending_->log_time_ns)
+        notes_.push_back("info: " + long_wait_text(wait_ns, pending_->log_time_ns - playback_.start_ns()));
+      return;
+    }
     if (!paced) clock_.set_position(pending_->log_time_ns, monotonic_ns());
     const uint64_t before = frames();
     play_pending();

@@ -142,10 +142,11 @@ class ReplayLink final : public transport::ListenerLink, public TimelineControl 
     size_t queued;  // events queued before the seek
   };
   std::optional<Showing> showing_;
-  uint64_t frames_at_round_ = 0;  // a round without a frame is not repeated
-  std::optional<size_t> newest_;  // stream of the newest frame
-  uint64_t shown_ns_ = 0;         // log time of the newest published frame; 0: none
-  uint64_t assembled_ns_ = 0;     // log time of the newest frame that a seek has assembled; 0: none
+  uint64_t frames_at_round_ = 0;   // a round without a frame is not repeated
+  std::optional<size_t> newest_;   // stream of the newest frame
+  uint64_t long_wait_for_ns_ = 0;  // log time of the message behind the pause that was reported last
+  uint64_t shown_ns_ = 0;          // log time of the newest published frame; 0: none
+  uint64_t assembled_ns_ = 0;      // log time of the newest frame that a seek has assembled; 0: none
   uint64_t damaged_ = 0;
   std::vector<std::string> notes_;
   std::atomic<uint64_t> messages_{0}, bytes_{0};

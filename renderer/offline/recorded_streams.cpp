@@ -11,7 +11,7 @@ namespace fire3dv::offline {
 
 namespace {
 
-constexpr int64_t kMaxSimTimeNs = int64_t{1} << 60;  // 36 years: sums of a few such times do not overflow
+constexpr int64_t kMaxSimTimeNs = int64_t{1} << 62;  // 146 years: the difference of two does not overflow
 
 constexpr uint64_t kMaxPendingBytes = wire::kMaxSceneEditBytes;  // edits between two frames
 constexpr size_t kMaxNameBytes = 2048;                           // room for one name
@@ -23,13 +23,13 @@ StreamFrames::Changes StreamFrames::take(const record::Played& played) {
   Changes taken;
   auto decoded = decoder_.decode(played.message);
   if (!decoded) {
-    ++unusable_;
+    ++unusable_.malformed;
     return taken;
   }
   if (const auto* description = std::get_if<wire::StreamDescription>(&*decoded)) {
     if (receiver_ && description->epoch == receiver_->epoch) return taken;  // repeated description
     if (description->protocol_major != wire::kProtocolMajor) {
-      ++unusable_;
+      ++unusable_.other_version;
       return taken;
     }
     receiver_.emplace(description->epoch, description->node_names.size());
@@ -38,13 +38,13 @@ StreamFrames::Changes StreamFrames::take(const record::Played& played) {
     return taken;
   }
   if (!receiver_) {
-    ++unusable_;
+    ++unusable_.before_description;
     return taken;
   }
   if (const auto* frame = std::get_if<wire::PoseFrameView>(&*decoded)) {
     const bool sound =
         frame->header.sim_time_ns > -kMaxSimTimeNs && frame->header.sim_time_ns < kMaxSimTimeNs;
-    if (!sound) ++unusable_;
+    if (!sound) ++unusable_.distant;
     taken.frame = sound && receiver_->push(*frame);
   } else if (auto* edit = std::get_if<wire::SceneEdit>(&*decoded)) {
     taken.edited = true;

@@ -36,13 +36,18 @@ class StreamFrames {
 
   const wire::PoseFrameHeader& header() const { return receiver_->header; }
   std::span<const wire::Affine3x4> poses() const { return receiver_->poses; }
-  uint64_t unusable() const { return unusable_; }  // skipped messages
+  // Skipped messages by reason.
+  struct Unusable {
+    uint64_t malformed = 0, other_version = 0, before_description = 0, distant = 0;
+    uint64_t count() const { return malformed + other_version + before_description + distant; }
+  };
+  const Unusable& unusable() const { return unusable_; }
 
  private:
   wire::Decoder decoder_;
   std::optional<state::FrameReceiver> receiver_;  // of the current run
   std::optional<int64_t> sim_time_ns_;            // of the newest frame of this run
-  uint64_t unusable_ = 0;
+  Unusable unusable_;
 };
 
 // Cursor over one stream of a recording: its effects with their times on the timeline, in order. It reads

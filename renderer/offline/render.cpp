@@ -56,8 +56,13 @@ Result<Timeline> read_timeline(record::Playback& playback, const RenderOptions& 
   if (!timeline) return timeline;
   if (timeline->damaged() != 0)
     log_message("warning: " + counted(timeline->damaged(), "damaged chunk") + " left out");
-  if (timeline->unusable() != 0)
-    log_message("warning: " + counted(timeline->unusable(), "unusable message") + " left out");
+  for (const std::string& note : timeline->unusable_notes()) log_message("warning: " + note);
+  constexpr int64_t kLongPauseNs = 60 * kSecondNs;
+  const Timeline::Pause& pause = timeline->longest_pause();
+  if (pause.length_ns > kLongPauseNs)
+    log_message("warning: stream \"" + wire::printable(timeline->guide()) + "\" has no frame for " +
+                seconds(pause.length_ns) + ", from " + seconds(pause.from_ns - timeline->first_ns()) +
+                " after the start on: its last frame is held; render the parts with --start and --end");
   return timeline;
 }
 

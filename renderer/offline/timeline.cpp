@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "base/numbers.h"
+#include "base/plural.h"
 #include "protocol/wire/check.h"
 #include "renderer/offline/recorded_streams.h"
 
@@ -96,7 +97,40 @@ constexpr size_t kMaxStreams = 64;
 constexpr size_t kMaxSegments = 1'000'000;  // of all streams; limit of runs, too
 constexpr size_t kMaxGuidePoints = 1 << 20;
 constexpr int64_t kSameClockNs = kSecondNs / 10;
-constexpr int64_t kMaxLineNs = int64_t{1} << 61;
+constexpr int64_t kMaxLineNs = (int64_t{1} << 62) - 1;
+
+// Sum and difference, clamped to the range of the type: sums of distant times are refused, not wrapped.
+int64_t clamped_sum(int64_t a, int64_t b) {
+  int64_t sum = 0;
+  if (!__builtin_add_overflow(a, b, &sum)) return sum;
+  return a < 0 ? kAlways : kNever;
+}
+int64_t clamped_difference(int64_t a, int64_t b) {
+  int64_t difference = 0;
+  if (!__builtin_sub_overflow(a, b, &difference)) return difference;
+  return a < 0 ? kAlways : kNever;
+}
+bool is_near(int64_t a, int64_t b) {
+  const int64_t difference = clamped_difference(a, b);
+  return difference >= -kSameClockNs && difference <= kSameClockNs;
+}
+bool is_too_far(int64_t line_ns) {
+  return line_ns < -kMaxLineNs || line_ns > kMaxLineNs;
+}
+
+// Empty if every message was used.
+std::string unusable_note(const std::string& stream, const StreamFrames::Unusable& unusable) {
+  std::string reasons;
+  const auto add = [&](uint64_t count, const char* what, const char* reason) {
+    if (count != 0) reasons += (reasons.empty() ? "" : ", ") + counted(count, what) + reason;
+  };
+  add(unusable.malformed, "message", " not understood");
+  add(unusable.other_version, "description", " of another protocol version");
+  add(unusable.before_description, "message", " before the description of the stream");
+  add(unusable.distant, "pose frame", " with a simulated time beyond 146 years");
+  if (reasons.empty()) return {};
+  return "stream \"" + wire::printable(stream) + "\": " + reasons + " left out";
+}
 
 }  // namespace
 
@@ -180,11 +214,13 @@ Result<void> Timeline::Builder::take(const record::Played& played) {
   ++run.frames;
   ++line_.frames_;
   if (!span.placed) return {};
-  const int64_t line_ns = sim_ns + times.segments.back().line_from_sim_ns;
-  if (std::abs(line_ns) > kMaxLineNs) return too_far_apart(stream);
+  const int64_t line_ns = clamped_sum(sim_ns, times.segments.back().line_from_sim_ns);
+  if (is_too_far(line_ns)) return too_far_apart(stream);
   run.first_ns = std::min(run.first_ns, line_ns);
   building.last_ns = line_ns;
   if (stream != *guide_) return {};
+  if (guide_runs_ && line_ns - guide_now_ns_ > line_.longest_pause_.length_ns)
+    line_.longest_pause_ = {guide_now_ns_, line_ns - guide_now_ns_};
   guide_now_ns_ = line_ns;
   line_.remember(played.log_time_ns, line_ns);
   if (!std::exchange(guide_runs_, true)) return guide_has_come(line_ns);
@@ -213,12 +249,12 @@ Result<void> Timeline::Builder::begin_segment(size_t stream, int64_t sim_ns) {
   if (!is_guide && !guide_runs_) return {};  // placed when the guide's first frame is read
   int64_t first_ns = sim_ns;
   if (!is_guide) {
-    const int64_t by_guide_ns = sim_ns + line_.streams_[*guide_].segments.back().line_from_sim_ns;
-    first_ns = std::abs(by_guide_ns - guide_now_ns_) <= kSameClockNs ? by_guide_ns : guide_now_ns_;
+    const int64_t by_guide_ns = clamped_sum(sim_ns, line_.streams_[*guide_].segments.back().line_from_sim_ns);
+    first_ns = is_near(by_guide_ns, guide_now_ns_) ? by_guide_ns : guide_now_ns_;
   }
   // Segments of one stream must not overlap on the timeline.
   if (before && (is_guide || first_ns <= building.last_ns)) first_ns = building.last_ns + before->step_ns;
-  place(stream, building.spans.size() - 1, first_ns - sim_ns);
+  place(stream, building.spans.size() - 1, clamped_difference(first_ns, sim_ns));
   return {};
 }
 
@@ -233,20 +269,22 @@ Result<void> Timeline::Builder::guide_has_come(int64_t line_ns) {
     Building& building = streams_[stream];
     if (stream == *guide_ || building.spans.empty()) continue;
     const Span& newest = building.spans.back();
-    const bool same = std::abs(newest.last_sim_ns - line_ns) <= kSameClockNs;
+    const bool same = is_near(newest.last_sim_ns, line_ns);
     place(stream, building.spans.size() - 1, same ? 0 : line_ns - newest.last_sim_ns);
     for (size_t i = building.spans.size() - 1; i-- > 0;) {
-      const int64_t next_ns =
-          building.spans[i + 1].first_sim_ns + line_.streams_[stream].segments[i + 1].line_from_sim_ns;
-      // Each segment moves farther back: the limit prevents overflow.
-      if (std::abs(next_ns) > kMaxLineNs) return too_far_apart(stream);
-      place(stream, i, next_ns - building.spans[i].step_ns - building.spans[i].last_sim_ns);
+      const int64_t next_ns = clamped_sum(building.spans[i + 1].first_sim_ns,
+                                          line_.streams_[stream].segments[i + 1].line_from_sim_ns);
+      // Each segment moves farther back.
+      if (is_too_far(next_ns)) return too_far_apart(stream);
+      place(stream, i,
+            clamped_difference(next_ns - building.spans[i].step_ns, building.spans[i].last_sim_ns));
     }
-    building.last_ns = newest.last_sim_ns + line_.streams_[stream].segments.back().line_from_sim_ns;
+    building.last_ns =
+        clamped_sum(newest.last_sim_ns, line_.streams_[stream].segments.back().line_from_sim_ns);
     for (size_t i = 0; i < building.spans.size(); ++i) {
       Run& run = line_.streams_[stream].runs[building.spans[i].run];
-      run.first_ns = std::min(
-          run.first_ns, building.spans[i].first_sim_ns + line_.streams_[stream].segments[i].line_from_sim_ns);
+      run.first_ns = std::min(run.first_ns, clamped_sum(building.spans[i].first_sim_ns,
+                                                        line_.streams_[stream].segments[i].line_from_sim_ns));
     }
   }
   return {};
@@ -254,24 +292,32 @@ Result<void> Timeline::Builder::guide_has_come(int64_t line_ns) {
 
 Result<void> Timeline::Builder::finish() {
   const std::string name = wire::printable(const_cast<record::Playback&>(playback_).reader().name(), 4096);
+  for (size_t stream = 0; stream < streams_.size(); ++stream) {
+    const StreamFrames::Unusable& unusable = streams_[stream].frames.unusable();
+    line_.unusable_ += unusable.count();
+    std::string note = unusable_note(playback_.streams()[stream].name, unusable);
+    if (!note.empty()) line_.unusable_notes_.push_back(std::move(note));
+  }
+  if (!guide_ && !line_.unusable_notes_.empty())
+    return Error{name + " holds no pose frame that can be rendered: " + line_.unusable_notes_.front()};
   if (!guide_) return Error{name + " holds no whole pose frame; there is nothing to render"};
   line_.guide_name_ = playback_.streams()[*guide_].name;
   if (!guide_runs_)
     return Error{"stream \"" + wire::printable(line_.guide_name_) + "\" of " + name +
                  " holds no whole pose frame; name another with --clock"};
   for (size_t stream = 0; stream < streams_.size(); ++stream) {
-    line_.unusable_ += streams_[stream].frames.unusable();
     for (size_t i = 0; i < streams_[stream].spans.size(); ++i) {
       const Span& span = streams_[stream].spans[i];
       Segment& segment = line_.streams_[stream].segments[i];
-      const int64_t first_ns = span.first_sim_ns + segment.line_from_sim_ns;
-      const int64_t last_ns = span.last_sim_ns + segment.line_from_sim_ns;
-      if (std::abs(first_ns) > kMaxLineNs || std::abs(last_ns) > kMaxLineNs)
+      const int64_t first_ns = clamped_sum(span.first_sim_ns, segment.line_from_sim_ns);
+      const int64_t last_ns = clamped_sum(span.last_sim_ns, segment.line_from_sim_ns);
+      if (is_too_far(first_ns) || is_too_far(last_ns))
         return Error{"simulated times in " + name + " are too far apart to be laid on one line"};
       line_.first_ns_ = std::min(line_.first_ns_, first_ns);
       line_.last_ns_ = std::max(line_.last_ns_, last_ns);
       const auto intervals = static_cast<int64_t>(std::max<uint64_t>(span.frames, 2) - 1);
-      segment.hold_ns = std::max(kSecondNs, (span.last_sim_ns - span.first_sim_ns) / intervals * 4);
+      const int64_t interval_ns = (span.last_sim_ns - span.first_sim_ns) / intervals;
+      segment.hold_ns = std::max(kSecondNs, std::min(interval_ns, kNever / 4) * 4);
     }
   }
   return {};

@@ -94,6 +94,13 @@ class Timeline {
   // Counts of skipped messages for warnings.
   uint64_t damaged() const { return damaged_; }
   uint64_t unusable() const { return unusable_; }
+  // The same for each stream, with the reasons.
+  const std::vector<std::string>& unusable_notes() const { return unusable_notes_; }
+  // Longest time between two frames of the guide.
+  struct Pause {
+    int64_t from_ns = 0, length_ns = 0;
+  };
+  const Pause& longest_pause() const { return longest_pause_; }
 
  private:
   class Builder;
@@ -103,6 +110,8 @@ class Timeline {
   std::string guide_name_;
   int64_t first_ns_ = kNever, last_ns_ = kAlways;
   uint64_t frames_ = 0, damaged_ = 0, unusable_ = 0;
+  std::vector<std::string> unusable_notes_;
+  Pause longest_pause_;
   std::vector<std::pair<uint64_t, int64_t>> guide_;  // log time, timeline time; thinned out
   uint64_t guide_spacing_ns_ = 5'000'000;
 };

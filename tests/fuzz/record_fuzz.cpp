@@ -36,7 +36,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   if (report.ok())
     FIRE3DV_ASSERT(report->messages == messages && report->sound() == report->problems.empty());
 
-  reader->seek_chunk(0);
+  reader->rewind();
   record::Bytes whole;
   const auto recovered = record::recover(*reader, std::make_unique<record::MemorySink>(whole));
   if (recovered.ok()) {

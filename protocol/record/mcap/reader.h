@@ -1,7 +1,8 @@
 // Reader of MCAP files, and its parts: iteration over the records of a file and over those of a chunk. The
-// reader uses the summary if it is valid, otherwise scans the file for intact records. Messages come in
-// file order, which is log-time order in our recordings. Damaged chunks are skipped and reported. Memory
-// stays within the limit, regardless of the file's contents.
+// reader uses the summary if it is valid and complete, otherwise scans the file for intact records. Messages
+// come in log-time order, those of one time in file order; chunks that overlap in time are merged within the
+// memory limit. Damaged chunks are skipped and reported. Memory stays within the limit, regardless of the
+// file's contents.
 #pragma once
 
 #include <cstdint>
@@ -9,6 +10,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "base/error.h"
 #include "protocol/record/mcap/bytes.h"
@@ -81,26 +83,33 @@ class ChunkReader {
   // Decompresses and validates a chunk: CRC, and records that exactly fill it. On an error the chunk is
   // unusable.
   Result<void> load(Source& source, const RecordAt& record);
+  // The same for a range of records outside chunks.
+  Result<void> load_loose(Source& source, const RecordAt& range);
   const ChunkHead& head() const { return head_; }
-  void unload() { at_ = records_.size(); }
+  // Frees what only load() needs.
+  void release_packed() { packed_ = Bytes(); }
 
   struct Entry {
     Kind kind{};
     uint64_t offset = 0;  // offset in the uncompressed chunk
     std::span<const std::byte> content;
   };
-  // Schemas, channels and messages in file order. The content is valid until the next load().
+  // Schemas, channels and messages in file order, or, where messages are not in log-time order, all
+  // definitions and then the messages in that order. The content is valid until the next load().
   std::optional<Entry> next();
   void rewind() { at_ = 0; }
 
  private:
-  Result<void> check_records(const std::string& where) const;
+  Result<void> check_records(const std::string& where);
+  void sort_records();
+  Entry entry_at(size_t offset, size_t& end) const;
 
   uint64_t max_bytes_;
   Compressor compressor_;
   ChunkHead head_;
   Bytes packed_, records_;
-  size_t at_ = 0;
+  std::vector<size_t> order_;  // offsets of records; empty: file order
+  size_t at_ = 0;              // index into order_, or offset into records_
 };
 
 class Reader {
@@ -113,10 +122,13 @@ class Reader {
   Source& source() { return *source_; }
   const ReadLimits& limits() const { return limits_; }
 
-  // The next message is the first one at or after this time, in file order.
-  void seek(uint64_t log_time_ns);
-  // Seeks to the beginning of one of index().chunks. alone: reading ends with that chunk.
-  void seek_chunk(size_t chunk, bool alone = false);
+  // The next message is the first one at or after this time. wants: chunks to be read; empty: all.
+  using ChunkFilter = std::function<bool(const ChunkIndex&)>;
+  void seek(uint64_t log_time_ns, ChunkFilter wants = {});
+  // Reads all messages, from the first one on.
+  void rewind() { seek(0); }
+  // Reads one of index().chunks alone.
+  void seek_chunk(size_t chunk);
 
   enum class Step { message, damaged, end };
   // damaged: problem() describes the skipped part, and reading can continue. The message is valid until the
@@ -124,25 +136,45 @@ class Reader {
   Step next(Message& message);
   const std::string& problem() const { return problem_; }
   // Chunk of the message that next() returned last.
-  size_t chunk() const { return next_chunk_ - 1; }
+  size_t chunk() const { return last_chunk_; }
 
   // Passes the attachment to on_piece in pieces. The result reports a wrong CRC.
   Result<void> read_attachment(const AttachmentIndex& index,
                                const std::function<Result<void>(std::span<const std::byte>)>& on_piece);
 
  private:
-  Reader(std::unique_ptr<Source> source, const ReadLimits& limits)
-      : source_(std::move(source)), limits_(limits), chunk_(limits.max_chunk_bytes()) {}
+  // An open chunk. Chunks that overlap in time are open together.
+  struct Lane {
+    explicit Lane(uint64_t max_bytes) : records(max_bytes) {}
+    size_t chunk = 0;  // in the index
+    ChunkReader records;
+    Message next;
+  };
 
+  Reader(std::unique_ptr<Source> source, const ReadLimits& limits)
+      : source_(std::move(source)), limits_(limits) {}
+
+  void sort_chunks();
+  void read_definitions();
   Result<void> define(const ChunkReader::Entry& entry);
+  bool is_due(const ChunkIndex& chunk, const Lane* earliest) const;
+  Result<void> open_chunk(size_t chunk);
+  Result<void> load(Lane& lane, size_t chunk);
+  // Moves a lane to its next message, or closes it at its end. After an error it goes on behind the cause.
+  Result<void> advance(size_t lane);
+  void close(size_t lane);
+  size_t earliest_lane() const;
 
   std::unique_ptr<Source> source_;
   ReadLimits limits_;
   FileIndex index_;
-  ChunkReader chunk_;
-  size_t next_chunk_ = 0, until_chunk_ = SIZE_MAX;
-  std::optional<size_t> loaded_;  // chunk that chunk_ holds: a seek reads one chunk several times
+  bool merges_ = true;  // chunks are open together where they overlap in time
+  std::vector<std::unique_ptr<Lane>> lanes_;
+  std::unique_ptr<Lane> spare_;   // reused: a seek reads one chunk several times
+  std::optional<size_t> behind_;  // lane whose message was returned, or had an error: it is to advance
+  size_t next_chunk_ = 0, until_chunk_ = SIZE_MAX, last_chunk_ = 0;
   uint64_t from_ns_ = 0;
+  ChunkFilter wants_;
   std::string problem_;
 };
 

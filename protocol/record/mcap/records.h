@@ -84,6 +84,9 @@ struct ChunkIndex {
   uint64_t message_index_bytes = 0;
   std::string compression;
   uint64_t compressed_bytes = 0, uncompressed_bytes = 0;
+  // A range of consecutive records outside chunks, which is read as an uncompressed chunk. message_indexes
+  // then has the first message of each channel.
+  bool loose = false;
   bool operator==(const ChunkIndex&) const = default;
 };
 

@@ -14,8 +14,9 @@ constexpr uint64_t kDataEndBytes = 4;
 // Limit on records that are scanned a second time because damage moved the scan back. Only a crafted file
 // exceeds it; from then on only chunks and their indexes are followed behind damage.
 constexpr uint64_t kMaxPassedAgain = 1 << 18;
-constexpr uint64_t kRescanCost = 64;  // cost in records: the buffered data is read again
-constexpr uint64_t kOverhead = 128;   // per entry of a map or vector, in addition to its contents
+constexpr uint64_t kRescanCost = 64;          // cost in records: the buffered data is read again
+constexpr uint64_t kMaxLooseBytes = 1 << 20;  // of a range of records outside chunks
+constexpr uint64_t kOverhead = 128;           // per entry of a map or vector, in addition to its contents
 
 Error no_summary(const Source& source, const std::string& why) {
   return Error{wire::printable(source.name(), 4096) + ": " + why};
@@ -47,6 +48,36 @@ Result<void> check_chunks(const Source& source, std::vector<ChunkIndex>& chunks,
     free_from = chunk.offset + chunk.length;
   }
   return {};
+}
+
+struct Unlisted {
+  bool chunks = false, messages = false;
+};
+
+// Looks for chunks and messages where the summary lists none: between its chunks, before and behind them.
+// Reads record headers only.
+Result<Unlisted> find_unlisted(Source& source, const std::vector<ChunkIndex>& chunks, uint64_t data_end) {
+  Unlisted found;
+  const Error differs = no_summary(source, "its summary does not match the data");
+  uint64_t at = kMagic.size();
+  for (size_t i = 0; i <= chunks.size(); ++i) {
+    const uint64_t until = i < chunks.size() ? chunks[i].offset : data_end;
+    if (at > until) return differs;
+    RecordIterator walker(source, at, until);
+    for (;;) {
+      const auto record = walker.next();
+      if (!record) return record.error();
+      if (!*record) break;
+      found.messages = found.messages || (*record)->kind == Kind::message;
+      found.chunks = found.chunks || (*record)->kind == Kind::chunk;
+    }
+    if (walker.cut()) return differs;
+    if (i == chunks.size()) break;
+    const uint64_t end = chunks[i].offset + chunks[i].length;  // check_chunks bounds it
+    if (chunks[i].message_index_bytes > data_end - end) return differs;
+    at = end + chunks[i].message_index_bytes;
+  }
+  return found;
 }
 
 Result<void> take_summary_record(Source& source, const RecordAt& at, std::span<const std::byte> content,
@@ -167,10 +198,13 @@ Result<Footer> read_footer(Source& source) {
 Result<FileIndex> read_summary(Source& source, const ReadLimits& limits) {
   const auto footer = read_footer(source);
   if (!footer) return footer.error();
-  if (footer->summary_start == 0) return no_summary(source, "it has no summary");
+  FileIndex index;
+  if (footer->summary_start == 0) {
+    index.remark = "it has no summary";
+    return index;
+  }
   const uint64_t until = footer->summary_offset_start != 0 ? footer->summary_offset_start
                                                            : source.size() - kMagic.size() - kFooterBytes;
-  FileIndex index;
   BufferedSource buffered(source);
   RecordIterator walker(buffered, footer->summary_start, until);
   Bytes content;
@@ -184,7 +218,14 @@ Result<FileIndex> read_summary(Source& source, const ReadLimits& limits) {
   }
   if (walker.cut()) return no_summary(source, "its summary is damaged");
   if (auto good = check_chunks(source, index.chunks, footer->summary_start); !good) return good.error();
-  index.has_summary = true;
+  const auto unlisted = find_unlisted(buffered, index.chunks, footer->summary_start);
+  if (!unlisted) return unlisted.error();
+  if (unlisted->messages) index.remark = "it has messages outside of chunks";
+  if (unlisted->chunks) index.remark = "its summary has no index of chunks";
+  if (unlisted->chunks && !index.chunks.empty())
+    return no_summary(source, "its summary lists " + std::to_string(index.chunks.size()) +
+                                  " chunks, and there are more in the data");
+  index.has_summary = index.remark.empty();
   return index;
 }
 
@@ -280,11 +321,11 @@ class Scan {
         }
         if (auto good = take_summary_record(source_, record, content_, limits_, index_); !good)
           note(good.error().message);
+        if (follows_loose(record)) extend(record.length);
         return true;
       }
       case Kind::message:
-        ++index_.loose_messages;
-        return true;
+        return take_loose(record);
       case Kind::chunk: {
         const auto head = read_chunk_head(buffered_, record);
         if (!head) return false;
@@ -302,7 +343,8 @@ class Scan {
       }
       case Kind::message_index: {
         std::array<std::byte, 2> id;
-        if (index_.chunks.empty() || record.content_bytes() < id.size()) return false;
+        if (index_.chunks.empty() || index_.chunks.back().loose || record.content_bytes() < id.size())
+          return false;
         if (auto good = buffered_.read(record.content_at(), id); !good) return good.error();
         uint16_t channel = 0;
         Parser(id).get(channel);
@@ -323,6 +365,43 @@ class Scan {
       default:
         return true;
     }
+  }
+  bool follows_loose(const RecordAt& record) const {
+    if (index_.chunks.empty()) return false;
+    const ChunkIndex& last = index_.chunks.back();
+    return last.loose && last.offset + last.length == record.offset &&
+           last.length + record.length <= std::min(kMaxLooseBytes, limits_.max_chunk_bytes());
+  }
+  void extend(uint64_t bytes) {
+    ChunkIndex& range = index_.chunks.back();
+    range.length += bytes;
+    range.compressed_bytes = range.uncompressed_bytes = range.length;
+  }
+  Result<bool> take_loose(const RecordAt& record) {
+    std::array<std::byte, kMessageHead> head;
+    if (record.content_bytes() < head.size()) return false;
+    if (auto good = buffered_.read(record.content_at(), head); !good) return good.error();
+    Message message;
+    if (!parse(head, message)) return false;
+    uint64_t taken = 0;
+    if (!follows_loose(record)) {
+      index_.chunks.emplace_back();
+      index_.chunks.back().offset = record.offset;
+      index_.chunks.back().start_ns = message.log_time_ns;
+      index_.chunks.back().loose = true;
+      taken += sizeof(ChunkIndex) + kOverhead;
+    }
+    extend(record.length);
+    ChunkIndex& range = index_.chunks.back();
+    range.start_ns = std::min(range.start_ns, message.log_time_ns);
+    range.end_ns = std::max(range.end_ns, message.log_time_ns);
+    const auto at = std::lower_bound(range.message_indexes.begin(), range.message_indexes.end(),
+                                     std::pair(message.channel_id, uint64_t{0}));
+    if (at == range.message_indexes.end() || at->first != message.channel_id) {
+      range.message_indexes.emplace(at, message.channel_id, record.offset);
+      taken += 2 * sizeof(range.message_indexes[0]);
+    }
+    return charge(taken);
   }
   Result<bool> charge(uint64_t bytes) {
     if (auto good = index_.take_memory(bytes, limits_); !good) return good.error();

@@ -25,13 +25,15 @@ struct ReadLimits {
 struct FileIndex {
   std::map<uint16_t, Schema> schemas;
   std::map<uint16_t, Channel> channels;
-  std::vector<ChunkIndex> chunks;  // sorted by file offset
+  std::vector<ChunkIndex> chunks;  // sorted by file offset; in a Reader by time
   std::vector<AttachmentIndex> attachments;
   std::vector<MetadataIndex> metadata;
   std::optional<Statistics> statistics;
-  uint64_t loose_messages = 0;  // messages outside chunks: valid in MCAP, but ignored by this reader
   bool has_summary = false;
   std::string damage;  // reason why the summary is unusable or where the file is truncated; for messages
+  // What a whole file does without, so that its data are scanned (a chunk index, say), or why messages come
+  // in file order; for messages.
+  std::string remark;
 
   // Fails for an id with a different definition, or for lack of memory.
   Result<void> define(Schema schema, const ReadLimits& limits);
@@ -42,7 +44,8 @@ struct FileIndex {
   uint64_t memory_ = 0;
 };
 
-// Accepts only a summary that is valid in every record and matches the file.
+// Accepts only a summary that is valid in every record and lists every chunk of the file. A result with a
+// remark lists no chunks, or not all messages: scan() finds them.
 Result<FileIndex> read_summary(Source& source, const ReadLimits& limits);
 // Finds all intact records, in whatever state the end of the file is.
 Result<FileIndex> scan(Source& source, const ReadLimits& limits);

@@ -42,7 +42,7 @@ TEST(RecordDamage, TruncationKeepsWholeChunks) {
   const std::vector<Heard> all = all_messages(*whole);
   std::vector<size_t> messages_up_to;  // of each chunk, the messages before its end
   {
-    whole->seek_chunk(0);
+    whole->rewind();
     record::Message message;
     messages_up_to.assign(chunks.size(), 0);
     while (whole->next(message) == Reader::Step::message) ++messages_up_to[whole->chunk()];
