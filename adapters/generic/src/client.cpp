@@ -6,10 +6,13 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstring>
+#include <optional>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "base/text.h"
+#include "call.h"
 #include "protocol/transport/core/address.h"
 #include "protocol/transport/open.h"
 #include "protocol/wire/check.h"
@@ -17,8 +20,8 @@
 #include "stream.h"
 
 using fire3dv::client::fail;
-using fire3dv::client::fail_null_stream;
 using fire3dv::client::guarded;
+using fire3dv::client::StreamCall;
 namespace wire = fire3dv::wire;
 
 namespace {
@@ -27,7 +30,6 @@ constexpr size_t kFirstOptionsSize =
     offsetof(fire3dv_options, key_file);  // size of the struct in the first released version
 constexpr size_t kFirstStatusSize = offsetof(fire3dv_status, conflicting_names);
 constexpr uint32_t kKnownFlags = FIRE3DV_FRAME_DISCONTINUITY;
-constexpr long kAckPollNs = 100'000;  // short compared to a frame, long compared to one poll
 
 static_assert(int{FIRE3DV_FRAME_DISCONTINUITY} == int{wire::kFrameDiscontinuity});
 
@@ -89,12 +91,12 @@ int open(const char* uri, const fire3dv_options* given, fire3dv_stream** result)
   auto link = fire3dv::transport::open_publisher(uri, link_options);
   if (!link.ok()) return fail(FIRE3DV_ERROR_SYSTEM, link.error().message);
   stream->link = std::move(*link);
+  stream->uri = uri;
   *result = stream.release();
   return FIRE3DV_OK;
 }
 
 int describe(fire3dv_stream* stream, const fire3dv_description* description) {
-  if (!stream) return fail_null_stream();
   if (!description) return fail(FIRE3DV_ERROR_ARGUMENT, "description is NULL");
   if (!fire3dv::client::struct_is_known(description, description->struct_size, sizeof *description)) {
     return fail_struct("description", description->struct_size, sizeof *description);
@@ -108,7 +110,6 @@ int describe(fire3dv_stream* stream, const fire3dv_description* description) {
 
 int publish(fire3dv_stream* stream, int64_t sim_time_ns, const float* stream_from_body, size_t pose_count,
             uint32_t flags) {
-  if (!stream) return fail_null_stream();
   if (stream->epoch == 0) {
     return fail(FIRE3DV_ERROR_STATE,
                 "the stream has no description yet: call fire3dv_describe before fire3dv_publish");
@@ -126,7 +127,6 @@ int publish(fire3dv_stream* stream, int64_t sim_time_ns, const float* stream_fro
 
 int publish_some(fire3dv_stream* stream, int64_t sim_time_ns, const uint32_t* node_indices,
                  const float* stream_from_body, size_t pose_count, uint32_t flags) {
-  if (!stream) return fail_null_stream();
   if (stream->epoch == 0) {
     return fail(FIRE3DV_ERROR_STATE,
                 "the stream has no description yet: call fire3dv_describe before fire3dv_publish_some");
@@ -174,7 +174,6 @@ void fill(fire3dv_status& status, const fire3dv_stream& stream) {
 }
 
 int poll(fire3dv_stream* stream, fire3dv_status* status) {
-  if (!stream) return fail_null_stream();
   if (status && status->struct_size < kFirstStatusSize) {
     return fail_struct("status", status->struct_size, sizeof *status);
   }
@@ -187,24 +186,21 @@ int poll(fire3dv_stream* stream, fire3dv_status* status) {
   return FIRE3DV_OK;
 }
 
-int wait_ack(fire3dv_stream* stream, uint64_t sequence, uint32_t timeout_ms) {
-  if (!stream) return fail_null_stream();
-  if (stream->epoch == 0)
+int wait_ack(StreamCall& call, fire3dv_stream& stream, uint64_t sequence, uint32_t timeout_ms) {
+  if (stream.epoch == 0)
     return fail(FIRE3DV_ERROR_STATE, "the stream has no description yet: no frame can be shown");
-  if (sequence == 0 || sequence > stream->sequence) {
+  if (sequence == 0 || sequence > stream.sequence) {
     return fail(FIRE3DV_ERROR_ARGUMENT, "sequence is " + std::to_string(sequence) + "; frames 1 to " +
-                                            std::to_string(stream->sequence) + " were published");
+                                            std::to_string(stream.sequence) + " were published");
   }
-  const uint64_t end_ns = fire3dv::client::monotonic_now_ns() + uint64_t{timeout_ms} * 1'000'000;
-  for (;;) {
-    stream->read_replies();
-    if (stream->acked_sequence >= sequence) return FIRE3DV_OK;
-    if (fire3dv::client::monotonic_now_ns() >= end_ns) break;
-    const timespec pause{0, kAckPollNs};
-    ::nanosleep(&pause, nullptr);
-  }
+  const std::optional<int> code = call.wait(timeout_ms, [&]() -> std::optional<int> {
+    stream.read_replies();
+    if (stream.acked_sequence >= sequence) return int{FIRE3DV_OK};
+    return {};
+  });
+  if (code) return *code;
   return fail(FIRE3DV_ERROR_TIMEOUT, "no renderer has shown frame " + std::to_string(sequence) + " within " +
-                                         std::to_string(timeout_ms) + " ms");
+                                         std::to_string(timeout_ms) + " ms; " + stream.reach_text());
 }
 
 }  // namespace
@@ -220,36 +216,44 @@ fire3dv_stream* fire3dv_open(const char* uri, const fire3dv_options* options) {
 }
 
 int fire3dv_describe(fire3dv_stream* stream, const fire3dv_description* description) {
-  return guarded([&] { return describe(stream, description); });
+  return guarded(stream, [&] { return describe(stream, description); });
 }
 
 int fire3dv_publish(fire3dv_stream* stream, int64_t sim_time_ns, const float* stream_from_body,
                     size_t pose_count, uint32_t flags) {
-  return guarded([&] { return publish(stream, sim_time_ns, stream_from_body, pose_count, flags); });
+  return guarded(stream, [&] { return publish(stream, sim_time_ns, stream_from_body, pose_count, flags); });
 }
 
 int fire3dv_publish_some(fire3dv_stream* stream, int64_t sim_time_ns, const uint32_t* node_indices,
                          const float* stream_from_body, size_t pose_count, uint32_t flags) {
-  return guarded(
-      [&] { return publish_some(stream, sim_time_ns, node_indices, stream_from_body, pose_count, flags); });
+  return guarded(stream, [&] {
+    return publish_some(stream, sim_time_ns, node_indices, stream_from_body, pose_count, flags);
+  });
 }
 
 int fire3dv_poll(fire3dv_stream* stream, fire3dv_status* status) {
-  return guarded([&] { return poll(stream, status); });
+  return guarded(stream, [&] { return poll(stream, status); });
 }
 
 int fire3dv_wait_ack(fire3dv_stream* stream, uint64_t sequence, uint32_t timeout_ms) {
-  return guarded([&] { return wait_ack(stream, sequence, timeout_ms); });
+  return guarded(stream, [&](StreamCall& call) { return wait_ack(call, *stream, sequence, timeout_ms); });
 }
 
 void fire3dv_close(fire3dv_stream** stream) {
   if (!stream || !*stream) return;
-  guarded([&] {
-    if ((*stream)->epoch != 0) (*stream)->link->send_control(wire::encode(wire::Goodbye{(*stream)->epoch}));
-    return FIRE3DV_OK;
-  });
-  delete *stream;
-  *stream = nullptr;
+  fire3dv_stream* const closed = std::exchange(*stream, nullptr);
+  if (!closed->is_inherited()) {
+    guarded([&] {
+      const StreamCall call(*closed);
+      closed->closing.store(true);
+      if (closed->epoch != 0) closed->link->send_control(wire::encode(wire::Goodbye{closed->epoch}));
+      return FIRE3DV_OK;
+    });
+    closed->closing.store(true);
+    const timespec pause{0, 100'000};
+    while (closed->calls.load() != 0) ::nanosleep(&pause, nullptr);  // waits see `closing` in time
+  }
+  delete closed;
 }
 
 const char* fire3dv_last_error(void) {

@@ -2,29 +2,25 @@
 // sends it.
 #include "fire3dv/image.h"
 
-#include <time.h>
-
 #include <algorithm>
 #include <cstddef>
 #include <cstring>
 #include <memory>
+#include <optional>
 #include <string>
 
-#include "base/plural.h"
+#include "call.h"
 #include "protocol/wire/check.h"
 #include "stream.h"
 
 using fire3dv::client::fail;
-using fire3dv::client::fail_null_stream;
 using fire3dv::client::guarded;
+using fire3dv::client::StreamCall;
 namespace wire = fire3dv::wire;
 
 namespace {
 
 constexpr float kDefaultNearM = 0.01f;
-// Poll interval, doubled up to the longest: small images return within microseconds.
-constexpr long kFirstPauseNs = 20'000;
-constexpr long kLongestPauseNs = 200'000;
 
 static_assert(FIRE3DV_IMAGE_BOXES3D == static_cast<int>(wire::kBoxes3d));
 static_assert(FIRE3DV_IMAGE_EXACTLY == static_cast<int>(wire::ImageWhen::exactly));
@@ -75,7 +71,6 @@ size_t known_bytes(const fire3dv_image_request& given) {
 }
 
 int request_image(fire3dv_stream* stream, const fire3dv_image_request* given, uint64_t* id) {
-  if (!stream) return fail_null_stream();
   if (!given || !id) return fail(FIRE3DV_ERROR_ARGUMENT, "request or id is NULL");
   const size_t bytes = known_bytes(*given);
   if (bytes == 0)
@@ -112,7 +107,6 @@ int request_image(fire3dv_stream* stream, const fire3dv_image_request* given, ui
 }
 
 int cancel_image(fire3dv_stream* stream, uint64_t id) {
-  if (!stream) return fail_null_stream();
   const auto sent = stream->images.cancel(*stream->link, stream->epoch, id);
   return sent ? FIRE3DV_OK : fail(FIRE3DV_ERROR_SYSTEM, sent.error().message);
 }
@@ -150,47 +144,41 @@ fire3dv_image* make_image(fire3dv::client::Images::Arrived&& arrived) {
   return held.release();
 }
 
-int wait_image(fire3dv_stream* stream, uint64_t id, uint32_t timeout_ms, fire3dv_image** result) {
-  if (!stream) return fail_null_stream();
+int wait_image(StreamCall& call, fire3dv_stream& stream, uint64_t id, uint32_t timeout_ms,
+               fire3dv_image** result) {
   if (!result) return fail(FIRE3DV_ERROR_ARGUMENT, "image is NULL");
   *result = nullptr;
-  fire3dv::client::Images& images = stream->images;
-  const uint64_t end_ns = fire3dv::client::monotonic_now_ns() + uint64_t{timeout_ms} * 1'000'000;
-  long pause_ns = kFirstPauseNs;
-  for (;;) {
-    images.collect(*stream->link, stream->epoch, id);
+  fire3dv::client::Images& images = stream.images;
+  const std::optional<int> code = call.wait(timeout_ms, [&]() -> std::optional<int> {
+    images.collect(*stream.link, stream.epoch, id);
     if (auto arrived = images.take(id)) {
       *result = make_image(std::move(*arrived));
-      return FIRE3DV_OK;
+      return int{FIRE3DV_OK};
     }
-    stream->read_replies();
+    stream.read_replies();
     if (auto why = images.take_refusal(id)) return fail(FIRE3DV_ERROR_REFUSED, *why);
     if (id != 0 && !images.is_open(id))
       return fail(FIRE3DV_ERROR_ARGUMENT, "no image of request " + std::to_string(id) + " is to come");
     if (id == 0 && !images.has_open()) return fail(FIRE3DV_ERROR_STATE, "no image has been requested");
-    if (fire3dv::client::monotonic_now_ns() >= end_ns) break;
-    const timespec pause{0, pause_ns};
-    ::nanosleep(&pause, nullptr);
-    pause_ns = std::min(pause_ns * 2, kLongestPauseNs);
-  }
-  const uint64_t renderers = stream->link->stats().peers;
-  return fail(FIRE3DV_ERROR_TIMEOUT, "no image came within " + std::to_string(timeout_ms) + " ms; " +
-                                         fire3dv::counted(renderers, "renderer") +
-                                         (renderers == 1 ? " is" : " are") + " reached");
+    return {};
+  });
+  if (code) return *code;
+  return fail(FIRE3DV_ERROR_TIMEOUT,
+              "no image came within " + std::to_string(timeout_ms) + " ms; " + stream.reach_text());
 }
 
 }  // namespace
 
 int fire3dv_request_image(fire3dv_stream* stream, const fire3dv_image_request* request, uint64_t* id) {
-  return guarded([&] { return request_image(stream, request, id); });
+  return guarded(stream, [&] { return request_image(stream, request, id); });
 }
 
 int fire3dv_cancel_image(fire3dv_stream* stream, uint64_t id) {
-  return guarded([&] { return cancel_image(stream, id); });
+  return guarded(stream, [&] { return cancel_image(stream, id); });
 }
 
 int fire3dv_wait_image(fire3dv_stream* stream, uint64_t id, uint32_t timeout_ms, fire3dv_image** image) {
-  return guarded([&] { return wait_image(stream, id, timeout_ms, image); });
+  return guarded(stream, [&](StreamCall& call) { return wait_image(call, *stream, id, timeout_ms, image); });
 }
 
 void fire3dv_release_image(fire3dv_image** image) {

@@ -16,7 +16,6 @@ constexpr uint64_t key_of(uint32_t slot) {
 }
 constexpr size_t kMaxRefusals = wire::kMaxImageRequests;
 constexpr uint32_t kMaxBoxes = 4096;  // per image, for the size of reserved slots
-constexpr size_t kFewHeld = 16;
 constexpr uint32_t kMaxReadAtOnce = wire::kMaxImageRequests;
 constexpr size_t kMaxArrivedBytes = size_t{1} << 30;  // limit of images that the caller has not taken
 
@@ -43,7 +42,7 @@ Result<uint64_t> Images::request(transport::PublisherLink& link, wire::ImageRequ
                  " come back: request a smaller one, or fewer outputs"};
   const size_t block_bytes = wire::max_block_bytes(pixel_bytes);
   const size_t longest = std::max(block_bytes, max_block_bytes());
-  if (auto room = link.make_room_for_images(longest, requests_to_make_room_for()); !room) return room.error();
+  if (auto room = link.make_room_for_images(longest, open_.size() + 1); !room) return room.error();
 
   request.id = last_id_ + 1;
   request.place = free_slots_.empty() ? next_slot_ : free_slots_.back();
@@ -58,18 +57,6 @@ Result<uint64_t> Images::request(transport::PublisherLink& link, wire::ImageRequ
   open.block_bytes = block_bytes;
   max_block_bytes_ = longest;
   return last_id_;
-}
-
-// Requests to reserve memory for. The link reserves two images per open request: one in flight, one arrived
-// or borrowed. Images of ended requests need slots, too.
-size_t Images::requests_to_make_room_for() {
-  forget_let_go();
-  const size_t open = open_.size() + 1;
-  return std::max(open, (open + arrived_.size() + borrowed_.size() + 1) / 2);
-}
-
-void Images::forget_let_go() {
-  std::erase_if(borrowed_, [](const auto& memory) { return memory.expired(); });
 }
 
 size_t Images::max_block_bytes() {
@@ -190,8 +177,6 @@ std::optional<Images::Arrived> Images::take(uint64_t id) {
   if (found == arrived_.end()) return {};
   Arrived image = std::move(*found);
   arrived_.erase(found);
-  if (borrowed_.size() >= kFewHeld) forget_let_go();
-  borrowed_.push_back(image.keep.memory);
   if (const auto open = open_.find(image.frame.request); open != open_.end()) open->second.lost = 0;
   return image;
 }

@@ -62,13 +62,10 @@ class Images {
   uint32_t next_slot_ = 0;
   uint64_t last_id_ = 0;
   std::optional<size_t> max_block_bytes_ = 0;  // maximum over open_; empty: recompute
-  size_t requests_to_make_room_for();
   size_t max_block_bytes();
   void bound_arrived();
-  void forget_let_go();
 
-  std::deque<Arrived> arrived_;                      // at most one per request, the newest
-  std::vector<std::weak_ptr<const void>> borrowed_;  // images taken and possibly still borrowed
+  std::deque<Arrived> arrived_;  // at most one per request, the newest
   std::map<uint64_t, std::string> refused_;
   wire::Decoder decoder_;
 };

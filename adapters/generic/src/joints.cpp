@@ -5,12 +5,14 @@
 #include <cmath>
 #include <cstring>
 #include <map>
+#include <mutex>
 #include <optional>
 #include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "call.h"
 #include "fire3dv/scalars.h"
 #include "protocol/robot/robot.h"
 #include "protocol/robot/robot_file.h"
@@ -36,6 +38,7 @@ struct fire3dv_robot {
   };
   std::vector<Scalar> scalars;
   std::map<std::pair<const fire3dv_stream*, std::string>, uint64_t> scalar_declarations;
+  mutable std::recursive_mutex mutex;  // held during each call; before that of a stream
 };
 
 namespace {
@@ -105,8 +108,6 @@ std::vector<fire3dv_robot::Scalar> scalars_of(const Robot& robot) {
 }
 
 int set_joint_scalars(fire3dv_stream* stream, fire3dv_robot* robot, const char* group, int64_t sim_time_ns) {
-  if (!stream) return fail_null("stream");
-  if (!robot) return fail_null("robot");
   if (robot->scalars.empty()) return FIRE3DV_OK;
   const std::string name = group ? group : "joint_positions";
   constexpr size_t kMaxDeclarations = 1024;  // more than anybody needs
@@ -131,6 +132,16 @@ int set_joint_scalars(fire3dv_stream* stream, fire3dv_robot* robot, const char* 
   return fire3dv_set_scalars(stream, name.c_str(), sim_time_ns, values.data(), values.size());
 }
 
+// guarded() for functions of a robot.
+template <typename Body>
+int guarded_robot(const fire3dv_robot* robot, Body&& body) noexcept {
+  if (!robot) return fail_null("robot");
+  return guarded([&] {
+    const std::lock_guard lock(robot->mutex);
+    return int{std::forward<Body>(body)()};
+  });
+}
+
 template <typename Read>
 fire3dv_robot* open(uint32_t flags, Read&& read) {
   fire3dv_robot* made = nullptr;
@@ -138,7 +149,7 @@ fire3dv_robot* open(uint32_t flags, Read&& read) {
     if ((flags & ~kRobotFlags) != 0) return fail_flags(flags, "FIRE3DV_ROBOT_*");
     fire3dv::Result<Robot> robot = read((flags & FIRE3DV_ROBOT_NO_MIMIC) == 0);
     if (!robot) return fail(FIRE3DV_ERROR_ARGUMENT, robot.error().message);
-    made = new fire3dv_robot{std::move(*robot), {}, {}, {}, {}};
+    made = new fire3dv_robot{std::move(*robot), {}, {}, {}, {}, {}};
     made->scalars = scalars_of(made->robot);
     for (const std::string& name : made->robot.node_names()) made->node_names.push_back(name.c_str());
     return int{FIRE3DV_OK};
@@ -147,7 +158,6 @@ fire3dv_robot* open(uint32_t flags, Read&& read) {
 }
 
 int get_joint(const fire3dv_robot* robot, size_t index, fire3dv_joint* joint) {
-  if (!robot) return fail_null("robot");
   if (!joint) return fail_null("joint");
   if (joint->struct_size < sizeof *joint)
     return fail(FIRE3DV_ERROR_ARGUMENT, "joint.struct_size is " + std::to_string(joint->struct_size) +
@@ -176,7 +186,6 @@ int get_joint(const fire3dv_robot* robot, size_t index, fire3dv_joint* joint) {
 }
 
 int set_joint(fire3dv_robot* robot, size_t index, const double* positions, size_t count, uint32_t flags) {
-  if (!robot) return fail_null("robot");
   if (!positions && count > 0) return fail_null("positions");
   if ((flags & ~kPositionFlags) != 0) return fail_flags(flags, "FIRE3DV_POSITIONS_*");
   if (index >= robot->robot.joints().size())
@@ -186,14 +195,12 @@ int set_joint(fire3dv_robot* robot, size_t index, const double* positions, size_
 }
 
 int set_positions(fire3dv_robot* robot, const double* positions, size_t count, uint32_t flags) {
-  if (!robot) return fail_null("robot");
   if (!positions && count > 0) return fail_null("positions");
   if ((flags & ~kPositionFlags) != 0) return fail_flags(flags, "FIRE3DV_POSITIONS_*");
   return finish(robot->robot.set_positions({positions, count}, rules_of(flags)));
 }
 
 int get_positions(const fire3dv_robot* robot, double* positions, size_t count) {
-  if (!robot) return fail_null("robot");
   const std::vector<double>& all = robot->robot.positions();
   if (count != all.size()) return fail_count("count", count, all.size());
   if (!positions && count > 0) return fail_null("positions");
@@ -202,7 +209,6 @@ int get_positions(const fire3dv_robot* robot, double* positions, size_t count) {
 }
 
 int set_base(fire3dv_robot* robot, const double* stream_from_model) {
-  if (!robot) return fail_null("robot");
   fire3dv::robot::Transform base;
   for (size_t i = 0; stream_from_model && i < base.m.size(); ++i) {
     base.m[i] = stream_from_model[i];
@@ -215,7 +221,6 @@ int set_base(fire3dv_robot* robot, const double* stream_from_model) {
 }
 
 int get_description(const fire3dv_robot* robot, fire3dv_description* description) {
-  if (!robot) return fail_null("robot");
   if (!description) return fail_null("description");
   if (description->struct_size < sizeof *description)
     return fail_count("description.struct_size", description->struct_size, sizeof *description);
@@ -229,7 +234,6 @@ int get_description(const fire3dv_robot* robot, fire3dv_description* description
 }
 
 int get_poses(fire3dv_robot* robot, float* stream_from_node, size_t pose_count) {
-  if (!robot) return fail_null("robot");
   if (pose_count != robot->node_names.size())
     return fail_count("pose_count", pose_count, robot->node_names.size());
   if (!stream_from_node && pose_count > 0) return fail_null("stream_from_node");
@@ -238,7 +242,6 @@ int get_poses(fire3dv_robot* robot, float* stream_from_node, size_t pose_count) 
 }
 
 int get_node_pose(fire3dv_robot* robot, const char* node, double* stream_from_node) {
-  if (!robot) return fail_null("robot");
   if (!node) return fail_null("node");
   if (!stream_from_node) return fail_null("stream_from_node");
   const std::optional<size_t> body = robot->robot.body_called(node);
@@ -250,7 +253,6 @@ int get_node_pose(fire3dv_robot* robot, const char* node, double* stream_from_no
 }
 
 int publish(fire3dv_stream* stream, fire3dv_robot* robot, int64_t sim_time_ns, uint32_t flags) {
-  if (!robot) return fail_null("robot");
   const size_t count = robot->node_names.size();
   robot->published.resize(12 * count);
   robot->robot.write_poses(robot->published);
@@ -291,43 +293,45 @@ size_t fire3dv_position_count(const fire3dv_robot* robot) {
 }
 
 int fire3dv_get_joint(const fire3dv_robot* robot, size_t index, fire3dv_joint* joint) {
-  return guarded([&] { return get_joint(robot, index, joint); });
+  return guarded_robot(robot, [&] { return get_joint(robot, index, joint); });
 }
 
 int fire3dv_set_positions(fire3dv_robot* robot, const double* positions, size_t count, uint32_t flags) {
-  return guarded([&] { return set_positions(robot, positions, count, flags); });
+  return guarded_robot(robot, [&] { return set_positions(robot, positions, count, flags); });
 }
 
 int fire3dv_set_joint(fire3dv_robot* robot, size_t index, const double* positions, size_t count,
                       uint32_t flags) {
-  return guarded([&] { return set_joint(robot, index, positions, count, flags); });
+  return guarded_robot(robot, [&] { return set_joint(robot, index, positions, count, flags); });
 }
 
 int fire3dv_get_positions(const fire3dv_robot* robot, double* positions, size_t count) {
-  return guarded([&] { return get_positions(robot, positions, count); });
+  return guarded_robot(robot, [&] { return get_positions(robot, positions, count); });
 }
 
 int fire3dv_set_base(fire3dv_robot* robot, const double* stream_from_model) {
-  return guarded([&] { return set_base(robot, stream_from_model); });
+  return guarded_robot(robot, [&] { return set_base(robot, stream_from_model); });
 }
 
 int fire3dv_get_robot_description(const fire3dv_robot* robot, fire3dv_description* description) {
-  return guarded([&] { return get_description(robot, description); });
+  return guarded_robot(robot, [&] { return get_description(robot, description); });
 }
 
 int fire3dv_get_poses(fire3dv_robot* robot, float* stream_from_node, size_t pose_count) {
-  return guarded([&] { return get_poses(robot, stream_from_node, pose_count); });
+  return guarded_robot(robot, [&] { return get_poses(robot, stream_from_node, pose_count); });
 }
 
 int fire3dv_get_node_pose(fire3dv_robot* robot, const char* node, double* stream_from_node) {
-  return guarded([&] { return get_node_pose(robot, node, stream_from_node); });
+  return guarded_robot(robot, [&] { return get_node_pose(robot, node, stream_from_node); });
 }
 
 int fire3dv_set_joint_scalars(fire3dv_stream* stream, fire3dv_robot* robot, const char* group,
                               int64_t sim_time_ns) {
-  return guarded([&] { return set_joint_scalars(stream, robot, group, sim_time_ns); });
+  return guarded_robot(robot, [&] {
+    return guarded(stream, [&] { return set_joint_scalars(stream, robot, group, sim_time_ns); });
+  });
 }
 
 int fire3dv_publish_robot(fire3dv_stream* stream, fire3dv_robot* robot, int64_t sim_time_ns, uint32_t flags) {
-  return guarded([&] { return publish(stream, robot, sim_time_ns, flags); });
+  return guarded_robot(robot, [&] { return publish(stream, robot, sim_time_ns, flags); });
 }

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "call.h"
 #include "protocol/wire/limits.h"
 #include "scene_edits.h"
 #include "stream.h"
@@ -117,9 +118,9 @@ int clear_marker(fire3dv_stream* stream, const char* name) {
 }  // namespace
 
 int fire3dv_set_marker(fire3dv_stream* stream, const char* name, const fire3dv_marker* marker) {
-  return guarded([&] { return set_marker(stream, name, marker); });
+  return guarded(stream, [&] { return set_marker(stream, name, marker); });
 }
 
 int fire3dv_clear_marker(fire3dv_stream* stream, const char* name) {
-  return guarded([&] { return clear_marker(stream, name); });
+  return guarded(stream, [&] { return clear_marker(stream, name); });
 }

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "call.h"
 #include "protocol/wire/check.h"
 #include "scene_edits.h"
 #include "stream.h"
@@ -19,14 +20,8 @@ namespace {
 
 static_assert(FIRE3DV_MAX_SCALARS == wire::kMaxScalars);
 
-// Returns the error message for missing arguments, or null.
-const char* missing(const fire3dv_stream* stream, const char* group) {
-  if (!stream) return "stream is NULL";
-  return group ? nullptr : "group is NULL";
-}
-
 int declare_scalars(fire3dv_stream* stream, const char* group, const fire3dv_scalars* scalars) {
-  if (const char* problem = missing(stream, group)) return fail(FIRE3DV_ERROR_ARGUMENT, problem);
+  if (!group) return fail(FIRE3DV_ERROR_ARGUMENT, "group is NULL");
   if (const char* problem = fire3dv::client::struct_error(
           scalars, "scalars is NULL", "scalars.struct_size is not sizeof(fire3dv_scalars); set it"))
     return fail(FIRE3DV_ERROR_ARGUMENT, problem);
@@ -61,7 +56,7 @@ int declare_scalars(fire3dv_stream* stream, const char* group, const fire3dv_sca
 
 int set_scalars(fire3dv_stream* stream, const char* group, int64_t sim_time_ns, const double* values,
                 size_t count) {
-  if (const char* problem = missing(stream, group)) return fail(FIRE3DV_ERROR_ARGUMENT, problem);
+  if (!group) return fail(FIRE3DV_ERROR_ARGUMENT, "group is NULL");
   const std::string name = text_of(group, fire3dv::client::outgoing_limits().max_name_bytes);
   const auto declared = stream->scalar_groups.find(name);
   if (declared == stream->scalar_groups.end())
@@ -77,7 +72,7 @@ int set_scalars(fire3dv_stream* stream, const char* group, int64_t sim_time_ns, 
 }
 
 int clear_scalars(fire3dv_stream* stream, const char* group) {
-  if (const char* problem = missing(stream, group)) return fail(FIRE3DV_ERROR_ARGUMENT, problem);
+  if (!group) return fail(FIRE3DV_ERROR_ARGUMENT, "group is NULL");
   const auto declared =
       stream->scalar_groups.find(text_of(group, fire3dv::client::outgoing_limits().max_name_bytes));
   if (declared == stream->scalar_groups.end()) return FIRE3DV_OK;
@@ -90,14 +85,14 @@ int clear_scalars(fire3dv_stream* stream, const char* group) {
 }  // namespace
 
 int fire3dv_declare_scalars(fire3dv_stream* stream, const char* group, const fire3dv_scalars* scalars) {
-  return guarded([&] { return declare_scalars(stream, group, scalars); });
+  return guarded(stream, [&] { return declare_scalars(stream, group, scalars); });
 }
 
 int fire3dv_set_scalars(fire3dv_stream* stream, const char* group, int64_t sim_time_ns, const double* values,
                         size_t count) {
-  return guarded([&] { return set_scalars(stream, group, sim_time_ns, values, count); });
+  return guarded(stream, [&] { return set_scalars(stream, group, sim_time_ns, values, count); });
 }
 
 int fire3dv_clear_scalars(fire3dv_stream* stream, const char* group) {
-  return guarded([&] { return clear_scalars(stream, group); });
+  return guarded(stream, [&] { return clear_scalars(stream, group); });
 }

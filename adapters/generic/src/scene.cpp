@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "call.h"
 #include "protocol/wire/check.h"
 #include "protocol/wire/limits.h"
 #include "scene_edits.h"
@@ -113,7 +114,6 @@ int set_vertices(fire3dv_stream* stream, const char* node, const fire3dv_vertice
 
 int fire3dv::client::set_edit(fire3dv_stream* stream, const char* name, wire::Property property,
                               wire::EditValue value) {
-  if (!stream) return fail(FIRE3DV_ERROR_ARGUMENT, "stream is NULL");
   const wire::DecodeLimits limits = outgoing_limits();
   wire::SceneEdit edit{1, 1, text_of(name, limits.max_name_bytes), property, std::move(value)};
   if (auto good = wire::check(edit, limits); !good) return fail(FIRE3DV_ERROR_ARGUMENT, good.error().message);
@@ -125,39 +125,41 @@ int fire3dv::client::set_edit(fire3dv_stream* stream, const char* name, wire::Pr
 }
 
 int fire3dv_set_visible(fire3dv_stream* stream, const char* node, int visible) {
-  return guarded([&] { return set(stream, node, wire::Property::visible, wire::Visible{visible != 0}); });
+  return guarded(stream,
+                 [&] { return set(stream, node, wire::Property::visible, wire::Visible{visible != 0}); });
 }
 
 int fire3dv_set_base_color(fire3dv_stream* stream, const char* node, const float rgba[4]) {
   if (!rgba) return fail(FIRE3DV_ERROR_ARGUMENT, "rgba is NULL");
-  return guarded([&] {
+  return guarded(stream, [&] {
     return set(stream, node, wire::Property::base_color,
                wire::BaseColor{{rgba[0], rgba[1], rgba[2], rgba[3]}});
   });
 }
 
 int fire3dv_set_light(fire3dv_stream* stream, const char* node, const fire3dv_light* light) {
-  return guarded([&] { return set_light(stream, node, light); });
+  return guarded(stream, [&] { return set_light(stream, node, light); });
 }
 
 int fire3dv_set_camera(fire3dv_stream* stream, const char* node, const fire3dv_camera* camera) {
-  return guarded([&] { return set_camera(stream, node, camera); });
+  return guarded(stream, [&] { return set_camera(stream, node, camera); });
 }
 
 int fire3dv_add_node(fire3dv_stream* stream, const char* node, const fire3dv_node* added) {
-  return guarded([&] { return add_node(stream, node, added); });
+  return guarded(stream, [&] { return add_node(stream, node, added); });
 }
 
 int fire3dv_remove_node(fire3dv_stream* stream, const char* node) {
-  return guarded([&] { return set(stream, node, wire::Property::node, wire::NodeRemoved{}); });
+  return guarded(stream, [&] { return set(stream, node, wire::Property::node, wire::NodeRemoved{}); });
 }
 
 int fire3dv_set_vertices(fire3dv_stream* stream, const char* node, const fire3dv_vertices* vertices) {
-  return guarded([&] { return set_vertices(stream, node, vertices); });
+  return guarded(stream, [&] { return set_vertices(stream, node, vertices); });
 }
 
 int fire3dv_clear(fire3dv_stream* stream, const char* node, int property) {
   if (property < 0 || property > FIRE3DV_PROPERTY_MARKER)
     return fail(FIRE3DV_ERROR_ARGUMENT, "property is not one of FIRE3DV_PROPERTY_*");
-  return guarded([&] { return set(stream, node, static_cast<wire::Property>(property), wire::Cleared{}); });
+  return guarded(stream,
+                 [&] { return set(stream, node, static_cast<wire::Property>(property), wire::Cleared{}); });
 }

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <fstream>
 
+#include "base/plural.h"
 #include "base/random.h"
 #include "protocol/wire/check.h"
 
@@ -154,6 +155,19 @@ std::string fire3dv_stream::status_text() const {
     if (!more.empty()) text += "; " + more;
   }
   return wire::printable(text, sizeof(fire3dv_status::welcome_message) - 1);
+}
+
+std::string fire3dv_stream::reach_text() const {
+  const uint32_t renderers = link->stats().peers;
+  if (renderers == 0) {
+    const std::string problem = link->problem();
+    if (!problem.empty()) return "no renderer is reached: " + problem;
+    return "no renderer is reached: start `fire3dv SCENE --listen " + uri + "`, or correct the URI";
+  }
+  const std::string reached =
+      fire3dv::counted(renderers, "renderer") + (renderers == 1 ? " is" : " are") + " reached";
+  if (welcome < 0) return reached + ", but none has answered the description of this stream";
+  return welcome == 0 ? reached : reached + ", which does not accept this stream: " + welcome_message;
 }
 
 void fire3dv_stream::on(const wire::Ack& ack) {

@@ -1,14 +1,17 @@
 // Publisher stream behind the C API: link, description, edits, image requests and replies, and the error of a
-// C call. One thread at a time; functions neither wait nor throw, except for lack of memory.
+// C call. Its functions are called under its lock (call.h); they neither wait nor throw, except for lack of
+// memory.
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <exception>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <new>
 #include <string>
 #include <string_view>
@@ -18,6 +21,7 @@
 #include "base/error.h"
 #include "fire3dv/client.h"
 #include "images.h"
+#include "protocol/transport/core/fork_guard.h"
 #include "protocol/transport/link.h"
 #include "protocol/wire/decode.h"
 #include "protocol/wire/edit_store.h"
@@ -36,10 +40,6 @@ inline int fail(int code, std::string_view sentence) noexcept {
   std::memcpy(last_error_text, sentence.data(), length);
   last_error_text[length] = '\0';
   return code;
-}
-
-inline int fail_null_stream() noexcept {
-  return fail(FIRE3DV_ERROR_ARGUMENT, "stream is NULL");
 }
 
 inline const char* last_error() noexcept {
@@ -82,7 +82,15 @@ bool struct_is_known(const void* data, size_t struct_size, size_t known_size);
 }  // namespace fire3dv::client
 
 struct fire3dv_stream {
+  // Of the calls in progress (call.h). Recursive, since functions of robots call those of streams.
+  std::recursive_mutex mutex;
+  std::atomic<int> calls{0};
+  std::atomic<bool> closing{false};
+  const unsigned opened_in = fire3dv::transport::fork_generation();
+  bool is_inherited() const { return opened_in != fire3dv::transport::fork_generation(); }
+
   std::unique_ptr<fire3dv::transport::PublisherLink> link;
+  std::string uri;
   std::string adapter_name;
 
   fire3dv::wire::PoseFrameEncoder encoder;
@@ -138,6 +146,8 @@ struct fire3dv_stream {
   void read_replies();
   // Last status of renderers, one line.
   std::string status_text() const;
+  // What is known of the renderers when a wait for them ends without a result, one clause.
+  std::string reach_text() const;
 
  private:
   fire3dv::Result<void> resend_edits();

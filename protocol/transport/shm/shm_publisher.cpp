@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <deque>
 
 #include "base/clock.h"
@@ -37,6 +38,7 @@ struct Published {
   std::array<ReplyConsumer, kReaderCount> replies;
   ImageReader images;
   std::vector<uint64_t> notified_owner;  // per image slot: its owner word when its reader sent the notice
+  std::atomic<uint32_t> lent_images{0};  // slots that the caller holds
   int64_t forget_at_ns = 0;              // time of release after replacement
 
   explicit Published(Segment made) : segment(std::move(made)) {
@@ -314,11 +316,21 @@ std::optional<PublisherLink::Image> ShmPublisher::poll_image() {
     }
     counters_.images_received.add();
     counters_.bytes_received.add(block->size());
+    noted.from->lent_images.fetch_add(1, std::memory_order_relaxed);
     const auto let_go = [from = noted.from, slot = noted.notice.slot,
                          generation = fork_generation()](const void*) {
-      if (generation == fork_generation()) from->images.let_go(slot);
+      if (generation != fork_generation()) return;
+      from->images.let_go(slot);
+      from->lent_images.fetch_sub(1, std::memory_order_relaxed);
     };
-    return Image{std::shared_ptr<const void>(block->data(), let_go), *block};
+    Image image{std::shared_ptr<const void>(block->data(), let_go), *block};
+    // Half of the slots stay for images to come: a caller that keeps more images gets copies.
+    if (noted.from->lent_images.load(std::memory_order_relaxed) >
+        noted.from->segment.geometry.images.count / 2) {
+      const auto copy = std::make_shared<const wire::Bytes>(block->begin(), block->end());
+      image = {copy, *copy};
+    }
+    return image;
   }
   return {};
 }

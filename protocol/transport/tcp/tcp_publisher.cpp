@@ -25,7 +25,7 @@ constexpr size_t kMaxImageBytes = size_t{1} << 30;  // limit if images of this s
 
 // One connection, from its first byte.
 struct Connection {
-  UniqueFd fd;
+  UnforkableFd fd;                  // a child's end of it would delay the renderer's notice of our end
   std::unique_ptr<TlsSession> tls;  // null: tcp://
   std::vector<std::byte> plain;     // received, not parsed yet
 };
@@ -53,7 +53,7 @@ class TcpPublisher final : public NetworkPublisher {
  private:
   // Used on the link's thread.
   bool visit(const Address& address) override;
-  UniqueFd connect_to(const Address& address);
+  UnforkableFd connect_to(const Address& address);
   bool greet(Connection& connection);
   bool receive_some(Connection& connection, int64_t until_ns);
   void serve(Connection& connection);
@@ -87,6 +87,7 @@ class TcpPublisher final : public NetworkPublisher {
 // --- the simulator's thread
 
 Result<void> TcpPublisher::set_description(std::span<const std::byte> message) {
+  if (is_inherited()) return inherited_error();
   if (message.size() > kMaxMessageBytes)
     return Error{uri_text(uri_) + ": the description is larger than 256 MiB; describe fewer nodes"};
   SharedBytes earlier = share(message);
@@ -103,6 +104,7 @@ Result<void> TcpPublisher::set_description(std::span<const std::byte> message) {
 }
 
 Result<void> TcpPublisher::put_state(uint64_t key, SharedBytes message) {
+  if (is_inherited()) return inherited_error();
   if (message->size() > kMaxMessageBytes)
     return Error{uri_text(uri_) + ": a scene edit is larger than 256 MiB; split it or name a file"};
   const std::lock_guard lock(mutex_);
@@ -126,7 +128,7 @@ bool TcpPublisher::publish_partial(const wire::MessagePieces& partial,
 template <typename Send>
 bool TcpPublisher::publish_by(size_t bytes, Send send) noexcept {
   counters_.messages_sent.add();
-  if (bytes > kMaxMessageBytes) {
+  if (is_inherited() || bytes > kMaxMessageBytes) {
     dropped();
     return false;
   }
@@ -145,6 +147,7 @@ bool TcpPublisher::publish_by(size_t bytes, Send send) noexcept {
 }
 
 void TcpPublisher::send_control(std::span<const std::byte> message) noexcept {
+  if (is_inherited()) return;
   try {
     SharedBytes shared = share(message);
     const std::lock_guard lock(mutex_);
@@ -163,6 +166,7 @@ void TcpPublisher::send_control(std::span<const std::byte> message) noexcept {
 
 LinkStats TcpPublisher::stats() const {
   LinkStats stats = counters_.snapshot();
+  if (is_inherited()) return stats;
   const std::lock_guard lock(mutex_);
   stats.bytes_sent = outbox_.bytes_sent();
   stats.peers = fd_ >= 0 ? 1 : 0;
@@ -180,8 +184,9 @@ bool TcpPublisher::visit(const Address& address) {
   return true;
 }
 
-UniqueFd TcpPublisher::connect_to(const Address& address) {
-  UniqueFd fd(::socket(address.family(), SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+UnforkableFd TcpPublisher::connect_to(const Address& address) {
+  UnforkableFd fd = UnforkableFd::open(
+      [&] { return ::socket(address.family(), SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0); });
   if (!fd) return {};
   tune_socket(fd.get());
   if (::connect(fd.get(), address.get(), address.length) != 0) {
@@ -191,7 +196,7 @@ UniqueFd TcpPublisher::connect_to(const Address& address) {
     socklen_t length = sizeof error;
     if (::getsockopt(fd.get(), SOL_SOCKET, SO_ERROR, &error, &length) != 0 || error != 0) return {};
   }
-  return connected_to_itself(fd.get()) ? UniqueFd() : std::move(fd);
+  return connected_to_itself(fd.get()) ? UnforkableFd() : std::move(fd);
 }
 
 // Sends data that must fit an empty socket buffer.
@@ -362,6 +367,7 @@ void TcpPublisher::queue_image(std::vector<std::byte>&& message) {
 }
 
 Result<void> TcpPublisher::make_room_for_images(size_t block_bytes, size_t requests) {
+  if (is_inherited()) return inherited_error();
   if (block_bytes > kMaxMessageBytes)
     return Error{uri_text(uri_) + ": an image of more than 256 MiB; request a smaller one, or fewer outputs"};
   const std::lock_guard lock(mutex_);
@@ -372,6 +378,7 @@ Result<void> TcpPublisher::make_room_for_images(size_t block_bytes, size_t reque
 }
 
 std::optional<PublisherLink::Image> TcpPublisher::poll_image() {
+  if (is_inherited()) return {};
   auto block = std::make_shared<std::vector<std::byte>>();
   {
     const std::lock_guard lock(mutex_);

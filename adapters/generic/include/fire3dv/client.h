@@ -7,15 +7,18 @@
  *
  * Units and frames: a pose is a 3x4 matrix of 12 floats, row-major. It maps body coordinates to stream
  * coordinates (stream_from_body). world_from_stream maps stream coordinates to the renderer's world: glTF
- * axes, +Y up, metres. Times are nanoseconds. Thread-safety: only one thread may use a stream at a time.
- * Different streams are independent. fire3dv_last_error is per thread. Ownership: the library copies all
- * arguments before a call returns. Only fire3dv_close frees a stream. Blocking: no call waits for a renderer,
- * a network or another process, except fire3dv_wait_ack and fire3dv_wait_image, which take a timeout.
- * Allocation: fire3dv_publish allocates nothing after the first frame of a description. Over shm:// it also
- * makes no system call. Errors: functions return FIRE3DV_OK (0) or a negative FIRE3DV_ERROR_* code;
- * fire3dv_last_error returns the message. Bad arguments never abort the program. A missing renderer is not an
- * error. Scene edits (visibility, colours, lights, cameras, nodes, vertices): fire3dv/scene.h. Images:
- * fire3dv/image.h.
+ * axes, +Y up, metres. Times are nanoseconds. Thread-safety: any thread may use a stream; calls
+ * exclude each other, and waits let others in. Only its frames have an order: publish from one thread.
+ * fire3dv_close ends waits of other threads, with FIRE3DV_ERROR_STATE, and waits for their calls; no call may
+ * begin after it. A child of fork() cannot use a stream of its parent (FIRE3DV_ERROR_STATE), but may close
+ * it, which the renderer does not see. Different streams are independent. fire3dv_last_error is per thread.
+ * Ownership: the library copies all arguments before a call returns. Only fire3dv_close frees a stream.
+ * Blocking: no call waits for a renderer, a network or another process, except fire3dv_wait_ack and
+ * fire3dv_wait_image, which take a timeout. Allocation: fire3dv_publish allocates nothing after the first
+ * frame of a description. Over shm:// it also makes no system call. Errors: functions return FIRE3DV_OK (0)
+ * or a negative FIRE3DV_ERROR_* code; fire3dv_last_error returns the message. Bad arguments never abort the
+ * program. A missing renderer is not an error. Scene edits (visibility, colours, lights, cameras, nodes,
+ * vertices): fire3dv/scene.h. Images: fire3dv/image.h.
  */
 #ifndef FIRE3DV_CLIENT_H
 #define FIRE3DV_CLIENT_H

@@ -73,7 +73,7 @@ inline const fire3dv_image_plane* plane_of(const fire3dv_image& image, uint32_t 
   return nullptr;
 }
 
-// Owner of a stream; movable, not copyable. Only one thread may use it at a time.
+// Owner of a stream; movable, not copyable. Any thread may use it, but not while it is moved or destroyed.
 class Stream {
  public:
   // uri: "shm://NAME", "tcp://HOST:PORT", "tls://HOST:PORT" or "udp://HOST:PORT". scene_budget_bytes: limit

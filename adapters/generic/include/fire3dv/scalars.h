@@ -13,7 +13,7 @@
  * scalars. State: a declaration and the newest values of its group are kept like scene edits
  * (fire3dv/scene.h): renderers that join late receive them, fire3dv_describe keeps them, the end of the
  * stream removes them, and both take part of fire3dv_options.scene_budget_bytes. Blocking, ownership,
- * thread-safety: as in client.h: one thread at a time for each stream. No call waits. Arrays and texts are
+ * thread-safety: as in client.h. No call waits. Arrays and texts are
  * copied before a call returns. Scalars may be declared and set before fire3dv_describe.
  */
 #ifndef FIRE3DV_SCALARS_H

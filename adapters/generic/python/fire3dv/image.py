@@ -107,7 +107,8 @@ class Image:
 
     def __getitem__(self, output: str) -> "np.ndarray[Any, Any]":
         import numpy
-        if self._handle is None:
+        handle = self._handle  # keeps the memory, where another thread closes the image meanwhile
+        if handle is None:
             raise StateError(ErrorCode.STATE, "the image is closed")
         output = ALIASES.get(output, output)
         if output not in self._planes:
@@ -125,7 +126,7 @@ class Image:
         if plane.width == 0:
             return numpy.empty(shape, dtype)
         memory = (ctypes.c_ubyte * (plane.row_stride * plane.height)).from_address(plane.data)
-        memory.owner = self._handle  # type: ignore[attr-defined]
+        memory.owner = handle  # type: ignore[attr-defined]
         array: "np.ndarray[Any, Any]" = numpy.ndarray(shape, dtype, memory, strides=strides)
         array.flags.writeable = False
         return array

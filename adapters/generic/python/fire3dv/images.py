@@ -9,9 +9,10 @@ from ctypes import POINTER, byref, c_float, c_uint32, c_uint64
 from typing import TYPE_CHECKING, Any, Callable, Dict, Iterable, Iterator, List, Optional, Sequence
 
 from . import _library as c
+from ._handle import StreamHandle
 from ._library import check, encoded, library
 from ._numbers import real, rigid, seconds, whole
-from .errors import ArgumentError, ErrorCode, Timeout
+from .errors import ArgumentError, ErrorCode, StateError, Timeout
 from .image import BITS_OF_ANY_NAME, LENSES, Handle, Image
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from .stream import Array, Stream
 
 _WHEN = {"once": 1, "every_nth": 2, "rate": 3, "exactly": 4}
-_SLICE_S = 0.2
+_SLICE_S = 0.05  # a stream is freed after the slices of waits in other threads
 
 
 class ImageRequest:
@@ -42,8 +43,10 @@ class ImageRequest:
 
     def close(self) -> None:
         """Ends the request. May be called repeatedly, and after the stream is closed."""
-        if self._stream.is_open:
-            check(library().fire3dv_cancel_image(self._stream.handle, self.id))
+        try:
+            self._stream._call(library().fire3dv_cancel_image, self.id)
+        except StateError:  # the stream, and with it the request, has ended
+            pass
 
     cancel = close
 
@@ -66,7 +69,8 @@ def _number_of(names: Dict[str, int], name: Any, what: str) -> int:
 class ImageRequests:
     """Image functions of a Stream."""
 
-    handle: Any
+    _call: Callable[..., None]
+    _open_handle: Callable[[], StreamHandle]
     renderer: Optional[Renderer] = None  #: set by Renderer.stream
     _look_for_answer: Callable[[float], None]
 
@@ -111,7 +115,7 @@ class ImageRequests:
             whole(sequence, c_uint64, "sequence"), int(bool(markers)), real(f_number, "f_number"),
             real(focus_distance_m, "focus_distance_m"))
         number = c_uint64()
-        check(library().fire3dv_request_image(self.handle, byref(request), byref(number)))
+        self._call(library().fire3dv_request_image, byref(request), byref(number))
         return ImageRequest(self, number.value)  # type: ignore[arg-type]
 
     def wait_image(self, timeout_s: float = 10.0, request: Optional[ImageRequest] = None) -> Image:
@@ -119,7 +123,7 @@ class ImageRequests:
         pointer = POINTER(c.Image)()
         number = request.id if request else 0
         self._wait(seconds(timeout_s, "timeout_s"),
-                   lambda wait_ms: library().fire3dv_wait_image(self.handle, number, wait_ms, byref(pointer)))
+                   lambda wait_ms: self._open_handle().call(library().fire3dv_wait_image, number, wait_ms, byref(pointer)))
         image = Image(Handle(pointer), self.renderer.scene_names if self.renderer is not None else None)
         self._look_for_answer(0)
         return image

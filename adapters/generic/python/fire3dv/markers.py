@@ -4,10 +4,10 @@ from __future__ import annotations
 import ctypes
 import sys
 from ctypes import byref, c_int32, c_uint8, c_uint64
-from typing import TYPE_CHECKING, Any, List, Optional, Sequence, Tuple, Union
+from typing import TYPE_CHECKING, Any, Callable, List, Optional, Sequence, Tuple, Union
 
 from . import _library as c
-from ._library import check, encoded, library
+from ._library import encoded, library
 from ._numbers import Numbers, real, seconds
 from .errors import ArgumentError, ErrorCode
 from .status import MarkerKind
@@ -157,7 +157,7 @@ class Markers:
     Contiguous float32 and (n, 4) uint8 arrays are passed to the library without a copy, except by arrows.
     """
 
-    handle: Any
+    _call: Callable[..., None]
 
     def set_marker(self, name: str, kind: Union[MarkerKind, int], positions: Array, *, rotations: Optional[Array] = None,
                    sizes: Union[Array, float, None] = None, colors: Optional[Array] = None,
@@ -185,11 +185,11 @@ class Markers:
                           places.rows, turns.address, turns.rows, extents.address, extents.rows, rgba.address,
                           rgba.rows, ctypes.addressof(strings) if strings else None, len(strings), image.address,
                           image.width, image.height, image.channels)
-        check(library().fire3dv_set_marker(self.handle, encoded(name, "name"), byref(marker)))
+        self._call(library().fire3dv_set_marker, encoded(name, "name"), byref(marker))
 
     def clear_marker(self, name: str) -> None:
         """Removes the marker. A name without a marker is no error."""
-        check(library().fire3dv_clear_marker(self.handle, encoded(name, "name")))
+        self._call(library().fire3dv_clear_marker, encoded(name, "name"))
 
     def points(self, name: str, positions: Array, colors: Optional[Array] = None, size_px: Optional[float] = None,
                size_m: Optional[float] = None, **common: Any) -> None:

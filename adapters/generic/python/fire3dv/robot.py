@@ -65,7 +65,7 @@ class Robot:
         robot.set(shoulder=0.3, elbow=-1.2)
         robot.node_pose("gripper")      # (3, 4) float64
 
-    Only one thread may use a robot at a time.
+    Any thread may use a robot: calls exclude each other.
     """
 
     def __init__(self, file: Path, *, mimic: bool = True, arguments: Sequence[Path] = (),
@@ -249,8 +249,8 @@ class RobotPublisher:
             sim_time_ns = now_ns - self._start_ns
         if self._scalars is not None:
             try:
-                check(library().fire3dv_set_joint_scalars(self.stream.handle, self.robot._handle, self._scalars,
-                                                          whole(sim_time_ns, c_int64, "sim_time_ns")))
+                self.stream._call(library().fire3dv_set_joint_scalars, self.robot._handle, self._scalars,
+                                  whole(sim_time_ns, c_int64, "sim_time_ns"))
             except BudgetError:  # the stream has others, or the robot too many: its poses do not depend on them
                 self._scalars = None
         jumped = self._last_ns is None or sim_time_ns < self._last_ns

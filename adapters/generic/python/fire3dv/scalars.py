@@ -4,10 +4,11 @@ from __future__ import annotations
 import ctypes
 import math
 from ctypes import byref, c_char_p, c_double, c_int64
-from typing import TYPE_CHECKING, Any, Dict, Iterable, Mapping, Optional, Sequence, Union
+from typing import TYPE_CHECKING, Any, Callable, Dict, Iterable, Mapping, Optional, Sequence, Union
 
 from . import _library as c
-from ._library import check, encoded, library
+from ._handle import StreamHandle
+from ._library import encoded, library
 from ._numbers import Numbers, real, whole
 from .errors import ArgumentError, ErrorCode
 
@@ -27,10 +28,11 @@ class Scalars:
 
     NaN or infinity means: no value at this time. Values are shown in their unit, never converted. As long as a link and
     its reader keep up, renderers and recordings receive every array of values; pose frames do not wait for them. No
-    function blocks; as with all functions of a stream, one thread at a time may call them.
+    function blocks.
     """
 
-    handle: Any
+    _call: Callable[..., None]
+    _open_handle: Callable[[], StreamHandle]
     _scalar_units: Dict[str, Dict[str, str]]
 
     def scalars(self, group: str, sim_time_ns: int, values: Mapping[str, float],
@@ -40,17 +42,18 @@ class Scalars:
         units: by name, for scalars that this call declares. Declared scalars that values lacks have no value at this
         time. For many scalars at high rates, declare_scalars and set_scalars are faster.
         """
-        declared = self._scalar_units.get(group, {})
-        new = [name for name in values if name not in declared]
-        if new:
-            given = units or {}
-            wanted = {**declared, **{name: given.get(name, "") for name in new}}
-            self.declare_scalars(group, list(wanted), list(wanted.values()))
-            declared = self._scalar_units[group]
-        elif not values:
-            raise _refuse("values is empty; at least one scalar is needed")
-        numbers = [real(values[name], f"values[{name!r}]") if name in values else math.nan for name in declared]
-        self.set_scalars(group, sim_time_ns, numbers)
+        with self._open_handle().lock:  # two threads may declare scalars of one group
+            declared = self._scalar_units.get(group, {})
+            new = [name for name in values if name not in declared]
+            if new:
+                given = units or {}
+                wanted = {**declared, **{name: given.get(name, "") for name in new}}
+                self.declare_scalars(group, list(wanted), list(wanted.values()))
+                declared = self._scalar_units[group]
+            elif not values:
+                raise _refuse("values is empty; at least one scalar is needed")
+            numbers = [real(values[name], f"values[{name!r}]") if name in values else math.nan for name in declared]
+            self.set_scalars(group, sim_time_ns, numbers)
 
     def declare_scalars(self, group: str, names: Iterable[str], units: Optional[Iterable[str]] = None) -> None:
         """Declares a group of scalars, or declares it again: values set before belong to the old declaration.
@@ -69,8 +72,9 @@ class Scalars:
         count = len(raw_names)
         declaration = c.Scalars(ctypes.sizeof(c.Scalars), (c_char_p * count)(*raw_names),
                                 (c_char_p * count)(*raw_units), count)
-        check(library().fire3dv_declare_scalars(self.handle, encoded(group, "group"), byref(declaration)))
-        self._scalar_units[group] = dict(zip(name_list, unit_list))
+        with self._open_handle().lock:
+            self._call(library().fire3dv_declare_scalars, encoded(group, "group"), byref(declaration))
+            self._scalar_units[group] = dict(zip(name_list, unit_list))
 
     def set_scalars(self, group: str, sim_time_ns: int, values: Array) -> None:
         """Sets all values of a declared group at one simulation time, in the order of its names.
@@ -79,10 +83,10 @@ class Scalars:
         restarts the group's history. Raises StateError if the group is not declared.
         """
         numbers = Numbers(values, (1,), "values", c_double, "float64")
-        check(library().fire3dv_set_scalars(self.handle, encoded(group, "group"),
-                                            whole(sim_time_ns, c_int64, "sim_time_ns"), numbers.address, numbers.rows))
+        self._call(library().fire3dv_set_scalars, encoded(group, "group"),
+                   whole(sim_time_ns, c_int64, "sim_time_ns"), numbers.address, numbers.rows)
 
     def clear_scalars(self, group: str) -> None:
         """Removes the group. A name without a group is no error."""
-        check(library().fire3dv_clear_scalars(self.handle, encoded(group, "group")))
+        self._call(library().fire3dv_clear_scalars, encoded(group, "group"))
         self._scalar_units.pop(group, None)

@@ -7,6 +7,7 @@ from ctypes import byref, c_char_p, c_double, c_float, c_int64, c_uint32, c_uint
 from typing import TYPE_CHECKING, Any, Dict, Iterable, List, Optional, Sequence, Set, Union
 
 from . import _library as c
+from ._handle import StreamHandle
 from ._library import check, encoded, library
 from ._numbers import Numbers, real, whole
 from .errors import ArgumentError, ErrorCode, StateError, Timeout, error_of, warn
@@ -39,7 +40,10 @@ def version() -> str:
 
 
 class Stream(ImageRequests, Markers, Scalars):
-    """Publisher of one URI. One thread at a time may use a stream; different streams are independent.
+    """Publisher of one URI. Any thread may use a stream; different streams are independent.
+
+    Calls of several threads exclude each other, and waits let others in: one thread may wait for images while others
+    publish and edit. close() ends their waits with StateError. A forked child opens a stream of its own.
 
     close() or the end of a with statement ends the stream. A missing renderer is no error. Only wait_ack and functions
     that wait for images block, up to their timeout. Arguments are copied before a call returns.
@@ -54,7 +58,7 @@ class Stream(ImageRequests, Markers, Scalars):
         adapter_name: shown to users. key_file: udp://; tls_*: tls://; paths of files, never keys themselves.
         scene_budget_bytes: memory limit of all scene edits; 0: 64 MiB.
         """
-        self._stream = c_void_p(None)
+        self._handle: Optional[StreamHandle] = None
         self._sequence = 0
         self._node_names: Optional[List[str]] = None
         self._first_poses = False
@@ -70,21 +74,34 @@ class Stream(ImageRequests, Markers, Scalars):
                             encoded(tls_certificate_file, "tls_certificate_file"),
                             encoded(tls_key_file, "tls_key_file"),
                             whole(scene_budget_bytes, ctypes.c_size_t, "scene_budget_bytes"))
-        self._stream = c_void_p(library().fire3dv_open(encoded(uri, "uri"), byref(options)))
-        if not self._stream:
+        stream = c_void_p(library().fire3dv_open(encoded(uri, "uri"), byref(options)))
+        if not stream:
             raise error_of(ErrorCode.ARGUMENT, library().fire3dv_last_error().decode("utf-8", "replace"))
+        self._handle = StreamHandle(stream)
 
     def close(self) -> None:
-        """Ends the stream: renderers reset its nodes and edits. May be called repeatedly."""
-        if self._stream:
-            try:
-                self._look_for_answer(0)
-            finally:  # also where warnings are errors
-                self._end()
+        """Ends the stream: renderers reset its nodes and edits. May be called repeatedly, and from any thread.
 
-    def _end(self) -> None:
-        if self._stream:
-            library().fire3dv_close(byref(self._stream))
+        Waits of other threads end with StateError. In a forked child it leaves the parent's stream alone.
+        """
+        if self._handle is None:
+            return
+        try:
+            if self._handle.is_open and not self._handle.is_inherited:
+                self._look_for_answer(0)
+        except StateError:  # another thread has closed it meanwhile
+            pass
+        finally:  # also where warnings are errors
+            self._handle.close()
+
+    def _call(self, function: Any, *arguments: Any) -> None:
+        """Calls a function of the library that takes the stream first. Raises the exception of its code."""
+        check(self._open_handle().call(function, *arguments))
+
+    def _open_handle(self) -> StreamHandle:
+        if self._handle is None:
+            raise StateError(ErrorCode.STATE, "the stream is closed")
+        return self._handle
 
     def __enter__(self) -> Stream:
         return self
@@ -93,25 +110,23 @@ class Stream(ImageRequests, Markers, Scalars):
         self.close()
 
     def __del__(self) -> None:
-        if getattr(self, "_stream", None):
-            self._end()
+        if getattr(self, "_handle", None) is not None:
+            self._handle.close()  # type: ignore[union-attr]
 
     def __repr__(self) -> str:
-        if not self._stream:
+        if not self.is_open:
             return f"<fire3dv.Stream to {self._uri}, closed>"
         nodes = "not described" if self._node_names is None else f"{len(self._node_names)} nodes"
         return f"<fire3dv.Stream to {self._uri}, {nodes}, frame {self._sequence}>"
 
     @property
     def handle(self) -> c_void_p:
-        """The C stream, for functions that this class lacks. Owned by this object."""
-        if not self._stream:
-            raise StateError(ErrorCode.STATE, "the stream is closed")
-        return self._stream
+        """The C stream, for functions that this class lacks. Owned by this object: no other thread may close it."""
+        return self._open_handle().stream
 
     @property
     def is_open(self) -> bool:
-        return bool(self._stream)
+        return self._handle is not None and self._handle.is_open
 
     @property
     def sequence(self) -> int:
@@ -140,12 +155,13 @@ class Stream(ImageRequests, Markers, Scalars):
             ctypes.sizeof(c.Description), (c_char_p * len(names))(*names), len(names),
             ctypes.cast(world.address, ctypes.POINTER(c_double)) if world.rows else None, offsets.address,
             offsets.rows, real(nominal_rate_hz, "nominal_rate_hz"), encoded(scene_uri, "scene_uri"))
-        check(library().fire3dv_describe(self.handle, byref(description)))
-        self._sequence = 0
-        self._node_names = [name.decode() for name in names if name is not None]
-        self._first_poses = True
-        self._answered = self._advised = False
-        self._described_at_s = time.monotonic()
+        with self._open_handle().lock:
+            self._call(library().fire3dv_describe, byref(description))
+            self._sequence = 0
+            self._node_names = [name.decode() for name in names if name is not None]
+            self._first_poses = True
+            self._answered = self._advised = False
+            self._described_at_s = time.monotonic()
 
     def publish(self, sim_time_ns: int, stream_from_body: Array, flags: int = 0) -> int:
         """Publishes one whole frame and returns its sequence. Does not block.
@@ -160,11 +176,16 @@ class Stream(ImageRequests, Markers, Scalars):
             raise ArgumentError(ErrorCode.ARGUMENT, f"stream_from_body has {poses.rows} poses; describe() named "
                                 f"{len(names)} nodes")
         self._check_first_poses(poses, names)
-        check(library().fire3dv_publish(self.handle, whole(sim_time_ns, c_int64, "sim_time_ns"), poses.address,
-                                        poses.rows, whole(flags, c_uint32, "flags")))
-        self._sequence += 1
+        return self._publish(library().fire3dv_publish, whole(sim_time_ns, c_int64, "sim_time_ns"), poses.address,
+                             poses.rows, whole(flags, c_uint32, "flags"))
+
+    def _publish(self, function: Any, *arguments: Any) -> int:
+        with self._open_handle().lock:  # the library counts frames in the order of its calls
+            self._call(function, *arguments)
+            self._sequence += 1
+            sequence = self._sequence
         self._look_for_answer(_ANSWER_INTERVAL_S)
-        return self._sequence
+        return sequence
 
     def _described(self) -> List[str]:
         self.handle  # raises if the stream is closed
@@ -173,15 +194,18 @@ class Stream(ImageRequests, Markers, Scalars):
         return self._node_names
 
     def _check_first_poses(self, poses: Numbers, names: List[str]) -> None:
-        """Warns of poses that shrink a node to a point, in the first frame only: arrays that were never filled."""
+        """Warns of poses without a rotation, which shrink a node to a point, in the first frame only: arrays that were
+        not filled, or with positions alone."""
         if not self._first_poses or not poses.address:
             return
         self._first_poses = False
         memory = memoryview((c_float * (12 * poses.rows)).from_address(poses.address)).cast("B")
-        zero = bytes(48)
-        nothing = [name for i, name in enumerate(names) if memory[48 * i:48 * i + 48] == zero]
+        zero = bytes(12)
+        nothing = [name for i, name in enumerate(names)
+                   if all(memory[row:row + 12] == zero for row in range(48 * i, 48 * i + 48, 16))]
         if nothing:
-            warn(f"all numbers of the pose are 0 for {_listed(nothing)}: such a node is a point, and invisible")
+            warn(f"all numbers of the rotation are 0 for {_listed(nothing)}: such a node is a point, and invisible; the "
+                 "first 3 columns of a pose are the identity for an upright body")
 
     def publish_some(self, sim_time_ns: int, node_indices: Array, stream_from_body: Array, flags: int = 0) -> int:
         """Publishes a frame with the poses of the moved nodes only, and returns its sequence.
@@ -196,16 +220,13 @@ class Stream(ImageRequests, Markers, Scalars):
             raise ArgumentError(ErrorCode.ARGUMENT, f"{indices.rows} node_indices for {poses.rows} poses")
         if poses.rows == len(names):
             self._check_first_poses(poses, names)
-        check(library().fire3dv_publish_some(self.handle, whole(sim_time_ns, c_int64, "sim_time_ns"), indices.address,
-                                             poses.address, poses.rows, whole(flags, c_uint32, "flags")))
-        self._sequence += 1
-        self._look_for_answer(_ANSWER_INTERVAL_S)
-        return self._sequence
+        return self._publish(library().fire3dv_publish_some, whole(sim_time_ns, c_int64, "sim_time_ns"),
+                             indices.address, poses.address, poses.rows, whole(flags, c_uint32, "flags"))
 
     def poll(self) -> Status:
         """Processes replies of renderers and returns their status. Does not block. Call it regularly."""
         raw = c.RawStatus(ctypes.sizeof(c.RawStatus))
-        check(library().fire3dv_poll(self.handle, byref(raw)))
+        self._call(library().fire3dv_poll, byref(raw))
         self._report_answer(raw)
         return Status(raw.renderers, raw.epoch, raw.sequence, raw.acked_sequence, raw.frames_published,
                       raw.frames_dropped, raw.welcome, raw.unmatched_names,
@@ -219,7 +240,7 @@ class Stream(ImageRequests, Markers, Scalars):
             return
         self._asked_at_s = now_s
         raw = c.RawStatus(ctypes.sizeof(c.RawStatus))
-        if library().fire3dv_poll(self.handle, byref(raw)) == 0:
+        if self._open_handle().call(library().fire3dv_poll, byref(raw)) == 0:
             self._report_answer(raw)
 
     def _report_answer(self, raw: c.RawStatus) -> None:
@@ -251,7 +272,7 @@ class Stream(ImageRequests, Markers, Scalars):
         number = whole(sequence, c_uint64, "sequence")
         try:
             self._wait(whole(timeout_ms, c_uint32, "timeout_ms") / 1000,
-                       lambda wait_ms: library().fire3dv_wait_ack(self.handle, number, wait_ms))
+                       lambda wait_ms: self._open_handle().call(library().fire3dv_wait_ack, number, wait_ms))
         except Timeout:
             return False
         self._look_for_answer(0)
@@ -262,14 +283,14 @@ class Stream(ImageRequests, Markers, Scalars):
 
     def set_visible(self, node: str, visible: bool) -> None:
         """Shows or hides the node and its descendants, including their shadows."""
-        check(library().fire3dv_set_visible(self.handle, encoded(node, "node"), bool(visible)))
+        self._call(library().fire3dv_set_visible, encoded(node, "node"), bool(visible))
 
     def set_base_color(self, node: str, rgba: Array) -> None:
         """Sets the base colour factor of the mesh of this node only. rgba: 4 numbers from 0 to 1, linear."""
         color = Numbers(rgba, (4,), "rgba")
         if color.rows != 1:
             raise ArgumentError(ErrorCode.ARGUMENT, f"rgba has {4 * color.rows} numbers; 4 are needed")
-        check(library().fire3dv_set_base_color(self.handle, encoded(node, "node"), color.address))
+        self._call(library().fire3dv_set_base_color, encoded(node, "node"), color.address)
 
     def set_light(self, node: str, kind: Union[LightKind, int], color_rgb: Array = (1, 1, 1),
                   intensity: float = 1.0, range_m: float = 0.0, inner_cone_rad: float = 0.0,
@@ -285,7 +306,7 @@ class Stream(ImageRequests, Markers, Scalars):
                         (c_float * 3).from_address(color.address), real(intensity, "intensity"),
                         real(range_m, "range_m"), real(inner_cone_rad, "inner_cone_rad"),
                         real(outer_cone_rad, "outer_cone_rad"), bool(casts_shadow))
-        check(library().fire3dv_set_light(self.handle, encoded(node, "node"), byref(light)))
+        self._call(library().fire3dv_set_light, encoded(node, "node"), byref(light))
 
     def set_camera(self, node: str, vertical_fov_rad: float, near_m: float = 0.01, far_m: float = 0.0,
                    exposure: float = 0.0, f_number: float = 0.0, focus_distance_m: float = 0.0) -> None:
@@ -299,7 +320,7 @@ class Stream(ImageRequests, Markers, Scalars):
         camera = c.Camera(ctypes.sizeof(c.Camera), real(vertical_fov_rad, "vertical_fov_rad"),
                           real(near_m, "near_m"), real(far_m, "far_m"), real(exposure, "exposure"),
                           real(f_number, "f_number"), real(focus_distance_m, "focus_distance_m"))
-        check(library().fire3dv_set_camera(self.handle, encoded(node, "node"), byref(camera)))
+        self._call(library().fire3dv_set_camera, encoded(node, "node"), byref(camera))
 
     def add_node(self, node: str, parent: Optional[str] = None, parent_from_node: Optional[Array] = None,
                  asset_uri: Optional[str] = None, asset_glb: Optional[bytes] = None,
@@ -322,12 +343,12 @@ class Stream(ImageRequests, Markers, Scalars):
                        encoded(asset_uri, "asset_uri"),
                        ctypes.cast(c_char_p(glb), c_void_p) if glb else None, len(glb),
                        encoded(variant, "variant"))
-        check(library().fire3dv_add_node(self.handle, encoded(node, "node"), byref(added)))
+        self._call(library().fire3dv_add_node, encoded(node, "node"), byref(added))
         self._added.add(node)
 
     def remove_node(self, node: str) -> None:
         """Removes the node, added or from the file, and its descendants."""
-        check(library().fire3dv_remove_node(self.handle, encoded(node, "node")))
+        self._call(library().fire3dv_remove_node, encoded(node, "node"))
 
     def set_vertices(self, node: str, positions: Array, normals: Optional[Array] = None) -> None:
         """Replaces the vertex positions of the node's mesh: (v, 3) float32, metres, in the mesh's frame and order.
@@ -339,8 +360,8 @@ class Stream(ImageRequests, Markers, Scalars):
         if directions.rows not in (0, vertex_rows.rows):
             raise ArgumentError(ErrorCode.ARGUMENT, f"{directions.rows} normals for {vertex_rows.rows} positions")
         vertices = c.Vertices(ctypes.sizeof(c.Vertices), vertex_rows.address, directions.address, vertex_rows.rows)
-        check(library().fire3dv_set_vertices(self.handle, encoded(node, "node"), byref(vertices)))
+        self._call(library().fire3dv_set_vertices, encoded(node, "node"), byref(vertices))
 
     def clear(self, node: str, prop: Union[Property, int]) -> None:
         """Clears the edit of one property: the value of the scene file applies again."""
-        check(library().fire3dv_clear(self.handle, encoded(node, "node"), whole(prop, ctypes.c_int32, "prop")))
+        self._call(library().fire3dv_clear, encoded(node, "node"), whole(prop, ctypes.c_int32, "prop"))

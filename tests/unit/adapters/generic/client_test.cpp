@@ -1,4 +1,7 @@
 // Test of the C interface: argument checks, and a complete session with a renderer over each link.
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -323,6 +326,37 @@ TEST_P(ClientOver, CarriesFrameOfNoNodes) {
     renderer.poll();
     return !renderer.descriptions.empty() && renderer.sequence > 0;
   }));
+}
+
+// A child that inherits a stream, calls its functions and closes it leaves the parent's stream alone.
+TEST_P(ClientOver, ForkedChildLeavesStreamAlone) {
+  Renderer renderer(listener_uri(GetParam()));
+  ASSERT_NE(renderer.link, nullptr);
+  Stream stream = open(renderer.link->uri());
+  ASSERT_EQ(describe(stream.get(), {"a"}), FIRE3DV_OK);
+  const std::vector<float> poses = identity_poses(1);
+  int64_t time_ns = 0;
+  const auto shows = [&](uint64_t sequence) {
+    return repeat_until([&] {
+      EXPECT_EQ(fire3dv_publish(stream.get(), ++time_ns, poses.data(), 1, 0), FIRE3DV_OK);
+      renderer.poll();
+      return renderer.sequence > sequence || renderer.ended;
+    });
+  };
+  ASSERT_TRUE(shows(0));
+  const pid_t child = ::fork();
+  if (child == 0) {
+    const bool is_refused = fire3dv_publish(stream.get(), 0, poses.data(), 1, 0) == FIRE3DV_ERROR_STATE &&
+                            std::strstr(fire3dv_last_error(), "before fork()") != nullptr;
+    stream.reset();
+    ::_exit(is_refused ? 0 : 1);
+  }
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_EQ(status, 0) << "the child's calls must be refused";
+  EXPECT_TRUE(shows(renderer.sequence));
+  EXPECT_FALSE(renderer.ended) << "the child's goodbye came";
+  EXPECT_EQ(renderer.descriptions.size(), 1u) << "the connection was lost";
 }
 
 TEST_P(ClientOver, TellsOfAnotherMajorVersion) {

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "fire3dv/image.h"
+#include "fire3dv/scene.h"
 #include "protocol/wire/image.h"
 #include "tests/unit/adapters/generic/client_fixture.h"
 
@@ -341,6 +342,93 @@ TEST_P(ClientImage, ClosedRequestsFreeMemory) {
     EXPECT_EQ(drawn_sequence(*kept[static_cast<size_t>(i)]), static_cast<uint64_t>(i) + 1);
 }
 
+// A program that collects images: the link lends the first ones, and copies once its slots run short.
+TEST_P(ClientImage, KeptImagesDoNotEndTheirRequest) {
+  const uint64_t id = send_request(small(FIRE3DV_IMAGE_EVERY_NTH));
+  const wire::ImageRequest request = seen(id);
+  std::vector<Image> kept;
+  for (uint64_t i = 1; i <= 40; ++i) {
+    publish();
+    ASSERT_TRUE(drawer_->poll_until([&] { return drawer_->sequence == i; }));
+    ASSERT_TRUE(drawer_->answer(request, i, i)) << "no slot for image " << i;
+    kept.push_back(wait(id));
+    ASSERT_NE(kept.back(), nullptr) << "image " << i;
+  }
+  for (uint64_t i = 1; i <= 40; ++i) EXPECT_EQ(drawn_sequence(*kept[i - 1]), i);
+  kept.clear();
+  publish();
+  EXPECT_TRUE(drawer_->answer(request, 41, 41));
+  EXPECT_NE(wait(id), nullptr);
+}
+
+// One thread waits for images, one publishes, two edit.
+TEST_P(ClientImage, ThreadsShareTheStream) {
+  const uint64_t id = send_request(small(FIRE3DV_IMAGE_EVERY_NTH));
+  const wire::ImageRequest request = seen(id);
+  constexpr uint64_t kFrames = 300;
+  std::atomic<int> faults{0};
+  std::vector<std::thread> threads;
+  threads.emplace_back([&] {
+    for (uint64_t shown = 0; shown < kFrames;) {
+      fire3dv_image* image = nullptr;
+      if (fire3dv_wait_image(stream_.get(), id, 60'000, &image) != FIRE3DV_OK) return void(++faults);
+      shown = image->sequence;
+      fire3dv_release_image(&image);
+    }
+  });
+  for (int editor = 0; editor < 2; ++editor)
+    threads.emplace_back([&, editor] {
+      for (uint64_t i = 0; i < kFrames; ++i) {
+        const std::string node = "node " + std::to_string(editor) + " " + std::to_string(i % 50);
+        const float rgba[4] = {0.5f, 0.5f, 0.5f, 1};
+        if (fire3dv_set_base_color(stream_.get(), node.c_str(), rgba) != FIRE3DV_OK) ++faults;
+        fire3dv_status status{};
+        status.struct_size = sizeof status;
+        if (fire3dv_poll(stream_.get(), &status) != FIRE3DV_OK) ++faults;
+      }
+    });
+  for (uint64_t i = 1; i <= kFrames; ++i) {
+    publish();
+    ASSERT_TRUE(drawer_->poll_until([&] { return drawer_->sequence == i; }));
+    drawer_->answer(request, i, i);
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(faults, 0);
+}
+
+TEST_P(ClientImage, CloseEndsWaitsOfOtherThreads) {
+  stream_.reset();  // one publisher at a time may have a name of shm://
+  for (int run = 0; run < 20; ++run) {
+    Stream stream(fire3dv_open(drawer_->link->uri().c_str(), nullptr));
+    ASSERT_NE(stream, nullptr) << fire3dv_last_error();
+    ASSERT_EQ(describe(stream.get(), {"node"}), FIRE3DV_OK);
+    ASSERT_EQ(fire3dv_publish(stream.get(), 0, kPose, 1, 0), FIRE3DV_OK);
+    const fire3dv_image_request request = small(FIRE3DV_IMAGE_EVERY_NTH);
+    uint64_t id = 0;
+    ASSERT_EQ(fire3dv_request_image(stream.get(), &request, &id), FIRE3DV_OK);
+    std::atomic<int> begun{0}, closed{0};
+    const auto waits = [&](auto&& wait) {
+      ++begun;
+      if (wait() == FIRE3DV_ERROR_STATE && std::string(fire3dv_last_error()) == "the stream is closed")
+        ++closed;
+    };
+    fire3dv_stream* const raw = stream.get();
+    std::thread image_waiter([&] {
+      waits([&] {
+        fire3dv_image* image = nullptr;
+        return fire3dv_wait_image(raw, id, 600'000, &image);
+      });
+    });
+    std::thread ack_waiter([&] { waits([&] { return fire3dv_wait_ack(raw, 1, 600'000); }); });
+    while (begun != 2) std::this_thread::yield();
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));  // so that both are inside
+    stream.reset();
+    image_waiter.join();
+    ack_waiter.join();
+    EXPECT_EQ(closed, 2);
+  }
+}
+
 TEST_P(ClientImage, UntakenImagesFreeMemory) {
   for (int i = 0; i < 40; ++i) {
     const uint64_t id = send_request(small());
@@ -450,6 +538,38 @@ TEST(ClientImageArguments, ChecksPrecedeSending) {
   EXPECT_EQ(fire3dv_wait_image(stream.get(), 0, 0, nullptr), FIRE3DV_ERROR_ARGUMENT);
   fire3dv_release_image(nullptr);
   fire3dv_release_image(&image);
+}
+
+TEST(ClientImageArguments, TimeoutNamesUnknownHost) {
+  const Stream stream(fire3dv_open("tcp://no-such-host.invalid:7345", nullptr));
+  ASSERT_NE(stream, nullptr) << fire3dv_last_error();
+  ASSERT_EQ(describe(stream.get(), {"node"}), FIRE3DV_OK);
+  const fire3dv_image_request request = small();
+  uint64_t id = 0;
+  ASSERT_EQ(fire3dv_request_image(stream.get(), &request, &id), FIRE3DV_OK);
+  EXPECT_TRUE(repeat_until([&] {
+    fire3dv_image* image = nullptr;
+    EXPECT_EQ(fire3dv_wait_image(stream.get(), id, 50, &image), FIRE3DV_ERROR_TIMEOUT);
+    return std::string(fire3dv_last_error()).find("'no-such-host.invalid'") != std::string::npos;
+  })) << fire3dv_last_error();
+}
+
+TEST(ClientImageArguments, TimeoutNamesUriWithoutRenderer) {
+  for (const char* scheme : {"shm", "tcp"}) {
+    const std::string uri = silent_uri(scheme);
+    const Stream stream(fire3dv_open(uri.c_str(), nullptr));
+    ASSERT_NE(stream, nullptr) << fire3dv_last_error();
+    ASSERT_EQ(describe(stream.get(), {"node"}), FIRE3DV_OK);
+    const fire3dv_image_request request = small();
+    uint64_t id = 0;
+    ASSERT_EQ(fire3dv_request_image(stream.get(), &request, &id), FIRE3DV_OK);
+    fire3dv_image* image = nullptr;
+    EXPECT_EQ(fire3dv_wait_image(stream.get(), id, 1, &image), FIRE3DV_ERROR_TIMEOUT);
+    const std::string text = fire3dv_last_error();
+    EXPECT_NE(text.find("no renderer is reached: start `fire3dv SCENE --listen " + uri + "`"),
+              std::string::npos)
+        << text;
+  }
 }
 
 TEST(ClientImageArguments, UdpHasNoImages) {
