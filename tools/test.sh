@@ -86,6 +86,10 @@ part build cmake --build --preset ci
 # The second build uses what the tests leave of the processors: many of them wait.
 say "build: the CPU-side tests with AddressSanitizer and UndefinedBehaviorSanitizer, beside the tests"
 cmake --preset dev -DCMAKE_CXX_FLAGS_DEBUG="-Og -g1"  # line numbers for stack traces; full -g takes a tenth longer
+# What the Release build leaves to the sanitizers must exist there.
+listed() { ctest --test-dir "$1" -N -L "$2" | awk '/^ *Test +#/ { print $3 }' | sort; }
+lost=$(comm -23 <(listed build/ci '^cpu$') <(listed build/dev '^cpu$') | grep -v '_long$' || true)
+[ -z "$lost" ] || { echo "test.sh: no build runs these tests with the label cpu: $lost" >&2; exit 1; }
 mapfile -t targets < <(tools/test_times.py --targets-of cpu --without "$sanitizers_without" build/dev)
 [ ${#targets[@]} -gt 0 ] || { echo "test.sh: no test has the label cpu" >&2; exit 1; }
 sanitizer_build=build/dev/build.txt

@@ -5,7 +5,7 @@ find_program(FIRE3DV_PYTHON python3)
 if(FIRE3DV_PYTHON AND NOT FIRE3DV_SANITIZE)
   function(python_module_case name python)  # ... arguments
     add_test(NAME python_module_${name} COMMAND ${python} ${ARGN})
-    set_tests_properties(python_module_${name} PROPERTIES LABELS "e2e;cpu" TIMEOUT 300
+    set_tests_properties(python_module_${name} PROPERTIES LABELS e2e TIMEOUT 300
       ENVIRONMENT "PYTHONPATH=${PROJECT_SOURCE_DIR}/adapters/generic/python;PYTHONDONTWRITEBYTECODE=1;FIRE3DV_CLIENT_LIBRARY=$<TARGET_FILE:fire3dv_client>")
   endfunction()
   foreach(scheme shm tcp)  # with and without NumPy
@@ -37,6 +37,7 @@ if(FIRE3DV_PYTHON AND NOT FIRE3DV_SANITIZE)
       python_renderer_case(robot python_robot_test.py $<TARGET_FILE:fire3dv> $<TARGET_FILE:stream_dump>)
     endif()
     python_renderer_case(images python_images_test.py $<TARGET_FILE:fire3dv>)
+    python_renderer_case(threads python_threads_test.py $<TARGET_FILE:fire3dv>)
     python_renderer_case(markers python_markers_test.py $<TARGET_FILE:fire3dv>)
     foreach(script markers double_scale)
       python_module_case(${script}_window ${FIRE3DV_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/window/${script}_test.py $<TARGET_FILE:fire3dv>)
