@@ -339,6 +339,38 @@ TEST(RecordedStreams, UncoveredTimesAreSkipped) {
   EXPECT_EQ(line.last_ns(), 40 * kMsNs);
 }
 
+// Simulators that run in real time often publish Unix time.
+TEST(Timeline, UnixTimesAreLaidOut) {
+  constexpr int64_t kNowMs = 1'764'374'400'000;
+  ViewerDocument show;
+  show.take(described(7), 0);
+  for (uint64_t i = 0; i < 4; ++i)
+    show.take(frame_of({7, i + 1, kNowMs + 10 * static_cast<int64_t>(i)}), 10 * i);
+  const Timeline& line = show.read();
+  EXPECT_EQ(line.frames(), 4u);
+  EXPECT_EQ(line.unusable(), 0u);
+  EXPECT_EQ(line.first_ns(), kNowMs * kMsNs);
+  EXPECT_EQ(line.last_ns(), (kNowMs + 30) * kMsNs);
+  const auto seen = show.at({kNowMs + 20});
+  ASSERT_EQ(seen.poses.size(), 1u);
+  EXPECT_EQ(seen.poses[0].m, pose_of(7, 3).m);
+}
+
+TEST(Timeline, LongPauseAndReasonsAreTold) {
+  constexpr int64_t kHourMs = 3'600'000;
+  ViewerDocument show;
+  show.take(described(7), 0);
+  show.take(frame_of({7, 1, 10}), 10);
+  show.take(frame_of({7, 2, INT64_MAX / kMsNs}), 20);
+  show.take(frame_of({7, 3, kHourMs}), kHourMs);
+  const Timeline& line = show.read();
+  EXPECT_EQ(line.longest_pause().from_ns, 10 * kMsNs);
+  EXPECT_EQ(line.longest_pause().length_ns, (kHourMs - 10) * kMsNs);
+  ASSERT_EQ(line.unusable_notes().size(), 1u);
+  EXPECT_EQ(line.unusable_notes()[0],
+            "stream \"arm\": 1 pose frame with a simulated time beyond 146 years left out");
+}
+
 // Segments before the guide's first frame are laid out one before the other.
 TEST(Timeline, DistantTimesAreRefused) {
   constexpr int64_t kFarMs = (int64_t{1} << 60) / kMsNs - 1;
