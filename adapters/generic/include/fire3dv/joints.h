@@ -14,8 +14,8 @@
  * number for each revolute and prismatic joint; planar: x, y, angle; ball: a quaternion; floating: x, y, z,
  * quaternion. They are the numbers of all joints that follow no other, in the order of joints, and begin with
  * the pose of the scene file. Thread-safety: any thread may use a robot, and calls exclude each
- * other; none may be in progress when it is closed. Robots are independent of each other. Errors: as in fire3dv/client.h. Files are untrusted: limits are
- * in docs/joints.md.
+ * other; none may be in progress when it is closed. Robots are independent of each other. Errors: as in
+ * fire3dv/client.h. Files are untrusted: limits are in docs/joints.md.
  */
 #ifndef FIRE3DV_JOINTS_H
 #define FIRE3DV_JOINTS_H
