@@ -110,6 +110,12 @@ bool MjcfAppearance::is_shown(const MjcfSkin& skin) const {
   return is_shown_group(skin.group) && color(skin.rgba, skin.material)[3] > 0;
 }
 
+bool MjcfAppearance::has_flat_texture(const MjcfGeom& geom) const {
+  if (!geom.material) return false;
+  const std::optional<size_t> texture = scene_.materials[*geom.material].texture;
+  return texture && scene_.textures[*texture].image;
+}
+
 // Returns texture repetitions over a geom: relative to its size, or per unit of length.
 glm::dvec2 MjcfAppearance::repeats(const MjcfGeom& geom, const glm::dvec2& half) const {
   if (!geom.material) return glm::dvec2(1);

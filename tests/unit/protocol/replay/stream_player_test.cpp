@@ -242,6 +242,12 @@ TEST(StreamPlayer, PartialNeedsCompleteFrame) {
   EXPECT_EQ(on.player->counts().incomplete, 1u);
 }
 
+TEST(Pacer, LongWaitNamesItsEnd) {
+  const std::string text = replay::long_wait_text(3'600'000'000'000, 3'603'000'000'000);
+  EXPECT_NE(text.find("3600.0 s"), std::string::npos) << text;
+  EXPECT_NE(text.find("--start 3603.0"), std::string::npos) << text;
+}
+
 TEST(Pacer, FollowsLogTimes) {
   replay::Pacer pacer(2);
   EXPECT_EQ(pacer.wait_ns(1000, 50), 0);
