@@ -179,7 +179,10 @@ def choose(page, control, what):
 def render(page, viewer, at):
     """Shadows, tone mapping and renderer change the images of all viewers, and back. The page is in the front."""
     before = canvas(page)[2]
-    check(viewer.evaluate("getComputedStyle(document.getElementById('render')).display") == "none", "a viewer without control has the settings")
+    for control in ("shadows", "tone-map", "renderer"):  # of all viewers; the choice of images is each viewer's own
+        check(viewer.evaluate(f"getComputedStyle(document.getElementById('{control}').parentElement).display") == "none",
+              f"a viewer without control has {control}")
+    check(viewer.evaluate("getComputedStyle(document.getElementById('quality').parentElement).display") != "none", "no choice of images")
     tone_map = page.evaluate("document.getElementById('tone-map').value")
     check(tone_map != "3" and page.evaluate("document.getElementById('shadows').checked"), "the settings at the beginning")
     for control, other, first in (("shadows", "c.checked = false", "c.checked = true"), ("tone-map", "c.value = '3'", f"c.value = '{tone_map}'")):
