@@ -30,12 +30,13 @@ void* operator new(size_t bytes, const std::nothrow_t&) noexcept {
   if (bytes > largest_allocation.load(std::memory_order_relaxed)) return nullptr;
   return std::malloc(bytes != 0 ? bytes : 1);
 }
-void operator delete(void* memory) noexcept {
+// Not inlined: GCC would see free() of what operator new returned.
+[[gnu::noinline]] void operator delete(void* memory) noexcept {
   std::free(memory);
 }
-void operator delete(void* memory, size_t) noexcept {
+[[gnu::noinline]] void operator delete(void* memory, size_t) noexcept {
   std::free(memory);
 }
-void operator delete(void* memory, const std::nothrow_t&) noexcept {
+[[gnu::noinline]] void operator delete(void* memory, const std::nothrow_t&) noexcept {
   std::free(memory);
 }
