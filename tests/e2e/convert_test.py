@@ -344,15 +344,15 @@ def poses_of(glb):
     return poses
 
 
-def move(test, at_rest, posed, links):
+def move(test, at_rest, posed, links, *view):
     """A stream that poses these links makes the first scene equal to the second, which rests in that pose."""
     import fire3dv
     convert(test, posed, "-o", test.path("posed.glb"))
     poses = poses_of(test.path("posed.glb"))
-    wanted, _ = draw(test, posed)
-    rest, _ = draw(test, at_rest)
+    wanted, _ = draw(test, posed, *view)
+    rest, _ = draw(test, at_rest, *view)
     uri = test.fresh_uri("shm")
-    renderer = test.renderer("--lockstep", "--exit-when-done", "--shadows", "map", listen=[uri], scene=at_rest, size=SIZE)
+    renderer = test.renderer("--lockstep", "--exit-when-done", "--shadows", "map", *view, listen=[uri], scene=at_rest, size=SIZE)
     with fire3dv.Stream(uri, adapter_name="joints") as stream:
         stream.describe(links, world_from_stream=Z_UP)
         stream.publish(1000, [poses[link] for link in links])
@@ -415,7 +415,8 @@ def moved_panda(test):
     posed, count = re.subn(r"(<key [^>]*qpos=['\"])[^'\"]*", r"\g<1>0.5 0.3 -0.4 -1.2 0.3 2 0.4 0.01 0.01", text)
     check(count == 1, "the model's keyframe")
     links = [f"link{i}" for i in range(8)] + ["hand", "left_finger", "right_finger"]
-    move(test, rest, write(test, "posed.xml", posed), links)
+    # The overview depends on the pose; MuJoCo's camera does not.
+    move(test, rest, write(test, "posed.xml", posed), links, "--camera", "free camera")
 
 
 if __name__ == "__main__":
