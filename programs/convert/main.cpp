@@ -233,7 +233,7 @@ int main(int argc, char** argv) {
   group.add_choice("--dae-up", options.dae_up, "auto|apply|ignore",
                    "URDF, SDF: up_axis of DAE meshes; auto: ignored, as by RViz");
   group.add_choice("--gltf-up", options.gltf_up, "auto|apply|ignore",
-                   "URDF, SDF: turn glTF meshes to Z up; auto: for URDF, as RViz, not for SDF, as Gazebo");
+                   "glTF meshes of URDF, SDF: turn to Z up; auto: for URDF alone");
   group.add_flag("--confined", options.read.is_confined,
                  "MJCF of unknown origin: read no file outside its folder and --package-path");
   group.add_repeatable("--xacro-arg", options.xacro_arguments, "NAME=VALUE",

@@ -77,7 +77,7 @@ def names(test):
     for kind, found in (("bodies", bodies), ("cameras", cameras)):
         check(set(found) <= set(nodes), f"{kind} {found} are not all of {nodes}")
     shown = [name for i, name in enumerate(geoms) if fire3dv.mujoco._is_shown(model_of(), i)]
-    check(len(shown) == 5 and sorted([*bodies, *cameras, *shown, "free camera", "red light"]) == sorted(nodes),
+    check(len(shown) == 5 and sorted([*bodies, *cameras, *shown, "overview", "free camera", "red light"]) == sorted(nodes),
           f"{bodies} {cameras} {shown} are not the nodes {nodes}")
     # Without the table of names, by the accessors of later versions.
     model = model_of()

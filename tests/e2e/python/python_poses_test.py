@@ -82,6 +82,6 @@ with fire3dv.Stream("udp://127.0.0.1:9") as stream, warnings.catch_warnings(reco
     stream.describe(["a"])
     stream.publish(0, fire3dv.pose((1, 2, 3)))
     stream.publish(0, np.eye(4))
-    assert [str(w.message).split(":")[0] for w in caught] == ["all numbers of the pose are 0 for 'b'"], caught
+    assert [str(w.message).split(":")[0] for w in caught] == ["all numbers of the rotation are 0 for 'b'"], caught
     assert caught[0].filename == __file__
 print("ok")
