@@ -235,7 +235,7 @@ int main(int argc, char** argv) {
   group.add_choice("--gltf-up", options.gltf_up, "auto|apply|ignore",
                    "glTF meshes of URDF, SDF: turn to Z up; auto: for URDF alone");
   group.add_flag("--confined", options.read.is_confined,
-                 "MJCF of unknown origin: read no file outside its folder and --package-path");
+                 "MJCF of unknown origin: read files of its folder and --package-path");
   group.add_repeatable("--xacro-arg", options.xacro_arguments, "NAME=VALUE",
                        "xacro: value of an argument; repeatable");
   group.add("--xacro", options.read.xacro_program, "PROGRAM", "xacro: program that expands the file");
