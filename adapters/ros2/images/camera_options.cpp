@@ -46,6 +46,7 @@ void add_camera_options(CLI::App& app, CameraArguments& arguments) {
   group
       .add("--image-rate", arguments.rate_hz, "HZ",
            "images per second; 0: every pose frame (default: 0, or the sensor's)")
+      ->default_str("")
       ->check(check_number);
   group.add_flag("--depth", arguments.depth, "publish depth, too: 32FC1, metres");
   group.add_choice("--labels", arguments.labels, "instance|semantic", "publish labels, too: 32SC1");
