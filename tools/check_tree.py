@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Structure of the tree: include directions, circles of folders, opening comments, folder sizes, Markdown lines, headers that stand alone.
+"""Structure of the tree: include directions, circles of folders, opening comments, sizes of folders and classes, Markdown lines, headers that
+stand alone.
 
     check_tree.py                  all checks; exit 1 and one line for each violation
     check_tree.py --lone-headers   the headers that no source file of the same name includes first
@@ -7,8 +8,10 @@
 ARCHITECTURE.md shows the order of folders; ALLOWED is the exact rule. A header is compiled alone when a source file includes it first, before
 everything else; tests/unit/headers.cmake compiles those of --lone-headers.
 """
+import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 
@@ -16,6 +19,8 @@ ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 SOURCES = (".h", ".hpp", ".c", ".cpp", ".glsl", ".comp", ".vert", ".frag", ".rgen", ".rahit", ".rmiss", ".py", ".mjs")
 MAX_FILES_IN_FOLDER = 25
 MAX_MARKDOWN_COLUMNS = 100
+MAX_CLASS_MEMBERS = 60
+REASON_OF_CLASS = f"More than {MAX_CLASS_MEMBERS} members: "
 QUESTION = re.compile(r"^(What|Which|Who|Whose|Where|How|From|Does|Do|Whether|Why|When)\b")
 
 # Folder: the folders that its files may include, beside its own. The longest matching prefix counts. "a/*" are the files of a
@@ -200,6 +205,24 @@ def folder_sizes(files):
             yield f"{folder}: {count} source files in one folder; {MAX_FILES_IN_FOLDER} at most: give them sub-folders"
 
 
+# Data members and methods of classes, as universal-ctags counts them. Overloads count once.
+def class_sizes(files):
+    if not shutil.which("ctags"):
+        print("check_tree.py: classes not counted: universal-ctags is not installed")
+        return
+    headers = [name for name in files if name.endswith((".h", ".hpp")) and not name.startswith("tests/")]
+    tags = subprocess.run(["ctags", "-f", "-", "--languages=C++", "--map-C++=+.h", "--kinds-C++=mpf", "--fields=+Ks",
+                           "--output-format=json", *headers], cwd=ROOT, check=True, capture_output=True, text=True).stdout
+    members = {}
+    for tag in map(json.loads, tags.splitlines()):
+        if tag.get("scopeKind") in ("class", "struct"):
+            members.setdefault((tag["path"], tag["scope"]), set()).add(tag["name"])
+    for (name, scope), names in sorted(members.items()):
+        if len(names) > MAX_CLASS_MEMBERS and REASON_OF_CLASS not in read(name):
+            yield (f"{name}: {scope} has {len(names)} members and methods; {MAX_CLASS_MEMBERS} at most, or a sentence "
+                   f"\"{REASON_OF_CLASS}...\" in its header")
+
+
 def lone_headers(files):
     first_included = set()
     for name in files:
@@ -217,7 +240,7 @@ def main():
     if sys.argv[1:]:
         print(__doc__, file=sys.stderr)
         return 2
-    faults = list(folder_sizes(files))
+    faults = [*folder_sizes(files), *class_sizes(files)]
     faults += circles({name: read(name) for name in files
                        if name.endswith((".h", ".hpp", ".c", ".cpp")) and not name.startswith(("tests/", "tools/"))})
     for name in files:

@@ -1,5 +1,5 @@
-// Bridge from a ROS 2 system to renderers: /tf, /tf_static, /clock, joint_states and robot_description become
-// pose frames and a scene. One thread; DDS receives on threads of its own.
+// Bridge from ROS 2 to renderers: /tf, /clock, joint_states, robot_description. One thread; DDS has its own.
+// More than 60 members: it holds one part for each topic and passes what one learns to the others.
 #pragma once
 
 #include <atomic>

@@ -1,5 +1,5 @@
-// Recorder of live streams: sorts messages into channels, writes state snapshots for seeking, counts losses,
-// and splits files by size or age.
+// Recorder of live streams: sorts messages into channels, writes snapshots, counts losses, splits files.
+// More than 60 members: a lost chunk must correct the counts of all streams, channels and snapshots in it.
 #pragma once
 
 #include <array>

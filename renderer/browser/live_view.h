@@ -1,6 +1,6 @@
 // Live view in browsers (--serve), on the frame loop's side: a camera for each viewer, and its images by the
-// path of image requests. A viewer has one image in flight, so a slow one gets fewer images and nobody waits
-// for it.
+// path of image requests. A viewer has one image in flight, so nobody waits for a slow one.
+// More than 60 members: each message of the page has a method, and most change several parts of a viewer.
 #pragma once
 
 #include <chrono>

@@ -1,6 +1,6 @@
-// Displayed scene with the edits of streams and of the user. Edits of existing nodes are in effect with the
-// next frame. Added nodes need a merged scene: it is built on another thread and replaces the displayed scene
-// between two frames. Single-threaded.
+// Displayed scene with the edits of streams and of the user, in effect with the next frame. Added nodes need
+// a merged scene, built on another thread, which replaces the displayed one between frames. Single-threaded.
+// More than 60 members: base, merged scene, edits and charges must change in one step, between two frames.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,6 @@
 // Receiver of streams: decodes messages of all links, binds streams to scene nodes and replies to adapters.
-// It handles each peer's messages for one time slice per poll, in turns, and defers the others to later
-// polls. Image requests are routed to an ImageRequestHandler. Owns the listeners.
+// It handles each peer's messages for a time slice per poll and defers the others. Owns the listeners.
+// More than 60 members: turns, identities and replies of a peer end with its connection, in one place.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
-// Logical device: a graphics and compute queue, a timeline semaphore that counts submissions, an optional
-// async compute queue, the memory allocator and deferred destruction of retired objects. Used by one thread.
+// Logical device: its queues, timeline semaphore, memory allocator and deferred destruction. For one thread.
+// More than 60 members: submission, memory and destruction share the timeline; the others are accessors.
 #pragma once
 
 #include <array>

@@ -1,8 +1,8 @@
 // Registry of scene edits in force: the newest value of each key while its stream lasts. It binds edits to
 // nodes and resolves conflicts: the oldest stream that edits or drives a node owns it, and the visibility of
-// its ancestors. Incremental: a changed key costs the edits of its node. While a younger stream hides or
-// removes nodes, a change of owners costs one pass over all nodes. A replaced scene is resolved as a whole.
-// Not thread-safe.
+// its ancestors. A changed key costs the edits of its node; while a younger stream hides or removes nodes, a
+// change of owners costs one pass over all nodes; a replaced scene is resolved whole. Not thread-safe.
+// More than 60 members: a key's value, owner, memory and effect change together, or a limit could be evaded.
 #pragma once
 
 #include <cstdint>
