@@ -83,9 +83,9 @@ bool StreamLog::evict_oldest_ended() {
       oldest = stream.get();
   if (oldest == nullptr) return false;
   drop_state(*oldest);
-  reclaimed_unconverted_ += oldest->markers.left_out();
-  oldest->markers = {};
-  oldest->transforms = {};
+  reclaimed_unconverted_ += oldest->foxglove.markers.left_out();
+  oldest->foxglove.markers = {};
+  oldest->foxglove.transforms = {};
   return true;
 }
 
@@ -122,13 +122,13 @@ std::optional<size_t> StreamLog::free_slot() {
   ++reclaimed_streams_;
   reclaimed_.frames += written(stream.seen, stream.lost).frames;
   reclaimed_in_chunk_ += stream.in_chunk;
-  reclaimed_unconverted_ += stream.markers.left_out();
+  reclaimed_unconverted_ += stream.foxglove.markers.left_out();
   return oldest;
 }
 
 // A name with channels in the file needs no more.
 bool StreamLog::can_add_channels(const std::string& name) {
-  if (channel_bytes_ < kMaxChannelBytes || file_channels_.contains(name)) return true;
+  if (channels_.bytes() < kMaxChannelBytes || channels_.has_stream(name)) return true;
   file_is_full_ = options_.split_bytes != 0 || options_.split_ns != 0;
   return file_is_full_;
 }
@@ -171,7 +171,11 @@ Result<void> StreamLog::take(uint64_t peer, std::span<const std::byte> message, 
   if (const auto* goodbye = std::get_if<wire::Goodbye>(&*decoded)) {
     if (!belongs(goodbye->epoch)) return {};
     auto good = write(*stream, Role::control, now_ns_, 0, message);
-    if (good && options_.foxglove) good = write_markers(*stream, stream->markers.clear_all(now_ns_));
+    if (good && options_.foxglove) {
+      FoxgloveLog::Stream& foxglove = stream->foxglove;
+      good = foxglove_.write_markers(foxglove_output(), foxglove, stream->seen.name,
+                                     foxglove.markers.clear_all(now_ns_));
+    }
     end(*stream);
     return good;
   }
@@ -225,14 +229,14 @@ Result<void> StreamLog::take_description(uint64_t peer, const wire::StreamDescri
   stream->clock = description.clock;
   std::vector<FoxgloveMessage> cleared;
   if (options_.foxglove) {
-    cleared = stream->markers.clear_all(now_ns_);  // those of the last run
-    stream->markers.describe(description);
-    stream->transforms.describe(description);
+    cleared = stream->foxglove.markers.clear_all(now_ns_);  // those of the last run
+    stream->foxglove.markers.describe(description);
+    stream->foxglove.transforms.describe(description);
   }
   stream->description.assign(message.begin(), message.end());
   stream->snapshot_bytes = message.size();
   if (auto good = write(*stream, Role::control, now_ns_, 0, message, true); !good) return good;
-  return write_markers(*stream, cleared);
+  return foxglove_.write_markers(foxglove_output(), stream->foxglove, stream->seen.name, cleared);
 }
 
 Result<void> StreamLog::take_frame(Stream& stream, const wire::PoseFrameView& frame,
@@ -251,9 +255,10 @@ Result<void> StreamLog::take_frame(Stream& stream, const wire::PoseFrameView& fr
   const bool is_new = stream.next.frames != 0;
   auto good = write(stream, Role::poses, published_ns, static_cast<uint32_t>(frame.header.sequence), message);
   if (!good || !options_.foxglove) return good;
-  good = write_transforms(stream, frame, published_ns);
+  good = foxglove_.write_transforms(foxglove_output(), stream.foxglove, seen.name, frame, published_ns);
   if (!good || !is_new) return good;
-  return write_markers(stream, stream.markers.advance(frame.header.sim_time_ns, now_ns_));
+  return foxglove_.write_markers(foxglove_output(), stream.foxglove, seen.name,
+                                 stream.foxglove.markers.advance(frame.header.sim_time_ns, now_ns_));
 }
 
 // Returns false if there is no memory: the edit is then missing from snapshots.
@@ -297,7 +302,7 @@ Result<void> StreamLog::take_edit(Stream& stream, const wire::SceneEdit* edit, u
   }
   auto good = write(stream, Role::control, now_ns_, static_cast<uint32_t>(version), message);
   if (!good || !options_.foxglove || edit == nullptr || edit->property != wire::Property::marker) return good;
-  return write_marker(stream, *edit);
+  return foxglove_.write_marker(foxglove_output(), stream.foxglove, stream.seen.name, *edit);
 }
 
 void StreamLog::end_peer(uint64_t peer) {
@@ -345,20 +350,18 @@ Result<void> StreamLog::open_file() {
   ++files_;
   writer_.emplace(std::move(*writer));
   file_begun_ns_ = flushed_ns_ = now_ns_;
-  flushed_bytes_ = channel_bytes_ = 0;
-  file_channels_.clear();
-  cloud_channels_.clear();
+  flushed_bytes_ = 0;
+  foxglove_.begin_file();
   file_is_full_ = false;
   for (auto& stream : streams_) {
     stream->channels = {};
-    stream->transforms_channel = stream->markers_channel = 0;
+    stream->foxglove.transforms_channel = stream->foxglove.markers_channel = 0;
     stream->in_current_file = false;
   }
-  const auto schema =
-      writer_->add_schema(std::string(kMessageSchema), std::string(kEncoding), message_schema());
+  channels_.begin(*writer_);
+  const auto schema = channels_.schema(kMessageSchema, message_schema());
   if (!schema) return schema.error();
   schema_ = *schema;
-  transforms_schema_ = scene_schema_ = cloud_schema_ = 0;
   if (on_file_)
     if (auto good = on_file_(*writer_, now_ns_); !good) return good;
   return options_.foxglove && !options_.models.empty() ? write_models() : Result<void>();
@@ -458,7 +461,9 @@ Result<void> StreamLog::write_plain(Stream& stream, Role role, uint64_t publish_
   const auto which = static_cast<size_t>(role);
   uint16_t& channel = stream.channels[which];
   if (channel == 0) {
-    const auto known = channel_of(stream.seen.name, which, schema_, role_name(role));
+    const std::string& name = stream.seen.name;
+    const auto known = channels_.channel(name, role_name(role), schema_,
+                                         {{kRoleKey, std::string(role_name(role))}, {kStreamKey, name}});
     if (!known) return known.error();
     channel = *known;
   }
@@ -470,21 +475,52 @@ Result<void> StreamLog::write_plain(Stream& stream, Role role, uint64_t publish_
   return good;
 }
 
-// A file has one channel per name and role, shared by all streams of that name. Foxglove's channels follow
-// the roles.
-Result<uint16_t> StreamLog::channel_of(const std::string& stream, size_t which, uint16_t schema,
-                                       std::string_view topic_end) {
-  const auto file = file_channels_.try_emplace(stream).first;
-  uint16_t& channel = file->second[which];
-  if (channel != 0) return channel;
-  const std::string topic = "/" + stream + "/" + std::string(topic_end);
-  Texts metadata;
-  if (which < kRoles.size()) metadata = {{kRoleKey, std::string(topic_end)}, {kStreamKey, stream}};
-  const auto added = writer_->add_channel(schema, topic, std::string(kEncoding), metadata);
-  if (!added) return added.error();
-  channel_bytes_ += kChannelOverhead + 2 * stream.size();
-  channel = *added;
-  return channel;
+// At the start of a file.
+Result<void> StreamLog::write_models() {
+  const auto schema = channels_.schema(kSceneUpdateSchema, scene_update_schema());
+  if (!schema) return schema.error();
+  const auto channel = writer_->add_channel(*schema, "/scene", std::string(kEncoding), {});
+  if (!channel) return channel.error();
+  const Bytes message = scene_update(options_.models, now_ns_);
+  chunk_begun_ns_ = now_ns_;
+  ++file_messages_;
+  if (auto good = writer_->write({*channel, 0, now_ns_, now_ns_, message}); !good) return good;
+  return writer_->end_chunk();  // large messages get a chunk of their own
+}
+
+FoxgloveLog::Output StreamLog::foxglove_output() {
+  return {channels_, now_ns_,
+          [this](uint16_t channel, uint32_t sequence, uint64_t publish_time_ns,
+                 std::span<const std::byte> message) -> Result<void> {
+            if (writer_->chunk_is_empty()) {
+              chunk_begun_ns_ = now_ns_;
+              chunk_has_snapshots_ = false;
+            }
+            ++file_messages_;
+            auto good = writer_->write({channel, sequence, now_ns_, publish_time_ns, message});
+            account_closed_chunk();
+            return good;
+          }};
+}
+
+// At the start of a file, whose viewers know nothing of earlier ones.
+Result<void> StreamLog::write_all_markers(Stream& stream) {
+  for (const auto& [key, stored] : stream.edits) {
+    if (key.second != wire::Property::marker) continue;
+    const auto decoded = snapshot_decoder_.decode(stored.second);
+    const auto* edit = decoded ? std::get_if<wire::SceneEdit>(&*decoded) : nullptr;
+    if (edit == nullptr || std::holds_alternative<wire::Cleared>(edit->value)) continue;
+    if (auto good = foxglove_.write_marker(foxglove_output(), stream.foxglove, stream.seen.name, *edit);
+        !good)
+      return good;
+  }
+  return {};
+}
+
+uint64_t StreamLog::unconverted_markers() const {
+  uint64_t count = reclaimed_unconverted_;
+  for (const auto& stream : streams_) count += stream->foxglove.markers.left_out();
+  return count;
 }
 
 std::vector<StreamSeen> StreamLog::streams() const {

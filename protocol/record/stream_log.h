@@ -15,8 +15,9 @@
 
 #include "base/error.h"
 #include "protocol/record/channels.h"
+#include "protocol/record/file_channels.h"
 #include "protocol/record/foxglove.h"
-#include "protocol/record/foxglove_markers.h"
+#include "protocol/record/foxglove_log.h"
 #include "protocol/record/frame_counter.h"
 #include "protocol/record/mcap/writer.h"
 #include "protocol/wire/decode.h"
@@ -106,9 +107,7 @@ class StreamLog {
     std::array<uint16_t, kRoles.size()> channels{};
     bool in_current_file = false;
     uint64_t described_at_bytes = 0;  // value of message_bytes_ at the last snapshot
-    FoxgloveTransforms transforms;
-    FoxgloveMarkers markers;
-    uint16_t transforms_channel = 0, markers_channel = 0;
+    FoxgloveLog::Stream foxglove;
   };
 
   Stream* stream_of(uint64_t peer);
@@ -124,8 +123,6 @@ class StreamLog {
   void refuse_stream(uint64_t peer);
   void account_closed_chunk();
   Result<void> prepare_write(Stream& stream, bool describes);
-  Result<uint16_t> channel_of(const std::string& stream, size_t which, uint16_t schema,
-                              std::string_view topic_end);
   Result<void> take_description(uint64_t peer, const wire::StreamDescription& description,
                                 std::span<const std::byte> message);
   Result<void> take_frame(Stream& stream, const wire::PoseFrameView& frame,
@@ -136,15 +133,9 @@ class StreamLog {
                      std::span<const std::byte> message, bool describes = false);
   Result<void> write_plain(Stream& stream, Role role, uint64_t publish_time_ns, uint32_t sequence,
                            std::span<const std::byte> message);
-  Result<void> write_transforms(Stream& stream, const wire::PoseFrameView& frame, uint64_t publish_time_ns);
   Result<void> write_models();
-  Result<void> write_foxglove(uint16_t channel, uint32_t sequence, uint64_t publish_time_ns,
-                              std::span<const std::byte> message);
-  Result<void> write_markers(Stream& stream, const std::vector<FoxgloveMessage>& messages);
-  Result<void> write_marker(Stream& stream, const wire::SceneEdit& edit);
+  FoxgloveLog::Output foxglove_output();
   Result<void> write_all_markers(Stream& stream);
-  Result<uint16_t> schema_of(uint16_t& known, std::string_view name, std::span<const std::byte> schema);
-  Result<std::optional<uint16_t>> cloud_channel_of(Stream& stream, const std::string& marker);
   Result<void> open_file();
   Result<void> close_file();
   Result<void> write_snapshots(const Stream* described);  // except the stream `described`
@@ -164,18 +155,14 @@ class StreamLog {
                                       // Foxglove messages, which they follow
   uint64_t file_begun_ns_ = 0, chunk_begun_ns_ = 0, now_ns_ = 0;
   // In the current file.
-  uint16_t schema_ = 0, transforms_schema_ = 0, scene_schema_ = 0, cloud_schema_ = 0;
+  uint16_t schema_ = 0;
+  FileChannels channels_;
+  FoxgloveLog foxglove_;
   std::vector<std::unique_ptr<Stream>> streams_;
   std::map<uint64_t, size_t> stream_of_peer_;
   uint64_t message_bytes_ = 0;                       // bytes of all messages that are not snapshots
   uint64_t edit_bytes_ = 0, description_bytes_ = 0;  // retained for snapshots
   uint64_t endings_ = 0;
-  // State of the current file: channel ids by stream and role (the last two for transforms and markers),
-  // those of point clouds by topic, and the memory that a reader needs for all.
-  std::map<std::string, std::array<uint16_t, kRoles.size() + 2>> file_channels_;
-  std::map<std::string, uint16_t> cloud_channels_;
-  uint64_t channel_bytes_ = 0;
-  static constexpr uint64_t kChannelOverhead = 512;
   bool file_is_full_ = false;  // no more channels: a split recording continues in a new file
   std::set<uint64_t> unrecorded_peers_;
   uint64_t unrecorded_streams_ = 0;
