@@ -14,6 +14,7 @@ if(FIRE3DV_PYTHON AND NOT FIRE3DV_SANITIZE)
   python_module_case(arrays ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python/python_arrays_test.py $<TARGET_FILE:stream_dump>)
   python_module_case(poses ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python/python_poses_test.py)
   python_module_case(show ${FIRE3DV_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python/python_show_test.py)
+  python_module_case(types ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python/python_types_test.py)
   python_module_case(conformance ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python/python_conformance_test.py
     $<TARGET_FILE:stream_dump> ${PROJECT_SOURCE_DIR}/tests/conformance/data)
   python_module_case(scalars ${FIRE3DV_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python/python_scalars_test.py
@@ -48,6 +49,9 @@ if(FIRE3DV_PYTHON AND NOT FIRE3DV_SANITIZE)
     python_renderer_case(plots python_plots_test.py $<TARGET_FILE:fire3dv>)
     if(TARGET fire3dv-mujoco)  # the converter reads MJCF
       python_renderer_case(mujoco python_mujoco_test.py $<TARGET_FILE:fire3dv>)
+    endif()
+    if(TARGET fire3dv-convert)
+      python_renderer_case(pybullet python_pybullet_test.py $<TARGET_FILE:fire3dv>)
     endif()
   endif()
 endif()

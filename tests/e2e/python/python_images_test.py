@@ -15,11 +15,11 @@ import zlib
 import numpy
 
 import fire3dv
-from fire3dv._files import png
+from fire3dv._files import gray_png, png
 from fire3dv._scene_names import SceneNames
 from greedy_scene import Binary, write_glb
 from harness import HANG_S, main, vulkan_environment
-from image_reader import SIZE, check, read_png
+from image_reader import SIZE, check, read_gray_png, read_png
 from readme_commands import code_blocks
 
 ROOT = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../.."))
@@ -77,7 +77,8 @@ def planes(test):
             check((numpy.load(files["boxes"]) == image.boxes2d).all(), "boxes.npy has other boxes")
             with open(files["png"], "rb") as file:
                 check(file.read() == image._repr_png_(), "Jupyter shows another image")
-            raised(fire3dv.ArgumentError, "holds color; write depth to a .npy", lambda: image.save("x.png", "depth"))
+            raised(fire3dv.ArgumentError, "holds color, depth, instance or semantic; write normal to a .npy",
+                   lambda: image.save("x.png", "normal"))
             raised(fire3dv.ArgumentError, "name one of them as output", lambda: image.save("x.npy"))
             raised(fire3dv.ArgumentError, "neither with .png nor with .npy", lambda: image.save("x.jpg"))
             raised(KeyError, "semantic exist); request_image", lambda: image["deep"])
@@ -111,7 +112,80 @@ def pixels(test):
         with open(path, "wb") as file:
             file.write(png(color[::-1], {"Key": "value"}))
         check(b"".join(read_png(path).rows) == color[::-1, :, :3].tobytes(), f"{width}x{height}: other pixels")
+        values = source.integers(0, 65536, (height, width), numpy.uint16)
+        with open(path, "wb") as file:
+            file.write(gray_png(values, {"Key": "value"}))
+        rows, text = read_gray_png(path)
+        check((numpy.array(rows) == values).all() and text == {"Key": "value"}, f"{width}x{height}: other grey")
     check(zlib.crc32(b"IEND") == struct.unpack(">I", png(color, {})[-4:])[0], "the end is damaged")
+
+
+class Planes(fire3dv.Image):
+    """An image with planes of ours."""
+
+    def __init__(self, **planes):
+        self._handle, self._mine = True, planes
+        self.epoch = self.sequence = self.sim_time_ns = 0
+
+    def _array(self, output):
+        return self._mine[fire3dv.ALIASES.get(output, output).split("_")[0]]
+
+
+def gray(test):
+    """Depth in millimetres and labels as 16-bit PNG files, at the ends of their ranges."""
+    path = test.path("gray.png")
+    metres = [0.0001, 0.0006, 1.2344, 1.2346, 65.5354, 65.536, 1e30, math.inf, math.nan]
+    image = Planes(depth=numpy.array([metres], numpy.float32))
+    image.save(path, "depth")
+    rows, text = read_gray_png(path)
+    check(rows == [(1, 1, 1234, 1235, 65535, 0, 0, 0, 0)], f"{rows}")
+    check(text == {"Epoch": "0" * 16, "Sequence": "0", "SimTimeNs": "0", "Unit": "millimetre"}, f"{text}")
+    Planes(instance=numpy.array([[0, 1, 65535]], numpy.uint32)).save(path, "instance_u32")
+    check(read_gray_png(path)[0] == [(0, 1, 65535)], "other labels")
+    image = Planes(semantic=numpy.array([[0, 65536]], numpy.uint32))
+    raised(fire3dv.ArgumentError, "the semantic 65536 does not fit into 16 bits; write it to a .npy file",
+           lambda: image.save(path, "semantic"))
+
+
+Z_UP = [[1, 0, 0, 10], [0, 0, 1, 20], [0, -1, 0, 30]]  # world_from_stream, with an offset
+
+
+def frames(test):
+    """Poses of the camera in the world, in a stream with Z up, and of OpenCV, against numbers by hand."""
+    eye, target = (1.0, -4.0, 2.0), (1.0, 0.0, 2.0)  # looks along the stream's +Y, its up is Z
+    for scale in (1, 0.01):  # metres, and centimetres
+        world_from_stream = numpy.array(Z_UP, float)
+        world_from_stream[:, :3] *= scale
+        with renderer_of(test, test.scene) as renderer, renderer.stream() as stream:
+            stream.describe([], world_from_stream=world_from_stream)
+            stream.publish(0, [])
+            given = fire3dv.look_at(eye, target, up=(0, 0, 1))
+            with stream.request_image(64, 48, fx=50, fy=40, cx=30, cy=20, parent_from_camera=given).wait(HANG_S) as image:
+                pass
+        check(numpy.allclose(image.world_from_stream, world_from_stream), f"{image.world_from_stream}")
+        check(numpy.allclose(image.stream_from_camera, given, atol=1e-3), f"{image.stream_from_camera}")  # of float32
+        # (x, y, z) of the stream is (x, z, -y) of the world.
+        place = [10 + scale * 1, 20 + scale * 2, 30 + scale * 4]
+        check(numpy.allclose(image.world_from_camera, [1, 0, 0, place[0], 0, 1, 0, place[1], 0, 0, 1, place[2]], atol=1e-5),
+              f"{image.world_from_camera}")
+        check(numpy.allclose(image.camera_matrix, [[50, 0, 30], [0, 40, 20], [0, 0, 1]]), f"{image.camera_matrix}")
+        # In OpenCV's camera: x to the right of the view (the stream's x), y down (-z), z ahead (y).
+        point = numpy.array([1.5, 0.0, 1.0, 1])
+        seen = image.opencv_camera_from_stream @ point
+        check(numpy.allclose(seen, [0.5, 1.0, 4.0, 1], atol=1e-3), f"{seen}")
+        in_world = numpy.append(world_from_stream @ point, 1)
+        seen_in_metres = image.opencv_camera_from_world @ in_world
+        check(numpy.allclose(seen_in_metres[:3], scale * seen[:3], atol=1e-5), f"{seen_in_metres}")
+        check(image.opencv_camera_from_world.shape == (4, 4) and image.stream_from_camera.dtype == numpy.float64, "shapes")
+    words = fire3dv.Image.__doc__
+    fields = ("request", "epoch", "sequence", "sim_time_ns", "number", "lost", "width", "height", "fx", "fy", "cx", "cy",
+              "near_m", "far_m", "lens", "lens_coefficients", "f_number", "focus_distance_m", "world_from_camera")
+    check(set(fields) == {name for name in vars(image) if not name.startswith("_")}, "other fields than in this list")
+    for name in fields:
+        check(name in words, f"help(fire3dv.Image) does not say what {name} is")
+    for output in ("boxes2d", "boxes3d"):
+        for name, *_ in fire3dv.OUTPUTS[output][0]:
+            check(name in getattr(fire3dv.Image, output).__doc__ or name == "reserved", f"{output}.{name}")
 
 
 def names(test):
@@ -294,5 +368,5 @@ def lens_example(test):
 
 
 if __name__ == "__main__":
-    main({"planes": planes, "pixels": pixels, "names": names, "warned": warned, "lens": lens, "lens_example": lens_example},
+    main({"planes": planes, "pixels": pixels, "gray": gray, "frames": frames, "names": names, "warned": warned, "lens": lens, "lens_example": lens_example},
          ["fire3dv"])

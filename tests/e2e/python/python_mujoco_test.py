@@ -5,6 +5,7 @@ python_mujoco_test.py FIRE3DV [CASE...]; fire3dv-convert is beside it.
 """
 import os
 import subprocess
+import sys
 import types
 
 import numpy as np
@@ -12,7 +13,8 @@ import numpy as np
 import fire3dv
 import fire3dv.mujoco
 from harness import HANG_S, main, vulkan_environment
-from image_reader import check
+from image_reader import check, ranges_about, read_png
+from readme_commands import code_blocks, section_of
 
 BODIES = ["world", "red", "", "body_2", "blue ball", ""]
 CAMERAS = ["eye", "", "red"]
@@ -101,8 +103,10 @@ def images(test):
             data = data_of(model, source, time=0.5 * step)
             eye = fire3dv.look_at((0.3 * step, -4, 1), (0, 0, 0), up=(0, 0, 1))
             data.cam_xpos[0], data.cam_xmat[0] = eye[:, 3], eye[:, :3].ravel()
-            sequence = publisher.publish(data)
-            with stream.request_image(*size, node="eye", fx=fx, outputs=["instance", "depth"], sequence=sequence).wait(HANG_S) as image:
+            request = stream.request_image(*size, node="eye", fx=fx, outputs=["instance", "depth"], when="every_nth")
+            [image] = publisher.step(data, [request], HANG_S)
+            with request, image:
+                check(image.sequence == stream.sequence == step + 1, f"frame {image.sequence} of step {step}")
                 check(image.sim_time_ns == 500_000_000 * step, f"{image.sim_time_ns} ns")
                 ids = {name: number for number, name in image.names().items()}
                 for body, name in ((1, "red"), (2, "body_2 body"), (4, "blue ball"), (5, "body_5")):
@@ -120,6 +124,127 @@ def images(test):
         check(seen >= 8, f"only {seen} bodies are where they should be")
 
 
+def contact_of(pos, frame, address, dim=3, friction=(0.5, 0.25, 0, 0, 0), geoms=(0, 1)):
+    return types.SimpleNamespace(pos=np.array(pos, float), frame=np.array(frame, float).ravel(), efc_address=address, dim=dim,
+                                 friction=np.array(friction), geom1=geoms[0], geom2=geoms[1])
+
+
+def visual_of(model, cone):
+    """The attributes of mjModel that decorations have, besides those of model_of."""
+    named = types.SimpleNamespace
+    model.vis = named(scale=named(contactwidth=0.3, forcewidth=0.1), map=named(force=0.005),
+                      rgba=named(contactpoint=[1, 0.5, 0, 1], contactgap=[0, 0, 1, 0.5], contactforce=[0.7, 0.9, 0.9, 1]))
+    model.stat, model.opt = named(meansize=0.5, meanmass=2.0), named(cone=cone)
+    model.geom_bodyid = np.array([0, 1, 2])
+    return model
+
+
+def contacts(test):
+    """Markers of contacts and forces in the viewer's sizes and colours; forces of both kinds of friction cones by hand."""
+    up = [[0, 0, 1], [1, 0, 0], [0, 1, 0]]  # rows: normal, tangents
+    for cone, efc_force in ((1, [100, 20, -10, 4]), (0, [35, 15, 40, 10, 4])):
+        # Of a pyramid: the normal is the sum of its edges, a tangent their difference times friction: (35 - 15) * 0.5 = 10.
+        normal, first, second = (100, 20, -10) if cone else (100, 10, 7.5)
+        model = visual_of(model_of(), cone)
+        last = len(efc_force) - 1
+        data = types.SimpleNamespace(ncon=5, efc_force=np.array(efc_force, float), contact=[
+            contact_of([1, 2, 3], up, 0), contact_of([0, 0, 1], up, 0, geoms=(2, 1)), contact_of([0, 0, 2], up, -1),
+            contact_of([4, 5, 6], up, last, dim=1, geoms=(-1, 2)), contact_of([np.nan, 0, 0], up, 0)])
+        called = []
+        stream = types.SimpleNamespace(points=lambda *a, **k: called.append((a, k)), arrows=lambda *a, **k: called.append((a, k)),
+                                       clear_marker=called.append)
+        markers = fire3dv.mujoco._Contacts(stream, model, ["contacts", "forces"])
+        markers.publish(data)
+        (points, point_options), (arrows, arrow_options) = called
+        check(points[0] == "contacts/points" and points[1].tolist() == [[1, 2, 3], [0, 0, 1], [0, 0, 2], [4, 5, 6]], f"{points}")
+        active, gap = [255, 128, 0, 255], [0, 0, 255, 128]
+        check(points[2].tolist() == [active, active, gap, active], f"{points[2]}")
+        check(point_options == {"size_m": 2 * 0.3 * 0.5, "overlaid": True}, f"{point_options}")
+        metres = 0.005 / 2  # a newton
+        force = metres * np.array([first, second, normal])
+        check(arrows[0] == "contacts/forces" and arrows[1].tolist() == [[1, 2, 3], [0, 0, 1], [4, 5, 6]], f"{arrows}")
+        check(np.allclose(arrows[2], [force, -force, metres * np.array([0, 0, 4])]), f"{arrows[2]}")
+        check(arrows[3].tolist() == [[178, 230, 230, 255]] and arrow_options == {"width_m": 2 * 0.1 * 0.5, "overlaid": True},
+              f"{arrows[3]} {arrow_options}")
+        data.ncon, called[:] = 0, []
+        markers.publish(data)
+        markers.publish(data)
+        check(called == ["contacts/points", "contacts/forces"], f"markers without contacts: {called}")
+        fire3dv.mujoco._Contacts(stream, model, ["forces"]).publish(data)
+        check(len(called) == 2, "an empty marker was set")
+    for show, names in (("contacts,forces", ["contacts", "forces"]), (["forces"], ["forces"]), ("", []), ((), [])):
+        check(fire3dv.mujoco._shown_of(show) == names, f"{show}")
+    try:
+        fire3dv.mujoco._shown_of("contacts,joints")
+    except fire3dv.ArgumentError as error:
+        check("show has 'joints'; use \"contacts\", \"forces\" or \"contacts,forces\"" in str(error), f"{error}")
+    else:
+        check(False, "joints were taken")
+
+
+# Python's mujoco, as far as the example uses it: bodies of an MJCF file that fall. Positions are not those of a simulation.
+STAND_IN = """
+import types, xml.etree.ElementTree
+import numpy as np
+
+class MjModel:
+    @staticmethod
+    def from_xml_path(path):
+        world = xml.etree.ElementTree.parse(path).getroot().find("worldbody")
+        bodies, cameras, lights, geoms = ["world"], [], [], []
+        def visit(node):
+            for child in node:
+                lists = {"body": bodies, "camera": cameras, "light": lights, "geom": geoms}
+                if child.tag in lists:
+                    lists[child.tag].append(child.get("name", ""))
+                if child.tag == "body":
+                    visit(child)
+        visit(world)
+        self, named = MjModel(), types.SimpleNamespace
+        self.nbody, self.ncam, self.nlight, self.ngeom = map(len, (bodies, cameras, lights, geoms))
+        for kind, names in (("body", bodies), ("camera", cameras), ("light", lights), ("geom", geoms)):
+            setattr(self, kind, lambda i, names=names: named(name=names[i]))
+        self.geom_bodyid = np.zeros(self.ngeom, int)
+        self.vis = named(scale=named(contactwidth=0.3, forcewidth=0.1), map=named(force=0.005),
+                         rgba=named(contactpoint=[1, 0, 0, 1], contactgap=[0, 0, 1, 1], contactforce=[1, 1, 1, 1]))
+        self.stat, self.opt = named(meansize=0.1, meanmass=1.0), named(cone=0)
+        return self
+
+class MjData:
+    def __init__(self, model):
+        self.time, self.ncon, self.contact, self.efc_force = 0.0, 0, [], np.zeros(0)
+        for prefix, count in (("", model.nbody), ("cam_", model.ncam), ("geom_", model.ngeom)):
+            setattr(self, prefix + "xpos", np.zeros((count, 3)))
+            setattr(self, prefix + "xmat", np.tile(np.eye(3).ravel(), (count, 1)))
+        self.xpos[1:, 2] = 1
+        self.cam_xpos[:] = [0, -2, 0.5]
+        self.cam_xmat[:] = [1, 0, 0, 0, 0, -1, 0, 1, 0]
+
+def mj_step(model, data):
+    data.time += 0.1
+    data.xpos[1:, 2] = 1 - 0.5 * data.time ** 2
+"""
+
+
+def example(test):
+    """The example of the package's README, as it stands, with a stand-in of mujoco."""
+    os.environ.update(vulkan_environment())
+    os.environ["FIRE3DV"] = test.programs_at["fire3dv"]
+    page = os.path.join(os.path.dirname(os.path.dirname(fire3dv.__file__)), "README.md")
+    [snippet] = code_blocks(section_of(page, "MuJoCo"), "python")
+    check("publisher.step(data, [camera])" in snippet and 'show="contacts,forces"' in snippet, snippet)
+    with open(test.path("mujoco.py"), "w", encoding="utf-8") as file:
+        file.write(STAND_IN)
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([test.folder, os.environ["PYTHONPATH"]])}
+    done = subprocess.run([sys.executable, "-W", "error", "-c", snippet], cwd=test.folder, env=environment,
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
+    check(done.returncode == 0, done.stdout)
+    picture = read_png(test.path("falling.png"))
+    check((picture.width, picture.height) == (640, 480) and picture.text["SimTimeNs"] == "1000000000", f"{picture.text}")
+    reds = picture.box_of(ranges_about((200, 30, 30), 60))
+    check(reds is not None and abs((reds[0] + reds[2]) / 2 - 320) < 3, f"the ball is at {reds}")
+
+
 def faults(test):
     model, source = model_of(), np.random.default_rng(1)
     with fire3dv.Stream("udp://127.0.0.1:9") as stream:
@@ -131,7 +256,7 @@ def faults(test):
         check((poses[:5, :, 3] == data.xpos[1:]).all() and (poses[5:, :, 3] == data.geom_xpos[[0, 1, 2, 4, 5]]).all(), "positions")
         check(np.allclose(poses[:5, :, :3].reshape(5, 9), data.xmat[1:]), "rotations")
         flags = []
-        stream.publish = lambda _, __, given: flags.append(given)
+        stream.publish = lambda _, __, given: flags.append(given)  # of publish() and step()
         for data.time in (1.0, 2.0, 0.5, 0.6, 0.7):
             if data.time == 0.7:
                 publisher.jump()
@@ -150,4 +275,4 @@ def faults(test):
 
 
 if __name__ == "__main__":
-    main({"names": names, "images": images, "faults": faults}, ["fire3dv"])
+    main({"names": names, "images": images, "contacts": contacts, "example": example, "faults": faults}, ["fire3dv"])

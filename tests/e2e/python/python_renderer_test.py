@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 import time
+import urllib.request
 
 import numpy
 
@@ -122,6 +123,40 @@ def faults(test):
            lambda: fire3dv.Renderer(test.scene, program=silent, start_timeout_s=0.5))
 
 
+def served(test):
+    """The link of the live view is there when the constructor returns, however late the renderer prints it."""
+    token = "0123456789abcdef" * 2
+    links = "sleep 0.3; " + "".join(f"echo '  {kind}  http://127.0.0.1:8080/#{token}{number}'; "
+                                    for kind, number in (("control", ""), ("view   ", "&node=x")))
+    late = script(test, "late", 'echo "$@"; ' + LISTENING + links + "exec sleep 1000")
+    for options, words in (({"serve": True}, "--serve 127.0.0.1:0"), ({"serve": "[::1]:9"}, "--serve [::1]:9"),
+                           ({"arguments": ["--serve", "127.0.0.1:0"]}, "--serve 127.0.0.1:0")):
+        with fire3dv.Renderer(test.scene, program=late, **options) as renderer:
+            check(words in renderer.log[0], renderer.log[0])
+            check(renderer.control_link == f"http://127.0.0.1:8080/#{token}", renderer.control_link)
+            check(renderer.view_link == f"http://127.0.0.1:8080/#{token}&node=x", renderer.view_link)
+            check(fire3dv.show(renderer) == fire3dv.show(renderer.view_link), "show() shows another link")
+    silent = script(test, "silent", LISTENING + "exec sleep 1000")
+    raised(fire3dv.RendererError, "prints no link of its live view after 0.5 s",
+           lambda: fire3dv.Renderer(test.scene, program=silent, serve=True, start_timeout_s=0.5))
+    with fire3dv.Renderer(test.scene, program=silent) as renderer:
+        raised(fire3dv.StateError, "fire3dv.Renderer(..., serve=True)", lambda: renderer.view_link)
+        raised(fire3dv.StateError, "fire3dv.Renderer(..., serve=True)", lambda: fire3dv.show(renderer))
+    raised(fire3dv.ArgumentError, "serve is 8080", lambda: fire3dv.Renderer(test.scene, program=silent, serve=8080))
+    raised(fire3dv.ArgumentError, "arguments is one str; a list is needed",
+           lambda: fire3dv.Renderer(test.scene, program=silent, arguments="--samples 1"))
+    windowless = script(test, "windowless", "echo 'fire3dv: error: no display; use --headless --out DIR'; exit 1")
+    raised(fire3dv.RendererError, "no display; use headless=True",
+           lambda: fire3dv.Renderer(test.scene, program=windowless, headless=False))
+    # The program itself.
+    os.environ.update(vulkan_environment())
+    with fire3dv.Renderer(test.scene, program=test.programs_at["fire3dv"], serve=True, start_timeout_s=HANG_S,
+                          arguments=["--cache", "off"]) as renderer:
+        with urllib.request.urlopen(renderer.view_link.split("#")[0], timeout=HANG_S) as page:
+            check(page.status == 200 and b"<html" in page.read().lower(), "the link leads nowhere")
+        check(renderer.view_link != renderer.control_link, renderer.view_link)
+
+
 def programs(test):
     """Order in which the program is looked for."""
     mine = script(test, "fire3dv", LISTENING + "exec sleep 1000")
@@ -211,4 +246,4 @@ def parent_ends(test):
 
 
 if __name__ == "__main__":
-    main({"draws": draws, "readme": readme, "faults": faults, "programs": programs, "ends": ends, "parent_ends": parent_ends}, ["fire3dv"])
+    main({"draws": draws, "readme": readme, "faults": faults, "served": served, "programs": programs, "ends": ends, "parent_ends": parent_ends}, ["fire3dv"])

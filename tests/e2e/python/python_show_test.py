@@ -22,6 +22,11 @@ for address in ("http://127.0.0.1:8080/", "https://[::1]:9/", "http://localhost:
     assert tag == "iframe" and attributes["src"] == f"{address}?embed=1#{TOKEN}" and attributes["height"] == "300", attributes
     assert TOKEN not in repr(view) and TOKEN not in str(view), view
 
+# Behind a proxy the page has a path.
+for path in ("/user/me/proxy/8080/", "/user/me/proxy/8080", "/a%20b/"):
+    [(tag, attributes)] = Frames(fire3dv.show(f"https://hub{path}#{TOKEN}")._repr_html_()).found
+    assert attributes["src"] == f"https://hub{path}?embed=1#{TOKEN}", attributes
+
 STATE = "&view=1,-2.5,3,0,0,0,1,2,0.8&node=arm%2Flink%201"
 [(tag, attributes)] = Frames(fire3dv.show(f"http://127.0.0.1:8080/?embed=1#{TOKEN}{STATE}")._repr_html_()).found
 assert attributes["src"] == f"http://127.0.0.1:8080/?embed=1#{TOKEN}{STATE}", attributes
@@ -34,6 +39,7 @@ for link in ("", "127.0.0.1:8080", f"ftp://host/#{TOKEN}", "http://127.0.0.1:808
         fire3dv.show(link)
     except fire3dv.ArgumentError as error:
         assert "--serve" in str(error), error
+        assert "serve=True" in str(error), error
     else:
         raise AssertionError(f"show({link!r}) raised nothing")
 for height in (0, 1.5, "300"):
@@ -43,6 +49,8 @@ for height in (0, 1.5, "300"):
         continue
     raise AssertionError(f"a height of {height!r} raised nothing")
 # A host that would end the attribute stays inside it.
+[(tag, attributes)] = Frames(fire3dv.show(f'http://a/"onload="x/#{TOKEN}')._repr_html_()).found
+assert set(attributes) == {"src", "width", "height", "style", "referrerpolicy"}, attributes
 [(tag, attributes)] = Frames(fire3dv.show(f'http://a"onload="x/#{TOKEN}')._repr_html_()).found
 assert set(attributes) == {"src", "width", "height", "style", "referrerpolicy"}, attributes
 print("passed")

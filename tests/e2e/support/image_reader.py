@@ -153,6 +153,33 @@ def read_png(path):
     return Picture(width, height, unfilter(zlib.decompress(pixels), width, height, 3 if colour == 2 else 4), text)
 
 
+def read_gray_png(path):
+    """Returns the rows of a PNG of 16-bit grey as tuples of numbers, and its texts."""
+    with open(path, "rb") as file:
+        data = file.read()
+    at, header, pixels, text = 8, None, b"", {}
+    while at < len(data):
+        length, kind = struct.unpack_from(">I4s", data, at)
+        body = data[at + 8:at + 8 + length]
+        check(zlib.crc32(kind + body) == struct.unpack_from(">I", data, at + 8 + length)[0], f"{path}: {kind} is damaged")
+        if kind == b"IHDR":
+            header = struct.unpack(">IIBBBBB", body)
+        elif kind == b"IDAT":
+            pixels += body
+        elif kind == b"tEXt":
+            keyword, value = body.split(b"\0", 1)
+            text[keyword.decode()] = value.decode("latin-1")
+        at += 12 + length
+    width, height, depth, colour = header[:4]
+    check((depth, colour, header[6]) == (16, 0, 0), f"{path}: not 16-bit grey: {header}")
+    raw, rows = zlib.decompress(pixels), []
+    for y in range(height):
+        line = raw[y * (2 * width + 1):(y + 1) * (2 * width + 1)]
+        check(line[0] == 1, f"{path}: the filter {line[0]}")
+        rows.append(struct.unpack(f">{width}H", sums(bytearray(line[1:]), 2)))
+    return rows, text
+
+
 def added(a, b):
     """Sums of bytes, modulo 256."""
     length = len(a)

@@ -23,6 +23,7 @@ a copy; other arrays and nested sequences are converted. Everything that can fai
 renderer is not an error. Where the library is looked for stands in README.md, FIRE3DV_CLIENT_LIBRARY in the
 environment first.
 """
+from ._types import Lens, Output, When
 from .errors import (ArgumentError, BudgetError, Error, ErrorCode, LibraryNotFound, OperatingSystemError,
                      RefusedError, RendererError, RendererNotFound, SceneWarning, StateError, Timeout)
 from .image import ALIASES, OUTPUTS, Image
@@ -34,6 +35,9 @@ from .robot import Joint, JointType, Robot, RobotPublisher
 from .status import LightKind, MarkerKind, Property, Status, Welcome
 from .stream import FRAME_DISCONTINUITY, Stream, version
 
+#: Of this package; version() is that of the C library.
+__version__ = "0.1.0"
+
 VISIBLE, BASE_COLOR, LIGHT, CAMERA, NODE, VERTICES, MARKER = Property
 DIRECTIONAL, POINT, SPOT = LightKind
 ERROR_ARGUMENT, ERROR_STATE, ERROR_SYSTEM, ERROR_TIMEOUT, ERROR_BUDGET, ERROR_REFUSED = ErrorCode
@@ -41,7 +45,7 @@ ERROR_ARGUMENT, ERROR_STATE, ERROR_SYSTEM, ERROR_TIMEOUT, ERROR_BUDGET, ERROR_RE
 __all__ = [
     "ArgumentError", "BudgetError", "Error", "ErrorCode", "LibraryNotFound", "OperatingSystemError",
     "RefusedError", "RendererError", "RendererNotFound", "SceneWarning", "StateError",
-    "Timeout", "ALIASES", "OUTPUTS", "Image", "ImageRequest",
+    "Timeout", "Lens", "Output", "When", "__version__", "ALIASES", "OUTPUTS", "Image", "ImageRequest",
     "LiveView", "show", "Renderer", "find_program", "look_at", "pose", "Joint", "JointType", "Robot", "RobotPublisher",
     "LightKind", "MarkerKind", "Property", "Status", "Welcome", "FRAME_DISCONTINUITY", "Stream", "version",
     "VISIBLE", "BASE_COLOR", "LIGHT", "CAMERA", "NODE", "VERTICES", "MARKER", "DIRECTIONAL", "POINT", "SPOT",

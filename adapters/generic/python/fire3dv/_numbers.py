@@ -2,7 +2,8 @@
 import ctypes
 import math
 import sys
-from typing import Any, List, Optional, Tuple
+from enum import IntEnum
+from typing import Any, List, Optional, Tuple, Type
 
 from .errors import ArgumentError, ErrorCode
 
@@ -20,6 +21,15 @@ def whole(value: Any, kind: Any, name: str) -> int:
     if kind(number).value != number:
         raise _refuse(f"{name} is {number}, which does not fit into {8 * ctypes.sizeof(kind)} bits")
     return number
+
+
+def enumerated(value: Any, kind: Type[IntEnum], name: str) -> int:
+    """Checks a member of an enumeration, or its number."""
+    try:
+        return int(kind(value))
+    except ValueError:
+        members = ", ".join(f".{member}" for member in list(kind.__members__)[1:])
+        raise _refuse(f"{name} is {value!r}; use fire3dv.{kind.__name__}.{next(iter(kind.__members__))}, or {members}") from None
 
 
 def real(value: Any, name: str) -> float:

@@ -6,20 +6,21 @@ import math
 import re
 import time
 from ctypes import POINTER, byref, c_float, c_uint32, c_uint64
-from typing import TYPE_CHECKING, Any, Callable, Dict, Iterable, Iterator, List, Optional, Sequence
+from typing import TYPE_CHECKING, Any, Callable, Dict, Iterable, Iterator, List, Mapping, Optional, Sequence, Tuple
 
 from . import _library as c
 from ._handle import StreamHandle
 from ._library import check, encoded, library
 from ._numbers import real, rigid, seconds, whole
+from ._types import Array, Lens, Output, When
 from .errors import ArgumentError, ErrorCode, StateError, Timeout
-from .image import BITS_OF_ANY_NAME, LENSES, Handle, Image
+from .image import BITS_OF_ANY_NAME, IDENTITY, LENSES, Handle, Image
 
 if TYPE_CHECKING:
     from .renderer import Renderer
-    from .stream import Array, Stream
+    from .stream import Stream
 
-_WHEN = {"once": 1, "every_nth": 2, "rate": 3, "exactly": 4}
+WHEN: Dict[When, int] = {"once": 1, "every_nth": 2, "rate": 3, "exactly": 4}
 _SLICE_S = 0.05  # a stream is freed after the slices of waits in other threads
 
 
@@ -60,7 +61,7 @@ class ImageRequest:
         return f"<fire3dv.ImageRequest {self.id} of {self._stream!r}>"
 
 
-def _number_of(names: Dict[str, int], name: Any, what: str) -> int:
+def _number_of(names: Mapping[Any, int], name: Any, what: str) -> int:
     if name not in names:
         raise ArgumentError(ErrorCode.ARGUMENT, f"{what} is {name!r}; use one of {', '.join(names)}")
     return names[name]
@@ -73,12 +74,13 @@ class ImageRequests:
     _open_handle: Callable[[], StreamHandle]
     renderer: Optional[Renderer] = None  #: set by Renderer.stream
     _look_for_answer: Callable[[float], None]
+    _world_from_stream: Tuple[float, ...] = IDENTITY  # of describe()
 
     def request_image(self, width: int, height: int, *, node: Optional[str] = None,
                       parent_from_camera: Optional[Array] = None, fx: float = 0.0, fy: Optional[float] = None,
                       cx: Optional[float] = None, cy: Optional[float] = None, near_m: float = 0.0,
-                      far_m: float = 0.0, lens: str = "none", lens_coefficients: Sequence[float] = (),
-                      outputs: Iterable[str] = ("color",), when: str = "once", every: int = 1,
+                      far_m: float = 0.0, lens: Lens = "none", lens_coefficients: Sequence[float] = (),
+                      outputs: Iterable[Output] = ("color",), when: When = "once", every: int = 1,
                       rate_hz: float = 0.0, sequence: int = 0, markers: bool = False, f_number: float = 0.0,
                       focus_distance_m: float = 0.0) -> ImageRequest:
         """Requests images of a camera. Does not block.
@@ -111,7 +113,7 @@ class ImageRequests:
             real((height - 1) / 2 if cy is None else cy, "cy"), real(near_m, "near_m"), real(far_m, "far_m"),
             _number_of(LENSES, lens, "lens"),
             (c_float * 5)(*[real(k, "lens_coefficients") for k in lens_coefficients]), bits,
-            _number_of(_WHEN, when, "when"), whole(every, c_uint32, "every"), real(rate_hz, "rate_hz"),
+            _number_of(WHEN, when, "when"), whole(every, c_uint32, "every"), real(rate_hz, "rate_hz"),
             whole(sequence, c_uint64, "sequence"), int(bool(markers)), real(f_number, "f_number"),
             real(focus_distance_m, "focus_distance_m"))
         number = c_uint64()
@@ -124,7 +126,7 @@ class ImageRequests:
         number = request.id if request else 0
         self._wait(seconds(timeout_s, "timeout_s"),
                    lambda wait_ms: self._open_handle().call(library().fire3dv_wait_image, number, wait_ms, byref(pointer)))
-        image = Image(Handle(pointer), self.renderer.scene_names if self.renderer is not None else None)
+        image = Image(Handle(pointer), self.renderer.scene_names if self.renderer is not None else None, self._world_from_stream)
         self._look_for_answer(0)
         return image
 
@@ -162,11 +164,15 @@ class ImageRequests:
 
         requests: with when="every_nth" and every=1. Images of earlier frames are skipped.
         """
-        sequence = self.publish(sim_time_ns, stream_from_body, flags)  # type: ignore[attr-defined]
-        images = []
-        for request in requests:
+        return images_of(self.publish(sim_time_ns, stream_from_body, flags), requests, timeout_s)  # type: ignore
+
+
+def images_of(sequence: int, requests: Sequence[ImageRequest], timeout_s: float) -> List[Image]:
+    """Waits for the image of this frame, or of a later one, from each request."""
+    images = []
+    for request in requests:
+        image = request.wait(timeout_s)
+        while image.sequence < sequence:
             image = request.wait(timeout_s)
-            while image.sequence < sequence:
-                image = request.wait(timeout_s)
-            images.append(image)
-        return images
+        images.append(image)
+    return images

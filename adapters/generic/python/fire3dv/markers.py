@@ -3,20 +3,15 @@ from __future__ import annotations
 
 import ctypes
 import sys
-from ctypes import byref, c_int32, c_uint8, c_uint64
-from typing import TYPE_CHECKING, Any, Callable, List, Optional, Sequence, Tuple, Union
+from ctypes import byref, c_uint8, c_uint64
+from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple, Union
 
 from . import _library as c
 from ._library import encoded, library
-from ._numbers import Numbers, real, seconds
+from ._numbers import Numbers, enumerated, real, seconds
+from ._types import Array, Pixels
 from .errors import ArgumentError, ErrorCode
 from .status import MarkerKind
-
-if TYPE_CHECKING:
-    import numpy.typing as npt
-    Array = Union[npt.ArrayLike, Sequence[Any], memoryview]
-else:
-    Array = Any
 
 _OVERLAID = 1
 
@@ -149,7 +144,7 @@ def _pairs(starts: Array, vectors: Array) -> Any:
 class Markers:
     """Marker functions of a Stream. A marker is a scene edit whose key is its name, "namespace/name" by convention.
 
-    Common arguments:
+    Arguments of all functions:
     colors: one for all or one per position (arrows: per arrow), sRGB with or without alpha: uint8 arrays, or numbers
         from 0 to 1. None: white. parent: scene node, in whose frame the marker is; None: the stream's frame.
     parent_from_marker: (3, 4) or (4, 4). lifetime_s: simulator time from the frame published last; 0: until it is
@@ -163,7 +158,7 @@ class Markers:
                    sizes: Union[Array, float, None] = None, colors: Optional[Array] = None,
                    width_px: Optional[float] = None, width_m: Optional[float] = None, parent: Optional[str] = None,
                    parent_from_marker: Optional[Array] = None, lifetime_s: float = 0.0, overlaid: bool = False,
-                   texts: Optional[Sequence[str]] = None, pixels: Any = None, _positions_per_color: int = 1) -> None:
+                   texts: Optional[Sequence[str]] = None, pixels: Optional[Pixels] = None, _positions_per_color: int = 1) -> None:
         """Sets or replaces a marker of any kind; the other functions call this one."""
         places = Numbers(positions, (3,), "positions")
         turns = Numbers(rotations if rotations is not None else [], (4,), "rotations")
@@ -180,7 +175,7 @@ class Markers:
             raise _refuse(f"lifetime_s is {lifetime_s}; at most 292 years are allowed, and 0 has no end")
         strings = _strings(texts)
         image = pixels if isinstance(pixels, _Pixels) else _Pixels(pixels)
-        marker = c.Marker(ctypes.sizeof(c.Marker), c_int32(kind), unit, width, _OVERLAID if overlaid else 0,
+        marker = c.Marker(ctypes.sizeof(c.Marker), enumerated(kind, MarkerKind, "kind"), unit, width, _OVERLAID if overlaid else 0,
                           c_uint64(round(lifetime_ns)), encoded(parent, "parent"), matrix.address, places.address,
                           places.rows, turns.address, turns.rows, extents.address, extents.rows, rgba.address,
                           rgba.rows, ctypes.addressof(strings) if strings else None, len(strings), image.address,
@@ -192,75 +187,95 @@ class Markers:
         self._call(library().fire3dv_clear_marker, encoded(name, "name"))
 
     def points(self, name: str, positions: Array, colors: Optional[Array] = None, size_px: Optional[float] = None,
-               size_m: Optional[float] = None, **common: Any) -> None:
+               size_m: Optional[float] = None, *, parent: Optional[str] = None,
+               parent_from_marker: Optional[Array] = None, lifetime_s: float = 0.0, overlaid: bool = False) -> None:
         """Round points. positions: (n, 3). size_px or size_m: diameter; 5 pixels where both are left out."""
         width, unit = _width(size_px, size_m, 5.0, "size")
-        self.set_marker(name, MarkerKind.POINTS, positions, colors=colors, **_named(width, unit), **common)
+        self.set_marker(name, MarkerKind.POINTS, positions, colors=colors, **_named(width, unit), parent=parent,
+                        parent_from_marker=parent_from_marker, lifetime_s=lifetime_s, overlaid=overlaid)
 
     def lines(self, name: str, positions: Array, colors: Optional[Array] = None, width_px: Optional[float] = None,
-              width_m: Optional[float] = None, **common: Any) -> None:
+              width_m: Optional[float] = None, *, parent: Optional[str] = None,
+              parent_from_marker: Optional[Array] = None, lifetime_s: float = 0.0, overlaid: bool = False) -> None:
         """Segments. positions: (2 n, 3) or (n, 2, 3). The width is 2 pixels where it is left out."""
         width, unit = _width(width_px, width_m, 2.0, "width")
-        self.set_marker(name, MarkerKind.LINES, positions, colors=colors, **_named(width, unit), **common)
+        self.set_marker(name, MarkerKind.LINES, positions, colors=colors, **_named(width, unit), parent=parent,
+                        parent_from_marker=parent_from_marker, lifetime_s=lifetime_s, overlaid=overlaid)
 
-    def line_strip(self, name: str, positions: Array, colors: Optional[Array] = None,
-                   width_px: Optional[float] = None, width_m: Optional[float] = None, **common: Any) -> None:
+    def line_strip(self, name: str, positions: Array, colors: Optional[Array] = None, width_px: Optional[float] = None,
+                   width_m: Optional[float] = None, *, parent: Optional[str] = None,
+                   parent_from_marker: Optional[Array] = None, lifetime_s: float = 0.0, overlaid: bool = False) -> None:
         """A line through all positions, (n, 3). The width is 2 pixels where it is left out."""
         width, unit = _width(width_px, width_m, 2.0, "width")
-        self.set_marker(name, MarkerKind.LINE_STRIP, positions, colors=colors, **_named(width, unit), **common)
+        self.set_marker(name, MarkerKind.LINE_STRIP, positions, colors=colors, **_named(width, unit), parent=parent,
+                        parent_from_marker=parent_from_marker, lifetime_s=lifetime_s, overlaid=overlaid)
 
     def arrows(self, name: str, starts: Array, vectors: Array, colors: Optional[Array] = None,
-               width_px: Optional[float] = None, width_m: Optional[float] = None, **common: Any) -> None:
+               width_px: Optional[float] = None, width_m: Optional[float] = None, *, parent: Optional[str] = None,
+               parent_from_marker: Optional[Array] = None, lifetime_s: float = 0.0, overlaid: bool = False) -> None:
         """Arrows from starts to starts + vectors, both (n, 3). The shaft's diameter is 4 pixels where it is left out."""
         width, unit = _width(width_px, width_m, 4.0, "width")
         self.set_marker(name, MarkerKind.ARROWS, _pairs(starts, vectors), colors=colors, **_named(width, unit),
-                        _positions_per_color=2, **common)
+                        _positions_per_color=2, parent=parent, parent_from_marker=parent_from_marker,
+                        lifetime_s=lifetime_s, overlaid=overlaid)
 
     def axes(self, name: str, positions: Array, rotations: Optional[Array] = None, sizes: Union[Array, float] = 0.1,
-             width_px: Optional[float] = None, width_m: Optional[float] = None, **common: Any) -> None:
+             width_px: Optional[float] = None, width_m: Optional[float] = None, *, parent: Optional[str] = None,
+             parent_from_marker: Optional[Array] = None, lifetime_s: float = 0.0, overlaid: bool = False) -> None:
         """Frames: x red, y green, z blue. rotations: (n, 4) x y z w. sizes: lengths of the axes."""
         width, unit = _width(width_px, width_m, 3.0, "width")
         self.set_marker(name, MarkerKind.AXES, positions, rotations=rotations, sizes=sizes, **_named(width, unit),
-                        **common)
+                        parent=parent, parent_from_marker=parent_from_marker, lifetime_s=lifetime_s, overlaid=overlaid)
 
     def boxes(self, name: str, positions: Array, sizes: Union[Array, float] = 0.1, rotations: Optional[Array] = None,
-              colors: Optional[Array] = None, **common: Any) -> None:
+              colors: Optional[Array] = None, *, parent: Optional[str] = None,
+              parent_from_marker: Optional[Array] = None, lifetime_s: float = 0.0, overlaid: bool = False) -> None:
         """Boxes. positions: centres. sizes: full extents, one number, (3,) or (n, 3)."""
-        self.set_marker(name, MarkerKind.BOXES, positions, rotations=rotations, sizes=sizes, colors=colors, **common)
+        self.set_marker(name, MarkerKind.BOXES, positions, rotations=rotations, sizes=sizes, colors=colors,
+                        parent=parent, parent_from_marker=parent_from_marker, lifetime_s=lifetime_s, overlaid=overlaid)
 
-    def spheres(self, name: str, positions: Array, sizes: Union[Array, float] = 0.1,
-                rotations: Optional[Array] = None, colors: Optional[Array] = None, **common: Any) -> None:
+    def spheres(self, name: str, positions: Array, sizes: Union[Array, float] = 0.1, rotations: Optional[Array] = None,
+                colors: Optional[Array] = None, *, parent: Optional[str] = None,
+                parent_from_marker: Optional[Array] = None, lifetime_s: float = 0.0, overlaid: bool = False) -> None:
         """Spheres and ellipsoids. sizes: diameters, one number, (3,) or (n, 3)."""
-        self.set_marker(name, MarkerKind.SPHERES, positions, rotations=rotations, sizes=sizes, colors=colors, **common)
+        self.set_marker(name, MarkerKind.SPHERES, positions, rotations=rotations, sizes=sizes, colors=colors,
+                        parent=parent, parent_from_marker=parent_from_marker, lifetime_s=lifetime_s, overlaid=overlaid)
 
     def cylinders(self, name: str, positions: Array, sizes: Array, rotations: Optional[Array] = None,
-                  colors: Optional[Array] = None, **common: Any) -> None:
+                  colors: Optional[Array] = None, *, parent: Optional[str] = None,
+                  parent_from_marker: Optional[Array] = None, lifetime_s: float = 0.0, overlaid: bool = False) -> None:
         """Cylinders along z. sizes: (3,) or (n, 3): diameters x and y, length."""
         self.set_marker(name, MarkerKind.CYLINDERS, positions, rotations=rotations, sizes=sizes, colors=colors,
-                        **common)
+                        parent=parent, parent_from_marker=parent_from_marker, lifetime_s=lifetime_s, overlaid=overlaid)
 
     def capsules(self, name: str, positions: Array, sizes: Array, rotations: Optional[Array] = None,
-                 colors: Optional[Array] = None, **common: Any) -> None:
+                 colors: Optional[Array] = None, *, parent: Optional[str] = None,
+                 parent_from_marker: Optional[Array] = None, lifetime_s: float = 0.0, overlaid: bool = False) -> None:
         """Capsules along z. sizes: (3,) or (n, 3): diameters x and y, length without the half spheres."""
-        self.set_marker(name, MarkerKind.CAPSULES, positions, rotations=rotations, sizes=sizes, colors=colors, **common)
+        self.set_marker(name, MarkerKind.CAPSULES, positions, rotations=rotations, sizes=sizes, colors=colors,
+                        parent=parent, parent_from_marker=parent_from_marker, lifetime_s=lifetime_s, overlaid=overlaid)
 
-    def triangles(self, name: str, positions: Array, colors: Optional[Array] = None, **common: Any) -> None:
+    def triangles(self, name: str, positions: Array, colors: Optional[Array] = None, *, parent: Optional[str] = None,
+                  parent_from_marker: Optional[Array] = None, lifetime_s: float = 0.0, overlaid: bool = False) -> None:
         """Triangles, seen from both sides. positions: (3 n, 3) or (n, 3, 3)."""
-        self.set_marker(name, MarkerKind.TRIANGLES, positions, colors=colors, **common)
+        self.set_marker(name, MarkerKind.TRIANGLES, positions, colors=colors, parent=parent,
+                        parent_from_marker=parent_from_marker, lifetime_s=lifetime_s, overlaid=overlaid)
 
     def text(self, name: str, text: Union[str, Sequence[str]], positions: Array, colors: Optional[Array] = None,
-             size_px: Optional[float] = None, size_m: Optional[float] = None, **common: Any) -> None:
+             size_px: Optional[float] = None, size_m: Optional[float] = None, *, parent: Optional[str] = None,
+             parent_from_marker: Optional[Array] = None, lifetime_s: float = 0.0, overlaid: bool = False) -> None:
         """Texts that face the viewer, centred on their positions. text: one, or one per position; lines end with "\\n".
 
         size_px or size_m: font size, of which capitals are 0.73 high; 16 pixels where both are left out.
         """
         width, unit = _width(size_px, size_m, 16.0, "size")
-        self.set_marker(name, MarkerKind.TEXTS, positions, colors=colors, texts=[text] if isinstance(text, str) else text,
-                        **_named(width, unit), **common)
+        self.set_marker(name, MarkerKind.TEXTS, positions, colors=colors,
+                        texts=[text] if isinstance(text, str) else text, **_named(width, unit), parent=parent,
+                        parent_from_marker=parent_from_marker, lifetime_s=lifetime_s, overlaid=overlaid)
 
-
-    def image(self, name: str, pixels: Any, size_m: Union[float, Sequence[float], None] = None,
-              position: Array = (0.0, 0.0, 0.0), rotation: Optional[Array] = None, **common: Any) -> None:
+    def image(self, name: str, pixels: Pixels, size_m: Union[float, Sequence[float], None] = None,
+              position: Array = (0.0, 0.0, 0.0), rotation: Optional[Array] = None, *, parent: Optional[str] = None,
+              parent_from_marker: Optional[Array] = None, lifetime_s: float = 0.0, overlaid: bool = False) -> None:
         """An image on a rectangle, seen from both sides, in its own colours. pixels: uint8 of (height, width), or (height,
         width, 1, 3 or 4), sRGB; at most 1024 a side.
 
@@ -280,7 +295,9 @@ class Markers:
             if len(size) != 2:
                 raise _refuse(f"size_m has {len(size)} numbers; width and height, or the width alone, are needed")
         self.set_marker(name, MarkerKind.IMAGES, [tuple(position)], sizes=[(*size, 0.0)],
-                        rotations=None if rotation is None else [tuple(rotation)], pixels=image, **common)
+                        rotations=None if rotation is None else [tuple(rotation)],
+                        pixels=image,  # type: ignore[arg-type]
+                        parent=parent, parent_from_marker=parent_from_marker, lifetime_s=lifetime_s, overlaid=overlaid)
 
 
 def _strings(texts: Optional[Sequence[str]]) -> Any:
@@ -291,5 +308,5 @@ def _strings(texts: Optional[Sequence[str]]) -> Any:
     return (ctypes.c_char_p * len(rows))(*rows)
 
 
-def _named(width: float, unit: int) -> Any:
+def _named(width: float, unit: int) -> Dict[str, Any]:
     return {"width_m": width} if unit else {"width_px": width}

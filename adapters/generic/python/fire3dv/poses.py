@@ -3,17 +3,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Optional, Tuple
 
+from ._types import Array, Float32Array
 from .errors import ArgumentError, ErrorCode
 
 if TYPE_CHECKING:
     import numpy as np
-
-    from .stream import Array
+    import numpy.typing as npt
 
 _UNIT_TOLERANCE = 0.01
 
 
-def _vectors(value: Any, name: str, size: int) -> "np.ndarray[Any, Any]":
+def _vectors(value: Any, name: str, size: int) -> npt.NDArray[np.float64]:
     import numpy
     try:
         vectors = numpy.asarray(value, dtype=numpy.float64)
@@ -29,7 +29,7 @@ def _vectors(value: Any, name: str, size: int) -> "np.ndarray[Any, Any]":
     return vectors
 
 
-def _rotations(quaternion: "np.ndarray[Any, Any]", name: str) -> "np.ndarray[Any, Any]":
+def _rotations(quaternion: npt.NDArray[np.float64], name: str) -> npt.NDArray[np.float64]:
     """(..., 4) as x, y, z, w to (..., 3, 3)."""
     import numpy
     length = numpy.linalg.norm(quaternion, axis=-1, keepdims=True)
@@ -46,7 +46,7 @@ def _rotations(quaternion: "np.ndarray[Any, Any]", name: str) -> "np.ndarray[Any
 
 
 def pose(position: Array = (0, 0, 0), quaternion: Optional[Array] = None, *,
-         wxyz: Optional[Array] = None) -> "np.ndarray[Any, Any]":
+         wxyz: Optional[Array] = None) -> Float32Array:
     """Returns rigid poses, (3, 4) or (n, 3, 4) float32: `parent_from_body`, rotation and position of a body.
 
     position: (3,) or (n, 3), metres, in the parent's frame (for Stream.publish: the stream's).
@@ -72,7 +72,7 @@ def pose(position: Array = (0, 0, 0), quaternion: Optional[Array] = None, *,
     return result
 
 
-def look_at(eye: Array, target: Array, up: Array = (0, 1, 0)) -> "np.ndarray[Any, Any]":
+def look_at(eye: Array, target: Array, up: Array = (0, 1, 0)) -> Float32Array:
     """Returns the pose, (3, 4) float32, of a camera or light at eye: its -Z axis points to target, its +Y axis to up.
 
     eye, target: (3,), metres. up: (3,) direction. All in the parent's frame, which is also that of the result: for a

@@ -9,18 +9,22 @@ import shutil
 import sys
 import time
 import weakref
-from typing import Any, List, Mapping, Optional, Sequence, Tuple, Union
+from typing import Dict, List, Mapping, Optional, Sequence, TextIO, Tuple, Union
 
 from ._library import library_file
 from ._numbers import real, whole
 from ._process import GuardedProcess
 from ._scene_names import SceneNames
-from .errors import ArgumentError, Error, ErrorCode, LibraryNotFound, RendererError, RendererNotFound
+from .errors import ArgumentError, Error, ErrorCode, LibraryNotFound, RendererError, RendererNotFound, StateError
 from .stream import Stream
 
 PROGRAM_NAME = "fire3dv"
 _QUOTED_LINES = 12
 _LISTENING = re.compile(r"listening on (\S+)$")
+_LINK = re.compile(r"\s*(control|view)\s+(https?://\S+#\S+)$")
+_HEADLESS = re.compile(r"\buse --headless( --out DIR)?")
+
+_ANY_PORT = "127.0.0.1:0"
 
 Path = Union[str, "os.PathLike[str]"]
 
@@ -75,8 +79,8 @@ class Renderer:
     def __init__(self, scene: Path, *, uri: Optional[str] = None, headless: bool = True, on_request: bool = True,
                  size: Optional[Tuple[int, int]] = None, camera: Optional[str] = None, device: Optional[str] = None,
                  arguments: Sequence[Path] = (), program: Optional[Path] = None,
-                 environment: Optional[Mapping[str, str]] = None, log: Optional[Any] = None,
-                 start_timeout_s: float = 120.0) -> None:
+                 environment: Optional[Mapping[str, str]] = None, log: Optional[TextIO] = None,
+                 start_timeout_s: float = 120.0, serve: Union[bool, str] = False) -> None:
         """Starts the program fire3dv and waits until it listens.
 
         scene: glTF file or robot description. uri: None for shared memory with a fresh name; "tcp://127.0.0.1:0"
@@ -84,6 +88,8 @@ class Renderer:
         drawn. size: (width, height) in pixels of the window, or of images that arguments write. camera, device: names.
         arguments: further options of fire3dv(1). program: see find_program. environment: variables of the process;
         None: those of this one. log: text file for the renderer's messages, such as sys.stderr.
+        serve: True for a live view in browsers of this machine, at a free port; "127.0.0.1:8080" for this one. view_link
+        and fire3dv.show lead there.
         """
         uri = f"shm://python-{os.getpid()}-{secrets.token_hex(6)}" if uri is None else uri
         self.scene = os.fspath(scene)  #: as given
@@ -92,11 +98,19 @@ class Renderer:
         command = [self.program, scene_argument, "--listen", uri]
         if headless:
             command += ["--headless", *(["--on-request"] if on_request else [])]
+        if not isinstance(serve, (bool, str)):
+            raise ArgumentError(ErrorCode.ARGUMENT, f"serve is {serve!r}; True, False or \"HOST:PORT\" is needed")
+        if serve:
+            command += ["--serve", _ANY_PORT if serve is True else serve]
         if size is not None:
             command += ["--size", self._size_text(size)]
         for option, value in (("--camera", camera), ("--device", device)):
             command += [option, str(value)] if value is not None else []
+        if isinstance(arguments, (str, bytes)):
+            raise ArgumentError(ErrorCode.ARGUMENT, f"arguments is one {type(arguments).__name__}; a list is needed, such "
+                                "as [\"--samples\", \"1\"]")
         command += [os.fspath(argument) for argument in arguments]
+        self._serves = any(word == "--serve" or str(word).startswith("--serve=") for word in command)
         timeout_s = real(start_timeout_s, "start_timeout_s")
         for text in (uri, *command):
             if not isinstance(text, str) or "\0" in text:
@@ -123,22 +137,31 @@ class Renderer:
         return "x".join(str(whole(side, ctypes.c_uint32, "size")) for side in (width, height))
 
     def _wait_until_listening(self, timeout_s: float) -> str:
+        """Returns the URI. Sets the links of the live view, which the renderer prints after it."""
         end = time.monotonic() + timeout_s
+        self._links: Dict[str, str] = {}
+        uri = None
         while True:
             status = self._process.exit_status()  # before the lines: output from before its end counts
             for line in self._process.lines():
-                found = _LISTENING.search(line)
-                if found:
-                    return found.group(1)
+                listening, link = _LISTENING.search(line), _LINK.match(line)
+                if listening and uri is None:
+                    uri = listening.group(1)
+                if link:
+                    self._links[link.group(1)] = link.group(2)
+            if uri is not None and ("view" in self._links or not self._serves):
+                return uri
             if status is not None:
                 raise self._error(f"{_ended(status)} before it listened")
             if time.monotonic() >= end:
-                raise self._error(f"does not listen after {timeout_s:g} s (start_timeout_s)")
+                missing = "does not listen" if uri is None else "prints no link of its live view"
+                raise self._error(f"{missing} after {timeout_s:g} s (start_timeout_s)")
             self._process.wait_for_output(min(0.1, timeout_s))
 
     def _error(self, event: str) -> Error:
         lines = self._process.lines()[-_QUOTED_LINES:]
-        said = "; it wrote nothing" if not lines else ". Its last lines:\n" + "\n".join(f"    {line}" for line in lines)
+        quoted = _HEADLESS.sub("use headless=True", "\n".join(f"    {line}" for line in lines))
+        said = f". Its last lines:\n{quoted}" if lines else "; it wrote nothing"
         return RendererError(ErrorCode.SYSTEM, f"the renderer {self.program} {event}{said}")
 
     @property
@@ -154,6 +177,22 @@ class Renderer:
         """Last lines that the renderer has written."""
         return self._process.lines()
 
+    @property
+    def view_link(self) -> str:
+        """Link of the live view that looks only: for browsers, and fire3dv.show. Raises StateError without serve."""
+        return self._link("view")
+
+    @property
+    def control_link(self) -> str:
+        """Link of the live view that also changes what all viewers see. Raises StateError without serve."""
+        return self._link("control")
+
+    def _link(self, kind: str) -> str:
+        if kind not in self._links:
+            raise StateError(ErrorCode.STATE, f"the renderer of {self.scene} has no live view: start it by "
+                             "fire3dv.Renderer(..., serve=True)")
+        return self._links[kind]
+
     def check(self) -> None:
         """Raises RendererError, with the renderer's last lines, if the process has ended."""
         status = self._process.exit_status()
@@ -162,14 +201,18 @@ class Renderer:
         if status is not None:
             raise self._error(_ended(status))
 
-    def stream(self, adapter_name: Optional[str] = None, **options: Any) -> Stream:
-        """Opens a stream to this renderer. options: those of Stream.
+    def stream(self, adapter_name: Optional[str] = None, *, key_file: Optional[str] = None,
+               tls_ca_file: Optional[str] = None, tls_certificate_file: Optional[str] = None,
+               tls_key_file: Optional[str] = None, scene_budget_bytes: int = 0) -> Stream:
+        """Opens a stream to this renderer. Arguments are those of Stream.
 
         Functions of this stream that wait for images raise RendererError if the renderer ends meanwhile.
         close() of the renderer closes the stream.
         """
         self.check()
-        stream = Stream(self.uri, adapter_name, **options)
+        stream = Stream(self.uri, adapter_name, key_file=key_file, tls_ca_file=tls_ca_file,
+                        tls_certificate_file=tls_certificate_file, tls_key_file=tls_key_file,
+                        scene_budget_bytes=scene_budget_bytes)
         stream.renderer = self
         self._streams.add(stream)
         return stream

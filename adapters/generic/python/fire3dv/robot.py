@@ -15,14 +15,12 @@ from . import _library as c
 from ._library import check, encoded, library
 from ._numbers import Numbers, real, whole
 from ._scene_names import converted, is_gltf
+from ._types import Array, Float64Array
 from .errors import ArgumentError, BudgetError, ErrorCode, StateError, error_of
 from .stream import FRAME_DISCONTINUITY, Stream
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from .renderer import Path, Renderer
-    from .stream import Array
 
 _NO_MIMIC = 1  # FIRE3DV_ROBOT_NO_MIMIC
 _CLAMP, _WXYZ = 1, 2  # FIRE3DV_POSITIONS_*
@@ -138,8 +136,8 @@ class Robot:
         check(library().fire3dv_get_positions(self._handle, numbers, count))
         return list(numbers)
 
-    def set(self, positions: Union[Mapping[str, Any], Array, None] = None, *, clamp: bool = False, wxyz: bool = False,
-            **joints: Any) -> None:
+    def set(self, positions: Union[Mapping[str, Union[float, Array]], Array, None] = None, *, clamp: bool = False, wxyz: bool = False,
+            **joints: Union[float, Array]) -> None:
         """Sets joint positions, in radians and metres. Joints that are not named keep theirs.
 
         positions: dict of joint names, or numbers for all joints, in the order of joint_names. joints: the same by
@@ -180,7 +178,7 @@ class Robot:
             raise ArgumentError(ErrorCode.ARGUMENT, f"stream_from_model has {base.rows} poses; one is needed")
         check(library().fire3dv_set_base(self._handle, base.address))
 
-    def node_pose(self, node: str) -> "np.ndarray[Any, Any]":
+    def node_pose(self, node: str) -> Float64Array:
         """Returns the pose of a link or body, (3, 4) float64, stream_from_node. Needs NumPy."""
         import numpy
         pose = (c_double * 12)()
@@ -229,8 +227,8 @@ class RobotPublisher:
             self.close()
             raise
 
-    def set(self, positions: Union[Mapping[str, Any], Array, None] = None, *, sim_time_ns: Optional[int] = None,
-            clamp: bool = False, wxyz: bool = False, **joints: Any) -> int:
+    def set(self, positions: Union[Mapping[str, Union[float, Array]], Array, None] = None, *, sim_time_ns: Optional[int] = None,
+            clamp: bool = False, wxyz: bool = False, **joints: Union[float, Array]) -> int:
         """Robot.set, then send."""
         if not self.stream.is_open:
             raise StateError(ErrorCode.STATE, "the stream is closed")

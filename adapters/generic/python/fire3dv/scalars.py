@@ -4,19 +4,14 @@ from __future__ import annotations
 import ctypes
 import math
 from ctypes import byref, c_char_p, c_double, c_int64
-from typing import TYPE_CHECKING, Any, Callable, Dict, Iterable, Mapping, Optional, Sequence, Union
+from typing import Any, Callable, Dict, Iterable, Mapping, Optional
 
 from . import _library as c
 from ._handle import StreamHandle
 from ._library import encoded, library
 from ._numbers import Numbers, real, whole
+from ._types import Array
 from .errors import ArgumentError, ErrorCode
-
-if TYPE_CHECKING:
-    import numpy.typing as npt
-    Array = Union[npt.ArrayLike, Sequence[Any], memoryview]
-else:
-    Array = Any
 
 
 def _refuse(sentence: str) -> ArgumentError:

@@ -4,23 +4,19 @@ from __future__ import annotations
 import ctypes
 import time
 from ctypes import byref, c_char_p, c_double, c_float, c_int64, c_uint32, c_uint64, c_void_p
-from typing import TYPE_CHECKING, Any, Dict, Iterable, List, Optional, Sequence, Set, Union
+from typing import Any, Dict, Iterable, List, Optional, Sequence, Set, Union
 
 from . import _library as c
 from ._handle import StreamHandle
 from ._library import check, encoded, library
-from ._numbers import Numbers, real, whole
+from ._numbers import Numbers, enumerated, real, whole
+from ._types import Array
 from .errors import ArgumentError, ErrorCode, StateError, Timeout, error_of, warn
+from .image import IDENTITY
 from .images import ImageRequests
 from .markers import Markers
 from .scalars import Scalars
 from .status import LightKind, Property, Status
-
-if TYPE_CHECKING:
-    import numpy.typing as npt
-    Array = Union[npt.ArrayLike, Sequence[Any], memoryview]
-else:
-    Array = Any
 
 _ADVICE_S = 10.0  # after describe(): the renderer comments on the first frame that it shows
 _ANSWER_INTERVAL_S = 0.1
@@ -158,6 +154,7 @@ class Stream(ImageRequests, Markers, Scalars):
         with self._open_handle().lock:
             self._call(library().fire3dv_describe, byref(description))
             self._sequence = 0
+            self._world_from_stream = IDENTITY if not world.rows else tuple((c_double * 12).from_address(world.address or 0))
             self._node_names = [name.decode() for name in names if name is not None]
             self._first_poses = True
             self._answered = self._advised = False
@@ -302,7 +299,7 @@ class Stream(ImageRequests, Markers, Scalars):
         color = Numbers(color_rgb, (3,), "color_rgb")
         if color.rows != 1:
             raise ArgumentError(ErrorCode.ARGUMENT, f"color_rgb has {3 * color.rows} numbers; 3 are needed")
-        light = c.Light(ctypes.sizeof(c.Light), whole(kind, ctypes.c_int32, "kind"),
+        light = c.Light(ctypes.sizeof(c.Light), enumerated(kind, LightKind, "kind"),
                         (c_float * 3).from_address(color.address), real(intensity, "intensity"),
                         real(range_m, "range_m"), real(inner_cone_rad, "inner_cone_rad"),
                         real(outer_cone_rad, "outer_cone_rad"), bool(casts_shadow))
@@ -364,4 +361,4 @@ class Stream(ImageRequests, Markers, Scalars):
 
     def clear(self, node: str, prop: Union[Property, int]) -> None:
         """Clears the edit of one property: the value of the scene file applies again."""
-        self._call(library().fire3dv_clear, encoded(node, "node"), whole(prop, ctypes.c_int32, "prop"))
+        self._call(library().fire3dv_clear, encoded(node, "node"), enumerated(prop, Property, "prop"))
