@@ -64,7 +64,7 @@ Result<Model> read_urdf(const std::filesystem::path& file, const ReadOptions& op
 // Returns the text of a URDF, expanded if it is xacro. warnings receives those of the expansion.
 Result<std::string> read_urdf_text(const std::filesystem::path& file, const ReadOptions& options,
                                    std::vector<std::string>& warnings);
-// Reads MJCF through libmujoco's compiled model. Fails with a message in builds without libmujoco.
+// Reads MJCF as MuJoCo compiles it; needs no libmujoco.
 Result<Model> read_mjcf(const std::filesystem::path& file, const ReadOptions& options);
 
 // Reads an SDF file, or a model folder with a model.config, through libsdformat. Node names: sdf/names.h. Not

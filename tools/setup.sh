@@ -11,7 +11,7 @@ packages=(
   # build
   build-essential cmake ninja-build pkg-config git ca-certificates ccache
   glslang-tools spirv-tools flatbuffers-compiler
-  # libraries; CONTRIBUTING.md lists their uses
+  # libraries; docs/dependencies.md lists their uses
   libvulkan-dev libglm-dev libtinygltf-dev libflatbuffers-dev libasio-dev libboost-dev libpng-dev libglfw3-dev
   libssl-dev libsodium-dev libcli11-dev libstb-dev nlohmann-json3-dev libmeshoptimizer-dev libzstd-dev liblz4-dev
   libwebp-dev libjpeg-dev libdraco-dev libopenexr-dev
@@ -28,8 +28,8 @@ packages=(
   ffmpeg     # video of the demo
   file       # packages: CPack finds programs with it
 )
-# Optional, installed where the distribution has them. MuJoCo: examples/two_simulators, adapters/mujoco and
-# fire3dv-convert's MJCF reader, which are skipped without it. EGL and OpenGL: comparison with MuJoCo's own renderer.
+# Optional, installed where the distribution has them. MuJoCo: examples/two_simulators and adapters/mujoco, which are
+# skipped without it. EGL and OpenGL: comparison with MuJoCo's own renderer.
 # KDL: oracle of a test. libsdformat (Debian 12, not 13): fire3dv-convert's SDF reader. ZeroMQ and protobuf:
 # adapters/gazebo. Cyclone DDS: adapters/ros2.
 optional_packages=(libmujoco-dev libegl-dev libopengl-dev liborocos-kdl-dev libsdformat-dev
