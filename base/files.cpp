@@ -55,9 +55,10 @@ Result<void> create_folder(const std::filesystem::path& folder) {
   std::filesystem::create_directories(folder, fault);
   if (!fault && !std::filesystem::is_directory(folder, fault) && !fault)
     fault = std::make_error_code(std::errc::not_a_directory);
-  if (fault)
-    return Error{"cannot make the folder " + folder.string() + ": " + system_reason(fault.value()) +
-                 "; name another one"};
+  if (fault == std::errc::not_a_directory || fault == std::errc::file_exists)
+    return Error{"cannot make the folder " + folder.string() +
+                 ": a file has that name, or is a part of the path; name another folder"};
+  if (fault) return Error{"cannot make the folder " + folder.string() + ": " + system_reason(fault.value())};
   return {};
 }
 

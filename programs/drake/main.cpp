@@ -61,7 +61,8 @@ int run(const Options& options) {
         HttpServer::open(options.address, options.drawing.insecure, options.http,
                          [&](HttpRequest&& request, HttpServer::Answer answer) {
                            thread->push(std::move(request), std::move(answer));
-                         });
+                         },
+                         {options.sites, [](const std::string& text) { log(warning(text)); }});
     if (!server) return fail(server.error());
     thread = std::make_unique<RenderThread>(renderer, [&](const std::string& failure) {
       exit_code = fail(Error{failure});

@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <iostream>
 #include <memory>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "base/command_line.h"
 #include "renderer/app/options/drawing_options.h"
@@ -18,12 +21,17 @@ struct Texts {
   std::string depth = "32f";
   uint64_t request_mib = 0, scene_mib = 0;
   uint32_t timeout_s = 0;
+  std::vector<std::string> allowed_hosts, allowed_origins;
 };
 
 void add_server_options(CLI::App& app, Options& options, Texts& texts) {
   OptionGroup group(app, "Server");
   app.add_option("address", options.address, "address to serve, such as 127.0.0.1:8000")->required();
   group.add_flag("--insecure", options.drawing.insecure, "allow addresses beyond loopback");
+  group.add_repeatable("--allow-host", texts.allowed_hosts, "NAME",
+                       "answer requests to this host name, too; repeatable");
+  group.add_repeatable("--allow-origin", texts.allowed_origins, "URL",
+                       "answer pages of this origin, too; repeatable");
   group.add("--connections", options.http.max_connections, "N", "limit of connections, 1 to 1000")
       ->check(in_range(1, 1000));
   group.add("--timeout", texts.timeout_s, "SECONDS", "time in which a request must arrive, 1 to 3600")
@@ -86,6 +94,10 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
     if (error.get_exit_code() == 0) return app.exit(error);
     return usage_error(usage_text(app, error));
   }
+  Result<transport::http::AllowedSites> sites =
+      transport::http::parse_allowed_sites(texts.allowed_hosts, texts.allowed_origins);
+  if (!sites) return usage_error(sites.error().message);
+  options.sites = std::move(*sites);
   convert(texts, options);
   return options;
 }

@@ -13,6 +13,7 @@ namespace fire3dv::drake {
 struct Options {
   std::string address;  // HOST:PORT
   HttpLimits http;
+  transport::http::AllowedSites sites;
   RenderSettings render;
   app::Options drawing;
 };

@@ -38,11 +38,12 @@ const char* name_of(state::ClockOffset::Source source) {
 }  // namespace
 
 Result<std::unique_ptr<RendererMetrics>> RendererMetrics::open(const std::string& at, bool insecure,
-                                                               std::shared_ptr<const BudgetPool> budgets) {
+                                                               std::shared_ptr<const BudgetPool> budgets,
+                                                               const transport::http::AccessOptions& access) {
   std::unique_ptr<RendererMetrics> self(new RendererMetrics);
   self->budgets_ = std::move(budgets);
   auto server = metrics::MetricsServer::open(
-      at, insecure, [raw = self.get()](metrics::Exposition& page) { raw->write_page(page); });
+      at, insecure, [raw = self.get()](metrics::Exposition& page) { raw->write_page(page); }, access);
   if (!server) return server.error();
   self->server_ = std::move(*server);
   return self;

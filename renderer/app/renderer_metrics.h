@@ -27,7 +27,8 @@ class RendererMetrics {
  public:
   // at: "HOST:PORT".
   static Result<std::unique_ptr<RendererMetrics>> open(const std::string& at, bool insecure,
-                                                       std::shared_ptr<const BudgetPool> budgets);
+                                                       std::shared_ptr<const BudgetPool> budgets,
+                                                       const transport::http::AccessOptions& access);
   std::string address() const { return server_->address(); }
 
   // --- frame loop thread ---

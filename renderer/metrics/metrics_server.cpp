@@ -21,7 +21,7 @@ constexpr size_t kMaxConnections = 32;
 struct MetricsServer::State final : http::SessionOwner {
   explicit State(Page current)
       : SessionOwner({std::numeric_limits<uint64_t>::max(), 1}), page(std::move(current)) {
-    answered = {{200, 0}, {400, 0}, {404, 0}, {405, 0}, {408, 0}, {431, 0}, {505, 0}};
+    for (const unsigned status : {200, 400, 403, 404, 405, 408, 421, 431, 505}) answered[status] = 0;
   }
 
   const Page page;
@@ -29,6 +29,7 @@ struct MetricsServer::State final : http::SessionOwner {
   transport::LinkThread thread;
 
   std::string write_page() const;
+  void set_access(http::AccessRules&& rules) { access = std::move(rules); }
   void on_header(http::Session& session) override {
     constexpr const char* kPlain = "text/plain; charset=utf-8";
     const auto target = session.request().target();
@@ -62,7 +63,8 @@ MetricsServer::~MetricsServer() {
   state_->thread.stop();
 }
 
-Result<std::unique_ptr<MetricsServer>> MetricsServer::open(const std::string& at, bool insecure, Page page) {
+Result<std::unique_ptr<MetricsServer>> MetricsServer::open(const std::string& at, bool insecure, Page page,
+                                                           const http::AccessOptions& access) {
   auto state = std::make_unique<State>(std::move(page));
   http::ListenOptions listen;
   listen.at = at;
@@ -74,6 +76,10 @@ Result<std::unique_ptr<MetricsServer>> MetricsServer::open(const std::string& at
   auto loop = http::AcceptLoop::open(listen, *state);
   if (!loop) return loop.error();
   state->loop = std::move(*loop);
+  state->set_access({.own_host = state->loop->host(),
+                     .is_public = !state->loop->is_loopback(),
+                     .clients = http::AccessRules::Clients::programs,
+                     .options = access});
   std::unique_ptr<MetricsServer> server(new MetricsServer(std::move(state)));
   State* const raw = server->state_.get();
   if (auto started = raw->thread.start("--metrics " + at, [raw] { raw->loop->run(); }); !started)

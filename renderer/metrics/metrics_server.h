@@ -7,6 +7,7 @@
 #include <string>
 
 #include "base/error.h"
+#include "protocol/transport/http/access_rules.h"
 #include "renderer/metrics/metric_families.h"
 
 namespace fire3dv::metrics {
@@ -17,7 +18,8 @@ class MetricsServer {
   using Page = std::function<void(Exposition&)>;
 
   // at: "HOST:PORT", port 0 for any free port. Non-loopback addresses are refused unless `insecure`.
-  static Result<std::unique_ptr<MetricsServer>> open(const std::string& at, bool insecure, Page page);
+  static Result<std::unique_ptr<MetricsServer>> open(const std::string& at, bool insecure, Page page,
+                                                     const transport::http::AccessOptions& access = {});
   ~MetricsServer();
   MetricsServer(const MetricsServer&) = delete;
   MetricsServer& operator=(const MetricsServer&) = delete;

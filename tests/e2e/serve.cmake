@@ -9,6 +9,7 @@ if(TARGET fire3dv AND TARGET bullet_arm AND NOT FIRE3DV_SANITIZE)
     fire3dv_e2e_test(browser_views SCRIPT browser/browser_test.py PROGRAMS fire3dv bullet_arm CASES image cameras touch nodes)
     fire3dv_e2e_test(browser_streams SCRIPT browser/browser_test.py PROGRAMS fire3dv bullet_arm CASES stream video replay)
     fire3dv_e2e_test(browser_access SCRIPT browser/browser_test.py PROGRAMS fire3dv bullet_arm CASES viewers access restart tls)
+    fire3dv_e2e_test(browser_proxy SCRIPT browser/browser_test.py PROGRAMS fire3dv bullet_arm CASES proxy)
     if(TARGET fire3dv_client)  # the module of Python publishes
       fire3dv_e2e_test(browser_panels SCRIPT browser/browser_panels_test.py PROGRAMS fire3dv)
       set_property(TEST browser_panels APPEND PROPERTY ENVIRONMENT "PYTHONPATH=${PROJECT_SOURCE_DIR}/adapters/generic/python"

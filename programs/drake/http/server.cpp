@@ -46,6 +46,7 @@ struct HttpServer::State final : http::SessionOwner {
   http::Answer refusal(unsigned status, const std::string& text) const override {
     return http_error(status, text + (status == 413 ? "; raise it with --max-request" : ""));
   }
+  void set_access(http::AccessRules&& rules) { access = std::move(rules); }
   void on_header(http::Session& session) override {
     const std::string_view path = session.path();
     const auto method = session.request().method();
@@ -83,7 +84,8 @@ HttpServer::HttpServer(std::unique_ptr<State> state) : state_(std::move(state)) 
 HttpServer::~HttpServer() = default;
 
 Result<std::unique_ptr<HttpServer>> HttpServer::open(const std::string& at, bool insecure,
-                                                     const HttpLimits& limits, Handler handler) {
+                                                     const HttpLimits& limits, Handler handler,
+                                                     const http::AccessOptions& access) {
   auto state = std::make_unique<State>(limits, std::move(handler));
   http::ListenOptions listen;
   listen.at = at;
@@ -95,6 +97,10 @@ Result<std::unique_ptr<HttpServer>> HttpServer::open(const std::string& at, bool
   auto loop = http::AcceptLoop::open(listen, *state);
   if (!loop) return loop.error();
   state->loop = std::move(*loop);
+  state->set_access({.own_host = state->loop->host(),
+                     .is_public = !state->loop->is_loopback(),
+                     .clients = http::AccessRules::Clients::programs,
+                     .options = access});
   return std::unique_ptr<HttpServer>(new HttpServer(std::move(state)));
 }
 

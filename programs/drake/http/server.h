@@ -39,7 +39,8 @@ class HttpServer {
   // at: "HOST:PORT", port 0 for any free port. Addresses other than loopback are refused unless `insecure`.
   // handler: called on the thread of run(); it must not block.
   static Result<std::unique_ptr<HttpServer>> open(const std::string& at, bool insecure,
-                                                  const HttpLimits& limits, Handler handler);
+                                                  const HttpLimits& limits, Handler handler,
+                                                  const transport::http::AccessOptions& access = {});
   ~HttpServer();
 
   std::string address() const;  // with the assigned port

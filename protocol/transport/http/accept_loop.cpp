@@ -50,6 +50,7 @@ Result<std::unique_ptr<AcceptLoop>> AcceptLoop::open(const ListenOptions& option
   if (!bound) return Error{options.option + ": " + bound.error().message};
   std::unique_ptr<AcceptLoop> loop(new AcceptLoop(owner, options.max_connections));
   loop->host_ = uri->host;
+  loop->is_loopback_ = bound->address.is_loopback();
   uri->port = bound->address.port();
   loop->address_ = uri_text(*uri).substr(std::string("tcp://").size());
   const int fd = ::fcntl(bound->fd.get(), F_DUPFD_CLOEXEC, 0);  // Asio owns its own descriptor

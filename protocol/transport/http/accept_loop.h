@@ -47,8 +47,9 @@ class AcceptLoop {
   AcceptLoop& operator=(const AcceptLoop&) = delete;
 
   boost::asio::io_context& io() { return io_; }
-  std::string address() const { return address_; }  // "HOST:PORT" with the assigned port
-  std::string host() const { return host_; }        // as in the options, without brackets
+  std::string address() const { return address_; }   // "HOST:PORT" with the assigned port
+  std::string host() const { return host_; }         // as in the options, without brackets
+  bool is_loopback() const { return is_loopback_; }  // no other machine can connect
 
   // Accepts connections and runs the handlers of io() until stop(). A handler that throws for lack of memory
   // loses its connection only.
@@ -64,6 +65,7 @@ class AcceptLoop {
   ConnectionOwner& owner_;
   const size_t max_connections_;
   std::string address_, host_;
+  bool is_loopback_ = false;
   boost::asio::io_context io_{1};
   boost::asio::ip::tcp::acceptor acceptor_{io_};
   boost::asio::steady_timer accept_again_{io_};

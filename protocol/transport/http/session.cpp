@@ -11,6 +11,8 @@ namespace beast = boost::beast::http;
 constexpr uint32_t kMaxHeaderBytes = 16 << 10;
 constexpr size_t kReadBytes = 4 << 10, kMaxBufferBytes = 1 << 20;
 constexpr std::chrono::seconds kDrainTime{2};
+constexpr std::chrono::seconds kReportPeriod{60};
+constexpr size_t kMaxReports = 4;  // in a period
 constexpr const char* kText = "text/plain; charset=utf-8";
 
 using Response = beast::response<beast::string_body>;
@@ -62,6 +64,39 @@ void SessionOwner::refuse(boost::asio::ip::tcp::socket& socket) {
 
 Answer SessionOwner::refusal(unsigned status, const std::string& text) const {
   return {status, kText, text + "\n"};
+}
+
+std::optional<Answer> SessionOwner::check_access(const Request& request) {
+  if (!access) return {};
+  const auto refused = [this](unsigned status, const std::string& reason) {
+    report_refusal(reason);
+    return refusal(status, reason);
+  };
+  const std::string_view host = view_of(request[beast::field::host]);
+  if (!access->allows_host(host)) return refused(421, host_refusal(host));
+  const bool is_socket = beast::token_list(request[beast::field::upgrade]).exists("websocket");
+  const bool is_checked = is_socket || (access->clients == AccessRules::Clients::programs &&
+                                        request.count(beast::field::origin) > 0);
+  const std::string_view origin = view_of(request[beast::field::origin]);
+  if (is_checked && !access->allows_origin(origin, host)) return refused(403, origin_refusal(origin));
+  return {};
+}
+
+void SessionOwner::report_refusal(const std::string& reason) {
+  if (!access || !access->options.log) return;
+  const auto now = std::chrono::steady_clock::now();
+  if (now - reported_since_ > kReportPeriod) {
+    reported_.clear();
+    reported_since_ = now;
+  }
+  if (reported_.size() >= kMaxReports || std::ranges::find(reported_, reason) != reported_.end()) {
+    ++unreported_;
+    return;
+  }
+  reported_.push_back(reason);
+  const uint64_t more = std::exchange(unreported_, 0);
+  access->options.log("a request was refused: " + reason +
+                      (more > 0 ? " (" + std::to_string(more) + " more before)" : ""));
 }
 
 Session::Session(boost::asio::ip::tcp::socket&& socket, SessionOwner& owner)
@@ -144,6 +179,7 @@ void Session::parse_header() {
     if (error && error != beast::error::need_more) return refuse(error);
     if (!error) {
       is_idle_ = false;
+      if (std::optional<Answer> refused = owner_.check_access(request())) return answer(std::move(*refused));
       return owner_.on_header(*this);
     }
   }

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "protocol/transport/http/accept_loop.h"
+#include "protocol/transport/http/access_rules.h"
 #include "protocol/transport/http/deadline.h"
 #include "protocol/transport/http/stream.h"
 
@@ -39,6 +40,8 @@ class Session;
 
 class SessionOwner : public ConnectionOwner {
  public:
+  using Request = boost::beast::http::request<boost::beast::http::string_body>;
+
   virtual ~SessionOwner() = default;
   size_t open_connections() const override { return open_.size(); }
   // Closes the oldest session that waits for a request.
@@ -46,7 +49,7 @@ class SessionOwner : public ConnectionOwner {
   void serve(boost::asio::ip::tcp::socket&& socket) override;
   void refuse(boost::asio::ip::tcp::socket& socket) override;
 
-  // A header has come: calls session.answer(), read_body() or release_stream().
+  // A header has come that the access rules allow: calls session.answer(), read_body() or release_stream().
   virtual void on_header(Session& session) = 0;
   // The request is whole: session.answer() is called now or later.
   virtual void on_body(Session&) {}
@@ -56,8 +59,12 @@ class SessionOwner : public ConnectionOwner {
  protected:
   explicit SessionOwner(const SessionLimits& session_limits) : limits(session_limits) {}
 
+  // Logs a refusal's reason. At most a few different lines a minute: clients choose what is in them.
+  void report_refusal(const std::string& reason);
+
   // Set before the first connection.
   SessionLimits limits;
+  std::optional<AccessRules> access;                 // nullopt: requests of all sites are answered
   boost::asio::ssl::context* tls_context = nullptr;  // null: plain HTTP; borrowed
   // Counts since the start.
   std::map<unsigned, uint64_t> answered;  // by status
@@ -67,13 +74,19 @@ class SessionOwner : public ConnectionOwner {
 
  private:
   friend class Session;
+  // The answer to a request that the access rules refuse.
+  std::optional<Answer> check_access(const Request& request);
+
   std::map<uint64_t, Session*> open_;  // by age, oldest first
   uint64_t next_number_ = 0;
+  std::vector<std::string> reported_;  // in the minute since reported_since_
+  std::chrono::steady_clock::time_point reported_since_{};
+  uint64_t unreported_ = 0;
 };
 
 class Session : public std::enable_shared_from_this<Session> {
  public:
-  using Request = boost::beast::http::request<boost::beast::http::string_body>;
+  using Request = SessionOwner::Request;
 
   Session(boost::asio::ip::tcp::socket&& socket, SessionOwner& owner);
   ~Session();

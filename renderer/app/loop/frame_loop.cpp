@@ -79,6 +79,11 @@ void FrameLoop::log_technique() const {
                  compute ? "from a visibility buffer" : "forward",
                  counted(static_cast<uint32_t>(context_.renderer.settings().samples()), "sample").c_str(),
                  passes::describe(context_.renderer.settings().shadow_technique()));
+    const auto drawn = static_cast<uint32_t>(context_.renderer.settings().samples());
+    if (const uint32_t wanted = context_.options.draw.samples; drawn != wanted)
+      log_message("--samples " + std::to_string(wanted) + " draws " + counted(drawn, "sample") +
+                  " per pixel: " +
+                  (compute ? "a visibility buffer has 1 or 4" : "the next lower count of this device"));
     if (context_.renderer.traces_ray_effects())
       std::fprintf(stderr, "fire3dv: info: ray effects: %s, %s\n",
                    passes::describe(context_.options.draw.ray_effects.on).c_str(),

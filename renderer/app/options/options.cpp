@@ -34,7 +34,7 @@ gpu::AsyncCompute async_compute_named(const std::string& name) {
 
 // Values that parse_options() converts after the whole command line is known.
 struct Texts {
-  std::vector<std::string> peer_limits;
+  std::vector<std::string> peer_limits, allowed_hosts, allowed_origins;
   std::string play = "auto", mark_stale = "auto", watch = "auto", markers = "on";
   std::string size = "1280x720";
   std::string drake, stream_timeout, outputs, async_compute = "auto";
@@ -91,6 +91,10 @@ void add_stream_options(CLI::App& app, Options& options, Texts& texts, Given& gi
   group.add("--tls-client-ca", options.tls_client_ca, "FILE", "tls: require client certificates of this CA");
   group.add("--serve", options.serve, "HOST:PORT", "live view in browsers (see docs/browser.md)");
   group.add("--serve-tokens", options.serve_tokens, "FILE", "file that keeps the links of --serve valid");
+  group.add_repeatable("--allow-origin", texts.allowed_origins, "URL",
+                       "pages of a proxy that may use --serve, such as https://sim.example");
+  group.add_repeatable("--allow-host", texts.allowed_hosts, "NAME",
+                       "host name at which --serve and --metrics answer, too");
   group.add_repeatable("--peer-limit", texts.peer_limits, "LIMIT",
                        "NAME=VALUE, limit of one peer (see SPEC 14); repeatable");
   group
@@ -280,6 +284,13 @@ std::variant<Options, UsageError> parse_words(const std::vector<std::string>& wo
         "--out DIR to write them, or --listen URI to draw for simulators");
   if (!options.serve_tokens.empty() && options.serve.empty())
     return usage_error("--serve-tokens is for the links of --serve HOST:PORT");
+  if (!(texts.allowed_hosts.empty() && texts.allowed_origins.empty()) && options.serve.empty() &&
+      options.metrics.empty())
+    return usage_error("--allow-host and --allow-origin are for --serve HOST:PORT and --metrics HOST:PORT");
+  Result<transport::http::AllowedSites> sites =
+      transport::http::parse_allowed_sites(texts.allowed_hosts, texts.allowed_origins);
+  if (!sites) return usage_error(sites.error().message);
+  options.sites = std::move(*sites);
   if (const auto wrong = take_window_options(texts.window, options)) return usage_error(*wrong);
   if ((given.camera->count() > 0) + texts.window.chooses_cameras() > 1)
     return usage_error("--camera, --window and --stereo exclude one another");

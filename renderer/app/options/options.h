@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/peer_budget.h"
+#include "protocol/transport/http/access_rules.h"
 #include "protocol/wire/image_outputs.h"
 #include "renderer/app/options/recording_options.h"
 #include "renderer/camera/default_look.h"
@@ -35,6 +36,7 @@ struct Options {
   std::string metrics;                                  // HOST:PORT; empty: no metrics
   std::string serve;                                    // HOST:PORT of the live view; empty: none
   std::filesystem::path serve_tokens;                   // file of its tokens; empty: new ones in each run
+  transport::http::AllowedSites sites;                  // that --serve and --metrics answer
   PeerLimits peer_limits;                               // of each connected adapter
   PlayOptions play;
   RecordingOptions recording;

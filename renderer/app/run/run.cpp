@@ -8,7 +8,6 @@
 
 #include "base/log.h"
 #include "base/plural.h"
-#include "protocol/transport/open.h"
 #include "renderer/app/document.h"
 #include "renderer/app/options/overlay_options.h"
 #include "renderer/app/run/application.h"
@@ -67,10 +66,9 @@ int run(const Options& options) {
   if (Result<void> good = check_scene_file(options); !good) return report_failure(good.error());
   if (Result<state::EditDocument> overlay = load_overlay(options); !overlay)
     return report_failure(overlay.error());
-  for (const std::string& uri : options.listen) {
-    if (Result<void> good = transport::check_uri(uri); !good)
-      return report_failure(Error{"--listen: " + good.error().message});
-  }
+  if (Result<void> good = check_links_and_files(options); !good) return report_failure(good.error());
+  Result<FrameStats> stats = FrameStats::create(options.stats);
+  if (!stats) return report_failure(stats.error());
   // Opens the scene before all slow steps.
   const CacheLocations caches =
       find_cache_locations(options.cache, [](const char* name) { return std::getenv(name); });
@@ -94,9 +92,6 @@ int run(const Options& options) {
 
   int exit_code = 0;
   {
-    // Cheap checks come first.
-    Result<FrameStats> stats = FrameStats::create(options.stats);
-    if (!stats) return report_failure(stats.error());
     Result<std::shared_ptr<const scene::EnvironmentImage>> environment =
         load_environment(options.environment);
     if (!environment) return report_failure(environment.error());

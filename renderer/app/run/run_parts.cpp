@@ -1,6 +1,7 @@
 #include "renderer/app/run/run_parts.h"
 
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <system_error>
 #include <utility>
@@ -8,20 +9,71 @@
 #include "base/files.h"
 #include "base/log.h"
 #include "base/plural.h"
+#include "protocol/transport/core/secret.h"
 #include "protocol/transport/open.h"
+#include "protocol/transport/tcp/tcp_connection.h"
+#include "renderer/app/start.h"
+#include "renderer/browser/server/access.h"
+#include "renderer/gpu/device/driver_files.h"
 #include "renderer/passes/path/path_pass.h"
 #include "renderer/scene/gltf/foreign_file.h"
 
 namespace fire3dv::app {
+namespace {
+
+transport::http::AccessOptions access_options(const Options& options, const std::string& option) {
+  return {options.sites, [option](const std::string& text) { log_message(warning(option + ": " + text)); }};
+}
+
+}  // namespace
 
 int list_devices(const gpu::Instance& instance) {
   const std::vector<gpu::DeviceReport> reports = gpu::report_devices(instance.handle());
   if (reports.empty()) {
     return report_failure(
-        Error{"no Vulkan device found: install your GPU's driver, or mesa-vulkan-drivers for the CPU"});
+        Error{"no Vulkan device found: install your GPU's driver, or mesa-vulkan-drivers for the CPU" +
+              gpu::describe_driver_files([](const char* name) { return std::getenv(name); })});
   }
   for (const gpu::DeviceReport& report : reports) std::printf("%s\n", gpu::describe(report).c_str());
   return 0;
+}
+
+Result<void> check_links_and_files(const Options& options) {
+  const transport::TlsListenerOptions tls{options.tls_certificate, options.tls_key, options.tls_client_ca};
+  for (const std::string& uri : options.listen) {
+    if (Result<void> good = transport::check_uri(uri); !good)
+      return Error{"--listen: " + good.error().message};
+    if (!uri.starts_with("tls://")) continue;
+    if (Result<transport::tcp::TlsContext> context = transport::tcp::make_server_context(uri, tls); !context)
+      return context.error();
+  }
+  if (!options.key_file.empty()) {
+    if (Result<transport::Secret> key = transport::read_key_file(options.key_file); !key)
+      return Error{"--key-file: " + key.error().message};
+  }
+  if (!options.serve.empty() && !tls.certificate_file.empty()) {
+    Result<transport::tcp::TlsContext> context =
+        transport::tcp::make_server_context("--serve " + options.serve, tls);
+    if (!context) return context.error();
+  }
+  if (!options.serve_tokens.empty()) {
+    if (Result<serve::Tokens> tokens = serve::read_or_create_tokens(options.serve_tokens); !tokens)
+      return tokens.error();
+  }
+  std::error_code ignored;
+  std::filesystem::path there = options.out;  // as much of it as exists
+  while (!there.empty() && there != there.parent_path() && !std::filesystem::exists(there, ignored))
+    there = there.parent_path();
+  if (!there.empty() && !std::filesystem::is_directory(there, ignored)) {
+    if (Result<void> made = base::create_folder(options.out); !made)
+      return Error{"--out: " + made.error().message};
+  }
+  const std::filesystem::path record_folder = std::filesystem::path(options.recording.record).parent_path();
+  if (!record_folder.empty() && !std::filesystem::is_directory(record_folder, ignored))
+    return Error{"--record: the folder " + record_folder.string() + " does not exist; create it"};
+  if (!options.environment.empty() && !std::filesystem::exists(options.environment, ignored))
+    return load_environment(options.environment).error();
+  return {};
 }
 
 Result<void> open_listeners(const Options& options, bool insist, const std::shared_ptr<BudgetPool>& budgets,
@@ -56,7 +108,7 @@ Result<std::unique_ptr<RendererMetrics>> open_metrics(const Options& options,
                                                       const std::shared_ptr<BudgetPool>& budgets) {
   if (options.metrics.empty()) return std::unique_ptr<RendererMetrics>();
   Result<std::unique_ptr<RendererMetrics>> opened =
-      RendererMetrics::open(options.metrics, options.insecure, budgets);
+      RendererMetrics::open(options.metrics, options.insecure, budgets, access_options(options, "--metrics"));
   if (opened) log_message("metrics at http://" + (*opened)->address() + "/metrics");
   return opened;
 }
@@ -68,6 +120,7 @@ Result<std::unique_ptr<serve::Server>> open_live_view(const Options& options) {
   server_options.insecure = options.insecure;
   server_options.tls = {options.tls_certificate, options.tls_key, options.tls_client_ca};
   server_options.token_file = options.serve_tokens;
+  server_options.access = access_options(options, "--serve");
   Result<std::unique_ptr<serve::Server>> opened = serve::Server::open(server_options);
   if (!opened) return opened;
   log_message("live view; whoever has a link has its rights:");

@@ -41,6 +41,9 @@ Result<std::unique_ptr<RendererMetrics>> open_metrics(const Options& options,
                                                       const std::shared_ptr<BudgetPool>& budgets);
 
 // The links are secrets: they are printed once, for the user.
+// Checks addresses, keys, certificates and names of files, before the slow steps of a start and before a
+// display is needed. What is opened later may still fail.
+Result<void> check_links_and_files(const Options& options);
 Result<std::unique_ptr<serve::Server>> open_live_view(const Options& options);
 
 Result<std::unique_ptr<sinks::FileSink>> open_image_folder(const Options& options);

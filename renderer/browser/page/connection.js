@@ -2,6 +2,19 @@
 const HEADER_BYTES = 24;
 const CODECS = ["", "jpeg", "h264", "vp8"];
 const WRONG_TOKEN = 4401;
+const ASK_MS = 3000, MAX_REASON = 300;
+
+// Why the WebSocket was refused: browsers tell a script nothing about it, so the page asks by HTTP. Empty: nobody answers.
+async function refusal() {
+  try {
+    const answer = await fetch(`socket?origin=${location.origin}`, {cache: "no-store", signal: AbortSignal.timeout(ASK_MS)});
+    if (![403, 421, 426].includes(answer.status) || !answer.headers.get("content-type")?.startsWith("text/plain"))
+      return `the server answers ${answer.status} ${answer.statusText}`.trim();
+    return `refused by the server: ${(await answer.text()).trim().slice(0, MAX_REASON)}`;
+  } catch {
+    return "";
+  }
+}
 
 export class Connection {
   // handlers: open(), message(object), image({number, width, height, codec, isKey, refined, encodeMs, simTimeNs, bytes}), lost(text, final)
@@ -13,8 +26,11 @@ export class Connection {
   }
 
   connect() {
-    const scheme = location.protocol === "https:" ? "wss:" : "ws:";
-    this.socket = new WebSocket(`${scheme}//${location.host}/socket`);
+    // Beside the page, which may be below a path of a proxy.
+    const address = new URL("socket", location.href);
+    address.protocol = location.protocol === "https:" ? "wss:" : "ws:";
+    this.isWelcome = false;
+    this.socket = new WebSocket(address);
     this.socket.binaryType = "arraybuffer";
     this.socket.onopen = () => this.send({type: "hello", token: this.token});
     this.socket.onmessage = (event) => this.receive(event.data);
@@ -26,6 +42,7 @@ export class Connection {
       const message = JSON.parse(data);
       if (message.type === "welcome") {
         this.attempts = 0;
+        this.isWelcome = true;
         this.handlers.open();
       }
       this.handlers.message(message);
@@ -45,13 +62,13 @@ export class Connection {
     });
   }
 
-  close(event) {
+  async close(event) {
     if (event.code === WRONG_TOKEN) {
       this.handlers.lost("This link is not valid. Use the link that fire3dv printed when it started.", true);
       return;
     }
-    const reason = event.reason ? ` (${event.reason})` : "";
-    this.handlers.lost(`Not connected${reason}. Trying again…`, false);
+    const reason = event.reason || (this.isWelcome ? "" : await refusal());  // some proxies open and close for a server that refuses
+    this.handlers.lost(`Not connected${reason ? ` (${reason})` : ""}. Trying again…`, false);
     const waitMs = Math.min(5000, 300 * 2 ** this.attempts++);
     setTimeout(() => this.connect(), waitMs);
   }

@@ -1,13 +1,11 @@
 #include "renderer/browser/server/access.h"
 
-#include <arpa/inet.h>
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
-#include <optional>
 
 #include "base/files.h"
 #include "base/random.h"
@@ -39,36 +37,6 @@ bool is_equal_in_constant_time(std::string_view a, std::string_view b) {
   volatile unsigned char difference = 0;
   for (size_t i = 0; i < a.size(); ++i) difference = static_cast<unsigned char>(difference | (a[i] ^ b[i]));
   return difference == 0;
-}
-
-std::string lower(std::string_view text) {
-  std::string lowered(text);
-  for (char& c : lowered) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return lowered;
-}
-
-// Host name of a Host header, without port and brackets; nullopt if malformed.
-std::optional<std::string> host_name(std::string_view header) {
-  constexpr size_t kMaxBytes = 255;
-  if (header.empty() || header.size() > kMaxBytes) return {};
-  size_t end = header.find(':');
-  if (header.front() == '[') {
-    const size_t bracket = header.find(']');
-    if (bracket == std::string_view::npos) return {};
-    end = bracket + 1;
-    if (end < header.size() && header[end] != ':') return {};
-  }
-  const std::string_view port = end < header.size() ? header.substr(end + 1) : std::string_view();
-  if (!std::ranges::all_of(port, [](char c) { return c >= '0' && c <= '9'; })) return {};
-  std::string name = lower(header.substr(0, end));
-  if (name.starts_with('[')) name = name.substr(1, name.size() - 2);
-  return name;
-}
-
-bool is_ip_address(const std::string& name) {
-  unsigned char address[16];
-  return ::inet_pton(AF_INET, name.c_str(), address) == 1 ||
-         ::inet_pton(AF_INET6, name.c_str(), address) == 1;
 }
 
 }  // namespace
@@ -112,16 +80,6 @@ Access access_of(const Tokens& tokens, std::string_view token) {
   const bool is_control = is_equal_in_constant_time(token, tokens.control);
   const bool is_view = is_equal_in_constant_time(token, tokens.view);
   return is_control ? Access::control : is_view ? Access::view : Access::none;
-}
-
-bool is_host_allowed(std::string_view host_header, std::string_view own_host, bool tls) {
-  const std::optional<std::string> name = host_name(host_header);
-  if (!name || name->empty()) return false;
-  return tls || *name == "localhost" || *name == lower(own_host) || is_ip_address(*name);
-}
-
-bool is_origin_allowed(std::string_view origin, std::string_view host_header, bool tls) {
-  return lower(origin) == (tls ? "https://" : "http://") + lower(host_header);
 }
 
 }  // namespace fire3dv::serve

@@ -1,5 +1,7 @@
 #include "renderer/browser/server/server.h"
 
+#include <openssl/evp.h>
+#include <openssl/sha.h>
 #include <openssl/ssl.h>
 
 #include <boost/asio/post.hpp>
@@ -26,12 +28,18 @@ namespace http = transport::http;
 
 constexpr uint16_t kExamplePort = 8080;
 constexpr const char* kText = "text/plain";
+constexpr std::string_view kIndex = "index.html", kSocket = "socket";
+constexpr const char* kNoUpgrade =
+    "a WebSocket came without the header Upgrade: the proxy must pass Upgrade and Connection on (see "
+    "docs/browser.md)";
 
-// Scripts, styles and connections of this server only; nothing inline. Only ?embed=1 allows other local
-// pages, such as a notebook's, to show the page in a frame.
-constexpr std::string_view kPolicy =
-    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; connect-src "
-    "'self'; base-uri 'none'; form-action 'none'; frame-ancestors ";
+// Scripts, styles and connections of this server only. Inline is one script alone, by its hash. Only ?embed=1
+// allows other pages, such as a notebook's, to show the page in a frame: local ones, and those allowed.
+constexpr std::string_view kPolicyBegin = "default-src 'none'; script-src 'self' ";
+constexpr std::string_view kPolicyEnd =
+    "; style-src 'self'; img-src 'self' blob: data:; connect-src 'self'; base-uri 'none'; form-action "
+    "'none'; "
+    "frame-ancestors ";
 constexpr std::string_view kLocalPages =
     "'self' http://localhost:* http://127.0.0.1:* https://localhost:* https://127.0.0.1:*";
 
@@ -48,14 +56,37 @@ bool is_embedded(std::string_view target) {
   return ("&" + std::string(target.substr(query + 1)) + "&").find("&embed=1&") != std::string::npos;
 }
 
-http::Answer secured(unsigned status, const char* type, std::string_view body, bool is_in_frame = false) {
+// Source expression of the page's inline script, which adds the / that an address below a proxy's path lacks.
+std::string hash_inline_script() {
+  constexpr std::string_view kBegin = "<script>", kEnd = "</script>";
+  for (const PageFile& file : page_files()) {
+    const size_t begin = file.name == kIndex ? file.content.find(kBegin) : std::string_view::npos;
+    if (begin == std::string_view::npos) continue;
+    const std::string_view from = file.content.substr(begin + kBegin.size());
+    const std::string_view script = from.substr(0, from.find(kEnd));
+    unsigned char digest[SHA256_DIGEST_LENGTH], text[64] = {};
+    ::SHA256(reinterpret_cast<const unsigned char*>(script.data()), script.size(), digest);
+    ::EVP_EncodeBlock(text, digest, sizeof digest);
+    return "'sha256-" + std::string(reinterpret_cast<const char*>(text)) + "'";
+  }
+  return "";
+}
+
+http::Answer secured(unsigned status, const char* type, std::string_view body,
+                     std::string_view frame_ancestors = "'none'") {
+  static const std::string policy =
+      std::string(kPolicyBegin) + hash_inline_script() + std::string(kPolicyEnd);
   return {status,
           type,
           std::string(body),
-          {{"Content-Security-Policy",
-            std::string(kPolicy) + std::string(is_in_frame ? kLocalPages : std::string_view("'none'"))},
+          {{"Content-Security-Policy", policy + std::string(frame_ancestors)},
            {"Referrer-Policy", "no-referrer"},
            {"Cross-Origin-Resource-Policy", "same-origin"}}};
+}
+
+// Proxies may leave their own path before that of the page, or double slashes.
+std::string_view last_part(std::string_view path) {
+  return path.substr(path.rfind('/') + 1);
 }
 
 }  // namespace
@@ -66,14 +97,16 @@ struct Server::State final : http::SessionOwner {
     hub.limits = server_limits;
   }
 
-  std::string address, own_host;
+  std::string address;
   Hub hub;  // outlives the accept loop, whose handlers own the connections
   std::optional<asio::ssl::context> tls;
   std::unique_ptr<http::AcceptLoop> loop;
   transport::LinkThread thread;
-  std::optional<Encoder> encoder;  // posts to the loop
+  std::optional<Encoder> encoder;            // posts to the loop
+  std::string frame_ancestors{kLocalPages};  // pages that may show this one in a frame with ?embed=1
 
   void use_tls(SSL_CTX* context) { tls_context = &tls.emplace(context); }
+  void set_access(http::AccessRules&& rules) { access = std::move(rules); }
   size_t open_connections() const override { return SessionOwner::open_connections() + hub.sockets.size(); }
   void evict() override;
   void on_header(http::Session& session) override;
@@ -83,6 +116,7 @@ struct Server::State final : http::SessionOwner {
 
  private:
   http::Answer answer_to(const http::Session& session) const;
+  http::Answer answer_without_upgrade(const http::Session& session) const;
 };
 
 // The oldest connection without a token makes room for a new one.
@@ -99,15 +133,14 @@ void Server::State::evict() {
 }
 
 void Server::State::on_header(http::Session& session) {
-  const std::string_view host = session.field(beast::field::host);
-  if (!is_host_allowed(host, own_host, tls.has_value()))
-    return session.answer(
-        refusal(421, "the Host header must be an IP address, localhost or the host of --serve"));
-  if (session.path() != "/socket" || !boost::beast::websocket::is_upgrade(session.request()))
-    return session.answer(answer_to(session));
-  if (!is_origin_allowed(session.field(beast::field::origin), host, tls.has_value()))
-    return session.answer(refusal(403, "another web site may not connect"));
-  std::make_shared<ViewerSocket>(session.release_stream(), hub)->start(session.request());
+  const bool is_socket = last_part(session.path()) == kSocket;
+  if (is_socket && boost::beast::websocket::is_upgrade(session.request())) {
+    std::make_shared<ViewerSocket>(session.release_stream(), hub)->start(session.request());
+    return;
+  }
+  // Proxies that pass no upgrade headers on leave the key.
+  if (is_socket && session.request().count(beast::field::sec_websocket_key) > 0) report_refusal(kNoUpgrade);
+  session.answer(answer_to(session));
 }
 
 http::Answer Server::State::answer_to(const http::Session& session) const {
@@ -116,15 +149,32 @@ http::Answer Server::State::answer_to(const http::Session& session) const {
     answer.fields.emplace_back("Allow", "GET");
     return answer;
   }
-  const std::string_view path = session.path();
-  if (path == "/socket") return refusal(426, "this is a WebSocket");
+  const std::string_view name = last_part(session.path());
+  if (name == kSocket) return answer_without_upgrade(session);
   for (const PageFile& file : page_files()) {
-    const bool is_start = path == "/" && file.name == "index.html";
-    if (is_start || (path.size() > 1 && path.substr(1) == file.name))
+    if (file.name == (name.empty() ? kIndex : name))
       return secured(200, type_of(file.name), file.content,
-                     is_embedded(http::view_of(session.request().target())));
+                     is_embedded(http::view_of(session.request().target())) ? frame_ancestors : "'none'");
   }
-  return refusal(404, "there is no such page");
+  return refusal(404, "there is no such page; the address of the live view's page ends with /");
+}
+
+// The page asks this way why its WebSocket was refused, as browsers do not show a script that answer. A GET
+// of a page's own origin has no Origin header, so the page says it.
+http::Answer Server::State::answer_without_upgrade(const http::Session& session) const {
+  constexpr std::string_view kQuery = "?origin=";
+  const std::string_view target = http::view_of(session.request().target());
+  const size_t query = target.find(kQuery);
+  if (query != std::string_view::npos) {
+    const std::string_view origin = target.substr(query + kQuery.size());
+    const bool is_encoded = origin.find('%') != std::string_view::npos;  // by a proxy
+    if (!is_encoded && !access->allows_origin(origin, session.field(beast::field::host)))
+      return refusal(403, http::origin_refusal(origin));
+  }
+  http::Answer answer = refusal(426, kNoUpgrade);
+  answer.fields.emplace_back("Upgrade", "websocket");
+  answer.fields.emplace_back("Connection", "upgrade");
+  return answer;
 }
 
 Server::Server(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -150,7 +200,8 @@ Result<std::unique_ptr<Server>> Server::open(const ServerOptions& options) {
   auto loop = http::AcceptLoop::open(listen, *state);
   if (!loop) return loop.error();
   state->loop = std::move(*loop);
-  state->own_host = state->loop->host();
+  for (const std::string& origin : options.access.sites.origins) state->frame_ancestors += " " + origin;
+  state->set_access({.own_host = state->loop->host(), .has_tls = has_tls, .options = options.access});
   state->address = (has_tls ? "https://" : "http://") + state->loop->address();
   if (has_tls) {
     Result<transport::tcp::TlsContext> context =

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "protocol/transport/http/access_rules.h"
 #include "protocol/transport/open.h"
 #include "renderer/browser/server/access.h"
 #include "renderer/browser/server/message.h"
@@ -30,10 +31,11 @@ struct ServerLimits {
 };
 
 struct ServerOptions {
-  std::string at;                     // HOST:PORT, port 0 for any free port
-  bool insecure = false;              // allows addresses other than loopback without TLS
-  transport::TlsListenerOptions tls;  // HTTPS if it names a certificate
-  std::filesystem::path token_file;   // empty: tokens of this run only
+  std::string at;                         // HOST:PORT, port 0 for any free port
+  bool insecure = false;                  // allows addresses other than loopback without TLS
+  transport::TlsListenerOptions tls;      // HTTPS if it names a certificate
+  std::filesystem::path token_file;       // empty: tokens of this run only
+  transport::http::AccessOptions access;  // whose pages may connect, beside the server's own
   ServerLimits limits;
 };
 

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cstdlib>
 #include <fstream>
 #include <set>
 
 #include "base/text.h"
 #include "renderer/gpu/device/device_features.h"
+#include "renderer/gpu/device/driver_files.h"
 #include "renderer/gpu/device/queues.h"
 
 namespace fire3dv::gpu {
@@ -56,20 +58,37 @@ const char* vendor_name(uint32_t vendor_id) {
   }
 }
 
-// Preference among device types; a lower value is better.
 constexpr const char* kVulkan13 = "Vulkan 1.3";
+constexpr int kGoodMesa = 25;  // major version whose software driver has all that is required
 
-// Where a driver of Mesa is too old: how to update it. Starts with a separator.
-std::string mesa_update(std::span<const DeviceReport> reports) {
-  const bool is_old = std::ranges::any_of(reports, [](const DeviceReport& report) {
-    return report.driver.find("Mesa") != std::string::npos &&
-           std::ranges::find(report.missing, kVulkan13) != report.missing.end();
-  });
-  return is_old
-             ? "\nMesa is too old; update it: sudo apt-get update && sudo apt-get install mesa-vulkan-drivers"
-             : "";
+// "22.3" of "llvmpipe Mesa 22.3.6 (LLVM 15.0.6)"; empty: another driver.
+std::string mesa_version(const std::string& driver) {
+  constexpr std::string_view kMesa = "Mesa ";
+  const size_t at = driver.find(kMesa);
+  if (at == std::string::npos) return "";
+  const std::string rest = driver.substr(at + kMesa.size());
+  const size_t minor = rest.find('.');
+  if (minor == std::string::npos) return "";
+  return rest.substr(0, rest.find_first_not_of("0123456789", minor + 1));
 }
 
+// Where an unusable device's driver is of an old Mesa: how to update it. Starts with a separator.
+std::string mesa_update(std::span<const DeviceReport> reports) {
+  for (const DeviceReport& report : reports) {
+    const std::string version = mesa_version(report.driver);
+    int major = 0;
+    std::from_chars(version.data(), version.data() + version.size(), major);
+    if (report.usable() || major == 0 || major >= kGoodMesa) continue;
+    return "\nMesa " + version + " is too old, " + std::to_string(kGoodMesa) +
+           " works. On Debian 12: sudo apt install -t bookworm-backports mesa-vulkan-drivers "
+           "(docs/install.md "
+           "says how to add backports). Elsewhere: sudo apt-get update && sudo apt-get install "
+           "mesa-vulkan-drivers";
+  }
+  return "";
+}
+
+// Preference among device types; a lower value is better.
 int rank(DeviceType type) {
   switch (type) {
     case DeviceType::discrete:
@@ -200,7 +219,8 @@ Result<DeviceChoice> choose_device(const std::vector<DeviceReport>& reports, std
                                    const std::vector<uint32_t>& vendors_present) {
   if (reports.empty()) {
     return Error{
-        "no Vulkan device found: install your GPU's Vulkan driver, or mesa-vulkan-drivers for the CPU"};
+        "no Vulkan device found: install your GPU's Vulkan driver, or mesa-vulkan-drivers for the CPU" +
+        describe_driver_files([](const char* name) { return std::getenv(name); })};
   }
 
   std::vector<const DeviceReport*> candidates;

@@ -7,10 +7,11 @@ import subprocess
 
 from chromium import WebSocketClient
 from harness import Program, main, vulkan_environment, wait_until
-from image_reader import check, read_png
+from image_reader import Failure, check, read_png
 from live_session import HEIGHT, LEAST_PSNR_DB, PIXELS, WIDTH, Session, canvas, image_after, psnr_db
 from mcap_file import McapFile, body_of, pose_frame
 from prometheus import scrape, url_of
+from reverse_proxy import ReverseProxy
 
 
 def image(test):
@@ -491,11 +492,16 @@ def replay(test):
         session.end()
 
 
-def tls(test):
-    """With a certificate the page and its WebSocket use TLS."""
+def make_certificate(test):
     certificate, key = test.path("certificate.pem"), test.path("key.pem")
     subprocess.run(["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes", "-days", "2", "-subj", "/CN=localhost",
                     "-keyout", key, "-out", certificate], check=True, stderr=subprocess.DEVNULL)
+    return certificate, key
+
+
+def tls(test):
+    """With a certificate the page and its WebSocket use TLS."""
+    certificate, key = make_certificate(test)
     session = Session(test, "--tls-cert", certificate, "--tls-key", key, browser=("--ignore-certificate-errors",))
     try:
         check(session.control.startswith("https://127.0.0.1:"), session.control)
@@ -507,6 +513,54 @@ def tls(test):
         session.end()
 
 
+def proxy(test):
+    """Behind a proxy that ends TLS, below a path, the page works for allowed origins; others read why they are refused."""
+    front = ReverseProxy(*make_certificate(test))
+    allowed, other = (f"https://{name}.example:{front.port}" for name in ("sim", "other"))
+    session = Session(test, "--allow-origin", allowed, browser=("--ignore-certificate-errors", "--host-resolver-rules=MAP *.example 127.0.0.1"))
+    front.upstream = session.host
+    token = session.control.split("#")[1]
+    badge = "document.getElementById('badge')?.textContent ?? ''"
+
+    def opened(address):
+        page = session.browser.page()
+        page.size(WIDTH, HEIGHT)
+        page.call("Page.navigate", url=f"{address}?embed=1#{token}")
+        return page
+    try:
+        # A proxy that leaves the path in does not get the page at an address without the last slash.
+        for passes_host, strips_path, path in ((False, True, "/sim1"), (True, True, "/sim1/"), (True, False, "/sim1/")):
+            front.passes_host, front.strips_path = passes_host, strips_path
+            page = opened(allowed + path)
+            wait_until("the page's own address", lambda: is_at(page, "/sim1/"))
+            image_after(page, 0)
+            check(len(set(canvas(page)[2])) > 50, f"the image at {path} is empty")
+            check(token in page.evaluate("location.href"), "the token is lost")
+            page.call("Page.navigate", url="about:blank")
+        front.passes_host, front.strips_path = False, True
+        refusal = f"refused by the server: origin {other} is not allowed; start with --allow-origin {other}"
+        page = opened(other + "/sim1/")
+        wait_until("the page", lambda: is_at(page, "/sim1/"))
+        page.wait("the reason", f"({badge}).includes({refusal!r})")
+        session.renderer.wait_err(f"warning: --serve: a request was refused: origin {other} is not allowed")
+        page.call("Page.navigate", url="about:blank")
+        front.passes_upgrade = False
+        page = opened(allowed + "/sim1/")
+        wait_until("the page", lambda: is_at(page, "/sim1/"))
+        page.wait("the reason", f"({badge}).includes('the proxy must pass Upgrade and Connection on')")
+        page.call("Page.navigate", url="about:blank")
+    finally:
+        session.end()
+        front.close()
+
+
+def is_at(page, path):
+    try:
+        return page.evaluate("location.pathname") == path
+    except Failure:  # while the page goes to another address
+        return False
+
+
 if __name__ == "__main__":
     main({"image": image, "cameras": cameras, "touch": touch, "nodes": nodes, "viewers": viewers, "access": access, "restart": restart,
-          "stream": stream, "video": video, "replay": replay, "tls": tls}, ["fire3dv", "bullet_arm"])
+          "stream": stream, "video": video, "replay": replay, "tls": tls, "proxy": proxy}, ["fire3dv", "bullet_arm"])

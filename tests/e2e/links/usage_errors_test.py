@@ -52,6 +52,10 @@ def usage(test):
             (["--frames", "many"], [scene, "--frames", "many"]),
             (["--frames", "-3"], [scene, "--frames=-3"]),
             (["--samples", "0"], [scene, "--samples", "0"]),
+            (["--allow-origin", "no path", "https://sim.example"],
+             [scene, "--serve", "127.0.0.1:0", "--allow-origin", "https://sim.example/sim1"]),
+            (["--allow-host", "sim.example"], [scene, "--serve", "127.0.0.1:0", "--allow-host", "*"]),
+            (["--allow-host", "--serve HOST:PORT"], [scene, "--allow-host", "sim.example"]),
             (["--exposure"], [scene, "--exposure", "-1"]),
             (["--exposure"], [scene, "--exposure", "nan"]),
             (["--shadows", "maybe"], [scene, "--shadows", "maybe"]),
@@ -207,6 +211,10 @@ def devices(test):
     expect_failure(test, 1, driver, test.scene, *headless(test), env=nothing)
     expect_failure(test, 1, driver, test.scene, "--headless", "--frames", "1", env=nothing)
     expect_failure(test, 1, driver, "--list-devices", env=nothing)
+    expect_failure(test, 1, ["VK_DRIVER_FILES", "/nonexistent", "unset"], test.scene, *headless(test), env=nothing)
+    only_old = {**nothing}
+    del only_old["VK_DRIVER_FILES"]
+    expect_failure(test, 1, ["VK_ICD_FILENAMES", "/nonexistent", "unset"], "--list-devices", env=only_old)
 
 
 def outputs(test):
@@ -229,6 +237,25 @@ def displays(test):
     env = {k: v for k, v in vulkan_environment().items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
     expect_failure(test, 1, ["window", "--headless"], test.scene, "--frames", "1", env=env)
     expect_failure(test, 1, ["window", "--headless"], test.scene, "--frames", "1", env={**env, "DISPLAY": ":4711"})
+    # What else is wrong is said first.
+    gone = test.path("gone")
+    open_key = test.path("open.key")
+    with open(open_key, "w", encoding="ascii") as file:
+        file.write("0" * 64)
+    os.chmod(open_key, 0o644)
+    for words, arguments in (
+            (["gone", "No such file"], ["--replay", gone + ".mcap"]),
+            (["--out", open_key, "name another folder"], ["--out", open_key]),
+            (["--out", open_key, "name another folder"], ["--out", os.path.join(open_key, "images")]),
+            (["--stats", gone], ["--stats", os.path.join(gone, "a.csv")]),
+            (["--record", gone, "create it"], ["--listen", "shm://a", "--record", os.path.join(gone, "a.mcap")]),
+            (["--environment", gone, "No such file"], ["--environment", gone + ".hdr"]),
+            (["--key-file", gone], ["--listen", "udp://127.0.0.1:0", "--key-file", gone]),
+            (["--key-file", open_key], ["--listen", "udp://127.0.0.1:0", "--key-file", open_key]),
+            (["tls://127.0.0.1:0", gone], ["--listen", "tls://127.0.0.1:0", "--tls-cert", gone, "--tls-key", gone]),
+            (["--serve 127.0.0.1:0", gone], ["--serve", "127.0.0.1:0", "--tls-cert", gone, "--tls-key", gone]),
+            (["--serve-tokens", open_key], ["--serve", "127.0.0.1:0", "--serve-tokens", open_key])):
+        expect_failure(test, 1, words, test.scene, *arguments, env=env)
 
 
 if __name__ == "__main__":

@@ -94,8 +94,8 @@ class EchoServer {
 };
 
 std::string request(const std::string& body, const std::string& more = "Connection: close\r\n") {
-  return "POST /render HTTP/1.1\r\nHost: x\r\nContent-Type: multipart/form-data; boundary=b\r\n" + more +
-         "Content-Length: " + std::to_string(body.size()) + "\r\n\r\n" + body;
+  return "POST /render HTTP/1.1\r\nHost: localhost\r\nContent-Type: multipart/form-data; boundary=b\r\n" +
+         more + "Content-Length: " + std::to_string(body.size()) + "\r\n\r\n" + body;
 }
 
 std::string body_of(const std::string& answer) {

@@ -6,6 +6,10 @@
 
 #include <filesystem>
 #include <fstream>
+#include <map>
+#include <string>
+
+#include "renderer/gpu/device/driver_files.h"
 
 namespace fire3dv::gpu {
 namespace {
@@ -42,8 +46,39 @@ TEST(DeviceChoice, OldMesaIsUpdated) {
   for (const char* wanted : {"", "llvmpipe"})
     EXPECT_TRUE(
         mentions(choose_device({old}, wanted).error().message, "apt-get install mesa-vulkan-drivers"));
+  // Debian 12's: Vulkan 1.3, without what the renderer needs.
+  old.driver = "llvmpipe Mesa 22.3.6 (LLVM 15.0.6)";
+  old.missing = {"runtimeDescriptorArray"};
+  for (const char* wanted : {"", "llvmpipe"}) {
+    const std::string text = choose_device({old}, wanted).error().message;
+    EXPECT_TRUE(mentions(text, "Mesa 22.3 is too old, 25 works")) << text;
+    EXPECT_TRUE(mentions(text, "apt install -t bookworm-backports mesa-vulkan-drivers")) << text;
+    EXPECT_TRUE(mentions(text, "docs/install.md")) << text;
+  }
+  old.driver = "llvmpipe Mesa 25.0.7";  // it lacks something else
+  EXPECT_FALSE(mentions(choose_device({old}, "").error().message, "too old"));
   old.driver = "NVIDIA 450";
   EXPECT_FALSE(mentions(choose_device({old}, "").error().message, "apt-get"));
+}
+
+TEST(DriverFiles, VariablesThatLeadNowhereAreNamed) {
+  std::map<std::string, std::string> set;
+  const auto note = [&set] {
+    return describe_driver_files([&set](const char* name) {
+      const auto found = set.find(name);
+      return found == set.end() ? nullptr : found->second.c_str();
+    });
+  };
+  EXPECT_EQ(note(), "");
+  set["VK_ICD_FILENAMES"] = "/nonexistent/a.json";
+  EXPECT_EQ(
+      note(),
+      "; the environment variable VK_ICD_FILENAMES names \"/nonexistent/a.json\", which does not exist: "
+      "correct or unset it");
+  set["VK_DRIVER_FILES"] = "/dev/null:/nonexistent/b.json";
+  EXPECT_TRUE(mentions(note(), "VK_DRIVER_FILES names \"/nonexistent/b.json\""));
+  set["VK_DRIVER_FILES"] = "/dev/null";
+  EXPECT_TRUE(mentions(note(), "VK_DRIVER_FILES leaves only the drivers of \"/dev/null\""));
 }
 
 TEST(DeviceChoice, SoftwareDeviceIsReported) {

@@ -128,7 +128,7 @@ struct Server : testing::Test {
 };
 
 TEST_F(Server, AnswersWithLengthThatIsRight) {
-  const std::string text = ask("GET /metrics HTTP/1.1\r\nHost: a\r\n\r\n");
+  const std::string text = ask("GET /metrics HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n");
   const size_t body_at = text.find("\r\n\r\n") + 4;
   EXPECT_NE(text.find("Content-Length: " + std::to_string(text.size() - body_at) + "\r\n"), std::string::npos)
       << text;
@@ -169,6 +169,8 @@ TEST_F(Server, JudgesRequests) {
   };
   EXPECT_EQ(judge("GET /metrics HTTP/1.1\r\nHost: localhost"), 200);
   EXPECT_EQ(judge("GET /metrics?collect=all HTTP/1.0"), 200);
+  EXPECT_EQ(judge("GET /metrics HTTP/1.1\r\nHost: evil.example:9464"), 421);
+  EXPECT_EQ(judge("GET /metrics HTTP/1.1\r\nHost: localhost\r\nOrigin: http://evil.example"), 403);
   for (const char* line : {"GET / HTTP/1.0", "GET /metrics/ HTTP/1.0", "GET /../metrics HTTP/1.0",
                            "GET http://localhost/metrics HTTP/1.0", "GET //metrics HTTP/1.0"})
     EXPECT_EQ(judge(line), 404) << line;

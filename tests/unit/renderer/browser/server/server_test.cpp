@@ -10,6 +10,7 @@
 #include <chrono>
 #include <deque>
 #include <functional>
+#include <mutex>
 #include <string>
 #include <thread>
 #include <tuple>
@@ -22,8 +23,10 @@ namespace {
 
 constexpr int kHangMs = 60'000;
 
-std::unique_ptr<Server> open_server(const ServerLimits& limits = {}) {
+std::unique_ptr<Server> open_server(const ServerLimits& limits = {},
+                                    const transport::http::AccessOptions& access = {}) {
   ServerOptions options;
+  options.access = access;
   options.at = "127.0.0.1:0";
   options.limits = limits;
   Result<std::unique_ptr<Server>> server = Server::open(options);
@@ -172,13 +175,13 @@ TEST(LiveServer, ServesPageUnderStrictPolicy) {
   const std::string page = get(*server, "/", host_of(*server));
   EXPECT_TRUE(page.starts_with("HTTP/1.1 200")) << page;
   EXPECT_NE(page.find("<!doctype html>"), std::string::npos);
-  EXPECT_NE(page.find("Content-Security-Policy: default-src 'none'; script-src 'self'; style-src 'self'"),
+  EXPECT_NE(page.find("Content-Security-Policy: default-src 'none'; script-src 'self' 'sha256-"),
             std::string::npos);
   EXPECT_NE(page.find("frame-ancestors 'none'"), std::string::npos);
   EXPECT_EQ(page.find("unsafe-inline"), std::string::npos);
   EXPECT_NE(page.find("nosniff"), std::string::npos);
   EXPECT_EQ(page.find(token_of(*server, Access::view)), std::string::npos);
-  EXPECT_EQ(page.find("<script>"), std::string::npos);
+  EXPECT_EQ(page.find("<script>"), page.rfind("<script>")) << "only one inline script has a hash";
   EXPECT_EQ(page.find("http://", page.find("\r\n\r\n")), std::string::npos) << "an address outside";
   EXPECT_NE(get(*server, "/?embed=1", host_of(*server)).find("frame-ancestors 'self' http://localhost:*"),
             std::string::npos);
@@ -206,6 +209,55 @@ TEST(LiveServer, ForeignOriginsAreRefused) {
   garbage.send(std::string("\x16\x03\x01\x02\x00\x01", 6) + "\r\n\r\n");
   EXPECT_TRUE(garbage.read_to_end().starts_with("HTTP/1.1 400"));
   EXPECT_TRUE(server->take_events().empty());
+}
+
+// A proxy at https://sim.example serves the page below /sim1/.
+TEST(LiveServer, ProxiesAreServedBelowTheirPath) {
+  std::mutex mutex;
+  std::vector<std::string> lines;
+  transport::http::AccessOptions access;
+  access.sites.origins = {"https://sim.example"};
+  access.log = [&](const std::string& line) {
+    const std::scoped_lock lock(mutex);
+    lines.push_back(line);
+  };
+  const auto server = open_server({}, access);
+  const std::string own = host_of(*server);
+  for (const std::string& host : {own, std::string("sim.example")}) {
+    for (const char* target : {"/", "/sim1/", "//", "/sim1/index.html"})
+      EXPECT_NE(get(*server, target, host).find("<!doctype html>"), std::string::npos) << target;
+    for (const char* target : {"/main.js", "//main.js", "/sim1/main.js"})
+      EXPECT_NE(get(*server, target, host).find("text/javascript"), std::string::npos) << target;
+    Client client(*server);
+    client.send(upgrade_request(host, "https://sim.example"));
+    EXPECT_TRUE(client.read_until("\r\n\r\n").starts_with("HTTP/1.1 101")) << host;
+  }
+  EXPECT_NE(get(*server, "/sim1/?embed=1", own).find("https://127.0.0.1:* https://sim.example\r\n"),
+            std::string::npos);
+  EXPECT_TRUE(get(*server, "/sim1", own).starts_with("HTTP/1.1 404"));
+  // Why a WebSocket was refused, for the page.
+  const std::string refused = get(*server, "/socket?origin=https://evil.example", own);
+  EXPECT_TRUE(refused.starts_with("HTTP/1.1 403")) << refused;
+  EXPECT_NE(refused.find("start with --allow-origin https://evil.example"), std::string::npos) << refused;
+  EXPECT_NE(
+      get(*server, "/socket?origin=https://sim.example", own).find("must pass Upgrade and Connection on"),
+      std::string::npos);
+  EXPECT_TRUE(lines.empty()) << lines[0];
+  // Attackers, each line logged once.
+  for (int i = 0; i < 20; ++i) {
+    for (const char* origin :
+         {"https://evil.example", "http://sim.example", "https://sim.example.evil.example"}) {
+      Client client(*server);
+      client.send(upgrade_request(own, origin));
+      EXPECT_TRUE(client.read_until("\r\n\r\n").starts_with("HTTP/1.1 403")) << origin;
+    }
+    EXPECT_TRUE(get(*server, "/", "evil" + std::to_string(i) + ".example").starts_with("HTTP/1.1 421"));
+  }
+  const std::scoped_lock lock(mutex);
+  ASSERT_EQ(lines.size(), 4u) << "four different ones a minute";
+  EXPECT_EQ(lines[0],
+            "a request was refused: origin https://evil.example is not allowed; start with --allow-origin "
+            "https://evil.example");
 }
 
 TEST(LiveServer, ATokenGivesAccess) {
