@@ -8,6 +8,7 @@
 
 #include "base/clock.h"
 #include "protocol/transport/core/link_counters.h"
+#include "protocol/transport/shm/shm_cleanup.h"
 #include "protocol/transport/shm/shm_reader.h"
 
 namespace fire3dv::transport::shm {
@@ -94,6 +95,7 @@ void ShmListener::look(const OnEvent& on_event) {
     }
     return;
   }
+  if (!found->segment.fd && found->id != FileId()) remove_dead_segment(segment_path(name_));
   if (!found->segment.fd || found->id == avoid_) return;
   attach(std::move(*found), on_event);
 }
@@ -158,7 +160,10 @@ void ShmListener::poll(const OnEvent& on_event) {
     if (!end) return;
     reader_.reset();
     if (*end == Reader::End::closed) end_peer("the publisher closed the link", on_event);
-    if (*end == Reader::End::dead) end_peer("the publisher died", on_event);
+    if (*end == Reader::End::dead) {
+      remove_dead_segment(segment_path(name_));
+      end_peer("the publisher died", on_event);
+    }
     // Replaced: the next segment shows whether the same publisher grew it, or another took over.
   }
 }
@@ -189,6 +194,7 @@ void ShmListener::send(PeerId peer, std::span<const std::byte> message) {
 }  // namespace
 
 Result<std::unique_ptr<ListenerLink>> make_listener(const std::string& name, const ListenerOptions& options) {
+  remove_dead_segments();
   return std::unique_ptr<ListenerLink>(std::make_unique<ShmListener>(name, options.delivery));
 }
 

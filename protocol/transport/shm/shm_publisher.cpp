@@ -9,6 +9,7 @@
 #include "base/random.h"
 #include "protocol/transport/core/link_counters.h"
 #include "protocol/transport/shm/shm_back_channel.h"
+#include "protocol/transport/shm/shm_cleanup.h"
 #include "protocol/transport/shm/shm_ring.h"
 #include "protocol/transport/shm/shm_segment.h"
 #include "protocol/transport/shm/shm_states.h"
@@ -396,6 +397,7 @@ Result<std::unique_ptr<PublisherLink>> make_publisher(const std::string& name,
   sizes.pose_slots = options.ring_slots;
   sizes.description_bytes = kFirstDescriptionBytes;
   sizes.state_bytes = kFirstStateBytes;
+  remove_dead_segments();  // their memory may be what this one needs
   const uint64_t publisher_id = random_id();
   auto made = create_segment(name, sizes, publisher_id);
   if (!made) return made.error();

@@ -145,7 +145,7 @@ Error system_error(const std::string& name, const std::string& what, int error) 
 Error no_room(const std::string& name, uint64_t bytes) {
   return Error{"shm://" + name + ": /dev/shm has no room for " +
                std::to_string((bytes + (1 << 20) - 1) >> 20) +
-               " MiB; remove stale files from it or mount it larger"};
+               " MiB; remove files from it or mount it larger (docker run --shm-size 1g)"};
 }
 
 std::string fd_path(int fd) {

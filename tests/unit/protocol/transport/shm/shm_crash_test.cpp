@@ -1,11 +1,14 @@
 // Crash test of shared memory between processes: killed, stopped and forked writers and readers; no frame is
 // torn.
 #include <fcntl.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <random>
 #include <thread>
 
+#include "base/unique_fd.h"
+#include "protocol/transport/shm/shm_segment.h"
 #include "tests/unit/protocol/transport/child.h"
 #include "tests/unit/protocol/transport/link_fixture.h"
 
@@ -63,6 +66,61 @@ TEST(ShmCrash, KilledWritersLeaveWholeFrames) {
   ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::disconnected) == 1; }));
   EXPECT_EQ(listener.last(Kind::disconnected), "the publisher died");
   open_publisher_or_fail(uri);  // its destructor removes the dead publisher's file
+}
+
+std::string path_of(const std::string& uri) {
+  return shm::segment_path(uri.substr(std::string("shm://").size()));
+}
+
+bool is_there(const std::string& path) {
+  struct stat info {};
+  return ::lstat(path.c_str(), &info) == 0;
+}
+
+// Waits for the child's segment. Another process may remove a dead one at any time, so that tests only look
+// for living ones.
+void await_segment(const std::string& uri) {
+  const auto until = std::chrono::steady_clock::now() + kHangLimit;
+  while (!is_there(path_of(uri)) && std::chrono::steady_clock::now() < until) ::usleep(1000);
+  ASSERT_TRUE(is_there(path_of(uri))) << uri;
+}
+
+TEST(ShmCrash, NextStartRemovesSegmentsOfTheDead) {
+  for (const bool is_renderer : {false, true}) {
+    const std::string dead = unique_shm_uri("dead"), alive = unique_shm_uri("alive");
+    Child killed([&] { publish_uniform_frames(dead, 1); });
+    Child living([&] { publish_uniform_frames(alive, 1); });
+    await_segment(dead);
+    await_segment(alive);
+    // As of a publisher that was killed while it replaced its segment.
+    const std::string hidden = "/dev/shm/.fire3dv." + dead.substr(6) + ".0123456789abcdef";
+    const std::string hidden_alive = "/dev/shm/.fire3dv." + alive.substr(6) + ".0123456789abcdef";
+    ASSERT_EQ(::link(path_of(dead).c_str(), hidden.c_str()), 0);
+    ASSERT_EQ(::link(path_of(alive).c_str(), hidden_alive.c_str()), 0);
+    // Somebody else's file under such a name.
+    const std::string foreign = path_of(unique_shm_uri("foreign"));
+    ASSERT_TRUE(UniqueFd(::open(foreign.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600)));
+    ASSERT_EQ(::truncate(foreign.c_str(), 1 << 20), 0);
+    killed.kill();
+    const std::string next = unique_shm_uri("next");
+    if (is_renderer) {
+      EXPECT_TRUE(open_listener(next));
+    } else {
+      open_publisher_or_fail(next);
+    }
+    EXPECT_FALSE(is_there(path_of(dead))) << is_renderer;
+    EXPECT_FALSE(is_there(hidden)) << is_renderer;
+    EXPECT_TRUE(is_there(path_of(alive))) << is_renderer;
+    EXPECT_TRUE(is_there(hidden_alive)) << is_renderer;
+    EXPECT_TRUE(is_there(foreign)) << is_renderer;
+    Listener listener(alive);
+    EXPECT_TRUE(listener.poll_until([&] { return listener.count(Kind::pose) > 0; }));
+    living.kill();
+    EXPECT_TRUE(listener.poll_until([&] { return listener.count(Kind::disconnected) == 1; }));
+    EXPECT_FALSE(is_there(path_of(alive))) << "a reader removes what its publisher left";
+    ::unlink(hidden_alive.c_str());
+    ::unlink(foreign.c_str());
+  }
 }
 
 TEST(ShmCrash, AStoppedWriterIsAlive) {
