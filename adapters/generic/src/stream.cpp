@@ -8,6 +8,7 @@
 
 #include "base/plural.h"
 #include "base/random.h"
+#include "protocol/transport/core/absence.h"
 #include "protocol/wire/check.h"
 
 namespace wire = fire3dv::wire;
@@ -162,7 +163,9 @@ std::string fire3dv_stream::reach_text() const {
   if (renderers == 0) {
     const std::string problem = link->problem();
     if (!problem.empty()) return "no renderer is reached: " + problem;
-    return "no renderer is reached: start `fire3dv SCENE --listen " + uri + "`, or correct the URI";
+    const std::string absence = fire3dv::transport::absence_of(*link);
+    return "no renderer is reached: " + (absence.empty() ? "" : absence + "; ") +
+           "start `fire3dv SCENE --listen " + uri + "`, or correct the URI";
   }
   const std::string reached =
       fire3dv::counted(renderers, "renderer") + (renderers == 1 ? " is" : " are") + " reached";

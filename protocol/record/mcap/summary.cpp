@@ -275,9 +275,8 @@ class Scan {
         if (!sound) return sound.error();
         if (*sound) continue;
       }
-      note("at byte " + std::to_string(*record ? (*record)->offset : walker_.at()) +
-           " is not a whole record: it was cut or damaged, or is still being written; fire3dv-record recover "
-           "makes a "
+      note("the record at byte " + std::to_string(*record ? (*record)->offset : walker_.at()) +
+           " is not whole: it was cut or damaged, or is still being written; fire3dv-record recover makes a "
            "whole file of it");
       const auto chunk = find_chunk(source_, buffered_, search_from_);
       if (!chunk) return chunk.error();

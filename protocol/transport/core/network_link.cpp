@@ -1,5 +1,7 @@
 #include "protocol/transport/core/network_link.h"
 
+#include "protocol/transport/core/absence.h"
+
 namespace fire3dv::transport {
 namespace {
 
@@ -55,6 +57,22 @@ std::string NetworkPublisher::problem() const {
   if (is_inherited()) return inherited_error().message;
   const std::lock_guard lock(mutex_);
   return problem_;
+}
+
+std::string NetworkPublisher::absence() const {
+  if (is_inherited()) return {};
+  const std::lock_guard lock(mutex_);
+  return absence_;
+}
+
+void NetworkPublisher::set_absence(std::string reason) {
+  const std::lock_guard lock(mutex_);
+  absence_ = std::move(reason);
+}
+
+std::string absence_of(const PublisherLink& link) {
+  const auto* const network = dynamic_cast<const NetworkPublisher*>(&link);
+  return network ? network->absence() : std::string();
 }
 
 void NetworkPublisher::set_problem(std::string problem) {

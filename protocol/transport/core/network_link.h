@@ -29,6 +29,7 @@ class NetworkPublisher : public PublisherLink {
   Result<void> start();
   bool poll(std::vector<std::byte>& message) final;
   std::string problem() const final;
+  std::string absence() const;  // see absence.h
 
  protected:
   explicit NetworkPublisher(Uri uri) : uri_(std::move(uri)) {}
@@ -39,6 +40,9 @@ class NetworkPublisher : public PublisherLink {
 
   // Sets the reason why no listener is connected; empty when one is.
   void set_problem(std::string problem);
+
+  // Sets why no address answers; empty when one does.
+  void set_absence(std::string reason);
 
   // Requires mutex_.
   void set_problem_locked(std::string problem) { problem_ = std::move(problem); }
@@ -62,7 +66,7 @@ class NetworkPublisher : public PublisherLink {
 
   std::deque<std::vector<std::byte>> replies_;
   size_t reply_bytes_ = 0;  // total
-  std::string problem_;
+  std::string problem_, absence_;
 };
 
 // Base class of the listeners: receive thread, inbox, and one budget per peer.

@@ -5,6 +5,7 @@
 #include <cerrno>
 
 #include "base/clock.h"
+#include "base/files.h"
 #include "protocol/transport/core/network_link.h"
 #include "protocol/transport/tcp/tcp_connection.h"
 #include "protocol/transport/tcp/tcp_frame.h"
@@ -178,7 +179,9 @@ LinkStats TcpPublisher::stats() const {
 bool TcpPublisher::visit(const Address& address) {
   Connection connection;
   connection.fd = connect_to(address);
-  if (!connection.fd || !greet(connection)) return false;
+  if (!connection.fd) return false;
+  set_absence({});
+  if (!greet(connection)) return false;
   set_problem({});
   serve(connection);
   return true;
@@ -190,11 +193,18 @@ UnforkableFd TcpPublisher::connect_to(const Address& address) {
   if (!fd) return {};
   tune_socket(fd.get());
   if (::connect(fd.get(), address.get(), address.length) != 0) {
-    if (errno != EINPROGRESS || !thread_.wait_for(fd.get(), POLLOUT, monotonic_ns() + kConnectTimeoutNs))
+    int error = errno;
+    if (error == EINPROGRESS) {
+      socklen_t length = sizeof error;
+      error = ETIMEDOUT;
+      if (thread_.wait_for(fd.get(), POLLOUT, monotonic_ns() + kConnectTimeoutNs) &&
+          ::getsockopt(fd.get(), SOL_SOCKET, SO_ERROR, &error, &length) != 0)
+        error = errno;
+    }
+    if (error != 0) {
+      set_absence(system_reason(error));
       return {};
-    int error = 0;
-    socklen_t length = sizeof error;
-    if (::getsockopt(fd.get(), SOL_SOCKET, SO_ERROR, &error, &length) != 0 || error != 0) return {};
+    }
   }
   return connected_to_itself(fd.get()) ? UnforkableFd() : std::move(fd);
 }

@@ -1,4 +1,7 @@
 // Test of tls:// links: authentication of both sides, refusals with reasons, and pending handshakes.
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <condition_variable>
 #include <mutex>
 
@@ -72,6 +75,30 @@ TEST_F(Tls, ClientCertificateIsRequired) {
   ASSERT_TRUE(welcome->set_description(bytes_of("d")));
   EXPECT_TRUE(publish_until_seen(*welcome, listener, "pose"));
   EXPECT_EQ(welcome->problem(), "");
+}
+
+// A child that says goodbye and ends normally shares the socket and the keys of its parent.
+TEST_F(Tls, ForkedChildLeavesConnectionAlone) {
+  Listener listener(kAnyPort, secured.tls_listener());
+  auto publisher = open_publisher_or_fail(listener.link->uri(), secured.tls_publisher());
+  ASSERT_TRUE(publisher->set_description(bytes_of("d")));
+  ASSERT_TRUE(publish_until_seen(*publisher, listener, "before"));
+  const pid_t child = ::fork();
+  if (child == 0) {
+    publisher->publish(message_of("of the child"));
+    publisher->send_control(bytes_of("goodbye"));
+    const bool is_refused = !publisher->set_description(bytes_of("of the child"));
+    publisher.reset();
+    ::_exit(is_refused ? 0 : 1);
+  }
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_EQ(status, 0) << "the child's calls must be refused";
+  EXPECT_TRUE(publish_until_seen(*publisher, listener, "after"));
+  EXPECT_EQ(listener.count(Kind::connected), 1u);
+  EXPECT_EQ(listener.count(Kind::disconnected), 0u);
+  EXPECT_FALSE(listener.saw(Kind::control, "goodbye"));
+  EXPECT_FALSE(listener.saw(Kind::pose, "of the child"));
 }
 
 TEST_F(Tls, PlainTcpIsNotLetIn) {
