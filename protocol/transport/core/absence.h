@@ -1,4 +1,4 @@
-// Why nobody answers at the address of a link. Unlike PublisherLink::problem() it is no fault: a simulator
+// Reason of a failed attempt to connect a link. Unlike PublisherLink::problem() it is no fault: a simulator
 // may start before its renderer.
 #pragma once
 
