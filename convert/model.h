@@ -53,6 +53,16 @@ struct Image {
   std::vector<std::byte> bytes;
 };
 
+enum class Wrap : uint8_t { repeat, mirror, clamp };
+
+// Texture transform and wrap modes: texture coordinates, v downwards, are multiplied with scale, then moved
+// by offset.
+struct ImagePlacement {
+  glm::vec2 scale{1}, offset{0};
+  Wrap wrap_u = Wrap::repeat, wrap_v = Wrap::repeat;
+  bool operator==(const ImagePlacement&) const = default;
+};
+
 struct Material {
   std::string name;
   glm::vec4 base_color{1};  // linear RGB; a: opacity
@@ -68,6 +78,7 @@ struct Material {
   std::optional<float> alpha_cutoff;      // opacities below are invisible, others opaque; replaces blended
   bool double_sided = true;               // meshes of descriptions are often not closed
   bool blended = false;                   // any opacity below 1
+  ImagePlacement base_color_placement, normal_placement, emission_placement, metallic_roughness_placement;
 };
 
 // Joints that move a vertex, as indices into the skin of its node, and their weights, whose sum is 1. Unused

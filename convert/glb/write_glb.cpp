@@ -13,6 +13,7 @@
 #include <span>
 #include <streambuf>
 #include <string_view>
+#include <tuple>
 #include <utility>
 
 #include "convert/glb/glb_joints.h"
@@ -247,13 +248,15 @@ class Writer {
     made.pbrMetallicRoughness.baseColorFactor = {color.r, color.g, color.b, color.a};
     made.pbrMetallicRoughness.metallicFactor = std::clamp(source.metallic, 0.0f, 1.0f);
     made.pbrMetallicRoughness.roughnessFactor = std::clamp(source.roughness, 0.0f, 1.0f);
-    if (has_uvs && source.base_color_image)
-      made.pbrMetallicRoughness.baseColorTexture.index = texture(*source.base_color_image);
-    if (has_uvs && source.normal_image) made.normalTexture.index = texture(*source.normal_image);
-    if (has_uvs && source.emission_image) made.emissiveTexture.index = texture(*source.emission_image);
-    if (has_uvs && source.metallic_roughness_image)
-      made.pbrMetallicRoughness.metallicRoughnessTexture.index = texture(*source.metallic_roughness_image);
-    if (has_uvs && source.occlusion_image) made.occlusionTexture.index = texture(*source.occlusion_image);
+    if (has_uvs) {
+      set_texture(source.base_color_image, source.base_color_placement,
+                  made.pbrMetallicRoughness.baseColorTexture);
+      set_texture(source.normal_image, source.normal_placement, made.normalTexture);
+      set_texture(source.emission_image, source.emission_placement, made.emissiveTexture);
+      set_texture(source.metallic_roughness_image, source.metallic_roughness_placement,
+                  made.pbrMetallicRoughness.metallicRoughnessTexture);
+      set_texture(source.occlusion_image, {}, made.occlusionTexture);
+    }
     const glm::vec3 emission = glm::max(source.emission, 0.0f);
     const float strength = std::max({emission.r, emission.g, emission.b, 1.0f});
     made.emissiveFactor = list(emission / strength);
@@ -270,9 +273,56 @@ class Writer {
     return entry->second;
   }
 
+  // Info: a texture reference of tinygltf.
+  template <typename Info>
+  void set_texture(const std::optional<size_t>& image, const ImagePlacement& placement, Info& to) {
+    if (!image) return;
+    to.index = texture(*image, placement.wrap_u, placement.wrap_v);
+    if (to.index < 0 || (placement.scale == glm::vec2(1) && placement.offset == glm::vec2(0))) return;
+    const auto pair = [](const glm::vec2& v) {
+      return tinygltf::Value(
+          tinygltf::Value::Array{tinygltf::Value(double{v.x}), tinygltf::Value(double{v.y})});
+    };
+    tinygltf::Value::Object members;
+    members["scale"] = pair(placement.scale);
+    members["offset"] = pair(placement.offset);
+    to.extensions["KHR_texture_transform"] = tinygltf::Value(std::move(members));
+    use_extension("KHR_texture_transform");
+  }
+
+  // Returns -1 for the default of glTF, which repeats.
+  int sampler(Wrap u, Wrap v) {
+    if (u == Wrap::repeat && v == Wrap::repeat) return -1;
+    const auto [entry, is_new] = sampler_of_.try_emplace({u, v}, static_cast<int>(out_.samplers.size()));
+    if (!is_new) return entry->second;
+    const auto mode = [](Wrap wrap) {
+      return wrap == Wrap::repeat   ? TINYGLTF_TEXTURE_WRAP_REPEAT
+             : wrap == Wrap::mirror ? TINYGLTF_TEXTURE_WRAP_MIRRORED_REPEAT
+                                    : TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE;
+    };
+    tinygltf::Sampler made;
+    made.wrapS = mode(u);
+    made.wrapT = mode(v);
+    out_.samplers.push_back(std::move(made));
+    return entry->second;
+  }
+
   // Returns -1 for an undecodable image, with one warning.
-  int texture(size_t index) {
-    const auto [entry, is_new] = texture_of_.try_emplace(index, -1);
+  int texture(size_t index, Wrap u, Wrap v) {
+    const auto [entry, is_new] = texture_of_.try_emplace({index, u, v}, -1);
+    if (!is_new) return entry->second;
+    const int image = image_index(index);
+    if (image < 0) return -1;
+    tinygltf::Texture made;
+    made.source = image;
+    made.sampler = sampler(u, v);
+    entry->second = static_cast<int>(out_.textures.size());
+    out_.textures.push_back(std::move(made));
+    return entry->second;
+  }
+
+  int image_index(size_t index) {
+    const auto [entry, is_new] = image_of_.try_emplace(index, -1);
     if (!is_new) return entry->second;
     const Image& source = model_.images.at(index);
     const Result<GlbImage> encoded = glb_image(source, pixels_left_);
@@ -284,11 +334,8 @@ class Writer {
     image.name = fit_name(source.name);
     image.mimeType = encoded->mime_type;
     image.bufferView = add_view(encoded->bytes, 0);
-    tinygltf::Texture made;
-    made.source = static_cast<int>(out_.images.size());
+    entry->second = static_cast<int>(out_.images.size());
     out_.images.push_back(std::move(image));
-    entry->second = static_cast<int>(out_.textures.size());
-    out_.textures.push_back(std::move(made));
     return entry->second;
   }
 
@@ -394,7 +441,9 @@ class Writer {
   tinygltf::Model out_;
   std::vector<int> mesh_of_;
   std::map<std::pair<size_t, bool>, int> material_of_;
-  std::map<size_t, int> texture_of_;
+  std::map<size_t, int> image_of_;
+  std::map<std::tuple<size_t, Wrap, Wrap>, int> texture_of_;
+  std::map<std::pair<Wrap, Wrap>, int> sampler_of_;
   uint64_t pixels_left_ = kMaxPixelsInAll;
 };
 

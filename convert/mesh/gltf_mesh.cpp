@@ -168,8 +168,30 @@ class GltfMesh {
     made.normal_image = image_of(from.normal_texture, false);
     made.emission_image = image_of(from.emissive_texture, false);
     made.roughness_image = made.metallic_image = image_of(from.metallic_roughness_texture, false);
+    made.diffuse_placement = placement_of(from.base_color_texture);
+    made.normal_placement = placement_of(from.normal_texture);
+    made.emission_placement = placement_of(from.emissive_texture);
+    made.roughness_placement = placement_of(from.metallic_roughness_texture);
+    if (made.opacity == 0 && made.is_blended)
+      to_.warnings.push_back("material " + quote(made.name) +
+                             " is invisible: its base colour has the opacity 0");
     to_.materials.push_back(std::move(made));
     return known->second;
+  }
+
+  // Wrap modes; the vertices hold the transform.
+  ImagePlacement placement_of(const scene::TextureRef& texture) const {
+    ImagePlacement placement;
+    if (texture.texture == scene::kNone) return placement;
+    const auto wrap = [](scene::Wrap from) {
+      return from == scene::Wrap::repeat            ? Wrap::repeat
+             : from == scene::Wrap::mirrored_repeat ? Wrap::mirror
+                                                    : Wrap::clamp;
+    };
+    const scene::Sampler& sampler = scene_.textures[texture.texture].sampler;
+    placement.wrap_u = wrap(sampler.wrap_u);
+    placement.wrap_v = wrap(sampler.wrap_v);
+    return placement;
   }
 
   // Name of the embedded image; empty: none.

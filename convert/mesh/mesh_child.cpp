@@ -120,6 +120,24 @@ void limit_next_cpu_seconds() {
   setrlimit(RLIMIT_CPU, &limit);
 }
 
+void put_placement(const ImagePlacement& placement, ByteWriter& out) {
+  out.put(placement.scale);
+  out.put(placement.offset);
+  out.put(static_cast<uint8_t>(placement.wrap_u));
+  out.put(static_cast<uint8_t>(placement.wrap_v));
+}
+
+bool get_placement(ByteReader& in, ImagePlacement& placement) {
+  uint8_t wrap_u = 0, wrap_v = 0;
+  if (!in.get(placement.scale) || !in.get(placement.offset) || !in.get(wrap_u) || !in.get(wrap_v))
+    return false;
+  constexpr auto kMaxWrap = static_cast<uint8_t>(Wrap::clamp);
+  if (wrap_u > kMaxWrap || wrap_v > kMaxWrap) return false;
+  placement.wrap_u = static_cast<Wrap>(wrap_u);
+  placement.wrap_v = static_cast<Wrap>(wrap_v);
+  return true;
+}
+
 std::vector<std::byte> encode(const Result<ImportedMesh>& result) {
   ByteWriter out;
   out.put_string(result ? "" : result.error().message);
@@ -138,6 +156,9 @@ std::vector<std::byte> encode(const Result<ImportedMesh>& result) {
       out.put_string(m.normal_image);
       for (const std::string* name : {&m.emission_image, &m.roughness_image, &m.metallic_image})
         out.put_string(*name);
+      for (const ImagePlacement* placement :
+           {&m.diffuse_placement, &m.normal_placement, &m.emission_placement, &m.roughness_placement})
+        put_placement(*placement, out);
     }
     out.put(result->surfaces.size());
     for (const Surface& surface : result->surfaces) {
@@ -190,7 +211,9 @@ bool decode(ByteReader in, std::string& refusal, ImportedMesh& mesh) {
           !in.get(m.roughness) || !in.get(m.metallic) || !in.get(is_default) || !in.get(is_blended) ||
           !in.get(is_exact) || !in.get(m.alpha_cutoff) || !in.get_string(m.diffuse_image) ||
           !in.get_string(m.normal_image) || !in.get_string(m.emission_image) ||
-          !in.get_string(m.roughness_image) || !in.get_string(m.metallic_image)) {
+          !in.get_string(m.roughness_image) || !in.get_string(m.metallic_image) ||
+          !get_placement(in, m.diffuse_placement) || !get_placement(in, m.normal_placement) ||
+          !get_placement(in, m.emission_placement) || !get_placement(in, m.roughness_placement)) {
         return false;
       }
       m.is_default = is_default != 0;

@@ -19,13 +19,56 @@ namespace {
 
 constexpr uint64_t kMaxImageBytes = uint64_t{1} << 28;
 
-// Candidates for an image name: the name as it is, and its last component next to the mesh or where Gazebo's
-// models have it. Many files contain paths of the machine that wrote them.
+// Candidates for an image name: the name as it is, its last components next to the mesh, and the last where
+// Gazebo's models have it. Many files contain paths of the machine that wrote them.
 std::vector<std::filesystem::path> candidate_paths(const std::filesystem::path& folder, std::string name) {
   std::replace(name.begin(), name.end(), '\\', '/');
   const std::filesystem::path path(name);
-  return {folder / path, folder / path.filename(),
-          folder.parent_path() / "materials/textures" / path.filename()};
+  std::vector<std::filesystem::path> candidates{folder / path};
+  constexpr size_t kMaxComponents = 6;
+  std::vector<std::filesystem::path> ends;  // of the path, shortest first
+  for (auto part = path.end(); part != path.begin() && ends.size() < kMaxComponents;) {
+    --part;
+    if (part->native() == ".." || part->native() == "/" || part->native().ends_with(':')) break;
+    ends.push_back(ends.empty() ? *part : *part / ends.back());
+  }
+  for (auto end = ends.rbegin(); end != ends.rend(); ++end) candidates.push_back(folder / *end);
+  candidates.push_back(folder.parent_path() / "materials/textures" / path.filename());
+  return candidates;
+}
+
+constexpr float kInvisible = 0.01f;
+
+// Nobody draws an invisible mesh: exporters disagree whether 0 or 1 is opaque, as in MTL's Tr, and write
+// colours with an opacity that means nothing. glTF is exact.
+void make_visible(ImportedMesh& mesh, std::vector<std::string>& warnings) {
+  std::set<size_t> used;
+  size_t clear_surfaces = 0;
+  for (Surface& surface : mesh.surfaces) {
+    if (surface.material >= mesh.materials.size() || mesh.materials[surface.material].is_exact) continue;
+    used.insert(surface.material);
+    const bool is_clear =
+        !surface.colors.empty() && std::all_of(surface.colors.begin(), surface.colors.end(),
+                                               [](const glm::vec4& color) { return color.a < kInvisible; });
+    if (!is_clear) continue;
+    for (glm::vec4& color : surface.colors) color.a = 1;
+    ++clear_surfaces;
+  }
+  size_t clear_materials = 0;
+  std::string first;
+  for (const size_t index : used) {
+    ImportedMaterial& material = mesh.materials[index];
+    if (material.opacity >= kInvisible) continue;
+    material.opacity = 1;
+    if (clear_materials++ == 0) first = material.name;
+  }
+  if (clear_materials > 0) {
+    warnings.push_back("material " + quote(first) +
+                       (clear_materials > 1 ? " and " + std::to_string(clear_materials - 1) + " more" : "") +
+                       " would be invisible (opacity 0): drawn opaque");
+  }
+  if (clear_surfaces > 0)
+    warnings.emplace_back("its colours would be invisible (all of opacity 0): drawn opaque");
 }
 
 glm::vec3 scaled_normal(const glm::vec3& normal, const glm::dvec3& scale) {
@@ -169,6 +212,10 @@ size_t MeshFiles::State::material(const std::filesystem::path& mesh_file, const 
   to.emission = linear_from_srgb(from.emission);
   to.roughness = from.roughness;
   to.metallic = from.metallic;
+  to.base_color_placement = from.diffuse_placement;
+  to.normal_placement = from.normal_placement;
+  to.emission_placement = from.emission_placement;
+  to.metallic_roughness_placement = from.roughness_placement;
   if (from.alpha_cutoff >= 0)
     to.alpha_cutoff = from.alpha_cutoff;
   else
@@ -193,6 +240,7 @@ Result<ImportedMesh> MeshFiles::State::import(const std::filesystem::path& resol
                                               const std::filesystem::path& shown, ImportRequest request) {
   Result<ImportedMesh> mesh = child.import(resolved, request);
   if (!mesh) return mesh;
+  make_visible(*mesh, mesh->warnings);
   for (const std::string& warning : mesh->warnings)
     model.warnings.push_back(quote(shown.string()) + ": " + warning);
   const std::vector<Sources::Source>& besides = mesh->besides.all();

@@ -10,19 +10,24 @@
 #include <assimp/IOSystem.hpp>
 #include <assimp/Importer.hpp>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <iterator>
 #include <map>
+#include <memory>
 #include <optional>
+#include <set>
 #include <string_view>
 #include <utility>
 
 #include "base/color/srgb.h"
 #include "base/files.h"
 #include "convert/description_files.h"
+#include "convert/mesh/dae_repair.h"
 #include "convert/mesh/gltf_mesh.h"
 #include "convert/mesh/mesh_store.h"
+#include "convert/mesh/mtl.h"
 #include "convert/mesh/node_frames.h"
 #include "convert/mesh/ply.h"
 #include "convert/mesh/three_mf.h"
@@ -33,6 +38,12 @@ namespace fire3dv::convert {
 namespace {
 
 constexpr uint64_t kMaxBytes = uint64_t{1} << 28;
+
+FileBytes bytes_of(std::string_view text) {
+  FileBytes bytes{std::make_unique<std::byte[]>(text.size()), text.size()};
+  if (!text.empty()) std::memcpy(bytes.data.get(), text.data(), text.size());
+  return bytes;
+}
 
 class MemoryStream : public Assimp::IOStream {
  public:
@@ -63,11 +74,18 @@ class MemoryStream : public Assimp::IOStream {
   size_t at_ = 0;
 };
 
-// File access of assimp: only the mesh file itself and files below its folder exist.
+// What ImportFiles learns of the files that it opens.
+struct SeenFiles {
+  MtlMaterials materials;
+  std::optional<RepairedDae> dae;
+};
+
+// File access of assimp: only the mesh file itself and files below its folder exist. DAE files are repaired;
+// of MTL files assimp reads the names alone.
 class ImportFiles : public Assimp::IOSystem {
  public:
   // besides: receives all further files that assimp requests, found or not.
-  ImportFiles(const std::filesystem::path& file, Sources& besides);
+  ImportFiles(const std::filesystem::path& file, Sources& besides, SeenFiles& seen);
 
   bool Exists(const char* file) const override;
   char getOsSeparator() const override { return '/'; }
@@ -77,11 +95,12 @@ class ImportFiles : public Assimp::IOSystem {
  private:
   std::filesystem::path file_;
   Sources& besides_;
+  SeenFiles& seen_;
   AllowedFolders folders_;
 };
 
-ImportFiles::ImportFiles(const std::filesystem::path& file, Sources& besides)
-    : file_(file), besides_(besides) {
+ImportFiles::ImportFiles(const std::filesystem::path& file, Sources& besides, SeenFiles& seen)
+    : file_(file), besides_(besides), seen_(seen) {
   folders_.add(file.parent_path());
 }
 
@@ -99,7 +118,18 @@ Assimp::IOStream* ImportFiles::Open(const char* name, const char* mode) {
     if (!found || !folders_.hold(*found)) return nullptr;
   }
   Result<FileBytes> bytes = read_file(name, kMaxBytes);
-  return bytes ? new MemoryStream(std::move(*bytes)) : nullptr;
+  if (!bytes) return nullptr;
+  const std::string_view text(reinterpret_cast<const char*>(bytes->data.get()), bytes->size);
+  const std::string extension = lower_extension(file_);
+  if (file_ == name && extension == ".dae") {
+    if (!seen_.dae) seen_.dae = repair_dae(text);  // assimp opens it several times
+    return new MemoryStream(bytes_of(seen_.dae->text));
+  }
+  if (file_ != name && extension == ".obj") {
+    seen_.materials.add(utf8_text(text));
+    return new MemoryStream(bytes_of("# names\n" + seen_.materials.names()));
+  }
+  return new MemoryStream(std::move(*bytes));
 }
 
 constexpr uint64_t kMaxTriangles = 20'000'000;
@@ -156,9 +186,34 @@ void add_pbr(const aiMaterial& from, ImportedMaterial& to) {
   if (!to.roughness_image.empty() && (!has_roughness || to.roughness == 0)) to.roughness = 1;
 }
 
-ImportedMaterial material_of(const aiMaterial& from, const std::string& extension, bool has_materials) {
+Wrap wrap_of(const aiMaterial& from, const char* key, unsigned type) {
+  int mode = aiTextureMapMode_Wrap;
+  if (from.Get(key, type, 0, mode) != AI_SUCCESS) return Wrap::repeat;
+  if (mode == aiTextureMapMode_Mirror) return Wrap::mirror;
+  return mode == aiTextureMapMode_Wrap ? Wrap::repeat : Wrap::clamp;
+}
+
+// Texture transforms of DAE (as Maya writes them) and 3DS.
+ImagePlacement placement_of(const aiMaterial& from, aiTextureType type) {
+  ImagePlacement to;
+  if (aiUVTransform t; from.Get(_AI_MATKEY_UVTRANSFORM_BASE, type, 0, t) == AI_SUCCESS) {
+    const bool is_sound = std::isfinite(t.mScaling.x) && std::isfinite(t.mScaling.y) &&
+                          std::isfinite(t.mTranslation.x) && std::isfinite(t.mTranslation.y);
+    if (is_sound) to.scale = {t.mScaling.x, t.mScaling.y};
+    if (is_sound) to.offset = {t.mTranslation.x, 1 - t.mScaling.y - t.mTranslation.y};  // v upwards
+  }
+  to.wrap_u = wrap_of(from, _AI_MATKEY_MAPPINGMODE_U_BASE, type);
+  to.wrap_v = wrap_of(from, _AI_MATKEY_MAPPINGMODE_V_BASE, type);
+  return to;
+}
+
+ImportedMaterial material_of(const aiMaterial& from, const std::string& extension, bool has_materials,
+                             const MtlMaterials& mtl) {
   ImportedMaterial to;
-  if (aiString name; from.Get(AI_MATKEY_NAME, name) == AI_SUCCESS) to.name = sanitize_text(name.C_Str(), 200);
+  if (aiString name; from.Get(AI_MATKEY_NAME, name) == AI_SUCCESS) {
+    if (extension == ".obj" && mtl.contains(name.C_Str())) return mtl.material(name.C_Str());
+    to.name = sanitize_text(name.C_Str(), 200);
+  }
   to.is_default = to.name == AI_DEFAULT_MATERIAL_NAME || !has_materials;
   // Grey of AMBF's library for files without material; assimp's default differs.
   to.diffuse =
@@ -173,9 +228,11 @@ ImportedMaterial material_of(const aiMaterial& from, const std::string& extensio
   to.roughness = roughness_of(from, extension);
   add_pbr(from, to);
   to.diffuse_image = image_name(from, aiTextureType_DIFFUSE);
+  to.diffuse_placement = placement_of(from, aiTextureType_DIFFUSE);
   // Exporters write a black colour beside a map that is meant to replace it, not to be multiplied with it.
   if (!to.diffuse_image.empty() && to.diffuse == glm::vec3(0)) to.diffuse = glm::vec3(1);
   to.normal_image = image_name(from, aiTextureType_NORMALS);
+  to.normal_placement = placement_of(from, aiTextureType_NORMALS);
   return to;
 }
 
@@ -213,6 +270,7 @@ class SceneReader {
         to_.nodes.push_back({sanitize_text(node->mName.C_Str()), parent, rigid_part(file_from_node)});
       for (unsigned i = 0; i < node->mNumMeshes; ++i) {
         if (node->mMeshes[i] >= scene_.mNumMeshes) return Error{"a node shows a mesh that it does not have"};
+        warn_if_far(*node, *scene_.mMeshes[node->mMeshes[i]], file_from_node);
         if (keeps_nodes_ && i == 0)
           to_.nodes.back().mesh_name = sanitize_text(scene_.mMeshes[node->mMeshes[i]]->mName.C_Str());
         Result<void> added = add(*scene_.mMeshes[node->mMeshes[i]], surface_from_mesh(file_from_node));
@@ -239,6 +297,27 @@ class SceneReader {
     bool normals = false, uvs = false, colors = false;
     auto operator<=>(const Key&) const = default;
   };
+
+  // Positions of 32 bits fall together far away from the origin.
+  void warn_if_far(const aiNode& node, const aiMesh& mesh, const glm::dmat4& file_from_node) {
+    constexpr double kFar = 1e4, kTooFar = 1e6;  // the latter in sizes of the mesh
+    const double distance = glm::length(glm::dvec3(file_from_node[3]));
+    if (distance < kFar || !mesh.mVertices || warned_far_ == node.mName.C_Str()) return;
+    double size = 0;
+    const aiVector3D& first = mesh.mVertices[0];
+    for (unsigned i = 1; i < mesh.mNumVertices; ++i) {
+      const aiVector3D offset = mesh.mVertices[i] - first;
+      size =
+          std::max(size, glm::length(glm::dmat3(file_from_node) * glm::dvec3(offset.x, offset.y, offset.z)));
+    }
+    if (distance < kTooFar * size) return;
+    warned_far_ = node.mName.C_Str();
+    if (++far_nodes_ > kMaxFarNodes) return;
+    char text[32];
+    std::snprintf(text, sizeof text, "%.1g", distance);
+    to_.warnings.push_back("node " + quote(warned_far_) + " lies " + text +
+                           " away, so far that it cannot be drawn: check its transform");
+  }
 
   // Of the vertices of the current node.
   glm::dmat4 surface_from_mesh(const glm::dmat4& file_from_node) const {
@@ -299,8 +378,29 @@ class SceneReader {
   const bool file_normals_, keeps_nodes_;
   ImportedMesh& to_;
   uint64_t triangles_ = 0;
+  static constexpr size_t kMaxFarNodes = 10;  // with a warning
+  size_t far_nodes_ = 0;
+  std::string warned_far_;  // the last one
   std::map<Key, SurfaceBuilder> builders_;
 };
+
+// Materials of an OBJ file that its MTL files do not define.
+void warn_of_undefined(const aiScene& scene, const MtlMaterials& mtl, ImportedMesh& to) {
+  std::set<std::string> undefined;
+  for (const Surface& surface : to.surfaces) {
+    if (surface.material >= scene.mNumMaterials || to.materials[surface.material].is_default) continue;
+    aiString name;
+    const bool has_name = scene.mMaterials[surface.material]->Get(AI_MATKEY_NAME, name) == AI_SUCCESS;
+    // "default" is the importer's name of faces without a material.
+    if (has_name && name != aiString("default") && !mtl.contains(name.C_Str()))
+      undefined.insert(sanitize_text(name.C_Str(), 200));
+  }
+  if (undefined.empty()) return;
+  to.warnings.push_back(
+      "material " + quote(*undefined.begin()) +
+      (undefined.size() > 1 ? " and " + std::to_string(undefined.size() - 1) + " more" : "") +
+      " is not in its MTL file: drawn grey");
+}
 
 // Copies embedded images; those of other formats than files have a height.
 Result<void> add_images(const aiScene& scene, ImportedMesh& to) {
@@ -340,7 +440,8 @@ Result<ImportedMesh> import_mesh(const std::filesystem::path& file, ImportReques
   }
   ImportedMesh mesh;
   Assimp::Importer importer;
-  importer.SetIOHandler(new ImportFiles(file, mesh.besides));  // owned by the importer
+  SeenFiles seen;
+  importer.SetIOHandler(new ImportFiles(file, mesh.besides, seen));  // owned by the importer
   const bool keeps_nodes = request.nodes == Nodes::keep;
   const bool turns_up = request.dae_up == DaeUp::apply && extension == ".dae";
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_USE_COLLADA_NAMES, keeps_nodes);
@@ -355,7 +456,9 @@ Result<ImportedMesh> import_mesh(const std::filesystem::path& file, ImportReques
                                         [](const Sources::Source& source) { return source.stamp.exists; })
                           : extension != ".stl";
   for (unsigned i = 0; i < scene->mNumMaterials; ++i)
-    mesh.materials.push_back(material_of(*scene->mMaterials[i], extension, has_materials));
+    mesh.materials.push_back(material_of(*scene->mMaterials[i], extension, has_materials, seen.materials));
+  if (seen.dae) mesh.warnings = std::move(seen.dae->warnings);
+  for (std::string& warning : seen.materials.warnings()) mesh.warnings.push_back(std::move(warning));
   if (Result<void> embedded = add_images(*scene, mesh); !embedded) return embedded.error();
 
   // assimp rotates 3DS files, and DAE files by their up_axis, to Y up; this makes it Z up.
@@ -366,6 +469,7 @@ Result<ImportedMesh> import_mesh(const std::filesystem::path& file, ImportReques
   Result<void> read = SceneReader(*scene, extension != ".stl", request.nodes, mesh).read(upright);
   if (!read) return read.error();
   if (mesh.surfaces.empty()) return Error{"there is no triangle in it"};
+  if (extension == ".obj" && has_materials) warn_of_undefined(*scene, seen.materials, mesh);
   if (scene->HasLights()) mesh.losses.emplace_back("its lights");
   if (scene->HasCameras()) mesh.losses.emplace_back("its cameras");
   if (scene->HasAnimations()) mesh.losses.emplace_back("its animations");
@@ -379,6 +483,10 @@ Result<void> check_imported(const ImportedMesh& mesh) {
     return true;
   };
   for (const ImportedMaterial& m : mesh.materials) {
+    for (const ImagePlacement* placement :
+         {&m.diffuse_placement, &m.normal_placement, &m.emission_placement, &m.roughness_placement})
+      if (!finite(placement->scale) || !finite(placement->offset))
+        return Error{"a texture transform is not finite"};
     if (!finite(m.diffuse) || !finite(m.emission) || !std::isfinite(m.opacity) ||
         !std::isfinite(m.roughness) || !std::isfinite(m.metallic) || !std::isfinite(m.alpha_cutoff))
       return Error{"a number of a material is not finite"};

@@ -28,6 +28,8 @@ struct ImportedMaterial {
   float alpha_cutoff = -1;  // opacities below are invisible, others opaque; negative: none
   bool is_blended = false;  // by an image, whatever the opacity is
   bool is_exact = false;    // factors beside images are meant, also if they are 0
+  ImagePlacement diffuse_placement, normal_placement, emission_placement;
+  ImagePlacement roughness_placement;  // of the metallic image, too
 };
 
 // Encoded image file inside the mesh file (GLB).

@@ -35,6 +35,16 @@ struct PropertyGroup {
   size_t texture_material = 0;
 };
 
+struct TextureFile {
+  std::string path;
+  Wrap wrap_u = Wrap::repeat, wrap_v = Wrap::repeat;
+};
+
+Wrap wrap_of(const XMLElement& texture, std::string_view name) {
+  const std::string style = attribute(texture, name).value_or("wrap");
+  return style == "mirror" ? Wrap::mirror : style == "clamp" || style == "none" ? Wrap::clamp : Wrap::repeat;
+}
+
 struct ModelFile {
   std::unique_ptr<tinyxml2::XMLDocument> document;
   double unit_m = 0.001;
@@ -131,7 +141,7 @@ class ThreeMfReader {
   }
 
   Result<void> read_resources(const XMLElement* resources, ModelFile& model) {
-    std::map<uint32_t, std::string> textures;  // paths by id
+    std::map<uint32_t, TextureFile> textures;  // by id
     for (const XMLElement* e = resources ? resources->FirstChildElement() : nullptr; e;
          e = e->NextSiblingElement()) {
       const std::optional<uint32_t> id = index_of(*e, "id");
@@ -139,7 +149,8 @@ class ThreeMfReader {
       if (is(*e, "object")) {
         model.objects.emplace(*id, e);
       } else if (is(*e, "texture2d")) {
-        textures[*id] = attribute(*e, "path").value_or("");
+        textures[*id] = {attribute(*e, "path").value_or(""), wrap_of(*e, "tilestyleu"),
+                         wrap_of(*e, "tilestylev")};
       } else if (is(*e, "basematerials") || is(*e, "colorgroup") || is(*e, "texture2dgroup")) {
         read_group(*e, textures, model.groups[*id]);
       } else if (mesh_.losses.empty()) {
@@ -149,7 +160,7 @@ class ThreeMfReader {
     return {};
   }
 
-  void read_group(const XMLElement& element, const std::map<uint32_t, std::string>& textures,
+  void read_group(const XMLElement& element, const std::map<uint32_t, TextureFile>& textures,
                   PropertyGroup& group) {
     (void)each(&element, "base", [&](const XMLElement& base) -> Result<void> {
       group.materials.push_back(mesh_.materials.size());
@@ -165,6 +176,15 @@ class ThreeMfReader {
       group.colors.push_back(linear_from_srgb(color_of(color, "color").value_or(glm::vec4(1))));
       return {};
     });
+    // Programs that know no opacity write 0 everywhere.
+    const bool is_clear = !group.colors.empty() && std::all_of(group.colors.begin(), group.colors.end(),
+                                                               [](const glm::vec4& c) { return c.a == 0; });
+    if (is_clear) {
+      for (glm::vec4& color : group.colors) color.a = 1;
+      const std::string warning = "its colours would be invisible (all of opacity 0): drawn opaque";
+      if (std::find(mesh_.warnings.begin(), mesh_.warnings.end(), warning) == mesh_.warnings.end())
+        mesh_.warnings.push_back(warning);
+    }
     (void)each(&element, "tex2coord", [&](const XMLElement& at) -> Result<void> {
       group.uvs.emplace_back(number(attribute(at, "u").value_or("")).value_or(0),
                              1 - number(attribute(at, "v").value_or("")).value_or(0));
@@ -175,7 +195,11 @@ class ThreeMfReader {
     ImportedMaterial material;
     material.name = "texture";
     const auto path = textures.find(index_of(element, "texid").value_or(0));
-    std::string name = path == textures.end() ? "" : path->second;
+    std::string name = path == textures.end() ? "" : path->second.path;
+    if (path != textures.end()) {
+      material.diffuse_placement.wrap_u = path->second.wrap_u;
+      material.diffuse_placement.wrap_v = path->second.wrap_v;
+    }
     if (name.starts_with('/')) name.erase(0, 1);
     material.diffuse_image = "*" + std::to_string(mesh_.images.size());
     EmbeddedImage image{sanitize_text(name, 200), {}};  // without bytes: reported as missing

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cstdlib>
 #include <fstream>
+#include <regex>
+#include <set>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -18,6 +20,7 @@ namespace {
 
 struct Drawn {
   size_t triangles = 0;
+  double area = 0;
   glm::dvec3 low{1e9}, high{-1e9};
 };
 
@@ -37,9 +40,77 @@ Drawn drawn_by(const Model& model) {
         drawn.low = glm::min(drawn.low, at);
         drawn.high = glm::max(drawn.high, at);
       }
+      for (size_t i = 0; i + 2 < surface.indices.size(); i += 3) {
+        glm::dvec3 corners[3];
+        for (size_t k = 0; k < 3; ++k)
+          corners[k] = pose * glm::dvec4(surface.positions[surface.indices[i + k]], 1);
+        drawn.area += glm::length(glm::cross(corners[1] - corners[0], corners[2] - corners[0])) / 2;
+      }
     }
   }
   return drawn;
+}
+
+std::vector<double> numbers_of(std::string text) {
+  std::replace(text.begin(), text.end(), ',', ' ');
+  std::istringstream in(text);
+  std::vector<double> numbers;
+  for (double number = 0; in >> number;) numbers.push_back(number);
+  return numbers;
+}
+
+// Materials of what is drawn that have this name, or all for an empty one.
+std::vector<const Material*> materials_of(const Model& model, const std::string& name) {
+  std::set<size_t> used;
+  for (const Node& node : model.nodes)
+    if (node.mesh)
+      for (const Surface& surface : model.meshes[*node.mesh].surfaces) used.insert(surface.material);
+  std::vector<const Material*> materials;
+  for (const size_t index : used)
+    if (name.empty() || model.materials[index].name == name) materials.push_back(&model.materials[index]);
+  return materials;
+}
+
+void expect_near(const std::vector<double>& is, const std::vector<double>& right, double tolerance) {
+  ASSERT_EQ(is.size(), right.size());
+  for (size_t i = 0; i < is.size(); ++i) EXPECT_NEAR(is[i], right[i], tolerance) << "number " << i;
+}
+
+void expect_property(const Model& model, const Drawn& drawn, const std::string& key,
+                     const std::string& value) {
+  SCOPED_TRACE(key + "=" + value);
+  if (key == "area") {
+    EXPECT_NEAR(drawn.area, std::strtod(value.c_str(), nullptr), 1e-4);
+    return;
+  }
+  const size_t at = std::min(key.find('@'), key.size());
+  const std::string property = key.substr(0, at);
+  const auto materials = materials_of(model, at == key.size() ? "" : key.substr(at + 1));
+  ASSERT_FALSE(materials.empty());
+  for (const Material* m : materials) {
+    const ImagePlacement& placement = m->base_color_placement;
+    constexpr const char* kWraps[] = {"repeat", "mirror", "clamp"};
+    if (property == "rgb") {
+      const std::vector<double> displayed = numbers_of(value);
+      ASSERT_EQ(displayed.size(), 3u);
+      const glm::vec3 right = linear_from_srgb(glm::vec3(displayed[0], displayed[1], displayed[2]));
+      EXPECT_LT(glm::length(glm::vec3(m->base_color) - right), 2e-3f) << m->name << ' ' << m->base_color.r;
+    } else if (property == "alpha") {
+      EXPECT_NEAR(m->base_color.a, std::strtod(value.c_str(), nullptr), 1e-4) << m->name;
+      EXPECT_EQ(m->blended, m->base_color.a < 1) << m->name;
+    } else if (property == "uv") {
+      expect_near({placement.scale.x, placement.scale.y, placement.offset.x, placement.offset.y},
+                  numbers_of(value), 1e-5);
+    } else if (property == "wrap") {
+      EXPECT_EQ(kWraps[static_cast<size_t>(placement.wrap_u)], value);
+    } else if (property == "image") {
+      std::string name = m->base_color_image ? model.images[*m->base_color_image].name : "none";
+      std::replace(name.begin(), name.end(), ' ', '_');
+      EXPECT_EQ(name, value) << m->name;
+    } else {
+      ADD_FAILURE() << "unknown property";
+    }
+  }
 }
 
 TEST(DescriptionCases, EachFileIsDrawnAsItsRowSays) {
@@ -70,6 +141,10 @@ TEST(DescriptionCases, EachFileIsDrawnAsItsRowSays) {
       const double is = i < 3 ? drawn.low[i] : drawn.high[i - 3];
       EXPECT_NEAR(is, std::strtod(corners[i].c_str(), nullptr), 1e-5) << (i < 3 ? "low " : "high ") << i % 3;
     }
+    // Properties, then the warning.
+    for (std::smatch found; std::regex_search(warning, found, std::regex("^([a-z]+(@\\S+)?)=(\\S+)\\s+"));
+         warning = found.suffix())
+      expect_property(*model, drawn, found[1], found[3]);
     std::string warnings;
     for (const std::string& each : model->warnings) warnings += each + "\n";
     if (warning == "-") {

@@ -278,7 +278,7 @@ TEST(MeshFiles, ImagesStayInTheirFolders) {
   folder.write("images/secret.png", "outside");
   fs::create_symlink(folder.path() / "images/secret.png", folder.path() / "meshes/link.png");
   const auto images_of = [&](const std::string& name, bool allow) {
-    folder.write("meshes/some colours.mtl", "newmtl red one\nKd 1 1 1\nmap_Kd " + name + "\n");
+    folder.write("meshes/some colours.mtl", "newmtl glass\nnewmtl red one\nKd 1 1 1\nmap_Kd " + name + "\n");
     const fs::path mesh = folder.write("meshes/a.obj", test::kObj);
     Model model;
     MeshFiles files(model);

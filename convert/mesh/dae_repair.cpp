@@ -1,0 +1,433 @@
+#include "convert/mesh/dae_repair.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <iterator>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "base/numbers.h"
+#include "base/text.h"
+
+namespace fire3dv::convert {
+namespace {
+
+constexpr std::string_view kXmlBlanks = " \t\r\n";
+
+std::string_view without_blanks(std::string_view text) {
+  const size_t first = text.find_first_not_of(kXmlBlanks);
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(kXmlBlanks) - first + 1);
+}
+
+// The next word of `rest`, which is cut off; empty at the end.
+std::string_view next_token(std::string_view& rest) {
+  rest.remove_prefix(std::min(rest.find_first_not_of(kXmlBlanks), rest.size()));
+  const std::string_view token = rest.substr(0, rest.find_first_of(kXmlBlanks));
+  rest.remove_prefix(token.size());
+  return token;
+}
+
+size_t count_tokens(std::string_view text) {
+  size_t count = 0;
+  bool in_token = false;
+  for (const char c : text) {
+    const bool is_blank = c == ' ' || c == '\n' || c == '\t' || c == '\r';
+    if (!is_blank && !in_token) ++count;
+    in_token = !is_blank;
+  }
+  return count;
+}
+
+std::optional<double> finite(std::string_view token) {
+  if (token.starts_with('+')) token.remove_prefix(1);
+  const std::optional<double> value = parse_number<double>(token);
+  return value && std::isfinite(*value) ? value : std::nullopt;
+}
+
+// Bytes of an attribute's value in a tag.
+struct Range {
+  size_t begin = 0, end = 0;
+};
+
+std::optional<Range> find_attribute(std::string_view tag, std::string_view name) {
+  for (size_t at = tag.find(name); at != std::string_view::npos; at = tag.find(name, at + 1)) {
+    if (at == 0 || kXmlBlanks.find(tag[at - 1]) == std::string_view::npos) continue;
+    size_t next = tag.find_first_not_of(kXmlBlanks, at + name.size());
+    if (next == std::string_view::npos || tag[next] != '=') continue;
+    next = tag.find_first_not_of(kXmlBlanks, next + 1);
+    if (next == std::string_view::npos || (tag[next] != '"' && tag[next] != '\'')) continue;
+    const size_t end = tag.find(tag[next], next + 1);
+    if (end != std::string_view::npos) return Range{next + 1, end};
+  }
+  return std::nullopt;
+}
+
+std::string_view attribute_value(std::string_view tag, std::string_view name) {
+  const std::optional<Range> range = find_attribute(tag, name);
+  return range ? tag.substr(range->begin, range->end - range->begin) : std::string_view();
+}
+
+std::optional<uint64_t> whole_number(std::string_view text) {
+  return parse_number<uint64_t>(without_blanks(text));
+}
+
+// Elements of a node that place it, with the value of no movement.
+std::optional<std::string_view> identity_of(std::string_view element) {
+  static constexpr std::pair<std::string_view, std::string_view> kIdentities[] = {
+      {"matrix", "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"},
+      {"translate", "0 0 0"},
+      {"rotate", "0 0 1 0"},
+      {"scale", "1 1 1"}};
+  for (const auto& [name, identity] : kIdentities)
+    if (name == element) return identity;
+  return std::nullopt;
+}
+
+bool is_primitive(std::string_view element) {
+  static constexpr std::string_view kNames[] = {"triangles",  "polylist", "polygons",  "lines",
+                                                "linestrips", "trifans",  "tristrips", "vertices"};
+  return std::find(std::begin(kNames), std::end(kNames), element) != std::end(kNames);
+}
+
+class DaeRepair {
+ public:
+  explicit DaeRepair(std::string_view text) : in_(text) { out_.reserve(text.size() + 64); }
+
+  RepairedDae repair() {
+    while (at_ < in_.size()) {
+      const size_t tag = std::min(in_.find('<', at_), in_.size());
+      add_text(in_.substr(at_, tag - at_));
+      at_ = tag;
+      if (at_ < in_.size() && !add_markup()) break;
+    }
+    out_ += in_.substr(at_);
+    RepairedDae result;
+    result.text = std::move(out_);
+    for (const auto& [what, seen] : problems_) {
+      result.warnings.push_back(seen.first +
+                                (seen.second > 1 ? " and " + std::to_string(seen.second - 1) + " more" : "") +
+                                ": " + what);
+    }
+    return result;
+  }
+
+ private:
+  struct Element {
+    std::string_view name, tag;
+  };
+  // Count of the open array or primitive, and what there is of it.
+  struct Count {
+    std::optional<Range> place;  // in the output
+    size_t tag_end = 0;          // in the output, where a missing attribute is added
+    std::optional<uint64_t> stated;
+    std::string label;
+    uint64_t stride = 1, indices = 0;
+    std::optional<uint64_t> polygons;
+  };
+
+  void report(const std::string& object, const std::string& what) {
+    auto& [first, count] = problems_[what];
+    if (count++ == 0) first = object;
+  }
+
+  std::string_view top() const { return open_.empty() ? std::string_view() : open_.back().name; }
+  std::string_view parent() const {
+    return open_.size() < 2 ? std::string_view() : open_[open_.size() - 2].name;
+  }
+
+  // Name of the innermost node, or of the element itself.
+  std::string label() const {
+    for (size_t i = open_.size(); i-- > 0;) {
+      if (open_[i].name != "node" && i + 1 != open_.size() && open_[i].name != "effect") continue;
+      for (const char* name : {"name", "id", "sid"}) {
+        const std::string_view value = attribute_value(open_[i].tag, name);
+        if (!value.empty()) return std::string(open_[i].name) + " " + quote(value);
+      }
+    }
+    return "<" + std::string(top()) + ">";
+  }
+
+  // Copies up to the end of a comment or other markup that is no element. Returns false for broken markup.
+  bool add_until(std::string_view end) {
+    const size_t found = in_.find(end, at_);
+    if (found == std::string_view::npos) return false;
+    out_ += in_.substr(at_, found + end.size() - at_);
+    at_ = found + end.size();
+    return true;
+  }
+
+  bool add_markup() {
+    const std::string_view rest = in_.substr(at_);
+    if (rest.starts_with("<!--")) return add_until("-->");
+    if (rest.starts_with("<![CDATA[")) return add_until("]]>");
+    if (rest.starts_with("<?")) return add_until("?>");
+    if (rest.starts_with("<!")) return add_until(rest.find('[') < rest.find('>') ? "]>" : ">");  // a DOCTYPE
+    if (rest.starts_with("</")) return add_end_tag();
+    return add_tag();
+  }
+
+  bool add_end_tag() {
+    const size_t end = in_.find('>', at_);
+    if (end == std::string_view::npos) return false;
+    const std::string_view name = without_blanks(in_.substr(at_ + 2, end - at_ - 2));
+    if (open_.empty() || open_.back().name != name) return false;
+    if (last_is_start_) add_content({});  // an element without any text
+    last_is_start_ = false;
+    if (count_ && (name == "triangles" || name == "polylist")) fix_primitive_count(name);
+    if (name == "float_array" || is_primitive(name)) count_.reset();
+    out_ += in_.substr(at_, end + 1 - at_);
+    at_ = end + 1;
+    open_.pop_back();
+    return true;
+  }
+
+  bool add_tag() {
+    size_t end = at_ + 1;
+    char quoted = 0;
+    for (; end < in_.size() && (quoted || in_[end] != '>'); ++end) {
+      if (quoted && in_[end] == quoted)
+        quoted = 0;
+      else if (!quoted && (in_[end] == '"' || in_[end] == '\''))
+        quoted = in_[end];
+    }
+    if (end >= in_.size()) return false;
+    const std::string_view tag = in_.substr(at_, end + 1 - at_);
+    const size_t name_end = tag.find_first_of(" \t\r\n/>", 1);
+    const std::string_view name = tag.substr(1, name_end - 1);
+    const bool is_empty = tag[tag.size() - 2] == '/';
+    if (name == "extra" && is_primitive(top())) return skip_element(is_empty, end + 1);
+    at_ = end + 1;
+    last_is_start_ = !is_empty;
+    const size_t begin = out_.size();
+    if (name == "unit") {
+      add_unit(tag);
+    } else if (is_empty && name == "color") {
+      out_ += "<color>";
+      open_.push_back({name, tag});
+      add_content({});
+      open_.pop_back();
+      out_ += "</color>";
+    } else {
+      out_ += tag;
+    }
+    if (is_empty) {
+      if (name == "input" && count_) take_offset(tag);
+      return true;
+    }
+    if (name == "input" && count_) take_offset(tag);
+    open_.push_back({name, tag});
+    if (name == "float_array" || is_primitive(name)) open_count(tag, begin);
+    return true;
+  }
+
+  // Elements of other programs inside of primitives make assimp refuse the file.
+  bool skip_element(bool is_empty, size_t after_tag) {
+    constexpr std::string_view kEnd = "</extra>";
+    size_t end = after_tag;
+    if (!is_empty) {
+      end = in_.find(kEnd, after_tag);
+      if (end == std::string_view::npos) return false;
+      end += kEnd.size();
+    }
+    at_ = end;
+    last_is_start_ = false;
+    return true;
+  }
+
+  void open_count(std::string_view tag, size_t begin) {
+    count_.emplace();
+    count_->label = label();
+    count_->tag_end = out_.size() - 1;
+    if (const std::optional<Range> range = find_attribute(tag, "count")) {
+      count_->place = Range{begin + range->begin, begin + range->end};
+      count_->stated = whole_number(attribute_value(tag, "count"));
+    }
+  }
+
+  void take_offset(std::string_view tag) {
+    const uint64_t offset = whole_number(attribute_value(tag, "offset")).value_or(0);
+    count_->stride = std::max(count_->stride, std::min<uint64_t>(offset, 1000) + 1);
+  }
+
+  // Writes the count of the open element. The contents follow it, so that the output is moved.
+  void set_count(uint64_t count) {
+    const std::string text = std::to_string(count);
+    if (count_->place)
+      out_.replace(count_->place->begin, count_->place->end - count_->place->begin, text);
+    else
+      out_.insert(count_->tag_end, " count=\"" + text + "\"");
+  }
+
+  void fix_primitive_count(std::string_view name) {
+    std::optional<uint64_t> right = count_->polygons;
+    if (name == "triangles" && count_->indices % (3 * count_->stride) == 0)
+      right = count_->indices / (3 * count_->stride);
+    if (!right || right == count_->stated) return;
+    set_count(*right);
+    report("<" + std::string(name) + ">", "its count is not that of its contents");
+  }
+
+  // A scale of 0 or none would make the scene invisible.
+  void add_unit(std::string_view tag) {
+    const std::optional<Range> range = find_attribute(tag, "meter");
+    if (!range) {
+      out_ += tag;
+      return;
+    }
+    std::string_view value = without_blanks(tag.substr(range->begin, range->end - range->begin));
+    const std::optional<double> metres = finite(value);
+    if (value.find(',') == std::string_view::npos && (!metres || *metres <= 0)) {
+      report("<unit>", "its meter is no positive number: 1 is taken");
+      value = "1";
+    }
+    out_ += tag.substr(0, range->begin);
+    out_ += value;
+    out_ += tag.substr(range->end);
+  }
+
+  void add_text(std::string_view text) {
+    const bool is_content = last_is_start_ && in_.substr(at_ + text.size()).starts_with("</");
+    const std::string_view trimmed = without_blanks(text);
+    if (!is_content) out_ += text;
+    if (is_content && !trimmed.empty()) add_content(trimmed);  // empty: completed at the end tag
+    if (!trimmed.empty()) last_is_start_ = false;
+  }
+
+  // Text of the innermost element.
+  void add_content(std::string_view text) {
+    const std::string_view element = top();
+    if (element == "color") return add_color(text);
+    if (element == "float_array") return add_array(text);
+    if (count_ && element == "p") count_->indices += count_tokens(text);
+    if (count_ && element == "vcount") count_->polygons = count_tokens(text);
+    if (const auto identity = identity_of(element); identity && parent() == "node")
+      return add_transform(text, *identity);
+    out_ += text;
+  }
+
+  void add_color(std::string_view text) {
+    std::array<std::string_view, 4> numbers = {"0", "0", "0", "1"};
+    size_t count = 0;
+    for (std::string_view token = next_token(text); !token.empty() && count < 4; token = next_token(text)) {
+      const bool is_sound = finite(token) || token.find(',') != std::string_view::npos;  // assimp reads 0,5
+      if (!is_sound) report(label(), "a colour is not made of numbers: 0 is taken for them");
+      if (is_sound) numbers[count] = token;
+      ++count;
+    }
+    if (count == 0 && parent() == "diffuse") numbers = {"0.8", "0.8", "0.8", "1"};
+    for (size_t i = 0; i < 4; ++i) {
+      if (i > 0) out_ += ' ';
+      out_ += numbers[i];
+    }
+  }
+
+  void add_transform(std::string_view text, std::string_view identity) {
+    size_t count = 0;
+    bool is_sound = true;
+    for (std::string_view rest = text, token = next_token(rest); !token.empty(); token = next_token(rest)) {
+      ++count;
+      is_sound = is_sound && (finite(token) || token.find(',') != std::string_view::npos);
+    }
+    if (is_sound && count >= count_tokens(identity)) {
+      out_ += text;
+      return;
+    }
+    report(label(), "its <" + std::string(top()) + "> is not made of finite numbers and left out");
+    out_ += identity;
+  }
+
+  void add_array(std::string_view text) {
+    constexpr std::string_view kUsual = "0123456789+-.eE \t\r\n";
+    const size_t begin = out_.size();
+    uint64_t count = 0;
+    if (text.find_first_not_of(kUsual) == std::string_view::npos) {
+      out_ += text;
+      count = count_tokens(text);
+    } else {
+      for (std::string_view token = next_token(text); !token.empty(); token = next_token(text)) {
+        if (count++ > 0) out_ += ' ';
+        while (token.ends_with(',')) token.remove_suffix(1);
+        // NaN and infinity as programs write them, such as -nan(ind) and 1.#QNAN.
+        const std::string lower = token.find_first_not_of(kUsual) == std::string_view::npos
+                                      ? std::string()
+                                      : lower_case(std::string(token.substr(0, 20)));
+        const bool is_none = lower.find("nan") != std::string::npos ||
+                             lower.find("inf") != std::string::npos || lower.find('#') != std::string::npos;
+        out_ += is_none ? std::string_view("nan") : token;
+      }
+    }
+    if (!count_ || count_->stated == count) return;
+    // Numbers that are missing: what uses them is left out, as for NaN.
+    constexpr uint64_t kMaxMissing = 1'000'000;
+    const uint64_t stated = count_->stated.value_or(0);
+    report(count_->label, "its count is not that of its contents");
+    if (stated > count + kMaxMissing) return;
+    for (uint64_t i = count; i < stated; ++i) out_ += out_.size() == begin ? "nan" : " nan";
+    if (stated < count) set_count(count);
+  }
+
+  std::string_view in_;
+  std::string out_;
+  size_t at_ = 0;
+  bool last_is_start_ = false;  // the last markup opened the innermost element
+  std::vector<Element> open_;
+  std::optional<Count> count_;
+  std::map<std::string, std::pair<std::string, size_t>>
+      problems_;  // first object and count, by what is wrong
+};
+
+void append_utf8(uint32_t c, std::string& to) {
+  if (c < 0x80) {
+    to += static_cast<char>(c);
+  } else if (c < 0x800) {
+    to += static_cast<char>(0xC0 | c >> 6);
+    to += static_cast<char>(0x80 | (c & 0x3F));
+  } else if (c < 0x10000) {
+    to += static_cast<char>(0xE0 | c >> 12);
+    to += static_cast<char>(0x80 | (c >> 6 & 0x3F));
+    to += static_cast<char>(0x80 | (c & 0x3F));
+  } else {
+    to += static_cast<char>(0xF0 | c >> 18);
+    to += static_cast<char>(0x80 | (c >> 12 & 0x3F));
+    to += static_cast<char>(0x80 | (c >> 6 & 0x3F));
+    to += static_cast<char>(0x80 | (c & 0x3F));
+  }
+}
+
+}  // namespace
+
+std::string utf8_text(std::string_view text) {
+  const bool is_big = text.starts_with("\xfe\xff");
+  if (!is_big && !text.starts_with("\xff\xfe")) return std::string(text);
+  const auto unit = [&](size_t at) -> uint32_t {
+    const auto first = static_cast<uint8_t>(text[at]), second = static_cast<uint8_t>(text[at + 1]);
+    return is_big ? first << 8 | second : second << 8 | first;
+  };
+  std::string utf8;
+  utf8.reserve(text.size() / 2);
+  for (size_t at = 2; at + 1 < text.size(); at += 2) {
+    uint32_t c = unit(at);
+    if (c >= 0xD800 && c < 0xDC00 && at + 3 < text.size()) {
+      const uint32_t low = unit(at + 2);
+      if (low >= 0xDC00 && low < 0xE000) {
+        c = 0x10000 + ((c - 0xD800) << 10) + (low - 0xDC00);
+        at += 2;
+      }
+    }
+    append_utf8(c >= 0xD800 && c < 0xE000 ? 0xFFFD : c, utf8);
+  }
+  return utf8;
+}
+
+RepairedDae repair_dae(std::string_view text) {
+  if (!text.starts_with("\xff\xfe") && !text.starts_with("\xfe\xff")) return DaeRepair(text).repair();
+  return DaeRepair(utf8_text(text)).repair();
+}
+
+}  // namespace fire3dv::convert
