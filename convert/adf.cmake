@@ -5,7 +5,9 @@ find_package(PkgConfig REQUIRED)
 pkg_check_modules(assimp REQUIRED IMPORTED_TARGET assimp)
 
 fire3dv_library(fire3dv_mesh_files
-  SOURCES mesh/dae_repair.cpp mesh/gltf_mesh.cpp mesh/mesh_child.cpp mesh/mesh_files.cpp mesh/mesh_import.cpp mesh/mesh_scene.cpp mesh/mtl.cpp mesh/ply.cpp mesh/three_mf.cpp mesh/zip_file.cpp
+  SOURCES mesh/text/dae_repair.cpp mesh/gltf_mesh.cpp mesh/mesh_child.cpp mesh/mesh_files.cpp mesh/mesh_import.cpp
+          mesh/mesh_scene.cpp mesh/text/mesh_text.cpp mesh/mtl.cpp mesh/text/obj_text.cpp mesh/ply.cpp mesh/stl.cpp
+          mesh/three_mf.cpp mesh/zip_file.cpp
   LINK fire3dv_convert_glb fire3dv_description_files PkgConfig::assimp PkgConfig::tinyxml2 PNG::PNG)
 
 find_package(yaml-cpp REQUIRED)

@@ -24,12 +24,16 @@
 #include "base/color/srgb.h"
 #include "base/files.h"
 #include "convert/description_files.h"
-#include "convert/mesh/dae_repair.h"
+#include "convert/mesh/geometry/triangulate.h"
 #include "convert/mesh/gltf_mesh.h"
 #include "convert/mesh/mesh_store.h"
 #include "convert/mesh/mtl.h"
 #include "convert/mesh/node_frames.h"
 #include "convert/mesh/ply.h"
+#include "convert/mesh/stl.h"
+#include "convert/mesh/text/dae_repair.h"
+#include "convert/mesh/text/mesh_text.h"
+#include "convert/mesh/text/obj_text.h"
 #include "convert/mesh/three_mf.h"
 #include "convert/model.h"
 #include "renderer/scene/files.h"
@@ -39,53 +43,47 @@ namespace {
 
 constexpr uint64_t kMaxBytes = uint64_t{1} << 28;
 
-FileBytes bytes_of(std::string_view text) {
-  FileBytes bytes{std::make_unique<std::byte[]>(text.size()), text.size()};
-  if (!text.empty()) std::memcpy(bytes.data.get(), text.data(), text.size());
-  return bytes;
+std::string_view view_of(const FileBytes& bytes) {
+  return {reinterpret_cast<const char*>(bytes.data.get()), bytes.size};
 }
 
 class MemoryStream : public Assimp::IOStream {
  public:
-  explicit MemoryStream(FileBytes bytes) : bytes_(std::move(bytes)) {}
+  explicit MemoryStream(std::string bytes) : bytes_(std::move(bytes)) {}
 
   size_t Read(void* to, size_t size, size_t count) override {
     if (size == 0) return 0;
-    count = std::min(count, (bytes_.size - at_) / size);
-    if (count > 0) std::memcpy(to, bytes_.data.get() + at_, size * count);
+    count = std::min(count, (bytes_.size() - at_) / size);
+    if (count > 0) std::memcpy(to, bytes_.data() + at_, size * count);
     at_ += size * count;
     return count;
   }
   size_t Write(const void*, size_t, size_t) override { return 0; }
   aiReturn Seek(size_t offset, aiOrigin origin) override {
-    const size_t from = origin == aiOrigin_SET ? 0 : origin == aiOrigin_CUR ? at_ : bytes_.size;
+    const size_t from = origin == aiOrigin_SET ? 0 : origin == aiOrigin_CUR ? at_ : bytes_.size();
     // Negative offsets arrive as large unsigned ones; the sum wraps as intended.
     const size_t to = from + offset;
-    if (to > bytes_.size) return aiReturn_FAILURE;
+    if (to > bytes_.size()) return aiReturn_FAILURE;
     at_ = to;
     return aiReturn_SUCCESS;
   }
   size_t Tell() const override { return at_; }
-  size_t FileSize() const override { return bytes_.size; }
+  size_t FileSize() const override { return bytes_.size(); }
   void Flush() override {}
 
  private:
-  FileBytes bytes_;
+  std::string bytes_;
   size_t at_ = 0;
 };
 
-// What ImportFiles learns of the files that it opens.
-struct SeenFiles {
-  MtlMaterials materials;
-  std::optional<RepairedDae> dae;
-};
-
-// File access of assimp: only the mesh file itself and files below its folder exist. DAE files are repaired;
-// of MTL files assimp reads the names alone.
+// File access of assimp: only the mesh file itself and files below its folder exist. Of MTL
+// files assimp reads the names alone.
 class ImportFiles : public Assimp::IOSystem {
  public:
-  // besides: receives all further files that assimp requests, found or not.
-  ImportFiles(const std::filesystem::path& file, Sources& besides, SeenFiles& seen);
+  // contents: what assimp reads as the mesh file. besides: receives all further files that assimp requests,
+  // found or not. materials: receives those of MTL files.
+  ImportFiles(const std::filesystem::path& file, std::string contents, Sources& besides,
+              MtlMaterials& materials);
 
   bool Exists(const char* file) const override;
   char getOsSeparator() const override { return '/'; }
@@ -94,13 +92,15 @@ class ImportFiles : public Assimp::IOSystem {
 
  private:
   std::filesystem::path file_;
+  std::string contents_;
   Sources& besides_;
-  SeenFiles& seen_;
+  MtlMaterials& materials_;
   AllowedFolders folders_;
 };
 
-ImportFiles::ImportFiles(const std::filesystem::path& file, Sources& besides, SeenFiles& seen)
-    : file_(file), besides_(besides), seen_(seen) {
+ImportFiles::ImportFiles(const std::filesystem::path& file, std::string contents, Sources& besides,
+                         MtlMaterials& materials)
+    : file_(file), contents_(std::move(contents)), besides_(besides), materials_(materials) {
   folders_.add(file.parent_path());
 }
 
@@ -112,24 +112,16 @@ bool ImportFiles::Exists(const char* name) const {
 
 Assimp::IOStream* ImportFiles::Open(const char* name, const char* mode) {
   if (std::strpbrk(mode, "wa+")) return nullptr;
-  if (file_ != name) {
-    besides_.add(name);
-    const Result<std::filesystem::path> found = regular_file(name);
-    if (!found || !folders_.hold(*found)) return nullptr;
-  }
-  Result<FileBytes> bytes = read_file(name, kMaxBytes);
+  if (file_ == name) return new MemoryStream(contents_);
+  besides_.add(name);
+  const Result<std::filesystem::path> found = regular_file(name);
+  if (!found || !folders_.hold(*found)) return nullptr;
+  const Result<FileBytes> bytes = read_file(name, kMaxBytes);
   if (!bytes) return nullptr;
-  const std::string_view text(reinterpret_cast<const char*>(bytes->data.get()), bytes->size);
-  const std::string extension = lower_extension(file_);
-  if (file_ == name && extension == ".dae") {
-    if (!seen_.dae) seen_.dae = repair_dae(text);  // assimp opens it several times
-    return new MemoryStream(bytes_of(seen_.dae->text));
-  }
-  if (file_ != name && extension == ".obj") {
-    seen_.materials.add(utf8_text(text));
-    return new MemoryStream(bytes_of("# names\n" + seen_.materials.names()));
-  }
-  return new MemoryStream(std::move(*bytes));
+  if (lower_extension(file_) != ".obj") return new MemoryStream(std::string(view_of(*bytes)));
+  const std::optional<std::string> decoded = utf8_of_utf16(view_of(*bytes));
+  materials_.add(decoded ? *decoded : view_of(*bytes));
+  return new MemoryStream("# names\n" + materials_.names());
 }
 
 constexpr uint64_t kMaxTriangles = 20'000'000;
@@ -249,8 +241,8 @@ bool is_sound(const aiMesh& mesh) {
 
 class SceneReader {
  public:
-  SceneReader(const aiScene& scene, bool file_normals, Nodes nodes, ImportedMesh& to)
-      : scene_(scene), file_normals_(file_normals), keeps_nodes_(nodes == Nodes::keep), to_(to) {}
+  SceneReader(const aiScene& scene, Nodes nodes, ImportedMesh& to)
+      : scene_(scene), keeps_nodes_(nodes == Nodes::keep), to_(to) {}
 
   Result<void> read(const glm::dmat4& file_from_root) {
     // Iterative, since the nesting depth of nodes is untrusted.
@@ -287,6 +279,8 @@ class SceneReader {
       to_.surfaces.push_back(std::move(surface));
       if (keeps_nodes_) to_.surface_nodes.push_back(key.node);
     }
+    if (std::string crossing = polygons_.warning(); !crossing.empty())
+      to_.warnings.push_back(std::move(crossing));
     return {};
   }
 
@@ -328,7 +322,7 @@ class SceneReader {
   Result<void> add(const aiMesh& mesh, const glm::dmat4& file_from_mesh) {
     if (!is_sound(mesh)) return Error{"a face names a vertex that it does not have"};
     if (mesh.mMaterialIndex >= to_.materials.size()) return Error{"a face names a material that it has not"};
-    const bool normals = file_normals_ && mesh.mNormals;
+    const bool normals = mesh.mNormals != nullptr;
     const bool uvs = mesh.mTextureCoords[0] != nullptr;
     const bool colors = keeps_nodes_ && mesh.mColors[0];
     const Key key{keeps_nodes_ ? to_.nodes.size() - 1 : 0, mesh.mMaterialIndex, normals, uvs, colors};
@@ -361,27 +355,33 @@ class SceneReader {
       triangles_ += face.mNumIndices - 2;
       if (triangles_ > kMaxTriangles)
         return Error{"it has more than " + std::to_string(kMaxTriangles) + " triangles"};
-      // Triangle fan from the first vertex, as AMBF draws polygons.
-      const SurfaceBuilder::Corner first = corner(face.mIndices[0]);
-      SurfaceBuilder::Corner second = corner(face.mIndices[1]);
-      for (unsigned i = 2; i < face.mNumIndices; ++i) {
-        const SurfaceBuilder::Corner third = corner(face.mIndices[i]);
-        if (!(mirrored ? builder.add(first, third, second) : builder.add(first, second, third)))
-          return Error{"a vertex is not finite, or too far away for a number of 32 bits"};
-        second = third;
+      corners_.clear();
+      polygon_.clear();
+      for (unsigned i = 0; i < face.mNumIndices; ++i) {
+        const aiVector3D& position = mesh.mVertices[face.mIndices[i]];
+        corners_.push_back(corner(face.mIndices[i]));
+        polygon_.emplace_back(position.x, position.y, position.z);
       }
+      for (const auto& [a, b, c] : polygons_.triangulate(polygon_))
+        if (!(mirrored ? builder.add(corners_[a], corners_[c], corners_[b])
+                       : builder.add(corners_[a], corners_[b], corners_[c])))
+          return Error{"a vertex is not finite, or too far away for a number of 32 bits"};
     }
     return {};
   }
 
   const aiScene& scene_;
-  const bool file_normals_, keeps_nodes_;
+  const bool keeps_nodes_;
   ImportedMesh& to_;
   uint64_t triangles_ = 0;
   static constexpr size_t kMaxFarNodes = 10;  // with a warning
   size_t far_nodes_ = 0;
   std::string warned_far_;  // the last one
   std::map<Key, SurfaceBuilder> builders_;
+  // Of the current face.
+  std::vector<SurfaceBuilder::Corner> corners_;
+  std::vector<glm::dvec3> polygon_;
+  PolygonTriangulator polygons_;
 };
 
 // Materials of an OBJ file that its MTL files do not define.
@@ -426,6 +426,27 @@ bool is_mesh_file_name(const std::filesystem::path& file) {
   return std::find(std::begin(kExtensions), std::end(kExtensions), extension) != std::end(kExtensions);
 }
 
+namespace {
+
+// What assimp reads of a file.
+Result<std::string> read_contents(const std::filesystem::path& file, const std::string& extension,
+                                  std::vector<std::string>& warnings) {
+  const Result<FileBytes> bytes = read_file(file, kMaxBytes);
+  if (!bytes) return bytes.error();
+  if (extension == ".dae") {
+    RepairedDae repaired = repair_dae(view_of(*bytes));
+    warnings = std::move(repaired.warnings);
+    return std::move(repaired.text);
+  }
+  if (extension != ".obj") return std::string(view_of(*bytes));
+  Result<ObjText> checked = checked_obj(view_of(*bytes));
+  if (!checked) return checked.error();
+  warnings = std::move(checked->warnings);
+  return std::move(checked->text);
+}
+
+}  // namespace
+
 Result<ImportedMesh> import_mesh(const std::filesystem::path& file, ImportRequest request) {
   if (request.nodes == Nodes::keep && lower_extension(file) == ".3mf") return import_3mf(file);
   if (!is_mesh_file_name(file))
@@ -433,15 +454,19 @@ Result<ImportedMesh> import_mesh(const std::filesystem::path& file, ImportReques
   const std::string extension = lower_extension(file);
   if (std::optional<Error> pointer = git_lfs_pointer(file)) return *std::move(pointer);
   if (extension == ".glb" || extension == ".gltf") return import_gltf(file, request);
-  if (extension == ".ply") {
+  if (extension == ".ply" || extension == ".stl") {
     const Result<FileBytes> bytes = read_file(file, kMaxBytes);
     if (!bytes) return bytes.error();
-    return import_ply({reinterpret_cast<const char*>(bytes->data.get()), bytes->size}, request.nodes);
+    return extension == ".ply" ? import_ply(view_of(*bytes), request.nodes)
+                               : import_stl(view_of(*bytes), request.nodes);
   }
   ImportedMesh mesh;
+  Result<std::string> contents = read_contents(file, extension, mesh.warnings);
+  if (!contents) return contents.error();
   Assimp::Importer importer;
-  SeenFiles seen;
-  importer.SetIOHandler(new ImportFiles(file, mesh.besides, seen));  // owned by the importer
+  MtlMaterials materials;
+  // Owned by the importer.
+  importer.SetIOHandler(new ImportFiles(file, std::move(*contents), mesh.besides, materials));
   const bool keeps_nodes = request.nodes == Nodes::keep;
   const bool turns_up = request.dae_up == DaeUp::apply && extension == ".dae";
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_USE_COLLADA_NAMES, keeps_nodes);
@@ -454,22 +479,20 @@ Result<ImportedMesh> import_mesh(const std::filesystem::path& file, ImportReques
   const bool has_materials =
       extension == ".obj" ? std::any_of(besides.begin(), besides.end(),
                                         [](const Sources::Source& source) { return source.stamp.exists; })
-                          : extension != ".stl";
+                          : true;
   for (unsigned i = 0; i < scene->mNumMaterials; ++i)
-    mesh.materials.push_back(material_of(*scene->mMaterials[i], extension, has_materials, seen.materials));
-  if (seen.dae) mesh.warnings = std::move(seen.dae->warnings);
-  for (std::string& warning : seen.materials.warnings()) mesh.warnings.push_back(std::move(warning));
+    mesh.materials.push_back(material_of(*scene->mMaterials[i], extension, has_materials, materials));
+  for (std::string& warning : materials.warnings()) mesh.warnings.push_back(std::move(warning));
   if (Result<void> embedded = add_images(*scene, mesh); !embedded) return embedded.error();
 
   // assimp rotates 3DS files, and DAE files by their up_axis, to Y up; this makes it Z up.
   const glm::dmat4 upright = extension == ".3ds" || turns_up
                                  ? glm::dmat4({1, 0, 0, 0}, {0, 0, 1, 0}, {0, -1, 0, 0}, {0, 0, 0, 1})
                                  : glm::dmat4(1);
-  // Normals of STL files are those of the triangles and often wrong, so they are recomputed.
-  Result<void> read = SceneReader(*scene, extension != ".stl", request.nodes, mesh).read(upright);
+  Result<void> read = SceneReader(*scene, request.nodes, mesh).read(upright);
   if (!read) return read.error();
   if (mesh.surfaces.empty()) return Error{"there is no triangle in it"};
-  if (extension == ".obj" && has_materials) warn_of_undefined(*scene, seen.materials, mesh);
+  if (extension == ".obj" && has_materials) warn_of_undefined(*scene, materials, mesh);
   if (scene->HasLights()) mesh.losses.emplace_back("its lights");
   if (scene->HasCameras()) mesh.losses.emplace_back("its cameras");
   if (scene->HasAnimations()) mesh.losses.emplace_back("its animations");

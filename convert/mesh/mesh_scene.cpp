@@ -8,6 +8,7 @@
 #include <map>
 #include <optional>
 #include <span>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -16,9 +17,10 @@
 
 #include "base/files.h"
 #include "convert/description_files.h"
+#include "convert/mesh/geometry/mesh_normals.h"
 #include "convert/mesh/mesh_files.h"
-#include "convert/mesh/mesh_normals.h"
 #include "convert/mesh/mesh_store.h"
+#include "convert/mesh/text/mesh_text.h"
 #include "convert/readers.h"
 #include "renderer/scene/files.h"
 #include "renderer/scene/gltf/foreign_file.h"
@@ -32,16 +34,25 @@ bool says_its_frame(const std::string& extension) {
   return extension == ".dae" || extension == ".3mf";
 }
 
-// Whole names of an OBJ or ASCII STL file by their first word, which is all that assimp reads. Words that
-// begin several names are left out.
-std::map<std::string, std::string> names_with_blanks(const fs::path& file, const std::string& extension) {
+// Whole names of an OBJ file by their first word, which is all that assimp reads. Words that begin several
+// names are left out.
+std::map<std::string, std::string> names_with_blanks(const fs::path& file) {
   std::map<std::string, std::string> names;
-  std::ifstream in(file, std::ios::binary);
+  std::ifstream bytes(file, std::ios::binary);
+  std::array<char, 4> head{};
+  bytes.read(head.data(), head.size());
+  const bool is_utf16 = utf8_of_utf16({head.data(), head.size()}).has_value();
+  bytes.clear();
+  bytes.seekg(0);
+  std::istringstream decoded;
+  if (is_utf16)
+    decoded.str(
+        *utf8_of_utf16(std::string(std::istreambuf_iterator<char>(bytes), std::istreambuf_iterator<char>())));
+  std::istream& in = is_utf16 ? static_cast<std::istream&>(decoded) : bytes;
   constexpr size_t kMaxLines = 100'000'000, kMaxName = 1024;
   std::string line;
   for (size_t i = 0; i < kMaxLines && std::getline(in, line); ++i) {
-    const bool is_name =
-        extension == ".obj" ? line.starts_with("o ") || line.starts_with("g ") : line.starts_with("solid ");
+    const bool is_name = line.starts_with("o ") || line.starts_with("g ");
     if (!is_name || line.size() > kMaxName) continue;
     const size_t first = line.find_first_not_of(" \t", line.find(' '));
     const size_t last = line.find_last_not_of(" \t\r");
@@ -100,7 +111,7 @@ class SceneModel {
   }
 
   Result<void> take(ImportedMesh mesh) {
-    if (extension_ == ".obj" || extension_ == ".stl") names_ = names_with_blanks(file_, extension_);
+    if (extension_ == ".obj") names_ = names_with_blanks(file_);
     std::vector<Mesh> meshes(mesh.nodes.size());
     for (size_t i = 0; i < mesh.surfaces.size(); ++i) {
       Surface& surface = mesh.surfaces[i];
@@ -179,7 +190,10 @@ Result<void> check_format(const fs::path& file, const std::string& extension) {
   std::array<char, 4096> buffer{};
   std::ifstream in(file, std::ios::binary);
   in.read(buffer.data(), buffer.size());
-  const std::string_view head(buffer.data(), static_cast<size_t>(std::max<std::streamsize>(in.gcount(), 0)));
+  const std::string_view bytes(buffer.data(), static_cast<size_t>(std::max<std::streamsize>(in.gcount(), 0)));
+  const std::optional<std::string> decoded =
+      extension == ".obj" || extension == ".dae" ? utf8_of_utf16(bytes) : std::nullopt;
+  const std::string_view head = decoded ? *decoded : bytes;
   const auto has = [&](std::string_view text) { return head.find(text) != std::string_view::npos; };
   if (extension == ".ply" && head.starts_with("ply")) return {};
   if (extension == ".dae" && has("<COLLADA")) return {};

@@ -12,7 +12,9 @@
 #include <utility>
 #include <vector>
 
+#include "convert/mesh/geometry/triangulate.h"
 #include "convert/mesh/mesh_store.h"
+#include "convert/mesh/text/mesh_text.h"
 
 namespace fire3dv::convert {
 namespace {
@@ -50,14 +52,6 @@ struct ElementList {
   uint64_t count = 0;
   std::vector<Property> properties;
 };
-
-std::string_view next_word(std::string_view& line) {
-  line.remove_prefix(std::min(line.find_first_not_of(" \t\r"), line.size()));
-  const size_t end = std::min(line.find_first_of(" \t\r"), line.size());
-  const std::string_view word = line.substr(0, end);
-  line.remove_prefix(end);
-  return word;
-}
 
 // Reads numbers one after the other. ok() is false once data is missing or malformed.
 class Numbers {
@@ -111,12 +105,9 @@ class PlyReader {
       // Each item takes a byte at least, so that the count is bounded by the file.
       if (element.properties.empty() || element.count > numbers.bytes_left()) return cut_short();
       for (uint64_t i = 0; i < element.count; ++i) {
-        if (element.name == "vertex")
-          read_vertex(element, numbers);
-        else
-          read_other(element, numbers);
+        read_element(element, numbers);
         if (!numbers.ok()) return cut_short();
-        if (triangles_.size() / 3 > kMaxPlyTriangles)
+        if (indices_.size() / 3 > kMaxPlyTriangles)
           return Error{"it has more than " + std::to_string(kMaxPlyTriangles) + " triangles"};
       }
     }
@@ -170,18 +161,18 @@ class PlyReader {
     return Error{"its PLY header is damaged"};
   }
 
-  std::vector<double> read_property(const Property& property, Numbers& numbers) {
-    if (!property.count_type) return {numbers.next(property.type)};
-    const double count = numbers.next(*property.count_type);
-    std::vector<double> values;
-    for (double i = 0; i < count && numbers.ok(); ++i) values.push_back(numbers.next(property.type));
-    return values;
+  // Returns the numbers of a property: one, or those of a list. Valid until the next call.
+  const std::vector<double>& read_property(const Property& property, Numbers& numbers) {
+    values_.clear();
+    const double count = property.count_type ? numbers.next(*property.count_type) : 1;
+    for (double i = 0; i < count && numbers.ok(); ++i) values_.push_back(numbers.next(property.type));
+    return values_;
   }
 
   void read_vertex(const ElementList& element, Numbers& numbers) {
     SurfaceBuilder::Corner corner;
     for (const Property& property : element.properties) {
-      const std::vector<double> values = read_property(property, numbers);
+      const std::vector<double>& values = read_property(property, numbers);
       const float value = values.empty() ? 0 : static_cast<float>(values[0]);
       const std::string& name = property.name;
       if (name == "x" || name == "y" || name == "z") corner.position[name[0] - 'x'] = value;
@@ -194,49 +185,127 @@ class PlyReader {
         (is_u ? corner.uv.x : corner.uv.y) = std::isfinite(value) ? (is_u ? value : 1 - value) : 0;
         has_uvs_ = true;
       }
-      if (keeps_nodes_) read_color(property, value, corner.color);
+      if (keeps_nodes_) read_color(property, value, corner.color, of_vertices_);
     }
     corners_.push_back(corner);
   }
 
-  // red, green, blue and alpha, also with the prefix diffuse_; integers end at their largest value.
-  void read_color(const Property& property, float value, glm::vec4& color) {
+  // Colours that were met: of vertices or of faces.
+  struct ColorKind {
+    bool is_there = false, has_opacity = false;
+  };
+
+  // red, green, blue and alpha, also with the prefix diffuse_, or as letters; integers end at their largest
+  // value.
+  static void read_color(const Property& property, float value, glm::vec4& color, ColorKind& kind) {
     std::string_view name = property.name;
     if (name.starts_with("diffuse_")) name.remove_prefix(8);
-    constexpr std::string_view kNames[] = {"red", "green", "blue", "alpha"};
+    constexpr std::string_view kNames[] = {"red", "green", "blue", "alpha", "r", "g", "b", "a"};
     const auto* known = std::find(std::begin(kNames), std::end(kNames), name);
     if (known == std::end(kNames)) return;
     const Type& type = property.type;
     const double most = type.is_float ? 1 : std::exp2(8.0 * static_cast<double>(type.size)) - 1;
-    const auto channel = static_cast<int>(known - std::begin(kNames));
+    const auto channel = static_cast<int>(known - std::begin(kNames)) % 4;
     color[channel] = std::isfinite(value) ? std::clamp(static_cast<float>(value / most), 0.0f, 1.0f) : 0;
-    if (channel < 3) has_colors_ = true;
-    if (channel == 3 && color[channel] > 0) has_opacity_ = true;
+    if (channel < 3) kind.is_there = true;
+    if (channel == 3 && color[channel] > 0) kind.has_opacity = true;
   }
 
-  void read_other(const ElementList& element, Numbers& numbers) {
+  static bool is_index_list(const Property& property) {
+    return property.count_type && (property.name == "vertex_indices" || property.name == "vertex_index" ||
+                                   property.name == "vertex_indexes");
+  }
+
+  // Vertex number of an untrusted one; those out of range cause an error later.
+  static uint32_t checked(double index) {
+    return index >= 0 && index < kNoVertex ? static_cast<uint32_t>(index) : kNoVertex;
+  }
+
+  void read_face(const ElementList& element, Numbers& numbers) {
+    Face face;
+    face.first = indices_.size();
     for (const Property& property : element.properties) {
-      const std::vector<double> values = read_property(property, numbers);
-      const bool is_face =
-          element.name == "face" && (property.name == "vertex_indices" || property.name == "vertex_index");
-      if (!is_face) continue;
-      for (size_t i = 2; i < values.size(); ++i)
-        triangles_.insert(triangles_.end(), {values[0], values[i - 1], values[i]});
+      const std::vector<double>& values = read_property(property, numbers);
+      if (is_index_list(property)) {
+        for (const double index : values) indices_.push_back(checked(index));
+      } else if (property.name == "texcoord") {  // of the face's corners, as MeshLab writes them
+        face.first_uv = face_uvs_.size();
+        for (size_t i = 0; i + 1 < values.size(); i += 2) {
+          const glm::vec2 uv(static_cast<float>(values[i]), static_cast<float>(1 - values[i + 1]));
+          face_uvs_.push_back(std::isfinite(uv.x + uv.y) ? uv : glm::vec2(0));
+        }
+      } else if (keeps_nodes_) {
+        read_color(property, values.empty() ? 0 : static_cast<float>(values[0]), face.color, of_faces_);
+      }
+    }
+    face.count = indices_.size() - face.first;
+    const bool has_uvs = face.count > 0 && face_uvs_.size() - face.first_uv == face.count;
+    if (!has_uvs) face.first_uv = kNoUvs;
+    has_face_uvs_ = has_face_uvs_ || has_uvs;
+    if (face.count >= 3) faces_.push_back(face);
+  }
+
+  // Triangle strips, as Stanford's files have them: -1 begins another one.
+  void read_strips(const ElementList& element, Numbers& numbers) {
+    for (const Property& property : element.properties) {
+      const std::vector<double>& values = read_property(property, numbers);
+      if (!is_index_list(property)) continue;
+      for (size_t first = 0, i = 0; i < values.size(); ++i) {
+        if (values[i] < 0) first = i + 1;
+        if (i < first + 2) continue;
+        const bool is_odd = (i - first) % 2 == 1;
+        Face face;
+        face.first = indices_.size();
+        face.count = 3;
+        for (const size_t at : {i - 2, is_odd ? i : i - 1, is_odd ? i - 1 : i})
+          indices_.push_back(checked(values[at]));
+        const uint32_t* const corner = &indices_[face.first];
+        // Strips turn by naming a vertex twice.
+        if (corner[0] == corner[1] || corner[1] == corner[2] || corner[2] == corner[0])
+          indices_.resize(face.first);
+        else
+          faces_.push_back(face);
+      }
     }
   }
 
-  Result<ImportedMesh> mesh() const {
-    SurfaceBuilder builder(has_normals_, has_uvs_, has_colors_);
-    for (size_t i = 0; i + 2 < triangles_.size(); i += 3) {
-      const SurfaceBuilder::Corner* corners[3];
-      for (size_t k = 0; k < 3; ++k) {
-        const double index = triangles_[i + k];
-        if (!(index >= 0 && index < static_cast<double>(corners_.size())))
-          return Error{"a face names a vertex that it does not have"};
-        corners[k] = &corners_[static_cast<size_t>(index)];
+  void read_element(const ElementList& element, Numbers& numbers) {
+    if (element.name == "vertex") {
+      read_vertex(element, numbers);
+    } else if (element.name == "face") {
+      read_face(element, numbers);
+    } else if (element.name == "tristrips") {
+      read_strips(element, numbers);
+    } else {
+      for (const Property& property : element.properties) read_property(property, numbers);
+    }
+  }
+
+  Result<ImportedMesh> mesh() {
+    const bool has_colors = of_vertices_.is_there || of_faces_.is_there;
+    const bool has_uvs = has_uvs_ || has_face_uvs_;
+    SurfaceBuilder builder(has_normals_, has_uvs, has_colors);
+    PolygonTriangulator polygons;
+    std::vector<glm::dvec3> polygon;
+    for (const Face& face : faces_) {
+      polygon.clear();
+      for (size_t i = face.first; i < face.first + face.count; ++i) {
+        if (indices_[i] >= corners_.size()) return Error{"a face names a vertex that it does not have"};
+        polygon.emplace_back(corners_[indices_[i]].position);
       }
-      if (!builder.add(coloured(*corners[0]), coloured(*corners[1]), coloured(*corners[2])))
-        return Error{"a vertex is not finite, or too far away for a number of 32 bits"};
+      const auto corner = [&](uint32_t number) {
+        SurfaceBuilder::Corner made = corners_[indices_[face.first + number]];
+        if (face.first_uv != kNoUvs) made.uv = face_uvs_[face.first_uv + number];
+        // Colours of vertices win, as in MeshLab.
+        if (of_vertices_.is_there)
+          made.color = visible_color(made.color, of_vertices_);
+        else if (of_faces_.is_there)
+          made.color = visible_color(face.color, of_faces_);
+        return made;
+      };
+      for (const auto& [a, b, c] : polygons.triangulate(polygon))
+        if (!builder.add(corner(a), corner(b), corner(c)))
+          return Error{"a vertex is not finite, or too far away for a number of 32 bits"};
     }
     ImportedMesh mesh;
     mesh.materials.emplace_back();
@@ -252,21 +321,34 @@ class PlyReader {
     }
     if (!image_.empty()) mesh.materials[0].diffuse_image = image_;
     if (!image_.empty()) mesh.materials[0].diffuse = glm::vec3(1);
+    if (std::string crossing = polygons.warning(); !crossing.empty())
+      mesh.warnings.push_back(std::move(crossing));
     return mesh;
   }
 
   // Scanners write an opacity of 0 everywhere: it means nothing.
-  SurfaceBuilder::Corner coloured(SurfaceBuilder::Corner corner) const {
-    if (has_colors_) corner.color = linear_from_srgb(corner.color);
-    if (!has_opacity_ || !has_colors_) corner.color.a = 1;
-    return corner;
+  static glm::vec4 visible_color(const glm::vec4& color, const ColorKind& kind) {
+    glm::vec4 linear = linear_from_srgb(color);
+    if (!kind.has_opacity) linear.a = 1;
+    return linear;
   }
 
   Format format_ = Format::ascii;
   std::vector<ElementList> elements_;
   std::vector<SurfaceBuilder::Corner> corners_;
-  std::vector<double> triangles_;  // vertex numbers, unchecked
-  bool has_normals_ = false, has_uvs_ = false, has_colors_ = false, has_opacity_ = false;
+  static constexpr uint32_t kNoVertex = UINT32_MAX;
+  static constexpr size_t kNoUvs = SIZE_MAX;
+  struct Face {
+    size_t first = 0, count = 0;  // corners in indices_
+    size_t first_uv = kNoUvs;     // in face_uvs_
+    glm::vec4 color{1};
+  };
+  std::vector<Face> faces_;
+  std::vector<uint32_t> indices_;  // vertex numbers, unchecked
+  std::vector<glm::vec2> face_uvs_;
+  std::vector<double> values_;
+  bool has_normals_ = false, has_uvs_ = false, has_face_uvs_ = false;
+  ColorKind of_vertices_, of_faces_;
   const bool keeps_nodes_;
   std::string image_;  // name in the header, as MeshLab writes it
 };

@@ -8,7 +8,7 @@
 #include <tuple>
 #include <utility>
 
-#include "convert/mesh/mesh_normals.h"
+#include "convert/mesh/geometry/mesh_normals.h"
 #include "convert/mesh/mesh_store.h"
 #include "convert/mjcf/assets/builtin_mesh.h"
 #include "convert/mjcf/assets/convex_hull.h"

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "convert/mesh/geometry/triangulate.h"
 #include "convert/mjcf/assets/mesh_data.h"
 
 namespace fire3dv::convert {
@@ -27,8 +28,7 @@ class ObjParser {
         return Error{"the OBJ file, " + std::to_string(line_) + ". line: " + done.error().message};
     }
     // Attributes that only some corners have are left out.
-    if (lacks_normals_) mesh_.normal_faces.clear();
-    if (lacks_uvs_) mesh_.uv_faces.clear();
+    triangulate();
     if (Result<void> done = check_mesh_data(mesh_); !done) return done.error();
     return std::move(mesh_);
   }
@@ -123,28 +123,44 @@ class ObjParser {
     return made;
   }
 
-  // Splits polygons into a fan.
+  // Vertices may follow the faces that name them, so polygons are kept until the end.
   Result<void> take_face(std::string_view line) {
-    std::array<Corner, 3> fan;
-    size_t count = 0;
+    const size_t first = corners_.size();
     for (std::string_view word = take_word(line); !word.empty(); word = take_word(line)) {
       const Result<Corner> next = corner(word);
       if (!next) return next.error();
       lacks_uvs_ = lacks_uvs_ || next->uv == kNone;
       lacks_normals_ = lacks_normals_ || next->normal == kNone;
-      if (count >= 3) fan[1] = fan[2];
-      fan[std::min<size_t>(count, 2)] = *next;
-      if (++count >= 3) add(fan);
+      corners_.push_back(*next);
     }
-    return count < 3 ? Result<void>(Error{"a face has fewer than three vertices"}) : Result<void>();
+    face_ends_.push_back(corners_.size());
+    return corners_.size() - first < 3 ? Result<void>(Error{"a face has fewer than three vertices"})
+                                       : Result<void>();
   }
 
-  void add(const std::array<Corner, 3>& fan) {
-    mesh_.faces.push_back({fan[0].vertex, fan[1].vertex, fan[2].vertex});
-    if (!lacks_uvs_) mesh_.uv_faces.push_back({fan[0].uv, fan[1].uv, fan[2].uv});
-    if (!lacks_normals_) mesh_.normal_faces.push_back({fan[0].normal, fan[1].normal, fan[2].normal});
+  void triangulate() {
+    PolygonTriangulator polygons;
+    std::vector<glm::dvec3> polygon;
+    size_t first = 0;
+    for (const size_t end : face_ends_) {
+      polygon.clear();
+      for (size_t i = first; i < end; ++i) {
+        const uint32_t vertex = corners_[i].vertex;  // check_mesh_data refuses others
+        polygon.emplace_back(vertex < mesh_.vertices.size() ? mesh_.vertices[vertex] : glm::vec3(0));
+      }
+      const Corner* const corners = &corners_[first];
+      for (const auto& [a, b, c] : polygons.triangulate(polygon)) {
+        mesh_.faces.push_back({corners[a].vertex, corners[b].vertex, corners[c].vertex});
+        if (!lacks_uvs_) mesh_.uv_faces.push_back({corners[a].uv, corners[b].uv, corners[c].uv});
+        if (!lacks_normals_)
+          mesh_.normal_faces.push_back({corners[a].normal, corners[b].normal, corners[c].normal});
+      }
+      first = end;
+    }
   }
 
+  std::vector<Corner> corners_;
+  std::vector<size_t> face_ends_;  // in corners_
   MeshData mesh_;
   size_t line_ = 0;
   bool lacks_uvs_ = false, lacks_normals_ = false;

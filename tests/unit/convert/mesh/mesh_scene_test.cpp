@@ -298,8 +298,11 @@ TEST(MeshScene, RefusalsNameFileAndReason) {
   std::string nan_stl = binary_stl_cube(0);
   const std::string nan = test::raw(std::nanf(""));
   nan_stl.replace(84 + 12, 4, nan);
+  // Neither the count nor the coordinates are those of an STL file.
   std::string many_stl = binary_stl_cube(0);
   many_stl.replace(80, 4, test::raw<uint32_t>(0xffffffff));
+  const std::string far = test::raw(1e30f);
+  many_stl.replace(84 + 12, 4, far);
   std::string many_ply = ply_cube("0 0 0 0");
   many_ply.replace(many_ply.find("vertex 8"), 8, "vertex 4000000000000000000");
   std::string wrong_ply = ply_cube("0 0 0 0");
@@ -315,8 +318,8 @@ TEST(MeshScene, RefusalsNameFileAndReason) {
            {"a.dae", "<?xml version=\"1.0\"?>\n<robot name=\"r\"/>", "URDF"},
            {"cut.dae", dae_cube().substr(0, 700), "cut.dae"},
            {"nan.stl", nan_stl, "not finite"},
-           {"many.stl", many_stl, "many.stl"},
-           {"cut.stl", binary_stl_cube(0).substr(0, 300), "cut.stl"},
+           {"many.stl", many_stl, "its count of triangles is wrong"},
+           {"cut.stl", binary_stl_cube(0).substr(0, 100), "there is no triangle"},
            {"many.ply", many_ply, "cut short"},
            {"cut.ply", ply_cube("0 0 0 0").substr(0, 400), "cut short"},
            {"index.ply", wrong_ply, "a vertex that it does not have"},

@@ -1,4 +1,4 @@
-#include "convert/mesh/dae_repair.h"
+#include "convert/mesh/text/dae_repair.h"
 
 #include <algorithm>
 #include <array>
@@ -13,6 +13,7 @@
 
 #include "base/numbers.h"
 #include "base/text.h"
+#include "convert/mesh/text/mesh_text.h"
 
 namespace fire3dv::convert {
 namespace {
@@ -382,52 +383,11 @@ class DaeRepair {
       problems_;  // first object and count, by what is wrong
 };
 
-void append_utf8(uint32_t c, std::string& to) {
-  if (c < 0x80) {
-    to += static_cast<char>(c);
-  } else if (c < 0x800) {
-    to += static_cast<char>(0xC0 | c >> 6);
-    to += static_cast<char>(0x80 | (c & 0x3F));
-  } else if (c < 0x10000) {
-    to += static_cast<char>(0xE0 | c >> 12);
-    to += static_cast<char>(0x80 | (c >> 6 & 0x3F));
-    to += static_cast<char>(0x80 | (c & 0x3F));
-  } else {
-    to += static_cast<char>(0xF0 | c >> 18);
-    to += static_cast<char>(0x80 | (c >> 12 & 0x3F));
-    to += static_cast<char>(0x80 | (c >> 6 & 0x3F));
-    to += static_cast<char>(0x80 | (c & 0x3F));
-  }
-}
-
 }  // namespace
 
-std::string utf8_text(std::string_view text) {
-  const bool is_big = text.starts_with("\xfe\xff");
-  if (!is_big && !text.starts_with("\xff\xfe")) return std::string(text);
-  const auto unit = [&](size_t at) -> uint32_t {
-    const auto first = static_cast<uint8_t>(text[at]), second = static_cast<uint8_t>(text[at + 1]);
-    return is_big ? first << 8 | second : second << 8 | first;
-  };
-  std::string utf8;
-  utf8.reserve(text.size() / 2);
-  for (size_t at = 2; at + 1 < text.size(); at += 2) {
-    uint32_t c = unit(at);
-    if (c >= 0xD800 && c < 0xDC00 && at + 3 < text.size()) {
-      const uint32_t low = unit(at + 2);
-      if (low >= 0xDC00 && low < 0xE000) {
-        c = 0x10000 + ((c - 0xD800) << 10) + (low - 0xDC00);
-        at += 2;
-      }
-    }
-    append_utf8(c >= 0xD800 && c < 0xE000 ? 0xFFFD : c, utf8);
-  }
-  return utf8;
-}
-
 RepairedDae repair_dae(std::string_view text) {
-  if (!text.starts_with("\xff\xfe") && !text.starts_with("\xfe\xff")) return DaeRepair(text).repair();
-  return DaeRepair(utf8_text(text)).repair();
+  const std::optional<std::string> decoded = utf8_of_utf16(text);
+  return DaeRepair(decoded ? *decoded : text).repair();
 }
 
 }  // namespace fire3dv::convert

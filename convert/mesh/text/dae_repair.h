@@ -17,7 +17,4 @@ struct RepairedDae {
 // becomes UTF-8. What is no XML stays as it is.
 RepairedDae repair_dae(std::string_view text);
 
-// UTF-8 of a text in UTF-16 with a byte order mark; other texts stay as they are.
-std::string utf8_text(std::string_view text);
-
 }  // namespace fire3dv::convert

@@ -1,4 +1,4 @@
-#include "convert/mesh/mesh_normals.h"
+#include "convert/mesh/geometry/mesh_normals.h"
 
 #include <cstddef>
 

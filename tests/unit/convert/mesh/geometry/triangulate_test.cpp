@@ -1,0 +1,211 @@
+// Test of polygon triangulation: triangles cover exactly the polygon, whatever its shape, first corner,
+// direction and plane.
+#include "convert/mesh/geometry/triangulate.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <random>
+
+namespace fire3dv::convert {
+namespace {
+
+using Polygon = std::vector<glm::dvec2>;
+
+double cross(const glm::dvec2& a, const glm::dvec2& b) {
+  return a.x * b.y - a.y * b.x;
+}
+
+bool is_inside(const Polygon& polygon, const glm::dvec2& p) {
+  bool inside = false;
+  for (size_t i = 0; i < polygon.size(); ++i) {
+    const glm::dvec2 &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
+    if ((a.y > p.y) != (b.y > p.y) && p.x < a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x)) inside = !inside;
+  }
+  return inside;
+}
+
+// Each of many points is covered once inside the polygon, and never outside.
+void expect_exact_cover(const Polygon& polygon, const std::string& name) {
+  for (const bool reversed : {false, true}) {
+    for (size_t turn = 0; turn < std::min<size_t>(polygon.size(), 12); ++turn) {
+      Polygon corners = polygon;
+      std::rotate(corners.begin(), corners.begin() + static_cast<std::ptrdiff_t>(turn), corners.end());
+      if (reversed) std::reverse(corners.begin(), corners.end());
+      // In a plane that no axis is perpendicular to, with the coordinates as they are.
+      std::vector<glm::dvec3> in_space;
+      for (const glm::dvec2& c : corners) in_space.emplace_back(c.x, 0.25 * c.x - 0.5 * c.y + 3, c.y);
+      PolygonTriangulator triangulator;
+      const auto triangles = triangulator.triangulate(in_space);
+      EXPECT_EQ(triangulator.warning(), "") << name << ' ' << turn;
+      glm::dvec2 low(1e9), high(-1e9);
+      for (const glm::dvec2& c : corners) {
+        low = glm::min(low, c);
+        high = glm::max(high, c);
+      }
+      constexpr int kSamples = 23;
+      int wrong = 0;
+      for (int i = 0; i < kSamples * kSamples; ++i) {
+        const glm::dvec2 p = low + (high - low) * glm::dvec2((i % kSamples + 0.4317) / kSamples,
+                                                             (i / kSamples + 0.5743) / kSamples);
+        int covers = 0;
+        for (const auto& t : triangles) {
+          const glm::dvec2 &a = corners[t[0]], &b = corners[t[1]], &c = corners[t[2]];
+          const double u = cross(b - a, p - a), v = cross(c - b, p - b), w = cross(a - c, p - c);
+          covers += (u > 0 && v > 0 && w > 0) || (u < 0 && v < 0 && w < 0) ? 1 : 0;
+        }
+        wrong += covers != (is_inside(corners, p) ? 1 : 0) ? 1 : 0;
+      }
+      EXPECT_EQ(wrong, 0) << name << " from corner " << turn << (reversed ? ", reversed" : "");
+      double area = 0, covered = 0;
+      for (size_t i = 0; i < corners.size(); ++i)
+        area += cross(corners[i], corners[(i + 1) % corners.size()]) / 2;
+      for (const auto& t : triangles) {
+        const double one = cross(corners[t[1]] - corners[t[0]], corners[t[2]] - corners[t[0]]) / 2;
+        EXPECT_GE(one * area, 0) << name << ": a triangle faces the other way";
+        covered += one;
+      }
+      EXPECT_NEAR(covered, area, 1e-9 * std::abs(area)) << name;
+    }
+  }
+}
+
+Polygon gear(int teeth) {
+  Polygon polygon;
+  for (int i = 0; i < 2 * teeth; ++i) {
+    const double angle = std::numbers::pi * i / teeth, radius = i % 2 == 0 ? 1 : 1.3;
+    polygon.emplace_back(radius * std::cos(angle), radius * std::sin(angle));
+  }
+  return polygon;
+}
+
+// A band that winds around the origin.
+Polygon spiral(int corners) {
+  Polygon polygon;
+  const auto at = [&](int i, double width) {
+    const double angle = 0.1 * i;
+    const double radius = 1 + 0.1 * angle + width;
+    return glm::dvec2(radius * std::cos(angle), radius * std::sin(angle));
+  };
+  for (int i = 0; i < corners; ++i) polygon.push_back(at(i, 0));
+  for (int i = corners; i-- > 0;) polygon.push_back(at(i, 0.3));
+  return polygon;
+}
+
+Polygon comb(int teeth) {
+  Polygon polygon = {{0, -1}, {2.0 * teeth, -1}};
+  for (int i = teeth; i-- > 0;) {
+    polygon.emplace_back(2.0 * i + 1, 0);
+    polygon.emplace_back(2.0 * i + 0.5, 5);
+    polygon.emplace_back(2.0 * i, 0);
+  }
+  return polygon;
+}
+
+TEST(Triangulate, CoversThePolygonOnce) {
+  expect_exact_cover({{0, 0}, {1, 1}, {0, 3}, {0.4, 1}}, "arrow");
+  expect_exact_cover({{0, 0}, {2, 0}, {2, 1}, {1, 1}, {1, 2}, {0, 2}}, "L");
+  expect_exact_cover({{0, 0}, {1, 0}, {2, 0}, {2, 0}, {2, 1}, {1, 1}, {1, 1}, {1, 2}, {0, 2}, {0, 1}, {0, 0}},
+                     "L with collinear and doubled corners");
+  expect_exact_cover({{0, 0}, {4, 0}, {4, 4}, {0, 4}, {0, 3}, {3, 3}, {3, 1}, {0, 1}}, "C");
+  expect_exact_cover({{0, 0}, {3, 0}, {3, 3}, {0, 3}, {0, 0}, {1, 1}, {1, 2}, {2, 2}, {2, 1}, {1, 1}},
+                     "hole by an edge that is doubled");
+  expect_exact_cover({{0, 0},
+                      {6, 0},
+                      {6, 3},
+                      {0, 3},
+                      {0, 0},
+                      {1, 1},
+                      {1, 2},
+                      {2, 2},
+                      {3, 1},
+                      {3, 2},
+                      {4, 2},
+                      {4, 1},
+                      {3, 1},
+                      {2, 2},
+                      {2, 1},
+                      {1, 1}},
+                     "two holes, one behind the other");
+  expect_exact_cover({{0, 0}, {2, 0}, {2, 2}, {1, 0}, {0, 2}}, "corner on an edge");
+  expect_exact_cover(gear(30), "gear");
+  expect_exact_cover(spiral(200), "spiral");
+  expect_exact_cover(comb(50), "comb");
+}
+
+TEST(Triangulate, RandomPolygonsAreCoveredOnce) {
+  std::mt19937 random(5);
+  for (int round = 0; round < 40; ++round) {
+    Polygon polygon;
+    const int count = 4 + static_cast<int>(random() % 30);
+    for (int i = 0; i < count; ++i) {
+      const double angle = 2 * std::numbers::pi * i / count,
+                   radius = 0.2 + static_cast<double>(random() % 1000) / 500;
+      polygon.emplace_back(static_cast<float>(radius * std::cos(angle)),
+                           static_cast<float>(radius * std::sin(angle)));
+    }
+    expect_exact_cover(polygon, "star " + std::to_string(round));
+  }
+}
+
+TEST(Triangulate, ConvexPolygonsAreFans) {
+  PolygonTriangulator triangulator;
+  const std::vector<glm::dvec3> square = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {2, 0, 1}, {0, 0, 1}};
+  const std::vector<PolygonTriangulator::Triangle> fan = {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}};
+  EXPECT_EQ(triangulator.triangulate(square), fan);
+  EXPECT_EQ(triangulator.triangulate(std::span(square).first(3)).size(), 1u);
+  EXPECT_TRUE(triangulator.triangulate(std::span(square).first(2)).empty());
+  EXPECT_EQ(triangulator.warning(), "");
+}
+
+TEST(Triangulate, CrossedPolygonsAreReported) {
+  PolygonTriangulator triangulator;
+  EXPECT_EQ(
+      triangulator.triangulate(std::vector<glm::dvec3>{{0, 0, 0}, {1, 1, 0}, {1, 0, 0}, {0, 1, 0}}).size(),
+      2u);
+  EXPECT_NE(triangulator.warning().find("1 polygon crosses itself"), std::string::npos);
+  std::vector<glm::dvec3> star;
+  for (int i = 0; i < 5; ++i)
+    star.emplace_back(std::cos(0.8 * std::numbers::pi * i), std::sin(0.8 * std::numbers::pi * i), 0);
+  EXPECT_LE(triangulator.triangulate(star).size(), 3u);
+  EXPECT_NE(triangulator.warning().find("2 polygons cross themselves"), std::string::npos);
+}
+
+TEST(Triangulate, AnyPolygonEnds) {
+  PolygonTriangulator triangulator;
+  // Without an area: no warning, since nothing is seen.
+  const std::vector<glm::dvec3> line = {{0, 0, 0}, {1, 1, 1}, {2, 2, 2}, {3, 3, 3}, {1, 1, 1}};
+  triangulator.triangulate(line);
+  triangulator.triangulate(std::vector<glm::dvec3>(1000, glm::dvec3(1)));
+  EXPECT_EQ(triangulator.warning(), "");
+  const double nan = std::numeric_limits<double>::quiet_NaN(),
+               infinite = std::numeric_limits<double>::infinity();
+  triangulator.triangulate(std::vector<glm::dvec3>{{0, 0, 0}, {nan, 0, 0}, {1, 1, 0}, {0, infinite, 0}});
+  triangulator.triangulate(
+      std::vector<glm::dvec3>{{0, 0, 0}, {1e300, 0, 0}, {1e300, 1e300, 0}, {1, 2, 0}, {-1e300, 5, 0}});
+  std::mt19937 random(3);
+  for (int round = 0; round < 300; ++round) {
+    std::vector<glm::dvec3> polygon;
+    for (size_t i = 0; i < 3 + random() % 40; ++i)
+      polygon.emplace_back(random() % 5, random() % 5, round % 3 == 0 ? random() % 3 : 0);
+    for (const auto& triangle : triangulator.triangulate(polygon))
+      for (const uint32_t corner : triangle) ASSERT_LT(corner, polygon.size());
+    ASSERT_LE(triangulator.triangulate(polygon).size(), polygon.size() - 2);
+  }
+}
+
+TEST(Triangulate, LargePolygonsAreExact) {
+  PolygonTriangulator triangulator;
+  for (const Polygon& large : {spiral(20'000), comb(20'000)}) {
+    std::vector<glm::dvec3> polygon;
+    for (const glm::dvec2& c : large) polygon.emplace_back(c, 0);
+    EXPECT_EQ(triangulator.triangulate(polygon).size(), polygon.size() - 2);
+  }
+  EXPECT_EQ(triangulator.warning(), "");
+}
+
+}  // namespace
+}  // namespace fire3dv::convert
