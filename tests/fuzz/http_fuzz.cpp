@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <boost/asio/io_context.hpp>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -16,7 +17,13 @@ namespace {
 
 class Owner final : public transport::http::SessionOwner {
  public:
-  Owner() : SessionOwner({1 << 10, 2}) {}
+  Owner() : SessionOwner({1 << 10, 2}) {
+    access = transport::http::AccessRules{
+        .own_host = "localhost",
+        .clients = transport::http::AccessRules::Clients::programs,
+        .options = {.sites = {{"sim.example"}, {"https://sim.example"}},
+                    .log = [](const std::string& line) { FIRE3DV_ASSERT(line.size() < 1000); }}};
+  }
 
   void on_header(transport::http::Session& session) override {
     FIRE3DV_ASSERT(session.path().find('?') == std::string_view::npos);
@@ -45,8 +52,10 @@ std::vector<Input> seeds() {
   for (const std::string_view text :
        {"GET /metrics HTTP/1.1\r\nHost: localhost:9464\r\nAccept: text/plain;version=0.0.4\r\n\r\n",
         "GET /metrics?x=1 HTTP/1.0\n\n", "POST /metrics HTTP/1.1\r\nContent-Length: 4\r\n\r\nbody",
-        "GET /a HTTP/1.1\r\n\r\nGET /b HTTP/1.1\r\n\r\n", "GET  HTTP/1.0\r\n\r\n",
-        "GET /metrics HTTP/2.0\r\n\r\n"})
+        "GET /a HTTP/1.1\r\n\r\nGET /b HTTP/1.1\r\n\r\n",
+        "GET /a HTTP/1.1\r\nHost: sim.example:80\r\nOrigin: https://sim.example:443\r\n\r\n",
+        "GET /a HTTP/1.1\r\nHost: [::1]:80\r\nOrigin: null\r\nUpgrade: websocket\r\n\r\n",
+        "GET  HTTP/1.0\r\n\r\n", "GET /metrics HTTP/2.0\r\n\r\n"})
     inputs.emplace_back(text.begin(), text.end());
   return inputs;
 }
