@@ -116,8 +116,9 @@ void StreamReceiver::send_clock_pings(int64_t now_ns) {
 
 // Reports only lost and recovered streams: a pausing simulator becomes late regularly.
 void StreamReceiver::report_conditions() {
-  // After a pause the first frame needs a moment.
+  // After a pause, also one of this program, the first frame needs a moment.
   constexpr int64_t kResumeNs = 1'000'000'000;
+  if (now_ns_ - std::exchange(conditions_at_ns_, now_ns_) > kResumeNs) expects_since_ns_ = now_ns_;
   if (!expects_frames_ || now_ns_ - expects_since_ns_ < kResumeNs) return;
   for (auto& [peer, stream] : stream_of_peer_) {
     const bool is_lost = poses_.streams()[stream.id].condition == state::Condition::lost;

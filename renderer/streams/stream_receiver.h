@@ -261,6 +261,7 @@ class StreamReceiver final : public ImageReplies {
   bool had_streams_ = false;
   bool expects_frames_ = true;
   int64_t expects_since_ns_ = std::numeric_limits<int64_t>::min() / 2;
+  int64_t conditions_at_ns_ = 0;  // last look at them
   std::array<uint64_t, kRefusalCount> refusals_{};
   ImageRequestHandler* image_handler_ = nullptr;
   uint64_t refused_image_requests_ = 0;

@@ -132,8 +132,27 @@ TEST_F(StreamReceiverTest, StalledStreamsAreReported) {
   EXPECT_EQ(stalled(), 0u) << "paused";
   receiver_.expect_frames(true);
   EXPECT_EQ(stalled(), 0u) << "the first frame needs a moment";
-  now_ns_ += 2'000'000'000;
+  now_ns_ += 900'000'000;
+  EXPECT_EQ(stalled(), 0u);
+  now_ns_ += 900'000'000;
   EXPECT_EQ(stalled(), 1u);
+}
+
+// The renderer itself was busy, such as with shaders of its first image, while the simulator waited for it.
+TEST_F(StreamReceiverTest, BusyRendererReportsNoStall) {
+  const auto stalled = [&] {
+    receiver_.poll();
+    return count_of(receiver_.take_log_messages(), "stalled");
+  };
+  link_->deliver(1, LinkEvent::Kind::control, description(42));
+  link_->deliver(1, LinkEvent::Kind::pose, frame(42, 1));
+  EXPECT_EQ(stalled(), 0u);
+  now_ns_ += 12'000'000'000;
+  EXPECT_EQ(stalled(), 0u);
+  now_ns_ += 900'000'000;
+  EXPECT_EQ(stalled(), 0u) << "the simulator got its image a moment ago";
+  now_ns_ += 900'000'000;
+  EXPECT_EQ(stalled(), 1u) << "it does stall";
 }
 
 TEST_F(StreamReceiverTest, ZeroPosesAreReported) {
