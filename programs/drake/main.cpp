@@ -49,7 +49,7 @@ int run(const Options& options) {
     if (pipelines.note()) log(warning(*pipelines.note()));
     if (const std::string missing = app::lacking_ray_effects(**device, options.drawing); !missing.empty())
       log(warning(missing));
-    passes::DrawSettings settings = options.drawing.draw;
+    settings::DrawSettings settings = options.drawing.draw;
     settings.environment = std::move(*environment);
     settings.cached_environments = app::environment_store(cache_locations.environments);
 

@@ -82,7 +82,7 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   add_server_options(app, options, texts);
   OptionGroup(app, app::kDrawingGroup)
       .add_choice("--depth", texts.depth, "32f|16u", "depths as float metres, or as 16-bit millimetres");
-  app::add_drawing_options(app, passes::kByDrake, options.drawing);
+  app::add_drawing_options(app, settings::kByDrake, options.drawing);
   add_device_options(app, options.drawing);
   const auto usage_error = [](const std::string& text) {
     std::cerr << "fire3dv-drake: error: " << text << " (see fire3dv-drake --help)\n";

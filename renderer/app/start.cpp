@@ -74,7 +74,7 @@ Result<std::shared_ptr<const scene::EnvironmentImage>> load_environment(const st
 std::string lacking_ray_effects(const gpu::Device& device, const Options& options) {
   if (!options.draw.ray_effects.on.any()) return "";
   const bool has_visibility_buffer =
-      options.draw.raster != passes::RasterPath::forward && device.report().int64_atomics;
+      options.draw.raster != settings::RasterPath::forward && device.report().int64_atomics;
   const Result<void> can = passes::can_trace_ray_effects(device, has_visibility_buffer);
   return can ? "" : "--ray-effects: " + can.error().message;
 }

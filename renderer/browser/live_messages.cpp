@@ -102,16 +102,16 @@ std::string view_message(const std::optional<CameraRig::FreeView>& view) {
                   {"fov", view->vertical_fov_rad}});
 }
 
-std::string render_message(const passes::DrawSettings& settings, bool can_shade, bool can_switch) {
+std::string render_message(const settings::DrawSettings& settings, bool can_shade, bool can_switch) {
   return text_of({{"type", "render"},
-                  {"shadows", settings.shadows.method != passes::ShadowMethod::off},
+                  {"shadows", settings.shadows.method != settings::ShadowMethod::off},
                   {"can_shade", can_shade},
                   {"paths", settings.path.has_value()},
                   {"can_switch", can_switch},
-                  {"tone_map", passes::chosen_index(passes::draw_setting("tone-map"), settings)}});
+                  {"tone_map", settings::chosen_index(settings::draw_setting("tone-map"), settings)}});
 }
 
-std::string paths_message(const passes::PathProgress& progress, bool waits) {
+std::string paths_message(const settings::PathProgress& progress, bool waits) {
   return text_of({{"type", "paths"},
                   {"samples", progress.samples},
                   {"samples_per_pixel", progress.samples_per_pixel},

@@ -37,9 +37,9 @@ std::string visibility_message(const gui::DocumentState& document, uint64_t scen
 std::string view_message(const std::optional<CameraRig::FreeView>& view);
 // "render": settings of all images. can_shade: shadows can be switched on. can_switch: from raster to paths
 // and back.
-std::string render_message(const passes::DrawSettings& settings, bool can_shade, bool can_switch);
+std::string render_message(const settings::DrawSettings& settings, bool can_shade, bool can_switch);
 // "paths": samples of the viewer's path-traced image; none: raster. waits: other views refine first.
-std::string paths_message(const passes::PathProgress& progress, bool waits);
+std::string paths_message(const settings::PathProgress& progress, bool waits);
 // "status": streams, with rates since the last call, their number of scalars, and the timeline. frames: whole
 // frames by epoch at the last call; updated.
 std::string status_message(const state::PoseState& poses, double seconds,

@@ -43,7 +43,7 @@ class LiveView final : public ImageReplies {
     passes::SceneRenderer& renderer;
     // Puts a renderer with these settings at the address of `renderer`, if there are no requests of images.
     // Empty: raster or paths stay, as at the start.
-    std::function<Result<void>(const passes::DrawSettings&)> replace_renderer = {};
+    std::function<Result<void>(const settings::DrawSettings&)> replace_renderer = {};
   };
   // camera: where new viewers begin. title: of the page.
   LiveView(const Borrowed& borrowed, const CameraRig& camera, std::string title);
@@ -161,11 +161,11 @@ class LiveView final : public ImageReplies {
   Sent sent_;
   Clock::time_point settings_sent_{};
   ScalarList scalars_;
-  passes::ShadowMethod shadows_ = passes::ShadowMethod::automatic;  // before they were switched off
-  bool has_changed_ = false;                                        // since take_change()
-  std::array<uint64_t, 2> revisions_{};                             // of what images show: poses and scene
-  passes::TracedScene moment_;                                      // paths: poses and edits of revisions_
-  Clock::time_point next_framing_{};                                // see frame_one()
+  settings::ShadowMethod shadows_ = settings::ShadowMethod::automatic;  // before they were switched off
+  bool has_changed_ = false;                                            // since take_change()
+  std::array<uint64_t, 2> revisions_{};  // of what images show: poses and scene
+  passes::TracedScene moment_;           // paths: poses and edits of revisions_
+  Clock::time_point next_framing_{};     // see frame_one()
   Clock::time_point reported_{};
   std::map<uint64_t, uint64_t> frames_of_stream_;  // by epoch, at reported_
 };

@@ -8,13 +8,13 @@
 
 namespace fire3dv::app {
 
-std::function<Result<void>(const passes::DrawSettings&)> renderer_switch(const SwitchedParts& parts) {
-  return [parts](const passes::DrawSettings& settings) -> Result<void> {
+std::function<Result<void>(const settings::DrawSettings&)> renderer_switch(const SwitchedParts& parts) {
+  return [parts](const settings::DrawSettings& settings) -> Result<void> {
     FIRE3DV_ASSERT(parts.requests.count() == 0);
-    passes::DrawSettings before = parts.document.draw;
+    settings::DrawSettings before = parts.document.draw;
     before.max_textures = parts.renderer->settings().draw().max_textures;
     // Waits for the GPU: a viewer has asked for it.
-    const auto replace = [&](const passes::DrawSettings& with) {
+    const auto replace = [&](const settings::DrawSettings& with) {
       parts.device.wait(parts.device.last_submitted());
       parts.renderer.reset();
       parts.device.retire_all_now();

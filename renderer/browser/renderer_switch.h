@@ -23,6 +23,6 @@ struct SwitchedParts {
 
 // Function that puts a renderer with other settings in the place of the one that is there, which stays after
 // an error. parts: borrowed.
-std::function<Result<void>(const passes::DrawSettings&)> renderer_switch(const SwitchedParts& parts);
+std::function<Result<void>(const settings::DrawSettings&)> renderer_switch(const SwitchedParts& parts);
 
 }  // namespace fire3dv::app

@@ -182,15 +182,15 @@ void LiveView::apply_joints(const serve::ClientMessage& message) {
 
 // A renderer that has started without shadows has no passes for them.
 bool LiveView::can_switch_shadows_on() const {
-  passes::DrawSettings wanted = borrowed_.document.draw;
-  if (wanted.shadows.method == passes::ShadowMethod::off) wanted.shadows.method = shadows_;
+  settings::DrawSettings wanted = borrowed_.document.draw;
+  if (wanted.shadows.method == settings::ShadowMethod::off) wanted.shadows.method = shadows_;
   wanted.max_textures = borrowed_.renderer.settings().draw().max_textures;
   return !borrowed_.renderer.needs_new_renderer(wanted);
 }
 
 // All images that viewers wait for are requested again.
 void LiveView::switch_paths(serve::ViewerId number, bool on) {
-  passes::DrawSettings& draw = borrowed_.document.draw;
+  settings::DrawSettings& draw = borrowed_.document.draw;
   if (on == draw.path.has_value() || !borrowed_.replace_renderer) return;
   if (const auto open = borrowed_.requests.open(); !open.empty() && open.front().first < kFirstViewer)
     return borrowed_.server.send(
@@ -204,7 +204,7 @@ void LiveView::switch_paths(serve::ViewerId number, bool on) {
     viewer.samples = 0;
     viewer.has_moved = true;
   }
-  passes::DrawSettings wanted = draw;
+  settings::DrawSettings wanted = draw;
   wanted.path.reset();
   if (on) wanted.path = borrowed_.document.paths;
   wanted.max_textures = borrowed_.renderer.settings().draw().max_textures;
@@ -215,8 +215,8 @@ void LiveView::switch_paths(serve::ViewerId number, bool on) {
 
 void LiveView::apply_render(serve::ViewerId number, const serve::ClientMessage& message) {
   if (message.paths) switch_paths(number, *message.paths);
-  passes::DrawSettings& draw = borrowed_.document.draw;
-  const passes::DrawSetting& tone_map = passes::draw_setting("tone-map");
+  settings::DrawSettings& draw = borrowed_.document.draw;
+  const settings::DrawSetting& tone_map = settings::draw_setting("tone-map");
   (void)tone_map.set(tone_map.names[*message.index], draw);
   has_changed_ = true;
   if (draw.path) {  // tone mapping applies to the samples that are there; paths trace all shadows
@@ -224,10 +224,10 @@ void LiveView::apply_render(serve::ViewerId number, const serve::ClientMessage& 
     for (auto& [of, viewer] : viewers_) (viewer.is_refined ? viewer.is_retouched : viewer.has_moved) = true;
     return;
   }
-  const bool has_shadows = draw.shadows.method != passes::ShadowMethod::off;
+  const bool has_shadows = draw.shadows.method != settings::ShadowMethod::off;
   if (has_shadows && !message.on) {
     shadows_ = draw.shadows.method;
-    draw.shadows.method = passes::ShadowMethod::off;
+    draw.shadows.method = settings::ShadowMethod::off;
   }
   if (!has_shadows && message.on && can_switch_shadows_on()) draw.shadows.method = shadows_;
   borrowed_.renderer.apply(draw);

@@ -80,7 +80,7 @@ void LiveView::withdraw_refinements(Clock::time_point now) {
 void LiveView::send_path_progress(serve::ViewerId number, Viewer& viewer, Clock::time_point now) {
   const passes::PathPass* const paths = borrowed_.renderer.path_tracer();
   if (!paths && viewer.paths_text.empty()) return;
-  passes::PathProgress progress;
+  settings::PathProgress progress;
   if (paths) progress.samples_per_pixel = paths->settings().samples_per_pixel;
   // Those of a smaller image in motion do not count.
   if (paths && viewer.is_refined)

@@ -73,8 +73,8 @@ CameraStart camera_start(const ViewDefaults& defaults, const scene::Scene& scene
   return {camera, defaults.frame_all, std::move(animations), ground_below(defaults, scene)};
 }
 
-std::string set_exposure(const passes::PostSettings& wanted, const scene::Scene& scene,
-                         passes::DrawSettings& settings) {
+std::string set_exposure(const settings::PostSettings& wanted, const scene::Scene& scene,
+                         settings::DrawSettings& settings) {
   if (!wanted.estimated) {
     settings.post.exposure = wanted.exposure;
     return "";

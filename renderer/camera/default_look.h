@@ -29,7 +29,7 @@ struct ViewDefaults {
   bool frame_all = false;  // moves the camera so that it shows the whole scene
   GroundMode ground = GroundMode::automatic;
   float ground_height_m = 0;  // GroundMode::height: world y
-  passes::Background background = passes::Background::gradient();
+  settings::Background background = settings::Background::gradient();
 };
 
 // Start of a view with this camera. animations: those that play.
@@ -38,8 +38,8 @@ CameraStart camera_start(const ViewDefaults& defaults, const scene::Scene& scene
 
 // Applies the wanted exposure, or the estimate for the scene, to settings that have their environment.
 // Returns a log line if the estimate differs from 1, else an empty string.
-std::string set_exposure(const passes::PostSettings& wanted, const scene::Scene& scene,
-                         passes::DrawSettings& settings);
+std::string set_exposure(const settings::PostSettings& wanted, const scene::Scene& scene,
+                         settings::DrawSettings& settings);
 
 // Likely reason why the image shows nothing of the scene; nullopt if something should be visible.
 std::optional<std::string> reason_for_empty_image(const scene::Scene& scene, const scene::SceneEdits* edits,

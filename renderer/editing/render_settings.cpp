@@ -8,7 +8,7 @@
 namespace fire3dv::app {
 bool have_same_image(const RenderSettings& a, const RenderSettings& b) {
   return a.paths == b.paths &&
-         passes::have_same_values(a.draw, b.draw, passes::kByWindow | passes::kByBrowser);
+         settings::have_same_values(a.draw, b.draw, settings::kByWindow | settings::kByBrowser);
 }
 
 void RenderSettingsSteps::record(const gui::DocumentState& document, state::EditHistory& history) {

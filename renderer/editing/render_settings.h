@@ -12,8 +12,8 @@
 namespace fire3dv::app {
 
 struct RenderSettings {
-  passes::DrawSettings draw;
-  passes::PathSettings paths;
+  settings::DrawSettings draw;
+  settings::PathSettings paths;
 };
 // Compares what panels and browsers can change.
 bool have_same_image(const RenderSettings& a, const RenderSettings& b);

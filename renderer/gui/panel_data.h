@@ -75,9 +75,9 @@ inline glm::vec3 position_world(const SurfacePoint& point, const state::PoseStat
 // the edits of nodes with the same paths.
 struct DocumentState {
   state::UserEdits edits;
-  passes::DrawSettings draw;   // requested settings; unsupported ones are reported and reset
-  passes::PathSettings paths;  // of draw.path, while it is set
-  passes::DebugView debug_view = passes::DebugView::none;
+  settings::DrawSettings draw;   // requested settings; unsupported ones are reported and reset
+  settings::PathSettings paths;  // of draw.path, while it is set
+  settings::DebugView debug_view = settings::DebugView::none;
 };
 
 // State of the window's view and requests of the user, written by keys, mouse and panels, and executed by the
@@ -126,7 +126,7 @@ struct FrameFacts {
   uint64_t resident_bytes = 0;
   std::string device, raster, shadows;  // display texts
   uint32_t samples = 0;
-  std::optional<passes::PathProgress> paths;  // of a path-traced image; empty: raster
+  std::optional<settings::PathProgress> paths;  // of a path-traced image; empty: raster
 };
 
 constexpr size_t kMaxMarkerNamespaces = 32;

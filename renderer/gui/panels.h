@@ -194,7 +194,7 @@ void draw_notice(const Context& context, const Rect& image);
 
 // Numbers for display: "1 234 567", "1.2 M", "3.4 GiB".
 std::string grouped(uint64_t number);
-std::string path_progress_text(const passes::PathProgress& paths);  // 12 / 256 samples
+std::string path_progress_text(const settings::PathProgress& paths);  // 12 / 256 samples
 std::string short_number(double number);
 std::string bytes_text(uint64_t bytes);
 // What rounding leaves of a 0 beside the largest coordinate becomes 0.

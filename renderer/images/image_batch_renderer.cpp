@@ -116,7 +116,7 @@ bool ImageBatchRenderer::draw(gpu::FrameRing& frames, const Moment& moment, uint
 // Twice the samples halve the variance, so that a refining image is sent some 10 times, and then now and
 // then.
 bool ImageBatchRenderer::is_traced(bool others_wait) const {
-  const passes::PathProgress progress = renderer_.path_tracer()->progress();
+  const settings::PathProgress progress = renderer_.path_tracer()->progress();
   if (progress.is_whole()) return true;
   const std::optional<uint32_t>& shown = tracing_->work.camera.shown_samples;
   if (!shown || progress.samples <= *shown) return false;

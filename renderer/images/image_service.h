@@ -36,7 +36,7 @@ class ImageService {
         scheduler_(rules_.slice_ns, !rules_.lockstep) {}
 
   // Borrowed. settings: current settings of the primary device.
-  void use_secondary_devices(SecondaryDevices& devices, const passes::DrawSettings& settings) {
+  void use_secondary_devices(SecondaryDevices& devices, const settings::DrawSettings& settings) {
     secondary_ = &devices;
     settings_ = &settings;
   }
@@ -102,7 +102,7 @@ class ImageService {
   const Rules rules_;
   ImageBatchRenderer first_;
   SecondaryDevices* secondary_ = nullptr;
-  const passes::DrawSettings* settings_ = nullptr;
+  const settings::DrawSettings* settings_ = nullptr;
   // A request keeps its device, so that its images stay in order.
   std::map<Key, Assignment> assignments_;
   std::vector<uint64_t> pixels_of_device_;

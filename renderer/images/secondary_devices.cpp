@@ -7,7 +7,7 @@
 namespace fire3dv::app {
 
 SecondaryDevice::SecondaryDevice(gpu::Instance& instance, uint32_t index, gpu::AsyncCompute async_compute,
-                                 const CacheLocations& caches, const passes::DrawSettings& settings)
+                                 const CacheLocations& caches, const settings::DrawSettings& settings)
     : thread_([this](const std::stop_token& stop) { work(stop); }) {
   begin([this, &instance, index, async_compute, &caches, settings] {
     result_ = open(instance, index, async_compute, caches, settings);
@@ -55,7 +55,7 @@ Result<void> SecondaryDevice::finish() {
 }
 
 Result<void> SecondaryDevice::open(gpu::Instance& instance, uint32_t index, gpu::AsyncCompute async_compute,
-                                   const CacheLocations& caches, const passes::DrawSettings& settings) {
+                                   const CacheLocations& caches, const settings::DrawSettings& settings) {
   Result<std::unique_ptr<gpu::Device>> device =
       gpu::Device::create(instance, index, /*present=*/false, async_compute);
   if (!device) return device.error();
@@ -68,7 +68,7 @@ Result<void> SecondaryDevice::open(gpu::Instance& instance, uint32_t index, gpu:
   return {};
 }
 
-void SecondaryDevice::begin_drawing(const LiveScene& live, const passes::DrawSettings& settings,
+void SecondaryDevice::begin_drawing(const LiveScene& live, const settings::DrawSettings& settings,
                                     const ImageBatchRenderer::Moment& moment, uint64_t max_bytes) {
   begin([this, &live, &settings, &moment, max_bytes] {
     result_ = show(live, settings);
@@ -78,7 +78,7 @@ void SecondaryDevice::begin_drawing(const LiveScene& live, const passes::DrawSet
 }
 
 // A scene that does not fit refuses the current image requests; the next requests retry.
-Result<void> SecondaryDevice::show(const LiveScene& live, passes::DrawSettings settings) {
+Result<void> SecondaryDevice::show(const LiveScene& live, settings::DrawSettings settings) {
   // Keeps a larger texture limit.
   settings.max_textures = std::max(settings.max_textures, renderer_->settings().draw().max_textures);
   const bool other_renderer = renderer_->needs_new_renderer(settings);
@@ -104,7 +104,7 @@ Result<void> SecondaryDevice::show(const LiveScene& live, passes::DrawSettings s
   return Error{device_->report().name + " has no memory for the scene"};
 }
 
-void SecondaryDevice::make_renderer(const passes::DrawSettings& settings) {
+void SecondaryDevice::make_renderer(const settings::DrawSettings& settings) {
   device_->wait(device_->last_submitted());
   renderer_.reset();
   device_->retire_all_now();
@@ -118,7 +118,7 @@ void SecondaryDevice::forget_scene() {
 
 Result<SecondaryDevices> SecondaryDevices::open(gpu::Instance& instance, std::span<const uint32_t> indices,
                                                 gpu::AsyncCompute async_compute, const CacheLocations& caches,
-                                                const passes::DrawSettings& settings,
+                                                const settings::DrawSettings& settings,
                                                 const passes::SceneRenderer& first) {
   SecondaryDevices all;
   for (const uint32_t index : indices) {

@@ -24,13 +24,13 @@ class SecondaryDevice {
  public:
   // Starts opening the device.
   SecondaryDevice(gpu::Instance& instance, uint32_t index, gpu::AsyncCompute async_compute,
-                  const CacheLocations& caches, const passes::DrawSettings& settings);
+                  const CacheLocations& caches, const settings::DrawSettings& settings);
   ~SecondaryDevice();
   SecondaryDevice(const SecondaryDevice&) = delete;
   SecondaryDevice& operator=(const SecondaryDevice&) = delete;
 
   // Starts one submission of the request renderer's work, with the scene of `live` and the given settings.
-  void begin_drawing(const LiveScene& live, const passes::DrawSettings& settings,
+  void begin_drawing(const LiveScene& live, const settings::DrawSettings& settings,
                      const ImageBatchRenderer::Moment& moment, uint64_t max_bytes);
   // Waits for the started job and rethrows its exceptions.
   Result<void> finish();
@@ -46,9 +46,9 @@ class SecondaryDevice {
   void begin(std::function<void()> job);
   void work(const std::stop_token& stop);
   Result<void> open(gpu::Instance& instance, uint32_t index, gpu::AsyncCompute async_compute,
-                    const CacheLocations& caches, const passes::DrawSettings& settings);
-  Result<void> show(const LiveScene& live, passes::DrawSettings settings);
-  void make_renderer(const passes::DrawSettings& settings);
+                    const CacheLocations& caches, const settings::DrawSettings& settings);
+  Result<void> show(const LiveScene& live, settings::DrawSettings settings);
+  void make_renderer(const settings::DrawSettings& settings);
 
   std::unique_ptr<gpu::Device> device_;
   std::optional<passes::SceneRenderer> renderer_;
@@ -73,7 +73,7 @@ class SecondaryDevices {
   // than the first.
   static Result<SecondaryDevices> open(gpu::Instance& instance, std::span<const uint32_t> indices,
                                        gpu::AsyncCompute async_compute, const CacheLocations& caches,
-                                       const passes::DrawSettings& settings,
+                                       const settings::DrawSettings& settings,
                                        const passes::SceneRenderer& first);
   void forget_scene();
   std::span<const std::unique_ptr<SecondaryDevice>> all() const { return devices_; }

@@ -286,7 +286,7 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
     log_message(warning(missing));
   app::PipelineCacheFile pipelines(**device, cache_locations_.pipelines);
   if (pipelines.note()) log_message(warning(*pipelines.note()));
-  passes::DrawSettings settings = drawing_.draw;
+  settings::DrawSettings settings = drawing_.draw;
   settings.environment = std::move(*environment);
   if (const std::string line = app::set_exposure(drawing_.draw.post, loaded.scene, settings); !line.empty())
     log_message("info: " + line);

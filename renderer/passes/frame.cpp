@@ -10,7 +10,7 @@
 namespace fire3dv::passes {
 namespace {
 
-scene::EnvironmentImage environment_of(const DrawSettings& settings) {
+scene::EnvironmentImage environment_of(const settings::DrawSettings& settings) {
   return settings.environment ? *settings.environment : scene::studio_environment();
 }
 
@@ -33,7 +33,8 @@ VkRect2D united(const VkRect2D& a, const VkRect2D& b) {
 
 }  // namespace
 
-ScenePasses::ScenePasses(gpu::Device& on, const DrawSettings& wanted, const RendererSettings& settings)
+ScenePasses::ScenePasses(gpu::Device& on, const settings::DrawSettings& wanted,
+                         const RendererSettings& settings)
     : device(on),
       scene_set_layout(gpu::BindlessTextures::create_layout(device, wanted.max_textures)),
       layout(gpu::create_pipeline_layout(device, std::array{scene_set_layout.get()})),
@@ -47,7 +48,7 @@ ScenePasses::ScenePasses(gpu::Device& on, const DrawSettings& wanted, const Rend
                                                      scene_set_layout.get(), settings.compute_samples())
                      : std::optional<VisibilityPass>()),
       outputs(
-          settings.raster_path() == RasterPath::visibility
+          settings.raster_path() == settings::RasterPath::visibility
               ? std::optional<OutputsPass>(std::in_place, device, layout.get(), settings.compute_samples())
               : std::optional<OutputsPass>()),
       shadows(device, layout.get(), settings.compute_samples(), settings.shadow_technique()),
@@ -62,8 +63,8 @@ ScenePasses::ScenePasses(gpu::Device& on, const DrawSettings& wanted, const Rend
 }
 
 void ScenePasses::expect_shading(const RendererSettings& settings, const scene::Scene& scene) {
-  if (settings.raster_path() != RasterPath::visibility || path_tracer) return;
-  const PostSettings& post_settings = settings.draw().post;
+  if (settings.raster_path() != settings::RasterPath::visibility || path_tracer) return;
+  const settings::PostSettings& post_settings = settings.draw().post;
   const ShadowTechnique& technique = settings.shadow_technique();
   VisibilityPass::Shading shading;
   shading.ray_effects = settings.traces_ray_effects(settings.refracts() && any_transmissive(scene));
@@ -77,7 +78,7 @@ void ScenePasses::expect_shading(const RendererSettings& settings, const scene::
   // The pipeline expected last is compiled first. Shadows may be switched off at any time, but a CPU takes
   // too long to precompile that variant.
   if (!gpu::uses_cpu_variants(device)) visibility->expect(shading);
-  shading.shadows = shadow_mode(settings, technique.method == ShadowMethod::ray);
+  shading.shadows = shadow_mode(settings, technique.method == settings::ShadowMethod::ray);
   const std::vector<scene::PlacedLight> lights = scene::lights_of(scene, nullptr);
   shading.tests_maps = settings.shadows_on() && technique.hybrid && !lights.empty() && !any_soft(lights);
   visibility->expect(shading);
@@ -94,9 +95,9 @@ SceneUses ScenePasses::uses_of(const RendererSettings& settings, const scene::Sc
   uses.path_traced = path_tracer != nullptr;
   uses.refracts = settings.refracts();
   uses.rays_to_boxes =
-      !hits_surfaces && gpu::traces_to_boxes(device) && technique.back_end != RayBackEnd::pipeline;
+      !hits_surfaces && gpu::traces_to_boxes(device) && technique.back_end != settings::RayBackEnd::pipeline;
   // Without storage of samples, images with effects are drawn forward.
-  uses.drawn_forward = settings.raster_path() != RasterPath::visibility ||
+  uses.drawn_forward = settings.raster_path() != settings::RasterPath::visibility ||
                        (settings.draw().post.reads_samples() && !visibility->can_write_samples());
   return uses;
 }
@@ -150,7 +151,7 @@ uint32_t ScenePasses::shadow_mode(const RendererSettings& settings, bool masked)
 gpu_types::Globals ScenePasses::make_globals(const RendererSettings& settings, const GpuScene& scene,
                                              const Targets& targets, const View& view, bool shadow_mask,
                                              uint32_t map_set) const {
-  const DrawSettings& draw = settings.draw();
+  const settings::DrawSettings& draw = settings.draw();
   gpu_types::Globals globals{};
   scene.write_globals(globals, view.world);
   globals.clip_from_world = view.clip_from_world;
@@ -321,7 +322,7 @@ void Frame::draw_forward() {
 }
 
 void Frame::post_process() {
-  PostSettings post = source_.settings.draw().post;
+  settings::PostSettings post = source_.settings.draw().post;
   post.exposure = exposure_of(source_.views[0], post);
   if (!plan_.bloom) post.bloom = 0;
   if (plan_.fxaa_only) {
@@ -351,7 +352,7 @@ void Frame::post_process() {
 void Frame::draw_overlays() {
   const Inspection& inspection = source_.request.inspection;
   const InspectedView view = inspected_view();
-  if (inspection.debug_view == DebugView::unresolved_shadows)
+  if (inspection.debug_view == settings::DebugView::unresolved_shadows)
     passes_.inspector->debug_views().mark_unresolved(recorder_, view, passes_.shadows, plan_.shadow_mask,
                                                      source_.image);
   if (inspection.selected != scene::kNone)

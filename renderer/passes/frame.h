@@ -32,7 +32,7 @@
 namespace fire3dv::passes {
 
 struct ScenePasses {
-  ScenePasses(gpu::Device& device, const DrawSettings& wanted, const RendererSettings& settings);
+  ScenePasses(gpu::Device& device, const settings::DrawSettings& wanted, const RendererSettings& settings);
 
   // Starts compilation of the shading pipelines that images of the scene will probably use, during its
   // upload.

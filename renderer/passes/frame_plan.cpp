@@ -13,7 +13,7 @@ FramePlan plan_frame(const FrameFacts& facts, const ImageOutputs& outputs, const
   const bool has_lens = views == 1 && outputs.shaded() && facts.depth_of_field;
   const bool needs_samples = draws_samples || has_effects || has_lens;
   const bool can_compute =
-      facts.raster_path == RasterPath::visibility && (!needs_samples || facts.can_write_samples);
+      facts.raster_path == settings::RasterPath::visibility && (!needs_samples || facts.can_write_samples);
   FramePlan plan;
   plan.surface_planes = outputs.has_id_planes();
   plan.inspection = inspection.any();
@@ -24,19 +24,19 @@ FramePlan plan_frame(const FrameFacts& facts, const ImageOutputs& outputs, const
   plan.ray_effects = plan.compute_shading && facts.ray_effects && views == 1;
 
   plan.shadows = plan.shading && facts.shadows_on;
-  const bool traced = plan.shadows && technique.method == ShadowMethod::ray;
+  const bool traced = plan.shadows && technique.method == settings::ShadowMethod::ray;
   plan.acceleration_structures = (traced && facts.has_lights) || plan.ray_effects;
   // The fragment shader of the forward path traces ray queries itself.
-  plan.shadow_mask = traced && (can_compute || technique.back_end == RayBackEnd::pipeline);
+  plan.shadow_mask = traced && (can_compute || technique.back_end == settings::RayBackEnd::pipeline);
 
   plan.visibility_buffer = plan.compute_shading || plan.shadow_mask || plan.surface_planes || plan.inspection;
   plan.coverage_merge = plan.shading && plan.visibility_buffer;
   // The forward path draws LOD 0 only, and its mask must match that.
   plan.camera_levels_of_detail =
-      can_compute && facts.levels_of_detail != LevelsOfDetail::off && facts.scene_has_levels;
+      can_compute && facts.levels_of_detail != settings::LevelsOfDetail::off && facts.scene_has_levels;
   plan.shadow_maps = plan.shadows && facts.needs_shadow_maps;
   plan.shadow_map_levels_of_detail =
-      plan.camera_levels_of_detail && facts.levels_of_detail == LevelsOfDetail::everywhere;
+      plan.camera_levels_of_detail && facts.levels_of_detail == settings::LevelsOfDetail::everywhere;
 
   plan.depth_of_field = has_lens && plan.compute_shading;
   const bool shows_light = can_have_effects && (plan.shading || plan.path_resolve);

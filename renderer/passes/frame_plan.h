@@ -13,9 +13,9 @@ namespace fire3dv::passes {
 
 // Facts of settings, device and scene that decide a plan.
 struct FrameFacts {
-  RasterPath raster_path = RasterPath::visibility;  // never automatic
+  settings::RasterPath raster_path = settings::RasterPath::visibility;  // never automatic
   bool can_write_samples = true;  // compute shading can write multisampled HDR colour for forward draws
-  LevelsOfDetail levels_of_detail = LevelsOfDetail::automatic;
+  settings::LevelsOfDetail levels_of_detail = settings::LevelsOfDetail::automatic;
   bool scene_has_levels = false;
   bool has_forward_only = false;  // shown blended surfaces, lines or points
   bool has_markers = false;       // shown markers of streams, in an image that has them

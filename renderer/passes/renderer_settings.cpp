@@ -7,16 +7,17 @@
 namespace fire3dv::passes {
 namespace {
 
-RasterPath choose_path(const gpu::Device& device, RasterPath wanted) {
-  return wanted != RasterPath::forward && device.report().int64_atomics ? RasterPath::visibility
-                                                                        : RasterPath::forward;
+settings::RasterPath choose_path(const gpu::Device& device, settings::RasterPath wanted) {
+  return wanted != settings::RasterPath::forward && device.report().int64_atomics
+             ? settings::RasterPath::visibility
+             : settings::RasterPath::forward;
 }
 
 // Largest sample count that the device supports and the settings allow.
-VkSampleCountFlagBits choose_samples(const gpu::Device& device, RasterPath path, uint32_t wanted) {
+VkSampleCountFlagBits choose_samples(const gpu::Device& device, settings::RasterPath path, uint32_t wanted) {
   const VkSampleCountFlags possible =
       device.limits().framebufferColorSampleCounts & device.limits().framebufferDepthSampleCounts;
-  if (path == RasterPath::visibility) wanted = wanted >= 4 ? 4 : 1;  // counts of the compute path
+  if (path == settings::RasterPath::visibility) wanted = wanted >= 4 ? 4 : 1;  // counts of the compute path
   for (uint32_t count = 16; count > 1; count /= 2) {
     if (count <= wanted && (possible & count)) return static_cast<VkSampleCountFlagBits>(count);
   }
@@ -25,37 +26,38 @@ VkSampleCountFlagBits choose_samples(const gpu::Device& device, RasterPath path,
 
 }  // namespace
 
-RendererSettings::RendererSettings(const gpu::Device& device, const DrawSettings& settings)
+RendererSettings::RendererSettings(const gpu::Device& device, const settings::DrawSettings& settings)
     : device_(device),
       draw_(settings),
       environment_source_(settings.environment),
       uses_studio_(!settings.environment),
       path_(choose_path(device, settings.raster)),
       samples_(choose_samples(device, path_, settings.samples)),
-      shadow_technique_(
-          settings.path ? ShadowTechnique()  // paths trace shadows themselves
-                        : choose_shadow_technique(device, settings.shadows, path_ == RasterPath::visibility)),
+      shadow_technique_(settings.path ? ShadowTechnique()  // paths trace shadows themselves
+                                      : choose_shadow_technique(device, settings.shadows,
+                                                                path_ == settings::RasterPath::visibility)),
       has_ray_effects_(settings.ray_effects.on.any() && !settings.path &&
-                       can_trace_ray_effects(device, path_ == RasterPath::visibility)),
+                       can_trace_ray_effects(device, path_ == settings::RasterPath::visibility)),
       refracts_(can_refract(settings)) {
   draw_.environment.reset();
   if (traces_paths()) draw_.post.fxaa = false;
 }
 
 bool RendererSettings::has_visibility_buffer() const {
-  return path_ == RasterPath::visibility || shadow_technique_.back_end == RayBackEnd::pipeline;
+  return path_ == settings::RasterPath::visibility ||
+         shadow_technique_.back_end == settings::RayBackEnd::pipeline;
 }
 
 bool RendererSettings::can_write_samples() const {
   return has_visibility_buffer() && (compute_samples() == 1 || device_.report().multisample_storage);
 }
 
-bool RendererSettings::can_refract(const DrawSettings& settings) const {
+bool RendererSettings::can_refract(const settings::DrawSettings& settings) const {
   return has_ray_effects_ && settings.ray_effects.on.refraction && can_write_samples();
 }
 
 bool RendererSettings::traces_ray_effects(bool scene_refracts) const {
-  const RayEffects& on = draw_.ray_effects.on;
+  const settings::RayEffects& on = draw_.ray_effects.on;
   return has_ray_effects_ && (on.reflections || on.ambient_occlusion || on.bounce || scene_refracts);
 }
 
@@ -63,18 +65,18 @@ bool RendererSettings::has_depth_of_field(const SceneLimits& scene, bool view_ha
   return (view_has_lens || scene.cameras_have_lenses || !draw_.post.lens.is_pinhole()) && can_blur();
 }
 
-void RendererSettings::apply(const DrawSettings& settings) {
+void RendererSettings::apply(const settings::DrawSettings& settings) {
   copy_applicable(settings, draw_);
-  shadows_on_ = settings.shadows.method != ShadowMethod::off;
+  shadows_on_ = settings.shadows.method != settings::ShadowMethod::off;
   draw_.ray_effects.occlusion_distance_m = settings.ray_effects.occlusion_distance_m;
   if (!traces_paths()) return;
   draw_.post.fxaa = false;
   if (settings.path) draw_.path = settings.path;
 }
 
-bool RendererSettings::needs_new_renderer(const DrawSettings& settings) const {
-  const RasterPath path = choose_path(device_, settings.raster);
-  const bool compute = path == RasterPath::visibility;
+bool RendererSettings::needs_new_renderer(const settings::DrawSettings& settings) const {
+  const settings::RasterPath path = choose_path(device_, settings.raster);
+  const bool compute = path == settings::RasterPath::visibility;
   const bool other_environment = settings.environment
                                      ? uses_studio_ || environment_source_.lock() != settings.environment
                                      : !uses_studio_;
@@ -88,9 +90,9 @@ bool RendererSettings::needs_new_renderer(const DrawSettings& settings) const {
   if (other_environment || other_draws || lacks_ray_effects || other_refraction ||
       settings.max_textures > draw_.max_textures)
     return true;
-  if (!passes::needs_new_renderer(draw_, settings)) return false;
+  if (!settings::needs_new_renderer(draw_, settings)) return false;
   // Different settings may come to the same on this device.
-  const bool other_shadows = !traces_paths() && settings.shadows.method != ShadowMethod::off &&
+  const bool other_shadows = !traces_paths() && settings.shadows.method != settings::ShadowMethod::off &&
                              choose_shadow_technique(device_, settings.shadows, compute) != shadow_technique_;
   return settings.path.has_value() != traces_paths() || path != path_ || other_shadows ||
          choose_samples(device_, path, settings.samples) != samples_ ||
@@ -98,7 +100,7 @@ bool RendererSettings::needs_new_renderer(const DrawSettings& settings) const {
 }
 
 std::string RendererSettings::without_visibility_buffer() const {
-  return draw_.raster == RasterPath::forward
+  return draw_.raster == settings::RasterPath::forward
              ? ": leave --raster forward out"
              : ", for which " + device_.report().name +
                    " lacks 64-bit atomics: choose another device with --device";
@@ -106,7 +108,7 @@ std::string RendererSettings::without_visibility_buffer() const {
 
 Result<void> RendererSettings::can_blur() const {
   if (traces_paths()) return Error{"paths start on the lens: their images need no blur"};
-  if (path_ != RasterPath::visibility)
+  if (path_ != settings::RasterPath::visibility)
     return Error{"depth of field comes from the visibility buffer" + without_visibility_buffer()};
   if (!can_write_samples())
     return Error{"depth of field of several samples needs what " + device_.report().name +
@@ -122,7 +124,8 @@ Result<void> RendererSettings::can_take(const ImageOutputs& outputs, uint32_t vi
     const bool has_effects = ((draw_.post.reads_samples() || traces_ray_effects(scene.refracts)) &&
                               outputs.has(wire::kColorSrgb8)) ||
                              (has_depth_of_field(scene) && outputs.shaded());
-    const bool alone = path_ != RasterPath::visibility || scene.may_have_forward_only || has_effects;
+    const bool alone =
+        path_ != settings::RasterPath::visibility || scene.may_have_forward_only || has_effects;
     if (alone || outputs.has(wire::kColorLinearF16))
       return Error{
           "several cameras at once need the visibility path, a scene without blended surfaces, lines and "
@@ -130,7 +133,7 @@ Result<void> RendererSettings::can_take(const ImageOutputs& outputs, uint32_t vi
           "after the other"};
   }
   if (!outputs.has_planes()) return {};
-  if (path_ != RasterPath::visibility)
+  if (path_ != settings::RasterPath::visibility)
     return Error{"outputs beside color come from the visibility buffer" + without_visibility_buffer()};
   if (outputs.has(wire::kColorLinearF16) && !traces_paths() && !can_write_samples())
     return Error{"linear colours of several samples need what " + device_.report().name +
@@ -139,15 +142,15 @@ Result<void> RendererSettings::can_take(const ImageOutputs& outputs, uint32_t vi
 }
 
 Result<void> RendererSettings::can_inspect() const {
-  if (path_ == RasterPath::visibility) return {};
+  if (path_ == settings::RasterPath::visibility) return {};
   return Error{"picking, outlines and debug views come from the visibility buffer" +
                without_visibility_buffer()};
 }
 
-Result<void> RendererSettings::can_show(DebugView view) const {
-  if (view == DebugView::none) return {};
+Result<void> RendererSettings::can_show(settings::DebugView view) const {
+  if (view == settings::DebugView::none) return {};
   if (Result<void> can = can_inspect(); !can) return can;
-  if (view == DebugView::unresolved_shadows && !shadow_technique_.hybrid) {
+  if (view == settings::DebugView::unresolved_shadows && !shadow_technique_.hybrid) {
     return Error{
         std::string("the debug view unresolved-shadows shows pixels that shadow maps leave to rays, but the "
                     "shadow technique is ") +

@@ -29,11 +29,11 @@ struct SceneLimits {
 
 class RendererSettings {
  public:
-  RendererSettings(const gpu::Device& device, const DrawSettings& settings);
+  RendererSettings(const gpu::Device& device, const settings::DrawSettings& settings);
 
   // Of later frames, without the environment image, of which the GPU has a copy.
-  const DrawSettings& draw() const { return draw_; }
-  RasterPath raster_path() const { return path_; }  // never automatic
+  const settings::DrawSettings& draw() const { return draw_; }
+  settings::RasterPath raster_path() const { return path_; }  // never automatic
   VkSampleCountFlagBits samples() const { return samples_; }
   uint32_t compute_samples() const { return samples_ == VK_SAMPLE_COUNT_4_BIT ? 4 : 1; }
   const ShadowTechnique& shadow_technique() const { return shadow_technique_; }
@@ -53,23 +53,23 @@ class RendererSettings {
   bool has_depth_of_field(const SceneLimits& scene, bool view_has_lens = false) const;
 
   // See SceneRenderer.
-  void apply(const DrawSettings& settings);
-  bool needs_new_renderer(const DrawSettings& settings) const;
+  void apply(const settings::DrawSettings& settings);
+  bool needs_new_renderer(const settings::DrawSettings& settings) const;
   Result<void> can_take(const ImageOutputs& outputs, uint32_t views, const SceneLimits& scene) const;
-  Result<void> can_show(DebugView view) const;
+  Result<void> can_show(settings::DebugView view) const;
   Result<void> can_inspect() const;
   Result<void> can_blur() const;
 
  private:
   // What a visibility buffer needs that this raster path lacks, for messages.
   std::string without_visibility_buffer() const;
-  bool can_refract(const DrawSettings& settings) const;
+  bool can_refract(const settings::DrawSettings& settings) const;
 
   const gpu::Device& device_;
-  DrawSettings draw_;
+  settings::DrawSettings draw_;
   std::weak_ptr<const scene::EnvironmentImage> environment_source_;  // empty: the studio
   bool uses_studio_;
-  RasterPath path_;
+  settings::RasterPath path_;
   VkSampleCountFlagBits samples_;
   ShadowTechnique shadow_technique_;
   bool shadows_on_ = true;

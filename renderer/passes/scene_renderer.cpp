@@ -13,12 +13,12 @@ namespace fire3dv::passes {
 using gpu::Use;
 namespace access = gpu::access;
 
-scene::Levels levels_for(LevelsOfDetail wanted) {
-  if (wanted == LevelsOfDetail::off) return scene::Levels::none;
-  return wanted == LevelsOfDetail::automatic ? scene::Levels::automatic_levels : scene::Levels::all;
+scene::Levels levels_for(settings::LevelsOfDetail wanted) {
+  if (wanted == settings::LevelsOfDetail::off) return scene::Levels::none;
+  return wanted == settings::LevelsOfDetail::automatic ? scene::Levels::automatic_levels : scene::Levels::all;
 }
 
-SceneRenderer::SceneRenderer(gpu::Device& device, const DrawSettings& settings)
+SceneRenderer::SceneRenderer(gpu::Device& device, const settings::DrawSettings& settings)
     : device_(device),
       settings_(device, settings),
       passes_(std::make_unique<ScenePasses>(device, settings, settings_)),
@@ -26,7 +26,7 @@ SceneRenderer::SceneRenderer(gpu::Device& device, const DrawSettings& settings)
 
 SceneRenderer::~SceneRenderer() = default;
 
-void SceneRenderer::apply(const DrawSettings& settings) {
+void SceneRenderer::apply(const settings::DrawSettings& settings) {
   settings_.apply(settings);
   if (passes_->path_tracer) passes_->path_tracer->set(*settings_.draw().path);
 }
@@ -173,7 +173,7 @@ void SceneRenderer::update_scene(gpu::Recorder& recorder, gpu::StagingRing& stag
   }
   passes_->transforms.record(recorder, staging, *gpu_scene_, poses);
   // Only the raster pipeline sorts draws by winding; compute passes read it from the transforms pass.
-  if (settings_.raster_path() == RasterPath::forward || draws_forward)
+  if (settings_.raster_path() == settings::RasterPath::forward || draws_forward)
     gpu_scene_->update_winding(recorder, staging, *scene_, view.world, *poses[view.world]);
   passes_->deform.record(recorder, staging, *gpu_scene_, poses);
 }
@@ -266,7 +266,7 @@ FrameFacts SceneRenderer::facts(const FrameRequest& request) const {
 Inspection SceneRenderer::available(Inspection inspection, const ImageOutputs& outputs) const {
   if (targets_->current()->views > 1 || !outputs.has(wire::kColorSrgb8) || !can_inspect()) return {};
   const bool loses_light = replaces_shading(inspection.debug_view) && outputs.has(wire::kColorLinearF16);
-  if (loses_light || !can_show(inspection.debug_view)) inspection.debug_view = DebugView::none;
+  if (loses_light || !can_show(inspection.debug_view)) inspection.debug_view = settings::DebugView::none;
   const VkExtent2D extent = targets_->current()->extent;
   if (inspection.pick && (inspection.pick->x >= extent.width || inspection.pick->y >= extent.height))
     inspection.pick.reset();
@@ -326,8 +326,8 @@ bool SceneRenderer::traces_shadow_rays() const {
   return passes_->shadows.traces();
 }
 
-RayBackEnd SceneRenderer::ray_effect_back_end() const {
-  return passes_->ray_effects ? passes_->ray_effects->back_end() : RayBackEnd::none;
+settings::RayBackEnd SceneRenderer::ray_effect_back_end() const {
+  return passes_->ray_effects ? passes_->ray_effects->back_end() : settings::RayBackEnd::none;
 }
 
 PathPass* SceneRenderer::path_tracer() const {

@@ -43,7 +43,7 @@ struct ScenePasses;
 class TargetCache;
 
 // LODs that a scene needs for this setting.
-scene::Levels levels_for(LevelsOfDetail wanted);
+scene::Levels levels_for(settings::LevelsOfDetail wanted);
 
 // Counts of a finished frame.
 struct RenderCounts {
@@ -58,7 +58,7 @@ struct RenderCounts {
 
 class SceneRenderer {
  public:
-  SceneRenderer(gpu::Device& device, const DrawSettings& settings);
+  SceneRenderer(gpu::Device& device, const settings::DrawSettings& settings);
   ~SceneRenderer();
 
   // The scene must respect max_textures and outlive its use here. Repeated calls are allowed: the old
@@ -80,7 +80,7 @@ class SceneRenderer {
     return settings_.can_take(outputs, views, limits());
   }
   // Returns an error if this debug view, or outlines and picks, are unavailable.
-  Result<void> can_show(DebugView view) const { return settings_.can_show(view); }
+  Result<void> can_show(settings::DebugView view) const { return settings_.can_show(view); }
   Result<void> can_inspect() const { return settings_.can_inspect(); }
   // Returns an error if images of cameras with a lens would be those of pinholes.
   Result<void> can_blur() const { return settings_.can_blur(); }
@@ -136,7 +136,7 @@ class SceneRenderer {
   gpu::Device& device() const { return device_; }
   bool traces_shadow_rays() const;  // in the current scene
   bool traces_ray_effects() const { return settings_.traces_ray_effects(limits().refracts); }
-  RayBackEnd ray_effect_back_end() const;
+  settings::RayBackEnd ray_effect_back_end() const;
   bool traces_paths() const { return settings_.traces_paths(); }
   // Null: raster. Select and forget images before prepare().
   PathPass* path_tracer() const;
@@ -145,10 +145,10 @@ class SceneRenderer {
   // Applies to later frames: exposure, bloom, tone mapping, FXAA (which changes image()), culling, LOD,
   // shadows on and off, ray effects (but the first one), environment intensity and rotation, background,
   // numbers of the path tracer. All other settings stay.
-  void apply(const DrawSettings& settings);
+  void apply(const settings::DrawSettings& settings);
   // True if the settings need a new renderer: paths instead of raster or the reverse, another raster path,
   // shadow technique, sample count, environment or texture filter.
-  bool needs_new_renderer(const DrawSettings& settings) const {
+  bool needs_new_renderer(const settings::DrawSettings& settings) const {
     return settings_.needs_new_renderer(settings);
   }
 

@@ -16,8 +16,8 @@ Result<void> check_texture_count(const gpu::Device& device, const scene::Scene& 
                " at most: split the file, or choose another device with --device"};
 }
 
-Result<void> ensure_texture_capacity(gpu::Device& device, DrawSettings settings, const scene::Scene& scene,
-                                     std::optional<SceneRenderer>& renderer) {
+Result<void> ensure_texture_capacity(gpu::Device& device, settings::DrawSettings settings,
+                                     const scene::Scene& scene, std::optional<SceneRenderer>& renderer) {
   if (scene.textures.size() <= settings.max_textures) return {};
   if (Result<void> can = check_texture_count(device, scene); !can) return can;
   settings.max_textures = static_cast<uint32_t>(scene.textures.size());

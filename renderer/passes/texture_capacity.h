@@ -12,7 +12,7 @@ namespace fire3dv::passes {
 Result<void> check_texture_count(const gpu::Device& device, const scene::Scene& scene);
 
 // Replaces the renderer if the scene has more textures than it supports (rare). settings: of the renderer.
-Result<void> ensure_texture_capacity(gpu::Device& device, DrawSettings settings, const scene::Scene& scene,
-                                     std::optional<SceneRenderer>& renderer);
+Result<void> ensure_texture_capacity(gpu::Device& device, settings::DrawSettings settings,
+                                     const scene::Scene& scene, std::optional<SceneRenderer>& renderer);
 
 }  // namespace fire3dv::passes

@@ -4,7 +4,7 @@
 #include <glm/glm.hpp>
 #include <optional>
 
-namespace fire3dv::passes {
+namespace fire3dv::settings {
 
 // Colours are linear and shown as they are: without exposure and tone mapping.
 struct Background {
@@ -16,4 +16,4 @@ struct Background {
   static Background gradient();  // the default of the programs
 };
 
-}  // namespace fire3dv::passes
+}  // namespace fire3dv::settings

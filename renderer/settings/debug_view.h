@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace fire3dv::passes {
+namespace fire3dv::settings {
 
 enum class DebugView : uint8_t {
   none,
@@ -34,4 +34,4 @@ inline DebugView debug_view_named(const std::string& name) {
   return DebugView::none;
 }
 
-}  // namespace fire3dv::passes
+}  // namespace fire3dv::settings

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-namespace fire3dv::passes {
+namespace fire3dv::settings {
 namespace {
 
 struct NamedEffect {
@@ -57,4 +57,4 @@ std::string ray_effect_names() {
   return describe(all);
 }
 
-}  // namespace fire3dv::passes
+}  // namespace fire3dv::settings

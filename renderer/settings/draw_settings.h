@@ -18,8 +18,10 @@ struct EnvironmentImage;
 }
 
 namespace fire3dv::passes {
-
 class EnvironmentStore;
+}
+
+namespace fire3dv::settings {
 
 struct DrawSettings {
   RasterPath raster = RasterPath::automatic;
@@ -29,7 +31,8 @@ struct DrawSettings {
   uint32_t samples = 4;
   ShadowSettings shadows;
   std::shared_ptr<const scene::EnvironmentImage> environment;  // null: the studio environment
-  std::shared_ptr<EnvironmentStore> cached_environments;       // cache; null: maps are prepared at each start
+  std::shared_ptr<passes::EnvironmentStore>
+      cached_environments;  // cache; null: maps are prepared at each start
   float environment_intensity = 1;
   float environment_rotation_rad = 0;  // about +Y, counter-clockwise seen from above
   Background background;
@@ -39,4 +42,4 @@ struct DrawSettings {
   uint32_t max_textures = 1 << 16;   // texture capacity of a scene; larger values slow down every start
 };
 
-}  // namespace fire3dv::passes
+}  // namespace fire3dv::settings

@@ -6,7 +6,7 @@
 #include "renderer/scene/model/appearance.h"
 #include "renderer/settings/shadow_settings.h"
 
-namespace fire3dv::passes {
+namespace fire3dv::settings {
 
 struct PathSettings {
   uint32_t samples_per_pixel = 256;
@@ -26,4 +26,4 @@ struct PathProgress {
   bool is_whole() const { return samples >= samples_per_pixel; }
 };
 
-}  // namespace fire3dv::passes
+}  // namespace fire3dv::settings

@@ -5,7 +5,7 @@
 
 #include "renderer/scene/model/appearance.h"
 
-namespace fire3dv::passes {
+namespace fire3dv::settings {
 
 enum class ToneMap { reinhard, aces, neutral, none };
 
@@ -22,4 +22,4 @@ struct PostSettings {
   bool reads_samples() const { return metered || bloom > 0; }
 };
 
-}  // namespace fire3dv::passes
+}  // namespace fire3dv::settings

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-namespace fire3dv::passes {
+namespace fire3dv::settings {
 
 enum class RasterPath : uint8_t {
   automatic,   // visibility where the device supports it, otherwise forward
@@ -27,4 +27,4 @@ enum class Cull : uint8_t {
   automatic,  // occlusion culling in large scenes while it pays
 };
 
-}  // namespace fire3dv::passes
+}  // namespace fire3dv::settings

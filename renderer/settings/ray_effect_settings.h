@@ -7,7 +7,7 @@
 
 #include "renderer/settings/shadow_settings.h"
 
-namespace fire3dv::passes {
+namespace fire3dv::settings {
 
 struct RayEffects {
   bool reflections = false;
@@ -36,4 +36,4 @@ std::string describe(const RayEffects& effects);
 // The same for all effects.
 std::string ray_effect_names();
 
-}  // namespace fire3dv::passes
+}  // namespace fire3dv::settings

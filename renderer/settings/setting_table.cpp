@@ -14,7 +14,7 @@
 #include "base/error.h"
 #include "base/numbers.h"
 
-namespace fire3dv::passes {
+namespace fire3dv::settings {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
@@ -559,4 +559,4 @@ std::string finite_number(const std::string& text) {
   return check_number_in(text, {-kMaxFinite, kMaxFinite});
 }
 
-}  // namespace fire3dv::passes
+}  // namespace fire3dv::settings

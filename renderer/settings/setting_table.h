@@ -12,7 +12,7 @@
 
 #include "renderer/settings/draw_settings.h"
 
-namespace fire3dv::passes {
+namespace fire3dv::settings {
 
 // Most expensive consequence of a change, in ascending order.
 enum class Invalidates : uint8_t {
@@ -101,4 +101,4 @@ std::string number_text(float value);
 std::string positive_number(const std::string& text);
 std::string finite_number(const std::string& text);
 
-}  // namespace fire3dv::passes
+}  // namespace fire3dv::settings

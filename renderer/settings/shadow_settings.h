@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-namespace fire3dv::passes {
+namespace fire3dv::settings {
 
 enum class ShadowMethod : uint8_t { automatic, ray, map, off };
 enum class RayBackEnd : uint8_t { none, query, pipeline };
@@ -17,4 +17,4 @@ struct ShadowSettings {
   bool operator==(const ShadowSettings&) const = default;
 };
 
-}  // namespace fire3dv::passes
+}  // namespace fire3dv::settings

@@ -283,7 +283,7 @@ const gui::Facts& PanelFacts::begin_assembly(const scene::Scene& scene, uint64_t
                                              uint32_t camera_node, bool recording_video) {
   gui::FrameFacts& frame = facts_.frame;
   set_scene(scene, scene_number, renderer);
-  const bool compute = renderer.settings().raster_path() == passes::RasterPath::visibility;
+  const bool compute = renderer.settings().raster_path() == settings::RasterPath::visibility;
   frame.extent_px = {renderer.extent().width, renderer.extent().height};
   frame.clusters_drawn.reset();
   if (compute) frame.clusters_drawn = renderer.counts().clusters;

@@ -157,10 +157,10 @@ void WindowView::apply_requests() {
   if (borrowed_.robot) borrowed_.robot->set(borrowed_.viewer.edits.joints);
   apply_draw_settings();
   borrowed_.editor.record_settings(is_interacting());
-  passes::DebugView& view = borrowed_.viewer.debug_view;
+  settings::DebugView& view = borrowed_.viewer.debug_view;
   if (Result<void> can = renderer().can_show(view); !can) {
     notes_.push_back(error_line(can.error().message));
-    view = passes::DebugView::none;
+    view = settings::DebugView::none;
   }
   for (const auto& [epoch, playout] : borrowed_.viewer.streams)
     borrowed_.receiver.play(epoch, playout.interpolate, playout.delay_ns);
@@ -183,7 +183,7 @@ std::optional<std::string> WindowView::why_no_paths() {
 // Settings that need another renderer wait for the GPU: the user requested them, and a lost frame does not
 // matter.
 void WindowView::apply_draw_settings() {
-  passes::DrawSettings& requested = borrowed_.viewer.draw;
+  settings::DrawSettings& requested = borrowed_.viewer.draw;
   requested.max_textures = renderer().settings().draw().max_textures;
   if (requested.path && !renderer().traces_paths()) {
     if (const std::optional<std::string> reason = why_no_paths()) {
@@ -341,13 +341,13 @@ void WindowView::record_large_screenshot(gpu::Recorder& recorder, gpu::StagingRi
                                          const ScreenshotRecorder::Tag& shown, glm::uvec2 size) {
   constexpr uint32_t kTileSide_px = 2048;
   const gui::ViewState& viewer = borrowed_.viewer;
-  const passes::PostSettings& post = renderer().settings().draw().post;
+  const settings::PostSettings& post = renderer().settings().draw().post;
   const float aspect = static_cast<float>(size.x) / static_cast<float>(size.y);
   const passes::View whole = borrowed_.camera.view(borrowed_.poses, aspect);
   // Depth of field has the focal length of the whole image, and wide circles.
   const bool blurs = !(post.lens.is_pinhole() && whole.lens.is_pinhole());
   const bool needs_whole =
-      post.bloom > 0 || post.metered || blurs || viewer.debug_view == passes::DebugView::depth;
+      post.bloom > 0 || post.metered || blurs || viewer.debug_view == settings::DebugView::depth;
   const uint32_t limit = borrowed_.device.limits().maxImageDimension2D;
   if (needs_whole && std::max(size.x, size.y) > limit) {
     notes_.push_back(error_line(

@@ -168,7 +168,7 @@ class WindowView {
   VkExtent2D image_extent_{};
   glm::uvec2 image_at_px_{0};  // upper left corner of the image in the window
   std::optional<glm::vec2> clicked_px_, clicked_right_px_;
-  passes::DrawSettings drawn_;  // last valid settings
+  settings::DrawSettings drawn_;  // last valid settings
   bool closing_ = false;
   std::optional<glm::uvec2> large_screenshot_px_;  // to draw next: not of the size in the window
   std::vector<std::string> notes_;

@@ -12,8 +12,8 @@ namespace {
 
 constexpr float kPi = 3.14159265f;
 
-passes::DrawSettings no_ambient() {
-  passes::DrawSettings settings;
+settings::DrawSettings no_ambient() {
+  settings::DrawSettings settings;
   settings.environment_intensity = 0;
   return settings;
 }
@@ -171,7 +171,7 @@ TEST_F(Analytic, LinearImagesRoundToNearestHalf) {
   const scene::Scene scene = builder.build();
   const state::PoseState poses(scene);
   for (const uint32_t samples : {1u, 4u}) {
-    passes::DrawSettings settings = no_ambient();
+    settings::DrawSettings settings = no_ambient();
     settings.samples = samples;
     RenderBench bench(scene, {8, 8}, settings);
     passes::ImageOutputs outputs;
@@ -213,7 +213,7 @@ TEST_F(Analytic, ExposureScalesLight) {
   builder.camera_node("camera", {0, 5, 0}, {0, 0, 0});
   const scene::Scene scene = builder.build();
   for (const float exposure : {0.5f, 1.0f, 2.0f}) {
-    passes::DrawSettings settings;
+    settings::DrawSettings settings;
     settings.environment_intensity = 0;
     settings.post.exposure = exposure;
     RenderBench bench(scene, {16, 16}, settings);

@@ -222,13 +222,13 @@ TEST_F(Anisotropy, BrushedMetalInTheStudio) {
   builder.light_node(sun({1, 0.97f, 0.92f}, 2), shining_towards({-0.3f, -0.5f, -1}));
   builder.camera_node("camera", {0, 0, 5.5f}, {0, 0, 0}, 0.4f);
   const scene::Scene scene = builder.build();
-  passes::DrawSettings settings;
+  settings::DrawSettings settings;
   settings.background.show_environment = true;
-  settings.shadows.method = passes::ShadowMethod::off;
-  settings.raster = passes::RasterPath::visibility;
+  settings.shadows.method = settings::ShadowMethod::off;
+  settings.raster = settings::RasterPath::visibility;
   const sinks::FrameImage drawn = RenderBench(scene, {320, 160}, settings).draw_at_rest();
   EXPECT_TRUE(matches_golden(drawn, "brushed_metal", Tolerance::colour()));
-  settings.raster = passes::RasterPath::forward;
+  settings.raster = settings::RasterPath::forward;
   EXPECT_TRUE(matches_image(RenderBench(scene, {320, 160}, settings).draw_at_rest(), drawn,
                             "brushed_metal_forward", Tolerance::colour()));
 }
@@ -244,7 +244,7 @@ TEST_F(Anisotropy, EnvironmentLightMatchesPaths) {
     const state::PoseState poses(scene);
     double means[2] = {0, 0};
     for (const bool paths : {false, true}) {
-      passes::DrawSettings settings = dark_settings(paths);
+      settings::DrawSettings settings = dark_settings(paths);
       if (paths) settings.path->samples_per_pixel = 64;
       settings.environment_intensity = 1;
       const VkExtent2D extent{32, 32};

@@ -15,9 +15,9 @@
 namespace fire3dv::test {
 namespace {
 
-using passes::RasterPath;
-using passes::RayBackEnd;
-using passes::ShadowMethod;
+using settings::RasterPath;
+using settings::RayBackEnd;
+using settings::ShadowMethod;
 using Names = std::vector<std::string>;
 
 constexpr VkExtent2D kExtent{64, 48};
@@ -28,8 +28,8 @@ gpu::Device& forking_device() {
   return *device;
 }
 
-passes::DrawSettings settings_of(RasterPath raster, passes::ShadowSettings shadows) {
-  passes::DrawSettings settings;
+settings::DrawSettings settings_of(RasterPath raster, settings::ShadowSettings shadows) {
+  settings::DrawSettings settings;
   settings.raster = raster;
   settings.shadows = shadows;
   return settings;
@@ -68,7 +68,7 @@ class Async : public ValidationIsSilent {};
 TEST_F(Async, FiftyFramesAreSameToByte) {
   const scene::Scene scene = skinned_bar({});
   const std::vector<state::RestPose> moved = poses_of(scene, 50);
-  const passes::DrawSettings settings = settings_of(RasterPath::visibility, {ShadowMethod::ray, false});
+  const settings::DrawSettings settings = settings_of(RasterPath::visibility, {ShadowMethod::ray, false});
   state::PoseState poses(scene), poses_again(scene);
   RenderBench whole(scene, kExtent, settings), forked(scene, kExtent, settings, forking_device());
   const std::vector<sinks::FrameImage> expected = whole.draw_on(poses, moved);
@@ -93,7 +93,7 @@ TEST_F(Async, AllConfigurationsDrawTheSame) {
     for (const RayBackEnd back_end : {RayBackEnd::query, RayBackEnd::pipeline}) {
       for (const bool hybrid : {false, true}) {
         SCOPED_TRACE(testing::Message() << static_cast<int>(raster) << static_cast<int>(back_end) << hybrid);
-        const passes::DrawSettings settings = settings_of(raster, {ShadowMethod::ray, hybrid, back_end});
+        const settings::DrawSettings settings = settings_of(raster, {ShadowMethod::ray, hybrid, back_end});
         state::PoseState poses(scene), poses_again(scene);
         RenderBench whole(scene, kExtent, settings), forked(scene, kExtent, settings, forking_device());
         const std::vector<sinks::FrameImage> expected = whole.draw_on(poses, moved);
@@ -129,12 +129,12 @@ TEST_F(Async, NoTracingBuildsNothing) {
   for (scene::Node& node : dark.nodes) node.light = scene::kNone;
   struct Case {
     const scene::Scene& scene;
-    passes::ShadowSettings shadows;
+    settings::ShadowSettings shadows;
   };
   for (const Case& untraced : {Case{scene, {ShadowMethod::map}}, Case{scene, {ShadowMethod::off}},
                                Case{dark, {ShadowMethod::ray, false}}}) {
     for (const RasterPath raster : {RasterPath::visibility, RasterPath::forward}) {
-      const passes::DrawSettings settings = settings_of(raster, untraced.shadows);
+      const settings::DrawSettings settings = settings_of(raster, untraced.shadows);
       RenderBench bench(untraced.scene, kExtent, settings, forking_device());
       const sinks::FrameImage image = bench.draw_at_rest();
       EXPECT_FALSE(bench.renderer().traces_shadow_rays());
@@ -160,7 +160,7 @@ TEST_F(Async, NothingIsLeftBehind) {
   const uint64_t bytes_before = device.allocated_bytes();
   {
     const scene::Scene first = skinned_bar({}), second = morphed_bar(1);
-    const passes::DrawSettings settings = settings_of(RasterPath::visibility, {ShadowMethod::ray, false});
+    const settings::DrawSettings settings = settings_of(RasterPath::visibility, {ShadowMethod::ray, false});
     RenderBench bench(first, kExtent, settings, device);
     const passes::View view = first_camera_view(first, state::PoseState(first), kExtent);
     // Replaces the scene while frames that use it are in flight.

@@ -20,25 +20,29 @@ constexpr VkExtent2D kExtent{160, 120};
 
 struct Way {
   const char* name;
-  passes::RasterPath raster;
-  passes::ShadowSettings shadows;
+  settings::RasterPath raster;
+  settings::ShadowSettings shadows;
 };
 const Way kConfigurations[] = {
-    {"forward", passes::RasterPath::forward, {passes::ShadowMethod::ray}},
-    {"hybrid", passes::RasterPath::visibility, {passes::ShadowMethod::ray, true, passes::RayBackEnd::query}},
-    {"rays", passes::RasterPath::visibility, {passes::ShadowMethod::ray, false, passes::RayBackEnd::query}},
+    {"forward", settings::RasterPath::forward, {settings::ShadowMethod::ray}},
+    {"hybrid",
+     settings::RasterPath::visibility,
+     {settings::ShadowMethod::ray, true, settings::RayBackEnd::query}},
+    {"rays",
+     settings::RasterPath::visibility,
+     {settings::ShadowMethod::ray, false, settings::RayBackEnd::query}},
     {"pipeline",
-     passes::RasterPath::visibility,
-     {passes::ShadowMethod::ray, true, passes::RayBackEnd::pipeline}},
-    {"maps", passes::RasterPath::visibility, {passes::ShadowMethod::map}},
-    {"forward_maps", passes::RasterPath::forward, {passes::ShadowMethod::map}},
+     settings::RasterPath::visibility,
+     {settings::ShadowMethod::ray, true, settings::RayBackEnd::pipeline}},
+    {"maps", settings::RasterPath::visibility, {settings::ShadowMethod::map}},
+    {"forward_maps", settings::RasterPath::forward, {settings::ShadowMethod::map}},
     {"forward_pipeline",
-     passes::RasterPath::forward,
-     {passes::ShadowMethod::ray, true, passes::RayBackEnd::pipeline}},
+     settings::RasterPath::forward,
+     {settings::ShadowMethod::ray, true, settings::RayBackEnd::pipeline}},
 };
 
-passes::DrawSettings settings_of(const Way& way) {
-  passes::DrawSettings settings;
+settings::DrawSettings settings_of(const Way& way) {
+  settings::DrawSettings settings;
   settings.raster = way.raster;
   settings.shadows = way.shadows;
   settings.post.fxaa = false;

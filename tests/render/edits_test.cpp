@@ -15,16 +15,18 @@ const glm::vec4 kRed{0.7f, 0.05f, 0.05f, 1}, kGreen{0.05f, 0.5f, 0.1f, 1};
 
 struct Way {
   const char* name;
-  passes::RasterPath raster;
-  passes::ShadowSettings shadows;
+  settings::RasterPath raster;
+  settings::ShadowSettings shadows;
 };
 const Way kConfigurations[] = {
-    {"hybrid", passes::RasterPath::visibility, {passes::ShadowMethod::ray, true, passes::RayBackEnd::query}},
-    {"forward", passes::RasterPath::forward, {passes::ShadowMethod::ray}},
+    {"hybrid",
+     settings::RasterPath::visibility,
+     {settings::ShadowMethod::ray, true, settings::RayBackEnd::query}},
+    {"forward", settings::RasterPath::forward, {settings::ShadowMethod::ray}},
     {"pipeline",
-     passes::RasterPath::visibility,
-     {passes::ShadowMethod::ray, true, passes::RayBackEnd::pipeline}},
-    {"maps", passes::RasterPath::visibility, {passes::ShadowMethod::map}},
+     settings::RasterPath::visibility,
+     {settings::ShadowMethod::ray, true, settings::RayBackEnd::pipeline}},
+    {"maps", settings::RasterPath::visibility, {settings::ShadowMethod::map}},
 };
 
 // Variant of the room below, applied when the scene is built.
@@ -88,8 +90,8 @@ uint32_t named(const scene::Scene& scene, const std::string& name) {
   return 0;
 }
 
-passes::DrawSettings settings_of(const Way& way) {
-  passes::DrawSettings settings;
+settings::DrawSettings settings_of(const Way& way) {
+  settings::DrawSettings settings;
   settings.raster = way.raster;
   settings.shadows = way.shadows;
   settings.post.fxaa = false;
@@ -221,8 +223,8 @@ TEST_P(Edits, LightWithoutShadowsShinesThroughEverything) {
   Edited edited(scene, GetParam());
   scene::Light light = Room{}.sun;
   light.casts_shadow = false;
-  passes::DrawSettings off = settings_of(GetParam());
-  off.shadows.method = passes::ShadowMethod::off;
+  settings::DrawSettings off = settings_of(GetParam());
+  off.shadows.method = settings::ShadowMethod::off;
   RenderBench without(scene, kExtent, off);
   EXPECT_TRUE(matches_image(edited.draw({{named(scene, "light_1"), shining(light)}}), without.draw_at_rest(),
                             file("no_shadow"), Tolerance::colour()));

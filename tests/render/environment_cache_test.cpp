@@ -47,12 +47,12 @@ TEST_F(CachedEnvironment, CachedMapsGiveSameBytes) {
   const scene::Scene scene = builder.build();
   const auto shelf = std::make_shared<Shelf>();
   const auto draw = [&](float red, bool kept) {
-    passes::DrawSettings settings;
+    settings::DrawSettings settings;
     settings.environment =
         std::make_shared<scene::EnvironmentImage>(scene::make_environment(256, 128, [&](const glm::vec3& d) {
           return glm::abs(d) * glm::vec3(red, 1, 2) + glm::max(d, 0.0f);
         }));
-    settings.post.tone_map = passes::ToneMap::none;
+    settings.post.tone_map = settings::ToneMap::none;
     settings.post.fxaa = false;
     settings.background.show_environment = true;
     if (kept) settings.cached_environments = shelf;

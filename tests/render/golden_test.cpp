@@ -16,12 +16,13 @@ constexpr VkExtent2D kExtent{320, 240};
 class Golden : public ValidationIsSilent {
  protected:
   static void expect_golden(const scene::Scene& scene, const char* name,
-                            const passes::DrawSettings& settings = {}) {
+                            const settings::DrawSettings& settings = {}) {
     // Both raster paths must match the golden.
-    for (const passes::RasterPath path : {passes::RasterPath::forward, passes::RasterPath::visibility}) {
-      passes::DrawSettings wanted = settings;
+    for (const settings::RasterPath path :
+         {settings::RasterPath::forward, settings::RasterPath::visibility}) {
+      settings::DrawSettings wanted = settings;
       wanted.raster = path;
-      SCOPED_TRACE(path == passes::RasterPath::forward ? "forward" : "visibility");
+      SCOPED_TRACE(path == settings::RasterPath::forward ? "forward" : "visibility");
       RenderBench bench(scene, kExtent, wanted);
       EXPECT_TRUE(matches_golden(bench.draw_at_rest(), name, Tolerance::colour()));
     }
@@ -127,7 +128,7 @@ TEST_F(Golden, TexturesOfEveryKind) {
                     at({-1, 0.7f, 0}) * glm::rotate(glm::mat4(1), 0.6f, glm::vec3(0, 1, 0)));
   builder.mesh_node("ball", builder.sphere(id, 0.7f), at({1, 0.7f, 0}));
   builder.camera_node("camera", {0, 2.2f, 4.5f}, {0, 0.6f, 0});
-  passes::DrawSettings settings;
+  settings::DrawSettings settings;
   settings.post.fxaa = false;  // FXAA would spread a difference of one texel to its neighbours
   expect_golden(builder.build(), "textures", settings);
 }
@@ -172,9 +173,9 @@ TEST_F(Golden, OneSampleNoShadowsNoFxaa) {
   builder.mesh_node("ball", builder.sphere(builder.material(surface({0.9f, 0.5f, 0.2f}, 0.5f, 0.4f)), 0.8f),
                     at({0, 0.8f, 0}));
   builder.camera_node("camera", {0, 2, 5}, {0, 0.7f, 0});
-  passes::DrawSettings settings;
+  settings::DrawSettings settings;
   settings.samples = 1;
-  settings.shadows.method = passes::ShadowMethod::off;
+  settings.shadows.method = settings::ShadowMethod::off;
   settings.post.fxaa = false;
   expect_golden(builder.build(), "one_sample_no_shadows", settings);
 }

@@ -25,15 +25,15 @@ glm::vec3 light_at(const sinks::FrameImage& image, uint32_t x, uint32_t y) {
   return {light_of(p.r), light_of(p.g), light_of(p.b)};
 }
 
-passes::DrawSettings lit_by(const std::function<glm::vec3(const glm::vec3&)>& radiance) {
-  passes::DrawSettings settings;
+settings::DrawSettings lit_by(const std::function<glm::vec3(const glm::vec3&)>& radiance) {
+  settings::DrawSettings settings;
   settings.environment =
       std::make_shared<scene::EnvironmentImage>(scene::make_environment(256, 128, radiance));
-  settings.post.tone_map = passes::ToneMap::none;
+  settings.post.tone_map = settings::ToneMap::none;
   settings.post.fxaa = false;
   return settings;
 }
-passes::DrawSettings lit_evenly(float radiance) {
+settings::DrawSettings lit_evenly(float radiance) {
   return lit_by([&](const glm::vec3&) { return glm::vec3(radiance); });
 }
 
@@ -56,7 +56,7 @@ scene::Scene wall_of(const scene::Material& material, glm::vec3 facing = {0, 0, 
   return builder.build();
 }
 
-glm::vec3 seen_of_wall(const scene::Material& material, const passes::DrawSettings& settings,
+glm::vec3 seen_of_wall(const scene::Material& material, const settings::DrawSettings& settings,
                        glm::vec3 facing = {0, 0, 1}) {
   const scene::Scene scene = wall_of(material, facing);
   return light_at(RenderBench(scene, {9, 9}, settings).draw_at_rest(), 4, 4);
@@ -66,7 +66,7 @@ class ImageBasedLighting : public ValidationIsSilent {
  protected:
   // White furnace: each pixel shows the radiance of the environment, on the ball and beside it.
   static void expect_to_vanish(const scene::Material& material, const std::string& name) {
-    passes::DrawSettings settings = lit_evenly(0.5f);
+    settings::DrawSettings settings = lit_evenly(0.5f);
     settings.background.show_environment = true;
     SceneBuilder builder;
     const uint32_t id = builder.material(material);
@@ -163,7 +163,7 @@ TEST_F(ImageBasedLighting, DielectricsFollowTheirIndex) {
 TEST_F(ImageBasedLighting, MatteMatchesCosineMean) {
   scene::Material lambert = matte(glm::vec3(1));
   lambert.specular = 0;
-  const passes::DrawSettings settings =
+  const settings::DrawSettings settings =
       lit_by([](const glm::vec3& d) { return glm::vec3(std::max(d.y, 0.0f)); });
   EXPECT_NEAR(seen_of_wall(lambert, settings, {0, 1, 0}).g, 2.0f / 3, 0.01f);
   EXPECT_NEAR(seen_of_wall(lambert, settings, {1, 0, 0}).g, 2 / (3 * kPi), 0.005f);
@@ -177,7 +177,7 @@ TEST_F(ImageBasedLighting, SmallSunKeepsEnergy) {
   lambert.specular = 0;
   const float radius = 3 * kPi / 180, radiance = 60;
   const glm::vec3 to_sun = glm::normalize(glm::vec3(0.3f, 0.9f, 0.2f));
-  const passes::DrawSettings settings = lit_by(
+  const settings::DrawSettings settings = lit_by(
       [&](const glm::vec3& d) { return glm::vec3(glm::dot(d, to_sun) > std::cos(radius) ? radiance : 0); });
   // Irradiance of the sun as stored in 256 x 128 texels.
   float irradiance = 0;
@@ -221,10 +221,10 @@ TEST_F(ImageBasedLighting, LampRingMatchesEnvironment) {
       builder.light_node(sun({1, 1, 1}, 0.7f * 4 * kPi / kLamps), shining_towards(d));
     }
     const scene::Scene lamps = builder.build();
-    passes::DrawSettings settings = lit_evenly(0.7f);
+    settings::DrawSettings settings = lit_evenly(0.7f);
     const sinks::FrameImage by_environment = RenderBench(around, {48, 48}, settings).draw_at_rest();
     settings.environment_intensity = 0;
-    settings.shadows.method = passes::ShadowMethod::off;
+    settings.shadows.method = settings::ShadowMethod::off;
     const sinks::FrameImage by_lamps = RenderBench(lamps, {48, 48}, settings).draw_at_rest();
     double difference = 0, sum = 0;
     for (uint32_t y = 0; y < 48; ++y) {
@@ -247,7 +247,7 @@ TEST_F(ImageBasedLighting, LampRingMatchesEnvironment) {
 
 TEST_F(ImageBasedLighting, RotationIsCounterClockwise) {
   const glm::vec3 red(0.8f, 0, 0), green(0, 0.8f, 0), blue(0, 0, 0.8f), white(0.8f, 0.8f, 0.8f);
-  passes::DrawSettings settings = lit_by([&](const glm::vec3& d) {
+  settings::DrawSettings settings = lit_by([&](const glm::vec3& d) {
     if (std::abs(d.x) > std::abs(d.z)) return d.x > 0 ? green : white;
     return d.z < 0 ? red : blue;
   });
@@ -270,7 +270,7 @@ TEST_F(ImageBasedLighting, RotationIsCounterClockwise) {
 
 TEST_F(ImageBasedLighting, BackgroundMatchesDirections) {
   // Red encodes x, green y.
-  passes::DrawSettings settings =
+  settings::DrawSettings settings =
       lit_by([](const glm::vec3& d) { return glm::vec3(0.5f + 0.5f * d.x, 0.5f + 0.5f * d.y, 0); });
   settings.background.show_environment = true;
   SceneBuilder builder;
@@ -289,7 +289,7 @@ TEST_F(ImageBasedLighting, BackgroundMatchesDirections) {
 }
 
 TEST_F(ImageBasedLighting, IntensityAndPlainBackground) {
-  passes::DrawSettings settings = lit_evenly(0.5f);
+  settings::DrawSettings settings = lit_evenly(0.5f);
   settings.environment_intensity = 0.5f;
   settings.background.color = {0.1f, 0.2f, 0.3f};
   SceneBuilder builder;
@@ -312,9 +312,9 @@ TEST_F(ImageBasedLighting, LargeLampsWidenHighlights) {
     builder.light_node(light, shining_towards({0, -0.3f, -1}));
     builder.camera_node("camera", {0, 0, 5}, {0, 0, 0}, 0.5f);
     const scene::Scene scene = builder.build();
-    passes::DrawSettings settings = lit_evenly(0);
+    settings::DrawSettings settings = lit_evenly(0);
     settings.background.color = glm::vec3(0);
-    settings.shadows.method = passes::ShadowMethod::off;
+    settings.shadows.method = settings::ShadowMethod::off;
     const sinks::FrameImage image = RenderBench(scene, {96, 96}, settings).draw_at_rest();
     for (uint32_t i = 0; i < 96 * 96; ++i) {
       const float here = light_at(image, i % 96, i / 96).g;
@@ -368,14 +368,14 @@ scene::Scene layers(bool with_glass) {
 }
 
 TEST_F(ImageBasedLighting, LayersOfMaterials) {
-  passes::DrawSettings settings;
+  settings::DrawSettings settings;
   settings.background.show_environment = true;
-  settings.shadows.method = passes::ShadowMethod::off;  // shadows of area lights have their own tests
+  settings.shadows.method = settings::ShadowMethod::off;  // shadows of area lights have their own tests
   EXPECT_TRUE(matches_golden(RenderBench(layers(true), {320, 160}, settings).draw_at_rest(),
                              "material_layers", Tolerance::colour()));
-  settings.raster = passes::RasterPath::forward;
+  settings.raster = settings::RasterPath::forward;
   const sinks::FrameImage forward = RenderBench(layers(false), {320, 160}, settings).draw_at_rest();
-  settings.raster = passes::RasterPath::visibility;
+  settings.raster = settings::RasterPath::visibility;
   const sinks::FrameImage visibility = RenderBench(layers(false), {320, 160}, settings).draw_at_rest();
   EXPECT_TRUE(matches_image(visibility, forward, "material_layers_by_both", Tolerance::colour()));
 }

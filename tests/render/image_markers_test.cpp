@@ -43,9 +43,9 @@ wire::MarkerImage eight_colors() {
 using ImageMarkers = MarkerTest;
 
 INSTANTIATE_TEST_SUITE_P(Paths, ImageMarkers,
-                         testing::Values(passes::RasterPath::visibility, passes::RasterPath::forward),
+                         testing::Values(settings::RasterPath::visibility, settings::RasterPath::forward),
                          [](const auto& test) {
-                           return test.param == passes::RasterPath::forward ? "forward" : "visibility";
+                           return test.param == settings::RasterPath::forward ? "forward" : "visibility";
                          });
 
 TEST_P(ImageMarkers, BothSidesShowExactPixels) {
@@ -120,7 +120,7 @@ TEST_P(ImageMarkers, LargestImageIsUploadedOnce) {
 }
 
 TEST_P(ImageMarkers, OnlyColourOutputsHaveMarkers) {
-  if (GetParam() == passes::RasterPath::forward) return;  // has colours only
+  if (GetParam() == settings::RasterPath::forward) return;  // has colours only
   const passes::ImageOutputs outputs(wire::kColorSrgb8 | wire::kDepthF32 | wire::kInstanceU32);
   const Taken without = bench_.take(poses_, view(), outputs);
   show(image_of(eight_colors()));

@@ -17,8 +17,8 @@
 namespace fire3dv::test {
 namespace {
 
-using passes::DebugView;
 using passes::Inspection;
+using settings::DebugView;
 
 constexpr VkExtent2D kExtent{160, 120};
 constexpr uint32_t kStacks[] = {1, 2, 4, 16};
@@ -108,8 +108,8 @@ class Inspected {
   const state::PoseState& poses() const { return poses_; }
 
  private:
-  static passes::DrawSettings settings_of(uint32_t samples, bool fxaa) {
-    passes::DrawSettings settings;
+  static settings::DrawSettings settings_of(uint32_t samples, bool fxaa) {
+    settings::DrawSettings settings;
     settings.samples = samples;
     settings.post.fxaa = fxaa;
     return settings;

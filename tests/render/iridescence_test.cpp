@@ -163,7 +163,7 @@ TEST_F(Iridescence, FilmReflectsOnBothSides) {
     const glm::dvec3 f = film_reflectance(film_ior, thickness_nm, f0, std::cos(glm::radians(degrees)));
     const double enters = std::pow(1 - std::max({f.r, f.g, f.b}), 2);
     for (const bool from_above : {false, true}) {
-      passes::DrawSettings settings = path_settings(64, 64);
+      settings::DrawSettings settings = path_settings(64, 64);
       settings.environment_intensity = 1;
       settings.environment = std::make_shared<scene::EnvironmentImage>(
           scene::make_environment(64, 32, [&](const glm::vec3& direction) {
@@ -234,13 +234,13 @@ TEST_F(Iridescence, BallsInTheStudio) {
   builder.light_node(sun({1, 0.97f, 0.92f}, 1), shining_towards({-0.3f, -0.5f, -1}));
   builder.camera_node("camera", {0, 0, 8}, {0, 0, 0}, 0.28f);
   const scene::Scene scene = builder.build();
-  passes::DrawSettings settings;
+  settings::DrawSettings settings;
   settings.background.show_environment = true;
-  settings.shadows.method = passes::ShadowMethod::off;
-  settings.raster = passes::RasterPath::visibility;
+  settings.shadows.method = settings::ShadowMethod::off;
+  settings.raster = settings::RasterPath::visibility;
   const sinks::FrameImage drawn = RenderBench(scene, {320, 120}, settings).draw_at_rest();
   EXPECT_TRUE(matches_golden(drawn, "iridescent_balls", Tolerance::colour()));
-  settings.raster = passes::RasterPath::forward;
+  settings.raster = settings::RasterPath::forward;
   EXPECT_TRUE(matches_image(RenderBench(scene, {320, 120}, settings).draw_at_rest(), drawn,
                             "iridescent_balls_forward", Tolerance::colour()));
 }
@@ -257,7 +257,7 @@ TEST_F(Iridescence, EnvironmentLightMatchesPaths) {
   constexpr VkExtent2D kExtent{64, 32};
   glm::dvec3 means[2][2] = {};  // by metallic, paths
   for (const bool paths : {false, true}) {
-    passes::DrawSettings settings = dark_settings(paths);
+    settings::DrawSettings settings = dark_settings(paths);
     if (paths) settings.path->samples_per_pixel = 64;
     settings.environment_intensity = 1;
     const std::vector<glm::dvec3> pixels = linear_image(scene, kExtent, settings);

@@ -26,17 +26,19 @@ const std::vector<glm::vec3> kSail{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};  // the tri
 
 struct Way {
   const char* name;
-  passes::RasterPath raster;
-  passes::ShadowSettings shadows;
+  settings::RasterPath raster;
+  settings::ShadowSettings shadows;
 };
 const Way kConfigurations[] = {
-    {"hybrid", passes::RasterPath::visibility, {passes::ShadowMethod::ray, true, passes::RayBackEnd::query}},
-    {"forward", passes::RasterPath::forward, {passes::ShadowMethod::ray}},
-    {"maps", passes::RasterPath::visibility, {passes::ShadowMethod::map}},
+    {"hybrid",
+     settings::RasterPath::visibility,
+     {settings::ShadowMethod::ray, true, settings::RayBackEnd::query}},
+    {"forward", settings::RasterPath::forward, {settings::ShadowMethod::ray}},
+    {"maps", settings::RasterPath::visibility, {settings::ShadowMethod::map}},
 };
 
-passes::DrawSettings settings_of(const Way& way) {
-  passes::DrawSettings settings;
+settings::DrawSettings settings_of(const Way& way) {
+  settings::DrawSettings settings;
   settings.raster = way.raster;
   settings.shadows = way.shadows;
   settings.post.fxaa = false;

@@ -60,8 +60,8 @@ std::vector<T> part(const std::vector<T>& whole, uint32_t view, size_t size) {
   return {begin, begin + static_cast<std::ptrdiff_t>(size)};
 }
 
-passes::DrawSettings settings_of(uint32_t samples, passes::ShadowMethod shadows) {
-  passes::DrawSettings settings;
+settings::DrawSettings settings_of(uint32_t samples, settings::ShadowMethod shadows) {
+  settings::DrawSettings settings;
   settings.samples = samples;
   settings.shadows.method = shadows;
   settings.post.fxaa = false;  // FXAA is unavailable for many cameras
@@ -70,7 +70,7 @@ passes::DrawSettings settings_of(uint32_t samples, passes::ShadowMethod shadows)
 
 struct Case {
   uint32_t samples;
-  passes::ShadowMethod shadows;
+  settings::ShadowMethod shadows;
 };
 class ManyCameras : public ValidationIsSilent, public ::testing::WithParamInterface<Case> {};
 class MoreCameras : public ValidationIsSilent {};
@@ -105,10 +105,10 @@ TEST_P(ManyCameras, BatchMatchesSingleImages) {
   }
 }
 INSTANTIATE_TEST_SUITE_P(Ways, ManyCameras,
-                         ::testing::Values(Case{1, passes::ShadowMethod::off},
-                                           Case{4, passes::ShadowMethod::off},
-                                           Case{4, passes::ShadowMethod::map},
-                                           Case{1, passes::ShadowMethod::ray}));
+                         ::testing::Values(Case{1, settings::ShadowMethod::off},
+                                           Case{4, settings::ShadowMethod::off},
+                                           Case{4, settings::ShadowMethod::map},
+                                           Case{1, settings::ShadowMethod::ray}));
 
 // Two sizes and two sets of outputs in one submission; the first needs no shadows.
 TEST_F(MoreCameras, FrameHasSeveralImageSizes) {
@@ -118,7 +118,7 @@ TEST_F(MoreCameras, FrameHasSeveralImageSizes) {
   wire::ImageOutputs labels;
   labels.remove(wire::kColorSrgb8);
   labels.add(wire::kInstanceU32);
-  const passes::DrawSettings settings = settings_of(4, passes::ShadowMethod::ray);
+  const settings::DrawSettings settings = settings_of(4, settings::ShadowMethod::ray);
   RenderBench alone(scene, kCamerasExtent, settings), bench(scene, kCamerasExtent, settings);
   const Taken labels_alone = alone.take(poses, views[1], labels);
   const sinks::FrameImage first_alone = alone.draw(poses, views[2]);

@@ -26,7 +26,7 @@ TEST_F(Many, SixtyFourLights) {
                                                            static_cast<float>(i / 8) - 3.5f}));
   }
   builder.camera_node("camera", {0, 40, 0}, {0, 0, 0}, 2 * std::atan(0.1f));  // sees 8 m x 8 m
-  passes::DrawSettings settings;
+  settings::DrawSettings settings;
   settings.environment_intensity = 0;
   const scene::Scene scene = builder.build();
   RenderBench bench(scene, {160, 160}, settings);
@@ -85,7 +85,7 @@ TEST_F(Many, TenThousandMovingNodes) {
   ASSERT_TRUE(state.push(stream, frame));
 
   constexpr VkExtent2D kExtent{kSide * 2, kSide * 2};
-  passes::DrawSettings settings;
+  settings::DrawSettings settings;
   settings.post.fxaa = false;  // FXAA would soften a checkerboard of 2 x 2 pixel tiles
   settings.background.color = glm::vec3(0);
   RenderBench bench(scene, kExtent, settings);
@@ -146,8 +146,8 @@ TEST_F(Many, HundredsOfTextures) {
                       at({static_cast<float>(i % kSide) - 9.5f, 0, static_cast<float>(i / kSide) - 9.5f}));
   }
   builder.camera_node("camera", {0, 100, 0}, {0, 0, 0}, 2 * std::atan(0.1f));
-  passes::DrawSettings settings;
-  settings.post.tone_map = passes::ToneMap::none;
+  settings::DrawSettings settings;
+  settings.post.tone_map = settings::ToneMap::none;
   const scene::Scene scene = builder.build();
   RenderBench bench(scene, {kSide * 5, kSide * 5}, settings);
   const sinks::FrameImage image = bench.draw_at_rest();

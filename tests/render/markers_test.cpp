@@ -36,9 +36,9 @@ Marker solid(MarkerKind kind, std::array<float, 3> size) {
 using Markers = MarkerTest;
 
 INSTANTIATE_TEST_SUITE_P(Paths, Markers,
-                         testing::Values(passes::RasterPath::visibility, passes::RasterPath::forward),
+                         testing::Values(settings::RasterPath::visibility, settings::RasterPath::forward),
                          [](const auto& test) {
-                           return test.param == passes::RasterPath::forward ? "forward" : "visibility";
+                           return test.param == settings::RasterPath::forward ? "forward" : "visibility";
                          });
 
 // Light of a channel, 1 for each fully covered pixel of colour 255.
@@ -323,7 +323,7 @@ TEST_P(Markers, ImagesWithoutMarkersAreAsBefore) {
   bench_.set_markers(nullptr);
   bench_.renderer().set_markers(shown_);
   EXPECT_EQ(bench_.draw(poses_, view()).rgba8, before.rgba8) << "not requested";
-  if (GetParam() == passes::RasterPath::forward) return;
+  if (GetParam() == settings::RasterPath::forward) return;
   const passes::ImageOutputs outputs(wire::kColorSrgb8 | wire::kDepthF32 | wire::kInstanceU32);
   const Taken taken = bench_.take(poses_, view(), outputs);
   EXPECT_EQ(taken.image.rgba8, before.rgba8);

@@ -117,8 +117,8 @@ std::optional<Hit> expected(const Eye& eye, const std::vector<Face>& faces, glm:
   return most[0];
 }
 
-passes::DrawSettings with_samples(uint32_t samples) {
-  passes::DrawSettings settings;
+settings::DrawSettings with_samples(uint32_t samples) {
+  settings::DrawSettings settings;
   settings.samples = samples;
   settings.environment_intensity = 0;
   return settings;
@@ -213,7 +213,7 @@ TEST_P(Outputs, OffCentreCameraCropsImage) {
   piece.intrinsics.cx_px -= kFrom.x;
   piece.intrinsics.cy_px -= kFrom.y;
   piece.intrinsics.image_px = kSize;
-  passes::DrawSettings settings = with_samples(GetParam());
+  settings::DrawSettings settings = with_samples(GetParam());
   settings.post.fxaa = false;  // FXAA reads neighbours
   const state::PoseState poses(stage.scene);
   const Taken large = RenderBench(stage.scene, kExtent, settings).take(poses, view_of(whole), everything());
@@ -307,7 +307,7 @@ TEST_P(Outputs, LinearColoursAreTheLightItself) {
   const Stage stage = test::stage();
   const Eye eye = eye_of(stage.scene);
   const state::PoseState poses(stage.scene);
-  passes::DrawSettings settings = with_samples(GetParam());
+  settings::DrawSettings settings = with_samples(GetParam());
   settings.post.exposure = 3;
   RenderBench bench(stage.scene, kExtent, settings);
   const sinks::FrameImage alone = bench.draw(poses, view_of(eye));
@@ -423,8 +423,8 @@ TEST_F(MoreOutputs, NewSceneResetsLabelsAndMotion) {
 
 TEST_F(MoreOutputs, ForwardPathReportsNoOutputs) {
   const Stage stage = test::stage();
-  passes::DrawSettings settings = with_samples(1);
-  settings.raster = passes::RasterPath::forward;
+  settings::DrawSettings settings = with_samples(1);
+  settings.raster = settings::RasterPath::forward;
   RenderBench bench(stage.scene, kExtent, settings);
   EXPECT_TRUE(bench.renderer().can_take({}));
   const Result<void> can = bench.renderer().can_take(everything());

@@ -114,7 +114,7 @@ class PathRequests : public ValidationIsSilent {
   }
 
   const scene::LoadedScene scene_ = loaded(lit_ball());
-  passes::DrawSettings settings_ = path_settings(kEndless, 1);
+  settings::DrawSettings settings_ = path_settings(kEndless, 1);
   RenderBench bench_{scene_.scene, {kWidth, kHeight}, settings_};
   state::PoseState poses_{scene_.scene};
   app::DeviceUploader uploader_{bench_.renderer()};

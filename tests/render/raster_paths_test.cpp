@@ -12,9 +12,9 @@ namespace {
 
 class RasterPaths : public ValidationIsSilent {
  protected:
-  static sinks::FrameImage drawn(const scene::Scene& scene, passes::RasterPath path, uint32_t samples,
-                                 passes::ShadowMethod shadows = passes::ShadowMethod::off) {
-    passes::DrawSettings settings;
+  static sinks::FrameImage drawn(const scene::Scene& scene, settings::RasterPath path, uint32_t samples,
+                                 settings::ShadowMethod shadows = settings::ShadowMethod::off) {
+    settings::DrawSettings settings;
     settings.raster = path;
     settings.samples = samples;
     settings.shadows.method = shadows;
@@ -25,8 +25,8 @@ class RasterPaths : public ValidationIsSilent {
   static void expect_same(const scene::Scene& scene) {
     for (uint32_t samples : {1u, 4u}) {
       SCOPED_TRACE(samples);
-      const sinks::FrameImage forward = drawn(scene, passes::RasterPath::forward, samples);
-      const sinks::FrameImage visibility = drawn(scene, passes::RasterPath::visibility, samples);
+      const sinks::FrameImage forward = drawn(scene, settings::RasterPath::forward, samples);
+      const sinks::FrameImage visibility = drawn(scene, settings::RasterPath::visibility, samples);
       EXPECT_TRUE(
           matches_image(visibility, forward, "raster_paths_" + std::to_string(samples), Tolerance::colour()));
     }
@@ -63,10 +63,10 @@ TEST_F(RasterPaths, GroundPassesTheEye) {
 // work). It must match the general one.
 TEST_F(RasterPaths, CoreMaterialsMatchGeneralShading) {
   for (uint32_t samples : {1u, 4u}) {
-    for (const passes::ShadowMethod shadows : {passes::ShadowMethod::off, passes::ShadowMethod::map}) {
-      SCOPED_TRACE(std::to_string(samples) + (shadows == passes::ShadowMethod::map ? ", maps" : ""));
-      const sinks::FrameImage core = drawn(shapes(), passes::RasterPath::visibility, samples, shadows);
-      const sinks::FrameImage all = drawn(shapes(true), passes::RasterPath::visibility, samples, shadows);
+    for (const settings::ShadowMethod shadows : {settings::ShadowMethod::off, settings::ShadowMethod::map}) {
+      SCOPED_TRACE(std::to_string(samples) + (shadows == settings::ShadowMethod::map ? ", maps" : ""));
+      const sinks::FrameImage core = drawn(shapes(), settings::RasterPath::visibility, samples, shadows);
+      const sinks::FrameImage all = drawn(shapes(true), settings::RasterPath::visibility, samples, shadows);
       EXPECT_TRUE(matches_image(core, all, "core_materials_" + std::to_string(samples), Tolerance::colour()));
     }
   }
@@ -100,8 +100,8 @@ TEST_F(RasterPaths, ForwardOnlyDrawsAreVisible) {
   for (const Case& test : cases) {
     SCOPED_TRACE(testing::Message() << "at " << test.places[0].x << ", " << test.places[0].y);
     const scene::Scene scene = scene_with(test.places, test.half_side_m);
-    const sinks::FrameImage visibility = drawn(scene, passes::RasterPath::visibility, test.samples);
-    EXPECT_TRUE(matches_image(visibility, drawn(scene, passes::RasterPath::forward, test.samples),
+    const sinks::FrameImage visibility = drawn(scene, settings::RasterPath::visibility, test.samples);
+    EXPECT_TRUE(matches_image(visibility, drawn(scene, settings::RasterPath::forward, test.samples),
                               "raster_paths_on_top", Tolerance::colour()));
     uint32_t red = 0;
     for (uint32_t y = 0; y < 240; ++y) {

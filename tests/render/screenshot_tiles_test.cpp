@@ -39,7 +39,7 @@ struct Difference {
 };
 
 // Draws the view at once and in tiles, and compares.
-Difference difference_of_tiles(const passes::DrawSettings& settings) {
+Difference difference_of_tiles(const settings::DrawSettings& settings) {
   const scene::Scene scene = still_life();
   const state::PoseState poses(scene);
   RenderBench bench(scene, kWholeExtent, settings);
@@ -74,8 +74,8 @@ Difference difference_of_tiles(const passes::DrawSettings& settings) {
 // other floats. Rarely a vertex rounds to another subpixel, or a ray from an edge meets another surface.
 TEST_F(ScreenshotTilesImage, AreTheWholeImage) {
   const size_t bytes = 4 * size_t{kWholeExtent.width} * kWholeExtent.height;
-  passes::DrawSettings maps;
-  maps.shadows.method = passes::ShadowMethod::map;
+  settings::DrawSettings maps;
+  maps.shadows.method = settings::ShadowMethod::map;
   const Difference without_rays = difference_of_tiles(maps);
   EXPECT_LE(without_rays.by_one + without_rays.by_more, bytes / 10'000) << "by " << without_rays.most;
   const Difference with_rays = difference_of_tiles({});

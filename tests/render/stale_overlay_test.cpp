@@ -26,7 +26,7 @@ scene::Scene wall(float light) {
 }
 
 sinks::FrameImage drawn(const scene::Scene& scene, Condition condition, bool fxaa = true) {
-  passes::DrawSettings settings;
+  settings::DrawSettings settings;
   settings.post.fxaa = fxaa;
   RenderBench bench(scene, {kWidth, kHeight}, settings);
   bench.set_condition(condition);

@@ -64,10 +64,10 @@ scene::Scene made_so(scene::Scene scene, const scene::MaterialEdits& edits) {
   return scene;
 }
 
-class Wishes : public ValidationIsSilent, public ::testing::WithParamInterface<passes::RasterPath> {};
+class Wishes : public ValidationIsSilent, public ::testing::WithParamInterface<settings::RasterPath> {};
 
 TEST_P(Wishes, EditedMaterialsLookAsLoadedOnes) {
-  passes::DrawSettings settings;
+  settings::DrawSettings settings;
   settings.raster = GetParam();
   const scene::Scene scene = garden();
   const state::PoseState poses(scene);
@@ -120,18 +120,18 @@ TEST_P(Wishes, EditedMaterialsLookAsLoadedOnes) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Paths, Wishes,
-                         ::testing::Values(passes::RasterPath::visibility, passes::RasterPath::forward));
+                         ::testing::Values(settings::RasterPath::visibility, settings::RasterPath::forward));
 
 class Settings : public ValidationIsSilent {};
 
 TEST_F(Settings, AppliedSettingsMatchNewRenderer) {
   const scene::Scene scene = garden();
-  const passes::DrawSettings first;
-  passes::DrawSettings wanted;
-  wanted.post = {.exposure = 0.6f, .tone_map = passes::ToneMap::aces, .fxaa = false};
-  wanted.cull = passes::Cull::off;
-  wanted.levels_of_detail = passes::LevelsOfDetail::off;
-  wanted.shadows.method = passes::ShadowMethod::off;
+  const settings::DrawSettings first;
+  settings::DrawSettings wanted;
+  wanted.post = {.exposure = 0.6f, .tone_map = settings::ToneMap::aces, .fxaa = false};
+  wanted.cull = settings::Cull::off;
+  wanted.levels_of_detail = settings::LevelsOfDetail::off;
+  wanted.shadows.method = settings::ShadowMethod::off;
   wanted.environment_intensity = 0.4f;
   wanted.environment_rotation_rad = 1;
   wanted.background.show_environment = false;
@@ -151,44 +151,44 @@ TEST_F(Settings, AppliedSettingsMatchNewRenderer) {
 
 TEST_F(Settings, WhatNeedsAnotherRendererIsSaid) {
   const scene::Scene scene = garden();
-  const passes::DrawSettings first;
+  const settings::DrawSettings first;
   RenderBench bench(scene, kEditsExtent, first);
-  const auto needs = [&](const std::function<void(passes::DrawSettings&)>& change) {
-    passes::DrawSettings wanted = first;
+  const auto needs = [&](const std::function<void(settings::DrawSettings&)>& change) {
+    settings::DrawSettings wanted = first;
     change(wanted);
     return bench.renderer().needs_new_renderer(wanted);
   };
-  EXPECT_FALSE(needs([](passes::DrawSettings&) {}));
-  EXPECT_FALSE(needs([](passes::DrawSettings& s) { s.raster = passes::RasterPath::visibility; }));
-  EXPECT_TRUE(needs([](passes::DrawSettings& s) { s.raster = passes::RasterPath::forward; }));
-  EXPECT_TRUE(needs([](passes::DrawSettings& s) { s.samples = 1; }));
-  EXPECT_TRUE(needs([](passes::DrawSettings& s) { s.anisotropy = 4; }));
-  EXPECT_TRUE(needs([](passes::DrawSettings& s) { s.shadows.method = passes::ShadowMethod::map; }));
-  EXPECT_TRUE(needs([](passes::DrawSettings& s) { s.shadows.hybrid = false; }));
-  EXPECT_FALSE(needs([](passes::DrawSettings& s) { s.shadows.method = passes::ShadowMethod::off; }));
-  EXPECT_TRUE(needs([](passes::DrawSettings& s) { s.max_textures *= 2; }));
-  EXPECT_TRUE(needs([](passes::DrawSettings& s) {
+  EXPECT_FALSE(needs([](settings::DrawSettings&) {}));
+  EXPECT_FALSE(needs([](settings::DrawSettings& s) { s.raster = settings::RasterPath::visibility; }));
+  EXPECT_TRUE(needs([](settings::DrawSettings& s) { s.raster = settings::RasterPath::forward; }));
+  EXPECT_TRUE(needs([](settings::DrawSettings& s) { s.samples = 1; }));
+  EXPECT_TRUE(needs([](settings::DrawSettings& s) { s.anisotropy = 4; }));
+  EXPECT_TRUE(needs([](settings::DrawSettings& s) { s.shadows.method = settings::ShadowMethod::map; }));
+  EXPECT_TRUE(needs([](settings::DrawSettings& s) { s.shadows.hybrid = false; }));
+  EXPECT_FALSE(needs([](settings::DrawSettings& s) { s.shadows.method = settings::ShadowMethod::off; }));
+  EXPECT_TRUE(needs([](settings::DrawSettings& s) { s.max_textures *= 2; }));
+  EXPECT_TRUE(needs([](settings::DrawSettings& s) {
     s.environment = std::make_shared<scene::EnvironmentImage>(scene::studio_environment());
   }));
 
   // Unavailable settings return an error message.
   EXPECT_TRUE(bench.renderer().can_inspect().ok());
-  EXPECT_TRUE(bench.renderer().can_show(passes::DebugView::unresolved_shadows).ok());
-  passes::DrawSettings maps = first;
-  maps.shadows.method = passes::ShadowMethod::map;
+  EXPECT_TRUE(bench.renderer().can_show(settings::DebugView::unresolved_shadows).ok());
+  settings::DrawSettings maps = first;
+  maps.shadows.method = settings::ShadowMethod::map;
   RenderBench with_maps(scene, kEditsExtent, maps);
-  EXPECT_TRUE(with_maps.renderer().can_show(passes::DebugView::overdraw).ok());
-  const Result<void> unresolved = with_maps.renderer().can_show(passes::DebugView::unresolved_shadows);
+  EXPECT_TRUE(with_maps.renderer().can_show(settings::DebugView::overdraw).ok());
+  const Result<void> unresolved = with_maps.renderer().can_show(settings::DebugView::unresolved_shadows);
   ASSERT_FALSE(unresolved.ok());
   EXPECT_NE(unresolved.error().message.find("shadow maps"), std::string::npos) << unresolved.error().message;
-  passes::DrawSettings forward = first;
-  forward.raster = passes::RasterPath::forward;
+  settings::DrawSettings forward = first;
+  forward.raster = settings::RasterPath::forward;
   RenderBench drawn_forward(scene, kEditsExtent, forward);
   const Result<void> inspect = drawn_forward.renderer().can_inspect();
   ASSERT_FALSE(inspect.ok());
   EXPECT_NE(inspect.error().message.find("--raster forward"), std::string::npos) << inspect.error().message;
-  EXPECT_FALSE(drawn_forward.renderer().can_show(passes::DebugView::normals).ok());
-  EXPECT_TRUE(drawn_forward.renderer().can_show(passes::DebugView::none).ok());
+  EXPECT_FALSE(drawn_forward.renderer().can_show(settings::DebugView::normals).ok());
+  EXPECT_TRUE(drawn_forward.renderer().can_show(settings::DebugView::none).ok());
 }
 
 }  // namespace

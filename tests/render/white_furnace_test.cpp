@@ -88,10 +88,10 @@ std::vector<double> radiances(const std::vector<Tile>& tiles, glm::dvec3 to_eye,
     builder.light_node(sun({1, 1, 1}, static_cast<float>(lamp.solid_angle_sr)),
                        shining_towards(glm::vec3(-turned(lamp.to_light))));
   const scene::Scene scene = builder.build();
-  passes::DrawSettings settings;
+  settings::DrawSettings settings;
   settings.environment_intensity = 0;
   settings.background.color = glm::vec3(0);
-  settings.shadows.method = passes::ShadowMethod::off;
+  settings.shadows.method = settings::ShadowMethod::off;
   settings.post.fxaa = false;
   const VkExtent2D extent{count * kTilePixels, kTilePixels};
   RenderBench bench(scene, extent, settings);

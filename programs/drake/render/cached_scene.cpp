@@ -51,7 +51,7 @@ Result<std::unique_ptr<LoadedDrakeScene>> load_scene(GltfScene& gltf, const Scen
   return result;
 }
 
-CachedScene::CachedScene(gpu::Device& device, const passes::DrawSettings& settings,
+CachedScene::CachedScene(gpu::Device& device, const settings::DrawSettings& settings,
                          std::unique_ptr<LoadedDrakeScene> scene)
     : scene_(std::move(scene)),
       poses_(scene_->loaded.scene),

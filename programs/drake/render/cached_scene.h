@@ -34,7 +34,7 @@ Result<std::unique_ptr<LoadedDrakeScene>> load_scene(GltfScene& gltf, const Scen
 class CachedScene {
  public:
   // The scene's textures must fit the settings.
-  CachedScene(gpu::Device& device, const passes::DrawSettings& settings,
+  CachedScene(gpu::Device& device, const settings::DrawSettings& settings,
               std::unique_ptr<LoadedDrakeScene> scene);
 
   const scene::Scene& scene() const { return scene_->loaded.scene; }

@@ -18,10 +18,10 @@ namespace {
 constexpr size_t kWarningsShown = 5;  // of a loaded scene
 
 // Settings of depth and label images: geometry only, one sample.
-passes::DrawSettings geometry_settings(passes::DrawSettings settings) {
+settings::DrawSettings geometry_settings(settings::DrawSettings settings) {
   settings.samples = 1;
-  settings.shadows.method = passes::ShadowMethod::off;
-  settings.levels_of_detail = passes::LevelsOfDetail::off;
+  settings.shadows.method = settings::ShadowMethod::off;
+  settings.levels_of_detail = settings::LevelsOfDetail::off;
   settings.post.fxaa = false;
   return settings;
 }
@@ -77,7 +77,7 @@ Result<RenderedImage> png_of(const sinks::FrameImage& image) {
 }  // namespace
 
 ImageRenderer::ImageRenderer(gpu::Device& device, const app::Options& options,
-                             const passes::DrawSettings& color, const RenderSettings& settings,
+                             const settings::DrawSettings& color, const RenderSettings& settings,
                              std::function<bool()> stop_requested)
     : device_(device),
       options_(options),
@@ -123,7 +123,7 @@ Result<CachedScene*> ImageRenderer::find_or_load(GltfScene& gltf, bool is_color,
     std::rotate(entries_.begin(), found, found + 1);
     return entries_.front().scene.get();
   }
-  passes::DrawSettings settings = is_color ? color_ : geometry_settings(color_);
+  settings::DrawSettings settings = is_color ? color_ : geometry_settings(color_);
   SceneLoading loading;
   loading.has_key_light = is_color && app::wants_key_light(options_.key_light, !options_.environment.empty());
   loading.levels = passes::levels_for(settings.levels_of_detail);

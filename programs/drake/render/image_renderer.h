@@ -35,7 +35,7 @@ struct RenderedImage {
 class ImageRenderer {
  public:
   // options: drawing options. color: settings that they stand for. Both are copied.
-  ImageRenderer(gpu::Device& device, const app::Options& options, const passes::DrawSettings& color,
+  ImageRenderer(gpu::Device& device, const app::Options& options, const settings::DrawSettings& color,
                 const RenderSettings& settings, std::function<bool()> stop_requested);
 
   // Errors are about the request's scene, or about the lack of memory for it.
@@ -55,7 +55,7 @@ class ImageRenderer {
 
   gpu::Device& device_;
   const app::Options options_;
-  const passes::DrawSettings color_;
+  const settings::DrawSettings color_;
   const RenderSettings settings_;
   const std::function<bool()> stop_requested_;
   gpu::FrameRing frames_;

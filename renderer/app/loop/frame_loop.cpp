@@ -67,9 +67,9 @@ FrameLoop::FrameLoop(const FrameLoopContext& context)
 
 // Logs how images are drawn.
 void FrameLoop::log_technique() const {
-  const bool compute = context_.renderer.settings().raster_path() == passes::RasterPath::visibility;
+  const bool compute = context_.renderer.settings().raster_path() == settings::RasterPath::visibility;
   if (const passes::PathPass* const paths = context_.renderer.path_tracer()) {
-    const passes::PathSettings& settings = paths->settings();
+    const settings::PathSettings& settings = paths->settings();
     std::fprintf(stderr, "fire3dv: info: path-traced %s, %s per pixel, %s, seed %u\n",
                  passes::describe_path_back_end(paths->back_end()),
                  counted(settings.samples_per_pixel, "sample").c_str(),
@@ -86,7 +86,7 @@ void FrameLoop::log_technique() const {
                   (compute ? "a visibility buffer has 1 or 4" : "the next lower count of this device"));
     if (context_.renderer.traces_ray_effects())
       std::fprintf(stderr, "fire3dv: info: ray effects: %s, %s\n",
-                   passes::describe(context_.options.draw.ray_effects.on).c_str(),
+                   settings::describe(context_.options.draw.ray_effects.on).c_str(),
                    passes::describe_path_back_end(context_.renderer.ray_effect_back_end()));
   }
   if (context_.renderer.traces_shadow_rays() && !context_.renderer.traces_paths()) {

@@ -46,8 +46,8 @@ struct FrameLoopContext {
   CameraRig& camera;
   sinks::FrameSink& sink;
   FrameStats& stats;
-  SecondaryDevices& secondary_devices;   // render image requests, too
-  const passes::DrawSettings& settings;  // current ones, for secondary devices
+  SecondaryDevices& secondary_devices;     // render image requests, too
+  const settings::DrawSettings& settings;  // current ones, for secondary devices
   const Options& options;
   std::optional<state::RobotPose>& robot;  // of the file; empty: nobody moves its joints
   // Null: there is none.

@@ -91,14 +91,14 @@ std::string inputs_of_run(const Options& options, const gpu::DeviceReport& devic
   Inputs inputs;
   for (const std::string& text : {std::string(FIRE3DV_VERSION), device.name, device.driver, environment, run})
     inputs.add(text);
-  const passes::DrawSettings& draw = options.draw;
+  const settings::DrawSettings& draw = options.draw;
   inputs.add(draw.environment_intensity);
   inputs.add(draw.environment_rotation_rad);
   inputs.add(draw.background.show_environment);
   inputs.add(draw.background.color);
   inputs.add(draw.background.zenith.value_or(draw.background.color));
   inputs.add(draw.anisotropy);
-  const passes::PathSettings& path = *draw.path;
+  const settings::PathSettings& path = *draw.path;
   inputs.add(path.bounces);
   inputs.add(path.seed);
   inputs.add(path.lens.f_number);

@@ -51,7 +51,7 @@ class PathCheckpoint {
   void save(uint64_t frame, VkExtent2D extent, const Digest& digest, const passes::PathSamples& sums);
 
   const std::filesystem::path file_;
-  const passes::PathSettings settings_;
+  const settings::PathSettings settings_;
   const std::chrono::steady_clock::duration interval_;
   const std::string inputs_;                               // of all images
   std::optional<std::pair<uint64_t, std::string>> scene_;  // number and digest of the last scene

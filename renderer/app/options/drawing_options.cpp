@@ -9,9 +9,9 @@
 namespace fire3dv::app {
 namespace {
 
-CLI::Option* add_setting(CLI::App& app, const passes::DrawSetting& setting, passes::DrawSettings& draw) {
+CLI::Option* add_setting(CLI::App& app, const settings::DrawSetting& setting, settings::DrawSettings& draw) {
   const std::string name = "--" + setting.name;
-  if (setting.kind == passes::SettingKind::count) {
+  if (setting.kind == settings::SettingKind::count) {
     const auto set = [&setting, &draw](uint32_t count) { setting.set(std::to_string(count), draw); };
     return app.add_option_function<uint32_t>(name, set, setting.help)
         ->check(in_range(setting.min_count, setting.max_count));
@@ -21,10 +21,10 @@ CLI::Option* add_setting(CLI::App& app, const passes::DrawSetting& setting, pass
     if (!wrong.empty()) throw CLI::ValidationError(name + " " + text + ": " + wrong);
   };
   CLI::Option* option = app.add_option_function<std::string>(name, set, setting.help);
-  if (setting.kind == passes::SettingKind::choice) option->check(one_of(setting.names));
-  if (setting.kind == passes::SettingKind::number) {
+  if (setting.kind == settings::SettingKind::choice) option->check(one_of(setting.names));
+  if (setting.kind == settings::SettingKind::number) {
     option->check([&setting](const std::string& text) {
-      passes::DrawSettings ignored;
+      settings::DrawSettings ignored;
       return setting.set(text, ignored);
     });
   }
@@ -33,20 +33,20 @@ CLI::Option* add_setting(CLI::App& app, const passes::DrawSetting& setting, pass
 
 }  // namespace
 
-void add_draw_settings(CLI::App& app, passes::SettingUser user, passes::SettingGroup group, const char* title,
-                       passes::DrawSettings& draw) {
-  for (const passes::DrawSetting& setting : passes::draw_setting_table()) {
+void add_draw_settings(CLI::App& app, settings::SettingUser user, settings::SettingGroup group,
+                       const char* title, settings::DrawSettings& draw) {
+  for (const settings::DrawSetting& setting : settings::draw_setting_table()) {
     if (setting.group != group || !(setting.users & user)) continue;
     CLI::Option* option = add_setting(app, setting, draw)->type_name(setting.value_name)->group(title);
     if (setting.shows_default) option->default_str(setting.text(draw));
   }
 }
 
-void add_drawing_options(CLI::App& app, passes::SettingUser user, Options& options) {
+void add_drawing_options(CLI::App& app, settings::SettingUser user, Options& options) {
   OptionGroup group(app, kDrawingGroup);
   group.add("--environment", options.environment, "FILE",
             "environment map, equirectangular .hdr or .exr (default: studio)");
-  add_draw_settings(app, user, passes::SettingGroup::environment, kDrawingGroup, options.draw);
+  add_draw_settings(app, user, settings::SettingGroup::environment, kDrawingGroup, options.draw);
   const auto set_key_light = [&options](const std::string& text) {
     options.key_light = text == "on" ? KeyLight::on : text == "off" ? KeyLight::off : KeyLight::automatic;
   };
@@ -55,7 +55,7 @@ void add_drawing_options(CLI::App& app, passes::SettingUser user, Options& optio
       ->type_name("auto|on|off")
       ->default_str("auto")
       ->group(kDrawingGroup);
-  add_draw_settings(app, user, passes::SettingGroup::image, kDrawingGroup, options.draw);
+  add_draw_settings(app, user, settings::SettingGroup::image, kDrawingGroup, options.draw);
 }
 
 }  // namespace fire3dv::app

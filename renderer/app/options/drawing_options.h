@@ -13,9 +13,9 @@ constexpr const char* kDrawingGroup = "Drawing";
 
 // Adds the settings of a group that this user sets. The defaults are those of `draw`, which outlives the
 // parsing. title: of the section in --help.
-void add_draw_settings(CLI::App& app, passes::SettingUser user, passes::SettingGroup group, const char* title,
-                       passes::DrawSettings& draw);
+void add_draw_settings(CLI::App& app, settings::SettingUser user, settings::SettingGroup group,
+                       const char* title, settings::DrawSettings& draw);
 // Adds those of the look of images, with environment map and key light. options: outlives the parsing.
-void add_drawing_options(CLI::App& app, passes::SettingUser user, Options& options);
+void add_drawing_options(CLI::App& app, settings::SettingUser user, Options& options);
 
 }  // namespace fire3dv::app

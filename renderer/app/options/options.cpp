@@ -132,7 +132,8 @@ void add_performance_options(CLI::App& app, Options& options, Texts& texts) {
   const CLI::Option* const device = group.add("--device", options.device, "INDEX|NAME", "Vulkan device");
   group.add("--devices", options.devices, "LIST|all", "spread requested images over several devices")
       ->excludes(const_cast<CLI::Option*>(device));
-  add_draw_settings(app, passes::kByCommandLine, passes::SettingGroup::raster, "Performance", options.draw);
+  add_draw_settings(app, settings::kByCommandLine, settings::SettingGroup::raster, "Performance",
+                    options.draw);
   group.add_choice("--async-compute", texts.async_compute, "auto|on|off",
                    "build acceleration structures on an async queue");
   group.add("--cache", options.cache, "WHERE", "start-up cache: auto, beside, off or a folder");
@@ -146,7 +147,7 @@ void add_diagnostics_options(CLI::App& app, Options& options, Texts& texts) {
       ->transform([](const std::string& name) {  // its name in an earlier version
         return name == "shadow-doubt" ? std::string("unresolved-shadows") : name;
       })
-      ->check(one_of(passes::kDebugViewNames));
+      ->check(one_of(settings::kDebugViewNames));
   group.add_flag("--validation,!--no-validation", options.validation,
                  "Vulkan validation; a finding is an error (off: --no-...)");
   group.add_flag("--list-devices", options.list_devices, "list the Vulkan devices and exit");
@@ -187,7 +188,7 @@ std::variant<Options, UsageError> parse_words(const std::vector<std::string>& wo
   add_recording_options(app, options.recording);
   add_image_options(app, options, texts, given);
   add_window_options(app, options, texts.window);
-  add_drawing_options(app, passes::kByCommandLine, options);
+  add_drawing_options(app, settings::kByCommandLine, options);
   add_path_options(app, options);
   OptionGroup(app, kDrawingGroup)
       .add("--ground", texts.ground, "auto|off|Y", "shadows below the scene, or at a height");
@@ -222,7 +223,7 @@ std::variant<Options, UsageError> parse_words(const std::vector<std::string>& wo
   if (given.animate->count() > 0 && options.animate.empty()) options.animate = "all";
   options.wait_for_stream = given.wait_for_stream->count() > 0;
   if (!texts.stream_timeout.empty()) {
-    if (const std::string wrong = passes::positive_number(texts.stream_timeout); wrong.empty()) {
+    if (const std::string wrong = settings::positive_number(texts.stream_timeout); wrong.empty()) {
       options.stream_timeout = std::chrono::duration<double>(std::stod(texts.stream_timeout));
     } else if (options.scene.empty()) {  // "--wait-for-stream SCENE": the scene is not a number
       options.scene = texts.stream_timeout;
@@ -312,13 +313,13 @@ std::variant<Options, UsageError> parse_words(const std::vector<std::string>& wo
   options.async_compute = async_compute_named(texts.async_compute);
   if (texts.ground == "off") options.ground = GroundMode::off;
   if (texts.ground != "auto" && texts.ground != "off") {
-    if (const std::string wrong = passes::finite_number(texts.ground); !wrong.empty())
+    if (const std::string wrong = settings::finite_number(texts.ground); !wrong.empty())
       return usage_error("--ground: " + wrong + ", auto or off");
     options.ground = GroundMode::height;
     options.ground_height_m = std::stof(texts.ground);
   }
-  options.debug_view = passes::debug_view_named(texts.debug_view);
-  const bool shows_light = options.debug_view == passes::DebugView::none;
+  options.debug_view = settings::debug_view_named(texts.debug_view);
+  const bool shows_light = options.debug_view == settings::DebugView::none;
   if (!shows_light && (!options.outputs.has(wire::kColorSrgb8) || options.outputs.has(wire::kColorLinearF16)))
     return usage_error(
         "--view shows something else than light: --outputs needs color and not linear beside it");

@@ -83,9 +83,9 @@ struct Options {
   float ground_height_m = 0;  // GroundMode::height: world y
   KeyLight key_light = KeyLight::automatic;
 
-  passes::DrawSettings draw = passes::default_settings();  // without the environment image
+  settings::DrawSettings draw = settings::default_settings();  // without the environment image
   double checkpoint_interval_s = 60;  // of path-traced images without a window; 0: no checkpoints
-  passes::DebugView debug_view = passes::DebugView::none;  // displayed instead of lighting
+  settings::DebugView debug_view = settings::DebugView::none;  // displayed instead of lighting
 };
 
 ViewDefaults view_defaults(const Options& options);

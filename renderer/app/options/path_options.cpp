@@ -7,7 +7,8 @@
 namespace fire3dv::app {
 
 void add_path_options(CLI::App& app, Options& options) {
-  add_draw_settings(app, passes::kByCommandLine, passes::SettingGroup::paths, kDrawingGroup, options.draw);
+  add_draw_settings(app, settings::kByCommandLine, settings::SettingGroup::paths, kDrawingGroup,
+                    options.draw);
   OptionGroup group(app, kDrawingGroup);
   group.add("--checkpoint", options.checkpoint_interval_s, "S", "path: seconds between checkpoints; 0: none")
       ->check(in_range(0.0, 1e6));
@@ -17,7 +18,7 @@ namespace {
 
 // Name of an option that needs path tracing, if one was given.
 std::optional<std::string> option_of_paths(const CLI::App& app) {
-  for (const passes::DrawSetting& setting : passes::draw_setting_table()) {
+  for (const settings::DrawSetting& setting : settings::draw_setting_table()) {
     if (setting.needs_paths && app.count("--" + setting.name) > 0) return "--" + setting.name;
   }
   return app.count("--checkpoint") > 0 ? std::optional<std::string>("--checkpoint") : std::nullopt;
@@ -28,11 +29,11 @@ std::optional<std::string> option_of_paths(const CLI::App& app) {
 std::optional<std::string> check_path_options(const CLI::App& app, bool offline, const Options& options) {
   if (app.count("--f-number") != app.count("--focus-distance"))
     return "--f-number and --focus-distance belong together: set both";
-  const passes::DrawSettings& draw = options.draw;
+  const settings::DrawSettings& draw = options.draw;
   if (!draw.path) {
     if (const std::optional<std::string> option = option_of_paths(app))
       return *option + " needs --render path";
-    if (!draw.post.lens.is_pinhole() && draw.raster == passes::RasterPath::forward)
+    if (!draw.post.lens.is_pinhole() && draw.raster == settings::RasterPath::forward)
       return "--f-number needs the depths of the visibility buffer: leave --raster forward out";
     return std::nullopt;
   }
@@ -59,8 +60,8 @@ std::optional<std::string> check_path_options(const CLI::App& app, bool offline,
     if (options.window_cameras.size() > 1 || !options.right_camera.empty())
       return "--render path refines one view: name one --window and no --stereo";
   }
-  if (options.debug_view != passes::DebugView::none) return "--render path and --view exclude each other";
-  if (draw.shadows != passes::ShadowSettings())
+  if (options.debug_view != settings::DebugView::none) return "--render path and --view exclude each other";
+  if (draw.shadows != settings::ShadowSettings())
     return "--render path traces all shadows: leave --shadows and --shadow-rays out";
   if (draw.ray_effects.on.any()) return "--render path traces all light: leave --ray-effects out";
   if (!offline && !in_window && !options.on_request && !is_served && options.frames == 0 &&

@@ -113,7 +113,7 @@ int run(const Options& options) {
     gui::ViewState viewer;
     viewer.draw = options.draw;
     viewer.draw.environment = std::move(*environment);
-    viewer.paths = options.draw.path.value_or(passes::PathSettings());
+    viewer.paths = options.draw.path.value_or(settings::PathSettings());
     viewer.paths.lens = options.draw.post.lens;
     viewer.draw.cached_environments = environment_store(caches.environments);
     std::optional<passes::SceneRenderer> renderer(std::in_place, device, viewer.draw);

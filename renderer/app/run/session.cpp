@@ -310,7 +310,7 @@ Result<void> Session::create_views() {
     view_ = std::move(*view);
   }
   if (!application_.server) return {};
-  std::function<Result<void>(const passes::DrawSettings&)> replace_renderer;
+  std::function<Result<void>(const settings::DrawSettings&)> replace_renderer;
   if (may_switch_renderer(options_, device))
     replace_renderer =
         renderer_switch({device, application_.renderer, application_.viewer, *requests_, *live_});

@@ -226,7 +226,7 @@ void MaterialsPanel::draw(const Context& context) {
 
 namespace {
 
-using namespace passes;
+using namespace settings;
 
 // Combo box of an enumeration with values 0, 1, 2, ... in the order of the names.
 template <typename Value, size_t count>

@@ -45,7 +45,7 @@ std::string bytes_text(uint64_t bytes) {
   return text;
 }
 
-std::string path_progress_text(const passes::PathProgress& paths) {
+std::string path_progress_text(const settings::PathProgress& paths) {
   return grouped(std::min(paths.samples, paths.samples_per_pixel)) + " / " +
          grouped(paths.samples_per_pixel) + " samples";
 }

@@ -28,11 +28,11 @@ struct Picked {
 
 // Requests for one image.
 struct Inspection {
-  DebugView debug_view = DebugView::none;
+  settings::DebugView debug_view = settings::DebugView::none;
   uint32_t selected = scene::kNone;  // outlined node, including its descendants
   std::optional<Pick> pick;
 
-  bool any() const { return debug_view != DebugView::none || selected != scene::kNone || pick; }
+  bool any() const { return debug_view != settings::DebugView::none || selected != scene::kNone || pick; }
 };
 
 }  // namespace fire3dv::passes

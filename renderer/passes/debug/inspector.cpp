@@ -15,19 +15,19 @@ namespace {
 using gpu::Use;
 namespace access = gpu::access;
 
-uint32_t number_of(DebugView view) {
+uint32_t number_of(settings::DebugView view) {
   switch (view) {
-    case DebugView::normals:
+    case settings::DebugView::normals:
       return FIRE3DV_DEBUG_NORMALS;
-    case DebugView::depth:
+    case settings::DebugView::depth:
       return FIRE3DV_DEBUG_DEPTH;
-    case DebugView::clusters:
+    case settings::DebugView::clusters:
       return FIRE3DV_DEBUG_CLUSTERS;
-    case DebugView::overdraw:
+    case settings::DebugView::overdraw:
       return FIRE3DV_DEBUG_OVERDRAW;
-    case DebugView::instances:
-    case DebugView::none:
-    case DebugView::unresolved_shadows:
+    case settings::DebugView::instances:
+    case settings::DebugView::none:
+    case settings::DebugView::unresolved_shadows:
       break;
   }
   return FIRE3DV_DEBUG_INSTANCES;
@@ -160,7 +160,7 @@ void DebugViews::count(gpu::Recorder& recorder, gpu::StagingRing& staging, const
   job.views = staging.write(std::span<const gpu_types::RasterView>(&view, 1)).address;
   job.globals = seen.globals;
   job.extent = seen.extent;
-  job.cull = drawn.cull == Cull::off ? Cull::off : Cull::view;
+  job.cull = drawn.cull == settings::Cull::off ? settings::Cull::off : settings::Cull::view;
   job.levels_of_detail = drawn.levels_of_detail;
   counting_->begin(staging, job);
   ClusterRaster* const set = &*counting_;
@@ -184,11 +184,11 @@ void DebugViews::find_range(gpu::Recorder& recorder, const InspectedView& seen, 
 }
 
 void DebugViews::show(gpu::Recorder& recorder, gpu::StagingRing& staging, const InspectedView& seen,
-                      DebugView view, const Drawn& drawn, gpu::Image& image) {
+                      settings::DebugView view, const Drawn& drawn, gpu::Image& image) {
   if (!view_)
     view_ = gpu::create_compute_pipeline(device_, overlay_.layout(),
                                          samples_ == 4 ? "debug_view_4.comp" : "debug_view_1.comp");
-  if (view == DebugView::overdraw) count(recorder, staging, seen, drawn);
+  if (view == settings::DebugView::overdraw) count(recorder, staging, seen, drawn);
   gpu_types::DebugViewPush push{};
   push.globals = seen.globals;
   push.visibility = seen.visibility.address;
@@ -197,12 +197,12 @@ void DebugViews::show(gpu::Recorder& recorder, gpu::StagingRing& staging, const 
   push.look_world = seen.view.look_world;
   push.orthographic = seen.view.orthographic ? 1 : 0;
   push.view = number_of(view);
-  if (view == DebugView::instances)
+  if (view == settings::DebugView::instances)
     push.nodes = staging.write(std::span<const uint32_t>(seen.gpu_scene.nodes_of_parts())).address;
-  if (view == DebugView::depth) find_range(recorder, seen, view_, push, image);
+  if (view == settings::DebugView::depth) find_range(recorder, seen, view_, push, image);
   std::vector<Use> uses{Use(seen.visibility, access::compute_read), Use(range_, access::compute_read),
                         Use(image, access::compute_write, true)};
-  if (view == DebugView::overdraw) uses.emplace_back(counts_.buffer, access::compute_read);
+  if (view == settings::DebugView::overdraw) uses.emplace_back(counts_.buffer, access::compute_read);
   seen.gpu_scene.add_reads(uses, access::compute_read);
   recorder.pass("debug view", uses, [&](VkCommandBuffer commands) {
     overlay_.begin(commands, view_, seen.gpu_scene, push);

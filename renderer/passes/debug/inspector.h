@@ -85,12 +85,12 @@ class DebugViews {
 
   // Draw settings for views that rasterise the scene again.
   struct Drawn {
-    Cull cull = Cull::automatic;
+    settings::Cull cull = settings::Cull::automatic;
     bool levels_of_detail = false;
   };
   // Replaces the whole image. Call it before the coverage merge.
-  void show(gpu::Recorder& recorder, gpu::StagingRing& staging, const InspectedView& seen, DebugView view,
-            const Drawn& drawn, gpu::Image& image);
+  void show(gpu::Recorder& recorder, gpu::StagingRing& staging, const InspectedView& seen,
+            settings::DebugView view, const Drawn& drawn, gpu::Image& image);
   // Marks unresolved pixels on an image shaded with shadow maps and rays. listed: the image has a ray list.
   void mark_unresolved(gpu::Recorder& recorder, const InspectedView& seen, ShadowPass& shadows, bool listed,
                        gpu::Image& image);

@@ -30,7 +30,7 @@ class ForwardPass {
     Targets& targets;
     const View& view;
     VkDeviceAddress globals;
-    const Background& background;
+    const settings::Background& background;
     ShadowPass* shadows;                  // null: none, or rays in the fragment shader
     ClusterTarget* visibility = nullptr;  // non-null: draws only forward-only surfaces over this buffer's
                                           // image, whose colour is already in the target

@@ -50,15 +50,15 @@ void set_lens(const View& view, const scene::ThinLens& lens, gpu_types::PathPara
   parameters.focus_distance_m = lens.focus_distance_m;
 }
 
-RayBackEnd choose_back_end(const gpu::Device& device, RayBackEnd preferred) {
-  const bool pipeline =
-      device.report().ray_tracing_pipeline && (preferred == RayBackEnd::pipeline || !device.ray_query());
-  return pipeline ? RayBackEnd::pipeline : RayBackEnd::query;
+settings::RayBackEnd choose_back_end(const gpu::Device& device, settings::RayBackEnd preferred) {
+  const bool pipeline = device.report().ray_tracing_pipeline &&
+                        (preferred == settings::RayBackEnd::pipeline || !device.ray_query());
+  return pipeline ? settings::RayBackEnd::pipeline : settings::RayBackEnd::query;
 }
 
 // Everything that decides an image, as bytes. Buffers and counters of the raster do not.
 std::vector<std::byte> make_key(gpu_types::Globals globals, gpu_types::PathParameters parameters,
-                                const RayBackEnd back_end) {
+                                const settings::RayBackEnd back_end) {
   globals.visibility_generation = globals.map_generation = globals.mask_words = 0;
   globals.light_views = globals.shadow_maps = globals.shadow_mask = 0;
   parameters.sums = parameters.states = 0;
@@ -106,11 +106,11 @@ Result<void> can_trace_paths(const gpu::Device& device) {
                " has neither: choose another device with --device"};
 }
 
-const char* describe_path_back_end(RayBackEnd back_end) {
-  return back_end == RayBackEnd::pipeline ? "by a ray-tracing pipeline" : "by ray query";
+const char* describe_path_back_end(settings::RayBackEnd back_end) {
+  return back_end == settings::RayBackEnd::pipeline ? "by a ray-tracing pipeline" : "by ray query";
 }
 
-PathPass::PathPass(gpu::Device& device, VkPipelineLayout layout, const PathSettings& settings,
+PathPass::PathPass(gpu::Device& device, VkPipelineLayout layout, const settings::PathSettings& settings,
                    const scene::EnvironmentImage& environment)
     : device_(device),
       layout_(layout),
@@ -182,7 +182,7 @@ bool PathPass::shows_last() const {
          last_.height == current_.height;
 }
 
-PathProgress PathPass::progress() const {
+settings::PathProgress PathPass::progress() const {
   return {current_.key.empty() ? 0 : current_.samples(), settings_.samples_per_pixel};
 }
 
@@ -261,7 +261,7 @@ void PathPass::use_pipeline(const GpuScene& scene) {
   variant_ = wanted;
   const auto constants = wanted.shader.constants();
   const std::string name = wanted.extensions ? "path" : "path_core";
-  if (back_end_ == RayBackEnd::query) {
+  if (back_end_ == settings::RayBackEnd::query) {
     pipeline_ = gpu::create_compute_pipeline(device_, layout_, name + ".comp", gpu::Compile::next, constants);
   } else {
     ray_pipeline_ = gpu::RayPipeline(device_, layout_, name + ".rgen", "path.rmiss", "path.rahit",
@@ -270,7 +270,7 @@ void PathPass::use_pipeline(const GpuScene& scene) {
 }
 
 void PathPass::record_sample(gpu::Recorder& recorder, GpuScene& scene, gpu_types::PathPush push) {
-  const bool query = back_end_ == RayBackEnd::query;
+  const bool query = back_end_ == settings::RayBackEnd::query;
   const gpu::Access write = query ? access::compute_write : access::ray_write;
   gpu::Access read = query ? access::compute_read : access::ray_read;
   std::vector<Use> uses{Use(current_.sums, write), Use(states_, write),
@@ -371,7 +371,7 @@ void PathPass::bind_bloom(Targets& targets) {
       resolve_bloom_->bind(nullptr, targets.display, &targets.bloom->levels.front());
 }
 
-void PathPass::resolve(gpu::Recorder& recorder, Targets& targets, const PostSettings& post,
+void PathPass::resolve(gpu::Recorder& recorder, Targets& targets, const settings::PostSettings& post,
                        const PostPass::Linear& linear, const MeteredExposure& metered) {
   if (targets.path_set.get() == VK_NULL_HANDLE) targets.path_set = resolve_.bind(nullptr, targets.display);
   gpu::Buffer& sums = shown().sums;

@@ -36,19 +36,19 @@ std::vector<std::string> path_tracing_limits(const scene::Scene& scene);
 // Returns an error where the device cannot trace paths.
 Result<void> can_trace_paths(const gpu::Device& device);
 // Text for the user.
-const char* describe_path_back_end(RayBackEnd back_end);
+const char* describe_path_back_end(settings::RayBackEnd back_end);
 
 class PathPass {
  public:
-  PathPass(gpu::Device& device, VkPipelineLayout layout, const PathSettings& settings,
+  PathPass(gpu::Device& device, VkPipelineLayout layout, const settings::PathSettings& settings,
            const scene::EnvironmentImage& environment);
 
   // Ring of the submissions, apart from the frames of the caller.
   gpu::FrameRing& submissions() { return submissions_; }
-  RayBackEnd back_end() const { return back_end_; }
+  settings::RayBackEnd back_end() const { return back_end_; }
   // Settings of later images. A new number of samples also applies to the current image.
-  void set(const PathSettings& settings) { settings_ = settings; }
-  const PathSettings& settings() const { return settings_; }
+  void set(const settings::PathSettings& settings) { settings_ = settings; }
+  const settings::PathSettings& settings() const { return settings_; }
   // Selects the image that the other functions are about, by a number of the caller; at the start 0. The
   // images selected before it, kMaxOtherImages of them, keep their samples.
   static constexpr size_t kMaxOtherImages = 5;
@@ -75,7 +75,7 @@ class PathPass {
   // Submits samples, each submission short enough for other users of the device. Returns false if should_stop
   // ended it; then there is no image.
   bool trace(GpuScene& scene, const PathHooks& hooks);
-  PathProgress progress() const;
+  settings::PathProgress progress() const;
   // Of the image that resolve() shows.
   uint32_t shown_samples() const { return (shows_last() ? last_ : current_).samples(); }
   // Sums of the image that resolve() shows, gpu_types::PathSum[pixel], for bloom and exposure.
@@ -84,7 +84,7 @@ class PathPass {
   void bind_bloom(Targets& targets);
   // Records tone mapping of the sums to targets.display, and the linear plane if requested. With bloom,
   // targets.bloom has the light of this image.
-  void resolve(gpu::Recorder& recorder, Targets& targets, const PostSettings& post,
+  void resolve(gpu::Recorder& recorder, Targets& targets, const settings::PostSettings& post,
                const PostPass::Linear& linear, const MeteredExposure& metered);
 
  private:
@@ -108,8 +108,8 @@ class PathPass {
 
   gpu::Device& device_;
   VkPipelineLayout layout_;
-  PathSettings settings_;
-  RayBackEnd back_end_;
+  settings::PathSettings settings_;
+  settings::RayBackEnd back_end_;
   gpu::FrameRing submissions_;
   gpu::Pipeline pipeline_;  // of ray queries
   gpu::RayPipeline ray_pipeline_;

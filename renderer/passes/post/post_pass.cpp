@@ -78,15 +78,15 @@ void ImageFilter::record(gpu::Recorder& recorder, const char* name, const Images
 
 namespace {
 
-uint32_t curve_number(ToneMap tone_map) {
+uint32_t curve_number(settings::ToneMap tone_map) {
   switch (tone_map) {
-    case ToneMap::reinhard:
+    case settings::ToneMap::reinhard:
       return FIRE3DV_TONE_MAP_REINHARD;
-    case ToneMap::aces:
+    case settings::ToneMap::aces:
       return FIRE3DV_TONE_MAP_ACES;
-    case ToneMap::neutral:
+    case settings::ToneMap::neutral:
       return FIRE3DV_TONE_MAP_NEUTRAL;
-    case ToneMap::none:
+    case settings::ToneMap::none:
       return FIRE3DV_TONE_MAP_NONE;
   }
   return FIRE3DV_TONE_MAP_NONE;
@@ -95,7 +95,7 @@ uint32_t curve_number(ToneMap tone_map) {
 }  // namespace
 
 // Layout: see display_linear() in tone_map.glsl.
-uint32_t tone_map_number(const PostSettings& settings) {
+uint32_t tone_map_number(const settings::PostSettings& settings) {
   const auto saturation = static_cast<uint32_t>(std::lround(settings.saturation * 1024));
   return curve_number(settings.tone_map) | (saturation == 1024 ? 0 : (saturation + 1) << 8);
 }
@@ -120,7 +120,7 @@ void PostPass::bind_bloom(gpu::Device& device, Targets& targets) {
       tone_map_bloom_->bind(&targets.hdr, targets.display, &targets.bloom->levels.front());
 }
 
-void PostPass::record(gpu::Recorder& recorder, Targets& targets, const PostSettings& settings,
+void PostPass::record(gpu::Recorder& recorder, Targets& targets, const settings::PostSettings& settings,
                       const Linear& linear, const MeteredExposure& metered, const VkRect2D& part) {
   if (part.extent.width == 0) return smooth(recorder, targets, settings);
   const bool whole = part.extent.width == targets.extent.width && part.extent.height == targets.extent.height;
@@ -151,7 +151,7 @@ void PostPass::record(gpu::Recorder& recorder, Targets& targets, const PostSetti
   smooth(recorder, targets, settings);
 }
 
-void PostPass::smooth(gpu::Recorder& recorder, Targets& targets, const PostSettings& settings) {
+void PostPass::smooth(gpu::Recorder& recorder, Targets& targets, const settings::PostSettings& settings) {
   if (!settings.fxaa) return;
   const gpu_types::FxaaPush fxaa_push{targets.extent.width, targets.extent.height};
   fxaa_.record(recorder, "fxaa", {&targets.display, targets.smoothed, targets.fxaa_set}, fxaa_push);

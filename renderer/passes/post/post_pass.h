@@ -53,9 +53,9 @@ class ImageFilter {
   gpu::Sampler sampler_;
 };
 
-uint32_t tone_map_number(const PostSettings& settings);  // FIRE3DV_TONE_MAP_*
+uint32_t tone_map_number(const settings::PostSettings& settings);  // FIRE3DV_TONE_MAP_*
 
-inline float exposure_of(const View& view, const PostSettings& settings) {
+inline float exposure_of(const View& view, const settings::PostSettings& settings) {
   return view.exposure > 0 ? view.exposure : settings.exposure;
 }
 
@@ -79,12 +79,12 @@ class PostPass {
   void bind_bloom(gpu::Device& device, Targets& targets);
   // part: pixels that still need tone mapping; the others are complete. With bloom, targets.bloom has the
   // light of this image.
-  void record(gpu::Recorder& recorder, Targets& targets, const PostSettings& settings, const Linear& linear,
-              const MeteredExposure& metered, const VkRect2D& part);
+  void record(gpu::Recorder& recorder, Targets& targets, const settings::PostSettings& settings,
+              const Linear& linear, const MeteredExposure& metered, const VkRect2D& part);
   // FXAA only, for an image that is already tone-mapped.
-  void smooth(gpu::Recorder& recorder, Targets& targets, const PostSettings& settings);
+  void smooth(gpu::Recorder& recorder, Targets& targets, const settings::PostSettings& settings);
   // Image with the result of record() under these settings.
-  static gpu::Image& result(Targets& targets, const PostSettings& settings) {
+  static gpu::Image& result(Targets& targets, const settings::PostSettings& settings) {
     return settings.fxaa ? targets.smoothed : targets.display;
   }
 

@@ -155,7 +155,7 @@ void ClusterRaster::expect_masks() {
 // Measures both modes periodically and selects the faster one. The image is the same.
 bool ClusterRaster::culls_occluded(const Job& job) const {
   if (!pipelines_.hiz || job.view_count > 1) return false;
-  if (job.cull != Cull::automatic) return job.cull == Cull::hidden;
+  if (job.cull != settings::Cull::automatic) return job.cull == settings::Cull::hidden;
   if (job.scene->lod0_cluster_instance_count < kMinClustersForOcclusion) return false;
   const uint64_t step = frame_ % kTrialPeriod;
   if (step < kTrialFrames) return true;
@@ -236,7 +236,7 @@ void ClusterRaster::begin(gpu::StagingRing& staging, const Job& job) {
   set.huge_capacity = huge_capacity_;
   set.prepared_capacity = kPreparedCapacity;
   set.tile_capacity = kTileCapacity;
-  set.cull = job.cull == Cull::off ? 0 : 1;
+  set.cull = job.cull == settings::Cull::off ? 0 : 1;
   set.read_before_write = device_.report().type == gpu::DeviceType::software ? 1 : 0;
   set.one_row = device_.limits().maxComputeWorkGroupCount[0] >= job.instance_count() ? 1 : 0;
   set.cull_groups = cull_groups();

@@ -53,7 +53,7 @@ class ClusterRaster {
     std::vector<VkDeviceAddress> globals_of_views;  // instead, of views of several worlds
     uint32_t view_count = 1;
     VkExtent2D extent{};  // of the camera's image, or of the largest shadow map
-    Cull cull = Cull::automatic;
+    settings::Cull cull = settings::Cull::automatic;
     bool levels_of_detail = false;  // false: LOD 0 clusters only
 
     bool has_several_worlds() const { return !globals_of_views.empty(); }

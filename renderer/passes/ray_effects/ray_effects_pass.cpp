@@ -13,10 +13,10 @@ namespace {
 using gpu::Use;
 namespace access = gpu::access;
 
-RayBackEnd choose_effect_back_end(const gpu::Device& device, RayBackEnd preferred) {
-  const bool pipeline =
-      device.report().ray_tracing_pipeline && (preferred == RayBackEnd::pipeline || !device.ray_query());
-  return pipeline ? RayBackEnd::pipeline : RayBackEnd::query;
+settings::RayBackEnd choose_effect_back_end(const gpu::Device& device, settings::RayBackEnd preferred) {
+  const bool pipeline = device.report().ray_tracing_pipeline &&
+                        (preferred == settings::RayBackEnd::pipeline || !device.ray_query());
+  return pipeline ? settings::RayBackEnd::pipeline : settings::RayBackEnd::query;
 }
 
 // Between neighbouring pixels at the image's centre; 0 for an orthographic view.
@@ -39,7 +39,7 @@ Result<void> can_trace_ray_effects(const gpu::Device& device, bool has_visibilit
 }
 
 RayEffectsPass::RayEffectsPass(gpu::Device& device, VkPipelineLayout layout, uint32_t samples,
-                               RayBackEnd preferred)
+                               settings::RayBackEnd preferred)
     : device_(device),
       layout_(layout),
       samples_(samples),
@@ -68,7 +68,7 @@ void RayEffectsPass::use_pipeline(const GpuScene& scene, bool bounces) {
   constants[FIRE3DV_VARIANT_BOUNCES] = wanted.bounces ? 1 : 0;
   const std::string name = std::string(wanted.scene.extensions ? "ray_effects" : "ray_effects_core") +
                            (samples_ == 4 ? "_4" : "_1");
-  if (back_end_ == RayBackEnd::query) {
+  if (back_end_ == settings::RayBackEnd::query) {
     pipeline_ = gpu::create_compute_pipeline(device_, layout_, name + ".comp", gpu::Compile::next, constants);
   } else {
     ray_pipeline_ = gpu::RayPipeline(device_, layout_, name + ".rgen", "ray_effects.rmiss",
@@ -76,11 +76,12 @@ void RayEffectsPass::use_pipeline(const GpuScene& scene, bool bounces) {
   }
 }
 
-void RayEffectsPass::record(gpu::Recorder& recorder, const Frame& frame, const RayEffectSettings& settings) {
+void RayEffectsPass::record(gpu::Recorder& recorder, const Frame& frame,
+                            const settings::RayEffectSettings& settings) {
   GpuScene& scene = frame.scene;
   Targets& targets = frame.targets;
   use_pipeline(scene, settings.on.bounce);
-  const bool query = back_end_ == RayBackEnd::query;
+  const bool query = back_end_ == settings::RayBackEnd::query;
   const uint32_t pixels = targets.extent.width * targets.extent.height;
   gpu_types::RayEffectsPush push{};
   push.globals = frame.globals;

@@ -20,9 +20,10 @@ Result<void> can_trace_ray_effects(const gpu::Device& device, bool has_visibilit
 class RayEffectsPass {
  public:
   // samples: 1 or 4. The device traces rays.
-  RayEffectsPass(gpu::Device& device, VkPipelineLayout layout, uint32_t samples, RayBackEnd preferred);
+  RayEffectsPass(gpu::Device& device, VkPipelineLayout layout, uint32_t samples,
+                 settings::RayBackEnd preferred);
 
-  RayBackEnd back_end() const { return back_end_; }
+  settings::RayBackEnd back_end() const { return back_end_; }
   // Allocates targets.ray_effects. refracts: GpuScene::refracts. bounces: RayEffects::bounce.
   void allocate(Targets& targets, bool refracts, bool bounces) const;
   struct Frame {
@@ -33,7 +34,7 @@ class RayEffectsPass {
     float scene_radius_m = 0;  // at rest
   };
   // Light is refracted if the scene is made for it, whatever the settings.
-  void record(gpu::Recorder& recorder, const Frame& frame, const RayEffectSettings& settings);
+  void record(gpu::Recorder& recorder, const Frame& frame, const settings::RayEffectSettings& settings);
 
  private:
   struct Variant {
@@ -47,7 +48,7 @@ class RayEffectsPass {
   gpu::Device& device_;
   VkPipelineLayout layout_;
   uint32_t samples_;
-  RayBackEnd back_end_;
+  settings::RayBackEnd back_end_;
   gpu::Pipeline pipeline_;  // of ray queries
   gpu::RayPipeline ray_pipeline_;
   Variant variant_;

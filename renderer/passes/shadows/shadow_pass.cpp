@@ -31,17 +31,17 @@ gpu::Buffer table(gpu::Device& device, VkDeviceSize bytes) {
 ShadowPass::ShadowPass(gpu::Device& device, VkPipelineLayout layout, uint32_t samples,
                        const ShadowTechnique& technique)
     : device_(device), layout_(layout), samples_(samples), technique_(technique) {
-  if (technique.method != ShadowMethod::off) {
+  if (technique.method != settings::ShadowMethod::off) {
     pipelines_.light_views = gpu::create_compute_pipeline(device, layout, "light_views.comp");
     map_raster_.emplace(device, layout,
                         technique.hybrid ? RasterKind::lights : RasterKind::lights_center_only);
   }
-  if (technique.method != ShadowMethod::ray) return;
+  if (technique.method != settings::ShadowMethod::ray) return;
   // Shading mostly resolves shadows itself, and a CPU compiles this pipeline slowly.
   if (!technique.hybrid || !gpu::uses_cpu_variants(device)) make_classify();
   const std::string suffix = samples == 4 ? "_4" : "_1";
   const auto prepare = [&](Tracing& tracing, const std::string& variant) {
-    if (technique.back_end == RayBackEnd::query) {
+    if (technique.back_end == settings::RayBackEnd::query) {
       tracing.query = gpu::create_compute_pipeline(device, layout, "trace" + variant + ".comp");
     } else {
       tracing.pipeline =
@@ -68,7 +68,7 @@ MapSizes ShadowPass::map_sizes() const {
   if (technique_.map_side) sizes.side = technique_.map_side;
   if (technique_.map_side || !targets_) return sizes;
   const uint32_t pixels = std::max(targets_->extent.width, targets_->extent.height);
-  if (technique_.method == ShadowMethod::map) {
+  if (technique_.method == settings::ShadowMethod::map) {
     sizes.side = std::clamp(std::bit_ceil(pixels + pixels / 2), sizes.side / 2, sizes.side);
   } else if (device_.report().type == gpu::DeviceType::software) {
     sizes.side = std::clamp(std::bit_floor(pixels), sizes.side / 8, sizes.side);
@@ -85,7 +85,7 @@ void ShadowPass::make_classify() {
 ShadowLimits ShadowPass::shadow_limits() const {
   constexpr uint64_t kListShare = 8, kMaskShare = 4;
   ShadowLimits limits;
-  if (technique_.method == ShadowMethod::off) {  // no maps and no mask
+  if (technique_.method == settings::ShadowMethod::off) {  // no maps and no mask
     limits.max_texels = UINT64_MAX;
     return limits;
   }
@@ -94,7 +94,7 @@ ShadowLimits ShadowPass::shadow_limits() const {
   limits.max_views = memory / kListShare / state_.worlds /
                      (sizeof(uint32_t) * std::max<uint64_t>(state_.cluster_count, 1024));
   limits.max_texels /= state_.worlds;
-  if (!targets_ || technique_.method != ShadowMethod::ray) return limits;
+  if (!targets_ || technique_.method != settings::ShadowMethod::ray) return limits;
   const uint64_t pixels = uint64_t{targets_->extent.width} * targets_->extent.height;
   const uint64_t word_bytes =
       std::max<uint64_t>(pixels, 1) * (sizeof(uint32_t) + sizeof(gpu_types::RayEntry));
@@ -121,14 +121,14 @@ void ShadowPass::set_lights_or_drop_shadows(const std::vector<scene::PlacedLight
 // frame draws them behind a barrier.
 void ShadowPass::set_lights(const std::vector<scene::PlacedLight>& lights, const ShadowLimits& limits) {
   ShadowPlan plan =
-      plan_shadows(lights, samples_, technique_.method == ShadowMethod::ray, map_sizes(), limits);
+      plan_shadows(lights, samples_, technique_.method == settings::ShadowMethod::ray, map_sizes(), limits);
   if (state_.light_shadows && plan == state_.plan) {
     state_.lights = lights;
     state_.light_count = static_cast<uint32_t>(lights.size());
     state_.max_mask_words = limits.max_mask_words;
     return;
   }
-  const bool traces = technique_.method == ShadowMethod::ray && !lights.empty();
+  const bool traces = technique_.method == settings::ShadowMethod::ray && !lights.empty();
   if (traces && !can_test_maps_while_shading(plan) && !pipelines_.classify) make_classify();
   const uint32_t view_count = state_.needs_maps ? static_cast<uint32_t>(plan.views.size()) : 0;
   gpu::Buffer light_shadows = table(device_, plan.shadows.size() * sizeof(plan.shadows[0])),
@@ -161,7 +161,7 @@ void ShadowPass::choose_planar_casters(const scene::Scene& scene, const GpuScene
     if (gpu_scene.is_hidden(planar.node)) continue;
     // With maps only, the maps must hold all casters. Only a ground plane that spans most of the scene
     // becomes a planar caster, since it would leave no resolution for the others.
-    if (technique_.method == ShadowMethod::map && planar.radius_m < 0.5f * scene_radius) break;
+    if (technique_.method == settings::ShadowMethod::map && planar.radius_m < 0.5f * scene_radius) break;
     state_.planar_caster_records.push_back({planar.plane_node, planar.part});
   }
   state_.planar_caster_count =
@@ -198,8 +198,8 @@ void ShadowPass::set_scene(const scene::Scene& scene, const GpuScene& gpu_scene)
   State before = std::exchange(state_, State());
   try {
     // Forward-only draws have no mask; without ray queries they need maps.
-    state_.needs_maps = technique_.method == ShadowMethod::map || technique_.hybrid ||
-                        (technique_.back_end == RayBackEnd::pipeline && gpu_scene.has_forward_only);
+    state_.needs_maps = technique_.method == settings::ShadowMethod::map || technique_.hybrid ||
+                        (technique_.back_end == settings::RayBackEnd::pipeline && gpu_scene.has_forward_only);
     state_.worlds = gpu_scene.world_count;
     state_.part_count = gpu_scene.part_count;
     state_.cluster_count = gpu_scene.cluster_instance_count;
@@ -238,7 +238,7 @@ void ShadowPass::set_targets(Targets& targets) {
 }
 
 void ShadowPass::allocate_mask(const ShadowPlan& plan) {
-  if (technique_.method != ShadowMethod::ray || !targets_) return;
+  if (technique_.method != settings::ShadowMethod::ray || !targets_) return;
   if (technique_.hybrid && plan.all_hard() && plan.mask_words == 1 && !targets_->listed_rays)
     targets_->listed_rays = table(device_, ray_list_capacity() * sizeof(gpu_types::ListedRay));
   const VkDeviceSize words = VkDeviceSize{targets_->extent.width} * targets_->extent.height * plan.mask_words;
@@ -263,9 +263,9 @@ void ShadowPass::write_globals(gpu_types::Globals& globals, uint32_t map_set) co
 
 uint32_t ShadowPass::shader_mode(bool masked) const {
   switch (technique_.method) {
-    case ShadowMethod::off:
+    case settings::ShadowMethod::off:
       return FIRE3DV_SHADOWS_OFF;
-    case ShadowMethod::map:
+    case settings::ShadowMethod::map:
       return FIRE3DV_SHADOWS_MAP;
     default:
       return masked ? FIRE3DV_SHADOWS_MASK : FIRE3DV_SHADOWS_INLINE;
@@ -273,7 +273,7 @@ uint32_t ShadowPass::shader_mode(bool masked) const {
 }
 
 ClusterRaster* ShadowPass::prepare_maps(gpu::StagingRing& staging, GpuScene& scene, const MapSets& sets,
-                                        Cull cull, bool levels_of_detail) {
+                                        settings::Cull cull, bool levels_of_detail) {
   if (state_.view_count == 0) return nullptr;
   ClusterRaster::Job job;
   job.scene = &scene;
@@ -386,7 +386,7 @@ void ShadowPass::trace_listed(gpu::Recorder& recorder, GpuScene& scene, const Vi
 void ShadowPass::record_trace(VkCommandBuffer commands, const Tracing& tracing, uint32_t list,
                               GpuScene& scene, const gpu_types::ShadowPush& push) const {
   const VkDeviceSize offset = list * sizeof(gpu_types::RayList);
-  if (technique_.back_end == RayBackEnd::query) {
+  if (technique_.back_end == settings::RayBackEnd::query) {
     bind(commands, VK_PIPELINE_BIND_POINT_COMPUTE, tracing.query.get(), scene, push);
     if (list == FIRE3DV_LIST_RAYS) {
       const bool cpu = device_.report().type == gpu::DeviceType::software;
@@ -401,7 +401,7 @@ void ShadowPass::record_trace(VkCommandBuffer commands, const Tracing& tracing, 
 
 void ShadowPass::trace(gpu::Recorder& recorder, GpuScene& scene, const Visibility& visibility,
                        VkDeviceAddress globals, bool listed) {
-  const bool query = technique_.back_end == RayBackEnd::query;
+  const bool query = technique_.back_end == settings::RayBackEnd::query;
   const gpu::Access read = query ? access::compute_read : access::ray_read;
   const gpu::Access write = query ? access::compute_write : access::ray_write;
   gpu::Access arguments = read;  // the list holds dispatch arguments and input

@@ -51,8 +51,8 @@ class ShadowPass {
   // Call it before this frame's maps are described.
   void begin_maps(size_t sets) { state_.maps.begin(map_bytes(sets)); }
   // Prepares the shadow maps, which are drawn together with the camera's view. Null without lights.
-  ClusterRaster* prepare_maps(gpu::StagingRing& staging, GpuScene& scene, const MapSets& sets, Cull cull,
-                              bool levels_of_detail);
+  ClusterRaster* prepare_maps(gpu::StagingRing& staging, GpuScene& scene, const MapSets& sets,
+                              settings::Cull cull, bool levels_of_detail);
   // Computes the maps' views and per-part shadow data. clear: clear that overlaps with this small dispatch.
   void fit_map_views(gpu::Recorder& recorder, gpu::StagingRing& staging, GpuScene& scene, const MapSets& sets,
                      bool levels_of_detail, ClusterRaster::Clear clear);
@@ -80,7 +80,7 @@ class ShadowPass {
   void add_map_reads(std::vector<gpu::Use>& uses, const gpu::Access& access);
 
   // True if any pass, or shading itself, traces rays.
-  bool traces() const { return technique_.method == ShadowMethod::ray && has_lights(); }
+  bool traces() const { return technique_.method == settings::ShadowMethod::ray && has_lights(); }
   bool has_lights() const { return state_.light_count > 0; }
   uint64_t rays_traced() const { return rays_traced_; }  // two frames ago
   // Lights without a shadow, for lack of memory for maps or mask bits.

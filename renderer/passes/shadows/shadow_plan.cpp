@@ -80,37 +80,37 @@ void fit_map_views(ShadowPlan& plan) {
 
 }  // namespace
 
-ShadowTechnique choose_shadow_technique(const gpu::Device& device, const ShadowSettings& settings,
+ShadowTechnique choose_shadow_technique(const gpu::Device& device, const settings::ShadowSettings& settings,
                                         bool compute) {
   ShadowTechnique technique;
   technique.map_side = settings.map_side;
   technique.max_listed_rays = settings.max_listed_rays;
-  if (settings.method == ShadowMethod::off) return technique;
+  if (settings.method == settings::ShadowMethod::off) return technique;
   const gpu::DeviceReport& report = device.report();
   const bool can_trace = report.ray_query || report.ray_tracing_pipeline;
-  if (settings.method == ShadowMethod::map || !can_trace) {
-    technique.method = ShadowMethod::map;
+  if (settings.method == settings::ShadowMethod::map || !can_trace) {
+    technique.method = settings::ShadowMethod::map;
     return technique;
   }
-  technique.method = ShadowMethod::ray;
-  const bool pipeline =
-      report.ray_tracing_pipeline && (settings.back_end == RayBackEnd::pipeline || !report.ray_query);
+  technique.method = settings::ShadowMethod::ray;
+  const bool pipeline = report.ray_tracing_pipeline &&
+                        (settings.back_end == settings::RayBackEnd::pipeline || !report.ray_query);
   technique.hybrid = settings.hybrid && (compute || pipeline);
-  technique.back_end = pipeline ? RayBackEnd::pipeline : RayBackEnd::query;
+  technique.back_end = pipeline ? settings::RayBackEnd::pipeline : settings::RayBackEnd::query;
   return technique;
 }
 
 const char* describe(const ShadowTechnique& technique) {
   switch (technique.method) {
-    case ShadowMethod::off:
-    case ShadowMethod::automatic:
+    case settings::ShadowMethod::off:
+    case settings::ShadowMethod::automatic:
       return "off";
-    case ShadowMethod::map:
+    case settings::ShadowMethod::map:
       return "shadow maps";
-    case ShadowMethod::ray:
+    case settings::ShadowMethod::ray:
       break;
   }
-  if (technique.back_end == RayBackEnd::query)
+  if (technique.back_end == settings::RayBackEnd::query)
     return technique.hybrid ? "shadow maps and ray query" : "ray query";
   return technique.hybrid ? "shadow maps and a ray-tracing pipeline" : "a ray-tracing pipeline";
 }

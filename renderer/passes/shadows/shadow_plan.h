@@ -17,8 +17,8 @@ namespace fire3dv::passes {
 
 // Shadow technique that a device supports for the settings.
 struct ShadowTechnique {
-  ShadowMethod method = ShadowMethod::off;  // never automatic
-  RayBackEnd back_end = RayBackEnd::none;
+  settings::ShadowMethod method = settings::ShadowMethod::off;  // never automatic
+  settings::RayBackEnd back_end = settings::RayBackEnd::none;
   bool hybrid = false;
   uint32_t map_side = 0, max_listed_rays = 0;  // as in the settings
   bool operator==(const ShadowTechnique&) const = default;
@@ -26,7 +26,7 @@ struct ShadowTechnique {
 
 // compute: the image uses a visibility buffer. Otherwise shading traces inline where ray queries are
 // available.
-ShadowTechnique choose_shadow_technique(const gpu::Device& device, const ShadowSettings& settings,
+ShadowTechnique choose_shadow_technique(const gpu::Device& device, const settings::ShadowSettings& settings,
                                         bool compute);
 const char* describe(const ShadowTechnique& technique);
 

@@ -90,7 +90,7 @@ void VisibilityPass::bind(Targets& targets) const {
   vkUpdateDescriptorSets(device_.handle(), 1, &write, 0, nullptr);
 }
 
-ClusterRaster::Job VisibilityPass::job_of(GpuScene& scene, Cull cull, bool levels_of_detail) const {
+ClusterRaster::Job VisibilityPass::job_of(GpuScene& scene, settings::Cull cull, bool levels_of_detail) const {
   ClusterRaster::Job job;
   job.scene = &scene;
   job.target = &targets_->visibility;
@@ -102,13 +102,13 @@ ClusterRaster::Job VisibilityPass::job_of(GpuScene& scene, Cull cull, bool level
   return job;
 }
 
-void VisibilityPass::allocate(GpuScene& scene, Cull cull, bool levels_of_detail) {
+void VisibilityPass::allocate(GpuScene& scene, settings::Cull cull, bool levels_of_detail) {
   raster_.allocate(job_of(scene, cull, levels_of_detail));
 }
 
 ClusterRaster& VisibilityPass::prepare(gpu::StagingRing& staging, GpuScene& scene,
                                        std::span<const View> views, std::span<const VkDeviceAddress> globals,
-                                       bool several_worlds, Cull cull, bool levels_of_detail) {
+                                       bool several_worlds, settings::Cull cull, bool levels_of_detail) {
   std::vector<gpu_types::RasterView> rasters;
   rasters.reserve(views.size());
   const VkExtent2D tiles = tiles_of(extent_);
@@ -183,7 +183,7 @@ void VisibilityPass::expect(const Shading& shading) {
 }
 
 gpu_types::ShadePush VisibilityPass::shade_push(const Shaded& shaded, size_t index,
-                                                const PostSettings& settings) const {
+                                                const settings::PostSettings& settings) const {
   const uint32_t view = shaded.first_view + static_cast<uint32_t>(index);
   gpu_types::ShadePush push{};
   push.globals = shaded.globals[index];
@@ -258,15 +258,16 @@ void VisibilityPass::record_shade(gpu::Recorder& recorder, const char* name, Sha
 }
 
 void VisibilityPass::shade(gpu::Recorder& recorder, GpuScene& scene, ShadowPass& shadows, Targets& targets,
-                           const Shaded& shaded, const PostSettings& settings, const VkRect2D* hdr_area) {
+                           const Shaded& shaded, const settings::PostSettings& settings,
+                           const VkRect2D* hdr_area) {
   std::vector<gpu_types::ShadePush> views;
   for (size_t i = 0; i < shaded.views.size(); ++i) views.push_back(shade_push(shaded, i, settings));
   record_shade(recorder, "shade", Shades::all, shaded.shadows, scene, shadows, targets, views, hdr_area);
 }
 
 void VisibilityPass::shade_and_trace(gpu::Recorder& recorder, GpuScene& scene, ShadowPass& shadows,
-                                     Targets& targets, const Shaded& shaded, const PostSettings& settings,
-                                     const VkRect2D* hdr_area) {
+                                     Targets& targets, const Shaded& shaded,
+                                     const settings::PostSettings& settings, const VkRect2D* hdr_area) {
   FIRE3DV_ASSERT(shaded.views.size() == 1);  // the ray list serves one view
   const VkDeviceAddress globals = shaded.globals[0];
   gpu_types::ShadePush push = shade_push(shaded, 0, settings);

@@ -41,12 +41,12 @@ class VisibilityPass {
   void set_targets(Targets& targets);
   void reset_targets() { targets_ = nullptr; }
   // Allocates the memory of a following prepare() with the targets' number of views.
-  void allocate(GpuScene& scene, Cull cull, bool levels_of_detail);
+  void allocate(GpuScene& scene, settings::Cull cull, bool levels_of_detail);
   // Call it before the parameters of this frame's drawing are described.
   void begin() { targets_->visibility.begin(targets_->visibility.buffer.size_bytes); }
   // Prepares the cameras' part of ClusterRaster::record, with the targets' number of views. globals: of each.
   ClusterRaster& prepare(gpu::StagingRing& staging, GpuScene& scene, std::span<const View> views,
-                         std::span<const VkDeviceAddress> globals, bool several_worlds, Cull cull,
+                         std::span<const VkDeviceAddress> globals, bool several_worlds, settings::Cull cull,
                          bool levels_of_detail);
   // Coverage merge: neighbouring triangles of a pixel become one shading sample. Runs only where it pays,
   // before all users of the ids. traced: rays may start from merged surfaces.
@@ -63,10 +63,11 @@ class VisibilityPass {
   // Shades into targets.display, tone-mapped and resolved. With forward-only draws it writes linear samples
   // into targets.hdr, which needs can_write_samples(). hdr_area: bounds of those draws; null: none.
   void shade(gpu::Recorder& recorder, GpuScene& scene, ShadowPass& shadows, Targets& targets,
-             const Shaded& shaded, const PostSettings& settings, const VkRect2D* hdr_area);
+             const Shaded& shaded, const settings::PostSettings& settings, const VkRect2D* hdr_area);
   // The same for one view with shadow tests in shading; see ShadowPass::tests_maps_while_shading.
   void shade_and_trace(gpu::Recorder& recorder, GpuScene& scene, ShadowPass& shadows, Targets& targets,
-                       const Shaded& shaded, const PostSettings& settings, const VkRect2D* hdr_area);
+                       const Shaded& shaded, const settings::PostSettings& settings,
+                       const VkRect2D* hdr_area);
   // True if shading with `hdr_area` also tone-maps the pixels outside of it.
   bool tone_maps_other_pixels(const GpuScene& scene, bool ray_effects) const {
     return !scene.has_extensions && !ray_effects && gpu::uses_cpu_variants(device_);
@@ -82,9 +83,10 @@ class VisibilityPass {
  private:
   enum class Shades : uint8_t { all, all_and_lists, listed };  // pixels
 
-  ClusterRaster::Job job_of(GpuScene& scene, Cull cull, bool levels_of_detail) const;
+  ClusterRaster::Job job_of(GpuScene& scene, settings::Cull cull, bool levels_of_detail) const;
   void bind(Targets& targets) const;
-  gpu_types::ShadePush shade_push(const Shaded& shaded, size_t index, const PostSettings& settings) const;
+  gpu_types::ShadePush shade_push(const Shaded& shaded, size_t index,
+                                  const settings::PostSettings& settings) const;
   gpu::Pipeline& shade_pipeline(const Shading& shading);
   // True if one pipeline both lists unresolved pixels and re-shades them. A CPU compiles pipelines slowly; on
   // a GPU the combined pipeline would lower occupancy.

@@ -31,9 +31,10 @@ class AdfGolden : public ValidationIsSilent {
   static void expect_golden(const char* camera, const char* name) {
     constexpr VkExtent2D extent{320, 240};
     const scene::Scene scene = converted();
-    for (const passes::RasterPath path : {passes::RasterPath::forward, passes::RasterPath::visibility}) {
-      SCOPED_TRACE(path == passes::RasterPath::forward ? "forward" : "visibility");
-      passes::DrawSettings settings;
+    for (const settings::RasterPath path :
+         {settings::RasterPath::forward, settings::RasterPath::visibility}) {
+      SCOPED_TRACE(path == settings::RasterPath::forward ? "forward" : "visibility");
+      settings::DrawSettings settings;
       settings.raster = path;
       RenderBench bench(scene, extent, settings);
       const state::PoseState poses(scene);

@@ -27,11 +27,11 @@ constexpr double kFarthestSample = 0.16;  // another renderer with other lights
 
 const fs::path kTable = fs::path(FIRE3DV_SOURCE_DIR) / "tests" / "render" / "asset_oracles.txt";
 
-passes::DrawSettings settings_of(passes::RasterPath raster) {
-  passes::DrawSettings settings;
+settings::DrawSettings settings_of(settings::RasterPath raster) {
+  settings::DrawSettings settings;
   settings.raster = raster;
   settings.samples = 1;
-  settings.shadows.method = passes::ShadowMethod::off;
+  settings.shadows.method = settings::ShadowMethod::off;
   settings.background.color = {0.06f, 0.0f, 0.12f};  // no asset has this colour
   settings.post.fxaa = false;
   return settings;
@@ -158,8 +158,8 @@ class Assets : public ValidationIsSilent {
   }
 
  protected:
-  AssetDrawer drawer_{device(), kExtent, settings_of(passes::RasterPath::visibility)};
-  AssetDrawer forward_{device(), kExtent, settings_of(passes::RasterPath::forward)};
+  AssetDrawer drawer_{device(), kExtent, settings_of(settings::RasterPath::visibility)};
+  AssetDrawer forward_{device(), kExtent, settings_of(settings::RasterPath::forward)};
   const sinks::FrameImage blank_ = drawer_.draw_nothing();
   const AssetTable table_ = read_asset_table(kTable);
   static inline AssetTable measured_;  // of all tests in this run

@@ -17,8 +17,8 @@ namespace {
 
 class BrokenAssets : public ValidationIsSilent {
  protected:
-  static passes::DrawSettings settings_of(passes::RasterPath raster) {
-    passes::DrawSettings settings;
+  static settings::DrawSettings settings_of(settings::RasterPath raster) {
+    settings::DrawSettings settings;
     settings.raster = raster;
     settings.samples = 1;
     return settings;
@@ -40,8 +40,8 @@ class BrokenAssets : public ValidationIsSilent {
     EXPECT_EQ(instance().validation_messages(), 0u);
   }
 
-  contact_sheet::AssetDrawer visibility_{device(), {48, 48}, settings_of(passes::RasterPath::visibility)};
-  contact_sheet::AssetDrawer forward_{device(), {48, 48}, settings_of(passes::RasterPath::forward)};
+  contact_sheet::AssetDrawer visibility_{device(), {48, 48}, settings_of(settings::RasterPath::visibility)};
+  contact_sheet::AssetDrawer forward_{device(), {48, 48}, settings_of(settings::RasterPath::forward)};
   uint32_t drawn_ = 0, refused_ = 0;
 };
 

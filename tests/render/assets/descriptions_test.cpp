@@ -29,7 +29,7 @@ sinks::FrameImage drawn(const convert::Model& model) {
   const auto scene = scene::load_glb(*glb, model.name);
   EXPECT_TRUE(scene.ok()) << scene.error().message;
   if (!scene) return {};
-  passes::DrawSettings settings;
+  settings::DrawSettings settings;
   settings.background.show_environment = true;
   return RenderBench(*scene, kExtent, settings).draw_at_rest();
 }

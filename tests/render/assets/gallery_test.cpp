@@ -29,9 +29,9 @@ class Gallery : public ValidationIsSilent {
 
 TEST_F(Gallery, FiveMaterials) {
   const scene::Scene scene = load("material_spheres");
-  passes::DrawSettings settings;
+  settings::DrawSettings settings;
   settings.background.show_environment = true;
-  settings.post.tone_map = passes::ToneMap::neutral;
+  settings.post.tone_map = settings::ToneMap::neutral;
   settings.post.exposure = 1.5f;
   RenderBench bench(scene, {320, 120}, settings);
   EXPECT_TRUE(matches_golden(bench.draw_at_rest(), "gallery_material_spheres", Tolerance::colour()));
@@ -41,7 +41,7 @@ TEST_F(Gallery, EdgesWithAndWithoutAntiAliasing) {
   const scene::Scene scene = load("edges");
   for (const bool fxaa : {false, true}) {
     for (const uint32_t samples : {1u, 4u}) {
-      passes::DrawSettings settings;
+      settings::DrawSettings settings;
       settings.samples = samples;
       settings.post.fxaa = fxaa;
       RenderBench bench(scene, {120, 90}, settings);

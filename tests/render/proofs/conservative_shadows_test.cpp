@@ -35,16 +35,16 @@ class ShadowTruth : public ValidationIsSilent {
  protected:
   // Shared by all tests: preparing the environment dominates the cost of a renderer.
   static ProofBench& fine() {
-    static ProofBench bench(kExtent, with_fine_maps(shadowed_by(passes::ShadowMethod::ray, true)));
+    static ProofBench bench(kExtent, with_fine_maps(shadowed_by(settings::ShadowMethod::ray, true)));
     return bench;
   }
   // Map sizes by image and device; on a CPU device an eighth of the side.
   static ProofBench& usual() {
-    static ProofBench bench(kExtent, shadowed_by(passes::ShadowMethod::ray, true));
+    static ProofBench bench(kExtent, shadowed_by(settings::ShadowMethod::ray, true));
     return bench;
   }
   static ProofBench& all() {
-    static ProofBench bench(kExtent, shadowed_by(passes::ShadowMethod::ray, false));
+    static ProofBench bench(kExtent, shadowed_by(settings::ShadowMethod::ray, false));
     return bench;
   }
   static void TearDownTestSuite() { device().retire_all_now(); }

@@ -17,7 +17,7 @@ class MergedSurfaces : public ValidationIsSilent {
     bool merged = false;
   };
 
-  static Drawn drawn(uint32_t segments, const passes::DrawSettings& settings) {
+  static Drawn drawn(uint32_t segments, const settings::DrawSettings& settings) {
     SceneBuilder builder;
     builder.mesh_node("ball", builder.sphere(builder.material(matte({0.8f, 0.4f, 0.2f})), 0.8f, segments),
                       glm::mat4(1));
@@ -35,10 +35,10 @@ class MergedSurfaces : public ValidationIsSilent {
 };
 
 TEST_F(MergedSurfaces, MergedImageIsIdentical) {
-  passes::DrawSettings settings = plain_settings(4);
+  settings::DrawSettings settings = plain_settings(4);
   const Drawn merged = drawn(128, settings);  // several triangles in each pixel
   EXPECT_TRUE(merged.merged);
-  settings.raster = passes::RasterPath::forward;
+  settings.raster = settings::RasterPath::forward;
   const Drawn reference = drawn(128, settings);
   EXPECT_FALSE(reference.merged);
   EXPECT_TRUE(matches_image(merged.image, reference.image, "merged_surfaces", Tolerance::colour()));

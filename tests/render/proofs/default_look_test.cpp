@@ -43,9 +43,10 @@ scene::Scene unlit_wall(bool with_glass) {
 TEST_F(DefaultLook, UnlitColoursAreExact) {
   for (const bool with_glass : {false, true}) {
     const scene::Scene scene = unlit_wall(with_glass);
-    for (const passes::RasterPath path : {passes::RasterPath::visibility, passes::RasterPath::forward}) {
-      for (const passes::ToneMap tone_map : {passes::ToneMap::neutral, passes::ToneMap::aces}) {
-        passes::DrawSettings settings;
+    for (const settings::RasterPath path :
+         {settings::RasterPath::visibility, settings::RasterPath::forward}) {
+      for (const settings::ToneMap tone_map : {settings::ToneMap::neutral, settings::ToneMap::aces}) {
+        settings::DrawSettings settings;
         settings.raster = path;
         settings.post = {.exposure = 2.5f, .tone_map = tone_map, .fxaa = false};
         settings.background.color = {decode(32), decode(160), decode(255)};
@@ -62,10 +63,10 @@ TEST_F(DefaultLook, UnlitColoursAreExact) {
 
 TEST_F(DefaultLook, TheGradientFollowsTheElevation) {
   const scene::Scene scene = SceneBuilder().build();
-  for (const passes::RasterPath path : {passes::RasterPath::visibility, passes::RasterPath::forward}) {
-    passes::DrawSettings settings;
+  for (const settings::RasterPath path : {settings::RasterPath::visibility, settings::RasterPath::forward}) {
+    settings::DrawSettings settings;
     settings.raster = path;
-    settings.background = passes::Background::gradient();
+    settings.background = settings::Background::gradient();
     ProofBench bench(kExtent, settings);
     bench.show(scene);
     const glm::vec3 low = settings.background.color, high = *settings.background.zenith;
@@ -94,13 +95,13 @@ TEST_F(DefaultLook, GroundShowsShadowsOnBackground) {
   const auto view_from = [&](const glm::vec3& eye, const glm::vec3& target) {
     return passes::make_view(lens, passes::look_at_pose(eye, target), 96.0f / 72);
   };
-  for (const passes::RasterPath path : {passes::RasterPath::visibility, passes::RasterPath::forward}) {
-    passes::DrawSettings settings;
+  for (const settings::RasterPath path : {settings::RasterPath::visibility, settings::RasterPath::forward}) {
+    settings::DrawSettings settings;
     settings.raster = path;
     settings.post.fxaa = false;
     settings.background.color = glm::vec3(0.5f);
-    settings.shadows = {path == passes::RasterPath::forward ? passes::ShadowMethod::map
-                                                            : passes::ShadowMethod::automatic};
+    settings.shadows = {path == settings::RasterPath::forward ? settings::ShadowMethod::map
+                                                              : settings::ShadowMethod::automatic};
     // A uniform sky of radiance 1 gives the plane pi lux.
     settings.environment = std::make_shared<const scene::EnvironmentImage>(
         scene::make_environment(64, 32, [](const glm::vec3&) { return glm::vec3(1); }));
@@ -108,7 +109,7 @@ TEST_F(DefaultLook, GroundShowsShadowsOnBackground) {
     passes::View view = view_from({0, 0.6f, 4}, {0, 0, 0});
     const sinks::FrameImage without = bench.draw(poses, view);
     view.ground = scene::Ground{0, 20, {0, 0}};
-    const bool has_planes = path == passes::RasterPath::visibility;
+    const bool has_planes = path == settings::RasterPath::visibility;
     const Taken with =
         bench.take(poses, view,
                    passes::ImageOutputs(has_planes ? wire::kColorSrgb8 | wire::kDepthF32 | wire::kInstanceU32

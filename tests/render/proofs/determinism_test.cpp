@@ -60,7 +60,7 @@ TEST_F(Determinism, FiftyImagesAndAnotherRenderer) {
   const scene::Scene scene = crowded();
   for (uint32_t samples : {1u, 4u}) {
     SCOPED_TRACE(samples);
-    passes::DrawSettings settings = shadowed_by(passes::ShadowMethod::ray, true, samples);
+    settings::DrawSettings settings = shadowed_by(settings::ShadowMethod::ray, true, samples);
     settings.environment_intensity = 0.5f;
     RenderBench bench(scene, {64, 48}, settings);
     const sinks::FrameImage first = bench.draw_at_rest();
@@ -77,14 +77,14 @@ TEST_F(Determinism, CullingMakesNoDifference) {
   const scene::Scene scene = crowded();
   for (uint32_t samples : {1u, 4u}) {
     for (auto [method, hybrid] :
-         {std::pair(passes::ShadowMethod::ray, true), std::pair(passes::ShadowMethod::ray, false),
-          std::pair(passes::ShadowMethod::map, false)}) {
+         {std::pair(settings::ShadowMethod::ray, true), std::pair(settings::ShadowMethod::ray, false),
+          std::pair(settings::ShadowMethod::map, false)}) {
       SCOPED_TRACE(testing::Message()
                    << samples << " samples, method " << static_cast<int>(method) << ", " << hybrid);
-      passes::DrawSettings settings = shadowed_by(method, hybrid, samples);
-      settings.cull = passes::Cull::hidden;
+      settings::DrawSettings settings = shadowed_by(method, hybrid, samples);
+      settings.cull = settings::Cull::hidden;
       ProofBench culled({64, 48}, settings);
-      settings.cull = passes::Cull::off;
+      settings.cull = settings::Cull::off;
       ProofBench whole({64, 48}, settings);
       culled.show(scene);
       whole.show(scene);
@@ -114,18 +114,18 @@ TEST_F(Determinism, WhatIsHiddenIsLeftOut) {
   builder.mesh_node("wall", builder.box(white, {1.0f, 0.5f, 0.01f}), at({-1.1f, 0.2f, 0.5f}));
   builder.camera_node("camera", {0, 0.3f, 2.2f}, {0, 0.1f, 0});
   const scene::Scene scene = builder.build();
-  passes::DrawSettings settings = plain_settings();
-  settings.levels_of_detail = passes::LevelsOfDetail::off;  // coarser clusters extend beyond a ball
-  const auto clusters_of = [&](passes::Cull cull, sinks::FrameImage& image) {
+  settings::DrawSettings settings = plain_settings();
+  settings.levels_of_detail = settings::LevelsOfDetail::off;  // coarser clusters extend beyond a ball
+  const auto clusters_of = [&](settings::Cull cull, sinks::FrameImage& image) {
     settings.cull = cull;
     RenderBench bench(scene, {160, 120}, settings);
     for (int i = 0; i < 6; ++i) image = bench.draw_at_rest();  // until the counters are read back
     return bench.renderer().counts();
   };
   sinks::FrameImage all, in_view, seen;
-  const uint32_t all_clusters = clusters_of(passes::Cull::off, all).clusters;
-  const uint32_t view_clusters = clusters_of(passes::Cull::view, in_view).clusters;
-  const passes::RenderCounts drawn = clusters_of(passes::Cull::hidden, seen);
+  const uint32_t all_clusters = clusters_of(settings::Cull::off, all).clusters;
+  const uint32_t view_clusters = clusters_of(settings::Cull::view, in_view).clusters;
+  const passes::RenderCounts drawn = clusters_of(settings::Cull::hidden, seen);
   EXPECT_LT(view_clusters, all_clusters * 9 / 10) << "the far sides of balls are turned away";
   EXPECT_LT(drawn.clusters, view_clusters * 3 / 4) << "a wall hides nearly half of them";
   EXPECT_GT(drawn.clusters, view_clusters / 4);
@@ -142,14 +142,14 @@ TEST_F(Determinism, TrianglesBetweenSamplesAreDropped) {
   builder.camera_node("camera", {0, 0, 0}, {0, 0, -1});
   const scene::Scene scene = builder.build();
   for (uint32_t samples : {1u, 4u}) {
-    passes::DrawSettings settings = plain_settings();
+    settings::DrawSettings settings = plain_settings();
     settings.samples = samples;
-    settings.cull = passes::Cull::view;
+    settings.cull = settings::Cull::view;
     RenderBench culled(scene, {64, 48}, settings);
     sinks::FrameImage image;
     for (int i = 0; i < 6; ++i) image = culled.draw_at_rest();
     EXPECT_EQ(culled.renderer().counts().clusters, 0u) << samples;
-    settings.cull = passes::Cull::off;
+    settings.cull = settings::Cull::off;
     RenderBench whole(scene, {64, 48}, settings);
     EXPECT_TRUE(matches_image(image, whole.draw_at_rest(), "determinism_between", Tolerance::exact()));
   }
@@ -166,14 +166,14 @@ TEST_F(Determinism, FirstImageIsComplete) {
   builder.light_node(sun({1, 1, 1}, 2), shining_towards({-0.3f, -1, -0.4f}));
   builder.camera_node("camera", {0, 0, 0}, {0, 0, -1});
   const scene::Scene scene = builder.build();
-  passes::DrawSettings settings = plain_settings();
-  settings.cull = passes::Cull::off;
+  settings::DrawSettings settings = plain_settings();
+  settings.cull = settings::Cull::off;
   RenderBench whole(scene, {64, 48}, settings);
   const sinks::FrameImage first = whole.draw_at_rest();
   for (int i = 0; i < 4; ++i) {
     EXPECT_TRUE(matches_image(whole.draw_at_rest(), first, "determinism_warm", Tolerance::exact()));
   }
-  settings.cull = passes::Cull::hidden;
+  settings.cull = settings::Cull::hidden;
   RenderBench culled(scene, {64, 48}, settings);
   EXPECT_TRUE(matches_image(culled.draw_at_rest(), first, "determinism_first", Tolerance::exact()));
 }

@@ -17,16 +17,16 @@ namespace {
 
 constexpr VkExtent2D kBounceSize{32, 24};
 
-passes::RayEffects effects(const char* names) {
-  passes::RayEffects on;
-  EXPECT_TRUE(passes::ray_effects_named(names, on));
+settings::RayEffects effects(const char* names) {
+  settings::RayEffects on;
+  EXPECT_TRUE(settings::ray_effects_named(names, on));
   return on;
 }
 
 // One renderer for successive scenes.
 class Series {
  public:
-  explicit Series(const passes::DrawSettings& settings)
+  explicit Series(const settings::DrawSettings& settings)
       : scene_(std::make_unique<scene::Scene>(SceneBuilder().build())),
         settings_(settings),
         bench_(*scene_, kBounceSize, settings) {}
@@ -47,7 +47,7 @@ class Series {
 
  private:
   std::unique_ptr<scene::Scene> scene_;
-  passes::DrawSettings settings_;
+  settings::DrawSettings settings_;
   RenderBench bench_;
 };
 
@@ -55,7 +55,7 @@ class DiffuseBounce : public ValidationIsSilent {
  protected:
   // A renderer's pipelines take longer than its images.
   static void SetUpTestSuite() {
-    passes::DrawSettings settings = path_settings(96, 1);
+    settings::DrawSettings settings = path_settings(96, 1);
     settings.environment = constant_environment({0.6f, 0.8f, 1});
     paths_ = std::make_unique<Series>(settings);
     settings.path.reset();

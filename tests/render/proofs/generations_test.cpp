@@ -13,7 +13,7 @@
 namespace fire3dv::test {
 namespace {
 
-using passes::ShadowMethod;
+using settings::ShadowMethod;
 
 constexpr VkExtent2D kExtent{96, 72};
 constexpr int kFrames = 6;  // the target is cleared twice, with all four generations between
@@ -85,8 +85,8 @@ class Generations : public ValidationIsSilent, public ::testing::WithParamInterf
 TEST_P(Generations, EarlierDrawsAreInvisible) {
   const Case& c = GetParam();
   const scene::Scene scene = yard(c.glass);
-  passes::DrawSettings settings = shadowed_by(c.shadows, c.hybrid, c.samples);
-  settings.cull = passes::Cull::hidden;
+  settings::DrawSettings settings = shadowed_by(c.shadows, c.hybrid, c.samples);
+  settings.cull = settings::Cull::hidden;
   const wire::ImageOutputs outputs = with_planes();
   state::PoseState poses(scene);
   const passes::View view = first_camera_view(scene, poses, kExtent);
@@ -116,7 +116,7 @@ INSTANTIATE_TEST_SUITE_P(Ways, Generations,
 TEST_P(Generations, NanIsGoneInNextFrame) {
   const Case& c = GetParam();
   const scene::Scene scene = yard(c.glass);
-  const passes::DrawSettings settings = shadowed_by(c.shadows, c.hybrid, c.samples);
+  const settings::DrawSettings settings = shadowed_by(c.shadows, c.hybrid, c.samples);
   state::PoseState poses(scene);
   const passes::View view = first_camera_view(scene, poses, kExtent);
   RenderBench bench(scene, kExtent, settings), fresh(scene, kExtent, settings);

@@ -16,12 +16,12 @@ namespace {
 
 using glm::mat4;
 using glm::vec3;
-using passes::LevelsOfDetail;
+using settings::LevelsOfDetail;
 
 constexpr VkExtent2D kExtent{160, 120};
 
-passes::DrawSettings settings(uint32_t samples, passes::LevelsOfDetail levels, bool hybrid = true) {
-  passes::DrawSettings settings = shadowed_by(passes::ShadowMethod::ray, hybrid, samples);
+settings::DrawSettings settings(uint32_t samples, settings::LevelsOfDetail levels, bool hybrid = true) {
+  settings::DrawSettings settings = shadowed_by(settings::ShadowMethod::ray, hybrid, samples);
   settings.environment_intensity = 1;
   settings.levels_of_detail = levels;
   return settings;
@@ -84,9 +84,9 @@ class Levels : public ValidationIsSilent {
  protected:
   // Compares images along a zoom from near to far. Returns the cluster counts at the end, with and without
   // LOD.
-  static std::pair<uint32_t, uint32_t> zoom(const passes::DrawSettings& drawn, int steps, float factor) {
+  static std::pair<uint32_t, uint32_t> zoom(const settings::DrawSettings& drawn, int steps, float factor) {
     const scene::Scene scene = bodies();
-    passes::DrawSettings all = drawn;
+    settings::DrawSettings all = drawn;
     all.levels_of_detail = LevelsOfDetail::off;
     ProofBench with(kExtent, drawn), without(kExtent, all);
     with.show(scene);
@@ -111,8 +111,8 @@ class Levels : public ValidationIsSilent {
 
   // Counts the clusters from the last position without culling.
   static uint32_t all_clusters_of(ProofBench& bench) {
-    passes::DrawSettings settings = bench.renderer().settings().draw();
-    settings.cull = passes::Cull::off;
+    settings::DrawSettings settings = bench.renderer().settings().draw();
+    settings.cull = settings::Cull::off;
     bench.renderer().apply(settings);
     for (int i = 0; i < 4; ++i) bench.draw(vec3(20, 23, 66), {0, 0.5f, 0}, 0.8f);  // counters come later
     return bench.renderer().counts().clusters;
@@ -130,8 +130,8 @@ TEST_F(Levels, ZoomLooksAsWithEveryTriangle) {
 }
 
 TEST_F(Levels, ShadowsStayPerTechnique) {
-  passes::DrawSettings maps = settings(1, LevelsOfDetail::everywhere);
-  maps.shadows.method = passes::ShadowMethod::map;
+  settings::DrawSettings maps = settings(1, LevelsOfDetail::everywhere);
+  maps.shadows.method = settings::ShadowMethod::map;
   zoom(maps, 8, 1.5f);
   zoom(settings(1, LevelsOfDetail::camera, false), 8, 1.5f);
 }
@@ -143,7 +143,7 @@ TEST_F(Levels, NoSurfaceShadowsItself) {
   builder.mesh_node("ball", builder.sphere(white, 1, 192), mat4(1));
   builder.light_node(sun({1, 1, 1}, 3), shining_towards({0, 0, -1}));
   const scene::Scene scene = builder.build();
-  passes::DrawSettings lit = settings(1, LevelsOfDetail::camera, false);
+  settings::DrawSettings lit = settings(1, LevelsOfDetail::camera, false);
   lit.environment_intensity = 0;
   ProofBench bench(kExtent, lit);
   bench.show(scene);

@@ -26,12 +26,12 @@ scene::Material glowing(glm::vec3 radiance) {
 }
 
 // Colours of the display are proportional to light.
-passes::DrawSettings bloom_settings(float strength, uint32_t samples = 1) {
-  passes::DrawSettings settings;
+settings::DrawSettings bloom_settings(float strength, uint32_t samples = 1) {
+  settings::DrawSettings settings;
   settings.environment_intensity = 0;
   settings.background.color = glm::vec3(0);
   settings.samples = samples;
-  settings.post.tone_map = passes::ToneMap::none;
+  settings.post.tone_map = settings::ToneMap::none;
   settings.post.fxaa = false;
   settings.post.bloom = strength;
   return settings;
@@ -61,7 +61,7 @@ double energy(const sinks::FrameImage& image) {
   return sum;
 }
 
-sinks::FrameImage drawn(const scene::Scene& scene, const passes::DrawSettings& settings,
+sinks::FrameImage drawn(const scene::Scene& scene, const settings::DrawSettings& settings,
                         VkExtent2D extent = kSize) {
   return RenderBench(scene, extent, settings).draw_at_rest();
 }
@@ -105,8 +105,8 @@ TEST_F(PostEffects, BloomKeepsUniformImage) {
   // Display-referred colours count as light of the brightness that is shown, whatever the exposure.
   SceneBuilder empty = plane_camera();
   const scene::Scene nothing = empty.build();
-  passes::DrawSettings plain = bloom_settings(0), bloomed = bloom_settings(0.8f);
-  for (passes::DrawSettings* settings : {&plain, &bloomed}) {
+  settings::DrawSettings plain = bloom_settings(0), bloomed = bloom_settings(0.8f);
+  for (settings::DrawSettings* settings : {&plain, &bloomed}) {
     settings->background.color = {0.2f, 0.5f, 0.05f};
     settings->post.exposure = 1e-4f;
   }
@@ -134,15 +134,15 @@ TEST_F(PostEffects, BloomMatchesAcrossRenderers) {
   for (const bool with_pane : {false, true}) {
     const scene::Scene scene = lamps(with_pane);
     for (const uint32_t samples : {1u, 4u}) {
-      passes::DrawSettings settings = bloom_settings(0.4f, samples);
+      settings::DrawSettings settings = bloom_settings(0.4f, samples);
       settings.background.color = glm::vec3(0.02f);
-      settings.post.tone_map = passes::ToneMap::neutral;
+      settings.post.tone_map = settings::ToneMap::neutral;
       const sinks::FrameImage visibility = drawn(scene, settings);
-      settings.raster = passes::RasterPath::forward;
+      settings.raster = settings::RasterPath::forward;
       EXPECT_LE(largest_difference(visibility, drawn(scene, settings)), 2) << samples << with_pane;
       if (samples == 1 || with_pane) continue;
-      settings.raster = passes::RasterPath::automatic;
-      settings.path = passes::PathSettings{.samples_per_pixel = 256, .bounces = 0};
+      settings.raster = settings::RasterPath::automatic;
+      settings.path = settings::PathSettings{.samples_per_pixel = 256, .bounces = 0};
       const sinks::FrameImage traced = drawn(scene, settings);
       // Far from edges, whose pixels differ in coverage. 30 pixels off the large lamp:
       for (const uint32_t x : {20u, 40u, 90u}) {
@@ -171,14 +171,14 @@ TEST_F(PostEffects, BloomIsStatelessAndSkipsLinear) {
   used.renderer().set_scene(scene);
   used.set_size(kSize);
   EXPECT_EQ(used.draw(poses, view).rgba8, with.image.rgba8);
-  used.change_settings([](passes::DrawSettings& s) { s.post.bloom = 0; });
+  used.change_settings([](settings::DrawSettings& s) { s.post.bloom = 0; });
   EXPECT_EQ(used.draw(poses, view).rgba8, plain.draw(poses, view).rgba8);
-  used.change_settings([](passes::DrawSettings& s) { s.post.bloom = 0.5f; });
+  used.change_settings([](settings::DrawSettings& s) { s.post.bloom = 0.5f; });
   EXPECT_EQ(used.draw(poses, view).rgba8, with.image.rgba8);
 }
 
-passes::DrawSettings metered_settings(uint32_t samples = 1) {
-  passes::DrawSettings settings = bloom_settings(0, samples);
+settings::DrawSettings metered_settings(uint32_t samples = 1) {
+  settings::DrawSettings settings = bloom_settings(0, samples);
   settings.post.metered = true;
   return settings;
 }
@@ -205,8 +205,8 @@ TEST_F(PostEffects, MeteringMapsUniformToMiddleGrey) {
       EXPECT_NEAR(pixel(image, 50, 37).g, kMiddleGrey, 1) << radiance;
       EXPECT_EQ(pixel(image, 3, 70), pixel(image, 50, 37));
     }
-    passes::DrawSettings traced = metered_settings();
-    traced.path = passes::PathSettings{.samples_per_pixel = 4, .bounces = 0};
+    settings::DrawSettings traced = metered_settings();
+    traced.path = settings::PathSettings{.samples_per_pixel = 4, .bounces = 0};
     EXPECT_NEAR(pixel(drawn(scene, traced, {17, 9}), 8, 4).g, kMiddleGrey, 1) << radiance;
   }
 }
@@ -228,7 +228,7 @@ TEST_F(PostEffects, MeteringIsStatelessAndSkipsLinear) {
   const passes::ImageOutputs outputs(wire::kColorSrgb8 | wire::kColorLinearF16);
   const state::PoseState poses(scene);
   passes::View view = first_camera_view(scene, poses, kSize);
-  passes::DrawSettings settings = metered_settings(4), fixed = bloom_settings(0, 4);
+  settings::DrawSettings settings = metered_settings(4), fixed = bloom_settings(0, 4);
   settings.post.bloom = fixed.post.bloom = 0.2f;
   RenderBench alone(scene, kSize, settings), unmetered(scene, kSize, fixed);
   const Taken taken = alone.take(poses, view, outputs), plain = unmetered.take(poses, view, outputs);
@@ -256,7 +256,7 @@ TEST_F(PostEffects, BlackImageKeepsExposure) {
   unlit.unlit = true;
   builder.mesh_node("sign", builder.quad(builder.material(unlit), 0.3f), glm::mat4(1));
   const scene::Scene scene = builder.build();
-  passes::DrawSettings settings = metered_settings(), fixed = bloom_settings(0);
+  settings::DrawSettings settings = metered_settings(), fixed = bloom_settings(0);
   settings.post.bloom = fixed.post.bloom = 0.3f;
   settings.post.exposure = fixed.post.exposure = 7;
   EXPECT_EQ(drawn(scene, settings).rgba8, drawn(scene, fixed).rgba8);
@@ -265,7 +265,7 @@ TEST_F(PostEffects, BlackImageKeepsExposure) {
 
 TEST_F(PostEffects, OnePixelImagesWork) {
   const scene::Scene scene = lamps(false);
-  passes::DrawSettings settings = metered_settings(4);
+  settings::DrawSettings settings = metered_settings(4);
   settings.post.bloom = 0.5f;
   for (const VkExtent2D size : {VkExtent2D{1, 1}, VkExtent2D{2, 1}, VkExtent2D{1, 37}})
     EXPECT_EQ(drawn(scene, settings, size).rgba8.size(), 4 * size.width * size.height);

@@ -17,14 +17,14 @@ float encode(float linear) {
 }
 
 // An emissive wall that fills the image.
-glm::ivec3 shown(glm::vec3 light, passes::ToneMap tone_map, float saturation = 1,
-                 passes::RasterPath raster = passes::RasterPath::automatic) {
+glm::ivec3 shown(glm::vec3 light, settings::ToneMap tone_map, float saturation = 1,
+                 settings::RasterPath raster = settings::RasterPath::automatic) {
   SceneBuilder builder;
   scene::Material material = matte({0, 0, 0});
   material.emissive = light;
   builder.mesh_node("wall", builder.quad(builder.material(material), 10), glm::mat4(1));
   builder.camera_node("camera", {0, 5, 0}, {0, 0, 0});
-  passes::DrawSettings settings;
+  settings::DrawSettings settings;
   settings.environment_intensity = 0;
   settings.post.tone_map = tone_map;
   settings.post.saturation = saturation;
@@ -36,19 +36,20 @@ glm::ivec3 shown(glm::vec3 light, passes::ToneMap tone_map, float saturation = 1
 
 TEST_F(Post, ToneMapsFollowTheirFormulas) {
   for (const float light : {0.02f, 0.18f, 0.5f, 1.0f, 4.0f}) {
-    EXPECT_NEAR(shown(glm::vec3(light), passes::ToneMap::reinhard).g, 255 * encode(light / (1 + light)), 1.1f)
+    EXPECT_NEAR(shown(glm::vec3(light), settings::ToneMap::reinhard).g, 255 * encode(light / (1 + light)),
+                1.1f)
         << light;
-    EXPECT_NEAR(shown(glm::vec3(light), passes::ToneMap::none).g, 255 * encode(std::min(light, 1.0f)), 1.1f)
+    EXPECT_NEAR(shown(glm::vec3(light), settings::ToneMap::none).g, 255 * encode(std::min(light, 1.0f)), 1.1f)
         << light;
     // Neutral: grey below the shoulder is reduced only by its Fresnel offset.
     const float offset = light < 0.08f ? light - 6.25f * light * light : 0.04f;
     float neutral = light - offset;
     if (neutral >= 0.76f) neutral = 1 - 0.24f * 0.24f / (neutral + 0.24f - 0.76f);
-    EXPECT_NEAR(shown(glm::vec3(light), passes::ToneMap::neutral).g, 255 * encode(neutral), 1.1f) << light;
+    EXPECT_NEAR(shown(glm::vec3(light), settings::ToneMap::neutral).g, 255 * encode(neutral), 1.1f) << light;
     // ACES: its matrices map grey to grey within rounding, so only the curve remains.
     const float curve =
         (light * (light + 0.0245786f) - 0.000090537f) / (light * (0.983729f * light + 0.432951f) + 0.238081f);
-    EXPECT_NEAR(shown(glm::vec3(light), passes::ToneMap::aces).g, 255 * encode(std::min(curve, 1.0f)), 1.6f)
+    EXPECT_NEAR(shown(glm::vec3(light), settings::ToneMap::aces).g, 255 * encode(std::min(curve, 1.0f)), 1.6f)
         << light;
   }
 }
@@ -56,7 +57,7 @@ TEST_F(Post, ToneMapsFollowTheirFormulas) {
 // ACES 1.0 shows a grey card of 18 % at 4.8 of 48 cd/m2. Contrast: slope of the curve of logarithms.
 TEST_F(Post, AcesIsAFilmLikeCurve) {
   const auto grey = [](float light) {
-    const float encoded = static_cast<float>(shown(glm::vec3(light), passes::ToneMap::aces).g) / 255;
+    const float encoded = static_cast<float>(shown(glm::vec3(light), settings::ToneMap::aces).g) / 255;
     return encoded <= 0.04045f ? encoded / 12.92f : std::pow((encoded + 0.055f) / 1.055f, 2.4f);
   };
   const float middle = grey(0.18f);
@@ -72,20 +73,20 @@ TEST_F(Post, AcesIsAFilmLikeCurve) {
 
 TEST_F(Post, ToneMapsDifferInColour) {
   const glm::vec3 bright_red(6, 0.3f, 0.2f);
-  EXPECT_GT(shown(bright_red, passes::ToneMap::none).r, 250);
+  EXPECT_GT(shown(bright_red, settings::ToneMap::none).r, 250);
   // Neutral desaturates overexposed colours; Reinhard per channel desaturates red less.
-  const glm::ivec3 neutral = shown(bright_red, passes::ToneMap::neutral);
-  EXPECT_GT(neutral.g, shown(glm::vec3(0.6f, 0.03f, 0.02f), passes::ToneMap::neutral).g);
-  EXPECT_NE(neutral, shown(bright_red, passes::ToneMap::aces));
-  EXPECT_NE(neutral, shown(bright_red, passes::ToneMap::reinhard));
+  const glm::ivec3 neutral = shown(bright_red, settings::ToneMap::neutral);
+  EXPECT_GT(neutral.g, shown(glm::vec3(0.6f, 0.03f, 0.02f), settings::ToneMap::neutral).g);
+  EXPECT_NE(neutral, shown(bright_red, settings::ToneMap::aces));
+  EXPECT_NE(neutral, shown(bright_red, settings::ToneMap::reinhard));
 }
 
 TEST_F(Post, SaturationScalesTheDistanceFromGrey) {
   const glm::vec3 light(0.5f, 0.2f, 0.1f);
   const float grey = glm::dot(light, glm::vec3(0.2126f, 0.7152f, 0.0722f));
-  for (const passes::RasterPath raster : {passes::RasterPath::automatic, passes::RasterPath::forward}) {
+  for (const settings::RasterPath raster : {settings::RasterPath::automatic, settings::RasterPath::forward}) {
     for (const float saturation : {0.0f, 0.5f, 1.0f, 1.5f}) {
-      const glm::ivec3 color = shown(light, passes::ToneMap::none, saturation, raster);
+      const glm::ivec3 color = shown(light, settings::ToneMap::none, saturation, raster);
       for (int c = 0; c < 3; ++c) {
         const float expected = std::clamp(grey + saturation * (light[c] - grey), 0.0f, 1.0f);
         EXPECT_NEAR(color[c], 255 * encode(expected), 1.1f) << saturation << " channel " << c;
@@ -112,7 +113,7 @@ scene::Scene slanted_shapes() {
 TEST_F(Post, FxaaKeepsFlatRegions) {
   constexpr uint32_t kWidth = 200, kHeight = 120, kFiner = 8;
   const scene::Scene scene = slanted_shapes();
-  passes::DrawSettings settings;
+  settings::DrawSettings settings;
   settings.samples = 1;
   settings.post.fxaa = false;
   const sinks::FrameImage plain = RenderBench(scene, {kWidth, kHeight}, settings).draw_at_rest();
@@ -179,7 +180,7 @@ TEST_F(Post, FxaaIsSameWhereverPixelLies) {
   scene::Camera camera;
   camera.orthographic = true;
   camera.half_extent_m = {kWidth / 2.0f, kHeight / 2.0f};  // one pixel for each metre
-  passes::DrawSettings settings = plain_settings();
+  settings::DrawSettings settings = plain_settings();
   const auto image_of = [&](bool fxaa) {
     settings.post.fxaa = fxaa;
     ProofBench bench({kWidth, kHeight}, settings);

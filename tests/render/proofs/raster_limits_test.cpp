@@ -13,10 +13,10 @@ namespace fire3dv::test {
 namespace {
 
 using glm::vec3;
-using passes::ShadowMethod;
+using settings::ShadowMethod;
 
-passes::DrawSettings forward(passes::DrawSettings settings) {
-  settings.raster = passes::RasterPath::forward;
+settings::DrawSettings forward(settings::DrawSettings settings) {
+  settings.raster = settings::RasterPath::forward;
   return settings;
 }
 
@@ -58,7 +58,7 @@ TEST_F(RasterLimits, FortyPointLights) {
 TEST_F(RasterLimits, EmptySceneDraws) {
   for (ShadowMethod method : {ShadowMethod::ray, ShadowMethod::map, ShadowMethod::off}) {
     for (uint32_t samples : {1u, 4u}) {
-      passes::DrawSettings settings = shadowed_by(method, true, samples);
+      settings::DrawSettings settings = shadowed_by(method, true, samples);
       settings.environment_intensity = 1;
       settings.background.color = {0, 0.25f, 1};
       const scene::Scene dark = stage(0);
@@ -84,7 +84,7 @@ TEST_F(RasterLimits, OddSizes) {
   const scene::Scene scene = stage(2, scene::LightType::spot);
   for (VkExtent2D extent : {VkExtent2D{1, 1}, {1, 7}, {9, 1}, {33, 31}, {127, 3}, {65, 97}}) {
     SCOPED_TRACE(testing::Message() << extent.width << " x " << extent.height);
-    const passes::DrawSettings settings = shadowed_by(ShadowMethod::ray, true, 4);
+    const settings::DrawSettings settings = shadowed_by(ShadowMethod::ray, true, 4);
     const sinks::FrameImage image = RenderBench(scene, extent, settings).draw_at_rest();
     const sinks::FrameImage reference = RenderBench(scene, extent, forward(settings)).draw_at_rest();
     EXPECT_EQ(image.rgba8.size(), size_t{4} * extent.width * extent.height);

@@ -165,7 +165,7 @@ class RasterVariants : public ValidationIsSilent {
   }
 
  private:
-  passes::DrawSettings settings_ = plain_settings(4);
+  settings::DrawSettings settings_ = plain_settings(4);
   scene::Scene scene_;
   std::unique_ptr<RenderBench> bench_;
   gpu_types::Globals globals_{};

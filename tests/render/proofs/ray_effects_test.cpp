@@ -26,8 +26,9 @@ scene::Material metal(float roughness) {
   return material;
 }
 
-passes::DrawSettings traced(passes::RayEffects on, passes::RayBackEnd back_end = passes::RayBackEnd::query) {
-  passes::DrawSettings settings;
+settings::DrawSettings traced(settings::RayEffects on,
+                              settings::RayBackEnd back_end = settings::RayBackEnd::query) {
+  settings::DrawSettings settings;
   settings.samples = 1;
   settings.post.fxaa = false;
   settings.environment = constant_environment({0.3f, 0.35f, 0.5f});
@@ -37,19 +38,19 @@ passes::DrawSettings traced(passes::RayEffects on, passes::RayBackEnd back_end =
   return settings;
 }
 
-passes::RayEffects reflections() {
-  passes::RayEffects on;
+settings::RayEffects reflections() {
+  settings::RayEffects on;
   on.reflections = true;
   return on;
 }
-passes::RayEffects ambient_occlusion() {
-  passes::RayEffects on;
+settings::RayEffects ambient_occlusion() {
+  settings::RayEffects on;
   on.ambient_occlusion = true;
   return on;
 }
-passes::RayEffects all_effects() {
-  passes::RayEffects on;
-  EXPECT_TRUE(passes::ray_effects_named("all", on));
+settings::RayEffects all_effects() {
+  settings::RayEffects on;
+  EXPECT_TRUE(settings::ray_effects_named("all", on));
   return on;
 }
 
@@ -101,7 +102,7 @@ sinks::FrameImage flipped(const sinks::FrameImage& image, VkExtent2D size) {
   return result;
 }
 
-sinks::FrameImage drawn_with_rays(const scene::Scene& scene, const passes::DrawSettings& settings) {
+sinks::FrameImage drawn_with_rays(const scene::Scene& scene, const settings::DrawSettings& settings) {
   return RenderBench(scene, kRayEffectsSize, settings).draw_at_rest();
 }
 
@@ -117,7 +118,7 @@ TEST_F(RayEffects, FlatMirrorMatchesMirroredCamera) {
   const state::PoseState poses(scene);
   const sinks::FrameImage without = drawn_with_rays(scene, traced({}));
   // Only pixels of the mirror: the label plane tells them apart.
-  for (const passes::RayBackEnd back_end : {passes::RayBackEnd::query, passes::RayBackEnd::pipeline}) {
+  for (const settings::RayBackEnd back_end : {settings::RayBackEnd::query, settings::RayBackEnd::pipeline}) {
     RenderBench bench(scene, kRayEffectsSize, traced(reflections(), back_end));
     ASSERT_EQ(bench.renderer().ray_effect_back_end(), back_end);
     passes::ImageOutputs outputs(wire::kColorSrgb8 | wire::kDepthF32);
@@ -183,13 +184,13 @@ TEST_F(RayEffects, RoughReflectionsAgreeWithPaths) {
   const scene::Scene scene = builder.build();
   constexpr VkExtent2D kSmall{32, 24};
   // Lamps alone: hits take the environment without occlusion, paths with it.
-  const auto by_lamps = [](passes::DrawSettings settings) {
+  const auto by_lamps = [](settings::DrawSettings settings) {
     settings.environment_intensity = 0;
     return settings;
   };
   const std::vector<glm::dvec3> seen = linear_image(scene, kSmall, by_lamps(traced(reflections())));
-  passes::DrawSettings paths = by_lamps(traced({}));
-  paths.path = passes::PathSettings{.samples_per_pixel = 64, .bounces = 1, .seed = 1};
+  settings::DrawSettings paths = by_lamps(traced({}));
+  paths.path = settings::PathSettings{.samples_per_pixel = 64, .bounces = 1, .seed = 1};
   const std::vector<glm::dvec3> truth = linear_image(scene, kSmall, paths);
   double error = 0, sum = 0, seen_sum = 0;
   for (size_t i = 0; i < truth.size(); ++i) {
@@ -213,7 +214,7 @@ TEST_F(RayEffects, BodyBeforeSkyIsUnchanged) {
   builder.light_node(sun({1, 1, 1}, 2), shining_towards({-1, -1, -1}));
   builder.camera_node("camera", {0, 0, 2}, {0, 0, 0}, 0.7f);
   const scene::Scene scene = builder.build();
-  passes::DrawSettings settings = traced(all_effects()), plain = traced({});
+  settings::DrawSettings settings = traced(all_effects()), plain = traced({});
   settings.environment = plain.environment = nullptr;  // the studio
   // Two shaders with the same arithmetic: a driver may round them differently.
   EXPECT_EQ(share_within(drawn_with_rays(scene, settings), drawn_with_rays(scene, plain), 1), 1);
@@ -221,14 +222,14 @@ TEST_F(RayEffects, BodyBeforeSkyIsUnchanged) {
 
 TEST_F(RayEffects, DisabledEffectsKeepImage) {
   const scene::Scene scene = mirror_scene(0.3f);
-  passes::DrawSettings settings = traced(all_effects()), plain = traced({});
+  settings::DrawSettings settings = traced(all_effects()), plain = traced({});
   RenderBench bench(scene, kRayEffectsSize, settings);
   const sinks::FrameImage before = drawn_with_rays(scene, plain), with = bench.draw_at_rest();
   EXPECT_LT(share_within(with, before, 4), 0.9);
   EXPECT_FALSE(bench.renderer().can_take(passes::ImageOutputs(), 2)) << "one camera at a time";
-  bench.change_settings([](passes::DrawSettings& s) { s.ray_effects.on = {}; });
+  bench.change_settings([](settings::DrawSettings& s) { s.ray_effects.on = {}; });
   EXPECT_EQ(bench.draw_at_rest().rgba8, before.rgba8);
-  bench.change_settings([&](passes::DrawSettings& s) { s.ray_effects.on = settings.ray_effects.on; });
+  bench.change_settings([&](settings::DrawSettings& s) { s.ray_effects.on = settings.ray_effects.on; });
   EXPECT_EQ(bench.draw_at_rest().rgba8, with.rgba8) << "no earlier image matters";
 }
 
@@ -242,8 +243,8 @@ TEST_F(RayEffects, BackEndsAgreeWithoutHistory) {
   builder.mesh_node("mirror", builder.quad(builder.material(metal(0.25f)), 20), facing_z({0, 0, 0}));
   builder.camera_node("camera", kEye, kLooksAt, 0.6f);
   const scene::Scene scene = builder.build();
-  passes::DrawSettings by_query = traced(all_effects()),
-                       by_pipeline = traced(all_effects(), passes::RayBackEnd::pipeline);
+  settings::DrawSettings by_query = traced(all_effects()),
+                         by_pipeline = traced(all_effects(), settings::RayBackEnd::pipeline);
   by_query.samples = by_pipeline.samples = 4;
   RenderBench bench(scene, kRayEffectsSize, by_query), pipeline_bench(scene, kRayEffectsSize, by_pipeline);
   const sinks::FrameImage alone = bench.draw_at_rest();
@@ -293,14 +294,14 @@ scene::Scene glass_scene() {
 TEST_F(RayEffects, RefractionAgreesWithPaths) {
   constexpr VkExtent2D kWide{96, 32};
   const scene::Scene scene = glass_scene();
-  passes::RayEffects on = reflections();
+  settings::RayEffects on = reflections();
   on.refraction = true;
-  passes::DrawSettings paths = traced({});
-  paths.path = passes::PathSettings{.samples_per_pixel = 48, .bounces = 8, .seed = 1};
+  settings::DrawSettings paths = traced({});
+  paths.path = settings::PathSettings{.samples_per_pixel = 48, .bounces = 8, .seed = 1};
   const std::vector<glm::dvec3> truth = linear_image(scene, kWide, paths);
   std::vector<glm::dvec3> by_query;
-  for (const passes::RayBackEnd back_end : {passes::RayBackEnd::query, passes::RayBackEnd::pipeline}) {
-    passes::DrawSettings settings = traced(on, back_end);
+  for (const settings::RayBackEnd back_end : {settings::RayBackEnd::query, settings::RayBackEnd::pipeline}) {
+    settings::DrawSettings settings = traced(on, back_end);
     settings.samples = 4;
     const std::vector<glm::dvec3> seen = linear_image(scene, kWide, settings);
     double error = 0, sum = 0, seen_sum = 0, furthest = 0;
@@ -326,7 +327,7 @@ TEST_F(RayEffects, RefractionAgreesWithPaths) {
 
 TEST_F(RayEffects, UnrefractedGlassIsForward) {
   const scene::Scene scene = glass_scene();
-  passes::DrawSettings settings = traced(reflections());
+  settings::DrawSettings settings = traced(reflections());
   RenderBench plain(scene, kRayEffectsSize, settings);
   EXPECT_TRUE(plain.renderer().gpu_scene().has_forward_only);
   EXPECT_FALSE(plain.renderer().needs_new_renderer(settings));
@@ -348,7 +349,7 @@ double open_share(float distance_m, float height_m, float wall_m) {
   builder.mesh_node("floor", builder.quad(white, wall_m), glm::mat4(1));
   builder.mesh_node("wall", builder.box(white, {wall_m, height_m / 2, 0.5f}), at({0, height_m / 2, -0.5f}));
   builder.camera_node("camera", {0, 3, distance_m + 1}, {0, 0, distance_m}, 2e-4f);
-  passes::DrawSettings settings = traced(ambient_occlusion());
+  settings::DrawSettings settings = traced(ambient_occlusion());
   settings.environment = constant_environment(glm::vec3(1));
   settings.ray_effects.occlusion_rays = 32;  // 512 with the block of 4 x 4 pixels
   settings.ray_effects.occlusion_distance_m = wall_m;
@@ -368,16 +369,16 @@ TEST_F(RayEffects, OcclusionMatchesFormFactor) {
 }
 
 TEST(RayEffectNames, NamesAreChecked) {
-  passes::RayEffects on;
-  EXPECT_TRUE(passes::ray_effects_named("bounce,ao,refraction,reflections", on));
+  settings::RayEffects on;
+  EXPECT_TRUE(settings::ray_effects_named("bounce,ao,refraction,reflections", on));
   EXPECT_EQ(on, all_effects());
-  EXPECT_EQ(passes::describe(on), passes::ray_effect_names());
-  EXPECT_TRUE(passes::ray_effects_named("ao", on));
+  EXPECT_EQ(settings::describe(on), settings::ray_effect_names());
+  EXPECT_TRUE(settings::ray_effects_named("ao", on));
   EXPECT_EQ(on, ambient_occlusion());
-  EXPECT_TRUE(passes::ray_effects_named("off", on));
+  EXPECT_TRUE(settings::ray_effects_named("off", on));
   EXPECT_FALSE(on.any());
   for (const char* wrong : {"", "ao,", ",ao", "mirrors", "ao,off", "AO"})
-    EXPECT_FALSE(passes::ray_effects_named(wrong, on)) << wrong;
+    EXPECT_FALSE(settings::ray_effects_named(wrong, on)) << wrong;
 }
 
 }  // namespace

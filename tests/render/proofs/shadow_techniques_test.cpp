@@ -13,8 +13,8 @@ namespace fire3dv::test {
 namespace {
 
 using glm::vec3;
-using passes::RayBackEnd;
-using passes::ShadowMethod;
+using settings::RayBackEnd;
+using settings::ShadowMethod;
 
 constexpr VkExtent2D kExtent{128, 96};
 
@@ -55,13 +55,13 @@ scene::Scene yard(float radius, float size = 1) {
   return builder.build();
 }
 
-sinks::FrameImage drawn(const scene::Scene& scene, const passes::DrawSettings& settings,
+sinks::FrameImage drawn(const scene::Scene& scene, const settings::DrawSettings& settings,
                         VkExtent2D extent = kExtent) {
   return RenderBench(scene, extent, settings).draw_at_rest();
 }
 
-passes::DrawSettings forward(passes::DrawSettings settings) {
-  settings.raster = passes::RasterPath::forward;
+settings::DrawSettings forward(settings::DrawSettings settings) {
+  settings.raster = settings::RasterPath::forward;
   return settings;
 }
 
@@ -74,7 +74,7 @@ TEST_F(ShadowWays, RayBackEndsAreIdentical) {
     const scene::Scene scene = yard(radius);
     for (uint32_t samples : {1u, 4u}) {
       SCOPED_TRACE(testing::Message() << radius << ", " << samples << " samples");
-      passes::DrawSettings query = shadowed_by(ShadowMethod::ray, true, samples), pipeline = query;
+      settings::DrawSettings query = shadowed_by(ShadowMethod::ray, true, samples), pipeline = query;
       query.shadows.back_end = RayBackEnd::query;
       pipeline.shadows.back_end = RayBackEnd::pipeline;
       RenderBench by_pipeline(scene, kExtent, pipeline);
@@ -119,7 +119,7 @@ TEST_F(ShadowWays, FewRaysFitTheBuffer) {
   for (RayBackEnd back_end : {RayBackEnd::query, RayBackEnd::pipeline}) {
     for (uint32_t samples : {1u, 4u}) {
       SCOPED_TRACE(testing::Message() << static_cast<int>(back_end) << ", " << samples << " samples");
-      passes::DrawSettings settings = shadowed_by(ShadowMethod::ray, true, samples);
+      settings::DrawSettings settings = shadowed_by(ShadowMethod::ray, true, samples);
       settings.shadows.back_end = back_end;
       RenderBench all(scene, kExtent, settings);
       sinks::FrameImage of_all;
@@ -295,7 +295,7 @@ TEST_F(ShadowWays, FaceEdgeStaysShadowed) {
   builder.light_node(sun({1, 1, 1}, 30), shining_towards({1, -0.05f, 0}));
   builder.camera_node("camera", {0.02f, 1.2f, 0.01f}, {0, 0, 0});
   const scene::Scene scene = builder.build();
-  const passes::DrawSettings settings = shadowed_by(ShadowMethod::ray, true, 4);
+  const settings::DrawSettings settings = shadowed_by(ShadowMethod::ray, true, 4);
   uint32_t lit = 0, lit_without = 0;
   const sinks::FrameImage image = drawn(scene, settings), without = drawn(scene, plain_settings(4));
   for (uint32_t y = 0; y < kExtent.height; ++y) {

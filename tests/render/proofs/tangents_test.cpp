@@ -91,12 +91,13 @@ class Tangents : public ValidationIsSilent {};
 TEST_F(Tangents, NormalMapIsRotatedToWorld) {
   for (const float eye_z : {1.0f, -1.0f}) {
     const scene::Scene mapped = squares(true, eye_z), tilted = squares(false, eye_z);
-    for (const passes::RasterPath path : {passes::RasterPath::visibility, passes::RasterPath::forward}) {
-      passes::DrawSettings settings = plain_settings(1);
+    for (const settings::RasterPath path :
+         {settings::RasterPath::visibility, settings::RasterPath::forward}) {
+      settings::DrawSettings settings = plain_settings(1);
       settings.raster = path;
       RenderBench bench(mapped, kExtent, settings), reference(tilted, kExtent, settings);
       EXPECT_TRUE(matches_image(bench.draw_at_rest(), reference.draw_at_rest(),
-                                path == passes::RasterPath::forward ? "tangents_forward" : "tangents",
+                                path == settings::RasterPath::forward ? "tangents_forward" : "tangents",
                                 Tolerance::colour()));
     }
   }

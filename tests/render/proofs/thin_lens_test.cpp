@@ -18,18 +18,19 @@ class ThinLens : public ValidationIsSilent {};
 constexpr VkExtent2D kSize{96, 64};
 constexpr double kFocalLengthM = 0.05, kSensorM = 0.024;
 
-passes::DrawSettings lens_settings(float f_number, float focus_distance_m, uint32_t samples_per_pixel = 256) {
-  passes::DrawSettings settings;
+settings::DrawSettings lens_settings(float f_number, float focus_distance_m,
+                                     uint32_t samples_per_pixel = 256) {
+  settings::DrawSettings settings;
   settings.environment_intensity = 0;
   settings.background.color = glm::vec3(0);
   settings.post.fxaa = false;
-  settings.path = passes::PathSettings{
+  settings.path = settings::PathSettings{
       .samples_per_pixel = samples_per_pixel, .bounces = 0, .seed = 3, .lens = {f_number, focus_distance_m}};
   return settings;
 }
 
-passes::DrawSettings raster_settings(float f_number, float focus_distance_m, uint32_t samples = 4) {
-  passes::DrawSettings settings = lens_settings(0, 0);
+settings::DrawSettings raster_settings(float f_number, float focus_distance_m, uint32_t samples = 4) {
+  settings::DrawSettings settings = lens_settings(0, 0);
   settings.path.reset();
   settings.samples = samples;
   settings.post.lens = {f_number, focus_distance_m};
@@ -68,7 +69,7 @@ std::vector<double> radiance(RenderBench& bench, const scene::Scene& scene, VkEx
   return pixels;
 }
 
-std::vector<double> radiance(const scene::Scene& scene, const passes::DrawSettings& settings,
+std::vector<double> radiance(const scene::Scene& scene, const settings::DrawSettings& settings,
                              VkExtent2D size = kSize) {
   RenderBench bench(scene, size, settings);
   return radiance(bench, scene, size);
@@ -197,7 +198,7 @@ class RasterBench {
   // scene: outlives the bench.
   std::vector<double> radiance(const scene::Scene& scene, scene::ThinLens lens) {
     bench_.renderer().set_scene(scene);
-    bench_.change_settings([&](passes::DrawSettings& s) { s.post.lens = lens; });
+    bench_.change_settings([&](settings::DrawSettings& s) { s.post.lens = lens; });
     return test::radiance(bench_, scene, size_);
   }
 
@@ -295,7 +296,7 @@ TEST_F(ThinLens, RasterKeepsFocalPlane) {
 
 TEST_F(ThinLens, RasterLensHasNoHistory) {
   scene::Scene scene = occluder_before_wall(2, 6);
-  passes::DrawSettings settings = raster_settings(0.4f, 2);
+  settings::DrawSettings settings = raster_settings(0.4f, 2);
   settings.post.bloom = 0.1f;
   settings.post.metered = true;
   const sinks::FrameImage image = RenderBench(scene, kSize, settings).draw_at_rest();
@@ -308,7 +309,7 @@ TEST_F(ThinLens, RasterLensHasNoHistory) {
   EXPECT_EQ(used.draw(poses, first_camera_view(scene, poses, kSize)).rgba8, image.rgba8);
   EXPECT_FALSE(used.renderer().can_take(passes::ImageOutputs(), 2)) << "several views share no HDR target";
   EXPECT_TRUE(used.renderer().can_take(passes::ImageOutputs(wire::kDepthF32), 2)) << "depths have no lens";
-  used.change_settings([](passes::DrawSettings& s) { s.post.lens = {}; });
+  used.change_settings([](settings::DrawSettings& s) { s.post.lens = {}; });
   const sinks::FrameImage pinhole = used.draw(poses, first_camera_view(scene, poses, kSize));
   EXPECT_NE(pinhole.rgba8, image.rgba8);
 
@@ -323,7 +324,7 @@ TEST_F(ThinLens, RasterLensHasNoHistory) {
     largest = std::max(largest, std::abs(image.rgba8[i] - with_far.rgba8[i]));
   EXPECT_LE(largest, 2);
   // The forward path has no depths for it.
-  settings.raster = passes::RasterPath::forward;
+  settings.raster = settings::RasterPath::forward;
   RenderBench forward(scene, kSize, settings);
   EXPECT_FALSE(forward.renderer().can_blur());
   (void)forward.draw_at_rest();

@@ -146,7 +146,7 @@ class Tiles : public ValidationIsSilent {
   }
 
  private:
-  passes::DrawSettings settings_ = plain_settings(1);
+  settings::DrawSettings settings_ = plain_settings(1);
   scene::Scene scene_;
   std::unique_ptr<RenderBench> bench_;
   ShaderPipelines pipelines_{settings_.max_textures};

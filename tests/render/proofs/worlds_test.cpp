@@ -90,8 +90,8 @@ struct WorldsCase {
   const char* name;
   bool bar;
   uint32_t samples;
-  passes::ShadowMethod shadows;
-  passes::RayBackEnd back_end = passes::RayBackEnd::query;
+  settings::ShadowMethod shadows;
+  settings::RayBackEnd back_end = settings::RayBackEnd::query;
 };
 
 class Worlds : public ValidationIsSilent, public ::testing::WithParamInterface<WorldsCase> {
@@ -113,7 +113,7 @@ class Worlds : public ValidationIsSilent, public ::testing::WithParamInterface<W
   scene::Scene scene_;
   std::deque<state::PoseState> poses_;
   std::vector<const state::PoseState*> worlds_;
-  passes::DrawSettings settings_;
+  settings::DrawSettings settings_;
 };
 
 TEST_P(Worlds, EachViewEqualsItsWorldAlone) {
@@ -161,7 +161,7 @@ TEST_P(Worlds, EachViewEqualsItsWorldAlone) {
 
 // Frames of single views, which may be drawn forward, one world after the other.
 TEST_P(Worlds, AlternatingFramesEqualEachAlone) {
-  settings_.raster = passes::RasterPath::forward;
+  settings_.raster = settings::RasterPath::forward;
   RenderBench together(scene_, kWorldExtent, settings_);
   together.renderer().set_scene(scene_, kWorlds);
   std::vector<std::unique_ptr<RenderBench>> alone;
@@ -177,13 +177,13 @@ TEST_P(Worlds, AlternatingFramesEqualEachAlone) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, Worlds,
-                         ::testing::Values(WorldsCase{"NoShadows", false, 1, passes::ShadowMethod::off},
-                                           WorldsCase{"Maps", false, 4, passes::ShadowMethod::map},
-                                           WorldsCase{"RayQuery", false, 4, passes::ShadowMethod::ray},
-                                           WorldsCase{"RayPipeline", false, 1, passes::ShadowMethod::ray,
-                                                      passes::RayBackEnd::pipeline},
-                                           WorldsCase{"DeformedMaps", true, 1, passes::ShadowMethod::map},
-                                           WorldsCase{"DeformedRays", true, 4, passes::ShadowMethod::ray}),
+                         ::testing::Values(WorldsCase{"NoShadows", false, 1, settings::ShadowMethod::off},
+                                           WorldsCase{"Maps", false, 4, settings::ShadowMethod::map},
+                                           WorldsCase{"RayQuery", false, 4, settings::ShadowMethod::ray},
+                                           WorldsCase{"RayPipeline", false, 1, settings::ShadowMethod::ray,
+                                                      settings::RayBackEnd::pipeline},
+                                           WorldsCase{"DeformedMaps", true, 1, settings::ShadowMethod::map},
+                                           WorldsCase{"DeformedRays", true, 4, settings::ShadowMethod::ray}),
                          [](const ::testing::TestParamInfo<WorldsCase>& one) {
                            return std::string(one.param.name);
                          });

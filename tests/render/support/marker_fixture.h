@@ -28,10 +28,10 @@ inline scene::Scene block() {
   return builder.build();
 }
 
-class MarkerTest : public ValidationIsSilent, public testing::WithParamInterface<passes::RasterPath> {
+class MarkerTest : public ValidationIsSilent, public testing::WithParamInterface<settings::RasterPath> {
  protected:
-  static passes::DrawSettings settings() {
-    passes::DrawSettings settings;
+  static settings::DrawSettings settings() {
+    settings::DrawSettings settings;
     settings.raster = GetParam();
     settings.post.fxaa = false;
     settings.background.color = glm::vec3(0);

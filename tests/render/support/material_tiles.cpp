@@ -9,19 +9,19 @@
 
 namespace fire3dv::test {
 
-passes::DrawSettings dark_settings(bool paths) {
-  passes::DrawSettings settings;
+settings::DrawSettings dark_settings(bool paths) {
+  settings::DrawSettings settings;
   settings.environment_intensity = 0;
   settings.background.color = glm::vec3(0);
-  settings.shadows.method = passes::ShadowMethod::off;
+  settings.shadows.method = settings::ShadowMethod::off;
   settings.post.fxaa = false;
-  if (paths) settings.path = passes::PathSettings{.samples_per_pixel = 4, .bounces = 0, .seed = 1};
+  if (paths) settings.path = settings::PathSettings{.samples_per_pixel = 4, .bounces = 0, .seed = 1};
   return settings;
 }
 
-passes::DrawSettings furnace_settings(uint32_t samples_per_pixel) {
-  passes::DrawSettings settings = dark_settings(true);
-  settings.path = passes::PathSettings{.samples_per_pixel = samples_per_pixel, .bounces = 1, .seed = 1};
+settings::DrawSettings furnace_settings(uint32_t samples_per_pixel) {
+  settings::DrawSettings settings = dark_settings(true);
+  settings.path = settings::PathSettings{.samples_per_pixel = samples_per_pixel, .bounces = 1, .seed = 1};
   settings.environment = std::make_shared<scene::EnvironmentImage>(
       scene::make_environment(16, 8, [](const glm::vec3&) { return glm::vec3(1); }));
   settings.environment_intensity = 1;
@@ -35,7 +35,7 @@ glm::dvec3 towards(double degrees, double turn_degrees) {
 
 std::vector<std::vector<glm::dvec3>> tile_pixels(SceneBuilder builder, const std::vector<Tile>& tiles,
                                                  const glm::dvec3& to_eye,
-                                                 const passes::DrawSettings& settings) {
+                                                 const settings::DrawSettings& settings) {
   const auto count = static_cast<uint32_t>(tiles.size());
   const auto center = [&](uint32_t tile) {
     return glm::vec3(2 * static_cast<float>(tile) - static_cast<float>(count - 1), 0, 0);

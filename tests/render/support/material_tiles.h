@@ -18,9 +18,9 @@ struct Tile {
 };
 
 // No environment, no background, no shadows. paths: direct light by path tracing.
-passes::DrawSettings dark_settings(bool paths);
+settings::DrawSettings dark_settings(bool paths);
 // Radiance 1 from everywhere, one reflection by path tracing.
-passes::DrawSettings furnace_settings(uint32_t samples_per_pixel);
+settings::DrawSettings furnace_settings(uint32_t samples_per_pixel);
 
 // Unit direction at an angle from +Y, turned about it from +X towards +Z.
 glm::dvec3 towards(double degrees, double turn_degrees);
@@ -28,7 +28,7 @@ glm::dvec3 towards(double degrees, double turn_degrees);
 // Pixels of the middle of each tile.
 std::vector<std::vector<glm::dvec3>> tile_pixels(SceneBuilder builder, const std::vector<Tile>& tiles,
                                                  const glm::dvec3& to_eye,
-                                                 const passes::DrawSettings& settings);
+                                                 const settings::DrawSettings& settings);
 
 // Radiance of each tile per irradiance under a directional lamp.
 std::vector<glm::dvec3> lit_tiles(const SceneBuilder& builder, const std::vector<Tile>& tiles,

@@ -22,13 +22,13 @@ inline std::shared_ptr<const scene::EnvironmentImage> constant_environment(glm::
       scene::make_environment(16, 8, [&](const glm::vec3&) { return radiance; }));
 }
 
-inline passes::DrawSettings path_settings(uint32_t samples_per_pixel, uint32_t bounces, uint32_t seed = 1) {
-  passes::DrawSettings settings;
+inline settings::DrawSettings path_settings(uint32_t samples_per_pixel, uint32_t bounces, uint32_t seed = 1) {
+  settings::DrawSettings settings;
   settings.environment_intensity = 0;
   settings.background.color = glm::vec3(0);
   settings.post.fxaa = false;
   settings.path =
-      passes::PathSettings{.samples_per_pixel = samples_per_pixel, .bounces = bounces, .seed = seed};
+      settings::PathSettings{.samples_per_pixel = samples_per_pixel, .bounces = bounces, .seed = seed};
   return settings;
 }
 
@@ -46,7 +46,7 @@ inline std::vector<glm::dvec3> linear_image(RenderBench& bench, const scene::Sce
 }
 
 inline std::vector<glm::dvec3> linear_image(const scene::Scene& scene, VkExtent2D extent,
-                                            const passes::DrawSettings& settings) {
+                                            const settings::DrawSettings& settings) {
   RenderBench bench(scene, extent, settings);
   return linear_image(bench, scene, extent);
 }

@@ -3,31 +3,31 @@
 
 namespace fire3dv::test {
 
-passes::DrawSettings plain_settings(uint32_t samples) {
-  passes::DrawSettings settings;
-  settings.raster = passes::RasterPath::visibility;
+settings::DrawSettings plain_settings(uint32_t samples) {
+  settings::DrawSettings settings;
+  settings.raster = settings::RasterPath::visibility;
   settings.samples = samples;
-  settings.shadows.method = passes::ShadowMethod::off;
+  settings.shadows.method = settings::ShadowMethod::off;
   settings.environment_intensity = 0;
   settings.background.color = {0, 0, 0};
   settings.post.fxaa = false;
-  settings.post.tone_map = passes::ToneMap::none;
+  settings.post.tone_map = settings::ToneMap::none;
   return settings;
 }
 
-passes::DrawSettings shadowed_by(passes::ShadowMethod method, bool hybrid, uint32_t samples) {
-  passes::DrawSettings settings = plain_settings(samples);
+settings::DrawSettings shadowed_by(settings::ShadowMethod method, bool hybrid, uint32_t samples) {
+  settings::DrawSettings settings = plain_settings(samples);
   settings.shadows.method = method;
   settings.shadows.hybrid = hybrid;
   return settings;
 }
 
-passes::DrawSettings with_fine_maps(passes::DrawSettings settings) {
+settings::DrawSettings with_fine_maps(settings::DrawSettings settings) {
   settings.shadows.map_side = kFineMapSide;
   return settings;
 }
 
-ProofBench::ProofBench(VkExtent2D extent, const passes::DrawSettings& settings)
+ProofBench::ProofBench(VkExtent2D extent, const settings::DrawSettings& settings)
     : nothing_(SceneBuilder().build()), scene_(&nothing_), bench_(nothing_, extent, settings) {}
 
 void ProofBench::show(const scene::Scene& scene) {

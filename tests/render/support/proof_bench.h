@@ -15,16 +15,16 @@
 
 namespace fire3dv::test {
 
-passes::DrawSettings plain_settings(uint32_t samples = 1);
-passes::DrawSettings shadowed_by(passes::ShadowMethod method, bool hybrid = true, uint32_t samples = 1);
+settings::DrawSettings plain_settings(uint32_t samples = 1);
+settings::DrawSettings shadowed_by(settings::ShadowMethod method, bool hybrid = true, uint32_t samples = 1);
 // Selects shadow maps at the resolution that a GPU uses with hybrid shadows, on any device.
-passes::DrawSettings with_fine_maps(passes::DrawSettings settings);
+settings::DrawSettings with_fine_maps(settings::DrawSettings settings);
 constexpr uint32_t kFineMapSide = 2048;
 
 // One renderer for successive scenes.
 class ProofBench {
  public:
-  ProofBench(VkExtent2D extent, const passes::DrawSettings& settings);
+  ProofBench(VkExtent2D extent, const settings::DrawSettings& settings);
 
   void show(const scene::Scene& scene);  // must outlive its use
   sinks::FrameImage draw(const scene::Camera& camera, const glm::mat4& world_from_camera);

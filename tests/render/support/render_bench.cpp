@@ -60,7 +60,7 @@ std::unique_ptr<gpu::Device> open_device(gpu::AsyncCompute async_compute) {
   return device;
 }
 
-RenderBench::RenderBench(const scene::Scene& scene, VkExtent2D extent, const passes::DrawSettings& settings,
+RenderBench::RenderBench(const scene::Scene& scene, VkExtent2D extent, const settings::DrawSettings& settings,
                          gpu::Device& on)
     : scene_(scene), frames_(on), renderer_(on, settings), readback_(on) {
   frames_.time(gpu::Timed::passes);

@@ -48,7 +48,7 @@ struct Taken {
 // Draws images synchronously.
 class RenderBench {
  public:
-  RenderBench(const scene::Scene& scene, VkExtent2D extent, const passes::DrawSettings& settings = {},
+  RenderBench(const scene::Scene& scene, VkExtent2D extent, const settings::DrawSettings& settings = {},
               gpu::Device& on = device());
 
   sinks::FrameImage draw(const state::PoseState& poses, const passes::View& view);
@@ -77,10 +77,10 @@ class RenderBench {
   void set_size(VkExtent2D extent);
   // Prepares an image of this size; fails the test without memory.
   passes::PreparedFrame prepare(passes::FrameRequest request = {});
-  // Changes settings of later images: change(passes::DrawSettings&).
+  // Changes settings of later images: change(settings::DrawSettings&).
   template <typename Change>
   void change_settings(Change&& change) {
-    passes::DrawSettings settings = renderer_.settings().draw();
+    settings::DrawSettings settings = renderer_.settings().draw();
     change(settings);
     renderer_.apply(settings);
   }

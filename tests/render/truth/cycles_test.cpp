@@ -84,7 +84,7 @@ struct Drawn {
   glm::dvec3 noise(size_t i) const { return (halves[0][i] - halves[1][i]) / 2.0; }  // a sample of it
 };
 
-Drawn draw(const scene::Scene& scene, VkExtent2D extent, const passes::DrawSettings& settings) {
+Drawn draw(const scene::Scene& scene, VkExtent2D extent, const settings::DrawSettings& settings) {
   const VkExtent2D fine{2 * extent.width, 2 * extent.height};
   const std::vector<glm::dvec3> quarters = linear_image(scene, fine, settings);
   Drawn drawn;
@@ -97,16 +97,16 @@ Drawn draw(const scene::Scene& scene, VkExtent2D extent, const passes::DrawSetti
   return drawn;
 }
 
-Drawn traced(const scene::Scene& scene, VkExtent2D extent, passes::DrawSettings settings) {
+Drawn traced(const scene::Scene& scene, VkExtent2D extent, settings::DrawSettings settings) {
   settings.path->samples_per_pixel /= 4;
   return draw(scene, extent, settings);
 }
 
 // Without noise.
 Drawn rasterised(const scene::Scene& scene, VkExtent2D extent) {
-  passes::DrawSettings settings = path_settings(1, 0);
+  settings::DrawSettings settings = path_settings(1, 0);
   settings.path.reset();
-  settings.shadows.method = passes::ShadowMethod::ray;
+  settings.shadows.method = settings::ShadowMethod::ray;
   settings.shadows.hybrid = false;
   Drawn drawn = draw(scene, extent, settings);
   for (size_t i = 0; i < drawn.halves[0].size(); ++i) drawn.halves[0][i] = drawn.halves[1][i] = drawn.mean(i);
@@ -219,7 +219,7 @@ TEST_F(Cycles, AMetalBallUnderALamp) {
 }
 
 // All pixels, and the same in blocks, whose noise is less.
-void expect_same_light(const std::string& name, const passes::DrawSettings& settings) {
+void expect_same_light(const std::string& name, const settings::DrawSettings& settings) {
   constexpr uint32_t kBlock = 4;
   const Golden golden = read_golden(name);
   const Drawn drawn = traced(load(name), golden.extent, settings);
@@ -240,10 +240,10 @@ TEST_F(Cycles, AClosedRoomWithAllBounces) {
   expect_same_light("room", path_settings(256, 64));
 }
 
-passes::DrawSettings environment_settings(uint32_t samples, uint32_t bounces) {
+settings::DrawSettings environment_settings(uint32_t samples, uint32_t bounces) {
   Result<scene::EnvironmentImage> image = scene::load_environment(kFolder / "environment.exr");
   EXPECT_TRUE(image.ok()) << image.error().message;
-  passes::DrawSettings settings = path_settings(samples, bounces);
+  settings::DrawSettings settings = path_settings(samples, bounces);
   settings.environment = std::make_shared<scene::EnvironmentImage>(std::move(*image));
   settings.environment_intensity = 1;
   settings.background.show_environment = true;

@@ -26,9 +26,9 @@ scene::Material glass(float ior = 1.5f, float roughness = 0) {
   return material;
 }
 
-passes::DrawSettings in_environment(uint32_t samples, uint32_t bounces,
-                                    const std::function<glm::vec3(const glm::vec3&)>& radiance) {
-  passes::DrawSettings settings = path_settings(samples, bounces);
+settings::DrawSettings in_environment(uint32_t samples, uint32_t bounces,
+                                      const std::function<glm::vec3(const glm::vec3&)>& radiance) {
+  settings::DrawSettings settings = path_settings(samples, bounces);
   settings.environment =
       std::make_shared<scene::EnvironmentImage>(scene::make_environment(256, 128, radiance));
   settings.environment_intensity = 1;
@@ -200,7 +200,7 @@ TEST_F(Glass, APrismDispersesByCauchysFormula) {
   EXPECT_LT(estimate(pixels, 2).mean, 0.95 * estimate(pixels, 0).mean);
 
   // The raster's rays also have the environment for what the far side reflects.
-  passes::DrawSettings raster = in_environment(1, 1, fall);
+  settings::DrawSettings raster = in_environment(1, 1, fall);
   raster.path.reset();
   raster.ray_effects.on.refraction = true;
   const auto drawn = linear_image(scene, {32, 32}, raster);
@@ -324,7 +324,7 @@ TEST_F(Glass, LeafPassesDiffuseLightInRaster) {
   scene::Material leaf = lambert({0.8f, 0.6f, 0.4f});
   leaf.diffuse_transmission = 0.25f;
   leaf.diffuse_transmission_color = {0.2f, 0.9f, 0.5f};
-  using passes::ShadowMethod;
+  using settings::ShadowMethod;
   const struct {
     const char* name;
     ShadowMethod method;
@@ -343,7 +343,7 @@ TEST_F(Glass, LeafPassesDiffuseLightInRaster) {
     const scene::Scene scene = builder.build();
     for (const auto& technique : techniques) {
       if (is_closed && technique.method == ShadowMethod::off) continue;
-      passes::DrawSettings settings = path_settings(1, 0);
+      settings::DrawSettings settings = path_settings(1, 0);
       settings.path.reset();
       settings.shadows.method = technique.method;
       settings.shadows.hybrid = technique.hybrid;
@@ -367,7 +367,7 @@ TEST_F(Glass, LeafPassesEnvironmentInRaster) {
   look_at_origin(builder, {0, 1, 0.3f});
   const scene::Scene scene = builder.build();
   for (const bool from_below : {false, true}) {
-    passes::DrawSettings settings = in_environment(1, 0, from_below ? ground : sky);
+    settings::DrawSettings settings = in_environment(1, 0, from_below ? ground : sky);
     settings.path.reset();
     const auto pixels = linear_image(scene, kExtent, settings);
     for (int c = 0; c < 3; ++c) {
@@ -392,7 +392,7 @@ TEST_F(Glass, AWhiteFurnaceHidesALeaf) {
       builder.mesh_node("leaf", builder.box(builder.material(leaf), {50, 0.01f, 50}), glm::mat4(1));
       look_at_origin(builder, {0, 1, 0.7f});
       const scene::Scene scene = builder.build();
-      passes::DrawSettings settings = in_environment(64, 64, white);
+      settings::DrawSettings settings = in_environment(64, 64, white);
       expect_equal(estimate(linear_image(scene, kExtent, settings)), 1,
                    "roughness " + std::to_string(roughness));
       settings.path.reset();
@@ -425,18 +425,18 @@ scene::Scene glass_over_floor() {
 
 TEST_F(Glass, SeedAloneDeterminesBytes) {
   const scene::Scene scene = glass_over_floor();
-  const auto image = [&](uint32_t pixels, uint32_t segments, passes::RayBackEnd back_end) {
-    passes::DrawSettings settings = path_settings(5, 6, 7);
+  const auto image = [&](uint32_t pixels, uint32_t segments, settings::RayBackEnd back_end) {
+    settings::DrawSettings settings = path_settings(5, 6, 7);
     settings.environment_intensity = 1;
     settings.path->back_end = back_end;
     settings.path->pixels_per_dispatch = pixels;
     settings.path->segments_per_dispatch = segments;
     return linear_image(scene, {24, 16}, settings);
   };
-  const auto whole = image(0, 0, passes::RayBackEnd::query);
-  EXPECT_EQ(whole, image(37, 1, passes::RayBackEnd::query));
+  const auto whole = image(0, 0, settings::RayBackEnd::query);
+  EXPECT_EQ(whole, image(37, 1, settings::RayBackEnd::query));
   ASSERT_TRUE(device().report().ray_tracing_pipeline);
-  EXPECT_EQ(whole, image(100, 2, passes::RayBackEnd::pipeline));
+  EXPECT_EQ(whole, image(100, 2, settings::RayBackEnd::pipeline));
   for (const glm::dvec3& pixel : whole) EXPECT_TRUE(std::isfinite(pixel.r + pixel.g + pixel.b));
 }
 

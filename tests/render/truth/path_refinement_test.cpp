@@ -31,8 +31,8 @@ state::RestPose moved(const scene::Scene& scene, uint32_t node, const glm::mat4&
 }
 
 // More bands than one submission traces, so that a first sample needs several frames.
-passes::DrawSettings banded_settings(uint32_t samples) {
-  passes::DrawSettings settings = path_settings(samples, 1);
+settings::DrawSettings banded_settings(uint32_t samples) {
+  settings::DrawSettings settings = path_settings(samples, 1);
   settings.path->pixels_per_dispatch = 3;
   settings.path->segments_per_dispatch = 3;
   return settings;
@@ -40,7 +40,7 @@ passes::DrawSettings banded_settings(uint32_t samples) {
 
 class PathRefinement : public ValidationIsSilent {
  protected:
-  passes::PathProgress progress() { return bench_.renderer().path_tracer()->progress(); }
+  settings::PathProgress progress() { return bench_.renderer().path_tracer()->progress(); }
   // Refines until the image is whole; fails if it does not become so.
   sinks::FrameImage refine_to_end() {
     for (int frame = 0; frame < 1000; ++frame) {
@@ -57,13 +57,13 @@ class PathRefinement : public ValidationIsSilent {
     ASSERT_GT(progress().samples, 0u);
   }
   // Image of another renderer, in one call.
-  std::vector<uint8_t> whole_image(const passes::DrawSettings& settings) {
+  std::vector<uint8_t> whole_image(const settings::DrawSettings& settings) {
     RenderBench bench(scene_, kExtent, settings);
     return bench.draw(poses_, view_).rgba8;
   }
 
   const scene::Scene scene_ = lit_ball();
-  passes::DrawSettings settings_ = banded_settings(3);
+  settings::DrawSettings settings_ = banded_settings(3);
   RenderBench bench_{scene_, kExtent, settings_};
   state::PoseState poses_{scene_};
   passes::View view_ = first_camera_view(scene_, poses_, kExtent);

@@ -55,7 +55,7 @@ TEST_F(Paths, WhiteFurnaceHidesWhiteSurfaces) {
       const float angle = glm::radians(degrees);
       builder.camera_node("camera", kDistance * glm::vec3(0, std::cos(angle), std::sin(angle)), {0, 0, 0},
                           2 * std::atan(1 / kDistance));
-      passes::DrawSettings settings = path_settings(64, 2);
+      settings::DrawSettings settings = path_settings(64, 2);
       settings.environment = constant_environment(glm::vec3(0.5f));
       settings.environment_intensity = 2;
       const std::vector<glm::dvec3> pixels = linear_image(builder.build(), {kTile * count, kTile}, settings);
@@ -79,7 +79,7 @@ TEST_F(Paths, DiffusePlaneReflectsAlbedo) {
   SceneBuilder builder;
   builder.mesh_node("plane", builder.quad(builder.material(lambert({0.2f, 0.5f, 0.8f})), 100), glm::mat4(1));
   builder.camera_node("camera", {0, 2, 2}, {0, 0, 0});
-  passes::DrawSettings settings = path_settings(256, 0);
+  settings::DrawSettings settings = path_settings(256, 0);
   settings.environment = constant_environment(glm::vec3(3));
   settings.environment_intensity = 1;
   const std::vector<glm::dvec3> pixels = linear_image(builder.build(), {16, 16}, settings);
@@ -119,7 +119,7 @@ TEST_F(Paths, SunInEnvironmentLightsPlane) {
   SceneBuilder builder;
   builder.mesh_node("plane", builder.quad(builder.material(lambert(glm::vec3(0.5f))), 100), glm::mat4(1));
   builder.camera_node("camera", {0, 2, 2}, {0, 0, 0});
-  passes::DrawSettings settings = path_settings(64, 0);
+  settings::DrawSettings settings = path_settings(64, 0);
   settings.environment = image;
   settings.environment_intensity = 1;
   settings.environment_rotation_rad = 0.7f;  // the plane does not care
@@ -161,9 +161,9 @@ scene::Scene lit_leaf(const scene::Material& leaf) {
 void expect_raster(const scene::Scene& scene, uint32_t least_compared, double mean_tolerance,
                    const std::string& what) {
   const VkExtent2D extent{48, 48};
-  passes::DrawSettings raster = path_settings(1, 0);
+  settings::DrawSettings raster = path_settings(1, 0);
   raster.path.reset();
-  raster.shadows.method = passes::ShadowMethod::ray;
+  raster.shadows.method = settings::ShadowMethod::ray;
   raster.shadows.hybrid = false;
   const std::vector<glm::dvec3> drawn = linear_image(scene, extent, raster);
   const std::vector<glm::dvec3> traced = linear_image(scene, extent, path_settings(256, 0));
@@ -255,7 +255,7 @@ TEST_F(Paths, EnvironmentMatchesRasterOnAverage) {
     builder.mesh_node("ball", builder.sphere(builder.material(material), 1, 128), glm::mat4(1));
     builder.camera_node("camera", {0, 1, 3}, {0, 0, 0});
     const scene::Scene scene = builder.build();
-    passes::DrawSettings settings = path_settings(64, 0);
+    settings::DrawSettings settings = path_settings(64, 0);
     settings.environment_intensity = 1;  // of the studio
     const double traced = estimate(linear_image(scene, {48, 48}, settings)).mean;
     settings.path.reset();
@@ -404,8 +404,8 @@ TEST_F(Paths, SeedAloneDeterminesBytes) {
   const scene::Scene scene = glossy_ball(true);
   const VkExtent2D extent{24, 16};
   const auto image = [&](uint32_t seed, uint32_t pixels, uint32_t segments,
-                         passes::RayBackEnd back_end = passes::RayBackEnd::query) {
-    passes::DrawSettings settings = path_settings(5, 3, seed);
+                         settings::RayBackEnd back_end = settings::RayBackEnd::query) {
+    settings::DrawSettings settings = path_settings(5, 3, seed);
     settings.environment_intensity = 1;
     settings.path->back_end = back_end;
     settings.path->pixels_per_dispatch = pixels;
@@ -426,8 +426,8 @@ TEST_F(Paths, SeedAloneDeterminesBytes) {
   EXPECT_EQ(whole, image(7, 384, 5));
   EXPECT_NE(whole, image(8, 0, 0));
   ASSERT_TRUE(device().report().ray_tracing_pipeline);
-  EXPECT_EQ(whole, image(7, 0, 0, passes::RayBackEnd::pipeline));
-  EXPECT_EQ(whole, image(7, 100, 2, passes::RayBackEnd::pipeline));
+  EXPECT_EQ(whole, image(7, 0, 0, settings::RayBackEnd::pipeline));
+  EXPECT_EQ(whole, image(7, 100, 2, settings::RayBackEnd::pipeline));
 }
 
 // Depth, labels and normals beside path-traced colours are those of the raster.
@@ -440,7 +440,7 @@ TEST_F(Paths, PlanesAreThoseOfTheRaster) {
   outputs.add(wire::kInstanceU32);
   outputs.add(wire::kNormal);
   outputs.add(wire::kColorSrgb8);
-  passes::DrawSettings settings = path_settings(1, 0);
+  settings::DrawSettings settings = path_settings(1, 0);
   RenderBench traced(scene, extent, settings);
   settings.path.reset();
   RenderBench drawn(scene, extent, settings);

@@ -9,7 +9,7 @@
 
 namespace fire3dv::contact_sheet {
 
-AssetDrawer::AssetDrawer(gpu::Device& device, VkExtent2D extent, const passes::DrawSettings& settings)
+AssetDrawer::AssetDrawer(gpu::Device& device, VkExtent2D extent, const settings::DrawSettings& settings)
     : frames_(device), renderer_(device, settings), readback_(device), settings_(settings), extent_(extent) {
   nothing_.materials.emplace_back();
   renderer_.set_scene(nothing_);
@@ -39,7 +39,7 @@ sinks::FrameImage AssetDrawer::draw_framed(const scene::Scene& scene) {
 }
 
 sinks::FrameImage AssetDrawer::draw_by_default(const scene::Scene& scene) {
-  passes::DrawSettings settings = settings_;
+  settings::DrawSettings settings = settings_;
   (void)app::set_exposure(settings_.post, scene, settings);
   renderer_.apply(settings);
   const Result<app::CameraRig> rig = app::CameraRig::create(scene, app::camera_start({}, scene, "auto", {}));

@@ -17,7 +17,7 @@ struct DrawnCounts {
 
 class AssetDrawer {
  public:
-  AssetDrawer(gpu::Device& device, VkExtent2D extent, const passes::DrawSettings& settings);
+  AssetDrawer(gpu::Device& device, VkExtent2D extent, const settings::DrawSettings& settings);
 
   // Draws the scene at rest and waits for the image. Throws std::runtime_error when memory is short.
   sinks::FrameImage draw(const scene::Scene& scene, const passes::View& view);
@@ -35,7 +35,7 @@ class AssetDrawer {
   gpu::FrameRing frames_;
   passes::SceneRenderer renderer_;
   gpu::ReadbackRing<int> readback_;
-  const passes::DrawSettings settings_;
+  const settings::DrawSettings settings_;
   const VkExtent2D extent_;
 };
 

@@ -52,7 +52,7 @@ Result<std::vector<fs::path>> find_assets(const fs::path& folder) {
 }
 
 // With the key light of the default look.
-Result<scene::Scene> load(const fs::path& file, const passes::DrawSettings& settings) {
+Result<scene::Scene> load(const fs::path& file, const settings::DrawSettings& settings) {
   Result<scene::Scene> scene = scene::load_gltf(file);
   if (scene && scene->textures.size() > settings.max_textures) {
     return Error{file.string() + " has " + std::to_string(scene->textures.size()) +
@@ -64,9 +64,9 @@ Result<scene::Scene> load(const fs::path& file, const passes::DrawSettings& sett
 }
 
 Result<void> draw_all(const std::vector<fs::path>& files, const Options& options, gpu::Device& device) {
-  passes::DrawSettings settings = passes::default_settings();
-  (void)passes::draw_setting("raster").set(options.raster, settings);
-  (void)passes::draw_setting("shadows").set(options.shadows, settings);
+  settings::DrawSettings settings = settings::default_settings();
+  (void)settings::draw_setting("raster").set(options.raster, settings);
+  (void)settings::draw_setting("shadows").set(options.shadows, settings);
   AssetDrawer drawer(device, {options.layout.width, options.layout.height}, settings);
   Pages pages(options.out, options.layout);
   size_t refused = 0;
@@ -143,7 +143,7 @@ int main(int argc, char** argv) {
   add_number("--width", options.layout.width, "width of a thumbnail in pixels, 16 to 512", 16, 512);
   add_number("--height", options.layout.height, "height of a thumbnail in pixels, 16 to 512", 16, 512);
   const auto add_setting = [&](const char* name, std::string& value) {
-    const fire3dv::passes::DrawSetting& setting = fire3dv::passes::draw_setting(name);
+    const fire3dv::settings::DrawSetting& setting = fire3dv::settings::draw_setting(name);
     drawing.add(("--" + setting.name).c_str(), value, setting.value_name.c_str(), setting.help.c_str())
         ->check(fire3dv::one_of(setting.names));
   };

@@ -60,9 +60,9 @@ TEST(LiveMessages, FreeViewComesBackUnchanged) {
 }
 
 TEST(LiveMessages, RenderSettings) {
-  passes::DrawSettings settings;
-  settings.shadows.method = passes::ShadowMethod::off;
-  settings.post.tone_map = passes::ToneMap::neutral;
+  settings::DrawSettings settings;
+  settings.shadows.method = settings::ShadowMethod::off;
+  settings.post.tone_map = settings::ToneMap::neutral;
   EXPECT_EQ(Json::parse(render_message(settings, false, true)),
             Json::parse(R"({"type": "render", "shadows": false, "can_shade": false, "paths": false,
                             "can_switch": true, "tone_map": 2})"));

@@ -145,14 +145,14 @@ TEST_F(Editors, RenderSettingsAreStepsAmongEdits) {
   EXPECT_TRUE(editor.facts().is_saved) << "the file has none of them";
   viewer_.edits.hidden = {2};
   frame();
-  viewer_.draw.shadows.method = passes::ShadowMethod::off;
+  viewer_.draw.shadows.method = settings::ShadowMethod::off;
   viewer_.draw.path = viewer_.paths;
   viewer_.paths.bounces = 3;
   frame();
   frame();
   ASSERT_EQ(editor.history().undo_steps(), 3u);
   key('z');
-  EXPECT_NE(viewer_.draw.shadows.method, passes::ShadowMethod::off);
+  EXPECT_NE(viewer_.draw.shadows.method, settings::ShadowMethod::off);
   EXPECT_FALSE(viewer_.draw.path);
   EXPECT_NE(viewer_.paths.bounces, 3u);
   EXPECT_EQ(viewer_.edits.hidden, std::set<uint32_t>{2});
@@ -162,7 +162,7 @@ TEST_F(Editors, RenderSettingsAreStepsAmongEdits) {
   key('z');
   EXPECT_EQ(viewer_.draw.post.exposure, exposure);
   for (int i = 0; i < 3; ++i) key('y');
-  EXPECT_EQ(viewer_.draw.shadows.method, passes::ShadowMethod::off);
+  EXPECT_EQ(viewer_.draw.shadows.method, settings::ShadowMethod::off);
   EXPECT_TRUE(viewer_.draw.path);
   EXPECT_EQ(viewer_.edits.hidden, std::set<uint32_t>{2});
   EXPECT_EQ(editor.history().undo_steps(), 3u);
@@ -189,10 +189,10 @@ TEST_F(Editors, RenderSettingsAreStepsAmongEdits) {
   // What another part of the program changes stays when an edit is undone.
   viewer_.edits.hidden = {1};
   frame();
-  viewer_.draw.post.tone_map = passes::ToneMap::aces;
+  viewer_.draw.post.tone_map = settings::ToneMap::aces;
   press('z');
   frame();
-  EXPECT_EQ(viewer_.draw.post.tone_map, passes::ToneMap::aces);
+  EXPECT_EQ(viewer_.draw.post.tone_map, settings::ToneMap::aces);
   EXPECT_TRUE(viewer_.edits.hidden.empty());
 }
 

@@ -41,8 +41,8 @@ std::string settings_of(const GuiWorld& world) {
                                    m.base_color.a, m.metallic, m.roughness, m.emissive.r, m.emissive.g,
                                    m.emissive.b, m.alpha_cutoff, m.normal_scale});
   }
-  const passes::DrawSettings& d = v.draw;
-  for (const passes::DrawSetting& setting : passes::draw_setting_table()) text += setting.text(d) + " ";
+  const settings::DrawSettings& d = v.draw;
+  for (const settings::DrawSetting& setting : settings::draw_setting_table()) text += setting.text(d) + " ";
   text += numbers({d.background.color.r, d.background.color.g, d.background.color.b,
                    double(v.paths.samples_per_pixel), double(v.paths.bounces)});
   for (const auto& [joint, position] : v.edits.joints)

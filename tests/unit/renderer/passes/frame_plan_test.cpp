@@ -9,8 +9,8 @@ namespace {
 FrameFacts lit_scene() {
   FrameFacts facts;
   facts.scene_has_levels = true;
-  facts.shadow_technique.method = ShadowMethod::ray;
-  facts.shadow_technique.back_end = RayBackEnd::query;
+  facts.shadow_technique.method = settings::ShadowMethod::ray;
+  facts.shadow_technique.back_end = settings::RayBackEnd::query;
   facts.shadow_technique.hybrid = true;
   facts.has_lights = true;
   facts.needs_shadow_maps = true;
@@ -52,9 +52,9 @@ TEST(FramePlan, RayEffectsPrecedeShading) {
   EXPECT_TRUE(plan.ray_effects && plan.acceleration_structures && plan.compute_shading);
   EXPECT_FALSE(plan_frame(facts, only(wire::kDepthF32), {}).ray_effects);
   EXPECT_FALSE(plan_frame(facts, {}, {}, 2).ray_effects);
-  facts.raster_path = RasterPath::forward;
+  facts.raster_path = settings::RasterPath::forward;
   EXPECT_FALSE(plan_frame(facts, {}, {}).ray_effects);
-  facts.raster_path = RasterPath::visibility;
+  facts.raster_path = settings::RasterPath::visibility;
   facts.is_path_traced = true;
   EXPECT_FALSE(plan_frame(facts, {}, {}).ray_effects);
 }
@@ -96,7 +96,7 @@ TEST(FramePlan, BloomReadsComputeSamples) {
   EXPECT_FALSE(plan_frame(facts, only(wire::kColorLinearF16), {}).bloom) << "linear colours have none";
   EXPECT_FALSE(plan_frame(facts, only(wire::kDepthF32), {}).bloom);
   Inspection normals;
-  normals.debug_view = DebugView::normals;
+  normals.debug_view = settings::DebugView::normals;
   EXPECT_FALSE(plan_frame(facts, {}, normals).bloom);
   facts.can_write_samples = false;
   plan = plan_frame(facts, {}, {});
@@ -132,11 +132,11 @@ TEST(FramePlan, DepthOfFieldReadsComputeSamples) {
 
 TEST(FramePlan, ForwardPathHasNoVisibilityBuffer) {
   FrameFacts facts = lit_scene();
-  facts.raster_path = RasterPath::forward;
+  facts.raster_path = settings::RasterPath::forward;
   FramePlan plan = plan_frame(facts, {}, {});
   EXPECT_TRUE(plan.forward && plan.tone_map && plan.acceleration_structures);
   EXPECT_FALSE(plan.visibility_buffer || plan.shadow_mask || plan.compute_shading);
-  facts.shadow_technique.back_end = RayBackEnd::pipeline;
+  facts.shadow_technique.back_end = settings::RayBackEnd::pipeline;
   plan = plan_frame(facts, {}, {});
   EXPECT_TRUE(plan.visibility_buffer && plan.shadow_mask && plan.forward);
   EXPECT_FALSE(plan.compute_shading || plan.camera_levels_of_detail) << "forward draws use LOD 0 only";
@@ -155,13 +155,13 @@ TEST(FramePlan, NoShadowsBuildNothing) {
 
 TEST(FramePlan, DebugViewKeepsPlanes) {
   Inspection inspection;
-  inspection.debug_view = DebugView::normals;
+  inspection.debug_view = settings::DebugView::normals;
   ImageOutputs outputs;
   outputs.add(wire::kInstanceU32);
   FramePlan plan = plan_frame(lit_scene(), outputs, inspection);
   EXPECT_TRUE(plan.visibility_buffer && plan.inspection && plan.surface_planes);
   EXPECT_FALSE(plan.shading || plan.shadows);
-  inspection.debug_view = DebugView::unresolved_shadows;
+  inspection.debug_view = settings::DebugView::unresolved_shadows;
   plan = plan_frame(lit_scene(), outputs, inspection);
   EXPECT_TRUE(plan.shading && plan.shadow_mask) << "it marks pixels of the shaded image";
 }
@@ -188,9 +188,9 @@ TEST(FramePlan, SeveralViewsShadeInCompute) {
 TEST(FramePlan, MapsUseCoarseLevelsEverywhere) {
   FrameFacts facts = lit_scene();
   EXPECT_FALSE(plan_frame(facts, {}, {}).shadow_map_levels_of_detail);
-  facts.levels_of_detail = LevelsOfDetail::everywhere;
+  facts.levels_of_detail = settings::LevelsOfDetail::everywhere;
   EXPECT_TRUE(plan_frame(facts, {}, {}).shadow_map_levels_of_detail);
-  facts.levels_of_detail = LevelsOfDetail::off;
+  facts.levels_of_detail = settings::LevelsOfDetail::off;
   EXPECT_FALSE(plan_frame(facts, {}, {}).camera_levels_of_detail);
 }
 

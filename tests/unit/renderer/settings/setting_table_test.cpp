@@ -10,7 +10,7 @@
 #include <string>
 #include <utility>
 
-namespace fire3dv::passes {
+namespace fire3dv::settings {
 namespace {
 
 using Values = std::pair<std::string, std::string>;
@@ -142,4 +142,4 @@ TEST(SettingTable, LensIsShared) {
 }
 
 }  // namespace
-}  // namespace fire3dv::passes
+}  // namespace fire3dv::settings

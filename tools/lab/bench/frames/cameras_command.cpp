@@ -280,7 +280,7 @@ Result<void> measure_all(const CamerasOptions& options) {
 void add_cameras_options(CLI::App& app, CamerasOptions& options) {
   options.draw.resolution = "64x64";
   options.draw.settings.post.fxaa = false;
-  options.draw.settings.shadows.method = passes::ShadowMethod::off;
+  options.draw.settings.shadows.method = settings::ShadowMethod::off;
   add_draw_options(app, options.draw);
   app.add_option("scene", options.scene, "glTF 2.0 scene (.glb or .gltf)")->required();
   OptionGroup group(app);

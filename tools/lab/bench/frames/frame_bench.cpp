@@ -215,7 +215,7 @@ FrameBench::FrameBench(gpu::Device& device, const scene::Scene& scene, VkExtent2
 Result<std::unique_ptr<FrameBench>> FrameBench::open(gpu::Device& device, const scene::Scene& scene,
                                                      std::vector<std::string> bodies,
                                                      PoseFeed::PoseAt pose_at,
-                                                     const passes::DrawSettings& settings,
+                                                     const settings::DrawSettings& settings,
                                                      VkExtent2D extent) {
   std::unique_ptr<FrameBench> bench(new FrameBench(device, scene, extent));
   const std::string uri = "shm://fire3dv-bench-" + std::to_string(::getpid());
@@ -236,10 +236,10 @@ Result<std::unique_ptr<FrameBench>> FrameBench::open(gpu::Device& device, const 
 }
 
 void FrameBench::apply(const Condition& condition) {
-  passes::DrawSettings settings = renderer_->settings().draw();
+  settings::DrawSettings settings = renderer_->settings().draw();
   settings.cull = condition.cull;
   settings.levels_of_detail = condition.levels_of_detail;
-  if (!condition.shadows) settings.shadows.method = passes::ShadowMethod::off;
+  if (!condition.shadows) settings.shadows.method = settings::ShadowMethod::off;
   settings.ray_effects.on = condition.ray_effects;
   renderer_->apply(settings);
 }

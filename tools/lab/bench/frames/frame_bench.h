@@ -87,10 +87,10 @@ Result<StageTimes> stage_times(const gpu::FrameTimes& times);
 // Settings of a row of the report.
 struct Condition {
   const char* name;
-  passes::Cull cull;
+  settings::Cull cull;
   bool shadows;
-  passes::LevelsOfDetail levels_of_detail;
-  passes::RayEffects ray_effects = {};
+  settings::LevelsOfDetail levels_of_detail;
+  settings::RayEffects ray_effects = {};
 };
 
 // Samples of a run. Whole-frame and per-pass timing alternate, since per-pass timing slows frames slightly;
@@ -109,7 +109,7 @@ class FrameBench {
   // Borrows the scene. bodies: names of moving nodes.
   static Result<std::unique_ptr<FrameBench>> open(gpu::Device& device, const scene::Scene& scene,
                                                   std::vector<std::string> bodies, PoseFeed::PoseAt pose_at,
-                                                  const passes::DrawSettings& settings, VkExtent2D extent);
+                                                  const settings::DrawSettings& settings, VkExtent2D extent);
 
   // Measures after at least warm_up frames and the time that a GPU needs to reach its clock rate.
   Result<FrameSamples> measure(const Condition& condition, uint32_t warm_up, uint32_t frames);

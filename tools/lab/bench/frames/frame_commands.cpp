@@ -31,8 +31,9 @@ void add_draw_options(CLI::App& app, DrawOptions& options) {
                    "build acceleration structures on an async queue");
   group.add_flag("--validation,!--no-validation", options.validation,
                  "Vulkan validation; a finding is an error");
-  for (const passes::SettingGroup settings : {passes::SettingGroup::image, passes::SettingGroup::raster})
-    app::add_draw_settings(app, passes::kByBench, settings, "Drawing", options.settings);
+  for (const settings::SettingGroup settings :
+       {settings::SettingGroup::image, settings::SettingGroup::raster})
+    app::add_draw_settings(app, settings::kByBench, settings, "Drawing", options.settings);
 }
 
 Result<void> check_draw_options(DrawOptions& options) {
@@ -133,7 +134,7 @@ Result<void> make_folder(const char* option, const std::filesystem::path& folder
 
 std::vector<Condition> conditions_of(const FrameOptions& options) {
   std::vector<Condition> conditions;
-  const passes::DrawSettings product = options.draw.settings;
+  const settings::DrawSettings product = options.draw.settings;
   if (options.conditions != "paper") {
     conditions.push_back({kProduct, product.cull, true, product.levels_of_detail});
     conditions.push_back({kProductMain, product.cull, false, product.levels_of_detail});
@@ -141,14 +142,14 @@ std::vector<Condition> conditions_of(const FrameOptions& options) {
   if (options.conditions == "rays") {
     for (const char* name : kRayConditions) {
       Condition condition{name, product.cull, true, product.levels_of_detail};
-      FIRE3DV_ASSERT(passes::ray_effects_named(name, condition.ray_effects));
+      FIRE3DV_ASSERT(settings::ray_effects_named(name, condition.ray_effects));
       conditions.push_back(condition);
     }
     return conditions;
   }
   if (options.conditions != "product") {
-    conditions.push_back({kPaper, passes::Cull::off, true, passes::LevelsOfDetail::off});
-    conditions.push_back({kPaperMain, passes::Cull::off, false, passes::LevelsOfDetail::off});
+    conditions.push_back({kPaper, settings::Cull::off, true, settings::LevelsOfDetail::off});
+    conditions.push_back({kPaperMain, settings::Cull::off, false, settings::LevelsOfDetail::off});
   }
   return conditions;
 }
@@ -173,7 +174,7 @@ Report describe_run(const FrameOptions& options, const gpu::Device& device) {
 // Records the settings that the device selected.
 void describe_drawing(const passes::SceneRenderer& renderer, Report& report) {
   report.samples = static_cast<uint32_t>(renderer.settings().samples());
-  report.raster = renderer.settings().raster_path() == passes::RasterPath::visibility
+  report.raster = renderer.settings().raster_path() == settings::RasterPath::visibility
                       ? "from a visibility buffer"
                       : "forward";
   report.shadows = passes::describe(renderer.settings().shadow_technique());
@@ -207,13 +208,13 @@ Result<SceneReport> measure_scene(const FrameOptions& options, gpu::Device& devi
   const auto pose_at = [&bodies = made.bodies](uint64_t step, std::vector<wire::Affine3x4>& poses) {
     pose_bodies(bodies, step, poses);
   };
-  passes::DrawSettings settings = options.draw.settings;
+  settings::DrawSettings settings = options.draw.settings;
   if (options.conditions == "rays") {
-    FIRE3DV_ASSERT(passes::ray_effects_named("all", settings.ray_effects.on));
+    FIRE3DV_ASSERT(settings::ray_effects_named("all", settings.ray_effects.on));
     settings.ray_effects.back_end = settings.shadows.back_end;
     settings.ray_effects.set_rays(options.ray_effect_rays);
     const bool has_visibility_buffer =
-        settings.raster != passes::RasterPath::forward && device.report().int64_atomics;
+        settings.raster != settings::RasterPath::forward && device.report().int64_atomics;
     if (Result<void> can = passes::can_trace_ray_effects(device, has_visibility_buffer); !can)
       return Error{"--conditions rays: " + can.error().message};
   }

@@ -20,7 +20,7 @@ struct DrawOptions {
   uint32_t width = 1920, height = 1080;
   std::string device, async_compute = "auto";
   bool validation = false;
-  passes::DrawSettings settings;
+  settings::DrawSettings settings;
 };
 void add_draw_options(CLI::App& app, DrawOptions& options);
 Result<void> check_draw_options(DrawOptions& options);

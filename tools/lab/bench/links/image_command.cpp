@@ -61,7 +61,7 @@ Result<void> measure_images(const ImageOptions& options) {
   const std::vector<uint32_t> nodes = moving_nodes(*scene);
   if (nodes.empty())
     return Error{options.scene.string() + ": no node with a mesh and a name that could be moved"};
-  passes::DrawSettings settings = options.draw.settings;
+  settings::DrawSettings settings = options.draw.settings;
   const size_t textures = scene->textures.size();
   if (textures > gpu::BindlessTextures::most(*open->device)) {
     return Error{options.scene.string() + " has " + std::to_string(textures) + " textures, more than " +
@@ -91,7 +91,7 @@ Result<void> measure_images(const ImageOptions& options) {
         "| FIRE-3DV | %s | %s, %u samples, shadows: %s, FXAA %s | %ux%u | %zu | %.2f | %.2f | %.2f | %.1f "
         "| %.2f |\n",
         options.scene.stem().c_str(),
-        renderer.settings().raster_path() == passes::RasterPath::visibility ? "visibility" : "forward",
+        renderer.settings().raster_path() == settings::RasterPath::visibility ? "visibility" : "forward",
         static_cast<uint32_t>(renderer.settings().samples()),
         passes::describe(renderer.settings().shadow_technique()), settings.post.fxaa ? "on" : "off",
         options.draw.width, options.draw.height, summary.count, summary.median, summary.p95, summary.least,

@@ -129,10 +129,10 @@ Report report_of_two_scenes() {
     scene.bodies = 9;
     const double ms = static_cast<double>(triangles) * 1e-6;
     for (const Condition& condition :
-         {Condition{kProduct, passes::Cull::automatic, true, passes::LevelsOfDetail::automatic},
-          {kProductMain, passes::Cull::automatic, false, passes::LevelsOfDetail::automatic},
-          {kPaper, passes::Cull::off, true, passes::LevelsOfDetail::off},
-          {kPaperMain, passes::Cull::off, false, passes::LevelsOfDetail::off}})
+         {Condition{kProduct, settings::Cull::automatic, true, settings::LevelsOfDetail::automatic},
+          {kProductMain, settings::Cull::automatic, false, settings::LevelsOfDetail::automatic},
+          {kPaper, settings::Cull::off, true, settings::LevelsOfDetail::off},
+          {kPaperMain, settings::Cull::off, false, settings::LevelsOfDetail::off}})
       scene.runs.push_back(summarise_run(condition, samples_of(ms, 5)));
     report.scenes.push_back(std::move(scene));
   }
