@@ -86,13 +86,12 @@ ALLOWED = {
 MODULES = (WIRE + " protocol/robot protocol/transport renderer/scene renderer/gpu renderer/state renderer/settings renderer/passes renderer/sinks "
                   "renderer/capture renderer/gui ")
 ALLOWED |= {
-    "renderer/camera": BASE + " renderer/scene renderer/state renderer/settings renderer/passes",
+    "renderer/camera": BASE + " renderer/scene renderer/state renderer/settings renderer/passes/view renderer/passes/outputs/planes_and_boxes.h",
     "renderer/streams": WIRE + " protocol/transport renderer/scene renderer/state",
     "renderer/live_scene": WIRE + " shaders renderer/scene renderer/state",
     "renderer/loading": BASE + " renderer/scene renderer/gpu renderer/settings renderer/passes renderer/live_scene",
     "renderer/images": MODULES + "renderer/streams renderer/live_scene renderer/loading",
-    "renderer/editing": BASE + " protocol/robot renderer/scene renderer/state renderer/settings renderer/passes renderer/gui renderer/camera "
-                               "renderer/live_scene",
+    "renderer/editing": BASE + " protocol/robot renderer/scene renderer/state renderer/settings renderer/live_scene",
     "renderer/browser/server": WIRE + " protocol/transport renderer/sinks",
     "renderer/browser": MODULES + "protocol/replay renderer/browser/server renderer/camera renderer/streams renderer/live_scene "
                                   "renderer/images renderer/editing",

@@ -84,7 +84,7 @@ std::string camera_message(const scene::Scene& scene, uint32_t node) {
       {{"type", "camera"}, {"index", known == nodes.end() ? Json() : Json(known - nodes.begin())}});
 }
 
-std::string visibility_message(const gui::DocumentState& document, uint64_t scene_number) {
+std::string visibility_message(const DocumentState& document, uint64_t scene_number) {
   return text_of(
       {{"type", "visibility"},
        {"scene", scene_number},

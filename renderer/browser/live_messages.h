@@ -9,7 +9,7 @@
 
 #include "protocol/replay/replay_clock.h"
 #include "renderer/camera/camera_rig.h"
-#include "renderer/gui/panel_data.h"
+#include "renderer/editing/view_state.h"
 #include "renderer/scene/model/scene.h"
 #include "renderer/state/pose_state.h"
 
@@ -32,7 +32,7 @@ std::string viewers_message(const std::vector<ListedViewer>& viewers, uint64_t o
 // "camera": index of the viewer's camera among those of "scene", by its node; kNone: a free camera.
 std::string camera_message(const scene::Scene& scene, uint32_t node);
 // "visibility": hidden and isolated nodes.
-std::string visibility_message(const gui::DocumentState& document, uint64_t scene_number);
+std::string visibility_message(const DocumentState& document, uint64_t scene_number);
 // "view": pose and lens of the viewer's free camera; none: it has a camera of the scene.
 std::string view_message(const std::optional<CameraRig::FreeView>& view);
 // "render": settings of all images. can_shade: shadows can be switched on. can_switch: from raster to paths

@@ -142,7 +142,7 @@ void LiveView::poll(replay::TimelineControl* timeline) {
     sent_.scene = scene_message(borrowed_.scene.scene(), scene_number_);
     send_to_all(sent_.scene);
   }
-  const gui::DocumentState& shared = borrowed_.document;
+  const DocumentState& shared = borrowed_.document;
   if (sent_.visibility.empty() || sent_.hidden != shared.edits.hidden ||
       sent_.isolated != shared.edits.isolated) {
     sent_.hidden = shared.edits.hidden;

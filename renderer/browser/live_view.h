@@ -19,7 +19,7 @@
 #include "renderer/browser/server/server.h"
 #include "renderer/browser/viewer_replies.h"
 #include "renderer/camera/camera_rig.h"
-#include "renderer/gui/panel_data.h"
+#include "renderer/editing/view_state.h"
 #include "renderer/live_scene/live_scene.h"
 #include "renderer/passes/path/traced_scene.h"
 #include "renderer/passes/scene_renderer.h"
@@ -38,7 +38,7 @@ class LiveView final : public ImageReplies {
     const state::PoseState& poses;
     ImageRequestQueue& requests;
     LiveScene& scene;
-    gui::DocumentState& document;  // of the window and all viewers
+    DocumentState& document;  // of the window and all viewers
     std::optional<state::RobotPose>& robot;
     passes::SceneRenderer& renderer;
     // Puts a renderer with these settings at the address of `renderer`, if there are no requests of images.

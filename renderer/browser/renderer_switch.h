@@ -5,8 +5,8 @@
 #include <optional>
 
 #include "base/error.h"
+#include "renderer/editing/view_state.h"
 #include "renderer/gpu/device/device.h"
-#include "renderer/gui/panel_data.h"
 #include "renderer/live_scene/live_scene.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/streams/image_request_queue.h"
@@ -16,7 +16,7 @@ namespace fire3dv::app {
 struct SwitchedParts {
   gpu::Device& device;
   std::optional<passes::SceneRenderer>& renderer;
-  const gui::DocumentState& document;  // with the settings of the renderer that is there
+  const DocumentState& document;  // with the settings of the renderer that is there
   ImageRequestQueue& requests;
   LiveScene& scene;
 };

@@ -14,12 +14,6 @@ std::map<std::string, std::string> paths_of_additions(const EditDocument& docume
 
 }  // namespace
 
-Paths paths_of(const Additions& additions) {
-  Paths paths;
-  for (const auto& [name, addition] : additions) paths.insert(path_of(name, addition));
-  return paths;
-}
-
 bool is_at_or_below(std::string_view path, const Paths& tops) {
   for (size_t end = path.find('/'); end != std::string_view::npos; end = path.find('/', end + 1)) {
     if (tops.contains(path.substr(0, end))) return true;

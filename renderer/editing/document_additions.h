@@ -14,9 +14,8 @@ inline EditKey key_of_addition(std::string name) {
   return {EditedObject::addition, std::move(name), 0, EditedProperty::added};
 }
 
-// Paths of the nodes of all additions.
+// Paths of nodes.
 using Paths = std::set<std::string, std::less<>>;
-Paths paths_of(const Additions& additions);
 // True if the path is one of these, or below one.
 bool is_at_or_below(std::string_view path, const Paths& tops);
 

@@ -152,8 +152,8 @@ std::optional<Digest> digest_of_overlay(const std::filesystem::path& path) {
   return digest ? *digest : Digest{};
 }
 
-EditSession::EditSession(gui::ViewState& viewer, OverlayFile file, state::EditDocument document)
-    : viewer_(viewer),
+EditSession::EditSession(ViewState& view_state, OverlayFile file, state::EditDocument document)
+    : view_state_(view_state),
       file_(std::move(file)),
       asset_names_from_(file_.path),
       replaceable_(file_.digest),
@@ -170,7 +170,7 @@ void EditSession::begin(const state::EditTargets& targets) {
   if (history_.document().empty()) return;
   unmatched_.emplace();
   show(targets, &*unmatched_);
-  if (viewer_.edits.additions.empty()) report_start(targets);
+  if (view_state_.edits.additions.empty()) report_start(targets);
 }
 
 void EditSession::report_start(const state::EditTargets& targets) {
@@ -210,13 +210,13 @@ void EditSession::report_start(const state::EditTargets& targets) {
 }
 
 void EditSession::show(const state::EditTargets& targets, std::vector<state::EditKey>* unmatched) {
-  viewer_.edits = state::to_edits(history_.document(), targets, viewer_.edits, unmatched);
-  recorded_ = viewer_.edits;
+  view_state_.edits = state::to_edits(history_.document(), targets, view_state_.edits, unmatched);
+  recorded_ = view_state_.edits;
 }
 
-// Edits of objects that the scene lacks are not the viewer's, and stay.
+// Edits of objects that the scene lacks are not displayed, and stay.
 state::EditDocument EditSession::current(const state::EditTargets& targets) const {
-  state::EditDocument document = state::to_document(viewer_.edits, targets);
+  state::EditDocument document = state::to_document(view_state_.edits, targets);
   state::TargetIndex index(targets);
   for (const auto& [key, value] : history_.document()) {
     if (index.find(key, value) == scene::kNone) document.emplace(key, value);
@@ -236,7 +236,7 @@ state::Paths EditSession::shown_paths(const state::EditTargets& targets) const {
 }
 
 void EditSession::record(const state::EditTargets& targets) {
-  UserEdits edits = viewer_.edits;
+  UserEdits edits = view_state_.edits;
   if (edits == recorded_) return;
   state::EditDocument document = current(targets);
   const bool is_less = state::withdraw_removed_additions(document, shown_paths(targets));
@@ -274,30 +274,30 @@ void EditSession::remove_refused(const state::EditTargets& targets, const std::s
   show(targets);
 }
 
-void EditSession::add_requested(const state::EditTargets& targets, const ViewPlace& place) {
-  gui::Commands& commands = viewer_.commands;
+void EditSession::add_requested(const state::EditTargets& targets, const EditorView& view) {
+  Commands& commands = view_state_.commands;
   if (std::exchange(commands.list_assets, false)) assets_ = offered_assets(file_.path, file_.assets);
   if (const auto kind = std::exchange(commands.add, std::nullopt))
-    add(targets, new_object(*kind, place, history_.document(), targets));
+    add(targets, new_object(*kind, view, history_.document(), targets));
   if (const auto uri = std::exchange(commands.add_asset, std::nullopt))
-    add(targets, new_asset(*uri, place, history_.document(), targets));
+    add(targets, new_asset(*uri, view, history_.document(), targets));
   if (const auto name = std::exchange(commands.remove_addition, std::nullopt)) remove_refused(targets, *name);
-  if (!std::exchange(commands.duplicate, false) || viewer_.selected >= targets.scene.nodes.size()) return;
-  Result<NewObject> copy = duplicate(viewer_.selected, place, history_.document(), targets);
+  if (!std::exchange(commands.duplicate, false) || view_state_.selected >= targets.scene.nodes.size()) return;
+  Result<NewObject> copy = duplicate(view_state_.selected, view, history_.document(), targets);
   if (!copy) return notes_.push_back(error_line("the node is not duplicated: " + copy.error().message));
   add(targets, std::move(*copy));
 }
 
-void EditSession::update(const state::EditTargets& targets, bool is_interacting, const ViewPlace& place) {
+void EditSession::update(const state::EditTargets& targets, bool is_interacting, const EditorView& view) {
   if (is_interacting) return;
   record(targets);
-  add_requested(targets, place);
-  gui::Commands& commands = viewer_.commands;
+  add_requested(targets, view);
+  Commands& commands = view_state_.commands;
   const bool undone = std::exchange(commands.undo, false) && history_.undo();
   const bool redone = std::exchange(commands.redo, false) && history_.redo();
   if (undone || redone) {
     show(targets);
-    settings_.restore(viewer_, history_);
+    settings_.restore(view_state_, history_);
   }
   if (std::exchange(commands.save_overlay, false)) save();
   if (const auto path = std::exchange(commands.save_as, std::nullopt)) save_as(*path);
@@ -307,14 +307,14 @@ void EditSession::update(const state::EditTargets& targets, bool is_interacting,
 void EditSession::take_shown_variant(const state::EditTargets& targets) {
   state::EditDocument document = history_.document();
   document.erase(state::variant_key());
-  if (viewer_.edits.variant < targets.scene.variants.size())
-    document[state::variant_key()] = state::VariantName(targets.scene.variants[viewer_.edits.variant]);
+  if (view_state_.edits.variant < targets.scene.variants.size())
+    document[state::variant_key()] = state::VariantName(targets.scene.variants[view_state_.edits.variant]);
   history_.set_document(std::move(document));
-  if (recorded_) recorded_->variant = viewer_.edits.variant;
+  if (recorded_) recorded_->variant = view_state_.edits.variant;
 }
 
 void EditSession::record_settings(bool is_interacting) {
-  if (!is_interacting) settings_.record(viewer_, history_);
+  if (!is_interacting) settings_.record(view_state_, history_);
 }
 
 void EditSession::replace_scene(const scene::Scene& before, const scene::Scene& after,
@@ -322,25 +322,25 @@ void EditSession::replace_scene(const scene::Scene& before, const scene::Scene& 
   const std::span<const state::AddedMaterials> added = added_materials();
   const std::vector<state::AddedMaterials> added_before =
       std::exchange(materials_before_, {added.begin(), added.end()});
-  const bool has_document = !history_.document().empty() || viewer_.edits != recorded_;
-  if (!has_document && selected_next_.empty() && !refers_to_scene(viewer_)) return;
+  const bool has_document = !history_.document().empty() || view_state_.edits != recorded_;
+  if (!has_document && selected_next_.empty() && !refers_to_scene(view_state_)) return;
   const state::NodeNames names_before(before), names_after(after);
   const state::EditTargets from{before, names_before, robot, added_before};
   const state::EditTargets to{after, names_after, robot, added};
   state::EditDocument document;
   if (has_document) document = current(from);
-  transfer_by_key(viewer_, from, to);
+  transfer_by_key(view_state_, from, to);
   if (!selected_next_.empty()) {
     const uint32_t next = names_after.first_of_path(selected_next_);
     if (next != scene::kNone) {
-      viewer_.selected = next;
+      view_state_.selected = next;
       notes_.push_back("added " + quote(std::exchange(selected_next_, {})));
     }
   }
   if (!has_document) return;
   // Edits of objects that only one of the scenes has, beside those that were transferred.
   state::TargetIndex index_before(from), index_after(to);
-  state::EditDocument next = state::to_document(viewer_.edits, to);
+  state::EditDocument next = state::to_document(view_state_.edits, to);
   for (const auto& [key, value] : document) {
     const bool was = index_before.find(key, value) != scene::kNone;
     const bool is = index_after.find(key, value) != scene::kNone;
@@ -352,7 +352,7 @@ void EditSession::replace_scene(const scene::Scene& before, const scene::Scene& 
     if (next.contains(key) || !document.contains(key)) recorded.emplace(key, value);
   }
   history_.set_document(std::move(recorded));
-  viewer_.edits = state::to_edits(next, to, viewer_.edits);
+  view_state_.edits = state::to_edits(next, to, view_state_.edits);
   recorded_.reset();  // compared by the next update()
 }
 
@@ -361,11 +361,11 @@ void EditSession::replace_robot(const scene::Scene& scene, const state::RobotPos
                                 const state::RobotPose* after) {
   const state::NodeNames names(scene);
   const state::EditDocument document = current({scene, names, before, added_materials()});
-  viewer_.edits = state::to_edits(document, {scene, names, after, added_materials()}, viewer_.edits);
+  view_state_.edits = state::to_edits(document, {scene, names, after, added_materials()}, view_state_.edits);
   recorded_.reset();  // compared by the next update()
 }
 
-gui::EditFacts EditSession::facts() const {
+EditFacts EditSession::facts() const {
   return {history_.undo_text(), history_.redo_text(), history_.is_saved(), file_.path.string(), assets_};
 }
 
@@ -374,7 +374,7 @@ void EditSession::save() {
   if (file_.path.empty())
     return notes_.push_back(error_line(
         "the edits are not saved: the scene of a recording has no folder; start with --overlay FILE"));
-  if (adds_files(viewer_.edits.additions) && !is_same_folder(file_.path, asset_names_from_))
+  if (adds_files(view_state_.edits.additions) && !is_same_folder(file_.path, asset_names_from_))
     return notes_.push_back(
         error_line("the edits are not saved: the files that they add are named from the "
                    "folder of " +
@@ -413,11 +413,12 @@ void EditSession::export_glb(const state::EditTargets& targets) {
     return notes_.push_back(error_line("no .glb is written: the scene of a recording has no folder"));
   if (exporting_.valid()) return notes_.push_back(warning("an export is being written already"));
   const std::span<const ShownAddition> shown = shown_additions();
-  for (std::string& message : missing_additions(viewer_.edits.additions, shown))
+  for (std::string& message : missing_additions(view_state_.edits.additions, shown))
     notes_.push_back(std::move(message));
-  exporting_ = std::async(std::launch::async,
-                          [gltf = export_.gltf_file(), edits = exported_edits(viewer_.edits, targets, shown),
-                           scene = export_.scene] { return write_glb(gltf, edits, scene); });
+  exporting_ =
+      std::async(std::launch::async,
+                 [gltf = export_.gltf_file(), edits = exported_edits(view_state_.edits, targets, shown),
+                  scene = export_.scene] { return write_glb(gltf, edits, scene); });
 }
 
 std::vector<std::string> EditSession::take_log_messages() {

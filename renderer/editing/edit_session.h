@@ -1,5 +1,5 @@
 // Editor of the displayed scene: the user's edits as a document, its undo history and its overlay file. The
-// panels change gui::ViewState; each finished interaction becomes a step. Independent of window and GPU; main
+// panels change ViewState; each finished interaction becomes a step. Independent of window and GPU; main
 // thread only.
 #pragma once
 
@@ -20,7 +20,7 @@
 #include "renderer/editing/edit_history.h"
 #include "renderer/editing/new_objects.h"
 #include "renderer/editing/render_settings.h"
-#include "renderer/gui/panel_data.h"
+#include "renderer/editing/view_state.h"
 #include "renderer/live_scene/live_scene.h"
 
 namespace fire3dv::app {
@@ -46,19 +46,19 @@ struct GlbExport {
 
 class EditSession {
  public:
-  // Borrows the viewer, whose edits it records and sets.
-  EditSession(gui::ViewState& viewer, OverlayFile file, state::EditDocument document);
+  // Borrows the view state, whose edits it records and sets.
+  EditSession(ViewState& view_state, OverlayFile file, state::EditDocument document);
 
-  // Makes the document the viewer's edits.
+  // Makes the document the user's edits.
   void begin(const state::EditTargets& targets);
   // Reports the edits of the start that were applied, and those of objects that the scene lacks; once. Call
   // when the document's additions are displayed or refused; without any begin() does.
   void report_start(const state::EditTargets& targets);
-  // Records finished changes of the viewer as a step, and executes its commands. Call after each layout.
-  // is_interacting: a drag or a text input goes on, whose changes are one step. place: of the view.
-  void update(const state::EditTargets& targets, bool is_interacting, const ViewPlace& place = {});
-  // Takes the viewer's material variant without a step, after the requested one was refused: undo and redo go
-  // on from the shown one.
+  // Records finished changes of the user as a step, and executes its commands. Call after each layout.
+  // is_interacting: a drag or a text input goes on, whose changes are one step. view: of the window.
+  void update(const state::EditTargets& targets, bool is_interacting, const EditorView& view = {});
+  // Takes the displayed material variant without a step, after the requested one was refused: undo and redo
+  // go on from the shown one.
   void take_shown_variant(const state::EditTargets& targets);
   // Records changed render settings as a step. Call after the renderer has taken or reset them.
   void record_settings(bool is_interacting);
@@ -79,7 +79,7 @@ class EditSession {
   }
 
   const state::EditHistory& history() const { return history_; }
-  gui::EditFacts facts() const;
+  EditFacts facts() const;
   std::vector<std::string> take_log_messages();
   // Waits for an export, and returns its messages, too.
   std::vector<std::string> finish();
@@ -95,14 +95,14 @@ class EditSession {
   }
   state::Paths shown_paths(const state::EditTargets& targets) const;
   void record(const state::EditTargets& targets);
-  void add_requested(const state::EditTargets& targets, const ViewPlace& place);
+  void add_requested(const state::EditTargets& targets, const EditorView& view);
   void add(const state::EditTargets& targets, NewObject object);
   void remove_refused(const state::EditTargets& targets, const std::string& name);
   void save();
   void save_as(const std::filesystem::path& path);
   void export_glb(const state::EditTargets& targets);
 
-  gui::ViewState& viewer_;
+  ViewState& view_state_;
   OverlayFile file_;
   std::filesystem::path
       asset_names_from_;  // overlay file of the start; URIs of added files are relative to it
@@ -112,7 +112,7 @@ class EditSession {
   bool is_known_ = false;  // it was read or saved by this session
   state::EditHistory history_;
   RenderSettingsSteps settings_;
-  std::optional<state::UserEdits> recorded_;              // edits of the viewer at the last record
+  std::optional<state::UserEdits> recorded_;              // edits at the last record
   std::vector<std::string> assets_;                       // offered ones
   std::optional<std::vector<state::EditKey>> unmatched_;  // at the start; nullopt: reported
   std::string selected_next_;  // path of an added node that the scene does not have yet

@@ -6,14 +6,11 @@
 
 #include "base/text.h"
 #include "renderer/editing/document_additions.h"
-#include "renderer/gui/gizmo_overlay.h"
 #include "renderer/scene/derived/key_light.h"
 #include "renderer/scene/derived/loaded_scene.h"
 
 namespace fire3dv::app {
 namespace {
-
-using gui::ObjectKind;
 
 std::string unused_name(const std::string& name, bool is_plain_allowed, const std::string& parent,
                         const state::EditDocument& document, const state::EditTargets& targets) {
@@ -69,17 +66,17 @@ const char* name_of(ObjectKind kind) {
 
 // Relative to the parent, as shown: that of a stream that drives the node, else the user's, else that of a
 // stream above it, of joints or animations, else that of the file, exactly.
-state::NodeTransform transform_now(uint32_t node, const ViewPlace& place, const state::EditDocument& document,
+state::NodeTransform transform_now(uint32_t node, const EditorView& view, const state::EditDocument& document,
                                    const state::EditKey& key, const scene::Scene& scene) {
   const scene::Node& now = scene.nodes[node];
-  const bool is_posed = place.poses && place.poses->world_from_node(node) != now.world_from_node;
-  const bool is_driven = place.poses && gui::direct_driver_of(*place.poses, node);
+  const bool is_posed = view.poses && view.poses->world_from_node(node) != now.world_from_node;
+  const bool is_driven = view.poses && direct_driver_of(*view.poses, node);
   const auto edited = document.find(key);
   if (edited != document.end() && !is_driven) return std::get<state::NodeTransform>(edited->second);
   if (is_posed) {
     const glm::mat4 world_from_parent =
-        now.parent == scene::kNone ? glm::mat4(1) : place.poses->world_from_node(now.parent);
-    return state::to_transform(glm::inverse(world_from_parent) * place.poses->world_from_node(node));
+        now.parent == scene::kNone ? glm::mat4(1) : view.poses->world_from_node(now.parent);
+    return state::to_transform(glm::inverse(world_from_parent) * view.poses->world_from_node(node));
   }
   if (now.given_by_matrix) return state::to_transform(now.parent_from_node);
   state::NodeTransform transform = at(now.translation);
@@ -90,29 +87,29 @@ state::NodeTransform transform_now(uint32_t node, const ViewPlace& place, const 
 
 }  // namespace
 
-NewObject new_object(ObjectKind kind, const ViewPlace& place, const state::EditDocument& document,
+NewObject new_object(ObjectKind kind, const EditorView& view, const state::EditDocument& document,
                      const state::EditTargets& targets) {
   NewObject object{unused_name(name_of(kind), true, {}, document, targets), {}};
-  const glm::vec3 eye_m(place.world_from_camera[3]);
+  const glm::vec3 eye_m(view.world_from_camera[3]);
   if (kind == ObjectKind::camera) {
-    scene::Camera camera = place.camera;
+    scene::Camera camera = view.camera;
     camera.name.clear();
     camera.aspect = 0;
     object.addition.content = camera;
-    object.addition.transform = as_camera(place.world_from_camera, eye_m);
+    object.addition.transform = as_camera(view.world_from_camera, eye_m);
     return object;
   }
-  object.addition.content = light_of(kind, glm::length(place.focus_m - eye_m));
+  object.addition.content = light_of(kind, glm::length(view.focus_m - eye_m));
   object.addition.transform =
-      kind == ObjectKind::point_light ? at(place.focus_m) : as_camera(place.world_from_camera, place.focus_m);
+      kind == ObjectKind::point_light ? at(view.focus_m) : as_camera(view.world_from_camera, view.focus_m);
   return object;
 }
 
-NewObject new_asset(const std::string& uri, const ViewPlace& place, const state::EditDocument& document,
+NewObject new_asset(const std::string& uri, const EditorView& view, const state::EditDocument& document,
                     const state::EditTargets& targets) {
   NewObject object{unused_name(name_of_asset(uri), true, {}, document, targets), {}};
   object.addition.content = state::AddedAsset{uri};
-  object.addition.transform = at(place.focus_m);
+  object.addition.transform = at(view.focus_m);
   return object;
 }
 
@@ -123,20 +120,18 @@ bool may_add_camera(const state::EditDocument& document, const std::string& name
   return std::holds_alternative<scene::Camera>(content) || std::holds_alternative<state::CopiedNode>(content);
 }
 
-Result<void> select_added_camera(const std::string& name, const scene::Scene& scene,
-                                 std::span<const ShownAddition> shown, CameraRig& camera) {
+Result<size_t> find_added_camera(const std::string& name, const scene::Scene& scene,
+                                 std::span<const ShownAddition> shown) {
   const std::vector<uint32_t> nodes = scene::camera_nodes(scene);
   for (size_t i = 0; i < nodes.size(); ++i) {
-    if (scene.nodes[nodes[i]].name != name) continue;
-    camera.select(i);
-    return {};
+    if (scene.nodes[nodes[i]].name == name) return i;
   }
   const bool is_shown = std::ranges::find(shown, name, &ShownAddition::name) != shown.end();
   return Error{"--camera " + name + ": the node that the overlay file adds " +
                (is_shown ? "has no camera" : "is not displayed: a warning above says why")};
 }
 
-Result<NewObject> duplicate(uint32_t number, const ViewPlace& place, const state::EditDocument& document,
+Result<NewObject> duplicate(uint32_t number, const EditorView& view, const state::EditDocument& document,
                             const state::EditTargets& targets) {
   const scene::Scene& scene = targets.scene;
   FIRE3DV_ASSERT(number < scene.nodes.size());
@@ -161,7 +156,7 @@ Result<NewObject> duplicate(uint32_t number, const ViewPlace& place, const state
   const std::string last = node.path.substr(node.path.rfind('/') + 1);
   copy.name = unused_name(node.name.empty() ? last : node.name, false, parent, document, targets);
   copy.addition.transform =
-      transform_now(number, place, document,
+      transform_now(number, view, document,
                     {state::EditedObject::node, node.path, 0, state::EditedProperty::transform}, scene);
   if (!state::is_valid(copy.addition.transform)) return Error{quote(node.path) + " has no size"};
   copy.edits = state::edits_of_copy(document, node.path, state::path_of(copy.name, copy.addition));

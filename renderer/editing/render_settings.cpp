@@ -11,7 +11,7 @@ bool have_same_image(const RenderSettings& a, const RenderSettings& b) {
          settings::have_same_values(a.draw, b.draw, settings::kByWindow | settings::kByBrowser);
 }
 
-void RenderSettingsSteps::record(const gui::DocumentState& document, state::EditHistory& history) {
+void RenderSettingsSteps::record(const DocumentState& document, state::EditHistory& history) {
   RenderSettings now{document.draw, document.paths};
   const auto known = values_.find(history.settings());
   if (known == values_.end() || std::exchange(is_restored_, false)) {
@@ -27,7 +27,7 @@ void RenderSettingsSteps::record(const gui::DocumentState& document, state::Edit
   while (values_.size() > state::EditHistory::kMaxSteps + 1) values_.erase(values_.begin());
 }
 
-void RenderSettingsSteps::restore(gui::DocumentState& document, const state::EditHistory& history) {
+void RenderSettingsSteps::restore(DocumentState& document, const state::EditHistory& history) {
   if (std::exchange(shown_, history.settings()) == history.settings()) return;
   const auto known = values_.find(shown_);
   if (known == values_.end()) return;

@@ -6,7 +6,7 @@
 #include <map>
 
 #include "renderer/editing/edit_history.h"
-#include "renderer/gui/panel_data.h"
+#include "renderer/editing/view_state.h"
 #include "renderer/settings/draw_settings.h"
 
 namespace fire3dv::app {
@@ -23,9 +23,9 @@ class RenderSettingsSteps {
  public:
   // Records changed settings as a step. Call after the renderer has taken or reset them: what it resets after
   // restore() is no step.
-  void record(const gui::DocumentState& document, state::EditHistory& history);
+  void record(const DocumentState& document, state::EditHistory& history);
   // Sets those of the history, after it was undone or redone.
-  void restore(gui::DocumentState& document, const state::EditHistory& history);
+  void restore(DocumentState& document, const state::EditHistory& history);
 
  private:
   std::map<uint64_t, RenderSettings> values_;

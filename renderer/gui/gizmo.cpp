@@ -71,7 +71,7 @@ glm::vec3 GizmoView::look_at(const glm::vec3& world) const {
   return view.orthographic ? view.look_world : glm::normalize(world - view.eye_world);
 }
 
-void Gizmo::place(const GizmoView& view, const glm::mat4& world_from_node, GizmoTool tool, bool is_local,
+void Gizmo::place(const GizmoView& view, const glm::mat4& world_from_node, app::GizmoTool tool, bool is_local,
                   float points) {
   handles_.clear();
   view_ = view;
@@ -80,10 +80,10 @@ void Gizmo::place(const GizmoView& view, const glm::mat4& world_from_node, Gizmo
   world_from_node_ = world_from_node;
   origin_ = world_from_node[3];
   const std::optional<glm::vec2> centre = view.pixel_of(origin_);
-  if (!centre || tool == GizmoTool::none) return;
+  if (!centre || tool == app::GizmoTool::none) return;
   centre_px_ = *centre;
   axes_ = {glm::vec3(1, 0, 0), glm::vec3(0, 1, 0), glm::vec3(0, 0, 1)};
-  for (int axis = 0; axis < 3 && (is_local || tool == GizmoTool::scale); ++axis) {
+  for (int axis = 0; axis < 3 && (is_local || tool == app::GizmoTool::scale); ++axis) {
     const glm::vec3 column = world_from_node[axis];
     if (const float length = glm::length(column); length > 0)
       axes_[static_cast<size_t>(axis)] = column / length;
@@ -91,11 +91,11 @@ void Gizmo::place(const GizmoView& view, const glm::mat4& world_from_node, Gizmo
   const float pixels = glm::length(view.pixels_per_metre(origin_, view.right_world()));
   if (!(pixels > 0) || !std::isfinite(pixels)) return;
   length_m_ = kAxisPt * points / pixels;
-  if (tool == GizmoTool::rotate) {
+  if (tool == app::GizmoTool::rotate) {
     add_rings(points);
   } else {
     handles_.push_back({GizmoHandle::Kind::centre, 3, {centre_px_}});
-    if (tool == GizmoTool::move) add_planes(points);
+    if (tool == app::GizmoTool::move) add_planes(points);
     add_axes(points);
   }
 }
@@ -226,7 +226,7 @@ void Gizmo::begin(size_t index, const glm::vec2& px) {
   drag.grabbed_world = on_plane(drag.normal_world, px).value_or(origin_);
   drag.last_rad = angle_at(drag, px);
   dragged_ = drag;
-  value_ = tool_ == GizmoTool::scale ? 1 : 0;
+  value_ = tool_ == app::GizmoTool::scale ? 1 : 0;
 }
 
 glm::mat4 Gizmo::drag(const glm::vec2& px, bool snaps) {
@@ -234,13 +234,13 @@ glm::mat4 Gizmo::drag(const glm::vec2& px, bool snaps) {
   // The geometry of the drag is that of its begin, even if a camera moves meanwhile.
   origin_ = dragged_->world_from_node[3];
   switch (dragged_->tool) {
-    case GizmoTool::move:
+    case app::GizmoTool::move:
       return translated(px, snaps);
-    case GizmoTool::rotate:
+    case app::GizmoTool::rotate:
       return rotated(px, snaps);
-    case GizmoTool::scale:
+    case app::GizmoTool::scale:
       return scaled(px, snaps);
-    case GizmoTool::none:
+    case app::GizmoTool::none:
       break;
   }
   return dragged_->world_from_node;

@@ -9,7 +9,7 @@
 #include <optional>
 #include <vector>
 
-#include "renderer/gui/panel_data.h"
+#include "renderer/editing/view_state.h"
 #include "renderer/passes/view/view.h"
 
 namespace fire3dv::gui {
@@ -48,7 +48,7 @@ class Gizmo {
 
   // Places the handles. points: pixels per point of the display. No handles if the node is behind the camera.
   // Call once per frame; a drag goes on with the same handle.
-  void place(const GizmoView& view, const glm::mat4& world_from_node, GizmoTool tool, bool is_local,
+  void place(const GizmoView& view, const glm::mat4& world_from_node, app::GizmoTool tool, bool is_local,
              float points);
   const std::vector<GizmoHandle>& handles() const { return handles_; }
   // Index of the handle below the cursor.
@@ -66,7 +66,7 @@ class Gizmo {
 
  private:
   struct Drag {
-    GizmoTool tool{};
+    app::GizmoTool tool{};
     GizmoHandle::Kind kind{};
     int axis = 0;
     glm::mat4 world_from_node{1};
@@ -90,7 +90,7 @@ class Gizmo {
   glm::mat4 scaled(const glm::vec2& px, bool snaps);
 
   GizmoView view_;
-  GizmoTool tool_ = GizmoTool::none;
+  app::GizmoTool tool_ = app::GizmoTool::none;
   glm::mat4 world_from_node_{1};
   glm::vec3 origin_{0};
   std::array<glm::vec3, 3> axes_{};  // unit, of the chosen frame

@@ -23,28 +23,19 @@ ImU32 faded(ImU32 color, uint32_t alpha) {
   return (color & ~IM_COL32_A_MASK) | alpha << IM_COL32_A_SHIFT;
 }
 
-std::string value_text(GizmoTool tool, float value) {
+std::string value_text(app::GizmoTool tool, float value) {
   char text[48];
-  if (tool == GizmoTool::move) std::snprintf(text, sizeof text, "%.4g m", static_cast<double>(value));
-  if (tool == GizmoTool::rotate)
+  if (tool == app::GizmoTool::move) std::snprintf(text, sizeof text, "%.4g m", static_cast<double>(value));
+  if (tool == app::GizmoTool::rotate)
     std::snprintf(text, sizeof text, "%.1f\u00b0", static_cast<double>(glm::degrees(value)));
-  if (tool == GizmoTool::scale) std::snprintf(text, sizeof text, "%.3g x", static_cast<double>(value));
+  if (tool == app::GizmoTool::scale) std::snprintf(text, sizeof text, "%.3g x", static_cast<double>(value));
   return text;
 }
 
 }  // namespace
 
-const std::string* direct_driver_of(const state::PoseState& poses, uint32_t node) {
-  const auto& drives = poses.node_drives();
-  if (node >= drives.size() || drives[node].stream >= poses.streams().size()) return nullptr;
-  const state::Stream& stream = poses.streams()[drives[node].stream];
-  const uint32_t pose = drives[node].pose_index;
-  const bool itself = pose < stream.scene_node_of_pose.size() && stream.scene_node_of_pose[pose] == node;
-  return itself ? &stream.name : nullptr;
-}
-
-state::NodeTransform shown_transform(const Shown& shown, const ViewState& viewer, uint32_t node) {
-  if (const auto edited = viewer.edits.transforms.find(node); edited != viewer.edits.transforms.end())
+state::NodeTransform shown_transform(const Shown& shown, const app::ViewState& view_state, uint32_t node) {
+  if (const auto edited = view_state.edits.transforms.find(node); edited != view_state.edits.transforms.end())
     return edited->second;
   const glm::dmat4 parent_from_world = glm::inverse(glm::dmat4(world_from_parent(shown, node)));
   return state::to_transform(glm::mat4(parent_from_world * glm::dmat4(shown.poses.world_from_node(node))));
@@ -52,9 +43,9 @@ state::NodeTransform shown_transform(const Shown& shown, const ViewState& viewer
 
 void GizmoOverlay::frame(const Context& c, const Rect& image, const glm::vec2& cursor_px) {
   takes_mouse_ = false;
-  const uint32_t node = c.viewer.selected;
+  const uint32_t node = c.view_state.selected;
   const glm::vec2 size = image.high - image.low;
-  const bool is_shown = c.viewer.tool != GizmoTool::none && node < c.shown.scene.nodes.size() &&
+  const bool is_shown = c.view_state.tool != app::GizmoTool::none && node < c.shown.scene.nodes.size() &&
                         c.shown.view && size.x >= 1 && size.y >= 1;
   const bool is_other = node != node_ || c.shown.scene_number != scene_number_;
   if (!is_shown || is_other) gizmo_.end();
@@ -63,8 +54,8 @@ void GizmoOverlay::frame(const Context& c, const Rect& image, const glm::vec2& c
   scene_number_ = c.shown.scene_number;
   const GizmoView view{c.shown.view(size.x / size.y), image.low, size};
   const glm::mat4 world_from_node = c.shown.poses.world_from_node(node);
-  gizmo_.place(view, world_from_node, c.viewer.tool, c.viewer.tool_is_local, c.ui.scale);
-  if (const std::string* const driver = direct_driver_of(c.shown.poses, node)) {
+  gizmo_.place(view, world_from_node, c.view_state.tool, c.view_state.tool_is_local, c.ui.scale);
+  if (const std::string* const driver = app::direct_driver_of(c.shown.poses, node)) {
     gizmo_.end();
     if (const auto at = view.pixel_of(glm::vec3(world_from_node[3])))
       draw_note(c, image, *at, "driven by " + one_line(*driver) + ": it cannot be moved by hand meanwhile");
@@ -90,11 +81,11 @@ bool GizmoOverlay::follow_drag(const Context& c, const GizmoView& view, const gl
   const glm::dmat4 parent_from_world = glm::inverse(glm::dmat4(world_from_parent(c.shown, node_)));
   const state::NodeTransform wanted =
       state::to_transform(glm::mat4(parent_from_world * glm::dmat4(world_from_node)));
-  const bool is_moved =
-      c.viewer.edits.transforms.contains(node_) ||
-      state::parent_from_node(wanted) != state::parent_from_node(shown_transform(c.shown, c.viewer, node_));
-  if (is_moved && state::is_valid(wanted)) c.viewer.edits.transforms[node_] = wanted;
-  gizmo_.place(view, world_from_node, c.viewer.tool, c.viewer.tool_is_local, c.ui.scale);
+  const bool is_moved = c.view_state.edits.transforms.contains(node_) ||
+                        state::parent_from_node(wanted) !=
+                            state::parent_from_node(shown_transform(c.shown, c.view_state, node_));
+  if (is_moved && state::is_valid(wanted)) c.view_state.edits.transforms[node_] = wanted;
+  gizmo_.place(view, world_from_node, c.view_state.tool, c.view_state.tool_is_local, c.ui.scale);
   return true;
 }
 
@@ -127,7 +118,7 @@ void GizmoOverlay::draw(const Context& c, const Rect& image, std::optional<size_
         const glm::vec2 side(-way.y, way.x);
         const float head = c.ui.points(7);
         list->AddLine(point(handle.outline[0]), point(tip), color, thick);
-        if (c.viewer.tool == GizmoTool::move) {
+        if (c.view_state.tool == app::GizmoTool::move) {
           list->AddTriangleFilled(point(tip + way * head), point(tip + side * head * 0.6f),
                                   point(tip - side * head * 0.6f), color);
         } else {
@@ -141,7 +132,7 @@ void GizmoOverlay::draw(const Context& c, const Rect& image, std::optional<size_
   list->PopClipRect();
   if (gizmo_.is_dragging()) {
     const ImVec2 at = ImGui::GetIO().MousePos;
-    draw_note(c, image, {at.x, at.y}, value_text(c.viewer.tool, gizmo_.value()));
+    draw_note(c, image, {at.x, at.y}, value_text(c.view_state.tool, gizmo_.value()));
   }
 }
 

@@ -12,10 +12,8 @@ namespace fire3dv::gui {
 
 struct Context;
 
-// The stream that drives this node itself; null: none. A node below a driven one can be moved.
-const std::string* direct_driver_of(const state::PoseState& poses, uint32_t node);
 // Transform relative to its parent as shown now: the user's, else that of the pose.
-state::NodeTransform shown_transform(const Shown& shown, const ViewState& viewer, uint32_t node);
+state::NodeTransform shown_transform(const Shown& shown, const app::ViewState& view_state, uint32_t node);
 
 class GizmoOverlay {
  public:

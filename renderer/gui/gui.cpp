@@ -171,7 +171,8 @@ bool Gui::Panels::take_key(ImGuiIO& io, const KeyChanged& key, std::optional<Hel
   return true;
 }
 
-const ImDrawData& Gui::frame(const Input& input, const Facts& facts, const Shown& shown, ViewState& viewer) {
+const ImDrawData& Gui::frame(const Input& input, const Facts& facts, const Shown& shown,
+                             app::ViewState& view_state) {
   Panels& panels = *panels_;
   ImGui::SetCurrentContext(panels.context);
   ImGuiIO& io = ImGui::GetIO();
@@ -196,10 +197,10 @@ const ImDrawData& Gui::frame(const Input& input, const Facts& facts, const Shown
   if (panels.closes_popup) ImGui::ClosePopupToLevel(panels.context->OpenPopupStack.Size - 1, true);
   panels.ui.begin_frame(scale);
 
-  const Context context{panels.ui, facts, shown, viewer, layout_};
+  const Context context{panels.ui, facts, shown, view_state, layout_};
   panels.frame.note(facts.frame);
   panels.image_rect = {{0, 0}, input.display_px};
-  if (viewer.gui) panels.lay_out(context);
+  if (view_state.gui) panels.lay_out(context);
   panels.gizmo.frame(context, panels.image_rect, panels.cursor_px);
   draw_help(context);
   draw_notice(context, panels.image_rect);
@@ -210,7 +211,7 @@ const ImDrawData& Gui::frame(const Input& input, const Facts& facts, const Shown
   panels.is_widget_active = ImGui::IsAnyItemActive();
   panels.is_interacting = panels.is_widget_active || panels.gizmo.is_dragging();
   panels.cursor = cursor_of(ImGui::GetMouseCursor());
-  layout_.camera_speed = viewer.camera_speed;  // keys change it as well
+  layout_.camera_speed = view_state.camera_speed;  // keys change it as well
   return *ImGui::GetDrawData();
 }
 

@@ -1,4 +1,4 @@
-// Panels beside the image. They read facts, scene and poses, and write the user's requests (panel_data.h).
+// Panels beside the image. They read facts, scene and poses, and write the user's requests (ViewState).
 // Independent of window and GPU: the output is a draw list for gui_pass.h.
 #pragma once
 
@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "protocol/replay/replay_clock.h"
+#include "renderer/editing/view_state.h"
 #include "renderer/gui/input.h"
 #include "renderer/gui/layout_file.h"
 #include "renderer/gui/panel_data.h"
@@ -31,7 +32,7 @@ struct Shown {
   replay::TimelineControl* timeline = nullptr;                // null: neither a replay nor animations
   const state::RobotPose* robot = nullptr;                    // null: the file holds none
   std::span<const std::filesystem::path> recent_files = {};   // the shown one first
-  const EditFacts* editing = nullptr;                         // null: nobody records edits
+  const app::EditFacts* editing = nullptr;                    // null: nobody records edits
   std::function<passes::View(float image_aspect)> view = {};  // of the image; null: no gizmo is drawn
 };
 
@@ -62,7 +63,8 @@ class Gui {
 
   // Processes the input and lays out the panels; call once per frame, before the camera moves. The list is
   // valid until the next call. With ViewState::gui off, draws only the help and captures no input.
-  const ImDrawData& frame(const Input& input, const Facts& facts, const Shown& shown, ViewState& viewer);
+  const ImDrawData& frame(const Input& input, const Facts& facts, const Shown& shown,
+                          app::ViewState& view_state);
 
   // Input capture in the last frame: mouse over or held by a panel; keys used as text. A click that began on
   // the image is never captured.

@@ -20,7 +20,7 @@ struct Context {
   Ui& ui;
   const Facts& facts;
   const Shown& shown;
-  ViewState& viewer;
+  app::ViewState& view_state;
   Layout& layout;
 };
 

@@ -29,11 +29,11 @@ Result<glm::uvec2> parse_screenshot_size(std::string_view text) {
                "\" is not a size of a screenshot: write WxH, such as 7680x4320, with " + limits()};
 }
 
-Result<glm::uvec2> screenshot_px(const ScreenshotSize& size, glm::uvec2 window_px) {
-  if (size.kind == ScreenshotSize::Kind::fixed) return parse_screenshot_size(size.fixed_px);
-  const uint64_t factor = size.kind == ScreenshotSize::Kind::window  ? 1
-                          : size.kind == ScreenshotSize::Kind::twice ? 2
-                                                                     : 4;
+Result<glm::uvec2> screenshot_px(const app::ScreenshotSize& size, glm::uvec2 window_px) {
+  if (size.kind == app::ScreenshotSize::Kind::fixed) return parse_screenshot_size(size.fixed_px);
+  const uint64_t factor = size.kind == app::ScreenshotSize::Kind::window  ? 1
+                          : size.kind == app::ScreenshotSize::Kind::twice ? 2
+                                                                          : 4;
   const glm::u64vec2 wanted = factor * glm::u64vec2(window_px);
   if (factor == 1 || is_valid(wanted)) return glm::uvec2(wanted);
   return Error{"a screenshot of " + std::to_string(factor) + " times " + text_of(window_px) +

@@ -1,4 +1,4 @@
-// Size of the window's screenshots, as the user chooses it.
+// Pixels of the window's screenshots, from the size that the user chooses.
 #pragma once
 
 #include <cstdint>
@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "base/error.h"
+#include "renderer/editing/view_state.h"
 
 namespace fire3dv::gui {
 
@@ -14,21 +15,9 @@ namespace fire3dv::gui {
 constexpr uint64_t kMaxScreenshotPixels = uint64_t{1} << 28;
 constexpr uint32_t kMaxScreenshotSide = 65'536;  // pixels
 
-struct ScreenshotSize {
-  enum class Kind : uint8_t {
-    window,
-    twice,
-    four_times,
-    fixed
-  };  // the first three: of the image in the window
-  Kind kind = Kind::window;
-  std::string fixed_px = "3840x2160";  // WxH
-  bool operator==(const ScreenshotSize&) const = default;
-};
-
 // text: WxH, within the limits above. The error names the text and them.
 Result<glm::uvec2> parse_screenshot_size(std::string_view text);
 // window_px: size of the image in the window.
-Result<glm::uvec2> screenshot_px(const ScreenshotSize& size, glm::uvec2 window_px);
+Result<glm::uvec2> screenshot_px(const app::ScreenshotSize& size, glm::uvec2 window_px);
 
 }  // namespace fire3dv::gui

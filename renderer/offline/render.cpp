@@ -335,10 +335,10 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
     return false;
   }
   if (app::may_add_camera(overlay_, drawing_.camera)) {
-    if (auto chosen =
-            app::select_added_camera(drawing_.camera, live.scene(), live.shown_additions(), *camera);
-        !chosen)
-      return chosen.error();
+    const Result<size_t> added =
+        app::find_added_camera(drawing_.camera, live.scene(), live.shown_additions());
+    if (!added) return added.error();
+    camera->select(*added);
   }
   const state::NodeNames names(live.scene());
   const state::EditTargets targets{live.scene(), names, nullptr, live.added_materials()};

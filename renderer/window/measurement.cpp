@@ -26,7 +26,7 @@ std::string metres_text(float metres) {
   return text.data();
 }
 
-gui::SurfacePoint surface_point(const passes::Picked& picked) {
+SurfacePoint surface_point(const passes::Picked& picked) {
   if (!picked.world_from_node) return {scene::kNone, picked.position_world};
   const glm::dmat4 node_from_world = glm::inverse(glm::dmat4(*picked.world_from_node));
   const glm::vec3 position_node(node_from_world * glm::dvec4(picked.position_world, 1));
@@ -34,21 +34,21 @@ gui::SurfacePoint surface_point(const passes::Picked& picked) {
   return {picked.node, position_node};
 }
 
-std::optional<std::string> take_pick(gui::ViewState& viewer, const passes::Picked& picked,
+std::optional<std::string> take_pick(ViewState& view_state, const passes::Picked& picked,
                                      const state::PoseState& poses) {
   const bool is_surface = picked.node < poses.node_drives().size();
-  if (!viewer.measures) {
-    viewer.selected = is_surface ? picked.node : scene::kNone;
-    viewer.picked_point.reset();
-    if (is_surface) viewer.picked_point = surface_point(picked);
+  if (!view_state.measures) {
+    view_state.selected = is_surface ? picked.node : scene::kNone;
+    view_state.picked_point.reset();
+    if (is_surface) view_state.picked_point = surface_point(picked);
     return std::nullopt;
   }
   if (!is_surface) return std::nullopt;
-  if (viewer.measured.size() >= 2) viewer.measured.clear();
-  viewer.measured.push_back(surface_point(picked));
-  if (viewer.measured.size() < 2) return std::nullopt;
-  const glm::vec3 from = gui::position_world(viewer.measured[0], poses),
-                  to = gui::position_world(viewer.measured[1], poses);
+  if (view_state.measured.size() >= 2) view_state.measured.clear();
+  view_state.measured.push_back(surface_point(picked));
+  if (view_state.measured.size() < 2) return std::nullopt;
+  const glm::vec3 from = position_world(view_state.measured[0], poses),
+                  to = position_world(view_state.measured[1], poses);
   return "distance " + metres_text(glm::distance(from, to)) + " from " + vector_text(from) + " to " +
          vector_text(to) + "; along x y z: " + vector_text(to - from);
 }

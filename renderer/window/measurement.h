@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "renderer/gui/panel_data.h"
+#include "renderer/editing/view_state.h"
 #include "renderer/passes/debug/inspection.h"
 #include "renderer/state/pose_state.h"
 
@@ -12,11 +12,11 @@ namespace fire3dv::app {
 
 // The picked point, fixed to its node. A node that is flattened to a plane, so that its transform has no
 // inverse, gives a point at rest in the world.
-gui::SurfacePoint surface_point(const passes::Picked& picked);
+SurfacePoint surface_point(const passes::Picked& picked);
 
 // Applies a click on the image: it selects the node, or with the measuring tool chooses the next of two
 // points; a third one starts again. Returns the log message of a complete measurement.
-std::optional<std::string> take_pick(gui::ViewState& viewer, const passes::Picked& picked,
+std::optional<std::string> take_pick(ViewState& view_state, const passes::Picked& picked,
                                      const state::PoseState& poses);
 
 // "1.2346 m"

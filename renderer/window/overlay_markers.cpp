@@ -32,21 +32,20 @@ glm::mat4 without_scale(glm::mat4 world_from_camera) {
 
 }  // namespace
 
-const std::vector<state::ShownMarker>& OverlayMarkers::update(const gui::ViewState& viewer,
-                                                              const Seen& seen) {
+const std::vector<state::ShownMarker>& OverlayMarkers::update(const ViewState& view_state, const Seen& seen) {
   last_ = std::exchange(known_, {});
   shown_.clear();
-  if (viewer.shows_grid) {
+  if (view_state.shows_grid) {
     uint64_t key = kGrid;
     for (Marker& marker : ground_grid(seen.scene, seen.display_scale)) add(key++, std::move(marker));
   }
-  if (viewer.shows_frusta) add_frusta(viewer, seen);
-  if (viewer.measures) add_measurement(viewer, seen.poses, seen.display_scale);
+  if (view_state.shows_frusta) add_frusta(view_state, seen);
+  if (view_state.measures) add_measurement(view_state, seen.poses, seen.display_scale);
   return shown_;
 }
 
 // Without the camera of the image, whose frustum is the image's border.
-void OverlayMarkers::add_frusta(const gui::ViewState& viewer, const Seen& seen) {
+void OverlayMarkers::add_frusta(const ViewState& view_state, const Seen& seen) {
   if (listed_scene_ != seen.scene_number) {
     listed_scene_ = seen.scene_number;
     cameras_ = scene::camera_nodes(seen.scene);  // visits every node
@@ -62,7 +61,7 @@ void OverlayMarkers::add_frusta(const gui::ViewState& viewer, const Seen& seen) 
     const glm::mat4 world_from_camera = without_scale(seen.poses.world_from_node(node));
     uint64_t of_frustum = first;
     for (Marker& marker : camera_frustum(camera, seen.scene.nodes[node].name, depth_m, seen.image_aspect,
-                                         node == viewer.selected, seen.display_scale))
+                                         node == view_state.selected, seen.display_scale))
       add(of_frustum++, std::move(marker), world_from_camera);
   }
 }
@@ -80,10 +79,10 @@ void OverlayMarkers::add(uint64_t key, Marker marker, const glm::mat4& world_fro
 }
 
 // The line between the points, the way along the world's axes, and the distance above its middle.
-void OverlayMarkers::add_measurement(const gui::ViewState& viewer, const state::PoseState& poses,
+void OverlayMarkers::add_measurement(const ViewState& view_state, const state::PoseState& poses,
                                      float display_scale) {
   std::vector<glm::vec3> points;
-  for (const gui::SurfacePoint& point : viewer.measured) points.push_back(position_world(point, poses));
+  for (const SurfacePoint& point : view_state.measured) points.push_back(position_world(point, poses));
   if (points.empty()) return;
   Marker marker;
   marker.flags = wire::kMarkerOverlaid;

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "protocol/wire/marker.h"
-#include "renderer/gui/panel_data.h"
+#include "renderer/editing/view_state.h"
 #include "renderer/scene/model/scene.h"
 #include "renderer/scene/model/scene_edits.h"
 #include "renderer/state/marker_registry.h"
@@ -34,13 +34,13 @@ class OverlayMarkers {
     float display_scale = 1;  // factor on widths and texts
   };
   // Markers of the next image; valid until the next call.
-  const std::vector<state::ShownMarker>& update(const gui::ViewState& viewer, const Seen& seen);
+  const std::vector<state::ShownMarker>& update(const ViewState& view_state, const Seen& seen);
 
  private:
   // Markers are compared with those of the last image, so that only changed ones are uploaded.
   void add(uint64_t key, wire::Marker marker, const glm::mat4& world_from_marker = glm::mat4(1));
-  void add_frusta(const gui::ViewState& viewer, const Seen& seen);
-  void add_measurement(const gui::ViewState& viewer, const state::PoseState& poses, float display_scale);
+  void add_frusta(const ViewState& view_state, const Seen& seen);
+  void add_measurement(const ViewState& view_state, const state::PoseState& poses, float display_scale);
 
   struct Known {
     uint64_t id = 0;

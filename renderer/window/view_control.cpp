@@ -12,16 +12,16 @@ using sinks::Button;
 using sinks::InputEvent;
 using sinks::Key;
 
-void change_speed(gui::ViewState& viewer, float steps) {
-  viewer.camera_speed = std::clamp(viewer.camera_speed * std::pow(1.25f, steps), 1.0f / 64, 64.0f);
+void change_speed(ViewState& view_state, float steps) {
+  view_state.camera_speed = std::clamp(view_state.camera_speed * std::pow(1.25f, steps), 1.0f / 64, 64.0f);
 }
 
-void hide(gui::ViewState& viewer, bool all_shown) {
+void hide(ViewState& view_state, bool all_shown) {
   if (all_shown) {
-    viewer.edits.hidden.clear();
-    viewer.edits.isolated = scene::kNone;
-  } else if (viewer.selected != scene::kNone && viewer.edits.hidden.erase(viewer.selected) == 0) {
-    viewer.edits.hidden.insert(viewer.selected);
+    view_state.edits.hidden.clear();
+    view_state.edits.isolated = scene::kNone;
+  } else if (view_state.selected != scene::kNone && view_state.edits.hidden.erase(view_state.selected) == 0) {
+    view_state.edits.hidden.insert(view_state.selected);
   }
 }
 
@@ -36,7 +36,7 @@ void toggle(uint32_t& node, uint32_t selected) {
 
 }  // namespace
 
-CameraMoves ViewInput::take(const sinks::WindowInput& input, bool view_has_mouse, gui::ViewState& viewer) {
+CameraMoves ViewInput::take(const sinks::WindowInput& input, bool view_has_mouse, ViewState& view_state) {
   CameraMoves moves;
   scale_ = input.scale;
   for (const InputEvent& event : input.events) {
@@ -60,7 +60,7 @@ CameraMoves ViewInput::take(const sinks::WindowInput& input, bool view_has_mouse
       case InputEvent::Kind::wheel:
         if (!view_has_mouse) break;
         if (event.modifiers.control) {
-          change_speed(viewer, event.wheel.y);
+          change_speed(view_state, event.wheel.y);
         } else {
           moves.zoom_notches += event.wheel.y;
         }
@@ -70,7 +70,7 @@ CameraMoves ViewInput::take(const sinks::WindowInput& input, bool view_has_mouse
           held_.erase(event.key);
         } else {
           if (!event.modifiers.control && !event.modifiers.alt) held_.insert(event.key);
-          if (!event.repeated || moves_timeline(event.key)) press(event, viewer);
+          if (!event.repeated || moves_timeline(event.key)) press(event, view_state);
         }
         break;
       case InputEvent::Kind::focus:
@@ -99,63 +99,64 @@ void ViewInput::move(const InputEvent& event, CameraMoves& moves) {
   last_px_ = event.cursor_px;
 }
 
-void ViewInput::press(const InputEvent& event, gui::ViewState& viewer) {
+void ViewInput::press(const InputEvent& event, ViewState& view_state) {
   if (event.modifiers.control && !event.modifiers.alt && !event.modifiers.super)
-    return press_with_control(event, viewer);
+    return press_with_control(event, view_state);
   if (event.modifiers.control || event.modifiers.alt || event.modifiers.super) return;
   const bool shift = event.modifiers.shift;
   const Key key = event.key;
   if (key >= Key::digit_1 && key <= Key::digit_9)
-    viewer.commands.camera = static_cast<size_t>(key) - static_cast<size_t>(Key::digit_1);
-  if (key == Key::digit_0) viewer.commands.free_camera = true;
+    view_state.commands.camera = static_cast<size_t>(key) - static_cast<size_t>(Key::digit_1);
+  if (key == Key::digit_0) view_state.commands.free_camera = true;
   if (key == sinks::letter('f') && shift)
-    viewer.commands.focus_on_point = true;
+    view_state.commands.focus_on_point = true;
   else if (key == sinks::letter('f'))
-    (viewer.selected == scene::kNone ? viewer.commands.frame_all : viewer.commands.frame_selection) = true;
-  if (key == Key::home) viewer.commands.frame_all = true;
-  if (key == sinks::letter('h')) hide(viewer, shift);
-  if (key == Key::remove && viewer.selected != scene::kNone)
-    viewer.edits.removed.insert(std::exchange(viewer.selected, scene::kNone));
-  if (key == sinks::letter('i')) toggle(viewer.edits.isolated, viewer.selected);
-  if (key == sinks::letter('t')) toggle(viewer.followed, viewer.selected);
-  if (key == sinks::letter('x')) viewer.shows_grid = !viewer.shows_grid;
-  if (key == sinks::letter('k')) viewer.shows_frusta = !viewer.shows_frusta;
+    (view_state.selected == scene::kNone ? view_state.commands.frame_all
+                                         : view_state.commands.frame_selection) = true;
+  if (key == Key::home) view_state.commands.frame_all = true;
+  if (key == sinks::letter('h')) hide(view_state, shift);
+  if (key == Key::remove && view_state.selected != scene::kNone)
+    view_state.edits.removed.insert(std::exchange(view_state.selected, scene::kNone));
+  if (key == sinks::letter('i')) toggle(view_state.edits.isolated, view_state.selected);
+  if (key == sinks::letter('t')) toggle(view_state.followed, view_state.selected);
+  if (key == sinks::letter('x')) view_state.shows_grid = !view_state.shows_grid;
+  if (key == sinks::letter('k')) view_state.shows_frusta = !view_state.shows_frusta;
   if (key == sinks::letter('m')) {
-    viewer.measures = !viewer.measures;
-    viewer.measured.clear();
+    view_state.measures = !view_state.measures;
+    view_state.measured.clear();
   }
-  if (key == sinks::letter('p')) viewer.commands.screenshot = true;
-  if (key == sinks::letter('v')) viewer.commands.toggle_video = true;
-  const auto choose_tool = [&](char letter, gui::GizmoTool tool) {
-    if (key == sinks::letter(letter)) viewer.tool = viewer.tool == tool ? gui::GizmoTool::none : tool;
+  if (key == sinks::letter('p')) view_state.commands.screenshot = true;
+  if (key == sinks::letter('v')) view_state.commands.toggle_video = true;
+  const auto choose_tool = [&](char letter, GizmoTool tool) {
+    if (key == sinks::letter(letter)) view_state.tool = view_state.tool == tool ? GizmoTool::none : tool;
   };
-  choose_tool('g', gui::GizmoTool::move);
-  choose_tool('r', gui::GizmoTool::rotate);
-  choose_tool('c', gui::GizmoTool::scale);
-  if (key == sinks::letter('l')) viewer.tool_is_local = !viewer.tool_is_local;
+  choose_tool('g', GizmoTool::move);
+  choose_tool('r', GizmoTool::rotate);
+  choose_tool('c', GizmoTool::scale);
+  if (key == sinks::letter('l')) view_state.tool_is_local = !view_state.tool_is_local;
   constexpr double kSkipS = 1, kLongSkipS = 10;
-  if (key == Key::space) viewer.commands.toggle_playback = true;
-  if (key == Key::left) viewer.commands.skip_s -= shift ? kLongSkipS : kSkipS;
-  if (key == Key::right) viewer.commands.skip_s += shift ? kLongSkipS : kSkipS;
-  if (key == Key::comma) --viewer.commands.step_frames;
-  if (key == Key::period) ++viewer.commands.step_frames;
-  if (key == Key::equal) change_speed(viewer, 1);
-  if (key == Key::minus) change_speed(viewer, -1);
-  if (key == Key::f1) viewer.help = !viewer.help;
-  if (key == Key::tab) viewer.gui = !viewer.gui;
+  if (key == Key::space) view_state.commands.toggle_playback = true;
+  if (key == Key::left) view_state.commands.skip_s -= shift ? kLongSkipS : kSkipS;
+  if (key == Key::right) view_state.commands.skip_s += shift ? kLongSkipS : kSkipS;
+  if (key == Key::comma) --view_state.commands.step_frames;
+  if (key == Key::period) ++view_state.commands.step_frames;
+  if (key == Key::equal) change_speed(view_state, 1);
+  if (key == Key::minus) change_speed(view_state, -1);
+  if (key == Key::f1) view_state.help = !view_state.help;
+  if (key == Key::tab) view_state.gui = !view_state.gui;
   if (key == Key::escape) {
     // Escape closes help, ends measuring, then the gizmo, then clears the selection. It never closes the
     // window.
-    if (std::exchange(viewer.help, false)) return;
-    if (std::exchange(viewer.measures, false)) return viewer.measured.clear();
-    if (std::exchange(viewer.tool, gui::GizmoTool::none) != gui::GizmoTool::none) return;
-    viewer.picked_point.reset();
-    viewer.selected = scene::kNone;
+    if (std::exchange(view_state.help, false)) return;
+    if (std::exchange(view_state.measures, false)) return view_state.measured.clear();
+    if (std::exchange(view_state.tool, GizmoTool::none) != GizmoTool::none) return;
+    view_state.picked_point.reset();
+    view_state.selected = scene::kNone;
   }
 }
 
-void ViewInput::press_with_control(const InputEvent& event, gui::ViewState& viewer) {
-  gui::Commands& commands = viewer.commands;
+void ViewInput::press_with_control(const InputEvent& event, ViewState& view_state) {
+  Commands& commands = view_state.commands;
   if (event.key == sinks::letter('q')) commands.close = true;
   if (event.key == sinks::letter('z')) (event.modifiers.shift ? commands.redo : commands.undo) = true;
   if (event.key == sinks::letter('y')) commands.redo = true;
@@ -164,9 +165,9 @@ void ViewInput::press_with_control(const InputEvent& event, gui::ViewState& view
     (event.modifiers.shift ? commands.export_glb : commands.save_overlay) = true;
 }
 
-passes::Inspection inspection_of(const gui::ViewState& viewer, std::optional<glm::vec2>& clicked_px,
+passes::Inspection inspection_of(const ViewState& view_state, std::optional<glm::vec2>& clicked_px,
                                  glm::uvec2 image_px, uint64_t scene_number) {
-  passes::Inspection inspection{viewer.debug_view, viewer.selected, {}};
+  passes::Inspection inspection{view_state.debug_view, view_state.selected, {}};
   const auto clicked = std::exchange(clicked_px, std::nullopt);
   if (!clicked || clicked->x < 0 || clicked->y < 0) return inspection;
   const glm::uvec2 pixel(*clicked);
@@ -178,22 +179,22 @@ passes::Inspection inspection_of(const gui::ViewState& viewer, std::optional<glm
 namespace {
 
 // Puts the plane in focus through the picked point; a pinhole gets a lens.
-void focus_on_point(gui::ViewState& viewer, const CameraRig::Placed& placed, const state::PoseState& poses) {
-  if (!viewer.picked_point || placed.camera.orthographic) return;
+void focus_on_point(ViewState& view_state, const CameraRig::Placed& placed, const state::PoseState& poses) {
+  if (!view_state.picked_point || placed.camera.orthographic) return;
   const glm::vec3 eye(placed.world_from_camera[3]);
   const glm::vec3 look = -glm::normalize(glm::vec3(placed.world_from_camera[2]));
-  const float distance_m = glm::dot(gui::position_world(*viewer.picked_point, poses) - eye, look);
+  const float distance_m = glm::dot(position_world(*view_state.picked_point, poses) - eye, look);
   if (!(distance_m >= scene::kMinFocusDistanceM && distance_m <= scene::kMaxFocusDistanceM)) return;
-  scene::ThinLens& lens = viewer.draw.post.lens;
+  scene::ThinLens& lens = view_state.draw.post.lens;
   if (lens.is_pinhole()) lens = scene::kUsualLens;
   lens.focus_distance_m = distance_m;
-  viewer.paths.lens = lens;
-  if (viewer.draw.path) viewer.draw.path->lens = lens;
+  view_state.paths.lens = lens;
+  if (view_state.draw.path) view_state.draw.path->lens = lens;
 }
 
 }  // namespace
 
-void move_camera(CameraRig& camera, const CameraMoves& moves, gui::ViewState& viewer,
+void move_camera(CameraRig& camera, const CameraMoves& moves, ViewState& view_state,
                  const state::PoseState& poses, glm::uvec2 image_px, float seconds) {
   constexpr float kOrbitRadPerHeight = 3.0f;
   constexpr float kRadiiPerSecond = 0.5f;
@@ -201,20 +202,20 @@ void move_camera(CameraRig& camera, const CameraMoves& moves, gui::ViewState& vi
   const glm::vec2 size = glm::max(glm::vec2(image_px), glm::vec2(1));
   const float aspect = size.x / size.y;
 
-  gui::Commands& commands = viewer.commands;
+  Commands& commands = view_state.commands;
   if (const auto chosen = std::exchange(commands.camera, {})) camera.select(*chosen);
   if (std::exchange(commands.free_camera, false)) camera.let_go(poses);
   if (std::exchange(commands.focus_on_point, false))
-    focus_on_point(viewer, camera.placed(poses, aspect), poses);
+    focus_on_point(view_state, camera.placed(poses, aspect), poses);
   if (std::exchange(commands.frame_all, false)) camera.frame_all(aspect);
   if (std::exchange(commands.frame_selection, false)) {
-    if (viewer.selected == scene::kNone) {
+    if (view_state.selected == scene::kNone) {
       camera.frame_all(aspect);
     } else {
-      camera.frame_node(poses, viewer.selected, aspect);
+      camera.frame_node(poses, view_state.selected, aspect);
     }
   }
-  camera.follow(poses, viewer.followed);
+  camera.follow(poses, view_state.followed);
 
   if (moves.orbit_px != glm::vec2(0)) {
     camera.orbit(poses, -moves.orbit_px.x / size.y * kOrbitRadPerHeight,
@@ -227,11 +228,12 @@ void move_camera(CameraRig& camera, const CameraMoves& moves, gui::ViewState& vi
   }
   if (moves.fly != glm::vec3(0)) {
     const float step_s = std::clamp(seconds, 0.0f, kLongestStep_s);
-    camera.fly(poses, moves.fly, kRadiiPerSecond * camera.scene_radius_m() * viewer.camera_speed * step_s);
+    camera.fly(poses, moves.fly,
+               kRadiiPerSecond * camera.scene_radius_m() * view_state.camera_speed * step_s);
   }
 }
 
-void control_timeline(gui::Commands& commands, replay::TimelineControl* timeline) {
+void control_timeline(Commands& commands, replay::TimelineControl* timeline) {
   const bool toggles = std::exchange(commands.toggle_playback, false);
   const int frames = std::exchange(commands.step_frames, 0);
   const double skip_s = std::exchange(commands.skip_s, 0);
@@ -248,13 +250,13 @@ void control_timeline(gui::Commands& commands, replay::TimelineControl* timeline
   timeline->seek(now.start_ns + static_cast<uint64_t>(std::clamp(at, 0.0, end)));
 }
 
-void move_cameras(CameraRig& left, CameraRig* right, CameraMoves moves, gui::ViewState& viewer,
+void move_cameras(CameraRig& left, CameraRig* right, CameraMoves moves, ViewState& view_state,
                   const state::PoseState& poses, glm::uvec2 image_px, float seconds) {
   const auto width = static_cast<float>(image_px.x);
   const bool is_right = right && moves.cursor_px.x >= width;
   if (is_right) moves.cursor_px.x -= width;
-  move_camera(is_right ? *right : left, moves, viewer, poses, image_px, seconds);
-  if (right) (is_right ? left : *right).follow(poses, viewer.followed);
+  move_camera(is_right ? *right : left, moves, view_state, poses, image_px, seconds);
+  if (right) (is_right ? left : *right).follow(poses, view_state.followed);
 }
 
 }  // namespace fire3dv::app

@@ -1,5 +1,5 @@
 // View control: maps keys and mouse to camera moves and commands, and applies the user's requests
-// (gui::ViewState) to scene and cameras, once per frame.
+// (ViewState) to scene and cameras, once per frame.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -8,7 +8,7 @@
 
 #include "protocol/replay/replay_clock.h"
 #include "renderer/camera/camera_rig.h"
-#include "renderer/gui/panel_data.h"
+#include "renderer/editing/view_state.h"
 #include "renderer/passes/debug/inspection.h"
 #include "renderer/window/window_input.h"
 
@@ -26,11 +26,11 @@ struct CameraMoves {
 class ViewInput {
  public:
   // view_has_mouse: no panel uses it.
-  CameraMoves take(const sinks::WindowInput& input, bool view_has_mouse, gui::ViewState& viewer);
+  CameraMoves take(const sinks::WindowInput& input, bool view_has_mouse, ViewState& view_state);
 
  private:
-  void press(const sinks::InputEvent& event, gui::ViewState& viewer);
-  void press_with_control(const sinks::InputEvent& event, gui::ViewState& viewer);
+  void press(const sinks::InputEvent& event, ViewState& view_state);
+  void press_with_control(const sinks::InputEvent& event, ViewState& view_state);
   void move(const sinks::InputEvent& event, CameraMoves& moves);
 
   std::set<sinks::Key> held_;
@@ -43,19 +43,19 @@ class ViewInput {
 
 // Inspection settings of an image, including picking at a click. scene_number: returned with the picked node,
 // which belongs to that scene.
-passes::Inspection inspection_of(const gui::ViewState& viewer, std::optional<glm::vec2>& clicked_px,
+passes::Inspection inspection_of(const ViewState& view_state, std::optional<glm::vec2>& clicked_px,
                                  glm::uvec2 image_px, uint64_t scene_number);
 
 // Moves the camera and executes camera commands. seconds: since the last call.
-void move_camera(CameraRig& camera, const CameraMoves& moves, gui::ViewState& viewer,
+void move_camera(CameraRig& camera, const CameraMoves& moves, ViewState& view_state,
                  const state::PoseState& poses, glm::uvec2 image_px, float seconds);
 
 // Executes the commands for the timeline. timeline: null if there is none.
-void control_timeline(gui::Commands& commands, replay::TimelineControl* timeline);
+void control_timeline(Commands& commands, replay::TimelineControl* timeline);
 
 // Two images of this size side by side: moves the camera under the cursor; both follow the followed node.
 // right: null for a single image.
-void move_cameras(CameraRig& left, CameraRig* right, CameraMoves moves, gui::ViewState& viewer,
+void move_cameras(CameraRig& left, CameraRig* right, CameraMoves moves, ViewState& view_state,
                   const state::PoseState& poses, glm::uvec2 image_px, float seconds);
 
 }  // namespace fire3dv::app

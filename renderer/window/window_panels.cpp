@@ -88,14 +88,14 @@ std::vector<sinks::InputEvent> PanelInput::take_seen(const gui::Gui& gui) {
   return seen;
 }
 
-WindowPanels::WindowPanels(gpu::Device& device, gui::ViewState& viewer, bool first,
+WindowPanels::WindowPanels(gpu::Device& device, ViewState& view_state, bool first,
                            std::optional<bool> light_panels)
     : file_(layout_path()),
       saved_(load(file_, notes_)),
       gui_(with_theme(saved_, light_panels), {sinks::Window::clipboard, sinks::Window::set_clipboard}),
       pass_(device),
       device_(device) {
-  if (first) viewer.camera_speed = saved_.camera_speed;
+  if (first) view_state.camera_speed = saved_.camera_speed;
 }
 
 WindowPanels::~WindowPanels() {
@@ -105,8 +105,8 @@ WindowPanels::~WindowPanels() {
 }
 
 bool WindowPanels::take(sinks::Window& window, sinks::WindowInput& input, glm::uvec2 window_px, float seconds,
-                        const gui::Facts& facts, const gui::Shown& shown, gui::ViewState& viewer) {
-  laid_out_ = &gui_.frame(input_.convert(input, window_px, seconds), facts, shown, viewer);
+                        const gui::Facts& facts, const gui::Shown& shown, ViewState& view_state) {
+  laid_out_ = &gui_.frame(input_.convert(input, window_px, seconds), facts, shown, view_state);
   input.events = input_.take_seen(gui_);
   window.set_cursor(static_cast<sinks::Window::Cursor>(gui_.cursor()));
   return !gui_.wants_mouse();

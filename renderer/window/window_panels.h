@@ -39,9 +39,9 @@ class PanelInput {
 
 class WindowPanels {
  public:
-  // first: loads the layout file, once per process. Later instances start from the viewer's state.
+  // first: loads the layout file, once per process. Later instances start from the view state.
   // light_panels: theme in place of the file's.
-  WindowPanels(gpu::Device& device, gui::ViewState& viewer, bool first, std::optional<bool> light_panels);
+  WindowPanels(gpu::Device& device, ViewState& view_state, bool first, std::optional<bool> light_panels);
   ~WindowPanels();  // saves the layout if it changed
   WindowPanels(const WindowPanels&) = delete;
   WindowPanels& operator=(const WindowPanels&) = delete;
@@ -49,7 +49,7 @@ class WindowPanels {
   // Lays out the panels. Replaces the events of the input by those of the view's frame, without keys that a
   // widget used. Returns false if panels use the mouse.
   bool take(sinks::Window& window, sinks::WindowInput& input, glm::uvec2 window_px, float seconds,
-            const gui::Facts& facts, const gui::Shown& shown, gui::ViewState& viewer);
+            const gui::Facts& facts, const gui::Shown& shown, ViewState& view_state);
   // Part of the window that the last layout left to the image.
   gui::Rect image_rect() const { return gui_.image_rect(); }
   // A drag or a text input goes on.

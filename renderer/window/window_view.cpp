@@ -16,16 +16,16 @@
 
 namespace fire3dv::app {
 
-bool CameraWindow::steer(gui::ViewState& viewer, const state::PoseState& poses, float seconds) {
+bool CameraWindow::steer(ViewState& view_state, const state::PoseState& poses, float seconds) {
   const VkExtent2D extent = window_.framebuffer_extent();
-  const CameraMoves moves = input_.take(window_.take_input(), true, viewer);
+  const CameraMoves moves = input_.take(window_.take_input(), true, view_state);
   if (moves.click_px) clicked_px_ = moves.click_px;
-  move_camera(camera_, moves, viewer, poses, {extent.width, extent.height}, seconds);
+  move_camera(camera_, moves, view_state, poses, {extent.width, extent.height}, seconds);
   return !window_.should_close();
 }
 
 Result<void> CameraWindow::draw(passes::SceneRenderer& renderer, const state::PoseState& poses,
-                                const gui::ViewState& viewer, uint64_t scene_number,
+                                const ViewState& view_state, uint64_t scene_number,
                                 StaleOverlay stale_overlay) {
   constexpr uint64_t kPatienceNs = 10'000'000;  // acquire timeout: a hidden window must not block the others
   if (!window_.acquire(kPatienceNs)) return {};
@@ -34,7 +34,7 @@ Result<void> CameraWindow::draw(passes::SceneRenderer& renderer, const state::Po
   const passes::View view = camera_.view(poses, aspect);
   const Result<passes::PreparedFrame> prepared = renderer.prepare(
       {.extent = extent,
-       .inspection = inspection_of(viewer, clicked_px_, {extent.width, extent.height}, scene_number),
+       .inspection = inspection_of(view_state, clicked_px_, {extent.width, extent.height}, scene_number),
        .markers = true,
        .lens = passes::has_thin_lens(view)});
   if (!prepared) return prepared.error();
@@ -77,10 +77,10 @@ WindowView::WindowView(const Borrowed& borrowed)
       unsaved_(borrowed.editor),
       captures_(borrowed.device, borrowed.options.screenshots),
       recent_files_(recent_files_path([](const char* name) { return std::getenv(name); })),
-      drawn_(borrowed.viewer.draw) {
+      drawn_(borrowed.view_state.draw) {
   if (borrowed.options.has_panels && borrowed.options.right_camera.empty())
-    panels_.emplace(borrowed.device, borrowed.viewer, borrowed.insist, borrowed.options.has_light_panels);
-  if (borrowed.insist) borrowed.viewer.screenshot_size = borrowed.options.screenshot_size;
+    panels_.emplace(borrowed.device, borrowed.view_state, borrowed.insist, borrowed.options.has_light_panels);
+  if (borrowed.insist) borrowed.view_state.screenshot_size = borrowed.options.screenshot_size;
   if (Result<void> added = recent_files_.add(borrowed.options.file); !added)
     notes_.push_back(warning(added.error().message));
   measure();
@@ -127,7 +127,7 @@ void WindowView::steer(const gui::Facts& facts, replay::TimelineControl* timelin
       std::min(std::chrono::duration<float>(now - std::exchange(steered_, now)).count(), kMaxSeconds);
   steer_first(seconds, facts, timeline);
   std::erase_if(others_, [&](const std::unique_ptr<CameraWindow>& other) {
-    if (other->steer(borrowed_.viewer, borrowed_.poses, seconds)) return false;
+    if (other->steer(borrowed_.view_state, borrowed_.poses, seconds)) return false;
     const sinks::Window* const closed = &other->window();
     std::erase_if(borrowed_.windows, [&](const OpenWindow& open) { return open.window.get() == closed; });
     return true;
@@ -150,19 +150,19 @@ state::EditTargets WindowView::edit_targets() const {
 
 void WindowView::apply_requests() {
   if (borrowed_.scene.take_variant_refusal()) {
-    borrowed_.viewer.edits.variant = borrowed_.scene.variant();
+    borrowed_.view_state.edits.variant = borrowed_.scene.variant();
     borrowed_.editor.take_shown_variant(edit_targets());
   }
-  borrowed_.scene.set_user_edits(borrowed_.viewer.edits);
-  if (borrowed_.robot) borrowed_.robot->set(borrowed_.viewer.edits.joints);
+  borrowed_.scene.set_user_edits(borrowed_.view_state.edits);
+  if (borrowed_.robot) borrowed_.robot->set(borrowed_.view_state.edits.joints);
   apply_draw_settings();
   borrowed_.editor.record_settings(is_interacting());
-  settings::DebugView& view = borrowed_.viewer.debug_view;
+  settings::DebugView& view = borrowed_.view_state.debug_view;
   if (Result<void> can = renderer().can_show(view); !can) {
     notes_.push_back(error_line(can.error().message));
     view = settings::DebugView::none;
   }
-  for (const auto& [epoch, playout] : borrowed_.viewer.streams)
+  for (const auto& [epoch, playout] : borrowed_.view_state.streams)
     borrowed_.receiver.play(epoch, playout.interpolate, playout.delay_ns);
 }
 
@@ -183,7 +183,7 @@ std::optional<std::string> WindowView::why_no_paths() {
 // Settings that need another renderer wait for the GPU: the user requested them, and a lost frame does not
 // matter.
 void WindowView::apply_draw_settings() {
-  settings::DrawSettings& requested = borrowed_.viewer.draw;
+  settings::DrawSettings& requested = borrowed_.view_state.draw;
   requested.max_textures = renderer().settings().draw().max_textures;
   if (requested.path && !renderer().traces_paths()) {
     if (const std::optional<std::string> reason = why_no_paths()) {
@@ -214,13 +214,13 @@ void WindowView::apply_draw_settings() {
 
 void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::TimelineControl* timeline) {
   measure();
-  gui::ViewState& viewer = borrowed_.viewer;
+  ViewState& view_state = borrowed_.view_state;
   sinks::WindowInput input = first().take_input();
   display_scale_ = input.scale;
   bool view_has_mouse = true;
   if (panels_) {
     const LiveScene& scene = borrowed_.scene;
-    gui::EditFacts editing = borrowed_.editor.facts();
+    EditFacts editing = borrowed_.editor.facts();
     editing.notice = unsaved_.notice();
     constexpr size_t kMaxRefused = 8;  // the next ones follow when these are removed
     for (auto& [name, reason] : scene.refused_additions(kMaxRefused))
@@ -230,11 +230,11 @@ void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::Tim
         panels_->take(first(), input, {window_extent_.width, window_extent_.height}, seconds, facts,
                       {scene.scene(), borrowed_.poses, &scene.edits(), scene.replaced(), timeline,
                        borrowed_.robot ? &*borrowed_.robot : nullptr, recent_files_.files(), &editing, view},
-                      viewer);
+                      view_state);
     place_image();
   }
   const glm::uvec2 image_px(image_extent_.width, image_extent_.height);
-  CameraMoves moves = input_.take(input, view_has_mouse, viewer);
+  CameraMoves moves = input_.take(input, view_has_mouse, view_state);
   const float aspect = static_cast<float>(image_px.x) / static_cast<float>(std::max(image_px.y, 1u));
   const CameraRig::Placed seen = borrowed_.camera.placed(borrowed_.poses, aspect);
   borrowed_.editor.update(edit_targets(), is_interacting(),
@@ -249,10 +249,10 @@ void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::Tim
     if (on_right) moves.click_px->x -= width;
     (on_right ? clicked_right_px_ : clicked_px_) = moves.click_px;
   }
-  move_cameras(borrowed_.camera, right_camera_ ? &*right_camera_ : nullptr, moves, viewer, borrowed_.poses,
-               image_px, seconds);
+  move_cameras(borrowed_.camera, right_camera_ ? &*right_camera_ : nullptr, moves, view_state,
+               borrowed_.poses, image_px, seconds);
 
-  gui::Commands& commands = viewer.commands;
+  Commands& commands = view_state.commands;
   control_timeline(commands, timeline);
   if (std::exchange(commands.screenshot, false)) request_screenshot();
   if (std::exchange(commands.toggle_video, false)) captures_.toggle_video();
@@ -266,7 +266,7 @@ void WindowView::close_or_open(const sinks::WindowInput& input, bool view_has_mo
     return event.kind == sinks::InputEvent::Kind::button && event.down;
   };
   unsaved_.update(view_has_mouse && std::ranges::any_of(input.events, is_press));
-  gui::Commands& commands = borrowed_.viewer.commands;
+  Commands& commands = borrowed_.view_state.commands;
   if (std::exchange(commands.close, false) || first().should_close()) {
     if (!closing_) record_unfinished_edits();
     closing_ = closing_ || unsaved_.may_discard("close");
@@ -295,10 +295,10 @@ bool WindowView::holds_next() const {
 }
 
 void WindowView::request_screenshot() {
-  const gui::ScreenshotSize& wanted = borrowed_.viewer.screenshot_size;
+  const ScreenshotSize& wanted = borrowed_.view_state.screenshot_size;
   const Result<glm::uvec2> size = gui::screenshot_px(wanted, {image_extent_.width, image_extent_.height});
   if (!size) return notes_.push_back(error_line(size.error().message));
-  if (wanted.kind == gui::ScreenshotSize::Kind::window) return captures_.request_screenshot();
+  if (wanted.kind == ScreenshotSize::Kind::window) return captures_.request_screenshot();
   if (renderer().traces_paths()) {
     notes_.push_back(
         warning("paths refine the window's image: the screenshot has its size, not the chosen one"));
@@ -322,7 +322,7 @@ Result<void> WindowView::record(gpu::Recorder& recorder, gpu::StagingRing& stagi
   const passes::View view = right_camera_->view(borrowed_.poses, aspect);
   const Result<passes::PreparedFrame> prepared = renderer.prepare(
       {.extent = image_extent_,
-       .inspection = inspection_of(borrowed_.viewer, clicked_right_px_,
+       .inspection = inspection_of(borrowed_.view_state, clicked_right_px_,
                                    {image_extent_.width, image_extent_.height}, borrowed_.scene.replaced()),
        .scene = passes::SceneUpdate::reuse,
        .markers = true,
@@ -340,14 +340,14 @@ Result<void> WindowView::record(gpu::Recorder& recorder, gpu::StagingRing& stagi
 void WindowView::record_large_screenshot(gpu::Recorder& recorder, gpu::StagingRing& staging,
                                          const ScreenshotRecorder::Tag& shown, glm::uvec2 size) {
   constexpr uint32_t kTileSide_px = 2048;
-  const gui::ViewState& viewer = borrowed_.viewer;
+  const ViewState& view_state = borrowed_.view_state;
   const settings::PostSettings& post = renderer().settings().draw().post;
   const float aspect = static_cast<float>(size.x) / static_cast<float>(size.y);
   const passes::View whole = borrowed_.camera.view(borrowed_.poses, aspect);
   // Depth of field has the focal length of the whole image, and wide circles.
   const bool blurs = !(post.lens.is_pinhole() && whole.lens.is_pinhole());
   const bool needs_whole =
-      post.bloom > 0 || post.metered || blurs || viewer.debug_view == settings::DebugView::depth;
+      post.bloom > 0 || post.metered || blurs || view_state.debug_view == settings::DebugView::depth;
   const uint32_t limit = borrowed_.device.limits().maxImageDimension2D;
   if (needs_whole && std::max(size.x, size.y) > limit) {
     notes_.push_back(error_line(
@@ -360,7 +360,7 @@ void WindowView::record_large_screenshot(gpu::Recorder& recorder, gpu::StagingRi
        screenshot_tiles(size, needs_whole ? limit : std::min(kTileSide_px, limit))) {
     const Result<passes::PreparedFrame> prepared =
         renderer().prepare({.extent = {tile.drawn_size.x, tile.drawn_size.y},
-                            .inspection = {viewer.debug_view, viewer.selected, {}},
+                            .inspection = {view_state.debug_view, view_state.selected, {}},
                             .scene = passes::SceneUpdate::reuse,
                             .markers = true,
                             .lens = passes::has_thin_lens(whole)});
@@ -381,7 +381,7 @@ void WindowView::present(uint64_t timeline_value) {
 
 Result<void> WindowView::draw_others() {
   for (const std::unique_ptr<CameraWindow>& other : others_) {
-    Result<void> drawn = other->draw(renderer(), borrowed_.poses, borrowed_.viewer,
+    Result<void> drawn = other->draw(renderer(), borrowed_.poses, borrowed_.view_state,
                                      borrowed_.scene.replaced(), borrowed_.options.stale_overlay);
     if (!drawn) return drawn;
   }
@@ -392,13 +392,13 @@ std::span<const state::ShownMarker> WindowView::update_overlay() {
   if (borrowed_.options.writes_images) return {};
   const LiveScene& scene = borrowed_.scene;
   return overlay_.update(
-      borrowed_.viewer,
+      borrowed_.view_state,
       {scene.scene(), scene.edits(), borrowed_.poses, scene.replaced(), borrowed_.camera.node(),
        static_cast<float>(image_extent_.width) / static_cast<float>(image_extent_.height), display_scale_});
 }
 
 passes::Inspection WindowView::take_inspection() {
-  return inspection_of(borrowed_.viewer, clicked_px_, {image_extent_.width, image_extent_.height},
+  return inspection_of(borrowed_.view_state, clicked_px_, {image_extent_.width, image_extent_.height},
                        borrowed_.scene.replaced());
 }
 
@@ -407,7 +407,7 @@ void WindowView::deliver() {
   for (const passes::Picked& picked : renderer().take_picked()) {
     // Ignores picks in an earlier scene.
     if (picked.tag != borrowed_.scene.replaced()) continue;
-    if (std::optional<std::string> message = take_pick(borrowed_.viewer, picked, borrowed_.poses))
+    if (std::optional<std::string> message = take_pick(borrowed_.view_state, picked, borrowed_.poses))
       notes_.push_back(std::move(*message));
     has_picked_ = true;
   }

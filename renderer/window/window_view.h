@@ -39,10 +39,10 @@ class CameraWindow {
       : window_(window), camera_(std::move(camera)), frames_(device) {}
 
   // Handles the window's input, including global commands. Returns false if the window is to be closed.
-  bool steer(gui::ViewState& viewer, const state::PoseState& poses, float seconds);
+  bool steer(ViewState& view_state, const state::PoseState& poses, float seconds);
   // Renders and presents; skips the frame if the window cannot be shown.
   Result<void> draw(passes::SceneRenderer& renderer, const state::PoseState& poses,
-                    const gui::ViewState& viewer, uint64_t scene_number, StaleOverlay stale_overlay);
+                    const ViewState& view_state, uint64_t scene_number, StaleOverlay stale_overlay);
 
   const sinks::Window& window() const { return window_; }
   CameraRig& camera() { return camera_; }
@@ -68,7 +68,7 @@ struct WindowViewOptions {
   ViewDefaults view;
   VkExtent2D size{};                  // of a window that is minimised from the start
   std::filesystem::path screenshots;  // folder of screenshots and videos
-  gui::ScreenshotSize screenshot_size;
+  ScreenshotSize screenshot_size;
   std::string file;  // scene or recording, for the list of recent files
   StaleOverlay stale_overlay = StaleOverlay::interpolated;
   // Other consumers of the renderer, which the window's settings must not disturb.
@@ -90,7 +90,7 @@ class WindowView {
     LiveScene& scene;
     CameraRig& camera;
     Windows& windows;
-    gui::ViewState& viewer;
+    ViewState& view_state;
     EditSession& editor;
     WindowViewOptions options;
     std::vector<uint32_t> animations;  // those that play

@@ -120,8 +120,8 @@ void lay_over(std::vector<glm::vec3>& image, std::vector<float>& near, const ImD
 TEST_F(GuiPicture, PixelsAreWhatTrianglesSay) {
   GuiWorld world;
   world.display_px = {kWidth, kHeight};
-  world.viewer.help = true;
-  world.viewer.selected = 2;
+  world.view_state.help = true;
+  world.view_state.selected = 2;
   world.frame({gui::MouseMoved{{40, 60}}});
   const ImDrawData& panels = world.settle();
   const ImFontAtlas& fonts = world.gui.fonts();
@@ -219,7 +219,7 @@ TEST_F(GuiPicture, RemovedPanelLeavesNothing) {
       world.scale = i < 3 ? 1.0f : 1.5f;  // replaces the font atlas while frames are in flight
       screen.draw(world.frame(), world.gui);
     }
-    world.viewer.gui = false;
+    world.view_state.gui = false;
     world.settle();
     const sinks::FrameImage off = screen.draw(world.frame(), world.gui);
     EXPECT_EQ(off.rgba8, screen.draw(nullptr, nullptr, 0).rgba8);

@@ -14,8 +14,8 @@
 #include "protocol/wire/image_outputs.h"
 #include "renderer/app/options/recording_options.h"
 #include "renderer/camera/default_look.h"
+#include "renderer/editing/view_state.h"
 #include "renderer/gpu/device/async_compute.h"
-#include "renderer/gui/screenshot_size.h"
 #include "renderer/loading/converted_scene.h"
 #include "renderer/settings/debug_view.h"
 #include "renderer/settings/draw_settings.h"
@@ -54,7 +54,7 @@ struct Options {
   std::vector<std::string> window_cameras;
   std::string right_camera;                 // second view in the first window; empty: none
   std::filesystem::path screenshots = ".";  // folder of screenshots and videos
-  gui::ScreenshotSize screenshot_size;
+  ScreenshotSize screenshot_size;
   std::string camera;      // node or camera name, or "auto"; empty: the scene's first, or one that frames it
   bool frame_all = false;  // moves the camera so that it shows the whole scene
   uint64_t frames = 0;     // 0 = unlimited

@@ -5,6 +5,7 @@
 
 #include "base/command_line.h"
 #include "renderer/app/options/option_values.h"
+#include "renderer/gui/screenshot_size.h"
 
 namespace fire3dv::app {
 
@@ -38,7 +39,7 @@ std::optional<std::string> take_window_options(const WindowTexts& texts, Options
   if (texts.screenshot_size != "window") {
     const Result<glm::uvec2> size = gui::parse_screenshot_size(texts.screenshot_size);
     if (!size) return "--screenshot-size must be window or a size: " + size.error().message;
-    options.screenshot_size = {gui::ScreenshotSize::Kind::fixed, texts.screenshot_size};
+    options.screenshot_size = {ScreenshotSize::Kind::fixed, texts.screenshot_size};
   }
   constexpr size_t kMaxWindows = 16;
   if (options.window_cameras.size() > kMaxWindows)

@@ -9,8 +9,8 @@
 #include "renderer/app/frame_stats.h"
 #include "renderer/app/renderer_metrics.h"
 #include "renderer/browser/server/server.h"
+#include "renderer/editing/view_state.h"
 #include "renderer/gpu/device/device.h"
-#include "renderer/gui/panel_data.h"
 #include "renderer/images/secondary_devices.h"
 #include "renderer/loading/disk_caches.h"
 #include "renderer/passes/scene_renderer.h"
@@ -25,7 +25,7 @@ struct Application {
   FrameStats& stats;
   const CacheLocations& caches;
   Windows& windows;
-  gui::ViewState& viewer;
+  ViewState& view_state;
   SecondaryDevices& secondary_devices;
   const std::shared_ptr<BudgetPool> budgets;  // of all adapters
   const std::chrono::steady_clock::time_point begun;

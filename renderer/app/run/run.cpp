@@ -54,7 +54,7 @@ int run_documents(Application& application, std::unique_ptr<Document> document) 
       document.reset();
     }
     application.is_first_document = false;
-    forget_scene(application.viewer);
+    forget_scene(application.view_state);
   }
   return application.exit_code;
 }
@@ -110,15 +110,15 @@ int run(const Options& options) {
       log_message(warning(missing));
     PipelineCacheFile pipelines(device, caches.pipelines);
     if (pipelines.note()) log_message(warning(*pipelines.note()));
-    gui::ViewState viewer;
-    viewer.draw = options.draw;
-    viewer.draw.environment = std::move(*environment);
-    viewer.paths = options.draw.path.value_or(settings::PathSettings());
-    viewer.paths.lens = options.draw.post.lens;
-    viewer.draw.cached_environments = environment_store(caches.environments);
-    std::optional<passes::SceneRenderer> renderer(std::in_place, device, viewer.draw);
+    ViewState view_state;
+    view_state.draw = options.draw;
+    view_state.draw.environment = std::move(*environment);
+    view_state.paths = options.draw.path.value_or(settings::PathSettings());
+    view_state.paths.lens = options.draw.post.lens;
+    view_state.draw.cached_environments = environment_store(caches.environments);
+    std::optional<passes::SceneRenderer> renderer(std::in_place, device, view_state.draw);
     Result<SecondaryDevices> secondary_devices = SecondaryDevices::open(
-        **instance, devices->secondary, options.async_compute, caches, viewer.draw, *renderer);
+        **instance, devices->secondary, options.async_compute, caches, view_state.draw, *renderer);
     if (!secondary_devices) return report_failure(secondary_devices.error());
     Application application{.instance = **instance,
                             .device = device,
@@ -126,7 +126,7 @@ int run(const Options& options) {
                             .stats = *stats,
                             .caches = caches,
                             .windows = *windows,
-                            .viewer = viewer,
+                            .view_state = view_state,
                             .secondary_devices = *secondary_devices,
                             .budgets = BudgetPool::create(options.peer_limits),
                             .begun = options.begun};
@@ -139,7 +139,7 @@ int run(const Options& options) {
       if (Result<void> can = renderer->can_blur(); !can)
         return report_failure(Error{"--f-number: " + can.error().message});
     }
-    viewer.debug_view = options.debug_view;
+    view_state.debug_view = options.debug_view;
     exit_code = run_documents(application, std::move(document));
     if (Result<void> stored = pipelines.keep(); !stored) log_cache_error(stored.error());
   }

@@ -43,7 +43,7 @@ Result<void> upload_once(const Application& application, const scene::LoadedScen
                          VkExtent2D extent) {
   std::optional<passes::SceneRenderer>& renderer = application.renderer;
   try {
-    if (Result<void> enough = passes::ensure_texture_capacity(application.device, application.viewer.draw,
+    if (Result<void> enough = passes::ensure_texture_capacity(application.device, application.view_state.draw,
                                                               loaded.scene, renderer);
         !enough)
       return enough;
@@ -75,7 +75,7 @@ Result<void> upload_scene(const Application& application, const scene::LoadedSce
     application.device.wait(application.device.last_submitted());
     application.renderer.reset();
     application.device.retire_all_now();
-    application.renderer.emplace(application.device, application.viewer.draw);
+    application.renderer.emplace(application.device, application.view_state.draw);
   }
   return uploaded;
 }
@@ -136,7 +136,7 @@ Result<bool> Session::wait_for_scene() {
   application_.note_start(load_.is_cached() ? "scene from the cache" : "scene");
   log_messages(load_.notes());
   log_scene_summary(document_.title(), scene());
-  if (application_.viewer.draw.path) {
+  if (application_.view_state.draw.path) {
     for (const std::string& limit : passes::path_tracing_limits(scene())) log_message(warning(limit));
   }
   return true;
@@ -160,7 +160,7 @@ Result<void> Session::choose_camera() {
       });
   if (!camera) return camera.error();
   camera_.emplace(std::move(*camera));
-  if (const std::string line = set_exposure(options_.draw.post, scene(), application_.viewer.draw);
+  if (const std::string line = set_exposure(options_.draw.post, scene(), application_.view_state.draw);
       !line.empty())
     log_message("info: " + line);
   return {};
@@ -215,14 +215,14 @@ Result<void> Session::upload() {
   if (window_ && window_->framebuffer_extent().width != 0) extent = window_->framebuffer_extent();
   if (Result<void> uploaded = upload_scene(application_, *loaded_, extent); !uploaded)
     return uploaded.error();
-  application_.renderer->apply(application_.viewer.draw);
+  application_.renderer->apply(application_.view_state.draw);
   application_.secondary_devices.forget_scene();
   application_.note_start("scene on the device");
   return {};
 }
 
 void Session::create_scene() {
-  gui::ViewState& viewer = application_.viewer;
+  ViewState& view_state = application_.view_state;
   std::vector<const gpu::Device*> secondary;
   for (const std::unique_ptr<SecondaryDevice>& each : application_.secondary_devices.all())
     secondary.push_back(&each->device());
@@ -233,14 +233,14 @@ void Session::create_scene() {
   camera_->set_edits(live_->edits());
   live_->on_scene_replaced(
       [this](const scene::Scene&, const scene::Scene& after) { camera_->set_scene(after); });
-  editor_.emplace(viewer, overlay_file_, std::move(overlay_));
+  editor_.emplace(view_state, overlay_file_, std::move(overlay_));
   if (document_.has_own_file())
     editor_->set_export({[this] { return document_.load().gltf_file(); }, options_.scene});
   editor_->set_shown_additions([this] { return std::span(live_->shown_additions()); },
                                [this] { return std::span(live_->added_materials()); });
-  live_->on_scene_replaced([this, &viewer](const scene::Scene& before, const scene::Scene& after) {
+  live_->on_scene_replaced([this, &view_state](const scene::Scene& before, const scene::Scene& after) {
     editor_->replace_scene(before, after, robot());
-    live_->set_user_edits(viewer.edits);
+    live_->set_user_edits(view_state.edits);
     receiver_->set_scene(&after);
   });
   receiver_->set_scene(&scene());
@@ -270,21 +270,21 @@ void Session::show_reloaded(std::unique_ptr<SceneLoad> load) {
     camera_->set_ground(camera_start(view_defaults(options_), (*loaded)->scene, {}, {}).ground);
   if (moves_robot_) {
     std::optional<state::RobotPose> next_robot = find_robot(*load);
-    gui::ViewState& viewer = application_.viewer;
+    ViewState& view_state = application_.view_state;
     editor_->replace_robot(live_->scene(), robot(), next_robot ? &*next_robot : nullptr);
     robot_ = std::move(next_robot);
-    if (robot_) (void)robot_->set(viewer.edits.joints);
-    live_->set_user_edits(viewer.edits);
+    if (robot_) (void)robot_->set(view_state.edits.joints);
+    live_->set_user_edits(view_state.edits);
   }
   document_.keep(std::move(load));
 }
 
 Result<void> Session::apply_overlay() {
-  gui::ViewState& viewer = application_.viewer;
+  ViewState& view_state = application_.view_state;
   if (moves_robot_) robot_ = find_robot(load_);
   editor_->begin({scene(), poses_->names(), robot()});
-  live_->set_user_edits(viewer.edits);
-  if (robot_) robot_->set(viewer.edits.joints);
+  live_->set_user_edits(view_state.edits);
+  if (robot_) robot_->set(view_state.edits.joints);
   log_messages(editor_->take_log_messages());
   const bool has_additions = live_->await_additions([this] {
     if (window_) sinks::Window::poll_events();
@@ -294,8 +294,11 @@ Result<void> Session::apply_overlay() {
   log_messages(live_->take_log_messages());
   log_messages(editor_->take_log_messages());
   // A stopped run ends with its frame loop, without the camera.
-  if (has_additions && may_add_camera(editor_->history().document(), options_.camera))
-    return select_added_camera(options_.camera, live_->scene(), live_->shown_additions(), *camera_);
+  if (has_additions && may_add_camera(editor_->history().document(), options_.camera)) {
+    const Result<size_t> added = find_added_camera(options_.camera, live_->scene(), live_->shown_additions());
+    if (!added) return added.error();
+    camera_->select(*added);
+  }
   return {};
 }
 
@@ -304,7 +307,7 @@ Result<void> Session::create_views() {
   if (window_) {
     Result<std::unique_ptr<WindowView>> view = WindowView::create(
         {device, application_.renderer, *poses_, *receiver_, *requests_, *live_, *camera_,
-         application_.windows, application_.viewer, *editor_, window_view_options(options_), playing(),
+         application_.windows, application_.view_state, *editor_, window_view_options(options_), playing(),
          robot_, application_.is_first_document});
     if (!view) return view.error();
     view_ = std::move(*view);
@@ -313,11 +316,11 @@ Result<void> Session::create_views() {
   std::function<Result<void>(const settings::DrawSettings&)> replace_renderer;
   if (may_switch_renderer(options_, device))
     replace_renderer =
-        renderer_switch({device, application_.renderer, application_.viewer, *requests_, *live_});
-  live_view_.emplace(
-      LiveView::Borrowed{*application_.server, *replies_, *receiver_, *poses_, *requests_, *live_,
-                         application_.viewer, robot_, *application_.renderer, std::move(replace_renderer)},
-      *camera_, std::filesystem::path(document_.title()).filename().string());
+        renderer_switch({device, application_.renderer, application_.view_state, *requests_, *live_});
+  live_view_.emplace(LiveView::Borrowed{*application_.server, *replies_, *receiver_, *poses_, *requests_,
+                                        *live_, application_.view_state, robot_, *application_.renderer,
+                                        std::move(replace_renderer)},
+                     *camera_, std::filesystem::path(document_.title()).filename().string());
   return {};
 }
 
@@ -333,7 +336,7 @@ Result<void> Session::create_loop() {
                                  .sink = sink,
                                  .stats = application_.stats,
                                  .secondary_devices = application_.secondary_devices,
-                                 .settings = application_.viewer.draw,
+                                 .settings = application_.view_state.draw,
                                  .options = options_,
                                  .robot = robot_,
                                  .animations = animations_ ? &*animations_->player : nullptr,

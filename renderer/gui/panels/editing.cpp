@@ -15,10 +15,10 @@ namespace fire3dv::gui {
 namespace {
 
 void draw_history(const Context& context) {
-  static const EditFacts kNone;
+  static const app::EditFacts kNone;
   Ui& ui = context.ui;
-  Commands& commands = context.viewer.commands;
-  const EditFacts& facts = context.shown.editing ? *context.shown.editing : kNone;
+  app::Commands& commands = context.view_state.commands;
+  const app::EditFacts& facts = context.shown.editing ? *context.shown.editing : kNone;
   const std::string undo = facts.undo.empty() ? "Nothing to undo" : "Restores " + facts.undo + "  (Ctrl+Z)";
   if (ui.button("Undo", !facts.undo.empty(), undo.c_str())) commands.undo = true;
   ui.same_line();
@@ -37,16 +37,16 @@ void draw_history(const Context& context) {
 // Objects in front of the view, and files of the offered folders.
 void draw_additions(const Context& context) {
   Ui& ui = context.ui;
-  Commands& commands = context.viewer.commands;
-  const auto object = [&](const char* label, ObjectKind kind, const char* hint) {
+  app::Commands& commands = context.view_state.commands;
+  const auto object = [&](const char* label, app::ObjectKind kind, const char* hint) {
     if (ui.button(label, true, hint)) commands.add = kind;
-    if (kind != ObjectKind::camera) ui.same_line();
+    if (kind != app::ObjectKind::camera) ui.same_line();
   };
-  object("+ Point", ObjectKind::point_light, "Adds a point light where the view turns about");
-  object("Spot", ObjectKind::spot_light, "Adds a spot light there, along the view");
-  object("Sun", ObjectKind::directional_light, "Adds a directional light along the view");
-  object("Camera", ObjectKind::camera, "Adds a camera that sees what you see now");
-  const EditFacts* const facts = context.shown.editing;
+  object("+ Point", app::ObjectKind::point_light, "Adds a point light where the view turns about");
+  object("Spot", app::ObjectKind::spot_light, "Adds a spot light there, along the view");
+  object("Sun", app::ObjectKind::directional_light, "Adds a directional light along the view");
+  object("Camera", app::ObjectKind::camera, "Adds a camera that sees what you see now");
+  const app::EditFacts* const facts = context.shown.editing;
   if (!facts) return;
   std::vector<std::string> labels{"choose ..."};
   for (const std::string& asset : facts->assets) labels.push_back(one_line(asset));
@@ -64,13 +64,13 @@ void draw_additions(const Context& context) {
 
 // They have no node that could be selected and removed.
 void draw_refused(const Context& context) {
-  const EditFacts* const facts = context.shown.editing;
+  const app::EditFacts* const facts = context.shown.editing;
   for (size_t i = 0; facts && i < facts->refused.size(); ++i) {
-    const RefusedAddition& refused = facts->refused[i];
+    const app::RefusedAddition& refused = facts->refused[i];
     const std::string hint = "Not added: " + one_line(refused.reason);
     context.ui.note(quote(refused.name) + " is not added.");
     if (context.ui.button(("Remove##refused" + std::to_string(i)).c_str(), true, hint.c_str()))
-      context.viewer.commands.remove_addition = refused.name;
+      context.view_state.commands.remove_addition = refused.name;
   }
 }
 
@@ -78,26 +78,26 @@ void draw_removal(const Context& context, uint32_t node) {
   if (node >= context.shown.scene.nodes.size()) return;
   context.ui.same_line();
   if (context.ui.button("Copy", true, "Another one of the node and all below it  (Ctrl+D)"))
-    context.viewer.commands.duplicate = true;
+    context.view_state.commands.duplicate = true;
   context.ui.same_line();
   if (context.ui.button("Remove", true, "The node and all below it, with their lights  (Del)"))
-    context.viewer.edits.removed.insert(std::exchange(context.viewer.selected, scene::kNone));
+    context.view_state.edits.removed.insert(std::exchange(context.view_state.selected, scene::kNone));
 }
 
 void draw_tools(const Context& context) {
   Ui& ui = context.ui;
-  ViewState& viewer = context.viewer;
-  const auto tool = [&](const char* label, GizmoTool which, const char* hint) {
-    const bool is_on = viewer.tool == which;
-    if (ui.button(label, true, hint, is_on)) viewer.tool = is_on ? GizmoTool::none : which;
+  app::ViewState& view_state = context.view_state;
+  const auto tool = [&](const char* label, app::GizmoTool which, const char* hint) {
+    const bool is_on = view_state.tool == which;
+    if (ui.button(label, true, hint, is_on)) view_state.tool = is_on ? app::GizmoTool::none : which;
     ui.same_line();
   };
-  tool("Move", GizmoTool::move, "Handles that move the selected node; Ctrl snaps  (G)");
-  tool("Rotate", GizmoTool::rotate, "Rings that turn it; Ctrl snaps to 15\u00b0  (R)");
-  tool("Scale", GizmoTool::scale, "Handles that scale it; Ctrl snaps to tenths  (C)");
+  tool("Move", app::GizmoTool::move, "Handles that move the selected node; Ctrl snaps  (G)");
+  tool("Rotate", app::GizmoTool::rotate, "Rings that turn it; Ctrl snaps to 15\u00b0  (R)");
+  tool("Scale", app::GizmoTool::scale, "Handles that scale it; Ctrl snaps to tenths  (C)");
   if (ui.button("Local", true, "The handles have the axes of the node, not of the world  (L)",
-                viewer.tool_is_local))
-    viewer.tool_is_local = !viewer.tool_is_local;
+                view_state.tool_is_local))
+    view_state.tool_is_local = !view_state.tool_is_local;
 }
 
 // A field of 0 would flatten the node for ever.
@@ -110,12 +110,12 @@ void keep_volume(glm::vec3& scale, const glm::vec3& before) {
 
 void draw_transform(const Context& context, uint32_t node) {
   Ui& ui = context.ui;
-  ViewState& viewer = context.viewer;
-  if (const std::string* const driver = direct_driver_of(context.shown.poses, node)) {
+  app::ViewState& view_state = context.view_state;
+  if (const std::string* const driver = app::direct_driver_of(context.shown.poses, node)) {
     ui.note("Driven by " + one_line(*driver) + ": it cannot be moved by hand meanwhile.");
     return;
   }
-  const state::NodeTransform before = shown_transform(context.shown, viewer, node);
+  const state::NodeTransform before = shown_transform(context.shown, view_state, node);
   state::NodeTransform now = before;
   if (before.has_shear) {
     glm::vec3 position(before.matrix[3]);
@@ -131,17 +131,17 @@ void draw_transform(const Context& context, uint32_t node) {
     if (ui.numbers("Scale", now.scale, {0.01f, "%.3f"}, "Along the node's own axes"))
       keep_volume(now.scale, before.scale);
   }
-  if (now != before && state::is_valid(now)) viewer.edits.transforms[node] = now;
-  if (viewer.edits.transforms.contains(node) &&
+  if (now != before && state::is_valid(now)) view_state.edits.transforms[node] = now;
+  if (view_state.edits.transforms.contains(node) &&
       ui.button("Reset##transform", true, "Restores the transform of the file"))
-    viewer.edits.transforms.erase(node);
+    view_state.edits.transforms.erase(node);
 }
 
 void draw_save_as(const Context& context) {
-  std::string& path = context.viewer.save_path;
+  std::string& path = context.view_state.save_path;
   context.ui.text("Overlay file", "Path of another overlay file", path);
   if (context.ui.button("Save as", !path.empty(), "All edits, to this overlay file, now and by Ctrl+S"))
-    context.viewer.commands.save_as = path;
+    context.view_state.commands.save_as = path;
 }
 
 }  // namespace
@@ -152,7 +152,7 @@ void draw_edit_panel(const Context& context) {
   draw_additions(context);
   draw_refused(context);
   draw_tools(context);
-  const uint32_t node = context.viewer.selected;
+  const uint32_t node = context.view_state.selected;
   draw_removal(context, node);
   if (node < context.shown.scene.nodes.size()) draw_transform(context, node);
   draw_save_as(context);

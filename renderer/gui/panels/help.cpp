@@ -78,7 +78,7 @@ void draw_lines(Ui& ui, std::span<const Line> lines, float left_px, float width_
 
 // One column if the window is high enough for it, else two. It scrolls if even these do not fit.
 void draw_help(const Context& context) {
-  if (!context.viewer.help) return;
+  if (!context.view_state.help) return;
   Ui& ui = context.ui;
   const ImVec2 display = ImGui::GetIO().DisplaySize;
   const float padding = ui.points(14), margin = ui.points(8);
@@ -116,7 +116,7 @@ void draw_help(const Context& context) {
     draw_lines(ui, kWindowLines, right, each);
     ImGui::SetCursorPosY(std::max(low, ImGui::GetCursorPosY()));
     ImGui::Dummy({0, ui.points(4)});
-    if (ui.button("Close##help")) context.viewer.help = false;
+    if (ui.button("Close##help")) context.view_state.help = false;
   }
   ImGui::End();
   ImGui::PopStyleVar(3);

@@ -41,8 +41,8 @@ void draw_joint(const Context& c, const state::RobotPose& robot, size_t index) {
   if (!c.ui.slider(label.c_str(), shown, range, turns ? "degrees" : "metres")) return;
   // The slider rounds to the digits that it shows.
   const double position = static_cast<double>(shown) / unit;
-  c.viewer.edits.joints[index] = {joint.has_limits ? std::clamp(position, joint.lower, joint.upper)
-                                                   : position};
+  c.view_state.edits.joints[index] = {joint.has_limits ? std::clamp(position, joint.lower, joint.upper)
+                                                       : position};
 }
 
 // Poses that the description names, the file's, and "by hand" for any other.
@@ -52,15 +52,15 @@ void choose_pose(const Context& c, const state::RobotPose& robot) {
   std::vector<std::string> labels{"as in the file"};
   for (const robot::NamedPose& pose : poses) labels.push_back(one_line(pose.name));
   size_t chosen = labels.size();
-  if (c.viewer.edits.joints.empty()) chosen = 0;
+  if (c.view_state.edits.joints.empty()) chosen = 0;
   for (size_t i = 0; i < poses.size() && chosen == labels.size(); ++i)
     if (robot.robot().positions() == poses[i].positions) chosen = i + 1;
   if (chosen == labels.size()) labels.emplace_back("by hand");
   std::vector<const char*> names;
   for (const std::string& label : labels) names.push_back(label.c_str());
   if (!c.ui.choice("Pose", chosen, names, "A pose that the robot's description names")) return;
-  if (chosen == 0) c.viewer.edits.joints.clear();
-  if (chosen > 0 && chosen <= poses.size()) c.viewer.edits.joints = robot.positions_of(chosen - 1);
+  if (chosen == 0) c.view_state.edits.joints.clear();
+  if (chosen > 0 && chosen <= poses.size()) c.view_state.edits.joints = robot.positions_of(chosen - 1);
 }
 
 }  // namespace
@@ -69,8 +69,8 @@ void draw_joints_panel(const Context& c) {
   const state::RobotPose* const robot = c.shown.robot;
   if (!robot) return;
   if (!c.ui.header("Joints", c.layout.is_open(Panel::joints))) return;
-  if (c.ui.button("Home##joints", !c.viewer.edits.joints.empty(), "All joints as in the file"))
-    c.viewer.edits.joints.clear();
+  if (c.ui.button("Home##joints", !c.view_state.edits.joints.empty(), "All joints as in the file"))
+    c.view_state.edits.joints.clear();
   choose_pose(c, *robot);
   std::vector<size_t> listed;
   for (size_t i = 0; i < robot->robot().joints().size(); ++i)

@@ -28,15 +28,15 @@ void show_vector(Ui& ui, const char* label, glm::vec3 metres) {
 }
 
 void show_distance(const Context& c) {
-  const std::vector<SurfacePoint>& measured = c.viewer.measured;
-  if (!measured.empty()) show_vector(c.ui, "From", position_world(measured[0], c.shown.poses));
+  const std::vector<app::SurfacePoint>& measured = c.view_state.measured;
+  if (!measured.empty()) show_vector(c.ui, "From", app::position_world(measured[0], c.shown.poses));
   if (measured.size() < 2) {
     c.ui.note(measured.empty() ? "Click the first point in the image. Esc ends measuring."
                                : "Click the second point. Esc ends measuring.");
     return;
   }
-  const glm::vec3 from = position_world(measured[0], c.shown.poses),
-                  to = position_world(measured[1], c.shown.poses);
+  const glm::vec3 from = app::position_world(measured[0], c.shown.poses),
+                  to = app::position_world(measured[1], c.shown.poses);
   show_vector(c.ui, "To", to);
   show_vector(c.ui, "Along", to - from);
   c.ui.hint("Components along the world's x, y and z");
@@ -58,17 +58,19 @@ glm::vec3 without_rounding(glm::vec3 vector) {
 
 void draw_measure_panel(const Context& c) {
   if (!c.ui.header("Measure", c.layout.is_open(Panel::measure))) return;
-  ViewState& viewer = c.viewer;
-  if (c.ui.button("Distance", true, "Between two points that you click in the image  (M)", viewer.measures)) {
-    viewer.measures = !viewer.measures;
-    viewer.measured.clear();
+  app::ViewState& view_state = c.view_state;
+  if (c.ui.button("Distance", true, "Between two points that you click in the image  (M)",
+                  view_state.measures)) {
+    view_state.measures = !view_state.measures;
+    view_state.measured.clear();
   }
   c.ui.same_line();
-  if (c.ui.button("Clear##measure", !viewer.measured.empty(), "Removes both points")) viewer.measured.clear();
-  if (viewer.measures) return show_distance(c);
-  if (!viewer.picked_point) return c.ui.note("Click a surface for its coordinates.");
-  const SurfacePoint& point = *viewer.picked_point;
-  show_vector(c.ui, "Point", position_world(point, c.shown.poses));
+  if (c.ui.button("Clear##measure", !view_state.measured.empty(), "Removes both points"))
+    view_state.measured.clear();
+  if (view_state.measures) return show_distance(c);
+  if (!view_state.picked_point) return c.ui.note("Click a surface for its coordinates.");
+  const app::SurfacePoint& point = *view_state.picked_point;
+  show_vector(c.ui, "Point", app::position_world(point, c.shown.poses));
   if (point.node < c.shown.scene.nodes.size()) {
     show_vector(c.ui, "In node", point.position_node);
     c.ui.hint("In the frame of the node, before its scale");

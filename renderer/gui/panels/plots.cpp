@@ -94,8 +94,8 @@ Range values_in(std::span<const ScalarColumn> columns, const Range& time_ns) {
   if (!(values.low <= values.high)) return {-1, 1};
   const double half = values.high / 2 - values.low / 2;
   const double margin = half > 0 ? half / 10 : std::max(std::abs(values.high) / 10, 1e-9);
-  constexpr double kMost = std::numeric_limits<double>::max();
-  return {std::max(values.low - margin, -kMost), std::min(values.high + margin, kMost)};
+  constexpr double kMax = std::numeric_limits<double>::max();
+  return {std::max(values.low - margin, -kMax), std::min(values.high + margin, kMax)};
 }
 
 bool has_scalars(const state::PoseState& poses) {
@@ -265,15 +265,15 @@ void PlotsPanel::draw(const Context& context) {
   }
   ui.same_line();
   if (ui.button("Export CSV", !columns_.empty(), "The chosen scalars in the shown range of time, to a file"))
-    context.viewer.commands.export_csv = csv_text(columns_, clamped_ns(view_[0]), clamped_ns(view_[1]));
+    context.view_state.commands.export_csv = csv_text(columns_, clamped_ns(view_[0]), clamped_ns(view_[1]));
   if (entries_.size() > kSearchFrom) ui.text("search", "search scalars", search_);
   draw_list(context);
   if (unfolds) ImGui::SetScrollHereY(1);
 }
 
 int64_t PlotsPanel::clamped_ns(double time_ns) {
-  constexpr double kMost = 9.2e18;
-  return static_cast<int64_t>(std::clamp(std::round(time_ns), -kMost, kMost));
+  constexpr double kMax = 9.2e18;
+  return static_cast<int64_t>(std::clamp(std::round(time_ns), -kMax, kMax));
 }
 
 void PlotsPanel::draw_plot(const Context& context) {

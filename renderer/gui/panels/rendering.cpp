@@ -5,6 +5,7 @@
 #include <string>
 
 #include "renderer/gui/panels.h"
+#include "renderer/gui/screenshot_size.h"
 #include "renderer/settings/setting_table.h"
 
 namespace fire3dv::gui {
@@ -66,34 +67,35 @@ void LightsPanel::draw(const Context& context) {
   }
   constexpr size_t kMaxRows = 64;  // row limit for scrolling
   for (size_t i = 0; i < lights.size() && i < kMaxRows; ++i) {
-    const auto edited = context.viewer.edits.lights.find(lights[i].node);
+    const auto edited = context.view_state.edits.lights.find(lights[i].node);
     const bool is_of_this =
-        edited != context.viewer.edits.lights.end() && edited->second.type == lights[i].light.type;
+        edited != context.view_state.edits.lights.end() && edited->second.type == lights[i].light.type;
     draw_light(context, lights[i].node, is_of_this ? edited->second : lights[i].light);
   }
   if (lights.size() > kMaxRows) ui.note("and " + grouped(lights.size() - kMaxRows) + " more");
-  if (ui.button("Reset all##lights", !context.viewer.edits.lights.empty(),
+  if (ui.button("Reset all##lights", !context.view_state.edits.lights.empty(),
                 "Restores all lights to files and streams"))
-    context.viewer.edits.lights.clear();
+    context.view_state.edits.lights.clear();
 }
 
 void LightsPanel::draw_light(const Context& context, uint32_t node, const scene::Light& light) {
   Ui& ui = context.ui;
-  ViewState& viewer = context.viewer;
+  app::ViewState& view_state = context.view_state;
   ImGui::PushID(static_cast<int>(node));
-  const bool edited = viewer.edits.lights.count(node) != 0;
+  const bool edited = view_state.edits.lights.count(node) != 0;
   const std::string text =
       node_label(context.shown.scene, node) + "  " + type_name(light.type) + (edited ? "  *" : "");
   if (ui.row(text.c_str(), open_ == node, edited ? theme::accent() : theme::text()))
     open_ = open_ == node ? scene::kNone : node;
   if (open_ == node) {
     scene::Light changed = light;
-    if (edit(ui, changed)) viewer.edits.lights[node] = changed;
-    if (ui.button("Reset##light", viewer.edits.lights.count(node) != 0,
+    if (edit(ui, changed)) view_state.edits.lights[node] = changed;
+    if (ui.button("Reset##light", view_state.edits.lights.count(node) != 0,
                   "Restores the file's or stream's values"))
-      viewer.edits.lights.erase(node);
+      view_state.edits.lights.erase(node);
     ui.same_line();
-    if (ui.button("Select##light", viewer.selected != node, "Its node in the scene")) viewer.selected = node;
+    if (ui.button("Select##light", view_state.selected != node, "Its node in the scene"))
+      view_state.selected = node;
   }
   ImGui::PopID();
 }
@@ -151,7 +153,7 @@ void choose_variant(Ui& ui, const scene::Scene& scene, uint32_t& variant) {
 
 void MaterialsPanel::list(const Context& context) {
   const scene::Scene& scene = context.shown.scene;
-  const uint32_t selected = context.viewer.selected;
+  const uint32_t selected = context.view_state.selected;
   const bool same = scene_ == &scene && scene_number_ == context.shown.scene_number &&
                     listed_of_selection_ == of_selection_ && (!of_selection_ || listed_for_ == selected);
   if (same) return;
@@ -179,9 +181,9 @@ void MaterialsPanel::list(const Context& context) {
 void MaterialsPanel::draw(const Context& context) {
   Ui& ui = context.ui;
   if (!ui.header("Materials", context.layout.is_open(Panel::materials))) return;
-  ViewState& viewer = context.viewer;
+  app::ViewState& view_state = context.view_state;
   const scene::Scene& scene = context.shown.scene;
-  choose_variant(ui, scene, viewer.edits.variant);
+  choose_variant(ui, scene, view_state.edits.variant);
   ui.check("Of the selection", of_selection_, "Lists those of the selected node and its descendants");
   list(context);
   if (listed_.empty()) {
@@ -199,7 +201,7 @@ void MaterialsPanel::draw(const Context& context) {
     for (int i = clipper.DisplayStart; i < clipper.DisplayEnd; ++i) {
       const uint32_t material = listed_[static_cast<size_t>(i)];
       ImGui::PushID(static_cast<int>(material));
-      const bool edited = viewer.edits.materials.count(material) != 0;
+      const bool edited = view_state.edits.materials.count(material) != 0;
       const std::string text = label_of(scene, material) + (edited ? "  *" : "");
       if (ui.row(text.c_str(), material == chosen_, edited ? theme::accent() : theme::text()))
         chosen_ = material;
@@ -208,17 +210,18 @@ void MaterialsPanel::draw(const Context& context) {
   }
   ImGui::EndChild();
 
-  const auto edited = viewer.edits.materials.find(chosen_);
+  const auto edited = view_state.edits.materials.find(chosen_);
   scene::Material material = scene.materials[chosen_];
-  if (edited != viewer.edits.materials.end()) material = scene::with_factors(material, edited->second);
+  if (edited != view_state.edits.materials.end()) material = scene::with_factors(material, edited->second);
   ImGui::PushID(static_cast<int>(chosen_));
-  if (edit(ui, material)) viewer.edits.materials[chosen_] = scene::factors_of(material);
-  if (ui.button("Reset##material", viewer.edits.materials.count(chosen_) != 0, "Restores the file's values"))
-    viewer.edits.materials.erase(chosen_);
+  if (edit(ui, material)) view_state.edits.materials[chosen_] = scene::factors_of(material);
+  if (ui.button("Reset##material", view_state.edits.materials.count(chosen_) != 0,
+                "Restores the file's values"))
+    view_state.edits.materials.erase(chosen_);
   ui.same_line();
-  if (ui.button("Reset all##materials", !viewer.edits.materials.empty(),
+  if (ui.button("Reset all##materials", !view_state.edits.materials.empty(),
                 "Restores all materials to the file"))
-    viewer.edits.materials.clear();
+    view_state.edits.materials.clear();
   ImGui::PopID();
 }
 
@@ -270,8 +273,8 @@ void choose_samples(Ui& ui, uint32_t& samples) {
 // Raster or paths, and the numbers of the paths.
 void choose_renderer(const Context& context) {
   Ui& ui = context.ui;
-  DrawSettings& draw = context.viewer.draw;
-  PathSettings& paths = context.viewer.paths;
+  DrawSettings& draw = context.view_state.draw;
+  PathSettings& paths = context.view_state.paths;
   constexpr const char* kNames[] = {"raster", "paths"};
   size_t chosen = draw.path ? 1 : 0;
   const bool changed = ui.choice("Renderer", chosen, kNames, "Paths: a reference image that refines at rest");
@@ -290,33 +293,33 @@ void choose_renderer(const Context& context) {
 // Lens of the raster and of paths.
 void choose_lens(const Context& context) {
   Ui& ui = context.ui;
-  ViewState& viewer = context.viewer;
-  scene::ThinLens& lens = viewer.draw.post.lens;
+  app::ViewState& view_state = context.view_state;
+  scene::ThinLens& lens = view_state.draw.post.lens;
   bool has_lens = !lens.is_pinhole();
   if (ui.check("Lens", has_lens, "Depth of field; off: the lens of the camera, if it has one"))
     lens = has_lens ? scene::kUsualLens : scene::ThinLens{};
   if (has_lens) {
     ui.slider("  f-number", lens.f_number, {scene::kMinFNumber, 32, "f/%.1f", true});
     ui.slider("  focus", lens.focus_distance_m, {0.01f, 100, "%.2f m", true}, "Distance of sharp things");
-    if (ui.button("Focus on the point", viewer.picked_point.has_value(),
+    if (ui.button("Focus on the point", view_state.picked_point.has_value(),
                   "The surface that was clicked last  (Shift F)"))
-      viewer.commands.focus_on_point = true;
+      view_state.commands.focus_on_point = true;
   }
-  viewer.paths.lens = lens;
-  if (viewer.draw.path) viewer.draw.path->lens = lens;
+  view_state.paths.lens = lens;
+  if (view_state.draw.path) view_state.draw.path->lens = lens;
 }
 
 void choose_screenshot_size(const Context& context) {
   Ui& ui = context.ui;
-  ScreenshotSize& size = context.viewer.screenshot_size;
+  app::ScreenshotSize& size = context.view_state.screenshot_size;
   constexpr const char* kNames[] = {"image", "image x 2", "image x 4", "other"};
   choose(ui, "  size", size.kind, kNames, "Of screenshots, as the image in the window or larger");
-  if (size.kind == ScreenshotSize::Kind::fixed)
+  if (size.kind == app::ScreenshotSize::Kind::fixed)
     ui.text("Screenshot size", "width x height, such as 7680x4320", size.fixed_px);
   const Result<glm::uvec2> pixels = screenshot_px(size, context.facts.frame.extent_px);
   if (!pixels) {
     ui.note(pixels.error().message);
-  } else if (size.kind != ScreenshotSize::Kind::window) {
+  } else if (size.kind != app::ScreenshotSize::Kind::window) {
     ui.value("  pixels", "%u x %u", pixels->x, pixels->y);
   }
 }
@@ -335,25 +338,25 @@ void choose_shadows(Ui& ui, ShadowSettings& shadows) {
 void draw_render_panel(const Context& context) {
   Ui& ui = context.ui;
   if (!ui.header("Render", context.layout.is_open(Panel::render))) return;
-  ViewState& viewer = context.viewer;
-  DrawSettings& draw = viewer.draw;
+  app::ViewState& view_state = context.view_state;
+  DrawSettings& draw = view_state.draw;
   if (ui.button("Screenshot", true, "A PNG file of the image, without panels  (P)"))
-    viewer.commands.screenshot = true;
+    view_state.commands.screenshot = true;
   ui.same_line();
   const bool recording = context.facts.recording_video;
   if (ui.button(recording ? "Stop video##video" : "Video##video", true, "Of all images from now on  (V)",
                 recording))
-    viewer.commands.toggle_video = true;
+    view_state.commands.toggle_video = true;
   choose_screenshot_size(context);
 
   choose_renderer(context);
   choose_lens(context);
   constexpr const char* kViews[] = {"light",    "normals",           "depth", "nodes", "clusters",
                                     "overdraw", "unresolved shadows"};
-  choose(ui, "Shows", viewer.debug_view, kViews, "Debug view instead of light");
+  choose(ui, "Shows", view_state.debug_view, kViews, "Debug view instead of light");
   if (!context.facts.why_no_debug_views.empty()) ui.note(context.facts.why_no_debug_views);
-  ui.check("Grid and axes", viewer.shows_grid, "In the plane y = 0 of the world  (X)");
-  ui.check("Camera frusta", viewer.shows_frusta, "Of the scene's cameras  (K)");
+  ui.check("Grid and axes", view_state.shows_grid, "In the plane y = 0 of the world  (X)");
+  ui.check("Camera frusta", view_state.shows_frusta, "Of the scene's cameras  (K)");
   ui.check("Light theme", context.layout.is_light, "Of the panels");
   if (draw.post.metered) {
     ui.note("Exposure is metered in each image (--exposure metered)");

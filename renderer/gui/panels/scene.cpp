@@ -83,7 +83,7 @@ void choose_file(const Context& context) {
   for (const std::string& label : labels) names.push_back(label.c_str());
   size_t chosen = 0;
   if (context.ui.choice("File", chosen, names, "Opens a recent file"))
-    context.viewer.commands.open = files[chosen];
+    context.view_state.commands.open = files[chosen];
 }
 
 }  // namespace
@@ -95,7 +95,7 @@ void TreePanel::draw(const Context& context, float height_px) {
   choose_file(context);
   const scene::Scene& scene = context.shown.scene;
   take_scene(scene, context.shown.scene_number);
-  if (context.viewer.selected != revealed_) reveal(scene, context.viewer.selected);
+  if (context.view_state.selected != revealed_) reveal(scene, context.view_state.selected);
   const std::string hint = "Search " + grouped(scene.nodes.size()) + " nodes";
   if (ui.text("Search", hint.c_str(), search_)) rows_are_old_ = true;
   if (rows_are_old_) list_rows(scene);
@@ -104,7 +104,7 @@ void TreePanel::draw(const Context& context, float height_px) {
   ImGui::BeginChild("tree", {0, height_px});
   if (scroll_to_selection_) {
     const auto row = std::find_if(rows_.begin(), rows_.end(),
-                                  [&](const Row& r) { return r.node == context.viewer.selected; });
+                                  [&](const Row& r) { return r.node == context.view_state.selected; });
     if (row != rows_.end()) {
       const float y = static_cast<float>(row - rows_.begin()) * row_height;
       const float top = ImGui::GetScrollY(), room = ImGui::GetWindowHeight();
@@ -125,7 +125,7 @@ void TreePanel::draw(const Context& context, float height_px) {
 
 void TreePanel::draw_row(const Context& context, const Row& row) {
   Ui& ui = context.ui;
-  ViewState& viewer = context.viewer;
+  app::ViewState& view_state = context.view_state;
   const scene::Scene& scene = context.shown.scene;
   const uint32_t node = row.node;
   ++rows_drawn_;
@@ -147,25 +147,25 @@ void TreePanel::draw_row(const Context& context, const Row& row) {
   }
   ImGui::SameLine(0, 0);
 
-  const bool hidden = viewer.edits.hidden.count(node) != 0;
+  const bool hidden = view_state.edits.hidden.count(node) != 0;
   const bool gone = context.shown.edits && context.shown.edits->is_hidden(node);
   const auto& drives = context.shown.poses.node_drives();
   const bool driven = node < drives.size() && drives[node].stream != state::kNone;
   const ImU32 color = hidden || gone ? theme::faint() : driven ? theme::text() : theme::dim();
   const std::string label = node_label(scene, node);
   const float room = width - indent - ui.points(14) - sign_width;
-  if (ui.row(label.c_str(), viewer.selected == node, color, std::max(room, ui.points(20)))) {
-    viewer.selected = node;
+  if (ui.row(label.c_str(), view_state.selected == node, color, std::max(room, ui.points(20)))) {
+    view_state.selected = node;
     revealed_ = node;
   }
-  if (ImGui::IsItemHovered() && ImGui::IsMouseDoubleClicked(0)) viewer.commands.frame_selection = true;
+  if (ImGui::IsItemHovered() && ImGui::IsMouseDoubleClicked(0)) view_state.commands.frame_selection = true;
   ImGui::SameLine(left + width - sign_width);
   if (ui.sign(hidden ? "Show" : "Hide", hidden ? "\u25cb" : "\u25cf", hidden ? theme::text() : theme::faint(),
               sign_width)) {
     if (hidden) {
-      viewer.edits.hidden.erase(node);
+      view_state.edits.hidden.erase(node);
     } else {
-      viewer.edits.hidden.insert(node);
+      view_state.edits.hidden.insert(node);
     }
   }
   ImGui::PopID();
@@ -213,33 +213,33 @@ void show_pose(const Context& context, uint32_t node) {
 void draw_node_panel(const Context& context) {
   Ui& ui = context.ui;
   if (!ui.header("Node", context.layout.is_open(Panel::node))) return;
-  ViewState& viewer = context.viewer;
+  app::ViewState& view_state = context.view_state;
   const scene::Scene& scene = context.shown.scene;
-  const uint32_t node = viewer.selected;
+  const uint32_t node = view_state.selected;
   const bool any = node < scene.nodes.size();
-  const bool hidden = any && viewer.edits.hidden.count(node) != 0;
+  const bool hidden = any && view_state.edits.hidden.count(node) != 0;
   if (ui.button(hidden ? "Show##hide" : "Hide##hide", any, "The node and all below it  (H)")) {
     if (hidden) {
-      viewer.edits.hidden.erase(node);
+      view_state.edits.hidden.erase(node);
     } else {
-      viewer.edits.hidden.insert(node);
+      view_state.edits.hidden.insert(node);
     }
   }
   ui.same_line();
-  const bool isolated = any && viewer.edits.isolated == node;
+  const bool isolated = any && view_state.edits.isolated == node;
   if (ui.button("Isolate", any, "Shows only this node and its descendants  (I)", isolated))
-    viewer.edits.isolated = isolated ? scene::kNone : node;
+    view_state.edits.isolated = isolated ? scene::kNone : node;
   ui.same_line();
   if (ui.button("Focus", any, "The camera shows the whole of it  (F)"))
-    viewer.commands.frame_selection = true;
+    view_state.commands.frame_selection = true;
   ui.same_line();
-  const bool followed = any && viewer.followed == node;
+  const bool followed = any && view_state.followed == node;
   if (ui.button("Follow", any, "The camera moves with it", followed))
-    viewer.followed = followed ? scene::kNone : node;
-  if (!viewer.edits.hidden.empty() || viewer.edits.isolated != scene::kNone) {
+    view_state.followed = followed ? scene::kNone : node;
+  if (!view_state.edits.hidden.empty() || view_state.edits.isolated != scene::kNone) {
     if (ui.button("Show everything", true, "Nothing is hidden or isolated any more")) {
-      viewer.edits.hidden.clear();
-      viewer.edits.isolated = scene::kNone;
+      view_state.edits.hidden.clear();
+      view_state.edits.isolated = scene::kNone;
     }
   }
   if (!any) {
@@ -276,30 +276,30 @@ void draw_node_panel(const Context& context) {
 void CamerasPanel::draw(const Context& context) {
   Ui& ui = context.ui;
   if (!ui.header("Cameras", context.layout.is_open(Panel::cameras))) return;
-  ViewState& viewer = context.viewer;
+  app::ViewState& view_state = context.view_state;
   const scene::Scene& scene = context.shown.scene;
   const std::optional<size_t> now = context.facts.camera;
   if (scene_number_ != context.shown.scene_number) {
     scene_number_ = context.shown.scene_number;
     nodes_ = scene::camera_nodes(scene);  // visits every node
   }
-  if (ui.row("Free camera", !now)) viewer.commands.free_camera = true;
+  if (ui.row("Free camera", !now)) view_state.commands.free_camera = true;
   for (size_t i = 0; i < nodes_.size(); ++i) {
     ImGui::PushID(static_cast<int>(i));
     std::string text = node_label(scene, nodes_[i]);
     if (i < 9) text = std::to_string(i + 1) + "  " + text;  // shortcut key
-    if (ui.row(text.c_str(), now == i)) viewer.commands.camera = i;
+    if (ui.row(text.c_str(), now == i)) view_state.commands.camera = i;
     ImGui::PopID();
   }
-  if (ui.button("Frame all", true, "The whole scene  (Home)")) viewer.commands.frame_all = true;
+  if (ui.button("Frame all", true, "The whole scene  (Home)")) view_state.commands.frame_all = true;
   ui.same_line();
-  if (ui.button("Frame selection", viewer.selected < scene.nodes.size(), "The selected node  (F)"))
-    viewer.commands.frame_selection = true;
-  if (viewer.followed < scene.nodes.size()) {
-    ui.value("Follows", theme::accent(), node_label(scene, viewer.followed));
-    if (ui.button("Stop following")) viewer.followed = scene::kNone;
+  if (ui.button("Frame selection", view_state.selected < scene.nodes.size(), "The selected node  (F)"))
+    view_state.commands.frame_selection = true;
+  if (view_state.followed < scene.nodes.size()) {
+    ui.value("Follows", theme::accent(), node_label(scene, view_state.followed));
+    if (ui.button("Stop following")) view_state.followed = scene::kNone;
   }
-  ui.slider("Speed", viewer.camera_speed, {0.05f, 20, "%.2f x", true},
+  ui.slider("Speed", view_state.camera_speed, {0.05f, 20, "%.2f x", true},
             "Factor on the speed that the scene's size implies");
 }
 

@@ -41,7 +41,7 @@ void draw_markers(const Context& context, const StreamFact& stream) {
   Ui& ui = context.ui;
   if (stream.marker_namespaces.empty()) return;
   ui.note("Markers:");
-  state::MarkerNamespaces& hidden = context.viewer.edits.hidden_markers;
+  state::MarkerNamespaces& hidden = context.view_state.edits.hidden_markers;
   for (size_t i = 0; i < stream.marker_namespaces.size(); ++i) {
     const MarkerFact& fact = stream.marker_namespaces[i];
     const state::MarkerNamespace key{stream.name, fact.name};
@@ -135,10 +135,10 @@ void StreamsPanel::draw_stream(const Context& context, const StreamFact& stream)
   ui.value("Clock", theme::dim(), stream.clock);
 
   // Settings without a user choice keep their current values.
-  StreamPlayout playout{stream.interpolated, {}};
-  const auto edited = context.viewer.streams.find(stream.epoch);
-  if (edited != context.viewer.streams.end()) playout = edited->second;
-  const StreamPlayout before = playout;
+  app::StreamPlayout playout{stream.interpolated, {}};
+  const auto edited = context.view_state.streams.find(stream.epoch);
+  if (edited != context.view_state.streams.end()) playout = edited->second;
+  const app::StreamPlayout before = playout;
   constexpr const char* kModes[] = {"newest frame", "interpolated"};
   size_t mode = playout.interpolate ? 1 : 0;
   ui.choice("Shown as", mode, kModes,
@@ -162,7 +162,7 @@ void StreamsPanel::draw_stream(const Context& context, const StreamFact& stream)
       ui.value("Delay", "%.1f ms", static_cast<double>(now_ms));
     }
   }
-  if (!(playout == before)) context.viewer.streams[stream.epoch] = playout;
+  if (!(playout == before)) context.view_state.streams[stream.epoch] = playout;
   ImGui::Dummy({0, ui.points(2)});
   ImGui::PopID();
 }

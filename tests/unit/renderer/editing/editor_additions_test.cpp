@@ -14,69 +14,69 @@ scene::Scene with_nodes(scene::Scene scene, std::initializer_list<const char*> n
 }
 
 TEST_F(Editors, AdditionIsSelectedAndUndone) {
-  EditSession editor(viewer_, file(), {});
+  EditSession editor(view_state_, file(), {});
   editor.begin(targets());
-  ViewPlace place;
-  place.focus_m = {1, 2, 3};
-  place.world_from_camera =
+  EditorView view;
+  view.focus_m = {1, 2, 3};
+  view.world_from_camera =
       glm::translate(glm::mat4(1), {1, 2, 7}) * glm::mat4_cast(glm::angleAxis(0.5f, glm::vec3(0, 1, 0)));
-  place.camera.vertical_fov_rad = 0.4f;
-  const auto add = [&](gui::ObjectKind kind) {
-    viewer_.commands.add = kind;
-    editor.update(targets(), false, place);
+  view.camera.vertical_fov_rad = 0.4f;
+  const auto add = [&](ObjectKind kind) {
+    view_state_.commands.add = kind;
+    editor.update(targets(), false, view);
   };
-  add(gui::ObjectKind::point_light);
-  add(gui::ObjectKind::spot_light);
-  add(gui::ObjectKind::camera);
+  add(ObjectKind::point_light);
+  add(ObjectKind::spot_light);
+  add(ObjectKind::camera);
   EXPECT_EQ(editor.history().undo_steps(), 3u);
   EXPECT_EQ(editor.facts().undo, "the addition of node \"camera\"");
   const auto light = [&](const char* name) {
-    return std::get<scene::Light>(viewer_.edits.additions.at(name).content);
+    return std::get<scene::Light>(view_state_.edits.additions.at(name).content);
   };
   EXPECT_EQ(light("spot light").type, scene::LightType::spot);
   EXPECT_GT(light("point light").intensity, 0);
-  EXPECT_EQ(viewer_.edits.additions.at("point light").transform.translation, place.focus_m);
-  const state::Addition& camera = viewer_.edits.additions.at("camera");
+  EXPECT_EQ(view_state_.edits.additions.at("point light").transform.translation, view.focus_m);
+  const state::Addition& camera = view_state_.edits.additions.at("camera");
   EXPECT_EQ(std::get<scene::Camera>(camera.content).vertical_fov_rad, 0.4f);
-  EXPECT_LT(glm::length(glm::vec4(state::parent_from_node(camera.transform)[2] - place.world_from_camera[2])),
+  EXPECT_LT(glm::length(glm::vec4(state::parent_from_node(camera.transform)[2] - view.world_from_camera[2])),
             1e-6f);
   EXPECT_EQ(camera.transform.translation, glm::vec3(1, 2, 7));
 
   const scene::Scene built = with_nodes(scene_, {"camera", "point light", "spot light"});
   editor.replace_scene(scene_, built, nullptr);
-  EXPECT_EQ(built.nodes.at(viewer_.selected).name, "camera") << "the newest one";
-  viewer_.selected = static_cast<uint32_t>(built.nodes.size() - 2);
-  viewer_.commands.duplicate = true;
+  EXPECT_EQ(built.nodes.at(view_state_.selected).name, "camera") << "the newest one";
+  view_state_.selected = static_cast<uint32_t>(built.nodes.size() - 2);
+  view_state_.commands.duplicate = true;
   const state::NodeNames names(built);
-  editor.update({built, names}, false, place);
+  editor.update({built, names}, false, view);
   EXPECT_EQ(light("point light.1").type, scene::LightType::point) << "not a copy of an addition";
   for (int i = 0; i < 4; ++i) {
-    viewer_.commands.undo = true;
+    view_state_.commands.undo = true;
     editor.update({built, names}, false);
   }
-  EXPECT_TRUE(viewer_.edits.additions.empty());
-  viewer_.commands.redo = true;
+  EXPECT_TRUE(view_state_.edits.additions.empty());
+  view_state_.commands.redo = true;
   editor.update({built, names}, false);
-  EXPECT_TRUE(viewer_.edits.additions.contains("point light"));
+  EXPECT_TRUE(view_state_.edits.additions.contains("point light"));
 }
 
 TEST_F(Editors, DuplicateKeepsPoseAndEdits) {
-  EditSession editor(viewer_, file(), {});
+  EditSession editor(view_state_, file(), {});
   editor.begin(targets());
   const std::string source = scene_.nodes[2].path;
-  viewer_.edits.transforms[2].translation = {7, 0, 0};
-  viewer_.edits.hidden = {2};
+  view_state_.edits.transforms[2].translation = {7, 0, 0};
+  view_state_.edits.hidden = {2};
   update(editor);
-  press('d');
+  view_state_.commands.duplicate = true;
   update(editor);
-  EXPECT_TRUE(viewer_.edits.additions.empty()) << "nothing is selected";
-  viewer_.selected = 2;
-  press('d');
+  EXPECT_TRUE(view_state_.edits.additions.empty()) << "nothing is selected";
+  view_state_.selected = 2;
+  view_state_.commands.duplicate = true;
   update(editor);
-  press('d');
+  view_state_.commands.duplicate = true;
   update(editor);
-  ASSERT_EQ(viewer_.edits.additions.size(), 2u);
-  const auto& [name, copy] = *viewer_.edits.additions.begin();
+  ASSERT_EQ(view_state_.edits.additions.size(), 2u);
+  const auto& [name, copy] = *view_state_.edits.additions.begin();
   EXPECT_EQ(name, scene_.nodes[2].name + ".1");
   EXPECT_EQ(copy.transform.translation, glm::vec3(7, 0, 0));
   EXPECT_EQ(std::get<state::CopiedNode>(copy.content).path, source);
@@ -85,32 +85,32 @@ TEST_F(Editors, DuplicateKeepsPoseAndEdits) {
   // Removal of an addition leaves nothing of it, and comes back as one step.
   const state::EditDocument with = editor.history().document();
   scene::Scene built = scene_;
-  for (const auto& [of, addition] : viewer_.edits.additions) {
+  for (const auto& [of, addition] : view_state_.edits.additions) {
     const uint32_t parent = scene_.nodes[2].parent;
     (void)scene::add_node(built, of, parent, glm::mat4(1));
   }
   editor.replace_scene(scene_, built, nullptr);
   const state::NodeNames names(built);
   const auto first = static_cast<uint32_t>(scene_.nodes.size());
-  EXPECT_EQ(viewer_.selected, first + 1);
-  EXPECT_TRUE(viewer_.edits.hidden.contains(first)) << "the copy of a hidden node is hidden";
-  viewer_.edits.removed = {first};
+  EXPECT_EQ(view_state_.selected, first + 1);
+  EXPECT_TRUE(view_state_.edits.hidden.contains(first)) << "the copy of a hidden node is hidden";
+  view_state_.edits.removed = {first};
   const std::vector<ShownAddition> shown{{built.nodes[first].name, first, {}}};
   editor.set_shown_additions([&] { return std::span(shown); });
   editor.update({built, names}, false);
-  EXPECT_EQ(viewer_.edits.additions.size(), 1u);
-  EXPECT_TRUE(viewer_.edits.removed.empty());
+  EXPECT_EQ(view_state_.edits.additions.size(), 1u);
+  EXPECT_TRUE(view_state_.edits.removed.empty());
   EXPECT_EQ(editor.history().document().size(), with.size() - 2);
-  viewer_.commands.undo = true;
+  view_state_.commands.undo = true;
   editor.update({built, names}, false);
   EXPECT_EQ(editor.history().document(), with);
-  EXPECT_EQ(viewer_.edits.additions.size(), 2u);
+  EXPECT_EQ(view_state_.edits.additions.size(), 2u);
   // Several nodes of one path cannot be told apart.
   scene::Scene twins = scene_;
   twins.nodes[1].path = twins.nodes[2].path;
   twins.nodes[1].name = twins.nodes[2].name;
-  viewer_.selected = 2;
-  viewer_.commands.duplicate = true;
+  view_state_.selected = 2;
+  view_state_.commands.duplicate = true;
   editor.update({twins, state::NodeNames(twins)}, false);
   EXPECT_NE(editor.take_log_messages().back().find("several nodes"), std::string::npos);
 }
@@ -130,14 +130,14 @@ TEST_F(Editors, ExportReportsWhatIsMissing) {
   const fs::path of_part = folder_ / "part.gltf";
   std::ofstream(of_part) << R"({"asset": {"version": "2.0"}, "nodes": [{"name": "inside"}]})";
   const std::vector<ShownAddition> shown{{"lamp", lamp, {}}, {"part", part, {}, {of_part, 1, 1, 1}}};
-  viewer_.edits.additions["part"] = state::Addition{"top", {}, state::AddedAsset{"part.gltf"}};
+  view_state_.edits.additions["part"] = state::Addition{"top", {}, state::AddedAsset{"part.gltf"}};
   for (const char* const name : {"lamp", "waiting"})
-    viewer_.edits.additions[name] = state::Addition{"top", {}, scene::Light()};
-  EditSession editor(viewer_, file(), {});
+    view_state_.edits.additions[name] = state::Addition{"top", {}, scene::Light()};
+  EditSession editor(view_state_, file(), {});
   editor.set_export({[&] { return gltf; }, folder_ / "boxes.glb"});
   editor.set_shown_additions([&] { return std::span(shown); });
   const auto exported = [&] {
-    viewer_.commands.export_glb = true;
+    view_state_.commands.export_glb = true;
     editor.update({built, names}, false);
     std::string text;
     for (const std::string& message : editor.finish()) text += message + "\n";
@@ -171,7 +171,7 @@ TEST_F(Editors, MaterialEditsStayWithFile) {
   const auto key = [](const char* owner) {
     return state::EditKey{state::EditedObject::material, "wood", 0, state::EditedProperty::factors, owner};
   };
-  EditSession editor(viewer_, file(), {});
+  EditSession editor(view_state_, file(), {});
   editor.set_shown_additions([] { return std::span<const ShownAddition>(); },
                              [&] { return std::span<const state::AddedMaterials>(added); });
   scene::Scene shown = scene_;
@@ -188,8 +188,8 @@ TEST_F(Editors, MaterialEditsStayWithFile) {
   };
   editor.begin(targets());
   show({"table"});
-  viewer_.edits.materials[1] = scene::factors_of(shown.materials[1]);
-  viewer_.edits.materials[1].roughness = 0.25f;
+  view_state_.edits.materials[1] = scene::factors_of(shown.materials[1]);
+  view_state_.edits.materials[1].roughness = 0.25f;
   update_shown();
   ++steps;
   const state::EditDocument document = editor.history().document();
@@ -197,68 +197,68 @@ TEST_F(Editors, MaterialEditsStayWithFile) {
   EXPECT_TRUE(document.contains(key("table")));
 
   show({"apple", "table"});
-  ASSERT_EQ(viewer_.edits.materials.size(), 1u);
-  EXPECT_EQ(viewer_.edits.materials.at(2).roughness, 0.25f);
+  ASSERT_EQ(view_state_.edits.materials.size(), 1u);
+  EXPECT_EQ(view_state_.edits.materials.at(2).roughness, 0.25f);
   show({"apple"});
-  EXPECT_TRUE(viewer_.edits.materials.empty()) << "the material of another file";
+  EXPECT_TRUE(view_state_.edits.materials.empty()) << "the material of another file";
   show({});
   show({"table"});
-  EXPECT_EQ(viewer_.edits.materials.at(1).roughness, 0.25f);
+  EXPECT_EQ(view_state_.edits.materials.at(1).roughness, 0.25f);
   EXPECT_EQ(editor.history().document(), document) << "it waits for its file";
   // A missing file's edit is not taken by another one's material.
   show({"apple", "table"});
-  viewer_.edits.materials[1] = scene::factors_of(shown.materials[1]);
-  viewer_.edits.materials[1].roughness = 0.75f;
+  view_state_.edits.materials[1] = scene::factors_of(shown.materials[1]);
+  view_state_.edits.materials[1].roughness = 0.75f;
   update_shown();
   ++steps;
   show({"table"});
-  EXPECT_EQ(viewer_.edits.materials.at(1).roughness, 0.25f);
+  EXPECT_EQ(view_state_.edits.materials.at(1).roughness, 0.25f);
   show({"apple", "table"});
-  EXPECT_EQ(viewer_.edits.materials.at(1).roughness, 0.75f);
-  EXPECT_EQ(viewer_.edits.materials.at(2).roughness, 0.25f);
+  EXPECT_EQ(view_state_.edits.materials.at(1).roughness, 0.75f);
+  EXPECT_EQ(view_state_.edits.materials.at(2).roughness, 0.25f);
   EXPECT_TRUE(editor.history().document().contains(key("apple")));
   // Steps from before the other file came name the same material.
   for (int i = 0; i < 2; ++i) {
-    viewer_.commands.undo = true;
+    view_state_.commands.undo = true;
     update_shown();
   }
-  EXPECT_TRUE(viewer_.edits.materials.empty());
+  EXPECT_TRUE(view_state_.edits.materials.empty());
   EXPECT_TRUE(editor.history().document().empty());
   for (int i = 0; i < 2; ++i) {
-    viewer_.commands.redo = true;
+    view_state_.commands.redo = true;
     update_shown();
   }
-  EXPECT_EQ(viewer_.edits.materials.at(1).roughness, 0.75f);
-  EXPECT_EQ(viewer_.edits.materials.at(2).roughness, 0.25f);
+  EXPECT_EQ(view_state_.edits.materials.at(1).roughness, 0.75f);
+  EXPECT_EQ(view_state_.edits.materials.at(2).roughness, 0.25f);
 }
 
 // An edit of an instance lives on after undo, a replaced scene and a restart.
 TEST_F(Editors, EditsOfInstancesAreKept) {
   for (int i = 0; i < 2; ++i) scene_.nodes.emplace_back().parent = 1;
   const auto second = static_cast<uint32_t>(scene_.nodes.size() - 1);
-  EditSession editor(viewer_, file(), {});
+  EditSession editor(view_state_, file(), {});
   editor.begin(targets());
-  viewer_.edits.hidden = {second};
+  view_state_.edits.hidden = {second};
   update(editor);
-  viewer_.edits.hidden.insert(2);
+  view_state_.edits.hidden.insert(2);
   update(editor);
-  press('z');
+  view_state_.commands.undo = true;
   update(editor);
-  EXPECT_EQ(viewer_.edits.hidden, std::set<uint32_t>{second});
+  EXPECT_EQ(view_state_.edits.hidden, std::set<uint32_t>{second});
   scene::Scene more = scene_;
   more.nodes.insert(more.nodes.begin() + 4, scene::Node{});
   more.nodes[4].path = more.nodes[4].name = "more";
   editor.replace_scene(scene_, more, nullptr);
-  EXPECT_EQ(viewer_.edits.hidden, std::set<uint32_t>{second + 1});
-  gui::ViewState reopened;
+  EXPECT_EQ(view_state_.edits.hidden, std::set<uint32_t>{second + 1});
+  ViewState reopened;
   EditSession again(reopened, file(), editor.history().document());
   again.begin(targets());
   EXPECT_EQ(reopened.edits.hidden, std::set<uint32_t>{second});
-  viewer_.selected = second;
-  press('d');
+  view_state_.selected = second;
+  view_state_.commands.duplicate = true;
   update(editor);
   EXPECT_NE(editor.take_log_messages().back().find("it is an instance of"), std::string::npos);
-  EXPECT_TRUE(viewer_.edits.additions.empty());
+  EXPECT_TRUE(view_state_.edits.additions.empty());
 }
 
 // The user's transform of a driven node waits for the end of the stream.
@@ -276,17 +276,17 @@ TEST_F(Editors, CopyOfDrivenNodeKeepsPose) {
   frame.poses = moved;
   poses.push(stream, frame);
   ASSERT_EQ(poses.world_from_node(2)[3].y, 5);
-  EditSession editor(viewer_, file(), {});
+  EditSession editor(view_state_, file(), {});
   editor.begin(targets());
-  viewer_.edits.transforms[1].translation = viewer_.edits.transforms[2].translation = {7, 0, 0};
+  view_state_.edits.transforms[1].translation = view_state_.edits.transforms[2].translation = {7, 0, 0};
   update(editor);
-  ViewPlace place;
-  place.poses = &poses;
+  EditorView view;
+  view.poses = &poses;
   const auto copied_to = [&](uint32_t node) {
-    viewer_.selected = node;
-    press('d');
-    editor.update(targets(), false, place);
-    return viewer_.edits.additions.at(scene_.nodes[node].name + ".1").transform.translation;
+    view_state_.selected = node;
+    view_state_.commands.duplicate = true;
+    editor.update(targets(), false, view);
+    return view_state_.edits.additions.at(scene_.nodes[node].name + ".1").transform.translation;
   };
   EXPECT_EQ(copied_to(2), glm::vec3(0, 5, 0));
   EXPECT_EQ(copied_to(1), glm::vec3(7, 0, 0));
@@ -298,15 +298,15 @@ TEST_F(Editors, CopiedFileKeepsMaterialEdits) {
   built.materials.emplace_back().name = "wood";
   const std::vector<state::AddedMaterials> added{{"chair", 1, 1}};
   const state::NodeNames names(built);
-  viewer_.edits.additions["chair"] = state::Addition{{}, {}, state::AddedAsset{"chair.glb"}};
-  EditSession editor(viewer_, file(), {});
+  view_state_.edits.additions["chair"] = state::Addition{{}, {}, state::AddedAsset{"chair.glb"}};
+  EditSession editor(view_state_, file(), {});
   editor.begin({built, names, nullptr, added});
-  viewer_.edits.materials[0] = viewer_.edits.materials[1] = scene::factors_of(built.materials[1]);
-  viewer_.edits.materials[1].roughness = 0.25f;
-  viewer_.selected = static_cast<uint32_t>(built.nodes.size() - 1);
-  press('d');
+  view_state_.edits.materials[0] = view_state_.edits.materials[1] = scene::factors_of(built.materials[1]);
+  view_state_.edits.materials[1].roughness = 0.25f;
+  view_state_.selected = static_cast<uint32_t>(built.nodes.size() - 1);
+  view_state_.commands.duplicate = true;
   editor.update({built, names, nullptr, added}, false);
-  ASSERT_TRUE(viewer_.edits.additions.contains("chair.1"));
+  ASSERT_TRUE(view_state_.edits.additions.contains("chair.1"));
   const state::EditDocument document = editor.history().document();
   EXPECT_EQ(document.size(), 5u) << "two additions, three materials";
   const auto of_copy =
@@ -326,7 +326,7 @@ TEST_F(Editors, AdditionEditsAreReportedWhenShown) {
   }
   document[{state::EditedObject::node, "refused/leg", 0, state::EditedProperty::visible}] = false;
   document[{state::EditedObject::node, "table/leg", 0, state::EditedProperty::visible}] = false;
-  EditSession editor(viewer_, file(), document);
+  EditSession editor(view_state_, file(), document);
   std::vector<state::AddedMaterials> added;
   std::vector<ShownAddition> shown;
   editor.set_shown_additions([&] { return std::span<const ShownAddition>(shown); },
@@ -345,7 +345,7 @@ TEST_F(Editors, AdditionEditsAreReportedWhenShown) {
   EXPECT_NE(notes[0].find("\"table/leg\" has no effect"), std::string::npos) << notes[0];
   EXPECT_NE(notes[1].find("\"glass\" of \"table\" has no effect"), std::string::npos) << notes[1];
   EXPECT_EQ(notes[2], "2 edits of " + file().path.string() + " applied");
-  EXPECT_TRUE(viewer_.edits.materials.contains(1));
+  EXPECT_TRUE(view_state_.edits.materials.contains(1));
   editor.report_start({built, names, nullptr, added});
   EXPECT_TRUE(editor.take_log_messages().empty()) << "once";
 }
@@ -353,11 +353,9 @@ TEST_F(Editors, AdditionEditsAreReportedWhenShown) {
 TEST_F(Editors, AddedCameraIsSelected) {
   const scene::Scene built = with_nodes(scene_, {"table"});
   const std::vector<ShownAddition> shown{{"table", static_cast<uint32_t>(built.nodes.size() - 1), {}}};
-  CameraRig camera = *CameraRig::create(built);
-  EXPECT_TRUE(select_added_camera("eye", built, shown, camera).ok());
-  const auto fault = [&](const char* name) {
-    return select_added_camera(name, built, shown, camera).error().message;
-  };
+  const size_t eye = find_added_camera("eye", built, shown).value();
+  EXPECT_EQ(built.nodes[scene::camera_nodes(built).at(eye)].name, "eye");
+  const auto fault = [&](const char* name) { return find_added_camera(name, built, shown).error().message; };
   EXPECT_NE(fault("table").find("has no camera"), std::string::npos) << fault("table");
   EXPECT_NE(fault("lost").find("is not displayed"), std::string::npos) << fault("lost");
 }
@@ -368,28 +366,28 @@ TEST_F(Editors, NearbyAssetsAreOffered) {
   fs::create_directories(elsewhere);
   for (const char* name : {"b.glb", "parts/a 1%.gltf", "parts/deep/c.glb", "note.txt"})
     std::ofstream(folder_ / name) << "x";
-  EditSession editor(viewer_, file(), {});
+  EditSession editor(view_state_, file(), {});
   EXPECT_EQ(editor.facts().assets, (std::vector<std::string>{"b.glb", "parts/a 1%25.gltf"}));
   editor.begin(targets());
-  viewer_.commands.add_asset = "parts/a 1%25.gltf";
-  ViewPlace place;
-  place.focus_m = {0, 1, 0};
-  editor.update(targets(), false, place);
-  const auto& [name, asset] = *viewer_.edits.additions.begin();
+  view_state_.commands.add_asset = "parts/a 1%25.gltf";
+  EditorView view;
+  view.focus_m = {0, 1, 0};
+  editor.update(targets(), false, view);
+  const auto& [name, asset] = *view_state_.edits.additions.begin();
   EXPECT_EQ(name, "a 1%");
   EXPECT_EQ(std::get<state::AddedAsset>(asset.content).uri, "parts/a 1%25.gltf");
-  EXPECT_EQ(asset.transform.translation, place.focus_m);
+  EXPECT_EQ(asset.transform.translation, view.focus_m);
 
   OverlayFile with_assets = file();
   with_assets.assets = elsewhere;
   for (const char* of : {"b.glb", "d.glb"}) std::ofstream(elsewhere / of) << "x";
-  EditSession other(viewer_, with_assets, {});
+  EditSession other(view_state_, with_assets, {});
   const std::vector<std::string> both{"b.glb", "d.glb", "parts/a 1%25.gltf"};
   EXPECT_EQ(other.facts().assets, both);
   fs::remove(elsewhere / "d.glb");
   other.update(targets(), false);
   EXPECT_EQ(other.facts().assets, both) << "folders are read on demand";
-  viewer_.commands.list_assets = true;
+  view_state_.commands.list_assets = true;
   other.update(targets(), false);
   EXPECT_EQ(other.facts().assets, (std::vector<std::string>{"b.glb", "parts/a 1%25.gltf"}));
 }
@@ -409,20 +407,20 @@ TEST_F(Editors, RefusedAdditionsLoseEdits) {
   const std::string parent = path.substr(0, path.size() - std::min(path.size(), taken.size() + 1));
   document[state::key_of_addition(taken)] = state::Addition{parent, {}, scene::Light()};
   ASSERT_EQ(state::path_of(taken, state::Addition{parent, {}, scene::Light()}), path);
-  EditSession editor(viewer_, file(), document);
+  EditSession editor(view_state_, file(), document);
   editor.begin(targets());
-  viewer_.commands.remove_addition = "lost";
+  view_state_.commands.remove_addition = "lost";
   update(editor);
   EXPECT_EQ(editor.history().document().size(), 2u);
   EXPECT_TRUE(editor.history().document().contains(of_scene));
-  EXPECT_FALSE(viewer_.commands.remove_addition);
-  viewer_.commands.remove_addition = taken;
+  EXPECT_FALSE(view_state_.commands.remove_addition);
+  view_state_.commands.remove_addition = taken;
   update(editor);
   EXPECT_EQ(editor.history().document().size(), 1u);
   EXPECT_TRUE(editor.history().document().contains(of_scene)) << "the file's node stays hidden";
-  EXPECT_TRUE(viewer_.edits.hidden.contains(2));
+  EXPECT_TRUE(view_state_.edits.hidden.contains(2));
   for (int i = 0; i < 2; ++i) {
-    viewer_.commands.undo = true;
+    view_state_.commands.undo = true;
     update(editor);
   }
   EXPECT_EQ(editor.history().document(), document);

@@ -1,4 +1,4 @@
-// Fixture of tests of a window's scene editor: three boxes, a viewer, its keys and a folder.
+// Fixture of tests of a window's scene editor: three boxes, a view state and a folder.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -16,12 +16,10 @@
 
 #include "base/plural.h"
 #include "protocol/robot/robot_file.h"
-#include "renderer/app/options/overlay_options.h"
 #include "renderer/editing/edit_session.h"
 #include "renderer/editing/overlay_file.h"
 #include "renderer/editing/view_transfer.h"
 #include "renderer/scene/derived/loaded_scene.h"
-#include "renderer/window/view_control.h"
 #include "tests/unit/renderer/scene/clusters/boxes_scene.h"
 
 namespace fire3dv::app {
@@ -41,18 +39,6 @@ class Editors : public ::testing::Test {
 
   state::EditTargets targets() const { return {scene_, names_}; }
   void update(EditSession& editor, bool is_interacting = false) { editor.update(targets(), is_interacting); }
-  void press(char letter, bool shift = false) {
-    sinks::WindowInput input;
-    sinks::InputEvent event;
-    event.kind = sinks::InputEvent::Kind::key;
-    event.key = sinks::letter(letter);
-    event.modifiers.control = true;
-    event.modifiers.shift = shift;
-    event.down = true;
-    input.events.push_back(event);
-    const CameraMoves moves = keys_.take(input, true, viewer_);
-    EXPECT_EQ(moves.fly, glm::vec3(0)) << "Ctrl does not fly";
-  }
   static std::string bytes_of(const fs::path& file) {
     std::ifstream in(file, std::ios::binary);
     return {std::istreambuf_iterator<char>(in), {}};
@@ -65,8 +51,7 @@ class Editors : public ::testing::Test {
   fs::path folder_;
   scene::Scene scene_ = boxes_at({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}});
   state::NodeNames names_{scene_};
-  gui::ViewState viewer_;
-  ViewInput keys_;
+  ViewState view_state_;
 };
 
 }  // namespace fire3dv::app

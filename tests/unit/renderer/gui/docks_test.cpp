@@ -129,7 +129,7 @@ TEST(GuiDocks, HandlesFoldAndUnfold) {
 
 TEST(GuiDocks, HiddenPanelsFreeWindow) {
   DockWorld world;
-  world.viewer.gui = false;
+  world.view_state.gui = false;
   world.settle();
   EXPECT_EQ(world.gui.image_rect().low, glm::vec2(0));
   EXPECT_EQ(world.gui.image_rect().high, world.display_px);
@@ -185,11 +185,11 @@ TEST(GuiDocks, TextFitsSmallWindows) {
     world.facts.log.push_back(
         {12.5, "warning: " + world.scene.nodes[1].name + ": " + world.scene.nodes[1].name});
     world.facts.log_lines = world.facts.log.size();
-    world.viewer.selected = 1;
+    world.view_state.selected = 1;
     world.display_px = each.size_px;
     world.scale = each.scale;
     for (const bool help : {false, true}) {
-      world.viewer.help = help;
+      world.view_state.help = help;
       const ImDrawData& data = world.settle();
       EXPECT_EQ(cut_windows(), "") << "with help: " << help;
       EXPECT_EQ(cut_glyphs(data), 0u) << "with help: " << help;

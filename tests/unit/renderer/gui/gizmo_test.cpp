@@ -13,8 +13,8 @@
 namespace fire3dv::test {
 namespace {
 
+using app::GizmoTool;
 using gui::GizmoHandle;
-using gui::GizmoTool;
 
 constexpr uint32_t kFree = 3;    // the sun's node, below nothing
 constexpr uint32_t kDriven = 1;  // "arm"
@@ -33,12 +33,12 @@ class Gizmos : public ::testing::Test {
  protected:
   Gizmos() {
     world_.image_view = [this](float aspect) { return look(aspect, is_orthographic_); };
-    world_.viewer.selected = kFree;
+    world_.view_state.selected = kFree;
     state::NodeTransform placed;
     placed.translation = {0.5f, 0.25f, -0.5f};
     placed.rotation = glm::angleAxis(0.6f, glm::normalize(glm::vec3(1, 2, 3)));
     placed.scale = {1, 2, 0.5f};
-    world_.viewer.edits.transforms[kFree] = placed;
+    world_.view_state.edits.transforms[kFree] = placed;
     world_.settle();
   }
 
@@ -66,8 +66,8 @@ class Gizmos : public ::testing::Test {
     const gui::Rect image = world_.gui.image_rect();
     const glm::vec2 size = image.high - image.low;
     gui::Gizmo placed;
-    placed.place({look(size.x / size.y, is_orthographic_), image.low, size}, node(), world_.viewer.tool,
-                 world_.viewer.tool_is_local, world_.scale);
+    placed.place({look(size.x / size.y, is_orthographic_), image.low, size}, node(), world_.view_state.tool,
+                 world_.view_state.tool_is_local, world_.scale);
     return placed;
   }
   glm::vec2 handle(GizmoHandle::Kind kind, int axis, float where = 0.7f) const {
@@ -106,8 +106,8 @@ TEST_F(Gizmos, AxisMovesNodeBelowCursor) {
     is_orthographic_ = orthographic;
     for (const bool local : {false, true}) {
       for (int axis = 0; axis < 3; ++axis) {
-        world_.viewer.tool = GizmoTool::move;
-        world_.viewer.tool_is_local = local;
+        world_.view_state.tool = GizmoTool::move;
+        world_.view_state.tool_is_local = local;
         world_.settle();
         const glm::mat4 before = node();
         glm::vec3 direction(0);
@@ -140,7 +140,7 @@ TEST_F(Gizmos, AxisMovesNodeBelowCursor) {
 
 TEST_F(Gizmos, PlaneAndCentreFollowCursor) {
   for (int axis = 0; axis < 4; ++axis) {
-    world_.viewer.tool = GizmoTool::move;
+    world_.view_state.tool = GizmoTool::move;
     world_.settle();
     const glm::vec3 before(node()[3]);
     const auto kind = axis < 3 ? GizmoHandle::Kind::plane : GizmoHandle::Kind::centre;
@@ -167,8 +167,8 @@ TEST_F(Gizmos, PlaneAndCentreFollowCursor) {
 TEST_F(Gizmos, RingTurnsNodeWithCursor) {
   for (const bool local : {false, true}) {
     for (int axis = 0; axis < 3; ++axis) {
-      world_.viewer.tool = GizmoTool::rotate;
-      world_.viewer.tool_is_local = local;
+      world_.view_state.tool = GizmoTool::rotate;
+      world_.view_state.tool_is_local = local;
       world_.settle();
       const glm::mat4 before = node();
       glm::vec3 normal(0);
@@ -204,7 +204,7 @@ TEST_F(Gizmos, RingTurnsNodeWithCursor) {
 
 TEST_F(Gizmos, HandlesScaleAxisOrAll) {
   for (int axis = 0; axis < 3; ++axis) {
-    world_.viewer.tool = GizmoTool::scale;
+    world_.view_state.tool = GizmoTool::scale;
     world_.settle();
     const glm::mat4 before = node();
     const glm::vec2 from = handle(GizmoHandle::Kind::axis, axis, 0.5f);
@@ -238,7 +238,7 @@ TEST_F(Gizmos, HandlesScaleAxisOrAll) {
 }
 
 TEST_F(Gizmos, ControlSnaps) {
-  world_.viewer.tool = GizmoTool::rotate;
+  world_.view_state.tool = GizmoTool::rotate;
   world_.settle();
   const glm::mat4 before = node();
   const glm::vec2 from = handle(GizmoHandle::Kind::ring, 1, 0.5f);
@@ -252,9 +252,9 @@ TEST_F(Gizmos, ControlSnaps) {
                      &world_.timeline};  // the panels stay as they are
     shown.robot = &world_.robot;
     shown.view = world_.image_view;
-    world_.gui.frame(input, world_.facts, shown, world_.viewer);
+    world_.gui.frame(input, world_.facts, shown, world_.view_state);
     state::RestPose rest = state::rest_pose(world_.scene);
-    state::apply_transforms(world_.viewer.edits.transforms, world_.scene, rest);
+    state::apply_transforms(world_.view_state.edits.transforms, world_.scene, rest);
     world_.poses.set_rest(rest);
   };
   frame(gui::MouseMoved{from});
@@ -272,11 +272,11 @@ TEST_F(Gizmos, ControlSnaps) {
 }
 
 TEST_F(Gizmos, DrivenNodeHasNoHandles) {
-  world_.viewer.selected = kDriven;
-  world_.viewer.tool = GizmoTool::move;
+  world_.view_state.selected = kDriven;
+  world_.view_state.tool = GizmoTool::move;
   open_edit_panel();
   const gui::Rect image = world_.gui.image_rect();
-  const state::NodeTransforms before = world_.viewer.edits.transforms;
+  const state::NodeTransforms before = world_.view_state.edits.transforms;
   for (float y = image.low.y + 2; y < image.high.y; y += 9) {
     for (float x = image.low.x + 2; x < image.high.x; x += 9) {
       world_.frame({gui::MouseMoved{{x, y}}});
@@ -285,7 +285,7 @@ TEST_F(Gizmos, DrivenNodeHasNoHandles) {
   }
   for (const gui::Control& control : world_.gui.controls())
     EXPECT_NE(control.kind, gui::Control::Kind::number);
-  EXPECT_EQ(world_.viewer.edits.transforms, before);
+  EXPECT_EQ(world_.view_state.edits.transforms, before);
   // The same node rests when the stream has left.
   world_.poses.remove_stream(0);
   world_.settle();
@@ -312,26 +312,26 @@ TEST_F(Gizmos, NumbersMoveTurnAndScale) {
     release();
     EXPECT_NE(node(), before) << field.name;
     EXPECT_EQ(field.name.starts_with("Position"), glm::mat3(node()) == glm::mat3(before)) << field.name;
-    EXPECT_TRUE(state::is_valid(world_.viewer.edits.transforms.at(kFree)));
+    EXPECT_TRUE(state::is_valid(world_.view_state.edits.transforms.at(kFree)));
   }
 }
 
 TEST_F(Gizmos, WithoutToolMouseIsCameras) {
-  world_.viewer.tool = GizmoTool::none;
+  world_.view_state.tool = GizmoTool::none;
   world_.settle();
   world_.frame({gui::MouseMoved{pixel(glm::vec3(node()[3]))}});
   EXPECT_FALSE(world_.gui.wants_mouse());
   // A drag that began beside the handles stays the camera's when it crosses them.
-  world_.viewer.tool = GizmoTool::move;
+  world_.view_state.tool = GizmoTool::move;
   world_.settle();
   const glm::vec2 axis = handle(GizmoHandle::Kind::axis, 0);
-  const state::NodeTransforms before = world_.viewer.edits.transforms;
+  const state::NodeTransforms before = world_.view_state.edits.transforms;
   world_.frame({gui::MouseMoved{axis + glm::vec2(0, 120)}});
   world_.frame({gui::MouseButton{gui::Button::left, true}});
   world_.frame({gui::MouseMoved{axis}});
   EXPECT_FALSE(world_.gui.wants_mouse());
   world_.frame({gui::MouseButton{gui::Button::left, false}});
-  EXPECT_EQ(world_.viewer.edits.transforms, before);
+  EXPECT_EQ(world_.view_state.edits.transforms, before);
 }
 
 }  // namespace

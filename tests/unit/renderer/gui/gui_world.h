@@ -99,8 +99,8 @@ struct GuiWorld {
   state::RobotPose robot = gui_robot();
   FakeTimeline timeline;
   gui::Facts facts;
-  gui::ViewState viewer;
-  gui::EditFacts editing{"the light of node \"lamp\"",
+  app::ViewState view_state;
+  app::EditFacts editing{"the light of node \"lamp\"",
                          "the transform of node \"arm\"",
                          false,
                          "scene.overlay.json",
@@ -160,10 +160,10 @@ struct GuiWorld {
     input.events = std::move(events);
     const gui::Shown shown{scene,  poses,        nullptr,  1,         replays ? &timeline : nullptr,
                            &robot, recent_files, &editing, image_view};
-    const ImDrawData& drawn = gui.frame(input, facts, shown, viewer);
-    robot.set(viewer.edits.joints);
+    const ImDrawData& drawn = gui.frame(input, facts, shown, view_state);
+    robot.set(view_state.edits.joints);
     state::RestPose rest = state::rest_pose(scene);
-    state::apply_transforms(viewer.edits.transforms, scene, rest);
+    state::apply_transforms(view_state.edits.transforms, scene, rest);
     poses.set_rest(rest);
     return drawn;
   }

@@ -130,7 +130,7 @@ TEST(GuiLimits, AnyWindowSizeWorks) {
     for (float height = 1; height <= 100; height += 33) {
       for (float width = 1; width <= 200; width += scale == 1 ? 1 : 7) {
         world.display_px = {width, height};
-        world.viewer.help = static_cast<int>(width) % 2 == 0;
+        world.view_state.help = static_cast<int>(width) % 2 == 0;
         world.frame();
         const gui::Rect image = world.gui.image_rect();
         ASSERT_LE(image.high.x, width);
@@ -202,7 +202,7 @@ TEST(GuiLimits, NumbersFitNarrowColumn) {
     world.frame({gui::MouseMoved{(headers[0].low + headers[0].high) * 0.5f}});
     world.frame({gui::MouseButton{gui::Button::left, true}});
     world.frame({gui::MouseButton{gui::Button::left, false}});
-    world.viewer.selected = 3;
+    world.view_state.selected = 3;
     world.display_px = {1280, 3000};
     world.scale = scale;
     world.settle();
@@ -223,7 +223,7 @@ TEST(GuiLimits, NumbersFitNarrowColumn) {
 
 TEST(GuiLimits, KeySettingsAreKept) {
   OddWorld world;
-  world.viewer.camera_speed = 2.5f;
+  world.view_state.camera_speed = 2.5f;
   world.settle();
   EXPECT_FLOAT_EQ(world.gui.layout().camera_speed, 2.5f);
 }

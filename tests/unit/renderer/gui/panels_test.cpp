@@ -25,7 +25,7 @@ std::string numbers(std::initializer_list<double> values) {
 
 // All state that the program acts on, as text.
 std::string settings_of(const GuiWorld& world) {
-  const gui::ViewState& v = world.viewer;
+  const app::ViewState& v = world.view_state;
   std::string text =
       numbers({double(v.selected), double(v.followed), double(v.edits.isolated), v.camera_speed,
                double(v.gui), double(v.help), double(v.debug_view), double(v.tool), double(v.tool_is_local)});
@@ -52,7 +52,7 @@ std::string settings_of(const GuiWorld& world) {
             numbers({double(epoch), double(playout.interpolate), double(playout.delay_ns.value_or(-1))});
   }
   for (const auto& [stream, name] : v.edits.hidden_markers) text += "markers " + stream + " " + name + " ";
-  const gui::Commands& c = v.commands;
+  const app::Commands& c = v.commands;
   text +=
       numbers({double(c.frame_all), double(c.frame_selection), c.camera ? double(*c.camera) : -1,
                double(v.edits.variant), double(c.free_camera), double(c.screenshot), double(c.toggle_video),
@@ -124,24 +124,24 @@ class GuiPanels : public ::testing::Test {
 
   // Resets the user's requests, so that every control can have an effect.
   void reset() {
-    gui::ViewState& viewer = world().viewer;
-    viewer = {};
-    viewer.draw.post.lens = {2.8f, 2};
-    viewer.picked_point = gui::SurfacePoint{2, {0.1f, 0, 0}};
-    viewer.draw.path = viewer.paths;
-    viewer.selected = 2;
-    viewer.edits.hidden = {1};
-    viewer.followed = 1;
-    viewer.help = true;
-    viewer.edits.joints[0] = {0.5};
-    viewer.measures = true;
-    viewer.screenshot_size.kind = gui::ScreenshotSize::Kind::fixed;
-    viewer.measured = {{2, {0.1f, 0, 0}}, {1, {0, 0.2f, 0}}};
-    viewer.save_path = "other.json";
-    viewer.streams[0x52] = {true, 100'000'000};
-    for (const uint32_t node : {3, 4, 5}) viewer.edits.lights[node] = world().scene.lights[node - 3];
+    app::ViewState& view_state = world().view_state;
+    view_state = {};
+    view_state.draw.post.lens = {2.8f, 2};
+    view_state.picked_point = app::SurfacePoint{2, {0.1f, 0, 0}};
+    view_state.draw.path = view_state.paths;
+    view_state.selected = 2;
+    view_state.edits.hidden = {1};
+    view_state.followed = 1;
+    view_state.help = true;
+    view_state.edits.joints[0] = {0.5};
+    view_state.measures = true;
+    view_state.screenshot_size.kind = app::ScreenshotSize::Kind::fixed;
+    view_state.measured = {{2, {0.1f, 0, 0}}, {1, {0, 0.2f, 0}}};
+    view_state.save_path = "other.json";
+    view_state.streams[0x52] = {true, 100'000'000};
+    for (const uint32_t node : {3, 4, 5}) view_state.edits.lights[node] = world().scene.lights[node - 3];
     for (uint32_t m = 0; m < world().scene.materials.size(); ++m)
-      viewer.edits.materials[m] = scene::factors_of(world().scene.materials[m]);
+      view_state.edits.materials[m] = scene::factors_of(world().scene.materials[m]);
     world().timeline.calls.clear();
     world().clipboard.clear();
     world().settle();
@@ -282,7 +282,7 @@ class GuiPanels : public ::testing::Test {
     for (const Control& control : all) {
       if (!panel.empty() && control.panel != panel) continue;
       // Clears the selection: selecting the selected row would change nothing.
-      if (control.panel == "Scene" && control.kind == Kind::row) world().viewer.selected = scene::kNone;
+      if (control.panel == "Scene" && control.kind == Kind::row) world().view_state.selected = scene::kNone;
       world().settle();
       EXPECT_TRUE(control.enabled) << control.panel << "/" << control.name << " cannot be used here";
       EXPECT_EQ(drive(control), "") << control.panel << "/" << control.name << " changes nothing";
@@ -318,7 +318,7 @@ TEST_F(GuiPanels, DrivenJointsHaveNoSlider) {
   press(within(find("Joints", "swing", Kind::slider), 0.99f, 0.5f));
   world().settle();
   release();
-  EXPECT_EQ(world().viewer.edits.joints.at(1), std::vector<double>{2}) << "the limit, in radians";
+  EXPECT_EQ(world().view_state.edits.joints.at(1), std::vector<double>{2}) << "the limit, in radians";
 }
 
 TEST_F(GuiPanels, NothingElseReactsToMouse) {
@@ -343,7 +343,7 @@ TEST_F(GuiPanels, NothingElseReactsToMouse) {
 
 TEST_F(GuiPanels, ImageMouseIsIgnored) {
   world().display_px = {1280, 720};
-  world().viewer.help = false;
+  world().view_state.help = false;
   world().settle();
   world().frame({gui::MouseMoved{{640, 200}}});
   world().frame();
@@ -361,7 +361,7 @@ TEST_F(GuiPanels, ImageMouseIsIgnored) {
   EXPECT_GT(image.high.x - image.low.x, 400);
   EXPECT_GT(image.high.y - image.low.y, 300);
 
-  world().viewer.gui = false;
+  world().view_state.gui = false;
   const ImDrawData& nothing = world().frame();
   world().frame();
   EXPECT_EQ(nothing.TotalVtxCount, 0);
@@ -433,7 +433,7 @@ TEST_F(GuiPanels, ClickBetweenFramesCounts) {
   world().frame({gui::MouseMoved{center_of(screenshot)}, gui::MouseButton{gui::Button::left, true},
                  gui::MouseButton{gui::Button::left, false}, gui::MouseMoved{{700, 10}}});
   world().settle();
-  EXPECT_TRUE(world().viewer.commands.screenshot);
+  EXPECT_TRUE(world().view_state.commands.screenshot);
 }
 
 TEST_F(GuiPanels, SizesFollowScaleOfDisplay) {
@@ -467,7 +467,7 @@ TEST(GuiTree, OnlyVisibleRowsAreLaidOut) {
   EXPECT_GT(world.gui.tree_rows(), 3u);
   EXPECT_LT(world.gui.tree_rows(), 60u);
   // A selection outside of the panel scrolls its row into view, at any depth and distance.
-  world.viewer.selected = 98'765;
+  world.view_state.selected = 98'765;
   world.settle();
   const auto is_seen = [&](const std::string& name) {
     for (const Control& control : world.gui.controls()) {

@@ -49,8 +49,8 @@ class ScalarPlots : public ::testing::Test {
   std::vector<std::string> exported() {
     click_button("Export CSV");
     std::vector<std::string> lines;
-    if (!world.viewer.commands.export_csv) return lines;
-    std::istringstream text(*std::exchange(world.viewer.commands.export_csv, std::nullopt));
+    if (!world.view_state.commands.export_csv) return lines;
+    std::istringstream text(*std::exchange(world.view_state.commands.export_csv, std::nullopt));
     for (std::string line; std::getline(text, line);) lines.push_back(line.substr(0, line.size() - 1));
     return lines;
   }
@@ -236,7 +236,7 @@ TEST(GuiPlots, FirstScalarsUnfoldPanel) {
   input.display_px = {1280, 720};
   const auto has_plot = [&](const gui::Layout& layout, const state::PoseState& poses) {
     gui::Gui panels(layout);
-    for (int i = 0; i < 3; ++i) panels.frame(input, world.facts, {world.scene, poses}, world.viewer);
+    for (int i = 0; i < 3; ++i) panels.frame(input, world.facts, {world.scene, poses}, world.view_state);
     return panels.layout().is_open(gui::Panel::plots);
   };
   EXPECT_FALSE(has_plot({}, state::PoseState(world.scene)));

@@ -62,8 +62,8 @@ TEST(GuiTheme, PaletteSwitchesImmediately) {
     gui::Input input;
     input.display_px = {1280, 720};
     const gui::Shown shown{world.scene, world.poses};
-    for (int i = 0; i < 2; ++i) panels.frame(input, world.facts, shown, world.viewer);
-    const std::set<ImU32> now = colors(panels.frame(input, world.facts, shown, world.viewer));
+    for (int i = 0; i < 2; ++i) panels.frame(input, world.facts, shown, world.view_state);
+    const std::set<ImU32> now = colors(panels.frame(input, world.facts, shown, world.view_state));
     EXPECT_EQ(now.contains(gui::theme::kLight.panel), is_light);
     EXPECT_EQ(now.contains(gui::theme::kDark.panel), !is_light);
     EXPECT_EQ(now.contains(gui::theme::kDark.text), !is_light) << "a text kept the other theme";

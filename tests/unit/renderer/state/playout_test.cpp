@@ -310,5 +310,53 @@ TEST_F(PlayoutTest, MemoryIsBounded) {
   }
 }
 
+// Changes the playout of a running stream: no frame is lost or incomplete.
+TEST_F(PlayoutTest, SwitchLosesNoFrame) {
+  scene::Scene scene;
+  for (const char* const name : {"top", "box0", "box1"}) {
+    scene::Node& node = scene.nodes.emplace_back();
+    node.name = node.path = name;
+  }
+  PoseState poses(scene);
+  wire::StreamDescription description;
+  description.adapter_name = "arm";
+  description.epoch = 7;
+  description.node_names = {"box0", "box1"};
+  const StreamId id = poses.add_stream(description);
+  const auto push = [&](uint64_t sequence, std::vector<float> x, std::vector<uint32_t> nodes = {}) {
+    std::vector<wire::Affine3x4> frame(x.size());
+    for (size_t i = 0; i < x.size(); ++i) frame[i].m[3] = x[i];
+    wire::PoseFrameView view;
+    view.header.epoch = 7;
+    view.header.sequence = sequence;
+    const auto at = static_cast<int64_t>(sequence) * 10 * kMs;
+    view.header.sim_time_ns = at;
+    view.node_count = 2;
+    view.poses = frame;
+    view.node_indices = nodes;
+    return poses.push(id, view, at, at);
+  };
+  const auto x = [&](uint32_t node) { return poses.world_from_node(node)[3].x; };
+  EXPECT_TRUE(push(1, {1, 10}));
+  EXPECT_EQ(x(1), 1);
+
+  poses.interpolate(id, 20 * kMs);
+  EXPECT_FALSE(push(2, {2}, {0}));  // a partial frame directly afterwards
+  EXPECT_EQ(x(1), 1);               // not due yet
+  poses.advance(40 * kMs);
+  EXPECT_EQ(x(1), 2);
+  EXPECT_EQ(x(2), 10);
+
+  push(3, {3, 30});
+  poses.interpolate(id, 500 * kMs);  // another delay
+  push(4, {4}, {0});
+  poses.show_newest(id, 45 * kMs);  // pending frames are shown immediately
+  EXPECT_EQ(x(1), 4);
+  EXPECT_EQ(x(2), 30);
+  EXPECT_TRUE(push(5, {5}, {0}));
+  EXPECT_EQ(x(1), 5);
+  EXPECT_EQ(x(2), 30);
+}
+
 }  // namespace
 }  // namespace fire3dv::state

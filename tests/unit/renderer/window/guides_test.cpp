@@ -124,21 +124,21 @@ TEST(Guides, FrustaFollowNodes) {
   state::PoseState poses(scene);
   scene::SceneEdits edits;
   OverlayMarkers overlay;
-  gui::ViewState viewer;
-  viewer.shows_frusta = true;
+  ViewState view_state;
+  view_state.shows_frusta = true;
   const auto shown = [&](uint32_t camera_node) {
-    return overlay.update(viewer, {scene, edits, poses, 1, camera_node, 1, 1});
+    return overlay.update(view_state, {scene, edits, poses, 1, camera_node, 1, 1});
   };
   ASSERT_EQ(shown(scene::kNone).size(), 4u);
   const std::vector<state::ShownMarker> others = shown(2);
   ASSERT_EQ(others.size(), 2u);
   EXPECT_EQ(glm::vec3(others[0].world_from_marker[3]), glm::vec3(1, 2, 3));
   EXPECT_EQ(shown(2)[0].id, others[0].id);
-  viewer.selected = 1;
+  view_state.selected = 1;
   EXPECT_NE(shown(2)[0].id, others[0].id) << "another colour";
-  viewer.shows_frusta = false;
+  view_state.shows_frusta = false;
   EXPECT_TRUE(shown(2).empty());
-  viewer.shows_grid = true;
+  view_state.shows_grid = true;
   EXPECT_EQ(shown(2).size(), 3u);
 }
 

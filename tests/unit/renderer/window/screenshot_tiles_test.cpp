@@ -50,7 +50,7 @@ TEST(ScreenshotSize, LimitsAreNamed) {
     EXPECT_NE(size.error().message.find("\"" + std::string(text) + "\""), std::string::npos);
     EXPECT_NE(size.error().message.find("65536"), std::string::npos);
   }
-  using Kind = gui::ScreenshotSize::Kind;
+  using Kind = ScreenshotSize::Kind;
   const glm::uvec2 image(700, 400);
   EXPECT_EQ(gui::screenshot_px({Kind::window, ""}, image).value(), image);
   EXPECT_EQ(gui::screenshot_px({Kind::twice, ""}, image).value(), glm::uvec2(1400, 800));

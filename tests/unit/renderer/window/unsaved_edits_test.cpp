@@ -12,13 +12,13 @@ class UnsavedEditsTest : public Editors {
  protected:
   void SetUp() override {
     Editors::SetUp();
-    editor_.emplace(viewer_, file(), state::EditDocument());
+    editor_.emplace(view_state_, file(), state::EditDocument());
     editor_->begin(targets());
     update(*editor_);
     unsaved_.emplace(*editor_);
   }
   void hide(uint32_t node) {
-    viewer_.edits.hidden.insert(node);
+    view_state_.edits.hidden.insert(node);
     update(*editor_);
   }
 

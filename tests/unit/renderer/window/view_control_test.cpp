@@ -167,39 +167,39 @@ TEST_F(Cameras, StereoCamerasFollowNode) {
   CameraRig left = rig_, right = rig_;
   left.let_go(poses_);
   right.let_go(poses_);
-  gui::ViewState viewer;
-  viewer.followed = 1;
+  ViewState view_state;
+  view_state.followed = 1;
   CameraMoves moves;
   moves.cursor_px = {1.5f * kImage.x, 10};  // on the right one
-  move_cameras(left, &right, moves, viewer, poses_, kImage, 0);
+  move_cameras(left, &right, moves, view_state, poses_, kImage, 0);
   const glm::vec3 left_before = left.view(poses_, kAspect).eye_world;
   const glm::vec3 right_before = right.view(poses_, kAspect).eye_world;
   scene::Scene moved = scene_;
   for (scene::Node& node : moved.nodes) node.world_from_node[3] += glm::vec4(1, 2, 3, 0);
   moved.nodes[0].parent_from_node[3] += glm::vec4(1, 2, 3, 0);
   poses_.set_rest(state::rest_pose(moved));
-  move_cameras(left, &right, moves, viewer, poses_, kImage, 0);
+  move_cameras(left, &right, moves, view_state, poses_, kImage, 0);
   for (const glm::vec3 step : {left.view(poses_, kAspect).eye_world - left_before,
                                right.view(poses_, kAspect).eye_world - right_before})
     EXPECT_NEAR(glm::length(step - glm::vec3(1, 2, 3)), 0, 1e-5f);
   moves.pan_px = {30, 0};
   const glm::vec3 left_stays = left.view(poses_, kAspect).eye_world;
-  move_cameras(left, &right, moves, viewer, poses_, kImage, 0);
+  move_cameras(left, &right, moves, view_state, poses_, kImage, 0);
   EXPECT_EQ(left.view(poses_, kAspect).eye_world, left_stays);
   moves.cursor_px.x = 5;
-  move_cameras(left, &right, moves, viewer, poses_, kImage, 0);
+  move_cameras(left, &right, moves, view_state, poses_, kImage, 0);
   EXPECT_NE(left.view(poses_, kAspect).eye_world, left_stays);
 }
 
 TEST_F(Cameras, FlySpeedFollowsScene) {
   const auto flown = [&](float speed) {
-    gui::ViewState viewer;
-    viewer.camera_speed = speed;
+    ViewState view_state;
+    view_state.camera_speed = speed;
     CameraRig rig = *CameraRig::create(scene_);
     CameraMoves moves;
     moves.fly = {0, 0, -1};
     const glm::vec3 before = rig.view(poses_, kAspect).eye_world;
-    move_camera(rig, moves, viewer, poses_, kImage, 0.05f);
+    move_camera(rig, moves, view_state, poses_, kImage, 0.05f);
     return glm::length(rig.view(poses_, kAspect).eye_world - before);
   };
   const float once = flown(1);
@@ -211,18 +211,18 @@ TEST_F(Cameras, FlySpeedFollowsScene) {
 }
 
 TEST_F(Cameras, CommandsAreDoneOnce) {
-  gui::ViewState viewer;
-  viewer.selected = 2;
-  viewer.commands.frame_selection = true;
-  move_camera(rig_, {}, viewer, poses_, kImage, 0);
+  ViewState view_state;
+  view_state.selected = 2;
+  view_state.commands.frame_selection = true;
+  move_camera(rig_, {}, view_state, poses_, kImage, 0);
   EXPECT_TRUE(rig_.is_free());
-  EXPECT_FALSE(viewer.commands.frame_selection);
-  viewer.commands.camera = 0;
-  move_camera(rig_, {}, viewer, poses_, kImage, 0);
+  EXPECT_FALSE(view_state.commands.frame_selection);
+  view_state.commands.camera = 0;
+  move_camera(rig_, {}, view_state, poses_, kImage, 0);
   EXPECT_FALSE(rig_.is_free());
-  EXPECT_FALSE(viewer.commands.camera);
-  viewer.commands.camera = 7;  // no such camera
-  move_camera(rig_, {}, viewer, poses_, kImage, 0);
+  EXPECT_FALSE(view_state.commands.camera);
+  view_state.commands.camera = 7;  // no such camera
+  move_camera(rig_, {}, view_state, poses_, kImage, 0);
   EXPECT_FALSE(rig_.is_free());
 }
 
@@ -245,10 +245,10 @@ class Inputs : public ::testing::Test {
     key(k, false);
   }
   CameraMoves take(bool view_has_mouse = true) {
-    return input_.take(std::exchange(pending_, {}), view_has_mouse, viewer_);
+    return input_.take(std::exchange(pending_, {}), view_has_mouse, view_state_);
   }
 
-  gui::ViewState viewer_;
+  ViewState view_state_;
   ViewInput input_;
   sinks::WindowInput pending_;
   sinks::Modifiers modifiers_;
@@ -312,80 +312,80 @@ TEST_F(Inputs, ReleaseEndsHeldKey) {
 }
 
 TEST_F(Inputs, EscapeClosesTheInnermostFirst) {
-  viewer_.help = true;
-  viewer_.selected = 1;
+  view_state_.help = true;
+  view_state_.selected = 1;
   type(Key::escape);
   take();
-  EXPECT_FALSE(viewer_.help);
-  EXPECT_EQ(viewer_.selected, 1u);
+  EXPECT_FALSE(view_state_.help);
+  EXPECT_EQ(view_state_.selected, 1u);
   type(Key::escape);
   take();
-  EXPECT_EQ(viewer_.selected, scene::kNone);
-  EXPECT_FALSE(viewer_.commands.close);
+  EXPECT_EQ(view_state_.selected, scene::kNone);
+  EXPECT_FALSE(view_state_.commands.close);
   type(Key::escape);
   take();
-  EXPECT_FALSE(viewer_.commands.close);
+  EXPECT_FALSE(view_state_.commands.close);
   modifiers_.control = true;
   type(sinks::letter('q'));
   take();
-  EXPECT_TRUE(viewer_.commands.close);
+  EXPECT_TRUE(view_state_.commands.close);
 }
 
 TEST_F(Inputs, XAndKShowGuides) {
   type(sinks::letter('x'));
   take();
-  EXPECT_TRUE(viewer_.shows_grid);
-  EXPECT_FALSE(viewer_.shows_frusta);
+  EXPECT_TRUE(view_state_.shows_grid);
+  EXPECT_FALSE(view_state_.shows_frusta);
   type(sinks::letter('x'));
   type(sinks::letter('k'));
   take();
-  EXPECT_FALSE(viewer_.shows_grid);
-  EXPECT_TRUE(viewer_.shows_frusta);
+  EXPECT_FALSE(view_state_.shows_grid);
+  EXPECT_TRUE(view_state_.shows_frusta);
 }
 
 TEST_F(Inputs, EscapeEndsMeasuringFirst) {
-  viewer_.selected = 1;
+  view_state_.selected = 1;
   type(sinks::letter('m'));
   take();
-  EXPECT_TRUE(viewer_.measures);
-  viewer_.measured.resize(2);
+  EXPECT_TRUE(view_state_.measures);
+  view_state_.measured.resize(2);
   type(Key::escape);
   take();
-  EXPECT_FALSE(viewer_.measures);
-  EXPECT_TRUE(viewer_.measured.empty());
-  EXPECT_EQ(viewer_.selected, 1u);
+  EXPECT_FALSE(view_state_.measures);
+  EXPECT_TRUE(view_state_.measured.empty());
+  EXPECT_EQ(view_state_.selected, 1u);
   type(sinks::letter('m'));
   take();
-  viewer_.measured.resize(1);
+  view_state_.measured.resize(1);
   type(sinks::letter('m'));
   take();
-  EXPECT_FALSE(viewer_.measures);
-  EXPECT_TRUE(viewer_.measured.empty());
+  EXPECT_FALSE(view_state_.measures);
+  EXPECT_TRUE(view_state_.measured.empty());
 }
 
 TEST_F(Inputs, KeysHideIsolateFollow) {
   for (const char c : {'h', 'i', 't'}) type(sinks::letter(c));
   take();
-  EXPECT_TRUE(viewer_.edits.hidden.empty());  // nothing is selected
-  viewer_.selected = 5;
+  EXPECT_TRUE(view_state_.edits.hidden.empty());  // nothing is selected
+  view_state_.selected = 5;
   for (const char c : {'h', 'i', 't'}) type(sinks::letter(c));
   take();
-  EXPECT_EQ(viewer_.edits.hidden, std::set<uint32_t>{5});
-  EXPECT_EQ(viewer_.edits.isolated, 5u);
-  EXPECT_EQ(viewer_.followed, 5u);
+  EXPECT_EQ(view_state_.edits.hidden, std::set<uint32_t>{5});
+  EXPECT_EQ(view_state_.edits.isolated, 5u);
+  EXPECT_EQ(view_state_.followed, 5u);
   type(sinks::letter('h'));
   type(sinks::letter('t'));
   take();
-  EXPECT_TRUE(viewer_.edits.hidden.empty());
-  EXPECT_EQ(viewer_.followed, scene::kNone);
+  EXPECT_TRUE(view_state_.edits.hidden.empty());
+  EXPECT_EQ(view_state_.followed, scene::kNone);
   modifiers_.shift = true;
   type(sinks::letter('h'));
   take();
-  EXPECT_EQ(viewer_.edits.isolated, scene::kNone);
+  EXPECT_EQ(view_state_.edits.isolated, scene::kNone);
   type(sinks::letter('f'));
   take();
-  EXPECT_TRUE(viewer_.commands.focus_on_point);
-  EXPECT_FALSE(viewer_.commands.frame_selection);
+  EXPECT_TRUE(view_state_.commands.focus_on_point);
+  EXPECT_FALSE(view_state_.commands.frame_selection);
 }
 
 // Records the calls of keys.
@@ -411,7 +411,7 @@ TEST_F(Inputs, KeysDriveTheTimeline) {
     type(k);
     take();
     timeline.calls.clear();
-    control_timeline(viewer_.commands, &timeline);
+    control_timeline(view_state_.commands, &timeline);
     return timeline.calls;
   };
   using Calls = std::vector<std::string>;
@@ -424,20 +424,20 @@ TEST_F(Inputs, KeysDriveTheTimeline) {
   EXPECT_EQ(calls_of(Key::left), Calls{"seek 1500"});
   EXPECT_EQ(calls_of(Key::left, true), Calls{"seek 1000"});  // not before its start
   EXPECT_EQ(calls_of(Key::right, true), Calls{"seek 6000"});
-  control_timeline(viewer_.commands, &timeline);
+  control_timeline(view_state_.commands, &timeline);
   EXPECT_EQ(timeline.calls.size(), 1u) << "a command is executed once";
   // Held keys repeat, except the toggle.
   modifiers_.shift = false;
   for (const Key k : {Key::right, Key::space})
     add({.kind = Kind::key, .key = k, .down = true, .repeated = true});
   take();
-  control_timeline(viewer_.commands, &timeline);
+  control_timeline(view_state_.commands, &timeline);
   EXPECT_EQ(timeline.calls.back(), "seek 3500");
   // Without a timeline nothing happens, also later.
   type(Key::space);
   take();
-  control_timeline(viewer_.commands, nullptr);
-  EXPECT_FALSE(viewer_.commands.toggle_playback);
+  control_timeline(view_state_.commands, nullptr);
+  EXPECT_FALSE(view_state_.commands.toggle_playback);
 }
 
 // Also between events: panels read the modifiers in every frame.
@@ -463,7 +463,7 @@ TEST_F(Inputs, KeyWaitsForClicksBeforeIt) {
   gui::Gui gui;
   PanelInput panels;
   const auto frame = [&] {
-    gui.frame(panels.convert(std::exchange(pending_, {}), kImage, 0.01f), {}, shown, viewer_);
+    gui.frame(panels.convert(std::exchange(pending_, {}), kImage, 0.01f), {}, shown, view_state_);
     pending_.events = panels.take_seen(gui);
     return take(!gui.wants_mouse()).click_px.has_value();
   };
@@ -474,12 +474,12 @@ TEST_F(Inputs, KeyWaitsForClicksBeforeIt) {
   type(sinks::letter('p'));
   for (int i = 0; i < 2; ++i) {
     EXPECT_FALSE(frame()) << i;
-    EXPECT_FALSE(viewer_.commands.screenshot) << i;
+    EXPECT_FALSE(view_state_.commands.screenshot) << i;
   }
   EXPECT_TRUE(frame());
-  EXPECT_FALSE(viewer_.commands.screenshot) << "the click may have opened a list, which takes keys";
+  EXPECT_FALSE(view_state_.commands.screenshot) << "the click may have opened a list, which takes keys";
   frame();
-  EXPECT_TRUE(viewer_.commands.screenshot);
+  EXPECT_TRUE(view_state_.commands.screenshot);
 }
 
 TEST_F(Inputs, WheelZoomsOrSetsSpeed) {
@@ -488,10 +488,29 @@ TEST_F(Inputs, WheelZoomsOrSetsSpeed) {
   modifiers_.control = true;
   add({.kind = Kind::wheel, .wheel = {0, 1}});
   EXPECT_EQ(take().zoom_notches, 0);
-  EXPECT_GT(viewer_.camera_speed, 1);
+  EXPECT_GT(view_state_.camera_speed, 1);
   for (int i = 0; i < 100; ++i) add({.kind = Kind::wheel, .wheel = {0, -10}});
   take();
-  EXPECT_GT(viewer_.camera_speed, 0.01f);
+  EXPECT_GT(view_state_.camera_speed, 0.01f);
+}
+
+TEST_F(Inputs, ControlKeysAreCommands) {
+  const auto commands = [&](char letter, bool shift) {
+    modifiers_.control = true;
+    modifiers_.shift = shift;
+    type(sinks::letter(letter));
+    key(sinks::letter(letter));
+    EXPECT_EQ(take().fly, glm::vec3(0)) << "Ctrl does not fly";
+    return std::exchange(view_state_.commands, {});
+  };
+  EXPECT_TRUE(commands('z', false).undo);
+  EXPECT_TRUE(commands('z', true).redo);
+  EXPECT_TRUE(commands('y', false).redo);
+  EXPECT_TRUE(commands('d', false).duplicate);
+  EXPECT_TRUE(commands('s', false).save_overlay);
+  const Commands shifted = commands('s', true);
+  EXPECT_TRUE(shifted.export_glb);
+  EXPECT_FALSE(shifted.save_overlay);
 }
 
 }  // namespace

@@ -278,7 +278,7 @@ Result<uint64_t> FrameBench::submit_frame(gpu::Recorder& recorder, bool read_bac
 void FrameBench::show_panels(float scale) {
   panels_ = std::make_unique<Panels>(device_);
   panels_->scale = scale;
-  panels_->viewer.selected = 0;
+  panels_->view_state.selected = 0;
   for (uint64_t i = 0; i < kImagesBefore; ++i) lay_out_panels(i);
 }
 
@@ -289,7 +289,7 @@ const ImDrawData& FrameBench::lay_out_panels(uint64_t image) {
   input.scale = panels_->scale;
   input.delta_s = 1.0f / 60;
   const gui::Facts facts = panel_facts(image, {extent.width, extent.height});
-  return panels_->gui.frame(input, facts, {scene_, poses_}, panels_->viewer);
+  return panels_->gui.frame(input, facts, {scene_, poses_}, panels_->view_state);
 }
 
 void FrameBench::draw_panels(gpu::Recorder& recorder) {

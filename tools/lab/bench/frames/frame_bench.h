@@ -149,7 +149,7 @@ class FrameBench {
     explicit Panels(gpu::Device& device) : pass(device) {}
     gui::Gui gui;
     gui::GuiPass pass;
-    gui::ViewState viewer;
+    app::ViewState view_state;
     float scale = 1;
   };
   std::unique_ptr<Panels> panels_;  // null: no panels
