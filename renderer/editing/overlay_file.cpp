@@ -120,24 +120,24 @@ void add_value(Ordered& entry, EditedProperty property, const EditedValue& value
 
 constexpr float kTiny = 1e-12f;  // least value of what is more than 0
 
-float number(const Json& value, const std::string& place, float least, float most) {
-  const auto number = static_cast<float>(robot::number_of(value, place));
+float number(const Json& value, const std::string& location, float least, float most) {
+  const auto number = static_cast<float>(robot::number_of(value, location));
   if (number >= least && number <= most) return number;
   char text[64];  // two numbers of 14 characters at most
   if (least > 0 && least <= kTiny && !(number > most))
     std::snprintf(text, sizeof text, "must be more than 0");
   else
     std::snprintf(text, sizeof text, "is not between %g and %g", double{least}, double{most});
-  throw Fault(place + " " + text);
+  throw Fault(location + " " + text);
 }
 
 template <int length>
-glm::vec<length, float> numbers(const Json& value, const std::string& place, float least, float most) {
+glm::vec<length, float> numbers(const Json& value, const std::string& location, float least, float most) {
   if (!value.is_array() || value.size() != length)
-    throw Fault(place + " is no list of " + std::to_string(length) + " numbers");
+    throw Fault(location + " is no list of " + std::to_string(length) + " numbers");
   glm::vec<length, float> vector;
   for (int i = 0; i < length; ++i)
-    vector[i] = number(value[static_cast<size_t>(i)], place + "[" + std::to_string(i) + "]", least, most);
+    vector[i] = number(value[static_cast<size_t>(i)], location + "[" + std::to_string(i) + "]", least, most);
   return vector;
 }
 
@@ -146,10 +146,10 @@ constexpr float kAny = 1e12f;
 // Reads the members of an object one by one, and refuses those that nobody has read.
 class Members {
  public:
-  Members(const Json& object, std::string place) : object_(object), place_(std::move(place)) {
-    if (!object.is_object()) throw Fault(place_ + " is no object");
+  Members(const Json& object, std::string location) : object_(object), location_(std::move(location)) {
+    if (!object.is_object()) throw Fault(location_ + " is no object");
   }
-  std::string place(const char* name) const { return place_ + "." + name; }
+  std::string location(const char* name) const { return location_ + "." + name; }
   const Json* find(const char* name) {
     const Json* const value = robot::member(object_, name);
     if (value) ++read_;
@@ -157,11 +157,11 @@ class Members {
   }
   const Json& need(const char* name) {
     const Json* const value = find(name);
-    if (!value) throw Fault(place_ + " has no member \"" + name + "\"");
+    if (!value) throw Fault(location_ + " has no member \"" + name + "\"");
     return *value;
   }
   void number_into(const char* name, float& value, float least, float most) {
-    if (const Json* const found = find(name)) value = number(*found, place(name), least, most);
+    if (const Json* const found = find(name)) value = number(*found, location(name), least, most);
   }
   // names: all members that an object of this kind may have.
   void refuse_others(std::initializer_list<const char*> names) const {
@@ -169,66 +169,67 @@ class Members {
     for (const auto& member : object_.items()) {
       bool known = false;
       for (const char* const name : names) known |= member.key() == name;
-      if (!known) throw Fault(place_ + " has an unknown member " + robot::in_quotes(member.key()));
+      if (!known) throw Fault(location_ + " has an unknown member " + robot::in_quotes(member.key()));
     }
-    throw Fault(place_ + " has members that do not belong together");
+    throw Fault(location_ + " has members that do not belong together");
   }
 
  private:
   const Json& object_;
-  const std::string place_;
+  const std::string location_;
   size_t read_ = 0;
 };
 
-bool truth(const Json& value, const std::string& place) {
-  if (!value.is_boolean()) throw Fault(place + " is neither true nor false");
+bool truth(const Json& value, const std::string& location) {
+  if (!value.is_boolean()) throw Fault(location + " is neither true nor false");
   return value.get<bool>();
 }
 
-std::optional<NodeTransform> read_transform(Members& entry, const std::string& place) {
+std::optional<NodeTransform> read_transform(Members& entry, const std::string& location) {
   NodeTransform transform;
   if (const Json* const matrix = entry.find("matrix")) {
     const auto n = numbers<4>;
     if (!matrix->is_array() || matrix->size() != 16)
-      throw Fault(entry.place("matrix") + " is no list of 16 numbers");
+      throw Fault(entry.location("matrix") + " is no list of 16 numbers");
     for (int column = 0; column < 4; ++column) {
       Json part = Json::array();
       for (int row = 0; row < 4; ++row) part.push_back((*matrix)[static_cast<size_t>(4 * column + row)]);
-      transform.matrix[column] = n(part, entry.place("matrix"), -kAny, kAny);
+      transform.matrix[column] = n(part, entry.location("matrix"), -kAny, kAny);
     }
     transform.has_shear = true;
   } else if (const Json* const translation = entry.find("translation")) {
-    transform.translation = numbers<3>(*translation, entry.place("translation"), -kAny, kAny);
-    const glm::vec4 q = numbers<4>(entry.need("rotation"), entry.place("rotation"), -1.001f, 1.001f);
+    transform.translation = numbers<3>(*translation, entry.location("translation"), -kAny, kAny);
+    const glm::vec4 q = numbers<4>(entry.need("rotation"), entry.location("rotation"), -1.001f, 1.001f);
     transform.rotation = glm::quat(q.w, q.x, q.y, q.z);
-    transform.scale = numbers<3>(entry.need("scale"), entry.place("scale"), -kAny, kAny);
+    transform.scale = numbers<3>(entry.need("scale"), entry.location("scale"), -kAny, kAny);
   } else {
     return std::nullopt;
   }
   if (!is_valid(transform))
-    throw Fault(place + " has an invalid transform: rotations are unit quaternions, and no axis has size 0");
+    throw Fault(location +
+                " has an invalid transform: rotations are unit quaternions, and no axis has size 0");
   return transform;
 }
 
-scene::Light read_light(const Json& object, const std::string& place) {
-  Members members(object, place);
+scene::Light read_light(const Json& object, const std::string& location) {
+  Members members(object, location);
   scene::Light light;
   const Json& type = members.need("type");
   size_t kind = 0;
   while (kind < std::size(kLightTypes) && type != kLightTypes[kind]) ++kind;
-  if (kind == std::size(kLightTypes)) throw Fault(place + ".type is not directional, point or spot");
+  if (kind == std::size(kLightTypes)) throw Fault(location + ".type is not directional, point or spot");
   light.type = static_cast<scene::LightType>(kind);
-  light.color = numbers<3>(members.need("color"), place + ".color", 0, kAny);
-  light.intensity = number(members.need("intensity"), place + ".intensity", 0, kAny);
+  light.color = numbers<3>(members.need("color"), location + ".color", 0, kAny);
+  light.intensity = number(members.need("intensity"), location + ".intensity", 0, kAny);
   members.number_into("range", light.range_m, 0, kAny);
   members.number_into("radius", light.radius_m, 0, kAny);
   members.number_into("angular_radius", light.angular_radius_rad, 0, kMaxConeRad);
   members.number_into("inner_cone", light.inner_cone_rad, 0, kMaxConeRad);
   members.number_into("outer_cone", light.outer_cone_rad, 0, kMaxConeRad);
   if (light.type == scene::LightType::spot && light.inner_cone_rad >= light.outer_cone_rad)
-    throw Fault(place + ".inner_cone is not less than outer_cone");
+    throw Fault(location + ".inner_cone is not less than outer_cone");
   if (const Json* const shadow = members.find("casts_shadow"))
-    light.casts_shadow = truth(*shadow, place + ".casts_shadow");
+    light.casts_shadow = truth(*shadow, location + ".casts_shadow");
   members.refuse_others({"type", "color", "intensity", "range", "radius", "angular_radius", "inner_cone",
                          "outer_cone", "casts_shadow"});
   return light;
@@ -237,10 +238,10 @@ scene::Light read_light(const Json& object, const std::string& place) {
 scene::MaterialFactors read_factors(Members& entry) {
   scene::MaterialFactors factors;
   const auto one = [&](const char* name, float least, float most) {
-    return number(entry.need(name), entry.place(name), least, most);
+    return number(entry.need(name), entry.location(name), least, most);
   };
-  factors.base_color = numbers<4>(entry.need("base_color"), entry.place("base_color"), 0, 1);
-  factors.emissive = numbers<3>(entry.need("emissive"), entry.place("emissive"), 0, kAny);
+  factors.base_color = numbers<4>(entry.need("base_color"), entry.location("base_color"), 0, 1);
+  factors.emissive = numbers<3>(entry.need("emissive"), entry.location("emissive"), 0, kAny);
   factors.metallic = one("metallic", 0, 1);
   factors.roughness = one("roughness", 0, 1);
   factors.normal_scale = one("normal_scale", -kAny, kAny);
@@ -249,67 +250,68 @@ scene::MaterialFactors read_factors(Members& entry) {
   return factors;
 }
 
-JointPosition read_position(const Json& value, const std::string& place) {
+JointPosition read_position(const Json& value, const std::string& location) {
   constexpr size_t kMaxNumbers = 7;  // of a free joint
   if (!value.is_array() || value.empty() || value.size() > kMaxNumbers)
-    throw Fault(place + " is no list of 1 to 7 numbers");
+    throw Fault(location + " is no list of 1 to 7 numbers");
   JointPosition position;
-  for (const Json& number : value) position.push_back(robot::number_of(number, place));
+  for (const Json& number : value) position.push_back(robot::number_of(number, location));
   return position;
 }
 
-scene::Camera read_camera(const Json& object, const std::string& place) {
-  Members members(object, place);
+scene::Camera read_camera(const Json& object, const std::string& location) {
+  Members members(object, location);
   scene::Camera camera;
   if (const Json* const extent = members.find("half_extent")) {
     camera.orthographic = true;
-    camera.half_extent_m = numbers<2>(*extent, place + ".half_extent", kTiny, kAny);
+    camera.half_extent_m = numbers<2>(*extent, location + ".half_extent", kTiny, kAny);
   } else {
-    camera.vertical_fov_rad = number(members.need("vertical_fov"), place + ".vertical_fov", 1e-6f, 3.1415f);
+    camera.vertical_fov_rad =
+        number(members.need("vertical_fov"), location + ".vertical_fov", 1e-6f, 3.1415f);
   }
   members.number_into("aspect", camera.aspect, 0, kAny);
-  camera.near_m = number(members.need("near"), place + ".near", camera.orthographic ? 0 : kTiny, kAny);
+  camera.near_m = number(members.need("near"), location + ".near", camera.orthographic ? 0 : kTiny, kAny);
   members.number_into("far", camera.far_m, 0, kAny);
   const bool is_infinite = camera.far_m == 0 && !camera.orthographic;
-  if (!is_infinite && camera.far_m <= camera.near_m) throw Fault(place + ".far is not more than near");
+  if (!is_infinite && camera.far_m <= camera.near_m) throw Fault(location + ".far is not more than near");
   members.number_into("f_number", camera.lens.f_number, scene::kMinFNumber, scene::kMaxFNumber);
   members.number_into("focus_distance", camera.lens.focus_distance_m, scene::kMinFocusDistanceM,
                       scene::kMaxFocusDistanceM);
   if ((camera.lens.f_number == 0) != (camera.lens.focus_distance_m == 0))
-    throw Fault(place + " has only one of f_number and focus_distance");
+    throw Fault(location + " has only one of f_number and focus_distance");
   members.refuse_others(
       {"half_extent", "vertical_fov", "aspect", "near", "far", "f_number", "focus_distance"});
   return camera;
 }
 
-std::string read_name(const Json& value, const std::string& place, bool may_be_empty) {
+std::string read_name(const Json& value, const std::string& location, bool may_be_empty) {
   if (!value.is_string() || value.get_ref<const std::string&>().size() > kMaxNameBytes)
-    throw Fault(place + " is no text of at most 65536 bytes");
-  if (!may_be_empty && value.get_ref<const std::string&>().empty()) throw Fault(place + " is empty");
+    throw Fault(location + " is no text of at most 65536 bytes");
+  if (!may_be_empty && value.get_ref<const std::string&>().empty()) throw Fault(location + " is empty");
   return value.get<std::string>();
 }
 
-Addition read_addition(Members& entry, const std::string& place) {
+Addition read_addition(Members& entry, const std::string& location) {
   Addition addition;
   if (const Json* const parent = entry.find("parent"))
-    addition.parent = read_name(*parent, entry.place("parent"), true);
+    addition.parent = read_name(*parent, entry.location("parent"), true);
   size_t contents = 0;
   if (const Json* const light = entry.find("light"); light && ++contents)
-    addition.content = read_light(*light, entry.place("light"));
+    addition.content = read_light(*light, entry.location("light"));
   if (const Json* const camera = entry.find("camera"); camera && ++contents)
-    addition.content = read_camera(*camera, entry.place("camera"));
+    addition.content = read_camera(*camera, entry.location("camera"));
   if (const Json* const copied = entry.find("copy"); copied && ++contents)
-    addition.content = CopiedNode{read_name(*copied, entry.place("copy"), false)};
+    addition.content = CopiedNode{read_name(*copied, entry.location("copy"), false)};
   if (const Json* const asset = entry.find("asset"); asset && ++contents)
-    addition.content = AddedAsset{read_name(*asset, entry.place("asset"), false)};
-  if (contents != 1) throw Fault(place + " does not have one of light, camera, copy and asset");
-  if (const std::optional<NodeTransform> transform = read_transform(entry, place))
+    addition.content = AddedAsset{read_name(*asset, entry.location("asset"), false)};
+  if (contents != 1) throw Fault(location + " does not have one of light, camera, copy and asset");
+  if (const std::optional<NodeTransform> transform = read_transform(entry, location))
     addition.transform = *transform;
   return addition;
 }
 
 // The object that an entry names.
-EditKey read_target(Members& entry, const std::string& place) {
+EditKey read_target(Members& entry, const std::string& location) {
   constexpr std::pair<const char*, EditedObject> kObjects[] = {{"node", EditedObject::node},
                                                                {"material", EditedObject::material},
                                                                {"joint", EditedObject::joint},
@@ -317,35 +319,35 @@ EditKey read_target(Members& entry, const std::string& place) {
   for (const auto& [member, object] : kObjects) {
     const Json* const name = entry.find(member);
     if (!name) continue;
-    EditKey key{object, read_name(*name, entry.place(member), true), 0, {}};
+    EditKey key{object, read_name(*name, entry.location(member), true), 0, {}};
     const auto count = [&](const char* of) -> std::optional<uint32_t> {
       const Json* const value = entry.find(of);
       if (!value) return std::nullopt;
       if (!value->is_number_unsigned() || value->get<uint64_t>() >= UINT32_MAX)
-        throw Fault(entry.place(of) + " is no whole number from 0 on");
+        throw Fault(entry.location(of) + " is no whole number from 0 on");
       return value->get<uint32_t>();
     };
     key.occurrence = count("occurrence").value_or(0);
     if (object == EditedObject::node) key.instance = count("instance");
     if (const Json* const of = object == EditedObject::material ? entry.find("of") : nullptr)
-      key.owner = read_name(*of, entry.place("of"), false);
+      key.owner = read_name(*of, entry.location("of"), false);
     return key;
   }
-  throw Fault(place + " names no node, material, joint, addition or variant");
+  throw Fault(location + " names no node, material, joint, addition or variant");
 }
 
-void read_entry(const Json& object, const std::string& place, EditDocument& document) {
-  Members entry(object, place);
+void read_entry(const Json& object, const std::string& location, EditDocument& document) {
+  Members entry(object, location);
   const Json* const variant = entry.find("variant");
-  EditKey key = variant ? variant_key() : read_target(entry, place);
+  EditKey key = variant ? variant_key() : read_target(entry, location);
   const size_t before = document.size();
   const auto add = [&](EditedProperty property, EditedValue value) {
     key.property = property;
     if (!document.emplace(key, std::move(value)).second)
-      throw Fault(place + " edits " + describe(key) + " a second time");
+      throw Fault(location + " edits " + describe(key) + " a second time");
   };
   if (variant) {
-    add(EditedProperty::variant, read_name(*variant, entry.place("variant"), true));
+    add(EditedProperty::variant, read_name(*variant, entry.location("variant"), true));
     return entry.refuse_others({"variant"});
   }
   if (key.object == EditedObject::material) {
@@ -354,26 +356,26 @@ void read_entry(const Json& object, const std::string& place, EditDocument& docu
                                 "roughness", "normal_scale", "occlusion_strength", "alpha_cutoff"});
   }
   if (key.object == EditedObject::joint) {
-    add(EditedProperty::position, read_position(entry.need("position"), entry.place("position")));
+    add(EditedProperty::position, read_position(entry.need("position"), entry.location("position")));
     return entry.refuse_others({"joint", "occurrence", "position"});
   }
   if (key.object == EditedObject::addition) {
-    if (key.name.empty() || key.occurrence != 0) throw Fault(place + ".add is no name of one node");
-    add(EditedProperty::added, read_addition(entry, place));
+    if (key.name.empty() || key.occurrence != 0) throw Fault(location + ".add is no name of one node");
+    add(EditedProperty::added, read_addition(entry, location));
     return entry.refuse_others(
         {"add", "parent", "light", "camera", "copy", "asset", "translation", "rotation", "scale", "matrix"});
   }
   if (const Json* const visible = entry.find("visible"))
-    add(EditedProperty::visible, truth(*visible, entry.place("visible")));
+    add(EditedProperty::visible, truth(*visible, entry.location("visible")));
   if (const Json* const removed = entry.find("removed"))
-    add(EditedProperty::removed, truth(*removed, entry.place("removed")));
-  if (const std::optional<NodeTransform> transform = read_transform(entry, place))
+    add(EditedProperty::removed, truth(*removed, entry.location("removed")));
+  if (const std::optional<NodeTransform> transform = read_transform(entry, location))
     add(EditedProperty::transform, *transform);
   if (const Json* const light = entry.find("light"))
-    add(EditedProperty::light, read_light(*light, entry.place("light")));
+    add(EditedProperty::light, read_light(*light, entry.location("light")));
   entry.refuse_others({"node", "occurrence", "instance", "visible", "translation", "rotation", "scale",
                        "matrix", "light", "removed"});
-  if (document.size() == before) throw Fault(place + " changes nothing");
+  if (document.size() == before) throw Fault(location + " changes nothing");
 }
 
 EditDocument read_document(std::span<const std::byte> text) {

@@ -91,7 +91,7 @@ PickPass::PickPass(gpu::Device& device, VkPipelineLayout layout, uint32_t sample
       pipeline_(gpu::create_compute_pipeline(device, layout, samples == 4 ? "pick_4.comp" : "pick_1.comp")),
       picked_(gpu::create_buffer(device, sizeof(gpu_types::PickedSurface), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
                                  gpu::Memory::device)),
-      belt_(device) {}
+      ring_(device) {}
 
 void PickPass::record(gpu::Recorder& recorder, const InspectedView& seen, const Pick& pick) {
   FIRE3DV_ASSERT(pick.x < seen.extent.width && pick.y < seen.extent.height);
@@ -112,13 +112,13 @@ void PickPass::record(gpu::Recorder& recorder, const InspectedView& seen, const 
     vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
     vkCmdDispatch(commands, 1, 1, 1);
   });
-  belt_.record(recorder, nullptr, {0, 0}, {&picked_, sizeof(gpu_types::PickedSurface)},
+  ring_.record(recorder, nullptr, {0, 0}, {&picked_, sizeof(gpu_types::PickedSurface)},
                {pick.tag, seen.gpu_scene.nodes_of_parts(), seen.gpu_scene.node_count});
 }
 
 std::vector<Picked> PickPass::take_picked() {
   std::vector<Picked> found;
-  belt_.poll([&](const Pending& pending, VkExtent2D, std::span<const uint8_t> bytes) {
+  ring_.poll([&](const Pending& pending, VkExtent2D, std::span<const uint8_t> bytes) {
     gpu_types::PickedSurface surface;
     std::memcpy(&surface, bytes.data(), sizeof(surface));
     Picked& picked = found.emplace_back();

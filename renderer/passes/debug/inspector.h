@@ -61,7 +61,7 @@ class PickPass {
 
   // The pixel must lie in the image.
   void record(gpu::Recorder& recorder, const InspectedView& seen, const Pick& pick);
-  void submitted(uint64_t timeline_value) { belt_.submitted(timeline_value); }
+  void submitted(uint64_t timeline_value) { ring_.submitted(timeline_value); }
   // Returns new results, oldest first.
   std::vector<Picked> take_picked();
 
@@ -74,7 +74,7 @@ class PickPass {
     std::vector<uint32_t> nodes_of_parts;  // of the picked scene, which may be replaced meanwhile
     uint32_t node_count = 0;
   };
-  gpu::ReadbackRing<Pending> belt_;
+  gpu::ReadbackRing<Pending> ring_;
 };
 
 // See DebugView.

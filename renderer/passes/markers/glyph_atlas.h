@@ -20,11 +20,11 @@ class GlyphAtlas {
  public:
   static constexpr uint32_t kWidth = FIRE3DV_GLYPH_ATLAS_WIDTH;
 
-  // Lengths are in units of the font size (em), y up, from the pen's place on the baseline.
+  // Lengths are in units of the font size (em), y up, from the pen's position on the baseline.
   struct Glyph {
     glm::vec2 low{0}, high{0};  // rectangle, with the field's margin
     glm::vec4 texels{0};        // of low and high in the atlas
-    float advance = 0;          // to the next pen place
+    float advance = 0;          // to the next pen position
     bool is_visible = false;    // false: a space
   };
 
@@ -51,7 +51,7 @@ class GlyphAtlas {
   std::unique_ptr<stbtt_fontinfo> font_;
   std::map<int, Glyph> glyphs_;  // by index in the font; 0: its box
   std::vector<uint8_t> texels_;
-  uint32_t x_ = 1, y_ = 1, row_height_ = 0;  // place of the next glyph
+  uint32_t x_ = 1, y_ = 1, row_height_ = 0;  // position of the next glyph
   float ascent_ = 0, descent_ = 0;
   uint64_t revision_ = 0;
 };

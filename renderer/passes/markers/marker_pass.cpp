@@ -172,19 +172,21 @@ glm::vec4 row_of(const glm::mat4& matrix, int row) {
 
 }  // namespace
 
-MarkerPass::Elements MarkerPass::elements_of(const state::ShownMarker& shown, Made& made) {
+MarkerPass::Elements MarkerPass::elements_of(const state::ShownMarker& shown, ConvertedArrays& converted) {
   const Marker& marker = *shown.marker;
   Elements elements{element_bytes(marker.positions), element_bytes(marker.rotations),
                     element_bytes(marker.sizes), element_bytes(marker.colors)};
   if (marker.kind == MarkerKind::images) {
-    auto found = made.texels.find(shown.id);
-    if (found == made.texels.end()) found = made.texels.emplace(shown.id, texels_of(marker.image)).first;
+    auto found = converted.texels.find(shown.id);
+    if (found == converted.texels.end())
+      found = converted.texels.emplace(shown.id, texels_of(marker.image)).first;
     elements.colors = element_bytes(found->second);
   }
   if (marker.kind != MarkerKind::texts) return elements;
   if (!atlas_) atlas_ = std::make_unique<GlyphAtlas>();
-  auto found = made.texts.find(shown.id);
-  if (found == made.texts.end()) found = made.texts.emplace(shown.id, lay_out(marker, *atlas_)).first;
+  auto found = converted.texts.find(shown.id);
+  if (found == converted.texts.end())
+    found = converted.texts.emplace(shown.id, lay_out(marker, *atlas_)).first;
   const TextGlyphs& glyphs = found->second;
   return {element_bytes(glyphs.positions),
           element_bytes(glyphs.rectangles),
@@ -194,32 +196,32 @@ MarkerPass::Elements MarkerPass::elements_of(const state::ShownMarker& shown, Ma
           glyphs.reach};
 }
 
-MarkerPass::Place MarkerPass::place_after(VkDeviceSize begin, const Elements& elements) {
-  Place place;
-  place.positions = aligned(begin);
-  place.rotations = aligned(place.positions + elements.positions.size());
-  place.sizes = aligned(place.rotations + elements.rotations.size());
-  place.colors = aligned(place.sizes + elements.sizes.size());
-  place.end = place.colors + elements.colors.size();
-  place.glyphs = elements.glyphs;
-  place.reach = elements.reach;
-  return place;
+MarkerPass::UploadedMarker MarkerPass::lay_out_after(VkDeviceSize begin, const Elements& elements) {
+  UploadedMarker uploaded;
+  uploaded.positions = aligned(begin);
+  uploaded.rotations = aligned(uploaded.positions + elements.positions.size());
+  uploaded.sizes = aligned(uploaded.rotations + elements.rotations.size());
+  uploaded.colors = aligned(uploaded.sizes + elements.sizes.size());
+  uploaded.end = uploaded.colors + elements.colors.size();
+  uploaded.glyphs = elements.glyphs;
+  uploaded.reach = elements.reach;
+  return uploaded;
 }
 
-void MarkerPass::write(gpu::StagingRing& staging, const Elements& elements, const Place& place,
+void MarkerPass::write(gpu::StagingRing& staging, const Elements& elements, const UploadedMarker& uploaded,
                        std::vector<VkBufferCopy>& copies, std::vector<VkBuffer>& sources) {
-  if (place.end == place.positions) return;  // spaces alone
-  const gpu::StagingRing::Piece piece = staging.allocate(place.end - place.positions);
+  if (uploaded.end == uploaded.positions) return;  // spaces alone
+  const gpu::StagingRing::Piece piece = staging.allocate(uploaded.end - uploaded.positions);
   const auto copy = [&](std::span<const std::byte> bytes, VkDeviceSize offset) {
-    if (!bytes.empty()) std::memcpy(piece.mapped + (offset - place.positions), bytes.data(), bytes.size());
+    if (!bytes.empty()) std::memcpy(piece.mapped + (offset - uploaded.positions), bytes.data(), bytes.size());
   };
-  copy(elements.positions, place.positions);
-  copy(elements.rotations, place.rotations);
-  copy(elements.sizes, place.sizes);
-  copy(elements.colors, place.colors);
-  copies.push_back({piece.offset, place.positions, place.end - place.positions});
+  copy(elements.positions, uploaded.positions);
+  copy(elements.rotations, uploaded.rotations);
+  copy(elements.sizes, uploaded.sizes);
+  copy(elements.colors, uploaded.colors);
+  copies.push_back({piece.offset, uploaded.positions, uploaded.end - uploaded.positions});
   sources.push_back(piece.buffer);
-  uploaded_bytes_ += place.end - place.positions;
+  uploaded_bytes_ += uploaded.end - uploaded.positions;
 }
 
 // Returns false if the device has no memory; markers are then not drawn until they need less.
@@ -266,27 +268,27 @@ bool MarkerPass::upload_atlas(gpu::Recorder& recorder, gpu::StagingRing& staging
 void MarkerPass::update(gpu::Recorder& recorder, gpu::StagingRing& staging,
                         std::span<const state::ShownMarker> markers) {
   std::vector<const state::ShownMarker*> added;
-  Made made;
+  ConvertedArrays converted;
   VkDeviceSize needed = 0, end = end_;
   ++update_;
   selected_.clear();
   for (const state::ShownMarker& shown : markers) {
-    const auto known = places_.find(shown.id);
-    if (known == places_.end()) {
+    const auto known = uploaded_.find(shown.id);
+    if (known == uploaded_.end()) {
       added.push_back(&shown);
-      needed = place_after(needed, elements_of(shown, made)).end;
+      needed = lay_out_after(needed, elements_of(shown, converted)).end;
     } else {
       known->second.update = update_;
       needed = aligned(needed) + (known->second.end - known->second.positions);
     }
   }
-  if (places_.size() > markers.size() - added.size())
-    std::erase_if(places_, [&](const auto& entry) { return entry.second.update != update_; });
-  for (const state::ShownMarker* shown : added) end = place_after(end, elements_of(*shown, made)).end;
+  if (uploaded_.size() > markers.size() - added.size())
+    std::erase_if(uploaded_, [&](const auto& entry) { return entry.second.update != update_; });
+  for (const state::ShownMarker* shown : added) end = lay_out_after(end, elements_of(*shown, converted)).end;
   if (added.empty()) return;
   if (end > capacity_ || !elements_) {
     // Starts over with all markers. Half of the buffer stays free, so that this is seldom.
-    places_.clear();
+    uploaded_.clear();
     lacks_memory_ = (!elements_ || 2 * needed > capacity_) && !grow(2 * needed);
     if (lacks_memory_) return;
     added.clear();
@@ -297,21 +299,21 @@ void MarkerPass::update(gpu::Recorder& recorder, gpu::StagingRing& staging,
   std::vector<VkBuffer> sources;
   for (const state::ShownMarker* shown : added) {
     const Marker& marker = *shown->marker;
-    const Elements elements = elements_of(*shown, made);
-    Place place = place_after(end_, elements);
-    place.update = update_;
-    end_ = place.end;
+    const Elements elements = elements_of(*shown, converted);
+    UploadedMarker uploaded = lay_out_after(end_, elements);
+    uploaded.update = update_;
+    end_ = uploaded.end;
     const bool has_colors = marker.kind != MarkerKind::axes;
     const bool is_soft = marker.kind == MarkerKind::texts;  // edges of glyphs are blended
-    place.is_opaque = !is_soft && is_opaque(marker.image) &&
-                      (!has_colors || std::all_of(marker.colors.begin(), marker.colors.end(),
-                                                  [](uint32_t color) { return color >> 24 == 0xff; }));
-    place.box = box_of(marker);
-    write(staging, elements, place, copies, sources);
-    places_.insert_or_assign(shown->id, place);
+    uploaded.is_opaque = !is_soft && is_opaque(marker.image) &&
+                         (!has_colors || std::all_of(marker.colors.begin(), marker.colors.end(),
+                                                     [](uint32_t color) { return color >> 24 == 0xff; }));
+    uploaded.box = box_of(marker);
+    write(staging, elements, uploaded, copies, sources);
+    uploaded_.insert_or_assign(shown->id, uploaded);
   }
   if (!upload_atlas(recorder, staging)) {
-    places_.clear();
+    uploaded_.clear();
     lacks_memory_ = true;
     return;
   }
@@ -328,11 +330,11 @@ void MarkerPass::select(std::span<const state::ShownMarker> markers, const View&
   glm::vec2 low = size, high(0);
   bool is_whole = false;
   for (const state::ShownMarker& shown : markers) {
-    const auto place = places_.find(shown.id);
-    if (place == places_.end()) continue;
+    const auto uploaded = uploaded_.find(shown.id);
+    if (uploaded == uploaded_.end()) continue;
     const Marker& marker = *shown.marker;
-    scene::Box box = place->second.box;
-    const float widest = place->second.reach;
+    scene::Box box = uploaded->second.box;
+    const float widest = uploaded->second.reach;
     const bool is_in_pixels = marker.width_unit == wire::MarkerUnit::pixels;
     if (!is_in_pixels) {
       box.low -= widest * marker.width;
@@ -341,7 +343,7 @@ void MarkerPass::select(std::span<const state::ShownMarker> markers, const View&
     const float margin_px = is_in_pixels ? widest * marker.width + 2 : 2;
     const Corners corners(box, view.clip_from_world * shown.world_from_marker);
     if (corners.are_outside(2.0f * margin_px / size)) continue;
-    selected_.push_back({&shown, &place->second});
+    selected_.push_back({&shown, &uploaded->second});
     if (!is_whole) is_whole = !corners.add_to(low, high, size, margin_px);
   }
   low = glm::clamp(glm::floor(low), glm::vec2(0), size);
@@ -379,13 +381,13 @@ void MarkerPass::record(gpu::Recorder& recorder, const Frame& frame) {
   std::vector<Selected> opaque, blended, overlaid;
   for (const Selected& entry : selected_) {
     auto& layer = (entry.shown->marker->flags & wire::kMarkerOverlaid) != 0 ? overlaid
-                  : entry.place->is_opaque                                  ? opaque
+                  : entry.uploaded->is_opaque                               ? opaque
                                                                             : blended;
     layer.push_back(entry);
   }
   // Back to front.
   const auto distance = [&](const auto& entry) {
-    const scene::Box& box = entry.place->box;
+    const scene::Box& box = entry.uploaded->box;
     const glm::vec4 center(0.5f * (box.low + box.high), 1);
     const glm::vec3 offset = glm::vec3(entry.shown->world_from_marker * center) - frame.view.eye_world;
     return glm::dot(offset, offset);
@@ -419,24 +421,24 @@ void MarkerPass::record(gpu::Recorder& recorder, const Frame& frame) {
                               0, 1};
     vkCmdSetViewport(commands, 0, 1, &viewport);
     vkCmdSetScissor(commands, 0, 1, &rendering.renderArea);
-    for (const auto& [shown, place] : opaque) draw(commands, *shown, *place, Layer::opaque, frame);
-    for (const auto& [shown, place] : blended) draw(commands, *shown, *place, Layer::blended, frame);
-    for (const auto& [shown, place] : overlaid) draw(commands, *shown, *place, Layer::overlaid, frame);
+    for (const auto& [shown, uploaded] : opaque) draw(commands, *shown, *uploaded, Layer::opaque, frame);
+    for (const auto& [shown, uploaded] : blended) draw(commands, *shown, *uploaded, Layer::blended, frame);
+    for (const auto& [shown, uploaded] : overlaid) draw(commands, *shown, *uploaded, Layer::overlaid, frame);
     vkCmdEndRendering(commands);
   });
 }
 
-void MarkerPass::draw(VkCommandBuffer commands, const state::ShownMarker& shown, const Place& place,
-                      Layer layer, const Frame& frame) {
+void MarkerPass::draw(VkCommandBuffer commands, const state::ShownMarker& shown,
+                      const UploadedMarker& uploaded, Layer layer, const Frame& frame) {
   const Marker& marker = *shown.marker;
   const glm::mat4& world_from_marker = shown.world_from_marker;
   gpu_types::MarkerPush push{};
   push.globals = frame.globals;
-  push.positions = elements_.address + place.positions;
-  if (!marker.rotations.empty()) push.rotations = elements_.address + place.rotations;
-  if (!marker.sizes.empty()) push.sizes = elements_.address + place.sizes;
+  push.positions = elements_.address + uploaded.positions;
+  if (!marker.rotations.empty()) push.rotations = elements_.address + uploaded.rotations;
+  if (!marker.sizes.empty()) push.sizes = elements_.address + uploaded.sizes;
   const bool is_image = marker.kind == MarkerKind::images;
-  if (!marker.colors.empty() || is_image) push.colors = elements_.address + place.colors;
+  if (!marker.colors.empty() || is_image) push.colors = elements_.address + uploaded.colors;
   push.world_from_marker = {row_of(world_from_marker, 0), row_of(world_from_marker, 1),
                             row_of(world_from_marker, 2)};
   const bool is_in_pixels = marker.width_unit == wire::MarkerUnit::pixels;
@@ -455,10 +457,10 @@ void MarkerPass::draw(VkCommandBuffer commands, const state::ShownMarker& shown,
   const bool is_text = marker.kind == MarkerKind::texts;
   auto [vertices, instances] = counts_of(marker);
   if (is_text) {
-    if (place.glyphs == 0) return;
-    vertices = 6 * place.glyphs;
+    if (uploaded.glyphs == 0) return;
+    vertices = 6 * uploaded.glyphs;
     instances = 1;
-    push.rotations = elements_.address + place.rotations;
+    push.rotations = elements_.address + uploaded.rotations;
     push.sizes = atlas_texels_.address;
     push.segments = atlas_rows_;
   }

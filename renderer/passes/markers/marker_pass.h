@@ -39,7 +39,7 @@ class MarkerPass {
   size_t selected_count() const { return selected_.size(); }
   // Of another scene, whose markers may have the same ids.
   void forget() {
-    places_.clear();
+    uploaded_.clear();
     selected_.clear();
   }
 
@@ -59,7 +59,7 @@ class MarkerPass {
 
  private:
   // Arrays of one value in the buffer.
-  struct Place {
+  struct UploadedMarker {
     VkDeviceSize positions = 0, rotations = 0, sizes = 0, colors = 0, end = 0;  // offsets
     uint32_t glyphs = 0;                                                        // of texts
     float reach = 2;  // of the drawn element around its position, in widths: heads of arrows are wide
@@ -69,7 +69,7 @@ class MarkerPass {
   };
   struct Selected {
     const state::ShownMarker* shown;
-    const Place* place;
+    const UploadedMarker* uploaded;
   };
   enum class Layer : uint8_t { opaque, blended, overlaid };
   enum class Shape : uint8_t { plain, disc, glyph, image };
@@ -81,19 +81,19 @@ class MarkerPass {
     float reach = 2;
   };
   // Arrays made from markers, by id, for one update: none is made twice.
-  struct Made {
+  struct ConvertedArrays {
     std::unordered_map<uint64_t, TextGlyphs> texts;
     std::unordered_map<uint64_t, std::vector<uint32_t>> texels;
   };
-  Elements elements_of(const state::ShownMarker& shown, Made& made);
-  static Place place_after(VkDeviceSize begin, const Elements& elements);
-  void write(gpu::StagingRing& staging, const Elements& elements, const Place& place,
+  Elements elements_of(const state::ShownMarker& shown, ConvertedArrays& converted);
+  static UploadedMarker lay_out_after(VkDeviceSize begin, const Elements& elements);
+  void write(gpu::StagingRing& staging, const Elements& elements, const UploadedMarker& uploaded,
              std::vector<VkBufferCopy>& copies, std::vector<VkBuffer>& sources);
   bool grow(VkDeviceSize bytes);
   bool upload_atlas(gpu::Recorder& recorder, gpu::StagingRing& staging);
   const gpu::Pipeline& pipeline(Layer layer, Shape shape);
-  void draw(VkCommandBuffer commands, const state::ShownMarker& shown, const Place& place, Layer layer,
-            const Frame& frame);
+  void draw(VkCommandBuffer commands, const state::ShownMarker& shown, const UploadedMarker& uploaded,
+            Layer layer, const Frame& frame);
 
   gpu::Device& device_;
   VkPipelineLayout layout_;
@@ -108,8 +108,8 @@ class MarkerPass {
   VkDeviceSize capacity_ = 0, end_ = 0;
   VkDeviceSize refused_bytes_ = UINT64_MAX;  // the smallest size that the device refused
   bool lacks_memory_ = false;
-  std::unordered_map<uint64_t, Place> places_;  // by id
-  uint64_t update_ = 0;                         // number of the last one
+  std::unordered_map<uint64_t, UploadedMarker> uploaded_;  // by id
+  uint64_t update_ = 0;                                    // number of the last one
   std::vector<Selected> selected_;
   VkRect2D bounds_{};
   uint64_t uploaded_bytes_ = 0;

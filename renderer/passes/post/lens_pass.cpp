@@ -70,25 +70,25 @@ std::optional<glm::dvec2> undistort(const Lens& lens, const glm::dvec2& distorte
 }
 
 // Extent of the visible field, and the largest magnification.
-struct Seen {
+struct VisibleArea {
   glm::dvec2 low{std::numeric_limits<double>::infinity()}, high{-std::numeric_limits<double>::infinity()};
-  double most_enlarged = 1;
+  double max_magnification = 1;
 };
-void add(Seen& seen, const Lens& lens, const glm::dvec2& point) {
+void add(VisibleArea& seen, const Lens& lens, const glm::dvec2& point) {
   seen.low = glm::min(seen.low, point);
   seen.high = glm::max(seen.high, point);
   const glm::dmat2 slope = slope_of(lens, point);
   const double larger = std::max(glm::length(slope[0]), glm::length(slope[1]));
-  if (std::isfinite(larger)) seen.most_enlarged = std::max(seen.most_enlarged, larger);
+  if (std::isfinite(larger)) seen.max_magnification = std::max(seen.max_magnification, larger);
 }
 
-Seen seen_through(const Intrinsics& intrinsics, const Lens& lens) {
+VisibleArea visible_area_through(const Intrinsics& intrinsics, const Lens& lens) {
   const double largest = largest_radius(lens);
   const glm::dvec2 focal(intrinsics.fx_px, intrinsics.fy_px),
       principal_point(intrinsics.cx_px, intrinsics.cy_px);
   const glm::dvec2 end = glm::dvec2(intrinsics.image_px) - 0.5;
   constexpr int kSteps = 64;
-  Seen seen;
+  VisibleArea seen;
   bool all = true;
   for (int i = 0; i <= kSteps; ++i) {
     for (int j = 0; j <= kSteps; ++j) {
@@ -147,28 +147,28 @@ std::optional<glm::dvec2> undistort(const Lens& lens, const glm::dvec2& distorte
   return undistort(lens, distorted, largest_radius(lens));
 }
 
-Result<Intrinsics> pinhole_behind(const Intrinsics& intrinsics, const Lens& lens, uint32_t most_side) {
-  const Seen seen = seen_through(intrinsics, lens);
+Result<Intrinsics> pinhole_behind(const Intrinsics& intrinsics, const Lens& lens, uint32_t max_side) {
+  const VisibleArea seen = visible_area_through(intrinsics, lens);
   if (!(seen.low.x <= seen.high.x))
     return Error{"the lens shows nothing at all within the image: look at cx, cy and its coefficients"};
   const glm::dvec2 size = seen.high - seen.low;
   const glm::dvec2 focal(intrinsics.fx_px, intrinsics.fy_px);
-  const glm::dvec2 wanted = kPixelsForOne * seen.most_enlarged * focal * size;  // pixels
+  const glm::dvec2 wanted = kPixelsForOne * seen.max_magnification * focal * size;  // pixels
   // One more pixel on each side for bilinear filtering.
-  const double room = static_cast<double>(most_side) - 4;
+  const double room = static_cast<double>(max_side) - 4;
   const double share = std::min({1.0, room / std::max(wanted.x, 1.0), room / std::max(wanted.y, 1.0)});
   if (!(kPixelsForOne * share >= kMinPixelsForOne))
     return Error{
-        "the lens shows too wide a view: an image of " + std::to_string(most_side) +
+        "the lens shows too wide a view: an image of " + std::to_string(max_side) +
         " pixels would not hold it finely enough; ask for a smaller image, or for one that ends sooner"};
   Intrinsics pinhole = intrinsics;
-  const glm::dvec2 used = share * kPixelsForOne * seen.most_enlarged * focal;
+  const glm::dvec2 used = share * kPixelsForOne * seen.max_magnification * focal;
   pinhole.fx_px = static_cast<float>(used.x);
   pinhole.fy_px = static_cast<float>(used.y);
   pinhole.cx_px = static_cast<float>(1 - used.x * seen.low.x);
   pinhole.cy_px = static_cast<float>(1 - used.y * seen.low.y);
   const glm::dvec2 pixels = glm::ceil(used * size) + 3.0;
-  if (!(pixels.x <= most_side && pixels.y <= most_side))
+  if (!(pixels.x <= max_side && pixels.y <= max_side))
     return Error{"the lens has coefficients that no camera has; give them as OpenCV calibrates them"};
   pinhole.image_px = glm::uvec2(pixels);
   if (Result<void> good = check(pinhole); !good) return good.error();

@@ -35,9 +35,9 @@ double largest_radius(const Lens& lens);
 std::optional<glm::dvec2> undistort(const Lens& lens, const glm::dvec2& distorted);
 
 // Pinhole camera whose image contains the lens's visible field. Its resolution is twice the lens's at the
-// largest magnification. most_side: maximum size of that image in pixels; larger images are scaled down.
+// largest magnification. max_side: maximum size of that image in pixels; larger images are scaled down.
 // Returns an error when the resolution gets too low.
-Result<Intrinsics> pinhole_behind(const Intrinsics& intrinsics, const Lens& lens, uint32_t most_side);
+Result<Intrinsics> pinhole_behind(const Intrinsics& intrinsics, const Lens& lens, uint32_t max_side);
 
 // Outputs of the pinhole image that the pass needs.
 ImageOutputs pinhole_outputs(ImageOutputs outputs);
