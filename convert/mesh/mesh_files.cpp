@@ -144,6 +144,7 @@ std::optional<size_t> MeshFiles::State::image(const std::filesystem::path& mesh_
   const std::string where = quote(mesh_file.string()) + ": image " + quote(name);
   AllowedFolders may_be_read = allowed;
   may_be_read.add(mesh_file.parent_path());
+  may_be_read.add(mesh_file.parent_path().parent_path() / "materials/textures");  // of a model of Gazebo
   bool outside = false;
   for (const std::filesystem::path& candidate : candidate_paths(mesh_file.parent_path(), name)) {
     model.sources.add(candidate);

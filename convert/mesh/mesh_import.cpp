@@ -120,7 +120,9 @@ Assimp::IOStream* ImportFiles::Open(const char* name, const char* mode) {
   if (!bytes) return nullptr;
   if (lower_extension(file_) != ".obj") return new MemoryStream(std::string(view_of(*bytes)));
   const std::optional<std::string> decoded = utf8_of_utf16(view_of(*bytes));
-  materials_.add(decoded ? *decoded : view_of(*bytes));
+  const std::filesystem::path folder =
+      std::filesystem::path(name).lexically_relative(file_.parent_path()).parent_path();
+  materials_.add(decoded ? *decoded : view_of(*bytes), folder.string());
   return new MemoryStream("# names\n" + materials_.names());
 }
 

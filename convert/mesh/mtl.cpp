@@ -113,7 +113,8 @@ ImagePlacement placement_of(const MapOptions& options) {
 
 }  // namespace
 
-void MtlMaterials::add(std::string_view text) {
+void MtlMaterials::add(std::string_view text, const std::string& folder) {
+  folder_ = folder;
   if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
   Entry* current = nullptr;
   std::string joined;
@@ -192,6 +193,8 @@ void MtlMaterials::set_map(const std::string& keyword, std::string_view rest, En
   const ImagePlacement placement = placement_of(options);
   const auto take = [&](std::string& name, ImagePlacement& where) {
     name = unquoted(rest);
+    const bool is_relative = !name.starts_with('/') && name.find(':') == std::string::npos;
+    if (is_relative && !folder_.empty()) name = folder_ + "/" + name;
     where = placement;
     for (const std::string& option : options.ignored)
       leave_out("the option " + option + " of " + keyword, m.name);

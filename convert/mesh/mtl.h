@@ -15,8 +15,9 @@ namespace fire3dv::convert {
 
 class MtlMaterials {
  public:
-  // Adds the materials of a file. A name that is known already gets the properties of both.
-  void add(std::string_view text);
+  // Adds the materials of a file. A name that is known already gets the properties of both. folder: of the
+  // file, relative to that of the OBJ file; images are beside the file.
+  void add(std::string_view text, const std::string& folder = {});
 
   bool contains(std::string_view name) const { return entries_.contains(name); }
   // name: known.
@@ -41,6 +42,7 @@ class MtlMaterials {
   void set_map(const std::string& keyword, std::string_view rest, Entry& to);
   void leave_out(const std::string& what, const std::string& material);
 
+  std::string folder_;  // of the current file
   std::map<std::string, Entry, std::less<>> entries_;
   std::map<std::string, Omission> omissions_;
 };

@@ -3,9 +3,11 @@
 #include <tinyxml2.h>
 
 #include <algorithm>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -78,7 +80,9 @@ class ThreeMfReader {
       mesh_.surfaces.push_back(std::move(surface));
       mesh_.surface_nodes.push_back(key.node);
     }
-    if (mesh_.surfaces.empty()) return Error{"there is no triangle in what it builds"};
+    if (mesh_.surfaces.empty())
+      return Error{std::string("there is no triangle in what it builds") +
+                   (left_out_.contains("beamlattice") ? ", only beam lattices, which are not drawn" : "")};
     return std::move(mesh_);
   }
 
@@ -145,7 +149,10 @@ class ThreeMfReader {
     for (const XMLElement* e = resources ? resources->FirstChildElement() : nullptr; e;
          e = e->NextSiblingElement()) {
       const std::optional<uint32_t> id = index_of(*e, "id");
-      if (!id) return at_line(*e, "it has no id");
+      const bool is_known = is(*e, "object") || is(*e, "texture2d") || is(*e, "basematerials") ||
+                            is(*e, "colorgroup") || is(*e, "texture2dgroup");
+      if (!id && is_known) return at_line(*e, "it has no id");
+      if (!id) continue;  // of another program, such as <metadata>
       if (is(*e, "object")) {
         model.objects.emplace(*id, e);
       } else if (is(*e, "texture2d")) {
@@ -153,11 +160,20 @@ class ThreeMfReader {
                          wrap_of(*e, "tilestylev")};
       } else if (is(*e, "basematerials") || is(*e, "colorgroup") || is(*e, "texture2dgroup")) {
         read_group(*e, textures, model.groups[*id]);
-      } else if (mesh_.losses.empty()) {
-        mesh_.losses.push_back("its " + std::string(local_name(e->Name())) + " and other mixed materials");
+      } else if (is(*e, "compositematerials") || is(*e, "multiproperties")) {
+        leave_out("its " + std::string(local_name(e->Name())) + " and other mixed materials",
+                  "mixed materials");
+      } else {
+        leave_out("its <" + sanitize_text(local_name(e->Name()), 40) + "> resources", local_name(e->Name()));
       }
     }
     return {};
+  }
+
+  // kind: reported once.
+  void leave_out(const std::string& what, std::string_view kind) {
+    constexpr size_t kMaxKinds = 10;
+    if (left_out_.size() < kMaxKinds && left_out_.emplace(kind).second) mesh_.losses.push_back(what);
   }
 
   void read_group(const XMLElement& element, const std::map<uint32_t, TextureFile>& textures,
@@ -258,6 +274,7 @@ class ThreeMfReader {
           return {};
         });
     if (!read) return read;
+    if (child_of(shape, "beamlattice")) leave_out("its beam lattices", "beamlattice");
     const std::optional<uint32_t> object_group = index_of(object, "pid");
     const uint32_t object_property = index_of(object, "pindex").value_or(0);
     return each(child_of(shape, "triangles"), "triangle", [&](const XMLElement& triangle) -> Result<void> {
@@ -315,6 +332,7 @@ class ThreeMfReader {
   std::map<Key, SurfaceBuilder> builders_;
   ImportedMesh mesh_;
   uint64_t triangles_ = 0;
+  std::set<std::string, std::less<>> left_out_;  // kinds of elements
 };
 
 }  // namespace

@@ -21,7 +21,7 @@ class ZipFile {
 
  private:
   struct Entry {
-    uint32_t method = 0, packed_bytes = 0, bytes = 0, header_at = 0;
+    uint64_t method = 0, packed_bytes = 0, bytes = 0, header_at = 0;
   };
   explicit ZipFile(std::string_view bytes) : bytes_(bytes) {}
 

@@ -142,10 +142,10 @@ class DaeRepair {
     return open_.size() < 2 ? std::string_view() : open_[open_.size() - 2].name;
   }
 
-  // Name of the innermost node, or of the element itself.
-  std::string label() const {
+  // The innermost element of this kind that has a name; without a kind, of any.
+  std::string label(std::string_view wanted = {}) const {
     for (size_t i = open_.size(); i-- > 0;) {
-      if (open_[i].name != "node" && i + 1 != open_.size() && open_[i].name != "effect") continue;
+      if (!wanted.empty() && open_[i].name != wanted) continue;
       for (const char* name : {"name", "id", "sid"}) {
         const std::string_view value = attribute_value(open_[i].tag, name);
         if (!value.empty()) return std::string(open_[i].name) + " " + quote(value);
@@ -165,7 +165,7 @@ class DaeRepair {
 
   bool add_markup() {
     const std::string_view rest = in_.substr(at_);
-    if (rest.starts_with("<!--")) return add_until("-->");
+    if (rest.starts_with("<!--")) return skip_to("-->", 0);  // assimp takes some for elements
     if (rest.starts_with("<![CDATA[")) return add_until("]]>");
     if (rest.starts_with("<?")) return add_until("?>");
     if (rest.starts_with("<!")) return add_until(rest.find('[') < rest.find('>') ? "]>" : ">");  // a DOCTYPE
@@ -180,6 +180,8 @@ class DaeRepair {
     if (open_.empty() || open_.back().name != name) return false;
     if (last_is_start_) add_content({});  // an element without any text
     last_is_start_ = false;
+    // assimp refuses images without a file.
+    if (name == "image" && !image_has_file_) out_ += "<init_from>" + image_name() + "</init_from>";
     if (count_ && (name == "triangles" || name == "polylist")) fix_primitive_count(name);
     if (name == "float_array" || is_primitive(name)) count_.reset();
     out_ += in_.substr(at_, end + 1 - at_);
@@ -202,7 +204,12 @@ class DaeRepair {
     const size_t name_end = tag.find_first_of(" \t\r\n/>", 1);
     const std::string_view name = tag.substr(1, name_end - 1);
     const bool is_empty = tag[tag.size() - 2] == '/';
-    if (name == "extra" && is_primitive(top())) return skip_element(is_empty, end + 1);
+    if (name == "extra" && is_primitive(top()))
+      return skip_to(is_empty ? ">" : "</extra>", is_empty ? end - at_ : end + 1 - at_);
+    if (name == "h" && top() == "ph" && !is_empty) {
+      report("<polygons>", "holes of polygons are not drawn");
+      return skip_to("</h>", end + 1 - at_);
+    }
     at_ = end + 1;
     last_is_start_ = !is_empty;
     const size_t begin = out_.size();
@@ -223,21 +230,24 @@ class DaeRepair {
     }
     if (name == "input" && count_) take_offset(tag);
     open_.push_back({name, tag});
+    if (name == "image") image_has_file_ = false;
+    if (name == "init_from" || name == "data") image_has_file_ = true;
     if (name == "float_array" || is_primitive(name)) open_count(tag, begin);
     return true;
   }
 
-  // Elements of other programs inside of primitives make assimp refuse the file.
-  bool skip_element(bool is_empty, size_t after_tag) {
-    constexpr std::string_view kEnd = "</extra>";
-    size_t end = after_tag;
-    if (!is_empty) {
-      end = in_.find(kEnd, after_tag);
-      if (end == std::string_view::npos) return false;
-      end += kEnd.size();
-    }
-    at_ = end;
-    last_is_start_ = false;
+  // The identifier of the innermost image, which stands for the missing name of its file.
+  std::string image_name() const {
+    for (size_t i = open_.size(); i-- > 0;)
+      if (open_[i].name == "image") return std::string(attribute_value(open_[i].tag, "id")) + " (unnamed)";
+    return {};
+  }
+
+  // Leaves out what assimp refuses, such as elements of other programs inside of primitives.
+  bool skip_to(std::string_view end, size_t from) {
+    const size_t found = in_.find(end, at_ + from);
+    if (found == std::string_view::npos) return false;
+    at_ = found + end.size();
     return true;
   }
 
@@ -305,6 +315,10 @@ class DaeRepair {
     const std::string_view element = top();
     if (element == "color") return add_color(text);
     if (element == "float_array") return add_array(text);
+    if (element == "init_from" && parent() == "image" && text.empty()) {
+      out_ += image_name();
+      return;
+    }
     if (count_ && element == "p") count_->indices += count_tokens(text);
     if (count_ && element == "vcount") count_->polygons = count_tokens(text);
     if (const auto identity = identity_of(element); identity && parent() == "node")
@@ -317,7 +331,7 @@ class DaeRepair {
     size_t count = 0;
     for (std::string_view token = next_token(text); !token.empty() && count < 4; token = next_token(text)) {
       const bool is_sound = finite(token) || token.find(',') != std::string_view::npos;  // assimp reads 0,5
-      if (!is_sound) report(label(), "a colour is not made of numbers: 0 is taken for them");
+      if (!is_sound) report(label("effect"), "a colour is not made of numbers: 0 is taken for them");
       if (is_sound) numbers[count] = token;
       ++count;
     }
@@ -339,7 +353,7 @@ class DaeRepair {
       out_ += text;
       return;
     }
-    report(label(), "its <" + std::string(top()) + "> is not made of finite numbers and left out");
+    report(label("node"), "its <" + std::string(top()) + "> is not made of finite numbers and left out");
     out_ += identity;
   }
 
@@ -376,6 +390,7 @@ class DaeRepair {
   std::string_view in_;
   std::string out_;
   size_t at_ = 0;
+  bool image_has_file_ = true;
   bool last_is_start_ = false;  // the last markup opened the innermost element
   std::vector<Element> open_;
   std::optional<Count> count_;

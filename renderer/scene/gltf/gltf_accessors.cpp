@@ -109,6 +109,13 @@ Error beyond_view(const std::string& name, int buffer_view) {
 
 }  // namespace
 
+bool AccessorReader::has_data(int accessor) const {
+  const auto& accessors = document_.model.accessors;
+  if (!in_range(accessor, accessors.size())) return true;  // an error of its own
+  const tinygltf::Accessor& source = accessors[static_cast<size_t>(accessor)];
+  return source.bufferView >= 0 || source.sparse.isSparse;
+}
+
 Result<size_t> AccessorReader::count(int accessor, const std::string& where) const {
   const auto& accessors = document_.model.accessors;
   if (!in_range(accessor, accessors.size()))
@@ -144,7 +151,11 @@ Result<AccessorReader::Elements> AccessorReader::elements(const tinygltf::Access
   const size_t component = component_bytes(accessor.componentType);
   if (component == 0)
     return Error{name + " has the unknown componentType " + std::to_string(accessor.componentType)};
-  if (result.components == 0) return Error{name + " is a matrix of a size that has no use"};
+  if (result.components == 0) {
+    const bool is_unknown = accessor.name.starts_with("unknown type");
+    return Error{name +
+                 (is_unknown ? " has the " + accessor.name : " is a matrix of a size that has no use")};
+  }
   const size_t packed_bytes = component * static_cast<size_t>(result.components);
   result.stride = packed_bytes;
   if (accessor.bufferView < 0) {

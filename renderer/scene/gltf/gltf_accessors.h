@@ -23,6 +23,9 @@ class AccessorReader {
   // Number of elements. `where` names the referring object in errors.
   Result<size_t> count(int accessor, const std::string& where) const;
 
+  // False for an accessor of zeros: without a buffer view and without sparse values.
+  bool has_data(int accessor) const;
+
   // Calls LoadLimits::reserve; must precede the allocation.
   Result<void> reserve(uint64_t bytes, const std::string& where) const;
   bool stop_requested() const { return limits_.stop_requested && limits_.stop_requested(); }

@@ -85,6 +85,9 @@ class AnimationLoader {
         of_animation + "." + element("samplers", static_cast<size_t>(source.sampler));
     const auto interpolation = interpolation_named(sampler.interpolation);
     if (!interpolation) return Error{of_sampler + ".interpolation is none of STEP, LINEAR and CUBICSPLINE"};
+    if (!reader_.has_data(sampler.input)) return left_out("has a sampler without key times");
+    if (*path == AnimationPath::rotation && !reader_.has_data(sampler.output))
+      return left_out("has a sampler without rotations");
     auto times = times_of(sampler.input, of_sampler + ".input");
     if (!times) return times.error();
     AnimationChannel channel;

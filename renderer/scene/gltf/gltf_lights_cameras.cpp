@@ -1,5 +1,6 @@
 #include "renderer/scene/gltf/gltf_parts.h"
 
+#include <cmath>
 #include <numbers>
 
 namespace fire3dv::scene {
@@ -90,6 +91,11 @@ Result<Camera> camera_of(const tinygltf::Camera& source, const std::string& wher
   camera.lens = lens_of(source, where, warnings);
   const tinygltf::PerspectiveCamera& perspective = source.perspective;
   camera.vertical_fov_rad = to_float(perspective.yfov);
+  constexpr float kMaxFov = 3.1f;
+  if (perspective.yfov >= std::numbers::pi && std::isfinite(perspective.yfov)) {
+    warnings.push_back(where + ".perspective: yfov is not below pi: 3.1 is taken");
+    camera.vertical_fov_rad = kMaxFov;
+  }
   camera.aspect = to_float(perspective.aspectRatio);
   camera.near_m = to_float(perspective.znear);
   camera.far_m = to_float(perspective.zfar);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <climits>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <string_view>
 #include <unordered_map>
@@ -330,6 +331,25 @@ bool is_draco_compressed(const json& primitive) {
   return extensions != primitive.end() && extensions->contains("KHR_draco_mesh_compression");
 }
 
+// tinygltf refuses a file with an unknown type. A size of matrices that has no use stands for it, so that
+// only what uses the accessor is refused.
+void replace_unknown_types(json& document, std::vector<std::string>& warnings) {
+  constexpr std::string_view kTypes[] = {"SCALAR", "VEC2", "VEC3", "VEC4", "MAT2", "MAT3", "MAT4"};
+  const auto accessors = document.find("accessors");
+  if (accessors == document.end()) return;
+  for (size_t i = 0; i < accessors->size(); ++i) {
+    json& accessor = (*accessors)[i];
+    const auto type = accessor.find("type");
+    if (type == accessor.end() || !type->is_string()) continue;
+    const auto& name = type->get_ref<const std::string&>();
+    if (std::find(std::begin(kTypes), std::end(kTypes), name) != std::end(kTypes)) continue;
+    warnings.push_back("accessors[" + std::to_string(i) + "] has the unknown type " + quote(name) +
+                       " and is not read");
+    accessor["name"] = "unknown type " + quote(name);  // for errors of what uses it
+    *type = "MAT2";
+  }
+}
+
 // tinygltf follows these indices itself, without a usable error message.
 Result<void> check_index_accessors(const json& document) {
   static const json kNone = json::array();
@@ -399,6 +419,7 @@ Result<void> check_and_reduce(json& document, std::vector<std::string>& warnings
     reduced["extensions"] = std::move(*extensions);
   }
   document = std::move(reduced);
+  replace_unknown_types(document, warnings);
   return check_index_accessors(document);
 }
 

@@ -52,17 +52,21 @@ void normalize(std::span<Influences> sets) {
 }
 
 Result<std::vector<glm::mat4>> inverse_bind_matrices(const AccessorReader& reader, const SkinSource& source,
-                                                     size_t& total, const std::string& where) {
+                                                     size_t& total, const std::string& where,
+                                                     std::vector<std::string>& warnings) {
   const auto add_joints = [&](size_t count, const std::string& name) -> Result<void> {
     total += count;
     if (total <= kMaxJoints) return {};
     return Error{name + ": the file holds more than " + std::to_string(kMaxJoints) + " joints"};
   };
-  if (source.inverse_bind_matrices < 0) {
+  const std::string name = where + ".inverseBindMatrices";
+  const bool has_matrices = source.inverse_bind_matrices >= 0;
+  if (has_matrices && !reader.has_data(source.inverse_bind_matrices))
+    warnings.push_back(name + " has no data: the identity is taken");
+  if (!has_matrices || !reader.has_data(source.inverse_bind_matrices)) {
     if (auto room = add_joints(source.joints.size(), where); !room) return room.error();
     return std::vector<glm::mat4>(source.joints.size(), glm::mat4(1));
   }
-  const std::string name = where + ".inverseBindMatrices";
   auto count = reader.count(source.inverse_bind_matrices, name);
   if (!count) return count.error();
   if (*count < source.joints.size()) {
@@ -95,7 +99,7 @@ Result<void> add_skin(const AccessorReader& reader, const SkinSource& source, co
       return out_of_range(where + ".joints", "nodes", joint, node_of_source.size());
     shown &= node_of_source[static_cast<size_t>(joint)] != kNone;
   }
-  auto matrices = inverse_bind_matrices(reader, source, total, where);
+  auto matrices = inverse_bind_matrices(reader, source, total, where, scene.warnings);
   if (!matrices) return matrices.error();
   Skin skin;
   skin.name = source.name;

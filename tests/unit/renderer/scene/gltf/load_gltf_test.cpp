@@ -145,6 +145,33 @@ TEST(SceneLoad, UnknownLightsAreDark) {
   EXPECT_NE(scene.warnings[0].find("the unknown type \"laser\""), std::string::npos) << scene.warnings[0];
 }
 
+TEST(SceneLoad, ValuesWithoutUseAreNoRefusal) {
+  GltfBuilder builder = test::triangle_file();
+  builder.root["cameras"] = {{{"type", "perspective"}, {"perspective", {{"yfov", 4}, {"znear", 0.1}}}}};
+  json& accessors = builder.root["accessors"];
+  const size_t first = accessors.size();
+  accessors.push_back({{"componentType", 5126}, {"count", 3}, {"type", "NO_VEC3"}});
+  accessors.push_back({{"componentType", 5126}, {"count", 2}, {"type", "SCALAR"}});
+  accessors.push_back({{"componentType", 5126}, {"count", 2}, {"type", "VEC3"}});
+  accessors.push_back({{"componentType", 5126}, {"count", 1}, {"type", "MAT4"}});
+  builder.root["animations"] = {
+      {{"samplers", {{{"input", first + 1}, {"output", first + 2}}}},
+       {"channels", {{{"sampler", 0}, {"target", {{"node", 0}, {"path", "translation"}}}}}}}};
+  builder.root["skins"] = {{{"joints", {0}}, {"inverseBindMatrices", first + 3}}};
+  const Scene scene = loaded(builder);
+  EXPECT_NEAR(scene.cameras.at(0).vertical_fov_rad, 3.1f, 1e-6f);
+  EXPECT_EQ(scene.joints.at(0).joint_from_mesh, glm::mat4(1));
+  EXPECT_TRUE(scene.channels.empty());
+  std::string warnings;
+  for (const std::string& warning : scene.warnings) warnings += warning + "\n";
+  for (const char* part : {"yfov is not below pi", "the unknown type \"NO_VEC3\"", "without key times",
+                           "inverseBindMatrices has no data"})
+    EXPECT_NE(warnings.find(part), std::string::npos) << part << " in " << warnings;
+
+  builder.root["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = first;
+  EXPECT_FALSE(load(builder).ok());
+}
+
 TEST(SceneLoad, UnusedPartsAreReported) {
   GltfBuilder builder = test::triangle_file();
   builder.root["extensionsUsed"] = {"EXT_unheard_of"};
