@@ -281,6 +281,12 @@ class SceneReader {
       to_.surfaces.push_back(std::move(surface));
       if (keeps_nodes_) to_.surface_nodes.push_back(key.node);
     }
+    if (left_out_faces_ > 0) {
+      const std::string reason = "a vertex is not finite, or too far away for a number of 32 bits";
+      if (to_.surfaces.empty()) return Error{reason};
+      to_.warnings.push_back(std::to_string(left_out_faces_) +
+                             (left_out_faces_ == 1 ? " face is" : " faces are") + " left out: " + reason);
+    }
     if (std::string crossing = polygons_.warning(); !crossing.empty())
       to_.warnings.push_back(std::move(crossing));
     return {};
@@ -364,6 +370,13 @@ class SceneReader {
         corners_.push_back(corner(face.mIndices[i]));
         polygon_.emplace_back(position.x, position.y, position.z);
       }
+      const bool is_finite = std::all_of(corners_.begin(), corners_.end(), [](const auto& c) {
+        return std::isfinite(c.position.x) && std::isfinite(c.position.y) && std::isfinite(c.position.z);
+      });
+      if (!is_finite) {
+        ++left_out_faces_;
+        continue;
+      }
       for (const auto& [a, b, c] : polygons_.triangulate(polygon_))
         if (!(mirrored ? builder.add(corners_[a], corners_[c], corners_[b])
                        : builder.add(corners_[a], corners_[b], corners_[c])))
@@ -375,7 +388,7 @@ class SceneReader {
   const aiScene& scene_;
   const bool keeps_nodes_;
   ImportedMesh& to_;
-  uint64_t triangles_ = 0;
+  uint64_t triangles_ = 0, left_out_faces_ = 0;
   static constexpr size_t kMaxFarNodes = 10;  // with a warning
   size_t far_nodes_ = 0;
   std::string warned_far_;  // the last one
