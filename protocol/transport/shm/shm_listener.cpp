@@ -29,6 +29,8 @@ void sleep_ns(int64_t ns) {
 class ShmListener final : public ListenerLink {
  public:
   ShmListener(std::string name, Delivery delivery) : name_(std::move(name)), delivery_(delivery) {}
+  // A renderer often ends because its simulator was killed.
+  ~ShmListener() override { remove_dead_segment(segment_path(name_)); }
 
   void poll(const std::function<void(const LinkEvent&)>& on_event) override;
   void wait(std::chrono::nanoseconds timeout) override;

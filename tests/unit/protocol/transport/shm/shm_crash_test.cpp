@@ -123,6 +123,21 @@ TEST(ShmCrash, NextStartRemovesSegmentsOfTheDead) {
   }
 }
 
+TEST(ShmCrash, RendererThatEndsRemovesSegmentOfTheDead) {
+  const std::string uri = unique_shm_uri("ends");
+  Child writer([&] { publish_uniform_frames(uri, 1); });
+  {
+    Listener listener(uri);
+    ASSERT_TRUE(listener.poll_until([&] { return listener.count(Kind::pose) > 0; }));
+  }
+  EXPECT_TRUE(is_there(path_of(uri)));
+  {
+    const Listener listener(uri);
+    writer.kill();
+  }
+  EXPECT_FALSE(is_there(path_of(uri)));
+}
+
 TEST(ShmCrash, AStoppedWriterIsAlive) {
   const std::string uri = unique_shm_uri("stop");
   Listener listener(uri);
