@@ -26,12 +26,12 @@ bool is_own_file(const struct stat& info) {
 }  // namespace
 
 bool remove_dead_segment(const std::string& path) {
-  struct stat info {};
-  if (::lstat(path.c_str(), &info) != 0 || !is_own_file(info)) return false;
   // Holds a lock, which a forked child must not inherit.
   const UnforkableFd fd =
       UnforkableFd::open([&] { return ::open(path.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK); });
-  if (!fd || ::fstat(fd.get(), &info) != 0 || !is_own_file(info)) return false;
+  if (!fd || byte_held_by_other(fd.get(), kPublisherLockByte)) return false;  // living ones cost no more
+  struct stat info {};
+  if (::fstat(fd.get(), &info) != 0 || !is_own_file(info)) return false;
   SegmentHeader header{};
   if (::pread(fd.get(), &header, sizeof header, 0) != static_cast<ssize_t>(sizeof header) ||
       header.magic != kMagic || header.layout_version != kLayoutVersion)
@@ -42,7 +42,7 @@ bool remove_dead_segment(const std::string& path) {
   return file_id(path) == file_id(fd.get()) && ::unlink(path.c_str()) == 0;
 }
 
-size_t remove_dead_segments() {
+size_t remove_dead_segments(const std::string& except_name) {
   const std::unique_ptr<DIR, int (*)(DIR*)> folder(::opendir(kFolder), ::closedir);
   if (!folder) return 0;
   size_t removed = 0, looked_at = 0;
@@ -50,7 +50,9 @@ size_t remove_dead_segments() {
     const dirent* const entry = ::readdir(folder.get());
     if (!entry) break;
     const std::string_view name = entry->d_name;
-    if (!name.starts_with(kPrefix) && !name.starts_with(kHiddenPrefix)) continue;
+    const bool is_hidden = name.starts_with(kHiddenPrefix);
+    if ((!name.starts_with(kPrefix) && !is_hidden) || entry->d_type != DT_REG) continue;
+    if (!is_hidden && name.substr(kPrefix.size()) == except_name) continue;
     ++looked_at;
     removed += remove_dead_segment(std::string(kFolder) + "/" + std::string(name));
   }

@@ -12,7 +12,8 @@ namespace fire3dv::transport::shm {
 bool remove_dead_segment(const std::string& path);
 
 // Same for all segments in /dev/shm, and for the hidden files that a publisher killed while it replaced its
-// segment left. Looks at a bounded number of files. Returns how many it removed.
-size_t remove_dead_segments();
+// segment left. Looks at a bounded number of files. except_name: a segment that the caller takes over, so
+// that its readers find the next one under the name at any time. Returns how many it removed.
+size_t remove_dead_segments(const std::string& except_name = {});
 
 }  // namespace fire3dv::transport::shm

@@ -397,9 +397,10 @@ Result<std::unique_ptr<PublisherLink>> make_publisher(const std::string& name,
   sizes.pose_slots = options.ring_slots;
   sizes.description_bytes = kFirstDescriptionBytes;
   sizes.state_bytes = kFirstStateBytes;
-  remove_dead_segments();  // their memory may be what this one needs
+  remove_dead_segments(name);  // their memory may be what this one needs
   const uint64_t publisher_id = random_id();
   auto made = create_segment(name, sizes, publisher_id);
+  if (!made && remove_dead_segment(segment_path(name))) made = create_segment(name, sizes, publisher_id);
   if (!made) return made.error();
   auto first = std::make_shared<Published>(std::move(*made));
   if (auto named = take_name(first->segment, name, false); !named) return named.error();
