@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/plural.h"
 #include "convert/mesh/geometry/triangulate.h"
 #include "convert/mesh/mesh_store.h"
 #include "convert/mesh/text/mesh_text.h"
@@ -56,20 +57,38 @@ struct ElementList {
 // Reads numbers one after the other. ok() is false once data is missing or malformed.
 class Numbers {
  public:
-  Numbers(std::string_view bytes, Format format) : rest_(bytes), format_(format) {}
+  Numbers(std::string_view bytes, Format format, char line_end)
+      : rest_(bytes), format_(format), line_end_(line_end) {}
 
   bool ok() const { return ok_; }
+
+  // Lines of text with numbers in them.
+  uint64_t lines() const {
+    uint64_t count = 0;
+    for (std::string_view text = rest_; !text.empty();) {
+      const std::string_view line = text.substr(0, text.find(line_end_));
+      text.remove_prefix(std::min(line.size() + 1, text.size()));
+      const size_t first = line.find_first_not_of(" \t\r\n");
+      count += first != std::string_view::npos && !line.substr(first).starts_with(kComment) ? 1 : 0;
+    }
+    return count;
+  }
+
+  void end_line() { rest_.remove_prefix(std::min(rest_.find(line_end_), rest_.size())); }
+
   size_t bytes_left() const { return rest_.size(); }
 
   double next(const Type& type) {
     if (format_ == Format::ascii) {
       constexpr std::string_view kSpace = " \t\r\n";
       rest_.remove_prefix(std::min(rest_.find_first_not_of(kSpace), rest_.size()));
-      double value = 0;
-      const auto [end, error] = std::from_chars(rest_.data(), rest_.data() + rest_.size(), value);
-      ok_ = ok_ && error == std::errc();
-      rest_.remove_prefix(static_cast<size_t>(end - rest_.data()));
-      return value;
+      while (rest_.starts_with(kComment)) {
+        end_line();
+        rest_.remove_prefix(std::min(rest_.find_first_not_of(kSpace), rest_.size()));
+      }
+      const std::optional<double> value = number_of(next_word(rest_));
+      ok_ = ok_ && value;
+      return value.value_or(0);
     }
     uint64_t bits = 0;
     if (rest_.size() < type.size) {
@@ -89,8 +108,10 @@ class Numbers {
   }
 
  private:
+  static constexpr std::string_view kComment = "comment";
   std::string_view rest_;
   Format format_;
+  char line_end_;
   bool ok_ = true;
 };
 
@@ -100,12 +121,17 @@ class PlyReader {
 
   Result<ImportedMesh> read(std::string_view bytes) {
     if (Result<void> header = read_header(bytes); !header) return header.error();
-    Numbers numbers(bytes, format_);
+    Numbers numbers(bytes, format_, line_end_);
+    uint64_t items = 0;
+    for (const ElementList& element : elements_) items += element.count;
+    // In the usual text each item is a line, whose end may have more numbers than the header says.
+    const bool has_lines = format_ == Format::ascii && numbers.lines() == items;
     for (const ElementList& element : elements_) {
       // Each item takes a byte at least, so that the count is bounded by the file.
       if (element.properties.empty() || element.count > numbers.bytes_left()) return cut_short();
       for (uint64_t i = 0; i < element.count; ++i) {
         read_element(element, numbers);
+        if (has_lines) numbers.end_line();
         if (!numbers.ok()) return cut_short();
         if (indices_.size() / 3 > kMaxPlyTriangles)
           return Error{"it has more than " + std::to_string(kMaxPlyTriangles) + " triangles"};
@@ -118,8 +144,13 @@ class PlyReader {
   static Error cut_short() { return Error{"the PLY file is cut short or damaged"}; }
 
   Result<void> read_header(std::string_view& bytes) {
+    // Old programs of Apple's end lines by carriage returns alone.
+    const size_t first_end = bytes.find_first_of("\r\n");
+    const bool is_return = first_end != std::string_view::npos && bytes[first_end] == '\r' &&
+                           bytes.substr(first_end + 1, 1) != "\n";
+    line_end_ = is_return ? '\r' : '\n';
     for (size_t line_count = 0; line_count < 10'000; ++line_count) {
-      const size_t end = bytes.find('\n');
+      const size_t end = bytes.find(line_end_);
       if (end == std::string_view::npos) break;
       std::string_view line = bytes.substr(0, end);
       bytes.remove_prefix(end + 1);
@@ -287,6 +318,7 @@ class PlyReader {
     SurfaceBuilder builder(has_normals_, has_uvs, has_colors);
     PolygonTriangulator polygons;
     std::vector<glm::dvec3> polygon;
+    size_t left_out = 0;
     for (const Face& face : faces_) {
       polygon.clear();
       for (size_t i = face.first; i < face.first + face.count; ++i) {
@@ -303,15 +335,24 @@ class PlyReader {
           made.color = visible_color(face.color, of_faces_);
         return made;
       };
+      const bool is_finite = std::all_of(polygon.begin(), polygon.end(), [](const glm::dvec3& p) {
+        return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
+      });
+      if (!is_finite) {
+        ++left_out;
+        continue;
+      }
       for (const auto& [a, b, c] : polygons.triangulate(polygon))
-        if (!builder.add(corner(a), corner(b), corner(c)))
-          return Error{"a vertex is not finite, or too far away for a number of 32 bits"};
+        (void)builder.add(corner(a), corner(b), corner(c));
     }
+    const std::string not_finite = "a vertex is not finite, or too far away for a number of 32 bits";
     ImportedMesh mesh;
     mesh.materials.emplace_back();
     mesh.materials[0].diffuse = glm::vec3(0.7f);
     mesh.materials[0].is_default = true;
     mesh.surfaces.push_back(builder.take());
+    if (mesh.surfaces[0].indices.empty() && left_out > 0) return Error{not_finite};
+    if (left_out > 0) mesh.warnings.push_back(counted(left_out, "face") + " left out: " + not_finite);
     if (mesh.surfaces[0].indices.empty())
       return Error{std::string("there is no triangle in it") +
                    (corners_.empty() ? "" : ": point clouds are not drawn; make a mesh, as with MeshLab")};
@@ -334,6 +375,7 @@ class PlyReader {
   }
 
   Format format_ = Format::ascii;
+  char line_end_ = '\n';
   std::vector<ElementList> elements_;
   std::vector<SurfaceBuilder::Corner> corners_;
   static constexpr uint32_t kNoVertex = UINT32_MAX;

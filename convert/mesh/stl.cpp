@@ -33,7 +33,11 @@ bool begins_with(std::string_view text, std::string_view keyword) {
 bool is_text_stl(std::string_view bytes) {
   const std::string_view head = without_mark(bytes.substr(0, 1024));
   std::string_view rest = head;
-  const std::string_view word = next_word(rest);
+  std::string_view word = next_word(rest);
+  while (word.starts_with('#')) {
+    rest.remove_prefix(std::min(rest.find('\n'), rest.size()));
+    word = next_word(rest);
+  }
   return (begins_with(word, "solid") || begins_with(word, "facet")) &&
          head.find('\0') == std::string_view::npos;
 }
@@ -47,8 +51,11 @@ ImportedMesh empty_mesh() {
   return mesh;
 }
 
-Error not_finite() {
-  return Error{"a vertex is not finite, or too far away for a number of 32 bits"};
+constexpr const char* kNotFinite = "a vertex is not finite, or too far away for a number of 32 bits";
+
+// Reports facets that SurfaceBuilder refused.
+void add_left_out(size_t count, ImportedMesh& mesh) {
+  if (count > 0) mesh.warnings.push_back(counted(count, "facet") + " left out: " + kNotFinite);
 }
 
 class TextStl {
@@ -70,13 +77,14 @@ class TextStl {
         done = end_facet();
       else if (is_keyword(word, "solid"))
         done = begin_solid(rest_of_line());
-      else if (is_keyword(word, "endsolid"))
+      else if (is_keyword(word, "endsolid") || word[0] == '#')
         rest_of_line();
       if (!done) return done.error();
     }
     if (Result<void> done = end_facet(); !done) return done.error();
     end_solid();
-    if (mesh_.surfaces.empty()) return Error{"there is no triangle in it"};
+    if (mesh_.surfaces.empty()) return Error{left_out_ > 0 ? kNotFinite : "there is no triangle in it"};
+    add_left_out(left_out_, mesh_);
     if (incomplete_ > 0)
       mesh_.warnings.push_back(counted(incomplete_, "facet") +
                                " without three vertices: left out; is the file cut short?");
@@ -119,7 +127,7 @@ class TextStl {
         return Error{"it has more than " + std::to_string(kMaxStlTriangles) + " triangles"};
       SurfaceBuilder::Corner corners[3];
       for (size_t k = 0; k < 3; ++k) corners[k].position = glm::vec3(facet_[triangle[k]]);
-      if (!builder_.add(corners[0], corners[1], corners[2])) return not_finite();
+      left_out_ += builder_.add(corners[0], corners[1], corners[2]) ? 0 : 1;
     }
     facet_.clear();
     return {};
@@ -151,7 +159,7 @@ class TextStl {
   SurfaceBuilder builder_{false, false};
   std::vector<glm::dvec3> facet_;
   PolygonTriangulator polygons_;
-  size_t triangles_ = 0, incomplete_ = 0;
+  size_t triangles_ = 0, incomplete_ = 0, left_out_ = 0;
 };
 
 // Colour of a facet: five bits each, and one that says whether it counts.
@@ -221,6 +229,7 @@ Result<ImportedMesh> import_binary_stl(std::string_view bytes, Nodes nodes) {
   const FacetColors colors(bytes.substr(0, 80), facets);
   const bool has_colors = keeps_nodes && colors.any();
   SurfaceBuilder builder(false, false, has_colors);
+  size_t left_out = 0;
   for (uint64_t i = 0; i < count; ++i) {
     const std::string_view facet = facets.substr(i * kTriangleBytes, kTriangleBytes);
     SurfaceBuilder::Corner corners[3];
@@ -233,10 +242,12 @@ Result<ImportedMesh> import_binary_stl(std::string_view bytes, Nodes nodes) {
       if (!fits && !(std::max({size.x, size.y, size.z}) < kFar))
         return Error{"it is damaged, or not what its name says (its count of triangles is wrong)"};
     }
-    if (!builder.add(corners[0], corners[1], corners[2])) return not_finite();
+    left_out += builder.add(corners[0], corners[1], corners[2]) ? 0 : 1;
   }
+  if (left_out == count) return Error{kNotFinite};
   ImportedMesh mesh = empty_mesh();
   mesh.surfaces.push_back(builder.take());
+  add_left_out(left_out, mesh);
   if (keeps_nodes) {
     mesh.nodes.emplace_back();
     mesh.surface_nodes.push_back(0);

@@ -99,15 +99,17 @@ std::optional<double> number_of(std::string_view word) {
   return value;
 }
 
-std::string not_a_number(std::string_view word) {
-  if (word.empty()) return "a number is missing";
+bool has_decimal_comma(std::string_view word) {
   std::string with_point(word);
   std::replace(with_point.begin(), with_point.end(), ',', '.');
-  const bool has_comma = with_point != word && number_of(with_point);
-  const std::optional<double> number = number_of(word);
-  return quote(word) + (number      ? " is not finite"
-                        : has_comma ? " has a decimal comma; export it with decimal points"
-                                    : " is no number");
+  return with_point != word && number_of(with_point);
+}
+
+std::string not_a_number(std::string_view word) {
+  if (word.empty()) return "a number is missing";
+  return quote(word) + (number_of(word)           ? " is not finite"
+                        : has_decimal_comma(word) ? " has a decimal comma; export it with decimal points"
+                                                  : " is no number");
 }
 
 }  // namespace fire3dv::convert

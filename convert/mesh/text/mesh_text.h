@@ -21,6 +21,9 @@ std::string_view next_word(std::string_view& text);
 // infinite.
 std::optional<double> number_of(std::string_view word);
 
+// True for a number such as "0,5".
+bool has_decimal_comma(std::string_view word);
+
 // Why a word is no number, for messages: names decimal commas.
 std::string not_a_number(std::string_view word);
 

@@ -5,9 +5,9 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
-#include <map>
 #include <optional>
 #include <system_error>
+#include <unordered_set>
 #include <utility>
 
 #include "base/plural.h"
@@ -90,6 +90,8 @@ class ObjChecker {
     }
     if (totals_[kVertex] == 0 && !has_faces_)
       return Error{"it is damaged, or not what its name says (there is neither a vertex nor a face)"};
+    if (faces_ == 0 && left_out_.count > 0)
+      return Error{"line " + std::to_string(damaged_.line) + ": the vertex is damaged: " + damaged_.reason};
     add_warnings();
     // assimp refuses shorter files.
     result_.text += "# end of the file\n";
@@ -108,7 +110,8 @@ class ObjChecker {
   };
 
   void add_line(std::string_view line) {
-    result_.text += line;
+    line = line.substr(0, line.find_last_not_of(" \t\\") + 1);  // a backslash would join the next line
+    for (const char c : line) result_.text += c == '\0' ? '?' : c;
     result_.text += '\n';
   }
 
@@ -135,23 +138,33 @@ class ObjChecker {
     size_t count = 0;
     std::string fault;
     for (; count < kMaxNumbers; ++count) {
-      words[count] = next_word(rest);
-      if (words[count].empty() || words[count][0] == '#') break;
-      const std::optional<double> value = number_of(words[count]);
-      const bool is_sound = value && std::isfinite(static_cast<float>(*value));
-      if (is_sound)
+      const std::string_view word = next_word(rest);
+      if (word.empty() || word[0] == '#') break;
+      words[count] = word;
+      const std::optional<double> value = number_of(word);
+      if (value && std::isfinite(static_cast<float>(*value))) {
         values[count] = *value;
-      else if (fault.empty())
-        fault = not_a_number(words[count]);
+      } else if (has_decimal_comma(word)) {
+        return Error{not_a_number(word)};
+      } else if (count < 3) {
+        fault = fault.empty() ? not_a_number(word) : fault;
+      } else {  // a colour
+        bad_numbers_[kVertex].note(line_, not_a_number(word));
+        values[count] = 1;
+        words[count] = "1";
+      }
     }
-    if (count < 3 && fault.empty()) fault = "a vertex has fewer than three numbers";
     ++counts_[kVertex];
+    if (count < 2 && fault.empty()) fault = "a vertex has fewer than three numbers";
+    if (count == 2 && fault.empty()) {
+      flat_.note(line_, {});
+      words[count++] = "0";
+    }
     if (!fault.empty()) {
-      // Only faces that name it are an error.
       constexpr size_t kMaxBadVertices = 100'000;
       if (bad_vertices_.size() >= kMaxBadVertices) return Error{fault};
-      bad_vertices_.try_emplace(counts_[kVertex],
-                                "line " + std::to_string(line_) + ": the vertex is damaged: " + fault);
+      bad_vertices_.insert(counts_[kVertex]);
+      damaged_.note(line_, fault);
       result_.text += "v 0 0 0\n";
       return {};
     }
@@ -200,6 +213,7 @@ class ObjChecker {
   Result<void> add_face(std::string_view rest) {
     corners_.clear();
     size_t with[kKinds] = {};
+    bool is_damaged = false;
     for (std::string_view word = next_word(rest); !word.empty() && word[0] != '#'; word = next_word(rest)) {
       std::array<uint64_t, kKinds> corner{};
       std::string_view left = word;
@@ -217,12 +231,16 @@ class ObjChecker {
         corner[kind] = *number;
         with[kind] += *number != 0 ? 1 : 0;
       }
-      if (const auto bad = bad_vertices_.find(corner[kVertex]); bad != bad_vertices_.end())
-        return Error{"a face names vertex " + std::to_string(corner[kVertex]) + "; " + bad->second};
+      is_damaged = is_damaged || bad_vertices_.contains(corner[kVertex]);
       corners_.push_back(corner);
     }
     has_faces_ = has_faces_ || !corners_.empty();
     if (corners_.size() < 3) return {};
+    if (is_damaged) {
+      left_out_.note(line_, {});
+      return {};
+    }
+    ++faces_;
     // A face has texture coordinates, or normals, at all of its corners or at none.
     bool has[kKinds] = {};
     for (const Kind kind : {kUv, kNormal}) {
@@ -245,13 +263,17 @@ class ObjChecker {
   }
 
   void add_warnings() {
+    const auto add = [&](const Fault& fault, const std::string& what) {
+      if (fault.count == 0) return;
+      result_.warnings.push_back(what + " (" + counted(fault.count, "time") + ", first in line " +
+                                 std::to_string(fault.line) +
+                                 (fault.reason.empty() ? "" : ": " + fault.reason) + ")");
+    };
+    if (left_out_.count > 0)
+      add(damaged_, counted(left_out_.count, "face") + " with damaged vertices: left out");
+    add(flat_, "vertices have two numbers: the third is 0");
+    add(bad_numbers_[kVertex], "colours of vertices are damaged: 1 is used");
     for (const Kind kind : {kUv, kNormal}) {
-      const auto add = [&](const Fault& fault, const std::string& what) {
-        if (fault.count == 0) return;
-        result_.warnings.push_back(what + " (" + counted(fault.count, "time") + ", first in line " +
-                                   std::to_string(fault.line) +
-                                   (fault.reason.empty() ? "" : ": " + fault.reason) + ")");
-      };
       add(missing_[kind], "faces name " + std::string(kNames[kind]) +
                               "s that are missing: such faces are drawn without them");
       add(bad_numbers_[kind], "a " + std::string(kNames[kind]) + " is damaged: 0 is used");
@@ -263,8 +285,9 @@ class ObjChecker {
   uint64_t counts_[kKinds] = {}, totals_[kKinds] = {};
   bool has_faces_ = false;
   std::vector<std::array<uint64_t, kKinds>> corners_;
-  std::map<uint64_t, std::string> bad_vertices_;
-  Fault missing_[kKinds], bad_numbers_[kKinds];
+  uint64_t faces_ = 0;
+  std::unordered_set<uint64_t> bad_vertices_;  // from 1
+  Fault damaged_, left_out_, flat_, missing_[kKinds], bad_numbers_[kKinds];
 };
 
 }  // namespace

@@ -297,7 +297,7 @@ TEST(MeshScene, RefusalsNameFileAndReason) {
   };
   std::string nan_stl = binary_stl_cube(0);
   const std::string nan = test::raw(std::nanf(""));
-  nan_stl.replace(84 + 12, 4, nan);
+  for (size_t i = 0; i < 12; ++i) nan_stl.replace(84 + 50 * i + 12, 4, nan);
   // Neither the count nor the coordinates are those of an STL file.
   std::string many_stl = binary_stl_cube(0);
   many_stl.replace(80, 4, test::raw<uint32_t>(0xffffffff));

@@ -144,15 +144,16 @@ TEST(OddFiles, TextStlIsReadInAnyForm) {
   for (char& c : capitals) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
   for (size_t at = 0; (at = lines.find('\n', at)) != std::string::npos; at += 2) lines.replace(at, 1, "\r\n");
   std::replace(one_line.begin() + 13, one_line.end(), '\n', ' ');
-  for (const auto& [name, text] :
-       std::vector<std::pair<std::string, std::string>>{{"plain", plain},
-                                                        {"capitals", capitals},
-                                                        {"line ends", lines},
-                                                        {"one line", one_line},
-                                                        {"blank lines", "\n \r\n\n" + plain},
-                                                        {"byte order mark", "\xEF\xBB\xBF" + plain},
-                                                        {"no name", text_stl("solid\n", "facet")},
-                                                        {"no solid", text_stl("", "facet")}})
+  for (const auto& [name, text] : std::vector<std::pair<std::string, std::string>>{
+           {"plain", plain},
+           {"capitals", capitals},
+           {"line ends", lines},
+           {"one line", one_line},
+           {"blank lines", "\n \r\n\n" + plain},
+           {"byte order mark", "\xEF\xBB\xBF" + plain},
+           {"no name", text_stl("solid\n", "facet")},
+           {"no solid", text_stl("", "facet")},
+           {"comments", "# by hand\n" + text_stl("solid a # part\n# here\n", "facet")}})
     expect_area(read_bytes(folder, "text.stl", text), 1, name);
   EXPECT_EQ(read_bytes(folder, "text.stl", plain)->nodes.at(0).name, "a part");
   cut.resize(cut.find("vertex 0 1"));
@@ -192,6 +193,10 @@ TEST(OddFiles, BinaryStlIsReadAsFarAsItGoes) {
     expect_area(read_bytes(folder, "b.stl", counted_stl(99, header, "")), 1, "more",
                 "there are 2; is it cut short?");
   }
+  std::string damaged = counted_stl(2, "robot", "");
+  damaged.replace(84 + 12, 4, test::raw(std::nanf("")));
+  expect_area(read_bytes(folder, "b.stl", damaged), 0.5, "not finite",
+              "1 facet left out: a vertex is not finite");
   EXPECT_FALSE(read_bytes(folder, "b.stl", std::string(400, 'x')).ok());
   EXPECT_FALSE(read_bytes(folder, "b.stl", std::string(400, '\xee')).ok());
   folder.write("b.stl", counted_stl(9, "robot", "abc"));
@@ -257,15 +262,19 @@ TEST(OddFiles, ObjNumbersAreReadOrNamed) {
   expect_area(obj("0 0 0", "vt 0 0\nf 1/1 2 3/1\n"), 1, "mixed", "first in line 5");
   expect_area(obj("0 0 0", "vn nan 0 0\nf 1//1 2//1 3//1\n"), 1, "normal", "\"nan\" is not finite");
   expect_area(obj("0 0 0", "v 1.#IND 0 0\nf 1 2 3\n"), 1, "a damaged vertex that no face names");
+  expect_area(obj("nan 0 0", "v 0 0 0\nf 1 2 3\nf 4 2 3\n"), 1, "a damaged vertex",
+              "1 face with damaged vertices: left out (1 time, first in line 1: \"nan\" is not finite)");
+  expect_area(obj("0 0"), 1, "two numbers", "the third is 0");
+  expect_area(obj("0 0 0 nan 1 1"), 1, "colour", "colours of vertices are damaged");
   const auto refusal = [&](const Result<Model>& model) {
     return model.ok() ? std::string("read") : model.error().message;
   };
-  for (const auto& [first, reason] : std::vector<std::pair<std::string, std::string>>{
-           {"0,5 0 0", "line 1: the vertex is damaged: \"0,5\" has a decimal comma"},
-           {"1.#IND 0 0", "\"1.#IND\" is no number"},
-           {"-nan(ind) 0 0", "\"-nan(ind)\" is not finite"},
-           {"1e400 0 0", "\"1e400\" is not finite"},
-           {"0 0", "fewer than three numbers"}})
+  for (const auto& [first, reason] :
+       std::vector<std::pair<std::string, std::string>>{{"0,5 0 0", "line 1: \"0,5\" has a decimal comma"},
+                                                        {"1.#IND 0 0", "\"1.#IND\" is no number"},
+                                                        {"-nan(ind) 0 0", "\"-nan(ind)\" is not finite"},
+                                                        {"1e400 0 0", "\"1e400\" is not finite"},
+                                                        {"0", "fewer than three numbers"}})
     EXPECT_NE(refusal(obj(first)).find(reason), std::string::npos) << refusal(obj(first));
   EXPECT_NE(refusal(obj("0 0 0", "f 1 2 4\n")).find("line 4: a face names vertex 4, but there are 3"),
             std::string::npos)
@@ -337,6 +346,18 @@ TEST(OddFiles, ColoursOfPlyFaces) {
                          "0 0 0 255 0 0\n1 0 0 255 0 0\n1 1 0 0 0 255\n0 1 0 0 0 255\n4 0 1 2 3 7\n")),
             red_and_blue)
       << "colours of vertices win";
+}
+
+TEST(OddFiles, PlyTextHasCommentsAndMoreNumbersThanItSays) {
+  const test::ScratchFolder folder;
+  const std::string list = "element face 2\nproperty list uchar int vertex_indices\n";
+  expect_area(read_bytes(folder, "c.ply",
+                         ply("", list,
+                             "comment a\n\n0 0 0\n1 0 0 7\ncomment b\n1 1 0\n0 1 0\n3 0 1 2 3 9 9 9\n"
+                             "3 0 2 3 3 9 9 9\n")),
+              1, "lines");
+  expect_area(read_bytes(folder, "c.ply", ply("", list, "0 0 0 1 0 0 1\n1 0 0 1 0 3 0 1 2\n3 0\n2 3\n")), 1,
+              "numbers without lines");
 }
 
 TEST(OddFiles, PlyStripsAndTextureCoordinatesOfFaces) {
