@@ -30,29 +30,43 @@ bool is_rightward(const glm::dvec2& from, const glm::dvec2& to) {
 
 const std::vector<PolygonTriangulator::Triangle>& PolygonTriangulator::triangulate(
     std::span<const glm::dvec3> corners) {
-  triangles_.clear();
-  const auto count = static_cast<uint32_t>(corners.size());
-  if (count < 3) return triangles_;
-  const bool is_flat = count > 3 && !project(corners);
-  if (count == 3 || is_flat || is_convex()) {
-    for (uint32_t i = 2; i < count; ++i) triangles_.push_back({0, i - 1, i});
-    if (!is_flat) return triangles_;
-    // Without a plane: all corners on a line, or halves that cancel each other.
-    const auto has_area = [&](const Triangle& t) {
-      const glm::dvec3 a = corners[t[1]] - corners[t[0]], b = corners[t[2]] - corners[t[0]];
-      return glm::length(glm::cross(a, b)) > 1e-6 * glm::length(a) * glm::length(b);
-    };
-    approximated_ += std::any_of(triangles_.begin(), triangles_.end(), has_area) ? 1 : 0;
-    return triangles_;
+  const bool is_exact = cut(corners);
+  double area = 0;
+  bool has_area = false;
+  for (const Triangle& t : triangles_) {
+    const glm::dvec3 a = corners[t[1]] - corners[t[0]], b = corners[t[2]] - corners[t[0]];
+    const double one = glm::length(glm::cross(a, b));
+    area += std::isfinite(one) ? one : 0;
+    has_area = has_area || one > 1e-6 * glm::length(a) * glm::length(b);
   }
-  const double area = doubled_area();
-  clip();
-  if (!(std::abs(clipped_area_ - area) <= 1e-3 * area) || !turns_once()) ++approximated_;
+  area_ += area;
+  if (!is_exact && has_area) {
+    ++approximated_;
+    approximated_area_ += area;
+  }
   return triangles_;
 }
 
+// Returns whether the triangles are exactly the polygon.
+bool PolygonTriangulator::cut(std::span<const glm::dvec3> corners) {
+  triangles_.clear();
+  const auto count = static_cast<uint32_t>(corners.size());
+  if (count < 3) return true;
+  // Without a plane all corners lie on a line, or halves cancel each other.
+  const bool has_plane = count == 3 || project(corners);
+  if (count == 3 || !has_plane || is_convex()) {
+    for (uint32_t i = 2; i < count; ++i) triangles_.push_back({0, i - 1, i});
+    return has_plane;
+  }
+  const double area = doubled_area();
+  clip();
+  return std::abs(clipped_area_ - area) <= 1e-3 * area && turns_once();
+}
+
 std::string PolygonTriangulator::warning() const {
-  if (approximated_ == 0) return {};
+  // Folded slivers, as many meshes have them, are not seen.
+  constexpr double kSeen = 1e-3;
+  if (approximated_ == 0 || approximated_area_ < kSeen * area_) return {};
   const bool is_one = approximated_ == 1;
   return counted(approximated_, "polygon") +
          (is_one ? " crosses itself, or is" : " cross themselves, or are") +

@@ -21,10 +21,12 @@ class PolygonTriangulator {
   // empty for less than three corners. Work over all calls is limited: later polygons are approximated.
   const std::vector<Triangle>& triangulate(std::span<const glm::dvec3> corners);
 
-  // Warning about all polygons so far that were approximated; empty without any.
+  // Warning about the polygons so far that were approximated; empty unless they have a thousandth of the area
+  // of all.
   std::string warning() const;
 
  private:
+  bool cut(std::span<const glm::dvec3> corners);
   bool project(std::span<const glm::dvec3> corners);
   bool is_convex() const;
   bool turns_once() const;
@@ -57,6 +59,7 @@ class PolygonTriangulator {
   double clipped_area_ = 0;
   uint64_t steps_ = 0;
   size_t approximated_ = 0;
+  double area_ = 0, approximated_area_ = 0;  // doubled
 };
 
 }  // namespace fire3dv::convert

@@ -174,6 +174,16 @@ TEST(Triangulate, CrossedPolygonsAreReported) {
   EXPECT_NE(triangulator.warning().find("2 polygons cross themselves"), std::string::npos);
 }
 
+TEST(Triangulate, FoldedSliversAreNotReported) {
+  PolygonTriangulator triangulator;
+  const std::vector<glm::dvec3> crossed = {{0, 0, 0}, {1, 1, 0}, {1, 0, 0}, {0, 1, 0}};
+  triangulator.triangulate(std::vector<glm::dvec3>{{0, 0, 0}, {99, 0, 0}, {0, 99, 0}});
+  triangulator.triangulate(crossed);
+  EXPECT_EQ(triangulator.warning(), "");
+  for (int i = 0; i < 20; ++i) triangulator.triangulate(crossed);
+  EXPECT_NE(triangulator.warning(), "");
+}
+
 TEST(Triangulate, AnyPolygonEnds) {
   PolygonTriangulator triangulator;
   // Without an area: no warning, since nothing is seen.
