@@ -176,17 +176,16 @@ passes::View ImageBatchRenderer::view_of(const WorkItem& work) const {
 size_t ImageBatchRenderer::batch_size(std::span<const WorkItem> rest, uint64_t max_bytes) const {
   const wire::ImageRequest& first = rest[0].due.request;
   const passes::ImageOutputs outputs = drawn_outputs(first);
-  const bool smoothed = outputs.has(wire::kColorSrgb8) && renderer_.settings().draw().post.fxaa;
-  if (smoothed || has_lens(rest[0].camera) || rest[0].camera.markers || !used_lens(rest[0]).is_pinhole() ||
+  if (has_lens(rest[0].camera) || rest[0].camera.markers || !used_lens(rest[0]).is_pinhole() ||
       !renderer_.can_take(outputs, 2))
     return 1;
   const uint64_t pixel_bytes = uint64_t{8} * static_cast<uint32_t>(renderer_.settings().samples()) *
                                first.intrinsics.width * first.intrinsics.height;
   const uint64_t list_bytes = sizeof(uint32_t) * uint64_t{renderer_.gpu_scene().cluster_instance_count};
-  const uint64_t most =
-      std::min<uint64_t>({kMaxBatchViewBytes / std::max(pixel_bytes, list_bytes),
-                          max_bytes / std::max<uint64_t>(read_back_bytes(first, 1), 1),
-                          device_.limits().maxImageDimension2D / first.intrinsics.height, rest.size()});
+  const uint64_t most = std::min<uint64_t>({kMaxBatchViewBytes / std::max(pixel_bytes, list_bytes),
+                                            max_bytes / std::max<uint64_t>(read_back_bytes(first, 1), 1),
+                                            device_.limits().maxImageDimension2D / first.intrinsics.height,
+                                            device_.limits().maxImageArrayLayers, rest.size()});
   size_t count = 1;
   while (count < most) {
     const wire::ImageRequest& next = rest[count].due.request;

@@ -110,6 +110,10 @@ class LiveScene {
   uint64_t request_lists_made() const { return request_lists_made_; }
   // Log messages since the last call.
   std::vector<std::string> take_log_messages();
+  // For the streams that have sent them.
+  std::vector<state::EditRegistry::Ineffective> take_ineffective_edits() {
+    return registry_.take_ineffective();
+  }
 
  private:
   // Contents of a merged scene beyond the file.

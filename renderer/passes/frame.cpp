@@ -123,6 +123,7 @@ void ScenePasses::allocate(const RendererSettings& settings, const FrameRequest&
   if (path_tracer && request.outputs.shaded())
     path_tracer->allocate(uint64_t{request.extent.width} * request.extent.height,
                           request.shows_previous_image);
+  if (plan.fxaa_only && settings.draw().post.fxaa && targets.views > 1) post.bind_layers(device, targets);
   if (plan.depth_of_field) {
     if (!depth_of_field) depth_of_field = std::make_unique<DepthOfFieldPass>(device, settings.samples());
     depth_of_field->allocate(targets);

@@ -43,7 +43,9 @@ FramePlan plan_frame(const FrameFacts& facts, const ImageOutputs& outputs, const
   plan.metering = facts.metered && shows_light;
   plan.bloom = facts.bloom && shows_light;
   plan.hdr_samples = plan.compute_shading && (needs_samples || outputs.has(wire::kColorLinearF16));
-  if (!plan.shading || views > 1) return plan;  // compute shading has completed images of several views
+  if (!plan.shading) return plan;
+  plan.fxaa_only = views > 1;
+  if (views > 1) return plan;  // compute shading has tone-mapped images of several views
   plan.forward = !plan.compute_shading || draws_samples;
   plan.markers = has_markers;
   plan.tone_map = !plan.compute_shading || plan.hdr_samples;

@@ -19,8 +19,8 @@ enum class SceneUpdate : uint8_t { update, reuse };
 // Image that a caller wants to record.
 struct FrameRequest {
   VkExtent2D extent{};  // of a view
-  // Views that are taken together. Image and planes stack them vertically, in order. Several views have no
-  // FXAA and share one set of shadow maps.
+  // Views that are taken together. Image and planes stack them vertically, in order. Several views share one
+  // set of shadow maps.
   uint32_t views = 1;
   ImageOutputs outputs = {};
   Inspection inspection = {};  // for a single view with colours; unavailable parts are ignored

@@ -292,8 +292,7 @@ void SceneRenderer::draw_stale_overlay(gpu::Recorder& recorder, state::Condition
 }
 
 gpu::Image& SceneRenderer::image() {
-  Targets& targets = *targets_->current();
-  return targets.views > 1 ? targets.display : PostPass::result(targets, settings_.draw().post);
+  return PostPass::result(*targets_->current(), settings_.draw().post);
 }
 
 gpu::Buffer& SceneRenderer::planes() {

@@ -62,6 +62,9 @@ class StreamReceiver final : public ImageReplies {
   // Charges the time that a stream's scene edits took to its peer, as that of messages.
   void add_edit_time(state::StreamId stream, int64_t ns);
 
+  // Tells a stream that one of its scene edits has no effect, and why. Streams that have ended are ignored.
+  void report_ineffective_edit(state::StreamId stream, const std::string& reason);
+
   // The displayed scene, borrowed, whose nodes are named to streams that match none; null (default): none
   // are.
   void set_scene(const scene::Scene* scene) { scene_ = scene; }
@@ -175,6 +178,7 @@ class StreamReceiver final : public ImageReplies {
     uint64_t reported_conflicting = 0, reported_unmatched = 0;  // revisions of the last Welcome
     uint64_t reported_contested = 0;                            // revision of the last Status
     bool checked_poses = false;                                 // of its first frame, see report_poses()
+    std::vector<std::string> advice;                            // to be sent; without its subject
     RateLimit reports;
     bool interpolated = false;
     std::optional<int64_t> delay_ns;  // fixed delay, if any
@@ -221,6 +225,7 @@ class StreamReceiver final : public ImageReplies {
   uint64_t claim_slot_of_suspended(Peer peer, const wire::StreamDescription& description);
   void pass_nodes_to_successor(SuspendedStream& suspended);
   void report_poses();
+  void send_advice(Peer peer, PeerStream& stream);
   void report_refusals();
   void welcome(Peer peer, PeerStream& stream);
   void report_bindings(bool scene_is_new);

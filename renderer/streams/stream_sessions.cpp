@@ -2,8 +2,10 @@
 // reconnected streams to their slots. If two connections publish one stream, the older one keeps it while it
 // is alive.
 #include <algorithm>
+#include <cstddef>
 #include <fstream>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -65,6 +67,44 @@ std::string list_scene_nodes(const scene::Scene& scene) {
   if (names.empty()) return "; no node of the scene has a name";
   std::string text = "; the scene has";
   for (size_t i = 0; i < names.size(); ++i) text += (i ? ", " : " ") + names[i];
+  return text;
+}
+
+// True if the path has all parts of the name, in this order, and ends with the last one.
+bool has_parts(std::string_view path, std::string_view name) {
+  const auto last_part = [](std::string_view& rest) {
+    const size_t slash = rest.rfind('/');
+    const std::string_view part = slash == rest.npos ? rest : rest.substr(slash + 1);
+    rest = slash == rest.npos ? std::string_view() : rest.substr(0, slash);
+    return part;
+  };
+  if (last_part(path) != last_part(name)) return false;
+  while (!name.empty()) {
+    const std::string_view part = last_part(name);
+    bool is_found = false;
+    while (!is_found && !path.empty()) is_found = last_part(path) == part;
+    if (!is_found) return false;
+  }
+  return true;
+}
+
+// Paths of nodes that unmatched names may mean, such as "pole" is "env0/cart/pole" or "env1/cart/pole".
+// Empty: there are none.
+std::string list_paths(const scene::Scene& scene, const std::vector<std::string>& names) {
+  constexpr size_t kNames = 3, kPaths = 2;
+  std::string text;
+  for (size_t i = 0; i < std::min(names.size(), kNames); ++i) {
+    const std::string& name = names[i];
+    size_t count = 0;
+    std::string paths;
+    for (const scene::Node& node : scene.nodes) {
+      if (!has_parts(node.path, name) || ++count > kPaths) continue;
+      paths += (count == 1 ? "" : " or ") + quote(node.path);
+    }
+    if (count == 0) continue;
+    text += (text.empty() ? "" : ", ") + quote(name) + " is " + paths;
+    if (count > kPaths) text += " or " + std::to_string(count - kPaths) + " others";
+  }
   return text;
 }
 
@@ -260,24 +300,45 @@ void StreamReceiver::report_bindings(bool scene_is_new) {
   handled_peer_.reset();
 }
 
+// One message: adapters show one after the other.
+void StreamReceiver::send_advice(Peer peer, PeerStream& stream) {
+  std::string text;
+  for (const std::string& advice : std::exchange(stream.advice, {}))
+    text += (text.empty() ? "this stream " : "; it ") + advice;
+  send_status(peer, stream, text);
+}
+
+void StreamReceiver::report_ineffective_edit(state::StreamId id, const std::string& reason) {
+  const auto found =
+      std::ranges::find_if(stream_of_peer_, [id](const auto& entry) { return entry.second.id == id; });
+  if (found == stream_of_peer_.end()) return;
+  handled_peer_ = found->first;
+  found->second.advice.push_back("has an edit without effect: " + reason);
+  send_advice(found->first, found->second);
+  handled_peer_.reset();
+}
+
 // Once for each description, with its first shown frame.
 void StreamReceiver::report_poses() {
   for (auto& [peer, stream] : stream_of_peer_) {
     if (poses_.streams()[stream.id].header.sequence == 0 || std::exchange(stream.checked_poses, true))
       continue;
     handled_peer_ = peer;
-    std::string advice;  // one message: a status replaces the last one
     const auto report = [&](const std::string& text) {
       log(warning("stream \"" + stream.name + "\" " + text));
-      advice += (advice.empty() ? "this stream " : "; it ") + text;
+      stream.advice.push_back(text);
     };
     // Not earlier: a stream may add its nodes after it has described itself.
     const state::Stream& bound = poses_.streams()[stream.id];
+    const std::string paths =
+        scene_ ? list_paths(*scene_, poses_.names_at(stream.id, bound.unmatched_names, kNameBytesInReply))
+               : "";
     if (const size_t names = bound.scene_node_of_pose.size();
         names != 0 && bound.unmatched_names.size() == names)
       report("moves nothing: the scene has no node of its " + counted(names, "name") + ", such as " +
              list_names(poses_, stream.id, bound.unmatched_names) +
-             (scene_ ? list_scene_nodes(*scene_) : ""));
+             (scene_ && paths.empty() ? list_scene_nodes(*scene_) : ""));
+    if (!paths.empty()) report("has names that no node has alone; write paths: " + paths);
     if (const state::IndexSet names = poses_.names_without_scale(stream.id); !names.empty())
       report("moves " + counted(names.size(), "node") +
              " without the scale of the scene file: " + list_names(poses_, stream.id, names) +
@@ -286,7 +347,7 @@ void StreamReceiver::report_poses() {
       report("has poses of zeros only for " + counted(names.size(), "node") + ": " +
              list_names(poses_, stream.id, names) +
              "; they are invisible (a pose that rotates nothing has ones on its diagonal)");
-    if (!advice.empty()) send_status(peer, stream, advice);
+    if (!stream.advice.empty()) send_advice(peer, stream);
   }
   handled_peer_.reset();
 }

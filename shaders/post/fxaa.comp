@@ -1,6 +1,6 @@
 // Fast approximate anti-aliasing after Lottes (2009). It detects edges by luma contrast, follows each edge to
 // its ends, and resamples across it. It works on the sRGB-encoded image, whose steps are perceptually
-// uniform. Pixels without local contrast keep their exact value.
+// uniform. Pixels without local contrast keep their exact value. Variant: FIRE3DV_LAYERS.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/buffers.glsl"
@@ -13,7 +13,15 @@ layout(local_size_x = 8, local_size_y = 1) in;  // each lane processes a column 
 layout(local_size_x = 8, local_size_y = 8) in;
 #endif
 layout(push_constant, scalar) uniform Push { FxaaPush push; };
+#ifdef FIRE3DV_LAYERS
+// Several images of one size: a layer each in the source, so that no tap reads a neighbour and all coordinates are
+// those of an image alone; stacked vertically in the result.
+layout(set = 0, binding = FIRE3DV_BINDING_FILTER_IN) uniform sampler2DArray image;
+int layer = 0;
+#else
 layout(set = 0, binding = FIRE3DV_BINDING_FILTER_IN) uniform sampler2D image;
+const int layer = 0;
+#endif
 layout(set = 0, binding = FIRE3DV_BINDING_FILTER_OUT, rgba8) uniform writeonly image2D result;
 
 const float kMinContrast = 1.0 / 32.0;     // relative to white; lower contrast is invisible
@@ -24,9 +32,27 @@ const float kStepSizes[kSearchSteps] = float[](1, 1, 1, 1, 1.5, 2, 2, 2, 4, 8);
 
 float luma_of(vec3 color) { return dot(color, vec3(0.299, 0.587, 0.114)); }
 
+vec4 fetched(ivec2 pixel) {
+#ifdef FIRE3DV_LAYERS
+  return texelFetch(image, ivec3(pixel, layer), 0);
+#else
+  return texelFetch(image, pixel, 0);
+#endif
+}
+
+vec4 sampled(vec2 uv) {
+#ifdef FIRE3DV_LAYERS
+  return textureLod(image, vec3(uv, layer), 0);
+#else
+  return textureLod(image, uv, 0);
+#endif
+}
+
+void store(ivec2 pixel, vec4 color) { imageStore(result, pixel + ivec2(0, layer * push.height), color); }
+
 vec4 color_at(ivec2 pixel, ivec2 offset) {
   const ivec2 last = ivec2(push.width, push.height) - 1;
-  return texelFetch(image, clamp(pixel + offset, ivec2(0), last), 0);
+  return fetched(clamp(pixel + offset, ivec2(0), last));
 }
 
 float luma_at(ivec2 pixel, ivec2 offset) { return luma_of(color_at(pixel, offset).rgb); }
@@ -63,12 +89,12 @@ vec4 smoothed(ivec2 pixel, vec4 center, float n, float m, float s) {
   for (int i = 0; i < kSearchSteps && !(at_back && at_ahead); ++i) {
     if (!at_back) {
       distance_back += kStepSizes[i];
-      end_back = luma_of(textureLod(image, border - along * distance_back, 0).rgb) - edge_luma;
+      end_back = luma_of(sampled(border - along * distance_back).rgb) - edge_luma;
       at_back = abs(end_back) >= limit;
     }
     if (!at_ahead) {
       distance_ahead += kStepSizes[i];
-      end_ahead = luma_of(textureLod(image, border + along * distance_ahead, 0).rgb) - edge_luma;
+      end_ahead = luma_of(sampled(border + along * distance_ahead).rgb) - edge_luma;
       at_ahead = abs(end_ahead) >= limit;
     }
   }
@@ -82,13 +108,19 @@ vec4 smoothed(ivec2 pixel, vec4 center, float n, float m, float s) {
   const float around = (2 * (n + s + w + e) + nw + ne + sw + se) / 12;
   const float unlike = smoothstep(0, 1, clamp(abs(around - m) / contrast, 0, 1));
   const float shift = max(edge_shift, unlike * unlike * kSubpixel);
-  return textureLod(image, uv + across * shift, 0);
+  return sampled(uv + across * shift);
 }
 
 #ifdef FIRE3DV_CPU
 // The pixel below becomes the lane's next pixel, so its read is reused.
 void main() {
-  const ivec2 first = ivec2(image_group() * 8) + ivec2(gl_LocalInvocationID.x, 0);
+#ifdef FIRE3DV_LAYERS
+  const uvec3 group = layers_group();
+  layer = int(group.z);
+#else
+  const uvec2 group = image_group();
+#endif
+  const ivec2 first = ivec2(group.xy * 8) + ivec2(gl_LocalInvocationID.x, 0);
   if (first.x >= push.width) return;
   vec4 center = color_at(first, ivec2(0));
   float n = luma_at(first, ivec2(0, -1)), m = luma_of(center.rgb);
@@ -96,7 +128,7 @@ void main() {
     const ivec2 pixel = first + ivec2(0, y);
     const vec4 below = color_at(pixel, ivec2(0, 1));
     const float s = luma_of(below.rgb);
-    imageStore(result, pixel, smoothed(pixel, center, n, m, s));
+    store(pixel, smoothed(pixel, center, n, m, s));
     center = below;
     n = m;
     m = s;
@@ -105,9 +137,12 @@ void main() {
 #else
 void main() {
   const ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+#ifdef FIRE3DV_LAYERS
+  layer = int(gl_GlobalInvocationID.z);
+#endif
   if (pixel.x >= push.width || pixel.y >= push.height) return;
-  const vec4 center = texelFetch(image, pixel, 0);
+  const vec4 center = fetched(pixel);
   const float n = luma_at(pixel, ivec2(0, -1)), s = luma_at(pixel, ivec2(0, 1));
-  imageStore(result, pixel, smoothed(pixel, center, n, luma_of(center.rgb), s));
+  store(pixel, smoothed(pixel, center, n, luma_of(center.rgb), s));
 }
 #endif

@@ -211,7 +211,7 @@ def many_cameras(test, link):
     renderer draws its own images, in some of the same sizes.
     """
     many_cameras_of(test, link)
-    many_cameras_of(test, link, "--fxaa", "off")  # without FXAA the colour images are batched, too
+    many_cameras_of(test, link, "--fxaa", "off")
 
 
 def several_devices(test, link):

@@ -1,7 +1,7 @@
-# The first examples of the README, and examples dataset and stereo_endoscope: runs what their READMEs show.
+# The first examples of the README, and examples dataset, stereo_endoscope and environments: runs what their READMEs show.
 include(${PROJECT_SOURCE_DIR}/cmake/PythonWithNumpy.cmake)
 if(TARGET fire3dv AND TARGET bullet_arm AND NOT FIRE3DV_SANITIZE)  # Python cannot load a client with a sanitizer
-  foreach(case dataset stereo_endoscope)
+  foreach(case dataset stereo_endoscope environments)
     add_test(NAME python_example_${case}
       COMMAND ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python/python_examples_test.py $<TARGET_FILE:fire3dv>
               $<TARGET_FILE:bullet_arm> ${case})

@@ -60,17 +60,18 @@ std::vector<T> part(const std::vector<T>& whole, uint32_t view, size_t size) {
   return {begin, begin + static_cast<std::ptrdiff_t>(size)};
 }
 
-settings::DrawSettings settings_of(uint32_t samples, settings::ShadowMethod shadows) {
+settings::DrawSettings settings_of(uint32_t samples, settings::ShadowMethod shadows, bool fxaa = false) {
   settings::DrawSettings settings;
   settings.samples = samples;
   settings.shadows.method = shadows;
-  settings.post.fxaa = false;  // FXAA is unavailable for many cameras
+  settings.post.fxaa = fxaa;
   return settings;
 }
 
 struct Case {
   uint32_t samples;
   settings::ShadowMethod shadows;
+  bool fxaa = false;
 };
 class ManyCameras : public ValidationIsSilent, public ::testing::WithParamInterface<Case> {};
 class MoreCameras : public ValidationIsSilent {};
@@ -83,8 +84,10 @@ TEST_P(ManyCameras, BatchMatchesSingleImages) {
   const std::vector<passes::View> views = test::views();
   wire::ImageOutputs outputs = wire::ImageOutputs::all_planes();
   outputs.remove(wire::kColorLinearF16);
-  RenderBench one(scene, kCamerasExtent, settings_of(GetParam().samples, GetParam().shadows));
-  RenderBench many(scene, kCamerasExtent, settings_of(GetParam().samples, GetParam().shadows));
+  const settings::DrawSettings settings =
+      settings_of(GetParam().samples, GetParam().shadows, GetParam().fxaa);
+  RenderBench one(scene, kCamerasExtent, settings);
+  RenderBench many(scene, kCamerasExtent, settings);
   std::vector<passes::CameraHistory> histories(kViews), histories_alone(kViews);
   for (int image = 0; image < 2; ++image) {
     const Taken all = many.take(poses, views, outputs, histories);
@@ -108,7 +111,46 @@ INSTANTIATE_TEST_SUITE_P(Ways, ManyCameras,
                          ::testing::Values(Case{1, settings::ShadowMethod::off},
                                            Case{4, settings::ShadowMethod::off},
                                            Case{4, settings::ShadowMethod::map},
-                                           Case{1, settings::ShadowMethod::ray}));
+                                           Case{1, settings::ShadowMethod::ray},
+                                           Case{1, settings::ShadowMethod::off, true},
+                                           Case{4, settings::ShadowMethod::map, true}));
+
+// Edges that cross the borders between images in the stack, and taps that follow them: stripes of high
+// contrast, of odd sizes.
+TEST_F(MoreCameras, FxaaStaysInItsImage) {
+  SceneBuilder builder;
+  scene::Material stripes = matte({1, 1, 1});
+  stripes.unlit = true;
+  stripes.base_color_texture.texture = builder.texture(64, 64, false, [](float u, float v) {
+    return glm::vec4(glm::vec3(std::fmod(u * 9 + v * 3, 1.0f) < 0.5f ? 1 : 0), 1);
+  });
+  builder.mesh_node("wall", builder.quad(builder.material(stripes), 20), glm::mat4(1));
+  builder.camera_node("camera", {0, 5, 0.1f}, {0, 0, 0});
+  const scene::Scene scene = builder.build();
+  const state::PoseState poses(scene);
+  constexpr VkExtent2D kOdd{37, 29};
+  std::vector<passes::View> views;
+  for (uint32_t i = 0; i < kViews; ++i) {
+    passes::Intrinsics k;
+    k.fx_px = k.fy_px = 30;
+    k.cx_px = 18;
+    k.cy_px = 14;
+    k.image_px = {kOdd.width, kOdd.height};
+    const float x_m = 0.7f * static_cast<float>(i);
+    views.push_back(passes::make_view(k, passes::look_at_pose({x_m, 4, 1.5f}, {x_m, 0, 0})));
+  }
+  RenderBench smooth(scene, kOdd, settings_of(1, settings::ShadowMethod::off, true));
+  RenderBench sharp(scene, kOdd, settings_of(1, settings::ShadowMethod::off));
+  std::vector<passes::CameraHistory> histories(kViews);
+  const Taken all = smooth.take(poses, views, {}, histories);
+  const size_t bytes = size_t{4} * kOdd.width * kOdd.height;
+  for (uint32_t v = 0; v < kViews; ++v) {
+    SCOPED_TRACE(v);
+    const sinks::FrameImage alone = smooth.draw(poses, views[v]);
+    EXPECT_EQ(part(all.image.rgba8, v, bytes), alone.rgba8);
+    EXPECT_NE(alone.rgba8, sharp.draw(poses, views[v]).rgba8) << "nothing was smoothed";
+  }
+}
 
 // Two sizes and two sets of outputs in one submission; the first needs no shadows.
 TEST_F(MoreCameras, FrameHasSeveralImageSizes) {

@@ -183,6 +183,7 @@ int poll(fire3dv_stream* stream, fire3dv_status* status) {
   complete.struct_size = status->struct_size;
   fill(complete, *stream);
   std::memcpy(status, &complete, std::min(status->struct_size, sizeof complete));
+  if (complete.renderers > 0 && stream->advice.size() > 1) stream->advice.erase(stream->advice.begin());
   return FIRE3DV_OK;
 }
 

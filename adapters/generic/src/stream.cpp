@@ -17,6 +17,7 @@ namespace {
 
 constexpr int kMaxRepliesPerCall = 256;
 constexpr uint64_t kMaxWholeFrameIntervalNs = 250'000'000;
+constexpr size_t kMaxAdvice = 32;  // that nobody has polled
 constexpr size_t kMaxNameBytesInAll = size_t{128} << 20;
 
 int64_t realtime_ns() noexcept {
@@ -65,6 +66,7 @@ fire3dv::Result<void> fire3dv_stream::describe(wire::StreamDescription descripti
   unmatched_names = conflicting_names = contested_names = 0;
   welcome_message.clear();
   status_message.clear();
+  advice.clear();
   has_cached_poses = false;
   if (auto sent = resend_edits(); !sent) return sent;
   return images.restart_epoch(*link, epoch);
@@ -142,20 +144,26 @@ void fire3dv_stream::on(const wire::Welcome& answer) {
 void fire3dv_stream::on(const wire::Status& status) {
   if (status.epoch != epoch) return;
   contested_names = static_cast<uint32_t>(status.contested_names.size());
-  // Advice concerns the poses of this description; a later status does not take it back.
-  if (status.message.starts_with("this stream "))
-    advice = wire::printable(status.message, sizeof(fire3dv_status::welcome_message) / 2);
+  // Advice concerns poses and edits of this description; a status without any does not take it back.
+  if (status.message.starts_with("this stream ")) {
+    std::string text = wire::printable(status.message, sizeof(fire3dv_status::welcome_message) - 1);
+    if (advice.size() == kMaxAdvice) advice.erase(advice.begin());
+    if (std::ranges::find(advice, text) == advice.end()) advice.push_back(std::move(text));
+  }
   status_message.clear();
   append_names(status_message, "this stream drives, and another stream requests", status.contested_names);
   status_message = wire::printable(status_message, sizeof(fire3dv_status::welcome_message) - 1);
 }
 
 std::string fire3dv_stream::status_text() const {
+  constexpr size_t kRoom = sizeof(fire3dv_status::welcome_message) - 1;
   std::string text = welcome_message;
-  for (const std::string& more : {status_message, advice}) {
-    if (!more.empty()) text += "; " + more;
-  }
-  return wire::printable(text, sizeof(fire3dv_status::welcome_message) - 1);
+  if (!status_message.empty()) text += "; " + status_message;
+  if (advice.empty()) return wire::printable(text, kRoom);
+  const std::string& shown = advice.front();
+  // Long lists of names leave half of the room to the advice.
+  text = wire::printable(text, std::max(kRoom / 2, kRoom - std::min(kRoom, shown.size() + 2)));
+  return wire::printable(text + "; " + shown, kRoom);
 }
 
 std::string fire3dv_stream::reach_text() const {

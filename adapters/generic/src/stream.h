@@ -129,7 +129,8 @@ struct fire3dv_stream {
   uint32_t contested_names = 0;
   std::string welcome_message;
   std::string status_message;
-  std::string advice;  // of the renderer, about the poses
+  // Of the renderer, about poses and edits, the oldest first. Each is shown by one poll at least.
+  std::vector<std::string> advice;
 
   // Replaces the description and starts a new epoch. On error the old description stays in force.
   fire3dv::Result<void> describe(fire3dv::wire::StreamDescription description);

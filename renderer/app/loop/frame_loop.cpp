@@ -120,6 +120,8 @@ Result<void> FrameLoop::run() {
     // Image requests of simulators.
     const ImageService::Drawn served = image_service_.draw_due(frames_);
     has_due_images_ = served.has_more;
+    // Between drawing and delivery: in lockstep whoever has an image finds the names of its scene.
+    if (Result<void> written = served.any ? write_instance_file() : Result<void>(); !written) return written;
     if (context_.options.on_request || draws_for_browsers_only_) {
       if (Result<void> delivered = finish_served(served); !delivered) return delivered;
       continue;
@@ -249,6 +251,8 @@ bool FrameLoop::poll_streams() {
   if (context_.reload) context_.reload->poll(context_.scene);
   const bool released = context_.scene.follow();
   if (context_.scene.replaced() != replaced) context_.receiver.notify_bindings();
+  for (const auto& edit : context_.scene.take_ineffective_edits())
+    context_.receiver.report_ineffective_edit(edit.stream, edit.reason);
   return came || released;
 }
 
@@ -415,6 +419,15 @@ Result<void> FrameLoop::list_instances() {
   const std::string text = capture::list_instances(context_.scene.scene());
   return write_whole_file(context_.options.out / "instances.jsonl",
                           {reinterpret_cast<const uint8_t*>(text.data()), text.size()});
+}
+
+Result<void> FrameLoop::write_instance_file() {
+  const std::filesystem::path& path = context_.options.instances;
+  if (path.empty() || instance_file_written_ == context_.scene.replaced()) return {};
+  instance_file_written_ = context_.scene.replaced();
+  const std::string text = capture::list_instances(context_.scene.scene());
+  return write_whole_file(path, {reinterpret_cast<const uint8_t*>(text.data()), text.size()},
+                          base::Durability::contents);
 }
 
 }  // namespace fire3dv::app

@@ -86,6 +86,7 @@ class FrameLoop {
   Result<void> finish_served(const ImageService::Drawn& served);
   Result<void> deliver();  // passes finished images to the sink
   Result<void> list_instances();
+  Result<void> write_instance_file();
   void report_slow_start(uint64_t done_at);
   void warn_of_empty_image(const passes::View& view, const std::vector<state::FrameTag>& shown);
   void note_cost(const std::vector<state::FrameTag>& shown, std::chrono::steady_clock::time_point begun);
@@ -108,9 +109,9 @@ class FrameLoop {
   VkExtent2D frame_extent_{};   // size of the images that are not requested
   passes::ImageOutputs taken_;  // outputs of each image and their sources
   passes::CameraHistory history_;
-  std::optional<uint64_t> instances_listed_;  // LiveScene::replaced() of the listed scene
-  uint64_t images_ = 0;                       // drawn images
-  uint64_t uncounted_images_ = 0;             // images drawn in a window before the first pose frame
+  std::optional<uint64_t> instances_listed_, instance_file_written_;  // LiveScene::replaced() of the scene
+  uint64_t images_ = 0;                                               // drawn images
+  uint64_t uncounted_images_ = 0;  // images drawn in a window before the first pose frame
   bool checked_visibility_ = false;
   bool awaits_stream_ = false;      // --wait-for-stream: no pose frame yet
   bool has_undrawn_frame_ = false;  // lockstep: the current pose frame has no image yet

@@ -123,6 +123,7 @@ void add_image_options(CLI::App& app, Options& options, Texts& texts, Given& giv
   group.add("--frames", options.frames, "N", "exit after N images")
       ->check(in_range(uint64_t{0}, kMaxFrames));  // a minus sign would wrap around
   group.add("--out", options.out, "DIR", "folder for one PNG per image");
+  group.add("--instances", options.instances, "FILE", "list of instance numbers and names, kept up to date");
   given.outputs =
       group.add("--outputs", texts.outputs, "LIST", "images to write (default: color; see manual)");
 }

@@ -45,7 +45,8 @@ struct Options {
   bool markers_in_data_sets = false;  // in the colours of images with other outputs, too
 
   bool headless = false;
-  bool on_request = false;  // renders image requests only
+  bool on_request = false;          // renders image requests only
+  std::filesystem::path instances;  // list of instance numbers and names, kept up to date; empty: none
   uint32_t width = 1280, height = 720;
   bool panels = true;                // shown over the window's image
   std::optional<bool> light_panels;  // theme; nullopt: as in the last window

@@ -113,13 +113,15 @@ Buffer create_buffer(Device& device, VkDeviceSize size_bytes, VkBufferUsageFlags
   return buffer;
 }
 
-Image create_image(Device& device, const ImageInfo& info) {
+namespace {
+
+Image create_layers(Device& device, const ImageInfo& info, uint32_t layers, VkImageViewType view_type) {
   Image image;
   image.format = info.format;
   image.written_as = info.written_as == VK_FORMAT_UNDEFINED ? info.format : info.written_as;
   image.extent = info.extent;
   image.mip_levels = info.mip_levels;
-  image.layers = info.cube ? 6 : 1;
+  image.layers = layers;
   image.samples = info.samples;
   image.aspect = info.format == VK_FORMAT_D32_SFLOAT ? VK_IMAGE_ASPECT_DEPTH_BIT : VK_IMAGE_ASPECT_COLOR_BIT;
 
@@ -146,9 +148,20 @@ Image create_image(Device& device, const ImageInfo& info) {
 
   const VkImageUsageFlags usage =
       written_as_another ? info.usage & ~VkImageUsageFlags{VK_IMAGE_USAGE_STORAGE_BIT} : info.usage;
-  image.view = create_view(device, image, info.cube ? VK_IMAGE_VIEW_TYPE_CUBE : VK_IMAGE_VIEW_TYPE_2D,
-                           image.format, usage, {image.aspect, 0, info.mip_levels, 0, image.layers});
+  image.view = create_view(device, image, view_type, image.format, usage,
+                           {image.aspect, 0, info.mip_levels, 0, image.layers});
   return image;
+}
+
+}  // namespace
+
+Image create_image(Device& device, const ImageInfo& info) {
+  return create_layers(device, info, info.cube ? 6 : 1,
+                       info.cube ? VK_IMAGE_VIEW_TYPE_CUBE : VK_IMAGE_VIEW_TYPE_2D);
+}
+
+Image create_image_array(Device& device, const ImageInfo& info, uint32_t layers) {
+  return create_layers(device, info, layers, VK_IMAGE_VIEW_TYPE_2D_ARRAY);
 }
 
 ImageView create_level_view(Device& device, const Image& image, uint32_t level) {

@@ -2,7 +2,10 @@
 
 #include <array>
 #include <cmath>
+#include <utility>
 #include <vector>
+
+#include "renderer/gpu/device/image_array.h"
 
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/types.h"
@@ -59,7 +62,8 @@ gpu::DescriptorSet ImageFilter::bind(const gpu::Image* in, const gpu::Image& out
 }
 
 void ImageFilter::record(gpu::Recorder& recorder, const char* name, const Images& images, const void* push,
-                         uint32_t push_bytes, std::span<const Use> buffers, VkExtent2D part) {
+                         uint32_t push_bytes, std::span<const Use> buffers, VkExtent2D part,
+                         uint32_t layers) {
   const bool all = part.width == 0;
   if (all) part = images.out.extent;
   std::vector<Use> uses(buffers.begin(), buffers.end());
@@ -72,7 +76,7 @@ void ImageFilter::record(gpu::Recorder& recorder, const char* name, const Images
     vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, layout_.get(), 0, 1, &images.set.get(),
                             0, nullptr);
     vkCmdPushConstants(commands, layout_.get(), VK_SHADER_STAGE_ALL, 0, push_bytes, push);
-    vkCmdDispatch(commands, (part.width + 7) / 8, (part.height + 7) / 8, 1);
+    vkCmdDispatch(commands, (part.width + 7) / 8, (part.height + 7) / 8, layers);
   });
 }
 
@@ -151,8 +155,48 @@ void PostPass::record(gpu::Recorder& recorder, Targets& targets, const settings:
   smooth(recorder, targets, settings);
 }
 
+void PostPass::bind_layers(gpu::Device& device, Targets& targets) {
+  if (targets.layers) return;
+  const VkFormat format = targets.display.format;
+  gpu::Image smoothed = gpu::create_image(
+      device, {format, targets.display.extent,
+               VK_IMAGE_USAGE_STORAGE_BIT | VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT});
+  gpu::Image layers = gpu::create_image_array(
+      device, {format, targets.extent, VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT},
+      targets.views);
+  if (!fxaa_layers_)
+    fxaa_layers_ = std::make_unique<ImageFilter>(device, "fxaa_layers.comp", VK_FILTER_LINEAR);
+  targets.fxaa_set = fxaa_layers_->bind(&layers, smoothed);
+  targets.smoothed = std::move(smoothed);
+  targets.layers = std::move(layers);
+}
+
+// Taps of a view must not reach its neighbours in the stack, and must have the coordinates of an image alone.
+void PostPass::smooth_layers(gpu::Recorder& recorder, Targets& targets) {
+  const auto [width, height] = targets.extent;
+  std::vector<VkImageCopy> regions;
+  for (uint32_t view = 0; view < targets.views; ++view)
+    regions.push_back({{VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1},
+                       {0, static_cast<int32_t>(view * height), 0},
+                       {VK_IMAGE_ASPECT_COLOR_BIT, 0, view, 1},
+                       {0, 0, 0},
+                       {width, height, 1}});
+  recorder.pass(
+      "fxaa",
+      {Use(targets.display, access::transfer_read), Use(targets.layers, access::transfer_write, true)},
+      [&](VkCommandBuffer commands) {
+        vkCmdCopyImage(commands, targets.display.get(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
+                       targets.layers.get(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
+                       static_cast<uint32_t>(regions.size()), regions.data());
+      });
+  const gpu_types::FxaaPush fxaa_push{width, height};
+  fxaa_layers_->record(recorder, "fxaa", {&targets.layers, targets.smoothed, targets.fxaa_set}, fxaa_push, {},
+                       targets.extent, targets.views);
+}
+
 void PostPass::smooth(gpu::Recorder& recorder, Targets& targets, const settings::PostSettings& settings) {
   if (!settings.fxaa) return;
+  if (targets.views > 1) return smooth_layers(recorder, targets);
   const gpu_types::FxaaPush fxaa_push{targets.extent.width, targets.extent.height};
   fxaa_.record(recorder, "fxaa", {&targets.display, targets.smoothed, targets.fxaa_set}, fxaa_push);
 }

@@ -34,17 +34,18 @@ class ImageFilter {
                           const gpu::Image* bloom = nullptr) const;
 
   // buffers: those that the push constants refer to. part: size of the processed area, from the corner that
-  // the push constants name; the rest of `out` stays. Empty: the whole image.
+  // the push constants name; the rest of `out` stays. Empty: the whole image. layers: of the source; each of
+  // them has `part`.
   template <typename Push>
   void record(gpu::Recorder& recorder, const char* name, const Images& images, const Push& push,
-              std::span<const gpu::Use> buffers = {}, VkExtent2D part = {0, 0}) {
+              std::span<const gpu::Use> buffers = {}, VkExtent2D part = {0, 0}, uint32_t layers = 1) {
     static_assert(sizeof(Push) <= gpu::kPushConstantBytes);
-    record(recorder, name, images, &push, sizeof(Push), buffers, part);
+    record(recorder, name, images, &push, sizeof(Push), buffers, part, layers);
   }
 
  private:
   void record(gpu::Recorder& recorder, const char* name, const Images& images, const void* push,
-              uint32_t push_bytes, std::span<const gpu::Use> buffers, VkExtent2D part);
+              uint32_t push_bytes, std::span<const gpu::Use> buffers, VkExtent2D part, uint32_t layers);
 
   gpu::Device& device_;
   gpu::SetLayout set_layout_;
@@ -77,21 +78,25 @@ class PostPass {
   };
   // Creates the variant with bloom, and binds it to targets with a bloom chain.
   void bind_bloom(gpu::Device& device, Targets& targets);
+  // Creates the images of several views that FXAA needs, unless the targets have them.
+  void bind_layers(gpu::Device& device, Targets& targets);
   // part: pixels that still need tone mapping; the others are complete. With bloom, targets.bloom has the
   // light of this image.
   void record(gpu::Recorder& recorder, Targets& targets, const settings::PostSettings& settings,
               const Linear& linear, const MeteredExposure& metered, const VkRect2D& part);
   // FXAA only, for an image that is already tone-mapped.
   void smooth(gpu::Recorder& recorder, Targets& targets, const settings::PostSettings& settings);
-  // Image with the result of record() under these settings.
+  // Image with the result of record() or smooth() under these settings.
   static gpu::Image& result(Targets& targets, const settings::PostSettings& settings) {
-    return settings.fxaa ? targets.smoothed : targets.display;
+    return settings.fxaa && targets.smoothed ? targets.smoothed : targets.display;
   }
 
  private:
+  void smooth_layers(gpu::Recorder& recorder, Targets& targets);
+
   VkSampleCountFlagBits samples_;
   ImageFilter tone_map_, fxaa_;
-  std::unique_ptr<ImageFilter> tone_map_bloom_;  // created on first use
+  std::unique_ptr<ImageFilter> tone_map_bloom_, fxaa_layers_;  // created on first use
 };
 
 // Stale overlay: marks a finished image whose stream sends no frames.

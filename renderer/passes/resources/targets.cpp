@@ -27,7 +27,8 @@ VkDeviceSize bytes_of(const Targets& targets) {
   const VkDeviceSize pixels = VkDeviceSize{targets.extent.width} * targets.extent.height * targets.views;
   // The levels add a third of the light image.
   const VkDeviceSize bloom_bytes = targets.bloom ? pixels * 8 * 4 / 3 : 0;
-  const VkDeviceSize sample_bytes = targets.hdr ? 8 + 4 : 0, finished_bytes = targets.smoothed ? 4 + 4 : 4;
+  const VkDeviceSize sample_bytes = targets.hdr ? 8 + 4 : 0;
+  const VkDeviceSize finished_bytes = 4 + (targets.smoothed ? 4 : 0) + (targets.layers ? 4 : 0);
   return pixels * (targets.samples * sample_bytes + finished_bytes) + bloom_bytes +
          targets.visibility.buffer.size_bytes + targets.shadow_mask.size_bytes +
          targets.shadow_entries.size_bytes + targets.listed_rays.size_bytes + targets.ray_effects.size_bytes;

@@ -48,7 +48,7 @@ struct BloomImages {
   gpu::DescriptorSet tone_map_set;                     // of PostPass or PathPass
 };
 
-// With several views, `display` is the only image and stacks them vertically.
+// With several views, `display` and `smoothed` stack them vertically, and `hdr` and `depth` do not exist.
 struct Targets {
   Targets(gpu::Device& device, VkExtent2D extent, uint32_t views, VkSampleCountFlagBits samples);
 
@@ -58,7 +58,8 @@ struct Targets {
   gpu::Image hdr;                    // linear HDR colour, multisampled
   gpu::Image depth;                  // reversed, multisampled
   gpu::Image display;                // tone-mapped, resolved, sRGB-encoded RGBA8
-  gpu::Image smoothed;               // display after FXAA
+  gpu::Image smoothed;               // display after FXAA; of several views: created by bind_layers()
+  gpu::Image layers;                 // of several views: display as an array, the source of FXAA
   std::optional<BloomImages> bloom;  // of images with bloom
 
   // Buffers of VisibilityPass and ShadowPass, where these exist.

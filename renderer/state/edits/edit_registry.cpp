@@ -261,6 +261,7 @@ void EditRegistry::refuse(StreamEntry& stream, EditInForce& entry, const std::st
   if (std::exchange(entry.is_added, false)) withdrawn_nodes_.emplace_back(stream.age, entry.edit.version);
   ++faults_.refused;
   requests_changed(stream.age);
+  report_to_stream(stream, "the node " + quote(entry.edit.node) + " is not added: " + reason);
   if (++stream.refusals_reported <= kMaxReported)
     log_messages_.push_back(warning(
         "the node " + quote(entry.edit.node) + " of stream \"" + stream.name + "\" is not added: " + reason +
@@ -479,9 +480,13 @@ void EditRegistry::report_opaque(const scene::Scene& scene, uint32_t node, Strea
   });
   if (primitives.empty() || !is_opaque) return;
   stream.reported_opaque.insert(name);
-  log_messages_.push_back(warning("the node " + quote(name) + " of stream \"" + stream.name +
-                                  "\" stays opaque: the alpha mode of its material is OPAQUE; export the "
-                                  "material with alpha mode BLEND, or hide the node"));
+  constexpr const char* kReason =
+      " stays opaque: the alpha mode of its material is OPAQUE; export the material with alpha mode BLEND, "
+      "or "
+      "hide the node";
+  report_to_stream(stream, "the node " + quote(name) + kReason);
+  log_messages_.push_back(
+      warning("the node " + quote(name) + " of stream \"" + stream.name + "\"" + kReason));
 }
 
 // Charges a light to the budget. A light over the limit is refused; one over the limit of shadows loses its
@@ -573,6 +578,15 @@ void EditRegistry::replace_vertices(const scene::Scene& scene, uint32_t node, St
   }
 }
 
+// Bounded by streams and in all: nobody may take them.
+void EditRegistry::report_to_stream(StreamEntry& stream, const std::string& reason) {
+  constexpr uint32_t kMaxReported = 8;
+  constexpr size_t kMaxWaiting = 1024;
+  if (stream.ineffective_reported == kMaxReported || ineffective_.size() == kMaxWaiting) return;
+  ++stream.ineffective_reported;
+  ineffective_.push_back({stream.id, reason});
+}
+
 // Logs each cause once per stream; counts all.
 void EditRegistry::fault(StreamEntry& stream, EditInForce& entry, uint64_t EditFaults::*cause,
                          const std::string& reason) {
@@ -580,6 +594,7 @@ void EditRegistry::fault(StreamEntry& stream, EditInForce& entry, uint64_t EditF
   if (entry.fault_version == entry.edit.version) return;
   entry.fault_version = entry.edit.version;
   ++(faults_.*cause);
+  report_to_stream(stream, reason);
   if (std::find(stream.reported_causes.begin(), stream.reported_causes.end(), cause) !=
       stream.reported_causes.end())
     return;

@@ -90,6 +90,14 @@ class EditRegistry {
   };
   std::vector<Finished> take_finished() { return std::exchange(finished_, {}); }
 
+  // Edits without effect since the last call, each with its reason, for the streams that have sent them: the
+  // first ones of each stream.
+  struct Ineffective {
+    StreamId stream = kNone;
+    std::string reason;
+  };
+  std::vector<Ineffective> take_ineffective() { return std::exchange(ineffective_, {}); }
+
   bool empty() const { return streams_.empty(); }
   const EditFaults& faults() const { return faults_; }
   // Log messages since the last call.
@@ -122,6 +130,7 @@ class EditRegistry {
     std::vector<uint32_t> reserved_nodes;  // edited nodes of a suspended stream
     std::vector<uint64_t EditFaults::*> reported_causes;
     uint32_t refusals_reported = 0;
+    uint32_t ineffective_reported = 0;
     bool reported_shadows = false;          // lights without a shadow
     std::set<std::string> reported_opaque;  // nodes whose alpha has no effect
   };
@@ -167,6 +176,7 @@ class EditRegistry {
   bool charge_light(const scene::Scene& scene, uint32_t node, StreamEntry& stream, EditInForce& entry,
                     scene::Light& light);
   void report_opaque(const scene::Scene& scene, uint32_t node, StreamEntry& stream, const std::string& name);
+  void report_to_stream(StreamEntry& stream, const std::string& reason);
   void fault(StreamEntry& stream, EditInForce& entry, uint64_t EditFaults::*cause, const std::string& reason);
   void apply_to_node(const scene::Scene& scene, uint32_t node, StreamEntry& stream, EditInForce& entry,
                      scene::NodeEdit& result);
@@ -198,6 +208,7 @@ class EditRegistry {
   std::set<uint64_t> changed_ages_;  // of streams whose requested nodes changed
   std::vector<std::pair<uint64_t, uint64_t>> withdrawn_nodes_;
   std::vector<Finished> finished_;
+  std::vector<Ineffective> ineffective_;
   std::vector<std::string> log_messages_;
 };
 

@@ -130,5 +130,30 @@ def stereo_endoscope(test):
     stop(renderer)
 
 
+def environments(test):
+    """One array of all environments, each with its own poses, and none that shows its neighbours."""
+    os.environ.update(vulkan_environment())
+    os.environ["FIRE3DV"] = test.programs_at["fire3dv"]
+    refuses(test, "environments", "--size", "abc")
+    with open(os.path.join(EXAMPLES, "environments", "README.md"), encoding="utf-8") as file:
+        [command] = [shlex.split(line) for line in file.read().splitlines() if line.startswith("    ")]
+    check(command[:2] == ["python3", "environments.py"], f"{command}")
+    batches = []
+    for fxaa in ("off", "on"):
+        out = test.path(f"{fxaa}.npy")
+        words = [{"64": "5", "100": "3", "batch.npy": out}.get(word, word) for word in command[2:]]
+        program = python(test, "environments", *words, "--size", "48x40", "--fxaa", fxaa, "--timeout", str(HANG_S))
+        check(program.out[-1].startswith("(5, 40, 48, 3) uint8, "), f"{program.out}")
+        check("Warning" not in program.stderr_text(), program.stderr_text())
+        batches.append(numpy.load(out))
+    for batch in batches:
+        blue = (batch[..., 2].astype(int) - batch[..., 0] > 60)
+        columns = [numpy.nonzero(image)[1] for image in blue]
+        check(all(len(found) > 8 for found in columns), "a cart is missing")
+        check(all(found.max() - found.min() < 20 for found in columns), "an image shows the cart of a neighbour")
+        check(len({round(found.mean()) for found in columns}) >= 4, "all carts are at one place")
+    check((batches[0] != batches[1]).any() and abs(batches[0].astype(int) - batches[1]).mean() < 8, "FXAA changes nothing, or all")
+
+
 if __name__ == "__main__":
-    main({"dataset": dataset, "stereo_endoscope": stereo_endoscope}, ["fire3dv", "bullet_arm"])
+    main({"dataset": dataset, "stereo_endoscope": stereo_endoscope, "environments": environments}, ["fire3dv", "bullet_arm"])

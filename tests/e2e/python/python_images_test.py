@@ -19,7 +19,7 @@ from fire3dv._files import gray_png, png
 from fire3dv._scene_names import SceneNames
 from greedy_scene import Binary, write_glb
 from harness import HANG_S, main, vulkan_environment
-from image_reader import SIZE, check, read_gray_png, read_png
+from image_reader import SIZE, check, read_gray_png, read_png, write_scene
 from readme_commands import code_blocks
 
 ROOT = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../.."))
@@ -272,6 +272,83 @@ def warned(test):
             stream.request_image(8, 8, fx=50, sequence=1).wait(HANG_S).close()
 
 
+def text_of(caught):
+    return "\n".join(str(each.message) for each in caught)
+
+
+def advised(test):
+    """Edits without effect, each once; a name that several nodes have, with the paths that it may mean."""
+    write_scene(test.path("pole.glb"), squares={"pole": ((1, 1, 1), 0)})
+    with open(test.path("pole.glb"), "rb") as file:
+        pole = file.read()
+    with renderer_of(test, test.scene) as renderer, warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        with renderer.stream() as stream:
+            stream.describe(["red"])
+            poses = [fire3dv.pose()]
+            stream.publish(0, poses)
+            stream.add_node("broken", asset_glb=b"abc")
+            check(len(caught) == 1 and "asset_glb of the node 'broken' is no .glb file" in text_of(caught), text_of(caught))
+            stream.set_base_color("nope", (1, 0, 0, 1))
+            stream.set_light("nada", fire3dv.POINT)
+            stream.set_visible("none", False)
+            stream.set_base_color("red", (1, 0, 0, 0.3))
+            expected = ["no scene node is called \"nope\"", "no scene node is called \"nada\"", "no scene node is called \"none\"",
+                        "the node \"red\" stays opaque"]
+            end = time.monotonic() + HANG_S
+            while not all(text in text_of(caught) for text in expected) and time.monotonic() < end:
+                stream.publish(0, poses)
+                time.sleep(0.02)
+            for _ in range(20):
+                stream.publish(0, poses)
+                stream.poll()
+            check(all(text_of(caught).count(text) == 1 for text in expected), text_of(caught))
+            check(len(caught) == 1 + len(expected), text_of(caught))
+            check(all(each.filename == __file__ and each.category is fire3dv.SceneWarning for each in caught), f"{caught}")
+
+            caught.clear()
+            for i in range(2):
+                stream.add_node(f"env{i}", asset_glb=pole)
+            stream.describe(["pole", "env1/pole"])
+            wanted = "write paths: \"pole\" is \"env0/pole\" or \"env1/pole\""
+            while wanted not in text_of(caught) and time.monotonic() < end:
+                stream.publish(0, poses * 2)
+                time.sleep(0.02)
+            check("the scene has no node, or several, for 2 of the 2 nodes of describe(): pole" in text_of(caught)
+                  or "for 1 of the 2 nodes" in text_of(caught), text_of(caught))
+            check(text_of(caught).count(wanted) == 1, text_of(caught))
+
+
+def added(test):
+    """Nodes that a stream adds have names in the images that show them, also after others have gone."""
+    write_scene(test.path("part.glb"), squares={"part": ((1, 1, 1), 0)}, place=0)
+    with open(test.path("part.glb"), "rb") as file:
+        part = file.read()
+    with renderer_of(test, test.scene) as renderer, renderer.stream() as stream:
+        for i in range(3):
+            stream.add_node(f"box {i}", asset_glb=part, parent_from_node=fire3dv.pose((-40 + 30 * i, 0, 1)))
+        stream.describe([])
+        found = []
+        for step in range(3):
+            sequence = stream.publish(step, [])
+            image = stream.request_image(*SIZE, parent_from_camera=CAMERA, fx=50, outputs=["instance"], sequence=sequence).wait(HANG_S)
+            found.append(image)
+            if step == 0:
+                check(image.names(test.scene).keys() < image.names().keys(), "the file has names of added nodes")
+                stream.remove_node("box 0")
+            elif step == 1:
+                stream.add_node("box 3", asset_glb=part, parent_from_node=fire3dv.pose((-40, 0, 1)))
+        boxes = [sorted(name for name in image.names().values() if name.startswith("box")) for image in found]
+        for image, names_of_image in zip(found, boxes):
+            ids = {name: number for number, name in image.names().items()}
+            for name in names_of_image:
+                columns = numpy.nonzero(image.instance == ids[name])[1]
+                place = -40 + 30 * (int(name[4]) % 3)
+                check(abs(columns.mean() + 0.5 - SIZE[0] / 2 - place * 50 / 49) < 1, f"{name} is at column {columns.mean()}")
+    check(boxes == [["box 0/part", "box 1/part", "box 2/part"], ["box 1/part", "box 2/part"],
+                    ["box 1/part", "box 2/part", "box 3/part"]], f"{boxes}")
+
+
 LENS = {"f_number": 0.125, "focus_distance_m": 1}
 LENS_OPTIONS = ("--f-number", "0.125", "--focus-distance", "1")
 VIEW = {"parent_from_camera": CAMERA, "fx": 50}
@@ -368,5 +445,5 @@ def lens_example(test):
 
 
 if __name__ == "__main__":
-    main({"planes": planes, "pixels": pixels, "gray": gray, "frames": frames, "names": names, "warned": warned, "lens": lens, "lens_example": lens_example},
+    main({"planes": planes, "pixels": pixels, "gray": gray, "frames": frames, "names": names, "warned": warned, "advised": advised, "added": added, "lens": lens, "lens_example": lens_example},
          ["fire3dv"])

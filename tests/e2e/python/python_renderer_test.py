@@ -133,9 +133,11 @@ def served(test):
                            ({"arguments": ["--serve", "127.0.0.1:0"]}, "--serve 127.0.0.1:0")):
         with fire3dv.Renderer(test.scene, program=late, **options) as renderer:
             check(words in renderer.log[0], renderer.log[0])
+            check(os.path.isdir(os.path.dirname(renderer.instances.path)), "no folder for the list of instances")
             check(renderer.control_link == f"http://127.0.0.1:8080/#{token}", renderer.control_link)
             check(renderer.view_link == f"http://127.0.0.1:8080/#{token}&node=x", renderer.view_link)
             check(fire3dv.show(renderer) == fire3dv.show(renderer.view_link), "show() shows another link")
+        check(not os.path.exists(os.path.dirname(renderer.instances.path)), "the folder of the list stays")
     silent = script(test, "silent", LISTENING + "exec sleep 1000")
     raised(fire3dv.RendererError, "prints no link of its live view after 0.5 s",
            lambda: fire3dv.Renderer(test.scene, program=silent, serve=True, start_timeout_s=0.5))
@@ -223,7 +225,7 @@ def ends(test):
 OWNER = """
 import sys, time, fire3dv
 renderer = fire3dv.Renderer("scene.glb", program=sys.argv[1])
-print(renderer.pid, flush=True)
+print(renderer.pid, renderer.instances.path, flush=True)
 if sys.argv[2] == "exit": sys.exit(0)
 with renderer: time.sleep(1000)
 """
@@ -237,12 +239,14 @@ def parent_ends(test):
     for renderer, name in cases:
         owner = subprocess.Popen([sys.executable, "-c", OWNER, renderer, name], stdout=subprocess.PIPE, text=True,
                                  stderr=subprocess.PIPE, start_new_session=True)
-        pid = int(owner.stdout.readline())
+        pid, instances = owner.stdout.readline().split()
+        pid, folder = int(pid), os.path.dirname(instances)
         if name != "exit":
             check(lives(pid), f"{name}: it does not run")
             os.killpg(owner.pid, getattr(signal, name))  # as a terminal does
         owner.communicate(timeout=HANG_S)
         wait_end(pid)
+        wait_until(f"{folder} to go", lambda: not os.path.exists(folder))
 
 
 if __name__ == "__main__":

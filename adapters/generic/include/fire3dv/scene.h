@@ -7,7 +7,8 @@
  * State: an edit is keyed state with key (node, property); the newest value of a key replaces older ones.
  * Renderers that join late or read slowly receive the newest values only. A frame is shown with all edits set
  * before it was published. fire3dv_describe keeps edits; the end of the stream undoes them. Nodes: looked up
- * by name or path, like nodes that poses move. A name without a scene node is not an error. Budget: all
+ * by name or path, like nodes that poses move. A name without a scene node is not an error; renderers report
+ * edits without effect, one after the other, in fire3dv_status.welcome_message of fire3dv_poll. Budget: all
  * encoded values together may take fire3dv_options.scene_budget_bytes. An edit beyond it fails with
  *   FIRE3DV_ERROR_BUDGET and changes nothing.
  * Blocking, ownership, thread-safety: as in client.h. Edits may be set before fire3dv_describe.

@@ -1,6 +1,7 @@
 """Child process that ends with its parent, even if the parent is killed."""
 import collections
 import os
+import shutil
 import signal
 import subprocess
 import threading
@@ -11,14 +12,17 @@ STOP_S = 10.0  # between SIGTERM and SIGKILL
 
 # The shell becomes the program, so that both have one process id. Its guard waits for the end of a pipe whose other end
 # this process holds: when this process dies, it ends the program. A guard, and not PR_SET_PDEATHSIG, which ends the
-# program with the thread that started it.
+# program with the thread that started it. It removes the program's folder, too, which nobody else would.
 _GUARDED = """
+folder=$1
+shift
 exec 3<&0 </dev/null
 { exec <&3 3<&- >/dev/null 2>&1
   read -r word
   kill -TERM $$
   tenths=0
   while [ $tenths -lt 50 ]; do kill -0 $$ || break; sleep 0.1; tenths=$((tenths + 1)); done
+  [ -z "$folder" ] || rm -rf -- "$folder"
   kill -KILL -$$
 } &
 exec "$@" 3<&-
@@ -43,12 +47,15 @@ def _read(output: IO[str], lines: Deque[str], condition: threading.Condition, lo
 class GuardedProcess:
     """Child process in a session of its own, so that Ctrl-C reaches this process only."""
 
-    def __init__(self, command: Sequence[str], environment: Optional[Mapping[str, str]], log: Optional[Any]) -> None:
+    def __init__(self, command: Sequence[str], environment: Optional[Mapping[str, str]], log: Optional[Any],
+                 folder: str = "") -> None:
+        """folder: removed when the process ends with this one, and by stop(); "": none."""
+        self._folder = folder
         self._owner = os.getpid()
         reading, self._guard = os.pipe()
         try:
             self._process = subprocess.Popen(
-                ["/bin/sh", "-c", _GUARDED, "fire3dv", *command], stdin=reading, stdout=subprocess.PIPE,
+                ["/bin/sh", "-c", _GUARDED, "fire3dv", folder, *command], stdin=reading, stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT, env=environment, text=True, errors="replace", start_new_session=True)
         except BaseException:
             os.close(self._guard)
@@ -100,6 +107,8 @@ class GuardedProcess:
                 self._process.kill()
                 self._process.wait()
             self._end_group()
+            if self._folder:
+                shutil.rmtree(self._folder, ignore_errors=True)
         self._reader.join(STOP_S)
 
     def _end_group(self) -> None:

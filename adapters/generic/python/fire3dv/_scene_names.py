@@ -1,9 +1,10 @@
-"""Node names of a scene file, in the order of the renderer's instance ids."""
+"""Node names of a scene file, in the order of the renderer's instance ids, and of nodes that were added to it."""
 import json
 import os
 import struct
 import subprocess
-from typing import Any, Dict, List, Optional, Sequence
+import threading
+from typing import IO, Any, Dict, List, Optional, Sequence, Set, Tuple
 
 from .errors import ArgumentError, ErrorCode, RendererNotFound
 
@@ -111,3 +112,63 @@ class SceneNames:
             except (AttributeError, IndexError, KeyError, StopIteration, TypeError) as fault:
                 raise ArgumentError(ErrorCode.ARGUMENT, f"{self._scene} is not a valid glTF file: {fault!r}") from None
         return self._names
+
+
+class InstanceNames:
+    """Paths of the nodes of one state of the scene, read on first use from a file of `fire3dv --instances`."""
+
+    def __init__(self, file: IO[str]) -> None:
+        self._file: Optional[IO[str]] = file  # open, since the renderer puts another file in its place
+        self._paths: Dict[int, str] = {}
+        self._lock = threading.Lock()
+
+    def __del__(self) -> None:
+        if self._file is not None:
+            self._file.close()
+
+    def paths(self) -> Dict[int, str]:
+        """Returns the paths by instance id."""
+        with self._lock:
+            if self._file is not None:
+                with self._file as file:
+                    entries = map(json.loads, file)
+                    self._paths = {int(entry["instance"]): str(entry["path"]) for entry in entries}
+                self._file = None
+            return self._paths
+
+
+class InstanceList:
+    """File that a renderer keeps up to date with its scene: as of the newest image that it has drawn."""
+
+    _MOST = 3  # states of the scene, of which images on their way may be
+
+    def __init__(self, path: str) -> None:
+        self.path = path
+        self._lock = threading.Lock()
+        self._state: Optional[Tuple[int, int, int]] = None
+        self._states: List[InstanceNames] = []
+
+    def current(self, is_newest: bool) -> List[InstanceNames]:
+        """Returns the states of the scene that an image that has just come may show. is_newest: it shows the newest frame,
+        in lockstep, and thus the newest state."""
+        with self._lock:
+            try:
+                found = os.stat(self.path)
+                state = (found.st_ino, found.st_mtime_ns, found.st_size)
+                if state != self._state:
+                    self._states.append(InstanceNames(open(self.path, encoding="utf-8")))
+                    self._states, self._state = self._states[-self._MOST:], state
+            except OSError:  # of a renderer that has ended, or has other options
+                pass
+            return self._states[-1:] if is_newest else list(self._states)
+
+
+def agreed_paths(states: Sequence[InstanceNames], numbers: Sequence[int]) -> Dict[int, str]:
+    """Returns the paths of these instances, without those that differ between the states."""
+    found: Dict[int, Set[str]] = {}
+    for state in states:
+        paths = state.paths()
+        for number in numbers:
+            if number in paths:
+                found.setdefault(number, set()).add(paths[number])
+    return {number: paths.pop() for number, paths in found.items() if len(paths) == 1}

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Dict, Optional, Sequence, Tuple, Union
 
 from ._files import gray_png, png
 from ._library import library
-from ._scene_names import SceneNames
+from ._scene_names import InstanceNames, SceneNames, agreed_paths
 from ._types import Float64Array, Lens, Output
 from .errors import ArgumentError, ErrorCode, StateError
 
@@ -90,8 +90,8 @@ class Image:
     """
 
     def __init__(self, handle: Handle, scene_names: Optional[SceneNames] = None,
-                 world_from_stream: Sequence[float] = IDENTITY) -> None:
-        self._scene_names = scene_names
+                 world_from_stream: Sequence[float] = IDENTITY, instances: Sequence[InstanceNames] = ()) -> None:
+        self._scene_names, self._instances = scene_names, instances
         self._world_from_stream = tuple(world_from_stream)
         raw = handle.pointer.contents
         self._handle: Optional[Handle] = handle
@@ -258,7 +258,8 @@ class Image:
         """Returns the node names of the instance ids that this image shows. Needs the output instance or boxes2d.
 
         scene: file that the renderer shows; None: that of the Renderer that opened the stream. Nodes that streams have
-        added are not in the file, and left out. Nameless nodes are "".
+        added are named by their paths, such as "env0/cart"; without such a Renderer they are left out, and those whose
+        number changes while the image is on its way, since others are removed. Nameless nodes are "".
         """
         import numpy
         if scene is not None:
@@ -275,7 +276,11 @@ class Image:
             raise StateError(ErrorCode.STATE, "the image has no instance ids: add \"instance\" to the outputs of its "
                              "request")
         names = source.names()
-        return {int(number): names[number - 1] for number in numbers if 0 < number <= len(names)}
+        shown = {int(number): names[number - 1] for number in numbers if 0 < number <= len(names)}
+        added = [int(number) for number in numbers if number > len(names)]
+        if added and scene is None:
+            shown.update(agreed_paths(self._instances, added))
+        return shown
 
     def save(self, path: Union[str, "os.PathLike[str]"], output: Optional[Output] = None) -> None:
         """Writes one output: color, depth, instance and semantic to a .png file, any to a .npy file, which numpy.load reads.

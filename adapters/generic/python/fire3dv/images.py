@@ -74,6 +74,7 @@ class ImageRequests:
     _open_handle: Callable[[], StreamHandle]
     renderer: Optional[Renderer] = None  #: set by Renderer.stream
     _look_for_answer: Callable[[float], None]
+    _sequence: int
     _world_from_stream: Tuple[float, ...] = IDENTITY  # of describe()
 
     def request_image(self, width: int, height: int, *, node: Optional[str] = None,
@@ -126,7 +127,12 @@ class ImageRequests:
         number = request.id if request else 0
         self._wait(seconds(timeout_s, "timeout_s"),
                    lambda wait_ms: self._open_handle().call(library().fire3dv_wait_image, number, wait_ms, byref(pointer)))
-        image = Image(Handle(pointer), self.renderer.scene_names if self.renderer is not None else None, self._world_from_stream)
+        renderer = self.renderer
+        if renderer is None:
+            image = Image(Handle(pointer), None, self._world_from_stream)
+        else:
+            states = renderer.instances.current(pointer.contents.sequence >= self._sequence)
+            image = Image(Handle(pointer), renderer.scene_names, self._world_from_stream, states)
         self._look_for_answer(0)
         return image
 

@@ -37,7 +37,7 @@ from .stream import FRAME_DISCONTINUITY, Stream
 WORLD_FROM_STREAM = ((1, 0, 0, 0), (0, 0, 1, 0), (0, -1, 0, 0))
 
 _ROOT = "PyBullet world"  # link of written scenes that has all others
-_BASE = -1  # link index
+_BASE = -1  # number of a base
 _SPHERE, _BOX, _CYLINDER, _MESH, _PLANE, _CAPSULE = 2, 3, 4, 5, 6, 7  # pybullet.GEOM_*
 _PLANE_SIZE_M, _PLANE_DEPTH_M = 200.0, 0.02
 _WHITE = (1.0, 1.0, 1.0, 1.0)  # of links without a material: that of the mesh file is used
@@ -47,7 +47,7 @@ class Link(NamedTuple):
     """A link of a body, and the node that it moves."""
     name: str  #: of the node
     body: int  #: body's unique id
-    index: int  #: of the link; -1: the base
+    number: int  #: of the link in its body; -1: the base
 
 
 class _Client:
@@ -120,13 +120,13 @@ class _Poses:
 
     def __init__(self, client: _Client, links: Sequence[Link]) -> None:
         self._client, self._links = client, links
-        self._inverses = {link.body: _inverse_of_inertial_frame(client, link.body) for link in links if link.index == _BASE}
+        self._inverses = {link.body: _inverse_of_inertial_frame(client, link.body) for link in links if link.number == _BASE}
 
     def of(self, link: Link) -> Any:
-        if link.index == _BASE:
+        if link.number == _BASE:
             place, turn = self._client.call("getBasePositionAndOrientation", link.body)
             return _chained(pose(place, turn).astype(float), self._inverses[link.body])
-        state = self._client.call("getLinkState", link.body, link.index, computeForwardKinematics=True)
+        state = self._client.call("getLinkState", link.body, link.number, computeForwardKinematics=True)
         return pose(state[4], state[5])
 
 
@@ -202,7 +202,7 @@ def write_scene(path: Union[str, "os.PathLike[str]"], client: Optional[Any] = No
             visuals.setdefault((body, int(shape[1])), []).extend(_visual(shape, search_paths))
     lines = ['<?xml version="1.0"?>', '<robot name="PyBullet world">', f"  <link name={quoteattr(_ROOT)}/>"]
     for i, link in enumerate(links):
-        lines += [f"  <link name={quoteattr(link.name)}>", *visuals.get((link.body, link.index), []), "  </link>",
+        lines += [f"  <link name={quoteattr(link.name)}>", *visuals.get((link.body, link.number), []), "  </link>",
                   f'  <joint name="joint {i}" type="fixed">',
                   f"    <parent link={quoteattr(_ROOT)}/><child link={quoteattr(link.name)}/>",
                   f"    {_origin(states.of(link))}", "  </joint>"]

@@ -7,6 +7,7 @@ import re
 import secrets
 import shutil
 import sys
+import tempfile
 import time
 import weakref
 from typing import Dict, List, Mapping, Optional, Sequence, TextIO, Tuple, Union
@@ -14,7 +15,7 @@ from typing import Dict, List, Mapping, Optional, Sequence, TextIO, Tuple, Union
 from ._library import library_file
 from ._numbers import real, whole
 from ._process import GuardedProcess
-from ._scene_names import SceneNames
+from ._scene_names import InstanceList, SceneNames
 from .errors import ArgumentError, Error, ErrorCode, LibraryNotFound, RendererError, RendererNotFound, StateError
 from .stream import Stream
 
@@ -115,9 +116,14 @@ class Renderer:
         for text in (uri, *command):
             if not isinstance(text, str) or "\0" in text:
                 raise ArgumentError(ErrorCode.ARGUMENT, f"{text!r} is not an argument of a program: use a str without NUL")
+        folder = tempfile.mkdtemp(prefix="fire3dv-")
+        self.instances = InstanceList(os.path.join(folder, "instances.jsonl"))  # for Image.names
+        if not any(word == "--instances" or word.startswith("--instances=") for word in command):
+            command += ["--instances", self.instances.path]
         try:
-            self._process = GuardedProcess(command, environment, log)
+            self._process = GuardedProcess(command, environment, log, folder)
         except OSError as fault:
+            shutil.rmtree(folder, ignore_errors=True)
             raise RendererError(ErrorCode.SYSTEM, f"{self.program} cannot be started: {fault}") from None
         self.scene_names = SceneNames(self.scene, self.program, [os.fspath(argument) for argument in arguments])
         self._stop = weakref.finalize(self, self._process.stop)

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import ctypes
+import re
 import time
 from ctypes import byref, c_char_p, c_double, c_float, c_int64, c_uint32, c_uint64, c_void_p
 from typing import Any, Dict, Iterable, List, Optional, Sequence, Set, Union
@@ -18,7 +19,9 @@ from .markers import Markers
 from .scalars import Scalars
 from .status import LightKind, Property, Status
 
-_ADVICE_S = 10.0  # after describe(): the renderer comments on the first frame that it shows
+_ADVICE_S = 10.0  # after describe() and edits: the renderer comments on the first frame that it shows, and on edits
+_ADVICE = re.compile(r"(?:^|; )this stream (?=has |moves )")
+_NEXT_ADVICE = re.compile(r"; it (?=has |moves )")
 _ANSWER_INTERVAL_S = 0.1
 _MESSAGE_BYTES = 500  # a longer welcome_message may be truncated
 FRAME_DISCONTINUITY = 1  #: flag: bodies or time jumped; renderers do not interpolate into this frame
@@ -59,9 +62,11 @@ class Stream(ImageRequests, Markers, Scalars):
         self._node_names: Optional[List[str]] = None
         self._first_poses = False
         self._answered = True  # nothing to wait for before describe()
-        self._advised = True
-        self._described_at_s = 0.0
+        self._has_late_names = False
+        self._advice_until_s = 0.0
+        self._advice: Set[str] = set()  # that was given
         self._asked_at_s = 0.0
+        self._no_glb: Set[str] = set()  # nodes that were reported when they were added
         self._added: Set[str] = set()  # by add_node: in the scene with a frame, after the first answer
         self._scalar_units: Dict[str, Dict[str, str]] = {}  # of declared scalars, by group and name
         self._uri = uri
@@ -157,8 +162,10 @@ class Stream(ImageRequests, Markers, Scalars):
             self._world_from_stream = IDENTITY if not world.rows else tuple((c_double * 12).from_address(world.address or 0))
             self._node_names = [name.decode() for name in names if name is not None]
             self._first_poses = True
-            self._answered = self._advised = False
-            self._described_at_s = time.monotonic()
+            self._answered = False
+            self._has_late_names = any(map(self._is_added, self._node_names))
+            self._advice = {text for text in self._advice if "edit" in text}  # edits outlive the description
+            self._expect_advice()
 
     def publish(self, sim_time_ns: int, stream_from_body: Array, flags: int = 0) -> int:
         """Publishes one whole frame and returns its sequence. Does not block.
@@ -230,9 +237,9 @@ class Stream(ImageRequests, Markers, Scalars):
                       raw.welcome_message.decode("utf-8", "replace"), raw.conflicting_names, raw.contested_names)
 
     def _look_for_answer(self, interval_s: float) -> None:
-        """Warns once for each describe() if the renderer's answer names faults, also where poll() is never called."""
+        """Warns if the renderer's answers name faults, each once, also where poll() is never called."""
         now_s = time.monotonic()
-        is_done = self._answered and (self._advised or now_s - self._described_at_s > _ADVICE_S)
+        is_done = self._answered and not self._has_late_names and now_s > self._advice_until_s
         if is_done or now_s - self._asked_at_s < interval_s:
             return
         self._asked_at_s = now_s
@@ -241,28 +248,49 @@ class Stream(ImageRequests, Markers, Scalars):
             self._report_answer(raw)
 
     def _report_answer(self, raw: c.RawStatus) -> None:
-        if raw.welcome < 0 or (self._answered and self._advised):
+        if raw.welcome < 0:
             return
         message = raw.welcome_message.decode("utf-8", "replace")
-        advice = [part for part in message.split("; ") if part.startswith(("this stream moves ", "this stream has "))]
-        if advice and not self._advised:
-            self._advised = True
-            warn("the renderer says: " + message[message.index(advice[0]):])
-        if self._answered:
-            return
-        self._answered = True
-        described = self._node_names or []
+        begin = _ADVICE.search(message)
+        for text in _NEXT_ADVICE.split(message[begin.end():]) if begin else []:
+            if text not in self._advice and not any(f"the node \"{name}\" is not added" in text for name in self._no_glb):
+                self._advice.add(text)
+                warn("the renderer says: this stream " + text)
+        if not self._answered:
+            self._answered = True
+            self._warn_of_names(raw, message, is_late=False)
+            if raw.welcome > 0:
+                warn(f"the renderer does not accept this stream: {message}")
+        if self._has_late_names and raw.acked_sequence > 0:  # with a frame, its nodes have been added
+            self._has_late_names = False
+            self._warn_of_names(raw, message, is_late=True)
+
+    def _is_added(self, name: str) -> bool:
+        """Whether add_node has added the node, or one above it."""
+        parts = name.split("/")
+        return any("/".join(parts[:count]) in self._added for count in range(1, len(parts) + 1))
+
+    def _warn_of_names(self, raw: c.RawStatus, message: str, is_late: bool) -> None:
+        """Warns of names that the answer has: of nodes that the stream adds (is_late), or of the others."""
         dots = " ..." if len(raw.welcome_message) >= _MESSAGE_BYTES else ""
         absent = "the scene has no node, or several, for"
         for count, start, fault in ((raw.unmatched_names, "no scene node is called ", absent),
                                     (raw.conflicting_names, "another stream drives ", "another stream drives")):
-            names = message.partition(start)[2].partition("; another stream drives ")[0].split(", ")
-            others = [name for name in names if name not in self._added]
-            count -= len(names) - len(others)
-            if count > 0 and others:
-                warn(f"{fault} {count} of the {len(described)} nodes of describe(): {', '.join(others)}{dots}")
-        if raw.welcome > 0:
-            warn(f"the renderer does not accept this stream: {message}")
+            listed = message.partition(start)[2].partition("; another stream drives ")[0].partition("; this stream ")[0]
+            names = listed.split(", ")
+            chosen = [name for name in names if self._is_added(name) == is_late]
+            count -= len(names) - len(chosen)
+            if count > 0 and chosen:
+                warn(f"{fault} {count} of the {len(self._node_names or [])} nodes of describe(): "
+                     f"{', '.join(chosen)}{dots}")
+
+    def _expect_advice(self) -> None:
+        self._advice_until_s = time.monotonic() + _ADVICE_S
+
+    def _edit(self, function: Any, *arguments: Any) -> None:
+        """Calls a function of the library that edits the scene: the renderer comments on an edit without effect."""
+        self._call(function, *arguments)
+        self._expect_advice()
 
     def wait_ack(self, sequence: int, timeout_ms: int) -> bool:
         """Lockstep: waits until a renderer has shown this frame. Returns False on timeout."""
@@ -276,18 +304,19 @@ class Stream(ImageRequests, Markers, Scalars):
         return True
 
     # Scene edits are keyed state: the newest value of each node and property is valid. A frame is shown with all edits
-    # set before it was published. Nodes are found by name or path, like nodes of poses.
+    # set before it was published. Nodes are found by name or path, like nodes of poses. What a renderer cannot do is a
+    # SceneWarning, soon after.
 
     def set_visible(self, node: str, visible: bool) -> None:
         """Shows or hides the node and its descendants, including their shadows."""
-        self._call(library().fire3dv_set_visible, encoded(node, "node"), bool(visible))
+        self._edit(library().fire3dv_set_visible, encoded(node, "node"), bool(visible))
 
     def set_base_color(self, node: str, rgba: Array) -> None:
         """Sets the base colour factor of the mesh of this node only. rgba: 4 numbers from 0 to 1, linear."""
         color = Numbers(rgba, (4,), "rgba")
         if color.rows != 1:
             raise ArgumentError(ErrorCode.ARGUMENT, f"rgba has {4 * color.rows} numbers; 4 are needed")
-        self._call(library().fire3dv_set_base_color, encoded(node, "node"), color.address)
+        self._edit(library().fire3dv_set_base_color, encoded(node, "node"), color.address)
 
     def set_light(self, node: str, kind: Union[LightKind, int], color_rgb: Array = (1, 1, 1),
                   intensity: float = 1.0, range_m: float = 0.0, inner_cone_rad: float = 0.0,
@@ -303,7 +332,7 @@ class Stream(ImageRequests, Markers, Scalars):
                         (c_float * 3).from_address(color.address), real(intensity, "intensity"),
                         real(range_m, "range_m"), real(inner_cone_rad, "inner_cone_rad"),
                         real(outer_cone_rad, "outer_cone_rad"), bool(casts_shadow))
-        self._call(library().fire3dv_set_light, encoded(node, "node"), byref(light))
+        self._edit(library().fire3dv_set_light, encoded(node, "node"), byref(light))
 
     def set_camera(self, node: str, vertical_fov_rad: float, near_m: float = 0.01, far_m: float = 0.0,
                    exposure: float = 0.0, f_number: float = 0.0, focus_distance_m: float = 0.0) -> None:
@@ -317,7 +346,7 @@ class Stream(ImageRequests, Markers, Scalars):
         camera = c.Camera(ctypes.sizeof(c.Camera), real(vertical_fov_rad, "vertical_fov_rad"),
                           real(near_m, "near_m"), real(far_m, "far_m"), real(exposure, "exposure"),
                           real(f_number, "f_number"), real(focus_distance_m, "focus_distance_m"))
-        self._call(library().fire3dv_set_camera, encoded(node, "node"), byref(camera))
+        self._edit(library().fire3dv_set_camera, encoded(node, "node"), byref(camera))
 
     def add_node(self, node: str, parent: Optional[str] = None, parent_from_node: Optional[Array] = None,
                  asset_uri: Optional[str] = None, asset_glb: Optional[bytes] = None,
@@ -336,16 +365,20 @@ class Stream(ImageRequests, Markers, Scalars):
         except TypeError:
             raise ArgumentError(ErrorCode.ARGUMENT, f"asset_glb is of type {type(asset_glb).__name__}; bytes are "
                                 "needed") from None
+        if glb and not glb.startswith(b"glTF"):
+            self._no_glb.add(node)
+            warn(f"asset_glb of the node {node!r} is no .glb file, since it begins with {glb[:4]!r} and not with b'glTF': "
+                 "renderers do not add the node; a file is read by open(path, 'rb').read()")
         added = c.Node(ctypes.sizeof(c.Node), encoded(parent, "parent"), matrix.address,
                        encoded(asset_uri, "asset_uri"),
                        ctypes.cast(c_char_p(glb), c_void_p) if glb else None, len(glb),
                        encoded(variant, "variant"))
-        self._call(library().fire3dv_add_node, encoded(node, "node"), byref(added))
+        self._edit(library().fire3dv_add_node, encoded(node, "node"), byref(added))
         self._added.add(node)
 
     def remove_node(self, node: str) -> None:
         """Removes the node, added or from the file, and its descendants."""
-        self._call(library().fire3dv_remove_node, encoded(node, "node"))
+        self._edit(library().fire3dv_remove_node, encoded(node, "node"))
 
     def set_vertices(self, node: str, positions: Array, normals: Optional[Array] = None) -> None:
         """Replaces the vertex positions of the node's mesh: (v, 3) float32, metres, in the mesh's frame and order.
@@ -357,8 +390,8 @@ class Stream(ImageRequests, Markers, Scalars):
         if directions.rows not in (0, vertex_rows.rows):
             raise ArgumentError(ErrorCode.ARGUMENT, f"{directions.rows} normals for {vertex_rows.rows} positions")
         vertices = c.Vertices(ctypes.sizeof(c.Vertices), vertex_rows.address, directions.address, vertex_rows.rows)
-        self._call(library().fire3dv_set_vertices, encoded(node, "node"), byref(vertices))
+        self._edit(library().fire3dv_set_vertices, encoded(node, "node"), byref(vertices))
 
     def clear(self, node: str, prop: Union[Property, int]) -> None:
         """Clears the edit of one property: the value of the scene file applies again."""
-        self._call(library().fire3dv_clear, encoded(node, "node"), enumerated(prop, Property, "prop"))
+        self._edit(library().fire3dv_clear, encoded(node, "node"), enumerated(prop, Property, "prop"))

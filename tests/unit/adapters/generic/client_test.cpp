@@ -288,6 +288,24 @@ TEST_P(ClientOver, HoldsAWholeConversation) {
     publish_and_poll();
     return poll(stream.get()).welcome_message == advised;
   }));
+  // Two statuses that come together are shown one after the other.
+  renderer.send(wire::Status{description.epoch, {}, "this stream has an edit without effect: a"});
+  renderer.send(wire::Status{description.epoch, {}, "this stream has an edit without effect: b"});
+  std::string all;
+  EXPECT_TRUE(repeat_until([&] {
+    publish_and_poll();
+    all += poll(stream.get()).welcome_message;
+    return all.ends_with("without effect: b");
+  }));
+  EXPECT_NE(all.find("without effect: a"), std::string::npos);
+  // Long advice has the room that the names leave, and half of it at least.
+  renderer.send(wire::Status{description.epoch, {}, "this stream has " + std::string(600, 'x')});
+  EXPECT_TRUE(repeat_until([&] {
+    publish_and_poll();
+    const std::string text = poll(stream.get()).welcome_message;
+    return text.starts_with(status.welcome_message) && text.find("; this stream has xxx") != text.npos &&
+           text.size() > 500 && text.size() < sizeof status.welcome_message;
+  }));
 
   // An acknowledgement of a frame that was never published is ignored.
   const uint64_t shown = renderer.sequence;

@@ -79,7 +79,7 @@ TEST(FramePlan, MarkersDrawOverSamples) {
   EXPECT_FALSE(plan_frame(facts, only(wire::kDepthF32), {}).markers);
   plan = plan_frame(facts, {}, {}, 2);
   EXPECT_FALSE(plan.markers || plan.hdr_samples) << "images of several views have none";
-  EXPECT_TRUE(plan.compute_shading);
+  EXPECT_TRUE(plan.compute_shading && plan.fxaa_only);
   facts.can_write_samples = false;
   plan = plan_frame(facts, {}, {});
   EXPECT_TRUE(plan.forward && plan.markers && plan.tone_map);
@@ -181,8 +181,9 @@ TEST(FramePlan, PathTracingReplacesShading) {
 
 TEST(FramePlan, SeveralViewsShadeInCompute) {
   const FramePlan plan = plan_frame(lit_scene(), {}, {}, 3);
-  EXPECT_TRUE(plan.visibility_buffer && plan.compute_shading);
-  EXPECT_FALSE(plan.forward || plan.tone_map || plan.fxaa_only);
+  EXPECT_TRUE(plan.visibility_buffer && plan.compute_shading && plan.fxaa_only);
+  EXPECT_FALSE(plan.forward || plan.tone_map);
+  EXPECT_FALSE(plan_frame(lit_scene(), only(wire::kDepthF32), {}, 3).fxaa_only);
 }
 
 TEST(FramePlan, MapsUseCoarseLevelsEverywhere) {

@@ -243,6 +243,52 @@ TEST_F(StreamReceiverTest, MotionlessStreamIsWarned) {
   EXPECT_EQ(statuses[0].message, "this stream" + text);
 }
 
+// A name that several nodes have, and one with a part of the path: the paths that it may mean.
+TEST_F(StreamReceiverTest, AmbiguousNamesGetPaths) {
+  scene::Scene scene;
+  for (const char* path : {"env0/cart", "env0/cart/pole", "env1/cart/pole", "env2/cart/pole", "flagpole"}) {
+    scene::Node& node = scene.nodes.emplace_back();
+    node.path = path;
+    node.name = node.path.substr(node.path.rfind('/') + 1);
+  }
+  state::PoseState poses(scene);
+  StreamReceiver receiver(poses, false);
+  auto listener = std::make_unique<ScriptedListener>();
+  link_ = listener.get();
+  receiver.add(std::move(listener));
+  receiver.set_scene(&scene);
+  link_->deliver(1, LinkEvent::Kind::control,
+                 description(1, "cart", {"pole", "env1/pole", "cart/env1", "nope"}));
+  const std::vector<wire::Affine3x4> rest(4);
+  wire::PoseFrameView view;
+  view.header.epoch = view.header.sequence = 1;
+  view.node_count = 4;
+  view.poses = rest;
+  link_->deliver(1, LinkEvent::Kind::pose, wire::encode(view));
+  receiver.poll();
+  const auto statuses = answers<wire::Status>(1);
+  ASSERT_EQ(statuses.size(), 1u);
+  EXPECT_EQ(
+      statuses[0].message,
+      "this stream moves nothing: the scene has no node of its 4 names, such as \"pole\", \"env1/pole\", "
+      "\"cart/env1\", \"nope\"; it has names that no node has alone; write paths: \"pole\" is "
+      "\"env0/cart/pole\" or \"env1/cart/pole\" or 1 others, \"env1/pole\" is \"env1/cart/pole\"");
+}
+
+TEST_F(StreamReceiverTest, StreamHearsOfEditsWithoutEffect) {
+  link_->deliver(1, LinkEvent::Kind::control, description(7, "painter"));
+  receiver_.poll();
+  const state::StreamId id = receiver_.report().front().id;
+  receiver_.report_ineffective_edit(id, "no scene node is called \"nope\"");
+  receiver_.report_ineffective_edit(id + 1, "of another stream");
+  receiver_.report_ineffective_edit(id, "the node \"arm\" has no mesh to be coloured");
+  const auto statuses = answers<wire::Status>(1);
+  ASSERT_EQ(statuses.size(), 2u);
+  EXPECT_EQ(statuses[0].message, "this stream has an edit without effect: no scene node is called \"nope\"");
+  EXPECT_EQ(statuses[1].message,
+            "this stream has an edit without effect: the node \"arm\" has no mesh to be coloured");
+}
+
 TEST_F(StreamReceiverTest, FrameShowsWithItsEdits) {
   const wire::SceneEdit edit{7, 3, "arm", wire::Property::visible, wire::Visible{false}};
   link_->deliver(1, LinkEvent::Kind::control, wire::encode(edit));

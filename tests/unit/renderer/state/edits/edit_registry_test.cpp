@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
+#include <string>
+
 namespace fire3dv::state {
 namespace {
 
@@ -87,7 +90,33 @@ TEST(EditRegistry, OpaqueAlphaIsReportedOnce) {
   ASSERT_EQ(log.size(), 1u);
   EXPECT_TRUE(log[0].starts_with("warning: the node \"ball\" of stream \"painter\" stays opaque")) << log[0];
   EXPECT_NE(log[0].find("OPAQUE"), std::string::npos) << log[0];
+  const auto ineffective = registry.take_ineffective();
+  ASSERT_EQ(ineffective.size(), 1u);
+  EXPECT_EQ(ineffective[0].stream, id);
+  EXPECT_TRUE(ineffective[0].reason.starts_with("the node \"ball\" stays opaque")) << ineffective[0].reason;
   EXPECT_TRUE(paint("ball", 0.2f).empty()) << "once";
+}
+
+// The log names each cause once, the stream hears of each edit, up to a limit.
+TEST_F(EditRegistryTest, StreamsHearOfEditsWithoutEffect) {
+  const StreamId first = stream(1), second = stream(2);
+  hide(first, "nope");
+  hide(first, "nada");
+  edit(second, "cup", wire::Property::base_color, wire::BaseColor{{1, 0, 0, 1}});
+  hide(second, "cup");
+  (void)resolved();
+  EXPECT_EQ(registry_.take_log_messages().size(), 2u);
+  const auto found = registry_.take_ineffective();
+  std::map<std::string, StreamId> reasons;
+  for (const EditRegistry::Ineffective& each : found) reasons[each.reason] = each.stream;
+  EXPECT_EQ(reasons,
+            (std::map<std::string, StreamId>{{"no scene node is called \"nope\"", first},
+                                             {"no scene node is called \"nada\"", first},
+                                             {"the node \"cup\" has no mesh to be coloured", second}}));
+  EXPECT_TRUE(registry_.take_ineffective().empty());
+  for (int i = 0; i < 100; ++i) hide(first, "wrong " + std::to_string(i));
+  (void)resolved();
+  EXPECT_EQ(registry_.take_ineffective().size(), 6u) << "eight of a stream";
 }
 
 TEST_F(EditRegistryTest, HiddenParentHidesChildren) {
