@@ -1,9 +1,13 @@
 #include "convert/surfaces.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <glm/gtc/matrix_inverse.hpp>
 #include <numbers>
+#include <vector>
+
+#include "base/text.h"
 
 namespace fire3dv::convert {
 
@@ -287,6 +291,23 @@ std::string repair(Surface& surface) {
   for (glm::vec2& uv : surface.uvs)
     if (!std::isfinite(uv.x) || !std::isfinite(uv.y)) uv = glm::vec2(0);
   return said;
+}
+
+std::string describe_invisible(const Model& model) {
+  std::string first;
+  size_t count = 0;
+  for (const Node& node : model.nodes) {
+    if (!node.mesh) continue;
+    const std::vector<Surface>& surfaces = model.meshes[*node.mesh].surfaces;
+    const bool has_invisible = std::any_of(surfaces.begin(), surfaces.end(), [&](const Surface& surface) {
+      const Material& material = model.materials[surface.material];
+      return material.blended && material.base_color.a == 0;
+    });
+    if (has_invisible && count++ == 0) first = node.name;
+  }
+  if (count == 0) return {};
+  return quote(first) + (count > 1 ? " and " + std::to_string(count - 1) + " more" : "") +
+         (count > 1 ? " have" : " has") + " a colour of opacity 0, which is not drawn";
 }
 
 }  // namespace fire3dv::convert

@@ -27,4 +27,7 @@ glm::dmat4 matrix_of(const glm::dvec3& translation, const glm::dquat& rotation);
 // replaces invalid normals by those of adjacent triangles. Returns a description of the repairs, or "".
 std::string repair(Surface& surface);
 
+// Describes nodes with colours of opacity 0, which are not drawn; "" if there are none.
+std::string describe_invisible(const Model& model);
+
 }  // namespace fire3dv::convert

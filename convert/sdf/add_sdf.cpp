@@ -49,6 +49,14 @@ class SceneBuilder {
     std::vector<std::string> warnings;
     add_sdf_kinematics(scene_, model_, warnings);
     for (const std::string& warning : warnings) warn(warning);
+    if (const std::string invisible = describe_invisible(model_); !invisible.empty())
+      warn("visual " + invisible + ", as in Gazebo");
+    if (transparent_visuals_ > 0) {
+      const size_t others = transparent_visuals_ - 1;
+      warn("visual " + quote(first_transparent_) +
+           (others > 0 ? " and " + std::to_string(others) + " more" : "") + (others > 0 ? " have" : " has") +
+           " a <transparency> of 1, which is not drawn, as in Gazebo");
+    }
     if (!lights_by_metre_.empty())
       warn("lights whose <attenuation> is not <quadratic> alone are matched at 1 m: " + lights_by_metre_);
   }
@@ -86,7 +94,10 @@ class SceneBuilder {
   }
 
   std::optional<size_t> mesh_of(const SdfItem& item, const std::string& name) {
-    if (std::isfinite(item.transparency) && item.transparency >= 1) return std::nullopt;  // invisible
+    if (std::isfinite(item.transparency) && item.transparency >= 1) {
+      if (transparent_visuals_++ == 0) first_transparent_ = name;
+      return std::nullopt;
+    }
     Mesh mesh;
     mesh.name = name;
     if (!meshes_.take_shape(mesh)) {
@@ -181,7 +192,8 @@ class SceneBuilder {
   SdfMaterials materials_;
   SdfShapes shapes_;
   std::vector<std::string> names_;  // by item
-  std::string view_name_, lights_by_metre_;
+  std::string view_name_, lights_by_metre_, first_transparent_;
+  size_t transparent_visuals_ = 0;
   bool reported_full_ = false;
 };
 

@@ -155,6 +155,8 @@ class Reader {
     std::vector<std::string> warnings;
     add_urdf_joints(robot, joint_names, node_of_link, model_, warnings);
     for (const std::string& warning : warnings) warn(warning);
+    if (const std::string invisible = describe_invisible(model_); !invisible.empty())
+      warn("link " + invisible + ", as in RViz");
     warn_if_nothing_is_drawn(robot);
   }
 
