@@ -103,12 +103,14 @@ std::string view_message(const std::optional<CameraRig::FreeView>& view) {
 }
 
 std::string render_message(const settings::DrawSettings& settings, bool can_shade, bool can_switch) {
+  const settings::DrawSetting& tone_map = settings::draw_setting("tone-map");
   return text_of({{"type", "render"},
                   {"shadows", settings.shadows.method != settings::ShadowMethod::off},
                   {"can_shade", can_shade},
                   {"paths", settings.path.has_value()},
                   {"can_switch", can_switch},
-                  {"tone_map", settings::chosen_index(settings::draw_setting("tone-map"), settings)}});
+                  {"tone_map", settings::chosen_index(tone_map, settings)},
+                  {"tone_maps", tone_map.control.names}});
 }
 
 std::string paths_message(const settings::PathProgress& progress, bool waits) {

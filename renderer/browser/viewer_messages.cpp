@@ -214,9 +214,10 @@ void LiveView::switch_paths(serve::ViewerId number, bool on) {
 }
 
 void LiveView::apply_render(serve::ViewerId number, const serve::ClientMessage& message) {
+  const settings::DrawSetting& tone_map = settings::draw_setting("tone-map");
+  if (*message.index >= tone_map.names.size()) return;
   if (message.paths) switch_paths(number, *message.paths);
   settings::DrawSettings& draw = borrowed_.document.draw;
-  const settings::DrawSetting& tone_map = settings::draw_setting("tone-map");
   (void)tone_map.set(tone_map.names[*message.index], draw);
   has_changed_ = true;
   if (draw.path) {  // tone mapping applies to the samples that are there; paths trace all shadows

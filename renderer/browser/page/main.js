@@ -149,6 +149,8 @@ const messages = {
     at("shadows").title = message.paths ? "Paths trace all shadows" : at("shadows").disabled ? "fire3dv was started with --shadows off" : "";
     at("renderer").value = message.paths ? "paths" : "raster";
     at("renderer-row").hidden = !message.can_switch;
+    if (at("tone-map").length === 0)
+      at("tone-map").append(...message.tone_maps.map((name, index) => new Option(name[0].toUpperCase() + name.slice(1), index)));
     at("tone-map").value = String(message.tone_map);
   },
   paths: (message) => statistics.setPaths(message),

@@ -182,7 +182,7 @@ void read_fields(Fields& fields, ClientMessage& message) {
     case Kind::render:
       fields.flag("shadows", message.on);
       fields.optional_flag("paths", message.paths);
-      return fields.integer("tone_map", 0, 3, message.index.emplace());
+      return fields.integer("tone_map", 0, UINT32_MAX - 1, message.index.emplace());
   }
 }
 

@@ -142,6 +142,7 @@ def paths(test):
     second = PathViewer(live, live.view)
     second.send(type="orbit", yaw=-0.7, pitch=0.2)
     second.refine()
+    first.send(type="render", shadows=True, tone_map=1000)  # not in the list: no effect
     # Tone mapping applies to the samples that are there.
     refined = expect_silence(first, lambda: first.send(type="render", shadows=True, tone_map=3))
     check(refined and min(first.samples, default=SPP) == SPP, f"other tone mapping starts again: {refined}, {first.samples}")

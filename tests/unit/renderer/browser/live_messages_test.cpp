@@ -65,7 +65,8 @@ TEST(LiveMessages, RenderSettings) {
   settings.post.tone_map = settings::ToneMap::neutral;
   EXPECT_EQ(Json::parse(render_message(settings, false, true)),
             Json::parse(R"({"type": "render", "shadows": false, "can_shade": false, "paths": false,
-                            "can_switch": true, "tone_map": 2})"));
+                            "can_switch": true, "tone_map": 2,
+                            "tone_maps": ["Reinhard", "ACES", "neutral", "none"]})"));
   settings.path.emplace();
   EXPECT_EQ(Json::parse(render_message(settings, false, false))["paths"], true);
   EXPECT_EQ(Json::parse(paths_message({12, 256}, true)),

@@ -101,7 +101,7 @@ TEST(ClientMessage, BadOnesAreRefused) {
         std::string(R"({"type":"joint","scene":0,"index":0,"position":1e7})"),
         std::string(R"({"type":"joint","scene":0,"index":0})"),
         std::string(R"({"type":"posture","index":1})"),
-        std::string(R"({"type":"render","shadows":true,"tone_map":4})"),
+        std::string(R"({"type":"render","shadows":true,"tone_map":-1})"),
         std::string(R"({"type":"render","shadows":true,"tone_map":3,"paths":1})"),
         R"({"type":"hello","token":")" + std::string(200, 'a') + "\"}",
         std::string(3000, '['),
