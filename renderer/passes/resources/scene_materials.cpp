@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <glm/gtc/packing.hpp>
 
+#include "renderer/scene/model/scene_fields.h"
 #include "renderer/scene/textures/images.h"
 
 namespace fire3dv::passes {
@@ -62,18 +63,11 @@ uint32_t extension_flags(const scene::Material& material) {
 // Vertex attributes that the material's textures need.
 uint32_t texture_flags(const scene::Material& material) {
   uint32_t flags = 0;
-  for (const scene::TextureRef* texture :
-       {&material.base_color_texture, &material.metallic_roughness_texture, &material.normal_texture,
-        &material.occlusion_texture, &material.emissive_texture, &material.specular_texture,
-        &material.specular_color_texture, &material.clearcoat_texture, &material.clearcoat_roughness_texture,
-        &material.clearcoat_normal_texture, &material.sheen_color_texture, &material.sheen_roughness_texture,
-        &material.anisotropy_texture, &material.iridescence_texture, &material.iridescence_thickness_texture,
-        &material.transmission_texture, &material.diffuse_transmission_texture,
-        &material.diffuse_transmission_color_texture}) {
-    if (texture->texture == scene::kNone) continue;
+  scene::visit_textures(material, [&](const scene::TextureRef& texture) {
+    if (texture.texture == scene::kNone) return;
     flags |= FIRE3DV_MATERIAL_TEXTURED;
-    if (texture->uv_set != 0) flags |= FIRE3DV_MATERIAL_SECOND_UV;
-  }
+    if (texture.uv_set != 0) flags |= FIRE3DV_MATERIAL_SECOND_UV;
+  });
   if (scene::needs_tangents(material)) {
     flags |= FIRE3DV_MATERIAL_NORMAL_MAPPED;
   }

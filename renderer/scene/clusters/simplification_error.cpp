@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "renderer/scene/clusters/level_steps.h"
+#include "renderer/scene/model/scene_fields.h"
 
 namespace fire3dv::scene {
 namespace {
@@ -277,10 +278,6 @@ class Comparison {
   LevelError error_;
 };
 
-bool uses(const TextureRef& ref, uint32_t uv_set) {
-  return ref.texture != kNone && ref.uv_set == uv_set;
-}
-
 }  // namespace
 
 UsedAttributes used_attributes(const Scene& scene, const Primitive& primitive) {
@@ -288,26 +285,12 @@ UsedAttributes used_attributes(const Scene& scene, const Primitive& primitive) {
   UsedAttributes at;
   at.normals = primitive.lit && !m.unlit;
   at.tangents = at.normals && needs_tangents(m);
-  const TextureRef* const refs[] = {&m.base_color_texture,
-                                    &m.metallic_roughness_texture,
-                                    &m.normal_texture,
-                                    &m.occlusion_texture,
-                                    &m.emissive_texture,
-                                    &m.specular_texture,
-                                    &m.specular_color_texture,
-                                    &m.clearcoat_texture,
-                                    &m.clearcoat_roughness_texture,
-                                    &m.clearcoat_normal_texture,
-                                    &m.sheen_color_texture,
-                                    &m.sheen_roughness_texture,
-                                    &m.anisotropy_texture,
-                                    &m.iridescence_texture,
-                                    &m.iridescence_thickness_texture,
-                                    &m.transmission_texture,
-                                    &m.diffuse_transmission_texture,
-                                    &m.diffuse_transmission_color_texture};
-  at.uv0 = std::any_of(std::begin(refs), std::end(refs), [](const TextureRef* r) { return uses(*r, 0); });
-  at.uv1 = std::any_of(std::begin(refs), std::end(refs), [](const TextureRef* r) { return uses(*r, 1); });
+  at.uv0 = at.uv1 = false;
+  visit_textures(m, [&](const TextureRef& texture) {
+    if (texture.texture == kNone) return;
+    at.uv0 |= texture.uv_set == 0;
+    at.uv1 |= texture.uv_set == 1;
+  });
   return at;
 }
 

@@ -9,6 +9,7 @@
 
 #include "base/parallel.h"
 #include "renderer/scene/clusters/clusters.h"
+#include "renderer/scene/model/scene_fields.h"
 
 namespace fire3dv::scene {
 namespace {
@@ -145,17 +146,13 @@ bool is_valid_channel(const Scene& scene, const AnimationChannel& c) {
 }
 
 bool is_valid_material(const Scene& scene, const Material& m) {
-  for (const TextureRef* ref :
-       {&m.base_color_texture, &m.metallic_roughness_texture, &m.normal_texture, &m.occlusion_texture,
-        &m.emissive_texture, &m.specular_texture, &m.specular_color_texture, &m.clearcoat_texture,
-        &m.clearcoat_roughness_texture, &m.clearcoat_normal_texture, &m.sheen_color_texture,
-        &m.sheen_roughness_texture, &m.anisotropy_texture, &m.iridescence_texture,
-        &m.iridescence_thickness_texture, &m.transmission_texture, &m.diffuse_transmission_texture,
-        &m.diffuse_transmission_color_texture}) {
-    if (!none_or_below(ref->texture, scene.textures.size()) || ref->uv_set > 1 ||
-        !is_finite(ref->uv_offset) || !is_finite(ref->uv_rotation_rad) || !is_finite(ref->uv_scale))
-      return false;
-  }
+  bool are_textures_valid = true;
+  visit_textures(m, [&](const TextureRef& ref) {
+    are_textures_valid = are_textures_valid && none_or_below(ref.texture, scene.textures.size()) &&
+                         ref.uv_set <= 1 && is_finite(ref.uv_offset) && is_finite(ref.uv_rotation_rad) &&
+                         is_finite(ref.uv_scale);
+  });
+  if (!are_textures_valid) return false;
   for (const float number : {m.metallic,
                              m.roughness,
                              m.normal_scale,

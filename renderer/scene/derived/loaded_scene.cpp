@@ -4,6 +4,7 @@
 
 #include "base/text.h"
 #include "base/vectors.h"
+#include "renderer/scene/model/scene_fields.h"
 
 namespace fire3dv::scene {
 
@@ -80,18 +81,6 @@ Result<void> check_room(const LoadedScene& to, const LoadedScene& asset) {
   return {};
 }
 
-void move_textures(Material& m, uint32_t by) {
-  for (TextureRef* ref :
-       {&m.base_color_texture, &m.metallic_roughness_texture, &m.normal_texture, &m.occlusion_texture,
-        &m.emissive_texture, &m.specular_texture, &m.specular_color_texture, &m.clearcoat_texture,
-        &m.clearcoat_roughness_texture, &m.clearcoat_normal_texture, &m.sheen_color_texture,
-        &m.sheen_roughness_texture, &m.anisotropy_texture, &m.iridescence_texture,
-        &m.iridescence_thickness_texture, &m.transmission_texture, &m.diffuse_transmission_texture,
-        &m.diffuse_transmission_color_texture}) {
-    move(ref->texture, by);
-  }
-}
-
 void add_nodes(Scene& to, const Scene& from, uint32_t parent) {
   const uint32_t first = size_of(to.nodes);
   for (Node node : from.nodes) {
@@ -160,7 +149,7 @@ void add_skins(Scene& to, const Scene& from, uint32_t first_node) {
 
 void add_looks(Scene& to, const Scene& from) {
   for (Material material : from.materials) {
-    move_textures(material, size_of(to.textures));
+    visit_textures(material, [&](TextureRef& texture) { move(texture.texture, size_of(to.textures)); });
     to.materials.push_back(std::move(material));
   }
   for (Texture texture : from.textures) {

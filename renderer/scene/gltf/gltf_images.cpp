@@ -1,6 +1,5 @@
 #include <span>
 #include <string>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -42,15 +41,13 @@ void read_bytes(const GltfDocument& document, const ImageSource& source, const L
 // Takes a placeholder out of materials where it is no colour: as a normal map or a factor it would only look
 // like another material.
 void leave_out_data(const std::vector<bool>& is_placeholder, Scene& scene) {
-  const auto leave_out = [&]<typename Member>(Member& member) {
-    if constexpr (std::is_same_v<Member, TextureRef>) {
-      if (member.texture == kNone) return;
-      const Texture& texture = scene.textures[member.texture];
-      if (!texture.srgb && is_placeholder[texture.image]) member = TextureRef{};
-    }
-  };
-  for (Material& material : scene.materials)
-    visit_members(material, [&](auto&... members) { (leave_out(members), ...); });
+  for (Material& material : scene.materials) {
+    visit_textures(material, [&](TextureRef& ref) {
+      if (ref.texture == kNone) return;
+      const Texture& texture = scene.textures[ref.texture];
+      if (!texture.srgb && is_placeholder[texture.image]) ref = TextureRef{};
+    });
+  }
 }
 
 }  // namespace

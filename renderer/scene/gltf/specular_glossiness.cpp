@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstddef>
 #include <string>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -67,13 +66,10 @@ bool same_coordinates(const TextureRef& a, const TextureRef& b, const Scene& sce
 // Empties images that only converted materials used.
 void release_unused_images(size_t original_images, Scene& scene) {
   std::vector<bool> is_used(scene.images.size(), false);
-  for (Material& material : scene.materials) {
-    const auto note = [&](const auto& member) {
-      if constexpr (std::is_same_v<std::decay_t<decltype(member)>, TextureRef>) {
-        if (member.texture != kNone) is_used[scene.textures[member.texture].image] = true;
-      }
-    };
-    visit_members(material, [&](const auto&... members) { (note(members), ...); });
+  for (const Material& material : scene.materials) {
+    visit_textures(material, [&](const TextureRef& ref) {
+      if (ref.texture != kNone) is_used[scene.textures[ref.texture].image] = true;
+    });
   }
   for (size_t i = 0; i < original_images; ++i) {
     if (!is_used[i]) scene.images[i] = Image{scene.images[i].name, 1, 1, std::vector<uint8_t>(4, 255)};

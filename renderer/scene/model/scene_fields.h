@@ -2,6 +2,8 @@
 // and a check in check_scene.cpp; older cache files are then refused automatically (scene_cache.cpp).
 #pragma once
 
+#include <type_traits>
+
 #include "renderer/scene/model/scene.h"
 
 namespace fire3dv::scene {
@@ -82,6 +84,19 @@ void visit_members(Material& m, Visit&& visit) {
         m.anisotropy, m.anisotropy_rotation_rad, m.anisotropy_texture, m.iridescence, m.iridescence_ior,
         m.iridescence_thickness_min_nm, m.iridescence_thickness_max_nm, m.iridescence_texture,
         m.iridescence_thickness_texture);
+}
+
+// All textures of a material, those that it lacks, too.
+template <typename Visit>
+void visit_textures(Material& material, Visit&& visit) {
+  const auto visit_texture = [&](auto& member) {
+    if constexpr (std::is_same_v<decltype(member), TextureRef&>) visit(member);
+  };
+  visit_members(material, [&](auto&... members) { (visit_texture(members), ...); });
+}
+template <typename Visit>
+void visit_textures(const Material& material, Visit&& visit) {
+  visit_textures(const_cast<Material&>(material), [&](const TextureRef& texture) { visit(texture); });
 }
 
 template <typename Visit>
