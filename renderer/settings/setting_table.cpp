@@ -8,6 +8,7 @@
 #include <limits>
 #include <optional>
 #include <system_error>
+#include <tuple>
 #include <utility>
 
 #include "base/color/srgb.h"
@@ -47,7 +48,7 @@ std::string list_text(std::string label, const std::vector<std::string>& names) 
   return label;
 }
 
-// --- kinds of rows. field: function that returns a reference to the value in DrawSettings ---
+// --- kinds of rows. field: function that returns a reference to the value in DrawSettings, or a tie ---
 
 template <typename Field>
 void set_access(DrawSetting& row, Field field) {
@@ -223,15 +224,8 @@ DrawSetting exposure() {
     post.estimated = !is_number;
     return std::string();
   };
-  row.is_same = [](const DrawSettings& a, const DrawSettings& b) {
-    return a.post.exposure == b.post.exposure && a.post.metered == b.post.metered &&
-           a.post.estimated == b.post.estimated;
-  };
-  row.copy = [](const DrawSettings& from, DrawSettings& to) {
-    to.post.exposure = from.post.exposure;
-    to.post.metered = from.post.metered;
-    to.post.estimated = from.post.estimated;
-  };
+  set_access(row,
+             [](auto& draw) { return std::tie(draw.post.exposure, draw.post.metered, draw.post.estimated); });
   return row;
 }
 
@@ -286,16 +280,10 @@ DrawSetting ray_effect_rays() {
     if (wrong.empty()) set_all(draw);
     return wrong;
   };
-  row.is_same = [](const DrawSettings& a, const DrawSettings& b) {
-    return a.ray_effects.reflection_rays == b.ray_effects.reflection_rays &&
-           a.ray_effects.occlusion_rays == b.ray_effects.occlusion_rays &&
-           a.ray_effects.bounce_rays == b.ray_effects.bounce_rays;
-  };
-  row.copy = [](const DrawSettings& from, DrawSettings& to) {
-    to.ray_effects.reflection_rays = from.ray_effects.reflection_rays;
-    to.ray_effects.occlusion_rays = from.ray_effects.occlusion_rays;
-    to.ray_effects.bounce_rays = from.ray_effects.bounce_rays;
-  };
+  set_access(row, [](auto& draw) {
+    auto& effects = draw.ray_effects;
+    return std::tie(effects.reflection_rays, effects.occlusion_rays, effects.bounce_rays);
+  });
   return row;
 }
 
