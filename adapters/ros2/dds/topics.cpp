@@ -1,9 +1,35 @@
 #include "adapters/ros2/dds/topics.h"
 
+#include <cstddef>
+#include <iterator>
+
 namespace fire3dv::ros2 {
 namespace {
 
 constexpr int32_t kStaticReaderDepth = 1000;  // samples without key: one for each broadcaster that is alive
+
+// Writers are reliable.
+struct ProfileQuality {
+  bool reads_reliably;
+  bool transient_local;
+  int32_t reader_depth, writer_depth;
+};
+
+// In the order of Profile.
+constexpr ProfileQuality kProfiles[] = {
+    {true, false, 100, 100},              // tf
+    {true, true, kStaticReaderDepth, 1},  // tf_static
+    {false, false, 1, 1},                 // clock
+    {false, false, 5, 10},                // joint_states
+    {true, true, 1, 1},                   // robot_description
+    {true, false, 1, 1},                  // image
+    {false, false, 5, 5},                 // camera_info
+    {true, false, 10, 10},                // markers
+    {false, false, 1, 1},                 // points
+    {true, false, 1, 1},                  // path
+    {true, true, 1, 1},                   // map
+};
+static_assert(std::size(kProfiles) == static_cast<size_t>(Profile::map) + 1);
 
 struct Quality {
   bool reliable;
@@ -12,59 +38,13 @@ struct Quality {
 };
 
 Quality reader_quality(Profile profile) {
-  switch (profile) {
-    case Profile::tf:
-      return {true, false, 100};
-    case Profile::tf_static:
-      return {true, true, kStaticReaderDepth};
-    case Profile::clock:
-      return {false, false, 1};
-    case Profile::joint_states:
-      return {false, false, 5};
-    case Profile::robot_description:
-      return {true, true, 1};
-    case Profile::image:
-      return {true, false, 1};
-    case Profile::markers:
-      return {true, false, 10};
-    case Profile::points:
-      return {false, false, 1};
-    case Profile::path:
-      return {true, false, 1};
-    case Profile::map:
-      return {true, true, 1};
-    case Profile::camera_info:
-      break;
-  }
-  return {false, false, 5};
+  const ProfileQuality& quality = kProfiles[static_cast<size_t>(profile)];
+  return {quality.reads_reliably, quality.transient_local, quality.reader_depth};
 }
 
 Quality writer_quality(Profile profile) {
-  switch (profile) {
-    case Profile::tf:
-      return {true, false, 100};
-    case Profile::tf_static:
-      return {true, true, 1};
-    case Profile::clock:
-      return {true, false, 1};
-    case Profile::joint_states:
-      return {true, false, 10};
-    case Profile::robot_description:
-      return {true, true, 1};
-    case Profile::image:
-      return {true, false, 1};
-    case Profile::markers:
-      return {true, false, 10};
-    case Profile::points:
-      return {true, false, 1};
-    case Profile::path:
-      return {true, false, 1};
-    case Profile::map:
-      return {true, true, 1};
-    case Profile::camera_info:
-      break;
-  }
-  return {true, false, 5};
+  const ProfileQuality& quality = kProfiles[static_cast<size_t>(profile)];
+  return {true, quality.transient_local, quality.writer_depth};
 }
 
 UniqueQos create_qos(const Quality& quality, const MessageType& type) {
