@@ -241,13 +241,6 @@ void Node::send(DiscoverySocket& socket, DiscoveryMessage message) const {
   socket.send_to_relays(encode_discovery(message));
 }
 
-void Node::discover(std::string_view name, bool is_service) {
-  DiscoveryMessage message;
-  message.type = DiscoveryType::subscribe;
-  message.topic = qualified_name(directory_.partition(), name);
-  send(is_service ? *services_ : *messages_, std::move(message));
-}
-
 void Node::receive_discovery(DiscoverySocket& socket) {
   for (int i = 0; i < kMaxDatagramsAtOnce; ++i) {
     const std::optional<DiscoverySocket::Datagram> datagram = socket.receive();

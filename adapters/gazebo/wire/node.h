@@ -60,8 +60,6 @@ class Node {
 
   const Directory& directory() const { return directory_; }
   const std::vector<std::string>& interfaces() const { return interfaces_; }
-  // Asks all peers to announce publishers of this name.
-  void discover(std::string_view name, bool is_service);
 
   // Receives this publisher's messages. Repeated calls are cheap.
   void subscribe(const Advertisement& publisher);
