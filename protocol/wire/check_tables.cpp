@@ -182,7 +182,7 @@ Result<void> check_image(const Marker& marker) {
 
 class CheckValue {
  public:
-  explicit CheckValue(const DecodeLimits& limits) : limits_(limits), most_(double{limits.max_abs_value}) {}
+  explicit CheckValue(const DecodeLimits& limits) : limits_(limits), max_(double{limits.max_abs_value}) {}
 
   Result<void> operator()(const Cleared&) const { return {}; }
   Result<void> operator()(const Visible&) const { return {}; }
@@ -197,9 +197,9 @@ class CheckValue {
     if (value.kind > LightKind::spot)
       return Error{"SceneEdit.kind is " + std::to_string(static_cast<int>(value.kind)) +
                    "; lights are of kind 0 (directional), 1 (point) or 2 (spot)"};
-    if (auto good = check_each("color_rgb", value.color_rgb, {0, most_}); !good) return good;
-    if (auto good = check_range("intensity", value.intensity, {0, most_}); !good) return good;
-    if (auto good = check_range("range_m", value.range_m, {0, most_}); !good) return good;
+    if (auto good = check_each("color_rgb", value.color_rgb, {0, max_}); !good) return good;
+    if (auto good = check_range("intensity", value.intensity, {0, max_}); !good) return good;
+    if (auto good = check_range("range_m", value.range_m, {0, max_}); !good) return good;
     // Pi / 2 rounded to float may be slightly larger.
     constexpr double kQuarter = std::numbers::pi / 2 + 1e-6;
     if (auto good = check_range("outer_cone_rad", value.outer_cone_rad, {0, kQuarter}); !good) return good;
@@ -215,12 +215,12 @@ class CheckValue {
     if (auto good = check_range("vertical_fov_rad", value.vertical_fov_rad, {0, std::numbers::pi, true});
         !good)
       return good;
-    if (auto good = check_range("near_m", value.near_m, {0, most_, true}); !good) return good;
-    if (auto good = check_range("far_m", value.far_m, {0, most_}); !good) return good;
+    if (auto good = check_range("near_m", value.near_m, {0, max_, true}); !good) return good;
+    if (auto good = check_range("far_m", value.far_m, {0, max_}); !good) return good;
     if (value.far_m != 0 && !(value.far_m > value.near_m))
       return Error{"SceneEdit.far_m is " + text_of(value.far_m) +
                    "; it must be 0 (infinite) or more than near_m (" + text_of(value.near_m) + ")"};
-    if (auto good = check_range("exposure", value.exposure, {0, most_}); !good) return good;
+    if (auto good = check_range("exposure", value.exposure, {0, max_}); !good) return good;
     return check_lens("SceneEdit", value);
   }
 
@@ -256,7 +256,7 @@ class CheckValue {
     if (value.width_unit > MarkerUnit::lengths)
       return Error{"SceneEdit.width_unit is " + std::to_string(static_cast<int>(value.width_unit)) +
                    "; widths are in 0 (pixels) or 1 (lengths of the marker's frame)"};
-    if (auto good = check_range("width", value.width, {0, most_}); !good) return good;
+    if (auto good = check_range("width", value.width, {0, max_}); !good) return good;
     if (auto good = check_text("SceneEdit.parent", value.parent, limits_.max_name_bytes); !good) return good;
     if (auto good = check_poses("SceneEdit.parent_from_marker", {&value.parent_from_marker, 1},
                                 limits_.max_abs_value);
@@ -282,7 +282,7 @@ class CheckValue {
 
  private:
   const DecodeLimits& limits_;
-  double most_;
+  double max_;
 };
 
 }  // namespace

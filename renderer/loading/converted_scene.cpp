@@ -250,7 +250,7 @@ Result<ConvertedScene> ConvertedScene::open(const fs::path& description, const C
   if (const Result<scene::ConversionRecord> record = scene::read_conversion_record(paths->record); record)
     converted.sources_ = sources_of(*record);
   if (cache.place == Place::folder) {
-    scene::remove_oldest(cache.folder, kScene, cache.most_bytes);
+    scene::remove_oldest(cache.folder, kScene, cache.max_bytes);
     scene::remove_oldest(cache.folder, kRecord, kMaxRecordBytes);
   }
   return converted;

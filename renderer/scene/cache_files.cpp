@@ -267,7 +267,7 @@ Result<void> write_cache_file(const std::filesystem::path& path,
   return base::write_atomically(path, pieces, {.mode = 0600, .durability = base::Durability::contents});
 }
 
-void remove_oldest(const std::filesystem::path& folder, std::string_view ending, uint64_t most_bytes) {
+void remove_oldest(const std::filesystem::path& folder, std::string_view ending, uint64_t max_bytes) {
   namespace fs = std::filesystem;
   struct Entry {
     fs::path path;
@@ -294,7 +294,7 @@ void remove_oldest(const std::filesystem::path& folder, std::string_view ending,
   }
   std::sort(all.begin(), all.end(), [](const Entry& a, const Entry& b) { return a.used < b.used; });
   for (const Entry& entry : all) {
-    if (bytes <= most_bytes) return;
+    if (bytes <= max_bytes) return;
     std::error_code fault;
     if (fs::remove(entry.path, fault)) bytes -= entry.bytes;
   }

@@ -106,9 +106,9 @@ class DigestCache {
 Result<void> write_cache_file(const std::filesystem::path& path,
                               const std::vector<std::span<const std::byte>>& pieces);
 
-// Evicts the least recently used files with this ending until the rest has at most most_bytes. Also removes
+// Evicts the least recently used files with this ending until the rest has at most max_bytes. Also removes
 // temporary files of killed writers. Errors are ignored.
-void remove_oldest(const std::filesystem::path& folder, std::string_view ending, uint64_t most_bytes);
+void remove_oldest(const std::filesystem::path& folder, std::string_view ending, uint64_t max_bytes);
 
 // Marks a file as most recently used.
 void touch(const std::filesystem::path& path);

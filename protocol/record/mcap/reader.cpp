@@ -247,7 +247,7 @@ void Reader::sort_chunks() {
                    [](const ChunkIndex& a, const ChunkIndex& b) { return a.start_ns < b.start_ns; });
   using End = std::pair<uint64_t, uint64_t>;  // time, bytes
   std::priority_queue<End, std::vector<End>, std::greater<>> open;
-  uint64_t bytes = 0, most_bytes = 0;
+  uint64_t bytes = 0, max_bytes = 0;
   for (const ChunkIndex& chunk : chunks) {
     while (!open.empty() && open.top().first <= chunk.start_ns) {
       bytes -= open.top().second;
@@ -257,15 +257,15 @@ void Reader::sort_chunks() {
     const uint64_t needs = std::min(chunk.uncompressed_bytes, limits_.max_chunk_bytes()) + kLaneBytes;
     open.emplace(chunk.end_ns, needs);
     bytes += needs;
-    if (open.size() > 1) most_bytes = std::max(most_bytes, bytes);
+    if (open.size() > 1) max_bytes = std::max(max_bytes, bytes);
   }
-  merges_ = most_bytes <= limits_.max_chunk_bytes();
+  merges_ = max_bytes <= limits_.max_chunk_bytes();
   if (merges_) return;
   std::sort(chunks.begin(), chunks.end(), [](const auto& a, const auto& b) { return a.offset < b.offset; });
   index_.remark += (index_.remark.empty() ? wire::printable(name(), 4096) + ": " : "; ") +
-                   std::string("chunks that overlap in time take ") + std::to_string(most_bytes >> 20) +
+                   std::string("chunks that overlap in time take ") + std::to_string(max_bytes >> 20) +
                    " MiB together, so messages come in file order; raise --memory-mb to " +
-                   std::to_string((most_bytes >> 18) + 4) + " to have them in the order of time";
+                   std::to_string((max_bytes >> 18) + 4) + " to have them in the order of time";
 }
 
 // Finds channels that only chunks define. Chunks are read for it only if they may define any.

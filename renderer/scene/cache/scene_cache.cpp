@@ -345,13 +345,13 @@ Result<void> SceneCache::store(const std::filesystem::path& asset, const LoadedS
   if (settings_.place == Place::beside_the_asset) {
     return write_scene_file(place_of(asset, sources.front().digest), loaded, sources);
   }
-  if (bytes > settings_.most_bytes) return {};
+  if (bytes > settings_.max_bytes) return {};
   std::error_code error;
   std::filesystem::create_directories(settings_.folder, error);
   if (error)
     return Error{"cannot make the folder " + quote(settings_.folder.string()) + ": " + error.message()};
   auto written = write_scene_file(place_of(asset, sources.front().digest), loaded, sources);
-  remove_oldest(settings_.folder, kEnding, settings_.most_bytes);
+  remove_oldest(settings_.folder, kEnding, settings_.max_bytes);
   if (written) digests_.store();
   return written;
 }

@@ -40,7 +40,7 @@ struct SceneCacheSettings {
   enum class Place { nowhere, folder, beside_the_asset };
   Place place = Place::nowhere;
   std::filesystem::path folder;
-  uint64_t most_bytes = uint64_t{4} << 30;  // limit of the folder; least recently used entries are evicted
+  uint64_t max_bytes = uint64_t{4} << 30;  // limit of the folder; least recently used entries are evicted
   uint64_t least_scene_bytes = uint64_t{1} << 20;  // smaller scenes load as fast from their own file
 };
 
