@@ -168,9 +168,8 @@ class ObjChecker {
       result_.text += "v 0 0 0\n";
       return {};
     }
-    // x y z, x y z w, x y z r g b, x y z r g b a; a weight of 0 has no point.
-    size_t used = count >= 6 ? 6 : count == 4 && values[3] != 0 ? 4 : 3;
-    if (count == 4 && values[3] == 1) used = 3;
+    // x y z, x y z w, x y z r g b, x y z r g b a. The weight w is that of curves alone.
+    const size_t used = count >= 6 ? 6 : 3;
     result_.text += 'v';
     for (size_t i = 0; i < used; ++i) append_number(words[i], values[i]);
     result_.text += '\n';

@@ -252,6 +252,7 @@ TEST(OddFiles, ObjNumbersAreReadOrNamed) {
   expect_area(obj("-2d0 0 0"), 2, "Fortran");
   expect_area(obj("0 0 0 1"), 1, "weight");
   expect_area(obj("0 0 0 0"), 1, "weight of 0");
+  expect_area(obj("-2 0 0 0.5"), 2, "weight of a curve");
   expect_area(obj("0 0 1e-400"), 1, "too small");
   expect_area(obj("0 0 0", "vt .5 .25\nvt 1 .5\nvt .25 1\nf 1/1 2/2 3/3 # a face\n"), 1, "vt");
   EXPECT_EQ(obj("0 0 0", "vt .5 .25\nvt 1 .5\nvt .25 1\nf 1/1 2/2 3/3\n")->meshes[0].surfaces[0].uvs[0],
