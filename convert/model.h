@@ -104,6 +104,7 @@ struct Surface {
 struct Mesh {
   std::string name;
   std::vector<Surface> surfaces;
+  bool unbounded = false;  // stands for an infinite surface, which is not framed
 };
 
 // Camera that looks along -Z of its node, +Y up, as in glTF.
@@ -112,7 +113,11 @@ struct Camera {
   float vertical_fov_rad = 0.8f;
   float near_m = 0.01f;
   std::optional<float> far_m;
-  std::optional<float> aspect;  // width / height
+  std::optional<float> aspect;   // of the angles of view: width / height of the view at any distance
+  float pixel_aspect = 1;        // width of a pixel over its height: fy / fx
+  glm::vec2 principal_point{0};  // from the image's centre, right and down, in heights of the image
+  // Orthographic: height of the view, which replaces the field of view; far_m is needed.
+  std::optional<float> height_m;
 };
 
 // Light that shines along -Z of its node, as in glTF (KHR_lights_punctual).
@@ -145,6 +150,9 @@ struct Skin {
   std::vector<Joint> joints;
 };
 
+// Default view of robots, which face +X and have +Z up: from three-quarter front and above.
+inline const glm::dvec3 kThreeQuarterFront{1, -0.75, 0.45};
+
 struct Model {
   std::string name;                                                           // name of the root node
   glm::dquat gltf_from_model{0.7071067811865476, -0.7071067811865476, 0, 0};  // Z up to Y up
@@ -156,6 +164,9 @@ struct Model {
   std::vector<Light> lights;
   Kinematics kinematics;
   std::vector<Skin> skins;
+  // Direction towards the eye of the default view; empty: the viewer's own.
+  std::optional<glm::dvec3> view_from;
+  std::optional<size_t> sky_image;  // background: equirectangular, in the frame of glTF
   // Problems that cost a part of the scene: one message each, with file and field.
   std::vector<std::string> warnings;
   // All files read or looked for. While they are unchanged, the model is, too.

@@ -189,6 +189,8 @@ class Writer {
       mesh.name = fit_name(model_.meshes[i].name);
       for (const Surface& surface : model_.meshes[i].surfaces) add_surface(surface, mesh);
       if (mesh.primitives.empty()) continue;
+      if (model_.meshes[i].unbounded)
+        mesh.extras = tinygltf::Value(tinygltf::Value::Object{{"unbounded", tinygltf::Value(true)}});
       mesh_of_[i] = static_cast<int>(out_.meshes.size());
       out_.meshes.push_back(std::move(mesh));
     }
@@ -342,11 +344,31 @@ class Writer {
   void add_camera(const Camera& source) {
     tinygltf::Camera camera;
     camera.name = fit_name(source.name);
+    if (source.height_m) {
+      camera.type = "orthographic";
+      camera.orthographic.ymag = std::max(*source.height_m / 2, 1e-6f);
+      camera.orthographic.xmag = camera.orthographic.ymag * source.aspect.value_or(1);
+      camera.orthographic.znear = std::max(source.near_m, 0.0f);
+      camera.orthographic.zfar = std::max(source.far_m.value_or(0), source.near_m + 1);
+      out_.cameras.push_back(std::move(camera));
+      return;
+    }
     camera.type = "perspective";
     camera.perspective.yfov = std::clamp(source.vertical_fov_rad, 1e-3f, 3.14f);
     camera.perspective.znear = std::max(source.near_m, 1e-5f);
     if (source.far_m && *source.far_m > camera.perspective.znear) camera.perspective.zfar = *source.far_m;
     if (source.aspect && *source.aspect > 0) camera.perspective.aspectRatio = *source.aspect;
+    // As the scene loader reads them; glTF itself has centred cameras with square pixels.
+    tinygltf::Value::Object members;
+    const auto number = [](float value, float most) {
+      return tinygltf::Value(static_cast<double>(std::isfinite(value) ? std::clamp(value, -most, most) : 0));
+    };
+    if (source.pixel_aspect != 1 && source.pixel_aspect > 0)
+      members["pixelAspectRatio"] = number(std::max(source.pixel_aspect, 1e-3f), 1e3f);
+    if (source.principal_point != glm::vec2(0))
+      members["principalPoint"] = tinygltf::Value(tinygltf::Value::Array{
+          number(source.principal_point.x, 1e3f), number(source.principal_point.y, 1e3f)});
+    if (!members.empty()) camera.extras = tinygltf::Value(std::move(members));
     out_.cameras.push_back(std::move(camera));
   }
 
@@ -415,6 +437,15 @@ class Writer {
     }
     out_.scenes.emplace_back();
     out_.scenes[0].nodes = {0};
+    tinygltf::Value::Object members;
+    if (const int sky = model_.sky_image ? texture(*model_.sky_image) : -1; sky >= 0)
+      members["skyTexture"] = tinygltf::Value(sky);
+    if (model_.view_from) {
+      const glm::dvec3 from = model_.gltf_from_model * *model_.view_from;
+      members["viewFrom"] = tinygltf::Value(
+          tinygltf::Value::Array{tinygltf::Value(from.x), tinygltf::Value(from.y), tinygltf::Value(from.z)});
+    }
+    if (!members.empty()) out_.scenes[0].extras = tinygltf::Value(std::move(members));
     out_.defaultScene = 0;
   }
 

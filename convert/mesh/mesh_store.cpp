@@ -52,7 +52,9 @@ std::optional<size_t> MeshStore::add(Mesh mesh) {
   const uint64_t hash = hash_of(mesh);
   const auto [first, last] = by_hash_.equal_range(hash);
   for (auto known = first; known != last; ++known)
-    if (model_.meshes[known->second].surfaces == mesh.surfaces) return known->second;
+    if (model_.meshes[known->second].unbounded == mesh.unbounded &&
+        model_.meshes[known->second].surfaces == mesh.surfaces)
+      return known->second;
   triangles_ += triangles_of(mesh);
   for (Surface& surface : mesh.surfaces) {
     surface.positions.shrink_to_fit();

@@ -50,6 +50,8 @@ void read_visual(const MjcfSource& source, MjcfScene& scene) {
       } else if (child.kind == "map") {
         const double near = from.number("znear", scene.near_per_extent);
         if (near > 0) scene.near_per_extent = near;
+        const double far = from.number("zfar", scene.far_per_extent);
+        if (far > 0) scene.far_per_extent = far;
       }
     }
   }
@@ -177,12 +179,14 @@ Result<MjcfScene> read_mjcf_scene(const std::filesystem::path& file, const ReadO
   scene.kinematics.poses = named_poses(**source, tree, coordinates);
   add_skins(tree, posed, scene);
   add_flexes(tree, posed, scene);
+  scene.sky = (*source)->sky();
   return scene;
 }
 
 Result<Model> read_mjcf(const std::filesystem::path& file, const ReadOptions& options) {
   Model model;
   model.name = file.stem().string();
+  model.view_from = kThreeQuarterFront;
   const Result<MjcfScene> scene = read_mjcf_scene(file, options, model.sources, model.warnings);
   if (!scene) return scene.error();
   add_mjcf(*scene, options, model);

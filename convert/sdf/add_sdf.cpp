@@ -171,6 +171,9 @@ class SceneBuilder {
     }
     Camera camera;
     camera.name = name;
+    if (from.focal_px && from.focal_px->x > 0 && from.focal_px->y > 0 && from.focal_px->x != from.focal_px->y)
+      camera.pixel_aspect = static_cast<float>(from.focal_px->y / from.focal_px->x);
+    camera.principal_point = glm::vec2(from.principal_px / height);
     camera.vertical_fov_rad = static_cast<float>(2 * std::atan(half_height));
     if (std::isfinite(aspect)) camera.aspect = static_cast<float>(aspect);
     if (from.near_m > 0 && from.near_m < 1e6) camera.near_m = static_cast<float>(from.near_m);

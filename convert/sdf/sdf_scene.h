@@ -72,6 +72,7 @@ struct SdfCamera {
   double width = 320, height = 240;
   double near_m = 0.1, far_m = 100;
   std::optional<glm::dvec2> focal_px;  // replaces the field of view
+  glm::dvec2 principal_px{0};          // from the image's centre, right and down
 };
 
 struct SdfItem {

@@ -33,6 +33,14 @@ scene::Box visible_bounds(const scene::Scene& scene, const state::PoseState& pos
   return box;
 }
 
+// The same field of view with square pixels and the principal point in the middle.
+scene::Camera centred(scene::Camera camera) {
+  camera.orthographic = false;
+  camera.pixel_aspect = 1;
+  camera.principal_point = {0, 0};
+  return camera;
+}
+
 // By all lights of the file, or the key light, at rest.
 std::vector<glm::vec3> ground_shadows(const scene::Scene& scene, std::span<const glm::vec3> points,
                                       float height_m) {
@@ -75,8 +83,7 @@ Result<CameraRig> CameraRig::create(const scene::Scene& scene, const CameraStart
     }
   }
   if (start.frame_all && rig.node_ != scene::kNone) {
-    rig.free_camera_ = rig.scene_camera();
-    rig.free_camera_.orthographic = false;
+    rig.free_camera_ = centred(rig.scene_camera());
     rig.framing_orientation_ = scene.nodes[rig.node_].world_from_node;
     rig.node_ = scene::kNone;
   }
@@ -268,6 +275,7 @@ void CameraRig::select(size_t scene_camera) {
 void CameraRig::frame_all(float image_aspect) {
   lost_path_.clear();
   node_ = scene::kNone;
+  free_camera_ = centred(free_camera_);
   framing_orientation_ = passes::default_orientation();
   frame_scene(image_aspect);
 }
@@ -275,6 +283,7 @@ void CameraRig::frame_all(float image_aspect) {
 void CameraRig::frame_node(const state::PoseState& poses, uint32_t node, float image_aspect) {
   if (node >= scene_->nodes.size()) return;
   let_go(poses);
+  free_camera_ = centred(free_camera_);
   (void)view(poses, image_aspect);  // places a free camera that is not placed yet
   scene::Box box = visible_bounds(*scene_, poses, node);
   const glm::vec3 origin(poses.world_from_node(node)[3]);
@@ -300,6 +309,7 @@ std::optional<CameraRig::FreeView> CameraRig::free_view() const {
 void CameraRig::set_free_view(const FreeView& view) {
   lost_path_.clear();
   node_ = scene::kNone;
+  free_camera_ = centred(free_camera_);
   free_camera_.vertical_fov_rad = view.vertical_fov_rad;
   world_from_free_ = glm::mat4_cast(glm::normalize(view.world_from_camera));
   world_from_free_[3] = glm::vec4(view.position_m, 1);

@@ -21,7 +21,8 @@ glm::vec4 eye_of(const passes::View& view) {
 
 std::optional<scene::Ground> ground_below(const ViewDefaults& defaults, const scene::Scene& scene) {
   // Other backgrounds have a horizon of their own, or are meant to be one colour.
-  const bool is_default = defaults.background.zenith && !defaults.background.show_environment;
+  const bool has_sky = defaults.background.show_sky && scene.sky_texture != scene::kNone;
+  const bool is_default = defaults.background.zenith && !defaults.background.show_environment && !has_sky;
   if (defaults.ground == GroundMode::off || (defaults.ground == GroundMode::automatic && !is_default))
     return std::nullopt;
   const scene::Box box = passes::bounds_without_outliers(scene, state::rest_pose(scene).world_from_node);

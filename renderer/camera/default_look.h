@@ -29,7 +29,7 @@ struct ViewDefaults {
   bool frame_all = false;  // moves the camera so that it shows the whole scene
   GroundMode ground = GroundMode::automatic;
   float ground_height_m = 0;  // GroundMode::height: world y
-  settings::Background background = settings::Background::gradient();
+  settings::Background background = settings::Background::automatic();
 };
 
 // Start of a view with this camera. animations: those that play.

@@ -92,6 +92,9 @@ Ordered camera_text(const scene::Camera& camera) {
   add("far", camera.far_m, usual.far_m);
   add("f_number", camera.lens.f_number, usual.lens.f_number);
   add("focus_distance", camera.lens.focus_distance_m, usual.lens.focus_distance_m);
+  add("pixel_aspect", camera.pixel_aspect, usual.pixel_aspect);
+  if (camera.principal_point != usual.principal_point)
+    text["principal_point"] = list(camera.principal_point, 2);
   return text;
 }
 
@@ -279,8 +282,12 @@ scene::Camera read_camera(const Json& object, const std::string& location) {
                       scene::kMaxFocusDistanceM);
   if ((camera.lens.f_number == 0) != (camera.lens.focus_distance_m == 0))
     throw Fault(location + " has only one of f_number and focus_distance");
-  members.refuse_others(
-      {"half_extent", "vertical_fov", "aspect", "near", "far", "f_number", "focus_distance"});
+  members.number_into("pixel_aspect", camera.pixel_aspect, scene::kMinPixelAspect, scene::kMaxPixelAspect);
+  if (const Json* const point = members.find("principal_point"))
+    camera.principal_point =
+        numbers<2>(*point, location + ".principal_point", -scene::kMaxPrincipalPoint, scene::kMaxPrincipalPoint);
+  members.refuse_others({"half_extent", "vertical_fov", "aspect", "near", "far", "f_number", "focus_distance",
+                         "pixel_aspect", "principal_point"});
   return camera;
 }
 

@@ -170,6 +170,10 @@ gpu_types::Globals ScenePasses::make_globals(const RendererSettings& settings, c
   }
   globals.background_lod =
       draw.background.show_environment ? environment.background_level(view, targets.extent.height) : -1;
+  const bool has_sky = draw.background.show_sky && scene.sky;
+  globals.sky_texture = has_sky ? scene.sky->texture : FIRE3DV_NO_INDEX;
+  globals.sky_lod =
+      has_sky ? equirectangular_level(view, targets.extent.height, scene.sky->image_height_px) : 0;
   globals.world_from_ndc_x = view.world_from_ndc_x;
   globals.world_from_ndc_y = view.world_from_ndc_y;
   globals.world_from_ndc_origin = view.world_from_ndc_origin;

@@ -25,6 +25,12 @@ Background Background::gradient() {
   return background;
 }
 
+Background Background::automatic() {
+  Background background = gradient();
+  background.show_sky = true;
+  return background;
+}
+
 bool ray_effects_named(std::string_view names, RayEffects& effects) {
   effects = {};
   if (names == "off") return true;

@@ -171,6 +171,7 @@ std::optional<glm::vec3> parse_color(std::string_view text) {
 std::string background_text(const DrawSettings& draw) {
   const Background& background = draw.background;
   if (background.show_environment) return "environment";
+  if (background == Background::automatic()) return "auto";
   if (background == Background::gradient()) return "gradient";
   std::array<int, 3> rgb;
   for (int c = 0; c < 3; ++c)
@@ -184,12 +185,14 @@ std::string background_text(const DrawSettings& draw) {
 std::string set_background(const std::string& text, DrawSettings& draw) {
   if (text == "environment") {
     draw.background.show_environment = true;
+  } else if (text == "auto") {
+    draw.background = Background::automatic();
   } else if (text == "gradient") {
     draw.background = Background::gradient();
   } else if (const std::optional<glm::vec3> color = parse_color(text)) {
     draw.background = {false, *color, std::nullopt};
   } else {
-    return "must be gradient, environment or a colour such as 20a0ff";
+    return "must be auto, gradient, environment or a colour such as 20a0ff";
   }
   return "";
 }
@@ -382,8 +385,8 @@ std::vector<DrawSetting> make_table() {
                          number(
                              {0, kInfinity}, [](auto& draw) -> auto& { return draw.environment_intensity; }));
   row->control = {"Environment", "Factor on its light", {}, 0, 8, "%.2f x"};
-  environment.add("background", "gradient, environment, or a colour such as 20a0ff", Invalidates::shading,
-                  kByPrograms | kByWindow, background());
+  environment.add("background", "auto, gradient, environment, or a colour such as 20a0ff",
+                  Invalidates::shading, kByPrograms | kByWindow, background());
 
   Rows image(table, SettingGroup::image);
   image.add("exposure", "factor on all light; metered: by each image", Invalidates::post,
@@ -503,7 +506,7 @@ size_t chosen_index(const DrawSetting& choice, const DrawSettings& settings) {
 
 DrawSettings default_settings() {
   DrawSettings settings;
-  settings.background = Background::gradient();
+  settings.background = Background::automatic();
   settings.post.tone_map = ToneMap::neutral;
   settings.post.estimated = true;
   return settings;

@@ -106,11 +106,14 @@ std::vector<Marker> camera_frustum(const scene::Camera& camera, const std::strin
   const float near = std::min(camera.near_m, depth_m);
   const float far = camera.far_m > 0 ? std::clamp(camera.far_m, near, depth_m) : depth_m;
   glm::vec2 half = camera.half_extent_m;  // at the far end
-  float share = 1;                        // of it at the near end
+  glm::vec2 center(0);                    // of the image, at the far end
+  float share = 1;                        // of both at the near end
   if (!camera.orthographic) {
     constexpr float kWidest_rad = 3;
     half.y = far * std::tan(0.5f * std::clamp(camera.vertical_fov_rad, 0.0f, kWidest_rad));
-    half.x = half.y * (camera.aspect > 0 ? camera.aspect : image_aspect);
+    half.x = half.y * (camera.aspect > 0 ? camera.aspect : camera.pixel_aspect * image_aspect);
+    // The image's centre lies opposite to the principal point; y is up here, and down in images.
+    center = glm::vec2(-camera.pixel_aspect, 1) * camera.principal_point * (2 * half.y);
     share = 0;
   }
   const float near_z = camera.orthographic ? -near : 0;
@@ -120,13 +123,14 @@ std::vector<Marker> camera_frustum(const scene::Camera& camera, const std::strin
   lines.width = 1.5f * display_scale;
   const uint32_t color = is_selected ? kSelectedColor : kFrustumColor;
   for (size_t i = 0; i < corners.size(); ++i) {
-    const glm::vec2 a = corners[i] * half, b = corners[(i + 1) % corners.size()] * half;
+    const glm::vec2 a = center + corners[i] * half, b = center + corners[(i + 1) % corners.size()] * half;
     add_line(lines, {a, -far}, {b, -far}, color);
     add_line(lines, {share * a, near_z}, {a, -far}, color);
     if (camera.orthographic) add_line(lines, {a, near_z}, {b, near_z}, color);
   }
-  const glm::vec3 left(-0.3f * half.x, 1.1f * half.y, -far), right(0.3f * half.x, 1.1f * half.y, -far),
-      top(0, 1.5f * half.y, -far);
+  const glm::vec3 middle(center, -far), left = middle + glm::vec3(-0.3f * half.x, 1.1f * half.y, 0),
+                                        right = middle + glm::vec3(0.3f * half.x, 1.1f * half.y, 0),
+                                        top = middle + glm::vec3(0, 1.5f * half.y, 0);
   add_line(lines, left, right, color);
   add_line(lines, right, top, color);
   add_line(lines, top, left, color);

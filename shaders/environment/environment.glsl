@@ -4,6 +4,7 @@
 #include "material/brdf.glsl"
 #include "common/buffers.glsl"
 #include "common/directions.glsl"
+#include "common/textures.glsl"
 #include "shared/bindings.h"
 
 layout(set = 0, binding = FIRE3DV_BINDING_ENVIRONMENT_BACKGROUND) uniform sampler2D environment_background;
@@ -36,6 +37,10 @@ bool is_background_display_referred(GlobalsRef globals) { return globals.value.b
 
 vec3 background_radiance(GlobalsRef globals, vec3 direction) {
   if (is_background_display_referred(globals)) {
+    if (globals.value.sky_texture != FIRE3DV_NO_INDEX) {
+      const vec2 uv = equirectangular_uv(normalize(direction));
+      return textureLod(scene_textures[globals.value.sky_texture], uv, globals.value.sky_lod).rgb;
+    }
     const float up = direction.y / max(length(direction), 1e-20);
     return mix(globals.value.background, globals.value.background_zenith, smoothstep(-0.55, 0.45, up));
   }

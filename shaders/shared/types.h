@@ -74,6 +74,8 @@ struct Globals {
   float ground_height_m;  // world y of the shadow catcher
   float ground_radius_m;  // 0: none
   vec2 ground_center;     // world x and z
+  uint sky_texture;       // replaces the background colours; FIRE3DV_NO_INDEX: none
+  float sky_lod;          // LOD of its image with texels of one pixel
 };
 
 #ifdef __cplusplus

@@ -391,6 +391,19 @@ def sdf(test):
     check(at_rest != moved, "an included model is moved")
 
 
+def cameras(test):
+    """Cameras with intrinsics: where MuJoCo draws the ball, which is on the axis of each."""
+    scene = os.path.join(os.path.dirname(__file__), "../unit/convert/cases/mjcf_intrinsics.xml")
+    for camera, centre, half in (("centred", (160, 120), (30, 30)), ("off", (120, 150), (30, 30)), ("anis", (160, 120), (15, 30))):
+        renderer = test.renderer("--frames", "1", "--camera", camera, "--outputs", "color,boxes2d", "--cache", "off", "--samples", "1",
+                                 scene=scene, size=(320, 240))
+        renderer.expect_exit(0)
+        (box,) = renderer.frames()[0]["boxes2d"]
+        x0, y0, x1, y1 = box["box"]
+        is_there = all(abs(a - b) <= 1.5 for a, b in zip(((x0 + x1) / 2, (y0 + y1) / 2, (x1 - x0) / 2, (y1 - y0) / 2), (*centre, *half)))
+        check(is_there, f"{camera}: {box}")
+
+
 def moved_urdf(test):
     move(test, write(test, "rest.urdf", ARM.format(0, "")), write(test, "posed.urdf", ARM.format(1.2, "")), ["arm"])
 
@@ -421,4 +434,4 @@ def moved_panda(test):
 
 if __name__ == "__main__":
     main({"command_line": command_line, "kept": kept, "without_cache": without_cache, "unkept": unkept, "recorded": recorded,
-          "refused": refused, "meshes": meshes, "sdf": sdf, "moved_urdf": moved_urdf, "moved_mjcf": moved_mjcf, "moved_panda": moved_panda}, ["fire3dv", "convert"])
+          "refused": refused, "meshes": meshes, "sdf": sdf, "cameras": cameras, "moved_urdf": moved_urdf, "moved_mjcf": moved_mjcf, "moved_panda": moved_panda}, ["fire3dv", "convert"])

@@ -94,6 +94,7 @@ void MjcfSource::read_assets(const MjcfElement& section) {
       asset.class_index = class_index;
       meshes_.emplace(name, asset);
     } else if (child.kind == "texture") {
+      if (!skybox_ && child.text("type") == "skybox") skybox_ = &child;
       textures_.emplace(name, MjcfAsset{&child, class_index, false, {}});
     } else if (child.kind == "material") {
       materials_.emplace(name, MjcfAsset{&child, class_index, false, {}});
@@ -162,6 +163,14 @@ std::optional<size_t> MjcfSource::height_field(const std::string& name, const Mj
     }
   }
   return asset.index;
+}
+
+std::optional<Image> MjcfSource::sky() const {
+  if (!skybox_) return std::nullopt;
+  Result<Image> sky = read_mjcf_sky(*this, *skybox_);
+  if (sky) return std::move(*sky);
+  messages_.warn(skybox_->where() + ": " + sky.error().message + "; the sky is left out");
+  return std::nullopt;
 }
 
 std::optional<size_t> MjcfSource::texture(const std::string& name, const MjcfElement& user,

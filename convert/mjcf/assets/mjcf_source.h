@@ -48,6 +48,9 @@ class MjcfSource {
   const MjcfMeshAsset* mesh(const std::string& name, const MjcfElement& user, MjcfScene& scene);
   std::optional<size_t> height_field(const std::string& name, const MjcfElement& user, MjcfScene& scene);
   std::optional<size_t> material(const std::string& name, const MjcfElement& user, MjcfScene& scene);
+  // Its first skybox as an equirectangular image in the frame of glTF. Empty: none, or left out with a
+  // warning.
+  std::optional<Image> sky() const;
   // Element of an attachable model; null: unknown.
   const MjcfElement* model(const std::string& name) const;
   const std::vector<const MjcfElement*>& unnamed_models() const { return unnamed_models_; }
@@ -84,6 +87,7 @@ class MjcfSource {
   std::map<std::string, MjcfAsset> height_fields_, materials_, textures_;
   std::map<std::string, const MjcfElement*> models_;
   std::vector<const MjcfElement*> unnamed_models_;
+  const MjcfElement* skybox_ = nullptr;
 };
 
 }  // namespace fire3dv::convert

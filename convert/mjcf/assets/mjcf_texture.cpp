@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cstring>
+#include <string_view>
 #include <utility>
 
 #include "convert/glb/write_glb.h"
 #include "convert/mjcf/assets/mjcf_source.h"
 #include "convert/mjcf/assets/png_pixels.h"
+#include "convert/mjcf/assets/sky_image.h"
 #include "convert/mjcf/assets/texture_pattern.h"
 #include "renderer/scene/files.h"
 
@@ -16,6 +18,11 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr uint64_t kMaxPatternPixels = uint64_t{1} << 26;
+constexpr size_t kMaxSkyBytes = size_t{3} << 24;  // of an image of a skybox
+constexpr uint32_t kMaxFace = 512;                // of a generated skybox, in pixels
+constexpr const char* kFaceFiles[] = {"fileright", "fileleft",  "fileup",
+                                      "filedown",  "filefront", "fileback"};  // as of CubeFaces
+constexpr const char* kFaceLetters = "RLUDFB";
 
 std::optional<PngPixels> raw_pixels(
     std::span<const std::byte> bytes) {  // MuJoCo's format: width, height, RGB
@@ -48,7 +55,7 @@ void flip(PngPixels& image, bool horizontally, bool vertically) {
 
 class TextureReader {
  public:
-  TextureReader(MjcfSource& source, const MjcfElement& element)
+  TextureReader(const MjcfSource& source, const MjcfElement& element)
       : source_(source), element_(element), from_(source.attributes(element, MjcfDefaults::kMain)) {}
 
   Result<MjcfTexture> read() {
@@ -59,7 +66,7 @@ class TextureReader {
     const std::string name = from_.text("file");
     Result<void> done;
     if (texture_.is_cube)
-      done = read_cube(pattern, name);
+      done = read_cube(pattern);
     else if (name.empty())
       done = draw(pattern);
     else
@@ -68,7 +75,103 @@ class TextureReader {
     return std::move(texture_);
   }
 
+  Result<Image> read_sky() {
+    CubeFaces faces;
+    if (Result<void> done = read_faces(faces); !done) return done.error();
+    // A gradient alone is the same all around.
+    const TexturePattern pattern = read_pattern();
+    const bool is_even = pattern.kind == "gradient" && pattern.mark != "random" && pattern.mark != "edge" &&
+                         pattern.mark != "cross" && names_of_faces().empty();
+    const PngPixels sky = sky_of(faces, is_even);
+    Result<std::vector<std::byte>> png = png_of(sky.rgb, sky.width, sky.height, 3);
+    if (!png) return png.error();
+    const std::string name = from_.name();
+    return Image{name.empty() ? "sky" : name, std::move(*png)};
+  }
+
  private:
+  // Names of the files of a cube: one for all faces, or up to six of single ones.
+  std::vector<std::string> names_of_faces() const {
+    std::vector<std::string> names;
+    if (const std::string all = from_.text("file"); !all.empty()) return {all};
+    bool has_any = false;
+    for (const char* side : kFaceFiles) {
+      names.push_back(from_.text(side));
+      has_any = has_any || !names.back().empty();
+    }
+    return has_any ? names : std::vector<std::string>();
+  }
+
+  Result<PngPixels> read_pixels(const std::string& name) {
+    const auto file = open(name);
+    if (!file) return file.error();
+    const std::span<const std::byte> bytes = file->second.view();
+    std::optional<PngPixels> pixels = raw_pixels(bytes);
+    if (!pixels) {
+      Result<PngPixels> decoded = decode_png(bytes);
+      if (!decoded) return Error{quote(file->first.string()) + ": " + decoded.error().message};
+      pixels = std::move(*decoded);
+    }
+    return std::move(*pixels);
+  }
+
+  // Faces that no file gives stay empty, which are black in MuJoCo.
+  Result<void> read_faces(CubeFaces& faces) {
+    const std::vector<std::string> names = names_of_faces();
+    const bool flips_x = from_.flag("hflip", false), flips_y = from_.flag("vflip", false);
+    if (names.empty()) {
+      TexturePattern pattern = read_pattern();
+      if (pattern.width == 0) return Error{"it has no file and no width"};
+      pattern.width = pattern.height = std::min(pattern.width, kMaxFace);
+      for (size_t face = 0; face < faces.size(); ++face)
+        faces[face] = {pattern.width, pattern.height, draw_face(pattern, face)};
+      return {};
+    }
+    for (size_t i = 0; i < names.size(); ++i) {
+      if (names[i].empty()) continue;
+      Result<PngPixels> pixels = read_pixels(names[i]);
+      if (!pixels) return pixels.error();
+      if (pixels->rgb.size() > kMaxSkyBytes)
+        return Error{quote(names[i]) + " has more than 16 million pixels"};
+      if (names.size() == 1) {
+        if (Result<void> cut = cut_grid(*pixels, faces); !cut) return cut;
+      } else {
+        faces[i] = std::move(*pixels);
+      }
+    }
+    for (PngPixels& face : faces) flip(face, flips_x, flips_y);
+    return {};
+  }
+
+  // gridsize="rows columns", gridlayout: a letter for each cell, '.' for none. Without a grid, all faces are
+  // the whole image.
+  Result<void> cut_grid(const PngPixels& image, CubeFaces& faces) const {
+    const glm::dvec2 grid = from_.vec2("gridsize").value_or(glm::dvec2(1));
+    const std::string layout = from_.text("gridlayout");
+    if (grid == glm::dvec2(1)) {
+      faces.fill(image);
+      return {};
+    }
+    const auto rows = static_cast<uint32_t>(glm::clamp(grid.x, 1.0, 12.0)),
+               columns = static_cast<uint32_t>(glm::clamp(grid.y, 1.0, 12.0));
+    const uint32_t width = image.width / columns, height = image.height / rows;
+    if (width == 0 || height == 0 || layout.size() < size_t{rows} * columns)
+      return Error{"its gridsize and gridlayout do not fit its image"};
+    for (uint32_t cell = 0; cell < rows * columns; ++cell) {
+      const size_t face = std::string_view(kFaceLetters).find(layout[cell]);
+      if (face == std::string_view::npos) continue;
+      PngPixels cut{width, height, {}};
+      for (uint32_t row = 0; row < height; ++row) {
+        const size_t first =
+            3 * ((size_t{cell / columns} * height + row) * image.width + size_t{cell % columns} * width);
+        cut.rgb.insert(cut.rgb.end(), image.rgb.begin() + static_cast<ptrdiff_t>(first),
+                       image.rgb.begin() + static_cast<ptrdiff_t>(first + size_t{3} * width));
+      }
+      faces[face] = std::move(cut);
+    }
+    return {};
+  }
+
   TexturePattern read_pattern() const {
     TexturePattern pattern;
     pattern.kind = from_.text("builtin");
@@ -126,26 +229,17 @@ class TextureReader {
   }
 
   // Mean over one file for all sides, or one for each.
-  Result<void> read_cube(const TexturePattern& pattern, const std::string& name) {
-    std::vector<std::string> names;
-    if (!name.empty()) names.push_back(name);
-    for (const char* side : {"fileright", "fileleft", "fileup", "filedown", "filefront", "fileback"})
-      if (const std::string own = from_.text(side); name.empty() && !own.empty()) names.push_back(own);
+  Result<void> read_cube(const TexturePattern& pattern) {
+    std::vector<std::string> names = names_of_faces();
+    std::erase(names, "");
     if (names.empty()) {
       texture_.mean_color = mean_of_cube(pattern);
       return {};
     }
     glm::dvec3 sum(0);
     for (const std::string& side : names) {
-      const auto file = open(side);
-      if (!file) return file.error();
-      const std::span<const std::byte> bytes = file->second.view();
-      std::optional<PngPixels> pixels = raw_pixels(bytes);
-      if (!pixels) {
-        Result<PngPixels> decoded = decode_png(bytes);
-        if (!decoded) return Error{quote(file->first.string()) + ": " + decoded.error().message};
-        pixels = std::move(*decoded);
-      }
+      const Result<PngPixels> pixels = read_pixels(side);
+      if (!pixels) return pixels.error();
       sum += mean_of(*pixels);
     }
     texture_.mean_color = glm::vec3(sum / static_cast<double>(names.size()));
@@ -162,7 +256,7 @@ class TextureReader {
     return sum / std::max(1.0, static_cast<double>(pixels.rgb.size() / 3));
   }
 
-  MjcfSource& source_;
+  const MjcfSource& source_;
   const MjcfElement& element_;
   const MjcfAttributes from_;
   MjcfTexture texture_;
@@ -170,8 +264,12 @@ class TextureReader {
 
 }  // namespace
 
-Result<MjcfTexture> read_mjcf_texture(MjcfSource& source, const MjcfElement& element) {
+Result<MjcfTexture> read_mjcf_texture(const MjcfSource& source, const MjcfElement& element) {
   return TextureReader(source, element).read();
+}
+
+Result<Image> read_mjcf_sky(const MjcfSource& source, const MjcfElement& element) {
+  return TextureReader(source, element).read_sky();
 }
 
 }  // namespace fire3dv::convert

@@ -10,6 +10,9 @@ namespace fire3dv::convert {
 class MjcfSource;
 
 // The error is a sentence end about the asset.
-Result<MjcfTexture> read_mjcf_texture(MjcfSource& source, const MjcfElement& element);
+Result<MjcfTexture> read_mjcf_texture(const MjcfSource& source, const MjcfElement& element);
+
+// Reads a skybox as an equirectangular image in the frame of glTF.
+Result<Image> read_mjcf_sky(const MjcfSource& source, const MjcfElement& element);
 
 }  // namespace fire3dv::convert

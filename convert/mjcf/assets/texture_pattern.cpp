@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <random>
 
@@ -26,26 +27,19 @@ glm::dvec3 blend(const glm::dvec3& above, const glm::dvec3& below, double value)
 
 }  // namespace
 
-std::vector<uint8_t> draw_pattern(const TexturePattern& pattern) {
+namespace {
+
+using Draw = std::function<Pixel(uint32_t row, uint32_t column)>;
+
+// face: what a pixel shows below the marks; null: black.
+std::vector<uint8_t> draw(const TexturePattern& pattern, const Draw& face) {
   const uint32_t width = pattern.width, height = pattern.height;
   std::vector<uint8_t> rgb(size_t{3} * width * height);
   const auto set = [&](uint32_t row, uint32_t column, const Pixel& pixel) {
     std::copy(pixel.begin(), pixel.end(), rgb.begin() + 3 * (static_cast<ptrdiff_t>(row) * width + column));
   };
-  const Pixel first = pixel_of(pattern.first), second = pixel_of(pattern.second);
-  for (uint32_t row = 0; row < height; ++row) {
-    for (uint32_t column = 0; column < width; ++column) {
-      if (pattern.kind == "checker") {
-        set(row, column, (row < height / 2) == (column < width / 2) ? first : second);
-      } else if (pattern.kind == "gradient") {
-        const double x = 2.0 * column / std::max(1.0, width - 1.0) - 1,
-                     y = 1 - 2.0 * row / std::max(1.0, height - 1.0);
-        set(row, column, pixel_of(blend(pattern.second, pattern.first, 2 * std::hypot(x, y) - 1)));
-      } else if (pattern.kind == "flat") {
-        set(row, column, first);
-      }
-    }
-  }
+  for (uint32_t row = 0; face && row < height; ++row)
+    for (uint32_t column = 0; column < width; ++column) set(row, column, face(row, column));
   const Pixel mark = pixel_of(pattern.mark_color);
   if (pattern.mark == "edge" || pattern.mark == "cross") {
     const bool is_edge = pattern.mark == "edge";
@@ -65,6 +59,50 @@ std::vector<uint8_t> draw_pattern(const TexturePattern& pattern) {
         if (share(generator) < pattern.random) set(row, column, mark);
   }
   return rgb;
+}
+
+Draw checker(const TexturePattern& pattern) {
+  return [&pattern](uint32_t row, uint32_t column) {
+    const bool is_first = (row < pattern.height / 2) == (column < pattern.width / 2);
+    return pixel_of(is_first ? pattern.first : pattern.second);
+  };
+}
+
+// Coordinates of a pixel from -1 to 1, right and up.
+glm::dvec2 centred(const TexturePattern& pattern, uint32_t row, uint32_t column) {
+  return {2.0 * column / std::max(1.0, pattern.width - 1.0) - 1,
+          1 - 2.0 * row / std::max(1.0, pattern.height - 1.0)};
+}
+
+}  // namespace
+
+std::vector<uint8_t> draw_pattern(const TexturePattern& pattern) {
+  if (pattern.kind == "checker") return draw(pattern, checker(pattern));
+  if (pattern.kind == "flat")
+    return draw(pattern, [&](uint32_t, uint32_t) { return pixel_of(pattern.first); });
+  if (pattern.kind != "gradient") return draw(pattern, nullptr);
+  return draw(pattern, [&](uint32_t row, uint32_t column) {
+    return pixel_of(blend(pattern.second, pattern.first, 2 * glm::length(centred(pattern, row, column)) - 1));
+  });
+}
+
+std::vector<uint8_t> draw_face(const TexturePattern& pattern, size_t face) {
+  constexpr size_t kUp = 2, kDown = 3;
+  if (pattern.kind == "checker") return draw(pattern, checker(pattern));
+  if (pattern.kind == "flat")
+    return draw(pattern,
+                [&](uint32_t, uint32_t) { return pixel_of(face == kDown ? pattern.second : pattern.first); });
+  if (pattern.kind != "gradient") return draw(pattern, nullptr);
+  // By the elevation: the first colour is at the zenith.
+  return draw(pattern, [&](uint32_t row, uint32_t column) {
+    const glm::dvec2 at = centred(pattern, row, column);
+    const double from_axis = std::atan(glm::length(at));
+    const double quarter = std::numbers::pi / 2;
+    const double elevation = face == kUp     ? quarter - from_axis
+                             : face == kDown ? from_axis - quarter
+                                             : std::atan2(at.y, std::hypot(1.0, at.x));
+    return pixel_of(blend(pattern.first, pattern.second, elevation / quarter));
+  });
 }
 
 glm::vec3 mean_of_cube(const TexturePattern& pattern) {

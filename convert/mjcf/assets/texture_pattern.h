@@ -1,6 +1,7 @@
 // MuJoCo's generated textures: gradient, checker or flat, with marks.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <string>
@@ -17,6 +18,9 @@ struct TexturePattern {
 
 // RGB, rows from the top.
 std::vector<uint8_t> draw_pattern(const TexturePattern& pattern);
+
+// One face of a cube with the pattern, `width` pixels wide and high: right, left, up, down, front or back.
+std::vector<uint8_t> draw_face(const TexturePattern& pattern, size_t face);
 
 // Mean linear colour of the six sides of a cube with the pattern.
 glm::vec3 mean_of_cube(const TexturePattern& pattern);

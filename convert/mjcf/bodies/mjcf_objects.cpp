@@ -124,40 +124,48 @@ MjcfTracked tracking_of(const MjcfAttributes& from, const std::string& scoped_ta
   return tracked;
 }
 
-// Vertical field of view in degrees, from fovy or a sensor's intrinsics.
-double field_of_view(const MjcfAttributes& from) {
-  const glm::dvec2 sensor = from.vec2("sensorsize").value_or(glm::dvec2(0));
-  double fovy = from.number("fovy", 45);
-  if (sensor.x > 0 && sensor.y > 0) {
-    double focal = from.vec2("focal").value_or(glm::dvec2(0)).y;
-    const double pixels = from.vec2("focalpixel").value_or(glm::dvec2(0)).y;
-    const double resolution = from.vec2("resolution").value_or(glm::dvec2(1)).y;
-    if (pixels > 0 && resolution > 0) focal = pixels * sensor.y / resolution;
-    if (const auto offset =
-            from.find("principalpixel") ? from.vec2("principalpixel") : from.vec2("principal");
-        offset && *offset != glm::dvec2(0))
-      from.warn("the principal point is not shown: the image is centred");
-    // Pixels are square in images: the horizontal field of view follows from the vertical one and the
-    // resolution.
-    const glm::dvec2 size = from.vec2("resolution").value_or(glm::dvec2(0));
-    const glm::dvec2 in_pixels = from.vec2("focalpixel").value_or(glm::dvec2(0));
-    const glm::dvec2 focals = in_pixels.x > 0 && in_pixels.y > 0 && size.x > 0 && size.y > 0
-                                  ? in_pixels * sensor / size
-                                  : from.vec2("focal").value_or(glm::dvec2(0));
-    if (size.x > 1 && size.y > 1 && focals.x > 0 && focals.y > 0) {
-      const double wanted = (sensor.x / focals.x) / (sensor.y / focals.y), shown = size.x / size.y;
-      if (std::abs(wanted - shown) > 1e-3 * shown)
-        from.warn("unequal focal lengths are not shown: the vertical field of view and the resolution count");
-    }
-    if (focal > 0) fovy = glm::degrees(2 * std::atan2(sensor.y / 2, focal));
+// Numbers of pixels as lengths on the sensor, if there are any; otherwise the lengths.
+glm::dvec2 sensor_lengths(const MjcfAttributes& from, const char* in_pixels, const char* in_metres,
+                          const glm::dvec2& pixel_m) {
+  const glm::dvec2 pixels = from.vec2(in_pixels).value_or(glm::dvec2(0));
+  glm::dvec2 lengths = from.vec2(in_metres).value_or(glm::dvec2(0));
+  for (int i = 0; i < 2; ++i)
+    if (pixels[i] != 0 && pixel_m[i] > 0) lengths[i] = pixels[i] * pixel_m[i];
+  return lengths;
+}
+
+// Projection of a camera with a sensor. MuJoCo's principal point is to the left and down.
+void set_intrinsics(const MjcfAttributes& from, const glm::dvec2& sensor, MjcfCamera& camera) {
+  const glm::dvec2 resolution = from.vec2("resolution").value_or(glm::dvec2(0));
+  const bool has_pixels = resolution.x > 0 && resolution.y > 0;
+  const glm::dvec2 pixel_m = has_pixels ? sensor / resolution : glm::dvec2(0);
+  const glm::dvec2 focal = sensor_lengths(from, "focalpixel", "focal", pixel_m);
+  if (focal.y > 0) camera.vertical_fov_deg = glm::degrees(2 * std::atan2(sensor.y / 2, focal.y));
+  // The image has the shape of the resolution, or without one that of the sensor.
+  constexpr double kLeastDifference = 1e-6;  // of rounded numbers
+  const double pixel_aspect = has_pixels && resolution.x > 1 && resolution.y > 1 ? pixel_m.x / pixel_m.y : 1;
+  if (focal.x > 0 && focal.y > 0) {
+    const double aspect = pixel_aspect * focal.y / focal.x;
+    if (std::abs(aspect - 1) > kLeastDifference) camera.pixel_aspect = aspect;
   }
+  const glm::dvec2 offset = sensor_lengths(from, "principalpixel", "principal", pixel_m);
+  camera.principal_point = -offset / (glm::dvec2(pixel_aspect, 1) * sensor.y);
+}
+
+void set_projection(const MjcfAttributes& from, MjcfCamera& camera) {
+  const double fovy = from.number("fovy", 45);
   if (from.text("projection") == "orthographic" || from.text("orthographic") == "true") {
-    from.warn("the orthographic camera is shown in perspective");
-    return 45;
+    if (fovy > 0) {
+      camera.height_m = fovy;
+      return;
+    }
+  } else {
+    if (fovy > 0 && fovy < 180) camera.vertical_fov_deg = fovy;
+    const glm::dvec2 sensor = from.vec2("sensorsize").value_or(glm::dvec2(0));
+    if (sensor.x > 0 && sensor.y > 0) return set_intrinsics(from, sensor, camera);
+    if (fovy > 0 && fovy < 180) return;
   }
-  if (fovy > 0 && fovy < 180) return fovy;
   from.warn("fovy is not between 0 and 180 degrees; 45 is used");
-  return 45;
 }
 
 }  // namespace
@@ -294,7 +302,7 @@ void MjcfBodyReader::read_camera(const MjcfElement& element, const Scope& scope)
   camera.body = scope.body;
   camera.world_pose =
       scope.frame * MjcfPose{from.vec3("pos").value_or(glm::dvec3(0)), from.rotation(source.compiler())};
-  camera.vertical_fov_deg = field_of_view(from);
+  set_projection(from, camera);
   tree_.cameras.push_back(std::move(camera));
   tree_.camera_tracking.push_back(tracking_of(from, scope.name(from.text("target"))));
 }

@@ -2,13 +2,16 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <utility>
+#include <vector>
 
 #include "convert/mesh/mesh_store.h"
 #include "convert/mjcf/scene/mjcf_appearance.h"
 #include "convert/mjcf/scene/mjcf_names.h"
 #include "convert/mjcf/scene/mjcf_scene.h"
 #include "convert/mjcf/scene/tendon_frames.h"
+#include "convert/mjcf/scene/view_frame.h"
 #include "convert/model.h"
 #include "convert/surfaces.h"
 
@@ -23,12 +26,16 @@ class SceneBuilder {
         model_(model),
         appearance_(scene, model),
         names_(scene),
-        meshes_(model, options.max_triangles) {}
+        meshes_(model, options.max_triangles),
+        frame_(kThreeQuarterFront, glm::radians(scene.vertical_fov_deg)) {}
 
   void build() {
     if (!scene_.is_view_given) add_overview();
     add_free_camera();
     first_body_ = model_.nodes.size();
+    has_bounded_geoms_.assign(scene_.bodies.size(), false);
+    for (const MjcfGeom& geom : scene_.geoms)
+      if (appearance_.is_shown(geom) && !is_infinite_plane(geom)) has_bounded_geoms_[geom.body] = true;
     size_t geom = 0;
     for (size_t body = 0; body < scene_.bodies.size(); ++body) {
       const size_t first = geom;
@@ -39,11 +46,14 @@ class SceneBuilder {
     for (Body& body : model_.kinematics.bodies) body.node += first_body_;
     for (size_t camera = 0; camera < scene_.cameras.size(); ++camera) add_camera(camera);
     for (size_t light = 0; light < scene_.lights.size(); ++light) add_light(light);
-    if (options_.geoms_apart)
-      for (size_t i = 0; i < scene_.geoms.size(); ++i) add_geom(i);
+    for (size_t i = 0; i < scene_.geoms.size(); ++i) add_geom(i);
     for (size_t tendon = 0; tendon < scene_.tendons.size(); ++tendon) add_tendon(tendon);
     for (size_t skin = 0; skin < scene_.skins.size(); ++skin) add_skin(skin);
     if (!scene_.is_view_given) frame_overview();
+    if (scene_.sky) {
+      model_.sky_image = model_.images.size();
+      model_.images.push_back(*scene_.sky);
+    }
     if (model_.meshes.empty()) model_.warnings.push_back("no geoms of the groups 0 to 2: nothing is visible");
   }
 
@@ -80,29 +90,21 @@ class SceneBuilder {
     model_.nodes.push_back(std::move(node));
   }
 
-  // Places the overview so that all but planes is in its image. Robots face +X.
+  // Places the overview so that all but planes fills its image.
   void frame_overview() {
-    const double radius = glm::length(high_ - low_) / 2;
-    if (!(low_.x <= high_.x) || !std::isfinite(radius) || !(radius > 0)) return;
-    const glm::dvec3 from_centre = glm::normalize(glm::dvec3(1, -0.75, 0.45));
-    const glm::dvec3 right = glm::normalize(glm::cross(glm::dvec3(0, 0, 1), from_centre));
-    const double half_fov = glm::radians(scene_.vertical_fov_deg) / 2;
+    const std::optional<glm::dmat4> pose = frame_.pose();
+    if (!pose) return;
     Node& node = model_.nodes[overview_];
-    node.translation = (low_ + high_) / 2.0 + radius / std::sin(half_fov) * from_centre;
-    node.rotation = glm::quat_cast(glm::dmat3(right, glm::cross(from_centre, right), from_centre));
-    const double nearest = 1e-3 * radius;
-    model_.cameras[*node.camera].near_m = static_cast<float>(std::max(nearest, 1e-5));
+    node.translation = glm::dvec3((*pose)[3]);
+    node.rotation = glm::quat_cast(glm::dmat3(*pose));
+    model_.cameras[*node.camera].near_m = static_cast<float>(std::max(frame_.near_m(), 1e-5));
   }
 
-  // Extends the bounds of what is framed. Planes are ground.
-  void add_to_bounds(const MjcfGeom& geom, const Surface& surface) {
+  // Extends what is framed. Planes are ground.
+  void add_to_frame(const MjcfGeom& geom, const Surface& surface) {
     if (geom.shape == MjcfShape::plane) return;
     const MjcfPose pose = scene_.bodies[geom.body].world_pose * geom.pose;
-    for (const glm::vec3& position : surface.positions) {
-      const glm::dvec3 at = pose * glm::dvec3(position);
-      low_ = glm::min(low_, at);
-      high_ = glm::max(high_, at);
-    }
+    for (const glm::vec3& position : surface.positions) frame_.add(pose * glm::dvec3(position));
   }
 
   float near_m() const { return static_cast<float>(scene_.near_per_extent * scene_.extent); }
@@ -121,32 +123,39 @@ class SceneBuilder {
     model_.nodes.push_back(std::move(node));
   }
 
-  // Adds a geom as a child node of its body.
+  // Infinite planes, which are not framed, are apart from the other geoms of their body.
+  bool has_own_node(const MjcfGeom& geom) const {
+    return options_.geoms_apart || (is_infinite_plane(geom) && has_bounded_geoms_[geom.body]);
+  }
+
+  // Adds a geom with a node of its own as a child node of its body.
   void add_geom(size_t index) {
     const MjcfGeom& geom = scene_.geoms[index];
-    if (!appearance_.is_shown(geom)) return;
+    if (!appearance_.is_shown(geom) || !has_own_node(geom)) return;
     Node node;
     node.parent = first_body_ + geom.body;
     node.name = names_.geoms[index];
     node.translation = geom.pose.position;
     node.rotation = geom.pose.rotation;
-    node.mesh = mesh_of(index, index + 1, node.name);
+    node.mesh = mesh_of(index, index + 1, node.name, true);
     model_.nodes.push_back(std::move(node));
   }
 
   // Builds the mesh in the frame of the body, or of a geom with its own node.
-  std::optional<size_t> mesh_of(size_t first_geom, size_t end_geom, const std::string& name) {
+  std::optional<size_t> mesh_of(size_t first_geom, size_t end_geom, const std::string& name,
+                                bool is_of_geom = false) {
     Mesh mesh;
     mesh.name = name;
     for (size_t i = first_geom; i < end_geom; ++i) {
       const MjcfGeom& geom = scene_.geoms[i];
-      if (!appearance_.is_shown(geom)) continue;
+      if (!appearance_.is_shown(geom) || has_own_node(geom) != is_of_geom) continue;
+      mesh.unbounded |= is_infinite_plane(geom);
       if (!has_room(mesh)) break;
       const Surface surface = appearance_.surface(geom);
       if (surface.indices.empty()) continue;
-      if (!scene_.is_view_given) add_to_bounds(geom, surface);
+      if (!scene_.is_view_given) add_to_frame(geom, surface);
       const glm::dmat4 mesh_from_geom =
-          options_.geoms_apart ? glm::dmat4(1) : matrix_of(geom.pose.position, geom.pose.rotation);
+          is_of_geom ? glm::dmat4(1) : matrix_of(geom.pose.position, geom.pose.rotation);
       add_surface(mesh, surface, mesh_from_geom, appearance_.material(geom));
     }
     return meshes_.add(std::move(mesh));
@@ -169,6 +178,12 @@ class SceneBuilder {
     camera.name = from.name.empty() ? "camera_" + std::to_string(index) : from.name;
     camera.vertical_fov_rad = static_cast<float>(glm::radians(from.vertical_fov_deg));
     camera.near_m = near_m();
+    camera.pixel_aspect = static_cast<float>(from.pixel_aspect);
+    camera.principal_point = glm::vec2(from.principal_point);
+    if (from.height_m) {
+      camera.height_m = static_cast<float>(*from.height_m);
+      camera.far_m = static_cast<float>(scene_.far_per_extent * scene_.extent);
+    }
     Node node = node_in_body(from.body, from.world_pose.position, from.world_pose.rotation);
     node.name = names_.cameras[index];
     node.camera = model_.cameras.size();
@@ -266,7 +281,8 @@ class SceneBuilder {
   const MjcfNames names_;
   MeshStore meshes_;
   size_t first_body_ = 0, overview_ = 0;
-  glm::dvec3 low_{1e30}, high_{-1e30};  // of the geoms in the world, without planes
+  std::vector<bool> has_bounded_geoms_;  // by body: shown ones that are no infinite planes
+  ViewFrame frame_;                      // of the overview
   bool reported_full_ = false;
 };
 

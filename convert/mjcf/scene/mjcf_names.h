@@ -32,7 +32,8 @@ struct MjcfNames {
   // maximum number of points. Empty for tendons that are not drawn.
   std::vector<std::vector<std::string>> tendon_pieces, tendon_ends;
   std::vector<std::string> skins;
-  std::vector<std::string> geoms;  // nodes exist only with ReadOptions::geoms_apart
+  std::vector<std::string>
+      geoms;  // nodes exist for infinite planes, and with ReadOptions::geoms_apart for all
 };
 
 }  // namespace fire3dv::convert

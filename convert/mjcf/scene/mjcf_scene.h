@@ -76,6 +76,9 @@ struct MjcfCamera {
   size_t body = 0;
   MjcfPose world_pose;  // looks along -Z
   double vertical_fov_deg = 45;
+  double pixel_aspect = 1;  // as of convert::Camera
+  glm::dvec2 principal_point{0};
+  std::optional<double> height_m;  // orthographic
 };
 
 struct MjcfLight {
@@ -125,6 +128,7 @@ struct MjcfScene {
   std::vector<MjcfSkin> skins;
   std::vector<MjcfMaterial> materials;
   std::vector<MjcfTexture> textures;
+  std::optional<Image> sky;                            // of the skybox: equirectangular, in the frame of glTF
   std::vector<std::shared_ptr<const Surface>> meshes;  // in the frame of their geoms; null: left out
   std::vector<std::shared_ptr<const MjcfHeightField>> height_fields;
   Kinematics kinematics;  // Body::node: index into bodies; the world is no body of it
@@ -133,7 +137,7 @@ struct MjcfScene {
   double extent = 1;
   // Initial view of MuJoCo's viewer.
   double azimuth_deg = 90, elevation_deg = -45, vertical_fov_deg = 45;
-  double near_per_extent = 0.01;
+  double near_per_extent = 0.01, far_per_extent = 50;
   // The file sets <global> or <statistic>. Otherwise a camera before the free one frames what is drawn, from
   // three-quarter front.
   bool is_view_given = true;
@@ -145,6 +149,9 @@ bool is_shown_group(int group);
 // MuJoCo's precedence for geoms and tendons, in displayed (sRGB) colours: their own colour counts where it
 // differs from the default.
 const std::array<float, 4>& mjcf_color(const std::array<float, 4>& own, const std::array<float, 4>* material);
+
+// True for planes with a size of 0, which reach the horizon.
+bool is_infinite_plane(const MjcfGeom& geom);
 
 // Excludes lights that are off, black or without direction.
 bool is_scene_light(const MjcfLight& light);

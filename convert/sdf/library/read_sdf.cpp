@@ -29,6 +29,7 @@ Result<Model> read_sdf(const std::filesystem::path& file, const ReadOptions& opt
   if (!copy) return copy.error();
   const Result<SdfScene> scene = read_sdf_scene(*copy, documents, model.warnings);
   if (!scene) return scene.error();
+  model.view_from = kThreeQuarterFront;
   model.name = sanitize_text(scene->name.empty() ? sdf.stem().string() : scene->name);
   add_sdf(*scene, sdf, options, files, model);
   if (model.meshes.empty())

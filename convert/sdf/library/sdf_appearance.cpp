@@ -174,10 +174,10 @@ SdfCamera sdf_camera(const sdf::Camera& from, const std::string& where, std::vec
   made.far_m = from.FarClip();
   if (from.HasLensIntrinsics()) {
     made.focal_px = glm::dvec2(from.LensIntrinsicsFx(), from.LensIntrinsicsFy());
-    const double off = std::max(std::abs(from.LensIntrinsicsCx() - made.width / 2),
-                                std::abs(from.LensIntrinsicsCy() - made.height / 2));
-    if (off > 1)
-      warnings.push_back(where + ": its image centre (<cx>, <cy>) is moved to the middle of the image");
+    const glm::dvec2 off(from.LensIntrinsicsCx() - made.width / 2, from.LensIntrinsicsCy() - made.height / 2);
+    // Centred cameras are written with the centre of the image or of its middle pixel.
+    constexpr double kCentred_px = 1;
+    if (std::max(std::abs(off.x), std::abs(off.y)) > kCentred_px) made.principal_px = off;
   }
   const bool is_distorted = from.DistortionK1() != 0 || from.DistortionK2() != 0 ||
                             from.DistortionK3() != 0 || from.DistortionP1() != 0 || from.DistortionP2() != 0;

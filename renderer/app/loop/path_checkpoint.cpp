@@ -95,6 +95,7 @@ std::string inputs_of_run(const Options& options, const gpu::DeviceReport& devic
   inputs.add(draw.environment_intensity);
   inputs.add(draw.environment_rotation_rad);
   inputs.add(draw.background.show_environment);
+  inputs.add(draw.background.show_sky);
   inputs.add(draw.background.color);
   inputs.add(draw.background.zenith.value_or(draw.background.color));
   inputs.add(draw.anisotropy);

@@ -378,6 +378,7 @@ void draw_render_panel(const Context& context) {
   draw_setting_row(ui, draw_setting("environment-rotation"), draw);
   ui.check("  as background", draw.background.show_environment, "Behind the scene, instead of a colour");
   if (draw.background.show_environment) return;
+  ui.check("  sky of the scene", draw.background.show_sky, "Behind the scene, if its file has one");
   ui.color("Background", draw.background.color);
   if (draw.background.zenith) ui.color("  at zenith", *draw.background.zenith);
 }

@@ -368,8 +368,12 @@ void Environment::describe(gpu_types::Globals& globals, float intensity, float r
 }
 
 float Environment::background_level(const View& view, uint32_t image_height) const {
+  return equirectangular_level(view, image_height, background_image_.extent.height);
+}
+
+float equirectangular_level(const View& view, uint32_t image_height, uint32_t texels_high) {
   const float pixel_rad = 2 * glm::length(view.world_from_ndc_y) / static_cast<float>(image_height);
-  const float texel_rad = 3.14159265f / static_cast<float>(background_image_.extent.height);
+  const float texel_rad = 3.14159265f / static_cast<float>(texels_high);
   return pixel_rad > texel_rad ? std::log2(pixel_rad / texel_rad) : 0;
 }
 

@@ -25,6 +25,9 @@ namespace fire3dv::passes {
 Digest environment_kind(const VkPhysicalDeviceProperties& device, const scene::EnvironmentImage& image,
                         std::span<const uint32_t> recipe);
 
+// Mip level of an equirectangular image behind a view: without aliasing or blur. At least 0.
+float equirectangular_level(const View& view, uint32_t image_height, uint32_t texels_high);
+
 class Environment {
  public:
   // cache: cache of the prepared maps, read and filled; null: no cache.

@@ -425,6 +425,8 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
   }
   instance_of_node = upload_array(device, loader, instance_indices);
   scene_textures = texture_uploads.finish();
+  if (scene.sky_texture != scene::kNone)
+    sky = {scene.sky_texture, scene.images[scene.textures[scene.sky_texture].image].height};
   loader.finish();
   textures = gpu::BindlessTextures(device, textures_layout, scene_textures.sampled, environment);
 }

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "renderer/gpu/acceleration.h"
@@ -88,6 +89,10 @@ struct SceneGeometry {
   std::vector<uint32_t> first_part_of_node;
   std::vector<PlanarCaster> planar_casters;  // sorted by rest-pose size, largest first
   SceneTextures scene_textures;
+  struct Sky {
+    uint32_t texture = 0, image_height_px = 1;
+  };
+  std::optional<Sky> sky;  // see scene::Scene
   std::vector<gpu::AccelerationStructure> blas_of_mesh;
   gpu::BindlessTextures textures;
   gpu::BlasBuildReport blas_report;

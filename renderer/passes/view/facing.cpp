@@ -4,6 +4,7 @@
 
 #include "renderer/passes/view/framing.h"
 #include "renderer/passes/view/view.h"
+#include "renderer/scene/model/bounds.h"
 
 namespace fire3dv::passes {
 namespace {
@@ -12,7 +13,8 @@ constexpr size_t kMaxTriangles = 200'000;
 constexpr float kHardlyAny = 0.01f;
 
 bool is_drawn(const scene::Scene& scene, const scene::SceneEdits* edits, uint32_t node) {
-  return scene.nodes[node].mesh != scene::kNone && !(edits && edits->is_hidden(node));
+  return scene.nodes[node].mesh != scene::kNone && !scene::is_unbounded(scene, node) &&
+         !(edits && edits->is_hidden(node));
 }
 
 template <typename Visit>
@@ -68,7 +70,11 @@ float front_facing_share(const scene::Scene& scene, const scene::SceneEdits* edi
 }
 
 glm::mat4 default_orientation(const scene::Scene& scene, std::span<const glm::mat4> world_from_node) {
-  const glm::mat4 usual = default_orientation();
+  glm::mat4 usual = default_orientation();
+  if (scene.view_from != glm::vec3(0)) {
+    usual = look_at_pose(scene.view_from, glm::vec3(0));
+    usual[3] = glm::vec4(0, 0, 0, 1);
+  }
   const glm::vec3 to_eye(usual[2]);  // a camera looks along -z
   if (front_facing_share(scene, nullptr, world_from_node, glm::vec4(to_eye, 0)) >= kHardlyAny) return usual;
   const glm::vec3 others[] = {

@@ -18,8 +18,8 @@ namespace fire3dv::passes {
 float front_facing_share(const scene::Scene& scene, const scene::SceneEdits* edits,
                          std::span<const glm::mat4> world_from_node, const glm::vec4& eye_world);
 
-// default_orientation(), turned to another side if nearly all triangles show it their backs and fewer show
-// theirs to the other side.
+// The scene's Scene::view_from or default_orientation(), turned to another side if nearly all triangles show
+// it their backs and fewer show theirs to the other side.
 glm::mat4 default_orientation(const scene::Scene& scene, std::span<const glm::mat4> world_from_node);
 
 }  // namespace fire3dv::passes

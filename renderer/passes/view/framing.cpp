@@ -59,7 +59,7 @@ struct NodeBox {
 std::vector<NodeBox> boxes_of_meshes(const scene::Scene& scene, std::span<const glm::mat4> world_from_node) {
   std::vector<NodeBox> boxes;
   for (uint32_t n = 0; n < scene.nodes.size(); ++n) {
-    if (scene.nodes[n].mesh == scene::kNone) continue;
+    if (scene.nodes[n].mesh == scene::kNone || scene::is_unbounded(scene, n)) continue;
     const scene::Box box = scene::bounds_in_world(scene, n, world_from_node);
     if (!box.empty() && is_finite(box.low) && is_finite(box.high))
       boxes.push_back({n, box, scene::surface_area(scene, scene.nodes[n], world_from_node[n])});
@@ -140,6 +140,7 @@ void leave_out_outliers(std::vector<NodeBox>& boxes) {
 std::vector<bool> find_left_out(const scene::Scene& scene, std::span<const glm::mat4> world_from_node) {
   std::vector<NodeBox> boxes = boxes_of_meshes(scene, world_from_node);
   std::vector<bool> is_left_out(scene.nodes.size(), false);
+  for (uint32_t n = 0; n < scene.nodes.size(); ++n) is_left_out[n] = scene::is_unbounded(scene, n);
   for (const NodeBox& box : boxes) is_left_out[box.node] = true;
   leave_out_floors(boxes);
   leave_out_outliers(boxes);

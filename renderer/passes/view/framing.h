@@ -15,8 +15,9 @@ constexpr float kFramingMargin = 0.05f;
 
 // World-space points that enclose all mesh instances at these node transforms: vertices (every n-th one of
 // more than 200,000), or box corners of deformed and small primitives; the box around everything if there are
-// more than 100,000 primitives. Left out are floors much wider than all other meshes, a few small meshes
-// without which the rest is shown at least 1.4 times as large (outliers), and infinite and NaN points.
+// more than 100,000 primitives. Left out are unbounded meshes, floors much wider than all other meshes, a few
+// small meshes without which the rest is shown at least 1.4 times as large (outliers), and infinite and NaN
+// points.
 std::vector<glm::vec3> framing_points(const scene::Scene& scene, std::span<const glm::mat4> world_from_node);
 
 // Bounding box of all mesh instances but those outliers; floors count. Empty without meshes.

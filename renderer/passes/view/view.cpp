@@ -5,6 +5,15 @@
 
 namespace fire3dv::passes {
 
+namespace {
+
+// Principal point in normalised coordinates of the image, whose centre is 0.
+glm::vec2 principal_point_ndc(const scene::Camera& camera, float image_aspect) {
+  return 2.0f * camera.principal_point / glm::vec2(image_aspect, 1);
+}
+
+}  // namespace
+
 glm::mat4 clip_from_camera(const scene::Camera& camera, float image_aspect) {
   const float near = camera.near_m;
   const float far = camera.far_m;
@@ -21,8 +30,13 @@ glm::mat4 clip_from_camera(const scene::Camera& camera, float image_aspect) {
     return m;
   }
   const float focal = 1 / std::tan(camera.vertical_fov_rad / 2);
-  m[0][0] = focal / image_aspect;
+  m[0][0] = focal / (camera.pixel_aspect * image_aspect);
   m[1][1] = -focal;
+  if (camera.principal_point != glm::vec2(0)) {
+    const glm::vec2 center = principal_point_ndc(camera, image_aspect);
+    m[2][0] = -center.x;
+    m[2][1] = -center.y;
+  }
   if (far > near) {
     m[2][2] = near / (far - near);
     m[3][2] = far * near / (far - near);
@@ -42,9 +56,10 @@ bool any_lens(const scene::Scene& scene) {
 Intrinsics intrinsics_of(const scene::Camera& camera, glm::uvec2 image_px) {
   Intrinsics intrinsics;
   const glm::vec2 size(image_px);
-  intrinsics.fx_px = intrinsics.fy_px = 0.5f * size.y / std::tan(camera.vertical_fov_rad / 2);
-  intrinsics.cx_px = 0.5f * (size.x - 1);
-  intrinsics.cy_px = 0.5f * (size.y - 1);
+  intrinsics.fy_px = 0.5f * size.y / std::tan(camera.vertical_fov_rad / 2);
+  intrinsics.fx_px = intrinsics.fy_px / camera.pixel_aspect;
+  intrinsics.cx_px = 0.5f * (size.x - 1) + camera.principal_point.x * size.y;
+  intrinsics.cy_px = 0.5f * (size.y - 1) + camera.principal_point.y * size.y;
   intrinsics.image_px = image_px;
   intrinsics.near_m = camera.near_m;
   intrinsics.far_m = camera.far_m;
@@ -134,10 +149,15 @@ View make_view(const scene::Camera& camera, const glm::mat4& world_from_camera, 
   view.lens = camera.lens;
   if (!camera.orthographic) {
     const float focal = 1 / std::tan(camera.vertical_fov_rad / 2);
-    view.world_from_ndc_x = glm::vec3(rigid[0]) * (image_aspect / focal);
+    view.world_from_ndc_x = glm::vec3(rigid[0]) * (camera.pixel_aspect * image_aspect / focal);
     view.world_from_ndc_y = -glm::vec3(rigid[1]) / focal;
   }
   view.world_from_ndc_origin = -glm::vec3(rigid[2]);
+  if (!camera.orthographic && camera.principal_point != glm::vec2(0)) {
+    const glm::vec2 center = principal_point_ndc(camera, image_aspect);
+    view.off_centre = true;
+    view.world_from_ndc_origin -= center.x * view.world_from_ndc_x + center.y * view.world_from_ndc_y;
+  }
   view.clip_from_world = clip_from_camera(camera, image_aspect) * glm::inverse(rigid);
   return view;
 }

@@ -200,10 +200,17 @@ bool is_valid_lens(const ThinLens& lens) {
           lens.focus_distance_m >= kMinFocusDistanceM && lens.focus_distance_m <= kMaxFocusDistanceM);
 }
 
+bool has_valid_intrinsics(const Camera& camera) {
+  return camera.pixel_aspect >= kMinPixelAspect && camera.pixel_aspect <= kMaxPixelAspect &&
+         std::abs(camera.principal_point.x) <= kMaxPrincipalPoint &&
+         std::abs(camera.principal_point.y) <= kMaxPrincipalPoint;
+}
+
 bool is_valid_camera(const Camera& camera) {
   return std::isfinite(camera.vertical_fov_rad) && std::isfinite(camera.aspect) && camera.aspect >= 0 &&
          std::isfinite(camera.near_m) && std::isfinite(camera.far_m) && is_finite(camera.half_extent_m) &&
          std::isfinite(camera.exposure) && camera.exposure >= 0 && is_valid_lens(camera.lens) &&
+         has_valid_intrinsics(camera) &&
          (camera.orthographic || (camera.vertical_fov_rad > 0 &&
                                   camera.vertical_fov_rad < std::numbers::pi_v<float> && camera.near_m > 0));
 }
@@ -320,6 +327,7 @@ Result<void> check_scene(const Scene& s) {
                    [](const VertexExtras& extras) { return is_finite(extras.uv1); })) {
     return Error{"it holds texture coordinates that are not finite"};
   }
+  if (!is_finite(s.view_from)) return Error{"its default view is not finite"};
   if (!is_finite(s.bounds_min) || !is_finite(s.bounds_max)) return Error{"its bounds are not finite"};
   const auto primitive = [&](size_t i) { return is_valid_primitive(s, s.primitives[i]); };
   if (auto done = check_all("primitives", s.primitives.size(), primitive); !done) return done;
@@ -354,6 +362,7 @@ Result<void> check_scene(const Scene& s) {
            t.sampler.wrap_v <= Wrap::clamp_to_edge;
   };
   if (auto done = check_all("textures", s.textures.size(), texture); !done) return done;
+  if (!none_or_below(s.sky_texture, s.textures.size())) return Error{"its sky is no texture of it"};
   const auto image = [&](size_t i) { return is_valid_image(s.images[i]); };
   if (auto done = check_all("images", s.images.size(), image); !done) return done;
   const auto material = [&](size_t i) { return is_valid_material(s, s.materials[i]); };

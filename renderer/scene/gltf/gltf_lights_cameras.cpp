@@ -1,5 +1,6 @@
 #include "renderer/scene/gltf/gltf_parts.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -72,6 +73,24 @@ ThinLens lens_of(const tinygltf::Camera& source, const std::string& where,
                            where + ".extras.focusDistanceM", warnings)};
 }
 
+// glTF's cameras are centred and have square pixels; others are read from the extras.
+void set_intrinsics(const tinygltf::Camera& source, const std::string& where, Camera& camera,
+                    std::vector<std::string>& warnings) {
+  const tinygltf::Value& extras = source.extras;
+  camera.pixel_aspect = in_range_or_warn(number_or(extras, "pixelAspectRatio", 1), kMinPixelAspect,
+                                         kMaxPixelAspect, where + ".extras.pixelAspectRatio", warnings);
+  if (!extras.Has("principalPoint")) return;
+  const std::string name = where + ".extras.principalPoint";
+  const tinygltf::Value& point = extras.Get("principalPoint");
+  if (!point.IsArray() || point.ArrayLen() != 2 || !point.Get(0).IsNumber() || !point.Get(1).IsNumber()) {
+    warnings.push_back(name + " is no list of two numbers: the camera is centred");
+    return;
+  }
+  for (int i = 0; i < 2; ++i)
+    camera.principal_point[i] = in_range_or_warn(point.Get(i).GetNumberAsDouble(), -kMaxPrincipalPoint,
+                                                 kMaxPrincipalPoint, name, warnings);
+}
+
 Result<Camera> camera_of(const tinygltf::Camera& source, const std::string& where,
                          std::vector<std::string>& warnings) {
   Camera camera;
@@ -89,6 +108,7 @@ Result<Camera> camera_of(const tinygltf::Camera& source, const std::string& wher
     return camera;
   }
   camera.lens = lens_of(source, where, warnings);
+  set_intrinsics(source, where, camera, warnings);
   const tinygltf::PerspectiveCamera& perspective = source.perspective;
   camera.vertical_fov_rad = to_float(perspective.yfov);
   constexpr float kMaxFov = 3.1f;
@@ -109,6 +129,25 @@ Result<Camera> camera_of(const tinygltf::Camera& source, const std::string& wher
   return camera;
 }
 
+// glTF has no default view; its direction is read from the extras of the scene.
+void add_default_view(const tinygltf::Model& model, Scene& scene) {
+  const int shown = std::max(model.defaultScene, 0);
+  if (!in_range(shown, model.scenes.size())) return;
+  const tinygltf::Value& from = model.scenes[static_cast<size_t>(shown)].extras.Get("viewFrom");
+  if (from.Type() == tinygltf::NULL_TYPE) return;
+  glm::vec3 direction(0);
+  for (int i = 0; i < 3; ++i) {
+    const bool is_number = from.IsArray() && from.ArrayLen() == 3 && from.Get(i).IsNumber();
+    direction[i] = is_number ? to_float(from.Get(i).GetNumberAsDouble()) : 0;
+  }
+  const float length = glm::length(direction);
+  if (length > 1e-6f && length < 1e6f)
+    scene.view_from = direction / length;
+  else
+    scene.warnings.push_back(element("scenes", static_cast<size_t>(shown)) +
+                             ".extras.viewFrom is no direction of three numbers");
+}
+
 }  // namespace
 
 Result<void> add_lights(const GltfDocument& document, Scene& scene) {
@@ -122,6 +161,7 @@ Result<void> add_lights(const GltfDocument& document, Scene& scene) {
 }
 
 Result<void> add_cameras(const GltfDocument& document, Scene& scene) {
+  add_default_view(document.model, scene);
   for (size_t i = 0; i < document.model.cameras.size(); ++i) {
     auto camera = camera_of(document.model.cameras[i], element("cameras", i), scene.warnings);
     if (!camera) return camera.error();

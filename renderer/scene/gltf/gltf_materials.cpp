@@ -449,6 +449,19 @@ void report_approximations(const MaterialSources& sources, Scene& scene) {
   if (!list.empty()) scene.warnings.push_back("extensions that are approximated:" + list);
 }
 
+// glTF has no background; it is read from the extras of the scene.
+Result<void> add_sky(const tinygltf::Model& model, Textures& textures, Scene& scene) {
+  const int shown = std::max(model.defaultScene, 0);
+  if (!in_range(shown, model.scenes.size())) return {};
+  const std::string where = element("scenes", static_cast<size_t>(shown)) + ".extras.skyTexture";
+  const tinygltf::Value& sky = model.scenes[static_cast<size_t>(shown)].extras.Get("skyTexture");
+  if (!sky.IsNumber()) return {};
+  auto used = textures.refer(sky.GetNumberAsInt(), 0, {}, true, where);
+  if (!used) return used.error();
+  scene.sky_texture = used->texture;
+  return {};
+}
+
 }  // namespace
 
 Result<MaterialSources> add_materials(const GltfDocument& document, Scene& scene) {
@@ -468,6 +481,7 @@ Result<MaterialSources> add_materials(const GltfDocument& document, Scene& scene
     }
     scene.materials.push_back(std::move(*material));
   }
+  if (auto done = add_sky(document.model, textures, scene); !done) return done.error();
   sources.used_images = textures.take_used_images();
   report_approximations(sources, scene);
   return sources;

@@ -66,6 +66,7 @@ bool same_coordinates(const TextureRef& a, const TextureRef& b, const Scene& sce
 // Empties images that only converted materials used.
 void release_unused_images(size_t original_images, Scene& scene) {
   std::vector<bool> is_used(scene.images.size(), false);
+  if (scene.sky_texture != kNone) is_used[scene.textures[scene.sky_texture].image] = true;
   for (const Material& material : scene.materials) {
     visit_textures(material, [&](const TextureRef& ref) {
       if (ref.texture != kNone) is_used[scene.textures[ref.texture].image] = true;

@@ -177,16 +177,23 @@ constexpr ThinLens kUsualLens{2.8f, 2};
 constexpr float kMinFNumber = 0.1f, kMaxFNumber = 1000;
 constexpr float kMinFocusDistanceM = 1e-3f, kMaxFocusDistanceM = 1e6f;
 
+// Bounds of a camera's pixel aspect and of the coordinates of its principal point.
+constexpr float kMinPixelAspect = 1e-3f, kMaxPixelAspect = 1e3f, kMaxPrincipalPoint = 1e3f;
+
 struct Camera {
   std::string name;
   bool orthographic = false;
-  float vertical_fov_rad = 0.8f;
-  float aspect = 0;  // 0 = aspect of the image
+  float vertical_fov_rad = 0.8f;  // of a centred camera with the same vertical focal length
+  float aspect = 0;               // 0 = aspect of the image
   float near_m = 0.01f;
   float far_m = 0;             // 0 = infinite
   glm::vec2 half_extent_m{1};  // orthographic
   float exposure = 0;          // factor on linear colour; 0 = from the settings
   ThinLens lens;
+  // Perspective: width of a pixel over its height, which is fy over fx of a camera matrix.
+  float pixel_aspect = 1;
+  // Perspective: from the image's centre, right and down, in heights of the image.
+  glm::vec2 principal_point{0};
   bool operator==(const Camera&) const = default;
 };
 

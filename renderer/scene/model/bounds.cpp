@@ -202,6 +202,9 @@ void find_world_bounds(Scene& scene) {
   for (const Node& node : scene.nodes) world_from_node.push_back(node.world_from_node);
   Box world;
   for (uint32_t node = 0; node < scene.nodes.size(); ++node)
+    if (!is_unbounded(scene, node)) world.add(bounds_in_world(scene, node, world_from_node));
+  // Of a scene of infinite surfaces, they are all that there is.
+  for (uint32_t node = 0; world.empty() && node < scene.nodes.size(); ++node)
     world.add(bounds_in_world(scene, node, world_from_node));
   if (world.empty()) return;
   scene.bounds_min = world.low;

@@ -34,7 +34,12 @@ void bound_deformed_primitives(Scene& scene);
 // World-space bounding box of a node's mesh at the given node transforms; empty without a mesh.
 Box bounds_in_world(const Scene& scene, uint32_t node, std::span<const glm::mat4> world_from_node);
 
-// Computes Scene::bounds_min and bounds_max.
+// True for nodes whose mesh stands for an infinite surface.
+inline bool is_unbounded(const Scene& scene, uint32_t node) {
+  return scene.nodes[node].mesh != kNone && scene.meshes[scene.nodes[node].mesh].unbounded;
+}
+
+// Computes Scene::bounds_min and bounds_max. Unbounded meshes do not count beside others.
 void find_world_bounds(Scene& scene);
 
 }  // namespace fire3dv::scene

@@ -60,11 +60,11 @@ bool is_inside(const Scene& scene, const RestLight& light) {
          glm::all(glm::lessThan(p, scene.bounds_max));
 }
 
-// Calls visit(node, primitive) for all triangle meshes.
+// Calls visit(node, primitive) for all triangle meshes but unbounded ones.
 template <typename Visit>
 void for_each_mesh(const Scene& scene, Visit&& visit) {
   for (const Node& node : scene.nodes) {
-    if (node.mesh == kNone) continue;
+    if (node.mesh == kNone || scene.meshes[node.mesh].unbounded) continue;
     const Mesh& mesh = scene.meshes[node.mesh];
     for (uint32_t p = mesh.first_primitive; p < mesh.first_primitive + mesh.primitive_count; ++p) {
       if (scene.primitives[p].topology == Topology::triangles) visit(node, scene.primitives[p]);

@@ -124,6 +124,8 @@ struct Mesh {
   uint32_t first_primitive = 0;
   uint32_t primitive_count = 0;
   uint32_t morph_target_count = 0;  // the same in all its primitives
+  bool unbounded =
+      false;  // stands for an infinite surface: it does not count for bounds, framing and exposure
 };
 
 struct Joint {
@@ -188,8 +190,10 @@ struct Scene {
   std::vector<uint32_t> variant_materials;
   std::vector<Texture> textures;
   std::vector<Image> images;
+  uint32_t sky_texture = kNone;  // background, equirectangular; it lights nothing
   std::vector<Light> lights;
   std::vector<Camera> cameras;
+  glm::vec3 view_from{0};                  // direction towards the eye of the default view; 0: the usual one
   glm::vec3 bounds_min{0}, bounds_max{0};  // world, rest pose
   std::vector<std::string> warnings;       // one sentence each: deviations from the file
 };

@@ -47,7 +47,7 @@ void visit_members(Primitive& p, Visit&& visit) {
 
 template <typename Visit>
 void visit_members(Mesh& m, Visit&& visit) {
-  visit(m.name, m.first_primitive, m.primitive_count, m.morph_target_count);
+  visit(m.name, m.first_primitive, m.primitive_count, m.morph_target_count, m.unbounded);
 }
 
 template <typename Visit>
@@ -123,13 +123,14 @@ void visit_members(Light& l, Visit&& visit) {
 template <typename Visit>
 void visit_members(Camera& c, Visit&& visit) {
   visit(c.name, c.orthographic, c.vertical_fov_rad, c.aspect, c.near_m, c.far_m, c.half_extent_m, c.exposure,
-        c.lens.f_number, c.lens.focus_distance_m);
+        c.lens.f_number, c.lens.focus_distance_m, c.pixel_aspect, c.principal_point);
 }
 
 template <typename Visit>
 void visit_members(Scene& s, Visit&& visit) {
   visit(s.nodes, s.meshes, s.primitives, s.skins, s.animations, s.channels, s.materials, s.variants,
-        s.textures, s.images, s.lights, s.cameras, s.bounds_min, s.bounds_max, s.warnings);
+        s.textures, s.images, s.sky_texture, s.lights, s.cameras, s.view_from, s.bounds_min, s.bounds_max,
+        s.warnings);
 }
 
 }  // namespace fire3dv::scene

@@ -26,8 +26,11 @@ scene::Light to_scene_light(const wire::Light& from, const scene::Scene& scene, 
 scene::Camera to_scene_camera(const wire::Camera& from, const scene::Scene& scene, uint32_t node) {
   scene::Camera camera;
   if (scene.nodes[node].camera != scene::kNone) {
-    camera.name = scene.cameras[scene.nodes[node].camera].name;
-    camera.lens = scene.cameras[scene.nodes[node].camera].lens;
+    const scene::Camera& own = scene.cameras[scene.nodes[node].camera];
+    camera.name = own.name;
+    camera.lens = own.lens;
+    camera.pixel_aspect = own.pixel_aspect;
+    camera.principal_point = own.principal_point;
   }
   camera.vertical_fov_rad = from.vertical_fov_rad;
   camera.near_m = from.near_m;

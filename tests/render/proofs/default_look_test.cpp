@@ -82,6 +82,42 @@ TEST_F(DefaultLook, TheGradientFollowsTheElevation) {
   }
 }
 
+// The sky of a scene is its background, in its own colours, and lights nothing.
+TEST_F(DefaultLook, ScenesMayHaveASky) {
+  SceneBuilder builder;
+  builder.mesh_node("post", builder.box(builder.material(matte({0.5f, 0.5f, 0.5f})), {0.1f, 0.1f, 0.1f}),
+                    at({0, 0, -2}));
+  scene::Scene with = builder.build();
+  const uint8_t red[4] = {200, 40, 20, 255}, blue[4] = {10, 60, 220, 255};
+  scene::Image sky{"sky", 8, 64, {}};
+  for (uint32_t row = 0; row < sky.height; ++row)
+    for (uint32_t column = 0; column < sky.width; ++column)
+      sky.rgba8.edit().insert(sky.rgba8.edit().end(), row < 32 ? red : blue, (row < 32 ? red : blue) + 4);
+  const scene::Scene without = with;
+  with.images.push_back(sky);
+  with.textures.push_back({static_cast<uint32_t>(with.images.size() - 1), {}, true});
+  with.sky_texture = static_cast<uint32_t>(with.textures.size() - 1);
+  for (const passes::RasterPath path : {passes::RasterPath::visibility, passes::RasterPath::forward}) {
+    passes::DrawSettings settings;
+    settings.raster = path;
+    settings.post.exposure = 2;
+    settings.background = passes::Background::automatic();
+    const auto draw = [&](const scene::Scene& scene, passes::Background background) {
+      settings.background = background;
+      ProofBench bench(kExtent, settings);
+      bench.show(scene);
+      return bench.draw({0, 0, 0}, {0, 0, -1});
+    };
+    const sinks::FrameImage image = draw(with, passes::Background::automatic());
+    EXPECT_EQ(pixel(image, 8, 4), glm::ivec3(200, 40, 20));
+    EXPECT_EQ(pixel(image, 8, 68), glm::ivec3(10, 60, 220));
+    const sinks::FrameImage plain = draw(without, passes::Background::automatic());
+    EXPECT_EQ(pixel(image, 48, 36), pixel(plain, 48, 36)) << "the post";
+    EXPECT_EQ(draw(with, passes::Background::gradient()).rgba8, plain.rgba8);
+    EXPECT_EQ(draw(without, passes::Background::gradient()).rgba8, plain.rgba8);
+  }
+}
+
 // A box hovers above the plane; the sun shines straight down, so that its shadow is the box's outline.
 TEST_F(DefaultLook, GroundShowsShadowsOnBackground) {
   SceneBuilder builder;

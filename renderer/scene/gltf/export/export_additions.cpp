@@ -35,6 +35,10 @@ void GlbExport::set_camera(uint32_t node, const Camera& camera) {
     if (!camera.lens.is_pinhole())
       text["extras"] = {{"fNumber", shortest(camera.lens.f_number)},
                         {"focusDistanceM", shortest(camera.lens.focus_distance_m)}};
+    if (camera.pixel_aspect != 1) text["extras"]["pixelAspectRatio"] = shortest(camera.pixel_aspect);
+    if (camera.principal_point != glm::vec2(0))
+      text["extras"]["principalPoint"] = {shortest(camera.principal_point.x),
+                                          shortest(camera.principal_point.y)};
   }
   json& cameras = root_["cameras"];
   if (!cameras.is_array()) cameras = json::array();

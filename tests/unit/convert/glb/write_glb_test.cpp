@@ -129,7 +129,8 @@ TEST(WriteGlb, MaterialsAndLightsRoundTrip) {
   material.blended = true;
   model.lights.push_back({"sun", Light::Type::directional, {1, 0.5f, 0.25f}, 3});
   model.lights.push_back({"cone", Light::Type::spot, {1, 1, 1}, 7, 0.25f, 0.5f});
-  model.cameras.push_back({"eye", 0.75f, 0.125f, 50.0f, 1.5f});
+  model.cameras.push_back({"eye", 0.75f, 0.125f, 50.0f, 1.5f, 2, {0.25f, -0.125f}, std::nullopt});
+  model.cameras.push_back({"drawing", 0.75f, 0.125f, 50.0f, 1.5f, 1, {0, 0}, 3.0f});
   model.nodes[0].light = 1;
   model.nodes.push_back(Node{"camera node"});
   model.nodes.back().camera = 0;
@@ -152,6 +153,11 @@ TEST(WriteGlb, MaterialsAndLightsRoundTrip) {
   EXPECT_EQ(camera.near_m, 0.125f);
   EXPECT_EQ(camera.far_m, 50);
   EXPECT_EQ(camera.aspect, 1.5f);
+  EXPECT_EQ(camera.pixel_aspect, 2);
+  EXPECT_EQ(camera.principal_point, glm::vec2(0.25f, -0.125f));
+  EXPECT_TRUE(scene.cameras[1].orthographic);
+  EXPECT_EQ(scene.cameras[1].half_extent_m, glm::vec2(2.25f, 1.5f));
+  EXPECT_EQ(scene.cameras[1].far_m, 50);
 }
 
 // 2 x 2 pixels, 24 bits, bottom row first: blue, green / red, white.

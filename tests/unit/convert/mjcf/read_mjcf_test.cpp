@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "convert/mjcf/assets/png_pixels.h"
 #include "tests/unit/convert/mjcf/mjcf_fixture.h"
 #include "tests/unit/renderer/scene/gltf/model_accessors.h"
 
@@ -56,7 +57,83 @@ TEST_F(Mjcf, VisibleGeomGroupsHaveSizes) {
   const auto [low, high] = bounds(model.meshes[*node(model, "body_2").mesh]);  // neither group 3 nor alpha 0
   EXPECT_LT(glm::distance(low, glm::vec3(-0.1f, -0.1f, -0.5f)), 1e-6f);
   EXPECT_LT(glm::distance(high, glm::vec3(0.1f, 0.1f, 0.5f)), 1e-6f);
-  EXPECT_GT(bounds(model.meshes[*node(model, "world").mesh]).second.x, 5);  // an infinite plane
+  EXPECT_GT(bounds(model.meshes[*node(model, "world").mesh]).second.x, 500);  // an infinite plane
+}
+
+TEST_F(Mjcf, InfinitePlanesReachTheHorizon) {
+  const Model model = checked(try_read(R"(<mujoco><statistic extent="2"/>
+    <asset><texture name="t" type="2d" builtin="checker" width="4" height="4"/>
+      <material name="m" texture="t" texrepeat="3 5"/></asset>
+    <worldbody><geom name="floor" type="plane" size="0 4 1" material="m"/><geom name="table" type="box" size="1 1 1"/>
+      <body name="b"><geom type="plane" size="2 4 1"/></body></worldbody></mujoco>)"));
+  EXPECT_FALSE(model.meshes[*node(model, "world").mesh].unbounded);
+  EXPECT_FALSE(model.meshes[*node(model, "b").mesh].unbounded);
+  const Node& floor = node(model, "floor");  // apart from the table
+  EXPECT_EQ(model.nodes[*floor.parent].name, "world");
+  const Mesh& mesh = model.meshes[*floor.mesh];
+  EXPECT_TRUE(mesh.unbounded);
+  EXPECT_EQ(bounds(mesh).first, glm::vec3(-2500, -4, 0));
+  EXPECT_EQ(bounds(mesh).second, glm::vec3(2500, 4, 0));
+  const Surface& s = mesh.surfaces.at(0);
+  EXPECT_EQ(s.indices.size(), 7 * 2 * 3u);
+  for (size_t v = 0; v < s.positions.size(); ++v) {
+    EXPECT_NEAR(s.uvs[v].x, 0.5f + 1.5f * s.positions[v].x, 1e-3f) << "per unit of length";
+    EXPECT_NEAR(s.uvs[v].y, 0.5f - 2.5f * s.positions[v].y / 4, 1e-3f) << "over the size";
+  }
+  EXPECT_EQ(node(checked(try_read(kArm)), "world").mesh.has_value(), true)
+      << "a floor alone is its body's mesh";
+}
+
+// A gradient from the zenith to the nadir, and faces of single files, whose directions are those of glTF.
+TEST_F(Mjcf, SkyboxesAreImagesAround) {
+  const auto sky = [&](const std::string& texture) {
+    const Model model =
+        checked(try_read("<mujoco><asset><texture type='2d' name='t' builtin='flat' width='4' height='4'/>" +
+                         texture + "</asset><worldbody><geom size='1'/></worldbody></mujoco>"));
+    if (!model.sky_image) return PngPixels();
+    Result<PngPixels> pixels = decode_png(model.images.at(*model.sky_image).bytes);
+    EXPECT_TRUE(pixels) << pixels.error().message;
+    return pixels ? std::move(*pixels) : PngPixels();
+  };
+  const auto pixel = [](const PngPixels& image, double x, double y) {
+    const auto column = static_cast<size_t>(x * image.width), row = static_cast<size_t>(y * image.height);
+    const size_t first = 3 * (row * image.width + column);
+    return glm::ivec3(image.rgb[first], image.rgb[first + 1], image.rgb[first + 2]);
+  };
+  EXPECT_TRUE(sky("").rgb.empty());
+  const PngPixels gradient =
+      sky("<texture type='skybox' builtin='gradient' rgb1='1 0 0' rgb2='0 0 1' width='32' height='192'/>");
+  ASSERT_FALSE(gradient.rgb.empty());
+  EXPECT_EQ(pixel(gradient, 0.5, 0.001), glm::ivec3(255, 0, 0));
+  EXPECT_EQ(pixel(gradient, 0.5, 0.999), glm::ivec3(0, 0, 255));
+  EXPECT_NEAR(pixel(gradient, 0.5, 0.5).x, 127, 8);
+  const char* sides[] = {"fileright", "fileleft", "fileup", "filedown", "filefront", "fileback"};
+  std::string files;
+  for (size_t i = 0; i < 6; ++i) {
+    const std::string name = std::string(sides[i]) + ".png";
+    folder_.write(name, test::png(4, 4, static_cast<uint32_t>((40 * (i + 1)) << 24 | 0xff)));
+    files += std::string(" ") + sides[i] + "='" + name + "'";
+  }
+  const PngPixels faces = sky("<texture type='skybox' name='box'" + files + "/>");
+  ASSERT_FALSE(faces.rgb.empty());
+  EXPECT_EQ(faces.width, 2 * faces.height);
+  // -Z of glTF, where its cameras look, is in the middle.
+  EXPECT_EQ(pixel(faces, 0.5, 0.5).x, 240) << "back";
+  EXPECT_EQ(pixel(faces, 0.75, 0.5).x, 40) << "right";
+  EXPECT_EQ(pixel(faces, 0.25, 0.5).x, 80) << "left";
+  EXPECT_EQ(pixel(faces, 0.01, 0.5).x, 200) << "front";
+  EXPECT_EQ(pixel(faces, 0.5, 0.05).x, 120) << "up";
+  EXPECT_EQ(pixel(faces, 0.5, 0.95).x, 160) << "down";
+  folder_.write("strip.png", test::png(8, 4, 0x336699ff));
+  EXPECT_EQ(pixel(sky("<texture type='skybox' file='strip.png' gridsize='1 2' gridlayout='UD'/>"), 0.5, 0.05),
+            glm::ivec3(0x33, 0x66, 0x99));
+  const Result<Model> missing = try_read(
+      "<mujoco><asset><texture type='skybox' file='gone.png'/></asset><worldbody><geom "
+      "size='1'/></worldbody></mujoco>");
+  ASSERT_TRUE(missing);
+  EXPECT_FALSE(missing->sky_image);
+  ASSERT_EQ(missing->warnings.size(), 1u);
+  EXPECT_NE(missing->warnings[0].find("the sky is left out"), std::string::npos) << missing->warnings[0];
 }
 
 TEST_F(Mjcf, BodiesOwnCamerasAndLights) {

@@ -266,10 +266,13 @@ TEST_F(Sdf, CamerasLookAlongX) {
   const Model focal = read(model_of(
       "m",
       link("l", camera +
-                    "<lens><intrinsics><fx>100</fx><fy>100</fy><cx>200</cx><cy>100</cy></intrinsics></lens>"
+                    "<lens><intrinsics><fx>50</fx><fy>100</fy><cx>160</cx><cy>130</cy></intrinsics></lens>"
                     "<distortion><k1>0.1</k1></distortion></camera></sensor>")));
   ASSERT_EQ(focal.cameras.size(), 2u);
   EXPECT_NEAR(focal.cameras[1].vertical_fov_rad, kQuarter, 1e-6);
+  EXPECT_NEAR(focal.cameras[1].pixel_aspect, 2, 1e-6);
+  EXPECT_NEAR(focal.cameras[1].principal_point.x, -0.2, 1e-6);
+  EXPECT_NEAR(focal.cameras[1].principal_point.y, 0.15, 1e-6);
   EXPECT_TRUE(warns(focal, "its <distortion> is not drawn")) << warnings(focal);
 }
 

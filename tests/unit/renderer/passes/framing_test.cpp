@@ -209,5 +209,15 @@ TEST(Framing, OutliersDoNotCount) {
   EXPECT_EQ(points({{{30, 0, 0}, glm::vec3(3)}}), 11u) << "as large as the rest";
 }
 
+// The default view looks from where the scene says, if its file does.
+TEST(Framing, ScenesMayNameTheirDefaultView) {
+  scene::Scene scene;
+  EXPECT_EQ(passes::default_orientation(scene, {}), passes::default_orientation());
+  scene.view_from = glm::normalize(glm::vec3(1, 0.45f, 0.75f));
+  const glm::mat4 pose = passes::default_orientation(scene, {});
+  EXPECT_LT(glm::distance(glm::vec3(pose[2]), scene.view_from), 1e-6f);
+  EXPECT_EQ(pose[3], glm::vec4(0, 0, 0, 1));
+}
+
 }  // namespace
 }  // namespace fire3dv::test

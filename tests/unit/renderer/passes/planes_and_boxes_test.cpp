@@ -83,6 +83,33 @@ TEST(Intrinsics, SceneCameraMatchesGltf) {
   }
 }
 
+// A camera of a scene with oblong pixels and a principal point off the centre, as its camera matrix says.
+TEST(Intrinsics, SceneCameraMayBeOffCentre) {
+  scene::Camera camera;
+  camera.vertical_fov_rad = 2 * std::atan(0.5f);  // fy is the height
+  camera.pixel_aspect = 0.5f;
+  camera.principal_point = {-0.125f, 0.25f};
+  const glm::uvec2 size(640, 480);
+  const passes::Intrinsics k = passes::intrinsics_of(camera, size);
+  EXPECT_NEAR(k.fx_px, 960, 1e-3f);
+  EXPECT_NEAR(k.fy_px, 480, 1e-3f);
+  EXPECT_NEAR(k.cx_px, 319.5f - 60, 1e-3f);
+  EXPECT_NEAR(k.cy_px, 239.5f + 120, 1e-3f);
+  const glm::mat4 pose = passes::look_at_pose({1, 2, 3}, {-2, 0.5f, 0});
+  for (const float far_m : {0.0f, 50.0f}) {
+    camera.far_m = far_m;
+    const passes::View own = passes::make_view(camera, pose, 640.0f / 480),
+                       same = passes::make_view(passes::intrinsics_of(camera, size), pose);
+    for (int column = 0; column < 4; ++column)
+      for (int row = 0; row < 4; ++row)
+        EXPECT_NEAR(own.clip_from_world[column][row], same.clip_from_world[column][row], 1e-5f);
+    EXPECT_LT(glm::distance(own.world_from_ndc_x, same.world_from_ndc_x), 1e-6f);
+    EXPECT_LT(glm::distance(own.world_from_ndc_y, same.world_from_ndc_y), 1e-6f);
+    EXPECT_LT(glm::distance(own.world_from_ndc_origin, same.world_from_ndc_origin), 1e-6f);
+    EXPECT_TRUE(own.off_centre);
+  }
+}
+
 // The pixel size is independent of the principal point.
 TEST(Intrinsics, HalfPixelIsIndependentOfCentre) {
   passes::Intrinsics middle = calibrated(), aside = calibrated();

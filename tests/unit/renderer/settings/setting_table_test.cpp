@@ -82,7 +82,7 @@ TEST(SettingTable, DefaultsMatchDrawSettings) {
   }
   EXPECT_EQ(draw_setting("exposure").text(default_settings()), "auto");
   EXPECT_EQ(draw_setting("tone-map").text(default_settings()), "neutral");
-  EXPECT_EQ(draw_setting("background").text(default_settings()), "gradient");
+  EXPECT_EQ(draw_setting("background").text(default_settings()), "auto");
 }
 
 TEST(SettingTable, InvalidValuesChangeNothing) {

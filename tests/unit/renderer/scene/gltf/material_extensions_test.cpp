@@ -329,5 +329,67 @@ TEST(SceneCameras, LensFromExtras) {
   EXPECT_EQ(scene.warnings.size(), 3u);
 }
 
+TEST(SceneCameras, IntrinsicsFromExtras) {
+  GltfBuilder builder;
+  const auto camera = [](json extras) {
+    return json{{"type", "perspective"},
+                {"perspective", {{"yfov", 0.5}, {"znear", 0.1}}},
+                {"extras", std::move(extras)}};
+  };
+  builder.root["cameras"] = {camera({{"pixelAspectRatio", 0.5}, {"principalPoint", {0.25, -0.125}}}),
+                             camera({{"pixelAspectRatio", 0}, {"principalPoint", {1e9, 0}}}),
+                             camera({{"pixelAspectRatio", "wide"}, {"principalPoint", {1, "down"}}}),
+                             camera({{"comment", "plain"}})};
+  builder.add_node("keeps the file from being empty");
+  const Scene scene = loaded(builder);
+  ASSERT_EQ(scene.cameras.size(), 4u);
+  EXPECT_EQ(scene.cameras[0].pixel_aspect, 0.5f);
+  EXPECT_EQ(scene.cameras[0].principal_point, glm::vec2(0.25f, -0.125f));
+  EXPECT_EQ(scene.cameras[1].pixel_aspect, kMinPixelAspect);
+  EXPECT_EQ(scene.cameras[1].principal_point, glm::vec2(kMaxPrincipalPoint, 0));
+  EXPECT_TRUE(warned(scene, "cameras[1].extras.pixelAspectRatio is less than 0.001"));
+  EXPECT_TRUE(warned(scene, "cameras[1].extras.principalPoint is more than 1000"));
+  EXPECT_TRUE(warned(scene, "cameras[2].extras.principalPoint is no list of two numbers"));
+  for (const size_t plain : {2u, 3u}) {
+    EXPECT_EQ(scene.cameras[plain].pixel_aspect, 1) << plain;
+    EXPECT_EQ(scene.cameras[plain].principal_point, glm::vec2(0)) << plain;
+  }
+  EXPECT_EQ(scene.warnings.size(), 3u);
+}
+
+TEST(SceneExtras, SkyIsATexture) {
+  GltfBuilder builder = test::triangle_file();
+  builder.add_textured_material(test::png(4, 2, 0x336699ff));
+  builder.root["scenes"][0]["extras"]["skyTexture"] = 0;
+  const Scene scene = loaded(builder);
+  ASSERT_LT(scene.sky_texture, scene.textures.size());
+  EXPECT_TRUE(scene.textures[scene.sky_texture].srgb);
+  EXPECT_EQ(scene.images.at(scene.textures[scene.sky_texture].image).width, 4u);
+  builder.root["scenes"][0]["extras"]["skyTexture"] = "blue";
+  EXPECT_EQ(loaded(builder).sky_texture, kNone);
+  builder.root["scenes"][0]["extras"]["skyTexture"] = 7;
+  const auto wrong = load(builder);
+  ASSERT_FALSE(wrong.ok());
+  EXPECT_NE(wrong.error().message.find("scenes[0].extras.skyTexture"), std::string::npos)
+      << wrong.error().message;
+}
+
+TEST(SceneExtras, DefaultViewAndUnboundedMeshes) {
+  GltfBuilder builder = test::triangle_file();
+  builder.root["meshes"][0]["extras"]["unbounded"] = true;
+  builder.root["scenes"][0]["extras"]["viewFrom"] = {2, 0, 0};
+  const Scene scene = loaded(builder);
+  EXPECT_EQ(scene.view_from, glm::vec3(1, 0, 0));
+  ASSERT_FALSE(scene.meshes.empty());
+  EXPECT_TRUE(scene.meshes[0].unbounded);
+  EXPECT_NE(scene.bounds_min, scene.bounds_max) << "there is nothing else";
+  for (const json& wrong : {json({0, 0, 0}), json({1, 2}), json("front"), json({1e30, 0, 0})}) {
+    builder.root["scenes"][0]["extras"]["viewFrom"] = wrong;
+    const Scene usual = loaded(builder);
+    EXPECT_EQ(usual.view_from, glm::vec3(0)) << wrong;
+    EXPECT_TRUE(warned(usual, "scenes[0].extras.viewFrom is no direction of three numbers")) << wrong;
+  }
+}
+
 }  // namespace
 }  // namespace fire3dv::scene
