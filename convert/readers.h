@@ -34,6 +34,9 @@ struct ReadOptions {
   bool dae_up = false;        // URDF, SDF: rotate DAE meshes by their up_axis
   // URDF, SDF: rotate glTF meshes to +Z up. Empty: URDF does, as RViz and Drake; SDF does not, as Gazebo.
   std::optional<bool> gltf_up;
+  // Meshes without normals are smooth over edges up to this angle, 0 to 180; 0: flat. Empty: 37, as in
+  // MuJoCo. MJCF always has MuJoCo's.
+  std::optional<double> smooth_angle_deg;
   // MJCF: files must lie below the model's folder or a named one, for models that the user has not chosen.
   // Otherwise they may lie anywhere, as in MuJoCo.
   bool is_confined = false;
@@ -76,7 +79,7 @@ Result<Model> read_sdf(const std::filesystem::path& file, const ReadOptions& opt
 bool is_mesh_scene_name(const std::filesystem::path& file);
 // Reads a mesh file as a scene, in a child process with limits on time and memory. Nodes, names, materials
 // and vertex colours of the file are kept. Scales of its nodes are in the vertices, so that streams can pose
-// them. Without normals, STL is flat; others are smooth over edges below 37 degrees.
+// them. Meshes without normals are smooth over edges below smooth_angle_deg.
 Result<Model> read_mesh_scene(const std::filesystem::path& file, const ReadOptions& options);
 
 // Detects the format from the contents; mesh files from the name, too. Adds a light to a description without

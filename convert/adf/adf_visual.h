@@ -44,6 +44,7 @@ class AdfVisuals {
   AdfAppearance appearance_of(const AdfValue& block, const std::string& name,
                               const AdfSearchPaths& search_paths);
   void allow_images_below(const std::filesystem::path& folder) { files_.allow_images_below(folder); }
+  void set_smooth_angle(std::optional<double> angle_deg) { files_.set_smooth_angle(angle_deg); }
 
  private:
   struct Color;

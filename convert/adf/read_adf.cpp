@@ -185,6 +185,7 @@ class AdfReader {
     if (!file) return file.error();
     open_.push_back(named);
     visuals_.allow_images_below(named.parent_path());
+    visuals_.set_smooth_angle(options_.smooth_angle_deg);
     if (file->has("multibody configs") || file->has("world config")) {
       Result<void> launched = read_launch(*file);
       if (!launched) return launched;

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "convert/glb/write_glb.h"
+#include "convert/mesh/mesh_normals.h"
 #include "convert/model.h"
 #include "convert/surfaces.h"
 #include "renderer/scene/files.h"
@@ -111,7 +112,8 @@ struct MeshFiles::State {
   AllowedFolders allowed;
   DaeUp dae_up = DaeUp::ignore;
   GltfUp gltf_up = GltfUp::ignore;
-  std::set<size_t> defaults;  // materials that stand for none
+  std::optional<double> smooth_cosine = kSmoothCosine;  // empty: flat
+  std::set<size_t> defaults;                            // materials that stand for none
   // Surfaces read, or the error.
   std::map<std::filesystem::path, Result<std::vector<Surface>>> surfaces;
   std::map<std::filesystem::path, Result<ImportedMesh>> nodes;  // with their nodes
@@ -269,6 +271,7 @@ Result<ImportedMesh> MeshFiles::State::import(const std::filesystem::path& resol
     const bool is_clear = std::any_of(surface.colors.begin(), surface.colors.end(),
                                       [](const glm::vec4& color) { return color.a < 1; });
     if (is_clear) model.materials[surface.material].blended = true;
+    if (surface.normals.empty() && smooth_cosine) surface = with_normals(surface, *smooth_cosine);
   }
   return mesh;
 }
@@ -290,6 +293,12 @@ void MeshFiles::apply_dae_up() {
 
 void MeshFiles::apply_gltf_up() {
   state_->gltf_up = GltfUp::apply;
+}
+
+void MeshFiles::set_smooth_angle(std::optional<double> angle_deg) {
+  state_->smooth_cosine = kSmoothCosine;
+  if (angle_deg) state_->smooth_cosine = std::cos(glm::radians(*angle_deg));
+  if (angle_deg == 0) state_->smooth_cosine.reset();
 }
 
 bool MeshFiles::is_default(size_t material) const {

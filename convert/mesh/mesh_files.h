@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 
 #include "base/error.h"
 #include "convert/description_files.h"
@@ -28,6 +29,9 @@ class MeshFiles {
   void apply_dae_up();
   // Rotates glTF files from +Y up to +Z up. Without it the axes are the file's.
   void apply_gltf_up();
+  // Angle between faces, in degrees, up to which meshes without normals are smooth; 0: flat. Empty: 37.
+  // Normals of STL files count as none.
+  void set_smooth_angle(std::optional<double> angle_deg);
   // True for a material of the model that stands for none in a mesh file.
   bool is_default(size_t material) const;
 

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
-#include <functional>
 #include <iterator>
 #include <map>
 #include <optional>
@@ -12,7 +11,6 @@
 #include <string>
 #include <string_view>
 #include <system_error>
-#include <unordered_map>
 #include <utility>
 
 #include "base/files.h"
@@ -65,41 +63,6 @@ std::map<std::string, std::string> names_with_blanks(const fs::path& file) {
   return names;
 }
 
-struct HashPosition {
-  size_t operator()(const glm::vec3& p) const {
-    return std::hash<std::string_view>()({reinterpret_cast<const char*>(&p), sizeof p});
-  }
-};
-
-// Normals of a surface without any, smooth over edges below 37 degrees.
-Surface with_normals(const Surface& surface) {
-  std::vector<glm::dvec3> positions;  // without duplicates, which seams of textures have
-  std::unordered_map<glm::vec3, uint32_t, HashPosition> index_of;
-  std::vector<std::array<uint32_t, 3>> faces(surface.indices.size() / 3);
-  for (size_t i = 0; i < 3 * faces.size(); ++i) {
-    const glm::vec3 position = surface.positions[surface.indices[i]] + 0.0f;  // -0 equals 0
-    const auto [known, is_new] = index_of.try_emplace(position, static_cast<uint32_t>(positions.size()));
-    if (is_new) positions.emplace_back(position);
-    faces[i / 3][i % 3] = known->second;
-  }
-  const std::vector<glm::vec3> normals = corner_normals(positions, faces, false);
-  SurfaceBuilder builder(true, !surface.uvs.empty(), !surface.colors.empty());
-  for (size_t i = 0; i < 3 * faces.size(); i += 3) {
-    SurfaceBuilder::Corner corners[3];
-    for (size_t k = 0; k < 3; ++k) {
-      const uint32_t vertex = surface.indices[i + k];
-      corners[k].position = surface.positions[vertex];
-      corners[k].normal = normals[i + k];
-      if (!surface.uvs.empty()) corners[k].uv = surface.uvs[vertex];
-      if (!surface.colors.empty()) corners[k].color = surface.colors[vertex];
-    }
-    (void)builder.add(corners[0], corners[1], corners[2]);  // positions are finite: they come from a mesh
-  }
-  Surface result = builder.take();
-  result.material = surface.material;
-  return result;
-}
-
 class SceneModel {
  public:
   SceneModel(const fs::path& file, const ReadOptions& options, Model& model)
@@ -116,10 +79,7 @@ class SceneModel {
     for (size_t i = 0; i < mesh.surfaces.size(); ++i) {
       Surface& surface = mesh.surfaces[i];
       if (Result<void> scaled = scale(surface); !scaled) return scaled;
-      const bool is_flat = extension_ == ".stl";
-      const bool lacks_normals = surface.normals.empty() && !is_flat;
-      meshes[mesh.surface_nodes[i]].surfaces.push_back(lacks_normals ? with_normals(surface)
-                                                                     : std::move(surface));
+      meshes[mesh.surface_nodes[i]].surfaces.push_back(std::move(surface));
     }
     // The importer's root stands for the file, as the root of the model does, unless it has a mesh.
     const bool drops_root = mesh.nodes.size() > 1 && meshes[0].surfaces.empty();
@@ -228,7 +188,9 @@ Result<Model> read_mesh_scene(const fs::path& file, const ReadOptions& options) 
   if (const Result<fs::path> resolved = regular_file(file); !resolved) return resolved.error();
   if (Result<void> fits = check_format(file, lower_extension(file)); !fits) return fits.error();
   Model model;
-  Result<ImportedMesh> mesh = MeshFiles(model).scene(file);
+  MeshFiles files(model);
+  files.set_smooth_angle(options.smooth_angle_deg);
+  Result<ImportedMesh> mesh = files.scene(file);
   if (!mesh) return mesh.error();
   if (Result<void> taken = SceneModel(file, options, model).take(std::move(*mesh)); !taken)
     return taken.error();

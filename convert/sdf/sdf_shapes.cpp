@@ -46,6 +46,7 @@ void move_to_centre(std::vector<Surface>& surfaces) {
 SdfShapes::SdfShapes(SdfFiles& files, const ReadOptions& options, SdfMaterials& materials, Model& model)
     : files_(files), materials_(materials), mesh_files_(model) {
   if (options.dae_up) mesh_files_.apply_dae_up();
+  mesh_files_.set_smooth_angle(options.smooth_angle_deg);
   if (options.gltf_up.value_or(false)) mesh_files_.apply_gltf_up();
 }
 

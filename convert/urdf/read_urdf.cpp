@@ -132,6 +132,7 @@ class Reader {
   Reader(const fs::path& file, const ReadOptions& options, UrdfFiles& files, Model& model)
       : file_(file), files_(files), mesh_files_(model), meshes_(model, options.max_triangles), model_(model) {
     if (options.dae_up) mesh_files_.apply_dae_up();
+    mesh_files_.set_smooth_angle(options.smooth_angle_deg);
     if (options.gltf_up.value_or(true)) mesh_files_.apply_gltf_up();
   }
 
@@ -376,6 +377,7 @@ Result<Model> read_urdf(const std::filesystem::path& file, const ReadOptions& op
   std::vector<std::string> joint_names;
   Result<urdf::ModelInterfaceSharedPtr> robot = parse(file, *text, model.warnings, joint_names);
   if (!robot) return robot.error();
+  model.view_from = kThreeQuarterFront;
   model.name = (*robot)->getName().empty() ? file.stem().string() : (*robot)->getName();
   Reader(file, options, files, model).read(**robot, joint_names);
   take_apart(**robot);

@@ -32,6 +32,7 @@ constexpr int kFailed = 1, kUsageError = 2;
 struct Options {
   std::string file, out, sources, launch, expanded, dae_up, gltf_up, up, unit;
   std::vector<std::string> package_folders, xacro_arguments;
+  std::string smooth_angle;
   bool list = false, joints = false;
   ReadOptions read;
 };
@@ -234,6 +235,10 @@ int main(int argc, char** argv) {
                    "URDF, SDF: up_axis of DAE meshes; auto: ignored, as by RViz");
   group.add_choice("--gltf-up", options.gltf_up, "auto|apply|ignore",
                    "glTF meshes of URDF, SDF: turn to Z up; auto: for URDF alone");
+  group
+      .add("--smooth-angle", options.smooth_angle, "DEG",
+           "meshes without normals: smooth edges up to this angle; 0: flat (default: 37)")
+      ->check(fire3dv::number_between(0, 180));
   group.add_flag("--confined", options.read.is_confined,
                  "MJCF of unknown origin: read files of its folder and --package-path");
   group.add_repeatable("--xacro-arg", options.xacro_arguments, "NAME=VALUE",
@@ -270,6 +275,7 @@ int main(int argc, char** argv) {
                                : options.unit == "cm" ? 0.01
                                : options.unit == "mm" ? 0.001
                                                       : 0.0254;
+  if (!options.smooth_angle.empty()) options.read.smooth_angle_deg = std::stod(options.smooth_angle);
   options.read.dae_up = options.dae_up == "apply";
   if (options.gltf_up == "apply" || options.gltf_up == "ignore")
     options.read.gltf_up = options.gltf_up == "apply";

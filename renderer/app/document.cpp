@@ -84,9 +84,11 @@ Result<void> Document::restart_epoch() {
 Options with_file(const Options& options, const std::filesystem::path& file) {
   Options other = options;
   other.recording = {};
-  other.convert = {};
-  other.convert.package_folders = options.convert.package_folders;
-  other.convert.xacro_arguments = options.convert.xacro_arguments;
+  // Models and the frame of a mesh file are those of the first file.
+  other.convert.models.clear();
+  other.convert.name_space.clear();
+  other.convert.up.clear();
+  other.convert.unit.clear();
   other.exit_when_done = false;
   other.variant.clear();  // names are the file's own
   other.overlay.clear();

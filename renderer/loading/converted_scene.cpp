@@ -142,7 +142,12 @@ std::vector<std::string> arguments_of(const ConvertOptions& options) {
     words.insert(words.end(), {"--package-path", fs::absolute(folder).string()});
   for (const std::string& argument : options.xacro_arguments) words.push_back("--xacro-arg=" + argument);
   if (!options.up.empty()) words.push_back("--up=" + options.up);
-  if (!options.unit.empty()) words.push_back("--unit=" + options.unit);
+  for (const auto& [name, value] : {std::pair("--unit=", &options.unit),
+                                    {"--dae-up=", &options.dae_up},
+                                    {"--gltf-up=", &options.gltf_up},
+                                    {"--smooth-angle=", &options.smooth_angle}})
+    if (!value->empty()) words.push_back(name + *value);
+  if (options.is_confined) words.emplace_back("--confined");
   return words;
 }
 

@@ -18,7 +18,11 @@ struct ConvertOptions {
   std::string name_space;  // AMBF's --ns
   std::vector<std::filesystem::path> package_folders;
   std::vector<std::string> xacro_arguments;  // NAME=VALUE
-  std::string up, unit;                      // of mesh files: as of fire3dv-convert; empty: its defaults
+  // As of fire3dv-convert; empty: its defaults.
+  std::string up, unit;         // of mesh files
+  std::string dae_up, gltf_up;  // of meshes of URDF and SDF
+  std::string smooth_angle;     // of meshes without normals, in degrees
+  bool is_confined = false;     // MJCF
 };
 
 // True for files that are converted, by their extension: descriptions (.yaml, .yml, .urdf, .xml, .xacro,

@@ -1,4 +1,4 @@
-// Vertex normals of triangle meshes without any.
+// Vertex normals of triangle meshes without any, smooth over edges below an angle.
 #pragma once
 
 #include <array>
@@ -6,11 +6,20 @@
 #include <glm/glm.hpp>
 #include <vector>
 
+#include "convert/model.h"
+
 namespace fire3dv::convert {
 
-// One normal per corner of each face: the mean, weighted by area, of the faces at its vertex that are within
-// 37 degrees of this face (MuJoCo's limit), or of all of them if `smooth`. Unit length.
+// Cosine of the angle between faces up to which their common edge is smooth: 37 degrees, MuJoCo's limit.
+constexpr double kSmoothCosine = 0.8;
+constexpr double kAllSmooth = -2;  // smooth over all edges
+
+// One normal per corner of each face: the mean, weighted by area, of the faces at its vertex whose angle to
+// this face has at least this cosine. Unit length.
 std::vector<glm::vec3> corner_normals(const std::vector<glm::dvec3>& vertices,
-                                      const std::vector<std::array<uint32_t, 3>>& faces, bool smooth);
+                                      const std::vector<std::array<uint32_t, 3>>& faces, double least_cosine);
+
+// The same surface with normals, which replace its own. Vertices of equal position are one vertex here.
+Surface with_normals(const Surface& surface, double least_cosine);
 
 }  // namespace fire3dv::convert

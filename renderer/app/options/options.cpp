@@ -48,6 +48,7 @@ struct Texts {
 struct Given {
   const CLI::Option *models, *name_space, *package_path, *xacro_argument, *up, *unit, *delay, *camera,
       *outputs, *animate, *wait_for_stream;
+  std::vector<const CLI::Option*> of_descriptions;  // options of the conversion of meshes and descriptions
 };
 
 void add_input_options(CLI::App& app, Options& options, Texts& texts, Given& given) {
@@ -67,6 +68,17 @@ void add_input_options(CLI::App& app, Options& options, Texts& texts, Given& giv
                               "OBJ, STL, PLY: up axis (default: y for OBJ, else z)");
   given.unit =
       group.add_choice("--unit", options.convert.unit, "m|cm|mm|in", "OBJ, STL, PLY: unit (default: m)");
+  given.of_descriptions = {
+      group.add_choice("--dae-up", options.convert.dae_up, "auto|apply|ignore",
+                       "URDF, SDF: up_axis of DAE meshes; auto: ignored, as by RViz"),
+      group.add_choice("--gltf-up", options.convert.gltf_up, "auto|apply|ignore",
+                       "glTF meshes of URDF, SDF: turn to Z up; auto: for URDF alone"),
+      group
+          .add("--smooth-angle", options.convert.smooth_angle, "DEG",
+               "meshes without normals: smooth edges up to this angle; 0: flat (default: 37)")
+          ->check(number_between(0, 180)),
+      group.add_flag("--confined", options.convert.is_confined,
+                     "MJCF of unknown origin: read files of its folder and --package-path")};
   group.add("--assets", options.assets, "DIR", "folder of glTF files that streams and overlays may add")
       ->check(CLI::ExistingDirectory.description(""));
   given.animate = group
@@ -247,6 +259,10 @@ std::variant<Options, UsageError> parse_words(const std::vector<std::string>& wo
   for (const CLI::Option* option : {given.up, given.unit}) {
     if (option->count() > 0 && !needs_conversion(options.scene))
       return usage_error(option->get_name() + " needs a scene that is a mesh file: .obj, .stl or .ply");
+  }
+  for (const CLI::Option* option : given.of_descriptions) {
+    if (option->count() > 0 && !needs_conversion(options.scene))
+      return usage_error(option->get_name() + " needs a scene that is a description or a mesh file");
   }
   if (given.outputs->count() > 0) {
     if (options.out.empty()) return usage_error("--outputs needs a folder for them: --out DIR");

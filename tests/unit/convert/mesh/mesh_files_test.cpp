@@ -5,7 +5,10 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <cmath>
 #include <glm/gtc/epsilon.hpp>
+#include <numbers>
+#include <optional>
 
 #include "convert/model.h"
 #include "tests/support/gltf_builder.h"
@@ -100,13 +103,54 @@ TEST(MeshFiles, MissingMaterialsAreReported) {
       << loaded.model.warnings[0];
 }
 
-TEST(MeshFiles, StlIsFlat) {
+// Facets of a fan around the z axis, 20 degrees apart, above a floor that meets them at 90 degrees.
+TEST(MeshFiles, StlIsSmoothBelowAnAngle) {
+  const test::ScratchFolder folder;
+  std::string text = "solid s\n";
+  const auto facet = [&](const glm::vec3& a, const glm::vec3& b, const glm::vec3& c) {
+    text += "facet normal 0 0 0\nouter loop\n";
+    for (const glm::vec3& p : {a, b, c})
+      text += "vertex " + std::to_string(p.x) + " " + std::to_string(p.y) + " " + std::to_string(p.z) + "\n";
+    text += "endloop\nendfacet\n";
+  };
+  const auto around = [](int i, float z) {
+    const double angle = i * 20 * std::numbers::pi / 180;
+    return glm::vec3(std::cos(angle), std::sin(angle), z);
+  };
+  for (int i = 0; i < 3; ++i) {
+    facet(around(i, 0), around(i + 1, 0), around(i + 1, 1));
+    facet(around(i, 0), around(i + 1, 1), around(i, 1));
+    facet({0, 0, 0}, around(i + 1, 0), around(i, 0));
+  }
+  const auto file = folder.write("fan.stl", text + "endsolid s\n");
+  const auto normals_at = [&](std::optional<double> angle_deg) {
+    Model model;
+    MeshFiles files(model);
+    files.set_smooth_angle(angle_deg);
+    const auto surfaces = files.surfaces(file);
+    EXPECT_TRUE(surfaces) << surfaces.error().message;
+    std::vector<glm::vec3> normals;
+    const Surface& s = surfaces->front();
+    for (size_t v = 0; v < s.normals.size(); ++v)
+      if (glm::distance(s.positions[v], around(1, 0)) < 1e-4f) normals.push_back(s.normals[v]);
+    return normals;
+  };
+  for (const std::optional<double> smooth : {std::optional<double>(), std::optional<double>(25)}) {
+    const std::vector<glm::vec3> normals = normals_at(smooth);
+    ASSERT_EQ(normals.size(), 2u) << "one of the fan, one of the floor";
+    for (const glm::vec3& n : normals)
+      EXPECT_LT(std::min(glm::distance(n, around(1, 0)), glm::distance(n, glm::vec3(0, 0, -1))), 1e-3f);
+  }
+  EXPECT_EQ(normals_at(15).size(), 3u) << "facets and floor";
+  EXPECT_TRUE(normals_at(0).empty()) << "the loader makes flat normals";
+}
+
+TEST(MeshFiles, StlIsRead) {
   const test::ScratchFolder folder;
   const Loaded text = load(folder.write("a.stl", test::kAsciiStl));
   ASSERT_TRUE(text.surfaces) << text.surfaces.error().message;
   ASSERT_EQ(triangles(*text.surfaces), 2u);
   EXPECT_EQ(text.surfaces->front().positions.size(), 4u);
-  EXPECT_TRUE(text.surfaces->front().normals.empty());  // the loader generates flat normals
   const Loaded binary = load(folder.write("b.STL", test::binary_stl()), glm::dvec3(2, 2, 0.5));
   ASSERT_TRUE(binary.surfaces) << binary.surfaces.error().message;
   EXPECT_EQ(binary.surfaces->front().positions[1], glm::vec3(2, 0, 2.5));
