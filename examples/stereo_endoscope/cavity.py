@@ -8,7 +8,7 @@ import numpy as np
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "common"))
 from example_mesh import Gltf, Mesh, grid_faces, joined, lathe, smooth_normals, tube
 
-TISSUE, PALE, VESSEL, FAT = (np.array(c) for c in ((0.42, 0.085, 0.065), (0.60, 0.24, 0.18), (0.20, 0.012, 0.018), (0.72, 0.48, 0.17)))
+TISSUE, PALE, VESSEL, FAT = (np.array(c) for c in ((0.42, 0.085, 0.065), (0.60, 0.24, 0.18), (0.20, 0.012, 0.018), (0.84, 0.56, 0.32)))
 TARGET = np.array([0, 0, -0.105])  # what the surgeon looks at, between instrument and needle
 
 
@@ -25,17 +25,26 @@ def noise(points, scale, seed, octaves=4):
     return 2.2 * total / weight
 
 
+def fat_lobules(points, seed):
+    """Fat: its share, with frayed edges, and how far a point is from the septa between the lobules; both 0 to 1."""
+    share = np.clip((noise(points, 0.06, seed + 9, 3) - 0.45 + 0.30 * noise(points, 0.013, seed + 10, 2)) / 0.5, 0, 1)
+    cells = np.abs(noise(points, 0.011, seed + 12, 1)) * np.abs(noise(points, 0.009, seed + 13, 1))
+    return share * share * (3 - 2 * share), np.clip(cells / 0.12, 0, 1) ** 0.5
+
+
 def tissue_colors(points, seed, fat=0.0):
-    """Mottled red; vessels along the zero lines of a noise, thinner where another one is high; patches of fat."""
+    """Mottled red; lobules of fat; vessels along the zero lines of a noise, thinner where another one is high."""
     shade = np.clip(0.5 + 0.5 * noise(points, 0.05, seed), 0, 1)[:, None]
     colors = TISSUE * (1 - 0.55 * shade) + PALE * 0.55 * shade
+    fatty, lobule = (value[:, None] for value in fat_lobules(points, seed))
+    yellow = FAT * (0.80 + 0.25 * shade) * (0.55 + 0.45 * lobule) + PALE * 0.25 * (1 - lobule)
+    colors = colors * (1 - fat * fatty) + yellow * fat * fatty
     width = 0.035 + 0.035 * noise(points, 0.04, seed + 1, 1)
     for scale, strength in ((0.07, 0.75), (0.028, 0.45)):
         line = np.abs(noise(points, scale, seed + 2 + int(1000 * scale), 2))
-        share = strength * np.clip(1 - line / np.maximum(width, 0.008), 0, 1) ** 0.7
+        share = strength * np.clip(1 - line / np.maximum(width, 0.008), 0, 1) ** 0.7 * (1 - 0.7 * fat * fatty[:, 0])
         colors = colors * (1 - share[:, None]) + VESSEL * share[:, None]
-    patches = np.clip(4 * (noise(points, 0.06, seed + 9, 2) - 0.55), 0, 1)[:, None] * fat
-    return colors * (1 - patches) + FAT * patches
+    return np.clip(colors, 0, 1)
 
 
 def blob(rows, columns, place, seed, bumps, fat=0.0, inward=False):
@@ -45,6 +54,8 @@ def blob(rows, columns, place, seed, bumps, fat=0.0, inward=False):
     points = place(directions)
     for scale, depth in bumps:
         points = points + depth * noise(points, scale, seed + int(1e4 * scale))[:, None] * directions
+    share, lobule = fat_lobules(points, seed)
+    points = points + (fat * share * (0.0006 + 0.0012 * lobule))[:, None] * (-directions if inward else directions)
     faces = grid_faces(rows, columns)[:, ::1 if inward else -1]
     return Mesh(points, smooth_normals(points, faces), faces, tissue_colors(points, seed, fat))
 
