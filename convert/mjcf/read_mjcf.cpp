@@ -186,9 +186,9 @@ Result<MjcfScene> read_mjcf_scene(const std::filesystem::path& file, const ReadO
 Result<Model> read_mjcf(const std::filesystem::path& file, const ReadOptions& options) {
   Model model;
   model.name = file.stem().string();
-  model.view_from = kThreeQuarterFront;
   const Result<MjcfScene> scene = read_mjcf_scene(file, options, model.sources, model.warnings);
   if (!scene) return scene.error();
+  if (!scene->is_view_given) model.view_from = kThreeQuarterFront;
   add_mjcf(*scene, options, model);
   return model;
 }

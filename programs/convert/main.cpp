@@ -237,7 +237,7 @@ int main(int argc, char** argv) {
                    "glTF meshes of URDF, SDF: turn to Z up; auto: for URDF alone");
   group
       .add("--smooth-angle", options.smooth_angle, "DEG",
-           "meshes without normals: smooth edges up to this angle; 0: flat (default: 37)")
+           "meshes without normals: angle of smooth edges; 0: flat (default: 37)")
       ->check(fire3dv::number_between(0, 180));
   group.add_flag("--confined", options.read.is_confined,
                  "MJCF of unknown origin: read files of its folder and --package-path");

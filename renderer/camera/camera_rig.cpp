@@ -69,7 +69,8 @@ Result<CameraRig> CameraRig::create(const scene::Scene& scene, const CameraStart
     return node == nodes.end() ? scene::kNone : *node;
   };
   if (start.name.empty()) {
-    if (!nodes.empty()) rig.node_ = nodes.front();
+    // A scene with a default view of its own starts with it.
+    if (!nodes.empty() && scene.view_from == glm::vec3(0)) rig.node_ = nodes.front();
   } else {
     rig.node_ = find([&](uint32_t n) { return scene.nodes[n].name == start.name; });
     if (rig.node_ == scene::kNone)

@@ -1,7 +1,7 @@
 # Robot description files through both programs: conversion, cache, streams and refusals.
 if(TARGET fire3dv AND TARGET fire3dv-convert)
   find_program(FIRE3DV_PYTHON python3)
-  set(descriptions_cases command_line kept without_cache unkept refused meshes sdf cameras)
+  set(descriptions_cases command_line kept without_cache unkept refused meshes sdf cameras passed_on)
   if(FIRE3DV_PYTHON AND NOT FIRE3DV_SANITIZE)  # Python cannot load a client with a sanitizer
     list(APPEND descriptions_cases moved recorded)
   endif()

@@ -6,6 +6,7 @@ convert_test.py FIRE3DV FIRE3DV_CONVERT [CASE...]
 """
 import glob
 import json
+import math
 import os
 import re
 import shutil
@@ -391,6 +392,35 @@ def sdf(test):
     check(at_rest != moved, "an included model is moved")
 
 
+def passed_on(test):
+    """Options of fire3dv-convert that fire3dv has, too."""
+    cases = os.path.join(os.path.dirname(__file__), "../unit/convert/cases")
+    turned = os.path.join(cases, "gltf_up.urdf")
+    convert(test, turned, "--gltf-up", "ignore", "-o", test.path("ignored.glb"))
+    ignored = draw(test, turned, "--gltf-up", "ignore")[0]
+    check(ignored == draw(test, test.path("ignored.glb"))[0] != draw(test, turned)[0], "--gltf-up is passed on")
+    stl = test.path("fan.stl")
+    around = [(math.cos(0.3 * i), math.sin(0.3 * i)) for i in range(22)]
+    with open(stl, "w", encoding="utf-8") as file:
+        file.write("solid fan\n")
+        for (x, y), (u, v) in zip(around, around[1:]):
+            for triangle in ((x, y, 0), (u, v, 0), (u, v, 2)), ((x, y, 0), (u, v, 2), (x, y, 2)):
+                corners = "".join("vertex %f %f %f\n" % corner for corner in triangle)
+                file.write(f"facet normal 0 0 0\nouter loop\n{corners}endloop\nendfacet\n")
+        file.write("endsolid fan\n")
+    convert(test, stl, "--smooth-angle", "0", "-o", test.path("flat.glb"))
+    flat = draw(test, stl, "--smooth-angle", "0")[0]
+    check(flat == draw(test, test.path("flat.glb"))[0] != draw(test, stl)[0], "--smooth-angle is passed on")
+    model = os.path.join(cases, "mjcf_parent/scene/task.xml")
+    draw(test, model)
+    for code, said, arguments in ((1, "--package-path", [model, "--confined"]),
+                                  (2, "needs a scene that is a description or a mesh file", [test.scene, "--confined"]),
+                                  (2, "is not a number from 0 to 180", [stl, "--smooth-angle", "181"])):
+        run = Program(test, "fire3dv", [test.programs_at["fire3dv"], *arguments, "--headless", "--frames", "1", "--cache", "off"],
+                      env=vulkan_environment())
+        check(run.wait() == code and said in run.stderr_text(), f"{arguments}: {said}:\n{run.stderr_text()}")
+
+
 def cameras(test):
     """Cameras with intrinsics: where MuJoCo draws the ball, which is on the axis of each."""
     scene = os.path.join(os.path.dirname(__file__), "../unit/convert/cases/mjcf_intrinsics.xml")
@@ -434,4 +464,4 @@ def moved_panda(test):
 
 if __name__ == "__main__":
     main({"command_line": command_line, "kept": kept, "without_cache": without_cache, "unkept": unkept, "recorded": recorded,
-          "refused": refused, "meshes": meshes, "sdf": sdf, "cameras": cameras, "moved_urdf": moved_urdf, "moved_mjcf": moved_mjcf, "moved_panda": moved_panda}, ["fire3dv", "convert"])
+          "refused": refused, "meshes": meshes, "sdf": sdf, "cameras": cameras, "passed_on": passed_on, "moved_urdf": moved_urdf, "moved_mjcf": moved_mjcf, "moved_panda": moved_panda}, ["fire3dv", "convert"])

@@ -14,12 +14,18 @@ namespace fire3dv::convert {
 constexpr double kSmoothCosine = 0.8;
 constexpr double kAllSmooth = -2;  // smooth over all edges
 
-// One normal per corner of each face: the mean, weighted by area, of the faces at its vertex whose angle to
-// this face has at least this cosine. Unit length.
-std::vector<glm::vec3> corner_normals(const std::vector<glm::dvec3>& vertices,
-                                      const std::vector<std::array<uint32_t, 3>>& faces, double least_cosine);
+// Weights of the faces at a vertex. area: MuJoCo's. area_and_angle: also the angle at the vertex, so that the
+// triangulation of a facet does not matter.
+enum class NormalWeights : uint8_t { area, area_and_angle };
 
-// The same surface with normals, which replace its own. Vertices of equal position are one vertex here.
+// One normal per corner of each face: the weighted mean of the faces at its vertex whose angle to this face
+// has at least this cosine. Unit length.
+std::vector<glm::vec3> corner_normals(const std::vector<glm::dvec3>& vertices,
+                                      const std::vector<std::array<uint32_t, 3>>& faces, double least_cosine,
+                                      NormalWeights weights);
+
+// The same surface with normals, which replace its own. Vertices of equal position are one vertex here; faces
+// weigh by area and angle.
 Surface with_normals(const Surface& surface, double least_cosine);
 
 }  // namespace fire3dv::convert

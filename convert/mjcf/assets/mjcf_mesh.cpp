@@ -104,7 +104,7 @@ Surface surface_of(const MeshData& data, const std::vector<glm::dvec3>& vertices
     std::vector<glm::dvec3> positions = vertices;
     std::vector<MeshData::Triangle> faces = data.faces;
     share_vertices(positions, faces);
-    made = corner_normals(positions, faces, smooth ? kAllSmooth : kSmoothCosine);
+    made = corner_normals(positions, faces, smooth ? kAllSmooth : kSmoothCosine, NormalWeights::area);
   }
   SurfaceBuilder builder(true, has_uvs);
   for (size_t i = 0; i < data.faces.size(); ++i) {

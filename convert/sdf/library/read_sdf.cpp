@@ -29,9 +29,9 @@ Result<Model> read_sdf(const std::filesystem::path& file, const ReadOptions& opt
   if (!copy) return copy.error();
   const Result<SdfScene> scene = read_sdf_scene(*copy, documents, model.warnings);
   if (!scene) return scene.error();
-  model.view_from = kThreeQuarterFront;
   model.name = sanitize_text(scene->name.empty() ? sdf.stem().string() : scene->name);
   add_sdf(*scene, sdf, options, files, model);
+  if (model.cameras.empty()) model.view_from = kThreeQuarterFront;
   if (model.meshes.empty())
     model.warnings.push_back(sdf.string() + ": nothing to draw: no <visual> can be drawn");
   return model;

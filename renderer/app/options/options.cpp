@@ -75,7 +75,7 @@ void add_input_options(CLI::App& app, Options& options, Texts& texts, Given& giv
                        "glTF meshes of URDF, SDF: turn to Z up; auto: for URDF alone"),
       group
           .add("--smooth-angle", options.convert.smooth_angle, "DEG",
-               "meshes without normals: smooth edges up to this angle; 0: flat (default: 37)")
+               "meshes without normals: angle of smooth edges; 0: flat (default: 37)")
           ->check(number_between(0, 180)),
       group.add_flag("--confined", options.convert.is_confined,
                      "MJCF of unknown origin: read files of its folder and --package-path")};

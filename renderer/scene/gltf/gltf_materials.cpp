@@ -455,8 +455,13 @@ Result<void> add_sky(const tinygltf::Model& model, Textures& textures, Scene& sc
   if (!in_range(shown, model.scenes.size())) return {};
   const std::string where = element("scenes", static_cast<size_t>(shown)) + ".extras.skyTexture";
   const tinygltf::Value& sky = model.scenes[static_cast<size_t>(shown)].extras.Get("skyTexture");
-  if (!sky.IsNumber()) return {};
-  auto used = textures.refer(sky.GetNumberAsInt(), 0, {}, true, where);
+  if (sky.Type() == tinygltf::NULL_TYPE) return {};
+  const double index = sky.IsNumber() ? sky.GetNumberAsDouble() : -1;
+  if (!(index >= 0 && index <= std::numeric_limits<int>::max())) {
+    scene.warnings.push_back(where + " is no index of a texture: the scene has no sky");
+    return {};
+  }
+  auto used = textures.refer(static_cast<int>(index), 0, {}, true, where);
   if (!used) return used.error();
   scene.sky_texture = used->texture;
   return {};

@@ -232,45 +232,66 @@ Result<void> reduce_extensions(json& extensions, const std::string& where) {
   return {};
 }
 
-// Extras are application data: other members than numbers are dropped without an error.
+// Extras are application data: members that the loader does not read are dropped without an error.
 constexpr const char* kPunctualLight = ".KHR_lights_punctual.lights[";
-bool is_camera(const std::string& where) {
-  return where.starts_with("cameras[") && where.find('.') == std::string::npos;
-}
 
-void reduce_to_numbers(json& extras) {
+json numbers_of(const json& extras) {
   json numbers = json::object();
   for (const auto& [name, value] : extras.items()) {
     if (value.is_number()) numbers[name] = value.get<double>();
   }
-  extras = std::move(numbers);
+  return numbers;
 }
 
-// Node extras: see semantic_of() in gltf_nodes.cpp. A value that is not a number becomes a string, which is
-// reported there.
-void reduce_to_semantic(json& extras) {
+// A number, flag or short list of numbers as it is; all else as a text, which its reader reports.
+json read_value(const json& value) {
+  constexpr size_t kMaxNumbers = 4;
+  if (value.is_number()) return value.get<double>();
+  if (value.is_boolean()) return value;
+  json list = json::array();
+  for (size_t i = 0; value.is_array() && value.size() <= kMaxNumbers && i < value.size(); ++i) {
+    if (!value[i].is_number()) return "no number";
+    list.push_back(value[i].get<double>());
+  }
+  return list.empty() ? json("no value") : list;
+}
+
+// True for an element of a list of the file itself.
+bool is_element_of(const char* list, const std::string& where) {
+  return where.starts_with(std::string(list) + "[") && where.find('.') == std::string::npos;
+}
+
+// Returns false for extras of which the loader reads nothing.
+bool reduce_extras(json& extras, const std::string& where) {
   json reduced = json::object();
-  if (extras.is_object() && extras.contains("semantic")) {
-    const json& semantic = extras["semantic"];
-    reduced["semantic"] = semantic.is_number() ? json(semantic.get<double>()) : json("no number");
+  const auto add = [&](const char* name) {
+    if (extras.is_object() && extras.contains(name)) reduced[name] = read_value(extras[name]);
+  };
+  if (where.find(kPunctualLight) != std::string::npos) {
+    reduced = numbers_of(extras);
+  } else if (is_element_of("cameras", where)) {
+    reduced = numbers_of(extras);
+    add("principalPoint");
+  } else if (is_element_of("nodes", where)) {
+    add("semantic");
+  } else if (is_element_of("meshes", where)) {
+    add("unbounded");
+  } else if (is_element_of("scenes", where)) {
+    add("skyTexture");
+    add("viewFrom");
+  } else {
+    return false;
   }
   extras = std::move(reduced);
-}
-
-bool is_node(const std::string& where) {
-  return where.starts_with("nodes[") && where.find('.') == std::string::npos;
+  return true;
 }
 
 Result<void> reduce(json& object, const std::string& where) {
   // tinygltf stores sizes of sparse accessors as int.
   const double largest_size = where.find(".sparse") != std::string::npos ? INT_MAX : kLargestSize;
   for (auto member = object.begin(); member != object.end();) {
-    if (member.key() == "extras" && (where.find(kPunctualLight) != std::string::npos || is_camera(where))) {
-      reduce_to_numbers(*member++);
-      continue;
-    }
-    if (member.key() == "extras" && is_node(where)) {
-      reduce_to_semantic(*member++);
+    if (member.key() == "extras" && reduce_extras(*member, where)) {
+      ++member;
       continue;
     }
     const auto known = shapes().find(member.key());

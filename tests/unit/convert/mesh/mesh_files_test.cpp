@@ -118,6 +118,7 @@ TEST(MeshFiles, StlIsSmoothBelowAnAngle) {
     return glm::vec3(std::cos(angle), std::sin(angle), z);
   };
   for (int i = 0; i < 3; ++i) {
+    // At an inner vertex one facet has two triangles, and the other has one: it counts as much.
     facet(around(i, 0), around(i + 1, 0), around(i + 1, 1));
     facet(around(i, 0), around(i + 1, 1), around(i, 1));
     facet({0, 0, 0}, around(i + 1, 0), around(i, 0));

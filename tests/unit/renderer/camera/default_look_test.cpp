@@ -228,5 +228,19 @@ TEST(DefaultLook, CamerasByName) {
   EXPECT_NE(unknown.error().message.find("it has: near; or use --camera auto"), std::string::npos);
 }
 
+// A scene that names its default view starts with it, unless a camera is asked for.
+TEST(CameraStart, DefaultViewsPrecedeCameras) {
+  SceneBuilder builder = box_builder();
+  builder.camera_node("camera", {0, 3, 9}, {0, 3, 0});
+  scene::Scene scene = builder.build();
+  EXPECT_FALSE(app::CameraRig::create(scene)->is_free());
+  scene.view_from = glm::normalize(glm::vec3(1, 0.45f, 0.75f));
+  const auto rig = app::CameraRig::create(scene);
+  ASSERT_TRUE(rig->is_free());
+  const passes::View view = rig->view(state::PoseState(scene), 1.5f);
+  EXPECT_LT(glm::distance(-view.look_world, scene.view_from), 1e-5f);
+  EXPECT_FALSE(app::CameraRig::create(scene, {"camera", false, {}, std::nullopt})->is_free());
+}
+
 }  // namespace
 }  // namespace fire3dv::test

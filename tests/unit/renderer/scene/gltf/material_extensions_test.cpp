@@ -366,7 +366,9 @@ TEST(SceneExtras, SkyIsATexture) {
   EXPECT_TRUE(scene.textures[scene.sky_texture].srgb);
   EXPECT_EQ(scene.images.at(scene.textures[scene.sky_texture].image).width, 4u);
   builder.root["scenes"][0]["extras"]["skyTexture"] = "blue";
-  EXPECT_EQ(loaded(builder).sky_texture, kNone);
+  const Scene plain = loaded(builder);
+  EXPECT_EQ(plain.sky_texture, kNone);
+  EXPECT_TRUE(warned(plain, "scenes[0].extras.skyTexture is no index of a texture"));
   builder.root["scenes"][0]["extras"]["skyTexture"] = 7;
   const auto wrong = load(builder);
   ASSERT_FALSE(wrong.ok());
