@@ -284,8 +284,8 @@ scene::Camera read_camera(const Json& object, const std::string& location) {
     throw Fault(location + " has only one of f_number and focus_distance");
   members.number_into("pixel_aspect", camera.pixel_aspect, scene::kMinPixelAspect, scene::kMaxPixelAspect);
   if (const Json* const point = members.find("principal_point"))
-    camera.principal_point =
-        numbers<2>(*point, location + ".principal_point", -scene::kMaxPrincipalPoint, scene::kMaxPrincipalPoint);
+    camera.principal_point = numbers<2>(*point, location + ".principal_point", -scene::kMaxPrincipalPoint,
+                                        scene::kMaxPrincipalPoint);
   members.refuse_others({"half_extent", "vertical_fov", "aspect", "near", "far", "f_number", "focus_distance",
                          "pixel_aspect", "principal_point"});
   return camera;

@@ -97,24 +97,24 @@ TEST_F(DefaultLook, ScenesMayHaveASky) {
   with.images.push_back(sky);
   with.textures.push_back({static_cast<uint32_t>(with.images.size() - 1), {}, true});
   with.sky_texture = static_cast<uint32_t>(with.textures.size() - 1);
-  for (const passes::RasterPath path : {passes::RasterPath::visibility, passes::RasterPath::forward}) {
-    passes::DrawSettings settings;
+  for (const settings::RasterPath path : {settings::RasterPath::visibility, settings::RasterPath::forward}) {
+    settings::DrawSettings settings;
     settings.raster = path;
     settings.post.exposure = 2;
-    settings.background = passes::Background::automatic();
-    const auto draw = [&](const scene::Scene& scene, passes::Background background) {
+    settings.background = settings::Background::automatic();
+    const auto draw = [&](const scene::Scene& scene, settings::Background background) {
       settings.background = background;
       ProofBench bench(kExtent, settings);
       bench.show(scene);
       return bench.draw({0, 0, 0}, {0, 0, -1});
     };
-    const sinks::FrameImage image = draw(with, passes::Background::automatic());
+    const sinks::FrameImage image = draw(with, settings::Background::automatic());
     EXPECT_EQ(pixel(image, 8, 4), glm::ivec3(200, 40, 20));
     EXPECT_EQ(pixel(image, 8, 68), glm::ivec3(10, 60, 220));
-    const sinks::FrameImage plain = draw(without, passes::Background::automatic());
+    const sinks::FrameImage plain = draw(without, settings::Background::automatic());
     EXPECT_EQ(pixel(image, 48, 36), pixel(plain, 48, 36)) << "the post";
-    EXPECT_EQ(draw(with, passes::Background::gradient()).rgba8, plain.rgba8);
-    EXPECT_EQ(draw(without, passes::Background::gradient()).rgba8, plain.rgba8);
+    EXPECT_EQ(draw(with, settings::Background::gradient()).rgba8, plain.rgba8);
+    EXPECT_EQ(draw(without, settings::Background::gradient()).rgba8, plain.rgba8);
   }
 }
 
