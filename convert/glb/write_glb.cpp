@@ -438,7 +438,8 @@ class Writer {
     out_.scenes.emplace_back();
     out_.scenes[0].nodes = {0};
     tinygltf::Value::Object members;
-    if (const int sky = model_.sky_image ? texture(*model_.sky_image) : -1; sky >= 0)
+    if (const int sky = model_.sky_image ? texture(*model_.sky_image, Wrap::repeat, Wrap::clamp) : -1;
+        sky >= 0)
       members["skyTexture"] = tinygltf::Value(sky);
     if (model_.view_from) {
       const glm::dvec3 from = model_.gltf_from_model * *model_.view_from;

@@ -10,7 +10,8 @@
 #include <utility>
 
 #include "convert/glb/write_glb.h"
-#include "convert/mesh/mesh_normals.h"
+#include "convert/mesh/geometry/mesh_normals.h"
+#include "convert/mesh/smooth_surface.h"
 #include "convert/model.h"
 #include "convert/surfaces.h"
 #include "renderer/scene/files.h"

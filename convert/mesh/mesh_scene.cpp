@@ -15,7 +15,6 @@
 
 #include "base/files.h"
 #include "convert/description_files.h"
-#include "convert/mesh/geometry/mesh_normals.h"
 #include "convert/mesh/mesh_files.h"
 #include "convert/mesh/mesh_store.h"
 #include "convert/mesh/text/mesh_text.h"

@@ -6,8 +6,6 @@
 #include <glm/glm.hpp>
 #include <vector>
 
-#include "convert/model.h"
-
 namespace fire3dv::convert {
 
 // Cosine of the angle between faces up to which their common edge is smooth: 37 degrees, MuJoCo's limit.
@@ -23,9 +21,5 @@ enum class NormalWeights : uint8_t { area, area_and_angle };
 std::vector<glm::vec3> corner_normals(const std::vector<glm::dvec3>& vertices,
                                       const std::vector<std::array<uint32_t, 3>>& faces, double least_cosine,
                                       NormalWeights weights);
-
-// The same surface with normals, which replace its own. Vertices of equal position are one vertex here; faces
-// weigh by area and angle.
-Surface with_normals(const Surface& surface, double least_cosine);
 
 }  // namespace fire3dv::convert
