@@ -83,6 +83,16 @@ void leave_out_floors(std::vector<NodeBox>& boxes) {
   std::erase_if(boxes, [&](const NodeBox& box) { return is_flat(box) && width_of(box) > widest; });
 }
 
+// Meshes so far away that their vertices fall together in 32 bits, such as by a damaged transform, if others
+// are sound. They show nothing.
+void leave_out_collapsed(std::vector<NodeBox>& boxes) {
+  constexpr float kTooFar = 1e6f;  // in sizes of the mesh
+  const auto is_collapsed = [](const NodeBox& box) {
+    return glm::length(box.world.low + box.world.high) / 2 > kTooFar * glm::length(box.size());
+  };
+  if (!std::all_of(boxes.begin(), boxes.end(), is_collapsed)) std::erase_if(boxes, is_collapsed);
+}
+
 // Outliers: a few small or thin meshes, such as a tool that is parked far away or the axes of a motion
 // capture marker, without which everything else is shown at least 1.4 times as large. Removes, again and
 // again, the mesh whose absence shrinks the bounding box most.
@@ -142,6 +152,7 @@ std::vector<bool> find_left_out(const scene::Scene& scene, std::span<const glm::
   std::vector<bool> is_left_out(scene.nodes.size(), false);
   for (uint32_t n = 0; n < scene.nodes.size(); ++n) is_left_out[n] = scene::is_unbounded(scene, n);
   for (const NodeBox& box : boxes) is_left_out[box.node] = true;
+  leave_out_collapsed(boxes);
   leave_out_floors(boxes);
   leave_out_outliers(boxes);
   for (const NodeBox& box : boxes) is_left_out[box.node] = false;
@@ -152,6 +163,7 @@ std::vector<bool> find_left_out(const scene::Scene& scene, std::span<const glm::
 
 scene::Box bounds_without_outliers(const scene::Scene& scene, std::span<const glm::mat4> world_from_node) {
   std::vector<NodeBox> boxes = boxes_of_meshes(scene, world_from_node);
+  leave_out_collapsed(boxes);
   const std::vector<NodeBox> all = boxes;
   leave_out_floors(boxes);
   std::vector<NodeBox> subject = boxes;

@@ -207,6 +207,7 @@ TEST(Framing, OutliersDoNotCount) {
   EXPECT_EQ(points({{{0, 0, 0}, {12, 0.01f, 0.01f}}, {{0, 0, 0}, {0.01f, 0.01f, 12}}}), 10u) << "thin axes";
   EXPECT_EQ(points({{{4, 0, 0}, glm::vec3(0.2f)}}), 11u) << "a tool beside the robot";
   EXPECT_EQ(points({{{30, 0, 0}, glm::vec3(3)}}), 11u) << "as large as the rest";
+  EXPECT_EQ(points({{{8e17f, 0, 0}, {12, 0.9f, 12}}}), 10u) << "so far that its vertices fall together";
 }
 
 // The default view looks from where the scene says, if its file does.
