@@ -400,7 +400,14 @@ def opens_recent(test, screen):
     renderer = test.viewer(red, "--camera", "auto", env=screen.env, size=PANELS_SIZE)
     window = screen.window(renderer)
     wait_until("red alone", lambda: seen_anywhere(screen.picture(window)) == {"red"})
-    closed = screen.picture(window).rows
+    # The layout settles within the first images.
+    pictures = [screen.picture(window).rows]
+
+    def is_settled():
+        pictures.append(screen.picture(window).rows)
+        return pictures[-1] == pictures[-2] and len(pictures) > 5
+    wait_until("a settled layout", is_settled)
+    closed = pictures[-1]
     screen.click(window, *FILE_CHOICE)
 
     def list_is_open():
