@@ -60,7 +60,10 @@ void Agreement::add(const LabelledDepth& ours, const LabelledDepth& theirs, floa
       const size_t at = size_t{y} * ours.width + x;
       const uint32_t mine = ours.depths_m[at] < far_m ? ours.labels[at] : kNoLabel;
       const uint32_t other = theirs.labels[at];
-      if (mine == kNoLabel && std::find(endless_.begin(), endless_.end(), other) != endless_.end()) {
+      // MuJoCo's own depths of an infinite plane are right near the model only.
+      constexpr float kComparedShare = 0.2f;  // of its far plane
+      const bool is_far = mine == kNoLabel || ours.depths_m[at] > kComparedShare * far_m;
+      if (is_far && std::find(endless_.begin(), endless_.end(), other) != endless_.end()) {
         ++beyond_floor_;
         continue;
       }
