@@ -6,13 +6,11 @@
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <map>
-#include <memory>
 #include <span>
 #include <vector>
 
+#include "renderer/passes/markers/true_type_font.h"
 #include "shaders/shared/glyph_types.h"
-
-struct stbtt_fontinfo;
 
 namespace fire3dv::passes {
 
@@ -29,7 +27,6 @@ class GlyphAtlas {
   };
 
   GlyphAtlas();
-  ~GlyphAtlas();
   GlyphAtlas(const GlyphAtlas&) = delete;
   GlyphAtlas& operator=(const GlyphAtlas&) = delete;
 
@@ -48,7 +45,7 @@ class GlyphAtlas {
  private:
   const Glyph& add(int index);
 
-  std::unique_ptr<stbtt_fontinfo> font_;
+  TrueTypeFont font_;
   std::map<int, Glyph> glyphs_;  // by index in the font; 0: its box
   std::vector<uint8_t> texels_;
   uint32_t x_ = 1, y_ = 1, row_height_ = 0;  // position of the next glyph

@@ -4,24 +4,17 @@
 #include <array>
 #include <cstdint>
 #include <map>
-#include <memory>
 #include <string>
 #include <vector>
 
+#include "renderer/passes/markers/true_type_font.h"
 #include "renderer/sinks/frame.h"
-
-struct stbtt_fontinfo;
 
 namespace fire3dv::contact_sheet {
 
 class PageText {
  public:
   static constexpr uint32_t kLineHeight = 15;  // pixels
-
-  PageText();
-  ~PageText();
-  PageText(const PageText&) = delete;
-  PageText& operator=(const PageText&) = delete;
 
   // Draws valid UTF-8 from the top left corner. A text wider than max_width ends with that width: its start
   // becomes an ellipsis.
@@ -30,14 +23,12 @@ class PageText {
 
  private:
   struct Glyph {
-    int left = 0, top = 0, width = 0, height = 0;  // of the coverage, from the pen on the baseline
     float advance = 0;
-    std::vector<uint8_t> coverage;
+    passes::TrueTypeFont::Bitmap coverage;
   };
   const Glyph& glyph(uint32_t character);
 
-  std::unique_ptr<stbtt_fontinfo> font_;
-  float scale_ = 1, ascent_ = 0;
+  passes::TrueTypeFont font_;
   std::map<uint32_t, Glyph> glyphs_;
 };
 
