@@ -91,7 +91,10 @@ void LiveView::send_to_all(const std::string& text) {
 }
 
 void LiveView::join(serve::ViewerId number, serve::Access access) {
-  viewers_.insert_or_assign(number, Viewer{access, start_});
+  uint64_t listed = 1;
+  const auto is_used = [&](const auto& entry) { return entry.second.listed_number == listed; };
+  while (std::ranges::any_of(viewers_, is_used)) ++listed;
+  viewers_.insert_or_assign(number, Viewer{access, start_, listed});
   const std::string view_link = borrowed_.server.link(serve::Access::view);
   borrowed_.server.send(number, welcome_message(title_, access == serve::Access::control,
                                                 view_link.substr(view_link.find('#') + 1)));
@@ -105,9 +108,10 @@ void LiveView::join(serve::ViewerId number, serve::Access access) {
 void LiveView::send_viewers() {
   std::vector<ListedViewer> listed;
   for (const auto& [number, viewer] : viewers_)
-    listed.push_back({number, viewer.access == serve::Access::control});
+    listed.push_back({viewer.listed_number, viewer.access == serve::Access::control});
+  std::ranges::sort(listed, {}, &ListedViewer::number);
   for (const auto& [number, viewer] : viewers_)
-    borrowed_.server.send(number, viewers_message(listed, number));
+    borrowed_.server.send(number, viewers_message(listed, viewer.listed_number));
   viewers_changed_ = false;
 }
 
@@ -242,8 +246,13 @@ void LiveView::request_image(serve::ViewerId number, Viewer& viewer, Clock::time
   const AdaptiveQuality::Step step = refines ? AdaptiveQuality::kRefined : viewer.quality.step();
   const glm::uvec2 size = image_size(viewer.width, viewer.height, step.scale, !refines);
   const uint64_t id = ++viewer.last_request;
-  viewer.appearance = {
-      viewer.camera.ground(), placed.camera.exposure, placed.camera.lens, true, viewer.samples, refines};
+  viewer.appearance = {viewer.camera.ground(),
+                       placed.camera.exposure,
+                       placed.camera.lens,
+                       true,
+                       viewer.samples,
+                       refines,
+                       !refines};
   viewer.is_retouched = false;
   viewer.flight = Flight{id, now, step, refines, 0, 0};
   viewer.drawn = revisions_;

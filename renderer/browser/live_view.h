@@ -85,6 +85,7 @@ class LiveView final : public ImageReplies {
   struct Viewer {
     serve::Access access{};
     CameraRig camera;
+    uint64_t listed_number = 0;      // from 1; free again when the viewer leaves
     uint32_t width = 0, height = 0;  // of the canvas; 0: unknown
     float aspect() const { return static_cast<float>(width) / static_cast<float>(height); }
     ImageReplies::Appearance appearance = {};

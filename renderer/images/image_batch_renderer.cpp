@@ -222,6 +222,7 @@ std::optional<passes::PreparedFrame> ImageBatchRenderer::prepare(std::span<const
                                                                     .scene = scene,
                                                                     .markers = first.camera.markers,
                                                                     .lens = !used_lens(first).is_pinhole(),
+                                                                    .in_motion = first.camera.in_motion,
                                                                     .refines = refines},
                                                                    &shortage);
   if (!prepared) {

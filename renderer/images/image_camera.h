@@ -29,6 +29,7 @@ struct ImageCamera {
   // Paths: the image has more than so many samples, and is sent early. nullopt: it is sent when it is whole.
   std::optional<uint32_t> shown_samples;
   bool keeps_samples = false;  // paths: the image goes on after those of others
+  bool in_motion = false;      // see passes::FrameRequest
 };
 
 struct CameraRefused {

@@ -199,6 +199,7 @@ std::vector<ImageBatchRenderer::WorkItem> ImageService::resolve(
       if (possible.exposure == 0) possible.exposure = appearance.exposure;
       possible.shown_samples = appearance.shown_samples;
       possible.keeps_samples = appearance.keeps_samples;
+      possible.in_motion = appearance.in_motion;
       if (possible.thin_lens.is_pinhole()) possible.thin_lens = appearance.lens;
       work.push_back({std::move(one), possible});
     }

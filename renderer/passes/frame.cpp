@@ -33,33 +33,53 @@ VkRect2D united(const VkRect2D& a, const VkRect2D& b) {
 
 }  // namespace
 
-ScenePasses::ScenePasses(gpu::Device& on, const settings::DrawSettings& wanted,
-                         const RendererSettings& settings)
+SharedPasses::SharedPasses(gpu::Device& on, const settings::DrawSettings& wanted)
     : device(on),
       scene_set_layout(gpu::BindlessTextures::create_layout(device, wanted.max_textures)),
       layout(gpu::create_pipeline_layout(device, std::array{scene_set_layout.get()})),
       edit_uploader(device),
       transforms(device, layout.get()),
-      deform(device, layout.get()),
-      forward(device, layout.get(), settings.samples()),
-      markers(device, layout.get(), settings.samples()),
+      deform(device, layout.get()) {}
+
+void SharedPasses::prepare_environment(const settings::DrawSettings& wanted) {
+  environment.emplace(device, environment_of(wanted), wanted.cached_environments.get());
+}
+
+ScenePasses::ScenePasses(SharedPasses& borrowed, const settings::DrawSettings& wanted,
+                         const RendererSettings& settings)
+    : shared(borrowed),
+      device(shared.device),
+      forward(device, shared.layout.get(), settings.samples()),
+      markers(device, shared.layout.get(), settings.samples()),
       visibility(settings.has_visibility_buffer()
-                     ? std::optional<VisibilityPass>(std::in_place, device, layout.get(),
-                                                     scene_set_layout.get(), settings.compute_samples())
+                     ? std::optional<VisibilityPass>(std::in_place, device, shared.layout.get(),
+                                                     shared.scene_set_layout.get(),
+                                                     settings.compute_samples())
                      : std::optional<VisibilityPass>()),
-      outputs(
-          settings.raster_path() == settings::RasterPath::visibility
-              ? std::optional<OutputsPass>(std::in_place, device, layout.get(), settings.compute_samples())
-              : std::optional<OutputsPass>()),
-      shadows(device, layout.get(), settings.compute_samples(), settings.shadow_technique()),
+      outputs(settings.raster_path() == settings::RasterPath::visibility
+                  ? std::optional<OutputsPass>(std::in_place, device, shared.layout.get(),
+                                               settings.compute_samples())
+                  : std::optional<OutputsPass>()),
+      shadows(device, shared.layout.get(), settings.compute_samples(), settings.shadow_technique()),
       post(device, settings.samples()),
-      stale_overlay(device),
-      environment(device, environment_of(wanted), wanted.cached_environments.get()) {
+      stale_overlay(device) {
   if (wanted.path)
-    path_tracer = std::make_unique<PathPass>(device, layout.get(), *wanted.path, environment_of(wanted));
+    path_tracer =
+        std::make_unique<PathPass>(device, shared.layout.get(), *wanted.path, environment_of(wanted));
   if (settings.has_ray_effects())
-    ray_effects = std::make_unique<RayEffectsPass>(device, layout.get(), settings.compute_samples(),
+    ray_effects = std::make_unique<RayEffectsPass>(device, shared.layout.get(), settings.compute_samples(),
                                                    wanted.ray_effects.back_end);
+}
+
+ImagePasses::ImagePasses(SharedPasses& shared, const settings::DrawSettings& wanted,
+                         const RendererSettings& of_images)
+    : settings(of_images), passes(shared, wanted, settings), targets(shared.device, settings.samples()) {}
+
+void ScenePasses::expect_scene(const RendererSettings& settings, const scene::Scene& scene) {
+  expect_shading(settings, scene);
+  if (!any_masked(scene)) return;
+  if (visibility) visibility->expect_masks();
+  shadows.expect_masks();
 }
 
 void ScenePasses::expect_shading(const RendererSettings& settings, const scene::Scene& scene) {
@@ -160,6 +180,7 @@ gpu_types::Globals ScenePasses::make_globals(const RendererSettings& settings, c
   const NearWindow window = near_window(view);
   globals.near_window = glm::vec4(window.center_world, window.radius_m);
   globals.near_plane = window.plane_world;
+  const Environment& environment = *shared.environment;
   environment.describe(globals, draw.environment_intensity, draw.environment_rotation_rad);
   globals.background = draw.background.color;
   globals.background_zenith = draw.background.zenith.value_or(draw.background.color);
@@ -263,13 +284,13 @@ void Frame::write_planes(std::span<CameraHistory> histories) {
 void Frame::draw_debug_view() {
   const Inspection& inspection = source_.request.inspection;
   if (!passes_.inspector)
-    passes_.inspector =
-        std::make_unique<Inspector>(passes_.device, passes_.layout.get(), passes_.scene_set_layout.get(),
-                                    source_.settings.compute_samples());
+    passes_.inspector = std::make_unique<Inspector>(passes_.device, passes_.shared.layout.get(),
+                                                    passes_.shared.scene_set_layout.get(),
+                                                    source_.settings.compute_samples());
   passes_.inspector->draw_on(source_.targets, source_.image);
   const InspectedView view = inspected_view();
   if (inspection.pick) passes_.inspector->pick(recorder_, view, *inspection.pick);
-  if (!replaces_shading(inspection.debug_view)) return;
+  if (!settings::replaces_shading(inspection.debug_view)) return;
   passes_.inspector->debug_views().show(recorder_, source_.staging, view, inspection.debug_view,
                                         {source_.settings.draw().cull, plan_.camera_levels_of_detail},
                                         source_.image);

@@ -31,12 +31,29 @@
 
 namespace fire3dv::passes {
 
-struct ScenePasses {
-  ScenePasses(gpu::Device& device, const settings::DrawSettings& wanted, const RendererSettings& settings);
+// Passes that update the scene on the device, and resources that images of all settings share.
+struct SharedPasses {
+  SharedPasses(gpu::Device& device, const settings::DrawSettings& wanted);
+  // Waits for the GPU: call it after the pipelines of the images were requested, whose compilation overlaps.
+  void prepare_environment(const settings::DrawSettings& wanted);
 
-  // Starts compilation of the shading pipelines that images of the scene will probably use, during its
-  // upload.
-  void expect_shading(const RendererSettings& settings, const scene::Scene& scene);
+  gpu::Device& device;
+  gpu::SetLayout scene_set_layout;
+  gpu::PipelineLayout layout;
+  EditUploader edit_uploader;
+  TransformsPass transforms;
+  DeformPass deform;
+  TracedScene traced_scene;                // of the path-traced image that refines
+  std::optional<Environment> environment;  // set by prepare_environment()
+};
+
+// Passes of images with these settings.
+struct ScenePasses {
+  // Borrows shared.
+  ScenePasses(SharedPasses& shared, const settings::DrawSettings& wanted, const RendererSettings& settings);
+
+  // Starts compilation of the pipelines that images of the scene will probably use, during its upload.
+  void expect_scene(const RendererSettings& settings, const scene::Scene& scene);
   SceneUses uses_of(const RendererSettings& settings, const scene::Scene& scene) const;
   // Hands the targets to the passes that keep them. On a VulkanFailure none has any.
   void use(Targets& targets);
@@ -49,13 +66,10 @@ struct ScenePasses {
                                   const Targets& targets, const View& view, bool shadow_mask,
                                   uint32_t map_set) const;
   uint32_t shadow_mode(const RendererSettings& settings, bool masked) const;  // FIRE3DV_SHADOWS_*
+  void expect_shading(const RendererSettings& settings, const scene::Scene& scene);
 
+  SharedPasses& shared;
   gpu::Device& device;
-  gpu::SetLayout scene_set_layout;
-  gpu::PipelineLayout layout;
-  EditUploader edit_uploader;
-  TransformsPass transforms;
-  DeformPass deform;
   ForwardPass forward;
   MarkerPass markers;
   std::optional<VisibilityPass> visibility;
@@ -67,10 +81,18 @@ struct ScenePasses {
   std::unique_ptr<BloomPass> bloom;
   std::unique_ptr<DepthOfFieldPass> depth_of_field;
   std::unique_ptr<PathPass> path_tracer;        // null: raster
-  TracedScene traced_scene;                     // of the image that refines
   std::unique_ptr<RayEffectsPass> ray_effects;  // null: not in the settings, or not supported
   std::unique_ptr<Inspector> inspector;         // created on first use
-  Environment environment;  // last: its wait for the GPU overlaps with pipeline compilation
+};
+
+// Settings of images, with their passes and targets.
+struct ImagePasses {
+  // Borrows shared and settings.
+  ImagePasses(SharedPasses& shared, const settings::DrawSettings& wanted, const RendererSettings& settings);
+
+  const RendererSettings& settings;
+  ScenePasses passes;
+  TargetCache targets;
 };
 
 // Resources and values of the image.

@@ -1,5 +1,7 @@
 #include "renderer/passes/scene_renderer.h"
 
+#include <algorithm>
+#include <iterator>
 #include <string>
 #include <utility>
 
@@ -21,14 +23,74 @@ scene::Levels levels_for(settings::LevelsOfDetail wanted) {
 SceneRenderer::SceneRenderer(gpu::Device& device, const settings::DrawSettings& settings)
     : device_(device),
       settings_(device, settings),
-      passes_(std::make_unique<ScenePasses>(device, settings, settings_)),
-      targets_(std::make_unique<TargetCache>(device, settings_.samples())) {}
+      shared_(std::make_unique<SharedPasses>(device, settings)),
+      still_(std::make_unique<ImagePasses>(*shared_, settings, settings_)),
+      drawn_(still_.get()) {
+  shared_->prepare_environment(settings);
+}
 
 SceneRenderer::~SceneRenderer() = default;
 
 void SceneRenderer::apply(const settings::DrawSettings& settings) {
   settings_.apply(settings);
-  if (passes_->path_tracer) passes_->path_tracer->set(*settings_.draw().path);
+  if (motion_settings_) {
+    if (const std::optional<settings::DrawSettings> reduced = settings::settings_in_motion(settings))
+      motion_settings_->apply(*reduced);
+  }
+  if (still_->passes.path_tracer) still_->passes.path_tracer->set(*settings_.draw().path);
+}
+
+bool SceneRenderer::reduces_motion() const {
+  return !lacks_motion_memory_ && device_.report().type == gpu::DeviceType::software &&
+         settings_.raster_path() == settings::RasterPath::visibility && !traces_paths() &&
+         settings::settings_in_motion(settings_.draw());
+}
+
+// Images with planes are data; debug views show the passes of images at rest.
+ImagePasses& SceneRenderer::passes_for(const FrameRequest& request) {
+  const bool is_reduced = request.in_motion && request.views == 1 &&
+                          request.outputs.bits() == wire::kColorSrgb8 &&
+                          request.inspection.debug_view == settings::DebugView::none && reduces_motion();
+  if (!is_reduced) return *still_;
+  if (!moving_) create_motion_passes();
+  return moving_ ? *moving_ : *still_;
+}
+
+// Without memory for them, images in motion are those at rest.
+void SceneRenderer::create_motion_passes() {
+  const settings::DrawSettings reduced = *settings::settings_in_motion(settings_.draw());
+  motion_settings_.emplace(device_, reduced);
+  motion_settings_->apply(reduced);
+  try {
+    moving_ = std::make_unique<ImagePasses>(*shared_, reduced, *motion_settings_);
+    set_motion_scene();
+  } catch (const gpu::VulkanFailure& failure) {
+    if (!gpu::is_out_of_memory(failure)) throw;
+    drop_motion_passes();
+  }
+}
+
+void SceneRenderer::set_motion_scene() {
+  ScenePasses& passes = moving_->passes;
+  passes.expect_scene(*motion_settings_, *scene_);
+  forget_scene(*moving_);
+  passes.shadows.set_scene(*scene_, *gpu_scene_);
+  if (edits_) passes.shadows.set_lights_or_drop_shadows(scene::lights_of(*scene_, edits_));
+}
+
+void SceneRenderer::drop_motion_passes() {
+  lacks_motion_memory_ = true;
+  drawn_ = still_.get();
+  moving_.reset();
+}
+
+// Passes refer to the scene by the numbers of its objects.
+void SceneRenderer::forget_scene(ImagePasses& images) {
+  ScenePasses& passes = images.passes;
+  passes.markers.forget();
+  passes.forward.invalidate();
+  if (passes.outputs) passes.outputs->set_scene();
+  images.targets.invalidate_ids();
 }
 
 void SceneRenderer::set_scene(const scene::Scene& scene, uint32_t worlds) {
@@ -36,29 +98,29 @@ void SceneRenderer::set_scene(const scene::Scene& scene, uint32_t worlds) {
 }
 
 void SceneRenderer::set_scene(const scene::Scene& scene, const scene::Derived& derived, uint32_t worlds) {
-  passes_->expect_shading(settings_, scene);
-  if (any_masked(scene)) {
-    if (passes_->visibility) passes_->visibility->expect_masks();
-    passes_->shadows.expect_masks();
-  }
-  SceneUses uses = passes_->uses_of(settings_, scene);
+  ScenePasses& passes = still_->passes;
+  passes.expect_scene(settings_, scene);
+  SceneUses uses = passes.uses_of(settings_, scene);
   uses.worlds = worlds;
-  auto gpu_scene = std::make_unique<GpuScene>(device_, scene, derived, passes_->scene_set_layout.get(),
-                                              passes_->environment.textures(), uses, gpu_scene_.get());
-  passes_->shadows.set_scene(scene, *gpu_scene);
+  auto gpu_scene = std::make_unique<GpuScene>(device_, scene, derived, shared_->scene_set_layout.get(),
+                                              shared_->environment->textures(), uses, gpu_scene_.get());
+  passes.shadows.set_scene(scene, *gpu_scene);
   // No call below fails.
   gpu_scene_ = std::move(gpu_scene);
   scene_ = &scene;
-  if (passes_->path_tracer) passes_->path_tracer->drop();
-  passes_->markers.forget();
+  if (passes.path_tracer) passes.path_tracer->drop();
   limits_ = {any_forward_only(scene, uses.refracts), any_lens(scene)};
-  passes_->edit_uploader.reset();
-  passes_->transforms.invalidate();
-  passes_->deform.invalidate();
-  passes_->forward.invalidate();
-  if (passes_->outputs) passes_->outputs->set_scene();
-  // The new scene has other ids.
-  targets_->invalidate_ids();
+  shared_->edit_uploader.reset();
+  shared_->transforms.invalidate();
+  shared_->deform.invalidate();
+  forget_scene(*still_);
+  if (!moving_) return;
+  try {
+    set_motion_scene();
+  } catch (const gpu::VulkanFailure& failure) {
+    if (!gpu::is_out_of_memory(failure)) throw;
+    drop_motion_passes();
+  }
 }
 
 SceneLimits SceneRenderer::limits() const {
@@ -75,8 +137,12 @@ Result<PreparedFrame> SceneRenderer::prepare(const FrameRequest& request, Shorta
     reason = Shortage::unsupported_outputs;
     return can.error();
   }
-  if (request.scene == SceneUpdate::update && passes_->outputs) passes_->outputs->invalidate_snapshot();
-  if (request.outputs.has(wire::kMotion) && !passes_->outputs->has_room_for_snapshot(*gpu_scene_)) {
+  drawn_ = &passes_for(request);
+  ScenePasses& passes = drawn_->passes;
+  TargetCache& targets = drawn_->targets;
+  if (request.scene == SceneUpdate::update && still_->passes.outputs)
+    still_->passes.outputs->invalidate_snapshot();
+  if (request.outputs.has(wire::kMotion) && !passes.outputs->has_room_for_snapshot(*gpu_scene_)) {
     reason = Shortage::motion_snapshots;
     return Error{
         "the device keeps where everything was for images of other frames that want motion, and has no "
@@ -84,15 +150,15 @@ Result<PreparedFrame> SceneRenderer::prepare(const FrameRequest& request, Shorta
   }
   FrameRequest usable = request;
   try {
-    targets_->select(
+    targets.select(
         request.extent, request.views,
-        [this](Targets& created) {
-          if (created.views == 1) passes_->post.bind(created);
+        [&passes](Targets& created) {
+          if (created.views == 1) passes.post.bind(created);
         },
-        [this](Targets& targets) { passes_->use(targets); });
+        [&passes](Targets& selected) { passes.use(selected); });
     usable.inspection = available(request.inspection, request.outputs);
     const FramePlan plan = plan_frame(facts(usable), usable.outputs, usable.inspection, usable.views);
-    passes_->allocate(settings_, usable, plan, *targets_->current(), *gpu_scene_);
+    passes.allocate(drawn_->settings, usable, plan, *targets.current(), *gpu_scene_);
   } catch (const gpu::VulkanFailure& failure) {
     if (!gpu::is_out_of_memory(failure)) throw;
     reason = Shortage::device_memory;
@@ -107,33 +173,34 @@ void SceneRenderer::record(const PreparedFrame& prepared, gpu::Recorder& recorde
                            PosesOfWorlds poses, std::span<const View> views,
                            std::span<CameraHistory> histories) {
   const FrameRequest& request = prepared.request();
-  FIRE3DV_ASSERT(prepared.number_ == prepared_ && targets_->current() &&
-                 views.size() == targets_->current()->views && poses.size() == gpu_scene_->world_count);
+  ScenePasses& passes = drawn_->passes;
+  Targets* const targets = drawn_->targets.current();
+  FIRE3DV_ASSERT(prepared.number_ == prepared_ && targets && views.size() == targets->views &&
+                 poses.size() == gpu_scene_->world_count);
   // Edits, transforms and deformed vertices. Edits may show other draws and lights, so the plan comes later.
   const bool draws_samples =
       gpu_scene_->has_forward_only || shows_markers(request) || settings_.draw().post.reads_samples();
-  const bool is_updated = passes_->path_tracer && request.refines;  // by trace_paths()
+  const bool is_updated = passes.path_tracer && request.refines;  // by trace_paths()
   if (request.scene == SceneUpdate::update && !is_updated) {
-    if (passes_->path_tracer && !passes_->traced_scene.equals(*poses[views[0].world], edit_revisions()))
-      passes_->path_tracer->drop();
+    if (passes.path_tracer && !shared_->traced_scene.equals(*poses[views[0].world], edit_revisions()))
+      passes.path_tracer->drop();
     update_scene(recorder, staging, poses, views[0], draws_samples);
   }
   const FramePlan plan = plan_frame(facts(request), request.outputs, request.inspection, request.views);
   // Markers that are new since the last image.
   if (plan.markers) {
-    passes_->markers.update(recorder, staging, *markers_);
-    passes_->markers.select(*markers_, views[0], request.extent);
+    passes.markers.update(recorder, staging, *markers_);
+    passes.markers.select(*markers_, views[0], request.extent);
   }
   // Lights and planar casters that were set since the last image.
-  passes_->shadows.upload_changes(recorder, staging);
+  passes.shadows.upload_changes(recorder, staging);
   // Ray lists, early, where their clear delays no other pass.
-  if (plan.shadows) passes_->shadows.clear_ray_lists(recorder);
+  if (plan.shadows) passes.shadows.clear_ray_lists(recorder);
   // Acceleration structures, overlapped with rasterisation on the async compute queue where available.
   if (plan.acceleration_structures) build_acceleration_structures(recorder);
   // Generations of the targets, and the constants of each view.
-  const FrameSource source{
-      *passes_, settings_, *targets_->current(), *gpu_scene_, *scene_, image(), request, recorder, staging,
-      poses,    views};
+  const FrameSource source{passes,  drawn_->settings, *targets, *gpu_scene_, *scene_, image(),
+                           request, recorder,         staging,  poses,       views};
   Frame frame(source, plan);
   // Visibility buffer of the cameras, and shadow maps.
   frame.rasterise();
@@ -166,16 +233,20 @@ void SceneRenderer::update_scene(gpu::Recorder& recorder, gpu::StagingRing& stag
   has_acceleration_structures_ = false;
   if (edits_) {
     const EditUploader::Changed changed =
-        passes_->edit_uploader.upload(recorder, staging, *gpu_scene_, *scene_, *edits_);
-    if (changed.visibility) passes_->shadows.choose_planar_casters(*scene_, *gpu_scene_);
-    if (changed.lights) passes_->shadows.set_lights_or_drop_shadows(scene::lights_of(*scene_, edits_));
-    if (changed.vertices) passes_->deform.invalidate_vertices();
+        shared_->edit_uploader.upload(recorder, staging, *gpu_scene_, *scene_, *edits_);
+    for (ImagePasses* const images : {still_.get(), moving_.get()}) {
+      if (!images) continue;
+      ShadowPass& shadows = images->passes.shadows;
+      if (changed.visibility) shadows.choose_planar_casters(*scene_, *gpu_scene_);
+      if (changed.lights) shadows.set_lights_or_drop_shadows(scene::lights_of(*scene_, edits_));
+    }
+    if (changed.vertices) shared_->deform.invalidate_vertices();
   }
-  passes_->transforms.record(recorder, staging, *gpu_scene_, poses);
+  shared_->transforms.record(recorder, staging, *gpu_scene_, poses);
   // Only the raster pipeline sorts draws by winding; compute passes read it from the transforms pass.
   if (settings_.raster_path() == settings::RasterPath::forward || draws_forward)
     gpu_scene_->update_winding(recorder, staging, *scene_, view.world, *poses[view.world]);
-  passes_->deform.record(recorder, staging, *gpu_scene_, poses);
+  shared_->deform.record(recorder, staging, *gpu_scene_, poses);
 }
 
 void SceneRenderer::build_acceleration_structures(gpu::Recorder& recorder) {
@@ -185,7 +256,7 @@ void SceneRenderer::build_acceleration_structures(gpu::Recorder& recorder) {
 
 void SceneRenderer::record_acceleration_structures(gpu::Recorder& recorder) {
   GpuScene& scene = *gpu_scene_;
-  passes_->deform.record_levels(recorder, scene);
+  shared_->deform.record_levels(recorder, scene);
   recorder.pass(
       "tlas",
       {Use(scene.instances, access::build_input), Use(scene.top_level.storage(), access::build_write),
@@ -197,32 +268,33 @@ void SceneRenderer::record_acceleration_structures(gpu::Recorder& recorder) {
 
 bool SceneRenderer::trace_paths(const PreparedFrame& prepared, const state::PoseState& poses,
                                 const View& view, const PathHooks& hooks) {
-  FIRE3DV_ASSERT(passes_->path_tracer && prepared.number_ == prepared_ && targets_->current() &&
-                 targets_->current()->views == 1 && gpu_scene_->world_count == 1);
+  ScenePasses& passes = drawn_->passes;
+  const Targets* const targets = drawn_->targets.current();
+  FIRE3DV_ASSERT(passes.path_tracer && prepared.number_ == prepared_ && targets && targets->views == 1 &&
+                 gpu_scene_->world_count == 1);
   const auto globals_of = [&] {
-    return passes_->make_globals(settings_, *gpu_scene_, *targets_->current(), view, false, 0);
+    return passes.make_globals(settings_, *gpu_scene_, *targets, view, false, 0);
   };
   const gpu_types::Globals globals = globals_of();
   const FrameRequest& request = prepared.request();
   const bool is_same_scene =
-      request.scene == SceneUpdate::reuse || passes_->traced_scene.equals(poses, edit_revisions());
-  const bool goes_on =
-      request.refines && (passes_->path_tracer->has_begun(globals.width, globals.height) ||
-                          (is_same_scene && passes_->path_tracer->is_current(globals, view)));
+      request.scene == SceneUpdate::reuse || shared_->traced_scene.equals(poses, edit_revisions());
+  const bool goes_on = request.refines && (passes.path_tracer->has_begun(globals.width, globals.height) ||
+                                           (is_same_scene && passes.path_tracer->is_current(globals, view)));
   if (!goes_on) {
-    if (!is_same_scene) passes_->path_tracer->drop();
-    gpu::FrameRing& ring = passes_->path_tracer->submissions();
+    if (!is_same_scene) passes.path_tracer->drop();
+    gpu::FrameRing& ring = passes.path_tracer->submissions();
     gpu::Recorder& recorder = ring.begin();
     const state::PoseState* const world = &poses;
     update_scene(recorder, ring.staging(), std::span(&world, 1), view, false);
-    passes_->shadows.upload_changes(recorder, ring.staging());
+    passes.shadows.upload_changes(recorder, ring.staging());
     record_acceleration_structures(recorder);
     // The edits of this update may have replaced buffers.
-    passes_->path_tracer->begin(recorder, globals_of(), view, hooks.resume);
+    passes.path_tracer->begin(recorder, globals_of(), view, hooks.resume);
     (void)ring.submit();
-    passes_->traced_scene.set(poses, edit_revisions());
+    shared_->traced_scene.set(poses, edit_revisions());
   }
-  return passes_->path_tracer->trace(*gpu_scene_, hooks);
+  return passes.path_tracer->trace(*gpu_scene_, hooks);
 }
 
 Result<std::optional<SceneRenderer::BegunFrame>> SceneRenderer::begin_next(gpu::FrameRing& frames,
@@ -234,7 +306,7 @@ Result<std::optional<SceneRenderer::BegunFrame>> SceneRenderer::begin_next(gpu::
   of_view.lens = has_thin_lens(view);
   const Result<PreparedFrame> prepared = prepare(of_view);
   if (!prepared) return prepared.error();
-  if (passes_->path_tracer && request.outputs.shaded() && !trace_paths(*prepared, poses, view, hooks))
+  if (still_->passes.path_tracer && request.outputs.shaded() && !trace_paths(*prepared, poses, view, hooks))
     return std::optional<BegunFrame>();
   return std::optional<BegunFrame>(BegunFrame{*prepared, frames.begin()});
 }
@@ -245,29 +317,33 @@ bool SceneRenderer::shows_markers(const FrameRequest& request) const {
 
 FrameFacts SceneRenderer::facts(const FrameRequest& request) const {
   FrameFacts facts;
-  facts.raster_path = settings_.raster_path();
-  facts.can_write_samples = settings_.can_write_samples();
-  facts.levels_of_detail = settings_.draw().levels_of_detail;
+  const RendererSettings& settings = drawn_->settings;
+  const ShadowPass& shadows = drawn_->passes.shadows;
+  facts.raster_path = settings.raster_path();
+  facts.can_write_samples = settings.can_write_samples();
+  facts.levels_of_detail = settings.draw().levels_of_detail;
   facts.scene_has_levels = gpu_scene_->cluster_instance_count > gpu_scene_->lod0_cluster_instance_count;
   facts.has_forward_only = gpu_scene_->has_forward_only;
   facts.has_markers = shows_markers(request);
-  facts.shadows_on = settings_.shadows_on();
-  facts.shadow_technique = settings_.shadow_technique();
+  facts.shadows_on = settings.shadows_on();
+  facts.shadow_technique = settings.shadow_technique();
   facts.is_path_traced = traces_paths();
   facts.ray_effects = traces_ray_effects();
-  facts.has_lights = passes_->shadows.has_lights();
-  facts.needs_shadow_maps = passes_->shadows.needs_maps();
-  facts.bloom = settings_.draw().post.bloom > 0;
-  facts.metered = settings_.draw().post.metered;
-  facts.depth_of_field = settings_.has_depth_of_field(limits_, request.lens);
+  facts.has_lights = shadows.has_lights();
+  facts.needs_shadow_maps = shadows.needs_maps();
+  facts.bloom = settings.draw().post.bloom > 0;
+  facts.metered = settings.draw().post.metered;
+  facts.depth_of_field = settings.has_depth_of_field(limits_, request.lens);
   return facts;
 }
 
 Inspection SceneRenderer::available(Inspection inspection, const ImageOutputs& outputs) const {
-  if (targets_->current()->views > 1 || !outputs.has(wire::kColorSrgb8) || !can_inspect()) return {};
-  const bool loses_light = replaces_shading(inspection.debug_view) && outputs.has(wire::kColorLinearF16);
+  const Targets& targets = *drawn_->targets.current();
+  if (targets.views > 1 || !outputs.has(wire::kColorSrgb8) || !can_inspect()) return {};
+  const bool loses_light =
+      settings::replaces_shading(inspection.debug_view) && outputs.has(wire::kColorLinearF16);
   if (loses_light || !can_show(inspection.debug_view)) inspection.debug_view = settings::DebugView::none;
-  const VkExtent2D extent = targets_->current()->extent;
+  const VkExtent2D extent = targets.extent;
   if (inspection.pick && (inspection.pick->x >= extent.width || inspection.pick->y >= extent.height))
     inspection.pick.reset();
   return inspection;
@@ -278,59 +354,67 @@ scene::EditRevisions SceneRenderer::edit_revisions() const {
 }
 
 void SceneRenderer::submitted(uint64_t timeline_value) {
-  if (passes_->inspector && passes_->inspector->picks())
-    passes_->inspector->picks()->submitted(timeline_value);
+  for (ImagePasses* const images : {still_.get(), moving_.get()}) {
+    if (images && images->passes.inspector && images->passes.inspector->picks())
+      images->passes.inspector->picks()->submitted(timeline_value);
+  }
 }
 
 std::vector<Picked> SceneRenderer::take_picked() {
-  return passes_->inspector && passes_->inspector->picks() ? passes_->inspector->picks()->take_picked()
-                                                           : std::vector<Picked>();
+  std::vector<Picked> picked;
+  for (ImagePasses* const images : {still_.get(), moving_.get()}) {
+    if (images && images->passes.inspector && images->passes.inspector->picks())
+      std::ranges::move(images->passes.inspector->picks()->take_picked(), std::back_inserter(picked));
+  }
+  return picked;
 }
 
 void SceneRenderer::draw_stale_overlay(gpu::Recorder& recorder, state::Condition condition) {
-  passes_->stale_overlay.record(recorder, *targets_->current(), image(), condition);
+  drawn_->passes.stale_overlay.record(recorder, *drawn_->targets.current(), image(), condition);
 }
 
 gpu::Image& SceneRenderer::image() {
-  return PostPass::result(*targets_->current(), settings_.draw().post);
+  return PostPass::result(*drawn_->targets.current(), settings_.draw().post);
 }
 
 gpu::Buffer& SceneRenderer::planes() {
-  return passes_->outputs->planes();
+  return drawn_->passes.outputs->planes();
 }
 
 const std::vector<PlaneRange>& SceneRenderer::plane_ranges() const {
-  return passes_->outputs->places();
+  return drawn_->passes.outputs->places();
 }
 
 VkExtent2D SceneRenderer::extent() const {
-  return targets_->current() ? targets_->current()->extent : VkExtent2D{};
+  const Targets* const targets = drawn_->targets.current();
+  return targets ? targets->extent : VkExtent2D{};
 }
 
 RenderCounts SceneRenderer::counts() const {
+  const ScenePasses& passes = drawn_->passes;
   RenderCounts counts;
-  if (passes_->visibility) {
-    counts.clusters = passes_->visibility->drawn().clusters;
-    counts.late_clusters = passes_->visibility->drawn().late_clusters;
+  if (passes.visibility) {
+    counts.clusters = passes.visibility->drawn().clusters;
+    counts.late_clusters = passes.visibility->drawn().late_clusters;
   }
-  counts.shadow_rays = passes_->shadows.rays_traced();
-  counts.lights_without_shadow = passes_->shadows.lights_without_shadow();
-  counts.markers = passes_->markers.selected_count();
-  counts.uploaded_marker_bytes = passes_->markers.uploaded_bytes();
-  counts.markers_lack_memory = passes_->markers.lacks_memory();
+  counts.shadow_rays = passes.shadows.rays_traced();
+  counts.lights_without_shadow = passes.shadows.lights_without_shadow();
+  counts.markers = passes.markers.selected_count();
+  counts.uploaded_marker_bytes = passes.markers.uploaded_bytes();
+  counts.markers_lack_memory = passes.markers.lacks_memory();
   return counts;
 }
 
 bool SceneRenderer::traces_shadow_rays() const {
-  return passes_->shadows.traces();
+  return still_->passes.shadows.traces();
 }
 
 settings::RayBackEnd SceneRenderer::ray_effect_back_end() const {
-  return passes_->ray_effects ? passes_->ray_effects->back_end() : settings::RayBackEnd::none;
+  return still_->passes.ray_effects ? still_->passes.ray_effects->back_end() : settings::RayBackEnd::none;
 }
 
 PathPass* SceneRenderer::path_tracer() const {
-  return passes_->path_tracer.get();
+  return still_->passes.path_tracer.get();
 }
 
 }  // namespace fire3dv::passes

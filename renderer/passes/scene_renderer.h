@@ -37,10 +37,10 @@ namespace fire3dv::passes {
 
 struct FrameFacts;
 struct GpuScene;
+struct ImagePasses;
 class PathPass;
 struct PlaneRange;
-struct ScenePasses;
-class TargetCache;
+struct SharedPasses;
 
 // LODs that a scene needs for this setting.
 scene::Levels levels_for(settings::LevelsOfDetail wanted);
@@ -146,6 +146,9 @@ class SceneRenderer {
   // shadows on and off, ray effects (but the first one), environment intensity and rotation, background,
   // numbers of the path tracer. All other settings stay.
   void apply(const settings::DrawSettings& settings);
+  // True if images of requests with in_motion have fewer samples, or shadows by maps alone: on a CPU, with
+  // settings that allow it. See settings_in_motion().
+  bool reduces_motion() const;
   // True if the settings need a new renderer: paths instead of raster or the reverse, another raster path,
   // shadow technique, sample count, environment or texture filter.
   bool needs_new_renderer(const settings::DrawSettings& settings) const {
@@ -156,6 +159,11 @@ class SceneRenderer {
   FrameFacts facts(const FrameRequest& request) const;
   SceneLimits limits() const;
   bool shows_markers(const FrameRequest& request) const;
+  ImagePasses& passes_for(const FrameRequest& request);
+  void create_motion_passes();
+  void set_motion_scene();
+  void drop_motion_passes();
+  void forget_scene(ImagePasses& images);
   Inspection available(Inspection inspection, const ImageOutputs& outputs) const;
   // view: of the first image.
   void update_scene(gpu::Recorder& recorder, gpu::StagingRing& staging,
@@ -166,9 +174,12 @@ class SceneRenderer {
 
   gpu::Device& device_;
   RendererSettings settings_;
-  std::unique_ptr<ScenePasses> passes_;
-  std::unique_ptr<TargetCache> targets_;
-  bool has_acceleration_structures_ = false;  // those of the current frame are recorded
+  std::optional<RendererSettings> motion_settings_;  // of moving_
+  std::unique_ptr<SharedPasses> shared_;
+  std::unique_ptr<ImagePasses> still_, moving_;  // moving_: null until an image in motion needs it
+  ImagePasses* drawn_;                           // those of the last prepare()
+  bool lacks_motion_memory_ = false;             // for moving_
+  bool has_acceleration_structures_ = false;     // those of the current frame are recorded
   const scene::Scene* scene_ = nullptr;
   SceneLimits limits_;  // but refracts
   const scene::SceneEdits* edits_ = nullptr;

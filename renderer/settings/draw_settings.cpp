@@ -31,6 +31,17 @@ Background Background::automatic() {
   return background;
 }
 
+std::optional<DrawSettings> settings_in_motion(const DrawSettings& at_rest) {
+  const bool fewer_samples = !at_rest.keeps_samples && at_rest.samples > 1;
+  const bool maps_alone = at_rest.shadows == ShadowSettings();
+  if (at_rest.motion_quality == MotionQuality::full || at_rest.path || (!fewer_samples && !maps_alone))
+    return std::nullopt;
+  DrawSettings reduced = at_rest;
+  if (fewer_samples) reduced.samples = 1;
+  if (maps_alone) reduced.shadows.method = ShadowMethod::map;
+  return reduced;
+}
+
 bool ray_effects_named(std::string_view names, RayEffects& effects) {
   effects = {};
   if (names == "off") return true;

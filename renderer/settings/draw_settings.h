@@ -29,6 +29,8 @@ struct DrawSettings {
   LevelsOfDetail levels_of_detail = LevelsOfDetail::automatic;
   float anisotropy = 1;  // off, so that images are identical on all devices
   uint32_t samples = 4;
+  bool keeps_samples = false;  // the user chose `samples`: images in motion have as many
+  MotionQuality motion_quality = MotionQuality::automatic;
   ShadowSettings shadows;
   std::shared_ptr<const scene::EnvironmentImage> environment;  // null: the studio environment
   std::shared_ptr<passes::EnvironmentStore>
@@ -41,5 +43,9 @@ struct DrawSettings {
   std::optional<PathSettings> path;  // colours by path tracing; the device must support it. nullopt: raster
   uint32_t max_textures = 1 << 16;   // texture capacity of a scene; larger values slow down every start
 };
+
+// Settings of images in motion on a CPU: one sample, unless the user chose their number, and shadows by maps
+// alone where the technique is automatic. nullopt: those of images at rest.
+std::optional<DrawSettings> settings_in_motion(const DrawSettings& at_rest);
 
 }  // namespace fire3dv::settings

@@ -27,4 +27,10 @@ enum class Cull : uint8_t {
   automatic,  // occlusion culling in large scenes while it pays
 };
 
+// Images in motion of windows and browsers.
+enum class MotionQuality : uint8_t {
+  automatic,  // on a CPU: see settings_in_motion()
+  full,       // as at rest
+};
+
 }  // namespace fire3dv::settings

@@ -252,6 +252,17 @@ DrawSetting shadows() {
   return row;
 }
 
+DrawSetting samples() {
+  DrawSetting row = count(
+      1, 64, [](auto& draw) -> auto& { return draw.samples; });
+  row.set = [set = row.set](const std::string& text, DrawSettings& draw) {
+    std::string wrong = set(text, draw);
+    if (wrong.empty()) draw.keeps_samples = true;
+    return wrong;
+  };
+  return row;
+}
+
 DrawSetting ray_effects() {
   DrawSetting row;
   row.value_name = "LIST";
@@ -414,12 +425,11 @@ std::vector<DrawSetting> make_table() {
           {{"hybrid", true}, {"all", false}}, [](auto& draw) -> auto& { return draw.shadows.hybrid; }));
   row->value_name = "hybrid|all";
   image.add("samples", "samples per pixel at most, 1 to 64", Invalidates::renderer,
-            kByPrograms | kByWindow | kByBench,
-            count(
-                1, 64, [](auto& draw) -> auto& { return draw.samples; }));
+            kByPrograms | kByWindow | kByBench, samples());
   row = &image.add("fxaa", "post-process antialiasing", Invalidates::post, kByPrograms | kByWindow | kByBench,
                    flag([](auto& draw) -> auto& { return draw.post.fxaa; }));
   row->control = {"FXAA", "Smooths edges of the finished image"};
+  row->needs_raster = true;
   row = &image.add("bloom", "share of light that a lens scatters, 0 to 1", Invalidates::post, kByPrograms,
                    number(
                        {0, 1}, [](auto& draw) -> auto& { return draw.post.bloom; }));
@@ -480,6 +490,16 @@ std::vector<DrawSetting> make_table() {
   row->control = {"Level of detail",
                   "Coarser triangles where the difference is less than a pixel",
                   {"automatic", "camera", "everywhere", "off"}};
+  raster
+      .add("motion-quality", "images in motion on a CPU: simpler (auto) or full", Invalidates::nothing,
+           kByCommandLine,
+           choice<MotionQuality>(
+               {{"auto", MotionQuality::automatic}, {"full", MotionQuality::full}},
+               [](auto& draw) -> auto& { return draw.motion_quality; }))
+      .value_name = "auto|full";
+  for (DrawSetting& each : table) {
+    if (each.group == SettingGroup::raster) each.needs_raster = true;
+  }
   return table;
 }
 

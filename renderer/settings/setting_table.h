@@ -64,6 +64,7 @@ struct DrawSetting {
   uint32_t min_count = 0, max_count = 0;  // of a count
   bool shows_default = true;              // in --help
   bool needs_paths = false;               // has no effect without path tracing
+  bool needs_raster = false;              // has no effect on path-traced images
   SettingControl control;
 
   std::function<std::string(const DrawSettings&)> text;

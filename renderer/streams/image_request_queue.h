@@ -46,6 +46,7 @@ class ImageReplies {
     // short time. nullopt: it comes when it is whole.
     std::optional<uint32_t> shown_samples = std::nullopt;
     bool keeps_samples = false;  // the path-traced image goes on after those of others
+    bool in_motion = false;      // an image at rest follows; see passes::FrameRequest
   };
   struct Shown {
     state::ImageRequestRegistry::Shown frame;

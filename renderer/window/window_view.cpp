@@ -26,7 +26,7 @@ bool CameraWindow::steer(ViewState& view_state, const state::PoseState& poses, f
 
 Result<void> CameraWindow::draw(passes::SceneRenderer& renderer, const state::PoseState& poses,
                                 const ViewState& view_state, uint64_t scene_number,
-                                StaleOverlay stale_overlay) {
+                                StaleOverlay stale_overlay, bool in_motion) {
   constexpr uint64_t kPatienceNs = 10'000'000;  // acquire timeout: a hidden window must not block the others
   if (!window_.acquire(kPatienceNs)) return {};
   const VkExtent2D extent = window_.framebuffer_extent();
@@ -36,7 +36,8 @@ Result<void> CameraWindow::draw(passes::SceneRenderer& renderer, const state::Po
       {.extent = extent,
        .inspection = inspection_of(view_state, clicked_px_, {extent.width, extent.height}, scene_number),
        .markers = true,
-       .lens = passes::has_thin_lens(view)});
+       .lens = passes::has_thin_lens(view),
+       .in_motion = in_motion});
   if (!prepared) return prepared.error();
   gpu::Recorder& recorder = frames_.begin();
   renderer.record(*prepared, recorder, frames_.staging(), poses, view);
@@ -308,7 +309,7 @@ void WindowView::request_screenshot() {
 }
 
 Result<void> WindowView::record(gpu::Recorder& recorder, gpu::StagingRing& staging,
-                                ScreenshotRecorder::Tag shown) {
+                                ScreenshotRecorder::Tag shown, bool in_motion) {
   passes::SceneRenderer& renderer = *borrowed_.renderer;
   captures_.record(recorder, renderer.image(), shown);
   gpu::Image& content =
@@ -326,7 +327,8 @@ Result<void> WindowView::record(gpu::Recorder& recorder, gpu::StagingRing& stagi
                                    {image_extent_.width, image_extent_.height}, borrowed_.scene.replaced()),
        .scene = passes::SceneUpdate::reuse,
        .markers = true,
-       .lens = passes::has_thin_lens(view)});
+       .lens = passes::has_thin_lens(view),
+       .in_motion = in_motion});
   if (!prepared) return prepared.error();
   renderer.record(*prepared, recorder, staging, borrowed_.poses, view);
   renderer.draw_stale_overlay(recorder,
@@ -379,10 +381,10 @@ void WindowView::present(uint64_t timeline_value) {
   captures_.submitted(timeline_value);
 }
 
-Result<void> WindowView::draw_others() {
+Result<void> WindowView::draw_others(bool in_motion) {
   for (const std::unique_ptr<CameraWindow>& other : others_) {
     Result<void> drawn = other->draw(renderer(), borrowed_.poses, borrowed_.view_state,
-                                     borrowed_.scene.replaced(), borrowed_.options.stale_overlay);
+                                     borrowed_.scene.replaced(), borrowed_.options.stale_overlay, in_motion);
     if (!drawn) return drawn;
   }
   return {};

@@ -42,7 +42,8 @@ class CameraWindow {
   bool steer(ViewState& view_state, const state::PoseState& poses, float seconds);
   // Renders and presents; skips the frame if the window cannot be shown.
   Result<void> draw(passes::SceneRenderer& renderer, const state::PoseState& poses,
-                    const ViewState& view_state, uint64_t scene_number, StaleOverlay stale_overlay);
+                    const ViewState& view_state, uint64_t scene_number, StaleOverlay stale_overlay,
+                    bool in_motion);
 
   const sinks::Window& window() const { return window_; }
   CameraRig& camera() { return camera_; }
@@ -117,6 +118,8 @@ class WindowView {
   std::vector<std::string> take_log_messages();
 
   bool records_video() const { return captures_.records_video(); }
+  // True if a screenshot or video shows the next image.
+  bool captures_image() const { return captures_.captures_image(); }
 
   // Of each image in the first window: the rectangle that its panels leave.
   VkExtent2D image_extent() const { return image_extent_; }
@@ -127,12 +130,14 @@ class WindowView {
   // Inspection settings of the window's next image.
   passes::Inspection take_inspection();
   // Call after the image's passes: records the copy to the display and the remaining content of the window.
-  Result<void> record(gpu::Recorder& recorder, gpu::StagingRing& staging, ScreenshotRecorder::Tag shown);
+  // in_motion: see passes::FrameRequest.
+  Result<void> record(gpu::Recorder& recorder, gpu::StagingRing& staging, ScreenshotRecorder::Tag shown,
+                      bool in_motion);
   std::array<gpu::SemaphoreSignal, 1> waits() const { return first().waits(); }
   std::array<gpu::SemaphoreSignal, 1> signals() const { return first().signals(); }
   void present(uint64_t timeline_value);
-  Result<void> draw_others();  // secondary windows, one submission each
-  void deliver();              // screenshots to files, and picking results
+  Result<void> draw_others(bool in_motion);  // secondary windows, one submission each
+  void deliver();                            // screenshots to files, and picking results
   void finish() { captures_.finish(); }
 
  private:

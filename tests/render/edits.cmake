@@ -1,6 +1,6 @@
 # Scene edits between frames, and background scene builds.
 if(TARGET fire3dv_passes)
-  fire3dv_test(render_edits_test SOURCES edits_test.cpp support/bent_bar.cpp LINK fire3dv_render_bench LABELS render
+  fire3dv_test(render_edits_test SOURCES edits_test.cpp proofs/motion_quality_test.cpp support/bent_bar.cpp LINK fire3dv_render_bench LABELS render
                TIMEOUT 900)
   fire3dv_test(render_markers_test SOURCES markers_test.cpp image_markers_test.cpp LINK fire3dv_render_bench LABELS render TIMEOUT 900)
 endif()

@@ -93,6 +93,20 @@ void FrameLoop::log_technique() const {
     std::fprintf(stderr, "fire3dv: info: acceleration structures are built %s\n",
                  gpu::describe(context_.device.queues().async));
   }
+  log_motion();
+}
+
+// Logs how images in motion differ from those at rest.
+void FrameLoop::log_motion() const {
+  if (!(context_.window || context_.live_view) || !context_.renderer.reduces_motion()) return;
+  const std::optional<settings::DrawSettings> reduced = settings::settings_in_motion(context_.settings);
+  const bool fewer_samples = reduced->samples != context_.settings.samples;
+  const bool maps_alone = reduced->shadows != context_.settings.shadows;
+  std::fprintf(stderr,
+               "fire3dv: info: on this CPU device, images in motion have %s%s%s; --motion-quality full draws "
+               "them as those at rest\n",
+               fewer_samples ? "1 sample per pixel" : "", fewer_samples && maps_alone ? " and " : "",
+               maps_alone ? "shadows by maps alone" : "");
 }
 
 Result<void> FrameLoop::run() {
@@ -196,7 +210,8 @@ bool FrameLoop::has_changed() {
   const bool is_active =
       context_.window && (context_.window->take_activity() || std::exchange(has_noted_, false) || is_edited);
   idle_.update(revisions, is_active);
-  return idle_.take_due_image() || (context_.window && (refines() || idle_.is_lingering()));
+  return idle_.take_due_image() || (context_.window && (refines() || idle_.is_lingering() ||
+                                                        view_motion_.needs_image_at_rest(Clock::now())));
 }
 
 void FrameLoop::wait_for_messages() {
@@ -314,6 +329,7 @@ Result<void> FrameLoop::draw() {
   request.refines = request.shows_previous_image = context_.window != nullptr;
   const passes::View view = context_.camera.view(
       context_.poses, static_cast<float>(extent.width) / static_cast<float>(extent.height));
+  request.in_motion = is_in_motion(view);
   Progress progress("fire3dv", "samples per pixel:");
   Result<std::optional<passes::SceneRenderer::BegunFrame>> frame =
       context_.renderer.begin_next(frames_, request, context_.poses, view, path_hooks(view, progress));
@@ -337,7 +353,7 @@ Result<void> FrameLoop::draw() {
   if (context_.window) {
     if (Result<void> drawn = context_.window->record(
             recorder, frames_.staging(),
-            {images_, view.camera, shown, capture::path_provenance(context_.renderer)});
+            {images_, view.camera, shown, capture::path_provenance(context_.renderer)}, request.in_motion);
         !drawn)
       return drawn;
   }
@@ -351,7 +367,18 @@ Result<void> FrameLoop::draw() {
   if (images_ + uncounted_images_ == 0) report_slow_start(done_at);
   note_cost(shown, begun);
   ++(awaits_stream_ ? uncounted_images_ : images_);
-  return context_.window ? context_.window->draw_others() : Result<void>();
+  return context_.window ? context_.window->draw_others(request.in_motion) : Result<void>();
+}
+
+// Files, videos, screenshots and simulators that wait get images of full quality.
+bool FrameLoop::is_in_motion(const passes::View& view) {
+  if (!context_.window || !context_.renderer.reduces_motion()) return false;
+  const bool moves = view_motion_.update(context_.poses, context_.scene.edits().revisions(),
+                                         view.clip_from_world, Clock::now());
+  const bool is_reduced =
+      moves && !wants_pixels() && !context_.options.lockstep && !context_.window->captures_image();
+  view_motion_.note_image(is_reduced);
+  return is_reduced;
 }
 
 // The first images take long where the driver compiles shaders.

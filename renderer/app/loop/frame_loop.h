@@ -14,6 +14,7 @@
 #include "renderer/app/loop/path_checkpoint.h"
 #include "renderer/app/loop/rest_motion.h"
 #include "renderer/app/loop/stream_wait.h"
+#include "renderer/app/loop/view_motion.h"
 #include "renderer/app/options/options.h"
 #include "renderer/app/recording.h"
 #include "renderer/app/renderer_metrics.h"
@@ -73,6 +74,7 @@ class FrameLoop {
 
  private:
   void log_technique() const;
+  void log_motion() const;
   BrowserNumbers browser_numbers() const;
   bool done();
   Result<void> await_stream();  // clears awaits_stream_ at the first pose frame; fails after the timeout
@@ -90,6 +92,7 @@ class FrameLoop {
   void report_slow_start(uint64_t done_at);
   void warn_of_empty_image(const passes::View& view, const std::vector<state::FrameTag>& shown);
   void note_cost(const std::vector<state::FrameTag>& shown, std::chrono::steady_clock::time_point begun);
+  bool is_in_motion(const passes::View& view);
   bool has_changed();  // false: the next image need not be drawn; call once a turn
   void wait_for_messages();
   bool wants_pixels() const { return !context_.options.out.empty(); }
@@ -98,6 +101,7 @@ class FrameLoop {
   RestMotion motion_;
   StreamWait stream_wait_;
   IdleDetection idle_;
+  ViewMotion view_motion_;
   bool draws_for_browsers_only_ = false;  // nobody receives an image of its own
   bool switches_document_ = false;
   PanelFacts facts_;  // for panels, if there is a window

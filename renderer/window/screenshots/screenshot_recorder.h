@@ -30,6 +30,7 @@ class ScreenshotRecorder {
   void export_csv(std::string table);  // to a file beside the screenshots
   void toggle_video();
   bool records_video() const { return video_ != nullptr; }
+  bool captures_image() const { return screenshot_wanted_ || video_ != nullptr; }  // the next one
 
   using Tag = capture::Provenance;
   // Call after the image's passes: records a copy if a screenshot or video frame is due.

@@ -108,6 +108,45 @@ def minimized(test, screen):
     renderer.stop()
 
 
+def motion_quality(test, screen):
+    """On a CPU device images in motion have one sample; images at rest are those of --motion-quality full, byte for byte."""
+    size, poses = (311, 173), 4  # edges of squares are between pixels
+
+    def colours(rows):
+        return len({bytes(pixel) for row in rows for pixel in zip(*[iter(row)] * 3)})
+
+    def images_of_poses(notes, *options):
+        """All images of each pose in turn, the last of which is at rest."""
+        uri = test.fresh_uri("shm")
+        renderer = test.viewer(test.scene, "--gui", "off", "--fxaa", "off", "--background", "000000", "--listen", uri, *options, env=screen.env, size=size)
+        window = screen.window(renderer)
+        wait_until("an image", lambda: colours(screen.picture(window).rows) > 1)
+        publisher = test.publisher(uri)
+        publisher.wait_welcome()
+        of_poses = []
+        for _ in range(poses):
+            sequence, images = publisher.do("publish 1")["sequence"], []
+            publisher.wait_status("the pose", lambda s, n=sequence: s["acked"] == n)
+
+            def rests():
+                rows = screen.picture(window).rows
+                if not images or images[-1] != rows:
+                    images.append(rows)
+                return colours(rows) > 4  # of background, squares and mixtures at their edges
+            wait_until("an image of all samples", rests)
+            of_poses.append(images)
+        screen.key("ctrl+q")
+        renderer.expect_exit(0)
+        publisher.quit()
+        said = renderer.stderr_text().count("images in motion have 1 sample per pixel and shadows by maps alone")
+        check(said == notes, f"it is said {said} times:\n{renderer.stderr_text()}")
+        return of_poses
+    full, reduced = images_of_poses(0, "--motion-quality", "full"), images_of_poses(1)
+    for in_full, in_motion in zip(full, reduced):
+        check(in_full[-1] == in_motion[-1], "an image at rest is another one than in full")
+    check(any(colours(rows) <= 4 for images in reduced for rows in images), "no image in motion has one sample")
+
+
 def number_of_images(test, screen):
     renderer = test.renderer("--frames", "5", headless=False, size=SIZE, env=screen.env)
     renderer.expect_exit(0)
@@ -123,7 +162,7 @@ def display_gone(test, screen):
     check(renderer.wait() != 0, "losing the display is no success")
 
 
-CASES = {f.__name__: on_a_screen(f) for f in (streams, mouse, minimized, number_of_images, display_gone)}
+CASES = {f.__name__: on_a_screen(f) for f in (streams, mouse, minimized, motion_quality, number_of_images, display_gone)}
 
 if __name__ == "__main__":
     main(CASES, ["fire3dv", "publisher"])

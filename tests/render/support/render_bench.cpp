@@ -75,16 +75,20 @@ void RenderBench::set_size(VkExtent2D extent) {
 
 passes::PreparedFrame RenderBench::prepare(passes::FrameRequest request) {
   request.extent = extent_;
+  request.in_motion = in_motion_;
   return take_or_die(renderer_.prepare(request));
 }
 
 void RenderBench::record_and_submit(const state::PoseState& poses, const passes::View& view, bool refines) {
   passes::PathHooks hooks;
   if (refines) hooks.budget.emplace(0);
-  auto begun = take_or_die(renderer_.begin_next(
-      frames_,
-      {.extent = extent_, .markers = shows_markers_, .refines = refines, .shows_previous_image = refines},
-      poses, view, hooks));
+  auto begun = take_or_die(renderer_.begin_next(frames_,
+                                                {.extent = extent_,
+                                                 .markers = shows_markers_,
+                                                 .in_motion = in_motion_,
+                                                 .refines = refines,
+                                                 .shows_previous_image = refines},
+                                                poses, view, hooks));
   gpu::Recorder& recorder = begun->recorder;
   renderer_.record(begun->prepared, recorder, frames_.staging(), poses, view);
   renderer_.draw_stale_overlay(recorder, condition_);

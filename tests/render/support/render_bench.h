@@ -68,6 +68,8 @@ class RenderBench {
   std::vector<sinks::FrameImage> draw_on(state::PoseState& poses, const std::vector<state::RestPose>& moved);
   // Sets the stream condition that marks later images.
   void set_condition(state::Condition condition) { condition_ = condition; }
+  // Whether the view of later images moves; see passes::FrameRequest.
+  void set_in_motion(bool in_motion) { in_motion_ = in_motion; }
   // Shows these markers in later images of draw() and take(). Null: none are requested.
   void set_markers(const std::vector<state::ShownMarker>* markers) {
     shows_markers_ = markers != nullptr;
@@ -96,7 +98,7 @@ class RenderBench {
   passes::SceneRenderer renderer_;
   gpu::ReadbackRing<int> readback_;
   VkExtent2D extent_{};
-  bool shows_markers_ = false;
+  bool shows_markers_ = false, in_motion_ = false;
   state::Condition condition_ = state::Condition::live;
 };
 

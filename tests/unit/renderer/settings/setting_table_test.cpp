@@ -105,6 +105,26 @@ TEST(SettingTable, InvalidValuesChangeNothing) {
   EXPECT_EQ(draw_setting("samples").set("65", settings), "65 is not a whole number from 1 to 64");
 }
 
+TEST(SettingTable, ChosenSettingsStayInMotion) {
+  const auto in_motion = [](std::initializer_list<Values> chosen) {
+    DrawSettings settings = default_settings();
+    for (const auto& [name, value] : chosen) EXPECT_EQ(draw_setting(name).set(value, settings), "");
+    return settings_in_motion(settings);
+  };
+  const auto reduced = in_motion({});
+  ASSERT_TRUE(reduced);
+  EXPECT_EQ(reduced->samples, 1u);
+  EXPECT_EQ(reduced->shadows.method, ShadowMethod::map);
+  EXPECT_EQ(in_motion({{"samples", "4"}})->samples, 4u) << "the default, but chosen";
+  EXPECT_EQ(in_motion({{"samples", "4"}})->shadows.method, ShadowMethod::map);
+  EXPECT_EQ(in_motion({{"shadows", "ray"}})->shadows.method, ShadowMethod::ray);
+  EXPECT_EQ(in_motion({{"shadows", "off"}})->shadows.method, ShadowMethod::off);
+  EXPECT_FALSE(in_motion({{"shadow-rays", "all"}})->shadows.hybrid);
+  EXPECT_FALSE(in_motion({{"samples", "8"}, {"shadows", "map"}}));
+  EXPECT_FALSE(in_motion({{"motion-quality", "full"}}));
+  EXPECT_FALSE(in_motion({{"render", "path"}}));
+}
+
 TEST(SettingTable, NewRendererExactlyWhereDeclared) {
   for (const DrawSetting& row : draw_setting_table()) {
     const DrawSettings before = settings_for(row);
