@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdio>
 #include <set>
 #include <string_view>
 #include <system_error>
@@ -14,6 +15,7 @@
 #include "renderer/editing/target_index.h"
 #include "renderer/editing/view_transfer.h"
 #include "renderer/scene/gltf/export/export_glb.h"
+#include "renderer/scene/model/bounds.h"
 
 namespace fire3dv::app {
 namespace {
@@ -21,6 +23,37 @@ namespace {
 bool is_there(const std::filesystem::path& path) {
   std::error_code error;
   return std::filesystem::exists(std::filesystem::symlink_status(path, error));
+}
+
+// Size of a new node with all below it. With a hint for sizes that a file in other units than metres has:
+// such a surface may be around the camera, or too small to be seen. Empty for lights and cameras.
+std::string size_text(const scene::Scene& before, const scene::Scene& after, uint32_t top) {
+  constexpr float kMaxRatio = 20, kMinRatio = 1e-3f;
+  const std::vector<glm::mat4> world_from_node = state::rest_pose(after).world_from_node;
+  std::vector<bool> below(after.nodes.size(), false);
+  scene::Box box;
+  for (uint32_t node = top; node < after.nodes.size(); ++node) {
+    const uint32_t parent = after.nodes[node].parent;
+    below[node] = node == top || (parent != scene::kNone && below[parent]);
+    if (!below[node]) continue;
+    const scene::Box part = scene::bounds_in_world(after, node, world_from_node);
+    if (!part.empty()) box.add(part);
+  }
+  if (box.empty()) return "";
+  const glm::vec3 size = box.high - box.low;
+  char text[96];
+  std::snprintf(text, sizeof text, ", %.3g x %.3g x %.3g m", static_cast<double>(size.x),
+                static_cast<double>(size.y), static_cast<double>(size.z));
+  const float scene_m = glm::length(before.bounds_max - before.bounds_min);
+  const float ratio = glm::length(size) / scene_m;
+  if (!(scene_m > 0) || (ratio < kMaxRatio && ratio > kMinRatio)) return text;
+  char hint[160];
+  std::snprintf(
+      hint, sizeof hint,
+      "; it is %.0f times as %s as the scene: if its file is not in metres, set Scale (centimetres: "
+      "0.01), then press F",
+      static_cast<double>(ratio > 1 ? ratio : 1 / ratio), ratio > 1 ? "large" : "small");
+  return std::string(text) + hint;
 }
 
 void add_exported(const scene::Scene& scene, const ShownAddition& shown, const state::Addition& addition,
@@ -204,7 +237,7 @@ void EditSession::report_start(const state::EditTargets& targets) {
     notes_.push_back(warning(origin + state::missing_target_text(unmatched[i], targets)));
   if (unmatched.size() > kMaxReported)
     notes_.push_back(
-        warning(origin + std::to_string(unmatched.size() - kMaxReported) + " further edits have no effect"));
+        warning(origin + counted(unmatched.size() - kMaxReported, "further edit") + " without effect"));
   if (file_.was_named && applied != 0)
     notes_.push_back(counted(applied, "edit") + " of " + file_.path.string() + " applied");
 }
@@ -334,7 +367,7 @@ void EditSession::replace_scene(const scene::Scene& before, const scene::Scene& 
     const uint32_t next = names_after.first_of_path(selected_next_);
     if (next != scene::kNone) {
       view_state_.selected = next;
-      notes_.push_back("added " + quote(std::exchange(selected_next_, {})));
+      notes_.push_back("added " + quote(std::exchange(selected_next_, {})) + size_text(before, after, next));
     }
   }
   if (!has_document) return;

@@ -133,7 +133,8 @@ EditKey TargetIndex::key_of(EditedObject object, uint32_t number, EditedProperty
 std::string missing_target_text(const EditKey& key, const EditTargets& targets) {
   const bool may_be_of_added =
       key.object == EditedObject::material && key.owner.empty() && !targets.added.empty();
-  return describe(key) + " has no effect: the scene" +
+  const char* const have = key.property == EditedProperty::factors ? " have" : " has";
+  return describe(key) + have + " no effect: the scene" +
          (may_be_of_added
               ? "'s file has no such object; for one of an added file, name that file's node (\"of\")"
               : " has no such object now");

@@ -103,8 +103,9 @@ struct ViewState : DocumentState {
   float camera_speed = 1;  // factor on the speed derived from the scene's size
 
   GizmoTool tool = GizmoTool::none;
-  bool tool_is_local = false;  // handles have the axes of the node, not of the world
-  std::string save_path;       // text of the field beside "Save as"
+  bool tool_is_local = false;     // handles have the axes of the node, not of the world
+  bool scale_is_uniform = false;  // typed factors change together
+  std::string save_path;          // text of the field beside "Save as"
   bool gui = true, help = false;
   Commands commands;
 };

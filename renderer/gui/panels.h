@@ -126,6 +126,7 @@ class TreePanel {
   uint64_t scene_number_ = 0;
   std::vector<uint32_t> children_, first_child_, roots_;  // children of all nodes, concatenated
   std::vector<bool> open_;
+  std::vector<uint64_t> path_hashes_;  // of the nodes' paths, to find them in the next scene
   std::vector<Row> rows_;
   bool rows_are_old_ = true;
   std::string search_;
@@ -157,8 +158,10 @@ class MaterialsPanel {
 
  private:
   void list(const Context& context);
-  uint32_t chosen_ = 0;
-  bool of_selection_ = false;
+  // Chooses the first material of a node that was selected elsewhere.
+  void follow(const scene::Scene& scene, uint32_t selected);
+  uint32_t chosen_ = 0, followed_ = scene::kNone;
+  bool of_selection_ = false, scrolls_to_chosen_ = false;
   uint64_t scene_number_ = 0;
   uint32_t listed_for_ = scene::kNone;
   bool listed_of_selection_ = false;

@@ -74,7 +74,17 @@ void Ui::begin_frame(float display_scale) {
 void Ui::note_control(Control::Kind kind, const char* name, bool enabled) {
   if (!notes_controls) return;
   const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
-  controls.push_back({kind, panel_, name, {{low.x, low.y}, {high.x, high.y}}, enabled});
+  controls.push_back({kind, panel_, name, {{low.x, low.y}, {high.x, high.y}}, enabled && !is_disabled_});
+}
+
+void Ui::begin_disabled(bool disabled) {
+  is_disabled_ = disabled;
+  ImGui::BeginDisabled(disabled);
+}
+
+void Ui::end_disabled() {
+  is_disabled_ = false;
+  ImGui::EndDisabled();
 }
 
 void Ui::hint(const char* text) {
@@ -259,6 +269,7 @@ bool Ui::choice(const char* label, size_t& chosen, std::span<const char* const> 
   // Registers the closed combo box, before its popup adds other items.
   note_control(Control::Kind::choice, label);
   if (!open) hint(shown == now ? hint_text : now.c_str());
+  has_opened_list_ = open && ImGui::IsWindowAppearing();
   if (open) {
     for (size_t i = 0; i < names.size(); ++i) {
       ImGui::PushID(static_cast<int>(i));  // names of a file may be equal

@@ -138,6 +138,9 @@ class Ui {
     bool logarithmic = false;
   };
   bool slider(const char* label, float& value, const Range& range, const char* hint = nullptr);
+  // Widgets between these two cannot be used if it is true. Not nested.
+  void begin_disabled(bool disabled);
+  void end_disabled();
   // Three numbers in a row: drag to change, Ctrl-click to type. step: change for a pixel of a drag.
   struct Numbers {
     float step;
@@ -146,6 +149,7 @@ class Ui {
   bool numbers(const char* label, glm::vec3& value, const Numbers& numbers, const char* hint = nullptr);
   bool choice(const char* label, size_t& chosen, std::span<const char* const> names,
               const char* hint = nullptr);
+  bool has_opened_list() const { return has_opened_list_; }  // by the last choice(), in this frame
   bool color(const char* label, glm::vec3& linear, const char* hint = nullptr);
   bool text(const char* name, const char* hint, std::string& value);
   // Selectable list row.
@@ -182,7 +186,7 @@ class Ui {
   void dim_label(const char* text, float width_px);
   float edge(const char* name, bool upright, const Rect& rect);  // returns its movement in pixels
   bool handle(const Splitter& at_edge, const Rect& rect, bool folded);
-  bool wants_same_line_ = false;
+  bool wants_same_line_ = false, is_disabled_ = false, has_opened_list_ = false;
   const char* panel_ = "";
 };
 

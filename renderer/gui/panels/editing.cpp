@@ -50,16 +50,13 @@ void draw_additions(const Context& context) {
   if (!facts) return;
   std::vector<std::string> labels{"choose ..."};
   for (const std::string& asset : facts->assets) labels.push_back(one_line(asset));
-  labels.push_back("(look again)");
   std::vector<const char*> names;
   for (const std::string& label : labels) names.push_back(label.c_str());
   size_t chosen = 0;
   const char* const hint = "Adds a glTF file of the overlay file's folder or of that of --assets";
-  if (!ui.choice("Add file", chosen, names, hint) || chosen == 0) return;
-  if (chosen <= facts->assets.size())
-    commands.add_asset = facts->assets[chosen - 1];
-  else
-    commands.list_assets = true;
+  const bool is_chosen = ui.choice("Add file", chosen, names, hint) && chosen != 0;
+  if (ui.has_opened_list()) commands.list_assets = true;  // files may have come since
+  if (is_chosen) commands.add_asset = facts->assets[chosen - 1];
 }
 
 // They have no node that could be selected and removed.
@@ -108,6 +105,17 @@ void keep_volume(glm::vec3& scale, const glm::vec3& before) {
   }
 }
 
+// The factor that the user has changed changes the others alike.
+void keep_ratio(glm::vec3& scale, const glm::vec3& before) {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (scale[axis] == before[axis] || before[axis] == 0) continue;
+    const float changed = scale[axis];
+    scale = before * (changed / before[axis]);
+    scale[axis] = changed;
+    return;
+  }
+}
+
 void draw_transform(const Context& context, uint32_t node) {
   Ui& ui = context.ui;
   app::ViewState& view_state = context.view_state;
@@ -128,8 +136,11 @@ void draw_transform(const Context& context, uint32_t node) {
     if (ui.numbers("Rotation", degrees, {0.5f, "%.1f\u00b0"},
                    "About x, y and z of the parent, in this order"))
       now.rotation = glm::normalize(glm::quat(glm::radians(degrees)));
-    if (ui.numbers("Scale", now.scale, {0.01f, "%.3f"}, "Along the node's own axes"))
+    if (ui.numbers("Scale", now.scale, {0.01f, "%.3f"}, "Along the node's own axes")) {
       keep_volume(now.scale, before.scale);
+      if (view_state.scale_is_uniform) keep_ratio(now.scale, before.scale);
+    }
+    ui.check("Uniform scale", view_state.scale_is_uniform, "A change of one factor changes all three alike");
   }
   if (now != before && state::is_valid(now)) view_state.edits.transforms[node] = now;
   if (view_state.edits.transforms.contains(node) &&

@@ -23,8 +23,9 @@ constexpr Line kCameraLines[] = {
     {"wheel", "zoom to the cursor"},
     {"W A S D  Q E", "fly"},
     {"Ctrl wheel", "faster, slower"},
-    {"1 - 9, 0", "cameras of the scene, the free one"},
-    {"Home  F  Shift F", "all; it; focus lens"},
+    {"1 - 9  0", "scene's cameras; free"},
+    {"Home  F", "frame all; selection"},
+    {"Shift F", "focus clicked point"},
 };
 constexpr Line kTimelineLines[] = {
     {nullptr, "Timeline"},
@@ -35,20 +36,20 @@ constexpr Line kTimelineLines[] = {
 constexpr Line kSceneLines[] = {
     {nullptr, "Scene"},
     {"click", "select a body"},
-    {"H  Shift H", "hide or show; show all"},
+    {"H  Shift H", "hide it; show all"},
     {"I  T", "isolate it; follow it"},
     {"M", "measure a distance"},
-    {"X  K", "grid; camera frusta"},
-    {"Esc", "close; end; deselect"},
+    {"X  K", "grid, camera frusta"},
+    {"Esc", "end; deselect"},
 };
 constexpr Line kEditLines[] = {
     {nullptr, "Edit"},
     {"G  R  C", "move, rotate, scale it"},
-    {"L  Ctrl", "local axes; snap"},
+    {"L  Ctrl drag", "local axes; snap"},
     {"Ctrl Z  Ctrl Y", "undo, redo"},
     {"Ctrl S", "save the edits"},
-    {"Ctrl Shift S", "save a new .glb"},
-    {"Ctrl D  Del", "duplicate, remove it"},
+    {"Ctrl Shift S", "export a new .glb"},
+    {"Ctrl D  Del", "copy it, remove it"},
 };
 constexpr Line kWindowLines[] = {
     {nullptr, "Window"},
@@ -86,7 +87,7 @@ void draw_help(const Context& context) {
   const auto rows =
       static_cast<float>(std::size(kCameraLines) + std::size(kTimelineLines) + std::size(kSceneLines) +
                          std::size(kEditLines) + std::size(kWindowLines) + 5);
-  const float column = ui.points(270), gap = ui.points(16);
+  const float column = ui.points(285), gap = ui.points(16);
   const float max_x = std::max(display.x - 2 * margin, 1.0f), max_y = std::max(display.y - 2 * margin, 1.0f);
   const bool is_high = rows * row + 2 * padding + ui.points(40) <= max_y;
   const bool is_split = !is_high && 2 * column + gap + 2 * padding <= max_x;

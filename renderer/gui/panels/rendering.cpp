@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numbers>
 #include <string>
+#include <utility>
 
 #include "renderer/gui/panels.h"
 #include "renderer/gui/screenshot_size.h"
@@ -178,11 +179,26 @@ void MaterialsPanel::list(const Context& context) {
   }
 }
 
+void MaterialsPanel::follow(const scene::Scene& scene, uint32_t selected) {
+  if (std::exchange(followed_, selected) == selected || selected >= scene.nodes.size()) return;
+  std::vector<bool> below(scene.nodes.size(), false);
+  below[selected] = true;
+  for (uint32_t node = selected; node < scene.nodes.size(); ++node) {
+    const scene::Node& n = scene.nodes[node];
+    if (node != selected) below[node] = n.parent != scene::kNone && below[n.parent];
+    if (!below[node] || n.mesh == scene::kNone || scene.meshes[n.mesh].primitive_count == 0) continue;
+    chosen_ = scene.primitives[scene.meshes[n.mesh].first_primitive].material;
+    scrolls_to_chosen_ = true;
+    return;
+  }
+}
+
 void MaterialsPanel::draw(const Context& context) {
   Ui& ui = context.ui;
   if (!ui.header("Materials", context.layout.is_open(Panel::materials))) return;
   app::ViewState& view_state = context.view_state;
   const scene::Scene& scene = context.shown.scene;
+  follow(scene, view_state.selected);
   choose_variant(ui, scene, view_state.edits.variant);
   ui.check("Of the selection", of_selection_, "Lists those of the selected node and its descendants");
   list(context);
@@ -194,7 +210,13 @@ void MaterialsPanel::draw(const Context& context) {
 
   constexpr size_t kMaxRows = 6;
   const float row_height = ImGui::GetTextLineHeightWithSpacing();
-  ImGui::BeginChild("materials", {0, row_height * static_cast<float>(std::min(listed_.size(), kMaxRows))});
+  const float list_height = row_height * static_cast<float>(std::min(listed_.size(), kMaxRows));
+  ImGui::BeginChild("materials", {0, list_height});
+  if (std::exchange(scrolls_to_chosen_, false)) {
+    const auto row = std::find(listed_.begin(), listed_.end(), chosen_) - listed_.begin();
+    const float y = static_cast<float>(row) * row_height, top = ImGui::GetScrollY();
+    if (y < top || y + row_height > top + list_height) ImGui::SetScrollY(y);
+  }
   ImGuiListClipper clipper;
   clipper.Begin(static_cast<int>(listed_.size()), row_height);
   while (clipper.Step()) {
@@ -242,20 +264,19 @@ void choose(Ui& ui, const char* label, Value& value, const char* const (&names)[
 // Control of a row of the table of settings.
 void draw_setting_row(Ui& ui, const DrawSetting& setting, DrawSettings& draw) {
   const SettingControl& control = setting.control;
+  ui.begin_disabled(setting.needs_raster && draw.path);
   if (setting.kind == SettingKind::number) {
     float value = std::stof(setting.text(draw));
     if (ui.slider(control.label, value, {control.least, control.most, control.format}, control.hint))
       (void)setting.set(number_text(value), draw);
-    return;
-  }
-  size_t chosen = chosen_index(setting, draw);
-  if (control.names.empty()) {
+  } else if (size_t chosen = chosen_index(setting, draw); control.names.empty()) {
     bool is_first = chosen == 0;
     if (ui.check(control.label, is_first, control.hint))
       (void)setting.set(setting.names[is_first ? 0 : 1], draw);
   } else if (ui.choice(control.label, chosen, control.names, control.hint)) {
     (void)setting.set(setting.names[chosen], draw);
   }
+  ui.end_disabled();
 }
 
 void draw_setting_rows(Ui& ui, SettingGroup group, DrawSettings& draw) {
@@ -264,10 +285,11 @@ void draw_setting_rows(Ui& ui, SettingGroup group, DrawSettings& draw) {
   }
 }
 
-void choose_samples(Ui& ui, uint32_t& samples) {
+void choose_samples(Ui& ui, DrawSettings& draw) {
   constexpr const char* kNames[] = {"1", "4"};
-  size_t chosen = samples > 1 ? 1 : 0;
-  if (ui.choice("Samples", chosen, kNames, "Of each pixel")) samples = chosen == 0 ? 1 : 4;
+  size_t chosen = draw.samples > 1 ? 1 : 0;
+  if (ui.choice("Samples", chosen, kNames, "Of each pixel"))
+    (void)draw_setting("samples").set(kNames[chosen], draw);
 }
 
 // Raster or paths, and the numbers of the paths.
@@ -351,9 +373,9 @@ void draw_render_panel(const Context& context) {
 
   choose_renderer(context);
   choose_lens(context);
-  constexpr const char* kViews[] = {"light",    "normals",           "depth", "nodes", "clusters",
+  constexpr const char* kViews[] = {"none",     "normals",           "depth", "nodes", "clusters",
                                     "overdraw", "unresolved shadows"};
-  choose(ui, "Shows", view_state.debug_view, kViews, "Debug view instead of light");
+  choose(ui, "Debug view", view_state.debug_view, kViews, "Shown instead of light");
   if (!context.facts.why_no_debug_views.empty()) ui.note(context.facts.why_no_debug_views);
   ui.check("Grid and axes", view_state.shows_grid, "In the plane y = 0 of the world  (X)");
   ui.check("Camera frusta", view_state.shows_frusta, "Of the scene's cameras  (K)");
@@ -364,6 +386,7 @@ void draw_render_panel(const Context& context) {
     ui.slider("Exposure", draw.post.exposure, {1.0f / 64, 64, "%.2f x", true});
   }
   draw_setting_rows(ui, SettingGroup::image, draw);
+  ui.begin_disabled(draw.path.has_value());  // paths have all of these
   ui.check("Reflections by rays", draw.ray_effects.on.reflections,
            "Smooth surfaces mirror bodies; needs rays on the device");
   ui.check("Ambient occlusion", draw.ray_effects.on.ambient_occlusion,
@@ -371,8 +394,9 @@ void draw_render_panel(const Context& context) {
   ui.check("Refraction", draw.ray_effects.on.refraction, "Glass bends light; needs rays on the device");
   ui.check("Diffuse bounce", draw.ray_effects.on.bounce,
            "Surfaces light each other; needs rays on the device");
-  choose_samples(ui, draw.samples);
+  choose_samples(ui, draw);
   choose_shadows(ui, draw.shadows);
+  ui.end_disabled();
   draw_setting_rows(ui, SettingGroup::raster, draw);
   draw_setting_row(ui, draw_setting("environment-intensity"), draw);
   draw_setting_row(ui, draw_setting("environment-rotation"), draw);

@@ -2,7 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <glm/gtc/quaternion.hpp>
+#include <string_view>
+#include <unordered_map>
+#include <utility>
 
 #include "renderer/gui/panels.h"
 
@@ -30,9 +34,18 @@ void TreePanel::take_scene(const scene::Scene& scene, uint64_t number) {
     const uint32_t parent = scene.nodes[node].parent;
     if (parent != scene::kNone) children_[next[parent]++] = node;
   }
-  // Small scenes start fully expanded, large ones with their first levels.
+  // Small scenes start fully expanded, large ones with their first levels. Nodes that the scene before had,
+  // as in a scene with one more object, stay as they are.
+  std::unordered_map<uint64_t, bool> was_open;
+  for (size_t node = 0; node < path_hashes_.size(); ++node) was_open[path_hashes_[node]] = open_[node];
   open_.assign(count, count <= 64);
   if (roots_.size() == 1) open_[roots_[0]] = true;
+  path_hashes_.resize(count);
+  for (uint32_t node = 0; node < count; ++node) {
+    path_hashes_[node] = std::hash<std::string_view>()(scene.nodes[node].path);
+    if (const auto known = was_open.find(path_hashes_[node]); known != was_open.end())
+      open_[node] = known->second;
+  }
   rows_are_old_ = true;
   revealed_ = scene::kNone;
 }

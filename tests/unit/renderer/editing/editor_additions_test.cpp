@@ -343,7 +343,7 @@ TEST_F(Editors, AdditionEditsAreReportedWhenShown) {
   const std::vector<std::string> notes = editor.take_log_messages();
   ASSERT_EQ(notes.size(), 3u) << "those of the refused one have its warning";
   EXPECT_NE(notes[0].find("\"table/leg\" has no effect"), std::string::npos) << notes[0];
-  EXPECT_NE(notes[1].find("\"glass\" of \"table\" has no effect"), std::string::npos) << notes[1];
+  EXPECT_NE(notes[1].find("\"glass\" of \"table\" have no effect"), std::string::npos) << notes[1];
   EXPECT_EQ(notes[2], "2 edits of " + file().path.string() + " applied");
   EXPECT_TRUE(view_state_.edits.materials.contains(1));
   editor.report_start({built, names, nullptr, added});
@@ -390,6 +390,36 @@ TEST_F(Editors, NearbyAssetsAreOffered) {
   view_state_.commands.list_assets = true;
   other.update(targets(), false);
   EXPECT_EQ(other.facts().assets, (std::vector<std::string>{"b.glb", "parts/a 1%25.gltf"}));
+}
+
+// A file in centimetres may be around the camera, where nobody sees it.
+TEST_F(Editors, SizeOfAdditionIsTold) {
+  const auto size_of = [this](float scale) {
+    EditSession editor(view_state_, file(), {});
+    editor.begin(targets());
+    view_state_.commands.add = ObjectKind::point_light;
+    editor.update(targets(), false, {});
+    scene::Scene built = with_nodes(scene_, {"point light"});
+    scene::Node& added = built.nodes.back();
+    added.mesh = static_cast<uint32_t>(built.meshes.size());
+    scene::Primitive box;
+    box.bounds_min = glm::vec3(-scale);
+    box.bounds_max = glm::vec3(scale);
+    built.meshes.push_back(
+        {.first_primitive = static_cast<uint32_t>(built.primitives.size()), .primitive_count = 1});
+    built.primitives.push_back(box);
+    scene_.bounds_min = glm::vec3(-1);
+    scene_.bounds_max = glm::vec3(1);
+    (void)editor.take_log_messages();
+    editor.replace_scene(scene_, built, nullptr);
+    view_state_.edits.additions.clear();
+    const std::vector<std::string> messages = editor.take_log_messages();
+    return messages.empty() ? std::string() : messages.front();
+  };
+  EXPECT_EQ(size_of(0.5f), "added \"point light\", 1 x 1 x 1 m");
+  EXPECT_EQ(size_of(100),
+            "added \"point light\", 200 x 200 x 200 m; it is 100 times as large as the scene: if its file is "
+            "not in metres, set Scale (centimetres: 0.01), then press F");
 }
 
 // They have no node that could be removed.

@@ -116,6 +116,7 @@ struct GuiWorld {
   glm::vec2 display_px{1280, 720};
   float scale = 1;
   bool replays = true;
+  uint64_t scene_number = 1;
 
   explicit GuiWorld(scene::Scene shown = gui_scene()) : scene(std::move(shown)), poses(scene) {
     facts = bench::panel_facts(0, glm::uvec2(display_px));
@@ -158,7 +159,7 @@ struct GuiWorld {
     input.scale = scale;
     input.delta_s = 1.0f / 60;
     input.events = std::move(events);
-    const gui::Shown shown{scene,  poses,        nullptr,  1,         replays ? &timeline : nullptr,
+    const gui::Shown shown{scene,  poses,        nullptr,  scene_number, replays ? &timeline : nullptr,
                            &robot, recent_files, &editing, image_view};
     const ImDrawData& drawn = gui.frame(input, facts, shown, view_state);
     robot.set(view_state.edits.joints);

@@ -4,6 +4,7 @@
 #include <imgui.h>
 #include <imgui_internal.h>
 
+#include <algorithm>
 #include <optional>
 #include <set>
 
@@ -26,9 +27,9 @@ std::string numbers(std::initializer_list<double> values) {
 // All state that the program acts on, as text.
 std::string settings_of(const GuiWorld& world) {
   const app::ViewState& v = world.view_state;
-  std::string text =
-      numbers({double(v.selected), double(v.followed), double(v.edits.isolated), v.camera_speed,
-               double(v.gui), double(v.help), double(v.debug_view), double(v.tool), double(v.tool_is_local)});
+  std::string text = numbers({double(v.selected), double(v.followed), double(v.edits.isolated),
+                              v.camera_speed, double(v.gui), double(v.help), double(v.debug_view),
+                              double(v.tool), double(v.tool_is_local), double(v.scale_is_uniform)});
   for (const uint32_t node : v.edits.removed) text += "removed " + std::to_string(node) + " ";
   for (const uint32_t node : v.edits.hidden) text += "hidden " + std::to_string(node) + " ";
   for (const auto& [node, light] : v.edits.lights) {
@@ -128,7 +129,7 @@ class GuiPanels : public ::testing::Test {
     view_state = {};
     view_state.draw.post.lens = {2.8f, 2};
     view_state.picked_point = app::SurfacePoint{2, {0.1f, 0, 0}};
-    view_state.draw.path = view_state.paths;
+    if (has_paths_) view_state.draw.path = view_state.paths;
     view_state.selected = 2;
     view_state.edits.hidden = {1};
     view_state.followed = 1;
@@ -284,6 +285,7 @@ class GuiPanels : public ::testing::Test {
       // Clears the selection: selecting the selected row would change nothing.
       if (control.panel == "Scene" && control.kind == Kind::row) world().view_state.selected = scene::kNone;
       world().settle();
+      if (has_paths_ && control.panel == "Render" && !control.enabled) continue;  // of the raster
       EXPECT_TRUE(control.enabled) << control.panel << "/" << control.name << " cannot be used here";
       EXPECT_EQ(drive(control), "") << control.panel << "/" << control.name << " changes nothing";
       ++count;
@@ -299,6 +301,7 @@ class GuiPanels : public ::testing::Test {
   }
 
   std::optional<GuiWorld> world_;
+  bool has_paths_ = true;  // of later reset()s
 };
 
 TEST_F(GuiPanels, EveryControlDoesSomething) {
@@ -307,7 +310,73 @@ TEST_F(GuiPanels, EveryControlDoesSomething) {
   ASSERT_EQ(rows_of("Lights").size(), 3u);
   ASSERT_EQ(rows_of("Materials").size(), 3u);
   for (size_t i = 0; i < 3; ++i) driven += drive_all("Lights", i) + drive_all("Materials", SIZE_MAX, i);
-  EXPECT_GT(driven, 120u);
+  has_paths_ = false;
+  driven += drive_all("Render");
+  EXPECT_GT(driven, 140u);
+}
+
+TEST_F(GuiPanels, PathsDisableSettingsOfTheRaster) {
+  const auto disabled = [this] {
+    std::set<std::string> names;
+    for (const Control& control : world().gui.controls())
+      if (control.panel == "Render" && !control.enabled) names.insert(control.name);
+    return names;
+  };
+  EXPECT_EQ(disabled(), (std::set<std::string>{"Ambient occlusion", "Culling", "Diffuse bounce", "FXAA",
+                                               "Level of detail", "Raster path", "Rays everywhere",
+                                               "Reflections by rays", "Refraction", "Samples", "Shadows"}));
+  has_paths_ = false;
+  reset();
+  EXPECT_EQ(disabled(), std::set<std::string>());
+}
+
+TEST_F(GuiPanels, MaterialsFollowSelection) {
+  const auto shows_alpha_cutoff = [this] {  // of "leaf" alone
+    return std::ranges::any_of(world().gui.controls(), [](const Control& control) {
+      return control.panel == "Materials" && control.name == "Alpha cutoff";
+    });
+  };
+  world().view_state.selected = 0;
+  world().settle();
+  EXPECT_FALSE(shows_alpha_cutoff());
+  world().view_state.selected = 1;
+  world().settle();
+  EXPECT_TRUE(shows_alpha_cutoff());
+  choose_row("Materials", 0);
+  EXPECT_FALSE(shows_alpha_cutoff()) << "chosen by the user";
+}
+
+TEST_F(GuiPanels, OpenedListOfFilesIsNew) {
+  click_at(center_of(find("Edit", "Add file", Kind::choice)));
+  EXPECT_TRUE(world().view_state.commands.list_assets);
+  world().view_state.commands.list_assets = false;
+  world().settle();
+  EXPECT_FALSE(world().view_state.commands.list_assets) << "once for each opening";
+}
+
+TEST_F(GuiPanels, UniformScaleKeepsTheRatio) {
+  world().view_state.selected = 0;
+  const auto drag_y = [this] {
+    const Control number = find("Edit", "Scale y", Kind::number);
+    press(center_of(number));
+    world().frame({gui::MouseMoved{center_of(number) + glm::vec2(30, 0)}});
+    world().frame();
+    release();
+    return world().view_state.edits.transforms.at(0).scale;
+  };
+  reset();
+  world().view_state.selected = 0;
+  world().settle();
+  const glm::vec3 single = drag_y();
+  EXPECT_EQ(single.x, 1);
+  EXPECT_GT(single.y, 1.1f);
+  world().view_state.edits.transforms.clear();
+  world().view_state.scale_is_uniform = true;
+  for (int i = 0; i < 60; ++i) world().frame();  // no double click
+  const glm::vec3 all = drag_y();
+  EXPECT_GT(all.y, 1.1f);
+  EXPECT_NEAR(all.x, all.y, 1e-4f);
+  EXPECT_NEAR(all.z, all.y, 1e-4f);
 }
 
 TEST_F(GuiPanels, DrivenJointsHaveNoSlider) {
@@ -495,6 +564,32 @@ TEST(GuiTree, OnlyVisibleRowsAreLaidOut) {
   EXPECT_TRUE(is_seen("body_4321"));
   EXPECT_TRUE(is_seen("body_43210"));
   EXPECT_EQ(world.gui.tree_rows(), 11u);
+}
+
+// A scene with one more object: what was open stays open.
+TEST(GuiTree, AdditionKeepsTheTree) {
+  scene::Scene scene = large_scene(80);  // not unfolded at the start
+  scene.nodes[2].parent = 1;
+  GuiWorld world(std::move(scene));
+  world.display_px = {1280, 3000};
+  world.gui.note_controls(true);
+  world.view_state.selected = 2;
+  world.settle();
+  world.view_state.selected = 0;
+  world.settle();
+  const auto is_listed = [&](const std::string& name) {
+    return std::ranges::any_of(world.gui.controls(), [&](const Control& control) {
+      return control.panel == "Scene" && control.kind == Kind::row && control.name == name;
+    });
+  };
+  ASSERT_TRUE(is_listed(world.scene.nodes[2].name));
+  world.scene.nodes.push_back(world.scene.nodes[1]);
+  world.scene.nodes.back().name = world.scene.nodes.back().path = "added";
+  world.poses.set_scene(world.scene);
+  ++world.scene_number;
+  world.settle();
+  EXPECT_TRUE(is_listed("added"));
+  EXPECT_TRUE(is_listed(world.scene.nodes[2].name));
 }
 
 TEST(GuiTree, OnlyVisibleLinesAreLaidOut) {
