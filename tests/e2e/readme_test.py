@@ -104,7 +104,7 @@ def python_snippet(test):
         snippet = code_blocks(file.read(), "python")[0]
     subprocess.run([test.programs_at["bullet_arm"], "--write-scene", test.path("arm.glb")], timeout=HANG_S, check=True)
     env = {**vulkan_environment(), "FIRE3DV": test.programs_at["fire3dv"]}
-    done = subprocess.run([sys.executable, "-W", "error", "-c", "import fire3dv\n" + snippet], cwd=test.folder,
+    done = subprocess.run([sys.executable, "-W", "error", "-c", snippet], cwd=test.folder,
                           capture_output=True, text=True, timeout=HANG_S, check=False, env=env)
     check(done.returncode == 0, done.stderr)
     picture = read_png(test.path("arm.png"))
