@@ -38,6 +38,7 @@ export class Joints {
     const free = joint.turns ? FREE_TURN_DEG : FREE_WAY_M;
     const [low, high] = joint.limits ? joint.limits.map((limit) => limit * unit) : [-free, free];
     Object.assign(slider, {type: "range", min: low, max: high, step: "any"});
+    slider.setAttribute("aria-label", joint.name);  // without the value, which the slider has itself
     slider.disabled = !this.mayControl;
     const row = {item, slider, value, unit, turns: joint.turns};
     slider.oninput = () => {
@@ -59,7 +60,8 @@ export class Joints {
   }
 
   show(row, shown) {
-    row.value.textContent = row.turns ? `${shown.toFixed(1)}°` : `${shown.toFixed(3)} m`;
+    row.value.textContent = (row.turns ? `${shown.toFixed(1)}°` : `${shown.toFixed(3)} m`).replace(/^-(0\.0*[ °])/, "$1");
+    row.slider.setAttribute("aria-valuetext", row.value.textContent);
   }
 
   setPositions(message) {

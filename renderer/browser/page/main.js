@@ -14,7 +14,7 @@ const at = (id) => document.getElementById(id);
 const query = new URLSearchParams(location.search);
 document.body.classList.toggle("embed", query.get("embed") === "1");
 
-let mayControl = false, camera = "", cameraCount = 0, scene = 0, selected = null, framesPicked = false, noticeTimer = 0, viewToken = "";
+let mayControl = false, camera = "", cameraCount = 0, scene = 0, selected = null, framesPicked = false, noticeTimer = 0, viewToken = "", streams = [];
 const link = new Link();
 const send = (message) => connection.send(message);
 const control = (message) => { if (mayControl) send(message); };
@@ -159,6 +159,9 @@ const messages = {
     drawVisibility();
   },
   status(message) {
+    const names = message.streams.map((stream) => stream.name);
+    for (const name of streams) if (!names.includes(name)) notice(`The stream ${name} has ended.`);
+    streams = names;
     drawStreams(at("streams"), message.streams, message.timeline && !message.timeline.playing);
     plots.setCount(message.scalars);
     timeline.draw(message.timeline, mayControl);

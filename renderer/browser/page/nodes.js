@@ -1,4 +1,5 @@
-// Node tree with search. Rows are made when they are opened, so that large scenes stay quick.
+// Node tree with search. Rows are made when they are opened, so that large scenes stay quick. The tree is one tab stop: arrow keys move
+// within it and open and close rows, Enter selects.
 const MAX_FOUND = 200;
 const EYE = "M1.5 8S4 3.5 8 3.5 14.5 8 14.5 8 12 12.5 8 12.5 1.5 8 1.5 8z";
 
@@ -12,10 +13,54 @@ export class Nodes {
     this.isolated = null;
     this.selected = null;
     this.names = [];
+    this.active = null;  // node of the row that has the tab stop
     elements.search.addEventListener("input", () => this.draw());
     elements.search.addEventListener("keydown", (event) => {
       if (event.key === "Enter" && this.found?.length > 0) this.handlers.select(this.found[0]);
+      if (event.key !== "ArrowDown") return;
+      event.preventDefault();
+      elements.tree.querySelector("li")?.focus();
     });
+    elements.tree.addEventListener("keydown", (event) => this.key(event));
+    elements.tree.addEventListener("focusin", (event) => {
+      this.active = Number(event.target.closest("li").dataset.node);
+      this.setTabStop();
+    });
+  }
+
+  // Keys of the row that has the focus; the others are those of the page.
+  key(event) {
+    const row = event.target;
+    if (!row.matches("li") || event.ctrlKey || event.altKey || event.metaKey) return;
+    const rows = [...this.elements.tree.querySelectorAll("li")], at = rows.indexOf(row), node = Number(row.dataset.node);
+    const isOpen = row.getAttribute("aria-expanded") === "true";
+    if (event.key === "ArrowDown") rows[at + 1]?.focus();
+    else if (event.key === "ArrowUp") rows[at - 1]?.focus();
+    else if (event.key === "Home") rows[0].focus();
+    else if (event.key === "End") rows[rows.length - 1].focus();
+    else if (event.key === "ArrowRight" && isOpen) rows[at + 1].focus();
+    else if (event.key === "ArrowRight" && row.hasAttribute("aria-expanded")) this.toggle(node);
+    else if (event.key === "ArrowLeft" && isOpen) this.toggle(node);
+    else if (event.key === "ArrowLeft") row.parentElement.closest("li")?.focus();
+    else if (event.key === "Enter" || event.key === " ") this.handlers.select(node);
+    else if (event.key !== "ArrowRight") return;
+    event.preventDefault();
+    event.stopPropagation();
+  }
+
+  toggle(node) {
+    if (!this.open.delete(node)) this.open.add(node);
+    this.draw();
+  }
+
+  rowOf(node) {
+    return node === null ? null : this.elements.tree.querySelector(`li[data-node="${node}"]`);
+  }
+
+  setTabStop() {
+    const stop = this.rowOf(this.active) ?? this.rowOf(this.selected) ?? this.elements.tree.querySelector("li");
+    for (const row of this.elements.tree.querySelectorAll('li[tabindex="0"]')) row.tabIndex = -1;
+    if (stop) stop.tabIndex = 0;
   }
 
   setScene(message) {
@@ -26,6 +71,7 @@ export class Nodes {
     this.roots = [];
     this.parents.forEach((parent, node) => (parent < 0 ? this.roots : this.children[parent]).push(node));
     this.open = new Set(this.roots.length === 1 ? this.roots : []);
+    this.active = null;
     this.elements.omitted.hidden = message.omitted === 0;
     this.elements.omitted.textContent = `${message.omitted} further nodes are not listed`;
     this.draw();
@@ -73,44 +119,52 @@ export class Nodes {
   draw() {
     const wanted = this.elements.search.value.trim().toLowerCase();
     const scrolled = this.elements.tree.scrollTop;
+    const hasFocus = document.activeElement?.matches("#tree li");
     if (wanted) {
       const found = [];
       for (let node = 0; node < this.names.length && found.length < MAX_FOUND; ++node)
         if (this.names[node].toLowerCase().includes(wanted)) found.push(node);
       this.found = found;
-      this.elements.tree.replaceChildren(...found.map((node) => this.row(node, false)));
+      this.elements.tree.replaceChildren(...found.map((node) => this.row(node, 0)));
     } else {
       this.found = [];
-      this.elements.tree.replaceChildren(...(this.roots ?? []).map((node) => this.branch(node)));
+      this.elements.tree.replaceChildren(...(this.roots ?? []).map((node) => this.branch(node, 1)));
     }
     this.elements.tree.scrollTop = scrolled;
+    this.setTabStop();
+    if (hasFocus) this.elements.tree.querySelector('li[tabindex="0"]')?.focus({preventScroll: true});
   }
 
-  branch(node) {
-    const item = this.row(node, true);
+  branch(node, level) {
+    const item = this.row(node, level);
     if (this.open.has(node) && this.children[node].length > 0) {
       const list = document.createElement("ul");
-      list.append(...this.children[node].map((child) => this.branch(child)));
+      list.setAttribute("role", "group");
+      list.append(...this.children[node].map((child) => this.branch(child, level + 1)));
       item.append(list);
     }
     return item;
   }
 
-  row(node, isTree) {
+  // level: in the tree, from 1; 0: a row of the search.
+  row(node, level) {
     const item = document.createElement("li");
+    item.dataset.node = node;
+    item.tabIndex = -1;
+    item.setAttribute("role", "treeitem");
+    item.setAttribute("aria-selected", String(node === this.selected));
+    item.setAttribute("aria-label", this.names[node] + (this.hidden.has(node) ? ", hidden" : ""));
+    if (level > 0) item.setAttribute("aria-level", String(level));
+    if (level > 0 && this.children[node].length > 0) item.setAttribute("aria-expanded", String(this.open.has(node)));
     const row = document.createElement("div");
     row.className = "node";
     row.classList.toggle("selected", node === this.selected);
     row.classList.toggle("gone", this.hidden.has(node));
     row.classList.toggle("empty", !this.meshes[node] && this.children[node].length === 0);
     const isOpen = this.open.has(node);
-    if (isTree) {
-      const twist = button("twist", this.children[node].length === 0 ? "" : isOpen ? "▾" : "▸", "Open or close");
-      twist.tabIndex = -1;
-      twist.onclick = () => {
-        if (!this.open.delete(node)) this.open.add(node);
-        this.draw();
-      };
+    if (level > 0) {
+      const twist = button("twist", this.children[node].length === 0 ? "" : isOpen ? "▾" : "▸", `Open or close ${this.names[node]}`);
+      twist.onclick = () => this.toggle(node);
       row.append(twist);
     }
     const label = button("label", this.names[node], this.names[node]);
@@ -126,6 +180,7 @@ export class Nodes {
 
 function button(className, text, title) {
   const element = document.createElement("button");
+  element.tabIndex = -1;  // the row has the tab stop
   element.className = className;
   element.textContent = text;
   element.title = title;
