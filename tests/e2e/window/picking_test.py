@@ -2,6 +2,7 @@
 """End-to-end test of clicks in a window with all panels open: skinned, morphed and instanced bodies are selected, each
 by itself, and the panels show what was clicked.
 """
+import json
 import os
 import struct
 
@@ -11,6 +12,7 @@ from image_reader import check, ranges_of, write_scene
 from screen import OUTLINE, on_a_screen
 
 WINDOW, COLUMNS = (900, 640), (270, 310)  # the image between the panels
+SEARCH, FIRST_ROW = (120, 42), (120, 66)  # of the panel Scene
 PANELS = ("scene", "node", "cameras", "frame", "streams", "lights", "materials", "render", "log", "timeline", "joints",
           "plots", "measure", "edit")
 ASSETS = os.environ.get("FIRE3DV_ASSETS") or os.path.join(os.path.dirname(os.path.abspath(__file__)), *[".."] * 4, "shared", "assets")
@@ -51,12 +53,12 @@ def write_deformed_scene(path):
     return edit_glb(plain, path, change)
 
 
-def open_window(test, screen, scene):
+def open_window(test, screen, scene, *options):
     conf = test.path("config/fire3dv/window.conf")
     os.makedirs(os.path.dirname(conf))
     with open(conf, "w", encoding="utf-8") as file:
         file.write("\n".join(f"{panel} = open" for panel in PANELS) + "\n")
-    renderer = test.viewer(scene, "--shadows", "off", "--samples", "1", "--fxaa", "off", env=screen.env, size=WINDOW)
+    renderer = test.viewer(scene, "--shadows", "off", "--samples", "1", "--fxaa", "off", *options, env=screen.env, size=WINDOW)
     return renderer, screen.window(renderer)
 
 
@@ -79,6 +81,33 @@ def deformed(test, screen):
             rows = outlined_rows(screen, window)
             return rows and at[1] - 8 < min(rows) and max(rows) < at[3] + 8
         wait_until(f"an outline of {name} alone", is_outlined)
+    screen.key("ctrl+q")
+    renderer.expect_exit(0)
+
+
+def added(test, screen):
+    """An added group of deformed bodies, far smaller than the scene: its row draws its outline, and F frames it."""
+    scene, overlay = test.path("squares.glb"), test.path("overlay/add.json")
+    write_scene(scene, place=0)
+    os.makedirs(os.path.dirname(overlay))
+    write_deformed_scene(test.path("overlay/group.glb"))
+    with open(overlay, "w", encoding="ascii") as file:
+        json.dump({"fire3dv_overlay": {"version": 2, "edits": [
+            {"add": "group", "asset": "group.glb", "translation": [30, 0, 0], "rotation": [0, 0, 0, 1], "scale": [0.05] * 3}]}}, file)
+    renderer, window = open_window(test, screen, scene, "--overlay", overlay)
+    wait_until("an image", lambda: len(set(screen.picture(window).columns(*COLUMNS).rows)) > 8)
+    screen.click(window, *SEARCH)
+    screen.key(*"group")
+    screen.click(window, *FIRST_ROW)
+    rows = wait_until("the outline of the group", lambda: outlined_rows(screen, window))
+    check(max(rows) - min(rows) < 40, f"the outline of the small group is in rows {rows}")
+    screen.move(window, COLUMNS[0] + COLUMNS[1] // 2, 300)
+    screen.key("f")
+
+    def is_framed():
+        rows = outlined_rows(screen, window)
+        return rows and max(rows) - min(rows) > 150
+    wait_until("the group to fill the image", is_framed)
     screen.key("ctrl+q")
     renderer.expect_exit(0)
 
@@ -118,7 +147,7 @@ def recent(test):
         return []
 
 
-CASES = {f.__name__: on_a_screen(f, size=(1000, 700)) for f in (deformed, samples)}
+CASES = {f.__name__: on_a_screen(f, size=(1000, 700)) for f in (deformed, added, samples)}
 
 if __name__ == "__main__":
     main(CASES, ["fire3dv"])

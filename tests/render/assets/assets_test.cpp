@@ -86,7 +86,8 @@ class Assets : public ValidationIsSilent {
       EXPECT_EQ(triangles_in_meshes(*scene), *asset.triangles) << "as the validator counts";
     }
     const passes::View view = view_of(*scene, known);
-    sinks::FrameImage image = drawer_.draw(*scene, view);
+    sinks::FrameImage image = drawer_.draw(*scene, view, passes::Pick{kAssetSide / 2, kAssetSide / 2, 1});
+    expect_valid_pick(*scene);
     const MeasuredImage picture = describe_picture(std::move(image), blank_, drawer_.counts());
     EXPECT_EQ(disagreement(known, picture), "");
     EXPECT_TRUE(matches_image(forward_.draw(*scene, view), picture.image, plain_name(asset.name),
@@ -106,6 +107,22 @@ class Assets : public ValidationIsSilent {
   }
 
  private:
+  // A click on the middle of the image, by the path of the window: the node has a surface.
+  void expect_valid_pick(const scene::Scene& scene) {
+    const std::vector<passes::Picked> picked = drawer_.take_picked();
+    ASSERT_EQ(picked.size(), 1u);
+    const uint32_t node = picked[0].node;
+    if (node == scene::kNone) return;  // the background
+    ++picked_;
+    ASSERT_LT(node, scene.nodes.size());
+    EXPECT_NE(scene.nodes[node].mesh, scene::kNone) << scene.nodes[node].name;
+    const glm::vec3 at = picked[0].position_world;
+    const glm::vec3 margin(1e-3f * (1 + glm::length(scene.bounds_max - scene.bounds_min)));
+    EXPECT_TRUE(glm::all(glm::greaterThan(at, scene.bounds_min - margin)) &&
+                glm::all(glm::lessThan(at, scene.bounds_max + margin)))
+        << at.x << " " << at.y << " " << at.z;
+  }
+
   void expect_computed_coverage(const scene::Scene& scene, const passes::View& view,
                                 const MeasuredImage& picture) {
     const std::optional<uint32_t> computed = computed_coverage(scene, view, kAssetSide);
@@ -163,7 +180,7 @@ class Assets : public ValidationIsSilent {
   const sinks::FrameImage blank_ = drawer_.draw_nothing();
   const AssetTable table_ = read_asset_table(kTable);
   static inline AssetTable measured_;  // of all tests in this run
-  uint32_t coverages_computed_ = 0;
+  uint32_t coverages_computed_ = 0, picked_ = 0;
 };
 
 TEST_F(Assets, MadeHereLookAsTableSays) {
@@ -183,6 +200,7 @@ TEST_F(Assets, CollectionLooksAsTheTableSays) {
   std::cout << valid << " valid public assets, " << coverages_computed_ << " with computed coverage\n";
   EXPECT_GT(valid, 0u);
   EXPECT_GT(coverages_computed_, 0u);
+  EXPECT_GT(picked_, valid / 2) << "of the clicks on the middle hit a surface";
 }
 
 // The same model in several formats: <model>/glTF, <model>/glTF-Binary, <model>/glTF-Embedded.

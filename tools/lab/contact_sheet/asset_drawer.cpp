@@ -15,16 +15,20 @@ AssetDrawer::AssetDrawer(gpu::Device& device, VkExtent2D extent, const settings:
   renderer_.set_scene(nothing_);
 }
 
-sinks::FrameImage AssetDrawer::draw(const scene::Scene& scene, const passes::View& view) {
+sinks::FrameImage AssetDrawer::draw(const scene::Scene& scene, const passes::View& view,
+                                    std::optional<passes::Pick> pick) {
   renderer_.set_scene(scene);
   shown_ = &scene;
   const state::PoseState poses(scene);
-  const Result<passes::PreparedFrame> prepared = renderer_.prepare({.extent = extent_});
+  const Result<passes::PreparedFrame> prepared =
+      renderer_.prepare({.extent = extent_, .inspection = {.pick = pick}});
   if (!prepared) throw std::runtime_error(prepared.error().message);
   gpu::Recorder& recorder = frames_.begin();
   renderer_.record(*prepared, recorder, frames_.staging(), poses, view);
   readback_.record(recorder, renderer_.image(), 0);
-  readback_.submitted(frames_.submit());
+  const uint64_t done_at = frames_.submit();
+  readback_.submitted(done_at);
+  renderer_.submitted(done_at);
   sinks::FrameImage image;
   readback_.drain([&](int, VkExtent2D extent, std::span<const uint8_t> rgba8) {
     image.width = extent.width;

@@ -2,6 +2,9 @@
 // thread.
 #pragma once
 
+#include <optional>
+#include <vector>
+
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/gpu/readback_ring.h"
 #include "renderer/passes/scene_renderer.h"
@@ -19,8 +22,11 @@ class AssetDrawer {
  public:
   AssetDrawer(gpu::Device& device, VkExtent2D extent, const settings::DrawSettings& settings);
 
-  // Draws the scene at rest and waits for the image. Throws std::runtime_error when memory is short.
-  sinks::FrameImage draw(const scene::Scene& scene, const passes::View& view);
+  // Draws the scene at rest and waits for the image. Throws std::runtime_error when memory is short. pick: a
+  // pixel, whose node take_picked() returns.
+  sinks::FrameImage draw(const scene::Scene& scene, const passes::View& view,
+                         std::optional<passes::Pick> pick = std::nullopt);
+  std::vector<passes::Picked> take_picked() { return renderer_.take_picked(); }
   sinks::FrameImage draw_framed(const scene::Scene& scene);
   // The image of `fire3dv FILE` without options: its camera, ground shadows and exposure. The settings must
   // be default_settings(), but for their techniques.
