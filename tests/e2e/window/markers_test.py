@@ -69,7 +69,7 @@ def clicks(test, screen):
         stream.points("points", [[0, row, 1], [away, row, 1]], colors=(1, 0, 1), size_px=10, overlaid=True)
         stream.publish(0, [])
         for place in (at, beside):
-            wait_until(f"a marker at {place}", lambda p=place: stream.poll() and screen.picture(window).pixel(*p) == bytes((255, 0, 255)))
+            wait_until(f"a marker at {place}", lambda p=place: stream.poll() and screen.picture(window).pixel(*p) == (255, 0, 255))
         screen.click(window, *at)
         wait_until("an outline of the square behind the marker", is_outlined)
         screen.click(window, *beside)

@@ -93,7 +93,7 @@ def added(test, screen):
     write_deformed_scene(test.path("overlay/group.glb"))
     with open(overlay, "w", encoding="ascii") as file:
         json.dump({"fire3dv_overlay": {"version": 2, "edits": [
-            {"add": "group", "asset": "group.glb", "translation": [30, 0, 0], "rotation": [0, 0, 0, 1], "scale": [0.05] * 3}]}}, file)
+            {"add": "group", "asset": "group.glb", "translation": [20, 0, 0], "rotation": [0, 0, 0, 1], "scale": [0.05] * 3}]}}, file)
     renderer, window = open_window(test, screen, scene, "--overlay", overlay)
     wait_until("an image", lambda: len(set(screen.picture(window).columns(*COLUMNS).rows)) > 8)
     screen.click(window, *SEARCH)
