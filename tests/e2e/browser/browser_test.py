@@ -144,7 +144,6 @@ def nodes(test):
         found = page.evaluate("[...document.querySelectorAll('#tree .label')].map((label) => label.textContent)")
         check(found and all("link" in name.lower() for name in found), f"the search for LINK found {found}")
         page.evaluate("document.getElementById('search').value = ''; document.getElementById('search').dispatchEvent(new Event('input'))")
-        keyboard(page)
         page.click(170, 170)
         name = page.wait("the picked node", "document.getElementById('selection').hidden ? '' : document.getElementById('picked-name').textContent")
         before = canvas(page)[2]
@@ -171,35 +170,6 @@ def nodes(test):
         check(not page.errors and not viewer.errors, f"errors of the page: {page.errors} {viewer.errors}")
     finally:
         session.end()
-
-
-def keyboard(page):
-    """The tree is one tab stop with roles and names; arrow keys walk and fold it, Enter selects."""
-    focused = "document.activeElement.getAttribute('aria-label')"
-    listed = page.evaluate("[...document.querySelectorAll('#tree li')].map((row) => row.getAttribute('aria-label'))")
-    check(page.evaluate("document.querySelectorAll('#tree[role=tree] li[role=treeitem][tabindex=\"0\"]').length") == 1, "the tree is not one tab stop")
-    check(page.evaluate("[...document.querySelectorAll('#tree button')].every((button) => button.tabIndex === -1)"), "buttons of rows are tab stops")
-    check(page.evaluate("[...document.querySelectorAll('#tree .eye')].every((eye) => eye.title === 'Hide ' + eye.closest('li').getAttribute('aria-label'))"), "names of eyes")
-    page.evaluate("document.getElementById('search').focus()")
-    page.key("ArrowDown")
-    check(page.evaluate(focused) == listed[0], f"arrow down from the search leads to {page.evaluate(focused)}")
-    page.key("ArrowDown")
-    page.key("ArrowUp")
-    check(page.evaluate(focused) == listed[0], "arrow keys do not walk")
-    state = "document.activeElement.getAttribute('aria-expanded')"
-    parent = page.evaluate("[...document.querySelectorAll('#tree li[aria-expanded]')].findIndex((row) => { row.focus(); return true; })")
-    check(parent == 0, "no row can be opened")
-    was, children = page.evaluate(state), "document.activeElement.querySelectorAll('li').length"
-    if was == "false":
-        page.key("ArrowRight")
-    check(page.evaluate(state) == "true" and page.evaluate(children) > 0, "arrow right does not open")
-    page.key("ArrowRight")
-    page.key("ArrowLeft")
-    page.key("ArrowLeft")
-    check(page.evaluate(state) == "false" and page.evaluate(children) == 0, "arrow left does not lead back and close")
-    page.key("Enter")
-    page.wait("the selected row", f"document.getElementById('picked-name').textContent === {focused} && document.activeElement.getAttribute('aria-selected') === 'true'")
-    page.evaluate("document.getElementById('deselect').click(); document.getElementById('canvas').focus()")
 
 
 def choose(page, control, what):
