@@ -461,7 +461,7 @@ def stop_request(test, link):
     renderer = renderer_of(test, uri, "--on-request")
     with open_stream(uri) as stream:
         stream.publish(1000, barcode.poses_of(1))
-        requests = ask_large(stream, 2048, 16, 2)
+        requests = ask_large(stream, 2048, 24, 2)  # a stream holds 8 images at once
         stream.publish(2000, barcode.poses_of(2))
         stream.wait_image(HANG_S)
         renderer.signal(signal.SIGTERM)

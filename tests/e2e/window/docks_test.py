@@ -79,8 +79,8 @@ def splitters(test, screen):
     for x in range(box[2] - 37, box[2] + 10, 3):
         screen.move(window, x, 60)
     screen.release()
-    moved = wait_until("a narrower right column", lambda: (lambda now: now and now[2] > box[2] and now)(
-        uncovered(screen.picture(window))))
+    wait_until("a narrower right column", lambda: (uncovered(screen.picture(window)) or box)[2] > box[2])
+    moved = settled(screen, window)  # all motions of the pointer have arrived
     check(moved[:2] == box[:2], f"{moved}, not {box}")
     # The handle is in the middle of the splitter.
     screen.click(window, box[0] - 3, WINDOW[1] // 2)
