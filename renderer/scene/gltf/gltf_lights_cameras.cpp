@@ -133,8 +133,9 @@ Result<Camera> camera_of(const tinygltf::Camera& source, const std::string& wher
 void add_default_view(const tinygltf::Model& model, Scene& scene) {
   const int shown = std::max(model.defaultScene, 0);
   if (!in_range(shown, model.scenes.size())) return;
-  const tinygltf::Value& from = model.scenes[static_cast<size_t>(shown)].extras.Get("viewFrom");
-  if (from.Type() == tinygltf::NULL_TYPE) return;
+  const tinygltf::Value& extras = model.scenes[static_cast<size_t>(shown)].extras;
+  if (!extras.Has("viewFrom")) return;
+  const tinygltf::Value& from = extras.Get("viewFrom");
   glm::vec3 direction(0);
   for (int i = 0; i < 3; ++i) {
     const bool is_number = from.IsArray() && from.ArrayLen() == 3 && from.Get(i).IsNumber();

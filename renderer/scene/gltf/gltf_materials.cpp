@@ -454,8 +454,9 @@ Result<void> add_sky(const tinygltf::Model& model, Textures& textures, Scene& sc
   const int shown = std::max(model.defaultScene, 0);
   if (!in_range(shown, model.scenes.size())) return {};
   const std::string where = element("scenes", static_cast<size_t>(shown)) + ".extras.skyTexture";
-  const tinygltf::Value& sky = model.scenes[static_cast<size_t>(shown)].extras.Get("skyTexture");
-  if (sky.Type() == tinygltf::NULL_TYPE) return {};
+  const tinygltf::Value& extras = model.scenes[static_cast<size_t>(shown)].extras;
+  if (!extras.Has("skyTexture")) return {};
+  const tinygltf::Value& sky = extras.Get("skyTexture");
   const double index = sky.IsNumber() ? sky.GetNumberAsDouble() : -1;
   if (!(index >= 0 && index <= std::numeric_limits<int>::max())) {
     scene.warnings.push_back(where + " is no index of a texture: the scene has no sky");

@@ -61,8 +61,10 @@ class MeshLoader {
   Result<void> add_mesh(const tinygltf::Mesh& source, const std::string& where) {
     Mesh mesh;
     mesh.name = source.name;
-    const tinygltf::Value& unbounded = source.extras.Get("unbounded");
-    mesh.unbounded = unbounded.IsBool() && unbounded.Get<bool>();
+    if (source.extras.Has("unbounded")) {
+      const tinygltf::Value& unbounded = source.extras.Get("unbounded");
+      mesh.unbounded = unbounded.IsBool() && unbounded.Get<bool>();
+    }
     mesh.first_primitive = static_cast<uint32_t>(scene_.primitives.size());
     if (source.primitives.empty()) return Error{where + " has no primitives"};
     auto targets = morph_target_count(source, where);

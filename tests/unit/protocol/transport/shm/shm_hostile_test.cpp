@@ -17,13 +17,14 @@ struct FakeSegment {
   explicit FakeSegment(const char* what) : uri(unique_shm_uri(what)), name(uri.substr(6)) {}
   ~FakeSegment() { ::unlink(shm::segment_path(name).c_str()); }
 
-  // Writes a file with this content, locked like a live publisher's.
+  // Writes a file with this content, locked like a live publisher's: before it has content, since programs
+  // that start meanwhile remove segments without a lock.
   void write(std::span<const std::byte> bytes, mode_t mode = 0600) {
     fd = UniqueFd(::open(shm::segment_path(name).c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0600));
     ASSERT_TRUE(fd);
+    ASSERT_TRUE(shm::try_lock_byte(fd.get(), shm::kPublisherLockByte));
     ASSERT_EQ(::pwrite(fd.get(), bytes.data(), bytes.size(), 0), static_cast<ssize_t>(bytes.size()));
     ASSERT_EQ(::fchmod(fd.get(), mode), 0);
-    ASSERT_TRUE(shm::try_lock_byte(fd.get(), shm::kPublisherLockByte));
   }
   std::string uri, name;
   UniqueFd fd;
