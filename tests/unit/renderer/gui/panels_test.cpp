@@ -44,8 +44,9 @@ std::string settings_of(const GuiWorld& world) {
   }
   const settings::DrawSettings& d = v.draw;
   for (const settings::DrawSetting& setting : settings::draw_setting_table()) text += setting.text(d) + " ";
-  text += numbers({d.background.color.r, d.background.color.g, d.background.color.b,
-                   double(v.paths.samples_per_pixel), double(v.paths.bounces)});
+  text +=
+      numbers({d.background.color.r, d.background.color.g, d.background.color.b,
+               double(d.background.show_sky), double(v.paths.samples_per_pixel), double(v.paths.bounces)});
   for (const auto& [joint, position] : v.edits.joints)
     text += "joint " + numbers({double(joint), position[0]});
   for (const auto& [epoch, playout] : v.streams) {
