@@ -113,7 +113,8 @@ def variants(test, screen):
             file.write(f"{panel} = closed\n")
         file.write("materials = open\nleft-dock = folded\n")
     uri = test.fresh_uri("shm")
-    renderer = test.viewer(scene, "--listen", uri, "--variant", "like blue", env=screen.env, size=PANELS_SIZE)
+    renderer = test.viewer(scene, "--listen", uri, "--variant", "like blue", "--motion-quality", "full", env=screen.env,
+                           size=PANELS_SIZE)
     window = screen.window(renderer)
     publisher = test.publisher(uri)
 
