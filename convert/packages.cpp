@@ -7,6 +7,7 @@
 #include <system_error>
 #include <utility>
 
+#include "base/words.h"
 #include "convert/description_files.h"
 #include "renderer/scene/files.h"
 
@@ -77,14 +78,10 @@ std::string package_name(const fs::path& folder, Sources& sources) {
     const size_t end = text.find("-->", at);
     text.erase(at, end == std::string::npos ? end : end + 3 - at);
   }
-  constexpr std::string_view kSpace = " \t\r\n";
   const size_t begin = text.find("<name>");
   const size_t end = text.find("</name>", begin);
   if (begin == std::string::npos || end == std::string::npos) return {};
-  const std::string_view inside = std::string_view(text).substr(begin + 6, end - begin - 6);
-  const size_t first = inside.find_first_not_of(kSpace);
-  if (first == std::string_view::npos) return {};
-  return std::string(inside.substr(first, inside.find_last_not_of(kSpace) - first + 1));
+  return std::string(trimmed(std::string_view(text).substr(begin + 6, end - begin - 6)));
 }
 
 Packages::Packages(const fs::path& description_folder, const std::vector<fs::path>& named)

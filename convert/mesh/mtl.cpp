@@ -8,26 +8,17 @@
 
 #include "base/numbers.h"
 #include "base/text.h"
+#include "base/words.h"
 #include "convert/model.h"
 
 namespace fire3dv::convert {
 namespace {
 
 constexpr size_t kMaxMtlMaterials = 100'000;
-constexpr std::string_view kBlanks = " \t\r";
-
-std::string_view trimmed(std::string_view text) {
-  const size_t first = text.find_first_not_of(kBlanks);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
-}
-
-// The first word of `rest`, which is cut off.
+// The first word of `rest`, which is cut off with the blanks behind it.
 std::string_view take_word(std::string_view& rest) {
+  const std::string_view word = next_word(rest);
   rest = trimmed(rest);
-  const size_t end = std::min(rest.find_first_of(kBlanks), rest.size());
-  const std::string_view word = rest.substr(0, end);
-  rest = trimmed(rest.substr(end));
   return word;
 }
 

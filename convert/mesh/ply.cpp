@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "base/plural.h"
+#include "base/words.h"
 #include "convert/mesh/geometry/triangulate.h"
 #include "convert/mesh/mesh_store.h"
 #include "convert/mesh/text/mesh_text.h"

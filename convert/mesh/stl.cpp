@@ -11,6 +11,7 @@
 
 #include "base/plural.h"
 #include "base/text.h"
+#include "base/words.h"
 #include "convert/mesh/geometry/triangulate.h"
 #include "convert/mesh/mesh_store.h"
 #include "convert/mesh/text/mesh_text.h"
@@ -96,11 +97,9 @@ class TextStl {
  private:
   std::string_view rest_of_line() {
     const size_t end = std::min(rest_.find_first_of("\r\n"), rest_.size());
-    std::string_view line = rest_.substr(0, end);
+    const std::string_view line = rest_.substr(0, end);
     rest_.remove_prefix(end);
-    const size_t first = std::min(line.find_first_not_of(" \t"), line.size());
-    line.remove_prefix(first);
-    return line.substr(0, line.find_last_not_of(" \t") + 1);
+    return trimmed(line);
   }
 
   Result<void> add_vertex() {

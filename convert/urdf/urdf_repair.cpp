@@ -4,6 +4,7 @@
 #include <string>
 #include <string_view>
 
+#include "base/words.h"
 #include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
@@ -21,26 +22,10 @@ void repair_scales(tinyxml2::XMLElement& link) {
       tinyxml2::XMLElement* mesh = geometry ? geometry->FirstChildElement("mesh") : nullptr;
       const char* scale = mesh ? mesh->Attribute("scale") : nullptr;
       if (!scale) continue;
-      constexpr std::string_view kSpace = " \t\r\n";
-      const std::string_view text = scale;
-      const size_t first = text.find_first_not_of(kSpace);
-      if (first == std::string_view::npos) continue;
-      const std::string one(text.substr(first, text.find_last_not_of(kSpace) - first + 1));
-      if (one.find_first_of(kSpace) == std::string::npos)
-        mesh->SetAttribute("scale", (one + " " + one + " " + one).c_str());
+      const std::string one(trimmed(scale));
+      if (count_words(one) == 1) mesh->SetAttribute("scale", (one + " " + one + " " + one).c_str());
     }
   }
-}
-
-// Numbers in the text.
-size_t words_in(std::string_view text) {
-  constexpr std::string_view kSpace = " \t\r\n";
-  size_t words = 0;
-  for (size_t at = text.find_first_not_of(kSpace); at != std::string_view::npos; ++words) {
-    const size_t end = text.find_first_of(kSpace, at);
-    at = end == std::string_view::npos ? end : text.find_first_not_of(kSpace, end);
-  }
-  return words;
 }
 
 // urdfdom drops a visual whose material has no name, and one whose colour has no opacity.
@@ -51,7 +36,7 @@ void repair_materials(tinyxml2::XMLElement& parent, size_t& unnamed) {
     for (tinyxml2::XMLElement* color = material->FirstChildElement("color"); color;
          color = material->FirstChildElement("color")) {
       const char* rgba = color->Attribute("rgba");
-      const size_t numbers = words_in(rgba ? rgba : "");
+      const size_t numbers = count_words(rgba ? rgba : "");
       if (numbers == 3) color->SetAttribute("rgba", (std::string(rgba) + " 1").c_str());
       if (numbers == 3 || numbers == 4) break;
       material->DeleteChild(color);

@@ -7,6 +7,7 @@
 #include <system_error>
 #include <utility>
 
+#include "base/words.h"
 #include "convert/description_files.h"
 #include "renderer/scene/files.h"
 
@@ -17,14 +18,10 @@ namespace fs = std::filesystem;
 constexpr uint64_t kMaxYamlBytes = uint64_t{8} << 20;
 constexpr size_t kMaxWarnings = 50, kMaxParsed = 20'000;
 
-std::vector<std::string> words_of(const std::string& text) {
+std::vector<std::string> words_of(std::string_view text) {
   std::vector<std::string> words;
-  constexpr std::string_view kSpace = " \t\r\n";
-  for (size_t at = text.find_first_not_of(kSpace); at != std::string::npos;) {
-    const size_t end = text.find_first_of(kSpace, at);
-    words.push_back(text.substr(at, end - at));
-    at = text.find_first_not_of(kSpace, end);
-  }
+  for (std::string_view word = next_word(text); !word.empty(); word = next_word(text))
+    words.emplace_back(word);
   return words;
 }
 

@@ -6,6 +6,7 @@
 
 #include "base/files.h"
 #include "base/numbers.h"
+#include "base/words.h"
 
 namespace fire3dv::gui {
 namespace {
@@ -29,13 +30,6 @@ constexpr const char* kDockNames[kDocks] = {"left-dock", "right-dock", "bottom-d
 constexpr const char* kThemeName = "theme";
 constexpr const char* kPlottedName = "scalars-seen";
 constexpr const char* kThemes[] = {"dark", "light"};
-
-std::string_view trimmed(std::string_view text) {
-  constexpr std::string_view kBlank = " \t\r";
-  const size_t first = text.find_first_not_of(kBlank);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kBlank) - first + 1);
-}
 
 // Returns false for an unknown setting.
 bool set(Layout& layout, std::string_view name, std::string_view value) {

@@ -12,6 +12,7 @@
 
 #include "adapters/ros2/dds/names.h"
 #include "base/text.h"
+#include "base/words.h"
 
 namespace fire3dv::ros2 {
 namespace {
@@ -21,13 +22,6 @@ using Element = tinyxml2::XMLElement;
 constexpr size_t kMaxBytes = size_t{64} << 20;
 constexpr size_t kMaxWarnings = 20;
 constexpr double kGazeboFov = 1.047;
-
-std::string_view trimmed(std::string_view text) {
-  constexpr std::string_view kSpace = " \t\r\n";
-  const size_t begin = text.find_first_not_of(kSpace);
-  if (begin == text.npos) return {};
-  return text.substr(begin, text.find_last_not_of(kSpace) - begin + 1);
-}
 
 // Text of the first of these children that has any; empty: none.
 std::string_view child_text(const Element* parent, std::initializer_list<const char*> names) {

@@ -13,37 +13,11 @@
 
 #include "base/numbers.h"
 #include "base/text.h"
+#include "base/words.h"
 #include "convert/mesh/text/mesh_text.h"
 
 namespace fire3dv::convert {
 namespace {
-
-constexpr std::string_view kXmlBlanks = " \t\r\n";
-
-std::string_view without_blanks(std::string_view text) {
-  const size_t first = text.find_first_not_of(kXmlBlanks);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kXmlBlanks) - first + 1);
-}
-
-// The next word of `rest`, which is cut off; empty at the end.
-std::string_view next_token(std::string_view& rest) {
-  rest.remove_prefix(std::min(rest.find_first_not_of(kXmlBlanks), rest.size()));
-  const std::string_view token = rest.substr(0, rest.find_first_of(kXmlBlanks));
-  rest.remove_prefix(token.size());
-  return token;
-}
-
-size_t count_tokens(std::string_view text) {
-  size_t count = 0;
-  bool in_token = false;
-  for (const char c : text) {
-    const bool is_blank = c == ' ' || c == '\n' || c == '\t' || c == '\r';
-    if (!is_blank && !in_token) ++count;
-    in_token = !is_blank;
-  }
-  return count;
-}
 
 std::optional<double> finite(std::string_view token) {
   if (token.starts_with('+')) token.remove_prefix(1);
@@ -58,10 +32,10 @@ struct Range {
 
 std::optional<Range> find_attribute(std::string_view tag, std::string_view name) {
   for (size_t at = tag.find(name); at != std::string_view::npos; at = tag.find(name, at + 1)) {
-    if (at == 0 || kXmlBlanks.find(tag[at - 1]) == std::string_view::npos) continue;
-    size_t next = tag.find_first_not_of(kXmlBlanks, at + name.size());
+    if (at == 0 || kBlanks.find(tag[at - 1]) == std::string_view::npos) continue;
+    size_t next = tag.find_first_not_of(kBlanks, at + name.size());
     if (next == std::string_view::npos || tag[next] != '=') continue;
-    next = tag.find_first_not_of(kXmlBlanks, next + 1);
+    next = tag.find_first_not_of(kBlanks, next + 1);
     if (next == std::string_view::npos || (tag[next] != '"' && tag[next] != '\'')) continue;
     const size_t end = tag.find(tag[next], next + 1);
     if (end != std::string_view::npos) return Range{next + 1, end};
@@ -75,7 +49,7 @@ std::string_view attribute_value(std::string_view tag, std::string_view name) {
 }
 
 std::optional<uint64_t> whole_number(std::string_view text) {
-  return parse_number<uint64_t>(without_blanks(text));
+  return parse_number<uint64_t>(trimmed(text));
 }
 
 // Elements of a node that place it, with the value of no movement.
@@ -176,7 +150,7 @@ class DaeRepair {
   bool add_end_tag() {
     const size_t end = in_.find('>', at_);
     if (end == std::string_view::npos) return false;
-    const std::string_view name = without_blanks(in_.substr(at_ + 2, end - at_ - 2));
+    const std::string_view name = trimmed(in_.substr(at_ + 2, end - at_ - 2));
     if (open_.empty() || open_.back().name != name) return false;
     if (last_is_start_) add_content({});  // an element without any text
     last_is_start_ = false;
@@ -291,7 +265,7 @@ class DaeRepair {
       out_ += tag;
       return;
     }
-    std::string_view value = without_blanks(tag.substr(range->begin, range->end - range->begin));
+    std::string_view value = trimmed(tag.substr(range->begin, range->end - range->begin));
     const std::optional<double> metres = finite(value);
     if (value.find(',') == std::string_view::npos && (!metres || *metres <= 0)) {
       report("<unit>", "its meter is no positive number: 1 is taken");
@@ -304,10 +278,10 @@ class DaeRepair {
 
   void add_text(std::string_view text) {
     const bool is_content = last_is_start_ && in_.substr(at_ + text.size()).starts_with("</");
-    const std::string_view trimmed = without_blanks(text);
+    const std::string_view content = trimmed(text);
     if (!is_content) out_ += text;
-    if (is_content && !trimmed.empty()) add_content(trimmed);  // empty: completed at the end tag
-    if (!trimmed.empty()) last_is_start_ = false;
+    if (is_content && !content.empty()) add_content(content);  // empty: completed at the end tag
+    if (!content.empty()) last_is_start_ = false;
   }
 
   // Text of the innermost element.
@@ -319,8 +293,8 @@ class DaeRepair {
       out_ += image_name();
       return;
     }
-    if (count_ && element == "p") count_->indices += count_tokens(text);
-    if (count_ && element == "vcount") count_->polygons = count_tokens(text);
+    if (count_ && element == "p") count_->indices += count_words(text);
+    if (count_ && element == "vcount") count_->polygons = count_words(text);
     if (const auto identity = identity_of(element); identity && parent() == "node")
       return add_transform(text, *identity);
     out_ += text;
@@ -329,7 +303,7 @@ class DaeRepair {
   void add_color(std::string_view text) {
     std::array<std::string_view, 4> numbers = {"0", "0", "0", "1"};
     size_t count = 0;
-    for (std::string_view token = next_token(text); !token.empty() && count < 4; token = next_token(text)) {
+    for (std::string_view token = next_word(text); !token.empty() && count < 4; token = next_word(text)) {
       const bool is_sound = finite(token) || token.find(',') != std::string_view::npos;  // assimp reads 0,5
       if (!is_sound) report(label("effect"), "a colour is not made of numbers: 0 is taken for them");
       if (is_sound) numbers[count] = token;
@@ -345,11 +319,11 @@ class DaeRepair {
   void add_transform(std::string_view text, std::string_view identity) {
     size_t count = 0;
     bool is_sound = true;
-    for (std::string_view rest = text, token = next_token(rest); !token.empty(); token = next_token(rest)) {
+    for (std::string_view rest = text, token = next_word(rest); !token.empty(); token = next_word(rest)) {
       ++count;
       is_sound = is_sound && (finite(token) || token.find(',') != std::string_view::npos);
     }
-    if (is_sound && count >= count_tokens(identity)) {
+    if (is_sound && count >= count_words(identity)) {
       out_ += text;
       return;
     }
@@ -363,9 +337,9 @@ class DaeRepair {
     uint64_t count = 0;
     if (text.find_first_not_of(kUsual) == std::string_view::npos) {
       out_ += text;
-      count = count_tokens(text);
+      count = count_words(text);
     } else {
-      for (std::string_view token = next_token(text); !token.empty(); token = next_token(text)) {
+      for (std::string_view token = next_word(text); !token.empty(); token = next_word(text)) {
         if (count++ > 0) out_ += ' ';
         while (token.ends_with(',')) token.remove_suffix(1);
         // NaN and infinity as programs write them, such as -nan(ind) and 1.#QNAN.

@@ -12,7 +12,6 @@
 namespace fire3dv::convert {
 namespace {
 
-constexpr std::string_view kTextBlanks = " \t\r\n\v\f";
 constexpr uint32_t kReplacement = 0xFFFD;
 
 void append_utf8(std::string& text, uint32_t character) {
@@ -65,14 +64,6 @@ std::optional<std::string> utf8_of_utf16(std::string_view bytes) {
 
 std::string_view without_mark(std::string_view text) {
   return text.starts_with("\xEF\xBB\xBF") ? text.substr(3) : text;
-}
-
-std::string_view next_word(std::string_view& text) {
-  text.remove_prefix(std::min(text.find_first_not_of(kTextBlanks), text.size()));
-  const size_t end = std::min(text.find_first_of(kTextBlanks), text.size());
-  const std::string_view word = text.substr(0, end);
-  text.remove_prefix(end);
-  return word;
 }
 
 std::optional<double> number_of(std::string_view word) {

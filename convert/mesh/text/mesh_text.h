@@ -14,9 +14,6 @@ std::optional<std::string> utf8_of_utf16(std::string_view bytes);
 // Without a byte order mark of UTF-8.
 std::string_view without_mark(std::string_view text);
 
-// Next word of a line, or of a text whose line ends count as blanks; empty at the end.
-std::string_view next_word(std::string_view& text);
-
 // Number of a whole word: also ".5", "+1", and Fortran's "1d0". Too small ones are 0, too large ones
 // infinite.
 std::optional<double> number_of(std::string_view word);

@@ -12,6 +12,7 @@
 
 #include "base/plural.h"
 #include "base/text.h"
+#include "base/words.h"
 #include "convert/mesh/text/mesh_text.h"
 
 namespace fire3dv::convert {

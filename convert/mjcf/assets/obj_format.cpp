@@ -7,13 +7,14 @@
 #include <string>
 #include <vector>
 
+#include "base/words.h"
 #include "convert/mesh/geometry/triangulate.h"
 #include "convert/mjcf/assets/mesh_data.h"
 
 namespace fire3dv::convert {
 namespace {
 
-constexpr std::string_view kBlanks = " \t\v\f";
+constexpr std::string_view kLineBlanks = " \t\v\f";
 constexpr uint32_t kNone = std::numeric_limits<uint32_t>::max();
 
 class ObjParser {
@@ -38,16 +39,8 @@ class ObjParser {
     uint32_t vertex = kNone, uv = kNone, normal = kNone;
   };
 
-  static std::string_view take_word(std::string_view& line) {
-    line.remove_prefix(std::min(line.find_first_not_of(kBlanks), line.size()));
-    const size_t end = std::min(line.find_first_of(kBlanks), line.size());
-    const std::string_view word = line.substr(0, end);
-    line.remove_prefix(end);
-    return word;
-  }
-
   Result<void> take_line(std::string_view line) {
-    const std::string_view kind = take_word(line);
+    const std::string_view kind = next_word(line, kLineBlanks);
     if (kind == "v") return take_vector(line, mesh_.vertices);
     if (kind == "vn") return take_vector(line, mesh_.normals);
     if (kind == "vt") return take_uv(line);
@@ -68,7 +61,7 @@ class ObjParser {
   static Result<void> take_vector(std::string_view line, std::vector<glm::vec3>& to) {
     glm::vec3 v;
     for (int i = 0; i < 3; ++i) {
-      const Result<float> value = number(take_word(line));
+      const Result<float> value = number(next_word(line, kLineBlanks));
       if (!value) return value.error();
       v[i] = *value;
     }
@@ -77,9 +70,9 @@ class ObjParser {
   }
 
   Result<void> take_uv(std::string_view line) {
-    const Result<float> u = number(take_word(line));
+    const Result<float> u = number(next_word(line, kLineBlanks));
     if (!u) return u.error();
-    const std::string_view second = take_word(line);
+    const std::string_view second = next_word(line, kLineBlanks);
     const Result<float> v = second.empty() ? Result<float>(0.0f) : number(second);
     if (!v) return v.error();
     mesh_.uvs.emplace_back(*u, 1 - *v);  // OBJ counts v from the lower edge
@@ -126,7 +119,8 @@ class ObjParser {
   // Vertices may follow the faces that name them, so polygons are kept until the end.
   Result<void> take_face(std::string_view line) {
     const size_t first = corners_.size();
-    for (std::string_view word = take_word(line); !word.empty(); word = take_word(line)) {
+    for (std::string_view word = next_word(line, kLineBlanks); !word.empty();
+         word = next_word(line, kLineBlanks)) {
       const Result<Corner> next = corner(word);
       if (!next) return next.error();
       lacks_uvs_ = lacks_uvs_ || next->uv == kNone;

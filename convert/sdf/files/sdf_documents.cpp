@@ -12,6 +12,7 @@
 #include <system_error>
 #include <utility>
 
+#include "base/words.h"
 #include "convert/description_files.h"
 #include "convert/sdf/files/sdf_include_text.h"
 #include "convert/sdf/files/sdf_version.h"
@@ -66,13 +67,6 @@ std::optional<std::string> why_invalid(const tinyxml2::XMLElement& include) {
           return "its <" + std::string(name) + "> has the unknown attribute " + quote(each->Name());
   }
   return std::nullopt;
-}
-
-std::string trimmed(std::string text) {
-  constexpr const char* kSpace = " \t\r\n";
-  const size_t first = text.find_first_not_of(kSpace);
-  if (first == std::string::npos) return {};
-  return text.substr(first, text.find_last_not_of(kSpace) + 1 - first);
 }
 
 }  // namespace
@@ -154,7 +148,7 @@ Result<std::string> SdfDocuments::prepare(Document& document, std::string text, 
       continue;
     }
     const Result<const Document*> other =
-        included(trimmed(include.FirstChildElement("uri")->GetText()), document.file, level);
+        included(std::string(trimmed(include.FirstChildElement("uri")->GetText())), document.file, level);
     if (!other) {
       warnings_.push_back(location + other.error().message);
       replacements.emplace_back("");

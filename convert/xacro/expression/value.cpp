@@ -1,5 +1,7 @@
 #include "convert/xacro/expression/value.h"
 
+#include "base/words.h"
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -11,13 +13,6 @@ namespace fire3dv::convert::xacro {
 namespace {
 
 constexpr size_t kMaxValueDepth = 50;
-
-std::string_view trimmed(std::string_view text) {
-  constexpr std::string_view kSpace = " \t\r\n\f\v";
-  const size_t first = text.find_first_not_of(kSpace);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kSpace) - first + 1);
-}
 
 size_t depth_of(const Value& value) {
   if (const Sequence* sequence = value.sequence()) return sequence->depth;

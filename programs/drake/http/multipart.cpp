@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/text.h"
+#include "base/words.h"
 
 namespace fire3dv::drake {
 namespace {
@@ -20,12 +21,6 @@ bool equal_ignoring_case(std::string_view a, std::string_view b) {
   return std::ranges::equal(a, b, [](char x, char y) { return lower(x) == lower(y); });
 }
 
-std::string_view trimmed(std::string_view text) {
-  const size_t first = text.find_first_not_of(kSpaces);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kSpaces) - first + 1);
-}
-
 // Takes the next "name=value" of a header's parameters; the value may be a quoted string.
 struct Parameter {
   std::string_view name;
@@ -36,14 +31,14 @@ std::optional<Parameter> take_parameter(std::string_view& rest) {
   if (begin == std::string_view::npos) return std::nullopt;
   rest.remove_prefix(begin);
   const size_t end = std::min(rest.find_first_of("=;"), rest.size());
-  Parameter parameter{trimmed(rest.substr(0, end)), {}};
+  Parameter parameter{trimmed(rest.substr(0, end), kSpaces), {}};
   rest.remove_prefix(end);
   if (!rest.starts_with('=')) return parameter;
   rest.remove_prefix(1);
   rest.remove_prefix(std::min(rest.find_first_not_of(kSpaces), rest.size()));
   if (!rest.starts_with('"')) {
     const size_t value_end = std::min(rest.find(';'), rest.size());
-    parameter.value = trimmed(rest.substr(0, value_end));
+    parameter.value = trimmed(rest.substr(0, value_end), kSpaces);
     rest.remove_prefix(value_end);
     return parameter;
   }
@@ -59,7 +54,7 @@ std::optional<Parameter> take_parameter(std::string_view& rest) {
 // Splits "token; parameters".
 std::string_view take_token(std::string_view& header) {
   const size_t end = std::min(header.find(';'), header.size());
-  const std::string_view token = trimmed(header.substr(0, end));
+  const std::string_view token = trimmed(header.substr(0, end), kSpaces);
   header.remove_prefix(end);
   return token;
 }
@@ -85,7 +80,7 @@ Result<FormPart> read_headers(std::string_view headers, const std::string& part_
     headers.remove_prefix(std::min(end + 2, headers.size()));
     const size_t colon = line.find(':');
     if (colon == std::string_view::npos) return Error{part_name + " has a header line without a colon"};
-    if (!equal_ignoring_case(trimmed(line.substr(0, colon)), "content-disposition")) continue;
+    if (!equal_ignoring_case(trimmed(line.substr(0, colon), kSpaces), "content-disposition")) continue;
     line.remove_prefix(colon + 1);
     if (!equal_ignoring_case(take_token(line), "form-data"))
       return Error{part_name + ": the Content-Disposition must be form-data"};

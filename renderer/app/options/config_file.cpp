@@ -5,6 +5,7 @@
 #include <system_error>
 
 #include "base/files.h"
+#include "base/words.h"
 
 namespace fire3dv::app {
 namespace {
@@ -12,12 +13,6 @@ namespace {
 constexpr uint64_t kMaxConfigBytes = 256 << 10;
 constexpr size_t kMaxConfigLines = 100;  // each may cause a parse of all
 constexpr std::string_view kBlank = " \t\r";
-
-std::string_view trimmed(std::string_view text) {
-  const size_t first = text.find_first_not_of(kBlank);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kBlank) - first + 1);
-}
 
 std::string with_home(std::string_view value, const std::string& home) {
   if (home.empty() || !value.starts_with("~/")) return std::string(value);
