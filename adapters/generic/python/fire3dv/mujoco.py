@@ -24,11 +24,12 @@ from typing import Any, Iterable, List, Sequence, Set, Tuple, Union
 
 import numpy as np
 
+from ._frames import FrameSequence
 from ._types import Float32Array, Shown
 from .errors import ArgumentError, ErrorCode
 from .image import Image
 from .images import ImageRequest, images_of
-from .stream import FRAME_DISCONTINUITY, Stream
+from .stream import Stream
 
 #: world_from_stream, (3, 4): MuJoCo's Z up to glTF's Y up. Metres.
 WORLD_FROM_STREAM = ((1, 0, 0, 0), (0, 0, 1, 0), (0, -1, 0, 0))
@@ -196,8 +197,7 @@ class Publisher:
             self._parts.append(("geom_xpos", "geom_xmat", model.ngeom, np.array(shown, int)))
             self.names += [geom_names[i] for i in shown]
         self._poses = np.empty((len(self.names), 3, 4), np.float32)
-        self._time_ns = 0
-        self._jumped = True
+        self._frames = FrameSequence(stream)
         stream.describe(self.names, world_from_stream=WORLD_FROM_STREAM, nominal_rate_hz=rate_hz)
 
     def poses(self, data: Any) -> Float32Array:
@@ -227,11 +227,7 @@ class Publisher:
         poses = self.poses(data)
         if self._contacts is not None:
             self._contacts.publish(data)  # before the frame, which is shown with them
-        time_ns = round(1e9 * float(data.time))
-        jumped = self._jumped or time_ns < self._time_ns
-        sequence = self._stream.publish(time_ns, poses, FRAME_DISCONTINUITY if jumped else 0)
-        self._time_ns, self._jumped = time_ns, False
-        return sequence
+        return self._frames.publish(round(1e9 * float(data.time)), poses)
 
     def step(self, data: Any, requests: Sequence[ImageRequest], timeout_s: float = 10.0) -> List[Image]:
         """Lockstep: publishes an mjData, as publish(), and waits for the frame's image from each request.
@@ -242,7 +238,7 @@ class Publisher:
 
     def jump(self) -> None:
         """Makes the next frame a discontinuity: after a jump that the time does not show."""
-        self._jumped = True
+        self._frames.jump()
 
     def __repr__(self) -> str:
         return f"<fire3dv.mujoco.Publisher of {len(self.names)} nodes to {self._stream!r}>"

@@ -26,12 +26,13 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
+from ._frames import FrameSequence
 from ._types import Float32Array
 from .errors import ArgumentError, ErrorCode, warn
 from .image import Image
 from .images import ImageRequest, images_of
 from .poses import pose
-from .stream import FRAME_DISCONTINUITY, Stream
+from .stream import Stream
 
 #: world_from_stream, (3, 4): PyBullet's Z up to glTF's Y up. Metres.
 WORLD_FROM_STREAM = ((1, 0, 0, 0), (0, 0, 1, 0), (0, -1, 0, 0))
@@ -147,8 +148,7 @@ class Publisher:
         self.links = _links(self._client, bodies)  #: published links
         self._states = _Poses(self._client, self.links)
         self._poses = np.empty((len(self.links), 3, 4), np.float32)
-        self._time_ns = 0
-        self._jumped = True
+        self._frames = FrameSequence(stream)
         stream.describe([link.name for link in self.links], world_from_stream=WORLD_FROM_STREAM, nominal_rate_hz=rate_hz)
 
     def poses(self) -> Float32Array:
@@ -163,10 +163,7 @@ class Publisher:
         A decrease of time, as after resetSimulation, is a discontinuity. Bodies that were loaded or removed since need
         another publisher.
         """
-        jumped = self._jumped or sim_time_ns < self._time_ns
-        sequence = self._stream.publish(sim_time_ns, self.poses(), FRAME_DISCONTINUITY if jumped else 0)
-        self._time_ns, self._jumped = sim_time_ns, False
-        return sequence
+        return self._frames.publish(sim_time_ns, self.poses())
 
     def step(self, sim_time_ns: int, requests: Sequence[ImageRequest], timeout_s: float = 10.0) -> List[Image]:
         """Lockstep: publishes, as publish(), and waits for the frame's image from each request.
@@ -177,7 +174,7 @@ class Publisher:
 
     def jump(self) -> None:
         """Makes the next frame a discontinuity: after a jump that the time does not show."""
-        self._jumped = True
+        self._frames.jump()
 
     def __repr__(self) -> str:
         return f"<fire3dv.pybullet.Publisher of {len(self.links)} links to {self._stream!r}>"

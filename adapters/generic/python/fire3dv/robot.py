@@ -12,12 +12,13 @@ from enum import IntEnum
 from typing import TYPE_CHECKING, Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
 from . import _library as c
+from ._frames import FrameSequence
 from ._library import check, encoded, library
 from ._numbers import Numbers, real, whole
 from ._scene_names import converted, is_gltf
 from ._types import Array, Float64Array
 from .errors import ArgumentError, BudgetError, ErrorCode, StateError, error_of
-from .stream import FRAME_DISCONTINUITY, Stream
+from .stream import Stream
 
 if TYPE_CHECKING:
     from .renderer import Path, Renderer
@@ -220,7 +221,7 @@ class RobotPublisher:
         else:
             self.stream = Stream(to, adapter_name) if isinstance(to, str) else to.stream(adapter_name)
         self._start_ns: Optional[int] = None
-        self._last_ns: Optional[int] = None
+        self._frames = FrameSequence(self.stream)
         try:
             robot.describe(self.stream, nominal_rate_hz)
         except BaseException:
@@ -251,10 +252,7 @@ class RobotPublisher:
                                   whole(sim_time_ns, c_int64, "sim_time_ns"))
             except BudgetError:  # the stream has others, or the robot too many: its poses do not depend on them
                 self._scalars = None
-        jumped = self._last_ns is None or sim_time_ns < self._last_ns
-        sequence = self.stream.publish(sim_time_ns, self.robot.poses(), FRAME_DISCONTINUITY if jumped else 0)
-        self._last_ns = sim_time_ns
-        return sequence
+        return self._frames.publish(sim_time_ns, self.robot.poses())
 
     def close(self) -> None:
         """Closes the stream, unless publish() was given one. May be called repeatedly."""
