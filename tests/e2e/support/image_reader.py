@@ -128,7 +128,8 @@ def ranges_about(colour, distance):
     return [(channel - distance + 1, channel + distance - 1) for channel in colour]
 
 
-def read_png(path):
+def png_parts(path):
+    """Returns the fields of IHDR, the filtered rows and the texts of a PNG file."""
     with open(path, "rb") as file:
         data = file.read()
     check(data[:8] == b"\x89PNG\r\n\x1a\n", f"{path} is no PNG")
@@ -148,31 +149,22 @@ def read_png(path):
             keyword, rest = body.split(b"\0", 1)
             text[keyword.decode()] = rest[2:].split(b"\0", 2)[2].decode()
         at += 12 + length
+    return header, zlib.decompress(pixels), text
+
+
+def read_png(path):
+    header, pixels, text = png_parts(path)
     width, height, depth, colour = header[:4]
     check(depth == 8 and colour in (2, 6) and header[6] == 0, f"{path}: not 8-bit colour: {header}")
-    return Picture(width, height, unfilter(zlib.decompress(pixels), width, height, 3 if colour == 2 else 4), text)
+    return Picture(width, height, unfilter(pixels, width, height, 3 if colour == 2 else 4), text)
 
 
 def read_gray_png(path):
     """Returns the rows of a PNG of 16-bit grey as tuples of numbers, and its texts."""
-    with open(path, "rb") as file:
-        data = file.read()
-    at, header, pixels, text = 8, None, b"", {}
-    while at < len(data):
-        length, kind = struct.unpack_from(">I4s", data, at)
-        body = data[at + 8:at + 8 + length]
-        check(zlib.crc32(kind + body) == struct.unpack_from(">I", data, at + 8 + length)[0], f"{path}: {kind} is damaged")
-        if kind == b"IHDR":
-            header = struct.unpack(">IIBBBBB", body)
-        elif kind == b"IDAT":
-            pixels += body
-        elif kind == b"tEXt":
-            keyword, value = body.split(b"\0", 1)
-            text[keyword.decode()] = value.decode("latin-1")
-        at += 12 + length
+    header, raw, text = png_parts(path)
     width, height, depth, colour = header[:4]
     check((depth, colour, header[6]) == (16, 0, 0), f"{path}: not 16-bit grey: {header}")
-    raw, rows = zlib.decompress(pixels), []
+    rows = []
     for y in range(height):
         line = raw[y * (2 * width + 1):(y + 1) * (2 * width + 1)]
         check(line[0] == 1, f"{path}: the filter {line[0]}")

@@ -131,6 +131,11 @@ class StreamReceiverTest : public ::testing::Test {
       return line.find(text) != std::string::npos;
     }));
   }
+  // Polls, and counts messages about streams without frames.
+  size_t count_stalls() {
+    receiver_.poll();
+    return count_of(receiver_.take_log_messages(), "stalled");
+  }
 
   // Returns the answers of one type to a peer.
   template <typename T>
