@@ -13,7 +13,7 @@
 #include "adapters/ros2/dds/topics.h"
 #include "adapters/ros2/images/camera_spec.h"
 #include "base/error.h"
-#include "base/jpeg_encoder.h"
+#include "base/image/jpeg_encoder.h"
 
 namespace fire3dv::ros2 {
 

@@ -10,7 +10,7 @@
 #include <thread>
 #include <vector>
 
-#include "base/jpeg_encoder.h"
+#include "base/image/jpeg_encoder.h"
 #include "renderer/browser/server/server.h"
 #include "renderer/sinks/video/stream_encoder.h"
 

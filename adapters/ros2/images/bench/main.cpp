@@ -23,7 +23,7 @@
 #include "adapters/ros2/images/image_bytes.h"
 #include "adapters/ros2/images/messages.h"
 #include "base/command_line.h"
-#include "base/jpeg_encoder.h"
+#include "base/image/jpeg_encoder.h"
 
 namespace fire3dv::ros2 {
 namespace {

@@ -1,4 +1,4 @@
-#include "base/jpeg_encoder.h"
+#include "base/image/jpeg_encoder.h"
 
 #include <csetjmp>
 #include <cstdio>  // jpeglib.h uses FILE

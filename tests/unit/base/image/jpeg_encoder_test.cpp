@@ -1,5 +1,5 @@
 // JPEG files as another decoder (stb_image) reads them.
-#include "base/jpeg_encoder.h"
+#include "base/image/jpeg_encoder.h"
 
 #include <gtest/gtest.h>
 
