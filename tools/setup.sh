@@ -6,6 +6,7 @@
 #   tools/setup.sh --peers    installs also the programs and libraries that tests talk to; tools/test.sh does this
 #   tools/setup.sh --check    lists missing packages; exit code 1 if there are any
 set -euo pipefail
+. "$(dirname "${BASH_SOURCE[0]}")/apt_mirror.sh"
 
 packages=(
   # build
@@ -124,14 +125,9 @@ apt() {
 # An unreachable package source is no reason to stop; missing packages are reported later.
 apt_update() { apt_get update || { tail -n 5 "$log" >&2; say "some package lists could not be read; continuing without them"; }; }
 
-# Uses the mirror of this machine's apt sources for its release.
-mirror_of_release() {
-  apt-get indextargets --format '$(REPO_URI) $(CODENAME) $(COMPONENT)' 'Created-By: Packages' 2>/dev/null |
-    awk -v release="$VERSION_CODENAME" '$2 == release && $3 == "main" { sub("/$", "", $1); print $1; exit }'
-}
 add_source() { # suite, pin lines
   local file=/etc/apt/sources.list.d/fire3dv-$1.sources
-  local mirror; mirror=$(mirror_of_release)
+  local mirror; mirror=$(mirror_of_release "$VERSION_CODENAME")
   [ -n "$mirror" ] || die "no apt source for $VERSION_CODENAME main found in /etc/apt: add one, then run again"
   printf 'Types: deb\nURIs: %s\nSuites: %s\nComponents: main\nSigned-By: /usr/share/keyrings/debian-archive-keyring.gpg\n' \
     "$mirror" "$1" | "${as_root[@]}" tee "$file" >/dev/null

@@ -69,6 +69,8 @@ part set-up tools/setup.sh --peers
 
 say "prerequisites of the tests"
 tools/check_test_machine.sh
+echo "This is commit $(git rev-parse --short HEAD 2> /dev/null || echo unknown). Bare machines tried so far:"
+grep -v '^#' tests/bare_machines.txt
 
 say "includes: each file includes the standard headers that it uses"
 tools/check_includes.py
