@@ -285,7 +285,8 @@ class SceneReader {
       const std::string reason = "a vertex is not finite, or too far away for a number of 32 bits";
       if (to_.surfaces.empty()) return Error{reason};
       to_.warnings.push_back(std::to_string(left_out_faces_) +
-                             (left_out_faces_ == 1 ? " face is" : " faces are") + " left out: " + reason);
+                             (left_out_faces_ == 1 ? " face is" : " faces are") +
+                             " left out (first in mesh " + quote(first_left_out_) + "): " + reason);
     }
     if (std::string crossing = polygons_.warning(); !crossing.empty())
       to_.warnings.push_back(std::move(crossing));
@@ -374,7 +375,7 @@ class SceneReader {
         return std::isfinite(c.position.x) && std::isfinite(c.position.y) && std::isfinite(c.position.z);
       });
       if (!is_finite) {
-        ++left_out_faces_;
+        if (left_out_faces_++ == 0) first_left_out_ = sanitize_text(mesh.mName.C_Str(), 200);
         continue;
       }
       for (const auto& [a, b, c] : polygons_.triangulate(polygon_))
@@ -389,6 +390,7 @@ class SceneReader {
   const bool keeps_nodes_;
   ImportedMesh& to_;
   uint64_t triangles_ = 0, left_out_faces_ = 0;
+  std::string first_left_out_;                // mesh
   static constexpr size_t kMaxFarNodes = 10;  // with a warning
   size_t far_nodes_ = 0;
   std::string warned_far_;  // the last one

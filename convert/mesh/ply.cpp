@@ -255,6 +255,7 @@ class PlyReader {
 
   void read_face(const ElementList& element, Numbers& numbers) {
     Face face;
+    face.number = ++face_count_;
     face.first = indices_.size();
     for (const Property& property : element.properties) {
       const std::vector<double>& values = read_property(property, numbers);
@@ -287,6 +288,7 @@ class PlyReader {
         if (i < first + 2) continue;
         const bool is_odd = (i - first) % 2 == 1;
         Face face;
+        face.number = ++face_count_;
         face.first = indices_.size();
         face.count = 3;
         for (const size_t at : {i - 2, is_odd ? i : i - 1, is_odd ? i - 1 : i})
@@ -319,7 +321,7 @@ class PlyReader {
     SurfaceBuilder builder(has_normals_, has_uvs, has_colors);
     PolygonTriangulator polygons;
     std::vector<glm::dvec3> polygon;
-    size_t left_out = 0;
+    size_t left_out = 0, first_left_out = 0;
     for (const Face& face : faces_) {
       polygon.clear();
       for (size_t i = face.first; i < face.first + face.count; ++i) {
@@ -340,7 +342,7 @@ class PlyReader {
         return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
       });
       if (!is_finite) {
-        ++left_out;
+        if (left_out++ == 0) first_left_out = face.number;
         continue;
       }
       for (const auto& [a, b, c] : polygons.triangulate(polygon))
@@ -353,7 +355,9 @@ class PlyReader {
     mesh.materials[0].is_default = true;
     mesh.surfaces.push_back(builder.take());
     if (mesh.surfaces[0].indices.empty() && left_out > 0) return Error{not_finite};
-    if (left_out > 0) mesh.warnings.push_back(counted(left_out, "face") + " left out: " + not_finite);
+    if (left_out > 0)
+      mesh.warnings.push_back(counted(left_out, "face") + " left out (first is face " +
+                              std::to_string(first_left_out) + "): " + not_finite);
     if (mesh.surfaces[0].indices.empty())
       return Error{std::string("there is no triangle in it") +
                    (corners_.empty() ? "" : ": point clouds are not drawn; make a mesh, as with MeshLab")};
@@ -384,9 +388,11 @@ class PlyReader {
   struct Face {
     size_t first = 0, count = 0;  // corners in indices_
     size_t first_uv = kNoUvs;     // in face_uvs_
+    size_t number = 0;            // from 1, in the file
     glm::vec4 color{1};
   };
   std::vector<Face> faces_;
+  size_t face_count_ = 0;          // also of those with fewer than three corners
   std::vector<uint32_t> indices_;  // vertex numbers, unchecked
   std::vector<glm::vec2> face_uvs_;
   std::vector<double> values_;

@@ -54,10 +54,19 @@ ImportedMesh empty_mesh() {
 
 constexpr const char* kNotFinite = "a vertex is not finite, or too far away for a number of 32 bits";
 
-// Reports facets that SurfaceBuilder refused.
-void add_left_out(size_t count, ImportedMesh& mesh) {
-  if (count > 0) mesh.warnings.push_back(counted(count, "facet") + " left out: " + kNotFinite);
-}
+// Facets that SurfaceBuilder refuses.
+struct LeftOut {
+  size_t count = 0, first = 0;  // the latter from 1
+
+  void add(size_t facet) {
+    if (count++ == 0) first = facet;
+  }
+  void report(ImportedMesh& mesh) const {
+    if (count == 0) return;
+    mesh.warnings.push_back(counted(count, "facet") + " left out (first is facet " + std::to_string(first) +
+                            "): " + kNotFinite);
+  }
+};
 
 class TextStl {
  public:
@@ -84,8 +93,8 @@ class TextStl {
     }
     if (Result<void> done = end_facet(); !done) return done.error();
     end_solid();
-    if (mesh_.surfaces.empty()) return Error{left_out_ > 0 ? kNotFinite : "there is no triangle in it"};
-    add_left_out(left_out_, mesh_);
+    if (mesh_.surfaces.empty()) return Error{left_out_.count > 0 ? kNotFinite : "there is no triangle in it"};
+    left_out_.report(mesh_);
     if (incomplete_ > 0)
       mesh_.warnings.push_back(counted(incomplete_, "facet") +
                                " without three vertices: left out; is the file cut short?");
@@ -120,14 +129,17 @@ class TextStl {
   }
 
   Result<void> end_facet() {
+    if (!facet_.empty()) ++facets_;
     if (!facet_.empty() && facet_.size() < 3) ++incomplete_;
+    bool is_whole = true;
     for (const auto& triangle : polygons_.triangulate(facet_)) {
       if (++triangles_ > kMaxStlTriangles)
         return Error{"it has more than " + std::to_string(kMaxStlTriangles) + " triangles"};
       SurfaceBuilder::Corner corners[3];
       for (size_t k = 0; k < 3; ++k) corners[k].position = glm::vec3(facet_[triangle[k]]);
-      left_out_ += builder_.add(corners[0], corners[1], corners[2]) ? 0 : 1;
+      is_whole = builder_.add(corners[0], corners[1], corners[2]) && is_whole;
     }
+    if (!is_whole) left_out_.add(facets_);
     facet_.clear();
     return {};
   }
@@ -158,7 +170,8 @@ class TextStl {
   SurfaceBuilder builder_{false, false};
   std::vector<glm::dvec3> facet_;
   PolygonTriangulator polygons_;
-  size_t triangles_ = 0, incomplete_ = 0, left_out_ = 0;
+  size_t triangles_ = 0, facets_ = 0, incomplete_ = 0;
+  LeftOut left_out_;
 };
 
 // Colour of a facet: five bits each, and one that says whether it counts.
@@ -228,7 +241,7 @@ Result<ImportedMesh> import_binary_stl(std::string_view bytes, Nodes nodes) {
   const FacetColors colors(bytes.substr(0, 80), facets);
   const bool has_colors = keeps_nodes && colors.any();
   SurfaceBuilder builder(false, false, has_colors);
-  size_t left_out = 0;
+  LeftOut left_out;
   for (uint64_t i = 0; i < count; ++i) {
     const std::string_view facet = facets.substr(i * kTriangleBytes, kTriangleBytes);
     SurfaceBuilder::Corner corners[3];
@@ -241,12 +254,12 @@ Result<ImportedMesh> import_binary_stl(std::string_view bytes, Nodes nodes) {
       if (!fits && !(std::max({size.x, size.y, size.z}) < kFar))
         return Error{"it is damaged, or not what its name says (its count of triangles is wrong)"};
     }
-    left_out += builder.add(corners[0], corners[1], corners[2]) ? 0 : 1;
+    if (!builder.add(corners[0], corners[1], corners[2])) left_out.add(i + 1);
   }
-  if (left_out == count) return Error{kNotFinite};
+  if (left_out.count == count) return Error{kNotFinite};
   ImportedMesh mesh = empty_mesh();
   mesh.surfaces.push_back(builder.take());
-  add_left_out(left_out, mesh);
+  left_out.report(mesh);
   if (keeps_nodes) {
     mesh.nodes.emplace_back();
     mesh.surface_nodes.push_back(0);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -13,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/plural.h"
 #include "convert/description_files.h"
 #include "convert/mesh/mesh_store.h"
 #include "convert/mesh/node_frames.h"
@@ -79,6 +81,13 @@ class ThreeMfReader {
       surface.material = key.material;
       mesh_.surfaces.push_back(std::move(surface));
       mesh_.surface_nodes.push_back(key.node);
+    }
+    if (left_out_triangles_ > 0) {
+      const std::string reason = "a vertex is not finite, or too far away for a number of 32 bits";
+      const std::string line = std::to_string(first_left_out_line_);
+      if (mesh_.surfaces.empty()) return Error{"line " + line + ": " + reason};
+      mesh_.warnings.push_back(counted(left_out_triangles_, "triangle") + " left out (first in line " + line +
+                               "): " + reason);
     }
     if (mesh_.surfaces.empty())
       return Error{std::string("there is no triangle in what it builds") +
@@ -267,8 +276,7 @@ class ThreeMfReader {
           for (int i = 0; i < 3; ++i) {
             const std::optional<double> value =
                 number(attribute(vertex, std::string_view(&"xyz"[i], 1)).value_or(""));
-            if (!value) return at_line(vertex, "its position is not made of finite numbers");
-            position[i] = *value;
+            position[i] = value.value_or(std::numeric_limits<double>::quiet_NaN());
           }
           positions.emplace_back(node_from_object * position);
           return {};
@@ -304,8 +312,8 @@ class ThreeMfReader {
       auto& builder = builders_.try_emplace(key, false, key.uvs, key.colors).first->second;
       const bool mirrored = glm::determinant(glm::dmat3(node_from_object)) < 0;
       if (mirrored) std::swap(corners[1], corners[2]);
-      if (!builder.add(corners[0], corners[1], corners[2]))
-        return at_line(triangle, "a vertex is too far away for a number of 32 bits");
+      if (!builder.add(corners[0], corners[1], corners[2]) && left_out_triangles_++ == 0)
+        first_left_out_line_ = triangle.GetLineNum();
       return {};
     });
   }
@@ -331,7 +339,8 @@ class ThreeMfReader {
   std::map<std::string, ModelFile> models_;  // by path
   std::map<Key, SurfaceBuilder> builders_;
   ImportedMesh mesh_;
-  uint64_t triangles_ = 0;
+  uint64_t triangles_ = 0, left_out_triangles_ = 0;
+  int first_left_out_line_ = 0;
   std::set<std::string, std::less<>> left_out_;  // kinds of elements
 };
 

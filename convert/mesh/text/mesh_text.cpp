@@ -78,6 +78,11 @@ std::optional<double> number_of(std::string_view word) {
     if (whole.ptr != fortran.data() + fortran.size() || whole.ec != std::errc()) return std::nullopt;
     return value;
   }
+  if (end != last && end > word.data() && *end == '#') {  // as old programs for Windows write them
+    const std::string_view kind = std::string_view(end, last).substr(1, 3);
+    if (kind == "INF") return std::copysign(std::numeric_limits<double>::infinity(), value);
+    if (kind == "IND" || kind == "QNA" || kind == "SNA") return std::numeric_limits<double>::quiet_NaN();
+  }
   if (end != last || word.empty()) return std::nullopt;
   if (error == std::errc::result_out_of_range) {
     // The exponent's sign tells too small numbers from too large ones; long fractions are too small.

@@ -15,7 +15,7 @@ std::optional<std::string> utf8_of_utf16(std::string_view bytes);
 std::string_view without_mark(std::string_view text);
 
 // Number of a whole word: also ".5", "+1", and Fortran's "1d0". Too small ones are 0, too large ones
-// infinite.
+// infinite. NaN and infinity also as "-nan(ind)" and "1.#QNAN".
 std::optional<double> number_of(std::string_view word);
 
 // True for a number such as "0,5".

@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <optional>
 #include <system_error>
 #include <unordered_set>
@@ -70,25 +71,13 @@ class ObjChecker {
       const std::string_view word = next_word(rest);
       for (size_t kind = 0; kind < kKinds; ++kind) totals_[kind] += word == kStatements[kind] ? 1 : 0;
     }
-    result_.text.reserve(file.size() + file.size() / 4 + 64);
-    Lines lines(file);
-    while (lines.next(line)) {
-      line_ = lines.number();
-      std::string_view rest = line;
-      const std::string_view word = next_word(rest);
-      Result<void> done;
-      if (word == "v")
-        done = add_vertex(rest);
-      else if (word == "vt")
-        add_numbers(kUv, rest, 1, 3);
-      else if (word == "vn")
-        add_numbers(kNormal, rest, 3, 3);
-      else if (word == "f" || word == "fo")
-        done = add_face(rest);
-      else if (word != "l" && word != "p" && !word.empty() && word[0] != '#')
-        add_line(line);
-      if (!done) return Error{"line " + std::to_string(line_) + ": " + done.error().message};
+    Result<void> read = read_lines(file);
+    // Faces that precede their damaged vertex need another pass, which knows those vertices.
+    if (read && has_early_faces_) {
+      begin_again();
+      read = read_lines(file);
     }
+    if (!read) return Error{"line " + std::to_string(line_) + ": " + read.error().message};
     if (totals_[kVertex] == 0 && !has_faces_)
       return Error{"it is damaged, or not what its name says (there is neither a vertex nor a face)"};
     if (faces_ == 0 && left_out_.count > 0)
@@ -109,6 +98,40 @@ class ObjChecker {
       reason = std::move(why);
     }
   };
+
+  Result<void> read_lines(std::string_view file) {
+    result_.text.reserve(file.size() + file.size() / 4 + 64);
+    Lines lines(file);
+    std::string_view line;
+    while (lines.next(line)) {
+      line_ = lines.number();
+      std::string_view rest = line;
+      const std::string_view word = next_word(rest);
+      Result<void> done;
+      if (word == "v")
+        done = add_vertex(rest);
+      else if (word == "vt")
+        add_numbers(kUv, rest, 1, 3);
+      else if (word == "vn")
+        add_numbers(kNormal, rest, 3, 3);
+      else if (word == "f" || word == "fo")
+        done = add_face(rest);
+      else if (word != "l" && word != "p" && !word.empty() && word[0] != '#')
+        add_line(line);
+      if (!done) return done;
+    }
+    return {};
+  }
+
+  // Keeps the numbers of damaged vertices.
+  void begin_again() {
+    result_ = {};
+    std::fill(std::begin(counts_), std::end(counts_), 0);
+    faces_ = 0;
+    for (Fault* fault : {&damaged_, &left_out_, &flat_}) *fault = {};
+    for (Fault* faults : {missing_, bad_numbers_})
+      for (size_t kind = 0; kind < kKinds; ++kind) faults[kind] = {};
+  }
 
   void add_line(std::string_view line) {
     line = line.substr(0, line.find_last_not_of(" \t\\") + 1);  // a backslash would join the next line
@@ -163,8 +186,10 @@ class ObjChecker {
     }
     if (!fault.empty()) {
       constexpr size_t kMaxBadVertices = 100'000;
-      if (bad_vertices_.size() >= kMaxBadVertices) return Error{fault};
+      if (bad_vertices_.size() >= kMaxBadVertices && !bad_vertices_.contains(counts_[kVertex]))
+        return Error{fault};
       bad_vertices_.insert(counts_[kVertex]);
+      has_early_faces_ = has_early_faces_ || counts_[kVertex] <= last_named_;
       damaged_.note(line_, fault);
       result_.text += "v 0 0 0\n";
       return {};
@@ -232,6 +257,7 @@ class ObjChecker {
         with[kind] += *number != 0 ? 1 : 0;
       }
       is_damaged = is_damaged || bad_vertices_.contains(corner[kVertex]);
+      last_named_ = std::max(last_named_, corner[kVertex]);
       corners_.push_back(corner);
     }
     has_faces_ = has_faces_ || !corners_.empty();
@@ -287,6 +313,8 @@ class ObjChecker {
   std::vector<std::array<uint64_t, kKinds>> corners_;
   uint64_t faces_ = 0;
   std::unordered_set<uint64_t> bad_vertices_;  // from 1
+  uint64_t last_named_ = 0;                    // largest number of a vertex in the faces so far
+  bool has_early_faces_ = false;               // a face may name a damaged vertex that follows it
   Fault damaged_, left_out_, flat_, missing_[kKinds], bad_numbers_[kKinds];
 };
 

@@ -196,7 +196,7 @@ TEST(OddFiles, BinaryStlIsReadAsFarAsItGoes) {
   std::string damaged = counted_stl(2, "robot", "");
   damaged.replace(84 + 12, 4, test::raw(std::nanf("")));
   expect_area(read_bytes(folder, "b.stl", damaged), 0.5, "not finite",
-              "1 facet left out: a vertex is not finite");
+              "1 facet left out (first is facet 1): a vertex is not finite");
   EXPECT_FALSE(read_bytes(folder, "b.stl", std::string(400, 'x')).ok());
   EXPECT_FALSE(read_bytes(folder, "b.stl", std::string(400, '\xee')).ok());
   folder.write("b.stl", counted_stl(9, "robot", "abc"));
@@ -272,7 +272,7 @@ TEST(OddFiles, ObjNumbersAreReadOrNamed) {
   };
   for (const auto& [first, reason] :
        std::vector<std::pair<std::string, std::string>>{{"0,5 0 0", "line 1: \"0,5\" has a decimal comma"},
-                                                        {"1.#IND 0 0", "\"1.#IND\" is no number"},
+                                                        {"1.#IND 0 0", "\"1.#IND\" is not finite"},
                                                         {"-nan(ind) 0 0", "\"-nan(ind)\" is not finite"},
                                                         {"1e400 0 0", "\"1e400\" is not finite"},
                                                         {"0", "fewer than three numbers"}})

@@ -195,10 +195,9 @@ TEST(ThreeMf, RefusalsNameTheReason) {
   says(refusal(of("", "<item objectid=\"4\"/>")), "object that is not there");
   says(refusal(of("<object id=\"1\"><components><component objectid=\"1\"/></components></object>")),
        "contain themselves");
-  says(
-      refusal(of(
-          "<object id=\"1\"><mesh><vertices><vertex x=\"nan\" y=\"0\" z=\"0\"/></vertices></mesh></object>")),
-      "finite");
+  says(refusal(of("<object id=\"1\"><mesh><vertices><vertex x=\"nan\" y=\"0\" z=\"0\"/></vertices>"
+                  "<triangles><triangle v1=\"0\" v2=\"0\" v3=\"0\"/></triangles></mesh></object>")),
+       "not finite");
   says(refusal(of(object(""))), "no triangle");
   says(refusal(zip({{"3D/3dmodel.model", model("", "", "parsec")}})), "unit");
   says(refusal(zip({{"3D/3dmodel.model", "<model>"}})), "line 1");
