@@ -10,6 +10,7 @@
 
 #include "base/log.h"
 #include "base/plural.h"
+#include "base/process/stop_signals.h"
 #include "programs/drake/options.h"
 #include "programs/drake/render/render_thread.h"
 #include "renderer/app/start.h"
@@ -86,6 +87,7 @@ int main(int argc, char** argv) {
   using namespace fire3dv;
   const std::variant<drake::Options, int> options = drake::parse_options(argc, argv);
   if (const int* exit_code = std::get_if<int>(&options)) return *exit_code;
+  ignore_write_signals();
   try {
     return drake::run(std::get<drake::Options>(options));
   } catch (const std::exception& failure) {  // Vulkan errors and out of memory: not recoverable

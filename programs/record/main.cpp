@@ -7,7 +7,6 @@
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <cmath>
-#include <csignal>
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
@@ -21,6 +20,7 @@
 #include "base/log.h"
 #include "base/plural.h"
 #include "base/process/progress.h"
+#include "base/process/stop_signals.h"
 #include "base/text.h"
 #include "programs/listener_options.h"
 #include "protocol/record/attachments.h"
@@ -142,8 +142,6 @@ namespace {
 using namespace fire3dv;
 
 constexpr int kUsageError = 2;
-
-volatile std::sig_atomic_t stop_requested = 0;
 
 struct Options {
   std::vector<std::string> from;
@@ -338,8 +336,6 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : kUsageError;
   }
-  for (const int number : {SIGINT, SIGTERM, SIGHUP}) std::signal(number, [](int) { stop_requested = 1; });
-  std::signal(SIGXFSZ, SIG_IGN);  // a file size limit becomes a write error, like a full disk
-  std::signal(SIGPIPE, SIG_IGN);
+  install_stop_signals(SecondStop::ignored);  // the file is finished in any case
   return recover->parsed() ? record::recover_file(options.recover) : record_streams(options);
 }

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
-#include <csignal>
 #include <cstdio>
 #include <memory>
 #include <set>
@@ -18,6 +17,7 @@
 #include "base/clock.h"
 #include "base/command_line.h"
 #include "base/log.h"
+#include "base/process/stop_signals.h"
 #include "base/text.h"
 #include "protocol/record/playback.h"
 #include "protocol/replay/replay_clock.h"
@@ -31,8 +31,6 @@ using namespace fire3dv;
 
 constexpr int kUsageError = 2;
 constexpr int64_t kPollEveryNs = 5 * fire3dv::kMillisecondNs;
-
-volatile std::sig_atomic_t stop_requested = 0;
 
 struct Options {
   std::string file;
@@ -267,6 +265,6 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : kUsageError;
   }
-  for (const int number : {SIGINT, SIGTERM, SIGHUP}) std::signal(number, [](int) { stop_requested = 1; });
+  install_stop_signals(SecondStop::ignored);
   return replay_file(options);
 }

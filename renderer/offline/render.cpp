@@ -4,7 +4,6 @@
 #include "renderer/offline/commands.h"
 
 #include <cmath>
-#include <csignal>
 #include <cstdlib>
 #include <memory>
 #include <system_error>
@@ -388,7 +387,6 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
 }  // namespace
 
 int render(const RenderOptions& options) {
-  std::signal(SIGXFSZ, SIG_IGN);  // a file size limit becomes a write error, as a full disk
   Render rendering(options);
   const Result<bool> done = rendering.run();
   if (!rendering.validation_was_silent()) return report_failure(Error{"validation messages; see above"});

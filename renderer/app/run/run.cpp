@@ -1,5 +1,4 @@
 #include <chrono>
-#include <csignal>
 #include <cstdlib>
 #include <memory>
 #include <optional>
@@ -62,7 +61,6 @@ int run_documents(Application& application, std::unique_ptr<Document> document) 
 }  // namespace
 
 int run(const Options& options) {
-  std::signal(SIGXFSZ, SIG_IGN);  // a file size limit then fails the write like a full disk
   if (Result<void> good = check_scene_file(options); !good) return report_failure(good.error());
   if (Result<state::EditDocument> overlay = load_overlay(options); !overlay)
     return report_failure(overlay.error());
