@@ -55,6 +55,10 @@ struct Image {
 
 enum class Wrap : uint8_t { repeat, mirror, clamp };
 
+// Channel of an image that holds an opacity. automatic: the image's own opacity if it has any, else its
+// brightness.
+enum class OpacityChannel : uint8_t { automatic, brightness, opacity, red, green, blue };
+
 // Texture transform and wrap modes: texture coordinates, v downwards, are multiplied with scale, then moved
 // by offset.
 struct ImagePlacement {

@@ -163,44 +163,108 @@ Result<std::vector<std::byte>> png_of(std::span<const uint8_t> pixels, uint32_t 
   return bytes;
 }
 
+namespace {
+
+// Image of 8 bits for each channel; one pixel until it is decoded.
+struct DecodedImage {
+  std::unique_ptr<stbi_uc, decltype(&stbi_image_free)> pixels{nullptr, &stbi_image_free};
+  size_t width = 1, height = 1;
+  size_t channels = 1;
+
+  // The nearest pixel for that of an image of the size.
+  const stbi_uc* at(size_t x, size_t y, size_t of_width, size_t of_height) const {
+    return pixels.get() + (y * height / of_height * width + x * width / of_width) * channels;
+  }
+};
+
+// The error is about "one" of several images.
+Result<DecodedImage> decoded_image(std::span<const std::byte> bytes, int wanted_channels) {
+  if (bytes.size() > INT_MAX) return Error{"one is larger than 2 GiB"};
+  const auto* data = reinterpret_cast<const stbi_uc*>(bytes.data());
+  int width = 0, height = 0, channels = 0;
+  if (!stbi_info_from_memory(data, static_cast<int>(bytes.size()), &width, &height, &channels) ||
+      width <= 0 || height <= 0)
+    return Error{"one is not an image of a kind that can be decoded"};
+  if (static_cast<uint64_t>(width) * static_cast<uint64_t>(height) > kMaxPixels / 4)
+    return Error{"one has too many pixels; make it smaller"};
+  DecodedImage made;
+  made.pixels.reset(stbi_load_from_memory(data, static_cast<int>(bytes.size()), &width, &height, &channels,
+                                          wanted_channels));
+  if (!made.pixels) return Error{std::string("one cannot be decoded: ") + stbi_failure_reason()};
+  made.width = static_cast<size_t>(width);
+  made.height = static_cast<size_t>(height);
+  made.channels = static_cast<size_t>(wanted_channels);
+  return made;
+}
+
+Error too_large_together() {
+  return Error{"together they have too many pixels; make them smaller"};
+}
+
+}  // namespace
+
 Result<std::vector<std::byte>> metallic_roughness_png(std::span<const std::byte> roughness,
                                                       std::span<const std::byte> metallic) {
-  struct Grey {
-    std::unique_ptr<stbi_uc, decltype(&stbi_image_free)> pixels{nullptr, &stbi_image_free};
-    size_t width = 1, height = 1;
-  } images[2];
+  DecodedImage images[2];
   for (size_t i = 0; i < 2; ++i) {
     const std::span<const std::byte> bytes = i == 0 ? roughness : metallic;
     if (bytes.empty()) continue;
-    if (bytes.size() > INT_MAX) return Error{"one is larger than 2 GiB"};
-    const auto* data = reinterpret_cast<const stbi_uc*>(bytes.data());
-    int width = 0, height = 0, channels = 0;
-    if (!stbi_info_from_memory(data, static_cast<int>(bytes.size()), &width, &height, &channels) ||
-        width <= 0 || height <= 0)
-      return Error{"one is not an image of a kind that can be decoded"};
-    if (static_cast<uint64_t>(width) * static_cast<uint64_t>(height) > kMaxPixels / 4)
-      return Error{"one has too many pixels; make it smaller"};
-    images[i].pixels.reset(
-        stbi_load_from_memory(data, static_cast<int>(bytes.size()), &width, &height, &channels, 1));
-    if (!images[i].pixels) return Error{std::string("one cannot be decoded: ") + stbi_failure_reason()};
-    images[i].width = static_cast<size_t>(width);
-    images[i].height = static_cast<size_t>(height);
+    Result<DecodedImage> decoded = decoded_image(bytes, 1);
+    if (!decoded) return decoded.error();
+    images[i] = std::move(*decoded);
   }
   const size_t width = std::max(images[0].width, images[1].width);
   const size_t height = std::max(images[0].height, images[1].height);
-  if (width * height > kMaxPixels / 4) return Error{"together they have too many pixels; make them smaller"};
+  if (width * height > kMaxPixels / 4) return too_large_together();
   std::vector<uint8_t> packed(width * height * 3, 255);
+  for (size_t y = 0; y < height; ++y)
+    for (size_t x = 0; x < width; ++x)
+      for (size_t i = 0; i < 2; ++i)
+        if (images[i].pixels) packed[(y * width + x) * 3 + 1 + i] = *images[i].at(x, y, width, height);
+  return png_of(packed, static_cast<uint32_t>(width), static_cast<uint32_t>(height), 3);
+}
+
+Result<OpacityPng> opacity_png(std::span<const std::byte> color, std::span<const std::byte> opacity,
+                               OpacityChannel channel, bool own) {
+  DecodedImage base;
+  if (!color.empty()) {
+    Result<DecodedImage> decoded = decoded_image(color, 4);
+    if (!decoded) return decoded.error();
+    base = std::move(*decoded);
+  }
+  Result<DecodedImage> mask = decoded_image(opacity, 4);
+  if (!mask) return mask.error();
+  const stbi_uc* const first = mask->pixels.get();
+  if (channel == OpacityChannel::automatic) {
+    channel = OpacityChannel::brightness;
+    for (size_t i = 0; i < mask->width * mask->height && channel == OpacityChannel::brightness; ++i)
+      if (first[4 * i + 3] != 255) channel = OpacityChannel::opacity;
+    if (own) channel = OpacityChannel::opacity;
+  }
+  const size_t width = std::max(base.width, mask->width), height = std::max(base.height, mask->height);
+  if (width * height > kMaxPixels / 4) return too_large_together();
+  std::vector<uint8_t> made(width * height * 4, 255);
+  size_t opaque = 0, between = 0;
   for (size_t y = 0; y < height; ++y) {
     for (size_t x = 0; x < width; ++x) {
-      for (size_t i = 0; i < 2; ++i) {
-        const Grey& from = images[i];
-        if (!from.pixels) continue;
-        const size_t at = y * from.height / height * from.width + x * from.width / width;
-        packed[(y * width + x) * 3 + 1 + i] = from.pixels.get()[at];
-      }
+      uint8_t* const to = &made[(y * width + x) * 4];
+      if (base.pixels) std::memcpy(to, base.at(x, y, width, height), 3);
+      const stbi_uc* const from = mask->at(x, y, width, height);
+      constexpr size_t kRed = static_cast<size_t>(OpacityChannel::red);
+      to[3] = channel == OpacityChannel::opacity ? from[3]
+              : channel == OpacityChannel::brightness
+                  ? (77 * from[0] + 150 * from[1] + 29 * from[2] + 128) / 256
+                  : from[static_cast<size_t>(channel) - kRed];
+      opaque += to[3] == 255 ? 1 : 0;
+      between += to[3] > 25 && to[3] < 230 ? 1 : 0;
     }
   }
-  return png_of(packed, static_cast<uint32_t>(width), static_cast<uint32_t>(height), 3);
+  Result<std::vector<std::byte>> png =
+      png_of(made, static_cast<uint32_t>(width), static_cast<uint32_t>(height), 4);
+  if (!png) return png.error();
+  // Edges of leaves and grids have a few values between.
+  constexpr size_t kFew = 10;  // one in as many
+  return OpacityPng{std::move(*png), opaque == width * height, between * kFew <= width * height};
 }
 
 Result<GlbImage> glb_image(const Image& image, uint64_t& pixels_left) {

@@ -35,6 +35,19 @@ Result<GlbImage> glb_image(const Image& image, uint64_t& pixels_left);
 Result<std::vector<std::byte>> metallic_roughness_png(std::span<const std::byte> roughness,
                                                       std::span<const std::byte> metallic);
 
+// Image with the colours of one image and the opacity of another.
+struct OpacityPng {
+  std::vector<std::byte> png;
+  bool is_opaque = false;  // all of it
+  bool is_cutout = false;  // nearly all of it is either opaque or invisible
+};
+
+// color: white where empty. own: color and opacity are one image; without any opacity of its own the result
+// is opaque, unless a channel is named. The size is that of the larger image. The error has the reason
+// without a name.
+Result<OpacityPng> opacity_png(std::span<const std::byte> color, std::span<const std::byte> opacity,
+                               OpacityChannel channel, bool own);
+
 // Encodes 8 bits per channel, rows from the top, 3 or 4 channels. Equal pixels give equal bytes.
 Result<std::vector<std::byte>> png_of(std::span<const uint8_t> pixels, uint32_t width, uint32_t height,
                                       uint32_t channels);

@@ -154,10 +154,13 @@ std::vector<std::byte> encode(const Result<ImportedMesh>& result) {
       out.put(m.alpha_cutoff);
       out.put_string(m.diffuse_image);
       out.put_string(m.normal_image);
-      for (const std::string* name : {&m.emission_image, &m.roughness_image, &m.metallic_image})
+      for (const std::string* name :
+           {&m.emission_image, &m.roughness_image, &m.metallic_image, &m.opacity_image})
         out.put_string(*name);
+      out.put(static_cast<uint8_t>(m.opacity_channel));
       for (const ImagePlacement* placement :
-           {&m.diffuse_placement, &m.normal_placement, &m.emission_placement, &m.roughness_placement})
+           {&m.diffuse_placement, &m.normal_placement, &m.emission_placement, &m.roughness_placement,
+            &m.opacity_placement})
         put_placement(*placement, out);
     }
     out.put(result->surfaces.size());
@@ -206,16 +209,20 @@ bool decode(ByteReader in, std::string& refusal, ImportedMesh& mesh) {
     if (!in.get(count)) return false;
     for (size_t i = 0; i < count; ++i) {
       ImportedMaterial m;
-      uint8_t is_default = 0, is_blended = 0, is_exact = 0;
+      uint8_t is_default = 0, is_blended = 0, is_exact = 0, opacity_channel = 0;
       if (!in.get_string(m.name) || !in.get(m.diffuse) || !in.get(m.emission) || !in.get(m.opacity) ||
           !in.get(m.roughness) || !in.get(m.metallic) || !in.get(is_default) || !in.get(is_blended) ||
           !in.get(is_exact) || !in.get(m.alpha_cutoff) || !in.get_string(m.diffuse_image) ||
           !in.get_string(m.normal_image) || !in.get_string(m.emission_image) ||
           !in.get_string(m.roughness_image) || !in.get_string(m.metallic_image) ||
+          !in.get_string(m.opacity_image) || !in.get(opacity_channel) ||
+          opacity_channel > static_cast<uint8_t>(OpacityChannel::blue) ||
           !get_placement(in, m.diffuse_placement) || !get_placement(in, m.normal_placement) ||
-          !get_placement(in, m.emission_placement) || !get_placement(in, m.roughness_placement)) {
+          !get_placement(in, m.emission_placement) || !get_placement(in, m.roughness_placement) ||
+          !get_placement(in, m.opacity_placement)) {
         return false;
       }
+      m.opacity_channel = static_cast<OpacityChannel>(opacity_channel);
       m.is_default = is_default != 0;
       m.is_blended = is_blended != 0;
       m.is_exact = is_exact != 0;

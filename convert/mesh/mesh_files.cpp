@@ -7,6 +7,7 @@
 #include <set>
 #include <span>
 #include <system_error>
+#include <tuple>
 #include <utility>
 
 #include "convert/glb/write_glb.h"
@@ -102,6 +103,8 @@ struct MeshFiles::State {
                                        ImportedMesh& mesh);
   void add_surface_images(const std::filesystem::path& mesh_file, const ImportedMaterial& from,
                           ImportedMesh& mesh, Material& to);
+  void add_opacity_image(const std::filesystem::path& mesh_file, const ImportedMaterial& from,
+                         ImportedMesh& mesh, Material& to);
   size_t material(const std::filesystem::path& mesh_file, const ImportedMaterial& from, ImportedMesh& mesh);
   Result<ImportedMesh> import(const std::filesystem::path& resolved, const std::filesystem::path& shown,
                               ImportRequest request);
@@ -121,6 +124,8 @@ struct MeshFiles::State {
   std::map<std::filesystem::path, size_t> images;
   // Images packed of a roughness and a metalness image.
   std::map<std::pair<std::optional<size_t>, std::optional<size_t>>, std::optional<size_t>> metallic_roughness;
+  // Images with an opacity of their own or of another image: index, and whether it is a cutout.
+  std::map<std::tuple<std::optional<size_t>, size_t, OpacityChannel>, std::pair<size_t, bool>> opacity;
 };
 
 // name: *N
@@ -208,6 +213,41 @@ void MeshFiles::State::add_surface_images(const std::filesystem::path& mesh_file
   if (metallic && to.metallic_roughness_image && to.metallic == 0 && !from.is_exact) to.metallic = 1;
 }
 
+// MTL has an image for the opacity, glTF the opacity of the base colour's image.
+void MeshFiles::State::add_opacity_image(const std::filesystem::path& mesh_file, const ImportedMaterial& from,
+                                         ImportedMesh& mesh, Material& to) {
+  const std::optional<size_t> mask = image(mesh_file, from.opacity_image, mesh);
+  if (!mask) return;
+  const auto left_out = [&](const std::string& why) {
+    model.warnings.push_back(quote(mesh_file.string()) + ": the map_d of material " + quote(from.name) +
+                             " is not drawn: " + why);
+  };
+  if (to.base_color_image && from.opacity_placement != from.diffuse_placement)
+    return left_out("its options (-s, -o, -clamp) are not those of map_Kd");
+  const auto key = std::make_tuple(to.base_color_image, *mask, from.opacity_channel);
+  auto known = opacity.find(key);
+  if (known == opacity.end()) {
+    const auto color = to.base_color_image
+                           ? std::span<const std::byte>(model.images[*to.base_color_image].bytes)
+                           : std::span<const std::byte>();
+    const bool is_own = to.base_color_image == mask;
+    Result<OpacityPng> made = opacity_png(color, model.images[*mask].bytes, from.opacity_channel, is_own);
+    if (!made) return left_out("of its image and that of map_Kd " + made.error().message);
+    if (made->is_opaque)
+      return is_own ? left_out("it is the image of map_Kd, which has no opacity of its own") : void();
+    const std::string name = model.images[*mask].name;
+    model.images.push_back({is_own || !to.base_color_image
+                                ? name
+                                : model.images[*to.base_color_image].name + ", opacity of " + name,
+                            std::move(made->png)});
+    known = opacity.emplace(key, std::pair(model.images.size() - 1, made->is_cutout)).first;
+  }
+  to.base_color_image = known->second.first;
+  to.base_color_placement = from.opacity_placement;
+  to.blended = to.base_color.a < 1 || !known->second.second;
+  if (!to.blended) to.alpha_cutoff = 0.5f;
+}
+
 size_t MeshFiles::State::material(const std::filesystem::path& mesh_file, const ImportedMaterial& from,
                                   ImportedMesh& mesh) {
   Material to;
@@ -225,6 +265,7 @@ size_t MeshFiles::State::material(const std::filesystem::path& mesh_file, const 
   else
     to.blended = from.opacity < 1 || from.is_blended;
   if (!from.diffuse_image.empty()) to.base_color_image = image(mesh_file, from.diffuse_image, mesh);
+  if (!from.opacity_image.empty()) add_opacity_image(mesh_file, from, mesh, to);
   if (!from.normal_image.empty()) to.normal_image = image(mesh_file, from.normal_image, mesh);
   add_surface_images(mesh_file, from, mesh, to);
   if (from.is_default) defaults.insert(model.materials.size());

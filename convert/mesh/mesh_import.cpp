@@ -523,8 +523,8 @@ Result<void> check_imported(const ImportedMesh& mesh) {
     return true;
   };
   for (const ImportedMaterial& m : mesh.materials) {
-    for (const ImagePlacement* placement :
-         {&m.diffuse_placement, &m.normal_placement, &m.emission_placement, &m.roughness_placement})
+    for (const ImagePlacement* placement : {&m.diffuse_placement, &m.normal_placement, &m.emission_placement,
+                                            &m.roughness_placement, &m.opacity_placement})
       if (!finite(placement->scale) || !finite(placement->offset))
         return Error{"a texture transform is not finite"};
     if (!finite(m.diffuse) || !finite(m.emission) || !std::isfinite(m.opacity) ||

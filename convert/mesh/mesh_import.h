@@ -25,10 +25,12 @@ struct ImportedMaterial {
   bool is_default = false;                  // the file defines no material for its surfaces
   std::string diffuse_image, normal_image;  // empty: none; *N: embedded image N
   std::string emission_image, roughness_image, metallic_image;  // of scenes; the last two are grey
+  std::string opacity_image;                                    // multiplied with opacity
+  OpacityChannel opacity_channel = OpacityChannel::automatic;
   float alpha_cutoff = -1;  // opacities below are invisible, others opaque; negative: none
   bool is_blended = false;  // by an image, whatever the opacity is
   bool is_exact = false;    // factors beside images are meant, also if they are 0
-  ImagePlacement diffuse_placement, normal_placement, emission_placement;
+  ImagePlacement diffuse_placement, normal_placement, emission_placement, opacity_placement;
   ImagePlacement roughness_placement;  // of the metallic image, too
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/glm.hpp>
+#include <map>
 #include <optional>
 #include <utility>
 
@@ -44,6 +45,7 @@ std::optional<glm::vec3> take_color(std::string_view rest) {
 struct MapOptions {
   glm::vec3 scale{1}, origin{0};
   bool is_clamped = false;
+  std::string channel;               // -imfchan: r, g, b, m, l or z
   std::vector<std::string> ignored;  // options that change the image
 };
 
@@ -75,7 +77,9 @@ MapOptions take_options(std::string_view& rest) {
       if (take_numbers(after, {0, 1, 0}) != glm::vec3(0, 1, 0)) options.ignored.push_back(option);
     } else if (option == "-clamp") {
       options.is_clamped = lower_case(std::string(take_word(after))) == "on";
-    } else if (option == "-imfchan" || option == "-cc") {
+    } else if (option == "-imfchan") {
+      options.channel = lower_case(std::string(take_word(after)));
+    } else if (option == "-cc") {
       if (lower_case(std::string(take_word(after))) != "off") options.ignored.push_back(option);
     } else if (option == "-bm" || option == "-blendu" || option == "-blendv" || option == "-boost" ||
                option == "-texres" || option == "-type") {
@@ -91,6 +95,15 @@ MapOptions take_options(std::string_view& rest) {
 std::string unquoted(std::string_view name) {
   if (name.size() >= 2 && name.front() == '"' && name.back() == '"') name = name.substr(1, name.size() - 2);
   return std::string(name);
+}
+
+// The letters of -imfchan; z is the depth.
+std::optional<OpacityChannel> channel_of(const std::string& letter) {
+  static const std::map<std::string, OpacityChannel> kChannels = {
+      {"", OpacityChannel::automatic}, {"l", OpacityChannel::brightness}, {"m", OpacityChannel::opacity},
+      {"r", OpacityChannel::red},      {"g", OpacityChannel::green},      {"b", OpacityChannel::blue}};
+  const auto known = kChannels.find(letter);
+  return known == kChannels.end() ? std::nullopt : std::optional(known->second);
 }
 
 ImagePlacement placement_of(const MapOptions& options) {
@@ -182,13 +195,14 @@ void MtlMaterials::set_map(const std::string& keyword, std::string_view rest, En
   if (rest.empty()) return;
   ImportedMaterial& m = to.material;
   const ImagePlacement placement = placement_of(options);
-  const auto take = [&](std::string& name, ImagePlacement& where) {
+  const auto take = [&](std::string& name, ImagePlacement& where, bool takes_channel = false) {
     name = unquoted(rest);
     const bool is_relative = !name.starts_with('/') && name.find(':') == std::string::npos;
     if (is_relative && !folder_.empty()) name = folder_ + "/" + name;
     where = placement;
     for (const std::string& option : options.ignored)
       leave_out("the option " + option + " of " + keyword, m.name);
+    if (!options.channel.empty() && !takes_channel) leave_out("the option -imfchan of " + keyword, m.name);
   };
   if (keyword == "map_kd") {
     take(m.diffuse_image, m.diffuse_placement);
@@ -204,9 +218,11 @@ void MtlMaterials::set_map(const std::string& keyword, std::string_view rest, En
   } else if (keyword == "bump" || keyword == "map_bump") {
     leave_out("map_Bump (write normal maps as norm)", m.name);
   } else if (keyword == "map_d") {
-    leave_out("map_d", m.name);
-  } else if (keyword == "map_ks" || keyword == "map_ns" || keyword == "map_ps" || keyword == "disp" ||
-             keyword == "decal" || keyword == "refl" || keyword == "map_refl") {
+    const std::optional<OpacityChannel> channel = channel_of(options.channel);
+    take(m.opacity_image, m.opacity_placement, channel.has_value());
+    m.opacity_channel = channel.value_or(OpacityChannel::automatic);
+  } else if (keyword == "map_ks" || keyword == "map_ns" || keyword == "map_ps" || keyword == "map_tr" ||
+             keyword == "disp" || keyword == "decal" || keyword == "refl" || keyword == "map_refl") {
     leave_out(keyword, m.name);
   }
 }

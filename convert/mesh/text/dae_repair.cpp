@@ -6,14 +6,17 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <glm/glm.hpp>
 #include <iterator>
 #include <map>
+#include <numeric>
 #include <optional>
 #include <utility>
 
 #include "base/numbers.h"
 #include "base/text.h"
 #include "base/words.h"
+#include "convert/mesh/geometry/polygon_holes.h"
 #include "convert/mesh/text/mesh_text.h"
 
 namespace fire3dv::convert {
@@ -104,6 +107,14 @@ class DaeRepair {
     std::string label;
     uint64_t stride = 1, indices = 0;
     std::optional<uint64_t> polygons;
+    std::string_view vertices;  // source of the positions' numbers
+    uint64_t vertex_offset = 0;
+  };
+  // Positions in the file, by the identifier of their <source>.
+  struct PositionSource {
+    std::string_view numbers;
+    uint64_t stride = 3;
+    std::optional<std::vector<glm::dvec3>> positions;  // once they are read
   };
 
   void report(const std::string& object, const std::string& what) {
@@ -180,9 +191,9 @@ class DaeRepair {
     const bool is_empty = tag[tag.size() - 2] == '/';
     if (name == "extra" && is_primitive(top()))
       return skip_to(is_empty ? ">" : "</extra>", is_empty ? end - at_ : end + 1 - at_);
-    if (name == "h" && top() == "ph" && !is_empty) {
-      report("<polygons>", "holes of polygons are not drawn");
-      return skip_to("</h>", end + 1 - at_);
+    if (name == "ph" && count_ && !is_empty) {
+      at_ = end + 1;
+      return add_polygon_with_holes();
     }
     at_ = end + 1;
     last_is_start_ = !is_empty;
@@ -198,11 +209,10 @@ class DaeRepair {
     } else {
       out_ += tag;
     }
-    if (is_empty) {
-      if (name == "input" && count_) take_offset(tag);
-      return true;
-    }
-    if (name == "input" && count_) take_offset(tag);
+    if (name == "input" && count_) take_input(tag);
+    if (name == "accessor")
+      sources_[source_id()].stride = whole_number(attribute_value(tag, "stride")).value_or(1);
+    if (is_empty) return true;
     open_.push_back({name, tag});
     if (name == "image") image_has_file_ = false;
     if (name == "init_from" || name == "data") image_has_file_ = true;
@@ -235,9 +245,104 @@ class DaeRepair {
     }
   }
 
-  void take_offset(std::string_view tag) {
-    const uint64_t offset = whole_number(attribute_value(tag, "offset")).value_or(0);
-    count_->stride = std::max(count_->stride, std::min<uint64_t>(offset, 1000) + 1);
+  void take_input(std::string_view tag) {
+    const uint64_t offset =
+        std::min<uint64_t>(whole_number(attribute_value(tag, "offset")).value_or(0), 1000);
+    count_->stride = std::max(count_->stride, offset + 1);
+    const std::string_view semantic = attribute_value(tag, "semantic");
+    std::string_view source = attribute_value(tag, "source");
+    if (source.starts_with('#')) source.remove_prefix(1);
+    if (semantic == "VERTEX") {
+      count_->vertices = source;
+      count_->vertex_offset = offset;
+    } else if (semantic == "POSITION" && top() == "vertices") {
+      position_sources_[attribute_value(open_.back().tag, "id")] = source;
+    }
+  }
+
+  // The identifier of the innermost <source>.
+  std::string_view source_id() const {
+    for (size_t i = open_.size(); i-- > 0;)
+      if (open_[i].name == "source") return attribute_value(open_[i].tag, "id");
+    return {};
+  }
+
+  // Positions that the open primitive names; null if they are not found.
+  const std::vector<glm::dvec3>* positions() {
+    const auto named = position_sources_.find(count_->vertices);
+    const auto found = named == position_sources_.end() ? sources_.end() : sources_.find(named->second);
+    if (found == sources_.end() || found->second.stride < 3) return nullptr;
+    PositionSource& source = found->second;
+    if (!source.positions) {
+      source.positions.emplace();
+      glm::dvec3 position(0);
+      uint64_t at = 0;
+      std::string_view rest = source.numbers;
+      for (std::string_view word = next_word(rest); !word.empty(); word = next_word(rest)) {
+        if (at < 3) position[static_cast<int>(at)] = number_of(word).value_or(NAN);
+        if (at == 2) source.positions->push_back(position);
+        at = at + 1 == source.stride ? 0 : at + 1;
+      }
+    }
+    return &*source.positions;
+  }
+
+  // A <ph>, whose holes assimp does not know, as one polygon with doubled edges to its holes.
+  bool add_polygon_with_holes() {
+    const size_t end = in_.find("</ph>", at_);
+    if (end == std::string_view::npos) return false;
+    const std::string_view content = in_.substr(at_, end - at_);
+    at_ = end + 5;
+    std::vector<std::string_view> words;  // numbers of all rings
+    std::vector<size_t> ring_ends;        // in corners; the outline's is the first
+    for (const std::string_view element : {"p", "h"}) {
+      const std::string begin_tag = "<" + std::string(element), end_tag = "</" + std::string(element);
+      for (size_t at = content.find(begin_tag); at != std::string_view::npos;
+           at = content.find(begin_tag, at)) {
+        const size_t text = std::min(content.find('>', at), content.size() - 1) + 1;
+        at = std::min(content.find(end_tag, text), content.size());
+        std::string_view rest = content.substr(text, at - text);
+        for (std::string_view word = next_word(rest); !word.empty(); word = next_word(rest))
+          words.push_back(word);
+        words.resize(words.size() - words.size() % count_->stride);
+        ring_ends.push_back(words.size() / count_->stride);
+        if (element == "p") break;
+      }
+    }
+    if (ring_ends.empty()) return true;
+    std::vector<uint32_t> corners = joined_corners(words, ring_ends);
+    if (corners.empty()) {
+      report("<polygons>", "holes that no edge joins to their outline are closed");
+      corners.resize(ring_ends[0]);
+      std::iota(corners.begin(), corners.end(), uint32_t{0});
+    }
+    count_->indices += corners.size() * count_->stride;
+    out_ += "<p>";
+    for (const uint32_t corner : corners) {
+      for (uint64_t i = 0; i < count_->stride; ++i) {
+        out_ += words[corner * count_->stride + i];
+        out_ += ' ';
+      }
+    }
+    out_ += "</p>";
+    return true;
+  }
+
+  std::vector<uint32_t> joined_corners(const std::vector<std::string_view>& words,
+                                       const std::vector<size_t>& ring_ends) {
+    const std::vector<glm::dvec3>* const known = positions();
+    if (!known) return {};
+    std::vector<HoleJoiner::Ring> rings;
+    size_t corner = 0;
+    for (const size_t ring_end : ring_ends) {
+      HoleJoiner::Ring& ring = rings.emplace_back();
+      for (; corner < ring_end; ++corner) {
+        const auto index = whole_number(words[corner * count_->stride + count_->vertex_offset]);
+        if (!index || *index >= known->size()) return {};
+        ring.push_back((*known)[*index]);
+      }
+    }
+    return holes_.join(rings);
   }
 
   // Writes the count of the open element. The contents follow it, so that the output is moved.
@@ -335,6 +440,7 @@ class DaeRepair {
     constexpr std::string_view kUsual = "0123456789+-.eE \t\r\n";
     const size_t begin = out_.size();
     uint64_t count = 0;
+    if (top() == "float_array") sources_[source_id()].numbers = text;
     if (text.find_first_not_of(kUsual) == std::string_view::npos) {
       out_ += text;
       count = count_words(text);
@@ -368,6 +474,9 @@ class DaeRepair {
   bool last_is_start_ = false;  // the last markup opened the innermost element
   std::vector<Element> open_;
   std::optional<Count> count_;
+  std::map<std::string_view, PositionSource> sources_;
+  std::map<std::string_view, std::string_view> position_sources_;  // of <vertices>, by its identifier
+  HoleJoiner holes_;
   std::map<std::string, std::pair<std::string, size_t>>
       problems_;  // first object and count, by what is wrong
 };

@@ -116,7 +116,11 @@ void expect_property(const Model& model, const Drawn& drawn, const std::string& 
       EXPECT_LT(glm::length(glm::vec3(m->base_color) - right), 2e-3f) << m->name << ' ' << m->base_color.r;
     } else if (property == "alpha") {
       EXPECT_NEAR(m->base_color.a, std::strtod(value.c_str(), nullptr), 1e-4) << m->name;
-      EXPECT_EQ(m->blended, m->base_color.a < 1) << m->name;
+      if (m->base_color.a < 1) {
+        EXPECT_TRUE(m->blended) << m->name;
+      }
+    } else if (property == "mode") {
+      EXPECT_EQ(m->alpha_cutoff ? "mask" : m->blended ? "blend" : "opaque", value) << m->name;
     } else if (property == "uv") {
       expect_near({placement.scale.x, placement.scale.y, placement.offset.x, placement.offset.y},
                   numbers_of(value), 1e-5);

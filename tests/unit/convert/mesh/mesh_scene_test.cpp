@@ -274,6 +274,30 @@ TEST(MeshScene, MtlPropertiesAreKept) {
   EXPECT_NE(without.warnings[0].find("gone.png"), std::string::npos);
 }
 
+TEST(MeshScene, MapDBecomesTheOpacityOfTheColour) {
+  const test::ScratchFolder folder;
+  const std::vector<uint8_t> red_blue = {200, 0, 0, 0, 0, 100}, grey = {64, 64, 64};
+  folder.write("color.png", std::span(*png_of(red_blue, 2, 1, 3)));
+  folder.write("mask.png", std::span(*png_of(grey, 1, 1, 3)));
+  const std::vector<uint8_t> clear = {9, 8, 7, 32, 9, 8, 7, 255};
+  folder.write("clear.png", std::span(*png_of(clear, 1, 2, 4)));
+  const std::string text = obj_cube();
+  const auto image = [&](const std::string& mtl) {
+    folder.write("cube.mtl", "newmtl orange paint\n" + mtl);
+    const Model model = read(folder.write("c.obj", text));
+    const std::optional<size_t> index = model.materials.at(0).base_color_image;
+    return index ? model.images[*index].bytes : std::vector<std::byte>();
+  };
+  // The mask is stretched to the larger image.
+  const std::vector<uint8_t> masked = {200, 0, 0, 64, 0, 0, 100, 64};
+  EXPECT_EQ(image("map_Kd color.png\nmap_d mask.png\n"), *png_of(masked, 2, 1, 4));
+  // An image with an opacity is a mask by it, not by its brightness; a named channel wins.
+  const std::vector<uint8_t> by_opacity = {200, 0, 0, 32, 0, 0, 100, 32, 200, 0, 0, 255, 0, 0, 100, 255};
+  EXPECT_EQ(image("map_Kd color.png\nmap_d clear.png\n"), *png_of(by_opacity, 2, 2, 4));
+  const std::vector<uint8_t> by_red = {255, 255, 255, 9, 255, 255, 255, 9};
+  EXPECT_EQ(image("map_d -imfchan r clear.png\n"), *png_of(by_red, 1, 2, 4));
+}
+
 TEST(MeshScene, SmoothSurfacesGetSmoothNormals) {
   const test::ScratchFolder folder;
   // Two faces at an angle of 20 degrees share an edge, once with different texture coordinates there.

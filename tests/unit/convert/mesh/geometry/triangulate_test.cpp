@@ -10,6 +10,8 @@
 #include <numbers>
 #include <random>
 
+#include "convert/mesh/geometry/polygon_holes.h"
+
 namespace fire3dv::convert {
 namespace {
 
@@ -215,6 +217,83 @@ TEST(Triangulate, LargePolygonsAreExact) {
     EXPECT_EQ(triangulator.triangulate(polygon).size(), polygon.size() - 2);
   }
   EXPECT_EQ(triangulator.warning(), "");
+}
+
+// Area of the triangles of an outline and its holes; negative if they are not joined.
+double joined_area(const std::vector<Polygon>& rings, std::vector<uint32_t>* joined = nullptr) {
+  std::vector<HoleJoiner::Ring> in_space;
+  std::vector<glm::dvec3> corners;
+  for (const Polygon& ring : rings) {
+    in_space.emplace_back();
+    for (const glm::dvec2& c : ring) in_space.back().emplace_back(c.x, 0.25 * c.x - 0.5 * c.y + 3, c.y);
+    corners.insert(corners.end(), in_space.back().begin(), in_space.back().end());
+  }
+  const std::vector<uint32_t> order = HoleJoiner().join(in_space);
+  if (joined) *joined = order;
+  if (order.empty()) return -1;
+  std::vector<glm::dvec3> polygon;
+  for (const uint32_t corner : order) polygon.push_back(corners[corner]);
+  PolygonTriangulator triangulator;
+  double area = 0;
+  for (const auto& [a, b, c] : triangulator.triangulate(polygon)) {
+    const auto flat = [&](uint32_t corner) { return glm::dvec2(polygon[corner].x, polygon[corner].z); };
+    area += std::abs(cross(flat(b) - flat(a), flat(c) - flat(a))) / 2;
+  }
+  EXPECT_EQ(triangulator.warning(), "");
+  return area;
+}
+
+Polygon square_at(double x, double y, double half) {
+  return {{x - half, y - half}, {x + half, y - half}, {x + half, y + half}, {x - half, y + half}};
+}
+
+TEST(PolygonHoles, AreNotCovered) {
+  const Polygon plate = square_at(0, 0, 2);
+  EXPECT_NEAR(joined_area({plate}), 16, 1e-9);
+  for (const bool reversed : {false, true}) {
+    Polygon hole = square_at(0.5, 0.25, 0.5);
+    if (reversed) std::reverse(hole.begin(), hole.end());
+    EXPECT_NEAR(joined_area({plate, hole}), 15, 1e-9) << "in any direction";
+  }
+  EXPECT_NEAR(joined_area({plate, {{0, 0}, {1, 0}}}), 16, 1e-9) << "a hole without an area";
+  // A perforated sheet: rows of equal holes, whose corners lie on common lines.
+  std::vector<Polygon> sheet{plate};
+  for (int i = 0; i < 64; ++i)
+    sheet.push_back(square_at(-1.75 + 0.5 * (i % 8), -1.75 + 0.5 * (i / 8), 0.125));
+  EXPECT_NEAR(joined_area(sheet), 16 - 64 * 0.0625, 1e-9);
+  // A U with a hole in each arm.
+  const Polygon u{{0, 0}, {5, 0}, {5, 4}, {4, 4}, {4, 1}, {1, 1}, {1, 4}, {0, 4}};
+  EXPECT_NEAR(joined_area({u, square_at(0.5, 3, 0.25), square_at(4.5, 3, 0.25), square_at(2.5, 0.5, 0.25)}),
+              11 - 0.75, 1e-9);
+  std::vector<uint32_t> order;
+  joined_area({plate, square_at(0, 0, 1)}, &order);
+  EXPECT_EQ(order.size(), 10u) << "two corners are doubled";
+}
+
+TEST(PolygonHoles, RandomHolesAreNotCovered) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> shift(-0.2, 0.2), size(0.05, 0.25);
+  for (int round = 0; round < 20; ++round) {
+    std::vector<Polygon> rings{square_at(0, 0, 3)};
+    double holes = 0;
+    for (int i = 0; i < 25; ++i) {
+      const double half = size(random);
+      const glm::dvec2 at(i % 5 - 2 + shift(random), i / 5 - 2 + shift(random));
+      rings.push_back({at + glm::dvec2(half, 0), at + glm::dvec2(0, half), at - glm::dvec2(half, 0),
+                       at - glm::dvec2(0, half)});
+      holes += 2 * half * half;
+    }
+    EXPECT_NEAR(joined_area(rings), 36 - holes, 1e-9) << round;
+  }
+}
+
+TEST(PolygonHoles, RefusesWhatNoEdgeJoins) {
+  const Polygon plate = square_at(0, 0, 1);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(joined_area({plate, square_at(9, 0, 0.5)}), -1) << "outside";
+  EXPECT_EQ(joined_area({plate, {{0, 0}, {nan, 0}, {0, 1}}}), -1);
+  EXPECT_EQ(joined_area({{{0, 0}, {1, 0}, {2, 0}}, square_at(0, 0, 0.5)}), -1) << "no area";
+  EXPECT_EQ(joined_area({{{0, 0}, {1, 0}}}), -1);
 }
 
 }  // namespace
