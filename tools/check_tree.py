@@ -63,7 +63,7 @@ ALLOWED = {
                                "renderer/capture renderer/app " + ROOMS,
     "convert": BASE + " renderer/scene",
     "convert/glb": MODEL,
-    "convert/mesh/text": MODEL,
+    "convert/mesh/text": MODEL + " convert/mesh/geometry",
     "convert/mesh/geometry": MODEL,
     "convert/mesh": MODEL + " convert/glb convert/mesh/text convert/mesh/geometry",
     "convert/adf": MODEL + " convert/mesh",
