@@ -67,6 +67,19 @@ class OpenFrames {
     oldest.sequence = sequence;
     return &oldest;
   }
+  // The slot with the lowest sequence (0: free slots first) for which `predicate` holds, or null.
+  template <typename Predicate>
+  Frame* oldest_where(Predicate predicate) {
+    Frame* oldest = nullptr;
+    for (Frame& frame : frames_)
+      if ((!oldest || frame.sequence < oldest->sequence) && predicate(std::as_const(frame))) oldest = &frame;
+    return oldest;
+  }
+  // Drops an open frame for newer ones.
+  void give_up(Frame& frame) {
+    ++given_up_;
+    frame.clear();
+  }
   void close(uint64_t sequence) {
     if (Frame* frame = find(sequence)) frame->clear();
   }

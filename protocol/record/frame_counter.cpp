@@ -1,11 +1,14 @@
 #include "protocol/record/frame_counter.h"
 
 namespace fire3dv::record {
+namespace {
+constexpr uint64_t kSeenFrames = 64;  // bits of seen_
+}  // namespace
 
 void FrameCounter::begin() {
   given_up_ += open_.size();
   open_.close_up_to(UINT64_MAX);
-  newest_ = 0;
+  newest_ = first_ = seen_ = 0;
 }
 
 // Returns false if the part adds no pose to the frame.
@@ -27,18 +30,37 @@ bool FrameCounter::take(const wire::PoseFrameView& frame) {
     return false;
   }
   if (sequence <= newest_) {
-    ++counts_.late;
-    return false;
+    // Jitter lets parts of a frame overtake all parts of the frame before.
+    const uint64_t age = newest_ - sequence;
+    if (!is_part || sequence < first_ || age >= kSeenFrames || (seen_ >> age & 1) != 0 || !open(frame)) {
+      ++counts_.late;
+      return false;
+    }
+    seen_ |= uint64_t{1} << age;
+    --counts_.missing;
+    ++counts_.frames;
+    return true;
   }
-  if (newest_ != 0) counts_.missing += sequence - newest_ - 1;
+  if (newest_ != 0)
+    counts_.missing += sequence - newest_ - 1;
+  else
+    first_ = sequence;
+  seen_ = sequence - newest_ < kSeenFrames ? seen_ << (sequence - newest_) : 0;
+  seen_ |= 1;
   newest_ = sequence;
   ++counts_.frames;
-  if (!is_part) return true;
-  OpenFrame& opened = *open_.open(sequence);  // never null: this sequence is the newest
+  if (is_part) open(frame);
+  return true;
+}
+
+// Opens the frame of its first part. Returns false if all open frames are newer.
+bool FrameCounter::open(const wire::PoseFrameView& part) {
+  OpenFrame* const opened = open_.open(part.header.sequence);
   given_up_ += open_.take_given_up();
-  opened.header = frame.header;
-  opened.node_count = frame.node_count;
-  add_part(opened, frame);
+  if (opened == nullptr) return false;
+  opened->header = part.header;
+  opened->node_count = part.node_count;
+  add_part(*opened, part);
   return true;
 }
 

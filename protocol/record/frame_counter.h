@@ -13,7 +13,7 @@ namespace fire3dv::record {
 struct FrameCounts {
   uint64_t frames = 0;   // frames with at least one received message
   uint64_t parts = 0;    // messages that carried a part of a frame
-  uint64_t missing = 0;  // sequence numbers skipped when a newer frame arrived
+  uint64_t missing = 0;  // sequence numbers of which no message was received in time
   uint64_t late = 0;     // messages without new poses: stale, duplicated or contradictory
 };
 
@@ -45,7 +45,10 @@ class FrameCounter {
   bool add_part(OpenFrame& frame, const wire::PoseFrameView& part);
 
   FrameCounts counts_;
-  uint64_t newest_ = 0;
+  bool open(const wire::PoseFrameView& frame);
+
+  uint64_t first_ = 0, newest_ = 0;
+  uint64_t seen_ = 0;  // bit i: a message of frame newest_ - i was received
   uint64_t given_up_ = 0;
   OpenFrames<OpenFrame, stream::kMaxOpenFrames> open_;
 };

@@ -1,7 +1,8 @@
 // Assembly of pose frames from their parts (SPEC.md, section 4), and the charge for their memory. Several
-// frames may be open at once, since datagrams of consecutive frames arrive interleaved. A frame is whole when
-// every node has a pose under one header; it never mixes two simulation steps. Memory is allocated and
-// charged for received poses, not for the claimed node count. Not thread-safe.
+// frames may be open at once, since datagrams of consecutive frames arrive interleaved: as many as the jitter
+// of the network spans, bounded by number and bytes. A frame is whole when every node has a pose under one
+// header; it never mixes two simulation steps. Memory is allocated and charged for received poses, not for
+// the claimed node count. Not thread-safe.
 #pragma once
 
 #include <array>
@@ -49,8 +50,11 @@ class PoseMemory {
   BudgetCharge charge_;
 };
 
-// Maximum number of simultaneously open frames of one stream.
-inline constexpr size_t kMaxOpenFrames = 4;
+// Maximum number of simultaneously open frames of one stream: 0.25 s at 240 Hz, 1 s at 60 Hz.
+inline constexpr size_t kMaxOpenFrames = 64;
+// Maximum memory of open frames. kMinOpenFrames of them may exceed it, within the peer's budget.
+inline constexpr size_t kMaxOpenFrameBytes = size_t{16} << 20;
+inline constexpr size_t kMinOpenFrames = 4;
 
 class FrameAssembler {
  public:
@@ -81,12 +85,17 @@ class FrameAssembler {
   // Number of frames dropped for newer ones since the last call.
   uint64_t take_given_up() { return frames_.take_given_up(); }
 
+  // Frames of which a first part arrived, and those that became whole.
+  uint64_t opened() const { return opened_; }
+  uint64_t completed() const { return completed_; }
+
   // Bytes of poses that this object holds.
   size_t memory_bytes() const { return memory_.amount(); }
 
  private:
   static constexpr size_t kChunkPoses = 256;
   using Chunk = std::array<wire::Affine3x4, kChunkPoses>;
+  static constexpr size_t kMaxChunks = kMaxOpenFrameBytes / sizeof(Chunk);
   struct OpenFrame {
     uint64_t sequence = 0;
     wire::PoseFrameHeader header;
@@ -101,10 +110,14 @@ class FrameAssembler {
     }
   };
   OpenFrame* frame_of(const wire::PoseFrameView& part);
-  bool make_chunks(OpenFrame& frame, size_t begin, size_t end);
+  Outcome make_chunks(OpenFrame& frame, size_t begin, size_t end);
+  bool make_room(const OpenFrame& frame, size_t kept);
+  void free_chunks(OpenFrame& frame);
   bool make_whole(const OpenFrame& frame);
 
   OpenFrames<OpenFrame, kMaxOpenFrames> frames_;
+  size_t chunk_count_ = 0;  // of all open frames and free slots
+  uint64_t opened_ = 0, completed_ = 0;
   wire::PoseFrameHeader whole_header_;
   std::vector<wire::Affine3x4> whole_poses_;
   PoseMemory memory_;

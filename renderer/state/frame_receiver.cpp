@@ -125,6 +125,7 @@ bool FrameReceiver::accept(const Frame& frame) {
     ++frames_received;
     return true;
   }
+  assembler_.close(frame.header.sequence);  // the buffer has it: it is whole, not superseded
   if (playout_->add(frame.header, frame.poses, frame.published_ns, frame.received_ns))
     ++frames_received;
   else if (playout_->over_budget())

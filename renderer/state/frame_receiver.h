@@ -87,6 +87,7 @@ class FrameReceiver : public ReceivedFrames {
   std::vector<Refusal> take_refusals() { return std::exchange(refusals_, {}); }
 
   size_t node_count() const { return node_count_; }
+  const stream::FrameAssembler& assembler() const { return assembler_; }
   const std::shared_ptr<PeerBudget>& budget() const { return budget_; }
 
  private:

@@ -1,6 +1,7 @@
 #include "renderer/streams/stream_receiver.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <numeric>
 #include <thread>
 #include <utility>
@@ -121,12 +122,29 @@ void StreamReceiver::report_conditions() {
   if (now_ns_ - std::exchange(conditions_at_ns_, now_ns_) > kResumeNs) expects_since_ns_ = now_ns_;
   if (!expects_frames_ || now_ns_ - expects_since_ns_ < kResumeNs) return;
   for (auto& [peer, stream] : stream_of_peer_) {
-    const bool is_lost = poses_.streams()[stream.id].condition == state::Condition::lost;
+    report_losses(peer, stream);
+    // Parts that arrive without a whole frame are reported as such, with another remedy.
+    const bool is_lost =
+        !stream.losses.is_lossy() && poses_.streams()[stream.id].condition == state::Condition::lost;
     if (std::exchange(stream.reported_lost, is_lost) == is_lost) continue;
     const std::string name = "stream \"" + stream.name + "\"";
     log(is_lost ? warning(name + " stalled: no pose frames; showing the last one")
                 : name + " sends frames again");
   }
+}
+
+void StreamReceiver::report_losses(Peer peer, PeerStream& stream) {
+  const stream::FrameAssembler& frames = poses_.streams()[stream.id].assembler();
+  using Change = FrameLossMonitor::Change;
+  const Change change = stream.losses.update(frames.opened(), frames.completed(), now_ns_);
+  if (change == Change::none) return;
+  const std::string name = "stream \"" + stream.name + "\"";
+  if (change == Change::whole) return log(name + ": its frames are whole again");
+  char counts[64];
+  std::snprintf(counts, sizeof counts, "%.0f of %.0f a second", stream.losses.missing_per_s(),
+                stream.losses.begun_per_s());
+  log(warning(name + ": frames come incomplete (" + counts + "): parts of them are lost or too late on " +
+              listeners_[peer.first]->uri() + "; use tcp:// or tls:// there, or send smaller frames"));
 }
 
 bool StreamReceiver::handle(Peer peer, const transport::LinkEvent& event) {

@@ -19,6 +19,7 @@
 #include "protocol/wire/decode.h"
 #include "renderer/state/pose_state.h"
 #include "renderer/state/stream_timing.h"
+#include "renderer/streams/frame_loss_monitor.h"
 #include "renderer/streams/image_request_queue.h"
 #include "renderer/streams/playout_options.h"
 
@@ -186,6 +187,7 @@ class StreamReceiver final : public ImageReplies {
     uint64_t pings = 0;  // number of pings sent; also the last ping's id
     int64_t next_ping_ns = 0;
     bool reported_lost = false;
+    FrameLossMonitor losses;
     state::RequesterId requester = 0;
     BudgetCharge description_bytes, names;
   };
@@ -214,6 +216,7 @@ class StreamReceiver final : public ImageReplies {
   bool receive_frame(Peer peer, const wire::PoseFrameView& frame, int64_t received_ns);
   void send_clock_pings(int64_t now_ns);
   void report_conditions();
+  void report_losses(Peer peer, PeerStream& stream);
   // Returns false if undecided; the message must be handled again.
   bool handle_description(Peer peer, const wire::StreamDescription& description);
   void accept_stream(Peer peer, const wire::StreamDescription& description, uint64_t reservation);

@@ -94,7 +94,7 @@ class FrameTracker {
     uint32_t total = 0;              // 0 until the last part is received
     std::vector<uint64_t> received;  // bitmap by part
   };
-  static constexpr size_t kMaxBuilding = 8;
+  static constexpr size_t kMaxBuilding = 64;  // as many as stream::kMaxOpenFrames
 
   std::vector<Building> building_;
   uint64_t newest_whole_ = 0;

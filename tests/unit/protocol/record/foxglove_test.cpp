@@ -302,5 +302,21 @@ TEST(FrameCounter, FramePartsMayCross) {
   EXPECT_EQ(tally.incomplete(true), 99u);
 }
 
+// Jitter: all parts of a frame are overtaken by the next frame.
+TEST(FrameCounter, OvertakenFramesAreNotMissing) {
+  record::FrameCounter tally;
+  EXPECT_TRUE(tally.take(part(2, 0, 5)));
+  EXPECT_TRUE(tally.take(part(4, 0, 5)));
+  EXPECT_EQ(tally.counts().missing, 1u);
+  EXPECT_TRUE(tally.take(part(3, 0, 5)));
+  EXPECT_EQ(tally.counts().missing, 0u);
+  EXPECT_FALSE(tally.take(part(3, 5, 5)));
+  EXPECT_FALSE(tally.take(part(3, 5, 5))) << "repeated";
+  EXPECT_FALSE(tally.take(part(1, 5, 5))) << "before the first";
+  EXPECT_EQ(tally.counts().frames, 3u);
+  EXPECT_EQ(tally.counts().late, 2u);
+  EXPECT_EQ(tally.incomplete(true), 2u);
+}
+
 }  // namespace
 }  // namespace fire3dv::record_test

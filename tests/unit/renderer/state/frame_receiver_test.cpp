@@ -47,6 +47,19 @@ TEST(FrameReceiver, PartsShowTogether) {
   EXPECT_EQ(receiver.frames_received, 1u);
 }
 
+// The playout buffer has the frame: it is whole, although it is not shown yet.
+TEST(FrameReceiver, BufferedFramesAreNotIncomplete) {
+  FrameReceiver receiver(kReceiverEpoch, kNodes);
+  receiver.interpolate(0);
+  for (uint64_t sequence = 1; sequence <= 20; ++sequence) {
+    push(receiver, sequence, 0, 0, 1);
+    push(receiver, sequence, 0, 1, 2);
+  }
+  receiver.advance(INT64_MAX / 2);
+  EXPECT_EQ(receiver.frames_received, 20u);
+  EXPECT_EQ(receiver.frames_incomplete, 0u);
+}
+
 TEST(FrameReceiver, EverySampleOfScalarsCounts) {
   FrameReceiver receiver(kReceiverEpoch, kNodes);
   const auto scalars = [](uint64_t version, wire::Property property, wire::EditValue value) {

@@ -134,6 +134,36 @@ TEST_F(StreamReceiverTest, StalledStreamsAreReported) {
   EXPECT_EQ(count_stalls(), 1u);
 }
 
+// Parts arrive and no frame is whole: the network is to blame, not the simulator.
+TEST_F(StreamReceiverTest, IncompleteFramesAreReported) {
+  link_->address = "udp://127.0.0.1:7";
+  link_->deliver(1, LinkEvent::Kind::control, description(42, "adapter", {"arm", "hand"}));
+  const wire::Affine3x4 pose;
+  wire::PoseFrameView part;
+  part.header.epoch = 42;
+  part.node_count = 2;
+  part.poses = {&pose, 1};
+  std::vector<std::string> log;
+  const auto run = [&](bool is_lossy, int seconds) {
+    for (int i = 0; i < 60 * seconds; ++i) {
+      ++part.header.sequence;
+      for (part.first_node = 0; part.first_node < (is_lossy ? 1u : 2u); ++part.first_node)
+        link_->deliver(1, LinkEvent::Kind::pose, wire::encode(part));
+      now_ns_ += kSecondNs / 60;
+      receiver_.poll();
+      for (std::string& line : receiver_.take_log_messages()) log.push_back(std::move(line));
+    }
+  };
+  run(false, 3);
+  EXPECT_EQ(count_of(log, "incomplete"), 0u);
+  run(true, 10);
+  EXPECT_EQ(count_of(log, "warning: stream \"adapter\": frames come incomplete (60 of 60 a second): "), 1u);
+  EXPECT_EQ(count_of(log, "udp://127.0.0.1:7; use tcp:// or tls://"), 1u);
+  EXPECT_EQ(count_of(log, "stalled"), 0u);
+  run(false, 5);
+  EXPECT_EQ(count_of(log, "stream \"adapter\": its frames are whole again"), 1u);
+}
+
 // The renderer itself was busy, such as with shaders of its first image, while the simulator waited for it.
 TEST_F(StreamReceiverTest, BusyRendererReportsNoStall) {
   link_->deliver(1, LinkEvent::Kind::control, description(42));
