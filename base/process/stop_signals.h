@@ -10,7 +10,10 @@
 namespace fire3dv {
 
 inline std::atomic<bool> stop_requested{false};
-static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may only use what takes no lock");
+// Called by the handler; null: nothing is.
+inline std::atomic<void (*)()> after_stop_request{nullptr};
+static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<void (*)()>::is_always_lock_free,
+              "a signal handler may only use what takes no lock");
 
 // A closed pipe and a file size limit fail the write, like a full disk. Without this they end the program,
 // and its files stay incomplete.
@@ -27,7 +30,10 @@ enum class SecondStop { ends_program, ignored };
 inline void install_stop_signals(SecondStop second = SecondStop::ends_program) {
   struct sigaction action {
   }, before{};
-  action.sa_handler = [](int) { stop_requested = true; };
+  action.sa_handler = [](int) {
+    stop_requested = true;
+    if (void (*const call)() = after_stop_request) call();
+  };
   if (::sigaction(SIGHUP, nullptr, &before) == 0 && before.sa_handler != SIG_IGN)
     ::sigaction(SIGHUP, &action, nullptr);
   if (second == SecondStop::ends_program) action.sa_flags = static_cast<int>(SA_RESETHAND);

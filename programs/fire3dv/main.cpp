@@ -12,9 +12,10 @@
 namespace {
 
 template <typename Options>
-int run_with(const std::variant<Options, int>& options, int (*run)(const Options&)) {
+int run_with(const std::variant<Options, int>& options, int (*run)(const Options&),
+             int exit_code_if_stopped) {
   if (const int* exit_code = std::get_if<int>(&options)) return *exit_code;
-  fire3dv::app::install_stop_signals();
+  fire3dv::app::install_stop_signals(exit_code_if_stopped);
   try {
     return run(std::get<Options>(options));
   } catch (const std::exception& failure) {  // Vulkan errors and out of memory: not recoverable
@@ -28,8 +29,8 @@ int run_with(const std::variant<Options, int>& options, int (*run)(const Options
 int main(int argc, char** argv) {
   using namespace fire3dv;
   const std::string_view command = argc > 1 ? argv[1] : "";
-  if (command == "render") return run_with(offline::parse_render_options(argc, argv), offline::render);
-  if (command == "join") return run_with(offline::parse_join_options(argc, argv), offline::join);
+  if (command == "render") return run_with(offline::parse_render_options(argc, argv), offline::render, 1);
+  if (command == "join") return run_with(offline::parse_join_options(argc, argv), offline::join, 1);
   if (const auto drake = app::drake_arguments(argc, argv)) return report_failure(app::execute_drake(*drake));
-  return run_with(app::parse_options(argc, argv), app::run);
+  return run_with(app::parse_options(argc, argv), app::run, 0);
 }

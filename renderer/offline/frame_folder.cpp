@@ -170,9 +170,10 @@ FrameFolder::~FrameFolder() {
 }
 
 Result<void> FrameFolder::consume(sinks::FrameImage&& image) {
-  FIRE3DV_ASSERT(is_consistent(image) && !workers_.empty());
+  FIRE3DV_ASSERT(is_consistent(image));
   std::unique_lock lock(mutex_);
-  changed_.wait(lock, [&] { return jobs_.size() < workers_.size() + 4 || error_; });
+  changed_.wait(lock, [&] { return jobs_.size() < workers_.size() + 4 || error_ || closing_; });
+  if (closing_) return {};  // the program ends
   if (error_) return report_error();
   jobs_.push_back(std::make_unique<Job>());
   jobs_.back()->image = std::move(image);
@@ -246,6 +247,7 @@ void FrameFolder::end_threads() {
 }
 
 Result<void> FrameFolder::finish() {
+  const std::lock_guard ending(ending_mutex_);
   end_threads();
   const std::lock_guard lock(mutex_);
   if (error_) return report_error();

@@ -81,6 +81,7 @@ class FrameFolder final : public sinks::FrameSink {
   std::map<uint64_t, std::string> existing_;  // lines of existing frames
   std::optional<Machine> machine_before_;
 
+  std::mutex ending_mutex_;  // of finish(), which several threads may call
   std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<std::unique_ptr<Job>> jobs_;  // in frame order; a line is written after all earlier ones

@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include "base/digest.h"
+#include "base/process/stop_deadline.h"
 #include "protocol/wire/check.h"
 #include "renderer/app/device_uploader.h"
 #include "renderer/app/start.h"
@@ -244,6 +245,12 @@ Result<bool> Render::run() {
                    : ""));
   auto output = open_output(options_, *manifest);
   if (!output) return output.error();
+  // A folder can be resumed; nothing is left of a video.
+  const ExitTask finish_files([&output] {
+    if (output->video) output->video->abandon();
+    if (output->folder) (void)output->folder->finish();
+    return 1;
+  });
 
   if (!output->folder || output->folder->existing_frames() < part.frames) {
     auto drawn = draw(load, **loaded, *timeline, *manifest, *output);

@@ -38,9 +38,9 @@ FileSink::~FileSink() {
 Result<void> FileSink::consume(FrameImage&& image) {
   FIRE3DV_ASSERT(is_consistent(image));
   std::unique_lock lock(mutex_);
-  FIRE3DV_ASSERT(!closing_);
   const size_t limit = std::max<size_t>(options_.queue_limit, 1);
-  changed_.wait(lock, [&] { return queue_.size() < limit || error_; });
+  changed_.wait(lock, [&] { return queue_.size() < limit || error_ || closing_; });
+  if (closing_) return {};  // the program ends
   if (error_) {
     ++frames_dropped_;
     return report_error();
@@ -51,6 +51,7 @@ Result<void> FileSink::consume(FrameImage&& image) {
 }
 
 Result<void> FileSink::finish() {
+  const std::lock_guard ending(ending_mutex_);
   {
     std::lock_guard lock(mutex_);
     closing_ = true;

@@ -64,6 +64,7 @@ class FileSink final : public FrameSink {
   std::map<std::filesystem::path, uint64_t> last_frame_of_folder_;
 
   std::atomic<uint64_t> frames_written_{0}, frames_dropped_{0};
+  std::mutex ending_mutex_;  // of finish(), which several threads may call
   std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<FrameImage> queue_;

@@ -5,6 +5,9 @@ if(TARGET fire3dv)
   add_test(NAME offline
     COMMAND python3 ${CMAKE_CURRENT_LIST_DIR}/offline_test.py $<TARGET_FILE:fire3dv> $<TARGET_FILE:fire3dv-record>
             $<TARGET_FILE:fire3dv-replay> $<TARGET_FILE:e2e_publisher> $<TARGET_FILE:e2e_offline_recording>)
-  set_tests_properties(offline PROPERTIES LABELS e2e TIMEOUT 900
+  add_test(NAME stop
+    COMMAND python3 ${CMAKE_CURRENT_LIST_DIR}/stop_test.py $<TARGET_FILE:fire3dv> $<TARGET_FILE:e2e_publisher>
+            $<TARGET_FILE:fire3dv-inspect> $<TARGET_FILE:e2e_offline_recording>)
+  set_tests_properties(offline stop PROPERTIES LABELS e2e TIMEOUT 900
     ENVIRONMENT "VK_DRIVER_FILES=${FIRE3DV_TEST_VULKAN_DRIVER};VK_ICD_FILENAMES=${FIRE3DV_TEST_VULKAN_DRIVER};PYTHONDONTWRITEBYTECODE=1")
 endif()

@@ -202,6 +202,9 @@ Result<void> Session::open_links(const std::string& notice) {
   Result<std::unique_ptr<sinks::FileSink>> image_folder = open_image_folder(options_);
   if (!image_folder) return image_folder.error();
   image_folder_ = std::move(*image_folder);
+  if (recording_) recording_end_.emplace([this] { return finish_recording(); });
+  if (image_folder_) exit_tasks_.emplace_back([this] { return image_folder_->finish() ? 0 : 1; });
+  exit_tasks_.emplace_back([this] { return application_.stats.finish() ? 0 : 1; });
   return {};
 }
 
@@ -311,6 +314,10 @@ Result<void> Session::create_views() {
          robot_, application_.is_first_document});
     if (!view) return view.error();
     view_ = std::move(*view);
+    exit_tasks_.emplace_back([this] {
+      view_->finish();  // videos and screenshots
+      return 0;
+    });
   }
   if (!application_.server) return {};
   std::function<Result<void>(const settings::DrawSettings&)> replace_renderer;
@@ -350,13 +357,16 @@ Result<void> Session::create_loop() {
   return loop_->open_checkpoint();
 }
 
+// Returns an exit code.
+int Session::finish_recording() {
+  log_message(recording_->finish());
+  const std::optional<Error> fault = recording_->failure();
+  return fault ? report_failure(*fault) : 0;
+}
+
 Result<std::unique_ptr<Document>> Session::close(const Result<void>& looped) {
   log_messages(editor_->finish());
-  if (recording_) {
-    log_message(recording_->finish());
-    if (const std::optional<Error> fault = recording_->failure())
-      application_.exit_code = report_failure(*fault);
-  }
+  if (recording_end_ && recording_end_->run() != 0) application_.exit_code = 1;
   if (const std::optional<Error> fault = load_.finish_caching()) log_cache_error(*fault);
   log_message(count_images(loop_->images(), options_, image_folder_.get()) + "\n" +
               application_.stats.summary());

@@ -2,12 +2,14 @@
 // another session.
 #pragma once
 
+#include <list>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "base/error.h"
+#include "base/process/stop_deadline.h"
 #include "renderer/app/device_uploader.h"
 #include "renderer/app/document.h"
 #include "renderer/app/loop/frame_loop.h"
@@ -56,6 +58,7 @@ class Session {
   Result<void> apply_overlay();
   Result<void> create_views();
   Result<void> create_loop();
+  int finish_recording();
   const scene::Scene& scene() const { return loaded_->scene; }  // as loaded
   std::vector<uint32_t> playing() const {
     return animations_ ? animations_->chosen : std::vector<uint32_t>();
@@ -100,6 +103,9 @@ class Session {
   std::unique_ptr<WindowView> view_;
   std::optional<LiveView> live_view_;
   std::optional<FrameLoop> loop_;
+  // Last: they use the files above.
+  std::optional<ExitTask> recording_end_;
+  std::list<ExitTask> exit_tasks_;
 };
 
 }  // namespace fire3dv::app

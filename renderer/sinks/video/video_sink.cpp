@@ -41,6 +41,7 @@ void VideoSink::end_thread() {
 }
 
 void VideoSink::abandon() {
+  const std::lock_guard ending(ending_mutex_);
   if (finished_) return;
   {
     const std::lock_guard lock(mutex_);
@@ -55,8 +56,8 @@ void VideoSink::abandon() {
 Result<void> VideoSink::consume(FrameImage&& image) {
   FIRE3DV_ASSERT(is_consistent(image));
   std::unique_lock lock(mutex_);
-  FIRE3DV_ASSERT(!closing_);
-  changed_.wait(lock, [&] { return queue_.size() < kQueueLimit || error_; });
+  changed_.wait(lock, [&] { return queue_.size() < kQueueLimit || error_ || closing_; });
+  if (closing_) return {};  // the program ends
   if (error_) return report_error();
   queue_.push_back(std::move(image));
   changed_.notify_all();
@@ -64,6 +65,7 @@ Result<void> VideoSink::consume(FrameImage&& image) {
 }
 
 Result<void> VideoSink::finish() {
+  const std::lock_guard ending(ending_mutex_);
   end_thread();
   const std::lock_guard lock(mutex_);
   if (!error_ && !finished_) {

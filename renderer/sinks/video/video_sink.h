@@ -43,6 +43,7 @@ class VideoSink final : public FrameSink {
   std::unique_ptr<VideoFile> file_;
   std::optional<base::AtomicFile> log_;
 
+  std::mutex ending_mutex_;  // of finish(), which several threads may call
   std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<FrameImage> queue_;
