@@ -165,6 +165,7 @@ void fill(fire3dv_status& status, const fire3dv_stream& stream) {
   status.unmatched_names = stream.unmatched_names;
   status.conflicting_names = stream.conflicting_names;
   status.contested_names = stream.contested_names;
+  status.images_dropped = stream.images.dropped();
   const std::string problem = stats.peers == 0 ? stream.link->problem() : std::string();
   const std::string sentence =
       problem.empty() ? stream.status_text() : wire::printable(problem, sizeof status.welcome_message - 1);

@@ -150,7 +150,7 @@ int wait_image(StreamCall& call, fire3dv_stream& stream, uint64_t id, uint32_t t
   *result = nullptr;
   fire3dv::client::Images& images = stream.images;
   const std::optional<int> code = call.wait(timeout_ms, [&]() -> std::optional<int> {
-    images.collect(*stream.link, stream.epoch, id);
+    images.collect(*stream.link, stream.epoch, stream.sequence, id);
     if (auto arrived = images.take(id)) {
       *result = make_image(std::move(*arrived));
       return int{FIRE3DV_OK};
@@ -163,8 +163,9 @@ int wait_image(StreamCall& call, fire3dv_stream& stream, uint64_t id, uint32_t t
     return {};
   });
   if (code) return *code;
-  return fail(FIRE3DV_ERROR_TIMEOUT,
-              "no image came within " + std::to_string(timeout_ms) + " ms; " + stream.reach_text());
+  return fail(FIRE3DV_ERROR_TIMEOUT, "no image came within " + std::to_string(timeout_ms) + " ms; " +
+                                         stream.reach_text() +
+                                         (images.dropped() == 0 ? "" : "; " + images.dropped_text()));
 }
 
 }  // namespace

@@ -4,6 +4,8 @@
 #include <iterator>
 #include <utility>
 
+#include "base/plural.h"
+#include "image_answer.h"
 #include "protocol/wire/encode.h"
 #include "protocol/wire/image.h"
 
@@ -117,32 +119,56 @@ void Images::on(const wire::ImageRefused& refused) {
   close(open);
 }
 
-// Malformed images are dropped, as SPEC.md requires.
-void Images::collect(transport::PublisherLink& link, uint64_t epoch, uint64_t id) {
+void Images::collect(transport::PublisherLink& link, uint64_t epoch, uint64_t newest_sequence, uint64_t id) {
   for (uint32_t read = 0; read < kMaxReadAtOnce && !has_arrived(id); ++read) {
     std::optional<transport::PublisherLink::Image> image = link.poll_image();
     if (!image) return;
-    const auto block = wire::read_image_block(image->block);
-    if (!block) continue;
-    const auto message = decoder_.decode(block->head);
-    if (!message) continue;
-    const auto* frame = std::get_if<wire::ImageFrame>(&*message);
-    if (frame == nullptr || frame->epoch != epoch || frame->request != block->request ||
-        frame->pixel_bytes > block->pixels.size())
-      continue;
-    arrived(*frame, block->pixels, std::move(*image));
+    if (auto fits = arrived(epoch, newest_sequence, std::move(*image)); !fits) {
+      ++dropped_;
+      dropped_why_ = fits.error().message;
+    }
   }
 }
 
-void Images::arrived(const wire::ImageFrame& frame, std::span<const std::byte> pixels,
-                     transport::PublisherLink::Image&& keep) {
+// Malformed images are errors. Those of a request or an epoch that has ended are late, no fault of the
+// renderer.
+Result<void> Images::arrived(uint64_t epoch, uint64_t newest_sequence,
+                             transport::PublisherLink::Image&& image) {
+  const auto block = wire::read_image_block(image.block);
+  if (!block) return block.error();
+  const auto message = decoder_.decode(block->head);
+  if (!message) return message.error();
+  const auto* frame = std::get_if<wire::ImageFrame>(&*message);
+  if (frame == nullptr) return Error{"its head is another message"};
+  if (frame->epoch != epoch) return {};
+  if (frame->request != block->request) return Error{"its head names another request"};
+  if (frame->pixel_bytes > block->pixels.size())
+    return Error{"it has " + std::to_string(block->pixels.size()) + " bytes of pixels instead of " +
+                 std::to_string(frame->pixel_bytes)};
+  const auto open = open_.find(frame->request);
+  if (open == open_.end()) return {};  // cancelled, or already answered by another renderer
+  if (auto fits = check_answer(*frame, block->pixels, open->second.request, newest_sequence); !fits)
+    return fits;
+  store(*frame, block->pixels, std::move(image));
+  return {};
+}
+
+std::string Images::dropped_text() const {
+  if (dropped_ == 0) return "";
+  return counted(dropped_, "image") + (dropped_ == 1 ? " was" : " were") + " dropped (the last one, since " +
+         dropped_why_ + ")";
+}
+
+void Images::store(const wire::ImageFrame& frame, std::span<const std::byte> pixels,
+                   transport::PublisherLink::Image&& keep) {
   const auto open = open_.find(frame.request);
-  if (open == open_.end()) return;  // cancelled, or already answered by another renderer
   Open& request = open->second;
   // The first image of a frame counts, whichever renderer sent it. Each renderer numbers its own images from
   // 1.
   if (request.has_come && frame.sequence <= request.last_sequence) return;
-  if (frame.number > request.last_number) request.lost += frame.number - request.last_number - 1;
+  // A frame has one image of a request at most, so that not more are lost than frames have passed.
+  if (frame.number > request.last_number)
+    request.lost += std::min(frame.number - request.last_number - 1, frame.sequence - request.last_sequence);
   request.last_number = frame.number;
   request.last_sequence = frame.sequence;
   request.has_come = true;

@@ -32,8 +32,9 @@ class Images {
   // Sends periodic requests again for a new epoch and ends the others with a refusal.
   Result<void> restart_epoch(transport::PublisherLink& link, uint64_t epoch);
 
-  // Receives images until one of request `id` (0: of any request) has arrived or the link is empty.
-  void collect(transport::PublisherLink& link, uint64_t epoch, uint64_t id);
+  // Receives images until one of request `id` (0: of any request) has arrived or the link is empty. Drops
+  // what is no answer to its request. newest_sequence: the last published frame.
+  void collect(transport::PublisherLink& link, uint64_t epoch, uint64_t newest_sequence, uint64_t id);
   std::optional<Arrived> take(uint64_t id);
   void on(const wire::ImageRefused& refused);
   // Returns and removes the reason why request `id` (0: any request) has no image.
@@ -42,6 +43,10 @@ class Images {
   bool is_open(uint64_t id) const { return open_.contains(id); }
   bool has_arrived(uint64_t id) const;
   bool has_open() const { return !open_.empty(); }
+  // Images that were dropped, since they are malformed or no answer to their request.
+  uint64_t dropped() const { return dropped_; }
+  // How many, and why the last one was; empty if there is none. One clause.
+  std::string dropped_text() const;
 
  private:
   struct Open {
@@ -54,8 +59,9 @@ class Images {
   Result<void> send(transport::PublisherLink& link, const wire::ImageRequest& request);
   void close(std::map<uint64_t, Open>::iterator open);
   void refuse(uint64_t id, std::string why);
-  void arrived(const wire::ImageFrame& frame, std::span<const std::byte> pixels,
-               transport::PublisherLink::Image&& keep);
+  Result<void> arrived(uint64_t epoch, uint64_t newest_sequence, transport::PublisherLink::Image&& image);
+  void store(const wire::ImageFrame& frame, std::span<const std::byte> pixels,
+             transport::PublisherLink::Image&& keep);
 
   std::map<uint64_t, Open> open_;  // by id
   std::vector<uint32_t> free_slots_;
@@ -67,6 +73,8 @@ class Images {
 
   std::deque<Arrived> arrived_;  // at most one per request, the newest
   std::map<uint64_t, std::string> refused_;
+  uint64_t dropped_ = 0;
+  std::string dropped_why_;  // of the last one
   wire::Decoder decoder_;
 };
 

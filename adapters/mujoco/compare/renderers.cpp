@@ -218,14 +218,16 @@ Result<LabelledDepth> RequestedImages::labelled(const fire3dv_image& image) cons
   const fire3dv_image_plane* const instances = plane_of(image, FIRE3DV_IMAGE_INSTANCE_U32);
   const fire3dv_image_plane* const depths = plane_of(image, FIRE3DV_IMAGE_DEPTH_F32);
   if (!instances || !depths) return Error{"the image has no labels and depths"};
+  if (instances->width != depths->width || instances->height != depths->height)
+    return Error{"the image's labels and depths differ in size"};
   LabelledDepth found;
-  found.width = image.width;
-  found.height = image.height;
+  found.width = depths->width;
+  found.height = depths->height;
   const auto row = [](const fire3dv_image_plane& plane, uint32_t y) {
     return static_cast<const char*>(plane.data) + size_t{y} * plane.row_stride;
   };
-  for (uint32_t y = 0; y < image.height; ++y) {
-    for (uint32_t x = 0; x < image.width; ++x) {
+  for (uint32_t y = 0; y < found.height; ++y) {
+    for (uint32_t x = 0; x < found.width; ++x) {
       uint32_t instance = 0;
       float depth_m = 0;
       std::memcpy(&instance, row(*instances, y) + sizeof instance * x, sizeof instance);
@@ -240,9 +242,9 @@ Result<LabelledDepth> RequestedImages::labelled(const fire3dv_image& image) cons
 std::vector<uint8_t> RequestedImages::rgb(const fire3dv_image& image) {
   std::vector<uint8_t> found;
   const fire3dv_image_plane* const color = plane_of(image, FIRE3DV_IMAGE_COLOR_SRGB8);
-  for (uint32_t y = 0; color && y < image.height; ++y) {
+  for (uint32_t y = 0; color && y < color->height; ++y) {
     const auto* const row = static_cast<const uint8_t*>(color->data) + size_t{y} * color->row_stride;
-    for (uint32_t x = 0; x < image.width; ++x) found.insert(found.end(), row + 4 * x, row + 4 * x + 3);
+    for (uint32_t x = 0; x < color->width; ++x) found.insert(found.end(), row + 4 * x, row + 4 * x + 3);
   }
   return found;
 }

@@ -94,7 +94,9 @@ typedef struct fire3dv_status {
   uint32_t
       conflicting_names; /* nodes that another stream drives already: poses of this stream do not move them */
   uint32_t
-      contested_names; /* nodes of this stream that another stream requests; welcome_message lists them */
+      contested_names;     /* nodes of this stream that another stream requests; welcome_message lists them */
+  uint64_t images_dropped; /* malformed, or no answer to their request (fire3dv/image.h); the error of a wait
+                              that times out says why */
 } fire3dv_status;
 
 /* Returns the library version, "0.1.0". Static storage. */

@@ -68,9 +68,7 @@ using Image = std::unique_ptr<fire3dv_image, ReleaseImage>;
 
 // Returns the plane of one FIRE3DV_IMAGE_* output, or null. The image owns the plane.
 inline const fire3dv_image_plane* plane_of(const fire3dv_image& image, uint32_t output) noexcept {
-  for (std::size_t i = 0; i < image.plane_count; ++i)
-    if (image.planes[i].output == output) return &image.planes[i];
-  return nullptr;
+  return fire3dv_plane_of(&image, output);
 }
 
 // Owner of a stream; movable, not copyable. Any thread may use it, but not while it is moved or destroyed.

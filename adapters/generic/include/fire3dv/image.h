@@ -8,25 +8,30 @@
  *   fire3dv_request_image(stream, &request, &id);
  *   loop {
  *     fire3dv_publish(stream, sim_time_ns, poses, count, 0);
- *     fire3dv_image *image;
+ *     fire3dv_image *image = NULL;
  *     if (fire3dv_wait_image(stream, id, 1000, &image) == FIRE3DV_OK) {   // timeout 0: poll
- *       use(image->planes[0].data, image->sequence);
+ *       const fire3dv_image_plane *color = fire3dv_plane_of(image, FIRE3DV_IMAGE_COLOR_SRGB8);
+ *       for (uint32_t y = 0; color && y < color->height; ++y)
+ *         use_row((const uint8_t *)color->data + (size_t)y * color->row_stride, 4 * color->width);
  *       fire3dv_release_image(&image);
  *     }
  *   }
  *
  * Frames: each image carries the pose frame that it shows (sequence, sim_time_ns). Lockstep: wait for the
  * image of a frame before publishing the next one. Otherwise the newest image of a request replaces an older
- * one that was not taken; fire3dv_image.lost counts these. Cameras: look along -Z, +Y up, as in glTF. Pixel
- * coordinates follow OpenCV: the centre of the top left pixel is (0, 0). Metres, radians, linear colour. Full
- * definition: protocol/SPEC.md, section 13. Links: shm:// (planes point into shared memory, into which the
- * renderer copies the pixels once from its read-back buffer), tcp:// and tls://. Limits: over shm:// each
- * request reserves slots for two images, 8 at least. A caller that borrows more than half of them gets copies
- * in its own memory instead. Beyond 1 GiB or 4096 images, the client drops the oldest images that were not
- * taken. A renderer has limits, too (fire3dv: 64 MiB an image, 1 GiB for all open requests of a stream).
- * Blocking: only fire3dv_wait_image blocks. The first request, and larger ones, may allocate memory and, over
- * shm://, take the time to reserve it. Later requests cost about as much as a publish. Thread-safety: as in
- * client.h, except that any thread may release an image, even after its stream is closed.
+ * one that was not taken; fire3dv_image.lost counts these. Renderers are not trusted: an image has the width,
+ * height, outputs and lens of its request and shows a frame that was published, and its 2D boxes are inside
+ * it; others are dropped and counted (fire3dv_status.images_dropped). Cameras: look along -Z, +Y up, as in
+ * glTF. Pixel coordinates follow OpenCV: the centre of the top left pixel is (0, 0). Metres, radians, linear
+ * colour. Full definition: protocol/SPEC.md, section 13. Links: shm:// (planes point into shared memory, into
+ * which the renderer copies the pixels once from its read-back buffer), tcp:// and tls://. Limits: over
+ * shm:// each request reserves slots for two images, 8 at least. A caller that borrows more than half of them
+ * gets copies in its own memory instead. Beyond 1 GiB or 4096 images, the client drops the oldest images that
+ * were not taken. A renderer has limits, too (fire3dv: 64 MiB an image, 1 GiB for all open requests of a
+ * stream). Blocking: only fire3dv_wait_image blocks. The first request, and larger ones, may allocate memory
+ * and, over shm://, take the time to reserve it. Later requests cost about as much as a publish.
+ * Thread-safety: as in client.h, except that any thread may release an image, even after its stream is
+ * closed.
  */
 #ifndef FIRE3DV_IMAGE_H
 #define FIRE3DV_IMAGE_H
@@ -112,6 +117,14 @@ typedef struct fire3dv_image {
   const fire3dv_image_plane* planes; /* sorted by output bit */
   float f_number, focus_distance_m;  /* thin lens of the colours, as used; 0 = a pinhole */
 } fire3dv_image;
+
+/* Returns the plane of one FIRE3DV_IMAGE_* output; NULL if the image has none. The image owns the plane. */
+static inline const fire3dv_image_plane* fire3dv_plane_of(const fire3dv_image* image, uint32_t output) {
+  size_t i;
+  for (i = 0; image && i < image->plane_count; ++i)
+    if (image->planes[i].output == output) return &image->planes[i];
+  return NULL;
+}
 
 /* Requests images and sets *id to the request's id. Call fire3dv_describe first. Requests survive a lost
  * connection and reach renderers that join later. fire3dv_describe keeps FIRE3DV_IMAGE_EVERY_NTH and _RATE

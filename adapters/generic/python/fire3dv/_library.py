@@ -28,7 +28,7 @@ class RawStatus(Structure):
     _fields_ = [("struct_size", c_size_t), ("renderers", c_uint32), ("epoch", c_uint64), ("sequence", c_uint64),
                 ("acked_sequence", c_uint64), ("frames_published", c_uint64), ("frames_dropped", c_uint64),
                 ("welcome", c_int32), ("unmatched_names", c_uint32), ("welcome_message", c_char * 512),
-                ("conflicting_names", c_uint32), ("contested_names", c_uint32)]
+                ("conflicting_names", c_uint32), ("contested_names", c_uint32), ("images_dropped", c_uint64)]
 
 
 class Light(Structure):

@@ -95,7 +95,8 @@ class Image:
         self._world_from_stream = tuple(world_from_stream)
         raw = handle.pointer.contents
         self._handle: Optional[Handle] = handle
-        self._planes = {_NAMES[plane.output]: plane for plane in raw.planes[:raw.plane_count]}
+        planes = raw.planes[:raw.plane_count] if raw.plane_count > 0 else []
+        self._planes = {_NAMES[plane.output]: plane for plane in planes if plane.output in _NAMES}
         self.request: int = raw.request
         self.epoch: int = raw.epoch
         self.sequence: int = raw.sequence
@@ -110,6 +111,9 @@ class Image:
         self.cy: float = raw.cy
         self.near_m: float = raw.near_m
         self.far_m: float = raw.far_m
+        if raw.lens not in _LENS_NAMES:
+            raise StateError(ErrorCode.STATE, f"the image has lens {raw.lens}, which this module does not know; use the "
+                             "module and the library of one version")
         self.lens: Lens = _LENS_NAMES[raw.lens]
         self.lens_coefficients: Tuple[float, ...] = tuple(raw.lens_coefficients)
         self.f_number: float = raw.f_number

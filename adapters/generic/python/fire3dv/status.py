@@ -59,3 +59,4 @@ class Status:
     welcome_message: str  #: one line for users; the cause while no renderer is reached
     conflicting_names: int  #: nodes that another stream drives already
     contested_names: int  #: nodes that this stream drives and another stream requests
+    images_dropped: int = 0  #: malformed, or no answer to their request

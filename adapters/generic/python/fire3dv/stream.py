@@ -234,7 +234,8 @@ class Stream(ImageRequests, Markers, Scalars):
         self._report_answer(raw)
         return Status(raw.renderers, raw.epoch, raw.sequence, raw.acked_sequence, raw.frames_published,
                       raw.frames_dropped, raw.welcome, raw.unmatched_names,
-                      raw.welcome_message.decode("utf-8", "replace"), raw.conflicting_names, raw.contested_names)
+                      raw.welcome_message.decode("utf-8", "replace"), raw.conflicting_names, raw.contested_names,
+                      raw.images_dropped)
 
     def _look_for_answer(self, interval_s: float) -> None:
         """Warns if the renderer's answers name faults, each once, also where poll() is never called."""

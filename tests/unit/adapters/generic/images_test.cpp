@@ -82,8 +82,13 @@ struct Drawer {
     frame.sim_time_ns = static_cast<int64_t>(shows) * 1000;
     frame.intrinsics = request.intrinsics;
     const uint32_t width = frame.intrinsics.width, height = frame.intrinsics.height;
-    frame.planes = {{0, wire::ImageFormat::rgba8, width, height, 4 * width, 0, 4 * width * height}};
-    frame.pixel_bytes = (frame.planes[0].bytes + 63) / 64 * 64;
+    for (uint32_t bit = 0; bit < wire::kImageOutputCount; ++bit) {
+      if ((request.outputs >> bit & 1) == 0) continue;
+      const wire::ImageOutputInfo& info = wire::info_at(bit);
+      const uint32_t row = info.element_bytes * width;
+      frame.planes.push_back({bit, info.format, width, height, row, frame.pixel_bytes, row * height});
+      frame.pixel_bytes += (frame.planes.back().bytes + 63) / 64 * 64;
+    }
     return link->send_image(peer, request.id, wire::encode(frame), frame.pixel_bytes,
                             [&](std::span<std::byte> pixels) {
                               for (size_t i = 0; i + 8 <= pixels.size(); i += 8)
@@ -136,10 +141,20 @@ class ClientImage : public ::testing::TestWithParam<std::string> {
     EXPECT_EQ(fire3dv_wait_image(stream_.get(), id, timeout_ms, &image), expected) << fire3dv_last_error();
     return Image(image);
   }
-  void publish() { ASSERT_EQ(fire3dv_publish(stream_.get(), 0, kPose, 1, 0), FIRE3DV_OK); }
+  void publish() {
+    std::vector<float> poses;
+    for (size_t node = 0; node < nodes_; ++node) poses.insert(poses.end(), kPose, kPose + 12);
+    ASSERT_EQ(fire3dv_publish(stream_.get(), 0, poses.data(), nodes_, 0), FIRE3DV_OK) << fire3dv_last_error();
+  }
+  // The drawer's image of this frame, which is published first.
+  bool answer(const wire::ImageRequest& request, uint64_t number, uint64_t shows) {
+    for (uint64_t sequence = poll(stream_.get()).sequence; sequence < shows; ++sequence) publish();
+    return drawer_->answer(request, number, shows);
+  }
 
   std::optional<Drawer> drawer_;
   Stream stream_;
+  size_t nodes_ = 1;  // described
 };
 
 INSTANTIATE_TEST_SUITE_P(Links, ClientImage, ::testing::Values("shm", "tcp"));
@@ -164,14 +179,14 @@ TEST_P(ClientImage, RequestReturnsItsImage) {
   EXPECT_EQ(wait(id, FIRE3DV_ERROR_TIMEOUT, 0), nullptr);
   EXPECT_NE(std::string(fire3dv_last_error()).find("; 1 renderer is reached"), std::string::npos)
       << fire3dv_last_error();
-  ASSERT_TRUE(drawer_->answer(got, 1, 1));
+  ASSERT_TRUE(answer(got, 1, 1));
   const Image image = wait(id);
   ASSERT_NE(image, nullptr);
   EXPECT_EQ(image->request, id);
   EXPECT_EQ(image->sequence, 1u);
   EXPECT_EQ(image->sim_time_ns, 1000);
   EXPECT_EQ(image->width, 8u);
-  ASSERT_EQ(image->plane_count, 1u);
+  ASSERT_EQ(image->plane_count, 2u);
   EXPECT_EQ(image->planes[0].output, uint32_t{FIRE3DV_IMAGE_COLOR_SRGB8});
   EXPECT_EQ(reinterpret_cast<uintptr_t>(image->planes[0].data) % 16, 0u);
   EXPECT_EQ(drawn_sequence(*image), 1u);
@@ -189,7 +204,7 @@ TEST_P(ClientImage, ImageHasRequestedLens) {
   const wire::ImageRequest got = seen(id);
   EXPECT_EQ(got.intrinsics.f_number, 1.8f);
   EXPECT_EQ(got.intrinsics.focus_distance_m, 0.75f);
-  ASSERT_TRUE(drawer_->answer(got, 1, 1));
+  ASSERT_TRUE(answer(got, 1, 1));
   const Image image = wait(id);
   ASSERT_NE(image, nullptr);
   EXPECT_EQ(image->f_number, 1.8f);
@@ -255,7 +270,7 @@ TEST_P(ClientImage, LostImagesAreCounted) {
   const uint64_t id = send_request(small(FIRE3DV_IMAGE_EVERY_NTH));
   const wire::ImageRequest got = seen(id);
   EXPECT_EQ(got.every, 1u);
-  for (const uint64_t number : {1u, 2u, 5u}) drawer_->answer(got, number, number);
+  for (const uint64_t number : {1u, 2u, 5u}) answer(got, number, number);
   uint64_t last = 0, lost = 0, taken = 0;
   while (last < 5) {
     const Image image = wait(id);
@@ -283,7 +298,7 @@ TEST_P(ClientImage, RefusalIsReportedOnce) {
 TEST_P(ClientImage, CancelTakesBack) {
   const uint64_t id = send_request(small(FIRE3DV_IMAGE_EVERY_NTH));
   const wire::ImageRequest got = seen(id);
-  drawer_->answer(got, 1, 1);
+  answer(got, 1, 1);
   ASSERT_NE(wait(id), nullptr);
   ASSERT_EQ(fire3dv_cancel_image(stream_.get(), id), FIRE3DV_OK);
   EXPECT_EQ(wait(id, FIRE3DV_ERROR_ARGUMENT), nullptr);
@@ -291,8 +306,8 @@ TEST_P(ClientImage, CancelTakesBack) {
       drawer_->poll_until([&] { return drawer_->requests[got.place].when == wire::ImageWhen::never; }));
   const uint64_t next = send_request(small());
   EXPECT_EQ(seen(next).place, got.place) << "places are used again";
-  drawer_->answer(got, 2, 2);  // too late
-  drawer_->answer(seen(next), 1, 3);
+  answer(got, 2, 2);  // too late
+  answer(seen(next), 1, 3);
   const Image image = wait(0);
   ASSERT_NE(image, nullptr);
   EXPECT_EQ(image->request, next);
@@ -304,12 +319,13 @@ TEST_P(ClientImage, NewDescriptionKeepsStandingRequests) {
   seen(once);
   const uint64_t first_epoch = drawer_->epoch;
   ASSERT_EQ(describe(stream_.get(), {"node", "other"}), FIRE3DV_OK);
+  nodes_ = 2;
   EXPECT_EQ(wait(once, FIRE3DV_ERROR_REFUSED), nullptr);
   EXPECT_NE(std::string(fire3dv_last_error()).find("described again"), std::string::npos);
   ASSERT_TRUE(drawer_->poll_until([&] { return drawer_->epoch != first_epoch; }));
   const wire::ImageRequest again = seen(standing);
   EXPECT_EQ(again.epoch, drawer_->epoch);
-  drawer_->answer(again, 1, 1);
+  answer(again, 1, 1);
   EXPECT_NE(wait(standing), nullptr);
 }
 
@@ -317,13 +333,13 @@ TEST_P(ClientImage, LateRendererGetsRequest) {
   const uint64_t id = send_request(small(FIRE3DV_IMAGE_EVERY_NTH));
   const wire::ImageRequest got = seen(id);
   for (uint64_t number = 1; number <= 3; ++number) {
-    drawer_->answer(got, number, number);
+    answer(got, number, number);
     ASSERT_NE(wait(id), nullptr);
   }
   const std::string uri = drawer_->link->uri();
   drawer_.reset();
   drawer_.emplace(uri);
-  drawer_->answer(seen(id), 1, 4);  // the next renderer counts its own images
+  answer(seen(id), 1, 4);  // the next renderer counts its own images
   const Image image = wait(id);
   ASSERT_NE(image, nullptr);
   EXPECT_EQ(drawn_sequence(*image), 4u);
@@ -334,7 +350,7 @@ TEST_P(ClientImage, ClosedRequestsFreeMemory) {
   std::vector<Image> kept;
   for (int i = 0; i < 40; ++i) {
     const uint64_t id = send_request(small());
-    drawer_->answer(seen(id), 1, static_cast<uint64_t>(i) + 1);
+    answer(seen(id), 1, static_cast<uint64_t>(i) + 1);
     kept.push_back(wait(id));
     ASSERT_NE(kept.back(), nullptr) << "image " << i;
   }
@@ -350,14 +366,14 @@ TEST_P(ClientImage, KeptImagesDoNotEndTheirRequest) {
   for (uint64_t i = 1; i <= 40; ++i) {
     publish();
     ASSERT_TRUE(drawer_->poll_until([&] { return drawer_->sequence == i; }));
-    ASSERT_TRUE(drawer_->answer(request, i, i)) << "no slot for image " << i;
+    ASSERT_TRUE(answer(request, i, i)) << "no slot for image " << i;
     kept.push_back(wait(id));
     ASSERT_NE(kept.back(), nullptr) << "image " << i;
   }
   for (uint64_t i = 1; i <= 40; ++i) EXPECT_EQ(drawn_sequence(*kept[i - 1]), i);
   kept.clear();
   publish();
-  EXPECT_TRUE(drawer_->answer(request, 41, 41));
+  EXPECT_TRUE(answer(request, 41, 41));
   EXPECT_NE(wait(id), nullptr);
 }
 
@@ -432,10 +448,10 @@ TEST_P(ClientImage, CloseEndsWaitsOfOtherThreads) {
 TEST_P(ClientImage, UntakenImagesFreeMemory) {
   for (int i = 0; i < 40; ++i) {
     const uint64_t id = send_request(small());
-    drawer_->answer(seen(id), 1, 1);
+    answer(seen(id), 1, 1);
   }
   const uint64_t id = send_request(small());
-  drawer_->answer(seen(id), 1, 1);
+  answer(seen(id), 1, 1);
   EXPECT_NE(wait(id), nullptr);
 }
 
@@ -448,10 +464,10 @@ TEST_P(ClientImage, NonsenseFromRendererIsDropped) {
   drawer_->link->send_image(peer, id + 1, std::vector<std::byte>(100), 64, fill);
   wire::ImageRequest stranger = got;
   stranger.id = 999;
-  drawer_->answer(stranger, 1, 1);
+  answer(stranger, 1, 1);
   stranger = got;
   stranger.epoch ^= 1;
-  drawer_->answer(stranger, 1, 1);
+  answer(stranger, 1, 1);
   wire::ImageFrame beyond;  // its planes lie beyond the received pixels
   beyond.request = id;
   beyond.number = 1;
@@ -464,10 +480,102 @@ TEST_P(ClientImage, NonsenseFromRendererIsDropped) {
                       wire::encode(wire::ImageRefused{got.epoch ^ 1, id, wire::ImageRefusal::too_many, "x"}));
   // The link keeps the newest message only, so the valid answer follows after the others were read.
   EXPECT_EQ(wait(id, FIRE3DV_ERROR_TIMEOUT, 50), nullptr);
-  drawer_->answer(got, 1, 7);
+  answer(got, 1, 7);
   const Image image = wait(id);
   ASSERT_NE(image, nullptr);
   EXPECT_EQ(drawn_sequence(*image), 7u);
+}
+
+// A renderer that lies: programs copy the size that they have requested.
+TEST_P(ClientImage, AnswersToNoRequestAreDropped) {
+  publish();
+  fire3dv_image_request wanted = small(FIRE3DV_IMAGE_EVERY_NTH);
+  wanted.outputs = FIRE3DV_IMAGE_COLOR_SRGB8 | FIRE3DV_IMAGE_BOXES2D;
+  const uint64_t id = send_request(wanted);
+  const wire::ImageRequest got = seen(id);
+  wire::BoxRecord2d box{1, 0, 0, 0, 8, 4, 32, 0};
+  uint64_t sent_bytes = 0;  // 0: those of the head
+  const auto answer_after = [&](const std::function<void(wire::ImageFrame&)>& lie) {
+    wire::ImageFrame frame;
+    frame.request = id;
+    frame.number = 1;
+    frame.epoch = got.epoch;
+    frame.sequence = 1;
+    frame.intrinsics = got.intrinsics;
+    frame.planes = {{0, wire::ImageFormat::rgba8, 8, 4, 32, 0, 128},
+                    {7, wire::ImageFormat::box2d, 1, 1, 32, 128, 32}};
+    frame.pixel_bytes = 192;
+    if (lie) lie(frame);
+    return drawer_->link->send_image(drawer_->peer, id, wire::encode(frame),
+                                     sent_bytes != 0 ? sent_bytes : frame.pixel_bytes,
+                                     [&](std::span<std::byte> pixels) {
+                                       if (pixels.size() >= 160) std::memcpy(&pixels[128], &box, sizeof box);
+                                     });
+  };
+  struct Lie {
+    const char* why;
+    std::function<void(wire::ImageFrame&)> tell;
+  };
+  const Lie lies[] = {
+      {"it has no outputs instead of color_srgb8,boxes2d", [](auto& frame) { frame.planes.clear(); }},
+      {"it has color_srgb8 instead of color_srgb8,boxes2d", [](auto& frame) { frame.planes.pop_back(); }},
+      {"it has color_srgb8,depth_f32,boxes2d instead of",
+       [](auto& frame) {
+         frame.planes.insert(frame.planes.begin() + 1, {2, wire::ImageFormat::r32f, 8, 4, 32, 0, 128});
+       }},
+      {"it has 1 x 1 pixels instead of 8 x 4 pixels",
+       [](auto& frame) {
+         frame.intrinsics.width = frame.intrinsics.height = 1;
+         frame.planes[0] = {0, wire::ImageFormat::rgba8, 1, 1, 4, 0, 4};
+       }},
+      {"it has another lens", [](auto& frame) { frame.intrinsics.lens.model = wire::LensModel{9}; }},
+      {"it has another lens", [](auto& frame) { frame.intrinsics.lens.coefficients[0] = 1; }},
+      {"it shows frame 18446744073709551615, but 1 is the newest",
+       [](auto& frame) { frame.sequence = UINT64_MAX; }},
+      {"it shows frame 2, but 1 is the newest", [](auto& frame) { frame.sequence = 2; }},
+      {"it shows frame 0 instead of 1 or a later one", [](auto& frame) { frame.sequence = 0; }},
+      {"it has 192 bytes of pixels instead of 256",
+       [&](auto& frame) {
+         frame.pixel_bytes = 256;
+         sent_bytes = 192;
+       }},
+      {"its boxes are not inside the image", [&](auto&) { box.max_x = 9; }},
+      {"it has 33 boxes of 32 pixels",
+       [](auto& frame) {
+         frame.planes[1] = {7, wire::ImageFormat::box2d, 33, 1, 33 * 32, 128, 33 * 32};
+         frame.pixel_bytes = 1216;
+       }},
+  };
+  uint64_t dropped = 0;
+  for (const Lie& lie : lies) {
+    ASSERT_TRUE(answer_after(lie.tell)) << lie.why;
+    EXPECT_TRUE(repeat_until([&] {
+      EXPECT_EQ(wait(id, FIRE3DV_ERROR_TIMEOUT, 1), nullptr) << lie.why;
+      return poll(stream_.get()).images_dropped > dropped;
+    })) << lie.why;
+    ++dropped;
+    const std::string text = fire3dv_last_error();
+    EXPECT_NE(text.find(lie.why), std::string::npos) << text;
+    box = {1, 0, 0, 0, 8, 4, 32, 0};
+    sent_bytes = 0;
+  }
+  EXPECT_EQ(poll(stream_.get()).images_dropped, dropped);
+  ASSERT_TRUE(answer_after({}));
+  const Image image = wait(id);
+  ASSERT_NE(image, nullptr) << "the request stays open";
+  ASSERT_NE(fire3dv_plane_of(image.get(), FIRE3DV_IMAGE_COLOR_SRGB8), nullptr);
+  EXPECT_EQ(fire3dv_plane_of(image.get(), FIRE3DV_IMAGE_DEPTH_F32), nullptr);
+  EXPECT_EQ(fire3dv_plane_of(nullptr, FIRE3DV_IMAGE_DEPTH_F32), nullptr);
+}
+
+// A lying number of lost images is bounded by the frames that have passed.
+TEST_P(ClientImage, LostImagesAreNoMoreThanFrames) {
+  publish();
+  const uint64_t id = send_request(small(FIRE3DV_IMAGE_EVERY_NTH));
+  ASSERT_TRUE(answer(seen(id), UINT64_MAX, 5));
+  const Image image = wait(id);
+  ASSERT_NE(image, nullptr);
+  EXPECT_LE(image->lost, 5u);
 }
 
 TEST_P(ClientImage, RequestsBeyondLimitAreRefused) {
@@ -478,7 +586,7 @@ TEST_P(ClientImage, RequestsBeyondLimitAreRefused) {
   EXPECT_EQ(fire3dv_request_image(stream_.get(), &request, &id), FIRE3DV_ERROR_SYSTEM);
   EXPECT_NE(std::string(fire3dv_last_error()).find("4096"), std::string::npos) << fire3dv_last_error();
   ASSERT_TRUE(drawer_->poll_until([&] { return drawer_->requests.size() == wire::kMaxImageRequests; }));
-  for (const auto& [place, one] : drawer_->requests) EXPECT_TRUE(drawer_->answer(one, 1, 1)) << place;
+  for (const auto& [place, one] : drawer_->requests) EXPECT_TRUE(answer(one, 1, 1)) << place;
   for (const uint64_t open : ids) ASSERT_NE(wait(open), nullptr);
 }
 
