@@ -167,6 +167,45 @@ Surface rectangle(double half_x, double half_y, const glm::dvec2& uv_repeats) {
   return surface;
 }
 
+namespace {
+
+// Half sides of an infinite plane, in scene extents: its middle is as precise as a small plane, and its edge
+// is on the horizon.
+constexpr double kInfinitePlaneExtents[] = {10, 50, 250, 1250};
+
+// Places of vertices along an axis of a plane.
+std::vector<double> plane_places(double half, double extent) {
+  if (half > 0) return {-half, half};
+  std::vector<double> places;
+  for (const double extents : kInfinitePlaneExtents) {
+    places.insert(places.begin(), -extents * extent);
+    places.push_back(extents * extent);
+  }
+  return places;
+}
+
+}  // namespace
+
+Surface horizon_plane(const glm::dvec2& half, double extent, const glm::dvec2& uv_repeats) {
+  const std::vector<double> x = plane_places(half.x, extent), y = plane_places(half.y, extent);
+  Surface surface;
+  for (const double at_y : y) {
+    for (const double at_x : x) {
+      surface.positions.push_back(glm::dvec3(at_x, at_y, 0));
+      surface.normals.emplace_back(0, 0, 1);
+      surface.uvs.push_back(glm::dvec2(0.5 * at_x, -0.5 * at_y) * uv_repeats + 0.5);
+    }
+  }
+  const auto columns = static_cast<uint32_t>(x.size()), rows = static_cast<uint32_t>(y.size());
+  for (uint32_t row = 0; row + 1 < rows; ++row) {
+    for (uint32_t column = 0; column + 1 < columns; ++column) {
+      const uint32_t a = row * columns + column, b = a + columns;
+      surface.indices.insert(surface.indices.end(), {a, a + 1, b + 1, a, b + 1, b});
+    }
+  }
+  return surface;
+}
+
 void add_surface(Mesh& mesh, const Surface& surface, const glm::dmat4& mesh_from_surface, size_t material) {
   Surface* to = nullptr;
   for (Surface& other : mesh.surfaces) {

@@ -16,6 +16,9 @@ Surface cone(double radius, double half_length);                                
 Surface capsule(double radius, double half_length);                             // along Z; half length
                                                                                 // without caps
 Surface rectangle(double half_x, double half_y, const glm::dvec2& uv_repeats);  // in XY, facing +Z
+// Rectangle in XY, facing +Z, that reaches the horizon along the axes whose half side is 0. extent: of the
+// scene. uv_repeats: of the texture, for each unit of length.
+Surface horizon_plane(const glm::dvec2& half, double extent, const glm::dvec2& uv_repeats);
 
 // Appends a surface, transformed to the mesh's frame. Surfaces of equal material are merged. Mirroring
 // reverses the winding.

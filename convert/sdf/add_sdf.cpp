@@ -41,6 +41,7 @@ class SceneBuilder {
   void build() {
     name_items();
     for (size_t i = 0; i < scene_.items.size(); ++i) add_item(i);
+    extend_grounds();
     if (scene_.view) add_camera(*scene_.view, view_name_, std::nullopt);
     for (size_t i = 0; i < scene_.items.size(); ++i) {
       if (scene_.items[i].light) add_light(i);
@@ -111,6 +112,66 @@ class SceneBuilder {
     }
     for (const std::string& note : shapes_.take_notes()) warn("visual " + quote(name) + ": " + note);
     return meshes_.add(std::move(mesh));
+  }
+
+  // Box of the meshes of nodes, in the frame of the scene.
+  struct Bounds {
+    glm::dvec3 low{INFINITY}, high{-INFINITY};
+    bool empty() const { return !(low.x <= high.x); }
+  };
+
+  // A wide horizontal plane stands for the ground, which has no edge in the simulation.
+  void extend_grounds() {
+    std::vector<glm::dmat4> world_from_node;
+    for (const Node& node : model_.nodes) {
+      const glm::dmat4 pose = matrix_of(node.translation, node.rotation);
+      world_from_node.push_back(node.parent ? world_from_node[*node.parent] * pose : pose);
+    }
+    std::vector<size_t> grounds;
+    Bounds rest;
+    for (size_t i = 0; i < scene_.items.size(); ++i) {
+      if (!model_.nodes[i].mesh) continue;
+      if (may_be_ground(scene_.items[i], world_from_node[i]))
+        grounds.push_back(i);
+      else
+        add_bounds(model_.meshes[*model_.nodes[i].mesh], world_from_node[i], rest);
+    }
+    if (rest.empty()) return;
+    const double extent = glm::length(rest.high - rest.low);
+    for (const size_t ground : grounds) {
+      const SdfShape& shape = *scene_.items[ground].shape;
+      constexpr double kWide = 5;  // scene extents
+      const double side = std::min(shape.size.x, shape.size.y);
+      if (!(side >= kWide * extent)) continue;
+      const glm::dvec2 half = glm::dvec2(shape.size) / 2.0;
+      constexpr double kLargestShare = 0.01;  // of the plane in the file, of the extent
+      Mesh mesh = model_.meshes[*model_.nodes[ground].mesh];
+      const size_t material = mesh.surfaces[0].material;
+      mesh.surfaces.clear();
+      const Surface surface =
+          horizon_plane(glm::dvec2(0), std::max({extent, 0.1, kLargestShare * side}), 1.0 / half);
+      add_surface(mesh, surface, glm::mat4_cast(*plane_rotation(shape)), material);
+      mesh.unbounded = true;
+      model_.nodes[ground].mesh = meshes_.add(std::move(mesh));
+    }
+  }
+
+  static bool may_be_ground(const SdfItem& item, const glm::dmat4& world_from_item) {
+    constexpr double kSmallest_m = 20, kLevel = 0.999;
+    if (!item.shape || item.shape->type != SdfShape::Type::plane) return false;
+    if (!(std::min(item.shape->size.x, item.shape->size.y) >= kSmallest_m)) return false;
+    const std::optional<glm::dquat> rotation = plane_rotation(*item.shape);
+    return rotation && (world_from_item * glm::dvec4(*rotation * glm::dvec3(0, 0, 1), 0)).z > kLevel;
+  }
+
+  static void add_bounds(const Mesh& mesh, const glm::dmat4& world_from_mesh, Bounds& bounds) {
+    for (const Surface& surface : mesh.surfaces) {
+      for (const glm::vec3& position : surface.positions) {
+        const glm::dvec3 at(world_from_mesh * glm::dvec4(position, 1));
+        bounds.low = glm::min(bounds.low, at);
+        bounds.high = glm::max(bounds.high, at);
+      }
+    }
   }
 
   void add_light(size_t index) {

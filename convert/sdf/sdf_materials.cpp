@@ -25,6 +25,19 @@ bool is_plane(const SdfItem& visual) {
   return visual.shape && visual.shape->type == SdfShape::Type::plane;
 }
 
+// Materials of diffuse and specular are dielectrics, whose highlights have no colour, unless a black diffuse
+// and a bright specular mean a metal of the latter's colour. Returns its share.
+float metal_share(const SdfMaterial& from) {
+  if (from.is_pbr || !from.script.empty()) return 0;
+  const auto peak = [](const glm::vec3& color) { return std::max({color.r, color.g, color.b}); };
+  const float diffuse = peak(color_of(glm::vec3(from.diffuse))), specular = peak(color_of(from.specular));
+  constexpr float kDark = 0.25f, kBright = 0.75f;  // of the specular
+  constexpr float kBlack = 0.05f;                  // of the diffuse, as a share of the specular
+  if (specular <= kDark) return 0;
+  const float bright = std::min((specular - kDark) / (kBright - kDark), 1.0f);
+  return bright * std::max(1 - diffuse / (kBlack * specular), 0.0f);
+}
+
 // Text that is equal for equal materials.
 std::string key_of(const SdfItem& visual) {
   std::ostringstream key;
@@ -33,8 +46,9 @@ std::string key_of(const SdfItem& visual) {
   if (!visual.material) return key.str();
   const SdfMaterial& m = *visual.material;
   key << ' ' << m.diffuse.r << ' ' << m.diffuse.g << ' ' << m.diffuse.b << ' ' << m.diffuse.a << ' '
-      << m.emissive.r << ' ' << m.emissive.g << ' ' << m.emissive.b << ' ' << m.is_pbr << m.is_double_sided
-      << ' ' << m.metalness << ' ' << m.roughness << '\n'
+      << m.specular.r << ' ' << m.specular.g << ' ' << m.specular.b << ' ' << m.emissive.r << ' '
+      << m.emissive.g << ' ' << m.emissive.b << ' ' << m.is_pbr << m.is_double_sided << ' ' << m.metalness
+      << ' ' << m.roughness << '\n'
       << m.script;
   for (const SdfUri* map :
        {&m.albedo_map, &m.normal_map, &m.metalness_map, &m.roughness_map, &m.occlusion_map, &m.emissive_map})
@@ -82,10 +96,12 @@ Material SdfMaterials::made(const SdfItem& visual) {
       if (glm::vec3(diffuse) == glm::vec3(0)) diffuse = glm::vec4(0.7f, 0.7f, 0.7f, diffuse.a);
     }
   }
-  to.base_color = glm::vec4(color_of(glm::vec3(diffuse)), unit(diffuse.a) * opacity);
+  const float metal = metal_share(from);
+  to.base_color = glm::vec4(glm::mix(color_of(glm::vec3(diffuse)), color_of(from.specular), metal),
+                            unit(diffuse.a) * opacity);
   to.emission = color_of(emissive);
   to.roughness = from.is_pbr ? unit(from.roughness) : 0.5f;
-  to.metallic = from.is_pbr ? unit(from.metalness) : 0;
+  to.metallic = from.is_pbr ? unit(from.metalness) : metal;
   to.blended = to.base_color.a < 1;
   add_maps(from, to);
   return to;

@@ -48,7 +48,7 @@ struct SdfShape {
 struct SdfMaterial {
   // Colours are linear, as Gazebo takes them.
   glm::vec4 diffuse{0, 0, 0, 1};
-  glm::vec3 emissive{0};
+  glm::vec3 specular{0}, emissive{0};
   std::string script;  // name of a material of Gazebo Classic; empty: none
   bool is_pbr = false, is_double_sided = false;
   float metalness = 0.5f, roughness = 0.5f;

@@ -43,6 +43,10 @@ void move_to_centre(std::vector<Surface>& surfaces) {
 
 }  // namespace
 
+std::optional<glm::dquat> plane_rotation(const SdfShape& plane) {
+  return rotation_from_z(plane.normal);
+}
+
 SdfShapes::SdfShapes(SdfFiles& files, const ReadOptions& options, SdfMaterials& materials, Model& model)
     : files_(files), materials_(materials), mesh_files_(model) {
   if (options.dae_up) mesh_files_.apply_dae_up();
@@ -83,7 +87,7 @@ Result<void> SdfShapes::add(const SdfItem& visual, Mesh& mesh) {
       surface = capsule(radius, half_length);
       break;
     default: {
-      const std::optional<glm::dquat> rotation = rotation_from_z(shape.normal);
+      const std::optional<glm::dquat> rotation = plane_rotation(shape);
       if (!rotation) return Error{"the <normal> of its <plane> has no direction"};
       transform = glm::mat4_cast(*rotation);
       surface = rectangle(shape.size.x / 2, shape.size.y / 2, glm::dvec2(1));

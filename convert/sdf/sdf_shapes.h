@@ -16,6 +16,9 @@
 
 namespace fire3dv::convert {
 
+// Rotation from +Z to the normal of a plane; empty for a normal without a direction.
+std::optional<glm::dquat> plane_rotation(const SdfShape& plane);
+
 class SdfShapes {
  public:
   // options: rotations of DAE and glTF meshes.

@@ -1,5 +1,5 @@
 // Reader for URDF: one node per link, below the parent link of its joint, with all visuals of the link.
-// Joints are at 0, or at the nearest limit.
+// Joints are at 0, or at the nearest limit; those that mimic others follow them.
 #include <console_bridge/console.h>
 #include <tinyxml2.h>
 #include <urdf_parser/urdf_parser.h>
@@ -192,21 +192,13 @@ class Reader {
     Node node;
     node.name = link.name;
     node.parent = parent;
-    if (joint) apply_origin(*joint, node);
+    if (joint) {  // at 0; add_urdf_joints moves it to where it rests
+      const urdf::Pose& origin = joint->parent_to_joint_origin_transform;
+      node.translation = vec3(origin.position);
+      node.rotation = quat(origin.rotation);
+    }
     node.mesh = mesh_of(link);
     model_.nodes.push_back(std::move(node));
-  }
-
-  static void apply_origin(const urdf::Joint& joint, Node& node) {
-    const urdf::Pose& origin = joint.parent_to_joint_origin_transform;
-    node.translation = vec3(origin.position);
-    node.rotation = quat(origin.rotation);
-    const glm::dvec3 axis = vec3(joint.axis);
-    if (!(glm::length(axis) > 0)) return;
-    const double at = urdf_rest_position(joint);
-    if (joint.type == urdf::Joint::REVOLUTE) node.rotation *= glm::angleAxis(at, glm::normalize(axis));
-    if (joint.type == urdf::Joint::PRISMATIC)
-      node.translation += quat(origin.rotation) * (glm::normalize(axis) * at);
   }
 
   std::optional<size_t> mesh_of(const urdf::Link& link) {

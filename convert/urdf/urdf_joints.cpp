@@ -38,10 +38,19 @@ Joint::Type type_of(const urdf::Joint& joint) {
   }
 }
 
+// Position at which a revolute or prismatic joint rests without the one that it mimics: 0, or the nearest
+// limit.
+double rest_position(const urdf::Joint& joint) {
+  const bool has_axis = glm::length(joint_vec3(joint.axis)) > 0;
+  const bool limited = joint.type == urdf::Joint::REVOLUTE || joint.type == urdf::Joint::PRISMATIC;
+  if (!limited || !has_axis || !joint.limits || !(joint.limits->lower <= joint.limits->upper)) return 0;
+  return std::clamp(0.0, joint.limits->lower, joint.limits->upper);
+}
+
 std::vector<double> initial_of(const urdf::Joint& joint) {
   if (joint.type == urdf::Joint::PLANAR) return {0, 0, 0};
   if (joint.type == urdf::Joint::FLOATING) return {0, 0, 0, 0, 0, 0, 1};
-  if (is_scalar(joint)) return {urdf_rest_position(joint)};
+  if (is_scalar(joint)) return {rest_position(joint)};
   return {};
 }
 
@@ -71,14 +80,29 @@ Joint joint_of(const urdf::Joint& from, size_t body, std::vector<std::string>& w
   return made;
 }
 
-}  // namespace
-
-double urdf_rest_position(const urdf::Joint& joint) {
-  const bool has_axis = glm::length(joint_vec3(joint.axis)) > 0;
-  const bool limited = joint.type == urdf::Joint::REVOLUTE || joint.type == urdf::Joint::PRISMATIC;
-  if (!limited || !has_axis || !joint.limits || !(joint.limits->lower <= joint.limits->upper)) return 0;
-  return std::clamp(0.0, joint.limits->lower, joint.limits->upper);
+// Joints that mimic others rest where these put them. The mimics have no loops.
+void apply_mimics(std::vector<Joint>& joints) {
+  std::vector<bool> is_done(joints.size());
+  std::vector<size_t> chain;
+  for (size_t start = 0; start < joints.size(); ++start) {
+    for (size_t at = start; joints[at].mimic && !is_done[at]; at = joints[at].mimic->joint)
+      chain.push_back(at);
+    for (; !chain.empty(); chain.pop_back()) {
+      Joint& joint = joints[chain.back()];
+      joint.initial = {joint.mimic->multiplier * joints[joint.mimic->joint].initial[0] + joint.mimic->offset};
+      is_done[chain.back()] = true;
+    }
+  }
 }
+
+// Moves the node of the joint's body, which is at the joint's origin, to where the joint rests.
+void move_to_rest(const Joint& joint, Node& node) {
+  if (joint.type == Joint::Type::revolute) node.rotation *= glm::angleAxis(joint.initial[0], joint.axis);
+  if (joint.type == Joint::Type::prismatic)
+    node.translation += node.rotation * (joint.axis * joint.initial[0]);
+}
+
+}  // namespace
 
 void add_urdf_joints(const urdf::ModelInterface& robot, const std::vector<std::string>& joint_names,
                      const std::map<std::string, size_t>& node_of_link, Model& model,
@@ -111,8 +135,8 @@ void add_urdf_joints(const urdf::ModelInterface& robot, const std::vector<std::s
     const urdf::JointMimicSharedPtr& mimic = robot.joints_.at(name)->mimic;
     if (!mimic || made.joints[index].type == Joint::Type::fixed) continue;
     const auto leader = index_of.find(mimic->joint_name);
-    if (leader == index_of.end() || !is_scalar(*robot.joints_.at(leader->first)) ||
-        !is_scalar(*robot.joints_.at(name))) {
+    if (leader == index_of.end() || made.joints[leader->second].initial.size() != 1 ||
+        made.joints[index].initial.size() != 1) {
       warnings.push_back("joint " + quote(name) + " mimics " + quote(mimic->joint_name) +
                          ", which is not a revolute or prismatic joint of the robot; it moves by itself");
       continue;
@@ -121,6 +145,8 @@ void add_urdf_joints(const urdf::ModelInterface& robot, const std::vector<std::s
   }
   for (const std::string& name : drop_mimic_loops(made.joints))
     warnings.push_back("joint " + quote(name) + " mimics itself, over others; it moves by itself");
+  apply_mimics(made.joints);
+  for (const Joint& joint : made.joints) move_to_rest(joint, model.nodes[made.bodies[joint.body].node]);
 }
 
 }  // namespace fire3dv::convert

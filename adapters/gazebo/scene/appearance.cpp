@@ -102,6 +102,7 @@ SdfMaterial sdf_material(const pb::Material& from, const std::string& where,
   enum { kNone, kMetal, kSpecular };
   SdfMaterial made;
   if (from.has_diffuse()) made.diffuse = glm::vec4(rgb(from.diffuse()), from.diffuse().a());
+  made.specular = rgb(from.specular());
   made.emissive = rgb(from.emissive());
   made.script = from.script().name();
   made.is_double_sided = from.double_sided();

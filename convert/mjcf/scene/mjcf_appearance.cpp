@@ -10,41 +10,6 @@ namespace fire3dv::convert {
 namespace {
 
 constexpr int kShownGroups = 3;
-// Half sides of an infinite plane, in scene extents: its middle is as precise as a small plane, and its edge
-// is on the horizon.
-constexpr double kInfinitePlaneExtents[] = {10, 50, 250, 1250};
-
-// Places of vertices along an axis of a plane.
-std::vector<double> plane_places(double half, double extent) {
-  if (half > 0) return {-half, half};
-  std::vector<double> places;
-  for (const double extents : kInfinitePlaneExtents) {
-    places.insert(places.begin(), -extents * extent);
-    places.push_back(extents * extent);
-  }
-  return places;
-}
-
-// Facing +Z. repeats: of the texture, for each unit of length.
-Surface plane_grid(const std::vector<double>& x, const std::vector<double>& y, const glm::dvec2& repeats) {
-  Surface surface;
-  for (const double at_y : y) {
-    for (const double at_x : x) {
-      surface.positions.push_back(glm::dvec3(at_x, at_y, 0));
-      surface.normals.emplace_back(0, 0, 1);
-      surface.uvs.push_back(glm::dvec2(0.5 * at_x, -0.5 * at_y) * repeats + 0.5);
-    }
-  }
-  const auto columns = static_cast<uint32_t>(x.size()), rows = static_cast<uint32_t>(y.size());
-  for (uint32_t row = 0; row + 1 < rows; ++row) {
-    for (uint32_t column = 0; column + 1 < columns; ++column) {
-      const uint32_t a = row * columns + column, b = a + columns;
-      surface.indices.insert(surface.indices.end(), {a, a + 1, b + 1, a, b + 1, b});
-    }
-  }
-  return surface;
-}
-
 // Height field surface with side walls down to its base.
 Surface height_field(const MjcfHeightField& field) {
   const int rows = static_cast<int>(field.rows), columns = static_cast<int>(field.columns);
@@ -179,8 +144,7 @@ Surface MjcfAppearance::surface(const MjcfGeom& geom) const {
     const double extent = std::max(scene_.extent, 0.1);
     // Textures of infinite planes repeat per unit of length.
     const glm::dvec2 unit(geom.size.x > 0 ? geom.size.x : 1, geom.size.y > 0 ? geom.size.y : 1);
-    return plane_grid(plane_places(geom.size.x, extent), plane_places(geom.size.y, extent),
-                      repeats(geom, unit) / unit);
+    return horizon_plane(glm::max(glm::dvec2(geom.size), 0.0), extent, repeats(geom, unit) / unit);
   }
   if (geom.shape == MjcfShape::height_field) {
     const auto& field = geom.data ? scene_.height_fields[*geom.data] : nullptr;

@@ -104,6 +104,11 @@ SdfMaterial sdf_material(const sdf::Material& from, const SdfDocuments& document
                          std::vector<std::string>& warnings) {
   SdfMaterial made;
   made.diffuse = vec4(from.Diffuse());
+  // gz-sim has no ambient colours; with one alone, which Gazebo Classic shows, all would be black.
+  const sdf::ElementPtr element = from.Element();
+  if (element && !element->HasElement("diffuse") && element->HasElement("ambient") && !from.PbrMaterial())
+    made.diffuse = vec4(from.Ambient());
+  made.specular = glm::vec3(vec4(from.Specular()));
   made.emissive = glm::vec3(vec4(from.Emissive()));
   made.script = from.ScriptName();
   made.is_double_sided = from.DoubleSided();

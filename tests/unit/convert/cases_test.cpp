@@ -119,6 +119,11 @@ void expect_property(const Model& model, const Drawn& drawn, const std::string& 
       if (m->base_color.a < 1) {
         EXPECT_TRUE(m->blended) << m->name;
       }
+    } else if (property == "metal") {
+      EXPECT_NEAR(m->metallic, std::strtod(value.c_str(), nullptr), 1e-4) << m->name;
+    } else if (property == "linear") {
+      const std::vector<double> color = numbers_of(value);
+      expect_near({m->base_color.r, m->base_color.g, m->base_color.b}, color, 1e-4);
     } else if (property == "mode") {
       EXPECT_EQ(m->alpha_cutoff ? "mask" : m->blended ? "blend" : "opaque", value) << m->name;
     } else if (property == "uv") {
