@@ -56,7 +56,8 @@ Result<uint64_t> parse_amount(std::string_view name, std::string_view text, bool
 std::string all_names() {
   std::string names;
   for (const ResourceInfo& each : kTable) names += std::string(each.name) + ", ";
-  return names + "each of them with \"shared-\" in front for all peers together, receive-ms, image-ms";
+  return names +
+         "each of them with \"shared-\" in front for all peers together, receive-ms, image-ms, draw-time";
 }
 
 uint64_t beyond(uint64_t used, uint64_t reserved) {

@@ -135,6 +135,22 @@ class PeerBudget {
   void add_build_ns(int64_t ns) { build_ns_.fetch_add(ns, std::memory_order_relaxed); }
   int64_t build_ns() const { return build_ns_.load(std::memory_order_relaxed); }
 
+  // Drawing time of the peer's content while other peers are connected. Written by the render thread.
+  struct DrawCost {
+    double seconds = 0;      // since it connected
+    double share = 0;        // of the drawing time of the last seconds, 0 to 1
+    bool is_hidden = false;  // to keep others' images fast
+  };
+  void set_draw_cost(const DrawCost& cost) {
+    draw_seconds_.store(cost.seconds, std::memory_order_relaxed);
+    draw_share_.store(cost.share, std::memory_order_relaxed);
+    is_content_hidden_.store(cost.is_hidden, std::memory_order_relaxed);
+  }
+  DrawCost draw_cost() const {
+    return {draw_seconds_.load(std::memory_order_relaxed), draw_share_.load(std::memory_order_relaxed),
+            is_content_hidden_.load(std::memory_order_relaxed)};
+  }
+
  private:
   friend class BudgetPool;
   PeerBudget(std::shared_ptr<BudgetPool> pool, std::string name);
@@ -143,6 +159,8 @@ class PeerBudget {
   std::string name_;  // guarded by the pool's mutex, like used_ and refused_
   std::array<uint64_t, kResourceCount> used_{}, refused_{};
   std::atomic<int64_t> build_ns_{0};
+  std::atomic<double> draw_seconds_{0}, draw_share_{0};
+  std::atomic<bool> is_content_hidden_{false};
 };
 
 // RAII charge: an amount that stays charged to a budget for the lifetime of this object. Movable; empty by

@@ -113,6 +113,7 @@ void RendererMetrics::tell(const StreamReceiver& receiver, size_t open_image_req
     numbers.edits_received = stream.edits_received;
     numbers.edits_stale = stream.edits_stale;
     numbers.edits_refused = stream.edits_refused;
+    if (report.budget) numbers.draw_cost = report.budget->draw_cost();
     numbers.report = std::move(report);
     gathered_.streams.push_back(std::move(numbers));
   }
@@ -269,6 +270,20 @@ void RendererMetrics::write_streams(metrics::Exposition& page, const Numbers& nu
   each("fire3dv_stream_frames_held_total", "counter", "Frames that had to wait for scene edits.",
        [&](Id id, Of of) {
          page.sample({{"stream", id}}, of.held);
+       });
+  each(
+      "fire3dv_stream_drawing_seconds_total", "counter",
+      "Drawing time of the stream's markers, nodes and vertices, measured while several peers are connected.",
+      [&](Id id, Of of) {
+        page.sample({{"stream", id}}, of.draw_cost.seconds);
+      });
+  each("fire3dv_stream_drawing_share", "gauge",
+       "Share of that content in the drawing time of the last seconds.", [&](Id id, Of of) {
+         page.sample({{"stream", id}}, of.draw_cost.share);
+       });
+  each("fire3dv_stream_content_hidden", "gauge",
+       "1 while that content is hidden because it slows down the images of others.", [&](Id id, Of of) {
+         page.sample({{"stream", id}}, uint64_t{of.draw_cost.is_hidden});
        });
   each("fire3dv_stream_age_seconds", "gauge", "Since the shown frame was published.", [&](Id id, Of of) {
     if (of.drawn.has_publish_time)

@@ -57,6 +57,7 @@ class RendererMetrics {
     uint64_t nodes = 0, unmatched = 0, conflicting = 0;
     uint64_t received = 0, incomplete = 0, stale = 0, refused = 0, baseless = 0, held = 0, overtaken = 0;
     uint64_t edits_received = 0, edits_stale = 0, edits_refused = 0;
+    PeerBudget::DrawCost draw_cost;
   };
   struct PassNumbers {
     bool is_async = false;

@@ -127,6 +127,7 @@ std::string status_message(const state::PoseState& poses, double seconds,
   for (const state::Stream& stream : poses.streams()) {
     if (!stream.active || streams.size() == kMaxStreams) continue;
     now[stream.epoch] = stream.frames_received;
+    const PeerBudget::DrawCost cost = stream.budget() ? stream.budget()->draw_cost() : PeerBudget::DrawCost();
     const auto before = frames.find(stream.epoch);
     const uint64_t came = before == frames.end() || stream.frames_received < before->second
                               ? 0
@@ -139,6 +140,8 @@ std::string status_message(const state::PoseState& poses, double seconds,
                        {"nodes", stream.scene_node_of_pose.size()},
                        {"unmatched", stream.unmatched_names.size()},
                        {"sim_time_s", static_cast<double>(stream.header.sim_time_ns) * 1e-9}});
+    if (cost.share > 0) streams.back()["drawing_share"] = cost.share;
+    if (cost.is_hidden) streams.back()["content_hidden"] = true;
   }
   frames = std::move(now);
   Json message = {{"type", "status"}, {"streams", std::move(streams)}, {"scalars", ScalarList::count(poses)}};

@@ -31,6 +31,18 @@ std::optional<CameraRefused> check_pinhole_size(const wire::ImageRequest& reques
                            " are made: ask for a smaller image, or for fewer outputs"};
 }
 
+PeerDrawTime::View view_of(const ImageBatchRenderer::WorkItem& work) {
+  const passes::Intrinsics& drawn = work.camera.pinhole;
+  PeerDrawTime::View view;
+  view.kind = 1 + 31 * (work.due.requester + 31 * (drawn.image_px.x + uint64_t{31} * drawn.image_px.y));
+  view.pixels = pixels_of(drawn);
+  view.requester_epoch = work.due.request.epoch;
+  view.view = {passes::make_view(drawn, work.camera.world_from_camera).clip_from_world,
+               glm::vec2(drawn.image_px)};
+  view.markers = work.camera.markers;
+  return view;
+}
+
 }  // namespace
 
 std::span<const std::unique_ptr<SecondaryDevice>> ImageService::secondary() const {
@@ -106,6 +118,8 @@ bool ImageService::draw_turn(gpu::FrameRing& frames, state::RequesterId requeste
   if (!moment.boxes && std::ranges::any_of(work, needs_boxes))
     moment.boxes = std::make_shared<const std::vector<wire::BoxRecord3d>>(
         passes::boxes_of_instances(scene_.scene(), poses_));
+  std::optional<PeerDrawTime::View> view;  // of the first image: the others are alike
+  if (draw_time_ && draw_time_->is_active() && !work.empty()) view = view_of(work[0]);
   distribute(std::move(work));
   const uint64_t max_bytes =
       scheduler_.is_alone(requester, now_ns) ? ImageBatchRenderer::kMaxSubmittedBytes : kSharedSubmittedBytes;
@@ -113,11 +127,16 @@ bool ImageService::draw_turn(gpu::FrameRing& frames, state::RequesterId requeste
     if (!is_first && (monotonic_ns() >= end_ns || rules_.is_stop_requested() || !has_room(end_ns))) break;
     uint64_t cost = 0;
     const Mark before = submitted();
+    if (view && draw_time_->begin_image(*view) && view->markers) scene_.show_markers();
     draw_round(frames, moment, max_bytes);
     report_samples();
     for (size_t device = 0; device < device_count(); ++device)
       cost = std::max(cost, renderer_at(device).take_cost());
     if (Mark mark = submitted(); mark != before) {
+      if (view && mark[0] != before[0])
+        draw_time_->submitted(
+            frames.frame_index(),
+            static_cast<double>(cost) / static_cast<double>(view->pixels + state::image_cost(0, 0)));
       const int64_t submitted_ns = monotonic_ns();
       scheduler_.submitted(requester, cost, submitted_ns);
       submissions_.push_back({std::move(mark), submitted_ns});

@@ -12,6 +12,7 @@
 #include "renderer/images/image_batch_renderer.h"
 #include "renderer/images/secondary_devices.h"
 #include "renderer/live_scene/live_scene.h"
+#include "renderer/live_scene/peer_draw_time.h"
 #include "renderer/state/image_scheduler.h"
 #include "renderer/streams/image_request_queue.h"
 
@@ -40,6 +41,9 @@ class ImageService {
     secondary_ = &devices;
     settings_ = &settings;
   }
+
+  // Borrowed: measures and limits the drawing time of peers' content on the primary device.
+  void use_draw_time(PeerDrawTime& draw_time) { draw_time_ = &draw_time; }
 
   struct Drawn {
     bool any = false;       // the primary renderer has the size of the last requested image
@@ -102,6 +106,7 @@ class ImageService {
   const Rules rules_;
   ImageBatchRenderer first_;
   SecondaryDevices* secondary_ = nullptr;
+  PeerDrawTime* draw_time_ = nullptr;
   const settings::DrawSettings* settings_ = nullptr;
   // A request keeps its device, so that its images stay in order.
   std::map<Key, Assignment> assignments_;

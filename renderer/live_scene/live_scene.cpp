@@ -113,6 +113,7 @@ void LiveScene::apply_edits(std::vector<state::SceneChanges> changes) {
 }
 
 bool LiveScene::is_build_due(const ReplacementShares::Peer& peer) const {
+  if (hidden_peers_.contains(peer.get())) return false;
   return shares_.earliest_ns(peer) <= now_ns_();
 }
 
@@ -151,6 +152,7 @@ void LiveScene::resolve() {
   if (all) {
     for (const auto& [node, edit] : of_streams) nodes.insert(node);
     nodes.insert(withdrawn_.begin(), withdrawn_.end());
+    nodes.insert(hidden_roots_.begin(), hidden_roots_.end());
     nodes.insert(user_.hidden.begin(), user_.hidden.end());
     nodes.insert(user_.removed.begin(), user_.removed.end());
     for (const auto& [node, light] : user_.lights) nodes.insert(node);
@@ -177,14 +179,79 @@ std::optional<scene::NodeEdit> LiveScene::combined_edit(const scene::NodeEdits& 
   const bool has_light =
       light != user_.lights.end() && light_type(scene(), of_streams, node) == light->second.type;
   const bool is_withdrawn = withdrawn_.contains(node) || user_.removed.contains(node);
-  const bool is_hidden = user_.hidden.contains(node);
+  const bool is_hidden = user_.hidden.contains(node) || hidden_roots_.contains(node);
   if (known == of_streams.end() && !is_withdrawn && !is_hidden && !has_light) return std::nullopt;
   scene::NodeEdit edit;
   if (known != of_streams.end()) edit = known->second;
+  if (edit.vertices && hidden_peers_.contains(registry_.vertex_peer(node))) {
+    const auto drawn = drawn_vertices_.find(node);
+    edit.vertices = drawn == drawn_vertices_.end() ? nullptr : drawn->second;
+  }
   edit.removed |= is_withdrawn;
   edit.hidden |= is_hidden;
   if (has_light) edit.light = light->second;
   return edit;
+}
+
+std::vector<LiveScene::PeerRoot> LiveScene::peer_roots() const {
+  std::vector<PeerRoot> roots;
+  for (const state::RequestedNode& node : added_) {
+    const auto root = root_of_added_.find({node.age, node.version});
+    if (node.budget && root != root_of_added_.end()) roots.push_back({node.budget.get(), root->second});
+  }
+  return roots;
+}
+
+void LiveScene::set_hidden_peers(std::set<const PeerBudget*> peers) {
+  if (peers == hidden_peers_) return;
+  hidden_peers_ = std::move(peers);
+  markers_.set_hidden_peers(hidden_peers_);
+  ++updates_;
+  find_hidden_roots();
+  if (user_changed_) resolve();
+}
+
+void LiveScene::find_hidden_roots() {
+  std::set<uint32_t> roots;
+  for (const PeerRoot& root : peer_roots())
+    if (hidden_peers_.contains(root.peer)) roots.insert(root.node);
+  const bool has_vertices = !registry_.vertex_nodes().empty();
+  if (roots == hidden_roots_ && !has_vertices) return;
+  hidden_roots_ = std::move(roots);
+  user_changed_ = true;
+}
+
+void LiveScene::note_drawn() {
+  const uint64_t revision = edits_.revisions().vertices;
+  if (std::exchange(drawn_vertices_revision_, revision) == revision) return;
+  drawn_vertices_.clear();
+  for (const auto& [node, edit] : edits_.nodes())
+    if (edit.vertices) drawn_vertices_.emplace(node, edit.vertices);
+}
+
+// A scene whose preparation would take too long is dropped. Its peers are hidden, and build later.
+bool LiveScene::is_admitted(SceneBuild::Built& built) {
+  if (!admission_ || !built.scene) return true;
+  const auto is_new = [this](const state::RequestedNode& node) {
+    return !std::binary_search(contents_.nodes.begin(), contents_.nodes.end(),
+                               std::pair(node.age, node.version));
+  };
+  std::set<const PeerBudget*> adding;
+  for (const state::RequestedNode& node : built.added)
+    if (node.budget && is_new(node)) adding.insert(node.budget.get());
+  std::vector<PeerRoot> roots;
+  for (size_t i = 0; i < built.added.size(); ++i) {
+    const PeerBudget* const peer = built.added[i].budget.get();
+    if (adding.contains(peer)) roots.push_back({peer, built.roots[i]});
+  }
+  const std::set<const PeerBudget*> refused = admission_(*built.scene, roots);
+  if (refused.empty()) return true;
+  for (const state::RequestedNode& node : built.added)
+    if (is_new(node)) pending_.insert(node.budget);
+  registry_.set_built_vertex_nodes(contents_.vertex_nodes, {});
+  build_.retain_only(added_);
+  build_.retain_vertices_only(contents_.vertex_nodes);
+  return false;
 }
 
 void LiveScene::find_vertex_changes() {
@@ -288,6 +355,7 @@ bool LiveScene::show_built() {
     registry_.set_built_vertex_nodes(contents_.vertex_nodes, std::move(built->vertex_refusals));
     return true;
   }
+  if (built->fault.empty() && !is_admitted(*built)) return true;
   const Result<void> placed = built->fault.empty() ? upload_built(*built) : Error{built->fault};
   if (!placed) {
     refuse_new(std::move(*built), placed.error().message);
@@ -325,6 +393,9 @@ bool LiveScene::show_built() {
   const std::unique_ptr<const scene::LoadedScene> before = std::exchange(merged_, std::move(built->scene));
   notify_replaced(before ? before->scene : base().scene);
   added_ = std::move(built->added);
+  hidden_roots_.clear();
+  drawn_vertices_.clear();
+  find_hidden_roots();
   return true;
 }
 
@@ -403,6 +474,8 @@ Result<void> LiveScene::replace_base(const scene::LoadedScene& next, std::vector
   contents_ = {};
   failed_contents_.reset();
   withdrawn_.clear();
+  hidden_roots_.clear();
+  drawn_vertices_.clear();
   root_of_added_.clear();
   registry_.set_built_vertex_nodes({}, {});
   animations_ = std::move(animations);

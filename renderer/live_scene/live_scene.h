@@ -100,6 +100,28 @@ class LiveScene {
   // next images.
   void show_markers(std::span<const state::ShownMarker> overlay = {});
   const state::MarkerRegistry& markers() const { return markers_; }
+
+  // Root of an asset or node that a peer has added.
+  struct PeerRoot {
+    const PeerBudget* peer = nullptr;  // identity only
+    uint32_t node = 0;
+  };
+  // Of the displayed scene; additions of the user have no peer.
+  std::vector<PeerRoot> peer_roots() const;
+  // Hides the markers and added nodes of these peers, keeps the vertices that they replace as they were drawn
+  // last, and adds no further nodes of theirs. In effect with the next image.
+  void set_hidden_peers(std::set<const PeerBudget*> peers);
+  bool hides_peers() const { return !hidden_peers_.empty(); }
+  const PeerBudget* vertex_peer(uint32_t node) const { return registry_.vertex_peer(node); }
+  // Called with a scene before its upload, and the roots of the peers that it adds nodes of. Returns the
+  // peers whose nodes would take too long to prepare: then the scene is dropped, and these peers must be
+  // hidden.
+  using Admission = std::function<std::set<const PeerBudget*>(const scene::LoadedScene& next,
+                                                              const std::vector<PeerRoot>& roots)>;
+  void set_admission(Admission admission) { admission_ = std::move(admission); }
+  // Called after an image was recorded.
+  void note_drawn();
+
   void set_shows_markers(bool shows) { shows_markers_ = shows; }
   const state::EditFaults& faults() const { return registry_.faults(); }
   // Added nodes of the displayed scene that nobody requests any more: they are hidden.
@@ -141,6 +163,8 @@ class LiveScene {
   void resolve();
   std::optional<scene::NodeEdit> combined_edit(const scene::NodeEdits& of_streams, uint32_t node) const;
   void find_vertex_changes();
+  bool is_admitted(SceneBuild::Built& built);
+  void find_hidden_roots();
   void begin_build_if_changed();
   void record_causes(const SceneBuild::Built& built);
   void report_asset_warnings(const std::vector<std::string>& warnings);
@@ -177,6 +201,12 @@ class LiveScene {
   Contents contents_;                        // of the displayed scene
   std::optional<Contents> failed_contents_;  // of the last scene that could not be displayed
   std::vector<state::RequestedNode> added_;  // nodes of the displayed scene
+  std::set<const PeerBudget*> hidden_peers_;
+  std::set<uint32_t> hidden_roots_;  // of hidden peers
+  // As drawn last; empty while no peer replaces vertices.
+  std::map<uint32_t, std::shared_ptr<const scene::ReplacedVertices>> drawn_vertices_;
+  uint64_t drawn_vertices_revision_ = 0;
+  Admission admission_;
   std::map<std::pair<uint64_t, uint64_t>, uint32_t> root_of_added_;  // by age and version
   std::set<uint32_t> withdrawn_;                  // added nodes that are not requested any more
   std::set<ReplacementShares::Peer> pending_;     // peers with changes that are not in the scene yet

@@ -7,18 +7,12 @@
 #include "base/log.h"
 #include "base/text.h"
 #include "renderer/scene/model/math.h"
+#include "renderer/state/draw_time/draw_work.h"
 
 namespace fire3dv::state {
 namespace {
 
 constexpr uint32_t kMaxReported = 8;  // per stream
-
-// An upper bound of its glyphs.
-uint64_t text_bytes(const wire::Marker& marker) {
-  uint64_t bytes = 0;
-  for (const std::string& text : marker.texts) bytes += text.size();
-  return bytes;
-}
 
 // The buffer of all markers has up to twice their size, so that a changed one seldom moves the others.
 uint64_t gpu_bytes(const wire::Marker& marker) {
@@ -34,16 +28,6 @@ uint64_t gpu_bytes(const wire::Marker& marker) {
 // A small element of many vertices is a cheap message and an expensive draw. 200 million take an NVIDIA H200
 // a fraction of a second.
 constexpr uint64_t kMaxVertices = 200'000'000;  // of a stream
-
-// Upper bound of the vertices that a marker of many elements draws, by the levels of detail of the pass.
-uint64_t max_vertices(const wire::Marker& marker) {
-  constexpr uint64_t kOfElement[] = {3,   3,  6,   45, 18, 36,
-                                     144, 72, 180, 1,  6,  6};  // by kind, of more than 10,000
-  static_assert(std::size(kOfElement) == wire::kMarkerKindCount);
-  if (marker.kind == wire::MarkerKind::texts) return 6 * text_bytes(marker);
-  const uint64_t finest = marker.positions.size() > 10'000 ? 1 : 12;
-  return finest * kOfElement[static_cast<size_t>(marker.kind)] * marker.positions.size();
-}
 
 bool is_marker(const wire::SceneEdit& edit) {
   return edit.property == wire::Property::marker;
@@ -89,6 +73,7 @@ bool MarkerRegistry::take_from(std::vector<SceneChanges>& changes) {
       StreamEntry& stream = streams_[change.age];
       stream.id = change.stream;
       stream.epoch = change.epoch;
+      stream.budget = change.budget;
       store(stream, std::move(change.edits[i]), std::move(charge), change.budget);
       is_changed = true;
       if (stream.markers.empty() && stream.reported == 0) streams_.erase(change.age);
@@ -115,7 +100,7 @@ void MarkerRegistry::store(StreamEntry& stream, wire::SceneEdit&& edit, BudgetCh
     return report(stream, edit.node,
                   "its kind " + std::to_string(static_cast<int>(value->kind)) +
                       " is of a later version: update the renderer");
-  const uint64_t vertices = max_vertices(*value);
+  const uint64_t vertices = max_marker_vertices(*value);
   if (stream.vertices + vertices > kMaxVertices)
     return report(
         stream, edit.node,
@@ -157,6 +142,7 @@ const std::vector<ShownMarker>& MarkerRegistry::resolve(const PoseState& poses,
                                                         const scene::SceneEdits& edits, bool complete,
                                                         const MarkerNamespaces& hidden) {
   shown_.clear();
+  held_back_.clear();
   for (auto& [age, entry] : streams_) {
     if (entry.id >= poses.streams().size()) continue;
     const Stream& stream = poses.streams()[entry.id];
@@ -165,6 +151,7 @@ const std::vector<ShownMarker>& MarkerRegistry::resolve(const PoseState& poses,
     for (auto of_stream = hidden.lower_bound({stream.name, ""});
          of_stream != hidden.end() && of_stream->stream == stream.name; ++of_stream)
       hidden_.push_back(of_stream->name);
+    std::vector<ShownMarker>& list = hidden_peers_.contains(entry.budget.get()) ? held_back_ : shown_;
     for (auto& [name, in_force] : entry.markers) {
       if (std::ranges::binary_search(hidden_, namespace_of(name))) continue;
       const wire::Marker& marker = *in_force.marker;
@@ -185,7 +172,8 @@ const std::vector<ShownMarker>& MarkerRegistry::resolve(const PoseState& poses,
       }
       const glm::mat4 world_from_marker(world_from_parent *
                                         glm::dmat4(scene::to_mat4(marker.parent_from_marker)));
-      if (is_finite(world_from_marker)) shown_.push_back({in_force.id, in_force.marker, world_from_marker});
+      if (is_finite(world_from_marker))
+        list.push_back({in_force.id, in_force.marker, world_from_marker, entry.budget.get()});
     }
   }
   return shown_;

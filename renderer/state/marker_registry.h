@@ -39,6 +39,7 @@ struct ShownMarker {
   uint64_t id = 0;  // of the value: markers with equal ids have equal values
   std::shared_ptr<const wire::Marker> marker;
   glm::mat4 world_from_marker{1};
+  const PeerBudget* peer = nullptr;  // identity of its sender; null: no peer
 };
 
 class MarkerRegistry {
@@ -52,6 +53,12 @@ class MarkerRegistry {
   // added or refused, so that absent parents are reported. hidden: left out. Valid until the next call.
   const std::vector<ShownMarker>& resolve(const PoseState& poses, const scene::SceneEdits& edits,
                                           bool complete = true, const MarkerNamespaces& hidden = {});
+
+  // Markers of these peers are left out by resolve(), and listed here instead.
+  void set_hidden_peers(std::set<const PeerBudget*> peers) { hidden_peers_ = std::move(peers); }
+  const std::vector<ShownMarker>& held_back() const { return held_back_; }
+  // The result of the last resolve().
+  const std::vector<ShownMarker>& shown() const { return shown_; }
 
   // Numbers of markers in force, by namespace, of the stream with this epoch. Valid until the next change.
   const std::map<std::string, size_t, std::less<>>& namespaces(uint64_t epoch) const;
@@ -72,6 +79,7 @@ class MarkerRegistry {
   struct StreamEntry {
     StreamId id = kNone;
     uint64_t epoch = 0;
+    std::shared_ptr<PeerBudget> budget;
     std::map<std::string, MarkerInForce> markers;
     std::map<std::string, size_t, std::less<>> namespaces;  // numbers of markers
     uint64_t vertices = 0;                                  // of all
@@ -85,7 +93,8 @@ class MarkerRegistry {
 
   std::map<uint64_t, StreamEntry> streams_;  // by age, the oldest first
   uint64_t last_id_ = 0;
-  std::vector<ShownMarker> shown_;
+  std::vector<ShownMarker> shown_, held_back_;
+  std::set<const PeerBudget*> hidden_peers_;
   std::vector<std::string_view> hidden_;  // namespaces of one stream, sorted; of resolve()
   std::vector<std::string> log_messages_;
 };

@@ -66,6 +66,9 @@ class StreamReceiver final : public ImageReplies {
   // Tells a stream that one of its scene edits has no effect, and why. Streams that have ended are ignored.
   void report_ineffective_edit(state::StreamId stream, const std::string& reason);
 
+  // Tells a stream how its content is drawn. Streams that have ended are ignored.
+  void report_drawing(state::StreamId stream, const std::string& text);
+
   // The displayed scene, borrowed, whose nodes are named to streams that match none; null (default): none
   // are.
   void set_scene(const scene::Scene* scene) { scene_ = scene; }
@@ -229,6 +232,7 @@ class StreamReceiver final : public ImageReplies {
   void pass_nodes_to_successor(SuspendedStream& suspended);
   void report_poses();
   void send_advice(Peer peer, PeerStream& stream);
+  void send_advice_to(state::StreamId id, std::string&& advice);
   void report_refusals();
   void welcome(Peer peer, PeerStream& stream);
   void report_bindings(bool scene_is_new);

@@ -309,11 +309,19 @@ void StreamReceiver::send_advice(Peer peer, PeerStream& stream) {
 }
 
 void StreamReceiver::report_ineffective_edit(state::StreamId id, const std::string& reason) {
+  send_advice_to(id, "has an edit without effect: " + reason);
+}
+
+void StreamReceiver::report_drawing(state::StreamId id, const std::string& text) {
+  send_advice_to(id, "is drawn otherwise than before: " + text);
+}
+
+void StreamReceiver::send_advice_to(state::StreamId id, std::string&& advice) {
   const auto found =
       std::ranges::find_if(stream_of_peer_, [id](const auto& entry) { return entry.second.id == id; });
   if (found == stream_of_peer_.end()) return;
   handled_peer_ = found->first;
-  found->second.advice.push_back("has an edit without effect: " + reason);
+  found->second.advice.push_back(std::move(advice));
   send_advice(found->first, found->second);
   handled_peer_.reset();
 }

@@ -271,6 +271,7 @@ gui::StreamFact PanelFacts::stream_fact(const StreamReceiver::Report& report, co
     fact.marker_namespaces.push_back({name, count});
   }
   fact.more_marker_namespaces = namespaces.size() - fact.marker_namespaces.size();
+  if (report.budget) fact.draw_cost = report.budget->draw_cost();
   fact.uses = notable_uses(report.budget.get());
   fact.gaps_ms = poses.gaps_ms(report.id);
   return fact;

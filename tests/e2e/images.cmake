@@ -17,6 +17,9 @@ if(TARGET fire3dv AND NOT FIRE3DV_SANITIZE)
     set_tests_properties(images_${case} PROPERTIES LABELS e2e TIMEOUT 900
       ENVIRONMENT "VK_DRIVER_FILES=${FIRE3DV_TEST_VULKAN_DRIVER};VK_ICD_FILENAMES=${FIRE3DV_TEST_VULKAN_DRIVER};PYTHONDONTWRITEBYTECODE=1;PYTHONPATH=${PROJECT_SOURCE_DIR}/adapters/generic/python:${CMAKE_CURRENT_LIST_DIR};FIRE3DV_CLIENT_LIBRARY=$<TARGET_FILE:fire3dv_client>")
   endforeach()
+  add_test(NAME draw_time COMMAND ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/draw_time_test.py $<TARGET_FILE:fire3dv>)
+  get_test_property(images_refusals ENVIRONMENT image_environment)
+  set_tests_properties(draw_time PROPERTIES LABELS e2e TIMEOUT 900 ENVIRONMENT "${image_environment}")
   set_tests_properties(images_over_tcp PROPERTIES LABELS long RUN_SERIAL TRUE)
   # Compares rates within one run; one that another test disturbs is measured again.
   set_tests_properties(images_fair_turns PROPERTIES RUN_SERIAL TRUE)

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 #include <span>
+#include <string_view>
 
 #include "base/files.h"
 #include "base/log.h"
@@ -35,6 +36,25 @@ constexpr auto kBusyWait = std::chrono::milliseconds(1);
 constexpr auto kIdleWait = std::chrono::milliseconds(50);
 constexpr auto kWindowWait = std::chrono::milliseconds(15);  // between looks at the input of an idle window
 
+// In lockstep peers wait for each other, and data sets are as their streams say: nothing is hidden.
+state::DrawTimeSettings draw_time_settings(const FrameLoopContext& context) {
+  const bool hides = !context.options.lockstep && !context.options.outputs.has_planes();
+  return {.factor = hides ? context.options.draw_time_factor : 0,
+          .is_software = context.device.report().type == gpu::DeviceType::software};
+}
+
+// Times of passes that draw markers alone.
+state::DrawTimePolicy::Measured measured_times(const gpu::FrameTimes& times) {
+  state::DrawTimePolicy::Measured measured;
+  const auto ns_of = [](double milliseconds) { return static_cast<int64_t>(milliseconds * 1e6); };
+  measured.total_ns = ns_of(times.total_ms);
+  for (const gpu::PassTime& pass : times.passes) {
+    const std::string_view name(pass.name);
+    if (name == "markers" || name == "marker upload") measured.markers_ns += ns_of(pass.milliseconds);
+  }
+  return measured;
+}
+
 }  // namespace
 
 FrameLoop::FrameLoop(const FrameLoopContext& context)
@@ -47,6 +67,7 @@ FrameLoop::FrameLoop(const FrameLoopContext& context)
       image_service_(
           context.device, context.renderer, context.poses, context.requests, context.scene,
           {context.options.peer_limits.slices.image_ns, context.options.lockstep, stop_was_requested}),
+      draw_time_(context.scene, context.poses, draw_time_settings(context)),
       frame_extent_{context.options.width, context.options.height},
       taken_(passes::with_sources(context.options.outputs)),
       awaits_stream_(context.options.wait_for_stream),
@@ -62,6 +83,7 @@ FrameLoop::FrameLoop(const FrameLoopContext& context)
   if (context_.window) frame_extent_ = context_.window->image_extent();
   if (context_.window || draws_for_browsers_only_) motion_.use_timeline();
   image_service_.use_secondary_devices(context.secondary_devices, context.settings);
+  image_service_.use_draw_time(draw_time_);
   log_technique();
 }
 
@@ -236,6 +258,7 @@ void FrameLoop::log_notes() {
   };
   say(context_.receiver.take_log_messages());
   say(context_.scene.take_log_messages());
+  say(draw_time_.take_log_messages());
   if (context_.recording) say(context_.recording->take_log_messages());
   if (context_.window) say(context_.window->take_log_messages());
   if (context_.next) say(context_.next->take_log_messages());
@@ -268,6 +291,9 @@ bool FrameLoop::poll_streams() {
   if (context_.scene.replaced() != replaced) context_.receiver.notify_bindings();
   for (const auto& edit : context_.scene.take_ineffective_edits())
     context_.receiver.report_ineffective_edit(edit.stream, edit.reason);
+  if (!context_.renderer.traces_paths()) draw_time_.poll();
+  for (const auto& [stream, message] : draw_time_.take_messages_to_streams())
+    context_.receiver.report_drawing(stream, message);
   return came || released;
 }
 
@@ -316,12 +342,16 @@ BrowserNumbers FrameLoop::browser_numbers() const {
           context_.live_view->server().encode_totals(serve::Codec::vp8)};
 }
 
+void FrameLoop::show_markers() {
+  context_.scene.show_markers(context_.window ? context_.window->update_overlay()
+                                              : std::span<const state::ShownMarker>());
+}
+
 Result<void> FrameLoop::draw() {
   if (context_.window) frame_extent_ = context_.window->image_extent();
   const VkExtent2D extent = frame_extent_;
   passes::FrameRequest request{.extent = extent, .outputs = taken_};
-  context_.scene.show_markers(context_.window ? context_.window->update_overlay()
-                                              : std::span<const state::ShownMarker>());
+  show_markers();
   // The colours of a data set are those of its labels, unless the user chooses otherwise.
   request.markers = !context_.options.outputs.has_planes() || context_.options.markers_in_data_sets;
   request.inspection = context_.window ? context_.window->take_inspection()
@@ -330,6 +360,13 @@ Result<void> FrameLoop::draw() {
   const passes::View view = context_.camera.view(
       context_.poses, static_cast<float>(extent.width) / static_cast<float>(extent.height));
   request.in_motion = is_in_motion(view);
+  if (draw_time_.is_active()) {
+    const glm::vec2 size_px(extent.width, extent.height);
+    const bool is_changed = draw_time_.begin_image({.pixels = uint64_t{extent.width} * extent.height,
+                                                    .view = {view.clip_from_world, size_px},
+                                                    .markers = request.markers});
+    if (is_changed) show_markers();
+  }
   Progress progress("fire3dv", "samples per pixel:");
   Result<std::optional<passes::SceneRenderer::BegunFrame>> frame =
       context_.renderer.begin_next(frames_, request, context_.poses, view, path_hooks(view, progress));
@@ -362,6 +399,7 @@ Result<void> FrameLoop::draw() {
                                : frames_.submit();
   if (context_.window) context_.window->present(done_at);
   context_.renderer.submitted(done_at);
+  draw_time_.submitted(frames_.frame_index());
   captures_.submitted(done_at);
   unacknowledged_.push_back({image_service_.submitted(), shown});
   if (images_ + uncounted_images_ == 0) report_slow_start(done_at);
@@ -431,6 +469,7 @@ Result<void> FrameLoop::deliver() {
   for (gpu::FrameTimes& times : frames_.take_finished()) {
     if (context_.metrics) context_.metrics->add(times);
     if (context_.window) facts_.add(times);
+    draw_time_.finished(times.frame_index, measured_times(times));
     if (times.frame_index < uncounted_images_) continue;
     times.frame_index -= uncounted_images_;
     context_.stats.add(times);

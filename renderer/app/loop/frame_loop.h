@@ -81,6 +81,7 @@ class FrameLoop {
   void log_notes();
   bool poll_streams();  // polls streams; true if there is a new pose frame
   void steer();         // applies user input
+  void show_markers();
   Result<void> draw();
   passes::PathHooks path_hooks(const passes::View& view, Progress& progress);
   void report_stopped_paths() const;
@@ -110,6 +111,7 @@ class FrameLoop {
   std::optional<PathCheckpoint> checkpoint_;  // of path-traced images in files
   capture::CaptureQueue captures_;
   ImageService image_service_;
+  PeerDrawTime draw_time_;
   VkExtent2D frame_extent_{};   // size of the images that are not requested
   passes::ImageOutputs taken_;  // outputs of each image and their sources
   passes::CameraHistory history_;

@@ -19,6 +19,7 @@
 #include "renderer/app/options/option_values.h"
 #include "renderer/app/options/path_options.h"
 #include "renderer/app/options/window_options.h"
+#include "renderer/state/draw_time/draw_time_policy.h"
 #include "renderer/state/motion/animation_clock.h"
 
 namespace fire3dv::app {
@@ -248,6 +249,13 @@ std::variant<Options, UsageError> parse_words(const std::vector<std::string>& wo
   if (options.scene.empty() && needs_scene && !replays && !options.list_devices)
     return usage_error("name a scene: fire3dv SCENE.glb");
   for (const std::string& text : texts.peer_limits) {
+    if (constexpr std::string_view kDrawTime = "draw-time="; text.starts_with(kDrawTime)) {
+      const Result<double> factor =
+          state::parse_draw_time_factor(std::string_view(text).substr(kDrawTime.size()));
+      if (!factor) return usage_error("--peer-limit: " + factor.error().message);
+      options.draw_time_factor = *factor;
+      continue;
+    }
     if (Result<void> set = set_limit(text, options.peer_limits); !set)
       return usage_error("--peer-limit: " + set.error().message);
   }

@@ -38,6 +38,7 @@ struct Options {
   std::filesystem::path serve_tokens;                   // file of its tokens; empty: new ones in each run
   transport::http::AllowedSites sites;                  // that --serve and --metrics answer
   PeerLimits peer_limits;                               // of each connected adapter
+  double draw_time_factor = 2;                          // see state::DrawTimeSettings
   PlayOptions play;
   RecordingOptions recording;
   bool lockstep = false;              // one image per pose frame, acknowledged

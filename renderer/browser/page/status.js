@@ -20,8 +20,10 @@ export function drawStreams(parent, streams, isPaused) {
     const condition = isPaused ? "paused" : stream.condition;
     row.append(element("span", `dot ${condition}`, ""), element("span", "name", stream.name),
                element("span", "number", `${stream.rate_hz.toFixed(1)} Hz`));
+    const share = Math.round(100 * (stream.drawing_share || 0));
+    const drawing = stream.content_hidden ? ", content hidden: it takes too much drawing time" : share > 0 ? `, ${share} % of drawing time` : "";
     const unmatched = stream.unmatched > 0 ? `, ${stream.unmatched} without a node` : "";
-    row.append(element("span", "facts dim", `${condition}, ${counted(stream.frames, "frame")}, ${counted(stream.nodes, "pose")}${unmatched}, t = ${stream.sim_time_s.toFixed(2)} s`));
+    row.append(element("span", "facts dim", `${condition}, ${counted(stream.frames, "frame")}, ${counted(stream.nodes, "pose")}${unmatched}${drawing}, t = ${stream.sim_time_s.toFixed(2)} s`));
     return row;
   }));
 }

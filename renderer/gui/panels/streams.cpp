@@ -126,6 +126,13 @@ void StreamsPanel::draw_stream(const Context& context, const StreamFact& stream)
   if (stream.edits + stream.edits_refused > 0) {
     ui.value("Edits", "%s, %s refused", grouped(stream.edits).c_str(), grouped(stream.edits_refused).c_str());
   }
+  if (stream.draw_cost.seconds > 0 || stream.draw_cost.is_hidden) {
+    const bool is_hidden = stream.draw_cost.is_hidden;
+    ui.value("Drawing time", is_hidden ? theme::warning() : theme::text(),
+             is_hidden ? "content hidden"
+                       : std::to_string(std::lround(100 * stream.draw_cost.share)) + " % of all images");
+    ui.hint("Time that this stream's markers, nodes and vertices take, while several peers are connected.");
+  }
   draw_uses(ui, stream.uses);
   draw_markers(context, stream);
   if (stream.gaps_ms.size() > 1) {

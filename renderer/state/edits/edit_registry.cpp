@@ -527,6 +527,16 @@ std::shared_ptr<PeerBudget> EditRegistry::vertex_budget(const std::string& node)
   return found == vertex_budgets_.end() ? nullptr : found->second.rbegin()->second;
 }
 
+const PeerBudget* EditRegistry::vertex_peer(uint32_t node) const {
+  const auto uses = vertex_uses_of_node_.find(node);
+  if (uses == vertex_uses_of_node_.end() || uses->second.empty()) return nullptr;
+  const VertexUse& use = uses->second.back();
+  const auto budgets = vertex_budgets_.find(use.name);
+  if (budgets == vertex_budgets_.end()) return nullptr;
+  const auto budget = budgets->second.find({use.age, node});
+  return budget == budgets->second.end() ? nullptr : budget->second.get();
+}
+
 void EditRegistry::set_built_vertex_nodes(const std::vector<std::string>& vertex_nodes,
                                           std::map<std::string, std::string> reasons) {
   built_vertex_nodes_ = {vertex_nodes.begin(), vertex_nodes.end()};

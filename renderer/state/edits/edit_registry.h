@@ -73,6 +73,8 @@ class EditRegistry {
   const std::set<std::string>& vertex_nodes() const { return vertex_nodes_; }
   // Budget of the peer that replaces the vertices of this node; null: no limits.
   std::shared_ptr<PeerBudget> vertex_budget(const std::string& node) const;
+  // Identity of the peer that replaces the vertices of this node of the scene; null: nobody, or no budget.
+  const PeerBudget* vertex_peer(uint32_t node) const;
   // Reports that a scene with own vertices for these nodes is shown. A node that still shares its vertices is
   // refused them. reasons: messages for such nodes, by name.
   void set_built_vertex_nodes(const std::vector<std::string>& vertex_nodes,

@@ -1,0 +1,160 @@
+#!/usr/bin/env python3
+"""End-to-end test of the drawing time of peers: expensive content of one does not slow down the images of another. A bar
+code in the scene proves what an image shows. Counts images and states, not times.
+
+draw_time_test.py FIRE3DV [CASE...]; FIRE3DV_CLIENT_LIBRARY and PYTHONPATH lead to the Python package.
+"""
+import signal
+
+import numpy
+
+import barcode
+import fire3dv
+from harness import HANG_S, Program, main, vulkan_environment, wait_until
+from image_reader import check
+from prometheus import scrape, url_of
+
+RED = (1.0, 0.0, 0.0)
+FRONT = barcode.DISTANCE / 2  # between the bars and the camera
+
+
+def renderer_of(test, uri, *arguments):
+    scene = test.path("barcode.glb")
+    barcode.write_scene(scene)
+    command = [test.programs_at["fire3dv"], scene, "--validation", "--headless", "--tone-map", "none", "--cache", "off",
+               "--background", "000000", "--size", f"{barcode.SIZE[0]}x{barcode.SIZE[1]}", "--camera", barcode.CAMERA,
+               "--listen", uri, "--on-request", "--metrics", "127.0.0.1:0", *arguments]
+    renderer = Program(test, "fire3dv", command, vulkan_environment())
+    renderer.wait_err("listening on")
+    return renderer
+
+
+def uri_of(renderer):
+    return renderer.wait_err(r"listening on (tcp://\S+)").group(1)
+
+
+def stop(renderer):
+    renderer.signal(signal.SIGTERM)
+    renderer.expect_exit(0)
+
+
+def open_stream(uri, name, nodes=()):
+    stream = fire3dv.Stream(uri, adapter_name=name)
+    stream.describe(list(nodes))
+    return stream
+
+
+class Honest:
+    """Simulator that waits for the image of each frame."""
+
+    def __init__(self, uri):
+        self.stream = open_stream(uri, "honest", barcode.NAMES)
+        self.number = 0
+
+    def image(self, **options):
+        self.number += 1
+        sequence = self.stream.publish(1000 * self.number, barcode.poses_of(self.number))
+        request = self.stream.request_image(*barcode.SIZE, node=barcode.CAMERA, markers=True, sequence=sequence, **options)
+        with request.wait(HANG_S) as image:
+            return image["color_srgb8"].copy(), image.sequence
+
+    def shows_bars(self):
+        color, sequence = self.image()
+        return barcode.number_of(color) == sequence
+
+    def shows_red(self):
+        color, _ = self.image()
+        return bool(((color[..., 0] > 200) & (color[..., 1] < 50)).any())
+
+
+AT = numpy.tile(numpy.float32([0, 0, FRONT]), (20_000, 1))
+
+
+def points(stream, is_large):
+    stream.points("load", AT if is_large else AT[:1], colors=RED, size_px=1000 if is_large else 3)
+
+
+def triangles(stream, is_large):
+    corners = numpy.float32([(-99, -99, FRONT), (99, -99, FRONT), (0, 199, FRONT)])
+    stream.triangles("load", numpy.tile(corners, (50_000, 1)) if is_large else 0.005 * corners + AT[:1], colors=RED)
+
+
+def texts(stream, is_large):
+    count = 1000 if is_large else 1
+    stream.text("load", ["W" * (1000 if is_large else 1)] * count, AT[:count], colors=RED, size_px=200 if is_large else 6)
+
+
+LOADS = {"points": points, "triangles": triangles, "texts": texts}
+
+
+def is_hidden(renderer, name):
+    page = scrape(url_of(renderer))
+    streams = [dict(labels) for family, labels in page.samples if family == "fire3dv_stream_info"]
+    return any(page.get("fire3dv_stream_content_hidden", stream=of["stream"]) == 1 for of in streams if of["name"] == name)
+
+
+def hides(test, load):
+    """Expensive content is never drawn beside another peer; it returns once it is small, and when its peer is alone."""
+    renderer = renderer_of(test, "tcp://127.0.0.1:0")
+    uri = uri_of(renderer)
+    honest = Honest(uri)
+    for _ in range(20):
+        check(honest.shows_bars(), "the bars are not shown at first")
+    with open_stream(uri, "greedy") as greedy:
+        load(greedy, True)
+
+        def warned():
+            check(honest.shows_bars(), "an image shows the expensive content")
+            return any('"greedy"' in line and "--peer-limit draw-time=off" in line for line in renderer.err)
+        wait_until(lambda: f"the warning; last: {renderer.err[-3:]}", warned)
+        for _ in range(20):
+            check(honest.shows_bars(), "an image shows hidden content")
+        wait_until(lambda: "hidden content in the metrics", lambda: is_hidden(renderer, "greedy"))
+        check(not is_hidden(renderer, "honest"), "the other peer is hidden")
+        load(greedy, False)
+        wait_until(lambda: "the small content", honest.shows_red)
+        wait_until(lambda: "the return in the metrics", lambda: not is_hidden(renderer, "greedy"))
+        check(any("shown again" in line for line in renderer.err), "the return is not logged")
+    honest.stream.close()
+    check(sum("--peer-limit draw-time=off" in line for line in renderer.err) == 1, "the warning is repeated")
+    stop(renderer)
+
+
+def alone(test):
+    """One peer alone sees all of its content, and so it does after others have left."""
+    renderer = renderer_of(test, "tcp://127.0.0.1:0")
+    uri = uri_of(renderer)
+    honest = Honest(uri)
+    small = AT[:2000]
+    honest.stream.points("load", small, colors=RED, size_px=1000)
+    wait_until(lambda: "the content of one peer", lambda: not honest.shows_bars())
+    with open_stream(uri, "other") as other:
+        other.publish(1, numpy.zeros((0, 12), numpy.float32))
+        for _ in range(20):
+            check(not honest.shows_bars(), "the requester's own content is hidden from it")
+        check(not is_hidden(renderer, "honest"), "content is hidden from nobody")
+    honest.stream.close()
+    check(not any("draw-time" in line for line in renderer.err), "a warning without a reason")
+    stop(renderer)
+
+
+def off(test):
+    renderer = renderer_of(test, "tcp://127.0.0.1:0", "--peer-limit", "draw-time=off")
+    uri = uri_of(renderer)
+    honest = Honest(uri)
+    with open_stream(uri, "greedy") as greedy:
+        greedy.points("load", AT[:1000], colors=RED, size_px=1000)
+        wait_until(lambda: "the content", lambda: not honest.shows_bars())
+        for _ in range(20):
+            check(not honest.shows_bars(), "content is hidden")
+        page = scrape(url_of(renderer))
+        check(page.total("fire3dv_stream_drawing_seconds_total") > 0, "no cost is measured")
+    honest.stream.close()
+    stop(renderer)
+
+
+CASES = {f"hides_{name}": lambda test, load=load: hides(test, load) for name, load in LOADS.items()}
+CASES.update({"alone": alone, "off": off})
+
+if __name__ == "__main__":
+    main(CASES, ["fire3dv"])
