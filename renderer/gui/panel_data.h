@@ -73,8 +73,8 @@ struct StreamFact {
   std::vector<MarkerFact> marker_namespaces;  // at most kMaxMarkerNamespaces, by name
   uint64_t more_marker_namespaces = 0;        // beyond these
   PeerBudget::DrawCost draw_cost;
-  std::vector<UseFact> uses;                  // above 1 % of the limit, or with refusals
-  std::vector<float> gaps_ms;                 // intervals between the newest frames, oldest first
+  std::vector<UseFact> uses;   // above 1 % of the limit, or with refusals
+  std::vector<float> gaps_ms;  // intervals between the newest frames, oldest first
 };
 
 struct LinkFact {
