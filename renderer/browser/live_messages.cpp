@@ -6,7 +6,6 @@
 #include "base/text.h"
 #include "renderer/browser/json_text.h"
 #include "renderer/browser/live_plots.h"
-#include "renderer/settings/setting_table.h"
 
 namespace fire3dv::app {
 namespace {
@@ -102,15 +101,36 @@ std::string view_message(const std::optional<CameraRig::FreeView>& view) {
                   {"fov", view->vertical_fov_rad}});
 }
 
-std::string render_message(const settings::DrawSettings& settings, bool can_shade, bool can_switch) {
-  const settings::DrawSetting& tone_map = settings::draw_setting("tone-map");
-  return text_of({{"type", "render"},
-                  {"shadows", settings.shadows.method != settings::ShadowMethod::off},
-                  {"can_shade", can_shade},
-                  {"paths", settings.path.has_value()},
-                  {"can_switch", can_switch},
-                  {"tone_map", settings::chosen_index(tone_map, settings)},
-                  {"tone_maps", tone_map.control.names}});
+std::string settings_message(std::span<const settings::DrawSetting> table, const settings::DrawSettings& draw,
+                             const std::function<bool(const settings::DrawSettings&)>& can_draw) {
+  constexpr const char* kKinds[] = {"check", "choice", "slider", "color"};
+  Json controls = Json::array();
+  for (const settings::DrawSetting& row : table) {
+    for (size_t i = 0; i < row.controls.size() && (row.users & settings::kByBrowser); ++i) {
+      const settings::SettingControl& control = row.controls[i];
+      if (!is_shown(row, control, draw)) continue;
+      Json missing = Json::array();  // values that no renderer can have
+      for (const std::string& value : control.values) {
+        settings::DrawSettings wanted = draw;
+        (void)control.set(value, wanted);
+        if (row.invalidates == settings::Invalidates::renderer && !can_draw(wanted)) missing.push_back(value);
+      }
+      controls.push_back({{"setting", row.name},
+                          {"control", i},
+                          {"kind", kKinds[static_cast<size_t>(control.kind)]},
+                          {"label", control.label},
+                          {"hint", control.hint ? control.hint : ""},
+                          {"value", control.text(draw)},
+                          {"enabled", is_enabled(row, draw)},
+                          {"names", control.names},
+                          {"values", control.values},
+                          {"missing", std::move(missing)},
+                          {"range", {control.least, control.most}},
+                          {"whole", row.kind == settings::SettingKind::count},
+                          {"logarithmic", control.is_logarithmic}});
+    }
+  }
+  return text_of({{"type", "settings"}, {"controls", std::move(controls)}});
 }
 
 std::string paths_message(const settings::PathProgress& progress, bool waits) {

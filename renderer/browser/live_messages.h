@@ -2,8 +2,10 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -11,6 +13,7 @@
 #include "renderer/camera/camera_rig.h"
 #include "renderer/editing/view_state.h"
 #include "renderer/scene/model/scene.h"
+#include "renderer/settings/setting_table.h"
 #include "renderer/state/pose_state.h"
 
 namespace fire3dv::app {
@@ -35,9 +38,10 @@ std::string camera_message(const scene::Scene& scene, uint32_t node);
 std::string visibility_message(const DocumentState& document, uint64_t scene_number);
 // "view": pose and lens of the viewer's free camera; none: it has a camera of the scene.
 std::string view_message(const std::optional<CameraRig::FreeView>& view);
-// "render": settings of all images. can_shade: shadows can be switched on. can_switch: from raster to paths
-// and back.
-std::string render_message(const settings::DrawSettings& settings, bool can_shade, bool can_switch);
+// "settings": controls of the rows that browsers may set, with their values in all images. can_draw: whether
+// a renderer with other settings can be had.
+std::string settings_message(std::span<const settings::DrawSetting> table, const settings::DrawSettings& draw,
+                             const std::function<bool(const settings::DrawSettings&)>& can_draw);
 // "paths": samples of the viewer's path-traced image; none: raster. waits: other views refine first.
 std::string paths_message(const settings::PathProgress& progress, bool waits);
 // "status": streams, with rates since the last call, their number of scalars, and the timeline. frames: whole

@@ -99,7 +99,7 @@ void LiveView::join(serve::ViewerId number, serve::Access access) {
   borrowed_.server.send(number, welcome_message(title_, access == serve::Access::control,
                                                 view_link.substr(view_link.find('#') + 1)));
   for (const std::string* text :
-       {&sent_.scene, &sent_.visibility, &sent_.render, &sent_.joints, &sent_.joint_positions})
+       {&sent_.scene, &sent_.visibility, &sent_.settings, &sent_.joints, &sent_.joint_positions})
     if (!text->empty()) borrowed_.server.send(number, *text);
   reported_ = {};
   viewers_changed_ = true;
@@ -192,8 +192,9 @@ void LiveView::send_settings(Clock::time_point now) {
   if (borrowed_.robot) (void)borrowed_.robot->set(borrowed_.document.edits.joints);
   if (now - settings_sent_ < kSettingsPeriod) return;
   settings_sent_ = now;
-  send_if_changed(sent_.render, render_message(borrowed_.document.draw, can_switch_shadows_on(),
-                                               static_cast<bool>(borrowed_.replace_renderer)));
+  const auto can = [this](const settings::DrawSettings& wanted) { return can_draw(wanted); };
+  send_if_changed(sent_.settings,
+                  settings_message(settings::draw_setting_table(), borrowed_.document.draw, can));
   if (!borrowed_.robot) return;
   if (sent_.joints.empty()) send_if_changed(sent_.joints, joints_message(*borrowed_.robot, scene_number_));
   send_if_changed(sent_.joint_positions,

@@ -122,9 +122,9 @@ class LiveView final : public ImageReplies {
                     replay::TimelineControl* timeline);
   void apply_timeline(const serve::ClientMessage& message, replay::TimelineControl& timeline) const;
   void apply_joints(const serve::ClientMessage& message);
-  void apply_render(serve::ViewerId number, const serve::ClientMessage& message);
-  void switch_paths(serve::ViewerId number, bool on);
-  bool can_switch_shadows_on() const;
+  void apply_setting(serve::ViewerId number, const serve::ClientMessage& message);
+  void replace_renderer(serve::ViewerId number, const settings::DrawSettings& wanted);
+  bool can_draw(settings::DrawSettings wanted) const;
   void frame_one();
   void join(serve::ViewerId number, serve::Access access);
   CameraRig::Placed place(Viewer& viewer) const;
@@ -155,15 +155,14 @@ class LiveView final : public ImageReplies {
   uint64_t scene_number_ = 0;     // of the node numbers in messages
   // Messages as sent to all viewers; empty: to be written.
   struct Sent {
-    std::string scene, visibility, render, joints, joint_positions;
+    std::string scene, visibility, settings, joints, joint_positions;
     std::set<uint32_t> hidden;  // in visibility
     uint32_t isolated = scene::kNone;
   };
   Sent sent_;
   Clock::time_point settings_sent_{};
   ScalarList scalars_;
-  settings::ShadowMethod shadows_ = settings::ShadowMethod::automatic;  // before they were switched off
-  bool has_changed_ = false;                                            // since take_change()
+  bool has_changed_ = false;             // since take_change()
   std::array<uint64_t, 2> revisions_{};  // of what images show: poses and scene
   passes::TracedScene moment_;           // paths: poses and edits of revisions_
   Clock::time_point next_framing_{};     // see frame_one()

@@ -28,7 +28,7 @@ std::function<Result<void>(const settings::DrawSettings&)> renderer_switch(const
       replace(settings);
     } catch (const gpu::VulkanFailure& failure) {
       if (!gpu::is_out_of_memory(failure)) throw;
-      result = Error{"the device has no memory for another renderer: raster or paths stay"};
+      result = Error{"the device has no memory for another renderer: the settings stay"};
       replace(before);
     }
     parts.requests.set_abilities(image_abilities(*parts.renderer, true));

@@ -93,7 +93,7 @@ void LiveView::frame_one() {
   next_framing_ = end + 4 * (end - begun);
 }
 
-// A page asks about its selected node again and again; one that asks in haste gets fewer answers.
+// Rate limit: one answer per kInspectPeriod.
 void LiveView::send_inspected(serve::ViewerId number, Viewer& viewer, uint32_t node, Clock::time_point now) {
   if (now - viewer.inspected < kInspectPeriod) return;
   viewer.inspected = now;
@@ -148,8 +148,8 @@ void LiveView::apply_shared(serve::ViewerId number, const serve::ClientMessage& 
     case Kind::joint:
     case Kind::posture:
       return apply_joints(message);
-    case Kind::render:
-      return apply_render(number, message);
+    case Kind::setting:
+      return apply_setting(number, message);
     default:
       if (timeline) apply_timeline(message, *timeline);
       return;
@@ -180,22 +180,17 @@ void LiveView::apply_joints(const serve::ClientMessage& message) {
   }
 }
 
-// A renderer that has started without shadows has no passes for them.
-bool LiveView::can_switch_shadows_on() const {
-  settings::DrawSettings wanted = borrowed_.document.draw;
-  if (wanted.shadows.method == settings::ShadowMethod::off) wanted.shadows.method = shadows_;
+bool LiveView::can_draw(settings::DrawSettings wanted) const {
   wanted.max_textures = borrowed_.renderer.settings().draw().max_textures;
-  return !borrowed_.renderer.needs_new_renderer(wanted);
+  return borrowed_.replace_renderer || !borrowed_.renderer.needs_new_renderer(wanted);
 }
 
 // All images that viewers wait for are requested again.
-void LiveView::switch_paths(serve::ViewerId number, bool on) {
-  settings::DrawSettings& draw = borrowed_.document.draw;
-  if (on == draw.path.has_value() || !borrowed_.replace_renderer) return;
+void LiveView::replace_renderer(serve::ViewerId number, const settings::DrawSettings& wanted) {
   if (const auto open = borrowed_.requests.open(); !open.empty() && open.front().first < kFirstViewer)
     return borrowed_.server.send(
         number,
-        notice_message("simulators have open requests of images: raster or paths stay until those end"));
+        notice_message("simulators have open requests of images: the renderer stays until those end"));
   for (auto& [of, viewer] : viewers_) {
     borrowed_.requests.on_requester_ended(kFirstViewer + of);
     viewer.flight.reset();
@@ -204,35 +199,32 @@ void LiveView::switch_paths(serve::ViewerId number, bool on) {
     viewer.samples = 0;
     viewer.has_moved = true;
   }
-  settings::DrawSettings wanted = draw;
-  wanted.path.reset();
-  if (on) wanted.path = borrowed_.document.paths;
-  wanted.max_textures = borrowed_.renderer.settings().draw().max_textures;
   if (Result<void> replaced = borrowed_.replace_renderer(wanted); !replaced)
     return borrowed_.server.send(number, notice_message(replaced.error().message));
-  draw = wanted;
+  borrowed_.document.draw = wanted;
 }
 
-void LiveView::apply_render(serve::ViewerId number, const serve::ClientMessage& message) {
-  const settings::DrawSetting& tone_map = settings::draw_setting("tone-map");
-  if (*message.index >= tone_map.names.size()) return;
-  if (message.paths) switch_paths(number, *message.paths);
+void LiveView::apply_setting(serve::ViewerId number, const serve::ClientMessage& message) {
+  const auto& table = settings::draw_setting_table();
+  const auto row = std::ranges::find(table, message.setting, &settings::DrawSetting::name);
   settings::DrawSettings& draw = borrowed_.document.draw;
-  (void)tone_map.set(tone_map.names[*message.index], draw);
-  has_changed_ = true;
-  if (draw.path) {  // tone mapping applies to the samples that are there; paths trace all shadows
-    borrowed_.renderer.apply(draw);
-    for (auto& [of, viewer] : viewers_) (viewer.is_refined ? viewer.is_retouched : viewer.has_moved) = true;
+  if (row == table.end() || !(row->users & settings::kByBrowser) || *message.index >= row->controls.size() ||
+      !is_enabled(*row, draw))
     return;
-  }
-  const bool has_shadows = draw.shadows.method != settings::ShadowMethod::off;
-  if (has_shadows && !message.on) {
-    shadows_ = draw.shadows.method;
-    draw.shadows.method = settings::ShadowMethod::off;
-  }
-  if (!has_shadows && message.on && can_switch_shadows_on()) draw.shadows.method = shadows_;
+  settings::DrawSettings wanted = draw;
+  const settings::SettingControl& control = row->controls[*message.index];
+  if (const std::string wrong = control.set(message.value, wanted); !wrong.empty() || !can_draw(wanted))
+    return;
+  has_changed_ = true;
+  settings::keep_path_settings(draw.path.has_value(), wanted, borrowed_.document.paths);
+  wanted.max_textures = borrowed_.renderer.settings().draw().max_textures;
+  if (borrowed_.renderer.needs_new_renderer(wanted)) return replace_renderer(number, wanted);
+  // Samples of paths that are there get other tone mapping.
+  const bool keeps_samples = draw.path && compare(draw, wanted) <= settings::Invalidates::post;
+  draw = wanted;
   borrowed_.renderer.apply(draw);
-  for (auto& [of, viewer] : viewers_) viewer.has_moved = true;
+  for (auto& [of, viewer] : viewers_)
+    (keeps_samples && viewer.is_refined ? viewer.is_retouched : viewer.has_moved) = true;
 }
 
 }  // namespace fire3dv::app

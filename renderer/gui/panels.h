@@ -14,6 +14,11 @@
 #include "renderer/gui/scalar_table.h"
 #include "renderer/gui/widgets.h"
 
+namespace fire3dv::settings {
+struct DrawSetting;
+struct DrawSettings;
+}  // namespace fire3dv::settings
+
 namespace fire3dv::gui {
 
 struct Context {
@@ -75,7 +80,7 @@ class PlotsPanel {
     const stream::ScalarGroup* group = nullptr;
     size_t scalar = 0;
     std::optional<double> shown_ns;  // simulation time of the stream's shown frame
-    ImU32 color = theme::dim();
+    ImU32 color = theme::palette->dim;
     bool chosen = false;
 
     const std::string& scalar_name() const { return group->declared().names[scalar]; }
@@ -179,6 +184,8 @@ class LightsPanel {
 };
 
 void draw_render_panel(const Context& context);
+// Controls of a setting, if windows may set it.
+void draw_setting_row(Ui& ui, const settings::DrawSetting& setting, settings::DrawSettings& draw);
 
 class LogPanel {
  public:

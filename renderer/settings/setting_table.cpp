@@ -50,6 +50,12 @@ std::string list_text(std::string label, const std::vector<std::string>& names) 
 
 // --- kinds of rows. field: function that returns a reference to the value in DrawSettings, or a tie ---
 
+// Such a function of a member.
+#define FIELD(member)       \
+  [](auto& draw) -> auto& { \
+    return draw.member;     \
+  }
+
 template <typename Field>
 void set_access(DrawSetting& row, Field field) {
   row.is_same = [field](const DrawSettings& a, const DrawSettings& b) { return field(a) == field(b); };
@@ -143,11 +149,25 @@ DrawSetting number(const NumberRange& range, Field field) {
   return row;
 }
 
+// Control of a part of a row's value; part: has the part alone.
+SettingControl control_of(SettingControl control, const DrawSetting& part) {
+  if (part.kind == SettingKind::choice)
+    control.kind = control.names.empty() ? ControlKind::check : ControlKind::choice;
+  control.values = part.names;
+  control.text = part.text;
+  control.set = part.set;
+  return control;
+}
+
+SettingControl shown_if(std::function<bool(const DrawSettings&)> is_shown, SettingControl control) {
+  control.is_shown = std::move(is_shown);
+  return control;
+}
+
 // --- rows of their own kind ---
 
 DrawSetting environment_rotation() {
-  DrawSetting row = number(
-      {-kMaxFinite, kMaxFinite}, [](auto& draw) -> auto& { return draw.environment_rotation_rad; });
+  DrawSetting row = number({-kMaxFinite, kMaxFinite}, FIELD(environment_rotation_rad));
   row.text = [](const DrawSettings& draw) { return short_text(glm::degrees(draw.environment_rotation_rad)); };
   row.set = [degrees = row.set](const std::string& text, DrawSettings& draw) {
     std::string wrong = degrees(text, draw);
@@ -168,18 +188,38 @@ std::optional<glm::vec3> parse_color(std::string_view text) {
   return color;
 }
 
+std::string color_text(const glm::vec3& color) {
+  std::array<int, 3> rgb;
+  for (int c = 0; c < 3; ++c)
+    rgb[static_cast<size_t>(c)] =
+        static_cast<int>(std::lround(255 * std::clamp(srgb_from_linear(color[c]), 0.0f, 1.0f)));
+  char text[8];
+  std::snprintf(text, sizeof(text), "%02x%02x%02x", rgb[0], rgb[1], rgb[2]);
+  return text;
+}
+
+SettingControl color_control(const char* label, std::function<glm::vec3&(DrawSettings&)> color) {
+  SettingControl control{label};
+  control.kind = ControlKind::color;
+  control.text = [color](const DrawSettings& draw) {
+    DrawSettings copy = draw;
+    return color_text(color(copy));
+  };
+  control.set = [color](const std::string& text, DrawSettings& draw) {
+    const std::optional<glm::vec3> parsed = parse_color(text);
+    if (parsed) color(draw) = *parsed;
+    return parsed ? std::string() : text + " is not a colour such as 20a0ff";
+  };
+  control.color = std::move(color);
+  return control;
+}
+
 std::string background_text(const DrawSettings& draw) {
   const Background& background = draw.background;
   if (background.show_environment) return "environment";
   if (background == Background::automatic()) return "auto";
   if (background == Background::gradient()) return "gradient";
-  std::array<int, 3> rgb;
-  for (int c = 0; c < 3; ++c)
-    rgb[static_cast<size_t>(c)] =
-        static_cast<int>(std::lround(255 * std::clamp(srgb_from_linear(background.color[c]), 0.0f, 1.0f)));
-  char text[8];
-  std::snprintf(text, sizeof(text), "%02x%02x%02x", rgb[0], rgb[1], rgb[2]);
-  return text;
+  return color_text(background.color);
 }
 
 std::string set_background(const std::string& text, DrawSettings& draw) {
@@ -203,8 +243,22 @@ DrawSetting background() {
   row.shows_default = false;
   row.text = background_text;
   row.set = set_background;
-  set_access(
-      row, [](auto& draw) -> auto& { return draw.background; });
+  set_access(row, FIELD(background));
+  const auto has_colors = [](const DrawSettings& draw) { return !draw.background.show_environment; };
+  const auto has_zenith = [](const DrawSettings& draw) {
+    return !draw.background.show_environment && draw.background.zenith;
+  };
+  row.controls = {
+      control_of({"  as background", "Behind the scene, instead of a colour"},
+                 flag(FIELD(background.show_environment))),
+      shown_if(has_colors, control_of({"  sky of the scene", "Behind the scene, if its file has one"},
+                                      flag(FIELD(background.show_sky)))),
+      shown_if(has_colors,
+               color_control("Background",
+                             [](DrawSettings& draw) -> glm::vec3& { return draw.background.color; })),
+      shown_if(has_zenith, color_control("  at zenith", [](DrawSettings& draw) -> glm::vec3& {
+                 return *draw.background.zenith;
+               }))};
   return row;
 }
 
@@ -229,6 +283,9 @@ DrawSetting exposure() {
   };
   set_access(row,
              [](auto& draw) { return std::tie(draw.post.exposure, draw.post.metered, draw.post.estimated); });
+  row.controls = {shown_if([](const DrawSettings& draw) { return !draw.post.metered; },
+                           control_of({"Exposure", nullptr, {}, 1.0f / 64, 64, "%.2f x", true},
+                                      number({0, kInfinity}, FIELD(post.exposure))))};
   return row;
 }
 
@@ -249,17 +306,27 @@ DrawSetting shadows() {
         draw.shadows.back_end = draw.ray_effects.back_end = value.second;
       });
   row.help = list_text("by ", row.names);
+  row.controls = {control_of({"Shadows", nullptr, {"automatic", "rays", "maps alone", "off"}},
+                             choice<ShadowMethod>({{"auto", ShadowMethod::automatic},
+                                                   {"ray", ShadowMethod::ray},
+                                                   {"map", ShadowMethod::map},
+                                                   {"off", ShadowMethod::off}},
+                                                  FIELD(shadows.method)))};
   return row;
 }
 
 DrawSetting samples() {
-  DrawSetting row = count(
-      1, 64, [](auto& draw) -> auto& { return draw.samples; });
+  DrawSetting row = count(1, 64, FIELD(samples));
   row.set = [set = row.set](const std::string& text, DrawSettings& draw) {
     std::string wrong = set(text, draw);
     if (wrong.empty()) draw.keeps_samples = true;
     return wrong;
   };
+  row.controls = {control_of(
+      {"Samples", "Of each pixel", {"1", "4"}},
+      choice<bool>(
+          {{"1", false}, {"4", true}}, [](const DrawSettings& draw) { return draw.samples > 1; },
+          [set = row.set](bool several, DrawSettings& draw) { (void)set(several ? "4" : "1", draw); }))};
   return row;
 }
 
@@ -278,14 +345,22 @@ DrawSetting ray_effects() {
     draw.ray_effects.on = on;
     return std::string();
   };
-  set_access(
-      row, [](auto& draw) -> auto& { return draw.ray_effects.on; });
+  set_access(row, FIELD(ray_effects.on));
+  const auto effect = [&row](const char* label, const char* hint, bool RayEffects::*on) {
+    row.controls.push_back(
+        control_of({label, hint}, flag([on](auto& draw) -> auto& { return draw.ray_effects.on.*on; })));
+  };
+  effect("Reflections by rays", "Smooth surfaces mirror bodies; needs rays on the device",
+         &RayEffects::reflections);
+  effect("Ambient occlusion", "Less light of the environment in corners; needs rays on the device",
+         &RayEffects::ambient_occlusion);
+  effect("Refraction", "Glass bends light; needs rays on the device", &RayEffects::refraction);
+  effect("Diffuse bounce", "Surfaces light each other; needs rays on the device", &RayEffects::bounce);
   return row;
 }
 
 DrawSetting ray_effect_rays() {
-  DrawSetting row = count(
-      1, 16, [](auto& draw) -> auto& { return draw.ray_effects.reflection_rays; });
+  DrawSetting row = count(1, 16, FIELD(ray_effects.reflection_rays));
   const auto set_all = [](DrawSettings& draw) {
     draw.ray_effects.set_rays(draw.ray_effects.reflection_rays);
   };
@@ -313,13 +388,13 @@ DrawSetting render() {
   row.copy = [](const DrawSettings& from, DrawSettings& to) {
     if (from.path.has_value() != to.path.has_value()) to.path = from.path;
   };
+  row.controls = {{"Renderer", "Paths: a reference image that refines at rest", {"raster", "paths"}}};
   return row;
 }
 
 // Number of the path tracer, which is the default while the raster draws.
 DrawSetting path_count(uint32_t least, uint32_t most, uint32_t PathSettings::*value) {
-  DrawSetting row = count(
-      least, most, [](auto& draw) -> auto& { return draw.samples; });
+  DrawSetting row = count(least, most, FIELD(samples));
   row.needs_paths = true;
   const auto value_of = [value](const DrawSettings& draw) {
     return draw.path.value_or(PathSettings()).*value;
@@ -340,17 +415,20 @@ DrawSetting path_count(uint32_t least, uint32_t most, uint32_t PathSettings::*va
   return row;
 }
 
-// Number of the lens, which raster and paths share.
+// Raster and paths share the lens.
+void set_lens(const scene::ThinLens& lens, DrawSettings& draw) {
+  draw.post.lens = lens;
+  if (draw.path) draw.path->lens = lens;
+}
+
+// Number of that lens.
 DrawSetting lens_number(const NumberRange& range, float scene::ThinLens::*value) {
   DrawSetting row = number(
       range, [value](auto& draw) -> auto& { return draw.post.lens.*value; });
   row.shows_default = false;
-  const auto share = [value](DrawSettings& draw) {
-    if (draw.path) draw.path->lens.*value = draw.post.lens.*value;
-  };
-  row.set = [share, set = row.set](const std::string& text, DrawSettings& draw) {
+  row.set = [set = row.set](const std::string& text, DrawSettings& draw) {
     std::string wrong = set(text, draw);
-    if (wrong.empty()) share(draw);
+    if (wrong.empty()) set_lens(draw.post.lens, draw);
     return wrong;
   };
   row.is_same = [value, post = row.is_same](const DrawSettings& a, const DrawSettings& b) {
@@ -387,15 +465,14 @@ constexpr int kByPrograms = kByCommandLine | kByDrake;
 std::vector<DrawSetting> make_table() {
   std::vector<DrawSetting> table;
   Rows environment(table, SettingGroup::environment);
-  DrawSetting* row = &environment.add("environment-rotation", "degrees, counter-clockwise",
-                                      Invalidates::shading, kByPrograms | kByWindow, environment_rotation());
+  DrawSetting* row =
+      &environment.add("environment-intensity", "factor on its light", Invalidates::shading,
+                       kByPrograms | kByWindow, number({0, kInfinity}, FIELD(environment_intensity)));
+  row->controls = {{"Environment", "Factor on its light", {}, 0, 8, "%.2f x"}};
+  row = &environment.add("environment-rotation", "degrees, counter-clockwise", Invalidates::shading,
+                         kByPrograms | kByWindow, environment_rotation());
   row->value_name = "DEG";
-  row->control = {"  rotation", nullptr, {}, -180, 180, "%.0f \u00b0"};
-  row = &environment.add("environment-intensity", "factor on its light", Invalidates::shading,
-                         kByPrograms | kByWindow,
-                         number(
-                             {0, kInfinity}, [](auto& draw) -> auto& { return draw.environment_intensity; }));
-  row->control = {"Environment", "Factor on its light", {}, 0, 8, "%.2f x"};
+  row->controls = {{"  rotation", nullptr, {}, -180, 180, "%.0f \u00b0"}};
   environment.add("background", "auto, gradient, environment, or a colour such as 20a0ff",
                   Invalidates::shading, kByPrograms | kByWindow, background());
 
@@ -404,101 +481,117 @@ std::vector<DrawSetting> make_table() {
             kByPrograms | kByWindow, exposure());
   row = &image.add("tone-map", "neutral, aces, reinhard or none", Invalidates::post,
                    kByPrograms | kByWindow | kByBrowser,
-                   choice<ToneMap>(
-                       {{"reinhard", ToneMap::reinhard},
-                        {"aces", ToneMap::aces},
-                        {"neutral", ToneMap::neutral},
-                        {"none", ToneMap::none}},
-                       [](auto& draw) -> auto& { return draw.post.tone_map; }));
-  row->control = {"Tone mapping", nullptr, {"Reinhard", "ACES", "neutral", "none"}};
+                   choice<ToneMap>({{"reinhard", ToneMap::reinhard},
+                                    {"aces", ToneMap::aces},
+                                    {"neutral", ToneMap::neutral},
+                                    {"none", ToneMap::none}},
+                                   FIELD(post.tone_map)));
+  row->controls = {{"Tone mapping", nullptr, {"Reinhard", "ACES", "neutral", "none"}}};
   row = &image.add("saturation", "factor on the saturation of colours, 0 (grey) to 2", Invalidates::post,
-                   kByCommandLine | kByWindow,
-                   number(
-                       {0, 2}, [](auto& draw) -> auto& { return draw.post.saturation; }));
-  row->control = {"Saturation", "Of colours after tone mapping", {}, 0, 2, "%.2f x"};
-  image.add("shadows", nullptr, Invalidates::renderer, kByPrograms | kByWindow | kByBrowser | kByBench,
-            shadows());
-  row = &image.add(
-      "shadow-rays", "rays for uncertain pixels, or for all lit ones", Invalidates::renderer,
-      kByPrograms | kByWindow | kByBench,
-      choice<bool>(
-          {{"hybrid", true}, {"all", false}}, [](auto& draw) -> auto& { return draw.shadows.hybrid; }));
+                   kByCommandLine | kByWindow, number({0, 2}, FIELD(post.saturation)));
+  row->controls = {{"Saturation", "Of colours after tone mapping", {}, 0, 2, "%.2f x"}};
+  image
+      .add("shadows", nullptr, Invalidates::renderer, kByPrograms | kByWindow | kByBrowser | kByBench,
+           shadows())
+      .needs_raster = true;
+  row = &image.add("shadow-rays", "rays for uncertain pixels, or for all lit ones", Invalidates::renderer,
+                   kByPrograms | kByWindow | kByBench,
+                   choice<bool>({{"hybrid", true}, {"all", false}}, FIELD(shadows.hybrid)));
   row->value_name = "hybrid|all";
-  image.add("samples", "samples per pixel at most, 1 to 64", Invalidates::renderer,
-            kByPrograms | kByWindow | kByBench, samples());
+  row->needs_raster = true;
+  row->controls = {shown_if(
+      [](const DrawSettings& draw) {
+        return draw.shadows.method == ShadowMethod::automatic || draw.shadows.method == ShadowMethod::ray;
+      },
+      control_of({"Rays everywhere", "Off: only for pixels that shadow maps leave uncertain"},
+                 choice<bool>({{"on", false}, {"off", true}}, FIELD(shadows.hybrid))))};
+  image
+      .add("samples", "samples per pixel at most, 1 to 64", Invalidates::renderer,
+           kByPrograms | kByWindow | kByBench, samples())
+      .needs_raster = true;
   row = &image.add("fxaa", "post-process antialiasing", Invalidates::post, kByPrograms | kByWindow | kByBench,
-                   flag([](auto& draw) -> auto& { return draw.post.fxaa; }));
-  row->control = {"FXAA", "Smooths edges of the finished image"};
+                   flag(FIELD(post.fxaa)));
+  row->controls = {{"FXAA", "Smooths edges of the finished image"}};
   row->needs_raster = true;
   row = &image.add("bloom", "share of light that a lens scatters, 0 to 1", Invalidates::post, kByPrograms,
-                   number(
-                       {0, 1}, [](auto& draw) -> auto& { return draw.post.bloom; }));
+                   number({0, 1}, FIELD(post.bloom)));
   row->value_name = "STRENGTH";
-  image.add("ray-effects", "off, all, or some of reflections,ao,refraction,bounce", Invalidates::pipelines,
-            kByPrograms | kByWindow, ray_effects());
+  image
+      .add("ray-effects", "off, all, or some of reflections,ao,refraction,bounce", Invalidates::pipelines,
+           kByPrograms | kByWindow, ray_effects())
+      .needs_raster = true;
   image.add("ray-effect-rays", "rays of an effect in a pixel, 1 to 16", Invalidates::shading, kByPrograms,
             ray_effect_rays());
   row = &image.add("anisotropy", "anisotropic texture filtering, 1 to 16", Invalidates::renderer, kByPrograms,
-                   number(
-                       {1, 16}, [](auto& draw) -> auto& { return draw.anisotropy; }));
+                   number({1, 16}, FIELD(anisotropy)));
   row->value_name = "N";
 
   Rows paths(table, SettingGroup::paths);
   paths.add("render", "raster, or paths: a reference image (docs/truth.md)", Invalidates::renderer,
             kByCommandLine | kByWindow | kByBrowser, render());
-  paths.add("spp", "path: samples per pixel", Invalidates::shading, kByCommandLine | kByWindow,
-            path_count(1, 1 << 20, &PathSettings::samples_per_pixel));
-  paths.add("bounces", "path: bounces after the first surface", Invalidates::shading,
-            kByCommandLine | kByWindow, path_count(0, 1024, &PathSettings::bounces));
+  row = &paths.add("spp", "path: samples per pixel", Invalidates::shading, kByCommandLine | kByWindow,
+                   path_count(1, 1 << 20, &PathSettings::samples_per_pixel));
+  row->controls = {{"  samples", "Of each pixel, until the image is whole", {}, 1, 4096, "%.0f", true}};
+  row = &paths.add("bounces", "path: bounces after the first surface", Invalidates::shading,
+                   kByCommandLine | kByWindow, path_count(0, 1024, &PathSettings::bounces));
+  row->controls = {{"  bounces", "After the first surface", {}, 0, 32, "%.0f"}};
   paths.add("seed", "path: seed of the random numbers", Invalidates::shading, kByCommandLine,
             path_count(0, UINT32_MAX, &PathSettings::seed));
   row = &paths.add("f-number", "aperture of the lens", Invalidates::shading, kByCommandLine | kByWindow,
                    lens_number({scene::kMinFNumber, scene::kMaxFNumber}, &scene::ThinLens::f_number));
   row->value_name = "N";
+  const auto has_lens = [](const DrawSettings& draw) { return !draw.post.lens.is_pinhole(); };
+  row->controls = {control_of({"Lens", "Depth of field; off: the lens of the camera, if it has one"},
+                              choice<bool>({{"on", true}, {"off", false}}, has_lens,
+                                           [](bool on, DrawSettings& draw) {
+                                             set_lens(on ? scene::kUsualLens : scene::ThinLens{}, draw);
+                                           })),
+                   shown_if(has_lens, {"  f-number", nullptr, {}, scene::kMinFNumber, 32, "f/%.1f", true})};
   row = &paths.add("focus-distance", "metres to the plane in focus", Invalidates::shading,
                    kByCommandLine | kByWindow,
                    lens_number({scene::kMinFocusDistanceM, scene::kMaxFocusDistanceM},
                                &scene::ThinLens::focus_distance_m));
   row->value_name = "M";
+  row->controls = {
+      shown_if(has_lens, {"  focus", "Distance of sharp things", {}, 0.01f, 100, "%.2f m", true})};
 
   Rows raster(table, SettingGroup::raster);
   row = &raster.add("raster", nullptr, Invalidates::renderer, kByCommandLine | kByWindow | kByBench,
-                    choice<RasterPath>(
-                        {{"auto", RasterPath::automatic},
-                         {"forward", RasterPath::forward},
-                         {"visibility", RasterPath::visibility}},
-                        [](auto& draw) -> auto& { return draw.raster; }));
+                    choice<RasterPath>({{"auto", RasterPath::automatic},
+                                        {"forward", RasterPath::forward},
+                                        {"visibility", RasterPath::visibility}},
+                                       FIELD(raster)));
   row->help = list_text("raster path: ", row->names);
-  row->control = {"Raster path", nullptr, {"automatic", "forward", "visibility"}};
+  row->controls = {{"Raster path", nullptr, {"automatic", "forward", "visibility"}}};
   row = &raster.add(
       "cull", nullptr, Invalidates::nothing, kByCommandLine | kByWindow | kByBench,
       choice<Cull>(
           {{"on", Cull::automatic}, {"off", Cull::off}, {"view", Cull::view}, {"hidden", Cull::hidden}},
-          [](auto& draw) -> auto& { return draw.cull; }));
+          FIELD(cull)));
   row->help = list_text("cluster culling: ", row->names);
-  row->control = {"Culling",
-                  "Skips invisible clusters; the image stays the same",
-                  {"automatic", "off", "out of view", "hidden, too"}};
+  row->controls = {{"Culling",
+                    "Skips invisible clusters; the image stays the same",
+                    {"automatic", "off", "out of view", "hidden, too"}}};
   row = &raster.add("lod", nullptr, Invalidates::shading, kByCommandLine | kByWindow | kByBench,
-                    choice<LevelsOfDetail>(
-                        {{"auto", LevelsOfDetail::automatic},
-                         {"on", LevelsOfDetail::camera},
-                         {"everywhere", LevelsOfDetail::everywhere},
-                         {"off", LevelsOfDetail::off}},
-                        [](auto& draw) -> auto& { return draw.levels_of_detail; }));
+                    choice<LevelsOfDetail>({{"auto", LevelsOfDetail::automatic},
+                                            {"on", LevelsOfDetail::camera},
+                                            {"everywhere", LevelsOfDetail::everywhere},
+                                            {"off", LevelsOfDetail::off}},
+                                           FIELD(levels_of_detail)));
   row->help = list_text("level of detail: ", row->names);
-  row->control = {"Level of detail",
-                  "Coarser triangles where the difference is less than a pixel",
-                  {"automatic", "camera", "everywhere", "off"}};
+  row->controls = {{"Level of detail",
+                    "Coarser triangles where the difference is less than a pixel",
+                    {"automatic", "camera", "everywhere", "off"}}};
   raster
       .add("motion-quality", "images in motion on a CPU: simpler (auto) or full", Invalidates::nothing,
            kByCommandLine,
-           choice<MotionQuality>(
-               {{"auto", MotionQuality::automatic}, {"full", MotionQuality::full}},
-               [](auto& draw) -> auto& { return draw.motion_quality; }))
+           choice<MotionQuality>({{"auto", MotionQuality::automatic}, {"full", MotionQuality::full}},
+                                 FIELD(motion_quality)))
       .value_name = "auto|full";
   for (DrawSetting& each : table) {
     if (each.group == SettingGroup::raster) each.needs_raster = true;
+    for (SettingControl& control : each.controls)
+      if (!control.set) control = control_of(std::move(control), each);
   }
   return table;
 }
@@ -518,10 +611,21 @@ const DrawSetting& draw_setting(std::string_view name) {
   return *row;
 }
 
-size_t chosen_index(const DrawSetting& choice, const DrawSettings& settings) {
-  const auto name = std::find(choice.names.begin(), choice.names.end(), choice.text(settings));
-  FIRE3DV_ASSERT(name != choice.names.end());
-  return static_cast<size_t>(name - choice.names.begin());
+size_t chosen_index(const SettingControl& control, const DrawSettings& settings) {
+  const auto value = std::find(control.values.begin(), control.values.end(), control.text(settings));
+  FIRE3DV_ASSERT(value != control.values.end());
+  return static_cast<size_t>(value - control.values.begin());
+}
+
+bool is_shown(const DrawSetting& setting, const SettingControl& control, const DrawSettings& settings) {
+  return (!setting.needs_paths || settings.path) && (!control.is_shown || control.is_shown(settings));
+}
+
+void keep_path_settings(bool traced_paths, DrawSettings& draw, PathSettings& paths) {
+  if (!draw.path) return;
+  if (!traced_paths) draw.path = paths;
+  draw.path->lens = draw.post.lens;
+  paths = *draw.path;
 }
 
 DrawSettings default_settings() {

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <glm/glm.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -42,13 +43,24 @@ enum class SettingKind : uint8_t {
   text,
 };
 
-// Control in the window's panel. No label: the panel has none, or one of its own.
+enum class ControlKind : uint8_t { check, choice, slider, color };
+
+// Control of a row, or of a part of its value, in the window's panel and on the browser's page.
 struct SettingControl {
-  const char* label = nullptr;
+  const char* label = "";  // unique; indented below the control that it belongs to
   const char* hint = nullptr;
-  std::vector<const char*> names;  // of a choice, in its order; none: a check box, set for the first name
-  float least = 0, most = 1;       // of a number
+  std::vector<const char*> names = {};  // of a choice, in the order of `values`; none: a check box
+  float least = 0, most = 1;            // of a slider, which a configuration file may exceed
   const char* format = "%.2f";
+  bool is_logarithmic = false;
+  std::function<bool(const DrawSettings&)> is_shown = {};  // none: always
+
+  // Set by the table; of the row where the control has its whole value.
+  ControlKind kind = ControlKind::slider;
+  std::vector<std::string> values = {};  // of a choice; of a check box: set, cleared
+  std::function<std::string(const DrawSettings&)> text = {};
+  std::function<std::string(const std::string& text, DrawSettings&)> set = {};  // as DrawSetting::set
+  std::function<glm::vec3&(DrawSettings&)> color = {};  // linear, unrounded; `text` has 8 bits per channel
 };
 
 struct DrawSetting {
@@ -65,7 +77,7 @@ struct DrawSetting {
   bool shows_default = true;              // in --help
   bool needs_paths = false;               // has no effect without path tracing
   bool needs_raster = false;              // has no effect on path-traced images
-  SettingControl control;
+  std::vector<SettingControl> controls;   // of windows and pages, where these may set it
 
   std::function<std::string(const DrawSettings&)> text;
   // Returns an error text for an invalid value, else an empty one. An error changes nothing.
@@ -78,8 +90,17 @@ const std::vector<DrawSetting>& draw_setting_table();
 // name: that of a row.
 const DrawSetting& draw_setting(std::string_view name);
 
-// Index of a choice among its names.
-size_t chosen_index(const DrawSetting& choice, const DrawSettings& settings);
+// Index of the value of a choice or check box among `values`.
+size_t chosen_index(const SettingControl& control, const DrawSettings& settings);
+// True unless the control, or its row, has no meaning beside the other settings.
+bool is_shown(const DrawSetting& setting, const SettingControl& control, const DrawSettings& settings);
+inline bool is_enabled(const DrawSetting& setting, const DrawSettings& settings) {
+  return !(setting.needs_raster && settings.path);
+}
+
+// Paths that a change of `draw` starts get the last settings of paths, which are kept in `paths`.
+// traced_paths: before the change.
+void keep_path_settings(bool traced_paths, DrawSettings& draw, PathSettings& paths);
 
 // Defaults of the programs: DrawSettings{} with tone mapping, background and exposure of the default look.
 DrawSettings default_settings();

@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "renderer/browser/server/message.h"
+#include "renderer/settings/setting_table.h"
 #include "tests/fuzz/target.h"
 
 namespace fire3dv::fuzz {
@@ -35,7 +36,7 @@ std::vector<Input> seeds() {
         R"({"type":"plotted","number":1})",
         R"({"type":"joint","scene":1,"index":2,"position":-0.5})",
         R"({"type":"posture","scene":1,"index":0})",
-        R"({"type":"render","shadows":true,"tone_map":2})"})
+        R"({"type":"setting","setting":"tone-map","control":0,"value":"none"})"})
     inputs.emplace_back(text.begin(), text.end());
   return inputs;
 }
@@ -61,7 +62,13 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   if (kind == Kind::pick || kind == Kind::seek) FIRE3DV_ASSERT(message->x >= 0 && message->x <= 1);
   if (kind == Kind::plot) FIRE3DV_ASSERT(message->plotted.size() <= serve::kMaxPlotted);
   if (kind == Kind::joint) FIRE3DV_ASSERT(message->index && std::abs(message->x) <= 1e6);
-  if (kind == Kind::render) FIRE3DV_ASSERT(message->index.has_value());  // LiveView knows how many there are
+  if (kind == Kind::setting) {
+    FIRE3DV_ASSERT(message->index && message->value.size() <= 64);
+    settings::DrawSettings draw;  // as LiveView::apply_setting()
+    for (const settings::DrawSetting& row : settings::draw_setting_table())
+      if (row.name == message->setting && *message->index < row.controls.size())
+        (void)row.controls[*message->index].set(message->value, draw);
+  }
   if (kind == Kind::view) {
     const serve::ClientMessage::View& view = message->view;
     double square = 0;

@@ -8,6 +8,7 @@ import {Link} from "./link.js";
 import {Nodes} from "./nodes.js";
 import {degrees} from "./rotation.js";
 import {Plots} from "./plots.js";
+import {Settings} from "./settings.js";
 import {Statistics, Timeline, drawStreams, drawViewers} from "./status.js";
 
 const at = (id) => document.getElementById(id);
@@ -30,6 +31,7 @@ const plots = new Plots({section: at("plots"), canvas: at("plot"), pause: at("pl
                          search: at("plot-search"), list: at("scalars"), omitted: at("scalars-omitted")},
                         {send, shownNs: () => display.simTimeNs, name: fileName});
 const joints = new Joints({section: at("joints"), posture: at("posture"), list: at("joint-list")}, control);
+const settings = new Settings(at("settings"), control);
 const recorder = new Recorder(at("canvas"), fileName, () => {
   at("record").setAttribute("aria-pressed", String(recorder.isRecording));
   at("record").title = recorder.isRecording ? "Stop and save the video (R)" : "Record a video (R)";
@@ -88,7 +90,6 @@ async function share() {
   }
 }
 
-const sendRender = () => control({type: "render", shadows: at("shadows").checked, paths: at("renderer").value === "paths", tone_map: Number(at("tone-map").value)});
 const sendQuality = () => send({type: "quality", sharp: at("quality").value === "sharp"});
 const togglePanel = () => document.body.classList.toggle("no-panel");
 
@@ -143,16 +144,7 @@ const messages = {
   joint_positions: (message) => joints.setPositions(message),
   scalars: (message) => plots.setList(message),
   samples: (message) => plots.addSamples(message),
-  render(message) {
-    at("shadows").checked = message.shadows;
-    at("shadows").disabled = message.paths || (!message.shadows && !message.can_shade);
-    at("shadows").title = message.paths ? "Paths trace all shadows" : at("shadows").disabled ? "fire3dv was started with --shadows off" : "";
-    at("renderer").value = message.paths ? "paths" : "raster";
-    at("renderer-row").hidden = !message.can_switch;
-    if (at("tone-map").length === 0)
-      at("tone-map").append(...message.tone_maps.map((name, index) => new Option(name[0].toUpperCase() + name.slice(1), index)));
-    at("tone-map").value = String(message.tone_map);
-  },
+  settings: (message) => settings.show(message.controls),
   paths: (message) => statistics.setPaths(message),
   visibility(message) {
     nodes.setVisibility(message);
@@ -227,5 +219,4 @@ for (const [id, action] of [["frame-all", () => send({type: "frame"})], ["screen
   at(id).onclick = action;
 at("quality").onchange = sendQuality;
 at("record").hidden = Recorder.type() === undefined;
-at("shadows").onchange = at("tone-map").onchange = at("renderer").onchange = sendRender;
 if (matchMedia("(max-width: 700px)").matches) document.body.classList.add("no-panel");

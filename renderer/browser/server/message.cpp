@@ -18,7 +18,7 @@ constexpr std::array<std::pair<std::string_view, Kind>, 25> kKinds{{
     {"view", Kind::view},       {"plot", Kind::plot},       {"plotted", Kind::plotted},
     {"hide", Kind::hide},       {"isolate", Kind::isolate}, {"show_all", Kind::show_all},
     {"play", Kind::play},       {"step", Kind::step},       {"seek", Kind::seek},
-    {"joint", Kind::joint},     {"posture", Kind::posture}, {"render", Kind::render},
+    {"joint", Kind::joint},     {"posture", Kind::posture}, {"setting", Kind::setting},
     {"quality", Kind::quality},
 }};
 
@@ -56,9 +56,6 @@ class Fields {
   }
   void optional_flag(const char* name, bool& value) {
     if (object_.contains(name)) flag(name, value);
-  }
-  void optional_flag(const char* name, std::optional<bool>& value) {
-    if (object_.contains(name)) flag(name, value.emplace());
   }
   void text(const char* name, size_t max_bytes, std::string& value) {
     const auto at = object_.find(name);
@@ -179,10 +176,10 @@ void read_fields(Fields& fields, ClientMessage& message) {
     case Kind::posture:
       fields.integer("scene", 0, UINT64_MAX, message.scene);
       return fields.optional("index", message.index);
-    case Kind::render:
-      fields.flag("shadows", message.on);
-      fields.optional_flag("paths", message.paths);
-      return fields.integer("tone_map", 0, UINT32_MAX - 1, message.index.emplace());
+    case Kind::setting:
+      fields.text("setting", 64, message.setting);
+      fields.integer("control", 0, UINT32_MAX - 1, message.index.emplace());
+      return fields.text("value", 64, message.value);
   }
 }
 

@@ -46,10 +46,10 @@ struct ClientMessage {
     seek,     // x: fraction of the recording
     joint,    // scene, index of the listed joint, x: position, radians or metres
     posture,  // scene, index of a named pose; none: as in the file
-    render,  // on: shadows; index: tone mapping, as of the list that the page shows; paths: instead of raster
+    setting,  // setting: a row of the table; index of its control, value as in "settings"
   };
   Kind kind = Kind::hello;
-  std::string token;
+  std::string token, setting, value;
   uint32_t width = 0, height = 0;
   uint32_t number = 0;
   std::optional<uint32_t> node, index;
@@ -63,7 +63,6 @@ struct ClientMessage {
   View view;
   std::vector<uint32_t> plotted;  // at most kMaxPlotted
   bool on = false, vp8 = false;
-  std::optional<bool> paths;  // none: as before
 };
 
 // Kinds that change what all viewers see.

@@ -1,8 +1,10 @@
 // Panels that change the appearance: lights, materials, and render (draw settings and debug views).
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "renderer/gui/panels.h"
@@ -86,7 +88,7 @@ void LightsPanel::draw_light(const Context& context, uint32_t node, const scene:
   const bool edited = view_state.edits.lights.count(node) != 0;
   const std::string text =
       node_label(context.shown.scene, node) + "  " + type_name(light.type) + (edited ? "  *" : "");
-  if (ui.row(text.c_str(), open_ == node, edited ? theme::accent() : theme::text()))
+  if (ui.row(text.c_str(), open_ == node, edited ? theme::palette->accent : theme::palette->text))
     open_ = open_ == node ? scene::kNone : node;
   if (open_ == node) {
     scene::Light changed = light;
@@ -225,7 +227,7 @@ void MaterialsPanel::draw(const Context& context) {
       ImGui::PushID(static_cast<int>(material));
       const bool edited = view_state.edits.materials.count(material) != 0;
       const std::string text = label_of(scene, material) + (edited ? "  *" : "");
-      if (ui.row(text.c_str(), material == chosen_, edited ? theme::accent() : theme::text()))
+      if (ui.row(text.c_str(), material == chosen_, edited ? theme::palette->accent : theme::palette->text))
         chosen_ = material;
       ImGui::PopID();
     }
@@ -261,74 +263,35 @@ void choose(Ui& ui, const char* label, Value& value, const char* const (&names)[
   if (ui.choice(label, chosen, names, hint)) value = static_cast<Value>(chosen);
 }
 
-// Control of a row of the table of settings.
-void draw_setting_row(Ui& ui, const DrawSetting& setting, DrawSettings& draw) {
-  const SettingControl& control = setting.control;
-  ui.begin_disabled(setting.needs_raster && draw.path);
-  if (setting.kind == SettingKind::number) {
-    float value = std::stof(setting.text(draw));
-    if (ui.slider(control.label, value, {control.least, control.most, control.format}, control.hint))
-      (void)setting.set(number_text(value), draw);
-  } else if (size_t chosen = chosen_index(setting, draw); control.names.empty()) {
-    bool is_first = chosen == 0;
-    if (ui.check(control.label, is_first, control.hint))
-      (void)setting.set(setting.names[is_first ? 0 : 1], draw);
-  } else if (ui.choice(control.label, chosen, control.names, control.hint)) {
-    (void)setting.set(setting.names[chosen], draw);
-  }
-  ui.end_disabled();
+// Widgets below the controls of a setting, which read more than the settings.
+void note_path_progress(const Context& context) {
+  if (context.view_state.draw.path && context.facts.frame.paths)
+    context.ui.note(path_progress_text(*context.facts.frame.paths));
 }
 
-void draw_setting_rows(Ui& ui, SettingGroup group, DrawSettings& draw) {
-  for (const DrawSetting& setting : draw_setting_table()) {
-    if (setting.group == group && setting.control.label) draw_setting_row(ui, setting, draw);
-  }
-}
-
-void choose_samples(Ui& ui, DrawSettings& draw) {
-  constexpr const char* kNames[] = {"1", "4"};
-  size_t chosen = draw.samples > 1 ? 1 : 0;
-  if (ui.choice("Samples", chosen, kNames, "Of each pixel"))
-    (void)draw_setting("samples").set(kNames[chosen], draw);
-}
-
-// Raster or paths, and the numbers of the paths.
-void choose_renderer(const Context& context) {
-  Ui& ui = context.ui;
-  DrawSettings& draw = context.view_state.draw;
-  PathSettings& paths = context.view_state.paths;
-  constexpr const char* kNames[] = {"raster", "paths"};
-  size_t chosen = draw.path ? 1 : 0;
-  const bool changed = ui.choice("Renderer", chosen, kNames, "Paths: a reference image that refines at rest");
-  if (chosen == 1) {
-    if (context.facts.frame.paths) ui.note(path_progress_text(*context.facts.frame.paths));
-    auto samples = static_cast<float>(paths.samples_per_pixel), bounces = static_cast<float>(paths.bounces);
-    if (ui.slider("  samples", samples, {1, 4096, "%.0f", true}, "Of each pixel, until the image is whole"))
-      paths.samples_per_pixel = static_cast<uint32_t>(std::clamp(samples, 1.0f, 4096.0f));
-    if (ui.slider("  bounces", bounces, {0, 32, "%.0f"}, "After the first surface"))
-      paths.bounces = static_cast<uint32_t>(std::clamp(bounces, 0.0f, 32.0f));
-  }
-  if (changed && chosen == 0) draw.path.reset();
-  if (chosen == 1) draw.path = paths;
-}
-
-// Lens of the raster and of paths.
-void choose_lens(const Context& context) {
-  Ui& ui = context.ui;
+void offer_focus(const Context& context) {
   app::ViewState& view_state = context.view_state;
-  scene::ThinLens& lens = view_state.draw.post.lens;
-  bool has_lens = !lens.is_pinhole();
-  if (ui.check("Lens", has_lens, "Depth of field; off: the lens of the camera, if it has one"))
-    lens = has_lens ? scene::kUsualLens : scene::ThinLens{};
-  if (has_lens) {
-    ui.slider("  f-number", lens.f_number, {scene::kMinFNumber, 32, "f/%.1f", true});
-    ui.slider("  focus", lens.focus_distance_m, {0.01f, 100, "%.2f m", true}, "Distance of sharp things");
-    if (ui.button("Focus on the point", view_state.picked_point.has_value(),
-                  "The surface that was clicked last  (Shift F)"))
-      view_state.commands.focus_on_point = true;
+  if (!view_state.draw.post.lens.is_pinhole() &&
+      context.ui.button("Focus on the point", view_state.picked_point.has_value(),
+                        "The surface that was clicked last  (Shift F)"))
+    view_state.commands.focus_on_point = true;
+}
+
+void note_metering(const Context& context) {
+  if (context.view_state.draw.post.metered)
+    context.ui.note("Exposure is metered in each image (--exposure metered)");
+}
+
+constexpr std::pair<std::string_view, void (*)(const Context&)> kCompanions[] = {
+    {"render", note_path_progress}, {"focus-distance", offer_focus}, {"exposure", note_metering}};
+
+void draw_setting_group(const Context& context, SettingGroup group) {
+  for (const DrawSetting& setting : draw_setting_table()) {
+    if (setting.group != group) continue;
+    draw_setting_row(context.ui, setting, context.view_state.draw);
+    for (const auto& [name, draw] : kCompanions)
+      if (name == setting.name) draw(context);
   }
-  view_state.paths.lens = lens;
-  if (view_state.draw.path) view_state.draw.path->lens = lens;
 }
 
 void choose_screenshot_size(const Context& context) {
@@ -346,22 +309,46 @@ void choose_screenshot_size(const Context& context) {
   }
 }
 
-void choose_shadows(Ui& ui, ShadowSettings& shadows) {
-  constexpr const char* kMethods[] = {"automatic", "rays", "maps alone", "off"};
-  choose(ui, "Shadows", shadows.method, kMethods);
-  if (shadows.method == ShadowMethod::map || shadows.method == ShadowMethod::off) return;
-  bool everywhere = !shadows.hybrid;
-  if (ui.check("Rays everywhere", everywhere, "Off: only for pixels that shadow maps leave uncertain"))
-    shadows.hybrid = !everywhere;
+void draw_control(Ui& ui, const DrawSetting& setting, const SettingControl& control, DrawSettings& draw) {
+  switch (control.kind) {
+    case ControlKind::check: {
+      bool is_set = chosen_index(control, draw) == 0;
+      if (ui.check(control.label, is_set, control.hint))
+        (void)control.set(control.values[is_set ? 0 : 1], draw);
+      return;
+    }
+    case ControlKind::choice: {
+      size_t chosen = chosen_index(control, draw);
+      if (ui.choice(control.label, chosen, control.names, control.hint))
+        (void)control.set(control.values[chosen], draw);
+      return;
+    }
+    case ControlKind::slider: {
+      float value = std::stof(control.text(draw));
+      if (ui.slider(control.label, value,
+                    {control.least, control.most, control.format, control.is_logarithmic}, control.hint))
+        (void)control.set(number_text(setting.kind == SettingKind::count ? std::round(value) : value), draw);
+      return;
+    }
+    case ControlKind::color:
+      ui.color(control.label, control.color(draw), control.hint);
+  }
 }
 
 }  // namespace
+
+void draw_setting_row(Ui& ui, const DrawSetting& setting, DrawSettings& draw) {
+  if (!(setting.users & kByWindow)) return;
+  ui.begin_disabled(!is_enabled(setting, draw));
+  for (const SettingControl& control : setting.controls)
+    if (is_shown(setting, control, draw)) draw_control(ui, setting, control, draw);
+  ui.end_disabled();
+}
 
 void draw_render_panel(const Context& context) {
   Ui& ui = context.ui;
   if (!ui.header("Render", context.layout.is_open(Panel::render))) return;
   app::ViewState& view_state = context.view_state;
-  DrawSettings& draw = view_state.draw;
   if (ui.button("Screenshot", true, "A PNG file of the image, without panels  (P)"))
     view_state.commands.screenshot = true;
   ui.same_line();
@@ -371,8 +358,8 @@ void draw_render_panel(const Context& context) {
     view_state.commands.toggle_video = true;
   choose_screenshot_size(context);
 
-  choose_renderer(context);
-  choose_lens(context);
+  const bool traced_paths = view_state.draw.path.has_value();
+  draw_setting_group(context, SettingGroup::paths);
   constexpr const char* kViews[] = {"none",     "normals",           "depth", "nodes", "clusters",
                                     "overdraw", "unresolved shadows"};
   choose(ui, "Debug view", view_state.debug_view, kViews, "Shown instead of light");
@@ -380,31 +367,9 @@ void draw_render_panel(const Context& context) {
   ui.check("Grid and axes", view_state.shows_grid, "In the plane y = 0 of the world  (X)");
   ui.check("Camera frusta", view_state.shows_frusta, "Of the scene's cameras  (K)");
   ui.check("Light theme", context.layout.is_light, "Of the panels");
-  if (draw.post.metered) {
-    ui.note("Exposure is metered in each image (--exposure metered)");
-  } else {
-    ui.slider("Exposure", draw.post.exposure, {1.0f / 64, 64, "%.2f x", true});
-  }
-  draw_setting_rows(ui, SettingGroup::image, draw);
-  ui.begin_disabled(draw.path.has_value());  // paths have all of these
-  ui.check("Reflections by rays", draw.ray_effects.on.reflections,
-           "Smooth surfaces mirror bodies; needs rays on the device");
-  ui.check("Ambient occlusion", draw.ray_effects.on.ambient_occlusion,
-           "Less light of the environment in corners; needs rays on the device");
-  ui.check("Refraction", draw.ray_effects.on.refraction, "Glass bends light; needs rays on the device");
-  ui.check("Diffuse bounce", draw.ray_effects.on.bounce,
-           "Surfaces light each other; needs rays on the device");
-  choose_samples(ui, draw);
-  choose_shadows(ui, draw.shadows);
-  ui.end_disabled();
-  draw_setting_rows(ui, SettingGroup::raster, draw);
-  draw_setting_row(ui, draw_setting("environment-intensity"), draw);
-  draw_setting_row(ui, draw_setting("environment-rotation"), draw);
-  ui.check("  as background", draw.background.show_environment, "Behind the scene, instead of a colour");
-  if (draw.background.show_environment) return;
-  ui.check("  sky of the scene", draw.background.show_sky, "Behind the scene, if its file has one");
-  ui.color("Background", draw.background.color);
-  if (draw.background.zenith) ui.color("  at zenith", *draw.background.zenith);
+  for (const SettingGroup group : {SettingGroup::image, SettingGroup::raster, SettingGroup::environment})
+    draw_setting_group(context, group);
+  keep_path_settings(traced_paths, view_state.draw, view_state.paths);
 }
 
 }  // namespace fire3dv::gui

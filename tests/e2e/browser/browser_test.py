@@ -177,16 +177,39 @@ def choose(page, control, what):
     page.evaluate(f"(() => {{ const c = document.getElementById('{control}'); {what}; c.dispatchEvent(new Event('change')); }})()")
 
 
+# Types of controls that the page makes of a message, and the values that they send.
+NEW_SETTINGS = """(async () => {
+  const {Settings} = await import("./settings.js"), sent = [];
+  const list = document.createElement("div"), settings = new Settings(list, (message) => sent.push(message));
+  const control = {control: 0, label: "New", hint: "", enabled: true, names: [], values: [], missing: [], range: [0, 8], whole: false, logarithmic: false};
+  settings.show([{...control, setting: "a", kind: "check", values: ["on", "off"], value: "on"},
+                 {...control, setting: "b", kind: "slider", range: [0.1, 1000], logarithmic: true, value: "1"},
+                 {...control, setting: "c", kind: "slider", whole: true, value: "3"},
+                 {...control, setting: "d", kind: "color", value: "010203"}]);
+  const [check, logarithmic, whole, color] = list.querySelectorAll("input");
+  check.click();
+  for (const [input, value] of [[logarithmic, Math.log(10)], [whole, 7.9], [color, "#0a0b0c"]]) {
+    input.value = value;
+    input.dispatchEvent(new Event("input"));
+  }
+  check.dispatchEvent(new Event("change"));
+  const values = Object.fromEntries(sent.map((message) => [message.setting, message.value]));
+  return [...list.querySelectorAll("input")].map((input, index) => [input.type, values["abcd"[index]]]);
+})()"""
+
+
 def render(page, viewer, at):
     """Shadows, tone mapping and renderer change the images of all viewers, and back. The page is in the front."""
     before = canvas(page)[2]
-    for control in ("shadows", "tone-map", "renderer"):  # of all viewers; the choice of images is each viewer's own
-        check(viewer.evaluate(f"getComputedStyle(document.getElementById('{control}').parentElement).display") == "none",
-              f"a viewer without control has {control}")
+    # Of all viewers; the choice of images is each viewer's own.
+    check(viewer.evaluate("getComputedStyle(document.getElementById('settings')).display") == "none", "a viewer without control has settings")
     check(viewer.evaluate("getComputedStyle(document.getElementById('quality').parentElement).display") != "none", "no choice of images")
-    tone_map = page.evaluate("document.getElementById('tone-map').value")
-    check(tone_map != "3" and page.evaluate("document.getElementById('shadows').checked"), "the settings at the beginning")
-    for control, other, first in (("shadows", "c.checked = false", "c.checked = true"), ("tone-map", "c.value = '3'", f"c.value = '{tone_map}'")):
+    labels = page.evaluate("[...document.querySelectorAll('#settings label')].map((label) => label.firstChild.textContent.trim())")
+    check(labels == ["Tone mapping", "Shadows", "Renderer"], f"the settings of the page: {labels}")
+    values = page.evaluate("[...document.querySelectorAll('#settings select')].map((select) => select.value)")
+    check(values == ["neutral", "map", "raster"], f"the settings at the beginning: {values}")
+    for control, other, first in (("setting-shadows-0", "c.value = 'off'", "c.value = 'map'"),
+                                  ("setting-tone-map-0", "c.value = 'none'", "c.value = 'neutral'")):
         at_viewer, before_viewer = viewer.evaluate("JSON.parse(document.getElementById('canvas').dataset.image).number"), canvas(viewer)[2]
         choose(page, control, other)
         at = image_after(page, at)
@@ -198,12 +221,14 @@ def render(page, viewer, at):
         choose(page, control, first)
         at = image_after(page, at)
         check(psnr_db(before, canvas(page)[2]) > 60, f"{control} does not come back")
-    choose(page, "renderer", "c.value = 'paths'")
+    choose(page, "setting-render-0", "c.value = 'path'")
     page.wait("the samples of a path-traced image", r"/^[1-9]\d* \/ 256 samples$/.test(document.getElementById('samples').textContent)")
-    choose(page, "renderer", "c.value = 'raster'")
+    page.wait("shadows of the raster alone", "document.getElementById('setting-shadows-0').disabled")
+    choose(page, "setting-render-0", "c.value = 'raster'")
     page.wait("the raster", "document.getElementById('samples').textContent === ''")
     image_after(page, at)
     check(psnr_db(before, canvas(page)[2]) > 60, "the raster does not come back")
+    check(page.evaluate(NEW_SETTINGS) == [["checkbox", "off"], ["range", "10"], ["range", "8"], ["color", "0a0b0c"]], "controls of new settings")
 
 
 def page_at_address(session, page, shown, size):

@@ -142,9 +142,10 @@ def paths(test):
     second = PathViewer(live, live.view)
     second.send(type="orbit", yaw=-0.7, pitch=0.2)
     second.refine()
-    first.send(type="render", shadows=True, tone_map=1000)  # not in the list: no effect
+    for setting, control, value in (("tone-map", 0, "1000"), ("tone-map", 7, "none"), ("samples", 0, "1"), ("shadows", 0, "off"), ("x", 0, "")):
+        first.send(type="setting", setting=setting, control=control, value=value)  # no such value or control, not for pages, raster: no effect
     # Tone mapping applies to the samples that are there.
-    refined = expect_silence(first, lambda: first.send(type="render", shadows=True, tone_map=3))
+    refined = expect_silence(first, lambda: first.send(type="setting", setting="tone-map", control=0, value="none"))
     check(refined and min(first.samples, default=SPP) == SPP, f"other tone mapping starts again: {refined}, {first.samples}")
     check(second.image(), "other tone mapping starts the other view again")
     second.samples.clear()
@@ -168,13 +169,12 @@ def paths(test):
         check(0 in samples, f"an edit goes on with the old samples: {samples}")
     # Raster, and paths again.
     first.is_refined = second.is_refined = False
-    first.send(type="render", shadows=True, tone_map=3, paths=False)
+    first.send(type="setting", setting="render", control=0, value="raster")
     for viewer in (first, second):
-        viewer.until("render", paths=False, can_switch=True)
         viewer.until("paths", samples_per_pixel=0)
         while not viewer.is_refined:
             viewer.receive()
-    first.send(type="render", shadows=True, tone_map=3, paths=True)
+    first.send(type="setting", setting="render", control=0, value="path")
     for viewer in (first, second):
         viewer.refine()
         viewer.socket.close()

@@ -3,7 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 namespace fire3dv::app {
 namespace {
@@ -59,16 +62,58 @@ TEST(LiveMessages, FreeViewComesBackUnchanged) {
   for (int i = 0; i < 4; ++i) EXPECT_NEAR(message["rotation"][static_cast<size_t>(i)], turned[i], 1e-6f);
 }
 
-TEST(LiveMessages, RenderSettings) {
+// Controls of a message by the names of their settings; all of these settings have one.
+std::map<std::string, Json> controls_of(const std::string& text) {
+  const Json message = Json::parse(text);
+  std::map<std::string, Json> controls;
+  for (const Json& control : message["controls"]) controls[control["setting"]] = control;
+  return controls;
+}
+
+TEST(LiveMessages, SettingsOfBrowsersAreSent) {
   settings::DrawSettings settings;
-  settings.shadows.method = settings::ShadowMethod::off;
   settings.post.tone_map = settings::ToneMap::neutral;
-  EXPECT_EQ(Json::parse(render_message(settings, false, true)),
-            Json::parse(R"({"type": "render", "shadows": false, "can_shade": false, "paths": false,
-                            "can_switch": true, "tone_map": 2,
-                            "tone_maps": ["Reinhard", "ACES", "neutral", "none"]})"));
+  const auto can_all = [](const settings::DrawSettings&) { return true; };
+  auto controls = controls_of(settings_message(settings::draw_setting_table(), settings, can_all));
+  for (const settings::DrawSetting& row : settings::draw_setting_table())
+    EXPECT_EQ(controls.count(row.name), row.users & settings::kByBrowser ? 1u : 0u) << row.name;
+  EXPECT_EQ(controls["tone-map"],
+            Json::parse(R"({"setting": "tone-map", "control": 0, "kind": "choice", "label": "Tone mapping",
+                            "hint": "", "value": "neutral", "enabled": true, "missing": [],
+                            "names": ["Reinhard", "ACES", "neutral", "none"],
+                            "values": ["reinhard", "aces", "neutral", "none"], "range": [0, 1],
+                            "whole": false, "logarithmic": false})"));
+  settings.shadows.method = settings::ShadowMethod::off;
+  const auto can_raster = [](const settings::DrawSettings& wanted) { return !wanted.path; };
+  controls = controls_of(settings_message(settings::draw_setting_table(), settings, can_raster));
+  EXPECT_EQ(controls["shadows"]["value"], "off");
+  EXPECT_EQ(controls["shadows"]["missing"], Json::array());
+  EXPECT_EQ(controls["render"]["missing"], Json({"path"}));
   settings.path.emplace();
-  EXPECT_EQ(Json::parse(render_message(settings, false, false))["paths"], true);
+  controls = controls_of(settings_message(settings::draw_setting_table(), settings, can_all));
+  EXPECT_EQ(controls["render"]["value"], "path");
+  EXPECT_EQ(controls["shadows"]["enabled"], false);
+  EXPECT_EQ(controls["tone-map"]["enabled"], true);
+}
+
+TEST(LiveMessages, RowsForBrowsersNeedNoCode) {
+  std::vector<settings::DrawSetting> table{settings::draw_setting("saturation"),
+                                           settings::draw_setting("background")};
+  for (settings::DrawSetting& row : table) row.users |= settings::kByBrowser;
+  settings::DrawSettings settings;
+  settings.background.color = glm::vec3(1);
+  const Json message = Json::parse(settings_message(table, settings, nullptr));
+  ASSERT_EQ(message["controls"].size(), 4u) << "no zenith";
+  EXPECT_EQ(message["controls"][0]["kind"], "slider");
+  EXPECT_EQ(message["controls"][0]["value"], "1");
+  EXPECT_EQ(message["controls"][0]["range"], Json({0, 2}));
+  EXPECT_EQ(message["controls"][1]["kind"], "check");
+  EXPECT_EQ(message["controls"][3]["kind"], "color");
+  EXPECT_EQ(message["controls"][3]["value"], "ffffff");
+  EXPECT_EQ(message["controls"][3]["control"], 2);
+}
+
+TEST(LiveMessages, PathsReportTheirSamples) {
   EXPECT_EQ(Json::parse(paths_message({12, 256}, true)),
             Json::parse(R"({"type": "paths", "samples": 12, "samples_per_pixel": 256, "waits": true})"));
 }

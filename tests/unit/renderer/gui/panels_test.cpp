@@ -9,6 +9,7 @@
 #include <set>
 
 #include "renderer/gui/layout_file.h"
+#include "renderer/gui/panels.h"
 #include "renderer/settings/setting_table.h"
 #include "tests/unit/renderer/gui/gui_world.h"
 
@@ -329,6 +330,55 @@ TEST_F(GuiPanels, PathsDisableSettingsOfTheRaster) {
   has_paths_ = false;
   reset();
   EXPECT_EQ(disabled(), std::set<std::string>());
+}
+
+// Rows of the table that windows may set.
+TEST_F(GuiPanels, RenderPanelHasAllSettings) {
+  std::set<std::string> shown;
+  for (const bool has_paths : {true, false}) {
+    has_paths_ = has_paths;
+    for (const bool has_zenith : {true, false}) {
+      reset();
+      if (has_zenith) world().view_state.draw.background.zenith = glm::vec3(0.5f);
+      world().settle();
+      for (const Control& control : world().gui.controls())
+        if (control.panel == "Render") shown.insert(control.name);
+    }
+  }
+  for (const settings::DrawSetting& row : settings::draw_setting_table()) {
+    for (const settings::SettingControl& control : row.controls)
+      EXPECT_EQ(shown.count(control.label), row.users & settings::kByWindow ? 1u : 0u) << control.label;
+  }
+}
+
+// A row needs no code of the panel: one of each kind, with another label.
+TEST(SettingRows, NewRowsAreShown) {
+  ImGui::CreateContext();
+  ImGui::GetIO().DisplaySize = {400, 400};
+  ImGui::GetIO().IniFilename = nullptr;
+  ImGui::GetIO().Fonts->Build();
+  ImGui::NewFrame();
+  gui::Ui ui;
+  ui.notes_controls = true;
+  ui.begin_frame(1);
+  settings::DrawSettings draw;
+  for (const char* name : {"fxaa", "tone-map", "saturation", "background"}) {
+    settings::DrawSetting row = settings::draw_setting(name);
+    for (settings::SettingControl& control : row.controls) control.label = name;
+    gui::draw_setting_row(ui, row, draw);
+    row.users = settings::kByCommandLine;
+    gui::draw_setting_row(ui, row, draw);
+  }
+  std::multiset<std::pair<std::string, Kind>> shown;
+  for (const Control& control : ui.controls) shown.emplace(control.name, control.kind);
+  ImGui::EndFrame();
+  ImGui::DestroyContext();
+  EXPECT_EQ(shown, (std::multiset<std::pair<std::string, Kind>>{{"fxaa", Kind::check},
+                                                                {"tone-map", Kind::choice},
+                                                                {"saturation", Kind::slider},
+                                                                {"background", Kind::check},
+                                                                {"background", Kind::check},
+                                                                {"background", Kind::color}}));
 }
 
 TEST_F(GuiPanels, MaterialsFollowSelection) {

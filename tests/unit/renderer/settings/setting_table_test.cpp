@@ -9,6 +9,7 @@
 #include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace fire3dv::settings {
 namespace {
@@ -83,6 +84,46 @@ TEST(SettingTable, DefaultsMatchDrawSettings) {
   EXPECT_EQ(draw_setting("exposure").text(default_settings()), "auto");
   EXPECT_EQ(draw_setting("tone-map").text(default_settings()), "neutral");
   EXPECT_EQ(draw_setting("background").text(default_settings()), "auto");
+}
+
+TEST(SettingTable, WindowsAndPagesHaveControls) {
+  std::set<std::string> labels;
+  for (const DrawSetting& row : draw_setting_table()) {
+    SCOPED_TRACE(row.name);
+    EXPECT_EQ(row.controls.empty(), !(row.users & (kByWindow | kByBrowser)));
+    for (const SettingControl& control : row.controls) {
+      SCOPED_TRACE(control.label);
+      EXPECT_TRUE(labels.insert(control.label).second);
+      DrawSettings settings = settings_for(row);
+      EXPECT_EQ(control.names.size(), control.kind == ControlKind::choice ? control.values.size() : 0);
+      std::vector<std::string> values = control.values;
+      if (control.kind == ControlKind::color) values = {"20a0ff", "000000"};
+      if (control.kind == ControlKind::slider) values = {text_of(control.least), text_of(control.most)};
+      ASSERT_GE(values.size(), 2u);
+      for (const std::string& value : values) {
+        EXPECT_EQ(control.set(value, settings), "");
+        EXPECT_EQ(control.text(settings), value);
+      }
+      EXPECT_NE(control.set("nonsense", settings), "");
+      EXPECT_EQ(control.text(settings), values.back());
+    }
+  }
+}
+
+TEST(SettingTable, PathSettingsOutliveTheRaster) {
+  DrawSettings settings;
+  PathSettings paths;
+  paths.bounces = 3;
+  ASSERT_EQ(draw_setting("f-number").set("4", settings), "");
+  ASSERT_EQ(draw_setting("render").set("path", settings), "");
+  keep_path_settings(false, settings, paths);
+  EXPECT_EQ(settings.path->bounces, 3u);
+  EXPECT_EQ(settings.path->lens.f_number, 4);
+  ASSERT_EQ(draw_setting("bounces").set("5", settings), "");
+  keep_path_settings(true, settings, paths);
+  ASSERT_EQ(draw_setting("render").set("raster", settings), "");
+  keep_path_settings(true, settings, paths);
+  EXPECT_EQ(paths.bounces, 5u);
 }
 
 TEST(SettingTable, InvalidValuesChangeNothing) {

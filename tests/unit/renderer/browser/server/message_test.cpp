@@ -56,9 +56,10 @@ TEST(ClientMessage, EachKindIsRead) {
   EXPECT_EQ(joint.index, 2u);
   EXPECT_EQ(joint.x, -1.5);
   EXPECT_FALSE(read(R"({"type":"posture","scene":4})").index);
-  EXPECT_EQ(read(R"({"type":"render","shadows":false,"tone_map":3})").index, 3u);
-  EXPECT_EQ(read(R"({"type":"render","shadows":false,"tone_map":3})").paths, std::nullopt);
-  EXPECT_EQ(read(R"({"type":"render","shadows":false,"tone_map":3,"paths":true})").paths, true);
+  const ClientMessage setting = read(R"({"type":"setting","setting":"shadows","control":1,"value":"off"})");
+  EXPECT_EQ(setting.setting, "shadows");
+  EXPECT_EQ(setting.index, 1u);
+  EXPECT_EQ(setting.value, "off");
   for (const char* text :
        {R"({"type":"pan","right":1,"up":2})", R"({"type":"fly","right":1,"up":2,"back":3})",
         R"({"type":"pick","x":0,"y":1})", R"({"type":"isolate"})", R"({"type":"show_all"})",
@@ -101,8 +102,9 @@ TEST(ClientMessage, BadOnesAreRefused) {
         std::string(R"({"type":"joint","scene":0,"index":0,"position":1e7})"),
         std::string(R"({"type":"joint","scene":0,"index":0})"),
         std::string(R"({"type":"posture","index":1})"),
-        std::string(R"({"type":"render","shadows":true,"tone_map":-1})"),
-        std::string(R"({"type":"render","shadows":true,"tone_map":3,"paths":1})"),
+        std::string(R"({"type":"setting","setting":"shadows","control":-1,"value":"off"})"),
+        std::string(R"({"type":"setting","setting":"shadows","control":0,"value":1})"),
+        R"({"type":"setting","setting":"shadows","control":0,"value":")" + std::string(65, 'a') + "\"}",
         R"({"type":"hello","token":")" + std::string(200, 'a') + "\"}",
         std::string(3000, '['),
         R"({"type":"show_all","x":")" + std::string(kMaxMessageBytes, 'a') + "\"}"})
@@ -113,7 +115,7 @@ TEST(ClientMessage, BadOnesAreRefused) {
 
 TEST(ClientMessage, SharedStateNeedsControl) {
   for (const Kind kind : {Kind::hide, Kind::isolate, Kind::show_all, Kind::play, Kind::step, Kind::seek,
-                          Kind::joint, Kind::posture, Kind::render})
+                          Kind::joint, Kind::posture, Kind::setting})
     EXPECT_TRUE(needs_control(kind));
   for (const Kind kind : {Kind::hello, Kind::size, Kind::shown, Kind::orbit, Kind::pan, Kind::zoom, Kind::fly,
                           Kind::frame, Kind::codec, Kind::quality, Kind::camera, Kind::pick, Kind::inspect,
