@@ -11,7 +11,8 @@ namespace {
 
 // x red, y green, z blue; 3: the plane of the image.
 ImU32 axis_color(int axis) {
-  return std::array{theme::bad(), theme::good(), theme::accent(), theme::text()}[static_cast<size_t>(axis)];
+  return std::array{theme::palette->bad, theme::palette->good, theme::palette->accent,
+                    theme::palette->text}[static_cast<size_t>(axis)];
 }
 
 glm::mat4 world_from_parent(const Shown& shown, uint32_t node) {
@@ -98,7 +99,7 @@ void GizmoOverlay::draw(const Context& c, const Rect& image, std::optional<size_
   for (size_t i = 0; i < handles.size(); ++i) {
     const GizmoHandle& handle = handles[i];
     const bool is_marked = gizmo_.is_dragging() ? gizmo_.is_dragged(handle) : hovered == i;
-    const ImU32 color = is_marked ? theme::warning() : axis_color(handle.axis);
+    const ImU32 color = is_marked ? theme::palette->warning : axis_color(handle.axis);
     switch (handle.kind) {
       case GizmoHandle::Kind::centre:
         list->AddCircleFilled(point(handle.outline[0]), c.ui.points(5), color);
@@ -111,7 +112,7 @@ void GizmoOverlay::draw(const Context& c, const Rect& image, std::optional<size_
         break;
       case GizmoHandle::Kind::ring:
         for (const glm::vec2& px : handle.outline) list->PathLineTo(point(px));
-        list->PathStroke(handle.axis == 3 && !is_marked ? theme::dim() : color, 0, thick);
+        list->PathStroke(handle.axis == 3 && !is_marked ? theme::palette->dim : color, 0, thick);
         break;
       case GizmoHandle::Kind::axis: {
         const glm::vec2 tip = handle.outline[1], way = glm::normalize(tip - handle.outline[0]);
@@ -149,8 +150,8 @@ void GizmoOverlay::draw_note(const Context& c, const Rect& image, const glm::vec
                    std::round(std::clamp(at.y + away, image.low.y + margin, max_y))};
   list->PushClipRect({image.low.x, image.low.y}, {image.high.x, image.high.y});
   list->AddRectFilled({low.x - margin, low.y - margin}, {low.x + size.x + margin, low.y + size.y + margin},
-                      faded(theme::panel(), 0xe0), margin);
-  list->AddText(low, theme::text(), shown.c_str());
+                      faded(theme::palette->panel, 0xe0), margin);
+  list->AddText(low, theme::palette->text, shown.c_str());
   list->PopClipRect();
 }
 

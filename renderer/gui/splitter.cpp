@@ -15,7 +15,7 @@ float Ui::edge(const char* name, bool upright, const Rect& rect) {
   if (active || ImGui::IsItemHovered()) {
     ImGui::SetMouseCursor(upright ? ImGuiMouseCursor_ResizeEW : ImGuiMouseCursor_ResizeNS);
     ImGui::GetWindowDrawList()->AddRectFilled(ImGui::GetItemRectMin(), ImGui::GetItemRectMax(),
-                                              active ? theme::accent() : theme::accent_dark());
+                                              active ? theme::palette->accent : theme::palette->accent_dark);
   }
   if (!active) return 0;
   return upright ? ImGui::GetIO().MouseDelta.x : ImGui::GetIO().MouseDelta.y;
@@ -29,10 +29,10 @@ bool Ui::handle(const Splitter& at_edge, const Rect& rect, bool folded) {
   const bool hovered = ImGui::IsItemHovered();
   ImDrawList* const list = ImGui::GetWindowDrawList();
   const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
-  list->AddRectFilled(low, high, hovered ? theme::well_hovered() : theme::well());
+  list->AddRectFilled(low, high, hovered ? theme::palette->well_hovered : theme::palette->well);
   const ImVec2 at{(low.x + high.x) / 2, (low.y + high.y) / 2};
   const float arm = points(3.5f), half = points(2);
-  const ImU32 color = hovered ? theme::accent() : theme::dim();
+  const ImU32 color = hovered ? theme::palette->accent : theme::palette->dim;
   // The arrow points to where the splitter will be.
   const float way = folded ? -1.0f : 1.0f;
   if (at_edge.arrow == ImGuiDir_Down) {

@@ -36,30 +36,31 @@ void apply_theme(float scale, bool is_light) {
   style.DisabledAlpha = 0.4f;
 
   ImVec4* const colors = style.Colors;
-  for (int i = 0; i < ImGuiCol_COUNT; ++i) colors[i] = theme::floats(theme::well());
-  colors[ImGuiCol_Text] = theme::floats(theme::text());
-  colors[ImGuiCol_TextDisabled] = theme::floats(theme::dim());
-  colors[ImGuiCol_WindowBg] = theme::floats(theme::panel());
-  colors[ImGuiCol_ChildBg] = theme::floats(theme::panel());
-  colors[ImGuiCol_PopupBg] = theme::floats(theme::panel());
+  for (int i = 0; i < ImGuiCol_COUNT; ++i) colors[i] = theme::floats(theme::palette->well);
+  colors[ImGuiCol_Text] = theme::floats(theme::palette->text);
+  colors[ImGuiCol_TextDisabled] = theme::floats(theme::palette->dim);
+  colors[ImGuiCol_WindowBg] = theme::floats(theme::palette->panel);
+  colors[ImGuiCol_ChildBg] = theme::floats(theme::palette->panel);
+  colors[ImGuiCol_PopupBg] = theme::floats(theme::palette->panel);
   colors[ImGuiCol_Border] = theme::floats(palette.border);
   colors[ImGuiCol_BorderShadow] = {0, 0, 0, 0};
-  colors[ImGuiCol_FrameBgHovered] = colors[ImGuiCol_FrameBgActive] = theme::floats(theme::well_hovered());
+  colors[ImGuiCol_FrameBgHovered] = colors[ImGuiCol_FrameBgActive] =
+      theme::floats(theme::palette->well_hovered);
   colors[ImGuiCol_ScrollbarBg] = {0, 0, 0, 0};
   colors[ImGuiCol_ScrollbarGrab] = theme::floats(palette.grab);
   colors[ImGuiCol_ScrollbarGrabHovered] = colors[ImGuiCol_ScrollbarGrabActive] =
       theme::floats(palette.grab_hovered);
-  colors[ImGuiCol_CheckMark] = colors[ImGuiCol_SliderGrab] = theme::floats(theme::accent());
+  colors[ImGuiCol_CheckMark] = colors[ImGuiCol_SliderGrab] = theme::floats(theme::palette->accent);
   colors[ImGuiCol_SliderGrabActive] = theme::floats(palette.slider_active);
   colors[ImGuiCol_Button] = theme::floats(palette.button);
   colors[ImGuiCol_ButtonHovered] = theme::floats(palette.button_hovered);
-  colors[ImGuiCol_ButtonActive] = theme::floats(theme::accent_dark());
-  colors[ImGuiCol_Header] = theme::floats(theme::accent_dark());
-  colors[ImGuiCol_HeaderHovered] = theme::floats(theme::well_hovered());
-  colors[ImGuiCol_HeaderActive] = theme::floats(theme::accent_dark());
-  colors[ImGuiCol_Separator] = theme::floats(theme::line());
-  colors[ImGuiCol_PlotLines] = theme::floats(theme::accent());
-  colors[ImGuiCol_TextSelectedBg] = theme::floats(theme::accent_dark());
+  colors[ImGuiCol_ButtonActive] = theme::floats(theme::palette->accent_dark);
+  colors[ImGuiCol_Header] = theme::floats(theme::palette->accent_dark);
+  colors[ImGuiCol_HeaderHovered] = theme::floats(theme::palette->well_hovered);
+  colors[ImGuiCol_HeaderActive] = theme::floats(theme::palette->accent_dark);
+  colors[ImGuiCol_Separator] = theme::floats(theme::palette->line);
+  colors[ImGuiCol_PlotLines] = theme::floats(theme::palette->accent);
+  colors[ImGuiCol_TextSelectedBg] = theme::floats(theme::palette->accent_dark);
   colors[ImGuiCol_NavHighlight] = {0, 0, 0, 0};
   ImGui::GetStyle() = style;
 }

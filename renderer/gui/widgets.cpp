@@ -113,9 +113,9 @@ bool Ui::header(const char* title, bool& open) {
 #endif
   note_control(Control::Kind::header, title);
   const bool hovered = ImGui::IsItemHovered();
-  list->AddLine({at.x, at.y}, {at.x + width, at.y}, theme::line());
+  list->AddLine({at.x, at.y}, {at.x + width, at.y}, theme::palette->line);
   const float center = at.y + height / 2, arm = points(3.5f), x = at.x + points(5);
-  const ImU32 arrow = hovered ? theme::accent() : theme::faint();
+  const ImU32 arrow = hovered ? theme::palette->accent : theme::palette->faint;
   if (open) {
     list->AddTriangleFilled({x - arm, center - arm / 2}, {x + arm, center - arm / 2}, {x, center + arm},
                             arrow);
@@ -123,7 +123,8 @@ bool Ui::header(const char* title, bool& open) {
     list->AddTriangleFilled({x - arm / 2, center - arm}, {x + arm, center}, {x - arm / 2, center + arm},
                             arrow);
   }
-  list->AddText({at.x + points(15), at.y + points(4)}, open || hovered ? theme::text() : theme::dim(), title);
+  list->AddText({at.x + points(15), at.y + points(4)},
+                open || hovered ? theme::palette->text : theme::palette->dim, title);
   return open;
 }
 
@@ -135,7 +136,7 @@ void Ui::flow(float width_px) {
 
 void Ui::dim_label(const char* text, float width_px) {
   const std::string shown = elided(text, width_px);
-  ImGui::PushStyleColor(ImGuiCol_Text, theme::dim());
+  ImGui::PushStyleColor(ImGuiCol_Text, theme::palette->dim);
   ImGui::TextUnformatted(shown.c_str());
   ImGui::PopStyleColor();
   if (shown != text) hint(text);
@@ -159,7 +160,7 @@ void Ui::value(const char* label, const char* format, ...) {
   va_start(arguments, format);
   std::vsnprintf(text, sizeof text, format, arguments);
   va_end(arguments);
-  value(label, theme::text(), text);
+  value(label, theme::palette->text, text);
 }
 
 void Ui::value(const char* name, ImU32 color, const std::string& text) {
@@ -176,14 +177,14 @@ void Ui::value(const char* name, ImU32 color, const std::string& text) {
 
 void Ui::note(const std::string& text) {
   ImGui::PushTextWrapPos(0);
-  ImGui::TextColored(theme::floats(theme::dim()), "%s", text.c_str());
+  ImGui::TextColored(theme::floats(theme::palette->dim), "%s", text.c_str());
   ImGui::PopTextWrapPos();
 }
 
 bool Ui::button(const char* label, bool enabled, const char* hint_text, bool pressed) {
   flow(ImGui::CalcTextSize(label, nullptr, true).x + 2 * ImGui::GetStyle().FramePadding.x);
   ImGui::BeginDisabled(!enabled);
-  if (pressed) ImGui::PushStyleColor(ImGuiCol_Button, theme::accent_dark());
+  if (pressed) ImGui::PushStyleColor(ImGuiCol_Button, theme::palette->accent_dark);
   const bool clicked = ImGui::Button(label);
   note_control(Control::Kind::button, label, enabled);
   if (pressed) ImGui::PopStyleColor();
@@ -330,7 +331,7 @@ bool Ui::row(const char* text, bool chosen, ImU32 text_color, float width) {
   ImGui::PopID();
   note_control(Control::Kind::row, text);
   if (!ImGui::IsItemVisible()) return clicked;
-  if (chosen) text_color = theme::text();  // others are hard to read on the colour of a chosen row
+  if (chosen) text_color = theme::palette->text;  // others are hard to read on the colour of a chosen row
   // Drawn as text instead of the item's label: ImGui hides label text from ## on, and names come from files.
   const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
   const ImVec4 clip{low.x, low.y, width > 0 ? at.x + width : high.x, high.y};
@@ -349,7 +350,7 @@ bool Ui::sign(const char* name, const char* glyph, ImU32 color, float width) {
   note_control(Control::Kind::button, name);
   const ImVec2 size = ImGui::CalcTextSize(glyph);
   ImGui::GetWindowDrawList()->AddText({std::round(at.x + (width - size.x) / 2), at.y},
-                                      ImGui::IsItemHovered() ? theme::text() : color, glyph);
+                                      ImGui::IsItemHovered() ? theme::palette->text : color, glyph);
   hint(name);
   ImGui::PopID();
   return clicked;
@@ -368,7 +369,7 @@ void Ui::plot(std::span<const Curve> curves, float height_pt, float least_top, c
   ImGui::Dummy(size);
   if (!ImGui::IsItemVisible()) return;  // there may be many streams
   ImDrawList* const list = ImGui::GetWindowDrawList();
-  list->AddRectFilled(at, {at.x + size.x, at.y + size.y}, theme::well());
+  list->AddRectFilled(at, {at.x + size.x, at.y + size.y}, theme::palette->well);
   float top = least_top;
   size_t most = 2;
   for (const Curve& curve : curves) {
@@ -402,7 +403,7 @@ void Ui::plot(std::span<const Curve> curves, float height_pt, float least_top, c
   }
   char label[48];
   std::snprintf(label, sizeof label, "%g %s", static_cast<double>(top), unit);
-  list->AddText({at.x + points(4), at.y + points(1)}, theme::faint(),
+  list->AddText({at.x + points(4), at.y + points(1)}, theme::palette->faint,
                 elided(label, size.x - points(8)).c_str());
 }
 

@@ -46,45 +46,6 @@ inline constexpr Palette kLight{rgb(0x1769a6), rgb(0xb5d7ef), rgb(0x1c2126),
                                 rgb(0xb3261e), rgb(0x7445a8), {rgb(0x0b7a70), rgb(0xb0317c), rgb(0x5c5c5c)}};
 // The palette of the current theme; set by apply_theme().
 inline const Palette* palette = &kDark;
-inline ImU32 accent() {
-  return palette->accent;
-}
-inline ImU32 accent_dark() {
-  return palette->accent_dark;
-}
-inline ImU32 text() {
-  return palette->text;
-}
-inline ImU32 dim() {
-  return palette->dim;
-}
-inline ImU32 faint() {
-  return palette->faint;
-}
-inline ImU32 panel() {
-  return palette->panel;
-}
-inline ImU32 well() {
-  return palette->well;
-}
-inline ImU32 well_hovered() {
-  return palette->well_hovered;
-}
-inline ImU32 line() {
-  return palette->line;
-}
-inline ImU32 good() {
-  return palette->good;
-}
-inline ImU32 warning() {
-  return palette->warning;
-}
-inline ImU32 bad() {
-  return palette->bad;
-}
-inline ImU32 second() {
-  return palette->second;
-}
 inline ImVec4 floats(ImU32 color) {
   return ImGui::ColorConvertU32ToFloat4(color);
 }
@@ -153,7 +114,7 @@ class Ui {
   bool color(const char* label, glm::vec3& linear, const char* hint = nullptr);
   bool text(const char* name, const char* hint, std::string& value);
   // Selectable list row.
-  bool row(const char* text, bool chosen, ImU32 text_color = theme::text(), float width = 0);
+  bool row(const char* text, bool chosen, ImU32 text_color = theme::palette->text, float width = 0);
   // Small icon button at the end of a row.
   bool sign(const char* name, const char* glyph, ImU32 color, float width);
   // Draggable splitter with a handle that folds its dock. A folded one is a handle only. arrow: points away

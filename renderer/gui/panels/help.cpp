@@ -63,14 +63,14 @@ void draw_lines(Ui& ui, std::span<const Line> lines, float left_px, float width_
     if (!line.keys) {
       ImGui::Dummy({0, ui.points(2)});
       ImGui::SetCursorPosX(left_px);
-      ImGui::TextColored(ImGui::ColorConvertU32ToFloat4(theme::accent()), "%s", line.does);
+      ImGui::TextColored(ImGui::ColorConvertU32ToFloat4(theme::palette->accent), "%s", line.does);
       continue;
     }
     ImGui::SetCursorPosX(left_px);
     ImGui::TextUnformatted(line.keys);
     ImGui::SameLine(left_px + ui.points(130));
     ImGui::PushTextWrapPos(left_px + width_px);
-    ImGui::TextColored(ImGui::ColorConvertU32ToFloat4(theme::dim()), "%s", line.does);
+    ImGui::TextColored(ImGui::ColorConvertU32ToFloat4(theme::palette->dim), "%s", line.does);
     ImGui::PopTextWrapPos();
   }
 }
@@ -133,10 +133,11 @@ void draw_notice(const Context& context, const Rect& image) {
   const ImVec2 at{std::round((image.low.x + image.high.x - size.x) / 2), image.low.y + margin + padding};
   ImDrawList* const list = ImGui::GetForegroundDrawList();
   list->AddRectFilled({at.x - padding, at.y - padding}, {at.x + size.x + padding, at.y + size.y + padding},
-                      theme::panel(), ui.points(4));
+                      theme::palette->panel, ui.points(4));
   list->AddRect({at.x - padding, at.y - padding}, {at.x + size.x + padding, at.y + size.y + padding},
-                theme::warning(), ui.points(4));
-  list->AddText(ImGui::GetFont(), ImGui::GetFontSize(), at, theme::text(), text.c_str(), nullptr, room);
+                theme::palette->warning, ui.points(4));
+  list->AddText(ImGui::GetFont(), ImGui::GetFontSize(), at, theme::palette->text, text.c_str(), nullptr,
+                room);
 }
 
 }  // namespace fire3dv::gui

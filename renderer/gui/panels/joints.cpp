@@ -25,7 +25,7 @@ void draw_joint(const Context& c, const state::RobotPose& robot, size_t index) {
   const robot::RobotJoint& joint = robot.robot().joints()[index];
   const std::string label = one_line(joint.name);
   if (const std::string* driver = driver_of(c.shown, robot.node_of(index))) {
-    c.ui.value(label.c_str(), theme::dim(), "by " + one_line(*driver));
+    c.ui.value(label.c_str(), theme::palette->dim, "by " + one_line(*driver));
     c.ui.hint("A stream moves this node; the joint cannot be moved by hand meanwhile");
     return;
   }

@@ -13,7 +13,7 @@ namespace {
 // Three numbers need more room than the column of values has.
 void show_text(Ui& ui, const char* label, const char* text) {
   constexpr float kLabelPt = 58;
-  ImGui::TextColored(theme::floats(theme::dim()), "%s", label);
+  ImGui::TextColored(theme::floats(theme::palette->dim), "%s", label);
   ImGui::SameLine(ImGui::GetCursorPosX() + ui.points(kLabelPt));
   ImGui::PushTextWrapPos(0);
   ImGui::TextUnformatted(wrapped(text, ImGui::GetContentRegionAvail().x).c_str());

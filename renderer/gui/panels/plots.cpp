@@ -125,7 +125,7 @@ class Canvas {
     for (int i = 0; i < kMaxLines && (from + i) * step_s <= time_s.high; ++i) {
       const double at_s = (from + i) * step_s;
       const float at = x(at_s * second);
-      list_.AddLine({at, rect_.low.y}, {at, rect_.high.y}, theme::line());
+      list_.AddLine({at, rect_.low.y}, {at, rect_.high.y}, theme::palette->line);
       label({at + ui_.points(2), rect_.high.y - ImGui::GetTextLineHeight()}, number_text(at_s) + " s");
     }
     const double span = 2 * (values_.high / 2 - values_.low / 2);
@@ -135,7 +135,7 @@ class Canvas {
     const auto first = std::ceil(values_.low / step);
     for (int i = 0; i < kMaxLines && (first + i) * step <= values_.high; ++i) {
       const double value = (first + i) * step;
-      list_.AddLine({rect_.low.x, y(value)}, {rect_.high.x, y(value)}, theme::line());
+      list_.AddLine({rect_.low.x, y(value)}, {rect_.high.x, y(value)}, theme::palette->line);
       const float line = ImGui::GetTextLineHeight(), below = y(value);
       const float at = below - line < rect_.low.y ? below : below - line;
       if (below < rect_.high.y - line) label({rect_.low.x + ui_.points(2), at}, number_text(value));
@@ -200,7 +200,7 @@ class Canvas {
   // Beyond the clip rectangle, but not where float coordinates lose precision.
   static float limited(double share) { return static_cast<float>(std::clamp(share, -100.0, 100.0)); }
   double width() const { return static_cast<double>(std::max(rect_.high.x - rect_.low.x, 1.0f)); }
-  void label(ImVec2 at, const std::string& text) { list_.AddText(at, theme::dim(), text.c_str()); }
+  void label(ImVec2 at, const std::string& text) { list_.AddText(at, theme::palette->dim, text.c_str()); }
 
   Ui& ui_;
   ImDrawList& list_;
@@ -288,17 +288,17 @@ void PlotsPanel::draw_plot(const Context& context) {
   const Range time_ns{view_[0], view_[1]};
   Canvas canvas(ui, {{at.x, at.y}, {at.x + size.x, at.y + size.y}}, time_ns, values_in(columns_, time_ns));
   ImDrawList& list = *ImGui::GetWindowDrawList();
-  list.AddRectFilled(at, {at.x + size.x, at.y + size.y}, theme::well());
+  list.AddRectFilled(at, {at.x + size.x, at.y + size.y}, theme::palette->well);
   list.PushClipRect(at, {at.x + size.x, at.y + size.y}, true);
   if (columns_.empty()) {
-    list.AddText({at.x + ui.points(6), at.y + ui.points(4)}, theme::dim(),
+    list.AddText({at.x + ui.points(6), at.y + ui.points(4)}, theme::palette->dim,
                  elided("Choose scalars below.", size.x - ui.points(8)).c_str());
   } else {
     canvas.grid();
-    if (shown_ns_) canvas.upright(*shown_ns_, theme::faint());
+    if (shown_ns_) canvas.upright(*shown_ns_, theme::palette->faint);
     for (const Entry& entry : entries_)
       if (entry.chosen) canvas.curve({{}, entry.group, entry.scalar}, entry.color);
-    if (const std::optional<double> cursor = cursor_ns()) canvas.upright(*cursor, theme::text());
+    if (const std::optional<double> cursor = cursor_ns()) canvas.upright(*cursor, theme::palette->text);
   }
   list.PopClipRect();
 }
@@ -347,7 +347,7 @@ void PlotsPanel::draw_list(const Context& context) {
   if (cursor) {
     ui.value("Values at", "%.6f s", *cursor * 1e-9);
   } else {
-    ui.value("Values at", theme::dim(), "newest");
+    ui.value("Values at", theme::palette->dim, "newest");
   }
   const float row = ImGui::GetTextLineHeightWithSpacing();
   const int rows = static_cast<int>(listed_.size());
@@ -374,11 +374,11 @@ void PlotsPanel::draw_row(const Context& context, const Entry& entry, std::optio
   const float used = ImGui::CalcTextSize(text.c_str()).x;
   const std::string key = entry.key();
   ImGui::PushID(key.c_str());
-  const bool clicked = ui.row(entry.name().c_str(), false, entry.chosen ? entry.color : theme::dim(),
+  const bool clicked = ui.row(entry.name().c_str(), false, entry.chosen ? entry.color : theme::palette->dim,
                               room - used - ui.points(6));
   ImGui::PopID();
-  ImGui::GetWindowDrawList()->AddText({at.x + room - used, at.y}, entry.chosen ? theme::text() : theme::dim(),
-                                      text.c_str());
+  ImGui::GetWindowDrawList()->AddText(
+      {at.x + room - used, at.y}, entry.chosen ? theme::palette->text : theme::palette->dim, text.c_str());
   if (!clicked) return;
   // A free slot keeps the colours of the others.
   if (const auto chosen = std::ranges::find(chosen_, key); chosen != chosen_.end())

@@ -150,7 +150,7 @@ void TreePanel::draw_row(const Context& context, const Row& row) {
       std::floor(std::min(ui.points(12) * static_cast<float>(std::min(row.depth, 24u)), width * 0.4f));
   ImGui::SetCursorPosX(left + indent);
   if (search_.empty() && has_children(node)) {
-    if (ui.sign(open_[node] ? "Close" : "Open", open_[node] ? "\u25be" : "\u25b8", theme::dim(),
+    if (ui.sign(open_[node] ? "Close" : "Open", open_[node] ? "\u25be" : "\u25b8", theme::palette->dim,
                 ui.points(14))) {
       open_[node] = !open_[node];
       rows_are_old_ = true;
@@ -164,7 +164,9 @@ void TreePanel::draw_row(const Context& context, const Row& row) {
   const bool gone = context.shown.edits && context.shown.edits->is_hidden(node);
   const auto& drives = context.shown.poses.node_drives();
   const bool driven = node < drives.size() && drives[node].stream != state::kNone;
-  const ImU32 color = hidden || gone ? theme::faint() : driven ? theme::text() : theme::dim();
+  const ImU32 color = hidden || gone ? theme::palette->faint
+                      : driven       ? theme::palette->text
+                                     : theme::palette->dim;
   const std::string label = node_label(scene, node);
   const float room = width - indent - ui.points(14) - sign_width;
   if (ui.row(label.c_str(), view_state.selected == node, color, std::max(room, ui.points(20)))) {
@@ -173,8 +175,8 @@ void TreePanel::draw_row(const Context& context, const Row& row) {
   }
   if (ImGui::IsItemHovered() && ImGui::IsMouseDoubleClicked(0)) view_state.commands.frame_selection = true;
   ImGui::SameLine(left + width - sign_width);
-  if (ui.sign(hidden ? "Show" : "Hide", hidden ? "\u25cb" : "\u25cf", hidden ? theme::text() : theme::faint(),
-              sign_width)) {
+  if (ui.sign(hidden ? "Show" : "Hide", hidden ? "\u25cb" : "\u25cf",
+              hidden ? theme::palette->text : theme::palette->faint, sign_width)) {
     if (hidden) {
       view_state.edits.hidden.erase(node);
     } else {
@@ -261,8 +263,8 @@ void draw_node_panel(const Context& context) {
   }
 
   const scene::Node& n = scene.nodes[node];
-  ui.value("Name", theme::text(), node_label(scene, node));
-  if (n.path != n.name) ui.value("Path", theme::dim(), n.path);
+  ui.value("Name", theme::palette->text, node_label(scene, node));
+  if (n.path != n.name) ui.value("Path", theme::palette->dim, n.path);
   const auto& drives = context.shown.poses.node_drives();
   if (node < drives.size() && drives[node].stream != state::kNone &&
       drives[node].stream < context.shown.poses.streams().size()) {
@@ -270,16 +272,16 @@ void draw_node_panel(const Context& context) {
     const state::Stream& stream = context.shown.poses.streams()[drive.stream];
     const bool itself = drive.pose_index < stream.scene_node_of_pose.size() &&
                         stream.scene_node_of_pose[drive.pose_index] == node;
-    ui.value("Driven by", theme::accent(), stream.name);
+    ui.value("Driven by", theme::palette->accent, stream.name);
     ui.value("Pose", "%u of %zu%s", drive.pose_index + 1, stream.poses.size(),
              itself ? "" : ", of a node above");
   } else {
-    ui.value("Driven by", theme::dim(), "nobody: it rests, or is animated");
+    ui.value("Driven by", theme::palette->dim, "nobody: it rests, or is animated");
   }
   show_pose(context, node);
   if (n.mesh != scene::kNone) {
     const std::string& mesh = scene.meshes[n.mesh].name;
-    ui.value("Mesh", theme::text(), mesh.empty() ? "mesh " + std::to_string(n.mesh) : mesh);
+    ui.value("Mesh", theme::palette->text, mesh.empty() ? "mesh " + std::to_string(n.mesh) : mesh);
     ui.value("Triangles", "%s", grouped(triangles_of(scene, n)).c_str());
   }
 }
@@ -309,7 +311,7 @@ void CamerasPanel::draw(const Context& context) {
   if (ui.button("Frame selection", view_state.selected < scene.nodes.size(), "The selected node  (F)"))
     view_state.commands.frame_selection = true;
   if (view_state.followed < scene.nodes.size()) {
-    ui.value("Follows", theme::accent(), node_label(scene, view_state.followed));
+    ui.value("Follows", theme::palette->accent, node_label(scene, view_state.followed));
     if (ui.button("Stop following")) view_state.followed = scene::kNone;
   }
   ui.slider("Speed", view_state.camera_speed, {0.05f, 20, "%.2f x", true},

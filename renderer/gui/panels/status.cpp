@@ -119,13 +119,14 @@ void FramePanel::draw(const Context& context) {
   const float interval_ms = interval_ms_.median();
   ui.value("Images", interval_ms < 100 ? "%.1f /s   %.1f ms" : "%.1f /s   %.0f ms",
            interval_ms > 0 ? 1e3 / static_cast<double>(interval_ms) : 0.0, static_cast<double>(interval_ms));
-  ui.value("CPU", theme::accent(), milliseconds(cpu_ms_.median()));
-  ui.value("GPU", theme::second(), milliseconds(gpu_ms_.median()));
+  ui.value("CPU", theme::palette->accent, milliseconds(cpu_ms_.median()));
+  ui.value("GPU", theme::palette->second, milliseconds(gpu_ms_.median()));
   if (plotted_.empty()) {
-    const Ui::Curve curves[] = {{gpu_ms_.values(), theme::second()}, {cpu_ms_.values(), theme::accent()}};
+    const Ui::Curve curves[] = {{gpu_ms_.values(), theme::palette->second},
+                                {cpu_ms_.values(), theme::palette->accent}};
     ui.plot(curves, 54, 0.1f, "ms");
   } else {
-    const Ui::Curve curve{pass_ms_[plotted_].values(), theme::accent()};
+    const Ui::Curve curve{pass_ms_[plotted_].values(), theme::palette->accent};
     ui.plot({&curve, 1}, 54, 0.01f, ("ms  " + plotted_).c_str());
   }
   draw_passes(context);
@@ -143,14 +144,14 @@ void FramePanel::draw(const Context& context) {
            bytes_text(frame.resident_bytes).c_str());
   if (frame.paths) {
     ui.value("Image", "%u x %u", frame.extent_px.x, frame.extent_px.y);
-    ui.value("Paths", theme::text(), path_progress_text(*frame.paths));
+    ui.value("Paths", theme::palette->text, path_progress_text(*frame.paths));
   } else {
     ui.value("Image", "%u x %u, %u sample%s", frame.extent_px.x, frame.extent_px.y, frame.samples,
              frame.samples == 1 ? "" : "s");
   }
-  ui.value("Device", theme::text(), frame.device);
-  ui.value("Drawn", theme::text(), frame.raster);
-  ui.value("Shadows", theme::text(), frame.shadows);
+  ui.value("Device", theme::palette->text, frame.device);
+  ui.value("Drawn", theme::palette->text, frame.raster);
+  ui.value("Shadows", theme::palette->text, frame.shadows);
 }
 
 void FramePanel::draw_passes(const Context& context) {
@@ -164,8 +165,9 @@ void FramePanel::draw_passes(const Context& context) {
     ui.bar(ms / most, theme::palette->bar);
     const bool is_plotted = plotted_ == name;
     const float room = ImGui::GetContentRegionAvail().x - number_width - ui.points(4);
-    const bool clicked = ui.row(name.c_str(), is_plotted, is_plotted ? theme::text() : theme::dim(),
-                                std::max(room, ui.points(20)));
+    const bool clicked =
+        ui.row(name.c_str(), is_plotted, is_plotted ? theme::palette->text : theme::palette->dim,
+               std::max(room, ui.points(20)));
     char number[32];
     std::snprintf(number, sizeof number, "%.3f", static_cast<double>(ms));
     ImGui::SameLine(ImGui::GetWindowContentRegionMax().x -
@@ -213,7 +215,7 @@ void LogPanel::draw(const Context& context) {
       char time[32];
       std::snprintf(time, sizeof time, "%.1f", line.time_s);
       ImGui::SetCursorPosX(std::max(0.0f, ui.points(48) - ImGui::CalcTextSize(time).x));
-      ImGui::PushStyleColor(ImGuiCol_Text, theme::faint());
+      ImGui::PushStyleColor(ImGuiCol_Text, theme::palette->faint);
       ImGui::TextUnformatted(time);
       ImGui::PopStyleColor();
       ImGui::SameLine(0, ui.points(8));

@@ -14,13 +14,13 @@ namespace {
 ImU32 color_of(state::Condition condition) {
   switch (condition) {
     case state::Condition::live:
-      return theme::good();
+      return theme::palette->good;
     case state::Condition::late:
-      return theme::warning();
+      return theme::palette->warning;
     case state::Condition::lost:
-      return theme::bad();
+      return theme::palette->bad;
   }
-  return theme::dim();
+  return theme::palette->dim;
 }
 
 // Resources of the peer near their limit, or with refusals.
@@ -30,8 +30,8 @@ void draw_uses(Ui& ui, const std::vector<UseFact>& uses) {
   for (const UseFact& use : uses) {
     std::string text = amount_text(use.resource, use.used) + " of " + amount_text(use.resource, use.limit);
     if (use.refused > 0) text += ", " + grouped(use.refused) + " refused";
-    ui.value(std::string(info(use.resource).name).c_str(), use.refused > 0 ? theme::warning() : theme::text(),
-             text);
+    ui.value(std::string(info(use.resource).name).c_str(),
+             use.refused > 0 ? theme::palette->warning : theme::palette->text, text);
     ui.hint(std::string(info(use.resource).noun).c_str());
   }
 }
@@ -73,12 +73,12 @@ void StreamsPanel::draw(const Context& context) {
   if (context.facts.streams.empty()) ui.note("No simulator has connected.");
   for (const StreamFact& stream : context.facts.streams) draw_stream(context, stream);
   for (const LinkFact& link : context.facts.links) {
-    ui.value(link.peers == 1 ? "1 peer" : (std::to_string(link.peers) + " peers").c_str(), theme::dim(),
-             link.uri + "  " + bytes_text(link.received_bytes));
+    ui.value(link.peers == 1 ? "1 peer" : (std::to_string(link.peers) + " peers").c_str(),
+             theme::palette->dim, link.uri + "  " + bytes_text(link.received_bytes));
     if (link.poses_dropped + link.frames_dropped + link.rejected > 0) {
       // Newer poses overtake older ones whenever a simulator is faster than the display: no reason to worry.
       const bool is_lossy = link.frames_dropped + link.rejected > 0;
-      ui.value("  dropped", is_lossy ? theme::warning() : theme::dim(),
+      ui.value("  dropped", is_lossy ? theme::palette->warning : theme::palette->dim,
                grouped(link.poses_dropped) + " replaced by newer ones, " + grouped(link.frames_dropped) +
                    " incomplete, " + grouped(link.rejected) + " refused");
     }
@@ -111,9 +111,9 @@ void StreamsPanel::draw_stream(const Context& context, const StreamFact& stream)
   std::string nodes = grouped(stream.poses - std::min(stream.poses, stream.unmatched + stream.conflicting));
   nodes += " of " + grouped(stream.poses);
   const bool all_bound = stream.unmatched + stream.conflicting == 0;
-  ui.value("Nodes driven", all_bound ? theme::text() : theme::warning(), nodes);
-  if (stream.unmatched > 0) ui.value("  not in scene", theme::warning(), grouped(stream.unmatched));
-  if (stream.conflicting > 0) ui.value("  another's", theme::warning(), grouped(stream.conflicting));
+  ui.value("Nodes driven", all_bound ? theme::palette->text : theme::palette->warning, nodes);
+  if (stream.unmatched > 0) ui.value("  not in scene", theme::palette->warning, grouped(stream.unmatched));
+  if (stream.conflicting > 0) ui.value("  another's", theme::palette->warning, grouped(stream.conflicting));
   const std::pair<const char*, uint64_t> drops[] = {{"  incomplete", stream.incomplete},
                                                     {"  stale", stream.stale},
                                                     {"  refused", stream.refused},
@@ -121,7 +121,7 @@ void StreamsPanel::draw_stream(const Context& context, const StreamFact& stream)
                                                     {"  gave up waiting", stream.overtaken}};
   ui.value("Shown", "%s", grouped(stream.shown).c_str());
   for (const auto& [cause, count] : drops) {
-    if (count > 0) ui.value(cause, theme::warning(), grouped(count));
+    if (count > 0) ui.value(cause, theme::palette->warning, grouped(count));
   }
   if (stream.edits + stream.edits_refused > 0) {
     ui.value("Edits", "%s, %s refused", grouped(stream.edits).c_str(), grouped(stream.edits_refused).c_str());
@@ -136,10 +136,10 @@ void StreamsPanel::draw_stream(const Context& context, const StreamFact& stream)
   draw_uses(ui, stream.uses);
   draw_markers(context, stream);
   if (stream.gaps_ms.size() > 1) {
-    const Ui::Curve gaps{stream.gaps_ms, theme::accent()};
+    const Ui::Curve gaps{stream.gaps_ms, theme::palette->accent};
     ui.plot({&gaps, 1}, 34, 1, "ms between frames");
   }
-  ui.value("Clock", theme::dim(), stream.clock);
+  ui.value("Clock", theme::palette->dim, stream.clock);
 
   // Settings without a user choice keep their current values.
   app::StreamPlayout playout{stream.interpolated, {}};

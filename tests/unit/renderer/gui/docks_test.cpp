@@ -220,7 +220,7 @@ TEST(GuiDocks, OvertakenPosesAreNoWarning) {
     const ImDrawData& data = world.settle();
     size_t count = 0;
     for (int l = 0; l < data.CmdListsCount; ++l) {
-      for (const ImDrawVert& v : data.CmdLists[l]->VtxBuffer) count += v.col == gui::theme::warning();
+      for (const ImDrawVert& v : data.CmdLists[l]->VtxBuffer) count += v.col == gui::theme::palette->warning;
     }
     return count;
   };

@@ -76,9 +76,9 @@ class ScalarPlots : public ::testing::Test {
 };
 
 TEST_F(ScalarPlots, CurveGoesThroughItsSamples) {
-  EXPECT_TRUE(vertices(gui::theme::accent()).empty()) << "nothing is chosen yet";
+  EXPECT_TRUE(vertices(gui::theme::palette->accent).empty()) << "nothing is chosen yet";
   click_row("arm/elbow");  // rises evenly from 0 to 1
-  const std::vector<glm::vec2> curve = vertices(gui::theme::accent());
+  const std::vector<glm::vec2> curve = vertices(gui::theme::palette->accent);
   ASSERT_GT(curve.size(), 50u);
   const glm::vec2 low = in_plot(0, 0), high = in_plot(1, 1);
   // A tenth of half of the values is left free above and below.
@@ -94,10 +94,10 @@ TEST_F(ScalarPlots, CurveGoesThroughItsSamples) {
   EXPECT_NEAR(curve.front().x, low.x, 3);
   EXPECT_NEAR(curve.back().x, high.x, 3);
   click_row("arm/shoulder");
-  EXPECT_FALSE(vertices(gui::theme::warning()).empty()) << "the second has another colour";
+  EXPECT_FALSE(vertices(gui::theme::palette->warning).empty()) << "the second has another colour";
   click_row("arm/elbow");
-  EXPECT_TRUE(vertices(gui::theme::accent()).empty());
-  EXPECT_FALSE(vertices(gui::theme::warning()).empty()) << "and keeps it";
+  EXPECT_TRUE(vertices(gui::theme::palette->accent).empty());
+  EXPECT_FALSE(vertices(gui::theme::palette->warning).empty()) << "and keeps it";
 }
 
 TEST_F(ScalarPlots, WheelOverPlotKeepsColumn) {
@@ -127,7 +127,7 @@ TEST_F(ScalarPlots, MissingValuesAreGaps) {
   world.settle();
   click_row("gap/x");
   const glm::vec2 low = in_plot(0.32f, 0), high = in_plot(0.58f, 1);
-  for (const glm::vec2& at : vertices(gui::theme::accent()))
+  for (const glm::vec2& at : vertices(gui::theme::palette->accent))
     EXPECT_TRUE(at.x < low.x || at.x > high.x) << at.x;
 }
 
