@@ -14,8 +14,6 @@
 
 namespace fire3dv::sinks {
 
-namespace {}  // namespace
-
 Result<std::unique_ptr<FileSink>> FileSink::open(const FileSinkOptions& options) {
   if (options.folder.empty()) return Error{"no folder is given for the images: name one"};
   if (auto made = base::create_folder(options.folder); !made) return made.error();
@@ -25,43 +23,15 @@ Result<std::unique_ptr<FileSink>> FileSink::open(const FileSinkOptions& options)
   errno = 0;
   sink->log_.open(log_path, std::ios::trunc);
   if (!sink->log_) return Error{"cannot write " + log_path.string() + ": " + system_reason(errno)};
-  sink->worker_ = std::thread([raw = sink.get()] { raw->work(); });
+  sink->start();
   return sink;
 }
 
-FileSink::FileSink(const FileSinkOptions& options) : options_(options) {}
+FileSink::FileSink(const FileSinkOptions& options)
+    : QueuedSink(std::max<size_t>(options.queue_limit, 1)), options_(options) {}
 
 FileSink::~FileSink() {
   (void)finish();
-}
-
-Result<void> FileSink::consume(FrameImage&& image) {
-  FIRE3DV_ASSERT(is_consistent(image));
-  std::unique_lock lock(mutex_);
-  const size_t limit = std::max<size_t>(options_.queue_limit, 1);
-  changed_.wait(lock, [&] { return queue_.size() < limit || error_ || closing_; });
-  if (closing_) return {};  // the program ends
-  if (error_) {
-    ++frames_dropped_;
-    return report_error();
-  }
-  queue_.push_back(std::move(image));
-  changed_.notify_all();
-  return {};
-}
-
-Result<void> FileSink::finish() {
-  const std::lock_guard ending(ending_mutex_);
-  {
-    std::lock_guard lock(mutex_);
-    closing_ = true;
-    changed_.notify_all();
-  }
-  const bool was_open = worker_.joinable();
-  if (was_open) worker_.join();
-  std::lock_guard lock(mutex_);
-  if (was_open && !error_) flush_series();
-  return report_error();
 }
 
 uint64_t FileSink::count_stale_frames() const {
@@ -87,44 +57,16 @@ uint64_t FileSink::count_stale_frames() const {
 
 // Makes the whole series durable. File contents are flushed one by one, so one flush of the list and of each
 // folder suffices.
-void FileSink::flush_series() {
+Result<void> FileSink::complete() {
   log_.close();
   const std::filesystem::path list = options_.folder / "frames.jsonl";
   int fault = base::flush_file(list);
   if (fault == 0) fault = base::flush_folder_of(list);
   for (const auto& [camera, folder] : folder_of_camera_)
     if (fault == 0) fault = base::flush_folder_of(options_.folder / folder / "frame");
-  if (fault != 0)
-    error_ = Error{"cannot flush the images in " + options_.folder.string() +
-                   " to the disk: " + system_reason(fault)};
-}
-
-Result<void> FileSink::report_error() {
-  if (!error_ || error_reported_) return {};
-  error_reported_ = true;
-  return *error_;
-}
-
-void FileSink::work() {
-  std::unique_lock lock(mutex_);
-  while (true) {
-    changed_.wait(lock, [&] { return !queue_.empty() || closing_; });
-    if (queue_.empty()) return;
-    FrameImage image = std::move(queue_.front());
-    queue_.pop_front();
-    changed_.notify_all();  // the next frame may queue while this one is written
-    lock.unlock();
-    Result<void> written = write(image);
-    lock.lock();
-    if (!written) {
-      error_ = written.error();
-      frames_dropped_ += 1 + queue_.size();
-      queue_.clear();
-      changed_.notify_all();
-      return;
-    }
-    ++frames_written_;
-  }
+  if (fault == 0) return {};
+  return Error{"cannot flush the images in " + options_.folder.string() +
+               " to the disk: " + system_reason(fault)};
 }
 
 Result<void> FileSink::write(const FrameImage& image) {
@@ -155,6 +97,7 @@ Result<void> FileSink::write(const FrameImage& image) {
   log_ << frame_line(files, image) << std::flush;  // flush per line: a killed run keeps its list
   if (!log_)
     return Error{"cannot write " + (options_.folder / "frames.jsonl").string() + ": " + system_reason(errno)};
+  ++frames_written_;
   return {};
 }
 

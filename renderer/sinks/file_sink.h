@@ -8,23 +8,18 @@
 #pragma once
 
 #include <atomic>
-#include <condition_variable>
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <filesystem>
 #include <fstream>
 #include <map>
 #include <memory>
-#include <mutex>
-#include <optional>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "base/error.h"
 #include "base/files.h"
-#include "renderer/sinks/frame.h"
+#include "renderer/sinks/queued_sink.h"
 
 namespace fire3dv::sinks {
 
@@ -34,28 +29,22 @@ struct FileSinkOptions {
   size_t queue_limit = 4;          // frames in the queue before consume() blocks
 };
 
-class FileSink final : public FrameSink {
+class FileSink final : public QueuedSink {
  public:
   // Creates the folder. The error names the path element in the way.
   static Result<std::unique_ptr<FileSink>> open(const FileSinkOptions& options);
   ~FileSink() override;  // calls finish(); loses an unreported error
 
-  Result<void> consume(FrameImage&& image) override;
-  Result<void> finish() override;
-
   uint64_t frames_written() const { return frames_written_; }
   // After finish(): frames of an earlier run in the same folders, beyond the last frame of this one. They
   // stay.
   uint64_t count_stale_frames() const;
-  uint64_t frames_dropped() const { return frames_dropped_; }  // taken after an error
 
  private:
   explicit FileSink(const FileSinkOptions& options);
-  void work();
-  Result<void> write(const FrameImage& image);
+  Result<void> write(const FrameImage& image) override;
+  Result<void> complete() override;
   Result<std::filesystem::path> folder_of(const std::string& camera);
-  void flush_series();
-  Result<void> report_error();  // requires mutex_
 
   const FileSinkOptions options_;
   // Owned by the worker thread.
@@ -63,15 +52,7 @@ class FileSink final : public FrameSink {
   std::map<std::string, std::filesystem::path> folder_of_camera_;  // relative to options_.folder
   std::map<std::filesystem::path, uint64_t> last_frame_of_folder_;
 
-  std::atomic<uint64_t> frames_written_{0}, frames_dropped_{0};
-  std::mutex ending_mutex_;  // of finish(), which several threads may call
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::deque<FrameImage> queue_;
-  bool closing_ = false;
-  std::optional<Error> error_;
-  bool error_reported_ = false;
-  std::thread worker_;
+  std::atomic<uint64_t> frames_written_{0};
 };
 
 // Encodes an image plane in NumPy's .npy format (version 1.0): an array of shape (height, width), or (height,

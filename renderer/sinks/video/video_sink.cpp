@@ -6,11 +6,6 @@
 #include "renderer/sinks/output_text.h"
 
 namespace fire3dv::sinks {
-namespace {
-
-constexpr size_t kQueueLimit = 4;  // frames in the queue before consume() blocks
-
-}  // namespace
 
 Result<std::unique_ptr<VideoSink>> VideoSink::open(const VideoSettings& settings) {
   if (auto good = check_video_settings(settings); !good) return good.error();
@@ -23,7 +18,7 @@ Result<std::unique_ptr<VideoSink>> VideoSink::open(const VideoSettings& settings
   auto log = base::AtomicFile::create(settings.path.string() + ".jsonl");
   if (!log) return log.error();
   sink->log_.emplace(std::move(*log));
-  sink->worker_ = std::thread([raw = sink.get()] { raw->work(); });
+  sink->start();
   return sink;
 }
 
@@ -31,73 +26,10 @@ VideoSink::~VideoSink() {
   abandon();
 }
 
-void VideoSink::end_thread() {
-  {
-    const std::lock_guard lock(mutex_);
-    closing_ = true;
-    changed_.notify_all();
-  }
-  if (worker_.joinable()) worker_.join();
-}
-
 void VideoSink::abandon() {
-  const std::lock_guard ending(ending_mutex_);
-  if (finished_) return;
-  {
-    const std::lock_guard lock(mutex_);
-    queue_.clear();
-  }
-  end_thread();
+  if (!abandon_queue()) return;
   file_.reset();
   log_.reset();
-  finished_ = true;
-}
-
-Result<void> VideoSink::consume(FrameImage&& image) {
-  FIRE3DV_ASSERT(is_consistent(image));
-  std::unique_lock lock(mutex_);
-  changed_.wait(lock, [&] { return queue_.size() < kQueueLimit || error_ || closing_; });
-  if (closing_) return {};  // the program ends
-  if (error_) return report_error();
-  queue_.push_back(std::move(image));
-  changed_.notify_all();
-  return {};
-}
-
-Result<void> VideoSink::finish() {
-  const std::lock_guard ending(ending_mutex_);
-  end_thread();
-  const std::lock_guard lock(mutex_);
-  if (!error_ && !finished_) {
-    if (Result<void> completed = complete(); !completed) error_ = completed.error();
-  }
-  finished_ = finished_ || !error_;
-  return report_error();
-}
-
-Result<void> VideoSink::report_error() {
-  if (!error_ || error_reported_) return {};
-  error_reported_ = true;
-  return *error_;
-}
-
-void VideoSink::work() {
-  std::unique_lock lock(mutex_);
-  for (;;) {
-    changed_.wait(lock, [&] { return !queue_.empty() || closing_; });
-    if (queue_.empty()) return;
-    const FrameImage image = std::move(queue_.front());
-    queue_.pop_front();
-    changed_.notify_all();
-    lock.unlock();
-    Result<void> written = write(image);
-    lock.lock();
-    if (written) continue;
-    error_ = written.error();
-    queue_.clear();
-    changed_.notify_all();
-    return;
-  }
 }
 
 Result<void> VideoSink::write(const FrameImage& image) {
