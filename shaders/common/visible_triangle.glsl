@@ -174,9 +174,9 @@ vec3 nearby(vec3 barycentrics) {
 
 // Derivatives of barycentrics within blocks of 2 x 2 pixels, as in the raster pipeline, so that both select
 // the same mip levels.
-void barycentric_changes(VisibleTriangle t, vec2 place, vec2 size, out vec3 dx, out vec3 dy) {
-  const vec2 center = floor(place) + 0.5;
-  const vec2 step = vec2(1) - 2 * mod(floor(place), vec2(2));  // to the other pixel of the block
+void barycentric_changes(VisibleTriangle t, vec2 position, vec2 size, out vec3 dx, out vec3 dy) {
+  const vec2 center = floor(position) + 0.5;
+  const vec2 step = vec2(1) - 2 * mod(floor(position), vec2(2));  // to the other pixel of the block
   const vec3 here = barycentrics_at(t, center, size);
   dx = (barycentrics_at(t, center + vec2(step.x, 0), size) - here) * step.x;
   dy = (barycentrics_at(t, center + vec2(0, step.y), size) - here) * step.y;

@@ -9,18 +9,18 @@ layout(push_constant, scalar) uniform Push { TransformsPush push; };
 
 void place_light(uint index, AffineRows world_from_light) {
   const LightRecord record = LightRef(push.lights).at[index];
-  LightPose place;
-  place.color = record.color;
-  place.range_m = record.range_m;
-  place.position_world = vec3(world_from_light.row0.w, world_from_light.row1.w, world_from_light.row2.w);
-  place.type = record.type;
-  place.light_direction_world = normalize(-vec3(world_from_light.row0.z, world_from_light.row1.z, world_from_light.row2.z));
-  place.cone_scale = record.cone_scale;
-  place.cone_offset = record.cone_offset;
-  place.radius_m = record.radius_m;
-  place.angular_radius_rad = record.angular_radius_rad;
-  place.sine = sin(record.angular_radius_rad);
-  LightPoseRef(push.light_poses).at[index] = place;
+  LightPose pose;
+  pose.color = record.color;
+  pose.range_m = record.range_m;
+  pose.position_world = vec3(world_from_light.row0.w, world_from_light.row1.w, world_from_light.row2.w);
+  pose.type = record.type;
+  pose.light_direction_world = normalize(-vec3(world_from_light.row0.z, world_from_light.row1.z, world_from_light.row2.z));
+  pose.cone_scale = record.cone_scale;
+  pose.cone_offset = record.cone_offset;
+  pose.radius_m = record.radius_m;
+  pose.angular_radius_rad = record.angular_radius_rad;
+  pose.sine = sin(record.angular_radius_rad);
+  LightPoseRef(push.light_poses).at[index] = pose;
 }
 
 void main() {

@@ -17,9 +17,9 @@ void main() {
   const MaterialRecord material = MaterialRef(globals.value.materials).at[in_material];
   vec4 uv = in_uv, color = in_color;
 #ifdef FIRE3DV_SAMPLES
-  const vec2 place = mean_sample_position(uint(gl_SampleMaskIn[0]));
-  uv = interpolateAtOffset(in_uv, place);
-  color = interpolateAtOffset(in_color, place);
+  const vec2 offset = mean_sample_position(uint(gl_SampleMaskIn[0]));
+  uv = interpolateAtOffset(in_uv, offset);
+  color = interpolateAtOffset(in_color, offset);
 #endif
   const vec4 texel = sample_or(material.base_color_texture, uv, dFdxFine(in_uv), dFdyFine(in_uv), vec4(1));
   if (material.base_color.a * color.a * texel.a < material.alpha_cutoff) discard;

@@ -18,7 +18,7 @@
 layout(early_fragment_tests) in;
 layout(post_depth_coverage) in;
 #include "common/mean_sample_position.glsl"
-#define FIRE3DV_AT_SAMPLE_POSITION(value) interpolateAtOffset(value, place)
+#define FIRE3DV_AT_SAMPLE_POSITION(value) interpolateAtOffset(value, offset)
 #else
 #define FIRE3DV_AT_SAMPLE_POSITION(value) value
 #endif
@@ -71,7 +71,7 @@ void main() {
   if ((in_part_flags & FIRE3DV_PART_UNLIT) != 0) material.flags |= FIRE3DV_MATERIAL_UNLIT;
 
 #ifdef FIRE3DV_VISIBLE_POSITION
-  const vec2 place = mean_sample_position(uint(gl_SampleMaskIn[0]));
+  const vec2 offset = mean_sample_position(uint(gl_SampleMaskIn[0]));
 #endif
   SurfacePoint point;
   point.material = in_material;

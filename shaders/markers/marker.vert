@@ -85,7 +85,7 @@ void draw_glyph(GlobalsRef globals, uint glyph, vec2 corner) {
 void draw_line(GlobalsRef globals, vec3 from_world, vec3 to_world, vec4 from_color, vec4 to_color, vec2 corner, float extend) {
   vec4 from = globals.value.clip_from_world * vec4(from_world, 1);
   vec4 to = globals.value.clip_from_world * vec4(to_world, 1);
-  // Both ends must lie beyond the near plane to have a place in the image.
+  // Both ends must lie beyond the near plane to be in the image.
   const float from_near = from.w - from.z, to_near = to.w - to.z;
   if (!(from_near > 0) && !(to_near > 0)) {
     drop();

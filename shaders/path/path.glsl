@@ -85,8 +85,8 @@ vec3 direction_to_ground(GlobalsRef globals, PathParameters parameters, PathStat
 
 void begin_path(GlobalsRef globals, PathParameters parameters, uint pixel, out PathState path) {
   const vec4 u = unit_numbers(random_words(kOfPixel));
-  const vec2 place = vec2(pixel % globals.value.width, pixel / globals.value.width) + u.xy;
-  const vec2 ndc = place / vec2(globals.value.width, globals.value.height) * 2 - 1;
+  const vec2 position = vec2(pixel % globals.value.width, pixel / globals.value.width) + u.xy;
+  const vec2 ndc = position / vec2(globals.value.width, globals.value.height) * 2 - 1;
   path.origin_world = globals.value.eye_world + parameters.origin_x * ndc.x + parameters.origin_y * ndc.y;
   const vec3 along =
       globals.value.world_from_ndc_x * ndc.x + globals.value.world_from_ndc_y * ndc.y + globals.value.world_from_ndc_origin;
@@ -324,16 +324,16 @@ void advance_path(GlobalsRef globals, PathParameters parameters, inout PathState
   ++path.vertex;
 }
 
-void trace_pixel(PathPush push, uint place) {
+void trace_pixel(PathPush push, uint slot) {
   GlobalsRef globals = GlobalsRef(push.globals);
   const PathParameters parameters = PathParametersRef(push.parameters).value;
-  const uint pixel = push.first_pixel + place;
+  const uint pixel = push.first_pixel + slot;
   path_counter = uvec4(pixel, push.sample_index, 0, parameters.seed);
   PathState path;
   if (push.begins != 0) {
     begin_path(globals, parameters, pixel, path);
   } else {
-    path = PathStateRef(parameters.states).at[place];
+    path = PathStateRef(parameters.states).at[slot];
     if (path.vertex == FIRE3DV_NO_INDEX) return;
   }
   PathSum sum = PathSumRef(parameters.sums).at[pixel];
@@ -342,7 +342,7 @@ void trace_pixel(PathPush push, uint place) {
     path_counter.z = path.vertex * kDimensions;
     advance_path(globals, parameters, path, sum);
   }
-  PathStateRef(parameters.states).at[place] = path;
+  PathStateRef(parameters.states).at[slot] = path;
   if (path.vertex == FIRE3DV_NO_INDEX) PathSumRef(parameters.sums).at[pixel] = sum;
 }
 

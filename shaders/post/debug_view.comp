@@ -38,7 +38,7 @@ vec3 brightness_of(float depth_m) {
   return vec3(mix(1, 0.15, clamp(far, 0, 1)));
 }
 
-vec3 shown_color(GlobalsRef globals, Shown shown) {
+vec3 shown_color(GlobalsRef globals, ShownSurface shown) {
   if (shown.id == 0) return kNothing;
   if (push.view == FIRE3DV_DEBUG_NORMALS) return normal_of(globals, shown) * 0.5 + 0.5;
   if (push.view == FIRE3DV_DEBUG_DEPTH) return brightness_of(shown.depth_m);
@@ -54,7 +54,7 @@ void main() {
   if (push.view == FIRE3DV_DEBUG_OVERDRAW) {
     color = heat_of(CountRef(push.counts).at[pixel.y * globals.value.width + pixel.x].x);
   } else {
-    const Shown shown = shown_in(globals, Eye(push.visibility, push.look_world, push.orthographic), pixel);
+    const ShownSurface shown = shown_in(globals, Eye(push.visibility, push.look_world, push.orthographic), pixel);
     if (push.view == FIRE3DV_DEBUG_DEPTH_RANGE) {
       if (shown.id == 0 || !(shown.depth_m > 0)) return;
       atomicMax(DepthRangeRef(push.range).value.inverse_nearest, ~floatBitsToUint(shown.depth_m));

@@ -52,7 +52,7 @@ void main() {
   const uint number = gl_WorkGroupID.y * FIRE3DV_GUI_TILES_IN_ROW + gl_WorkGroupID.x;
   if (number >= push.tile_count) return;
   const GuiTile tile = GuiTileRef(push.tiles).at[number];
-  const uvec2 pixel = uvec2(tile.place & 0xffffu, tile.place >> 16) * FIRE3DV_GUI_TILE + gl_LocalInvocationID.xy;
+  const uvec2 pixel = uvec2(tile.tile_position & 0xffffu, tile.tile_position >> 16) * FIRE3DV_GUI_TILE + gl_LocalInvocationID.xy;
   if (pixel.x >= push.width || pixel.y >= push.height) return;
   const vec2 at = vec2(pixel) + 0.5;
   vec3 shown = imageLoad(result, ivec2(pixel)).rgb;

@@ -79,10 +79,10 @@ struct Around {
   vec4 share;
   uint nearest;
 };
-Around around(LensWanted w, vec2 place) {
+Around around(LensWanted w, vec2 source) {
   const ivec2 last = ivec2(w.width_in, w.height_in) - 1;
-  const ivec2 low = clamp(ivec2(floor(place)), ivec2(0), last), high = min(low + 1, last);
-  const vec2 f = clamp(place - vec2(low), vec2(0), vec2(1));
+  const ivec2 low = clamp(ivec2(floor(source)), ivec2(0), last), high = min(low + 1, last);
+  const vec2 f = clamp(source - vec2(low), vec2(0), vec2(1));
   const uvec2 row = uvec2(low.y, high.y) * w.width_in;
   Around a;
   a.index = uvec4(row.x + low.x, row.x + high.x, row.y + low.x, row.y + high.x);
@@ -104,11 +104,11 @@ float depth_at(LensWanted w, Around a) {
 }
 
 // Motion in distorted pixels, from the previous image.
-vec2 motion_at(LensWanted w, vec2 pixel, vec2 place, uint nearest) {
-  const vec2 before_in = place - Vec2Ref(w.motion_in).at[nearest];
+vec2 motion_at(LensWanted w, vec2 pixel, vec2 source, uint nearest) {
+  const vec2 before_in = source - Vec2Ref(w.motion_in).at[nearest];
   const vec2 before = distort(w, (before_in - w.principal_point_in) / w.focal_in) * w.focal + w.principal_point;
   // Exactly zero for static surfaces.
-  return before_in == place ? vec2(0) : pixel - before;
+  return before_in == source ? vec2(0) : pixel - before;
 }
 
 void main() {
@@ -118,8 +118,8 @@ void main() {
   const uint index = pixel.y * w.width + pixel.x;
   vec2 point;
   const bool shown = undistort(w, (vec2(pixel) - w.principal_point) / w.focal, point);
-  const vec2 place = shown ? point * w.focal_in + w.principal_point_in : vec2(0);
-  const Around a = around(w, place);
+  const vec2 source = shown ? point * w.focal_in + w.principal_point_in : vec2(0);
+  const Around a = around(w, source);
 
   if (w.color_out != 0ul) {
     vec3 sum = vec3(0);
@@ -140,5 +140,5 @@ void main() {
   if (w.semantic_out != 0ul) WordRef(w.semantic_out).at[index] = shown ? UintRef(w.semantic_in).at[a.nearest] : 0;
   if (w.normal_out != 0ul) PairOut(w.normal_out).at[index] = shown ? PairRef(w.normal_in).at[a.nearest] : uvec2(0);
   if (w.motion_out != 0ul)
-    Vec2Out(w.motion_out).at[index] = shown ? motion_at(w, vec2(pixel), place, a.nearest) : vec2(0);
+    Vec2Out(w.motion_out).at[index] = shown ? motion_at(w, vec2(pixel), source, a.nearest) : vec2(0);
 }

@@ -21,8 +21,8 @@ void main() {
     if (light.share < 0.5) continue;
     const float luminance = dot(light.scene_referred / light.share, vec3(0.2126, 0.7152, 0.0722));
     if (!(luminance >= exp2(FIRE3DV_METER_DARKEST_STOP))) continue;
-    const float place = (log2(luminance) - FIRE3DV_METER_DARKEST_STOP) * FIRE3DV_METER_BINS_A_STOP;
-    atomicAdd(bins[uint(clamp(place, 0, FIRE3DV_METER_BINS - 1))], 1);
+    const float bin = (log2(luminance) - FIRE3DV_METER_DARKEST_STOP) * FIRE3DV_METER_BINS_A_STOP;
+    atomicAdd(bins[uint(clamp(bin, 0, FIRE3DV_METER_BINS - 1))], 1);
   }
   barrier();
   for (uint bin = gl_LocalInvocationIndex; bin < FIRE3DV_METER_BINS; bin += 256) {

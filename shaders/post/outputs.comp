@@ -27,17 +27,17 @@ vec4 clip_direction(mat4 clip_from_world, vec3 direction) {
 
 // Motion in the image since the camera's last one, in pixels. Both positions use the same arithmetic, so that
 // static surfaces yield exactly zero.
-vec2 motion_of(GlobalsRef globals, OutputsWanted wanted, Shown shown) {
+vec2 motion_of(GlobalsRef globals, OutputsWanted wanted, ShownSurface shown) {
   if (wanted.last_world_from_node == 0ul) return vec2(0);
   vec4 here, there;
   if (shown.id == 0) {
     if (wanted.orthographic != 0) return vec2(0);
-    const vec3 direction = ray_through(globals, shown.place);
+    const vec3 direction = ray_through(globals, shown.position);
     here = clip_direction(globals.value.clip_from_world, direction);
     there = clip_direction(wanted.last_clip_from_world, direction);
   } else {
     const VisibleTriangle t = visible_triangle(globals, shown.id);
-    const vec3 b = nearby(barycentrics_at(t, shown.place, vec2(globals.value.width, globals.value.height)));
+    const vec3 b = nearby(barycentrics_at(t, shown.position, vec2(globals.value.width, globals.value.height)));
     PositionRef positions = PositionRef(globals.value.positions);
     const vec3 node = positions.at[t.vertex[0]] * b.x + positions.at[t.vertex[1]] * b.y + positions.at[t.vertex[2]] * b.z;
     here = clip_position(globals.value.clip_from_world, world_position(t.world_from_node, node));
@@ -54,7 +54,7 @@ void main() {
   if (pixel.x >= globals.value.width || pixel.y >= globals.value.height) return;
   const uint index = pixel.y * globals.value.width + pixel.x;
   const OutputsWanted wanted = OutputsWantedRef(push.wanted).value;
-  const Shown shown = shown_in(globals, Eye(push.visibility, wanted.look_world, wanted.orthographic), pixel);
+  const ShownSurface shown = shown_in(globals, Eye(push.visibility, wanted.look_world, wanted.orthographic), pixel);
   if (wanted.depth != 0ul) FloatOut(wanted.depth).at[index] = shown.depth_m;
   if ((wanted.instance | wanted.semantic) != 0ul) {
     PartLabels labels = PartLabels(0, 0);

@@ -10,7 +10,7 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) writeonly buffer Pi
 void main() {
   GlobalsRef globals = GlobalsRef(push.globals);
   const Eye eye = Eye(push.visibility, push.look_world, push.orthographic);
-  const Shown shown = shown_in(globals, eye, uvec2(push.x, push.y));
+  const ShownSurface shown = shown_in(globals, eye, uvec2(push.x, push.y));
   const AffineRows nowhere = AffineRows(vec4(1, 0, 0, 0), vec4(0, 1, 0, 0), vec4(0, 0, 1, 0));
   PickedSurface picked = PickedSurface(nowhere, vec3(0), kInfinity, FIRE3DV_NO_INDEX, FIRE3DV_NO_INDEX);
   if (shown.id != 0) {
@@ -20,10 +20,10 @@ void main() {
     picked.world_from_node = t.world_from_node;
     picked.depth_m = shown.depth_m;
     if (push.orthographic != 0) {
-      const vec3 b = nearby(barycentrics_at(t, shown.place, vec2(globals.value.width, globals.value.height)));
+      const vec3 b = nearby(barycentrics_at(t, shown.position, vec2(globals.value.width, globals.value.height)));
       picked.world = t.world[0] * b.x + t.world[1] * b.y + t.world[2] * b.z;
     } else {
-      const vec3 ray = ray_through(globals, shown.place);
+      const vec3 ray = ray_through(globals, shown.position);
       picked.world = globals.value.eye_world + ray * (shown.depth_m / dot(ray, push.look_world));
     }
   }

@@ -68,10 +68,10 @@ vec3 light_of_hit(GlobalsRef globals, Surface surface, SurfacePoint point, vec3 
     if (takes_one_ray) {
       const float weight = largest(reflected);
       weights += weight;
-      const float place = choice * weights;
-      const bool takes = place < weight;
+      const float scaled = choice * weights;
+      const bool takes = scaled < weight;
       // The rest of the number chooses on.
-      choice = min(takes ? place / weight : (place - weight) / max(weights - weight, 1e-30), 0.9999999);
+      choice = min(takes ? scaled / weight : (scaled - weight) / max(weights - weight, 1e-30), 0.9999999);
       if (takes) {
         chosen = reflected;
         chosen_weight = weight;

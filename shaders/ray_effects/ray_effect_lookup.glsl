@@ -41,10 +41,10 @@ RayEffect ray_effect_at(GlobalsRef globals, uint64_t visibility, uint64_t record
   if (effect.has_bounced) light = unpack_bounced(bounced.at[own_index]);
   float lights = 1;
   for (int i = 0; i < 16; ++i) {
-    const ivec2 place = ivec2(pixel) + ivec2(i & 3, i >> 2) - 1;
-    const bool is_inside = place.x >= 0 && place.y >= 0 && place.x < int(globals.value.width) && place.y < int(globals.value.height);
-    if (place == ivec2(pixel) || !is_inside) continue;
-    const uint index = uint(place.y) * globals.value.width + uint(place.x);
+    const ivec2 neighbour = ivec2(pixel) + ivec2(i & 3, i >> 2) - 1;
+    const bool is_inside = neighbour.x >= 0 && neighbour.y >= 0 && neighbour.x < int(globals.value.width) && neighbour.y < int(globals.value.height);
+    if (neighbour == ivec2(pixel) || !is_inside) continue;
+    const uint index = uint(neighbour.y) * globals.value.width + uint(neighbour.x);
     const int s = sample_of_part(globals, pixel_ids(globals, visibility, index), part);
     if (s == 4) continue;
     const RayEffectRecord record = effects.at[index * FIRE3DV_SAMPLES + s];
@@ -88,10 +88,10 @@ vec3 refracted_at(GlobalsRef globals, uint64_t visibility, uint64_t records, uve
   vec3 sum = own.radiance;
   float weights = 1;
   for (int i = 0; i < 16; ++i) {
-    const ivec2 place = ivec2(pixel) + ivec2(i & 3, i >> 2) - 1;
-    const bool is_inside = place.x >= 0 && place.y >= 0 && place.x < int(globals.value.width) && place.y < int(globals.value.height);
-    if (place == ivec2(pixel) || !is_inside) continue;
-    const uint index = uint(place.y) * globals.value.width + uint(place.x);
+    const ivec2 neighbour = ivec2(pixel) + ivec2(i & 3, i >> 2) - 1;
+    const bool is_inside = neighbour.x >= 0 && neighbour.y >= 0 && neighbour.x < int(globals.value.width) && neighbour.y < int(globals.value.height);
+    if (neighbour == ivec2(pixel) || !is_inside) continue;
+    const uint index = uint(neighbour.y) * globals.value.width + uint(neighbour.x);
     const int s = sample_of_part(globals, pixel_ids(globals, visibility, index), part);
     if (s == 4 || dot(normal, normal_of_record(effects.at[index * FIRE3DV_SAMPLES + s])) < 0.9) continue;
     const RefractedLight other = unpack_refracted(lights.at[index * FIRE3DV_SAMPLES + s]);

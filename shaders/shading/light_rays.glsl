@@ -7,8 +7,8 @@ bool is_shadowed(GlobalsRef globals, vec3 origin, vec3 direction, float distance
 
 // Rotation that varies per pixel but not per frame (Jimenez 2014, interleaved gradient noise).
 float turn_of_pixel(GlobalsRef globals, uint pixel) {
-  const vec2 place = vec2(pixel % globals.value.width, pixel / globals.value.width);
-  return 6.2831853 * fract(52.9829189 * fract(dot(place, vec2(0.06711056, 0.00583715))));
+  const vec2 position = vec2(pixel % globals.value.width, pixel / globals.value.width);
+  return 6.2831853 * fract(52.9829189 * fract(dot(position, vec2(0.06711056, 0.00583715))));
 }
 
 // Visible share of the light from the origin. Rays to a soft light sample its disc evenly (Vogel's spiral).
@@ -20,9 +20,9 @@ float light_that_arrives(GlobalsRef globals, LightShadow shadow, uint light_inde
   const float turn = turn_of_pixel(globals, pixel);
   const vec3 helper = abs(light.to_light.y) < 0.9 ? vec3(0, 1, 0) : vec3(1, 0, 0);
   const vec3 right = normalize(cross(helper, light.to_light)), up = cross(light.to_light, right);
-  const LightPose place = LightPoseRef(globals.value.light_poses).at[light_index];
-  const bool directional = place.type == FIRE3DV_LIGHT_DIRECTIONAL;
-  const float radius = directional ? tan(place.angular_radius_rad) : place.radius_m / light.distance_m;
+  const LightPose pose = LightPoseRef(globals.value.light_poses).at[light_index];
+  const bool directional = pose.type == FIRE3DV_LIGHT_DIRECTIONAL;
+  const float radius = directional ? tan(pose.angular_radius_rad) : pose.radius_m / light.distance_m;
   uint arrived = 0;
   for (uint k = 0; k < rays; ++k) {
     const float angle = turn + 2.3999632 * k, r = radius * sqrt((k + 0.5) / rays);

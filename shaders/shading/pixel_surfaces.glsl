@@ -55,8 +55,8 @@ OwnSurfaces list_surfaces(GlobalsRef globals, uint64_t visibility, uint pixel, b
 
 uint surface_count() { return kPixels + further_surfaces; }
 
-PixelSurface surface_at(uint place) {
-  const uvec2 entry = surface_list[place];
+PixelSurface surface_at(uint slot) {
+  const uvec2 entry = surface_list[slot];
   return PixelSurface(entry.x, entry.y & 255, entry.y >> 8);
 }
 #endif

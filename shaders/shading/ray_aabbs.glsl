@@ -30,10 +30,10 @@ bool meets_triangle(vec3 direction, float distance, vec3 a, vec3 b, vec3 c) {
 bool meets_box(GlobalsRef globals, uint node, uint geometry, uint number, vec3 origin, vec3 direction, float distance) {
   const uint primitive = UintRef(globals.value.first_primitive_of_node).at[node] + geometry;
   if (primitive >= globals.value.primitive_count) return false;
-  const uint place = PrimitiveRef(globals.value.primitives).at[primitive].first_ray_box + number;
-  if (place >= globals.value.ray_box_count) return false;
+  const uint box = PrimitiveRef(globals.value.primitives).at[primitive].first_ray_box + number;
+  if (box >= globals.value.ray_box_count) return false;
   RayBoxRef boxes = RayBoxRef(globals.value.ray_boxes);
-  const uint first_vertex = boxes.at[place].first_vertex, triangles = boxes.at[place].triangles;
+  const uint first_vertex = boxes.at[box].first_vertex, triangles = boxes.at[box].triangles;
   const uint first = triangles & ((1u << FIRE3DV_RAY_BOX_COUNT_SHIFT) - 1), last = first + (triangles >> FIRE3DV_RAY_BOX_COUNT_SHIFT);
   PositionRef positions = PositionRef(globals.value.positions);
   for (uint triangle = first; triangle <= last; ++triangle) {

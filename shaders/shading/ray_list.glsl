@@ -33,19 +33,19 @@ uint next_index(RayListRef lists, uint list) {
 void append(uint64_t lists_address, uint64_t entries, RayEntry entry) {
   if (entry.wanted == 0) return;
   RayListRef lists = RayListRef(lists_address);
-  const uint place = next_index(lists, FIRE3DV_LIST_PIXELS);
+  const uint slot = next_index(lists, FIRE3DV_LIST_PIXELS);
   // The first entry of a group widens the dispatch.
-  if ((place & 63) == 0) widen(lists, FIRE3DV_LIST_PIXELS, place + 1);
-  RayEntryRef(entries).at[place] = entry;
+  if ((slot & 63) == 0) widen(lists, FIRE3DV_LIST_PIXELS, slot + 1);
+  RayEntryRef(entries).at[slot] = entry;
 }
 
 // On overflow the list OVERFLOW covers all pixels: their entries contain all rays, too.
 void append(uint64_t lists_address, uint64_t listed_rays, uint capacity, uint pixels, ListedRay ray) {
   RayListRef lists = RayListRef(lists_address);
-  const uint place = next_index(lists, FIRE3DV_LIST_RAYS);
-  if (place < capacity) {
-    ListedRayRef(listed_rays).at[place] = ray;
-  } else if (place == capacity) {
+  const uint slot = next_index(lists, FIRE3DV_LIST_RAYS);
+  if (slot < capacity) {
+    ListedRayRef(listed_rays).at[slot] = ray;
+  } else if (slot == capacity) {
     atomicMax(lists.at[FIRE3DV_LIST_OVERFLOW].width, pixels);
     widen(lists, FIRE3DV_LIST_OVERFLOW, pixels);
   }

@@ -65,9 +65,9 @@ float light_visibility(uint light_index, LightSample light, SurfacePoint point) 
 #endif
 }
 
-vec3 shaded(GlobalsRef globals, uint id, vec2 place) {
+vec3 shaded(GlobalsRef globals, uint id, vec2 position) {
   const VisibleTriangle triangle = visible_triangle(globals, id);
-  const SurfacePoint point = surface_point(globals, triangle, place);
+  const SurfacePoint point = surface_point(globals, triangle, position);
 #ifdef FIRE3DV_TEST_MAPS
   shaded_part = part_of_id(globals, id);
   shaded_body = is_closed_mesh(globals, shaded_part);
@@ -160,8 +160,8 @@ void main() {
   pixel_wanted[lane] = 0;
 #endif
   const OwnSurfaces own = list_surfaces(globals, push.visibility, own_index, inside);
-  for (uint place = lane; place < surface_count(); place += kPixels) {
-    const PixelSurface surface = surface_at(place);
+  for (uint slot = lane; slot < surface_count(); slot += kPixels) {
+    const PixelSurface surface = surface_at(slot);
     if (surface.samples == 0) continue;
     const uvec2 pixel = pixel_of_lane(globals, surface.lane);
     const vec3 color = color_of(globals, surface.id, pixel, surface.samples);
@@ -176,7 +176,7 @@ void main() {
       if ((surface.samples & (1u << s)) != 0) imageStore(hdr, ivec2(pixel), s, vec4(round_to_halves(color), is_display_referred ? 0 : 1));
     }
 #else
-    shares[place] = display_linear(color, is_display_referred, push.exposure, push.tone_map) * bitCount(surface.samples);
+    shares[slot] = display_linear(color, is_display_referred, push.exposure, push.tone_map) * bitCount(surface.samples);
 #endif
   }
 #if defined(FIRE3DV_TEST_MAPS) || !defined(FIRE3DV_UNRESOLVED)

@@ -78,13 +78,13 @@ RasterView view_towards(uint light_index, LightShadow shadow, LightSample light)
 uint test_shadow(uint light_index, LightShadow shadow, LightSample light, SurfacePoint point, out vec3 origin) {
   origin = vec3(0);
   if (shaded_body && is_turned_away(point, light)) return kShadowed;
-  LightPose place;
+  LightPose pose;
   if (light_index < kCachedLights) {
-    place = cached_lights[light_index];
+    pose = cached_lights[light_index];
   } else {
-    place = LightPoseRef(globals.value.light_poses).at[light_index];
+    pose = LightPoseRef(globals.value.light_poses).at[light_index];
   }
-  const ShadowRay ray = shadow_ray(globals, point, place, light);
+  const ShadowRay ray = shadow_ray(globals, point, pose, light);
   origin = ray.origin;
   return shadow_map_test(globals, view_towards(light_index, shadow, ray.light), shaded_part, ray.origin, point.plane_normal_world, ray.light);
 }
@@ -122,9 +122,9 @@ float light_visibility(uint light_index, LightSample light, SurfacePoint point) 
 }
 
 // together: all lanes are active.
-vec3 shaded(uint id, vec2 place, const bool together) {
+vec3 shaded(uint id, vec2 position, const bool together) {
   const VisibleTriangle triangle = visible_triangle(globals, id, together);
-  const SurfacePoint point = surface_point(globals, triangle, place);
+  const SurfacePoint point = surface_point(globals, triangle, position);
 #ifdef FIRE3DV_TEST_MAPS
   shaded_part = part_of_id(globals, id);
   shaded_body = is_closed_mesh(globals, shaded_part);
@@ -144,7 +144,7 @@ vec3 background_of(uvec2 pixel) {
 // A group shades 8 x 8 pixels, or 64 listed ones, in blocks of 2 x 4 pixels per vector. Fewer of these blocks
 // cross borders between surfaces than rows of 8. The first two blocks fetch all rows of the visibility
 // buffer. Indices beyond the image or list repeat the last one, so that all lanes stay active.
-uvec2 place_of_lane() {
+uvec2 position_of_lane() {
   const uint i = lane_pixel;
   return uvec2((i & 1) | ((i >> 3) & 6), (i >> 1) & 7);
 }
@@ -156,7 +156,7 @@ uvec2 pixel_of_lane() {
     const uint pixel = RayEntryRef(push.entries).at[index].pixel;
     return uvec2(pixel % globals.value.width, pixel / globals.value.width);
   }
-  return min(group * 8 + place_of_lane(), uvec2(globals.value.width, globals.value.height) - 1);
+  return min(group * 8 + position_of_lane(), uvec2(globals.value.width, globals.value.height) - 1);
 }
 
 vec3 sum;  // of the pixel's samples, display-linear
@@ -192,7 +192,7 @@ void forget_shadows() {
 
 // False for a pixel repeated at the image's border.
 bool is_own_pixel() {
-  return all(lessThan(group * 8 + place_of_lane(), uvec2(globals.value.width, globals.value.height)));
+  return all(lessThan(group * 8 + position_of_lane(), uvec2(globals.value.width, globals.value.height)));
 }
 #endif
 

@@ -33,19 +33,19 @@ RasterView view_of(GlobalsRef globals, LightShadow shadow, LightSample light) {
 }
 
 ShadowMapPoint shadow_map_point(RasterView view, vec3 point_world) {
-  ShadowMapPoint place;
-  place.view = view;
-  const vec4 clip = place.view.clip_from_world * vec4(point_world, 1);
-  place.inside = clip.w > 0 && all(lessThan(abs(clip.xy), vec2(clip.w)));
-  place.texel = (clip.xy / clip.w * 0.5 + 0.5) * float(place.view.width);
-  place.depth = clip.z / clip.w;
+  ShadowMapPoint at;
+  at.view = view;
+  const vec4 clip = at.view.clip_from_world * vec4(point_world, 1);
+  at.inside = clip.w > 0 && all(lessThan(abs(clip.xy), vec2(clip.w)));
+  at.texel = (clip.xy / clip.w * 0.5 + 0.5) * float(at.view.width);
+  at.depth = clip.z / clip.w;
   // Rounding grows with the distance from the world's origin. The maps are dilated by 1/256 texel.
-  const mat4 m = place.view.clip_from_world;
+  const mat4 m = at.view.clip_from_world;
   const vec4 error =
       6e-7 * (abs(m[0] * point_world.x) + abs(m[1] * point_world.y) + abs(m[2] * point_world.z) + abs(m[3]));
-  place.reach = max((error.xy + error.w) / clip.w * 0.5 * float(place.view.width) - 1.0 / 256, vec2(0));
-  place.rounding = place.view.eye_world.w == 0 ? 1e-5 + error.z : place.depth * (1e-5 + 2 * error.w / clip.w);
-  return place;
+  at.reach = max((error.xy + error.w) / clip.w * 0.5 * float(at.view.width) - 1.0 / 256, vec2(0));
+  at.rounding = at.view.eye_world.w == 0 ? 1e-5 + error.z : at.depth * (1e-5 + 2 * error.w / clip.w);
+  return at;
 }
 
 // Two adjacent texels of a row, at any texel's address.
@@ -58,24 +58,24 @@ uint map_texel(GlobalsRef globals, RasterView view, ivec2 texel, bool outer) {
   return UintRef(globals.value.shadow_maps).at[index];
 }
 
-// Distance by which `depth` is nearer to the light than the place, in metres.
-float nearer_by_m(ShadowMapPoint place, float depth) {
-  if (place.view.eye_world.w == 0) return (depth - place.depth) * place.view.depth_m;
-  return place.view.depth_m / place.depth - place.view.depth_m / max(depth, 1e-20);
+// Distance by which `depth` is nearer to the light than the point, in metres.
+float nearer_by_m(ShadowMapPoint at, float depth) {
+  if (at.view.eye_world.w == 0) return (depth - at.depth) * at.view.depth_m;
+  return at.view.depth_m / at.depth - at.view.depth_m / max(depth, 1e-20);
 }
 
-// Depth of a point that is by_m metres nearer to the light than the place.
-float depth_nearer_by(ShadowMapPoint place, float by_m) {
-  if (place.view.eye_world.w == 0) return place.depth + by_m / place.view.depth_m;
-  const float left_m = place.view.depth_m / place.depth - by_m;
-  return left_m > 0 ? place.view.depth_m / left_m : 1e30;
+// Depth of a point that is by_m metres nearer to the light than the point.
+float depth_nearer_by(ShadowMapPoint at, float by_m) {
+  if (at.view.eye_world.w == 0) return at.depth + by_m / at.view.depth_m;
+  const float left_m = at.view.depth_m / at.depth - by_m;
+  return left_m > 0 ? at.view.depth_m / left_m : 1e30;
 }
 
 // Height of the receiver's plane over one texel, along the light's direction.
-float slope_m(ShadowMapPoint place, vec3 plane_normal, vec3 to_light) {
+float slope_m(ShadowMapPoint at, vec3 plane_normal, vec3 to_light) {
   const float cosine = max(abs(dot(plane_normal, to_light)), 0.02);
-  const float texel_m = place.view.eye_world.w == 0 ? place.view.texel_m : place.view.texel_m * place.view.depth_m / place.depth;
-  return texel_m * sqrt(1 - min(cosine * cosine, 1.0)) / cosine + (place.view.level_scale > 0 ? 0.35 : 0.1) * texel_m;
+  const float texel_m = at.view.eye_world.w == 0 ? at.view.texel_m : at.view.texel_m * at.view.depth_m / at.depth;
+  return texel_m * sqrt(1 - min(cosine * cosine, 1.0)) / cosine + (at.view.level_scale > 0 ? 0.35 : 0.1) * texel_m;
 }
 
 // Lit, for certain: the outer map has nothing nearer to the light than the point.
@@ -83,44 +83,44 @@ float slope_m(ShadowMapPoint place, vec3 plane_normal, vec3 to_light) {
 // Unknown otherwise: a ray decides.
 uint shadow_map_test(GlobalsRef globals, RasterView view, uint part, vec3 point_world, vec3 plane_normal, LightSample light) {
   const bool caster = planar_caster_may_be_between(globals, part, point_world, light.to_light, light.distance_m);
-  const ShadowMapPoint place = shadow_map_point(view, point_world);
+  const ShadowMapPoint at = shadow_map_point(view, point_world);
   // A map covers all casters; a spot light's map covers its cone.
-  if (!place.inside) return caster ? kUnresolved : kLit;
-  if (max(place.reach.x, place.reach.y) > 0.5) return kUnresolved;
-  const ivec2 texel = ivec2(floor(place.texel));
-  const ivec2 low = ivec2(floor(place.texel - place.reach)), high = ivec2(floor(place.texel + place.reach));
+  if (!at.inside) return caster ? kUnresolved : kLit;
+  if (max(at.reach.x, at.reach.y) > 0.5) return kUnresolved;
+  const ivec2 texel = ivec2(floor(at.texel));
+  const ivec2 low = ivec2(floor(at.texel - at.reach)), high = ivec2(floor(at.texel + at.reach));
   // The reach is below one texel, so these are all texels. Mostly it is one; loops would cost more than the
   // reads.
-  uint nearest = map_texel(globals, place.view, low, true);
+  uint nearest = map_texel(globals, at.view, low, true);
   if (low != high) {
-    nearest = max(max(nearest, map_texel(globals, place.view, ivec2(high.x, low.y), true)),
-                  max(map_texel(globals, place.view, ivec2(low.x, high.y), true), map_texel(globals, place.view, high, true)));
+    nearest = max(max(nearest, map_texel(globals, at.view, ivec2(high.x, low.y), true)),
+                  max(map_texel(globals, at.view, ivec2(low.x, high.y), true), map_texel(globals, at.view, high, true)));
   }
   const float outer = decode_depth(nearest, globals.value.map_generation);
-  if (outer == 0 || outer < place.depth - place.rounding) return caster ? kUnresolved : kLit;
-  const float clearly_m = 2 * slope_m(place, plane_normal, light.to_light);
-  uint least = map_texel(globals, place.view, texel, false);
+  if (outer == 0 || outer < at.depth - at.rounding) return caster ? kUnresolved : kLit;
+  const float clearly_m = 2 * slope_m(at, plane_normal, light.to_light);
+  uint least = map_texel(globals, at.view, texel, false);
   for (int i = 0; i < 4; ++i) {
     const ivec2 offset = ivec2(i < 3 ? -1 : 0, i < 3 ? i - 1 : -1);  // and its opposite
-    least = min(least, min(map_texel(globals, place.view, texel + offset, false), map_texel(globals, place.view, texel - offset, false)));
+    least = min(least, min(map_texel(globals, at.view, texel + offset, false), map_texel(globals, at.view, texel - offset, false)));
   }
   const float farthest = decode_depth(least, globals.value.map_generation);
-  return farthest != 0 && nearer_by_m(place, farthest) >= clearly_m ? kShadowed : kUnresolved;
+  return farthest != 0 && nearer_by_m(at, farthest) >= clearly_m ? kShadowed : kUnresolved;
 }
 
 // Shadow maps without rays: percentage-closer filtering of four texels with bilinear weights.
 float map_visibility(GlobalsRef globals, RasterView view, vec3 point_world, vec3 plane_normal, LightSample light) {
-  const ShadowMapPoint place = shadow_map_point(view, point_world);
-  if (!place.inside) return 1;
-  const float bias_m = 1.5 * slope_m(place, plane_normal, light.to_light);
+  const ShadowMapPoint at = shadow_map_point(view, point_world);
+  if (!at.inside) return 1;
+  const float bias_m = 1.5 * slope_m(at, plane_normal, light.to_light);
   // Two texels of a row per read halve the address arithmetic.
-  const ivec2 first = clamp(ivec2(floor(place.texel - 0.5)), ivec2(0), ivec2(view.width - 2));
-  const vec2 weight = clamp(place.texel - 0.5 - vec2(first), 0, 1);
+  const ivec2 first = clamp(ivec2(floor(at.texel - 0.5)), ivec2(0), ivec2(view.width - 2));
+  const vec2 weight = clamp(at.texel - 0.5 - vec2(first), 0, 1);
   const uint64_t row = globals.value.shadow_maps + uint64_t(4 * (view.first_texel + uint(first.y) * view.width + first.x));
   const uvec4 texels = uvec4(TexelsRef(row).at, TexelsRef(row + 4 * view.width).at);
   // The comparison uses the stored encoding. Empty texels have depth 0; the clamp also covers points beyond
   // the map's depth range.
-  const float clear = clamp(depth_nearer_by(place, bias_m), 1e-30, kMaxDepth);
+  const float clear = clamp(depth_nearer_by(at, bias_m), 1e-30, kMaxDepth);
   const vec4 lit = vec4(lessThan(texels, uvec4(encode_depth(clear, globals.value.map_generation))));
   const vec2 along_x = mix(lit.xz, lit.yw, weight.x);
   return mix(along_x.x, along_x.y, weight.y);

@@ -26,11 +26,11 @@ struct ShadowRay {
 
 // The origin lies on the light's side, so that thin surfaces lit from behind do not shadow themselves. Shadow
 // maps test the same ray that is traced for unresolved pixels.
-ShadowRay shadow_ray(GlobalsRef globals, SurfacePoint point, LightPose place, LightSample light) {
+ShadowRay shadow_ray(GlobalsRef globals, SurfacePoint point, LightPose pose, LightSample light) {
   const vec3 side = lit_side(point, light);
   ShadowRay ray;
   ray.origin = offset_from_surface(point.position_world, side, globals.value.eye_world, point.pixel_size_m, point.lift_m);
-  ray.light = sample_light(place, ray.origin);
+  ray.light = sample_light(pose, ray.origin);
   return ray;
 }
 

@@ -24,8 +24,8 @@ struct GuiPrimitive {
 };
 
 struct GuiTile {
-  uint place;  // in tiles: x in the lower half, y in the upper
-  uint first;  // first entry
+  uint tile_position;  // in tiles: x in the lower half, y in the upper
+  uint first;          // first entry
   uint count;
 };
 

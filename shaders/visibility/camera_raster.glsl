@@ -29,7 +29,7 @@ void put(RasterSet set, uint sample_index, float depth, uint id, bool read_befor
 int pixel_reach(RasterView view) { return 0; }
 
 // Position of the alpha test: the pixel's centre, or the mean of the covered samples.
-vec2 tested_place(ivec2 pixel, uint covered) {
+vec2 tested_position(ivec2 pixel, uint covered) {
 #if FIRE3DV_SAMPLES == 4
   if (covered == 15) return vec2(pixel) + 0.5;
   vec2 sum = vec2(0);
@@ -45,8 +45,8 @@ vec2 tested_place(ivec2 pixel, uint covered) {
   uint covered = 0;                                                                                               \
   float depth[FIRE3DV_SAMPLES];                                                                                   \
   for (int s = 0; s < FIRE3DV_SAMPLES; ++s) {                                                                     \
-    const ivec2 place = pixel * kSubpixels + kSamplePosition[s];                                                  \
-    const IVEC from_a = IVEC(place - a.xy), from_b = IVEC(place - b.xy), from_c = IVEC(place - c.xy);             \
+    const ivec2 position = pixel * kSubpixels + kSamplePosition[s];                                                  \
+    const IVEC from_a = IVEC(position - a.xy), from_b = IVEC(position - b.xy), from_c = IVEC(position - c.xy);             \
     const INT wa = INT(bc.x) * from_b.y - INT(bc.y) * from_b.x;                                                   \
     const INT wb = INT(ca.x) * from_c.y - INT(ca.y) * from_c.x;                                                   \
     const INT wc = INT(ab.x) * from_a.y - INT(ab.y) * from_a.x;                                                   \

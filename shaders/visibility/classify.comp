@@ -60,8 +60,8 @@ void main() {
   pixel_known[lane] = result.known;
   pixel_wanted[lane] = result.wanted;
   list_surfaces(globals, push.visibility, entry.pixel, inside);
-  for (uint place = lane; place < surface_count(); place += kPixels) {
-    const PixelSurface surface = surface_at(place);
+  for (uint slot = lane; slot < surface_count(); slot += kPixels) {
+    const PixelSurface surface = surface_at(slot);
     if (surface.id == 0) continue;
     result = test_sample(globals, surface.id, gl_WorkGroupID.xy * 8 + uvec2(surface.lane & 7, surface.lane >> 3), surface.samples, entry.word);
     if (result.known != FIRE3DV_NO_INDEX) atomicAnd(pixel_known[surface.lane], result.known);

@@ -36,8 +36,8 @@ void append(bool wanted, uint view, bool masked, uint entry) {
     }
   }
   base = subgroupBroadcastFirst(base) + subgroupBallotExclusiveBitCount(ballot);
-  const uint place = masked ? set.instance_count - 1 - base : base;
-  if (wanted) UintsRef(set.lists).at[view * set.instance_count + place] = entry;
+  const uint slot = masked ? set.instance_count - 1 - base : base;
+  if (wanted) UintsRef(set.lists).at[view * set.instance_count + slot] = entry;
 }
 
 #ifndef FIRE3DV_LIGHTS

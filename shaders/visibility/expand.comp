@@ -13,18 +13,18 @@ const int kThreads = 256;  // a ground plane covers as many tiles as the image
 layout(local_size_x = kThreads) in;
 layout(push_constant, scalar) uniform Push { RasterPush push; };
 
-shared uint shared_place;
+shared uint shared_slot;
 
 void list_tiles(GlobalsRef globals, RasterSet set, RasterView view, PreparedTriangle prepared) {
   const ivec2 size = ivec2(view.width, view.height);
   barrier();  // all lanes have read the earlier triangle's index
   if (gl_LocalInvocationIndex == 0) {
-    const uint place = atomicAdd(LargeWorkRef(set.large).value.prepared_count, 1);
-    shared_place = place < set.prepared_capacity ? place : FIRE3DV_NO_INDEX;
-    if (place < set.prepared_capacity) PreparedTriangleRef(set.prepared).at[place] = prepared;
+    const uint slot = atomicAdd(LargeWorkRef(set.large).value.prepared_count, 1);
+    shared_slot = slot < set.prepared_capacity ? slot : FIRE3DV_NO_INDEX;
+    if (slot < set.prepared_capacity) PreparedTriangleRef(set.prepared).at[slot] = prepared;
   }
   barrier();
-  const uint place = shared_place;
+  const uint slot = shared_slot;
   ivec2 low, high;
   covered_pixels(min(prepared.a, min(prepared.b, prepared.c)), max(prepared.a, max(prepared.b, prepared.c)),
                  pixel_reach(view), size, low, high);
@@ -42,12 +42,12 @@ void list_tiles(GlobalsRef globals, RasterSet set, RasterView view, PreparedTria
     // One atomic reserves the entries of a subgroup.
     const uint own = bitCount(reached), all = subgroupAdd(own);
     uint entry = 0;
-    if (subgroupElect() && place != FIRE3DV_NO_INDEX && all != 0) entry = places_for_tiles(set, all);
+    if (subgroupElect() && slot != FIRE3DV_NO_INDEX && all != 0) entry = slots_for_tiles(set, all);
     entry = subgroupBroadcastFirst(entry) + subgroupExclusiveAdd(own);
     for (; reached != 0; reached &= reached - 1, ++entry) {
       const int number = from + kThreads * findLSB(reached) + int(gl_LocalInvocationIndex);
       const ivec2 tile = first + ivec2(number % tiles.x, number / tiles.x);
-      if (place != FIRE3DV_NO_INDEX && emit_tile(set, entry, place, tile, view)) continue;
+      if (slot != FIRE3DV_NO_INDEX && emit_tile(set, entry, slot, tile, view)) continue;
       // On overflow the lane draws the tile itself: slow, but the same image.
       const TileTriangle triangle = tile_triangle(prepared);
       const ivec2 origin = tile << kTileShift;

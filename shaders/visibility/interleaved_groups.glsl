@@ -14,16 +14,16 @@ const uint kRoundsShift = 4;
 uint interleave(uint index, uint count) {
   const uint steps = index << kRoundsShift;
   uint turn = uint(float(steps) / float(count));  // rounds completed, with an error of at most one
-  uint place = steps - turn * count;
-  if (int(place) < 0) {
-    place += count;
+  uint slot = steps - turn * count;
+  if (int(slot) < 0) {
+    slot += count;
     --turn;
-  } else if (place >= count) {
-    place -= count;
+  } else if (slot >= count) {
+    slot -= count;
     ++turn;
   }
   // Where 16 and count share a factor, later rounds would repeat positions; the offset moves them on.
-  return place + (turn >> (kRoundsShift - min(kRoundsShift, uint(findLSB(count)))));
+  return slot + (turn >> (kRoundsShift - min(kRoundsShift, uint(findLSB(count)))));
 }
 
 uvec2 image_group() { return uvec2(gl_WorkGroupID.x, interleave(gl_WorkGroupID.y, gl_NumWorkGroups.y)); }

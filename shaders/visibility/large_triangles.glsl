@@ -8,14 +8,14 @@ const int kMaxTilesByOne = 16;
 
 void emit_huge(RasterSet set, HugeTriangle triangle) {
   LargeWorkRef large = LargeWorkRef(set.large);
-  const uint place = atomicAdd(large.value.expand.count, 1);
-  if (place >= set.huge_capacity) {
+  const uint slot = atomicAdd(large.value.expand.count, 1);
+  if (slot >= set.huge_capacity) {
     atomicAdd(large.value.lost, 1);  // the host makes room for the next frame
     return;
   }
-  HugeTriangleRef(set.huge).at[place] = triangle;
-  atomicMax(large.value.expand.groups_x, min(place + 1, 65535u));
-  atomicMax(large.value.expand.groups_y, place / 65535 + 1);
+  HugeTriangleRef(set.huge).at[slot] = triangle;
+  atomicMax(large.value.expand.groups_x, min(slot + 1, 65535u));
+  atomicMax(large.value.expand.groups_y, slot / 65535 + 1);
   large.value.expand.groups_z = 1;
 }
 
@@ -58,7 +58,7 @@ bool reaches_box(PreparedTriangle t, ivec2 low_pixel, ivec2 high_pixel) {
 }
 
 // Reserves tile entries; indices from the capacity on do not exist.
-uint places_for_tiles(RasterSet set, uint count) {
+uint slots_for_tiles(RasterSet set, uint count) {
   LargeWorkRef large = LargeWorkRef(set.large);
   const uint first = atomicAdd(large.value.tiles.count, count);
   const uint all = min(first + count, set.tile_capacity);
@@ -70,11 +70,11 @@ uint places_for_tiles(RasterSet set, uint count) {
 }
 
 // Returns false when the list is full.
-bool emit_tile(RasterSet set, uint place, uint prepared, ivec2 tile, RasterView view) {
-  if (place >= set.tile_capacity) return false;
-  TileEntryRef(set.tiles).at[place] = TileEntry(prepared, uint(tile.x) | (uint(tile.y) << 16));
+bool emit_tile(RasterSet set, uint slot, uint prepared, ivec2 tile, RasterView view) {
+  if (slot >= set.tile_capacity) return false;
+  TileEntryRef(set.tiles).at[slot] = TileEntry(prepared, uint(tile.x) | (uint(tile.y) << 16));
   if (set.tile_lists != 0) {
-    UintsRef(set.tile_next).at[place] = atomicExchange(UintsRef(set.tile_lists).at[list_of_tile(view, tile)], place + 1);
+    UintsRef(set.tile_next).at[slot] = atomicExchange(UintsRef(set.tile_lists).at[list_of_tile(view, tile)], slot + 1);
   }
   return true;
 }
@@ -91,21 +91,21 @@ void emit_large(RasterSet set, HugeTriangle triangle, ScreenVertex a, ScreenVert
     emit_huge(set, triangle);  // also when room is scarce: only this queue handles overflow
     return;
   }
-  const uint place = atomicAdd(large.value.prepared_count, 1);
-  if (place >= set.prepared_capacity) {
+  const uint slot = atomicAdd(large.value.prepared_count, 1);
+  if (slot >= set.prepared_capacity) {
     emit_huge(set, triangle);
     return;
   }
-  PreparedTriangleRef(set.prepared).at[place] = prepared;
+  PreparedTriangleRef(set.prepared).at[slot] = prepared;
   uint reached = 0;  // its tiles, as bits
   for (uint i = 0; i < count; ++i) {
     const ivec2 tile = first + ivec2(i % uint(tiles.x), i / uint(tiles.x));
     if (reaches_box(prepared, tile << kTileShift, ((tile + 1) << kTileShift) - 1)) reached |= 1u << i;
   }
-  uint entry = places_for_tiles(set, bitCount(reached));
+  uint entry = slots_for_tiles(set, bitCount(reached));
   for (; reached != 0; reached &= reached - 1, ++entry) {
     const uint i = findLSB(reached);
-    if (!emit_tile(set, entry, place, first + ivec2(i % uint(tiles.x), i / uint(tiles.x)), view)) {
+    if (!emit_tile(set, entry, slot, first + ivec2(i % uint(tiles.x), i / uint(tiles.x)), view)) {
       emit_huge(set, triangle);  // redraws the whole triangle; the result is the same
       return;
     }

@@ -18,9 +18,9 @@ MapTarget map_target(RasterSet set, RasterView view) {
   return MapTarget(set.target, view.first_texel, view.width, set.read_before_write != 0, set.generation);
 }
 
-// place: index of the texel, row by row.
-void put_nearest(MapTarget target, uint place, bool outer, float depth) {
-  const uint index = target.first_texel + (outer ? target.size * target.size : 0) + place;
+// texel_index: index of the texel, row by row.
+void put_nearest(MapTarget target, uint texel_index, bool outer, float depth) {
+  const uint index = target.first_texel + (outer ? target.size * target.size : 0) + texel_index;
   const uint value = encode_depth(depth, target.generation);
   UintsRef maps = UintsRef(target.maps);
   if (!target.read_before_write || maps.at[index] < value) atomicMax(maps.at[index], value);
@@ -31,8 +31,8 @@ int pixel_reach(RasterView view) { return 0; }
 
 // covers_center: the triangle covers the texel's centre, at depth z.
 #define FIRE3DV_COVER_TEXEL(INT, IVEC)                                                                \
-  const ivec2 place = texel * kSubpixels + kHalfPixel;                                                \
-  const IVEC from_a = IVEC(place - a.xy), from_b = IVEC(place - b.xy), from_c = IVEC(place - c.xy);   \
+  const ivec2 position = texel * kSubpixels + kHalfPixel;                                                \
+  const IVEC from_a = IVEC(position - a.xy), from_b = IVEC(position - b.xy), from_c = IVEC(position - c.xy);   \
   const INT wa = INT(bc.x) * from_b.y - INT(bc.y) * from_b.x;                                         \
   const INT wb = INT(ca.x) * from_c.y - INT(ca.y) * from_c.x;                                         \
   const INT wc = INT(ab.x) * from_a.y - INT(ab.y) * from_a.x;                                         \
@@ -78,8 +78,8 @@ float outer_depth(OuterDepth depth, float z) {
 // reach: of the view. touches: the triangle reaches into the texel. covers_center: it covers the centre, at depth z.
 // outer: bound of its nearest depth in the texel. A triangle without area touches the texels of its line.
 #define FIRE3DV_COVER_TEXEL(INT, IVEC)                                                                              \
-  const ivec2 place = texel * kSubpixels + kHalfPixel;                                                              \
-  const IVEC from_a = IVEC(place - a.xy), from_b = IVEC(place - b.xy), from_c = IVEC(place - c.xy);                 \
+  const ivec2 position = texel * kSubpixels + kHalfPixel;                                                              \
+  const IVEC from_a = IVEC(position - a.xy), from_b = IVEC(position - b.xy), from_c = IVEC(position - c.xy);                 \
   const INT wa = INT(bc.x) * from_b.y - INT(bc.y) * from_b.x;                                                       \
   const INT wb = INT(ca.x) * from_c.y - INT(ca.y) * from_c.x;                                                       \
   const INT wc = INT(ab.x) * from_a.y - INT(ab.y) * from_a.x;                                                       \

@@ -25,8 +25,8 @@ vec3 world_normal(GlobalsRef globals, ClusterInstance instance, uint triangle) {
 }
 
 // Depth of the triangle's plane at an image position.
-float plane_depth(VisibleTriangle t, vec2 place, vec2 size) {
-  const vec3 b = barycentrics_at(t, place, size);
+float plane_depth(VisibleTriangle t, vec2 position, vec2 size) {
+  const vec3 b = barycentrics_at(t, position, size);
   const vec4 clip = t.clip[0] * b.x + t.clip[1] * b.y + t.clip[2] * b.z;
   return clip.z / clip.w;
 }
@@ -86,9 +86,9 @@ void main() {
       if (!(dot(normal, other_normal) > kMinCosine * sqrt(dot(normal, normal) * dot(other_normal, other_normal)))) continue;
       for (int s = 0; s < FIRE3DV_SAMPLES; ++s) {
         if ((same & (1u << s)) == 0) continue;
-        const vec2 place = vec2(pixel) + vec2(kSamplePosition[s]) / kSubpixels;
+        const vec2 position = vec2(pixel) + vec2(kSamplePosition[s]) / kSubpixels;
         const float reach = globals.value.half_pixel_depth.x * depth[s] + globals.value.half_pixel_depth.y;
-        if (!(abs(plane_depth(triangle, place, size) - depth[s]) <= reach)) continue;
+        if (!(abs(plane_depth(triangle, position, size) - depth[s]) <= reach)) continue;
         open &= ~(1u << s);
         WordRef(push.visibility).at[2 * (index * FIRE3DV_SAMPLES + s)] = id;
       }

@@ -15,14 +15,14 @@ PlanarCasterPlane planar_caster_plane(GlobalsRef globals, PlanarCasterRecord cas
   const PartRecord part = PartRef(globals.value.parts).at[caster.part];
   const AffineRows world_from_node = AffineRowsRef(globals.value.world_from_node).at[part.node];
   const PrimitiveRecord primitive = PrimitiveRef(globals.value.primitives).at[part.primitive];
-  PlanarCasterPlane place;
-  place.normal_world = normalize(transform_normal(world_from_node, caster.plane_node.xyz));
-  place.radius_m = primitive.mesh_radius * largest_stretch(world_from_node) * 1.001;
-  place.center_world = transform_point(world_from_node, primitive.mesh_center);
-  place.part = caster.part;
-  place.in_plane_world = transform_point(world_from_node, -caster.plane_node.w * caster.plane_node.xyz);
-  place.padding = 0;
-  return place;
+  PlanarCasterPlane plane;
+  plane.normal_world = normalize(transform_normal(world_from_node, caster.plane_node.xyz));
+  plane.radius_m = primitive.mesh_radius * largest_stretch(world_from_node) * 1.001;
+  plane.center_world = transform_point(world_from_node, primitive.mesh_center);
+  plane.part = caster.part;
+  plane.in_plane_world = transform_point(world_from_node, -caster.plane_node.w * caster.plane_node.xyz);
+  plane.padding = 0;
+  return plane;
 }
 
 // True if a planar caster may lie between the point and the light. A planar mesh does not shadow itself.

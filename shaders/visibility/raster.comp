@@ -42,11 +42,11 @@ uint cluster_count(RasterSet set) {
 // Cluster index, and FIRE3DV_LISTED_ONE_SIDE.
 uint listed_at(RasterSet set, uint entry) {
 #ifdef FIRE3DV_ALPHA_MASK
-  const uint place = set.instance_count - 1 - entry;
+  const uint slot = set.instance_count - 1 - entry;
 #else
-  const uint place = entry;
+  const uint slot = entry;
 #endif
-  return UintsRef(set.lists).at[push.view * set.instance_count + place];
+  return UintsRef(set.lists).at[push.view * set.instance_count + slot];
 }
 
 struct ShownCluster {

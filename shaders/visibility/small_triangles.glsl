@@ -16,7 +16,7 @@ struct Walk {
   ivec3 right;    // step to the next pixel
   ivec3 next_row;  // step from the last pixel of a row to the first of the next
   int x, first_x, last_x;
-  uint place;     // pixel index, in a target with rows of `width`
+  uint index;     // pixel index, in a target with rows of `width`
   uint row_jump;
 };
 
@@ -31,7 +31,7 @@ Walk walk_from(ScreenVertex a, ScreenVertex b, ScreenVertex c, ivec2 low, ivec2 
   walk.next_row = along_y * kSubpixels - walk.right * (high.x - low.x);
   walk.x = walk.first_x = low.x;
   walk.last_x = high.x;
-  walk.place = uint(low.y) * width + uint(low.x);
+  walk.index = uint(low.y) * width + uint(low.x);
   walk.row_jump = width - uint(high.x - low.x);
   return walk;
 }
@@ -41,7 +41,7 @@ Walk walk_from(ScreenVertex a, ScreenVertex b, ScreenVertex c, ivec2 low, ivec2 
 void step_on(inout Walk walk) {
   const bool at_end = walk.x == walk.last_x;
   walk.at += at_end ? walk.next_row : walk.right;
-  walk.place += at_end ? walk.row_jump : 1;
+  walk.index += at_end ? walk.row_jump : 1;
   walk.x = at_end ? walk.first_x : walk.x + 1;
 }
 
@@ -88,14 +88,14 @@ void draw_small(GlobalsRef globals, RasterSet set, RasterView view, ScreenVertex
 #endif
     const float z = depth_of(walk.at, a, b, c, inverse_area);
 #ifndef FIRE3DV_CENTER_MAPS_ONLY
-    put_nearest(target, walk.place, true, nearest_possible(view, outer_depth(outer, z)));
+    put_nearest(target, walk.index, true, nearest_possible(view, outer_depth(outer, z)));
     if (!covers_center) continue;
 #endif
 #ifdef FIRE3DV_ALPHA_MASK
-    const ivec2 texel = ivec2(walk.place % view.width, walk.place / view.width);
+    const ivec2 texel = ivec2(walk.index % view.width, walk.index / view.width);
     if (!is_solid_at(globals, triangle, vec2(texel) + 0.5, vec2(view.width))) continue;
 #endif
-    put_nearest(target, walk.place, false, z);
+    put_nearest(target, walk.index, false, z);
   }
 }
 #else
@@ -120,17 +120,17 @@ void draw_small(GlobalsRef globals, RasterSet set, RasterView view, ScreenVertex
     }
     if (covered == 0) continue;
 #ifdef FIRE3DV_ALPHA_MASK
-    const ivec2 pixel = ivec2(walk.place % view.width, walk.place / view.width);
-    if (!is_solid_at(globals, triangle, tested_place(pixel, covered), vec2(view.width, view.height))) continue;
+    const ivec2 pixel = ivec2(walk.index % view.width, walk.index / view.width);
+    if (!is_solid_at(globals, triangle, tested_position(pixel, covered), vec2(view.width, view.height))) continue;
 #endif
-    const uint first = view.first_texel + walk.place * FIRE3DV_SAMPLES;
+    const uint first = view.first_texel + walk.index * FIRE3DV_SAMPLES;
 #if defined(FIRE3DV_NARROW) && FIRE3DV_SAMPLES == 4
     // Most tiny triangles cover one sample.
     for (uint left = covered; left != 0; left &= left - 1) {
       const int s = findLSB(left);
       // kSamplePosition[s] without a memory access
-      const ivec2 place = ivec2(s == 0 ? 96 : s == 1 ? 224 : s == 2 ? 32 : 160, 32 + 64 * s);
-      put(set, first + s, depth_of(walk.at + along_x * place.x + along_y * place.y, a, b, c, inverse_area), id, false);
+      const ivec2 position = ivec2(s == 0 ? 96 : s == 1 ? 224 : s == 2 ? 32 : 160, 32 + 64 * s);
+      put(set, first + s, depth_of(walk.at + along_x * position.x + along_y * position.y, a, b, c, inverse_area), id, false);
     }
 #else
     for (int s = 0; s < FIRE3DV_SAMPLES; ++s) {

@@ -46,9 +46,9 @@ struct LaneEdge {
   float near_start, near_right, near_down, slack;
 };
 
-// tile_place: of the tile; own_place: of the lane's sample relative to it; both in 1/256 pixel.
-LaneEdge lane_edge(ivec2 from, ivec2 to, int64_t bias, ivec2 tile_place, ivec2 own_place) {
-  const ivec2 d = to - from, first = tile_place - from + kFirstSample, own = tile_place - from + own_place;
+// tile_position: of the tile; own_position: of the lane's sample relative to it; both in 1/256 pixel.
+LaneEdge lane_edge(ivec2 from, ivec2 to, int64_t bias, ivec2 tile_position, ivec2 own_position) {
+  const ivec2 d = to - from, first = tile_position - from + kFirstSample, own = tile_position - from + own_position;
   LaneEdge edge;
   edge.start = parts_of(int64_t(d.x) * own.y - int64_t(d.y) * own.x - bias);
   edge.right = parts_of(int64_t(-d.y) * (kSubpixels * kVectorPixels));
@@ -67,7 +67,7 @@ Parts at_block(LaneEdge edge, ivec2 block) {
   return stepped(stepped(edge.start, edge.block_right, block.x), edge.block_down, block.y);
 }
 
-ivec2 block_place(int number) { return ivec2(number % kBlocksAcross, number / kBlocksAcross); }
+ivec2 block_position(int number) { return ivec2(number % kBlocksAcross, number / kBlocksAcross); }
 
 // Approximate values of three edges at the first sample of the lane's block; half_tile 1 selects the block
 // eight further.
@@ -76,7 +76,7 @@ struct BlockEdges {
 };
 
 BlockEdges block_edges(LaneEdge a, LaneEdge b, LaneEdge c, const int half_tile) {
-  const ivec2 pixel = block_place(int(gl_SubgroupInvocationID) + 8 * half_tile) * kBlock;
+  const ivec2 pixel = block_position(int(gl_SubgroupInvocationID) + 8 * half_tile) * kBlock;
   BlockEdges edges;
   edges.right = vec3(a.near_right, b.near_right, c.near_right);
   edges.down = vec3(a.near_down, b.near_down, c.near_down);

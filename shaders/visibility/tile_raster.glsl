@@ -62,7 +62,7 @@ void draw_tile_pixel(GlobalsRef globals, RasterSet set, RasterView view, TileTri
 #ifdef FIRE3DV_LIGHTS
     if (!is_solid_at(globals, triangle, vec2(texel) + 0.5, vec2(size))) return;
 #else
-    if (!is_solid_at(globals, triangle, tested_place(pixel, covered), vec2(size))) return;
+    if (!is_solid_at(globals, triangle, tested_position(pixel, covered), vec2(size))) return;
 #endif
   }
 #ifdef FIRE3DV_LIGHTS
@@ -90,8 +90,8 @@ void draw_tile_rows(RasterSet set, RasterView view, TileTriangle t, ivec2 origin
   if (first.x < low.x || first.x > high.x) return;
   const ivec2 ab = b.xy - a.xy, bc = c.xy - b.xy, ca = a.xy - c.xy;
   precise const float inverse_area = 1 / float(t.area);
-  const ivec2 place = first * kSubpixels + kSamplePosition[s];
-  const ivec2 from_a = place - a.xy, from_b = place - b.xy, from_c = place - c.xy;
+  const ivec2 position = first * kSubpixels + kSamplePosition[s];
+  const ivec2 from_a = position - a.xy, from_b = position - b.xy, from_c = position - c.xy;
   // Less the bias: a sample is covered where all are positive.
   int64_t wa = int64_t(bc.x) * from_b.y - int64_t(bc.y) * from_b.x - t.bias.x;
   int64_t wb = int64_t(ca.x) * from_c.y - int64_t(ca.y) * from_c.x - t.bias.y;

@@ -10,9 +10,9 @@ layout(push_constant, scalar) uniform Push { RasterPush push; };
 void main() {
   GlobalsRef globals = globals_at(push.globals);
   RasterSet set = RasterSetRef(push.set).value;
-  const uint place = gl_WorkGroupID.x + gl_WorkGroupID.y * 65535;
-  if (place >= min(LargeWorkRef(set.large).value.tiles.count, set.tile_capacity)) return;
-  const TileEntry entry = TileEntryRef(set.tiles).at[place];
+  const uint slot = gl_WorkGroupID.x + gl_WorkGroupID.y * 65535;
+  if (slot >= min(LargeWorkRef(set.large).value.tiles.count, set.tile_capacity)) return;
+  const TileEntry entry = TileEntryRef(set.tiles).at[slot];
   const PreparedTriangle prepared = PreparedTriangleRef(set.prepared).at[entry.prepared];
   if (kSeveralWorlds) globals = globals_of_view(set, prepared.view);
   const RasterView view = RasterViewRef(set.views).at[prepared.view];

@@ -32,12 +32,12 @@ struct LaneTriangle {
 };
 
 LaneTriangle lane_triangle(TileTriangle whole) {
-  const ivec2 place = tile_pixel * kSubpixels, own = ivec2(own_pixel * kSubpixels, 0) + kSamplePosition[own_sample];
+  const ivec2 position = tile_pixel * kSubpixels, own = ivec2(own_pixel * kSubpixels, 0) + kSamplePosition[own_sample];
   LaneTriangle t;
   t.bias = whole.bias;
-  t.a = lane_edge(whole.b.xy, whole.c.xy, t.bias.x, place, own);
-  t.b = lane_edge(whole.c.xy, whole.a.xy, t.bias.y, place, own);
-  t.c = lane_edge(whole.a.xy, whole.b.xy, t.bias.z, place, own);
+  t.a = lane_edge(whole.b.xy, whole.c.xy, t.bias.x, position, own);
+  t.b = lane_edge(whole.c.xy, whole.a.xy, t.bias.y, position, own);
+  t.c = lane_edge(whole.a.xy, whole.b.xy, t.bias.z, position, own);
   t.z = vec3(whole.a.z, whole.b.z, whole.c.z);
   precise const float inverse_area = 1 / float(whole.area);
   t.inverse_area = inverse_area;
@@ -61,7 +61,7 @@ Blocks blocks_of_half(LaneTriangle t, const int half_tile) {
   const float across = max(dot(edges.right, t.z) * kBlockReach, 0), along = max(dot(edges.down, t.z) * kBlockReach, 0);
   const float plane = (dot(edges.first, t.z) + across + along) * t.inverse_area + rounding;
   const bool hidden = min(plane, corner * 1.000001) < farthest[half_tile];
-  const ivec2 pixel = tile_pixel + block_place(int(gl_SubgroupInvocationID) + 8 * half_tile) * kBlock;
+  const ivec2 pixel = tile_pixel + block_position(int(gl_SubgroupInvocationID) + 8 * half_tile) * kBlock;
   Blocks blocks;
   blocks.reached = subgroupBallot(reaches_block(edges) && !hidden && all(lessThan(pixel, image_size))).x;
   blocks.covered = subgroupBallot(all(greaterThan(least_of(edges), edges.slack))).x;
@@ -79,14 +79,14 @@ void put_lane(LaneTriangle t, bool covered, ivec2 pixel, float depth, inout floa
   least = min(least, depth);
   if (depth < 0) return;  // beyond the far plane
   VisibilityRef seen = VisibilityRef(visibility);
-  const uint place = first_sample + uint(pixel.y * image_size.x + pixel.x) * FIRE3DV_SAMPLES + own_sample;
+  const uint index = first_sample + uint(pixel.y * image_size.x + pixel.x) * FIRE3DV_SAMPLES + own_sample;
   const uint64_t value = seen_value(depth, t.id, generation);
-  if (seen.at[place] >= value) return;
+  if (seen.at[index] >= value) return;
   if (t.masked) {
     const VisibleTriangle triangle = seen_from(visible_triangle(globals, t.id), view);
-    if (!is_solid_at(globals, triangle, tested_place(pixel, samples), vec2(image_size))) return;
+    if (!is_solid_at(globals, triangle, tested_position(pixel, samples), vec2(image_size))) return;
   }
-  seen.at[place] = value;
+  seen.at[index] = value;
 }
 
 // Returns the farthest depth of the block's covered samples.
@@ -123,7 +123,7 @@ void draw(LaneTriangle t, const bool wide) {
   while (reached != 0) {
     const int number = findLSB(reached);
     reached &= reached - 1;
-    const float least = draw_block(t, wide, block_place(number));
+    const float least = draw_block(t, wide, block_position(number));
     if ((covered & (1u << number)) == 0) continue;
     const float hides = min_of_lanes(least);
     if (int(gl_SubgroupInvocationID) == (number & 7)) {
@@ -142,8 +142,8 @@ void draw_vast(TileTriangle whole, LaneTriangle t) {
     const int across = kTileSide / kVectorPixels;
     const ivec2 pixel = tile_pixel + ivec2((i % across) * kVectorPixels + own_pixel, i / across);
     if (pixel.y >= image_size.y) break;  // all lanes
-    const ivec2 place = pixel * kSubpixels + kSamplePosition[own_sample];
-    const i64vec2 from_a = i64vec2(place - a.xy), from_b = i64vec2(place - b.xy), from_c = i64vec2(place - c.xy);
+    const ivec2 position = pixel * kSubpixels + kSamplePosition[own_sample];
+    const i64vec2 from_a = i64vec2(position - a.xy), from_b = i64vec2(position - b.xy), from_c = i64vec2(position - c.xy);
     const int64_t wa = int64_t(bc.x) * from_b.y - int64_t(bc.y) * from_b.x;
     const int64_t wb = int64_t(ca.x) * from_c.y - int64_t(ca.y) * from_c.x;
     const int64_t wc = int64_t(ab.x) * from_a.y - int64_t(ab.y) * from_a.x;
@@ -169,9 +169,9 @@ void main() {
   farthest[0] = farthest[1] = 0;
   uint next = UintRef(set.tile_lists).at[list_of_tile(view, tile)];
   while (next != 0) {
-    const uint place = next - 1;
-    const TileTriangle whole = tile_triangle(prepared_for_all(set.prepared, TileEntryRef(set.tiles).at[place].prepared));
-    next = UintRef(set.tile_next).at[place];
+    const uint entry = next - 1;
+    const TileTriangle whole = tile_triangle(prepared_for_all(set.prepared, TileEntryRef(set.tiles).at[entry].prepared));
+    next = UintRef(set.tile_next).at[entry];
     const LaneTriangle triangle = lane_triangle(whole);
     if (largest_edge_function(whole) >= int64_t(1) << 54) {
       draw_vast(whole, triangle);

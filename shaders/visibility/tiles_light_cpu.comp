@@ -37,14 +37,14 @@ int64_t allowed(ivec2 from, ivec2 to, int bias) {
 }
 
 LaneTriangle lane_triangle(TileTriangle whole) {
-  const ivec2 place = tile_pixel * kSubpixels, own = ivec2(gl_SubgroupInvocationID, 0) * kSubpixels + kHalfPixel;
+  const ivec2 position = tile_pixel * kSubpixels, own = ivec2(gl_SubgroupInvocationID, 0) * kSubpixels + kHalfPixel;
   const ivec2 a = whole.a.xy, b = whole.b.xy, c = whole.c.xy;
   const int64_t more_a = allowed(b, c, whole.bias.x), more_b = allowed(c, a, whole.bias.y), more_c = allowed(a, b, whole.bias.z);
   LaneTriangle t;
   t.whole = whole;
-  t.a = lane_edge(b, c, -more_a, place, own);
-  t.b = lane_edge(c, a, -more_b, place, own);
-  t.c = lane_edge(a, b, -more_c, place, own);
+  t.a = lane_edge(b, c, -more_a, position, own);
+  t.b = lane_edge(c, a, -more_b, position, own);
+  t.c = lane_edge(a, b, -more_c, position, own);
   t.less_a = parts_of(-more_a);
   t.less_b = parts_of(-more_b);
   t.less_c = parts_of(-more_c);
@@ -61,9 +61,9 @@ LaneTriangle lane_triangle(TileTriangle whole) {
 
 void put_alone(ivec2 texel, const bool outer, float depth) {
   UintsRef maps = UintsRef(set.target);
-  const uint place = view.first_texel + (outer ? view.width * view.width : 0) + uint(texel.y) * view.width + texel.x;
+  const uint index = view.first_texel + (outer ? view.width * view.width : 0) + uint(texel.y) * view.width + texel.x;
   const uint value = encode_depth(depth, set.generation);
-  if (maps.at[place] < value) maps.at[place] = value;
+  if (maps.at[index] < value) maps.at[index] = value;
 }
 
 void put_texel(LaneTriangle t, ivec2 texel, vec3 e, bool covers_center) {
@@ -102,7 +102,7 @@ void draw(LaneTriangle t) {
   while (reached != 0) {
     const int number = findLSB(reached);
     reached &= reached - 1;
-    draw_block(t, block_place(number));
+    draw_block(t, block_position(number));
   }
 }
 
@@ -118,9 +118,9 @@ void main() {
   if (tile_pixel.x >= view.width || tile_pixel.y >= view.height) return;
   uint next = UintRef(set.tile_lists).at[list_of_tile(view, tile)];
   while (next != 0) {
-    const uint place = next - 1;
-    const TileTriangle whole = tile_triangle(prepared_for_all(set.prepared, TileEntryRef(set.tiles).at[place].prepared));
-    next = UintRef(set.tile_next).at[place];
+    const uint entry = next - 1;
+    const TileTriangle whole = tile_triangle(prepared_for_all(set.prepared, TileEntryRef(set.tiles).at[entry].prepared));
+    next = UintRef(set.tile_next).at[entry];
     if (largest_edge_function(whole) < int64_t(1) << 48) {
       draw(lane_triangle(whole));
     } else {

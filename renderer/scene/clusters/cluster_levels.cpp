@@ -35,7 +35,7 @@ struct Simplified {
 struct Levels {
   uint32_t primitive = 0;
   UsedAttributes used;
-  std::vector<uint32_t> place;  // welded position of each vertex of the primitive
+  std::vector<uint32_t> welded;  // welded position of each vertex of the primitive
   std::vector<Candidate> candidates;
   ClusterGroups groups;
   std::vector<Cluster> clusters;
@@ -85,21 +85,21 @@ class Builder {
   void begin(Levels& levels) {
     const Primitive& primitive = scene_.primitives[levels.primitive];
     levels.used = used_attributes(scene_, primitive);
-    levels.place.resize(primitive.vertex_count);
-    meshopt_generateVertexRemap(levels.place.data(), nullptr, primitive.vertex_count,
+    levels.welded.resize(primitive.vertex_count);
+    meshopt_generateVertexRemap(levels.welded.data(), nullptr, primitive.vertex_count,
                                 scene_.positions.data() + primitive.first_vertex, primitive.vertex_count,
                                 sizeof(glm::vec3));
     const ClusteredPrimitive& cut = geometry_.primitives[levels.primitive];
-    std::vector<uint32_t> places;
+    std::vector<uint32_t> corners;
     for (uint32_t c = cut.first_cluster; c < cut.first_cluster + cut.cluster_count; ++c) {
-      places.clear();
-      each_corner(levels, c, [&](uint32_t vertex) { places.push_back(place_of(levels, vertex)); });
-      levels.candidates.push_back({c, 0, open_edges(places)});
+      corners.clear();
+      each_corner(levels, c, [&](uint32_t vertex) { corners.push_back(welded_of(levels, vertex)); });
+      levels.candidates.push_back({c, 0, open_edges(corners)});
     }
   }
 
-  uint32_t place_of(const Levels& levels, uint32_t vertex) const {
-    return levels.place[vertex - scene_.primitives[levels.primitive].first_vertex];
+  uint32_t welded_of(const Levels& levels, uint32_t vertex) const {
+    return levels.welded[vertex - scene_.primitives[levels.primitive].first_vertex];
   }
   const Cluster& cluster_at(const Levels& levels, uint32_t c) const {
     return c < lod0_clusters_ ? geometry_.clusters[c] : levels.clusters[c - lod0_clusters_];
@@ -175,14 +175,14 @@ class Builder {
       index =
           static_cast<uint32_t>(std::lower_bound(vertices.begin(), vertices.end(), index) - vertices.begin());
     }
-    std::vector<uint32_t> place;
+    std::vector<uint32_t> welded;
     for (uint32_t v : vertices) {
       piece.positions.push_back(scene_.positions[v]);
       piece.attributes.push_back(attributes_of(scene_, v));
-      place.push_back(place_of(levels, v));
+      welded.push_back(welded_of(levels, v));
     }
     Simplified out;
-    const std::vector<uint32_t> simpler = simplify_to_half(piece, place, levels.used);
+    const std::vector<uint32_t> simpler = simplify_to_half(piece, welded, levels.used);
     if (simpler.empty()) return out;
     const LevelError step = measure_error(piece, simpler, levels.used);
     out.group = group_around(levels, members, step);
@@ -190,7 +190,7 @@ class Builder {
     if (!(out.group.error < out.group.radius) || !std::isfinite(out.group.radius)) return out;
 
     const Meshlets cut(simpler, piece.positions);
-    std::vector<uint32_t> places;
+    std::vector<uint32_t> corners;
     for (const GrownClusters::Run& run : cut.grown.runs) {
       Cluster cluster = cut.bounded(run, piece.positions);
       cluster.first_vertex = static_cast<uint32_t>(out.vertices.size());
@@ -198,14 +198,15 @@ class Builder {
       for (uint32_t v = 0; v < run.vertex_count; ++v) {
         out.vertices.push_back(vertices[cut.grown.vertices[run.first_vertex + v]]);
       }
-      places.clear();
+      corners.clear();
       for (uint32_t t = 0; t < run.triangle_count; ++t) {
         const uint8_t* corner = &cut.grown.corners[size_t{3} * (run.first_triangle + t)];
         out.triangles.push_back(corner[0] | uint32_t{corner[1]} << 8 | uint32_t{corner[2]} << 16);
-        for (int c = 0; c < 3; ++c) places.push_back(place[cut.grown.vertices[run.first_vertex + corner[c]]]);
+        for (int c = 0; c < 3; ++c)
+          corners.push_back(welded[cut.grown.vertices[run.first_vertex + corner[c]]]);
       }
       out.clusters.push_back(cluster);
-      out.edges.push_back(open_edges(places));
+      out.edges.push_back(open_edges(corners));
     }
     return out;
   }

@@ -47,8 +47,9 @@ LevelError measure_error(const SurfacePatch& original, std::span<const uint32_t>
 // locked, so that adjacent patches fit at any level. meshoptimizer is not used: it ignores attributes, and in
 // single precision it cannot separate vertices of finely tessellated smooth surfaces.
 //
-// place: welded position of each vertex; bit-equal positions have the same one. Empty if it saves too little.
-std::vector<uint32_t> simplify_to_half(const SurfacePatch& piece, std::span<const uint32_t> place,
+// welded: welded position of each vertex; bit-equal positions have the same one. Empty if it saves too
+// little.
+std::vector<uint32_t> simplify_to_half(const SurfacePatch& piece, std::span<const uint32_t> welded,
                                        const UsedAttributes& used);
 
 // Edge of exactly one triangle of the cluster, between two welded positions.

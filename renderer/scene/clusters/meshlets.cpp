@@ -63,7 +63,7 @@ class Candidates {
   explicit Candidates(size_t triangle_count) : index_(triangle_count, kNowhere) {}
 
   size_t size() const { return triangles_.size(); }
-  uint32_t operator[](size_t place) const { return triangles_[place]; }
+  uint32_t operator[](size_t slot) const { return triangles_[slot]; }
   bool has(uint32_t triangle) const { return index_[triangle] != kNowhere; }
 
   void add(uint32_t triangle, const glm::vec3& center, const glm::vec3& normal, uint32_t new_vertices) {
@@ -73,12 +73,12 @@ class Candidates {
     entries_.push_back({center, normal, needs, needs});
   }
   void remove(uint32_t triangle) {
-    const uint32_t place = index_[triangle];
-    if (place == kNowhere) return;
-    index_[triangles_.back()] = place;
+    const uint32_t slot = index_[triangle];
+    if (slot == kNowhere) return;
+    index_[triangles_.back()] = slot;
     index_[triangle] = kNowhere;
-    triangles_[place] = triangles_.back();
-    entries_[place] = entries_.back();
+    triangles_[slot] = triangles_.back();
+    entries_[slot] = entries_.back();
     triangles_.pop_back();
     entries_.pop_back();
   }
@@ -292,20 +292,20 @@ class Growth {
       high = glm::max(high, center_of(t));
     }
     const glm::vec3 size = glm::max(high - low, glm::vec3(1e-30f));
-    std::vector<std::pair<uint32_t, uint32_t>> places;
-    places.reserve(left.size());
+    std::vector<std::pair<uint32_t, uint32_t>> keys;
+    keys.reserve(left.size());
     for (const uint32_t t : left) {
-      const glm::vec3 place = (center_of(t) - low) / size * 1023.0f;
+      const glm::vec3 cell = (center_of(t) - low) / size * 1023.0f;
       uint32_t key = 0;
       for (int i = 0; i < 3; ++i) {
-        const uint32_t along = place[i] > 0 && place[i] < 1024 ? static_cast<uint32_t>(place[i]) : 0;
+        const uint32_t along = cell[i] > 0 && cell[i] < 1024 ? static_cast<uint32_t>(cell[i]) : 0;
         for (uint32_t bit = 0; bit < 10; ++bit)
           key |= (along >> bit & 1) << (3 * bit + static_cast<uint32_t>(i));
       }
-      places.emplace_back(key, t);
+      keys.emplace_back(key, t);
     }
-    std::sort(places.begin(), places.end());
-    for (const auto& [key, t] : places) curve_.push_back(t);
+    std::sort(keys.begin(), keys.end());
+    for (const auto& [key, t] : keys) curve_.push_back(t);
   }
 
   std::span<const uint32_t> indices_;

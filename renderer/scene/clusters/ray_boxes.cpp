@@ -10,19 +10,19 @@ namespace {
 
 // A value with its position, in double, since sums of valid coordinates overflow float.
 template <typename T>
-struct Placed {
-  glm::dvec3 place;
+struct Centered {
+  glm::dvec3 center;
   // Tie-breaker of equal positions, so that the order does not depend on the standard library.
   uint32_t number;
   T value;
 };
 
 template <typename T>
-int longest_axis(std::span<const Placed<T>> some) {
-  glm::dvec3 low = some[0].place, high = low;
-  for (const Placed<T>& one : some) {
-    low = glm::min(low, one.place);
-    high = glm::max(high, one.place);
+int longest_axis(std::span<const Centered<T>> some) {
+  glm::dvec3 low = some[0].center, high = low;
+  for (const Centered<T>& one : some) {
+    low = glm::min(low, one.center);
+    high = glm::max(high, one.center);
   }
   const glm::dvec3 size = high - low;
   int axis = size.y > size.x ? 1 : 0;
@@ -33,28 +33,28 @@ int longest_axis(std::span<const Placed<T>> some) {
 // Recursive median split along the longest axis. Ranges of `least` stay unsorted; the first half has a
 // multiple of it.
 template <typename T>
-void sort_into_halves(std::span<Placed<T>> some, size_t least) {
+void sort_into_halves(std::span<Centered<T>> some, size_t least) {
   if (some.size() <= least) return;
   const int axis = longest_axis<T>(some);
   const size_t pieces = (some.size() + least - 1) / least, half = (pieces + 1) / 2 * least;
   std::nth_element(some.begin(), some.begin() + static_cast<ptrdiff_t>(half), some.end(),
-                   [axis](const Placed<T>& a, const Placed<T>& b) {
-                     return a.place[axis] != b.place[axis] ? a.place[axis] < b.place[axis]
-                                                           : a.number < b.number;
+                   [axis](const Centered<T>& a, const Centered<T>& b) {
+                     return a.center[axis] != b.center[axis] ? a.center[axis] < b.center[axis]
+                                                             : a.number < b.number;
                    });
   sort_into_halves(some.first(half), least);
   sort_into_halves(some.subspan(half), least);
 }
 
 template <typename T>
-void write_back(std::span<const Placed<T>> sorted, std::span<T> values) {
+void write_back(std::span<const Centered<T>> sorted, std::span<T> values) {
   for (size_t i = 0; i < values.size(); ++i) values[i] = sorted[i].value;
 }
 
 }  // namespace
 
 void order_for_ray_boxes(std::span<Corners> triangles, std::span<const glm::vec3> vertices) {
-  std::vector<Placed<Corners>> boxes_by_center;
+  std::vector<Centered<Corners>> boxes_by_center;
   boxes_by_center.reserve(triangles.size());
   for (const Corners& t : triangles) {
     const glm::dvec3 sum =
@@ -68,7 +68,7 @@ void order_for_ray_boxes(std::span<Corners> triangles, std::span<const glm::vec3
 std::vector<RayAabb> ray_boxes_of(std::span<const Cluster> clusters, std::span<const uint32_t> triangles,
                                   std::span<const uint32_t> source_vertices,
                                   std::span<const glm::vec3> positions) {
-  std::vector<Placed<RayAabb>> boxes_by_center;
+  std::vector<Centered<RayAabb>> boxes_by_center;
   for (const Cluster& cluster : clusters) {
     const auto position = [&](uint32_t vertex) {
       return positions[source_vertices[cluster.first_vertex + vertex]];

@@ -86,20 +86,20 @@ using PatchCorners = std::array<uint32_t, 3>;
 // no collapse of a pass touches the neighbourhood of another one.
 class Collapser {
  public:
-  Collapser(const SurfacePatch& piece, std::span<const uint32_t> place, const UsedAttributes& used)
+  Collapser(const SurfacePatch& piece, std::span<const uint32_t> welded, const UsedAttributes& used)
       : piece_(piece) {
-    number_places(place);
+    number_welded(welded);
     for (size_t t = 0; t + 2 < piece.indices.size(); t += 3) {
       const PatchCorners vertices{piece.indices[t], piece.indices[t + 1], piece.indices[t + 2]};
-      const PatchCorners places{place_[vertices[0]], place_[vertices[1]], place_[vertices[2]]};
-      if (places[0] == places[1] || places[1] == places[2] || places[2] == places[0]) continue;
-      for (uint32_t p : places) triangles_at_[p].push_back(static_cast<uint32_t>(vertices_.size()));
+      const PatchCorners corners{welded_[vertices[0]], welded_[vertices[1]], welded_[vertices[2]]};
+      if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]) continue;
+      for (uint32_t p : corners) triangles_at_[p].push_back(static_cast<uint32_t>(vertices_.size()));
       vertices_.push_back(vertices);
-      places_.push_back(places);
+      welded_corners_.push_back(corners);
     }
     only_vertex_.assign(points_.size(), kNone);
-    for (uint32_t v = 0; v < place_.size(); ++v) {
-      only_vertex_[place_[v]] = only_vertex_[place_[v]] == kNone ? v : kSeveral;
+    for (uint32_t v = 0; v < welded_.size(); ++v) {
+      only_vertex_[welded_[v]] = only_vertex_[welded_[v]] == kNone ? v : kSeveral;
     }
     touched_.assign(points_.size(), true);
     best_.resize(points_.size());
@@ -116,7 +116,7 @@ class Collapser {
     }
     std::vector<uint32_t> out;
     for (size_t t = 0; t < vertices_.size(); ++t) {
-      if (is_gone(places_[t])) continue;
+      if (is_gone(welded_corners_[t])) continue;
       out.insert(out.end(), vertices_[t].begin(), vertices_[t].end());
     }
     return out;
@@ -133,19 +133,19 @@ class Collapser {
   static bool is_gone(const PatchCorners& c) { return c[0] == c[1]; }
   static bool has(const PatchCorners& c, uint32_t p) { return c[0] == p || c[1] == p || c[2] == p; }
 
-  void number_places(std::span<const uint32_t> place) {
-    std::vector<uint32_t> order(place.size());
+  void number_welded(std::span<const uint32_t> welded) {
+    std::vector<uint32_t> order(welded.size());
     for (uint32_t v = 0; v < order.size(); ++v) order[v] = v;
     std::sort(order.begin(), order.end(),
-              [&](uint32_t a, uint32_t b) { return place[a] != place[b] ? place[a] < place[b] : a < b; });
-    place_.resize(place.size());
+              [&](uint32_t a, uint32_t b) { return welded[a] != welded[b] ? welded[a] < welded[b] : a < b; });
+    welded_.resize(welded.size());
     glm::dvec3 center(0);
-    for (const glm::vec3& p : piece_.positions) center += glm::dvec3(p) / static_cast<double>(place.size());
+    for (const glm::vec3& p : piece_.positions) center += glm::dvec3(p) / static_cast<double>(welded.size());
     for (size_t i = 0; i < order.size(); ++i) {
-      if (i == 0 || place[order[i]] != place[order[i - 1]]) {
+      if (i == 0 || welded[order[i]] != welded[order[i - 1]]) {
         points_.push_back(glm::dvec3(piece_.positions[order[i]]) - center);
       }
-      place_[order[i]] = static_cast<uint32_t>(points_.size() - 1);
+      welded_[order[i]] = static_cast<uint32_t>(points_.size() - 1);
     }
     triangles_at_.resize(points_.size());
   }
@@ -153,7 +153,7 @@ class Collapser {
   // Locks ends of edges without exactly two triangles: borders and non-manifold edges.
   void lock_borders() {
     std::vector<uint64_t> edges;
-    for (const PatchCorners& c : places_) {
+    for (const PatchCorners& c : welded_corners_) {
       for (size_t i = 0; i < 3; ++i) {
         const uint32_t a = c[i], b = c[(i + 1) % 3];
         edges.push_back(uint64_t{std::min(a, b)} << 32 | std::max(a, b));
@@ -171,15 +171,16 @@ class Collapser {
 
   void weigh(const UsedAttributes& used) {
     double area = 0, uv_area = 0;
-    for (size_t t = 0; t < places_.size(); ++t) {
-      area += glm::length(normal_of(places_[t]));
+    for (size_t t = 0; t < welded_corners_.size(); ++t) {
+      area += glm::length(normal_of(welded_corners_[t]));
       const glm::dvec2 uv = piece_.attributes[vertices_[t][0]].uv0;
       const glm::dvec2 ab = glm::dvec2(piece_.attributes[vertices_[t][1]].uv0) - uv,
                        ac = glm::dvec2(piece_.attributes[vertices_[t][2]].uv0) - uv;
       uv_area += std::abs(ab.x * ac.y - ab.y * ac.x);
     }
-    const double normal_m =
-        used.normals && !places_.empty() ? std::sqrt(area / static_cast<double>(places_.size())) : 0;
+    const double normal_m = used.normals && !welded_corners_.empty()
+                                ? std::sqrt(area / static_cast<double>(welded_corners_.size()))
+                                : 0;
     const double uv_m = used.uv0 && uv_area > 0 ? std::sqrt(area / uv_area) : 0;
     for (const VertexAttributes& at : piece_.attributes) {
       values_.push_back({normal_m * at.normal.x, normal_m * at.normal.y, normal_m * at.normal.z,
@@ -187,8 +188,8 @@ class Collapser {
     }
     quadrics_.resize(points_.size());
     attribute_quadrics_.resize(values_.size());
-    for (size_t t = 0; t < places_.size(); ++t) {
-      const PatchCorners& c = places_[t];
+    for (size_t t = 0; t < welded_corners_.size(); ++t) {
+      const PatchCorners& c = welded_corners_[t];
       const PatchCorners& v = vertices_[t];
       const glm::dvec3 n = normal_of(c);
       const double size = glm::length(n);
@@ -207,8 +208,8 @@ class Collapser {
     return glm::cross(points_[c[1]] - points_[c[0]], points_[c[2]] - points_[c[0]]);
   }
 
-  static uint32_t vertex_at(const PatchCorners& vertices, const PatchCorners& places, uint32_t p) {
-    return places[0] == p ? vertices[0] : places[1] == p ? vertices[1] : vertices[2];
+  static uint32_t vertex_at(const PatchCorners& vertices, const PatchCorners& welded, uint32_t p) {
+    return welded[0] == p ? vertices[0] : welded[1] == p ? vertices[1] : vertices[2];
   }
 
   // Maps each vertex at `from` to a vertex at `to`: the one on the same triangle of the edge, else (across a
@@ -223,13 +224,13 @@ class Collapser {
       return std::any_of(matches_.begin(), matches_.end(), [&](const auto& m) { return m.first == vertex; });
     };
     for (uint32_t t : triangles_at_[from]) {
-      if (is_gone(places_[t]) || !has(places_[t], to)) continue;
-      const uint32_t vertex = vertex_at(vertices_[t], places_[t], from);
-      if (!known(vertex)) matches_.emplace_back(vertex, vertex_at(vertices_[t], places_[t], to));
+      if (is_gone(welded_corners_[t]) || !has(welded_corners_[t], to)) continue;
+      const uint32_t vertex = vertex_at(vertices_[t], welded_corners_[t], from);
+      if (!known(vertex)) matches_.emplace_back(vertex, vertex_at(vertices_[t], welded_corners_[t], to));
     }
     for (uint32_t t : triangles_at_[from]) {
-      if (is_gone(places_[t])) continue;
-      const uint32_t vertex = vertex_at(vertices_[t], places_[t], from);
+      if (is_gone(welded_corners_[t])) continue;
+      const uint32_t vertex = vertex_at(vertices_[t], welded_corners_[t], from);
       if (!known(vertex)) matches_.emplace_back(vertex, most_similar(vertex, to));
     }
   }
@@ -238,8 +239,8 @@ class Collapser {
     uint32_t best = UINT32_MAX;
     double least = INFINITY;
     for (uint32_t t : triangles_at_[to]) {
-      if (is_gone(places_[t])) continue;
-      const uint32_t other = vertex_at(vertices_[t], places_[t], to);
+      if (is_gone(welded_corners_[t])) continue;
+      const uint32_t other = vertex_at(vertices_[t], welded_corners_[t], to);
       double difference = 0;
       for (size_t k = 0; k < kAttributeCount; ++k) {
         difference += (values_[other][k] - values_[vertex][k]) * (values_[other][k] - values_[vertex][k]);
@@ -272,8 +273,8 @@ class Collapser {
   bool is_allowed(uint32_t from, uint32_t to) {
     neighbours_of_to_.clear();
     for (uint32_t t : triangles_at_[to]) {
-      if (is_gone(places_[t])) continue;
-      for (uint32_t p : places_[t]) {
+      if (is_gone(welded_corners_[t])) continue;
+      for (uint32_t p : welded_corners_[t]) {
         if (p != to) neighbours_of_to_.push_back(p);
       }
     }
@@ -283,7 +284,7 @@ class Collapser {
     };
     uint32_t of_edge = 0, twice_common = 0;
     for (uint32_t t : triangles_at_[from]) {
-      const PatchCorners& c = places_[t];
+      const PatchCorners& c = welded_corners_[t];
       if (is_gone(c)) continue;
       for (uint32_t p : c) twice_common += p != from && p != to && is_neighbour(p) ? 1 : 0;
       if (has(c, to)) {
@@ -302,13 +303,13 @@ class Collapser {
 
   size_t triangles_left(uint32_t p) const {
     return static_cast<size_t>(std::count_if(triangles_at_[p].begin(), triangles_at_[p].end(),
-                                             [&](uint32_t t) { return !is_gone(places_[t]); }));
+                                             [&](uint32_t t) { return !is_gone(welded_corners_[t]); }));
   }
 
   Collapse best_of(uint32_t from) {
     options_.clear();
     for (uint32_t t : triangles_at_[from]) {
-      const PatchCorners& c = places_[t];
+      const PatchCorners& c = welded_corners_[t];
       if (is_gone(c)) continue;
       // Each neighbour follows `from` in exactly one triangle.
       const uint32_t to = c[0] == from ? c[1] : c[1] == from ? c[2] : c[0];
@@ -352,7 +353,7 @@ class Collapser {
     touch_around(from);
     touch_around(to);
     for (uint32_t t : triangles_at_[from]) {
-      PatchCorners& c = places_[t];
+      PatchCorners& c = welded_corners_[t];
       if (is_gone(c)) continue;
       if (has(c, to)) {
         c = {0, 0, 0};
@@ -369,7 +370,7 @@ class Collapser {
       triangles_at_[to].push_back(t);
     }
     triangles_at_[from].clear();
-    std::erase_if(triangles_at_[to], [&](uint32_t t) { return is_gone(places_[t]); });
+    std::erase_if(triangles_at_[to], [&](uint32_t t) { return is_gone(welded_corners_[t]); });
     quadrics_[to].add(quadrics_[from]);
     for (const auto& [vertex, becomes] : matches_)
       attribute_quadrics_[becomes].add(attribute_quadrics_[vertex]);
@@ -377,19 +378,19 @@ class Collapser {
   }
 
   // Collapse costs depend on neighbours, so they are invalidated, too.
-  void touch_around(uint32_t place) {
-    for (uint32_t t : triangles_at_[place]) {
-      if (is_gone(places_[t])) continue;
-      for (uint32_t p : places_[t]) touched_[p] = true;
+  void touch_around(uint32_t welded) {
+    for (uint32_t t : triangles_at_[welded]) {
+      if (is_gone(welded_corners_[t])) continue;
+      for (uint32_t p : welded_corners_[t]) touched_[p] = true;
     }
   }
 
   const SurfacePatch& piece_;
-  std::vector<uint32_t> place_;                      // welded position of each vertex of the piece
-  std::vector<glm::dvec3> points_;                   // per position, relative to the centre
-  std::vector<PatchCorners> vertices_, places_;      // per triangle
-  std::vector<std::vector<uint32_t>> triangles_at_;  // per position
-  std::vector<uint32_t> only_vertex_;                // per position
+  std::vector<uint32_t> welded_;                         // welded position of each vertex of the piece
+  std::vector<glm::dvec3> points_;                       // per position, relative to the centre
+  std::vector<PatchCorners> vertices_, welded_corners_;  // per triangle
+  std::vector<std::vector<uint32_t>> triangles_at_;      // per position
+  std::vector<uint32_t> only_vertex_;                    // per position
   std::vector<bool> locked_;
   std::vector<bool> touched_;  // changed in the last pass: costs are out of date
   std::vector<Collapse> best_, options_;
@@ -402,10 +403,10 @@ class Collapser {
 
 }  // namespace
 
-std::vector<uint32_t> simplify_to_half(const SurfacePatch& piece, std::span<const uint32_t> place,
+std::vector<uint32_t> simplify_to_half(const SurfacePatch& piece, std::span<const uint32_t> welded,
                                        const UsedAttributes& used) {
   const size_t count = piece.indices.size() / 3;
-  std::vector<uint32_t> out = Collapser(piece, place, used).collapse_to(count / 2);
+  std::vector<uint32_t> out = Collapser(piece, welded, used).collapse_to(count / 2);
   if (static_cast<double>(out.size()) > kWorthwhile * static_cast<double>(piece.indices.size())) out.clear();
   return out;
 }

@@ -103,7 +103,7 @@ class Converter {
   }
 
  private:
-  struct Made {
+  struct ConvertedTextures {
     uint32_t diffuse, specular;  // textures
     SpecularGlossiness factors;
     uint32_t base_color, metallic_roughness;
@@ -127,7 +127,7 @@ class Converter {
     const uint32_t diffuse_texture = source.diffuse.texture;
     const uint32_t specular_texture = source.specular_glossiness.texture;
     const TextureRef& coordinates = diffuse != nullptr ? source.diffuse : source.specular_glossiness;
-    auto known = std::find_if(made_.begin(), made_.end(), [&](const Made& made) {
+    auto known = std::find_if(made_.begin(), made_.end(), [&](const ConvertedTextures& made) {
       return made.diffuse == diffuse_texture && made.specular == specular_texture &&
              made.factors == source.factors;
     });
@@ -187,7 +187,7 @@ class Converter {
   const LoadLimits& limits_;
   Scene& scene_;
   uint64_t pixels_left_;  // of converted images; many materials may share two large images
-  std::vector<Made> made_;
+  std::vector<ConvertedTextures> made_;
 };
 
 }  // namespace

@@ -96,7 +96,7 @@ class MeshLoader {
         if (ahead_.try_emplace(recipe).second) vertices += *count;
       }
     }
-    std::vector<std::pair<const Recipe, std::optional<Made>>*> wanted;
+    std::vector<std::pair<const Recipe, std::optional<BuiltPrimitive>>*> wanted;
     for (auto& entry : ahead_) wanted.push_back(&entry);
     parallel_for(wanted.size(), [&](size_t i) { wanted[i]->second = made_of(wanted[i]->first); });
   }
@@ -116,7 +116,7 @@ class MeshLoader {
     has_bad_tangents_ = false;
   }
 
-  struct Made {
+  struct BuiltPrimitive {
     std::vector<uint32_t> indices;
     Vertices vertices;
   };
@@ -130,12 +130,12 @@ class MeshLoader {
            (source.material == kMissing || in_range(source.material, model_.materials.size()));
   }
 
-  std::optional<Made> made_of(const Recipe& recipe) const {
+  std::optional<BuiltPrimitive> made_of(const Recipe& recipe) const {
     const auto count = reader_.count(recipe.position, ""), index_count = reader_.count(recipe.indices, "");
     if (!count || !index_count || *count >= kNone || *index_count == 0 || *index_count % 3 != 0)
       return std::nullopt;
     if (*index_count > 8 * kMaxVerticesAhead) return std::nullopt;
-    Made made;
+    BuiltPrimitive made;
     if (!reader_.reserve(2 * sizeof(uint32_t) * uint64_t{*index_count}, "")) return std::nullopt;
     made.indices.resize(*index_count);
     const auto limit = static_cast<uint32_t>(*count);
@@ -264,7 +264,7 @@ class MeshLoader {
     auto vertex_count = reader_.count(recipe.position, where + ".POSITION");
     if (!vertex_count) return vertex_count.error();
     if (*vertex_count >= kNone) return Error{where + " has more vertices than 32-bit indices can name"};
-    std::optional<Made> made;
+    std::optional<BuiltPrimitive> made;
     if (const auto ahead = ahead_.find(recipe); ahead != ahead_.end()) {
       made = std::move(ahead->second);
       ahead_.erase(ahead);
@@ -462,7 +462,7 @@ class MeshLoader {
   bool has_bad_tangents_ = false;
   std::map<Recipe, Primitive> geometry_;
   std::map<Recipe, VertexRange> vertices_;
-  std::map<Recipe, std::optional<Made>> ahead_;
+  std::map<Recipe, std::optional<BuiltPrimitive>> ahead_;
 };
 
 }  // namespace
