@@ -32,7 +32,8 @@ glm::mat4 without_scale(glm::mat4 world_from_camera) {
 
 }  // namespace
 
-const std::vector<state::ShownMarker>& OverlayMarkers::update(const ViewState& view_state, const Seen& seen) {
+const std::vector<state::ShownMarker>& OverlayMarkers::update(const ViewState& view_state,
+                                                              const ImageView& seen) {
   last_ = std::exchange(known_, {});
   shown_.clear();
   if (view_state.shows_grid) {
@@ -45,7 +46,7 @@ const std::vector<state::ShownMarker>& OverlayMarkers::update(const ViewState& v
 }
 
 // Without the camera of the image, whose frustum is the image's border.
-void OverlayMarkers::add_frusta(const ViewState& view_state, const Seen& seen) {
+void OverlayMarkers::add_frusta(const ViewState& view_state, const ImageView& seen) {
   if (listed_scene_ != seen.scene_number) {
     listed_scene_ = seen.scene_number;
     cameras_ = scene::camera_nodes(seen.scene);  // visits every node
@@ -67,7 +68,7 @@ void OverlayMarkers::add_frusta(const ViewState& view_state, const Seen& seen) {
 }
 
 void OverlayMarkers::add(uint64_t key, Marker marker, const glm::mat4& world_from_marker) {
-  Known known;
+  SentMarker known;
   const auto last = last_.find(key);
   if (last != last_.end() && *last->second.marker == marker) {
     known = last->second;

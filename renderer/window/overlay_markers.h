@@ -23,8 +23,8 @@ class OverlayMarkers {
  public:
   static constexpr size_t kMaxFrusta = 256;
 
-  // What the next image shows.
-  struct Seen {
+  // Scene and camera of the next image.
+  struct ImageView {
     const scene::Scene& scene;
     const scene::SceneEdits& edits;
     const state::PoseState& poses;
@@ -34,20 +34,20 @@ class OverlayMarkers {
     float display_scale = 1;  // factor on widths and texts
   };
   // Markers of the next image; valid until the next call.
-  const std::vector<state::ShownMarker>& update(const ViewState& view_state, const Seen& seen);
+  const std::vector<state::ShownMarker>& update(const ViewState& view_state, const ImageView& seen);
 
  private:
   // Markers are compared with those of the last image, so that only changed ones are uploaded.
   void add(uint64_t key, wire::Marker marker, const glm::mat4& world_from_marker = glm::mat4(1));
-  void add_frusta(const ViewState& view_state, const Seen& seen);
+  void add_frusta(const ViewState& view_state, const ImageView& seen);
   void add_measurement(const ViewState& view_state, const state::PoseState& poses, float display_scale);
 
-  struct Known {
+  struct SentMarker {
     uint64_t id = 0;
     std::shared_ptr<const wire::Marker> marker;
   };
-  std::map<uint64_t, Known> known_, last_;  // by key: of this image and of the last one
-  std::vector<uint32_t> cameras_;           // camera nodes of that scene
+  std::map<uint64_t, SentMarker> known_, last_;  // by key: of this image and of the last one
+  std::vector<uint32_t> cameras_;                // camera nodes of that scene
   uint64_t listed_scene_ = UINT64_MAX;
   uint64_t last_id_ = uint64_t{1} << 63;  // ids of markers of streams begin at 1
   std::vector<state::ShownMarker> shown_;

@@ -141,7 +141,7 @@ void expect_property(const Model& model, const Drawn& drawn, const std::string& 
   }
 }
 
-TEST(DescriptionCases, EachFileIsDrawnAsItsRowSays) {
+TEST(DescriptionCases, FilesMatchTheirRows) {
   const std::filesystem::path folder = std::filesystem::path(FIRE3DV_SOURCE_DIR) / "tests/unit/convert/cases";
   std::ifstream table(folder / "cases.txt");
   ASSERT_TRUE(table.is_open());

@@ -87,7 +87,7 @@ std::string keyhole_dae() {
   return text;
 }
 
-TEST(OddFiles, ConcavePolygonsHaveTheirAreaInAllFormats) {
+TEST(OddFiles, ConcavePolygonsKeepTheirArea) {
   const test::ScratchFolder folder;
   expect_area(read_bytes(folder, "keyhole.obj", keyhole_obj()), 8, "OBJ");
   expect_area(read_bytes(folder, "keyhole.ply", keyhole_ply()), 8, "PLY");
@@ -178,7 +178,7 @@ std::string counted_stl(uint32_t count, const std::string& header, const std::st
   return bytes + bytes.substr(84) + behind;
 }
 
-TEST(OddFiles, BinaryStlIsReadAsFarAsItGoes) {
+TEST(OddFiles, TruncatedBinaryStlKeepsWholeTriangles) {
   const test::ScratchFolder folder;
   for (const std::string header : {"robot", "solid part", "SOLID facet normal endsolid"}) {
     expect_area(read_bytes(folder, "b.stl", counted_stl(2, header, "")), 1, "exact");
@@ -349,7 +349,7 @@ TEST(OddFiles, ColoursOfPlyFaces) {
       << "colours of vertices win";
 }
 
-TEST(OddFiles, PlyTextHasCommentsAndMoreNumbersThanItSays) {
+TEST(OddFiles, PlyTextSkipsCommentsAndSurplusNumbers) {
   const test::ScratchFolder folder;
   const std::string list = "element face 2\nproperty list uchar int vertex_indices\n";
   expect_area(read_bytes(folder, "c.ply",

@@ -251,7 +251,7 @@ TEST_F(Mjcf, ErrorsNameFileAndLine) {
 }
 
 // Security: a confined model names files outside of its folder, in several disguises; none of them is read.
-TEST_F(Mjcf, ConfinedModelsNameFilesOfTheirFoldersOnly) {
+TEST_F(Mjcf, ConfinedModelsReadTheirFoldersAlone) {
   namespace fs = std::filesystem;
   const fs::path model = folder_.path() / "model", ours = folder_.path() / "ours";
   fs::create_directories(model / "assets");

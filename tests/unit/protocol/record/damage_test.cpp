@@ -15,7 +15,7 @@ using record::Compression;
 using record::Kind;
 using record::Reader;
 
-std::vector<Heard> recovered_messages(const Bytes& file, bool& has_summary) {
+std::vector<LoggedMessage> recovered_messages(const Bytes& file, bool& has_summary) {
   auto reader = Reader::open(source_of(file));
   EXPECT_TRUE(reader.ok());
   Bytes whole;
@@ -27,10 +27,11 @@ std::vector<Heard> recovered_messages(const Bytes& file, bool& has_summary) {
 }
 
 // A recovered file has new channel ids.
-bool same_but_channels(const std::vector<Heard>& a, const std::vector<Heard>& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Heard& x, const Heard& y) {
-    return x.log_time_ns == y.log_time_ns && x.data == y.data;
-  });
+bool same_but_channels(const std::vector<LoggedMessage>& a, const std::vector<LoggedMessage>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const LoggedMessage& x, const LoggedMessage& y) {
+                      return x.log_time_ns == y.log_time_ns && x.data == y.data;
+                    });
 }
 
 TEST(RecordDamage, TruncationKeepsWholeChunks) {
@@ -39,7 +40,7 @@ TEST(RecordDamage, TruncationKeepsWholeChunks) {
   ASSERT_TRUE(whole.ok());
   const std::vector<record::ChunkIndex> chunks = whole->index().chunks;
   ASSERT_GT(chunks.size(), 2u);
-  const std::vector<Heard> all = all_messages(*whole);
+  const std::vector<LoggedMessage> all = all_messages(*whole);
   std::vector<size_t> messages_up_to;  // of each chunk, the messages before its end
   {
     whole->rewind();
@@ -59,7 +60,7 @@ TEST(RecordDamage, TruncationKeepsWholeChunks) {
     size_t expected = 0;
     for (size_t i = 0; i < chunks.size(); ++i)
       if (chunks[i].offset + chunks[i].length <= length) expected = messages_up_to[i];
-    const std::vector<Heard> kept = all_messages(*reader);
+    const std::vector<LoggedMessage> kept = all_messages(*reader);
     ASSERT_EQ(kept.size(), expected) << "cut at " << length;
     ASSERT_TRUE(std::equal(kept.begin(), kept.end(), all.begin())) << "cut at " << length;
     ASSERT_FALSE(reader->index().damage.empty());
@@ -76,7 +77,7 @@ TEST(RecordDamage, FlippedBitsAreDetected) {
     const Bytes file = small_recording(compression, 24);
     auto whole = Reader::open(source_of(file));
     ASSERT_TRUE(whole.ok());
-    const std::vector<Heard> all = all_messages(*whole);
+    const std::vector<LoggedMessage> all = all_messages(*whole);
     size_t detected = 0;
     for (int i = 0; i < 3400; ++i) {
       Bytes damaged = file;
@@ -88,9 +89,9 @@ TEST(RecordDamage, FlippedBitsAreDetected) {
         continue;
       }
       // In order, and without invented messages.
-      const std::vector<Heard> kept = all_messages(*reader);
+      const std::vector<LoggedMessage> kept = all_messages(*reader);
       size_t next = 0;
-      for (const Heard& each : kept) {
+      for (const LoggedMessage& each : kept) {
         while (next < all.size() && !(all[next] == each)) ++next;
         ASSERT_LT(next, all.size()) << "byte " << at << " gave a message that was never written";
         ++next;

@@ -58,7 +58,7 @@ TEST_P(RecordFormat, MessagesRoundTrip) {
   const auto first = writer->add_channel(*schema, "/first", "flatbuffer", {{"key", "value"}, {"k2", ""}});
   const auto second = writer->add_channel(0, "/second", "raw", {});
   ASSERT_TRUE(first.ok() && second.ok());
-  std::vector<Heard> written;
+  std::vector<LoggedMessage> written;
   for (uint64_t i = 0; i < 500; ++i) {
     const uint16_t channel = i % 3 == 0 ? *second : *first;
     const Bytes data(i % 97, static_cast<std::byte>(i));
@@ -118,7 +118,7 @@ TEST_P(RecordFormat, MessagesRoundTrip) {
   ASSERT_TRUE(again.ok());
   const auto copied = all_messages(*again);
   // Channel ids follow the order of their first messages.
-  for (Heard& each : written) each.channel = each.channel == *second ? 1 : 2;
+  for (LoggedMessage& each : written) each.channel = each.channel == *second ? 1 : 2;
   EXPECT_TRUE(copied == written);
   EXPECT_EQ(recovered->messages, written.size());
 }
@@ -127,11 +127,11 @@ TEST_P(RecordFormat, SeeksByTime) {
   const Bytes file = small_recording(GetParam(), 200);
   auto reader = Reader::open(source_of(file));
   ASSERT_TRUE(reader.ok());
-  const std::vector<Heard> all = all_messages(*reader);
+  const std::vector<LoggedMessage> all = all_messages(*reader);
   for (uint64_t ms : {0u, 1u, 17u, 100u, 200u, 201u, 202u, 5000u}) {
     const uint64_t from_ns = kBegun_ns + ms * kMs;
-    std::vector<Heard> expected;
-    for (const Heard& each : all)
+    std::vector<LoggedMessage> expected;
+    for (const LoggedMessage& each : all)
       if (each.log_time_ns >= from_ns) expected.push_back(each);
     reader->seek(from_ns);
     EXPECT_EQ(all_messages(*reader), expected) << ms;
@@ -186,7 +186,7 @@ TEST(RecordFormatOf, FullDiskKeepsChunks) {
   const Bytes whole = small_recording(Compression::none, kFrames, kChunkBytes);
   auto whole_reader = Reader::open(source_of(whole));
   ASSERT_TRUE(whole_reader.ok());
-  const std::vector<Heard> all = all_messages(*whole_reader);
+  const std::vector<LoggedMessage> all = all_messages(*whole_reader);
   const std::vector<record::ChunkIndex> chunks = whole_reader->index().chunks;
   size_t with_summary = 0;
   for (size_t room = 2 * record::message_schema().size(); room < whole.size(); room += 211) {
@@ -210,7 +210,7 @@ TEST(RecordFormatOf, FullDiskKeepsChunks) {
     auto reader = Reader::open(source_of(file));
     ASSERT_TRUE(reader.ok());
     with_summary += reader->index().has_summary;
-    const std::vector<Heard> kept = all_messages(*reader);
+    const std::vector<LoggedMessage> kept = all_messages(*reader);
     ASSERT_LE(kept.size(), all.size());
     ASSERT_TRUE(std::equal(kept.begin(), kept.end(), all.begin()));
     // Every chunk that fits is present.

@@ -169,7 +169,7 @@ class RecordLayout : public testing::Test {
   }
 
   void expect_messages(Reader& reader, size_t from) const {
-    const std::vector<Heard> heard = all_messages(reader);
+    const std::vector<LoggedMessage> heard = all_messages(reader);
     ASSERT_EQ(heard.size(), in_order_.size() - from);
     for (size_t i = 0; i < heard.size(); ++i) {
       ASSERT_EQ(heard[i].log_time_ns, contents_.messages[from + i].head.log_time_ns) << i;

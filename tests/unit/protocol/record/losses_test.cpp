@@ -148,7 +148,7 @@ TEST(Counts, AreOfMessagesInFile) {
     uint64_t frames = 0, edits = 0, messages = 0, bytes = 0;
     auto reader = record::Reader::open(source_of(disk.bytes));
     ASSERT_TRUE(reader.ok()) << reader.error().message;
-    for (const Heard& heard : all_messages(*reader)) {
+    for (const LoggedMessage& heard : all_messages(*reader)) {
       const auto& role =
           reader->index().channels.at(heard.channel).metadata.at(std::string(record::kRoleKey));
       if (role == record::role_name(record::Role::snapshot)) continue;

@@ -63,16 +63,16 @@ inline std::unique_ptr<record::Source> source_of(const Bytes& file) {
   return std::make_unique<record::MemorySource>(file);
 }
 
-struct Heard {
+struct LoggedMessage {
   uint16_t channel;
   uint64_t log_time_ns;
   Bytes data;
-  bool operator==(const Heard&) const = default;
+  bool operator==(const LoggedMessage&) const = default;
 };
 
 // Returns every message from the reader's position on.
-inline std::vector<Heard> all_messages(record::Reader& reader) {
-  std::vector<Heard> result;
+inline std::vector<LoggedMessage> all_messages(record::Reader& reader) {
+  std::vector<LoggedMessage> result;
   record::Message message;
   for (;;) {
     const auto step = reader.next(message);

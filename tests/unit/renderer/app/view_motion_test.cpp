@@ -41,7 +41,7 @@ TEST_F(ViewMotionTest, FirstViewStands) {
   EXPECT_FALSE(needs_image_at_rest(1000));
 }
 
-TEST_F(ViewMotionTest, CameraAndEditsMoveAndOneImageAtRestFollows) {
+TEST_F(ViewMotionTest, MotionIsFollowedByOneImageAtRest) {
   (void)update(0);
   view_[3].x = 1;
   EXPECT_TRUE(update(100));

@@ -90,7 +90,7 @@ TEST(ExposureEstimate, ExtremeScenesAreScaled) {
 }
 
 // A bulb lights the inside of its shade, which the camera does not see, and hardly its metal foot.
-TEST(ExposureEstimate, LampInAShadeDoesNotDarkenTheImage) {
+TEST(ExposureEstimate, ShadedLampDoesNotDarkenTheImage) {
   SceneBuilder builder;
   scene::Material bronze = matte({0.5f, 0.3f, 0.1f});
   bronze.metallic = 1;

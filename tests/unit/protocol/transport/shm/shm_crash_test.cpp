@@ -123,7 +123,7 @@ TEST(ShmCrash, NextStartRemovesSegmentsOfTheDead) {
   }
 }
 
-TEST(ShmCrash, RendererThatEndsRemovesSegmentOfTheDead) {
+TEST(ShmCrash, EndingRendererRemovesDeadSegment) {
   const std::string uri = unique_shm_uri("ends");
   Child writer([&] { publish_uniform_frames(uri, 1); });
   {
