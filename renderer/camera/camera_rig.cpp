@@ -41,21 +41,6 @@ scene::Camera centred(scene::Camera camera) {
   return camera;
 }
 
-// By all lights of the file, or the key light, at rest.
-std::vector<glm::vec3> ground_shadows(const scene::Scene& scene, std::span<const glm::vec3> points,
-                                      float height_m) {
-  std::vector<glm::vec3> shadows;
-  for (const scene::PlacedLight& placed : scene::lights_of(scene, nullptr)) {
-    if (!placed.light.casts_shadow || placed.light.intensity <= 0) continue;
-    const glm::mat4& pose = scene.nodes[placed.node].world_from_node;
-    const bool is_lamp = placed.light.type != scene::LightType::directional;
-    const std::vector<glm::vec3> of_light =
-        passes::shadows_on_ground(points, height_m, is_lamp ? pose[3] : glm::vec4(glm::vec3(pose[2]), 0));
-    shadows.insert(shadows.end(), of_light.begin(), of_light.end());
-  }
-  return shadows;
-}
-
 }  // namespace
 
 Result<CameraRig> CameraRig::create(const scene::Scene& scene, const CameraStart& start) {
@@ -176,7 +161,7 @@ void CameraRig::frame_scene(float image_aspect) const {
   if (ground_ && std::abs(ground_->height_m - low.y) < 0.02f * glm::length(high - low)) {
     // Not cut at the image's border: shadows on the ground below the scene, unless they are very long.
     constexpr float kMaxFurther = 1.4f;
-    const std::vector<glm::vec3> shadows = ground_shadows(*scene_, points, ground_->height_m);
+    const std::vector<glm::vec3> shadows = passes::ground_shadows(*scene_, points, ground_->height_m);
     if (!passes::shows_all(camera, image_aspect, world_from_free_, shadows)) {
       points.insert(points.end(), shadows.begin(), shadows.end());
       const glm::mat4 pose = passes::fit_into_view(camera, image_aspect, orientation, points);

@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "renderer/passes/view/facing.h"
+#include "renderer/passes/view/framing.h"
 #include "renderer/scene/model/bounds.h"
 #include "renderer/scene/model/exposure_estimate.h"
 #include "renderer/scene/textures/environment.h"
@@ -13,10 +14,21 @@ namespace fire3dv::app {
 namespace {
 
 constexpr float kGroundRadii = 2.5f;  // of the scene
+// Farthest shadows, in ground radii: they have hardly begun to fade.
+constexpr float kFarthestShadow = 0.55f;
+constexpr float kMaxGroundGrowth = 6;  // for shadows of low lights
 
 // The eye, or with w 0 the direction towards an orthographic camera.
 glm::vec4 eye_of(const passes::View& view) {
   return view.orthographic ? glm::vec4(-view.look_world, 0) : glm::vec4(view.eye_world, 1);
+}
+
+std::vector<glm::vec3> corners_of(const scene::Box& box) {
+  std::vector<glm::vec3> corners;
+  for (int corner = 0; corner < 8; ++corner)
+    corners.emplace_back(corner & 1 ? box.high.x : box.low.x, corner & 2 ? box.high.y : box.low.y,
+                         corner & 4 ? box.high.z : box.low.z);
+  return corners;
 }
 
 std::optional<scene::Ground> ground_below(const ViewDefaults& defaults, const scene::Scene& scene) {
@@ -32,6 +44,11 @@ std::optional<scene::Ground> ground_below(const ViewDefaults& defaults, const sc
   if (!(ground.radius_m > 0) || !std::isfinite(ground.radius_m)) return std::nullopt;
   ground.height_m = defaults.ground == GroundMode::height ? defaults.ground_height_m : box.low.y;
   ground.center_world = {0.5f * (box.low.x + box.high.x), 0.5f * (box.low.z + box.high.z)};
+  const float largest_m = kMaxGroundGrowth * ground.radius_m;
+  for (const glm::vec3& shadow : passes::ground_shadows(scene, corners_of(box), ground.height_m)) {
+    const float reach_m = glm::distance(glm::vec2(shadow.x, shadow.z), ground.center_world) / kFarthestShadow;
+    if (reach_m > ground.radius_m) ground.radius_m = std::min(reach_m, largest_m);
+  }
   return ground;
 }
 
@@ -106,9 +123,8 @@ std::optional<std::string> reason_for_empty_image(const scene::Scene& scene, con
     if (edits && edits->is_hidden(n)) continue;
     const scene::Box box = scene::bounds_in_world(scene, n, world_from_node);
     if (box.empty()) continue;
-    for (int corner = 0; corner < 8; ++corner)
-      points.emplace_back(corner & 1 ? box.high.x : box.low.x, corner & 2 ? box.high.y : box.low.y,
-                          corner & 4 ? box.high.z : box.low.z);
+    const std::vector<glm::vec3> corners = corners_of(box);
+    points.insert(points.end(), corners.begin(), corners.end());
   }
   if (instances == 0) return "the scene has no meshes";
   if (points.empty()) return "all meshes are hidden or empty";

@@ -7,6 +7,7 @@
 
 #include "renderer/passes/view/view.h"
 #include "renderer/scene/model/bounds.h"
+#include "renderer/scene/model/scene_edits.h"
 #include "renderer/scene/model/surface_area.h"
 
 namespace fire3dv::passes {
@@ -306,6 +307,20 @@ std::vector<glm::vec3> shadows_on_ground(std::span<const glm::vec3> points, floa
     const float above_m = point.y - height_m;
     const glm::vec3 to_light = glm::vec3(light) - light.w * point;
     if (above_m > 0 && to_light.y > 0) shadows.push_back(point - to_light * (above_m / to_light.y));
+  }
+  return shadows;
+}
+
+std::vector<glm::vec3> ground_shadows(const scene::Scene& scene, std::span<const glm::vec3> points,
+                                      float height_m) {
+  std::vector<glm::vec3> shadows;
+  for (const scene::PlacedLight& placed : scene::lights_of(scene, nullptr)) {
+    if (!placed.light.casts_shadow || placed.light.intensity <= 0) continue;
+    const glm::mat4& pose = scene.nodes[placed.node].world_from_node;
+    const bool is_lamp = placed.light.type != scene::LightType::directional;
+    const std::vector<glm::vec3> of_light =
+        shadows_on_ground(points, height_m, is_lamp ? pose[3] : glm::vec4(glm::vec3(pose[2]), 0));
+    shadows.insert(shadows.end(), of_light.begin(), of_light.end());
   }
   return shadows;
 }

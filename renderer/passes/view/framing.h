@@ -38,6 +38,10 @@ bool shows_all(const scene::Camera& camera, float image_aspect, const glm::mat4&
 std::vector<glm::vec3> shadows_on_ground(std::span<const glm::vec3> points, float height_m,
                                          const glm::vec4& light);
 
+// Shadows on that plane by all lights of the file, or the key light, at rest.
+std::vector<glm::vec3> ground_shadows(const scene::Scene& scene, std::span<const glm::vec3> points,
+                                      float height_m);
+
 // Orientation of the default view: from the right, in front and above, looking at the origin.
 glm::mat4 default_orientation();
 

@@ -169,6 +169,27 @@ TEST(DefaultLook, ReasonsForAnEmptyImage) {
             "the scene has no meshes");
 }
 
+// The catcher reaches beyond the shadows of the scene's lights, where it has hardly begun to fade.
+TEST(DefaultLook, GroundReachesBeyondShadows) {
+  const auto reach = [](const scene::Scene& scene) {
+    const std::optional<scene::Ground> ground = app::camera_start({}, scene, "", {}).ground;
+    float farthest_m = 0;
+    for (const glm::vec3& shadow : passes::ground_shadows(
+             scene, std::vector<glm::vec3>{scene.bounds_min, scene.bounds_max}, ground->height_m))
+      farthest_m = std::max(farthest_m, glm::length(glm::vec2(shadow.x, shadow.z) - ground->center_world));
+    return farthest_m / ground->radius_m;
+  };
+  SceneBuilder tall;
+  tall.mesh_node("box", tall.box(tall.material(matte({0.5f, 0.5f, 0.5f})), {0.1f, 2, 0.1f}), at({0, 2, 0}));
+  SceneBuilder low_sun = tall;
+  low_sun.light_node(sun({1, 1, 1}, 2), shining_towards({-1, -0.36f, 0}));
+  scene::Scene scene = built(tall);
+  scene::add_key_light(scene);
+  EXPECT_LT(reach(scene), 0.56f);
+  EXPECT_LT(reach(built(low_sun)), 0.56f);
+  EXPECT_GT(reach(built(low_sun)), 0.4f);
+}
+
 // The shadow of a tall box ends inside the image, and the box is not made smaller without need.
 TEST(DefaultLook, GroundShadowsAreInTheImage) {
   const auto lowest_shadow = [](const scene::Scene& scene, bool has_ground, glm::vec3* eye) {
