@@ -24,7 +24,7 @@ std::optional<double> seconds(std::string_view text) {
 DatagramChannel::Fate DatagramChannel::draw(const Impairment& impairment, size_t bytes, int64_t now_ns) {
   // All numbers are drawn even if unused, so that one option does not change the effect of another.
   const double loss = chance(), twice = chance(), overtakes = chance(), jitter = 2 * chance() - 1;
-  if (impairment.down || loss < impairment.loss) return {};
+  if (impairment.down || loss < impairment.loss || (impairment.mtu != 0 && bytes > impairment.mtu)) return {};
   Fate fate;
   fate.due_ns = now_ns;
   if (impairment.bits_per_second != 0) {

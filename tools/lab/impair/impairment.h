@@ -23,12 +23,14 @@ struct Impairment {
   uint64_t stall_after_bytes = 0;  // streams: mean bytes between stalls, per direction; 0: none
   int64_t stall_ns = 0;            // streams: duration of a stall
   uint64_t reset_after_bytes = 0;  // streams: mean bytes until a reset, both directions; 0: none
+  size_t mtu = 0;                  // datagrams: longer ones are lost, without a word; 0: none
   bool down = false;               // link down: datagrams are dropped, streams stop
   uint64_t seed = 1;
 };
 
 struct RelayCounts {
   uint64_t passed = 0;  // datagrams
+  uint64_t passed_bytes = 0;
   uint64_t lost = 0;
   uint64_t duplicated = 0;
   uint64_t reordered = 0;

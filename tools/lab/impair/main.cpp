@@ -34,6 +34,8 @@ void add_options(CLI::App& app, Settings& settings, fire3dv::impair::Impairment&
       ->check(percent);
   datagrams.add("--reorder", settings.reorder_percent, "PERCENT", "datagrams that pass without delay")
       ->check(percent);
+  datagrams.add("--mtu", impairment.mtu, "BYTES", "length above which datagrams are lost; 0: none")
+      ->check(fire3dv::in_range(size_t{0}, size_t{65'535}));
   streams
       .add("--stall-after", impairment.stall_after_bytes, "BYTES",
            "mean bytes between stalls, each way; 0: none")
@@ -56,8 +58,9 @@ void add_options(CLI::App& app, Settings& settings, fire3dv::impair::Impairment&
 void print_counts(const std::string& uri, const fire3dv::impair::RelayCounts& counts) {
   const auto number = [](uint64_t value) { return static_cast<unsigned long long>(value); };
   if (uri.starts_with("udp"))
-    std::printf("passed %llu, lost %llu, duplicated %llu, reordered %llu\n", number(counts.passed),
-                number(counts.lost), number(counts.duplicated), number(counts.reordered));
+    std::printf("passed %llu of %llu bytes, lost %llu, duplicated %llu, reordered %llu\n",
+                number(counts.passed), number(counts.passed_bytes), number(counts.lost),
+                number(counts.duplicated), number(counts.reordered));
   else
     std::printf("connections %llu, bytes %llu, stalls %llu, resets %llu\n", number(counts.connections),
                 number(counts.bytes), number(counts.stalls), number(counts.resets));

@@ -111,9 +111,11 @@ void UdpRelay::State::deliver(int64_t now_ns) {
     else
       ::sendto(front.get(), next.datagram.data(), next.datagram.size(), MSG_DONTWAIT | MSG_NOSIGNAL,
                client.address.get(), client.address.length);
+    const size_t bytes = next.datagram.size();
     waiting.pop();
     const std::lock_guard lock(mutex);
     ++counts.passed;
+    counts.passed_bytes += bytes;
   }
 }
 
